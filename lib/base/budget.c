@@ -1,0 +1,26 @@
+#include "budget.h"
+
+#include <time.h>
+
+static double clock_seconds(clockid_t id)
+{
+    struct timespec ts;
+    clock_gettime(id, &ts);
+    return (double)ts.tv_sec + 1e-9 * (double)ts.tv_nsec;
+}
+
+double sga_now(void) { return clock_seconds(CLOCK_MONOTONIC); }
+double sga_cpu(void) { return clock_seconds(CLOCK_THREAD_CPUTIME_ID); }
+
+bool sga_budget_ok(const struct sga_budget *b, struct sga_error *err)
+{
+    if (!b)
+        return true;
+    if (b->cancelled && b->cancelled(b->cancel_ctx))
+        return sga_fail(err, SGA_E_CANCELLED, "the job was cancelled");
+    if (b->deadline > 0 && sga_now() > b->deadline)
+        return sga_fail(err, SGA_E_LIMIT_SECONDS,
+                        "the limit of %g seconds was reached; raise limits.seconds or ask for less in want",
+                        b->seconds);
+    return true;
+}

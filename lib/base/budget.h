@@ -1,0 +1,24 @@
+/* What one job may use, asked cooperatively inside every long loop. */
+#ifndef SGA_BASE_BUDGET_H
+#define SGA_BASE_BUDGET_H
+
+#include <stdbool.h>
+#include "error.h"
+
+struct sga_budget {
+    double deadline;        /* sga_now() value after which work stops; 0: none */
+    double seconds;         /* what was granted, for the message */
+    int max_nodes;          /* expression nodes; 0: none */
+    int max_generations;
+    bool (*cancelled)(void *ctx);  /* may be NULL */
+    void *cancel_ctx;
+};
+
+/* Monotonic seconds. */
+double sga_now(void);
+/* CPU seconds of this thread. */
+double sga_cpu(void);
+/* True while work may go on; otherwise fills err (LIMIT_SECONDS, CANCELLED). */
+bool sga_budget_ok(const struct sga_budget *b, struct sga_error *err);
+
+#endif

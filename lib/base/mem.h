@@ -1,0 +1,28 @@
+/* Allocation for the algebra. These never return NULL: when memory ends the
+ * process ends, as it does inside GMP; the daemon runs the algebra in a child
+ * process for that reason and reports one failed job. The server itself must
+ * not use them for sizes that a client chooses. */
+#ifndef SGA_BASE_MEM_H
+#define SGA_BASE_MEM_H
+
+#include <stddef.h>
+
+void *sga_malloc(size_t size);
+void *sga_calloc(size_t count, size_t size);
+void *sga_realloc(void *p, size_t size);
+char *sga_strdup(const char *s);
+
+/* Grow a vector: makes room for at least `need` elements, doubling.
+ * The macro's arguments are evaluated more than once. */
+#define SGA_RESERVE(ptr, cap, need) \
+    do { \
+        if ((size_t)(cap) < (size_t)(need)) { \
+            size_t cap_ = (size_t)(cap) ? (size_t)(cap) : 16; \
+            while (cap_ < (size_t)(need)) \
+                cap_ *= 2; \
+            (ptr) = sga_realloc((ptr), cap_ * sizeof *(ptr)); \
+            (cap) = cap_; \
+        } \
+    } while (0)
+
+#endif

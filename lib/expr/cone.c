@@ -1,0 +1,121 @@
+/* Walks over part of the graph: cones and substitution, without recursion. */
+#include "store.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+
+void expr_cone_init(struct expr_cone *c)
+{
+    *c = (struct expr_cone){ 0 };
+}
+
+void expr_cone_clear(struct expr_cone *c)
+{
+    free(c->stamp);
+    free(c->list);
+    *c = (struct expr_cone){ 0 };
+}
+
+static int by_id(const void *a, const void *b)
+{
+    expr_id x = *(const expr_id *)a, y = *(const expr_id *)b;
+    return (x > y) - (x < y);
+}
+
+static void push(struct expr_cone *c, expr_id e)
+{
+    if (c->stamp[e] == c->now)
+        return;
+    c->stamp[e] = c->now;
+    SGA_RESERVE(c->list, c->list_cap, c->count + 1);
+    c->list[c->count++] = e;
+}
+
+void expr_cone_of(const struct expr_store *st, struct expr_cone *c, const expr_id *roots, int nroots)
+{
+    if (c->stamp_cap < (size_t)st->nodes) {
+        size_t old = c->stamp_cap;
+        SGA_RESERVE(c->stamp, c->stamp_cap, st->nodes);
+        memset(c->stamp + old, 0, (c->stamp_cap - old) * sizeof *c->stamp);
+    }
+    if (++c->now == 0) {
+        memset(c->stamp, 0, c->stamp_cap * sizeof *c->stamp);
+        c->now = 1;
+    }
+    c->count = 0;
+    for (int i = 0; i < nroots; i++)
+        push(c, roots[i]);
+    for (int i = 0; i < c->count; i++) {
+        expr_id e = c->list[i];
+        int n = expr_children(st, e);
+        for (int k = 0; k < n; k++)
+            push(c, expr_child(st, e, k));
+    }
+    qsort(c->list, (size_t)c->count, sizeof *c->list, by_id);
+}
+
+static expr_id rebuild_solve(struct expr_store *st, expr_id e, const expr_id *to)
+{
+    int index = st->node[e].a, m = st->solve[index].m;
+    size_t mm = (size_t)m * (size_t)m;
+    expr_id *matrix = sga_malloc(mm * sizeof *matrix), *rhs = sga_malloc((size_t)m * sizeof *rhs);
+    bool same = true;
+    for (size_t i = 0; i < mm; i++) {
+        matrix[i] = to[st->solve[index].matrix[i]];
+        same &= matrix[i] == st->solve[index].matrix[i];
+    }
+    for (int i = 0; i < m; i++) {
+        rhs[i] = to[st->solve[index].rhs[i]];
+        same &= rhs[i] == st->solve[index].rhs[i];
+    }
+    if (!same) {
+        /* components of one solve meet here one after the other: reuse the last copy */
+        struct expr_solve *last = st->solve + st->solves - 1;
+        if (last->m == m && memcmp(last->matrix, matrix, mm * sizeof *matrix) == 0
+            && memcmp(last->rhs, rhs, (size_t)m * sizeof *rhs) == 0)
+            index = st->solves - 1;
+        else
+            index = expr_solve_add(st, m, matrix, rhs);
+    }
+    free(matrix);
+    free(rhs);
+    return expr_solution(st, index, st->node[e].b);
+}
+
+static expr_id rebuild(struct expr_store *st, expr_id e, const expr_id *to, const expr_id *map)
+{
+    struct expr_node n = st->node[e];
+    switch ((enum expr_op)n.op) {
+    case EXPR_SYM:   return map[n.a] ? map[n.a] : e;
+    case EXPR_ADD:   return expr_add(st, to[n.a], to[n.b]);
+    case EXPR_SUB:   return expr_sub(st, to[n.a], to[n.b]);
+    case EXPR_MUL:   return expr_mul(st, to[n.a], to[n.b]);
+    case EXPR_DIV:   return expr_div(st, to[n.a], to[n.b]);
+    case EXPR_NEG:   return expr_neg(st, to[n.a]);
+    case EXPR_POWI:  return expr_powi(st, to[n.a], n.b);
+    case EXPR_POW:   return expr_pow(st, to[n.a], to[n.b]);
+    case EXPR_SOLVE: return rebuild_solve(st, e, to);
+    default:
+        if (expr_op_args((enum expr_op)n.op) == 1)
+            return expr_fun(st, (enum expr_op)n.op, to[n.a]);
+        if (expr_op_args((enum expr_op)n.op) == 2)
+            return expr_fun2(st, (enum expr_op)n.op, to[n.a], to[n.b]);
+        return e;
+    }
+}
+
+void expr_substitute(struct expr_store *st, expr_id *roots, int nroots, const expr_id *map)
+{
+    struct expr_cone c;
+    expr_cone_init(&c);
+    expr_cone_of(st, &c, roots, nroots);
+    expr_id *to = sga_malloc((size_t)st->nodes * sizeof *to);
+    for (int i = 0; i < c.count; i++)
+        to[c.list[i]] = rebuild(st, c.list[i], to, map);
+    for (int i = 0; i < nroots; i++)
+        roots[i] = to[roots[i]];
+    free(to);
+    expr_cone_clear(&c);
+}

@@ -1,0 +1,173 @@
+/* Local partial derivatives and the reverse sweep. */
+#include "derive.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+
+#define ST struct expr_store *st
+
+static expr_id one_plus(ST, expr_id a) { return expr_add(st, expr_int(st, 1), a); }
+static expr_id one_minus(ST, expr_id a) { return expr_sub(st, expr_int(st, 1), a); }
+static expr_id inverse(ST, expr_id a) { return expr_div(st, expr_int(st, 1), a); }
+
+static expr_id unary_partial(ST, expr_id e)
+{
+    enum expr_op op = expr_op_of(st, e);
+    expr_id a = st->node[e].a, a2;
+    switch (op) {
+    case EXPR_NEG:   return expr_int(st, -1);
+    case EXPR_POWI:  return expr_mul(st, expr_int(st, st->node[e].b), expr_powi(st, a, st->node[e].b - 1L));
+    case EXPR_SIN:   return expr_fun(st, EXPR_COS, a);
+    case EXPR_COS:   return expr_neg(st, expr_fun(st, EXPR_SIN, a));
+    case EXPR_TAN:   return one_plus(st, expr_powi(st, e, 2));
+    case EXPR_SINH:  return expr_fun(st, EXPR_COSH, a);
+    case EXPR_COSH:  return expr_fun(st, EXPR_SINH, a);
+    case EXPR_TANH:  return one_minus(st, expr_powi(st, e, 2));
+    case EXPR_EXP:   return e;
+    case EXPR_LOG:   return inverse(st, a);
+    case EXPR_SQRT:  return inverse(st, expr_mul(st, expr_int(st, 2), e));
+    case EXPR_CBRT:  return inverse(st, expr_mul(st, expr_int(st, 3), expr_powi(st, e, 2)));
+    case EXPR_ABS:   return expr_fun(st, EXPR_SIGN, a);
+    case EXPR_SIGN:  return expr_int(st, 0);
+    default: break;
+    }
+    a2 = expr_powi(st, a, 2);
+    switch (op) {
+    case EXPR_ASIN:  return inverse(st, expr_fun(st, EXPR_SQRT, one_minus(st, a2)));
+    case EXPR_ACOS:  return expr_neg(st, inverse(st, expr_fun(st, EXPR_SQRT, one_minus(st, a2))));
+    case EXPR_ATAN:  return inverse(st, one_plus(st, a2));
+    case EXPR_ASINH: return inverse(st, expr_fun(st, EXPR_SQRT, one_plus(st, a2)));
+    /* (a - 1)(a + 1) under one root each: acosh lives on a >= 1 only */
+    case EXPR_ACOSH: return inverse(st, expr_fun(st, EXPR_SQRT, expr_sub(st, a2, expr_int(st, 1))));
+    case EXPR_ATANH: return inverse(st, one_minus(st, a2));
+    default:         return expr_int(st, 0);
+    }
+}
+
+expr_id expr_partial(ST, expr_id e, int k)
+{
+    expr_id a = st->node[e].a, b = st->node[e].b;
+    switch (expr_op_of(st, e)) {
+    case EXPR_ADD: return expr_int(st, 1);
+    case EXPR_SUB: return expr_int(st, k ? -1 : 1);
+    case EXPR_MUL: return k ? a : b;
+    case EXPR_DIV: return k ? expr_neg(st, expr_div(st, e, b)) : inverse(st, b);
+    case EXPR_POW:
+        if (k == 0)
+            return expr_mul(st, b, expr_pow(st, a, expr_sub(st, b, expr_int(st, 1))));
+        return expr_mul(st, e, expr_fun(st, EXPR_LOG, a));
+    case EXPR_ATAN2: {      /* atan2(a, b): angle of the point (b, a) */
+        expr_id r2 = expr_add(st, expr_powi(st, a, 2), expr_powi(st, b, 2));
+        return k ? expr_neg(st, expr_div(st, a, r2)) : expr_div(st, b, r2);
+    }
+    case EXPR_MIN:
+    case EXPR_MAX: {
+        expr_id s = expr_fun(st, EXPR_SIGN, expr_sub(st, a, b));
+        bool plus = (expr_op_of(st, e) == EXPR_MAX) == (k == 0);
+        return expr_mul(st, expr_rational(st, 1, 2), plus ? one_plus(st, s) : one_minus(st, s));
+    }
+    default: return unary_partial(st, e);
+    }
+}
+
+static void accumulate(ST, expr_id *adjoint, expr_id to, expr_id term)
+{
+    adjoint[to] = adjoint[to] ? expr_add(st, adjoint[to], term) : term;
+}
+
+/* S y = r: the adjoint of r is S^-T y~ and that of S is -(r~ y^T). Components of one
+ * solve need not stand beside each other, so the transposed solve is made for one
+ * component at a time: the row e_b^T S^-1. */
+static void solve_back(ST, expr_id e, expr_id bar, expr_id *adjoint, const unsigned char *dep)
+{
+    int index = st->node[e].a, row = st->node[e].b, m = st->solve[index].m;
+    size_t mm = (size_t)m * (size_t)m;
+    expr_id *t = sga_malloc(mm * sizeof *t), *r = sga_malloc((size_t)m * sizeof *r);
+    for (int i = 0; i < m; i++) {
+        for (int j = 0; j < m; j++)
+            t[i * m + j] = st->solve[index].matrix[j * m + i];
+        r[i] = expr_int(st, i == row);
+    }
+    int transposed = expr_solve_add(st, m, t, r);
+    for (int i = 0; i < m && expr_store_ok(st); i++) {
+        expr_id rbar = expr_mul(st, bar, expr_solution(st, transposed, i));
+        expr_id rhs = st->solve[index].rhs[i];
+        if (dep[rhs])
+            accumulate(st, adjoint, rhs, rbar);
+        for (int j = 0; j < m; j++) {
+            expr_id s = st->solve[index].matrix[i * m + j];
+            if (dep[s])
+                accumulate(st, adjoint, s, expr_neg(st, expr_mul(st, rbar, expr_solution(st, index, j))));
+        }
+    }
+    free(t);
+    free(r);
+}
+
+static int by_symbol(const void *a, const void *b)
+{
+    return ((const struct expr_term *)a)->symbol - ((const struct expr_term *)b)->symbol;
+}
+
+int expr_gradient(ST, struct expr_cone *cone, expr_id f, const unsigned char *active,
+                  struct expr_term **out, size_t *out_cap)
+{
+    int count = 0;
+    expr_cone_of(st, cone, &f, 1);
+    int top = st->nodes;
+    unsigned char *dep = sga_calloc((size_t)top, 1);
+    expr_id *adjoint = sga_calloc((size_t)top, sizeof *adjoint);
+    for (int i = 0; i < cone->count; i++) {
+        expr_id e = cone->list[i];
+        if (expr_op_of(st, e) == EXPR_SYM)
+            dep[e] = active[st->node[e].a];
+        for (int k = 0, n = expr_children(st, e); k < n && !dep[e]; k++)
+            dep[e] = dep[expr_child(st, e, k)];
+    }
+    if (dep[f])
+        adjoint[f] = expr_int(st, 1);
+    for (int i = cone->count - 1; i >= 0 && expr_store_ok(st); i--) {
+        expr_id e = cone->list[i], bar = adjoint[e];
+        if (!bar || expr_is_zero(st, bar))
+            continue;
+        if (expr_op_of(st, e) == EXPR_SYM) {
+            SGA_RESERVE(*out, *out_cap, count + 1);
+            (*out)[count++] = (struct expr_term){ st->node[e].a, bar };
+        } else if (expr_op_of(st, e) == EXPR_SOLVE) {
+            solve_back(st, e, bar, adjoint, dep);
+        } else if (expr_op_of(st, e) == EXPR_DIV) {
+            expr_id a = st->node[e].a, b = st->node[e].b, q = expr_div(st, bar, b);
+            if (dep[a])
+                accumulate(st, adjoint, a, q);
+            if (dep[b])
+                accumulate(st, adjoint, b, expr_neg(st, expr_mul(st, q, e)));
+        } else {
+            for (int k = 0, n = expr_children(st, e); k < n; k++)
+                if (dep[expr_child(st, e, k)])
+                    accumulate(st, adjoint, expr_child(st, e, k), expr_mul(st, bar, expr_partial(st, e, k)));
+        }
+    }
+    free(dep);
+    free(adjoint);
+    if (count)
+        qsort(*out, (size_t)count, sizeof **out, by_symbol);
+    return count;
+}
+
+expr_id expr_diff(ST, expr_id e, int symbol)
+{
+    struct expr_cone cone;
+    expr_cone_init(&cone);
+    unsigned char *active = sga_calloc((size_t)st->symbols, 1);
+    active[symbol] = 1;
+    struct expr_term *term = NULL;
+    size_t cap = 0;
+    int n = expr_gradient(st, &cone, e, active, &term, &cap);
+    expr_id d = n ? term[0].value : expr_int(st, 0);
+    free(term);
+    free(active);
+    expr_cone_clear(&cone);
+    return expr_store_ok(st) ? d : EXPR_UNDEF;
+}

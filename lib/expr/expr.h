@@ -1,0 +1,146 @@
+/* The expression store: a flat, append-only graph of shared nodes.
+ *
+ * Nodes are integer handles; children have smaller handles than their parents
+ * and equal nodes are one node, so values, derivatives and checks are `for`
+ * loops over handles. Constants are exact rationals. Nothing is ever expanded:
+ * constructors simplify locally only (constants, 0 and 1, signs, x - x, x / x).
+ *
+ * Errors are sticky: once a limit is passed (`expr_store_ok` is false) every
+ * constructor returns EXPR_UNDEF, and callers ask at the end of a stage. */
+#ifndef SGA_EXPR_EXPR_H
+#define SGA_EXPR_EXPR_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <flint/fmpq.h>
+
+#include "error.h"
+
+typedef int32_t expr_id;
+#define EXPR_UNDEF ((expr_id)0)     /* node 0 of every store: has no value */
+
+/* The one table of operators. Columns: symbol, text in the grammar, arguments. */
+#define EXPR_OP_TABLE(X) \
+    X(UNDEF_OP, "undefined", 0) /* no value */ \
+    X(CONST, "", 0)          /* exact rational, a = index of the constant */ \
+    X(PI,    "pi", 0) \
+    X(SYM,   "", 0)          /* a = symbol index */ \
+    X(ADD,   "+", 2) X(SUB, "-", 2) X(MUL, "*", 2) X(DIV, "/", 2) X(NEG, "-", 1) \
+    X(POWI,  "^", 1)         /* a ^ b, b an integer stored in the node, |b| >= 2 */ \
+    X(POW,   "^", 2)         /* real power of a base > 0: exp(b log a) */ \
+    X(SIN, "sin", 1) X(COS, "cos", 1) X(TAN, "tan", 1) \
+    X(ASIN, "asin", 1) X(ACOS, "acos", 1) X(ATAN, "atan", 1) X(ATAN2, "atan2", 2) \
+    X(SINH, "sinh", 1) X(COSH, "cosh", 1) X(TANH, "tanh", 1) \
+    X(ASINH, "asinh", 1) X(ACOSH, "acosh", 1) X(ATANH, "atanh", 1) \
+    X(EXP, "exp", 1) X(LOG, "log", 1) X(SQRT, "sqrt", 1) X(CBRT, "cbrt", 1) \
+    X(ABS, "abs", 1) X(SIGN, "sign", 1) X(MIN, "min", 2) X(MAX, "max", 2) \
+    X(SOLVE, "", 0)          /* component b of the solution of linear solve a */
+
+enum expr_op {
+#define X(sym, text, args) EXPR_##sym,
+    EXPR_OP_TABLE(X)
+#undef X
+    EXPR_OP_COUNT
+};
+
+enum expr_symbol_kind {
+    EXPR_VARIABLE,      /* a state variable: has a derivative along the flow */
+    EXPR_PARAMETER,     /* constant in time, left symbolic */
+    EXPR_TIME,
+    EXPR_VELOCITY,      /* derivative of a variable, where a form allows it */
+    EXPR_FREE           /* free function of a vector field (f1, f2, ...) */
+};
+
+struct expr_node {
+    uint8_t op;
+    int32_t a, b;       /* children, or what the table says */
+};
+
+struct expr_symbol {
+    char *name;
+    enum expr_symbol_kind kind;
+    expr_id node;       /* the SYM node of this symbol */
+};
+
+/* S y = r, dense: matrix has m*m handles by rows, rhs m; SOLVE nodes refer to it.
+ * Kept as a node where elimination by symbols would blow up. */
+struct expr_solve {
+    int m;
+    expr_id *matrix, *rhs;
+};
+
+struct expr_store {
+    struct expr_node *node;   int nodes;   size_t node_cap;
+    fmpq *constant;           int constants; size_t constant_cap;
+    struct expr_symbol *symbol; int symbols; size_t symbol_cap;
+    struct expr_solve *solve; int solves;  size_t solve_cap;
+    int32_t *hash;            uint32_t hash_mask;   /* of nodes */
+    int32_t *names;           uint32_t names_mask;  /* of symbols by name: index + 1 */
+    int max_nodes;            /* 0: no limit */
+    long max_bits;            /* of one exact constant */
+    struct sga_error error;   /* sticky */
+};
+
+void expr_store_init(struct expr_store *st);
+void expr_store_clear(struct expr_store *st);
+static inline bool expr_store_ok(const struct expr_store *st) { return st->error.code == SGA_E_OK; }
+
+/* Operator facts from the table. */
+const char *expr_op_text(enum expr_op op);
+int expr_op_args(enum expr_op op);
+/* The function with this name (sin, atan2, ...); EXPR_UNDEF_OP if there is none. */
+enum expr_op expr_function(const char *name, size_t len);
+
+/* Symbols. Adding a name twice returns the first node if the kinds agree,
+ * otherwise EXPR_UNDEF. Names are copied. */
+expr_id expr_symbol_add(struct expr_store *st, const char *name, enum expr_symbol_kind kind);
+/* Index into st->symbol, or -1. */
+int expr_symbol_find(const struct expr_store *st, const char *name, size_t len);
+
+/* Constructors. */
+expr_id expr_int(struct expr_store *st, long v);
+expr_id expr_rational(struct expr_store *st, long p, long q);
+expr_id expr_fmpq(struct expr_store *st, const fmpq_t q);
+expr_id expr_pi(struct expr_store *st);
+expr_id expr_add(struct expr_store *st, expr_id a, expr_id b);
+expr_id expr_sub(struct expr_store *st, expr_id a, expr_id b);
+expr_id expr_mul(struct expr_store *st, expr_id a, expr_id b);
+expr_id expr_div(struct expr_store *st, expr_id a, expr_id b);
+expr_id expr_neg(struct expr_store *st, expr_id a);
+expr_id expr_powi(struct expr_store *st, expr_id a, long n);
+/* Any power: integer constants become POWI, 1/2 sqrt, others POW. */
+expr_id expr_pow(struct expr_store *st, expr_id a, expr_id b);
+expr_id expr_fun(struct expr_store *st, enum expr_op op, expr_id a);
+expr_id expr_fun2(struct expr_store *st, enum expr_op op, expr_id a, expr_id b);
+/* A new linear solve (copies the handles); returns its index for expr_solution. */
+int expr_solve_add(struct expr_store *st, int m, const expr_id *matrix, const expr_id *rhs);
+expr_id expr_solution(struct expr_store *st, int solve, int component);
+
+/* Questions. */
+static inline enum expr_op expr_op_of(const struct expr_store *st, expr_id e) { return (enum expr_op)st->node[e].op; }
+static inline bool expr_is_const(const struct expr_store *st, expr_id e) { return st->node[e].op == EXPR_CONST; }
+bool expr_is_zero(const struct expr_store *st, expr_id e);         /* the constant 0 */
+bool expr_is_one(const struct expr_store *st, expr_id e);
+bool expr_is_int(const struct expr_store *st, expr_id e, long v);  /* the constant v */
+const fmpq *expr_const_value(const struct expr_store *st, expr_id e);
+
+/* Children: how many, and the k-th. SOLVE has m*m + m of them. */
+int expr_children(const struct expr_store *st, expr_id e);
+expr_id expr_child(const struct expr_store *st, expr_id e, int k);
+
+/* A reusable mark for walks over part of the graph. */
+struct expr_cone {
+    uint32_t *stamp; size_t stamp_cap; uint32_t now;
+    expr_id *list;   size_t list_cap;  int count;
+};
+void expr_cone_init(struct expr_cone *c);
+void expr_cone_clear(struct expr_cone *c);
+/* All nodes under the given roots, in increasing order (children first), into
+ * c->list[0..count). Cost: the size of the cone, times log for the sort. */
+void expr_cone_of(const struct expr_store *st, struct expr_cone *c, const expr_id *roots, int nroots);
+
+/* Replace symbols: for each node of the roots' cones, symbols i with map[i] != 0
+ * become map[i] (map has st->symbols entries). Roots are replaced in place. */
+void expr_substitute(struct expr_store *st, expr_id *roots, int nroots, const expr_id *map);
+
+#endif

@@ -1,0 +1,112 @@
+/* Dependence and sign by shape, one pass in handle order. */
+#include "facts.h"
+
+#include <stdlib.h>
+
+#include "mem.h"
+
+enum { DEPENDS = EXPR_HAS_VARIABLE | EXPR_HAS_TIME | EXPR_HAS_PARAMETER };
+enum { SIGNS = EXPR_NONNEGATIVE | EXPR_NONPOSITIVE };
+
+void expr_facts_init(struct expr_facts *f)
+{
+    *f = (struct expr_facts){ 0 };
+}
+
+void expr_facts_clear(struct expr_facts *f)
+{
+    free(f->flag);
+    *f = (struct expr_facts){ 0 };
+}
+
+static unsigned negate(unsigned x)
+{
+    unsigned s = x & EXPR_NONZERO;
+    if (x & EXPR_NONNEGATIVE)
+        s |= EXPR_NONPOSITIVE;
+    if (x & EXPR_NONPOSITIVE)
+        s |= EXPR_NONNEGATIVE;
+    return s;
+}
+
+static unsigned sum(unsigned x, unsigned y)
+{
+    unsigned s = x & y & SIGNS;
+    if (s && ((x | y) & EXPR_NONZERO))
+        s |= EXPR_NONZERO;
+    return s;
+}
+
+static unsigned product(unsigned x, unsigned y)
+{
+    unsigned s = x & y & EXPR_NONZERO;
+    if ((x & SIGNS) && (y & SIGNS)) {
+        bool same = !!(x & EXPR_NONNEGATIVE) == !!(y & EXPR_NONNEGATIVE);
+        s |= same ? EXPR_NONNEGATIVE : EXPR_NONPOSITIVE;
+    }
+    return s;
+}
+
+static unsigned of_constant(const fmpq *q)
+{
+    int sign = fmpq_sgn(q);
+    if (sign == 0)
+        return SIGNS;
+    return EXPR_NONZERO | (sign > 0 ? EXPR_NONNEGATIVE : EXPR_NONPOSITIVE);
+}
+
+static unsigned of_symbol(enum expr_symbol_kind kind)
+{
+    if (kind == EXPR_PARAMETER)
+        return EXPR_HAS_PARAMETER;
+    return kind == EXPR_TIME ? EXPR_HAS_TIME : EXPR_HAS_VARIABLE;
+}
+
+static unsigned sign_of(const struct expr_store *st, expr_id e, const unsigned char *flag)
+{
+    const struct expr_node *n = st->node + e;
+    unsigned x, y;
+    switch ((enum expr_op)n->op) {
+    case EXPR_CONST: return of_constant(st->constant + n->a);
+    case EXPR_PI: case EXPR_UNDEF_OP: return EXPR_NONZERO | EXPR_NONNEGATIVE;
+    case EXPR_SYM: case EXPR_SOLVE: return 0;
+    default: break;
+    }
+    x = flag[n->a];
+    switch ((enum expr_op)n->op) {
+    case EXPR_POWI:
+        if (n->b % 2 == 0)
+            return EXPR_NONNEGATIVE | (x & EXPR_NONZERO) | (n->b < 0 ? EXPR_NONZERO : 0u);
+        return (x & (SIGNS | EXPR_NONZERO)) | (n->b < 0 ? EXPR_NONZERO : 0u);
+    case EXPR_NEG: return negate(x);
+    case EXPR_ABS: case EXPR_SQRT: return EXPR_NONNEGATIVE | (x & EXPR_NONZERO);
+    case EXPR_EXP: case EXPR_COSH: case EXPR_POW: return EXPR_NONNEGATIVE | EXPR_NONZERO;
+    case EXPR_SINH: case EXPR_TANH: case EXPR_ASINH: case EXPR_ATAN: case EXPR_CBRT: case EXPR_SIGN:
+        return x & (SIGNS | EXPR_NONZERO);
+    case EXPR_ACOS: case EXPR_ACOSH: return EXPR_NONNEGATIVE;
+    default: break;
+    }
+    if (expr_op_args((enum expr_op)n->op) < 2)
+        return 0;
+    y = flag[n->b];
+    switch ((enum expr_op)n->op) {
+    case EXPR_ADD: return sum(x, y);
+    case EXPR_SUB: return sum(x, negate(y));
+    case EXPR_MUL: return product(x, y);
+    case EXPR_DIV: return product(x, y | EXPR_NONZERO);
+    default: return x & y & (SIGNS | EXPR_NONZERO) & ((x & y & SIGNS) ? 0xffu : 0u);
+    }
+}
+
+unsigned expr_facts_of(struct expr_facts *f, const struct expr_store *st, expr_id e)
+{
+    SGA_RESERVE(f->flag, f->cap, st->nodes);
+    for (; f->known < st->nodes; f->known++) {
+        expr_id i = f->known;
+        unsigned d = expr_op_of(st, i) == EXPR_SYM ? of_symbol(st->symbol[st->node[i].a].kind) : 0;
+        for (int k = 0, n = expr_children(st, i); k < n; k++)
+            d |= f->flag[expr_child(st, i, k)] & DEPENDS;
+        f->flag[i] = (unsigned char)(d | (sign_of(st, i, f->flag) & ~(unsigned)DEPENDS));
+    }
+    return f->flag[e];
+}

@@ -1,0 +1,262 @@
+/* The store: nodes, constants, symbols, hash-consing, and the sticky error. */
+#include "store.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <flint/fmpz.h>
+
+#include "mem.h"
+
+static const struct {
+    const char *text;
+    int args;
+} op_table[EXPR_OP_COUNT] = {
+#define X(sym, text, args) [EXPR_##sym] = { text, args },
+    EXPR_OP_TABLE(X)
+#undef X
+};
+
+const char *expr_op_text(enum expr_op op) { return op_table[op].text; }
+int expr_op_args(enum expr_op op) { return op_table[op].args; }
+
+enum expr_op expr_function(const char *name, size_t len)
+{
+    for (int op = EXPR_SIN; op <= EXPR_MAX; op++)
+        if (strlen(op_table[op].text) == len && memcmp(op_table[op].text, name, len) == 0)
+            return (enum expr_op)op;
+    return EXPR_UNDEF_OP;
+}
+
+void expr_store_init(struct expr_store *st)
+{
+    *st = (struct expr_store){ .max_bits = 1 << 17 };
+    SGA_RESERVE(st->node, st->node_cap, 64);
+    st->node[0] = (struct expr_node){ .op = EXPR_UNDEF_OP };
+    st->nodes = 1;
+    st->hash_mask = 255;
+    st->hash = sga_calloc(st->hash_mask + 1, sizeof *st->hash);
+    st->names_mask = 63;
+    st->names = sga_calloc(st->names_mask + 1, sizeof *st->names);
+}
+
+void expr_store_clear(struct expr_store *st)
+{
+    for (int i = 0; i < st->constants; i++)
+        fmpq_clear(st->constant + i);
+    for (int i = 0; i < st->symbols; i++)
+        free(st->symbol[i].name);
+    for (int i = 0; i < st->solves; i++) {
+        free(st->solve[i].matrix);
+        free(st->solve[i].rhs);
+    }
+    free(st->node);
+    free(st->constant);
+    free(st->symbol);
+    free(st->solve);
+    free(st->hash);
+    free(st->names);
+    *st = (struct expr_store){ 0 };
+}
+
+static uint32_t mix(uint64_t op, uint64_t a, uint64_t b)
+{
+    uint64_t h = op * 0x9E3779B97F4A7C15u;
+    h ^= (a + 0x632BE59BD9B4E019u) * 0xC2B2AE3D27D4EB4Fu;
+    h = (h << 31) | (h >> 33);
+    h ^= (b + 0x9FB21C651E98DF25u) * 0x165667B19E3779F9u;
+    h *= 0x9E3779B97F4A7C15u;
+    return (uint32_t)(h >> 32);
+}
+
+static uint32_t constant_hash(const fmpq *q)
+{
+    return mix(EXPR_CONST, fmpz_fdiv_ui(fmpq_numref(q), 4294967291u),
+               fmpz_fdiv_ui(fmpq_denref(q), 4294967291u));
+}
+
+static uint32_t node_hash(const struct expr_store *st, const struct expr_node *n)
+{
+    if (n->op == EXPR_CONST)
+        return constant_hash(st->constant + n->a);
+    return mix(n->op, (uint32_t)n->a, (uint32_t)n->b);
+}
+
+static void rehash(struct expr_store *st)
+{
+    st->hash_mask = 2 * st->hash_mask + 1;
+    free(st->hash);
+    st->hash = sga_calloc((size_t)st->hash_mask + 1, sizeof *st->hash);
+    for (int32_t i = 1; i < st->nodes; i++) {
+        uint32_t h = node_hash(st, st->node + i) & st->hash_mask;
+        while (st->hash[h])
+            h = (h + 1) & st->hash_mask;
+        st->hash[h] = i;
+    }
+}
+
+static bool room(struct expr_store *st)
+{
+    if (!expr_store_ok(st))
+        return false;
+    if (st->max_nodes && st->nodes >= st->max_nodes)
+        return sga_fail(&st->error, SGA_E_LIMIT_NODES,
+                        "the limit of %d expression nodes was reached; raise limits.nodes or ask for less in want",
+                        st->max_nodes);
+    if ((uint64_t)st->nodes * 2 > st->hash_mask)
+        rehash(st);
+    SGA_RESERVE(st->node, st->node_cap, st->nodes + 1);
+    return true;
+}
+
+expr_id expr_node_make(struct expr_store *st, enum expr_op op, int32_t a, int32_t b)
+{
+    if (!room(st))
+        return EXPR_UNDEF;
+    uint32_t h = mix(op, (uint32_t)a, (uint32_t)b) & st->hash_mask;
+    for (; st->hash[h]; h = (h + 1) & st->hash_mask) {
+        const struct expr_node *n = st->node + st->hash[h];
+        if (n->op == op && n->a == a && n->b == b)
+            return st->hash[h];
+    }
+    st->node[st->nodes] = (struct expr_node){ .op = (uint8_t)op, .a = a, .b = b };
+    st->hash[h] = st->nodes;
+    return st->nodes++;
+}
+
+expr_id expr_fmpq(struct expr_store *st, const fmpq_t q)
+{
+    if (!room(st))
+        return EXPR_UNDEF;
+    if ((long)fmpz_bits(fmpq_numref(q)) > st->max_bits || (long)fmpz_bits(fmpq_denref(q)) > st->max_bits) {
+        sga_fail(&st->error, SGA_E_LIMIT_BITS,
+                 "an exact number grew past %ld bits; use smaller numbers or exponents", st->max_bits);
+        return EXPR_UNDEF;
+    }
+    uint32_t h = constant_hash(q) & st->hash_mask;
+    for (; st->hash[h]; h = (h + 1) & st->hash_mask) {
+        const struct expr_node *n = st->node + st->hash[h];
+        if (n->op == EXPR_CONST && fmpq_equal(st->constant + n->a, q))
+            return st->hash[h];
+    }
+    SGA_RESERVE(st->constant, st->constant_cap, st->constants + 1);
+    fmpq_init(st->constant + st->constants);
+    fmpq_set(st->constant + st->constants, q);
+    st->node[st->nodes] = (struct expr_node){ .op = EXPR_CONST, .a = st->constants++ };
+    st->hash[h] = st->nodes;
+    return st->nodes++;
+}
+
+/* FNV-1a */
+static uint32_t name_hash(const char *name, size_t len)
+{
+    uint32_t h = 2166136261u;
+    for (size_t i = 0; i < len; i++)
+        h = (h ^ (unsigned char)name[i]) * 16777619u;
+    return h;
+}
+
+static void file_name(struct expr_store *st, int symbol)
+{
+    const char *name = st->symbol[symbol].name;
+    uint32_t h = name_hash(name, strlen(name)) & st->names_mask;
+    while (st->names[h])
+        h = (h + 1) & st->names_mask;
+    st->names[h] = symbol + 1;
+}
+
+static void grow_names(struct expr_store *st)
+{
+    st->names_mask = 2 * st->names_mask + 1;
+    free(st->names);
+    st->names = sga_calloc((size_t)st->names_mask + 1, sizeof *st->names);
+    for (int i = 0; i < st->symbols; i++)
+        file_name(st, i);
+}
+
+expr_id expr_symbol_add(struct expr_store *st, const char *name, enum expr_symbol_kind kind)
+{
+    int old = expr_symbol_find(st, name, strlen(name));
+    if (old >= 0)
+        return st->symbol[old].kind == kind ? st->symbol[old].node : EXPR_UNDEF;
+    expr_id e = expr_node_make(st, EXPR_SYM, st->symbols, 0);
+    if (!e)
+        return e;
+    SGA_RESERVE(st->symbol, st->symbol_cap, st->symbols + 1);
+    st->symbol[st->symbols++] = (struct expr_symbol){ .name = sga_strdup(name), .kind = kind, .node = e };
+    if ((uint32_t)st->symbols * 2 > st->names_mask)
+        grow_names(st);
+    else
+        file_name(st, st->symbols - 1);
+    return e;
+}
+
+int expr_symbol_find(const struct expr_store *st, const char *name, size_t len)
+{
+    uint32_t h = name_hash(name, len) & st->names_mask;
+    for (; st->names[h]; h = (h + 1) & st->names_mask) {
+        const char *known = st->symbol[st->names[h] - 1].name;
+        if (strncmp(known, name, len) == 0 && known[len] == 0)
+            return st->names[h] - 1;
+    }
+    return -1;
+}
+
+int expr_solve_add(struct expr_store *st, int m, const expr_id *matrix, const expr_id *rhs)
+{
+    SGA_RESERVE(st->solve, st->solve_cap, st->solves + 1);
+    struct expr_solve *s = st->solve + st->solves;
+    s->m = m;
+    s->matrix = sga_malloc((size_t)m * (size_t)m * sizeof *s->matrix);
+    s->rhs = sga_malloc((size_t)m * sizeof *s->rhs);
+    memcpy(s->matrix, matrix, (size_t)m * (size_t)m * sizeof *s->matrix);
+    memcpy(s->rhs, rhs, (size_t)m * sizeof *s->rhs);
+    return st->solves++;
+}
+
+expr_id expr_solution(struct expr_store *st, int solve, int component)
+{
+    return expr_node_make(st, EXPR_SOLVE, solve, component);
+}
+
+bool expr_is_zero(const struct expr_store *st, expr_id e)
+{
+    return expr_is_const(st, e) && fmpq_is_zero(st->constant + st->node[e].a);
+}
+
+bool expr_is_one(const struct expr_store *st, expr_id e)
+{
+    return expr_is_const(st, e) && fmpq_is_one(st->constant + st->node[e].a);
+}
+
+bool expr_is_int(const struct expr_store *st, expr_id e, long v)
+{
+    if (!expr_is_const(st, e))
+        return false;
+    const fmpq *q = st->constant + st->node[e].a;
+    return fmpz_is_one(fmpq_denref(q)) && fmpz_equal_si(fmpq_numref(q), v);
+}
+
+const fmpq *expr_const_value(const struct expr_store *st, expr_id e)
+{
+    return st->constant + st->node[e].a;
+}
+
+int expr_children(const struct expr_store *st, expr_id e)
+{
+    const struct expr_node *n = st->node + e;
+    if (n->op == EXPR_SOLVE) {
+        int m = st->solve[n->a].m;
+        return m * m + m;
+    }
+    return op_table[n->op].args;
+}
+
+expr_id expr_child(const struct expr_store *st, expr_id e, int k)
+{
+    const struct expr_node *n = st->node + e;
+    if (n->op == EXPR_SOLVE) {
+        const struct expr_solve *s = st->solve + n->a;
+        return k < s->m * s->m ? s->matrix[k] : s->rhs[k - s->m * s->m];
+    }
+    return k == 0 ? n->a : n->b;
+}

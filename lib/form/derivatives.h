@@ -1,0 +1,9 @@
+/* Inside the form folder only: symbols of derivatives. */
+#ifndef SGA_FORM_DERIVATIVES_H
+#define SGA_FORM_DERIVATIVES_H
+
+#include "equations.h"
+
+int form_derivative_symbol(struct form_equations *f, int u, int order);
+
+#endif

@@ -1,0 +1,132 @@
+/* The whole request, member by member. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+#include "reader.h"
+
+static void defaults(struct request *r)
+{
+    *r = (struct request){ 0 };
+    expr_store_init(&r->store);
+    sys_init(&r->system, &r->store);
+    r->accuracy = (struct request_accuracy){ .rtol = 1e-8, .atol = 1e-10, .arithmetic = REQUEST_AUTO };
+    r->limits = (struct request_limits){ .seconds = 30, .nodes = 20000000, .generations = 1000 };
+}
+
+/* What is wanted against what is given. */
+static bool check_wants(struct reader *rd, const json_t *trajectory)
+{
+    struct request *r = rd->r;
+    unsigned needs = r->want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF | REQUEST_CONSISTENT_INITIAL);
+    if (!needs)
+        return true;
+    if (!trajectory)
+        return at_fail(rd, SGA_E_MISSING_MEMBER, "\"%s\" is wanted, but the member \"trajectory\" is missing",
+                       r->want & REQUEST_TRAJECTORY ? "trajectory" : r->want & REQUEST_TRADEOFF ? "tradeoff"
+                                                                                               : "consistent_initial");
+    if (rd->symbolic[0]) {
+        at_member(rd, "system");
+        at_member(rd, "parameters");
+        at_member(rd, rd->symbolic);
+        return at_fail(rd, SGA_E_SCHEMA, "%s needs the value of the parameter \"%s\", which is null",
+                       needs & REQUEST_TRAJECTORY ? "a trajectory" : needs & REQUEST_TRADEOFF ? "a tradeoff"
+                                                                                            : "a consistent start",
+                       rd->symbolic);
+    }
+    return true;
+}
+
+static bool read_symmetries(struct reader *rd, const json_t *v)
+{
+    static const char *const members[] = { "check", "search", NULL };
+    size_t mark = at_member(rd, "symmetries");
+    if (!only_members(rd, v, members))
+        return false;
+    rd->r->has_symmetries = true;
+    at_back(rd, mark);
+    return true;
+}
+
+static bool read_strata(struct reader *rd, const json_t *v)
+{
+    size_t mark = at_member(rd, "strata");
+    if (!read_boolean(rd, v, &rd->r->strata))
+        return false;
+    at_back(rd, mark);
+    return true;
+}
+
+static bool read_all(struct reader *rd, const json_t *v)
+{
+    static const char *const members[] = { "system", "want", "symmetries", "trajectory", "accuracy", "limits", "strata",
+                                           NULL };
+    if (!only_members(rd, v, members))
+        return false;
+    const json_t *limits = json_object_get(v, "limits"), *accuracy = json_object_get(v, "accuracy");
+    const json_t *trajectory = json_object_get(v, "trajectory"), *symmetries = json_object_get(v, "symmetries");
+    const json_t *want = json_object_get(v, "want"), *strata = json_object_get(v, "strata");
+    const json_t *system = need_member(rd, v, "system");
+    if (!system || (limits && !read_limits(rd, limits)))
+        return false;
+    rd->r->store.max_nodes = rd->r->limits.nodes;
+    if (!read_system(rd, system) || !read_want(rd, want))
+        return false;
+    if (!want && trajectory)
+        rd->r->want |= REQUEST_TRAJECTORY;
+    return check_wants(rd, trajectory)
+        && (!trajectory || read_trajectory(rd, trajectory)) && (!accuracy || read_accuracy(rd, accuracy))
+        && (!symmetries || read_symmetries(rd, symmetries)) && (!strata || read_strata(rd, strata)) && store_ok(rd);
+}
+
+bool request_read(struct request *r, const char *text, size_t length, struct sga_error *err)
+{
+    struct sga_error own = { 0 };
+    err = err ? err : &own;
+    defaults(r);
+    struct reader rd = { .r = r, .err = err };
+    json_t *v = load_json(text, length, err);
+    bool ok = v && read_all(&rd, v);
+    json_decref(v);
+    sga_buf_free(&rd.at);
+    free(rd.value);
+    free(rd.column);
+    if (!ok) {
+        if (err->code != SGA_E_OK && !err->stage[0])
+            strcpy(err->stage, "request");
+        make_utf8(err->detail);
+        make_utf8(err->pointer);
+        request_clear(r);
+    }
+    return ok;
+}
+
+static void clear_trajectory(struct request_trajectory *t)
+{
+    for (int i = 0; i < t->initials; i++)
+        free(t->initial[i].text);
+    for (int i = 0; i < t->outputs; i++)
+        free(t->output_text[i]);
+    for (int i = 0; i < t->rates; i++)
+        free(t->rate[i].text);
+    for (int i = 0; i < t->conditions; i++)
+        free(t->condition_text[i]);
+    free(t->times);
+    free(t->initial);
+    free(t->hold);
+    free(t->output);
+    free(t->output_text);
+    free(t->rate);
+    free(t->condition);
+    free(t->condition_text);
+}
+
+void request_clear(struct request *r)
+{
+    clear_trajectory(&r->trajectory);
+    sys_clear(&r->system);
+    expr_store_clear(&r->store);
+    free(r->name);
+    free(r->accuracy.method);
+    *r = (struct request){ 0 };
+}

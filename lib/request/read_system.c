@@ -1,0 +1,204 @@
+/* The member `system`: what all forms share, and the table of forms. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "form.h"
+#include "mem.h"
+#include "reader.h"
+
+static const char *const quasilinear_members[] = { "variables", "A", "alpha", "restrict", "transpose", NULL };
+static const char *const equations_members[] = { "variables", "equations", NULL };
+
+/* The forms of the vocabulary. A new form is a reader here and a file in the form folder. */
+static const struct form_kind form_table[] = {
+    { "quasilinear", read_quasilinear, quasilinear_members },
+    { "equations", read_equations, equations_members },
+    { "linear", NULL, NULL },
+    { "control", NULL, NULL },
+    { "hamiltonian", NULL, NULL },
+    { "lagrangian", NULL, NULL },
+    { "mechanical", NULL, NULL },
+    { "operator", NULL, NULL },
+};
+enum { FORMS = sizeof form_table / sizeof *form_table };
+
+static const struct form_kind *read_form(struct reader *rd, const json_t *system)
+{
+    const char *word[FORMS];
+    struct sga_buf ready = { 0 };
+    for (int i = 0; i < FORMS; i++) {
+        word[i] = form_table[i].name;
+        if (form_table[i].read)
+            sga_buf_printf(&ready, "%s\"%s\"", ready.len ? ", " : "", word[i]);
+    }
+    const json_t *v = need_member(rd, system, "form");
+    int k = -1;
+    if (v) {
+        size_t mark = at_member(rd, "form");
+        k = read_word(rd, v, word, FORMS, "a form");
+        if (k >= 0 && !form_table[k].read) {
+            at_fail(rd, SGA_E_NOT_SUPPORTED, "the form \"%s\" is not available yet; available are %s", word[k], ready.data);
+            k = -1;
+        }
+        at_back(rd, mark);
+    }
+    sga_buf_free(&ready);
+    return k < 0 ? NULL : form_table + k;
+}
+
+static bool form_members(struct reader *rd, const json_t *system, const struct form_kind *form)
+{
+    const char *allowed[16] = { "name", "form", "parameters", "time" };
+    int n = 4;
+    for (const char *const *m = form->members; *m; m++)
+        allowed[n++] = *m;
+    return only_members(rd, system, allowed);
+}
+
+static bool read_time(struct reader *rd, const json_t *system)
+{
+    const json_t *v = json_object_get(system, "time");
+    size_t mark = rd->at.len;
+    if (v)
+        at_member(rd, "time");
+    int symbol = v ? read_new_name(rd, v, EXPR_TIME) : new_name(rd, "t", EXPR_TIME);
+    if (symbol < 0)
+        return false;
+    at_back(rd, mark);
+    rd->r->system.time = symbol;
+    return true;
+}
+
+/* Names first, values beside them: a value may use numbers only, so it is read while the
+ * store has no names at all. */
+static bool read_parameter_values(struct reader *rd, const json_t *parameters, expr_id *value)
+{
+    const char *key;
+    json_t *v;
+    size_t i = 0;
+    json_object_foreach((json_t *)parameters, key, v) {
+        size_t mark = at_member(rd, key);
+        double finite;
+        value[i] = json_is_null(v) ? EXPR_UNDEF : read_expression(rd, v, NULL);
+        if (!json_is_null(v) && !value[i])
+            return false;
+        if (value[i] && !expr_is_const(&rd->r->store, value[i])
+            && !constant_value(&rd->r->store, value[i], &finite))
+            return at_fail(rd, SGA_E_EXPR_UNDEFINED, "the value of this parameter is no finite number");
+        at_back(rd, mark);
+        i++;
+    }
+    return true;
+}
+
+static bool add_parameters(struct reader *rd, const json_t *parameters, const expr_id *value)
+{
+    const char *key;
+    json_t *v;
+    size_t i = 0;
+    json_object_foreach((json_t *)parameters, key, v) {
+        size_t mark = at_member(rd, key);
+        int symbol = new_name(rd, key, EXPR_PARAMETER);
+        if (symbol < 0)
+            return false;
+        SGA_RESERVE(rd->value, rd->value_cap, symbol + 1);
+        while (rd->grammar.values <= symbol)
+            rd->value[rd->grammar.values++] = EXPR_UNDEF;
+        rd->grammar.value = rd->value;
+        rd->value[symbol] = value[i++];
+        if (!rd->value[symbol]) {
+            sys_add_parameter(&rd->r->system, symbol);
+            if (!rd->symbolic[0])
+                strcpy(rd->symbolic, key);
+        }
+        at_back(rd, mark);
+    }
+    return true;
+}
+
+static bool read_parameters_and_time(struct reader *rd, const json_t *system)
+{
+    const json_t *parameters = json_object_get(system, "parameters");
+    if (!parameters)
+        return read_time(rd, system);
+    size_t mark = at_member(rd, "parameters");
+    if (!json_is_object(parameters))
+        return expected(rd, "an object of names and values", parameters);
+    expr_id *value = sga_calloc(json_object_size(parameters) + 1, sizeof *value);
+    bool ok = read_parameter_values(rd, parameters, value);
+    if (ok) {
+        at_back(rd, mark);
+        ok = read_time(rd, system);
+    }
+    if (ok) {
+        at_member(rd, "parameters");
+        ok = add_parameters(rd, parameters, value);
+    }
+    free(value);
+    if (ok)
+        at_back(rd, mark);
+    return ok;
+}
+
+int *read_variables(struct reader *rd, const json_t *system, const char *member, int *count)
+{
+    const json_t *v = need_member(rd, system, member);
+    if (!v)
+        return NULL;
+    size_t mark = at_member(rd, member), n = list_size(v);
+    if (n > REQUEST_MAX_VARIABLES)
+        return at_fail(rd, SGA_E_LIMIT_VARIABLES, "there are %zu variables; the limit is %d", n, REQUEST_MAX_VARIABLES),
+               NULL;
+    if (n == 0)
+        return at_fail(rd, SGA_E_EMPTY_SYSTEM, "a system needs at least one variable"), NULL;
+    int *symbol = sga_malloc(n * sizeof *symbol);
+    for (size_t i = 0; i < n; i++) {
+        size_t here = at_item(rd, v, i);
+        symbol[i] = read_new_name(rd, list_item(v, i), EXPR_VARIABLE);
+        if (symbol[i] < 0) {
+            free(symbol);
+            return NULL;
+        }
+        at_back(rd, here);
+    }
+    at_back(rd, mark);
+    *count = (int)n;
+    return symbol;
+}
+
+static void index_columns(struct reader *rd)
+{
+    const struct sys_system *s = &rd->r->system;
+    rd->columns = rd->r->store.symbols;
+    rd->column = sga_malloc(((size_t)rd->columns + 1) * sizeof *rd->column);
+    for (int i = 0; i < rd->columns; i++)
+        rd->column[i] = -1;
+    for (int j = 0; j < s->variables; j++)
+        rd->column[s->variable[j].symbol] = j;
+}
+
+bool read_system(struct reader *rd, const json_t *v)
+{
+    size_t mark = at_member(rd, "system");
+    if (!json_is_object(v))
+        return expected(rd, "an object", v);
+    const struct form_kind *form = read_form(rd, v);
+    if (!form || !form_members(rd, v, form))
+        return false;
+    rd->r->form = form->name;
+    const json_t *name = json_object_get(v, "name");
+    if (name) {
+        size_t here = at_member(rd, "name");
+        if (!read_string(rd, name))
+            return false;
+        rd->r->name = sga_strdup(json_string_value(name));
+        at_back(rd, here);
+    }
+    if (!read_parameters_and_time(rd, v) || !form->read(rd, v))
+        return false;
+    index_columns(rd);
+    rd->grammar.derivative = state_derivative;
+    rd->grammar.ctx = rd;
+    at_back(rd, mark);
+    return store_ok(rd);
+}

@@ -1,0 +1,232 @@
+/* Strict access to JSON values, with the pointer of the place. */
+#include "reader.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+#include "suggest.h"
+
+size_t at_member(struct reader *rd, const char *key)
+{
+    size_t mark = rd->at.len;
+    sga_buf_put(&rd->at, "/", 1);
+    for (const char *s = key; *s; s++) {
+        if (*s == '~')
+            sga_buf_put(&rd->at, "~0", 2);
+        else if (*s == '/')
+            sga_buf_put(&rd->at, "~1", 2);
+        else
+            sga_buf_put(&rd->at, s, 1);
+    }
+    return mark;
+}
+
+size_t at_index(struct reader *rd, size_t index)
+{
+    size_t mark = rd->at.len;
+    sga_buf_printf(&rd->at, "/%zu", index);
+    return mark;
+}
+
+void at_back(struct reader *rd, size_t mark)
+{
+    rd->at.len = mark;
+    if (rd->at.data)
+        rd->at.data[mark] = 0;
+}
+
+bool at_fail(struct reader *rd, enum sga_code code, const char *fmt, ...)
+{
+    char text[sizeof rd->err->detail];
+    va_list ap;
+    va_start(ap, fmt);
+    vsnprintf(text, sizeof text, fmt, ap);
+    va_end(ap);
+    return sga_fail_at(rd->err, code, rd->at.data ? rd->at.data : "", "%s", text);
+}
+
+const char *kind_of(const json_t *v)
+{
+    switch (v ? json_typeof(v) : JSON_NULL) {
+    case JSON_OBJECT:  return "an object";
+    case JSON_ARRAY:   return "an array";
+    case JSON_STRING:  return "a string";
+    case JSON_INTEGER:
+    case JSON_REAL:    return "a number";
+    case JSON_TRUE:    return "true";
+    case JSON_FALSE:   return "false";
+    default:           return "null";
+    }
+}
+
+bool expected(struct reader *rd, const char *what, const json_t *v)
+{
+    return at_fail(rd, SGA_E_SCHEMA, "expected %s, found %s", what, kind_of(v));
+}
+
+bool only_members(struct reader *rd, const json_t *v, const char *const *allowed)
+{
+    if (!json_is_object(v))
+        return expected(rd, "an object", v);
+    const char *key;
+    json_t *item;
+    json_object_foreach((json_t *)v, key, item) {
+        const char *const *a = allowed;
+        while (*a && strcmp(*a, key) != 0)
+            a++;
+        if (*a)
+            continue;
+        struct suggest s;
+        suggest_begin(&s, key, strlen(key));
+        struct sga_buf known = { 0 };
+        for (a = allowed; *a; a++) {
+            suggest_offer(&s, *a);
+            sga_buf_printf(&known, "%s%s", known.len ? ", " : "", *a);
+        }
+        at_member(rd, key);
+        if (s.best)
+            at_fail(rd, SGA_E_UNKNOWN_MEMBER, "the member \"%.60s\" is not known; did you mean \"%s\"?", key, s.best);
+        else
+            at_fail(rd, SGA_E_UNKNOWN_MEMBER, "the member \"%.60s\" is not known here; known are %.500s", key, known.data);
+        sga_buf_free(&known);
+        return false;
+    }
+    return true;
+}
+
+const json_t *need_member(struct reader *rd, const json_t *object, const char *key)
+{
+    const json_t *v = json_object_get(object, key);
+    if (!v)
+        at_fail(rd, SGA_E_MISSING_MEMBER, "the member \"%s\" is missing", key);
+    return v;
+}
+
+size_t list_size(const json_t *v)
+{
+    return json_is_array(v) ? json_array_size(v) : 1;
+}
+
+const json_t *list_item(const json_t *v, size_t i)
+{
+    return json_is_array(v) ? json_array_get(v, i) : v;
+}
+
+size_t at_item(struct reader *rd, const json_t *list, size_t i)
+{
+    return json_is_array(list) ? at_index(rd, i) : rd->at.len;
+}
+
+bool store_ok(struct reader *rd)
+{
+    const struct sga_error *e = &rd->r->store.error;
+    return expr_store_ok(&rd->r->store) || at_fail(rd, e->code, "%s", e->detail);
+}
+
+static expr_id integer_constant(struct reader *rd, json_int_t v)
+{
+    expr_id e = expr_int(&rd->r->store, (long)v);
+    return store_ok(rd) ? e : EXPR_UNDEF;
+}
+
+expr_id read_expression(struct reader *rd, const json_t *v, char **text)
+{
+    char decimal[40] = "";
+    const char *s = decimal;
+    if (json_is_string(v))
+        s = json_string_value(v);
+    else if (json_is_integer(v))
+        snprintf(decimal, sizeof decimal, "%lld", (long long)json_integer_value(v));
+    else if (json_is_real(v))
+        sga_format_double(decimal, json_real_value(v));
+    else
+        return (expr_id)expected(rd, "an expression (a string or a number)", v);
+    expr_id e = json_is_integer(v) ? integer_constant(rd, json_integer_value(v))
+                                   : expr_parse(&rd->r->store, s, &rd->grammar, rd->err);
+    if (!e) {
+        if (rd->err && !rd->err->pointer[0] && rd->at.data)
+            snprintf(rd->err->pointer, sizeof rd->err->pointer, "%s", rd->at.data);
+    } else if (text) {
+        *text = sga_strdup(s);
+    }
+    return e;
+}
+
+bool read_value(struct reader *rd, const json_t *v, double *out, char **text)
+{
+    char *own = NULL;
+    expr_id e = read_expression(rd, v, &own);
+    bool ok = e && (constant_value(&rd->r->store, e, out)
+                    || at_fail(rd, SGA_E_SCHEMA, "expected a constant: a finite number, or an expression of numbers%s",
+                               rd->symbolic[0] ? " and parameters that have a value" : " and parameters"));
+    if (ok && text)
+        *text = own;
+    else
+        free(own);
+    return ok;
+}
+
+bool read_number(struct reader *rd, const json_t *v, double low, double high, double *out)
+{
+    if (!json_is_number(v) && !json_is_string(v))
+        return expected(rd, "a number", v);
+    if (!read_value(rd, v, out, NULL))
+        return false;
+    if (*out >= low && *out <= high)
+        return true;
+    return at_fail(rd, SGA_E_SCHEMA, "the number %g lies outside its limits %g to %g", *out, low, high);
+}
+
+bool read_integer(struct reader *rd, const json_t *v, long low, long high, long *out)
+{
+    double d = json_is_number(v) ? json_number_value(v) : NAN;
+    if (!(d == floor(d)) || isinf(d))
+        return expected(rd, "an integer", v);
+    if (d < (double)low || d > (double)high)
+        return at_fail(rd, SGA_E_SCHEMA, "the integer %.0f lies outside its limits %ld to %ld", d, low, high);
+    *out = (long)d;
+    return true;
+}
+
+bool read_boolean(struct reader *rd, const json_t *v, bool *out)
+{
+    if (!json_is_boolean(v))
+        return expected(rd, "true or false", v);
+    *out = json_is_true(v);
+    return true;
+}
+
+const char *read_string(struct reader *rd, const json_t *v)
+{
+    if (!json_is_string(v))
+        expected(rd, "a string", v);
+    return json_string_value(v);
+}
+
+int read_word(struct reader *rd, const json_t *v, const char *const *word, int n, const char *what)
+{
+    const char *s = read_string(rd, v);
+    if (!s)
+        return -1;
+    struct suggest near;
+    suggest_begin(&near, s, strlen(s));
+    struct sga_buf known = { 0 };
+    for (int i = 0; i < n; i++) {
+        if (strcmp(word[i], s) == 0) {
+            sga_buf_free(&known);
+            return i;
+        }
+        suggest_offer(&near, word[i]);
+        sga_buf_printf(&known, "%s\"%s\"", i ? ", " : "", word[i]);
+    }
+    if (near.best)
+        at_fail(rd, SGA_E_SCHEMA, "\"%.60s\" is not %s; did you mean \"%s\"?", s, what, near.best);
+    else
+        at_fail(rd, SGA_E_SCHEMA, "\"%.60s\" is not %s; known are %.500s", s, what, known.data);
+    sga_buf_free(&known);
+    return -1;
+}

@@ -1,0 +1,92 @@
+/* Inside the request folder only: where the reader is, and strict access to JSON. */
+#ifndef SGA_REQUEST_READER_H
+#define SGA_REQUEST_READER_H
+
+#include <jansson.h>
+
+#include "equations.h"
+#include "parse.h"
+#include "request.h"
+
+struct reader {
+    struct request *r;
+    struct sga_error *err;
+    struct sga_buf at;             /* JSON Pointer of the value being read */
+    struct expr_grammar grammar;   /* with the parameters' values */
+    expr_id *value;                /* by symbol: value of a parameter, or EXPR_UNDEF */
+    size_t value_cap;
+    int *column;                   /* by symbol: state variable, or -1 (once the system stands) */
+    int columns;
+    char symbolic[REQUEST_MAX_NAME + 1];   /* a parameter that stays symbolic, or "" */
+};
+
+/* The pointer grows by a member or an index; `at_back` takes it back to a mark. On a
+ * failure it stays where it is: reading ends there. */
+size_t at_member(struct reader *rd, const char *key);
+size_t at_index(struct reader *rd, size_t index);
+void at_back(struct reader *rd, size_t mark);
+/* Records an error at the current pointer; returns false. */
+bool at_fail(struct reader *rd, enum sga_code code, const char *fmt, ...) __attribute__((format(printf, 3, 4)));
+/* "a string", "an object", ...: what a value is, for messages. */
+const char *kind_of(const json_t *v);
+bool expected(struct reader *rd, const char *what, const json_t *v);
+
+/* v is an object with no other members than these (NULL-terminated). */
+bool only_members(struct reader *rd, const json_t *v, const char *const *allowed);
+/* A member that must be there: NULL, with MISSING_MEMBER at the object, if it is not. */
+const json_t *need_member(struct reader *rd, const json_t *object, const char *key);
+
+/* A value that is no array is a list of one element. */
+size_t list_size(const json_t *v);
+const json_t *list_item(const json_t *v, size_t i);
+size_t at_item(struct reader *rd, const json_t *list, size_t i);
+
+/* Values. The text of an expression (a string, or a number as its decimal) goes to
+ * *text where text is not NULL; the caller frees it. */
+expr_id read_expression(struct reader *rd, const json_t *v, char **text);
+bool read_number(struct reader *rd, const json_t *v, double low, double high, double *out);
+/* A constant: a number or an exact string, of constants and valued parameters. */
+bool read_value(struct reader *rd, const json_t *v, double *out, char **text);
+bool read_integer(struct reader *rd, const json_t *v, long low, long high, long *out);
+bool read_boolean(struct reader *rd, const json_t *v, bool *out);
+const char *read_string(struct reader *rd, const json_t *v);
+/* The place of a string in a table of n words; -1 with an error naming them. */
+int read_word(struct reader *rd, const json_t *v, const char *const *word, int n, const char *what);
+/* Moves the store's sticky error to the current pointer. */
+bool store_ok(struct reader *rd);
+
+/* names.c: a new symbol under a name that is allowed and not taken; its index or -1. */
+int read_new_name(struct reader *rd, const json_t *v, enum expr_symbol_kind kind);
+int new_name(struct reader *rd, const char *name, enum expr_symbol_kind kind);
+/* The state variable of a name (x, x', der(x, 2)); index into system.variable or -1. */
+int state_variable(struct reader *rd, const char *name);
+/* For struct expr_grammar once the system stands: x' where it is a state variable. */
+expr_id state_derivative(void *ctx, int symbol, int order);
+
+/* value.c: the double nearest to a constant expression; false where it has none. */
+bool constant_value(const struct expr_store *st, expr_id e, double *out);
+
+/* The parts of a request. */
+bool read_system(struct reader *rd, const json_t *v);
+bool read_want(struct reader *rd, const json_t *v);
+bool read_trajectory(struct reader *rd, const json_t *v);
+bool read_accuracy(struct reader *rd, const json_t *v);
+bool read_limits(struct reader *rd, const json_t *v);
+
+/* A form: how its members become rows. The variables' names stand in the store. */
+struct form_kind {
+    const char *name;
+    bool (*read)(struct reader *rd, const json_t *system);   /* NULL: not available yet */
+    const char *const *members;                              /* beside the common ones */
+};
+bool read_quasilinear(struct reader *rd, const json_t *system);
+bool read_equations(struct reader *rd, const json_t *system);
+/* The member `variables` as new symbols; caller frees. NULL on failure. */
+int *read_variables(struct reader *rd, const json_t *system, const char *member, int *count);
+
+/* json.c: text to JSON, or err with line and column. The caller releases it. */
+json_t *load_json(const char *text, size_t length, struct sga_error *err);
+/* Messages are cut at a number of bytes: what is then no UTF-8 becomes '?'. */
+void make_utf8(char *text);
+
+#endif

@@ -1,0 +1,107 @@
+/* A request, read from JSON and checked: what run works on.
+ *
+ * This folder is the only one that knows the JSON library. Reading is strict: every
+ * member is known, of its type, within its limits; the first fault is reported with
+ * its JSON Pointer, and inside an expression with line and column. A struct request
+ * owns everything it points to, and keeps no JSON. */
+#ifndef SGA_REQUEST_REQUEST_H
+#define SGA_REQUEST_REQUEST_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "buf.h"
+#include "system.h"
+
+/* What can be wanted: symbol, name. The bit of a symbol is 1u << its place. */
+#define REQUEST_WANT_TABLE(X) \
+    X(CONSTRAINTS, "constraints") X(INDEX, "index") X(VECTOR_FIELD, "vector_field") \
+    X(GAUGE, "gauge") X(CONSISTENT_INITIAL, "consistent_initial") X(SYMMETRIES, "symmetries") \
+    X(STRUCTURE, "structure") X(TRAJECTORY, "trajectory") X(TRADEOFF, "tradeoff")
+
+enum {
+#define X(sym, text) REQUEST_PLACE_##sym,
+    REQUEST_WANT_TABLE(X)
+#undef X
+    REQUEST_WANTS
+};
+enum request_want {
+#define X(sym, text) REQUEST_##sym = 1 << REQUEST_PLACE_##sym,
+    REQUEST_WANT_TABLE(X)
+#undef X
+};
+const char *request_want_text(int place);      /* 0 <= place < REQUEST_WANTS */
+
+enum request_arithmetic {
+    REQUEST_AUTO, REQUEST_DOUBLE, REQUEST_DOUBLE_DOUBLE, REQUEST_BALL
+};
+
+struct request_initial {
+    int variable;             /* index into system.variable */
+    double value;             /* nearest double to the exact text */
+    char *text;               /* as given, in the grammar */
+};
+
+struct request_rate {
+    int variable;             /* index into system.variable */
+    expr_id rate;             /* its derivative: of variables and time */
+    char *text;
+};
+
+struct request_trajectory {
+    bool has;                 /* the request has this member */
+    double start;             /* where `initial` holds */
+    double *times;            /* samples of them, strictly increasing from start or later
+                               * (or strictly decreasing from start or earlier); NULL where
+                               * neither stop nor times was given and no trajectory is wanted */
+    int samples;
+    struct request_initial *initial; int initials;   /* in the order of the variables */
+    int *hold; int holds;                            /* variable indices, in the order given */
+    expr_id *output; char **output_text; int outputs;  /* 0: all variables */
+    struct request_rate *rate; int rates;            /* in the order of the variables */
+    expr_id *condition; char **condition_text; int conditions;   /* functions that shall vanish */
+};
+
+struct request_accuracy {
+    double rtol, atol;        /* 1e-8, 1e-10 unless said */
+    enum request_arithmetic arithmetic;
+    char *method;             /* NULL: chosen */
+};
+
+struct request_limits {
+    double seconds;           /* 30 unless said */
+    int nodes;                /* of the expression store */
+    int generations;
+};
+
+struct request {
+    struct expr_store store;
+    struct sys_system system;         /* in store */
+    char *name;                       /* of the system; NULL: none */
+    const char *form;                 /* static text */
+    unsigned want;                    /* bits of enum request_want */
+    struct request_trajectory trajectory;
+    struct request_accuracy accuracy;
+    struct request_limits limits;
+    bool has_symmetries;              /* the member is there; its content is not read yet */
+    bool strata;                      /* each stratum shall be solved on its own */
+};
+
+/* Read a request. On failure err is filled and r is left cleared. Cost: linear in the text and
+ * in what the form makes of it. */
+bool request_read(struct request *r, const char *text, size_t length, struct sga_error *err);
+void request_clear(struct request *r);
+
+/* The same JSON, compact, members sorted, numbers in their shortest form (1.0 and 1e0 are 1):
+ * appended to out. Checks the JSON only, not what it means. */
+bool request_canonical(const char *text, size_t length, struct sga_buf *out, struct sga_error *err);
+
+/* Limits that a request may not pass. */
+enum {
+    REQUEST_MAX_VARIABLES = 20000,
+    REQUEST_MAX_SAMPLES = 1000000,
+    REQUEST_MAX_NAME = 128,           /* bytes of a name */
+    REQUEST_MAX_DEPTH = 64            /* of nested JSON */
+};
+
+#endif

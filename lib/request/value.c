@@ -1,0 +1,98 @@
+/* The double nearest to a constant expression such as "sqrt(2)/3": exact rationals are
+ * rounded once, the rest is evaluated in doubles. */
+#include <flint/fmpz.h>
+#include <math.h>
+#include <mpfr.h>
+#include <stdlib.h>
+
+#include "mem.h"
+#include "reader.h"
+
+static double nearest(const fmpq *q)
+{
+    mpq_t exact;
+    mpfr_t rounded;
+    mpq_init(exact);
+    fmpz_get_mpz(mpq_numref(exact), fmpq_numref(q));
+    fmpz_get_mpz(mpq_denref(exact), fmpq_denref(q));
+    mpfr_init2(rounded, 53);
+    mpfr_set_q(rounded, exact, MPFR_RNDN);
+    double d = mpfr_get_d(rounded, MPFR_RNDN);
+    mpfr_clear(rounded);
+    mpq_clear(exact);
+    return d;
+}
+
+static double apply(enum expr_op op, double a, double b)
+{
+    switch (op) {
+    case EXPR_PI:    return 3.14159265358979323846;
+    case EXPR_ADD:   return a + b;
+    case EXPR_SUB:   return a - b;
+    case EXPR_MUL:   return a * b;
+    case EXPR_DIV:   return a / b;
+    case EXPR_NEG:   return -a;
+    case EXPR_POW:   return a > 0 ? pow(a, b) : NAN;
+    case EXPR_SIN:   return sin(a);
+    case EXPR_COS:   return cos(a);
+    case EXPR_TAN:   return tan(a);
+    case EXPR_ASIN:  return asin(a);
+    case EXPR_ACOS:  return acos(a);
+    case EXPR_ATAN:  return atan(a);
+    case EXPR_ATAN2: return atan2(a, b);
+    case EXPR_SINH:  return sinh(a);
+    case EXPR_COSH:  return cosh(a);
+    case EXPR_TANH:  return tanh(a);
+    case EXPR_ASINH: return asinh(a);
+    case EXPR_ACOSH: return acosh(a);
+    case EXPR_ATANH: return atanh(a);
+    case EXPR_EXP:   return exp(a);
+    case EXPR_LOG:   return log(a);
+    case EXPR_SQRT:  return sqrt(a);
+    case EXPR_CBRT:  return cbrt(a);
+    case EXPR_ABS:   return fabs(a);
+    case EXPR_SIGN:  return (a > 0) - (a < 0);
+    case EXPR_MIN:   return a < b ? a : b;
+    case EXPR_MAX:   return a > b ? a : b;
+    default:         return NAN;
+    }
+}
+
+/* Position of node e in the sorted list of its cone. */
+static int find(const struct expr_cone *c, expr_id e)
+{
+    int low = 0, high = c->count - 1;
+    while (low < high) {
+        int mid = (low + high) / 2;
+        if (c->list[mid] < e)
+            low = mid + 1;
+        else
+            high = mid;
+    }
+    return low;
+}
+
+bool constant_value(const struct expr_store *st, expr_id e, double *out)
+{
+    if (expr_is_const(st, e)) {
+        *out = nearest(expr_const_value(st, e));
+        return isfinite(*out);
+    }
+    struct expr_cone c;
+    expr_cone_init(&c);
+    expr_cone_of(st, &c, &e, 1);
+    double *v = sga_malloc((size_t)(c.count + 1) * sizeof *v);
+    for (int i = 0; i < c.count; i++) {
+        const struct expr_node *n = st->node + c.list[i];
+        int args = n->op == EXPR_SYM || n->op == EXPR_SOLVE ? 0 : expr_op_args((enum expr_op)n->op);
+        double a = args > 0 ? v[find(&c, n->a)] : NAN, b = args > 1 ? v[find(&c, n->b)] : NAN;
+        if (n->op == EXPR_CONST)
+            v[i] = nearest(expr_const_value(st, c.list[i]));
+        else
+            v[i] = n->op == EXPR_POWI ? pow(a, n->b) : apply((enum expr_op)n->op, a, b);
+    }
+    *out = v[c.count - 1];
+    free(v);
+    expr_cone_clear(&c);
+    return isfinite(*out);
+}

@@ -1,0 +1,46 @@
+/* The one shape that every form is brought to: A(x, t) x' = alpha(x, t), sparse,
+ * any number of rows, with functions that vanish on the manifold to start from. */
+#ifndef SGA_SYS_SYSTEM_H
+#define SGA_SYS_SYSTEM_H
+
+#include "expr.h"
+
+struct sys_entry {
+    int col;              /* variable index */
+    expr_id value;
+};
+
+struct sys_row {
+    struct sys_entry *entry;   /* increasing col, none is the constant 0 */
+    int entries;
+    expr_id alpha;
+    const char *source;        /* what the row came from, for evidence ("row 3", "equations[0]"); owned */
+};
+
+struct sys_variable {
+    int symbol;                /* index into store->symbol */
+    const char *role;          /* "variable", "derivative", "input", "multiplier", ...; static text */
+};
+
+struct sys_system {
+    struct expr_store *store;  /* not owned */
+    struct sys_variable *variable; int variables;
+    struct sys_row *row;       int rows;
+    expr_id *restriction;      int restrictions;
+    int *parameter;            int parameters;   /* symbols left symbolic */
+    int time;                  /* symbol index of the independent variable */
+    bool square;               /* as many equations as unknowns in the user's own form, no restrict */
+};
+
+void sys_init(struct sys_system *s, struct expr_store *st);
+void sys_clear(struct sys_system *s);
+void sys_add_variable(struct sys_system *s, int symbol, const char *role);
+/* Adds an empty row; source is copied. Returns its index. */
+int sys_add_row(struct sys_system *s, expr_id alpha, const char *source);
+/* Adds an entry to the last row or an earlier one; entries that are the constant 0 are dropped,
+ * and one at the same column is added to. */
+void sys_add_entry(struct sys_system *s, int row, int col, expr_id value);
+void sys_add_restriction(struct sys_system *s, expr_id e);
+void sys_add_parameter(struct sys_system *s, int symbol);
+
+#endif
