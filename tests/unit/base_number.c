@@ -41,10 +41,9 @@ static int significant(const char *s, char *d)
     return n;
 }
 
-/* The second route: the first %.{n}e that reads back. It is the nearest decimal of n
- * digits, so none of them reads back where it does not, and the digits must agree.
- * Only at a power of two, where the interval is lopsided, a shorter one that is not
- * the nearest may read back. */
+/* The second route: the first %.{n}e that reads back, the nearest decimal of n digits.
+ * The digits must agree. Only at a power of two, where the interval is lopsided, a
+ * shorter decimal that is not the nearest of its length may read back. */
 static void compare(double v)
 {
     char out[32], ref[64], d[64], e[64];

@@ -1,0 +1,29 @@
+/* A small HTTP/1.1 client: one request on one connection, http:// only. */
+#ifndef CLIENTS_HTTP_H
+#define CLIENTS_HTTP_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "buf.h"
+
+struct http_server {
+    char host[256];
+    char port[8];
+};
+
+struct http_reply {
+    int status;
+    char location[256];       /* "" where there is none */
+    double retry_after;       /* seconds; 0 where there is none */
+    struct sga_buf body;
+};
+
+/* Takes http://HOST[:PORT][/] apart; false where it is something else. */
+bool http_parse(const char *url, struct http_server *server);
+/* Sends method and path, with a JSON body unless it is NULL, and `Prefer: wait=` seconds.
+ * False with a reason in why. The body is the caller's to free. */
+bool http_ask(const struct http_server *server, const char *method, const char *path, const char *body, size_t length,
+              int wait, struct http_reply *reply, char *why, size_t size);
+
+#endif

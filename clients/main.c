@@ -1,0 +1,148 @@
+/* sga: solves a request, here or by a daemon, and prints the result. */
+#include "pretty.h"
+#include "request.h"
+#include "run.h"
+
+#include <errno.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+enum { DONE = 0, FAILED = 1, USAGE = 2 };
+
+struct arguments {
+    const char *file, *server;
+    double wait;
+    bool json, text;
+};
+
+static const char usage[] =
+    "usage: sga solve FILE [--server URL] [--json | --text] [--wait SECONDS]\n"
+    "       sga version\n"
+    "       sga --help\n"
+    "\n"
+    "solve reads a request (JSON) from FILE, or from standard input where FILE is -, and\n"
+    "prints the result: as JSON, or as text on a terminal.\n"
+    "\n"
+    "  --server URL     http://HOST:PORT of a daemon (else the variable SGA_SERVER, else\n"
+    "                   the request runs in this process)\n"
+    "  --wait SECONDS   stop waiting for the daemon after this time\n"
+    "  --json, --text   choose the form\n"
+    "\n"
+    "Exit code: 0 solved, 1 not solved (the reason is on standard error), 2 wrong usage.\n";
+
+static int bad_usage(const char *what, const char *which)
+{
+    fprintf(stderr, "sga: %s%s\n%s", what, which, usage);
+    return USAGE;
+}
+
+static bool read_all(FILE *f, struct sga_buf *out)
+{
+    char piece[16384];
+    size_t n;
+    while ((n = fread(piece, 1, sizeof piece, f)) > 0)
+        sga_buf_put(out, piece, n);
+    return !ferror(f);
+}
+
+static bool read_request(const char *file, struct sga_buf *out)
+{
+    FILE *f = strcmp(file, "-") == 0 ? stdin : fopen(file, "re");
+    bool ok = f && read_all(f, out);
+    if (!ok)
+        fprintf(stderr, "sga: cannot read %s: %s\n", file, strerror(errno));
+    if (f && f != stdin)
+        fclose(f);
+    return ok;
+}
+
+static int print_result(const struct answer *a, bool text)
+{
+    struct sga_buf out = { 0 };
+    struct slice result = scan_value(a->text.data, a->text.data + a->text.len);
+    if (text)
+        pretty_text(result, &out);
+    else
+        pretty_json(result, &out);
+    bool ok = fwrite(out.data, 1, out.len, stdout) == out.len && fflush(stdout) == 0;
+    sga_buf_free(&out);
+    if (!ok)
+        fprintf(stderr, "sga: cannot write the result: %s\n", strerror(errno));
+    return ok ? DONE : FAILED;
+}
+
+static int solve(const struct arguments *args)
+{
+    struct sga_buf request = { 0 };
+    struct answer a = { .problem = "" };
+    int status = FAILED;
+    if (read_request(args->file, &request)) {
+        const char *text = request.data ? request.data : "";
+        bool ok = args->server ? solve_there(args->server, text, request.len, args->wait, &a) : solve_here(text, request.len, &a);
+        if (ok)
+            status = print_result(&a, args->text || (!args->json && isatty(STDOUT_FILENO)));
+        else
+            fprintf(stderr, "sga: %s\n", a.problem);
+    }
+    sga_buf_free(&request);
+    sga_buf_free(&a.text);
+    return status;
+}
+
+static bool read_seconds(const char *text, double *out)
+{
+    char *end;
+    *out = strtod(text, &end);
+    return end != text && !*end && *out > 0 && *out < 1e9;
+}
+
+static int read_arguments(int argc, char **argv, struct arguments *args)
+{
+    *args = (struct arguments){ .server = getenv("SGA_SERVER") };
+    if (args->server && !*args->server)
+        args->server = NULL;
+    for (int i = 2; i < argc; i++) {
+        const char *a = argv[i];
+        bool takes = strcmp(a, "--server") == 0 || strcmp(a, "--wait") == 0;
+        if (takes && i + 1 >= argc)
+            return bad_usage("a value is missing after ", a);
+        if (strcmp(a, "--json") == 0)
+            args->json = true;
+        else if (strcmp(a, "--text") == 0)
+            args->text = true;
+        else if (strcmp(a, "--server") == 0)
+            args->server = argv[++i];
+        else if (strcmp(a, "--wait") == 0 && !read_seconds(argv[++i], &args->wait))
+            return bad_usage("--wait needs a number of seconds, not ", argv[i]);
+        else if (!takes && *a == '-' && a[1])
+            return bad_usage("unknown option ", a);
+        else if (!takes && args->file)
+            return bad_usage("more than one file: ", a);
+        else if (!takes)
+            args->file = a;
+    }
+    if (args->json && args->text)
+        return bad_usage("--json and --text exclude each other", "");
+    return args->file ? DONE : bad_usage("solve needs a file", "");
+}
+
+int main(int argc, char **argv)
+{
+    struct arguments args;
+    const char *command = argc > 1 ? argv[1] : "";
+    if (strcmp(command, "--help") == 0 || strcmp(command, "-h") == 0 || strcmp(command, "help") == 0) {
+        fputs(usage, stdout);
+        return DONE;
+    }
+    if (strcmp(command, "version") == 0 || strcmp(command, "--version") == 0) {
+        printf("sga %s\n", sga_version());
+        return DONE;
+    }
+    if (strcmp(command, "solve") != 0)
+        return *command ? bad_usage("unknown command ", command) : bad_usage("a command is missing", "");
+    int status = read_arguments(argc, argv, &args);
+    return status == DONE ? solve(&args) : status;
+}

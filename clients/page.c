@@ -1,0 +1,215 @@
+/* A result as text to read. Expressions stand as they are in the result. */
+#include "pretty.h"
+#include "text.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { SHOWN_ROWS = 21, SHOWN_COLUMNS = 8 };
+
+static void put_value(struct sga_buf *out, const char *before, struct slice value, const char *after)
+{
+    sga_buf_puts(out, before);
+    string_put(out, value);
+    sga_buf_puts(out, after);
+}
+
+/* "a, b, c" */
+static int put_list(struct sga_buf *out, struct slice list)
+{
+    const char *cursor = NULL;
+    struct slice s;
+    int n = 0;
+    while ((s = scan_next(list, &cursor)).at)
+        put_value(out, n++ ? ", " : "", s, "");
+    return n;
+}
+
+static void put_summary(struct sga_buf *out, struct slice r)
+{
+    struct slice dims = scan_member(r, "dimensions"), index = scan_member(r, "index"), name = scan_member(r, "name");
+    struct slice variables = scan_member(r, "variables"), s;
+    if (name.at)
+        put_value(out, "", name, "\n");
+    put_value(out, "verdict: ", scan_member(r, "verdict"), "\n");
+    if (scan_member(r, "equilibrium").at)
+        put_value(out, "equilibrium: ", scan_member(r, "equilibrium"), "\n");
+    if (variables.at) {
+        const char *cursor = NULL;
+        sga_buf_puts(out, "variables:");
+        for (bool first = true; (s = scan_next(variables, &cursor)).at; first = false)
+            put_value(out, first ? " " : ", ", scan_member(s, "name"), "");
+        sga_buf_puts(out, "\n");
+    }
+    if (dims.at) {
+        put_value(out, "dimensions: ambient ", scan_member(dims, "ambient"), "");
+        put_value(out, ", generations ", scan_member(dims, "generations"), "");
+        put_value(out, ", final ", scan_member(dims, "final"), "\n");
+    }
+    if (index.at) {
+        put_value(out, "index: generations ", scan_member(index, "generations"), "");
+        put_value(out, ", differentiation ", scan_member(index, "differentiation"), "");
+        put_value(out, ", seed ", scan_member(index, "seed"), "\n");
+    }
+}
+
+static void put_constraints(struct sga_buf *out, struct slice r)
+{
+    struct slice dims = scan_member(scan_member(r, "dimensions"), "generations"), c;
+    const char *cursor = NULL, *dim_cursor = NULL;
+    int generation = 0;
+    while ((c = scan_next(scan_member(r, "constraints"), &cursor)).at) {
+        int g = (int)scan_number(scan_member(c, "generation"), 0);
+        while (generation < g) {
+            struct slice d = scan_next(dims, &dim_cursor);
+            sga_buf_printf(out, "\nP%d", ++generation);
+            if (d.at)
+                put_value(out, ", dimension ", d, "");
+            sga_buf_puts(out, "\n");
+        }
+        put_value(out, "    0 = ", scan_member(c, "expression"), "\n");
+    }
+}
+
+static void put_definitions(struct sga_buf *out, struct slice r)
+{
+    struct slice d;
+    const char *cursor = NULL;
+    for (bool first = true; (d = scan_next(scan_member(r, "definitions"), &cursor)).at; first = false) {
+        sga_buf_puts(out, first ? "\nwith\n" : "");
+        put_value(out, "    ", scan_member(d, "name"), " = ");
+        put_value(out, "", scan_member(d, "expression"), "\n");
+    }
+}
+
+/* The members of an object of expressions, those that are 0 left out if so wished. */
+static void put_field(struct sga_buf *out, struct slice field, const char *before, const char *between, bool zeros)
+{
+    if (field.len < 2)
+        return;
+    const char *s = field.at + 1, *end = field.at + field.len - 1;
+    while (s < end) {
+        struct slice key = scan_value(s, end);
+        if (!key.at)
+            return;
+        struct slice value = scan_value(key.at + key.len + 1, end);
+        if (!value.at)
+            return;
+        s = value.at + value.len + 1;
+        if (!zeros && value.len == 3 && memcmp(value.at, "\"0\"", 3) == 0)
+            continue;
+        put_value(out, before, key, between);
+        put_value(out, "", value, "\n");
+    }
+}
+
+static void put_motion(struct sga_buf *out, struct slice r)
+{
+    struct slice field = scan_member(r, "vector_field"), gauge = scan_member(r, "gauge"), free_names = scan_member(field, "free"), z;
+    if (field.at) {
+        sga_buf_puts(out, "\nreduced vector field on Pf");
+        if (free_names.len > 2) {
+            sga_buf_puts(out, " (arbitrary: ");
+            put_list(out, free_names);
+            sga_buf_puts(out, ")");
+        }
+        sga_buf_puts(out, "\n");
+        put_field(out, scan_member(field, "components"), "    ", "' = ", true);
+    }
+    if (!gauge.at)
+        return;
+    put_value(out, "\ngauge freedom: dimension ", scan_member(gauge, "dimension"), "\n");
+    const char *cursor = NULL;
+    for (int k = 1; (z = scan_next(scan_member(gauge, "fields"), &cursor)).at; k++) {
+        sga_buf_printf(out, "  gauge field %d\n", k);
+        put_field(out, z, "    d/d", ": ", false);
+    }
+}
+
+static void put_strata(struct sga_buf *out, struct slice r)
+{
+    struct slice s;
+    const char *cursor = NULL;
+    for (bool first = true; (s = scan_next(scan_member(r, "strata"), &cursor)).at; first = false) {
+        struct slice kind = scan_member(s, "kind");
+        sga_buf_puts(out, first ? "\nstrata, where a rank may drop\n    0 = " : "    0 = ");
+        put_list(out, scan_member(s, "where"));
+        if (kind.at)
+            put_value(out, "   (", kind, ")");
+        sga_buf_puts(out, "\n");
+    }
+}
+
+static void put_row(struct sga_buf *out, struct slice row)
+{
+    const char *cursor = NULL;
+    struct slice v;
+    for (int k = 0; k < SHOWN_COLUMNS && (v = scan_next(row, &cursor)).at; k++) {
+        double x = scan_number(v, NAN);
+        if (isnan(x))
+            sga_buf_printf(out, "%13s", "-");
+        else
+            sga_buf_printf(out, "%13.6g", x);
+    }
+    sga_buf_puts(out, "\n");
+}
+
+/* Evenly chosen samples, the last one among them. */
+static void put_samples(struct sga_buf *out, struct slice rows)
+{
+    const char *cursor = NULL;
+    int count = 0, next = 0, shown = 0;
+    while (scan_next(rows, &cursor).at)
+        count++;
+    int show = count < SHOWN_ROWS ? count : SHOWN_ROWS;
+    cursor = NULL;
+    for (int i = 0; i < count; i++) {
+        struct slice row = scan_next(rows, &cursor);
+        if (i != next)
+            continue;
+        put_row(out, row);
+        shown++;
+        next = show > 1 ? (int)((long)shown * (count - 1) / (show - 1)) : count;
+    }
+    if (show < count)
+        sga_buf_printf(out, "  (%d of %d samples)\n", show, count);
+}
+
+static void put_trajectory(struct sga_buf *out, struct slice r)
+{
+    struct slice t = scan_member(r, "trajectory"), columns = scan_member(t, "columns"), c, ended = scan_member(t, "ended");
+    const char *cursor = NULL;
+    int n = 0;
+    if (!columns.at)
+        return;
+    put_value(out, "\ntrajectory by ", scan_member(t, "method"), "");
+    put_value(out, ", error estimate ", scan_member(t, "error_estimate"), "");
+    put_value(out, ", constraint residual ", scan_member(t, "constraint_residual"), "\n");
+    put_value(out, "the start was moved by ", scan_member(scan_member(t, "initial"), "moved"), " onto Pf\n");
+    for (; (c = scan_next(columns, &cursor)).at; n++) {
+        char *name = string_take(c);
+        if (n < SHOWN_COLUMNS)
+            sga_buf_printf(out, "%13.12s", name);
+        free(name);
+    }
+    sga_buf_puts(out, "\n");
+    put_samples(out, scan_member(t, "rows"));
+    if (n > SHOWN_COLUMNS)
+        sga_buf_printf(out, "  (%d of %d columns; --json shows all)\n", SHOWN_COLUMNS, n);
+    if (ended.at && *ended.at == '{') {
+        put_value(out, "ended at ", scan_member(ended, "t"), "");
+        put_value(out, ": ", scan_member(ended, "reason"), "");
+        put_value(out, ". ", scan_member(ended, "detail"), "\n");
+    }
+}
+
+void pretty_text(struct slice r, struct sga_buf *out)
+{
+    put_summary(out, r);
+    put_constraints(out, r);
+    put_definitions(out, r);
+    put_motion(out, r);
+    put_strata(out, r);
+    put_trajectory(out, r);
+}

@@ -1,0 +1,130 @@
+/* Square sparse systems by KLU.
+ *
+ * KLU takes compressed columns. It is given our rows as they are, that is A^T, and
+ * solves with the transpose: no entry has to be moved. */
+#include "lin_lu.h"
+
+#include <assert.h>
+#include <stdlib.h>
+#include <string.h>
+#include <suitesparse/klu.h>
+
+#include "mem.h"
+
+/* Pivots are kept while the entries of U stay below this many times those of A. */
+#define LARGEST_GROWTH 1e5
+
+struct lin_lu {
+    int n;
+    struct lin_sparse *a;   /* the pattern, and the values last factored */
+    klu_common common;
+    klu_symbolic *symbolic;
+    klu_numeric *numeric;
+    bool regular;           /* numeric holds a usable factorisation */
+    struct lin_lu_counts counts;
+};
+
+struct lin_lu *lin_lu_new(const struct lin_sparse *pattern)
+{
+    assert(pattern->rows == pattern->cols);
+    struct lin_lu *lu = sga_calloc(1, sizeof *lu);
+    lu->n = pattern->rows;
+    lu->a = lin_sparse_new(lu->n, lu->n, pattern->ptr, pattern->col);
+    klu_defaults(&lu->common);
+    if (lu->n > 0)
+        lu->symbolic = klu_analyze(lu->n, lu->a->ptr, lu->a->col, &lu->common);
+    assert(lu->n == 0 || lu->common.status != KLU_INVALID);
+    return lu;
+}
+
+void lin_lu_free(struct lin_lu *lu)
+{
+    if (!lu)
+        return;
+    if (lu->numeric)
+        klu_free_numeric(&lu->numeric, &lu->common);
+    if (lu->symbolic)
+        klu_free_symbolic(&lu->symbolic, &lu->common);
+    lin_sparse_free(lu->a);
+    free(lu);
+}
+
+static bool factor_with_old_pivots(struct lin_lu *lu)
+{
+    struct lin_sparse *a = lu->a;
+    if (!klu_refactor(a->ptr, a->col, a->val, lu->symbolic, lu->numeric, &lu->common) ||
+        lu->common.status != KLU_OK)
+        return false;
+    if (!klu_rgrowth(a->ptr, a->col, a->val, lu->symbolic, lu->numeric, &lu->common))
+        return false;
+    if (!(lu->common.rgrowth * LARGEST_GROWTH > 1))
+        return false;
+    lu->counts.reused++;
+    return true;
+}
+
+static bool factor_afresh(struct lin_lu *lu)
+{
+    struct lin_sparse *a = lu->a;
+    if (lu->numeric)
+        klu_free_numeric(&lu->numeric, &lu->common);
+    lu->numeric = klu_factor(a->ptr, a->col, a->val, lu->symbolic, &lu->common);
+    lu->counts.fresh++;
+    if (!lu->numeric || lu->common.status != KLU_OK)
+        return false;
+    lu->counts.fill = lu->numeric->lnz + lu->numeric->unz + lu->numeric->nzoff;
+    return true;
+}
+
+bool lin_lu_factor(struct lin_lu *lu, const double *val)
+{
+    lu->regular = lu->n == 0;
+    if (lu->n == 0)
+        return true;
+    int count = lu->a->ptr[lu->n];
+    if (!lu->symbolic || !lin_all_finite(count, val))
+        return false;
+    if (count)
+        memcpy(lu->a->val, val, (size_t)count * sizeof *val);
+    lu->regular = (lu->numeric && factor_with_old_pivots(lu)) || factor_afresh(lu);
+    return lu->regular;
+}
+
+double lin_lu_rcond_crude(const struct lin_lu *lu)
+{
+    if (lu->n == 0)
+        return 1;
+    klu_common common = lu->common;
+    if (!lu->regular || !klu_rcond(lu->symbolic, lu->numeric, &common))
+        return 0;
+    return common.rcond;
+}
+
+double lin_lu_rcond(struct lin_lu *lu)
+{
+    if (lu->n == 0)
+        return 1;
+    if (!lu->regular ||
+        !klu_condest(lu->a->ptr, lu->a->val, lu->symbolic, lu->numeric, &lu->common))
+        return 0;
+    return lu->common.condest > 0 ? 1 / lu->common.condest : 0;
+}
+
+void lin_lu_solve(struct lin_lu *lu, double *b)
+{
+    assert(lu->regular);
+    if (lu->n > 0)
+        klu_tsolve(lu->symbolic, lu->numeric, lu->n, 1, b, &lu->common);
+}
+
+void lin_lu_solve_transposed(struct lin_lu *lu, double *b)
+{
+    assert(lu->regular);
+    if (lu->n > 0)
+        klu_solve(lu->symbolic, lu->numeric, lu->n, 1, b, &lu->common);
+}
+
+struct lin_lu_counts lin_lu_counts(const struct lin_lu *lu)
+{
+    return lu->counts;
+}

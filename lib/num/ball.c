@@ -1,0 +1,195 @@
+/* Forward evaluation in balls. */
+#include "ball.h"
+
+#include <arb_mat.h>
+#include <stdlib.h>
+
+#include "mem.h"
+
+void num_ball_init(struct num_ball *b, const struct expr_store *st, slong prec)
+{
+    *b = (struct num_ball){ .st = st, .prec = prec };
+}
+
+static void drop_solutions(struct num_ball *b)
+{
+    for (int i = 0; i < b->solutions; i++)
+        if (b->solution[i])
+            _arb_vec_clear(b->solution[i], b->st->solve[i].m);
+    b->solutions = 0;
+}
+
+void num_ball_clear(struct num_ball *b)
+{
+    drop_solutions(b);
+    for (size_t i = 0; i < b->value_cap; i++)
+        arb_clear(b->value + i);
+    for (size_t i = 0; i < b->symbol_cap; i++)
+        arb_clear(b->symbol + i);
+    free(b->value);
+    free(b->symbol);
+    free(b->solution);
+    *b = (struct num_ball){ 0 };
+}
+
+static void grow(arb_ptr *v, size_t *cap, int need)
+{
+    size_t old = *cap;
+    SGA_RESERVE(*v, *cap, need);
+    for (size_t i = old; i < *cap; i++)
+        arb_init(*v + i);
+}
+
+static void cover(struct num_ball *b)
+{
+    grow(&b->value, &b->value_cap, b->st->nodes);
+    grow(&b->symbol, &b->symbol_cap, b->st->symbols);
+    SGA_RESERVE(b->solution, b->solution_cap, b->st->solves);
+    for (; b->solutions < b->st->solves; b->solutions++)
+        b->solution[b->solutions] = NULL;
+}
+
+void num_ball_set(struct num_ball *b, int symbol, const arb_t v)
+{
+    grow(&b->symbol, &b->symbol_cap, symbol + 1);
+    arb_set(b->symbol + symbol, v);
+}
+
+void num_ball_set_d(struct num_ball *b, int symbol, double v)
+{
+    grow(&b->symbol, &b->symbol_cap, symbol + 1);
+    arb_set_d(b->symbol + symbol, v);
+}
+
+void num_ball_forget(struct num_ball *b)
+{
+    b->nodes = 0;
+    drop_solutions(b);
+}
+
+static void solve(struct num_ball *b, int index)
+{
+    const struct expr_solve *s = b->st->solve + index;
+    int m = s->m;
+    arb_mat_t A, r, y;
+    arb_mat_init(A, m, m);
+    arb_mat_init(r, m, 1);
+    arb_mat_init(y, m, 1);
+    for (int i = 0; i < m; i++) {
+        arb_set(arb_mat_entry(r, i, 0), b->value + s->rhs[i]);
+        for (int j = 0; j < m; j++)
+            arb_set(arb_mat_entry(A, i, j), b->value + s->matrix[i * m + j]);
+    }
+    b->solution[index] = _arb_vec_init(m);
+    bool ok = arb_mat_solve(y, A, r, b->prec);
+    for (int i = 0; i < m; i++) {
+        if (ok)
+            arb_swap(b->solution[index] + i, arb_mat_entry(y, i, 0));
+        else
+            arb_indeterminate(b->solution[index] + i);
+    }
+    arb_mat_clear(A);
+    arb_mat_clear(r);
+    arb_mat_clear(y);
+}
+
+static void cube_root(arb_t r, const arb_t x, slong prec)
+{
+    if (!arb_contains_zero(x)) {
+        bool negative = arb_is_negative(x);
+        arb_abs(r, x);
+        arb_root_ui(r, r, 3, prec);
+        if (negative)
+            arb_neg(r, r);
+        return;
+    }
+    /* [-c, c] holds every real cube root of a ball around 0 */
+    arb_t u;
+    arb_init(u);
+    mag_t m;
+    mag_init(m);
+    arb_get_mag(m, x);
+    arf_set_mag(arb_midref(u), m);
+    arb_root_ui(u, u, 3, prec);
+    arb_get_mag(m, u);
+    arb_zero(r);
+    mag_set(arb_radref(r), m);
+    mag_clear(m);
+    arb_clear(u);
+}
+
+static void min_max(arb_t r, const arb_t x, const arb_t y, bool max, slong prec)
+{
+    if (max)
+        arb_max(r, x, y, prec);
+    else
+        arb_min(r, x, y, prec);
+}
+
+static void eval(struct num_ball *b, expr_id e)
+{
+    const struct expr_node *n = b->st->node + e;
+    arb_ptr v = b->value, r = v + e;
+    arb_srcptr x = v + n->a, y = v + n->b;
+    slong p = b->prec;
+    switch ((enum expr_op)n->op) {
+    case EXPR_UNDEF_OP: arb_indeterminate(r); break;
+    case EXPR_CONST: arb_set_fmpq(r, b->st->constant + n->a, p); break;
+    case EXPR_PI:    arb_const_pi(r, p); break;
+    case EXPR_SYM:   arb_set(r, b->symbol + n->a); break;
+    case EXPR_ADD:   arb_add(r, x, y, p); break;
+    case EXPR_SUB:   arb_sub(r, x, y, p); break;
+    case EXPR_MUL:   arb_mul(r, x, y, p); break;
+    case EXPR_DIV:   arb_div(r, x, y, p); break;
+    case EXPR_NEG:   arb_neg(r, x); break;
+    case EXPR_POWI:
+        arb_pow_ui(r, x, (ulong)labs((long)n->b), p);
+        if (n->b < 0)
+            arb_inv(r, r, p);
+        break;
+    case EXPR_POW:   arb_pow(r, x, y, p); break;
+    case EXPR_SIN:   arb_sin(r, x, p); break;
+    case EXPR_COS:   arb_cos(r, x, p); break;
+    case EXPR_TAN:   arb_tan(r, x, p); break;
+    case EXPR_ASIN:  arb_asin(r, x, p); break;
+    case EXPR_ACOS:  arb_acos(r, x, p); break;
+    case EXPR_ATAN:  arb_atan(r, x, p); break;
+    case EXPR_ATAN2: arb_atan2(r, x, y, p); break;
+    case EXPR_SINH:  arb_sinh(r, x, p); break;
+    case EXPR_COSH:  arb_cosh(r, x, p); break;
+    case EXPR_TANH:  arb_tanh(r, x, p); break;
+    case EXPR_ASINH: arb_asinh(r, x, p); break;
+    case EXPR_ACOSH: arb_acosh(r, x, p); break;
+    case EXPR_ATANH: arb_atanh(r, x, p); break;
+    case EXPR_EXP:   arb_exp(r, x, p); break;
+    case EXPR_LOG:   arb_log(r, x, p); break;
+    case EXPR_SQRT:  arb_sqrt(r, x, p); break;
+    case EXPR_CBRT:  cube_root(r, x, p); break;
+    case EXPR_ABS:   arb_abs(r, x); break;
+    case EXPR_SIGN:  arb_sgn(r, x); break;
+    case EXPR_MIN:   min_max(r, x, y, false, p); break;
+    case EXPR_MAX:   min_max(r, x, y, true, p); break;
+    case EXPR_SOLVE:
+        if (!b->solution[n->a])
+            solve(b, n->a);
+        arb_set(r, b->solution[n->a] + n->b);
+        break;
+    case EXPR_OP_COUNT: break;
+    }
+}
+
+void num_ball_extend(struct num_ball *b)
+{
+    cover(b);
+    for (; b->nodes < b->st->nodes; b->nodes++)
+        eval(b, b->nodes);
+}
+
+void num_ball_list(struct num_ball *b, const expr_id *list, int count)
+{
+    cover(b);
+    drop_solutions(b);
+    cover(b);
+    for (int i = 0; i < count; i++)
+        eval(b, list[i]);
+}

@@ -1,0 +1,156 @@
+/* Reverse sweep in balls. */
+#include "ball.h"
+
+#include <arb_mat.h>
+
+/* t = value of d e / d (its only child x); u = value of e */
+static void unary_partial(arb_t t, enum expr_op op, const arb_t x, const arb_t u, slong exponent, slong p)
+{
+    switch (op) {
+    case EXPR_NEG: arb_set_si(t, -1); break;
+    case EXPR_POWI:
+        arb_set_si(t, exponent - 1);
+        if (exponent >= 1) {
+            arb_pow_ui(t, x, (ulong)(exponent - 1), p);
+        } else {
+            arb_pow_ui(t, x, (ulong)(1 - exponent), p);
+            arb_inv(t, t, p);
+        }
+        arb_mul_si(t, t, exponent, p);
+        break;
+    case EXPR_SIN:  arb_cos(t, x, p); break;
+    case EXPR_COS:  arb_sin(t, x, p); arb_neg(t, t); break;
+    case EXPR_TAN:  arb_mul(t, u, u, p); arb_add_ui(t, t, 1, p); break;
+    case EXPR_SINH: arb_cosh(t, x, p); break;
+    case EXPR_COSH: arb_sinh(t, x, p); break;
+    case EXPR_TANH: arb_mul(t, u, u, p); arb_sub_ui(t, t, 1, p); arb_neg(t, t); break;
+    case EXPR_EXP:  arb_set(t, u); break;
+    case EXPR_LOG:  arb_inv(t, x, p); break;
+    case EXPR_SQRT: arb_mul_2exp_si(t, u, 1); arb_inv(t, t, p); break;
+    case EXPR_CBRT: arb_mul(t, u, u, p); arb_mul_ui(t, t, 3, p); arb_inv(t, t, p); break;
+    case EXPR_ABS:  arb_sgn(t, x); break;
+    case EXPR_ASIN: case EXPR_ACOS:
+        arb_mul(t, x, x, p); arb_sub_ui(t, t, 1, p); arb_neg(t, t); arb_rsqrt(t, t, p);
+        if (op == EXPR_ACOS)
+            arb_neg(t, t);
+        break;
+    case EXPR_ATAN:  arb_mul(t, x, x, p); arb_add_ui(t, t, 1, p); arb_inv(t, t, p); break;
+    case EXPR_ASINH: arb_mul(t, x, x, p); arb_add_ui(t, t, 1, p); arb_rsqrt(t, t, p); break;
+    case EXPR_ACOSH: arb_mul(t, x, x, p); arb_sub_ui(t, t, 1, p); arb_rsqrt(t, t, p); break;
+    case EXPR_ATANH: arb_mul(t, x, x, p); arb_sub_ui(t, t, 1, p); arb_neg(t, t); arb_inv(t, t, p); break;
+    default: arb_zero(t); break;
+    }
+}
+
+static void binary_partial(arb_t t, enum expr_op op, int k, arb_srcptr x, arb_srcptr y, arb_srcptr u, slong p)
+{
+    arb_t w;
+    arb_init(w);
+    switch (op) {
+    case EXPR_POW:
+        if (k == 0) {
+            arb_sub_ui(w, y, 1, p);
+            arb_pow(t, x, w, p);
+            arb_mul(t, t, y, p);
+        } else {
+            arb_log(t, x, p);
+            arb_mul(t, t, u, p);
+        }
+        break;
+    case EXPR_ATAN2:
+        arb_mul(w, x, x, p);
+        arb_addmul(w, y, y, p);
+        arb_div(t, k ? x : y, w, p);
+        if (k)
+            arb_neg(t, t);
+        break;
+    default:    /* MIN, MAX */
+        arb_sub(w, x, y, p);
+        arb_sgn(w, w);
+        if ((op == EXPR_MAX) != (k == 0))
+            arb_neg(w, w);
+        arb_add_ui(t, w, 1, p);
+        arb_mul_2exp_si(t, t, -1);
+        break;
+    }
+    arb_clear(w);
+}
+
+/* y = S^-1 r: r~ = S^-T e_row * bar, S~ = -r~ y^T */
+static void solve_back(struct num_ball *b, const struct expr_node *n, arb_srcptr bar, arb_ptr adj)
+{
+    const struct expr_solve *s = b->st->solve + n->a;
+    int m = s->m;
+    arb_mat_t A, r, y;
+    arb_mat_init(A, m, m);
+    arb_mat_init(r, m, 1);
+    arb_mat_init(y, m, 1);
+    arb_set(arb_mat_entry(r, n->b, 0), bar);
+    for (int i = 0; i < m; i++)
+        for (int j = 0; j < m; j++)
+            arb_set(arb_mat_entry(A, i, j), b->value + s->matrix[j * m + i]);
+    if (!arb_mat_solve(y, A, r, b->prec))
+        for (int i = 0; i < m; i++)
+            arb_indeterminate(arb_mat_entry(y, i, 0));
+    for (int i = 0; i < m; i++) {
+        arb_add(adj + s->rhs[i], adj + s->rhs[i], arb_mat_entry(y, i, 0), b->prec);
+        for (int j = 0; j < m; j++)
+            arb_submul(adj + s->matrix[i * m + j], arb_mat_entry(y, i, 0), b->solution[n->a] + j, b->prec);
+    }
+    arb_mat_clear(A);
+    arb_mat_clear(r);
+    arb_mat_clear(y);
+}
+
+static void back(struct num_ball *b, expr_id e, arb_srcptr bar, arb_ptr adj, arb_ptr t)
+{
+    const struct expr_node *n = b->st->node + e;
+    arb_ptr v = b->value, da = adj + n->a, db = adj + n->b;
+    slong p = b->prec;
+    switch ((enum expr_op)n->op) {
+    case EXPR_ADD: arb_add(da, da, bar, p); arb_add(db, db, bar, p); break;
+    case EXPR_SUB: arb_add(da, da, bar, p); arb_sub(db, db, bar, p); break;
+    case EXPR_MUL: arb_addmul(da, bar, v + n->b, p); arb_addmul(db, bar, v + n->a, p); break;
+    case EXPR_DIV:
+        arb_div(t, bar, v + n->b, p);
+        arb_add(da, da, t, p);
+        arb_submul(db, t, v + e, p);
+        break;
+    case EXPR_POW: case EXPR_ATAN2: case EXPR_MIN: case EXPR_MAX:
+        binary_partial(t, (enum expr_op)n->op, 0, v + n->a, v + n->b, v + e, p);
+        arb_addmul(da, bar, t, p);
+        if (n->op == EXPR_POW && b->st->node[n->b].op == EXPR_CONST)
+            break;
+        binary_partial(t, (enum expr_op)n->op, 1, v + n->a, v + n->b, v + e, p);
+        arb_addmul(db, bar, t, p);
+        break;
+    case EXPR_SOLVE: solve_back(b, n, bar, adj); break;
+    case EXPR_UNDEF_OP: case EXPR_CONST: case EXPR_PI: case EXPR_SYM: break;
+    default:
+        unary_partial(t, (enum expr_op)n->op, v + n->a, v + e, n->b, p);
+        arb_addmul(da, bar, t, p);
+        break;
+    }
+}
+
+void num_ball_gradient(struct num_ball *b, expr_id root, const expr_id *list, int count,
+                       const int *col_of_symbol, arb_ptr grad, arb_ptr adj)
+{
+    arb_t t;
+    arb_init(t);
+    arb_one(adj + root);
+    for (int i = count - 1; i >= 0; i--) {
+        expr_id e = list[i];
+        if (!arb_is_zero(adj + e)) {
+            const struct expr_node *n = b->st->node + e;
+            if (n->op == EXPR_SYM) {
+                if (col_of_symbol[n->a] >= 0)
+                    arb_set(grad + col_of_symbol[n->a], adj + e);
+            } else {
+                back(b, e, adj + e, adj, t);
+            }
+        }
+        arb_zero(adj + e);
+    }
+    arb_clear(t);
+}

@@ -1,0 +1,81 @@
+/* Partial derivatives of each instruction, from the values on the tape. */
+#include "jacobian_plan.h"
+
+#include <math.h>
+
+static double integer_power(double x, int n)
+{
+    return n == 3 ? x * x * x : pow(x, n);
+}
+
+static double sign(double x) { return isnan(x) ? x : (x > 0) - (x < 0); }
+
+/* Of min (max: with x and y exchanged) by its first argument. */
+static double step_below(double x, double y) { return (1 - sign(x - y)) / 2; }
+
+static void binary(struct jacobian_step *s, double x, double y, double u, bool by_b)
+{
+    switch (s->op) {
+    case EXPR_ADD: s->pa = 1; s->pb = 1; break;
+    case EXPR_SUB: s->pa = 1; s->pb = -1; break;
+    case EXPR_MUL: s->pa = y; s->pb = x; break;
+    case EXPR_DIV: s->pa = 1 / y; s->pb = -u / y; break;
+    case EXPR_POW:
+        s->pa = x < 0 ? NAN : y * pow(x, y - 1);
+        s->pb = by_b ? u * log(x) : 0;
+        break;
+    case EXPR_ATAN2:
+        s->pa = y / (x * x + y * y);
+        s->pb = -x / (x * x + y * y);
+        break;
+    case EXPR_MIN: s->pa = step_below(x, y); s->pb = step_below(y, x); break;
+    default:       s->pa = step_below(y, x); s->pb = step_below(x, y); break;    /* EXPR_MAX */
+    }
+}
+
+/* u: the value; next, before: the neighbouring slots, for sine and cosine pairs. */
+static double unary(int op, double x, const double *u, int n)
+{
+    switch (op) {
+    case EXPR_NEG:     return -1;
+    case TAPE_SQUARE:  return 2 * x;
+    case TAPE_CUBE:    return 3 * x * x;
+    case TAPE_INVERSE: return -u[0] * u[0];
+    case EXPR_POWI:    return n * integer_power(x, n - 1);
+    case TAPE_SINCOS:  return u[1];
+    case TAPE_PAIRED:  return -u[-1];
+    case EXPR_SIN:     return cos(x);
+    case EXPR_COS:     return -sin(x);
+    case EXPR_TAN:     return 1 + u[0] * u[0];
+    case EXPR_ASIN:    return 1 / sqrt((1 - x) * (1 + x));
+    case EXPR_ACOS:    return -1 / sqrt((1 - x) * (1 + x));
+    case EXPR_ATAN:    return 1 / (1 + x * x);
+    case EXPR_SINH:    return cosh(x);
+    case EXPR_COSH:    return sinh(x);
+    case EXPR_TANH:    return (1 - u[0]) * (1 + u[0]);
+    case EXPR_ASINH:   return 1 / hypot(1, x);
+    case EXPR_ACOSH:   return 1 / sqrt((x - 1) * (x + 1));
+    case EXPR_ATANH:   return 1 / ((1 - x) * (1 + x));
+    case EXPR_EXP:     return u[0];
+    case EXPR_LOG:     return 1 / x;
+    case EXPR_SQRT:    return 0.5 / u[0];
+    case EXPR_CBRT:    return 1 / (3 * u[0] * u[0]);
+    case EXPR_ABS:     return sign(x);
+    default:           return isnan(x) ? x : 0;    /* EXPR_SIGN */
+    }
+}
+
+void jacobian_partials(struct num_jacobian_plan *p)
+{
+    const struct num_tape *t = p->tape;
+    const double *v = t->value;
+    for (struct jacobian_step *s = p->step, *end = s + p->steps; s < end; s++) {
+        const struct tape_code *c = t->code + s->slot - t->code_slot;
+        if (s->op == TAPE_FACTOR || s->op == TAPE_COMPONENT)
+            continue;
+        if (s->op < EXPR_OP_COUNT && expr_op_args((enum expr_op)s->op) == 2)
+            binary(s, v[c->a], v[c->b], v[s->slot], s->b != p->sink);
+        else
+            s->pa = unary(s->op, v[s->op == TAPE_PAIRED ? c[-1].a : c->a], v + s->slot, c->b);
+    }
+}

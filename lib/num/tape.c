@@ -1,0 +1,244 @@
+/* Compiling expressions to a tape.
+ *
+ * The nodes of the cones come children first, so one pass in their order emits the
+ * code; two passes put what depends on no input in front. Sine and cosine of one
+ * argument become one instruction, a linear solve is factored once for all of its
+ * components. */
+#include "tape_code.h"
+
+#include <mpfr.h>
+#include <flint/fmpq.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+
+struct builder {
+    const struct expr_store *st;
+    struct num_tape *t;
+    struct expr_cone cone;
+    int *slot;            /* by node: its slot; -1: none yet */
+    unsigned char *live;  /* by node: depends on an input */
+    int *solve;           /* by linear solve: its index in the tape; -1: none yet */
+    int *sine, *cosine;   /* by node: its sine and cosine among the cone, or 0 */
+    struct sga_error *err;
+    size_t code_cap, solve_cap;
+};
+
+/* The double nearest to q, also where it is subnormal: 80 bits cut off, an 81st that
+ * says whether anything was lost, then one rounding. */
+static double nearest_double(const fmpq *q)
+{
+    mpfr_t x;
+    mpfr_init2(x, 80);
+    bool exact = fmpq_get_mpfr(x, q, MPFR_RNDZ) == 0;
+    if (!exact) {
+        mpfr_prec_round(x, 81, MPFR_RNDZ);
+        if (mpfr_sgn(x) > 0)
+            mpfr_nextabove(x);
+        else
+            mpfr_nextbelow(x);
+    }
+    double v = mpfr_get_d(x, MPFR_RNDN);
+    mpfr_clear(x);
+    return v;
+}
+
+static bool place_inputs(struct builder *b, const int *inputs)
+{
+    for (int i = 0; i < b->t->ninputs; i++)
+        b->slot[b->st->symbol[inputs[i]].node] = i;
+    for (int i = 0; i < b->cone.count; i++) {
+        expr_id e = b->cone.list[i];
+        const struct expr_node *n = b->st->node + e;
+        if (n->op == EXPR_UNDEF_OP)
+            return sga_fail(b->err, SGA_E_EXPR_UNDEFINED, "an expression to be evaluated has no value");
+        if (n->op == EXPR_SYM && b->slot[e] < 0)
+            return sga_fail(b->err, SGA_E_EXPR_NAME, "no value is given for %s", b->st->symbol[n->a].name);
+    }
+    return true;
+}
+
+/* Slots for the constants; which nodes depend on inputs; which sines have a cosine. */
+static void survey(struct builder *b)
+{
+    const struct expr_store *st = b->st;
+    struct num_tape *t = b->t;
+    t->code_slot = t->ninputs;
+    for (int i = 0; i < b->cone.count; i++) {
+        expr_id e = b->cone.list[i];
+        const struct expr_node *n = st->node + e;
+        if (n->op == EXPR_CONST || n->op == EXPR_PI)
+            b->slot[e] = t->code_slot++;
+        b->live[e] = n->op == EXPR_SYM;
+        int children = expr_children(st, e);
+        for (int k = 0; k < children && !b->live[e]; k++)
+            b->live[e] = b->live[expr_child(st, e, k)];
+        if (n->op == EXPR_SIN)
+            b->sine[n->a] = e;
+        if (n->op == EXPR_COS)
+            b->cosine[n->a] = e;
+    }
+}
+
+static int emit(struct builder *b, int op, int x, int y)
+{
+    struct num_tape *t = b->t;
+    SGA_RESERVE(t->code, b->code_cap, t->ncode + 1);
+    t->code[t->ncode] = (struct tape_code){ .op = op, .a = x, .b = y };
+    return t->code_slot + t->ncode++;
+}
+
+static int emit_solve(struct builder *b, int index)
+{
+    const struct expr_solve *s = b->st->solve + index;
+    struct num_tape *t = b->t;
+    size_t m = (size_t)s->m;
+    SGA_RESERVE(t->solve, b->solve_cap, t->nsolves + 1);
+    struct tape_solve *q = t->solve + t->nsolves;
+    *q = (struct tape_solve){ .m = s->m };
+    q->matrix = sga_malloc(m * m * sizeof *q->matrix);
+    q->rhs = sga_malloc(m * sizeof *q->rhs);
+    q->perm = sga_malloc(m * sizeof *q->perm);
+    q->lu = sga_calloc(m * m, sizeof *q->lu);
+    q->y = sga_calloc(m, sizeof *q->y);
+    q->work = sga_calloc(m, sizeof *q->work);
+    for (size_t i = 0; i < m * m; i++)
+        q->matrix[i] = b->slot[s->matrix[i]];
+    for (size_t i = 0; i < m; i++)
+        q->rhs[i] = b->slot[s->rhs[i]];
+    q->slot = emit(b, TAPE_FACTOR, t->nsolves, 0);
+    return t->nsolves++;
+}
+
+static int emit_power(struct builder *b, const struct expr_node *n)
+{
+    int a = b->slot[n->a];
+    switch (n->b) {
+    case 2:  return emit(b, TAPE_SQUARE, a, 0);
+    case 3:  return emit(b, TAPE_CUBE, a, 0);
+    case -1: return emit(b, TAPE_INVERSE, a, 0);
+    default: return emit(b, EXPR_POWI, a, n->b);
+    }
+}
+
+static void emit_node(struct builder *b, expr_id e)
+{
+    const struct expr_node *n = b->st->node + e;
+    int args = expr_op_args((enum expr_op)n->op);
+    if ((n->op == EXPR_SIN || n->op == EXPR_COS) && b->sine[n->a] && b->cosine[n->a]) {
+        b->slot[b->sine[n->a]] = emit(b, TAPE_SINCOS, b->slot[n->a], 0);
+        b->slot[b->cosine[n->a]] = emit(b, TAPE_PAIRED, 0, 0);
+    } else if (n->op == EXPR_SOLVE) {
+        if (b->solve[n->a] < 0)
+            b->solve[n->a] = emit_solve(b, n->a);
+        b->slot[e] = emit(b, TAPE_COMPONENT, b->solve[n->a], n->b);
+    } else if (n->op == EXPR_POWI) {
+        b->slot[e] = emit_power(b, n);
+    } else {
+        b->slot[e] = emit(b, n->op, b->slot[n->a], args == 2 ? b->slot[n->b] : 0);
+    }
+}
+
+static void emit_code(struct builder *b)
+{
+    struct num_tape *t = b->t;
+    for (int live = 0; live < 2; live++) {
+        for (int i = 0; i < b->cone.count; i++) {
+            expr_id e = b->cone.list[i];
+            if (b->live[e] == live && b->slot[e] < 0)
+                emit_node(b, e);
+        }
+        if (!live)
+            t->nstatic = t->ncode;
+    }
+    t->slots = t->code_slot + t->ncode;
+}
+
+static void fill(struct builder *b, const expr_id *roots)
+{
+    struct num_tape *t = b->t;
+    t->value = sga_calloc((size_t)t->slots + 1, sizeof *t->value);
+    for (int i = 0; i < b->cone.count; i++) {
+        expr_id e = b->cone.list[i];
+        if (expr_op_of(b->st, e) == EXPR_CONST)
+            t->value[b->slot[e]] = nearest_double(expr_const_value(b->st, e));
+        if (expr_op_of(b->st, e) == EXPR_PI)
+            t->value[b->slot[e]] = 3.14159265358979323846;
+    }
+    t->root = sga_malloc(((size_t)t->nroots + 1) * sizeof *t->root);
+    for (int r = 0; r < t->nroots; r++)
+        t->root[r] = b->slot[roots[r]];
+    tape_run(t, 0, t->nstatic);
+}
+
+static void builder_init(struct builder *b)
+{
+    size_t n = (size_t)b->st->nodes;
+    expr_cone_init(&b->cone);
+    b->slot = sga_malloc(n * sizeof *b->slot);
+    memset(b->slot, -1, n * sizeof *b->slot);
+    b->live = sga_calloc(n, 1);
+    b->sine = sga_calloc(n, sizeof *b->sine);
+    b->cosine = sga_calloc(n, sizeof *b->cosine);
+    b->solve = sga_malloc(((size_t)b->st->solves + 1) * sizeof *b->solve);
+    memset(b->solve, -1, ((size_t)b->st->solves + 1) * sizeof *b->solve);
+}
+
+static void builder_clear(struct builder *b)
+{
+    expr_cone_clear(&b->cone);
+    free(b->slot);
+    free(b->live);
+    free(b->sine);
+    free(b->cosine);
+    free(b->solve);
+}
+
+struct num_tape *num_tape_new(const struct expr_store *st, const expr_id *roots, int nroots,
+                              const int *inputs, int ninputs, struct sga_error *err)
+{
+    struct num_tape *t = sga_calloc(1, sizeof *t);
+    struct builder b = { .st = st, .t = t, .err = err };
+    t->ninputs = ninputs;
+    t->nroots = nroots;
+    builder_init(&b);
+    if (nroots > 0)
+        expr_cone_of(st, &b.cone, roots, nroots);
+    bool ok = place_inputs(&b, inputs);
+    if (ok) {
+        survey(&b);
+        emit_code(&b);
+        fill(&b, roots);
+    }
+    builder_clear(&b);
+    if (!ok) {
+        num_tape_free(t);
+        return NULL;
+    }
+    return t;
+}
+
+void num_tape_free(struct num_tape *t)
+{
+    if (!t)
+        return;
+    for (int i = 0; i < t->nsolves; i++) {
+        struct tape_solve *s = t->solve + i;
+        free(s->matrix);
+        free(s->rhs);
+        free(s->perm);
+        free(s->lu);
+        free(s->y);
+        free(s->work);
+    }
+    free(t->solve);
+    free(t->code);
+    free(t->value);
+    free(t->root);
+    free(t);
+}
+
+int num_tape_inputs(const struct num_tape *t) { return t->ninputs; }
+int num_tape_roots(const struct num_tape *t) { return t->nroots; }
+int num_tape_length(const struct num_tape *t) { return t->ncode - t->nstatic; }

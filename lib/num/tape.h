@@ -1,0 +1,38 @@
+/* The evaluation tape: some expressions of a store as straight-line code in double.
+ *
+ * Slots hold inputs, then constants, then one value for each instruction (static
+ * single assignment), so that derivatives can run over the same values. Only the
+ * cones of the roots are compiled; parts without symbols are computed once, when the
+ * tape is made. The executor is hidden behind num_tape_eval.
+ *
+ * A tape owns its working memory: one thread at a time. It keeps no reference to
+ * the store. */
+#ifndef SGA_NUM_TAPE_H
+#define SGA_NUM_TAPE_H
+
+#include <stdbool.h>
+
+#include "error.h"
+#include "expr.h"
+
+struct num_tape;
+
+/* Compile roots[0..nroots). in[i] of an evaluation is the value of symbol inputs[i]
+ * (an index into st->symbol; no index twice). NULL, with err, where a root uses a symbol that is not
+ * listed (EXPR_NAME) or has no value (EXPR_UNDEFINED). Constants become the nearest
+ * doubles. Cost: the cones of the roots, and st->nodes words once. */
+struct num_tape *num_tape_new(const struct expr_store *st, const expr_id *roots, int nroots,
+                              const int *inputs, int ninputs, struct sga_error *err);
+void num_tape_free(struct num_tape *t);    /* NULL is allowed */
+
+int num_tape_inputs(const struct num_tape *t);
+int num_tape_roots(const struct num_tape *t);
+/* Instructions run by each evaluation. */
+int num_tape_length(const struct num_tape *t);
+
+/* out[r] = value of root r. False if any of them is not finite (out is filled all the
+ * same): outside of the domain of a function the value is NaN, a division by zero is
+ * infinite, and the components of a singular solve are NaN. */
+bool num_tape_eval(struct num_tape *t, const double *in, double *out);
+
+#endif

@@ -1,0 +1,49 @@
+/* Inside this folder: what a tape is made of. Executors (the interpreter, later
+ * others) and derivatives read it; only tape.c builds it. */
+#ifndef SGA_NUM_TAPE_CODE_H
+#define SGA_NUM_TAPE_CODE_H
+
+#include <stdint.h>
+
+#include "tape.h"
+
+/* Beyond the operators of the store: */
+enum {
+    TAPE_SQUARE = EXPR_OP_COUNT,   /* a^2, a^3, 1/a: the usual integer powers */
+    TAPE_CUBE,
+    TAPE_INVERSE,
+    TAPE_SINCOS,      /* sin a here, cos a in the next slot, which is a TAPE_PAIRED */
+    TAPE_PAIRED,      /* written by the instruction before */
+    TAPE_FACTOR,      /* factor linear solve a, and solve it; the slot itself is unused */
+    TAPE_COMPONENT    /* component b of the solution of linear solve a */
+};
+
+/* Instruction i writes slot `code_slot + i`; a and b are slots, or what the operator says. */
+struct tape_code {
+    int32_t op, a, b;
+};
+
+struct tape_solve {
+    int m, slot;               /* slot of its TAPE_FACTOR */
+    int *matrix, *rhs;         /* slots, m*m by rows and m */
+    double *lu, *y, *work;     /* the factors, the solution, m words */
+    int *perm;
+    bool singular;
+};
+
+struct num_tape {
+    int ninputs, nroots;
+    int code_slot;             /* inputs, then constants, come before the code */
+    int ncode, nstatic;        /* code[0 .. nstatic) does not depend on inputs */
+    struct tape_code *code;
+    int slots;                 /* code_slot + ncode */
+    double *value;             /* by slot */
+    int *root;                 /* slots */
+    struct tape_solve *solve;
+    int nsolves;
+};
+
+/* Run code[from .. to) on t->value. */
+void tape_run(struct num_tape *t, int from, int to);
+
+#endif

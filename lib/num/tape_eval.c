@@ -1,0 +1,95 @@
+/* The interpreter of the tape. */
+#define _GNU_SOURCE    /* sincos */
+#include "tape_code.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "lu.h"
+
+static double power(double x, int n)
+{
+    unsigned k = n < 0 ? -(unsigned)n : (unsigned)n;
+    double r = 1;
+    for (; k; k >>= 1, x *= x)
+        if (k & 1)
+            r *= x;
+    return n < 0 ? 1 / r : r;
+}
+
+/* NaN in, NaN out, on either side. */
+static double least(double x, double y) { return x < y || isnan(x) ? x : y; }
+static double greatest(double x, double y) { return x > y || isnan(x) ? x : y; }
+static double sign(double x) { return isnan(x) ? x : (x > 0) - (x < 0); }
+static double real_power(double x, double y) { return x < 0 ? NAN : pow(x, y); }
+
+static void solve(struct tape_solve *s, const double *v)
+{
+    for (int i = 0; i < s->m * s->m; i++)
+        s->lu[i] = v[s->matrix[i]];
+    for (int i = 0; i < s->m; i++)
+        s->work[i] = v[s->rhs[i]];
+    s->singular = !num_lu_factor(s->lu, s->perm, s->m);
+    if (!s->singular)
+        num_lu_solve(s->lu, s->perm, s->m, s->work, s->y);
+    for (int i = 0; s->singular && i < s->m; i++)
+        s->y[i] = NAN;
+}
+
+void tape_run(struct num_tape *t, int from, int to)
+{
+    double *v = t->value, *w = v + t->code_slot + from;
+    for (const struct tape_code *c = t->code + from, *end = t->code + to; c < end; c++, w++) {
+        switch (c->op) {
+        case EXPR_ADD:   *w = v[c->a] + v[c->b]; break;
+        case EXPR_SUB:   *w = v[c->a] - v[c->b]; break;
+        case EXPR_MUL:   *w = v[c->a] * v[c->b]; break;
+        case EXPR_DIV:   *w = v[c->a] / v[c->b]; break;
+        case EXPR_NEG:   *w = -v[c->a]; break;
+        case TAPE_SQUARE: *w = v[c->a] * v[c->a]; break;
+        case TAPE_CUBE:  *w = v[c->a] * v[c->a] * v[c->a]; break;
+        case TAPE_INVERSE: *w = 1 / v[c->a]; break;
+        case EXPR_POWI:  *w = power(v[c->a], c->b); break;
+        case EXPR_POW:   *w = real_power(v[c->a], v[c->b]); break;
+        case TAPE_SINCOS: sincos(v[c->a], w, w + 1); break;
+        case TAPE_PAIRED: break;
+        case EXPR_SIN:   *w = sin(v[c->a]); break;
+        case EXPR_COS:   *w = cos(v[c->a]); break;
+        case EXPR_TAN:   *w = tan(v[c->a]); break;
+        case EXPR_ASIN:  *w = asin(v[c->a]); break;
+        case EXPR_ACOS:  *w = acos(v[c->a]); break;
+        case EXPR_ATAN:  *w = atan(v[c->a]); break;
+        case EXPR_ATAN2: *w = atan2(v[c->a], v[c->b]); break;
+        case EXPR_SINH:  *w = sinh(v[c->a]); break;
+        case EXPR_COSH:  *w = cosh(v[c->a]); break;
+        case EXPR_TANH:  *w = tanh(v[c->a]); break;
+        case EXPR_ASINH: *w = asinh(v[c->a]); break;
+        case EXPR_ACOSH: *w = acosh(v[c->a]); break;
+        case EXPR_ATANH: *w = atanh(v[c->a]); break;
+        case EXPR_EXP:   *w = exp(v[c->a]); break;
+        case EXPR_LOG:   *w = log(v[c->a]); break;
+        case EXPR_SQRT:  *w = sqrt(v[c->a]); break;
+        case EXPR_CBRT:  *w = cbrt(v[c->a]); break;
+        case EXPR_ABS:   *w = fabs(v[c->a]); break;
+        case EXPR_SIGN:  *w = sign(v[c->a]); break;
+        case EXPR_MIN:   *w = least(v[c->a], v[c->b]); break;
+        case EXPR_MAX:   *w = greatest(v[c->a], v[c->b]); break;
+        case TAPE_FACTOR: solve(t->solve + c->a, v); break;
+        case TAPE_COMPONENT: *w = t->solve[c->a].y[c->b]; break;
+        default:         *w = NAN; break;
+        }
+    }
+}
+
+bool num_tape_eval(struct num_tape *t, const double *in, double *out)
+{
+    if (t->ninputs)
+        memcpy(t->value, in, (size_t)t->ninputs * sizeof *in);
+    tape_run(t, t->nstatic, t->ncode);
+    bool finite = true;
+    for (int r = 0; r < t->nroots; r++) {
+        out[r] = t->value[t->root[r]];
+        finite &= (bool)isfinite(out[r]);
+    }
+    return finite;
+}

@@ -1,0 +1,29 @@
+/* Inside the ode folder: step-size control. */
+#ifndef SGA_ODE_CONTROL_H
+#define SGA_ODE_CONTROL_H
+
+#include <stdbool.h>
+#include "method.h"
+
+/* A proportional-integral controller (Gustafsson; Hairer, Wanner, IV.2): the next step
+ * from this error and the one before, so that sizes do not swing. */
+struct ode_control {
+    int error_order;
+    double error_before;    /* of the last accepted step */
+    bool refused_before;    /* after a refusal the step does not grow at once */
+};
+
+void ode_control_begin(struct ode_control *c, int error_order);
+/* By what the step is to be multiplied after an accepted step, 1/3 .. 6, and after one
+ * whose error was above 1, 1/3 .. 0.9. */
+double ode_control_accepted(struct ode_control *c, double error);
+double ode_control_refused(struct ode_control *c, double error);
+
+/* A first step size (unsigned) from the sizes of x, x' and an estimate of x'' got by an
+ * explicit Euler step (Hairer, Norsett, Wanner, II.4). `step` has t, x, f and the
+ * tolerances set, h = the whole signed span. One evaluation, or a few where the field is
+ * refused; work has 2 n entries. */
+double ode_first_step(struct ode_field *field, const struct ode_step *step, int error_order,
+                      double *work);
+
+#endif

@@ -1,0 +1,159 @@
+/* Dormand-Prince 8(5,3): the explicit method for middle and high accuracy.
+ *
+ * Twelve stages give the step of order 8; two embedded formulas of order 5 and 3 are
+ * combined to one error estimate that falls as h^8; three more stages give a polynomial
+ * of order 7 over the step, asked for only where samples fall inside. Hairer, Norsett,
+ * Wanner, Solving Ordinary Differential Equations I, II.5, II.6 and (stiffness) the
+ * companion volume IV.2. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "dop853_tables.h"
+#include "mem.h"
+#include "method.h"
+
+/* Where the stability region ends on the negative real axis. */
+#define STABILITY_LIMIT 6.1
+
+struct dop853 {
+    int n;
+    double *k;        /* DOP853_ALL x n: the field at the stages */
+    double *y;        /* n: the state at the present stage */
+    double *y_last;   /* n: the state at the last of the twelve stages */
+    double *poly;     /* 7 x n: the polynomial's coefficients */
+};
+
+static void *dop853_alloc(int n)
+{
+    struct dop853 *d = sga_malloc(sizeof *d);
+    size_t m = (size_t)n;
+    d->n = n;
+    d->k = sga_calloc((DOP853_ALL + 1 + 1 + 7) * m + 1, sizeof *d->k);
+    d->y = d->k + DOP853_ALL * m;
+    d->y_last = d->y + m;
+    d->poly = d->y_last + m;
+    return d;
+}
+
+static void dop853_free(void *state)
+{
+    struct dop853 *d = state;
+    free(d->k);
+    free(d);
+}
+
+/* sum_s a_s k_s of variable j */
+static inline double combine(const struct dop853_row *r, const double *k, int n, int j)
+{
+    double s = 0;
+    for (int m = 0; m < r->count; m++)
+        s += r->a[m] * k[(size_t)r->stage[m] * (size_t)n + (size_t)j];
+    return s;
+}
+
+static bool run_stage(struct dop853 *d, struct ode_field *field, const struct ode_step *step,
+                      int s, double *y)
+{
+    for (int j = 0; j < d->n; j++)
+        y[j] = step->x[j] + step->h * combine(&dop853_a[s], d->k, d->n, j);
+    double t = step->t + (step->t_low + dop853_c[s] * step->h);
+    return ode_eval(field, t, y, d->k + (size_t)s * (size_t)d->n);
+}
+
+/* The increment, and the error estimate of both embedded formulas together:
+ * |h| e5^2 / sqrt(e5^2 + 0.01 e3^2), root mean square over the variables. */
+static void finish_step(struct dop853 *d, struct ode_step *step)
+{
+    double e5 = 0, e3 = 0;
+    for (int j = 0; j < d->n; j++) {
+        double b = combine(&dop853_a[DOP853_END], d->k, d->n, j);
+        double a5 = combine(&dop853_error5, d->k, d->n, j);
+        double a3 = b - combine(&dop853_weights3, d->k, d->n, j);
+        step->dx[j] = step->h * b;
+        double allowed = ode_allowed(step->rtol, step->atol, step->unit[j], step->x[j],
+                                     step->x[j] + step->dx[j]);
+        e5 += (a5 / allowed) * (a5 / allowed);
+        e3 += (a3 / allowed) * (a3 / allowed);
+    }
+    double both = e5 + 0.01 * e3;
+    step->error = both == 0 ? 0 : fabs(step->h) * e5 / sqrt(both * d->n);
+}
+
+static bool dop853_attempt(void *state, struct ode_field *field, struct ode_step *step)
+{
+    struct dop853 *d = state;
+    memcpy(d->k, step->f, (size_t)d->n * sizeof *d->k);
+    for (int s = 1; s < DOP853_STAGES; s++)
+        if (!run_stage(d, field, step, s, s == DOP853_STAGES - 1 ? d->y_last : d->y))
+            return false;
+    finish_step(d, step);
+    return true;
+}
+
+/* Both the last stage and the end belong to the time t + h: the field's difference over
+ * the states' is an eigenvalue estimate. */
+static double dop853_stiffness(const void *state, const struct ode_step *step)
+{
+    const struct dop853 *d = state;
+    const double *k = d->k + (size_t)(DOP853_STAGES - 1) * (size_t)d->n;
+    double up = 0, down = 0;
+    for (int j = 0; j < d->n; j++) {
+        double df = (step->f1[j] - k[j]) / step->unit[j];
+        double dx = (step->x1[j] - d->y_last[j]) / step->unit[j];
+        up += df * df;
+        down += dx * dx;
+    }
+    return down > 0 ? fabs(step->h) * sqrt(up / down) / STABILITY_LIMIT : 0;
+}
+
+static bool dop853_dense_begin(void *state, struct ode_field *field,
+                               const struct ode_step *step)
+{
+    struct dop853 *d = state;
+    size_t n = (size_t)d->n;
+    double h = step->h;
+    memcpy(d->k + DOP853_END * n, step->f1, n * sizeof *d->k);
+    for (int s = DOP853_END + 1; s < DOP853_ALL; s++)
+        if (!run_stage(d, field, step, s, d->y))
+            return false;
+    for (int j = 0; j < d->n; j++) {
+        double rise = step->x1[j] - step->x[j];
+        d->poly[j] = rise;
+        d->poly[n + (size_t)j] = h * step->f[j] - rise;
+        d->poly[2 * n + (size_t)j] = 2 * rise - h * (step->f[j] + step->f1[j]);
+        for (int r = 0; r < 4; r++)
+            d->poly[(size_t)(3 + r) * n + (size_t)j] =
+                h * combine(&dop853_dense[r], d->k, d->n, j);
+    }
+    return true;
+}
+
+/* Horner in alternating theta and 1 - theta. */
+static void dop853_dense_at(const void *state, const struct ode_step *step, double theta,
+                            double *x)
+{
+    const struct dop853 *d = state;
+    for (int j = 0; j < d->n; j++) {
+        double s = 0;
+        for (int r = 6; r >= 0; r--)
+            s = (s + d->poly[(size_t)r * (size_t)d->n + (size_t)j]) *
+                (r % 2 ? 1 - theta : theta);
+        x[j] = step->x[j] + s;
+    }
+}
+
+const struct ode_method ode_dop853 = {
+    .name = "dop853",
+    .what = "explicit Runge-Kutta of order 8 (Dormand-Prince 8(5,3)), dense output of order 7",
+    .order = 8,
+    .error_order = 8,
+    .rtol_least = 0,
+    .rtol_most = 1,
+    .alloc = dop853_alloc,
+    .free = dop853_free,
+    .attempt = dop853_attempt,
+    .dense_begin = dop853_dense_begin,
+    .stiffness = dop853_stiffness,
+    .dense_at = dop853_dense_at,
+};

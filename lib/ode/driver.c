@@ -1,0 +1,238 @@
+/* The march from the start to the last time: attempt, accept, settle, sample, move on. */
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "march.h"
+#include "mem.h"
+
+#define LOOK_EVERY 5000        /* attempts between looks at whether the stop is in reach */
+#define BUDGET_EVERY 8         /* attempts between looks at the clock */
+#define BEYOND_HOPE 50.0       /* times the limit of steps */
+#define ACROSS_LOOKS 5
+
+static void march_alloc(struct ode_march *m)
+{
+    size_t n = (size_t)m->p->n;
+    m->memory = sga_calloc(10 * n + 1, sizeof *m->memory);
+    double *at = m->memory;
+    double **vectors[] = {&m->x, &m->carry, &m->f, &m->x1, &m->carry1, &m->f1, &m->dx, &m->scale};
+    for (size_t i = 0; i < sizeof vectors / sizeof *vectors; i++, at += n)
+        *vectors[i] = at;
+    m->work = at;
+    m->state = m->method->alloc(m->p->n);
+}
+
+/* a + b = sum + *error, exactly (Knuth). */
+static double two_sum(double a, double b, double *error)
+{
+    double s = a + b, v = s - a;
+    *error = (a - (s - v)) + (b - v);
+    return s;
+}
+
+/* Below this, steps are lost in the rounding of t. */
+static double smallest_step(const struct ode_march *m)
+{
+    double range = fmax(fabs(m->start->t), fabs(m->stop));
+    return 4 * DBL_EPSILON * fmax(fabs(m->t), fmax(DBL_EPSILON * range, 1e-300));
+}
+
+static void prepare_step(struct ode_march *m, double h)
+{
+    m->step = (struct ode_step){
+        .n = m->p->n, .t = m->t, .t_low = m->t_low, .h = h, .x = m->x, .f = m->f,
+        .rtol = m->o->rtol, .atol = m->o->atol, .unit = m->unit, .dx = m->dx,
+        .x1 = m->x1, .f1 = m->f1,
+    };
+}
+
+/* The start projected, the samples at the start, the field there and a first step.
+ * False: ended, or nothing is left to do. */
+static bool begin(struct ode_march *m, double *h)
+{
+    double residual;
+    int which;
+    size_t n = (size_t)m->p->n;
+    memcpy(m->x, m->start->x, n * sizeof *m->x);
+    if (!ode_settle(m, m->t, m->x, INFINITY, &residual)) {
+        ode_end_at(m, m->manifold_why, "the start does not satisfy the constraints, and cannot be moved onto them");
+        return false;
+    }
+    m->res->start_moved = m->moved;
+    m->res->start_residual = residual;
+    m->start_size = ode_largest(m, m->x, &which);
+    if (!ode_eval(&m->field, m->t, m->x, m->f)) {
+        ode_end_at(m, m->field.why, "the vector field has no finite value at the start");
+        return false;
+    }
+    for (; m->next < m->start->count && m->start->times[m->next] == m->t; m->next++) {
+        memcpy(m->res->samples + (size_t)m->next * n, m->x, n * sizeof *m->x);
+        m->res->max_residual = residual;
+    }
+    if (m->next == m->start->count)
+        return false;
+    prepare_step(m, m->stop - m->t);
+    *h = m->o->first_step > 0
+             ? m->o->first_step
+             : ode_first_step(&m->field, &m->step, m->method->error_order, m->work);
+    return true;
+}
+
+/* |h| cut so that the march ends on the stop, and not with a sliver of a step. */
+static double cut(const struct ode_march *m, double h, bool *last)
+{
+    double rest = fabs((m->stop - m->t) - m->t_low);
+    if (m->o->max_step > 0)
+        h = fmin(h, m->o->max_step);
+    *last = h * 1.01 >= rest;
+    return *last ? rest : h * 2 > rest ? rest / 2 : h;
+}
+
+static enum ode_refusal attempt(struct ode_march *m, double h, bool last, int *through)
+{
+    double residual = 0;
+    prepare_step(m, h * m->direction);
+    if (!m->method->attempt(m->state, &m->field, &m->step))
+        return FIELD_REFUSED;
+    if (!(m->step.error <= 1)) {
+        m->field.why = ODE_LEFT_DOMAIN;
+        return isfinite(m->step.error) ? ERROR_TOO_LARGE : FIELD_REFUSED;
+    }
+    for (int j = 0; j < m->p->n; j++)
+        m->x1[j] = two_sum(m->x[j], m->dx[j] + m->carry[j], &m->carry1[j]);
+    m->t1 = last ? m->stop : two_sum(m->t, m->step.h + m->t_low, &m->t1_low);
+    if (last)
+        m->t1_low = 0;
+    if (m->p->project)
+        memcpy(m->work, m->x1, (size_t)m->p->n * sizeof *m->x1);
+    if (!ode_settle(m, m->t1, m->x1, ode_settle_most(m, m->step.error), &residual))
+        return MANIFOLD_REFUSED;
+    for (int j = 0; m->p->project && j < m->p->n; j++)
+        if (m->work[j] != m->x1[j])
+            m->carry1[j] = 0;
+    if (!ode_eval(&m->field, m->t1, m->x1, m->f1))
+        return FIELD_REFUSED;
+    m->pending_residual = residual;
+    return ode_sample(m, through);
+}
+
+static void swap(double **a, double **b)
+{
+    double *c = *a;
+    *a = *b;
+    *b = c;
+}
+
+static void commit(struct ode_march *m, double h, int through)
+{
+    struct ode_stats *s = &m->res->stats;
+    s->steps++;
+    s->smallest_step = s->smallest_step > 0 ? fmin(s->smallest_step, h) : h;
+    s->largest_step = fmax(s->largest_step, h);
+    if (m->method->stiffness && m->method->stiffness(m->state, &m->step) > 1)
+        s->stiff_steps++;
+    if (through > m->next)
+        m->res->max_residual = fmax(m->res->max_residual, m->pending_residual);
+    m->next = through;
+    m->last_times[0] = m->last_times[1];
+    m->last_times[1] = m->t;
+    m->t = m->t1;
+    m->t_low = m->t1_low;
+    swap(&m->x, &m->x1);
+    swap(&m->carry, &m->carry1);
+    swap(&m->f, &m->f1);
+}
+
+/* At the present pace, would the stop take far more steps than are allowed, again and
+ * again, without the pace picking up? */
+static bool out_of_reach(struct ode_march *m)
+{
+    double progress = fabs(m->t - m->look_t);
+    double needed = fabs(m->stop - m->t) / fmax(progress, 1e-300) * LOOK_EVERY;
+    bool slow = needed > BEYOND_HOPE * (double)m->o->max_steps &&
+                progress <= 1.2 * m->look_progress;
+    m->hopeless = slow ? m->hopeless + 1 : 0;
+    m->look_progress = progress;
+    m->look_t = m->t;
+    m->look_at += LOOK_EVERY;
+    return m->hopeless >= ACROSS_LOOKS;
+}
+
+/* False: ended. */
+static bool may_go_on(struct ode_march *m)
+{
+    long attempts = m->res->stats.steps + m->res->stats.refused;
+    struct sga_error err = {0};
+    if (attempts % BUDGET_EVERY == 0 && !sga_budget_ok(m->o->budget, &err)) {
+        ode_end_at(m, err.code == SGA_E_CANCELLED ? ODE_CANCELLED : ODE_TIME_LIMIT, err.detail);
+        return false;
+    }
+    if (attempts >= m->o->max_steps) {
+        ode_end_steps(m, false);
+        return false;
+    }
+    if (attempts >= m->look_at && out_of_reach(m)) {
+        ode_end_steps(m, true);
+        return false;
+    }
+    return true;
+}
+
+static void go(struct ode_march *m)
+{
+    double h;
+    if (!begin(m, &h))
+        return;
+    ode_control_begin(&m->control, m->method->error_order);
+    m->look_at = LOOK_EVERY;
+    m->look_t = m->t;
+    m->look_progress = INFINITY;
+    while (may_go_on(m)) {
+        bool last;
+        int through = m->next;
+        double taken = cut(m, h, &last);
+        enum ode_refusal cause = attempt(m, taken, last, &through);
+        if (cause == STEP_TAKEN) {
+            commit(m, taken, through);
+            if (m->next == m->start->count)
+                return;
+            h = taken * ode_control_accepted(&m->control, m->step.error);
+            cause = ERROR_TOO_LARGE;   /* what it is if h is too small now */
+        } else {
+            m->res->stats.refused++;
+            m->control.refused_before = true;
+            if (cause == FIELD_REFUSED) {
+                m->field_refused = true;
+                m->field_refused_t = m->t;
+            }
+            h = taken * (cause == ERROR_TOO_LARGE
+                             ? ode_control_refused(&m->control, m->step.error)
+                             : 0.5);
+        }
+        if (h < smallest_step(m)) {
+            ode_end_refused(m, cause);
+            return;
+        }
+    }
+}
+
+void ode_march(const struct ode_problem *p, const struct ode_start *start,
+               const struct ode_options *o, const double *unit,
+               const struct ode_method *method, struct ode_result *res)
+{
+    struct ode_march m = {
+        .p = p, .start = start, .o = o, .unit = unit, .res = res, .method = method,
+        .field = {p, &res->stats, ODE_LEFT_DOMAIN}, .manifold_why = ODE_CONSTRAINT_LOST,
+        .t = start->t, .stop = start->times[start->count - 1],
+    };
+    m.direction = m.stop < m.t ? -1 : 1;
+    m.last_times[0] = m.last_times[1] = m.t;
+    res->end = (struct ode_end){ODE_NONE, m.stop, -1, ""};
+    march_alloc(&m);
+    go(&m);
+    res->count = m.next;
+    method->free(m.state);
+    free(m.memory);
+}

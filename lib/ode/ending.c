@@ -1,0 +1,118 @@
+/* Why and where a solution ended.
+ *
+ * A march that cannot go on shrinks its steps until they are at the rounding of t: that
+ * is the bisection of the time of the ending. What remains is to say which kind it is. */
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+
+#include "march.h"
+
+/* |x'| T above this many times |x|, T the time passed, when steps have shrunk to
+ * nothing: x changes on a scale of its own that goes to 0. */
+#define GROWTH 1e3
+/* A state this much larger than the start's has blown up, whatever stopped it. */
+#define HUGE_STATE 1e50
+
+static const char *const texts[] = {
+#define X(sym, text, what) text,
+    ODE_REASON_TABLE(X)
+#undef X
+};
+static const char *const whats[] = {
+#define X(sym, text, what) what,
+    ODE_REASON_TABLE(X)
+#undef X
+};
+
+const char *ode_reason_text(enum ode_reason r) { return texts[r]; }
+const char *ode_reason_what(enum ode_reason r) { return whats[r]; }
+
+double ode_largest(const struct ode_march *m, const double *v, int *which)
+{
+    double most = 0;
+    *which = -1;
+    for (int j = 0; j < m->p->n; j++)
+        if (fabs(v[j]) / m->unit[j] > most) {
+            most = fabs(v[j]) / m->unit[j];
+            *which = j;
+        }
+    return most;
+}
+
+void ode_end_at(struct ode_march *m, enum ode_reason reason, const char *detail)
+{
+    struct ode_end *end = &m->res->end;
+    end->reason = reason;
+    end->t = m->t;
+    end->variable = -1;
+    snprintf(end->detail, sizeof end->detail, "%s", detail);
+}
+
+/* Near a singularity steps are proportional to the distance from it, so accepted times
+ * tend to it geometrically: their limit by Aitken's rule. */
+static double limit_time(const struct ode_march *m)
+{
+    double a = m->last_times[1] - m->last_times[0], b = m->t - m->last_times[1];
+    double ratio = b / a;
+    if (!(ratio > 0 && ratio < 0.95))
+        return m->t;
+    return m->t + b * ratio / (1 - ratio);
+}
+
+static void blow_up(struct ode_march *m)
+{
+    int by_state, by_rate;
+    double size = ode_largest(m, m->x, &by_state), rate = ode_largest(m, m->f, &by_rate);
+    char text[200];
+    bool state_grows = size > 1e3 * (m->start_size + 1) || size > 1e6 * m->start_size;
+    if (state_grows)
+        snprintf(text, sizeof text, "the solution grows without bound (size %.3g at the end)", size);
+    else
+        snprintf(text, sizeof text,
+                 "the derivative grows without bound (size %.3g) while the solution stays at size %.3g",
+                 rate, size);
+    ode_end_at(m, ODE_BLOW_UP, text);
+    m->res->end.variable = state_grows ? by_state : by_rate;
+    m->res->end.t = limit_time(m);
+}
+
+void ode_end_refused(struct ode_march *m, enum ode_refusal cause)
+{
+    int which;
+    double size = ode_largest(m, m->x, &which), rate = ode_largest(m, m->f, &which);
+    bool grows = rate * fabs(m->t - m->start->t) > GROWTH * fmax(size, 1e-300);
+    bool huge = size > HUGE_STATE * (m->start_size + 1);
+    /* Near the edge of the domain some steps are refused for their error. */
+    if (cause == ERROR_TOO_LARGE && !grows && m->field_refused &&
+        fabs(m->t - m->field_refused_t) <= 1e-8 * fmax(fabs(m->t), fabs(m->t - m->start->t)))
+        cause = FIELD_REFUSED;
+    enum ode_reason why = cause == FIELD_REFUSED ? m->field.why : m->manifold_why;
+    if (huge || (grows && cause != FIELD_REFUSED))
+        blow_up(m);
+    else if (cause == ERROR_TOO_LARGE)
+        ode_end_at(m, ODE_SINGULAR,
+                   "no step is small enough for the tolerance here: the field is not smooth, "
+                   "or the tolerance is too tight");
+    else if (why == ODE_LEFT_DOMAIN)
+        ode_end_at(m, why, grows ? "the vector field grows without bound and has no value beyond this time"
+                                 : "the vector field has no finite value beyond this time");
+    else if (why == ODE_CONSTRAINT_LOST)
+        ode_end_at(m, why, "no point near the solution satisfies the constraints beyond this time");
+    else
+        ode_end_at(m, why, "a rank drops here: the field or the constraints are singular");
+}
+
+void ode_end_steps(struct ode_march *m, bool foreseen)
+{
+    const struct ode_stats *s = &m->res->stats;
+    bool stiff = s->stiff_steps > s->steps / 4;
+    char text[256];
+    snprintf(text, sizeof text, "%s after %ld steps%s; %s",
+             foreseen ? "the last time is out of reach" : "the limit of steps was reached",
+             s->steps + s->refused,
+             stiff ? ", their size being set by stability: the system is stiff" : "",
+             stiff ? "ask for an earlier stop or use an implicit method"
+                   : "ask for an earlier stop, a larger tolerance or more steps");
+    ode_end_at(m, ODE_STEP_LIMIT, text);
+}

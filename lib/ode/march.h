@@ -1,0 +1,67 @@
+/* Inside the ode folder: the state of one solution in progress. */
+#ifndef SGA_ODE_MARCH_H
+#define SGA_ODE_MARCH_H
+
+#include "control.h"
+#include "method.h"
+
+/* Why a step was not taken. */
+enum ode_refusal { STEP_TAKEN, ERROR_TOO_LARGE, FIELD_REFUSED, MANIFOLD_REFUSED };
+
+struct ode_march {
+    const struct ode_problem *p;
+    const struct ode_start *start;
+    const struct ode_options *o;    /* with the tolerances of this solution */
+    const double *unit;             /* never NULL */
+    struct ode_result *res;
+    const struct ode_method *method;
+    void *state;                    /* the method's */
+    struct ode_field field;
+    struct ode_control control;
+    struct ode_step step;
+    double direction, stop;
+    /* The present point: time as an unevaluated sum, state with what rounding dropped. */
+    double t, t_low;
+    double *x, *carry, *f;
+    /* The point that the present step leads to. */
+    double t1, t1_low;
+    double *x1, *carry1, *f1;
+    double *dx, *scale, *work;      /* work: 2 n */
+    double *memory;
+    int next;                       /* the first sample not yet delivered */
+    double pending_residual;        /* of samples in the present step */
+    double moved;                   /* by the last projection */
+    enum ode_reason manifold_why;   /* of the last refusal by `project` */
+    bool field_refused;             /* ever, and from which time last */
+    double field_refused_t;
+    double start_size;              /* largest |x_j|/unit_j at the start */
+    double last_times[2];           /* of the two accepted points before the present one */
+    /* Is there hope to arrive? Looked at every so many attempts. */
+    long look_at;
+    double look_t, look_progress;
+    int hopeless;
+};
+
+/* driver.c: one solution with the given method and tolerances. res->samples must have
+ * room for start->count rows; everything but error, max_error, second is filled. */
+void ode_march(const struct ode_problem *p, const struct ode_start *start,
+               const struct ode_options *o, const double *unit,
+               const struct ode_method *method, struct ode_result *res);
+
+/* settle.c: x, meant for time t, is projected. False: refused, or moved by more than
+ * `most` units of its error; manifold_why is set. */
+bool ode_settle(struct ode_march *m, double t, double *x, double most, double *residual);
+/* How far a step's end may be moved, its error estimate being this. */
+double ode_settle_most(const struct ode_march *m, double error);
+
+/* sample.c: samples inside the present step and at its end are put into the result,
+ * each projected; *through: how many are complete then. */
+enum ode_refusal ode_sample(struct ode_march *m, int *through);
+
+/* ending.c: fills res->end. */
+void ode_end_at(struct ode_march *m, enum ode_reason reason, const char *detail);
+void ode_end_refused(struct ode_march *m, enum ode_refusal cause);
+void ode_end_steps(struct ode_march *m, bool foreseen);
+double ode_largest(const struct ode_march *m, const double *v, int *which);
+
+#endif

@@ -1,0 +1,54 @@
+/* The table of methods, and what they share. */
+#include "method.h"
+
+#include <math.h>
+#include <string.h>
+
+static const struct ode_method *const methods[] = {
+    &ode_dop853,
+};
+enum { METHODS = sizeof methods / sizeof *methods };
+
+const char *ode_method_name(int i)
+{
+    return i >= 0 && i < METHODS ? methods[i]->name : NULL;
+}
+
+const char *ode_method_what(int i)
+{
+    return i >= 0 && i < METHODS ? methods[i]->what : NULL;
+}
+
+const struct ode_method *ode_method_find(const char *name, double rtol)
+{
+    bool choose = !name || strcmp(name, "auto") == 0;
+    for (int i = 0; i < METHODS; i++) {
+        const struct ode_method *m = methods[i];
+        if (choose ? rtol >= m->rtol_least && rtol <= m->rtol_most : strcmp(name, m->name) == 0)
+            return m;
+    }
+    return choose ? methods[0] : NULL;
+}
+
+bool ode_eval(struct ode_field *field, double t, const double *x, double *dx)
+{
+    const struct ode_problem *p = field->p;
+    field->stats->evaluations++;
+    bool ok = p->rhs(p->ctx, t, x, dx);
+    if (ok) {
+        double s = 0;
+        for (int j = 0; j < p->n; j++)
+            s += dx[j] * 0.0;
+        if (s == 0)
+            return true;
+    }
+    field->why = !ok && p->why ? p->why(p->ctx) : ODE_LEFT_DOMAIN;
+    return false;
+}
+
+double ode_allowed(double rtol, double atol, double unit, double a, double b)
+{
+    double size = fmax(fabs(a), fabs(b));
+    /* 7e-15: less than some 30 roundings cannot be asked for; 1e-200: never 0 */
+    return fmax(fmax(atol * unit + rtol * size, 7e-15 * size), 1e-200);
+}

@@ -1,0 +1,137 @@
+/* Integration of x' = X(t, x) on a constraint manifold xi(t, x) = 0, in double precision.
+ *
+ * ode_solve() takes a problem (callbacks), a start and a list of times, and delivers a
+ * sample at each of the times, every one of them on the manifold to rounding level. A
+ * solution that ends before the last time is not an error: `end` says where and why, and
+ * only the samples before it are delivered.
+ *
+ * Layers, each in its own file: driver.c (the march), control.c (step sizes), a method
+ * (method.h; a const struct of functions, e.g. dop853.c), sample.c (dense output and its
+ * projection), ending.c (why a march stopped), global.c (the second solution for the
+ * error estimate). manifold.h makes the `project` callback from xi and its Jacobian. */
+#ifndef SGA_ODE_H
+#define SGA_ODE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include "budget.h"
+#include "error.h"
+
+/* Why a solution ended before the last time asked for. The text is what results show. */
+#define ODE_REASON_TABLE(X) \
+    X(NONE,            "",                "reached the last time") \
+    X(BLOW_UP,         "blow_up",         "the solution or its derivative grows without bound") \
+    X(LEFT_DOMAIN,     "left_domain",     "the vector field has no value beyond this point") \
+    X(CONSTRAINT_LOST, "constraint_lost", "the constraints can no longer be met") \
+    X(SINGULAR,        "singular",        "the field or the constraints become singular") \
+    X(STEP_LIMIT,      "step_limit",      "too many steps are needed") \
+    X(TIME_LIMIT,      "time_limit",      "the time granted is used up") \
+    X(CANCELLED,       "cancelled",       "the job was cancelled")
+
+enum ode_reason {
+#define X(sym, text, what) ODE_##sym,
+    ODE_REASON_TABLE(X)
+#undef X
+    ODE_REASON_COUNT
+};
+
+const char *ode_reason_text(enum ode_reason r);   /* "blow_up" */
+const char *ode_reason_what(enum ode_reason r);
+
+/* The problem. Callbacks must be deterministic and may be asked outside the region of
+ * interest (stages look ahead); they are called from one thread. */
+struct ode_problem {
+    int n;                     /* may be 0 */
+    void *ctx;
+    /* dx (n) = X(t, x). False: outside the domain, or singular, or not finite. Values
+     * that are not finite are taken as false too. */
+    bool (*rhs)(void *ctx, double t, const double *x, double *dx);
+    /* Moves x to the manifold at time t, to the point nearest in the norm of d_j/scale_j,
+     * scale_j > 0 being the error allowed in variable j. NULL: no constraints. Sets
+     *   *moved:    root mean square of d_j/scale_j over the n variables,
+     *   *residual: the largest |xi_i| left.
+     * False: it cannot (x may then hold anything). */
+    bool (*project)(void *ctx, double t, double *x, const double *scale, double *moved,
+                    double *residual);
+    /* The largest |xi_i(t, x)|, for problems without `project` that have constraints to be
+     * watched. May be NULL. */
+    double (*residual)(void *ctx, double t, const double *x);
+    /* Asked right after rhs or project returned false: what the reason is, if the march
+     * cannot get past it. NULL: LEFT_DOMAIN for rhs, CONSTRAINT_LOST for project. */
+    enum ode_reason (*why)(void *ctx);
+};
+
+struct ode_start {
+    double t;
+    const double *x;           /* n; consistent: it is projected, and moves no further */
+    int count;                 /* samples; at least 1 */
+    const double *times;       /* ascending from t, or descending from t; repeats allowed.
+                                * The last one is where the integration stops. */
+};
+
+struct ode_options {
+    const char *method;        /* NULL or "auto": chosen; else a name in method.c's table */
+    double rtol, atol;         /* local error allowed: atol * unit_j + rtol * |x_j| */
+    const double *unit;        /* n; typical sizes, > 0; NULL: all 1 */
+    double first_step;         /* 0: chosen */
+    double max_step;           /* 0: none */
+    long max_steps;            /* accepted and refused, of one solution */
+    bool estimate_global_error;
+    const struct sga_budget *budget;   /* NULL: none */
+};
+/* method auto, rtol = atol = 1e-9, 1,000,000 steps, no error estimate, no budget. */
+struct ode_options ode_options_default(void);
+
+struct ode_stats {
+    long steps, refused;       /* accepted; refused for any cause */
+    long evaluations;          /* of rhs */
+    long projections;
+    long stiff_steps;          /* accepted where stability, not accuracy, set the size */
+    double smallest_step, largest_step;
+};
+
+struct ode_end {
+    enum ode_reason reason;    /* ODE_NONE: the last time was reached */
+    double t;                  /* where; the last time if it was reached */
+    int variable;              /* of the one that grows most, for BLOW_UP; else -1 */
+    char detail[256];          /* a sentence, "" for ODE_NONE */
+};
+
+struct ode_result {
+    int n, count;              /* count: samples delivered */
+    double *samples;           /* count x n by rows */
+    struct ode_end end;
+    double max_residual;       /* over the samples; 0 without project and residual */
+    double start_moved;        /* how far the start was moved, in units of its error */
+    double start_residual;     /* the largest |xi_i| at the projected start */
+    /* With estimate_global_error: error[k] estimates max_j |x_j - true x_j| / unit_j at
+     * sample k, INFINITY where it is not known (the comparison ended before); max_error
+     * is the largest of them. Otherwise error is NULL and max_error is -1. */
+    double *error;
+    double max_error;
+    double rtol;               /* used for the solution that was delivered */
+    const char *method;        /* name of the method used; static */
+    struct ode_stats stats;    /* of the solution delivered */
+    struct ode_stats second;   /* of the comparison solution, all 0 without one */
+};
+
+/* Integrates. False only for requests without meaning (times not monotone, not finite,
+ * tolerances not positive, unknown method): err (may be NULL) says what, and there is
+ * nothing to free. Otherwise fills *res (whatever it held), to be released with
+ * ode_result_free; also where the budget ended, with reason TIME_LIMIT or CANCELLED.
+ *
+ * With estimate_global_error two solutions are computed, at the tolerances and at a tenth
+ * of them. The tighter one is delivered; their difference, which is the error of the
+ * looser one, is the estimate (so it is some 7 times too large, and holds), with an
+ * allowance for rounding. Cost: about 2.3 times one solution.
+ *
+ * Tolerances below 1e-14 (relative) cannot be met in double precision and are raised. */
+bool ode_solve(const struct ode_problem *p, const struct ode_start *start,
+               const struct ode_options *opt, struct ode_result *res, struct sga_error *err);
+void ode_result_free(struct ode_result *res);
+
+/* The methods there are: name and one line, NULL past the last. For schemas and menus. */
+const char *ode_method_name(int i);
+const char *ode_method_what(int i);
+
+#endif

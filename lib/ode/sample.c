@@ -1,0 +1,50 @@
+/* Samples: dense output inside a step, each sample projected onto the manifold of its
+ * own time, so that samples satisfy the constraints as well as the steps' ends do. */
+#include <math.h>
+#include <string.h>
+
+#include "march.h"
+
+/* The polynomial is of lower order than the step: a sample may be moved further than a
+ * step's end, but not out of the error allowed. */
+#define SAMPLE_MOST 10.0
+
+/* Signed distance from the present step's end to a time, positive beyond it. */
+static double beyond(const struct ode_march *m, double t)
+{
+    return ((t - m->t1) - m->t1_low) * m->direction;
+}
+
+static bool inner_sample(struct ode_march *m, double t, double *row)
+{
+    double residual, theta = ((t - m->t) - m->t_low) / m->step.h;
+    m->method->dense_at(m->state, &m->step, fmin(1, fmax(0, theta)), row);
+    if (!ode_settle(m, t, row, SAMPLE_MOST, &residual))
+        return false;
+    m->pending_residual = fmax(m->pending_residual, residual);
+    return true;
+}
+
+enum ode_refusal ode_sample(struct ode_march *m, int *through)
+{
+    size_t n = (size_t)m->p->n;
+    bool dense = false;
+    int k = m->next;
+    for (; k < m->start->count; k++) {
+        double *row = m->res->samples + (size_t)k * n, t = m->start->times[k];
+        double past = beyond(m, t);
+        if (past > 0)
+            break;
+        if (past == 0) {
+            memcpy(row, m->x1, n * sizeof *row);   /* settled already */
+            continue;
+        }
+        if (!dense && !m->method->dense_begin(m->state, &m->field, &m->step))
+            return FIELD_REFUSED;
+        dense = true;
+        if (!inner_sample(m, t, row))
+            return MANIFOLD_REFUSED;
+    }
+    *through = k;
+    return STEP_TAKEN;
+}

@@ -1,0 +1,52 @@
+/* Keeping points on the manifold. */
+#include <float.h>
+#include <math.h>
+
+#include "march.h"
+
+/* A correction of up to this part of the allowed error spoils nothing, however small the
+ * error estimate of the step happens to be. */
+#define HARMLESS 0.01
+
+static void set_scale(struct ode_march *m, const double *x)
+{
+    for (int j = 0; j < m->p->n; j++)
+        m->scale[j] = ode_allowed(m->o->rtol, m->o->atol, m->unit[j], x[j], x[j]);
+}
+
+/* Root mean square of one rounding of x, in units of the allowed error. */
+static double rounding(const struct ode_march *m, const double *x)
+{
+    double sum = 0;
+    for (int j = 0; j < m->p->n; j++) {
+        double a = DBL_EPSILON * x[j] / ode_allowed(m->o->rtol, m->o->atol, m->unit[j], x[j], x[j]);
+        sum += a * a;
+    }
+    return m->p->n ? sqrt(sum / m->p->n) : 0;
+}
+
+double ode_settle_most(const struct ode_march *m, double error)
+{
+    return fmax(10 * error, HARMLESS) + 100 * rounding(m, m->x1);
+}
+
+bool ode_settle(struct ode_march *m, double t, double *x, double most, double *residual)
+{
+    const struct ode_problem *p = m->p;
+    *residual = 0;
+    if (!p->project) {
+        if (p->residual)
+            *residual = p->residual(p->ctx, t, x);
+        return true;
+    }
+    double moved = 0;
+    set_scale(m, x);
+    m->res->stats.projections++;
+    if (!p->project(p->ctx, t, x, m->scale, &moved, residual)) {
+        m->manifold_why = p->why ? p->why(p->ctx) : ODE_CONSTRAINT_LOST;
+        return false;
+    }
+    m->manifold_why = ODE_CONSTRAINT_LOST;
+    m->moved = moved;
+    return moved <= most;
+}

@@ -1,0 +1,26 @@
+/* Inside the points folder: constraints and their differentials at a point. */
+#ifndef SGA_POINTS_DIFFERENTIALS_H
+#define SGA_POINTS_DIFFERENTIALS_H
+
+#include "points.h"
+
+/* The constraints' cones, and a sparse Jacobian by rows with ball values. */
+struct points_jacobian {
+    const struct points_space *space;
+    struct expr_cone all;          /* cone of all constraints */
+    expr_id **cone; int *cone_len; /* by constraint */
+    int *column;                   /* by symbol: variable index or -1 */
+    int **col; int *cols;          /* by constraint: structural columns */
+    arb_ptr *entry;                /* by constraint: values in that order */
+    arb_ptr grad, scratch;         /* by variable; by node */
+    int scratch_len;
+};
+
+void points_jacobian_init(struct points_jacobian *j, const struct points_space *space);
+void points_jacobian_clear(struct points_jacobian *j);
+/* Values of the constraints at the ball's symbols (into ball->value). */
+void points_jacobian_values(struct points_jacobian *j, struct num_ball *ball);
+/* Entries; values must be known. */
+void points_jacobian_entries(struct points_jacobian *j, struct num_ball *ball);
+
+#endif

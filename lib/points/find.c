@@ -1,0 +1,226 @@
+/* Finding a point: starts, Gauss-Newton, and the order of the stages. */
+#include "points.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "differentials.h"
+#include "normal.h"
+#include "mem.h"
+#include "refine.h"
+
+enum { STARTS = 24, STEPS = 60, NEWTON_BITS = 80 };
+
+uint64_t points_random(uint64_t *state)
+{
+    uint64_t z = (*state += 0x9E3779B97F4A7C15u);
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
+    return z ^ (z >> 31);
+}
+
+double points_uniform(uint64_t *state)
+{
+    return ((double)(points_random(state) >> 34) + 0.5) * 0x1p-30;
+}
+
+/* 24 bits are enough for a generic value, and keep exact values short */
+static double short_value(double v)
+{
+    int e;
+    double m = frexp(v, &e);
+    return ldexp(round(m * 0x1p24), e - 24);
+}
+
+static void take_over(const struct points_space *s, struct points_point *p)
+{
+    const struct points_point *b = s->before;
+    for (int i = 0; i < s->variables; i++) {
+        p->x[i] = b->x[i];
+        num_ball_set_d(&p->ball, s->variable[i], p->x[i]);
+    }
+    for (int i = 0; i < s->parameters; i++) {
+        p->parameter[i] = b->parameter[i];
+        num_ball_set_d(&p->ball, s->parameter[i], p->parameter[i]);
+    }
+    p->t = b->t;
+    num_ball_set_d(&p->ball, s->time, p->t);
+}
+
+static void start(const struct points_space *s, double spread, uint64_t *random, int attempt, struct points_point *p)
+{
+    if (s->before && attempt == 0) {
+        take_over(s, p);
+        return;
+    }
+    double box = spread > 0 ? spread : 0;
+    if (attempt > 8)
+        box = fmax(box, 0.1) * (1 + 0.5 * (attempt - 8));
+    for (int i = 0; i < s->variables; i++) {
+        double u = 2 * points_uniform(random) - 1;
+        if (s->near)
+            p->x[i] = box > 0 ? short_value(s->near[i] + box * (1 + fabs(s->near[i])) * u) : s->near[i];
+        else
+            p->x[i] = short_value(fmax(box, 1.0) * 1.5 * u);
+        num_ball_set_d(&p->ball, s->variable[i], p->x[i]);
+    }
+    for (int i = 0; i < s->parameters; i++) {
+        p->parameter[i] = short_value(0.5 + 1.5 * points_uniform(random));
+        num_ball_set_d(&p->ball, s->parameter[i], p->parameter[i]);
+    }
+    /* the first start at a guess is at its own time; others are near it */
+    p->t = s->near && spread == 0 && attempt == 0 ? s->near_time
+           : short_value(s->near_time + 0.9 * points_uniform(random) * (s->near ? fmin(1, 4 * fmax(spread, 0.01)) : 1));
+    num_ball_set_d(&p->ball, s->time, p->t);
+}
+
+/* log2 of the largest entry of row i, or a very small number */
+static slong row_exponent(const struct points_jacobian *j, int i)
+{
+    slong e = -(WORD_MAX / 4);
+    for (int k = 0; k < j->cols[i]; k++) {
+        arb_srcptr v = j->entry[i] + k;
+        if (!arb_is_finite(v) || arf_is_zero(arb_midref(v)))
+            continue;
+        slong x = arf_abs_bound_lt_2exp_si(arb_midref(v));
+        if (x > e)
+            e = x;
+    }
+    return e;
+}
+
+static double scaled(const arb_t v, slong exponent)
+{
+    arf_t t;
+    arf_init(t);
+    arf_mul_2exp_si(t, arb_midref(v), -exponent);
+    double d = arf_get_d(t, ARF_RND_NEAR);
+    arf_clear(t);
+    return d;
+}
+
+/* One Gauss-Newton step. Returns the largest scaled residual before it, or -1 where the
+ * constraints have no value; *rank is the numerical rank of the differentials. */
+static double step(struct points_jacobian *j, struct points_point *p, struct normal *w, double *r, double *d, int *rank)
+{
+    const struct points_space *s = j->space;
+    int c = s->constraints, n = s->variables;
+    points_jacobian_values(j, &p->ball);
+    for (int i = 0; i < c; i++)
+        if (!arb_is_finite(num_ball_value(&p->ball, s->constraint[i])))
+            return -1;
+    points_jacobian_entries(j, &p->ball);
+    double worst = 0;
+    for (int i = 0; i < c; i++) {
+        slong e = row_exponent(j, i);
+        for (int k = 0; k < j->cols[i]; k++) {
+            if (!arb_is_finite(j->entry[i] + k))
+                return -1;
+            w->value[i][k] = scaled(j->entry[i] + k, e);
+        }
+        r[i] = scaled(num_ball_value(&p->ball, s->constraint[i]), e);
+        if (!isfinite(r[i]))
+            return -1;
+        worst = fmax(worst, fabs(r[i]));
+    }
+    *rank = normal_step(w, r, d);
+    double len = 0, size = 1;
+    for (int i = 0; i < n; i++) {
+        len = fmax(len, fabs(d[i]));
+        size = fmax(size, fabs(p->x[i]));
+    }
+    double damp = len > 4 * size ? 4 * size / len : 1;
+    for (int i = 0; i < n; i++) {
+        p->x[i] += damp * d[i];
+        if (!isfinite(p->x[i]))
+            return -1;
+        num_ball_set_d(&p->ball, s->variable[i], p->x[i]);
+    }
+    return worst;
+}
+
+/* Newton from the present start: 1 converged, 0 not, -1 where it creeps to a place at
+ * which the differentials are dependent. */
+static int newton(struct points_jacobian *j, struct points_point *p)
+{
+    const struct points_space *s = j->space;
+    int c = s->constraints, n = s->variables, rank = c, result = 0;
+    struct normal w;
+    normal_init(&w, c, n, j->col, j->cols);
+    double *r = sga_malloc((size_t)c * sizeof *r), *d = sga_malloc((size_t)n * sizeof *d);
+    double last = INFINITY;
+    for (int k = 0; k < STEPS; k++) {
+        double size = 1;
+        for (int i = 0; i < n; i++)
+            size = fmax(size, fabs(p->x[i]));
+        double res = step(j, p, &w, r, d, &rank);
+        if (res < 0 || !sga_budget_ok(s->budget, NULL))
+            break;
+        last = res / size;
+        if (last < 1e-12) {
+            result = 1;      /* whether it is regular there, the refinement tells */
+            break;
+        }
+    }
+    if (result == 0 && last < 1e-5)
+        result = -1;
+    normal_clear(&w);
+    free(r);
+    free(d);
+    return result;
+}
+
+enum points_status points_find(const struct points_space *s, double spread, uint64_t *random,
+                               slong prec, struct points_point *p)
+{
+    *p = (struct points_point){ .variables = s->variables, .constraints = s->constraints };
+    p->x = sga_calloc((size_t)s->variables, sizeof *p->x);
+    p->parameter = sga_calloc((size_t)s->parameters, sizeof *p->parameter);
+    p->solved = sga_calloc((size_t)s->constraints, sizeof *p->solved);
+    num_ball_init(&p->ball, s->st, NEWTON_BITS);
+    struct points_jacobian j;
+    points_jacobian_init(&j, s);
+    enum points_status status = POINTS_NONE;
+    double *irregular = NULL;
+    for (int a = 0; a < STARTS && status != POINTS_OK; a++) {
+        if (!sga_budget_ok(s->budget, NULL)) {
+            status = POINTS_STOPPED;
+            break;
+        }
+        p->ball.prec = NEWTON_BITS;
+        start(s, spread, random, a, p);
+        int got = s->constraints ? newton(&j, p) : 1;
+        if (got == 1 && points_refine_with(&j, p, prec))
+            status = POINTS_OK;
+        else if (got != 0 && !irregular)
+            irregular = memcpy(sga_malloc((size_t)s->variables * sizeof(double)), p->x, (size_t)s->variables * sizeof(double));
+        if (a >= 6 && irregular)
+            break;
+    }
+    if (status == POINTS_NONE && irregular) {
+        status = POINTS_IRREGULAR;
+        memcpy(p->x, irregular, (size_t)s->variables * sizeof(double));
+    }
+    free(irregular);
+    points_jacobian_clear(&j);
+    return status;
+}
+
+bool points_refine(const struct points_space *s, struct points_point *p, slong prec)
+{
+    struct points_jacobian j;
+    points_jacobian_init(&j, s);
+    bool ok = points_refine_with(&j, p, prec);
+    points_jacobian_clear(&j);
+    return ok;
+}
+
+void points_point_clear(struct points_point *p)
+{
+    num_ball_clear(&p->ball);
+    free(p->x);
+    free(p->parameter);
+    free(p->solved);
+    *p = (struct points_point){ 0 };
+}

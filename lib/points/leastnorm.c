@@ -1,0 +1,81 @@
+/* Least-norm solution by a pivoted QR of the transpose. */
+#include "leastnorm.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+
+static double norm2(const double *v, int n)
+{
+    double s = 0;
+    for (int i = 0; i < n; i++)
+        s += v[i] * v[i];
+    return s;
+}
+
+/* v <- (I - beta h h^T) v from index k on; h is stored in row k of J from k on */
+static void reflect(const double *h, double beta, double *v, int k, int n)
+{
+    double s = 0;
+    for (int i = k; i < n; i++)
+        s += h[i] * v[i];
+    s *= beta;
+    for (int i = k; i < n; i++)
+        v[i] -= s * h[i];
+}
+
+int points_least_norm(int c, int n, double *J, const double *r, double *d)
+{
+    int *perm = sga_malloc((size_t)c * sizeof *perm), rank = 0;
+    double *beta = sga_malloc((size_t)c * sizeof *beta), *R = sga_calloc((size_t)c * (size_t)c, sizeof *R);
+    double first = 0;
+    for (int i = 0; i < c; i++)
+        perm[i] = i;
+    /* row p of J is column p of J^T: Householder on rows */
+    for (int k = 0; k < c && k < n; k++) {
+        int best = k;
+        double big = -1;
+        for (int i = k; i < c; i++) {
+            double s = norm2(J + (size_t)perm[i] * (size_t)n + k, n - k);
+            if (s > big) {
+                big = s;
+                best = i;
+            }
+        }
+        big = sqrt(big);
+        if (k == 0)
+            first = big;
+        if (!(big > 1e-13 * first) || !isfinite(big))
+            break;
+        int t = perm[k];
+        perm[k] = perm[best];
+        perm[best] = t;
+        double *h = J + (size_t)perm[k] * (size_t)n;
+        for (int j = 0; j < k; j++)
+            R[j * c + k] = h[j];
+        double alpha = h[k] > 0 ? -big : big;
+        R[k * c + k] = alpha;
+        h[k] -= alpha;
+        double hh = norm2(h + k, n - k);
+        beta[k] = hh > 0 ? 2 / hh : 0;
+        for (int i = k + 1; i < c; i++)
+            reflect(h, beta[k], J + (size_t)perm[i] * (size_t)n, k, n);
+        rank = k + 1;
+    }
+    /* R^T z = -P^T r, then d = Q z */
+    memset(d, 0, (size_t)n * sizeof *d);
+    for (int k = 0; k < rank; k++) {
+        double s = -r[perm[k]];
+        for (int j = 0; j < k; j++)
+            s -= R[j * c + k] * d[j];
+        d[k] = s / R[k * c + k];
+    }
+    for (int k = rank - 1; k >= 0; k--)
+        reflect(J + (size_t)perm[k] * (size_t)n, beta[k], d, k, n);
+    free(perm);
+    free(beta);
+    free(R);
+    return rank;
+}

@@ -1,0 +1,10 @@
+/* Inside the points folder: steps of least norm. */
+#ifndef SGA_POINTS_LEASTNORM_H
+#define SGA_POINTS_LEASTNORM_H
+
+/* d of least Euclidean norm with J d = -r, J dense c x n by rows (overwritten), by
+ * Householder QR of J^T with column pivoting; dependent rows (diagonal below 1e-13 of the
+ * first) are left out. Returns the numerical rank. Cost c^2 n. */
+int points_least_norm(int c, int n, double *J, const double *r, double *d);
+
+#endif

@@ -1,0 +1,67 @@
+/* Certified real points of a constraint set {x : xi_1(x, t) = ... = xi_r(x, t) = 0}.
+ *
+ * A point is found by Gauss-Newton steps of least norm from a start (random, or near a
+ * given guess), refined to the asked precision in ball arithmetic with the variables
+ * that are not solved for kept exact, and proved by a Krawczyk step: inside the balls
+ * lies exactly one solution. (Krawczyk 1969; Rump, Verification methods, Acta Numerica
+ * 2010, section 13.) Numbers of any magnitude: rows are scaled by powers of two before
+ * they become doubles. */
+#ifndef SGA_POINTS_POINTS_H
+#define SGA_POINTS_POINTS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "ball.h"
+#include "budget.h"
+#include "expr.h"
+
+/* What is sampled. Nothing here is owned. */
+struct points_space {
+    const struct expr_store *st;
+    const int *variable;   int variables;     /* symbols */
+    const int *parameter;  int parameters;    /* symbols left symbolic */
+    int time;                                 /* symbol */
+    const expr_id *constraint; int constraints;
+    const double *near;                       /* by variable: a guess, or NULL */
+    double near_time;
+    const struct points_point *before;        /* a point of a larger set: tried first, or NULL */
+    const struct sga_budget *budget;
+};
+
+enum points_status {
+    POINTS_OK,
+    POINTS_NONE,        /* no start led to a point: not a proof that there is none */
+    POINTS_IRREGULAR,   /* the differentials become dependent where the constraints vanish */
+    POINTS_STOPPED      /* budget */
+};
+
+struct points_point {
+    struct num_ball ball;      /* symbols are set; values of nodes extend on demand */
+    bool certified;
+    double *x;                 /* by variable, midpoints (may be 0 or inf if out of range) */
+    double t;
+    double *parameter;         /* by parameter */
+    int *solved;               /* by constraint: the variable that was solved for */
+    int variables, constraints;
+};
+
+/* Find one point. `spread` is how far from near (relative to 1 + |near|) the start is
+ * taken: 0 for the guess itself; without near the start is random in a box of about
+ * that size. random is the generator's state. On POINTS_IRREGULAR point->x holds the
+ * place that was approached. The point must be cleared in every case. */
+enum points_status points_find(const struct points_space *space, double spread, uint64_t *random,
+                               slong prec, struct points_point *point);
+/* Raise an existing point to more bits (same point). False if it cannot be refined. */
+bool points_refine(const struct points_space *space, struct points_point *point, slong prec);
+void points_point_clear(struct points_point *point);
+
+/* Rank of the constraints' differentials (with respect to the variables only) at a
+ * point, a lower bound proved in balls; full rank means independent. */
+int points_rank(const struct points_space *space, struct points_point *point);
+
+/* splitmix64, and a double in (0, 1) with 30 bits, exact in every arithmetic here. */
+uint64_t points_random(uint64_t *state);
+double points_uniform(uint64_t *state);
+
+#endif

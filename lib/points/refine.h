@@ -1,0 +1,13 @@
+/* Inside the points folder: refinement and proof of a point. */
+#ifndef SGA_POINTS_REFINE_H
+#define SGA_POINTS_REFINE_H
+
+#include "differentials.h"
+
+/* From an approximate point (ball symbols, good to about 12 digits): choose the variables
+ * to solve for, freeze the others, refine to prec bits with the double factorization as
+ * preconditioner, and prove by Krawczyk's test. Sets point->certified, ->solved, and the
+ * symbols' balls. False where the differentials are dependent or it does not converge. */
+bool points_refine_with(struct points_jacobian *j, struct points_point *p, slong prec);
+
+#endif

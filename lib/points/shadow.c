@@ -1,0 +1,268 @@
+/* Sampling and the zero oracle. */
+#include "shadow.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+
+const char *points_basis_text(enum points_basis basis)
+{
+    static const char *const text[POINTS_BASES] = {
+        "exact", "nonzero_proved", "nonzero_numeric", "zero_algebraic", "zero_numeric", "split", "no_value",
+    };
+    return text[basis];
+}
+
+void points_shadow_init(struct points_shadow *s, uint64_t seed)
+{
+    *s = (struct points_shadow){ .random = seed, .least_digits = 1 << 20 };
+    expr_cone_init(&s->cone);
+}
+
+static void drop_high(struct points_shadow *s)
+{
+    if (s->high_bits)
+        for (int i = 0; i < s->reals; i++)
+            points_point_clear(s->high + i);
+    s->high_bits = 0;
+}
+
+void points_shadow_forget(struct points_shadow *s)
+{
+    drop_high(s);
+    for (int i = 0; i < s->reals; i++)
+        points_point_clear(s->real + i);
+    for (int i = 0; i < s->modulars; i++)
+        points_modpoint_clear(s->modular + i);
+    s->reals = s->modulars = 0;
+    s->modular_tried = false;
+}
+
+void points_shadow_clear(struct points_shadow *s)
+{
+    points_shadow_forget(s);
+    expr_cone_clear(&s->cone);
+}
+
+static enum points_status sample_reals(struct points_shadow *s)
+{
+    struct points_space space = s->space;
+    double *near = NULL;
+    enum points_status status = POINTS_OK;
+    for (int k = 0; k < POINTS_REAL; k++) {
+        /* a guess is only a guess: go a little away from it, to a generic point */
+        double spread = k == 0 && !s->space.near ? 1 : 0.05 * (1 + k);
+        status = points_find(&space, spread, &s->random, POINTS_BITS, s->real + k);
+        if (status != POINTS_OK) {
+            points_point_clear(s->real + k);
+            break;
+        }
+        s->reals++;
+        if (k == 0) {
+            near = sga_malloc((size_t)space.variables * sizeof *near);
+            memcpy(near, s->real[0].x, (size_t)space.variables * sizeof *near);
+            space.near = near;
+            space.near_time = s->real[0].t;
+            space.before = NULL;
+        }
+    }
+    free(near);
+    return status;
+}
+
+enum points_status points_shadow_sample(struct points_shadow *s, const struct points_space *space)
+{
+    double start = sga_now();
+    struct points_point before = { 0 };
+    if (s->reals) {         /* the sets shrink: the last point is a good start */
+        before = s->real[0];
+        s->real[0] = s->real[--s->reals];
+    }
+    points_shadow_forget(s);
+    s->space = *space;
+    s->space.before = before.x ? &before : NULL;
+    enum points_status status = sample_reals(s);
+    s->space.before = NULL;
+    points_point_clear(&before);
+    if (status != POINTS_OK)
+        points_shadow_forget(s);
+    s->seconds_sampling += sga_now() - start;
+    return status;
+}
+
+/* Decimal digits to which a ball that contains 0 is known to be 0. */
+static int digits_of(const arb_t v)
+{
+    mag_t m;
+    mag_init(m);
+    arb_get_mag(m, v);
+    int d = mag_is_zero(m) ? 100000 : (int)(-mag_get_d_log2_approx(m) * 0.30103);
+    mag_clear(m);
+    return d;
+}
+
+struct tally {
+    int nonzero, zero, none, digits;
+    bool proved;
+};
+
+static void count_ball(struct tally *t, const struct points_point *p, const arb_t v)
+{
+    if (!arb_is_finite(v)) {
+        t->none++;
+    } else if (!arb_contains_zero(v)) {
+        t->nonzero++;
+        t->proved |= p->certified;
+    } else {
+        int d = digits_of(v);
+        t->zero++;
+        t->digits = d < t->digits ? d : t->digits;
+    }
+}
+
+static struct tally look(struct points_shadow *s, expr_id e)
+{
+    struct tally t = { .digits = 1 << 20 };
+    for (int k = 0; k < s->reals; k++) {
+        num_ball_extend(&s->real[k].ball);
+        count_ball(&t, s->real + k, num_ball_value(&s->real[k].ball, e));
+    }
+    return t;
+}
+
+static bool raise_points(struct points_shadow *s, slong bits)
+{
+    if (s->high_bits >= bits)
+        return true;
+    drop_high(s);
+    const struct points_space *space = &s->space;
+    for (int k = 0; k < s->reals; k++) {
+        struct points_point *p = s->real + k, *q = s->high + k;
+        *q = *p;
+        q->x = memcpy(sga_malloc((size_t)p->variables * sizeof(double)), p->x, (size_t)p->variables * sizeof(double));
+        q->parameter = memcpy(sga_malloc((size_t)space->parameters * sizeof(double)), p->parameter,
+                              (size_t)space->parameters * sizeof(double));
+        q->solved = memcpy(sga_malloc((size_t)p->constraints * sizeof(int)), p->solved, (size_t)p->constraints * sizeof(int));
+        num_ball_init(&q->ball, space->st, bits);
+        for (int i = 0; i < p->ball.st->symbols && (size_t)i < p->ball.symbol_cap; i++)
+            num_ball_set(&q->ball, i, p->ball.symbol + i);
+        if (space->constraints && !points_refine(space, q, bits)) {
+            for (int i = 0; i <= k; i++)
+                points_point_clear(s->high + i);
+            return false;
+        }
+    }
+    s->high_bits = bits;
+    return true;
+}
+
+static struct tally look_high(struct points_shadow *s, expr_id e)
+{
+    struct tally t = { .digits = 1 << 20 };
+    expr_cone_of(s->space.st, &s->cone, &e, 1);
+    for (int k = 0; k < s->reals; k++) {
+        num_ball_list(&s->high[k].ball, s->cone.list, s->cone.count);
+        count_ball(&t, s->high + k, num_ball_value(&s->high[k].ball, e));
+    }
+    return t;
+}
+
+/* Modular points are looked for when the first zero question comes up. */
+static void sample_modular(struct points_shadow *s)
+{
+    double start = sga_now();
+    s->modular_tried = true;
+    for (int k = 0; k < POINTS_MODULAR; k++) {
+        if (!points_modpoint_find(s->modular + k, &s->space, s->real[0].solved, &s->random))
+            break;
+        s->modulars++;
+    }
+    s->seconds_sampling += sga_now() - start;
+}
+
+/* Modular opinion: 1 zero at all points, 0 nonzero at some, -1 none. */
+static int modular(struct points_shadow *s, expr_id e, bool *kernel)
+{
+    int opinion = -1;
+    *kernel = false;
+    if (!s->modular_tried)
+        sample_modular(s);
+    for (int k = 0; k < s->modulars; k++) {
+        int z = points_modpoint_zero(s->modular + k, e, kernel);
+        if (z == 0)
+            return 0;
+        if (z == 1)
+            opinion = 1;
+    }
+    return opinion;
+}
+
+static struct points_decision decide(struct points_shadow *s, expr_id e)
+{
+    static const slong level[] = { 0, 400, 1200, 3600 };
+    struct points_decision d = { .points = s->reals };
+    if (expr_is_const(s->space.st, e)) {
+        d.truth = expr_is_zero(s->space.st, e) ? POINTS_ZERO : POINTS_NONZERO;
+        d.basis = POINTS_EXACT;
+        return d;
+    }
+    int opinion = -2;
+    bool kernel = false;
+    for (int l = 0; l < 4; l++) {
+        if (l && !raise_points(s, level[l]))
+            break;
+        struct tally t = l ? look_high(s, e) : look(s, e);
+        d.points = t.nonzero + t.zero;
+        d.digits = t.digits;
+        if (t.nonzero && !t.zero) {
+            d.truth = POINTS_NONZERO;
+            d.basis = t.proved ? POINTS_NONZERO_PROVED : POINTS_NONZERO_NUMERIC;
+            return d;
+        }
+        if (!d.points)
+            continue;       /* more bits may give a value */
+        if (opinion == -2)
+            opinion = modular(s, e, &kernel);
+        if (t.nonzero)
+            continue;       /* mixed: more bits, then a split */
+        d.truth = POINTS_ZERO;
+        d.modular = opinion == 1 ? s->modulars : 0;
+        d.basis = opinion == 1 ? POINTS_ZERO_ALGEBRAIC : POINTS_ZERO_NUMERIC;
+        if (opinion == 1 && t.digits >= 20)
+            return d;
+        /* a modular point that says no, without elementary functions in play, is a serious
+         * objection: only many digits overrule it (the modular point may lie on a component
+         * that has no real points) */
+        int enough = opinion == 0 && !kernel ? 900 : opinion == 0 ? 300 : 100;
+        if (t.digits >= enough)
+            return d;
+    }
+    if (d.truth == POINTS_ZERO && d.digits >= 30)
+        return d;
+    d.truth = POINTS_UNKNOWN;
+    struct tally t = s->high_bits ? look_high(s, e) : look(s, e);
+    d.basis = t.nonzero && t.zero ? POINTS_IS_SPLIT : POINTS_NO_VALUE;
+    return d;
+}
+
+struct points_decision points_shadow_zero(struct points_shadow *s, expr_id e)
+{
+    struct points_decision d = decide(s, e);
+    s->count[d.basis]++;
+    if (d.basis == POINTS_ZERO_NUMERIC && d.digits < s->least_digits)
+        s->least_digits = d.digits;
+    return d;
+}
+
+double points_shadow_magnitude(struct points_shadow *s, expr_id e)
+{
+    num_ball_extend(&s->real[0].ball);
+    mag_t m;
+    mag_init(m);
+    arb_get_mag(m, num_ball_value(&s->real[0].ball, e));
+    double r = mag_is_special(m) ? -1e9 : mag_get_d_log2_approx(m);
+    mag_clear(m);
+    return r;
+}

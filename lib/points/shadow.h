@@ -1,0 +1,70 @@
+/* The shadow: values of every node of the store at a few points of the present
+ * constraint set, and the oracle that decides from them whether a function is zero there.
+ *
+ * What an answer rests on:
+ *  - NONZERO_PROVED: a ball at a point proved to lie on the set excludes 0. A theorem.
+ *  - ZERO_EXACT: the node is the constant 0.
+ *  - ZERO_ALGEBRAIC: zero at random points of the constraint variety modulo a 60-bit
+ *    prime, with elementary functions as independent generators, and every ball contains
+ *    0 with a small radius. True on the components sampled up to a probability of about
+ *    degree / 2^60 per point.
+ *  - ZERO_NUMERIC: every ball contains 0 and is narrower than 10^-digits.
+ *  - SPLIT: zero at some points and not at others, at any precision: the set has
+ *    several branches.
+ *  - UNKNOWN: no point gives a value, or balls stay too wide. */
+#ifndef SGA_POINTS_SHADOW_H
+#define SGA_POINTS_SHADOW_H
+
+#include "modpoint.h"
+#include "points.h"
+
+enum points_truth { POINTS_NONZERO, POINTS_ZERO, POINTS_UNKNOWN };
+
+enum points_basis {
+    POINTS_EXACT, POINTS_NONZERO_PROVED, POINTS_NONZERO_NUMERIC,
+    POINTS_ZERO_ALGEBRAIC, POINTS_ZERO_NUMERIC, POINTS_IS_SPLIT, POINTS_NO_VALUE,
+    POINTS_BASES
+};
+
+struct points_decision {
+    enum points_truth truth;
+    enum points_basis basis;
+    int digits;          /* of ZERO_*: at least so many decimal digits */
+    int points;          /* real points that had a value */
+    int modular;         /* modular points that agree */
+};
+
+enum { POINTS_REAL = 2, POINTS_MODULAR = 2, POINTS_BITS = 192 };
+
+struct points_shadow {
+    struct points_space space;
+    struct points_point real[POINTS_REAL];
+    int reals;
+    struct points_point high[POINTS_REAL];   /* the same points at more bits, when needed */
+    slong high_bits;                         /* 0: not made */
+    struct points_modpoint modular[POINTS_MODULAR];
+    int modulars;
+    bool modular_tried;
+    struct expr_cone cone;
+    uint64_t random;
+    long count[POINTS_BASES];                /* decisions so far, by basis */
+    int least_digits;                        /* smallest digits of a ZERO_NUMERIC */
+    double seconds_sampling;
+};
+
+void points_shadow_init(struct points_shadow *s, uint64_t seed);
+void points_shadow_clear(struct points_shadow *s);
+/* New points on the set of `space` (copied; what it points to must stay). The first is
+ * near space->near where there is one, the others are near the first, so that all lie on
+ * one component as a rule. On failure the shadow has no points. */
+enum points_status points_shadow_sample(struct points_shadow *s, const struct points_space *space);
+/* Drop all points (they will not be starts for the next ones either). */
+void points_shadow_forget(struct points_shadow *s);
+/* Decide whether e is zero on the set. */
+struct points_decision points_shadow_zero(struct points_shadow *s, expr_id e);
+/* log2 of |e| at the first point (very negative for 0), for choosing pivots. */
+double points_shadow_magnitude(struct points_shadow *s, expr_id e);
+
+const char *points_basis_text(enum points_basis basis);
+
+#endif

@@ -1,0 +1,153 @@
+/* Factors of numerators and denominators, with what their terms show about zeros. */
+#include "bridge.h"
+
+#include <stdlib.h>
+#include <flint/fmpz_mpoly_factor.h>
+
+#include "facts.h"
+#include "mem.h"
+
+/* Full factorisation within these, square-free up to more terms, and beyond that the
+ * polynomial itself: FLINT cannot be interrupted. */
+enum { FULL_TERMS = 100, FULL_DEGREE = 24, SQUAREFREE_TERMS = 300, SQUAREFREE_DEGREE = 60 };
+
+void poly_factors_clear(struct poly_factors *f)
+{
+    for (int i = 0; i < f->factors; i++)
+        free(f->factor[i].radical);
+    free(f->factor);
+    *f = (struct poly_factors){ 0 };
+}
+
+/* The product of the generators of a term that may vanish, each once. */
+static expr_id radical_of(struct poly_bridge *b, const ulong *exp)
+{
+    expr_id e = expr_int(b->st, 1);
+    for (int g = 0; g < b->gens; g++)
+        if (exp[g] && b->gen[g].sign != POLY_POSITIVE)
+            e = expr_mul(b->st, e, b->gen[g].node);
+    return e;
+}
+
+static void radicals(struct poly_bridge *b, const fmpz_mpoly_t f, struct poly_factor *out)
+{
+    ulong *exp = sga_malloc((size_t)b->max_gens * sizeof *exp);
+    out->radical = sga_malloc((size_t)f->length * sizeof *out->radical);
+    for (slong i = 0; i < f->length; i++) {
+        poly_exponents(b, f, i, exp);
+        expr_id e = radical_of(b, exp);
+        bool again = false;
+        for (int k = 0; k < out->radicals; k++)
+            again = again || out->radical[k] == e;
+        if (!again)
+            out->radical[out->radicals++] = e;
+    }
+    free(exp);
+}
+
+static unsigned depends_of(const struct poly_bridge *b, const fmpz_mpoly_t f)
+{
+    int *used = sga_calloc((size_t)b->max_gens, sizeof *used);
+    unsigned d = 0;
+    fmpz_mpoly_used_vars(used, f, b->ctx);
+    for (int g = 0; g < b->gens; g++)
+        if (used[g])
+            d |= b->gen[g].depends;
+    free(used);
+    return d;
+}
+
+static void add_factor(struct poly_bridge *b, struct poly_factors *out, const fmpz_mpoly_t f, long n, bool irreducible)
+{
+    out->factor = sga_realloc(out->factor, ((size_t)out->factors + 1) * sizeof *out->factor);
+    struct poly_factor *x = out->factor + out->factors++;
+    bool negative;
+    enum poly_sign sign = poly_sign_of(b, f, &negative);
+    *x = (struct poly_factor){
+        .expr = poly_show_poly(b, f), .multiplicity = n, .irreducible = irreducible,
+        .depends = depends_of(b, f), .never_zero = sign == POLY_POSITIVE };
+    if (sign == POLY_NONNEGATIVE && f->length > 1) {
+        x->sum_of_even_powers = true;
+        radicals(b, f, x);
+    }
+}
+
+static bool factor_into(struct poly_bridge *b, struct poly_factors *out, const fmpz_mpoly_t f, long n)
+{
+    long degree = poly_degree(b, f);
+    bool full = f->length <= FULL_TERMS && degree <= FULL_DEGREE;
+    if (!full && (f->length > SQUAREFREE_TERMS || degree > SQUAREFREE_DEGREE))
+        return false;
+    fmpz_mpoly_factor_t fac;
+    fmpz_mpoly_factor_init(fac, b->ctx);
+    bool ok = full ? fmpz_mpoly_factor(fac, f, b->ctx) : fmpz_mpoly_factor_squarefree(fac, f, b->ctx);
+    if (ok && fmpz_sgn(fac->constant) < 0 && n % 2)
+        out->sign = -out->sign;
+    for (slong i = 0; ok && i < fac->num; i++) {
+        if (fmpz_sgn(fac->poly[i].coeffs) < 0) {
+            fmpz_mpoly_neg(fac->poly + i, fac->poly + i, b->ctx);
+            if (fmpz_is_odd(fac->exp + i) && n % 2)
+                out->sign = -out->sign;
+        }
+        add_factor(b, out, fac->poly + i, n * fmpz_get_si(fac->exp + i), full);
+    }
+    fmpz_mpoly_factor_clear(fac, b->ctx);
+    return ok;
+}
+
+static bool finish(struct poly_bridge *b, struct poly_factors *out, bool ok, struct sga_error before)
+{
+    ok = ok && expr_store_ok(b->st);
+    b->st->error = before;
+    if (!ok)
+        poly_factors_clear(out);
+    return ok;
+}
+
+bool poly_bridge_numerator_factors(struct poly_bridge *b, expr_id e, struct poly_factors *out)
+{
+    const struct poly_ratio *r = poly_value(b, e);
+    struct poly_fraction f;
+    struct sga_error before = b->st->error;
+    *out = (struct poly_factors){ 0 };
+    if (!r || !poly_fraction_of(b, r, &f))
+        return false;
+    bool ok = true;
+    if (f.num->length > 0) {
+        out->sign = 1;
+        ok = factor_into(b, out, f.num, 1);
+    }
+    poly_fraction_clear(b, &f);
+    return finish(b, out, ok, before);
+}
+
+bool poly_bridge_denominator_factors(struct poly_bridge *b, expr_id e, struct poly_factors *out)
+{
+    const struct poly_ratio *r = poly_value(b, e);
+    struct poly_fraction f;
+    struct sga_error before = b->st->error;
+    *out = (struct poly_factors){ .sign = 1 };
+    if (!r || !poly_fraction_of(b, r, &f))
+        return false;
+    bool ok = true;
+    for (int i = 0; ok && i < f.dens; i++)
+        ok = factor_into(b, out, f.den[i].f, f.den[i].n);
+    poly_fraction_clear(b, &f);
+    return finish(b, out, ok, before);
+}
+
+bool poly_numerator_factors(struct expr_store *st, expr_id e, const struct poly_limits *limits, struct poly_factors *out)
+{
+    struct poly_bridge *b = poly_bridge_new(st, &e, 1, limits);
+    bool ok = b && poly_bridge_numerator_factors(b, e, out);
+    poly_bridge_free(b);
+    return ok;
+}
+
+bool poly_denominator_factors(struct expr_store *st, expr_id e, const struct poly_limits *limits, struct poly_factors *out)
+{
+    struct poly_bridge *b = poly_bridge_new(st, &e, 1, limits);
+    bool ok = b && poly_bridge_denominator_factors(b, e, out);
+    poly_bridge_free(b);
+    return ok;
+}

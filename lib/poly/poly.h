@@ -1,0 +1,92 @@
+/* Canonical rational functions behind expressions: readable normal forms, factors,
+ * and a proof of zero where algebra alone gives one.
+ *
+ * Generators are the symbols, pi, and the kernels: maximal subexpressions that are not
+ * rational operations (sin u, exp u, sqrt u, abs u, u^v, SOLVE components, ...), their
+ * arguments normalised first, so that sin(x + y) and sin(y + x) are one generator.
+ * Relations that are used: sin^2 + cos^2 = 1 (where both occur), cosh^2 - sinh^2 = 1,
+ * tan = sin/cos and tanh = sinh/cosh (where their partners occur), sqrt(u)^2 = u,
+ * cbrt(u)^3 = u, abs(u)^2 = u^2, u^(k/n) = (u^(1/n))^k, exp(k u) = exp(u)^k, and the
+ * signs of odd and even functions.
+ *
+ * Caveat: beyond these relations kernels are taken as independent. A numerator that is
+ * zero is therefore proved zero; one that is not may still vanish (sin(2x) - 2 sin x cos x).
+ *
+ * Every function fails softly: false or UNKNOWN means "over budget" or "undefined"; the
+ * store is left usable (its sticky error is not touched by a refusal here). FLINT aborts
+ * when memory ends, so sizes are estimated before every power, product, gcd and
+ * factorisation. Backed by FLINT's fmpz_mpoly. */
+#ifndef SGA_POLY_POLY_H
+#define SGA_POLY_POLY_H
+
+#include "budget.h"
+#include "expr.h"
+
+struct poly_limits {
+    long max_terms;            /* of one polynomial; 0: 1000 */
+    long max_bits;             /* of one integer coefficient; 0: 20000 */
+    long max_degree;           /* total degree of one polynomial; 0: 400 */
+    int max_generators;        /* 0: 48 */
+    const struct sga_budget *budget;   /* deadline and cancelling; may be NULL */
+};
+
+/* A set of roots prepared together: one list of generators, each shared node converted
+ * once. limits may be NULL (all defaults) and need not outlive the call. NULL where the
+ * generators alone are over the limit. The caller frees it, before the store. The store
+ * may grow meanwhile. */
+struct poly_bridge;
+struct poly_bridge *poly_bridge_new(struct expr_store *st, const expr_id *roots, int nroots,
+                                    const struct poly_limits *limits);
+void poly_bridge_free(struct poly_bridge *b);
+
+/* The normal form of a node under the bridge's roots, as an expression equal to it
+ * wherever it has a value: a fraction in lowest terms, with common factors shown where
+ * that is shorter. False: over budget, *out untouched. */
+bool poly_bridge_normal(struct poly_bridge *b, expr_id e, expr_id *out);
+
+/* The same for one expression. */
+bool poly_normal(struct expr_store *st, expr_id e, const struct poly_limits *limits, expr_id *out);
+/* For many, with one bridge where the generators allow it: out[i] is the normal form, or
+ * e[i] itself where that is over budget. Returns how many were found. */
+int poly_normal_all(struct expr_store *st, const expr_id *e, int n, const struct poly_limits *limits, expr_id *out);
+
+/* One factor of a numerator or denominator. */
+struct poly_factor {
+    expr_id expr;
+    long multiplicity;
+    unsigned depends;          /* EXPR_HAS_VARIABLE | EXPR_HAS_TIME | EXPR_HAS_PARAMETER (facts.h) */
+    bool irreducible;          /* over the integers, in the generators; otherwise only square-free */
+    bool never_zero;           /* proved: no real zero where it is defined */
+    /* All terms have one sign: zero only where every one of these is (x^2 + y^4: x, y). */
+    bool sum_of_even_powers;
+    expr_id *radical; int radicals;
+};
+
+struct poly_factors {
+    struct poly_factor *factor; int factors;
+    int sign;                  /* of the numeric content that was dropped: -1, 0 (e is zero), 1 */
+};
+
+/* Factors of the numerator (denominator) of e's normal form, numeric content dropped.
+ * False: over budget. The caller clears *out (only after true). */
+bool poly_numerator_factors(struct expr_store *st, expr_id e, const struct poly_limits *limits,
+                            struct poly_factors *out);
+bool poly_denominator_factors(struct expr_store *st, expr_id e, const struct poly_limits *limits,
+                              struct poly_factors *out);
+bool poly_bridge_numerator_factors(struct poly_bridge *b, expr_id e, struct poly_factors *out);
+bool poly_bridge_denominator_factors(struct poly_bridge *b, expr_id e, struct poly_factors *out);
+void poly_factors_clear(struct poly_factors *f);
+
+/* NO is given only where no kernel and no relation is involved. */
+enum poly_truth { POLY_NO, POLY_YES, POLY_UNKNOWN };
+enum poly_truth poly_is_zero(struct expr_store *st, expr_id e, const struct poly_limits *limits);
+enum poly_truth poly_bridge_is_zero(struct poly_bridge *b, expr_id e);
+
+/* e as a polynomial in one symbol (the rest may be anything): its degree, -1 for zero.
+ * False: over budget, or the symbol occurs in the denominator or inside a kernel. */
+bool poly_degree_in(struct expr_store *st, expr_id e, int symbol, const struct poly_limits *limits, long *degree);
+/* e = slope * symbol + rest, both free of the symbol. False also where it is not linear. */
+bool poly_linear_in(struct expr_store *st, expr_id e, int symbol, const struct poly_limits *limits,
+                    expr_id line[2]);   /* slope, rest */
+
+#endif

@@ -1,0 +1,46 @@
+/* Inside the run folder: one job from request to result. */
+#ifndef SGA_RUN_ANSWER_H
+#define SGA_RUN_ANSWER_H
+
+#include "buf.h"
+#include "print.h"
+#include "request.h"
+#include "run.h"
+#include "sga.h"
+#include "trajectory.h"
+#include "witness.h"
+
+struct job {
+    struct request request;
+    struct sga_budget budget;
+    const struct sga_run_options *options;
+    struct points_shadow shadow;
+    struct sga_solution solution;
+    bool solved;
+    double *near;                 /* by variable: where the request starts, or NULL */
+    double near_time;
+    struct expr_names texts;      /* roots: constraints, field, gauge fields, in this order */
+    bool has_texts;
+    int first_field, first_gauge; /* places among the roots */
+    struct sga_witness witness;
+    bool witnessed;
+    struct traj_result trajectory;
+    bool has_trajectory;
+    struct stratum { expr_id factor; const char *kind; char *text; } *stratum;
+    int strata;
+    struct { double read, reduce, print, witness, trajectory; } seconds;
+    struct sga_error *err;
+};
+
+/* Texts of what is wanted: normal forms where they are cheap, named parts otherwise. */
+bool answer_texts(struct job *j);
+/* The check at fresh points, of the printed texts where there are any, read back by the
+ * parser; otherwise of the handles. */
+bool answer_witness(struct job *j);
+/* Factors of pivots that can vanish on the final set, and branches not followed. */
+void answer_strata(struct job *j);
+/* The result object. */
+void answer_write(struct job *j, struct sga_buf *out);
+void answer_write_trajectory(const struct job *j, struct sga_json *w);
+
+#endif

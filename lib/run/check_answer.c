@@ -1,0 +1,132 @@
+/* The witness on what is printed: the texts are read back by the parser into a store of
+ * their own, so that a slip of the printer or of a normal form cannot pass either. */
+#include "answer.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+#include "parse.h"
+
+enum { WITNESS_POINTS = 2 };
+
+struct readback {
+    struct expr_store st;
+    int *variable, *parameter, time;
+    expr_id *root;
+};
+
+static expr_id derivative_symbol(void *ctx, int symbol, int order)
+{
+    struct expr_store *st = ctx;
+    struct sga_buf name = { 0 };
+    sga_buf_puts(&name, st->symbol[symbol].name);
+    for (int k = 0; k < order; k++)
+        sga_buf_puts(&name, "'");
+    int s = expr_symbol_find(st, name.data, name.len);
+    sga_buf_free(&name);
+    return s < 0 ? EXPR_UNDEF : st->symbol[s].node;
+}
+
+static int copy_symbol(struct readback *b, const struct expr_store *from, int symbol)
+{
+    const struct expr_symbol *s = from->symbol + symbol;
+    expr_symbol_add(&b->st, s->name, s->kind);
+    return expr_symbol_find(&b->st, s->name, strlen(s->name));
+}
+
+static bool parse_all(struct job *j, struct readback *b)
+{
+    struct expr_grammar g = { .derivative = derivative_symbol, .ctx = &b->st, .max_length = 1 << 28,
+                              .max_depth = 1 << 20, .max_exponent = 1L << 30, .max_digits = 1 << 20 };
+    const struct expr_names *t = &j->texts;
+    int base = b->st.symbols;
+    expr_id *meaning = sga_calloc((size_t)(base + t->count + 1), sizeof *meaning);
+    bool ok = true;
+    for (int i = 0; i < t->count && ok; i++) {
+        expr_id e = expr_parse(&b->st, t->text[i], &g, j->err);
+        ok = e != EXPR_UNDEF;
+        if (ok) {
+            expr_substitute(&b->st, &e, 1, meaning);
+            expr_symbol_add(&b->st, t->name[i], EXPR_FREE);
+            meaning[expr_symbol_find(&b->st, t->name[i], strlen(t->name[i]))] = e;
+        }
+    }
+    for (int i = 0; i < t->roots && ok; i++) {
+        b->root[i] = expr_parse(&b->st, t->root[i], &g, j->err);
+        ok = b->root[i] != EXPR_UNDEF;
+    }
+    if (ok && t->count)
+        expr_substitute(&b->st, b->root, t->roots, meaning);
+    free(meaning);
+    if (!ok || !expr_store_ok(&b->st)) {
+        char detail[600];
+        snprintf(detail, sizeof detail, "%.500s", j->err->detail);
+        *j->err = (struct sga_error){ 0 };
+        return sga_fail(j->err, SGA_E_INTERNAL, "a printed expression does not read back: %s", detail);
+    }
+    return true;
+}
+
+static bool check_texts(struct job *j)
+{
+    struct readback b = { 0 };
+    const struct sys_system *sys = &j->request.system;
+    int n = sys->variables, c = j->solution.constraints;
+    expr_store_init(&b.st);
+    b.variable = sga_malloc((size_t)(n + 1) * sizeof *b.variable);
+    b.parameter = sga_malloc((size_t)(sys->parameters + 1) * sizeof *b.parameter);
+    b.root = sga_calloc((size_t)(j->texts.roots + 1), sizeof *b.root);
+    b.time = copy_symbol(&b, sys->store, sys->time);
+    for (int i = 0; i < n; i++)
+        b.variable[i] = copy_symbol(&b, sys->store, sys->variable[i].symbol);
+    for (int i = 0; i < sys->parameters; i++)
+        b.parameter[i] = copy_symbol(&b, sys->store, sys->parameter[i]);
+    bool ok = parse_all(j, &b);
+    if (ok) {
+        bool field = j->texts.roots > c, gauge = j->texts.roots > c + n;
+        struct sga_claim claim = {
+            .st = &b.st, .variable = b.variable, .variables = n, .parameter = b.parameter, .parameters = sys->parameters,
+            .time = b.time, .constraint = b.root, .constraints = c, .field = field ? b.root + c : NULL,
+            .gauge = gauge ? b.root + c + n : NULL, .gauges = gauge ? j->solution.free_columns : 0,
+        };
+        ok = sga_witness_check(sys, &claim, j->near, j->near_time, 77, WITNESS_POINTS, &j->budget, &j->witness, j->err);
+    }
+    free(b.variable);
+    free(b.parameter);
+    free(b.root);
+    expr_store_clear(&b.st);
+    return ok;
+}
+
+static bool check_handles(struct job *j)
+{
+    const struct sys_system *sys = &j->request.system;
+    int n = sys->variables, c = j->solution.constraints;
+    int *variable = sga_malloc((size_t)n * sizeof *variable);
+    expr_id *constraint = sga_malloc((size_t)(c + 1) * sizeof *constraint);
+    for (int i = 0; i < n; i++)
+        variable[i] = sys->variable[i].symbol;
+    for (int i = 0; i < c; i++)
+        constraint[i] = j->solution.constraint[i].expr;
+    struct sga_claim claim = {
+        .st = sys->store, .variable = variable, .variables = n, .parameter = sys->parameter, .parameters = sys->parameters,
+        .time = sys->time, .constraint = constraint, .constraints = c, .field = j->solution.field,
+        .gauge = j->solution.gauge, .gauges = j->solution.gauge ? j->solution.free_columns : 0,
+    };
+    bool ok = sga_witness_check(sys, &claim, j->near, j->near_time, 77, 1, &j->budget, &j->witness, j->err);
+    free(variable);
+    free(constraint);
+    return ok;
+}
+
+bool answer_witness(struct job *j)
+{
+    if (j->solution.verdict == SGA_INCONSISTENT)
+        return true;        /* the contradiction itself is the evidence */
+    bool ok = j->has_texts ? check_texts(j) : check_handles(j);
+    j->seconds.witness = j->witness.seconds;
+    j->witnessed = ok;
+    return ok;
+}

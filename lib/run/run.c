@@ -1,0 +1,167 @@
+/* One request, stage by stage: read, reduce, print, witness, integrate, write. */
+#include "answer.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+
+const char *sga_version(void)
+{
+    return "0.1.0";
+}
+
+bool sga_check(const char *request, size_t length, struct sga_buf *out, struct sga_error *err)
+{
+    struct request r;
+    if (!request_read(&r, request, length, err))
+        return false;
+    request_clear(&r);
+    return request_canonical(request, length, out, err);
+}
+
+static void progress(struct job *j, const char *stage, double fraction)
+{
+    if (j->options && j->options->progress)
+        j->options->progress(j->options->ctx, stage, fraction);
+}
+
+static void set_budget(struct job *j)
+{
+    double most = j->options && j->options->max_seconds > 0 ? j->options->max_seconds : 3600;
+    double seconds = j->request.limits.seconds > 0 ? fmin(j->request.limits.seconds, most) : most;
+    j->budget = (struct sga_budget){
+        .deadline = sga_now() + seconds, .seconds = seconds,
+        .max_generations = j->request.limits.generations,
+        .cancelled = j->options ? j->options->cancelled : NULL,
+        .cancel_ctx = j->options ? j->options->ctx : NULL,
+    };
+    j->request.store.max_nodes = j->request.limits.nodes;
+}
+
+/* What is wanted but cannot be had yet is refused before any work is done. */
+static bool check_wants(struct job *j)
+{
+    static const unsigned later = REQUEST_SYMMETRIES | REQUEST_STRUCTURE | REQUEST_TRADEOFF;
+    for (int k = 0; k < REQUEST_WANTS; k++)
+        if (j->request.want & later & (1u << k))
+            return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/want", "want \"%s\" is not available in this version; "
+                               "available are constraints, index, vector_field, gauge, consistent_initial and trajectory",
+                               request_want_text(k));
+    if (j->request.accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE || j->request.accuracy.arithmetic == REQUEST_BALL)
+        return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic",
+                           "this version integrates in double only; use \"double\" or \"auto\"");
+    if (j->request.trajectory.conditions)
+        return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/trajectory/gauge/conditions",
+                           "gauge conditions are not available in this version; fix rates, or add the condition to the system");
+    return true;
+}
+
+/* Where the request starts is a hint for which component of the constraint set is meant. */
+static void set_near(struct job *j)
+{
+    const struct request_trajectory *t = &j->request.trajectory;
+    j->near_time = t->start;
+    if (!t->initials)
+        return;
+    j->near = sga_calloc((size_t)j->request.system.variables, sizeof *j->near);
+    for (int k = 0; k < t->initials; k++)
+        j->near[t->initial[k].variable] = t->initial[k].value;
+}
+
+static bool reduce(struct job *j)
+{
+    double start = sga_now();
+    struct sga_options options = {
+        .near = j->near, .near_time = j->near_time, .seed = 1, .budget = &j->budget,
+        .combinations = j->request.want & REQUEST_CONSTRAINTS,
+        .gauge_fields = true,
+    };
+    points_shadow_init(&j->shadow, 20250101);
+    progress(j, "reduction", 0.05);
+    j->solved = true;
+    bool ok = sga_solve(&j->request.system, &options, &j->shadow, &j->solution, j->err);
+    j->seconds.reduce = sga_now() - start;
+    return ok;
+}
+
+static bool integrate(struct job *j)
+{
+    const struct request_trajectory *t = &j->request.trajectory;
+    if (!(j->request.want & (REQUEST_TRAJECTORY | REQUEST_CONSISTENT_INITIAL)))
+        return true;
+    if (j->solution.verdict == SGA_INCONSISTENT)
+        return sga_fail_at(j->err, SGA_E_NO_MOTION, "/trajectory", "the system is inconsistent: no point satisfies it, "
+                           "so there is no trajectory; leave trajectory out of want to see why");
+    double begin = sga_now();
+    int n = j->request.system.variables;
+    double *initial = sga_calloc((size_t)n, sizeof *initial);
+    unsigned char *given = sga_calloc((size_t)n, 1), *held = sga_calloc((size_t)n, 1);
+    struct traj_rate *rate = sga_calloc((size_t)t->rates + 1, sizeof *rate);
+    for (int k = 0; k < t->initials; k++) {
+        initial[t->initial[k].variable] = t->initial[k].value;
+        given[t->initial[k].variable] = 1;
+    }
+    for (int k = 0; k < t->holds; k++)
+        held[t->hold[k]] = 1;
+    for (int k = 0; k < t->rates; k++)
+        rate[k] = (struct traj_rate){ t->rate[k].variable, t->rate[k].rate };
+    struct traj_request r = {
+        .start = t->start, .times = t->times, .samples = t->samples, .initial = initial, .given = given, .held = held,
+        .rate = rate, .rates = t->rates, .output = t->output, .outputs = t->outputs,
+        .rtol = j->request.accuracy.rtol, .atol = j->request.accuracy.atol,
+        .method = j->request.accuracy.method, .budget = &j->budget,
+    };
+    progress(j, "trajectory", 0.5);
+    bool ok = traj_run(&j->request.system, &j->solution, &r, &j->trajectory, j->err);
+    j->has_trajectory = ok;
+    free(initial);
+    free(given);
+    free(held);
+    free(rate);
+    j->seconds.trajectory = sga_now() - begin;
+    return ok;
+}
+
+static void job_clear(struct job *j)
+{
+    if (j->has_texts)
+        expr_names_clear(&j->texts);
+    if (j->has_trajectory)
+        traj_result_clear(&j->trajectory);
+    for (int i = 0; i < j->strata; i++)
+        free(j->stratum[i].text);
+    free(j->stratum);
+    free(j->near);
+    if (j->solved) {
+        points_shadow_clear(&j->shadow);
+        sga_solution_clear(&j->solution);
+    }
+    request_clear(&j->request);
+}
+
+bool sga_run(const char *request, size_t length, const struct sga_run_options *options,
+             struct sga_buf *out, struct sga_error *err)
+{
+    struct job j = { .options = options, .err = err };
+    double start = sga_now();
+    if (!request_read(&j.request, request, length, err))
+        return false;
+    j.seconds.read = sga_now() - start;
+    set_budget(&j);
+    bool ok = check_wants(&j);
+    if (ok) {
+        set_near(&j);
+        ok = reduce(&j) && answer_texts(&j);
+    }
+    if (ok)
+        answer_strata(&j);
+    ok = ok && answer_witness(&j) && integrate(&j);
+    if (ok) {
+        progress(&j, "writing", 0.98);
+        answer_write(&j, out);
+    }
+    job_clear(&j);
+    return ok;
+}

@@ -1,0 +1,38 @@
+/* One request from text to text: the public face of the library.
+ *
+ * sga_run reads the request (JSON), brings its form to the one shape, runs the
+ * reduction, lets the witness check it, integrates, and writes the result (the
+ * object that the contract calls "A result"). It keeps no state between calls and
+ * may be called from one thread at a time in each process that wants isolation:
+ * GMP aborts the process when memory ends. */
+#ifndef SGA_RUN_RUN_H
+#define SGA_RUN_RUN_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "buf.h"
+#include "error.h"
+
+struct sga_run_options {
+    double max_seconds;                 /* server's maximum; 0: 3600 */
+    void (*progress)(void *ctx, const char *stage, double fraction);  /* may be NULL; fraction 0..1 */
+    bool (*cancelled)(void *ctx);       /* may be NULL; asked often */
+    void *ctx;
+};
+
+/* Appends the result to out and returns true; on failure fills err and leaves out
+ * unspecified. Cost: the whole job. */
+bool sga_run(const char *request, size_t length, const struct sga_run_options *options,
+             struct sga_buf *out, struct sga_error *err);
+
+/* Reads and checks a request without running it, within bounded time and memory:
+ * shapes, names, expressions. On success appends the canonical request to out: compact
+ * JSON with sorted keys, equal for requests that mean the same member by member
+ * (the key of the cache is its SHA-256). */
+bool sga_check(const char *request, size_t length, struct sga_buf *out, struct sga_error *err);
+
+/* Changes when answers change, so that old cached answers are not given. */
+const char *sga_version(void);
+
+#endif

@@ -1,0 +1,93 @@
+/* What the algorithm divided by, and where that can vanish on the final set. */
+#include "answer.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "facts.h"
+#include "mem.h"
+#include "poly.h"
+
+enum { PIVOT_BYTES = 4000 };
+
+static void add(struct job *j, expr_id factor, const char *kind)
+{
+    for (int i = 0; i < j->strata; i++)
+        if (j->stratum[i].factor == factor)
+            return;
+    struct sga_buf text = { 0 };
+    if (!expr_print(&j->request.store, factor, PIVOT_BYTES, &text)) {
+        sga_buf_free(&text);
+        return;
+    }
+    j->stratum = sga_realloc(j->stratum, (size_t)(j->strata + 1) * sizeof *j->stratum);
+    j->stratum[j->strata].factor = factor;
+    j->stratum[j->strata].kind = kind;
+    j->stratum[j->strata++].text = sga_buf_take(&text);
+}
+
+/* Whether a real point of Pf with factor = 0 can be found. */
+static bool reachable(struct job *j, expr_id factor)
+{
+    const struct sys_system *sys = &j->request.system;
+    int n = sys->variables, c = j->solution.constraints;
+    int *variable = sga_malloc((size_t)n * sizeof *variable);
+    expr_id *con = sga_malloc((size_t)(c + 1) * sizeof *con);
+    for (int i = 0; i < n; i++)
+        variable[i] = sys->variable[i].symbol;
+    for (int i = 0; i < c; i++)
+        con[i] = j->solution.constraint[i].expr;
+    con[c] = factor;
+    struct points_space space = {
+        .st = sys->store, .variable = variable, .variables = n, .parameter = sys->parameter, .parameters = sys->parameters,
+        .time = sys->time, .constraint = con, .constraints = c + 1, .near = j->near, .near_time = j->near_time,
+        .budget = &j->budget,
+    };
+    struct points_point p;
+    uint64_t random = 5;
+    enum points_status status = points_find(&space, j->near ? 0.2 : 1, &random, 64, &p);
+    points_point_clear(&p);
+    free(variable);
+    free(con);
+    return status == POINTS_OK || status == POINTS_IRREGULAR;
+}
+
+static void consider(struct job *j, struct expr_facts *facts, expr_id factor)
+{
+    struct expr_store *st = &j->request.store;
+    unsigned f = expr_facts_of(facts, st, factor);
+    if (f & EXPR_NONZERO || expr_is_const(st, factor))
+        return;
+    if (!(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
+        add(j, factor, "parameter");
+    else if (reachable(j, factor))
+        add(j, factor, "pivot");
+}
+
+static void factors_of(struct job *j, struct expr_facts *facts, expr_id value)
+{
+    struct poly_limits limits = { .max_terms = 200, .max_bits = 2000, .max_degree = 40, .max_generators = 24, .budget = &j->budget };
+    struct poly_factors f;
+    if (!poly_numerator_factors(&j->request.store, value, &limits, &f)) {
+        consider(j, facts, value);
+        return;
+    }
+    for (int i = 0; i < f.factors; i++)
+        if (!f.factor[i].never_zero)
+            consider(j, facts, f.factor[i].expr);
+    poly_factors_clear(&f);
+}
+
+void answer_strata(struct job *j)
+{
+    struct expr_facts facts;
+    if (j->solution.verdict == SGA_INCONSISTENT || !j->has_texts)
+        return;
+    expr_facts_init(&facts);
+    for (int i = 0; i < j->solution.branches; i++)
+        add(j, j->solution.branch[i], "branch");
+    for (int i = 0; i < j->solution.pivots; i++)
+        if (!expr_is_const(&j->request.store, j->solution.pivot[i].value))
+            factors_of(j, &facts, j->solution.pivot[i].value);
+    expr_facts_clear(&facts);
+}

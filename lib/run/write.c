@@ -1,0 +1,372 @@
+/* The result object, member by member. */
+#include "answer.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char *symbol_name(const struct job *j, int variable)
+{
+    return j->request.store.symbol[j->request.system.variable[variable].symbol].name;
+}
+
+/* Free functions are called f1, f2, ...; a name of the request is never used again. */
+static void free_name(const struct job *j, int k, char *out, size_t size)
+{
+    const struct expr_store *st = &j->request.store;
+    snprintf(out, size, "f%d", k + 1);
+    while (expr_symbol_find(st, out, strlen(out)) >= 0) {
+        size_t n = strlen(out);
+        if (n + 2 > size)
+            return;
+        out[n] = '_';
+        out[n + 1] = 0;
+    }
+}
+
+static void write_variables(const struct job *j, struct sga_json *w)
+{
+    sga_json_key(w, "variables");
+    sga_json_array(w);
+    for (int i = 0; i < j->request.system.variables; i++) {
+        sga_json_object(w);
+        sga_json_key(w, "name");
+        sga_json_string(w, symbol_name(j, i));
+        sga_json_key(w, "role");
+        sga_json_string(w, j->request.system.variable[i].role);
+        sga_json_end_object(w);
+    }
+    sga_json_end_array(w);
+}
+
+static void write_dimensions(const struct job *j, struct sga_json *w)
+{
+    const struct sga_solution *sol = &j->solution;
+    int n = j->request.system.variables;
+    sga_json_key(w, "dimensions");
+    sga_json_object(w);
+    sga_json_key(w, "ambient");
+    sga_json_int(w, n);
+    sga_json_key(w, "generations");
+    sga_json_array(w);
+    for (int k = 0; k < sol->generations; k++)
+        sga_json_int(w, sol->dimension[k]);
+    sga_json_end_array(w);
+    sga_json_key(w, "final");
+    if (sol->verdict == SGA_INCONSISTENT)
+        sga_json_null(w);
+    else
+        sga_json_int(w, n - sol->constraints);
+    sga_json_end_object(w);
+}
+
+static void write_index(const struct job *j, struct sga_json *w)
+{
+    const struct sga_solution *sol = &j->solution;
+    bool standard = (sol->verdict == SGA_UNIQUE || sol->verdict == SGA_ISOLATED) && j->request.system.square;
+    sga_json_key(w, "index");
+    sga_json_object(w);
+    sga_json_key(w, "generations");
+    sga_json_int(w, sol->generations);
+    sga_json_key(w, "differentiation");
+    if (standard)
+        sga_json_int(w, sol->generations);
+    else
+        sga_json_null(w);
+    sga_json_key(w, "seed");
+    sga_json_int(w, sol->generations > 0 ? sol->generations - 1 : 0);
+    sga_json_end_object(w);
+}
+
+static void write_definitions(const struct job *j, struct sga_json *w)
+{
+    if (!j->texts.count)
+        return;
+    sga_json_key(w, "definitions");
+    sga_json_array(w);
+    for (int i = 0; i < j->texts.count; i++) {
+        sga_json_object(w);
+        sga_json_key(w, "name");
+        sga_json_string(w, j->texts.name[i]);
+        sga_json_key(w, "expression");
+        sga_json_string(w, j->texts.text[i]);
+        sga_json_end_object(w);
+    }
+    sga_json_end_array(w);
+}
+
+static void write_constraints(const struct job *j, struct sga_json *w)
+{
+    sga_json_key(w, "constraints");
+    sga_json_array(w);
+    for (int i = 0; i < j->solution.constraints; i++) {
+        sga_json_object(w);
+        sga_json_key(w, "generation");
+        sga_json_int(w, j->solution.constraint[i].generation);
+        sga_json_key(w, "expression");
+        sga_json_string(w, j->texts.root[i]);
+        sga_json_end_object(w);
+    }
+    sga_json_end_array(w);
+}
+
+/* {variable: text} for a field whose texts start at root `first`; zeros are left out if sparse */
+static void write_components(const struct job *j, struct sga_json *w, int first, bool sparse)
+{
+    sga_json_object(w);
+    for (int i = 0; i < j->request.system.variables; i++) {
+        const char *text = j->texts.root[first + i];
+        if (sparse && strcmp(text, "0") == 0)
+            continue;
+        sga_json_key(w, symbol_name(j, i));
+        sga_json_string(w, text);
+    }
+    sga_json_end_object(w);
+}
+
+static void write_field(const struct job *j, struct sga_json *w)
+{
+    sga_json_key(w, "vector_field");
+    sga_json_object(w);
+    sga_json_key(w, "components");
+    write_components(j, w, j->first_field, false);
+    sga_json_key(w, "free");
+    sga_json_array(w);
+    for (int k = 0; k < j->solution.free_columns; k++) {
+        char name[160];
+        free_name(j, k, name, sizeof name);
+        sga_json_string(w, name);
+    }
+    sga_json_end_array(w);
+    sga_json_end_object(w);
+}
+
+static void write_gauge(const struct job *j, struct sga_json *w)
+{
+    sga_json_key(w, "gauge");
+    sga_json_object(w);
+    sga_json_key(w, "dimension");
+    sga_json_int(w, j->solution.free_columns);
+    sga_json_key(w, "fields");
+    sga_json_array(w);
+    for (int k = 0; k < j->solution.free_columns; k++)
+        write_components(j, w, j->first_gauge + k * j->request.system.variables, true);
+    sga_json_end_array(w);
+    sga_json_end_object(w);
+}
+
+static void write_strata(const struct job *j, struct sga_json *w)
+{
+    sga_json_key(w, "strata");
+    sga_json_array(w);
+    for (int i = 0; i < j->strata; i++) {
+        if (strcmp(j->stratum[i].kind, "parameter") == 0)
+            continue;
+        sga_json_object(w);
+        sga_json_key(w, "where");
+        sga_json_array(w);
+        sga_json_string(w, j->stratum[i].text);
+        sga_json_end_array(w);
+        sga_json_key(w, "kind");
+        sga_json_string(w, j->stratum[i].kind);
+        sga_json_end_object(w);
+    }
+    sga_json_end_array(w);
+    sga_json_key(w, "assumptions");
+    sga_json_array(w);
+    for (int i = 0; i < j->strata; i++) {
+        if (strcmp(j->stratum[i].kind, "parameter") != 0)
+            continue;
+        sga_json_object(w);
+        sga_json_key(w, "expression");
+        sga_json_string(w, j->stratum[i].text);
+        sga_json_key(w, "kind");
+        sga_json_string(w, "not_zero");
+        sga_json_end_object(w);
+    }
+    sga_json_end_array(w);
+}
+
+static void write_parts(struct job *j, struct sga_json *w, const struct sga_part *part, int parts)
+{
+    sga_json_array(w);
+    for (int k = 0; k < parts; k++) {
+        struct sga_buf text = { 0 };
+        sga_json_object(w);
+        if (part[k].row >= 0) {
+            sga_json_key(w, "equation");
+            sga_json_string(w, j->request.system.row[part[k].row].source);
+        } else {
+            sga_json_key(w, "tangency_of");
+            sga_json_int(w, part[k].tangency);
+        }
+        sga_json_key(w, "factor");
+        if (expr_print(&j->request.store, part[k].factor, 400, &text))
+            sga_json_string(w, text.data);
+        else
+            sga_json_null(w);
+        sga_json_end_object(w);
+        sga_buf_free(&text);
+    }
+    sga_json_end_array(w);
+}
+
+static void write_evidence(struct job *j, struct sga_json *w)
+{
+    const struct sga_solution *sol = &j->solution;
+    sga_json_key(w, "evidence");
+    sga_json_object(w);
+    sga_json_key(w, "decisions");
+    sga_json_object(w);
+    for (int k = 0; k < POINTS_BASES; k++) {
+        sga_json_key(w, points_basis_text((enum points_basis)k));
+        sga_json_int(w, j->shadow.count[k]);
+    }
+    sga_json_key(w, "real_points");
+    sga_json_int(w, j->shadow.reals);
+    sga_json_key(w, "real_points_certified");
+    int certified = 0;
+    for (int k = 0; k < j->shadow.reals; k++)
+        certified += j->shadow.real[k].certified;
+    sga_json_int(w, certified);
+    sga_json_key(w, "modular_points");
+    sga_json_int(w, j->shadow.modulars);
+    if (j->shadow.count[POINTS_ZERO_NUMERIC]) {
+        sga_json_key(w, "least_digits");
+        sga_json_int(w, j->shadow.least_digits);
+    }
+    sga_json_end_object(w);
+    sga_json_key(w, "constraints");
+    sga_json_array(w);
+    for (int i = 0; i < sol->constraints; i++) {
+        const struct sga_constraint *c = sol->constraint + i;
+        sga_json_object(w);
+        sga_json_key(w, "generation");
+        sga_json_int(w, c->generation);
+        sga_json_key(w, "from");
+        sga_json_string(w, c->origin == SGA_FROM_RESTRICTION ? "restriction" : "combination");
+        sga_json_key(w, "combination");
+        write_parts(j, w, c->part, c->parts);
+        if (c->replaced) {
+            struct sga_buf text = { 0 };
+            if (expr_print(&j->request.store, c->replaced, 1000, &text)) {
+                sga_json_key(w, "in_place_of");
+                sga_json_string(w, text.data);
+            }
+            sga_buf_free(&text);
+        }
+        sga_json_end_object(w);
+    }
+    sga_json_end_array(w);
+    if (sol->verdict == SGA_INCONSISTENT) {
+        struct sga_buf text = { 0 };
+        sga_json_key(w, "contradiction");
+        sga_json_object(w);
+        sga_json_key(w, "expression");
+        if (expr_print(&j->request.store, sol->contradiction, 4000, &text))
+            sga_json_string(w, text.data);
+        else
+            sga_json_null(w);
+        sga_json_key(w, "why");
+        sga_json_string(w, sol->contradiction_why);
+        sga_json_key(w, "combination");
+        write_parts(j, w, sol->contradiction_part, sol->contradiction_parts);
+        sga_json_end_object(w);
+        sga_buf_free(&text);
+    }
+    sga_json_key(w, "redundant_equations");
+    sga_json_int(w, sol->redundant_rows);
+    if (j->witnessed) {
+        sga_json_key(w, "witness");
+        sga_json_object(w);
+        sga_json_key(w, "points");
+        sga_json_int(w, j->witness.points);
+        sga_json_key(w, "certified");
+        sga_json_bool(w, j->witness.certified);
+        sga_json_key(w, "digits");
+        sga_json_int(w, j->witness.digits);
+        sga_json_key(w, "checked");
+        sga_json_string(w, j->has_texts ? "the printed expressions, read back" : "the expressions");
+        sga_json_end_object(w);
+    }
+    sga_json_end_object(w);
+}
+
+static void write_work(const struct job *j, struct sga_json *w)
+{
+    sga_json_key(w, "work");
+    sga_json_object(w);
+    sga_json_key(w, "seconds");
+    sga_json_object(w);
+    sga_json_key(w, "read");
+    sga_json_double(w, j->seconds.read);
+    sga_json_key(w, "reduction");
+    sga_json_double(w, j->seconds.reduce);
+    sga_json_key(w, "sampling");
+    sga_json_double(w, j->shadow.seconds_sampling);
+    if (j->has_texts) {
+        sga_json_key(w, "print");
+        sga_json_double(w, j->seconds.print);
+    }
+    if (j->witnessed) {
+        sga_json_key(w, "witness");
+        sga_json_double(w, j->seconds.witness);
+    }
+    if (j->has_trajectory) {
+        sga_json_key(w, "trajectory");
+        sga_json_double(w, j->seconds.trajectory);
+    }
+    sga_json_end_object(w);
+    sga_json_key(w, "nodes");
+    sga_json_int(w, j->request.store.nodes);
+    sga_json_key(w, "pivots");
+    sga_json_int(w, j->solution.pivots);
+    sga_json_key(w, "variables_modelled");
+    sga_json_int(w, j->request.system.variables);
+    if (j->has_trajectory) {
+        sga_json_key(w, "steps");
+        sga_json_int(w, j->trajectory.steps);
+        sga_json_key(w, "rejected_steps");
+        sga_json_int(w, j->trajectory.rejected);
+        sga_json_key(w, "evaluations");
+        sga_json_int(w, j->trajectory.evaluations);
+    }
+    sga_json_end_object(w);
+}
+
+void answer_write(struct job *j, struct sga_buf *out)
+{
+    struct sga_json json, *w = &json;
+    unsigned want = j->request.want;
+    bool solvable = j->solution.verdict != SGA_INCONSISTENT;
+    sga_json_begin(w, out);
+    sga_json_object(w);
+    sga_json_key(w, "verdict");
+    sga_json_string(w, sga_verdict_text(j->solution.verdict));
+    if (j->solution.verdict == SGA_ISOLATED) {
+        /* T_m Pf = 0, so the reduction asked alpha(m) = 0: the points are constant solutions */
+        sga_json_key(w, "equilibrium");
+        sga_json_bool(w, true);
+    }
+    if (j->request.name) {
+        sga_json_key(w, "name");
+        sga_json_string(w, j->request.name);
+    }
+    write_variables(j, w);
+    write_dimensions(j, w);
+    if (want & REQUEST_INDEX)
+        write_index(j, w);
+    write_definitions(j, w);
+    if (want & REQUEST_CONSTRAINTS)
+        write_constraints(j, w);
+    if (want & REQUEST_VECTOR_FIELD && solvable)
+        write_field(j, w);
+    if (want & REQUEST_GAUGE && solvable)
+        write_gauge(j, w);
+    write_strata(j, w);
+    if (j->has_trajectory)
+        answer_write_trajectory(j, w);
+    write_evidence(j, w);
+    write_work(j, w);
+    sga_json_end_object(w);
+}

@@ -1,0 +1,95 @@
+/* The trajectory's part of the result. */
+#include "answer.h"
+
+static const char *name_of(const struct job *j, int variable)
+{
+    return j->request.store.symbol[j->request.system.variable[variable].symbol].name;
+}
+
+static void write_columns(const struct job *j, struct sga_json *w)
+{
+    const struct request_trajectory *t = &j->request.trajectory;
+    sga_json_key(w, "columns");
+    sga_json_array(w);
+    sga_json_string(w, j->request.store.symbol[j->request.system.time].name);
+    if (t->outputs)
+        for (int k = 0; k < t->outputs; k++)
+            sga_json_string(w, t->output_text[k]);
+    else
+        for (int k = 0; k < j->request.system.variables; k++)
+            sga_json_string(w, name_of(j, k));
+    sga_json_end_array(w);
+}
+
+static void write_rows(const struct job *j, struct sga_json *w)
+{
+    const struct traj_result *r = &j->trajectory;
+    sga_json_key(w, "rows");
+    sga_json_array(w);
+    for (int i = 0; i < r->rows; i++) {
+        sga_json_array(w);
+        sga_json_double(w, r->t[i]);
+        for (int k = 0; k < r->columns; k++)
+            sga_json_double(w, r->value[(size_t)i * (size_t)r->columns + (size_t)k]);
+        sga_json_end_array(w);
+    }
+    sga_json_end_array(w);
+}
+
+static void write_initial(const struct job *j, struct sga_json *w)
+{
+    const struct request_trajectory *t = &j->request.trajectory;
+    sga_json_key(w, "initial");
+    sga_json_object(w);
+    sga_json_key(w, "given");
+    sga_json_object(w);
+    for (int k = 0; k < t->initials; k++) {
+        sga_json_key(w, name_of(j, t->initial[k].variable));
+        sga_json_double(w, t->initial[k].value);
+    }
+    sga_json_end_object(w);
+    sga_json_key(w, "projected");
+    sga_json_object(w);
+    for (int k = 0; k < j->request.system.variables; k++) {
+        sga_json_key(w, name_of(j, k));
+        sga_json_double(w, j->trajectory.initial[k]);
+    }
+    sga_json_end_object(w);
+    sga_json_key(w, "moved");
+    sga_json_double(w, j->trajectory.moved);
+    sga_json_end_object(w);
+}
+
+void answer_write_trajectory(const struct job *j, struct sga_json *w)
+{
+    const struct traj_result *r = &j->trajectory;
+    sga_json_key(w, "trajectory");
+    sga_json_object(w);
+    write_columns(j, w);
+    write_rows(j, w);
+    write_initial(j, w);
+    sga_json_key(w, "error_estimate");
+    sga_json_double(w, r->error_estimate);
+    sga_json_key(w, "constraint_residual");
+    sga_json_double(w, r->residual);
+    sga_json_key(w, "method");
+    sga_json_string(w, r->method);
+    sga_json_key(w, "arithmetic");
+    sga_json_string(w, "double");
+    sga_json_key(w, "gauge");
+    sga_json_string(w, r->gauge);
+    sga_json_key(w, "ended");
+    if (r->ended) {
+        sga_json_object(w);
+        sga_json_key(w, "t");
+        sga_json_double(w, r->ended_t);
+        sga_json_key(w, "reason");
+        sga_json_string(w, r->ended_reason);
+        sga_json_key(w, "detail");
+        sga_json_string(w, r->ended_detail);
+        sga_json_end_object(w);
+    } else {
+        sga_json_null(w);
+    }
+    sga_json_end_object(w);
+}

@@ -1,0 +1,303 @@
+/* From candidates to constraints: regular, independent, and with points. */
+#include "state.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <arb_mat.h>
+
+#include "mem.h"
+#include "print.h"
+#include "regular.h"
+
+char *state_text(struct state *s, expr_id e)
+{
+    struct sga_buf text = { 0 };
+    if (!expr_print(s->st, e, 300, &text))
+        sga_buf_puts(&text, "(a long expression)");
+    return sga_buf_take(&text);
+}
+
+enum points_status state_sample(struct state *s)
+{
+    s->space.constraint = s->con;
+    s->space.constraints = s->sol->constraints;
+    return points_shadow_sample(s->shadow, &s->space);
+}
+
+static void push(struct state *s, const struct candidate *c, expr_id regular, int g)
+{
+    struct sga_solution *sol = s->sol;
+    SGA_RESERVE(sol->constraint, s->constraint_cap, sol->constraints + 1);
+    SGA_RESERVE(s->con, s->con_cap, sol->constraints + 1);
+    struct sga_constraint *k = sol->constraint + sol->constraints;
+    bool same = regular == c->expr;
+    *k = (struct sga_constraint){ .expr = regular, .generation = g, .origin = c->origin,
+                                  .replaced = same ? EXPR_UNDEF : c->expr,
+                                  .base = same ? c->base : regular, .order = same ? c->order : 0 };
+    if (s->options->combinations)
+        state_combine(s, c, &k->part, &k->parts);
+    s->con[sol->constraints++] = regular;
+}
+
+static void push_regular(struct state *s, const struct candidate *c, const struct regular *r, int g)
+{
+    for (int i = 0; i < r->count; i++)
+        push(s, c, r->out[i], g);
+    SGA_RESERVE(s->sol->branch, s->branch_cap, s->sol->branches + r->branches + 1);
+    for (int i = 0; i < r->branches; i++)
+        s->sol->branch[s->sol->branches++] = r->branch[i];
+}
+
+static void pop(struct state *s, int to)
+{
+    while (s->sol->constraints > to)
+        free(s->sol->constraint[--s->sol->constraints].part);
+}
+
+static int contradiction(struct state *s, const struct candidate *c, const char *why)
+{
+    s->inconsistent = true;
+    s->sol->contradiction = c->expr;
+    snprintf(s->sol->contradiction_why, sizeof s->sol->contradiction_why, "%s", why);
+    state_combine(s, c, &s->sol->contradiction_part, &s->sol->contradiction_parts);
+    return 0;
+}
+
+/* Whether d_x e lies in the span of the constraints' differentials at point p:
+ * 1 yes (every residue's ball contains 0), 0 no, -1 no value. */
+static int dependent_at(struct state *s, struct points_point *p, const expr_id *grad, expr_id e)
+{
+    int c = s->sol->constraints, n = s->sys->variables;
+    (void)e;
+    num_ball_extend(&p->ball);
+    arb_mat_t B, b, y;
+    arb_mat_init(B, c, c);
+    arb_mat_init(b, c, 1);
+    arb_mat_init(y, c, 1);
+    for (int i = 0; i < c; i++) {        /* B^T y = b over the solved columns */
+        for (int k = 0; k < c; k++)
+            if (grad[(size_t)k * (size_t)n + (size_t)p->solved[i]])
+                arb_set(arb_mat_entry(B, i, k), num_ball_value(&p->ball, grad[(size_t)k * (size_t)n + (size_t)p->solved[i]]));
+        if (grad[(size_t)c * (size_t)n + (size_t)p->solved[i]])
+            arb_set(arb_mat_entry(b, i, 0), num_ball_value(&p->ball, grad[(size_t)c * (size_t)n + (size_t)p->solved[i]]));
+    }
+    int result = arb_mat_solve(y, B, b, p->ball.prec) ? 1 : -1;
+    arb_t r;
+    arb_init(r);
+    for (int j = 0; j < n && result == 1; j++) {
+        expr_id g = grad[(size_t)c * (size_t)n + (size_t)j];
+        if (g)
+            arb_set(r, num_ball_value(&p->ball, g));
+        else
+            arb_zero(r);
+        for (int k = 0; k < c; k++)
+            if (grad[(size_t)k * (size_t)n + (size_t)j])
+                arb_submul(r, arb_mat_entry(y, k, 0), num_ball_value(&p->ball, grad[(size_t)k * (size_t)n + (size_t)j]), p->ball.prec);
+        if (!arb_contains_zero(r))
+            result = 0;
+    }
+    arb_clear(r);
+    arb_mat_clear(B);
+    arb_mat_clear(b);
+    arb_mat_clear(y);
+    return result;
+}
+
+/* Whether e is locally constant in x on the present set: then, not being zero there, it
+ * has no zero that lasts. The shadow must hold points of the present set. */
+static bool locally_constant(struct state *s, expr_id e)
+{
+    int c = s->sol->constraints, n = s->sys->variables;
+    SGA_RESERVE(s->active, s->active_cap, s->st->symbols);
+    memset(s->active, 0, (size_t)s->st->symbols);
+    for (int j = 0; j < n; j++)
+        s->active[s->variable[j]] = 1;
+    expr_id *grad = sga_calloc((size_t)(c + 1) * (size_t)n, sizeof *grad);
+    struct expr_term *term = NULL;
+    size_t cap = 0;
+    for (int k = 0; k <= c; k++) {
+        int m = expr_gradient(s->st, &s->cone, k < c ? s->con[k] : e, s->active, &term, &cap);
+        for (int i = 0; i < m; i++)
+            grad[(size_t)k * (size_t)n + (size_t)s->column[term[i].symbol]] = term[i].value;
+    }
+    free(term);
+    bool all = s->shadow->reals > 0;
+    for (int k = 0; k < s->shadow->reals && all; k++)
+        all = dependent_at(s, s->shadow->real + k, grad, e) == 1;
+    free(grad);
+    return all;
+}
+
+/* A constraint without variables holds for no x, or for all. */
+static const char *hopeless(struct state *s, expr_id e)
+{
+    unsigned f = expr_facts_of(&s->facts, s->st, e);
+    if (!(f & EXPR_HAS_VARIABLE)) {
+        if (f & EXPR_HAS_TIME)
+            return "it depends on time only, so it can hold at some instants only";
+        return f & EXPR_HAS_PARAMETER ? "it depends on parameters only, and is not zero for general values of them"
+                                      : "it is a constant that is not zero";
+    }
+    return f & EXPR_NONZERO ? "it has no real zero" : NULL;
+}
+
+static int fail_sample(struct state *s, const struct candidate *c, enum points_status status)
+{
+    char *text = state_text(s, c->expr);
+    if (status == POINTS_STOPPED)
+        sga_budget_ok(s->options->budget, s->err);
+    else if (status == POINTS_IRREGULAR)
+        sga_fail(s->err, SGA_E_IRREGULAR, "the differential of the constraint %s depends on those of the earlier ones "
+                 "where it vanishes, and no regular function with the same zeros was found; "
+                 "write the constraint in a form whose gradient does not vanish on it", text);
+    else
+        sga_fail(s->err, SGA_E_NO_REAL_POINT, "no real point was found on which the constraint %s holds with the earlier "
+                 "ones (this is not a proof that there is none); give trajectory.initial near such a point", text);
+    free(text);
+    return -1;
+}
+
+/* New points near a place; the shadow's present points are not used as starts. */
+static enum points_status sample_near(struct state *s, const double *x, double t)
+{
+    struct points_space keep = s->space;
+    uint64_t random = s->shadow->random;
+    points_shadow_forget(s->shadow);
+    s->shadow->random = random;
+    s->space.near = x;
+    s->space.near_time = t;
+    enum points_status status = state_sample(s);
+    s->space.near = keep.near;
+    s->space.near_time = keep.near_time;
+    return status;
+}
+
+/* The constraint c turned out irregular: try the components of its gradient. */
+static int admit_gradient(struct state *s, const struct candidate *c, const double *x, double t, int g)
+{
+    expr_id *part = NULL;
+    int count = regular_by_gradient(s, c->expr, x, t, &part), before = s->sol->constraints;
+    enum points_status status = POINTS_IRREGULAR;
+    for (int i = 0; i < count; i++)
+        push(s, c, part[i], g);
+    if (count)
+        status = sample_near(s, x, t);
+    free(part);
+    if (status == POINTS_OK && ech_zero(&s->ctx, c->expr) == 1)
+        return count;
+    pop(s, before);
+    return fail_sample(s, c, POINTS_IRREGULAR);
+}
+
+/* Where a regular function took the place of what arose, the latter must vanish on the
+ * new set: a check of the factorisation by the points. */
+static bool replacements_hold(struct state *s, int from)
+{
+    for (int i = from; i < s->sol->constraints; i++) {
+        expr_id old = s->sol->constraint[i].replaced;
+        if (!old)
+            continue;
+        int z = ech_zero(&s->ctx, old);
+        if (z < 0)
+            return false;
+        if (z == 0)
+            return sga_fail(s->err, SGA_E_INTERNAL, "a constraint and the regular function that took its place have different zeros");
+    }
+    return true;
+}
+
+/* One candidate, the shadow being on the present set. */
+static int admit_one(struct state *s, const struct candidate *c, int g)
+{
+    int z = ech_zero(&s->ctx, c->expr);
+    if (z < 0)
+        return -1;
+    if (z == 1)
+        return 0;          /* it follows from those admitted before it */
+    const char *why = hopeless(s, c->expr);
+    if (why)
+        return contradiction(s, c, why);
+    struct regular r = regular_form(s, c->expr);
+    if (r.answer == REGULAR_NEVER) {
+        regular_clear(&r);
+        return contradiction(s, c, "it has no real zero");
+    }
+    int before = s->sol->constraints;
+    push_regular(s, c, &r, g);
+    int pushed = s->sol->constraints - before;
+    expr_id regular = r.out[0];
+    regular_clear(&r);
+    enum points_status status = state_sample(s);
+    if (status == POINTS_OK)
+        return replacements_hold(s, before) ? pushed : -1;
+    double *x = NULL, t = 0;
+    if (status == POINTS_IRREGULAR) {     /* keep the place that was approached */
+        struct points_point p;
+        uint64_t random = s->shadow->random;
+        points_find(&s->space, s->space.near ? 0 : 1, &random, POINTS_BITS, &p);
+        x = memcpy(sga_malloc((size_t)p.variables * sizeof *x), p.x, (size_t)p.variables * sizeof *x);
+        t = p.t;
+        points_point_clear(&p);
+    }
+    pop(s, before);
+    int result = -1;
+    if (status == POINTS_STOPPED)
+        result = fail_sample(s, c, status);
+    else if (state_sample(s) != POINTS_OK)
+        result = fail_sample(s, c, POINTS_NONE);
+    else if (locally_constant(s, regular))
+        result = contradiction(s, c, "it is locally constant on the earlier constraints and not zero there");
+    else if (status == POINTS_IRREGULAR)
+        result = admit_gradient(s, c, x, t, g);
+    else
+        result = fail_sample(s, c, status);
+    free(x);
+    return result;
+}
+
+/* All at once: full rank at certified points shows that they are independent. Returns how
+ * many constraints were added, -1 where they must be looked at one by one, -2 failed. */
+static int admit_together(struct state *s, const struct candidate *cand, int count, int g)
+{
+    int before = s->sol->constraints, branches = s->sol->branches;
+    bool plain = true;
+    for (int i = 0; i < count && plain; i++) {
+        plain = !hopeless(s, cand[i].expr);
+        if (!plain)
+            break;
+        struct regular r = regular_form(s, cand[i].expr);
+        plain = r.answer != REGULAR_NEVER;
+        push_regular(s, cand + i, &r, g);
+        regular_clear(&r);
+    }
+    enum points_status status = POINTS_OK;
+    if (plain) {
+        status = state_sample(s);
+        if (status == POINTS_OK)
+            return replacements_hold(s, before) ? s->sol->constraints - before : -2;
+    }
+    pop(s, before);
+    s->sol->branches = branches;
+    if (status == POINTS_STOPPED || (!plain ? POINTS_OK : state_sample(s)) != POINTS_OK) {
+        fail_sample(s, cand, status);
+        return -2;
+    }
+    return -1;
+}
+
+int state_admit(struct state *s, struct candidate *cand, int count, int g)
+{
+    int before = s->sol->constraints;
+    if (!count)
+        return 0;
+    int added = admit_together(s, cand, count, g);
+    if (added != -1)
+        return added < 0 ? -1 : added;
+    for (int i = 0; i < count && !s->inconsistent; i++)
+        if (admit_one(s, cand + i, g) < 0)
+            return -1;
+    return s->sol->constraints - before;
+}

@@ -1,0 +1,179 @@
+/* Dense blocks: pivots by value, solutions as SOLVE nodes. */
+#include "block.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "mem.h"
+
+struct block {
+    int m, n;             /* rows, columns that occur */
+    int *col;             /* their numbers */
+    expr_id *at;          /* m x n, EXPR_UNDEF for 0 */
+    int rank;
+    int *rows, *cols;     /* the chosen ones (block numbering) */
+    unsigned char *row_used, *col_used;
+};
+
+static void gather(struct block *b, const struct echelon *e, const struct ech_row *row, const int *index, int m)
+{
+    int *place = sga_malloc((size_t)e->cols * sizeof *place);
+    *b = (struct block){ .m = m };
+    b->col = sga_malloc((size_t)e->cols * sizeof *b->col);
+    for (int j = 0; j < e->cols; j++)
+        place[j] = -1;
+    for (int i = 0; i < m; i++)
+        for (int k = 0; k < row[index[i]].entries; k++) {
+            int j = row[index[i]].entry[k].col;
+            if (place[j] < 0) {
+                place[j] = b->n;
+                b->col[b->n++] = j;
+            }
+        }
+    b->at = sga_calloc((size_t)m * (size_t)b->n, sizeof *b->at);
+    for (int i = 0; i < m; i++)
+        for (int k = 0; k < row[index[i]].entries; k++)
+            b->at[(size_t)i * (size_t)b->n + (size_t)place[row[index[i]].entry[k].col]] = row[index[i]].entry[k].value;
+    b->rows = sga_malloc((size_t)m * sizeof *b->rows);
+    b->cols = sga_malloc((size_t)m * sizeof *b->cols);
+    b->row_used = sga_calloc((size_t)m, 1);
+    b->col_used = sga_calloc((size_t)b->n, 1);
+    free(place);
+}
+
+/* Full pivoting on the values in balls at the first point: a pivot ball that excludes 0
+ * shows that one more row and column are independent there, so in general. */
+static void choose(struct block *b, struct points_shadow *shadow)
+{
+    struct num_ball *ball = &shadow->real[0].ball;
+    size_t size = (size_t)b->m * (size_t)b->n;
+    arb_ptr v = _arb_vec_init((slong)size);
+    arb_t f;
+    arb_init(f);
+    num_ball_extend(ball);
+    for (size_t i = 0; i < size; i++)
+        if (b->at[i])
+            arb_set(v + i, num_ball_value(ball, b->at[i]));
+    for (;;) {
+        int p = -1, q = -1;
+        for (int i = 0; i < b->m; i++)
+            for (int j = 0; j < b->n && !b->row_used[i]; j++) {
+                size_t k = (size_t)i * (size_t)b->n + (size_t)j;
+                if (b->col_used[j] || arb_contains_zero(v + k) || !arb_is_finite(v + k))
+                    continue;
+                if (p < 0 || arf_cmpabs(arb_midref(v + k), arb_midref(v + (size_t)p * (size_t)b->n + (size_t)q)) > 0) {
+                    p = i;
+                    q = j;
+                }
+            }
+        if (p < 0)
+            break;
+        b->row_used[p] = b->col_used[q] = 1;
+        b->rows[b->rank] = p;
+        b->cols[b->rank++] = q;
+        arb_srcptr pivot = v + (size_t)p * (size_t)b->n;
+        for (int i = 0; i < b->m; i++) {
+            arb_ptr r = v + (size_t)i * (size_t)b->n;
+            if (b->row_used[i] || arb_is_zero(r + q))
+                continue;
+            arb_div(f, r + q, pivot + q, ball->prec);
+            for (int j = 0; j < b->n; j++)
+                if (!b->col_used[j])
+                    arb_submul(r + j, f, pivot + j, ball->prec);
+        }
+    }
+    arb_clear(f);
+    _arb_vec_clear(v, (slong)size);
+}
+
+/* S^-1 times a column (block column j, or the right sides for j < 0): a solve's index, or
+ * -1 where the column is zero. */
+static int solve_for(struct block *b, const struct ech_context *c, const expr_id *S, const struct ech_row *row,
+                     const int *index, int j)
+{
+    expr_id *r = sga_malloc((size_t)b->rank * sizeof *r);
+    bool any = false;
+    for (int k = 0; k < b->rank; k++) {
+        expr_id v = j < 0 ? row[index[b->rows[k]]].rhs : b->at[(size_t)b->rows[k] * (size_t)b->n + (size_t)j];
+        r[k] = v ? v : expr_int(c->st, 0);
+        any |= !expr_is_zero(c->st, r[k]);
+    }
+    int s = any ? expr_solve_add(c->st, b->rank, S, r) : -1;
+    free(r);
+    return s;
+}
+
+/* value - sum over the chosen columns of E[i, B] times the solution */
+static expr_id left_over(struct block *b, const struct ech_context *c, int i, expr_id value, int solve)
+{
+    expr_id x = value ? value : expr_int(c->st, 0);
+    for (int k = 0; k < b->rank && solve >= 0; k++) {
+        expr_id a = b->at[(size_t)i * (size_t)b->n + (size_t)b->cols[k]];
+        if (a)
+            x = expr_sub(c->st, x, expr_mul(c->st, a, expr_solution(c->st, solve, k)));
+    }
+    return x;
+}
+
+static bool rewrite(struct block *b, struct echelon *e, const struct ech_context *c, struct ech_row *row,
+                    const int *index, int generation)
+{
+    int r = b->rank, *solve = sga_malloc((size_t)(b->n + 1) * sizeof *solve);
+    expr_id *S = sga_malloc((size_t)r * (size_t)r * sizeof *S);
+    for (int i = 0; i < r; i++)
+        for (int k = 0; k < r; k++) {
+            expr_id v = b->at[(size_t)b->rows[i] * (size_t)b->n + (size_t)b->cols[k]];
+            S[i * r + k] = v ? v : expr_int(c->st, 0);
+        }
+    for (int j = 0; j < b->n; j++)
+        solve[j] = b->col_used[j] ? -1 : solve_for(b, c, S, row, index, j);
+    solve[b->n] = solve_for(b, c, S, row, index, -1);
+    bool ok = true;
+    for (int i = 0; i < b->m && ok; i++) {          /* the dependent rows first: they need the old entries */
+        if (b->row_used[i])
+            continue;
+        struct ech_row *t = row + index[i];
+        t->entries = 0;
+        for (int j = 0; j < b->n && ok; j++) {
+            if (b->col_used[j])
+                continue;
+            expr_id v = left_over(b, c, i, b->at[(size_t)i * (size_t)b->n + (size_t)j], solve[j]);
+            int z = ech_zero(c, v);
+            ok = z >= 0;
+            if (z == 0)
+                ech_row_push(t, b->col[j], v);
+        }
+        t->rhs = left_over(b, c, i, t->rhs, solve[b->n]);
+    }
+    for (int k = 0; k < r && ok; k++) {
+        struct ech_row *t = row + index[b->rows[k]];
+        t->entries = 0;
+        ech_row_push(t, b->col[b->cols[k]], expr_int(c->st, 1));
+        for (int j = 0; j < b->n; j++)
+            if (solve[j] >= 0)
+                ech_row_push(t, b->col[j], expr_solution(c->st, solve[j], k));
+        t->rhs = solve[b->n] >= 0 ? expr_solution(c->st, solve[b->n], k) : expr_int(c->st, 0);
+        SGA_RESERVE(e->pivot, e->pivot_cap, e->pivots + 1);
+        e->pivot_of[b->col[b->cols[k]]] = e->pivots;
+        e->pivot[e->pivots++] = (struct ech_pivot){ b->col[b->cols[k]], expr_int(c->st, 1), generation, *t };
+        *t = (struct ech_row){ 0 };
+    }
+    free(S);
+    free(solve);
+    return ok;
+}
+
+bool ech_block(struct echelon *e, const struct ech_context *c, struct ech_row *row, const int *index, int rows, int generation)
+{
+    struct block b;
+    gather(&b, e, row, index, rows);
+    choose(&b, c->shadow);
+    bool ok = rewrite(&b, e, c, row, index, generation);
+    free(b.col);
+    free(b.at);
+    free(b.rows);
+    free(b.cols);
+    free(b.row_used);
+    free(b.col_used);
+    return ok && expr_store_ok(c->st);
+}

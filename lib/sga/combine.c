@@ -1,0 +1,46 @@
+/* Which combination of equations and tangencies made a constraint. */
+#include "state.h"
+
+#include <stdlib.h>
+
+#include "mem.h"
+
+static void add_part(struct state *s, struct sga_part **part, int *parts, size_t *cap, int source, expr_id factor)
+{
+    if (source < 0 || expr_is_zero(s->st, factor))
+        return;
+    SGA_RESERVE(*part, *cap, *parts + 1);
+    int rows = s->sys->rows;
+    (*part)[(*parts)++] = (struct sga_part){ .row = source < rows ? source : -1,
+                                             .tangency = source < rows ? -1 : source - rows, .factor = factor };
+}
+
+/* A row is its source minus the sum of factor * pivot row, and a pivot row is made of
+ * earlier pivot rows the same way: one sweep from the last pivot to the first. */
+void state_combine(struct state *s, const struct candidate *c, struct sga_part **part, int *parts)
+{
+    struct expr_store *st = s->st;
+    size_t cap = 0;
+    *part = NULL;
+    *parts = 0;
+    add_part(s, part, parts, &cap, c->source, expr_int(st, 1));
+    if (!c->ops)
+        return;
+    expr_id *weight = sga_calloc((size_t)s->ech.pivots, sizeof *weight);
+    for (int k = 0; k < c->ops; k++) {
+        expr_id *w = weight + c->op[k].pivot;
+        *w = *w ? expr_sub(st, *w, c->op[k].factor) : expr_neg(st, c->op[k].factor);
+    }
+    for (int q = s->ech.pivots - 1; q >= 0; q--) {
+        if (!weight[q])
+            continue;
+        const struct ech_row *r = &s->ech.pivot[q].row;
+        add_part(s, part, parts, &cap, r->source, weight[q]);
+        for (int k = 0; k < r->ops; k++) {
+            expr_id t = expr_mul(st, weight[q], r->op[k].factor);
+            expr_id *w = weight + r->op[k].pivot;
+            *w = *w ? expr_sub(st, *w, t) : expr_neg(st, t);
+        }
+    }
+    free(weight);
+}

@@ -1,0 +1,358 @@
+/* Sparse elimination over node handles, with pivots decided by the shadow. */
+#include "echelon.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "block.h"
+#include "mem.h"
+#include "print.h"
+
+void ech_init(struct echelon *e, int cols)
+{
+    *e = (struct echelon){ .cols = cols };
+    e->pivot_of = sga_malloc((size_t)cols * sizeof *e->pivot_of);
+    for (int i = 0; i < cols; i++)
+        e->pivot_of[i] = -1;
+    e->work = sga_calloc((size_t)cols, sizeof *e->work);
+    e->mark = sga_calloc((size_t)cols, 1);
+    e->touched = sga_malloc((size_t)cols * sizeof *e->touched);
+}
+
+void ech_row_clear(struct ech_row *r)
+{
+    free(r->entry);
+    free(r->op);
+    *r = (struct ech_row){ 0 };
+}
+
+void ech_clear(struct echelon *e)
+{
+    for (int i = 0; i < e->pivots; i++)
+        ech_row_clear(&e->pivot[i].row);
+    free(e->pivot);
+    free(e->pivot_of);
+    free(e->work);
+    free(e->mark);
+    free(e->touched);
+    *e = (struct echelon){ 0 };
+}
+
+void ech_row_push(struct ech_row *r, int col, expr_id value)
+{
+    SGA_RESERVE(r->entry, r->cap, r->entries + 1);
+    r->entry[r->entries++] = (struct sys_entry){ col, value };
+}
+
+int ech_zero(const struct ech_context *c, expr_id e)
+{
+    if (!e || !expr_store_ok(c->st)) {
+        if (c->err->code == SGA_E_OK)
+            *c->err = c->st->error;
+        return -1;
+    }
+    struct points_decision d = points_shadow_zero(c->shadow, e);
+    if (d.truth != POINTS_UNKNOWN)
+        return d.truth == POINTS_ZERO;
+    struct sga_buf text = { 0 };
+    if (!expr_print(c->st, e, 300, &text))
+        sga_buf_printf(&text, "(an expression of more than 300 characters)");
+    if (d.basis == POINTS_IS_SPLIT)
+        sga_fail(c->err, SGA_E_SPLIT, "the constraint set has several branches: %s vanishes on some and not on others; "
+                 "give trajectory.initial on the branch that is meant", text.data);
+    else
+        sga_fail(c->err, SGA_E_UNDECIDED, "could not decide whether %s is zero on the constraint set", text.data);
+    sga_buf_free(&text);
+    return -1;
+}
+
+static void record(const struct ech_context *c, struct ech_row *r, int pivot, expr_id factor)
+{
+    if (!c->record)
+        return;
+    SGA_RESERVE(r->op, r->op_cap, r->ops + 1);
+    r->op[r->ops++] = (struct ech_op){ pivot, factor };
+}
+
+static int find(const struct ech_row *r, int col)
+{
+    for (int k = 0; k < r->entries; k++)
+        if (r->entry[k].col == col)
+            return k;
+    return -1;
+}
+
+/* row -= factor * pivot row, the pivot column leaving the row. *filled counts columns
+ * that are new in the row; they are listed in e->touched. -1: undecided. */
+static bool subtract(struct echelon *e, const struct ech_context *c, struct ech_row *r, int pivot, int *filled)
+{
+    const struct ech_pivot *p = e->pivot + pivot;
+    int at = find(r, p->col), fresh = 0;
+    expr_id f = expr_div(c->st, r->entry[at].value, p->value);
+    bool ok = true;
+    r->entry[at] = r->entry[--r->entries];
+    for (int k = 0; k < r->entries; k++) {
+        e->work[r->entry[k].col] = r->entry[k].value;
+        e->mark[r->entry[k].col] = 1;
+    }
+    for (int k = 0; k < p->row.entries && ok; k++) {
+        int col = p->row.entry[k].col;
+        if (col == p->col)
+            continue;
+        expr_id t = expr_mul(c->st, f, p->row.entry[k].value);
+        if (e->mark[col]) {
+            e->work[col] = expr_sub(c->st, e->work[col], t);
+            int z = ech_zero(c, e->work[col]);
+            ok = z >= 0;
+            if (z == 1)
+                e->work[col] = EXPR_UNDEF;
+        } else {
+            e->work[col] = expr_neg(c->st, t);
+            e->mark[col] = 1;
+            ech_row_push(r, col, e->work[col]);
+            e->touched[fresh++] = col;
+        }
+    }
+    int n = 0;
+    for (int k = 0; k < r->entries; k++) {
+        int col = r->entry[k].col;
+        if (e->work[col])
+            r->entry[n++] = (struct sys_entry){ col, e->work[col] };
+        e->work[col] = EXPR_UNDEF;
+        e->mark[col] = 0;
+    }
+    r->entries = n;
+    r->rhs = expr_sub(c->st, r->rhs, expr_mul(c->st, f, p->row.rhs));
+    record(c, r, pivot, f);
+    *filled = fresh;
+    return ok && expr_store_ok(c->st);
+}
+
+/* Drop entries that are zero on the present set, then use up the pivots so far. */
+static bool reduce(struct echelon *e, const struct ech_context *c, struct ech_row *r)
+{
+    int n = 0;
+    for (int k = 0; k < r->entries; k++) {
+        int z = ech_zero(c, r->entry[k].value);
+        if (z < 0)
+            return false;
+        if (z == 0)
+            r->entry[n++] = r->entry[k];
+    }
+    r->entries = n;
+    for (;;) {
+        int first = -1, filled;
+        for (int k = 0; k < r->entries; k++) {
+            int p = e->pivot_of[r->entry[k].col];
+            if (p >= 0 && (first < 0 || p < first))
+                first = p;
+        }
+        if (first < 0)
+            return true;
+        if (!subtract(e, c, r, first, &filled))
+            return false;
+    }
+}
+
+/* Rows by length, and which rows meet a column; both lists may hold stale members. */
+struct agenda {
+    struct ech_row *row;
+    int rows;
+    unsigned char *done;
+    int **bucket; int *bucket_len; size_t *bucket_cap;    /* by number of entries */
+    int **meet; int *meet_len; size_t *meet_cap;          /* by column */
+    int cols;
+    int lowest;
+};
+
+static void file_row(struct agenda *a, int i)
+{
+    int len = a->row[i].entries;
+    SGA_RESERVE(a->bucket[len], a->bucket_cap[len], a->bucket_len[len] + 1);
+    a->bucket[len][a->bucket_len[len]++] = i;
+    if (len < a->lowest)
+        a->lowest = len;
+}
+
+static void file_column(struct agenda *a, int col, int i)
+{
+    SGA_RESERVE(a->meet[col], a->meet_cap[col], a->meet_len[col] + 1);
+    a->meet[col][a->meet_len[col]++] = i;
+}
+
+static void agenda_init(struct agenda *a, struct ech_row *row, int rows, int cols)
+{
+    size_t lens = (size_t)cols + 1;
+    *a = (struct agenda){ .row = row, .rows = rows, .cols = cols, .lowest = cols };
+    a->done = sga_calloc((size_t)rows, 1);
+    a->bucket = sga_calloc(lens, sizeof *a->bucket);
+    a->bucket_len = sga_calloc(lens, sizeof *a->bucket_len);
+    a->bucket_cap = sga_calloc(lens, sizeof *a->bucket_cap);
+    a->meet = sga_calloc(lens, sizeof *a->meet);
+    a->meet_len = sga_calloc(lens, sizeof *a->meet_len);
+    a->meet_cap = sga_calloc(lens, sizeof *a->meet_cap);
+    for (int i = rows - 1; i >= 0; i--)
+        file_row(a, i);
+    for (int i = 0; i < rows; i++)
+        for (int k = 0; k < row[i].entries; k++)
+            file_column(a, row[i].entry[k].col, i);
+}
+
+static void agenda_clear(struct agenda *a)
+{
+    for (int i = 0; i <= a->cols; i++) {
+        free(a->bucket[i]);
+        free(a->meet[i]);
+    }
+    free(a->bucket);
+    free(a->bucket_len);
+    free(a->bucket_cap);
+    free(a->meet);
+    free(a->meet_len);
+    free(a->meet_cap);
+    free(a->done);
+}
+
+/* Constants first, then what never vanishes, then parameters, then the rest. */
+static int kind_of(const struct ech_context *c, expr_id e)
+{
+    unsigned f = expr_facts_of(c->facts, c->st, e);
+    if (expr_is_const(c->st, e))
+        return expr_is_one(c->st, e) || expr_is_int(c->st, e, -1) ? 0 : 1;
+    if (!(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
+        return 2;
+    return f & EXPR_NONZERO ? 3 : 6;
+}
+
+/* The best pivot among a few of the shortest rows. False: no rows are left. */
+static bool choose(struct agenda *a, const struct ech_context *c, int *out_row, int *out_at)
+{
+    int len = a->lowest, seen = 0;
+    double best = INFINITY;
+    for (; len <= a->cols && best == INFINITY; len++) {
+        int kept = 0;
+        for (int q = 0; q < a->bucket_len[len]; q++) {     /* drop stale members */
+            int i = a->bucket[len][q];
+            if (!a->done[i] && a->row[i].entries == len)
+                a->bucket[len][kept++] = i;
+        }
+        a->bucket_len[len] = kept;
+        a->lowest = kept ? len : len + 1;
+        for (int q = kept - 1; q >= 0 && seen < 6; q--, seen++) {
+            int i = a->bucket[len][q];
+            if (len == 0) {
+                *out_row = i;
+                *out_at = -1;
+                return true;
+            }
+            for (int k = 0; k < len; k++) {
+                double fill = 4.0 * (len - 1) * (a->meet_len[a->row[i].entry[k].col] - 1);
+                double score = fill + 2 * kind_of(c, a->row[i].entry[k].value)
+                               - 1e-3 * fmin(200, fmax(-200, points_shadow_magnitude(c->shadow, a->row[i].entry[k].value)));
+                if (score < best) {
+                    best = score;
+                    *out_row = i;
+                    *out_at = k;
+                }
+            }
+        }
+    }
+    return best < INFINITY;
+}
+
+/* Give row i the pivot at entry `at`, and clear its column from the other rows. */
+static bool take(struct echelon *e, const struct ech_context *c, struct agenda *a, int i, int at, int generation)
+{
+    int col = a->row[i].entry[at].col, index = e->pivots;
+    SGA_RESERVE(e->pivot, e->pivot_cap, e->pivots + 1);
+    e->pivot[e->pivots++] = (struct ech_pivot){ col, a->row[i].entry[at].value, generation, a->row[i] };
+    e->pivot_of[col] = index;
+    a->row[i] = (struct ech_row){ 0 };
+    a->done[i] = 1;
+    for (int q = 0; q < a->meet_len[col]; q++) {
+        int r = a->meet[col][q], filled = 0;
+        if (a->done[r] || find(a->row + r, col) < 0)
+            continue;
+        if (!subtract(e, c, a->row + r, index, &filled))
+            return false;
+        for (int k = 0; k < filled; k++)
+            file_column(a, e->touched[k], r);
+        file_row(a, r);
+    }
+    return true;
+}
+
+/* Where every row that is left is long, the rest is a dense block. */
+enum { BLOCK_LENGTH = 8, BLOCK_ROWS = 8 };
+
+static bool is_block(const struct agenda *a, int i)
+{
+    if (a->row[i].entries < BLOCK_LENGTH)
+        return false;
+    int left = 0;
+    long entries = 0;
+    for (int r = 0; r < a->rows; r++)
+        if (!a->done[r] && a->row[r].entries) {
+            left++;
+            entries += a->row[r].entries;
+        }
+    return left >= BLOCK_ROWS && entries >= (long)left * BLOCK_LENGTH;
+}
+
+/* Hand the rest over, and file what is left of it anew. */
+static bool solve_block(struct echelon *e, const struct ech_context *c, struct agenda *a, int generation)
+{
+    int *index = sga_malloc((size_t)a->rows * sizeof *index), m = 0;
+    for (int r = 0; r < a->rows; r++)
+        if (!a->done[r] && a->row[r].entries)
+            index[m++] = r;
+    bool ok = ech_block(e, c, a->row, index, m, generation);
+    for (int k = 0; k < m; k++) {
+        struct ech_row *r = a->row + index[k];
+        if (!r->rhs)
+            a->done[index[k]] = 1;      /* it became a pivot row */
+        else
+            file_row(a, index[k]);
+        for (int q = 0; q < r->entries; q++)
+            file_column(a, r->entry[q].col, index[k]);
+    }
+    free(index);
+    return ok;
+}
+
+bool ech_eliminate(struct echelon *e, const struct ech_context *c, struct ech_row *row, int rows, int generation)
+{
+    for (int i = 0; i < rows; i++)
+        if (!reduce(e, c, row + i) || !sga_budget_ok(c->budget, c->err))
+            return false;
+    struct agenda a;
+    agenda_init(&a, row, rows, e->cols);
+    bool ok = true, blocks = true;
+    int i, at;
+    while (ok && choose(&a, c, &i, &at)) {
+        if (at >= 0 && blocks && is_block(&a, i)) {
+            int before = e->pivots;
+            ok = solve_block(e, c, &a, generation) && sga_budget_ok(c->budget, c->err);
+            blocks = e->pivots > before;
+            continue;
+        }
+        if (at >= 0) {
+            int z = ech_zero(c, row[i].entry[at].value);
+            ok = z >= 0;
+            if (z == 0) {
+                ok = take(e, c, &a, i, at, generation) && sga_budget_ok(c->budget, c->err);
+            } else if (z == 1) {
+                row[i].entry[at] = row[i].entry[--row[i].entries];
+                file_row(&a, i);
+            }
+        } else {
+            int z = ech_zero(c, row[i].rhs);
+            ok = z >= 0;
+            if (z == 1)
+                row[i].rhs = expr_int(c->st, 0);
+            a.done[i] = 1;
+        }
+    }
+    agenda_clear(&a);
+    return ok;
+}

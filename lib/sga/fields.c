@@ -1,0 +1,47 @@
+/* The reduced vector field and the gauge fields, by back substitution. */
+#include "state.h"
+
+#include <stdlib.h>
+
+#include "mem.h"
+
+/* v_j for every pivot column, given v on the free columns; rhs counted with factor 0 or 1 */
+static void back_substitute(struct state *s, expr_id *v, bool inhomogeneous)
+{
+    struct expr_store *st = s->st;
+    for (int q = s->ech.pivots - 1; q >= 0; q--) {
+        const struct ech_pivot *p = s->ech.pivot + q;
+        if (s->determined[p->col]) {
+            v[p->col] = inhomogeneous ? s->flow.velocity[s->variable[p->col]] : expr_int(st, 0);
+            continue;
+        }
+        expr_id x = inhomogeneous ? p->row.rhs : expr_int(st, 0);
+        for (int k = 0; k < p->row.entries; k++)
+            if (p->row.entry[k].col != p->col)
+                x = expr_sub(st, x, expr_mul(st, p->row.entry[k].value, v[p->row.entry[k].col]));
+        v[p->col] = expr_div(st, x, p->value);
+    }
+}
+
+void state_fields(struct state *s)
+{
+    struct sga_solution *sol = s->sol;
+    int n = s->sys->variables;
+    sol->free_column = sga_malloc((size_t)n * sizeof *sol->free_column);
+    for (int j = 0; j < n; j++)
+        if (s->ech.pivot_of[j] < 0)
+            sol->free_column[sol->free_columns++] = j;
+    sol->field = sga_malloc((size_t)n * sizeof *sol->field);
+    for (int j = 0; j < n; j++)
+        sol->field[j] = expr_int(s->st, 0);
+    back_substitute(s, sol->field, true);
+    if (!s->options->gauge_fields || !sol->free_columns)
+        return;
+    sol->gauge = sga_malloc((size_t)sol->free_columns * (size_t)n * sizeof *sol->gauge);
+    for (int f = 0; f < sol->free_columns; f++) {
+        expr_id *z = sol->gauge + (size_t)f * (size_t)n;
+        for (int j = 0; j < n; j++)
+            z[j] = expr_int(s->st, j == sol->free_column[f]);
+        back_substitute(s, z, false);
+    }
+}

@@ -1,0 +1,180 @@
+/* Regular forms of constraints, by shape and by factors. */
+#include "regular.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+#include "poly.h"
+
+static unsigned facts(struct state *s, expr_id e)
+{
+    return expr_facts_of(&s->facts, s->st, e);
+}
+
+/* What can be taken off without changing the real zeros: signs, powers, roots, absolute
+ * values, odd monotone functions, factors and denominators that never vanish. */
+static expr_id strip(struct state *s, expr_id e)
+{
+    for (;;) {
+        const struct expr_node n = s->st->node[e];
+        switch ((enum expr_op)n.op) {
+        case EXPR_NEG: case EXPR_SQRT: case EXPR_CBRT: case EXPR_ABS: case EXPR_SIGN:
+        case EXPR_SINH: case EXPR_TANH: case EXPR_ASIN: case EXPR_ATAN: case EXPR_ASINH: case EXPR_ATANH:
+        case EXPR_DIV:
+            e = n.a;
+            break;
+        case EXPR_POWI:
+            if (n.b < 0)
+                return e;
+            e = n.a;
+            break;
+        case EXPR_MUL:
+            if (facts(s, n.a) & EXPR_NONZERO)
+                e = n.b;
+            else if (facts(s, n.b) & EXPR_NONZERO)
+                e = n.a;
+            else
+                return e;
+            break;
+        default:
+            return e;
+        }
+    }
+}
+
+static bool depends(struct state *s, expr_id e, int symbol)
+{
+    expr_cone_of(s->st, &s->cone, &e, 1);
+    for (int k = 0; k < s->cone.count; k++)
+        if (s->cone.list[k] == s->st->symbol[symbol].node)
+            return true;
+    return false;
+}
+
+/* e = a x_j + b with a never zero and free of x_j: the zero set is a graph, so it is
+ * regular and of one piece. */
+static bool is_graph(struct state *s, expr_id e)
+{
+    SGA_RESERVE(s->active, s->active_cap, s->st->symbols);
+    memset(s->active, 0, (size_t)s->st->symbols);
+    for (int j = 0; j < s->sys->variables; j++)
+        s->active[s->variable[j]] = 1;
+    struct expr_term *term = NULL;
+    size_t cap = 0;
+    int n = expr_gradient(s->st, &s->cone, e, s->active, &term, &cap);
+    bool graph = false;
+    for (int k = 0; k < n && !graph; k++) {
+        unsigned f = facts(s, term[k].value);
+        bool parameters_only = !(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME));
+        graph = (f & EXPR_NONZERO || parameters_only) && !depends(s, term[k].value, term[k].symbol);
+    }
+    free(term);
+    return graph;
+}
+
+/* |f| at the guess, or infinity without one. */
+static double value_near(struct state *s, expr_id f)
+{
+    if (!s->options->near)
+        return INFINITY;
+    struct num_ball b;
+    num_ball_init(&b, s->st, 64);
+    for (int i = 0; i < s->sys->parameters; i++)
+        num_ball_set_d(&b, s->parameter_symbol[i], 1.25);
+    for (int j = 0; j < s->sys->variables; j++)
+        num_ball_set_d(&b, s->variable[j], s->options->near[j]);
+    num_ball_set_d(&b, s->sys->time, s->options->near_time);
+    expr_cone_of(s->st, &s->cone, &f, 1);
+    num_ball_list(&b, s->cone.list, s->cone.count);
+    double v = fabs(arf_get_d(arb_midref(num_ball_value(&b, f)), ARF_RND_NEAR));
+    num_ball_clear(&b);
+    return isfinite(v) ? v : INFINITY;
+}
+
+static void keep(struct regular *r, expr_id e)
+{
+    r->out = sga_malloc(sizeof *r->out);
+    r->out[0] = e;
+    r->count = 1;
+}
+
+/* The factors that matter: those that depend on variables or time and may vanish. */
+static void from_factors(struct state *s, expr_id e, struct regular *r, const struct poly_factors *f)
+{
+    int best = -1, left = 0;
+    double least = INFINITY;
+    bool plain = true;       /* one simple factor, nothing else dropped */
+    for (int i = 0; i < f->factors; i++) {
+        const struct poly_factor *q = f->factor + i;
+        bool matters = !q->never_zero && (q->depends & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME));
+        plain &= matters && q->multiplicity == 1;
+        if (!matters)
+            continue;
+        left++;
+        double v = value_near(s, q->expr);
+        if (best < 0 || v < least) {
+            best = i;
+            least = v;
+        }
+    }
+    if (!left) {
+        r->answer = REGULAR_NEVER;
+        return;
+    }
+    const struct poly_factor *q = f->factor + best;
+    r->branch = sga_malloc((size_t)left * sizeof *r->branch);
+    for (int i = 0; i < f->factors; i++)
+        if (i != best && !f->factor[i].never_zero && (f->factor[i].depends & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
+            r->branch[r->branches++] = f->factor[i].expr;
+    if (q->sum_of_even_powers && q->radicals > 0) {
+        r->answer = REGULAR_REPLACED;
+        r->out = sga_malloc((size_t)q->radicals * sizeof *r->out);
+        memcpy(r->out, q->radical, (size_t)q->radicals * sizeof *r->out);
+        r->count = q->radicals;
+    } else if (left == 1 && plain) {
+        keep(r, e);
+    } else {
+        r->answer = REGULAR_REPLACED;
+        keep(r, q->expr);
+    }
+}
+
+struct regular regular_form(struct state *s, expr_id e)
+{
+    struct regular r = { .answer = REGULAR_KEEP };
+    if (facts(s, e) & EXPR_NONZERO) {
+        r.answer = REGULAR_NEVER;
+        return r;
+    }
+    if (is_graph(s, e)) {
+        keep(&r, e);
+        return r;
+    }
+    struct poly_limits limits = { .max_terms = 400, .max_bits = 4000, .max_degree = 60, .max_generators = 24,
+                                  .budget = s->options->budget };
+    struct poly_factors f;
+    if (poly_numerator_factors(s->st, e, &limits, &f)) {
+        from_factors(s, e, &r, &f);
+        poly_factors_clear(&f);
+        return r;
+    }
+    expr_id t = strip(s, e);
+    if (facts(s, t) & EXPR_NONZERO) {
+        r.answer = REGULAR_NEVER;
+        return r;
+    }
+    enum expr_op op = expr_op_of(s->st, e);
+    bool same = t == e || op == EXPR_NEG || op == EXPR_DIV || op == EXPR_MUL;
+    r.answer = same ? REGULAR_KEEP : REGULAR_REPLACED;
+    keep(&r, same ? e : t);
+    return r;
+}
+
+void regular_clear(struct regular *r)
+{
+    free(r->out);
+    free(r->branch);
+    *r = (struct regular){ 0 };
+}

@@ -1,0 +1,32 @@
+/* Inside the sga folder: constraints are sets, not formulas. */
+#ifndef SGA_SGA_REGULAR_H
+#define SGA_SGA_REGULAR_H
+
+#include "state.h"
+
+enum regular_answer {
+    REGULAR_KEEP,          /* as it is (or nothing better is known) */
+    REGULAR_REPLACED,      /* the functions of `out` have the same real zeros on the branch followed */
+    REGULAR_NEVER          /* it has no real zero at all */
+};
+
+struct regular {
+    enum regular_answer answer;
+    expr_id *out; int count;        /* at least one unless NEVER; owned */
+    expr_id *branch; int branches;  /* factors of a product that were not followed; owned */
+};
+
+/* Square-free part, factors that never vanish dropped, a sum of even powers split into
+ * what must vanish together, one branch of a product chosen (the one that the guess is
+ * nearest to, otherwise the first). */
+struct regular regular_form(struct state *s, expr_id e);
+void regular_clear(struct regular *r);
+
+/* Where sampling found that e is irregular on its zeros near the point x (by variable):
+ * if e has a definite second derivative across its zero set (Morse-Bott), its zeros there
+ * are those of its gradient. Gives independent gradient components that may take its
+ * place (the caller checks that e vanishes with them); returns how many, 0 if this does
+ * not apply. The caller frees *out. */
+int regular_by_gradient(struct state *s, expr_id e, const double *x, double t, expr_id **out);
+
+#endif

@@ -1,0 +1,80 @@
+/* The stabilization general algorithm (SGA) on A(x, t) x' = alpha(x, t).
+ *
+ * Source: Munoz-Lecanda & Roman-Roy, Implicit quasilinear differential systems (EJDE
+ * 1999/10), section 3, theorems 1 and 2. From P_0 = M (or the zero set of the
+ * restriction)
+ *     P_{k+1} = { m in P_k : some v in T_m P_k has A(m) v = alpha(m) }
+ * until nothing changes. One echelon form of the stacked rows [A; d xi | alpha; -d_t xi]
+ * carries it: a row that vanishes on P_k with a right side that does not is a new
+ * constraint; columns without a pivot at the end are the gauge freedom. Every zero, rank
+ * and pivot is decided by the shadow at certified points of P_k, and recorded. */
+#ifndef SGA_SGA_SGA_H
+#define SGA_SGA_SGA_H
+
+#include "budget.h"
+#include "shadow.h"
+#include "system.h"
+
+enum sga_verdict { SGA_UNIQUE, SGA_UNDERDETERMINED, SGA_ISOLATED, SGA_INCONSISTENT };
+
+enum sga_origin { SGA_FROM_RESTRICTION, SGA_FROM_ROWS };
+
+/* One term of the combination that made a constraint: factor times (row of the system,
+ * or tangency of an earlier constraint). */
+struct sga_part {
+    int row;               /* index of the system's row, or -1 */
+    int tangency;          /* index of the constraint, or -1 */
+    expr_id factor;
+};
+
+struct sga_constraint {
+    expr_id expr;          /* vanishes on P_generation */
+    int generation;        /* from 1 */
+    enum sga_origin origin;
+    struct sga_part *part; int parts;
+    expr_id replaced;      /* the function that arose, where a regular one took its place; or EXPR_UNDEF */
+    expr_id base; int order;  /* expr is order! times the order-th flow coefficient of base */
+};
+
+struct sga_pivot {
+    int col;
+    expr_id value;         /* assumed not zero */
+    int generation;        /* in which elimination it was chosen (0: the rows of A) */
+};
+
+struct sga_solution {
+    enum sga_verdict verdict;
+    int generations;
+    int *dimension;                    /* by generation: dim P_1 .. */
+    struct sga_constraint *constraint; int constraints;
+    struct sga_pivot *pivot; int pivots;
+    expr_id *field;                    /* by variable: X with every free function 0 */
+    int *free_column; int free_columns;
+    expr_id *gauge;                    /* free_columns x variables, by rows */
+    expr_id *branch; int branches;     /* factors of products whose zero sets were not followed */
+    bool depends_on_time;              /* some row, restriction or constraint depends on t */
+    expr_id contradiction;             /* for inconsistent: what would have to vanish */
+    struct sga_part *contradiction_part; int contradiction_parts;
+    char contradiction_why[160];
+    int redundant_rows;                /* rows of the system that follow from the others */
+};
+
+struct sga_options {
+    const double *near; double near_time;   /* a guess for a point of Pf, or NULL */
+    uint64_t seed;
+    const struct sga_budget *budget;
+    bool combinations;                      /* work out the parts of each constraint */
+    bool gauge_fields;
+};
+
+/* Runs the reduction. The shadow is initialised by the caller and holds points of Pf at
+ * the end (unless inconsistent). False with err filled where the job fails; a verdict is
+ * a result, not an error. Cost: near linear in the nonzeros where elimination does not
+ * fill in. */
+bool sga_solve(const struct sys_system *system, const struct sga_options *options,
+               struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err);
+void sga_solution_clear(struct sga_solution *solution);
+
+const char *sga_verdict_text(enum sga_verdict verdict);
+
+#endif

@@ -1,0 +1,285 @@
+/* The main loop of the stabilization general algorithm. */
+#include "state.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+
+const char *sga_verdict_text(enum sga_verdict v)
+{
+    static const char *const text[] = { "unique", "underdetermined", "isolated", "inconsistent" };
+    return text[v];
+}
+
+void sga_solution_clear(struct sga_solution *sol)
+{
+    for (int i = 0; i < sol->constraints; i++)
+        free(sol->constraint[i].part);
+    free(sol->constraint);
+    free(sol->dimension);
+    free(sol->pivot);
+    free(sol->field);
+    free(sol->free_column);
+    free(sol->gauge);
+    free(sol->branch);
+    free(sol->contradiction_part);
+    *sol = (struct sga_solution){ 0 };
+}
+
+static void state_init(struct state *s, const struct sys_system *sys, const struct sga_options *options,
+                       struct points_shadow *shadow, struct sga_solution *sol, struct sga_error *err)
+{
+    int n = sys->variables;
+    struct expr_store *st = sys->store;
+    *s = (struct state){ .sys = sys, .options = options, .st = st, .shadow = shadow, .sol = sol, .err = err };
+    *sol = (struct sga_solution){ 0 };
+    expr_flow_init(&s->flow, st);
+    expr_facts_init(&s->facts);
+    expr_cone_init(&s->cone);
+    ech_init(&s->ech, n);
+    s->parameter_symbol = sys->parameter;
+    s->variable = sga_malloc((size_t)n * sizeof *s->variable);
+    s->column = sga_malloc((size_t)st->symbols * sizeof *s->column);
+    for (int i = 0; i < st->symbols; i++)
+        s->column[i] = -1;
+    for (int j = 0; j < n; j++) {
+        s->variable[j] = sys->variable[j].symbol;
+        s->column[s->variable[j]] = j;
+    }
+    s->determined = sga_calloc((size_t)n, 1);
+    s->space = (struct points_space){
+        .st = st, .variable = s->variable, .variables = n, .parameter = sys->parameter,
+        .parameters = sys->parameters, .time = sys->time, .near = options->near,
+        .near_time = options->near_time, .budget = options->budget,
+    };
+    s->ctx = (struct ech_context){ .st = st, .facts = &s->facts, .shadow = shadow, .budget = options->budget,
+                                   .record = options->combinations, .err = err };
+}
+
+static void state_clear(struct state *s)
+{
+    expr_flow_clear(&s->flow);
+    expr_facts_clear(&s->facts);
+    expr_cone_clear(&s->cone);
+    ech_clear(&s->ech);
+    free(s->variable);
+    free(s->column);
+    free(s->determined);
+    free(s->active);
+    free(s->con);
+}
+
+static struct ech_row *system_rows(struct state *s, int extra)
+{
+    struct ech_row *row = sga_calloc((size_t)(s->sys->rows + extra + 1), sizeof *row);
+    for (int i = 0; i < s->sys->rows; i++) {
+        row[i].source = i;
+        row[i].rhs = s->sys->row[i].alpha;
+        for (int k = 0; k < s->sys->row[i].entries; k++)
+            ech_row_push(row + i, s->sys->row[i].entry[k].col, s->sys->row[i].entry[k].value);
+    }
+    return row;
+}
+
+/* Rows that ended without entries and with a right side that is not zero become
+ * candidates for generation g. */
+static int harvest(struct state *s, struct ech_row *row, int rows, struct candidate **cand)
+{
+    int count = 0;
+    *cand = sga_malloc((size_t)(rows + 1) * sizeof **cand);
+    for (int i = 0; i < rows; i++) {
+        struct ech_row *r = row + i;
+        if (!r->rhs || r->entries)
+            continue;
+        if (expr_is_zero(s->st, r->rhs)) {
+            s->sol->redundant_rows += r->source < s->sys->rows;
+            continue;
+        }
+        struct candidate c = { .expr = r->rhs, .base = r->rhs, .origin = SGA_FROM_ROWS, .source = r->source,
+                               .op = r->op, .ops = r->ops };
+        if (r->source >= s->sys->rows) {
+            const struct sga_constraint *from = s->sol->constraint + (r->source - s->sys->rows);
+            c.expr = c.base = expr_neg(s->st, r->rhs);
+            /* the first few derivatives are taken one by one: their texts are nicer */
+            bool deep = from->generation > 3;
+            if (deep && !r->ops && !expr_flow_tainted(&s->flow, from->expr) && from->order < 18) {
+                c.base = from->base;
+                c.order = from->order + 1;
+            }
+        }
+        (*cand)[count++] = c;
+    }
+    return count;
+}
+
+static void free_rows(struct ech_row *row, int rows)
+{
+    for (int i = 0; i < rows; i++)
+        ech_row_clear(row + i);
+    free(row);
+}
+
+/* Every pivot so far, asked again at the points of the smaller set: 1 all stand, 0 one
+ * died, -1 undecided. */
+static int pivots_stand(struct state *s)
+{
+    for (int q = 0; q < s->ech.pivots; q++) {
+        int z = ech_zero(&s->ctx, s->ech.pivot[q].value);
+        if (z)
+            return z < 0 ? -1 : 0;
+    }
+    return 1;
+}
+
+/* Begin the echelon form anew: all rows are pending again. */
+static void forget_pivots(struct state *s)
+{
+    ech_clear(&s->ech);
+    ech_init(&s->ech, s->sys->variables);
+    expr_flow_clear(&s->flow);
+    expr_flow_init(&s->flow, s->st);
+    memset(s->determined, 0, (size_t)s->sys->variables);
+    for (int i = 0; i < s->sol->constraints; i++) {
+        s->sol->constraint[i].base = s->sol->constraint[i].expr;
+        s->sol->constraint[i].order = 0;
+    }
+}
+
+/* Eliminate what is pending for the constraints from `fresh` on (and the system's rows at
+ * the start or after a rank drop), and admit what comes out. Returns how many constraints
+ * were added, or -1. */
+static int generation(struct state *s, int fresh, bool from_system, int g)
+{
+    int rows;
+    struct ech_row *row;
+    if (from_system) {
+        row = system_rows(s, s->sol->constraints - fresh);
+        rows = s->sys->rows;
+        s->sol->redundant_rows = 0;
+    } else {
+        row = sga_calloc((size_t)(s->sol->constraints - fresh) + 1, sizeof *row);
+        rows = 0;
+    }
+    for (int i = fresh; i < s->sol->constraints; i++)
+        state_tangency(s, i, row + rows++);
+    int added = -1;
+    if (ech_eliminate(&s->ech, &s->ctx, row, rows, g)) {
+        state_determine(s);
+        struct candidate *cand;
+        int count = harvest(s, row, rows, &cand);
+        added = state_admit(s, cand, count, g);
+        free(cand);
+    }
+    free_rows(row, rows);
+    if (added >= 0 && !expr_store_ok(s->st)) {
+        *s->err = s->st->error;
+        return -1;
+    }
+    return added;
+}
+
+static void note_dimension(struct state *s)
+{
+    struct sga_solution *sol = s->sol;
+    sol->dimension = sga_realloc(sol->dimension, (size_t)(sol->generations + 1) * sizeof *sol->dimension);
+    sol->dimension[sol->generations++] = s->sys->variables - sol->constraints;
+}
+
+static bool depends_on_time(struct state *s)
+{
+    unsigned f = 0;
+    for (int i = 0; i < s->sys->rows; i++) {
+        f |= expr_facts_of(&s->facts, s->st, s->sys->row[i].alpha);
+        for (int k = 0; k < s->sys->row[i].entries; k++)
+            f |= expr_facts_of(&s->facts, s->st, s->sys->row[i].entry[k].value);
+    }
+    for (int i = 0; i < s->sol->constraints; i++)
+        f |= expr_facts_of(&s->facts, s->st, s->con[i]);
+    return f & EXPR_HAS_TIME;
+}
+
+static bool start(struct state *s, int *added)
+{
+    enum points_status status = state_sample(s);
+    if (status != POINTS_OK)
+        return sga_fail(s->err, SGA_E_INTERNAL, "no point of the whole space could be made");
+    int n = s->sys->restrictions;
+    struct candidate *cand = sga_calloc((size_t)n + 1, sizeof *cand);
+    for (int i = 0; i < n; i++)
+        cand[i] = (struct candidate){ .expr = s->sys->restriction[i], .base = s->sys->restriction[i],
+                                      .origin = SGA_FROM_RESTRICTION, .source = -1 };
+    *added = n ? state_admit(s, cand, n, 1) : 0;
+    free(cand);
+    return *added >= 0;
+}
+
+static bool run(struct state *s)
+{
+    int limit = s->options->budget && s->options->budget->max_generations ? s->options->budget->max_generations : 1000;
+    int added = 0, fresh = 0;
+    if (!start(s, &added))
+        return false;
+    if (s->inconsistent)
+        return true;
+    int more = generation(s, s->sol->constraints, true, 1);   /* compatibility on the zero set of the restriction */
+    if (more < 0)
+        return false;
+    added += more;
+    while (added && !s->inconsistent) {
+        note_dimension(s);
+        if (s->sol->generations >= limit)
+            return sga_fail(s->err, SGA_E_LIMIT_GENERATIONS,
+                            "after %d generations new constraints still appear; the limit is limits.generations", limit);
+        int stand = pivots_stand(s);
+        if (stand < 0)
+            return false;
+        if (!stand)
+            forget_pivots(s);
+        int from = stand ? fresh : 0;
+        fresh = s->sol->constraints;
+        added = generation(s, from, !stand, s->sol->generations + 1);
+        if (added < 0)
+            return false;
+    }
+    if (s->inconsistent)
+        return true;
+    /* the last elimination chose pivots at the present points, so they stand */
+    state_fields(s);
+    return true;
+}
+
+static void conclude(struct state *s)
+{
+    struct sga_solution *sol = s->sol;
+    if (s->inconsistent) {
+        sol->verdict = SGA_INCONSISTENT;
+    } else {
+        sol->depends_on_time = depends_on_time(s);
+        bool point = sol->constraints == s->sys->variables;
+        sol->verdict = sol->free_columns ? SGA_UNDERDETERMINED
+                       : point && !sol->depends_on_time ? SGA_ISOLATED : SGA_UNIQUE;
+    }
+    sol->pivot = sga_malloc((size_t)(s->ech.pivots + 1) * sizeof *sol->pivot);
+    for (int q = 0; q < s->ech.pivots; q++)
+        sol->pivot[sol->pivots++] = (struct sga_pivot){ s->ech.pivot[q].col, s->ech.pivot[q].value,
+                                                        s->ech.pivot[q].generation };
+}
+
+bool sga_solve(const struct sys_system *system, const struct sga_options *options,
+               struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
+{
+    struct state s;
+    state_init(&s, system, options, shadow, solution, err);
+    bool ok = run(&s);
+    if (ok && !expr_store_ok(s.st)) {
+        *err = s.st->error;
+        ok = false;
+    }
+    if (ok)
+        conclude(&s);
+    else if (!err->stage[0])
+        memcpy(err->stage, "sga", 4);
+    state_clear(&s);
+    return ok;
+}

@@ -1,0 +1,64 @@
+/* Inside the sga folder: one run of the algorithm. */
+#ifndef SGA_SGA_STATE_H
+#define SGA_SGA_STATE_H
+
+#include "derive.h"
+#include "echelon.h"
+
+/* A function that may become a constraint: where it came from, and how. */
+struct candidate {
+    expr_id expr;
+    expr_id base; int order;      /* see struct sga_constraint */
+    enum sga_origin origin;
+    int source;                   /* of the row it is the right side of; -1 for a restriction */
+    struct ech_op *op; int ops;   /* borrowed from that row */
+};
+
+struct state {
+    const struct sys_system *sys;
+    const struct sga_options *options;
+    struct expr_store *st;
+    struct points_shadow *shadow;
+    struct points_space space;
+    int *variable;                        /* symbols, for the space */
+    const int *parameter_symbol;          /* borrowed from the system */
+    expr_id *con; size_t con_cap;         /* the constraints' expressions, for the space */
+    struct expr_flow flow;
+    struct expr_facts facts;
+    struct expr_cone cone;
+    struct echelon ech;
+    struct ech_context ctx;
+    unsigned char *determined;            /* by variable */
+    unsigned char *active; size_t active_cap;   /* by symbol: undetermined variable */
+    int *column;                          /* by symbol: variable or -1 */
+    struct sga_solution *sol;
+    size_t constraint_cap, branch_cap;
+    struct sga_error *err;
+    bool inconsistent;
+};
+
+/* Tangency of constraint i as a row over the undetermined columns:
+ * sum of d xi/d x_j x_j' = -(D_0 xi), D_0 the derivative along what is determined. */
+void state_tangency(struct state *s, int i, struct ech_row *row);
+/* Columns whose rows have no free functions left get their velocity, and the flow. */
+void state_determine(struct state *s);
+
+/* New points for the present constraints. */
+enum points_status state_sample(struct state *s);
+
+/* Make constraints of generation g from candidates: regular, independent of each other
+ * and of the earlier ones, the present points on all of them. Sets s->inconsistent.
+ * Returns how many were added, or -1 with err. */
+int state_admit(struct state *s, struct candidate *cand, int count, int g);
+
+/* The combination of rows and tangencies behind a row: its own source once, and what its
+ * operations brought in. */
+void state_combine(struct state *s, const struct candidate *c, struct sga_part **part, int *parts);
+
+/* X with free functions 0, and the gauge fields. */
+void state_fields(struct state *s);
+
+/* "expression" shortened for messages; the caller frees it. */
+char *state_text(struct state *s, expr_id e);
+
+#endif

@@ -1,0 +1,76 @@
+/* Tangency rows, and which velocities are determined. */
+#include "state.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+
+static long factorial(int n)
+{
+    long f = 1;
+    while (n > 1)
+        f *= n--;
+    return f;
+}
+
+/* D_0 of constraint i. Where the whole constraint flows along determined velocities it is
+ * the next Taylor coefficient of what the chain of constraints began with. */
+static expr_id derivative(struct state *s, const struct sga_constraint *c, expr_id *base, int *order)
+{
+    *base = c->base;
+    *order = c->order + 1;
+    if (expr_flow_tainted(&s->flow, c->expr) || c->order + 1 > 18) {
+        *base = c->expr;
+        *order = 1;
+    }
+    expr_id d = expr_flow_coefficient(&s->flow, *base, *order);
+    return expr_mul(s->st, expr_int(s->st, factorial(*order)), d);
+}
+
+void state_tangency(struct state *s, int i, struct ech_row *row)
+{
+    *row = (struct ech_row){ .source = s->sys->rows + i };
+    const struct sga_constraint *c = s->sol->constraint + i;
+    expr_id base;
+    int order;
+    row->rhs = expr_neg(s->st, derivative(s, c, &base, &order));
+    if (!expr_flow_tainted(&s->flow, c->expr))
+        return;
+    SGA_RESERVE(s->active, s->active_cap, s->st->symbols);
+    memset(s->active, 0, (size_t)s->st->symbols);
+    for (int j = 0; j < s->sys->variables; j++)
+        s->active[s->variable[j]] = !s->determined[j];
+    struct expr_term *term = NULL;
+    size_t cap = 0;
+    int n = expr_gradient(s->st, &s->cone, c->expr, s->active, &term, &cap);
+    for (int k = 0; k < n; k++)
+        ech_row_push(row, s->column[term[k].symbol], term[k].value);
+    free(term);
+}
+
+void state_determine(struct state *s)
+{
+    bool changed = true;
+    while (changed) {       /* later pivots first; a second round finds nothing as a rule */
+        changed = false;
+        for (int q = s->ech.pivots - 1; q >= 0; q--) {
+            const struct ech_pivot *p = s->ech.pivot + q;
+            if (s->determined[p->col])
+                continue;
+            bool all = true;
+            for (int k = 0; k < p->row.entries && all; k++)
+                all = p->row.entry[k].col == p->col || s->determined[p->row.entry[k].col];
+            if (!all)
+                continue;
+            expr_id x = p->row.rhs;
+            for (int k = 0; k < p->row.entries; k++)
+                if (p->row.entry[k].col != p->col)
+                    x = expr_sub(s->st, x, expr_mul(s->st, p->row.entry[k].value,
+                                                    s->flow.velocity[s->variable[p->row.entry[k].col]]));
+            expr_flow_determine(&s->flow, s->variable[p->col], expr_div(s->st, x, p->value));
+            s->determined[p->col] = 1;
+            changed = true;
+        }
+    }
+}

@@ -1,0 +1,199 @@
+/* Identities at fresh points of Pf. */
+#include "witness.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "differentials.h"
+#include "mem.h"
+
+enum { WITNESS_BITS = 160 };
+
+struct check {
+    const struct sys_system *sys;
+    const struct sga_claim *claim;
+    struct num_ball own;            /* the system's store at the point */
+    struct points_point *point;
+    struct points_jacobian *jac;
+    struct points_jacobian time;    /* the same with time as the only variable */
+    arb_t sum, term;
+    mag_t size, part;
+    int digits;
+    struct sga_error *err;
+    slong prec;
+};
+
+/* Add a * b to the residual, and |a b| to its size. */
+static void add_term(struct check *c, const arb_t a, const arb_t b)
+{
+    arb_mul(c->term, a, b, c->prec);
+    arb_add(c->sum, c->sum, c->term, c->prec);
+    arb_get_mag(c->part, c->term);
+    mag_add(c->size, c->size, c->part);
+}
+
+static void begin(struct check *c)
+{
+    arb_zero(c->sum);
+    mag_zero(c->size);
+}
+
+/* The residual must contain 0, and be narrow beside its terms, or by itself (a single
+ * term that vanishes, such as a constraint that is an equation). */
+static bool vanishes(struct check *c, const char *what, int index)
+{
+    if (!arb_is_finite(c->sum))
+        return sga_fail(c->err, SGA_E_UNDECIDED, "the witness found no value of %s %d at a point of the final set", what, index + 1);
+    if (!arb_contains_zero(c->sum))
+        return sga_fail(c->err, SGA_E_WITNESS, "the witness found that %s %d does not hold at a random point of the final set", what, index + 1);
+    arb_get_mag(c->part, c->sum);
+    int digits = 1000;
+    if (!mag_is_zero(c->part)) {
+        digits = (int)(-mag_get_d_log2_approx(c->part) * 0.30103);
+        mag_div(c->part, c->part, c->size);
+        int relative = (int)(-mag_get_d_log2_approx(c->part) * 0.30103);
+        digits = relative > digits ? relative : digits;
+    }
+    if (digits < c->digits)
+        c->digits = digits;
+    if (digits < 8)
+        return sga_fail(c->err, SGA_E_UNDECIDED, "the witness knows %s %d to %d digits only at a point of the final set", what, index + 1, digits);
+    return true;
+}
+
+static arb_ptr claimed(struct check *c, expr_id e)
+{
+    return num_ball_value(&c->point->ball, e);
+}
+
+/* rows of A times v (v[j] claimed), minus alpha where inhomogeneous */
+static bool check_rows(struct check *c, const expr_id *v, bool inhomogeneous, const char *what)
+{
+    arb_t one;
+    arb_init(one);
+    arb_set_si(one, -1);
+    bool ok = true;
+    for (int i = 0; i < c->sys->rows && ok; i++) {
+        const struct sys_row *r = c->sys->row + i;
+        begin(c);
+        for (int k = 0; k < r->entries; k++)
+            add_term(c, num_ball_value(&c->own, r->entry[k].value), claimed(c, v[r->entry[k].col]));
+        if (inhomogeneous)
+            add_term(c, num_ball_value(&c->own, r->alpha), one);
+        ok = vanishes(c, what, i);
+    }
+    arb_clear(one);
+    return ok;
+}
+
+static bool check_tangency(struct check *c, const expr_id *v, bool inhomogeneous, const char *what)
+{
+    arb_t one;
+    arb_init(one);
+    arb_one(one);
+    bool ok = true;
+    for (int i = 0; i < c->claim->constraints && ok; i++) {
+        begin(c);
+        for (int k = 0; k < c->jac->cols[i]; k++)
+            add_term(c, c->jac->entry[i] + k, claimed(c, v[c->jac->col[i][k]]));
+        if (inhomogeneous)
+            for (int k = 0; k < c->time.cols[i]; k++)
+                add_term(c, c->time.entry[i] + k, one);
+        ok = vanishes(c, what, i);
+    }
+    arb_clear(one);
+    return ok;
+}
+
+/* The same point for the system's own store: symbols by name. */
+static void transfer(struct check *c)
+{
+    const struct expr_store *from = c->claim->st, *to = c->sys->store;
+    num_ball_init(&c->own, to, c->prec);
+    if (from == to) {
+        for (int i = 0; i < to->symbols && (size_t)i < c->point->ball.symbol_cap; i++)
+            num_ball_set(&c->own, i, c->point->ball.symbol + i);
+    } else {
+        for (int j = 0; j < c->sys->variables; j++)
+            num_ball_set(&c->own, c->sys->variable[j].symbol, c->point->ball.symbol + c->claim->variable[j]);
+        for (int j = 0; j < c->sys->parameters; j++)
+            num_ball_set(&c->own, c->sys->parameter[j], c->point->ball.symbol + c->claim->parameter[j]);
+        num_ball_set(&c->own, c->sys->time, c->point->ball.symbol + c->claim->time);
+    }
+    num_ball_extend(&c->own);
+}
+
+static bool check_point(struct check *c)
+{
+    const struct sga_claim *cl = c->claim;
+    transfer(c);
+    points_jacobian_values(c->jac, &c->point->ball);
+    points_jacobian_entries(c->jac, &c->point->ball);
+    points_jacobian_entries(&c->time, &c->point->ball);
+    num_ball_forget(&c->point->ball);
+    num_ball_extend(&c->point->ball);
+    bool ok = true;
+    if (cl->field)
+        ok = check_rows(c, cl->field, true, "equation")
+             && check_tangency(c, cl->field, true, "tangency of the vector field to constraint");
+    for (int g = 0; g < cl->gauges && ok; g++) {
+        const expr_id *z = cl->gauge + (size_t)g * (size_t)cl->variables;
+        ok = check_rows(c, z, false, "the kernel condition of a gauge field in equation")
+             && check_tangency(c, z, false, "tangency of a gauge field to constraint");
+    }
+    num_ball_clear(&c->own);
+    return ok;
+}
+
+bool sga_witness_check(const struct sys_system *system, const struct sga_claim *claim,
+                       const double *near, double near_time, uint64_t seed, int points,
+                       const struct sga_budget *budget, struct sga_witness *result, struct sga_error *err)
+{
+    double start = sga_now();
+    struct points_space space = {
+        .st = claim->st, .variable = claim->variable, .variables = claim->variables,
+        .parameter = claim->parameter, .parameters = claim->parameters, .time = claim->time,
+        .constraint = claim->constraint, .constraints = claim->constraints,
+        .near = near, .near_time = near_time, .budget = budget,
+    };
+    struct points_space clock = space;
+    clock.variable = &claim->time;
+    clock.variables = 1;
+    struct points_jacobian jac;
+    struct check c = { .sys = system, .claim = claim, .jac = &jac, .digits = 1000, .err = err, .prec = WITNESS_BITS };
+    points_jacobian_init(&jac, &space);
+    points_jacobian_init(&c.time, &clock);
+    arb_init(c.sum);
+    arb_init(c.term);
+    mag_init(c.size);
+    mag_init(c.part);
+    *result = (struct sga_witness){ .certified = true };
+    bool ok = true;
+    uint64_t random = seed;
+    for (int k = 0; k < points && ok; k++) {
+        struct points_point p;
+        enum points_status status = points_find(&space, near ? 0.03 * (k + 1) : 1, &random, WITNESS_BITS, &p);
+        c.point = &p;
+        if (status == POINTS_STOPPED)
+            ok = sga_budget_ok(budget, err);
+        else if (status != POINTS_OK)
+            ok = k > 0 ? true : sga_fail(err, SGA_E_UNDECIDED, "the witness found no fresh point of the final set");
+        if (status == POINTS_OK) {
+            ok = check_point(&c);
+            result->points += ok;
+            result->certified &= p.certified;
+        }
+        points_point_clear(&p);
+    }
+    arb_clear(c.sum);
+    arb_clear(c.term);
+    mag_clear(c.size);
+    mag_clear(c.part);
+    points_jacobian_clear(&jac);
+    points_jacobian_clear(&c.time);
+    result->digits = c.digits;
+    result->seconds = sga_now() - start;
+    if (!ok)
+        memcpy(err->stage, "witness", 8);
+    return ok;
+}

@@ -1,0 +1,98 @@
+/* Consistent initial values: the point of the final set nearest to the guess. */
+#include "consistent.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+#include "print.h"
+
+/* Values that were not given may move this much more easily. */
+static const double LOOSE = 1e3;
+
+static bool refuse(const struct sys_system *sys, const struct sga_solution *sol, int worst, double residual,
+                   bool held, struct sga_error *err)
+{
+    struct sga_buf text = { 0 };
+    if (worst < 0 || !expr_print(sys->store, sol->constraint[worst].expr, 300, &text))
+        sga_buf_puts(&text, "(a long expression)");
+    int g = worst >= 0 ? sol->constraint[worst].generation : 0;
+    if (residual < 0)
+        sga_fail_at(err, SGA_E_INITIAL, "/trajectory/initial",
+                    "the initial values cannot be projected: the constraints have no value there; start inside their domain");
+    else
+        sga_fail_at(err, SGA_E_INITIAL, "/trajectory/initial",
+                    "the initial values cannot be projected onto the final constraint set%s: the constraint %s = 0 "
+                    "(number %d, generation %d) is left with the residual %.3g; change initial%s",
+                    held ? " with the held values" : "", text.data, worst + 1, g, residual, held ? " or hold" : "");
+    memcpy(err->stage, "initial", 8);
+    sga_buf_free(&text);
+    return false;
+}
+
+/* The values that were given stay, the others adapt, if they can do it alone. */
+static bool keep_given(struct manifold *m, const struct traj_request *rq, double *x)
+{
+    int loose = 0;
+    unsigned char *fixed = sga_calloc((size_t)m->n + 1, 1);
+    for (int j = 0; j < m->n; j++) {
+        fixed[j] = rq->given[j] || (rq->held && rq->held[j]);
+        loose += !fixed[j];
+    }
+    double *y = memcpy(sga_malloc((size_t)(m->n + 1) * sizeof *y), x, (size_t)m->n * sizeof *y), residual;
+    bool ok = loose > 0 && manifold_project(m, rq->start, y, NULL, fixed, 40, NULL, &residual, NULL);
+    if (ok)
+        memcpy(x, y, (size_t)m->n * sizeof *y);
+    free(y);
+    free(fixed);
+    return ok;
+}
+
+bool consistent_start(struct manifold *m, const struct sys_system *sys, const struct sga_solution *sol,
+                      const struct traj_request *rq, const double *elsewhere, double *x, double *moved, struct sga_error *err)
+{
+    int n = m->n, worst = -1;
+    double residual = 0;
+    memcpy(x, rq->initial, (size_t)n * sizeof *x);
+    *moved = 0;
+    if (m->c == 0)
+        return true;
+    if (manifold_project(m, rq->start, x, NULL, rq->held, 0, NULL, &residual, NULL))
+        return true;          /* on it already */
+    memcpy(x, rq->initial, (size_t)n * sizeof *x);
+    if (keep_given(m, rq, x))
+        return true;
+    double *scale = sga_malloc((size_t)(n + 1) * sizeof *scale);
+    bool any_held = false;
+    for (int j = 0; j < n; j++) {
+        scale[j] = fmax(1, fabs(rq->initial[j])) * (rq->given[j] ? 1 : LOOSE);
+        any_held |= rq->held && rq->held[j];
+    }
+    bool ok = manifold_nearest(m, rq->start, x, scale, rq->held, 200, moved, &residual, &worst);
+    /* the guess may be a place where the steps do not lead on: start from a known point */
+    for (int k = 0; k < 3 && !ok && elsewhere; k++) {
+        double *from = sga_malloc((size_t)(n + 1) * sizeof *from), r2;
+        int w2;
+        double part = k == 0 ? 0.5 : k == 1 ? 0.9 : 1;
+        for (int j = 0; j < n; j++)
+            from[j] = rq->held && rq->held[j] ? rq->initial[j] : (1 - part) * rq->initial[j] + part * elsewhere[j];
+        ok = manifold_project(m, rq->start, from, scale, rq->held, 80, NULL, &r2, &w2);
+        if (ok) {
+            memcpy(x, from, (size_t)n * sizeof *x);
+            double sum = 0;
+            for (int j = 0; j < n; j++)
+                sum += pow((x[j] - rq->initial[j]) / scale[j], 2);
+            *moved = sqrt(sum);
+        }
+        free(from);
+    }
+    if (!ok) {       /* what is missing at the guess, the best that can be said */
+        memcpy(x, rq->initial, (size_t)n * sizeof *x);
+        manifold_project(m, rq->start, x, scale, rq->held, 60, NULL, &residual, &worst);
+        refuse(sys, sol, worst, residual, any_held, err);
+    }
+    free(scale);
+    return ok;
+}

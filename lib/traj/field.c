@@ -1,0 +1,234 @@
+/* Evaluation of the reduced field, by its expressions or by its defining rows. */
+#include "field.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "leastnorm.h"
+#include "mem.h"
+
+/* A pivot this much smaller than at the start hands over to the general way. */
+static const double PIVOT_SHRUNK = 1e-5;
+
+static int *input_symbols(const struct sys_system *sys)
+{
+    int n = sys->variables, *inputs = sga_malloc((size_t)(n + 1) * sizeof *inputs);
+    for (int j = 0; j < n; j++)
+        inputs[j] = sys->variable[j].symbol;
+    inputs[n] = sys->time;
+    return inputs;
+}
+
+static struct num_tape *direct_tape(struct field *f, const struct sga_solution *sol, const int *inputs, struct sga_error *err)
+{
+    struct expr_store *st = f->sys->store;
+    expr_id *root = sga_malloc((size_t)(f->n + sol->pivots + 1) * sizeof *root);
+    memcpy(root, sol->field, (size_t)f->n * sizeof *root);
+    for (int q = 0; q < sol->pivots; q++)
+        if (!expr_is_const(st, sol->pivot[q].value))
+            root[f->n + f->pivots++] = sol->pivot[q].value;
+    struct num_tape *t = num_tape_new(st, root, f->n + f->pivots, inputs, f->n + 1, err);
+    free(root);
+    return t;
+}
+
+static struct num_tape *general_tape(struct field *f, const int *inputs, struct sga_error *err)
+{
+    const struct sys_system *sys = f->sys;
+    int total = sys->rows + f->rates, at = 0;
+    for (int i = 0; i < sys->rows; i++)
+        total += sys->row[i].entries;
+    expr_id *root = sga_malloc((size_t)(total + 1) * sizeof *root);
+    for (int i = 0; i < sys->rows; i++) {
+        for (int k = 0; k < sys->row[i].entries; k++)
+            root[at++] = sys->row[i].entry[k].value;
+        root[at++] = sys->row[i].alpha;
+    }
+    for (int k = 0; k < f->rates; k++)
+        root[at++] = f->rate[k].rate;
+    struct num_tape *t = num_tape_new(sys->store, root, total, inputs, f->n + 1, err);
+    f->general_out = sga_malloc((size_t)(total + 1) * sizeof *f->general_out);
+    free(root);
+    return t;
+}
+
+bool field_init(struct field *f, const struct sys_system *sys, const struct sga_solution *sol,
+                const struct traj_request *rq, struct sga_error *err)
+{
+    int n = sys->variables, c = sol->constraints;
+    *f = (struct field){ .n = n, .rows = sys->rows, .c = c, .rates = rq->rates, .rate = rq->rate, .sys = sys, .rank = -1 };
+    f->fast = sol->free_columns == 0 && rq->rates == 0;
+    int *inputs = input_symbols(sys);
+    expr_id *con = sga_malloc((size_t)(c + 1) * sizeof *con);
+    for (int i = 0; i < c; i++)
+        con[i] = sol->constraint[i].expr;
+    bool ok = true;
+    if (f->fast) {
+        f->direct = direct_tape(f, sol, inputs, err);
+        f->direct_out = sga_malloc((size_t)(n + f->pivots + 1) * sizeof(double));
+        f->pivot_start = sga_calloc((size_t)f->pivots + 1, sizeof(double));
+        ok = f->direct != NULL;
+    }
+    if (ok)
+        f->general = general_tape(f, inputs, err);
+    if (ok && f->general)
+        f->con = num_tape_new(sys->store, con, c, inputs, n + 1, err);
+    if (f->con)
+        f->jac = num_jacobian_new(f->con, NULL, 0);
+    free(inputs);
+    free(con);
+    if (!f->jac)
+        return false;
+    f->jac_value = sga_malloc((size_t)(f->jac->nnz + 1) * sizeof(double));
+    f->in = sga_malloc((size_t)(n + 1) * sizeof(double));
+    return true;
+}
+
+void field_clear(struct field *f)
+{
+    num_jacobian_free(f->jac);
+    num_tape_free(f->con);
+    num_tape_free(f->direct);
+    num_tape_free(f->general);
+    free(f->direct_out);
+    free(f->pivot_start);
+    free(f->general_out);
+    free(f->jac_value);
+    free(f->in);
+    free(f->M);
+    free(f->rhs);
+    *f = (struct field){ 0 };
+}
+
+/* Divide a row and its right side by its largest entry. */
+static void scale_row(double *row, double *rhs, int n)
+{
+    double big = 0;
+    for (int j = 0; j < n; j++)
+        big = fmax(big, fabs(row[j]));
+    if (!(big > 0))
+        return;
+    for (int j = 0; j < n; j++)
+        row[j] /= big;
+    *rhs /= big;
+}
+
+/* All rows as a dense matrix; rhs holds minus the right sides. */
+static bool fill(struct field *f)
+{
+    int n = f->n, m = f->rows + f->c + f->rates, at = 0;
+    if (!f->M) {
+        f->M = sga_malloc((size_t)(m + 1) * (size_t)n * sizeof *f->M);
+        f->rhs = sga_malloc((size_t)(m + 1) * sizeof *f->rhs);
+    }
+    memset(f->M, 0, (size_t)m * (size_t)n * sizeof *f->M);
+    if (!num_tape_eval(f->general, f->in, f->general_out) || !num_jacobian_eval(f->jac, f->in, NULL, f->jac_value))
+        return false;
+    for (int i = 0; i < f->rows; i++) {
+        const struct sys_row *r = f->sys->row + i;
+        for (int k = 0; k < r->entries; k++)
+            f->M[(size_t)i * (size_t)n + (size_t)r->entry[k].col] = f->general_out[at++];
+        f->rhs[i] = -f->general_out[at++];
+    }
+    for (int i = 0; i < f->c; i++) {
+        double *row = f->M + (size_t)(f->rows + i) * (size_t)n;
+        f->rhs[f->rows + i] = 0;
+        for (int k = f->jac->start[i]; k < f->jac->start[i + 1]; k++) {
+            if (f->jac->col[k] < n)
+                row[f->jac->col[k]] = f->jac_value[k];
+            else
+                f->rhs[f->rows + i] = f->jac_value[k];
+        }
+    }
+    for (int k = 0; k < f->rates; k++) {
+        f->M[(size_t)(f->rows + f->c + k) * (size_t)n + (size_t)f->rate[k].variable] = 1;
+        f->rhs[f->rows + f->c + k] = -f->general_out[at++];
+    }
+    for (int i = 0; i < m; i++)
+        scale_row(f->M + (size_t)i * (size_t)n, f->rhs + i, n);
+    return true;
+}
+
+static bool general(struct field *f, double *v, int *rank)
+{
+    if (!fill(f))
+        return false;
+    *rank = points_least_norm(f->rows + f->c + f->rates, f->n, f->M, f->rhs, v);
+    for (int j = 0; j < f->n; j++)
+        if (!isfinite(v[j]))
+            return false;
+    return true;
+}
+
+static void load(struct field *f, double t, const double *x)
+{
+    memcpy(f->in, x, (size_t)f->n * sizeof *x);
+    f->in[f->n] = t;
+}
+
+bool field_begin(struct field *f, double t, const double *x, struct sga_error *err)
+{
+    double *v = sga_malloc((size_t)(f->n + 1) * sizeof *v);
+    load(f, t, x);
+    int rank = 0;
+    bool ok = general(f, v, &rank);
+    if (!ok) {
+        sga_fail(err, SGA_E_NO_MOTION, "the equations have no value at the consistent start; start inside their domain");
+    } else {
+        f->rank = rank;
+        double worst = 0, size = 1;
+        for (int j = 0; j < f->n; j++)
+            size = fmax(size, fabs(v[j]));
+        fill(f);
+        int bad = 0;
+        for (int i = 0; i < f->rows + f->c + f->rates; i++) {
+            double s = f->rhs[i];
+            for (int j = 0; j < f->n; j++)
+                s += f->M[(size_t)i * (size_t)f->n + (size_t)j] * v[j];
+            if (fabs(s) > worst) {
+                worst = fabs(s);
+                bad = i;
+            }
+        }
+        if (worst > 1e-7 * size) {
+            ok = false;
+            if (f->rates)
+                sga_fail_at(err, SGA_E_GAUGE, "/trajectory/gauge/rates", "the rates asked for contradict the motion: at the start "
+                            "the equations miss by %.3g; fix at most as many rates as there are gauge fields, and only free ones", worst);
+            else
+                sga_fail(err, SGA_E_NO_MOTION, "at the consistent start the equations have no solution (row %d misses by %.3g): "
+                         "the start lies on a stratum where the rank drops; start elsewhere", bad + 1, worst);
+        }
+    }
+    if (ok && f->fast) {
+        num_tape_eval(f->direct, f->in, f->direct_out);
+        for (int q = 0; q < f->pivots; q++)
+            f->pivot_start[q] = fabs(f->direct_out[f->n + q]);
+    }
+    free(v);
+    if (!ok && !err->stage[0])
+        memcpy(err->stage, "trajectory", 11);
+    return ok;
+}
+
+bool field_eval(struct field *f, double t, const double *x, double *v)
+{
+    load(f, t, x);
+    f->evaluations++;
+    f->rank_lost = false;
+    if (f->fast && num_tape_eval(f->direct, f->in, f->direct_out)) {
+        bool well = true;
+        for (int q = 0; q < f->pivots && well; q++)
+            well = fabs(f->direct_out[f->n + q]) > PIVOT_SHRUNK * f->pivot_start[q];
+        if (well) {
+            memcpy(v, f->direct_out, (size_t)f->n * sizeof *v);
+            return true;
+        }
+    }
+    int rank;
+    if (!general(f, v, &rank))
+        return false;
+    f->rank_lost = rank < f->rank;
+    return !f->rank_lost;
+}

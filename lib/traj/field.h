@@ -1,0 +1,43 @@
+/* Inside the traj folder: the reduced field as numbers. */
+#ifndef SGA_TRAJ_FIELD_H
+#define SGA_TRAJ_FIELD_H
+
+#include "jacobian.h"
+#include "trajectory.h"
+
+/* Two ways to the same vector. The fast one evaluates the expressions of the reduced
+ * field; it is used where the solution is unique and no pivot has come near 0. The general
+ * one solves the rows that define the field,
+ *     A v = alpha, d xi v = -d_t xi, v_j = rate_j,
+ * with pivots chosen at the point, for the solution of least norm: so a pivot that only
+ * happens to vanish stops nothing, and what is left of the gauge freedom is least norm over
+ * all of X among the solutions tangent to Pf. */
+struct field {
+    int n, rows, c, rates, pivots;
+    const struct sys_system *sys;
+    const struct traj_rate *rate;
+    bool fast;                        /* the expressions may be used */
+    struct num_tape *direct;          /* roots: field, pivots */
+    double *direct_out, *pivot_start;
+    struct num_tape *general;         /* roots: entries of A, alpha, rates */
+    double *general_out;
+    struct num_tape *con;             /* roots: constraints */
+    struct num_jacobian *jac;         /* by variables and time */
+    double *jac_value;
+    double *in;                       /* variables, time */
+    double *M, *rhs;
+    int rank;                         /* at the start; a loss of it is a stratum */
+    bool rank_lost;                   /* set by the last evaluation */
+    long evaluations;
+};
+
+bool field_init(struct field *f, const struct sys_system *sys, const struct sga_solution *sol,
+                const struct traj_request *rq, struct sga_error *err);
+void field_clear(struct field *f);
+/* Fix the expected rank, and check that the rates agree with the motion. False: GAUGE or
+ * NO_MOTION with err. */
+bool field_begin(struct field *f, double t, const double *x, struct sga_error *err);
+/* v = X(t, x). False outside the domain or where the rank is lost. */
+bool field_eval(struct field *f, double t, const double *x, double *v);
+
+#endif

@@ -1,0 +1,198 @@
+/* Residuals and projections, sparse, in double. */
+#include "manifold.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+
+bool manifold_init(struct manifold *m, const struct sys_system *sys, const struct sga_solution *sol, struct sga_error *err)
+{
+    int n = sys->variables, c = sol->constraints;
+    *m = (struct manifold){ .n = n, .c = c };
+    int *inputs = sga_malloc((size_t)(n + 1) * sizeof *inputs);
+    int *columns = sga_malloc((size_t)(n + 1) * sizeof *columns);
+    expr_id *root = sga_malloc((size_t)(c + 1) * sizeof *root);
+    for (int j = 0; j < n; j++) {
+        inputs[j] = sys->variable[j].symbol;
+        columns[j] = j;
+    }
+    inputs[n] = sys->time;
+    for (int i = 0; i < c; i++)
+        root[i] = sol->constraint[i].expr;
+    m->tape = num_tape_new(sys->store, root, c, inputs, n + 1, err);
+    if (m->tape)
+        m->jac = num_jacobian_new(m->tape, columns, n);
+    free(inputs);
+    free(columns);
+    free(root);
+    if (!m->jac)
+        return false;
+    m->in = sga_calloc((size_t)n + 1, sizeof *m->in);
+    m->r = sga_calloc((size_t)c + 1, sizeof *m->r);
+    m->value = sga_calloc((size_t)m->jac->nnz + 1, sizeof *m->value);
+    m->d = sga_calloc((size_t)n + 1, sizeof *m->d);
+    m->shift = sga_calloc((size_t)n + 1, sizeof *m->shift);
+    m->col = sga_calloc((size_t)c + 1, sizeof *m->col);
+    m->cols = sga_calloc((size_t)c + 1, sizeof *m->cols);
+    for (int i = 0; i < c; i++) {
+        m->col[i] = m->jac->col + m->jac->start[i];
+        m->cols[i] = m->jac->start[i + 1] - m->jac->start[i];
+    }
+    normal_init(&m->step, c, n, m->col, m->cols);
+    return true;
+}
+
+void manifold_clear(struct manifold *m)
+{
+    if (m->step.value)
+        normal_clear(&m->step);
+    num_jacobian_free(m->jac);
+    num_tape_free(m->tape);
+    free(m->in);
+    free(m->r);
+    free(m->value);
+    free(m->d);
+    free(m->shift);
+    free(m->col);
+    free(m->cols);
+    *m = (struct manifold){ 0 };
+}
+
+double manifold_residual(struct manifold *m, double t, const double *x, const double *scale, const unsigned char *held)
+{
+    memcpy(m->in, x, (size_t)m->n * sizeof *x);
+    m->in[m->n] = t;
+    if (!num_jacobian_eval(m->jac, m->in, m->r, m->value))
+        return -1;
+    double worst = 0;
+    m->raw = 0;
+    for (int i = 0; i < m->c; i++) {
+        double big = 0;
+        m->raw = fmax(m->raw, fabs(m->r[i]));
+        for (int k = 0; k < m->cols[i]; k++) {
+            int j = m->col[i][k];
+            double v = m->value[m->jac->start[i] + k] * (scale ? scale[j] : 1);
+            big = fmax(big, fabs(v));
+            m->step.value[i][k] = held && held[j] ? 0 : v;
+        }
+        if (!(big > 0)) {
+            if (m->r[i] != 0)
+                return -1;
+            big = 1;
+        }
+        m->r[i] /= big;
+        for (int k = 0; k < m->cols[i]; k++)
+            m->step.value[i][k] /= big;
+        worst = fmax(worst, fabs(m->r[i]));
+    }
+    return worst;
+}
+
+static int worst_of(const struct manifold *m)
+{
+    int w = 0;
+    for (int i = 1; i < m->c; i++)
+        if (fabs(m->r[i]) > fabs(m->r[w]))
+            w = i;
+    return w;
+}
+
+/* Rounding level of a scaled residual at x. */
+static double floor_of(const struct manifold *m, const double *x, const double *scale)
+{
+    double size = 1e-3;
+    for (int j = 0; j < m->n; j++)
+        size = fmax(size, fabs(x[j]) / (scale ? scale[j] : 1));
+    return 8e-16 * size;
+}
+
+static void take_step(struct manifold *m, double *x, const double *scale, const unsigned char *held, double *length)
+{
+    double big = 0, sum = 0;
+    for (int j = 0; j < m->n; j++) {
+        if (held && held[j])
+            m->d[j] = 0;
+        big = fmax(big, fabs(m->d[j]));
+    }
+    double damp = big > 10 ? 10 / big : 1;
+    for (int j = 0; j < m->n; j++) {
+        x[j] += damp * m->d[j] * (scale ? scale[j] : 1);
+        sum += damp * damp * m->d[j] * m->d[j];
+    }
+    *length = sqrt(sum);
+}
+
+static void report(const struct manifold *m, double total, double res, double *moved, double *residual, int *worst)
+{
+    if (moved)
+        *moved = total;
+    if (residual)
+        *residual = res;
+    if (worst)
+        *worst = m->c ? worst_of(m) : -1;
+}
+
+bool manifold_project(struct manifold *m, double t, double *x, const double *scale, const unsigned char *held,
+                      int steps, double *moved, double *residual, int *worst)
+{
+    double total = 0, res = -1, last = INFINITY, length;
+    bool ok = false;
+    for (int k = 0; k <= steps; k++) {
+        res = manifold_residual(m, t, x, scale, held);
+        if (res < 0)
+            break;
+        /* at rounding level, or as near to it as the conditioning lets it come */
+        ok = res <= floor_of(m, x, scale) || (res < 1e-11 && (k == steps || res >= 0.5 * last));
+        if (ok || k == steps)
+            break;
+        last = res;
+        if (normal_step(&m->step, m->r, m->d) == 0)
+            break;
+        take_step(m, x, scale, held, &length);
+        total += length;
+    }
+    report(m, total, res, moved, residual, worst);
+    return ok;
+}
+
+/* Each step goes to the point of the linearised set that is nearest to the guess:
+ * J d = -r with |guess - x - d| least, that is d = shift + e with J e = -r - J shift and e
+ * of least norm. It converges linearly where the set is curved; then one plain projection. */
+bool manifold_nearest(struct manifold *m, double t, double *x, const double *scale, const unsigned char *held,
+                      int steps, double *moved, double *residual, int *worst)
+{
+    int n = m->n;
+    double *guess = memcpy(sga_malloc((size_t)n * sizeof *x), x, (size_t)n * sizeof *x);
+    double res = 0, length = INFINITY, before;
+    bool ok = false;
+    for (int k = 0; k < steps; k++) {
+        res = manifold_residual(m, t, x, scale, held);
+        if (res < 0)
+            break;
+        for (int j = 0; j < n; j++)
+            m->shift[j] = held && held[j] ? 0 : (guess[j] - x[j]) / (scale ? scale[j] : 1);
+        for (int i = 0; i < m->c; i++)
+            for (int q = 0; q < m->cols[i]; q++)
+                m->r[i] += m->step.value[i][q] * m->shift[m->col[i][q]];
+        if (normal_step(&m->step, m->r, m->d) == 0 && res > 1e-11)
+            break;
+        for (int j = 0; j < n; j++)
+            m->d[j] += m->shift[j];
+        before = length;
+        take_step(m, x, scale, held, &length);
+        ok = res < 1e-8 && length < 1e-8;
+        if (ok || (k > 40 && length > 0.99 * before))
+            break;
+    }
+    /* where the nearest point cannot be pinned down, a point of the set is still an answer */
+    ok = manifold_project(m, t, x, scale, held, 60, NULL, residual, worst);
+    double sum = 0;
+    for (int j = 0; j < n; j++)
+        sum += (x[j] - guess[j]) * (x[j] - guess[j]) / (scale ? scale[j] * scale[j] : 1);
+    if (moved)
+        *moved = sqrt(sum);
+    free(guess);
+    return ok;
+}

@@ -1,0 +1,39 @@
+/* Inside the traj folder: the final constraint submanifold in double arithmetic. */
+#ifndef SGA_TRAJ_MANIFOLD_H
+#define SGA_TRAJ_MANIFOLD_H
+
+#include "jacobian.h"
+#include "normal.h"
+#include "sga.h"
+
+struct manifold {
+    int n, c;
+    struct num_tape *tape;         /* inputs: variables, time; roots: constraints */
+    struct num_jacobian *jac;      /* by variables */
+    double *in, *r, *value;        /* n + 1; c; nnz */
+    struct normal step;
+    int **col, *cols;              /* the pattern, by row */
+    double *d, *shift;
+    double raw;                    /* largest |xi_i| of the last evaluation, unscaled */
+};
+
+bool manifold_init(struct manifold *m, const struct sys_system *sys, const struct sga_solution *sol, struct sga_error *err);
+void manifold_clear(struct manifold *m);
+
+/* Constraint values in m->r, each divided by the largest entry of its scaled gradient, so
+ * that it is about a distance in units of `scale` (by variable; NULL: 1). Returns the
+ * largest, or -1 where they have no value. m->step.value holds the scaled rows, with held
+ * columns 0. */
+double manifold_residual(struct manifold *m, double t, const double *x, const double *scale, const unsigned char *held);
+
+/* Move x onto the set by Gauss-Newton steps of least scaled norm. False if it does not get
+ * there within `steps`. *moved: scaled length of what was added; *residual: the largest
+ * scaled constraint at the end; *worst: its index. The pointers may be NULL. */
+bool manifold_project(struct manifold *m, double t, double *x, const double *scale, const unsigned char *held,
+                      int steps, double *moved, double *residual, int *worst);
+
+/* As above, but to the point of the set nearest to x as given (in the scaled norm). */
+bool manifold_nearest(struct manifold *m, double t, double *x, const double *scale, const unsigned char *held,
+                      int steps, double *moved, double *residual, int *worst);
+
+#endif

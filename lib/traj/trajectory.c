@@ -1,0 +1,202 @@
+/* A trajectory from request to samples. */
+#include "trajectory.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "consistent.h"
+#include "field.h"
+#include "mem.h"
+#include "ode.h"
+
+struct flow {
+    struct manifold manifold;
+    struct field field;
+    struct num_tape *output;      /* inputs: variables, time */
+    double *in;
+    int n;
+};
+
+static bool rhs(void *ctx, double t, const double *x, double *dx)
+{
+    struct flow *f = ctx;
+    return field_eval(&f->field, t, x, dx);
+}
+
+/* The correction is the one of least Euclidean norm; scale only measures it. */
+static bool project(void *ctx, double t, double *x, const double *scale, double *moved, double *residual)
+{
+    struct flow *f = ctx;
+    int n = f->n;
+    memcpy(f->in, x, (size_t)n * sizeof *x);
+    bool ok = manifold_project(&f->manifold, t, x, NULL, NULL, 8, NULL, NULL, NULL);
+    double sum = 0;
+    for (int j = 0; j < n; j++) {
+        double d = (x[j] - f->in[j]) / scale[j];
+        sum += d * d;
+    }
+    *moved = sqrt(sum / n);
+    *residual = f->manifold.raw;
+    return ok;
+}
+
+static enum ode_reason why(void *ctx)
+{
+    struct flow *f = ctx;
+    return f->field.rank_lost ? ODE_SINGULAR : ODE_LEFT_DOMAIN;
+}
+
+static bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol,
+                      const struct traj_request *rq, struct sga_error *err)
+{
+    int n = sys->variables;
+    *f = (struct flow){ .n = n };
+    if (!manifold_init(&f->manifold, sys, sol, err) || !field_init(&f->field, sys, sol, rq, err))
+        return false;
+    f->in = sga_malloc((size_t)(n + 1) * sizeof *f->in);
+    if (!rq->outputs)
+        return true;
+    int *inputs = sga_malloc((size_t)(n + 1) * sizeof *inputs);
+    for (int j = 0; j < n; j++)
+        inputs[j] = sys->variable[j].symbol;
+    inputs[n] = sys->time;
+    f->output = num_tape_new(sys->store, rq->output, rq->outputs, inputs, n + 1, err);
+    free(inputs);
+    return f->output != NULL;
+}
+
+static void flow_clear(struct flow *f)
+{
+    manifold_clear(&f->manifold);
+    field_clear(&f->field);
+    num_tape_free(f->output);
+    free(f->in);
+}
+
+/* Some point of the set, for a start of last resort: found by a fresh search. */
+static double *known_point(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq)
+{
+    int n = sys->variables;
+    int *variable = sga_malloc((size_t)(n + 1) * sizeof *variable);
+    expr_id *con = sga_malloc((size_t)(sol->constraints + 1) * sizeof *con);
+    for (int j = 0; j < n; j++)
+        variable[j] = sys->variable[j].symbol;
+    for (int i = 0; i < sol->constraints; i++)
+        con[i] = sol->constraint[i].expr;
+    struct points_space space = { .st = sys->store, .variable = variable, .variables = n, .time = sys->time,
+                                  .constraint = con, .constraints = sol->constraints, .near = rq->initial,
+                                  .near_time = rq->start, .budget = rq->budget };
+    struct points_point p;
+    uint64_t random = 3;
+    double *x = NULL;
+    if (points_find(&space, 0, &random, 64, &p) == POINTS_OK)
+        x = memcpy(sga_malloc((size_t)n * sizeof *x), p.x, (size_t)n * sizeof *x);
+    points_point_clear(&p);
+    free(variable);
+    free(con);
+    return x;
+}
+
+bool traj_consistent(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+                     double *x, double *moved, struct sga_error *err)
+{
+    struct manifold m;
+    bool ok = manifold_init(&m, sys, sol, err);
+    if (ok) {
+        double *elsewhere = known_point(sys, sol, rq);
+        ok = consistent_start(&m, sys, sol, rq, elsewhere, x, moved, err);
+        free(elsewhere);
+    }
+    manifold_clear(&m);
+    return ok;
+}
+
+/* Keep the outputs of the samples, or all variables. */
+static void keep(struct flow *f, const struct traj_request *rq, const struct ode_result *o, struct traj_result *r)
+{
+    r->columns = rq->outputs ? rq->outputs : f->n;
+    r->rows = o->count;
+    r->t = sga_malloc((size_t)(o->count + 1) * sizeof *r->t);
+    r->value = sga_malloc((size_t)(o->count + 1) * (size_t)(r->columns + 1) * sizeof *r->value);
+    for (int i = 0; i < o->count; i++) {
+        const double *x = o->samples + (size_t)i * (size_t)f->n;
+        r->t[i] = rq->times[i];
+        if (rq->outputs) {
+            memcpy(f->in, x, (size_t)f->n * sizeof *x);
+            f->in[f->n] = rq->times[i];
+            num_tape_eval(f->output, f->in, r->value + (size_t)i * (size_t)r->columns);
+        } else {
+            memcpy(r->value + (size_t)i * (size_t)f->n, x, (size_t)f->n * sizeof *x);
+        }
+    }
+}
+
+static bool integrate(struct flow *f, const struct traj_request *rq, struct traj_result *r, struct sga_error *err)
+{
+    struct ode_problem problem = { .n = f->n, .ctx = f, .rhs = rhs, .project = f->manifold.c ? project : NULL, .why = why };
+    struct ode_start start = { .t = rq->start, .x = r->initial, .count = rq->samples, .times = rq->times };
+    struct ode_options options = ode_options_default();
+    struct ode_result o;
+    options.method = rq->method;
+    options.rtol = rq->rtol;
+    options.atol = rq->atol;
+    options.estimate_global_error = true;
+    options.budget = rq->budget;
+    if (!ode_solve(&problem, &start, &options, &o, err))
+        return false;
+    keep(f, rq, &o, r);
+    r->method = o.method;
+    r->residual = o.max_residual;
+    r->error_estimate = o.max_error;
+    r->error = o.error ? memcpy(sga_malloc((size_t)(o.count + 1) * sizeof *r->error), o.error,
+                                (size_t)o.count * sizeof *r->error) : NULL;
+    r->ended = o.end.reason != ODE_NONE;
+    r->ended_t = o.end.t;
+    r->ended_reason = ode_reason_text(o.end.reason);
+    snprintf(r->ended_detail, sizeof r->ended_detail, "%s", o.end.detail);
+    r->steps = o.stats.steps + o.second.steps;
+    r->rejected = o.stats.refused + o.second.refused;
+    r->evaluations = o.stats.evaluations + o.second.evaluations;
+    bool ok = true;
+    if (o.end.reason == ODE_TIME_LIMIT || o.end.reason == ODE_CANCELLED)
+        ok = sga_budget_ok(rq->budget, err);
+    ode_result_free(&o);
+    return ok;
+}
+
+bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+              struct traj_result *r, struct sga_error *err)
+{
+    struct flow f;
+    *r = (struct traj_result){ 0 };
+    bool ok = flow_init(&f, sys, sol, rq, err);
+    if (ok) {
+        double *elsewhere = known_point(sys, sol, rq);
+        r->initial = sga_calloc((size_t)f.n + 1, sizeof *r->initial);
+        ok = consistent_start(&f.manifold, sys, sol, rq, elsewhere, r->initial, &r->moved, err)
+             && field_begin(&f.field, rq->start, r->initial, err) && integrate(&f, rq, r, err);
+        free(elsewhere);
+    }
+    if (ok) {
+        r->gauge = !sol->free_columns ? "none" : rq->rates ? "rates, then least norm" : "least norm";
+        if (rq->rates && sol->free_columns <= rq->rates)
+            r->gauge = "rates";
+    } else if (!err->stage[0]) {
+        memcpy(err->stage, "trajectory", 11);
+    }
+    flow_clear(&f);
+    if (!ok)
+        traj_result_clear(r);
+    return ok;
+}
+
+void traj_result_clear(struct traj_result *r)
+{
+    free(r->initial);
+    free(r->t);
+    free(r->value);
+    free(r->error);
+    *r = (struct traj_result){ 0 };
+}

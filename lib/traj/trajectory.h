@@ -1,0 +1,54 @@
+/* Trajectories on the final constraint submanifold: consistent start, gauge choice,
+ * integration of the reduced field with projection, samples. */
+#ifndef SGA_TRAJ_TRAJECTORY_H
+#define SGA_TRAJ_TRAJECTORY_H
+
+#include "sga.h"
+
+struct traj_rate {
+    int variable;
+    expr_id rate;             /* its derivative: of variables and time */
+};
+
+struct traj_request {
+    double start;
+    const double *times; int samples;      /* ascending from start, or descending */
+    const double *initial;                 /* by variable: the guess; 0 where not given */
+    const unsigned char *given;            /* by variable: 1 where the request gave it */
+    const unsigned char *held;             /* by variable: the projection must not move it */
+    const struct traj_rate *rate; int rates;
+    const expr_id *output; int outputs;    /* 0: all variables */
+    double rtol, atol;
+    const char *method;                    /* NULL or "auto": chosen */
+    const struct sga_budget *budget;
+};
+
+struct traj_result {
+    double *initial;          /* by variable: the consistent start */
+    double moved;             /* scaled distance from the guess */
+    int rows, columns;        /* columns without time */
+    double *t, *value;        /* rows; rows x columns */
+    double *error;            /* by row: estimated global error, or NULL */
+    double error_estimate;    /* largest */
+    double residual;          /* largest |constraint| over the samples, each scaled by its gradient */
+    const char *method;
+    bool ended;               /* before the last time */
+    double ended_t;
+    const char *ended_reason;
+    char ended_detail[256];
+    const char *gauge;        /* "none", "rates", "least_norm", ... */
+    long steps, rejected, evaluations;
+};
+
+/* Find the point of Pf nearest to the guess (time = start). x (by variable) is overwritten.
+ * False with err INITIAL: which constraint stays unsatisfied, and by how much. */
+bool traj_consistent(const struct sys_system *system, const struct sga_solution *solution,
+                     const struct traj_request *request, double *x, double *moved, struct sga_error *err);
+
+/* The whole trajectory. False with err where there is none; blow-up and the like are
+ * results (`ended`). */
+bool traj_run(const struct sys_system *system, const struct sga_solution *solution,
+              const struct traj_request *request, struct traj_result *result, struct sga_error *err);
+void traj_result_clear(struct traj_result *result);
+
+#endif

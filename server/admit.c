@@ -1,0 +1,108 @@
+/* Admission. The HTTP library takes the first of two Content-Lengths, prefers chunked over
+ * Content-Length, accepts `Content-Length : 5` as some other header, and cuts a path at
+ * %00: each lets a proxy in front see other requests than we do (request smuggling). */
+#include "admit.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+struct seen {
+    int host, length, coding;
+    const char *host_value, *coding_value, *origin;
+    bool bad_name;
+};
+
+static enum MHD_Result look(void *cls, enum MHD_ValueKind kind, const char *name, const char *value)
+{
+    struct seen *s = cls;
+    (void)kind;
+    if (!*name)
+        s->bad_name = true;
+    for (const char *c = name; *c; c++)
+        if (*c <= ' ' || *c >= 0x7f || strchr("()<>@,;:\\\"/[]?={}", *c))
+            s->bad_name = true;
+    if (strcasecmp(name, "Host") == 0) {
+        s->host++;
+        s->host_value = value;
+    } else if (strcasecmp(name, "Content-Length") == 0) {
+        s->length++;
+    } else if (strcasecmp(name, "Transfer-Encoding") == 0) {
+        s->coding++;
+        s->coding_value = value;
+    } else if (strcasecmp(name, "Origin") == 0) {
+        s->origin = value;
+    }
+    return MHD_YES;
+}
+
+/* Is this the name of a host that is served? A rebound DNS name is not. */
+static bool known_host(const struct config *c, const char *name, size_t length)
+{
+    static const char *const own[] = { "localhost", "127.0.0.1", "[::1]" };
+    for (size_t i = 0; i < sizeof own / sizeof *own; i++)
+        if (strlen(own[i]) == length && strncasecmp(own[i], name, length) == 0)
+            return true;
+    for (const char *p = c->allow_host; p && *p;) {
+        p += strspn(p, ", ");
+        size_t n = strcspn(p, ", ");
+        if (n && n == length && strncasecmp(p, name, n) == 0)
+            return true;
+        p += n;
+    }
+    return false;
+}
+
+/* NAME or NAME:PORT */
+static bool known_authority(const struct config *c, const char *text)
+{
+    size_t n = *text == '[' ? strcspn(text, "]") + 1 : strcspn(text, ":");
+    if (n > strlen(text))
+        return false;
+    const char *port = text + n;
+    if (*port == ':' && strspn(port + 1, "0123456789") != strlen(port + 1))
+        return false;
+    return (*port == 0 || *port == ':') && known_host(c, text, n);
+}
+
+static bool known_origin(const struct config *c, const char *origin)
+{
+    if (strncasecmp(origin, "http://", 7) == 0)
+        return known_authority(c, origin + 7);
+    return strncasecmp(origin, "https://", 8) == 0 && known_authority(c, origin + 8);
+}
+
+bool admit(struct exchange *e, struct sga_error *err)
+{
+    struct seen s = { .host = 0 };
+    MHD_get_connection_values(e->connection, MHD_HEADER_KIND, look, &s);
+    if (e->bad_path)
+        return sga_fail(err, SGA_E_BAD_REQUEST, "The path holds a zero byte.");
+    if (s.bad_name)
+        return sga_fail(err, SGA_E_BAD_REQUEST, "A header name holds a character that is not allowed, such as a blank before the colon.");
+    if (s.host != 1)
+        return sga_fail(err, SGA_E_BAD_REQUEST, s.host ? "There is more than one Host header." : "The Host header is missing.");
+    if (s.length > 1)
+        return sga_fail(err, SGA_E_BAD_REQUEST, "There is more than one Content-Length header.");
+    if (s.length && s.coding)
+        return sga_fail(err, SGA_E_BAD_REQUEST, "Content-Length and Transfer-Encoding exclude each other.");
+    if (s.coding > 1 || (s.coding && strcasecmp(s.coding_value, "chunked") != 0))
+        return sga_fail(err, SGA_E_BAD_REQUEST, "The only transfer encoding known is chunked.");
+    if (!s.host_value || !known_authority(&e->service->config, s.host_value))
+        return sga_fail(err, SGA_E_FORBIDDEN_HOST, "The Host header names a host that is not served. Names are added with --allow-host.");
+    if (s.origin && !known_origin(&e->service->config, s.origin))
+        return sga_fail(err, SGA_E_FORBIDDEN_HOST, "Pages of this origin may not use the service.");
+    return true;
+}
+
+bool admit_body(struct exchange *e, struct sga_error *err)
+{
+    const char *type = exchange_header(e, "Content-Type"), *length = exchange_header(e, "Content-Length");
+    size_t n = type ? strcspn(type, "; \t") : 0;
+    if (n != 16 || strncasecmp(type, "application/json", 16) != 0)
+        return sga_fail(err, SGA_E_MEDIA_TYPE, "A request is sent with Content-Type: application/json.");
+    if (length && strtoull(length, NULL, 10) > (unsigned long long)e->service->config.body_limit)
+        return sga_fail(err, SGA_E_BODY_TOO_LARGE, "The body may have at most %ld bytes.", e->service->config.body_limit);
+    return true;
+}

@@ -1,0 +1,117 @@
+/* The child's side: one request after another, each by sga_run. */
+#define _GNU_SOURCE    /* close_range */
+#include "child.h"
+#include "budget.h"
+#include "run.h"
+#include "wire.h"
+
+#include <poll.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+enum { SOCKET = 3, ARGUMENTS = 5 };
+static const double PROGRESS_EVERY = 0.05, LOOK_EVERY = 0.02;    /* seconds */
+
+struct running {
+    struct wire_progress told;
+    double told_at, looked_at;
+    bool cancelled;
+};
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+enum { CAN_LIMIT_MEMORY = 0 };      /* sanitizers reserve terabytes of address space */
+#else
+enum { CAN_LIMIT_MEMORY = 1 };
+#endif
+
+/* What keeps a bad job inside. A sandbox of system calls and files goes here as well. */
+static void confine(pid_t parent, size_t memory)
+{
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (getppid() != parent)
+        _exit(1);                    /* it died before the line above */
+    close_range(SOCKET + 1, ~0U, 0);
+    signal(SIGINT, SIG_IGN);         /* a terminal's ^C goes to the whole group: the parent decides */
+    signal(SIGTERM, SIG_IGN);
+    struct rlimit none = { 0, 0 }, space = { memory, memory };
+    setrlimit(RLIMIT_CORE, &none);
+    if (memory && CAN_LIMIT_MEMORY)
+        setrlimit(RLIMIT_AS, &space);
+}
+
+static uint64_t resident(void)
+{
+    struct rusage u;
+    getrusage(RUSAGE_SELF, &u);
+    return (uint64_t)u.ru_maxrss * 1024;
+}
+
+static void progress(void *ctx, const char *stage, double fraction)
+{
+    struct running *r = ctx;
+    double now = sga_now();
+    bool same = strncmp(stage, r->told.stage, sizeof r->told.stage - 1) == 0;
+    if (same && now - r->told_at < PROGRESS_EVERY)
+        return;
+    memset(&r->told, 0, sizeof r->told);
+    strncpy(r->told.stage, stage, sizeof r->told.stage - 1);
+    r->told.fraction = fraction;
+    r->told_at = now;
+    wire_send(SOCKET, WIRE_PROGRESS, 0, &r->told, sizeof r->told);
+}
+
+static bool cancelled(void *ctx)
+{
+    struct running *r = ctx;
+    double now = sga_now();
+    if (r->cancelled || now - r->looked_at < LOOK_EVERY)
+        return r->cancelled;
+    r->looked_at = now;
+    struct pollfd p = { .fd = SOCKET, .events = POLLIN };
+    if (poll(&p, 1, 0) > 0) {
+        struct wire_header h;
+        if (!wire_read(SOCKET, &h, sizeof h))
+            _exit(0);                /* the parent is gone */
+        r->cancelled = h.type == WIRE_CANCEL;
+    }
+    return r->cancelled;
+}
+
+static bool run(const char *request, size_t length, double max_seconds)
+{
+    struct running r = { .told_at = 0 };
+    struct sga_run_options options = { .max_seconds = max_seconds, .progress = progress, .cancelled = cancelled, .ctx = &r };
+    struct sga_buf out = { 0 };
+    struct sga_error err = { 0 };
+    bool ok = sga_run(request, length, &options, &out, &err);
+    bool sent = ok ? wire_send(SOCKET, WIRE_DONE, resident(), out.data, out.len)
+                   : wire_send(SOCKET, WIRE_ERROR, resident(), &err, sizeof err);
+    sga_buf_free(&out);
+    return sent;
+}
+
+int child_main(int argc, char **argv)
+{
+    if (argc != ARGUMENTS)
+        return 2;
+    confine((pid_t)atol(argv[2]), strtoul(argv[3], NULL, 10));
+    double max_seconds = atof(argv[4]);
+    struct wire_header h;
+    while (wire_read(SOCKET, &h, sizeof h)) {
+        if (h.type == WIRE_CANCEL)
+            continue;                /* it came after the end of its job */
+        char *request = malloc((size_t)h.length + 1);
+        if (h.type != WIRE_RUN || !request || !wire_read(SOCKET, request, h.length))
+            return 1;
+        request[h.length] = 0;
+        bool sent = run(request, h.length, max_seconds);
+        free(request);
+        if (!sent)
+            return 0;
+    }
+    return 0;
+}

@@ -1,0 +1,35 @@
+/* SHA-256 by GnuTLS. */
+#include "digest.h"
+
+#include <gnutls/crypto.h>
+#include <stdlib.h>
+#include <string.h>
+
+void digest(unsigned char out[DIGEST_BYTES], const void *data, size_t length)
+{
+    if (gnutls_hash_fast(GNUTLS_DIG_SHA256, data, length, out) != 0)
+        abort();
+}
+
+void digest_id(char out[ID_LENGTH + 1], const char *version, const char *request, size_t length)
+{
+    static const char hex[] = "0123456789abcdef";
+    unsigned char sum[DIGEST_BYTES];
+    gnutls_hash_hd_t h;
+    if (gnutls_hash_init(&h, GNUTLS_DIG_SHA256) != 0)
+        abort();
+    gnutls_hash(h, version, strlen(version));
+    gnutls_hash(h, "\n", 1);
+    gnutls_hash(h, request, length);
+    gnutls_hash_deinit(h, sum);
+    for (int i = 0; i < ID_LENGTH / 2; i++) {
+        out[2 * i] = hex[sum[i] >> 4];
+        out[2 * i + 1] = hex[sum[i] & 15];
+    }
+    out[ID_LENGTH] = 0;
+}
+
+bool digest_is_id(const char *text, size_t length)
+{
+    return length == ID_LENGTH && strspn(text, "0123456789abcdef") >= length;
+}

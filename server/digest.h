@@ -1,0 +1,17 @@
+/* SHA-256 and the ids made of it: the same request is the same job. */
+#ifndef SERVER_DIGEST_H
+#define SERVER_DIGEST_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+enum { DIGEST_BYTES = 32, ID_LENGTH = 32 };   /* bytes; hexadecimal digits */
+
+void digest(unsigned char out[DIGEST_BYTES], const void *data, size_t length);
+/* The id of a canonical request under a version of the library: the first 128 bits
+ * of SHA-256(version, newline, request) in hexadecimal, 0-terminated. */
+void digest_id(char out[ID_LENGTH + 1], const char *version, const char *request, size_t length);
+/* Has this text the form of an id? */
+bool digest_is_id(const char *text, size_t length);
+
+#endif

@@ -1,0 +1,51 @@
+/* One HTTP request and its reply, from the first header to the last byte. Handlers may be
+ * called again after their connection was suspended, so what they know is kept here. */
+#ifndef SERVER_EXCHANGE_H
+#define SERVER_EXCHANGE_H
+
+#include <microhttpd.h>
+#include <stdbool.h>
+
+#include "service.h"
+
+enum { EXCHANGE_HEADERS = 6 };
+
+struct exchange {
+    struct service *service;
+    struct MHD_Connection *connection;
+    struct conn *conn;
+    const struct route *route;       /* NULL until it is known */
+    char request_id[72];
+    char method[16];
+    char traceparent[64];            /* "" where there is none */
+    bool begun;                      /* the headers were looked at */
+    bool bad_path;                   /* a %00 in the path */
+    bool overflow;                   /* the body grew past the limit */
+    double began;                    /* sga_now() */
+    int status;                      /* of the reply; 0: none yet */
+
+    char segment[ID_LENGTH + 32];    /* the variable part of the path */
+    unsigned char *body;
+    size_t length, capacity, received;
+
+    struct { const char *name; char value[160]; } header[EXCHANGE_HEADERS];
+    int headers;                     /* for the reply */
+
+    /* Of the handlers that wait. */
+    struct job *job;
+    struct waiter waiter;
+    bool preferred;                  /* the client said how long to wait */
+    long wait_seconds;               /* granted */
+    double wait_until;
+};
+
+/* A header of the request; NULL where there is none. */
+const char *exchange_header(struct exchange *e, const char *name);
+/* A parameter of the query; NULL where there is none. */
+const char *exchange_query(struct exchange *e, const char *name);
+/* How long this request waits: as Prefer says, else so many seconds; never past the limit. */
+void exchange_prefer(struct exchange *e, long otherwise);
+/* Waits for the job in e->job: true where the connection was suspended. */
+bool exchange_wait(struct exchange *e, enum wait_kind kind, double until);
+
+#endif

@@ -1,0 +1,287 @@
+/* The HTTP library: its options, its callbacks, and the thread that keeps the time.
+ *
+ * Internal polling with two threads and poll: epoll mode goes silent at 128 connections,
+ * select fails past FD_SETSIZE, and one thread alone has long tails. A handler that must
+ * wait suspends its connection; the jobs table resumes it. */
+#include "http.h"
+#include "admit.h"
+#include "budget.h"
+#include "listen.h"
+#include "log.h"
+#include "reply.h"
+#include "routes.h"
+
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <unistd.h>
+
+enum { POOL = 2, TICK_MS = 50, CUT_MS = 1000, STOP_MS = 5000, OVERFLOW_FACTOR = 4 };
+
+struct http {
+    struct service *service;
+    struct MHD_Daemon *daemon;
+    pthread_t ticker;
+    atomic_bool stop;
+};
+
+void http_host(const struct config *c, char *out, size_t size)
+{
+    listen_host(c->listen, out, size);
+}
+
+/* -- The life of a connection and of an exchange -- */
+
+static void on_connection(void *cls, struct MHD_Connection *connection, void **ctx, enum MHD_ConnectionNotificationCode what)
+{
+    struct service *sv = cls;
+    if (what == MHD_CONNECTION_NOTIFY_CLOSED) {
+        conn_remove(sv->conns, *ctx);
+        *ctx = NULL;
+        return;
+    }
+    const union MHD_ConnectionInfo *fd = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+    *ctx = conn_add(sv->conns, fd->connect_fd, sga_now() + (double)sv->config.request_timeout);
+}
+
+/* Called with the request line, before anything else: here the path is still as sent. */
+static void *on_request_line(void *cls, const char *uri, struct MHD_Connection *connection)
+{
+    struct service *sv = cls;
+    struct exchange *e = calloc(1, sizeof *e);
+    if (!e) {
+        metrics_add(&sv->metrics, METRIC_LOST_CONNECTIONS);
+        return NULL;
+    }
+    e->service = sv;
+    e->connection = connection;
+    e->began = sga_now();
+    size_t path = strcspn(uri, "?");
+    const char *zero = strstr(uri, "%00");
+    e->bad_path = zero && (size_t)(zero - uri) < path;
+    atomic_fetch_add(&sv->exchanges, 1);
+    return e;
+}
+
+static void log_exchange(const struct exchange *e, double seconds)
+{
+    bool probe = e->route && (e->route->get == handle_health || e->route->get == handle_ready || e->route->get == handle_metrics);
+    enum log_level level = probe ? LOG_L_DEBUG : LOG_L_INFO;
+    if (!log_wants(level))
+        return;
+    char status[16], took[32];
+    snprintf(status, sizeof status, "%d", e->status);
+    snprintf(took, sizeof took, "%.6f", seconds);
+    log_event(level, "request", "request_id", e->request_id, "method", e->method,
+              "route", route_names[route_number(e->route)], "status", status, "seconds", took,
+              "job", e->job ? job_id(e->job) : NULL, "traceparent", *e->traceparent ? e->traceparent : NULL, NULL);
+}
+
+static void on_completed(void *cls, struct MHD_Connection *connection, void **con_cls, enum MHD_RequestTerminationCode how)
+{
+    struct service *sv = cls;
+    struct exchange *e = *con_cls;
+    (void)connection;
+    (void)how;
+    if (!e)
+        return;
+    *con_cls = NULL;
+    double seconds = sga_now() - e->began;
+    if (e->begun) {
+        metrics_http(&sv->metrics, route_number(e->route), e->method, e->status, seconds);
+        log_exchange(e, seconds);
+    }
+    conn_deadline(e->conn, sga_now() + (double)sv->config.request_timeout);    /* for the next request */
+    job_unref(e->job);
+    free(e->body);
+    free(e);
+    atomic_fetch_sub(&sv->exchanges, 1);
+}
+
+/* -- Reading a request -- */
+
+/* The client's id where it is short and plain, ours otherwise. */
+static void name_request(struct exchange *e)
+{
+    static const char plain[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_.:/+=";
+    const char *given = exchange_header(e, "X-Request-Id"), *trace = exchange_header(e, "traceparent");
+    size_t n = given ? strlen(given) : 0;
+    if (n > 0 && n <= 64 && strspn(given, plain) == n)
+        memcpy(e->request_id, given, n + 1);
+    else
+        snprintf(e->request_id, sizeof e->request_id, "%08x-%lx", e->service->request_prefix,
+                 atomic_fetch_add(&e->service->request_number, 1));
+    if (trace && strlen(trace) < sizeof e->traceparent && strspn(trace, "0123456789abcdef-") == strlen(trace))
+        strcpy(e->traceparent, trace);
+}
+
+/* Finds what answers this path and method. MHD_YES without a reply: found. */
+static enum MHD_Result find_route(struct exchange *e, const char *path)
+{
+    struct sga_error err = { 0 };
+    e->route = route_find(path, e->segment, sizeof e->segment);
+    if (!e->route)
+        return reply_error(e, SGA_E_NOT_FOUND, "There is nothing at this path. /openapi.json lists what there is.");
+    if (!route_handler(e->route, e->method)) {
+        char allow[64];
+        route_allow(e->route, allow, sizeof allow);
+        reply_header(e, "Allow", "%s", allow);
+        return reply_error(e, SGA_E_METHOD, "This path allows %s.", allow);
+    }
+    if (strcmp(e->method, "POST") == 0 && !admit_body(e, &err))
+        return reply_problem(e, &err);
+    return MHD_YES;
+}
+
+/* The headers have come. MHD_YES without a reply: go on with the body, if there is one.
+ * What has a body is refused before it is read, which costs the connection; what has none
+ * is refused after, which does not. */
+static enum MHD_Result begin(struct exchange *e, const char *path, const char *method)
+{
+    struct sga_error err = { 0 };
+    const union MHD_ConnectionInfo *ctx = MHD_get_connection_info(e->connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
+    e->begun = true;
+    e->conn = ctx ? ctx->socket_context : NULL;
+    snprintf(e->method, sizeof e->method, "%s", method);
+    name_request(e);
+    if (!admit(e, &err)) {
+        reply_header(e, "Connection", "close");
+        return reply_problem(e, &err);
+    }
+    bool body = exchange_header(e, "Content-Length") || exchange_header(e, "Transfer-Encoding");
+    return body ? find_route(e, path) : MHD_YES;
+}
+
+/* A piece of the body. Past the limit the rest is dropped, so that a client which reads
+ * only after it has written gets its answer; past four times the limit it is cut. */
+static enum MHD_Result take(struct exchange *e, const char *data, size_t n)
+{
+    size_t limit = (size_t)e->service->config.body_limit;
+    e->received += n;
+    if (e->received > limit)
+        e->overflow = true;
+    if (e->overflow)
+        return e->received <= OVERFLOW_FACTOR * limit ? MHD_YES : MHD_NO;
+    if (e->length + n > e->capacity) {
+        size_t want = e->capacity ? 2 * e->capacity : 4096;
+        while (want < e->length + n)
+            want *= 2;
+        unsigned char *grown = realloc(e->body, want);
+        if (!grown)
+            return MHD_NO;
+        e->body = grown;
+        e->capacity = want;
+    }
+    memcpy(e->body + e->length, data, n);
+    e->length += n;
+    return MHD_YES;
+}
+
+static enum MHD_Result on_request(void *cls, struct MHD_Connection *connection, const char *path, const char *method,
+                                  const char *version, const char *data, size_t *size, void **con_cls)
+{
+    struct exchange *e = *con_cls;
+    (void)cls;
+    (void)connection;
+    (void)version;
+    if (!e)
+        return MHD_NO;
+    if (!e->begun)
+        return begin(e, path, method);
+    if (*size) {
+        size_t n = *size;
+        *size = 0;
+        return take(e, data, n);
+    }
+    if (e->overflow)
+        return reply_error(e, SGA_E_BODY_TOO_LARGE, "The body may have at most %ld bytes.", e->service->config.body_limit);
+    if (!e->route) {
+        enum MHD_Result rc = find_route(e, path);
+        if (rc == MHD_NO || e->status)
+            return rc;
+    }
+    return route_handler(e->route, e->method)(e);
+}
+
+/* -- Starting and stopping -- */
+
+static void *tick(void *arg)
+{
+    struct http *h = arg;
+    struct service *sv = h->service;
+    while (!atomic_load(&h->stop)) {
+        double now = sga_now();
+        jobs_tick(sv->jobs, now);
+        for (int cut = conns_reap(sv->conns, now, 0); cut > 0; cut--)
+            metrics_add(&sv->metrics, METRIC_REAPED);
+        usleep(TICK_MS * 1000);
+    }
+    return NULL;
+}
+
+static void log_library(void *cls, const char *fmt, va_list ap)
+{
+    char text[512];
+    (void)cls;
+    vsnprintf(text, sizeof text, fmt, ap);
+    log_event(LOG_L_DEBUG, "http_library", "message", text, NULL);
+}
+
+static struct MHD_Daemon *start_daemon(struct service *sv, int fd)
+{
+    unsigned flags = MHD_USE_POLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ITC | MHD_USE_ERROR_LOG;
+    return MHD_start_daemon(flags, 0, NULL, NULL, on_request, sv,
+                            MHD_OPTION_EXTERNAL_LOGGER, log_library, NULL,
+                            MHD_OPTION_LISTEN_SOCKET, fd,
+                            MHD_OPTION_THREAD_POOL_SIZE, (unsigned)POOL,
+                            MHD_OPTION_CONNECTION_LIMIT, (unsigned)sv->config.connections,
+                            MHD_OPTION_CONNECTION_TIMEOUT, (unsigned)sv->config.idle_timeout,
+                            MHD_OPTION_STRICT_FOR_CLIENT, 1,
+                            MHD_OPTION_NOTIFY_CONNECTION, on_connection, sv,
+                            MHD_OPTION_NOTIFY_COMPLETED, on_completed, sv,
+                            MHD_OPTION_URI_LOG_CALLBACK, on_request_line, sv,
+                            MHD_OPTION_END);
+}
+
+struct http *http_start(struct service *sv, int *port, char *why, size_t size)
+{
+    struct http *h = calloc(1, sizeof *h);
+    int fd = h ? listen_open(sv->config.listen, port, why, size) : -1;
+    if (fd < 0) {
+        free(h);
+        return NULL;
+    }
+    h->service = sv;
+    h->daemon = start_daemon(sv, fd);
+    if (!h->daemon) {
+        snprintf(why, size, "the HTTP library did not start");
+        close(fd);
+        free(h);
+        return NULL;
+    }
+    if (pthread_create(&h->ticker, NULL, tick, h) == 0)
+        return h;
+    snprintf(why, size, "no thread can be started");
+    MHD_stop_daemon(h->daemon);
+    free(h);
+    return NULL;
+}
+
+void http_stop(struct http *h)
+{
+    struct service *sv = h->service;
+    MHD_socket fd = MHD_quiesce_daemon(h->daemon);
+    for (int waited = 0; atomic_load(&sv->exchanges) > 0 && waited < STOP_MS; waited += 10) {
+        if (waited == CUT_MS)
+            conns_reap(sv->conns, sga_now(), 1);
+        usleep(10000);
+    }
+    atomic_store(&h->stop, true);
+    pthread_join(h->ticker, NULL);
+    MHD_stop_daemon(h->daemon);
+    if (fd != MHD_INVALID_SOCKET)
+        close(fd);
+    free(h);
+}

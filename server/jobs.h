@@ -1,0 +1,116 @@
+/* The jobs that have not ended, or whose end is not on disk yet: a table by id, a bounded
+ * queue, and those who wait. One lock guards all of it; it is held for moments only.
+ *
+ * A job is a wait point: an HTTP request whose connection is suspended stands in its list
+ * and is resumed once what it waits for has come, its deadline has passed, or the service
+ * closes. Who suspends and resumes is given as hooks, so that nothing here knows HTTP.
+ *
+ *   queued -> running -> done | failed | cancelled      (ended: its text is made, never changes)
+ *
+ * Order on disk: the row, its start, its result, its end. The 202 waits for the row. */
+#ifndef SERVER_JOBS_H
+#define SERVER_JOBS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "config.h"
+#include "error.h"
+#include "finished.h"
+#include "job.h"
+#include "metrics.h"
+#include "recent.h"
+#include "store.h"
+
+struct jobs;
+struct job;
+
+struct jobs_hooks {
+    void (*suspend)(void *connection);
+    void (*resume)(void *connection);
+};
+
+struct jobs *jobs_new(const struct config *c, struct store *st, struct recent *recent, struct metrics *m, struct jobs_hooks hooks);
+/* Takes over what the store holds from before. Before workers start. */
+bool jobs_recover(struct jobs *js, char *why, size_t size);
+void jobs_free(struct jobs *js);
+
+/* -- Asking -- */
+
+enum submit { SUBMIT_NEW, SUBMIT_JOINED, SUBMIT_DONE, SUBMIT_FULL, SUBMIT_DRAINING, SUBMIT_NO_MEMORY };
+/* A request that was found good. It becomes a job unless the same one is alive; one that
+ * failed or was cancelled is run again. *request (malloc'ed) is taken over and set to NULL
+ * by SUBMIT_NEW. *job gets a reference except where it is refused; SUBMIT_DONE sets
+ * *finished instead. */
+enum submit jobs_submit(struct jobs *js, const char *id, char **request, size_t length, struct job **job, struct finished **finished);
+
+/* A living job with a reference, or NULL. */
+struct job *jobs_find(struct jobs *js, const char *id);
+void job_ref(struct job *job);
+void job_unref(struct job *job);          /* NULL is allowed */
+
+struct job_look {
+    struct job_row row;                   /* without error */
+    struct job_progress progress;
+    uint64_t event;                       /* grows with each change */
+    struct finished *finished;            /* a reference, once it has ended */
+    int stored;                           /* 1: its row is on disk; -1: that failed; 0: not yet */
+};
+void jobs_look(struct jobs *js, struct job *job, struct job_look *look);
+
+enum cancel { CANCEL_ENDED_NOW, CANCEL_ASKED, CANCEL_TOO_LATE, CANCEL_UNKNOWN };
+/* Ends a queued job, asks a running one to stop. *job gets a reference unless unknown. */
+enum cancel jobs_cancel(struct jobs *js, const char *id, struct job **job);
+
+/* -- Waiting -- */
+
+enum wait_kind { WAIT_STORED, WAIT_ENDED, WAIT_EVENT };
+
+struct waiter {
+    void *connection;
+    enum wait_kind kind;
+    uint64_t seen;            /* WAIT_EVENT: the event known already */
+    double deadline;          /* sga_now() */
+    bool waiting;
+    struct job *job;
+    struct waiter *prev, *next, *all_prev, *all_next;
+};
+
+/* True: the connection was suspended and will be resumed, once. False: there is no need
+ * to wait (any more), or no room: go on with what jobs_look says. The caller holds a
+ * reference to the job meanwhile. */
+bool jobs_wait(struct jobs *js, struct job *job, struct waiter *w);
+/* A job-like wait point that counts as stored once all that was written before is. */
+struct job *jobs_barrier(struct jobs *js);
+/* Resumes whose deadline has passed. */
+void jobs_tick(struct jobs *js, double now);
+
+/* -- Running: for workers -- */
+
+/* Blocks for the next job; NULL once the service drains. wake_fd is an eventfd that is
+ * written to when the job is to be cancelled or the service stops. */
+struct job *jobs_claim(struct jobs *js, int wake_fd);
+/* The canonical request; read from the store where it is not in memory. NULL: lost. */
+const char *jobs_request(struct jobs *js, struct job *job, size_t *length);
+const char *job_id(const struct job *job);
+bool jobs_cancelled(struct jobs *js, struct job *job);
+void jobs_progress(struct jobs *js, struct job *job, const char *stage, double fraction);
+/* The end: result text, or err. One of them. Takes no ownership. */
+void jobs_done(struct jobs *js, struct job *job, const char *result, size_t length);
+void jobs_failed(struct jobs *js, struct job *job, const struct sga_error *err);
+/* Back to the queue on disk, for the next start of the service. */
+void jobs_requeue(struct jobs *js, struct job *job);
+
+/* -- Ending -- */
+
+void jobs_drain(struct jobs *js);               /* no new jobs, no claims */
+bool jobs_draining(struct jobs *js);
+void jobs_close_waiters(struct jobs *js);       /* resumes all; nobody may wait from now on */
+void jobs_stop_running(struct jobs *js);        /* workers give their jobs back */
+bool jobs_stopping(struct jobs *js);
+
+struct jobs_counts { unsigned long queued, running, queue_bytes, waiters, streams; bool full; };
+void jobs_count(struct jobs *js, struct jobs_counts *out);
+
+#endif

@@ -1,0 +1,121 @@
+/* Those who wait for jobs. Suspending and linking happen under the lock, and so does
+ * resuming: a connection is resumed exactly once for each time it was suspended. */
+#include "jobs_parts.h"
+#include "budget.h"
+
+#include <stdlib.h>
+
+static bool satisfied(const struct job *job, const struct waiter *w)
+{
+    switch (w->kind) {
+    case WAIT_STORED: return job->stored != 0;
+    case WAIT_ENDED: return job->finished != NULL;
+    default: return job->event != w->seen;
+    }
+}
+
+/* The bound is on what clients hold open. The disk always answers, so who waits for it
+ * is not counted. */
+static bool room(const struct jobs *js, enum wait_kind kind)
+{
+    return kind == WAIT_STORED
+        || (kind == WAIT_ENDED ? js->waiters < (unsigned long)js->config->waiters
+                               : js->streams < (unsigned long)js->config->streams);
+}
+
+static void count(struct jobs *js, enum wait_kind kind, long by)
+{
+    if (kind == WAIT_ENDED)
+        js->waiters += (unsigned long)by;
+    else if (kind == WAIT_EVENT)
+        js->streams += (unsigned long)by;
+}
+
+bool jobs_wait(struct jobs *js, struct job *job, struct waiter *w)
+{
+    pthread_mutex_lock(&js->lock);
+    bool wait = !satisfied(job, w) && !js->closed && w->deadline > sga_now() && room(js, w->kind);
+    if (wait) {
+        w->job = job;
+        w->waiting = true;
+        w->prev = NULL;
+        w->next = job->waiters;
+        if (w->next)
+            w->next->prev = w;
+        job->waiters = w;
+        w->all_prev = NULL;
+        w->all_next = js->all;
+        if (w->all_next)
+            w->all_next->all_prev = w;
+        js->all = w;
+        count(js, w->kind, 1);
+        js->hooks.suspend(w->connection);
+    }
+    pthread_mutex_unlock(&js->lock);
+    return wait;
+}
+
+static void resume(struct jobs *js, struct waiter *w)
+{
+    *(w->prev ? &w->prev->next : &w->job->waiters) = w->next;
+    if (w->next)
+        w->next->prev = w->prev;
+    *(w->all_prev ? &w->all_prev->all_next : &js->all) = w->all_next;
+    if (w->all_next)
+        w->all_next->all_prev = w->all_prev;
+    w->waiting = false;
+    count(js, w->kind, -1);
+    js->hooks.resume(w->connection);
+}
+
+void jobs_notify(struct jobs *js, struct job *job)
+{
+    for (struct waiter *w = job->waiters, *next; w; w = next) {
+        next = w->next;
+        if (satisfied(job, w))
+            resume(js, w);
+    }
+}
+
+void jobs_tick(struct jobs *js, double now)
+{
+    pthread_mutex_lock(&js->lock);
+    for (struct waiter *w = js->all, *next; w; w = next) {
+        next = w->all_next;
+        if (w->deadline <= now)
+            resume(js, w);
+    }
+    pthread_mutex_unlock(&js->lock);
+}
+
+void jobs_close_waiters(struct jobs *js)
+{
+    pthread_mutex_lock(&js->lock);
+    js->closed = true;
+    while (js->all)
+        resume(js, js->all);
+    pthread_mutex_unlock(&js->lock);
+}
+
+static void barrier_done(void *ctx, bool ok)
+{
+    struct job *job = ctx;
+    struct jobs *js = job->table;
+    pthread_mutex_lock(&js->lock);
+    job->stored = ok ? 1 : -1;
+    jobs_notify(js, job);
+    pthread_mutex_unlock(&js->lock);
+    job_unref(job);
+}
+
+struct job *jobs_barrier(struct jobs *js)
+{
+    struct job *job = jobs_make(js, "");
+    if (!job)
+        return NULL;
+    job_ref(job);
+    if (store_barrier(js->store, barrier_done, job))
+        return job;
+    free(job);
+    return NULL;
+}

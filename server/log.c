@@ -1,0 +1,98 @@
+/* The log. Its two settings are fixed before threads start; there is no other state. */
+#include "log.h"
+#include "clock.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+enum { LINE = 8192 };
+
+static enum log_level threshold = LOG_L_INFO;
+static bool as_text;
+
+static const char *const level_names[] = { "error", "warn", "info", "debug" };
+
+void log_open(enum log_level level)
+{
+    threshold = level;
+    as_text = isatty(STDERR_FILENO);
+}
+
+bool log_level_from_text(const char *text, enum log_level *level)
+{
+    for (int i = 0; i < 4; i++)
+        if (strcmp(text, level_names[i]) == 0) {
+            *level = (enum log_level)i;
+            return true;
+        }
+    return false;
+}
+
+bool log_wants(enum log_level level)
+{
+    return level <= threshold;
+}
+
+struct line {
+    char text[LINE];
+    size_t len;
+};
+
+static void put(struct line *l, const char *s)
+{
+    while (*s && l->len < LINE - 8)
+        l->text[l->len++] = *s++;
+}
+
+/* A JSON string. Bytes that are not ASCII are written as '?': header values of any
+ * encoding may come here. */
+static void put_quoted(struct line *l, const char *s)
+{
+    put(l, "\"");
+    for (; *s && l->len < LINE - 16; s++) {
+        unsigned char c = (unsigned char)*s;
+        if (c == '"' || c == '\\') {
+            l->text[l->len++] = '\\';
+            l->text[l->len++] = (char)c;
+        } else {
+            l->text[l->len++] = c < 0x20 || c > 0x7e ? (c == '\n' ? ' ' : '?') : (char)c;
+        }
+    }
+    put(l, "\"");
+}
+
+void log_event(enum log_level level, const char *event, ...)
+{
+    if (!log_wants(level))
+        return;
+    struct line l;
+    l.len = 0;
+    char now[CLOCK_TEXT];
+    clock_text(now, clock_ms());
+    if (as_text) {
+        put(&l, now), put(&l, " "), put(&l, level_names[level]), put(&l, " "), put(&l, event);
+    } else {
+        put(&l, "{\"time\":"), put_quoted(&l, now);
+        put(&l, ",\"level\":"), put_quoted(&l, level_names[level]);
+        put(&l, ",\"event\":"), put_quoted(&l, event);
+    }
+    va_list ap;
+    va_start(ap, event);
+    for (const char *name; (name = va_arg(ap, const char *));) {
+        const char *value = va_arg(ap, const char *);
+        if (!value)
+            continue;
+        if (as_text) {
+            put(&l, " "), put(&l, name), put(&l, "="), put_quoted(&l, value);
+        } else {
+            put(&l, ","), put_quoted(&l, name), put(&l, ":"), put_quoted(&l, value);
+        }
+    }
+    va_end(ap);
+    put(&l, as_text ? "" : "}");
+    l.text[l.len++] = '\n';
+    ssize_t ignored = write(STDERR_FILENO, l.text, l.len);
+    (void)ignored;
+}

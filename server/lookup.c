@@ -1,0 +1,60 @@
+/* Looking up jobs. A job is in memory until its end is on disk, so the order alive, recent,
+ * stored never misses one. */
+#include "lookup.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static enum lookup from_store(struct service *sv, const char *id, struct finished **finished)
+{
+    struct job_row row;
+    char *text = NULL;
+    size_t length = 0;
+    enum store_answer a = store_job(sv->store, id, &row);
+    if (a != STORE_FOUND)
+        return a == STORE_NONE ? LOOKUP_NONE : LOOKUP_BROKEN;
+    enum lookup outcome = LOOKUP_STORED;
+    if (!job_ended(row.status))
+        outcome = LOOKUP_BROKEN;        /* its end could not be written */
+    else if ((a = (row.status == JOB_DONE ? store_result : store_request)(sv->store, id, &text, &length)) != STORE_FOUND)
+        outcome = a == STORE_NONE ? LOOKUP_GONE : LOOKUP_BROKEN;
+    else if (!(*finished = finished_make(&row, (struct slice){ text, length })))
+        outcome = LOOKUP_BROKEN;
+    else if (row.status == JOB_DONE)
+        recent_put(sv->recent, *finished);      /* other ends may be replaced by a new run */
+    free(text);
+    free(row.error);
+    return outcome;
+}
+
+enum lookup lookup_job(struct service *sv, const char *id, struct job **job, struct finished **finished)
+{
+    if (!digest_is_id(id, strlen(id)))
+        return LOOKUP_NONE;
+    struct job *live = jobs_find(sv->jobs, id);
+    if (live) {
+        struct job_look look;
+        jobs_look(sv->jobs, live, &look);
+        if (!look.finished) {
+            *job = live;
+            return LOOKUP_LIVE;
+        }
+        job_unref(live);
+        *finished = look.finished;
+        return LOOKUP_RECENT;
+    }
+    if ((*finished = recent_by_id(sv->recent, id)))
+        return LOOKUP_RECENT;
+    return from_store(sv, id, finished);
+}
+
+struct sga_error lookup_error(enum lookup outcome)
+{
+    struct sga_error err = { .code = outcome == LOOKUP_BROKEN ? SGA_E_STORE : SGA_E_NOT_FOUND };
+    snprintf(err.detail, sizeof err.detail, "%s",
+             outcome == LOOKUP_BROKEN ? "The job cannot be read from the store."
+             : outcome == LOOKUP_GONE ? "The result of this job is no longer stored. Post the request again."
+             : "There is no job with this id.");
+    return err;
+}

@@ -1,0 +1,21 @@
+/* A job by id, wherever it is: alive, among the recent replies, or in the store. */
+#ifndef SERVER_LOOKUP_H
+#define SERVER_LOOKUP_H
+
+#include "error.h"
+#include "service.h"
+
+enum lookup {
+    LOOKUP_LIVE,        /* *job has a reference: it has not ended */
+    LOOKUP_RECENT,      /* *finished has a reference; it was in memory */
+    LOOKUP_STORED,      /* the same; it was read from the store */
+    LOOKUP_NONE,        /* there is no such job */
+    LOOKUP_GONE,        /* it was done, but its result was dropped from the store */
+    LOOKUP_BROKEN       /* the store cannot be read */
+};
+
+enum lookup lookup_job(struct service *sv, const char *id, struct job **job, struct finished **finished);
+/* The error of the last three. */
+struct sga_error lookup_error(enum lookup outcome);
+
+#endif

@@ -1,0 +1,118 @@
+/* Prometheus text, format version 0.0.4. */
+#include "metrics.h"
+
+#include <string.h>
+
+static const char *const methods[METRICS_METHODS] = { "GET", "HEAD", "POST", "DELETE", "other" };
+static const int statuses[METRICS_STATUSES] = { 200, 202, 204, 304, 400, 403, 404, 405, 406, 409, 410, 413, 415, 422, 500, 503, 0 };
+static const double bounds[METRICS_BUCKETS - 1] = { 1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30, 100 };
+
+static const struct { const char *name, *help; } counters[METRICS_COUNTERS_N] = {
+#define X(sym, text, help_text) { text, help_text },
+    METRICS_COUNTERS(X)
+#undef X
+};
+
+static void observe(struct histogram *h, double seconds)
+{
+    int i = 0;
+    while (i < METRICS_BUCKETS - 1 && seconds > bounds[i])
+        i++;
+    atomic_fetch_add_explicit(&h->bucket[i], 1, memory_order_relaxed);
+    atomic_fetch_add_explicit(&h->microseconds, (unsigned long)(seconds * 1e6), memory_order_relaxed);
+}
+
+void metrics_http(struct metrics *m, int route, const char *method, int status, double seconds)
+{
+    int k = 0, s = 0;
+    while (k < METRICS_METHODS - 1 && strcmp(method, methods[k]) != 0)
+        k++;
+    while (statuses[s] && statuses[s] != status)
+        s++;
+    atomic_fetch_add_explicit(&m->http[route][k][s], 1, memory_order_relaxed);
+    observe(&m->request_seconds, seconds);
+}
+
+void metrics_job(struct metrics *m, enum job_status status, double seconds)
+{
+    atomic_fetch_add_explicit(&m->ended[status], 1, memory_order_relaxed);
+    observe(&m->job_seconds, seconds);
+}
+
+void metrics_refused(struct metrics *m, enum sga_code code)
+{
+    atomic_fetch_add_explicit(&m->refused[code], 1, memory_order_relaxed);
+}
+
+static void head(struct sga_buf *out, const char *name, const char *type, const char *help)
+{
+    int n = (int)strcspn(name, "{");
+    sga_buf_printf(out, "# HELP sgad_%.*s %s\n# TYPE sgad_%.*s %s\n", n, name, help, n, name, type);
+}
+
+static void write_histogram(const struct histogram *h, const char *name, const char *help, struct sga_buf *out)
+{
+    unsigned long count = 0;
+    head(out, name, "histogram", help);
+    for (int i = 0; i < METRICS_BUCKETS; i++) {
+        count += atomic_load(&h->bucket[i]);
+        if (i < METRICS_BUCKETS - 1)
+            sga_buf_printf(out, "sgad_%s_bucket{le=\"%g\"} %lu\n", name, bounds[i], count);
+    }
+    sga_buf_printf(out, "sgad_%s_bucket{le=\"+Inf\"} %lu\n", name, count);
+    sga_buf_printf(out, "sgad_%s_sum %.6f\nsgad_%s_count %lu\n", name, 1e-6 * (double)atomic_load(&h->microseconds), name, count);
+}
+
+static void write_http(const struct metrics *m, const char *const *route_names, struct sga_buf *out)
+{
+    head(out, "http_requests_total", "counter", "Requests by route, method and status (0: any other)");
+    for (int r = 0; r < METRICS_ROUTES && route_names[r]; r++)
+        for (int k = 0; k < METRICS_METHODS; k++)
+            for (int s = 0; s < METRICS_STATUSES; s++) {
+                unsigned long n = atomic_load(&m->http[r][k][s]);
+                if (n)
+                    sga_buf_printf(out, "sgad_http_requests_total{route=\"%s\",method=\"%s\",status=\"%d\"} %lu\n",
+                                   route_names[r], methods[k], statuses[s], n);
+            }
+}
+
+static void gauge(struct sga_buf *out, const char *name, const char *help, unsigned long value)
+{
+    head(out, name, "gauge", help);
+    sga_buf_printf(out, "sgad_%s %lu\n", name, value);
+}
+
+static void write_gauges(const struct metrics_now *now, struct sga_buf *out)
+{
+    head(out, "jobs", "gauge", "Jobs that have not ended, by state");
+    sga_buf_printf(out, "sgad_jobs{status=\"queued\"} %lu\nsgad_jobs{status=\"running\"} %lu\n", now->queued, now->running);
+    gauge(out, "queue_depth", "Jobs that wait for a worker", now->queued);
+    gauge(out, "queue_bytes", "Bytes of the requests that wait", now->queue_bytes);
+    gauge(out, "waiters", "Requests that wait for a job", now->waiters);
+    gauge(out, "event_streams", "Open event streams", now->streams);
+    gauge(out, "connections", "Open connections", now->connections);
+    gauge(out, "store_healthy", "1 where the last write to the store succeeded", now->store_healthy);
+    gauge(out, "ready", "1 where jobs are accepted", now->ready);
+}
+
+void metrics_write(const struct metrics *m, const struct metrics_now *now, const char *const *route_names, struct sga_buf *out)
+{
+    write_gauges(now, out);
+    for (int i = 0; i < METRICS_COUNTERS_N; i++) {
+        if (counters[i].help)
+            head(out, counters[i].name, "counter", counters[i].help);
+        sga_buf_printf(out, "sgad_%s %lu\n", counters[i].name, atomic_load(&m->counter[i]));
+    }
+    head(out, "jobs_ended_total", "counter", "Jobs that ended, by their last state");
+    for (int s = JOB_DONE; s < JOB_STATUSES; s++)
+        sga_buf_printf(out, "sgad_jobs_ended_total{status=\"%s\"} %lu\n", job_status_text((enum job_status)s), atomic_load(&m->ended[s]));
+    head(out, "refusals_total", "counter", "Requests refused, by code");
+    for (int c = 1; c < SGA_E_COUNT; c++) {
+        unsigned long n = atomic_load(&m->refused[c]);
+        if (n)
+            sga_buf_printf(out, "sgad_refusals_total{code=\"%s\"} %lu\n", sga_code_text((enum sga_code)c), n);
+    }
+    write_http(m, route_names, out);
+    write_histogram(&m->request_seconds, "http_request_duration_seconds", "From the request line to the end of the reply", out);
+    write_histogram(&m->job_seconds, "job_duration_seconds", "From the start of a job's run to its end", out);
+}

@@ -1,0 +1,62 @@
+/* Counters and histograms, written as Prometheus text. Any thread may count; nothing here
+ * takes a lock. Labels come from closed sets: no ids, no user text. */
+#ifndef SERVER_METRICS_H
+#define SERVER_METRICS_H
+
+#include <stdatomic.h>
+
+#include "buf.h"
+#include "error.h"
+#include "job.h"
+
+/*    symbol             name                             help */
+#define METRICS_COUNTERS(X) \
+    X(CACHE_MEMORY,      "cache_hits_total{from=\"memory\"}", "Requests answered from a finished job") \
+    X(CACHE_STORE,       "cache_hits_total{from=\"store\"}",  NULL) \
+    X(CACHE_MISSES,      "cache_misses_total",            "Requests that no finished job answered") \
+    X(JOBS_NEW,          "jobs_accepted_total",           "Jobs put into the queue") \
+    X(JOBS_JOINED,       "jobs_joined_total",             "Requests that met their own job waiting or running") \
+    X(CHILD_STARTS,      "child_starts_total",            "Child processes started") \
+    X(CHILD_DEATHS,      "child_deaths_total",            "Child processes that died while they ran a job") \
+    X(CHILD_KILLS,       "child_kills_total",             "Child processes killed past a deadline or after a cancellation") \
+    X(STORE_COMMITS,     "store_commits_total",           "Transactions committed to the queue file") \
+    X(STORE_FAILURES,    "store_failures_total",          "Transactions that failed") \
+    X(REAPED,            "connections_reaped_total",      "Connections cut at a deadline") \
+    X(LOST_CONNECTIONS,  "connections_refused_total",     "Connections refused for lack of memory")
+
+enum metrics_counter {
+#define X(sym, name, help) METRIC_##sym,
+    METRICS_COUNTERS(X)
+#undef X
+    METRICS_COUNTERS_N
+};
+
+enum { METRICS_ROUTES = 20, METRICS_METHODS = 5, METRICS_STATUSES = 20, METRICS_BUCKETS = 14 };
+
+struct histogram {
+    atomic_ulong bucket[METRICS_BUCKETS];    /* not cumulative; the last is +Inf */
+    atomic_ulong microseconds;
+};
+
+struct metrics {
+    atomic_ulong counter[METRICS_COUNTERS_N];
+    atomic_ulong refused[SGA_E_COUNT];
+    atomic_ulong ended[JOB_STATUSES];
+    atomic_ulong http[METRICS_ROUTES][METRICS_METHODS][METRICS_STATUSES];
+    struct histogram request_seconds, job_seconds;
+};
+
+/* What is counted elsewhere and only read here. */
+struct metrics_now {
+    unsigned long queued, running, queue_bytes, waiters, streams, connections;
+    bool store_healthy, ready;
+};
+
+static inline void metrics_add(struct metrics *m, enum metrics_counter c) { atomic_fetch_add_explicit(&m->counter[c], 1, memory_order_relaxed); }
+void metrics_http(struct metrics *m, int route, const char *method, int status, double seconds);
+void metrics_job(struct metrics *m, enum job_status status, double seconds);
+void metrics_refused(struct metrics *m, enum sga_code code);
+/* route_names[route] for each route counted, NULL at the end. */
+void metrics_write(const struct metrics *m, const struct metrics_now *now, const char *const *route_names, struct sga_buf *out);
+
+#endif

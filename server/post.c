@@ -1,0 +1,124 @@
+/* POST /v1/jobs and POST /v1/solve: from bytes to a job, or to its finished answer.
+ *
+ * A body seen before is answered from memory without reading it. Otherwise the library
+ * checks it and makes the canonical text, whose digest is the job's id. A reply that
+ * carries the end of a job does not wait for the disk; a 202 does. */
+#include "budget.h"
+#include "lookup.h"
+#include "reply.h"
+#include "routes.h"
+#include "run.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { SOLVE_SECONDS = 30, STORE_SECONDS = 60, RETRY_SECONDS = 1, FULL_SECONDS = 5 };
+
+static enum MHD_Result hit(struct exchange *e, struct finished *f, enum metrics_counter from)
+{
+    metrics_add(&e->service->metrics, from);
+    reply_header(e, "Location", "/v1/jobs/%s", f->id);
+    reply_header(e, "ETag", "%s", f->etag);
+    return reply_finished(e, 200, f, true);
+}
+
+/* The job in its present state: its end, or 202 once its row is on disk. */
+static enum MHD_Result answer(struct exchange *e)
+{
+    struct service *sv = e->service;
+    if (e->wait_seconds > 0 && exchange_wait(e, WAIT_ENDED, e->wait_until))
+        return MHD_YES;
+    struct job_look look;
+    jobs_look(sv->jobs, e->job, &look);
+    if (!look.finished && look.stored == 0) {
+        if (exchange_wait(e, WAIT_STORED, sga_now() + STORE_SECONDS))
+            return MHD_YES;
+        jobs_look(sv->jobs, e->job, &look);
+    }
+    reply_header(e, "Location", "/v1/jobs/%s", look.row.id);
+    if (e->preferred)
+        reply_header(e, "Preference-Applied", "wait=%ld", e->wait_seconds);
+    if (look.finished) {
+        reply_header(e, "ETag", "%s", look.finished->etag);
+        /* Who did not wait is told 202 in any case, even where the disk was slower. */
+        return reply_finished(e, e->wait_seconds > 0 ? 200 : 202, look.finished, false);
+    }
+    reply_header(e, "Retry-After", "%d", RETRY_SECONDS);
+    if (look.stored == 1)
+        return reply_job(e, 202, &look);
+    return jobs_draining(sv->jobs) ? reply_error(e, SGA_E_DRAINING, "The service is shutting down and could not keep the job.")
+                                   : reply_error(e, SGA_E_STORE, "The job could not be written to the store.");
+}
+
+static enum MHD_Result refuse(struct exchange *e, enum submit why)
+{
+    const struct config *c = &e->service->config;
+    switch (why) {
+    case SUBMIT_DRAINING:
+        reply_header(e, "Retry-After", "%d", FULL_SECONDS);
+        return reply_error(e, SGA_E_DRAINING, "The service is shutting down. Try again later.");
+    case SUBMIT_FULL:
+        reply_header(e, "Retry-After", "%d", FULL_SECONDS);
+        return reply_error(e, SGA_E_QUEUE_FULL, "The queue holds as much as it may: %ld jobs, or %ld bytes of requests.", c->queue, c->queue_bytes);
+    default:
+        return reply_error(e, SGA_E_INTERNAL, "There is not enough memory for another job.");
+    }
+}
+
+/* A checked request: answered, refused, or a job in e->job. */
+static enum MHD_Result submit(struct exchange *e, const unsigned char *sum, struct sga_buf *canonical)
+{
+    struct service *sv = e->service;
+    char id[ID_LENGTH + 1];
+    struct finished *f = NULL;
+    size_t length = canonical->len;
+    digest_id(id, sga_version(), canonical->data, length);
+    recent_alias(sv->recent, sum, id);
+    enum lookup found = lookup_job(sv, id, &e->job, &f);
+    if (f && f->status == JOB_DONE)
+        return hit(e, f, found == LOOKUP_STORED ? METRIC_CACHE_STORE : METRIC_CACHE_MEMORY);
+    finished_unref(f);
+    if (found == LOOKUP_BROKEN && !store_healthy(sv->store))
+        return reply_error(e, SGA_E_STORE, "The store cannot be read.");
+    job_unref(e->job);
+    e->job = NULL;
+    char *request = sga_buf_take(canonical);
+    enum submit outcome = jobs_submit(sv->jobs, id, &request, length, &e->job, &f);
+    free(request);
+    if (outcome == SUBMIT_DONE)
+        return hit(e, f, METRIC_CACHE_MEMORY);
+    if (outcome != SUBMIT_NEW && outcome != SUBMIT_JOINED)
+        return refuse(e, outcome);
+    metrics_add(&sv->metrics, METRIC_CACHE_MISSES);
+    return answer(e);
+}
+
+static enum MHD_Result post(struct exchange *e, long seconds)
+{
+    struct service *sv = e->service;
+    unsigned char sum[DIGEST_BYTES];
+    if (e->job)
+        return answer(e);             /* resumed */
+    digest(sum, e->body, e->length);
+    struct finished *f = recent_by_body(sv->recent, sum);
+    if (f)
+        return hit(e, f, METRIC_CACHE_MEMORY);
+    exchange_prefer(e, seconds);
+    struct sga_buf canonical = { 0 };
+    struct sga_error err = { 0 };
+    enum MHD_Result rc = sga_check((const char *)e->body, e->length, &canonical, &err)
+        ? submit(e, sum, &canonical) : reply_problem(e, &err);
+    sga_buf_free(&canonical);
+    return rc;
+}
+
+enum MHD_Result handle_post_job(struct exchange *e)
+{
+    return post(e, 0);
+}
+
+enum MHD_Result handle_solve(struct exchange *e)
+{
+    return post(e, SOLVE_SECONDS);
+}

@@ -1,0 +1,30 @@
+/* Replies. Every handler ends in one of these; each queues one response and notes its
+ * status. Extra headers are given before. */
+#ifndef SERVER_REPLY_H
+#define SERVER_REPLY_H
+
+#include "buf.h"
+#include "error.h"
+#include "exchange.h"
+
+#define TYPE_JSON "application/json"
+
+void reply_header(struct exchange *e, const char *name, const char *fmt, ...) __attribute__((format(printf, 3, 4)));
+/* A response made elsewhere; it is consumed. NULL: the connection is closed. */
+enum MHD_Result reply_response(struct exchange *e, int status, const char *type, struct MHD_Response *response);
+/* The buffer's memory is taken over. */
+enum MHD_Result reply_buf(struct exchange *e, int status, const char *type, struct sga_buf *b);
+/* Text that lives as long as the program. */
+enum MHD_Result reply_static(struct exchange *e, int status, const char *type, const char *text, size_t length);
+enum MHD_Result reply_empty(struct exchange *e, int status);
+/* Problem details with the status of the code. */
+enum MHD_Result reply_problem(struct exchange *e, const struct sga_error *err);
+enum MHD_Result reply_error(struct exchange *e, enum sga_code code, const char *fmt, ...) __attribute__((format(printf, 3, 4)));
+/* A finished job as a whole; the reference is consumed. */
+enum MHD_Result reply_finished(struct exchange *e, int status, struct finished *f, bool cached);
+/* A job that has not ended: its present state. */
+enum MHD_Result reply_job(struct exchange *e, int status, const struct job_look *look);
+/* Does If-None-Match name this tag? */
+bool reply_matches(struct exchange *e, const char *etag);
+
+#endif

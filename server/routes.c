@@ -1,0 +1,80 @@
+/* Paths. The order is that of the metrics' labels. */
+#include "routes.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#define ROUTES(X) \
+    X("/v1/jobs",              handle_list,       handle_post_job, NULL) \
+    X("/v1/solve",             NULL,              handle_solve,    NULL) \
+    X("/v1/jobs/*",            handle_get_job,    NULL,            handle_delete) \
+    X("/v1/jobs/*/events",     handle_events,     NULL,            NULL) \
+    X("/v1/jobs/*/trajectory", handle_trajectory, NULL,            NULL) \
+    X("/healthz",              handle_health,     NULL,            NULL) \
+    X("/readyz",               handle_ready,      NULL,            NULL) \
+    X("/metrics",              handle_metrics,    NULL,            NULL) \
+    X("/openapi.json",         handle_openapi,    NULL,            NULL) \
+    X("/v1/schema/*",          handle_schema,     NULL,            NULL) \
+    X("/version",              handle_version,    NULL,            NULL)
+
+static const struct route routes[] = {
+#define X(pattern, get, post, remove) { pattern, get, post, remove },
+    ROUTES(X)
+#undef X
+};
+enum { COUNT = sizeof routes / sizeof *routes };
+
+const char *const route_names[] = {
+#define X(pattern, get, post, remove) pattern,
+    ROUTES(X)
+#undef X
+    "other", NULL
+};
+
+_Static_assert(COUNT + 1 <= METRICS_ROUTES, "metrics count each route");
+
+static bool matches(const char *pattern, const char *path, char *segment, size_t size)
+{
+    for (; *pattern; pattern++) {
+        if (*pattern != '*') {
+            if (*path++ != *pattern)
+                return false;
+            continue;
+        }
+        size_t n = strcspn(path, "/");
+        if (n == 0 || n >= size)
+            return false;
+        memcpy(segment, path, n);
+        segment[n] = 0;
+        path += n;
+    }
+    return *path == 0;
+}
+
+const struct route *route_find(const char *path, char *segment, size_t size)
+{
+    for (int i = 0; i < COUNT; i++)
+        if (matches(routes[i].pattern, path, segment, size))
+            return &routes[i];
+    return NULL;
+}
+
+handler *route_handler(const struct route *r, const char *method)
+{
+    if (strcmp(method, "GET") == 0 || strcmp(method, "HEAD") == 0)
+        return r->get;
+    if (strcmp(method, "POST") == 0)
+        return r->post;
+    return strcmp(method, "DELETE") == 0 ? r->remove : NULL;
+}
+
+void route_allow(const struct route *r, char *out, size_t size)
+{
+    snprintf(out, size, "%s%s%s", r->get ? "GET, HEAD" : "", r->post ? (r->get ? ", POST" : "POST") : "",
+             r->remove ? (r->get || r->post ? ", DELETE" : "DELETE") : "");
+}
+
+int route_number(const struct route *r)
+{
+    return r ? (int)(r - routes) : COUNT;
+}

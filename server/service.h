@@ -1,0 +1,26 @@
+/* What every HTTP handler may use: the parts of the running service, by name. */
+#ifndef SERVER_SERVICE_H
+#define SERVER_SERVICE_H
+
+#include <stdatomic.h>
+
+#include "config.h"
+#include "conns.h"
+#include "jobs.h"
+#include "metrics.h"
+#include "recent.h"
+#include "store.h"
+
+struct service {
+    struct config config;
+    struct metrics metrics;
+    struct store *store;
+    struct recent *recent;
+    struct jobs *jobs;
+    struct conns *conns;
+    atomic_long exchanges;          /* requests begun and not completed */
+    atomic_ulong request_number;
+    unsigned request_prefix;        /* random: ids of two lives of the service differ */
+};
+
+#endif

@@ -1,0 +1,152 @@
+/* Opening the files. user_version tells the schema; a newer one is refused, because an
+ * older program could not keep what it does not know. */
+#include "store_file.h"
+#include "log.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+enum { SCHEMA_VERSION = 1, PATH_SIZE = 4096 };
+
+static const struct { const char *name, *synchronous, *schema; } files[] = {
+    [FILE_QUEUE] = { "queue.db", "PRAGMA synchronous=FULL",
+        "CREATE TABLE jobs("
+        " seq INTEGER PRIMARY KEY AUTOINCREMENT,"
+        " id TEXT NOT NULL UNIQUE,"
+        " status INTEGER NOT NULL,"
+        " attempts INTEGER NOT NULL,"
+        " created INTEGER NOT NULL, started INTEGER NOT NULL, finished INTEGER NOT NULL,"
+        " request BLOB NOT NULL,"
+        " error TEXT);"
+        "CREATE INDEX jobs_by_status ON jobs(status, seq);" },
+    [FILE_CACHE] = { "cache.db", "PRAGMA synchronous=NORMAL",
+        "CREATE TABLE results(id TEXT PRIMARY KEY, made INTEGER NOT NULL, result BLOB NOT NULL);" },
+};
+
+int store_file_lock(const char *folder, char *why, size_t size)
+{
+    char path[PATH_SIZE];
+    if (mkdir(folder, 0700) != 0 && errno != EEXIST) {
+        snprintf(why, size, "cannot make the state folder %s: %s", folder, strerror(errno));
+        return -1;
+    }
+    snprintf(path, sizeof path, "%s/lock", folder);
+    int fd = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+    if (fd < 0) {
+        snprintf(why, size, "cannot open %s: %s", path, strerror(errno));
+        return -1;
+    }
+    if (flock(fd, LOCK_EX | LOCK_NB) != 0) {
+        snprintf(why, size, "the state folder %s is in use by another sgad", folder);
+        close(fd);
+        return -1;
+    }
+    return fd;
+}
+
+static bool exec(sqlite3 *db, const char *sql)
+{
+    return sqlite3_exec(db, sql, NULL, NULL, NULL) == SQLITE_OK;
+}
+
+static int user_version(sqlite3 *db)
+{
+    int version = -1;
+    sqlite3_stmt *s;
+    if (sqlite3_prepare_v2(db, "PRAGMA user_version", -1, &s, NULL) != SQLITE_OK)
+        return -1;
+    if (sqlite3_step(s) == SQLITE_ROW)
+        version = sqlite3_column_int(s, 0);
+    sqlite3_finalize(s);
+    return version;
+}
+
+static bool quick_check(sqlite3 *db)
+{
+    bool ok = false;
+    sqlite3_stmt *s;
+    if (sqlite3_prepare_v2(db, "PRAGMA quick_check(1)", -1, &s, NULL) != SQLITE_OK)
+        return false;
+    if (sqlite3_step(s) == SQLITE_ROW)
+        ok = strcmp((const char *)sqlite3_column_text(s, 0), "ok") == 0;
+    sqlite3_finalize(s);
+    return ok;
+}
+
+/* Journal, schema and version of a read-write connection. */
+static bool prepare_file(sqlite3 *db, enum store_file which, const char *path, char *why, size_t size)
+{
+    int version = user_version(db);
+    if (version > SCHEMA_VERSION) {
+        snprintf(why, size, "%s was written by a newer sgad (schema %d, this one knows %d)", path, version, SCHEMA_VERSION);
+        return false;
+    }
+    bool ok = version >= 0 && exec(db, "PRAGMA journal_mode=WAL") && exec(db, files[which].synchronous);
+    if (ok && version == 0) {
+        char sql[1024];
+        snprintf(sql, sizeof sql, "BEGIN;%sPRAGMA user_version=%d;COMMIT", files[which].schema, SCHEMA_VERSION);
+        ok = exec(db, sql);
+    } else if (ok && which == FILE_QUEUE) {
+        ok = quick_check(db);
+    }
+    if (!ok)
+        snprintf(why, size, "%s cannot be used: %s", path,
+                 sqlite3_errcode(db) ? sqlite3_errmsg(db) : "its content is damaged");
+    return ok;
+}
+
+/* *damaged tells a file that is no database, or a broken one, from other failures. */
+static sqlite3 *open_once(const char *path, enum store_file which, bool write, bool *damaged, char *why, size_t size)
+{
+    sqlite3 *db = NULL;
+    int flags = SQLITE_OPEN_NOMUTEX | (write ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY);
+    if (sqlite3_open_v2(path, &db, flags, NULL) != SQLITE_OK) {
+        snprintf(why, size, "cannot open %s: %s", path, db ? sqlite3_errmsg(db) : "out of memory");
+        sqlite3_close(db);
+        return NULL;
+    }
+    sqlite3_busy_timeout(db, 5000);
+    if (!write || prepare_file(db, which, path, why, size))
+        return db;
+    int code = sqlite3_errcode(db);
+    *damaged = code == SQLITE_CORRUPT || code == SQLITE_NOTADB;
+    sqlite3_close(db);
+    return NULL;
+}
+
+static void drop(const char *path)
+{
+    static const char *const tails[] = { "", "-wal", "-shm" };
+    char name[PATH_SIZE + 8];
+    for (int i = 0; i < 3; i++) {
+        snprintf(name, sizeof name, "%s%s", path, tails[i]);
+        unlink(name);
+    }
+}
+
+sqlite3 *store_file_open(const char *folder, enum store_file which, bool write, char *why, size_t size)
+{
+    char path[PATH_SIZE];
+    snprintf(path, sizeof path, "%s/%s", folder, files[which].name);
+    bool damaged = false;
+    sqlite3 *db = open_once(path, which, write, &damaged, why, size);
+    if (db || !write || which != FILE_CACHE || !damaged)
+        return db;
+    /* Results can be computed again: a cache that cannot be read is started afresh. */
+    log_event(LOG_L_WARN, "cache_dropped", "reason", why, NULL);
+    drop(path);
+    return open_once(path, which, write, &damaged, why, size);
+}
+
+sqlite3_stmt *store_file_prepare(sqlite3 *db, const char *sql, char *why, size_t size)
+{
+    sqlite3_stmt *s = NULL;
+    if (sqlite3_prepare_v3(db, sql, -1, SQLITE_PREPARE_PERSISTENT, &s, NULL) != SQLITE_OK)
+        snprintf(why, size, "the store's schema does not fit: %s", sqlite3_errmsg(db));
+    return s;
+}

@@ -1,0 +1,19 @@
+/* The two database files: opening, schema, and statements. Internal to the store. */
+#ifndef SERVER_STORE_FILE_H
+#define SERVER_STORE_FILE_H
+
+#include <sqlite3.h>
+#include <stdbool.h>
+#include <stddef.h>
+
+enum store_file { FILE_QUEUE, FILE_CACHE };
+
+/* Opens the file in a folder: read-write with its schema made or checked, or read-only.
+ * NULL with a reason in why. */
+sqlite3 *store_file_open(const char *folder, enum store_file which, bool write, char *why, size_t size);
+/* Takes a lock on the folder, making it if it is missing; a descriptor or -1. */
+int store_file_lock(const char *folder, char *why, size_t size);
+/* Prepares a statement that lives as long as its connection. */
+sqlite3_stmt *store_file_prepare(sqlite3 *db, const char *sql, char *why, size_t size);
+
+#endif

@@ -1,0 +1,58 @@
+/* The store's parts, shared by its writer and its readers. Internal to the store. */
+#ifndef SERVER_STORE_PARTS_H
+#define SERVER_STORE_PARTS_H
+
+#include <pthread.h>
+#include <sqlite3.h>
+#include <stdatomic.h>
+
+#include "store.h"
+#include "store_file.h"
+
+enum { STORE_READERS = 4 };
+
+enum store_op_kind { OP_INSERT, OP_STARTED, OP_REQUEUE, OP_END, OP_BARRIER };
+
+struct store_op {
+    enum store_op_kind kind;
+    struct job_row row;          /* error is borrowed */
+    struct slice text;           /* request or result, borrowed */
+    store_done *done;
+    void *ctx;
+    struct store_op *next;
+};
+
+struct store_reader {
+    sqlite3 *queue, *cache;
+    sqlite3_stmt *job, *request, *list, *list_one, *result;
+    bool busy;
+};
+
+struct store {
+    int lock_fd;
+    struct metrics *metrics;
+    atomic_bool healthy;
+
+    /* The writer's: used by its thread only, once it runs. */
+    pthread_t thread;
+    bool has_thread;
+    sqlite3 *queue, *cache;
+    sqlite3_stmt *insert, *started, *requeue, *end, *put;
+
+    pthread_mutex_t lock;        /* guards the list and stop */
+    pthread_cond_t work;
+    struct store_op *first, **last;
+    bool stop;
+
+    pthread_mutex_t read_lock;   /* guards busy */
+    pthread_cond_t read_free;
+    struct store_reader reader[STORE_READERS];
+};
+
+bool store_readers_open(struct store *st, const char *folder, char *why, size_t size);
+void store_readers_close(struct store *st);
+/* Columns id, seq, status, attempts, created, started, finished, error from 0. */
+#define STORE_ROW_COLUMNS "id, seq, status, attempts, created, started, finished, error"
+bool store_read_row(sqlite3_stmt *s, struct job_row *row);
+
+#endif

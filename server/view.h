@@ -1,0 +1,25 @@
+/* The samples of a result in another form, line by line, without a tree. */
+#ifndef SERVER_VIEW_H
+#define SERVER_VIEW_H
+
+#include "buf.h"
+#include "scan.h"
+
+enum view_format { VIEW_JSON, VIEW_CSV, VIEW_NDJSON, VIEW_FORMATS };
+
+struct view {
+    enum view_format format;       /* CSV or NDJSON */
+    struct slice columns, rows;    /* of the text that the caller keeps alive */
+    struct slice *name;            /* the columns, with their quotes */
+    int names;
+    bool head_done;
+    const char *cursor;
+};
+
+/* From {"columns": [...], "rows": [[...], ...]}. False: that is not there, or memory ended. */
+bool view_open(struct view *v, enum view_format format, struct slice trajectory);
+/* Appends the next line; false after the last. Cost: its length times a small factor. */
+bool view_line(struct view *v, struct sga_buf *out);
+void view_close(struct view *v);
+
+#endif

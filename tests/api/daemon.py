@@ -1,0 +1,139 @@
+"""A daemon of our own on a free port, and a small HTTP client for it."""
+import http.client
+import json
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import tempfile
+import time
+
+
+class Daemon:
+    """Used as a context: starts with an own state folder, stops the process that it started."""
+
+    def __init__(self, build, *flags, state=None):
+        self.build, self.flags = build, flags
+        self.own = state is None
+        self.state = state or tempfile.mkdtemp(prefix="sgad-test-")
+        self.process = self.port = None
+
+    def __enter__(self):
+        self.start()
+        return self
+
+    def __exit__(self, *_):
+        try:
+            if self.process and self.process.poll() is None:
+                self.stop()
+        finally:
+            if self.process and self.process.poll() is None:
+                self.process.kill()
+                self.process.wait()
+            if self.own:
+                shutil.rmtree(self.state, ignore_errors=True)
+
+    def start(self):
+        self.log = open(os.path.join(self.state, "test.log"), "ab")
+        os.makedirs(os.path.join(self.state, "sgad"), exist_ok=True)
+        self.process = subprocess.Popen(
+            [os.path.join(self.build, "sgad"), "--listen", "127.0.0.1:0", "--state", os.path.join(self.state, "sgad"),
+             *os.environ.get("SGA_TEST_DAEMON_FLAGS", "").split(), *self.flags], stdout=subprocess.PIPE, stderr=self.log, start_new_session=True)
+        line = self.process.stdout.readline().decode()
+        if not line.startswith("listening on http://127.0.0.1:"):
+            raise RuntimeError(f"the daemon said {line!r}: {self.errors()}")
+        self.port = int(line.rsplit(":", 1)[1])
+
+    def stop(self, seconds=30):
+        """SIGTERM; the exit status."""
+        self.process.send_signal(signal.SIGTERM)
+        return self.ended(seconds)
+
+    def ended(self, seconds=30):
+        status = self.process.wait(seconds)
+        self.process.stdout.close()
+        self.log.close()
+        return status
+
+    def errors(self):
+        with open(os.path.join(self.state, "test.log"), "rb") as f:
+            return f.read()[-3000:].decode(errors="replace")
+
+    def url(self):
+        return f"http://127.0.0.1:{self.port}"
+
+    # Asking
+
+    def ask(self, method, path, body=None, headers=None, seconds=60):
+        """An Answer. body: an object, text or bytes."""
+        c = http.client.HTTPConnection("127.0.0.1", self.port, timeout=seconds)
+        try:
+            send = dict(headers or {})
+            if body is not None and "Content-Type" not in send:
+                send["Content-Type"] = "application/json"
+            data = body if isinstance(body, bytes) else body.encode() if isinstance(body, str) else \
+                None if body is None else json.dumps(body).encode()
+            try:
+                c.request(method, path, data, {k: v for k, v in send.items() if v is not None})
+            except (BrokenPipeError, ConnectionResetError):
+                pass    # it may have answered before it had read the whole body
+            r = c.getresponse()
+            return Answer(r.status, {k.lower(): v for k, v in r.getheaders()}, r.read())
+        finally:
+            c.close()
+
+    def get(self, path, **headers):
+        return self.ask("GET", path, headers={k.replace("_", "-"): v for k, v in headers.items()})
+
+    def raw(self, data, seconds=5):
+        """Sends bytes as they are; all that comes back until the other side closes or is silent."""
+        with socket.create_connection(("127.0.0.1", self.port), timeout=seconds) as s:
+            s.sendall(data)
+            out = b""
+            try:
+                while True:
+                    piece = s.recv(65536)
+                    if not piece:
+                        return out, True
+                    out += piece
+            except (socket.timeout, ConnectionResetError):
+                return out, False
+
+    def wait(self, id_, seconds=60):
+        """The job once it has ended."""
+        end = time.time() + seconds
+        while time.time() < end:
+            job = self.get("/v1/jobs/" + id_).json()
+            if job["status"] not in ("queued", "running"):
+                return job
+            time.sleep(0.02)
+        raise RuntimeError(f"job {id_} did not end: {job}")
+
+    def children(self):
+        found = []
+        for task in os.listdir(f"/proc/{self.process.pid}/task"):
+            try:
+                with open(f"/proc/{self.process.pid}/task/{task}/children", encoding="ascii") as f:
+                    found += [int(p) for p in f.read().split()]
+            except OSError:
+                pass
+        return found
+
+    def cpu(self):
+        """CPU seconds of the process so far, without its children."""
+        with open(f"/proc/{self.process.pid}/stat", encoding="ascii") as f:
+            parts = f.read().rsplit(")", 1)[1].split()
+        return (int(parts[11]) + int(parts[12])) / os.sysconf("SC_CLK_TCK")
+
+
+class Answer:
+    def __init__(self, status, headers, body):
+        self.status, self.headers, self.body = status, headers, body
+
+    def json(self):
+        return json.loads(self.body, parse_constant=self.no_constant)
+
+    @staticmethod
+    def no_constant(text):
+        raise ValueError(f"{text} is not JSON")

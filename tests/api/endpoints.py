@@ -1,0 +1,186 @@
+"""Every endpoint as it is meant to be used."""
+import json
+import os
+import re
+import time
+
+import schemas
+from common import moving, trivial
+from tally import ROOT
+
+
+def about(d, c):
+    for path, status in (("/healthz", "ok"), ("/readyz", "ready")):
+        a = d.get(path)
+        c.status(a, 200, path)
+        c(a.json().get("status") == status, path, a.body)
+    version = d.get("/version").json()
+    c(version["name"] == "sgad" and version["version"], "version", version)
+    for name in schemas.NAMES:
+        a = d.get("/v1/schema/" + name)
+        c.status(a, 200, f"schema {name}")
+        c(a.headers["content-type"].startswith("application/schema+json"), f"schema {name}: media type")
+        c(a.json() == schemas.load(name), f"schema {name} is the file")
+    a = d.get("/openapi.json")
+    c(a.status == 200 and a.json() == schemas.load("openapi"), "openapi.json is the file")
+
+
+def metrics(d, c):
+    d.ask("POST", "/v1/solve", trivial())
+    a = d.get("/metrics")
+    c.status(a, 200, "metrics")
+    c(a.headers["content-type"].startswith("text/plain"), "metrics: media type")
+    line = re.compile(r'^(# (HELP|TYPE) \S+ .*|[a-zA-Z_:][a-zA-Z0-9_:]*(\{([a-zA-Z_]\w*="[^"]*",?)*\})? [-+0-9.eE]+(inf|nan)?)$')
+    text = a.body.decode()
+    bad = [l for l in text.splitlines() if l and not line.match(l)]
+    c(not bad, "metrics: lines", bad[:3])
+    named = set(re.findall(r"^# TYPE (\S+)", text, re.M))
+    used = {re.sub(r"_(bucket|sum|count)$", "", l.split("{")[0].split(" ")[0]) for l in text.splitlines() if l and l[0] != "#"}
+    c(used and used <= named | {u for u in used if u in named}, "metrics: each has a type", used - named)
+    c(not re.search(r"[0-9a-f]{32}", text), "metrics: no ids in labels")
+
+
+def job(d, c):
+    request = moving()
+    a = d.ask("POST", "/v1/jobs", request)
+    c.status(a, (202, 200), "post")
+    posted = c.job(a, "post")
+    c(a.headers.get("location") == "/v1/jobs/" + posted["id"], "post: Location", a.headers)
+    if a.status == 202:
+        c("retry-after" in a.headers, "post: Retry-After", a.headers)
+    ended = d.wait(posted["id"])
+    c(ended["status"] == "done", "job is done", ended)
+    c(ended["result"]["verdict"] == "unique", "result")
+    a = d.get("/v1/jobs/" + posted["id"])
+    c.job(a, "get")
+    etag = a.headers.get("etag", "")
+    c(re.match(r'^"[^"]+"$', etag), "get: strong ETag", etag)
+    b = d.get("/v1/jobs/" + posted["id"], If_None_Match=etag)
+    c(b.status == 304 and b.body == b"", "get: 304", b.status)
+    b = d.get("/v1/jobs/" + posted["id"], If_None_Match='"other"')
+    c.status(b, 200, "get with another ETag")
+
+
+def cache(d, c):
+    request = moving()
+    first = d.ask("POST", "/v1/solve", request)
+    c.status(first, 200, "solve")
+    one = c.job(first, "solve")
+    c(one.get("cached") is False, "solve: not cached at first", one.get("cached"))
+    for label, text in (("the same", json.dumps(request)), ("with blanks", json.dumps(request, indent=3)),
+                        ("in another order", json.dumps({k: request[k] for k in reversed(request)}))):
+        a = d.ask("POST", "/v1/solve", text)
+        c.status(a, 200, f"cache: {label}")
+        two = c.job(a, f"cache: {label}")
+        c(two.get("cached") is True and two.get("id") == one.get("id"), f"cache: {label}", {k: two.get(k) for k in ("cached", "id")})
+        c(two.get("result") == one.get("result"), f"cache: {label}: the same result")
+    a = d.ask("POST", "/v1/jobs", request)
+    c(a.status == 200 and a.json()["cached"] is True, "POST /v1/jobs answers from the cache", a.status)
+    other = d.ask("POST", "/v1/solve", moving()).json()
+    c(other["id"] != one["id"], "another request is another job")
+
+
+def waiting(d, c):
+    a = d.ask("POST", "/v1/jobs", trivial(), {"Prefer": "wait=20"})
+    c(a.status == 200 and c.job(a, "Prefer")["status"] == "done", "Prefer: wait", a.status)
+    c("wait" in a.headers.get("preference-applied", ""), "Preference-Applied", a.headers)
+    a = d.ask("POST", "/v1/solve", trivial(), {"Prefer": "wait=0"})
+    c.status(a, (200, 202), "solve without waiting")
+    d.wait(a.json()["id"])
+
+
+def listing(d, c):
+    ids = [d.ask("POST", "/v1/solve", trivial()).json()["id"] for _ in range(5)]
+    time.sleep(0.05)
+    a = d.get("/v1/jobs?limit=3")
+    c.status(a, 200, "list")
+    page = a.json()
+    fault = schemas.faults(c.list_schema, page)
+    c(not fault, "list: schema", fault)
+    c([j["id"] for j in page["jobs"]] == ids[:1:-1], "list: newest first", [j["id"] for j in page["jobs"]])
+    second = d.get(f"/v1/jobs?limit=2&cursor={page['next']}").json()
+    c([j["id"] for j in second["jobs"]] == ids[1::-1], "list: the next page", second)
+    seen, cursor = [], ""
+    for _ in range(200):
+        page = d.get("/v1/jobs?limit=2" + (f"&cursor={cursor}" if cursor else "")).json()
+        seen += [j["id"] for j in page["jobs"]]
+        cursor = page.get("next")
+        if not cursor:
+            break
+    c(len(seen) == len(set(seen)) and set(ids) <= set(seen) and not cursor, "list: all pages", len(seen))
+    done = d.get("/v1/jobs?status=done").json()["jobs"]
+    c(done and all(j["status"] == "done" for j in done), "list: filter by status")
+    queued = d.get("/v1/jobs?status=queued").json()["jobs"]
+    c(queued == [], "list: nothing is queued", queued)
+    for query in ("limit=0", "limit=x", "status=asleep", "cursor=x"):
+        c.problem(d.get("/v1/jobs?" + query), 400, "bad_request", f"list: {query}")
+
+
+def trajectory(d, c):
+    job_ = d.ask("POST", "/v1/solve", moving(samples=7)).json()
+    path = f"/v1/jobs/{job_['id']}/trajectory"
+    t = job_["result"]["trajectory"]
+    a = d.get(path)
+    c(a.status == 200 and a.headers["content-type"].startswith("application/json") and a.json() == t, "trajectory: JSON", a.body[:200])
+    for label, b in (("Accept", d.get(path, Accept="text/csv")), ("format", d.get(path + "?format=csv"))):
+        c(b.headers.get("content-type", "").startswith("text/csv"), f"csv by {label}: media type", b.headers)
+        rows = [line.split(",") for line in b.body.decode().splitlines()]
+        c(rows[0] == t["columns"], f"csv by {label}: columns", rows[0])
+        c([[float(x) for x in r] for r in rows[1:]] == t["rows"], f"csv by {label}: rows")
+    for label, b in (("Accept", d.get(path, Accept="application/x-ndjson")), ("format", d.get(path + "?format=ndjson"))):
+        c("ndjson" in b.headers.get("content-type", ""), f"ndjson by {label}: media type", b.headers)
+        rows = [json.loads(line) for line in b.body.decode().splitlines()]
+        c(rows == [dict(zip(t["columns"], r)) for r in t["rows"]], f"ndjson by {label}: rows", rows[:1])
+    b = d.get(path, Accept="text/csv;q=0.1, application/json")
+    c(b.headers["content-type"].startswith("application/json"), "trajectory: qualities of Accept", b.headers)
+    etag = a.headers.get("etag", "")
+    c(etag and d.get(path, If_None_Match=etag).status == 304, "trajectory: 304")
+    c.problem(d.get(path, Accept="image/png"), 406, "not_acceptable", "trajectory: image")
+    none = d.ask("POST", "/v1/solve", trivial()).json()
+    c.problem(d.get(f"/v1/jobs/{none['id']}/trajectory"), 409, "no_trajectory", "trajectory: not asked for")
+
+
+def events(d, c):
+    id_ = d.ask("POST", "/v1/jobs", moving(samples=9)).json()["id"]
+    a = d.get(f"/v1/jobs/{id_}/events")
+    c(a.status == 200 and a.headers["content-type"].startswith("text/event-stream"), "events", a.headers)
+    blocks = [b for b in a.body.decode().split("\n\n") if "event:" in b]
+    fields = [dict(line.split(": ", 1) for line in b.splitlines() if ": " in line and line[0] != ":") for b in blocks]
+    c(fields and fields[-1]["event"] == "end", "events: the last is the end", a.body[-300:])
+    c(all(f["event"] == "progress" for f in fields[:-1]), "events: progress before")
+    c(all("id" in f for f in fields), "events: ids")
+    for f in fields:
+        fault = schemas.faults(c.job_schema, json.loads(f["data"]))
+        c(not fault, "events: job schema", fault)
+    c(json.loads(fields[-1]["data"])["status"] == "done", "events: done")
+    c.status(d.get(f"/v1/jobs/{id_}/events", Last_Event_ID=fields[-1]["id"]), 204, "events: nothing after the end")
+
+
+def examples(d, c):
+    """The project's examples, and an answer sent back as a request."""
+    for name in ("arm", "pendulum", "circuit"):
+        with open(os.path.join(ROOT, "etc", "examples", name + ".json"), encoding="utf-8") as f:
+            a = d.ask("POST", "/v1/solve", f.read())
+        c.status(a, 200, name)
+        j = c.job(a, name)
+        c(j.get("status") == "done" and j["result"]["trajectory"]["ended"] is None, f"example {name}", j.get("error"))
+        if j.get("status") != "done":
+            continue
+        r = j["result"]
+        names = [v["name"].replace("'", "_") for v in r["variables"]]
+        texts = {k.replace("'", "_"): v.replace("'", "_") for k, v in r["vector_field"]["components"].items()}
+        free = r["vector_field"]["free"]
+        if r.get("definitions"):
+            continue
+        back = {"system": {"form": "quasilinear", "variables": names + free,
+                           "A": {"rows": len(names), "cols": len(names + free), "entries": [[i, i, 1] for i in range(len(names))]},
+                           "alpha": [texts[n] for n in names],
+                           "restrict": [k["expression"].replace("'", "_") for k in r["constraints"]]}}
+        again = c.job(d.ask("POST", "/v1/solve", back), f"{name} sent back")
+        c(again.get("status") == "done", f"{name} sent back", again.get("error"))
+        if again.get("status") == "done" and not free:
+            c(again["result"]["dimensions"]["final"] == r["dimensions"]["final"], f"{name} sent back: dimension",
+              again["result"]["dimensions"])
+
+
+ALL = [about, metrics, job, cache, waiting, listing, trajectory, events, examples]

@@ -1,0 +1,47 @@
+"""The daemon over HTTP: run.py BUILD_DIR [TEST...]"""
+import os
+import sys
+import time
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path[:0] = [HERE, os.path.dirname(HERE)]
+
+import endpoints  # noqa: E402
+import life  # noqa: E402
+import refusals  # noqa: E402
+from common import Checks  # noqa: E402
+from daemon import Daemon  # noqa: E402
+from tally import Tally, build_folder  # noqa: E402
+
+
+def one(tally, name, test, *arguments):
+    begun = time.time()
+    try:
+        test(*arguments)
+    except Exception as e:    # an error in one test is one failure; the others go on
+        tally.check(False, name, f"{type(e).__name__}: {e}")
+    if os.environ.get("SGA_TEST_VERBOSE"):
+        print(f"# {name} {time.time() - begun:.1f} s", flush=True)
+
+
+def main():
+    tally, build = Tally("api"), build_folder()
+    checks = Checks(tally)
+    chosen = sys.argv[2:]
+    shared = [t for t in endpoints.ALL + refusals.ALL if not chosen or t.__name__ in chosen]
+    if shared:
+        with Daemon(build) as d:
+            for test in shared:
+                one(tally, test.__name__, test, d, checks)
+                if d.process.poll() is not None:
+                    tally.check(False, test.__name__, f"the daemon died with {d.process.returncode}: {d.errors()}")
+                    d.start()
+            tally.check(d.stop() == 0, "the daemon ends with 0", d.errors()[-500:])
+    for test in life.ALL:
+        if not chosen or test.__name__ in chosen:
+            one(tally, test.__name__, test, build, checks)
+    return tally.end()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,203 @@
+"""What `make bench` shows: ratios of one run. bench.py BUILD_DIR
+
+Every line is measured now, on this machine, against the peer beside it. A target that is
+not reached is shown as FALL SHORT; the exit status is 0 unless something breaks.
+"""
+import hashlib
+import json
+import math
+import os
+import socket
+import sqlite3
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path[:0] = [os.path.dirname(HERE), os.path.join(os.path.dirname(HERE), "api"), HERE]
+
+import cases  # noqa: E402
+import chain  # noqa: E402
+from daemon import Daemon  # noqa: E402
+
+LINES = []
+
+
+def show(what, value, target, ok, note=""):
+    LINES.append((what, value, target, "PASS" if ok else "FALL SHORT", note))
+    print(f"  {what}: {value} (target {target}) {'PASS' if ok else 'FALL SHORT'}  {note}", flush=True)
+
+
+def measure(folder, request, runs=1):
+    path = os.path.join(folder, "request.json")
+    with open(path, "w", encoding="utf-8") as f:
+        json.dump(request, f)
+    run = subprocess.run([os.path.join(folder, "measure"), path, str(runs)], capture_output=True, text=True, timeout=1800, check=False)
+    if run.returncode:
+        raise RuntimeError(run.stderr.strip())
+    return json.loads(run.stdout)
+
+
+def arm(folder):
+    print("the telescopic arm with symbolic parameters: constraints, field, gauge, readable texts, witness")
+    case = next(c for c in cases.load([]) if c["name"] == "arm symbolic")
+    ours = measure(folder, case["request"], 20)
+    peer = json.loads(subprocess.run(["/usr/bin/python3", os.path.join(HERE, "arm_sympy.py")], capture_output=True, text=True,
+                                     timeout=1800, check=True).stdout)
+    ratio = peer["seconds"] / ours["best"]
+    show("SymPy's symbolic part / all of ours", f"{ratio:.0f}", ">= 1000", ratio >= 1000,
+         f"{peer['seconds']:.3f} s, {1e3 * ours['best']:.3f} ms")
+
+
+def chains(folder):
+    print("a chain of N planar pendulums, index and trajectory only")
+    sizes, found = (10, 20, 50, 100), {}
+    for n in sizes:
+        found[n] = measure(folder, chain.request(n), 3 if n < 50 else 1)
+        print(f"  N = {n:3}: {found[n]['best']:8.3f} s {found[n]['peak_kib'] / 1024:8.1f} MiB", flush=True)
+    span = math.log(sizes[-1] / sizes[0])
+    time_ = math.log(found[sizes[-1]]["best"] / found[sizes[0]]["best"]) / span
+    memory = math.log(found[sizes[-1]]["peak_kib"] / found[sizes[0]]["peak_kib"]) / span
+    show("time grows as N to the power", f"{time_:.2f}", "<= 1.2", time_ <= 1.2)
+    show("peak memory grows as N to the power", f"{memory:.2f}", "<= 1.2", memory <= 1.2)
+
+
+class Client:
+    """One connection that is kept alive; requests are sent as prepared bytes."""
+
+    def __init__(self, port):
+        self.socket = socket.create_connection(("127.0.0.1", port), timeout=60)
+        self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self.port, self.rest = port, b""
+
+    def prepare(self, body):
+        data = body if isinstance(body, bytes) else json.dumps(body).encode()
+        return (f"POST /v1/solve HTTP/1.1\r\nHost: 127.0.0.1:{self.port}\r\nContent-Type: application/json\r\n"
+                f"Content-Length: {len(data)}\r\n\r\n").encode() + data
+
+    def send(self, prepared):
+        """The body of the reply."""
+        self.socket.sendall(prepared)
+        while b"\r\n\r\n" not in self.rest:
+            self.more()
+        head, self.rest = self.rest.split(b"\r\n\r\n", 1)
+        if not head.startswith(b"HTTP/1.1 200"):
+            raise RuntimeError(head.decode() + self.rest[:300].decode())
+        length = next(int(h.split(b":")[1]) for h in head.split(b"\r\n") if h.lower().startswith(b"content-length:"))
+        while len(self.rest) < length:
+            self.more()
+        body, self.rest = self.rest[:length], self.rest[length:]
+        return body
+
+    def more(self):
+        piece = self.socket.recv(1 << 20)
+        if not piece:
+            raise RuntimeError("the connection was closed")
+        self.rest += piece
+
+    def close(self):
+        self.socket.close()
+
+
+def cpu(pid):
+    """CPU seconds of all threads so far, in nanosecond steps."""
+    total = 0
+    for task in os.listdir(f"/proc/{pid}/task"):
+        with open(f"/proc/{pid}/task/{task}/schedstat", encoding="ascii") as f:
+            total += int(f.read().split()[0])
+    return total / 1e9
+
+
+def trivial(k):
+    return {"system": {"form": "quasilinear", "variables": ["x"], "A": [[1]], "alpha": [f"{k}*x"]}}
+
+
+def timed(client, prepared):
+    begun = time.perf_counter()
+    body = client.send(prepared)
+    return time.perf_counter() - begun, body
+
+
+def per_request(pid, client, prepared, count):
+    for _ in range(200):
+        client.send(prepared)
+    before = cpu(pid)
+    for _ in range(count):
+        client.send(prepared)
+    return (cpu(pid) - before) / count
+
+
+def http(build, folder):
+    print("HTTP: a trivial job and a cache hit")
+    with Daemon(build, "--log-level", "warn") as d:
+        client = Client(d.port)
+        for k in range(20):
+            client.send(client.prepare(trivial(1000 + k)))
+        fresh, hits = [], []
+        for k in range(200):
+            prepared = client.prepare(trivial(2000 + k))
+            fresh.append(timed(client, prepared)[0])
+            hits.append(timed(client, prepared)[0])
+        ratio = statistics.median(fresh) / statistics.median(hits)
+        show("round trip of a trivial job / of a cache hit", f"{ratio:.2f}", "< 5", ratio < 5,
+             f"{1e6 * statistics.median(fresh):.0f} us, {1e6 * statistics.median(hits):.0f} us")
+        body = json.dumps(trivial(2000)).encode()
+        reply = client.send(client.prepare(body))
+        if json.loads(reply)["cached"] is not True:
+            raise RuntimeError("the daemon did not answer from its cache")
+        best = [[], []]
+        peer, stop = minimal(folder, body, reply)
+        other = Client(peer[1])
+        try:
+            for _ in range(3):
+                best[0].append(per_request(d.process.pid, client, client.prepare(body), 4000))
+                best[1].append(per_request(peer[0], other, other.prepare(body), 4000))
+        finally:
+            other.close()
+            stop()
+        ours, theirs = min(best[0]), min(best[1])
+        show("CPU of a cache hit / of a minimal server", f"{ours / theirs:.2f}", "<= 2", ours <= 2 * theirs,
+             f"{1e6 * ours:.1f} us, {1e6 * theirs:.1f} us a request")
+        client.close()
+
+
+def minimal(folder, body, reply):
+    path = os.path.join(folder, "replies.db")
+    db = sqlite3.connect(path)
+    db.execute("CREATE TABLE replies(key BLOB PRIMARY KEY, reply TEXT)")
+    db.executemany("INSERT INTO replies VALUES (?, ?)", [(hashlib.sha256(str(k).encode()).digest(), reply.decode()) for k in range(1000)])
+    db.execute("INSERT INTO replies VALUES (?, ?)", (hashlib.sha256(body).digest(), reply.decode()))
+    db.commit()
+    db.close()
+    process = subprocess.Popen([os.path.join(folder, "minimal_server"), path], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    port = int(process.stdout.readline())
+
+    def stop():
+        process.stdin.close()
+        process.wait(30)
+    return (process.pid, port), stop
+
+
+def main():
+    build = os.path.abspath(sys.argv[1])
+    folder = os.path.join(build, "bench")
+    broken = 0
+    with tempfile.TemporaryDirectory() as work:
+        for program in ("measure", "minimal_server"):
+            os.symlink(os.path.join(folder, program), os.path.join(work, program))
+        for part in (lambda: arm(work), lambda: chains(work), lambda: http(build, work)):
+            try:
+                part()
+            except Exception as e:    # one broken part does not hide the others
+                broken = 1
+                print(f"  broken: {type(e).__name__}: {e}", flush=True)
+    print()
+    for what, value, target, verdict, note in LINES:
+        print(f"{what:46} {value:>10} {target:>10}  {verdict:10} {note}")
+    return broken
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,58 @@
+/* Runs one request in process and says what it cost: measure FILE [RUNS]
+ *
+ * Prints one line of JSON: the best and the mean CPU seconds of a run, from text to
+ * text, and the peak memory of the process in KiB. Benchmarks start one process for
+ * each measurement, so that the peak belongs to it. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+
+#include "budget.h"
+#include "run.h"
+
+static char *read_file(const char *path, size_t *length)
+{
+    FILE *f = fopen(path, "rb");
+    if (!f || fseek(f, 0, SEEK_END))
+        return NULL;
+    long n = ftell(f);
+    char *text = n < 0 ? NULL : malloc((size_t)n + 1);
+    rewind(f);
+    *length = text ? fread(text, 1, (size_t)n, f) : 0;
+    fclose(f);
+    return text;
+}
+
+int main(int argc, char **argv)
+{
+    size_t length = 0;
+    char *text = argc > 1 ? read_file(argv[1], &length) : NULL;
+    int runs = argc > 2 ? atoi(argv[2]) : 1;
+    if (!text || runs < 1) {
+        fprintf(stderr, "usage: measure FILE [RUNS]\n");
+        return 2;
+    }
+    double best = 0, sum = 0;
+    size_t bytes = 0;
+    for (int i = 0; i < runs; i++) {
+        struct sga_buf out = { 0 };
+        struct sga_error err = { 0 };
+        double begun = sga_cpu();
+        if (!sga_run(text, length, NULL, &out, &err)) {
+            fprintf(stderr, "measure: %s: %s\n", sga_code_text(err.code), err.detail);
+            return 1;
+        }
+        double took = sga_cpu() - begun;
+        best = i == 0 || took < best ? took : best;
+        sum += took;
+        bytes = out.len;
+        sga_buf_free(&out);
+    }
+    struct rusage used;
+    getrusage(RUSAGE_SELF, &used);
+    printf("{\"runs\": %d, \"best\": %.9f, \"mean\": %.9f, \"peak_kib\": %ld, \"result_bytes\": %zu}\n", runs, best,
+           sum / runs, used.ru_maxrss, bytes);
+    free(text);
+    return 0;
+}

@@ -1,0 +1,255 @@
+"""One case: a request, what is expected of the answer, and the identities that hold anyway."""
+import json
+
+import mpmath
+
+import schemas
+from expression import FLOAT, Graph, Undefined, evaluate
+from identities import Answer, Broken
+
+KNOWN = set("verdict ambient generations final index differentiation seed gauge equilibrium variables on off field "
+            "parameters near digits error trajectory strata initial points identities".split())
+
+
+def number(x):
+    return float(evaluate(x if isinstance(x, str) else repr(x)))
+
+
+class CaseCheck:
+    def __init__(self, tally, solver):
+        self.tally, self.solver = tally, solver
+        self.result_schema, self.problem_schema = schemas.validator("result"), schemas.validator("problem")
+        self.request_schema = schemas.validator("request")
+
+    def run(self, case):
+        expect = case["expect"]
+        name = case["name"]
+        unknown = set(expect) - KNOWN
+        if unknown or not case.get("source"):
+            self.tally.check(False, name, f"the case itself: {unknown or 'no source'}")
+            return
+        request = case["body"] if "body" in case else case["request"]
+        try:
+            result, problem = self.solver.solve(request)
+        except Exception as e:    # a crash of the program under test is one failed case
+            self.tally.check(False, name, str(e))
+            return
+        try:
+            if "error" in expect:
+                self.refusal(name, expect["error"], result, problem)
+            elif problem is not None:
+                self.tally.check(False, name, f"refused: {json.dumps(problem)}")
+            else:
+                self.answer(name, case, expect, result)
+        except Broken as e:
+            self.tally.check(False, name, str(e))
+        except Exception as e:
+            self.tally.check(False, name, f"checker: {type(e).__name__}: {e}")
+
+    def same(self, name, what, is_, should):
+        self.tally.check(is_ == should, f"{name}: {what}", f"is {is_!r}, should be {should!r}")
+
+    def refusal(self, name, expect, result, problem):
+        if problem is None:
+            self.tally.check(False, name, f"accepted, verdict {result.get('verdict')}, should be {expect}")
+            return
+        if "type" in problem:    # the object itself, not the line for reading
+            fault = schemas.faults(self.problem_schema, problem)
+            self.tally.check(not fault, f"{name}: problem schema", fault)
+        for member, should in expect.items():
+            allowed = should if isinstance(should, list) else [should]
+            self.tally.check(problem.get(member) in allowed, f"{name}: {member}",
+                             f"is {problem.get(member)!r}, should be {should!r} ({problem.get('detail')})")
+
+    def answer(self, name, case, expect, result):
+        request = case["request"]
+        fault = schemas.faults(self.request_schema, request)
+        self.tally.check(not fault, f"{name}: request schema", fault)
+        fault = schemas.faults(self.result_schema, result)
+        self.tally.check(not fault, f"{name}: result schema", fault)
+        self.plain(name, expect, result)
+        answer = Answer(request, result, digits=expect.get("digits", 50), near=expect.get("near"),
+                        parameters=expect.get("parameters"), points=expect.get("points", 2))
+        if expect.get("identities", True):
+            try:
+                answer.check()
+                self.tally.check(True, name)
+            except Broken as e:
+                self.tally.check(False, f"{name}: identities", str(e))
+        self.at_points(name, expect, answer)
+        if "trajectory" in expect:
+            TrajectoryCheck(self.tally, name, request, result, answer).run(expect["trajectory"])
+
+    def plain(self, name, expect, result):
+        dims, index = result.get("dimensions", {}), result.get("index", {})
+        where = {"verdict": result.get("verdict"), "ambient": dims.get("ambient"), "generations": dims.get("generations"),
+                 "final": dims.get("final"), "index": index.get("generations"), "seed": index.get("seed"),
+                 "differentiation": index.get("differentiation"), "gauge": result.get("gauge", {}).get("dimension"),
+                 "equilibrium": result.get("equilibrium")}
+        for key, value in where.items():
+            if key in expect:
+                self.same(name, key, value, expect[key])
+        if "variables" in expect:
+            self.same(name, "variables", sorted(v["name"] for v in result.get("variables", [])), sorted(expect["variables"]))
+        if "initial" in expect:
+            got = result.get("consistent_initial") or result["trajectory"]["initial"]
+            self.close(name, "projected", got["projected"], expect["initial"], 1e-8)
+
+    def close(self, name, what, got, should, tolerance):
+        for key, value in should.items():
+            value = number(value)
+            ok = got.get(key) is not None and abs(got[key] - value) <= tolerance * (1 + abs(value))
+            self.tally.check(ok, f"{name}: {what} {key}", f"is {got.get(key)}, should be {value}")
+
+    def at_points(self, name, expect, answer):
+        bound = mpmath.mpf(10) ** (-answer.digits // 2)
+        given = expect.get("parameters", {})
+        for p in expect.get("on", []):
+            r = answer.residuals({**given, **p})
+            self.tally.check(all(abs(x) < bound for x in r), f"{name}: {p} lies on Pf", str([mpmath.nstr(x, 3) for x in r]))
+        for p in expect.get("off", []):
+            try:
+                r = answer.residuals({**given, **p})
+            except Undefined:
+                r = [1]
+            self.tally.check(any(abs(x) > bound for x in r), f"{name}: {p} does not lie on Pf")
+        for f in expect.get("field", []):
+            gap = answer.field_differs({**given, **f["at"]}, f["value"])
+            self.tally.check(gap < bound, f"{name}: X at {f['at']}", f"differs by {mpmath.nstr(gap, 3)}")
+        for p in expect.get("strata", []):
+            with mpmath.workdps(60):
+                env = answer.point({**given, **p})
+                sets = [s["where"] for s in answer.result.get("strata", [])]
+                sets += [[a["expression"]] for a in answer.result.get("assumptions", [])]
+                hit = any(all(abs(self.value(answer, e, env)) < bound for e in where) for where in sets)
+            self.tally.check(hit, f"{name}: {p} lies on a stratum", str(sets))
+
+    @staticmethod
+    def value(answer, text, env):
+        from expression import EXACT
+        e = answer.graph.parse(text)
+        return answer.graph.values(answer.graph.cone([e]), env, EXACT)[e]
+
+
+class TrajectoryCheck:
+    """Samples against the constraints, against closed forms, and against the motion that
+    our own linear algebra finds at the samples (Simpson's rule over three of them)."""
+
+    def __init__(self, tally, name, request, result, answer):
+        self.tally, self.name, self.request, self.result, self.answer = tally, name, request, result, answer
+        self.spec = request["trajectory"]
+        self.t = result["trajectory"]
+        self.columns = self.t["columns"]
+        self.rows = self.t["rows"]
+
+    def check(self, ok, what, detail=""):
+        self.tally.check(ok, f"{self.name}: trajectory: {what}", detail)
+
+    def run(self, expect):
+        self.check(self.columns[0] == self.answer.problem.time, "first column is time", str(self.columns))
+        self.check(all(len(r) == len(self.columns) and None not in r for r in self.rows), "rows are full")
+        if not self.rows:
+            self.check(expect.get("rows") == 0, "has rows")
+            return
+        if "rows" in expect:
+            self.check(len(self.rows) == expect["rows"], "rows", str(len(self.rows)))
+        self.ended(expect.get("ended"))
+        self.times()
+        if "final" in expect:
+            last = dict(zip(self.columns, self.rows[-1]))
+            tolerance = expect.get("tolerance", 1e-6)
+            for key, value in expect["final"].items():
+                value = number(value)
+                self.check(abs(last[key] - value) <= tolerance * (1 + abs(value)), f"final {key}", f"is {last[key]}, should be {value}")
+        for text in expect.get("conserved", []):
+            self.conserved(text, expect.get("tolerance", 1e-6))
+        for key, text in expect.get("closed", {}).items():
+            self.closed(key, text, expect.get("tolerance", 1e-6))
+        if set(self.answer.names) <= set(self.columns):
+            self.residuals(expect.get("residual", 1e-9))
+            self.simpson(expect.get("defect", 1e-4))
+
+    def ended(self, expect):
+        ended = self.t["ended"]
+        if expect is None:
+            self.check(ended is None, "reaches its end", str(ended))
+            return
+        self.check(ended is not None, "ends early")
+        if ended is None:
+            return
+        if "reason" in expect:
+            allowed = expect["reason"] if isinstance(expect["reason"], list) else [expect["reason"]]
+            self.check(ended["reason"] in allowed, "reason", str(ended))
+        if "t" in expect:
+            self.check(abs(ended["t"] - number(expect["t"])) <= expect.get("tolerance", 1e-3), "ends at its time", str(ended))
+        self.check(all(r[0] <= ended["t"] + 1e-12 for r in self.rows), "no sample lies past the end")
+
+    def times(self):
+        if "samples" not in self.spec or self.t["ended"]:
+            return
+        a, b, n = number(self.spec["start"]), number(self.spec["stop"]), self.spec["samples"]
+        self.check(len(self.rows) == n, "as many rows as samples", str(len(self.rows)))
+        if n > 1:
+            off = max(abs(r[0] - (a + (b - a) * i / (n - 1))) for i, r in enumerate(self.rows))
+            self.check(off <= 1e-12 * max(1, abs(b)), "evenly spaced", str(off))
+
+    def environments(self):
+        for r in self.rows:
+            yield dict(zip(self.columns, r))
+
+    def along(self, text):
+        g = Graph()
+        for n, v in (self.request["system"].get("parameters") or {}).items():
+            if v is not None:
+                g.define(n, v)
+        e = g.parse(text)
+        cone = g.cone([e])
+        return [g.values(cone, env, FLOAT)[e] for env in self.environments()]
+
+    def conserved(self, text, tolerance):
+        v = self.along(text)
+        size = 1 + max(abs(x) for x in v)
+        self.check(max(v) - min(v) <= tolerance * size, f"{text} is conserved", f"varies by {max(v) - min(v):.3g}")
+
+    def closed(self, key, text, tolerance):
+        v = self.along(f"({text}) - {key}") if key.isidentifier() else self.along(text)
+        size = 1 + max(abs(env[key]) for env in self.environments())
+        worst = max(abs(x) for x in v)
+        self.check(worst <= tolerance * size, f"{key} = {text}", f"off by {worst:.3g}")
+
+    def residuals(self, bound):
+        g = self.answer.graph
+        worst = 0
+        for env in self.environments():
+            for _, e in self.answer.constraints:
+                value = g.values(g.cone([e]), env, FLOAT)
+                size = 1 + max([abs(v) for v in value.values() if isinstance(v, float)] + [0])
+                worst = max(worst, abs(value[e]) / size)
+        self.check(worst <= bound, "stays on Pf", f"residual {worst:.3g}")
+
+    def simpson(self, bound):
+        """x(t+2h) - x(t) against h/3 (v0 + 4 v1 + v2) of the velocity that our route finds."""
+        gauge = self.spec.get("gauge", {})
+        if "conditions" in gauge or len(self.rows) < 3:
+            return
+        rates = {n: self.answer.graph.parse(e) for n, e in gauge.get("rates", {}).items()}
+        middle = len(self.rows) // 2
+        for first in {0, max(0, middle - 1), len(self.rows) - 3}:
+            trio = list(self.environments())[first:first + 3]
+            v = []
+            with mpmath.workdps(30):
+                for env in trio:
+                    move = self.answer.motion({k: mpmath.mpf(x) for k, x in env.items()}, rates)
+                    if move is None:
+                        self.check(False, "has a tangent motion at a sample")
+                        return
+                    v.append(move)
+            time = self.answer.problem.time
+            h = (trio[2][time] - trio[0][time]) / 2
+            for i, n in enumerate(self.answer.names):
+                step = trio[2][n] - trio[0][n]
+                rule = float(h / 3 * (v[0][i] + 4 * v[1][i] + v[2][i]))
+                if abs(step - rule) > bound * (1 + abs(step)):
+                    self.check(False, f"moves along X ({n}, row {first})", f"step {step:.6g}, rule {rule:.6g}")
+                    return
+        self.check(True, "moves along X")

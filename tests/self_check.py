@@ -1,0 +1,194 @@
+"""The checkers themselves: a right answer must pass, a spoilt one must not. self_check.py BUILD_DIR
+
+The answers are made by the SymPy reduction, so nothing of the C code runs here.
+"""
+import copy
+import random
+import sys
+from fractions import Fraction
+
+import mpmath
+import sympy as sp
+
+import cases
+import linear
+import linear_oracle
+import sympy_check
+from expression import EXACT, FLOAT, Graph, Syntax, Undefined, evaluate
+from identities import Answer, Broken
+from tally import Tally
+
+# By hand, for SymPy's way leads over a square root.
+PENDULUM = {"constraints": ["x^2 + y^2 - 4", "x*u + y*v", "u^2 + v^2 - 10*y - 4*lambda"],
+            "field": ["u", "v", "-lambda*x", "-lambda*y - 10", "-15*v/2"]}
+CHOSEN = [("arm numeric", sp.cancel), ("pendulum first order", sp.simplify), ("Gear Petzold 2", sp.cancel),
+          ("2x2 option 2b(i) coincident", sp.cancel), ("restrict and compatibility", sp.cancel),
+          ("product of velocities", sp.simplify)]
+VALUES = [("-x^2", -4), ("2^-3", .125), ("2^3^2", 512), ("-2^-2", -.25), ("x*-3", -6), ("6/2/3", 1), ("1-2-3", -4),
+          ("min(3, x, 1)", 1), ("max(3, x)", 3), ("1.5e-3", .0015), ("der(y, 2) + der(y)", 30), ("y''", 20), ("cbrt(-8)", -2),
+          ("atan2(1, 1)*4 - pi", 0), ("x**2", 4), ("(1 + x)*(2 - x)/-3", 0), ("2*-x^2", -8), ("abs(-x)/sign(-x)", -2),
+          ("+x - -x", 4), ("2^-x^2", 1 / 16)]
+
+
+def text(e):
+    return str(e).replace("**", "^")
+
+
+def made(case, simplify):
+    """A result in the contract's shape from SymPy's answer, or by hand."""
+    if case["name"] == "pendulum first order":
+        names = case["request"]["system"]["variables"]
+        return {"verdict": "unique", "variables": [{"name": n, "role": "variable"} for n in names],
+                "dimensions": {"ambient": 5, "generations": [4, 3, 2], "final": 2},
+                "index": {"generations": 3, "differentiation": 3, "seed": 2},
+                "constraints": [{"generation": k, "expression": e} for k, e in enumerate(PENDULUM["constraints"], 1)],
+                "vector_field": {"components": dict(zip(names, PENDULUM["field"])), "free": []},
+                "gauge": {"dimension": 0, "fields": []}}
+    other, symbols = sympy_check.reduce(case["request"], case["expect"].get("variables"), simplify)
+    from problem import Problem
+    names = Problem(case["request"], case["expect"].get("variables")).names
+    dims = other["generations"]
+    free = [f"f{k + 1}" for k in range(len(other["gauge"]))]
+    return {"verdict": other["verdict"], "variables": [{"name": n, "role": "variable"} for n in names],
+            "dimensions": {"ambient": len(names), "generations": dims, "final": other["final"]},
+            "index": {"generations": len(dims), "differentiation": None, "seed": max(0, len(dims) - 1)},
+            "constraints": [{"generation": k, "expression": text(e)} for k, e in other["manifold"].constraints],
+            "vector_field": {"components": {n: text(e) for n, e in zip(names, other["X"])}, "free": free},
+            "gauge": {"dimension": len(free), "fields": [{n: text(z[i]) for i, n in enumerate(names)} for z in other["gauge"]]}}
+
+
+def spoilt(result):
+    """Wrong variants, each with what is wrong."""
+    def variant(change):
+        r = copy.deepcopy(result)
+        change(r)
+        return r
+
+    def drop(r):
+        r["constraints"].pop()
+        r["dimensions"]["generations"] = r["dimensions"]["generations"][:-1]
+        r["dimensions"]["final"] = (r["dimensions"]["generations"] or [r["dimensions"]["ambient"]])[-1]
+        r["index"]["generations"] -= 1
+        r["index"]["seed"] = max(0, r["index"]["generations"] - 1)
+
+    def surplus(r):
+        if r["dimensions"]["final"] == 0:
+            r["constraints"][0]["expression"] += " + 1/3"
+            return
+        name = r["variables"][0]["name"]
+        r["constraints"].append({"generation": len(r["dimensions"]["generations"]) + 1, "expression": f"{name} - 1/3"})
+        r["dimensions"]["final"] -= 1
+        r["dimensions"]["generations"].append(r["dimensions"]["final"])
+        r["index"]["generations"] += 1
+        r["index"]["seed"] += 1
+
+    def component(r):
+        c = r["vector_field"]["components"]
+        name = list(c)[0]
+        c[name] = f"({c[name]}) + 1/1000000"
+
+    def shifted(r):
+        c = r["constraints"][-1]
+        c["expression"] = f"({c['expression']}) + 1/1000"
+
+    yield "a constraint is missing", variant(drop)
+    yield "a constraint too many", variant(surplus)
+    yield "a component is wrong", variant(component)
+    yield "a constraint is shifted", variant(shifted)
+    if result["gauge"]["fields"]:
+        def no_gauge(r):
+            r["gauge"] = {"dimension": 0, "fields": []}
+            r["vector_field"]["free"] = []
+            r["verdict"] = "unique"
+
+        def bent(r):
+            z = r["gauge"]["fields"][0]
+            name = [n for n in z if z[n] == "0"][0]
+            z[name] = "1/7"
+        yield "the gauge field is left out", variant(no_gauge)
+        yield "the gauge field is wrong", variant(bent)
+
+
+def check_identities(tally):
+    wanted = dict(CHOSEN)
+    for case in cases.load([]):
+        if case["name"] not in wanted:
+            continue
+        good = made(case, wanted.pop(case["name"]))
+        try:
+            Answer(case["request"], good).check()
+            tally.check(True, case["name"])
+        except Broken as e:
+            tally.check(False, f"{case['name']}: a right answer passes", str(e))
+        for what, bad in spoilt(good):
+            try:
+                Answer(case["request"], bad).check()
+                tally.check(False, f"{case['name']}: {what}: is found")
+            except (Broken, Undefined):
+                tally.check(True, what)
+    tally.check(not wanted, "chosen cases exist", str(wanted))
+
+
+def check_expressions(tally):
+    env = {"x": 2, "y'": 10, "y''": 20}
+    for t, value in VALUES:
+        for number, kind in ((EXACT, mpmath.mpf), (FLOAT, float)):
+            got = evaluate(t, {k: kind(v) for k, v in env.items()}, number)
+            tally.check(abs(got - value) < 1e-12, t, f"{got}, should be {value}")
+    for t in ("1 +", "(x", "x)", "1 2", "sin()", "x $ y", "* x", "sin x"):
+        try:
+            Graph().parse(t)
+            tally.check(False, f"{t} is refused")
+        except Syntax:
+            tally.check(True, t)
+    for t in ("1/(x - 2)", "log(-x)", "sqrt(-x)", "acos(x)", "(-x)^(1/2)"):
+        try:
+            evaluate(t, {"x": mpmath.mpf(2)})
+            tally.check(False, f"{t} has no value")
+        except Undefined:
+            tally.check(True, t)
+    for f in ("sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh exp log sqrt cbrt abs").split():
+        g = Graph()
+        e = g.parse(f"x*{f}(x*y + c)^2/y")
+        cone = g.cone([e])
+        point = {"x": mpmath.mpf("0.7"), "y": mpmath.mpf("0.9"), "c": mpmath.mpf(1 if f == "acosh" else 0)}
+        with mpmath.workdps(40):
+            slope = g.gradient(e, g.values(cone, point, EXACT), EXACT)
+            h = mpmath.mpf(10) ** -13
+            for n in "xy":
+                side = [g.values(cone, {**point, n: point[n] + s * h}, EXACT)[e] for s in (1, -1)]
+                tally.check(abs((side[0] - side[1]) / (2 * h) - slope[n]) < 1e-12, f"derivative of {f}")
+
+
+def check_linear(tally):
+    rng = random.Random(7)
+    for _ in range(20):
+        m, n = rng.randint(1, 4), rng.randint(1, 4)
+        rows = [[Fraction(rng.randint(-2, 2)) for _ in range(n)] for _ in range(m)]
+        rank = sp.Matrix(rows).rank()
+        tally.check(linear.rank(rows) == rank, "exact rank")
+        tally.check(len(linear.left_kernel(rows)) == m - rank, "left kernel")
+        floats = [[mpmath.mpf(int(a)) for a in r] for r in rows]
+        tally.check(linear.rank(floats, mpmath.mpf(10) ** -10) == rank, "numeric rank")
+        x = [Fraction(rng.randint(-3, 3)) for _ in range(n)]
+        b = [sum(a * c for a, c in zip(r, x)) for r in rows]
+        y = linear.least_norm(rows, b)
+        tally.check([sum(a * c for a, c in zip(r, y)) for r in rows] == b, "solution")
+        tally.check(sum(a * a for a in y) <= sum(a * a for a in x), "least norm")
+    options = [((1, 2, 3, 4, 5, 6), "unique"), ((1, 2, 3, 0, 0, 0), "underdetermined"), ((1, 2, 3, 0, 0, 1), "inconsistent"),
+               ((1, 0, 3, 2, 0, 1), "inconsistent"), ((2, 0, 3, 4, 0, 6), "underdetermined"), ((1, 2, 3, 4, 0, 5), "isolated")]
+    for (a11, a12, u1, a21, a22, u2), verdict in options:
+        got = linear_oracle.reduce([[1, 0], [0, 0]], [[a11, a12], [a21, a22]], [u1, u2])
+        tally.check(got["verdict"] == verdict, "the options of the 2x2 system", str(got))
+
+
+def main():
+    tally = Tally("self")
+    check_expressions(tally)
+    check_linear(tally)
+    check_identities(tally)
+    return tally.end()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
