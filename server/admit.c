@@ -106,3 +106,10 @@ bool admit_body(struct exchange *e, struct sga_error *err)
         return sga_fail(err, SGA_E_BODY_TOO_LARGE, "The body may have at most %ld bytes.", e->service->config.body_limit);
     return true;
 }
+
+bool admit_drop(struct exchange *e)
+{
+    const char *length = exchange_header(e, "Content-Length");
+    unsigned long long most = ADMIT_DROP_FACTOR * (unsigned long long)e->service->config.body_limit;
+    return !exchange_header(e, "Expect") && (!length || strtoull(length, NULL, 10) <= most);
+}

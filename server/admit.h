@@ -9,6 +9,11 @@
 /* Looks at the request line and the headers, before any of the body is read. False with
  * err filled; then the connection should be closed. */
 bool admit(struct exchange *e, struct sga_error *err);
+enum { ADMIT_DROP_FACTOR = 4 };
+/* May the body of a refused request be read and dropped? It may where it is announced to be
+ * at most four times the limit and the client does not wait for our leave (Expect). Replying
+ * at once costs the connection, and many clients never see such a reply. */
+bool admit_drop(struct exchange *e);
 /* For requests with a body that is a job: type and announced size. */
 bool admit_body(struct exchange *e, struct sga_error *err);
 

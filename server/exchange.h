@@ -20,7 +20,7 @@ struct exchange {
     char traceparent[64];            /* "" where there is none */
     bool begun;                      /* the headers were looked at */
     bool bad_path;                   /* a %00 in the path */
-    bool overflow;                   /* the body grew past the limit */
+    struct sga_error refusal;        /* already refused: the body is dropped, then this is the reply */
     double began;                    /* sga_now() */
     int status;                      /* of the reply; 0: none yet */
 

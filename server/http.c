@@ -18,7 +18,7 @@
 #include <strings.h>
 #include <unistd.h>
 
-enum { POOL = 2, TICK_MS = 50, CUT_MS = 1000, STOP_MS = 5000, OVERFLOW_FACTOR = 4 };
+enum { POOL = 2, TICK_MS = 50, CUT_MS = 1000, STOP_MS = 5000 };
 
 struct http {
     struct service *service;
@@ -117,27 +117,22 @@ static void name_request(struct exchange *e)
         strcpy(e->traceparent, trace);
 }
 
-/* Finds what answers this path and method. MHD_YES without a reply: found. */
-static enum MHD_Result find_route(struct exchange *e, const char *path)
+/* Finds what answers this path and method. False with err filled. */
+static bool find_route(struct exchange *e, const char *path, struct sga_error *err)
 {
-    struct sga_error err = { 0 };
     e->route = route_find(path, e->segment, sizeof e->segment);
     if (!e->route)
-        return reply_error(e, SGA_E_NOT_FOUND, "There is nothing at this path. /openapi.json lists what there is.");
+        return sga_fail(err, SGA_E_NOT_FOUND, "There is nothing at this path. /openapi.json lists what there is.");
     if (!route_handler(e->route, e->method)) {
         char allow[64];
         route_allow(e->route, allow, sizeof allow);
         reply_header(e, "Allow", "%s", allow);
-        return reply_error(e, SGA_E_METHOD, "This path allows %s.", allow);
+        return sga_fail(err, SGA_E_METHOD, "This path allows %s.", allow);
     }
-    if (strcmp(e->method, "POST") == 0 && !admit_body(e, &err))
-        return reply_problem(e, &err);
-    return MHD_YES;
+    return strcmp(e->method, "POST") != 0 || admit_body(e, err);
 }
 
-/* The headers have come. MHD_YES without a reply: go on with the body, if there is one.
- * What has a body is refused before it is read, which costs the connection; what has none
- * is refused after, which does not. */
+/* The headers have come. MHD_YES without a reply: go on with the body, if there is one. */
 static enum MHD_Result begin(struct exchange *e, const char *path, const char *method)
 {
     struct sga_error err = { 0 };
@@ -150,20 +145,21 @@ static enum MHD_Result begin(struct exchange *e, const char *path, const char *m
         reply_header(e, "Connection", "close");
         return reply_problem(e, &err);
     }
-    bool body = exchange_header(e, "Content-Length") || exchange_header(e, "Transfer-Encoding");
-    return body ? find_route(e, path) : MHD_YES;
+    if (find_route(e, path, &e->refusal) || admit_drop(e))
+        return MHD_YES;
+    return reply_problem(e, &e->refusal);
 }
 
-/* A piece of the body. Past the limit the rest is dropped, so that a client which reads
- * only after it has written gets its answer; past four times the limit it is cut. */
+/* A piece of the body. That of a request refused already is dropped, so that a client which
+ * reads only after it has written gets its answer; but not without end. */
 static enum MHD_Result take(struct exchange *e, const char *data, size_t n)
 {
     size_t limit = (size_t)e->service->config.body_limit;
     e->received += n;
     if (e->received > limit)
-        e->overflow = true;
-    if (e->overflow)
-        return e->received <= OVERFLOW_FACTOR * limit ? MHD_YES : MHD_NO;
+        sga_fail(&e->refusal, SGA_E_BODY_TOO_LARGE, "The body may have at most %zu bytes.", limit);
+    if (e->refusal.code != SGA_E_OK)
+        return e->received <= ADMIT_DROP_FACTOR * limit ? MHD_YES : MHD_NO;
     if (e->length + n > e->capacity) {
         size_t want = e->capacity ? 2 * e->capacity : 4096;
         while (want < e->length + n)
@@ -195,13 +191,8 @@ static enum MHD_Result on_request(void *cls, struct MHD_Connection *connection, 
         *size = 0;
         return take(e, data, n);
     }
-    if (e->overflow)
-        return reply_error(e, SGA_E_BODY_TOO_LARGE, "The body may have at most %ld bytes.", e->service->config.body_limit);
-    if (!e->route) {
-        enum MHD_Result rc = find_route(e, path);
-        if (rc == MHD_NO || e->status)
-            return rc;
-    }
+    if (e->refusal.code != SGA_E_OK)
+        return reply_problem(e, &e->refusal);
     return route_handler(e->route, e->method)(e);
 }
 

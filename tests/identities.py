@@ -86,13 +86,17 @@ class Answer:
                     rows = [self.row(e, env, c) for e, c in zip(nodes, cones)]
                 except Undefined:
                     return None
-                size = max([mpmath.mpf(0)] + [abs(r[0]) / max([mpmath.mpf(10) ** -30] + [abs(d) for d in r[1]]) for r in rows])
-                if size < mpmath.mpf(10) ** (-digits) or (not rows):
-                    return env
-                move = linear.least_norm([r[1] for r in rows], [-r[0] for r in rows], mpmath.mpf(10) ** -14)
-                if move is None:
+                steep = [max(abs(d) for d in r[1]) for r in rows]
+                if any(s == 0 for s in steep):
                     return None
-                big = max(abs(a) for a in move)
+                size = max([mpmath.mpf(0)] + [abs(r[0]) / s for r, s in zip(rows, steep)])
+                if size < mpmath.mpf(10) ** (-digits):
+                    return env
+                move = linear.least_norm([[d / s for d in r[1]] for r, s in zip(rows, steep)],
+                                         [-r[0] / s for r, s in zip(rows, steep)], mpmath.mpf(10) ** -14)
+                big = max(abs(a) for a in move) if move else 0
+                if big == 0:
+                    return None
                 damp = min(mpmath.mpf(1), 1 / big)
                 if last is not None and size > 1e6 * last:
                     return None

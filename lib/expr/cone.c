@@ -53,7 +53,8 @@ void expr_cone_of(const struct expr_store *st, struct expr_cone *c, const expr_i
         for (int k = 0; k < n; k++)
             push(c, expr_child(st, e, k));
     }
-    qsort(c->list, (size_t)c->count, sizeof *c->list, by_id);
+    if (c->count)
+        qsort(c->list, (size_t)c->count, sizeof *c->list, by_id);
 }
 
 static expr_id rebuild_solve(struct expr_store *st, expr_id e, const expr_id *to)

@@ -23,7 +23,7 @@ struct lin_kkt {
     struct lin_lu *lu;
     double *unit;             /* n: 1/w, and 0 where held */
     double *row;              /* c: D */
-    double *v;                /* n + c: right-hand side and solution */
+    double *v;                /* 3 (n + c): right-hand side and solution, and for refining */
     double alpha;
     double rcond;             /* < 0: not known yet */
     bool regular;
@@ -68,7 +68,7 @@ struct lin_kkt *lin_kkt_new(const struct lin_sparse *J)
     k->lu = lin_lu_new(k->K);
     k->unit = sga_calloc((size_t)k->n + 1, sizeof *k->unit);
     k->row = sga_calloc((size_t)k->c + 1, sizeof *k->row);
-    k->v = sga_calloc((size_t)k->n + (size_t)k->c + 1, sizeof *k->v);
+    k->v = sga_calloc(3 * ((size_t)k->n + (size_t)k->c) + 1, sizeof *k->v);
     return k;
 }
 
@@ -233,6 +233,22 @@ bool lin_kkt_factor(struct lin_kkt *k, const double *val, const double *w, const
     return true;
 }
 
+/* v becomes K^-1 v, with one step of refinement: it makes the conditions hold to the
+ * rounding of their terms also where the weights make K ill-conditioned. */
+static void solve_refined(struct lin_kkt *k)
+{
+    int size = k->n + k->c;
+    double *b = k->v, *x = k->v + size, *Kx = x + size;
+    memcpy(x, b, (size_t)size * sizeof *b);
+    lin_lu_solve(k->lu, x);
+    lin_sparse_times(k->K, x, Kx);
+    for (int i = 0; i < size; i++)
+        b[i] -= Kx[i];
+    lin_lu_solve(k->lu, b);
+    for (int i = 0; i < size; i++)
+        b[i] += x[i];
+}
+
 void lin_kkt_solve(struct lin_kkt *k, const double *r, const double *g, double *d)
 {
     assert(k->regular);
@@ -240,7 +256,7 @@ void lin_kkt_solve(struct lin_kkt *k, const double *r, const double *g, double *
         k->v[j] = g && k->unit[j] > 0 ? k->alpha * g[j] / k->unit[j] : 0;
     for (int i = 0; i < k->c; i++)
         k->v[k->n + i] = -r[i] * k->row[i];
-    lin_lu_solve(k->lu, k->v);
+    solve_refined(k);
     for (int j = 0; j < k->n; j++)
         d[j] = k->v[j] * k->unit[j];
 }

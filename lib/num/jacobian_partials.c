@@ -33,14 +33,13 @@ static void binary(struct jacobian_step *s, double x, double y, double u, bool b
     }
 }
 
-/* u: the value; next, before: the neighbouring slots, for sine and cosine pairs. */
+/* u: where the value stands; its neighbours serve sine and cosine pairs. */
 static double unary(int op, double x, const double *u, int n)
 {
     switch (op) {
     case EXPR_NEG:     return -1;
     case TAPE_SQUARE:  return 2 * x;
     case TAPE_CUBE:    return 3 * x * x;
-    case TAPE_INVERSE: return -u[0] * u[0];
     case EXPR_POWI:    return n * integer_power(x, n - 1);
     case TAPE_SINCOS:  return u[1];
     case TAPE_PAIRED:  return -u[-1];

@@ -114,12 +114,9 @@ static int emit_solve(struct builder *b, int index)
 static int emit_power(struct builder *b, const struct expr_node *n)
 {
     int a = b->slot[n->a];
-    switch (n->b) {
-    case 2:  return emit(b, TAPE_SQUARE, a, 0);
-    case 3:  return emit(b, TAPE_CUBE, a, 0);
-    case -1: return emit(b, TAPE_INVERSE, a, 0);
-    default: return emit(b, EXPR_POWI, a, n->b);
-    }
+    if (n->b == 2 || n->b == 3)
+        return emit(b, n->b == 2 ? TAPE_SQUARE : TAPE_CUBE, a, 0);
+    return emit(b, EXPR_POWI, a, n->b);
 }
 
 static void emit_node(struct builder *b, expr_id e)

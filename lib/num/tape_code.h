@@ -9,9 +9,8 @@
 
 /* Beyond the operators of the store: */
 enum {
-    TAPE_SQUARE = EXPR_OP_COUNT,   /* a^2, a^3, 1/a: the usual integer powers */
+    TAPE_SQUARE = EXPR_OP_COUNT,   /* a^2 and a^3, the usual powers */
     TAPE_CUBE,
-    TAPE_INVERSE,
     TAPE_SINCOS,      /* sin a here, cos a in the next slot, which is a TAPE_PAIRED */
     TAPE_PAIRED,      /* written by the instruction before */
     TAPE_FACTOR,      /* factor linear solve a, and solve it; the slot itself is unused */

@@ -48,7 +48,6 @@ void tape_run(struct num_tape *t, int from, int to)
         case EXPR_NEG:   *w = -v[c->a]; break;
         case TAPE_SQUARE: *w = v[c->a] * v[c->a]; break;
         case TAPE_CUBE:  *w = v[c->a] * v[c->a] * v[c->a]; break;
-        case TAPE_INVERSE: *w = 1 / v[c->a]; break;
         case EXPR_POWI:  *w = power(v[c->a], c->b); break;
         case EXPR_POW:   *w = real_power(v[c->a], v[c->b]); break;
         case TAPE_SINCOS: sincos(v[c->a], w, w + 1); break;

@@ -26,12 +26,16 @@ struct job {
     bool witnessed;
     struct traj_result trajectory;
     bool has_trajectory;
+    struct traj_initial initial;
+    bool has_initial;
     struct stratum { expr_id factor; const char *kind; char *text; } *stratum;
     int strata;
     struct { double read, reduce, print, witness, trajectory; } seconds;
     struct sga_error *err;
 };
 
+/* Consistent start and trajectory, as far as they are wanted. */
+bool answer_motion(struct job *j);
 /* Texts of what is wanted: normal forms where they are cheap, named parts otherwise. */
 bool answer_texts(struct job *j);
 /* The check at fresh points, of the printed texts where there are any, read back by the
@@ -42,5 +46,6 @@ void answer_strata(struct job *j);
 /* The result object. */
 void answer_write(struct job *j, struct sga_buf *out);
 void answer_write_trajectory(const struct job *j, struct sga_json *w);
+void answer_write_initial(const struct job *j, struct sga_json *w);
 
 #endif

@@ -52,9 +52,6 @@ static bool check_wants(struct job *j)
     if (j->request.accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE || j->request.accuracy.arithmetic == REQUEST_BALL)
         return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic",
                            "this version integrates in double only; use \"double\" or \"auto\"");
-    if (j->request.trajectory.conditions)
-        return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/trajectory/gauge/conditions",
-                           "gauge conditions are not available in this version; fix rates, or add the condition to the system");
     return true;
 }
 
@@ -86,50 +83,14 @@ static bool reduce(struct job *j)
     return ok;
 }
 
-static bool integrate(struct job *j)
-{
-    const struct request_trajectory *t = &j->request.trajectory;
-    if (!(j->request.want & (REQUEST_TRAJECTORY | REQUEST_CONSISTENT_INITIAL)))
-        return true;
-    if (j->solution.verdict == SGA_INCONSISTENT)
-        return sga_fail_at(j->err, SGA_E_NO_MOTION, "/trajectory", "the system is inconsistent: no point satisfies it, "
-                           "so there is no trajectory; leave trajectory out of want to see why");
-    double begin = sga_now();
-    int n = j->request.system.variables;
-    double *initial = sga_calloc((size_t)n, sizeof *initial);
-    unsigned char *given = sga_calloc((size_t)n, 1), *held = sga_calloc((size_t)n, 1);
-    struct traj_rate *rate = sga_calloc((size_t)t->rates + 1, sizeof *rate);
-    for (int k = 0; k < t->initials; k++) {
-        initial[t->initial[k].variable] = t->initial[k].value;
-        given[t->initial[k].variable] = 1;
-    }
-    for (int k = 0; k < t->holds; k++)
-        held[t->hold[k]] = 1;
-    for (int k = 0; k < t->rates; k++)
-        rate[k] = (struct traj_rate){ t->rate[k].variable, t->rate[k].rate };
-    struct traj_request r = {
-        .start = t->start, .times = t->times, .samples = t->samples, .initial = initial, .given = given, .held = held,
-        .rate = rate, .rates = t->rates, .output = t->output, .outputs = t->outputs,
-        .rtol = j->request.accuracy.rtol, .atol = j->request.accuracy.atol,
-        .method = j->request.accuracy.method, .budget = &j->budget,
-    };
-    progress(j, "trajectory", 0.5);
-    bool ok = traj_run(&j->request.system, &j->solution, &r, &j->trajectory, j->err);
-    j->has_trajectory = ok;
-    free(initial);
-    free(given);
-    free(held);
-    free(rate);
-    j->seconds.trajectory = sga_now() - begin;
-    return ok;
-}
-
 static void job_clear(struct job *j)
 {
     if (j->has_texts)
         expr_names_clear(&j->texts);
     if (j->has_trajectory)
         traj_result_clear(&j->trajectory);
+    if (j->has_initial)
+        traj_initial_clear(&j->initial);
     for (int i = 0; i < j->strata; i++)
         free(j->stratum[i].text);
     free(j->stratum);
@@ -157,7 +118,10 @@ bool sga_run(const char *request, size_t length, const struct sga_run_options *o
     }
     if (ok)
         answer_strata(&j);
-    ok = ok && answer_witness(&j) && integrate(&j);
+    ok = ok && answer_witness(&j);
+    if (ok)
+        progress(&j, "trajectory", 0.5);
+    ok = ok && answer_motion(&j);
     if (ok) {
         progress(&j, "writing", 0.98);
         answer_write(&j, out);

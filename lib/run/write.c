@@ -364,6 +364,8 @@ void answer_write(struct job *j, struct sga_buf *out)
     if (want & REQUEST_GAUGE && solvable)
         write_gauge(j, w);
     write_strata(j, w);
+    if (j->has_initial)
+        answer_write_initial(j, w);
     if (j->has_trajectory)
         answer_write_trajectory(j, w);
     write_evidence(j, w);

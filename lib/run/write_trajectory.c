@@ -36,11 +36,21 @@ static void write_rows(const struct job *j, struct sga_json *w)
     sga_json_end_array(w);
 }
 
-static void write_initial(const struct job *j, struct sga_json *w)
+static void write_values(const struct job *j, struct sga_json *w, const char *key, const double *value)
+{
+    sga_json_key(w, key);
+    sga_json_object(w);
+    for (int k = 0; k < j->request.system.variables; k++) {
+        sga_json_key(w, name_of(j, k));
+        sga_json_double(w, value[k]);
+    }
+    sga_json_end_object(w);
+}
+
+/* given, projected, moved */
+static void write_start(const struct job *j, struct sga_json *w, const double *projected, double moved)
 {
     const struct request_trajectory *t = &j->request.trajectory;
-    sga_json_key(w, "initial");
-    sga_json_object(w);
     sga_json_key(w, "given");
     sga_json_object(w);
     for (int k = 0; k < t->initials; k++) {
@@ -48,15 +58,28 @@ static void write_initial(const struct job *j, struct sga_json *w)
         sga_json_double(w, t->initial[k].value);
     }
     sga_json_end_object(w);
-    sga_json_key(w, "projected");
-    sga_json_object(w);
-    for (int k = 0; k < j->request.system.variables; k++) {
-        sga_json_key(w, name_of(j, k));
-        sga_json_double(w, j->trajectory.initial[k]);
-    }
-    sga_json_end_object(w);
+    write_values(j, w, "projected", projected);
     sga_json_key(w, "moved");
-    sga_json_double(w, j->trajectory.moved);
+    sga_json_double(w, moved);
+}
+
+void answer_write_initial(const struct job *j, struct sga_json *w)
+{
+    const struct traj_initial *r = &j->initial;
+    sga_json_key(w, "consistent_initial");
+    sga_json_object(w);
+    write_start(j, w, r->x, r->moved);
+    write_values(j, w, "derivatives", r->derivative);
+    sga_json_key(w, "free");
+    sga_json_array(w);
+    for (int k = 0; k < r->frees; k++)
+        sga_json_string(w, name_of(j, r->free[k]));
+    sga_json_end_array(w);
+    sga_json_key(w, "residuals");
+    sga_json_array(w);
+    for (int k = 0; k < j->solution.constraints; k++)
+        sga_json_double(w, r->residual[k]);
+    sga_json_end_array(w);
     sga_json_end_object(w);
 }
 
@@ -67,7 +90,10 @@ void answer_write_trajectory(const struct job *j, struct sga_json *w)
     sga_json_object(w);
     write_columns(j, w);
     write_rows(j, w);
-    write_initial(j, w);
+    sga_json_key(w, "initial");
+    sga_json_object(w);
+    write_start(j, w, r->initial, r->moved);
+    sga_json_end_object(w);
     sga_json_key(w, "error_estimate");
     sga_json_double(w, r->error_estimate);
     sga_json_key(w, "constraint_residual");

@@ -12,6 +12,13 @@
 /* Values that were not given may move this much more easily. */
 static const double LOOSE = 1e3;
 
+/* The unit of movement of a value: 1, so that the nearest point is the Euclidean one,
+ * except for large values, which count by their own size. */
+static double unit_of(double value)
+{
+    return fmax(1, fabs(value) / 100);
+}
+
 static bool refuse(const struct sys_system *sys, const struct sga_solution *sol, int worst, double residual,
                    bool held, struct sga_error *err)
 {
@@ -67,7 +74,7 @@ bool consistent_start(struct manifold *m, const struct sys_system *sys, const st
     double *scale = sga_malloc((size_t)(n + 1) * sizeof *scale);
     bool any_held = false;
     for (int j = 0; j < n; j++) {
-        scale[j] = fmax(1, fabs(rq->initial[j])) * (rq->given[j] ? 1 : LOOSE);
+        scale[j] = unit_of(rq->initial[j]) * (rq->given[j] ? 1 : LOOSE);
         any_held |= rq->held && rq->held[j];
     }
     bool ok = manifold_nearest(m, rq->start, x, scale, rq->held, 200, moved, &residual, &worst);

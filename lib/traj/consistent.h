@@ -6,7 +6,7 @@
 #include "trajectory.h"
 
 /* x becomes the point of the final set nearest to rq->initial at rq->start, in the norm
- * whose unit for variable j is max(1, |initial_j|). Held values stay. Values that were not
+ * whose unit for variable j is max(1, |initial_j| / 100). Held values stay. Values that were not
  * given are free to move: if they alone can satisfy the constraints, the given ones stay.
  * elsewhere: some point of the set, a start of last resort, or NULL. *moved: the scaled
  * distance over which given values moved. False: INITIAL, naming the constraint that stays

@@ -40,10 +40,19 @@ struct traj_result {
     long steps, rejected, evaluations;
 };
 
-/* Find the point of Pf nearest to the guess (time = start). x (by variable) is overwritten.
- * False with err INITIAL: which constraint stays unsatisfied, and by how much. */
+/* A consistent start as a result of its own. */
+struct traj_initial {
+    double *x;                /* by variable: on Pf, nearest to the guess */
+    double *derivative;       /* by variable: X there (with the gauge choice asked for) */
+    double *residual;         /* by constraint: its value at x */
+    int *free; int frees;     /* variables whose start can be chosen: coordinates of Pf near x */
+    double moved;             /* scaled distance over which given values moved */
+};
+
+/* False with err INITIAL: which constraint stays unsatisfied, and by how much. */
 bool traj_consistent(const struct sys_system *system, const struct sga_solution *solution,
-                     const struct traj_request *request, double *x, double *moved, struct sga_error *err);
+                     const struct traj_request *request, struct traj_initial *result, struct sga_error *err);
+void traj_initial_clear(struct traj_initial *result);
 
 /* The whole trajectory. False with err where there is none; blow-up and the like are
  * results (`ended`). */

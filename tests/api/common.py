@@ -19,9 +19,10 @@ def moving(k=None, samples=5):
 
 
 def slow(seconds=120):
-    """A job that goes on until it is stopped."""
-    return {"system": {"form": "equations", "variables": ["x"], "equations": [f"x'' = -{next(COUNTER) + 1000}*x"]},
-            "trajectory": {"start": 0, "stop": 1e9, "samples": 2, "initial": {"x": 1, "x'": 0}}, "limits": {"seconds": seconds}}
+    """A job that goes on until it is stopped: many cheap steps of a costly field."""
+    field = f"-{next(COUNTER) + 1000}*x + (" + " + ".join(f"sin(x + {k})" for k in range(400)) + ")*1e-15"
+    return {"system": {"form": "equations", "variables": ["x"], "equations": [f"x'' = {field}"]}, "want": ["trajectory"],
+            "trajectory": {"start": 0, "stop": 8000, "samples": 2, "initial": {"x": 1, "x'": 0}}, "limits": {"seconds": seconds}}
 
 
 class Checks:

@@ -143,6 +143,51 @@ static void exact_polynomials(void)
     expr_store_clear(&st);
 }
 
+/* Real powers, and a sine and a cosine that share an instruction. */
+static void powers_and_pairs(void)
+{
+    struct expr_store st;
+    expr_store_init(&st);
+    int inputs[2] = { 0, 1 };
+    expr_id x = symbol(&st, "x", 0), y = symbol(&st, "x", 1), a = expr_mul(&st, x, y);
+    expr_id s = expr_fun(&st, EXPR_SIN, a), c = expr_fun(&st, EXPR_COS, a);
+    expr_id root[6] = { expr_pow(&st, x, y), expr_pow(&st, x, expr_rational(&st, 2, 7)), expr_powi(&st, a, -3), s, c,
+                        expr_mul(&st, expr_add(&st, s, x), expr_sub(&st, c, expr_mul(&st, s, y))) };
+    double in[2] = { 1.25, -0.75 };
+    against_nodes(&st, root, 6, inputs, 2, NULL, 2, in);
+    against_nodes(&st, root + 5, 1, inputs, 2, NULL, 2, in);
+    expr_store_clear(&st);
+}
+
+/* [x 1; 1 x] z = (y, 1) at x = 1: reported, by both directions. */
+static void singular_solve(void)
+{
+    struct expr_store st;
+    expr_store_init(&st);
+    int inputs[2] = { 0, 1 };
+    expr_id x = symbol(&st, "x", 0), y = symbol(&st, "x", 1), one = expr_int(&st, 1);
+    expr_id a[4] = { x, one, one, x }, r[2] = { y, one };
+    int s = expr_solve_add(&st, 2, a, r);
+    expr_id root[2] = { expr_solution(&st, s, 0), expr_solution(&st, s, 1) };
+    double good[2] = { 2, 5 }, bad[2] = { 1, 5 }, v[4];
+    for (int rows = 1; rows <= 2; rows++) {
+        struct num_tape *t = num_tape_new(&st, root, rows, inputs, 2, NULL);
+        struct num_jacobian *j = num_jacobian_new(t, NULL, 0);
+        int first = 0;
+        struct num_jacobian *one_column = num_jacobian_new(t, &first, 1);
+        CHECK(!num_jacobian_eval(j, bad, NULL, v) && isnan(v[0]), "%g", v[0]);
+        CHECK(!num_jacobian_eval(one_column, bad, NULL, v) && isnan(v[0]), "%g", v[0]);
+        /* z = (xy - 1, x - y) / (x^2 - 1): no trace of the NaNs is left */
+        CHECK(num_jacobian_eval(j, good, NULL, v) && fabs(v[0] - (5 * 3 - 9 * 4) / 9.0) < 1e-14
+              && fabs(v[1] - 2 / 3.0) < 1e-14, "%g %g", v[0], v[1]);
+        CHECK(num_jacobian_eval(one_column, good, NULL, v) && fabs(v[0] + 21 / 9.0) < 1e-14, "%g", v[0]);
+        num_jacobian_free(one_column);
+        num_jacobian_free(j);
+        num_tape_free(t);
+    }
+    expr_store_clear(&st);
+}
+
 /* A kink, and an infinite slope that no row may turn into NaN elsewhere. */
 static void edges(void)
 {
@@ -272,6 +317,8 @@ int main(void)
         linear_solve();
     every_function();
     exact_polynomials();
+    powers_and_pairs();
+    singular_solve();
     edges();
     chain();
     flint_cleanup();

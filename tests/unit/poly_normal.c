@@ -10,6 +10,7 @@
 
 static struct expr_store st;
 static unsigned long state;
+static struct expr_cone cone;
 
 static unsigned next(unsigned n)
 {
@@ -32,12 +33,14 @@ static char *text_of(expr_id e)
     return sga_buf_take(&t);
 }
 
-/* Exact values of all nodes up to e; false where something divides by zero. */
+/* Exact value of e; false where something divides by zero. */
 static bool exact(expr_id e, const fmpq *at, fmpq_t out)
 {
     fmpq *v = calloc((size_t)e + 1, sizeof *v);
     bool *ok = calloc((size_t)e + 1, sizeof *ok);
-    for (expr_id i = 0; i <= e; i++) {
+    expr_cone_of(&st, &cone, &e, 1);
+    for (int k = 0; k < cone.count; k++) {
+        expr_id i = cone.list[k];
         const struct expr_node n = st.node[i];
         fmpq_init(v + i);
         enum expr_op op = (enum expr_op)n.op;
@@ -63,8 +66,8 @@ static bool exact(expr_id e, const fmpq *at, fmpq_t out)
     bool result = ok[e];
     if (result)
         fmpq_set(out, v + e);
-    for (expr_id i = 0; i <= e; i++)
-        fmpq_clear(v + i);
+    for (int k = 0; k < cone.count; k++)
+        fmpq_clear(v + cone.list[k]);
     free(v);
     free(ok);
     return result;
@@ -73,7 +76,9 @@ static bool exact(expr_id e, const fmpq *at, fmpq_t out)
 static double value_of(expr_id e, const double *at)
 {
     double *v = calloc((size_t)e + 1, sizeof *v);
-    for (expr_id i = 1; i <= e; i++) {
+    expr_cone_of(&st, &cone, &e, 1);
+    for (int k = 0; k < cone.count; k++) {
+        expr_id i = cone.list[k];
         const struct expr_node n = st.node[i];
         double p = expr_op_args((enum expr_op)n.op) > 0 ? v[n.a] : 0, q = expr_op_args((enum expr_op)n.op) > 1 ? v[n.b] : 0;
         switch ((enum expr_op)n.op) {
@@ -306,6 +311,7 @@ int main(void)
 {
     state = check_seed(7);
     expr_store_init(&st);
+    expr_cone_init(&cone);
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         expr_symbol_add(&st, names[i], strcmp(names[i], "a") ? EXPR_VARIABLE : EXPR_PARAMETER);
     known();
@@ -315,6 +321,7 @@ int main(void)
     one_bridge();
     random_rational();
     random_functions();
+    expr_cone_clear(&cone);
     expr_store_clear(&st);
     flint_cleanup();
     return CHECK_END();

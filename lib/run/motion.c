@@ -1,0 +1,90 @@
+/* From the reduction to numbers: consistent start, trajectory, gauge conditions. */
+#include "answer.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "mem.h"
+
+/* Gauge conditions are equations without derivatives: with them the same reduction is run
+ * once more, and what it leaves is integrated. */
+static bool with_conditions(struct job *j, struct sga_solution *solution, struct points_shadow *shadow)
+{
+    const struct request_trajectory *t = &j->request.trajectory;
+    for (int k = 0; k < t->conditions; k++) {
+        char source[64];
+        snprintf(source, sizeof source, "trajectory.gauge.conditions[%d]", k);
+        sys_add_row(&j->request.system, t->condition[k], source);
+    }
+    struct sga_options options = { .near = j->near, .near_time = j->near_time, .seed = 2, .budget = &j->budget, .gauge_fields = true };
+    points_shadow_init(shadow, 20250102);
+    if (!sga_solve(&j->request.system, &options, shadow, solution, j->err)) {
+        snprintf(j->err->pointer, sizeof j->err->pointer, "/trajectory/gauge/conditions");
+        return false;
+    }
+    if (solution->verdict == SGA_INCONSISTENT)
+        return sga_fail_at(j->err, SGA_E_GAUGE, "/trajectory/gauge/conditions",
+                           "the gauge conditions contradict the system: %s", solution->contradiction_why);
+    return true;
+}
+
+static bool run(struct job *j, const struct sga_solution *solution, const struct traj_request *r)
+{
+    if (j->request.want & REQUEST_CONSISTENT_INITIAL) {
+        j->has_initial = traj_consistent(&j->request.system, solution, r, &j->initial, j->err);
+        if (!j->has_initial)
+            return false;
+    }
+    if (j->request.want & REQUEST_TRAJECTORY) {
+        double begin = sga_now();
+        j->has_trajectory = traj_run(&j->request.system, solution, r, &j->trajectory, j->err);
+        j->seconds.trajectory = sga_now() - begin;
+        return j->has_trajectory;
+    }
+    return true;
+}
+
+bool answer_motion(struct job *j)
+{
+    const struct request_trajectory *t = &j->request.trajectory;
+    if (!(j->request.want & (REQUEST_TRAJECTORY | REQUEST_CONSISTENT_INITIAL)))
+        return true;
+    if (j->solution.verdict == SGA_INCONSISTENT)
+        return sga_fail_at(j->err, SGA_E_NO_MOTION, "/trajectory", "the system is inconsistent: no point satisfies it, "
+                           "so there is no trajectory; leave trajectory out of want to see why");
+    int n = j->request.system.variables;
+    double *initial = sga_calloc((size_t)n, sizeof *initial);
+    unsigned char *given = sga_calloc((size_t)n, 1), *held = sga_calloc((size_t)n, 1);
+    struct traj_rate *rate = sga_calloc((size_t)t->rates + 1, sizeof *rate);
+    for (int k = 0; k < t->initials; k++) {
+        initial[t->initial[k].variable] = t->initial[k].value;
+        given[t->initial[k].variable] = 1;
+    }
+    for (int k = 0; k < t->holds; k++)
+        held[t->hold[k]] = 1;
+    for (int k = 0; k < t->rates; k++)
+        rate[k] = (struct traj_rate){ t->rate[k].variable, t->rate[k].rate };
+    struct traj_request r = {
+        .start = t->start, .times = t->times, .samples = t->samples, .initial = initial, .given = given, .held = held,
+        .rate = rate, .rates = t->rates, .output = t->output, .outputs = t->outputs,
+        .rtol = j->request.accuracy.rtol, .atol = j->request.accuracy.atol,
+        .method = j->request.accuracy.method, .budget = &j->budget,
+    };
+    bool ok;
+    if (t->conditions) {
+        struct sga_solution solution = { 0 };
+        struct points_shadow shadow;
+        ok = with_conditions(j, &solution, &shadow) && run(j, &solution, &r);
+        if (ok && j->has_trajectory)
+            j->trajectory.gauge = solution.free_columns ? "conditions, then least norm" : "conditions";
+        points_shadow_clear(&shadow);
+        sga_solution_clear(&solution);
+    } else {
+        ok = run(j, &j->solution, &r);
+    }
+    free(initial);
+    free(given);
+    free(held);
+    free(rate);
+    return ok;
+}
