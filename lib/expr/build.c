@@ -177,6 +177,10 @@ expr_id expr_mul(ST, expr_id a, expr_id b)
 
 expr_id expr_div(ST, expr_id a, expr_id b)
 {
+    while (a && b && op_of(st, b) == EXPR_DIV) {       /* a / (p / q) */
+        a = expr_mul(st, a, st->node[b].b);
+        b = st->node[b].a;
+    }
     if (!a || !b)
         return EXPR_UNDEF;
     if (expr_is_const(st, b)) {
@@ -199,8 +203,6 @@ expr_id expr_div(ST, expr_id a, expr_id b)
         return expr_neg(st, expr_div(st, st->node[a].a, b));
     if (nb)
         return expr_neg(st, expr_div(st, a, st->node[b].a));
-    if (op_of(st, b) == EXPR_DIV)       /* a / (p / q) */
-        return expr_div(st, expr_mul(st, a, st->node[b].b), st->node[b].a);
     return expr_node_make(st, EXPR_DIV, a, b);
 }
 

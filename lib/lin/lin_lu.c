@@ -5,14 +5,16 @@
 #include "lin_lu.h"
 
 #include <assert.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <suitesparse/klu.h>
 
 #include "mem.h"
 
-/* Pivots are kept while the entries of U stay below this many times those of A. */
-#define LARGEST_GROWTH 1e5
+/* Pivots are kept while the entries of U stay below this many times those of A, or
+ * below this many times what they were with fresh pivots. */
+#define LARGEST_GROWTH 1e3
 
 struct lin_lu {
     int n;
@@ -20,6 +22,7 @@ struct lin_lu {
     klu_common common;
     klu_symbolic *symbolic;
     klu_numeric *numeric;
+    double fresh_growth;    /* KLU's reciprocal pivot growth when pivots were fresh */
     bool regular;           /* numeric holds a usable factorisation */
     struct lin_lu_counts counts;
 };
@@ -57,7 +60,7 @@ static bool factor_with_old_pivots(struct lin_lu *lu)
         return false;
     if (!klu_rgrowth(a->ptr, a->col, a->val, lu->symbolic, lu->numeric, &lu->common))
         return false;
-    if (!(lu->common.rgrowth * LARGEST_GROWTH > 1))
+    if (!(lu->common.rgrowth * LARGEST_GROWTH > fmin(1, lu->fresh_growth)))
         return false;
     lu->counts.reused++;
     return true;
@@ -72,6 +75,8 @@ static bool factor_afresh(struct lin_lu *lu)
     lu->counts.fresh++;
     if (!lu->numeric || lu->common.status != KLU_OK)
         return false;
+    klu_rgrowth(a->ptr, a->col, a->val, lu->symbolic, lu->numeric, &lu->common);
+    lu->fresh_growth = lu->common.rgrowth;
     lu->counts.fill = lu->numeric->lnz + lu->numeric->unz + lu->numeric->nzoff;
     return true;
 }

@@ -10,18 +10,22 @@
 
 void ode_control_begin(struct ode_control *c, int error_order)
 {
-    *c = (struct ode_control){error_order, 1e-4, false};
+    *c = (struct ode_control){error_order, 1e-4, 0, false};
 }
 
-double ode_control_accepted(struct ode_control *c, double error)
+double ode_control_accepted(struct ode_control *c, double error, double step)
 {
     double floored = fmax(error, 1e-10);
     double power = 1.0 / c->error_order - 0.2 * INTEGRAL_GAIN;
     double factor = SAFETY * pow(floored, -power) * pow(c->error_before, INTEGRAL_GAIN);
+    if (c->step_before > 0)
+        factor = fmin(factor, SAFETY * pow(floored * floored / c->error_before, -1.0 / c->error_order) *
+                                  step / c->step_before);
     factor = fmin(GROW_MOST, fmax(SHRINK_MOST, factor));
     if (c->refused_before)
         factor = fmin(factor, 1);
     c->error_before = fmax(error, 1e-4);
+    c->step_before = step;
     c->refused_before = false;
     return factor;
 }

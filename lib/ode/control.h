@@ -5,18 +5,20 @@
 #include <stdbool.h>
 #include "method.h"
 
-/* A proportional-integral controller (Gustafsson; Hairer, Wanner, IV.2): the next step
- * from this error and the one before, so that sizes do not swing. */
+/* A proportional-integral controller, and a predictive one that follows the trend of the
+ * last two steps (Gustafsson; Hairer, Wanner, IV.2 and IV.8); the smaller step is taken,
+ * so that sizes do not swing and few steps are refused where the solution gets harder. */
 struct ode_control {
     int error_order;
-    double error_before;    /* of the last accepted step */
+    double error_before;    /* of the last accepted step, */
+    double step_before;     /* and its size; 0: none yet */
     bool refused_before;    /* after a refusal the step does not grow at once */
 };
 
 void ode_control_begin(struct ode_control *c, int error_order);
-/* By what the step is to be multiplied after an accepted step, 1/3 .. 6, and after one
+/* By what a step is to be multiplied after it was accepted, 1/3 .. 6, and after one
  * whose error was above 1, 1/3 .. 0.9. */
-double ode_control_accepted(struct ode_control *c, double error);
+double ode_control_accepted(struct ode_control *c, double error, double step);
 double ode_control_refused(struct ode_control *c, double error);
 
 /* A first step size (unsigned) from the sizes of x, x' and an estimate of x'' got by an

@@ -198,7 +198,7 @@ static void go(struct ode_march *m)
             commit(m, taken, through);
             if (m->next == m->start->count)
                 return;
-            h = taken * ode_control_accepted(&m->control, m->step.error);
+            h = taken * ode_control_accepted(&m->control, m->step.error, taken);
             cause = ERROR_TOO_LARGE;   /* what it is if h is too small now */
         } else {
             m->res->stats.refused++;

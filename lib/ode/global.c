@@ -7,8 +7,12 @@
 #include "march.h"
 #include "mem.h"
 
-/* The comparison solution is this much looser than the one delivered. */
-#define LOOSER 10.0
+/* The comparison solution is this much looser than the one delivered. Errors follow
+ * tolerances only roughly (over a few steps they scatter by several times), and the
+ * difference must be the looser one's error; hence not 10 or less. */
+#define LOOSER 20.0
+/* For the scatter that is left. */
+#define ALLOWANCE 1.5
 #define TIGHTEST_RTOL 1e-14
 
 struct ode_options ode_options_default(void)
@@ -67,7 +71,7 @@ static double difference(const struct ode_result *a, const struct ode_result *b,
     double most = 0;
     for (int j = 0; j < a->n; j++) {
         size_t at = (size_t)k * (size_t)a->n + (size_t)j;
-        double d = fabs(a->samples[at] - b->samples[at]) + 4 * DBL_EPSILON * fabs(a->samples[at]);
+        double d = ALLOWANCE * fabs(a->samples[at] - b->samples[at]) + 4 * DBL_EPSILON * fabs(a->samples[at]);
         most = fmax(most, d / unit[j]);
     }
     return most;

@@ -1,11 +1,11 @@
-/* Least-norm steps, dense or by the sparse normal equations. */
+/* Least-norm steps: dense for small systems, sparse for larger ones. */
 #include "normal.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "leastnorm.h"
+#include "lin_kkt.h"
 #include "mem.h"
 #include "sparse.h"
 
@@ -15,8 +15,22 @@ void normal_init(struct normal *w, int c, int n, int *const *col, const int *col
 {
     *w = (struct normal){ .c = c, .n = n, .col = col, .cols = cols };
     w->value = sga_calloc((size_t)c, sizeof *w->value);
-    for (int i = 0; i < c; i++)
+    int *ptr = sga_calloc((size_t)c + 1, sizeof *ptr);
+    for (int i = 0; i < c; i++) {
         w->value[i] = sga_calloc((size_t)cols[i], sizeof **w->value);
+        ptr[i + 1] = ptr[i] + cols[i];
+    }
+    if (c > DENSE_ROWS) {
+        int *all = sga_malloc((size_t)(ptr[c] + 1) * sizeof *all);
+        for (int i = 0; i < c; i++)
+            memcpy(all + ptr[i], col[i], (size_t)cols[i] * sizeof *all);
+        struct lin_sparse *J = lin_sparse_new(c, n, ptr, all);
+        w->kkt = lin_kkt_new(J);
+        w->packed = sga_malloc((size_t)(ptr[c] + 1) * sizeof *w->packed);
+        lin_sparse_free(J);
+        free(all);
+    }
+    free(ptr);
 }
 
 void normal_clear(struct normal *w)
@@ -24,6 +38,8 @@ void normal_clear(struct normal *w)
     for (int i = 0; i < w->c; i++)
         free(w->value[i]);
     free(w->value);
+    lin_kkt_free(w->kkt);
+    free(w->packed);
 }
 
 static int dense(struct normal *w, const double *r, double *d)
@@ -37,83 +53,43 @@ static int dense(struct normal *w, const double *r, double *d)
     return rank;
 }
 
-/* Rows of J J^T: row i meets every row that shares a column with it. */
-static struct points_row *normal_matrix(struct normal *w)
-{
-    int c = w->c, *count = sga_calloc((size_t)w->n + 1, sizeof *count);
-    for (int i = 0; i < c; i++)
-        for (int k = 0; k < w->cols[i]; k++)
-            count[w->col[i][k] + 1]++;
-    for (int j = 0; j < w->n; j++)
-        count[j + 1] += count[j];
-    int *row = sga_malloc((size_t)(count[w->n] + 1) * sizeof *row), *next = sga_malloc((size_t)(w->n + 1) * sizeof *next);
-    double *val = sga_malloc((size_t)(count[w->n] + 1) * sizeof *val);
-    memcpy(next, count, (size_t)(w->n + 1) * sizeof *next);
-    for (int i = 0; i < c; i++)
-        for (int k = 0; k < w->cols[i]; k++) {
-            int at = next[w->col[i][k]]++;
-            row[at] = i;
-            val[at] = w->value[i][k];
-        }
-    struct points_row *m = sga_calloc((size_t)c, sizeof *m);
-    double *sum = sga_calloc((size_t)c, sizeof *sum);
-    int *place = sga_malloc((size_t)c * sizeof *place);
-    for (int i = 0; i < c; i++)
-        place[i] = -1;
-    for (int i = 0; i < c; i++) {
-        for (int k = 0; k < w->cols[i]; k++) {
-            int j = w->col[i][k];
-            for (int q = count[j]; q < count[j + 1]; q++) {
-                int o = row[q];
-                if (place[o] < 0) {
-                    if (m[i].len == m[i].cap) {
-                        m[i].cap = m[i].cap ? 2 * m[i].cap : 8;
-                        m[i].col = sga_realloc(m[i].col, (size_t)m[i].cap * sizeof *m[i].col);
-                        m[i].val = sga_realloc(m[i].val, (size_t)m[i].cap * sizeof *m[i].val);
-                    }
-                    place[o] = m[i].len;
-                    m[i].col[m[i].len++] = o;
-                }
-                sum[o] += w->value[i][k] * val[q];
-            }
-        }
-        for (int k = 0; k < m[i].len; k++) {
-            m[i].val[k] = sum[m[i].col[k]];
-            sum[m[i].col[k]] = 0;
-            place[m[i].col[k]] = -1;
-        }
-    }
-    free(count);
-    free(row);
-    free(next);
-    free(val);
-    free(sum);
-    free(place);
-    return m;
-}
-
 int normal_step(struct normal *w, const double *r, double *d)
 {
-    int c = w->c;
-    if (c <= DENSE_ROWS)
+    if (!w->kkt)
         return dense(w, r, d);
-    struct points_lu lu;
-    points_lu_factor(&lu, normal_matrix(w), c, c, 1e-12);
-    bool ok = lu.rank == c;
-    if (ok) {
-        double *b = sga_malloc((size_t)c * sizeof *b), *y = sga_calloc((size_t)c, sizeof *y);
-        for (int i = 0; i < c; i++)
-            b[i] = -r[i];
-        points_lu_solve(&lu, b, y);
-        memset(d, 0, (size_t)w->n * sizeof *d);
-        for (int i = 0; i < c; i++)
-            for (int k = 0; k < w->cols[i]; k++)
-                d[w->col[i][k]] += w->value[i][k] * y[i];
-        for (int j = 0; j < w->n; j++)
-            ok &= isfinite(d[j]) != 0;
-        free(b);
-        free(y);
+    int at = 0;
+    for (int i = 0; i < w->c; i++) {
+        memcpy(w->packed + at, w->value[i], (size_t)w->cols[i] * sizeof *w->packed);
+        at += w->cols[i];
     }
+    if (!lin_kkt_factor(w->kkt, w->packed, NULL, NULL))
+        return dense(w, r, d);
+    lin_kkt_solve(w->kkt, r, NULL, d);
+    return w->c;
+}
+
+int normal_basic_step(struct normal *w, const double *r, double *d)
+{
+    struct points_row *row = sga_calloc((size_t)w->c + 1, sizeof *row);
+    double *b = sga_malloc((size_t)(w->c + 1) * sizeof *b);
+    for (int i = 0; i < w->c; i++) {
+        row[i].cap = w->cols[i];
+        row[i].col = sga_malloc((size_t)(w->cols[i] + 1) * sizeof(int));
+        row[i].val = sga_malloc((size_t)(w->cols[i] + 1) * sizeof(double));
+        for (int k = 0; k < w->cols[i]; k++) {
+            if (w->value[i][k] == 0)
+                continue;
+            row[i].col[row[i].len] = w->col[i][k];
+            row[i].val[row[i].len++] = w->value[i][k];
+        }
+        b[i] = -r[i];
+    }
+    struct points_lu lu;
+    points_lu_factor(&lu, row, w->c, w->n, 1e-10);
+    memset(d, 0, (size_t)w->n * sizeof *d);
+    points_lu_solve(&lu, b, d);
+    int rank = lu.rank;
     points_lu_clear(&lu);
-    return ok ? c : dense(w, r, d);
+    free(b);
+    return rank;
 }

@@ -137,6 +137,58 @@ static double radius(const arb_t v, slong exponent)
     return d;
 }
 
+/* The entries of J(X) in the solved columns, as doubles with bounds. */
+struct entry {
+    int at;
+    double mid, radius;
+};
+
+/* m + |I - C J(X)| rho < rho, row by row. */
+static bool contracts(struct square *q, const double *C, const double *m, const double *rho, const int *place)
+{
+    int c = q->c, total = 0;
+    for (int k = 0; k < c; k++)
+        total += q->j->cols[k];
+    struct entry *entry = sga_malloc((size_t)(total + 1) * sizeof *entry);
+    int *start = sga_malloc((size_t)(c + 1) * sizeof *start);
+    total = 0;
+    for (int k = 0; k < c; k++) {
+        start[k] = total;
+        for (int l = 0; l < q->j->cols[k]; l++) {
+            int at = place[q->j->col[k][l]];
+            if (at >= 0)
+                entry[total++] = (struct entry){ at, scaled(arb_midref(q->j->entry[k] + l), q->exponent[k]),
+                                                 radius(q->j->entry[k] + l, q->exponent[k]) };
+        }
+    }
+    start[c] = total;
+    double *E = sga_malloc((size_t)(c + 1) * sizeof *E), *slack = sga_malloc((size_t)(c + 1) * sizeof *slack);
+    bool ok = true;
+    for (int i = 0; i < c && ok; i++) {
+        memset(E, 0, (size_t)c * sizeof *E);
+        memset(slack, 0, (size_t)c * sizeof *slack);
+        E[i] = 1;
+        for (int k = 0; k < c; k++) {
+            double f = C[(size_t)i * (size_t)c + (size_t)k];
+            if (f == 0)
+                continue;
+            for (int l = start[k]; l < start[k + 1]; l++) {
+                E[entry[l].at] -= f * entry[l].mid;
+                slack[entry[l].at] += fabs(f) * (entry[l].radius + 1e-12 * fabs(entry[l].mid));
+            }
+        }
+        double sum = m[i];
+        for (int k = 0; k < c; k++)
+            sum += (fabs(E[k]) + slack[k] + 1e-15) * rho[k];
+        ok = sum * (1 + 1e-9) < rho[i];
+    }
+    free(entry);
+    free(start);
+    free(E);
+    free(slack);
+    return ok;
+}
+
 /* Krawczyk: with C about J^-1, m = |C xi(x)| and E = |I - C J(X)|, the box x +- rho holds
  * exactly one zero if m + E rho < rho. Sums in double are widened by factors that cover
  * their rounding (at most a few thousand terms each). */
@@ -182,29 +234,7 @@ static bool krawczyk(struct square *q, slong prec)
         points_jacobian_values(q->j, ball);
         points_jacobian_entries(q->j, ball);
     }
-    double *E = sga_malloc((size_t)c * sizeof *E), *slack = sga_malloc((size_t)c * sizeof *slack);
-    for (int i = 0; i < c && ok; i++) {
-        memset(E, 0, (size_t)c * sizeof *E);
-        memset(slack, 0, (size_t)c * sizeof *slack);
-        E[i] = 1;
-        for (int k = 0; k < c; k++) {
-            double f = C[(size_t)i * (size_t)c + (size_t)k];
-            for (int l = 0; f != 0 && l < q->j->cols[k]; l++) {
-                int at = place[q->j->col[k][l]];
-                if (at < 0)
-                    continue;
-                double mid = scaled(arb_midref(q->j->entry[k] + l), q->exponent[k]);
-                E[at] -= f * mid;
-                slack[at] += fabs(f) * (radius(q->j->entry[k] + l, q->exponent[k]) + 1e-12 * fabs(mid));
-            }
-        }
-        double sum = m[i];
-        for (int k = 0; k < c; k++)
-            sum += (fabs(E[k]) + slack[k] + 1e-15) * rho[k];
-        ok = sum * (1 + 1e-9) < rho[i];
-    }
-    free(E);
-    free(slack);
+    ok = ok && contracts(q, C, m, rho, place);
     free(C);
     free(m);
     free(rho);

@@ -1,4 +1,5 @@
-/* Sparse elimination in double with pivots by value and sparsity. */
+/* Sparse elimination in double with pivots by value and sparsity: rows filed by length,
+ * columns with lists of the rows that meet them, both allowed to hold stale members. */
 #include "sparse.h"
 
 #include <math.h>
@@ -6,81 +7,152 @@
 
 #include "mem.h"
 
-static double entry(const struct points_row *r, int col)
+struct list {
+    int *item;
+    size_t cap;
+    int count;
+};
+
+static void list_add(struct list *l, int item)
+{
+    SGA_RESERVE(l->item, l->cap, l->count + 1);
+    l->item[l->count++] = item;
+}
+
+struct work {
+    struct points_lu *lu;
+    unsigned char *done, *mark;
+    double *norm, *value;         /* by row: first largest entry; by column: scratch */
+    struct list *by_length, *meet;
+    int *count;                   /* by column: rows that have an entry there */
+    int lowest;
+    double tiny;
+};
+
+static int find(const struct points_row *r, int col)
 {
     for (int k = 0; k < r->len; k++)
         if (r->col[k] == col)
-            return r->val[k];
-    return 0;
+            return k;
+    return -1;
 }
 
 static double largest(const struct points_row *r)
 {
     double m = 0;
     for (int k = 0; k < r->len; k++)
-        m = fmax(m, fabs(r->val[k]));
+        if (fabs(r->val[k]) > m)
+            m = fabs(r->val[k]);
     return m;
 }
 
-/* row i -= f * row p, with a dense work array that is zero on entry and exit */
-static void subtract(struct points_row *i, const struct points_row *p, double f, int pivot_col, double *w, char *mark, int *count)
+static void file_row(struct work *w, int i)
 {
-    for (int k = 0; k < i->len; k++) {
-        w[i->col[k]] = i->val[k];
-        mark[i->col[k]] = 1;
-    }
-    for (int k = 0; k < p->len; k++) {
-        int c = p->col[k];
-        if (!mark[c]) {
-            if (i->len == i->cap) {
-                i->cap = i->cap ? 2 * i->cap : 8;
-                i->col = sga_realloc(i->col, (size_t)i->cap * sizeof *i->col);
-                i->val = sga_realloc(i->val, (size_t)i->cap * sizeof *i->val);
-            }
-            i->col[i->len++] = c;
-            mark[c] = 1;
-            count[c]++;
-        }
-        w[c] -= f * p->val[k];
-    }
-    int n = 0;
-    for (int k = 0; k < i->len; k++) {
-        int c = i->col[k];
-        mark[c] = 0;
-        if (c != pivot_col) {
-            i->col[n] = c;
-            i->val[n++] = w[c];
-        } else {
-            count[c]--;
-        }
-        w[c] = 0;
-    }
-    i->len = n;
+    int len = w->lu->row[i].len;
+    list_add(w->by_length + len, i);
+    if (len < w->lowest)
+        w->lowest = len;
 }
 
-static bool choose(struct points_lu *lu, const char *done, const double *norm, double tiny, const int *count,
-                   int *out_row, int *out_col)
+/* row i -= f * row p; the pivot column leaves row i */
+static void subtract(struct work *w, int i, int p, double f, int pivot_col)
 {
-    int best = -1;
-    for (int i = 0; i < lu->rows; i++)
-        if (!done[i] && largest(lu->row + i) > tiny * norm[i]
-            && (best < 0 || lu->row[i].len < lu->row[best].len))
-            best = i;
-    if (best < 0)
-        return false;
-    const struct points_row *r = lu->row + best;
-    double big = largest(r);
-    int col = -1;
+    struct points_row *r = w->lu->row + i;
+    const struct points_row *q = w->lu->row + p;
     for (int k = 0; k < r->len; k++) {
-        double v = fabs(r->val[k]);
-        if (v < 0.1 * big)
-            continue;
-        if (col < 0 || count[r->col[k]] < count[col] || (count[r->col[k]] == count[col] && v > fabs(entry(r, col))))
-            col = r->col[k];
+        w->value[r->col[k]] = r->val[k];
+        w->mark[r->col[k]] = 1;
     }
-    *out_row = best;
-    *out_col = col;
-    return true;
+    for (int k = 0; k < q->len; k++) {
+        int c = q->col[k];
+        if (!w->mark[c]) {
+            if (r->len == r->cap) {
+                r->cap = r->cap ? 2 * r->cap : 8;
+                r->col = sga_realloc(r->col, (size_t)r->cap * sizeof *r->col);
+                r->val = sga_realloc(r->val, (size_t)r->cap * sizeof *r->val);
+            }
+            r->col[r->len++] = c;
+            w->mark[c] = 1;
+            w->count[c]++;
+            list_add(w->meet + c, i);
+        }
+        w->value[c] -= f * q->val[k];
+    }
+    int n = 0;
+    for (int k = 0; k < r->len; k++) {
+        int c = r->col[k];
+        w->mark[c] = 0;
+        if (c != pivot_col) {
+            r->col[n] = c;
+            r->val[n++] = w->value[c];
+        } else {
+            w->count[c]--;
+        }
+        w->value[c] = 0;
+    }
+    r->len = n;
+}
+
+/* The shortest row with an acceptable entry, and in it the column that meets the fewest
+ * rows among the entries not below a tenth of the largest. */
+static bool choose(struct work *w, int *out_row, int *out_col)
+{
+    for (int len = w->lowest; len <= w->lu->cols; len++) {
+        struct list *l = w->by_length + len;
+        w->lowest = len;
+        while (l->count) {
+            int i = l->item[--l->count];
+            const struct points_row *r = w->lu->row + i;
+            if (w->done[i] || r->len != len)
+                continue;
+            double big = largest(r);
+            if (!(big > w->tiny * w->norm[i])) {
+                w->done[i] = 1;       /* numerically dependent on the rows before it */
+                continue;
+            }
+            int best = -1;
+            for (int k = 0; k < r->len; k++) {
+                double v = fabs(r->val[k]);
+                if (v < 0.1 * big)
+                    continue;
+                if (best < 0 || w->count[r->col[k]] < w->count[r->col[best]]
+                    || (w->count[r->col[k]] == w->count[r->col[best]] && v > fabs(r->val[best])))
+                    best = k;
+            }
+            *out_row = i;
+            *out_col = r->col[best];
+            return true;
+        }
+    }
+    return false;
+}
+
+static void eliminate(struct work *w)
+{
+    struct points_lu *lu = w->lu;
+    int r, c;
+    while (lu->rank < lu->rows && choose(w, &r, &c)) {
+        int step = lu->rank++;
+        double p = lu->row[r].val[find(lu->row + r, c)];
+        lu->pivot_row[step] = r;
+        lu->pivot_col[step] = c;
+        lu->pivot[step] = p;
+        w->done[r] = 1;
+        for (int q = 0; q < w->meet[c].count; q++) {
+            int i = w->meet[c].item[q], at = w->done[i] ? -1 : find(lu->row + i, c);
+            if (at < 0)
+                continue;
+            double f = lu->row[i].val[at] / p;
+            if (f != 0) {
+                SGA_RESERVE(lu->op, lu->op_cap, lu->ops + 1);
+                lu->op[lu->ops].row = i;
+                lu->op[lu->ops].step = step;
+                lu->op[lu->ops++].factor = f;
+            }
+            subtract(w, i, r, f, c);
+            file_row(w, i);
+        }
+    }
 }
 
 void points_lu_factor(struct points_lu *lu, struct points_row *row, int rows, int cols, double tiny)
@@ -89,38 +161,34 @@ void points_lu_factor(struct points_lu *lu, struct points_row *row, int rows, in
     lu->pivot_row = sga_malloc((size_t)rows * sizeof(int));
     lu->pivot_col = sga_malloc((size_t)rows * sizeof(int));
     lu->pivot = sga_malloc((size_t)rows * sizeof(double));
-    char *done = sga_calloc((size_t)rows, 1), *mark = sga_calloc((size_t)cols, 1);
-    double *w = sga_calloc((size_t)cols, sizeof *w), *norm = sga_malloc((size_t)rows * sizeof *norm);
-    int *count = sga_calloc((size_t)cols, sizeof *count);
+    struct work w = { .lu = lu, .lowest = cols, .tiny = tiny };
+    w.done = sga_calloc((size_t)rows, 1);
+    w.mark = sga_calloc((size_t)cols, 1);
+    w.norm = sga_malloc((size_t)rows * sizeof *w.norm);
+    w.value = sga_calloc((size_t)cols, sizeof *w.value);
+    w.count = sga_calloc((size_t)cols, sizeof *w.count);
+    w.by_length = sga_calloc((size_t)cols + 1, sizeof *w.by_length);
+    w.meet = sga_calloc((size_t)cols + 1, sizeof *w.meet);
     for (int i = 0; i < rows; i++) {
-        norm[i] = largest(row + i);
-        for (int k = 0; k < row[i].len; k++)
-            count[row[i].col[k]]++;
-    }
-    int r, c;
-    while (lu->rank < rows && choose(lu, done, norm, tiny, count, &r, &c)) {
-        int step = lu->rank++;
-        double p = entry(row + r, c);
-        lu->pivot_row[step] = r;
-        lu->pivot_col[step] = c;
-        lu->pivot[step] = p;
-        done[r] = 1;
-        for (int i = 0; i < rows; i++) {
-            double v = done[i] ? 0 : entry(row + i, c);
-            if (v == 0)
-                continue;
-            SGA_RESERVE(lu->op, lu->op_cap, lu->ops + 1);
-            lu->op[lu->ops].row = i;
-            lu->op[lu->ops].step = step;
-            lu->op[lu->ops++].factor = v / p;
-            subtract(row + i, row + r, v / p, c, w, mark, count);
+        w.norm[i] = largest(row + i);
+        for (int k = 0; k < row[i].len; k++) {
+            w.count[row[i].col[k]]++;
+            list_add(w.meet + row[i].col[k], i);
         }
+        file_row(&w, i);
     }
-    free(done);
-    free(mark);
-    free(w);
-    free(norm);
-    free(count);
+    eliminate(&w);
+    for (int j = 0; j <= cols; j++) {
+        free(w.by_length[j].item);
+        free(w.meet[j].item);
+    }
+    free(w.by_length);
+    free(w.meet);
+    free(w.done);
+    free(w.mark);
+    free(w.norm);
+    free(w.value);
+    free(w.count);
 }
 
 void points_lu_clear(struct points_lu *lu)

@@ -167,44 +167,80 @@ static void load(struct field *f, double t, const double *x)
     f->in[f->n] = t;
 }
 
-bool field_begin(struct field *f, double t, const double *x, struct sga_error *err)
+/* The largest |row v - right side|, each row divided by its largest entry; sparse. */
+static double rows_miss(struct field *f, const double *v, int *worst_row)
 {
-    double *v = sga_malloc((size_t)(f->n + 1) * sizeof *v);
-    load(f, t, x);
-    int rank = 0;
-    bool ok = general(f, v, &rank);
-    if (!ok) {
-        sga_fail(err, SGA_E_NO_MOTION, "the equations have no value at the consistent start; start inside their domain");
-    } else {
-        f->rank = rank;
-        double worst = 0, size = 1;
-        for (int j = 0; j < f->n; j++)
-            size = fmax(size, fabs(v[j]));
-        fill(f);
-        int bad = 0;
-        for (int i = 0; i < f->rows + f->c + f->rates; i++) {
-            double s = f->rhs[i];
-            for (int j = 0; j < f->n; j++)
-                s += f->M[(size_t)i * (size_t)f->n + (size_t)j] * v[j];
-            if (fabs(s) > worst) {
-                worst = fabs(s);
-                bad = i;
+    double worst = 0;
+    int at = 0;
+    if (!num_tape_eval(f->general, f->in, f->general_out) || !num_jacobian_eval(f->jac, f->in, NULL, f->jac_value))
+        return INFINITY;
+    for (int i = 0; i < f->rows + f->c + f->rates; i++) {
+        double sum = 0, big = 0;
+        if (i < f->rows) {
+            const struct sys_row *r = f->sys->row + i;
+            for (int k = 0; k < r->entries; k++, at++) {
+                sum += f->general_out[at] * v[r->entry[k].col];
+                big = fmax(big, fabs(f->general_out[at]));
             }
+            sum -= f->general_out[at++];
+        } else if (i < f->rows + f->c) {
+            int c = i - f->rows;
+            for (int k = f->jac->start[c]; k < f->jac->start[c + 1]; k++) {
+                bool time = f->jac->col[k] == f->n;
+                sum += f->jac_value[k] * (time ? 1 : v[f->jac->col[k]]);
+                big = time ? big : fmax(big, fabs(f->jac_value[k]));
+            }
+        } else {
+            sum = v[f->rate[i - f->rows - f->c].variable] - f->general_out[at++];
         }
-        if (worst > 1e-7 * size) {
-            ok = false;
-            if (f->rates)
-                sga_fail_at(err, SGA_E_GAUGE, "/trajectory/gauge/rates", "the rates asked for contradict the motion: at the start "
-                            "the equations miss by %.3g; fix at most as many rates as there are gauge fields, and only free ones", worst);
-            else
-                sga_fail(err, SGA_E_NO_MOTION, "at the consistent start the equations have no solution (row %d misses by %.3g): "
-                         "the start lies on a stratum where the rank drops; start elsewhere", bad + 1, worst);
+        sum = fabs(sum) / (big > 0 ? big : 1);
+        if (sum > worst) {
+            worst = sum;
+            *worst_row = i;
         }
     }
-    if (ok && f->fast) {
-        num_tape_eval(f->direct, f->in, f->direct_out);
-        for (int q = 0; q < f->pivots; q++)
-            f->pivot_start[q] = fabs(f->direct_out[f->n + q]);
+    return worst;
+}
+
+/* Remember how large the pivots are where the motion starts. */
+static bool try_direct(struct field *f, double *v)
+{
+    if (!f->fast || !num_tape_eval(f->direct, f->in, f->direct_out))
+        return false;
+    memcpy(v, f->direct_out, (size_t)f->n * sizeof *v);
+    bool well = true;
+    for (int q = 0; q < f->pivots; q++) {
+        f->pivot_start[q] = fabs(f->direct_out[f->n + q]);
+        well &= f->pivot_start[q] > 0;
+    }
+    return well;
+}
+
+bool field_begin(struct field *f, double t, const double *x, struct sga_error *err)
+{
+    double *v = sga_calloc((size_t)f->n + 1, sizeof *v);
+    int rank = f->n, bad = 0;
+    load(f, t, x);
+    bool ok = try_direct(f, v) || general(f, v, &rank);
+    /* a unique field has full rank; otherwise the rank at the start is what must not be lost */
+    f->rank = f->fast ? f->n : rank;
+    if (!ok) {
+        sga_fail(err, SGA_E_NO_MOTION, "the equations have no value at the consistent start; start inside their domain");
+    } else if (rank < f->rank) {
+        ok = sga_fail(err, SGA_E_NO_MOTION, "the consistent start lies on a stratum where the rank drops from %d to %d, "
+                      "so that the motion is not determined there; start elsewhere", f->rank, rank);
+    } else {
+        double size = 1;
+        for (int j = 0; j < f->n; j++)
+            size = fmax(size, fabs(v[j]));
+        double worst = rows_miss(f, v, &bad);
+        ok = worst <= 1e-7 * size;
+        if (!ok && f->rates)
+            sga_fail_at(err, SGA_E_GAUGE, "/trajectory/gauge/rates", "the rates asked for contradict the motion: at the start "
+                        "the equations miss by %.3g; fix at most as many rates as there are gauge fields, and only free ones", worst);
+        else if (!ok)
+            sga_fail(err, SGA_E_NO_MOTION, "at the consistent start the equations have no solution (row %d misses by %.3g): "
+                     "the start lies on a stratum where the rank drops; start elsewhere", bad + 1, worst);
     }
     free(v);
     if (!ok && !err->stage[0])

@@ -148,7 +148,8 @@ bool manifold_project(struct manifold *m, double t, double *x, const double *sca
         if (ok || k == steps)
             break;
         last = res;
-        if (normal_step(&m->step, m->r, m->d) == 0)
+        int rank = held && m->step.kkt ? normal_basic_step(&m->step, m->r, m->d) : normal_step(&m->step, m->r, m->d);
+        if (rank == 0)
             break;
         take_step(m, x, scale, held, &length);
         total += length;

@@ -75,7 +75,7 @@ static void test_random(void)
                 if (held[j])
                     CHECK(d[j] == 0 && e[j] == 0);
             }
-            CHECK(worst < 1e-13, "run %d turn %d conditions: %g", run, turn, worst);
+            CHECK(worst < 1e-13 + 0.01 * tol, "run %d turn %d conditions: %g", run, turn, worst);
             CHECK(apart < 100 * tol * exp(turn == 2 ? 10 : 1), "run %d turn %d apart: %g", run, turn, apart);
         }
         lin_kkt_free(k);

@@ -1,4 +1,5 @@
-/* Sparse matrices and square solves: against dense elimination done here, and residuals. */
+/* Sparse matrices and square solves: known solutions are found again, within rounding
+ * times the condition and the growth that reused pivots are allowed. */
 #include "lin_lu.h"
 
 #include <math.h>
@@ -59,7 +60,7 @@ static void test_random(void)
             if (!ok)
                 continue;
             double e = solve_error(lu, a, 0), f = solve_error(lu, a, 1);
-            CHECK(e < 1e-13 && f < 1e-13, "run %d turn %d: %g %g", run, turn, e, f);
+            CHECK(e < 3e-12 && f < 3e-12, "run %d turn %d: %g %g", run, turn, e, f);
         }
         struct lin_lu_counts counts = lin_lu_counts(lu);
         CHECK(counts.fresh >= 1 && counts.fresh + counts.reused >= 5);
