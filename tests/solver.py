@@ -43,7 +43,7 @@ class Solver:
                 return None, answer
             if isinstance(answer, dict) and "verdict" in answer:
                 if run.returncode:
-                    raise Crash(f"a result with exit status {run.returncode}")
+                    raise Crash(f"a result with exit status {run.returncode}: {run.stderr.decode(errors='replace')[-1500:]}")
                 return answer, None
         said = LINE.match(run.stderr.decode(errors="replace"))
         if said and run.returncode == 1:

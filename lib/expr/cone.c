@@ -15,6 +15,7 @@ void expr_cone_clear(struct expr_cone *c)
 {
     free(c->stamp);
     free(c->list);
+    free(c->place);
     *c = (struct expr_cone){ 0 };
 }
 
@@ -55,6 +56,13 @@ void expr_cone_of(const struct expr_store *st, struct expr_cone *c, const expr_i
     }
     if (c->count)
         qsort(c->list, (size_t)c->count, sizeof *c->list, by_id);
+}
+
+void expr_cone_index(struct expr_cone *c)
+{
+    SGA_RESERVE(c->place, c->place_cap, c->stamp_cap);
+    for (int i = 0; i < c->count; i++)
+        c->place[c->list[i]] = i;
 }
 
 static expr_id rebuild_solve(struct expr_store *st, expr_id e, const expr_id *to)

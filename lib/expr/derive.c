@@ -72,16 +72,31 @@ expr_id expr_partial(ST, expr_id e, int k)
     }
 }
 
-static void accumulate(ST, expr_id *adjoint, expr_id to, expr_id term)
+/* The sweep's state: by position in the cone. */
+struct sweep {
+    struct expr_store *st;
+    struct expr_cone *cone;
+    unsigned char *dep;      /* depends on an active symbol */
+    expr_id *bar;            /* adjoint so far, or EXPR_UNDEF */
+};
+
+static bool needed(const struct sweep *s, expr_id e)
 {
-    adjoint[to] = adjoint[to] ? expr_add(st, adjoint[to], term) : term;
+    return s->dep[s->cone->place[e]];
+}
+
+static void accumulate(struct sweep *s, expr_id to, expr_id term)
+{
+    expr_id *bar = s->bar + s->cone->place[to];
+    *bar = *bar ? expr_add(s->st, *bar, term) : term;
 }
 
 /* S y = r: the adjoint of r is S^-T y~ and that of S is -(r~ y^T). Components of one
  * solve need not stand beside each other, so the transposed solve is made for one
  * component at a time: the row e_b^T S^-1. */
-static void solve_back(ST, expr_id e, expr_id bar, expr_id *adjoint, const unsigned char *dep)
+static void solve_back(struct sweep *s, expr_id e, expr_id bar)
 {
+    struct expr_store *st = s->st;
     int index = st->node[e].a, row = st->node[e].b, m = st->solve[index].m;
     size_t mm = (size_t)m * (size_t)m;
     expr_id *t = sga_malloc(mm * sizeof *t), *r = sga_malloc((size_t)m * sizeof *r);
@@ -94,16 +109,45 @@ static void solve_back(ST, expr_id e, expr_id bar, expr_id *adjoint, const unsig
     for (int i = 0; i < m && expr_store_ok(st); i++) {
         expr_id rbar = expr_mul(st, bar, expr_solution(st, transposed, i));
         expr_id rhs = st->solve[index].rhs[i];
-        if (dep[rhs])
-            accumulate(st, adjoint, rhs, rbar);
+        if (needed(s, rhs))
+            accumulate(s, rhs, rbar);
         for (int j = 0; j < m; j++) {
-            expr_id s = st->solve[index].matrix[i * m + j];
-            if (dep[s])
-                accumulate(st, adjoint, s, expr_neg(st, expr_mul(st, rbar, expr_solution(st, index, j))));
+            expr_id entry = st->solve[index].matrix[i * m + j];
+            if (needed(s, entry))
+                accumulate(s, entry, expr_neg(st, expr_mul(st, rbar, expr_solution(st, index, j))));
         }
     }
     free(t);
     free(r);
+}
+
+static void mark_dependence(struct sweep *s, const unsigned char *active)
+{
+    for (int i = 0; i < s->cone->count; i++) {
+        expr_id e = s->cone->list[i];
+        if (expr_op_of(s->st, e) == EXPR_SYM)
+            s->dep[i] = active[s->st->node[e].a];
+        for (int k = 0, n = expr_children(s->st, e); k < n && !s->dep[i]; k++)
+            s->dep[i] = needed(s, expr_child(s->st, e, k));
+    }
+}
+
+static void push_back(struct sweep *s, expr_id e, expr_id bar)
+{
+    struct expr_store *st = s->st;
+    if (expr_op_of(st, e) == EXPR_SOLVE) {
+        solve_back(s, e, bar);
+    } else if (expr_op_of(st, e) == EXPR_DIV) {
+        expr_id a = st->node[e].a, b = st->node[e].b, q = expr_div(st, bar, b);
+        if (needed(s, a))
+            accumulate(s, a, q);
+        if (needed(s, b))
+            accumulate(s, b, expr_neg(st, expr_mul(st, q, e)));
+    } else {
+        for (int k = 0, n = expr_children(st, e); k < n; k++)
+            if (needed(s, expr_child(st, e, k)))
+                accumulate(s, expr_child(st, e, k), expr_mul(st, bar, expr_partial(st, e, k)));
+    }
 }
 
 static int by_symbol(const void *a, const void *b)
@@ -116,41 +160,26 @@ int expr_gradient(ST, struct expr_cone *cone, expr_id f, const unsigned char *ac
 {
     int count = 0;
     expr_cone_of(st, cone, &f, 1);
-    int top = st->nodes;
-    unsigned char *dep = sga_calloc((size_t)top, 1);
-    expr_id *adjoint = sga_calloc((size_t)top, sizeof *adjoint);
-    for (int i = 0; i < cone->count; i++) {
-        expr_id e = cone->list[i];
-        if (expr_op_of(st, e) == EXPR_SYM)
-            dep[e] = active[st->node[e].a];
-        for (int k = 0, n = expr_children(st, e); k < n && !dep[e]; k++)
-            dep[e] = dep[expr_child(st, e, k)];
-    }
-    if (dep[f])
-        adjoint[f] = expr_int(st, 1);
+    expr_cone_index(cone);
+    struct sweep s = { .st = st, .cone = cone };
+    s.dep = sga_calloc((size_t)cone->count, 1);
+    s.bar = sga_calloc((size_t)cone->count, sizeof *s.bar);
+    mark_dependence(&s, active);
+    if (needed(&s, f))
+        s.bar[cone->place[f]] = expr_int(st, 1);
     for (int i = cone->count - 1; i >= 0 && expr_store_ok(st); i--) {
-        expr_id e = cone->list[i], bar = adjoint[e];
+        expr_id e = cone->list[i], bar = s.bar[i];
         if (!bar || expr_is_zero(st, bar))
             continue;
         if (expr_op_of(st, e) == EXPR_SYM) {
             SGA_RESERVE(*out, *out_cap, count + 1);
             (*out)[count++] = (struct expr_term){ st->node[e].a, bar };
-        } else if (expr_op_of(st, e) == EXPR_SOLVE) {
-            solve_back(st, e, bar, adjoint, dep);
-        } else if (expr_op_of(st, e) == EXPR_DIV) {
-            expr_id a = st->node[e].a, b = st->node[e].b, q = expr_div(st, bar, b);
-            if (dep[a])
-                accumulate(st, adjoint, a, q);
-            if (dep[b])
-                accumulate(st, adjoint, b, expr_neg(st, expr_mul(st, q, e)));
         } else {
-            for (int k = 0, n = expr_children(st, e); k < n; k++)
-                if (dep[expr_child(st, e, k)])
-                    accumulate(st, adjoint, expr_child(st, e, k), expr_mul(st, bar, expr_partial(st, e, k)));
+            push_back(&s, e, bar);
         }
     }
-    free(dep);
-    free(adjoint);
+    free(s.dep);
+    free(s.bar);
     if (count)
         qsort(*out, (size_t)count, sizeof **out, by_symbol);
     return count;

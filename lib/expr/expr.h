@@ -132,12 +132,16 @@ expr_id expr_child(const struct expr_store *st, expr_id e, int k);
 struct expr_cone {
     uint32_t *stamp; size_t stamp_cap; uint32_t now;
     expr_id *list;   size_t list_cap;  int count;
+    int *place;      size_t place_cap;    /* by node, only after expr_cone_index */
 };
 void expr_cone_init(struct expr_cone *c);
 void expr_cone_clear(struct expr_cone *c);
 /* All nodes under the given roots, in increasing order (children first), into
  * c->list[0..count). Cost: the size of the cone, times log for the sort. */
 void expr_cone_of(const struct expr_store *st, struct expr_cone *c, const expr_id *roots, int nroots);
+
+/* c->place[e] = position of e in c->list, for the nodes of the list (others: undefined). */
+void expr_cone_index(struct expr_cone *c);
 
 /* Replace symbols: for each node of the roots' cones, symbols i with map[i] != 0
  * become map[i] (map has st->symbols entries). Roots are replaced in place. */

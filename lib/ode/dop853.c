@@ -15,6 +15,9 @@
 
 /* Where the stability region ends on the negative real axis. */
 #define STABILITY_LIMIT 6.1
+/* See trusted_ratio. */
+#define BELIEVED_FALL 0.3
+#define MEMORY 0.5
 
 struct dop853 {
     int n;
@@ -22,6 +25,7 @@ struct dop853 {
     double *y;        /* n: the state at the present stage */
     double *y_last;   /* n: the state at the last of the twelve stages */
     double *poly;     /* 7 x n: the polynomial's coefficients */
+    double ratio;     /* of the estimates of order 5 and 3, over h^2, lately */
 };
 
 static void *dop853_alloc(int n)
@@ -29,6 +33,7 @@ static void *dop853_alloc(int n)
     struct dop853 *d = sga_malloc(sizeof *d);
     size_t m = (size_t)n;
     d->n = n;
+    d->ratio = 0;
     d->k = sga_calloc((DOP853_ALL + 1 + 1 + 7) * m + 1, sizeof *d->k);
     d->y = d->k + DOP853_ALL * m;
     d->y_last = d->y + m;
@@ -61,6 +66,16 @@ static bool run_stage(struct dop853 *d, struct ode_field *field, const struct od
     return ode_eval(field, t, y, d->k + (size_t)s * (size_t)d->n);
 }
 
+/* e5 can pass through 0 by accident, most of all with few variables, and a step of any
+ * error is then accepted. The ratio of the two estimates falls as h^2, so a ratio far
+ * below that of the steps before, scaled, is such an accident, and is not believed. */
+static double trusted_ratio(struct dop853 *d, double ratio, double h)
+{
+    double least = fmin(1, BELIEVED_FALL * d->ratio * h * h);
+    d->ratio = fmax(ratio / (h * h), MEMORY * d->ratio);
+    return fmax(ratio, least);
+}
+
 /* The increment, and the error estimate of both embedded formulas together:
  * |h| e5^2 / sqrt(e5^2 + 0.01 e3^2), root mean square over the variables. */
 static void finish_step(struct dop853 *d, struct ode_step *step)
@@ -77,7 +92,8 @@ static void finish_step(struct dop853 *d, struct ode_step *step)
         e3 += (a3 / allowed) * (a3 / allowed);
     }
     double both = e5 + 0.01 * e3;
-    step->error = both == 0 ? 0 : fabs(step->h) * e5 / sqrt(both * d->n);
+    double ratio = both > 0 ? sqrt(e5 / both) : 0;
+    step->error = both > 0 ? fabs(step->h) * sqrt(both / d->n) * pow(trusted_ratio(d, ratio, step->h), 2) : 0;
 }
 
 static bool dop853_attempt(void *state, struct ode_field *field, struct ode_step *step)

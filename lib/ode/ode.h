@@ -121,9 +121,9 @@ struct ode_result {
  * ode_result_free; also where the budget ended, with reason TIME_LIMIT or CANCELLED.
  *
  * With estimate_global_error two solutions are computed, at the tolerances and at a
- * twentieth of them. The tighter one is delivered; their difference, which is the error
- * of the looser one, gives the estimate: it is some 30 times too large in the median, and
- * holds. Cost: about 2.5 times one solution.
+ * tenth of them. The tighter one is delivered; their difference, which is the error of
+ * the looser one, gives the estimate: it is some 15 times too large in the median, and
+ * holds. Cost: about 2.3 times one solution.
  *
  * Tolerances below 1e-14 (relative) cannot be met in double precision and are raised. */
 bool ode_solve(const struct ode_problem *p, const struct ode_start *start,

@@ -60,7 +60,7 @@ static void start(const struct points_space *s, double spread, uint64_t *random,
     for (int i = 0; i < s->variables; i++) {
         double u = 2 * points_uniform(random) - 1;
         if (s->near)
-            p->x[i] = box > 0 ? short_value(s->near[i] + box * (1 + fabs(s->near[i])) * u) : s->near[i];
+            p->x[i] = box > 0 ? short_value(s->near[i] + box * (1 + 0.02 * fabs(s->near[i])) * u) : s->near[i];
         else
             p->x[i] = short_value(fmax(box, 1.0) * 1.5 * u);
         num_ball_set_d(&p->ball, s->variable[i], p->x[i]);

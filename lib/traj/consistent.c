@@ -95,7 +95,7 @@ bool consistent_start(struct manifold *m, const struct sys_system *sys, const st
         }
         free(from);
     }
-    if (!ok) {       /* what is missing at the guess, the best that can be said */
+    if (!ok && err) {       /* what is missing at the guess, the best that can be said */
         memcpy(x, rq->initial, (size_t)n * sizeof *x);
         manifold_project(m, rq->start, x, scale, rq->held, 60, NULL, &residual, &worst);
         refuse(sys, sol, worst, residual, any_held, err);

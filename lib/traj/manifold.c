@@ -108,20 +108,17 @@ static double floor_of(const struct manifold *m, const double *x, const double *
     return 8e-16 * size;
 }
 
-static void take_step(struct manifold *m, double *x, const double *scale, const unsigned char *held, double *length)
+/* x += damp * d in units of scale, held columns left; returns the scaled length. */
+static double take_step(struct manifold *m, double *x, const double *scale, const unsigned char *held, double damp)
 {
-    double big = 0, sum = 0;
+    double sum = 0;
     for (int j = 0; j < m->n; j++) {
         if (held && held[j])
             m->d[j] = 0;
-        big = fmax(big, fabs(m->d[j]));
-    }
-    double damp = big > 10 ? 10 / big : 1;
-    for (int j = 0; j < m->n; j++) {
         x[j] += damp * m->d[j] * (scale ? scale[j] : 1);
         sum += damp * damp * m->d[j] * m->d[j];
     }
-    *length = sqrt(sum);
+    return sqrt(sum);
 }
 
 static void report(const struct manifold *m, double total, double res, double *moved, double *residual, int *worst)
@@ -137,12 +134,9 @@ static void report(const struct manifold *m, double total, double res, double *m
 bool manifold_project(struct manifold *m, double t, double *x, const double *scale, const unsigned char *held,
                       int steps, double *moved, double *residual, int *worst)
 {
-    double total = 0, res = -1, last = INFINITY, length;
+    double total = 0, res = manifold_residual(m, t, x, scale, held), last = INFINITY;
     bool ok = false;
-    for (int k = 0; k <= steps; k++) {
-        res = manifold_residual(m, t, x, scale, held);
-        if (res < 0)
-            break;
+    for (int k = 0; res >= 0; k++) {
         /* at rounding level, or as near to it as the conditioning lets it come */
         ok = res <= floor_of(m, x, scale) || (res < 1e-11 && (k == steps || res >= 0.5 * last));
         if (ok || k == steps)
@@ -151,7 +145,13 @@ bool manifold_project(struct manifold *m, double t, double *x, const double *sca
         int rank = held && m->step.kkt ? normal_basic_step(&m->step, m->r, m->d) : normal_step(&m->step, m->r, m->d);
         if (rank == 0)
             break;
-        take_step(m, x, scale, held, &length);
+        double damp = 1, length = take_step(m, x, scale, held, 1);
+        res = manifold_residual(m, t, x, scale, held);
+        for (int half = 0; half < 8 && (res < 0 || res > 4 * last); half++) {
+            length = take_step(m, x, scale, held, -damp / 2);     /* back by half of what was taken */
+            damp /= 2;
+            res = manifold_residual(m, t, x, scale, held);
+        }
         total += length;
     }
     report(m, total, res, moved, residual, worst);
@@ -182,7 +182,7 @@ bool manifold_nearest(struct manifold *m, double t, double *x, const double *sca
         for (int j = 0; j < n; j++)
             m->d[j] += m->shift[j];
         before = length;
-        take_step(m, x, scale, held, &length);
+        length = take_step(m, x, scale, held, 1);
         ok = res < 1e-8 && length < 1e-8;
         if (ok || (k > 40 && length > 0.99 * before))
             break;

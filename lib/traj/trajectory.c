@@ -100,6 +100,18 @@ static double *known_point(const struct sys_system *sys, const struct sga_soluti
     return x;
 }
 
+/* The consistent start; where the guess leads nowhere, from a point that a search finds. */
+static bool start(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol,
+                  const struct traj_request *rq, double *x, double *moved, struct sga_error *err)
+{
+    if (consistent_start(&f->manifold, sys, sol, rq, NULL, x, moved, NULL))
+        return true;
+    double *elsewhere = known_point(sys, sol, rq);
+    bool ok = consistent_start(&f->manifold, sys, sol, rq, elsewhere, x, moved, err);
+    free(elsewhere);
+    return ok;
+}
+
 /* Coordinates of Pf near x: what elimination of the differentials leaves unsolved, values
  * that were not given being solved for first. */
 static void free_coordinates(struct flow *f, const struct traj_request *rq, struct traj_initial *r)
@@ -138,19 +150,16 @@ bool traj_consistent(const struct sys_system *sys, const struct sga_solution *so
     bool ok = flow_init(&f, sys, sol, rq, err);
     if (ok) {
         int n = f.n, c = f.manifold.c;
-        double *elsewhere = known_point(sys, sol, rq);
         r->x = sga_calloc((size_t)n + 1, sizeof *r->x);
         r->derivative = sga_calloc((size_t)n + 1, sizeof *r->derivative);
         r->residual = sga_calloc((size_t)c + 1, sizeof *r->residual);
-        ok = consistent_start(&f.manifold, sys, sol, rq, elsewhere, r->x, &r->moved, err)
-             && field_begin(&f.field, rq->start, r->x, err) && field_eval(&f.field, rq->start, r->x, r->derivative);
+        ok = start(&f, sys, sol, rq, r->x, &r->moved, err) && field_begin(&f.field, rq->start, r->x, err) && field_eval(&f.field, rq->start, r->x, r->derivative);
         if (ok) {
             memcpy(f.in, r->x, (size_t)n * sizeof *f.in);
             f.in[n] = rq->start;
             num_tape_eval(f.manifold.tape, f.in, r->residual);
             free_coordinates(&f, rq, r);
         }
-        free(elsewhere);
     }
     flow_clear(&f);
     if (!ok)
@@ -227,11 +236,9 @@ bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, cons
     *r = (struct traj_result){ 0 };
     bool ok = flow_init(&f, sys, sol, rq, err);
     if (ok) {
-        double *elsewhere = known_point(sys, sol, rq);
         r->initial = sga_calloc((size_t)f.n + 1, sizeof *r->initial);
-        ok = consistent_start(&f.manifold, sys, sol, rq, elsewhere, r->initial, &r->moved, err)
+        ok = start(&f, sys, sol, rq, r->initial, &r->moved, err)
              && field_begin(&f.field, rq->start, r->initial, err) && integrate(&f, rq, r, err);
-        free(elsewhere);
     }
     if (ok) {
         r->gauge = !sol->free_columns ? "none" : rq->rates ? "rates, then least norm" : "least norm";
