@@ -19,6 +19,7 @@ bool solve_here(const char *request, size_t length, struct answer *a)
 {
     struct sga_run_options options = { .max_seconds = 0 };
     struct sga_error err = { 0 };
+    sga_init();
     if (sga_run(request, length, &options, &a->text, &err))
         return true;
     describe(&err, a->problem, sizeof a->problem);

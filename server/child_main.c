@@ -96,6 +96,7 @@ static bool run(const char *request, size_t length, double max_seconds)
 
 int child_main(int argc, char **argv)
 {
+    sga_init();
     if (argc != ARGUMENTS)
         return 2;
     confine((pid_t)atol(argv[2]), strtoul(argv[3], NULL, 10));

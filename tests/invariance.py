@@ -51,8 +51,8 @@ def combine(weights, texts):
 def mix_rows(rng, s):
     P = unimodular(rng, len(s.A))
     if rng.random() < 0.5:    # a function that never vanishes
-        k = rng.randrange(len(P))
-        P[k] = [f"(2 + {{{rng.randrange(s.n)}}}^2)*({p})" if p else 0 for p in P[k]]
+        k, j = rng.randrange(len(P)), rng.randrange(s.n)
+        P[k] = [f"(2 + {{{j}}}^2)*({p})" if p else 0 for p in P[k]]
     return System([[combine(p, [r[j] for r in s.A]) for j in range(s.n)] for p in P],
                   [combine(p, s.alpha) for p in P], s.n)
 

@@ -9,7 +9,7 @@
 
 #define LOOK_EVERY 5000        /* attempts between looks at whether the stop is in reach */
 #define BUDGET_EVERY 8         /* attempts between looks at the clock */
-#define BEYOND_HOPE 50.0       /* times the limit of steps */
+#define BEYOND_HOPE 5.0        /* times the limit of steps */
 #define ACROSS_LOOKS 5
 
 static void march_alloc(struct ode_march *m)
@@ -67,6 +67,7 @@ static bool begin(struct ode_march *m, double *h)
         ode_end_at(m, m->field.why, "the vector field has no finite value at the start");
         return false;
     }
+    m->start_rate = ode_largest(m, m->f, &which);
     for (; m->next < m->start->count && m->start->times[m->next] == m->t; m->next++) {
         memcpy(m->res->samples + (size_t)m->next * n, m->x, n * sizeof *m->x);
         m->res->max_residual = residual;
@@ -154,6 +155,8 @@ static bool out_of_reach(struct ode_march *m)
     bool slow = needed > BEYOND_HOPE * (double)m->o->max_steps &&
                 progress <= 1.2 * m->look_progress;
     m->hopeless = slow ? m->hopeless + 1 : 0;
+    if (m->hopeless == 1)
+        m->slow_since = m->look_t;
     m->look_progress = progress;
     m->look_t = m->t;
     m->look_at += LOOK_EVERY;
@@ -203,6 +206,7 @@ static void go(struct ode_march *m)
         } else {
             m->res->stats.refused++;
             m->control.refused_before = true;
+            m->manifold_refused += cause == MANIFOLD_REFUSED;
             if (cause == FIELD_REFUSED) {
                 m->field_refused = true;
                 m->field_refused_t = m->t;

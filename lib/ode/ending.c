@@ -77,34 +77,63 @@ static void blow_up(struct ode_march *m)
     m->res->end.t = limit_time(m);
 }
 
-void ode_end_refused(struct ode_march *m, enum ode_refusal cause)
+static bool grows_now(const struct ode_march *m)
 {
     int which;
     double size = ode_largest(m, m->x, &which), rate = ode_largest(m, m->f, &which);
-    bool grows = rate * fabs(m->t - m->start->t) > GROWTH * fmax(size, 1e-300);
-    bool huge = size > HUGE_STATE * (m->start_size + 1);
+    size = fmax(fmax(size, m->start_size), 1e-300);   /* x may tend to 0 */
+    return rate * fabs(m->t - m->start->t) > GROWTH * size;
+}
+
+void ode_end_refused(struct ode_march *m, enum ode_refusal cause)
+{
+    int which;
+    bool grows = grows_now(m);
+    bool huge = ode_largest(m, m->x, &which) > HUGE_STATE * (m->start_size + 1);
     /* Near the edge of the domain some steps are refused for their error. */
     if (cause == ERROR_TOO_LARGE && !grows && m->field_refused &&
         fabs(m->t - m->field_refused_t) <= 1e-8 * fmax(fabs(m->t), fabs(m->t - m->start->t)))
         cause = FIELD_REFUSED;
     enum ode_reason why = cause == FIELD_REFUSED ? m->field.why : m->manifold_why;
-    if (huge || (grows && cause != FIELD_REFUSED))
+    if (huge || (grows && (cause != FIELD_REFUSED || why == ODE_LEFT_DOMAIN)))
         blow_up(m);
     else if (cause == ERROR_TOO_LARGE)
         ode_end_at(m, ODE_SINGULAR,
                    "no step is small enough for the tolerance here: the field is not smooth, "
                    "or the tolerance is too tight");
     else if (why == ODE_LEFT_DOMAIN)
-        ode_end_at(m, why, grows ? "the vector field grows without bound and has no value beyond this time"
-                                 : "the vector field has no finite value beyond this time");
+        ode_end_at(m, why, "the vector field has no finite value beyond this time");
     else if (why == ODE_CONSTRAINT_LOST)
         ode_end_at(m, why, "no point near the solution satisfies the constraints beyond this time");
     else
         ode_end_at(m, why, "a rank drops here: the field or the constraints are singular");
 }
 
+/* Samples past the time of the ending are taken back. */
+static void end_earlier(struct ode_march *m, double t)
+{
+    m->res->end.t = t;
+    while (m->next > 0 && (m->start->times[m->next - 1] - t) * m->direction > 0)
+        m->next--;
+}
+
+/* Steps can become and stay tiny for other causes than stability: where the tolerance is
+ * too coarse to see a singularity, the solution trembles at it; where the field leaves
+ * the manifold, each step is as long as the correction may be. */
 void ode_end_steps(struct ode_march *m, bool foreseen)
 {
+    int which;
+    if (m->manifold_refused > m->res->stats.steps / 10) {
+        ode_end_at(m, ODE_CONSTRAINT_LOST,
+                   "the vector field leads away from the constraints: corrections are far larger than "
+                   "the error of the steps");
+        return;
+    }
+    if (m->hopeless > 0 && grows_now(m) && ode_largest(m, m->f, &which) > GROWTH * m->start_rate) {
+        blow_up(m);
+        end_earlier(m, m->slow_since);
+        return;
+    }
     const struct ode_stats *s = &m->res->stats;
     bool stiff = s->stiff_steps > s->steps / 4;
     char text[256];

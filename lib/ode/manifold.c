@@ -10,7 +10,7 @@
 #include "lin_kkt.h"
 #include "mem.h"
 
-#define MOST_STEPS 12
+#define MOST_STEPS 50
 #define MOST_STEPS_NEAREST 200
 #define ROUNDINGS 8            /* of the terms of a row: a residual of this size is 0 */
 #define STALLED_MOST 1e-9      /* a residual that no longer falls may be this large */

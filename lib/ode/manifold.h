@@ -24,7 +24,7 @@ void ode_manifold_free(struct ode_manifold *m);
 /* Moves x onto the manifold at time t; the contract of ode_problem.project with m in
  * place of ctx. Normally one Newton step, after which the residual is at rounding level:
  * |xi_i| below a few roundings of sum_j |J_ij| |x_j|, or as small as further steps make
- * it while below 1e-9 of that sum. At most 12 steps. */
+ * it while below 1e-9 of that sum. At most 50 steps (starts may be far). */
 bool ode_manifold_project(struct ode_manifold *m, double t, double *x, const double *scale,
                           double *moved, double *residual);
 /* The largest |xi_i|; INFINITY where they are not defined. */

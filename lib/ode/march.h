@@ -34,12 +34,14 @@ struct ode_march {
     enum ode_reason manifold_why;   /* of the last refusal by `project` */
     bool field_refused;             /* ever, and from which time last */
     double field_refused_t;
-    double start_size;              /* largest |x_j|/unit_j at the start */
+    double start_size, start_rate;  /* largest |x_j|/unit_j and |x'_j|/unit_j at the start */
+    long manifold_refused;          /* steps */
     double last_times[2];           /* of the two accepted points before the present one */
     /* Is there hope to arrive? Looked at every so many attempts. */
     long look_at;
     double look_t, look_progress;
-    int hopeless;
+    int hopeless;                   /* looks in a row that saw none, */
+    double slow_since;              /* from this time on */
 };
 
 /* driver.c: one solution with the given method and tolerances. res->samples must have

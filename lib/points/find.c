@@ -10,7 +10,7 @@
 #include "mem.h"
 #include "refine.h"
 
-enum { STARTS = 24, STEPS = 60, NEWTON_BITS = 80 };
+enum { STARTS = 24, STEPS = 60, BASIC_STEPS = 12, NEWTON_BITS = 80 };
 
 uint64_t points_random(uint64_t *state)
 {
@@ -50,7 +50,7 @@ static void take_over(const struct points_space *s, struct points_point *p)
 
 static void start(const struct points_space *s, double spread, uint64_t *random, int attempt, struct points_point *p)
 {
-    if (s->before && attempt == 0) {
+    if (s->before && attempt <= 1) {
         take_over(s, p);
         return;
     }
@@ -100,9 +100,30 @@ static double scaled(const arb_t v, slong exponent)
     return d;
 }
 
-/* One Gauss-Newton step. Returns the largest scaled residual before it, or -1 where the
+/* Blank the columns of variables that satisfied constraints contain. Returns how many
+ * constraints are not satisfied. */
+static int only_new(struct points_jacobian *j, struct normal *w, const double *r, unsigned char *old)
+{
+    int c = w->c, open = 0;
+    for (int i = 0; i < c; i++) {
+        bool met = fabs(r[i]) < 1e-9;
+        open += !met;
+        for (int k = 0; k < j->cols[i] && met && !old[w->n]; k++)
+            old[j->col[i][k]] = 1;
+    }
+    old[w->n] = 1;
+    for (int i = 0; i < c; i++)
+        for (int k = 0; k < j->cols[i]; k++)
+            if (old[j->col[i][k]])
+                w->value[i][k] = 0;
+    return open;
+}
+
+/* One Gauss-Newton step: of least norm, or (old not NULL) one that moves only variables
+ * that no satisfied constraint contains; `old` (by variable) is worked out at the first
+ * such step (old[n] = 0). Returns the largest scaled residual before it, or -1 where the
  * constraints have no value; *rank is the numerical rank of the differentials. */
-static double step(struct points_jacobian *j, struct points_point *p, struct normal *w, double *r, double *d, int *rank)
+static double step(struct points_jacobian *j, struct points_point *p, struct normal *w, unsigned char *old, double *r, double *d, int *rank)
 {
     const struct points_space *s = j->space;
     int c = s->constraints, n = s->variables;
@@ -124,7 +145,12 @@ static double step(struct points_jacobian *j, struct points_point *p, struct nor
             return -1;
         worst = fmax(worst, fabs(r[i]));
     }
-    *rank = normal_step(w, r, d);
+    if (old) {
+        int open = only_new(j, w, r, old);
+        *rank = normal_basic_step(w, r, d) < open ? 0 : c;
+    } else {
+        *rank = normal_step(w, r, d);
+    }
     double len = 0, size = 1;
     for (int i = 0; i < n; i++) {
         len = fmax(len, fabs(d[i]));
@@ -142,7 +168,7 @@ static double step(struct points_jacobian *j, struct points_point *p, struct nor
 
 /* Newton from the present start: 1 converged, 0 not, -1 where it creeps to a place at
  * which the differentials are dependent. */
-static int newton(struct points_jacobian *j, struct points_point *p)
+static int newton(struct points_jacobian *j, struct points_point *p, bool basic)
 {
     const struct points_space *s = j->space;
     int c = s->constraints, n = s->variables, rank = c, result = 0;
@@ -150,22 +176,26 @@ static int newton(struct points_jacobian *j, struct points_point *p)
     normal_init(&w, c, n, j->col, j->cols);
     double *r = sga_malloc((size_t)c * sizeof *r), *d = sga_malloc((size_t)n * sizeof *d);
     double last = INFINITY;
-    for (int k = 0; k < STEPS; k++) {
+    unsigned char *old = basic ? sga_calloc((size_t)n + 1, 1) : NULL;
+    for (int k = 0; k < (basic ? BASIC_STEPS : STEPS); k++) {
         double size = 1;
         for (int i = 0; i < n; i++)
             size = fmax(size, fabs(p->x[i]));
-        double res = step(j, p, &w, r, d, &rank);
+        double res = step(j, p, &w, old, r, d, &rank);
         if (res < 0 || !sga_budget_ok(s->budget, NULL))
             break;
+        if (old && rank == 0 && res / size >= 1e-12)
+            break;          /* the new variables alone cannot do it */
         last = res / size;
         if (last < 1e-12) {
             result = 1;      /* whether it is regular there, the refinement tells */
             break;
         }
     }
-    if (result == 0 && last < 1e-5)
+    if (result == 0 && !basic && last < 1e-5)
         result = -1;
     normal_clear(&w);
+    free(old);
     free(r);
     free(d);
     return result;
@@ -190,7 +220,9 @@ enum points_status points_find(const struct points_space *s, double spread, uint
         }
         p->ball.prec = NEWTON_BITS;
         start(s, spread, random, a, p);
-        int got = s->constraints ? newton(&j, p) : 1;
+        /* from a point of the larger set only what is new must be met: moving new variables
+         * alone often does that at once */
+        int got = s->constraints ? newton(&j, p, s->before && a == 0) : 1;
         if (got == 1 && points_refine_with(&j, p, prec))
             status = POINTS_OK;
         else if (got != 0 && !irregular)
@@ -204,6 +236,32 @@ enum points_status points_find(const struct points_space *s, double spread, uint
     }
     free(irregular);
     points_jacobian_clear(&j);
+    return status;
+}
+
+enum points_status points_find_staged(const struct points_space *s, const int *end, int stages,
+                                      double spread, uint64_t *random, slong prec, struct points_point *p)
+{
+    struct points_space part = *s;
+    struct points_point before = { 0 };
+    enum points_status status = POINTS_OK;
+    *p = (struct points_point){ 0 };
+    for (int k = 0; k < stages && status == POINTS_OK; k++) {
+        part.constraints = end[k];
+        part.before = before.x ? &before : NULL;
+        points_point_clear(p);
+        status = points_find(&part, spread, random, k + 1 < stages ? NEWTON_BITS : prec, p);
+        if (k + 1 < stages) {
+            points_point_clear(&before);
+            before = *p;
+            *p = (struct points_point){ 0 };
+        }
+    }
+    points_point_clear(&before);
+    if (!stages || (status != POINTS_OK && !p->x)) {
+        points_point_clear(p);
+        status = points_find(s, spread, random, prec, p);
+    }
     return status;
 }
 

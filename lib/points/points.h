@@ -52,6 +52,11 @@ struct points_point {
  * place that was approached. The point must be cleared in every case. */
 enum points_status points_find(const struct points_space *space, double spread, uint64_t *random,
                                slong prec, struct points_point *point);
+/* The same in stages: first a point of the first end[0] constraints, from there one of the
+ * first end[1], and so on; end[stages - 1] is all of them. Generations of constraints are
+ * natural stages: each can be met by few new variables, where all at once is a long way. */
+enum points_status points_find_staged(const struct points_space *space, const int *end, int stages,
+                                      double spread, uint64_t *random, slong prec, struct points_point *point);
 /* Raise an existing point to more bits (same point). False if it cannot be refined. */
 bool points_refine(const struct points_space *space, struct points_point *point, slong prec);
 void points_point_clear(struct points_point *point);

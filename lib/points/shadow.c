@@ -46,7 +46,7 @@ void points_shadow_clear(struct points_shadow *s)
     expr_cone_clear(&s->cone);
 }
 
-static enum points_status sample_reals(struct points_shadow *s)
+static enum points_status sample_reals(struct points_shadow *s, const struct points_point *before, int befores)
 {
     struct points_space space = s->space;
     double *near = NULL;
@@ -54,6 +54,7 @@ static enum points_status sample_reals(struct points_shadow *s)
     for (int k = 0; k < POINTS_REAL; k++) {
         /* a guess is only a guess: go a little away from it, to a generic point */
         double spread = k == 0 && !s->space.near ? 1 : 0.05 * (1 + k);
+        space.before = k < befores ? before + k : NULL;
         status = points_find(&space, spread, &s->random, POINTS_BITS, s->real + k);
         if (status != POINTS_OK) {
             points_point_clear(s->real + k);
@@ -65,7 +66,6 @@ static enum points_status sample_reals(struct points_shadow *s)
             memcpy(near, s->real[0].x, (size_t)space.variables * sizeof *near);
             space.near = near;
             space.near_time = s->real[0].t;
-            space.before = NULL;
         }
     }
     free(near);
@@ -75,17 +75,16 @@ static enum points_status sample_reals(struct points_shadow *s)
 enum points_status points_shadow_sample(struct points_shadow *s, const struct points_space *space)
 {
     double start = sga_now();
-    struct points_point before = { 0 };
-    if (s->reals) {         /* the sets shrink: the last point is a good start */
-        before = s->real[0];
-        s->real[0] = s->real[--s->reals];
-    }
+    /* the sets shrink: the last points are good starts */
+    struct points_point before[POINTS_REAL];
+    int befores = s->reals;
+    memcpy(before, s->real, (size_t)befores * sizeof *before);
+    s->reals = 0;
     points_shadow_forget(s);
     s->space = *space;
-    s->space.before = before.x ? &before : NULL;
-    enum points_status status = sample_reals(s);
-    s->space.before = NULL;
-    points_point_clear(&before);
+    enum points_status status = sample_reals(s, before, befores);
+    for (int k = 0; k < befores; k++)
+        points_point_clear(before + k);
     if (status != POINTS_OK)
         points_shadow_forget(s);
     s->seconds_sampling += sga_now() - start;

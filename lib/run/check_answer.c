@@ -88,7 +88,7 @@ static bool check_texts(struct job *j)
         bool field = j->texts.roots > c, gauge = j->texts.roots > c + n;
         struct sga_claim claim = {
             .st = &b.st, .variable = b.variable, .variables = n, .parameter = b.parameter, .parameters = sys->parameters,
-            .time = b.time, .constraint = b.root, .constraints = c, .field = field ? b.root + c : NULL,
+            .time = b.time, .constraint = b.root, .constraints = c, .solution = &j->solution, .field = field ? b.root + c : NULL,
             .gauge = gauge ? b.root + c + n : NULL, .gauges = gauge ? j->solution.free_columns : 0,
         };
         ok = sga_witness_check(sys, &claim, j->near, j->near_time, 77, WITNESS_POINTS, &j->budget, &j->witness, j->err);
@@ -112,7 +112,7 @@ static bool check_handles(struct job *j)
         constraint[i] = j->solution.constraint[i].expr;
     struct sga_claim claim = {
         .st = sys->store, .variable = variable, .variables = n, .parameter = sys->parameter, .parameters = sys->parameters,
-        .time = sys->time, .constraint = constraint, .constraints = c, .field = j->solution.field,
+        .time = sys->time, .constraint = constraint, .constraints = c, .solution = &j->solution, .field = j->solution.field,
         .gauge = j->solution.gauge, .gauges = j->solution.gauge ? j->solution.free_columns : 0,
     };
     bool ok = sga_witness_check(sys, &claim, j->near, j->near_time, 77, 1, &j->budget, &j->witness, j->err);

@@ -5,11 +5,17 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "lin.h"
 #include "mem.h"
 
 const char *sga_version(void)
 {
     return "0.1.0";
+}
+
+void sga_init(void)
+{
+    lin_init();
 }
 
 bool sga_check(const char *request, size_t length, struct sga_buf *out, struct sga_error *err)

@@ -21,6 +21,10 @@ struct sga_run_options {
     void *ctx;
 };
 
+/* Once in every process that calls sga_run, before the first call: the numerical
+ * libraries' error handlers must not end the process. */
+void sga_init(void);
+
 /* Appends the result to out and returns true; on failure fills err and leaves out
  * unspecified. Cost: the whole job. */
 bool sga_run(const char *request, size_t length, const struct sga_run_options *options,

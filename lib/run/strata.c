@@ -45,7 +45,10 @@ static bool reachable(struct job *j, expr_id factor)
     };
     struct points_point p;
     uint64_t random = 5;
-    enum points_status status = points_find(&space, j->near ? 0.2 : 1, &random, 64, &p);
+    int *end = sga_calloc((size_t)j->solution.generations + 2, sizeof *end), stages = sga_stages(&j->solution, end);
+    end[stages++] = c + 1;
+    enum points_status status = points_find_staged(&space, end, stages, j->near ? 0.2 : 1, &random, 64, &p);
+    free(end);
     points_point_clear(&p);
     free(variable);
     free(con);

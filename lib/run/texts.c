@@ -34,6 +34,19 @@ static void shorten(struct job *j, expr_id *root, int n)
     free(normal);
 }
 
+/* A constraint is a set: where its numerator is one factor and shorter, that is shown,
+ * without numeric factors and denominators. */
+static void primitive(struct job *j, expr_id *root)
+{
+    struct poly_limits limits = { .max_terms = 200, .max_bits = 4000, .max_degree = 40, .max_generators = 24, .budget = &j->budget };
+    struct poly_factors f;
+    if (!poly_numerator_factors(&j->request.store, *root, &limits, &f))
+        return;
+    if (f.factors == 1 && f.factor[0].multiplicity == 1 && text_length(j, f.factor[0].expr) <= text_length(j, *root))
+        *root = f.factor[0].expr;
+    poly_factors_clear(&f);
+}
+
 bool answer_texts(struct job *j)
 {
     const struct sga_solution *sol = &j->solution;
@@ -54,6 +67,8 @@ bool answer_texts(struct job *j)
     j->first_field = c;
     j->first_gauge = c + n;
     shorten(j, root, roots);
+    for (int i = 0; i < c && c <= 60; i++)
+        primitive(j, root + i);
     struct expr_naming naming = { .prefix = "s", .inline_nodes = INLINE_NODES };
     j->has_texts = expr_print_named(&j->request.store, root, roots, &naming, &j->texts);
     free(root);

@@ -75,6 +75,10 @@ bool sga_solve(const struct sys_system *system, const struct sga_options *option
                struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err);
 void sga_solution_clear(struct sga_solution *solution);
 
+/* The generations as stages for points_find_staged: end[k] (room for `generations`) is the
+ * number of constraints of the first k + 1 generations. Returns how many stages. */
+int sga_stages(const struct sga_solution *solution, int *end);
+
 const char *sga_verdict_text(enum sga_verdict verdict);
 
 #endif

@@ -27,6 +27,15 @@ void sga_solution_clear(struct sga_solution *sol)
     *sol = (struct sga_solution){ 0 };
 }
 
+int sga_stages(const struct sga_solution *sol, int *end)
+{
+    int stages = 0;
+    for (int i = 0; i < sol->constraints; i++)
+        if (i + 1 == sol->constraints || sol->constraint[i + 1].generation != sol->constraint[i].generation)
+            end[stages++] = i + 1;
+    return stages;
+}
+
 static void state_init(struct state *s, const struct sys_system *sys, const struct sga_options *options,
                        struct points_shadow *shadow, struct sga_solution *sol, struct sga_error *err)
 {

@@ -170,9 +170,11 @@ bool sga_witness_check(const struct sys_system *system, const struct sga_claim *
     *result = (struct sga_witness){ .certified = true };
     bool ok = true;
     uint64_t random = seed;
+    int *end = sga_calloc((size_t)claim->solution->generations + 1, sizeof *end), stages = sga_stages(claim->solution, end);
     for (int k = 0; k < points && ok; k++) {
         struct points_point p;
-        enum points_status status = points_find(&space, near ? 0.03 * (k + 1) : 1, &random, WITNESS_BITS, &p);
+        enum points_status status = points_find_staged(&space, end, stages, near ? 0.03 * (k + 1) : 1, &random,
+                                                       WITNESS_BITS, &p);
         c.point = &p;
         if (status == POINTS_STOPPED)
             ok = sga_budget_ok(budget, err);
@@ -185,6 +187,7 @@ bool sga_witness_check(const struct sys_system *system, const struct sga_claim *
         }
         points_point_clear(&p);
     }
+    free(end);
     arb_clear(c.sum);
     arb_clear(c.term);
     mag_clear(c.size);

@@ -14,6 +14,7 @@ struct sga_claim {
     const int *parameter; int parameters;
     int time;
     const expr_id *constraint; int constraints;
+    const struct sga_solution *solution;       /* for the constraints' generations */
     const expr_id *field;                      /* by variable; NULL: not claimed */
     const expr_id *gauge; int gauges;          /* gauges x variables; NULL: not claimed */
 };

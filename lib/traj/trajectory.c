@@ -92,9 +92,11 @@ static double *known_point(const struct sys_system *sys, const struct sga_soluti
     struct points_point p;
     uint64_t random = 3;
     double *x = NULL;
-    if (points_find(&space, 0, &random, 64, &p) == POINTS_OK)
+    int *end = sga_calloc((size_t)sol->generations + 1, sizeof *end), stages = sga_stages(sol, end);
+    if (points_find_staged(&space, end, stages, 0, &random, 64, &p) == POINTS_OK)
         x = memcpy(sga_malloc((size_t)n * sizeof *x), p.x, (size_t)n * sizeof *x);
     points_point_clear(&p);
+    free(end);
     free(variable);
     free(con);
     return x;
