@@ -6,8 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include <arb_mat.h>
-
 #include "mem.h"
 #include "print.h"
 #include "regular.h"
@@ -42,13 +40,19 @@ static void push(struct state *s, const struct candidate *c, expr_id regular, in
     s->con[sol->constraints++] = regular;
 }
 
-static void push_regular(struct state *s, const struct candidate *c, const struct regular *r, int g)
+static void push_option(struct state *s, const struct candidate *c, const struct regular_option *o, int g)
 {
-    for (int i = 0; i < r->count; i++)
-        push(s, c, r->out[i], g);
-    SGA_RESERVE(s->sol->branch, s->branch_cap, s->sol->branches + r->branches + 1);
-    for (int i = 0; i < r->branches; i++)
-        s->sol->branch[s->sol->branches++] = r->branch[i];
+    for (int i = 0; i < o->count; i++)
+        push(s, c, o->out[i], g);
+}
+
+/* The branches of a product that are not followed. */
+static void note_branches(struct state *s, const struct regular *r, int followed)
+{
+    SGA_RESERVE(s->sol->branch, s->branch_cap, s->sol->branches + r->options + 1);
+    for (int i = 0; i < r->options; i++)
+        if (i != followed)
+            s->sol->branch[s->sol->branches++] = r->option[i].out[0];
 }
 
 static void pop(struct state *s, int to)
@@ -64,71 +68,6 @@ static int contradiction(struct state *s, const struct candidate *c, const char 
     snprintf(s->sol->contradiction_why, sizeof s->sol->contradiction_why, "%s", why);
     state_combine(s, c, &s->sol->contradiction_part, &s->sol->contradiction_parts);
     return 0;
-}
-
-/* Whether d_x e lies in the span of the constraints' differentials at point p:
- * 1 yes (every residue's ball contains 0), 0 no, -1 no value. */
-static int dependent_at(struct state *s, struct points_point *p, const expr_id *grad, expr_id e)
-{
-    int c = s->sol->constraints, n = s->sys->variables;
-    (void)e;
-    num_ball_extend(&p->ball);
-    arb_mat_t B, b, y;
-    arb_mat_init(B, c, c);
-    arb_mat_init(b, c, 1);
-    arb_mat_init(y, c, 1);
-    for (int i = 0; i < c; i++) {        /* B^T y = b over the solved columns */
-        for (int k = 0; k < c; k++)
-            if (grad[(size_t)k * (size_t)n + (size_t)p->solved[i]])
-                arb_set(arb_mat_entry(B, i, k), num_ball_value(&p->ball, grad[(size_t)k * (size_t)n + (size_t)p->solved[i]]));
-        if (grad[(size_t)c * (size_t)n + (size_t)p->solved[i]])
-            arb_set(arb_mat_entry(b, i, 0), num_ball_value(&p->ball, grad[(size_t)c * (size_t)n + (size_t)p->solved[i]]));
-    }
-    int result = arb_mat_solve(y, B, b, p->ball.prec) ? 1 : -1;
-    arb_t r;
-    arb_init(r);
-    for (int j = 0; j < n && result == 1; j++) {
-        expr_id g = grad[(size_t)c * (size_t)n + (size_t)j];
-        if (g)
-            arb_set(r, num_ball_value(&p->ball, g));
-        else
-            arb_zero(r);
-        for (int k = 0; k < c; k++)
-            if (grad[(size_t)k * (size_t)n + (size_t)j])
-                arb_submul(r, arb_mat_entry(y, k, 0), num_ball_value(&p->ball, grad[(size_t)k * (size_t)n + (size_t)j]), p->ball.prec);
-        if (!arb_contains_zero(r))
-            result = 0;
-    }
-    arb_clear(r);
-    arb_mat_clear(B);
-    arb_mat_clear(b);
-    arb_mat_clear(y);
-    return result;
-}
-
-/* Whether e is locally constant in x on the present set: then, not being zero there, it
- * has no zero that lasts. The shadow must hold points of the present set. */
-static bool locally_constant(struct state *s, expr_id e)
-{
-    int c = s->sol->constraints, n = s->sys->variables;
-    SGA_RESERVE(s->active, s->active_cap, s->st->symbols);
-    memset(s->active, 0, (size_t)s->st->symbols);
-    for (int j = 0; j < n; j++)
-        s->active[s->variable[j]] = 1;
-    expr_id *grad = sga_calloc((size_t)(c + 1) * (size_t)n, sizeof *grad);
-    struct expr_term *term = NULL;
-    size_t cap = 0;
-    for (int k = 0; k <= c; k++) {
-        int m = expr_gradient(s->st, &s->cone, k < c ? s->con[k] : e, s->active, &term, &cap);
-        for (int i = 0; i < m; i++)
-            grad[(size_t)k * (size_t)n + (size_t)s->column[term[i].symbol]] = term[i].value;
-    }
-    free(term);
-    bool all = s->shadow->reals > 0;
-    for (int k = 0; k < s->shadow->reals && all; k++)
-        all = dependent_at(s, s->shadow->real + k, grad, e) == 1;
-    free(grad);
-    return all;
 }
 
 /* A constraint without variables holds for no x, or for all. */
@@ -209,6 +148,37 @@ static bool replacements_hold(struct state *s, int from)
     return true;
 }
 
+/* No option led to points: say what can be said. `status` is that of the last one. */
+static int refuse(struct state *s, const struct candidate *c, const struct regular *r, enum points_status status, int g)
+{
+    double *x = NULL, t = 0;
+    int result = -1;
+    if (status == POINTS_IRREGULAR) {     /* the place that was approached */
+        struct points_point p;
+        uint64_t random = s->shadow->random;
+        push(s, c, r->option[0].out[0], g);
+        s->space.constraint = s->con;
+        s->space.constraints = s->sol->constraints;
+        points_find(&s->space, s->space.near ? 0 : 1, &random, POINTS_BITS, &p);
+        pop(s, s->sol->constraints - 1);
+        x = memcpy(sga_malloc((size_t)p.variables * sizeof *x), p.x, (size_t)p.variables * sizeof *x);
+        t = p.t;
+        points_point_clear(&p);
+    }
+    if (status == POINTS_STOPPED)
+        result = fail_sample(s, c, status);
+    else if (state_sample(s) != POINTS_OK)
+        result = fail_sample(s, c, POINTS_NONE);
+    else if (state_locally_constant(s, c->expr))
+        result = contradiction(s, c, "it is locally constant on the earlier constraints and not zero there");
+    else if (status == POINTS_IRREGULAR)
+        result = admit_gradient(s, c, x, t, g);
+    else
+        result = fail_sample(s, c, status);
+    free(x);
+    return result;
+}
+
 /* One candidate, the shadow being on the present set. */
 static int admit_one(struct state *s, const struct candidate *c, int g)
 {
@@ -221,40 +191,27 @@ static int admit_one(struct state *s, const struct candidate *c, int g)
     if (why)
         return contradiction(s, c, why);
     struct regular r = regular_form(s, c->expr);
-    if (r.answer == REGULAR_NEVER) {
-        regular_clear(&r);
-        return contradiction(s, c, "it has no real zero");
+    int before = s->sol->constraints, result = -1;
+    enum points_status status = POINTS_NONE;
+    bool found = false;
+    for (int i = 0; i < r.options && !found; i++) {      /* the branches of a product in turn */
+        push_option(s, c, r.option + i, g);
+        status = state_sample(s);
+        found = status == POINTS_OK;
+        if (found)
+            note_branches(s, &r, i);
+        else
+            pop(s, before);
+        if (status == POINTS_STOPPED)
+            break;
     }
-    int before = s->sol->constraints;
-    push_regular(s, c, &r, g);
-    int pushed = s->sol->constraints - before;
-    expr_id regular = r.out[0];
-    regular_clear(&r);
-    enum points_status status = state_sample(s);
-    if (status == POINTS_OK)
-        return replacements_hold(s, before) ? pushed : -1;
-    double *x = NULL, t = 0;
-    if (status == POINTS_IRREGULAR) {     /* keep the place that was approached */
-        struct points_point p;
-        uint64_t random = s->shadow->random;
-        points_find(&s->space, s->space.near ? 0 : 1, &random, POINTS_BITS, &p);
-        x = memcpy(sga_malloc((size_t)p.variables * sizeof *x), p.x, (size_t)p.variables * sizeof *x);
-        t = p.t;
-        points_point_clear(&p);
-    }
-    pop(s, before);
-    int result = -1;
-    if (status == POINTS_STOPPED)
-        result = fail_sample(s, c, status);
-    else if (state_sample(s) != POINTS_OK)
-        result = fail_sample(s, c, POINTS_NONE);
-    else if (locally_constant(s, regular))
-        result = contradiction(s, c, "it is locally constant on the earlier constraints and not zero there");
-    else if (status == POINTS_IRREGULAR)
-        result = admit_gradient(s, c, x, t, g);
+    if (found)
+        result = replacements_hold(s, before) ? s->sol->constraints - before : -1;
+    else if (r.answer == REGULAR_NEVER)
+        result = contradiction(s, c, "it has no real zero on the earlier constraints");
     else
-        result = fail_sample(s, c, status);
-    free(x);
+        result = refuse(s, c, &r, status, g);
+    regular_clear(&r);
     return result;
 }
 
@@ -262,26 +219,28 @@ static int admit_one(struct state *s, const struct candidate *c, int g)
  * many constraints were added, -1 where they must be looked at one by one, -2 failed. */
 static int admit_together(struct state *s, const struct candidate *cand, int count, int g)
 {
-    int before = s->sol->constraints, branches = s->sol->branches;
+    int before = s->sol->constraints;
     bool plain = true;
+    struct regular *form = sga_calloc((size_t)count, sizeof *form);
     for (int i = 0; i < count && plain; i++) {
         plain = !hopeless(s, cand[i].expr);
-        if (!plain)
-            break;
-        struct regular r = regular_form(s, cand[i].expr);
-        plain = r.answer != REGULAR_NEVER;
-        push_regular(s, cand + i, &r, g);
-        regular_clear(&r);
+        if (plain)
+            form[i] = regular_form(s, cand[i].expr);
+        plain = plain && form[i].options == 1;
     }
-    enum points_status status = POINTS_OK;
-    if (plain) {
-        status = state_sample(s);
-        if (status == POINTS_OK)
-            return replacements_hold(s, before) ? s->sol->constraints - before : -2;
+    for (int i = 0; i < count; i++) {
+        if (plain)
+            push_option(s, cand + i, form[i].option, g);
+        regular_clear(form + i);
     }
+    free(form);
+    if (!plain)
+        return -1;
+    enum points_status status = state_sample(s);
+    if (status == POINTS_OK)
+        return replacements_hold(s, before) ? s->sol->constraints - before : -2;
     pop(s, before);
-    s->sol->branches = branches;
-    if (status == POINTS_STOPPED || (!plain ? POINTS_OK : state_sample(s)) != POINTS_OK) {
+    if (status == POINTS_STOPPED || state_sample(s) != POINTS_OK) {
         fail_sample(s, cand, status);
         return -2;
     }

@@ -93,51 +93,58 @@ static double value_near(struct state *s, expr_id f)
     return isfinite(v) ? v : INFINITY;
 }
 
-static void keep(struct regular *r, expr_id e)
+static void add_option(struct regular *r, const expr_id *out, int count)
 {
-    r->out = sga_malloc(sizeof *r->out);
-    r->out[0] = e;
-    r->count = 1;
+    r->option = sga_realloc(r->option, (size_t)(r->options + 1) * sizeof *r->option);
+    struct regular_option *o = r->option + r->options++;
+    o->count = count;
+    o->out = memcpy(sga_malloc((size_t)count * sizeof *out), out, (size_t)count * sizeof *out);
 }
 
-/* The factors that matter: those that depend on variables or time and may vanish. */
+/* A factor matters if it depends on variables or time, may vanish, and does not keep one
+ * value, not zero, all over the present set. */
+static bool matters(struct state *s, const struct poly_factor *q, int factors)
+{
+    if (q->never_zero || !(q->depends & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
+        return false;
+    if (factors == 1 || !s->sol->constraints)
+        return true;
+    return ech_zero(&s->ctx, q->expr) != 0 || !state_locally_constant(s, q->expr);
+}
+
+/* The factors that matter are the branches, nearest to the guess first. */
 static void from_factors(struct state *s, expr_id e, struct regular *r, const struct poly_factors *f)
 {
-    int best = -1, left = 0;
-    double least = INFINITY;
     bool plain = true;       /* one simple factor, nothing else dropped */
+    double *distance = sga_calloc((size_t)f->factors + 1, sizeof *distance);
     for (int i = 0; i < f->factors; i++) {
         const struct poly_factor *q = f->factor + i;
-        bool matters = !q->never_zero && (q->depends & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME));
-        plain &= matters && q->multiplicity == 1;
-        if (!matters)
+        bool in = matters(s, q, f->factors);
+        plain &= in && q->multiplicity == 1;
+        if (!in)
             continue;
-        left++;
-        double v = value_near(s, q->expr);
-        if (best < 0 || v < least) {
-            best = i;
-            least = v;
+        if (q->sum_of_even_powers && q->radicals > 0) {
+            plain = false;
+            add_option(r, q->radical, q->radicals);
+        } else {
+            add_option(r, &q->expr, 1);
+        }
+        int k = r->options - 1;
+        distance[k] = value_near(s, q->expr);
+        for (; k > 0 && distance[k] < distance[k - 1]; k--) {
+            double d = distance[k];
+            struct regular_option o = r->option[k];
+            distance[k] = distance[k - 1];
+            r->option[k] = r->option[k - 1];
+            distance[k - 1] = d;
+            r->option[k - 1] = o;
         }
     }
-    if (!left) {
-        r->answer = REGULAR_NEVER;
-        return;
-    }
-    const struct poly_factor *q = f->factor + best;
-    r->branch = sga_malloc((size_t)left * sizeof *r->branch);
-    for (int i = 0; i < f->factors; i++)
-        if (i != best && !f->factor[i].never_zero && (f->factor[i].depends & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
-            r->branch[r->branches++] = f->factor[i].expr;
-    if (q->sum_of_even_powers && q->radicals > 0) {
-        r->answer = REGULAR_REPLACED;
-        r->out = sga_malloc((size_t)q->radicals * sizeof *r->out);
-        memcpy(r->out, q->radical, (size_t)q->radicals * sizeof *r->out);
-        r->count = q->radicals;
-    } else if (left == 1 && plain) {
-        keep(r, e);
-    } else {
-        r->answer = REGULAR_REPLACED;
-        keep(r, q->expr);
+    free(distance);
+    r->answer = !r->options ? REGULAR_NEVER : REGULAR_REPLACED;
+    if (r->options == 1 && plain) {
+        r->answer = REGULAR_KEEP;
+        r->option[0].out[0] = e;
     }
 }
 
@@ -149,7 +156,7 @@ struct regular regular_form(struct state *s, expr_id e)
         return r;
     }
     if (is_graph(s, e)) {
-        keep(&r, e);
+        add_option(&r, &e, 1);
         return r;
     }
     struct poly_limits limits = { .max_terms = 400, .max_bits = 4000, .max_degree = 60, .max_generators = 24,
@@ -168,13 +175,14 @@ struct regular regular_form(struct state *s, expr_id e)
     enum expr_op op = expr_op_of(s->st, e);
     bool same = t == e || op == EXPR_NEG || op == EXPR_DIV || op == EXPR_MUL;
     r.answer = same ? REGULAR_KEEP : REGULAR_REPLACED;
-    keep(&r, same ? e : t);
+    add_option(&r, same ? &e : &t, 1);
     return r;
 }
 
 void regular_clear(struct regular *r)
 {
-    free(r->out);
-    free(r->branch);
+    for (int i = 0; i < r->options; i++)
+        free(r->option[i].out);
+    free(r->option);
     *r = (struct regular){ 0 };
 }

@@ -6,19 +6,24 @@
 
 enum regular_answer {
     REGULAR_KEEP,          /* as it is (or nothing better is known) */
-    REGULAR_REPLACED,      /* the functions of `out` have the same real zeros on the branch followed */
-    REGULAR_NEVER          /* it has no real zero at all */
+    REGULAR_REPLACED,      /* the options together have the same real zeros on the present set */
+    REGULAR_NEVER          /* it has no real zero there at all; no options */
+};
+
+/* One branch of the zero set: functions that vanish on it together. */
+struct regular_option {
+    expr_id *out;
+    int count;
 };
 
 struct regular {
     enum regular_answer answer;
-    expr_id *out; int count;        /* at least one unless NEVER; owned */
-    expr_id *branch; int branches;  /* factors of a product that were not followed; owned */
+    struct regular_option *option; int options;   /* nearest to the guess first; owned */
 };
 
-/* Square-free part, factors that never vanish dropped, a sum of even powers split into
- * what must vanish together, one branch of a product chosen (the one that the guess is
- * nearest to, otherwise the first). */
+/* Square-free part; factors that vanish nowhere, or nowhere on the present set, dropped; a
+ * sum of even powers split into what must vanish together; a product split into its
+ * branches. The shadow must hold points of the present set. */
 struct regular regular_form(struct state *s, expr_id e);
 void regular_clear(struct regular *r);
 

@@ -146,6 +146,7 @@ static void forget_pivots(struct state *s)
 {
     ech_clear(&s->ech);
     ech_init(&s->ech, s->sys->variables);
+    s->started = false;
     expr_flow_clear(&s->flow);
     expr_flow_init(&s->flow, s->st);
     memset(s->determined, 0, (size_t)s->sys->variables);
@@ -155,24 +156,23 @@ static void forget_pivots(struct state *s)
     }
 }
 
-/* Eliminate what is pending for the constraints from `fresh` on (and the system's rows at
- * the start or after a rank drop), and admit what comes out. Returns how many constraints
- * were added, or -1. */
-static int generation(struct state *s, int fresh, bool from_system, int g)
+/* One elimination of the tangency rows of constraints from..to-1, with the system's rows
+ * before them where the echelon form is empty; what comes out is admitted as generation g.
+ * Returns how many constraints were added, or -1. */
+static int round_of(struct state *s, int from, int to, int g)
 {
-    int rows;
+    int rows = 0, added = -1;
     struct ech_row *row;
-    if (from_system) {
-        row = system_rows(s, s->sol->constraints - fresh);
+    if (!s->started) {
+        row = system_rows(s, to - from);
         rows = s->sys->rows;
         s->sol->redundant_rows = 0;
+        s->started = true;
     } else {
-        row = sga_calloc((size_t)(s->sol->constraints - fresh) + 1, sizeof *row);
-        rows = 0;
+        row = sga_calloc((size_t)(to - from) + 1, sizeof *row);
     }
-    for (int i = fresh; i < s->sol->constraints; i++)
+    for (int i = from; i < to; i++)
         state_tangency(s, i, row + rows++);
-    int added = -1;
     if (ech_eliminate(&s->ech, &s->ctx, row, rows, g)) {
         state_determine(s);
         struct candidate *cand;
@@ -186,6 +186,27 @@ static int generation(struct state *s, int fresh, bool from_system, int g)
         return -1;
     }
     return added;
+}
+
+/* P_g from the rows of the system and the tangency to the first `to` constraints (those
+ * before `from` are in the echelon form already). On the smaller set a pivot may vanish:
+ * then the same rows say more there, and that belongs to the same P_g. */
+static int generation(struct state *s, int from, int to, int g)
+{
+    int added = round_of(s, from, to, g), more = added;
+    while (more > 0 && !s->inconsistent) {
+        int stand = pivots_stand(s);
+        if (stand < 0)
+            return -1;
+        if (stand)
+            break;
+        forget_pivots(s);
+        more = round_of(s, 0, to, g);
+        if (more < 0)
+            return -1;
+        added += more;
+    }
+    return more < 0 ? -1 : added;
 }
 
 static void note_dimension(struct state *s)
@@ -211,6 +232,8 @@ static bool depends_on_time(struct state *s)
 static bool start(struct state *s, int *added)
 {
     enum points_status status = state_sample(s);
+    if (status == POINTS_STOPPED)
+        return sga_budget_ok(s->options->budget, s->err);
     if (status != POINTS_OK)
         return sga_fail(s->err, SGA_E_INTERNAL, "no point of the whole space could be made");
     int n = s->sys->restrictions;
@@ -226,35 +249,27 @@ static bool start(struct state *s, int *added)
 static bool run(struct state *s)
 {
     int limit = s->options->budget && s->options->budget->max_generations ? s->options->budget->max_generations : 1000;
-    int added = 0, fresh = 0;
+    int added = 0, more, done = 0;
     if (!start(s, &added))
         return false;
     if (s->inconsistent)
         return true;
-    int more = generation(s, s->sol->constraints, true, 1);   /* compatibility on the zero set of the restriction */
+    more = generation(s, 0, 0, 1);      /* compatibility on the zero set of the restriction */
     if (more < 0)
         return false;
-    added += more;
-    while (added && !s->inconsistent) {
+    for (added += more; added && !s->inconsistent; ) {
         note_dimension(s);
         if (s->sol->generations >= limit)
             return sga_fail(s->err, SGA_E_LIMIT_GENERATIONS,
                             "after %d generations new constraints still appear; the limit is limits.generations", limit);
-        int stand = pivots_stand(s);
-        if (stand < 0)
-            return false;
-        if (!stand)
-            forget_pivots(s);
-        int from = stand ? fresh : 0;
-        fresh = s->sol->constraints;
-        added = generation(s, from, !stand, s->sol->generations + 1);
+        int from = done;
+        done = s->sol->constraints;
+        added = generation(s, from, done, s->sol->generations + 1);
         if (added < 0)
             return false;
     }
-    if (s->inconsistent)
-        return true;
-    /* the last elimination chose pivots at the present points, so they stand */
-    state_fields(s);
+    if (!s->inconsistent)
+        state_fields(s);
     return true;
 }
 

@@ -35,6 +35,7 @@ struct state {
     size_t constraint_cap, branch_cap;
     struct sga_error *err;
     bool inconsistent;
+    bool started;                         /* the system's rows are in the echelon form */
 };
 
 /* Tangency of constraint i as a row over the undetermined columns:
@@ -50,6 +51,10 @@ enum points_status state_sample(struct state *s);
  * and of the earlier ones, the present points on all of them. Sets s->inconsistent.
  * Returns how many were added, or -1 with err. */
 int state_admit(struct state *s, struct candidate *cand, int count, int g);
+
+/* Whether e is locally constant in x on the present set: then, not being zero there, it
+ * has no zero that lasts. The shadow must hold points of the present set. */
+bool state_locally_constant(struct state *s, expr_id e);
 
 /* The combination of rows and tangencies behind a row: its own source once, and what its
  * operations brought in. */
