@@ -258,8 +258,6 @@ expr_id expr_powi(ST, expr_id a, long n)
         if (m <= INT32_MAX && m >= -INT32_MAX)
             return expr_powi(st, st->node[a].a, (long)m);
     }
-    if (op_of(st, a) == EXPR_SQRT && n % 2 == 0)
-        return expr_powi(st, st->node[a].a, n / 2);
     return expr_node_make(st, EXPR_POWI, a, (int32_t)n);
 }
 

@@ -80,7 +80,8 @@ static unsigned sign_of(const struct expr_store *st, expr_id e, const unsigned c
         return (x & (SIGNS | EXPR_NONZERO)) | (n->b < 0 ? EXPR_NONZERO : 0u);
     case EXPR_NEG: return negate(x);
     case EXPR_ABS: case EXPR_SQRT: return EXPR_NONNEGATIVE | (x & EXPR_NONZERO);
-    case EXPR_EXP: case EXPR_COSH: case EXPR_POW: return EXPR_NONNEGATIVE | EXPR_NONZERO;
+    case EXPR_EXP: case EXPR_COSH: return EXPR_NONNEGATIVE | EXPR_NONZERO;
+    case EXPR_POW: return EXPR_NONNEGATIVE | (x & EXPR_NONZERO);      /* 0^(1/3) is 0 */
     case EXPR_SINH: case EXPR_TANH: case EXPR_ASINH: case EXPR_ATAN: case EXPR_CBRT: case EXPR_SIGN:
         return x & (SIGNS | EXPR_NONZERO);
     case EXPR_ACOS: case EXPR_ACOSH: return EXPR_NONNEGATIVE;

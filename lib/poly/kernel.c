@@ -81,7 +81,7 @@ static bool opaque(struct poly_bridge *b, expr_id e, unsigned depends, struct po
     enum expr_op op = expr_op_of(b->st, e);
     int g = find(b, op, e, OPAQUE);
     if (g < 0) {
-        bool positive = op == EXPR_PI || op == EXPR_EXP || op == EXPR_COSH || op == EXPR_POW;
+        bool positive = op == EXPR_PI || op == EXPR_EXP || op == EXPR_COSH;
         g = poly_generator_add(b, (struct poly_generator){
             .node = e, .op = op, .key = e, .key2 = OPAQUE, .depends = depends,
             .sign = positive ? POLY_POSITIVE : POLY_ANY });
@@ -146,11 +146,11 @@ static void relate_pair(struct poly_bridge *b, enum expr_op s_op, enum expr_op c
 
 static enum poly_sign sign_of_function(struct poly_bridge *b, enum expr_op op, const struct argument *a)
 {
-    if (op == EXPR_EXP || op == EXPR_COSH || op == EXPR_POW)
+    if (op == EXPR_EXP || op == EXPR_COSH)
         return POLY_POSITIVE;
     if (op == EXPR_ACOS || op == EXPR_ACOSH)
         return POLY_NONNEGATIVE;
-    if (op != EXPR_SQRT && op != EXPR_ABS)
+    if (op != EXPR_SQRT && op != EXPR_ABS && op != EXPR_POW)      /* 0^(1/3) is 0 */
         return POLY_ANY;
     bool negative;
     if (a->normal && poly_sign_of(b, a->fraction.num, &negative) == POLY_POSITIVE)
@@ -299,7 +299,7 @@ static bool rational_power(struct poly_bridge *b, expr_id e, const fmpq *exponen
         if (expr_op_of(b->st, node) == EXPR_POW) {
             g = poly_generator_add(b, (struct poly_generator){
                 .node = node, .op = EXPR_POW, .key = a.node, .key2 = root, .base = a.node, .root = n,
-                .depends = depends, .sign = POLY_POSITIVE });
+                .depends = depends, .sign = sign_of_function(b, EXPR_POW, &a) });
             if (g >= 0)
                 relate_to_argument(b, g, &a, (int)n, 1, false);
         }
@@ -332,7 +332,7 @@ static bool two_arguments(struct poly_bridge *b, expr_id e, unsigned depends, st
         if (g < 0)
             g = poly_generator_add(b, (struct poly_generator){
                 .node = node, .op = op, .key = x, .key2 = y, .depends = depends,
-                .sign = op == EXPR_POW ? POLY_POSITIVE : POLY_ANY });
+                .sign = sign_of_function(b, op, &a) });
         ok = signed_generator(b, g, 1, r);
     }
     argument_clear(b, &a);

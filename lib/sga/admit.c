@@ -148,6 +148,19 @@ static bool replacements_hold(struct state *s, int from)
     return true;
 }
 
+static bool never_on_set(struct state *s, expr_id e)
+{
+    if (s->sol->constraints > 60)
+        return false;
+    expr_id reduced = regular_reduced(s, e);
+    if (hopeless(s, reduced))
+        return true;
+    struct regular r = regular_form(s, reduced);
+    bool never = r.answer == REGULAR_NEVER;
+    regular_clear(&r);
+    return never;
+}
+
 /* No option led to points: say what can be said. `status` is that of the last one. */
 static int refuse(struct state *s, const struct candidate *c, const struct regular *r, enum points_status status, int g)
 {
@@ -171,6 +184,8 @@ static int refuse(struct state *s, const struct candidate *c, const struct regul
         result = fail_sample(s, c, POINTS_NONE);
     else if (state_locally_constant(s, c->expr))
         result = contradiction(s, c, "it is locally constant on the earlier constraints and not zero there");
+    else if (never_on_set(s, c->expr))
+        result = contradiction(s, c, "with the earlier constraints used up, it has no real zero");
     else if (status == POINTS_IRREGULAR)
         result = admit_gradient(s, c, x, t, g);
     else

@@ -2,6 +2,7 @@
 #ifndef SGA_SGA_REGULAR_H
 #define SGA_SGA_REGULAR_H
 
+#include "poly.h"
 #include "state.h"
 
 enum regular_answer {
@@ -26,6 +27,11 @@ struct regular {
  * branches. The shadow must hold points of the present set. */
 struct regular regular_form(struct state *s, expr_id e);
 void regular_clear(struct regular *r);
+
+/* e on the present set with variables eliminated that constraints give with a constant
+ * factor, one after the other; equal to e on the set. For showing that e has no zero
+ * there. */
+expr_id regular_reduced(struct state *s, expr_id e);
 
 /* Where sampling found that e is irregular on its zeros near the point x (by variable):
  * if e has a definite second derivative across its zero set (Morse-Bott), its zeros there
