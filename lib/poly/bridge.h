@@ -97,6 +97,9 @@ bool poly_reduce_ratio(struct poly_bridge *b, struct poly_ratio *r);
 /* The sign that f has wherever it is defined, as far as its terms show it; *negative tells
  * that it is -f that has it. */
 enum poly_sign poly_sign_of(const struct poly_bridge *b, const fmpz_mpoly_t f, bool *negative);
+/* Proved to have no real zero, generators taken as independent real numbers: a quadratic
+ * polynomial by completing squares, a univariate one by Sturm's count. */
+bool poly_keeps_sign(struct poly_bridge *b, const fmpz_mpoly_t f);
 
 /* kernel.c: the value of a node that is not a rational operation. */
 bool poly_kernel(struct poly_bridge *b, expr_id e, unsigned depends, struct poly_ratio *r);

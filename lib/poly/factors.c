@@ -65,7 +65,7 @@ static void add_factor(struct poly_bridge *b, struct poly_factors *out, const fm
     enum poly_sign sign = poly_sign_of(b, f, &negative);
     *x = (struct poly_factor){
         .expr = poly_show_poly(b, f), .multiplicity = n, .irreducible = irreducible,
-        .depends = depends_of(b, f), .never_zero = sign == POLY_POSITIVE };
+        .depends = depends_of(b, f), .never_zero = sign == POLY_POSITIVE || poly_keeps_sign(b, f) };
     if (sign == POLY_NONNEGATIVE && f->length > 1) {
         x->sum_of_even_powers = true;
         radicals(b, f, x);

@@ -161,6 +161,55 @@ static bool never_on_set(struct state *s, expr_id e)
     return never;
 }
 
+/* Whether e is made with functions that change their branch: what holds near the points
+ * then says nothing about the rest. */
+static bool has_branches(struct state *s, expr_id e)
+{
+    expr_cone_of(s->st, &s->cone, &e, 1);
+    for (int k = 0; k < s->cone.count; k++) {
+        enum expr_op op = expr_op_of(s->st, s->cone.list[k]);
+        if (op == EXPR_ABS || op == EXPR_SIGN || op == EXPR_MIN || op == EXPR_MAX)
+            return true;
+    }
+    return false;
+}
+
+/* Whether c vanishes all over some other branch of the present set than the one that the
+ * points lie on, such as x - sqrt(2) on x^2 = 2. The points may have moved afterwards. */
+static bool holds_elsewhere(struct state *s, const struct candidate *c, int g)
+{
+    struct points_point p;
+    uint64_t random = s->shadow->random;
+    if (!s->sol->constraints || s->sol->constraints > 60)
+        return false;
+    push(s, c, c->expr, g);
+    s->space.constraint = s->con;
+    s->space.constraints = s->sol->constraints;
+    enum points_status status = points_find(&s->space, s->space.near ? 0 : 1, &random, POINTS_BITS, &p);
+    pop(s, s->sol->constraints - 1);
+    bool there = (status == POINTS_IRREGULAR || status == POINTS_OK) && sample_near(s, p.x, p.t) == POINTS_OK
+                 && ech_zero(&s->ctx, c->expr) == 1;
+    points_point_clear(&p);
+    if (!there && state_sample(s) != POINTS_OK)
+        points_shadow_forget(s->shadow);
+    return there;
+}
+
+/* c keeps one value, not zero, along the branch of the present set that the points lie on. */
+static int constant_there(struct state *s, const struct candidate *c, const char *why, int g)
+{
+    char *text;
+    if (has_branches(s, c->expr))
+        return fail_sample(s, c, POINTS_NONE);
+    if (!holds_elsewhere(s, c, g))
+        return contradiction(s, c, why);
+    text = state_text(s, c->expr);
+    sga_fail(s->err, SGA_E_SPLIT, "the constraint set has several branches, and %s = 0 holds on some of them only; "
+             "write the constraints so that they cut out those alone", text);
+    free(text);
+    return -1;
+}
+
 /* No option led to points: say what can be said. `status` is that of the last one. */
 static int refuse(struct state *s, const struct candidate *c, const struct regular *r, enum points_status status, int g)
 {
@@ -183,7 +232,7 @@ static int refuse(struct state *s, const struct candidate *c, const struct regul
     else if (state_sample(s) != POINTS_OK)
         result = fail_sample(s, c, POINTS_NONE);
     else if (state_locally_constant(s, c->expr))
-        result = contradiction(s, c, "it is locally constant on the earlier constraints and not zero there");
+        result = constant_there(s, c, "it is locally constant on the earlier constraints and not zero there", g);
     else if (never_on_set(s, c->expr))
         result = contradiction(s, c, "with the earlier constraints used up, it has no real zero");
     else if (status == POINTS_IRREGULAR)
@@ -223,7 +272,7 @@ static int admit_one(struct state *s, const struct candidate *c, int g)
     if (found)
         result = replacements_hold(s, before) ? s->sol->constraints - before : -1;
     else if (r.answer == REGULAR_NEVER)
-        result = contradiction(s, c, "it has no real zero on the earlier constraints");
+        result = constant_there(s, c, "it has no real zero on the earlier constraints", g);
     else
         result = refuse(s, c, &r, status, g);
     regular_clear(&r);
@@ -237,17 +286,23 @@ static int admit_together(struct state *s, const struct candidate *cand, int cou
     int before = s->sol->constraints;
     bool plain = true;
     struct regular *form = sga_calloc((size_t)count, sizeof *form);
+    expr_id *pending = sga_malloc((size_t)count * sizeof *pending);
+    s->pending = pending;
     for (int i = 0; i < count && plain; i++) {
         plain = !hopeless(s, cand[i].expr);
         if (plain)
             form[i] = regular_form(s, cand[i].expr);
         plain = plain && form[i].options == 1;
+        pending[s->pendings++] = cand[i].expr;
     }
     for (int i = 0; i < count; i++) {
         if (plain)
             push_option(s, cand + i, form[i].option, g);
         regular_clear(form + i);
     }
+    s->pending = NULL;
+    s->pendings = 0;
+    free(pending);
     free(form);
     if (!plain)
         return -1;
@@ -262,11 +317,31 @@ static int admit_together(struct state *s, const struct candidate *cand, int cou
     return -1;
 }
 
+/* Those that can be used up come first: then the others are seen as they are on the set. */
+static void order(struct state *s, struct candidate *cand, int count)
+{
+    if (count < 2 || s->sol->constraints + count > REGULAR_REDUCE)
+        return;
+    struct candidate *sorted = sga_malloc((size_t)count * sizeof *sorted);
+    unsigned char *last = sga_calloc((size_t)count, 1);
+    int n = 0;
+    for (int i = 0; i < count; i++)
+        last[i] = !regular_is_solved(s, cand[i].expr);
+    for (int pass = 0; pass < 2; pass++)
+        for (int i = 0; i < count; i++)
+            if (last[i] == pass)
+                sorted[n++] = cand[i];
+    memcpy(cand, sorted, (size_t)count * sizeof *cand);
+    free(sorted);
+    free(last);
+}
+
 int state_admit(struct state *s, struct candidate *cand, int count, int g)
 {
     int before = s->sol->constraints;
     if (!count)
         return 0;
+    order(s, cand, count);
     int added = admit_together(s, cand, count, g);
     if (added != -1)
         return added < 0 ? -1 : added;

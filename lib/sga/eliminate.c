@@ -32,13 +32,22 @@ static int solved_symbol(struct state *s, expr_id e, expr_id *slope)
     return found;
 }
 
+bool regular_is_solved(struct state *s, expr_id e)
+{
+    expr_id slope;
+    return solved_symbol(s, e, &slope) >= 0;
+}
+
 expr_id regular_reduced(struct state *s, expr_id e)
 {
-    int c = s->sol->constraints, symbols = s->st->symbols;
+    int own = s->sol->constraints, c = own + s->pendings, symbols = s->st->symbols;
     expr_id *map = sga_calloc((size_t)symbols, sizeof *map);
     expr_id *left = sga_malloc((size_t)(c + 1) * sizeof *left), *normal = sga_malloc((size_t)(c + 1) * sizeof *normal);
     struct poly_limits limits = { .max_terms = 400, .max_generators = 24, .budget = s->options->budget };
-    memcpy(left, s->con, (size_t)c * sizeof *left);
+    if (own)
+        memcpy(left, s->con, (size_t)own * sizeof *left);
+    for (int i = own; i < c; i++)
+        left[i] = s->pending[i - own];
     left[c] = e;
     for (int i = 0; i < c; i++) {
         expr_id slope;

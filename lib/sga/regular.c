@@ -30,6 +30,11 @@ static expr_id strip(struct state *s, expr_id e)
                 return e;
             e = n.a;
             break;
+        case EXPR_POW:      /* 0 to a positive power is 0 */
+            if (!expr_is_const(s->st, n.b) || fmpq_sgn(expr_const_value(s->st, n.b)) <= 0)
+                return e;
+            e = n.a;
+            break;
         case EXPR_MUL:
             if (facts(s, n.a) & EXPR_NONZERO)
                 e = n.b;
@@ -53,9 +58,11 @@ static bool depends(struct state *s, expr_id e, int symbol)
     return false;
 }
 
+enum graph { NOT_GRAPH, GRAPH, PLAIN_GRAPH };
+
 /* e = a x_j + b with a never zero and free of x_j: the zero set is a graph, so it is
- * regular and of one piece. */
-static bool is_graph(struct state *s, expr_id e)
+ * regular and of one piece. Plain: a is free of all variables, so it hides no factor. */
+static enum graph graph_of(struct state *s, expr_id e)
 {
     SGA_RESERVE(s->active, s->active_cap, s->st->symbols);
     memset(s->active, 0, (size_t)s->st->symbols);
@@ -64,11 +71,13 @@ static bool is_graph(struct state *s, expr_id e)
     struct expr_term *term = NULL;
     size_t cap = 0;
     int n = expr_gradient(s->st, &s->cone, e, s->active, &term, &cap);
-    bool graph = false;
-    for (int k = 0; k < n && !graph; k++) {
+    enum graph graph = NOT_GRAPH;
+    for (int k = 0; k < n && graph != PLAIN_GRAPH; k++) {
         unsigned f = facts(s, term[k].value);
-        bool parameters_only = !(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME));
-        graph = (f & EXPR_NONZERO || parameters_only) && !depends(s, term[k].value, term[k].symbol);
+        if (!(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
+            graph = PLAIN_GRAPH;
+        else if (f & EXPR_NONZERO && !depends(s, term[k].value, term[k].symbol))
+            graph = GRAPH;
     }
     free(term);
     return graph;
@@ -107,9 +116,22 @@ static bool matters(struct state *s, const struct poly_factor *q, int factors)
 {
     if (q->never_zero || !(q->depends & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
         return false;
+    for (int k = 0; k < q->radicals; k++)      /* it would need a relation between parameters */
+        if (!(facts(s, q->radical[k]) & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
+            return false;
     if (factors == 1 || !s->sol->constraints)
         return true;
     return ech_zero(&s->ctx, q->expr) != 0 || !state_locally_constant(s, q->expr);
+}
+
+/* A factor in parameters only is taken as not zero, and that is remembered. */
+static void assume(struct state *s, expr_id factor)
+{
+    for (int i = 0; i < s->assumptions; i++)
+        if (s->assumed[i] == factor)
+            return;
+    SGA_RESERVE(s->assumed, s->assumed_cap, s->assumptions + 1);
+    s->assumed[s->assumptions++] = factor;
 }
 
 /* The factors that matter are the branches, nearest to the guess first. */
@@ -121,6 +143,8 @@ static void from_factors(struct state *s, expr_id e, struct regular *r, const st
         const struct poly_factor *q = f->factor + i;
         bool in = matters(s, q, f->factors);
         plain &= in && q->multiplicity == 1;
+        if (!q->never_zero && q->depends == EXPR_HAS_PARAMETER)
+            assume(s, q->expr);
         if (!in)
             continue;
         if (q->sum_of_even_powers && q->radicals > 0) {
@@ -148,14 +172,34 @@ static void from_factors(struct state *s, expr_id e, struct regular *r, const st
     }
 }
 
-struct regular regular_form(struct state *s, expr_id e)
+/* Begin with the branch that the route takes; those before it come last. */
+static void follow_route(struct state *s, expr_id product, struct regular *r)
+{
+    struct route *w = s->route;
+    int i = 0, first;
+    while (i < w->count && w->at[i].product != product)
+        i++;
+    if (i == w->count) {
+        SGA_RESERVE(w->at, w->cap, w->count + 1);
+        w->at[w->count++] = (struct decision){ product, r->options, 0 };
+    }
+    first = w->at[i].chosen < r->options ? w->at[i].chosen : 0;
+    for (; first > 0; first--) {
+        struct regular_option o = r->option[0];
+        memmove(r->option, r->option + 1, (size_t)(r->options - 1) * sizeof o);
+        r->option[r->options - 1] = o;
+    }
+}
+
+static struct regular form_of(struct state *s, expr_id e)
 {
     struct regular r = { .answer = REGULAR_KEEP };
     if (facts(s, e) & EXPR_NONZERO) {
         r.answer = REGULAR_NEVER;
         return r;
     }
-    if (is_graph(s, e)) {
+    enum graph graph = graph_of(s, e);
+    if (graph == PLAIN_GRAPH) {
         add_option(&r, &e, 1);
         return r;
     }
@@ -164,10 +208,12 @@ struct regular regular_form(struct state *s, expr_id e)
     struct poly_factors f;
     if (poly_numerator_factors(s->st, e, &limits, &f)) {
         from_factors(s, e, &r, &f);
+        if (r.options > 1)
+            follow_route(s, e, &r);
         poly_factors_clear(&f);
         return r;
     }
-    expr_id t = strip(s, e);
+    expr_id t = graph == GRAPH ? e : strip(s, e);
     if (facts(s, t) & EXPR_NONZERO) {
         r.answer = REGULAR_NEVER;
         return r;
@@ -177,6 +223,23 @@ struct regular regular_form(struct state *s, expr_id e)
     r.answer = same ? REGULAR_KEEP : REGULAR_REPLACED;
     add_option(&r, same ? &e : &t, 1);
     return r;
+}
+
+/* A function may be a product, or irregular, on the present set only. */
+struct regular regular_form(struct state *s, expr_id e)
+{
+    struct regular r = form_of(s, e);
+    int c = s->sol->constraints + s->pendings;
+    if (r.answer != REGULAR_KEEP || c == 0 || c > REGULAR_REDUCE)
+        return r;
+    expr_id reduced = regular_reduced(s, e);
+    if (reduced == e || expr_is_zero(s->st, reduced))
+        return r;
+    struct regular q = form_of(s, reduced);
+    struct regular *drop = q.answer == REGULAR_KEEP ? &q : &r;
+    struct regular take = q.answer == REGULAR_KEEP ? r : q;
+    regular_clear(drop);
+    return take;
 }
 
 void regular_clear(struct regular *r)

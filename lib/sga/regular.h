@@ -30,8 +30,12 @@ void regular_clear(struct regular *r);
 
 /* e on the present set with variables eliminated that constraints give with a constant
  * factor, one after the other; equal to e on the set. For showing that e has no zero
- * there. */
+ * there. Costs O(c^2) normal forms of small functions: for REGULAR_REDUCE
+ * constraints at the most. */
+enum { REGULAR_REDUCE = 40 };
 expr_id regular_reduced(struct state *s, expr_id e);
+/* Whether e can be used up in this way. */
+bool regular_is_solved(struct state *s, expr_id e);
 
 /* Where sampling found that e is irregular on its zeros near the point x (by variable):
  * if e has a definite second derivative across its zero set (Morse-Bott), its zeros there

@@ -37,7 +37,7 @@ struct sga_constraint {
 };
 
 struct sga_pivot {
-    int col;
+    int col;               /* -1: a factor in parameters only, dropped from a constraint */
     expr_id value;         /* assumed not zero */
     int generation;        /* in which elimination it was chosen (0: the rows of A) */
 };

@@ -37,11 +37,12 @@ int sga_stages(const struct sga_solution *sol, int *end)
 }
 
 static void state_init(struct state *s, const struct sys_system *sys, const struct sga_options *options,
-                       struct points_shadow *shadow, struct sga_solution *sol, struct sga_error *err)
+                       struct points_shadow *shadow, struct route *route, struct sga_solution *sol, struct sga_error *err)
 {
     int n = sys->variables;
     struct expr_store *st = sys->store;
-    *s = (struct state){ .sys = sys, .options = options, .st = st, .shadow = shadow, .sol = sol, .err = err };
+    *s = (struct state){ .sys = sys, .options = options, .st = st, .shadow = shadow, .sol = sol, .err = err,
+                         .route = route };
     *sol = (struct sga_solution){ 0 };
     expr_flow_init(&s->flow, st);
     expr_facts_init(&s->facts);
@@ -77,6 +78,7 @@ static void state_clear(struct state *s)
     free(s->determined);
     free(s->active);
     free(s->con);
+    free(s->assumed);
 }
 
 static struct ech_row *system_rows(struct state *s, int extra)
@@ -284,17 +286,19 @@ static void conclude(struct state *s)
         sol->verdict = sol->free_columns ? SGA_UNDERDETERMINED
                        : point && !sol->depends_on_time ? SGA_ISOLATED : SGA_UNIQUE;
     }
-    sol->pivot = sga_malloc((size_t)(s->ech.pivots + 1) * sizeof *sol->pivot);
+    sol->pivot = sga_malloc((size_t)(s->ech.pivots + s->assumptions + 1) * sizeof *sol->pivot);
     for (int q = 0; q < s->ech.pivots; q++)
         sol->pivot[sol->pivots++] = (struct sga_pivot){ s->ech.pivot[q].col, s->ech.pivot[q].value,
                                                         s->ech.pivot[q].generation };
+    for (int q = 0; q < s->assumptions; q++)
+        sol->pivot[sol->pivots++] = (struct sga_pivot){ -1, s->assumed[q], 0 };
 }
 
-bool sga_solve(const struct sys_system *system, const struct sga_options *options,
-               struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
+bool state_solve(const struct sys_system *system, const struct sga_options *options, struct points_shadow *shadow,
+                 struct route *route, struct sga_solution *solution, struct sga_error *err)
 {
     struct state s;
-    state_init(&s, system, options, shadow, solution, err);
+    state_init(&s, system, options, shadow, route, solution, err);
     bool ok = run(&s);
     if (ok && !expr_store_ok(s.st)) {
         *err = s.st->error;

@@ -14,6 +14,17 @@ struct candidate {
     struct ech_op *op; int ops;   /* borrowed from that row */
 };
 
+/* Which branch of each product is followed first. A product is a union of sets: where one
+ * of them turns out empty in the end another may not be, so other routes are run. */
+struct decision {
+    expr_id product;
+    int options, chosen;
+};
+
+struct route {
+    struct decision *at; int count; size_t cap;
+};
+
 struct state {
     const struct sys_system *sys;
     const struct sga_options *options;
@@ -33,7 +44,10 @@ struct state {
     int *column;                          /* by symbol: variable or -1 */
     struct sga_solution *sol;
     size_t constraint_cap, branch_cap;
+    struct route *route;                  /* borrowed */
+    expr_id *assumed; int assumptions; size_t assumed_cap;   /* factors in parameters only that were dropped */
     struct sga_error *err;
+    const expr_id *pending; int pendings; /* candidates that are to hold together with the present constraints; borrowed */
     bool inconsistent;
     bool started;                         /* the system's rows are in the echelon form */
 };
@@ -59,6 +73,10 @@ bool state_locally_constant(struct state *s, expr_id e);
 /* The combination of rows and tangencies behind a row: its own source once, and what its
  * operations brought in. */
 void state_combine(struct state *s, const struct candidate *c, struct sga_part **part, int *parts);
+
+/* One run of the reduction along a route, which grows by the decisions that it meets. */
+bool state_solve(const struct sys_system *system, const struct sga_options *options, struct points_shadow *shadow,
+                 struct route *route, struct sga_solution *solution, struct sga_error *err);
 
 /* X with free functions 0, and the gauge fields. */
 void state_fields(struct state *s);

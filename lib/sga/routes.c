@@ -1,0 +1,120 @@
+/* The branches of products, one route after the other. */
+#include "state.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+
+enum { ROUTES = 16 };
+
+/* What is known of the routes tried. */
+struct routes {
+    struct route now, best;
+    int final;                 /* the largest dimension that a route led to; -1: none yet */
+    int tried, failed;
+    bool left;                 /* some were not tried */
+    struct sga_error error;    /* the first failure of a branch */
+    uint64_t seed;
+};
+
+/* The next route: the last decision that has an option left takes it, those after it are
+ * forgotten. False where there is none. */
+static bool next_route(struct route *r)
+{
+    while (r->count && r->at[r->count - 1].chosen + 1 >= r->at[r->count - 1].options)
+        r->count--;
+    if (!r->count)
+        return false;
+    r->at[r->count - 1].chosen++;
+    return true;
+}
+
+static bool has_next(const struct route *r)
+{
+    for (int i = 0; i < r->count; i++)
+        if (r->at[i].chosen + 1 < r->at[i].options)
+            return true;
+    return false;
+}
+
+static void copy_route(struct route *to, const struct route *from)
+{
+    SGA_RESERVE(to->at, to->cap, from->count + 1);
+    if (from->count)
+        memcpy(to->at, from->at, (size_t)from->count * sizeof *to->at);
+    to->count = from->count;
+}
+
+static bool same_route(const struct route *a, const struct route *b)
+{
+    bool same = a->count == b->count;
+    for (int i = 0; i < a->count && same; i++)
+        same = a->at[i].product == b->at[i].product && a->at[i].chosen == b->at[i].chosen;
+    return same;
+}
+
+/* Failures of one branch, which say nothing about another. */
+static bool is_local(enum sga_code code)
+{
+    return code == SGA_E_NO_REAL_POINT || code == SGA_E_IRREGULAR || code == SGA_E_UNDECIDED || code == SGA_E_SPLIT;
+}
+
+static void restart(struct points_shadow *shadow, uint64_t seed, struct sga_solution *solution)
+{
+    sga_solution_clear(solution);
+    points_shadow_forget(shadow);
+    shadow->random = seed;
+}
+
+/* Run routes until one leads to points (with a guess) or all are known (without: the
+ * largest set is the generic one). False: a failure that ends the job. */
+static bool explore(struct routes *r, const struct sys_system *system, const struct sga_options *options,
+                    struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
+{
+    for (;;) {
+        struct sga_error here = { 0 };
+        bool ok = state_solve(system, options, shadow, &r->now, solution, &here);
+        r->tried++;
+        if (!ok && (!is_local(here.code) || !expr_store_ok(system->store))) {
+            *err = here;
+            return false;
+        }
+        if (!ok && !r->failed++)
+            r->error = here;
+        int final = ok && solution->verdict != SGA_INCONSISTENT ? system->variables - solution->constraints : -1;
+        if (final > r->final) {
+            r->final = final;
+            copy_route(&r->best, &r->now);
+        }
+        if (final >= 0 && options->near)
+            return true;
+        r->left = has_next(&r->now);
+        if (!r->left || r->tried >= ROUTES)
+            return true;
+        next_route(&r->now);
+        restart(shadow, r->seed, solution);
+    }
+}
+
+bool sga_solve(const struct sys_system *system, const struct sga_options *options,
+               struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
+{
+    struct routes r = { .final = -1, .seed = shadow->random };
+    bool ok = explore(&r, system, options, shadow, solution, err);
+    if (ok && r.final < 0 && r.failed) {      /* empty as far as known, but not known of every branch */
+        *err = r.error;
+        ok = false;
+    } else if (ok && r.final < 0 && r.left) {
+        ok = sga_fail(err, SGA_E_UNDECIDED, "the constraints have many branches, and the first %d of them are empty; "
+                      "give trajectory.initial on the branch that is meant", ROUTES);
+    } else if (ok && r.final >= 0 && !same_route(&r.now, &r.best)) {
+        restart(shadow, r.seed, solution);
+        ok = state_solve(system, options, shadow, &r.best, solution, err);
+    }
+    if (!ok && !err->stage[0])
+        memcpy(err->stage, "sga", 4);
+    free(r.now.at);
+    free(r.best.at);
+    return ok;
+}
