@@ -46,8 +46,9 @@ CLIENT_LIBS :=
 LIB_SRC := $(foreach f,$(FLOORS),$(wildcard lib/$(f)/*.c))
 LIB_OBJ := $(LIB_SRC:%.c=$(B)/%.o)
 SERVER_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard server/*.c)) $(B)/server/embedded.o
-# The client takes results apart with the daemon's JSON scanner; it needs no JSON library.
-CLIENT_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard clients/*.c)) $(B)/server/scan.o
+# The client takes results apart with the daemon's JSON scanner, and writes problems as the
+# daemon does; it needs no JSON library.
+CLIENT_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard clients/*.c)) $(B)/server/scan.o $(B)/server/problem.o
 
 .PHONY: all lib run test unit bench clean deps check-deps
 all: $(B)/sgad $(B)/sga $(B)/libsga.a

@@ -1,4 +1,5 @@
 /* Solving in process: the library's face, nothing more. */
+#include "problem.h"
 #include "request.h"
 #include "run.h"
 
@@ -23,5 +24,9 @@ bool solve_here(const char *request, size_t length, struct answer *a)
     if (sga_run(request, length, &options, &a->text, &err))
         return true;
     describe(&err, a->problem, sizeof a->problem);
+    struct sga_json w;
+    sga_buf_clear(&a->text);
+    sga_json_begin(&w, &a->text);
+    problem_write(&w, &err);
     return false;
 }

@@ -82,10 +82,13 @@ static int solve(const struct arguments *args)
     if (read_request(args->file, &request)) {
         const char *text = request.data ? request.data : "";
         bool ok = args->server ? solve_there(args->server, text, request.len, args->wait, &a) : solve_here(text, request.len, &a);
+        bool readable = args->text || (!args->json && isatty(STDOUT_FILENO));
         if (ok)
-            status = print_result(&a, args->text || (!args->json && isatty(STDOUT_FILENO)));
+            status = print_result(&a, readable);
         else
             fprintf(stderr, "sga: %s\n", a.problem);
+        if (!ok && !readable && a.text.len)      /* programs get the problem object */
+            print_result(&a, false);
     }
     sga_buf_free(&request);
     sga_buf_free(&a.text);

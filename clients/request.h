@@ -8,7 +8,7 @@
 #include "buf.h"
 
 struct answer {
-    struct sga_buf text;      /* the result; or nothing */
+    struct sga_buf text;      /* the result; or the problem object; or nothing */
     char problem[1400];       /* why there is none, for a reader; "" otherwise */
 };
 

@@ -15,6 +15,9 @@ enum { LONG_POLL = 20 };     /* seconds that one HTTP request waits */
 static void describe(struct slice problem, struct answer *a)
 {
     struct sga_buf b = { 0 };
+    sga_buf_clear(&a->text);
+    if (problem.at)
+        sga_buf_put(&a->text, problem.at, problem.len);
     struct slice code = scan_member(problem, "code"), pointer = scan_member(problem, "pointer");
     struct slice line = scan_member(problem, "line"), detail = scan_member(problem, "detail");
     if (!code.at) {

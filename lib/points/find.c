@@ -258,7 +258,8 @@ enum points_status points_find_staged(const struct points_space *s, const int *e
         }
     }
     points_point_clear(&before);
-    if (!stages || (status != POINTS_OK && !p->x)) {
+    /* a first stage may lead to where the later ones cannot follow */
+    if (!stages || (status != POINTS_OK && status != POINTS_STOPPED)) {
         points_point_clear(p);
         status = points_find(s, spread, random, prec, p);
     }

@@ -79,6 +79,7 @@ enum points_status points_shadow_sample(struct points_shadow *s, const struct po
     struct points_point before[POINTS_REAL];
     int befores = s->reals;
     memcpy(before, s->real, (size_t)befores * sizeof *before);
+    drop_high(s);
     s->reals = 0;
     points_shadow_forget(s);
     s->space = *space;

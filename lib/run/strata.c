@@ -1,10 +1,13 @@
 /* What the algorithm divided by, and where that can vanish on the final set. */
 #include "answer.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "differentials.h"
 #include "facts.h"
+#include "leastnorm.h"
 #include "mem.h"
 #include "poly.h"
 
@@ -26,8 +29,44 @@ static void add(struct job *j, expr_id factor, const char *kind)
     j->stratum[j->strata++].text = sga_buf_take(&text);
 }
 
-/* Whether a real point of Pf with factor = 0 can be found. */
-static bool reachable(struct job *j, expr_id factor)
+/* Numerical rank of [A; d xi] at a point of Pf: rows scaled to largest entry 1. */
+static int rank_at(struct job *j, const struct points_space *space, struct points_point *p)
+{
+    const struct sys_system *sys = &j->request.system;
+    int n = sys->variables, c = j->solution.constraints, m = sys->rows + c;
+    double *M = sga_calloc((size_t)(m + 1) * (size_t)n, sizeof *M);
+    double *r = sga_calloc((size_t)m + 1, sizeof *r), *d = sga_calloc((size_t)n, sizeof *d);
+    struct points_space own = *space;
+    own.constraints = c;
+    struct points_jacobian jac;
+    points_jacobian_init(&jac, &own);
+    points_jacobian_values(&jac, &p->ball);
+    points_jacobian_entries(&jac, &p->ball);
+    num_ball_forget(&p->ball);
+    num_ball_extend(&p->ball);
+    for (int i = 0; i < m; i++) {
+        int len = i < sys->rows ? sys->row[i].entries : jac.cols[i - sys->rows];
+        double *row = M + (size_t)i * (size_t)n, big = 0;
+        for (int k = 0; k < len; k++) {
+            int col = i < sys->rows ? sys->row[i].entry[k].col : jac.col[i - sys->rows][k];
+            arb_srcptr v = i < sys->rows ? num_ball_value(&p->ball, sys->row[i].entry[k].value) : jac.entry[i - sys->rows] + k;
+            row[col] = arf_get_d(arb_midref(v), ARF_RND_NEAR);
+            big = fmax(big, fabs(row[col]));
+        }
+        for (int k = 0; k < n && big > 0; k++)
+            row[k] /= big;
+    }
+    int rank = points_least_norm(m, n, M, r, d);
+    points_jacobian_clear(&jac);
+    free(M);
+    free(r);
+    free(d);
+    return rank;
+}
+
+/* Whether a real point of Pf with factor = 0 can be found at which the rank is lower than
+ * on Pf in general: otherwise the pivot only happened to vanish there. */
+static bool drops(struct job *j, expr_id factor)
 {
     const struct sys_system *sys = &j->request.system;
     int n = sys->variables, c = j->solution.constraints;
@@ -49,10 +88,13 @@ static bool reachable(struct job *j, expr_id factor)
     end[stages++] = c + 1;
     enum points_status status = points_find_staged(&space, end, stages, j->near ? 0.2 : 1, &random, 64, &p);
     free(end);
+    /* an irregular place was approached to about 6 digits only: listed, to be safe */
+    bool lower = status == POINTS_IRREGULAR
+                 || (status == POINTS_OK && rank_at(j, &space, &p) < n - j->solution.free_columns);
     points_point_clear(&p);
     free(variable);
     free(con);
-    return status == POINTS_OK || status == POINTS_IRREGULAR;
+    return lower;
 }
 
 static void consider(struct job *j, struct expr_facts *facts, expr_id factor)
@@ -63,7 +105,7 @@ static void consider(struct job *j, struct expr_facts *facts, expr_id factor)
         return;
     if (!(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
         add(j, factor, "parameter");
-    else if (reachable(j, factor))
+    else if (drops(j, factor))
         add(j, factor, "pivot");
 }
 

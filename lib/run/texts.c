@@ -25,7 +25,7 @@ static void shorten(struct job *j, expr_id *root, int n)
     double limit = sga_now() + 2;
     if (!budget.deadline || budget.deadline > limit)
         budget.deadline = limit;
-    struct poly_limits limits = { .max_terms = 300, .max_bits = 4000, .max_degree = 60, .max_generators = 32, .budget = &budget };
+    struct poly_limits limits = { .max_terms = 80, .max_bits = 4000, .max_degree = 60, .max_generators = 32, .budget = &budget };
     expr_id *normal = sga_malloc((size_t)n * sizeof *normal);
     poly_normal_all(&j->request.store, root, n, &limits, normal);
     for (int i = 0; i < n; i++)

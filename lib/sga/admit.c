@@ -293,7 +293,7 @@ static int admit_together(struct state *s, const struct candidate *cand, int cou
         if (plain)
             form[i] = regular_form(s, cand[i].expr);
         plain = plain && form[i].options == 1;
-        pending[s->pendings++] = cand[i].expr;
+        pending[s->pendings++] = plain ? form[i].option[0].out[0] : cand[i].expr;
     }
     for (int i = 0; i < count; i++) {
         if (plain)

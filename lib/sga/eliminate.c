@@ -35,7 +35,10 @@ static int solved_symbol(struct state *s, expr_id e, expr_id *slope)
 bool regular_is_solved(struct state *s, expr_id e)
 {
     expr_id slope;
-    return solved_symbol(s, e, &slope) >= 0;
+    struct regular r = regular_form(s, e);
+    bool solved = r.options == 1 && r.option[0].count == 1 && solved_symbol(s, r.option[0].out[0], &slope) >= 0;
+    regular_clear(&r);
+    return solved;
 }
 
 expr_id regular_reduced(struct state *s, expr_id e)

@@ -225,6 +225,19 @@ static struct regular form_of(struct state *s, expr_id e)
     return r;
 }
 
+/* Whether e divides by something that may vanish. */
+static bool has_poles(struct state *s, expr_id e)
+{
+    expr_cone_of(s->st, &s->cone, &e, 1);
+    for (int k = 0; k < s->cone.count; k++) {
+        const struct expr_node n = s->st->node[s->cone.list[k]];
+        expr_id below = n.op == EXPR_DIV ? n.b : n.op == EXPR_POWI && n.b < 0 ? n.a : EXPR_UNDEF;
+        if (below && !(facts(s, below) & EXPR_NONZERO))
+            return true;
+    }
+    return false;
+}
+
 /* A function may be a product, or irregular, on the present set only. */
 struct regular regular_form(struct state *s, expr_id e)
 {
@@ -236,6 +249,8 @@ struct regular regular_form(struct state *s, expr_id e)
     if (reduced == e || expr_is_zero(s->st, reduced))
         return r;
     struct regular q = form_of(s, reduced);
+    if (q.answer == REGULAR_KEEP && has_poles(s, e) && !has_poles(s, reduced))
+        q.answer = REGULAR_REPLACED;
     struct regular *drop = q.answer == REGULAR_KEEP ? &q : &r;
     struct regular take = q.answer == REGULAR_KEEP ? r : q;
     regular_clear(drop);

@@ -34,7 +34,7 @@ void regular_clear(struct regular *r);
  * constraints at the most. */
 enum { REGULAR_REDUCE = 40 };
 expr_id regular_reduced(struct state *s, expr_id e);
-/* Whether e can be used up in this way. */
+/* Whether e, or the one function with its zeros, can be used up in this way. */
 bool regular_is_solved(struct state *s, expr_id e);
 
 /* Where sampling found that e is irregular on its zeros near the point x (by variable):

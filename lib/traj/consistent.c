@@ -39,19 +39,30 @@ static bool refuse(const struct sys_system *sys, const struct sga_solution *sol,
     return false;
 }
 
-/* The values that were given stay, the others adapt, if they can do it alone. */
+/* The values that were given stay, the others adapt, if they can do it alone. A value that
+ * was not given is 0 at first, which is often a place where nothing moves (v^2 = x): then
+ * a few other starts are tried. */
 static bool keep_given(struct manifold *m, const struct traj_request *rq, double *x)
 {
-    int loose = 0;
-    unsigned char *fixed = sga_calloc((size_t)m->n + 1, 1);
-    for (int j = 0; j < m->n; j++) {
+    enum { STARTS = 7 };
+    int loose = 0, n = m->n;
+    unsigned char *fixed = sga_calloc((size_t)n + 1, 1);
+    for (int j = 0; j < n; j++) {
         fixed[j] = rq->given[j] || (rq->held && rq->held[j]);
         loose += !fixed[j];
     }
-    double *y = memcpy(sga_malloc((size_t)(m->n + 1) * sizeof *y), x, (size_t)m->n * sizeof *y), residual;
-    bool ok = loose > 0 && manifold_project(m, rq->start, y, NULL, fixed, 40, NULL, &residual, NULL);
+    double *y = sga_malloc((size_t)(n + 1) * sizeof *y), residual;
+    uint64_t random = 17;
+    bool ok = false;
+    for (int k = 0; k < STARTS && loose > 0 && !ok; k++) {
+        for (int j = 0; j < n; j++) {
+            double shift = k == 0 ? 0 : k == 1 ? 1 : k == 2 ? -1 : 4 * points_uniform(&random) - 2;
+            y[j] = rq->initial[j] + (fixed[j] ? 0 : shift);
+        }
+        ok = manifold_project(m, rq->start, y, NULL, fixed, 40, NULL, &residual, NULL);
+    }
     if (ok)
-        memcpy(x, y, (size_t)m->n * sizeof *y);
+        memcpy(x, y, (size_t)n * sizeof *y);
     free(y);
     free(fixed);
     return ok;

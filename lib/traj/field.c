@@ -25,9 +25,12 @@ static struct num_tape *direct_tape(struct field *f, const struct sga_solution *
     struct expr_store *st = f->sys->store;
     expr_id *root = sga_malloc((size_t)(f->n + sol->pivots + 1) * sizeof *root);
     memcpy(root, sol->field, (size_t)f->n * sizeof *root);
+    f->pivot_expr = sga_malloc((size_t)(sol->pivots + 1) * sizeof *f->pivot_expr);
     for (int q = 0; q < sol->pivots; q++)
-        if (!expr_is_const(st, sol->pivot[q].value))
+        if (!expr_is_const(st, sol->pivot[q].value)) {
+            f->pivot_expr[f->pivots] = sol->pivot[q].value;
             root[f->n + f->pivots++] = sol->pivot[q].value;
+        }
     struct num_tape *t = num_tape_new(st, root, f->n + f->pivots, inputs, f->n + 1, err);
     free(root);
     return t;
@@ -54,22 +57,23 @@ static struct num_tape *general_tape(struct field *f, const int *inputs, struct 
 }
 
 bool field_init(struct field *f, const struct sys_system *sys, const struct sga_solution *sol,
-                const struct traj_request *rq, struct sga_error *err)
+                const struct traj_request *rq, struct manifold *manifold, struct sga_error *err)
 {
     int n = sys->variables, c = sol->constraints;
-    *f = (struct field){ .n = n, .rows = sys->rows, .c = c, .rates = rq->rates, .rate = rq->rate, .sys = sys, .rank = -1 };
+    *f = (struct field){ .n = n, .rows = sys->rows, .c = c, .rates = rq->rates, .rate = rq->rate, .sys = sys, .rank = -1,
+                         .manifold = manifold, .lost_pivot = -1 };
     f->fast = sol->free_columns == 0 && rq->rates == 0;
     int *inputs = input_symbols(sys);
     expr_id *con = sga_malloc((size_t)(c + 1) * sizeof *con);
     for (int i = 0; i < c; i++)
         con[i] = sol->constraint[i].expr;
     bool ok = true;
-    if (f->fast) {
-        f->direct = direct_tape(f, sol, inputs, err);
-        f->direct_out = sga_malloc((size_t)(n + f->pivots + 1) * sizeof(double));
-        f->pivot_start = sga_calloc((size_t)f->pivots + 1, sizeof(double));
-        ok = f->direct != NULL;
-    }
+    f->direct = direct_tape(f, sol, inputs, err);
+    f->direct_out = sga_malloc((size_t)(n + f->pivots + 1) * sizeof(double));
+    f->pivot_start = sga_calloc((size_t)f->pivots + 1, sizeof(double));
+    f->pivot_side = sga_calloc((size_t)f->pivots + 1, 1);
+    f->here = sga_calloc((size_t)n + 1, sizeof(double));
+    ok = f->direct != NULL;
     if (ok)
         f->general = general_tape(f, inputs, err);
     if (ok && f->general)
@@ -93,6 +97,9 @@ void field_clear(struct field *f)
     num_tape_free(f->general);
     free(f->direct_out);
     free(f->pivot_start);
+    free(f->pivot_expr);
+    free(f->pivot_side);
+    free(f->here);
     free(f->general_out);
     free(f->jac_value);
     free(f->in);
@@ -202,18 +209,30 @@ static double rows_miss(struct field *f, const double *v, int *worst_row)
     return worst;
 }
 
-/* Remember how large the pivots are where the motion starts. */
-static bool try_direct(struct field *f, double *v)
+/* The sides of the pivots' zeros on which a solution begins; direct_out is known. */
+static void take_sides(struct field *f, double t, const double *x)
 {
-    if (!f->fast || !num_tape_eval(f->direct, f->in, f->direct_out))
-        return false;
-    memcpy(v, f->direct_out, (size_t)f->n * sizeof *v);
-    bool well = true;
+    memcpy(f->here, x, (size_t)f->n * sizeof *x);
+    f->here_t = f->start_t = t;
+    f->lost_pivot = -1;
     for (int q = 0; q < f->pivots; q++) {
-        f->pivot_start[q] = fabs(f->direct_out[f->n + q]);
+        double p = f->direct_out[f->n + q];
+        f->pivot_side[q] = p > 0 ? 1 : p < 0 ? -1 : 0;
+    }
+}
+
+/* Remember how large the pivots are where the motion starts. */
+static bool try_direct(struct field *f, double t, const double *x, double *v)
+{
+    bool well = num_tape_eval(f->direct, f->in, f->direct_out);
+    memcpy(v, f->direct_out, (size_t)f->n * sizeof *v);
+    take_sides(f, t, x);
+    for (int q = 0; q < f->pivots; q++) {
+        double p = f->direct_out[f->n + q];
+        f->pivot_start[q] = isfinite(p) ? fabs(p) : 0;
         well &= f->pivot_start[q] > 0;
     }
-    return well;
+    return well && f->fast;
 }
 
 bool field_begin(struct field *f, double t, const double *x, struct sga_error *err)
@@ -221,7 +240,7 @@ bool field_begin(struct field *f, double t, const double *x, struct sga_error *e
     double *v = sga_calloc((size_t)f->n + 1, sizeof *v);
     int rank = f->n, bad = 0;
     load(f, t, x);
-    bool ok = try_direct(f, v) || general(f, v, &rank);
+    bool ok = try_direct(f, t, x, v) || general(f, v, &rank);
     /* a unique field has full rank; otherwise the rank at the start is what must not be lost */
     f->rank = f->fast ? f->n : rank;
     if (!ok) {
@@ -248,12 +267,65 @@ bool field_begin(struct field *f, double t, const double *x, struct sga_error *e
     return ok;
 }
 
+/* Between the last good point and x a pivot changed sign: find where, and ask the rank
+ * there. True: the rank holds, the pivot only happened to vanish. */
+static bool rank_at_change(struct field *f, double t, const double *x, int pivot)
+{
+    int n = f->n, rank = 0, side = f->pivot_side[pivot];
+    double low = 0, high = 1, *y = sga_malloc((size_t)(n + 1) * sizeof *y), *v = sga_malloc((size_t)(n + 1) * sizeof *v), at = 0;
+    for (int k = 0; k < 60; k++) {
+        double s = 0.5 * (low + high);
+        for (int j = 0; j < n; j++)
+            y[j] = f->here[j] + s * (x[j] - f->here[j]);
+        at = f->here_t + s * (t - f->here_t);
+        if (f->manifold->c)
+            manifold_project(f->manifold, at, y, NULL, NULL, 8, NULL, NULL, NULL);
+        load(f, at, y);
+        num_tape_eval(f->direct, f->in, f->direct_out);
+        double p = f->direct_out[n + pivot];
+        if (p == 0)
+            break;
+        *(p * side > 0 ? &low : &high) = s;
+    }
+    bool holds = general(f, v, &rank) && rank >= f->rank;
+    free(y);
+    free(v);
+    load(f, t, x);
+    return holds;
+}
+
+/* Which side of each pivot's zeros we are on. False: beyond a stratum. */
+static bool inside(struct field *f, double t, const double *x)
+{
+    for (int q = 0; q < f->pivots; q++) {
+        double p = f->direct_out[f->n + q];
+        if (!(p * f->pivot_side[q] < 0))
+            continue;
+        if (f->lost_pivot == q || !rank_at_change(f, t, x, q)) {
+            f->lost_pivot = q;
+            return false;
+        }
+        f->pivot_side[q] = (signed char)-f->pivot_side[q];
+        num_tape_eval(f->direct, f->in, f->direct_out);
+    }
+    memcpy(f->here, x, (size_t)f->n * sizeof *x);
+    f->here_t = t;
+    return true;
+}
+
 bool field_eval(struct field *f, double t, const double *x, double *v)
 {
     load(f, t, x);
     f->evaluations++;
     f->rank_lost = false;
-    if (f->fast && num_tape_eval(f->direct, f->in, f->direct_out)) {
+    bool finite = num_tape_eval(f->direct, f->in, f->direct_out);
+    if (t == f->start_t)
+        take_sides(f, t, x);
+    if (!inside(f, t, x)) {
+        f->rank_lost = true;
+        return false;
+    }
+    if (f->fast && finite) {
         bool well = true;
         for (int q = 0; q < f->pivots && well; q++)
             well = fabs(f->direct_out[f->n + q]) > PIVOT_SHRUNK * f->pivot_start[q];

@@ -3,6 +3,7 @@
 #define SGA_TRAJ_FIELD_H
 
 #include "jacobian.h"
+#include "manifold.h"
 #include "trajectory.h"
 
 /* Two ways to the same vector. The fast one evaluates the expressions of the reduced
@@ -19,6 +20,15 @@ struct field {
     bool fast;                        /* the expressions may be used */
     struct num_tape *direct;          /* roots: field, pivots */
     double *direct_out, *pivot_start;
+    expr_id *pivot_expr;
+    /* A pivot that changes sign has passed 0. The rank at the place tells whether it only
+     * happened to vanish (the chart changes) or a stratum begins there, beyond which the
+     * field is not continued. */
+    signed char *pivot_side;          /* by pivot: sign on the side where the motion is */
+    double *here, here_t;             /* the last point that was found to be well inside */
+    double start_t;                   /* each solution (there may be two) begins here */
+    struct manifold *manifold;        /* to look for the place of a change of sign; borrowed */
+    int lost_pivot;                   /* the pivot whose zero ended it, or -1 */
     struct num_tape *general;         /* roots: entries of A, alpha, rates */
     double *general_out;
     struct num_tape *con;             /* roots: constraints */
@@ -32,7 +42,7 @@ struct field {
 };
 
 bool field_init(struct field *f, const struct sys_system *sys, const struct sga_solution *sol,
-                const struct traj_request *rq, struct sga_error *err);
+                const struct traj_request *rq, struct manifold *manifold, struct sga_error *err);
 void field_clear(struct field *f);
 /* Fix the expected rank, and check that the rates agree with the motion. False: GAUGE or
  * NO_MOTION with err. */

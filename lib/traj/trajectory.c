@@ -10,6 +10,7 @@
 #include "field.h"
 #include "mem.h"
 #include "ode.h"
+#include "print.h"
 #include "sparse.h"
 
 struct flow {
@@ -54,7 +55,7 @@ static bool flow_init(struct flow *f, const struct sys_system *sys, const struct
 {
     int n = sys->variables;
     *f = (struct flow){ .n = n };
-    if (!manifold_init(&f->manifold, sys, sol, err) || !field_init(&f->field, sys, sol, rq, err))
+    if (!manifold_init(&f->manifold, sys, sol, err) || !field_init(&f->field, sys, sol, rq, &f->manifold, err))
         return false;
     f->in = sga_malloc((size_t)(n + 1) * sizeof *f->in);
     if (!rq->outputs)
@@ -198,6 +199,20 @@ static void keep(struct flow *f, const struct traj_request *rq, const struct ode
     }
 }
 
+/* A trajectory that reaches a stratum says what is lost there. */
+static void say_stratum(struct flow *f, struct traj_result *r)
+{
+    struct sga_buf text = { 0 };
+    r->ended_reason = "stratum";
+    if (f->field.lost_pivot >= 0 && expr_print(f->field.sys->store, f->field.pivot_expr[f->field.lost_pivot], 120, &text))
+        snprintf(r->ended_detail, sizeof r->ended_detail,
+                 "the rank of the equations drops where %s = 0: the motion is not determined beyond", text.data);
+    else
+        snprintf(r->ended_detail, sizeof r->ended_detail,
+                 "the rank of the equations drops here: the motion is not determined beyond");
+    sga_buf_free(&text);
+}
+
 static bool integrate(struct flow *f, const struct traj_request *rq, struct traj_result *r, struct sga_error *err)
 {
     struct ode_problem problem = { .n = f->n, .ctx = f, .rhs = rhs, .project = f->manifold.c ? project : NULL, .why = why };
@@ -221,6 +236,8 @@ static bool integrate(struct flow *f, const struct traj_request *rq, struct traj
     r->ended_t = o.end.t;
     r->ended_reason = ode_reason_text(o.end.reason);
     snprintf(r->ended_detail, sizeof r->ended_detail, "%s", o.end.detail);
+    if (o.end.reason == ODE_SINGULAR)
+        say_stratum(f, r);
     r->steps = o.stats.steps + o.second.steps;
     r->rejected = o.stats.refused + o.second.refused;
     r->evaluations = o.stats.evaluations + o.second.evaluations;
