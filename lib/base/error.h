@@ -42,7 +42,7 @@
     X(LIMIT_VARIABLES,     "too_many_variables",     422, "The system has too many variables") \
     X(LIMIT_EXPONENT,      "exponent_too_large",     422, "An exponent is too large") \
     X(LIMIT_BITS,          "number_too_large",       422, "An exact number is too large") \
-    X(NOT_SUPPORTED,       "not_supported",          422, "This part of the contract is not available") \
+    X(NOT_SUPPORTED,       "not_supported",          422, "This is not available in this version") \
     X(LIMIT_NODES,         "node_limit",             422, "The computation grew past its node limit") \
     X(LIMIT_SECONDS,       "time_limit",             422, "The computation ran past its time limit") \
     X(LIMIT_MEMORY,        "memory_limit",           422, "The computation ran past its memory limit") \

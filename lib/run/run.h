@@ -2,7 +2,7 @@
  *
  * sga_run reads the request (JSON), brings its form to the one shape, runs the
  * reduction, lets the witness check it, integrates, and writes the result (the
- * object that the contract calls "A result"). It keeps no state between calls and
+ * object that schema/result.json describes). It keeps no state between calls and
  * may be called from one thread at a time in each process that wants isolation:
  * GMP aborts the process when memory ends. */
 #ifndef SGA_RUN_RUN_H

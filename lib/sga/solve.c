@@ -231,9 +231,36 @@ static bool depends_on_time(struct state *s)
     return f & EXPR_HAS_TIME;
 }
 
+/* Whether everything in the system has a value at the present points. */
+static bool in_domain(struct state *s)
+{
+    for (int k = 0; k < s->shadow->reals; k++) {
+        struct num_ball *b = &s->shadow->real[k].ball;
+        num_ball_extend(b);
+        for (int i = 0; i < s->sys->rows; i++) {
+            const struct sys_row *r = s->sys->row + i;
+            bool ok = arb_is_finite(num_ball_value(b, r->alpha));
+            for (int q = 0; q < r->entries && ok; q++)
+                ok = arb_is_finite(num_ball_value(b, r->entry[q].value));
+            if (!ok)
+                return false;
+        }
+        for (int i = 0; i < s->sys->restrictions; i++)
+            if (!arb_is_finite(num_ball_value(b, s->sys->restriction[i])))
+                return false;
+    }
+    return true;
+}
+
+enum { DOMAIN_TRIES = 64 };
+
 static bool start(struct state *s, int *added)
 {
     enum points_status status = state_sample(s);
+    for (int k = 0; k < DOMAIN_TRIES && status == POINTS_OK && !in_domain(s); k++) {
+        points_shadow_forget(s->shadow);
+        status = state_sample(s);
+    }
     if (status == POINTS_STOPPED)
         return sga_budget_ok(s->options->budget, s->err);
     if (status != POINTS_OK)
