@@ -35,7 +35,7 @@ def text(e):
 
 
 def made(case, simplify):
-    """A result in the contract's shape from SymPy's answer, or by hand."""
+    """A result in the schema's shape from SymPy's answer, or by hand."""
     if case["name"] == "pendulum first order":
         names = case["request"]["system"]["variables"]
         return {"verdict": "unique", "variables": [{"name": n, "role": "variable"} for n in names],

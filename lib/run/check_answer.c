@@ -121,10 +121,57 @@ static bool check_handles(struct job *j)
     return ok;
 }
 
+/* The function that would have to vanish must not vanish at fresh points of the earlier
+ * constraints. */
+static bool check_contradiction(struct job *j)
+{
+    const struct sys_system *sys = &j->request.system;
+    int n = sys->variables, c = j->solution.constraints;
+    double begin = sga_now();
+    int *variable = sga_malloc((size_t)(n + 1) * sizeof *variable);
+    expr_id *constraint = sga_malloc((size_t)(c + 1) * sizeof *constraint);
+    int *end = sga_calloc((size_t)j->solution.generations + 2, sizeof *end), stages = sga_stages(&j->solution, end);
+    for (int i = 0; i < n; i++)
+        variable[i] = sys->variable[i].symbol;
+    for (int i = 0; i < c; i++)
+        constraint[i] = j->solution.constraint[i].expr;
+    struct points_space space = {
+        .st = sys->store, .variable = variable, .variables = n, .parameter = sys->parameter, .parameters = sys->parameters,
+        .time = sys->time, .constraint = constraint, .constraints = c, .near = j->near, .near_time = j->near_time,
+        .budget = &j->budget,
+    };
+    bool ok = true;
+    uint64_t random = 78;
+    j->witness = (struct sga_witness){ .certified = true, .digits = 40 };
+    for (int k = 0; k < WITNESS_POINTS && ok; k++) {
+        struct points_point p;
+        if (points_find_staged(&space, end, stages, j->near ? 0.04 * (k + 1) : 1, &random, 192, &p) == POINTS_OK) {
+            num_ball_extend(&p.ball);
+            arb_srcptr v = num_ball_value(&p.ball, j->solution.contradiction);
+            j->witness.points++;
+            j->witness.certified &= p.certified;
+            if (arb_is_finite(v) && arb_contains_zero(v))
+                ok = sga_fail(j->err, SGA_E_WITNESS, "the witness found a point at which what was called a contradiction vanishes");
+        }
+        points_point_clear(&p);
+    }
+    if (ok && !j->witness.points)
+        ok = sga_budget_ok(&j->budget, j->err)
+             && sga_fail(j->err, SGA_E_UNDECIDED, "the witness found no fresh point of the constraints before the contradiction");
+    free(variable);
+    free(constraint);
+    free(end);
+    j->witness.seconds = sga_now() - begin;
+    return ok;
+}
+
 bool answer_witness(struct job *j)
 {
-    if (j->solution.verdict == SGA_INCONSISTENT)
-        return true;        /* the contradiction itself is the evidence */
+    if (j->solution.verdict == SGA_INCONSISTENT) {
+        j->witnessed = check_contradiction(j);
+        j->seconds.witness = j->witness.seconds;
+        return j->witnessed;
+    }
     bool ok = j->has_texts ? check_texts(j) : check_handles(j);
     j->seconds.witness = j->witness.seconds;
     j->witnessed = ok;

@@ -211,6 +211,38 @@ static void write_parts(struct job *j, struct sga_json *w, const struct sga_part
     sga_json_end_array(w);
 }
 
+/* What was divided by: every pivot that is not a number, assumed not to vanish. */
+static void write_pivots(struct job *j, struct sga_json *w)
+{
+    enum { MOST = 200 };
+    const struct sga_solution *sol = &j->solution;
+    int written = 0;
+    sga_json_key(w, "pivots");
+    sga_json_array(w);
+    for (int q = 0; q < sol->pivots && written < MOST; q++) {
+        struct sga_buf text = { 0 };
+        if (expr_is_const(&j->request.store, sol->pivot[q].value))
+            continue;
+        sga_json_object(w);
+        sga_json_key(w, "velocity_of");
+        sga_json_string(w, symbol_name(j, sol->pivot[q].col));
+        sga_json_key(w, "generation");
+        sga_json_int(w, sol->pivot[q].generation);
+        sga_json_key(w, "assumed_not_zero");
+        if (expr_print(&j->request.store, sol->pivot[q].value, 400, &text))
+            sga_json_string(w, text.data);
+        else
+            sga_json_null(w);
+        sga_json_key(w, "basis");
+        struct points_decision d = points_shadow_zero(&j->shadow, sol->pivot[q].value);
+        sga_json_string(w, points_basis_text(d.basis));
+        sga_json_end_object(w);
+        sga_buf_free(&text);
+        written++;
+    }
+    sga_json_end_array(w);
+}
+
 static void write_evidence(struct job *j, struct sga_json *w)
 {
     const struct sga_solution *sol = &j->solution;
@@ -258,6 +290,8 @@ static void write_evidence(struct job *j, struct sga_json *w)
         sga_json_end_object(w);
     }
     sga_json_end_array(w);
+    if (j->has_texts && sol->verdict != SGA_INCONSISTENT)
+        write_pivots(j, w);
     if (sol->verdict == SGA_INCONSISTENT) {
         struct sga_buf text = { 0 };
         sga_json_key(w, "contradiction");
@@ -286,7 +320,8 @@ static void write_evidence(struct job *j, struct sga_json *w)
         sga_json_key(w, "digits");
         sga_json_int(w, j->witness.digits);
         sga_json_key(w, "checked");
-        sga_json_string(w, j->has_texts ? "the printed expressions, read back" : "the expressions");
+        sga_json_string(w, sol->verdict == SGA_INCONSISTENT ? "the contradiction at points of the earlier constraints"
+                           : j->has_texts ? "the printed expressions, read back" : "the expressions");
         sga_json_end_object(w);
     }
     sga_json_end_object(w);

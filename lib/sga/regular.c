@@ -134,6 +134,34 @@ static void assume(struct state *s, expr_id factor)
     s->assumed[s->assumptions++] = factor;
 }
 
+/* cos u = 1 and its like hold where the cosine is at an end of its range, so the
+ * differential vanishes with them: a function of half the angle has the same zeros and is
+ * regular. Otherwise e itself. */
+static expr_id at_extreme(struct state *s, expr_id e)
+{
+    struct expr_store *st = s->st;
+    struct expr_node n = st->node[e];
+    if (n.op != EXPR_ADD && n.op != EXPR_SUB)
+        return e;
+    bool first = expr_is_const(st, n.a);
+    expr_id k = first ? n.a : n.b, f = first ? n.b : n.a;
+    bool one = expr_is_one(st, k), minus = expr_is_int(st, k, -1);
+    if (!one && !minus)
+        return e;
+    bool top = one == (n.op == EXPR_SUB);          /* f = 1, or f = -1 */
+    expr_id half = EXPR_UNDEF, u = st->node[f].a;
+    enum expr_op op = expr_op_of(st, f);
+    if (op == EXPR_COS || op == EXPR_SIN)
+        half = expr_mul(st, expr_rational(st, 1, 2), u);
+    if (op == EXPR_COS)
+        return expr_fun(st, top ? EXPR_SIN : EXPR_COS, half);
+    if (op == EXPR_SIN) {
+        expr_id shift = expr_mul(st, expr_rational(st, top ? -1 : 1, 4), expr_pi(st));
+        return expr_fun(st, EXPR_SIN, expr_add(st, half, shift));
+    }
+    return op == EXPR_COSH && top ? u : e;
+}
+
 /* The factors that matter are the branches, nearest to the guess first. */
 static void from_factors(struct state *s, expr_id e, struct regular *r, const struct poly_factors *f)
 {
@@ -151,7 +179,9 @@ static void from_factors(struct state *s, expr_id e, struct regular *r, const st
             plain = false;
             add_option(r, q->radical, q->radicals);
         } else {
-            add_option(r, &q->expr, 1);
+            expr_id f = at_extreme(s, q->expr);
+            plain = plain && f == q->expr;
+            add_option(r, &f, 1);
         }
         int k = r->options - 1;
         distance[k] = value_near(s, q->expr);
