@@ -224,8 +224,10 @@ static void write_pivots(struct job *j, struct sga_json *w)
         if (expr_is_const(&j->request.store, sol->pivot[q].value))
             continue;
         sga_json_object(w);
-        sga_json_key(w, "velocity_of");
-        sga_json_string(w, symbol_name(j, sol->pivot[q].col));
+        if (sol->pivot[q].col >= 0) {       /* else a factor dropped from a constraint */
+            sga_json_key(w, "velocity_of");
+            sga_json_string(w, symbol_name(j, sol->pivot[q].col));
+        }
         sga_json_key(w, "generation");
         sga_json_int(w, sol->pivot[q].generation);
         sga_json_key(w, "assumed_not_zero");

@@ -114,6 +114,26 @@ static enum points_status sample_near(struct state *s, const double *x, double t
     return status;
 }
 
+/* Gradient components may vanish where e does not, far from where they were tried: look
+ * for such a place on the present set. */
+static bool vanishes_far(struct state *s, expr_id e)
+{
+    struct points_space space = s->space;
+    uint64_t random = s->shadow->random;
+    bool all = true;
+    space.near = NULL;
+    space.before = NULL;
+    for (int k = 0; k < 8 && all; k++) {
+        struct points_point p;
+        if (points_find(&space, 1 + k, &random, POINTS_BITS, &p) == POINTS_OK) {
+            num_ball_extend(&p.ball);
+            all = arb_contains_zero(num_ball_value(&p.ball, e));
+        }
+        points_point_clear(&p);
+    }
+    return all;
+}
+
 /* The constraint c turned out irregular: try the components of its gradient. */
 static int admit_gradient(struct state *s, const struct candidate *c, const double *x, double t, int g)
 {
@@ -125,7 +145,7 @@ static int admit_gradient(struct state *s, const struct candidate *c, const doub
     if (count)
         status = sample_near(s, x, t);
     free(part);
-    if (status == POINTS_OK && ech_zero(&s->ctx, c->expr) == 1)
+    if (status == POINTS_OK && ech_zero(&s->ctx, c->expr) == 1 && vanishes_far(s, c->expr))
         return count;
     pop(s, before);
     return fail_sample(s, c, POINTS_IRREGULAR);

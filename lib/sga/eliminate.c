@@ -7,8 +7,32 @@
 
 #include "mem.h"
 
-/* The variable that e is solved for, and its constant factor; -1 if there is none. */
-static int solved_symbol(struct state *s, expr_id e, expr_id *slope)
+/* Whether v has different values at the two points: then it is no constant. */
+static bool varies(struct state *s, expr_id v)
+{
+    struct points_shadow *w = s->shadow;
+    if (w->reals < 2)
+        return false;
+    num_ball_extend(&w->real[0].ball);
+    num_ball_extend(&w->real[1].ball);
+    return !arb_overlaps(num_ball_value(&w->real[0].ball, v), num_ball_value(&w->real[1].ball, v));
+}
+
+/* A slope that is a constant or depends on parameters only, and is not 0: its normal form,
+ * since it may only look as if it depended on something. */
+static bool constant_slope(struct state *s, expr_id v, expr_id *slope)
+{
+    struct poly_limits limits = { .max_terms = 100, .max_generators = 24, .budget = s->options->budget };
+    bool depends = expr_facts_of(&s->facts, s->st, v) & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME);
+    if (depends && !s->sys->parameters && varies(s, v))
+        return false;
+    if (depends)
+        poly_normal(s->st, v, &limits, &v);
+    *slope = v;
+    return !expr_is_zero(s->st, v) && !(expr_facts_of(&s->facts, s->st, v) & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME));
+}
+
+static int search_symbol(struct state *s, expr_id e, expr_id *slope)
 {
     SGA_RESERVE(s->active, s->active_cap, s->st->symbols);
     memset(s->active, 0, (size_t)s->st->symbols);
@@ -17,19 +41,29 @@ static int solved_symbol(struct state *s, expr_id e, expr_id *slope)
     struct expr_term *term = NULL;
     size_t cap = 0;
     int n = expr_gradient(s->st, &s->cone, e, s->active, &term, &cap), found = -1;
-    for (int k = 0; k < n && found < 0; k++) {
-        /* the slope may only look as if it depended on something: its normal form tells */
-        struct poly_limits limits = { .max_terms = 100, .max_generators = 24, .budget = s->options->budget };
-        expr_id v = term[k].value;
-        poly_normal(s->st, v, &limits, &v);
-        unsigned f = expr_facts_of(&s->facts, s->st, v);
-        if (expr_is_zero(s->st, v) || (f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
-            continue;
-        found = term[k].symbol;
-        *slope = v;
-    }
+    for (int k = 0; k < n && found < 0; k++)
+        if (constant_slope(s, term[k].value, slope))
+            found = term[k].symbol;
     free(term);
     return found;
+}
+
+/* The variable that e is solved for, and its constant factor; -1 if there is none. The
+ * same constraints are asked for again and again: answers are kept. */
+static int solved_symbol(struct state *s, expr_id e, expr_id *slope)
+{
+    for (int k = 0; k < s->solved_count; k++)
+        if (s->solved[k].expr == e) {
+            *slope = s->solved[k].slope;
+            return s->solved[k].symbol;
+        }
+    *slope = EXPR_UNDEF;
+    int x = search_symbol(s, e, slope);
+    SGA_RESERVE(s->solved, s->solved_cap, s->solved_count + 1);
+    s->solved[s->solved_count].expr = e;
+    s->solved[s->solved_count].symbol = x;
+    s->solved[s->solved_count++].slope = *slope;
+    return x;
 }
 
 bool regular_is_solved(struct state *s, expr_id e)

@@ -179,9 +179,9 @@ static void from_factors(struct state *s, expr_id e, struct regular *r, const st
             plain = false;
             add_option(r, q->radical, q->radicals);
         } else {
-            expr_id f = at_extreme(s, q->expr);
-            plain = plain && f == q->expr;
-            add_option(r, &f, 1);
+            expr_id better = at_extreme(s, q->expr);
+            plain = plain && better == q->expr;
+            add_option(r, &better, 1);
         }
         int k = r->options - 1;
         distance[k] = value_near(s, q->expr);
@@ -268,12 +268,45 @@ static bool has_poles(struct state *s, expr_id e)
     return false;
 }
 
+/* e = a x_j + b, a never zero, where no earlier constraint contains x_j: over each point
+ * of the present set e has exactly one zero, so it brings no branches and no singular
+ * points of its own. */
+static bool fresh_graph(struct state *s, expr_id e)
+{
+    struct expr_term *term = NULL;
+    size_t cap = 0;
+    SGA_RESERVE(s->active, s->active_cap, s->st->symbols);
+    memset(s->active, 0, (size_t)s->st->symbols);
+    for (int j = 0; j < s->sys->variables; j++)
+        s->active[s->variable[j]] = 1;
+    for (int pass = 0; pass < 2; pass++) {
+        int count = pass ? s->pendings : s->sol->constraints;
+        if (!count)
+            continue;
+        expr_cone_of(s->st, &s->cone, pass ? s->pending : s->con, count);
+        for (int k = 0; k < s->cone.count; k++) {
+            const struct expr_node *n = s->st->node + s->cone.list[k];
+            if (n->op == EXPR_SYM)
+                s->active[n->a] = 0;
+        }
+    }
+    int n = expr_gradient(s->st, &s->cone, e, s->active, &term, &cap);
+    bool fresh = false;
+    for (int k = 0; k < n && !fresh; k++) {
+        unsigned f = facts(s, term[k].value);
+        bool plain = !(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME));
+        fresh = plain || (f & EXPR_NONZERO && !depends(s, term[k].value, term[k].symbol));
+    }
+    free(term);
+    return fresh;
+}
+
 /* A function may be a product, or irregular, on the present set only. */
 struct regular regular_form(struct state *s, expr_id e)
 {
     struct regular r = form_of(s, e);
     int c = s->sol->constraints + s->pendings;
-    if (r.answer != REGULAR_KEEP || c == 0 || c > REGULAR_REDUCE)
+    if (r.answer != REGULAR_KEEP || c == 0 || c > REGULAR_REDUCE || fresh_graph(s, e))
         return r;
     expr_id reduced = regular_reduced(s, e);
     if (reduced == e || expr_is_zero(s->st, reduced))

@@ -138,7 +138,7 @@ static void routes_clear(struct routes *r)
 /* General points contradict the system: whether points do where a pivot vanishes, too. True
  * if all of these sets are empty as well; otherwise err tells which is not, or not known. */
 static bool strata_empty(const struct routes *above, const struct sys_system *system, const struct sga_options *options,
-                         struct points_shadow *shadow, int depth, struct sga_error *err)
+                         int depth, struct sga_error *err)
 {
     bool empty = true;
     if (above->pivots && (depth == 0 || above->pivots > STRATA))
@@ -152,8 +152,10 @@ static bool strata_empty(const struct routes *above, const struct sys_system *sy
         for (int k = 0; k < system->restrictions; k++)
             part.restriction[k] = system->restriction[k];
         part.restriction[part.restrictions++] = above->pivot[i];
-        points_shadow_forget(shadow);
-        empty = explore(&r, &part, options, shadow, &solution, err);
+        struct points_shadow shadow;
+        points_shadow_init(&shadow, above->seed);
+        empty = explore(&r, &part, options, &shadow, &solution, err);
+        points_shadow_clear(&shadow);
         if (empty && r.final >= 0) {
             char *text = store_text(system->store, above->pivot[i]);
             empty = sga_fail(err, SGA_E_SPLIT, "at general points the equations contradict each other, but they have solutions "
@@ -165,7 +167,7 @@ static bool strata_empty(const struct routes *above, const struct sys_system *sy
                              "%s vanishes could not be found: %.200s", text, r.error.detail);
             free(text);
         }
-        empty = empty && strata_empty(&r, &part, options, shadow, depth - 1, err);
+        empty = empty && strata_empty(&r, &part, options, depth - 1, err);
         sga_solution_clear(&solution);
         routes_clear(&r);
         free(part.restriction);
@@ -185,7 +187,7 @@ bool sga_solve(const struct sys_system *system, const struct sga_options *option
         ok = sga_fail(err, SGA_E_UNDECIDED, "the constraints have many branches, and the first %d of them are empty; "
                       "give trajectory.initial on the branch that is meant", ROUTES);
     } else if (ok && r.final < 0) {
-        ok = strata_empty(&r, system, options, shadow, STRATA_DEPTH, err);
+        ok = strata_empty(&r, system, options, STRATA_DEPTH, err);
     } else if (ok && !same_route(&r.now, &r.best)) {
         restart(shadow, r.seed, solution);
         ok = state_solve(system, options, shadow, &r.best, solution, err);

@@ -77,6 +77,7 @@ static void state_clear(struct state *s)
     free(s->column);
     free(s->determined);
     free(s->active);
+    free(s->solved);
     free(s->con);
     free(s->assumed);
 }

@@ -48,6 +48,9 @@ struct state {
     expr_id *assumed; int assumptions; size_t assumed_cap;   /* factors in parameters only that were dropped */
     struct sga_error *err;
     const expr_id *pending; int pendings; /* candidates that are to hold together with the present constraints; borrowed */
+    struct { expr_id expr, slope; int symbol; } *solved;   /* what a constraint is solved for (eliminate.c) */
+    size_t solved_cap;
+    int solved_count;
     bool inconsistent;
     bool started;                         /* the system's rows are in the echelon form */
 };
