@@ -209,7 +209,7 @@ static struct points_decision decide(struct points_shadow *s, expr_id e)
         return d;
     }
     int opinion = -2;
-    bool kernel = false;
+    bool kernel = false;     /* not needed for the verdict; an objection counts either way */
     for (int l = 0; l < 4; l++) {
         if (l && !raise_points(s, level[l]))
             break;
@@ -232,10 +232,10 @@ static struct points_decision decide(struct points_shadow *s, expr_id e)
         d.basis = opinion == 1 ? POINTS_ZERO_ALGEBRAIC : POINTS_ZERO_NUMERIC;
         if (opinion == 1 && t.digits >= 20)
             return d;
-        /* a modular point that says no, without elementary functions in play, is a serious
-         * objection: only many digits overrule it (the modular point may lie on a component
-         * that has no real points) */
-        int enough = opinion == 0 && !kernel ? 900 : opinion == 0 ? 300 : 100;
+        /* a modular point that says no is a serious objection: only many digits overrule it
+         * (it may lie on a component without real points, and elementary functions have
+         * identities that it does not know) */
+        int enough = opinion == 0 ? 900 : 100;
         if (t.digits >= enough)
             return d;
     }

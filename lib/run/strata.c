@@ -105,7 +105,7 @@ static void consider(struct job *j, struct expr_facts *facts, expr_id factor)
         return;
     if (!(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
         add(j, factor, "parameter");
-    else if (drops(j, factor))
+    else if (j->solution.verdict != SGA_INCONSISTENT && drops(j, factor))
         add(j, factor, "pivot");
 }
 
@@ -126,9 +126,12 @@ static void factors_of(struct job *j, struct expr_facts *facts, expr_id value)
 void answer_strata(struct job *j)
 {
     struct expr_facts facts;
-    if (j->solution.verdict == SGA_INCONSISTENT || !j->has_texts)
+    bool empty = j->solution.verdict == SGA_INCONSISTENT;
+    if (!j->has_texts)
         return;
     expr_facts_init(&facts);
+    if (empty && j->request.system.parameters)      /* for which parameters it is a contradiction */
+        factors_of(j, &facts, j->solution.contradiction);
     for (int i = 0; i < j->solution.branches; i++)
         add(j, j->solution.branch[i], "branch");
     for (int i = 0; i < j->solution.pivots; i++)

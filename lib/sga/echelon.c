@@ -282,21 +282,24 @@ static bool take(struct echelon *e, const struct ech_context *c, struct agenda *
     return true;
 }
 
-/* Where every row that is left is long, the rest is a dense block. */
+/* Where every row that is left is long, the rest is a dense block. Blocks of numbers are
+ * better eliminated: their entries stay numbers. */
 enum { BLOCK_LENGTH = 8, BLOCK_ROWS = 8 };
 
-static bool is_block(const struct agenda *a, int i)
+static bool is_block(const struct agenda *a, const struct ech_context *c, int i)
 {
     if (a->row[i].entries < BLOCK_LENGTH)
         return false;
     int left = 0;
-    long entries = 0;
+    long entries = 0, functions = 0;
     for (int r = 0; r < a->rows; r++)
         if (!a->done[r] && a->row[r].entries) {
             left++;
             entries += a->row[r].entries;
+            for (int k = 0; k < a->row[r].entries; k++)
+                functions += !expr_is_const(c->st, a->row[r].entry[k].value);
         }
-    return left >= BLOCK_ROWS && entries >= (long)left * BLOCK_LENGTH;
+    return left >= BLOCK_ROWS && entries >= (long)left * BLOCK_LENGTH && 4 * functions >= entries;
 }
 
 /* Hand the rest over, and file what is left of it anew. */
@@ -330,7 +333,7 @@ bool ech_eliminate(struct echelon *e, const struct ech_context *c, struct ech_ro
     bool ok = true, blocks = true;
     int i, at;
     while (ok && choose(&a, c, &i, &at)) {
-        if (at >= 0 && blocks && is_block(&a, i)) {
+        if (at >= 0 && blocks && is_block(&a, c, i)) {
             int before = e->pivots;
             ok = solve_block(e, c, &a, generation) && sga_budget_ok(c->budget, c->err);
             blocks = e->pivots > before;

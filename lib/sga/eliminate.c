@@ -32,7 +32,7 @@ static bool constant_slope(struct state *s, expr_id v, expr_id *slope)
     return !expr_is_zero(s->st, v) && !(expr_facts_of(&s->facts, s->st, v) & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME));
 }
 
-static int search_symbol(struct state *s, expr_id e, expr_id *slope)
+static int search_symbol(struct state *s, expr_id e, expr_id *slope, bool *affine)
 {
     SGA_RESERVE(s->active, s->active_cap, s->st->symbols);
     memset(s->active, 0, (size_t)s->st->symbols);
@@ -41,6 +41,9 @@ static int search_symbol(struct state *s, expr_id e, expr_id *slope)
     struct expr_term *term = NULL;
     size_t cap = 0;
     int n = expr_gradient(s->st, &s->cone, e, s->active, &term, &cap), found = -1;
+    *affine = true;
+    for (int k = 0; k < n; k++)
+        *affine &= !(expr_facts_of(&s->facts, s->st, term[k].value) & EXPR_HAS_VARIABLE);
     for (int k = 0; k < n && found < 0; k++)
         if (constant_slope(s, term[k].value, slope))
             found = term[k].symbol;
@@ -48,22 +51,36 @@ static int search_symbol(struct state *s, expr_id e, expr_id *slope)
     return found;
 }
 
-/* The variable that e is solved for, and its constant factor; -1 if there is none. The
- * same constraints are asked for again and again: answers are kept. */
-static int solved_symbol(struct state *s, expr_id e, expr_id *slope)
+/* What e is solved for, and whether it is affine in the variables. The same constraints
+ * are asked for again and again: answers are kept. */
+static const struct solved_for *solved_for(struct state *s, expr_id e)
 {
     for (int k = 0; k < s->solved_count; k++)
-        if (s->solved[k].expr == e) {
-            *slope = s->solved[k].slope;
-            return s->solved[k].symbol;
-        }
-    *slope = EXPR_UNDEF;
-    int x = search_symbol(s, e, slope);
+        if (s->solved[k].expr == e)
+            return s->solved + k;
+    struct solved_for f = { .expr = e };
+    f.symbol = search_symbol(s, e, &f.slope, &f.affine);
     SGA_RESERVE(s->solved, s->solved_cap, s->solved_count + 1);
-    s->solved[s->solved_count].expr = e;
-    s->solved[s->solved_count].symbol = x;
-    s->solved[s->solved_count++].slope = *slope;
-    return x;
+    s->solved[s->solved_count] = f;
+    return s->solved + s->solved_count++;
+}
+
+/* The variable that e is solved for, and its constant factor; -1 if there is none. */
+static int solved_symbol(struct state *s, expr_id e, expr_id *slope)
+{
+    const struct solved_for *f = solved_for(s, e);
+    *slope = f->slope;
+    return f->symbol;
+}
+
+bool regular_all_affine(struct state *s, expr_id e)
+{
+    bool affine = solved_for(s, e)->affine;
+    for (int i = 0; i < s->sol->constraints && affine; i++)
+        affine = solved_for(s, s->con[i])->affine;
+    for (int i = 0; i < s->pendings && affine; i++)
+        affine = solved_for(s, s->pending[i])->affine;
+    return affine;
 }
 
 bool regular_is_solved(struct state *s, expr_id e)

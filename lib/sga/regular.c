@@ -306,7 +306,8 @@ struct regular regular_form(struct state *s, expr_id e)
 {
     struct regular r = form_of(s, e);
     int c = s->sol->constraints + s->pendings;
-    if (r.answer != REGULAR_KEEP || c == 0 || c > REGULAR_REDUCE || fresh_graph(s, e))
+    if (r.answer != REGULAR_KEEP || c == 0 || c > REGULAR_REDUCE || fresh_graph(s, e)
+        || regular_all_affine(s, e))
         return r;
     expr_id reduced = regular_reduced(s, e);
     if (reduced == e || expr_is_zero(s->st, reduced))

@@ -28,6 +28,10 @@ struct regular {
 struct regular regular_form(struct state *s, expr_id e);
 void regular_clear(struct regular *r);
 
+/* e and all constraints, pending ones too, are affine in the variables: then nothing can be
+ * a product or irregular on the present set only. */
+bool regular_all_affine(struct state *s, expr_id e);
+
 /* e on the present set with variables eliminated that constraints give with a constant
  * factor, one after the other; equal to e on the set. For showing that e has no zero
  * there. Costs O(c^2) normal forms of small functions: for REGULAR_REDUCE

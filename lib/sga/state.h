@@ -25,6 +25,13 @@ struct route {
     struct decision *at; int count; size_t cap;
 };
 
+/* The variable that a function can be solved for with a constant factor; -1: none. */
+struct solved_for {
+    expr_id expr, slope;
+    int symbol;
+    bool affine;                  /* in all variables */
+};
+
 struct state {
     const struct sys_system *sys;
     const struct sga_options *options;
@@ -48,7 +55,7 @@ struct state {
     expr_id *assumed; int assumptions; size_t assumed_cap;   /* factors in parameters only that were dropped */
     struct sga_error *err;
     const expr_id *pending; int pendings; /* candidates that are to hold together with the present constraints; borrowed */
-    struct { expr_id expr, slope; int symbol; } *solved;   /* what a constraint is solved for (eliminate.c) */
+    struct solved_for *solved;            /* what constraints are solved for (eliminate.c) */
     size_t solved_cap;
     int solved_count;
     bool inconsistent;

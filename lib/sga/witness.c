@@ -7,7 +7,9 @@
 #include "differentials.h"
 #include "mem.h"
 
-enum { WITNESS_BITS = 160 };
+/* Balls widen along long eliminations: more bits where the first do not tell. */
+static const slong witness_bits[] = { 160, 640, 2560 };
+enum { WITNESS_LEVELS = 3 };
 
 struct check {
     const struct sys_system *sys;
@@ -145,6 +147,30 @@ static bool check_point(struct check *c)
     return ok;
 }
 
+/* check_point with as many bits as it takes. */
+static bool check_levels(struct check *c, const struct points_space *space)
+{
+    struct sga_error *err = c->err;
+    for (int l = 0; l < WITNESS_LEVELS; l++) {
+        struct sga_error here = { 0 };
+        int digits = c->digits;
+        if (l && !points_refine(space, c->point, witness_bits[l]))
+            break;
+        c->prec = witness_bits[l];
+        c->err = &here;
+        bool ok = check_point(c);
+        c->err = err;
+        if (ok)
+            return true;
+        if (here.code != SGA_E_UNDECIDED || l + 1 == WITNESS_LEVELS) {
+            *err = here;
+            return false;
+        }
+        c->digits = digits;
+    }
+    return sga_fail(err, SGA_E_UNDECIDED, "the witness could not refine a point of the final set");
+}
+
 bool sga_witness_check(const struct sys_system *system, const struct sga_claim *claim,
                        const double *near, double near_time, uint64_t seed, int points,
                        const struct sga_budget *budget, struct sga_witness *result, struct sga_error *err)
@@ -160,7 +186,7 @@ bool sga_witness_check(const struct sys_system *system, const struct sga_claim *
     clock.variable = &claim->time;
     clock.variables = 1;
     struct points_jacobian jac;
-    struct check c = { .sys = system, .claim = claim, .jac = &jac, .digits = 1000, .err = err, .prec = WITNESS_BITS };
+    struct check c = { .sys = system, .claim = claim, .jac = &jac, .digits = 1000, .err = err };
     points_jacobian_init(&jac, &space);
     points_jacobian_init(&c.time, &clock);
     arb_init(c.sum);
@@ -174,14 +200,14 @@ bool sga_witness_check(const struct sys_system *system, const struct sga_claim *
     for (int k = 0; k < points && ok; k++) {
         struct points_point p;
         enum points_status status = points_find_staged(&space, end, stages, near ? 0.03 * (k + 1) : 1, &random,
-                                                       WITNESS_BITS, &p);
+                                                       witness_bits[0], &p);
         c.point = &p;
         if (status == POINTS_STOPPED)
             ok = sga_budget_ok(budget, err);
         else if (status != POINTS_OK)
             ok = k > 0 ? true : sga_fail(err, SGA_E_UNDECIDED, "the witness found no fresh point of the final set");
         if (status == POINTS_OK) {
-            ok = check_point(&c);
+            ok = check_levels(&c, &space);
             result->points += ok;
             result->certified &= p.certified;
         }
