@@ -310,6 +310,10 @@ static void write_evidence(struct job *j, struct sga_json *w)
         sga_json_end_object(w);
         sga_buf_free(&text);
     }
+    if (sol->dense_blocks) {      /* their zeros are not among the strata */
+        sga_json_key(w, "determinants_assumed_not_zero");
+        sga_json_int(w, sol->dense_blocks);
+    }
     sga_json_key(w, "redundant_equations");
     sga_json_int(w, sol->redundant_rows);
     if (j->witnessed) {

@@ -169,6 +169,7 @@ bool ech_block(struct echelon *e, const struct ech_context *c, struct ech_row *r
     gather(&b, e, row, index, rows);
     choose(&b, c->shadow);
     bool ok = rewrite(&b, e, c, row, index, generation);
+    e->blocks += b.rank > 0;
     free(b.col);
     free(b.at);
     free(b.rows);

@@ -31,6 +31,7 @@ struct echelon {
     expr_id *work;         /* by column, 0 between uses */
     unsigned char *mark;
     int *touched;
+    int blocks;            /* dense blocks kept as solves: their determinants are assumed not 0 */
 };
 
 /* What the elimination asks of its surroundings. */

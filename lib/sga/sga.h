@@ -56,6 +56,7 @@ struct sga_solution {
     expr_id contradiction;             /* for inconsistent: what would have to vanish */
     struct sga_part *contradiction_part; int contradiction_parts;
     char contradiction_why[160];
+    int dense_blocks;                  /* solved as a whole: their determinants are assumed not 0 */
     int redundant_rows;                /* rows of the system that follow from the others */
 };
 

@@ -314,6 +314,7 @@ static void conclude(struct state *s)
         sol->verdict = sol->free_columns ? SGA_UNDERDETERMINED
                        : point && !sol->depends_on_time ? SGA_ISOLATED : SGA_UNIQUE;
     }
+    sol->dense_blocks = s->ech.blocks;
     sol->pivot = sga_malloc((size_t)(s->ech.pivots + s->assumptions + 1) * sizeof *sol->pivot);
     for (int q = 0; q < s->ech.pivots; q++)
         sol->pivot[sol->pivots++] = (struct sga_pivot){ s->ech.pivot[q].col, s->ech.pivot[q].value,

@@ -68,6 +68,33 @@ static bool keep_given(struct manifold *m, const struct traj_request *rq, double
     return ok;
 }
 
+static double distance(const struct manifold *m, const struct traj_request *rq, const double *scale, const double *x)
+{
+    double sum = 0;
+    for (int j = 0; j < m->n; j++)
+        sum += pow((x[j] - rq->initial[j]) / scale[j], 2);
+    return sqrt(sum);
+}
+
+/* Full steps may land on a zero far away. Walk there in short steps too, go on to the
+ * nearest point from there, and keep what is nearer to the guess. *moved is left negative
+ * where neither way leads to the set. */
+static void shorter_way(struct manifold *m, const struct traj_request *rq, const double *scale, double *x,
+                        bool found, double *moved)
+{
+    double *y = memcpy(sga_malloc((size_t)(m->n + 1) * sizeof *y), rq->initial, (size_t)m->n * sizeof *y);
+    double here = found ? distance(m, rq, scale, x) : INFINITY;
+    *moved = found ? *moved : -1;
+    if (here > 0.3 && manifold_walk(m, rq->start, y, scale, rq->held, 0.2, 200)) {
+        double there = distance(m, rq, scale, y);
+        if (there < 0.999 * here) {
+            memcpy(x, y, (size_t)m->n * sizeof *y);
+            *moved = there;
+        }
+    }
+    free(y);
+}
+
 bool consistent_start(struct manifold *m, const struct sys_system *sys, const struct sga_solution *sol,
                       const struct traj_request *rq, const double *elsewhere, double *x, double *moved, struct sga_error *err)
 {
@@ -89,7 +116,9 @@ bool consistent_start(struct manifold *m, const struct sys_system *sys, const st
         any_held |= rq->held && rq->held[j];
     }
     bool ok = manifold_nearest(m, rq->start, x, scale, rq->held, 200, moved, &residual, &worst);
-    /* the guess may be a place where the steps do not lead on: start from a known point */
+    shorter_way(m, rq, scale, x, ok, moved);
+    ok = ok || *moved >= 0;
+    /* the guess may be a place where nothing leads on: start from a known point */
     for (int k = 0; k < 3 && !ok && elsewhere; k++) {
         double *from = sga_malloc((size_t)(n + 1) * sizeof *from), r2;
         int w2;

@@ -5,8 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "facts.h"
 #include "leastnorm.h"
 #include "mem.h"
+#include "poly.h"
 
 /* A pivot this much smaller than at the start hands over to the general way. */
 static const double PIVOT_SHRUNK = 1e-5;
@@ -20,17 +22,36 @@ static int *input_symbols(const struct sys_system *sys)
     return inputs;
 }
 
+/* What is watched for zeros: the factors of each pivot, because x^2 touches 0 where x
+ * passes it; the pivot itself where it is too large to factor. */
+static int watch_pivot(struct field *f, expr_id pivot, expr_id *root, int room)
+{
+    struct poly_limits limits = { .max_terms = 60, .max_degree = 24, .max_generators = 24 };
+    struct poly_factors q;
+    int n = 0;
+    if (f->pivots < 64 && poly_numerator_factors(f->sys->store, pivot, &limits, &q)) {
+        for (int i = 0; i < q.factors && n < room; i++)
+            if (!q.factor[i].never_zero && q.factor[i].depends & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME))
+                root[n++] = q.factor[i].expr;
+        poly_factors_clear(&q);
+        return n;
+    }
+    root[0] = pivot;
+    return 1;
+}
+
 static struct num_tape *direct_tape(struct field *f, const struct sga_solution *sol, const int *inputs, struct sga_error *err)
 {
+    enum { FACTORS = 8 };      /* of one pivot, at most */
     struct expr_store *st = f->sys->store;
-    expr_id *root = sga_malloc((size_t)(f->n + sol->pivots + 1) * sizeof *root);
+    size_t most = (size_t)sol->pivots * FACTORS + (size_t)f->n + 1;
+    expr_id *root = sga_malloc(most * sizeof *root);
     memcpy(root, sol->field, (size_t)f->n * sizeof *root);
-    f->pivot_expr = sga_malloc((size_t)(sol->pivots + 1) * sizeof *f->pivot_expr);
     for (int q = 0; q < sol->pivots; q++)
-        if (!expr_is_const(st, sol->pivot[q].value)) {
-            f->pivot_expr[f->pivots] = sol->pivot[q].value;
-            root[f->n + f->pivots++] = sol->pivot[q].value;
-        }
+        if (!expr_is_const(st, sol->pivot[q].value))
+            f->pivots += watch_pivot(f, sol->pivot[q].value, root + f->n + f->pivots, FACTORS);
+    f->pivot_expr = sga_malloc((size_t)(f->pivots + 1) * sizeof *f->pivot_expr);
+    memcpy(f->pivot_expr, root + f->n, (size_t)f->pivots * sizeof *f->pivot_expr);
     struct num_tape *t = num_tape_new(st, root, f->n + f->pivots, inputs, f->n + 1, err);
     free(root);
     return t;
@@ -61,7 +82,7 @@ bool field_init(struct field *f, const struct sys_system *sys, const struct sga_
 {
     int n = sys->variables, c = sol->constraints;
     *f = (struct field){ .n = n, .rows = sys->rows, .c = c, .rates = rq->rates, .rate = rq->rate, .sys = sys, .rank = -1,
-                         .manifold = manifold, .lost_pivot = -1 };
+                         .manifold = manifold, .lost_pivot = -1, .generic_rank = n - sol->free_columns };
     f->fast = sol->free_columns == 0 && rq->rates == 0;
     int *inputs = input_symbols(sys);
     expr_id *con = sga_malloc((size_t)(c + 1) * sizeof *con);
@@ -241,8 +262,8 @@ bool field_begin(struct field *f, double t, const double *x, struct sga_error *e
     int rank = f->n, bad = 0;
     load(f, t, x);
     bool ok = try_direct(f, t, x, v) || general(f, v, &rank);
-    /* a unique field has full rank; otherwise the rank at the start is what must not be lost */
-    f->rank = f->fast ? f->n : rank;
+    /* with rates the rank is higher than that of the system: what it is at the start */
+    f->rank = f->rates && rank > f->generic_rank ? rank : f->generic_rank;
     if (!ok) {
         sga_fail(err, SGA_E_NO_MOTION, "the equations have no value at the consistent start; start inside their domain");
     } else if (rank < f->rank) {
@@ -253,6 +274,10 @@ bool field_begin(struct field *f, double t, const double *x, struct sga_error *e
         for (int j = 0; j < f->n; j++)
             size = fmax(size, fabs(v[j]));
         double worst = rows_miss(f, v, &bad);
+        if (f->fast && worst > 1e-9 * size && general(f, v, &rank) && rank == f->n) {
+            f->fast = false;      /* the expressions lose digits here: solve the rows instead */
+            worst = rows_miss(f, v, &bad);
+        }
         ok = worst <= 1e-7 * size;
         if (!ok && f->rates)
             sga_fail_at(err, SGA_E_GAUGE, "/trajectory/gauge/rates", "the rates asked for contradict the motion: at the start "
@@ -334,9 +359,15 @@ bool field_eval(struct field *f, double t, const double *x, double *v)
             return true;
         }
     }
-    int rank;
+    int rank, row = 0;
     if (!general(f, v, &rank))
         return false;
     f->rank_lost = rank < f->rank;
-    return !f->rank_lost;
+    if (f->rank_lost || !f->rates)
+        return !f->rank_lost;
+    double size = 1;
+    for (int j = 0; j < f->n; j++)
+        size = fmax(size, fabs(v[j]));
+    f->contradiction = rows_miss(f, v, &row) > 1e-6 * size;
+    return !f->contradiction;
 }

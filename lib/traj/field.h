@@ -36,8 +36,10 @@ struct field {
     double *jac_value;
     double *in;                       /* variables, time */
     double *M, *rhs;
-    int rank;                         /* at the start; a loss of it is a stratum */
+    int generic_rank;                 /* of the system at general points of Pf */
+    int rank;                         /* what it must be; a loss of it is a stratum */
     bool rank_lost;                   /* set by the last evaluation */
+    bool contradiction;               /* set by the last evaluation: the rates do not fit any more */
     long evaluations;
 };
 

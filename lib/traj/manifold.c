@@ -158,6 +158,24 @@ bool manifold_project(struct manifold *m, double t, double *x, const double *sca
     return ok;
 }
 
+bool manifold_walk(struct manifold *m, double t, double *x, const double *scale, const unsigned char *held,
+                   double longest, int steps)
+{
+    for (int k = 0; k < steps; k++) {
+        double res = manifold_residual(m, t, x, scale, held), big = 0;
+        if (res < 0)
+            return false;
+        if (res < 1e-9)
+            break;
+        if (normal_step(&m->step, m->r, m->d) == 0)
+            return false;
+        for (int j = 0; j < m->n; j++)
+            big = fmax(big, fabs(m->d[j]));
+        take_step(m, x, scale, held, big > longest ? longest / big : 1);
+    }
+    return manifold_project(m, t, x, scale, held, 20, NULL, NULL, NULL);
+}
+
 /* Each step goes to the point of the linearised set that is nearest to the guess:
  * J d = -r with |guess - x - d| least, that is d = shift + e with J e = -r - J shift and e
  * of least norm. It converges linearly where the set is curved; then one plain projection. */

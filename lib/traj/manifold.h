@@ -32,6 +32,11 @@ double manifold_residual(struct manifold *m, double t, const double *x, const do
 bool manifold_project(struct manifold *m, double t, double *x, const double *scale, const unsigned char *held,
                       int steps, double *moved, double *residual, int *worst);
 
+/* As above with steps that are at most `longest` in each scaled variable: it stays on the
+ * side where it began, where full steps may fly far (from 1.5 to a zero of sin). */
+bool manifold_walk(struct manifold *m, double t, double *x, const double *scale, const unsigned char *held,
+                   double longest, int steps);
+
 /* As above, but to the point of the set nearest to x as given (in the scaled norm). */
 bool manifold_nearest(struct manifold *m, double t, double *x, const double *scale, const unsigned char *held,
                       int steps, double *moved, double *residual, int *worst);

@@ -47,7 +47,7 @@ static bool project(void *ctx, double t, double *x, const double *scale, double 
 static enum ode_reason why(void *ctx)
 {
     struct flow *f = ctx;
-    return f->field.rank_lost ? ODE_SINGULAR : ODE_LEFT_DOMAIN;
+    return f->field.rank_lost || f->field.contradiction ? ODE_SINGULAR : ODE_LEFT_DOMAIN;
 }
 
 static bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol,
@@ -203,8 +203,10 @@ static void keep(struct flow *f, const struct traj_request *rq, const struct ode
 static void say_stratum(struct flow *f, struct traj_result *r)
 {
     struct sga_buf text = { 0 };
-    r->ended_reason = "stratum";
-    if (f->field.lost_pivot >= 0 && expr_print(f->field.sys->store, f->field.pivot_expr[f->field.lost_pivot], 120, &text))
+    r->ended_reason = f->field.contradiction ? "gauge_contradiction" : "stratum";
+    if (f->field.contradiction)
+        snprintf(r->ended_detail, sizeof r->ended_detail, "the rates asked for contradict the equations beyond this time");
+    else if (f->field.lost_pivot >= 0 && expr_print(f->field.sys->store, f->field.pivot_expr[f->field.lost_pivot], 120, &text))
         snprintf(r->ended_detail, sizeof r->ended_detail,
                  "the rank of the equations drops where %s = 0: the motion is not determined beyond", text.data);
     else
