@@ -221,6 +221,74 @@ static void follow_route(struct state *s, expr_id product, struct regular *r)
     }
 }
 
+static const struct poly_limits small = { .max_terms = 400, .max_bits = 4000, .max_degree = 60, .max_generators = 24 };
+
+/* What a product, power, quotient or odd function is made of, by its shape alone: the parts
+ * that may vanish, each once. Returns how many, at most `most`. */
+static int shape_factors(struct state *s, expr_id e, expr_id *part, int most)
+{
+    expr_id stack[64];
+    int depth = 0, count = 0;
+    stack[depth++] = e;
+    while (depth) {
+        const expr_id top = stack[--depth];
+        const struct expr_node n = s->st->node[top];
+        if (facts(s, top) & EXPR_NONZERO)
+            continue;
+        if (n.op == EXPR_MUL && depth + 2 <= 64) {
+            stack[depth++] = n.b;
+            stack[depth++] = n.a;
+            continue;
+        }
+        expr_id inner = strip(s, top);
+        if (inner != top && depth < 64) {
+            stack[depth++] = inner;
+            continue;
+        }
+        bool known = false;
+        for (int i = 0; i < count; i++)
+            known |= part[i] == top;
+        if (!known && count < most)
+            part[count++] = top;
+    }
+    return count;
+}
+
+/* Too large to factor as a whole: part by part. */
+static struct regular from_shape(struct state *s, expr_id e)
+{
+    enum { PARTS = 24 };
+    struct regular r = { .answer = REGULAR_REPLACED };
+    expr_id part[PARTS];
+    int parts = shape_factors(s, e, part, PARTS);
+    for (int i = 0; i < parts; i++) {
+        struct regular q = { .answer = REGULAR_KEEP };
+        struct poly_limits limits = small;
+        struct poly_factors f;
+        limits.budget = s->options->budget;
+        if (parts > 1 && poly_numerator_factors(s->st, part[i], &limits, &f)) {
+            from_factors(s, part[i], &q, &f);
+            poly_factors_clear(&f);
+        } else {
+            add_option(&q, part + i, 1);
+        }
+        for (int k = 0; k < q.options; k++)
+            add_option(&r, q.option[k].out, q.option[k].count);
+        regular_clear(&q);
+    }
+    if (!r.options)
+        r.answer = REGULAR_NEVER;
+    else if (r.options == 1 && r.option[0].count == 1 && r.option[0].out[0] == e)
+        r.answer = REGULAR_KEEP;
+    for (int i = 1; i < r.options; i++)      /* nearest to the guess first */
+        for (int k = i; k > 0 && value_near(s, r.option[k].out[0]) < value_near(s, r.option[k - 1].out[0]); k--) {
+            struct regular_option o = r.option[k];
+            r.option[k] = r.option[k - 1];
+            r.option[k - 1] = o;
+        }
+    return r;
+}
+
 static struct regular form_of(struct state *s, expr_id e)
 {
     struct regular r = { .answer = REGULAR_KEEP };
@@ -233,25 +301,19 @@ static struct regular form_of(struct state *s, expr_id e)
         add_option(&r, &e, 1);
         return r;
     }
-    struct poly_limits limits = { .max_terms = 400, .max_bits = 4000, .max_degree = 60, .max_generators = 24,
-                                  .budget = s->options->budget };
+    struct poly_limits limits = small;
     struct poly_factors f;
+    limits.budget = s->options->budget;
     if (poly_numerator_factors(s->st, e, &limits, &f)) {
         from_factors(s, e, &r, &f);
-        if (r.options > 1)
-            follow_route(s, e, &r);
         poly_factors_clear(&f);
-        return r;
+    } else if (graph == GRAPH) {
+        add_option(&r, &e, 1);
+    } else {
+        r = from_shape(s, e);
     }
-    expr_id t = graph == GRAPH ? e : strip(s, e);
-    if (facts(s, t) & EXPR_NONZERO) {
-        r.answer = REGULAR_NEVER;
-        return r;
-    }
-    enum expr_op op = expr_op_of(s->st, e);
-    bool same = t == e || op == EXPR_NEG || op == EXPR_DIV || op == EXPR_MUL;
-    r.answer = same ? REGULAR_KEEP : REGULAR_REPLACED;
-    add_option(&r, same ? &e : &t, 1);
+    if (r.options > 1)
+        follow_route(s, e, &r);
     return r;
 }
 
