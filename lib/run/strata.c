@@ -7,7 +7,7 @@
 
 #include "differentials.h"
 #include "facts.h"
-#include "leastnorm.h"
+#include "lin_dense.h"
 #include "mem.h"
 #include "poly.h"
 
@@ -29,13 +29,15 @@ static void add(struct job *j, expr_id factor, const char *kind)
     j->stratum[j->strata++].text = sga_buf_take(&text);
 }
 
-/* Numerical rank of [A; d xi] at a point of Pf: rows scaled to largest entry 1. */
+/* Numerical rank of [A; d xi] at a point of Pf: singular values above 1e-10 of the largest,
+ * rows scaled to largest entry 1. The point is known to 64 bits, so what is 0 there comes
+ * out far below. */
 static int rank_at(struct job *j, const struct points_space *space, struct points_point *p)
 {
     const struct sys_system *sys = &j->request.system;
     int n = sys->variables, c = j->solution.constraints, m = sys->rows + c;
     double *M = sga_calloc((size_t)(m + 1) * (size_t)n, sizeof *M);
-    double *r = sga_calloc((size_t)m + 1, sizeof *r), *d = sga_calloc((size_t)n, sizeof *d);
+    double *sv = sga_calloc((size_t)(m < n ? m : n) + 1, sizeof *sv);
     struct points_space own = *space;
     own.constraints = c;
     struct points_jacobian jac;
@@ -56,11 +58,14 @@ static int rank_at(struct job *j, const struct points_space *space, struct point
         for (int k = 0; k < n && big > 0; k++)
             row[k] /= big;
     }
-    int rank = points_least_norm(m, n, M, r, d);
+    struct lin_dense dense = { .rows = m, .cols = n, .a = M };
+    int rank = 0;
+    if (lin_singular_values(&dense, sv))
+        while (rank < (m < n ? m : n) && sv[rank] > 1e-10 * sv[0])
+            rank++;
     points_jacobian_clear(&jac);
     free(M);
-    free(r);
-    free(d);
+    free(sv);
     return rank;
 }
 

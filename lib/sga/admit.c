@@ -50,9 +50,16 @@ static void push_option(struct state *s, const struct candidate *c, const struct
 static void note_branches(struct state *s, const struct regular *r, int followed)
 {
     SGA_RESERVE(s->sol->branch, s->branch_cap, s->sol->branches + r->options + 1);
-    for (int i = 0; i < r->options; i++)
+    for (int i = 0; i < r->options; i++) {
+        const struct regular_option *o = r->option + i;
+        expr_id e = o->out[0];
+        if (o->count > 1)         /* what vanishes together, as one function */
+            e = expr_powi(s->st, e, 2);
+        for (int k = 1; k < o->count; k++)
+            e = expr_add(s->st, e, expr_powi(s->st, o->out[k], 2));
         if (i != followed)
-            s->sol->branch[s->sol->branches++] = r->option[i].out[0];
+            s->sol->branch[s->sol->branches++] = e;
+    }
 }
 
 static void pop(struct state *s, int to)

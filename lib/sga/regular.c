@@ -162,11 +162,19 @@ static expr_id at_extreme(struct state *s, expr_id e)
     return op == EXPR_COSH && top ? u : e;
 }
 
-/* The factors that matter are the branches, nearest to the guess first. */
+static struct regular from_shape(struct state *s, expr_id e, bool alone);
+
+static void move_options(struct regular *to, struct regular *from)
+{
+    for (int k = 0; k < from->options; k++)
+        add_option(to, from->option[k].out, from->option[k].count);
+    regular_clear(from);
+}
+
+/* The factors that matter are the branches. */
 static void from_factors(struct state *s, expr_id e, struct regular *r, const struct poly_factors *f)
 {
     bool plain = true;       /* one simple factor, nothing else dropped */
-    double *distance = sga_calloc((size_t)f->factors + 1, sizeof *distance);
     for (int i = 0; i < f->factors; i++) {
         const struct poly_factor *q = f->factor + i;
         bool in = matters(s, q, f->factors);
@@ -178,28 +186,36 @@ static void from_factors(struct state *s, expr_id e, struct regular *r, const st
         if (q->sum_of_even_powers && q->radicals > 0) {
             plain = false;
             add_option(r, q->radical, q->radicals);
-        } else {
-            expr_id better = at_extreme(s, q->expr);
-            plain = plain && better == q->expr;
-            add_option(r, &better, 1);
+            struct regular_option *o = r->option + r->options - 1;
+            for (int k = 0; k < o->count; k++)
+                o->out[k] = strip(s, o->out[k]);
+            continue;
         }
-        int k = r->options - 1;
-        distance[k] = value_near(s, q->expr);
-        for (; k > 0 && distance[k] < distance[k - 1]; k--) {
-            double d = distance[k];
-            struct regular_option o = r->option[k];
-            distance[k] = distance[k - 1];
-            r->option[k] = r->option[k - 1];
-            distance[k - 1] = d;
-            r->option[k - 1] = o;
+        expr_id better = at_extreme(s, q->expr), inner = strip(s, better);
+        plain = plain && inner == q->expr;
+        if (inner == better) {
+            add_option(r, &better, 1);
+        } else {              /* abs(u), sqrt(u), ... vanish with u, which may be a product */
+            struct regular sub = from_shape(s, inner, true);
+            move_options(r, &sub);
         }
     }
-    free(distance);
     r->answer = !r->options ? REGULAR_NEVER : REGULAR_REPLACED;
     if (r->options == 1 && plain) {
         r->answer = REGULAR_KEEP;
         r->option[0].out[0] = e;
     }
+}
+
+/* Nearest to the guess first. */
+static void sort_options(struct state *s, struct regular *r)
+{
+    for (int i = 1; i < r->options; i++)
+        for (int k = i; k > 0 && value_near(s, r->option[k].out[0]) < value_near(s, r->option[k - 1].out[0]); k--) {
+            struct regular_option o = r->option[k];
+            r->option[k] = r->option[k - 1];
+            r->option[k - 1] = o;
+        }
 }
 
 /* Begin with the branch that the route takes; those before it come last. */
@@ -254,38 +270,31 @@ static int shape_factors(struct state *s, expr_id e, expr_id *part, int most)
     return count;
 }
 
-/* Too large to factor as a whole: part by part. */
-static struct regular from_shape(struct state *s, expr_id e)
+/* Part by part: what is too large to factor as a whole, or (alone) what stood inside a
+ * function that vanishes with it. */
+static struct regular from_shape(struct state *s, expr_id e, bool alone)
 {
     enum { PARTS = 24 };
     struct regular r = { .answer = REGULAR_REPLACED };
     expr_id part[PARTS];
     int parts = shape_factors(s, e, part, PARTS);
     for (int i = 0; i < parts; i++) {
-        struct regular q = { .answer = REGULAR_KEEP };
         struct poly_limits limits = small;
         struct poly_factors f;
         limits.budget = s->options->budget;
-        if (parts > 1 && poly_numerator_factors(s->st, part[i], &limits, &f)) {
+        if ((parts > 1 || alone) && poly_numerator_factors(s->st, part[i], &limits, &f)) {
+            struct regular q = { .answer = REGULAR_KEEP };
             from_factors(s, part[i], &q, &f);
             poly_factors_clear(&f);
+            move_options(&r, &q);
         } else {
-            add_option(&q, part + i, 1);
+            add_option(&r, part + i, 1);
         }
-        for (int k = 0; k < q.options; k++)
-            add_option(&r, q.option[k].out, q.option[k].count);
-        regular_clear(&q);
     }
     if (!r.options)
         r.answer = REGULAR_NEVER;
     else if (r.options == 1 && r.option[0].count == 1 && r.option[0].out[0] == e)
         r.answer = REGULAR_KEEP;
-    for (int i = 1; i < r.options; i++)      /* nearest to the guess first */
-        for (int k = i; k > 0 && value_near(s, r.option[k].out[0]) < value_near(s, r.option[k - 1].out[0]); k--) {
-            struct regular_option o = r.option[k];
-            r.option[k] = r.option[k - 1];
-            r.option[k - 1] = o;
-        }
     return r;
 }
 
@@ -310,8 +319,9 @@ static struct regular form_of(struct state *s, expr_id e)
     } else if (graph == GRAPH) {
         add_option(&r, &e, 1);
     } else {
-        r = from_shape(s, e);
+        r = from_shape(s, e, false);
     }
+    sort_options(s, &r);
     if (r.options > 1)
         follow_route(s, e, &r);
     return r;
