@@ -8,7 +8,7 @@
  * Layers, each in its own file: driver.c (the march), control.c (step sizes), a method
  * (method.h; a const struct of functions, e.g. dop853.c), sample.c (dense output and its
  * projection), ending.c (why a march stopped), global.c (the second solution for the
- * error estimate). manifold.h makes the `project` callback from xi and its Jacobian. */
+ * error estimate). */
 #ifndef SGA_ODE_H
 #define SGA_ODE_H
 

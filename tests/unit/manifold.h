@@ -1,5 +1,46 @@
-/* Projection by Gauss-Newton steps of least weighted norm; see the header. */
-#include "manifold.h"
+/* A projection for the tests of the integrator: Gauss-Newton steps of least weighted norm by
+ * lin_kkt, independent of the one that trajectories use. */
+#ifndef TESTS_UNIT_MANIFOLD_H
+#define TESTS_UNIT_MANIFOLD_H
+
+#include "lin_sparse.h"
+#include "ode.h"
+
+struct ode_constraints {
+    int c, n;
+    void *ctx;
+    const struct lin_sparse *pattern;  /* of d xi / d x, c x n; copied */
+    const bool *held;                  /* n: not to be moved; copied; NULL: none */
+    /* xi (c), and where J is not NULL the Jacobian's values in the pattern's order, at
+     * (t, x). False: not defined there. */
+    bool (*eval)(void *ctx, double t, const double *x, double *xi, double *J);
+};
+
+struct ode_manifold;
+static struct ode_manifold *ode_manifold_new(const struct ode_constraints *xi);
+static void ode_manifold_free(struct ode_manifold *m);
+
+/* Moves x onto the manifold at time t; the contract of ode_problem.project with m in
+ * place of ctx. Normally one Newton step, after which the residual is at rounding level:
+ * |xi_i| below a few roundings of sum_j |J_ij| |x_j|, or as small as further steps make
+ * it while below 1e-9 of that sum. At most 50 steps (starts may be far). */
+static bool ode_manifold_project(struct ode_manifold *m, double t, double *x, const double *scale,
+                          double *moved, double *residual);
+/* The largest |xi_i|; INFINITY where they are not defined. */
+static double ode_manifold_residual(struct ode_manifold *m, double t, const double *x);
+/* Why the last projection failed: LEFT_DOMAIN (xi not defined), SINGULAR (dependent rows
+ * and no way on) or CONSTRAINT_LOST (no convergence). */
+static enum ode_reason ode_manifold_why(const struct ode_manifold *m);
+
+/* The nearest point: x (in: a guess; out: on the manifold) made to minimise
+ * sum_j ((x_j - target_j)/scale_j)^2 over the manifold near the guess, by steps of
+ * lin_kkt towards the target, each projected and cut until the distance falls. Linear
+ * convergence, fast where the target is close against the manifold's curvature; a local
+ * minimum. `tolerance`: stop when a step is below it in units of scale (root mean
+ * square). Where rows are dependent (held columns, say) see ode_manifold_project.
+ * False as there; also after 200 steps. */
+static bool ode_manifold_nearest(struct ode_manifold *m, double t, const double *target,
+                          const double *scale, double tolerance, double *x);
 
 #include <float.h>
 #include <math.h>
@@ -26,7 +67,7 @@ struct ode_manifold {
     enum ode_reason why;
 };
 
-struct ode_manifold *ode_manifold_new(const struct ode_constraints *xi)
+static struct ode_manifold *ode_manifold_new(const struct ode_constraints *xi)
 {
     struct ode_manifold *m = sga_calloc(1, sizeof *m);
     size_t n = (size_t)xi->n, c = (size_t)xi->c;
@@ -47,7 +88,7 @@ struct ode_manifold *ode_manifold_new(const struct ode_constraints *xi)
     return m;
 }
 
-void ode_manifold_free(struct ode_manifold *m)
+static void ode_manifold_free(struct ode_manifold *m)
 {
     if (!m)
         return;
@@ -58,7 +99,7 @@ void ode_manifold_free(struct ode_manifold *m)
     free(m);
 }
 
-enum ode_reason ode_manifold_why(const struct ode_manifold *m)
+static enum ode_reason ode_manifold_why(const struct ode_manifold *m)
 {
     return m->why;
 }
@@ -147,7 +188,7 @@ static bool newton(struct ode_manifold *m, double t, double *x, double *residual
     return give_up(m, ODE_CONSTRAINT_LOST);
 }
 
-bool ode_manifold_project(struct ode_manifold *m, double t, double *x, const double *scale,
+static bool ode_manifold_project(struct ode_manifold *m, double t, double *x, const double *scale,
                           double *moved, double *residual)
 {
     memcpy(m->x0, x, (size_t)m->xi.n * sizeof *x);
@@ -158,7 +199,7 @@ bool ode_manifold_project(struct ode_manifold *m, double t, double *x, const dou
     return true;
 }
 
-double ode_manifold_residual(struct ode_manifold *m, double t, const double *x)
+static double ode_manifold_residual(struct ode_manifold *m, double t, const double *x)
 {
     double most = 0;
     if (!evaluate(m, t, x, false))
@@ -192,7 +233,7 @@ static bool nearer(struct ode_manifold *m, double t, const double *target,
     return found;
 }
 
-bool ode_manifold_nearest(struct ode_manifold *m, double t, const double *target,
+static bool ode_manifold_nearest(struct ode_manifold *m, double t, const double *target,
                           const double *scale, double tolerance, double *x)
 {
     double moved, residual;
@@ -216,3 +257,5 @@ bool ode_manifold_nearest(struct ode_manifold *m, double t, const double *target
     }
     return give_up(m, ODE_CONSTRAINT_LOST);
 }
+
+#endif
