@@ -2,11 +2,15 @@
 
 Nothing is reduced here. For the form `equations` the residual is the user's own text
 with each derivative taken from the state where the result lists it as a variable and
-from the velocity otherwise, so the order reduction of the C code is checked too.
+from the velocity otherwise, so the order reduction of the C code is checked too. The other forms are built here
+from their definitions, by routes of their own.
 """
+import itertools
+import re
 from fractions import Fraction
 
 from expression import Graph
+from symbolic import Derivatives
 
 
 def as_list(x):
@@ -34,12 +38,16 @@ class Problem:
                 self.parameters.append(name)
             else:
                 g.define(name, value)
-        user = as_list(system["variables"])
+        user = as_list(system["coordinates" if self.form == "lagrangian" else "variables"])
+        self.restrict = []
         if self.form == "quasilinear":
             self.names = user
             self._quasilinear(system)
         elif self.form == "equations":
             self._equations(system, user, names)
+        elif self.form in ("linear", "control", "hamiltonian", "lagrangian"):
+            self.d = Derivatives(g)
+            getattr(self, "_" + self.form)(system, user)
         else:
             raise ValueError(self.form)
 
@@ -90,3 +98,110 @@ class Problem:
             else:
                 new[e] = g.make(op, *[new[a] for a in args])
         return new[root]
+
+    def _matrix(self, given, rows, cols):
+        """A matrix of nodes, dense; rows None: as many as are written."""
+        g = self.graph
+        if isinstance(given, dict):
+            m = [[g.const(0)] * given["cols"] for _ in range(given["rows"])]
+            for i, j, e in given["entries"]:
+                m[i][j] = self.d.add(m[i][j], g.parse(e))
+            return m
+        given = as_list(given)
+        flat = not any(isinstance(r, list) for r in given)
+        if flat and cols > 1 and len(given) == cols and rows in (None, 1):
+            given = [given]
+        return [[g.parse(e) for e in as_list(r)] for r in given]
+
+    def speed(self, name):
+        return self.graph.sym("@" + name)
+
+    def _linear(self, system, user):
+        """A x' - B x - C u, where u is D x' or what stands under inputs."""
+        g, d = self.graph, self.d
+        A = self._matrix(system["A"], None, len(user))
+        B = self._matrix(system["B"], len(A), len(user))
+        self.names = list(user)
+        u = []
+        if "D" in system:
+            u = [d.sum(d.mul(e, self.speed(n)) for e, n in zip(r, user)) for r in self._matrix(system["D"], None, len(user))]
+        else:
+            for e in as_list(system.get("inputs", [])):
+                known = set(user) | {self.time, "pi"} | set(system.get("parameters") or {})
+                if isinstance(e, str) and re.fullmatch("[A-Za-z_][A-Za-z_0-9]*", e) and e not in known:
+                    self.names.append(e)
+                u.append(g.parse(e))
+        C = self._matrix(system["C"], len(A), len(u)) if "C" in system else [[] for _ in A]
+        self.rows = [d.sub(d.sub(d.sum(d.mul(e, self.speed(n)) for e, n in zip(a, user)),
+                                 d.sum(d.mul(e, g.sym(n)) for e, n in zip(b, user))),
+                           d.sum(d.mul(e, v) for e, v in zip(c, u))) for a, b, c in zip(A, B, C)]
+
+    def _control(self, system, user):
+        g, d = self.graph, self.d
+        inputs = as_list(system["inputs"])
+        self.names = user + inputs
+        G = self._matrix(system["G"], len(inputs), len(user))
+        self.rows = [d.sub(self.speed(n), d.add(g.parse(f), d.sum(d.mul(r[i], g.sym(u)) for r, u in zip(G, inputs))))
+                     for i, (n, f) in enumerate(zip(user, as_list(system["F"])))]
+        self.rows += [g.parse(c) for c in as_list(system["constraints"])]
+
+    def _determinant(self, m):
+        """By the first column."""
+        if not m:
+            return self.graph.const(1)
+        d, total = self.d, self.graph.const(0)
+        for i, r in enumerate(m):
+            part = d.mul(r[0], self._determinant([q[1:] for k, q in enumerate(m) if k != i]))
+            total = d.add(total, part) if i % 2 == 0 else d.sub(total, part)
+        return total
+
+    def _hamiltonian(self, system, user):
+        """omega(x', e) = dH(e), for all e; on a submanifold for e tangent to it: those are spanned
+        by the cofactor vectors of the differentials, one for each choice of m + 1 variables."""
+        g, d, n = self.graph, self.d, len(user)
+        self.names = user
+        H = g.parse(system["hamiltonian"])
+        if "omega" in system:
+            omega = self._matrix(system["omega"], n, n)
+        else:
+            omega = [[g.const((j == i + n // 2) - (i == j + n // 2)) for j in range(n)] for i in range(n)]
+        whole = [d.sub(d.sum(d.mul(omega[j][i], self.speed(user[j])) for j in range(n)), d.of(H, user[i])) for i in range(n)]
+        self.restrict = [g.parse(e) for e in as_list(system.get("restrict", []))]
+        J = [[d.of(e, v) for v in user] for e in self.restrict]
+        self.rows = []
+        for chosen in itertools.combinations(range(n), len(J) + 1):
+            total = g.const(0)
+            for k, i in enumerate(chosen):
+                minor = self._determinant([[r[j] for j in chosen if j != i] for r in J])
+                total = d.add(total, d.mul(minor, whole[i])) if k % 2 == 0 else d.sub(total, d.mul(minor, whole[i]))
+            if not d.zero(total):
+                self.rows.append(total)
+
+    def _lagrangian(self, system, user):
+        """d/dt dL/dv by the chain rule; or the contraction of sum dq ^ dp, with E differentiated as it is."""
+        g, d, n = self.graph, self.d, len(user)
+        v = [q + "'" for q in user]
+        L = g.parse(system["lagrangian"])
+        constraints = [g.parse(e) for e in as_list(system.get("holonomic", []))]
+        taken = set(user) | {self.time} | set(system.get("parameters") or {})
+        multipliers = []
+        for k in range(len(constraints)):
+            name = f"lambda{k + 1}"
+            while name in taken:
+                name += "_"
+            multipliers.append(name)
+        self.names = user + v + multipliers
+        force = [g.parse(e) for e in as_list(system.get("forces", [0] * n))]
+        force = [d.add(f, d.sum(d.mul(g.sym(m), d.of(c, q)) for m, c in zip(multipliers, constraints)))
+                 for f, q in zip(force, user)]
+        p = [d.of(L, w) for w in v]
+        rate = [d.add(d.of(e, self.time), d.sum(d.mul(d.of(e, z), self.speed(z)) for z in user + v)) for e in p]
+        if system.get("second_order", True):
+            self.rows = [d.sub(self.speed(q), g.sym(w)) for q, w in zip(user, v)]
+            self.rows += [d.sub(d.sub(r, d.of(L, q)), f) for r, q, f in zip(rate, user, force)]
+        else:
+            E = d.sub(d.sum(d.mul(g.sym(w), e) for w, e in zip(v, p)), L)
+            left = [d.sum(d.mul(self.speed(q), d.of(e, z)) for q, e in zip(user, p)) for z in user + v]
+            self.rows = [d.sub(d.sub(a, d.of(E, z)), d.sub(r, f)) for a, z, r, f in zip(left, user, rate, force)]
+            self.rows += [d.sub(a, d.of(E, z)) for a, z in zip(left[n:], v)]
+        self.rows += constraints

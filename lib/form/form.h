@@ -26,4 +26,77 @@ struct form_quasilinear {
 /* Rows are named "row i". Cost: the number of entries. */
 void form_quasilinear(struct sys_system *s, const struct form_quasilinear *in);
 
+struct form_matrix {
+    int rows, cols;
+    const struct form_entry *entry; size_t entries;     /* any order; equal places add up */
+};
+
+/* A x' = B x + C u with constant matrices; with feedback u = D x', that is
+ * (A - C D) x' = B x. */
+struct form_linear {
+    const int *variable; int variables;
+    struct form_matrix A, B, C, D;       /* C, D: 0 x 0 where they are absent */
+    const expr_id *u;                    /* C.cols of them where there is no D */
+    const int *input; int inputs;        /* those of u that are variables themselves */
+};
+
+/* Rows are named "row i", inputs have the role "input". Cost: the number of entries, and
+ * for each entry of C the entries of one row of D. */
+void form_linear(struct sys_system *s, const struct form_linear *in);
+
+/* x' = F + sum u_j G_j on the zero set of the constraints. */
+struct form_control {
+    const int *variable; int variables;
+    const int *input; int inputs;
+    const expr_id *F;                    /* one for each variable */
+    struct form_matrix G;                /* inputs x variables */
+    const expr_id *constraint; int constraints;
+};
+
+/* Variables are x and then u (role "input"). Rows are named "equation of x" and
+ * "constraints[i]". Cost: the number of entries. */
+void form_control(struct sys_system *s, const struct form_control *in);
+
+/* i_X omega = dH, that is Omega^T x' = grad H with omega_ij = omega(d_i, d_j), on the zero
+ * set of the restrictions; there it is pulled back: N^T (Omega^T x' - grad H) = 0, where
+ * the columns of N span the kernel of the restrictions' differentials. So the result does not
+ * depend on how H goes on outside (Gotay, Nester & Hinds, J. Math. Phys. 19 (1978) 2388).
+ *
+ * N comes from elimination without division, except by constants: a pivot that is not
+ * constant stays as a factor of the rows, and where it vanishes is a stratum. The
+ * differentials are taken to have the same rank on the zero set as in general. */
+struct form_hamiltonian {
+    const int *variable; int variables;
+    expr_id hamiltonian;
+    const struct form_matrix *omega;     /* NULL: canonical, q1..qk, p1..pk (variables even) */
+    const expr_id *restriction; int restrictions;
+};
+
+/* Is entry (i, j) + entry (j, i) zero by rational identities? Decided at a random point. Returns
+ * the first entry whose sum is not, or the number of entries. Cost: entries log entries, and the cones of the sums. */
+size_t form_not_antisymmetric(struct expr_store *st, const struct form_matrix *m);
+
+/* Rows are named "row i". Cost: cubic in the number of restrictions and variables that they
+ * depend on, in the worst case. */
+void form_hamiltonian(struct sys_system *s, const struct form_hamiltonian *in);
+
+/* The Euler-Lagrange equations of L(q, v, t), W the Hessian of L in v:
+ *   second order:  q' = v,  W v' = dL/dq - (d2L/dv dq) v - d2L/dv dt + F + (dg/dq)^T lambda
+ *   otherwise i_X omega_L = dE_L alone (E_L = v dL/dv - L, omega_L = sum dq ^ d(dL/dv)):
+ *     W v' + (P - P^T) q' = dL/dq - P^T v - d2L/dv dt + F + (dg/dq)^T lambda,  W q' = W v
+ *   with P = d2L/dv dq;  and 0 = g.
+ * The velocities stand in the store as EXPR_VARIABLE. */
+struct form_lagrangian {
+    const int *coordinate, *velocity; int coordinates;
+    expr_id lagrangian;
+    bool second_order;
+    const expr_id *force;                    /* one for each coordinate, or NULL */
+    const expr_id *constraint; int constraints;   /* g(q, t) */
+    const int *multiplier;                   /* one for each constraint */
+};
+
+/* Variables are q, v (role "velocity"), lambda (role "multiplier"). Cost: one gradient for
+ * L, each momentum and each constraint. */
+void form_lagrangian(struct sys_system *s, const struct form_lagrangian *in);
+
 #endif

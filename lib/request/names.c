@@ -6,7 +6,7 @@
 #include "reader.h"
 #include "suggest.h"
 
-static bool is_identifier(const char *s)
+bool is_identifier(const char *s)
 {
     if (!*s || (*s >= '0' && *s <= '9'))
         return false;

@@ -8,15 +8,21 @@
 
 static const char *const quasilinear_members[] = { "variables", "A", "alpha", "restrict", "transpose", NULL };
 static const char *const equations_members[] = { "variables", "equations", NULL };
+static const char *const linear_members[] = { "variables", "A", "B", "C", "inputs", "D", NULL };
+static const char *const control_members[] = { "variables", "inputs", "F", "G", "constraints", NULL };
+static const char *const hamiltonian_members[] = { "variables", "hamiltonian", "omega", "restrict", NULL };
+static const char *const lagrangian_members[] = {
+    "coordinates", "lagrangian", "second_order", "forces", "holonomic", NULL
+};
 
 /* The forms of the vocabulary. A new form is a reader here and a file in the form folder. */
 static const struct form_kind form_table[] = {
     { "quasilinear", read_quasilinear, quasilinear_members },
     { "equations", read_equations, equations_members },
-    { "linear", NULL, NULL },
-    { "control", NULL, NULL },
-    { "hamiltonian", NULL, NULL },
-    { "lagrangian", NULL, NULL },
+    { "linear", read_linear, linear_members },
+    { "control", read_control, control_members },
+    { "hamiltonian", read_hamiltonian, hamiltonian_members },
+    { "lagrangian", read_lagrangian, lagrangian_members },
     { "mechanical", NULL, NULL },
     { "operator", NULL, NULL },
 };

@@ -5,6 +5,7 @@
 #include <jansson.h>
 
 #include "equations.h"
+#include "form.h"
 #include "parse.h"
 #include "request.h"
 
@@ -58,6 +59,7 @@ bool store_ok(struct reader *rd);
 /* names.c: a new symbol under a name that is allowed and not taken; its index or -1. */
 int read_new_name(struct reader *rd, const json_t *v, enum expr_symbol_kind kind);
 int new_name(struct reader *rd, const char *name, enum expr_symbol_kind kind);
+bool is_identifier(const char *s);
 /* The state variable of a name (x, x', der(x, 2)); index into system.variable or -1. */
 int state_variable(struct reader *rd, const char *name);
 /* For struct expr_grammar once the system stands: x' where it is a state variable. */
@@ -83,6 +85,29 @@ bool read_quasilinear(struct reader *rd, const json_t *system);
 bool read_equations(struct reader *rd, const json_t *system);
 /* The member `variables` as new symbols; caller frees. NULL on failure. */
 int *read_variables(struct reader *rd, const json_t *system, const char *member, int *count);
+
+bool read_linear(struct reader *rd, const json_t *system);
+bool read_control(struct reader *rd, const json_t *system);
+bool read_hamiltonian(struct reader *rd, const json_t *system);
+bool read_lagrangian(struct reader *rd, const json_t *system);
+
+/* read_matrix.c: a member that is a matrix, dense or sparse, of a size that is known.
+ * The caller frees entry, also after a failure. */
+struct read_matrix {
+    const char *name;                     /* the member */
+    int rows, cols;
+    const char *per_row, *per_col;        /* what there is one row, one column for */
+    const char *hint;                     /* said after a wrong number of rows, or NULL */
+    bool constant;                        /* no entry may depend on variables or time */
+    struct form_entry *entry;
+    size_t entries, cap;
+};
+bool read_matrix(struct reader *rd, const json_t *system, struct read_matrix *m);
+/* How many rows the member has as it is written. One flat list of `cols` entries is one row. */
+bool read_matrix_rows(struct reader *rd, const json_t *system, const char *member, int cols, int *rows);
+/* A list of expressions under a member; caller frees, also after a failure. count -1: the
+ * member is absent. */
+bool read_expression_list(struct reader *rd, const json_t *system, const char *member, expr_id **list, int *count);
 
 /* json.c: text to JSON, or err with line and column. The caller releases it. */
 json_t *load_json(const char *text, size_t length, struct sga_error *err);

@@ -44,7 +44,7 @@ static const struct {
     { "{\"system\":[]}", SGA_E_SCHEMA, "/system", 0, 0, "an array" },
     { "{\"system\":{}}", SGA_E_MISSING_MEMBER, "/system", 0, 0, "form" },
     { "{\"system\":{\"form\":\"quasi-linear\"}}", SGA_E_SCHEMA, "/system/form", 0, 0, "\"quasilinear\"" },
-    { "{\"system\":{\"form\":\"lagrangian\"}}", SGA_E_NOT_SUPPORTED, "/system/form", 0, 0, "\"equations\"" },
+    { "{\"system\":{\"form\":\"mechanical\"}}", SGA_E_NOT_SUPPORTED, "/system/form", 0, 0, "\"equations\"" },
     { QL("\"A\":1,\"alpha\":1"), SGA_E_MISSING_MEMBER, "/system", 0, 0, "variables" },
     { QL("\"variables\":\"x\",\"alpha\":1"), SGA_E_MISSING_MEMBER, "/system", 0, 0, "\"A\"" },
     { QL("\"variables\":\"x\",\"A\":1"), SGA_E_MISSING_MEMBER, "/system", 0, 0, "alpha" },

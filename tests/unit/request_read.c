@@ -159,10 +159,44 @@ static void canonical(void)
     sga_buf_free(&b[1]);
 }
 
+/* One request of each other form: variables with their roles, rows, square. */
+static void other_forms(void)
+{
+    static const struct {
+        const char *system;
+        int variables, rows, restrictions;
+        bool square;
+        const char *last, *role;
+    } table[] = {
+        { "\"form\":\"linear\",\"variables\":\"x\",\"A\":1,\"B\":-1,\"C\":1,\"inputs\":\"sin(t)\"", 1, 1, 0, true, "x", "variable" },
+        { "\"form\":\"linear\",\"variables\":\"x\",\"A\":1,\"B\":-1,\"C\":[[1,2]],\"inputs\":[\"u\",3]", 2, 1, 0, false, "u", "input" },
+        { "\"form\":\"linear\",\"variables\":\"x\",\"A\":1,\"B\":-1,\"C\":2,\"D\":3,\"inputs\":\"u\"", 1, 1, 0, true, "x", "variable" },
+        { "\"form\":\"control\",\"variables\":\"x\",\"inputs\":\"u\",\"F\":0,\"G\":1,\"constraints\":\"x\"", 2, 2, 0, true, "u", "input" },
+        { "\"form\":\"hamiltonian\",\"variables\":[\"q\",\"p\"],\"hamiltonian\":\"p^2\"", 2, 2, 0, true, "p", "variable" },
+        { "\"form\":\"hamiltonian\",\"variables\":[\"q\",\"p\"],\"hamiltonian\":\"p^2\",\"restrict\":\"p\"", 2, 1, 1, false, "p", "variable" },
+        { "\"form\":\"lagrangian\",\"coordinates\":\"q\",\"lagrangian\":\"der(q)^2 - q\"", 2, 2, 0, true, "q'", "velocity" },
+        { "\"form\":\"lagrangian\",\"coordinates\":\"q\",\"lagrangian\":\"q'^2\",\"holonomic\":\"q\"", 3, 3, 0, true, "lambda1", "multiplier" },
+    };
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        char text[400];
+        struct request r;
+        snprintf(text, sizeof text, "{\"system\":{%s}}", table[i].system);
+        if (!read(&r, text))
+            continue;
+        const struct sys_system *s = &r.system;
+        CHECK(s->variables == table[i].variables && s->rows == table[i].rows && s->restrictions == table[i].restrictions
+                  && s->square == table[i].square, "%s", table[i].system);
+        CHECK(strcmp(name_of(&r, s->variables - 1), table[i].last) == 0
+                  && strcmp(s->variable[s->variables - 1].role, table[i].role) == 0, "%s", table[i].system);
+        request_clear(&r);
+    }
+}
+
 int main(void)
 {
     quasilinear();
     spellings();
+    other_forms();
     equations();
     times();
     canonical();

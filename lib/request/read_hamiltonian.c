@@ -1,0 +1,76 @@
+/* The form `hamiltonian`: the function, the 2-form (canonical if left out), restrictions. */
+#include <stdlib.h>
+
+#include "form.h"
+#include "mem.h"
+#include "reader.h"
+
+static bool check_antisymmetric(struct reader *rd, const struct read_matrix *m)
+{
+    struct form_matrix w = { .rows = m->rows, .cols = m->cols, .entry = m->entry, .entries = m->entries };
+    size_t k = form_not_antisymmetric(&rd->r->store, &w);
+    if (k == m->entries)
+        return true;
+    const struct form_entry *e = m->entry + k;
+    at_member(rd, "omega");
+    return at_fail(rd, SGA_E_SHAPE, "omega is not antisymmetric: its entries (%d, %d) and (%d, %d) do not add up to 0",
+                   e->row, e->col, e->col, e->row);
+}
+
+static bool read_two_form(struct reader *rd, const json_t *system, struct read_matrix *m, int n)
+{
+    m->rows = m->cols = n;
+    if (json_object_get(system, "omega"))
+        return read_matrix(rd, system, m) && check_antisymmetric(rd, m);
+    if (n % 2 == 0)
+        return true;
+    at_member(rd, "variables");
+    return at_fail(rd, SGA_E_SHAPE, "without omega the variables are q1, ..., qk, p1, ..., pk; there are %d", n);
+}
+
+static bool read_function(struct reader *rd, const json_t *system, expr_id *e)
+{
+    const json_t *v = need_member(rd, system, "hamiltonian");
+    if (!v)
+        return false;
+    size_t mark = at_member(rd, "hamiltonian");
+    *e = read_expression(rd, v, NULL);
+    if (*e)
+        at_back(rd, mark);
+    return *e != EXPR_UNDEF;
+}
+
+/* The pull-back works on dense matrices of expressions. */
+enum { MAX_DENSE = 1000000 };
+
+static bool check_size(struct reader *rd, int variables, int restrictions)
+{
+    if (restrictions <= 0 || (long)variables * (variables + restrictions) <= MAX_DENSE)
+        return true;
+    at_member(rd, "restrict");
+    return at_fail(rd, SGA_E_LIMIT_VARIABLES, "%d functions of %d variables: the limit of variables * (variables + functions) is %d",
+                   restrictions, variables, MAX_DENSE);
+}
+
+bool read_hamiltonian(struct reader *rd, const json_t *system)
+{
+    struct form_hamiltonian f = { 0 };
+    struct read_matrix omega = { .name = "omega", .per_row = "variables", .per_col = "variables" };
+    expr_id *restriction = NULL;
+    int *variable = read_variables(rd, system, "variables", &f.variables);
+    bool ok = variable && read_function(rd, system, &f.hamiltonian) && read_two_form(rd, system, &omega, f.variables)
+        && read_expression_list(rd, system, "restrict", &restriction, &f.restrictions)
+        && check_size(rd, f.variables, f.restrictions);
+    if (ok) {
+        struct form_matrix m = { .rows = f.variables, .cols = f.variables, .entry = omega.entry, .entries = omega.entries };
+        f.variable = variable;
+        f.omega = json_object_get(system, "omega") ? &m : NULL;
+        f.restriction = restriction;
+        f.restrictions = f.restrictions > 0 ? f.restrictions : 0;
+        form_hamiltonian(&rd->r->system, &f);
+    }
+    free(variable);
+    free(omega.entry);
+    free(restriction);
+    return ok;
+}
