@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "derive.h"
 #include "lin.h"
 #include "mem.h"
 
@@ -89,6 +90,35 @@ static bool reduce(struct job *j)
     return ok;
 }
 
+static bool affine(struct job *j, expr_id e)
+{
+    struct expr_store *st = &j->request.store;
+    for (int i = 0; i < j->request.system.variables; i++)
+        if (!expr_is_const(st, expr_diff(st, e, j->request.system.variable[i].symbol)))
+            return false;
+    return true;
+}
+
+/* The Hamiltonian form pulls its equations back by the differentials of `restrict`. Where
+ * one of these functions follows from the others on their zero set only, a factor of the
+ * pulled-back equations may vanish there and take an equation with it: refused. */
+static bool check_restrict(struct job *j)
+{
+    const struct sys_system *sys = &j->request.system;
+    int kept = 0;
+    bool plain = true;
+    if (strcmp(j->request.form, "hamiltonian") != 0 || j->solution.verdict == SGA_INCONSISTENT)
+        return true;
+    for (int i = 0; i < j->solution.constraints; i++)
+        kept += j->solution.constraint[i].origin == SGA_FROM_RESTRICTION;
+    for (int i = 0; i < sys->restrictions; i++)
+        plain = plain && affine(j, sys->restriction[i]);
+    if (plain || kept >= sys->restrictions)
+        return true;
+    return sga_fail_at(j->err, SGA_E_IRREGULAR, "/system/restrict", "some functions of restrict follow from the others on "
+                       "their common zeros; leave those out");
+}
+
 static void job_clear(struct job *j)
 {
     if (j->has_texts)
@@ -120,7 +150,7 @@ bool sga_run(const char *request, size_t length, const struct sga_run_options *o
     bool ok = check_wants(&j);
     if (ok) {
         set_near(&j);
-        ok = reduce(&j) && answer_texts(&j);
+        ok = reduce(&j) && check_restrict(&j) && answer_texts(&j);
     }
     if (ok)
         answer_strata(&j);
