@@ -310,6 +310,10 @@ static void write_evidence(struct job *j, struct sga_json *w)
         sga_json_end_object(w);
         sga_buf_free(&text);
     }
+    if (sol->not_factored) {      /* a branch may have gone unseen */
+        sga_json_key(w, "factors_not_searched");
+        sga_json_bool(w, true);
+    }
     if (sol->dense_blocks) {      /* their zeros are not among the strata */
         sga_json_key(w, "determinants_assumed_not_zero");
         sga_json_int(w, sol->dense_blocks);

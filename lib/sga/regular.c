@@ -320,6 +320,7 @@ static struct regular form_of(struct state *s, expr_id e)
         add_option(&r, &e, 1);
     } else {
         r = from_shape(s, e, false);
+        s->sol->not_factored = true;
     }
     sort_options(s, &r);
     if (r.options > 1)
@@ -378,6 +379,7 @@ struct regular regular_form(struct state *s, expr_id e)
 {
     struct regular r = form_of(s, e);
     int c = s->sol->constraints + s->pendings;
+    s->sol->not_factored |= c > REGULAR_REDUCE;
     if (r.answer != REGULAR_KEEP || c == 0 || c > REGULAR_REDUCE || fresh_graph(s, e)
         || regular_all_affine(s, e))
         return r;
