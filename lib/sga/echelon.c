@@ -51,6 +51,8 @@ int ech_zero(const struct ech_context *c, expr_id e)
             *c->err = c->st->error;
         return -1;
     }
+    if (!sga_budget_ok(c->budget, c->err))
+        return -1;
     struct points_decision d = points_shadow_zero(c->shadow, e);
     if (d.truth != POINTS_UNKNOWN)
         return d.truth == POINTS_ZERO;
