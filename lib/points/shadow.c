@@ -43,6 +43,7 @@ void points_shadow_forget(struct points_shadow *s)
 void points_shadow_clear(struct points_shadow *s)
 {
     points_shadow_forget(s);
+    free(s->zero);
     expr_cone_clear(&s->cone);
 }
 
@@ -247,10 +248,22 @@ static struct points_decision decide(struct points_shadow *s, expr_id e)
     return d;
 }
 
+static void keep_zero(struct points_shadow *s, expr_id e, struct points_decision d)
+{
+    if (d.truth != POINTS_ZERO || d.basis == POINTS_EXACT || s->zeros >= POINTS_ZEROS_KEPT)
+        return;
+    for (int i = 0; i < s->zeros; i++)
+        if (s->zero[i].expr == e)
+            return;
+    SGA_RESERVE(s->zero, s->zero_cap, s->zeros + 1);
+    s->zero[s->zeros++] = (struct points_zero){ e, d };
+}
+
 struct points_decision points_shadow_zero(struct points_shadow *s, expr_id e)
 {
     struct points_decision d = decide(s, e);
     s->count[d.basis]++;
+    keep_zero(s, e, d);
     if (d.basis == POINTS_ZERO_NUMERIC && d.digits < s->least_digits)
         s->least_digits = d.digits;
     return d;

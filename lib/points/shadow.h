@@ -34,6 +34,13 @@ struct points_decision {
     int modular;         /* modular points that agree */
 };
 
+/* A zero that was not exact, kept for the evidence. */
+struct points_zero {
+    expr_id expr;
+    struct points_decision decision;
+};
+
+enum { POINTS_ZEROS_KEPT = 100 };
 enum { POINTS_REAL = 2, POINTS_MODULAR = 2, POINTS_BITS = 192 };
 
 struct points_shadow {
@@ -48,6 +55,7 @@ struct points_shadow {
     struct expr_cone cone;
     uint64_t random;
     long count[POINTS_BASES];                /* decisions so far, by basis */
+    struct points_zero *zero; int zeros; size_t zero_cap;   /* each expression once, the first POINTS_ZEROS_KEPT */
     int least_digits;                        /* smallest digits of a ZERO_NUMERIC */
     double seconds_sampling;
 };

@@ -245,6 +245,34 @@ static void write_pivots(struct job *j, struct sga_json *w)
     sga_json_end_array(w);
 }
 
+/* What was found to vanish on the present set, and what that rests on. */
+static void write_zeros(struct job *j, struct sga_json *w)
+{
+    sga_json_key(w, "zeros");
+    sga_json_array(w);
+    for (int i = 0; i < j->shadow.zeros; i++) {
+        const struct points_zero *z = j->shadow.zero + i;
+        struct sga_buf text = { 0 };
+        sga_json_object(w);
+        sga_json_key(w, "expression");
+        if (expr_print(&j->request.store, z->expr, 400, &text))
+            sga_json_string(w, text.data);
+        else
+            sga_json_null(w);
+        sga_json_key(w, "basis");
+        sga_json_string(w, points_basis_text(z->decision.basis));
+        sga_json_key(w, "digits");
+        sga_json_int(w, z->decision.digits);
+        sga_json_key(w, "real_points");
+        sga_json_int(w, z->decision.points);
+        sga_json_key(w, "modular_points");
+        sga_json_int(w, z->decision.modular);
+        sga_json_end_object(w);
+        sga_buf_free(&text);
+    }
+    sga_json_end_array(w);
+}
+
 static void write_evidence(struct job *j, struct sga_json *w)
 {
     const struct sga_solution *sol = &j->solution;
@@ -294,6 +322,8 @@ static void write_evidence(struct job *j, struct sga_json *w)
     sga_json_end_array(w);
     if (j->has_texts && sol->verdict != SGA_INCONSISTENT)
         write_pivots(j, w);
+    if (j->has_texts)
+        write_zeros(j, w);
     if (sol->verdict == SGA_INCONSISTENT) {
         struct sga_buf text = { 0 };
         sga_json_key(w, "contradiction");
