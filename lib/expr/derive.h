@@ -27,7 +27,7 @@ int expr_gradient(struct expr_store *st, struct expr_cone *cone, expr_id f,
 /* Taylor coefficients along a flow x' = X(x, t), by recurrences over the graph: the
  * k-th coefficient of a product is a convolution of its factors' coefficients, so the
  * k-th derivative costs k times the graph, where repeated differentiation would square
- * it. (Griewank & Walther, Evaluating Derivatives, ch. 13; study of the index-n chain.) */
+ * it. (Griewank & Walther, Evaluating Derivatives, ch. 13.) */
 struct expr_flow {
     struct expr_store *st;
     expr_id *velocity;        /* by symbol: X_j, or EXPR_UNDEF while it is not determined */
