@@ -164,3 +164,27 @@ void sga_json_raw(struct sga_json *w, const char *text, size_t n)
     separate(w);
     sga_buf_put(w->out, text, n);
 }
+
+void sga_json_member_string(struct sga_json *w, const char *key, const char *v)
+{
+    sga_json_key(w, key);
+    sga_json_string(w, v);
+}
+
+void sga_json_member_int(struct sga_json *w, const char *key, long long v)
+{
+    sga_json_key(w, key);
+    sga_json_int(w, v);
+}
+
+void sga_json_member_double(struct sga_json *w, const char *key, double v)
+{
+    sga_json_key(w, key);
+    sga_json_double(w, v);
+}
+
+void sga_json_member_bool(struct sga_json *w, const char *key, bool v)
+{
+    sga_json_key(w, key);
+    sga_json_bool(w, v);
+}

@@ -40,6 +40,11 @@ void sga_json_int(struct sga_json *w, long long v);
 void sga_json_double(struct sga_json *w, double v);   /* null where it is not finite */
 void sga_json_bool(struct sga_json *w, bool v);
 void sga_json_null(struct sga_json *w);
+/* A key and its value. */
+void sga_json_member_string(struct sga_json *w, const char *key, const char *s);
+void sga_json_member_int(struct sga_json *w, const char *key, long long v);
+void sga_json_member_double(struct sga_json *w, const char *key, double v);
+void sga_json_member_bool(struct sga_json *w, const char *key, bool v);
 void sga_json_raw(struct sga_json *w, const char *text, size_t n);  /* finished JSON */
 
 #endif

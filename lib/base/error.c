@@ -3,7 +3,6 @@
 
 #include <stdarg.h>
 #include <stdio.h>
-#include <string.h>
 
 static const struct {
     const char *text;
@@ -28,14 +27,6 @@ const char *sga_code_title(enum sga_code code)
 int sga_code_status(enum sga_code code)
 {
     return table[code].status;
-}
-
-enum sga_code sga_code_from_text(const char *text)
-{
-    for (int i = 0; i < SGA_E_COUNT; i++)
-        if (strcmp(table[i].text, text) == 0)
-            return (enum sga_code)i;
-    return SGA_E_INTERNAL;
 }
 
 bool sga_fail(struct sga_error *err, enum sga_code code, const char *fmt, ...)

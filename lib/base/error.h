@@ -85,7 +85,5 @@ bool sga_fail_at(struct sga_error *err, enum sga_code code, const char *pointer,
 const char *sga_code_text(enum sga_code code);   /* "expression_syntax" */
 const char *sga_code_title(enum sga_code code);
 int sga_code_status(enum sga_code code);         /* HTTP status */
-/* The code with this text; SGA_E_INTERNAL if there is none. */
-enum sga_code sga_code_from_text(const char *text);
 
 #endif

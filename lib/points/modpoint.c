@@ -310,10 +310,9 @@ void points_modpoint_clear(struct points_modpoint *p)
     p->value = NULL;
 }
 
-int points_modpoint_zero(struct points_modpoint *p, expr_id e, bool *kernel)
+int points_modpoint_zero(struct points_modpoint *p, expr_id e)
 {
     num_modp_extend(p->value);
-    *kernel |= num_modp_kernel(p->value, e) || num_modp_branch(p->value, e);
     if (num_modp_bad(p->value, e))
         return -1;
     return num_modp_value(p->value, e) == 0;

@@ -16,7 +16,8 @@ struct points_modpoint {
 bool points_modpoint_find(struct points_modpoint *p, const struct points_space *space,
                           const int *solved, uint64_t *random);
 void points_modpoint_clear(struct points_modpoint *p);
-/* 1: zero; 0: not zero; -1: no value. *kernel is set if elementary functions take part. */
-int points_modpoint_zero(struct points_modpoint *p, expr_id e, bool *kernel);
+/* 1: zero; 0: not zero (which proves nothing where elementary functions take part); -1: no
+ * value. */
+int points_modpoint_zero(struct points_modpoint *p, expr_id e);
 
 #endif

@@ -184,14 +184,13 @@ static void sample_modular(struct points_shadow *s)
 }
 
 /* Modular opinion: 1 zero at all points, 0 nonzero at some, -1 none. */
-static int modular(struct points_shadow *s, expr_id e, bool *kernel)
+static int modular(struct points_shadow *s, expr_id e)
 {
     int opinion = -1;
-    *kernel = false;
     if (!s->modular_tried)
         sample_modular(s);
     for (int k = 0; k < s->modulars; k++) {
-        int z = points_modpoint_zero(s->modular + k, e, kernel);
+        int z = points_modpoint_zero(s->modular + k, e);
         if (z == 0)
             return 0;
         if (z == 1)
@@ -210,7 +209,6 @@ static struct points_decision decide(struct points_shadow *s, expr_id e)
         return d;
     }
     int opinion = -2;
-    bool kernel = false;     /* not needed for the verdict; an objection counts either way */
     for (int l = 0; l < 4; l++) {
         if (l && !raise_points(s, level[l]))
             break;
@@ -225,9 +223,11 @@ static struct points_decision decide(struct points_shadow *s, expr_id e)
         if (!d.points)
             continue;       /* more bits may give a value */
         if (opinion == -2)
-            opinion = modular(s, e, &kernel);
-        if (t.nonzero)
-            continue;       /* mixed: more bits, then a split */
+            opinion = modular(s, e);
+        if (t.nonzero) {        /* mixed: more bits, then a split */
+            d.truth = POINTS_UNKNOWN;
+            continue;
+        }
         d.truth = POINTS_ZERO;
         d.modular = opinion == 1 ? s->modulars : 0;
         d.basis = opinion == 1 ? POINTS_ZERO_ALGEBRAIC : POINTS_ZERO_NUMERIC;
@@ -240,7 +240,8 @@ static struct points_decision decide(struct points_shadow *s, expr_id e)
         if (t.digits >= enough)
             return d;
     }
-    if (d.truth == POINTS_ZERO && d.digits >= 30)
+    /* more bits could not be had: enough only where nothing objects */
+    if (d.truth == POINTS_ZERO && opinion != 0 && d.digits >= 30)
         return d;
     d.truth = POINTS_UNKNOWN;
     struct tally t = s->high_bits ? look_high(s, e) : look(s, e);

@@ -30,10 +30,8 @@ static void write_variables(const struct job *j, struct sga_json *w)
     sga_json_array(w);
     for (int i = 0; i < j->request.system.variables; i++) {
         sga_json_object(w);
-        sga_json_key(w, "name");
-        sga_json_string(w, symbol_name(j, i));
-        sga_json_key(w, "role");
-        sga_json_string(w, j->request.system.variable[i].role);
+        sga_json_member_string(w, "name", symbol_name(j, i));
+        sga_json_member_string(w, "role", j->request.system.variable[i].role);
         sga_json_end_object(w);
     }
     sga_json_end_array(w);
@@ -45,8 +43,7 @@ static void write_dimensions(const struct job *j, struct sga_json *w)
     int n = j->request.system.variables;
     sga_json_key(w, "dimensions");
     sga_json_object(w);
-    sga_json_key(w, "ambient");
-    sga_json_int(w, n);
+    sga_json_member_int(w, "ambient", n);
     sga_json_key(w, "generations");
     sga_json_array(w);
     for (int k = 0; k < sol->generations; k++)
@@ -66,15 +63,13 @@ static void write_index(const struct job *j, struct sga_json *w)
     bool standard = (sol->verdict == SGA_UNIQUE || sol->verdict == SGA_ISOLATED) && j->request.system.square;
     sga_json_key(w, "index");
     sga_json_object(w);
-    sga_json_key(w, "generations");
-    sga_json_int(w, sol->generations);
+    sga_json_member_int(w, "generations", sol->generations);
     sga_json_key(w, "differentiation");
     if (standard)
         sga_json_int(w, sol->generations);
     else
         sga_json_null(w);
-    sga_json_key(w, "seed");
-    sga_json_int(w, sol->generations > 0 ? sol->generations - 1 : 0);
+    sga_json_member_int(w, "seed", sol->generations > 0 ? sol->generations - 1 : 0);
     sga_json_end_object(w);
 }
 
@@ -86,10 +81,8 @@ static void write_definitions(const struct job *j, struct sga_json *w)
     sga_json_array(w);
     for (int i = 0; i < j->texts.count; i++) {
         sga_json_object(w);
-        sga_json_key(w, "name");
-        sga_json_string(w, j->texts.name[i]);
-        sga_json_key(w, "expression");
-        sga_json_string(w, j->texts.text[i]);
+        sga_json_member_string(w, "name", j->texts.name[i]);
+        sga_json_member_string(w, "expression", j->texts.text[i]);
         sga_json_end_object(w);
     }
     sga_json_end_array(w);
@@ -101,10 +94,8 @@ static void write_constraints(const struct job *j, struct sga_json *w)
     sga_json_array(w);
     for (int i = 0; i < j->solution.constraints; i++) {
         sga_json_object(w);
-        sga_json_key(w, "generation");
-        sga_json_int(w, j->solution.constraint[i].generation);
-        sga_json_key(w, "expression");
-        sga_json_string(w, j->texts.root[i]);
+        sga_json_member_int(w, "generation", j->solution.constraint[i].generation);
+        sga_json_member_string(w, "expression", j->texts.root[i]);
         sga_json_end_object(w);
     }
     sga_json_end_array(w);
@@ -145,8 +136,7 @@ static void write_gauge(const struct job *j, struct sga_json *w)
 {
     sga_json_key(w, "gauge");
     sga_json_object(w);
-    sga_json_key(w, "dimension");
-    sga_json_int(w, j->solution.free_columns);
+    sga_json_member_int(w, "dimension", j->solution.free_columns);
     sga_json_key(w, "fields");
     sga_json_array(w);
     for (int k = 0; k < j->solution.free_columns; k++)
@@ -167,8 +157,7 @@ static void write_strata(const struct job *j, struct sga_json *w)
         sga_json_array(w);
         sga_json_string(w, j->stratum[i].text);
         sga_json_end_array(w);
-        sga_json_key(w, "kind");
-        sga_json_string(w, j->stratum[i].kind);
+        sga_json_member_string(w, "kind", j->stratum[i].kind);
         sga_json_end_object(w);
     }
     sga_json_end_array(w);
@@ -178,10 +167,8 @@ static void write_strata(const struct job *j, struct sga_json *w)
         if (strcmp(j->stratum[i].kind, "parameter") != 0)
             continue;
         sga_json_object(w);
-        sga_json_key(w, "expression");
-        sga_json_string(w, j->stratum[i].text);
-        sga_json_key(w, "kind");
-        sga_json_string(w, "not_zero");
+        sga_json_member_string(w, "expression", j->stratum[i].text);
+        sga_json_member_string(w, "kind", "not_zero");
         sga_json_end_object(w);
     }
     sga_json_end_array(w);
@@ -194,11 +181,9 @@ static void write_parts(struct job *j, struct sga_json *w, const struct sga_part
         struct sga_buf text = { 0 };
         sga_json_object(w);
         if (part[k].row >= 0) {
-            sga_json_key(w, "equation");
-            sga_json_string(w, j->request.system.row[part[k].row].source);
+            sga_json_member_string(w, "equation", j->request.system.row[part[k].row].source);
         } else {
-            sga_json_key(w, "tangency_of");
-            sga_json_int(w, part[k].tangency);
+            sga_json_member_int(w, "tangency_of", part[k].tangency);
         }
         sga_json_key(w, "factor");
         if (expr_print(&j->request.store, part[k].factor, 400, &text))
@@ -225,11 +210,9 @@ static void write_pivots(struct job *j, struct sga_json *w)
             continue;
         sga_json_object(w);
         if (sol->pivot[q].col >= 0) {       /* else a factor dropped from a constraint */
-            sga_json_key(w, "velocity_of");
-            sga_json_string(w, symbol_name(j, sol->pivot[q].col));
+            sga_json_member_string(w, "velocity_of", symbol_name(j, sol->pivot[q].col));
         }
-        sga_json_key(w, "generation");
-        sga_json_int(w, sol->pivot[q].generation);
+        sga_json_member_int(w, "generation", sol->pivot[q].generation);
         sga_json_key(w, "assumed_not_zero");
         if (expr_print(&j->request.store, sol->pivot[q].value, 400, &text))
             sga_json_string(w, text.data);
@@ -259,14 +242,10 @@ static void write_zeros(struct job *j, struct sga_json *w)
             sga_json_string(w, text.data);
         else
             sga_json_null(w);
-        sga_json_key(w, "basis");
-        sga_json_string(w, points_basis_text(z->decision.basis));
-        sga_json_key(w, "digits");
-        sga_json_int(w, z->decision.digits);
-        sga_json_key(w, "real_points");
-        sga_json_int(w, z->decision.points);
-        sga_json_key(w, "modular_points");
-        sga_json_int(w, z->decision.modular);
+        sga_json_member_string(w, "basis", points_basis_text(z->decision.basis));
+        sga_json_member_int(w, "digits", z->decision.digits);
+        sga_json_member_int(w, "real_points", z->decision.points);
+        sga_json_member_int(w, "modular_points", z->decision.modular);
         sga_json_end_object(w);
         sga_buf_free(&text);
     }
@@ -284,18 +263,15 @@ static void write_evidence(struct job *j, struct sga_json *w)
         sga_json_key(w, points_basis_text((enum points_basis)k));
         sga_json_int(w, j->shadow.count[k]);
     }
-    sga_json_key(w, "real_points");
-    sga_json_int(w, j->shadow.reals);
+    sga_json_member_int(w, "real_points", j->shadow.reals);
     sga_json_key(w, "real_points_certified");
     int certified = 0;
     for (int k = 0; k < j->shadow.reals; k++)
         certified += j->shadow.real[k].certified;
     sga_json_int(w, certified);
-    sga_json_key(w, "modular_points");
-    sga_json_int(w, j->shadow.modulars);
+    sga_json_member_int(w, "modular_points", j->shadow.modulars);
     if (j->shadow.count[POINTS_ZERO_NUMERIC]) {
-        sga_json_key(w, "least_digits");
-        sga_json_int(w, j->shadow.least_digits);
+        sga_json_member_int(w, "least_digits", j->shadow.least_digits);
     }
     sga_json_end_object(w);
     sga_json_key(w, "constraints");
@@ -303,17 +279,14 @@ static void write_evidence(struct job *j, struct sga_json *w)
     for (int i = 0; i < sol->constraints; i++) {
         const struct sga_constraint *c = sol->constraint + i;
         sga_json_object(w);
-        sga_json_key(w, "generation");
-        sga_json_int(w, c->generation);
-        sga_json_key(w, "from");
-        sga_json_string(w, c->origin == SGA_FROM_RESTRICTION ? "restriction" : "combination");
+        sga_json_member_int(w, "generation", c->generation);
+        sga_json_member_string(w, "from", c->origin == SGA_FROM_RESTRICTION ? "restriction" : "combination");
         sga_json_key(w, "combination");
         write_parts(j, w, c->part, c->parts);
         if (c->replaced) {
             struct sga_buf text = { 0 };
             if (expr_print(&j->request.store, c->replaced, 1000, &text)) {
-                sga_json_key(w, "in_place_of");
-                sga_json_string(w, text.data);
+                sga_json_member_string(w, "in_place_of", text.data);
             }
             sga_buf_free(&text);
         }
@@ -333,34 +306,26 @@ static void write_evidence(struct job *j, struct sga_json *w)
             sga_json_string(w, text.data);
         else
             sga_json_null(w);
-        sga_json_key(w, "why");
-        sga_json_string(w, sol->contradiction_why);
+        sga_json_member_string(w, "why", sol->contradiction_why);
         sga_json_key(w, "combination");
         write_parts(j, w, sol->contradiction_part, sol->contradiction_parts);
         sga_json_end_object(w);
         sga_buf_free(&text);
     }
     if (sol->not_factored) {      /* a branch may have gone unseen */
-        sga_json_key(w, "factors_not_searched");
-        sga_json_bool(w, true);
+        sga_json_member_bool(w, "factors_not_searched", true);
     }
     if (sol->dense_blocks) {      /* their zeros are not among the strata */
-        sga_json_key(w, "determinants_assumed_not_zero");
-        sga_json_int(w, sol->dense_blocks);
+        sga_json_member_int(w, "determinants_assumed_not_zero", sol->dense_blocks);
     }
-    sga_json_key(w, "redundant_equations");
-    sga_json_int(w, sol->redundant_rows);
+    sga_json_member_int(w, "redundant_equations", sol->redundant_rows);
     if (j->witnessed) {
         sga_json_key(w, "witness");
         sga_json_object(w);
-        sga_json_key(w, "points");
-        sga_json_int(w, j->witness.points);
-        sga_json_key(w, "certified");
-        sga_json_bool(w, j->witness.certified);
-        sga_json_key(w, "digits");
-        sga_json_int(w, j->witness.digits);
-        sga_json_key(w, "checked");
-        sga_json_string(w, sol->verdict == SGA_INCONSISTENT ? "the contradiction at points of the earlier constraints"
+        sga_json_member_int(w, "points", j->witness.points);
+        sga_json_member_bool(w, "certified", j->witness.certified);
+        sga_json_member_int(w, "digits", j->witness.digits);
+        sga_json_member_string(w, "checked", sol->verdict == SGA_INCONSISTENT ? "the contradiction at points of the earlier constraints"
                            : j->has_texts ? "the printed expressions, read back" : "the expressions");
         sga_json_end_object(w);
     }
@@ -373,38 +338,26 @@ static void write_work(const struct job *j, struct sga_json *w)
     sga_json_object(w);
     sga_json_key(w, "seconds");
     sga_json_object(w);
-    sga_json_key(w, "read");
-    sga_json_double(w, j->seconds.read);
-    sga_json_key(w, "reduction");
-    sga_json_double(w, j->seconds.reduce);
-    sga_json_key(w, "sampling");
-    sga_json_double(w, j->shadow.seconds_sampling);
+    sga_json_member_double(w, "read", j->seconds.read);
+    sga_json_member_double(w, "reduction", j->seconds.reduce);
+    sga_json_member_double(w, "sampling", j->shadow.seconds_sampling);
     if (j->has_texts) {
-        sga_json_key(w, "print");
-        sga_json_double(w, j->seconds.print);
+        sga_json_member_double(w, "print", j->seconds.print);
     }
     if (j->witnessed) {
-        sga_json_key(w, "witness");
-        sga_json_double(w, j->seconds.witness);
+        sga_json_member_double(w, "witness", j->seconds.witness);
     }
     if (j->has_trajectory) {
-        sga_json_key(w, "trajectory");
-        sga_json_double(w, j->seconds.trajectory);
+        sga_json_member_double(w, "trajectory", j->seconds.trajectory);
     }
     sga_json_end_object(w);
-    sga_json_key(w, "nodes");
-    sga_json_int(w, j->request.store.nodes);
-    sga_json_key(w, "pivots");
-    sga_json_int(w, j->solution.pivots);
-    sga_json_key(w, "variables_modelled");
-    sga_json_int(w, j->request.system.variables);
+    sga_json_member_int(w, "nodes", j->request.store.nodes);
+    sga_json_member_int(w, "pivots", j->solution.pivots);
+    sga_json_member_int(w, "variables_modelled", j->request.system.variables);
     if (j->has_trajectory) {
-        sga_json_key(w, "steps");
-        sga_json_int(w, j->trajectory.steps);
-        sga_json_key(w, "rejected_steps");
-        sga_json_int(w, j->trajectory.rejected);
-        sga_json_key(w, "evaluations");
-        sga_json_int(w, j->trajectory.evaluations);
+        sga_json_member_int(w, "steps", j->trajectory.steps);
+        sga_json_member_int(w, "rejected_steps", j->trajectory.rejected);
+        sga_json_member_int(w, "evaluations", j->trajectory.evaluations);
     }
     sga_json_end_object(w);
 }
@@ -416,16 +369,13 @@ void answer_write(struct job *j, struct sga_buf *out)
     bool solvable = j->solution.verdict != SGA_INCONSISTENT;
     sga_json_begin(w, out);
     sga_json_object(w);
-    sga_json_key(w, "verdict");
-    sga_json_string(w, sga_verdict_text(j->solution.verdict));
+    sga_json_member_string(w, "verdict", sga_verdict_text(j->solution.verdict));
     if (j->solution.verdict == SGA_ISOLATED) {
         /* T_m Pf = 0, so the reduction asked alpha(m) = 0: the points are constant solutions */
-        sga_json_key(w, "equilibrium");
-        sga_json_bool(w, true);
+        sga_json_member_bool(w, "equilibrium", true);
     }
     if (j->request.name) {
-        sga_json_key(w, "name");
-        sga_json_string(w, j->request.name);
+        sga_json_member_string(w, "name", j->request.name);
     }
     write_variables(j, w);
     write_dimensions(j, w);

@@ -59,8 +59,7 @@ static void write_start(const struct job *j, struct sga_json *w, const double *p
     }
     sga_json_end_object(w);
     write_values(j, w, "projected", projected);
-    sga_json_key(w, "moved");
-    sga_json_double(w, moved);
+    sga_json_member_double(w, "moved", moved);
 }
 
 void answer_write_initial(const struct job *j, struct sga_json *w)
@@ -94,25 +93,17 @@ void answer_write_trajectory(const struct job *j, struct sga_json *w)
     sga_json_object(w);
     write_start(j, w, r->initial, r->moved);
     sga_json_end_object(w);
-    sga_json_key(w, "error_estimate");
-    sga_json_double(w, r->error_estimate);
-    sga_json_key(w, "constraint_residual");
-    sga_json_double(w, r->residual);
-    sga_json_key(w, "method");
-    sga_json_string(w, r->method);
-    sga_json_key(w, "arithmetic");
-    sga_json_string(w, "double");
-    sga_json_key(w, "gauge");
-    sga_json_string(w, r->gauge);
+    sga_json_member_double(w, "error_estimate", r->error_estimate);
+    sga_json_member_double(w, "constraint_residual", r->residual);
+    sga_json_member_string(w, "method", r->method);
+    sga_json_member_string(w, "arithmetic", "double");
+    sga_json_member_string(w, "gauge", r->gauge);
     sga_json_key(w, "ended");
     if (r->ended) {
         sga_json_object(w);
-        sga_json_key(w, "t");
-        sga_json_double(w, r->ended_t);
-        sga_json_key(w, "reason");
-        sga_json_string(w, r->ended_reason);
-        sga_json_key(w, "detail");
-        sga_json_string(w, r->ended_detail);
+        sga_json_member_double(w, "t", r->ended_t);
+        sga_json_member_string(w, "reason", r->ended_reason);
+        sga_json_member_string(w, "detail", r->ended_detail);
         sga_json_end_object(w);
     } else {
         sga_json_null(w);
