@@ -123,6 +123,7 @@ static void deciding(void)
         { "sin(x)^2 + cos(x)^2 - 1", POINTS_ZERO, POINTS_ZERO_ALGEBRAIC },
         { "sin(x + y) - sin(x)*cos(y) - cos(x)*sin(y)", POINTS_ZERO, POINTS_ZERO_NUMERIC },
         { "exp(x + y) - exp(x)*exp(y)", POINTS_ZERO, POINTS_ZERO_NUMERIC },
+        { "sin(x + y) - sin(x)*cos(y) - cos(x)*sin(y) + 1e-500*x", POINTS_NONZERO, POINTS_NONZERO_PROVED },
         { "log(exp(x)) - x", POINTS_ZERO, POINTS_ZERO_NUMERIC },
         { "cosh(x)^2 - sinh(x)^2 - 1", POINTS_ZERO, POINTS_ZERO_ALGEBRAIC },
         { "0.1 + 0.2 - 0.3", POINTS_ZERO, POINTS_EXACT },
