@@ -38,18 +38,29 @@ class Problem:
                 self.parameters.append(name)
             else:
                 g.define(name, value)
-        user = as_list(system["coordinates" if self.form == "lagrangian" else "variables"])
+        user = as_list(system[{"lagrangian": "coordinates", "operator": "unknowns"}.get(self.form, "variables")])
         self.restrict = []
         if self.form == "quasilinear":
             self.names = user
             self._quasilinear(system)
         elif self.form == "equations":
             self._equations(system, user, names)
+        elif self.form == "operator":
+            self._equations({"equations": self._operator(system, user)}, user, names)
         elif self.form in ("linear", "control", "hamiltonian", "lagrangian"):
             self.d = Derivatives(g)
             getattr(self, "_" + self.form)(system, user)
         else:
             raise ValueError(self.form)
+
+    @staticmethod
+    def _operator(system, user):
+        """sum A_i y^(i) = B e as texts; sources that are only named cannot be checked here."""
+        p, sources = len(user), system["sources"]
+        B = system.get("B") or [["1" if i == j else "0" for j in range(p)] for i in range(p)]
+        left = [" + ".join(f"({m[i][j]})*{user[j]}{chr(39) * k}" for k, m in enumerate(system["coefficients"])
+                           for j in range(p) if str(m[i][j]) != "0") for i in range(p)]
+        return [f"{left[i]} = " + " + ".join(f"({B[i][j]})*({sources[j]})" for j in range(len(sources))) for i in range(p)]
 
     def _quasilinear(self, system):
         g = self.graph

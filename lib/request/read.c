@@ -121,8 +121,20 @@ static void clear_trajectory(struct request_trajectory *t)
     free(t->condition_text);
 }
 
+static void clear_operator(struct request_operator *op)
+{
+    for (int k = 0; k < op->sources && op->source_name; k++)
+        free(op->source_name[k]);
+    free(op->source_name);
+    free(op->unknown);
+    free(op->source);
+    free(op->A);
+    free(op->B);
+}
+
 void request_clear(struct request *r)
 {
+    clear_operator(&r->op);
     clear_trajectory(&r->trajectory);
     sys_clear(&r->system);
     expr_store_clear(&r->store);

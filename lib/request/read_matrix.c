@@ -135,13 +135,18 @@ static bool read_sparse(struct reader *rd, struct read_matrix *m, const json_t *
     return true;
 }
 
+bool read_matrix_value(struct reader *rd, const json_t *v, struct read_matrix *m)
+{
+    return (json_is_object(v) ? read_sparse : read_dense)(rd, m, v);
+}
+
 bool read_matrix(struct reader *rd, const json_t *system, struct read_matrix *m)
 {
     const json_t *v = need_member(rd, system, m->name);
     if (!v)
         return false;
     size_t mark = at_member(rd, m->name);
-    if (!(json_is_object(v) ? read_sparse : read_dense)(rd, m, v))
+    if (!read_matrix_value(rd, v, m))
         return false;
     at_back(rd, mark);
     return true;

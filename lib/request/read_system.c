@@ -15,6 +15,8 @@ static const char *const lagrangian_members[] = {
     "coordinates", "lagrangian", "second_order", "forces", "holonomic", NULL
 };
 
+static const char *const operator_members[] = { "unknowns", "coefficients", "B", "sources", NULL };
+
 /* The forms of the vocabulary. A new form is a reader here and a file in the form folder. */
 static const struct form_kind form_table[] = {
     { "quasilinear", read_quasilinear, quasilinear_members },
@@ -24,7 +26,7 @@ static const struct form_kind form_table[] = {
     { "hamiltonian", read_hamiltonian, hamiltonian_members },
     { "lagrangian", read_lagrangian, lagrangian_members },
     { "mechanical", NULL, NULL },
-    { "operator", NULL, NULL },
+    { "operator", read_operator, operator_members },
 };
 enum { FORMS = sizeof form_table / sizeof *form_table };
 

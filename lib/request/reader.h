@@ -90,6 +90,7 @@ bool read_linear(struct reader *rd, const json_t *system);
 bool read_control(struct reader *rd, const json_t *system);
 bool read_hamiltonian(struct reader *rd, const json_t *system);
 bool read_lagrangian(struct reader *rd, const json_t *system);
+bool read_operator(struct reader *rd, const json_t *system);
 
 /* read_matrix.c: a member that is a matrix, dense or sparse, of a size that is known.
  * The caller frees entry, also after a failure. */
@@ -103,6 +104,8 @@ struct read_matrix {
     size_t entries, cap;
 };
 bool read_matrix(struct reader *rd, const json_t *system, struct read_matrix *m);
+/* The same for a value at the present place, which m->name only names in messages. */
+bool read_matrix_value(struct reader *rd, const json_t *v, struct read_matrix *m);
 /* How many rows the member has as it is written. One flat list of `cols` entries is one row. */
 bool read_matrix_rows(struct reader *rd, const json_t *system, const char *member, int cols, int *rows);
 /* A list of expressions under a member; caller frees, also after a failure. count -1: the

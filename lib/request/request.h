@@ -74,6 +74,18 @@ struct request_limits {
     int generations;
 };
 
+/* Of the form `operator`: sum A_i y^(i) = B e. */
+struct request_operator {
+    bool has;
+    int unknowns, sources, order;
+    int *unknown;             /* symbols */
+    expr_id *A;               /* order + 1 matrices of unknowns x unknowns, by rows: functions of time */
+    expr_id *B;               /* unknowns x sources */
+    expr_id *source;          /* functions of time; EXPR_UNDEF for a source that is only named */
+    char **source_name;       /* as given */
+    bool open_sources;        /* some source is only named */
+};
+
 struct request {
     struct expr_store store;
     struct sys_system system;         /* in store */
@@ -83,6 +95,7 @@ struct request {
     struct request_trajectory trajectory;
     struct request_accuracy accuracy;
     struct request_limits limits;
+    struct request_operator op;
     bool has_symmetries;              /* the member is there; its content is not read yet */
     bool strata;                      /* each stratum shall be solved on its own */
 };
@@ -99,6 +112,7 @@ bool request_canonical(const char *text, size_t length, struct sga_buf *out, str
 /* Limits that a request may not pass. */
 enum {
     REQUEST_MAX_VARIABLES = 20000,
+    REQUEST_MAX_UNKNOWNS = 64,        /* of the form operator */
     REQUEST_MAX_SAMPLES = 1000000,
     REQUEST_MAX_NAME = 128,           /* bytes of a name */
     REQUEST_MAX_DEPTH = 64            /* of nested JSON */

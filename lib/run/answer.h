@@ -3,12 +3,27 @@
 #define SGA_RUN_ANSWER_H
 
 #include "buf.h"
+#include "operator.h"
 #include "print.h"
 #include "request.h"
 #include "run.h"
 #include "sga.h"
 #include "trajectory.h"
 #include "witness.h"
+
+/* Of the form `operator`. */
+struct operator_answer {
+    struct op_system system;
+    int rank;
+    bool solvable;                /* full rank: y exists for every e */
+    bool asks_sources;            /* not of full rank, and the equations ask something of e */
+    struct op_state state;        /* solvable only, like the next two */
+    struct op_laurent laurent;
+    struct op_singular_times singular;
+    struct op_jacobson jacobson;
+    bool has_jacobson;
+    struct sga_error no_jacobson; /* why not */
+};
 
 struct job {
     struct request request;
@@ -30,10 +45,16 @@ struct job {
     bool has_initial;
     struct stratum { expr_id factor; const char *kind; char *text; } *stratum;
     int strata;
-    struct { double read, reduce, print, witness, trajectory; } seconds;
+    struct operator_answer *op;   /* or NULL */
+    struct { double read, reduce, operator_form, print, witness, trajectory; } seconds;
     struct sga_error *err;
 };
 
+/* The analysis over Q(t)[D], before the reduction. */
+bool answer_operator(struct job *j);
+void answer_operator_clear(struct job *j);
+int answer_operator_index(const struct job *j);      /* -1: not solvable */
+void answer_write_operator(const struct job *j, struct sga_json *w);
 /* Consistent start and trajectory, as far as they are wanted. */
 bool answer_motion(struct job *j);
 /* Texts of what is wanted: normal forms where they are cheap, named parts otherwise. */

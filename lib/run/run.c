@@ -56,6 +56,8 @@ static bool check_wants(struct job *j)
             return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/want", "want \"%s\" is not available in this version; "
                                "available are constraints, index, vector_field, gauge, consistent_initial and trajectory",
                                request_want_text(k));
+    if (j->request.op.open_sources && j->request.want & (REQUEST_TRAJECTORY | REQUEST_CONSISTENT_INITIAL))
+        return sga_fail_at(j->err, SGA_E_NO_MOTION, "/system/sources", "to follow a motion, give each source as a function of time");
     if (j->request.accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE || j->request.accuracy.arithmetic == REQUEST_BALL)
         return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic",
                            "this version integrates in double only; use \"double\" or \"auto\"");
@@ -74,6 +76,21 @@ static void set_near(struct job *j)
         j->near[t->initial[k].variable] = t->initial[k].value;
 }
 
+/* Sources that are only named were left out: what depends on them is not told, and the verdict is
+ * the one for general sources. */
+static void open_sources(struct job *j)
+{
+    if (j->op->solvable)
+        j->solution.verdict = SGA_UNIQUE;
+    else if (j->op->asks_sources)
+        j->solution.verdict = SGA_INCONSISTENT;
+    j->request.want &= ~(unsigned)(REQUEST_CONSTRAINTS | REQUEST_VECTOR_FIELD | REQUEST_GAUGE);
+    if (j->solution.verdict == SGA_INCONSISTENT)
+        snprintf(j->solution.contradiction_why, sizeof j->solution.contradiction_why,
+                 "the operator has rank %d of %d, and the equations left over ask something of the sources", j->op->rank,
+                 j->request.op.unknowns);
+}
+
 static bool reduce(struct job *j)
 {
     double start = sga_now();
@@ -87,6 +104,8 @@ static bool reduce(struct job *j)
     j->solved = true;
     bool ok = sga_solve(&j->request.system, &options, &j->shadow, &j->solution, j->err);
     j->seconds.reduce = sga_now() - start;
+    if (ok && j->op && j->request.op.open_sources)
+        open_sources(j);
     return ok;
 }
 
@@ -130,6 +149,7 @@ static void job_clear(struct job *j)
     for (int i = 0; i < j->strata; i++)
         free(j->stratum[i].text);
     free(j->stratum);
+    answer_operator_clear(j);
     free(j->near);
     if (j->solved) {
         points_shadow_clear(&j->shadow);
@@ -150,7 +170,7 @@ bool sga_run(const char *request, size_t length, const struct sga_run_options *o
     bool ok = check_wants(&j);
     if (ok) {
         set_near(&j);
-        ok = reduce(&j) && check_restrict(&j) && answer_texts(&j);
+        ok = (!j.request.op.has || answer_operator(&j)) && reduce(&j) && check_restrict(&j) && answer_texts(&j);
     }
     if (ok)
         answer_strata(&j);

@@ -70,6 +70,13 @@ static void write_index(const struct job *j, struct sga_json *w)
     else
         sga_json_null(w);
     sga_json_member_int(w, "seed", sol->generations > 0 ? sol->generations - 1 : 0);
+    if (j->op) {
+        sga_json_key(w, "operator");
+        if (answer_operator_index(j) < 0)
+            sga_json_null(w);
+        else
+            sga_json_int(w, answer_operator_index(j));
+    }
     sga_json_end_object(w);
 }
 
@@ -302,7 +309,7 @@ static void write_evidence(struct job *j, struct sga_json *w)
         sga_json_key(w, "contradiction");
         sga_json_object(w);
         sga_json_key(w, "expression");
-        if (expr_print(&j->request.store, sol->contradiction, 4000, &text))
+        if (sol->contradiction && expr_print(&j->request.store, sol->contradiction, 4000, &text))
             sga_json_string(w, text.data);
         else
             sga_json_null(w);
@@ -341,6 +348,8 @@ static void write_work(const struct job *j, struct sga_json *w)
     sga_json_member_double(w, "read", j->seconds.read);
     sga_json_member_double(w, "reduction", j->seconds.reduce);
     sga_json_member_double(w, "sampling", j->shadow.seconds_sampling);
+    if (j->op)
+        sga_json_member_double(w, "operator", j->seconds.operator_form);
     if (j->has_texts) {
         sga_json_member_double(w, "print", j->seconds.print);
     }
@@ -389,6 +398,8 @@ void answer_write(struct job *j, struct sga_buf *out)
     if (want & REQUEST_GAUGE && solvable)
         write_gauge(j, w);
     write_strata(j, w);
+    if (j->op)
+        answer_write_operator(j, w);
     if (j->has_initial)
         answer_write_initial(j, w);
     if (j->has_trajectory)
