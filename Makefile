@@ -25,6 +25,7 @@ DEPS_expr    := base
 DEPS_sys     := expr base
 DEPS_lin     := base
 DEPS_num     := expr base
+DEPS_pencil  := base
 DEPS_poly    := expr base
 DEPS_operator := expr base
 DEPS_form    := sys expr base
@@ -33,8 +34,8 @@ DEPS_points  := lin num poly expr base
 DEPS_sga     := points lin num poly sys expr base
 DEPS_ode     := lin base
 DEPS_traj    := ode sga points lin num poly sys expr base
-DEPS_run     := operator traj ode sga points lin num poly request form sys expr base
-FLOORS := base expr sys lin num poly operator form request points sga ode traj run
+DEPS_run     := operator pencil traj ode sga points lin num poly request form sys expr base
+FLOORS := base expr sys lin pencil num poly operator form request points sga ode traj run
 
 # Programs see the public face of the library only.
 SERVER_DEPS := run request form sys expr base
