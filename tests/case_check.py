@@ -8,7 +8,7 @@ from expression import FLOAT, Graph, Undefined, evaluate
 from identities import Answer, Broken
 
 KNOWN = set("verdict ambient generations final index differentiation seed gauge equilibrium variables on off field "
-            "parameters near digits error trajectory strata initial points identities".split())
+            "parameters near digits error trajectory strata initial points identities".split()) | {"kronecker"}
 
 
 def number(x):
@@ -89,6 +89,8 @@ class CaseCheck:
         for key, value in where.items():
             if key in expect:
                 self.same(name, key, value, expect[key])
+        for key, value in expect.get("kronecker", {}).items():
+            self.same(name, "kronecker " + key, result.get("structure", {}).get("kronecker", {}).get(key), value)
         if "variables" in expect:
             self.same(name, "variables", sorted(v["name"] for v in result.get("variables", [])), sorted(expect["variables"]))
         if "initial" in expect:

@@ -45,6 +45,8 @@ struct job {
     bool has_initial;
     struct stratum { expr_id factor; const char *kind; char *text; } *stratum;
     int strata;
+    struct sga_buf kronecker;     /* JSON value of the member, where structure is wanted */
+    bool is_linear;               /* and it is a structure, not a reason */
     struct operator_answer *op;   /* or NULL */
     struct { double read, reduce, operator_form, print, witness, trajectory; } seconds;
     struct sga_error *err;

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "derive.h"
+#include "kronecker.h"
 #include "lin.h"
 #include "mem.h"
 
@@ -50,11 +51,11 @@ static void set_budget(struct job *j)
 /* What is wanted but cannot be had yet is refused before any work is done. */
 static bool check_wants(struct job *j)
 {
-    static const unsigned later = REQUEST_SYMMETRIES | REQUEST_STRUCTURE | REQUEST_TRADEOFF;
+    static const unsigned later = REQUEST_SYMMETRIES | REQUEST_TRADEOFF;
     for (int k = 0; k < REQUEST_WANTS; k++)
         if (j->request.want & later & (1u << k))
             return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/want", "want \"%s\" is not available in this version; "
-                               "available are constraints, index, vector_field, gauge, consistent_initial and trajectory",
+                               "available are constraints, index, vector_field, gauge, consistent_initial, structure and trajectory",
                                request_want_text(k));
     if (j->request.op.open_sources && j->request.want & (REQUEST_TRAJECTORY | REQUEST_CONSISTENT_INITIAL))
         return sga_fail_at(j->err, SGA_E_NO_MOTION, "/system/sources", "to follow a motion, give each source as a function of time");
@@ -150,6 +151,7 @@ static void job_clear(struct job *j)
         free(j->stratum[i].text);
     free(j->stratum);
     answer_operator_clear(j);
+    sga_buf_free(&j->kronecker);
     free(j->near);
     if (j->solved) {
         points_shadow_clear(&j->shadow);
@@ -175,6 +177,8 @@ bool sga_run(const char *request, size_t length, const struct sga_run_options *o
     if (ok)
         answer_strata(&j);
     ok = ok && answer_witness(&j);
+    if (ok && j.request.want & REQUEST_STRUCTURE)
+        ok = kronecker_text(&j, &j.kronecker, &j.is_linear);
     if (ok)
         progress(&j, "trajectory", 0.5);
     ok = ok && answer_motion(&j);

@@ -400,6 +400,17 @@ void answer_write(struct job *j, struct sga_buf *out)
     write_strata(j, w);
     if (j->op)
         answer_write_operator(j, w);
+    if (want & REQUEST_STRUCTURE) {
+        sga_json_key(w, "structure");
+        sga_json_object(w);
+        sga_json_key(w, "kronecker");
+        sga_json_raw(w, j->kronecker.data, j->kronecker.len);
+        sga_json_end_object(w);
+        if (j->is_linear) {
+            sga_json_key(w, "kronecker");
+            sga_json_raw(w, j->kronecker.data, j->kronecker.len);
+        }
+    }
     if (j->has_initial)
         answer_write_initial(j, w);
     if (j->has_trajectory)
