@@ -235,7 +235,7 @@ class Check:
         """What is linear in other forms, and what is not."""
         def kind(system, **parameters):
             system = {**system, "parameters": parameters} if parameters else system
-            return self.ask(str(system), {"system": system, "want": ["structure", "index", "gauge"]})
+            return self.ask(str(system)[:200], {"system": system, "want": ["structure", "index", "gauge"]})
         result, k = kind({"form": "equations", "variables": ["x", "y"], "equations": ["x'' = -x + y", "0 = x - sin(t)"]})
         self.same("second order", "infinite", k.get("infinite"), [3])
         result, k = kind({"form": "equations", "variables": ["x", "y"], "equations": ["x' = r*y", "0 = r*x - y"]}, r=None)
@@ -249,6 +249,9 @@ class Check:
                            ("x' = sqrt(2)*x", "rational")]:
             result, k = kind({"form": "equations", "variables": ["x"], "equations": [text]})
             self.tally.check(k is not None and "regular" not in k and word in k["reason"], text, str(k))
+        many = [f"x{i}" for i in range(2001)]
+        result, k = kind({"form": "quasilinear", "variables": many, "A": {"rows": 1, "cols": 2001, "entries": [[0, 0, 1]]}, "alpha": ["x1"]})
+        self.tally.check(k is not None and "2000" in k.get("reason", ""), "a large pencil", str(k)[:300])
         for text in ("x' = (x + 1)^2 - x^2 - 1", "x' = x + sin(x)^2 + cos(x)^2", "x' = 2*x*(sin(t)^2 + cos(t)^2) + exp(t)", "2*x' = 4*x + cos(1)"):
             result, k = kind({"form": "equations", "variables": ["x"], "equations": [text]})
             self.tally.check(k is not None and "regular" in k, text, str(k))

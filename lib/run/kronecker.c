@@ -1,6 +1,7 @@
 /* The member `kronecker`: exact structure of the pencil s A - B, generic where parameters are symbolic. */
 #include "kronecker.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -76,46 +77,95 @@ static void write_polynomials(struct sga_json *w, const struct pencil_structure 
     sga_json_end_array(w);
 }
 
-/* e: NULL where the eigenvalues depend on symbolic parameters. */
-static void write_structure(struct sga_json *w, const struct pencil_structure *s, const struct pencil_eigenvalue *e, int n)
+struct spectrum {
+    struct pencil_eigenvalue *value; int count;
+    const char *missing;       /* why there are no eigenvalues, or NULL */
+};
+
+static void write_structure(struct sga_json *w, const struct pencil_structure *s, const struct spectrum *e, const char *basis)
 {
-    static const char *const basis[] = { [PENCIL_PROVED] = "proved", [PENCIL_MODULAR] = "modular" };
     sga_json_object(w);
     sga_json_member_bool(w, "regular", s->regular);
     sga_json_member_int(w, "normal_rank", s->normal_rank);
     sga_json_member_int(w, "finite", s->finite);
-    if (e) {
-        write_eigenvalues(w, s, e, n);
+    if (!e->missing) {
+        write_eigenvalues(w, s, e->value, e->count);
         write_polynomials(w, s);
     } else {
         sga_json_key(w, "eigenvalues");
         sga_json_null(w);
-        sga_json_member_string(w, "reason", "the eigenvalues depend on symbolic parameters; give the parameters values");
+        sga_json_member_string(w, "reason", e->missing);
     }
     write_list(w, "infinite", s->infinite, s->infinites);
     sga_json_member_int(w, "nilpotency", s->nilpotency);
     write_list(w, "right", s->right, s->rights);
     write_list(w, "left", s->left, s->lefts);
-    sga_json_member_string(w, "basis", e ? basis[s->basis] : "generic");
+    sga_json_member_string(w, "basis", basis);
     sga_json_member_int(w, "primes", s->primes);
     sga_json_end_object(w);
 }
 
-static bool write_exact(struct job *j, const struct pencil *p, struct sga_json *w)
+static const char *basis_text(const struct pencil_structure *s)
+{
+    return s->basis == PENCIL_PROVED ? "proved" : "modular";
+}
+
+/* Past its share of the time eigenvalues are left out, past its size the whole structure; either
+ * with a reason, and the rest of the answer is given. */
+enum { SHARE_PERCENT = 60 };
+
+static struct sga_budget share_of(const struct sga_budget *all)
+{
+    struct sga_budget b = *all;
+    if (b.deadline > 0) {
+        b.seconds = (b.deadline - sga_now()) * SHARE_PERCENT / 100;
+        b.deadline = sga_now() + b.seconds;
+    }
+    return b;
+}
+
+static bool left_out(struct job *j, struct kronecker_system *k, const struct sga_error *err)
+{
+    if (err->code == SGA_E_LIMIT_VARIABLES) {
+        snprintf(k->reason, sizeof k->reason, "%.480s", err->detail);
+        return true;
+    }
+    if (j->err->code == SGA_E_OK)
+        *j->err = *err;
+    return false;
+}
+
+/* A few primes tell the indices when the spectrum took too long. */
+static bool write_without_spectrum(struct job *j, struct kronecker_system *k, const struct pencil *p, struct sga_json *w)
 {
     struct pencil_structure s;
-    struct pencil_options options = { .spectrum = true, .budget = &j->budget };
-    struct pencil_eigenvalue *e;
-    int n;
-    if (!pencil_structure(p, &options, &s, j->err))
-        return false;
-    bool ok = pencil_eigenvalues(&s, j->request.accuracy.rtol, &j->budget, &e, &n, j->err);
-    if (ok) {
-        write_structure(w, &s, e, n);
-        pencil_eigenvalues_clear(e, n);
-    }
+    struct pencil_options options = { .budget = &j->budget, .max_work = 1 };
+    struct spectrum e = { .missing = "the eigenvalues were not found within their share of the time; raise limits.seconds" };
+    struct sga_error err = { 0 };
+    if (!pencil_structure(p, &options, &s, &err))
+        return left_out(j, k, &err);
+    write_structure(w, &s, &e, basis_text(&s));
     pencil_structure_clear(&s);
-    return ok;
+    return true;
+}
+
+static bool write_exact(struct job *j, struct kronecker_system *k, const struct pencil *p, struct sga_json *w)
+{
+    struct pencil_structure s;
+    struct sga_budget budget = share_of(&j->budget);
+    struct sga_error err = { 0 };
+    struct pencil_options options = { .spectrum = true, .budget = &budget };
+    struct spectrum e = { .missing = NULL };
+    bool ok = pencil_structure(p, &options, &s, &err);
+    if (ok && pencil_eigenvalues(&s, j->request.accuracy.rtol, &budget, &e.value, &e.count, &err)) {
+        write_structure(w, &s, &e, basis_text(&s));
+        pencil_eigenvalues_clear(e.value, e.count);
+    }
+    if (ok)
+        pencil_structure_clear(&s);
+    if (err.code == SGA_E_LIMIT_SECONDS && sga_budget_ok(&j->budget, j->err))
+        return write_without_spectrum(j, k, p, w);
+    return err.code == SGA_E_OK || left_out(j, k, &err);
 }
 
 /* The more generic of two structures of one pencil has the larger rank, and then the smaller
@@ -138,7 +188,9 @@ static bool better(const struct pencil_structure *a, const struct pencil_structu
  * degree / 2^40 (Schwartz, Zippel), and is never too large; the best of three is taken. */
 static bool write_generic(struct job *j, struct kronecker_system *k, struct sga_json *w)
 {
+    struct sga_error err = { 0 };
     struct pencil_options options = { .budget = &j->budget };
+    struct spectrum e = { .missing = "the eigenvalues depend on symbolic parameters; give the parameters values" };
     struct pencil_structure best = { 0 };
     int n = j->request.system.parameters, found = 0;
     fmpz *value = _fmpz_vec_init(n);
@@ -152,7 +204,7 @@ static bool write_generic(struct job *j, struct kronecker_system *k, struct sga_
             fmpz_set_ui(value + i, (1UL << 40) + n_randbits(random, 40));
         if (!kronecker_pencil(j, k, value, &p))
             break;
-        ok = pencil_structure(&p, &options, &s, j->err);
+        ok = pencil_structure(&p, &options, &s, &err);
         pencil_clear(&p);
         if (ok && (!found++ || better(&s, &best))) {
             struct pencil_structure t = best;
@@ -164,12 +216,12 @@ static bool write_generic(struct job *j, struct kronecker_system *k, struct sga_
     }
     if (ok && found) {
         k->reason[0] = 0;              /* of a later try only */
-        write_structure(w, &best, NULL, 0);
+        write_structure(w, &best, &e, "generic");
     }
     pencil_structure_clear(&best);
     flint_randclear(random);
     _fmpz_vec_clear(value, n);
-    return ok;
+    return ok || left_out(j, k, &err);
 }
 
 static bool depends_on_parameters(struct job *j, const struct kronecker_system *k)
@@ -194,7 +246,7 @@ bool kronecker_text(struct job *j, struct sga_buf *out, bool *has)
         struct pencil p;
         fmpz *none = _fmpz_vec_init(j->request.system.parameters);
         if (kronecker_pencil(j, &k, none, &p))
-            ok = write_exact(j, &p, w);
+            ok = write_exact(j, &k, &p, w);
         pencil_clear(&p);
         _fmpz_vec_clear(none, j->request.system.parameters);
     }
