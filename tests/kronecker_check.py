@@ -220,6 +220,26 @@ class Check:
         if k:
             self.same("sqrt 2", "eigenvalues", k["eigenvalues"], [[-2 ** 0.5, 0, 1], [2 ** 0.5, 0, 1]])
 
+    def operators(self, rng):
+        """A1 y' + A0 y = e: the operator index is the nilpotency."""
+        for i in range(scaled(12)):
+            n = rng.randint(2, 4)
+            A0, A1 = ([[rng.choice([0, 0, 1, -1, 2]) for _ in range(n)] for _ in range(n)] for _ in range(2))
+            body = {"system": {"form": "operator", "unknowns": [f"y{j}" for j in range(n)], "coefficients": [A0, A1]}}
+            label = f"operator {A0} {A1}"
+            result, problem = self.solver.solve(body)
+            if problem:
+                self.tally.check(False, label, str(problem))
+                continue
+            k = result["kronecker"]
+            self.same(label, "full rank", k["regular"], result["solvable"])
+            self.same(label, "rank", k["normal_rank"], result["rank"])
+            _, other = self.ask(label, request(A1, [[-a for a in r] for r in A0]))
+            self.same(label, "as a linear system", k, other)
+            if k["regular"]:
+                self.same(label, "index", result["index"]["operator"], k["nilpotency"])
+                self.same(label, "state", result["state"]["dimension"], k["finite"])
+
     @staticmethod
     def mixed(rng, A, B):
         """The same pencil in other bases."""
@@ -263,6 +283,7 @@ def main():
     check.forms()
     check.extremes(rng)
     check.random_pencils(rng)
+    check.operators(rng)
     check.cases()
     return check.tally.end()
 

@@ -177,7 +177,7 @@ bool sga_run(const char *request, size_t length, const struct sga_run_options *o
     if (ok)
         answer_strata(&j);
     ok = ok && answer_witness(&j);
-    if (ok && j.request.want & REQUEST_STRUCTURE)
+    if (ok && (j.request.want & REQUEST_STRUCTURE || (j.op && j.op->system.order <= 1)))
         ok = kronecker_text(&j, &j.kronecker, &j.is_linear);
     if (ok)
         progress(&j, "trajectory", 0.5);

@@ -406,10 +406,10 @@ void answer_write(struct job *j, struct sga_buf *out)
         sga_json_key(w, "kronecker");
         sga_json_raw(w, j->kronecker.data, j->kronecker.len);
         sga_json_end_object(w);
-        if (j->is_linear) {
-            sga_json_key(w, "kronecker");
-            sga_json_raw(w, j->kronecker.data, j->kronecker.len);
-        }
+    }
+    if (j->is_linear) {
+        sga_json_key(w, "kronecker");
+        sga_json_raw(w, j->kronecker.data, j->kronecker.len);
     }
     if (j->has_initial)
         answer_write_initial(j, w);
