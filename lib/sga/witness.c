@@ -8,8 +8,8 @@
 #include "mem.h"
 
 /* Balls widen along long eliminations: more bits where the first do not tell. */
-static const slong witness_bits[] = { 160, 640, 2560 };
-enum { WITNESS_LEVELS = 3 };
+static const slong witness_bits[] = { 160, 640, 2560, 10240, 40960 };
+enum { WITNESS_LEVELS = 5 };
 
 struct check {
     const struct sys_system *sys;
