@@ -236,8 +236,8 @@ static struct points_decision decide(struct points_shadow *s, expr_id e)
     int opinion = -2;
     for (int l = 0; l < 5; l++) {
         if (l == 4)         /* beyond the usual levels only for what may be that small */
-            level[l] = need + 100;
-        if (l == 4 && (need < level[3] || need > DEEPEST_BITS || d.truth != POINTS_ZERO))
+            level[l] = need < 8000 ? 8000 : need + 100;
+        if (l == 4 && (level[l] > DEEPEST_BITS || d.truth != POINTS_ZERO))
             break;
         if (l && !raise_points(s, level[l]))
             break;
