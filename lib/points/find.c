@@ -192,7 +192,7 @@ static int newton(struct points_jacobian *j, struct points_point *p, bool basic)
             break;
         }
     }
-    if (result == 0 && !basic && last < 1e-5)
+    if (result == 0 && !basic && last < 1e-4)
         result = -1;
     normal_clear(&w);
     free(old);

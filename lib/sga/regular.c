@@ -84,23 +84,31 @@ static enum graph graph_of(struct state *s, expr_id e)
     return graph;
 }
 
-/* |f| at the guess, or infinity without one. */
-static double value_near(struct state *s, expr_id f)
+double regular_value(struct state *s, expr_id f, const double *x, double t)
 {
-    if (!s->options->near)
-        return INFINITY;
     struct num_ball b;
     num_ball_init(&b, s->st, 64);
     for (int i = 0; i < s->sys->parameters; i++)
         num_ball_set_d(&b, s->parameter_symbol[i], 1.25);
     for (int j = 0; j < s->sys->variables; j++)
-        num_ball_set_d(&b, s->variable[j], s->options->near[j]);
-    num_ball_set_d(&b, s->sys->time, s->options->near_time);
+        num_ball_set_d(&b, s->variable[j], x[j]);
+    num_ball_set_d(&b, s->sys->time, t);
     expr_cone_of(s->st, &s->cone, &f, 1);
     num_ball_list(&b, s->cone.list, s->cone.count);
-    double v = fabs(arf_get_d(arb_midref(num_ball_value(&b, f)), ARF_RND_NEAR));
+    double v = arf_get_d(arb_midref(num_ball_value(&b, f)), ARF_RND_NEAR);
     num_ball_clear(&b);
-    return isfinite(v) ? v : INFINITY;
+    return v;
+}
+
+/* How far o's functions are from 0 at a place. */
+static double option_value(struct state *s, const struct regular_option *o, const double *x, double t)
+{
+    double far = 0;
+    for (int i = 0; i < o->count && isfinite(far); i++) {
+        double v = fabs(regular_value(s, o->out[i], x, t));
+        far = isfinite(v) ? fmax(far, v) : INFINITY;
+    }
+    return far;
 }
 
 enum { DEPTH = 5 };
@@ -249,12 +257,10 @@ static void from_factors(struct state *s, expr_id e, struct regular *r, const st
     }
 }
 
+/* The same at the guess; infinity without one. */
 static double option_near(struct state *s, const struct regular_option *o)
 {
-    double far = 0;
-    for (int i = 0; i < o->count; i++)
-        far = fmax(far, value_near(s, o->out[i]));
-    return far;
+    return s->options->near ? option_value(s, o, s->options->near, s->options->near_time) : INFINITY;
 }
 
 /* Nearest to the guess first. */
@@ -385,6 +391,27 @@ static struct regular form_of(struct state *s, expr_id e)
     if (r.options > 1)
         follow_route(s, e, &r);
     return r;
+}
+
+struct regular_option regular_nearest(struct state *s, expr_id e, const double *x, double t)
+{
+    struct regular r = form_at(s, e, 0);
+    struct regular_option best = { 0 };
+    int at = -1;
+    double least = INFINITY;
+    for (int k = 0; k < r.options; k++) {
+        double v = option_value(s, r.option + k, x, t);
+        if (v < least) {
+            least = v;
+            at = k;
+        }
+    }
+    if (at >= 0) {
+        best = r.option[at];
+        r.option[at].out = NULL;
+    }
+    regular_clear(&r);
+    return best;
 }
 
 /* Whether e divides by something that may vanish. */
