@@ -9,6 +9,7 @@
 #include "normal.h"
 #include "mem.h"
 #include "refine.h"
+#include "sides.h"
 
 enum { STARTS = 24, STEPS = 60, BASIC_STEPS = 12, NEWTON_BITS = 80 };
 
@@ -201,6 +202,27 @@ static int newton(struct points_jacobian *j, struct points_point *p, bool basic)
     return result;
 }
 
+/* Whether some constraint changes its branch (abs, sign, min, max) just at the point, so
+ * that its differential there is none. */
+static bool at_kink(const struct points_space *s, struct points_point *p)
+{
+    struct expr_cone cone;
+    bool kink = false;
+    expr_cone_init(&cone);
+    expr_cone_of(s->st, &cone, s->constraint, s->constraints);
+    num_ball_list(&p->ball, cone.list, cone.count);
+    for (int k = 0; k < cone.count && !kink; k++) {
+        const struct expr_node n = s->st->node[cone.list[k]];
+        if (n.op == EXPR_ABS || n.op == EXPR_SIGN)
+            kink = arb_contains_zero(num_ball_value(&p->ball, n.a));
+        else if (n.op == EXPR_MIN || n.op == EXPR_MAX)
+            kink = arb_overlaps(num_ball_value(&p->ball, n.a), num_ball_value(&p->ball, n.b));
+    }
+    num_ball_forget(&p->ball);
+    expr_cone_clear(&cone);
+    return kink;
+}
+
 enum points_status points_find(const struct points_space *s, double spread, uint64_t *random,
                                slong prec, struct points_point *p)
 {
@@ -223,8 +245,8 @@ enum points_status points_find(const struct points_space *s, double spread, uint
         /* from a point of the larger set only what is new must be met: moving new variables
          * alone often does that at once */
         int got = s->constraints ? newton(&j, p, s->before && a == 0) : 1;
-        if (got == 1 && points_refine_with(&j, p, prec))
-            status = POINTS_OK;
+        if (got == 1 && points_refine_with(&j, p, prec) && (p->certified || !at_kink(s, p)))
+            status = points_on_sides(s->st, &p->ball, s->side, s->sides) ? POINTS_OK : POINTS_NONE;
         else if (got != 0 && !irregular)
             irregular = memcpy(sga_malloc((size_t)s->variables * sizeof(double)), p->x, (size_t)s->variables * sizeof(double));
         if (a >= 6 && irregular)

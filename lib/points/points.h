@@ -16,6 +16,12 @@
 #include "budget.h"
 #include "expr.h"
 
+/* The answer holds where the function has this sign: 1 or -1. */
+struct points_side {
+    expr_id function;
+    int sign;
+};
+
 /* What is sampled. Nothing here is owned. */
 struct points_space {
     const struct expr_store *st;
@@ -26,6 +32,7 @@ struct points_space {
     const double *near;                       /* by variable: a guess, or NULL */
     double near_time;
     const struct points_point *before;        /* a point of a larger set: tried first, or NULL */
+    const struct points_side *side; int sides;   /* points on other sides are not taken */
     const struct sga_budget *budget;
 };
 

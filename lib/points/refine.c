@@ -41,13 +41,16 @@ static bool factor(struct square *q)
         row[i].col = sga_malloc((size_t)len * sizeof(int));
         row[i].val = sga_malloc((size_t)len * sizeof(double));
         slong e = -(WORD_MAX / 4);
+        bool some = false;        /* not only what is left of a cancellation */
         for (int k = 0; k < len; k++) {
             finite &= arb_is_finite(j->entry[i] + k) != 0;
+            some |= !arb_contains_zero(j->entry[i] + k);
             if (!arf_is_zero(arb_midref(j->entry[i] + k))) {
                 slong x = arf_abs_bound_lt_2exp_si(arb_midref(j->entry[i] + k));
                 e = x > e ? x : e;
             }
         }
+        finite &= some;
         q->exponent[i] = e;
         for (int k = 0; k < len; k++) {
             row[i].col[k] = j->col[i][k];
@@ -251,6 +254,8 @@ bool points_refine_with(struct points_jacobian *j, struct points_point *p, slong
     q.x = sga_malloc((size_t)q.n * sizeof *q.x);
     for (int i = 0; i < s->variables; i++)
         mag_zero(arb_radref(p->ball.symbol + s->variable[i]));
+    if (p->ball.prec < prec)
+        p->ball.prec = prec;
     bool ok = factor(&q) && iterate(&q, prec);
     if (ok) {
         for (int i = 0; i < q.c; i++)

@@ -8,6 +8,7 @@
 #include "mem.h"
 #include "needed.h"
 #include "poly.h"
+#include "sides.h"
 
 enum { DEEPEST_BITS = 300000 };
 
@@ -48,6 +49,7 @@ void points_shadow_clear(struct points_shadow *s)
 {
     points_shadow_forget(s);
     free(s->zero);
+    free(s->side);
     expr_cone_clear(&s->cone);
 }
 
@@ -60,6 +62,8 @@ static enum points_status sample_reals(struct points_shadow *s, const struct poi
         /* a guess is only a guess: go a little away from it, to a generic point */
         double spread = k == 0 && !s->space.near ? 1 : 0.05 * (1 + k);
         space.before = k < befores ? before + k : NULL;
+        space.side = s->side;
+        space.sides = s->sides;
         status = points_find(&space, spread, &s->random, POINTS_BITS, s->real + k);
         if (status != POINTS_OK) {
             points_point_clear(s->real + k);
@@ -298,11 +302,25 @@ static void keep_zero(struct points_shadow *s, expr_id e, struct points_decision
     s->zero[s->zeros++] = (struct points_zero){ e, d };
 }
 
+/* A zero that was found at the points: the sides that it depends on. */
+static void note_sides(struct points_shadow *s, expr_id e)
+{
+    struct expr_store *st = (struct expr_store *)s->space.st;
+    for (; s->looked < st->nodes; s->looked++)
+        s->switches |= points_switches(expr_op_of(st, s->looked));
+    if (!s->switches || !s->reals || !expr_store_ok(st))
+        return;
+    expr_cone_of(st, &s->cone, &e, 1);
+    points_sides_of(st, s->real, e, s->cone.list, s->cone.count, &s->side, &s->sides, &s->side_cap);
+}
+
 struct points_decision points_shadow_zero(struct points_shadow *s, expr_id e)
 {
     struct points_decision d = decide(s, e);
     s->count[d.basis]++;
     keep_zero(s, e, d);
+    if (d.truth == POINTS_ZERO && d.basis != POINTS_EXACT)
+        note_sides(s, e);
     if (d.basis == POINTS_ZERO_NUMERIC && d.digits < s->least_digits)
         s->least_digits = d.digits;
     return d;

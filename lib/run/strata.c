@@ -139,6 +139,10 @@ void answer_strata(struct job *j)
         factors_of(j, &facts, j->solution.contradiction);
     for (int i = 0; i < j->solution.branches; i++)
         add(j, j->solution.branch[i], "branch");
+    for (int i = 0; i < j->solution.sides; i++) {
+        unsigned f = expr_facts_of(&facts, &j->request.store, j->solution.side[i].function);
+        add(j, j->solution.side[i].function, f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME) ? "side" : "parameter");
+    }
     for (int i = 0; i < j->solution.pivots; i++)
         if (!expr_is_const(&j->request.store, j->solution.pivot[i].value))
             factors_of(j, &facts, j->solution.pivot[i].value);

@@ -9,6 +9,7 @@
 #include "mem.h"
 #include "irregular.h"
 #include "print.h"
+#include "sides.h"
 
 char *state_text(struct state *s, expr_id e)
 {
@@ -159,6 +160,7 @@ static int admit_irregular(struct state *s, const struct candidate *c, const dou
     struct proposal *p = NULL;
     int count = irregular_proposals(s, c->expr, x, t, &p), before = s->sol->constraints, added = -1;
     bool taken = false;
+    int sides = s->shadow->sides;
     for (int i = 0; i < count; i++) {
         for (int k = 0; k < p[i].count && added < 0; k++)
             push(s, c, p[i].out[k], g);
@@ -166,8 +168,11 @@ static int admit_irregular(struct state *s, const struct candidate *c, const dou
             && points_shadow_zero(s->shadow, c->expr).truth == POINTS_ZERO
             && (!p[i].derivatives || order_holds(s, p + i)) && (p[i].exact || vanishes_far(s, c->expr)))
             added = p[i].count;
+        for (int k = before; k < s->sol->constraints; k++)
+            s->sol->constraint[k].near_point = true;
         if (added < 0) {
             pop(s, before);
+            s->shadow->sides = sides;
         } else if (p[i].whole && s->sol->constraints == before + added && !taken) {
             SGA_RESERVE(s->sol->branch, s->branch_cap, s->sol->branches + 1);
             s->sol->branch[s->sol->branches++] = p[i].whole;
@@ -273,6 +278,44 @@ static int constant_there(struct state *s, const struct candidate *c, const char
     return -1;
 }
 
+/* Whether e is made with functions that are one analytic function on each side of a surface. */
+static bool has_sides(struct state *s, expr_id e)
+{
+    expr_cone_of(s->st, &s->cone, &e, 1);
+    for (int k = 0; k < s->cone.count; k++)
+        if (points_switches(expr_op_of(s->st, s->cone.list[k])))
+            return true;
+    return false;
+}
+
+/* c may hold all over one side of a surface (abs(x y) = x y, sign(x) = 1): look for points
+ * of the present set where it does, and go on there. */
+static bool holds_on_side(struct state *s, const struct candidate *c)
+{
+    enum { TRIES = 16 };
+    if (!has_sides(s, c->expr))
+        return false;
+    struct points_space space = s->space;
+    uint64_t random = s->shadow->random;
+    int sides = s->shadow->sides;
+    space.constraint = s->con;
+    space.constraints = s->sol->constraints;
+    space.before = NULL;
+    bool found = false;
+    for (int k = 0; k < TRIES && !found; k++) {
+        struct points_point p;
+        if (points_find(&space, space.near ? 0.05 * k : 1 + 0.5 * k, &random, POINTS_BITS, &p) == POINTS_OK) {
+            num_ball_extend(&p.ball);
+            if (arb_contains_zero(num_ball_value(&p.ball, c->expr)) && sample_near(s, p.x, p.t) == POINTS_OK)
+                found = points_shadow_zero(s->shadow, c->expr).truth == POINTS_ZERO && s->shadow->sides > sides;
+            if (!found)
+                s->shadow->sides = sides;
+        }
+        points_point_clear(&p);
+    }
+    return found;
+}
+
 /* No option led to points: say what can be said. `status` is that of the last one. */
 static int refuse(struct state *s, const struct candidate *c, const struct regular *r, enum points_status status, int g)
 {
@@ -292,6 +335,8 @@ static int refuse(struct state *s, const struct candidate *c, const struct regul
     }
     if (status == POINTS_STOPPED)
         result = fail_sample(s, c, status);
+    else if (holds_on_side(s, c))
+        result = 0;
     else if (state_sample(s) != POINTS_OK)
         result = fail_sample(s, c, POINTS_NONE);
     else if (state_locally_constant(s, c->expr))

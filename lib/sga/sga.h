@@ -33,6 +33,7 @@ struct sga_constraint {
     enum sga_origin origin;
     struct sga_part *part; int parts;
     expr_id replaced;      /* the function that arose, where a regular one took its place; or EXPR_UNDEF */
+    bool near_point;       /* that holds near the points; what was replaced may have more zeros elsewhere */
     expr_id base; int order;  /* expr is order! times the order-th flow coefficient of base */
 };
 
@@ -57,6 +58,7 @@ struct sga_solution {
     struct sga_part *contradiction_part; int contradiction_parts;
     char contradiction_why[160];
     int dense_blocks;                  /* solved as a whole: their determinants are assumed not 0 */
+    struct points_side *side; int sides;   /* of surfaces that zero decisions rest on: the answer holds there; owned */
     bool not_factored;                 /* some constraint was too large to be searched for branches */
     int redundant_rows;                /* rows of the system that follow from the others */
 };

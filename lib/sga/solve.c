@@ -16,6 +16,7 @@ void sga_solution_clear(struct sga_solution *sol)
 {
     for (int i = 0; i < sol->constraints; i++)
         free(sol->constraint[i].part);
+    free(sol->side);
     free(sol->constraint);
     free(sol->dimension);
     free(sol->pivot);
@@ -303,6 +304,17 @@ static bool run(struct state *s)
     return true;
 }
 
+/* A contradiction that rests on one side of a surface says nothing of the other. */
+static bool contradiction_on_side(struct state *s)
+{
+    const struct points_side *side = s->shadow->side;
+    char *text = state_text(s, side->function);
+    sga_fail(s->err, SGA_E_SPLIT, "where %s %s 0 the equations contradict each other; what holds on the other side was not "
+             "looked at; give trajectory.initial there, or write the system for the side that is meant", text, side->sign > 0 ? ">" : "<");
+    free(text);
+    return false;
+}
+
 static void conclude(struct state *s)
 {
     struct sga_solution *sol = s->sol;
@@ -315,6 +327,9 @@ static void conclude(struct state *s)
                        : point && !sol->depends_on_time ? SGA_ISOLATED : SGA_UNIQUE;
     }
     sol->dense_blocks = s->ech.blocks;
+    sol->sides = s->shadow->sides;
+    if (sol->sides)
+        sol->side = memcpy(sga_malloc((size_t)sol->sides * sizeof *sol->side), s->shadow->side, (size_t)sol->sides * sizeof *sol->side);
     sol->pivot = sga_malloc((size_t)(s->ech.pivots + s->assumptions + 1) * sizeof *sol->pivot);
     for (int q = 0; q < s->ech.pivots; q++)
         sol->pivot[sol->pivots++] = (struct sga_pivot){ s->ech.pivot[q].col, s->ech.pivot[q].value,
@@ -328,11 +343,14 @@ bool state_solve(const struct sys_system *system, const struct sga_options *opti
 {
     struct state s;
     state_init(&s, system, options, shadow, route, solution, err);
+    shadow->sides = 0;
     bool ok = run(&s);
     if (ok && !expr_store_ok(s.st)) {
         *err = s.st->error;
         ok = false;
     }
+    if (ok && s.inconsistent && shadow->sides)
+        ok = contradiction_on_side(&s);
     if (ok)
         conclude(&s);
     else if (!err->stage[0])
