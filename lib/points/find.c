@@ -10,6 +10,7 @@
 #include "mem.h"
 #include "refine.h"
 #include "sides.h"
+#include "triangular.h"
 
 enum { STARTS = 24, STEPS = 60, BASIC_STEPS = 12, NEWTON_BITS = 80 };
 
@@ -242,6 +243,11 @@ enum points_status points_find(const struct points_space *s, double spread, uint
         }
         p->ball.prec = NEWTON_BITS;
         start(s, spread, random, a, p);
+        p->triangular = false;
+        if (a >= (s->near ? 4 : 1) && s->constraints && points_triangular(s, p, prec)) {
+            status = points_on_sides(s->st, &p->ball, s->side, s->sides) ? POINTS_OK : POINTS_NONE;
+            continue;
+        }
         /* from a point of the larger set only what is new must be met: moving new variables
          * alone often does that at once */
         int got = s->constraints ? newton(&j, p, s->before && a == 0) : 1;

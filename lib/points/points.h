@@ -46,6 +46,7 @@ enum points_status {
 struct points_point {
     struct num_ball ball;      /* symbols are set; values of nodes extend on demand */
     bool certified;
+    bool triangular;           /* solved variable by variable: refined in the same way */
     double *x;                 /* by variable, midpoints (may be 0 or inf if out of range) */
     double t;
     double *parameter;         /* by parameter */

@@ -7,6 +7,7 @@
 
 #include "mem.h"
 #include "sparse.h"
+#include "triangular.h"
 
 /* Everything about one square subsystem: rows scaled by 2^-exponent. */
 struct square {
@@ -248,6 +249,8 @@ static bool krawczyk(struct square *q, slong prec)
 bool points_refine_with(struct points_jacobian *j, struct points_point *p, slong prec)
 {
     const struct points_space *s = j->space;
+    if (p->triangular)
+        return points_triangular(s, p, prec);
     struct square q = { .j = j, .p = p, .c = s->constraints, .n = s->variables };
     q.exponent = sga_malloc((size_t)q.c * sizeof *q.exponent);
     q.b = sga_malloc((size_t)q.c * sizeof *q.b);
