@@ -240,7 +240,7 @@ static struct points_decision decide(struct points_shadow *s, expr_id e)
     int opinion = -2;
     for (int l = 0; l < 5; l++) {
         if (l == 4)         /* beyond the usual levels only for what may be that small */
-            level[l] = need < 8000 ? 8000 : need + 100;
+            level[l] = need < 4000 ? 8000 : need + need / 2 + 2000;
         if (l == 4 && (level[l] > DEEPEST_BITS || d.truth != POINTS_ZERO))
             break;
         if (l && !raise_points(s, level[l]))

@@ -85,6 +85,7 @@ static bool drops(struct job *j, expr_id factor)
     struct points_space space = {
         .st = sys->store, .variable = variable, .variables = n, .parameter = sys->parameter, .parameters = sys->parameters,
         .time = sys->time, .constraint = con, .constraints = c + 1, .near = j->near, .near_time = j->near_time,
+        .scale = j->solution.scale,
         .budget = &j->budget,
     };
     struct points_point p;

@@ -131,9 +131,12 @@ static bool vanishes_far(struct state *s, expr_id e)
     bool all = true;
     space.near = NULL;
     space.before = NULL;
+    double size = 1;
+    for (int j = 0; j < space.variables && space.scale; j++)
+        size = fmax(size, ldexp(1, space.scale[j]));
     for (int k = 0; k < 8 && all; k++) {
         struct points_point p;
-        if (points_find(&space, 1 + k, &random, POINTS_BITS, &p) == POINTS_OK) {
+        if (points_find(&space, (1 + k) * (k % 2 ? size : 1), &random, POINTS_BITS, &p) == POINTS_OK) {
             num_ball_extend(&p.ball);
             all = arb_contains_zero(num_ball_value(&p.ball, e));
         }

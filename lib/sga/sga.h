@@ -58,6 +58,7 @@ struct sga_solution {
     struct sga_part *contradiction_part; int contradiction_parts;
     char contradiction_why[160];
     int dense_blocks;                  /* solved as a whole: their determinants are assumed not 0 */
+    int *scale;                        /* by variable, for sampling (points_space), or NULL; owned */
     struct points_side *side; int sides;   /* of surfaces that zero decisions rest on: the answer holds there; owned */
     bool not_factored;                 /* some constraint was too large to be searched for branches */
     int redundant_rows;                /* rows of the system that follow from the others */

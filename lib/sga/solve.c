@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "mem.h"
+#include "scaling.h"
 
 const char *sga_verdict_text(enum sga_verdict v)
 {
@@ -17,6 +18,7 @@ void sga_solution_clear(struct sga_solution *sol)
     for (int i = 0; i < sol->constraints; i++)
         free(sol->constraint[i].part);
     free(sol->side);
+    free(sol->scale);
     free(sol->constraint);
     free(sol->dimension);
     free(sol->pivot);
@@ -35,6 +37,28 @@ int sga_stages(const struct sga_solution *sol, int *end)
         if (i + 1 == sol->constraints || sol->constraint[i + 1].generation != sol->constraint[i].generation)
             end[stages++] = i + 1;
     return stages;
+}
+
+/* Natural sizes of the variables, where they lie far from 1. */
+static int *natural_sizes(const struct sys_system *sys, const int *variable)
+{
+    struct scaling *w = scaling_new(sys->store, variable, sys->variables);
+    int *scale = NULL;
+    if (!w)
+        return NULL;
+    for (int i = 0; i < sys->rows; i++) {
+        scaling_sum(w);
+        scaling_add(w, sys->row[i].alpha, -1);
+        for (int k = 0; k < sys->row[i].entries; k++)
+            scaling_add(w, sys->row[i].entry[k].value, sys->row[i].entry[k].col);
+    }
+    for (int i = 0; i < sys->restrictions; i++) {
+        scaling_sum(w);
+        scaling_add(w, sys->restriction[i], -1);
+    }
+    scale = scaling_solve(w);
+    scaling_free(w);
+    return scale;
 }
 
 static void state_init(struct state *s, const struct sys_system *sys, const struct sga_options *options,
@@ -64,6 +88,7 @@ static void state_init(struct state *s, const struct sys_system *sys, const stru
         .parameters = sys->parameters, .time = sys->time, .near = options->near,
         .near_time = options->near_time, .budget = options->budget,
     };
+    s->space.scale = sol->scale = natural_sizes(sys, s->variable);
     s->ctx = (struct ech_context){ .st = st, .facts = &s->facts, .shadow = shadow, .budget = options->budget,
                                    .record = options->combinations, .err = err };
 }

@@ -194,7 +194,7 @@ bool sga_witness_check(const struct sys_system *system, const struct sga_claim *
         .st = claim->st, .variable = claim->variable, .variables = claim->variables,
         .parameter = claim->parameter, .parameters = claim->parameters, .time = claim->time,
         .constraint = claim->constraint, .constraints = claim->constraints,
-        .near = near, .near_time = near_time, .budget = budget,
+        .near = near, .near_time = near_time, .scale = claim->solution->scale, .budget = budget,
     };
     struct points_space clock = space;
     clock.variable = &claim->time;
