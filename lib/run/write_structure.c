@@ -22,7 +22,18 @@ static void member_expression(struct job *j, struct sga_json *w, const char *key
     sga_buf_free(&text);
 }
 
-/* The row as an equation of the grammar: "(a)*x' + y' = alpha"; left out where it is long. */
+/* Whether the velocity's name is a variable of its own (order reduction). */
+static bool is_variable(const struct job *j, int variable)
+{
+    struct sga_buf name = { 0 };
+    sga_buf_printf(&name, "%s'", name_of(j, variable));
+    bool found = expr_symbol_find(&j->request.store, name.data, name.len) >= 0;
+    sga_buf_free(&name);
+    return found;
+}
+
+/* The row as an equation of the grammar: "(a)*x' + y' = alpha"; left out where it is long,
+ * and where it only says that the variable x' is the derivative of x. */
 static void write_text(struct job *j, struct sga_json *w, int row)
 {
     enum { LIMIT = 400 };
@@ -31,8 +42,9 @@ static void write_text(struct job *j, struct sga_json *w, int row)
     struct sga_buf text = { 0 };
     bool ok = true;
     for (int k = 0; k < r->entries && ok; k++) {
+        ok = !is_variable(j, r->entry[k].col);
         sga_buf_puts(&text, k ? " + " : "");
-        if (!expr_is_one(st, r->entry[k].value)) {
+        if (ok && !expr_is_one(st, r->entry[k].value)) {
             sga_buf_puts(&text, "(");
             ok = expr_print(st, r->entry[k].value, LIMIT, &text);
             sga_buf_puts(&text, ")*");

@@ -39,7 +39,7 @@ struct sga_constraint {
 
 /* A row of the last elimination that gave neither pivot nor constraint: the sum of its
  * parts has no velocities left, and its right side `rest` vanishes on P_generation (0: on
- * all of M, or on the zero set of the restriction). */
+ * all of M). */
 struct sga_vanished {
     int source;            /* as in struct sga_constraint */
     int generation;

@@ -149,9 +149,9 @@ static unsigned char *rows_used(const struct sga_solution *sol, int rows)
 }
 
 /* Rows that ended without entries and gave no constraint, after the candidates of
- * generation g were admitted. Those that earlier eliminations used are no consequences:
+ * generation g were admitted; the elimination was done on P_before. Those that earlier eliminations used are no consequences:
  * where a pivot died in between, rows may have changed their places. */
-static void note_vanished(struct state *s, const struct ech_row *row, int rows, int g)
+static void note_vanished(struct state *s, const struct ech_row *row, int rows, int before, int g)
 {
     struct sga_solution *sol = s->sol;
     unsigned char *used = rows_used(sol, s->sys->rows);
@@ -168,7 +168,7 @@ static void note_vanished(struct state *s, const struct ech_row *row, int rows, 
         bool zero = expr_is_zero(s->st, r->rhs);
         SGA_RESERVE(sol->vanished, s->vanished_cap, sol->vanished_rows + 1);
         struct sga_vanished *v = sol->vanished + sol->vanished_rows++;
-        *v = (struct sga_vanished){ .source = r->source, .generation = zero ? g - 1 : g,
+        *v = (struct sga_vanished){ .source = r->source, .generation = zero ? before : g,
                                     .rest = !zero ? r->rhs : r->rest ? r->rest : r->rhs };
         struct candidate c = { .expr = v->rest, .source = r->source, .op = r->op, .ops = r->ops };
         state_combine(s, &c, &v->part, &v->parts);
@@ -212,7 +212,8 @@ static void forget_pivots(struct state *s)
  * Returns how many constraints were added, or -1. */
 static int round_of(struct state *s, int from, int to, int g)
 {
-    int rows = 0, added = -1;
+    int rows = 0, added = -1, last = s->sol->constraints;
+    int before = last ? s->sol->constraint[last - 1].generation : 0;
     struct ech_row *row;
     if (!s->started) {
         row = system_rows(s, to - from);
@@ -230,7 +231,7 @@ static int round_of(struct state *s, int from, int to, int g)
         int count = harvest(s, row, rows, &cand);
         added = state_admit(s, cand, count, g);
         if (added >= 0 && !s->inconsistent)
-            note_vanished(s, row, rows, g);
+            note_vanished(s, row, rows, before, g);
         free(cand);
     }
     free_rows(row, rows);

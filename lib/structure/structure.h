@@ -29,7 +29,7 @@ struct structure_equation {
      * one with the factor 1. NULL: no such combination was found. */
     struct sga_part *part; int parts;
     bool everywhere;               /* the combination holds on all of the space, not only on ... */
-    int holds_on;                  /* ... P_k of this k (0: everywhere, or on `restrict`) */
+    int holds_on;                  /* ... P_k of this k (0: everywhere) */
     int derivative_of;             /* a constraint whose derivative implies this equation too; -1 */
 };
 
