@@ -8,6 +8,7 @@
 #include "request.h"
 #include "run.h"
 #include "sga.h"
+#include "structure.h"
 #include "trajectory.h"
 #include "witness.h"
 
@@ -43,12 +44,14 @@ struct job {
     bool has_trajectory;
     struct traj_initial initial;
     bool has_initial;
+    struct structure structure;
+    bool has_structure;
     struct stratum { expr_id factor; const char *kind; char *text; } *stratum;
     int strata;
     struct sga_buf kronecker;     /* JSON value of the member, where structure is wanted */
     bool is_linear;               /* and it is a structure, not a reason */
     struct operator_answer *op;   /* or NULL */
-    struct { double read, reduce, operator_form, print, witness, trajectory; } seconds;
+    struct { double read, reduce, operator_form, print, witness, trajectory, structure; } seconds;
     struct sga_error *err;
 };
 
@@ -69,6 +72,8 @@ void answer_strata(struct job *j);
 /* The result object. */
 void answer_write(struct job *j, struct sga_buf *out);
 void answer_write_trajectory(const struct job *j, struct sga_json *w);
+/* Members of the object `structure`, which is open; needs the structure. */
+void answer_write_structure(struct job *j, struct sga_json *w);
 void answer_write_initial(const struct job *j, struct sga_json *w);
 
 #endif

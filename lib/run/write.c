@@ -378,6 +378,9 @@ static void write_work(const struct job *j, struct sga_json *w)
     if (j->has_trajectory) {
         sga_json_member_double(w, "trajectory", j->seconds.trajectory);
     }
+    if (j->has_structure) {
+        sga_json_member_double(w, "structure", j->seconds.structure);
+    }
     sga_json_end_object(w);
     sga_json_member_int(w, "nodes", j->request.store.nodes);
     sga_json_member_int(w, "pivots", j->solution.pivots);
@@ -424,6 +427,8 @@ void answer_write(struct job *j, struct sga_buf *out)
         sga_json_object(w);
         sga_json_key(w, "kronecker");
         sga_json_raw(w, j->kronecker.data, j->kronecker.len);
+        if (j->has_structure)
+            answer_write_structure(j, w);
         sga_json_end_object(w);
     }
     if (j->is_linear) {

@@ -27,6 +27,9 @@ void sga_solution_clear(struct sga_solution *sol)
     free(sol->gauge);
     free(sol->branch);
     free(sol->contradiction_part);
+    for (int i = 0; i < sol->vanished_rows; i++)
+        free(sol->vanished[i].part);
+    free(sol->vanished);
     *sol = (struct sga_solution){ 0 };
 }
 
@@ -130,10 +133,8 @@ static int harvest(struct state *s, struct ech_row *row, int rows, struct candid
         struct ech_row *r = row + i;
         if (!r->rhs || r->entries)
             continue;
-        if (expr_is_zero(s->st, r->rhs)) {
-            s->sol->redundant_rows += r->source < s->sys->rows;
+        if (expr_is_zero(s->st, r->rhs))
             continue;
-        }
         struct candidate c = { .expr = r->rhs, .base = r->rhs, .origin = SGA_FROM_ROWS, .source = r->source,
                                .op = r->op, .ops = r->ops };
         if (r->source >= s->sys->rows) {
@@ -158,6 +159,49 @@ static void free_rows(struct ech_row *row, int rows)
     free(row);
 }
 
+/* By source: 1 where some constraint rests on the row, as its origin or in its combination. */
+static unsigned char *rows_used(const struct sga_solution *sol, int rows)
+{
+    unsigned char *used = sga_calloc((size_t)(rows + sol->constraints) + 1, 1);
+    for (int i = 0; i < sol->constraints; i++) {
+        const struct sga_constraint *c = sol->constraint + i;
+        if (c->source >= 0)
+            used[c->source] = 1;
+        for (int k = 0; k < c->parts; k++)
+            if (c->part[k].row >= 0)
+                used[c->part[k].row] = 1;
+    }
+    return used;
+}
+
+/* Rows that ended without entries and gave no constraint, after the candidates of
+ * generation g were admitted; the elimination was done on P_before. Those that earlier eliminations used are no consequences:
+ * where a pivot died in between, rows may have changed their places. */
+static void note_vanished(struct state *s, const struct ech_row *row, int rows, int before, int g)
+{
+    struct sga_solution *sol = s->sol;
+    unsigned char *used = rows_used(sol, s->sys->rows);
+    for (int i = 0; i < rows; i++) {
+        const struct ech_row *r = row + i;
+        bool own = r->source < s->sys->rows;
+        if (!r->rhs || r->entries || (!own && !s->options->rows))
+            continue;
+        if (used[r->source] || (own && s->restarted && (s->blocks_lost || !s->options->combinations)))
+            continue;
+        sol->redundant_rows += own;
+        if (!s->options->rows)
+            continue;
+        bool zero = expr_is_zero(s->st, r->rhs);
+        SGA_RESERVE(sol->vanished, s->vanished_cap, sol->vanished_rows + 1);
+        struct sga_vanished *v = sol->vanished + sol->vanished_rows++;
+        *v = (struct sga_vanished){ .source = r->source, .generation = zero ? before : g,
+                                    .rest = !zero ? r->rhs : r->rest ? r->rest : r->rhs };
+        struct candidate c = { .expr = v->rest, .source = r->source, .op = r->op, .ops = r->ops };
+        state_combine(s, &c, &v->part, &v->parts);
+    }
+    free(used);
+}
+
 /* Every pivot so far, asked again at the points of the smaller set: 1 all stand, 0 one
  * died, -1 undecided. */
 static int pivots_stand(struct state *s)
@@ -173,9 +217,13 @@ static int pivots_stand(struct state *s)
 /* Begin the echelon form anew: all rows are pending again. */
 static void forget_pivots(struct state *s)
 {
+    s->blocks_lost |= s->ech.blocks > 0;
     ech_clear(&s->ech);
     ech_init(&s->ech, s->sys->variables);
     s->started = false;
+    s->restarted = true;
+    while (s->sol->vanished_rows)
+        free(s->sol->vanished[--s->sol->vanished_rows].part);
     expr_flow_clear(&s->flow);
     expr_flow_init(&s->flow, s->st);
     memset(s->determined, 0, (size_t)s->sys->variables);
@@ -190,7 +238,8 @@ static void forget_pivots(struct state *s)
  * Returns how many constraints were added, or -1. */
 static int round_of(struct state *s, int from, int to, int g)
 {
-    int rows = 0, added = -1;
+    int rows = 0, added = -1, last = s->sol->constraints;
+    int before = last ? s->sol->constraint[last - 1].generation : 0;
     struct ech_row *row;
     if (!s->started) {
         row = system_rows(s, to - from);
@@ -207,6 +256,8 @@ static int round_of(struct state *s, int from, int to, int g)
         struct candidate *cand;
         int count = harvest(s, row, rows, &cand);
         added = state_admit(s, cand, count, g);
+        if (added >= 0 && !s->inconsistent)
+            note_vanished(s, row, rows, before, g);
         free(cand);
     }
     free_rows(row, rows);
@@ -358,9 +409,9 @@ static void conclude(struct state *s)
     sol->pivot = sga_malloc((size_t)(s->ech.pivots + s->assumptions + 1) * sizeof *sol->pivot);
     for (int q = 0; q < s->ech.pivots; q++)
         sol->pivot[sol->pivots++] = (struct sga_pivot){ s->ech.pivot[q].col, s->ech.pivot[q].value,
-                                                        s->ech.pivot[q].generation };
+                                                        s->ech.pivot[q].generation, s->ech.pivot[q].row.source };
     for (int q = 0; q < s->assumptions; q++)
-        sol->pivot[sol->pivots++] = (struct sga_pivot){ -1, s->assumed[q], 0 };
+        sol->pivot[sol->pivots++] = (struct sga_pivot){ -1, s->assumed[q], 0, -1 };
 }
 
 bool state_solve(const struct sys_system *system, const struct sga_options *options, struct points_shadow *shadow,

@@ -61,6 +61,9 @@ struct state {
     int solved_count;
     bool inconsistent;
     bool started;                         /* the system's rows are in the echelon form */
+    bool restarted;                       /* a pivot died on a smaller set, and they were put in anew */
+    bool blocks_lost;                     /* ... and dense blocks with them, whose combinations are not known */
+    size_t vanished_cap;
 };
 
 /* Tangency of constraint i as a row over the undetermined columns:
