@@ -158,6 +158,8 @@ class TrajectoryCheck:
             return
         if "rows" in expect:
             self.check(len(self.rows) == expect["rows"], "rows", str(len(self.rows)))
+        if "method" in expect:
+            self.check(self.t["method"] == expect["method"], "method", self.t["method"])
         self.ended(expect.get("ended"))
         self.times()
         if "final" in expect:

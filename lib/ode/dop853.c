@@ -28,11 +28,11 @@ struct dop853 {
     double ratio;     /* of the estimates of order 5 and 3, over h^2, lately */
 };
 
-static void *dop853_alloc(int n)
+static void *dop853_alloc(const struct ode_problem *p)
 {
     struct dop853 *d = sga_malloc(sizeof *d);
-    size_t m = (size_t)n;
-    d->n = n;
+    size_t m = (size_t)p->n;
+    d->n = p->n;
     d->ratio = 0;
     d->k = sga_calloc((DOP853_ALL + 1 + 1 + 7) * m + 1, sizeof *d->k);
     d->y = d->k + DOP853_ALL * m;
@@ -96,15 +96,24 @@ static void finish_step(struct dop853 *d, struct ode_step *step)
     step->error = both > 0 ? fabs(step->h) * sqrt(both / d->n) * pow(trusted_ratio(d, ratio, step->h), 2) : 0;
 }
 
-static bool dop853_attempt(void *state, struct ode_field *field, struct ode_step *step)
+static enum ode_outcome dop853_attempt(void *state, struct ode_field *field, struct ode_step *step)
 {
     struct dop853 *d = state;
     memcpy(d->k, step->f, (size_t)d->n * sizeof *d->k);
     for (int s = 1; s < DOP853_STAGES; s++)
         if (!run_stage(d, field, step, s, s == DOP853_STAGES - 1 ? d->y_last : d->y))
-            return false;
+            return ODE_FIELD_REFUSED;
     finish_step(d, step);
-    return true;
+    step->dense_error = step->doubt = step->error;
+    step->error_order = 8;
+    step->cost = DOP853_STAGES;
+    return ODE_STEPPED;
+}
+
+static void dop853_forget(void *state)
+{
+    struct dop853 *d = state;
+    d->ratio = 0;
 }
 
 /* Both the last stage and the end belong to the time t + h: the field's difference over
@@ -123,8 +132,7 @@ static double dop853_stiffness(const void *state, const struct ode_step *step)
     return down > 0 ? fabs(step->h) * sqrt(up / down) / STABILITY_LIMIT : 0;
 }
 
-static bool dop853_dense_begin(void *state, struct ode_field *field,
-                               const struct ode_step *step)
+static bool dop853_dense_begin(void *state, struct ode_field *field, struct ode_step *step)
 {
     struct dop853 *d = state;
     size_t n = (size_t)d->n;
@@ -164,11 +172,10 @@ const struct ode_method ode_dop853 = {
     .what = "explicit Runge-Kutta of order 8 (Dormand-Prince 8(5,3)), dense output of order 7",
     .order = 8,
     .error_order = 8,
-    .rtol_least = 0,
-    .rtol_most = 1,
     .alloc = dop853_alloc,
     .free = dop853_free,
     .attempt = dop853_attempt,
+    .forget = dop853_forget,
     .dense_begin = dop853_dense_begin,
     .stiffness = dop853_stiffness,
     .dense_at = dop853_dense_at,

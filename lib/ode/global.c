@@ -48,7 +48,7 @@ static bool check_options(const struct ode_problem *p, const struct ode_options 
     for (int j = 0; o->unit && j < p->n; j++)
         if (!(o->unit[j] > 0) || !isfinite(o->unit[j]))
             return sga_fail(err, SGA_E_SCHEMA, "the scale of variable %d is not positive", j);
-    if (!ode_method_find(o->method, o->rtol))
+    if (!ode_method_find(o->method))
         return sga_fail(err, SGA_E_NOT_SUPPORTED, "there is no integration method \"%s\"", o->method);
     return true;
 }
@@ -57,7 +57,7 @@ static void solve_once(const struct ode_problem *p, const struct ode_start *star
                        const struct ode_options *o, const double *unit,
                        struct ode_result *res)
 {
-    const struct ode_method *method = ode_method_find(o->method, o->rtol);
+    const struct ode_method *method = ode_method_find(o->method);
     *res = (struct ode_result){.n = p->n, .max_error = -1, .rtol = o->rtol, .method = method->name};
     res->samples = sga_malloc(((size_t)start->count * (size_t)p->n + 1) * sizeof(double));
     ode_march(p, start, o, unit, method, res);

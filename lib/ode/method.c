@@ -6,6 +6,7 @@
 
 static const struct ode_method *const methods[] = {
     &ode_dop853,
+    &ode_radau,
 };
 enum { METHODS = sizeof methods / sizeof *methods };
 
@@ -19,15 +20,19 @@ const char *ode_method_what(int i)
     return i >= 0 && i < METHODS ? methods[i]->what : NULL;
 }
 
-const struct ode_method *ode_method_find(const char *name, double rtol)
+bool ode_method_is_auto(const char *name)
 {
-    bool choose = !name || strcmp(name, "auto") == 0;
-    for (int i = 0; i < METHODS; i++) {
-        const struct ode_method *m = methods[i];
-        if (choose ? rtol >= m->rtol_least && rtol <= m->rtol_most : strcmp(name, m->name) == 0)
-            return m;
-    }
-    return choose ? methods[0] : NULL;
+    return !name || strcmp(name, "auto") == 0;
+}
+
+const struct ode_method *ode_method_find(const char *name)
+{
+    if (ode_method_is_auto(name))
+        return methods[0];
+    for (int i = 0; i < METHODS; i++)
+        if (strcmp(name, methods[i]->name) == 0)
+            return methods[i];
+    return NULL;
 }
 
 bool ode_eval(struct ode_field *field, double t, const double *x, double *dx)

@@ -6,9 +6,9 @@
  * only the samples before it are delivered.
  *
  * Layers, each in its own file: driver.c (the march), control.c (step sizes), a method
- * (method.h; a const struct of functions, e.g. dop853.c), sample.c (dense output and its
- * projection), ending.c (why a march stopped), global.c (the second solution for the
- * error estimate). */
+ * (method.h; a const struct of functions: dop853.c, radau.c), switch.c (which of them),
+ * sample.c (dense output and its projection), ending.c (why a march stopped), global.c
+ * (the second solution for the error estimate). */
 #ifndef SGA_ODE_H
 #define SGA_ODE_H
 
@@ -16,6 +16,7 @@
 #include <stddef.h>
 #include "budget.h"
 #include "error.h"
+#include "lin_sparse.h"
 
 /* Why a solution ended before the last time asked for. The text is what results show. */
 #define ODE_REASON_TABLE(X) \
@@ -59,6 +60,14 @@ struct ode_problem {
     /* Asked right after rhs or project returned false: what the reason is, if the march
      * cannot get past it. NULL: LEFT_DOMAIN for rhs, CONSTRAINT_LOST for project. */
     enum ode_reason (*why)(void *ctx);
+    /* For implicit methods: the pattern of dX/dx (NULL: full) and its values in the order
+     * of the pattern's entries (by rows where it is full). Where jacobian is NULL or
+     * returns false, central differences are taken, one pair of evaluations for each
+     * group of columns that share no row; without a pattern and with constraints, they are
+     * taken along the manifold. */
+    const struct lin_sparse *pattern;
+    bool (*jacobian)(void *ctx, double t, const double *x, double *value);
+    double cost;               /* of one rhs, in multiplications; 0: taken as 20 n */
 };
 
 struct ode_start {
@@ -70,7 +79,8 @@ struct ode_start {
 };
 
 struct ode_options {
-    const char *method;        /* NULL or "auto": chosen; else a name in method.c's table */
+    const char *method;        /* NULL or "auto": chosen, and changed where the problem turns
+                                * stiff or no longer is; else a name in method.c's table */
     double rtol, atol;         /* local error allowed: atol * unit_j + rtol * |x_j| */
     const double *unit;        /* n; typical sizes, > 0; NULL: all 1 */
     double first_step;         /* 0: chosen */
@@ -86,6 +96,8 @@ struct ode_stats {
     long steps, refused;       /* accepted; refused for any cause */
     long evaluations;          /* of rhs */
     long projections;
+    long jacobians, factorisations;    /* of implicit steps; a factorisation is of all shifts */
+    long implicit_steps;       /* accepted */
     long stiff_steps;          /* accepted where stability, not accuracy, set the size */
     double smallest_step, largest_step;
 };
@@ -110,7 +122,7 @@ struct ode_result {
     double *error;
     double max_error;
     double rtol;               /* used for the solution that was delivered */
-    const char *method;        /* name of the method used; static */
+    const char *method;        /* names of the methods that made steps; static */
     struct ode_stats stats;    /* of the solution delivered */
     struct ode_stats second;   /* of the comparison solution, all 0 without one */
 };

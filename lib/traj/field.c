@@ -14,7 +14,7 @@
 /* A pivot this much smaller than at the start hands over to the general way. */
 static const double PIVOT_SHRUNK = 1e-5;
 
-static int *input_symbols(const struct sys_system *sys)
+int *field_inputs(const struct sys_system *sys)
 {
     int n = sys->variables, *inputs = sga_malloc((size_t)(n + 1) * sizeof *inputs);
     for (int j = 0; j < n; j++)
@@ -88,7 +88,7 @@ bool field_init(struct field *f, const struct sys_system *sys, const struct sga_
     *f = (struct field){ .solution_side = sol->side, .n = n, .rows = sys->rows, .c = c, .rates = rq->rates, .rate = rq->rate, .sys = sys, .rank = -1,
                          .manifold = manifold, .lost_pivot = -1, .generic_rank = n - sol->free_columns };
     f->fast = sol->free_columns == 0 && rq->rates == 0;
-    int *inputs = input_symbols(sys);
+    int *inputs = field_inputs(sys);
     expr_id *con = sga_malloc((size_t)(c + 1) * sizeof *con);
     for (int i = 0; i < c; i++)
         con[i] = sol->constraint[i].expr;
@@ -120,6 +120,9 @@ void field_clear(struct field *f)
     num_tape_free(f->con);
     num_tape_free(f->direct);
     num_tape_free(f->general);
+    num_jacobian_free(f->slope);
+    num_tape_free(f->plain);
+    lin_sparse_free(f->pattern);
     free(f->direct_out);
     free(f->pivot_start);
     free(f->pivot_expr);
@@ -359,6 +362,14 @@ static bool inside(struct field *f, double t, const double *x)
     return true;
 }
 
+bool field_pivots_well(const struct field *f)
+{
+    for (int q = 0; q < f->pivots; q++)
+        if (!(fabs(f->direct_out[f->n + q]) > PIVOT_SHRUNK * f->pivot_start[q]))
+            return false;
+    return true;
+}
+
 bool field_eval(struct field *f, double t, const double *x, double *v)
 {
     load(f, t, x);
@@ -371,14 +382,9 @@ bool field_eval(struct field *f, double t, const double *x, double *v)
         f->rank_lost = true;
         return false;
     }
-    if (f->fast && finite) {
-        bool well = true;
-        for (int q = 0; q < f->pivots && well; q++)
-            well = fabs(f->direct_out[f->n + q]) > PIVOT_SHRUNK * f->pivot_start[q];
-        if (well) {
-            memcpy(v, f->direct_out, (size_t)f->n * sizeof *v);
-            return true;
-        }
+    if (f->fast && finite && field_pivots_well(f)) {
+        memcpy(v, f->direct_out, (size_t)f->n * sizeof *v);
+        return true;
     }
     int rank, row = 0;
     if (!general(f, v, &rank))

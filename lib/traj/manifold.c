@@ -10,7 +10,7 @@
 bool manifold_init(struct manifold *m, const struct sys_system *sys, const struct sga_solution *sol, struct sga_error *err)
 {
     int n = sys->variables, c = sol->constraints;
-    *m = (struct manifold){ .n = n, .c = c };
+    *m = (struct manifold){ .n = n, .c = c, .stalled = 1e-11 };
     int *inputs = sga_malloc((size_t)(n + 1) * sizeof *inputs);
     int *columns = sga_malloc((size_t)(n + 1) * sizeof *columns);
     expr_id *root = sga_malloc((size_t)(c + 1) * sizeof *root);
@@ -138,7 +138,7 @@ bool manifold_project(struct manifold *m, double t, double *x, const double *sca
     bool ok = false;
     for (int k = 0; res >= 0; k++) {
         /* at rounding level, or as near to it as the conditioning lets it come */
-        ok = res <= floor_of(m, x, scale) || (res < 1e-11 && (k == steps || res >= 0.5 * last));
+        ok = res <= floor_of(m, x, scale) || (res < m->stalled && (k == steps || res >= 0.5 * last));
         if (ok || k == steps)
             break;
         last = res;

@@ -14,6 +14,7 @@ struct manifold {
     struct normal step;
     int **col, *cols;              /* the pattern, by row */
     double *d, *shift;
+    double stalled;                /* a scaled residual that no longer falls may be this large */
     double raw;                    /* largest |xi_i| of the last evaluation, unscaled */
 };
 

@@ -27,13 +27,17 @@ static bool rhs(void *ctx, double t, const double *x, double *dx)
     return field_eval(&f->field, t, x, dx);
 }
 
-/* The correction is the one of least Euclidean norm; scale only measures it. */
+/* The correction is the least one in units of the error allowed: a rounding of a large
+ * variable must not be paid for by a small one. */
 static bool project(void *ctx, double t, double *x, const double *scale, double *moved, double *residual)
 {
     struct flow *f = ctx;
     int n = f->n;
     memcpy(f->in, x, (size_t)n * sizeof *x);
-    bool ok = manifold_project(&f->manifold, t, x, NULL, NULL, 8, NULL, NULL, NULL);
+    double stalled = f->manifold.stalled;
+    f->manifold.stalled = 1e-4;      /* of the error allowed */
+    bool ok = manifold_project(&f->manifold, t, x, scale, NULL, 8, NULL, NULL, NULL);
+    f->manifold.stalled = stalled;
     double sum = 0;
     for (int j = 0; j < n; j++) {
         double d = (x[j] - f->in[j]) / scale[j];
@@ -42,6 +46,12 @@ static bool project(void *ctx, double t, double *x, const double *scale, double 
     *moved = sqrt(sum / n);
     *residual = f->manifold.raw;
     return ok;
+}
+
+static bool slope(void *ctx, double t, const double *x, double *value)
+{
+    struct flow *f = ctx;
+    return field_slope(&f->field, t, x, value);
 }
 
 static enum ode_reason why(void *ctx)
@@ -216,9 +226,14 @@ static void say_stratum(struct flow *f, struct traj_result *r)
     sga_buf_free(&text);
 }
 
-static bool integrate(struct flow *f, const struct traj_request *rq, struct traj_result *r, struct sga_error *err)
+static bool integrate(struct flow *f, const struct sga_solution *sol, const struct traj_request *rq, struct traj_result *r,
+                      struct sga_error *err)
 {
-    struct ode_problem problem = { .n = f->n, .ctx = f, .rhs = rhs, .project = f->manifold.c ? project : NULL, .why = why };
+    if (!field_slope_init(&f->field, sol, err))
+        return false;
+    struct ode_problem problem = { .n = f->n, .ctx = f, .rhs = rhs, .project = f->manifold.c ? project : NULL, .why = why,
+                                   .pattern = f->field.pattern, .jacobian = f->field.pattern ? slope : NULL,
+                                   .cost = 4.0 * num_tape_length(f->field.direct) };
     struct ode_start start = { .t = rq->start, .x = r->initial, .count = rq->samples, .times = rq->times };
     struct ode_options options = ode_options_default();
     struct ode_result o;
@@ -260,7 +275,7 @@ bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, cons
     if (ok) {
         r->initial = sga_calloc((size_t)f.n + 1, sizeof *r->initial);
         ok = start(&f, sys, sol, rq, r->initial, &r->moved, err)
-             && field_begin(&f.field, rq->start, r->initial, err) && integrate(&f, rq, r, err);
+             && field_begin(&f.field, rq->start, r->initial, err) && integrate(&f, sol, rq, r, err);
     }
     if (ok) {
         r->gauge = !sol->free_columns ? "none" : rq->rates ? "rates, then least norm" : "least norm";
