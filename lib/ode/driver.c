@@ -55,6 +55,8 @@ static bool begin(struct ode_march *m, double *h)
     int which;
     size_t n = (size_t)m->p->n;
     memcpy(m->x, m->start->x, n * sizeof *m->x);
+    for (size_t j = 0; m->beside && j < n; j++)
+        m->x[j] *= j * 5 % 3 == 1 ? 1 - DBL_EPSILON : 1 + DBL_EPSILON;
     if (!ode_settle(m, m->t, m->x, INFINITY, &residual)) {
         ode_end_at(m, m->manifold_why, "the start does not satisfy the constraints, and cannot be moved onto them");
         return false;
@@ -96,7 +98,7 @@ static double fit_samples(const struct ode_march *m, double h, double *aim)
     if (d <= m->dense_ratio * h)
         return m->dense_ratio * h;
     *aim = m->start->times[m->next];
-    double parts = ceil(d / (1.0001 * h));
+    double parts = ceil(d / (1.0001 * h)) + m->level;
     if (parts > 1)
         *aim = NAN;
     return d / parts;
@@ -285,14 +287,16 @@ static void go(struct ode_march *m)
     }
 }
 
-void ode_march(const struct ode_problem *p, const struct ode_start *start,
-               const struct ode_options *o, const double *unit,
-               const struct ode_method *method, struct ode_result *res)
+void ode_march(const struct ode_run *run, struct ode_result *res)
 {
+    const struct ode_start *start = run->start;
+    *res = (struct ode_result){.n = run->p->n, .max_error = -1, .worst = -1, .rtol = run->o.rtol,
+                               .method = run->method->name, .solutions = 1};
+    res->samples = sga_malloc(((size_t)start->count * (size_t)run->p->n + 1) * sizeof(double));
     struct ode_march m = {
-        .p = p, .start = start, .o = o, .unit = unit, .res = res, .method = method,
-        .field = {p, &res->stats, ODE_LEFT_DOMAIN}, .manifold_why = ODE_CONSTRAINT_LOST,
-        .t = start->t, .stop = start->times[start->count - 1],
+        .p = run->p, .start = start, .o = &run->o, .unit = run->unit, .level = run->level, .beside = run->beside,
+        .res = res, .method = run->method, .field = {run->p, &res->stats, ODE_LEFT_DOMAIN, run->beside},
+        .manifold_why = ODE_CONSTRAINT_LOST, .t = start->t, .stop = start->times[start->count - 1],
     };
     m.dense_ratio = 1;
     m.direction = m.stop < m.t ? -1 : 1;

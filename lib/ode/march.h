@@ -20,11 +20,24 @@ struct ode_choice {
     long back_at;                   /* steps at which the explicit one is thought of */
 };
 
+/* One solution to be computed. */
+struct ode_run {
+    const struct ode_problem *p;
+    const struct ode_start *start;
+    struct ode_options o;           /* with the tolerances of this solution */
+    const double *unit;             /* never NULL */
+    const struct ode_method *method;   /* to begin with */
+    int level;                      /* of several: later ones take more steps to a sample */
+    bool beside;                    /* start and field are wrong by a rounding, on purpose */
+};
+
 struct ode_march {
     const struct ode_problem *p;
     const struct ode_start *start;
     const struct ode_options *o;    /* with the tolerances of this solution */
     const double *unit;             /* never NULL */
+    int level;
+    bool beside;
     struct ode_result *res;
     const struct ode_method *method;
     void *state;                    /* the method's */
@@ -60,11 +73,11 @@ struct ode_march {
     double slow_since;              /* from this time on */
 };
 
-/* driver.c: one solution with the given method and tolerances. res->samples must have
- * room for start->count rows; everything but error, max_error, second is filled. */
-void ode_march(const struct ode_problem *p, const struct ode_start *start,
-               const struct ode_options *o, const double *unit,
-               const struct ode_method *method, struct ode_result *res);
+/* driver.c: one solution. Fills *res, whatever it held; error, max_error, worst say that
+ * nothing is known. */
+void ode_march(const struct ode_run *run, struct ode_result *res);
+/* global.c: several solutions, the last one with estimates of its error. */
+void ode_global(const struct ode_run *run, struct ode_result *res);
 
 /* settle.c: x, meant for time t, is projected. False: refused, or moved by more than
  * `most` units of its error; manifold_why is set. */

@@ -14,6 +14,7 @@ struct ode_field {
     const struct ode_problem *p;
     struct ode_stats *stats;
     enum ode_reason why;       /* of the last refusal */
+    bool beside;               /* wrong by a rounding, on purpose: see ode_solve */
 };
 /* False: refused, or not finite. */
 bool ode_eval(struct ode_field *field, double t, const double *x, double *dx);

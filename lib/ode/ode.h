@@ -8,7 +8,8 @@
  * Layers, each in its own file: driver.c (the march), control.c (step sizes), a method
  * (method.h; a const struct of functions: dop853.c, radau.c), switch.c (which of them),
  * sample.c (dense output and its projection), ending.c (why a march stopped), global.c
- * (the second solution for the error estimate). */
+ * (other solutions, for the error estimate, and tighter ones until it is small enough),
+ * solve.c (checks of the request). */
 #ifndef SGA_ODE_H
 #define SGA_ODE_H
 
@@ -68,6 +69,9 @@ struct ode_problem {
     const struct lin_sparse *pattern;
     bool (*jacobian)(void *ctx, double t, const double *x, double *value);
     double cost;               /* of one rhs, in multiplications; 0: taken as 20 n */
+    /* What errors are estimated of: y (outputs) at t, x. NULL: the variables. */
+    int outputs;
+    void (*output)(void *ctx, double t, const double *x, double *y);
 };
 
 struct ode_start {
@@ -87,6 +91,7 @@ struct ode_options {
     double max_step;           /* 0: none */
     long max_steps;            /* accepted and refused, of one solution */
     bool estimate_global_error;
+    bool refine;               /* with estimates: solve again until they are within tolerance */
     const struct sga_budget *budget;   /* NULL: none */
 };
 /* method auto, rtol = atol = 1e-9, 1,000,000 steps, no error estimate, no budget. */
@@ -116,15 +121,19 @@ struct ode_result {
     double max_residual;       /* over the samples; 0 without project and residual */
     double start_moved;        /* how far the start was moved, in units of its error */
     double start_residual;     /* the largest |xi_i| at the projected start */
-    /* With estimate_global_error: error[k] estimates max_j |x_j - true x_j| / unit_j at
-     * sample k, INFINITY where it is not known (the comparison ended before); max_error
-     * is the largest of them. Otherwise error is NULL and max_error is -1. */
+    /* With estimate_global_error: error[k] estimates max_j |y_j - true y_j| at sample k, y
+     * the outputs, or the variables over their units; INFINITY where it is not known (the
+     * comparison ended before). max_error is the largest of them; worst is the largest
+     * error_j / (atol + rtol |y_j|) with the tolerances asked for. Otherwise error is NULL
+     * and max_error and worst are -1. */
     double *error;
-    double max_error;
+    double max_error, worst;
+    const char *shortfall;     /* why worst is above 1, static; NULL where it is not */
+    int solutions;             /* computed in all */
     double rtol;               /* used for the solution that was delivered */
     const char *method;        /* names of the methods that made steps; static */
     struct ode_stats stats;    /* of the solution delivered */
-    struct ode_stats second;   /* of the comparison solution, all 0 without one */
+    struct ode_stats second;   /* of all other solutions together, all 0 without one */
 };
 
 /* Integrates. False only for requests without meaning (times not monotone, not finite,
@@ -135,7 +144,10 @@ struct ode_result {
  * With estimate_global_error two solutions are computed, at the tolerances and at a
  * tenth of them. The tighter one is delivered; their difference, which is the error of
  * the looser one, gives the estimate: it is some 15 times too large in the median, and
- * holds. Cost: about 2.3 times one solution.
+ * holds. The looser one starts a rounding beside the start and follows a field that is
+ * wrong by a rounding, so that the effect of rounded data shows too. Cost: about 2.3
+ * times one solution. With `refine` a tighter one follows while the estimate exceeds the
+ * tolerances, each against the one before; `shortfall` says why that was given up.
  *
  * Tolerances below 1e-14 (relative) cannot be met in double precision and are raised. */
 bool ode_solve(const struct ode_problem *p, const struct ode_start *start,

@@ -36,6 +36,19 @@ static void write_rows(const struct job *j, struct sga_json *w)
     sga_json_end_array(w);
 }
 
+/* One estimate for each row, and whether all are within the tolerances. */
+static void write_errors(const struct traj_result *r, struct sga_json *w)
+{
+    sga_json_key(w, "errors");
+    sga_json_array(w);
+    for (int i = 0; i < r->rows && r->error; i++)
+        sga_json_double(w, r->error[i]);
+    sga_json_end_array(w);
+    sga_json_member_bool(w, "accuracy_reached", !r->shortfall);
+    if (r->shortfall)
+        sga_json_member_string(w, "accuracy_shortfall", r->shortfall);
+}
+
 static void write_values(const struct job *j, struct sga_json *w, const char *key, const double *value)
 {
     sga_json_key(w, key);
@@ -94,6 +107,7 @@ void answer_write_trajectory(const struct job *j, struct sga_json *w)
     write_start(j, w, r->initial, r->moved);
     sga_json_end_object(w);
     sga_json_member_double(w, "error_estimate", r->error_estimate);
+    write_errors(r, w);
     sga_json_member_double(w, "constraint_residual", r->residual);
     sga_json_member_string(w, "method", r->method);
     sga_json_member_string(w, "arithmetic", "double");

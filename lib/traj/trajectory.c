@@ -54,6 +54,15 @@ static bool slope(void *ctx, double t, const double *x, double *value)
     return field_slope(&f->field, t, x, value);
 }
 
+/* The columns of a sample. */
+static void output(void *ctx, double t, const double *x, double *y)
+{
+    struct flow *f = ctx;
+    memcpy(f->in, x, (size_t)f->n * sizeof *x);
+    f->in[f->n] = t;
+    num_tape_eval(f->output, f->in, y);
+}
+
 static enum ode_reason why(void *ctx)
 {
     struct flow *f = ctx;
@@ -199,13 +208,10 @@ static void keep(struct flow *f, const struct traj_request *rq, const struct ode
     for (int i = 0; i < o->count; i++) {
         const double *x = o->samples + (size_t)i * (size_t)f->n;
         r->t[i] = rq->times[i];
-        if (rq->outputs) {
-            memcpy(f->in, x, (size_t)f->n * sizeof *x);
-            f->in[f->n] = rq->times[i];
-            num_tape_eval(f->output, f->in, r->value + (size_t)i * (size_t)r->columns);
-        } else {
+        if (rq->outputs)
+            output(f, rq->times[i], x, r->value + (size_t)i * (size_t)r->columns);
+        else
             memcpy(r->value + (size_t)i * (size_t)f->n, x, (size_t)f->n * sizeof *x);
-        }
     }
 }
 
@@ -233,14 +239,15 @@ static bool integrate(struct flow *f, const struct sga_solution *sol, const stru
         return false;
     struct ode_problem problem = { .n = f->n, .ctx = f, .rhs = rhs, .project = f->manifold.c ? project : NULL, .why = why,
                                    .pattern = f->field.pattern, .jacobian = f->field.pattern ? slope : NULL,
-                                   .cost = 4.0 * num_tape_length(f->field.direct) };
+                                   .cost = 4.0 * num_tape_length(f->field.direct),
+                                   .outputs = rq->outputs, .output = rq->outputs ? output : NULL };
     struct ode_start start = { .t = rq->start, .x = r->initial, .count = rq->samples, .times = rq->times };
     struct ode_options options = ode_options_default();
     struct ode_result o;
     options.method = rq->method;
     options.rtol = rq->rtol;
     options.atol = rq->atol;
-    options.estimate_global_error = true;
+    options.estimate_global_error = options.refine = true;
     options.budget = rq->budget;
     if (!ode_solve(&problem, &start, &options, &o, err))
         return false;
@@ -248,6 +255,7 @@ static bool integrate(struct flow *f, const struct sga_solution *sol, const stru
     r->method = o.method;
     r->residual = o.max_residual;
     r->error_estimate = o.max_error;
+    r->shortfall = o.shortfall;
     r->error = o.error ? memcpy(sga_malloc((size_t)(o.count + 1) * sizeof *r->error), o.error,
                                 (size_t)o.count * sizeof *r->error) : NULL;
     r->ended = o.end.reason != ODE_NONE;
