@@ -158,6 +158,8 @@ class TrajectoryCheck:
             return
         if "rows" in expect:
             self.check(len(self.rows) == expect["rows"], "rows", str(len(self.rows)))
+        if "reference" in expect:
+            self.reference(expect["reference"])
         if "method" in expect:
             self.check(self.t["method"] == expect["method"], "method", self.t["method"])
         self.ended(expect.get("ended"))
@@ -175,6 +177,18 @@ class TrajectoryCheck:
         if set(self.answer.names) <= set(self.columns):
             self.residuals(expect.get("residual", 1e-9))
             self.simpson(expect.get("defect", 1e-4))
+
+    def reference(self, rows):
+        """Values known to many digits: within the tolerances, or the answer has to say that it is not."""
+        asked = self.request["accuracy"]
+        self.check(len(rows) == len(self.rows) == len(self.t["errors"]), "as many rows and estimates as known", str(len(self.rows)))
+        if not self.t["accuracy_reached"]:
+            self.check(bool(self.t.get("accuracy_shortfall")), "says why the accuracy was not reached")
+            return
+        for got, should in zip(self.rows, rows):
+            for name, x, r in zip(self.columns[1:], got[1:], should):
+                error = float(abs(mpmath.mpf(x) - mpmath.mpf(r)))
+                self.check(error <= asked["atol"] + asked["rtol"] * abs(float(r)), f"{name} at {got[0]}", f"off by {error:.3g}")
 
     def ended(self, expect):
         ended = self.t["ended"]

@@ -48,20 +48,26 @@ static void dop853_free(void *state)
     free(d);
 }
 
-/* sum_s a_s k_s of variable j */
-static inline double combine(const struct dop853_row *r, const double *k, int n, int j)
+/* out = sum_s a_s k_s, over all variables; with the stages outside, so that the inner loop
+ * runs over memory in order. */
+static void combine(const struct dop853_row *r, const double *k, int n, double *restrict out)
 {
-    double s = 0;
-    for (int m = 0; m < r->count; m++)
-        s += r->a[m] * k[(size_t)r->stage[m] * (size_t)n + (size_t)j];
-    return s;
+    const double *first = k + (size_t)r->stage[0] * (size_t)n;
+    for (int j = 0; j < n; j++)
+        out[j] = r->a[0] * first[j];
+    for (int m = 1; m < r->count; m++) {
+        const double *at = k + (size_t)r->stage[m] * (size_t)n, a = r->a[m];
+        for (int j = 0; j < n; j++)
+            out[j] += a * at[j];
+    }
 }
 
 static bool run_stage(struct dop853 *d, struct ode_field *field, const struct ode_step *step,
                       int s, double *y)
 {
+    combine(&dop853_a[s], d->k, d->n, y);
     for (int j = 0; j < d->n; j++)
-        y[j] = step->x[j] + step->h * combine(&dop853_a[s], d->k, d->n, j);
+        y[j] = step->x[j] + step->h * y[j];
     double t = step->t + (step->t_low + dop853_c[s] * step->h);
     return ode_eval(field, t, y, d->k + (size_t)s * (size_t)d->n);
 }
@@ -80,12 +86,13 @@ static double trusted_ratio(struct dop853 *d, double ratio, double h)
  * |h| e5^2 / sqrt(e5^2 + 0.01 e3^2), root mean square over the variables. */
 static void finish_step(struct dop853 *d, struct ode_step *step)
 {
-    double e5 = 0, e3 = 0;
+    double e5 = 0, e3 = 0, *low = d->y, *middle = d->poly;
+    combine(&dop853_a[DOP853_END], d->k, d->n, step->dx);
+    combine(&dop853_error5, d->k, d->n, middle);
+    combine(&dop853_weights3, d->k, d->n, low);
     for (int j = 0; j < d->n; j++) {
-        double b = combine(&dop853_a[DOP853_END], d->k, d->n, j);
-        double a5 = combine(&dop853_error5, d->k, d->n, j);
-        double a3 = b - combine(&dop853_weights3, d->k, d->n, j);
-        step->dx[j] = step->h * b;
+        double a5 = middle[j], a3 = step->dx[j] - low[j];
+        step->dx[j] *= step->h;
         double allowed = ode_allowed(step->rtol, step->atol, step->unit[j], step->x[j],
                                      step->x[j] + step->dx[j]);
         e5 += (a5 / allowed) * (a5 / allowed);
@@ -146,9 +153,11 @@ static bool dop853_dense_begin(void *state, struct ode_field *field, struct ode_
         d->poly[j] = rise;
         d->poly[n + (size_t)j] = h * step->f[j] - rise;
         d->poly[2 * n + (size_t)j] = 2 * rise - h * (step->f[j] + step->f1[j]);
-        for (int r = 0; r < 4; r++)
-            d->poly[(size_t)(3 + r) * n + (size_t)j] =
-                h * combine(&dop853_dense[r], d->k, d->n, j);
+    }
+    for (size_t r = 3; r < 7; r++) {
+        combine(&dop853_dense[r - 3], d->k, d->n, d->poly + r * n);
+        for (size_t j = 0; j < n; j++)
+            d->poly[r * n + j] *= h;
     }
     return true;
 }

@@ -34,10 +34,7 @@ static bool project(void *ctx, double t, double *x, const double *scale, double 
     struct flow *f = ctx;
     int n = f->n;
     memcpy(f->in, x, (size_t)n * sizeof *x);
-    double stalled = f->manifold.stalled;
-    f->manifold.stalled = 1e-4;      /* of the error allowed */
     bool ok = manifold_project(&f->manifold, t, x, scale, NULL, 8, NULL, NULL, NULL);
-    f->manifold.stalled = stalled;
     double sum = 0;
     for (int j = 0; j < n; j++) {
         double d = (x[j] - f->in[j]) / scale[j];
