@@ -90,6 +90,16 @@ static void test_published(const char *method, double most)
     }
 }
 
+static bool robertson_jac(void *c, double t, const double *x, double *J)
+{
+    (void)c;
+    (void)t;
+    double rows[9] = {-0.04, 1e4 * x[2], 1e4 * x[1], 0.04, -1e4 * x[2] - 6e7 * x[1], -1e4 * x[1], 0, 6e7 * x[1], 0};
+    for (int i = 0; i < 9; i++)
+        J[i] = rows[i];
+    return true;
+}
+
 /* Given and differenced Jacobians lead to the same result for about the same work. */
 static void test_jacobian(void)
 {

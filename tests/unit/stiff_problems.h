@@ -17,15 +17,6 @@ static bool robertson(void *c, double t, const double *x, double *dx)
     dx[2] = q;
     return true;
 }
-static bool robertson_jac(void *c, double t, const double *x, double *J)
-{
-    (void)c;
-    (void)t;
-    double rows[9] = {-0.04, 1e4 * x[2], 1e4 * x[1], 0.04, -1e4 * x[2] - 6e7 * x[1], -1e4 * x[1], 0, 6e7 * x[1], 0};
-    for (int i = 0; i < 9; i++)
-        J[i] = rows[i];
-    return true;
-}
 
 static bool van_der_pol(void *c, double t, const double *x, double *dx)
 {
