@@ -328,12 +328,20 @@ int lin_shift_sign(const struct lin_shift *s)
     return sign * parity(f->numeric->Pnum, s->n) * parity(s->symbolic->Q, s->n);
 }
 
+/* Entries of both factors. */
+static double fill(const struct lin_shift *s)
+{
+    const klu_numeric *f = s->factor[0].numeric;
+    return f ? (double)f->lnz + f->unz : 2.0 * s->M->ptr[s->n];
+}
+
 double lin_shift_cost(const struct lin_shift *s)
 {
     double n = s->n;
-    if (s->dense)
-        return n * n * n / 3;
-    const klu_numeric *f = s->factor[0].numeric;
-    double fill = f ? (double)f->lnz + f->unz : 2.0 * s->M->ptr[s->n];
-    return fill * fmax(1, fill / (2 * fmax(1, n)));
+    return s->dense ? n * n * n / 3 : fill(s) * fmax(1, fill(s) / (2 * fmax(1, n)));
+}
+
+double lin_shift_solve_cost(const struct lin_shift *s)
+{
+    return s->dense ? (double)s->n * s->n : fill(s);
 }

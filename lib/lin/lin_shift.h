@@ -31,5 +31,7 @@ int lin_shift_sign(const struct lin_shift *s);
 /* About how many multiplications one factorisation of the real matrix takes; those of
  * complex matrices take four times as many. */
 double lin_shift_cost(const struct lin_shift *s);
+/* The same of one solution. */
+double lin_shift_solve_cost(const struct lin_shift *s);
 
 #endif

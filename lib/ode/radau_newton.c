@@ -142,11 +142,11 @@ static void apply(struct radau *r)
 static enum radau_outcome iterate(struct radau *r, struct ode_field *field, struct ode_step *step)
 {
     int most = 7 + (r->tab->s - 3) * 5 / 2;
-    double before = 0, rate_before = 0, best = INFINITY;
+    double before = 0, rate_before = 0, best = INFINITY, s = r->tab->s;
     double eta = pow(fmax(r->eta, DBL_EPSILON), 0.8);
     step->retry = 0.5;
     for (int k = 1; k <= most; k++) {
-        step->cost += r->tab->s;
+        step->cost += r->tab->s + (2 * s * s * r->n + s * lin_shift_solve_cost(r->lin)) / r->field_cost;
         if (!evaluate(r, field, step))
             return RADAU_REFUSED;
         double size = correction(r, step);

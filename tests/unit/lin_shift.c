@@ -77,7 +77,7 @@ static void test_solve(int n, int width)
         for (int k = 0; k < J->ptr[n]; k++)
             J->val[k] *= 0.5 + uniform();
     }
-    CHECK(lin_shift_cost(s) > 0);
+    CHECK(lin_shift_cost(s) > 0 && lin_shift_solve_cost(s) > 0);
     free(b);
     free(x);
     lin_shift_free(s);
