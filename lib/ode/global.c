@@ -157,6 +157,12 @@ static bool tighten(const struct ode_run *run, struct ode_run *next, double rati
     return true;
 }
 
+static const char *why_not(const struct ode_result *res)
+{
+    return isinf(res->worst) ? "the solutions that were compared do not end at the same time; errors past the earlier end are not known"
+                             : "rounding in double precision, as the motion amplifies it, exceeds the tolerance";
+}
+
 void ode_global(const struct ode_run *run, struct ode_result *res)
 {
     struct ode_run next = *run;
@@ -183,13 +189,13 @@ void ode_global(const struct ode_run *run, struct ode_result *res)
     while (res->worst > 1 && run->o.refine && !out_of_budget(res)) {
         double before = res->worst, ratio = next_ratio(res, &next.o);
         if (res->solutions >= MOST_SOLUTIONS || ratio == 0) {
-            res->shortfall = "rounding in double precision, as the motion amplifies it, exceeds the tolerance";
+            res->shortfall = why_not(res);
             return;
         }
         if (!tighten(run, &next, ratio, res))
             return;
         if (!(res->worst < 0.9 * before) && next.o.rtol < ROUNDING_RTOL) {
-            res->shortfall = "rounding in double precision, as the motion amplifies it, exceeds the tolerance";
+            res->shortfall = why_not(res);
             return;
         }
     }
