@@ -23,6 +23,8 @@
 /* Below this rounding may stand in for the error, which then follows no tolerance. */
 #define ROUNDING_RTOL 1e-12
 #define MOST_SOLUTIONS 7
+/* See set_errors. */
+#define NEIGHBOUR 30.0
 
 struct pair {
     const struct ode_run *run;
@@ -60,7 +62,8 @@ static double sample_error(struct pair *q, const struct ode_result *r, const str
 }
 
 /* Fills error, max_error, worst. A difference can pass through 0 where the error does not:
- * each estimate is the largest of its neighbours' too. */
+ * each estimate is raised towards the largest of its neighbours', but not without bound,
+ * because they may be far away. */
 static void set_errors(const struct ode_run *run, double factor, struct ode_result *res, const struct ode_result *other)
 {
     int known = other->count < res->count ? other->count : res->count;
@@ -73,11 +76,8 @@ static void set_errors(const struct ode_run *run, double factor, struct ode_resu
     for (int k = 0; k < res->count; k++)
         q.raw[k] = k < known ? sample_error(&q, res, other, k, &res->worst) : INFINITY;
     for (int k = 0; k < res->count; k++) {
-        double e = q.raw[k];
-        if (k > 0)
-            e = fmax(e, q.raw[k - 1]);
-        if (k + 1 < known)
-            e = fmax(e, q.raw[k + 1]);
+        double near = fmax(k > 0 ? q.raw[k - 1] : 0, k + 1 < known ? q.raw[k + 1] : 0);
+        double e = fmax(q.raw[k], fmin(near, NEIGHBOUR * q.raw[k]));
         res->error[k] = e;
         res->max_error = fmax(res->max_error, e);
     }
