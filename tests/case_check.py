@@ -9,7 +9,7 @@ from identities import Answer, Broken
 from structure_check import StructureCheck
 
 KNOWN = set("verdict ambient generations final index differentiation seed gauge equilibrium variables on off field "
-            "parameters near digits error trajectory strata initial points identities structure".split()) | {"kronecker"}
+            "parameters near digits error trajectory strata solved unsolved initial points identities structure".split()) | {"kronecker"}
 
 
 def number(x):
@@ -78,10 +78,60 @@ class CaseCheck:
             except Broken as e:
                 self.tally.check(False, f"{name}: identities", str(e))
         self.at_points(name, expect, answer)
+        self.strata(name, expect, request, result, [])
         if "predicted" in result.get("structure", {}):
             StructureCheck(self.tally, name, self.solver, request, result, answer).run(expect.get("structure", {}))
         if "trajectory" in expect:
             TrajectoryCheck(self.tally, name, request, result, answer).run(expect["trajectory"])
+
+    def strata(self, name, expect, request, result, where):
+        """Each solved stratum is checked as an answer of its own, whether or not a case expects
+        something of it, and so are its strata."""
+        solved = []
+        for s in result.get("strata", []):
+            if "result" not in s:
+                continue
+            here = name + ": where " + ", ".join(s["where"])
+            inner, added = s["result"], where if "substituted" in s else where + s["where"]
+            own = self.substituted(request, s.get("substituted", {}))
+            values = {k: v for k, v in expect.get("parameters", {}).items() if k not in s.get("substituted", {})}
+            try:
+                answer = Answer(own, inner, digits=expect.get("digits", 50), parameters=values, points=2, where=added)
+                answer.check()
+                self.tally.check(True, here)
+            except Broken as e:
+                self.tally.check(False, f"{here}: identities", str(e))
+                continue
+            solved.append((s, inner, answer, own, added, here))
+        for want in expect.get("solved", []):
+            hits = [x for x in solved if self.is_meant(want, x[0], x[2], expect)]
+            self.tally.check(len(hits) == 1, f"{name}: {want} is one solved stratum", f"{len(hits)}")
+            for s, inner, answer, *_, here in hits:
+                self.plain(here, want, inner)
+                self.at_points(here, want, answer)
+        for want in expect.get("unsolved", []):
+            self.tally.check(any(s.get("problem", {}).get("code") == want for s in result["strata"]), f"{name}: {want} is said")
+        for s, inner, answer, own, added, here in solved:
+            deeper = next((w for w in expect.get("solved", []) if self.is_meant(w, s, answer, expect)), {})
+            self.strata(here, deeper, own, inner, added)
+
+    def is_meant(self, want, stratum, answer, expect):
+        if "parameter" in want:
+            return want["parameter"] in stratum.get("substituted", {})
+        if "substituted" in stratum:
+            return False
+        with mpmath.workdps(60):
+            env = answer.point({**expect.get("parameters", {}), **want["at"]})
+            return all(abs(self.value(answer, e, env)) < mpmath.mpf(10) ** -25 for e in stratum["where"])
+
+    @staticmethod
+    def substituted(request, values):
+        if not values:
+            return request
+        system = dict(request["system"])
+        kept = {k: v for k, v in system["parameters"].items() if k not in values}
+        system["parameters"] = {**kept, **values}
+        return {**request, "system": system}
 
     def plain(self, name, expect, result):
         dims, index = result.get("dimensions", {}), result.get("index", {})

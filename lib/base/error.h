@@ -47,6 +47,7 @@
     X(LIMIT_SECONDS,       "time_limit",             422, "The computation ran past its time limit") \
     X(LIMIT_MEMORY,        "memory_limit",           422, "The computation ran past its memory limit") \
     X(LIMIT_GENERATIONS,   "generation_limit",       422, "The reduction did not end") \
+    X(LIMIT_STRATA,        "strata_limit",           422, "There are more strata than are solved") \
     X(NO_REAL_POINT,       "no_real_point",          422, "No real point was found on a constraint set") \
     X(IRREGULAR,           "irregular_constraint",   422, "A constraint is not regular on its own zeros") \
     X(UNDECIDED,           "undecided",              422, "A zero or rank question could not be decided") \

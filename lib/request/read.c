@@ -51,8 +51,14 @@ static bool read_symmetries(struct reader *rd, const json_t *v)
 static bool read_strata(struct reader *rd, const json_t *v)
 {
     size_t mark = at_member(rd, "strata");
-    if (!read_boolean(rd, v, &rd->r->strata))
+    if (json_is_string(v)) {
+        const char *word = json_string_value(v);
+        rd->r->strata = strcmp(word, "solve") == 0;
+        if (!rd->r->strata && strcmp(word, "list") != 0)
+            return at_fail(rd, SGA_E_SCHEMA, "strata must be \"list\" or \"solve\"");
+    } else if (!read_boolean(rd, v, &rd->r->strata)) {
         return false;
+    }
     at_back(rd, mark);
     return true;
 }

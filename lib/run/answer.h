@@ -26,6 +26,23 @@ struct operator_answer {
     struct sga_error no_jacobson; /* why not */
 };
 
+enum stratum_state { STRATUM_LISTED, STRATUM_SOLVED, STRATUM_EMPTY, STRATUM_MERGED, STRATUM_SAME, STRATUM_UNSOLVED, STRATUM_SKIPPED };
+
+/* A set that the answer does not speak of: where a pivot or a factor of a product vanishes. */
+struct stratum {
+    const char *kind;             /* "pivot", "branch", "parameter"; static */
+    expr_id *where; char **text;  /* functions that vanish there, and how they are written */
+    int wheres;
+    bool off;                     /* it does not meet the final set, but solutions may lie there */
+    double *point; double time;   /* by variable: a point of it that was found, or NULL */
+    enum stratum_state state;
+    struct sga_buf result;        /* JSON: its answer */
+    struct sga_error error;       /* where it could not be solved */
+    struct sga_buf note;          /* EMPTY: why; SAME: JSON list of the functions that vanish at the equal set */
+    struct sga_buf also;          /* JSON: the functions of strata that reach the same set */
+    char *parameter, *value;      /* what was substituted for which parameter, or NULL */
+};
+
 struct job {
     struct request request;
     struct sga_budget budget;
@@ -46,11 +63,14 @@ struct job {
     bool has_initial;
     struct structure structure;
     bool has_structure;
-    struct stratum { expr_id factor; const char *kind; char *text; } *stratum;
+    struct stratum *stratum;
     int strata;
     struct sga_buf kronecker;     /* JSON value of the member, where structure is wanted */
     bool is_linear;               /* and it is a structure, not a reason */
     struct operator_answer *op;   /* or NULL */
+    struct strata_tree *tree;     /* of all strata being solved; NULL at the request's own answer until then */
+    int depth;                    /* 0: the request's own answer; else a stratum of a stratum ... */
+    int parameter_case;           /* which substitution of parameters is being solved; 0: none */
     struct { double read, reduce, operator_form, print, witness, trajectory, structure; } seconds;
     struct sga_error *err;
 };
@@ -67,8 +87,19 @@ bool answer_texts(struct job *j);
 /* The check at fresh points, of the printed texts where there are any, read back by the
  * parser; otherwise of the handles. */
 bool answer_witness(struct job *j);
-/* Factors of pivots that can vanish on the final set, and branches not followed. */
+/* Factors of pivots that can vanish on the final set, and branches not followed; where the
+ * strata shall be solved, also pivots' zeros off the final set. */
 void answer_strata(struct job *j);
+/* Solves each of them as a system of its own, and theirs in turn, within limits of depth and
+ * number that are said where they are reached. False: the job was cancelled. */
+bool answer_strata_solve(struct job *j);
+void answer_strata_clear(struct job *j);
+/* The reduction. */
+bool answer_reduce(struct job *j);
+/* Everything but the request. */
+void answer_clear(struct job *j);
+void answer_write_strata(const struct job *j, struct sga_json *w);
+void answer_write_empty_strata(const struct job *j, struct sga_json *w);
 /* The result object. */
 void answer_write(struct job *j, struct sga_buf *out);
 void answer_write_trajectory(const struct job *j, struct sga_json *w);

@@ -92,7 +92,7 @@ static void open_sources(struct job *j)
                  j->request.op.unknowns);
 }
 
-static bool reduce(struct job *j)
+bool answer_reduce(struct job *j)
 {
     double start = sga_now();
     struct sga_options options = {
@@ -151,7 +151,7 @@ static bool structure(struct job *j)
     return ok;
 }
 
-static void job_clear(struct job *j)
+void answer_clear(struct job *j)
 {
     if (j->has_structure)
         structure_clear(&j->structure);
@@ -161,9 +161,7 @@ static void job_clear(struct job *j)
         traj_result_clear(&j->trajectory);
     if (j->has_initial)
         traj_initial_clear(&j->initial);
-    for (int i = 0; i < j->strata; i++)
-        free(j->stratum[i].text);
-    free(j->stratum);
+    answer_strata_clear(j);
     answer_operator_clear(j);
     sga_buf_free(&j->kronecker);
     free(j->near);
@@ -171,7 +169,6 @@ static void job_clear(struct job *j)
         points_shadow_clear(&j->shadow);
         sga_solution_clear(&j->solution);
     }
-    request_clear(&j->request);
 }
 
 bool sga_run(const char *request, size_t length, const struct sga_run_options *options,
@@ -186,7 +183,7 @@ bool sga_run(const char *request, size_t length, const struct sga_run_options *o
     bool ok = check_wants(&j);
     if (ok) {
         set_near(&j);
-        ok = (!j.request.op.has || answer_operator(&j)) && reduce(&j) && check_restrict(&j) && answer_texts(&j);
+        ok = (!j.request.op.has || answer_operator(&j)) && answer_reduce(&j) && check_restrict(&j) && answer_texts(&j);
     }
     if (ok)
         answer_strata(&j);
@@ -195,11 +192,12 @@ bool sga_run(const char *request, size_t length, const struct sga_run_options *o
         ok = kronecker_text(&j, &j.kronecker, &j.is_linear);
     if (ok)
         progress(&j, "trajectory", 0.5);
-    ok = ok && answer_motion(&j);
+    ok = ok && answer_motion(&j) && answer_strata_solve(&j);
     if (ok) {
         progress(&j, "writing", 0.98);
         answer_write(&j, out);
     }
-    job_clear(&j);
+    answer_clear(&j);
+    request_clear(&j.request);
     return ok;
 }

@@ -37,6 +37,20 @@ static void write_variables(const struct job *j, struct sga_json *w)
     sga_json_end_array(w);
 }
 
+/* General points contradict the system: the functions that vanish where it is solved. */
+static void write_where(const struct job *j, struct sga_json *w)
+{
+    sga_json_key(w, "where");
+    sga_json_array(w);
+    for (int i = 0; i < j->solution.specials; i++) {
+        struct sga_buf text = { 0 };
+        if (expr_print(&j->request.store, j->solution.special[i], 4000, &text))
+            sga_json_string(w, text.data);
+        sga_buf_free(&text);
+    }
+    sga_json_end_array(w);
+}
+
 static void write_dimensions(const struct job *j, struct sga_json *w)
 {
     const struct sga_solution *sol = &j->solution;
@@ -60,7 +74,7 @@ static void write_dimensions(const struct job *j, struct sga_json *w)
 static void write_index(const struct job *j, struct sga_json *w)
 {
     const struct sga_solution *sol = &j->solution;
-    bool standard = (sol->verdict == SGA_UNIQUE || sol->verdict == SGA_ISOLATED) && j->request.system.square;
+    bool standard = (sol->verdict == SGA_UNIQUE || sol->verdict == SGA_ISOLATED) && j->request.system.square && !sol->specials;
     sga_json_key(w, "index");
     sga_json_object(w);
     sga_json_member_int(w, "generations", sol->generations);
@@ -152,35 +166,6 @@ static void write_gauge(const struct job *j, struct sga_json *w)
     sga_json_end_object(w);
 }
 
-static void write_strata(const struct job *j, struct sga_json *w)
-{
-    sga_json_key(w, "strata");
-    sga_json_array(w);
-    for (int i = 0; i < j->strata; i++) {
-        if (strcmp(j->stratum[i].kind, "parameter") == 0)
-            continue;
-        sga_json_object(w);
-        sga_json_key(w, "where");
-        sga_json_array(w);
-        sga_json_string(w, j->stratum[i].text);
-        sga_json_end_array(w);
-        sga_json_member_string(w, "kind", j->stratum[i].kind);
-        sga_json_end_object(w);
-    }
-    sga_json_end_array(w);
-    sga_json_key(w, "assumptions");
-    sga_json_array(w);
-    for (int i = 0; i < j->strata; i++) {
-        if (strcmp(j->stratum[i].kind, "parameter") != 0)
-            continue;
-        sga_json_object(w);
-        sga_json_member_string(w, "expression", j->stratum[i].text);
-        sga_json_member_string(w, "kind", "not_zero");
-        sga_json_end_object(w);
-    }
-    sga_json_end_array(w);
-}
-
 static void write_parts(struct job *j, struct sga_json *w, const struct sga_part *part, int parts)
 {
     sga_json_array(w);
@@ -259,6 +244,25 @@ static void write_zeros(struct job *j, struct sga_json *w)
     sga_json_end_array(w);
 }
 
+/* What would have to vanish, and what it was made of. */
+static void write_contradiction(struct job *j, struct sga_json *w, const char *member)
+{
+    const struct sga_solution *sol = &j->solution;
+    struct sga_buf text = { 0 };
+    sga_json_key(w, member);
+    sga_json_object(w);
+    sga_json_key(w, "expression");
+    if (sol->contradiction && expr_print(&j->request.store, sol->contradiction, 4000, &text))
+        sga_json_string(w, text.data);
+    else
+        sga_json_null(w);
+    sga_json_member_string(w, "why", sol->contradiction_why);
+    sga_json_key(w, "combination");
+    write_parts(j, w, sol->contradiction_part, sol->contradiction_parts);
+    sga_json_end_object(w);
+    sga_buf_free(&text);
+}
+
 static void write_evidence(struct job *j, struct sga_json *w)
 {
     const struct sga_solution *sol = &j->solution;
@@ -304,21 +308,11 @@ static void write_evidence(struct job *j, struct sga_json *w)
         write_pivots(j, w);
     if (j->has_texts)
         write_zeros(j, w);
-    if (sol->verdict == SGA_INCONSISTENT) {
-        struct sga_buf text = { 0 };
-        sga_json_key(w, "contradiction");
-        sga_json_object(w);
-        sga_json_key(w, "expression");
-        if (sol->contradiction && expr_print(&j->request.store, sol->contradiction, 4000, &text))
-            sga_json_string(w, text.data);
-        else
-            sga_json_null(w);
-        sga_json_member_string(w, "why", sol->contradiction_why);
-        sga_json_key(w, "combination");
-        write_parts(j, w, sol->contradiction_part, sol->contradiction_parts);
-        sga_json_end_object(w);
-        sga_buf_free(&text);
-    }
+    if (sol->verdict == SGA_INCONSISTENT)
+        write_contradiction(j, w, "contradiction");
+    answer_write_empty_strata(j, w);
+    if (sol->specials)
+        write_contradiction(j, w, "contradiction_at_general_points");
     if (sol->not_factored) {      /* a branch may have gone unseen */
         sga_json_member_bool(w, "factors_not_searched", true);
     }
@@ -390,6 +384,8 @@ void answer_write(struct job *j, struct sga_buf *out)
         sga_json_member_string(w, "name", j->request.name);
     }
     write_variables(j, w);
+    if (j->solution.specials)
+        write_where(j, w);
     write_dimensions(j, w);
     if (want & REQUEST_INDEX)
         write_index(j, w);
@@ -400,7 +396,7 @@ void answer_write(struct job *j, struct sga_buf *out)
         write_field(j, w);
     if (want & REQUEST_GAUGE && solvable)
         write_gauge(j, w);
-    write_strata(j, w);
+    answer_write_strata(j, w);
     if (j->op)
         answer_write_operator(j, w);
     if (want & REQUEST_STRUCTURE) {

@@ -47,8 +47,10 @@ static void push_option(struct state *s, const struct candidate *c, const struct
 }
 
 /* The branches of a product that are not followed. */
-static void note_branches(struct state *s, const struct regular *r, int followed)
+static void note_branches(struct state *s, const struct regular *r, int followed, int before)
 {
+    for (int i = before; i < s->sol->constraints; i++)
+        s->sol->constraint[i].chosen = r->options > 1;
     SGA_RESERVE(s->sol->branch, s->branch_cap, s->sol->branches + r->options + 1);
     for (int i = 0; i < r->options; i++) {
         const struct regular_option *o = r->option + i;
@@ -58,7 +60,7 @@ static void note_branches(struct state *s, const struct regular *r, int followed
         for (int k = 1; k < o->count; k++)
             e = expr_add(s->st, e, expr_powi(s->st, o->out[k], 2));
         if (i != followed)
-            s->sol->branch[s->sol->branches++] = e;
+            s->sol->branch[s->sol->branches++] = (struct sga_branch){ e, before };
     }
 }
 
@@ -290,7 +292,7 @@ static int admit_one(struct state *s, const struct candidate *c, int g)
         status = state_sample(s);
         found = status == POINTS_OK;
         if (found)
-            note_branches(s, &r, i);
+            note_branches(s, &r, i, before);
         else
             pop(s, before);
         if (status == POINTS_STOPPED)

@@ -23,6 +23,9 @@ void sga_solution_clear(struct sga_solution *sol)
     free(sol->free_column);
     free(sol->gauge);
     free(sol->branch);
+    free(sol->dead);
+    free(sol->special);
+    free(sol->other);
     free(sol->contradiction_part);
     for (int i = 0; i < sol->vanished_rows; i++)
         free(sol->vanished[i].part);
@@ -191,6 +194,12 @@ static int pivots_stand(struct state *s)
 /* Begin the echelon form anew: all rows are pending again. */
 static void forget_pivots(struct state *s)
 {
+    struct sga_solution *sol = s->sol;
+    sol->dead = sga_realloc(sol->dead, (size_t)(sol->deads + s->ech.pivots + 1) * sizeof *sol->dead);
+    for (int q = 0; q < s->ech.pivots; q++)
+        if (!expr_is_const(s->st, s->ech.pivot[q].value))
+            sol->dead[sol->deads++] = (struct sga_pivot){ s->ech.pivot[q].col, s->ech.pivot[q].value,
+                                                          s->ech.pivot[q].generation };
     s->blocks_lost |= s->ech.blocks > 0;
     ech_clear(&s->ech);
     ech_init(&s->ech, s->sys->variables);
@@ -333,8 +342,10 @@ static bool run(struct state *s)
     int added = 0, more, done = 0;
     if (!start(s, &added))
         return false;
-    if (s->inconsistent)
+    if (s->inconsistent) {
+        s->sol->empty_restriction = true;
         return true;
+    }
     more = generation(s, 0, 0, 1);      /* compatibility on the zero set of the restriction */
     if (more < 0)
         return false;
