@@ -9,7 +9,7 @@ from identities import Answer, Broken
 from structure_check import StructureCheck
 
 KNOWN = set("verdict ambient generations final index differentiation seed gauge equilibrium variables on off field "
-            "parameters near digits error trajectory strata solved unsolved initial points identities structure".split()) | {"kronecker"}
+            "parameters near digits error trajectory strata solved unsolved assumed initial points identities structure".split()) | {"kronecker"}
 
 
 def number(x):
@@ -171,6 +171,9 @@ class CaseCheck:
         for f in expect.get("field", []):
             gap = answer.field_differs({**given, **f["at"]}, f["value"])
             self.tally.check(gap < bound, f"{name}: X at {f['at']}", f"differs by {mpmath.nstr(gap, 3)}")
+        for text, kind in expect.get("assumed", {}).items():
+            found = {a["expression"].replace(" ", ""): a["kind"] for a in answer.result.get("assumptions", [])}
+            self.tally.check(found.get(text) == kind, f"{name}: {text} is assumed {kind}", str(found))
         for p in expect.get("strata", []):
             with mpmath.workdps(60):
                 env = answer.point({**given, **p})

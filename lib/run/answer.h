@@ -63,11 +63,14 @@ struct job {
     bool has_initial;
     struct structure structure;
     bool has_structure;
+    int initial_residuals;        /* constraints of the solution that it belongs to */
+    int moves_on;                 /* 1 + the stratum that the trajectory lies on; 0: none */
     struct stratum *stratum;
     int strata;
     struct sga_buf kronecker;     /* JSON value of the member, where structure is wanted */
     bool is_linear;               /* and it is a structure, not a reason */
     struct operator_answer *op;   /* or NULL */
+    struct sga_buf signs;         /* JSON: an assumption on signs of parameters, or empty */
     struct strata_tree *tree;     /* of all strata being solved; NULL at the request's own answer until then */
     int depth;                    /* 0: the request's own answer; else a stratum of a stratum ... */
     int parameter_case;           /* which substitution of parameters is being solved; 0: none */
@@ -82,6 +85,9 @@ int answer_operator_index(const struct job *j);      /* -1: not solvable */
 void answer_write_operator(const struct job *j, struct sga_json *w);
 /* Consistent start and trajectory, as far as they are wanted. */
 bool answer_motion(struct job *j);
+/* After answer_motion failed with NO_MOTION: the motion of the stratum that the start lies on,
+ * where strata are solved; otherwise the refusal names the strata. */
+bool answer_motion_on_stratum(struct job *j);
 /* Texts of what is wanted: normal forms where they are cheap, named parts otherwise. */
 bool answer_texts(struct job *j);
 /* The check at fresh points, of the printed texts where there are any, read back by the
@@ -90,6 +96,8 @@ bool answer_witness(struct job *j);
 /* Factors of pivots that can vanish on the final set, and branches not followed; where the
  * strata shall be solved, also pivots' zeros off the final set. */
 void answer_strata(struct job *j);
+/* Signs of symbolic parameters without which no point of the final set was found. */
+void answer_signs(struct job *j);
 /* Solves each of them as a system of its own, and theirs in turn, within limits of depth and
  * number that are said where they are reached. False: the job was cancelled. */
 bool answer_strata_solve(struct job *j);

@@ -164,6 +164,7 @@ void answer_clear(struct job *j)
     answer_strata_clear(j);
     answer_operator_clear(j);
     sga_buf_free(&j->kronecker);
+    sga_buf_free(&j->signs);
     free(j->near);
     if (j->solved) {
         points_shadow_clear(&j->shadow);
@@ -185,14 +186,17 @@ bool sga_run(const char *request, size_t length, const struct sga_run_options *o
         set_near(&j);
         ok = (!j.request.op.has || answer_operator(&j)) && answer_reduce(&j) && check_restrict(&j) && answer_texts(&j);
     }
-    if (ok)
+    if (ok) {
         answer_strata(&j);
+        answer_signs(&j);
+    }
     ok = ok && answer_witness(&j) && structure(&j);
     if (ok && (j.request.want & REQUEST_STRUCTURE || (j.op && j.op->system.order <= 1)))
         ok = kronecker_text(&j, &j.kronecker, &j.is_linear);
     if (ok)
         progress(&j, "trajectory", 0.5);
-    ok = ok && answer_motion(&j) && answer_strata_solve(&j);
+    ok = ok && (answer_motion(&j) || (err->code == SGA_E_NO_MOTION && j.solution.verdict != SGA_INCONSISTENT
+                                      && answer_motion_on_stratum(&j))) && answer_strata_solve(&j);
     if (ok) {
         progress(&j, "writing", 0.98);
         answer_write(&j, out);

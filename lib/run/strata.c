@@ -17,7 +17,7 @@ enum { PIVOT_BYTES = 4000, OFF_VARIABLES = 400, OFF_MOST = 60 };
 struct listing {
     struct job *j;
     struct expr_facts facts;
-    int off;                  /* how many factors were looked at off the final set */
+    int off, moved;           /* how many factors were looked at off the final set, and for special parameters */
     int before, rank;         /* generic rank with the first `before` constraints; -1: not known */
 };
 
@@ -94,6 +94,7 @@ static int rank_at(struct job *j, const struct points_space *space, int c, struc
     double *sv = sga_calloc((size_t)(m < n ? m : n) + 1, sizeof *sv);
     struct points_space own = *space;
     own.constraints = c;
+    own.variables = n;
     struct points_jacobian jac;
     points_jacobian_init(&jac, &own);
     points_jacobian_values(&jac, &p->ball);
@@ -124,21 +125,26 @@ static int rank_at(struct job *j, const struct points_space *space, int c, struc
 }
 
 /* A point of the set of the first c constraints (where factor vanishes, too, if it is not
- * undefined), and the rank there; *rank is -1 where an irregular place was approached. */
-static enum points_status look_at(struct job *j, int c, expr_id factor, struct points_point *p, int *rank)
+ * undefined), and the rank there; *rank is -1 where an irregular place was approached.
+ * moving: the parameters may take special values, too. */
+static enum points_status look_at(struct job *j, int c, expr_id factor, bool moving, struct points_point *p, int *rank)
 {
     const struct sys_system *sys = &j->request.system;
     int n = sys->variables;
-    int *variable = sga_malloc((size_t)n * sizeof *variable);
+    int extra = moving ? sys->parameters : 0;
+    int *variable = sga_malloc((size_t)(n + extra) * sizeof *variable);
     expr_id *con = sga_malloc((size_t)(c + 1) * sizeof *con);
     for (int i = 0; i < n; i++)
         variable[i] = sys->variable[i].symbol;
+    for (int i = 0; i < extra; i++)
+        variable[n + i] = sys->parameter[i];
     for (int i = 0; i < c; i++)
         con[i] = j->solution.constraint[i].expr;
     con[c] = factor;
     struct points_space space = {
-        .st = sys->store, .variable = variable, .variables = n, .parameter = sys->parameter, .parameters = sys->parameters,
-        .time = sys->time, .constraint = con, .constraints = c + (factor != EXPR_UNDEF), .near = j->near, .near_time = j->near_time,
+        .st = sys->store, .variable = variable, .variables = n + extra, .parameter = sys->parameter,
+        .parameters = sys->parameters - extra, .time = sys->time, .constraint = con,
+        .constraints = c + (factor != EXPR_UNDEF), .near = moving ? NULL : j->near, .near_time = j->near_time,
         .budget = &j->budget,
     };
     uint64_t random = 5;
@@ -164,7 +170,7 @@ static bool drops(struct job *j, expr_id factor, struct stratum *as)
 {
     struct points_point p;
     int rank, n = j->request.system.variables;
-    enum points_status status = look_at(j, j->solution.constraints, factor, &p, &rank);
+    enum points_status status = look_at(j, j->solution.constraints, factor, false, &p, &rank);
     /* an irregular place was approached to about 6 digits only: listed, to be safe */
     bool lower = status == POINTS_IRREGULAR || (status == POINTS_OK && rank < n - j->solution.free_columns);
     if (lower) {
@@ -184,11 +190,11 @@ static bool drops_before(struct listing *l, expr_id factor, int before, struct s
     if (!l->j->request.strata || n > OFF_VARIABLES || l->off++ > OFF_MOST)
         return false;
     if (l->before != before) {
-        look_at(l->j, before, EXPR_UNDEF, &p, &l->rank);
+        look_at(l->j, before, EXPR_UNDEF, false, &p, &l->rank);
         points_point_clear(&p);
         l->before = before;
     }
-    enum points_status status = look_at(l->j, before, factor, &p, &rank);
+    enum points_status status = look_at(l->j, before, factor, false, &p, &rank);
     bool lower = status == POINTS_IRREGULAR || (status == POINTS_OK && rank < l->rank);
     if (lower) {
         as->off = true;
@@ -197,6 +203,21 @@ static bool drops_before(struct listing *l, expr_id factor, int before, struct s
     }
     points_point_clear(&p);
     return lower;
+}
+
+/* Whether the rank drops where the factor vanishes for special values of the parameters, none
+ * of which was met above. */
+static bool drops_for_some(struct listing *l, expr_id factor)
+{
+    struct points_point p;
+    struct job *j = l->j;
+    int rank;
+    if (!j->request.system.parameters || j->request.system.variables > OFF_VARIABLES || l->moved++ > OFF_MOST)
+        return false;
+    enum points_status status = look_at(j, j->solution.constraints, factor, true, &p, &rank);
+    points_point_clear(&p);
+    return status == POINTS_IRREGULAR
+           || (status == POINTS_OK && rank < j->request.system.variables - j->solution.free_columns);
 }
 
 static void consider(struct listing *l, expr_id factor, int before)
@@ -210,6 +231,8 @@ static void consider(struct listing *l, expr_id factor, int before)
         add(l->j, factor, -1, (struct stratum){ .kind = "parameter" });
     else if (l->j->solution.verdict != SGA_INCONSISTENT && (drops(l->j, factor, &as) || drops_before(l, factor, before, &as)))
         add(l->j, factor, before, as);
+    else if (l->j->solution.verdict != SGA_INCONSISTENT && drops_for_some(l, factor))
+        add(l->j, factor, -1, (struct stratum){ .kind = "parameter" });
 }
 
 static void factors_of(struct listing *l, expr_id value, int before)

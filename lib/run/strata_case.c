@@ -50,6 +50,15 @@ static int solve_for(const struct sys_system *system, expr_id f, expr_id *value)
     return best;
 }
 
+static bool on_parameters(const struct sys_system *system, expr_id f)
+{
+    struct expr_facts facts;
+    expr_facts_init(&facts);
+    bool yes = !(expr_facts_of(&facts, system->store, f) & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME));
+    expr_facts_clear(&facts);
+    return yes;
+}
+
 /* Rows, restriction and parameters with the k-th parameter replaced. */
 static void substitute(struct strata_case *part, const struct sys_system *system, int k, expr_id value)
 {
@@ -93,11 +102,11 @@ bool strata_case_make(struct strata_case *part, const struct sys_system *system,
     }
     expr_id value = EXPR_UNDEF;
     struct sga_buf text = { 0 };
-    int k = solve_for(system, s->where[0], &value);
+    int k = on_parameters(system, s->where[0]) ? solve_for(system, s->where[0], &value) : -1;
     if (k < 0 || !expr_print(system->store, value, 4000, &text)) {
         sga_buf_free(&text);
-        return sga_fail(err, SGA_E_UNDECIDED, "the condition is not linear in any parameter, so that none could be "
-                        "substituted; give the parameters values that fulfil it");
+        return sga_fail(err, SGA_E_UNDECIDED, "this is a condition on the parameters on the set of the constraints; it could not be "
+                        "solved for one of them to be substituted; give the parameters values that fulfil it");
     }
     s->parameter = strdup(system->store->symbol[system->parameter[k]].name);
     s->value = sga_buf_take(&text);

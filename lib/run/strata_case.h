@@ -16,4 +16,16 @@ struct strata_case {
 bool strata_case_make(struct strata_case *part, const struct sys_system *system, struct stratum *s, struct sga_error *err);
 void strata_case_clear(struct strata_case *part);
 
+/* A job's own state while a stratum is solved in its place. */
+struct strata_frame {
+    struct job keep;
+    struct strata_case part;
+};
+
+/* j becomes a fresh job for the stratum's system, with the same request otherwise: the store of
+ * expressions grows under both. False: no system could be made, j is as it was. */
+bool strata_enter(struct job *j, struct stratum *s, struct strata_frame *f, struct sga_error *err);
+/* Drops the stratum's answer; j is what it was. */
+void strata_leave(struct job *j, struct strata_frame *f);
+
 #endif

@@ -160,37 +160,49 @@ static void answer_stratum(struct job *j, struct stratum *sibling, struct stratu
     }
     if (ok && known_set(j, sibling, s, number))
         return;
-    if (ok)
+    if (ok) {
         answer_strata(j);
+        answer_signs(j);
+    }
     ok = ok && answer_witness(j) && answer_strata_solve(j);
     s->state = ok ? STRATUM_SOLVED : STRATUM_UNSOLVED;
     if (ok)
         answer_write(j, &s->result);
 }
 
-/* The system of a stratum takes the place of j's while it is solved: the store of expressions
- * grows under both. */
+bool strata_enter(struct job *j, struct stratum *s, struct strata_frame *f, struct sga_error *err)
+{
+    if (!strata_case_make(&f->part, &j->request.system, s, err))
+        return false;
+    f->keep = *j;
+    *j = fresh(j, err);
+    j->request.system = f->part.system;
+    j->request.name = NULL;
+    return true;
+}
+
+void strata_leave(struct job *j, struct strata_frame *f)
+{
+    answer_clear(j);
+    strata_case_clear(&f->part);
+    struct expr_store store = j->request.store;      /* it grew */
+    *j = f->keep;
+    j->request.store = store;
+}
+
 static void solve_one(struct job *j, struct stratum *s, int number)
 {
-    struct job keep = *j;
-    struct strata_case part;
+    struct strata_frame f;
     struct stratum *sibling = j->stratum;
-    if (!strata_case_make(&part, &keep.request.system, s, &s->error)) {
+    if (!strata_enter(j, s, &f, &s->error)) {
         s->state = STRATUM_UNSOLVED;
         return;
     }
-    *j = fresh(j, &s->error);
-    j->request.system = part.system;
-    j->request.name = NULL;
     j->request.want &= REQUEST_CONSTRAINTS | REQUEST_INDEX | REQUEST_VECTOR_FIELD | REQUEST_GAUGE;
     if (s->parameter)
         j->parameter_case = ++j->tree->cases;
     answer_stratum(j, sibling, s, number);
-    answer_clear(j);
-    struct expr_store store = j->request.store;
-    strata_case_clear(&part);
-    *j = keep;
-    j->request.store = store;
+    strata_leave(j, &f);
     if (!expr_store_ok(&j->request.store)) {      /* what is known already can still be written */
         if (s->error.code == SGA_E_OK)
             s->error = j->request.store.error;

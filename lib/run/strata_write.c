@@ -75,6 +75,8 @@ void answer_write_strata(const struct job *j, struct sga_json *w)
         sga_json_member_string(w, "kind", "not_zero");
         sga_json_end_object(w);
     }
+    if (j->signs.len)
+        sga_json_raw(w, j->signs.data, j->signs.len);
     sga_json_end_array(w);
 }
 

@@ -76,7 +76,7 @@ void answer_write_initial(const struct job *j, struct sga_json *w)
     sga_json_end_array(w);
     sga_json_key(w, "residuals");
     sga_json_array(w);
-    for (int k = 0; k < j->solution.constraints; k++)
+    for (int k = 0; k < j->initial_residuals; k++)
         sga_json_double(w, r->residual[k]);
     sga_json_end_array(w);
     sga_json_end_object(w);
@@ -87,6 +87,14 @@ void answer_write_trajectory(const struct job *j, struct sga_json *w)
     const struct traj_result *r = &j->trajectory;
     sga_json_key(w, "trajectory");
     sga_json_object(w);
+    if (j->moves_on) {
+        const struct stratum *s = j->stratum + (j->moves_on - 1);
+        sga_json_key(w, "stratum");
+        sga_json_array(w);
+        for (int k = 0; k < s->wheres; k++)
+            sga_json_string(w, s->text[k]);
+        sga_json_end_array(w);
+    }
     write_columns(j, w);
     write_rows(j, w);
     sga_json_key(w, "initial");
