@@ -1,5 +1,5 @@
 /* What the algorithm divided by, and where that can vanish. */
-#include "answer.h"
+#include "strata_case.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -83,13 +83,10 @@ static void add(struct job *j, expr_id factor, int before, struct stratum as)
     j->stratum[j->strata++] = as;
 }
 
-/* Numerical rank of [A; d xi] at a point, for the first c constraints: singular values above 1e-10 of the largest,
- * rows scaled to largest entry 1. The point is known to 64 bits, so what is 0 there comes
- * out far below. */
-static int rank_at(struct job *j, const struct points_space *space, int c, struct points_point *p)
+int strata_rank_at(struct job *j, const struct points_space *space, int rows, int c, struct points_point *p)
 {
     const struct sys_system *sys = &j->request.system;
-    int n = sys->variables, m = sys->rows + c;
+    int n = sys->variables, m = rows + c;
     double *M = sga_calloc((size_t)(m + 1) * (size_t)n, sizeof *M);
     double *sv = sga_calloc((size_t)(m < n ? m : n) + 1, sizeof *sv);
     struct points_space own = *space;
@@ -102,11 +99,11 @@ static int rank_at(struct job *j, const struct points_space *space, int c, struc
     num_ball_forget(&p->ball);
     num_ball_extend(&p->ball);
     for (int i = 0; i < m; i++) {
-        int len = i < sys->rows ? sys->row[i].entries : jac.cols[i - sys->rows];
+        int len = i < rows ? sys->row[i].entries : jac.cols[i - rows];
         double *row = M + (size_t)i * (size_t)n, big = 0;
         for (int k = 0; k < len; k++) {
-            int col = i < sys->rows ? sys->row[i].entry[k].col : jac.col[i - sys->rows][k];
-            arb_srcptr v = i < sys->rows ? num_ball_value(&p->ball, sys->row[i].entry[k].value) : jac.entry[i - sys->rows] + k;
+            int col = i < rows ? sys->row[i].entry[k].col : jac.col[i - rows][k];
+            arb_srcptr v = i < rows ? num_ball_value(&p->ball, sys->row[i].entry[k].value) : jac.entry[i - rows] + k;
             row[col] = arf_get_d(arb_midref(v), ARF_RND_NEAR);
             big = fmax(big, fabs(row[col]));
         }
@@ -157,7 +154,7 @@ static enum points_status look_at(struct job *j, int c, expr_id factor, bool mov
     if (factor)
         end[stages++] = c + 1;
     enum points_status status = points_find_staged(&space, end, stages, j->near ? 0.2 : 1, &random, 64, p);
-    *rank = status == POINTS_OK ? rank_at(j, &space, c, p) : -1;
+    *rank = status == POINTS_OK ? strata_rank_at(j, &space, sys->rows, c, p) : -1;
     free(end);
     free(variable);
     free(con);

@@ -16,6 +16,11 @@ struct strata_case {
 bool strata_case_make(struct strata_case *part, const struct sys_system *system, struct stratum *s, struct sga_error *err);
 void strata_case_clear(struct strata_case *part);
 
+/* Numerical rank of [A; d xi] at a point, for the first `rows` rows and c functions of the
+ * space: singular values above 1e-10 of the largest, rows scaled to largest entry 1. The point
+ * is known to 64 bits, so what is 0 there comes out far below. Cost: that of a dense SVD. */
+int strata_rank_at(struct job *j, const struct points_space *space, int rows, int c, struct points_point *p);
+
 /* A job's own state while a stratum is solved in its place. */
 struct strata_frame {
     struct job keep;

@@ -20,6 +20,7 @@ struct reached {
 struct strata_tree {
     struct reached *reached; int count; size_t cap;
     int solved, lists, cases;
+    int restrictions;             /* of the request itself */
     bool cancelled;
 };
 
@@ -133,6 +134,27 @@ static bool no_point(enum sga_code code)
     return code == SGA_E_NO_REAL_POINT || code == SGA_E_IRREGULAR;
 }
 
+/* The Hamiltonian form pulls its equations back by the differentials of `restrict`: where those
+ * become dependent, equations are lost, and what is reduced there is not the system. */
+static bool pull_back_holds(struct job *j)
+{
+    const struct sys_system *sys = &j->request.system;
+    if (strcmp(j->request.form, "hamiltonian") != 0 || !j->tree->restrictions || !j->shadow.reals)
+        return true;
+    struct points_space space = j->shadow.space;
+    space.constraint = sys->restriction;
+    space.constraints = j->tree->restrictions;
+    int *variable = sga_malloc((size_t)sys->variables * sizeof *variable);
+    for (int i = 0; i < sys->variables; i++)
+        variable[i] = sys->variable[i].symbol;
+    space.variable = variable;
+    int rank = strata_rank_at(j, &space, 0, j->tree->restrictions, &j->shadow.real[0]);
+    free(variable);
+    return rank == j->tree->restrictions
+           || sga_fail(j->err, SGA_E_IRREGULAR, "the differentials of the functions in restrict are dependent on this stratum, so "
+                       "the pulled-back equations do not say everything there; restrict to it in another way");
+}
+
 static void answer_stratum(struct job *j, struct stratum *sibling, struct stratum *s, int number)
 {
     const struct sga_solution *sol = &j->solution;
@@ -152,7 +174,7 @@ static void answer_stratum(struct job *j, struct stratum *sibling, struct stratu
         if (!ok)
             *err = first;
     }
-    ok = ok && answer_texts(j);
+    ok = ok && (sol->verdict == SGA_INCONSISTENT || pull_back_holds(j)) && answer_texts(j);
     if (ok && sol->verdict == SGA_INCONSISTENT && (sol->empty_restriction || s->off)) {
         s->state = sol->empty_restriction ? STRATUM_EMPTY : STRATUM_SKIPPED;
         sga_buf_puts(&s->note, sol->contradiction_why);
@@ -236,6 +258,7 @@ bool answer_strata_solve(struct job *j)
         return true;
     if (top) {
         j->tree = &own;
+        own.restrictions = j->request.system.restrictions;
         note_set(j, key_of(j), 0, -1);
     }
     int number = ++j->tree->lists;

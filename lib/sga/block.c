@@ -118,7 +118,7 @@ static expr_id left_over(struct block *b, const struct ech_context *c, int i, ex
 static bool rewrite(struct block *b, struct echelon *e, const struct ech_context *c, struct ech_row *row,
                     const int *index, int generation)
 {
-    int r = b->rank, *solve = sga_malloc((size_t)(b->n + 1) * sizeof *solve);
+    int r = b->rank, first = e->pivots, *solve = sga_malloc((size_t)(b->n + 1) * sizeof *solve);
     expr_id *S = sga_malloc((size_t)r * (size_t)r * sizeof *S);
     for (int i = 0; i < r; i++)
         for (int k = 0; k < r; k++) {
@@ -144,6 +144,13 @@ static bool rewrite(struct block *b, struct echelon *e, const struct ech_context
                 ech_row_push(t, b->col[j], v);
         }
         t->rhs = left_over(b, c, i, t->rhs, solve[b->n]);
+        for (int k = 0; k < r && c->record; k++) {
+            expr_id v = b->at[(size_t)i * (size_t)b->n + (size_t)b->cols[k]];
+            if (!v)
+                continue;
+            SGA_RESERVE(t->op, t->op_cap, t->ops + 1);
+            t->op[t->ops++] = (struct ech_op){ first + k, v };
+        }
     }
     for (int k = 0; k < r && ok; k++) {
         struct ech_row *t = row + index[b->rows[k]];
@@ -158,7 +165,11 @@ static bool rewrite(struct block *b, struct echelon *e, const struct ech_context
         e->pivot[e->pivots++] = (struct ech_pivot){ b->col[b->cols[k]], expr_int(c->st, 1), generation, *t };
         *t = (struct ech_row){ 0 };
     }
-    free(S);
+    SGA_RESERVE(e->block, e->block_cap, e->blocks + 1);
+    if (r)
+        e->block[e->blocks++] = (struct ech_dense){ first, r, S };
+    else
+        free(S);
     free(solve);
     return ok;
 }
@@ -169,7 +180,6 @@ bool ech_block(struct echelon *e, const struct ech_context *c, struct ech_row *r
     gather(&b, e, row, index, rows);
     choose(&b, c->shadow);
     bool ok = rewrite(&b, e, c, row, index, generation);
-    e->blocks += b.rank > 0;
     free(b.col);
     free(b.at);
     free(b.rows);
@@ -177,4 +187,24 @@ bool ech_block(struct echelon *e, const struct ech_context *c, struct ech_row *r
     free(b.row_used);
     free(b.col_used);
     return ok && expr_store_ok(c->st);
+}
+
+bool ech_blocks_stand(const struct echelon *e, struct points_shadow *shadow)
+{
+    bool stand = true;
+    for (int q = 0; q < e->blocks && stand && shadow->reals; q++) {
+        int r = e->block[q].size;
+        struct block b = { .m = r, .n = r, .at = e->block[q].matrix };
+        b.rows = sga_malloc((size_t)r * sizeof *b.rows);
+        b.cols = sga_malloc((size_t)r * sizeof *b.cols);
+        b.row_used = sga_calloc((size_t)r, 1);
+        b.col_used = sga_calloc((size_t)r, 1);
+        choose(&b, shadow);
+        stand = b.rank == r;
+        free(b.rows);
+        free(b.cols);
+        free(b.row_used);
+        free(b.col_used);
+    }
+    return stand;
 }

@@ -1,4 +1,5 @@
 /* The main loop of the stabilization general algorithm. */
+#include "block.h"
 #include "state.h"
 
 #include <stdlib.h>
@@ -188,7 +189,7 @@ static int pivots_stand(struct state *s)
         if (z)
             return z < 0 ? -1 : 0;
     }
-    return 1;
+    return ech_blocks_stand(&s->ech, s->shadow);
 }
 
 /* Begin the echelon form anew: all rows are pending again. */
@@ -199,7 +200,7 @@ static void forget_pivots(struct state *s)
     for (int q = 0; q < s->ech.pivots; q++)
         if (!expr_is_const(s->st, s->ech.pivot[q].value))
             sol->dead[sol->deads++] = (struct sga_pivot){ s->ech.pivot[q].col, s->ech.pivot[q].value,
-                                                          s->ech.pivot[q].generation };
+                                                          s->ech.pivot[q].generation, s->ech.pivot[q].row.source };
     s->blocks_lost |= s->ech.blocks > 0;
     ech_clear(&s->ech);
     ech_init(&s->ech, s->sys->variables);
