@@ -13,8 +13,16 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-enum { SOCKET = 3, ARGUMENTS = 5 };
+enum { SOCKET = 3, ARGUMENTS = 6, WALL_EXIT = 3 };
+/* Text, libraries and the request itself. */
+static const size_t HEADROOM = 96 << 20;
 static const double PROGRESS_EVERY = 0.05, LOOK_EVERY = 0.02;    /* seconds */
+
+/* What one job may use. */
+struct allowance {
+    double seconds;
+    size_t memory, result;
+};
 
 struct running {
     struct wire_progress told;
@@ -81,10 +89,21 @@ static bool cancelled(void *ctx)
     return r->cancelled;
 }
 
-static bool run(const char *request, size_t length, double max_seconds)
+/* Memory or time ended inside a library call: the last words, in memory that is there already. */
+static void wall(void *ctx, const struct sga_error *err)
+{
+    (void)ctx;
+    wire_send(SOCKET, WIRE_LAST, 0, err, sizeof *err);
+    _exit(WALL_EXIT);
+}
+
+static bool run(const char *request, size_t length, const struct allowance *allowed)
 {
     struct running r = { .told_at = 0 };
-    struct sga_run_options options = { .max_seconds = max_seconds, .progress = progress, .cancelled = cancelled, .ctx = &r };
+    struct sga_run_options options = {
+        .max_seconds = allowed->seconds, .max_memory = allowed->memory, .max_result = allowed->result,
+        .progress = progress, .cancelled = cancelled, .wall = wall, .ctx = &r,
+    };
     struct sga_buf out = { 0 };
     struct sga_error err = { 0 };
     bool ok = sga_run(request, length, &options, &out, &err);
@@ -99,8 +118,13 @@ int child_main(int argc, char **argv)
     sga_init();
     if (argc != ARGUMENTS)
         return 2;
-    confine((pid_t)atol(argv[2]), strtoul(argv[3], NULL, 10));
-    double max_seconds = atof(argv[4]);
+    size_t space = strtoul(argv[3], NULL, 10);
+    confine((pid_t)atol(argv[2]), space);
+    /* The library's own wall stands a quarter past its limit: both are inside the space. */
+    struct allowance allowed = {
+        .seconds = atof(argv[4]), .result = strtoul(argv[5], NULL, 10),
+        .memory = space > 2 * HEADROOM ? (size_t)(0.8 * (double)(space - HEADROOM)) : space / 3,
+    };
     struct wire_header h;
     while (wire_read(SOCKET, &h, sizeof h)) {
         if (h.type == WIRE_CANCEL)
@@ -109,7 +133,7 @@ int child_main(int argc, char **argv)
         if (h.type != WIRE_RUN || !request || !wire_read(SOCKET, request, h.length))
             return 1;
         request[h.length] = 0;
-        bool sent = run(request, h.length, max_seconds);
+        bool sent = run(request, h.length, &allowed);
         free(request);
         if (!sent)
             return 0;

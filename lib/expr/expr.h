@@ -78,6 +78,7 @@ struct expr_store {
     int32_t *names;           uint32_t names_mask;  /* of symbols by name: index + 1 */
     int max_nodes;            /* 0: no limit */
     long max_bits;            /* of one exact constant */
+    double work_bits, max_work_bits;   /* of all constants made so far; 0: no limit */
     struct sga_error error;   /* sticky */
 };
 

@@ -42,7 +42,9 @@ struct parser {
 static bool fail_here(struct parser *p, size_t at)
 {
     if (!expr_store_ok(p->st)) {
-        sga_fail(p->err, p->st->error.code, "%s", p->st->error.detail);
+        /* what grows while it is read was too large as it was written */
+        bool bits = p->st->error.code == SGA_E_LIMIT_GROWTH;
+        sga_fail(p->err, bits ? SGA_E_LIMIT_BITS : p->st->error.code, "%s", p->st->error.detail);
         p->st->error = (struct sga_error){ 0 };
     }
     if (p->err && !p->err->line)

@@ -5,13 +5,17 @@
 #include "mem.h"
 #include "reader.h"
 
+/* Reading alone may make so many bits of exact numbers: seconds of work, 32 MB. */
+static const double WORK_BITS = 268435456;
+
 static void defaults(struct request *r)
 {
     *r = (struct request){ 0 };
     expr_store_init(&r->store);
     sys_init(&r->system, &r->store);
     r->accuracy = (struct request_accuracy){ .rtol = 1e-8, .atol = 1e-10, .arithmetic = REQUEST_AUTO };
-    r->limits = (struct request_limits){ .seconds = 30, .nodes = 20000000, .generations = 1000 };
+    r->limits = (struct request_limits){ .seconds = 30, .nodes = 20000000, .generations = 1000, .bits = REQUEST_MAX_BITS };
+    r->store.max_work_bits = WORK_BITS;
 }
 
 /* What is wanted against what is given. */
@@ -70,6 +74,7 @@ static bool read_all(struct reader *rd, const json_t *v)
     if (!system || (limits && !read_limits(rd, limits)))
         return false;
     rd->r->store.max_nodes = rd->r->limits.nodes;
+    rd->r->store.max_bits = rd->r->limits.bits;
     if (!read_system(rd, system) || !read_want(rd, want))
         return false;
     if (!want && trajectory)
@@ -91,6 +96,7 @@ bool request_read(struct request *r, const char *text, size_t length, struct sga
     sga_buf_free(&rd.at);
     free(rd.value);
     free(rd.column);
+    r->store.max_work_bits = 0;
     if (!ok) {
         if (err->code != SGA_E_OK && !err->stage[0])
             strcpy(err->stage, "request");

@@ -70,8 +70,11 @@ struct request_accuracy {
 
 struct request_limits {
     double seconds;           /* 30 unless said */
+    double megabytes;         /* that the job may add to its process; 0: what the service allows */
     int nodes;                /* of the expression store */
     int generations;
+    int terms;                /* of one polynomial in normal forms; 0: not said */
+    int bits;                 /* of one exact number */
 };
 
 /* Of the form `operator`: sum A_i y^(i) = B e. */
@@ -114,6 +117,7 @@ enum {
     REQUEST_MAX_VARIABLES = 20000,
     REQUEST_MAX_UNKNOWNS = 64,        /* of the form operator */
     REQUEST_MAX_SAMPLES = 1000000,
+    REQUEST_MAX_BITS = 1 << 17,       /* of one exact number */
     REQUEST_MAX_NAME = 128,           /* bytes of a name */
     REQUEST_MAX_DEPTH = 64            /* of nested JSON */
 };

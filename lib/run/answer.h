@@ -52,6 +52,7 @@ struct job {
     bool is_linear;               /* and it is a structure, not a reason */
     struct operator_answer *op;   /* or NULL */
     struct { double read, reduce, operator_form, print, witness, trajectory, structure; } seconds;
+    const char *stage;            /* the last that was begun */
     struct sga_error *err;
 };
 
@@ -69,9 +70,13 @@ bool answer_texts(struct job *j);
 bool answer_witness(struct job *j);
 /* Factors of pivots that can vanish on the final set, and branches not followed. */
 void answer_strata(struct job *j);
-/* The result object. */
-void answer_write(struct job *j, struct sga_buf *out);
-void answer_write_trajectory(const struct job *j, struct sga_json *w);
+/* The result object. False: over answer_limit, memory or time. */
+bool answer_write(struct job *j, struct sga_buf *out);
+/* Bytes that the result may have. */
+size_t answer_limit(const struct job *j);
+/* False once out is over that, and the error is set. */
+bool answer_fits(struct job *j, const struct sga_buf *out);
+bool answer_write_trajectory(struct job *j, struct sga_json *w);
 /* Members of the object `structure`, which is open; needs the structure. */
 void answer_write_structure(struct job *j, struct sga_json *w);
 void answer_write_initial(const struct job *j, struct sga_json *w);

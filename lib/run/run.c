@@ -2,6 +2,7 @@
 #include "answer.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -9,6 +10,7 @@
 #include "kronecker.h"
 #include "lin.h"
 #include "mem.h"
+#include "watch.h"
 
 const char *sga_version(void)
 {
@@ -18,6 +20,7 @@ const char *sga_version(void)
 void sga_init(void)
 {
     lin_init();
+    sga_watch_init();
 }
 
 bool sga_check(const char *request, size_t length, struct sga_buf *out, struct sga_error *err)
@@ -29,19 +32,40 @@ bool sga_check(const char *request, size_t length, struct sga_buf *out, struct s
     return request_canonical(request, length, out, err);
 }
 
+static const double MAX_MEMORY = 0x1p34, DEFAULT_MEGABYTES = 2048;
+
 static void progress(struct job *j, const char *stage, double fraction)
 {
+    j->stage = stage;
     if (j->options && j->options->progress)
         j->options->progress(j->options->ctx, stage, fraction);
+}
+
+static void name_stage(struct sga_error *err, const char *stage)
+{
+    if (!err->stage[0])
+        snprintf(err->stage, sizeof err->stage, "%s", stage);
+}
+
+static void wall(void *ctx, const struct sga_error *err)
+{
+    const struct job *j = ctx;
+    struct sga_error located = *err;
+    name_stage(&located, j->stage);
+    j->options->wall(j->options->ctx, &located);
 }
 
 static void set_budget(struct job *j)
 {
     double most = j->options && j->options->max_seconds > 0 ? j->options->max_seconds : 3600;
     double seconds = j->request.limits.seconds > 0 ? fmin(j->request.limits.seconds, most) : most;
+    double memory = j->options && j->options->max_memory ? (double)j->options->max_memory : MAX_MEMORY;
+    double megabytes = j->request.limits.megabytes > 0 ? j->request.limits.megabytes : DEFAULT_MEGABYTES;
     j->budget = (struct sga_budget){
         .deadline = sga_now() + seconds, .seconds = seconds,
         .max_generations = j->request.limits.generations,
+        .max_memory = (size_t)fmin(megabytes * 0x1p20, memory),
+        .max_terms = j->request.limits.terms,
         .cancelled = j->options ? j->options->cancelled : NULL,
         .cancel_ctx = j->options ? j->options->ctx : NULL,
     };
@@ -63,6 +87,24 @@ static bool check_wants(struct job *j)
         return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic",
                            "this version integrates in double only; use \"double\" or \"auto\"");
     return true;
+}
+
+/* Samples that cannot fit are refused before any work is done. */
+static bool check_samples(struct job *j)
+{
+    const struct request_trajectory *t = &j->request.trajectory;
+    if (!(j->request.want & REQUEST_TRAJECTORY))
+        return true;
+    double columns = 1 + (double)(t->outputs ? t->outputs : j->request.system.variables);
+    double numbers = columns * (double)t->samples, most = (double)answer_limit(j);
+    if (2 * numbers <= most && 8 * numbers <= (double)j->budget.max_memory)
+        return true;
+    bool text = 2 * numbers > most;
+    return sga_fail_at(j->err, text ? SGA_E_LIMIT_RESULT : SGA_E_LIMIT_MEMORY, "/trajectory",
+                       "%d samples of %.0f columns need %.0f MB at least; the limit of %s is %.0f MB; ask for fewer samples, "
+                       "or for fewer columns in trajectory.outputs", t->samples, columns,
+                       (text ? 2 : 8) * numbers * 0x1p-20, text ? "a result" : "memory",
+                       (text ? most : (double)j->budget.max_memory) * 0x1p-20);
 }
 
 /* Where the request starts is a hint for which component of the constraint set is meant. */
@@ -102,6 +144,7 @@ static bool reduce(struct job *j)
     };
     points_shadow_init(&j->shadow, 20250101);
     progress(j, "reduction", 0.05);
+    j->stage = "sga";            /* as the solver names it in its own errors */
     j->solved = true;
     bool ok = sga_solve(&j->request.system, &options, &j->shadow, &j->solution, j->err);
     j->seconds.reduce = sga_now() - start;
@@ -177,19 +220,29 @@ static void job_clear(struct job *j)
 bool sga_run(const char *request, size_t length, const struct sga_run_options *options,
              struct sga_buf *out, struct sga_error *err)
 {
-    struct job j = { .options = options, .err = err };
+    struct sga_error own = { 0 };
+    struct job j = { .options = options, .err = err ? err : &own, .stage = "request" };
     double start = sga_now();
     if (!request_read(&j.request, request, length, err))
         return false;
     j.seconds.read = sga_now() - start;
     set_budget(&j);
+    sga_watch_begin(&j.budget, options && options->wall ? wall : NULL, &j);
     bool ok = check_wants(&j);
     if (ok) {
         set_near(&j);
-        ok = (!j.request.op.has || answer_operator(&j)) && reduce(&j) && check_restrict(&j) && answer_texts(&j);
+        ok = check_samples(&j) && (!j.request.op.has || answer_operator(&j)) && reduce(&j) && check_restrict(&j);
+    }
+    if (ok) {
+        progress(&j, "texts", 0.4);
+        ok = answer_texts(&j);
+    }
+    if (ok) {
+        answer_strata(&j);
+        ok = sga_budget_ok(&j.budget, j.err);
     }
     if (ok)
-        answer_strata(&j);
+        progress(&j, "witness", 0.45);
     ok = ok && answer_witness(&j) && structure(&j);
     if (ok && (j.request.want & REQUEST_STRUCTURE || (j.op && j.op->system.order <= 1)))
         ok = kronecker_text(&j, &j.kronecker, &j.is_linear);
@@ -198,8 +251,11 @@ bool sga_run(const char *request, size_t length, const struct sga_run_options *o
     ok = ok && answer_motion(&j);
     if (ok) {
         progress(&j, "writing", 0.98);
-        answer_write(&j, out);
+        ok = answer_write(&j, out);
     }
+    if (!ok)
+        name_stage(j.err, j.stage);
+    sga_watch_end();
     job_clear(&j);
     return ok;
 }

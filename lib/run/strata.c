@@ -12,6 +12,8 @@
 #include "poly.h"
 
 enum { PIVOT_BYTES = 4000 };
+/* rows * columns * the smaller: past it singular values take seconds that nobody could stop */
+static const double RANK_WORK = 1e8;
 
 static void add(struct job *j, expr_id factor, const char *kind)
 {
@@ -94,8 +96,9 @@ static bool drops(struct job *j, expr_id factor)
     end[stages++] = c + 1;
     enum points_status status = points_find_staged(&space, end, stages, j->near ? 0.2 : 1, &random, 64, &p);
     free(end);
+    double rows = sys->rows + c, work = rows * n * fmin(rows, n);
     /* an irregular place was approached to about 6 digits only: listed, to be safe */
-    bool lower = status == POINTS_IRREGULAR
+    bool lower = status == POINTS_IRREGULAR || (status == POINTS_OK && work > RANK_WORK)
                  || (status == POINTS_OK && rank_at(j, &space, &p) < n - j->solution.free_columns);
     points_point_clear(&p);
     free(variable);
@@ -107,7 +110,7 @@ static void consider(struct job *j, struct expr_facts *facts, expr_id factor)
 {
     struct expr_store *st = &j->request.store;
     unsigned f = expr_facts_of(facts, st, factor);
-    if (f & EXPR_NONZERO || expr_is_const(st, factor))
+    if (f & EXPR_NONZERO || expr_is_const(st, factor) || !sga_budget_ok(&j->budget, j->err))
         return;
     if (!(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
         add(j, factor, "parameter");

@@ -73,7 +73,7 @@ bool answer_texts(struct job *j)
     j->has_texts = expr_print_named(&j->request.store, root, roots, &naming, &j->texts);
     free(root);
     if (!j->has_texts)
-        return sga_fail(j->err, SGA_E_LIMIT_NODES, "the answer is too large to print (more than 16 MiB); "
+        return sga_fail(j->err, SGA_E_LIMIT_RESULT, "the answer is too large to print (more than 16 MiB); "
                         "ask for less in want, for example [\"index\", \"trajectory\"]");
     j->seconds.print = sga_now() - start;
     if (!expr_store_ok(&j->request.store)) {

@@ -393,7 +393,21 @@ static void write_work(const struct job *j, struct sga_json *w)
     sga_json_end_object(w);
 }
 
-void answer_write(struct job *j, struct sga_buf *out)
+size_t answer_limit(const struct job *j)
+{
+    return j->options && j->options->max_result ? j->options->max_result : (size_t)1 << 30;
+}
+
+bool answer_fits(struct job *j, const struct sga_buf *out)
+{
+    size_t limit = answer_limit(j);
+    if (out->len <= limit)
+        return true;
+    return sga_fail(j->err, SGA_E_LIMIT_RESULT, "the result has more than %.1f MB (%.1f MB were written); ask for fewer samples, "
+                    "or for less in want", (double)limit * 0x1p-20, (double)out->len * 0x1p-20);
+}
+
+bool answer_write(struct job *j, struct sga_buf *out)
 {
     struct sga_json json, *w = &json;
     unsigned want = j->request.want;
@@ -437,9 +451,10 @@ void answer_write(struct job *j, struct sga_buf *out)
     }
     if (j->has_initial)
         answer_write_initial(j, w);
-    if (j->has_trajectory)
-        answer_write_trajectory(j, w);
+    if (j->has_trajectory && !answer_write_trajectory(j, w))
+        return false;
     write_evidence(j, w);
     write_work(j, w);
     sga_json_end_object(w);
+    return answer_fits(j, out);
 }
