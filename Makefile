@@ -44,7 +44,7 @@ SERVER_DEPS := run request form sys expr base
 CLIENT_DEPS := run base
 
 LIBS := -lcalcium -lflint-arb -lflint -lmpfr -lgmp -lklu -lamd -lcolamd -lbtf -lsuitesparseconfig -lgsl -lgslcblas -ljansson -lm
-SERVER_LIBS := -lmicrohttpd -lsqlite3 -lgnutls -lpthread
+SERVER_LIBS := -lmicrohttpd -lsqlite3 -lgnutls -lseccomp -lpthread
 CLIENT_LIBS :=
 
 LIB_SRC := $(foreach f,$(FLOORS),$(wildcard lib/$(f)/*.c))

@@ -3,13 +3,13 @@
 #include "child.h"
 #include "budget.h"
 #include "run.h"
+#include "sandbox.h"
 #include "wire.h"
 
 #include <poll.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -30,25 +30,20 @@ struct running {
     bool cancelled;
 };
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-enum { CAN_LIMIT_MEMORY = 0 };      /* sanitizers reserve terabytes of address space */
-#else
-enum { CAN_LIMIT_MEMORY = 1 };
-#endif
-
-/* What keeps a bad job inside. A sandbox of system calls and files goes here as well. */
-static void confine(pid_t parent, size_t memory)
+/* What keeps a bad job inside. The library opens one descriptor, by which it measures its
+ * memory: that comes first. */
+static bool confine(pid_t parent, size_t memory)
 {
-    prctl(PR_SET_PDEATHSIG, SIGKILL);
-    if (getppid() != parent)
-        _exit(1);                    /* it died before the line above */
+    struct sandbox s = { .parent = parent, .memory = memory, .descriptors = SOCKET + 2 };
+    char why[200];
     close_range(SOCKET + 1, ~0U, 0);
+    sga_init();
     signal(SIGINT, SIG_IGN);         /* a terminal's ^C goes to the whole group: the parent decides */
     signal(SIGTERM, SIG_IGN);
-    struct rlimit none = { 0, 0 }, space = { memory, memory };
-    setrlimit(RLIMIT_CORE, &none);
-    if (memory && CAN_LIMIT_MEMORY)
-        setrlimit(RLIMIT_AS, &space);
+    if (sandbox_enter(&s, why, sizeof why))
+        return true;
+    wire_send(SOCKET, WIRE_UNSAFE, 0, why, strlen(why));
+    return false;
 }
 
 static uint64_t resident(void)
@@ -115,11 +110,11 @@ static bool run(const char *request, size_t length, const struct allowance *allo
 
 int child_main(int argc, char **argv)
 {
-    sga_init();
     if (argc != ARGUMENTS)
         return 2;
     size_t space = strtoul(argv[3], NULL, 10);
-    confine((pid_t)atol(argv[2]), space);
+    if (!confine((pid_t)atol(argv[2]), space))
+        return 1;
     /* The library's own wall stands a quarter past its limit: both are inside the space. */
     struct allowance allowed = {
         .seconds = atof(argv[4]), .result = strtoul(argv[5], NULL, 10),

@@ -13,6 +13,7 @@ enum wire_type {
     WIRE_PROGRESS = 'P',    /* from it: struct wire_progress */
     WIRE_DONE = 'D',        /* from it: the result's text */
     WIRE_ERROR = 'E',       /* from it: struct sga_error */
+    WIRE_UNSAFE = 'U',      /* from it: why it could not confine itself; it ends with this */
     WIRE_LAST = 'L'         /* from it: struct sga_error, and it ends with this */
 };
 

@@ -161,6 +161,10 @@ static bool handle(struct worker *w, struct job *job, struct inbox *in)
         if (in->head.type == WIRE_LAST)
             child_walled(w, job);
         child_failed(w, job, in);
+    } else if (in->head.type == WIRE_UNSAFE) {
+        kill_child(w, job, in->data);
+        fail(w, job, SGA_E_WORKER_DIED, "The process that should run the job could not confine itself, so it was not run; "
+             "the service's log says why.");
     } else {
         kill_child(w, job, "malformed message");
         fail(w, job, SGA_E_INTERNAL, "The process that ran the job gave a malformed message.");
