@@ -154,6 +154,7 @@ int main(int argc, char **argv)
     sigaddset(&signals, SIGINT);
     pthread_sigmask(SIG_BLOCK, &signals, NULL);
     signal(SIGPIPE, SIG_IGN);
+    signal(SIGXFSZ, SIG_IGN);       /* a full quota is an error of the write, no end */
     int status = serve(&parts, &signals);
     config_free(c);
     return status;
