@@ -5,7 +5,10 @@
 #include <string.h>
 #include <flint/fmpz.h>
 
+#include "budget.h"
 #include "mem.h"
+
+enum { LOOK_EVERY = 20000 };     /* nodes: some tenths of a millisecond */
 
 static const struct {
     const char *text;
@@ -94,9 +97,22 @@ static void rehash(struct expr_store *st)
     }
 }
 
+bool expr_store_work(struct expr_store *st, long nodes)
+{
+    st->work += nodes;
+    if (st->work < LOOK_EVERY)
+        return expr_store_ok(st);
+    st->work = 0;
+    double late = st->deadline > 0 ? sga_now() - st->deadline : 0;
+    if (late > 0)
+        sga_fail(&st->error, SGA_E_LIMIT_SECONDS, "the limit of %g seconds was reached (%.1f had passed); "
+                 "raise limits.seconds or ask for less in want", st->seconds, st->seconds + late);
+    return expr_store_ok(st);
+}
+
 static bool room(struct expr_store *st)
 {
-    if (!expr_store_ok(st))
+    if (!expr_store_work(st, 1))
         return false;
     if (st->max_nodes && st->nodes >= st->max_nodes)
         return sga_fail(&st->error, SGA_E_LIMIT_NODES,

@@ -106,6 +106,10 @@ struct request {
 /* Read a request. On failure err is filled and r is left cleared. Cost: linear in the text and
  * in what the form makes of it. */
 bool request_read(struct request *r, const char *text, size_t length, struct sga_error *err);
+/* The same within bounds narrower than the request's own limits. Where it failed by them,
+ * `met` is set: then nothing is known against the request. */
+struct request_bounds { double seconds; int nodes; bool met; };
+bool request_read_within(struct request *r, const char *text, size_t length, struct request_bounds *bounds, struct sga_error *err);
 void request_clear(struct request *r);
 
 /* The same JSON, compact, members sorted, numbers in their shortest form (1.0 and 1e0 are 1):

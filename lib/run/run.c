@@ -23,12 +23,21 @@ void sga_init(void)
     sga_watch_init();
 }
 
+/* What checking may take; a request that needs more is judged where it runs. */
+static const double CHECK_SECONDS = 1;
+enum { CHECK_NODES = 2000000 };
+
 bool sga_check(const char *request, size_t length, struct sga_buf *out, struct sga_error *err)
 {
     struct request r;
-    if (!request_read(&r, request, length, err))
+    struct request_bounds bounds = { .seconds = CHECK_SECONDS, .nodes = CHECK_NODES };
+    struct sga_error own = { 0 };
+    err = err ? err : &own;
+    if (request_read_within(&r, request, length, &bounds, err))
+        request_clear(&r);
+    else if (!bounds.met)
         return false;
-    request_clear(&r);
+    *err = (struct sga_error){ 0 };
     return request_canonical(request, length, out, err);
 }
 
@@ -70,6 +79,8 @@ static void set_budget(struct job *j)
         .cancel_ctx = j->options ? j->options->ctx : NULL,
     };
     j->request.store.max_nodes = j->request.limits.nodes;
+    j->request.store.deadline = j->budget.deadline;
+    j->request.store.seconds = seconds;
 }
 
 /* What is wanted but cannot be had yet is refused before any work is done. */
@@ -253,6 +264,7 @@ bool sga_run(const char *request, size_t length, const struct sga_run_options *o
         progress(&j, "writing", 0.98);
         ok = answer_write(&j, out);
     }
+    ok = ok && sga_budget_ok(&j.budget, j.err);      /* past a limit nothing is an answer any more */
     if (!ok)
         name_stage(j.err, j.stage);
     sga_watch_end();

@@ -36,7 +36,8 @@ bool sga_run(const char *request, size_t length, const struct sga_run_options *o
              struct sga_buf *out, struct sga_error *err);
 
 /* Reads and checks a request without running it, within bounded time and memory:
- * shapes, names, expressions. On success appends the canonical request to out: compact
+ * shapes, names, expressions. A good beginning that would take more than about a second or
+ * two million nodes counts as good. On success appends the canonical request to out: compact
  * JSON with sorted keys, equal for requests that mean the same member by member
  * (the key of the cache is its SHA-256). */
 bool sga_check(const char *request, size_t length, struct sga_buf *out, struct sga_error *err);

@@ -28,6 +28,16 @@ def status(pid):
         return dict(line.rstrip("\n").split(":\t", 1) for line in f if ":\t" in line)
 
 
+def confined(pid):
+    """Its status once it has entered the sandbox: it may just have been started."""
+    for _ in range(500):
+        s = status(pid)
+        if s["Seccomp"] == "2":
+            break
+        time.sleep(0.02)
+    return s
+
+
 def gone(pid):
     for _ in range(500):
         try:
@@ -46,7 +56,7 @@ def child(build, c):
         pids = d.children()
         c(len(pids) == 2, "a child for each worker", pids)
         for pid in pids:
-            s = status(pid)
+            s = confined(pid) if not sanitized(build) else status(pid)
             if not sanitized(build):
                 c(s["Seccomp"] == "2" and s["NoNewPrivs"] == "1", "the child has a filter and gets no privileges", s)
                 names = [os.readlink(f"/proc/{pid}/fd/{fd}") for fd in sorted(os.listdir(f"/proc/{pid}/fd"))]

@@ -119,6 +119,17 @@ def refused(build, c):
         for name, request in (("many large numbers", sums(100, 9000)), ("many equal numbers", sums(100, 8999))):
             p = c.problem(d.ask("POST", "/v1/jobs", request), 422, "number_too_large", name)
             c("268435456 bits" in p.get("detail", "") and p.get("pointer", "").startswith("/system/alpha/"), name, p)
+        # a short text whose system of first order has millions of terms: judged where it runs
+        names_ = [f"q{i}" for i in range(2000)]
+        long = {"system": {"form": "lagrangian", "coordinates": names_, "lagrangian": "*".join(f"(1+{q}'^2*{q}^2)" for q in names_)},
+                "limits": {"seconds": 2}}
+        a = d.ask("POST", "/v1/jobs", long)
+        c.status(a, 202, "a short text with a long meaning is accepted")
+        error = d.wait(a.json()["id"]).get("error", {})
+        c(error.get("code") == "time_limit" and "2 seconds" in error.get("detail", ""), "and ends by its limit", error)
+        with open(f"/proc/{d.process.pid}/status", encoding="ascii") as f:
+            peak = int(next(line for line in f if line.startswith("VmHWM:")).split()[1])
+        c(peak < (1 << 20) or "-" in os.path.basename(os.path.normpath(build)), "the daemon stays small", peak)
         c.status(d.get("/healthz"), 200, "alive")
 
 

@@ -192,6 +192,35 @@ static void other_forms(void)
     }
 }
 
+/* Bounds of who asks end the reading without a word against the request. */
+static void bounds(void)
+{
+    struct sga_buf b = { 0 };
+    struct request r;
+    sga_buf_puts(&b, "{\"system\":{\"form\":\"quasilinear\",\"variables\":\"x\",\"A\":1,\"alpha\":\"x");
+    for (int i = 1; i < 3000; i++)
+        sga_buf_printf(&b, "+sin(%d*x)", i);
+    sga_buf_puts(&b, "\"}}");
+    struct request_bounds wide = { .seconds = 1000, .nodes = 100000 }, few = { .seconds = 1000, .nodes = 2000 };
+    struct request_bounds brief = { .seconds = -1, .nodes = 100000 };
+    struct sga_error err = { 0 };
+    CHECK(request_read_within(&r, b.data, b.len, &wide, &err) && !wide.met, "%s", err.detail);
+    request_clear(&r);
+    CHECK(!request_read_within(&r, b.data, b.len, &few, &err) && few.met && err.code == SGA_E_LIMIT_NODES, "%s", err.detail);
+    sga_buf_clear(&b);
+    sga_buf_puts(&b, "{\"system\":{\"form\":\"quasilinear\",\"variables\":\"x\",\"A\":1,\"alpha\":\"x");
+    for (int i = 1; i < 20000; i++)
+        sga_buf_printf(&b, "+sin(%d*x)", i);
+    sga_buf_puts(&b, "\"}}");
+    err = (struct sga_error){ 0 };
+    CHECK(!request_read_within(&r, b.data, b.len, &brief, &err) && brief.met && err.code == SGA_E_LIMIT_SECONDS, "%s", err.detail);
+    sga_buf_clear(&b);
+    sga_buf_puts(&b, "{\"system\":{\"form\":\"quasilinear\",\"variables\":\"x\",\"A\":1,\"alpha\":\"x+\"}}");
+    err = (struct sga_error){ 0 };
+    CHECK(!request_read_within(&r, b.data, b.len, &few, &err) && !few.met && err.code == SGA_E_EXPR_SYNTAX, "%s", err.detail);
+    sga_buf_free(&b);
+}
+
 int main(void)
 {
     quasilinear();
@@ -200,5 +229,6 @@ int main(void)
     equations();
     times();
     canonical();
+    bounds();
     return CHECK_END();
 }
