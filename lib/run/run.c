@@ -228,21 +228,30 @@ static void job_clear(struct job *j)
     request_clear(&j->request);
 }
 
+static bool operator_form(struct job *j)
+{
+    j->stage = "operator";
+    return !j->request.op.has || answer_operator(j);
+}
+
 bool sga_run(const char *request, size_t length, const struct sga_run_options *options,
              struct sga_buf *out, struct sga_error *err)
 {
     struct sga_error own = { 0 };
     struct job j = { .options = options, .err = err ? err : &own, .stage = "request" };
     double start = sga_now();
-    if (!request_read(&j.request, request, length, err))
+    set_budget(&j);                 /* the service's; the request's own once it is read */
+    sga_watch_begin(&j.budget, options && options->wall ? wall : NULL, &j);
+    if (!request_read(&j.request, request, length, j.err)) {
+        sga_watch_end();
         return false;
+    }
     j.seconds.read = sga_now() - start;
     set_budget(&j);
-    sga_watch_begin(&j.budget, options && options->wall ? wall : NULL, &j);
     bool ok = check_wants(&j);
     if (ok) {
         set_near(&j);
-        ok = check_samples(&j) && (!j.request.op.has || answer_operator(&j)) && reduce(&j) && check_restrict(&j);
+        ok = check_samples(&j) && operator_form(&j) && reduce(&j) && check_restrict(&j);
     }
     if (ok) {
         progress(&j, "texts", 0.4);
