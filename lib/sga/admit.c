@@ -32,7 +32,7 @@ static void push(struct state *s, const struct candidate *c, expr_id regular, in
     SGA_RESERVE(s->con, s->con_cap, sol->constraints + 1);
     struct sga_constraint *k = sol->constraint + sol->constraints;
     bool same = regular == c->expr;
-    *k = (struct sga_constraint){ .expr = regular, .generation = g, .origin = c->origin,
+    *k = (struct sga_constraint){ .expr = regular, .generation = g, .origin = c->origin, .restriction = c->restriction,
                                   .replaced = same ? EXPR_UNDEF : c->expr,
                                   .base = same ? c->base : regular, .order = same ? c->order : 0 };
     if (s->options->combinations)

@@ -11,6 +11,7 @@ struct candidate {
     expr_id base; int order;      /* see struct sga_constraint */
     enum sga_origin origin;
     int source;                   /* of the row it is the right side of; -1 for a restriction */
+    int restriction;              /* which one; -1: none */
     struct ech_op *op; int ops;   /* borrowed from that row */
 };
 
