@@ -233,7 +233,7 @@ class Problem:
         d = getattr(self, "d", None)
         if form in ("quasilinear", "linear") or (form == "hamiltonian" and not self.restrict):
             return {f"row {i}": (r, 1) for i, r in enumerate(self.rows)}
-        user = as_list(system["coordinates" if form == "lagrangian" else "variables"])
+        user = as_list(system[{"lagrangian": "coordinates", "operator": "unknowns"}.get(form, "variables")])
         if form == "hamiltonian":
             at = {v: i for i, v in enumerate(user)}
             return {f"pull-back {k}": (d.sum(d.mul(graph.parse(e), self.whole[at[v]]) for v, e in z.items()), 1)
@@ -247,7 +247,6 @@ class Problem:
             names = of_v + of_q if second else of_q + of_v
             names += [(f"holonomic[{i}]", -1) for i in range(n - len(names))]
         else:
-            given = len(as_list(system["equations"]))
             names = [(f"definition of {v}", 1) for v in self.names if v.endswith("'")]
-            names += [(f"equations[{i}]", 1) for i in range(given)]
+            names += [(f"equations[{i}]", 1) for i in range(n - len(names))]
         return {name: (r, sign) for (name, sign), r in zip(names, self.rows)}
