@@ -7,9 +7,10 @@ import schemas
 from combination import Combinations
 from expression import FLOAT, Graph, Undefined, evaluate
 from identities import Answer, Broken
+from structure_check import StructureCheck
 
 KNOWN = set("verdict ambient generations final index differentiation seed gauge equilibrium variables on off field "
-            "parameters near digits error trajectory strata initial points identities primary closed redundant".split()) | {"kronecker"}
+            "parameters near digits error trajectory strata initial points identities structure primary closed redundant".split()) | {"kronecker"}
 
 
 def number(x):
@@ -81,6 +82,8 @@ class CaseCheck:
             except Broken as e:
                 self.tally.check(False, f"{name}: identities", str(e))
         self.at_points(name, expect, answer)
+        if "predicted" in result.get("structure", {}):
+            StructureCheck(self.tally, name, self.solver, request, result, answer).run(expect.get("structure", {}))
         if "trajectory" in expect:
             TrajectoryCheck(self.tally, name, request, result, answer).run(expect["trajectory"])
 

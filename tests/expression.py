@@ -275,7 +275,7 @@ class Arithmetic:
         if op == "^":
             if n is not None:
                 return a ** n
-            if a <= 0:
+            if a < 0 or (a == 0 and v[1] <= 0):     # 0 to a positive power is 0
                 raise Undefined("^")
             return a ** v[1]
         if op == "cbrt":

@@ -120,12 +120,23 @@ class Answer:
                     self.equations(env)
                     for _, e in self.constraints:
                         self.row(e, env, self.graph.cone([e]))
+                    if not self.on_sides(env):
+                        continue
                 except Undefined:
                     continue
             found.append(env)
             if len(found) == count:
                 break
         return found
+
+    def on_sides(self, env):
+        """Whether the point is where the answer says that it holds (evidence.sides)."""
+        for s in self.result.get("evidence", {}).get("sides", []):
+            e = self.graph.parse(s["function"])
+            value = self.graph.values(self.graph.cone([e]), env, EXACT)[e]
+            if (value > 0) != (s["sign"] == "positive"):
+                return False
+        return True
 
     # The linear system at a point
 

@@ -99,6 +99,13 @@ static bool annihilate(struct op_jacobson *f, struct cyclic *c, const struct op_
         for (int j = 0; j < n; j++)
             fmpz_poly_q_set(ratio_at(&right, j, i), ratio_at(&x->H, i, j));
     bool ok = ratio_matrix_solve(&solution, &K, &right);
+    if (ok) {                                  /* e w = 0, multiplied out */
+        struct ratio_matrix sum;
+        ratio_matrix_init(&sum, n, r + 1);
+        ratio_matrix_addmul(&sum, &K, &solution);
+        ok = ratio_matrix_equal(&sum, &right);
+        ratio_matrix_clear(&sum);
+    }
     fmpz_poly_q_t a;
     fmpz_poly_q_init(a);
     for (int l = 0; l < n && ok; l++) {
@@ -201,12 +208,13 @@ static bool full_form(struct op_jacobson *f, const struct op_popov *p, const str
     c.c = sga_calloc((size_t)r + 1, sizeof *c.c);
     bool ok = affordable(x, limits, err) && find_cyclic(&c, x, limits, err);
     if (ok && !annihilate(f, &c, x))
-        ok = sga_fail(err, SGA_E_WITNESS, "a cyclic vector modulo a prime is none over Q(t): this is a bug");
-    if (ok) {
+        ok = sga_fail(err, SGA_E_WITNESS, "the annihilator of a cyclic vector was not found: this is a bug");
+    f->transformations = ok && ore_size(&f->e) <= OP_MOST_FACTOR_BYTES;
+    if (f->transformations) {
         right_transformation(&f->V, &f->V_inverse, &c);
         ok = left_transformation(&f->U, p, &f->V_inverse, &f->e, limits, err);
     }
-    if (ok && !left_inverse(&f->U_inverse, P, &f->V, &f->e))
+    if (ok && f->transformations && !left_inverse(&f->U_inverse, P, &f->V, &f->e))
         ok = sga_fail(err, SGA_E_WITNESS, "the last invariant factor does not divide its column: this is a bug");
     for (int i = 0; i < r; i++)
         ore_clear(c.c + i);
@@ -346,6 +354,7 @@ bool op_jacobson_form(struct op_jacobson *f, const struct op_system *s, const st
     struct op_state state = { 0 };
     *f = (struct op_jacobson){ 0 };
     op_system_matrix(s, &P);
+    f->transformations = true;
     bool ok = split_off(&split, &P, limits, err);
     f->rank = split.rank;
     if (ok && split.rank) {
@@ -354,7 +363,7 @@ bool op_jacobson_form(struct op_jacobson *f, const struct op_system *s, const st
           && op_state_form(&state, &part, &popov, limits, err)
           && full_form(f, &popov, &split.R, &state, limits, err);
     }
-    if (ok) {
+    if (ok && f->transformations) {
         border(&f->U, P.rows);
         border(&f->U_inverse, P.rows);
         border(&f->V, P.cols);
@@ -365,7 +374,7 @@ bool op_jacobson_form(struct op_jacobson *f, const struct op_system *s, const st
         multiply_into(&f->V_inverse, &f->V_inverse, &split.V_inverse);
         ok = op_within(limits, &f->U, err);
     }
-    if (ok && !multiplies_out(f, &P))
+    if (ok && f->transformations && !multiplies_out(f, &P))
         ok = sga_fail(err, SGA_E_WITNESS, "the Jacobson form does not multiply out: this is a bug");
     op_state_clear(&state);
     op_popov_clear(&popov);

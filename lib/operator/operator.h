@@ -53,12 +53,18 @@ void op_laurent_clear(struct op_laurent *g);
 /* U P V = diag(1, .., 1, e, 0, .., 0), U and V unimodular, with their inverses. k[D] is simple, so
  * all invariant factors but the last are 1 (Cohn, Free rings and their relations, ch. 8). e
  * is monic, of order dim of the torsion, and unique up to similarity only. It is the
- * annihilator of a cyclic vector w = W y of the torsion module. */
+ * annihilator of a cyclic vector w = W y of the torsion module.
+ *
+ * Coefficients grow with the square of e's order. Where e alone is known to be too large
+ * err says so; where e can be had but the transformations would take many times its size,
+ * they are left empty (e has then been applied to w, which gives 0). */
 struct op_jacobson {
     struct ore_matrix U, V, U_inverse, V_inverse;
+    bool transformations;              /* the four are there, and were multiplied out */
     struct ore e;
     int rank;
 };
+enum { OP_MOST_FACTOR_BYTES = 30000 };   /* of e, for the transformations */
 bool op_jacobson_form(struct op_jacobson *f, const struct op_system *s, const struct op_limits *limits,
                       struct sga_error *err);
 void op_jacobson_clear(struct op_jacobson *f);

@@ -8,6 +8,7 @@
 #include "request.h"
 #include "run.h"
 #include "sga.h"
+#include "structure.h"
 #include "trajectory.h"
 #include "witness.h"
 
@@ -44,6 +45,8 @@ struct job {
     bool has_trajectory;
     struct traj_initial initial;
     bool has_initial;
+    struct structure structure;
+    bool has_structure;
     struct stratum { expr_id factor; const char *kind; char *text; } *stratum;
     int strata;
     struct sga_buf kronecker;     /* JSON value of the member, where structure is wanted */
@@ -60,7 +63,7 @@ struct job {
         int variable[3];          /* not closed: this component of d omega */
         expr_id defect;
     } two_form;
-    struct { double read, reduce, operator_form, print, witness, trajectory; } seconds;
+    struct { double read, reduce, operator_form, print, witness, trajectory, structure; } seconds;
     struct sga_error *err;
 };
 
@@ -93,6 +96,8 @@ void answer_strata(struct job *j);
 /* The result object. */
 void answer_write(struct job *j, struct sga_buf *out);
 void answer_write_trajectory(const struct job *j, struct sga_json *w);
+/* Members of the object `structure`, which is open; needs the structure. */
+void answer_write_structure(struct job *j, struct sga_json *w);
 void answer_write_initial(const struct job *j, struct sga_json *w);
 
 #endif

@@ -7,7 +7,7 @@
 #include "from_expr.h"
 #include "mem.h"
 
-enum { TERMS = 2, FACTOR_BYTES = 1 << 20 };
+enum { TERMS = 2, FACTOR_BYTES = 2 << 20 };
 
 static bool convert(struct job *j, fmpz_poly_q_struct *out, const expr_id *e, int n, const char *where, int cols)
 {

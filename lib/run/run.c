@@ -95,8 +95,8 @@ static bool solve(struct job *j)
 {
     struct sga_options options = {
         .near = j->near, .near_time = j->near_time, .seed = 1, .budget = &j->budget,
-        .combinations = j->request.want & REQUEST_CONSTRAINTS,
-        .gauge_fields = true,
+        .combinations = j->request.want & (REQUEST_CONSTRAINTS | REQUEST_STRUCTURE),
+        .gauge_fields = true, .rows = j->request.want & REQUEST_STRUCTURE,
     };
     if (j->solved) {
         points_shadow_clear(&j->shadow);
@@ -120,8 +120,22 @@ static bool reduce(struct job *j)
     return ok && answer_two_form(j);
 }
 
+static bool structure(struct job *j)
+{
+    if (!(j->request.want & REQUEST_STRUCTURE) || j->request.op.open_sources)
+        return true;
+    double start = sga_now();
+    progress(j, "structure", 0.45);
+    j->has_structure = true;
+    bool ok = structure_find(&j->request.system, &j->solution, &j->shadow, &j->budget, &j->structure, j->err);
+    j->seconds.structure = sga_now() - start;
+    return ok;
+}
+
 static void job_clear(struct job *j)
 {
+    if (j->has_structure)
+        structure_clear(&j->structure);
     if (j->has_texts)
         expr_names_clear(&j->texts);
     if (j->has_trajectory)
@@ -159,7 +173,7 @@ bool sga_run(const char *request, size_t length, const struct sga_run_options *o
     }
     if (ok)
         answer_strata(&j);
-    ok = ok && answer_witness(&j);
+    ok = ok && answer_witness(&j) && structure(&j);
     if (ok && (j.request.want & REQUEST_STRUCTURE || (j.op && j.op->system.order <= 1)))
         ok = kronecker_text(&j, &j.kronecker, &j.is_linear);
     if (ok)

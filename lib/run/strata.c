@@ -85,6 +85,7 @@ static bool drops(struct job *j, expr_id factor)
     struct points_space space = {
         .st = sys->store, .variable = variable, .variables = n, .parameter = sys->parameter, .parameters = sys->parameters,
         .time = sys->time, .constraint = con, .constraints = c + 1, .near = j->near, .near_time = j->near_time,
+        .scale = j->solution.scale,
         .budget = &j->budget,
     };
     struct points_point p;
@@ -139,6 +140,10 @@ void answer_strata(struct job *j)
         factors_of(j, &facts, j->solution.contradiction);
     for (int i = 0; i < j->solution.branches; i++)
         add(j, j->solution.branch[i], "branch");
+    for (int i = 0; i < j->solution.sides; i++) {
+        unsigned f = expr_facts_of(&facts, &j->request.store, j->solution.side[i].function);
+        add(j, j->solution.side[i].function, f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME) ? "side" : "parameter");
+    }
     for (int i = 0; i < j->solution.pivots; i++)
         if (!expr_is_const(&j->request.store, j->solution.pivot[i].value))
             factors_of(j, &facts, j->solution.pivot[i].value);

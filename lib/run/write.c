@@ -309,6 +309,8 @@ static void write_evidence(struct job *j, struct sga_json *w)
             if (expr_print(&j->request.store, c->replaced, 1000, &text)) {
                 sga_json_member_string(w, "in_place_of", text.data);
             }
+            if (c->near_point)        /* its other zeros, if any, were not looked for */
+                sga_json_member_bool(w, "near_point_only", true);
             sga_buf_free(&text);
         }
         sga_json_end_object(w);
@@ -332,6 +334,23 @@ static void write_evidence(struct job *j, struct sga_json *w)
         write_parts(j, w, sol->contradiction_part, sol->contradiction_parts);
         sga_json_end_object(w);
         sga_buf_free(&text);
+    }
+    if (sol->sides) {             /* what the answer holds for */
+        sga_json_key(w, "sides");
+        sga_json_array(w);
+        for (int i = 0; i < sol->sides; i++) {
+            struct sga_buf text = { 0 };
+            sga_json_object(w);
+            sga_json_key(w, "function");
+            if (expr_print(&j->request.store, sol->side[i].function, 1000, &text))
+                sga_json_string(w, text.data);
+            else
+                sga_json_null(w);
+            sga_json_member_string(w, "sign", sol->side[i].sign > 0 ? "positive" : "negative");
+            sga_json_end_object(w);
+            sga_buf_free(&text);
+        }
+        sga_json_end_array(w);
     }
     if (sol->not_factored) {      /* a branch may have gone unseen */
         sga_json_member_bool(w, "factors_not_searched", true);
@@ -373,6 +392,9 @@ static void write_work(const struct job *j, struct sga_json *w)
     }
     if (j->has_trajectory) {
         sga_json_member_double(w, "trajectory", j->seconds.trajectory);
+    }
+    if (j->has_structure) {
+        sga_json_member_double(w, "structure", j->seconds.structure);
     }
     sga_json_end_object(w);
     sga_json_member_int(w, "nodes", j->request.store.nodes);
@@ -420,6 +442,8 @@ void answer_write(struct job *j, struct sga_buf *out)
         sga_json_object(w);
         sga_json_key(w, "kronecker");
         sga_json_raw(w, j->kronecker.data, j->kronecker.len);
+        if (j->has_structure)
+            answer_write_structure(j, w);
         sga_json_end_object(w);
     }
     if (j->is_linear) {

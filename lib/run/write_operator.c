@@ -74,6 +74,13 @@ static void write_jacobson(const struct job *j, struct sga_json *w)
     if (!a->has_jacobson) {
         sga_json_member_string(w, "code", sga_code_text(a->no_jacobson.code));
         sga_json_member_string(w, "detail", a->no_jacobson.detail);
+    } else if (!f->transformations) {
+        sga_json_member_string(w, "code", sga_code_text(SGA_E_LIMIT_MEMORY));
+        struct sga_buf text = { 0 };
+        sga_buf_printf(&text, "the last invariant factor has %zu kB; its transformations are worked out up to %d kB",
+                       ore_size(&f->e) / 1000, OP_MOST_FACTOR_BYTES / 1000);
+        sga_json_member_string(w, "detail", text.data);
+        sga_buf_free(&text);
     } else if (ore_matrix_size(&f->U) + ore_matrix_size(&f->V) + ore_matrix_size(&f->U_inverse) > SHOWN_BYTES) {
         sga_json_member_string(w, "detail", "the transformations were found and multiplied out, but are too large to be shown");
     } else {

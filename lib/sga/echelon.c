@@ -353,8 +353,10 @@ bool ech_eliminate(struct echelon *e, const struct ech_context *c, struct ech_ro
         } else {
             int z = ech_zero(c, row[i].rhs);
             ok = z >= 0;
-            if (z == 1)
+            if (z == 1) {
+                row[i].rest = row[i].rhs;
                 row[i].rhs = expr_int(c->st, 0);
+            }
             a.done[i] = 1;
         }
     }

@@ -13,6 +13,7 @@ struct ech_op {
 struct ech_row {
     struct sys_entry *entry; int entries; size_t cap;
     expr_id rhs;
+    expr_id rest;          /* a right side that was found to vanish, before it became the constant 0 */
     int source;            /* row of the system, or rows + index of the constraint whose tangency it is */
     struct ech_op *op; int ops; size_t op_cap;
 };
