@@ -196,7 +196,7 @@ static void note_vanished(struct state *s, const struct ech_row *row, int rows, 
         struct sga_vanished *v = sol->vanished + sol->vanished_rows++;
         *v = (struct sga_vanished){ .source = r->source, .generation = zero ? before : g,
                                     .rest = !zero ? r->rhs : r->rest ? r->rest : r->rhs };
-        struct candidate c = { .expr = v->rest, .source = r->source, .op = r->op, .ops = r->ops };
+        struct candidate c = { .expr = v->rest, .source = r->source, .restriction = -1, .op = r->op, .ops = r->ops };
         state_combine(s, &c, &v->part, &v->parts);
     }
     free(used);
