@@ -30,12 +30,12 @@ class Broken(Exception):
 class Answer:
     """A result's texts, parsed into the problem's own graph."""
 
-    def __init__(self, request, result, seed=1, digits=50, near=None, parameters=None, points=3):
+    def __init__(self, request, result, seed=1, digits=50, near=None, parameters=None, points=3, primary=None):
         self.result = result
         self.digits = digits
         self.rng = random.Random(seed)
         listed = [v["name"] for v in result["variables"]] if "variables" in result else None
-        self.problem = p = Problem(request, listed if request["system"]["form"] == "equations" else None)
+        self.problem = p = Problem(request, listed if request["system"]["form"] == "equations" else None, primary)
         self.names = listed or p.names
         if sorted(self.names) != sorted(p.names):
             raise Broken(f"variables are {self.names}, not {p.names}")
@@ -234,7 +234,7 @@ class Answer:
             raise Broken("the constraints are not independent at a point of Pf")
         rows, right = self.augmented(env, nodes, True)
         found = linear.solve(rows, right, tiny)
-        if found is None:
+        if rows and found is None:
             raise Broken("no solution is tangent to Pf at a point of it")
         kernel = found[1] if rows else None
         freedom = len(kernel) if rows else n

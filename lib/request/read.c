@@ -166,6 +166,18 @@ static void clear_operator(struct request_operator *op)
     free(op->B);
 }
 
+static void clear_hamiltonian(struct form_hamiltonian *h)
+{
+    if (!h)
+        return;
+    if (h->omega)
+        free((void *)h->omega->entry);
+    free((void *)h->omega);
+    free((void *)h->variable);
+    free((void *)h->restriction);
+    free(h);
+}
+
 void request_clear(struct request *r)
 {
     clear_operator(&r->op);
@@ -174,5 +186,6 @@ void request_clear(struct request *r)
     expr_store_clear(&r->store);
     free(r->name);
     free(r->accuracy.method);
+    clear_hamiltonian(r->hamiltonian);
     *r = (struct request){ 0 };
 }

@@ -11,6 +11,7 @@
 #include <stddef.h>
 
 #include "buf.h"
+#include "form.h"
 #include "system.h"
 
 /* What can be wanted: symbol, name. The bit of a symbol is 1u << its place. */
@@ -94,6 +95,8 @@ struct request {
     struct sys_system system;         /* in store */
     char *name;                       /* of the system; NULL: none */
     const char *form;                 /* static text */
+    struct form_hamiltonian *hamiltonian;   /* of that form, else NULL; with restrictions its rows are not made
+                                       * yet: the pull-back needs regular functions first. Owned, with its arrays */
     unsigned want;                    /* bits of enum request_want */
     struct request_trajectory trajectory;
     struct request_accuracy accuracy;

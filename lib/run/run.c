@@ -6,7 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "derive.h"
 #include "kronecker.h"
 #include "lin.h"
 #include "mem.h"
@@ -145,52 +144,34 @@ static void open_sources(struct job *j)
                  j->request.op.unknowns);
 }
 
-static bool reduce(struct job *j)
+static bool solve(struct job *j)
 {
-    double start = sga_now();
     struct sga_options options = {
         .near = j->near, .near_time = j->near_time, .seed = 1, .budget = &j->budget,
         .combinations = j->request.want & (REQUEST_CONSTRAINTS | REQUEST_STRUCTURE),
         .gauge_fields = true, .rows = j->request.want & REQUEST_STRUCTURE,
     };
+    if (j->solved) {
+        points_shadow_clear(&j->shadow);
+        sga_solution_clear(&j->solution);
+    }
     points_shadow_init(&j->shadow, 20250101);
-    progress(j, "reduction", 0.05);
     j->stage = "sga";            /* as the solver names it in its own errors */
     j->solved = true;
-    bool ok = sga_solve(&j->request.system, &options, &j->shadow, &j->solution, j->err);
+    return sga_solve(&j->request.system, &options, &j->shadow, &j->solution, j->err);
+}
+
+static bool reduce(struct job *j)
+{
+    double start = sga_now();
+    progress(j, "reduction", 0.05);
+    bool ok = answer_holonomic(j, answer_primary(j, solve));
+    if (ok && !j->primary.has)
+        answer_restrictions_kept(j, &j->solution);
     j->seconds.reduce = sga_now() - start;
     if (ok && j->op && j->request.op.open_sources)
         open_sources(j);
-    return ok;
-}
-
-static bool affine(struct job *j, expr_id e)
-{
-    struct expr_store *st = &j->request.store;
-    for (int i = 0; i < j->request.system.variables; i++)
-        if (!expr_is_const(st, expr_diff(st, e, j->request.system.variable[i].symbol)))
-            return false;
-    return true;
-}
-
-/* The Hamiltonian form pulls its equations back by the differentials of `restrict`. Where
- * one of these functions follows from the others on their zero set only, a factor of the
- * pulled-back equations may vanish there and take an equation with it: refused. */
-static bool check_restrict(struct job *j)
-{
-    const struct sys_system *sys = &j->request.system;
-    int kept = 0;
-    bool plain = true;
-    if (strcmp(j->request.form, "hamiltonian") != 0 || j->solution.verdict == SGA_INCONSISTENT)
-        return true;
-    for (int i = 0; i < j->solution.constraints; i++)
-        kept += j->solution.constraint[i].origin == SGA_FROM_RESTRICTION;
-    for (int i = 0; i < sys->restrictions; i++)
-        plain = plain && affine(j, sys->restriction[i]);
-    if (plain || kept >= sys->restrictions)
-        return true;
-    return sga_fail_at(j->err, SGA_E_IRREGULAR, "/system/restrict", "some functions of restrict follow from the others on "
-                       "their common zeros; leave those out");
+    return ok && answer_two_form(j);
 }
 
 static bool structure(struct job *j)
@@ -221,6 +202,8 @@ static void job_clear(struct job *j)
     answer_operator_clear(j);
     sga_buf_free(&j->kronecker);
     free(j->near);
+    free(j->scale);
+    answer_primary_clear(j);
     if (j->solved) {
         points_shadow_clear(&j->shadow);
         sga_solution_clear(&j->solution);
@@ -251,7 +234,7 @@ bool sga_run(const char *request, size_t length, const struct sga_run_options *o
     bool ok = check_wants(&j);
     if (ok) {
         set_near(&j);
-        ok = check_samples(&j) && operator_form(&j) && reduce(&j) && check_restrict(&j);
+        ok = check_samples(&j) && operator_form(&j) && reduce(&j);
     }
     if (ok) {
         progress(&j, "texts", 0.4);

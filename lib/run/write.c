@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "poly.h"
+
 static const char *symbol_name(const struct job *j, int variable)
 {
     return j->request.store.symbol[j->request.system.variable[variable].symbol].name;
@@ -181,6 +183,18 @@ static void write_strata(const struct job *j, struct sga_json *w)
     sga_json_end_array(w);
 }
 
+/* The factor of a part. The tangency is that of the constraint as it is printed. */
+static expr_id printed_factor(struct job *j, const struct sga_part *part)
+{
+    struct poly_limits limits = { .max_terms = 80, .budget = &j->budget };
+    expr_id scale = part->row < 0 && j->scale ? j->scale[part->tangency] : EXPR_UNDEF, e = part->factor;
+    if (scale) {
+        e = expr_mul(&j->request.store, e, scale);
+        poly_normal(&j->request.store, e, &limits, &e);
+    }
+    return e;
+}
+
 static void write_parts(struct job *j, struct sga_json *w, const struct sga_part *part, int parts)
 {
     sga_json_array(w);
@@ -193,7 +207,7 @@ static void write_parts(struct job *j, struct sga_json *w, const struct sga_part
             sga_json_member_int(w, "tangency_of", part[k].tangency);
         }
         sga_json_key(w, "factor");
-        if (expr_print(&j->request.store, part[k].factor, 400, &text))
+        if (expr_print(&j->request.store, printed_factor(j, part + k), 400, &text))
             sga_json_string(w, text.data);
         else
             sga_json_null(w);
@@ -345,6 +359,7 @@ static void write_evidence(struct job *j, struct sga_json *w)
         sga_json_member_int(w, "determinants_assumed_not_zero", sol->dense_blocks);
     }
     sga_json_member_int(w, "redundant_equations", sol->redundant_rows);
+    answer_write_restrictions(j, w);
     if (j->witnessed) {
         sga_json_key(w, "witness");
         sga_json_object(w);

@@ -34,6 +34,7 @@ static void push(struct state *s, const struct candidate *c, expr_id regular, in
     struct sga_constraint *k = sol->constraint + sol->constraints;
     bool same = regular == c->expr && !c->arose;
     *k = (struct sga_constraint){ .expr = regular, .generation = g, .origin = c->origin, .source = c->source,
+                                  .restriction = c->restriction,
                                   .replaced = same ? EXPR_UNDEF : c->arose ? c->arose : c->expr,
                                   .base = same ? c->base : regular, .order = same ? c->order : 0 };
     if (s->options->combinations)

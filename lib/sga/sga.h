@@ -31,6 +31,7 @@ struct sga_constraint {
     expr_id expr;          /* vanishes on P_generation */
     int generation;        /* from 1 */
     enum sga_origin origin;
+    int restriction;       /* which one it came from; -1: none */
     struct sga_part *part; int parts;
     expr_id replaced;      /* the function that arose, where a regular one took its place; or EXPR_UNDEF */
     bool near_point;       /* that holds near the points; what was replaced may have more zeros elsewhere */

@@ -135,7 +135,7 @@ static int harvest(struct state *s, struct ech_row *row, int rows, struct candid
             continue;
         if (expr_is_zero(s->st, r->rhs))
             continue;
-        struct candidate c = { .expr = r->rhs, .base = r->rhs, .origin = SGA_FROM_ROWS, .source = r->source,
+        struct candidate c = { .expr = r->rhs, .base = r->rhs, .origin = SGA_FROM_ROWS, .source = r->source, .restriction = -1,
                                .op = r->op, .ops = r->ops };
         if (r->source >= s->sys->rows) {
             const struct sga_constraint *from = s->sol->constraint + (r->source - s->sys->rows);
@@ -196,7 +196,7 @@ static void note_vanished(struct state *s, const struct ech_row *row, int rows, 
         struct sga_vanished *v = sol->vanished + sol->vanished_rows++;
         *v = (struct sga_vanished){ .source = r->source, .generation = zero ? before : g,
                                     .rest = !zero ? r->rhs : r->rest ? r->rest : r->rhs };
-        struct candidate c = { .expr = v->rest, .source = r->source, .op = r->op, .ops = r->ops };
+        struct candidate c = { .expr = v->rest, .source = r->source, .restriction = -1, .op = r->op, .ops = r->ops };
         state_combine(s, &c, &v->part, &v->parts);
     }
     free(used);
@@ -347,7 +347,7 @@ static bool start(struct state *s, int *added)
     struct candidate *cand = sga_calloc((size_t)n + 1, sizeof *cand);
     for (int i = 0; i < n; i++)
         cand[i] = (struct candidate){ .expr = s->sys->restriction[i], .base = s->sys->restriction[i],
-                                      .origin = SGA_FROM_RESTRICTION, .source = -1 };
+                                      .origin = SGA_FROM_RESTRICTION, .source = -1, .restriction = i };
     *added = n ? state_admit(s, cand, n, 1) : 0;
     free(cand);
     return *added >= 0;

@@ -173,7 +173,7 @@ static void other_forms(void)
         { "\"form\":\"linear\",\"variables\":\"x\",\"A\":1,\"B\":-1,\"C\":2,\"D\":3,\"inputs\":\"u\"", 1, 1, 0, true, "x", "variable" },
         { "\"form\":\"control\",\"variables\":\"x\",\"inputs\":\"u\",\"F\":0,\"G\":1,\"constraints\":\"x\"", 2, 2, 0, true, "u", "input" },
         { "\"form\":\"hamiltonian\",\"variables\":[\"q\",\"p\"],\"hamiltonian\":\"p^2\"", 2, 2, 0, true, "p", "variable" },
-        { "\"form\":\"hamiltonian\",\"variables\":[\"q\",\"p\"],\"hamiltonian\":\"p^2\",\"restrict\":\"p\"", 2, 1, 1, false, "p", "variable" },
+        { "\"form\":\"hamiltonian\",\"variables\":[\"q\",\"p\"],\"hamiltonian\":\"p^2\",\"restrict\":\"p\"", 2, 0, 1, false, "p", "variable" },
         { "\"form\":\"lagrangian\",\"coordinates\":\"q\",\"lagrangian\":\"der(q)^2 - q\"", 2, 2, 0, true, "q'", "velocity" },
         { "\"form\":\"lagrangian\",\"coordinates\":\"q\",\"lagrangian\":\"q'^2\",\"holonomic\":\"q\"", 3, 3, 0, true, "lambda1", "multiplier" },
     };
