@@ -4,12 +4,14 @@ import json
 import mpmath
 
 import schemas
+from combination import Combinations
 from expression import FLOAT, Graph, Undefined, evaluate
 from identities import Answer, Broken
 from structure_check import StructureCheck
 
 KNOWN = set("verdict ambient generations final index differentiation seed gauge equilibrium variables on off field "
-            "parameters near digits error trajectory strata solved unsolved assumed initial points identities structure".split()) | {"kronecker"}
+            "parameters near digits error trajectory strata solved unsolved assumed initial points identities structure primary closed "
+            "redundant".split()) | {"kronecker"}
 
 
 def number(x):
@@ -70,11 +72,14 @@ class CaseCheck:
         self.tally.check(not fault, f"{name}: result schema", fault)
         self.plain(name, expect, result)
         answer = Answer(request, result, digits=expect.get("digits", 50), near=expect.get("near"),
-                        parameters=expect.get("parameters"), points=expect.get("points", 2))
+                        parameters=expect.get("parameters"), points=expect.get("points", 2), primary=expect.get("primary"))
         if expect.get("identities", True):
             try:
                 answer.check()
                 self.tally.check(True, name)
+                done, wrong = Combinations(answer).check()
+                if done:
+                    self.tally.check(not wrong, f"{name}: combinations", "; ".join(wrong))
             except Broken as e:
                 self.tally.check(False, f"{name}: identities", str(e))
         self.at_points(name, expect, answer)
@@ -144,6 +149,11 @@ class CaseCheck:
                 self.same(name, key, value, expect[key])
         for key, value in expect.get("kronecker", {}).items():
             self.same(name, "kronecker " + key, result.get("structure", {}).get("kronecker", {}).get(key), value)
+        evidence = result.get("evidence", {})
+        if "closed" in expect:
+            self.same(name, "closed", evidence.get("two_form", {}).get("closed", "absent"), expect["closed"])
+        if "redundant" in expect:
+            self.same(name, "redundant restrictions", evidence.get("redundant_restrictions"), expect["redundant"])
         if "variables" in expect:
             self.same(name, "variables", sorted(v["name"] for v in result.get("variables", [])), sorted(expect["variables"]))
         if "initial" in expect:

@@ -31,12 +31,12 @@ class Answer:
     """A result's texts, parsed into the problem's own graph."""
 
     def __init__(self, request, result, seed=1, digits=50, near=None, parameters=None, points=3,
-                 where=()):
+                 where=(), primary=None):
         self.result = result
         self.digits = digits
         self.rng = random.Random(seed)
         listed = [v["name"] for v in result["variables"]] if "variables" in result else None
-        self.problem = p = Problem(request, listed if request["system"]["form"] == "equations" else None)
+        self.problem = p = Problem(request, listed if request["system"]["form"] == "equations" else None, primary)
         self.names = listed or p.names
         if sorted(self.names) != sorted(p.names):
             raise Broken(f"variables are {self.names}, not {p.names}")
@@ -123,12 +123,23 @@ class Answer:
                     self.equations(env)
                     for _, e in self.constraints:
                         self.row(e, env, self.graph.cone([e]))
+                    if not self.on_sides(env):
+                        continue
                 except Undefined:
                     continue
             found.append(env)
             if len(found) == count:
                 break
         return found
+
+    def on_sides(self, env):
+        """Whether the point is where the answer says that it holds (evidence.sides)."""
+        for s in self.result.get("evidence", {}).get("sides", []):
+            e = self.graph.parse(s["function"])
+            value = self.graph.values(self.graph.cone([e]), env, EXACT)[e]
+            if (value > 0) != (s["sign"] == "positive"):
+                return False
+        return True
 
     # The linear system at a point
 
@@ -233,7 +244,7 @@ class Answer:
             raise Broken("the constraints are not independent at a point of Pf")
         rows, right = self.augmented(env, nodes, True)
         found = linear.solve(rows, right, tiny)
-        if found is None:
+        if rows and found is None:
             raise Broken("no solution is tangent to Pf at a point of it")
         kernel = found[1] if rows else None
         freedom = len(kernel) if rows else n

@@ -55,6 +55,7 @@ struct job {
     struct expr_names texts;      /* roots: constraints, field, gauge fields, in this order */
     bool has_texts;
     int first_field, first_gauge; /* places among the roots */
+    expr_id *scale;               /* by constraint: what it was divided by for its text, or EXPR_UNDEF */
     struct sga_witness witness;
     bool witnessed;
     struct traj_result trajectory;
@@ -74,7 +75,19 @@ struct job {
     struct strata_tree *tree;     /* of all strata being solved; NULL at the request's own answer until then */
     int depth;                    /* 0: the request's own answer; else a stratum of a stratum ... */
     int parameter_case;           /* which substitution of parameters is being solved; 0: none */
+    struct {                      /* pull-back of the form hamiltonian with restrictions */
+        bool has;
+        struct form_tangent tangent;
+    } primary;
+    unsigned char *restriction_kept;   /* by restriction: a constraint came from it; NULL: not known */
+    struct {                      /* a 2-form that was given */
+        bool checked;
+        int closed;               /* 1 yes, 0 no, -1 not known */
+        int variable[3];          /* not closed: this component of d omega */
+        expr_id defect;
+    } two_form;
     struct { double read, reduce, operator_form, print, witness, trajectory, structure; } seconds;
+    const char *stage;            /* the last that was begun */
     struct sga_error *err;
 };
 
@@ -83,6 +96,18 @@ bool answer_operator(struct job *j);
 void answer_operator_clear(struct job *j);
 int answer_operator_index(const struct job *j);      /* -1: not solvable */
 void answer_write_operator(const struct job *j, struct sga_json *w);
+
+/* Runs the reduction, `solve`, after the equations of the form hamiltonian have been pulled back to the zero
+ * set of its restrictions; on other branches too where the first one ends in a contradiction. */
+bool answer_primary(struct job *j, bool (*solve)(struct job *));
+void answer_primary_clear(struct job *j);
+/* Takes and returns whether the reduction succeeded; refuses holonomic constraints that are irregular. */
+bool answer_holonomic(struct job *j, bool ok);
+/* Which restrictions a solution's constraints came from. */
+void answer_restrictions_kept(struct job *j, const struct sga_solution *sol);
+/* Is a given 2-form closed? */
+bool answer_two_form(struct job *j);
+void answer_write_restrictions(struct job *j, struct sga_json *w);
 /* Consistent start and trajectory, as far as they are wanted. */
 bool answer_motion(struct job *j);
 /* After answer_motion failed with NO_MOTION: the motion of the stratum that the start lies on,
@@ -108,9 +133,13 @@ bool answer_reduce(struct job *j);
 void answer_clear(struct job *j);
 void answer_write_strata(const struct job *j, struct sga_json *w);
 void answer_write_empty_strata(const struct job *j, struct sga_json *w);
-/* The result object. */
-void answer_write(struct job *j, struct sga_buf *out);
-void answer_write_trajectory(const struct job *j, struct sga_json *w);
+/* The result object. False: over answer_limit, memory or time. */
+bool answer_write(struct job *j, struct sga_buf *out);
+/* Bytes that the result may have. */
+size_t answer_limit(const struct job *j);
+/* False once out is over that, and the error is set. */
+bool answer_fits(struct job *j, const struct sga_buf *out);
+bool answer_write_trajectory(struct job *j, struct sga_json *w);
 /* Members of the object `structure`, which is open; needs the structure. */
 void answer_write_structure(struct job *j, struct sga_json *w);
 void answer_write_initial(const struct job *j, struct sga_json *w);

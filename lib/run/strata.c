@@ -12,6 +12,9 @@
 #include "poly.h"
 
 enum { PIVOT_BYTES = 4000, OFF_VARIABLES = 400, OFF_MOST = 60 };
+/* rows * columns * the smaller: past it singular values take seconds that nobody could stop, and
+ * the rank counts as lower: listed, to be safe */
+static const double RANK_WORK = 1e8;
 
 /* While the list is made. */
 struct listing {
@@ -142,6 +145,7 @@ static enum points_status look_at(struct job *j, int c, expr_id factor, bool mov
         .st = sys->store, .variable = variable, .variables = n + extra, .parameter = sys->parameter,
         .parameters = sys->parameters - extra, .time = sys->time, .constraint = con,
         .constraints = c + (factor != EXPR_UNDEF), .near = moving ? NULL : j->near, .near_time = j->near_time,
+        .scale = extra ? NULL : j->solution.scale,
         .budget = &j->budget,
     };
     uint64_t random = 5;
@@ -154,7 +158,8 @@ static enum points_status look_at(struct job *j, int c, expr_id factor, bool mov
     if (factor)
         end[stages++] = c + 1;
     enum points_status status = points_find_staged(&space, end, stages, j->near ? 0.2 : 1, &random, 64, p);
-    *rank = status == POINTS_OK ? strata_rank_at(j, &space, sys->rows, c, p) : -1;
+    double rows = sys->rows + c, work = rows * n * fmin(rows, n);
+    *rank = status != POINTS_OK ? -1 : work > RANK_WORK ? 0 : strata_rank_at(j, &space, sys->rows, c, p);
     free(end);
     free(variable);
     free(con);
@@ -222,7 +227,7 @@ static void consider(struct listing *l, expr_id factor, int before)
     struct expr_store *st = &l->j->request.store;
     unsigned f = expr_facts_of(&l->facts, st, factor);
     struct stratum as = { .kind = "pivot" };
-    if (f & EXPR_NONZERO || expr_is_const(st, factor))
+    if (f & EXPR_NONZERO || expr_is_const(st, factor) || !sga_budget_ok(&l->j->budget, l->j->err))
         return;
     if (!(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
         add(l->j, factor, -1, (struct stratum){ .kind = "parameter" });
@@ -271,6 +276,10 @@ void answer_strata(struct job *j)
             add(j, sol->other[i], -1, (struct stratum){ .kind = "pivot", .off = true });
     for (int i = 0; i < sol->branches; i++)
         add(j, sol->branch[i].expr, sol->branch[i].before, (struct stratum){ .kind = "branch" });
+    for (int i = 0; i < sol->sides; i++) {
+        unsigned f = expr_facts_of(&l.facts, &j->request.store, sol->side[i].function);
+        add(j, sol->side[i].function, -1, (struct stratum){ .kind = f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME) ? "side" : "parameter" });
+    }
     for (int i = 0; i < sol->pivots + sol->deads; i++) {
         const struct sga_pivot *p = i < sol->pivots ? sol->pivot + i : sol->dead + (i - sol->pivots);
         if (!expr_is_const(&j->request.store, p->value))

@@ -125,6 +125,7 @@ static bool reduce(struct job *j, double *near, double time)
 static struct job fresh(const struct job *j, struct sga_error *err)
 {
     return (struct job){ .request = j->request, .budget = j->budget, .options = j->options, .tree = j->tree, .err = err,
+                         .stage = j->stage,
                          .depth = j->depth + 1, .parameter_case = j->parameter_case };
 }
 
@@ -187,9 +188,8 @@ static void answer_stratum(struct job *j, struct stratum *sibling, struct stratu
         answer_signs(j);
     }
     ok = ok && answer_witness(j) && answer_strata_solve(j);
+    ok = ok && answer_write(j, &s->result);
     s->state = ok ? STRATUM_SOLVED : STRATUM_UNSOLVED;
-    if (ok)
-        answer_write(j, &s->result);
 }
 
 bool strata_enter(struct job *j, struct stratum *s, struct strata_frame *f, struct sga_error *err)

@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "poly.h"
+
 static const char *symbol_name(const struct job *j, int variable)
 {
     return j->request.store.symbol[j->request.system.variable[variable].symbol].name;
@@ -166,6 +168,18 @@ static void write_gauge(const struct job *j, struct sga_json *w)
     sga_json_end_object(w);
 }
 
+/* The factor of a part. The tangency is that of the constraint as it is printed. */
+static expr_id printed_factor(struct job *j, const struct sga_part *part)
+{
+    struct poly_limits limits = { .max_terms = 80, .budget = &j->budget };
+    expr_id scale = part->row < 0 && j->scale ? j->scale[part->tangency] : EXPR_UNDEF, e = part->factor;
+    if (scale) {
+        e = expr_mul(&j->request.store, e, scale);
+        poly_normal(&j->request.store, e, &limits, &e);
+    }
+    return e;
+}
+
 static void write_parts(struct job *j, struct sga_json *w, const struct sga_part *part, int parts)
 {
     sga_json_array(w);
@@ -178,7 +192,7 @@ static void write_parts(struct job *j, struct sga_json *w, const struct sga_part
             sga_json_member_int(w, "tangency_of", part[k].tangency);
         }
         sga_json_key(w, "factor");
-        if (expr_print(&j->request.store, part[k].factor, 400, &text))
+        if (expr_print(&j->request.store, printed_factor(j, part + k), 400, &text))
             sga_json_string(w, text.data);
         else
             sga_json_null(w);
@@ -299,6 +313,8 @@ static void write_evidence(struct job *j, struct sga_json *w)
             if (expr_print(&j->request.store, c->replaced, 1000, &text)) {
                 sga_json_member_string(w, "in_place_of", text.data);
             }
+            if (c->near_point)        /* its other zeros, if any, were not looked for */
+                sga_json_member_bool(w, "near_point_only", true);
             sga_buf_free(&text);
         }
         sga_json_end_object(w);
@@ -313,6 +329,23 @@ static void write_evidence(struct job *j, struct sga_json *w)
     answer_write_empty_strata(j, w);
     if (sol->specials)
         write_contradiction(j, w, "contradiction_at_general_points");
+    if (sol->sides) {             /* what the answer holds for */
+        sga_json_key(w, "sides");
+        sga_json_array(w);
+        for (int i = 0; i < sol->sides; i++) {
+            struct sga_buf text = { 0 };
+            sga_json_object(w);
+            sga_json_key(w, "function");
+            if (expr_print(&j->request.store, sol->side[i].function, 1000, &text))
+                sga_json_string(w, text.data);
+            else
+                sga_json_null(w);
+            sga_json_member_string(w, "sign", sol->side[i].sign > 0 ? "positive" : "negative");
+            sga_json_end_object(w);
+            sga_buf_free(&text);
+        }
+        sga_json_end_array(w);
+    }
     if (sol->not_factored) {      /* a branch may have gone unseen */
         sga_json_member_bool(w, "factors_not_searched", true);
     }
@@ -320,6 +353,7 @@ static void write_evidence(struct job *j, struct sga_json *w)
         sga_json_member_int(w, "determinants_assumed_not_zero", sol->dense_blocks);
     }
     sga_json_member_int(w, "redundant_equations", sol->redundant_rows);
+    answer_write_restrictions(j, w);
     if (j->witnessed) {
         sga_json_key(w, "witness");
         sga_json_object(w);
@@ -368,7 +402,21 @@ static void write_work(const struct job *j, struct sga_json *w)
     sga_json_end_object(w);
 }
 
-void answer_write(struct job *j, struct sga_buf *out)
+size_t answer_limit(const struct job *j)
+{
+    return j->options && j->options->max_result ? j->options->max_result : (size_t)1 << 30;
+}
+
+bool answer_fits(struct job *j, const struct sga_buf *out)
+{
+    size_t limit = answer_limit(j);
+    if (out->len <= limit)
+        return true;
+    return sga_fail(j->err, SGA_E_LIMIT_RESULT, "the result has more than %.1f MB (%.1f MB were written); ask for fewer samples, "
+                    "or for less in want", (double)limit * 0x1p-20, (double)out->len * 0x1p-20);
+}
+
+bool answer_write(struct job *j, struct sga_buf *out)
 {
     struct sga_json json, *w = &json;
     unsigned want = j->request.want;
@@ -414,9 +462,10 @@ void answer_write(struct job *j, struct sga_buf *out)
     }
     if (j->has_initial)
         answer_write_initial(j, w);
-    if (j->has_trajectory)
-        answer_write_trajectory(j, w);
+    if (j->has_trajectory && !answer_write_trajectory(j, w))
+        return false;
     write_evidence(j, w);
     write_work(j, w);
     sga_json_end_object(w);
+    return answer_fits(j, out);
 }

@@ -21,12 +21,14 @@ static void write_columns(const struct job *j, struct sga_json *w)
     sga_json_end_array(w);
 }
 
-static void write_rows(const struct job *j, struct sga_json *w)
+static bool write_rows(struct job *j, struct sga_json *w)
 {
     const struct traj_result *r = &j->trajectory;
     sga_json_key(w, "rows");
     sga_json_array(w);
     for (int i = 0; i < r->rows; i++) {
+        if (i % 64 == 0 && !(answer_fits(j, w->out) && sga_budget_ok(&j->budget, j->err)))
+            return false;
         sga_json_array(w);
         sga_json_double(w, r->t[i]);
         for (int k = 0; k < r->columns; k++)
@@ -34,6 +36,7 @@ static void write_rows(const struct job *j, struct sga_json *w)
         sga_json_end_array(w);
     }
     sga_json_end_array(w);
+    return true;
 }
 
 static void write_values(const struct job *j, struct sga_json *w, const char *key, const double *value)
@@ -82,7 +85,7 @@ void answer_write_initial(const struct job *j, struct sga_json *w)
     sga_json_end_object(w);
 }
 
-void answer_write_trajectory(const struct job *j, struct sga_json *w)
+bool answer_write_trajectory(struct job *j, struct sga_json *w)
 {
     const struct traj_result *r = &j->trajectory;
     sga_json_key(w, "trajectory");
@@ -96,7 +99,8 @@ void answer_write_trajectory(const struct job *j, struct sga_json *w)
         sga_json_end_array(w);
     }
     write_columns(j, w);
-    write_rows(j, w);
+    if (!write_rows(j, w))
+        return false;
     sga_json_key(w, "initial");
     sga_json_object(w);
     write_start(j, w, r->initial, r->moved);
@@ -117,4 +121,5 @@ void answer_write_trajectory(const struct job *j, struct sga_json *w)
         sga_json_null(w);
     }
     sga_json_end_object(w);
+    return true;
 }

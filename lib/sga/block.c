@@ -43,9 +43,10 @@ static void gather(struct block *b, const struct echelon *e, const struct ech_ro
 
 /* Full pivoting on the values in balls at the first point: a pivot ball that excludes 0
  * shows that one more row and column are independent there, so in general. */
-static void choose(struct block *b, struct points_shadow *shadow)
+static bool choose(struct block *b, const struct ech_context *c)
 {
-    struct num_ball *ball = &shadow->real[0].ball;
+    struct num_ball *ball = &c->shadow->real[0].ball;
+    bool ok;
     size_t size = (size_t)b->m * (size_t)b->n;
     arb_ptr v = _arb_vec_init((slong)size);
     arb_t f;
@@ -54,7 +55,7 @@ static void choose(struct block *b, struct points_shadow *shadow)
     for (size_t i = 0; i < size; i++)
         if (b->at[i])
             arb_set(v + i, num_ball_value(ball, b->at[i]));
-    for (;;) {
+    while ((ok = sga_budget_ok(c->budget, c->err))) {
         int p = -1, q = -1;
         for (int i = 0; i < b->m; i++)
             for (int j = 0; j < b->n && !b->row_used[i]; j++) {
@@ -84,6 +85,7 @@ static void choose(struct block *b, struct points_shadow *shadow)
     }
     arb_clear(f);
     _arb_vec_clear(v, (slong)size);
+    return ok;
 }
 
 /* S^-1 times a column (block column j, or the right sides for j < 0): a solve's index, or
@@ -139,7 +141,7 @@ static bool rewrite(struct block *b, struct echelon *e, const struct ech_context
                 continue;
             expr_id v = left_over(b, c, i, b->at[(size_t)i * (size_t)b->n + (size_t)j], solve[j]);
             int z = ech_zero(c, v);
-            ok = z >= 0;
+            ok = z >= 0 && sga_budget_ok(c->budget, c->err);
             if (z == 0)
                 ech_row_push(t, b->col[j], v);
         }
@@ -178,8 +180,7 @@ bool ech_block(struct echelon *e, const struct ech_context *c, struct ech_row *r
 {
     struct block b;
     gather(&b, e, row, index, rows);
-    choose(&b, c->shadow);
-    bool ok = rewrite(&b, e, c, row, index, generation);
+    bool ok = choose(&b, c) && rewrite(&b, e, c, row, index, generation);
     free(b.col);
     free(b.at);
     free(b.rows);
@@ -199,8 +200,8 @@ bool ech_blocks_stand(const struct echelon *e, struct points_shadow *shadow)
         b.cols = sga_malloc((size_t)r * sizeof *b.cols);
         b.row_used = sga_calloc((size_t)r, 1);
         b.col_used = sga_calloc((size_t)r, 1);
-        choose(&b, shadow);
-        stand = b.rank == r;
+        struct ech_context c = { .shadow = shadow };
+        stand = choose(&b, &c) && b.rank == r;
         free(b.rows);
         free(b.cols);
         free(b.row_used);

@@ -32,8 +32,10 @@ struct sga_constraint {
     int generation;        /* from 1 */
     bool chosen;           /* one of several branches of a product */
     enum sga_origin origin;
+    int restriction;       /* which one it came from; -1: none */
     struct sga_part *part; int parts;
     expr_id replaced;      /* the function that arose, where a regular one took its place; or EXPR_UNDEF */
+    bool near_point;       /* that holds near the points; what was replaced may have more zeros elsewhere */
     expr_id base; int order;  /* expr is order! times the order-th flow coefficient of base */
     int source;            /* row of the system, or rows + index of the constraint whose tangency it was; -1 */
 };
@@ -83,6 +85,8 @@ struct sga_solution {
     struct sga_part *contradiction_part; int contradiction_parts;
     char contradiction_why[160];
     int dense_blocks;                  /* solved as a whole: their determinants are assumed not 0 */
+    int *scale;                        /* by variable, for sampling (points_space), or NULL; owned */
+    struct points_side *side; int sides;   /* of surfaces that zero decisions rest on: the answer holds there; owned */
     bool not_factored;                 /* some constraint was too large to be searched for branches */
     int redundant_rows;                /* rows of the system that follow from the others (at least) */
     struct sga_vanished *vanished; int vanished_rows;   /* only where options.rows asks for them */

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "mem.h"
+#include "scaling.h"
 
 const char *sga_verdict_text(enum sga_verdict v)
 {
@@ -17,6 +18,8 @@ void sga_solution_clear(struct sga_solution *sol)
 {
     for (int i = 0; i < sol->constraints; i++)
         free(sol->constraint[i].part);
+    free(sol->side);
+    free(sol->scale);
     free(sol->constraint);
     free(sol->dimension);
     free(sol->pivot);
@@ -41,6 +44,28 @@ int sga_stages(const struct sga_solution *sol, int *end)
         if (i + 1 == sol->constraints || sol->constraint[i + 1].generation != sol->constraint[i].generation)
             end[stages++] = i + 1;
     return stages;
+}
+
+/* Natural sizes of the variables, where they lie far from 1. */
+static int *natural_sizes(const struct sys_system *sys, const int *variable)
+{
+    struct scaling *w = scaling_new(sys->store, variable, sys->variables);
+    int *scale = NULL;
+    if (!w)
+        return NULL;
+    for (int i = 0; i < sys->rows; i++) {
+        scaling_sum(w);
+        scaling_add(w, sys->row[i].alpha, -1);
+        for (int k = 0; k < sys->row[i].entries; k++)
+            scaling_add(w, sys->row[i].entry[k].value, sys->row[i].entry[k].col);
+    }
+    for (int i = 0; i < sys->restrictions; i++) {
+        scaling_sum(w);
+        scaling_add(w, sys->restriction[i], -1);
+    }
+    scale = scaling_solve(w);
+    scaling_free(w);
+    return scale;
 }
 
 static void state_init(struct state *s, const struct sys_system *sys, const struct sga_options *options,
@@ -70,6 +95,7 @@ static void state_init(struct state *s, const struct sys_system *sys, const stru
         .parameters = sys->parameters, .time = sys->time, .near = options->near,
         .near_time = options->near_time, .budget = options->budget,
     };
+    s->space.scale = sol->scale = natural_sizes(sys, s->variable);
     s->ctx = (struct ech_context){ .st = st, .facts = &s->facts, .shadow = shadow, .budget = options->budget,
                                    .record = options->combinations, .err = err };
 }
@@ -113,7 +139,7 @@ static int harvest(struct state *s, struct ech_row *row, int rows, struct candid
             continue;
         if (expr_is_zero(s->st, r->rhs))
             continue;
-        struct candidate c = { .expr = r->rhs, .base = r->rhs, .origin = SGA_FROM_ROWS, .source = r->source,
+        struct candidate c = { .expr = r->rhs, .base = r->rhs, .origin = SGA_FROM_ROWS, .source = r->source, .restriction = -1,
                                .op = r->op, .ops = r->ops };
         if (r->source >= s->sys->rows) {
             const struct sga_constraint *from = s->sol->constraint + (r->source - s->sys->rows);
@@ -174,7 +200,7 @@ static void note_vanished(struct state *s, const struct ech_row *row, int rows, 
         struct sga_vanished *v = sol->vanished + sol->vanished_rows++;
         *v = (struct sga_vanished){ .source = r->source, .generation = zero ? before : g,
                                     .rest = !zero ? r->rhs : r->rest ? r->rest : r->rhs };
-        struct candidate c = { .expr = v->rest, .source = r->source, .op = r->op, .ops = r->ops };
+        struct candidate c = { .expr = v->rest, .source = r->source, .restriction = -1, .op = r->op, .ops = r->ops };
         state_combine(s, &c, &v->part, &v->parts);
     }
     free(used);
@@ -331,7 +357,7 @@ static bool start(struct state *s, int *added)
     struct candidate *cand = sga_calloc((size_t)n + 1, sizeof *cand);
     for (int i = 0; i < n; i++)
         cand[i] = (struct candidate){ .expr = s->sys->restriction[i], .base = s->sys->restriction[i],
-                                      .origin = SGA_FROM_RESTRICTION, .source = -1 };
+                                      .origin = SGA_FROM_RESTRICTION, .source = -1, .restriction = i };
     *added = n ? state_admit(s, cand, n, 1) : 0;
     free(cand);
     return *added >= 0;
@@ -366,6 +392,17 @@ static bool run(struct state *s)
     return true;
 }
 
+/* A contradiction that rests on one side of a surface says nothing of the other. */
+static bool contradiction_on_side(struct state *s)
+{
+    const struct points_side *side = s->shadow->side;
+    char *text = state_text(s, side->function);
+    sga_fail(s->err, SGA_E_SPLIT, "where %s %s 0 the equations contradict each other; what holds on the other side was not "
+             "looked at; give trajectory.initial there, or write the system for the side that is meant", text, side->sign > 0 ? ">" : "<");
+    free(text);
+    return false;
+}
+
 static void conclude(struct state *s)
 {
     struct sga_solution *sol = s->sol;
@@ -378,6 +415,9 @@ static void conclude(struct state *s)
                        : point && !sol->depends_on_time ? SGA_ISOLATED : SGA_UNIQUE;
     }
     sol->dense_blocks = s->ech.blocks;
+    sol->sides = s->shadow->sides;
+    if (sol->sides)
+        sol->side = memcpy(sga_malloc((size_t)sol->sides * sizeof *sol->side), s->shadow->side, (size_t)sol->sides * sizeof *sol->side);
     sol->pivot = sga_malloc((size_t)(s->ech.pivots + s->assumptions + 1) * sizeof *sol->pivot);
     for (int q = 0; q < s->ech.pivots; q++)
         sol->pivot[sol->pivots++] = (struct sga_pivot){ s->ech.pivot[q].col, s->ech.pivot[q].value,
@@ -391,11 +431,14 @@ bool state_solve(const struct sys_system *system, const struct sga_options *opti
 {
     struct state s;
     state_init(&s, system, options, shadow, route, solution, err);
+    shadow->sides = 0;
     bool ok = run(&s);
     if (ok && !expr_store_ok(s.st)) {
         *err = s.st->error;
         ok = false;
     }
+    if (ok && s.inconsistent && shadow->sides)
+        ok = contradiction_on_side(&s);
     if (ok)
         conclude(&s);
     else if (!err->stage[0])

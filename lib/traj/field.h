@@ -19,6 +19,8 @@ struct field {
     const struct traj_rate *rate;
     bool fast;                        /* the expressions may be used */
     struct num_tape *direct;          /* roots: field, pivots */
+    const struct points_side *solution_side;   /* borrowed */
+    int sides;                        /* the first so many "pivots" are sides that the answer rests on */
     double *direct_out, *pivot_start;
     expr_id *pivot_expr;
     /* A pivot that changes sign has passed 0. The rank at the place tells whether it only
