@@ -20,7 +20,13 @@ CHOSEN = [("arm numeric", sp.cancel), ("arm symbolic", sp.cancel), ("pendulum fi
           ("pendulum symbolic", sp.simplify), ("2x2 option 1 symbolic", sp.cancel), ("Gear Petzold symbolic", sp.cancel),
           ("index 1 circuit symbolic", sp.cancel), ("integrator chain 5", sp.cancel), ("singular everywhere", sp.cancel),
           ("Dirac multiplier", sp.cancel), ("restrict circle", sp.simplify), ("diode circuit", sp.simplify),
-          ("sliding not transversal", sp.simplify), ("squared velocity", sp.simplify), ("late contradiction", sp.cancel)]
+          ("sliding not transversal", sp.simplify), ("squared velocity", sp.simplify), ("late contradiction", sp.cancel),
+          ("control, relative degree 3", sp.cancel), ("control, vector relative degree (1, 3)", sp.cancel),
+          ("linear general, situation 3b with a new constraint", sp.cancel), ("linear general, situation 2c(ii) then 2a", sp.cancel),
+          ("Christ-Lee with second order", sp.cancel), ("Christ-Lee without second order", sp.cancel),
+          ("three second class generations", sp.simplify), ("first and second class mixed, H continued otherwise", sp.cancel),
+          ("presymplectic, two generations", sp.cancel), ("bead on the meeting of two surfaces", sp.cancel),
+          ("highest derivatives in one combination", sp.cancel)]
 
 
 def symbolic(problem):

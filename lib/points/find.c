@@ -12,7 +12,7 @@
 #include "sides.h"
 #include "triangular.h"
 
-enum { STARTS = 24, STEPS = 60, BASIC_STEPS = 12, NEWTON_BITS = 80 };
+enum { STARTS = 24, POSITIVE_STARTS = 10, STEPS = 60, BASIC_STEPS = 12, NEWTON_BITS = 80 };
 
 uint64_t points_random(uint64_t *state)
 {
@@ -50,9 +50,29 @@ static void take_over(const struct points_space *s, struct points_point *p)
     num_ball_set_d(&p->ball, s->time, p->t);
 }
 
+/* Positive ones first: as they are meant as a rule. */
+static double parameter_value(const struct points_space *s, int i, uint64_t *random, int attempt)
+{
+    if (s->parameter_value)
+        return s->parameter_value[i];
+    double v = short_value(0.5 + 1.5 * points_uniform(random));
+    if (s->parameter_sign)
+        return s->parameter_sign[i] * v;
+    return attempt >= POSITIVE_STARTS && points_uniform(random) < 0.5 ? -v : v;
+}
+
+/* A point of the larger set is no start where the parameters are to have other signs. */
+static bool signs_fit(const struct points_space *s)
+{
+    for (int i = 0; i < s->parameters; i++)
+        if (s->parameter_sign && s->parameter_sign[i] * s->before->parameter[i] < 0)
+            return false;
+    return true;
+}
+
 static void start(const struct points_space *s, double spread, uint64_t *random, int attempt, struct points_point *p)
 {
-    if (s->before && attempt <= 1) {
+    if (s->before && attempt <= 1 && signs_fit(s)) {
         take_over(s, p);
         return;
     }
@@ -70,7 +90,7 @@ static void start(const struct points_space *s, double spread, uint64_t *random,
         num_ball_set_d(&p->ball, s->variable[i], p->x[i]);
     }
     for (int i = 0; i < s->parameters; i++) {
-        p->parameter[i] = short_value(0.5 + 1.5 * points_uniform(random));
+        p->parameter[i] = parameter_value(s, i, random, attempt);
         num_ball_set_d(&p->ball, s->parameter[i], p->parameter[i]);
     }
     /* the first start at a guess is at its own time; others are near it */

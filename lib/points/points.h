@@ -27,6 +27,8 @@ struct points_space {
     const struct expr_store *st;
     const int *variable;   int variables;     /* symbols */
     const int *parameter;  int parameters;    /* symbols left symbolic */
+    const signed char *parameter_sign;        /* by parameter, 1 or -1; NULL: positive first, then any */
+    const double *parameter_value;            /* by parameter: instead of random ones; or NULL */
     int time;                                 /* symbol */
     const expr_id *constraint; int constraints;
     const double *near;                       /* by variable: a guess, or NULL */

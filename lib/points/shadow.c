@@ -57,6 +57,7 @@ static enum points_status sample_reals(struct points_shadow *s, const struct poi
 {
     struct points_space space = s->space;
     double *near = NULL;
+    signed char *sign = sga_calloc((size_t)space.parameters + 1, 1);
     enum points_status status = POINTS_OK;
     for (int k = 0; k < POINTS_REAL; k++) {
         /* a guess is only a guess: go a little away from it, to a generic point */
@@ -75,9 +76,13 @@ static enum points_status sample_reals(struct points_shadow *s, const struct poi
             memcpy(near, s->real[0].x, (size_t)space.variables * sizeof *near);
             space.near = near;
             space.near_time = s->real[0].t;
+            for (int i = 0; i < space.parameters; i++)
+                sign[i] = s->real[0].parameter[i] < 0 ? -1 : 1;
+            space.parameter_sign = sign;
         }
     }
     free(near);
+    free(sign);
     return status;
 }
 

@@ -34,6 +34,7 @@ static void push(struct state *s, const struct candidate *c, expr_id regular, in
     struct sga_constraint *k = sol->constraint + sol->constraints;
     bool same = regular == c->expr && !c->arose;
     *k = (struct sga_constraint){ .expr = regular, .generation = g, .origin = c->origin, .source = c->source,
+                                  .restriction = c->restriction,
                                   .replaced = same ? EXPR_UNDEF : c->arose ? c->arose : c->expr,
                                   .base = same ? c->base : regular, .order = same ? c->order : 0 };
     if (s->options->combinations)
@@ -48,8 +49,10 @@ static void push_option(struct state *s, const struct candidate *c, const struct
 }
 
 /* The branches of a product that are not followed. */
-static void note_branches(struct state *s, const struct regular *r, int followed)
+static void note_branches(struct state *s, const struct regular *r, int followed, int before)
 {
+    for (int i = before; i < s->sol->constraints; i++)
+        s->sol->constraint[i].chosen = r->options > 1;
     SGA_RESERVE(s->sol->branch, s->branch_cap, s->sol->branches + r->options + 1);
     for (int i = 0; i < r->options; i++) {
         const struct regular_option *o = r->option + i;
@@ -59,7 +62,7 @@ static void note_branches(struct state *s, const struct regular *r, int followed
         for (int k = 1; k < o->count; k++)
             e = expr_add(s->st, e, expr_powi(s->st, o->out[k], 2));
         if (i != followed)
-            s->sol->branch[s->sol->branches++] = e;
+            s->sol->branch[s->sol->branches++] = (struct sga_branch){ e, before };
     }
 }
 
@@ -178,7 +181,7 @@ static int admit_irregular(struct state *s, const struct candidate *c, const dou
             s->shadow->sides = sides;
         } else if (p[i].whole && s->sol->constraints == before + added && !taken) {
             SGA_RESERVE(s->sol->branch, s->branch_cap, s->sol->branches + 1);
-            s->sol->branch[s->sol->branches++] = p[i].whole;
+            s->sol->branch[s->sol->branches++] = (struct sga_branch){ p[i].whole, before };
         }
         taken = added >= 0;
         irregular_clear(p + i);
@@ -374,7 +377,7 @@ static int admit_one(struct state *s, const struct candidate *c, int g)
         status = state_sample(s);
         found = status == POINTS_OK;
         if (found)
-            note_branches(s, &r, i);
+            note_branches(s, &r, i, before);
         else
             pop(s, before);
         if (status == POINTS_STOPPED)

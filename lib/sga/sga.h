@@ -30,7 +30,9 @@ struct sga_part {
 struct sga_constraint {
     expr_id expr;          /* vanishes on P_generation */
     int generation;        /* from 1 */
+    bool chosen;           /* one of several branches of a product */
     enum sga_origin origin;
+    int restriction;       /* which one it came from; -1: none */
     struct sga_part *part; int parts;
     expr_id replaced;      /* the function that arose, where a regular one took its place; or EXPR_UNDEF */
     bool near_point;       /* that holds near the points; what was replaced may have more zeros elsewhere */
@@ -55,6 +57,12 @@ struct sga_pivot {
     int source;            /* as in struct sga_constraint; -1 where col is */
 };
 
+/* The zero set of a factor of a product, where another one was followed. */
+struct sga_branch {
+    expr_id expr;
+    int before;            /* how many constraints stood when the product was met */
+};
+
 struct sga_solution {
     enum sga_verdict verdict;
     int generations;
@@ -64,7 +72,14 @@ struct sga_solution {
     expr_id *field;                    /* by variable: X with every free function 0 */
     int *free_column; int free_columns;
     expr_id *gauge;                    /* free_columns x variables, by rows */
-    expr_id *branch; int branches;     /* factors of products whose zero sets were not followed */
+    struct sga_branch *branch; int branches;
+    struct sga_pivot *dead; int deads; /* divided by on a larger set, zero on the smaller one */
+    /* Where general points contradict the system, but points where these functions vanish do
+     * not: the answer is that of the restriction to them, the largest such set. `other` lists
+     * functions whose zero sets hold solutions too. */
+    expr_id *special; int specials;
+    expr_id *other; int others;
+    bool empty_restriction;            /* inconsistent: the restriction has no zeros at all */
     bool depends_on_time;              /* some row, restriction or constraint depends on t */
     expr_id contradiction;             /* for inconsistent: what would have to vanish */
     struct sga_part *contradiction_part; int contradiction_parts;

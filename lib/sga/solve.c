@@ -1,4 +1,5 @@
 /* The main loop of the stabilization general algorithm. */
+#include "block.h"
 #include "state.h"
 
 #include <stdlib.h>
@@ -26,6 +27,9 @@ void sga_solution_clear(struct sga_solution *sol)
     free(sol->free_column);
     free(sol->gauge);
     free(sol->branch);
+    free(sol->dead);
+    free(sol->special);
+    free(sol->other);
     free(sol->contradiction_part);
     for (int i = 0; i < sol->vanished_rows; i++)
         free(sol->vanished[i].part);
@@ -135,7 +139,7 @@ static int harvest(struct state *s, struct ech_row *row, int rows, struct candid
             continue;
         if (expr_is_zero(s->st, r->rhs))
             continue;
-        struct candidate c = { .expr = r->rhs, .base = r->rhs, .origin = SGA_FROM_ROWS, .source = r->source,
+        struct candidate c = { .expr = r->rhs, .base = r->rhs, .origin = SGA_FROM_ROWS, .source = r->source, .restriction = -1,
                                .op = r->op, .ops = r->ops };
         if (r->source >= s->sys->rows) {
             const struct sga_constraint *from = s->sol->constraint + (r->source - s->sys->rows);
@@ -196,7 +200,7 @@ static void note_vanished(struct state *s, const struct ech_row *row, int rows, 
         struct sga_vanished *v = sol->vanished + sol->vanished_rows++;
         *v = (struct sga_vanished){ .source = r->source, .generation = zero ? before : g,
                                     .rest = !zero ? r->rhs : r->rest ? r->rest : r->rhs };
-        struct candidate c = { .expr = v->rest, .source = r->source, .op = r->op, .ops = r->ops };
+        struct candidate c = { .expr = v->rest, .source = r->source, .restriction = -1, .op = r->op, .ops = r->ops };
         state_combine(s, &c, &v->part, &v->parts);
     }
     free(used);
@@ -211,12 +215,18 @@ static int pivots_stand(struct state *s)
         if (z)
             return z < 0 ? -1 : 0;
     }
-    return 1;
+    return ech_blocks_stand(&s->ech, s->shadow);
 }
 
 /* Begin the echelon form anew: all rows are pending again. */
 static void forget_pivots(struct state *s)
 {
+    struct sga_solution *sol = s->sol;
+    sol->dead = sga_realloc(sol->dead, (size_t)(sol->deads + s->ech.pivots + 1) * sizeof *sol->dead);
+    for (int q = 0; q < s->ech.pivots; q++)
+        if (!expr_is_const(s->st, s->ech.pivot[q].value))
+            sol->dead[sol->deads++] = (struct sga_pivot){ s->ech.pivot[q].col, s->ech.pivot[q].value,
+                                                          s->ech.pivot[q].generation, s->ech.pivot[q].row.source };
     s->blocks_lost |= s->ech.blocks > 0;
     ech_clear(&s->ech);
     ech_init(&s->ech, s->sys->variables);
@@ -347,7 +357,7 @@ static bool start(struct state *s, int *added)
     struct candidate *cand = sga_calloc((size_t)n + 1, sizeof *cand);
     for (int i = 0; i < n; i++)
         cand[i] = (struct candidate){ .expr = s->sys->restriction[i], .base = s->sys->restriction[i],
-                                      .origin = SGA_FROM_RESTRICTION, .source = -1 };
+                                      .origin = SGA_FROM_RESTRICTION, .source = -1, .restriction = i };
     *added = n ? state_admit(s, cand, n, 1) : 0;
     free(cand);
     return *added >= 0;
@@ -359,8 +369,10 @@ static bool run(struct state *s)
     int added = 0, more, done = 0;
     if (!start(s, &added))
         return false;
-    if (s->inconsistent)
+    if (s->inconsistent) {
+        s->sol->empty_restriction = true;
         return true;
+    }
     more = generation(s, 0, 0, 1);      /* compatibility on the zero set of the restriction */
     if (more < 0)
         return false;

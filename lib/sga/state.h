@@ -12,6 +12,7 @@ struct candidate {
     expr_id arose;                /* what it is a part of, where that was split up; or EXPR_UNDEF */
     enum sga_origin origin;
     int source;                   /* of the row it is the right side of; -1 for a restriction */
+    int restriction;              /* which one; -1: none */
     struct ech_op *op; int ops;   /* borrowed from that row */
 };
 
