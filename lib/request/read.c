@@ -106,6 +106,8 @@ static bool read_all(struct reader *rd, const json_t *v)
         return false;
     if (!want && trajectory)
         rd->r->want |= REQUEST_TRAJECTORY;
+    if (rd->r->has_mechanical && trajectory)
+        read_mechanical_outputs(rd);
     return check_wants(rd, trajectory)
         && (!trajectory || read_trajectory(rd, trajectory)) && (!accuracy || read_accuracy(rd, accuracy))
         && (!symmetries || read_symmetries(rd, symmetries)) && (!strata || read_strata(rd, strata)) && store_ok(rd);
@@ -184,8 +186,20 @@ static void clear_hamiltonian(struct form_hamiltonian *h)
     free(h);
 }
 
+static void clear_mechanical(struct form_mechanical *m)
+{
+    free(m->coordinate);
+    free(m->velocity);
+    free(m->multiplier);
+    free(m->mass);
+    free(m->force);
+    free(m->constraint);
+}
+
 void request_clear(struct request *r)
 {
+    clear_mechanical(&r->mechanical);
+    free(r->forces.reaction);
     clear_operator(&r->op);
     clear_trajectory(&r->trajectory);
     sys_clear(&r->system);

@@ -90,6 +90,12 @@ struct request_operator {
     bool open_sources;        /* some source is only named */
 };
 
+/* Of the form `mechanical`: symbols that outputs may use; EXPR_UNDEF where the name was taken. */
+struct request_forces {
+    expr_id *reaction;        /* by coordinate: reaction_x */
+    expr_id power;            /* reaction_power */
+};
+
 struct request {
     struct expr_store store;
     struct sys_system system;         /* in store */
@@ -102,6 +108,9 @@ struct request {
     struct request_accuracy accuracy;
     struct request_limits limits;
     struct request_operator op;
+    bool has_mechanical;
+    struct form_mechanical mechanical;
+    struct request_forces forces;     /* where there are outputs */
     bool has_symmetries;              /* the member is there; its content is not read yet */
     bool strata;                      /* each stratum shall be solved on its own */
 };

@@ -3,6 +3,7 @@
 #define SGA_RUN_ANSWER_H
 
 #include "buf.h"
+#include "mech.h"
 #include "operator.h"
 #include "print.h"
 #include "request.h"
@@ -41,6 +42,17 @@ struct stratum {
     struct sga_buf note;          /* EMPTY: why; SAME: JSON list of the functions that vanish at the equal set */
     struct sga_buf also;          /* JSON: the functions of strata that reach the same set */
     char *parameter, *value;      /* what was substituted for which parameter, or NULL */
+};
+
+/* Of the form `mechanical`. */
+struct mechanical_answer {
+    struct mech_fibre fibre;
+    bool determined;              /* one acceleration at general points of W */
+    struct mech_motion motion;
+    bool has_motion;
+    int first_root;               /* among the texts: total, tangent, orthogonal, reaction */
+    struct mech_regularity regularity;
+    bool has_regularity;
 };
 
 struct job {
@@ -86,7 +98,8 @@ struct job {
         int variable[3];          /* not closed: this component of d omega */
         expr_id defect;
     } two_form;
-    struct { double read, reduce, operator_form, print, witness, trajectory, structure; } seconds;
+    struct mechanical_answer *mechanical;   /* or NULL */
+    struct { double read, reduce, operator_form, mechanical, print, witness, trajectory, structure; } seconds;
     const char *stage;            /* the last that was begun */
     struct sga_error *err;
 };
@@ -108,6 +121,12 @@ void answer_restrictions_kept(struct job *j, const struct sga_solution *sol);
 /* Is a given 2-form closed? */
 bool answer_two_form(struct job *j);
 void answer_write_restrictions(struct job *j, struct sga_json *w);
+/* The geometry of the constraints, before the reduction; the system gets multipliers for independent
+ * conditions only. Then, after it, acceleration and regularity as far as they are wanted. */
+bool answer_mechanical(struct job *j);
+bool answer_mechanical_motion(struct job *j);
+void answer_mechanical_clear(struct job *j);
+void answer_write_mechanical(struct job *j, struct sga_json *w);
 /* Consistent start and trajectory, as far as they are wanted. */
 bool answer_motion(struct job *j);
 /* After answer_motion failed with NO_MOTION: the motion of the stratum that the start lies on,

@@ -97,7 +97,8 @@ static bool check_texts(struct job *j)
         b.parameter[i] = copy_symbol(&b, sys->store, sys->parameter[i]);
     bool ok = parse_all(j, &b);
     if (ok) {
-        bool field = j->texts.roots > c, gauge = j->texts.roots > c + n;
+        bool field = j->solution.field && j->request.want & (REQUEST_VECTOR_FIELD | REQUEST_GAUGE);
+        bool gauge = field && j->solution.gauge;
         struct sga_claim claim = {
             .st = &b.st, .variable = b.variable, .variables = n, .parameter = b.parameter, .parameters = sys->parameters,
             .time = b.time, .constraint = b.root, .constraints = c, .solution = &j->solution, .field = field ? b.root + c : NULL,

@@ -200,6 +200,7 @@ void answer_clear(struct job *j)
         traj_initial_clear(&j->initial);
     answer_strata_clear(j);
     answer_operator_clear(j);
+    answer_mechanical_clear(j);
     sga_buf_free(&j->kronecker);
     sga_buf_free(&j->signs);
     free(j->near);
@@ -209,6 +210,14 @@ void answer_clear(struct job *j)
         points_shadow_clear(&j->shadow);
         sga_solution_clear(&j->solution);
     }
+}
+
+static bool mechanical_form(struct job *j)
+{
+    if (!j->request.has_mechanical)
+        return true;
+    progress(j, "mechanical", 0.04);
+    return answer_mechanical(j);
 }
 
 static bool operator_form(struct job *j)
@@ -234,7 +243,8 @@ bool sga_run(const char *request, size_t length, const struct sga_run_options *o
     bool ok = check_wants(&j);
     if (ok) {
         set_near(&j);
-        ok = check_samples(&j) && operator_form(&j) && answer_reduce(&j);
+        ok = check_samples(&j) && operator_form(&j) && mechanical_form(&j) && answer_reduce(&j)
+             && (!j.mechanical || answer_mechanical_motion(&j));
     }
     if (ok) {
         progress(&j, "texts", 0.4);

@@ -378,6 +378,8 @@ static void write_work(const struct job *j, struct sga_json *w)
     sga_json_member_double(w, "sampling", j->shadow.seconds_sampling);
     if (j->op)
         sga_json_member_double(w, "operator", j->seconds.operator_form);
+    if (j->mechanical)
+        sga_json_member_double(w, "mechanical", j->seconds.mechanical);
     if (j->has_texts) {
         sga_json_member_double(w, "print", j->seconds.print);
     }
@@ -447,6 +449,8 @@ bool answer_write(struct job *j, struct sga_buf *out)
     answer_write_strata(j, w);
     if (j->op)
         answer_write_operator(j, w);
+    if (j->mechanical)
+        answer_write_mechanical(j, w);
     if (want & REQUEST_STRUCTURE) {
         sga_json_key(w, "structure");
         sga_json_object(w);
