@@ -5,13 +5,13 @@ import mpmath
 
 import schemas
 from combination import Combinations
-from expression import FLOAT, Graph, Undefined, evaluate
+from expression import EXACT, FLOAT, Graph, Undefined, evaluate
 from identities import Answer, Broken
 from structure_check import StructureCheck
 
 KNOWN = set("verdict ambient generations final index differentiation seed gauge equilibrium variables on off field "
             "parameters near digits error trajectory strata solved unsolved assumed initial points identities structure primary closed "
-            "redundant".split()) | {"kronecker"}
+            "redundant kronecker regular regularity motion".split())
 
 
 def number(x):
@@ -147,6 +147,10 @@ class CaseCheck:
         for key, value in where.items():
             if key in expect:
                 self.same(name, key, value, expect[key])
+        if "regular" in expect:
+            self.same(name, "regular", result.get("regular"), expect["regular"])
+        for key, value in expect.get("regularity", {}).items():
+            self.same(name, "regularity " + key, result.get("regularity", {}).get(key), value)
         for key, value in expect.get("kronecker", {}).items():
             self.same(name, "kronecker " + key, result.get("structure", {}).get("kronecker", {}).get(key), value)
         evidence = result.get("evidence", {})
@@ -184,6 +188,8 @@ class CaseCheck:
         for text, kind in expect.get("assumed", {}).items():
             found = {a["expression"].replace(" ", ""): a["kind"] for a in answer.result.get("assumptions", [])}
             self.tally.check(found.get(text) == kind, f"{name}: {text} is assumed {kind}", str(found))
+        for m in expect.get("motion", []):      # closed forms of accelerations and reactions, on Pf
+            self.motion(name, m, answer)
         for p in expect.get("strata", []):
             with mpmath.workdps(60):
                 env = answer.point({**given, **p})
@@ -192,9 +198,20 @@ class CaseCheck:
                 hit = any(all(abs(self.value(answer, e, env)) < bound for e in where) for where in sets)
             self.tally.check(hit, f"{name}: {p} lies on a stratum", str(sets))
 
+    def motion(self, name, closed, answer):
+        with mpmath.workdps(answer.digits + 15):
+            points = answer.sample([e for _, e in answer.constraints], 2)
+            self.tally.check(points, f"{name}: motion: points of Pf")
+            for env in points:
+                for key, texts in closed.items():
+                    for text, e in zip(texts, answer.motions[key]):
+                        is_ = answer.graph.values(answer.graph.cone([e]), env, EXACT)[e]
+                        should = self.value(answer, text, env)
+                        self.tally.check(abs(is_ - should) <= answer.tiny() * (1 + abs(should)), f"{name}: {key} = {text}",
+                                         f"is {mpmath.nstr(is_, 8)}, should be {mpmath.nstr(should, 8)}")
+
     @staticmethod
     def value(answer, text, env):
-        from expression import EXACT
         e = answer.graph.parse(text)
         return answer.graph.values(answer.graph.cone([e]), env, EXACT)[e]
 

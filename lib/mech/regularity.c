@@ -29,6 +29,7 @@ struct search {
     expr_id *factor; int factors; size_t factor_cap;
     bool all_never_zero;
     int n, m;                 /* coordinates, conditions */
+    bool simple;              /* M is positive definite, seen at once */
 };
 
 static struct poly_limits limits_of(const struct search *s)
@@ -71,6 +72,24 @@ static void factors_of(struct search *s, expr_id pivot)
     poly_factors_clear(&f);
 }
 
+/* Positive numbers (parameters are taken as positive) on the diagonal: then M is positive definite, and only
+ * H can fail. */
+static bool masses_simple(struct search *s)
+{
+    bool simple = true;
+    for (size_t k = 0; k < s->in->masses && simple; k++) {
+        const struct form_entry *e = s->in->mass + k;
+        unsigned flags = expr_facts_of(&s->facts, s->st, e->value);
+        if (e->row != e->col)
+            simple = expr_is_zero(s->st, e->value);
+        else if (expr_is_const(s->st, e->value))
+            simple = fmpq_sgn(expr_const_value(s->st, e->value)) > 0;
+        else
+            simple = expr_op_of(s->st, e->value) == EXPR_SYM && !(flags & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME));
+    }
+    return simple;
+}
+
 static expr_id entry(const struct search *s, int i, int j)
 {
     return s->f->H[(size_t)i * (size_t)s->n + (size_t)j];
@@ -100,12 +119,23 @@ static expr_id gram_determinant(const struct search *s)
     return det;
 }
 
+/* The pivots belong to the functions that the reduction took; an irregular one was replaced. */
+static bool pivots_are_of_H(const struct search *s)
+{
+    bool plain = true;
+    for (int i = 0; i < s->f->W.constraints; i++)
+        plain = plain && !s->f->W.constraint[i].replaced;
+    return plain || !s->f->own;
+}
+
 static bool proved_full(struct search *s)
 {
     struct poly_limits limits = limits_of(s);
     struct poly_factors f;
     bool full = true;
-    if (s->all_never_zero && !s->f->W.dense_blocks)
+    if (!s->simple || s->f->W.branches)
+        return false;
+    if (s->all_never_zero && !s->f->W.dense_blocks && pivots_are_of_H(s))
         return true;
     if (s->m > GRAM_AT_MOST || !poly_numerator_factors(s->st, gram_determinant(s), &limits, &f))
         return false;
@@ -135,15 +165,12 @@ static void ranks_at(const struct search *s, struct num_ball *ball, double toler
     double *H = sga_calloc((size_t)m * (size_t)n + 1, sizeof *H), *wide = sga_calloc((size_t)m * (size_t)(n + 1) + 1, sizeof *wide);
     num_ball_extend(ball);
     for (int i = 0; i < m; i++) {
-        double b = arf_get_d(arb_midref(num_ball_value(ball, s->f->rate[i])), ARF_RND_NEAR), big = fabs(b);
+        double b = arf_get_d(arb_midref(num_ball_value(ball, s->f->rate[i])), ARF_RND_NEAR);
         for (int j = 0; j < n; j++) {
             double v = arf_get_d(arb_midref(num_ball_value(ball, entry(s, i, j))), ARF_RND_NEAR);
             H[(size_t)i * (size_t)n + (size_t)j] = wide[(size_t)i * (size_t)(n + 1) + (size_t)j] = v;
-            big = fmax(big, fabs(v));
         }
         wide[(size_t)i * (size_t)(n + 1) + (size_t)n] = -b;
-        for (int j = 0; j <= n && big > 0; j++)
-            wide[(size_t)i * (size_t)(n + 1) + (size_t)j] /= big;
     }
     *rank = rank_of(H, m, n, tolerance);
     *augmented = rank_of(wide, m, n + 1, tolerance);
@@ -163,31 +190,71 @@ static void keep_point(struct search *s, const struct points_point *p, bool cert
     r->full = certified ? MECH_DROPS : MECH_DROP_SUSPECTED;
 }
 
-/* Looks for a point of the set at which the rank is less than m. */
-static bool drops_on(struct search *s, const struct points_space *space, double spread, uint64_t *random, const int *end, int stages)
+/* M and H as one matrix, for its rank at a point: full is n + m. */
+static int whole_rank_at(const struct search *s, struct num_ball *ball, double tolerance)
+{
+    int n = s->n, size = n + s->m;
+    double *K = sga_calloc((size_t)size * (size_t)size + 1, sizeof *K);
+    num_ball_extend(ball);
+    for (size_t k = 0; k < s->in->masses; k++)
+        K[(size_t)s->in->mass[k].row * (size_t)size + (size_t)s->in->mass[k].col]
+            += arf_get_d(arb_midref(num_ball_value(ball, s->in->mass[k].value)), ARF_RND_NEAR);
+    for (int i = 0; i < s->m; i++)
+        for (int j = 0; j < n; j++)
+            K[(size_t)(n + i) * (size_t)size + (size_t)j] = K[(size_t)j * (size_t)size + (size_t)(n + i)]
+                = arf_get_d(arb_midref(num_ball_value(ball, entry(s, i, j))), ARF_RND_NEAR);
+    int rank = rank_of(K, size, size, tolerance);
+    free(K);
+    return rank;
+}
+
+/* The symbols of a place that Newton's steps came near; false where it does not lie on the set. */
+static bool place(const struct search *s, const struct points_space *space, const struct points_point *p, struct num_ball *ball)
+{
+    double size = 1, worst = 0;
+    num_ball_init(ball, s->st, BITS);
+    for (int i = 0; i < space->variables; i++) {
+        num_ball_set_d(ball, space->variable[i], p->x[i]);
+        size = fmax(size, fabs(p->x[i]));
+    }
+    for (int i = 0; i < space->parameters; i++)
+        num_ball_set_d(ball, space->parameter[i], p->parameter[i]);
+    num_ball_set_d(ball, space->time, p->t);
+    num_ball_extend(ball);
+    for (int i = 0; i < space->constraints; i++)
+        worst = fmax(worst, fabs(arf_get_d(arb_midref(num_ball_value(ball, space->constraint[i])), ARF_RND_NEAR)));
+    return size < 1e6 && worst <= 1e-8 * size * size;
+}
+
+/* What is looked for on a set. */
+enum aim { RANK_OF_H, RANK_OF_WHOLE, ANY_POINT };
+
+/* Looks for a point of the set at which the rank is less than it should be. */
+static bool drops_on(struct search *s, const struct points_space *space, double spread, uint64_t *random, const int *end, int stages,
+                     enum aim aim)
 {
     struct points_point p;
     enum points_status status = points_find_staged(space, end, stages, spread, random, BITS, &p);
-    int rank = s->m, augmented = s->m;
+    struct num_ball ball = { 0 }, *at = NULL;
+    double tolerance = status == POINTS_OK ? 1e-10 : 1e-5;
     if (status == POINTS_OK) {
         num_ball_forget(&p.ball);
-        ranks_at(s, &p.ball, 1e-10, &rank, &augmented);
-    } else if (status == POINTS_IRREGULAR) {
-        struct num_ball ball;
-        num_ball_init(&ball, s->st, BITS);
-        for (int i = 0; i < space->variables; i++)
-            num_ball_set_d(&ball, space->variable[i], p.x[i]);
-        for (int i = 0; i < space->parameters; i++)
-            num_ball_set_d(&ball, space->parameter[i], p.parameter[i]);
-        num_ball_set_d(&ball, space->time, p.t);
-        ranks_at(s, &ball, 1e-5, &rank, &augmented);
-        num_ball_clear(&ball);
+        at = &p.ball;
+    } else if (status == POINTS_IRREGULAR && place(s, space, &p, &ball)) {
+        at = &ball;
     }
-    bool found = rank < s->m;
-    if (found && (!s->r->point || (status == POINTS_OK && p.certified && !s->r->certified))) {
+    int rank = s->m, augmented = s->m;
+    if (at)
+        ranks_at(s, at, tolerance, &rank, &augmented);
+    bool found = at && (rank < s->m || aim == ANY_POINT
+                        || (aim == RANK_OF_WHOLE && whole_rank_at(s, at, tolerance) < s->n + s->m));
+    bool certified = status == POINTS_OK && p.certified;
+    if (found && (!s->r->point || (certified && !s->r->certified))) {
         free(s->r->point);
-        keep_point(s, &p, status == POINTS_OK && p.certified, rank, augmented);
+        keep_point(s, &p, certified, rank, augmented);
     }
+    if (at == &ball || status == POINTS_IRREGULAR)
+        num_ball_clear(&ball);
     points_point_clear(&p);
     return found;
 }
@@ -221,15 +288,15 @@ static void search_factors(struct search *s)
     struct points_space space;
     uint64_t random = 7;
     extend(s, &space, variable, con, near, end, &stages);
-    if (c < 2 * s->n)
-        for (int k = 0; k < s->factors && k < FACTORS_AT_MOST; k++) {
-            con[c] = s->factor[k];
-            space.constraints = end[stages] = c + 1;
-            if (drops_on(s, &space, space.near ? 0.2 : 1, &random, end, stages + 1)) {
-                s->r->where = sga_realloc(s->r->where, (size_t)(s->r->wheres + 1) * sizeof *s->r->where);
-                s->r->where[s->r->wheres++] = s->factor[k];
-            }
+    int own = s->factors < FACTORS_AT_MOST ? s->factors : FACTORS_AT_MOST, all = own + s->f->W.branches;
+    for (int k = 0; k < all && c < 2 * s->n; k++) {
+        con[c] = k < own ? s->factor[k] : s->f->W.branch[k - own];    /* W is no manifold where branches meet */
+        space.constraints = end[stages] = c + 1;
+        if (drops_on(s, &space, space.near ? 0.2 : 1, &random, end, stages + 1, k < own ? RANK_OF_H : ANY_POINT)) {
+            s->r->where = sga_realloc(s->r->where, (size_t)(s->r->wheres + 1) * sizeof *s->r->where);
+            s->r->where[s->r->wheres++] = con[c];
         }
+    }
     free(variable);
     free(end);
     free(con);
@@ -245,36 +312,56 @@ static int add_unit(struct search *s, int i)
     return expr_symbol_find(s->st, name, strlen(name));
 }
 
+/* c^T H = 0; or, where the masses may fail too, M v = H^T c and H v = 0. The symbols of c
+ * and v come last among the variables. Returns how many equations. */
+static int kernel_equations(const struct search *s, const int *unit, expr_id *con)
+{
+    struct expr_store *st = s->st;
+    int added = 0;
+    for (int j = 0; j < s->n; j++) {
+        expr_id sum = expr_int(st, 0);
+        for (int i = 0; i < s->m; i++)
+            sum = expr_sub(st, sum, expr_mul(st, st->symbol[unit[i]].node, entry(s, i, j)));
+        for (size_t k = 0; k < s->in->masses && !s->simple; k++)
+            if (s->in->mass[k].row == j)
+                sum = expr_add(st, sum, expr_mul(st, s->in->mass[k].value, st->symbol[unit[s->m + s->in->mass[k].col]].node));
+        if (!expr_is_zero(st, sum))
+            con[added++] = sum;
+    }
+    for (int i = 0; i < s->m && !s->simple; i++) {
+        con[added] = expr_int(st, 0);
+        for (int j = 0; j < s->n; j++)
+            con[added] = expr_add(st, con[added], expr_mul(st, entry(s, i, j), st->symbol[unit[s->m + j]].node));
+        added++;
+    }
+    return added;
+}
+
 static void search_kernels(struct search *s)
 {
     struct expr_store *st = s->st;
-    int n = s->n, m = s->m, c = s->f->W.constraints, stages, added = 0;
-    int *variable = sga_calloc((size_t)(2 * n + m) + 1, sizeof *variable);
+    int n = s->n, units = s->m + (s->simple ? 0 : n), c = s->f->W.constraints, stages;
+    int *variable = sga_calloc((size_t)(2 * n + units) + 1, sizeof *variable);
     int *end = sga_calloc((size_t)s->f->W.generations + 2, sizeof *end);
-    expr_id *con = sga_calloc((size_t)(c + n) + 2, sizeof *con), norm = expr_int(st, -1);
-    double *near = sga_calloc((size_t)(2 * n + m) + 1, sizeof *near);
+    expr_id *con = sga_calloc((size_t)(c + n + s->m) + 2, sizeof *con), norm = expr_int(st, -1);
+    double *near = sga_calloc((size_t)(2 * n + units) + 1, sizeof *near);
     struct points_space space;
     uint64_t random = 11;
     extend(s, &space, variable, con, near, end, &stages);
-    for (int i = 0; i < m; i++) {
+    for (int i = 0; i < units; i++) {
         variable[2 * n + i] = add_unit(s, i);
         norm = expr_add(st, norm, expr_powi(st, st->symbol[variable[2 * n + i]].node, 2));
     }
-    for (int j = 0; j < n; j++) {
-        expr_id sum = expr_int(st, 0);
-        for (int i = 0; i < m; i++)
-            sum = expr_add(st, sum, expr_mul(st, st->symbol[variable[2 * n + i]].node, entry(s, i, j)));
-        if (!expr_is_zero(st, sum))
-            con[c + added++] = sum;
-    }
-    con[c + added++] = norm;
-    space.variables = 2 * n + m;
-    space.constraints = end[stages] = c + added;
+    int total = c + kernel_equations(s, variable + 2 * n, con + c);
+    con[total++] = norm;
+    space.variables = 2 * n + units;
+    space.constraints = end[stages] = total;
     bool found = space.constraints > space.variables;      /* nothing to look for: W itself is points */
     for (int k = 0; k < STARTS && !found; k++) {
         if (k >= STARTS / 2)
             space.near = NULL;
-        found = drops_on(s, &space, space.near ? 0.2 * (k + 1) : 1 + k, &random, end, stages + 1);
+        found = drops_on(s, &space, space.near ? 0.2 * (k + 1) : 1 + k, &random, end, stages + 1,
+                         s->simple ? RANK_OF_H : RANK_OF_WHOLE);
     }
     free(variable);
     free(end);
@@ -288,9 +375,8 @@ void mech_regularity_find(struct mech_regularity *r, struct mech_fibre *f, const
     struct search s = { .r = r, .f = f, .in = in, .options = options, .st = f->kinematics.store, .all_never_zero = true,
                         .n = in->coordinates, .m = f->conditions };
     *r = (struct mech_regularity){ .full = MECH_FULL_PROVED };
-    if (!s.m)
-        return;
     expr_facts_init(&s.facts);
+    s.simple = masses_simple(&s);
     for (int q = 0; q < f->W.pivots; q++)
         factors_of(&s, f->W.pivot[q].value);
     if (!proved_full(&s)) {

@@ -229,6 +229,19 @@ static void say_stratum(struct flow *f, struct traj_result *r)
     sga_buf_free(&text);
 }
 
+/* What grows without bound may be what a stratum leaves undetermined. */
+static void look_for_stratum(struct flow *f, const struct traj_request *rq, struct traj_result *r)
+{
+    struct sga_buf text = { 0 };
+    int pivot = field_approaches(&f->field, r->initial, rq->start, r->ended_t);
+    if (pivot >= 0 && expr_print(f->field.sys->store, f->field.pivot_expr[pivot], 120, &text)) {
+        r->ended_reason = "stratum";
+        snprintf(r->ended_detail, sizeof r->ended_detail, "the rank of the equations drops where %s = 0: what they determine grows "
+                 "without bound towards it, and no motion goes on", text.data);
+    }
+    sga_buf_free(&text);
+}
+
 static bool integrate(struct flow *f, const struct sga_solution *sol, const struct traj_request *rq, struct traj_result *r,
                       struct sga_error *err)
 {
@@ -261,6 +274,8 @@ static bool integrate(struct flow *f, const struct sga_solution *sol, const stru
     snprintf(r->ended_detail, sizeof r->ended_detail, "%s", o.end.detail);
     if (o.end.reason == ODE_SINGULAR)
         say_stratum(f, r);
+    else if (o.end.reason == ODE_BLOW_UP)
+        look_for_stratum(f, rq, r);
     r->steps = o.stats.steps + o.second.steps;
     r->rejected = o.stats.refused + o.second.refused;
     r->evaluations = o.stats.evaluations + o.second.evaluations;
