@@ -132,7 +132,7 @@ void form_mechanical(struct sys_system *s, const struct form_mechanical *in)
         column[i] = 2 * in->coordinates + i;
     }
     form_mechanical_rows(s, in, condition, column, in->constraints);
-    s->square = true;
+    s->square = s->restrictions == 0;
     free(condition);
     free(column);
 }

@@ -134,6 +134,33 @@ static void take(struct mech_fibre *f, const struct form_mechanical *in, const e
         f->rate[i] = drift(&f->kinematics, in, f->condition[i]);
 }
 
+/* On a subset of W (restrict) the fibre is still that of W: its tangent space is taken from the set, so from functions of
+ * the first generation, which vanish on the subset without regard to motion. As many as W has conditions in general, or fewer: then
+ * they describe the fibre; more of them mean that the fibre has a corner or a crossing there. */
+static bool restricted_conditions(struct mech_fibre *f, const struct form_mechanical *in, int general, struct sga_error *err)
+{
+    int c = 0;
+    while (c < f->W.constraints && f->W.constraint[c].generation == 1)
+        c++;
+    expr_id *function = sga_calloc((size_t)c + 1, sizeof *function);
+    unsigned char *chosen = sga_calloc((size_t)c + 1, 1);
+    for (int i = 0; i < c; i++)
+        function[i] = f->W.constraint[i].expr;
+    expr_id *H = differentials(f->kinematics.store, in, function, c);
+    f->condition = sga_calloc((size_t)c + 1, sizeof *f->condition);
+    f->constraint = sga_calloc((size_t)c + 1, sizeof *f->constraint);
+    bool ok = choose(f, H, c, in->coordinates, chosen) <= general;
+    if (ok)
+        take(f, in, function, chosen, c);
+    else
+        sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/system/restrict", "on the set given by restrict the velocities that the constraints "
+                    "leave have no tangent space: branches meet there; leave restrict out");
+    free(function);
+    free(chosen);
+    free(H);
+    return ok;
+}
+
 /* The rank of H along W, as the reduction decided it, is rank. */
 static bool find_conditions(struct mech_fibre *f, const struct form_mechanical *in, int rank, struct sga_error *err)
 {
@@ -173,21 +200,42 @@ static bool find_conditions(struct mech_fibre *f, const struct form_mechanical *
     return ok;
 }
 
-bool mech_fibre_find(struct mech_fibre *f, const struct sys_system *system, const struct form_mechanical *in,
-                     const struct sga_options *options, struct sga_error *err)
+static bool reduce(struct mech_fibre *f, const struct sys_system *system, const struct form_mechanical *in, bool restricted,
+                   const struct sga_options *options, struct sga_error *err)
 {
     *f = (struct mech_fibre){ .solved = true };
     sys_init(&f->kinematics, system->store);
     f->kinematics.time = system->time;
     for (int i = 0; i < system->parameters; i++)
         sys_add_parameter(&f->kinematics, system->parameter[i]);
+    for (int i = 0; i < system->restrictions && restricted; i++)
+        sys_add_restriction(&f->kinematics, system->restriction[i]);
     form_kinematics(&f->kinematics, in);
     points_shadow_init(&f->shadow, 20250103);
     struct sga_options own = *options;
     own.gauge_fields = own.combinations = false;
-    if (!sga_solve(&f->kinematics, &own, &f->shadow, &f->W, err))
+    return sga_solve(&f->kinematics, &own, &f->shadow, &f->W, err);
+}
+
+bool mech_fibre_find(struct mech_fibre *f, const struct sys_system *system, const struct form_mechanical *in,
+                     const struct sga_options *options, struct sga_error *err)
+{
+    int general = in->coordinates;
+    if (system->restrictions) {
+        struct sga_options anywhere = *options;
+        anywhere.near = NULL;
+        bool ok = reduce(f, system, in, false, &anywhere, err);
+        general -= f->W.free_columns;
+        mech_fibre_clear(f);
+        if (!ok)
+            return false;
+    }
+    if (!reduce(f, system, in, true, options, err))
         return false;
-    return f->W.verdict == SGA_INCONSISTENT || find_conditions(f, in, in->coordinates - f->W.free_columns, err);
+    if (f->W.verdict == SGA_INCONSISTENT)
+        return true;
+    return system->restrictions ? restricted_conditions(f, in, general, err)
+                                : find_conditions(f, in, in->coordinates - f->W.free_columns, err);
 }
 
 void mech_fibre_clear(struct mech_fibre *f)

@@ -28,7 +28,9 @@ struct mech_fibre {
     expr_id *rate;                       /* (D_X h) eta + d_t h, by condition: H xi = -rate */
 };
 
-/* Runs the reduction on the constraints and chooses the conditions. options as in sga_solve,
+/* Runs the reduction on the constraints and chooses the conditions. Where the system is restricted to a
+ * subset, W is that subset, and the conditions are those of the whole W's fibre over it (remark 4 of the source: a subsystem
+ * keeps the reactions of the system). NOT_SUPPORTED where that fibre has no tangent space. options as in sga_solve,
  * near by coordinate and velocity. False with err; UNDECIDED where the rank of H could not be told at the
  * points found. Cost: a reduction, and cubic in the number of constraints. */
 bool mech_fibre_find(struct mech_fibre *f, const struct sys_system *system, const struct form_mechanical *in,

@@ -208,22 +208,36 @@ static int whole_rank_at(const struct search *s, struct num_ball *ball, double t
     return rank;
 }
 
-/* The symbols of a place that Newton's steps came near; false where it does not lie on the set. */
+static double value_of(struct num_ball *ball, expr_id e)
+{
+    return fabs(arf_get_d(arb_midref(num_ball_value(ball, e)), ARF_RND_NEAR));
+}
+
+/* The symbols of a place that Newton's steps came near; false where it does not lie on the set,
+ * each function being measured by the largest part that it is made of. */
 static bool place(const struct search *s, const struct points_space *space, const struct points_point *p, struct num_ball *ball)
 {
-    double size = 1, worst = 0;
+    bool on = true;
     num_ball_init(ball, s->st, BITS);
     for (int i = 0; i < space->variables; i++) {
         num_ball_set_d(ball, space->variable[i], p->x[i]);
-        size = fmax(size, fabs(p->x[i]));
+        on = on && fabs(p->x[i]) < 1e6;
     }
     for (int i = 0; i < space->parameters; i++)
         num_ball_set_d(ball, space->parameter[i], p->parameter[i]);
     num_ball_set_d(ball, space->time, p->t);
     num_ball_extend(ball);
-    for (int i = 0; i < space->constraints; i++)
-        worst = fmax(worst, fabs(arf_get_d(arb_midref(num_ball_value(ball, space->constraint[i])), ARF_RND_NEAR)));
-    return size < 1e6 && worst <= 1e-8 * size * size;
+    struct expr_cone cone;
+    expr_cone_init(&cone);
+    for (int i = 0; i < space->constraints && on; i++) {
+        double size = 0;
+        expr_cone_of(s->st, &cone, space->constraint + i, 1);
+        for (int k = 0; k < cone.count; k++)
+            size = fmax(size, value_of(ball, cone.list[k]));
+        on = value_of(ball, space->constraint[i]) <= fmax(1e-8 * size, 1e-12);
+    }
+    expr_cone_clear(&cone);
+    return on;
 }
 
 /* What is looked for on a set. */

@@ -47,6 +47,18 @@ static bool read_forces(struct reader *rd, const json_t *system, struct form_mec
     return at_fail(rd, SGA_E_SHAPE, "there are %d forces, but %d coordinates", count, m->coordinates);
 }
 
+/* Functions of q and q' that vanish on the subset to start from. */
+static bool read_restrict(struct reader *rd, const json_t *system)
+{
+    expr_id *list = NULL;
+    int count;
+    bool ok = read_expression_list(rd, system, "restrict", &list, &count);
+    for (int i = 0; ok && i < count; i++)
+        sys_add_restriction(&rd->r->system, list[i]);
+    free(list);
+    return ok;
+}
+
 /* Forces and constraints know q'; masses are functions of q and time. */
 static bool read_functions(struct reader *rd, const json_t *system, struct form_mechanical *m)
 {
@@ -55,7 +67,8 @@ static bool read_functions(struct reader *rd, const json_t *system, struct form_
     rd->grammar.derivative = read_velocity_of;
     rd->grammar.ctx = rd;
     bool ok = read_forces(rd, system, m) && need_member(rd, system, "constraints")
-        && read_expression_list(rd, system, "constraints", &m->constraint, &m->constraints);
+        && read_expression_list(rd, system, "constraints", &m->constraint, &m->constraints)
+        && read_restrict(rd, system);
     rd->grammar.derivative = NULL;
     if (m->constraints < 0)
         m->constraints = 0;

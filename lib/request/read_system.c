@@ -15,7 +15,7 @@ static const char *const lagrangian_members[] = {
     "coordinates", "lagrangian", "second_order", "forces", "holonomic", NULL
 };
 
-static const char *const mechanical_members[] = { "coordinates", "masses", "forces", "constraints", NULL };
+static const char *const mechanical_members[] = { "coordinates", "masses", "forces", "constraints", "restrict", NULL };
 static const char *const operator_members[] = { "unknowns", "coefficients", "B", "sources", NULL };
 
 /* The forms of the vocabulary. A new form is a reader here and a file in the form folder. */
