@@ -128,12 +128,27 @@ static bool pivots_are_of_H(const struct search *s)
     return plain || !s->f->own;
 }
 
+/* Where a condition has no derivative a proof by its differential says nothing. */
+static bool has_kinks(const struct search *s)
+{
+    struct expr_cone cone;
+    bool kinks = false;
+    expr_cone_init(&cone);
+    expr_cone_of(s->st, &cone, s->f->condition, s->m);
+    for (int i = 0; i < cone.count && !kinks; i++) {
+        enum expr_op op = expr_op_of(s->st, cone.list[i]);
+        kinks = op == EXPR_ABS || op == EXPR_SIGN || op == EXPR_MIN || op == EXPR_MAX || op == EXPR_CBRT;
+    }
+    expr_cone_clear(&cone);
+    return kinks;
+}
+
 static bool proved_full(struct search *s)
 {
     struct poly_limits limits = limits_of(s);
     struct poly_factors f;
     bool full = true;
-    if (!s->simple || s->f->W.branches)
+    if (!s->simple || s->f->W.branches || has_kinks(s))
         return false;
     if (s->all_never_zero && !s->f->W.dense_blocks && pivots_are_of_H(s))
         return true;

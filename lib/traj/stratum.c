@@ -10,8 +10,9 @@
 
 /* Variables this much larger than where the motion started are on their way to infinity. */
 static const double GROWN = 1e3;
-/* The pivot, going on as it does, reaches 0 within this part of the time passed. */
-static const double SOON = 1e-5;
+/* The pivot is nearly 0, and going on as it does it reaches 0 within this part of the time passed. The first pair is for
+ * motions that stop short of the stratum, because what grows leaves no digits for steps. */
+static const struct { double shrunk, soon; } near_zero[] = { { 1e-4, 1e-3 }, { 1, 1e-5 } };
 
 /* p depends on no variable that grows. */
 static bool stays_finite(const struct field *f, expr_id p, const unsigned char *grown)
@@ -72,7 +73,10 @@ int field_approaches(struct field *f, const double *start, double start_t, doubl
         if (!stays_finite(f, e, grown) || !along(f, e, v, p) || p[1] == 0)
             continue;
         double left = -p[0] / p[1] / passed;
-        if (p[0] == 0 || (left > 0 && left < SOON))
+        for (int k = 0; k < 2 && left > 0; k++)
+            if (left < near_zero[k].soon && fabs(p[0]) <= near_zero[k].shrunk * f->pivot_start[q])
+                found = q;
+        if (p[0] == 0)
             found = q;
     }
     free(x);

@@ -236,8 +236,8 @@ static void look_for_stratum(struct flow *f, const struct traj_request *rq, stru
     int pivot = field_approaches(&f->field, r->initial, rq->start, r->ended_t);
     if (pivot >= 0 && expr_print(f->field.sys->store, f->field.pivot_expr[pivot], 120, &text)) {
         r->ended_reason = "stratum";
-        snprintf(r->ended_detail, sizeof r->ended_detail, "the rank of the equations drops where %s = 0: what they determine grows "
-                 "without bound towards it, and no motion goes on", text.data);
+        snprintf(r->ended_detail, sizeof r->ended_detail, "the rank of the equations drops where %s = 0, which the motion tends "
+                 "to: it is not determined beyond", text.data);
     }
     sga_buf_free(&text);
 }
