@@ -46,6 +46,9 @@ struct mech_motion {
  * conditions are solved in closed form, more as a linear solve. What is divided by is
  * assumed not to vanish. Cost: small. */
 void mech_motion_find(struct mech_motion *m, const struct mech_fibre *f, const struct form_mechanical *in);
+/* The parts of an acceleration that is known from elsewhere (total, by coordinate): where the motion is determined
+ * on a part of W only. R = M xi - F. */
+void mech_motion_of(struct mech_motion *m, const struct mech_fibre *f, const struct form_mechanical *in, const expr_id *total);
 void mech_motion_clear(struct mech_motion *m);
 
 /* Assumption III of the source: the rank of H is full all along W. */

@@ -154,12 +154,17 @@ static void split(const struct motion *m, struct mech_motion *out)
     free(y);
 }
 
-void mech_motion_find(struct mech_motion *out, const struct mech_fibre *f, const struct form_mechanical *in)
+static struct motion begin(struct mech_motion *out, const struct mech_fibre *f, const struct form_mechanical *in)
 {
-    struct motion m = { .st = f->kinematics.store, .f = f, .in = in, .n = in->coordinates, .r = f->conditions };
-    size_t size = (size_t)m.n + 1;
+    size_t size = (size_t)in->coordinates + 1;
     *out = (struct mech_motion){ sga_calloc(size, sizeof(expr_id)), sga_calloc(size, sizeof(expr_id)),
                                  sga_calloc(size, sizeof(expr_id)), sga_calloc(size, sizeof(expr_id)) };
+    return (struct motion){ .st = f->kinematics.store, .f = f, .in = in, .n = in->coordinates, .r = f->conditions };
+}
+
+void mech_motion_find(struct mech_motion *out, const struct mech_fibre *f, const struct form_mechanical *in)
+{
+    struct motion m = begin(out, f, in);
     expr_id *w = inverse_masses(&m);
     if (w)
         by_multipliers(&m, w, out);
@@ -167,6 +172,19 @@ void mech_motion_find(struct mech_motion *out, const struct mech_fibre *f, const
         together(&m, out);
     split(&m, out);
     free(w);
+}
+
+void mech_motion_of(struct mech_motion *out, const struct mech_fibre *f, const struct form_mechanical *in, const expr_id *total)
+{
+    struct motion m = begin(out, f, in);
+    for (int j = 0; j < m.n; j++) {
+        out->total[j] = total[j];
+        out->reaction[j] = expr_neg(m.st, in->force[j]);
+    }
+    for (size_t k = 0; k < in->masses; k++)
+        out->reaction[in->mass[k].row] = add_product(m.st, out->reaction[in->mass[k].row], in->mass[k].value,
+                                                     total[in->mass[k].col]);
+    split(&m, out);
 }
 
 void mech_motion_clear(struct mech_motion *m)

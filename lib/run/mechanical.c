@@ -134,10 +134,12 @@ bool answer_mechanical_motion(struct job *j)
     if (m->fibre.W.verdict == SGA_INCONSISTENT)
         return true;
     m->determined = is_determined(j);
-    if (want & REQUEST_VECTOR_FIELD && m->determined) {
+    bool unique = j->solution.verdict == SGA_UNIQUE || j->solution.verdict == SGA_ISOLATED;
+    m->has_motion = want & REQUEST_VECTOR_FIELD && unique && (m->determined || j->solution.field);
+    if (m->has_motion && m->determined)
         mech_motion_find(&m->motion, &m->fibre, &j->request.mechanical);
-        m->has_motion = true;
-    }
+    else if (m->has_motion)
+        mech_motion_of(&m->motion, &m->fibre, &j->request.mechanical, j->solution.field + j->request.mechanical.coordinates);
     if (want & (REQUEST_VECTOR_FIELD | REQUEST_CONSTRAINTS | REQUEST_INDEX | REQUEST_STRUCTURE)) {
         struct sga_options options = options_of(j);
         mech_regularity_find(&m->regularity, &m->fibre, &j->request.mechanical, &options);

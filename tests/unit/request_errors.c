@@ -46,7 +46,7 @@ static const struct {
     { "{\"system\":{\"form\":\"quasi-linear\"}}", SGA_E_SCHEMA, "/system/form", 0, 0, "\"quasilinear\"" },
     { "{\"system\":{\"form\":\"mechanical\"}}", SGA_E_MISSING_MEMBER, "/system", 0, 0, "coordinates" },
     { "{\"system\":{\"form\":\"mechanical\",\"coordinates\":[\"x\",\"y\"],\"masses\":[1]}}", SGA_E_SHAPE, "/system/masses", 0, 0, "1 masses" },
-    { "{\"system\":{\"form\":\"mechanical\",\"coordinates\":\"x\",\"masses\":\"x'\"}}", SGA_E_EXPR_DERIVATIVE, "/system/masses/0", 1, 1, "" },
+    { "{\"system\":{\"form\":\"mechanical\",\"coordinates\":\"x\",\"masses\":\"x'\"}}", SGA_E_EXPR_DERIVATIVE, "/system/masses", 1, 1, "" },
     { QL("\"A\":1,\"alpha\":1"), SGA_E_MISSING_MEMBER, "/system", 0, 0, "variables" },
     { QL("\"variables\":\"x\",\"alpha\":1"), SGA_E_MISSING_MEMBER, "/system", 0, 0, "\"A\"" },
     { QL("\"variables\":\"x\",\"A\":1"), SGA_E_MISSING_MEMBER, "/system", 0, 0, "alpha" },
