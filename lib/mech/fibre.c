@@ -40,14 +40,32 @@ static expr_id *differentials(struct expr_store *st, const struct form_mechanica
     return H;
 }
 
-/* The derivative of f along the motion without the part of the accelerations. */
-static expr_id drift(const struct sys_system *s, const struct form_mechanical *in, expr_id f)
+/* Derivatives along the motion without the part of the accelerations, of all conditions. */
+static expr_id *drifts(const struct sys_system *s, const struct form_mechanical *in, const expr_id *function, int count)
 {
     struct expr_store *st = s->store;
-    expr_id sum = expr_diff(st, f, s->time);
-    for (int i = 0; i < in->coordinates; i++)
-        sum = expr_add(st, sum, expr_mul(st, expr_diff(st, f, in->coordinate[i]), st->symbol[in->velocity[i]].node));
-    return sum;
+    expr_id *rate = sga_malloc((size_t)(count + 1) * sizeof *rate);
+    unsigned char *active = sga_calloc((size_t)st->symbols + 1, 1);
+    int *velocity = sga_calloc((size_t)st->symbols + 1, sizeof *velocity);
+    struct expr_cone cone;
+    struct expr_term *term = NULL;
+    size_t cap = 0;
+    for (int i = 0; i < in->coordinates; i++) {
+        active[in->coordinate[i]] = 1;
+        velocity[in->coordinate[i]] = in->velocity[i];
+    }
+    expr_cone_init(&cone);
+    for (int i = 0; i < count; i++) {
+        int terms = expr_gradient(st, &cone, function[i], active, &term, &cap);
+        rate[i] = expr_diff(st, function[i], s->time);
+        for (int k = 0; k < terms; k++)
+            rate[i] = expr_add(st, rate[i], expr_mul(st, term[k].value, st->symbol[velocity[term[k].symbol]].node));
+    }
+    expr_cone_clear(&cone);
+    free(term);
+    free(active);
+    free(velocity);
+    return rate;
 }
 
 /* Elimination of a ball matrix with rows added one by one. */
@@ -64,10 +82,13 @@ static bool keep_row(struct rows *r, arb_ptr row)
     arb_init(f);
     for (int k = 0; k < r->kept; k++) {
         arb_srcptr old = r->a + (size_t)k * (size_t)r->n;
+        if (arb_is_zero(row + r->pivot[k]))
+            continue;
         arb_div(f, row + r->pivot[k], old + r->pivot[k], r->prec);
         arb_neg(f, f);
         for (int j = 0; j < r->n; j++)
-            arb_addmul(row + j, f, old + j, r->prec);
+            if (!arb_is_zero(old + j))
+                arb_addmul(row + j, f, old + j, r->prec);
         arb_zero(row + r->pivot[k]);
     }
     arb_clear(f);
@@ -129,9 +150,7 @@ static void take(struct mech_fibre *f, const struct form_mechanical *in, const e
         f->condition[f->conditions++] = function[i];
     }
     f->H = differentials(f->kinematics.store, in, f->condition, f->conditions);
-    f->rate = sga_malloc((size_t)(f->conditions + 1) * sizeof *f->rate);
-    for (int i = 0; i < f->conditions; i++)
-        f->rate[i] = drift(&f->kinematics, in, f->condition[i]);
+    f->rate = drifts(&f->kinematics, in, f->condition, f->conditions);
 }
 
 /* On a subset of W (restrict) the fibre is still that of W: its tangent space is taken from the set, so from functions of
