@@ -319,7 +319,7 @@ static void search_factors(struct search *s)
     extend(s, &space, variable, con, near, end, &stages);
     int own = s->factors < FACTORS_AT_MOST ? s->factors : FACTORS_AT_MOST, all = own + s->f->W.branches;
     for (int k = 0; k < all && c < 2 * s->n; k++) {
-        con[c] = k < own ? s->factor[k] : s->f->W.branch[k - own];    /* W is no manifold where branches meet */
+        con[c] = k < own ? s->factor[k] : s->f->W.branch[k - own].expr;    /* W is no manifold where branches meet */
         space.constraints = end[stages] = c + 1;
         if (drops_on(s, &space, space.near ? 0.2 : 1, &random, end, stages + 1, k < own ? RANK_OF_H : ANY_POINT)) {
             s->r->where = sga_realloc(s->r->where, (size_t)(s->r->wheres + 1) * sizeof *s->r->where);
