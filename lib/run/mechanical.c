@@ -8,6 +8,8 @@
 
 #include "mem.h"
 
+enum { SEARCH_SECONDS = 5 };
+
 static struct sga_options options_of(const struct job *j)
 {
     return (struct sga_options){ .near = j->near, .near_time = j->near_time, .seed = 3, .budget = &j->budget };
@@ -142,6 +144,11 @@ bool answer_mechanical_motion(struct job *j)
         mech_motion_of(&m->motion, &m->fibre, &j->request.mechanical, j->solution.field + j->request.mechanical.coordinates);
     if (want & (REQUEST_VECTOR_FIELD | REQUEST_CONSTRAINTS | REQUEST_INDEX | REQUEST_STRUCTURE)) {
         struct sga_options options = options_of(j);
+        struct sga_budget part = j->budget;      /* the search must not take the whole job's time */
+        double soon = sga_now() + SEARCH_SECONDS;
+        if (!part.deadline || part.deadline > soon)
+            part.deadline = soon;
+        options.budget = &part;
         mech_regularity_find(&m->regularity, &m->fibre, &j->request.mechanical, &options);
         m->has_regularity = true;
     }
