@@ -22,7 +22,7 @@ static bool sample(struct sym_work *w, const struct sym_result *r, const expr_id
     mp_limb_t *v = sga_malloc(((size_t)cols + 1) * sizeof *v);
     while (steady < POINTS_AGAIN && failures < FAILURES && sga_budget_ok(w->budget, NULL)) {
         struct points_modpoint at;
-        if (!points_modpoint_find_modulo(&at, &w->shadow->space, w->shadow->real[0].solved, 0, &random)) {
+        if (!sym_modpoint(w, 0, &random, &at)) {
             failures++;
             continue;
         }

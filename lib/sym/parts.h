@@ -22,6 +22,8 @@ struct sym_work {
     expr_id *field;            /* n + 1: X0, then 1 for time */
     expr_id *gauge;            /* by gauge field, n + 1 each: the field, then 0 */
     int gauges;
+    int *solved;               /* by constraint: the variable solved for at modular points; NULL: not asked yet */
+    expr_id *differential;     /* constraints x n, or NULL */
     unsigned char *is_free;    /* by variable: a column of a free function */
 };
 
@@ -88,9 +90,11 @@ struct sym_problem {
     void *ctx;
 };
 struct sym_solutions {
-    fmpq *value; int count, cols;  /* by rows; the distinguished ones first */
+    fmpq *value; int count, room, cols;   /* by rows; the distinguished ones first */
     int distinguished;
 };
+/* A random point of Pf modulo a prime; false where this try fails (another may not). */
+bool sym_modpoint(struct sym_work *w, int prime, uint64_t *random, struct points_modpoint *at);
 /* False where the budget ends. */
 bool sym_solve(struct sym_work *w, const struct sym_problem *p, struct sym_solutions *out, struct sym_evidence *evidence,
                struct sga_error *err);

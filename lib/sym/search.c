@@ -7,7 +7,7 @@
 #include "mem.h"
 #include "parts.h"
 
-enum { MOST_UNKNOWNS = 1200 };
+enum { MOST_UNKNOWNS = 1200, MOST_VARIABLES = 200 };
 
 /* Everything that the equations ask for, as nodes. */
 struct determining {
@@ -30,24 +30,18 @@ static const expr_id *vector(const struct determining *d, int y)
     return y ? d->w->gauge + (size_t)(y - 1) * (size_t)(d->w->n + 1) : d->w->field;
 }
 
-static void insert(struct determining *d, struct sym_space *s, mp_limb_t *row)
-{
-    (void)d;
-    sym_space_insert(s, row);
-}
-
 static void tangent_rows(struct determining *d, struct num_modp *m, struct sym_space *s)
 {
     for (int i = 0; i < d->w->sol->constraints; i++) {
         for (int f = 0; f < d->a.count; f++)
             for (int c = 0; c < d->m; c++)
                 d->v[f * d->m + c] = nmod_mul(at(m, d->a.f[f]), at(m, d->tangent[i * (d->w->n + 1) + c]), m->mod);
-        insert(d, s, d->v);
+        sym_space_insert(s, d->v);
     }
 }
 
 /* rows a of v become v^a - sum_j v^{free_j} K_j^a, and go to s where a is not free */
-static void modulo_gauge(struct determining *d, struct num_modp *m, struct sym_space *s, bool free_too)
+static void modulo_gauge(struct determining *d, struct num_modp *m, struct sym_space *s)
 {
     struct sym_work *w = d->w;
     size_t cols = (size_t)d->cols;
@@ -59,8 +53,8 @@ static void modulo_gauge(struct determining *d, struct num_modp *m, struct sym_s
                 _nmod_vec_scalar_addmul_nmod(d->v + (size_t)a * cols, part, d->cols, nmod_neg(at(m, K[a]), m->mod), m->mod);
     }
     for (int a = 0; a < w->n; a++)
-        if (free_too || !w->is_free[a])
-            insert(d, s, d->v + (size_t)a * cols);
+        if (!w->is_free[a])
+            sym_space_insert(s, d->v + (size_t)a * cols);
 }
 
 /* The bracket with Y: f dY^a/dx_c - delta_ac Y(f), and Y(f) X0^a for the time component. */
@@ -83,7 +77,7 @@ static void bracket_rows(struct determining *d, struct num_modp *m, struct sym_s
                 d->v[(size_t)a * (size_t)d->cols + (size_t)(f * d->m + c)] = e;
             }
     }
-    modulo_gauge(d, m, s, false);
+    modulo_gauge(d, m, s);
 }
 
 static void component_row(struct determining *d, struct num_modp *m, int c, mp_limb_t *row)
@@ -102,16 +96,16 @@ static void rows(void *ctx, struct num_modp *m, struct sym_spaces *s)
         bracket_rows(d, m, &s->equation, y);
     for (int c = 0; c < d->m; c++) {       /* the field vanishes on Pf */
         component_row(d, m, c, d->v);
-        insert(d, &s->trivial, d->v);
+        sym_space_insert(&s->trivial, d->v);
     }
     if (!d->w->gauges)
         return;
     for (int c = 0; c < n; c++)            /* the field lies in K on Pf */
         component_row(d, m, c, d->v + (size_t)c * (size_t)d->cols);
-    modulo_gauge(d, m, &s->gauge, false);
+    modulo_gauge(d, m, &s->gauge);
     if (d->m > n) {
         component_row(d, m, n, d->v);
-        insert(d, &s->gauge, d->v);
+        sym_space_insert(&s->gauge, d->v);
     }
 }
 
@@ -187,6 +181,9 @@ bool sym_search_fields(struct sym_work *w, const struct sym_search *s, struct sy
 {
     struct determining d = { .w = w, .m = w->n + s->time };
     struct sym_solutions found;
+    if (w->n > MOST_VARIABLES)
+        return sga_fail_at(err, SGA_E_LIMIT_VARIABLES, "/symmetries/search", "the system has %d variables; symmetries are searched for "
+                           "up to %d", w->n, MOST_VARIABLES);
     if (!sym_ansatz_init(w, s, s->degree, MOST_UNKNOWNS / d.m, &d.a))
         return sga_fail_at(err, SGA_E_LIMIT_VARIABLES, "/symmetries/search", "fields of degree %d with %d components have more "
                            "than %d unknown coefficients; search a smaller degree", s->degree, d.m, MOST_UNKNOWNS);

@@ -4,9 +4,11 @@
  * no fewer than the rational ones, so a basis whose every member is confirmed afterwards is
  * complete. Coefficients come from their residues modulo one or more 60-bit primes (Chinese
  * remainders, rational reconstruction); a wrong guess does not pass the check that follows. */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "derive.h"
 #include "mem.h"
 #include "parts.h"
 
@@ -27,12 +29,71 @@ static void spaces_clear(struct sym_spaces *s)
     sym_space_clear(&s->gauge);
 }
 
+/* Other variables for the constraints to be solved for, at random among those whose Jacobian
+ * is regular at the real point: some choices fall into steps of one unknown, others do not. */
+static void choose_solved(struct sym_work *w, uint64_t *random)
+{
+    int c = w->sol->constraints, n = w->n;
+    double *a = sga_calloc((size_t)c * (size_t)n + 1, sizeof *a);
+    num_ball_extend(&w->shadow->real[0].ball);
+    for (int i = 0; i < c; i++)
+        for (int j = 0; j < n; j++)
+            a[i * n + j] = arf_get_d(arb_midref(num_ball_value(&w->shadow->real[0].ball, w->differential[i * n + j])), ARF_RND_NEAR);
+    for (int i = 0; i < c; i++) {
+        int best = -1;
+        double most = 0, weight = 0;
+        for (int j = 0; j < n; j++)
+            most = fmax(most, fabs(a[i * n + j]));
+        for (int j = 0; j < n; j++) {
+            double here = fabs(a[i * n + j]) > 1e-6 * most ? points_uniform(random) : 0;
+            if (here > weight) {
+                weight = here;
+                best = j;
+            }
+        }
+        if (best < 0)
+            break;             /* keeps the old choice */
+        w->solved[i] = best;
+        for (int k = i + 1; k < c; k++) {
+            double f = a[k * n + best] / a[i * n + best];
+            for (int j = 0; j < n; j++)
+                a[k * n + j] = j == best ? 0 : a[k * n + j] - f * a[i * n + j];
+        }
+    }
+    for (int i = 0; i < c; i++)
+        for (int k = 0; k < i; k++)
+            if (w->solved[i] == w->solved[k])
+                memcpy(w->solved, w->shadow->real[0].solved, (size_t)c * sizeof *w->solved);
+    free(a);
+}
+
+bool sym_modpoint(struct sym_work *w, int prime, uint64_t *random, struct points_modpoint *at)
+{
+    enum { MOST_VARIABLES = 400 };
+    int c = w->sol->constraints;
+    if (!w->solved) {
+        w->solved = sga_malloc(((size_t)c + 1) * sizeof *w->solved);
+        memcpy(w->solved, w->shadow->real[0].solved, (size_t)c * sizeof *w->solved);
+    }
+    if (points_modpoint_find_modulo(at, &w->shadow->space, w->solved, prime, random))
+        return true;
+    if (c && w->n <= MOST_VARIABLES) {
+        if (!w->differential) {
+            w->differential = sga_malloc((size_t)(c * w->n) * sizeof *w->differential);
+            for (int i = 0; i < c * w->n; i++)
+                w->differential[i] = expr_diff(w->st, w->constraint[i / w->n], w->variable[i % w->n]);
+        }
+        choose_solved(w, random);
+    }
+    return false;
+}
+
 /* One more point; false where none is found, or a value is missing there. */
 static bool add_point(struct sym_work *w, const struct sym_problem *p, int prime, uint64_t *random, struct sym_spaces *s,
                       struct sym_evidence *evidence)
 {
     struct points_modpoint at;
-    if (!points_modpoint_find_modulo(&at, &w->shadow->space, w->shadow->real[0].solved, prime, random))
+    if (!sym_modpoint(w, prime, random, &at))
         return false;
     num_modp_extend(at.value);
     bool ok = true;
@@ -50,8 +111,9 @@ static bool add_point(struct sym_work *w, const struct sym_problem *p, int prime
     return ok;
 }
 
+/* Points until the ranks stay; *enough: they did. False where the budget ends. */
 static bool sample(struct sym_work *w, const struct sym_problem *p, int prime, uint64_t *random, struct sym_spaces *s,
-                   struct sym_evidence *evidence, struct sga_error *err)
+                   struct sym_evidence *evidence, bool *enough, struct sga_error *err)
 {
     int steady = 0, failures = 0;
     *s = (struct sym_spaces){ 0 };
@@ -65,8 +127,7 @@ static bool sample(struct sym_work *w, const struct sym_problem *p, int prime, u
         }
         steady = s->equation.rank + s->trivial.rank + s->gauge.rank == before ? steady + 1 : 0;
     }
-    if (steady < STEADY)
-        evidence->why_not = "no random points of the constraint set modulo a prime were found at which all functions have values";
+    *enough = steady >= STEADY;
     return true;
 }
 
@@ -177,27 +238,39 @@ static void lift_add(struct lift *l, const struct sym_space *special, const stru
     fmpz_mul_ui(l->product, l->product, special->mod.n);
 }
 
-/* All values as fractions much smaller than the modulus allows. */
+/* One row as fractions much smaller than the modulus allows. */
+static bool reconstruct_row(const struct lift *l, int r, fmpq *out)
+{
+    slong bits = (slong)fmpz_bits(l->product) - MARGIN_BITS;
+    bool ok = true;
+    for (int j = 0; j < l->cols && ok; j++) {
+        const fmpz *v = l->value + (slong)r * l->cols + j;
+        fmpq_zero(out + j);
+        ok = fmpz_is_zero(v) || (fmpq_reconstruct_fmpz(out + j, v, l->product)
+                                 && (slong)(fmpz_bits(fmpq_numref(out + j)) + fmpz_bits(fmpq_denref(out + j))) < bits);
+    }
+    return ok;
+}
+
+/* The rows that are rational; true where all are. */
 static bool reconstruct(const struct lift *l, struct sym_solutions *out)
 {
-    slong size = (slong)l->rows * l->cols, bits = (slong)fmpz_bits(l->product) - MARGIN_BITS;
-    bool ok = true;
-    *out = (struct sym_solutions){ .count = l->rows, .cols = l->cols, .distinguished = l->special };
-    out->value = sga_malloc(((size_t)size + 1) * sizeof *out->value);
+    slong size = (slong)l->rows * l->cols;
+    sym_solutions_clear(out);
+    *out = (struct sym_solutions){ .cols = l->cols, .room = l->rows, .value = sga_malloc(((size_t)size + 1) * sizeof *out->value) };
     for (slong k = 0; k < size; k++)
         fmpq_init(out->value + k);
-    for (slong k = 0; k < size && ok; k++)
-        ok = fmpz_is_zero(l->value + k)
-             || (fmpq_reconstruct_fmpz(out->value + k, l->value + k, l->product)
-                 && (slong)(fmpz_bits(fmpq_numref(out->value + k)) + fmpz_bits(fmpq_denref(out->value + k))) < bits);
-    if (!ok)
-        sym_solutions_clear(out);
-    return ok;
+    for (int r = 0; r < l->rows; r++)
+        if (reconstruct_row(l, r, out->value + (slong)out->count * l->cols)) {
+            out->distinguished += r < l->special;
+            out->count++;
+        }
+    return out->count == l->rows;
 }
 
 void sym_solutions_clear(struct sym_solutions *s)
 {
-    for (slong k = 0; k < (slong)s->count * s->cols && s->value; k++)
+    for (slong k = 0; k < (slong)s->room * s->cols && s->value; k++)
         fmpq_clear(s->value + k);
     free(s->value);
     *s = (struct sym_solutions){ 0 };
@@ -211,11 +284,12 @@ bool sym_solve(struct sym_work *w, const struct sym_problem *p, struct sym_solut
     bool ok = true, done = false;
     *out = (struct sym_solutions){ 0 };
     evidence->unknowns = p->cols;
-    for (int prime = 0; prime < PRIMES && ok && !done && !evidence->why_not; prime++) {
+    for (int prime = 0; prime < NUM_MODP_PRIMES && evidence->primes < PRIMES && ok && !done; prime++) {
         struct sym_spaces s;
         struct sym_space special, rest;
-        ok = sample(w, p, prime, &random, &s, evidence, err);
-        if (ok && !evidence->why_not) {
+        bool enough;
+        ok = sample(w, p, prime, &random, &s, evidence, &enough, err);
+        if (ok && enough) {
             bases(p, &s, &special, &rest);
             if (lift.started && !same_shape(&lift, &special, &rest))
                 lift_clear(&lift);      /* one of the primes was unlucky */
@@ -229,9 +303,12 @@ bool sym_solve(struct sym_work *w, const struct sym_problem *p, struct sym_solut
             sym_space_clear(&rest);
         }
         spaces_clear(&s);
+        if (prime + 1 == PRIMES && !evidence->primes && w->sol->constraints && !evidence->kernels)
+            break;             /* it is the constraints that cannot be met, not a missing root */
     }
-    if (ok && !done && !evidence->why_not)
-        evidence->why_not = "coefficients are not rational numbers of moderate size";
+    if (ok && !done)
+        evidence->why_not = evidence->primes ? "some coefficients are not rational numbers of moderate size"
+            : "no random points of the constraint set modulo a prime were found at which all functions have values";
     lift_clear(&lift);
     return ok;
 }

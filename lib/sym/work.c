@@ -164,5 +164,7 @@ void sym_free(struct sym_work *w)
     free(w->field);
     free(w->gauge);
     free(w->is_free);
+    free(w->solved);
+    free(w->differential);
     free(w);
 }
