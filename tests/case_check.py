@@ -8,10 +8,11 @@ from combination import Combinations
 from expression import EXACT, FLOAT, Graph, Undefined, evaluate
 from identities import Answer, Broken
 from structure_check import StructureCheck
+from symmetry_case import SymmetryCase
 
 KNOWN = set("verdict ambient generations final index differentiation seed gauge equilibrium variables on off field "
             "parameters near digits error trajectory strata solved unsolved assumed initial points identities structure primary closed "
-            "redundant kronecker regular regularity motion".split())
+            "redundant symmetries kronecker regular regularity motion".split())
 
 
 def number(x):
@@ -84,6 +85,8 @@ class CaseCheck:
                 self.tally.check(False, f"{name}: identities", str(e))
         self.at_points(name, expect, answer)
         self.strata(name, expect, request, result, [])
+        if "symmetries" in result:
+            SymmetryCase(self.tally, name, request, result, answer).run(expect.get("symmetries", {}))
         if "predicted" in result.get("structure", {}):
             StructureCheck(self.tally, name, self.solver, request, result, answer).run(expect.get("structure", {}))
         if "trajectory" in expect:

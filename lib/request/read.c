@@ -20,9 +20,12 @@ static void defaults(struct request *r)
 }
 
 /* What is wanted against what is given. */
-static bool check_wants(struct reader *rd, const json_t *trajectory)
+static bool check_wants(struct reader *rd, const json_t *trajectory, const json_t *symmetries)
 {
     struct request *r = rd->r;
+    if (r->want & REQUEST_SYMMETRIES && !symmetries)
+        return at_fail(rd, SGA_E_MISSING_MEMBER, "\"symmetries\" is wanted, but the member \"symmetries\" is missing; "
+                       "it says what to check and what to search");
     unsigned needs = r->want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF | REQUEST_CONSISTENT_INITIAL);
     if (!needs)
         return true;
@@ -39,17 +42,6 @@ static bool check_wants(struct reader *rd, const json_t *trajectory)
                                                                                             : "a consistent start",
                        rd->symbolic);
     }
-    return true;
-}
-
-static bool read_symmetries(struct reader *rd, const json_t *v)
-{
-    static const char *const members[] = { "check", "search", NULL };
-    size_t mark = at_member(rd, "symmetries");
-    if (!only_members(rd, v, members))
-        return false;
-    rd->r->has_symmetries = true;
-    at_back(rd, mark);
     return true;
 }
 
@@ -108,7 +100,7 @@ static bool read_all(struct reader *rd, const json_t *v)
         rd->r->want |= REQUEST_TRAJECTORY;
     if (rd->r->has_mechanical && trajectory)
         read_mechanical_outputs(rd);
-    return check_wants(rd, trajectory)
+    return check_wants(rd, trajectory, symmetries)
         && (!trajectory || read_trajectory(rd, trajectory)) && (!accuracy || read_accuracy(rd, accuracy))
         && (!symmetries || read_symmetries(rd, symmetries)) && (!strata || read_strata(rd, strata)) && store_ok(rd);
 }
@@ -163,6 +155,16 @@ static void clear_trajectory(struct request_trajectory *t)
     free(t->condition_text);
 }
 
+static void clear_symmetries(struct request_symmetries *s)
+{
+    for (int k = 0; k < s->checks; k++) {
+        free(s->check[k].name);
+        free(s->check[k].component);
+    }
+    free(s->check);
+    free(s->function);
+}
+
 static void clear_operator(struct request_operator *op)
 {
     for (int k = 0; k < op->sources && op->source_name; k++)
@@ -202,6 +204,7 @@ void request_clear(struct request *r)
     free(r->forces.reaction);
     clear_operator(&r->op);
     clear_trajectory(&r->trajectory);
+    clear_symmetries(&r->symmetries);
     sys_clear(&r->system);
     expr_store_clear(&r->store);
     free(r->name);

@@ -76,6 +76,8 @@ bool read_lagrangian(struct reader *rd, const json_t *system)
             .constraint = l.constraint, .constraints = l.constraints, .multiplier = l.multiplier,
         };
         form_lagrangian(&rd->r->system, &f);
+        rd->r->lagrangian = f.force ? EXPR_UNDEF : l.function;
+        rd->r->coordinates = l.n;
     }
     free(l.coordinate);
     free(l.velocity);

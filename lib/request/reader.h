@@ -73,6 +73,7 @@ bool constant_value(const struct expr_store *st, expr_id e, double *out);
 bool read_system(struct reader *rd, const json_t *v);
 bool read_want(struct reader *rd, const json_t *v);
 bool read_trajectory(struct reader *rd, const json_t *v);
+bool read_symmetries(struct reader *rd, const json_t *v);
 bool read_accuracy(struct reader *rd, const json_t *v);
 bool read_limits(struct reader *rd, const json_t *v);
 

@@ -96,6 +96,22 @@ struct request_forces {
     expr_id power;            /* reaction_power */
 };
 
+/* A field D^i d/dx_i + theta d/dt, or a map, to be checked. */
+struct request_candidate {
+    char *name;
+    bool is_map;
+    expr_id *component;       /* by variable, then time; what is not given is 0, or the identity */
+};
+
+struct request_symmetries {
+    struct request_candidate *check; int checks;
+    bool has_search;
+    int degree, integral_degree;
+    bool time;                /* the fields may depend on time and move it */
+    bool says_time;           /* otherwise left to whether the system depends on time */
+    expr_id *function; int functions;
+};
+
 struct request {
     struct expr_store store;
     struct sys_system system;         /* in store */
@@ -111,7 +127,9 @@ struct request {
     bool has_mechanical;
     struct form_mechanical mechanical;
     struct request_forces forces;     /* where there are outputs */
-    bool has_symmetries;              /* the member is there; its content is not read yet */
+    struct request_symmetries symmetries;
+    expr_id lagrangian;               /* L(q, v, t), where the form has one and no forces; or EXPR_UNDEF */
+    int coordinates;                  /* of it: the system's variables are q, v, multipliers */
     bool strata;                      /* each stratum shall be solved on its own */
 };
 

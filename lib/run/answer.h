@@ -10,6 +10,7 @@
 #include "run.h"
 #include "sga.h"
 #include "structure.h"
+#include "sym.h"
 #include "trajectory.h"
 #include "witness.h"
 
@@ -76,6 +77,12 @@ struct job {
     bool has_initial;
     struct structure structure;
     bool has_structure;
+    struct {
+        struct sym_work *work;
+        struct sym_check *check;  /* by candidate of the request */
+        struct sym_result found;
+        bool has, time;
+    } symmetries;
     int initial_residuals;        /* constraints of the solution that it belongs to */
     int moves_on;                 /* 1 + the stratum that the trajectory lies on; 0: none */
     struct stratum *stratum;
@@ -99,7 +106,7 @@ struct job {
         expr_id defect;
     } two_form;
     struct mechanical_answer *mechanical;   /* or NULL */
-    struct { double read, reduce, operator_form, mechanical, print, witness, trajectory, structure; } seconds;
+    struct { double read, reduce, operator_form, mechanical, print, witness, trajectory, structure, symmetries; } seconds;
     const char *stage;            /* the last that was begun */
     struct sga_error *err;
 };
@@ -161,6 +168,10 @@ bool answer_fits(struct job *j, const struct sga_buf *out);
 bool answer_write_trajectory(struct job *j, struct sga_json *w);
 /* Members of the object `structure`, which is open; needs the structure. */
 void answer_write_structure(struct job *j, struct sga_json *w);
+/* Symmetries, as far as they are wanted. The shadow is not used after the clearing. */
+bool answer_symmetries(struct job *j);
+void answer_symmetries_clear(struct job *j);
+void answer_write_symmetries(struct job *j, struct sga_json *w);
 void answer_write_initial(const struct job *j, struct sga_json *w);
 
 #endif

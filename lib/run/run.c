@@ -85,11 +85,11 @@ static void set_budget(struct job *j)
 /* What is wanted but cannot be had yet is refused before any work is done. */
 static bool check_wants(struct job *j)
 {
-    static const unsigned later = REQUEST_SYMMETRIES | REQUEST_TRADEOFF;
+    static const unsigned later = REQUEST_TRADEOFF;
     for (int k = 0; k < REQUEST_WANTS; k++)
         if (j->request.want & later & (1u << k))
             return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/want", "want \"%s\" is not available in this version; "
-                               "available are constraints, index, vector_field, gauge, consistent_initial, structure and trajectory",
+                               "available are constraints, index, vector_field, gauge, consistent_initial, symmetries, structure and trajectory",
                                request_want_text(k));
     if (j->request.op.open_sources && j->request.want & (REQUEST_TRAJECTORY | REQUEST_CONSISTENT_INITIAL))
         return sga_fail_at(j->err, SGA_E_NO_MOTION, "/system/sources", "to follow a motion, give each source as a function of time");
@@ -206,6 +206,7 @@ void answer_clear(struct job *j)
     free(j->near);
     free(j->scale);
     answer_primary_clear(j);
+    answer_symmetries_clear(j);
     if (j->solved) {
         points_shadow_clear(&j->shadow);
         sga_solution_clear(&j->solution);
@@ -258,6 +259,10 @@ bool sga_run(const char *request, size_t length, const struct sga_run_options *o
     if (ok)
         progress(&j, "witness", 0.45);
     ok = ok && answer_witness(&j) && structure(&j);
+    if (ok && j.request.want & REQUEST_SYMMETRIES) {
+        progress(&j, "symmetries", 0.48);
+        ok = answer_symmetries(&j);
+    }
     if (ok && (j.request.want & REQUEST_STRUCTURE || (j.op && j.op->system.order <= 1)))
         ok = kronecker_text(&j, &j.kronecker, &j.is_linear);
     if (ok)

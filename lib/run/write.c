@@ -392,6 +392,9 @@ static void write_work(const struct job *j, struct sga_json *w)
     if (j->has_structure) {
         sga_json_member_double(w, "structure", j->seconds.structure);
     }
+    if (j->symmetries.has) {
+        sga_json_member_double(w, "symmetries", j->seconds.symmetries);
+    }
     sga_json_end_object(w);
     sga_json_member_int(w, "nodes", j->request.store.nodes);
     sga_json_member_int(w, "pivots", j->solution.pivots);
@@ -464,6 +467,8 @@ bool answer_write(struct job *j, struct sga_buf *out)
         sga_json_key(w, "kronecker");
         sga_json_raw(w, j->kronecker.data, j->kronecker.len);
     }
+    if (want & REQUEST_SYMMETRIES)
+        answer_write_symmetries(j, w);
     if (j->has_initial)
         answer_write_initial(j, w);
     if (j->has_trajectory && !answer_write_trajectory(j, w))
