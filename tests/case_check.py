@@ -246,6 +246,8 @@ class TrajectoryCheck:
         if "method" in expect:
             self.check(self.t["method"] == expect["method"], "method", self.t["method"])
         self.ended(expect.get("ended"))
+        if "events" in expect:
+            self.events(expect["events"], expect.get("event_tolerance", 1e-7))
         self.times()
         if "final" in expect:
             last = dict(zip(self.columns, self.rows[-1]))
@@ -287,6 +289,19 @@ class TrajectoryCheck:
         if "t" in expect:
             self.check(abs(ended["t"] - number(expect["t"])) <= expect.get("tolerance", 1e-3), "ends at its time", str(ended))
         self.check(all(r[0] <= ended["t"] + 1e-12 for r in self.rows), "no sample lies past the end")
+
+    def events(self, expect, tolerance):
+        """All of them, in their order: [name, direction, time]; and that the estimates of their errors hold."""
+        got = self.t["events"]
+        names = [[e["name"], e["direction"]] for e in got]
+        self.check(names == [e[:2] for e in expect], "the events that happen", str(names))
+        if len(got) != len(expect):
+            return
+        for e, (name, direction, t) in zip(got, expect):
+            off = abs(e["t"] - number(t))
+            self.check(off <= tolerance if direction != "touch" else off <= 1e-4, f"event {name} at {t}", f"off by {off:.3g}")
+            self.check(direction == "touch" or off <= e["error"], f"event {name}: its error", f"{off:.3g} > {e['error']}")
+            self.check(len(e["values"]) == len(self.columns) - 1, f"event {name} has values")
 
     def times(self):
         if "samples" not in self.spec or self.t["ended"]:

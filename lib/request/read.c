@@ -145,6 +145,11 @@ static void clear_trajectory(struct request_trajectory *t)
         free(t->rate[i].text);
     for (int i = 0; i < t->conditions; i++)
         free(t->condition_text[i]);
+    for (int i = 0; i < t->events; i++) {
+        free(t->event[i].name);
+        free(t->event[i].text);
+    }
+    free(t->event);
     free(t->times);
     free(t->initial);
     free(t->hold);

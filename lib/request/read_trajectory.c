@@ -240,6 +240,11 @@ static bool read_where(struct reader *rd, const json_t *v)
         memset(taken, 0, n + 1);
         ok = read_gauge(rd, m, taken);
     }
+    if (ok && (m = json_object_get(v, "events"))) {
+        at_back(rd, mark);
+        at_member(rd, "events");
+        ok = read_events(rd, m);
+    }
     if (ok)
         at_back(rd, mark);
     free(taken);
@@ -248,7 +253,7 @@ static bool read_where(struct reader *rd, const json_t *v)
 
 bool read_trajectory(struct reader *rd, const json_t *v)
 {
-    static const char *const members[] = { "start", "stop", "samples", "times", "initial", "hold", "outputs", "gauge", NULL };
+    static const char *const members[] = { "start", "stop", "samples", "times", "initial", "hold", "outputs", "gauge", "events", NULL };
     rd->r->trajectory.has = true;
     size_t mark = at_member(rd, "trajectory");
     if (!only_members(rd, v, members) || !read_when(rd, v) || !read_where(rd, v))

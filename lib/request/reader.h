@@ -74,6 +74,7 @@ bool read_system(struct reader *rd, const json_t *v);
 bool read_want(struct reader *rd, const json_t *v);
 bool read_trajectory(struct reader *rd, const json_t *v);
 bool read_symmetries(struct reader *rd, const json_t *v);
+bool read_events(struct reader *rd, const json_t *v);      /* its member `events` */
 bool read_accuracy(struct reader *rd, const json_t *v);
 bool read_limits(struct reader *rd, const json_t *v);
 

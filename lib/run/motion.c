@@ -63,11 +63,15 @@ bool answer_motion(struct job *j)
     }
     for (int k = 0; k < t->holds; k++)
         held[t->hold[k]] = 1;
+    struct traj_event *event = sga_calloc((size_t)t->events + 1, sizeof *event);
+    for (int k = 0; k < t->events; k++)
+        event[k] = (struct traj_event){ t->event[k].expression, t->event[k].direction, t->event[k].stop };
     for (int k = 0; k < t->rates; k++)
         rate[k] = (struct traj_rate){ t->rate[k].variable, t->rate[k].rate };
     struct traj_request r = {
         .start = t->start, .times = t->times, .samples = t->samples, .initial = initial, .given = given, .held = held,
         .rate = rate, .rates = t->rates, .output = t->output, .outputs = t->outputs,
+        .event = event, .events = t->events,
         .rtol = j->request.accuracy.rtol, .atol = j->request.accuracy.atol,
         .method = j->request.accuracy.method, .budget = &j->budget,
     };
@@ -87,5 +91,6 @@ bool answer_motion(struct job *j)
     free(given);
     free(held);
     free(rate);
+    free(event);
     return ok;
 }
