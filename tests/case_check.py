@@ -11,7 +11,7 @@ from structure_check import StructureCheck
 from symmetry_case import SymmetryCase
 
 KNOWN = set("verdict ambient generations final index differentiation seed gauge equilibrium variables on off field "
-            "parameters near digits error trajectory strata solved unsolved assumed initial points identities structure primary closed "
+            "parameters near digits error trajectory trajectories strata solved unsolved assumed initial points identities structure primary closed "
             "redundant symmetries kronecker regular regularity motion".split())
 
 
@@ -89,6 +89,8 @@ class CaseCheck:
             SymmetryCase(self.tally, name, request, result, answer).run(expect.get("symmetries", {}))
         if "predicted" in result.get("structure", {}):
             StructureCheck(self.tally, name, self.solver, request, result, answer).run(expect.get("structure", {}))
+        if "trajectories" in expect:
+            self.sweep(name, request, result, expect["trajectories"])
         if "trajectory" in expect:
             TrajectoryCheck(self.tally, name, request, result, answer).run(expect["trajectory"])
 
@@ -217,6 +219,22 @@ class CaseCheck:
     def value(answer, text, env):
         e = answer.graph.parse(text)
         return answer.graph.values(answer.graph.cone([e]), env, EXACT)[e]
+
+    def sweep(self, name, request, result, expect):
+        """Each trajectory is, to the last digit, the one of a request with this start alone; or the error is."""
+        got = result.get("trajectories", [])
+        self.tally.check(len(got) == len(request["sweep"]) == len(expect) and "trajectory" not in result, f"{name}: as many trajectories as starts")
+        for start, one, kind in zip(request["sweep"], got, expect):
+            alone = {k: v for k, v in request.items() if k != "sweep"}
+            alone["trajectory"] = dict(request["trajectory"], initial={**request["trajectory"].get("initial", {}), **start["initial"]})
+            other, problem = self.solver.solve(alone)
+            label = f"{name}: from {start['initial']}"
+            if kind.startswith("error "):
+                self.tally.check(one.get("error", {}).get("code") == kind[6:] == (problem or {}).get("code"), label, str(one)[:200])
+                continue
+            self.tally.check("rows" in one and other and one == other["trajectory"], label, "differs from the trajectory alone")
+            ended = (one.get("ended") or {}).get("reason", "reaches its stop")
+            self.tally.check(ended == kind, label, f"{ended}, not {kind}")
 
 
 class TrajectoryCheck:

@@ -72,6 +72,12 @@ struct request_trajectory {
     struct request_event *event; int events;
 };
 
+/* A start of its own. */
+struct request_sweep {
+    struct request_initial *initial; int initials;   /* in the order of the variables; those of trajectory.initial
+                                                      * that are not given here too */
+};
+
 struct request_accuracy {
     double rtol, atol;        /* 1e-8, 1e-10 unless said */
     enum request_arithmetic arithmetic;
@@ -130,6 +136,7 @@ struct request {
                                        * yet: the pull-back needs regular functions first. Owned, with its arrays */
     unsigned want;                    /* bits of enum request_want */
     struct request_trajectory trajectory;
+    struct request_sweep *sweep; int sweeps;   /* 0: one trajectory */
     struct request_accuracy accuracy;
     struct request_limits limits;
     struct request_operator op;
@@ -160,6 +167,7 @@ enum {
     REQUEST_MAX_VARIABLES = 20000,
     REQUEST_MAX_UNKNOWNS = 64,        /* of the form operator */
     REQUEST_MAX_SAMPLES = 1000000,
+    REQUEST_MAX_SWEEP = 10000,        /* starts */
     REQUEST_MAX_EVENTS = 64,          /* functions */
     REQUEST_MAX_BITS = 1 << 17,       /* of one exact number */
     REQUEST_MAX_NAME = 128,           /* bytes of a name */

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "mem.h"
+#include "sweep.h"
 
 /* Gauge conditions are equations without derivatives: with them the same reduction is run
  * once more, and what it leaves is integrated. */
@@ -36,6 +37,8 @@ static bool run(struct job *j, const struct sga_solution *solution, const struct
             return false;
         j->initial_residuals = solution->constraints;
     }
+    if (j->request.want & REQUEST_TRAJECTORY && j->request.sweeps)
+        return answer_sweep(j, solution, r);
     if (j->request.want & REQUEST_TRAJECTORY) {
         double begin = sga_now();
         j->has_trajectory = traj_run(&j->request.system, solution, r, &j->trajectory, j->err);

@@ -1,5 +1,5 @@
 /* The trajectory's part of the result. */
-#include "answer.h"
+#include "sweep.h"
 
 static const char *name_of(const struct job *j, int variable)
 {
@@ -130,8 +130,13 @@ void answer_write_initial(const struct job *j, struct sga_json *w)
 
 bool answer_write_trajectory(struct job *j, struct sga_json *w)
 {
-    const struct traj_result *r = &j->trajectory;
     sga_json_key(w, "trajectory");
+    return answer_write_motion(j, w);
+}
+
+bool answer_write_motion(struct job *j, struct sga_json *w)
+{
+    const struct traj_result *r = &j->trajectory;
     sga_json_object(w);
     if (j->moves_on) {
         const struct stratum *s = j->stratum + (j->moves_on - 1);
