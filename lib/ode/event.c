@@ -243,6 +243,10 @@ static void dip(struct ode_march *m, int e, int i, struct track *k)
         add(m, e, root(m, e, left, ga, s, g), -k->sign);
         add(m, e, root(m, e, s, g, right, gb), k->sign);
     } else if (fabs(g) <= unsure) {
+        for (int r = 0; g == 0 && r < 60; r++) {      /* 0 from somewhere on: there */
+            double u = 0.5 * (left + s);
+            *(value_at(m, e, u) == 0 ? &s : &left) = u;
+        }
         add(m, e, s, 0);
         k->touched = true;
         k->least = unsure;

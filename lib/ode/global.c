@@ -87,7 +87,7 @@ static void event_errors(const struct ode_run *run, double factor, struct ode_re
         struct ode_happening *h = res->happening + i;
         double size = fmax(fabs(h->t), fabs(h->t - run->start->t));
         double raw = difference(res, other, i), near = fmax(difference(res, other, i - 1), difference(res, other, i + 1));
-        h->error = factor * fmax(raw, fmin(near, NEIGHBOUR * raw)) + 4 * DBL_EPSILON * size;
+        h->error = factor * fmax(raw, fmin(near, NEIGHBOUR * raw)) + 4 * DBL_EPSILON * fmax(size, res->stats.largest_step);
         if (h->crossing)
             res->worst = fmax(res->worst, h->error / fmax(run->o.atol + run->o.rtol * size, 1e-300));
     }
