@@ -334,7 +334,8 @@ enum ode_refusal ode_watch_step(struct ode_march *m, int *through)
     tabulate(m);
     for (int e = 0; e < w->count; e++)
         scan(m, e);
-    qsort(w->place, (size_t)w->places, w->places ? sizeof *w->place : 1, by_theta);
+    if (w->places)
+        qsort(w->place, (size_t)w->places, sizeof *w->place, by_theta);
     int before = m->res->happened, most = MOST_NUMBERS / (m->p->n + 1) < MOST_FOUND ? MOST_NUMBERS / (m->p->n + 1) : MOST_FOUND;
     m->stopped = false;
     for (int i = 0; i < w->places && !m->stopped; i++) {
