@@ -11,7 +11,7 @@ from structure_check import StructureCheck
 from symmetry_case import SymmetryCase
 
 KNOWN = set("verdict ambient generations final index differentiation seed gauge equilibrium variables on off field "
-            "parameters near digits error trajectory strata solved unsolved assumed initial points identities structure primary closed "
+            "parameters near digits error trajectory trajectories strata solved unsolved assumed initial points identities structure primary closed "
             "redundant symmetries kronecker regular regularity motion".split())
 
 
@@ -89,6 +89,8 @@ class CaseCheck:
             SymmetryCase(self.tally, name, request, result, answer).run(expect.get("symmetries", {}))
         if "predicted" in result.get("structure", {}):
             StructureCheck(self.tally, name, self.solver, request, result, answer).run(expect.get("structure", {}))
+        if "trajectories" in expect:
+            self.sweep(name, request, result, expect["trajectories"])
         if "trajectory" in expect:
             TrajectoryCheck(self.tally, name, request, result, answer).run(expect["trajectory"])
 
@@ -218,6 +220,22 @@ class CaseCheck:
         e = answer.graph.parse(text)
         return answer.graph.values(answer.graph.cone([e]), env, EXACT)[e]
 
+    def sweep(self, name, request, result, expect):
+        """Each trajectory is, to the last digit, the one of a request with this start alone; or the error is."""
+        got = result.get("trajectories", [])
+        self.tally.check(len(got) == len(request["sweep"]) == len(expect) and "trajectory" not in result, f"{name}: as many trajectories as starts")
+        for start, one, kind in zip(request["sweep"], got, expect):
+            alone = {k: v for k, v in request.items() if k != "sweep"}
+            alone["trajectory"] = dict(request["trajectory"], initial={**request["trajectory"].get("initial", {}), **start["initial"]})
+            other, problem = self.solver.solve(alone)
+            label = f"{name}: from {start['initial']}"
+            if kind.startswith("error "):
+                self.tally.check(one.get("error", {}).get("code") == kind[6:] == (problem or {}).get("code"), label, str(one)[:200])
+                continue
+            self.tally.check("rows" in one and other and one == other["trajectory"], label, "differs from the trajectory alone")
+            ended = (one.get("ended") or {}).get("reason", "reaches its stop")
+            self.tally.check(ended == kind, label, f"{ended}, not {kind}")
+
 
 class TrajectoryCheck:
     """Samples against the constraints, against closed forms, and against the motion that
@@ -246,6 +264,8 @@ class TrajectoryCheck:
         if "method" in expect:
             self.check(self.t["method"] == expect["method"], "method", self.t["method"])
         self.ended(expect.get("ended"))
+        if "events" in expect:
+            self.events(expect["events"], expect.get("event_tolerance", 1e-7))
         self.times()
         if "final" in expect:
             last = dict(zip(self.columns, self.rows[-1]))
@@ -287,6 +307,19 @@ class TrajectoryCheck:
         if "t" in expect:
             self.check(abs(ended["t"] - number(expect["t"])) <= expect.get("tolerance", 1e-3), "ends at its time", str(ended))
         self.check(all(r[0] <= ended["t"] + 1e-12 for r in self.rows), "no sample lies past the end")
+
+    def events(self, expect, tolerance):
+        """All of them, in their order: [name, direction, time]; and that the estimates of their errors hold."""
+        got = self.t["events"]
+        names = [[e["name"], e["direction"]] for e in got]
+        self.check(names == [e[:2] for e in expect], "the events that happen", str(names))
+        if len(got) != len(expect):
+            return
+        for e, (name, direction, t) in zip(got, expect):
+            off = abs(e["t"] - number(t))
+            self.check(off <= tolerance if direction != "touch" else off <= 1e-4, f"event {name} at {t}", f"off by {off:.3g}")
+            self.check(direction == "touch" or off <= e["error"], f"event {name}: its error", f"{off:.3g} > {e['error']}")
+            self.check(len(e["values"]) == len(self.columns) - 1, f"event {name} has values")
 
     def times(self):
         if "samples" not in self.spec or self.t["ended"]:

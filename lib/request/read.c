@@ -82,13 +82,13 @@ static bool bounds_met(const struct request *r, const struct request_bounds *b, 
 
 static bool read_all(struct reader *rd, const json_t *v)
 {
-    static const char *const members[] = { "system", "want", "symmetries", "trajectory", "accuracy", "limits", "strata",
+    static const char *const members[] = { "system", "want", "symmetries", "trajectory", "accuracy", "limits", "strata", "sweep",
                                            NULL };
     if (!only_members(rd, v, members))
         return false;
     const json_t *limits = json_object_get(v, "limits"), *accuracy = json_object_get(v, "accuracy");
     const json_t *trajectory = json_object_get(v, "trajectory"), *symmetries = json_object_get(v, "symmetries");
-    const json_t *want = json_object_get(v, "want"), *strata = json_object_get(v, "strata");
+    const json_t *want = json_object_get(v, "want"), *strata = json_object_get(v, "strata"), *sweep = json_object_get(v, "sweep");
     const json_t *system = need_member(rd, v, "system");
     if (!system || (limits && !read_limits(rd, limits)))
         return false;
@@ -101,7 +101,7 @@ static bool read_all(struct reader *rd, const json_t *v)
     if (rd->r->has_mechanical && trajectory)
         read_mechanical_outputs(rd);
     return check_wants(rd, trajectory, symmetries)
-        && (!trajectory || read_trajectory(rd, trajectory)) && (!accuracy || read_accuracy(rd, accuracy))
+        && (!trajectory || read_trajectory(rd, trajectory)) && (!sweep || read_sweep(rd, sweep)) && (!accuracy || read_accuracy(rd, accuracy))
         && (!symmetries || read_symmetries(rd, symmetries)) && (!strata || read_strata(rd, strata)) && store_ok(rd);
 }
 
@@ -145,6 +145,11 @@ static void clear_trajectory(struct request_trajectory *t)
         free(t->rate[i].text);
     for (int i = 0; i < t->conditions; i++)
         free(t->condition_text[i]);
+    for (int i = 0; i < t->events; i++) {
+        free(t->event[i].name);
+        free(t->event[i].text);
+    }
+    free(t->event);
     free(t->times);
     free(t->initial);
     free(t->hold);
@@ -205,6 +210,12 @@ void request_clear(struct request *r)
     clear_operator(&r->op);
     clear_trajectory(&r->trajectory);
     clear_symmetries(&r->symmetries);
+    for (int k = 0; k < r->sweeps; k++) {
+        for (int i = 0; i < r->sweep[k].initials; i++)
+            free(r->sweep[k].initial[i].text);
+        free(r->sweep[k].initial);
+    }
+    free(r->sweep);
     sys_clear(&r->system);
     expr_store_clear(&r->store);
     free(r->name);

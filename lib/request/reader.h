@@ -74,6 +74,9 @@ bool read_system(struct reader *rd, const json_t *v);
 bool read_want(struct reader *rd, const json_t *v);
 bool read_trajectory(struct reader *rd, const json_t *v);
 bool read_symmetries(struct reader *rd, const json_t *v);
+bool read_sweep(struct reader *rd, const json_t *v);       /* needs the trajectory */
+bool read_initial(struct reader *rd, const json_t *v, unsigned char *taken, struct request_initial **list, int *count);
+bool read_events(struct reader *rd, const json_t *v);      /* its member `events` */
 bool read_accuracy(struct reader *rd, const json_t *v);
 bool read_limits(struct reader *rd, const json_t *v);
 

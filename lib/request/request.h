@@ -49,6 +49,14 @@ struct request_rate {
     char *text;
 };
 
+struct request_event {
+    char *name;               /* no two are the same */
+    expr_id expression;       /* of variables and time */
+    char *text;
+    int direction;            /* +1: up, -1: down, 0: any */
+    bool stop;
+};
+
 struct request_trajectory {
     bool has;                 /* the request has this member */
     double start;             /* where `initial` holds */
@@ -61,6 +69,13 @@ struct request_trajectory {
     expr_id *output; char **output_text; int outputs;  /* 0: all variables */
     struct request_rate *rate; int rates;            /* in the order of the variables */
     expr_id *condition; char **condition_text; int conditions;   /* functions that shall vanish */
+    struct request_event *event; int events;
+};
+
+/* A start of its own. */
+struct request_sweep {
+    struct request_initial *initial; int initials;   /* in the order of the variables; those of trajectory.initial
+                                                      * that are not given here too */
 };
 
 struct request_accuracy {
@@ -121,6 +136,7 @@ struct request {
                                        * yet: the pull-back needs regular functions first. Owned, with its arrays */
     unsigned want;                    /* bits of enum request_want */
     struct request_trajectory trajectory;
+    struct request_sweep *sweep; int sweeps;   /* 0: one trajectory */
     struct request_accuracy accuracy;
     struct request_limits limits;
     struct request_operator op;
@@ -151,6 +167,8 @@ enum {
     REQUEST_MAX_VARIABLES = 20000,
     REQUEST_MAX_UNKNOWNS = 64,        /* of the form operator */
     REQUEST_MAX_SAMPLES = 1000000,
+    REQUEST_MAX_SWEEP = 10000,        /* starts */
+    REQUEST_MAX_EVENTS = 64,          /* functions */
     REQUEST_MAX_BITS = 1 << 17,       /* of one exact number */
     REQUEST_MAX_NAME = 128,           /* bytes of a name */
     REQUEST_MAX_DEPTH = 64            /* of nested JSON */

@@ -73,6 +73,7 @@ struct job {
     bool witnessed;
     struct traj_result trajectory;
     bool has_trajectory;
+    struct sga_buf trajectories;  /* JSON: those of a sweep, or empty */
     struct traj_initial initial;
     bool has_initial;
     struct structure structure;

@@ -106,13 +106,13 @@ static bool check_samples(struct job *j)
     if (!(j->request.want & REQUEST_TRAJECTORY))
         return true;
     double columns = 1 + (double)(t->outputs ? t->outputs : j->request.system.variables);
-    double numbers = columns * (double)t->samples, most = (double)answer_limit(j);
+    double numbers = columns * (double)t->samples * (j->request.sweeps ? j->request.sweeps : 1), most = (double)answer_limit(j);
     if (2 * numbers <= most && 8 * numbers <= (double)j->budget.max_memory)
         return true;
     bool text = 2 * numbers > most;
     return sga_fail_at(j->err, text ? SGA_E_LIMIT_RESULT : SGA_E_LIMIT_MEMORY, "/trajectory",
-                       "%d samples of %.0f columns need %.0f MB at least; the limit of %s is %.0f MB; ask for fewer samples, "
-                       "or for fewer columns in trajectory.outputs", t->samples, columns,
+                       "%.0f samples of %.0f columns need %.0f MB at least; the limit of %s is %.0f MB; ask for fewer samples, "
+                       "or for fewer columns in trajectory.outputs", numbers / columns, columns,
                        (text ? 2 : 8) * numbers * 0x1p-20, text ? "a result" : "memory",
                        (text ? most : (double)j->budget.max_memory) * 0x1p-20);
 }
@@ -203,6 +203,7 @@ void answer_clear(struct job *j)
     answer_mechanical_clear(j);
     sga_buf_free(&j->kronecker);
     sga_buf_free(&j->signs);
+    sga_buf_free(&j->trajectories);
     free(j->near);
     free(j->scale);
     answer_primary_clear(j);

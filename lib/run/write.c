@@ -471,6 +471,10 @@ bool answer_write(struct job *j, struct sga_buf *out)
         answer_write_symmetries(j, w);
     if (j->has_initial)
         answer_write_initial(j, w);
+    if (j->trajectories.len) {
+        sga_json_key(w, "trajectories");
+        sga_json_raw(w, j->trajectories.data, j->trajectories.len);
+    }
     if (j->has_trajectory && !answer_write_trajectory(j, w))
         return false;
     write_evidence(j, w);
