@@ -25,7 +25,7 @@ void exchange_prefer(struct exchange *e, long otherwise)
 
 bool exchange_wait(struct exchange *e, enum wait_kind kind, double until)
 {
-    e->waiter = (struct waiter){ .connection = e->connection, .kind = kind, .deadline = until };
+    e->waiter = (struct waiter){ .connection = e->connection, .account = e->account, .kind = kind, .deadline = until };
     /* Before the wait: once suspended, the exchange may be resumed on another thread. */
     conn_deadline(e->conn, 0);
     return jobs_wait(e->service->jobs, e->job, &e->waiter);

@@ -18,6 +18,8 @@ struct exchange {
     char request_id[72];
     char method[16];
     char traceparent[64];            /* "" where there is none */
+    struct account *account;         /* on which it runs jobs and waits */
+    unsigned scopes;
     bool begun;                      /* the headers were looked at */
     bool bad_path;                   /* a %00 in the path */
     struct sga_error refusal;        /* already refused: the body is dropped, then this is the reply */
