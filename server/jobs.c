@@ -37,6 +37,7 @@ struct job *jobs_make(struct jobs *js, const char *id, struct account *account)
     snprintf(job->progress.stage, sizeof job->progress.stage, "queued");
     job->event = 1;
     job->wake_fd = -1;
+    job->stage = STAGE_NONE;
     job->account = account;
     job->table = js;
     return job;

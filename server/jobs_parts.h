@@ -16,6 +16,8 @@ struct job {
     char *request;                   /* canonical; NULL: on disk only. Fixed once running */
     size_t request_length;
     struct job_progress progress;
+    enum metrics_stage stage;        /* for the metrics, with the time since when */
+    double stage_since;
     char request_id[72], traceparent[64];    /* of the request that made it, "" for one of an earlier life */
     uint64_t event;
     int stored;
@@ -59,6 +61,8 @@ void jobs_enqueue(struct jobs *js, struct job *job);
 void jobs_dequeue(struct jobs *js, struct job *job);
 /* Takes the job whose turn it is out of the queue; NULL: none waits. */
 struct job *jobs_next(struct jobs *js);
+/* The job comes to a stage. */
+void jobs_stage(struct job *job, enum metrics_stage stage);
 /* A job of the account has ended. */
 void jobs_settle(struct job *job, double seconds);
 /* Something changed: resumes those who waited for it. */

@@ -33,6 +33,16 @@ static void leave_ring(struct jobs *js, struct account *a)
     a->ring_next = a->ring_prev = NULL;
 }
 
+void jobs_stage(struct job *job, enum metrics_stage stage)
+{
+    double now = sga_now();
+    if (stage == job->stage)
+        return;
+    metrics_moved(job->table->metrics, job->stage, stage, now - job->stage_since);
+    job->stage = stage;
+    job->stage_since = now;
+}
+
 void jobs_enqueue(struct jobs *js, struct job *job)
 {
     struct account *a = job->account;
@@ -44,6 +54,7 @@ void jobs_enqueue(struct jobs *js, struct job *job)
     a->back = job;
     a->bytes += job->request_length;
     job->queued = true;
+    jobs_stage(job, STAGE_QUEUED);
     js->queue_count++;
     js->queue_bytes += job->request_length;
     pthread_cond_signal(&js->work);
@@ -75,6 +86,7 @@ struct job *jobs_next(struct jobs *js)
 
 void jobs_settle(struct job *job, double seconds)
 {
+    jobs_stage(job, STAGE_NONE);
     job->account->alive--;
     account_ran(job->account, seconds, sga_now());
 }

@@ -21,6 +21,7 @@ struct job *jobs_claim(struct jobs *js, int wake_fd)
         job->row.started = clock_ms();
         snprintf(job->progress.stage, sizeof job->progress.stage, "running");
         job->wake_fd = wake_fd;
+        jobs_stage(job, STAGE_RUNNING);
         job->event++;
         js->running++;
         store_started(js->store, &job->row);
@@ -51,6 +52,7 @@ void jobs_progress(struct jobs *js, struct job *job, const char *stage, double f
 {
     pthread_mutex_lock(&js->lock);
     snprintf(job->progress.stage, sizeof job->progress.stage, "%s", stage);
+    jobs_stage(job, metrics_stage_of(stage));
     job->progress.fraction = fraction >= 0 && fraction <= 1 ? fraction : 0;
     job->event++;
     jobs_notify(js, job);
@@ -169,6 +171,7 @@ void jobs_requeue(struct jobs *js, struct job *job)
     job->row.started = 0;
     job->wake_fd = -1;
     job->progress = (struct job_progress){ .stage = "queued" };
+    jobs_stage(job, STAGE_NONE);
     job->event++;
     js->running--;
     store_requeue(js->store, &job->row);

@@ -365,6 +365,8 @@ def upkeep(build, c):
                 out = r.status, r.read()
                 h.close()
                 return out
+            # A reply does not wait for the disk: the copy may hold the job as one that still runs.
+            until(lambda: b'"result"' in get(done["id"])[1], 30)
             status, body = get(done["id"])
             c(status == 200 and json.loads(body)["result"] == done["result"], "a backup is a state folder", (status, body[:200]))
             c(get(after["id"])[0] == 404, "what came later is not in it")
