@@ -45,6 +45,11 @@ struct exchange {
 const char *exchange_header(struct exchange *e, const char *name);
 /* A parameter of the query; NULL where there is none. */
 const char *exchange_query(struct exchange *e, const char *name);
+/* Books the body's new size against the bound on all bodies. False where it is too much: then
+ * the body is given up, and the refusal stands in e->refusal. */
+bool exchange_grow(struct exchange *e, size_t capacity);
+/* Frees the body and its booking; allowed twice. */
+void exchange_free_body(struct exchange *e);
 /* How long this request waits: as Prefer says, else so many seconds; never past the limit. */
 void exchange_prefer(struct exchange *e, long otherwise);
 /* Waits for the job in e->job: true where the connection was suspended. */

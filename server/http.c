@@ -20,7 +20,7 @@
 #include <strings.h>
 #include <unistd.h>
 
-enum { POOL = 2, TICK_MS = 50, CUT_MS = 1000, STOP_MS = 5000 };
+enum { POOL = 2, TICK_MS = 50, CUT_MS = 1000, STOP_MS = 5000, BUSY_SECONDS = 2 };
 
 struct http {
     struct service *service;
@@ -94,7 +94,7 @@ static void on_completed(void *cls, struct MHD_Connection *connection, void **co
     }
     conn_deadline(e->conn, sga_now() + (double)sv->config.request_timeout);    /* for the next request */
     job_unref(e->job);
-    free(e->body);
+    exchange_free_body(e);
     free(e);
     atomic_fetch_sub(&sv->exchanges, 1);
 }
@@ -165,9 +165,13 @@ static enum MHD_Result take(struct exchange *e, const char *data, size_t n)
         size_t want = e->capacity ? 2 * e->capacity : 4096;
         while (want < e->length + n)
             want *= 2;
+        if (!exchange_grow(e, want))
+            return MHD_YES;
         unsigned char *grown = realloc(e->body, want);
-        if (!grown)
+        if (!grown) {
+            atomic_fetch_sub(&e->service->body_bytes, (long)(want - e->capacity));
             return MHD_NO;
+        }
         e->body = grown;
         e->capacity = want;
     }
@@ -192,6 +196,8 @@ static enum MHD_Result on_request(void *cls, struct MHD_Connection *connection, 
         *size = 0;
         return take(e, data, n);
     }
+    if (e->refusal.code == SGA_E_BUSY)
+        reply_header(e, "Retry-After", "%d", BUSY_SECONDS);
     if (e->refusal.code != SGA_E_OK)
         return reply_problem(e, &e->refusal);
     return route_handler(e->route, e->method)(e);

@@ -1,6 +1,7 @@
 /* Looking up jobs. A job is in memory until its end is on disk, so the order alive, recent,
  * stored never misses one. */
 #include "lookup.h"
+#include "clock.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -21,8 +22,10 @@ static enum lookup from_store(struct service *sv, const char *id, struct finishe
         outcome = a == STORE_NONE ? LOOKUP_GONE : LOOKUP_BROKEN;
     else if (!(*finished = finished_make(&row, (struct slice){ text, length })))
         outcome = LOOKUP_BROKEN;
-    else if (row.status == JOB_DONE)
+    else if (row.status == JOB_DONE) {
+        store_touch(sv->store, id, clock_ms());
         recent_put(sv->recent, *finished);      /* other ends may be replaced by a new run */
+    }
     free(text);
     free(row.error);
     return outcome;

@@ -22,6 +22,7 @@
     X(CHILD_WALLS,       "child_walls_total",             "Child processes that ended themselves at the wall of memory or time") \
     X(STORE_COMMITS,     "store_commits_total",           "Transactions committed to the queue file") \
     X(STORE_FAILURES,    "store_failures_total",          "Transactions that failed") \
+    X(EVICTED,           "results_evicted_total",         "Results dropped because they took too much room") \
     X(REAPED,            "connections_reaped_total",      "Connections cut at a deadline") \
     X(LOST_CONNECTIONS,  "connections_refused_total",     "Connections refused for lack of memory")
 

@@ -81,6 +81,7 @@ static enum MHD_Result submit(struct exchange *e, const unsigned char *sum, stru
     char id[ID_LENGTH + 1];
     struct finished *f = NULL;
     size_t length = canonical->len;
+    exchange_free_body(e);            /* who waits holds no memory for what is known already */
     digest_id(id, sga_version(), canonical->data, length);
     recent_alias(sv->recent, sum, id);
     enum lookup found = lookup_job(sv, id, &e->job, &f);

@@ -38,6 +38,8 @@ const struct setting settings[] = {
     LIVE("send-timeout", send_timeout, 900, 1, 86400, "seconds in which a whole reply must be taken")
     LIVE("stream-timeout", stream_timeout, 3600, 1, 604800, "seconds that one event stream lasts; clients come back by themselves")
     LIVE("grace", grace, 2, 0, 3600, "seconds that running jobs get at shutdown")
+    LIVE("cache-disk", cache_disk, 8192 * MB, 0, 1L << 50, "bytes of results kept on disk, the least recently used go first; 0: no limit")
+    LIVE("body-memory", body_memory, 512 * MB, 1024, 1L << 40, "bytes of all request bodies that are being read or checked")
     FIXED("cache-memory", cache_memory, 64 * MB, 0, 1L << 40, "bytes of finished replies kept in memory")
 };
 const int settings_count = sizeof settings / sizeof *settings;

@@ -26,6 +26,7 @@
     X(JOB_ENDED,           "job_ended",              409, "The job has already ended") \
     X(NO_TRAJECTORY,       "no_trajectory",          409, "The job has no trajectory") \
     X(QUEUE_FULL,          "queue_full",             503, "The queue is full") \
+    X(BUSY,                "busy",                   503, "The service is reading as much as it can") \
     X(DRAINING,            "draining",               503, "The service is shutting down") \
     X(STORE,               "store_failed",           503, "The store cannot be used") \
     X(SCHEMA,              "invalid_request",        422, "The request has the wrong shape") \
