@@ -149,7 +149,8 @@ enum MHD_Result handle_events(struct exchange *e)
     struct stream *s = calloc(1, sizeof *s);
     if (!s)
         return MHD_NO;
-    *s = (struct stream){ .service = e->service, .job = e->job, .waiter = { .connection = e->connection, .account = e->account }, .heartbeat = sga_now() + HEARTBEAT };
+    *s = (struct stream){ .service = e->service, .job = e->job,
+                          .waiter = { .connection = e->connection, .account = e->account }, .heartbeat = sga_now() + HEARTBEAT };
     job_ref(s->job);
     const char *last = exchange_header(e, "Last-Event-ID");
     s->seen = last ? strtoull(last, NULL, 10) : 0;

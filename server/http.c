@@ -75,7 +75,8 @@ static void log_exchange(const struct exchange *e, double seconds)
     snprintf(took, sizeof took, "%.6f", seconds);
     log_event(level, "request", "request_id", e->request_id, "method", e->method,
               "route", route_names[route_number(e->route)], "status", status, "seconds", took,
-              "job", e->job ? job_id(e->job) : NULL, "token", e->account && *e->account->name ? e->account->name : NULL, "traceparent", *e->traceparent ? e->traceparent : NULL, NULL);
+              "job", e->job ? job_id(e->job) : NULL, "token", e->account && *e->account->name ? e->account->name : NULL,
+              "traceparent", *e->traceparent ? e->traceparent : NULL, NULL);
 }
 
 static void on_completed(void *cls, struct MHD_Connection *connection, void **con_cls, enum MHD_RequestTerminationCode how)

@@ -25,7 +25,8 @@ static int64_t bytes_used(sqlite3 *db)
 
 bool store_evict_prepare(struct store *st)
 {
-    return sqlite3_exec(st->cache, "CREATE TABLE IF NOT EXISTS used(id TEXT PRIMARY KEY, at INTEGER NOT NULL) WITHOUT ROWID", NULL, NULL, NULL) == SQLITE_OK;
+    static const char sql[] = "CREATE TABLE IF NOT EXISTS used(id TEXT PRIMARY KEY, at INTEGER NOT NULL) WITHOUT ROWID";
+    return sqlite3_exec(st->cache, sql, NULL, NULL, NULL) == SQLITE_OK;
 }
 
 bool store_evict_touch(struct store *st, const struct job_row *row)

@@ -11,6 +11,8 @@
 #include <string.h>
 #include <sys/stat.h>
 
+enum { SETTLED_SECONDS = 2 };
+
 struct tokens {
     pthread_mutex_t lock;          /* guards all below */
     char *path, *folder;
@@ -100,6 +102,10 @@ bool tokens_refresh(struct tokens *ts, bool always, char *why, size_t size)
         if (ok) {
             free(ts->list.token);
             ts->list = fresh;
+            /* A file time has a coarse tick: two writes in one tick look alike. A file that was
+             * written a moment ago is therefore read once more. */
+            if (clock_ms() / 1000 - now.st_mtim.tv_sec < SETTLED_SECONDS)
+                memset(&now, 0xff, sizeof now);
             ts->seen = now;
         } else {
             free(fresh.token);
