@@ -12,11 +12,15 @@ from symmetry_case import SymmetryCase
 
 KNOWN = set("verdict ambient generations final index differentiation seed gauge equilibrium variables on off field "
             "parameters near digits error trajectory trajectories strata solved unsolved assumed initial points identities structure primary closed "
-            "redundant symmetries kronecker regular regularity motion".split())
+            "redundant symmetries kronecker regular regularity motion kinds zeros".split())
 
 
 def number(x):
     return float(evaluate(x if isinstance(x, str) else repr(x)))
+
+
+def result_constraints(answer):
+    return answer.result.get("constraints", [])
 
 
 class CaseCheck:
@@ -84,6 +88,9 @@ class CaseCheck:
             except Broken as e:
                 self.tally.check(False, f"{name}: identities", str(e))
         self.at_points(name, expect, answer)
+        for s in result.get("strata", []):
+            if "point" in s:
+                self.singular(name, request, answer, s)
         self.strata(name, expect, request, result, [])
         if "symmetries" in result:
             SymmetryCase(self.tally, name, request, result, answer).run(expect.get("symmetries", {}))
@@ -132,7 +139,7 @@ class CaseCheck:
             return False
         with mpmath.workdps(60):
             env = answer.point({**expect.get("parameters", {}), **want["at"]})
-            return all(abs(self.value(answer, e, env)) < mpmath.mpf(10) ** -25 for e in stratum["where"])
+            return stratum["where"] and all(abs(self.value(answer, e, env)) < mpmath.mpf(10) ** -25 for e in stratum["where"])
 
     @staticmethod
     def substituted(request, values):
@@ -163,6 +170,10 @@ class CaseCheck:
             self.same(name, "closed", evidence.get("two_form", {}).get("closed", "absent"), expect["closed"])
         if "redundant" in expect:
             self.same(name, "redundant restrictions", evidence.get("redundant_restrictions"), expect["redundant"])
+        if "kinds" in expect:
+            self.same(name, "kinds of strata", sorted(s["kind"] for s in result.get("strata", [])), sorted(expect["kinds"]))
+        if "zeros" in expect:
+            self.same(name, "zeros of determinants", [d["zeros"] for d in evidence.get("determinants", [])], expect["zeros"])
         if "variables" in expect:
             self.same(name, "variables", sorted(v["name"] for v in result.get("variables", [])), sorted(expect["variables"]))
         if "initial" in expect:
@@ -200,7 +211,7 @@ class CaseCheck:
                 env = answer.point({**given, **p})
                 sets = [s["where"] for s in answer.result.get("strata", [])]
                 sets += [[a["expression"]] for a in answer.result.get("assumptions", [])]
-                hit = any(all(abs(self.value(answer, e, env)) < bound for e in where) for where in sets)
+                hit = any(where and all(abs(self.value(answer, e, env)) < bound for e in where) for where in sets)
             self.tally.check(hit, f"{name}: {p} lies on a stratum", str(sets))
 
     def motion(self, name, closed, answer):
@@ -214,6 +225,18 @@ class CaseCheck:
                         should = self.value(answer, text, env)
                         self.tally.check(abs(is_ - should) <= answer.tiny() * (1 + abs(should)), f"{name}: {key} = {text}",
                                          f"is {mpmath.nstr(is_, 8)}, should be {mpmath.nstr(should, 8)}")
+
+    def singular(self, name, request, answer, stratum):
+        """The square matrix of a quasilinear system without constraints at the point of a
+        described stratum: its least singular value is 0 beside the largest."""
+        system = request["system"]
+        if system["form"] != "quasilinear" or result_constraints(answer):
+            return
+        with mpmath.workdps(30):
+            env = answer.point({k: repr(v) for k, v in {**stratum["point"], "t": stratum["time"]}.items()})
+            A = mpmath.matrix([[self.value(answer, str(e), env) for e in row] for row in system["A"]])
+            values = mpmath.svd_r(A, compute_uv=False)
+            self.tally.check(min(values) < 1e-9 * max(values), f"{name}: the matrix is singular at the stratum's point", mpmath.nstr(values, 3))
 
     @staticmethod
     def value(answer, text, env):

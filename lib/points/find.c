@@ -47,7 +47,8 @@ static void take_over(const struct points_space *s, struct points_point *p)
         num_ball_set_d(&p->ball, s->parameter[i], p->parameter[i]);
     }
     p->t = b->t;
-    num_ball_set_d(&p->ball, s->time, p->t);
+    if (s->time >= 0)
+        num_ball_set_d(&p->ball, s->time, p->t);
 }
 
 /* Positive ones first: as they are meant as a rule. */
@@ -96,7 +97,8 @@ static void start(const struct points_space *s, double spread, uint64_t *random,
     /* the first start at a guess is at its own time; others are near it */
     p->t = s->near && spread == 0 && attempt == 0 ? s->near_time
            : short_value(s->near_time + 0.9 * points_uniform(random) * (s->near ? fmin(1, 4 * fmax(spread, 0.01)) : 1));
-    num_ball_set_d(&p->ball, s->time, p->t);
+    if (s->time >= 0)
+        num_ball_set_d(&p->ball, s->time, p->t);
 }
 
 /* log2 of the largest entry of row i, or a very small number */
@@ -259,7 +261,7 @@ enum points_status points_find(const struct points_space *s, double spread, uint
     points_jacobian_init(&j, s);
     enum points_status status = POINTS_NONE;
     double *irregular = NULL;
-    for (int a = 0; a < STARTS && status != POINTS_OK; a++) {
+    for (int a = 0; a < (s->starts ? s->starts : STARTS) && status != POINTS_OK; a++) {
         if (!sga_budget_ok(s->budget, NULL)) {
             status = POINTS_STOPPED;
             break;
@@ -311,7 +313,7 @@ enum points_status points_find_staged(const struct points_space *s, const int *e
     }
     points_point_clear(&before);
     /* a first stage may lead to where the later ones cannot follow */
-    if (!stages || (status != POINTS_OK && status != POINTS_STOPPED)) {
+    if (!stages || (status != POINTS_OK && status != POINTS_STOPPED && !(s->starts && stages == 1))) {
         points_point_clear(p);
         status = points_find(s, spread, random, prec, p);
     }

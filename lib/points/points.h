@@ -29,12 +29,13 @@ struct points_space {
     const int *parameter;  int parameters;    /* symbols left symbolic */
     const signed char *parameter_sign;        /* by parameter, 1 or -1; NULL: positive first, then any */
     const double *parameter_value;            /* by parameter: instead of random ones; or NULL */
-    int time;                                 /* symbol */
+    int time;                                 /* symbol; -1: it is among the variables (points_find only) */
     const expr_id *constraint; int constraints;
     const double *near;                       /* by variable: a guess, or NULL */
     double near_time;
     const struct points_point *before;        /* a point of a larger set: tried first, or NULL */
     const int *scale;                         /* by variable: log2 of its natural size, or NULL */
+    int starts;                               /* random ones to try; 0: the usual number */
     const struct points_side *side; int sides;   /* points on other sides are not taken */
     const struct sga_budget *budget;
 };
@@ -72,10 +73,6 @@ enum points_status points_find_staged(const struct points_space *space, const in
 /* Raise an existing point to more bits (same point). False if it cannot be refined. */
 bool points_refine(const struct points_space *space, struct points_point *point, slong prec);
 void points_point_clear(struct points_point *point);
-
-/* Rank of the constraints' differentials (with respect to the variables only) at a
- * point, a lower bound proved in balls; full rank means independent. */
-int points_rank(const struct points_space *space, struct points_point *point);
 
 /* splitmix64, and a double in (0, 1) with 30 bits, exact in every arithmetic here. */
 uint64_t points_random(uint64_t *state);

@@ -32,9 +32,11 @@ enum stratum_state { STRATUM_LISTED, STRATUM_SOLVED, STRATUM_EMPTY, STRATUM_MERG
 
 /* A set that the answer does not speak of: where a pivot or a factor of a product vanishes. */
 struct stratum {
-    const char *kind;             /* "pivot", "branch", "parameter"; static */
+    const char *kind;             /* "pivot", "branch", "side", "instant", "domain", "parameter"; static */
     expr_id *where; char **text;  /* functions that vanish there, and how they are written */
-    int wheres;
+    int wheres;                   /* 0: described only */
+    char *description;            /* or NULL */
+    bool approximate;             /* its point was approached, not proved to lie there */
     bool off;                     /* it does not meet the final set, but solutions may lie there */
     double *point; double time;   /* by variable: a point of it that was found, or NULL */
     enum stratum_state state;
@@ -88,6 +90,7 @@ struct job {
     int moves_on;                 /* 1 + the stratum that the trajectory lies on; 0: none */
     struct stratum *stratum;
     int strata;
+    const char **determinant;     /* by dense block: what became of the search for its zeros; static texts; or NULL */
     struct sga_buf kronecker;     /* JSON value of the member, where structure is wanted */
     bool is_linear;               /* and it is a structure, not a reason */
     struct operator_answer *op;   /* or NULL */

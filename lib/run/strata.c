@@ -1,12 +1,11 @@
 /* What the algorithm divided by, and where that can vanish. */
-#include "strata_case.h"
+#include "strata_listing.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "differentials.h"
-#include "facts.h"
 #include "lin_dense.h"
 #include "mem.h"
 #include "poly.h"
@@ -15,14 +14,6 @@ enum { PIVOT_BYTES = 4000, OFF_VARIABLES = 400, OFF_MOST = 60 };
 /* rows * columns * the smaller: past it singular values take seconds that nobody could stop, and
  * the rank counts as lower: listed, to be safe */
 static const double RANK_WORK = 1e8;
-
-/* While the list is made. */
-struct listing {
-    struct job *j;
-    struct expr_facts facts;
-    int off, moved;           /* how many factors were looked at off the final set, and for special parameters */
-    int before, rank;         /* generic rank with the first `before` constraints; -1: not known */
-};
 
 /* One more function that vanishes on a stratum; false where it is too long to be written. */
 static bool push(struct job *j, struct stratum *s, expr_id e)
@@ -49,6 +40,7 @@ static void stratum_clear(struct stratum *s)
     free(s->text);
     free(s->where);
     free(s->point);
+    free(s->description);
     free(s->parameter);
     free(s->value);
     sga_buf_free(&s->result);
@@ -61,23 +53,32 @@ void answer_strata_clear(struct job *j)
     for (int i = 0; i < j->strata; i++)
         stratum_clear(j->stratum + i);
     free(j->stratum);
+    free(j->determinant);
+    j->determinant = NULL;
     j->stratum = NULL;
     j->strata = 0;
 }
 
-/* The zero set of factor, on the branches chosen among the first `before` constraints. Takes
- * over what `as` holds. */
-static void add(struct job *j, expr_id factor, int before, struct stratum as)
+/* A function too long to be written is not left out: the point tells where it vanishes. */
+static bool describe_long(struct stratum *s)
+{
+    if (strcmp(s->kind, "pivot") != 0 || !s->point)
+        return false;
+    s->description = strdup("a pivot vanishes that is too long to be written out");
+    return true;
+}
+
+void strata_add(struct job *j, expr_id factor, int before, struct stratum as)
 {
     const struct sga_solution *sol = &j->solution;
-    bool ok = push(j, &as, factor);
-    for (int i = 0; i < before && ok; i++)
+    bool ok = !factor || push(j, &as, factor) || describe_long(&as);
+    for (int i = 0; i < before && ok && !as.description; i++)
         if (sol->constraint[i].chosen)
             ok = push(j, &as, sol->constraint[i].expr);
-    for (int i = 0; i < sol->specials && ok && before >= 0; i++)
+    for (int i = 0; i < sol->specials && ok && before >= 0 && !as.description; i++)
         ok = push(j, &as, sol->special[i]);
     for (int i = 0; i < j->strata && ok; i++)
-        ok = j->stratum[i].where[0] != factor;
+        ok = !factor || !j->stratum[i].wheres || j->stratum[i].where[0] != factor;
     if (!ok) {
         stratum_clear(&as);
         return;
@@ -124,29 +125,30 @@ int strata_rank_at(struct job *j, const struct points_space *space, int rows, in
     return rank;
 }
 
-/* A point of the set of the first c constraints (where factor vanishes, too, if it is not
- * undefined), and the rank there; *rank is -1 where an irregular place was approached.
- * moving: the parameters may take special values, too. */
-static enum points_status look_at(struct job *j, int c, expr_id factor, bool moving, struct points_point *p, int *rank)
+enum points_status strata_look_at(struct job *j, struct strata_look look, struct points_point *p, int *rank)
 {
+    int c = look.c;
+    expr_id factor = look.factor;
+    enum strata_moving moving = look.moving;
     const struct sys_system *sys = &j->request.system;
     int n = sys->variables;
-    int extra = moving ? sys->parameters : 0;
+    int extra = moving == STRATA_PARAMETERS ? sys->parameters : moving == STRATA_TIME;
+    int values = moving == STRATA_PARAMETERS ? 0 : sys->parameters;
     int *variable = sga_malloc((size_t)(n + extra) * sizeof *variable);
     expr_id *con = sga_malloc((size_t)(c + 1) * sizeof *con);
     for (int i = 0; i < n; i++)
         variable[i] = sys->variable[i].symbol;
     for (int i = 0; i < extra; i++)
-        variable[n + i] = sys->parameter[i];
+        variable[n + i] = moving == STRATA_TIME ? sys->time : sys->parameter[i];
     for (int i = 0; i < c; i++)
         con[i] = j->solution.constraint[i].expr;
     con[c] = factor;
     struct points_space space = {
         .st = sys->store, .variable = variable, .variables = n + extra, .parameter = sys->parameter,
-        .parameters = sys->parameters - extra, .time = sys->time, .constraint = con,
-        .constraints = c + (factor != EXPR_UNDEF), .near = moving ? NULL : j->near, .near_time = j->near_time,
+        .parameters = values, .time = moving == STRATA_TIME ? -1 : sys->time, .constraint = con,
+        .constraints = c + (factor != EXPR_UNDEF), .near = moving != STRATA_FIXED ? NULL : j->near, .near_time = j->near_time,
         .scale = extra ? NULL : j->solution.scale,
-        .budget = &j->budget,
+        .starts = look.starts, .budget = &j->budget,
     };
     uint64_t random = 5;
     int *end = sga_calloc((size_t)j->solution.generations + 3, sizeof *end), stages = 0;
@@ -178,20 +180,19 @@ static bool everywhere(struct job *j, expr_id factor)
     return zero;
 }
 
-/* Whether a real point of Pf with factor = 0 can be found at which the rank is lower than
- * on Pf in general: otherwise the pivot only happened to vanish there. */
-static bool drops(struct job *j, expr_id factor, struct stratum *as)
+bool strata_drops(struct job *j, expr_id factor, int starts, struct stratum *as)
 {
     struct points_point p;
     int rank, n = j->request.system.variables;
     if (everywhere(j, factor))
         return false;                  /* a pivot that died on the way to Pf */
-    enum points_status status = look_at(j, j->solution.constraints, factor, false, &p, &rank);
+    enum points_status status = strata_look_at(j, (struct strata_look){ j->solution.constraints, factor, STRATA_FIXED, starts }, &p, &rank);
     /* an irregular place was approached to about 6 digits only: listed, to be safe */
     bool lower = status == POINTS_IRREGULAR || (status == POINTS_OK && rank < n - j->solution.free_columns);
     if (lower) {
         as->point = memcpy(sga_malloc((size_t)n * sizeof *as->point), p.x, (size_t)n * sizeof *as->point);
         as->time = p.t;
+        as->approximate = status == POINTS_IRREGULAR || !p.certified;
     }
     points_point_clear(&p);
     return lower;
@@ -206,11 +207,11 @@ static bool drops_before(struct listing *l, expr_id factor, int before, struct s
     if (!l->j->request.strata || n > OFF_VARIABLES || l->off++ > OFF_MOST)
         return false;
     if (l->before != before) {
-        look_at(l->j, before, EXPR_UNDEF, false, &p, &l->rank);
+        strata_look_at(l->j, (struct strata_look){ before, EXPR_UNDEF, STRATA_FIXED, 0 }, &p, &l->rank);
         points_point_clear(&p);
         l->before = before;
     }
-    enum points_status status = look_at(l->j, before, factor, false, &p, &rank);
+    enum points_status status = strata_look_at(l->j, (struct strata_look){ before, factor, STRATA_FIXED, 0 }, &p, &rank);
     bool lower = status == POINTS_IRREGULAR || (status == POINTS_OK && rank < l->rank);
     if (lower) {
         as->off = true;
@@ -230,10 +231,20 @@ static bool drops_for_some(struct listing *l, expr_id factor)
     int rank;
     if (!j->request.system.parameters || j->request.system.variables > OFF_VARIABLES || l->moved++ > OFF_MOST)
         return false;
-    enum points_status status = look_at(j, j->solution.constraints, factor, true, &p, &rank);
+    enum points_status status = strata_look_at(j, (struct strata_look){ j->solution.constraints, factor, STRATA_PARAMETERS, 0 }, &p, &rank);
     points_point_clear(&p);
     return status == POINTS_IRREGULAR
            || (status == POINTS_OK && rank < j->request.system.variables - j->solution.free_columns);
+}
+
+/* A factor in time only: at its zeros the rank may drop for an instant. */
+static bool instant(struct job *j, expr_id factor)
+{
+    struct points_point p;
+    int rank;
+    enum points_status status = strata_look_at(j, (struct strata_look){ j->solution.constraints, factor, STRATA_TIME, 0 }, &p, &rank);
+    points_point_clear(&p);
+    return status == POINTS_IRREGULAR || (status == POINTS_OK && rank < j->request.system.variables - j->solution.free_columns);
 }
 
 static void consider(struct listing *l, expr_id factor, int before)
@@ -244,14 +255,17 @@ static void consider(struct listing *l, expr_id factor, int before)
     if (f & EXPR_NONZERO || expr_is_const(st, factor) || !sga_budget_ok(&l->j->budget, l->j->err))
         return;
     if (!(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
-        add(l->j, factor, -1, (struct stratum){ .kind = "parameter" });
-    else if (l->j->solution.verdict != SGA_INCONSISTENT && (drops(l->j, factor, &as) || drops_before(l, factor, before, &as)))
-        add(l->j, factor, before, as);
+        strata_add(l->j, factor, -1, (struct stratum){ .kind = "parameter" });
+    else if (!(f & EXPR_HAS_VARIABLE)) {
+        if (l->j->solution.verdict != SGA_INCONSISTENT && instant(l->j, factor))
+            strata_add(l->j, factor, -1, (struct stratum){ .kind = "instant" });
+    } else if (l->j->solution.verdict != SGA_INCONSISTENT && (strata_drops(l->j, factor, 0, &as) || drops_before(l, factor, before, &as)))
+        strata_add(l->j, factor, before, as);
     else if (l->j->solution.verdict != SGA_INCONSISTENT && drops_for_some(l, factor))
-        add(l->j, factor, -1, (struct stratum){ .kind = "parameter" });
+        strata_add(l->j, factor, -1, (struct stratum){ .kind = "parameter" });
 }
 
-static void factors_of(struct listing *l, expr_id value, int before)
+void strata_factors(struct listing *l, expr_id value, int before)
 {
     struct poly_limits limits = { .max_terms = 200, .max_bits = 2000, .max_degree = 40, .max_generators = 24, .budget = &l->j->budget };
     struct poly_factors f;
@@ -284,20 +298,27 @@ void answer_strata(struct job *j)
         return;
     expr_facts_init(&l.facts);
     if (empty && j->request.system.parameters)      /* for which parameters it is a contradiction */
-        factors_of(&l, sol->contradiction, 0);
+        strata_factors(&l, sol->contradiction, 0);
     for (int i = 0; i < sol->others; i++)
         if (sol->other[i] != sol->special[0])
-            add(j, sol->other[i], -1, (struct stratum){ .kind = "pivot", .off = true });
+            strata_add(j, sol->other[i], -1, (struct stratum){ .kind = "pivot", .off = true });
     for (int i = 0; i < sol->branches; i++)
-        add(j, sol->branch[i].expr, sol->branch[i].before, (struct stratum){ .kind = "branch" });
+        if (expr_facts_of(&l.facts, &j->request.store, sol->branch[i].expr) & EXPR_HAS_VARIABLE)
+            strata_add(j, sol->branch[i].expr, sol->branch[i].before, (struct stratum){ .kind = "branch" });
+        else
+            strata_add(j, sol->branch[i].expr, -1, (struct stratum){ .kind = "instant" });
     for (int i = 0; i < sol->sides; i++) {
         unsigned f = expr_facts_of(&l.facts, &j->request.store, sol->side[i].function);
-        add(j, sol->side[i].function, -1, (struct stratum){ .kind = f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME) ? "side" : "parameter" });
+        strata_add(j, sol->side[i].function, -1, (struct stratum){ .kind = f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME) ? "side" : "parameter" });
     }
     for (int i = 0; i < sol->pivots + sol->deads; i++) {
         const struct sga_pivot *p = i < sol->pivots ? sol->pivot + i : sol->dead + (i - sol->pivots);
         if (!expr_is_const(&j->request.store, p->value))
-            factors_of(&l, p->value, stood(sol, p->generation));
+            strata_factors(&l, p->value, stood(sol, p->generation));
+    }
+    if (!empty) {
+        strata_determinants(&l);
+        strata_domain(&l);
     }
     expr_facts_clear(&l.facts);
 }

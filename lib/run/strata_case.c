@@ -93,6 +93,11 @@ static void substitute(struct strata_case *part, const struct sys_system *system
     free(map);
 }
 
+bool strata_solvable(const struct stratum *s)
+{
+    return s->wheres && strcmp(s->kind, "instant") != 0 && strcmp(s->kind, "domain") != 0;
+}
+
 bool strata_case_make(struct strata_case *part, const struct sys_system *system, struct stratum *s, struct sga_error *err)
 {
     *part = (struct strata_case){ .own_rows = false };

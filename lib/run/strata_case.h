@@ -10,6 +10,9 @@ struct strata_case {
     bool own_rows;
 };
 
+/* Whether a motion can stay on it, and functions say where it is. */
+bool strata_solvable(const struct stratum *s);
+
 /* The functions of s->where are added to the restriction; where s is a condition on
  * parameters, it is solved for one of them, which is substituted (noted in s). False:
  * UNDECIDED, where it could not be solved. */

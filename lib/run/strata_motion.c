@@ -60,7 +60,7 @@ bool answer_motion_on_stratum(struct job *j)
         struct stratum *s = j->stratum + i;
         struct sga_error err = { 0 };
         bool there = false;
-        if (strcmp(s->kind, "parameter") == 0)
+        if (strcmp(s->kind, "parameter") == 0 || !strata_solvable(s))
             continue;
         if (!j->request.strata) {
             say(&said, s, "strata \"solve\" looks for a motion there");

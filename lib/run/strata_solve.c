@@ -264,6 +264,8 @@ bool answer_strata_solve(struct job *j)
     int number = ++j->tree->lists;
     for (int i = 0; i < j->strata && !j->tree->cancelled; i++) {
         struct stratum *s = j->stratum + i;
+        if (!strata_solvable(s))
+            continue;
         if (j->depth >= DEPTH)
             refuse(s, "strata inside each other", DEPTH);
         else if (j->tree->solved++ >= MOST)

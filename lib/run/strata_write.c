@@ -20,12 +20,31 @@ static void write_problem(struct sga_json *w, const struct sga_error *e)
     sga_json_end_object(w);
 }
 
-static void write_stratum(struct sga_json *w, const struct stratum *s)
+/* A point that was found on it, where functions do not say where it is. */
+static void write_described(const struct job *j, struct sga_json *w, const struct stratum *s)
+{
+    sga_json_member_string(w, "description", s->description);
+    if (!s->point)
+        return;
+    sga_json_key(w, "point");
+    sga_json_object(w);
+    for (int i = 0; i < j->request.system.variables; i++) {
+        sga_json_key(w, j->request.store.symbol[j->request.system.variable[i].symbol].name);
+        sga_json_double(w, s->point[i]);
+    }
+    sga_json_end_object(w);
+    sga_json_member_double(w, "time", s->time);
+    sga_json_member_bool(w, "point_proved", !s->approximate);
+}
+
+static void write_stratum(const struct job *j, struct sga_json *w, const struct stratum *s)
 {
     sga_json_object(w);
     sga_json_key(w, "where");
     write_texts(w, s);
     sga_json_member_string(w, "kind", s->kind);
+    if (s->description)
+        write_described(j, w, s);
     if (s->off) {
         sga_json_member_bool(w, "meets_final_set", false);
     }
@@ -62,7 +81,7 @@ void answer_write_strata(const struct job *j, struct sga_json *w)
         bool parameter = strcmp(s->kind, "parameter") == 0;
         bool hidden = s->state == STRATUM_EMPTY || s->state == STRATUM_MERGED || s->state == STRATUM_SKIPPED;
         if (!hidden && !(parameter && s->state == STRATUM_LISTED))
-            write_stratum(w, s);
+            write_stratum(j, w, s);
     }
     sga_json_end_array(w);
     sga_json_key(w, "assumptions");

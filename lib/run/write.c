@@ -277,6 +277,20 @@ static void write_contradiction(struct job *j, struct sga_json *w, const char *m
     sga_buf_free(&text);
 }
 
+/* What became of the search for zeros of each dense block's determinant. */
+static void write_determinants(const struct job *j, struct sga_json *w)
+{
+    sga_json_key(w, "determinants");
+    sga_json_array(w);
+    for (int q = 0; q < j->solution.dense_blocks; q++) {
+        sga_json_object(w);
+        sga_json_member_int(w, "size", j->solution.determinant[q].size);
+        sga_json_member_string(w, "zeros", j->determinant[q]);
+        sga_json_end_object(w);
+    }
+    sga_json_end_array(w);
+}
+
 static void write_evidence(struct job *j, struct sga_json *w)
 {
     const struct sga_solution *sol = &j->solution;
@@ -352,6 +366,8 @@ static void write_evidence(struct job *j, struct sga_json *w)
     if (sol->dense_blocks) {      /* their zeros are not among the strata */
         sga_json_member_int(w, "determinants_assumed_not_zero", sol->dense_blocks);
     }
+    if (sol->dense_blocks && j->determinant)
+        write_determinants(j, w);
     sga_json_member_int(w, "redundant_equations", sol->redundant_rows);
     answer_write_restrictions(j, w);
     if (j->witnessed) {
@@ -430,8 +446,11 @@ bool answer_write(struct job *j, struct sga_buf *out)
     sga_json_object(w);
     sga_json_member_string(w, "verdict", sga_verdict_text(j->solution.verdict));
     if (j->solution.verdict == SGA_ISOLATED) {
-        /* T_m Pf = 0, so the reduction asked alpha(m) = 0: the points are constant solutions */
-        sga_json_member_bool(w, "equilibrium", true);
+        sga_json_key(w, "equilibrium");
+        if (j->solution.equilibrium < 0)
+            sga_json_null(w);
+        else
+            sga_json_bool(w, j->solution.equilibrium);
     }
     if (j->request.name) {
         sga_json_member_string(w, "name", j->request.name);

@@ -190,6 +190,29 @@ bool ech_block(struct echelon *e, const struct ech_context *c, struct ech_row *r
     return ok && expr_store_ok(c->st);
 }
 
+/* Numbers without a pattern: -9 to 9, not 0. */
+static expr_id border(struct expr_store *st, uint64_t *random)
+{
+    long v = 1 + (long)(points_random(random) % 9);
+    return expr_int(st, points_random(random) & 1 ? v : -v);
+}
+
+expr_id ech_block_test(struct expr_store *st, const struct ech_dense *block, int *solve)
+{
+    int r = block->size, n = r + 1;
+    uint64_t random = 4;
+    expr_id *T = sga_malloc((size_t)n * (size_t)n * sizeof *T), *w = sga_malloc((size_t)n * sizeof *w);
+    for (int i = 0; i < n; i++) {
+        for (int k = 0; k < n; k++)
+            T[i * n + k] = i < r && k < r ? block->matrix[i * r + k] : i < r || k < r ? border(st, &random) : expr_int(st, 0);
+        w[i] = expr_int(st, i == r);
+    }
+    *solve = expr_solve_add(st, n, T, w);
+    free(T);
+    free(w);
+    return expr_solution(st, *solve, r);
+}
+
 bool ech_blocks_stand(const struct echelon *e, struct points_shadow *shadow)
 {
     bool stand = true;

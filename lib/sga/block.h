@@ -12,6 +12,13 @@
  * Rows that became pivots are emptied; the others keep what is left of them. */
 bool ech_block(struct echelon *e, const struct ech_context *c, struct ech_row *row, const int *index, int rows, int generation);
 
+/* A function that vanishes where S is singular: the last component of the solution of
+ *     [S b; c^T 0] y = (0, 1),  that is det S / det [S b; c^T 0],
+ * with fixed b and c (Govaerts, Numerical methods for bifurcations of dynamical equilibria,
+ * section 3.2). One node, however large S is; it has poles where the bordered matrix is
+ * singular, but its zeros are zeros of det S. */
+expr_id ech_block_test(struct expr_store *st, const struct ech_dense *block, int *solve);
+
 /* Whether the matrix of each block is still regular at the first of the present points. */
 bool ech_blocks_stand(const struct echelon *e, struct points_shadow *shadow);
 

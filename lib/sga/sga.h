@@ -63,6 +63,14 @@ struct sga_branch {
     int before;            /* how many constraints stood when the product was met */
 };
 
+/* A dense block that was solved as a whole: r velocities from r rows with the matrix S. */
+struct sga_determinant {
+    int size;
+    expr_id value;         /* a SOLVE node, 0 where det S = 0 (see ech_block_test) */
+    int solve;             /* its system in the store; S is the first r rows and columns */
+    int *col, *source;     /* by row of S: the velocity, and the row as in struct sga_constraint; owned */
+};
+
 struct sga_solution {
     enum sga_verdict verdict;
     int generations;
@@ -79,12 +87,13 @@ struct sga_solution {
      * functions whose zero sets hold solutions too. */
     expr_id *special; int specials;
     expr_id *other; int others;
+    int equilibrium;                   /* isolated: are the points constant solutions, 1, 0 or -1 (undecided) */
     bool empty_restriction;            /* inconsistent: the restriction has no zeros at all */
     bool depends_on_time;              /* some row, restriction or constraint depends on t */
     expr_id contradiction;             /* for inconsistent: what would have to vanish */
     struct sga_part *contradiction_part; int contradiction_parts;
     char contradiction_why[160];
-    int dense_blocks;                  /* solved as a whole: their determinants are assumed not 0 */
+    struct sga_determinant *determinant; int dense_blocks;   /* assumed not 0; owned */
     int *scale;                        /* by variable, for sampling (points_space), or NULL; owned */
     struct points_side *side; int sides;   /* of surfaces that zero decisions rest on: the answer holds there; owned */
     bool not_factored;                 /* some constraint was too large to be searched for branches */

@@ -18,6 +18,11 @@ void sga_solution_clear(struct sga_solution *sol)
 {
     for (int i = 0; i < sol->constraints; i++)
         free(sol->constraint[i].part);
+    for (int i = 0; i < sol->dense_blocks; i++) {
+        free(sol->determinant[i].col);
+        free(sol->determinant[i].source);
+    }
+    free(sol->determinant);
     free(sol->side);
     free(sol->scale);
     free(sol->constraint);
@@ -403,6 +408,36 @@ static bool contradiction_on_side(struct state *s)
     return false;
 }
 
+/* T_m Pf = 0, so the reduction asked alpha(m) = 0, and the velocities are 0: asked again of the field. */
+static int at_rest(struct state *s)
+{
+    int rest = 1;
+    for (int i = 0; i < s->sys->variables && rest == 1; i++) {
+        struct points_decision d = points_shadow_zero(s->shadow, s->sol->field[i]);
+        rest = d.truth == POINTS_ZERO ? 1 : d.truth == POINTS_NONZERO ? 0 : -1;
+    }
+    return rest;
+}
+
+static void keep_determinants(struct state *s)
+{
+    struct sga_solution *sol = s->sol;
+    sol->dense_blocks = s->ech.blocks;
+    sol->determinant = sga_calloc((size_t)s->ech.blocks + 1, sizeof *sol->determinant);
+    for (int q = 0; q < s->ech.blocks; q++) {
+        const struct ech_dense *b = s->ech.block + q;
+        struct sga_determinant *d = sol->determinant + q;
+        d->size = b->size;
+        d->value = ech_block_test(s->st, b, &d->solve);
+        d->col = sga_malloc((size_t)b->size * sizeof *d->col);
+        d->source = sga_malloc((size_t)b->size * sizeof *d->source);
+        for (int k = 0; k < b->size; k++) {
+            d->col[k] = s->ech.pivot[b->first + k].col;
+            d->source[k] = s->ech.pivot[b->first + k].row.source;
+        }
+    }
+}
+
 static void conclude(struct state *s)
 {
     struct sga_solution *sol = s->sol;
@@ -413,8 +448,10 @@ static void conclude(struct state *s)
         bool point = sol->constraints == s->sys->variables;
         sol->verdict = sol->free_columns ? SGA_UNDERDETERMINED
                        : point && !sol->depends_on_time ? SGA_ISOLATED : SGA_UNIQUE;
+        if (sol->verdict == SGA_ISOLATED)
+            sol->equilibrium = at_rest(s);
     }
-    sol->dense_blocks = s->ech.blocks;
+    keep_determinants(s);
     sol->sides = s->shadow->sides;
     if (sol->sides)
         sol->side = memcpy(sga_malloc((size_t)sol->sides * sizeof *sol->side), s->shadow->side, (size_t)sol->sides * sizeof *sol->side);

@@ -45,7 +45,7 @@ static struct num_tape *direct_tape(struct field *f, const struct sga_solution *
 {
     enum { FACTORS = 8 };      /* of one pivot, at most */
     struct expr_store *st = f->sys->store;
-    size_t most = (size_t)sol->pivots * FACTORS + (size_t)sol->sides + (size_t)f->n + 1;
+    size_t most = (size_t)sol->pivots * FACTORS + (size_t)sol->sides + (size_t)sol->dense_blocks + (size_t)f->n + 1;
     expr_id *root = sga_malloc(most * sizeof *root);
     memcpy(root, sol->field, (size_t)f->n * sizeof *root);
     for (int i = 0; i < sol->sides; i++)       /* first: beyond these the answer does not hold */
@@ -54,6 +54,8 @@ static struct num_tape *direct_tape(struct field *f, const struct sga_solution *
     for (int q = 0; q < sol->pivots; q++)
         if (!expr_is_const(st, sol->pivot[q].value))
             f->pivots += watch_pivot(f, sol->pivot[q].value, root + f->n + f->pivots, FACTORS);
+    for (int q = 0; q < sol->dense_blocks; q++)
+        root[f->n + f->pivots++] = sol->determinant[q].value;
     f->pivot_expr = sga_malloc((size_t)(f->pivots + 1) * sizeof *f->pivot_expr);
     memcpy(f->pivot_expr, root + f->n, (size_t)f->pivots * sizeof *f->pivot_expr);
     struct num_tape *t = num_tape_new(st, root, f->n + f->pivots, inputs, f->n + 1, err);

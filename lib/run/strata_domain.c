@@ -1,0 +1,78 @@
+/* Where the equations as given have no value: zeros of their denominators, and of what they take the
+ * logarithm of, that the constraint set reaches. Only the boundary is listed, not what happens there. */
+#include "strata_listing.h"
+
+#include <stdlib.h>
+
+#include "mem.h"
+#include "poly.h"
+
+enum { MOST = 60, VARIABLES = 400 };
+
+static void consider(struct listing *l, expr_id factor, int *looked)
+{
+    struct job *j = l->j;
+    struct points_point p;
+    int rank;
+    unsigned f = expr_facts_of(&l->facts, &j->request.store, factor);
+    if (f & EXPR_NONZERO || !(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)) || (*looked)++ >= MOST || !sga_budget_ok(&j->budget, j->err))
+        return;
+    enum strata_moving moving = f & EXPR_HAS_VARIABLE ? STRATA_FIXED : STRATA_TIME;
+    enum points_status status = strata_look_at(j, (struct strata_look){ j->solution.constraints, factor, moving, 0 }, &p, &rank);
+    points_point_clear(&p);
+    if (status == POINTS_OK)
+        strata_add(j, factor, -1, (struct stratum){ .kind = "domain" });
+}
+
+static void factors(struct listing *l, expr_id value, int *looked)
+{
+    struct poly_limits limits = { .max_terms = 200, .max_bits = 2000, .max_degree = 40, .max_generators = 24, .budget = &l->j->budget };
+    struct poly_factors f;
+    if (!poly_numerator_factors(&l->j->request.store, value, &limits, &f)) {
+        consider(l, value, looked);
+        return;
+    }
+    for (int i = 0; i < f.factors; i++)
+        if (!f.factor[i].never_zero)
+            consider(l, f.factor[i].expr, looked);
+    poly_factors_clear(&f);
+}
+
+/* What must not vanish for the node to have a value; EXPR_UNDEF: nothing. */
+static expr_id denominator(const struct expr_node *n)
+{
+    switch ((enum expr_op)n->op) {
+    case EXPR_DIV: return n->b;
+    case EXPR_POWI: return n->b < 0 ? n->a : EXPR_UNDEF;
+    case EXPR_LOG: return n->a;
+    default: return EXPR_UNDEF;
+    }
+}
+
+void strata_domain(struct listing *l)
+{
+    const struct sys_system *sys = &l->j->request.system;
+    int total = sys->rows, at = 0, looked = 0, found = 0;
+    if (sys->variables > VARIABLES)
+        return;
+    for (int i = 0; i < sys->rows; i++)
+        total += sys->row[i].entries;
+    expr_id *root = sga_malloc(((size_t)total + 1) * sizeof *root), value[MOST];
+    for (int i = 0; i < sys->rows; i++) {
+        root[at++] = sys->row[i].alpha;
+        for (int k = 0; k < sys->row[i].entries; k++)
+            root[at++] = sys->row[i].entry[k].value;
+    }
+    struct expr_cone cone;
+    expr_cone_init(&cone);
+    expr_cone_of(sys->store, &cone, root, at);
+    for (int i = 0; i < cone.count && found < MOST; i++) {
+        expr_id d = denominator(sys->store->node + cone.list[i]);
+        if (d && !expr_is_const(sys->store, d))
+            value[found++] = d;
+    }
+    expr_cone_clear(&cone);
+    free(root);
+    for (int i = 0; i < found; i++)
+        factors(l, value[i], &looked);
+}

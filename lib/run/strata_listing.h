@@ -1,0 +1,46 @@
+/* Inside the run folder: while the list of the strata is made. */
+#ifndef SGA_RUN_STRATA_LISTING_H
+#define SGA_RUN_STRATA_LISTING_H
+
+#include "facts.h"
+#include "strata_case.h"
+
+struct listing {
+    struct job *j;
+    struct expr_facts facts;
+    int off, moved;           /* how many factors were looked at off the final set, and for special parameters */
+    int before, rank;         /* generic rank with the first `before` constraints; -1: not known */
+};
+
+/* What is looked for beside the values of the variables. */
+enum strata_moving { STRATA_FIXED, STRATA_PARAMETERS, STRATA_TIME };
+
+/* Adds the zero set of factor, on the branches chosen among the first `before` constraints;
+ * EXPR_UNDEF: what as->description says. Takes over what `as` holds. */
+void strata_add(struct job *j, expr_id factor, int before, struct stratum as);
+
+/* What is looked for: a point of the set of the first c constraints where factor vanishes, too
+ * (EXPR_UNDEF: of the set alone), from so many random starts (0: as many as usual). */
+struct strata_look {
+    int c;
+    expr_id factor;
+    enum strata_moving moving;
+    int starts;
+};
+
+/* The point, and the rank there; *rank is -1 where an irregular place was approached. With
+ * STRATA_TIME the point's x has the time after the variables. The caller clears p in every case. */
+enum points_status strata_look_at(struct job *j, struct strata_look look, struct points_point *p, int *rank);
+
+/* Whether a real point of Pf with factor = 0 can be found at which the rank is lower than
+ * on Pf in general: otherwise the pivot only happened to vanish there. as gets the point. */
+bool strata_drops(struct job *j, expr_id factor, int starts, struct stratum *as);
+
+/* Lists each factor of value, a pivot chosen on the set of the first `before` constraints, that can vanish. */
+void strata_factors(struct listing *l, expr_id value, int before);
+
+/* Zeros of the determinants of dense blocks, and zeros of denominators of the equations. */
+void strata_determinants(struct listing *l);
+void strata_domain(struct listing *l);
+
+#endif
