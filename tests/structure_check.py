@@ -52,7 +52,19 @@ class StructureCheck:
     def check(self, ok, what, detail=""):
         self.tally.check(ok, f"{self.name}: structure: {what}", detail)
 
+    def determines(self, expect):
+        """No equation is differentiated more often than there are generations; and what is expected."""
+        generations = self.result["index"]["generations"] if "index" in self.result else None
+        got = {d["derivative_of"]: d["equations"] for d in self.s.get("determines", [])}
+        for name, equations in got.items():
+            for e in equations or []:
+                self.check(generations is None or e["differentiated"] <= generations, f"{name}: differentiated at most once a generation")
+        for name, should in expect.items():
+            is_ = {str(e.get("equation", "restriction")): e["differentiated"] for e in got.get(name) or []}
+            self.check(is_ == should, f"{name} is determined by {should}", str(is_))
+
     def run(self, expect):
+        self.determines(expect.get("determines", {}))
         if self.result["verdict"] != "inconsistent":
             with mpmath.workdps(self.answer.digits + 15):
                 self.whole = None not in self.rows

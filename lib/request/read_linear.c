@@ -23,16 +23,7 @@ static bool is_free_name(const struct reader *rd, const json_t *v)
 
 static bool depends_on_state(const struct expr_store *st, expr_id e)
 {
-    struct expr_cone c;
-    bool found = false;
-    expr_cone_init(&c);
-    expr_cone_of(st, &c, &e, 1);
-    for (int i = 0; i < c.count; i++) {
-        const struct expr_node *n = st->node + c.list[i];
-        found = found || (n->op == EXPR_SYM && st->symbol[n->a].kind == EXPR_VARIABLE);
-    }
-    expr_cone_clear(&c);
-    return found;
+    return symbol_kinds(st, e) & 1u << EXPR_VARIABLE;
 }
 
 static bool read_input(struct reader *rd, struct linear *l, const json_t *v, int j)

@@ -7,16 +7,7 @@
 /* A constant has no symbols but parameters. */
 static bool is_constant(const struct expr_store *st, expr_id e)
 {
-    struct expr_cone c;
-    bool ok = true;
-    expr_cone_init(&c);
-    expr_cone_of(st, &c, &e, 1);
-    for (int i = 0; i < c.count; i++) {
-        const struct expr_node *n = st->node + c.list[i];
-        ok = ok && (n->op != EXPR_SYM || st->symbol[n->a].kind == EXPR_PARAMETER);
-    }
-    expr_cone_clear(&c);
-    return ok;
+    return !(symbol_kinds(st, e) & ~(1u << EXPR_PARAMETER));
 }
 
 static bool add_entry(struct reader *rd, struct read_matrix *m, int row, int col, const json_t *v)

@@ -12,16 +12,7 @@
 
 static bool only_time(const struct expr_store *st, expr_id e)
 {
-    struct expr_cone c;
-    bool ok = true;
-    expr_cone_init(&c);
-    expr_cone_of(st, &c, &e, 1);
-    for (int i = 0; i < c.count; i++) {
-        const struct expr_node *n = st->node + c.list[i];
-        ok = ok && (n->op != EXPR_SYM || st->symbol[n->a].kind == EXPR_TIME || st->symbol[n->a].kind == EXPR_PARAMETER);
-    }
-    expr_cone_clear(&c);
-    return ok;
+    return !(symbol_kinds(st, e) & ~(1u << EXPR_TIME | 1u << EXPR_PARAMETER));
 }
 
 /* The matrix at a place of the JSON, dense, into zeroed handles of rows x cols. */

@@ -66,6 +66,8 @@ int state_variable(struct reader *rd, const char *name);
 /* For struct expr_grammar once the system stands: x' where it is a state variable. */
 expr_id state_derivative(void *ctx, int symbol, int order);
 
+/* value.c: the kinds of symbols in an expression, bit 1 << kind for each (enum expr_symbol_kind). */
+unsigned symbol_kinds(const struct expr_store *st, expr_id e);
 /* value.c: the double nearest to a constant expression; false where it has none. */
 bool constant_value(const struct expr_store *st, expr_id e, double *out);
 

@@ -96,3 +96,18 @@ bool constant_value(const struct expr_store *st, expr_id e, double *out)
     expr_cone_clear(&c);
     return isfinite(*out);
 }
+
+unsigned symbol_kinds(const struct expr_store *st, expr_id e)
+{
+    struct expr_cone c;
+    unsigned kinds = 0;
+    expr_cone_init(&c);
+    expr_cone_of(st, &c, &e, 1);
+    for (int i = 0; i < c.count; i++) {
+        const struct expr_node *n = st->node + c.list[i];
+        if (n->op == EXPR_SYM)
+            kinds |= 1u << st->symbol[n->a].kind;
+    }
+    expr_cone_clear(&c);
+    return kinds;
+}

@@ -5,6 +5,9 @@
 
 #include "mem.h"
 
+/* Each of them may list all equations. */
+enum { MOST_DETERMINED = 400 };
+
 static const char *name_of(const struct job *j, int variable)
 {
     return j->request.store.symbol[j->request.system.variable[variable].symbol].name;
@@ -89,6 +92,8 @@ static void write_initial(const struct job *j, struct sga_json *w)
         sga_json_object(w);
         sga_json_member_string(w, "variable", name_of(j, s->solved_for[k]));
         sga_json_member_int(w, "constraint", k);
+        if (s->follow)
+            write_names(j, w, "follows_from", s->follow + s->follow_first[k], s->follow_first[k + 1] - s->follow_first[k]);
         sga_json_end_object(w);
     }
     sga_json_end_array(w);
@@ -211,6 +216,38 @@ static void write_blocks(const struct job *j, struct sga_json *w)
     free(member);
 }
 
+/* Which equations, differentiated how often, determine the derivatives of each block. */
+static void write_determines(const struct job *j, struct sga_json *w)
+{
+    const struct structure *s = &j->structure;
+    sga_json_key(w, "determines");
+    sga_json_array(w);
+    for (int i = 0; i < j->request.system.variables; i++) {
+        int b = s->block[i];
+        if (b < 0)
+            continue;
+        sga_json_object(w);
+        sga_json_member_string(w, "derivative_of", name_of(j, i));
+        sga_json_key(w, "equations");
+        if (s->origin_unknown[b]) {
+            sga_json_null(w);
+            sga_json_end_object(w);
+            continue;
+        }
+        sga_json_array(w);
+        for (int k = s->origin_first[b]; k < s->origin_first[b + 1]; k++) {
+            const struct structure_origin *o = s->origin + k;
+            sga_json_object(w);
+            sga_json_member_int(w, o->equation >= 0 ? "equation" : "restriction", o->equation >= 0 ? o->equation : o->restriction);
+            sga_json_member_int(w, "differentiated", o->differentiated);
+            sga_json_end_object(w);
+        }
+        sga_json_end_array(w);
+        sga_json_end_object(w);
+    }
+    sga_json_end_array(w);
+}
+
 static void write_motion(const struct job *j, struct sga_json *w)
 {
     const struct structure *s = &j->structure;
@@ -257,6 +294,8 @@ void answer_write_structure(struct job *j, struct sga_json *w)
         write_initial(j, w);
         write_equations(j, w);
         write_blocks(j, w);
+        if (j->structure.origin && j->request.system.variables <= MOST_DETERMINED)
+            write_determines(j, w);
         write_motion(j, w);
     }
     sga_json_key(w, "predicted");

@@ -52,6 +52,10 @@ bool structure_find(const struct sys_system *sys, const struct sga_solution *sol
     }
     if (sga_budget_ok(budget, err))
         structure_blocks(&w, out);
+    if (sol->verdict != SGA_INCONSISTENT && sga_budget_ok(budget, err)) {
+        structure_origins(&w, out);
+        structure_follow(&w, out);
+    }
     points_shadow_clear(&w.space);
     expr_cone_clear(&w.cone);
     free(w.column);
@@ -73,6 +77,11 @@ void structure_clear(struct structure *s)
         free(s->equation[i].part);
     free(s->equation);
     free(s->block);
+    free(s->origin);
+    free(s->origin_first);
+    free(s->origin_unknown);
+    free(s->follow);
+    free(s->follow_first);
     free(s->matched);
     free(s->motion.first);
     free(s->motion.member);

@@ -24,6 +24,10 @@ void structure_equations(struct structure_work *w, struct structure *out);
 /* Incidence, matching, blocks, groups. */
 void structure_blocks(struct structure_work *w, struct structure *out);
 
+/* What each block rests on (after the blocks), and each determined initial value. */
+void structure_origins(struct structure_work *w, struct structure *out);
+void structure_follow(struct structure_work *w, struct structure *out);
+
 /* Whether e is zero on all of the space: 1, 0, -1 unknown. */
 int structure_zero_everywhere(struct structure_work *w, expr_id e);
 

@@ -38,6 +38,12 @@ struct structure_group {           /* variables first[k] .. first[k + 1] - 1 of 
     int *first, *member;
 };
 
+/* An equation of the request, or a function of its restriction, and how often it is differentiated. */
+struct structure_origin {
+    int equation, restriction;     /* one of them is -1 */
+    int differentiated;
+};
+
 struct structure {
     int *variable; expr_id *constraint;   /* what the shadow's space points to from now on */
     bool has_initial;
@@ -48,6 +54,13 @@ struct structure {
      * as blocks in solution order: by variable its block (-1: a free function) and the
      * equation (index as above) that it is matched with. */
     int blocks, *block, *matched;
+    /* By block b: what it rests on, origin[origin_first[b]] ..; constraints are traced back along
+     * their combinations. Equations whose velocities were inserted on the way are not counted
+     * again. origin NULL: too large; origin_unknown[b]: a combination is not known. */
+    struct structure_origin *origin; int *origin_first; unsigned char *origin_unknown;
+    /* By constraint i: the free variables that solved_for[i] follows from, follow[follow_first[i]] ..;
+     * NULL: too large. */
+    int *follow, *follow_first;
     /* Variables by what their motion needs, itself and earlier groups only. */
     struct structure_group motion;
     int *motion_group;             /* by variable */
