@@ -1,5 +1,6 @@
 """One case: a request, what is expected of the answer, and the identities that hold anyway."""
 import json
+import re
 
 import mpmath
 
@@ -9,6 +10,10 @@ from identities import Answer, Broken
 
 KNOWN = set("verdict ambient generations final index differentiation seed gauge equilibrium variables on off field "
             "parameters near digits error trajectory strata initial points identities".split()) | {"kronecker"}
+
+
+# Where a case comes from: a reference with its year, or "own: why it is there"
+SOURCE = re.compile(r"own: .{5}|.{8,}\b(1[89]|20)\d\d\b")
 
 
 def number(x):
@@ -25,8 +30,9 @@ class CaseCheck:
         expect = case["expect"]
         name = case["name"]
         unknown = set(expect) - KNOWN
-        if unknown or not case.get("source"):
-            self.tally.check(False, name, f"the case itself: {unknown or 'no source'}")
+        if unknown or not SOURCE.match(case.get("source", "")):
+            self.tally.check(False, name, "the case itself: " + str(
+                unknown or "source must be a reference with its year, or start with 'own: ' and say why the case is there"))
             return
         request = case["body"] if "body" in case else case["request"]
         try:

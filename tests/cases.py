@@ -1,4 +1,7 @@
-"""Runs every tests/cases/*.json: cases.py BUILD_DIR [NAME...]"""
+"""Runs every tests/cases/*.json: cases.py BUILD_DIR [NAME...]
+
+A case says where it comes from (source) and may say how its expectations were found
+(note)."""
 import glob
 import json
 import os
@@ -7,6 +10,8 @@ import sys
 from case_check import CaseCheck
 from solver import Solver
 from tally import ROOT, Tally, build_folder
+
+CITED = 150    # cases that cite a paper or a book, at the least
 
 
 def load(patterns):
@@ -21,14 +26,16 @@ def load(patterns):
 def main():
     tally = Tally("cases")
     check = CaseCheck(tally, Solver(build_folder()))
-    names = set()
+    names, cited = set(), 0
     for case in load(sys.argv[2:]):
         tally.check(case["name"] not in names, case["name"], "two cases of one name")
         names.add(case["name"])
+        cited += not case.get("source", "own: ").startswith("own: ")
         if os.environ.get("SGA_TEST_VERBOSE"):
             print("#", case["name"], flush=True)
         check.run(case)
-    print(f"{len(names)} cases")
+    print(f"{len(names)} cases, {cited} of them from the literature")
+    tally.check(sys.argv[2:] or cited >= CITED, "cases from the literature", f"{cited}, should be {CITED} at least")
     return tally.end()
 
 
