@@ -2,6 +2,7 @@
 #
 #   make run      install what is missing, build, start a daemon, solve the arm, show it
 #   make test     install what is missing, build, run every test; ends with N passed, N failed
+#   make kill-test [ROUNDS=100]    kill -9 at random moments, nothing accepted is lost
 #   make bench    ratios against peers in the same run (needs python3-sympy)
 #   make SAN=address,undefined test      the same with sanitizers, in a build folder of its own
 #   make FLOOR=ode unit                  only the unit tests of one folder of lib/
@@ -32,17 +33,19 @@ DEPS_form    := sys expr base
 DEPS_request := form sys expr base
 DEPS_points  := lin num poly expr base
 DEPS_sga     := points lin num poly sys expr base
+DEPS_graph   := base
+DEPS_structure := sga graph points lin num poly sys expr base
 DEPS_ode     := lin base
 DEPS_traj    := ode sga points lin num poly sys expr base
-DEPS_run     := operator pencil traj ode sga points lin num poly request form sys expr base
-FLOORS := base expr sys lin pencil num poly operator form request points sga ode traj run
+DEPS_run     := structure graph operator pencil traj ode sga points lin num poly request form sys expr base
+FLOORS := base graph expr sys lin pencil num poly operator form request points sga structure ode traj run
 
 # Programs see the public face of the library only.
 SERVER_DEPS := run request form sys expr base
 CLIENT_DEPS := run base
 
 LIBS := -lcalcium -lflint-arb -lflint -lmpfr -lgmp -lklu -lamd -lcolamd -lbtf -lsuitesparseconfig -lgsl -lgslcblas -ljansson -lm
-SERVER_LIBS := -lmicrohttpd -lsqlite3 -lgnutls -lpthread
+SERVER_LIBS := -lmicrohttpd -lsqlite3 -lgnutls -lseccomp -lpthread
 CLIENT_LIBS :=
 
 LIB_SRC := $(foreach f,$(FLOORS),$(wildcard lib/$(f)/*.c))
@@ -52,7 +55,7 @@ SERVER_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard server/*.c)) $(B)/server/embedd
 # daemon does; it needs no JSON library.
 CLIENT_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard clients/*.c)) $(B)/server/scan.o $(B)/server/problem.o
 
-.PHONY: all lib run test unit bench clean deps check-deps
+.PHONY: all lib run test unit bench kill-test clean deps check-deps
 all: $(B)/sgad $(B)/sga $(B)/libsga.a
 lib: $(B)/libsga.a
 
@@ -110,6 +113,10 @@ test: deps
 bench: deps
 	@$(MAKE) --no-print-directory all
 	@tests/bench/run $(B)
+# The daemon killed a hundred times while clients post; the history they saw is checked.
+kill-test: deps
+	@$(MAKE) --no-print-directory all
+	@PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 tests/api/kill.py $(B) $(or $(ROUNDS),100)
 clean:
 	rm -rf build build-*
 

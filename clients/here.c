@@ -2,8 +2,12 @@
 #include "problem.h"
 #include "request.h"
 #include "run.h"
+#include "scan.h"
 
+#include <signal.h>
 #include <stdio.h>
+#include <string.h>
+#include <unistd.h>
 
 static void describe(const struct sga_error *err, char *out, size_t size)
 {
@@ -16,17 +20,76 @@ static void describe(const struct sga_error *err, char *out, size_t size)
         snprintf(out + n, size - (size_t)n, ": %s", *err->detail ? err->detail : sga_code_title(err->code));
 }
 
-bool solve_here(const char *request, size_t length, struct answer *a)
+static void tell(const struct sga_error *err, struct answer *a)
 {
-    struct sga_run_options options = { .max_seconds = 0 };
-    struct sga_error err = { 0 };
-    sga_init();
-    if (sga_run(request, length, &options, &a->text, &err))
-        return true;
-    describe(&err, a->problem, sizeof a->problem);
     struct sga_json w;
+    describe(err, a->problem, sizeof a->problem);
     sga_buf_clear(&a->text);
     sga_json_begin(&w, &a->text);
-    problem_write(&w, &err);
+    problem_write(&w, err);
+}
+
+struct stuck {
+    struct answer *answer;
+    void (*tell)(const struct answer *a);
+};
+
+/* Memory or time ended inside a library call that cannot be left. */
+static void wall(void *ctx, const struct sga_error *err)
+{
+    const struct stuck *s = ctx;
+    tell(err, s->answer);
+    s->tell(s->answer);
+    _exit(1);
+}
+
+/* For a call that neither ends nor allocates: what is to be said when the alarm comes, made
+ * beforehand, because little may be done in a handler. The daemon kills its child instead. */
+static struct sga_buf late_line, late_object;
+static const double DEFAULT_SECONDS = 30, GRACE_SECONDS = 10;
+
+static void too_late(int number)
+{
+    (void)number;
+    ssize_t ignored = write(STDERR_FILENO, late_line.data, late_line.len);
+    if (late_object.len)
+        ignored = write(STDOUT_FILENO, late_object.data, late_object.len);
+    (void)ignored;
+    _exit(1);
+}
+
+static void set_alarm(const char *request, size_t length, bool readable)
+{
+    struct slice limits = scan_member(scan_value(request, request + length), "limits");
+    double seconds = scan_number(scan_member(limits, "seconds"), DEFAULT_SECONDS);
+    struct sga_error err = { .code = SGA_E_LIMIT_SECONDS };
+    struct answer a = { .readable = readable };
+    if (!(seconds > 0 && seconds < 1e6))
+        return;
+    snprintf(err.detail, sizeof err.detail, "the limit of %g seconds was reached, and %g seconds later the job had not come to "
+             "an end; raise limits.seconds or ask for less in want", seconds, GRACE_SECONDS);
+    tell(&err, &a);
+    sga_buf_printf(&late_line, "sga: %s\n", a.problem);
+    if (!readable)
+        late_object = a.text;
+    else
+        sga_buf_free(&a.text);
+    sga_buf_puts(&late_object, readable ? "" : "\n");
+    signal(SIGALRM, too_late);
+    alarm((unsigned)(seconds + GRACE_SECONDS) + 1);
+}
+
+bool solve_here(const char *request, size_t length, struct answer *a, void (*stuck)(const struct answer *a))
+{
+    struct stuck s = { a, stuck };
+    struct sga_run_options options = { .wall = wall, .ctx = &s };
+    struct sga_error err = { 0 };
+    sga_init();
+    set_alarm(request, length, a->readable);
+    bool ok = sga_run(request, length, &options, &a->text, &err);
+    alarm(0);
+    if (ok)
+        return true;
+    tell(&err, a);
     return false;
 }

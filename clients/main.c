@@ -74,21 +74,25 @@ static int print_result(const struct answer *a, bool text)
     return ok ? DONE : FAILED;
 }
 
+static void print_problem(const struct answer *a)
+{
+    fprintf(stderr, "sga: %s\n", a->problem);
+    if (!a->readable && a->text.len)      /* programs get the problem object */
+        print_result(a, false);
+}
+
 static int solve(const struct arguments *args)
 {
     struct sga_buf request = { 0 };
-    struct answer a = { .problem = "" };
+    struct answer a = { .readable = args->text || (!args->json && isatty(STDOUT_FILENO)) };
     int status = FAILED;
     if (read_request(args->file, &request)) {
         const char *text = request.data ? request.data : "";
-        bool ok = args->server ? solve_there(args->server, text, request.len, args->wait, &a) : solve_here(text, request.len, &a);
-        bool readable = args->text || (!args->json && isatty(STDOUT_FILENO));
+        bool ok = args->server ? solve_there(args->server, text, request.len, args->wait, &a) : solve_here(text, request.len, &a, print_problem);
         if (ok)
-            status = print_result(&a, readable);
+            status = print_result(&a, a.readable);
         else
-            fprintf(stderr, "sga: %s\n", a.problem);
-        if (!ok && !readable && a.text.len)      /* programs get the problem object */
-            print_result(&a, false);
+            print_problem(&a);
     }
     sga_buf_free(&request);
     sga_buf_free(&a.text);

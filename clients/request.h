@@ -10,10 +10,12 @@
 struct answer {
     struct sga_buf text;      /* the result; or the problem object; or nothing */
     char problem[1400];       /* why there is none, for a reader; "" otherwise */
+    bool readable;            /* shown as text, not as JSON */
 };
 
-/* Runs the request in this process. */
-bool solve_here(const char *request, size_t length, struct answer *a);
+/* Runs the request in this process. Where a library call runs past memory or time and cannot
+ * be left, `stuck` is called with the problem in a: it ends the process. */
+bool solve_here(const char *request, size_t length, struct answer *a, void (*stuck)(const struct answer *a));
 /* Posts it to http://HOST[:PORT] and waits, at most so many seconds (0: as long as it takes). */
 bool solve_there(const char *url, const char *request, size_t length, double seconds, struct answer *a);
 

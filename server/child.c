@@ -35,13 +35,14 @@ static bool spawn(struct child *c, int end, char *const argv[])
     return rc == 0;
 }
 
-bool child_start(struct child *c, size_t memory, long max_seconds)
+bool child_start(struct child *c, const struct config *config)
 {
-    char parent[24], space[24], seconds[24];
+    char parent[24], space[24], seconds[24], result[24];
     snprintf(parent, sizeof parent, "%ld", (long)getpid());
-    snprintf(space, sizeof space, "%zu", memory);
-    snprintf(seconds, sizeof seconds, "%ld", max_seconds);
-    char *argv[] = { "sgad", CHILD_FLAG, parent, space, seconds, NULL };
+    snprintf(space, sizeof space, "%ld", config->child_memory);
+    snprintf(seconds, sizeof seconds, "%ld", config->max_seconds);
+    snprintf(result, sizeof result, "%ld", config->result_limit);
+    char *argv[] = { "sgad", CHILD_FLAG, parent, space, seconds, result, NULL };
     int pair[2];
     c->pid = 0;
     if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair) != 0)

@@ -8,6 +8,8 @@
 #include <stddef.h>
 #include <sys/types.h>
 
+#include "config.h"
+
 #define CHILD_FLAG "--run-child"      /* hidden first argument of the program */
 
 struct child {
@@ -16,7 +18,7 @@ struct child {
 };
 
 /* Start one. Its death signal is tied to the calling thread, which must outlive it. */
-bool child_start(struct child *c, size_t memory, long max_seconds);
+bool child_start(struct child *c, const struct config *config);
 /* Kill and reap; how it ended (or had ended) in words. */
 void child_end(struct child *c, char *how, size_t size);
 

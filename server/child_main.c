@@ -3,18 +3,26 @@
 #include "child.h"
 #include "budget.h"
 #include "run.h"
+#include "sandbox.h"
 #include "wire.h"
 
 #include <poll.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
-enum { SOCKET = 3, ARGUMENTS = 5 };
+enum { SOCKET = 3, ARGUMENTS = 6, WALL_EXIT = 3 };
+/* Text, libraries and the request itself. */
+static const size_t HEADROOM = 96 << 20;
 static const double PROGRESS_EVERY = 0.05, LOOK_EVERY = 0.02;    /* seconds */
+
+/* What one job may use. */
+struct allowance {
+    double seconds;
+    size_t memory, result;
+};
 
 struct running {
     struct wire_progress told;
@@ -22,25 +30,20 @@ struct running {
     bool cancelled;
 };
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-enum { CAN_LIMIT_MEMORY = 0 };      /* sanitizers reserve terabytes of address space */
-#else
-enum { CAN_LIMIT_MEMORY = 1 };
-#endif
-
-/* What keeps a bad job inside. A sandbox of system calls and files goes here as well. */
-static void confine(pid_t parent, size_t memory)
+/* What keeps a bad job inside. The library opens one descriptor, by which it measures its
+ * memory: that comes first. */
+static bool confine(pid_t parent, size_t memory)
 {
-    prctl(PR_SET_PDEATHSIG, SIGKILL);
-    if (getppid() != parent)
-        _exit(1);                    /* it died before the line above */
+    struct sandbox s = { .parent = parent, .memory = memory, .descriptors = SOCKET + 2 };
+    char why[200];
     close_range(SOCKET + 1, ~0U, 0);
+    sga_init();
     signal(SIGINT, SIG_IGN);         /* a terminal's ^C goes to the whole group: the parent decides */
     signal(SIGTERM, SIG_IGN);
-    struct rlimit none = { 0, 0 }, space = { memory, memory };
-    setrlimit(RLIMIT_CORE, &none);
-    if (memory && CAN_LIMIT_MEMORY)
-        setrlimit(RLIMIT_AS, &space);
+    if (sandbox_enter(&s, why, sizeof why))
+        return true;
+    wire_send(SOCKET, WIRE_UNSAFE, 0, why, strlen(why));
+    return false;
 }
 
 static uint64_t resident(void)
@@ -81,10 +84,21 @@ static bool cancelled(void *ctx)
     return r->cancelled;
 }
 
-static bool run(const char *request, size_t length, double max_seconds)
+/* Memory or time ended inside a library call: the last words, in memory that is there already. */
+static void wall(void *ctx, const struct sga_error *err)
+{
+    (void)ctx;
+    wire_send(SOCKET, WIRE_LAST, 0, err, sizeof *err);
+    _exit(WALL_EXIT);
+}
+
+static bool run(const char *request, size_t length, const struct allowance *allowed)
 {
     struct running r = { .told_at = 0 };
-    struct sga_run_options options = { .max_seconds = max_seconds, .progress = progress, .cancelled = cancelled, .ctx = &r };
+    struct sga_run_options options = {
+        .max_seconds = allowed->seconds, .max_memory = allowed->memory, .max_result = allowed->result,
+        .progress = progress, .cancelled = cancelled, .wall = wall, .ctx = &r,
+    };
     struct sga_buf out = { 0 };
     struct sga_error err = { 0 };
     bool ok = sga_run(request, length, &options, &out, &err);
@@ -96,11 +110,16 @@ static bool run(const char *request, size_t length, double max_seconds)
 
 int child_main(int argc, char **argv)
 {
-    sga_init();
     if (argc != ARGUMENTS)
         return 2;
-    confine((pid_t)atol(argv[2]), strtoul(argv[3], NULL, 10));
-    double max_seconds = atof(argv[4]);
+    size_t space = strtoul(argv[3], NULL, 10);
+    if (!confine((pid_t)atol(argv[2]), space))
+        return 1;
+    /* The library's own wall stands a quarter past its limit: both are inside the space. */
+    struct allowance allowed = {
+        .seconds = atof(argv[4]), .result = strtoul(argv[5], NULL, 10),
+        .memory = space > 2 * HEADROOM ? (size_t)(0.8 * (double)(space - HEADROOM)) : space / 3,
+    };
     struct wire_header h;
     while (wire_read(SOCKET, &h, sizeof h)) {
         if (h.type == WIRE_CANCEL)
@@ -109,7 +128,7 @@ int child_main(int argc, char **argv)
         if (h.type != WIRE_RUN || !request || !wire_read(SOCKET, request, h.length))
             return 1;
         request[h.length] = 0;
-        bool sent = run(request, h.length, max_seconds);
+        bool sent = run(request, h.length, &allowed);
         free(request);
         if (!sent)
             return 0;

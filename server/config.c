@@ -213,4 +213,5 @@ void config_usage(FILE *out)
         fputc('\n', out);
     }
     fprintf(out, "  --%-16s %s\n  --%-16s %s\n", "config", "file of settings", "version", "print the version");
+    fprintf(out, "  --%-16s %s\n", "check-sandbox", "try what the processes that run jobs must not be able to do, and say what came of it");
 }

@@ -39,7 +39,7 @@ enum MHD_Result handle_get_job(struct exchange *e)
     struct finished *f = NULL;
     if (e->job)
         return living(e);             /* resumed */
-    enum lookup found = lookup_job(e->service, e->segment, &e->job, &f);
+    enum lookup found = lookup_or_run(e->service, e->segment, &e->job, &f);
     if (f) {
         reply_header(e, "ETag", "%s", f->etag);
         if (!reply_matches(e, f->etag))

@@ -73,6 +73,9 @@ static void forget(struct job **at)
     struct job *job = *at;
     *at = job->chain;
     job->chain = NULL;
+    if (job->unsaved)
+        job->table->unsaved--;
+    job->unsaved = false;
     job_unref(job);
 }
 

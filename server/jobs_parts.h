@@ -19,6 +19,7 @@ struct job {
     uint64_t event;
     int stored;
     bool cancel;
+    bool unsaved;                    /* its end could not be written: tried again */
     int wake_fd;                     /* of the worker that runs it; -1 */
     struct finished *finished;
     struct waiter *waiters;
@@ -44,6 +45,8 @@ struct jobs {
     unsigned long queue_count, queue_bytes, running;
     struct waiter *all;
     unsigned long waiters, streams;
+    unsigned long unsaved;           /* how many jobs are */
+    double retry_at;                 /* sga_now() */
     bool draining, closed, stopping;
 };
 
@@ -53,6 +56,8 @@ void jobs_enqueue(struct jobs *js, struct job *job);
 void jobs_dequeue(struct jobs *js, struct job *job);
 /* Something changed: resumes those who waited for it. */
 void jobs_notify(struct jobs *js, struct job *job);
+/* Under the lock: the ends that could not be written are given to the store once more. */
+void jobs_save_again(struct jobs *js);
 /* Ends a job that no queue and no worker holds any more. Not under the lock. */
 void jobs_end(struct jobs *js, struct job *job, enum job_status status, const struct sga_error *err, const char *result, size_t length);
 

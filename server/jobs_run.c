@@ -63,16 +63,38 @@ static void end_stored(void *ctx, bool ok)
 {
     struct job *job = ctx;
     struct jobs *js = job->table;
-    (void)ok;
     pthread_mutex_lock(&js->lock);
     struct job **at = jobs_place(js, job->row.id);
-    bool mine = *at == job;
+    bool mine = *at == job && ok;
+    /* It stays in the table, where it is found, until the disk takes it. One that was
+     * replaced by a new run of the same request need not be written any more, nor one
+     * that was never on disk. */
+    if (*at == job && !ok && job->stored == 1) {
+        job->unsaved = true;
+        js->unsaved++;
+    } else if (*at == job) {
+        mine = true;
+    }
     if (mine)
         *at = job->chain;
     pthread_mutex_unlock(&js->lock);
     if (mine)
         job_unref(job);
     job_unref(job);
+}
+
+void jobs_save_again(struct jobs *js)
+{
+    for (int i = 0; i < JOBS_BUCKETS && js->unsaved; i++)
+        for (struct job *job = js->bucket[i]; job; job = job->chain) {
+            if (!job->unsaved)
+                continue;
+            job->unsaved = false;
+            js->unsaved--;
+            job_ref(job);
+            if (!store_end(js->store, &job->row, job->finished->result, end_stored, job))
+                job_unref(job);
+        }
 }
 
 static struct finished *make_text(struct job_row *row, struct slice text)

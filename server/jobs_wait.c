@@ -5,6 +5,8 @@
 
 #include <stdlib.h>
 
+static const double RETRY_SECONDS = 1;     /* of a store that fails */
+
 static bool satisfied(const struct job *job, const struct waiter *w)
 {
     switch (w->kind) {
@@ -84,6 +86,11 @@ void jobs_tick(struct jobs *js, double now)
         next = w->all_next;
         if (w->deadline <= now)
             resume(js, w);
+    }
+    if (now >= js->retry_at && (js->unsaved || !store_healthy(js->store))) {
+        js->retry_at = now + RETRY_SECONDS;
+        store_probe(js->store);
+        jobs_save_again(js);
     }
     pthread_mutex_unlock(&js->lock);
 }

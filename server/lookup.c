@@ -28,6 +28,35 @@ static enum lookup from_store(struct service *sv, const char *id, struct finishe
     return outcome;
 }
 
+/* A job that is done and whose result was dropped or damaged: its request is run again. */
+static enum lookup revive(struct service *sv, const char *id, struct job **job, struct finished **finished)
+{
+    char *request = NULL;
+    size_t length = 0;
+    enum lookup outcome = LOOKUP_GONE;
+    if (store_request(sv->store, id, &request, &length) != STORE_FOUND)
+        return LOOKUP_BROKEN;
+    switch (jobs_submit(sv->jobs, id, &request, length, job, finished)) {
+    case SUBMIT_NEW:
+    case SUBMIT_JOINED:
+        outcome = LOOKUP_LIVE;
+        break;
+    case SUBMIT_DONE:
+        outcome = LOOKUP_RECENT;
+        break;
+    default:
+        break;
+    }
+    free(request);
+    return outcome;
+}
+
+enum lookup lookup_or_run(struct service *sv, const char *id, struct job **job, struct finished **finished)
+{
+    enum lookup found = lookup_job(sv, id, job, finished);
+    return found == LOOKUP_GONE ? revive(sv, id, job, finished) : found;
+}
+
 enum lookup lookup_job(struct service *sv, const char *id, struct job **job, struct finished **finished)
 {
     if (!digest_is_id(id, strlen(id)))

@@ -15,6 +15,8 @@ enum lookup {
 };
 
 enum lookup lookup_job(struct service *sv, const char *id, struct job **job, struct finished **finished);
+/* The same, but a job whose result is gone is put into the queue again, where there is room. */
+enum lookup lookup_or_run(struct service *sv, const char *id, struct job **job, struct finished **finished);
 /* The error of the last three. */
 struct sga_error lookup_error(enum lookup outcome);
 

@@ -9,6 +9,7 @@
 #include "http.h"
 #include "log.h"
 #include "run.h"
+#include "sandbox.h"
 #include "worker.h"
 
 #include <gnutls/crypto.h>
@@ -118,6 +119,8 @@ int main(int argc, char **argv)
 {
     if (argc > 1 && strcmp(argv[1], CHILD_FLAG) == 0)
         return child_main(argc, argv);
+    if (argc == 2 && strcmp(argv[1], SANDBOX_FLAG) == 0)
+        return sandbox_check();
 
     static struct parts parts;
     struct config *c = &parts.service.config;
@@ -151,6 +154,7 @@ int main(int argc, char **argv)
     sigaddset(&signals, SIGINT);
     pthread_sigmask(SIG_BLOCK, &signals, NULL);
     signal(SIGPIPE, SIG_IGN);
+    signal(SIGXFSZ, SIG_IGN);       /* a full quota is an error of the write, no end */
     int status = serve(&parts, &signals);
     config_free(c);
     return status;

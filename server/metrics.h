@@ -19,6 +19,7 @@
     X(CHILD_STARTS,      "child_starts_total",            "Child processes started") \
     X(CHILD_DEATHS,      "child_deaths_total",            "Child processes that died while they ran a job") \
     X(CHILD_KILLS,       "child_kills_total",             "Child processes killed past a deadline or after a cancellation") \
+    X(CHILD_WALLS,       "child_walls_total",             "Child processes that ended themselves at the wall of memory or time") \
     X(STORE_COMMITS,     "store_commits_total",           "Transactions committed to the queue file") \
     X(STORE_FAILURES,    "store_failures_total",          "Transactions that failed") \
     X(REAPED,            "connections_reaped_total",      "Connections cut at a deadline") \

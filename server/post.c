@@ -31,7 +31,9 @@ static enum MHD_Result answer(struct exchange *e)
         return MHD_YES;
     struct job_look look;
     jobs_look(sv->jobs, e->job, &look);
-    if (!look.finished && look.stored == 0) {
+    /* A 202 is a promise, also where the job was faster than the disk. */
+    if (look.stored == 0 && (!look.finished || e->wait_seconds <= 0)) {
+        finished_unref(look.finished);
         if (exchange_wait(e, WAIT_STORED, sga_now() + STORE_SECONDS))
             return MHD_YES;
         jobs_look(sv->jobs, e->job, &look);
@@ -41,8 +43,10 @@ static enum MHD_Result answer(struct exchange *e)
         reply_header(e, "Preference-Applied", "wait=%ld", e->wait_seconds);
     if (look.finished) {
         reply_header(e, "ETag", "%s", look.finished->etag);
-        /* Who did not wait is told 202 in any case, even where the disk was slower. */
-        return reply_finished(e, e->wait_seconds > 0 ? 200 : 202, look.finished, false);
+        /* Who did not wait is told 202 in any case, once the row is on disk. */
+        if (e->wait_seconds > 0 || look.stored == 1)
+            return reply_finished(e, e->wait_seconds > 0 ? 200 : 202, look.finished, false);
+        finished_unref(look.finished);
     }
     reply_header(e, "Retry-After", "%d", RETRY_SECONDS);
     if (look.stored == 1)

@@ -16,6 +16,13 @@ static void bind_text(sqlite3_stmt *s, int at, const char *text)
         sqlite3_bind_null(s, at);
 }
 
+static void bind_sum(sqlite3_stmt *s, int at, struct slice text)
+{
+    unsigned char sum[DIGEST_BYTES];
+    digest(sum, text.at, text.len);
+    sqlite3_bind_blob(s, at, sum, sizeof sum, SQLITE_TRANSIENT);
+}
+
 static bool step(sqlite3_stmt *s)
 {
     int rc = sqlite3_step(s);
@@ -40,6 +47,7 @@ static bool apply(struct store *st, const struct store_op *op)
         sqlite3_bind_int(s, 2, r->status);
         sqlite3_bind_int64(s, 3, r->created);
         sqlite3_bind_blob64(s, 4, op->text.at, op->text.len, SQLITE_STATIC);
+        bind_sum(s, 5, op->text);
         return step(s);
     case OP_STARTED:
         s = st->started;
@@ -58,6 +66,8 @@ static bool apply(struct store *st, const struct store_op *op)
         sqlite3_bind_int64(s, 4, r->finished);
         bind_text(s, 5, r->error);
         return step(s);
+    case OP_PROBE:
+        return store_file_touch(st->queue);
     default:
         return true;
     }
@@ -78,13 +88,37 @@ static bool put_results(struct store *st, const struct store_op *ops)
         bind_text(st->put, 1, op->row.id);
         sqlite3_bind_int64(st->put, 2, op->row.finished);
         sqlite3_bind_blob64(st->put, 3, op->text.at, op->text.len, SQLITE_STATIC);
+        bind_sum(st->put, 4, op->text);
         ok = step(st->put);
     }
     if (ok && exec(st->cache, "COMMIT"))
         return true;
+    if (store_file_broken(sqlite3_errcode(st->cache)))
+        atomic_store(&st->cache_broken, true);
     log_event(LOG_L_ERROR, "cache_write_failed", "reason", sqlite3_errmsg(st->cache), NULL);
     exec(st->cache, "ROLLBACK");
     return false;
+}
+
+static bool prepare_put(struct store *st, char *why, size_t size)
+{
+    return (st->put = store_file_prepare(st->cache, "INSERT OR REPLACE INTO results(id, made, result, sum) VALUES(?1, ?2, ?3, ?4)", why, size));
+}
+
+/* A cache that broke while it was in use. Readers open the new file when they notice. */
+static void renew_cache(struct store *st)
+{
+    char why[512];
+    sqlite3_finalize(st->put);
+    sqlite3_close(st->cache);
+    st->put = NULL;
+    if ((st->cache = store_file_fresh(st->folder, FILE_CACHE, why, sizeof why)) && prepare_put(st, why, sizeof why)) {
+        atomic_store(&st->cache_broken, false);
+        atomic_fetch_add(&st->cache_age, 1);
+        log_event(LOG_L_WARN, "cache_dropped", "reason", "it was damaged", NULL);
+    } else {
+        log_event(LOG_L_ERROR, "cache_not_opened", "reason", why, NULL);
+    }
 }
 
 static bool write_jobs(struct store *st, const struct store_op *ops)
@@ -109,11 +143,13 @@ static bool write_jobs(struct store *st, const struct store_op *ops)
 static void commit(struct store *st, struct store_op *ops)
 {
     /* A result that could not be kept is only a cache miss later: the end still stands. */
-    bool cached = put_results(st, ops);
+    if (atomic_load(&st->cache_broken))
+        renew_cache(st);
+    bool cached = st->put && put_results(st, ops);
     bool queued = write_jobs(st, ops);
     if (!cached || !queued)
         metrics_add(st->metrics, METRIC_STORE_FAILURES);
-    atomic_store(&st->healthy, cached && queued);
+    atomic_store(&st->healthy, queued);
     while (ops) {
         struct store_op *op = ops;
         ops = op->next;
@@ -183,6 +219,11 @@ bool store_barrier(struct store *st, store_done *done, void *ctx)
     return submit(st, OP_BARRIER, NULL, nothing, done, ctx);
 }
 
+void store_probe(struct store *st)
+{
+    submit(st, OP_PROBE, NULL, nothing, NULL, NULL);
+}
+
 bool store_healthy(struct store *st)
 {
     return atomic_load(&st->healthy);
@@ -191,18 +232,18 @@ bool store_healthy(struct store *st)
 static bool prepare_writer(struct store *st, char *why, size_t size)
 {
     sqlite3 *q = st->queue;
-    return (st->insert = store_file_prepare(q, "INSERT OR REPLACE INTO jobs(id, status, attempts, created, started, finished, request)"
-                                               " VALUES(?1, ?2, 0, ?3, 0, 0, ?4)", why, size))
+    return (st->insert = store_file_prepare(q, "INSERT OR REPLACE INTO jobs(id, status, attempts, created, started, finished, request, sum)"
+                                               " VALUES(?1, ?2, 0, ?3, 0, 0, ?4, ?5)", why, size))
         && (st->started = store_file_prepare(q, "UPDATE jobs SET status=1, started=?2 WHERE id=?1", why, size))
         && (st->requeue = store_file_prepare(q, "UPDATE jobs SET status=0, started=0 WHERE id=?1", why, size))
         && (st->end = store_file_prepare(q, "UPDATE jobs SET status=?2, started=?3, finished=?4, error=?5 WHERE id=?1", why, size))
-        && (st->put = store_file_prepare(st->cache, "INSERT OR REPLACE INTO results(id, made, result) VALUES(?1, ?2, ?3)", why, size));
+        && prepare_put(st, why, size);
 }
 
 /* Everything but the thread. */
 static bool open_parts(struct store *st, const char *folder, char *why, size_t size)
 {
-    return (st->lock_fd = store_file_lock(folder, why, size)) >= 0
+    return (st->folder = strdup(folder)) && (st->lock_fd = store_file_lock(folder, why, size)) >= 0
         && (st->queue = store_file_open(folder, FILE_QUEUE, true, why, size))
         && (st->cache = store_file_open(folder, FILE_CACHE, true, why, size))
         && prepare_writer(st, why, size)
@@ -249,6 +290,7 @@ void store_close(struct store *st)
     sqlite3_close(st->queue);
     if (st->lock_fd >= 0)
         close(st->lock_fd);
+    free(st->folder);
     free(st);
 }
 
@@ -263,13 +305,17 @@ bool store_recover(struct store *st, void (*each)(void *ctx, const struct job_ro
     sqlite3_stmt *s = store_file_prepare(st->reader[0].queue, "SELECT " STORE_ROW_COLUMNS " FROM jobs WHERE status = 0 ORDER BY seq", why, size);
     if (!s)
         return false;
-    while (sqlite3_step(s) == SQLITE_ROW) {
+    int rc;
+    while ((rc = sqlite3_step(s)) == SQLITE_ROW) {
         struct job_row row;
-        if (!store_read_row(s, &row))
-            break;
-        each(ctx, &row);
+        if (store_read_row(s, &row))
+            each(ctx, &row);
+        else
+            log_event(LOG_L_ERROR, "job_row_damaged", NULL);
         free(row.error);
     }
+    if (rc != SQLITE_DONE)
+        snprintf(why, size, "the queue cannot be read: %s", sqlite3_errstr(rc));
     sqlite3_finalize(s);
-    return true;
+    return rc == SQLITE_DONE;
 }

@@ -4,7 +4,11 @@
  * One writer thread owns the only read-write connections, commits what has gathered as one
  * transaction, and does all checkpoints (SQLite 3.40 can lose the WAL's reset between two
  * writers). Readers are read-only. Within a batch results are committed first, then the
- * jobs' ends. Writes of one caller are done in the order given. */
+ * jobs' ends. Writes of one caller are done in the order given.
+ *
+ * A queue that is damaged or newer is refused at the start. A cache that is damaged, older
+ * or gone is started afresh, at the start or while running. Each request and result carries
+ * its digest: a changed result counts as none, a changed request as unreadable. */
 #ifndef SERVER_STORE_H
 #define SERVER_STORE_H
 
@@ -23,8 +27,10 @@ struct metrics;
 struct store *store_open(const char *folder, struct metrics *m, char *why, size_t size);
 /* Commits what is pending, stops the writer, gives the lock back. */
 void store_close(struct store *st);
-/* Did the last transaction succeed? */
+/* Did the last transaction on the queue succeed? */
 bool store_healthy(struct store *st);
+/* Tries a write that changes nothing: a disk that has room again is noticed. */
+void store_probe(struct store *st);
 
 /* Called on the writer's thread once the write is committed (ok) or lost (not ok). */
 typedef void store_done(void *ctx, bool ok);

@@ -1,5 +1,6 @@
 /* Opening the files. user_version tells the schema; a newer one is refused, because an
- * older program could not keep what it does not know. */
+ * older program could not keep what it does not know. An older queue is brought up to date
+ * in one transaction; an older cache is dropped. */
 #include "store_file.h"
 #include "log.h"
 
@@ -11,9 +12,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { SCHEMA_VERSION = 1, PATH_SIZE = 4096 };
+enum { SCHEMA_VERSION = 2, PATH_SIZE = 4096 };
 
-static const struct { const char *name, *synchronous, *schema; } files[] = {
+/* sum is the SHA-256 of the request or result: SQLite does not notice a changed byte inside
+ * a text. NULL where an older program wrote the row. */
+static const struct { const char *name, *synchronous, *schema, *from_1; } files[] = {
     [FILE_QUEUE] = { "queue.db", "PRAGMA synchronous=FULL",
         "CREATE TABLE jobs("
         " seq INTEGER PRIMARY KEY AUTOINCREMENT,"
@@ -22,10 +25,12 @@ static const struct { const char *name, *synchronous, *schema; } files[] = {
         " attempts INTEGER NOT NULL,"
         " created INTEGER NOT NULL, started INTEGER NOT NULL, finished INTEGER NOT NULL,"
         " request BLOB NOT NULL,"
-        " error TEXT);"
-        "CREATE INDEX jobs_by_status ON jobs(status, seq);" },
+        " error TEXT,"
+        " sum BLOB);"
+        "CREATE INDEX jobs_by_status ON jobs(status, seq);",
+        "ALTER TABLE jobs ADD COLUMN sum BLOB;" },
     [FILE_CACHE] = { "cache.db", "PRAGMA synchronous=NORMAL",
-        "CREATE TABLE results(id TEXT PRIMARY KEY, made INTEGER NOT NULL, result BLOB NOT NULL);" },
+        "CREATE TABLE results(id TEXT PRIMARY KEY, made INTEGER NOT NULL, result BLOB NOT NULL, sum BLOB NOT NULL);", NULL },
 };
 
 int store_file_lock(const char *folder, char *why, size_t size)
@@ -79,24 +84,32 @@ static bool quick_check(sqlite3 *db)
 }
 
 /* Journal, schema and version of a read-write connection. */
-static bool prepare_file(sqlite3 *db, enum store_file which, const char *path, char *why, size_t size)
+static bool prepare_file(sqlite3 *db, enum store_file which, const char *path, bool *damaged, char *why, size_t size)
 {
     int version = user_version(db);
+    *damaged = false;
     if (version > SCHEMA_VERSION) {
         snprintf(why, size, "%s was written by a newer sgad (schema %d, this one knows %d)", path, version, SCHEMA_VERSION);
         return false;
     }
-    bool ok = version >= 0 && exec(db, "PRAGMA journal_mode=WAL") && exec(db, files[which].synchronous);
-    if (ok && version == 0) {
-        char sql[1024];
-        snprintf(sql, sizeof sql, "BEGIN;%sPRAGMA user_version=%d;COMMIT", files[which].schema, SCHEMA_VERSION);
-        ok = exec(db, sql);
-    } else if (ok && which == FILE_QUEUE) {
-        ok = quick_check(db);
+    if (version == 1 && !files[which].from_1) {
+        snprintf(why, size, "%s was written by an older sgad", path);
+        *damaged = true;
+        return false;
     }
+    bool ok = version >= 0 && exec(db, "PRAGMA journal_mode=WAL") && exec(db, files[which].synchronous), sound = true;
+    if (ok && version > 0 && which == FILE_QUEUE)
+        ok = sound = quick_check(db);
+    if (ok && version < SCHEMA_VERSION) {
+        char sql[1024];
+        snprintf(sql, sizeof sql, "BEGIN;%sPRAGMA user_version=%d;COMMIT", version ? files[which].from_1 : files[which].schema, SCHEMA_VERSION);
+        ok = exec(db, sql);
+    }
+    int code = sqlite3_errcode(db);
+    *damaged = !ok && (!sound || code == SQLITE_CORRUPT || code == SQLITE_NOTADB);
     if (!ok)
-        snprintf(why, size, "%s cannot be used: %s", path,
-                 sqlite3_errcode(db) ? sqlite3_errmsg(db) : "its content is damaged");
+        snprintf(why, size, "%s cannot be used: %s%s", path, !sound ? "its content is damaged" : sqlite3_errmsg(db),
+                 *damaged && which == FILE_QUEUE ? "; restore it from a backup, or move it away to start with an empty queue" : "");
     return ok;
 }
 
@@ -111,10 +124,8 @@ static sqlite3 *open_once(const char *path, enum store_file which, bool write, b
         return NULL;
     }
     sqlite3_busy_timeout(db, 5000);
-    if (!write || prepare_file(db, which, path, why, size))
+    if (!write || prepare_file(db, which, path, damaged, why, size))
         return db;
-    int code = sqlite3_errcode(db);
-    *damaged = code == SQLITE_CORRUPT || code == SQLITE_NOTADB;
     sqlite3_close(db);
     return NULL;
 }
@@ -129,6 +140,27 @@ static void drop(const char *path)
     }
 }
 
+bool store_file_touch(sqlite3 *db)
+{
+    char sql[64];
+    snprintf(sql, sizeof sql, "PRAGMA user_version=%d", SCHEMA_VERSION);
+    return exec(db, sql);
+}
+
+bool store_file_broken(int code)
+{
+    return (code & 0xff) == SQLITE_CORRUPT || (code & 0xff) == SQLITE_NOTADB;
+}
+
+sqlite3 *store_file_fresh(const char *folder, enum store_file which, char *why, size_t size)
+{
+    char path[PATH_SIZE];
+    bool damaged = false;
+    snprintf(path, sizeof path, "%s/%s", folder, files[which].name);
+    drop(path);
+    return open_once(path, which, true, &damaged, why, size);
+}
+
 sqlite3 *store_file_open(const char *folder, enum store_file which, bool write, char *why, size_t size)
 {
     char path[PATH_SIZE];
@@ -139,8 +171,7 @@ sqlite3 *store_file_open(const char *folder, enum store_file which, bool write, 
         return db;
     /* Results can be computed again: a cache that cannot be read is started afresh. */
     log_event(LOG_L_WARN, "cache_dropped", "reason", why, NULL);
-    drop(path);
-    return open_once(path, which, write, &damaged, why, size);
+    return store_file_fresh(folder, which, why, size);
 }
 
 sqlite3_stmt *store_file_prepare(sqlite3 *db, const char *sql, char *why, size_t size)

@@ -11,6 +11,12 @@ enum store_file { FILE_QUEUE, FILE_CACHE };
 /* Opens the file in a folder: read-write with its schema made or checked, or read-only.
  * NULL with a reason in why. */
 sqlite3 *store_file_open(const char *folder, enum store_file which, bool write, char *why, size_t size);
+/* Deletes the file and opens it empty. */
+sqlite3 *store_file_fresh(const char *folder, enum store_file which, char *why, size_t size);
+/* Inside a transaction: writes a page without changing anything. */
+bool store_file_touch(sqlite3 *db);
+/* Does this result code say that the file itself is broken? */
+bool store_file_broken(int code);
 /* Takes a lock on the folder, making it if it is missing; a descriptor or -1. */
 int store_file_lock(const char *folder, char *why, size_t size);
 /* Prepares a statement that lives as long as its connection. */

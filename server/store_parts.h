@@ -11,7 +11,7 @@
 
 enum { STORE_READERS = 4 };
 
-enum store_op_kind { OP_INSERT, OP_STARTED, OP_REQUEUE, OP_END, OP_BARRIER };
+enum store_op_kind { OP_INSERT, OP_STARTED, OP_REQUEUE, OP_END, OP_PROBE, OP_BARRIER };
 
 struct store_op {
     enum store_op_kind kind;
@@ -25,13 +25,17 @@ struct store_op {
 struct store_reader {
     sqlite3 *queue, *cache;
     sqlite3_stmt *job, *request, *list, *list_one, *result;
+    unsigned cache_age;          /* of the cache file that is open */
     bool busy;
 };
 
 struct store {
     int lock_fd;
+    char *folder;
     struct metrics *metrics;
     atomic_bool healthy;
+    atomic_bool cache_broken;    /* a reader found it so: the writer starts it afresh */
+    atomic_uint cache_age;       /* grows with each fresh cache file */
 
     /* The writer's: used by its thread only, once it runs. */
     pthread_t thread;

@@ -1,26 +1,47 @@
 /* The store's readers: a few read-only connections, lent one at a time. */
 #include "store_parts.h"
+#include "log.h"
 
 #include <stdlib.h>
 #include <string.h>
+
+static bool open_cache(struct store_reader *r, const char *folder, char *why, size_t size)
+{
+    return (r->cache = store_file_open(folder, FILE_CACHE, false, why, size))
+        && (r->result = store_file_prepare(r->cache, "SELECT result, sum FROM results WHERE id=?1", why, size));
+}
 
 bool store_readers_open(struct store *st, const char *folder, char *why, size_t size)
 {
     for (int i = 0; i < STORE_READERS; i++) {
         struct store_reader *r = &st->reader[i];
         bool ok = (r->queue = store_file_open(folder, FILE_QUEUE, false, why, size))
-            && (r->cache = store_file_open(folder, FILE_CACHE, false, why, size))
             && (r->job = store_file_prepare(r->queue, "SELECT " STORE_ROW_COLUMNS " FROM jobs WHERE id=?1", why, size))
-            && (r->request = store_file_prepare(r->queue, "SELECT request FROM jobs WHERE id=?1", why, size))
+            && (r->request = store_file_prepare(r->queue, "SELECT request, sum FROM jobs WHERE id=?1", why, size))
             && (r->list = store_file_prepare(r->queue, "SELECT " STORE_ROW_COLUMNS " FROM jobs WHERE seq < ?1"
                                              " AND ((1 << status) & ?2) ORDER BY seq DESC LIMIT ?3", why, size))
             && (r->list_one = store_file_prepare(r->queue, "SELECT " STORE_ROW_COLUMNS " FROM jobs WHERE seq < ?1"
                                                  " AND status = ?2 ORDER BY seq DESC LIMIT ?3", why, size))
-            && (r->result = store_file_prepare(r->cache, "SELECT result FROM results WHERE id=?1", why, size));
+            && open_cache(r, folder, why, size);
         if (!ok)
             return false;
     }
     return true;
+}
+
+/* The writer may have started another cache file since. False: it cannot be opened now. */
+static bool renew(struct store *st, struct store_reader *r)
+{
+    char why[512];
+    unsigned age = atomic_load(&st->cache_age);
+    if (r->cache && r->cache_age == age)
+        return true;
+    sqlite3_finalize(r->result);
+    sqlite3_close(r->cache);
+    r->result = NULL;
+    r->cache = NULL;
+    r->cache_age = age;
+    return open_cache(r, st->folder, why, sizeof why);
 }
 
 void store_readers_close(struct store *st)
@@ -77,6 +98,17 @@ bool store_read_row(sqlite3_stmt *s, struct job_row *row)
     return !error || (row->error = strdup(error));
 }
 
+/* Is the text what was written? Rows of older programs say nothing. */
+static bool genuine(sqlite3_stmt *s)
+{
+    unsigned char sum[DIGEST_BYTES];
+    const void *kept = sqlite3_column_blob(s, 1), *text = sqlite3_column_blob(s, 0);
+    if (sqlite3_column_type(s, 1) == SQLITE_NULL)
+        return true;
+    digest(sum, text ? text : "", (size_t)sqlite3_column_bytes(s, 0));
+    return kept && sqlite3_column_bytes(s, 1) == sizeof sum && memcmp(kept, sum, sizeof sum) == 0;
+}
+
 static bool copy_blob(sqlite3_stmt *s, char **text, size_t *length)
 {
     *length = (size_t)sqlite3_column_bytes(s, 0);
@@ -106,26 +138,42 @@ enum store_answer store_job(struct store *st, const char *id, struct job_row *ro
     return answer(rc, taken);
 }
 
-static enum store_answer blob(struct store *st, struct store_reader *r, sqlite3_stmt *s, const char *id, char **text, size_t *length)
+/* *rc is SQLITE_MISMATCH where the text is not what was written. */
+static enum store_answer blob(sqlite3_stmt *s, const char *id, char **text, size_t *length, int *rc)
 {
     sqlite3_bind_text(s, 1, id, -1, SQLITE_STATIC);
-    int rc = sqlite3_step(s);
-    bool taken = rc == SQLITE_ROW && copy_blob(s, text, length);
+    *rc = sqlite3_step(s);
+    if (*rc == SQLITE_ROW && !genuine(s))
+        *rc = SQLITE_MISMATCH;
+    bool taken = *rc == SQLITE_ROW && copy_blob(s, text, length);
     sqlite3_reset(s);
-    give_back(st, r);
-    return answer(rc, taken);
+    return answer(*rc, taken);
 }
 
 enum store_answer store_request(struct store *st, const char *id, char **text, size_t *length)
 {
+    int rc;
     struct store_reader *r = borrow(st);
-    return blob(st, r, r->request, id, text, length);
+    enum store_answer a = blob(r->request, id, text, length, &rc);
+    give_back(st, r);
+    if (a == STORE_BROKEN)
+        log_event(LOG_L_ERROR, "request_not_read", "job", id, "reason", sqlite3_errstr(rc), NULL);
+    return a;
 }
 
 enum store_answer store_result(struct store *st, const char *id, char **text, size_t *length)
 {
+    int rc = SQLITE_CORRUPT;
     struct store_reader *r = borrow(st);
-    return blob(st, r, r->result, id, text, length);
+    enum store_answer a = renew(st, r) ? blob(r->result, id, text, length, &rc) : STORE_NONE;
+    give_back(st, r);
+    if (a == STORE_BROKEN && rc != SQLITE_ROW) {
+        log_event(LOG_L_WARN, "result_not_read", "job", id, "reason", sqlite3_errstr(rc), NULL);
+        if (store_file_broken(rc))
+            atomic_store(&st->cache_broken, true);
+        return STORE_NONE;
+    }
+    return a;
 }
 
 enum store_answer store_list(struct store *st, int64_t before, unsigned statuses, int limit, struct store_page *page)

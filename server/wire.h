@@ -12,7 +12,9 @@ enum wire_type {
     WIRE_CANCEL = 'C',      /* to the child: stop; empty */
     WIRE_PROGRESS = 'P',    /* from it: struct wire_progress */
     WIRE_DONE = 'D',        /* from it: the result's text */
-    WIRE_ERROR = 'E'        /* from it: struct sga_error */
+    WIRE_ERROR = 'E',       /* from it: struct sga_error */
+    WIRE_UNSAFE = 'U',      /* from it: why it could not confine itself; it ends with this */
+    WIRE_LAST = 'L'         /* from it: struct sga_error, and it ends with this */
 };
 
 struct wire_header {

@@ -81,7 +81,7 @@ static void replace_child(struct worker *w)
 {
     char how[128];
     child_end(&w->child, how, sizeof how);
-    if (child_start(&w->child, (size_t)w->config->child_memory, w->config->max_seconds))
+    if (child_start(&w->child, w->config))
         metrics_add(w->metrics, METRIC_CHILD_STARTS);
     else
         log_event(LOG_L_ERROR, "child_not_started", "reason", strerror(errno), NULL);
@@ -136,6 +136,15 @@ static void child_failed(struct worker *w, struct job *job, const struct inbox *
     jobs_failed(w->jobs, job, &err);
 }
 
+/* It came to the wall of its memory or time, said so, and is gone: run_job starts another. */
+static void child_walled(struct worker *w, const struct job *job)
+{
+    char how[128];
+    child_end(&w->child, how, sizeof how);
+    metrics_add(w->metrics, METRIC_CHILD_WALLS);
+    log_event(LOG_L_INFO, "child_at_wall", "job", job_id(job), NULL);
+}
+
 /* A whole message; true once it has ended the job. */
 static bool handle(struct worker *w, struct job *job, struct inbox *in)
 {
@@ -148,8 +157,14 @@ static bool handle(struct worker *w, struct job *job, struct inbox *in)
         ended = false;
     } else if (in->head.type == WIRE_DONE) {
         jobs_done(w->jobs, job, in->data, in->head.length);
-    } else if (in->head.type == WIRE_ERROR) {
+    } else if (in->head.type == WIRE_ERROR || in->head.type == WIRE_LAST) {
+        if (in->head.type == WIRE_LAST)
+            child_walled(w, job);
         child_failed(w, job, in);
+    } else if (in->head.type == WIRE_UNSAFE) {
+        kill_child(w, job, in->data);
+        fail(w, job, SGA_E_WORKER_DIED, "The process that should run the job could not confine itself, so it was not run; "
+             "the service's log says why.");
     } else {
         kill_child(w, job, "malformed message");
         fail(w, job, SGA_E_INTERNAL, "The process that ran the job gave a malformed message.");
@@ -179,13 +194,32 @@ static bool woken(struct worker *w, struct job *job, double *deadline, bool *can
     return false;
 }
 
+/* The library keeps its own time: this is for a child that does not come back. */
+static void out_of_time(struct worker *w, struct job *job)
+{
+    size_t length;
+    const char *request = jobs_request(w->jobs, job, &length);
+    char detail[200];
+    snprintf(detail, sizeof detail, "The limit of %g seconds was reached, and %g seconds later the job had not come to an end. "
+             "Raise limits.seconds, or ask for less in want.", request ? allowed_seconds(w, request, length) : 0.0, DEADLINE_GRACE);
+    fail(w, job, SGA_E_LIMIT_SECONDS, detail);
+}
+
 static void deadline_passed(struct worker *w, struct job *job, bool cancelling)
 {
     kill_child(w, job, cancelling ? "cancelled" : "deadline");
     if (cancelling)
         fail(w, job, SGA_E_CANCELLED, "The job was cancelled while it ran.");
     else
-        fail(w, job, SGA_E_LIMIT_SECONDS, "The job did not end within its time limit. Raise limits.seconds, or ask for less.");
+        out_of_time(w, job);
+}
+
+static void too_large(struct worker *w, struct job *job, size_t length)
+{
+    char detail[200];
+    snprintf(detail, sizeof detail, "The result has %.1f MB; the service keeps no more than %.1f MB. Ask for fewer samples or outputs.",
+             (double)length * 0x1p-20, (double)w->config->result_limit * 0x1p-20);
+    fail(w, job, SGA_E_LIMIT_RESULT, detail);
 }
 
 static void watch(struct worker *w, struct job *job, double deadline)
@@ -215,7 +249,7 @@ static void watch(struct worker *w, struct job *job, double deadline)
         }
         if (r == RECEIVED_TOO_LARGE) {
             kill_child(w, job, "result too large");
-            fail(w, job, SGA_E_LIMIT_MEMORY, "The result is larger than the service may keep. Ask for fewer samples or outputs.");
+            too_large(w, job, in.head.length);
             break;
         }
     }

@@ -5,11 +5,14 @@ import re
 import mpmath
 
 import schemas
+from combination import Combinations
 from expression import FLOAT, Graph, Undefined, evaluate
 from identities import Answer, Broken
+from structure_check import StructureCheck
 
 KNOWN = set("verdict ambient generations final index differentiation seed gauge equilibrium variables on off field "
-            "parameters near digits error trajectory strata initial points identities".split()) | {"kronecker"}
+            "parameters near digits error trajectory strata solved unsolved assumed initial points identities structure primary closed "
+            "redundant".split()) | {"kronecker"}
 
 
 # Where a case comes from: a reference with its year, or "own: why it is there"
@@ -75,16 +78,71 @@ class CaseCheck:
         self.tally.check(not fault, f"{name}: result schema", fault)
         self.plain(name, expect, result)
         answer = Answer(request, result, digits=expect.get("digits", 50), near=expect.get("near"),
-                        parameters=expect.get("parameters"), points=expect.get("points", 2))
+                        parameters=expect.get("parameters"), points=expect.get("points", 2), primary=expect.get("primary"))
         if expect.get("identities", True):
             try:
                 answer.check()
                 self.tally.check(True, name)
+                done, wrong = Combinations(answer).check()
+                if done:
+                    self.tally.check(not wrong, f"{name}: combinations", "; ".join(wrong))
             except Broken as e:
                 self.tally.check(False, f"{name}: identities", str(e))
         self.at_points(name, expect, answer)
+        self.strata(name, expect, request, result, [])
+        if "predicted" in result.get("structure", {}):
+            StructureCheck(self.tally, name, self.solver, request, result, answer).run(expect.get("structure", {}))
         if "trajectory" in expect:
             TrajectoryCheck(self.tally, name, request, result, answer).run(expect["trajectory"])
+
+    def strata(self, name, expect, request, result, where):
+        """Each solved stratum is checked as an answer of its own, whether or not a case expects
+        something of it, and so are its strata."""
+        solved = []
+        for s in result.get("strata", []):
+            if "result" not in s:
+                continue
+            here = name + ": where " + ", ".join(s["where"])
+            inner, added = s["result"], where if "substituted" in s else where + s["where"]
+            own = self.substituted(request, s.get("substituted", {}))
+            values = {k: v for k, v in expect.get("parameters", {}).items() if k not in s.get("substituted", {})}
+            try:
+                answer = Answer(own, inner, digits=expect.get("digits", 50), parameters=values, points=2, where=added)
+                answer.check()
+                self.tally.check(True, here)
+            except Broken as e:
+                self.tally.check(False, f"{here}: identities", str(e))
+                continue
+            solved.append((s, inner, answer, own, added, here))
+        for want in expect.get("solved", []):
+            hits = [x for x in solved if self.is_meant(want, x[0], x[2], expect)]
+            self.tally.check(len(hits) == 1, f"{name}: {want} is one solved stratum", f"{len(hits)}")
+            for s, inner, answer, *_, here in hits:
+                self.plain(here, want, inner)
+                self.at_points(here, want, answer)
+        for want in expect.get("unsolved", []):
+            self.tally.check(any(s.get("problem", {}).get("code") == want for s in result["strata"]), f"{name}: {want} is said")
+        for s, inner, answer, own, added, here in solved:
+            deeper = next((w for w in expect.get("solved", []) if self.is_meant(w, s, answer, expect)), {})
+            self.strata(here, deeper, own, inner, added)
+
+    def is_meant(self, want, stratum, answer, expect):
+        if "parameter" in want:
+            return want["parameter"] in stratum.get("substituted", {})
+        if "substituted" in stratum:
+            return False
+        with mpmath.workdps(60):
+            env = answer.point({**expect.get("parameters", {}), **want["at"]})
+            return all(abs(self.value(answer, e, env)) < mpmath.mpf(10) ** -25 for e in stratum["where"])
+
+    @staticmethod
+    def substituted(request, values):
+        if not values:
+            return request
+        system = dict(request["system"])
+        kept = {k: v for k, v in system["parameters"].items() if k not in values}
+        system["parameters"] = {**kept, **values}
+        return {**request, "system": system}
 
     def plain(self, name, expect, result):
         dims, index = result.get("dimensions", {}), result.get("index", {})
@@ -97,6 +155,11 @@ class CaseCheck:
                 self.same(name, key, value, expect[key])
         for key, value in expect.get("kronecker", {}).items():
             self.same(name, "kronecker " + key, result.get("structure", {}).get("kronecker", {}).get(key), value)
+        evidence = result.get("evidence", {})
+        if "closed" in expect:
+            self.same(name, "closed", evidence.get("two_form", {}).get("closed", "absent"), expect["closed"])
+        if "redundant" in expect:
+            self.same(name, "redundant restrictions", evidence.get("redundant_restrictions"), expect["redundant"])
         if "variables" in expect:
             self.same(name, "variables", sorted(v["name"] for v in result.get("variables", [])), sorted(expect["variables"]))
         if "initial" in expect:
@@ -124,6 +187,9 @@ class CaseCheck:
         for f in expect.get("field", []):
             gap = answer.field_differs({**given, **f["at"]}, f["value"])
             self.tally.check(gap < bound, f"{name}: X at {f['at']}", f"differs by {mpmath.nstr(gap, 3)}")
+        for text, kind in expect.get("assumed", {}).items():
+            found = {a["expression"].replace(" ", ""): a["kind"] for a in answer.result.get("assumptions", [])}
+            self.tally.check(found.get(text) == kind, f"{name}: {text} is assumed {kind}", str(found))
         for p in expect.get("strata", []):
             with mpmath.workdps(60):
                 env = answer.point({**given, **p})
@@ -161,6 +227,10 @@ class TrajectoryCheck:
             return
         if "rows" in expect:
             self.check(len(self.rows) == expect["rows"], "rows", str(len(self.rows)))
+        if "reference" in expect:
+            self.reference(expect["reference"])
+        if "method" in expect:
+            self.check(self.t["method"] == expect["method"], "method", self.t["method"])
         self.ended(expect.get("ended"))
         self.times()
         if "final" in expect:
@@ -176,6 +246,18 @@ class TrajectoryCheck:
         if set(self.answer.names) <= set(self.columns):
             self.residuals(expect.get("residual", 1e-9))
             self.simpson(expect.get("defect", 1e-4))
+
+    def reference(self, rows):
+        """Values known to many digits: within the tolerances, or the answer has to say that it is not."""
+        asked = self.request["accuracy"]
+        self.check(len(rows) == len(self.rows) == len(self.t["errors"]), "as many rows and estimates as known", str(len(self.rows)))
+        if not self.t["accuracy_reached"]:
+            self.check(bool(self.t.get("accuracy_shortfall")), "says why the accuracy was not reached")
+            return
+        for got, should in zip(self.rows, rows):
+            for name, x, r in zip(self.columns[1:], got[1:], should):
+                error = float(abs(mpmath.mpf(x) - mpmath.mpf(r)))
+                self.check(error <= asked["atol"] + asked["rtol"] * abs(float(r)), f"{name} at {got[0]}", f"off by {error:.3g}")
 
     def ended(self, expect):
         ended = self.t["ended"]

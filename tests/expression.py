@@ -30,6 +30,7 @@ class Graph:
         self.known = {}
         self.alias = {}      # a defined name -> node
         self.cones = {}      # root -> its cone: nodes never change, so neither do these
+        self.total = None    # the total derivative of a node, where der(expression) is allowed
 
     def make(self, *key):
         if key not in self.known:
@@ -83,7 +84,7 @@ class Graph:
                 if number is not None:
                     out.append(self.const(Fraction(number)))
                     operand = False
-                elif name == "der":
+                elif name == "der" and self._is_plain_der(tokens, i):
                     args = [t.group(0).strip() for t in tokens[i + 1:i + 6]]
                     order, width = (int(args[3]), 5) if args[2] == "," else (1, 3)
                     out.append(self.sym(args[1] + "'" * order))
@@ -136,7 +137,18 @@ class Graph:
             raise Syntax(text)
         return out[0]
 
+    @staticmethod
+    def _is_plain_der(tokens, i):
+        """der(x) or der(x, 2), not der of an expression"""
+        after = tokens[i + 3].group(0).strip() if i + 3 < len(tokens) else ")"
+        return bool(tokens[i + 2].group(2)) and after in ",)"
+
     def _call(self, function, arguments):
+        if function == "der" and self.total and len(arguments) <= 2:
+            e = arguments[0]
+            for _ in range(int(self.node[arguments[1]][1]) if len(arguments) == 2 else 1):
+                e = self.total(e)
+            return e
         if function in UNARY and len(arguments) == 1 or function == "atan2" and len(arguments) == 2:
             return self.make(function, *arguments)
         if function in ("min", "max") and len(arguments) >= 2:
@@ -272,7 +284,7 @@ class Arithmetic:
         if op == "^":
             if n is not None:
                 return a ** n
-            if a <= 0:
+            if a < 0 or (a == 0 and v[1] <= 0):     # 0 to a positive power is 0
                 raise Undefined("^")
             return a ** v[1]
         if op == "cbrt":

@@ -30,18 +30,21 @@ class Broken(Exception):
 class Answer:
     """A result's texts, parsed into the problem's own graph."""
 
-    def __init__(self, request, result, seed=1, digits=50, near=None, parameters=None, points=3):
+    def __init__(self, request, result, seed=1, digits=50, near=None, parameters=None, points=3,
+                 where=(), primary=None):
         self.result = result
         self.digits = digits
         self.rng = random.Random(seed)
         listed = [v["name"] for v in result["variables"]] if "variables" in result else None
-        self.problem = p = Problem(request, listed if request["system"]["form"] == "equations" else None)
+        self.problem = p = Problem(request, listed if request["system"]["form"] == "equations" else None, primary)
         self.names = listed or p.names
         if sorted(self.names) != sorted(p.names):
             raise Broken(f"variables are {self.names}, not {p.names}")
         g = self.graph = p.graph
         for d in result.get("definitions", []):
             g.define(d["name"], d["expression"])
+        # a stratum is the same system restricted to functions that vanish there
+        p.restrict = p.restrict + [g.parse(e) for e in list(where) + result.get("where", [])]
         self.constraints = [(c["generation"], g.parse(c["expression"])) for c in result.get("constraints", [])]
         self.field = self.free = None
         if "vector_field" in result:
@@ -167,12 +170,23 @@ class Answer:
                     self.equations(env)
                     for _, e in self.constraints:
                         self.row(e, env, self.graph.cone([e]))
+                    if not self.on_sides(env):
+                        continue
                 except Undefined:
                     continue
             found.append(env)
             if len(found) == count:
                 break
         return found
+
+    def on_sides(self, env):
+        """Whether the point is where the answer says that it holds (evidence.sides)."""
+        for s in self.result.get("evidence", {}).get("sides", []):
+            e = self.graph.parse(s["function"])
+            value = self.graph.values(self.graph.cone([e]), env, EXACT)[e]
+            if (value > 0) != (s["sign"] == "positive"):
+                return False
+        return True
 
     # The linear system at a point
 
@@ -218,17 +232,24 @@ class Answer:
     def check(self):
         with mpmath.workdps(self.digits + 15):
             self.counts()
-            if self.result["verdict"] == "inconsistent":
-                return
             if "constraints" not in self.result:
                 return
             nodes = [e for _, e in self.constraints]
+            if self.result["verdict"] == "inconsistent":
+                self.contradiction(nodes)
+                return
             points = self.sample(nodes, self.points)
             if not points:
                 raise Broken("no point of Pf was found from the printed constraints")
             for env in points:
                 self.at_point(env, nodes)
             self.generations()
+
+    def contradiction(self, nodes):
+        """Where the printed constraints hold, no solution is tangent to them."""
+        for env in self.sample(nodes, 1) if nodes or not self.problem.restrict else []:
+            if self.compatible(env, nodes, True):
+                raise Broken("inconsistent, but a solution is tangent to the constraints so far")
 
     def counts(self):
         r = self.result
@@ -270,7 +291,7 @@ class Answer:
             raise Broken("the constraints are not independent at a point of Pf")
         rows, right = self.augmented(env, nodes, True)
         found = linear.solve(rows, right, tiny)
-        if found is None:
+        if rows and found is None:
             raise Broken("no solution is tangent to Pf at a point of it")
         kernel = found[1] if rows else None
         freedom = len(kernel) if rows else n

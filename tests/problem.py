@@ -27,8 +27,10 @@ class Problem:
     """names: the variables of the space the reduction ran in. rows: list of residuals, each
     a node in the variables, time, parameters and velocities "@x". The velocity of x is the symbol "@x"."""
 
-    def __init__(self, request, names=None):
+    def __init__(self, request, names=None, primary=None):
+        """primary: regular functions with the zeros of restrict, where those are not."""
         system = request["system"]
+        self.system, self.primary = system, primary
         self.graph = g = Graph()
         self.time = system.get("time", "t")
         self.form = system["form"]
@@ -81,6 +83,13 @@ class Problem:
 
     def _equations(self, system, user, names):
         g = self.graph
+        d = Derivatives(g)
+        moving = {self.time: g.const(1)}
+
+        def total(e):
+            rates = {n: moving[n] if n in moving else g.sym(n + "'") for n in g.names([e]) if n in moving or split(n)[0] in user}
+            return d.sum(d.mul(d.of(e, n), rate) for n, rate in rates.items())
+        g.total = total
         texts = [g.equation(t) for t in as_list(system["equations"])]
         used = g.names(texts)
         self.restrict = []
@@ -178,7 +187,8 @@ class Problem:
             omega = [[g.const((j == i + n // 2) - (i == j + n // 2)) for j in range(n)] for i in range(n)]
         whole = [d.sub(d.sum(d.mul(omega[j][i], self.speed(user[j])) for j in range(n)), d.of(H, user[i])) for i in range(n)]
         self.restrict = [g.parse(e) for e in as_list(system.get("restrict", []))]
-        J = [[d.of(e, v) for v in user] for e in self.restrict]
+        self.whole = whole
+        J = [[d.of(g.parse(e) if self.primary else e, v) for v in user] for e in self.primary or self.restrict]
         self.rows = []
         for chosen in itertools.combinations(range(n), len(J) + 1):
             total = g.const(0)
@@ -216,3 +226,27 @@ class Problem:
             self.rows = [d.sub(d.sub(a, d.of(E, z)), d.sub(r, f)) for a, z, r, f in zip(left, user, rate, force)]
             self.rows += [d.sub(a, d.of(E, z)) for a, z in zip(left[n:], v)]
         self.rows += constraints
+
+    def named(self, pull_back, graph):
+        """The equations by the names that answers use: name -> (node, sign) with sign * node = A v - alpha."""
+        system, form, n = self.system, self.form, len(self.rows)
+        d = getattr(self, "d", None)
+        if form in ("quasilinear", "linear") or (form == "hamiltonian" and not self.restrict):
+            return {f"row {i}": (r, 1) for i, r in enumerate(self.rows)}
+        user = as_list(system[{"lagrangian": "coordinates", "operator": "unknowns"}.get(form, "variables")])
+        if form == "hamiltonian":
+            at = {v: i for i, v in enumerate(user)}
+            return {f"pull-back {k}": (d.sum(d.mul(graph.parse(e), self.whole[at[v]]) for v, e in z.items()), 1)
+                    for k, z in enumerate(pull_back or [])}
+        if form == "control":
+            names = [(f"equation of {v}", 1) for v in user]
+            names += [(f"constraints[{i}]", -1) for i in range(n - len(names))]
+        elif form == "lagrangian":
+            second = system.get("second_order", True)
+            of_q, of_v = [(f"equation of {q}", 1) for q in user], [(("definition" if second else "equation") + f" of {q}'", 1) for q in user]
+            names = of_v + of_q if second else of_q + of_v
+            names += [(f"holonomic[{i}]", -1) for i in range(n - len(names))]
+        else:
+            names = [(f"definition of {v}", 1) for v in self.names if v.endswith("'")]
+            names += [(f"equations[{i}]", 1) for i in range(n - len(names))]
+        return {name: (r, sign) for (name, sign), r in zip(names, self.rows)}

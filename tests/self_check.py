@@ -14,6 +14,7 @@ import cases
 import linear
 import linear_oracle
 import sympy_check
+from combination import Combinations
 from expression import EXACT, FLOAT, Graph, Syntax, Undefined, evaluate
 from identities import Answer, Broken
 from tally import Tally
@@ -129,6 +130,38 @@ def check_identities(tally):
     tally.check(not wanted, "chosen cases exist", str(wanted))
 
 
+# x1' = 0, x2' = x4, 0 = x1 + x3, 0 = x2 + 2 x3: then x4 = 0 from the second tangency minus twice the first.
+COMBINED = {"system": {"form": "quasilinear", "variables": ["x1", "x2", "x3", "x4"],
+                       "A": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0]], "alpha": ["0", "x4", "x1 + x3", "x2 + 2*x3"]}}
+
+
+def combined(third="-2", row="row 2", contradiction=None, tangency=1):
+    names = COMBINED["system"]["variables"]
+    parts = [[{"equation": row, "factor": "1"}], [{"equation": "row 3", "factor": "1"}],
+             [{"tangency_of": 1, "factor": "1"}, {"tangency_of": 0, "factor": third}]]
+    evidence = {"constraints": [{"generation": g, "from": "combination", "combination": p} for g, p in zip((1, 1, 2), parts)]}
+    if contradiction:
+        evidence["contradiction"] = {"expression": contradiction, "combination": [{"tangency_of": 1, "factor": "1"}, {"tangency_of": tangency, "factor": "-2"}]}
+        evidence["constraints"].pop()
+    expressions = ["x1 + x3", "x2 + 2*x3", "x4"][:len(evidence["constraints"])]
+    return {"verdict": "inconsistent" if contradiction else "unique", "variables": [{"name": n, "role": "variable"} for n in names],
+            "constraints": [{"generation": g, "expression": e} for g, e in zip((1, 1, 2), expressions)], "evidence": evidence}
+
+
+def check_combinations(tally):
+    against = {"system": {**COMBINED["system"], "alpha": ["0", "1", "x1 + x3", "x2 + 2*x3"]}}
+    trials = [("right", COMBINED, combined(), True), ("a wrong factor", COMBINED, combined(third="-3"), False),
+              ("a factor with a variable", COMBINED, combined(third="-2 + x1"), False), ("a wrong equation", COMBINED, combined(row="row 1"), False),
+              ("another constraint's equation", COMBINED, combined(row="row 3"), False),
+              ("a right contradiction", against, combined(contradiction="1", tangency=0), True),
+              ("a contradiction that vanishes", against, combined(contradiction="x1 + x3", tangency=0), False),
+              ("a contradiction from nothing", COMBINED, combined(contradiction="1", tangency=1), False)]
+    for what, request, result, right in trials:
+        done, wrong = Combinations(Answer(request, result)).check()
+        tally.check(done == len(result["evidence"]["constraints"]) + ("contradiction" in result["evidence"]), f"{what}: all are looked at")
+        tally.check(right == (not wrong), f"combinations: {what}", str(wrong))
+
+
 def check_expressions(tally):
     env = {"x": 2, "y'": 10, "y''": 20}
     for t, value in VALUES:
@@ -187,6 +220,7 @@ def main():
     check_expressions(tally)
     check_linear(tally)
     check_identities(tally)
+    check_combinations(tally)
     return tally.end()
 
 

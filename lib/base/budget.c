@@ -1,4 +1,5 @@
 #include "budget.h"
+#include "watch.h"
 
 #include <time.h>
 
@@ -18,9 +19,10 @@ bool sga_budget_ok(const struct sga_budget *b, struct sga_error *err)
         return true;
     if (b->cancelled && b->cancelled(b->cancel_ctx))
         return sga_fail(err, SGA_E_CANCELLED, "the job was cancelled");
-    if (b->deadline > 0 && sga_now() > b->deadline)
+    double late = b->deadline > 0 ? sga_now() - b->deadline : 0;
+    if (late > 0)
         return sga_fail(err, SGA_E_LIMIT_SECONDS,
-                        "the limit of %g seconds was reached; raise limits.seconds or ask for less in want",
-                        b->seconds);
-    return true;
+                        "the limit of %g seconds was reached (%.1f had passed); raise limits.seconds or ask for less in want",
+                        b->seconds, b->seconds + late);
+    return sga_watch_memory_ok(err);
 }

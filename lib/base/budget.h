@@ -3,6 +3,7 @@
 #define SGA_BASE_BUDGET_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include "error.h"
 
 struct sga_budget {
@@ -10,6 +11,8 @@ struct sga_budget {
     double seconds;         /* what was granted, for the message */
     int max_nodes;          /* expression nodes; 0: none */
     int max_generations;
+    size_t max_memory;      /* bytes that the job may add to the process; 0: none (watch.h measures) */
+    long max_terms;         /* of one polynomial in normal forms; 0: what each caller thinks right */
     bool (*cancelled)(void *ctx);  /* may be NULL */
     void *cancel_ctx;
 };
@@ -18,7 +21,8 @@ struct sga_budget {
 double sga_now(void);
 /* CPU seconds of this thread. */
 double sga_cpu(void);
-/* True while work may go on; otherwise fills err (LIMIT_SECONDS, CANCELLED). */
+/* True while work may go on; otherwise fills err (LIMIT_SECONDS, LIMIT_MEMORY,
+ * CANCELLED). */
 bool sga_budget_ok(const struct sga_budget *b, struct sga_error *err);
 
 #endif

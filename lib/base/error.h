@@ -46,7 +46,10 @@
     X(LIMIT_NODES,         "node_limit",             422, "The computation grew past its node limit") \
     X(LIMIT_SECONDS,       "time_limit",             422, "The computation ran past its time limit") \
     X(LIMIT_MEMORY,        "memory_limit",           422, "The computation ran past its memory limit") \
+    X(LIMIT_GROWTH,        "bit_limit",              422, "An exact number grew past its bit limit") \
+    X(LIMIT_RESULT,        "result_limit",           422, "The result is larger than it may be") \
     X(LIMIT_GENERATIONS,   "generation_limit",       422, "The reduction did not end") \
+    X(LIMIT_STRATA,        "strata_limit",           422, "There are more strata than are solved") \
     X(NO_REAL_POINT,       "no_real_point",          422, "No real point was found on a constraint set") \
     X(IRREGULAR,           "irregular_constraint",   422, "A constraint is not regular on its own zeros") \
     X(UNDECIDED,           "undecided",              422, "A zero or rank question could not be decided") \

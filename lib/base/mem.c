@@ -1,31 +1,36 @@
 #include "mem.h"
+#include "watch.h"
 
-#include <stdio.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-static void *check(void *p, size_t size)
-{
-    if (!p && size) {
-        fputs("sga: out of memory\n", stderr);
-        abort();
-    }
-    return p;
-}
-
 void *sga_malloc(size_t size)
 {
-    return check(malloc(size ? size : 1), size);
+    sga_watch_ask(size);
+    void *p = malloc(size ? size : 1);
+    if (!p)
+        sga_watch_failed(size);
+    return p;
 }
 
 void *sga_calloc(size_t count, size_t size)
 {
-    return check(calloc(count ? count : 1, size ? size : 1), size);
+    size_t all = count && size > SIZE_MAX / count ? SIZE_MAX : count * size;
+    sga_watch_ask(all);
+    void *p = calloc(count ? count : 1, size ? size : 1);
+    if (!p)
+        sga_watch_failed(all);
+    return p;
 }
 
 void *sga_realloc(void *p, size_t size)
 {
-    return check(realloc(p, size ? size : 1), size);
+    sga_watch_ask(size);
+    p = realloc(p, size ? size : 1);
+    if (!p)
+        sga_watch_failed(size);
+    return p;
 }
 
 char *sga_strdup(const char *s)

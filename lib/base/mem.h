@@ -1,7 +1,8 @@
 /* Allocation for the algebra. These never return NULL: when memory ends the
- * process ends, as it does inside GMP; the daemon runs the algebra in a child
- * process for that reason and reports one failed job. The server itself must
- * not use them for sizes that a client chooses. */
+ * process ends, as it does inside GMP, with last words where a job is watched
+ * (watch.h); the daemon runs the algebra in a child process for that reason and
+ * reports one failed job. The server itself must not use them for sizes that a
+ * client chooses. GMP and FLINT allocate by them too. */
 #ifndef SGA_BASE_MEM_H
 #define SGA_BASE_MEM_H
 

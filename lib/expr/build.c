@@ -34,12 +34,10 @@ static enum expr_op op_of(const ST, expr_id e) { return (enum expr_op)st->node[e
 /* Bits that a product of two constants may need: refused before it is formed. */
 static bool product_fits(ST, const fmpq *x, const fmpq *y)
 {
-    long n = (long)(fmpz_bits(fmpq_numref(x)) + fmpz_bits(fmpq_numref(y)));
-    long d = (long)(fmpz_bits(fmpq_denref(x)) + fmpz_bits(fmpq_denref(y)));
-    if (n <= 2 * st->max_bits && d <= 2 * st->max_bits)
-        return true;
-    return sga_fail(&st->error, SGA_E_LIMIT_BITS,
-                    "an exact number grew past %ld bits; use smaller numbers or exponents", st->max_bits);
+    size_t n = fmpz_bits(fmpq_numref(x)) + fmpz_bits(fmpq_numref(y));
+    size_t d = fmpz_bits(fmpq_denref(x)) + fmpz_bits(fmpq_denref(y));
+    size_t most = n > d ? n : d;
+    return most <= 2 * (size_t)st->max_bits || expr_bits_ok(st, (double)most);
 }
 
 static expr_id fold(ST, enum expr_op op, expr_id a, expr_id b)
@@ -218,8 +216,7 @@ static expr_id constant_power(ST, expr_id a, long n)
     ulong nb = unit ? 1 : fmpz_bits(fmpq_numref(x)), db = fmpz_is_one(fmpq_denref(x)) ? 1 : fmpz_bits(fmpq_denref(x));
     ulong limit = (ulong)st->max_bits;
     if ((nb > 1 && m > limit / (nb - 1)) || (db > 1 && m > limit / (db - 1))) {
-        sga_fail(&st->error, SGA_E_LIMIT_BITS,
-                 "an exact power would have more than %ld bits; use smaller numbers or exponents", st->max_bits);
+        expr_bits_ok(st, (double)m * (double)((nb > db ? nb : db) - 1));
         return EXPR_UNDEF;
     }
     fmpq_t r;

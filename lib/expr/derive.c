@@ -159,8 +159,12 @@ int expr_gradient(ST, struct expr_cone *cone, expr_id f, const unsigned char *ac
                   struct expr_term **out, size_t *out_cap)
 {
     int count = 0;
+    if (!expr_store_ok(st))
+        return 0;
     expr_cone_of(st, cone, &f, 1);
     expr_cone_index(cone);
+    if (!expr_store_work(st, cone->count))
+        return 0;
     struct sweep s = { .st = st, .cone = cone };
     s.dep = sga_calloc((size_t)cone->count, 1);
     s.bar = sga_calloc((size_t)cone->count, sizeof *s.bar);

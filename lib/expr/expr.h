@@ -78,12 +78,18 @@ struct expr_store {
     int32_t *names;           uint32_t names_mask;  /* of symbols by name: index + 1 */
     int max_nodes;            /* 0: no limit */
     long max_bits;            /* of one exact constant */
+    double work_bits, max_work_bits;   /* of all constants made so far; 0: no limit */
+    double deadline, seconds; /* sga_now() value past which the error is set (0: none), and what was granted */
+    long work;                /* since the clock was looked at */
     struct sga_error error;   /* sticky */
 };
 
 void expr_store_init(struct expr_store *st);
 void expr_store_clear(struct expr_store *st);
 static inline bool expr_store_ok(const struct expr_store *st) { return st->error.code == SGA_E_OK; }
+
+/* So many nodes are about to be made or walked over: looks at the clock from time to time. */
+bool expr_store_work(struct expr_store *st, long nodes);
 
 /* Operator facts from the table. */
 const char *expr_op_text(enum expr_op op);

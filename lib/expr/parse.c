@@ -19,10 +19,10 @@ enum { DEFAULT_LENGTH = 1 << 20, DEFAULT_DEPTH = 1000, DEFAULT_EXPONENT = 10000,
        MAX_ORDER = 64 };
 
 struct frame {
-    enum { BINARY, PREFIX, GROUP, CALL } kind;
+    enum { BINARY, PREFIX, GROUP, CALL, DER } kind;
     enum expr_op op;      /* of the operator, sign or function */
     int prec;
-    int args;             /* CALL: commas so far */
+    int args;             /* CALL, DER: commas so far */
     size_t at;            /* byte of the text, for errors */
 };
 
@@ -42,7 +42,9 @@ struct parser {
 static bool fail_here(struct parser *p, size_t at)
 {
     if (!expr_store_ok(p->st)) {
-        sga_fail(p->err, p->st->error.code, "%s", p->st->error.detail);
+        /* what grows while it is read was too large as it was written */
+        bool bits = p->st->error.code == SGA_E_LIMIT_GROWTH;
+        sga_fail(p->err, bits ? SGA_E_LIMIT_BITS : p->st->error.code, "%s", p->st->error.detail);
         p->st->error = (struct sga_error){ 0 };
     }
     if (p->err && !p->err->line)
@@ -180,15 +182,34 @@ static bool is_word(const char *text, struct lex_token tok, const char *word)
     return tok.length == strlen(word) && memcmp(text + tok.start, word, tok.length) == 0;
 }
 
-/* der(x) or der(x, 2); the current token is `der`. der(x') is x''. */
-static bool der_call(struct parser *p)
+/* Whether what follows "der(" is a name, perhaps with quotes, and nothing more. */
+static bool names_one_variable(const struct parser *p)
+{
+    struct lex_token t = p->tok;
+    if (t.kind != LEX_NAME)
+        return false;
+    t = lex_next(p->text, t.start + t.length);
+    if (t.kind == LEX_QUOTES)
+        t = lex_next(p->text, t.start + t.length);
+    int symbol = expr_symbol_find(p->st, p->text + p->tok.start, p->tok.length);
+    bool fixed = symbol >= 0 && p->st->symbol[symbol].kind != EXPR_VARIABLE && p->st->symbol[symbol].kind != EXPR_VELOCITY;
+    return (t.kind == LEX_CLOSE || t.kind == LEX_COMMA) && !fixed && !is_word(p->text, p->tok, "pi");
+}
+
+/* der(x) or der(x, 2), or der of an expression; the current token is `der`. der(x') is x''. */
+static bool der_call(struct parser *p, bool *operand)
 {
     size_t at = p->tok.start;
+    *operand = false;
     advance(p);
     if (p->tok.kind != LEX_OPEN)
         return FAIL(p, at, SGA_E_EXPR_SYNTAX, "der needs ( after it: der(x) or der(x, 2)");
     advance(p);
     struct lex_token name = p->tok;
+    if (p->g.total && !names_one_variable(p)) {
+        *operand = true;
+        return push_frame(p, (struct frame){ .kind = DER, .at = at });
+    }
     if (name.kind != LEX_NAME)
         return FAIL(p, p->tok.start, SGA_E_EXPR_DERIVATIVE, "der takes the name of a variable");
     int symbol = symbol_of(p, name, false);
@@ -223,7 +244,7 @@ static bool name_operand(struct parser *p, bool *operand)
 {
     struct lex_token name = p->tok;
     if (is_word(p->text, name, "der"))
-        return *operand = false, der_call(p);
+        return der_call(p, operand);
     if (is_word(p->text, name, "pi")) {
         advance(p);
         push_value(p, expr_pi(p->st));
@@ -307,6 +328,28 @@ static bool finish_call(struct parser *p, struct frame f)
     return true;
 }
 
+/* der(e) or der(e, k), its arguments on the value stack. */
+static bool finish_der(struct parser *p, struct frame f)
+{
+    long order = 1;
+    if (f.args) {
+        expr_id k = p->value[--p->values];
+        const fmpq *q = expr_is_const(p->st, k) ? expr_const_value(p->st, k) : NULL;
+        if (!q || !fmpz_is_one(fmpq_denref(q)) || fmpz_cmp_si(fmpq_numref(q), 1) < 0 || fmpz_cmp_si(fmpq_numref(q), MAX_ORDER) > 0)
+            return FAIL(p, f.at, SGA_E_EXPR_DERIVATIVE, "the order of a derivative is an integer from 1 to %d", MAX_ORDER);
+        order = fmpz_get_si(fmpq_numref(q));
+    }
+    expr_id e = p->value[--p->values];
+    for (long k = 0; k < order && e; k++)
+        e = p->g.total(p->g.ctx, e);
+    if (!e && !expr_store_ok(p->st))
+        return fail_here(p, f.at);
+    if (!e)
+        return FAIL(p, f.at, SGA_E_EXPR_DERIVATIVE, "this derivative needs one of an order past the limit of %d", MAX_ORDER);
+    push_value(p, e);
+    return true;
+}
+
 static bool close_parenthesis(struct parser *p)
 {
     if (!finish_down_to(p, PREC_SUM))
@@ -317,7 +360,7 @@ static bool close_parenthesis(struct parser *p)
     struct frame done = *f;
     p->frames--;
     advance(p);
-    return done.kind == GROUP || finish_call(p, done);
+    return done.kind == GROUP || (done.kind == DER ? finish_der(p, done) : finish_call(p, done));
 }
 
 static bool comma(struct parser *p)
@@ -325,9 +368,11 @@ static bool comma(struct parser *p)
     if (!finish_down_to(p, PREC_SUM))
         return false;
     struct frame *f = top(p);
-    if (!f || f->kind != CALL)
+    if (!f || (f->kind != CALL && f->kind != DER))
         return FAIL(p, p->tok.start, SGA_E_EXPR_SYNTAX,
                     "a comma stands outside the arguments of a function; decimals are written with a point");
+    if (f->kind == DER && f->args)
+        return FAIL(p, p->tok.start, SGA_E_EXPR_ARITY, "der takes an expression and an order: der(x*y) or der(x*y, 2)");
     f->args++;
     advance(p);
     return true;

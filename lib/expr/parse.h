@@ -3,7 +3,8 @@
  *   expr   := term (('+'|'-') term)*        term := unary (('*'|'/') unary)*
  *   unary  := ('-'|'+') unary | power       power := primary (('^'|'**') unary)?
  *   primary:= number | name | name "'"* | name '(' expr (',' expr)* ')' | '(' expr ')'
- * Names are [A-Za-z_][A-Za-z_0-9]*; `der(x)`, `der(x, 2)` and x', x'' are derivatives.
+ * Names are [A-Za-z_][A-Za-z_0-9]*; `der(x)`, `der(x, 2)` and x', x'' are derivatives, and where the grammar
+ * has `total` so are `der(x*y)` and `der(x^2, 2)`.
  * Decimals are exact rationals (0.1 is 1/10). -x^2 is -(x^2); 2^-3 is allowed;
  * ^ associates to the right. min and max take two or more arguments. No recursion:
  * the parser keeps its own stack. */
@@ -17,6 +18,9 @@ struct expr_grammar {
      * EXPR_UNDEF where it is not allowed (then DERIVATIVE is reported).
      * NULL: derivatives are never allowed. */
     expr_id (*derivative)(void *ctx, int symbol, int order);
+    /* The total derivative of an expression with respect to time, EXPR_UNDEF where it needs one that is
+     * not allowed. NULL: der takes the name of a variable only. */
+    expr_id (*total)(void *ctx, expr_id e);
     void *ctx;
     const expr_id *value; /* symbols i < values with value[i] != 0 are read as that node */
     int values;

@@ -5,7 +5,10 @@
 #include <string.h>
 #include <flint/fmpz.h>
 
+#include "budget.h"
 #include "mem.h"
+
+enum { LOOK_EVERY = 20000 };     /* nodes: some tenths of a millisecond */
 
 static const struct {
     const char *text;
@@ -94,9 +97,22 @@ static void rehash(struct expr_store *st)
     }
 }
 
+bool expr_store_work(struct expr_store *st, long nodes)
+{
+    st->work += nodes;
+    if (st->work < LOOK_EVERY)
+        return expr_store_ok(st);
+    st->work = 0;
+    double late = st->deadline > 0 ? sga_now() - st->deadline : 0;
+    if (late > 0)
+        sga_fail(&st->error, SGA_E_LIMIT_SECONDS, "the limit of %g seconds was reached (%.1f had passed); "
+                 "raise limits.seconds or ask for less in want", st->seconds, st->seconds + late);
+    return expr_store_ok(st);
+}
+
 static bool room(struct expr_store *st)
 {
-    if (!expr_store_ok(st))
+    if (!expr_store_work(st, 1))
         return false;
     if (st->max_nodes && st->nodes >= st->max_nodes)
         return sga_fail(&st->error, SGA_E_LIMIT_NODES,
@@ -123,15 +139,31 @@ expr_id expr_node_make(struct expr_store *st, enum expr_op op, int32_t a, int32_
     return st->nodes++;
 }
 
+bool expr_bits_ok(struct expr_store *st, double bits)
+{
+    if (bits <= (double)st->max_bits)
+        return true;
+    return sga_fail(&st->error, SGA_E_LIMIT_GROWTH, "an exact number of %.0f bits would be needed; the limit is %ld bits; "
+                    "use smaller numbers or exponents", bits, st->max_bits);
+}
+
+/* Counts what constants cost to make, also where an equal one is there already. */
+static bool work_ok(struct expr_store *st, size_t bits)
+{
+    st->work_bits += (double)bits;
+    if (st->max_work_bits <= 0 || st->work_bits <= st->max_work_bits)
+        return true;
+    return sga_fail(&st->error, SGA_E_LIMIT_GROWTH, "the exact numbers have more than %.0f bits together; "
+                    "use fewer or smaller numbers", st->max_work_bits);
+}
+
 expr_id expr_fmpq(struct expr_store *st, const fmpq_t q)
 {
     if (!room(st))
         return EXPR_UNDEF;
-    if ((long)fmpz_bits(fmpq_numref(q)) > st->max_bits || (long)fmpz_bits(fmpq_denref(q)) > st->max_bits) {
-        sga_fail(&st->error, SGA_E_LIMIT_BITS,
-                 "an exact number grew past %ld bits; use smaller numbers or exponents", st->max_bits);
+    size_t num = fmpz_bits(fmpq_numref(q)), den = fmpz_bits(fmpq_denref(q));
+    if (!expr_bits_ok(st, (double)(num > den ? num : den)) || !work_ok(st, num + den))
         return EXPR_UNDEF;
-    }
     uint32_t h = constant_hash(q) & st->hash_mask;
     for (; st->hash[h]; h = (h + 1) & st->hash_mask) {
         const struct expr_node *n = st->node + st->hash[h];

@@ -6,5 +6,7 @@
 
 /* The node (op, a, b), shared with an equal one. No simplification. */
 expr_id expr_node_make(struct expr_store *st, enum expr_op op, int32_t a, int32_t b);
+/* False, with the store's error set: a constant of so many bits is over the limit. */
+bool expr_bits_ok(struct expr_store *st, double bits);
 
 #endif

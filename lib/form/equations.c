@@ -6,6 +6,7 @@
 
 #include "buf.h"
 #include "derivatives.h"
+#include "derive.h"
 #include "mem.h"
 
 void form_equations_init(struct form_equations *f, struct expr_store *st)
@@ -75,6 +76,31 @@ expr_id form_equations_derivative(void *ctx, int symbol, int order)
         return EXPR_UNDEF;
     int s = form_derivative_symbol(f, f->owner[symbol], order);
     return s < 0 ? EXPR_UNDEF : f->store->symbol[s].node;
+}
+
+expr_id form_equations_total(void *ctx, expr_id e)
+{
+    struct form_equations *f = ctx;
+    struct expr_store *st = f->store;
+    struct expr_cone cone;
+    struct expr_term *term = NULL;
+    size_t cap = 0;
+    unsigned char *active = sga_calloc((size_t)st->symbols + 1, 1);
+    for (int i = 0; i < st->symbols; i++)
+        active[i] = st->symbol[i].kind == EXPR_TIME || (i < f->known && f->owner[i] >= 0);
+    expr_cone_init(&cone);
+    int terms = expr_gradient(st, &cone, e, active, &term, &cap);
+    expr_id sum = expr_int(st, 0);
+    for (int k = 0; k < terms && sum; k++) {
+        int s = term[k].symbol, order = st->symbol[s].kind == EXPR_TIME ? 0 : f->rank[s] + 1;
+        int next = order == 0 || order > FORM_MAX_ORDER ? -1 : form_derivative_symbol(f, f->owner[s], order);
+        expr_id rate = order == 0 ? expr_int(st, 1) : next < 0 ? EXPR_UNDEF : st->symbol[next].node;
+        sum = rate ? expr_add(st, sum, expr_mul(st, term[k].value, rate)) : EXPR_UNDEF;
+    }
+    expr_cone_clear(&cone);
+    free(term);
+    free(active);
+    return sum;
 }
 
 void form_equations_add(struct form_equations *f, expr_id left_minus_right)

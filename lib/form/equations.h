@@ -42,6 +42,8 @@ void form_equations_unknown(struct form_equations *f, int symbol);
 /* For struct expr_grammar: ctx is a struct form_equations. EXPR_UNDEF if the symbol is
  * not an unknown or the order is past FORM_MAX_ORDER. */
 expr_id form_equations_derivative(void *ctx, int symbol, int order);
+/* Likewise: d e / dt by the chain rule, with the next derivatives of the unknowns. */
+expr_id form_equations_total(void *ctx, expr_id e);
 void form_equations_add(struct form_equations *f, expr_id left_minus_right);
 
 /* Fills s; rows are named "equations[i]" and "definition of x'". Fails with

@@ -58,27 +58,53 @@ struct form_control {
 void form_control(struct sys_system *s, const struct form_control *in);
 
 /* i_X omega = dH, that is Omega^T x' = grad H with omega_ij = omega(d_i, d_j), on the zero
- * set of the restrictions; there it is pulled back: N^T (Omega^T x' - grad H) = 0, where
- * the columns of N span the kernel of the restrictions' differentials. So the result does not
- * depend on how H goes on outside (Gotay, Nester & Hinds, J. Math. Phys. 19 (1978) 2388).
+ * set of the restrictions; there it is pulled back: e^T (Omega^T x' - grad H) = 0 for vectors e
+ * that span the kernel of the restrictions' differentials. So the result does not depend on how
+ * H goes on outside (Gotay, Nester & Hinds, J. Math. Phys. 19 (1978) 2388).
  *
- * N comes from elimination without division, except by constants: a pivot that is not
- * constant stays as a factor of the rows, and where it vanishes is a stratum. The
- * differentials are taken to have the same rank on the zero set as in general. */
+ * The vectors are made without division, except by constants; they may be more than a basis, so
+ * that they span the kernel at every point where the differentials are independent (tangent.h).
+ * For that the restrictions must be regular and independent on their zeros: p^2, or p said
+ * twice in other words, has differentials that vanish there. */
+struct form_zero {
+    bool (*vanishes)(void *ctx, expr_id e);   /* what counts as zero on the set */
+    void *ctx;
+};
+
 struct form_hamiltonian {
     const int *variable; int variables;
     expr_id hamiltonian;
     const struct form_matrix *omega;     /* NULL: canonical, q1..qk, p1..pk (variables even) */
     const expr_id *restriction; int restrictions;
+    const struct form_zero *zero;        /* NULL: zero at a random point of all symbols */
+};
+
+/* The vectors of the pull-back, `variables` entries each, one for each row; empty where there is
+ * no restriction. */
+struct form_tangent {
+    expr_id *vector;                     /* owned */
+    int count;
 };
 
 /* Is entry (i, j) + entry (j, i) zero by rational identities? Decided at a random point. Returns
  * the first entry whose sum is not, or the number of entries. Cost: entries log entries, and the cones of the sums. */
 size_t form_not_antisymmetric(struct expr_store *st, const struct form_matrix *m);
 
-/* Rows are named "row i". Cost: cubic in the number of restrictions and variables that they
- * depend on, in the worst case. */
-void form_hamiltonian(struct sys_system *s, const struct form_hamiltonian *in);
+/* The variables and the restrictions alone. */
+void form_hamiltonian_space(struct sys_system *s, const struct form_hamiltonian *in);
+/* The rows: "row i", or "pull-back i" along the vector i. out may be NULL. Cost: cubic in the number of
+ * restrictions and variables that they depend on, in the worst case. */
+void form_hamiltonian_rows(struct sys_system *s, const struct form_hamiltonian *in, struct form_tangent *out);
+
+/* d omega = 0: the sum over i, j, k in cyclic order of d_i omega_jk. One sum for each three
+ * variables i < j < k for which some term is not the constant 0, in increasing order; caller frees. A
+ * canonical form has none. False where there are more than `most`. */
+struct form_cycle {
+    int i, j, k;                         /* variables */
+    expr_id sum;
+};
+bool form_cycles(struct expr_store *st, const int *variable, int variables, const struct form_matrix *omega, int most,
+                 struct form_cycle **cycle, int *cycles);
 
 /* The Euler-Lagrange equations of L(q, v, t), W the Hessian of L in v:
  *   second order:  q' = v,  W v' = dL/dq - (d2L/dv dq) v - d2L/dv dt + F + (dg/dq)^T lambda

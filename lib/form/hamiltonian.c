@@ -67,7 +67,7 @@ static void add_row(struct sys_system *s, const struct equation *q, const expr_i
     expr_id alpha = expr_int(st, 0);
     for (int i = 0; i < n; i++)
         alpha = expr_add(st, alpha, expr_mul(st, weight[i], q->gradient[i]));
-    snprintf(source, sizeof source, "row %d", number);
+    snprintf(source, sizeof source, "pull-back %d", number);
     int row = sys_add_row(s, alpha, source);
     for (int i = 0; i < n; i++)
         for (size_t k = q->first[i]; k < q->first[i + 1] && !expr_is_zero(st, weight[i]); k++)
@@ -85,31 +85,36 @@ static void add_all_rows(struct sys_system *s, const struct equation *q, int n)
     }
 }
 
-/* Rows N^T (Omega^T x' - grad H). */
+/* Rows e^T (Omega^T x' - grad H). */
 static void add_pulled_back(struct sys_system *s, struct expr_cone *cone, const struct equation *q,
-                            const struct form_hamiltonian *in)
+                            const struct form_hamiltonian *in, struct form_tangent *out)
 {
-    int n = in->variables, count;
+    int n = in->variables;
     expr_id *jacobian = sga_calloc((size_t)in->restrictions * (size_t)n + 1, sizeof *jacobian);
     for (int i = 0; i < in->restrictions; i++)
         gradient(s, cone, in->restriction[i], jacobian + (size_t)i * (size_t)n);
-    expr_id *tangent = form_kernel(s->store, jacobian, in->restrictions, n, &count);
-    for (int i = 0; i < count; i++)
-        add_row(s, q, tangent + (size_t)i * (size_t)n, n, i);
-    for (int i = 0; i < in->restrictions; i++)
-        sys_add_restriction(s, in->restriction[i]);
-    free(tangent);
+    out->vector = form_kernel(s->store, jacobian, in->restrictions, n, in->zero, &out->count);
+    for (int i = 0; i < out->count; i++)
+        add_row(s, q, out->vector + (size_t)i * (size_t)n, n, i);
     free(jacobian);
 }
 
-void form_hamiltonian(struct sys_system *s, const struct form_hamiltonian *in)
+void form_hamiltonian_space(struct sys_system *s, const struct form_hamiltonian *in)
+{
+    for (int j = 0; j < in->variables; j++)
+        sys_add_variable(s, in->variable[j], "variable");
+    for (int i = 0; i < in->restrictions; i++)
+        sys_add_restriction(s, in->restriction[i]);
+    s->square = !in->restrictions;
+}
+
+void form_hamiltonian_rows(struct sys_system *s, const struct form_hamiltonian *in, struct form_tangent *out)
 {
     int n = in->variables;
     struct equation q = { 0 };
+    struct form_tangent tangent = { 0 };
     struct expr_cone cone;
     expr_cone_init(&cone);
-    for (int j = 0; j < n; j++)
-        sys_add_variable(s, in->variable[j], "variable");
     if (in->omega) {
         assert(in->omega->rows == n && in->omega->cols == n);
         transpose(&q, in->omega->entry, in->omega->entries, n);
@@ -120,10 +125,13 @@ void form_hamiltonian(struct sys_system *s, const struct form_hamiltonian *in)
     q.gradient = sga_calloc((size_t)n + 1, sizeof *q.gradient);
     gradient(s, &cone, in->hamiltonian, q.gradient);
     if (in->restrictions)
-        add_pulled_back(s, &cone, &q, in);
+        add_pulled_back(s, &cone, &q, in, &tangent);
     else
         add_all_rows(s, &q, n);
-    s->square = !in->restrictions;
+    if (out)
+        *out = tangent;
+    else
+        free(tangent.vector);
     free(q.entry);
     free(q.first);
     free(q.gradient);

@@ -2,6 +2,7 @@
 #include "ball.h"
 
 #include <arb_mat.h>
+#include <stdbool.h>
 #include <stdlib.h>
 
 #include "mem.h"
@@ -118,6 +119,92 @@ static void cube_root(arb_t r, const arb_t x, slong prec)
     arb_clear(u);
 }
 
+/* Where a ball reaches out of a function's domain [from, to] but not wholly, the function
+ * has a value only for what is inside: r is x cut down to that. NaN beyond stays NaN. */
+static void cut_to(arb_t r, const arb_t x, const long *from, const long *to, slong prec)
+{
+    arb_set(r, x);
+    if (!arb_is_finite(x))
+        return;
+    arf_t low, high;
+    arf_init(low);
+    arf_init(high);
+    arb_get_lbound_arf(low, x, prec);
+    arb_get_ubound_arf(high, x, prec);
+    bool cut = false;
+    if (from && arf_cmp_si(low, *from) < 0 && arf_cmp_si(high, *from) >= 0) {
+        arf_set_si(low, *from);
+        cut = true;
+    }
+    if (to && arf_cmp_si(high, *to) > 0 && arf_cmp_si(low, *to) <= 0) {
+        arf_set_si(high, *to);
+        cut = true;
+    }
+    if (cut)
+        arb_set_interval_arf(r, low, high, prec);
+    arf_clear(low);
+    arf_clear(high);
+}
+
+/* A function on the part of x that lies in its domain. The ends of a cut ball are taken
+ * apart, since a midpoint and radius may not be exactly inside: f is monotone there. */
+static void on_domain(arb_t r, const arb_t x, const long *from, const long *to, slong prec,
+                      void (*f)(arb_t, const arb_t, slong))
+{
+    f(r, x, prec);
+    if (arb_is_finite(r) || !arb_is_finite(x))
+        return;
+    arb_t c, end;
+    arf_t low, high;
+    arb_init(c);
+    arb_init(end);
+    arf_init(low);
+    arf_init(high);
+    cut_to(c, x, from, to, prec);
+    arb_get_lbound_arf(low, c, prec);
+    arb_get_ubound_arf(high, c, prec);
+    if (from && arf_cmp_si(low, *from) < 0)
+        arf_set_si(low, *from);
+    if (to && arf_cmp_si(high, *to) > 0)
+        arf_set_si(high, *to);
+    bool inside = (!from || arf_cmp_si(high, *from) >= 0) && (!to || arf_cmp_si(low, *to) <= 0) && !arb_equal(c, x);
+    if (inside) {
+        arb_set_arf(c, low);
+        f(c, c, prec);
+        arb_set_arf(end, high);
+        f(end, end, prec);
+        arb_union(r, c, end, prec);
+    }
+    arb_clear(c);
+    arb_clear(end);
+    arf_clear(low);
+    arf_clear(high);
+}
+
+static const long zero = 0, one = 1, minus_one = -1;
+
+/* x^y near x = 0 for y > 0: between 0 and the largest. */
+static void power(arb_t r, const arb_t x, const arb_t y, slong prec)
+{
+    arb_pow(r, x, y, prec);
+    if (arb_is_finite(r) || !arb_is_finite(x) || !arb_contains_zero(x) || !arb_is_positive(y))
+        return;
+    arf_t high;
+    arb_t end;
+    arf_init(high);
+    arb_init(end);
+    arb_get_ubound_arf(high, x, prec);
+    arb_set_arf(end, high);
+    if (arf_sgn(high) > 0)
+        arb_pow(end, end, y, prec);
+    else
+        arb_zero(end);
+    arb_zero(r);
+    arb_union(r, r, end, prec);
+    arf_clear(high);
+    arb_clear(end);
+}
+
 static void min_max(arb_t r, const arb_t x, const arb_t y, bool max, slong prec)
 {
     if (max)
@@ -147,23 +234,23 @@ static void eval(struct num_ball *b, expr_id e)
         if (n->b < 0)
             arb_inv(r, r, p);
         break;
-    case EXPR_POW:   arb_pow(r, x, y, p); break;
+    case EXPR_POW:   power(r, x, y, p); break;
     case EXPR_SIN:   arb_sin(r, x, p); break;
     case EXPR_COS:   arb_cos(r, x, p); break;
     case EXPR_TAN:   arb_tan(r, x, p); break;
-    case EXPR_ASIN:  arb_asin(r, x, p); break;
-    case EXPR_ACOS:  arb_acos(r, x, p); break;
+    case EXPR_ASIN:  on_domain(r, x, &minus_one, &one, p, arb_asin); break;
+    case EXPR_ACOS:  on_domain(r, x, &minus_one, &one, p, arb_acos); break;
     case EXPR_ATAN:  arb_atan(r, x, p); break;
     case EXPR_ATAN2: arb_atan2(r, x, y, p); break;
     case EXPR_SINH:  arb_sinh(r, x, p); break;
     case EXPR_COSH:  arb_cosh(r, x, p); break;
     case EXPR_TANH:  arb_tanh(r, x, p); break;
     case EXPR_ASINH: arb_asinh(r, x, p); break;
-    case EXPR_ACOSH: arb_acosh(r, x, p); break;
+    case EXPR_ACOSH: on_domain(r, x, &one, NULL, p, arb_acosh); break;
     case EXPR_ATANH: arb_atanh(r, x, p); break;
     case EXPR_EXP:   arb_exp(r, x, p); break;
     case EXPR_LOG:   arb_log(r, x, p); break;
-    case EXPR_SQRT:  arb_sqrt(r, x, p); break;
+    case EXPR_SQRT:  on_domain(r, x, &zero, NULL, p, arb_sqrt); break;
     case EXPR_CBRT:  cube_root(r, x, p); break;
     case EXPR_ABS:   arb_abs(r, x); break;
     case EXPR_SIGN:  arb_sgn(r, x); break;

@@ -52,7 +52,12 @@ static mp_limb_t odd(const struct num_modp *m, enum expr_op op, mp_limb_t x)
     bool minus;
     if (x == 0)
         return 0;
-    mp_limb_t r = generator(m, op, up_to_sign(m, x, &minus), 0);
+    x = up_to_sign(m, x, &minus);
+    mp_limb_t r = generator(m, op, x, 0);
+    if (op == EXPR_ASIN && (x == 1 || x == m->mod.n - 1)) {       /* pi/2 */
+        r = nmod_mul(modp_pi(m), (m->mod.n + 1) / 2, m->mod);
+        minus ^= x != 1;
+    }
     return minus ? nmod_neg(r, m->mod) : r;
 }
 

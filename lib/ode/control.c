@@ -8,7 +8,7 @@
 #define SHRINK_MOST (1.0 / 3)
 #define GROW_MOST 6.0
 
-void ode_control_begin(struct ode_control *c, int error_order)
+void ode_control_begin(struct ode_control *c, double error_order)
 {
     *c = (struct ode_control){error_order, 1e-4, 0, false};
 }
@@ -48,7 +48,7 @@ static double weighted(const struct ode_step *s, const double *v, const double *
     return s->n ? sqrt(sum / s->n) : 0;
 }
 
-double ode_first_step(struct ode_field *field, const struct ode_step *s, int error_order,
+double ode_first_step(struct ode_field *field, const struct ode_step *s, double error_order,
                       double *work)
 {
     double span = fabs(s->h), *x1 = work, *f1 = work + s->n;

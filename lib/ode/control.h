@@ -9,13 +9,13 @@
  * last two steps (Gustafsson; Hairer, Wanner, IV.2 and IV.8); the smaller step is taken,
  * so that sizes do not swing and few steps are refused where the solution gets harder. */
 struct ode_control {
-    int error_order;
+    double error_order;
     double error_before;    /* of the last accepted step, */
     double step_before;     /* and its size; 0: none yet */
     bool refused_before;    /* after a refusal the step does not grow at once */
 };
 
-void ode_control_begin(struct ode_control *c, int error_order);
+void ode_control_begin(struct ode_control *c, double error_order);
 /* By what a step is to be multiplied after it was accepted, 1/3 .. 6, and after one
  * whose error was above 1, 1/3 .. 0.9. */
 double ode_control_accepted(struct ode_control *c, double error, double step);
@@ -25,7 +25,7 @@ double ode_control_refused(struct ode_control *c, double error);
  * explicit Euler step (Hairer, Norsett, Wanner, II.4). `step` has t, x, f and the
  * tolerances set, h = the whole signed span. One evaluation, or a few where the field is
  * refused; work has 2 n entries. */
-double ode_first_step(struct ode_field *field, const struct ode_step *step, int error_order,
+double ode_first_step(struct ode_field *field, const struct ode_step *step, double error_order,
                       double *work);
 
 #endif

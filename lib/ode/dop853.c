@@ -28,11 +28,11 @@ struct dop853 {
     double ratio;     /* of the estimates of order 5 and 3, over h^2, lately */
 };
 
-static void *dop853_alloc(int n)
+static void *dop853_alloc(const struct ode_problem *p)
 {
     struct dop853 *d = sga_malloc(sizeof *d);
-    size_t m = (size_t)n;
-    d->n = n;
+    size_t m = (size_t)p->n;
+    d->n = p->n;
     d->ratio = 0;
     d->k = sga_calloc((DOP853_ALL + 1 + 1 + 7) * m + 1, sizeof *d->k);
     d->y = d->k + DOP853_ALL * m;
@@ -48,20 +48,38 @@ static void dop853_free(void *state)
     free(d);
 }
 
-/* sum_s a_s k_s of variable j */
-static inline double combine(const struct dop853_row *r, const double *k, int n, int j)
+/* out = sum_s a_s k_s; four variables at a time, whose sums stay in registers. */
+static void combine(const struct dop853_row *r, const double *k, int n, double *out)
 {
-    double s = 0;
-    for (int m = 0; m < r->count; m++)
-        s += r->a[m] * k[(size_t)r->stage[m] * (size_t)n + (size_t)j];
-    return s;
+    int j = 0;
+    for (; j + 4 <= n; j += 4) {
+        double s0 = 0, s1 = 0, s2 = 0, s3 = 0;
+        for (int m = 0; m < r->count; m++) {
+            const double *at = k + (size_t)r->stage[m] * (size_t)n + (size_t)j, a = r->a[m];
+            s0 += a * at[0];
+            s1 += a * at[1];
+            s2 += a * at[2];
+            s3 += a * at[3];
+        }
+        out[j] = s0;
+        out[j + 1] = s1;
+        out[j + 2] = s2;
+        out[j + 3] = s3;
+    }
+    for (; j < n; j++) {
+        double sum = 0;
+        for (int m = 0; m < r->count; m++)
+            sum += r->a[m] * k[(size_t)r->stage[m] * (size_t)n + (size_t)j];
+        out[j] = sum;
+    }
 }
 
 static bool run_stage(struct dop853 *d, struct ode_field *field, const struct ode_step *step,
                       int s, double *y)
 {
+    combine(&dop853_a[s], d->k, d->n, y);
     for (int j = 0; j < d->n; j++)
-        y[j] = step->x[j] + step->h * combine(&dop853_a[s], d->k, d->n, j);
+        y[j] = step->x[j] + step->h * y[j];
     double t = step->t + (step->t_low + dop853_c[s] * step->h);
     return ode_eval(field, t, y, d->k + (size_t)s * (size_t)d->n);
 }
@@ -80,12 +98,13 @@ static double trusted_ratio(struct dop853 *d, double ratio, double h)
  * |h| e5^2 / sqrt(e5^2 + 0.01 e3^2), root mean square over the variables. */
 static void finish_step(struct dop853 *d, struct ode_step *step)
 {
-    double e5 = 0, e3 = 0;
+    double e5 = 0, e3 = 0, *low = d->y, *middle = d->poly;
+    combine(&dop853_a[DOP853_END], d->k, d->n, step->dx);
+    combine(&dop853_error5, d->k, d->n, middle);
+    combine(&dop853_weights3, d->k, d->n, low);
     for (int j = 0; j < d->n; j++) {
-        double b = combine(&dop853_a[DOP853_END], d->k, d->n, j);
-        double a5 = combine(&dop853_error5, d->k, d->n, j);
-        double a3 = b - combine(&dop853_weights3, d->k, d->n, j);
-        step->dx[j] = step->h * b;
+        double a5 = middle[j], a3 = step->dx[j] - low[j];
+        step->dx[j] *= step->h;
         double allowed = ode_allowed(step->rtol, step->atol, step->unit[j], step->x[j],
                                      step->x[j] + step->dx[j]);
         e5 += (a5 / allowed) * (a5 / allowed);
@@ -96,15 +115,24 @@ static void finish_step(struct dop853 *d, struct ode_step *step)
     step->error = both > 0 ? fabs(step->h) * sqrt(both / d->n) * pow(trusted_ratio(d, ratio, step->h), 2) : 0;
 }
 
-static bool dop853_attempt(void *state, struct ode_field *field, struct ode_step *step)
+static enum ode_outcome dop853_attempt(void *state, struct ode_field *field, struct ode_step *step)
 {
     struct dop853 *d = state;
     memcpy(d->k, step->f, (size_t)d->n * sizeof *d->k);
     for (int s = 1; s < DOP853_STAGES; s++)
         if (!run_stage(d, field, step, s, s == DOP853_STAGES - 1 ? d->y_last : d->y))
-            return false;
+            return ODE_FIELD_REFUSED;
     finish_step(d, step);
-    return true;
+    step->dense_error = step->doubt = step->error;
+    step->error_order = 8;
+    step->cost = DOP853_STAGES;
+    return ODE_STEPPED;
+}
+
+static void dop853_forget(void *state)
+{
+    struct dop853 *d = state;
+    d->ratio = 0;
 }
 
 /* Both the last stage and the end belong to the time t + h: the field's difference over
@@ -123,8 +151,7 @@ static double dop853_stiffness(const void *state, const struct ode_step *step)
     return down > 0 ? fabs(step->h) * sqrt(up / down) / STABILITY_LIMIT : 0;
 }
 
-static bool dop853_dense_begin(void *state, struct ode_field *field,
-                               const struct ode_step *step)
+static bool dop853_dense_begin(void *state, struct ode_field *field, struct ode_step *step)
 {
     struct dop853 *d = state;
     size_t n = (size_t)d->n;
@@ -138,9 +165,11 @@ static bool dop853_dense_begin(void *state, struct ode_field *field,
         d->poly[j] = rise;
         d->poly[n + (size_t)j] = h * step->f[j] - rise;
         d->poly[2 * n + (size_t)j] = 2 * rise - h * (step->f[j] + step->f1[j]);
-        for (int r = 0; r < 4; r++)
-            d->poly[(size_t)(3 + r) * n + (size_t)j] =
-                h * combine(&dop853_dense[r], d->k, d->n, j);
+    }
+    for (size_t r = 3; r < 7; r++) {
+        combine(&dop853_dense[r - 3], d->k, d->n, d->poly + r * n);
+        for (size_t j = 0; j < n; j++)
+            d->poly[r * n + j] *= h;
     }
     return true;
 }
@@ -164,11 +193,10 @@ const struct ode_method ode_dop853 = {
     .what = "explicit Runge-Kutta of order 8 (Dormand-Prince 8(5,3)), dense output of order 7",
     .order = 8,
     .error_order = 8,
-    .rtol_least = 0,
-    .rtol_most = 1,
     .alloc = dop853_alloc,
     .free = dop853_free,
     .attempt = dop853_attempt,
+    .forget = dop853_forget,
     .dense_begin = dop853_dense_begin,
     .stiffness = dop853_stiffness,
     .dense_at = dop853_dense_at,

@@ -21,7 +21,6 @@ static void march_alloc(struct ode_march *m)
     for (size_t i = 0; i < sizeof vectors / sizeof *vectors; i++, at += n)
         *vectors[i] = at;
     m->work = at;
-    m->state = m->method->alloc(m->p->n);
 }
 
 /* a + b = sum + *error, exactly (Knuth). */
@@ -39,7 +38,7 @@ static double smallest_step(const struct ode_march *m)
     return 4 * DBL_EPSILON * fmax(fabs(m->t), fmax(DBL_EPSILON * range, 1e-300));
 }
 
-static void prepare_step(struct ode_march *m, double h)
+void ode_prepare_step(struct ode_march *m, double h)
 {
     m->step = (struct ode_step){
         .n = m->p->n, .t = m->t, .t_low = m->t_low, .h = h, .x = m->x, .f = m->f,
@@ -56,6 +55,8 @@ static bool begin(struct ode_march *m, double *h)
     int which;
     size_t n = (size_t)m->p->n;
     memcpy(m->x, m->start->x, n * sizeof *m->x);
+    for (size_t j = 0; m->beside && j < n; j++)
+        m->x[j] *= j * 5 % 3 == 1 ? 1 - DBL_EPSILON : 1 + DBL_EPSILON;
     if (!ode_settle(m, m->t, m->x, INFINITY, &residual)) {
         ode_end_at(m, m->manifold_why, "the start does not satisfy the constraints, and cannot be moved onto them");
         return false;
@@ -74,41 +75,75 @@ static bool begin(struct ode_march *m, double *h)
     }
     if (m->next == m->start->count)
         return false;
-    prepare_step(m, m->stop - m->t);
+    ode_prepare_step(m, m->stop - m->t);
     *h = m->o->first_step > 0
              ? m->o->first_step
              : ode_first_step(&m->field, &m->step, m->method->error_order, m->work);
     return true;
 }
 
-/* |h| cut so that the march ends on the stop, and not with a sliver of a step. */
-static double cut(const struct ode_march *m, double h, bool *last)
+/* The distance to the next sample that is not at the present point. */
+static double sample_distance(const struct ode_march *m)
 {
-    double rest = fabs((m->stop - m->t) - m->t_low);
-    if (m->o->max_step > 0)
-        h = fmin(h, m->o->max_step);
-    *last = h * 1.01 >= rest;
-    return *last ? rest : h * 2 > rest ? rest / 2 : h;
+    return fabs((m->start->times[m->next] - m->t) - m->t_low);
 }
 
-static enum ode_refusal attempt(struct ode_march *m, double h, bool last, int *through)
+/* A method whose polynomial is less accurate than its steps makes shorter steps where
+ * samples lie inside of them, or steps that end at the samples, whichever are longer. */
+static double fit_samples(const struct ode_march *m, double h, double *aim)
+{
+    double d = sample_distance(m);
+    if (m->dense_ratio >= 1 || d >= 2 * h)
+        return h;
+    if (d <= m->dense_ratio * h)
+        return m->dense_ratio * h;
+    *aim = m->start->times[m->next];
+    double parts = ceil(d / (1.0001 * h)) + m->level;
+    if (parts > 1)
+        *aim = NAN;
+    return d / parts;
+}
+
+/* |h| cut so that the march ends on the stop, and not with a sliver of a step. *aim: where
+ * the step is to end exactly, or NAN. */
+static double cut(const struct ode_march *m, double h, double *aim)
+{
+    double rest = fabs((m->stop - m->t) - m->t_low);
+    *aim = NAN;
+    if (m->o->max_step > 0)
+        h = fmin(h, m->o->max_step);
+    h = fit_samples(m, h, aim);
+    if (h * 1.01 < rest)
+        return h * 2 > rest && isnan(*aim) ? rest / 2 : h;
+    *aim = m->stop;
+    return rest;
+}
+
+static enum ode_refusal attempt(struct ode_march *m, double h, double aim, int *through)
 {
     double residual = 0;
-    prepare_step(m, h * m->direction);
-    if (!m->method->attempt(m->state, &m->field, &m->step))
-        return FIELD_REFUSED;
-    if (!(m->step.error <= 1)) {
+    ode_prepare_step(m, h * m->direction);
+    m->dense_checked = false;
+    enum ode_outcome o = m->method->attempt(m->state, &m->field, &m->step);
+    if (o != ODE_STEPPED)
+        return o == ODE_NOT_SOLVED ? NOT_SOLVED : FIELD_REFUSED;
+    m->t1 = two_sum(m->t, m->step.h + m->t_low, &m->t1_low);
+    if (!isnan(aim)) {
+        m->t1 = aim;
+        m->t1_low = 0;
+    }
+    m->error = m->step.error;
+    if (m->step.dense_error > m->error && ode_sample_inside(m))
+        m->error = m->step.dense_error;
+    if (!(m->error <= 1)) {
         m->field.why = ODE_LEFT_DOMAIN;
-        return isfinite(m->step.error) ? ERROR_TOO_LARGE : FIELD_REFUSED;
+        return isfinite(m->error) ? ERROR_TOO_LARGE : FIELD_REFUSED;
     }
     for (int j = 0; j < m->p->n; j++)
         m->x1[j] = two_sum(m->x[j], m->dx[j] + m->carry[j], &m->carry1[j]);
-    m->t1 = last ? m->stop : two_sum(m->t, m->step.h + m->t_low, &m->t1_low);
-    if (last)
-        m->t1_low = 0;
     if (m->p->project)
         memcpy(m->work, m->x1, (size_t)m->p->n * sizeof *m->x1);
-    if (!ode_settle(m, m->t1, m->x1, ode_settle_most(m, m->step.error), &residual))
+    if (!ode_settle(m, m->t1, m->x1, ode_settle_most(m, m->step.doubt), &residual))
         return MANIFOLD_REFUSED;
     for (int j = 0; m->p->project && j < m->p->n; j++)
         if (m->work[j] != m->x1[j])
@@ -132,8 +167,10 @@ static void commit(struct ode_march *m, double h, int through)
     s->steps++;
     s->smallest_step = s->smallest_step > 0 ? fmin(s->smallest_step, h) : h;
     s->largest_step = fmax(s->largest_step, h);
-    if (m->method->stiffness && m->method->stiffness(m->state, &m->step) > 1)
-        s->stiff_steps++;
+    s->implicit_steps += m->method->implicit;
+    bool stiff = m->method->stiffness && m->method->stiffness(m->state, &m->step) > 1;
+    s->stiff_steps += stiff;
+    m->choice.stiff = stiff ? m->choice.stiff + 1 : m->choice.stiff > 0 ? m->choice.stiff - 1 : 0;
     if (through > m->next)
         m->res->max_residual = fmax(m->res->max_residual, m->pending_residual);
     m->next = through;
@@ -183,6 +220,42 @@ static bool may_go_on(struct ode_march *m)
     return true;
 }
 
+/* How much shorter steps must be where samples lie inside; what a look inside has told is
+ * forgotten slowly. */
+static void learn_dense(struct ode_march *m, double forget)
+{
+    double ratio = m->step.dense_error > m->step.error
+                       ? pow(m->step.error / m->step.dense_error, 1.0 / m->step.error_order) : 1;
+    m->dense_ratio = m->dense_checked ? ratio : fmin(ratio, forget * m->dense_ratio);
+    m->dense_ratio = fmax(m->dense_ratio, 1e-3);
+}
+
+/* What the next step is to be multiplied by after a refusal. */
+static double after_refusal(struct ode_march *m, enum ode_refusal cause)
+{
+    m->res->stats.refused++;
+    m->control.refused_before = true;
+    m->manifold_refused += cause == MANIFOLD_REFUSED;
+    if (cause == FIELD_REFUSED) {
+        m->field_refused = true;
+        m->field_refused_t = m->t;
+    }
+    if (cause == ERROR_TOO_LARGE && m->dense_checked)
+        learn_dense(m, 1);
+    if (cause == ERROR_TOO_LARGE)
+        return ode_control_refused(&m->control, m->error);
+    return cause == NOT_SOLVED ? m->step.retry : 0.5;
+}
+
+/* What the next step is to be multiplied by after this one was accepted. */
+static double after_step(struct ode_march *m, double taken)
+{
+    m->control.error_order = m->step.error_order;
+    double factor = ode_control_accepted(&m->control, m->step.error, taken);
+    learn_dense(m, 1.2);
+    return m->method->accepted ? m->method->accepted(m->state, &m->step, factor) : factor;
+}
+
 static void go(struct ode_march *m)
 {
     double h;
@@ -193,50 +266,46 @@ static void go(struct ode_march *m)
     m->look_t = m->t;
     m->look_progress = INFINITY;
     while (may_go_on(m)) {
-        bool last;
+        double aim, taken = cut(m, h, &aim);
         int through = m->next;
-        double taken = cut(m, h, &last);
-        enum ode_refusal cause = attempt(m, taken, last, &through);
+        enum ode_refusal cause = attempt(m, taken, aim, &through);
         if (cause == STEP_TAKEN) {
             commit(m, taken, through);
             if (m->next == m->start->count)
                 return;
-            h = taken * ode_control_accepted(&m->control, m->step.error, taken);
+            double next = taken * after_step(m, taken);
+            /* a step cut short says little against the size that was thought right */
+            h = ode_choose(m, taken < 0.9 * h && m->dense_ratio < 1 ? fmax(h, next) : next);
             cause = ERROR_TOO_LARGE;   /* what it is if h is too small now */
         } else {
-            m->res->stats.refused++;
-            m->control.refused_before = true;
-            m->manifold_refused += cause == MANIFOLD_REFUSED;
-            if (cause == FIELD_REFUSED) {
-                m->field_refused = true;
-                m->field_refused_t = m->t;
-            }
-            h = taken * (cause == ERROR_TOO_LARGE
-                             ? ode_control_refused(&m->control, m->step.error)
-                             : 0.5);
+            h = taken * after_refusal(m, cause);
         }
         if (h < smallest_step(m)) {
-            ode_end_refused(m, cause);
+            ode_end_refused(m, cause == NOT_SOLVED ? ERROR_TOO_LARGE : cause);
             return;
         }
     }
 }
 
-void ode_march(const struct ode_problem *p, const struct ode_start *start,
-               const struct ode_options *o, const double *unit,
-               const struct ode_method *method, struct ode_result *res)
+void ode_march(const struct ode_run *run, struct ode_result *res)
 {
+    const struct ode_start *start = run->start;
+    *res = (struct ode_result){.n = run->p->n, .max_error = -1, .worst = -1, .rtol = run->o.rtol,
+                               .method = run->method->name, .solutions = 1};
+    res->samples = sga_malloc(((size_t)start->count * (size_t)run->p->n + 1) * sizeof(double));
     struct ode_march m = {
-        .p = p, .start = start, .o = o, .unit = unit, .res = res, .method = method,
-        .field = {p, &res->stats, ODE_LEFT_DOMAIN}, .manifold_why = ODE_CONSTRAINT_LOST,
-        .t = start->t, .stop = start->times[start->count - 1],
+        .p = run->p, .start = start, .o = &run->o, .unit = run->unit, .level = run->level, .beside = run->beside,
+        .res = res, .method = run->method, .field = {run->p, &res->stats, ODE_LEFT_DOMAIN, run->beside},
+        .manifold_why = ODE_CONSTRAINT_LOST, .t = start->t, .stop = start->times[start->count - 1],
     };
+    m.dense_ratio = 1;
     m.direction = m.stop < m.t ? -1 : 1;
     m.last_times[0] = m.last_times[1] = m.t;
     res->end = (struct ode_end){ODE_NONE, m.stop, -1, ""};
     march_alloc(&m);
+    ode_choice_begin(&m);
     go(&m);
     res->count = m.next;
-    method->free(m.state);
+    ode_choice_end(&m);
     free(m.memory);
 }

@@ -141,7 +141,7 @@ void ode_end_steps(struct ode_march *m, bool foreseen)
              foreseen ? "the last time is out of reach" : "the limit of steps was reached",
              s->steps + s->refused,
              stiff ? ", their size being set by stability: the system is stiff" : "",
-             stiff ? "ask for an earlier stop or use an implicit method"
+             stiff ? "ask for an earlier stop, or for the implicit method \"radau\""
                    : "ask for an earlier stop, a larger tolerance or more steps");
     ode_end_at(m, ODE_STEP_LIMIT, text);
 }

@@ -1,4 +1,9 @@
-/* ode_solve: checks of the request, and the global error by a second solution. */
+/* The global error by other solutions, and refinement until it is small enough.
+ *
+ * Two solutions at tolerances apart by a factor of ten differ by the error of the looser
+ * one. Errors follow tolerances only roughly (over a few steps they scatter by several
+ * times), hence the factors below; a test holds them against closed forms and against
+ * references of 20 digits and more. */
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -7,136 +12,193 @@
 #include "march.h"
 #include "mem.h"
 
-/* The comparison solution is this much looser than the one delivered. Errors follow
- * tolerances only roughly (over a few steps they scatter by several times), and the
- * difference must be the looser one's error; hence not less. */
+/* The comparison solution is at least this much looser than the one delivered. */
 #define LOOSER 10.0
-/* For the scatter that is left. */
+#define LOOSEST 100.0
+/* For the scatter: the delivered solution's error is estimated by this times the
+ * difference, and where the looser one is looser by more than LOOSER, by SURE over that. */
 #define ALLOWANCE 1.5
+#define SURE 30.0
 #define TIGHTEST_RTOL 1e-14
+/* Below this rounding may stand in for the error, which then follows no tolerance. */
+#define ROUNDING_RTOL 1e-12
+#define MOST_SOLUTIONS 7
+/* See set_errors. */
+#define NEIGHBOUR 30.0
 
-struct ode_options ode_options_default(void)
+struct pair {
+    const struct ode_run *run;
+    int columns;
+    double factor;             /* of the difference */
+    double *a, *b, *raw;       /* columns each; count */
+};
+
+static void outputs(const struct pair *q, int k, const double *x, double *y)
 {
-    return (struct ode_options){.rtol = 1e-9, .atol = 1e-9, .max_steps = 1000000};
+    const struct ode_problem *p = q->run->p;
+    if (p->output)
+        p->output(p->ctx, q->run->start->times[k], x, y);
+    else
+        memcpy(y, x, (size_t)p->n * sizeof *y);
 }
 
-static bool check_start(const struct ode_problem *p, const struct ode_start *s,
-                        struct sga_error *err)
+/* Estimates of sample k; *worst is raised to the largest in units of what was asked for. A
+ * difference cannot show a few roundings of the size of what it is of. */
+static double sample_error(struct pair *q, const struct ode_result *r, const struct ode_result *other, int k, double *worst)
 {
-    if (s->count < 1)
-        return sga_fail(err, SGA_E_SHAPE, "a trajectory needs at least one time");
-    if (!isfinite(s->t))
-        return sga_fail(err, SGA_E_SHAPE, "the start time is not finite");
-    for (int j = 0; j < p->n; j++)
-        if (!isfinite(s->x[j]))
-            return sga_fail(err, SGA_E_INITIAL, "initial value %d is not finite", j);
-    double before = s->t, direction = s->times[s->count - 1] < s->t ? -1 : 1;
-    for (int k = 0; k < s->count; before = s->times[k++])
-        if (!isfinite(s->times[k]) || (s->times[k] - before) * direction < 0)
-            return sga_fail(err, SGA_E_SHAPE,
-                            "times must be finite and go in one direction from the start; time %d does not",
-                            k);
-    return true;
-}
-
-static bool check_options(const struct ode_problem *p, const struct ode_options *o,
-                          struct sga_error *err)
-{
-    if (!(o->rtol >= 0) || !(o->atol >= 0) || !(o->rtol + o->atol > 0) ||
-        !isfinite(o->rtol + o->atol))
-        return sga_fail(err, SGA_E_SCHEMA, "rtol and atol must be finite, not negative and not both 0");
-    for (int j = 0; o->unit && j < p->n; j++)
-        if (!(o->unit[j] > 0) || !isfinite(o->unit[j]))
-            return sga_fail(err, SGA_E_SCHEMA, "the scale of variable %d is not positive", j);
-    if (!ode_method_find(o->method, o->rtol))
-        return sga_fail(err, SGA_E_NOT_SUPPORTED, "there is no integration method \"%s\"", o->method);
-    return true;
-}
-
-static void solve_once(const struct ode_problem *p, const struct ode_start *start,
-                       const struct ode_options *o, const double *unit,
-                       struct ode_result *res)
-{
-    const struct ode_method *method = ode_method_find(o->method, o->rtol);
-    *res = (struct ode_result){.n = p->n, .max_error = -1, .rtol = o->rtol, .method = method->name};
-    res->samples = sga_malloc(((size_t)start->count * (size_t)p->n + 1) * sizeof(double));
-    ode_march(p, start, o, unit, method, res);
-}
-
-/* Largest difference of sample k, and the rounding that cannot be seen in a difference:
- * each solution carries at least a few roundings of its own size. */
-static double difference(const struct ode_result *a, const struct ode_result *b, int k,
-                         const double *unit)
-{
+    const struct ode_run *run = q->run;
+    size_t at = (size_t)k * (size_t)r->n;
     double most = 0;
-    for (int j = 0; j < a->n; j++) {
-        size_t at = (size_t)k * (size_t)a->n + (size_t)j;
-        double d = ALLOWANCE * fabs(a->samples[at] - b->samples[at]) + 4 * DBL_EPSILON * fabs(a->samples[at]);
-        most = fmax(most, d / unit[j]);
+    outputs(q, k, r->samples + at, q->a);
+    outputs(q, k, other->samples + at, q->b);
+    for (int j = 0; j < q->columns; j++) {
+        double unit = run->p->output ? 1 : run->unit[j];
+        double e = q->factor * fabs(q->a[j] - q->b[j]) + 4 * DBL_EPSILON * fabs(q->a[j]);
+        e = isnan(e) ? INFINITY : e;
+        most = fmax(most, e / unit);
+        *worst = fmax(*worst, e / fmax(run->o.atol * unit + run->o.rtol * fabs(q->a[j]), 1e-300));
     }
     return most;
 }
 
-/* A difference can pass through 0 where the error does not: each estimate is the largest
- * of its neighbours' too. */
-static void set_errors(struct ode_result *res, const struct ode_result *other,
-                       const double *unit)
+/* Fills error, max_error, worst. A difference can pass through 0 where the error does not:
+ * each estimate is raised towards the largest of its neighbours', but not without bound,
+ * because they may be far away. */
+static void set_errors(const struct ode_run *run, double factor, struct ode_result *res, const struct ode_result *other)
 {
     int known = other->count < res->count ? other->count : res->count;
-    double *raw = sga_malloc(((size_t)res->count + 1) * sizeof *raw);
+    struct pair q = {.run = run, .columns = run->p->output ? run->p->outputs : run->p->n, .factor = factor};
+    q.a = sga_malloc((2 * (size_t)q.columns + 1) * sizeof *q.a);
+    q.b = q.a + q.columns;
+    q.raw = sga_malloc(((size_t)res->count + 1) * sizeof *q.raw);
     res->error = sga_malloc(((size_t)res->count + 1) * sizeof *res->error);
-    res->max_error = 0;
+    res->max_error = res->worst = 0;
     for (int k = 0; k < res->count; k++)
-        raw[k] = k < known ? difference(res, other, k, unit) : INFINITY;
+        q.raw[k] = k < known ? sample_error(&q, res, other, k, &res->worst) : INFINITY;
     for (int k = 0; k < res->count; k++) {
-        double e = raw[k];
-        if (k > 0)
-            e = fmax(e, raw[k - 1]);
-        if (k + 1 < known)
-            e = fmax(e, raw[k + 1]);
+        double near = fmax(k > 0 ? q.raw[k - 1] : 0, k + 1 < known ? q.raw[k + 1] : 0);
+        double e = fmax(q.raw[k], fmin(near, NEIGHBOUR * q.raw[k]));
         res->error[k] = e;
         res->max_error = fmax(res->max_error, e);
     }
-    free(raw);
+    if (known < res->count)
+        res->worst = INFINITY;
+    free(q.a);
+    free(q.raw);
 }
 
-/* The tolerance asked for the looser of two solutions; where the tighter one could not
- * be had in double precision, a looser one still. */
-static double loose_rtol(double rtol, double atol)
+static void add_stats(struct ode_stats *sum, const struct ode_stats *s)
+{
+    sum->steps += s->steps;
+    sum->refused += s->refused;
+    sum->evaluations += s->evaluations;
+    sum->projections += s->projections;
+    sum->jacobians += s->jacobians;
+    sum->factorisations += s->factorisations;
+    sum->implicit_steps += s->implicit_steps;
+    sum->stiff_steps += s->stiff_steps;
+}
+
+/* A loose solution is given up, the tight one takes its place. */
+static void replace(struct ode_result *res, struct ode_result *next)
+{
+    add_stats(&next->second, &res->second);
+    add_stats(&next->second, &res->stats);
+    next->solutions = res->solutions + 1;
+    ode_result_free(res);
+    *res = *next;
+}
+
+/* The tolerances of the first of two solutions; where the second could not be had in
+ * double precision, looser ones. */
+static double first_rtol(double rtol, double atol)
 {
     return atol <= rtol && rtol < LOOSER * TIGHTEST_RTOL ? LOOSER * TIGHTEST_RTOL : rtol;
 }
 
-bool ode_solve(const struct ode_problem *p, const struct ode_start *start,
-               const struct ode_options *opt, struct ode_result *res, struct sga_error *err)
+/* How much tighter the next solution has to be; 0: that cannot be had. */
+static double next_ratio(const struct ode_result *res, const struct ode_options *now)
 {
-    if (!check_start(p, start, err) || !check_options(p, opt, err))
+    double most = now->rtol > 0 ? now->rtol / TIGHTEST_RTOL : LOOSEST;
+    double ratio = fmin(fmin(LOOSEST, fmax(LOOSER, 0.5 * res->worst)), most);
+    return ratio >= 0.5 * LOOSER ? ratio : 0;
+}
+
+static bool out_of_budget(const struct ode_result *r)
+{
+    return r->end.reason == ODE_TIME_LIMIT || r->end.reason == ODE_CANCELLED;
+}
+
+/* One more solution after *res, `ratio` tighter. False, with shortfall set: *res stays. */
+static bool tighten(const struct ode_run *run, struct ode_run *next, double ratio, struct ode_result *res)
+{
+    struct ode_result tight;
+    double before = res->worst;
+    next->o.rtol /= ratio;
+    next->o.atol /= ratio;
+    next->level++;
+    ode_march(next, &tight);
+    if (tight.count < res->count && (out_of_budget(&tight) || tight.end.reason == ODE_STEP_LIMIT)) {
+        res->shortfall = out_of_budget(&tight) ? "the time granted ended before a tighter solution was found"
+                                               : "a tighter solution takes more steps than are allowed";
+        add_stats(&res->second, &tight.stats);
+        res->solutions++;
+        ode_result_free(&tight);
         return false;
-    struct ode_options o = *opt;
-    double *ones = sga_malloc(((size_t)p->n + 1) * sizeof *ones);
-    for (int j = 0; j < p->n; j++)
-        ones[j] = 1;
-    const double *unit = o.unit ? o.unit : ones;
-    if (!o.estimate_global_error) {
-        solve_once(p, start, &o, unit, res);
-    } else {
-        struct ode_result loose;
-        o.rtol = loose_rtol(o.rtol, o.atol);
-        solve_once(p, start, &o, unit, &loose);
-        o.rtol /= LOOSER;
-        o.atol /= LOOSER;
-        solve_once(p, start, &o, unit, res);
-        set_errors(res, &loose, unit);
-        res->second = loose.stats;
-        ode_result_free(&loose);
     }
-    free(ones);
+    set_errors(run, ALLOWANCE, &tight, res);
+    /* where the differences fall as they should, the delivered error is smaller still */
+    bool converges = before > 0 && tight.worst < 0.3 * before && next->o.rtol >= ROUNDING_RTOL;
+    if (ratio > LOOSER && converges) {
+        free(tight.error);
+        set_errors(run, fmin(ALLOWANCE, SURE / ratio), &tight, res);
+    }
+    replace(res, &tight);
     return true;
 }
 
-void ode_result_free(struct ode_result *res)
+static const char *why_not(const struct ode_result *res)
 {
-    free(res->samples);
-    free(res->error);
-    res->samples = res->error = NULL;
+    return isinf(res->worst) ? "the solutions that were compared do not end at the same time; errors past the earlier end are not known"
+                             : "rounding in double precision, as the motion amplifies it, exceeds the tolerance";
+}
+
+void ode_global(const struct ode_run *run, struct ode_result *res)
+{
+    struct ode_run next = *run;
+    next.o.rtol = first_rtol(run->o.rtol, run->o.atol);
+    next.beside = true;
+    ode_march(&next, res);
+    next.beside = false;
+    if (out_of_budget(res))
+        return;
+    if (res->end.reason != ODE_NONE) {       /* perhaps only because it ran beside the motion */
+        struct ode_result again;
+        ode_march(&next, &again);
+        replace(res, &again);
+    }
+    res->worst = 0;
+    if (!tighten(run, &next, LOOSER, res)) {
+        /* the loose one is all there is: what is known of its error is nothing */
+        res->error = sga_malloc(((size_t)res->count + 1) * sizeof *res->error);
+        for (int k = 0; k < res->count; k++)
+            res->error[k] = INFINITY;
+        res->max_error = res->worst = INFINITY;
+        return;
+    }
+    while (res->worst > 1 && run->o.refine && !out_of_budget(res)) {
+        double before = res->worst, ratio = next_ratio(res, &next.o);
+        if (res->solutions >= MOST_SOLUTIONS || ratio == 0) {
+            res->shortfall = why_not(res);
+            return;
+        }
+        if (!tighten(run, &next, ratio, res))
+            return;
+        if (!(res->worst < 0.9 * before) && next.o.rtol < ROUNDING_RTOL) {
+            res->shortfall = why_not(res);
+            return;
+        }
+    }
+    if (res->worst > 1)
+        res->shortfall = "no tighter solution was asked for";
 }

@@ -6,20 +6,49 @@
 #include "method.h"
 
 /* Why a step was not taken. */
-enum ode_refusal { STEP_TAKEN, ERROR_TOO_LARGE, FIELD_REFUSED, MANIFOLD_REFUSED };
+enum ode_refusal { STEP_TAKEN, ERROR_TOO_LARGE, NOT_SOLVED, FIELD_REFUSED, MANIFOLD_REFUSED };
+
+/* Explicit or implicit? Kept by switch.c. */
+struct ode_choice {
+    bool free;                      /* the method may change */
+    void *explicit_state, *implicit_state;
+    double h;                       /* average size of explicit steps lately */
+    double cost;                    /* of an implicit step lately, in evaluations */
+    int stiff;                      /* explicit steps of late that stability has set the size of */
+    int enough;                     /* such steps before the implicit method is tried */
+    long try_at;                    /* steps at which it is tried anyway */
+    long back_at;                   /* steps at which the explicit one is thought of */
+};
+
+/* One solution to be computed. */
+struct ode_run {
+    const struct ode_problem *p;
+    const struct ode_start *start;
+    struct ode_options o;           /* with the tolerances of this solution */
+    const double *unit;             /* never NULL */
+    const struct ode_method *method;   /* to begin with */
+    int level;                      /* of several: later ones take more steps to a sample */
+    bool beside;                    /* start and field are wrong by a rounding, on purpose */
+};
 
 struct ode_march {
     const struct ode_problem *p;
     const struct ode_start *start;
     const struct ode_options *o;    /* with the tolerances of this solution */
     const double *unit;             /* never NULL */
+    int level;
+    bool beside;
     struct ode_result *res;
     const struct ode_method *method;
     void *state;                    /* the method's */
+    struct ode_choice choice;       /* between methods, for "auto" */
     struct ode_field field;
     struct ode_control control;
     struct ode_step step;
     double direction, stop;
+    double error;                   /* of the last step, against what it had to meet */
+    bool dense_checked;             /* in this step */
+    double dense_ratio;             /* by what steps are shorter that samples may lie inside of */
     /* The present point: time as an unevaluated sum, state with what rounding dropped. */
     double t, t_low;
     double *x, *carry, *f;
@@ -44,11 +73,11 @@ struct ode_march {
     double slow_since;              /* from this time on */
 };
 
-/* driver.c: one solution with the given method and tolerances. res->samples must have
- * room for start->count rows; everything but error, max_error, second is filled. */
-void ode_march(const struct ode_problem *p, const struct ode_start *start,
-               const struct ode_options *o, const double *unit,
-               const struct ode_method *method, struct ode_result *res);
+/* driver.c: one solution. Fills *res, whatever it held; error, max_error, worst say that
+ * nothing is known. */
+void ode_march(const struct ode_run *run, struct ode_result *res);
+/* global.c: several solutions, the last one with estimates of its error. */
+void ode_global(const struct ode_run *run, struct ode_result *res);
 
 /* settle.c: x, meant for time t, is projected. False: refused, or moved by more than
  * `most` units of its error; manifold_why is set. */
@@ -56,6 +85,16 @@ bool ode_settle(struct ode_march *m, double t, double *x, double most, double *r
 /* How far a step's end may be moved, its error estimate being this. */
 double ode_settle_most(const struct ode_march *m, double error);
 
+/* switch.c: after an accepted step, whose successor would have size h. Changes the method
+ * where another makes more way for its work, and then returns another size. */
+void ode_choice_begin(struct ode_march *m);
+double ode_choose(struct ode_march *m, double h);
+void ode_choice_end(struct ode_march *m);
+/* The step's fields set for a step of signed size h from the present point. */
+void ode_prepare_step(struct ode_march *m, double h);
+
+/* sample.c: a sample lies inside the present step. */
+bool ode_sample_inside(const struct ode_march *m);
 /* sample.c: samples inside the present step and at its end are put into the result,
  * each projected; *through: how many are complete then. */
 enum ode_refusal ode_sample(struct ode_march *m, int *through);

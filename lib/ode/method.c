@@ -1,11 +1,13 @@
 /* The table of methods, and what they share. */
 #include "method.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 static const struct ode_method *const methods[] = {
     &ode_dop853,
+    &ode_radau,
 };
 enum { METHODS = sizeof methods / sizeof *methods };
 
@@ -19,15 +21,19 @@ const char *ode_method_what(int i)
     return i >= 0 && i < METHODS ? methods[i]->what : NULL;
 }
 
-const struct ode_method *ode_method_find(const char *name, double rtol)
+bool ode_method_is_auto(const char *name)
 {
-    bool choose = !name || strcmp(name, "auto") == 0;
-    for (int i = 0; i < METHODS; i++) {
-        const struct ode_method *m = methods[i];
-        if (choose ? rtol >= m->rtol_least && rtol <= m->rtol_most : strcmp(name, m->name) == 0)
-            return m;
-    }
-    return choose ? methods[0] : NULL;
+    return !name || strcmp(name, "auto") == 0;
+}
+
+const struct ode_method *ode_method_find(const char *name)
+{
+    if (ode_method_is_auto(name))
+        return methods[0];
+    for (int i = 0; i < METHODS; i++)
+        if (strcmp(name, methods[i]->name) == 0)
+            return methods[i];
+    return NULL;
 }
 
 bool ode_eval(struct ode_field *field, double t, const double *x, double *dx)
@@ -35,6 +41,8 @@ bool ode_eval(struct ode_field *field, double t, const double *x, double *dx)
     const struct ode_problem *p = field->p;
     field->stats->evaluations++;
     bool ok = p->rhs(p->ctx, t, x, dx);
+    for (int j = 0; ok && field->beside && j < p->n; j++)
+        dx[j] *= j % 2 ? 1 - DBL_EPSILON : 1 + DBL_EPSILON;
     if (ok) {
         double s = 0;
         for (int j = 0; j < p->n; j++)

@@ -14,6 +14,7 @@ struct ode_field {
     const struct ode_problem *p;
     struct ode_stats *stats;
     enum ode_reason why;       /* of the last refusal */
+    bool beside;               /* wrong by a rounding, on purpose: see ode_solve */
 };
 /* False: refused, or not finite. */
 bool ode_eval(struct ode_field *field, double t, const double *x, double *dx);
@@ -29,22 +30,35 @@ struct ode_step {
     const double *unit;        /* never NULL here */
 
     double *dx;                /* increment: the end is x + dx */
-    double error;              /* weighted error, <= 1 is within tolerance */
+    double error;              /* weighted error, <= 1 is within tolerance; falls as h to */
+    double error_order;        /* this power */
+    /* The same for points inside the step, and how far the end may have to be moved onto
+     * the manifold, in units of the error allowed. */
+    double dense_error, doubt;
+    double cost;               /* what the attempt took, in evaluations of the field */
+    double retry;              /* where it was not solved: try this times h, < 1 */
 
     const double *x1, *f1;     /* state (projected) and field at the end */
 };
 
+enum ode_outcome { ODE_STEPPED, ODE_FIELD_REFUSED, ODE_NOT_SOLVED };
+
 struct ode_method {
     const char *name, *what;
+    bool implicit;
     int order;                 /* of the solution delivered */
-    int error_order;           /* the error estimate falls as h to this power */
-    double rtol_least, rtol_most;  /* what "auto" would use it for */
-    void *(*alloc)(int n);
+    double error_order;        /* the error estimate falls as h to this power at first */
+    void *(*alloc)(const struct ode_problem *p);
     void (*free)(void *state);
-    /* False: the field was refused at a stage. */
-    bool (*attempt)(void *state, struct ode_field *field, struct ode_step *step);
-    /* After attempt and with x1, f1 set: prepare dense output; may evaluate. */
-    bool (*dense_begin)(void *state, struct ode_field *field, const struct ode_step *step);
+    enum ode_outcome (*attempt)(void *state, struct ode_field *field, struct ode_step *step);
+    /* The step was accepted; x1, f1 are set. The driver would multiply the step size by
+     * `factor`; returns what it is to be multiplied by. May be NULL. */
+    double (*accepted)(void *state, const struct ode_step *step, double factor);
+    /* The last attempt led nowhere, or other methods made steps since. May be NULL. */
+    void (*forget)(void *state);
+    /* After attempt and with x1, f1 set: prepare dense output; may evaluate, and may find
+     * that step->dense_error is larger. */
+    bool (*dense_begin)(void *state, struct ode_field *field, struct ode_step *step);
     /* After attempt and with x1, f1 set: |h| times an estimate of the largest eigenvalue,
      * over the method's stability limit; > 1 is a sign of stiffness. May be NULL. */
     double (*stiffness)(const void *state, const struct ode_step *step);
@@ -52,10 +66,11 @@ struct ode_method {
     void (*dense_at)(const void *state, const struct ode_step *step, double theta, double *x);
 };
 
-extern const struct ode_method ode_dop853;
+extern const struct ode_method ode_dop853, ode_radau;
 
-/* By name; "auto" and NULL choose by tolerance. NULL: there is no such method. */
-const struct ode_method *ode_method_find(const char *name, double rtol);
+/* By name; "auto" and NULL give the one to begin with. NULL: there is no such method. */
+const struct ode_method *ode_method_find(const char *name);
+bool ode_method_is_auto(const char *name);
 
 /* The error allowed in variable j between values a and b: never 0. */
 double ode_allowed(double rtol, double atol, double unit, double a, double b);

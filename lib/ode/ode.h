@@ -6,9 +6,10 @@
  * only the samples before it are delivered.
  *
  * Layers, each in its own file: driver.c (the march), control.c (step sizes), a method
- * (method.h; a const struct of functions, e.g. dop853.c), sample.c (dense output and its
- * projection), ending.c (why a march stopped), global.c (the second solution for the
- * error estimate). */
+ * (method.h; a const struct of functions: dop853.c, radau.c), switch.c (which of them),
+ * sample.c (dense output and its projection), ending.c (why a march stopped), global.c
+ * (other solutions, for the error estimate, and tighter ones until it is small enough),
+ * solve.c (checks of the request). */
 #ifndef SGA_ODE_H
 #define SGA_ODE_H
 
@@ -16,6 +17,7 @@
 #include <stddef.h>
 #include "budget.h"
 #include "error.h"
+#include "lin_sparse.h"
 
 /* Why a solution ended before the last time asked for. The text is what results show. */
 #define ODE_REASON_TABLE(X) \
@@ -59,6 +61,17 @@ struct ode_problem {
     /* Asked right after rhs or project returned false: what the reason is, if the march
      * cannot get past it. NULL: LEFT_DOMAIN for rhs, CONSTRAINT_LOST for project. */
     enum ode_reason (*why)(void *ctx);
+    /* For implicit methods: the pattern of dX/dx (NULL: full) and its values in the order
+     * of the pattern's entries (by rows where it is full). Where jacobian is NULL or
+     * returns false, central differences are taken, one pair of evaluations for each
+     * group of columns that share no row; without a pattern and with constraints, they are
+     * taken along the manifold. */
+    const struct lin_sparse *pattern;
+    bool (*jacobian)(void *ctx, double t, const double *x, double *value);
+    double cost;               /* of one rhs, in multiplications; 0: taken as 20 n */
+    /* What errors are estimated of: y (outputs) at t, x. NULL: the variables. */
+    int outputs;
+    void (*output)(void *ctx, double t, const double *x, double *y);
 };
 
 struct ode_start {
@@ -70,13 +83,15 @@ struct ode_start {
 };
 
 struct ode_options {
-    const char *method;        /* NULL or "auto": chosen; else a name in method.c's table */
+    const char *method;        /* NULL or "auto": chosen, and changed where the problem turns
+                                * stiff or no longer is; else a name in method.c's table */
     double rtol, atol;         /* local error allowed: atol * unit_j + rtol * |x_j| */
     const double *unit;        /* n; typical sizes, > 0; NULL: all 1 */
     double first_step;         /* 0: chosen */
     double max_step;           /* 0: none */
     long max_steps;            /* accepted and refused, of one solution */
     bool estimate_global_error;
+    bool refine;               /* with estimates: solve again until they are within tolerance */
     const struct sga_budget *budget;   /* NULL: none */
 };
 /* method auto, rtol = atol = 1e-9, 1,000,000 steps, no error estimate, no budget. */
@@ -86,6 +101,8 @@ struct ode_stats {
     long steps, refused;       /* accepted; refused for any cause */
     long evaluations;          /* of rhs */
     long projections;
+    long jacobians, factorisations;    /* of implicit steps; a factorisation is of all shifts */
+    long implicit_steps;       /* accepted */
     long stiff_steps;          /* accepted where stability, not accuracy, set the size */
     double smallest_step, largest_step;
 };
@@ -104,15 +121,19 @@ struct ode_result {
     double max_residual;       /* over the samples; 0 without project and residual */
     double start_moved;        /* how far the start was moved, in units of its error */
     double start_residual;     /* the largest |xi_i| at the projected start */
-    /* With estimate_global_error: error[k] estimates max_j |x_j - true x_j| / unit_j at
-     * sample k, INFINITY where it is not known (the comparison ended before); max_error
-     * is the largest of them. Otherwise error is NULL and max_error is -1. */
+    /* With estimate_global_error: error[k] estimates max_j |y_j - true y_j| at sample k, y
+     * the outputs, or the variables over their units; INFINITY where it is not known (the
+     * comparison ended before). max_error is the largest of them; worst is the largest
+     * error_j / (atol + rtol |y_j|) with the tolerances asked for. Otherwise error is NULL
+     * and max_error and worst are -1. */
     double *error;
-    double max_error;
+    double max_error, worst;
+    const char *shortfall;     /* why worst is above 1, static; NULL where it is not */
+    int solutions;             /* computed in all */
     double rtol;               /* used for the solution that was delivered */
-    const char *method;        /* name of the method used; static */
+    const char *method;        /* names of the methods that made steps; static */
     struct ode_stats stats;    /* of the solution delivered */
-    struct ode_stats second;   /* of the comparison solution, all 0 without one */
+    struct ode_stats second;   /* of all other solutions together, all 0 without one */
 };
 
 /* Integrates. False only for requests without meaning (times not monotone, not finite,
@@ -123,7 +144,10 @@ struct ode_result {
  * With estimate_global_error two solutions are computed, at the tolerances and at a
  * tenth of them. The tighter one is delivered; their difference, which is the error of
  * the looser one, gives the estimate: it is some 15 times too large in the median, and
- * holds. Cost: about 2.3 times one solution.
+ * holds. The looser one starts a rounding beside the start and follows a field that is
+ * wrong by a rounding, so that the effect of rounded data shows too. Cost: about 2.3
+ * times one solution. With `refine` a tighter one follows while the estimate exceeds the
+ * tolerances, each against the one before; `shortfall` says why that was given up.
  *
  * Tolerances below 1e-14 (relative) cannot be met in double precision and are raised. */
 bool ode_solve(const struct ode_problem *p, const struct ode_start *start,

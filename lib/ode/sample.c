@@ -25,6 +25,11 @@ static bool inner_sample(struct ode_march *m, double t, double *row)
     return true;
 }
 
+bool ode_sample_inside(const struct ode_march *m)
+{
+    return m->next < m->start->count && beyond(m, m->start->times[m->next]) < 0;
+}
+
 enum ode_refusal ode_sample(struct ode_march *m, int *through)
 {
     size_t n = (size_t)m->p->n;
@@ -41,7 +46,11 @@ enum ode_refusal ode_sample(struct ode_march *m, int *through)
         }
         if (!dense && !m->method->dense_begin(m->state, &m->field, &m->step))
             return FIELD_REFUSED;
-        dense = true;
+        dense = m->dense_checked = true;
+        if (!(m->step.dense_error <= 1)) {
+            m->error = m->step.dense_error;
+            return ERROR_TOO_LARGE;
+        }
         if (!inner_sample(m, t, row))
             return MANIFOLD_REFUSED;
     }

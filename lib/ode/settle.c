@@ -27,6 +27,8 @@ static double rounding(const struct ode_march *m, const double *x)
 
 double ode_settle_most(const struct ode_march *m, double error)
 {
+    if (!m->p->project)
+        return INFINITY;
     return fmax(10 * error, HARMLESS) + 100 * rounding(m, m->x1);
 }
 

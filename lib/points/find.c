@@ -9,8 +9,10 @@
 #include "normal.h"
 #include "mem.h"
 #include "refine.h"
+#include "sides.h"
+#include "triangular.h"
 
-enum { STARTS = 24, STEPS = 60, BASIC_STEPS = 12, NEWTON_BITS = 80 };
+enum { STARTS = 24, POSITIVE_STARTS = 10, STEPS = 60, BASIC_STEPS = 12, NEWTON_BITS = 80 };
 
 uint64_t points_random(uint64_t *state)
 {
@@ -48,25 +50,47 @@ static void take_over(const struct points_space *s, struct points_point *p)
     num_ball_set_d(&p->ball, s->time, p->t);
 }
 
+/* Positive ones first: as they are meant as a rule. */
+static double parameter_value(const struct points_space *s, int i, uint64_t *random, int attempt)
+{
+    if (s->parameter_value)
+        return s->parameter_value[i];
+    double v = short_value(0.5 + 1.5 * points_uniform(random));
+    if (s->parameter_sign)
+        return s->parameter_sign[i] * v;
+    return attempt >= POSITIVE_STARTS && points_uniform(random) < 0.5 ? -v : v;
+}
+
+/* A point of the larger set is no start where the parameters are to have other signs. */
+static bool signs_fit(const struct points_space *s)
+{
+    for (int i = 0; i < s->parameters; i++)
+        if (s->parameter_sign && s->parameter_sign[i] * s->before->parameter[i] < 0)
+            return false;
+    return true;
+}
+
 static void start(const struct points_space *s, double spread, uint64_t *random, int attempt, struct points_point *p)
 {
-    if (s->before && attempt <= 1) {
+    if (s->before && attempt <= 1 && signs_fit(s)) {
         take_over(s, p);
         return;
     }
     double box = spread > 0 ? spread : 0;
+    const int *scale = p->scaled ? s->scale : NULL;
     if (attempt > 8)
         box = fmax(box, 0.1) * (1 + 0.5 * (attempt - 8));
     for (int i = 0; i < s->variables; i++) {
         double u = 2 * points_uniform(random) - 1;
+        double size = scale ? ldexp(1, scale[i]) : 1;
         if (s->near)
-            p->x[i] = box > 0 ? short_value(s->near[i] + box * (1 + 0.02 * fabs(s->near[i])) * u) : s->near[i];
+            p->x[i] = box > 0 ? short_value(s->near[i] + box * (size + 0.02 * fabs(s->near[i])) * u) : s->near[i];
         else
-            p->x[i] = short_value(fmax(box, 1.0) * 1.5 * u);
+            p->x[i] = short_value(size * fmax(box, 1.0) * 1.5 * u);
         num_ball_set_d(&p->ball, s->variable[i], p->x[i]);
     }
     for (int i = 0; i < s->parameters; i++) {
-        p->parameter[i] = short_value(0.5 + 1.5 * points_uniform(random));
+        p->parameter[i] = parameter_value(s, i, random, attempt);
         num_ball_set_d(&p->ball, s->parameter[i], p->parameter[i]);
     }
     /* the first start at a guess is at its own time; others are near it */
@@ -76,14 +100,14 @@ static void start(const struct points_space *s, double spread, uint64_t *random,
 }
 
 /* log2 of the largest entry of row i, or a very small number */
-static slong row_exponent(const struct points_jacobian *j, int i)
+static slong row_exponent(const struct points_jacobian *j, int i, const int *scale)
 {
     slong e = -(WORD_MAX / 4);
     for (int k = 0; k < j->cols[i]; k++) {
         arb_srcptr v = j->entry[i] + k;
         if (!arb_is_finite(v) || arf_is_zero(arb_midref(v)))
             continue;
-        slong x = arf_abs_bound_lt_2exp_si(arb_midref(v));
+        slong x = arf_abs_bound_lt_2exp_si(arb_midref(v)) + (scale ? scale[j->col[i][k]] : 0);
         if (x > e)
             e = x;
     }
@@ -126,6 +150,7 @@ static int only_new(struct points_jacobian *j, struct normal *w, const double *r
 static double step(struct points_jacobian *j, struct points_point *p, struct normal *w, unsigned char *old, double *r, double *d, int *rank)
 {
     const struct points_space *s = j->space;
+    const int *scale = p->scaled ? s->scale : NULL;
     int c = s->constraints, n = s->variables;
     points_jacobian_values(j, &p->ball);
     for (int i = 0; i < c; i++)
@@ -134,11 +159,11 @@ static double step(struct points_jacobian *j, struct points_point *p, struct nor
     points_jacobian_entries(j, &p->ball);
     double worst = 0;
     for (int i = 0; i < c; i++) {
-        slong e = row_exponent(j, i);
+        slong e = row_exponent(j, i, scale);
         for (int k = 0; k < j->cols[i]; k++) {
             if (!arb_is_finite(j->entry[i] + k))
                 return -1;
-            w->value[i][k] = scaled(j->entry[i] + k, e);
+            w->value[i][k] = scaled(j->entry[i] + k, e - (scale ? scale[j->col[i][k]] : 0));
         }
         r[i] = scaled(num_ball_value(&p->ball, s->constraint[i]), e);
         if (!isfinite(r[i]))
@@ -154,11 +179,11 @@ static double step(struct points_jacobian *j, struct points_point *p, struct nor
     double len = 0, size = 1;
     for (int i = 0; i < n; i++) {
         len = fmax(len, fabs(d[i]));
-        size = fmax(size, fabs(p->x[i]));
+        size = fmax(size, scale ? ldexp(fabs(p->x[i]), -scale[i]) : fabs(p->x[i]));
     }
     double damp = len > 4 * size ? 4 * size / len : 1;
     for (int i = 0; i < n; i++) {
-        p->x[i] += damp * d[i];
+        p->x[i] += damp * (scale ? ldexp(d[i], scale[i]) : d[i]);
         if (!isfinite(p->x[i]))
             return -1;
         num_ball_set_d(&p->ball, s->variable[i], p->x[i]);
@@ -180,7 +205,7 @@ static int newton(struct points_jacobian *j, struct points_point *p, bool basic)
     for (int k = 0; k < (basic ? BASIC_STEPS : STEPS); k++) {
         double size = 1;
         for (int i = 0; i < n; i++)
-            size = fmax(size, fabs(p->x[i]));
+            size = fmax(size, p->scaled && s->scale ? ldexp(fabs(p->x[i]), -s->scale[i]) : fabs(p->x[i]));
         double res = step(j, p, &w, old, r, d, &rank);
         if (res < 0 || !sga_budget_ok(s->budget, NULL))
             break;
@@ -192,13 +217,34 @@ static int newton(struct points_jacobian *j, struct points_point *p, bool basic)
             break;
         }
     }
-    if (result == 0 && !basic && last < 1e-5)
+    if (result == 0 && !basic && last < 1e-4)
         result = -1;
     normal_clear(&w);
     free(old);
     free(r);
     free(d);
     return result;
+}
+
+/* Whether some constraint changes its branch (abs, sign, min, max) just at the point, so
+ * that its differential there is none. */
+static bool at_kink(const struct points_space *s, struct points_point *p)
+{
+    struct expr_cone cone;
+    bool kink = false;
+    expr_cone_init(&cone);
+    expr_cone_of(s->st, &cone, s->constraint, s->constraints);
+    num_ball_list(&p->ball, cone.list, cone.count);
+    for (int k = 0; k < cone.count && !kink; k++) {
+        const struct expr_node n = s->st->node[cone.list[k]];
+        if (n.op == EXPR_ABS || n.op == EXPR_SIGN)
+            kink = arb_contains_zero(num_ball_value(&p->ball, n.a));
+        else if (n.op == EXPR_MIN || n.op == EXPR_MAX)
+            kink = arb_overlaps(num_ball_value(&p->ball, n.a), num_ball_value(&p->ball, n.b));
+    }
+    num_ball_forget(&p->ball);
+    expr_cone_clear(&cone);
+    return kink;
 }
 
 enum points_status points_find(const struct points_space *s, double spread, uint64_t *random,
@@ -219,12 +265,18 @@ enum points_status points_find(const struct points_space *s, double spread, uint
             break;
         }
         p->ball.prec = NEWTON_BITS;
+        p->triangular = false;
+        p->scaled = s->scale && (a >= 3 || (a && !s->near)) && a % 3;     /* sizes are a guess: not at every start */
         start(s, spread, random, a, p);
+        if (a >= (s->near ? 4 : 1) && s->constraints && points_triangular(s, p, prec)) {
+            status = points_on_sides(s->st, &p->ball, s->side, s->sides) ? POINTS_OK : POINTS_NONE;
+            continue;
+        }
         /* from a point of the larger set only what is new must be met: moving new variables
          * alone often does that at once */
         int got = s->constraints ? newton(&j, p, s->before && a == 0) : 1;
-        if (got == 1 && points_refine_with(&j, p, prec))
-            status = POINTS_OK;
+        if (got == 1 && points_refine_with(&j, p, prec) && (p->certified || !at_kink(s, p)))
+            status = points_on_sides(s->st, &p->ball, s->side, s->sides) ? POINTS_OK : POINTS_NONE;
         else if (got != 0 && !irregular)
             irregular = memcpy(sga_malloc((size_t)s->variables * sizeof(double)), p->x, (size_t)s->variables * sizeof(double));
         if (a >= 6 && irregular)

@@ -16,16 +16,26 @@
 #include "budget.h"
 #include "expr.h"
 
+/* The answer holds where the function has this sign: 1 or -1. */
+struct points_side {
+    expr_id function;
+    int sign;
+};
+
 /* What is sampled. Nothing here is owned. */
 struct points_space {
     const struct expr_store *st;
     const int *variable;   int variables;     /* symbols */
     const int *parameter;  int parameters;    /* symbols left symbolic */
+    const signed char *parameter_sign;        /* by parameter, 1 or -1; NULL: positive first, then any */
+    const double *parameter_value;            /* by parameter: instead of random ones; or NULL */
     int time;                                 /* symbol */
     const expr_id *constraint; int constraints;
     const double *near;                       /* by variable: a guess, or NULL */
     double near_time;
     const struct points_point *before;        /* a point of a larger set: tried first, or NULL */
+    const int *scale;                         /* by variable: log2 of its natural size, or NULL */
+    const struct points_side *side; int sides;   /* points on other sides are not taken */
     const struct sga_budget *budget;
 };
 
@@ -39,6 +49,8 @@ enum points_status {
 struct points_point {
     struct num_ball ball;      /* symbols are set; values of nodes extend on demand */
     bool certified;
+    bool scaled;               /* found with the space's scale, and refined with it */
+    bool triangular;           /* solved variable by variable: refined in the same way */
     double *x;                 /* by variable, midpoints (may be 0 or inf if out of range) */
     double t;
     double *parameter;         /* by parameter */

@@ -7,16 +7,25 @@
 
 #include "mem.h"
 #include "sparse.h"
+#include "triangular.h"
+
+enum { PROOF_ROWS = 5000 };     /* the proof needs a dense inverse: 200 MB; past it points stay uncertified */
 
 /* Everything about one square subsystem: rows scaled by 2^-exponent. */
 struct square {
     struct points_jacobian *j;
     struct points_point *p;
     slong *exponent;           /* by constraint */
+    const int *scale;          /* by variable, or NULL: unknowns are x / 2^scale */
     struct points_lu lu;
     int c, n;
     double *b, *x;             /* work: rows, columns */
 };
+
+static slong scale_of(const struct square *q, int variable)
+{
+    return q->scale ? q->scale[variable] : 0;
+}
 
 static double scaled(const arf_t v, slong exponent)
 {
@@ -41,17 +50,20 @@ static bool factor(struct square *q)
         row[i].col = sga_malloc((size_t)len * sizeof(int));
         row[i].val = sga_malloc((size_t)len * sizeof(double));
         slong e = -(WORD_MAX / 4);
+        bool some = false;        /* not only what is left of a cancellation */
         for (int k = 0; k < len; k++) {
             finite &= arb_is_finite(j->entry[i] + k) != 0;
+            some |= !arb_contains_zero(j->entry[i] + k);
             if (!arf_is_zero(arb_midref(j->entry[i] + k))) {
-                slong x = arf_abs_bound_lt_2exp_si(arb_midref(j->entry[i] + k));
+                slong x = arf_abs_bound_lt_2exp_si(arb_midref(j->entry[i] + k)) + scale_of(q, j->col[i][k]);
                 e = x > e ? x : e;
             }
         }
+        finite &= some;
         q->exponent[i] = e;
         for (int k = 0; k < len; k++) {
             row[i].col[k] = j->col[i][k];
-            row[i].val[k] = finite ? scaled(arb_midref(j->entry[i] + k), e) : 0;
+            row[i].val[k] = finite ? scaled(arb_midref(j->entry[i] + k), e - scale_of(q, j->col[i][k])) : 0;
         }
     }
     points_lu_factor(&q->lu, row, q->c, q->n, 1e-13);
@@ -98,7 +110,8 @@ static bool iterate(struct square *q, slong prec)
             if (arf_is_zero(d))
                 continue;
             arf_mul_2exp_si(d, d, shift);
-            slong e = arf_abs_bound_lt_2exp_si(d);
+            slong e = arf_abs_bound_lt_2exp_si(d);       /* of the scaled unknown */
+            arf_mul_2exp_si(d, d, scale_of(q, v));
             size = e > size ? e : size;
             arb_ptr sym = ball->symbol + s->variable[v];
             arf_sub(arb_midref(sym), arb_midref(sym), d, prec + 40, ARF_RND_NEAR);
@@ -157,8 +170,8 @@ static bool contracts(struct square *q, const double *C, const double *m, const 
         for (int l = 0; l < q->j->cols[k]; l++) {
             int at = place[q->j->col[k][l]];
             if (at >= 0)
-                entry[total++] = (struct entry){ at, scaled(arb_midref(q->j->entry[k] + l), q->exponent[k]),
-                                                 radius(q->j->entry[k] + l, q->exponent[k]) };
+                entry[total++] = (struct entry){ at, scaled(arb_midref(q->j->entry[k] + l), q->exponent[k] - scale_of(q, q->j->col[k][l])),
+                                                 radius(q->j->entry[k] + l, q->exponent[k] - scale_of(q, q->j->col[k][l])) };
         }
     }
     start[c] = total;
@@ -180,7 +193,7 @@ static bool contracts(struct square *q, const double *C, const double *m, const 
         double sum = m[i];
         for (int k = 0; k < c; k++)
             sum += (fabs(E[k]) + slack[k] + 1e-15) * rho[k];
-        ok = sum * (1 + 1e-9) < rho[i];
+        ok = sum * (1 + 1e-9) < rho[i] && (i % 16 || sga_budget_ok(q->j->space->budget, NULL));
     }
     free(entry);
     free(start);
@@ -197,6 +210,8 @@ static bool krawczyk(struct square *q, slong prec)
     const struct points_space *s = q->j->space;
     struct num_ball *ball = &q->p->ball;
     int c = q->c;
+    if (c > PROOF_ROWS)
+        return false;
     size_t cc = (size_t)c * (size_t)c;
     double *C = sga_calloc(cc, sizeof *C), *m = sga_calloc((size_t)c, sizeof *m), *rho = sga_calloc((size_t)c, sizeof *rho);
     int *place = sga_malloc((size_t)q->n * sizeof *place);
@@ -205,13 +220,14 @@ static bool krawczyk(struct square *q, slong prec)
         place[v] = -1;
     for (int i = 0; i < c; i++)
         place[q->lu.pivot_col[i]] = i;
-    for (int k = 0; k < c; k++) {       /* column k of C = J_B^-1, rows in pivot order */
+    for (int k = 0; k < c && ok; k++) {       /* column k of C = J_B^-1, rows in pivot order */
         memset(q->b, 0, (size_t)c * sizeof *q->b);
         memset(q->x, 0, (size_t)q->n * sizeof *q->x);
         q->b[k] = 1;
         points_lu_solve(&q->lu, q->b, q->x);
         for (int i = 0; i < c; i++)
             C[(size_t)i * (size_t)c + (size_t)k] = q->x[q->lu.pivot_col[i]];
+        ok = k % 16 || sga_budget_ok(s->budget, NULL);
     }
     ball->prec = prec + 40;
     points_jacobian_values(q->j, ball);
@@ -228,7 +244,7 @@ static bool krawczyk(struct square *q, slong prec)
     for (int i = 0; i < c && ok; i++) {
         arb_ptr sym = ball->symbol + s->variable[q->lu.pivot_col[i]];
         mag_set_d(arb_radref(sym), rho[i]);
-        mag_mul_2exp_si(arb_radref(sym), arb_radref(sym), unit);
+        mag_mul_2exp_si(arb_radref(sym), arb_radref(sym), unit + scale_of(q, q->lu.pivot_col[i]));
     }
     if (ok) {
         points_jacobian_values(q->j, ball);
@@ -245,12 +261,16 @@ static bool krawczyk(struct square *q, slong prec)
 bool points_refine_with(struct points_jacobian *j, struct points_point *p, slong prec)
 {
     const struct points_space *s = j->space;
-    struct square q = { .j = j, .p = p, .c = s->constraints, .n = s->variables };
+    if (p->triangular)
+        return points_triangular(s, p, prec);
+    struct square q = { .scale = p->scaled ? s->scale : NULL, .j = j, .p = p, .c = s->constraints, .n = s->variables };
     q.exponent = sga_malloc((size_t)q.c * sizeof *q.exponent);
     q.b = sga_malloc((size_t)q.c * sizeof *q.b);
     q.x = sga_malloc((size_t)q.n * sizeof *q.x);
     for (int i = 0; i < s->variables; i++)
         mag_zero(arb_radref(p->ball.symbol + s->variable[i]));
+    if (p->ball.prec < prec)
+        p->ball.prec = prec;
     bool ok = factor(&q) && iterate(&q, prec);
     if (ok) {
         for (int i = 0; i < q.c; i++)

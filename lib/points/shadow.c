@@ -6,6 +6,11 @@
 #include <string.h>
 
 #include "mem.h"
+#include "needed.h"
+#include "poly.h"
+#include "sides.h"
+
+enum { DEEPEST_BITS = 300000 };
 
 const char *points_basis_text(enum points_basis basis)
 {
@@ -44,6 +49,7 @@ void points_shadow_clear(struct points_shadow *s)
 {
     points_shadow_forget(s);
     free(s->zero);
+    free(s->side);
     expr_cone_clear(&s->cone);
 }
 
@@ -51,11 +57,14 @@ static enum points_status sample_reals(struct points_shadow *s, const struct poi
 {
     struct points_space space = s->space;
     double *near = NULL;
+    signed char *sign = sga_calloc((size_t)space.parameters + 1, 1);
     enum points_status status = POINTS_OK;
     for (int k = 0; k < POINTS_REAL; k++) {
         /* a guess is only a guess: go a little away from it, to a generic point */
         double spread = k == 0 && !s->space.near ? 1 : 0.05 * (1 + k);
         space.before = k < befores ? before + k : NULL;
+        space.side = s->side;
+        space.sides = s->sides;
         status = points_find(&space, spread, &s->random, POINTS_BITS, s->real + k);
         if (status != POINTS_OK) {
             points_point_clear(s->real + k);
@@ -67,9 +76,13 @@ static enum points_status sample_reals(struct points_shadow *s, const struct poi
             memcpy(near, s->real[0].x, (size_t)space.variables * sizeof *near);
             space.near = near;
             space.near_time = s->real[0].t;
+            for (int i = 0; i < space.parameters; i++)
+                sign[i] = s->real[0].parameter[i] < 0 ? -1 : 1;
+            space.parameter_sign = sign;
         }
     }
     free(near);
+    free(sign);
     return status;
 }
 
@@ -199,9 +212,30 @@ static int modular(struct points_shadow *s, expr_id e)
     return opinion;
 }
 
+/* Bits to which e must be seen to be 0 at the points before that is believed. */
+static slong needed_bits(struct points_shadow *s, expr_id e)
+{
+    slong need = 0;
+    expr_cone_of(s->space.st, &s->cone, &e, 1);
+    for (int k = 0; k < s->reals; k++) {
+        num_ball_extend(&s->real[k].ball);
+        slong here = points_needed_bits(&s->real[k].ball, s->cone.list, s->cone.count);
+        need = here > need ? here : need;
+    }
+    return need;
+}
+
+/* The last resort: a zero by algebra, whatever the points say. */
+static bool zero_by_algebra(struct points_shadow *s, expr_id e)
+{
+    struct poly_limits limits = { .max_terms = 400, .max_bits = 20000, .max_degree = 60, .max_generators = 24,
+                                  .budget = s->space.budget };
+    return poly_is_zero((struct expr_store *)s->space.st, e, &limits) == POLY_YES;
+}
+
 static struct points_decision decide(struct points_shadow *s, expr_id e)
 {
-    static const slong level[] = { 0, 400, 1200, 3600 };
+    slong level[] = { 0, 400, 1200, 3600, 0 }, need = 0;
     struct points_decision d = { .points = s->reals };
     if (expr_is_const(s->space.st, e)) {
         d.truth = expr_is_zero(s->space.st, e) ? POINTS_ZERO : POINTS_NONZERO;
@@ -209,7 +243,11 @@ static struct points_decision decide(struct points_shadow *s, expr_id e)
         return d;
     }
     int opinion = -2;
-    for (int l = 0; l < 4; l++) {
+    for (int l = 0; l < 5; l++) {
+        if (l == 4)         /* beyond the usual levels only for what may be that small */
+            level[l] = need < 4000 ? 8000 : need + need / 2 + 2000;
+        if (l == 4 && (level[l] > DEEPEST_BITS || d.truth != POINTS_ZERO))
+            break;
         if (l && !raise_points(s, level[l]))
             break;
         struct tally t = l ? look_high(s, e) : look(s, e);
@@ -237,12 +275,21 @@ static struct points_decision decide(struct points_shadow *s, expr_id e)
          * (it may lie on a component without real points, and elementary functions have
          * identities that it does not know) */
         int enough = opinion == 0 ? 900 : 100;
-        if (t.digits >= enough)
+        if (!need)
+            need = needed_bits(s, e);
+        if (t.digits >= enough && t.digits * 3.32 >= (double)need) {
+            if (l == 4)
+                drop_high(s);       /* no other decision should pay for these */
             return d;
+        }
     }
     /* more bits could not be had: enough only where nothing objects */
-    if (d.truth == POINTS_ZERO && opinion != 0 && d.digits >= 30)
+    if (d.truth == POINTS_ZERO && opinion != 0 && d.digits * 3.32 >= (double)need)
         return d;
+    if (d.truth == POINTS_ZERO && zero_by_algebra(s, e)) {
+        d.basis = POINTS_EXACT;
+        return d;
+    }
     d.truth = POINTS_UNKNOWN;
     struct tally t = s->high_bits ? look_high(s, e) : look(s, e);
     d.basis = t.nonzero && t.zero ? POINTS_IS_SPLIT : POINTS_NO_VALUE;
@@ -260,11 +307,25 @@ static void keep_zero(struct points_shadow *s, expr_id e, struct points_decision
     s->zero[s->zeros++] = (struct points_zero){ e, d };
 }
 
+/* A zero that was found at the points: the sides that it depends on. */
+static void note_sides(struct points_shadow *s, expr_id e)
+{
+    struct expr_store *st = (struct expr_store *)s->space.st;
+    for (; s->looked < st->nodes; s->looked++)
+        s->switches |= points_switches(expr_op_of(st, s->looked));
+    if (!s->switches || !s->reals || !expr_store_ok(st))
+        return;
+    expr_cone_of(st, &s->cone, &e, 1);
+    points_sides_of(st, s->real, e, s->cone.list, s->cone.count, &s->side, &s->sides, &s->side_cap);
+}
+
 struct points_decision points_shadow_zero(struct points_shadow *s, expr_id e)
 {
     struct points_decision d = decide(s, e);
     s->count[d.basis]++;
     keep_zero(s, e, d);
+    if (d.truth == POINTS_ZERO && d.basis != POINTS_EXACT)
+        note_sides(s, e);
     if (d.basis == POINTS_ZERO_NUMERIC && d.digits < s->least_digits)
         s->least_digits = d.digits;
     return d;

@@ -57,6 +57,9 @@ struct points_shadow {
     long count[POINTS_BASES];                /* decisions so far, by basis */
     struct points_zero *zero; int zeros; size_t zero_cap;   /* each expression once, the first POINTS_ZEROS_KEPT */
     int least_digits;                        /* smallest digits of a ZERO_NUMERIC */
+    struct points_side *side; int sides; size_t side_cap;   /* that zeros found so far depend on */
+    int looked;                              /* nodes of the store seen ... */
+    bool switches;                           /* ... and whether one of them has sides */
     double seconds_sampling;
 };
 
@@ -68,7 +71,8 @@ void points_shadow_clear(struct points_shadow *s);
 enum points_status points_shadow_sample(struct points_shadow *s, const struct points_space *space);
 /* Drop all points (they will not be starts for the next ones either). */
 void points_shadow_forget(struct points_shadow *s);
-/* Decide whether e is zero on the set. */
+/* Decide whether e is zero on the set. Where that holds on one side of a surface only, the
+ * side is added to s->side, and later points are taken on it alone. */
 struct points_decision points_shadow_zero(struct points_shadow *s, expr_id e);
 /* log2 of |e| at the first point (very negative for 0), for choosing pivots. */
 double points_shadow_magnitude(struct points_shadow *s, expr_id e);

@@ -10,6 +10,8 @@ static struct poly_limits filled(const struct poly_limits *given)
 {
     struct poly_limits l = given ? *given : (struct poly_limits){ 0 };
     l.max_terms = l.max_terms ? l.max_terms : 1000;
+    if (l.budget && l.budget->max_terms && l.budget->max_terms < l.max_terms)
+        l.max_terms = l.budget->max_terms;
     l.max_bits = l.max_bits ? l.max_bits : 20000;
     l.max_degree = l.max_degree ? l.max_degree : 400;
     l.max_generators = l.max_generators ? l.max_generators : 48;

@@ -101,6 +101,11 @@ enum poly_sign poly_sign_of(const struct poly_bridge *b, const fmpz_mpoly_t f, b
  * polynomial by completing squares, a univariate one by Sturm's count. */
 bool poly_keeps_sign(struct poly_bridge *b, const fmpz_mpoly_t f);
 
+/* squares.c: f >= 0 everywhere (generators taken as independent), because it is a sum of
+ * squares after multiplication by what is positive. f vanishes just where the functions of
+ * *out (owned by the caller) all do; *never: nowhere. False: not found to be so. */
+bool poly_squares(struct poly_bridge *b, const fmpz_mpoly_t f, expr_id **out, int *count, bool *never);
+
 /* kernel.c: the value of a node that is not a rational operation. */
 bool poly_kernel(struct poly_bridge *b, expr_id e, unsigned depends, struct poly_ratio *r);
 int poly_generator_add(struct poly_bridge *b, struct poly_generator g);

@@ -45,6 +45,21 @@ static void radicals(struct poly_bridge *b, const fmpz_mpoly_t f, struct poly_fa
     free(exp);
 }
 
+/* Squares that are found by completing them, of f or of -f. */
+static void squares(struct poly_bridge *b, const fmpz_mpoly_t f, struct poly_factor *out)
+{
+    bool never = false, found = poly_squares(b, f, &out->radical, &out->radicals, &never);
+    if (!found) {
+        fmpz_mpoly_t t;
+        fmpz_mpoly_init(t, b->ctx);
+        fmpz_mpoly_neg(t, f, b->ctx);
+        found = poly_squares(b, t, &out->radical, &out->radicals, &never);
+        fmpz_mpoly_clear(t, b->ctx);
+    }
+    out->never_zero = found && never;
+    out->sum_of_even_powers = found && !never;
+}
+
 static unsigned depends_of(const struct poly_bridge *b, const fmpz_mpoly_t f)
 {
     int *used = sga_calloc((size_t)b->max_gens, sizeof *used);
@@ -69,6 +84,8 @@ static void add_factor(struct poly_bridge *b, struct poly_factors *out, const fm
     if (sign == POLY_NONNEGATIVE && f->length > 1) {
         x->sum_of_even_powers = true;
         radicals(b, f, x);
+    } else if (sign == POLY_ANY && !x->never_zero) {
+        squares(b, f, x);
     }
 }
 

@@ -57,7 +57,8 @@ struct poly_factor {
     unsigned depends;          /* EXPR_HAS_VARIABLE | EXPR_HAS_TIME | EXPR_HAS_PARAMETER (facts.h) */
     bool irreducible;          /* over the integers, in the generators; otherwise only square-free */
     bool never_zero;           /* proved: no real zero where it is defined */
-    /* All terms have one sign: zero only where every one of these is (x^2 + y^4: x, y). */
+    /* A sum of squares, by its terms (x^2 + y^4: x, y) or after completing them
+     * ((x - y)^2 + (x z - 1)^2 multiplied out): zero just where every one of these is. */
     bool sum_of_even_powers;
     expr_id *radical; int radicals;
 };

@@ -2,8 +2,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "budget.h"
 #include "mem.h"
 #include "reader.h"
+
+/* Reading alone may make so many bits of exact numbers: seconds of work, 32 MB. */
+static const double WORK_BITS = 268435456;
 
 static void defaults(struct request *r)
 {
@@ -11,7 +15,8 @@ static void defaults(struct request *r)
     expr_store_init(&r->store);
     sys_init(&r->system, &r->store);
     r->accuracy = (struct request_accuracy){ .rtol = 1e-8, .atol = 1e-10, .arithmetic = REQUEST_AUTO };
-    r->limits = (struct request_limits){ .seconds = 30, .nodes = 20000000, .generations = 1000 };
+    r->limits = (struct request_limits){ .seconds = 30, .nodes = 20000000, .generations = 1000, .bits = REQUEST_MAX_BITS };
+    r->store.max_work_bits = WORK_BITS;
 }
 
 /* What is wanted against what is given. */
@@ -51,10 +56,36 @@ static bool read_symmetries(struct reader *rd, const json_t *v)
 static bool read_strata(struct reader *rd, const json_t *v)
 {
     size_t mark = at_member(rd, "strata");
-    if (!read_boolean(rd, v, &rd->r->strata))
+    if (json_is_string(v)) {
+        const char *word = json_string_value(v);
+        rd->r->strata = strcmp(word, "solve") == 0;
+        if (!rd->r->strata && strcmp(word, "list") != 0)
+            return at_fail(rd, SGA_E_SCHEMA, "strata must be \"list\" or \"solve\"");
+    } else if (!read_boolean(rd, v, &rd->r->strata)) {
         return false;
+    }
     at_back(rd, mark);
     return true;
+}
+
+/* The request's own limits, or the narrower bounds of who asks. */
+static void set_bounds(struct reader *rd)
+{
+    struct expr_store *st = &rd->r->store;
+    st->seconds = rd->r->limits.seconds;
+    st->max_nodes = rd->r->limits.nodes;
+    if (rd->bounds && rd->bounds->seconds < st->seconds)
+        st->seconds = rd->bounds->seconds;
+    if (rd->bounds && rd->bounds->nodes < st->max_nodes)
+        st->max_nodes = rd->bounds->nodes;
+    st->deadline = sga_now() + st->seconds;
+}
+
+/* Did the bounds end the reading, and not the request's own limits? */
+static bool bounds_met(const struct request *r, const struct request_bounds *b, enum sga_code code)
+{
+    return (code == SGA_E_LIMIT_NODES && r->store.max_nodes == b->nodes && b->nodes < r->limits.nodes)
+        || (code == SGA_E_LIMIT_SECONDS && r->store.seconds < r->limits.seconds);
 }
 
 static bool read_all(struct reader *rd, const json_t *v)
@@ -69,7 +100,8 @@ static bool read_all(struct reader *rd, const json_t *v)
     const json_t *system = need_member(rd, v, "system");
     if (!system || (limits && !read_limits(rd, limits)))
         return false;
-    rd->r->store.max_nodes = rd->r->limits.nodes;
+    set_bounds(rd);
+    rd->r->store.max_bits = rd->r->limits.bits;
     if (!read_system(rd, system) || !read_want(rd, want))
         return false;
     if (!want && trajectory)
@@ -81,16 +113,24 @@ static bool read_all(struct reader *rd, const json_t *v)
 
 bool request_read(struct request *r, const char *text, size_t length, struct sga_error *err)
 {
+    return request_read_within(r, text, length, NULL, err);
+}
+
+bool request_read_within(struct request *r, const char *text, size_t length, struct request_bounds *bounds, struct sga_error *err)
+{
     struct sga_error own = { 0 };
     err = err ? err : &own;
     defaults(r);
-    struct reader rd = { .r = r, .err = err };
+    struct reader rd = { .r = r, .err = err, .bounds = bounds };
     json_t *v = load_json(text, length, err);
     bool ok = v && read_all(&rd, v);
     json_decref(v);
     sga_buf_free(&rd.at);
     free(rd.value);
     free(rd.column);
+    r->store.max_work_bits = 0;
+    if (bounds)
+        bounds->met = !ok && bounds_met(r, bounds, err->code);
     if (!ok) {
         if (err->code != SGA_E_OK && !err->stage[0])
             strcpy(err->stage, "request");
@@ -132,6 +172,18 @@ static void clear_operator(struct request_operator *op)
     free(op->B);
 }
 
+static void clear_hamiltonian(struct form_hamiltonian *h)
+{
+    if (!h)
+        return;
+    if (h->omega)
+        free((void *)h->omega->entry);
+    free((void *)h->omega);
+    free((void *)h->variable);
+    free((void *)h->restriction);
+    free(h);
+}
+
 void request_clear(struct request *r)
 {
     clear_operator(&r->op);
@@ -140,5 +192,6 @@ void request_clear(struct request *r)
     expr_store_clear(&r->store);
     free(r->name);
     free(r->accuracy.method);
+    clear_hamiltonian(r->hamiltonian);
     *r = (struct request){ 0 };
 }

@@ -9,6 +9,7 @@ static bool read_equation(struct reader *rd, struct form_equations *f, const jso
         return expected(rd, "an equation, a string \"left = right\"", v);
     struct expr_grammar g = rd->grammar;
     g.derivative = form_equations_derivative;
+    g.total = form_equations_total;
     g.ctx = f;
     expr_id e = expr_parse_equation(&rd->r->store, json_string_value(v), &g, rd->err);
     if (!e) {

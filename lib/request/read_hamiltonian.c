@@ -52,6 +52,19 @@ static bool check_size(struct reader *rd, int variables, int restrictions)
                    restrictions, variables, MAX_DENSE);
 }
 
+/* What the form keeps, on the heap. */
+static struct form_hamiltonian *keep(const struct form_hamiltonian *f, const struct form_matrix *omega)
+{
+    struct form_hamiltonian *h = sga_malloc(sizeof *h);
+    *h = *f;
+    if (omega) {
+        struct form_matrix *m = sga_malloc(sizeof *m);
+        *m = *omega;
+        h->omega = m;
+    }
+    return h;
+}
+
 bool read_hamiltonian(struct reader *rd, const json_t *system)
 {
     struct form_hamiltonian f = { 0 };
@@ -61,16 +74,19 @@ bool read_hamiltonian(struct reader *rd, const json_t *system)
     bool ok = variable && read_function(rd, system, &f.hamiltonian) && read_two_form(rd, system, &omega, f.variables)
         && read_expression_list(rd, system, "restrict", &restriction, &f.restrictions)
         && check_size(rd, f.variables, f.restrictions);
-    if (ok) {
-        struct form_matrix m = { .rows = f.variables, .cols = f.variables, .entry = omega.entry, .entries = omega.entries };
-        f.variable = variable;
-        f.omega = json_object_get(system, "omega") ? &m : NULL;
-        f.restriction = restriction;
-        f.restrictions = f.restrictions > 0 ? f.restrictions : 0;
-        form_hamiltonian(&rd->r->system, &f);
+    if (!ok) {
+        free(variable);
+        free(omega.entry);
+        free(restriction);
+        return false;
     }
-    free(variable);
-    free(omega.entry);
-    free(restriction);
-    return ok;
+    struct form_matrix m = { .rows = f.variables, .cols = f.variables, .entry = omega.entry, .entries = omega.entries };
+    f.variable = variable;
+    f.restriction = restriction;
+    f.restrictions = f.restrictions > 0 ? f.restrictions : 0;
+    rd->r->hamiltonian = keep(&f, json_object_get(system, "omega") ? &m : NULL);
+    form_hamiltonian_space(&rd->r->system, rd->r->hamiltonian);
+    if (!f.restrictions)
+        form_hamiltonian_rows(&rd->r->system, rd->r->hamiltonian, NULL);
+    return true;
 }

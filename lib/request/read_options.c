@@ -105,12 +105,15 @@ bool read_accuracy(struct reader *rd, const json_t *v)
 
 bool read_limits(struct reader *rd, const json_t *v)
 {
-    static const char *const members[] = { "seconds", "nodes", "generations", NULL };
+    static const char *const members[] = { "seconds", "megabytes", "nodes", "generations", "terms", "bits", NULL };
     struct request_limits *l = &rd->r->limits;
     size_t mark = at_member(rd, "limits");
     if (!only_members(rd, v, members) || !member_number(rd, v, "seconds", 1e-3, 86400, &l->seconds)
+        || !member_number(rd, v, "megabytes", 1, 1048576, &l->megabytes)
         || !member_integer(rd, v, "nodes", 1000, 1000000000, &l->nodes)
-        || !member_integer(rd, v, "generations", 1, 100000, &l->generations))
+        || !member_integer(rd, v, "generations", 1, 100000, &l->generations)
+        || !member_integer(rd, v, "terms", 1, 1000000, &l->terms)
+        || !member_integer(rd, v, "bits", 64, REQUEST_MAX_BITS, &l->bits))
         return false;
     at_back(rd, mark);
     return true;

@@ -10,6 +10,7 @@
 #include "request.h"
 
 struct reader {
+    struct request_bounds *bounds;   /* narrower limits of who asks; NULL: none */
     struct request *r;
     struct sga_error *err;
     struct sga_buf at;             /* JSON Pointer of the value being read */

@@ -11,6 +11,7 @@
 #include <stddef.h>
 
 #include "buf.h"
+#include "form.h"
 #include "system.h"
 
 /* What can be wanted: symbol, name. The bit of a symbol is 1u << its place. */
@@ -70,8 +71,11 @@ struct request_accuracy {
 
 struct request_limits {
     double seconds;           /* 30 unless said */
+    double megabytes;         /* that the job may add to its process; 0: what the service allows */
     int nodes;                /* of the expression store */
     int generations;
+    int terms;                /* of one polynomial in normal forms; 0: not said */
+    int bits;                 /* of one exact number */
 };
 
 /* Of the form `operator`: sum A_i y^(i) = B e. */
@@ -91,6 +95,8 @@ struct request {
     struct sys_system system;         /* in store */
     char *name;                       /* of the system; NULL: none */
     const char *form;                 /* static text */
+    struct form_hamiltonian *hamiltonian;   /* of that form, else NULL; with restrictions its rows are not made
+                                       * yet: the pull-back needs regular functions first. Owned, with its arrays */
     unsigned want;                    /* bits of enum request_want */
     struct request_trajectory trajectory;
     struct request_accuracy accuracy;
@@ -103,6 +109,10 @@ struct request {
 /* Read a request. On failure err is filled and r is left cleared. Cost: linear in the text and
  * in what the form makes of it. */
 bool request_read(struct request *r, const char *text, size_t length, struct sga_error *err);
+/* The same within bounds narrower than the request's own limits. Where it failed by them,
+ * `met` is set: then nothing is known against the request. */
+struct request_bounds { double seconds; int nodes; bool met; };
+bool request_read_within(struct request *r, const char *text, size_t length, struct request_bounds *bounds, struct sga_error *err);
 void request_clear(struct request *r);
 
 /* The same JSON, compact, members sorted, numbers in their shortest form (1.0 and 1e0 are 1):
@@ -114,6 +124,7 @@ enum {
     REQUEST_MAX_VARIABLES = 20000,
     REQUEST_MAX_UNKNOWNS = 64,        /* of the form operator */
     REQUEST_MAX_SAMPLES = 1000000,
+    REQUEST_MAX_BITS = 1 << 17,       /* of one exact number */
     REQUEST_MAX_NAME = 128,           /* bytes of a name */
     REQUEST_MAX_DEPTH = 64            /* of nested JSON */
 };

@@ -8,6 +8,7 @@
 #include "request.h"
 #include "run.h"
 #include "sga.h"
+#include "structure.h"
 #include "trajectory.h"
 #include "witness.h"
 
@@ -25,6 +26,23 @@ struct operator_answer {
     struct sga_error no_jacobson; /* why not */
 };
 
+enum stratum_state { STRATUM_LISTED, STRATUM_SOLVED, STRATUM_EMPTY, STRATUM_MERGED, STRATUM_SAME, STRATUM_UNSOLVED, STRATUM_SKIPPED };
+
+/* A set that the answer does not speak of: where a pivot or a factor of a product vanishes. */
+struct stratum {
+    const char *kind;             /* "pivot", "branch", "parameter"; static */
+    expr_id *where; char **text;  /* functions that vanish there, and how they are written */
+    int wheres;
+    bool off;                     /* it does not meet the final set, but solutions may lie there */
+    double *point; double time;   /* by variable: a point of it that was found, or NULL */
+    enum stratum_state state;
+    struct sga_buf result;        /* JSON: its answer */
+    struct sga_error error;       /* where it could not be solved */
+    struct sga_buf note;          /* EMPTY: why; SAME: JSON list of the functions that vanish at the equal set */
+    struct sga_buf also;          /* JSON: the functions of strata that reach the same set */
+    char *parameter, *value;      /* what was substituted for which parameter, or NULL */
+};
+
 struct job {
     struct request request;
     struct sga_budget budget;
@@ -37,18 +55,39 @@ struct job {
     struct expr_names texts;      /* roots: constraints, field, gauge fields, in this order */
     bool has_texts;
     int first_field, first_gauge; /* places among the roots */
+    expr_id *scale;               /* by constraint: what it was divided by for its text, or EXPR_UNDEF */
     struct sga_witness witness;
     bool witnessed;
     struct traj_result trajectory;
     bool has_trajectory;
     struct traj_initial initial;
     bool has_initial;
-    struct stratum { expr_id factor; const char *kind; char *text; } *stratum;
+    struct structure structure;
+    bool has_structure;
+    int initial_residuals;        /* constraints of the solution that it belongs to */
+    int moves_on;                 /* 1 + the stratum that the trajectory lies on; 0: none */
+    struct stratum *stratum;
     int strata;
     struct sga_buf kronecker;     /* JSON value of the member, where structure is wanted */
     bool is_linear;               /* and it is a structure, not a reason */
     struct operator_answer *op;   /* or NULL */
-    struct { double read, reduce, operator_form, print, witness, trajectory; } seconds;
+    struct sga_buf signs;         /* JSON: an assumption on signs of parameters, or empty */
+    struct strata_tree *tree;     /* of all strata being solved; NULL at the request's own answer until then */
+    int depth;                    /* 0: the request's own answer; else a stratum of a stratum ... */
+    int parameter_case;           /* which substitution of parameters is being solved; 0: none */
+    struct {                      /* pull-back of the form hamiltonian with restrictions */
+        bool has;
+        struct form_tangent tangent;
+    } primary;
+    unsigned char *restriction_kept;   /* by restriction: a constraint came from it; NULL: not known */
+    struct {                      /* a 2-form that was given */
+        bool checked;
+        int closed;               /* 1 yes, 0 no, -1 not known */
+        int variable[3];          /* not closed: this component of d omega */
+        expr_id defect;
+    } two_form;
+    struct { double read, reduce, operator_form, print, witness, trajectory, structure; } seconds;
+    const char *stage;            /* the last that was begun */
     struct sga_error *err;
 };
 
@@ -57,18 +96,52 @@ bool answer_operator(struct job *j);
 void answer_operator_clear(struct job *j);
 int answer_operator_index(const struct job *j);      /* -1: not solvable */
 void answer_write_operator(const struct job *j, struct sga_json *w);
+
+/* Runs the reduction, `solve`, after the equations of the form hamiltonian have been pulled back to the zero
+ * set of its restrictions; on other branches too where the first one ends in a contradiction. */
+bool answer_primary(struct job *j, bool (*solve)(struct job *));
+void answer_primary_clear(struct job *j);
+/* Takes and returns whether the reduction succeeded; refuses holonomic constraints that are irregular. */
+bool answer_holonomic(struct job *j, bool ok);
+/* Which restrictions a solution's constraints came from. */
+void answer_restrictions_kept(struct job *j, const struct sga_solution *sol);
+/* Is a given 2-form closed? */
+bool answer_two_form(struct job *j);
+void answer_write_restrictions(struct job *j, struct sga_json *w);
 /* Consistent start and trajectory, as far as they are wanted. */
 bool answer_motion(struct job *j);
+/* After answer_motion failed with NO_MOTION: the motion of the stratum that the start lies on,
+ * where strata are solved; otherwise the refusal names the strata. */
+bool answer_motion_on_stratum(struct job *j);
 /* Texts of what is wanted: normal forms where they are cheap, named parts otherwise. */
 bool answer_texts(struct job *j);
 /* The check at fresh points, of the printed texts where there are any, read back by the
  * parser; otherwise of the handles. */
 bool answer_witness(struct job *j);
-/* Factors of pivots that can vanish on the final set, and branches not followed. */
+/* Factors of pivots that can vanish on the final set, and branches not followed; where the
+ * strata shall be solved, also pivots' zeros off the final set. */
 void answer_strata(struct job *j);
-/* The result object. */
-void answer_write(struct job *j, struct sga_buf *out);
-void answer_write_trajectory(const struct job *j, struct sga_json *w);
+/* Signs of symbolic parameters without which no point of the final set was found. */
+void answer_signs(struct job *j);
+/* Solves each of them as a system of its own, and theirs in turn, within limits of depth and
+ * number that are said where they are reached. False: the job was cancelled. */
+bool answer_strata_solve(struct job *j);
+void answer_strata_clear(struct job *j);
+/* The reduction. */
+bool answer_reduce(struct job *j);
+/* Everything but the request. */
+void answer_clear(struct job *j);
+void answer_write_strata(const struct job *j, struct sga_json *w);
+void answer_write_empty_strata(const struct job *j, struct sga_json *w);
+/* The result object. False: over answer_limit, memory or time. */
+bool answer_write(struct job *j, struct sga_buf *out);
+/* Bytes that the result may have. */
+size_t answer_limit(const struct job *j);
+/* False once out is over that, and the error is set. */
+bool answer_fits(struct job *j, const struct sga_buf *out);
+bool answer_write_trajectory(struct job *j, struct sga_json *w);
+/* Members of the object `structure`, which is open; needs the structure. */
+void answer_write_structure(struct job *j, struct sga_json *w);
 void answer_write_initial(const struct job *j, struct sga_json *w);
 
 #endif

@@ -133,6 +133,25 @@ static bool check_handles(struct job *j)
     return ok;
 }
 
+/* Whether e cannot be told from 0 at p, with as many bits as may be needed: what differs
+ * from 0 may be as small as the request's smallest number. */
+static bool seems_zero(const struct points_space *space, struct points_point *p, expr_id e)
+{
+    static const slong bits[] = { 0, 700, 2800, 12000, 50000 };
+    for (int l = 0; l < 5; l++) {
+        if (l && !(space->constraints ? points_refine(space, p, bits[l]) : (p->ball.prec = bits[l])))
+            break;
+        num_ball_forget(&p->ball);
+        num_ball_extend(&p->ball);
+        arb_srcptr v = num_ball_value(&p->ball, e);
+        if (!arb_is_finite(v) && l == 0)
+            return false;
+        if (!arb_contains_zero(v))
+            return false;
+    }
+    return true;
+}
+
 /* The function that would have to vanish must not vanish at fresh points of the earlier
  * constraints. */
 static bool check_contradiction(struct job *j)
@@ -150,7 +169,7 @@ static bool check_contradiction(struct job *j)
     struct points_space space = {
         .st = sys->store, .variable = variable, .variables = n, .parameter = sys->parameter, .parameters = sys->parameters,
         .time = sys->time, .constraint = constraint, .constraints = c, .near = j->near, .near_time = j->near_time,
-        .budget = &j->budget,
+        .scale = j->solution.scale, .side = j->solution.side, .sides = j->solution.sides, .budget = &j->budget,
     };
     bool ok = true;
     uint64_t random = 78;
@@ -158,11 +177,9 @@ static bool check_contradiction(struct job *j)
     for (int k = 0; k < WITNESS_POINTS && ok; k++) {
         struct points_point p;
         if (points_find_staged(&space, end, stages, j->near ? 0.04 * (k + 1) : 1, &random, 192, &p) == POINTS_OK) {
-            num_ball_extend(&p.ball);
-            arb_srcptr v = num_ball_value(&p.ball, j->solution.contradiction);
             j->witness.points++;
             j->witness.certified &= p.certified;
-            if (arb_is_finite(v) && arb_contains_zero(v))
+            if (seems_zero(&space, &p, j->solution.contradiction))
                 ok = sga_fail(j->err, SGA_E_WITNESS, "the witness found a point at which what was called a contradiction vanishes");
         }
         points_point_clear(&p);

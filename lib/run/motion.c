@@ -34,6 +34,7 @@ static bool run(struct job *j, const struct sga_solution *solution, const struct
         j->has_initial = traj_consistent(&j->request.system, solution, r, &j->initial, j->err);
         if (!j->has_initial)
             return false;
+        j->initial_residuals = solution->constraints;
     }
     if (j->request.want & REQUEST_TRAJECTORY) {
         double begin = sga_now();

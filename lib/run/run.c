@@ -2,13 +2,14 @@
 #include "answer.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "derive.h"
 #include "kronecker.h"
 #include "lin.h"
 #include "mem.h"
+#include "watch.h"
 
 const char *sga_version(void)
 {
@@ -18,34 +19,67 @@ const char *sga_version(void)
 void sga_init(void)
 {
     lin_init();
+    sga_watch_init();
 }
+
+/* What checking may take; a request that needs more is judged where it runs. */
+static const double CHECK_SECONDS = 1;
+enum { CHECK_NODES = 2000000 };
 
 bool sga_check(const char *request, size_t length, struct sga_buf *out, struct sga_error *err)
 {
     struct request r;
-    if (!request_read(&r, request, length, err))
+    struct request_bounds bounds = { .seconds = CHECK_SECONDS, .nodes = CHECK_NODES };
+    struct sga_error own = { 0 };
+    err = err ? err : &own;
+    if (request_read_within(&r, request, length, &bounds, err))
+        request_clear(&r);
+    else if (!bounds.met)
         return false;
-    request_clear(&r);
+    *err = (struct sga_error){ 0 };
     return request_canonical(request, length, out, err);
 }
 
+static const double MAX_MEMORY = 0x1p34, DEFAULT_MEGABYTES = 2048;
+
 static void progress(struct job *j, const char *stage, double fraction)
 {
+    j->stage = stage;
     if (j->options && j->options->progress)
         j->options->progress(j->options->ctx, stage, fraction);
+}
+
+static void name_stage(struct sga_error *err, const char *stage)
+{
+    if (!err->stage[0])
+        snprintf(err->stage, sizeof err->stage, "%s", stage);
+}
+
+static void wall(void *ctx, const struct sga_error *err)
+{
+    const struct job *j = ctx;
+    struct sga_error located = *err;
+    name_stage(&located, j->stage);
+    j->options->wall(j->options->ctx, &located);
 }
 
 static void set_budget(struct job *j)
 {
     double most = j->options && j->options->max_seconds > 0 ? j->options->max_seconds : 3600;
     double seconds = j->request.limits.seconds > 0 ? fmin(j->request.limits.seconds, most) : most;
+    double memory = j->options && j->options->max_memory ? (double)j->options->max_memory : MAX_MEMORY;
+    double megabytes = j->request.limits.megabytes > 0 ? j->request.limits.megabytes : DEFAULT_MEGABYTES;
     j->budget = (struct sga_budget){
         .deadline = sga_now() + seconds, .seconds = seconds,
         .max_generations = j->request.limits.generations,
+        .max_memory = (size_t)fmin(megabytes * 0x1p20, memory),
+        .max_terms = j->request.limits.terms,
         .cancelled = j->options ? j->options->cancelled : NULL,
         .cancel_ctx = j->options ? j->options->ctx : NULL,
     };
     j->request.store.max_nodes = j->request.limits.nodes;
+    j->request.store.deadline = j->budget.deadline;
+    j->request.store.seconds = seconds;
 }
 
 /* What is wanted but cannot be had yet is refused before any work is done. */
@@ -63,6 +97,24 @@ static bool check_wants(struct job *j)
         return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic",
                            "this version integrates in double only; use \"double\" or \"auto\"");
     return true;
+}
+
+/* Samples that cannot fit are refused before any work is done. */
+static bool check_samples(struct job *j)
+{
+    const struct request_trajectory *t = &j->request.trajectory;
+    if (!(j->request.want & REQUEST_TRAJECTORY))
+        return true;
+    double columns = 1 + (double)(t->outputs ? t->outputs : j->request.system.variables);
+    double numbers = columns * (double)t->samples, most = (double)answer_limit(j);
+    if (2 * numbers <= most && 8 * numbers <= (double)j->budget.max_memory)
+        return true;
+    bool text = 2 * numbers > most;
+    return sga_fail_at(j->err, text ? SGA_E_LIMIT_RESULT : SGA_E_LIMIT_MEMORY, "/trajectory",
+                       "%d samples of %.0f columns need %.0f MB at least; the limit of %s is %.0f MB; ask for fewer samples, "
+                       "or for fewer columns in trajectory.outputs", t->samples, columns,
+                       (text ? 2 : 8) * numbers * 0x1p-20, text ? "a result" : "memory",
+                       (text ? most : (double)j->budget.max_memory) * 0x1p-20);
 }
 
 /* Where the request starts is a hint for which component of the constraint set is meant. */
@@ -92,100 +144,125 @@ static void open_sources(struct job *j)
                  j->request.op.unknowns);
 }
 
-static bool reduce(struct job *j)
+static bool solve(struct job *j)
 {
-    double start = sga_now();
     struct sga_options options = {
         .near = j->near, .near_time = j->near_time, .seed = 1, .budget = &j->budget,
-        .combinations = j->request.want & REQUEST_CONSTRAINTS,
-        .gauge_fields = true,
+        .combinations = j->request.want & (REQUEST_CONSTRAINTS | REQUEST_STRUCTURE),
+        .gauge_fields = true, .rows = j->request.want & REQUEST_STRUCTURE,
     };
+    if (j->solved) {
+        points_shadow_clear(&j->shadow);
+        sga_solution_clear(&j->solution);
+    }
     points_shadow_init(&j->shadow, 20250101);
-    progress(j, "reduction", 0.05);
+    j->stage = "sga";            /* as the solver names it in its own errors */
     j->solved = true;
-    bool ok = sga_solve(&j->request.system, &options, &j->shadow, &j->solution, j->err);
+    return sga_solve(&j->request.system, &options, &j->shadow, &j->solution, j->err);
+}
+
+bool answer_reduce(struct job *j)
+{
+    if (j->depth)                /* a stratum: its rows are those of the whole, brought to form already */
+        return solve(j);
+    double start = sga_now();
+    progress(j, "reduction", 0.05);
+    bool ok = answer_holonomic(j, answer_primary(j, solve));
+    if (ok && !j->primary.has)
+        answer_restrictions_kept(j, &j->solution);
     j->seconds.reduce = sga_now() - start;
     if (ok && j->op && j->request.op.open_sources)
         open_sources(j);
+    return ok && answer_two_form(j);
+}
+
+static bool structure(struct job *j)
+{
+    if (!(j->request.want & REQUEST_STRUCTURE) || j->request.op.open_sources)
+        return true;
+    double start = sga_now();
+    progress(j, "structure", 0.45);
+    j->has_structure = true;
+    bool ok = structure_find(&j->request.system, &j->solution, &j->shadow, &j->budget, &j->structure, j->err);
+    j->seconds.structure = sga_now() - start;
     return ok;
 }
 
-static bool affine(struct job *j, expr_id e)
+void answer_clear(struct job *j)
 {
-    struct expr_store *st = &j->request.store;
-    for (int i = 0; i < j->request.system.variables; i++)
-        if (!expr_is_const(st, expr_diff(st, e, j->request.system.variable[i].symbol)))
-            return false;
-    return true;
-}
-
-/* The Hamiltonian form pulls its equations back by the differentials of `restrict`. Where
- * one of these functions follows from the others on their zero set only, a factor of the
- * pulled-back equations may vanish there and take an equation with it: refused. */
-static bool check_restrict(struct job *j)
-{
-    const struct sys_system *sys = &j->request.system;
-    int kept = 0;
-    bool plain = true;
-    if (strcmp(j->request.form, "hamiltonian") != 0 || j->solution.verdict == SGA_INCONSISTENT)
-        return true;
-    for (int i = 0; i < j->solution.constraints; i++)
-        kept += j->solution.constraint[i].origin == SGA_FROM_RESTRICTION;
-    for (int i = 0; i < sys->restrictions; i++)
-        plain = plain && affine(j, sys->restriction[i]);
-    if (plain || kept >= sys->restrictions)
-        return true;
-    return sga_fail_at(j->err, SGA_E_IRREGULAR, "/system/restrict", "some functions of restrict follow from the others on "
-                       "their common zeros; leave those out");
-}
-
-static void job_clear(struct job *j)
-{
+    if (j->has_structure)
+        structure_clear(&j->structure);
     if (j->has_texts)
         expr_names_clear(&j->texts);
     if (j->has_trajectory)
         traj_result_clear(&j->trajectory);
     if (j->has_initial)
         traj_initial_clear(&j->initial);
-    for (int i = 0; i < j->strata; i++)
-        free(j->stratum[i].text);
-    free(j->stratum);
+    answer_strata_clear(j);
     answer_operator_clear(j);
     sga_buf_free(&j->kronecker);
+    sga_buf_free(&j->signs);
     free(j->near);
+    free(j->scale);
+    answer_primary_clear(j);
     if (j->solved) {
         points_shadow_clear(&j->shadow);
         sga_solution_clear(&j->solution);
     }
-    request_clear(&j->request);
+}
+
+static bool operator_form(struct job *j)
+{
+    j->stage = "operator";
+    return !j->request.op.has || answer_operator(j);
 }
 
 bool sga_run(const char *request, size_t length, const struct sga_run_options *options,
              struct sga_buf *out, struct sga_error *err)
 {
-    struct job j = { .options = options, .err = err };
+    struct sga_error own = { 0 };
+    struct job j = { .options = options, .err = err ? err : &own, .stage = "request" };
     double start = sga_now();
-    if (!request_read(&j.request, request, length, err))
+    set_budget(&j);                 /* the service's; the request's own once it is read */
+    sga_watch_begin(&j.budget, options && options->wall ? wall : NULL, &j);
+    if (!request_read(&j.request, request, length, j.err)) {
+        sga_watch_end();
         return false;
+    }
     j.seconds.read = sga_now() - start;
     set_budget(&j);
     bool ok = check_wants(&j);
     if (ok) {
         set_near(&j);
-        ok = (!j.request.op.has || answer_operator(&j)) && reduce(&j) && check_restrict(&j) && answer_texts(&j);
+        ok = check_samples(&j) && operator_form(&j) && answer_reduce(&j);
+    }
+    if (ok) {
+        progress(&j, "texts", 0.4);
+        ok = answer_texts(&j);
+    }
+    if (ok) {
+        answer_strata(&j);
+        answer_signs(&j);
+        ok = sga_budget_ok(&j.budget, j.err);
     }
     if (ok)
-        answer_strata(&j);
-    ok = ok && answer_witness(&j);
+        progress(&j, "witness", 0.45);
+    ok = ok && answer_witness(&j) && structure(&j);
     if (ok && (j.request.want & REQUEST_STRUCTURE || (j.op && j.op->system.order <= 1)))
         ok = kronecker_text(&j, &j.kronecker, &j.is_linear);
     if (ok)
         progress(&j, "trajectory", 0.5);
-    ok = ok && answer_motion(&j);
+    ok = ok && (answer_motion(&j) || (err->code == SGA_E_NO_MOTION && j.solution.verdict != SGA_INCONSISTENT
+                                      && answer_motion_on_stratum(&j))) && answer_strata_solve(&j);
     if (ok) {
         progress(&j, "writing", 0.98);
-        answer_write(&j, out);
+        ok = answer_write(&j, out);
     }
-    job_clear(&j);
+    ok = ok && sga_budget_ok(&j.budget, j.err);      /* past a limit nothing is an answer any more */
+    if (!ok)
+        name_stage(j.err, j.stage);
+    sga_watch_end();
+    answer_clear(&j);
+    request_clear(&j.request);
     return ok;
 }

@@ -16,6 +16,11 @@
 
 struct sga_run_options {
     double max_seconds;                 /* server's maximum; 0: 3600 */
+    size_t max_memory;                  /* bytes that a job may add to the process; 0: 16 GB */
+    size_t max_result;                  /* bytes of the result's text; 0: 1 GB */
+    /* Where a library call runs past memory or time and cannot be left: tells why, does
+     * not return. NULL: such a job goes on, and the process aborts once memory ends. */
+    void (*wall)(void *ctx, const struct sga_error *err);
     void (*progress)(void *ctx, const char *stage, double fraction);  /* may be NULL; fraction 0..1 */
     bool (*cancelled)(void *ctx);       /* may be NULL; asked often */
     void *ctx;
@@ -31,7 +36,8 @@ bool sga_run(const char *request, size_t length, const struct sga_run_options *o
              struct sga_buf *out, struct sga_error *err);
 
 /* Reads and checks a request without running it, within bounded time and memory:
- * shapes, names, expressions. On success appends the canonical request to out: compact
+ * shapes, names, expressions. A good beginning that would take more than about a second or
+ * two million nodes counts as good. On success appends the canonical request to out: compact
  * JSON with sorted keys, equal for requests that mean the same member by member
  * (the key of the cache is its SHA-256). */
 bool sga_check(const char *request, size_t length, struct sga_buf *out, struct sga_error *err);

@@ -1,5 +1,5 @@
-/* What the algorithm divided by, and where that can vanish on the final set. */
-#include "answer.h"
+/* What the algorithm divided by, and where that can vanish. */
+#include "strata_case.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -11,35 +11,90 @@
 #include "mem.h"
 #include "poly.h"
 
-enum { PIVOT_BYTES = 4000 };
+enum { PIVOT_BYTES = 4000, OFF_VARIABLES = 400, OFF_MOST = 60 };
+/* rows * columns * the smaller: past it singular values take seconds that nobody could stop, and
+ * the rank counts as lower: listed, to be safe */
+static const double RANK_WORK = 1e8;
 
-static void add(struct job *j, expr_id factor, const char *kind)
+/* While the list is made. */
+struct listing {
+    struct job *j;
+    struct expr_facts facts;
+    int off, moved;           /* how many factors were looked at off the final set, and for special parameters */
+    int before, rank;         /* generic rank with the first `before` constraints; -1: not known */
+};
+
+/* One more function that vanishes on a stratum; false where it is too long to be written. */
+static bool push(struct job *j, struct stratum *s, expr_id e)
+{
+    struct sga_buf text = { 0 };
+    for (int i = 0; i < s->wheres; i++)
+        if (s->where[i] == e)
+            return true;
+    if (!expr_print(&j->request.store, e, PIVOT_BYTES, &text)) {
+        sga_buf_free(&text);
+        return false;
+    }
+    s->where = sga_realloc(s->where, (size_t)(s->wheres + 1) * sizeof *s->where);
+    s->text = sga_realloc(s->text, (size_t)(s->wheres + 1) * sizeof *s->text);
+    s->where[s->wheres] = e;
+    s->text[s->wheres++] = sga_buf_take(&text);
+    return true;
+}
+
+static void stratum_clear(struct stratum *s)
+{
+    for (int i = 0; i < s->wheres; i++)
+        free(s->text[i]);
+    free(s->text);
+    free(s->where);
+    free(s->point);
+    free(s->parameter);
+    free(s->value);
+    sga_buf_free(&s->result);
+    sga_buf_free(&s->note);
+    sga_buf_free(&s->also);
+}
+
+void answer_strata_clear(struct job *j)
 {
     for (int i = 0; i < j->strata; i++)
-        if (j->stratum[i].factor == factor)
-            return;
-    struct sga_buf text = { 0 };
-    if (!expr_print(&j->request.store, factor, PIVOT_BYTES, &text)) {
-        sga_buf_free(&text);
+        stratum_clear(j->stratum + i);
+    free(j->stratum);
+    j->stratum = NULL;
+    j->strata = 0;
+}
+
+/* The zero set of factor, on the branches chosen among the first `before` constraints. Takes
+ * over what `as` holds. */
+static void add(struct job *j, expr_id factor, int before, struct stratum as)
+{
+    const struct sga_solution *sol = &j->solution;
+    bool ok = push(j, &as, factor);
+    for (int i = 0; i < before && ok; i++)
+        if (sol->constraint[i].chosen)
+            ok = push(j, &as, sol->constraint[i].expr);
+    for (int i = 0; i < sol->specials && ok && before >= 0; i++)
+        ok = push(j, &as, sol->special[i]);
+    for (int i = 0; i < j->strata && ok; i++)
+        ok = j->stratum[i].where[0] != factor;
+    if (!ok) {
+        stratum_clear(&as);
         return;
     }
     j->stratum = sga_realloc(j->stratum, (size_t)(j->strata + 1) * sizeof *j->stratum);
-    j->stratum[j->strata].factor = factor;
-    j->stratum[j->strata].kind = kind;
-    j->stratum[j->strata++].text = sga_buf_take(&text);
+    j->stratum[j->strata++] = as;
 }
 
-/* Numerical rank of [A; d xi] at a point of Pf: singular values above 1e-10 of the largest,
- * rows scaled to largest entry 1. The point is known to 64 bits, so what is 0 there comes
- * out far below. */
-static int rank_at(struct job *j, const struct points_space *space, struct points_point *p)
+int strata_rank_at(struct job *j, const struct points_space *space, int rows, int c, struct points_point *p)
 {
     const struct sys_system *sys = &j->request.system;
-    int n = sys->variables, c = j->solution.constraints, m = sys->rows + c;
+    int n = sys->variables, m = rows + c;
     double *M = sga_calloc((size_t)(m + 1) * (size_t)n, sizeof *M);
     double *sv = sga_calloc((size_t)(m < n ? m : n) + 1, sizeof *sv);
     struct points_space own = *space;
     own.constraints = c;
+    own.variables = n;
     struct points_jacobian jac;
     points_jacobian_init(&jac, &own);
     points_jacobian_values(&jac, &p->ball);
@@ -47,11 +102,11 @@ static int rank_at(struct job *j, const struct points_space *space, struct point
     num_ball_forget(&p->ball);
     num_ball_extend(&p->ball);
     for (int i = 0; i < m; i++) {
-        int len = i < sys->rows ? sys->row[i].entries : jac.cols[i - sys->rows];
+        int len = i < rows ? sys->row[i].entries : jac.cols[i - rows];
         double *row = M + (size_t)i * (size_t)n, big = 0;
         for (int k = 0; k < len; k++) {
-            int col = i < sys->rows ? sys->row[i].entry[k].col : jac.col[i - sys->rows][k];
-            arb_srcptr v = i < sys->rows ? num_ball_value(&p->ball, sys->row[i].entry[k].value) : jac.entry[i - sys->rows] + k;
+            int col = i < rows ? sys->row[i].entry[k].col : jac.col[i - rows][k];
+            arb_srcptr v = i < rows ? num_ball_value(&p->ball, sys->row[i].entry[k].value) : jac.entry[i - rows] + k;
             row[col] = arf_get_d(arb_midref(v), ARF_RND_NEAR);
             big = fmax(big, fabs(row[col]));
         }
@@ -69,78 +124,166 @@ static int rank_at(struct job *j, const struct points_space *space, struct point
     return rank;
 }
 
-/* Whether a real point of Pf with factor = 0 can be found at which the rank is lower than
- * on Pf in general: otherwise the pivot only happened to vanish there. */
-static bool drops(struct job *j, expr_id factor)
+/* A point of the set of the first c constraints (where factor vanishes, too, if it is not
+ * undefined), and the rank there; *rank is -1 where an irregular place was approached.
+ * moving: the parameters may take special values, too. */
+static enum points_status look_at(struct job *j, int c, expr_id factor, bool moving, struct points_point *p, int *rank)
 {
     const struct sys_system *sys = &j->request.system;
-    int n = sys->variables, c = j->solution.constraints;
-    int *variable = sga_malloc((size_t)n * sizeof *variable);
+    int n = sys->variables;
+    int extra = moving ? sys->parameters : 0;
+    int *variable = sga_malloc((size_t)(n + extra) * sizeof *variable);
     expr_id *con = sga_malloc((size_t)(c + 1) * sizeof *con);
     for (int i = 0; i < n; i++)
         variable[i] = sys->variable[i].symbol;
+    for (int i = 0; i < extra; i++)
+        variable[n + i] = sys->parameter[i];
     for (int i = 0; i < c; i++)
         con[i] = j->solution.constraint[i].expr;
     con[c] = factor;
     struct points_space space = {
-        .st = sys->store, .variable = variable, .variables = n, .parameter = sys->parameter, .parameters = sys->parameters,
-        .time = sys->time, .constraint = con, .constraints = c + 1, .near = j->near, .near_time = j->near_time,
+        .st = sys->store, .variable = variable, .variables = n + extra, .parameter = sys->parameter,
+        .parameters = sys->parameters - extra, .time = sys->time, .constraint = con,
+        .constraints = c + (factor != EXPR_UNDEF), .near = moving ? NULL : j->near, .near_time = j->near_time,
+        .scale = extra ? NULL : j->solution.scale,
         .budget = &j->budget,
     };
-    struct points_point p;
     uint64_t random = 5;
-    int *end = sga_calloc((size_t)j->solution.generations + 2, sizeof *end), stages = sga_stages(&j->solution, end);
-    end[stages++] = c + 1;
-    enum points_status status = points_find_staged(&space, end, stages, j->near ? 0.2 : 1, &random, 64, &p);
+    int *end = sga_calloc((size_t)j->solution.generations + 3, sizeof *end), stages = 0;
+    sga_stages(&j->solution, end);
+    while (stages < j->solution.generations && end[stages] < c)
+        stages++;
+    if (c)
+        end[stages++] = c;
+    if (factor)
+        end[stages++] = c + 1;
+    enum points_status status = points_find_staged(&space, end, stages, j->near ? 0.2 : 1, &random, 64, p);
+    double rows = sys->rows + c, work = rows * n * fmin(rows, n);
+    *rank = status != POINTS_OK ? -1 : work > RANK_WORK ? 0 : strata_rank_at(j, &space, sys->rows, c, p);
     free(end);
-    /* an irregular place was approached to about 6 digits only: listed, to be safe */
-    bool lower = status == POINTS_IRREGULAR
-                 || (status == POINTS_OK && rank_at(j, &space, &p) < n - j->solution.free_columns);
-    points_point_clear(&p);
     free(variable);
     free(con);
+    return status;
+}
+
+/* Whether a real point of Pf with factor = 0 can be found at which the rank is lower than
+ * on Pf in general: otherwise the pivot only happened to vanish there. */
+static bool drops(struct job *j, expr_id factor, struct stratum *as)
+{
+    struct points_point p;
+    int rank, n = j->request.system.variables;
+    enum points_status status = look_at(j, j->solution.constraints, factor, false, &p, &rank);
+    /* an irregular place was approached to about 6 digits only: listed, to be safe */
+    bool lower = status == POINTS_IRREGULAR || (status == POINTS_OK && rank < n - j->solution.free_columns);
+    if (lower) {
+        as->point = memcpy(sga_malloc((size_t)n * sizeof *as->point), p.x, (size_t)n * sizeof *as->point);
+        as->time = p.t;
+    }
+    points_point_clear(&p);
     return lower;
 }
 
-static void consider(struct job *j, struct expr_facts *facts, expr_id factor)
+/* The same on the larger set of the first `before` constraints, on which the pivot was
+ * chosen: what follows from dividing by it need not hold where it vanishes. */
+static bool drops_before(struct listing *l, expr_id factor, int before, struct stratum *as)
 {
-    struct expr_store *st = &j->request.store;
-    unsigned f = expr_facts_of(facts, st, factor);
-    if (f & EXPR_NONZERO || expr_is_const(st, factor))
-        return;
-    if (!(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
-        add(j, factor, "parameter");
-    else if (j->solution.verdict != SGA_INCONSISTENT && drops(j, factor))
-        add(j, factor, "pivot");
+    struct points_point p;
+    int rank, n = l->j->request.system.variables;
+    if (!l->j->request.strata || n > OFF_VARIABLES || l->off++ > OFF_MOST)
+        return false;
+    if (l->before != before) {
+        look_at(l->j, before, EXPR_UNDEF, false, &p, &l->rank);
+        points_point_clear(&p);
+        l->before = before;
+    }
+    enum points_status status = look_at(l->j, before, factor, false, &p, &rank);
+    bool lower = status == POINTS_IRREGULAR || (status == POINTS_OK && rank < l->rank);
+    if (lower) {
+        as->off = true;
+        as->point = memcpy(sga_malloc((size_t)n * sizeof *as->point), p.x, (size_t)n * sizeof *as->point);
+        as->time = p.t;
+    }
+    points_point_clear(&p);
+    return lower;
 }
 
-static void factors_of(struct job *j, struct expr_facts *facts, expr_id value)
+/* Whether the rank drops where the factor vanishes for special values of the parameters, none
+ * of which was met above. */
+static bool drops_for_some(struct listing *l, expr_id factor)
 {
-    struct poly_limits limits = { .max_terms = 200, .max_bits = 2000, .max_degree = 40, .max_generators = 24, .budget = &j->budget };
+    struct points_point p;
+    struct job *j = l->j;
+    int rank;
+    if (!j->request.system.parameters || j->request.system.variables > OFF_VARIABLES || l->moved++ > OFF_MOST)
+        return false;
+    enum points_status status = look_at(j, j->solution.constraints, factor, true, &p, &rank);
+    points_point_clear(&p);
+    return status == POINTS_IRREGULAR
+           || (status == POINTS_OK && rank < j->request.system.variables - j->solution.free_columns);
+}
+
+static void consider(struct listing *l, expr_id factor, int before)
+{
+    struct expr_store *st = &l->j->request.store;
+    unsigned f = expr_facts_of(&l->facts, st, factor);
+    struct stratum as = { .kind = "pivot" };
+    if (f & EXPR_NONZERO || expr_is_const(st, factor) || !sga_budget_ok(&l->j->budget, l->j->err))
+        return;
+    if (!(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
+        add(l->j, factor, -1, (struct stratum){ .kind = "parameter" });
+    else if (l->j->solution.verdict != SGA_INCONSISTENT && (drops(l->j, factor, &as) || drops_before(l, factor, before, &as)))
+        add(l->j, factor, before, as);
+    else if (l->j->solution.verdict != SGA_INCONSISTENT && drops_for_some(l, factor))
+        add(l->j, factor, -1, (struct stratum){ .kind = "parameter" });
+}
+
+static void factors_of(struct listing *l, expr_id value, int before)
+{
+    struct poly_limits limits = { .max_terms = 200, .max_bits = 2000, .max_degree = 40, .max_generators = 24, .budget = &l->j->budget };
     struct poly_factors f;
-    if (!poly_numerator_factors(&j->request.store, value, &limits, &f)) {
-        consider(j, facts, value);
+    if (!poly_numerator_factors(&l->j->request.store, value, &limits, &f)) {
+        consider(l, value, before);
         return;
     }
     for (int i = 0; i < f.factors; i++)
         if (!f.factor[i].never_zero)
-            consider(j, facts, f.factor[i].expr);
+            consider(l, f.factor[i].expr, before);
     poly_factors_clear(&f);
+}
+
+/* How many constraints stood when the elimination of a generation began. */
+static int stood(const struct sga_solution *sol, int generation)
+{
+    int k = 0;
+    while (k < sol->constraints && (sol->constraint[k].generation < generation
+                                    || sol->constraint[k].origin == SGA_FROM_RESTRICTION))
+        k++;
+    return k;
 }
 
 void answer_strata(struct job *j)
 {
-    struct expr_facts facts;
-    bool empty = j->solution.verdict == SGA_INCONSISTENT;
+    struct listing l = { .j = j, .before = -1, .rank = -1 };
+    const struct sga_solution *sol = &j->solution;
+    bool empty = sol->verdict == SGA_INCONSISTENT;
     if (!j->has_texts)
         return;
-    expr_facts_init(&facts);
+    expr_facts_init(&l.facts);
     if (empty && j->request.system.parameters)      /* for which parameters it is a contradiction */
-        factors_of(j, &facts, j->solution.contradiction);
-    for (int i = 0; i < j->solution.branches; i++)
-        add(j, j->solution.branch[i], "branch");
-    for (int i = 0; i < j->solution.pivots; i++)
-        if (!expr_is_const(&j->request.store, j->solution.pivot[i].value))
-            factors_of(j, &facts, j->solution.pivot[i].value);
-    expr_facts_clear(&facts);
+        factors_of(&l, sol->contradiction, 0);
+    for (int i = 0; i < sol->others; i++)
+        if (sol->other[i] != sol->special[0])
+            add(j, sol->other[i], -1, (struct stratum){ .kind = "pivot", .off = true });
+    for (int i = 0; i < sol->branches; i++)
+        add(j, sol->branch[i].expr, sol->branch[i].before, (struct stratum){ .kind = "branch" });
+    for (int i = 0; i < sol->sides; i++) {
+        unsigned f = expr_facts_of(&l.facts, &j->request.store, sol->side[i].function);
+        add(j, sol->side[i].function, -1, (struct stratum){ .kind = f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME) ? "side" : "parameter" });
+    }
+    for (int i = 0; i < sol->pivots + sol->deads; i++) {
+        const struct sga_pivot *p = i < sol->pivots ? sol->pivot + i : sol->dead + (i - sol->pivots);
+        if (!expr_is_const(&j->request.store, p->value))
+            factors_of(&l, p->value, stood(sol, p->generation));
+    }
+    expr_facts_clear(&l.facts);
 }

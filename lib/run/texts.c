@@ -35,15 +35,18 @@ static void shorten(struct job *j, expr_id *root, int n)
 }
 
 /* A constraint is a set: where its numerator is one factor and shorter, that is shown,
- * without numeric factors and denominators. */
-static void primitive(struct job *j, expr_id *root)
+ * without numeric factors and denominators; *scale is what these come to. */
+static void primitive(struct job *j, expr_id *root, expr_id *scale)
 {
     struct poly_limits limits = { .max_terms = 200, .max_bits = 4000, .max_degree = 40, .max_generators = 24, .budget = &j->budget };
     struct poly_factors f;
     if (!poly_numerator_factors(&j->request.store, *root, &limits, &f))
         return;
-    if (f.factors == 1 && f.factor[0].multiplicity == 1 && text_length(j, f.factor[0].expr) <= text_length(j, *root))
+    if (f.factors == 1 && f.factor[0].multiplicity == 1 && text_length(j, f.factor[0].expr) <= text_length(j, *root)) {
+        *scale = expr_div(&j->request.store, *root, f.factor[0].expr);
+        poly_normal(&j->request.store, *scale, &limits, scale);
         *root = f.factor[0].expr;
+    }
     poly_factors_clear(&f);
 }
 
@@ -67,13 +70,14 @@ bool answer_texts(struct job *j)
     j->first_field = c;
     j->first_gauge = c + n;
     shorten(j, root, roots);
+    j->scale = sga_calloc((size_t)c + 1, sizeof *j->scale);
     for (int i = 0; i < c && c <= 60; i++)
-        primitive(j, root + i);
+        primitive(j, root + i, j->scale + i);
     struct expr_naming naming = { .prefix = "s", .inline_nodes = INLINE_NODES };
     j->has_texts = expr_print_named(&j->request.store, root, roots, &naming, &j->texts);
     free(root);
     if (!j->has_texts)
-        return sga_fail(j->err, SGA_E_LIMIT_NODES, "the answer is too large to print (more than 16 MiB); "
+        return sga_fail(j->err, SGA_E_LIMIT_RESULT, "the answer is too large to print (more than 16 MiB); "
                         "ask for less in want, for example [\"index\", \"trajectory\"]");
     j->seconds.print = sga_now() - start;
     if (!expr_store_ok(&j->request.store)) {

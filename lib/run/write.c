@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "poly.h"
+
 static const char *symbol_name(const struct job *j, int variable)
 {
     return j->request.store.symbol[j->request.system.variable[variable].symbol].name;
@@ -37,6 +39,20 @@ static void write_variables(const struct job *j, struct sga_json *w)
     sga_json_end_array(w);
 }
 
+/* General points contradict the system: the functions that vanish where it is solved. */
+static void write_where(const struct job *j, struct sga_json *w)
+{
+    sga_json_key(w, "where");
+    sga_json_array(w);
+    for (int i = 0; i < j->solution.specials; i++) {
+        struct sga_buf text = { 0 };
+        if (expr_print(&j->request.store, j->solution.special[i], 4000, &text))
+            sga_json_string(w, text.data);
+        sga_buf_free(&text);
+    }
+    sga_json_end_array(w);
+}
+
 static void write_dimensions(const struct job *j, struct sga_json *w)
 {
     const struct sga_solution *sol = &j->solution;
@@ -60,7 +76,7 @@ static void write_dimensions(const struct job *j, struct sga_json *w)
 static void write_index(const struct job *j, struct sga_json *w)
 {
     const struct sga_solution *sol = &j->solution;
-    bool standard = (sol->verdict == SGA_UNIQUE || sol->verdict == SGA_ISOLATED) && j->request.system.square;
+    bool standard = (sol->verdict == SGA_UNIQUE || sol->verdict == SGA_ISOLATED) && j->request.system.square && !sol->specials;
     sga_json_key(w, "index");
     sga_json_object(w);
     sga_json_member_int(w, "generations", sol->generations);
@@ -152,33 +168,16 @@ static void write_gauge(const struct job *j, struct sga_json *w)
     sga_json_end_object(w);
 }
 
-static void write_strata(const struct job *j, struct sga_json *w)
+/* The factor of a part. The tangency is that of the constraint as it is printed. */
+static expr_id printed_factor(struct job *j, const struct sga_part *part)
 {
-    sga_json_key(w, "strata");
-    sga_json_array(w);
-    for (int i = 0; i < j->strata; i++) {
-        if (strcmp(j->stratum[i].kind, "parameter") == 0)
-            continue;
-        sga_json_object(w);
-        sga_json_key(w, "where");
-        sga_json_array(w);
-        sga_json_string(w, j->stratum[i].text);
-        sga_json_end_array(w);
-        sga_json_member_string(w, "kind", j->stratum[i].kind);
-        sga_json_end_object(w);
+    struct poly_limits limits = { .max_terms = 80, .budget = &j->budget };
+    expr_id scale = part->row < 0 && j->scale ? j->scale[part->tangency] : EXPR_UNDEF, e = part->factor;
+    if (scale) {
+        e = expr_mul(&j->request.store, e, scale);
+        poly_normal(&j->request.store, e, &limits, &e);
     }
-    sga_json_end_array(w);
-    sga_json_key(w, "assumptions");
-    sga_json_array(w);
-    for (int i = 0; i < j->strata; i++) {
-        if (strcmp(j->stratum[i].kind, "parameter") != 0)
-            continue;
-        sga_json_object(w);
-        sga_json_member_string(w, "expression", j->stratum[i].text);
-        sga_json_member_string(w, "kind", "not_zero");
-        sga_json_end_object(w);
-    }
-    sga_json_end_array(w);
+    return e;
 }
 
 static void write_parts(struct job *j, struct sga_json *w, const struct sga_part *part, int parts)
@@ -193,7 +192,7 @@ static void write_parts(struct job *j, struct sga_json *w, const struct sga_part
             sga_json_member_int(w, "tangency_of", part[k].tangency);
         }
         sga_json_key(w, "factor");
-        if (expr_print(&j->request.store, part[k].factor, 400, &text))
+        if (expr_print(&j->request.store, printed_factor(j, part + k), 400, &text))
             sga_json_string(w, text.data);
         else
             sga_json_null(w);
@@ -259,6 +258,25 @@ static void write_zeros(struct job *j, struct sga_json *w)
     sga_json_end_array(w);
 }
 
+/* What would have to vanish, and what it was made of. */
+static void write_contradiction(struct job *j, struct sga_json *w, const char *member)
+{
+    const struct sga_solution *sol = &j->solution;
+    struct sga_buf text = { 0 };
+    sga_json_key(w, member);
+    sga_json_object(w);
+    sga_json_key(w, "expression");
+    if (sol->contradiction && expr_print(&j->request.store, sol->contradiction, 4000, &text))
+        sga_json_string(w, text.data);
+    else
+        sga_json_null(w);
+    sga_json_member_string(w, "why", sol->contradiction_why);
+    sga_json_key(w, "combination");
+    write_parts(j, w, sol->contradiction_part, sol->contradiction_parts);
+    sga_json_end_object(w);
+    sga_buf_free(&text);
+}
+
 static void write_evidence(struct job *j, struct sga_json *w)
 {
     const struct sga_solution *sol = &j->solution;
@@ -295,6 +313,8 @@ static void write_evidence(struct job *j, struct sga_json *w)
             if (expr_print(&j->request.store, c->replaced, 1000, &text)) {
                 sga_json_member_string(w, "in_place_of", text.data);
             }
+            if (c->near_point)        /* its other zeros, if any, were not looked for */
+                sga_json_member_bool(w, "near_point_only", true);
             sga_buf_free(&text);
         }
         sga_json_end_object(w);
@@ -304,20 +324,27 @@ static void write_evidence(struct job *j, struct sga_json *w)
         write_pivots(j, w);
     if (j->has_texts)
         write_zeros(j, w);
-    if (sol->verdict == SGA_INCONSISTENT) {
-        struct sga_buf text = { 0 };
-        sga_json_key(w, "contradiction");
-        sga_json_object(w);
-        sga_json_key(w, "expression");
-        if (sol->contradiction && expr_print(&j->request.store, sol->contradiction, 4000, &text))
-            sga_json_string(w, text.data);
-        else
-            sga_json_null(w);
-        sga_json_member_string(w, "why", sol->contradiction_why);
-        sga_json_key(w, "combination");
-        write_parts(j, w, sol->contradiction_part, sol->contradiction_parts);
-        sga_json_end_object(w);
-        sga_buf_free(&text);
+    if (sol->verdict == SGA_INCONSISTENT)
+        write_contradiction(j, w, "contradiction");
+    answer_write_empty_strata(j, w);
+    if (sol->specials)
+        write_contradiction(j, w, "contradiction_at_general_points");
+    if (sol->sides) {             /* what the answer holds for */
+        sga_json_key(w, "sides");
+        sga_json_array(w);
+        for (int i = 0; i < sol->sides; i++) {
+            struct sga_buf text = { 0 };
+            sga_json_object(w);
+            sga_json_key(w, "function");
+            if (expr_print(&j->request.store, sol->side[i].function, 1000, &text))
+                sga_json_string(w, text.data);
+            else
+                sga_json_null(w);
+            sga_json_member_string(w, "sign", sol->side[i].sign > 0 ? "positive" : "negative");
+            sga_json_end_object(w);
+            sga_buf_free(&text);
+        }
+        sga_json_end_array(w);
     }
     if (sol->not_factored) {      /* a branch may have gone unseen */
         sga_json_member_bool(w, "factors_not_searched", true);
@@ -326,6 +353,7 @@ static void write_evidence(struct job *j, struct sga_json *w)
         sga_json_member_int(w, "determinants_assumed_not_zero", sol->dense_blocks);
     }
     sga_json_member_int(w, "redundant_equations", sol->redundant_rows);
+    answer_write_restrictions(j, w);
     if (j->witnessed) {
         sga_json_key(w, "witness");
         sga_json_object(w);
@@ -359,6 +387,9 @@ static void write_work(const struct job *j, struct sga_json *w)
     if (j->has_trajectory) {
         sga_json_member_double(w, "trajectory", j->seconds.trajectory);
     }
+    if (j->has_structure) {
+        sga_json_member_double(w, "structure", j->seconds.structure);
+    }
     sga_json_end_object(w);
     sga_json_member_int(w, "nodes", j->request.store.nodes);
     sga_json_member_int(w, "pivots", j->solution.pivots);
@@ -371,7 +402,21 @@ static void write_work(const struct job *j, struct sga_json *w)
     sga_json_end_object(w);
 }
 
-void answer_write(struct job *j, struct sga_buf *out)
+size_t answer_limit(const struct job *j)
+{
+    return j->options && j->options->max_result ? j->options->max_result : (size_t)1 << 30;
+}
+
+bool answer_fits(struct job *j, const struct sga_buf *out)
+{
+    size_t limit = answer_limit(j);
+    if (out->len <= limit)
+        return true;
+    return sga_fail(j->err, SGA_E_LIMIT_RESULT, "the result has more than %.1f MB (%.1f MB were written); ask for fewer samples, "
+                    "or for less in want", (double)limit * 0x1p-20, (double)out->len * 0x1p-20);
+}
+
+bool answer_write(struct job *j, struct sga_buf *out)
 {
     struct sga_json json, *w = &json;
     unsigned want = j->request.want;
@@ -387,6 +432,8 @@ void answer_write(struct job *j, struct sga_buf *out)
         sga_json_member_string(w, "name", j->request.name);
     }
     write_variables(j, w);
+    if (j->solution.specials)
+        write_where(j, w);
     write_dimensions(j, w);
     if (want & REQUEST_INDEX)
         write_index(j, w);
@@ -397,7 +444,7 @@ void answer_write(struct job *j, struct sga_buf *out)
         write_field(j, w);
     if (want & REQUEST_GAUGE && solvable)
         write_gauge(j, w);
-    write_strata(j, w);
+    answer_write_strata(j, w);
     if (j->op)
         answer_write_operator(j, w);
     if (want & REQUEST_STRUCTURE) {
@@ -405,6 +452,8 @@ void answer_write(struct job *j, struct sga_buf *out)
         sga_json_object(w);
         sga_json_key(w, "kronecker");
         sga_json_raw(w, j->kronecker.data, j->kronecker.len);
+        if (j->has_structure)
+            answer_write_structure(j, w);
         sga_json_end_object(w);
     }
     if (j->is_linear) {
@@ -413,9 +462,10 @@ void answer_write(struct job *j, struct sga_buf *out)
     }
     if (j->has_initial)
         answer_write_initial(j, w);
-    if (j->has_trajectory)
-        answer_write_trajectory(j, w);
+    if (j->has_trajectory && !answer_write_trajectory(j, w))
+        return false;
     write_evidence(j, w);
     write_work(j, w);
     sga_json_end_object(w);
+    return answer_fits(j, out);
 }

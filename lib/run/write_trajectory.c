@@ -21,12 +21,14 @@ static void write_columns(const struct job *j, struct sga_json *w)
     sga_json_end_array(w);
 }
 
-static void write_rows(const struct job *j, struct sga_json *w)
+static bool write_rows(struct job *j, struct sga_json *w)
 {
     const struct traj_result *r = &j->trajectory;
     sga_json_key(w, "rows");
     sga_json_array(w);
     for (int i = 0; i < r->rows; i++) {
+        if (i % 64 == 0 && !(answer_fits(j, w->out) && sga_budget_ok(&j->budget, j->err)))
+            return false;
         sga_json_array(w);
         sga_json_double(w, r->t[i]);
         for (int k = 0; k < r->columns; k++)
@@ -34,6 +36,20 @@ static void write_rows(const struct job *j, struct sga_json *w)
         sga_json_end_array(w);
     }
     sga_json_end_array(w);
+    return true;
+}
+
+/* One estimate for each row, and whether all are within the tolerances. */
+static void write_errors(const struct traj_result *r, struct sga_json *w)
+{
+    sga_json_key(w, "errors");
+    sga_json_array(w);
+    for (int i = 0; i < r->rows && r->error; i++)
+        sga_json_double(w, r->error[i]);
+    sga_json_end_array(w);
+    sga_json_member_bool(w, "accuracy_reached", !r->shortfall);
+    if (r->shortfall)
+        sga_json_member_string(w, "accuracy_shortfall", r->shortfall);
 }
 
 static void write_values(const struct job *j, struct sga_json *w, const char *key, const double *value)
@@ -76,24 +92,34 @@ void answer_write_initial(const struct job *j, struct sga_json *w)
     sga_json_end_array(w);
     sga_json_key(w, "residuals");
     sga_json_array(w);
-    for (int k = 0; k < j->solution.constraints; k++)
+    for (int k = 0; k < j->initial_residuals; k++)
         sga_json_double(w, r->residual[k]);
     sga_json_end_array(w);
     sga_json_end_object(w);
 }
 
-void answer_write_trajectory(const struct job *j, struct sga_json *w)
+bool answer_write_trajectory(struct job *j, struct sga_json *w)
 {
     const struct traj_result *r = &j->trajectory;
     sga_json_key(w, "trajectory");
     sga_json_object(w);
+    if (j->moves_on) {
+        const struct stratum *s = j->stratum + (j->moves_on - 1);
+        sga_json_key(w, "stratum");
+        sga_json_array(w);
+        for (int k = 0; k < s->wheres; k++)
+            sga_json_string(w, s->text[k]);
+        sga_json_end_array(w);
+    }
     write_columns(j, w);
-    write_rows(j, w);
+    if (!write_rows(j, w))
+        return false;
     sga_json_key(w, "initial");
     sga_json_object(w);
     write_start(j, w, r->initial, r->moved);
     sga_json_end_object(w);
     sga_json_member_double(w, "error_estimate", r->error_estimate);
+    write_errors(r, w);
     sga_json_member_double(w, "constraint_residual", r->residual);
     sga_json_member_string(w, "method", r->method);
     sga_json_member_string(w, "arithmetic", "double");
@@ -109,4 +135,5 @@ void answer_write_trajectory(const struct job *j, struct sga_json *w)
         sga_json_null(w);
     }
     sga_json_end_object(w);
+    return true;
 }

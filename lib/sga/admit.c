@@ -7,8 +7,9 @@
 #include <string.h>
 
 #include "mem.h"
+#include "irregular.h"
 #include "print.h"
-#include "regular.h"
+#include "sides.h"
 
 char *state_text(struct state *s, expr_id e)
 {
@@ -31,9 +32,10 @@ static void push(struct state *s, const struct candidate *c, expr_id regular, in
     SGA_RESERVE(sol->constraint, s->constraint_cap, sol->constraints + 1);
     SGA_RESERVE(s->con, s->con_cap, sol->constraints + 1);
     struct sga_constraint *k = sol->constraint + sol->constraints;
-    bool same = regular == c->expr;
-    *k = (struct sga_constraint){ .expr = regular, .generation = g, .origin = c->origin,
-                                  .replaced = same ? EXPR_UNDEF : c->expr,
+    bool same = regular == c->expr && !c->arose;
+    *k = (struct sga_constraint){ .expr = regular, .generation = g, .origin = c->origin, .source = c->source,
+                                  .restriction = c->restriction,
+                                  .replaced = same ? EXPR_UNDEF : c->arose ? c->arose : c->expr,
                                   .base = same ? c->base : regular, .order = same ? c->order : 0 };
     if (s->options->combinations)
         state_combine(s, c, &k->part, &k->parts);
@@ -47,8 +49,10 @@ static void push_option(struct state *s, const struct candidate *c, const struct
 }
 
 /* The branches of a product that are not followed. */
-static void note_branches(struct state *s, const struct regular *r, int followed)
+static void note_branches(struct state *s, const struct regular *r, int followed, int before)
 {
+    for (int i = before; i < s->sol->constraints; i++)
+        s->sol->constraint[i].chosen = r->options > 1;
     SGA_RESERVE(s->sol->branch, s->branch_cap, s->sol->branches + r->options + 1);
     for (int i = 0; i < r->options; i++) {
         const struct regular_option *o = r->option + i;
@@ -58,7 +62,7 @@ static void note_branches(struct state *s, const struct regular *r, int followed
         for (int k = 1; k < o->count; k++)
             e = expr_add(s->st, e, expr_powi(s->st, o->out[k], 2));
         if (i != followed)
-            s->sol->branch[s->sol->branches++] = e;
+            s->sol->branch[s->sol->branches++] = (struct sga_branch){ e, before };
     }
 }
 
@@ -130,9 +134,12 @@ static bool vanishes_far(struct state *s, expr_id e)
     bool all = true;
     space.near = NULL;
     space.before = NULL;
+    double size = 1;
+    for (int j = 0; j < space.variables && space.scale; j++)
+        size = fmax(size, ldexp(1, space.scale[j]));
     for (int k = 0; k < 8 && all; k++) {
         struct points_point p;
-        if (points_find(&space, 1 + k, &random, POINTS_BITS, &p) == POINTS_OK) {
+        if (points_find(&space, (1 + k) * (k % 2 ? size : 1), &random, POINTS_BITS, &p) == POINTS_OK) {
             num_ball_extend(&p.ball);
             all = arb_contains_zero(num_ball_value(&p.ball, e));
         }
@@ -141,21 +148,61 @@ static bool vanishes_far(struct state *s, expr_id e)
     return all;
 }
 
-/* The constraint c turned out irregular: try the components of its gradient. */
-static int admit_gradient(struct state *s, const struct candidate *c, const double *x, double t, int g)
+/* e's first derivatives on the present set: below some order they vanish, that one does
+ * not. */
+static bool order_holds(struct state *s, const struct proposal *p)
 {
-    expr_id *part = NULL;
-    int count = regular_by_gradient(s, c->expr, x, t, &part), before = s->sol->constraints;
-    enum points_status status = POINTS_IRREGULAR;
-    for (int i = 0; i < count; i++)
-        push(s, c, part[i], g);
-    if (count)
-        status = sample_near(s, x, t);
-    free(part);
-    if (status == POINTS_OK && ech_zero(&s->ctx, c->expr) == 1 && vanishes_far(s, c->expr))
-        return count;
-    pop(s, before);
-    return fail_sample(s, c, POINTS_IRREGULAR);
+    for (int k = 0; k < p->derivatives; k++) {
+        enum points_truth z = points_shadow_zero(s->shadow, p->derivative[k]).truth;
+        if (z != POINTS_ZERO)
+            return z == POINTS_NONZERO && k > 0;
+    }
+    return false;
+}
+
+/* The constraint c turned out irregular near x: try what may take its place there. */
+static int admit_irregular(struct state *s, const struct candidate *c, const double *x, double t, int g)
+{
+    struct proposal *p = NULL;
+    int count = irregular_proposals(s, c->expr, x, t, &p), before = s->sol->constraints, added = -1;
+    bool taken = false;
+    int sides = s->shadow->sides;
+    for (int i = 0; i < count; i++) {
+        for (int k = 0; k < p[i].count && added < 0; k++)
+            push(s, c, p[i].out[k], g);
+        if (added < 0 && sample_near(s, x, t) == POINTS_OK
+            && points_shadow_zero(s->shadow, c->expr).truth == POINTS_ZERO
+            && (!p[i].derivatives || order_holds(s, p + i)) && (p[i].exact || vanishes_far(s, c->expr)))
+            added = p[i].count;
+        for (int k = before; k < s->sol->constraints; k++)
+            s->sol->constraint[k].near_point = true;
+        if (added < 0) {
+            pop(s, before);
+            s->shadow->sides = sides;
+        } else if (p[i].whole && s->sol->constraints == before + added && !taken) {
+            SGA_RESERVE(s->sol->branch, s->branch_cap, s->sol->branches + 1);
+            s->sol->branch[s->sol->branches++] = (struct sga_branch){ p[i].whole, before };
+        }
+        taken = added >= 0;
+        irregular_clear(p + i);
+    }
+    free(p);
+    return added >= 0 ? added : fail_sample(s, c, POINTS_IRREGULAR);
+}
+
+static int admit_one(struct state *s, const struct candidate *c, int g);
+
+/* Functions that vanish together, of which one is irregular: one after the other. */
+static int admit_parts(struct state *s, const struct candidate *c, const struct regular_option *o, int g)
+{
+    int before = s->sol->constraints, result = 0;
+    for (int i = 0; i < o->count && result >= 0 && !s->inconsistent; i++) {
+        struct candidate part = *c;
+        part.expr = o->out[i];
+        part.arose = c->arose ? c->arose : c->expr;
+        result = admit_one(s, &part, g);
+    }
+    return result < 0 ? -1 : s->sol->constraints - before;
 }
 
 /* Where a regular function took the place of what arose, the latter must vanish on the
@@ -237,6 +284,44 @@ static int constant_there(struct state *s, const struct candidate *c, const char
     return -1;
 }
 
+/* Whether e is made with functions that are one analytic function on each side of a surface. */
+static bool has_sides(struct state *s, expr_id e)
+{
+    expr_cone_of(s->st, &s->cone, &e, 1);
+    for (int k = 0; k < s->cone.count; k++)
+        if (points_switches(expr_op_of(s->st, s->cone.list[k])))
+            return true;
+    return false;
+}
+
+/* c may hold all over one side of a surface (abs(x y) = x y, sign(x) = 1): look for points
+ * of the present set where it does, and go on there. */
+static bool holds_on_side(struct state *s, const struct candidate *c)
+{
+    enum { TRIES = 16 };
+    if (!has_sides(s, c->expr))
+        return false;
+    struct points_space space = s->space;
+    uint64_t random = s->shadow->random;
+    int sides = s->shadow->sides;
+    space.constraint = s->con;
+    space.constraints = s->sol->constraints;
+    space.before = NULL;
+    bool found = false;
+    for (int k = 0; k < TRIES && !found; k++) {
+        struct points_point p;
+        if (points_find(&space, space.near ? 0.05 * k : 1 + 0.5 * k, &random, POINTS_BITS, &p) == POINTS_OK) {
+            num_ball_extend(&p.ball);
+            if (arb_contains_zero(num_ball_value(&p.ball, c->expr)) && sample_near(s, p.x, p.t) == POINTS_OK)
+                found = points_shadow_zero(s->shadow, c->expr).truth == POINTS_ZERO && s->shadow->sides > sides;
+            if (!found)
+                s->shadow->sides = sides;
+        }
+        points_point_clear(&p);
+    }
+    return found;
+}
+
 /* No option led to points: say what can be said. `status` is that of the last one. */
 static int refuse(struct state *s, const struct candidate *c, const struct regular *r, enum points_status status, int g)
 {
@@ -256,6 +341,8 @@ static int refuse(struct state *s, const struct candidate *c, const struct regul
     }
     if (status == POINTS_STOPPED)
         result = fail_sample(s, c, status);
+    else if (holds_on_side(s, c))
+        result = 0;
     else if (state_sample(s) != POINTS_OK)
         result = fail_sample(s, c, POINTS_NONE);
     else if (state_locally_constant(s, c->expr))
@@ -263,7 +350,7 @@ static int refuse(struct state *s, const struct candidate *c, const struct regul
     else if (never_on_set(s, c->expr))
         result = contradiction(s, c, "with the earlier constraints used up, it has no real zero");
     else if (status == POINTS_IRREGULAR)
-        result = admit_gradient(s, c, x, t, g);
+        result = admit_irregular(s, c, x, t, g);
     else
         result = fail_sample(s, c, status);
     free(x);
@@ -290,7 +377,7 @@ static int admit_one(struct state *s, const struct candidate *c, int g)
         status = state_sample(s);
         found = status == POINTS_OK;
         if (found)
-            note_branches(s, &r, i);
+            note_branches(s, &r, i, before);
         else
             pop(s, before);
         if (status == POINTS_STOPPED)
@@ -298,6 +385,8 @@ static int admit_one(struct state *s, const struct candidate *c, int g)
     }
     if (found)
         result = replacements_hold(s, before) ? s->sol->constraints - before : -1;
+    else if (status == POINTS_IRREGULAR && r.options == 1 && r.option[0].count > 1 && !c->arose && state_sample(s) == POINTS_OK)
+        result = admit_parts(s, c, r.option, g);
     else if (r.answer == REGULAR_NEVER)
         result = constant_there(s, c, "it has no real zero on the earlier constraints", g);
     else

@@ -43,9 +43,10 @@ static void gather(struct block *b, const struct echelon *e, const struct ech_ro
 
 /* Full pivoting on the values in balls at the first point: a pivot ball that excludes 0
  * shows that one more row and column are independent there, so in general. */
-static void choose(struct block *b, struct points_shadow *shadow)
+static bool choose(struct block *b, const struct ech_context *c)
 {
-    struct num_ball *ball = &shadow->real[0].ball;
+    struct num_ball *ball = &c->shadow->real[0].ball;
+    bool ok;
     size_t size = (size_t)b->m * (size_t)b->n;
     arb_ptr v = _arb_vec_init((slong)size);
     arb_t f;
@@ -54,7 +55,7 @@ static void choose(struct block *b, struct points_shadow *shadow)
     for (size_t i = 0; i < size; i++)
         if (b->at[i])
             arb_set(v + i, num_ball_value(ball, b->at[i]));
-    for (;;) {
+    while ((ok = sga_budget_ok(c->budget, c->err))) {
         int p = -1, q = -1;
         for (int i = 0; i < b->m; i++)
             for (int j = 0; j < b->n && !b->row_used[i]; j++) {
@@ -84,6 +85,7 @@ static void choose(struct block *b, struct points_shadow *shadow)
     }
     arb_clear(f);
     _arb_vec_clear(v, (slong)size);
+    return ok;
 }
 
 /* S^-1 times a column (block column j, or the right sides for j < 0): a solve's index, or
@@ -118,7 +120,7 @@ static expr_id left_over(struct block *b, const struct ech_context *c, int i, ex
 static bool rewrite(struct block *b, struct echelon *e, const struct ech_context *c, struct ech_row *row,
                     const int *index, int generation)
 {
-    int r = b->rank, *solve = sga_malloc((size_t)(b->n + 1) * sizeof *solve);
+    int r = b->rank, first = e->pivots, *solve = sga_malloc((size_t)(b->n + 1) * sizeof *solve);
     expr_id *S = sga_malloc((size_t)r * (size_t)r * sizeof *S);
     for (int i = 0; i < r; i++)
         for (int k = 0; k < r; k++) {
@@ -139,11 +141,18 @@ static bool rewrite(struct block *b, struct echelon *e, const struct ech_context
                 continue;
             expr_id v = left_over(b, c, i, b->at[(size_t)i * (size_t)b->n + (size_t)j], solve[j]);
             int z = ech_zero(c, v);
-            ok = z >= 0;
+            ok = z >= 0 && sga_budget_ok(c->budget, c->err);
             if (z == 0)
                 ech_row_push(t, b->col[j], v);
         }
         t->rhs = left_over(b, c, i, t->rhs, solve[b->n]);
+        for (int k = 0; k < r && c->record; k++) {
+            expr_id v = b->at[(size_t)i * (size_t)b->n + (size_t)b->cols[k]];
+            if (!v)
+                continue;
+            SGA_RESERVE(t->op, t->op_cap, t->ops + 1);
+            t->op[t->ops++] = (struct ech_op){ first + k, v };
+        }
     }
     for (int k = 0; k < r && ok; k++) {
         struct ech_row *t = row + index[b->rows[k]];
@@ -158,7 +167,11 @@ static bool rewrite(struct block *b, struct echelon *e, const struct ech_context
         e->pivot[e->pivots++] = (struct ech_pivot){ b->col[b->cols[k]], expr_int(c->st, 1), generation, *t };
         *t = (struct ech_row){ 0 };
     }
-    free(S);
+    SGA_RESERVE(e->block, e->block_cap, e->blocks + 1);
+    if (r)
+        e->block[e->blocks++] = (struct ech_dense){ first, r, S };
+    else
+        free(S);
     free(solve);
     return ok;
 }
@@ -167,9 +180,7 @@ bool ech_block(struct echelon *e, const struct ech_context *c, struct ech_row *r
 {
     struct block b;
     gather(&b, e, row, index, rows);
-    choose(&b, c->shadow);
-    bool ok = rewrite(&b, e, c, row, index, generation);
-    e->blocks += b.rank > 0;
+    bool ok = choose(&b, c) && rewrite(&b, e, c, row, index, generation);
     free(b.col);
     free(b.at);
     free(b.rows);
@@ -177,4 +188,24 @@ bool ech_block(struct echelon *e, const struct ech_context *c, struct ech_row *r
     free(b.row_used);
     free(b.col_used);
     return ok && expr_store_ok(c->st);
+}
+
+bool ech_blocks_stand(const struct echelon *e, struct points_shadow *shadow)
+{
+    bool stand = true;
+    for (int q = 0; q < e->blocks && stand && shadow->reals; q++) {
+        int r = e->block[q].size;
+        struct block b = { .m = r, .n = r, .at = e->block[q].matrix };
+        b.rows = sga_malloc((size_t)r * sizeof *b.rows);
+        b.cols = sga_malloc((size_t)r * sizeof *b.cols);
+        b.row_used = sga_calloc((size_t)r, 1);
+        b.col_used = sga_calloc((size_t)r, 1);
+        struct ech_context c = { .shadow = shadow };
+        stand = choose(&b, &c) && b.rank == r;
+        free(b.rows);
+        free(b.cols);
+        free(b.row_used);
+        free(b.col_used);
+    }
+    return stand;
 }

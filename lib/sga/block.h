@@ -12,4 +12,7 @@
  * Rows that became pivots are emptied; the others keep what is left of them. */
 bool ech_block(struct echelon *e, const struct ech_context *c, struct ech_row *row, const int *index, int rows, int generation);
 
+/* Whether the matrix of each block is still regular at the first of the present points. */
+bool ech_blocks_stand(const struct echelon *e, struct points_shadow *shadow);
+
 #endif

@@ -15,6 +15,29 @@ static void add_part(struct state *s, struct sga_part **part, int *parts, size_t
                                              .tangency = source < rows ? -1 : source - rows, .factor = factor };
 }
 
+/* The pivot rows of a dense block are S^-1 times their sources: weights w on them are weights
+ * S^-T w on the latter. */
+static void through_block(struct state *s, const struct ech_dense *b, expr_id *weight)
+{
+    int r = b->size;
+    bool any = false;
+    for (int k = 0; k < r; k++)
+        any |= weight[b->first + k] != EXPR_UNDEF;
+    if (!any)
+        return;
+    expr_id *T = sga_malloc((size_t)r * (size_t)r * sizeof *T), *w = sga_malloc((size_t)r * sizeof *w);
+    for (int i = 0; i < r; i++)
+        for (int k = 0; k < r; k++)
+            T[k * r + i] = b->matrix[i * r + k];
+    for (int k = 0; k < r; k++)
+        w[k] = weight[b->first + k] ? weight[b->first + k] : expr_int(s->st, 0);
+    int solve = expr_solve_add(s->st, r, T, w);
+    for (int k = 0; k < r; k++)
+        weight[b->first + k] = expr_solution(s->st, solve, k);
+    free(T);
+    free(w);
+}
+
 /* A row is its source minus the sum of factor * pivot row, and a pivot row is made of
  * earlier pivot rows the same way: one sweep from the last pivot to the first. */
 void state_combine(struct state *s, const struct candidate *c, struct sga_part **part, int *parts)
@@ -31,7 +54,12 @@ void state_combine(struct state *s, const struct candidate *c, struct sga_part *
         expr_id *w = weight + c->op[k].pivot;
         *w = *w ? expr_sub(st, *w, c->op[k].factor) : expr_neg(st, c->op[k].factor);
     }
+    int block = s->ech.blocks - 1;
     for (int q = s->ech.pivots - 1; q >= 0; q--) {
+        for (; block >= 0 && s->ech.block[block].first + s->ech.block[block].size - 1 > q; block--)
+            ;
+        if (block >= 0 && s->ech.block[block].first + s->ech.block[block].size - 1 == q)
+            through_block(s, s->ech.block + block, weight);
         if (!weight[q])
             continue;
         const struct ech_row *r = &s->ech.pivot[q].row;

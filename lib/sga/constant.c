@@ -7,10 +7,11 @@
 #include <arb_mat.h>
 
 #include "mem.h"
+#include "needed.h"
 
 /* Whether d_x e lies in the span of the constraints' differentials at point p:
  * 1 yes (every residue's ball contains 0), 0 no, -1 no value. */
-static int dependent_at(struct state *s, struct points_point *p, const expr_id *grad)
+static int dependent_at(struct state *s, struct points_point *p, const expr_id *grad, slong need)
 {
     int c = s->sol->constraints, n = s->sys->variables;
     num_ball_extend(&p->ball);
@@ -37,7 +38,7 @@ static int dependent_at(struct state *s, struct points_point *p, const expr_id *
         for (int k = 0; k < c; k++)
             if (grad[(size_t)k * (size_t)n + (size_t)j])
                 arb_submul(r, arb_mat_entry(y, k, 0), num_ball_value(&p->ball, grad[(size_t)k * (size_t)n + (size_t)j]), p->ball.prec);
-        if (!arb_is_finite(r) || (arb_contains_zero(r) && mag_cmp_2exp_si(arb_radref(r), -60) > 0))
+        if (!arb_is_finite(r) || (arb_contains_zero(r) && mag_cmp_2exp_si(arb_radref(r), -need) > 0))
             result = -1;      /* a wide ball says nothing */
         else if (!arb_contains_zero(r))
             result = 0;
@@ -47,6 +48,32 @@ static int dependent_at(struct state *s, struct points_point *p, const expr_id *
     arb_mat_clear(b);
     arb_mat_clear(y);
     return result;
+}
+
+enum { MOST_BITS = 20000 };
+
+/* The point with so many bits that a gradient as small as its parts allow is told from 0. */
+static slong with_bits(struct state *s, struct points_point *p, const expr_id *grad, int count)
+{
+    struct points_space space = s->space;
+    space.constraint = s->con;
+    space.constraints = s->sol->constraints;
+    expr_id *root = sga_malloc((size_t)(count + 1) * sizeof *root);
+    int roots = 0;
+    for (int i = 0; i < count; i++)
+        if (grad[i])
+            root[roots++] = grad[i];
+    num_ball_extend(&p->ball);
+    expr_cone_of(s->st, &s->cone, root, roots);
+    slong need = points_needed_bits(&p->ball, s->cone.list, s->cone.count);
+    free(root);
+    if (need > MOST_BITS)
+        return 0;
+    if (space.constraints && !points_refine(&space, p, 2 * need))
+        return 0;
+    p->ball.prec = 2 * need;
+    num_ball_forget(&p->ball);
+    return need;
 }
 
 bool state_locally_constant(struct state *s, expr_id e)
@@ -66,8 +93,12 @@ bool state_locally_constant(struct state *s, expr_id e)
     }
     free(term);
     bool all = s->shadow->reals > 0;
-    for (int k = 0; k < s->shadow->reals && all; k++)
-        all = dependent_at(s, s->shadow->real + k, grad) == 1;
+    for (int k = 0; k < s->shadow->reals && all; k++)       /* few bits first: they tell most that vary */
+        all = dependent_at(s, s->shadow->real + k, grad, 60) == 1;
+    for (int k = 0; k < s->shadow->reals && all; k++) {
+        slong need = with_bits(s, s->shadow->real + k, grad, (c + 1) * n);
+        all = need && dependent_at(s, s->shadow->real + k, grad, need) == 1;
+    }
     free(grad);
     return all;
 }

@@ -30,6 +30,9 @@ void ech_clear(struct echelon *e)
 {
     for (int i = 0; i < e->pivots; i++)
         ech_row_clear(&e->pivot[i].row);
+    for (int i = 0; i < e->blocks; i++)
+        free(e->block[i].matrix);
+    free(e->block);
     free(e->pivot);
     free(e->pivot_of);
     free(e->work);
@@ -353,8 +356,10 @@ bool ech_eliminate(struct echelon *e, const struct ech_context *c, struct ech_ro
         } else {
             int z = ech_zero(c, row[i].rhs);
             ok = z >= 0;
-            if (z == 1)
+            if (z == 1) {
+                row[i].rest = row[i].rhs;
                 row[i].rhs = expr_int(c->st, 0);
+            }
             a.done[i] = 1;
         }
     }

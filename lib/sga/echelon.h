@@ -13,6 +13,7 @@ struct ech_op {
 struct ech_row {
     struct sys_entry *entry; int entries; size_t cap;
     expr_id rhs;
+    expr_id rest;          /* a right side that was found to vanish, before it became the constant 0 */
     int source;            /* row of the system, or rows + index of the constraint whose tangency it is */
     struct ech_op *op; int ops; size_t op_cap;
 };
@@ -24,6 +25,12 @@ struct ech_pivot {
     struct ech_row row;    /* still holds the pivot entry */
 };
 
+/* A dense block: its pivot rows are S^-1 times the rows that they came from. */
+struct ech_dense {
+    int first, size;       /* of its pivots */
+    expr_id *matrix;       /* S, size x size, by rows, in the order of the pivots */
+};
+
 struct echelon {
     int cols;
     struct ech_pivot *pivot; int pivots; size_t pivot_cap;
@@ -31,7 +38,7 @@ struct echelon {
     expr_id *work;         /* by column, 0 between uses */
     unsigned char *mark;
     int *touched;
-    int blocks;            /* dense blocks kept as solves: their determinants are assumed not 0 */
+    struct ech_dense *block; int blocks; size_t block_cap;   /* their determinants are assumed not 0 */
 };
 
 /* What the elimination asks of its surroundings. */

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "ends.h"
 #include "mem.h"
 #include "poly.h"
 
@@ -83,31 +84,101 @@ static enum graph graph_of(struct state *s, expr_id e)
     return graph;
 }
 
-/* |f| at the guess, or infinity without one. */
-static double value_near(struct state *s, expr_id f)
+double regular_value(struct state *s, expr_id f, const double *x, double t)
 {
-    if (!s->options->near)
-        return INFINITY;
     struct num_ball b;
     num_ball_init(&b, s->st, 64);
     for (int i = 0; i < s->sys->parameters; i++)
         num_ball_set_d(&b, s->parameter_symbol[i], 1.25);
     for (int j = 0; j < s->sys->variables; j++)
-        num_ball_set_d(&b, s->variable[j], s->options->near[j]);
-    num_ball_set_d(&b, s->sys->time, s->options->near_time);
+        num_ball_set_d(&b, s->variable[j], x[j]);
+    num_ball_set_d(&b, s->sys->time, t);
     expr_cone_of(s->st, &s->cone, &f, 1);
     num_ball_list(&b, s->cone.list, s->cone.count);
-    double v = fabs(arf_get_d(arb_midref(num_ball_value(&b, f)), ARF_RND_NEAR));
+    double v = arf_get_d(arb_midref(num_ball_value(&b, f)), ARF_RND_NEAR);
     num_ball_clear(&b);
-    return isfinite(v) ? v : INFINITY;
+    return v;
 }
 
+/* How far o's functions are from 0 at a place. */
+static double option_value(struct state *s, const struct regular_option *o, const double *x, double t)
+{
+    double far = 0;
+    for (int i = 0; i < o->count && isfinite(far); i++) {
+        double v = fabs(regular_value(s, o->out[i], x, t));
+        far = isfinite(v) ? fmax(far, v) : INFINITY;
+    }
+    return far;
+}
+
+enum { DEPTH = 5 };
+
+static struct regular form_at(struct state *s, expr_id e, int depth);
+
+static bool same_option(const struct regular_option *o, const expr_id *out, int count)
+{
+    bool same = o->count == count;
+    for (int i = 0; i < count && same; i++) {
+        bool in = false;
+        for (int k = 0; k < count; k++)
+            in |= o->out[k] == out[i];
+        same = in;
+    }
+    return same;
+}
+
+/* Each option once. */
 static void add_option(struct regular *r, const expr_id *out, int count)
 {
+    for (int i = 0; i < r->options; i++)
+        if (same_option(r->option + i, out, count))
+            return;
     r->option = sga_realloc(r->option, (size_t)(r->options + 1) * sizeof *r->option);
     struct regular_option *o = r->option + r->options++;
     o->count = count;
-    o->out = memcpy(sga_malloc((size_t)count * sizeof *out), out, (size_t)count * sizeof *out);
+    o->out = sga_malloc((size_t)(count + 1) * sizeof *out);
+    if (count)
+        memcpy(o->out, out, (size_t)count * sizeof *out);
+}
+
+/* The functions of both, each once. */
+static void add_joined(struct regular *r, const struct regular_option *a, const struct regular_option *b)
+{
+    int n = 0;
+    expr_id *out = sga_malloc((size_t)(a->count + b->count + 1) * sizeof *out);
+    for (int i = 0; i < a->count + b->count; i++) {
+        expr_id f = i < a->count ? a->out[i] : b->out[i - a->count];
+        bool known = false;
+        for (int k = 0; k < n; k++)
+            known |= out[k] == f;
+        if (!known)
+            out[n++] = f;
+    }
+    add_option(r, out, n);
+    free(out);
+}
+
+/* Functions that vanish together, each in its regular form: the ways in which they can. No
+ * option comes out where one of them never vanishes. */
+static struct regular together(struct state *s, const expr_id *f, int count, int depth)
+{
+    enum { WAYS = 16 };
+    struct regular all = { .answer = REGULAR_REPLACED };
+    add_option(&all, NULL, 0);
+    for (int i = 0; i < count && all.options; i++) {
+        struct regular own = form_at(s, f[i], depth + 1), next = { .answer = REGULAR_REPLACED };
+        if (own.options * all.options > WAYS) {     /* too many: left as it is */
+            regular_clear(&own);
+            add_option(&own, f + i, 1);
+        }
+        for (int k = 0; k < all.options; k++)
+            for (int m = 0; m < own.options; m++)
+                add_joined(&next, all.option + k, own.option + m);
+        regular_clear(&all);
+        regular_clear(&own);
+        all = next;
+    }
+    return all;
 }
 
 /* A factor matters if it depends on variables or time, may vanish, and does not keep one
@@ -134,35 +205,6 @@ static void assume(struct state *s, expr_id factor)
     s->assumed[s->assumptions++] = factor;
 }
 
-/* cos u = 1 and its like hold where the cosine is at an end of its range, so the
- * differential vanishes with them: a function of half the angle has the same zeros and is
- * regular. Otherwise e itself. */
-static expr_id at_extreme(struct state *s, expr_id e)
-{
-    struct expr_store *st = s->st;
-    struct expr_node n = st->node[e];
-    if (n.op != EXPR_ADD && n.op != EXPR_SUB)
-        return e;
-    bool first = expr_is_const(st, n.a);
-    expr_id k = first ? n.a : n.b, f = first ? n.b : n.a;
-    bool one = expr_is_one(st, k), minus = expr_is_int(st, k, -1);
-    if (!one && !minus)
-        return e;
-    bool top = one == (n.op == EXPR_SUB);          /* f = 1, or f = -1 */
-    expr_id half = EXPR_UNDEF, u = st->node[f].a;
-    enum expr_op op = expr_op_of(st, f);
-    if (op == EXPR_COS || op == EXPR_SIN)
-        half = expr_mul(st, expr_rational(st, 1, 2), u);
-    if (op == EXPR_COS)
-        return expr_fun(st, top ? EXPR_SIN : EXPR_COS, half);
-    if (op == EXPR_SIN) {
-        expr_id shift = expr_mul(st, expr_rational(st, top ? -1 : 1, 4), expr_pi(st));
-        return expr_fun(st, EXPR_SIN, expr_add(st, half, shift));
-    }
-    return op == EXPR_COSH && top ? u : e;
-}
-
-static struct regular from_shape(struct state *s, expr_id e, bool alone);
 
 static void move_options(struct regular *to, struct regular *from)
 {
@@ -171,8 +213,23 @@ static void move_options(struct regular *to, struct regular *from)
     regular_clear(from);
 }
 
+/* What f = 0 says of its parts, where that is more than f itself: true, with the options. */
+static bool by_ends(struct state *s, expr_id f, int depth, struct regular *r)
+{
+    struct ends e = ends_of(s, f);
+    bool changed = e.changed;
+    for (int i = 0; i < e.options; i++)
+        changed = changed && e.option[i].count > 0;
+    for (int i = 0; i < e.options && changed; i++) {
+        struct regular sub = together(s, e.option[i].out, e.option[i].count, depth);
+        move_options(r, &sub);
+    }
+    ends_clear(&e);
+    return changed;
+}
+
 /* The factors that matter are the branches. */
-static void from_factors(struct state *s, expr_id e, struct regular *r, const struct poly_factors *f)
+static void from_factors(struct state *s, expr_id e, struct regular *r, const struct poly_factors *f, int depth)
 {
     bool plain = true;       /* one simple factor, nothing else dropped */
     for (int i = 0; i < f->factors; i++) {
@@ -185,19 +242,12 @@ static void from_factors(struct state *s, expr_id e, struct regular *r, const st
             continue;
         if (q->sum_of_even_powers && q->radicals > 0) {
             plain = false;
-            add_option(r, q->radical, q->radicals);
-            struct regular_option *o = r->option + r->options - 1;
-            for (int k = 0; k < o->count; k++)
-                o->out[k] = strip(s, o->out[k]);
-            continue;
-        }
-        expr_id better = at_extreme(s, q->expr), inner = strip(s, better);
-        plain = plain && inner == q->expr;
-        if (inner == better) {
-            add_option(r, &better, 1);
-        } else {              /* abs(u), sqrt(u), ... vanish with u, which may be a product */
-            struct regular sub = from_shape(s, inner, true);
+            struct regular sub = together(s, q->radical, q->radicals, depth);
             move_options(r, &sub);
+        } else if (depth < DEPTH && by_ends(s, q->expr, depth, r)) {
+            plain = false;
+        } else {
+            add_option(r, &q->expr, 1);
         }
     }
     r->answer = !r->options ? REGULAR_NEVER : REGULAR_REPLACED;
@@ -207,11 +257,17 @@ static void from_factors(struct state *s, expr_id e, struct regular *r, const st
     }
 }
 
+/* The same at the guess; infinity without one. */
+static double option_near(struct state *s, const struct regular_option *o)
+{
+    return s->options->near ? option_value(s, o, s->options->near, s->options->near_time) : INFINITY;
+}
+
 /* Nearest to the guess first. */
 static void sort_options(struct state *s, struct regular *r)
 {
     for (int i = 1; i < r->options; i++)
-        for (int k = i; k > 0 && value_near(s, r->option[k].out[0]) < value_near(s, r->option[k - 1].out[0]); k--) {
+        for (int k = i; k > 0 && option_near(s, r->option + k) < option_near(s, r->option + k - 1); k--) {
             struct regular_option o = r->option[k];
             r->option[k] = r->option[k - 1];
             r->option[k - 1] = o;
@@ -270,9 +326,8 @@ static int shape_factors(struct state *s, expr_id e, expr_id *part, int most)
     return count;
 }
 
-/* Part by part: what is too large to factor as a whole, or (alone) what stood inside a
- * function that vanishes with it. */
-static struct regular from_shape(struct state *s, expr_id e, bool alone)
+/* Part by part: what is too large to factor as a whole. */
+static struct regular from_shape(struct state *s, expr_id e)
 {
     enum { PARTS = 24 };
     struct regular r = { .answer = REGULAR_REPLACED };
@@ -282,9 +337,9 @@ static struct regular from_shape(struct state *s, expr_id e, bool alone)
         struct poly_limits limits = small;
         struct poly_factors f;
         limits.budget = s->options->budget;
-        if ((parts > 1 || alone) && poly_numerator_factors(s->st, part[i], &limits, &f)) {
+        if (parts > 1 && poly_numerator_factors(s->st, part[i], &limits, &f)) {
             struct regular q = { .answer = REGULAR_KEEP };
-            from_factors(s, part[i], &q, &f);
+            from_factors(s, part[i], &q, &f, DEPTH);
             poly_factors_clear(&f);
             move_options(&r, &q);
         } else {
@@ -298,7 +353,7 @@ static struct regular from_shape(struct state *s, expr_id e, bool alone)
     return r;
 }
 
-static struct regular form_of(struct state *s, expr_id e)
+static struct regular form_at(struct state *s, expr_id e, int depth)
 {
     struct regular r = { .answer = REGULAR_KEEP };
     if (facts(s, e) & EXPR_NONZERO) {
@@ -306,26 +361,57 @@ static struct regular form_of(struct state *s, expr_id e)
         return r;
     }
     enum graph graph = graph_of(s, e);
-    if (graph == PLAIN_GRAPH) {
+    if (graph == PLAIN_GRAPH || depth > DEPTH) {
         add_option(&r, &e, 1);
+        return r;
+    }
+    if (by_ends(s, e, depth, &r)) {
+        r.answer = r.options ? REGULAR_REPLACED : REGULAR_NEVER;
         return r;
     }
     struct poly_limits limits = small;
     struct poly_factors f;
     limits.budget = s->options->budget;
     if (poly_numerator_factors(s->st, e, &limits, &f)) {
-        from_factors(s, e, &r, &f);
+        from_factors(s, e, &r, &f, depth);
         poly_factors_clear(&f);
     } else if (graph == GRAPH) {
         add_option(&r, &e, 1);
     } else {
-        r = from_shape(s, e, false);
+        r = from_shape(s, e);
         s->sol->not_factored = true;
     }
+    return r;
+}
+
+static struct regular form_of(struct state *s, expr_id e)
+{
+    struct regular r = form_at(s, e, 0);
     sort_options(s, &r);
     if (r.options > 1)
         follow_route(s, e, &r);
     return r;
+}
+
+struct regular_option regular_nearest(struct state *s, expr_id e, const double *x, double t)
+{
+    struct regular r = form_at(s, e, 0);
+    struct regular_option best = { 0 };
+    int at = -1;
+    double least = INFINITY;
+    for (int k = 0; k < r.options; k++) {
+        double v = option_value(s, r.option + k, x, t);
+        if (v < least) {
+            least = v;
+            at = k;
+        }
+    }
+    if (at >= 0) {
+        best = r.option[at];
+        r.option[at].out = NULL;
+    }
+    regular_clear(&r);
+    return best;
 }
 
 /* Whether e divides by something that may vanish. */

@@ -28,6 +28,11 @@ struct regular {
 struct regular regular_form(struct state *s, expr_id e);
 void regular_clear(struct regular *r);
 
+/* f at a place (x by variable), parameters at some general value; NaN where it has none. */
+double regular_value(struct state *s, expr_id f, const double *x, double t);
+/* The way in which e vanishes that is nearest to a place: the caller frees out (NULL: none). */
+struct regular_option regular_nearest(struct state *s, expr_id e, const double *x, double t);
+
 /* e and all constraints, pending ones too, are affine in the variables: then nothing can be
  * a product or irregular on the present set only. */
 bool regular_all_affine(struct state *s, expr_id e);

@@ -5,28 +5,9 @@
 #include <string.h>
 
 #include "mem.h"
-#include "print.h"
+#include "routes.h"
 
-enum { ROUTES = 16, STRATA_DEPTH = 3, STRATA = 24 };
-
-static char *store_text(const struct expr_store *st, expr_id e)
-{
-    struct sga_buf text = { 0 };
-    if (!expr_print(st, e, 300, &text))
-        sga_buf_puts(&text, "(a long expression)");
-    return sga_buf_take(&text);
-}
-
-/* What is known of the routes tried. */
-struct routes {
-    struct route now, best;
-    int final;                 /* the largest dimension that a route led to; -1: none yet */
-    int tried, failed;
-    bool left;                 /* some were not tried */
-    struct sga_error error;    /* the first failure of a branch */
-    uint64_t seed;
-    expr_id *pivot; int pivots; size_t pivot_cap;   /* what runs that ended empty divided by, where it may vanish */
-};
+enum { ROUTES = 16 };
 
 /* The next route: the last decision that has an option left takes it, those after it are
  * forgotten. False where there is none. */
@@ -70,7 +51,7 @@ static bool is_local(enum sga_code code)
     return code == SGA_E_NO_REAL_POINT || code == SGA_E_IRREGULAR || code == SGA_E_UNDECIDED || code == SGA_E_SPLIT;
 }
 
-static void restart(struct points_shadow *shadow, uint64_t seed, struct sga_solution *solution)
+void routes_restart(struct points_shadow *shadow, uint64_t seed, struct sga_solution *solution)
 {
     sga_solution_clear(solution);
     points_shadow_forget(shadow);
@@ -82,8 +63,8 @@ static void keep_pivots(struct routes *r, const struct sys_system *system, const
 {
     struct expr_facts facts;
     expr_facts_init(&facts);
-    for (int q = 0; q < solution->pivots; q++) {
-        expr_id v = solution->pivot[q].value;
+    for (int q = 0; q < solution->pivots + solution->deads; q++) {
+        expr_id v = q < solution->pivots ? solution->pivot[q].value : solution->dead[q - solution->pivots].value;
         unsigned f = expr_facts_of(&facts, system->store, v);
         bool known = f & EXPR_NONZERO || !(f & EXPR_HAS_VARIABLE);
         for (int i = 0; i < r->pivots && !known; i++)
@@ -96,9 +77,7 @@ static void keep_pivots(struct routes *r, const struct sys_system *system, const
     expr_facts_clear(&facts);
 }
 
-/* Run routes until one leads to points (with a guess) or all are known (without: the
- * largest set is the generic one). False: a failure that ends the job. */
-static bool explore(struct routes *r, const struct sys_system *system, const struct sga_options *options,
+bool routes_explore(struct routes *r, const struct sys_system *system, const struct sga_options *options,
                     struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
 {
     for (;;) {
@@ -124,62 +103,22 @@ static bool explore(struct routes *r, const struct sys_system *system, const str
         if (!r->left || r->tried >= ROUTES)
             return true;
         next_route(&r->now);
-        restart(shadow, r->seed, solution);
+        routes_restart(shadow, r->seed, solution);
     }
 }
 
-static void routes_clear(struct routes *r)
+void routes_clear(struct routes *r)
 {
     free(r->now.at);
     free(r->best.at);
     free(r->pivot);
 }
 
-/* General points contradict the system: whether points do where a pivot vanishes, too. True
- * if all of these sets are empty as well; otherwise err tells which is not, or not known. */
-static bool strata_empty(const struct routes *above, const struct sys_system *system, const struct sga_options *options,
-                         int depth, struct sga_error *err)
-{
-    bool empty = true;
-    if (above->pivots && (depth == 0 || above->pivots > STRATA))
-        return sga_fail(err, SGA_E_UNDECIDED, "at general points the equations contradict each other, but they have too many "
-                        "special points to look at; restrict the system to those that are meant");
-    for (int i = 0; i < above->pivots && empty; i++) {
-        struct sys_system part = *system;
-        struct sga_solution solution = { 0 };
-        struct routes r = { .final = -1, .seed = above->seed };
-        part.restriction = sga_malloc((size_t)(system->restrictions + 1) * sizeof *part.restriction);
-        for (int k = 0; k < system->restrictions; k++)
-            part.restriction[k] = system->restriction[k];
-        part.restriction[part.restrictions++] = above->pivot[i];
-        struct points_shadow shadow;
-        points_shadow_init(&shadow, above->seed);
-        empty = explore(&r, &part, options, &shadow, &solution, err);
-        points_shadow_clear(&shadow);
-        if (empty && r.final >= 0) {
-            char *text = store_text(system->store, above->pivot[i]);
-            empty = sga_fail(err, SGA_E_SPLIT, "at general points the equations contradict each other, but they have solutions "
-                             "where %s vanishes; put that into restrict to solve the system there", text);
-            free(text);
-        } else if (empty && ((r.failed && r.error.code != SGA_E_NO_REAL_POINT) || r.left)) {
-            char *text = store_text(system->store, above->pivot[i]);
-            empty = sga_fail(err, SGA_E_UNDECIDED, "at general points the equations contradict each other; what holds where "
-                             "%s vanishes could not be found: %.200s", text, r.error.detail);
-            free(text);
-        }
-        empty = empty && strata_empty(&r, &part, options, depth - 1, err);
-        sga_solution_clear(&solution);
-        routes_clear(&r);
-        free(part.restriction);
-    }
-    return empty;
-}
-
 bool sga_solve(const struct sys_system *system, const struct sga_options *options,
                struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
 {
     struct routes r = { .final = -1, .seed = shadow->random };
-    bool ok = explore(&r, system, options, shadow, solution, err);
+    bool ok = routes_explore(&r, system, options, shadow, solution, err);
     if (ok && r.final < 0 && r.failed) {      /* empty as far as known, but not known of every branch */
         *err = r.error;
         ok = false;
@@ -187,9 +126,9 @@ bool sga_solve(const struct sys_system *system, const struct sga_options *option
         ok = sga_fail(err, SGA_E_UNDECIDED, "the constraints have many branches, and the first %d of them are empty; "
                       "give trajectory.initial on the branch that is meant", ROUTES);
     } else if (ok && r.final < 0) {
-        ok = strata_empty(&r, system, options, STRATA_DEPTH, err);
+        ok = special_solve(&r, system, options, shadow, solution, err);
     } else if (ok && !same_route(&r.now, &r.best)) {
-        restart(shadow, r.seed, solution);
+        routes_restart(shadow, r.seed, solution);
         ok = state_solve(system, options, shadow, &r.best, solution, err);
     }
     if (!ok && !err->stage[0])

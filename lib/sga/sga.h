@@ -30,16 +30,37 @@ struct sga_part {
 struct sga_constraint {
     expr_id expr;          /* vanishes on P_generation */
     int generation;        /* from 1 */
+    bool chosen;           /* one of several branches of a product */
     enum sga_origin origin;
+    int restriction;       /* which one it came from; -1: none */
     struct sga_part *part; int parts;
     expr_id replaced;      /* the function that arose, where a regular one took its place; or EXPR_UNDEF */
+    bool near_point;       /* that holds near the points; what was replaced may have more zeros elsewhere */
     expr_id base; int order;  /* expr is order! times the order-th flow coefficient of base */
+    int source;            /* row of the system, or rows + index of the constraint whose tangency it was; -1 */
+};
+
+/* A row of the last elimination that gave neither pivot nor constraint: the sum of its
+ * parts has no velocities left, and its right side `rest` vanishes on P_generation (0: on
+ * all of M). */
+struct sga_vanished {
+    int source;            /* as in struct sga_constraint */
+    int generation;
+    expr_id rest;
+    struct sga_part *part; int parts;
 };
 
 struct sga_pivot {
     int col;               /* -1: a factor in parameters only, dropped from a constraint */
     expr_id value;         /* assumed not zero */
     int generation;        /* in which elimination it was chosen (0: the rows of A) */
+    int source;            /* as in struct sga_constraint; -1 where col is */
+};
+
+/* The zero set of a factor of a product, where another one was followed. */
+struct sga_branch {
+    expr_id expr;
+    int before;            /* how many constraints stood when the product was met */
 };
 
 struct sga_solution {
@@ -51,14 +72,24 @@ struct sga_solution {
     expr_id *field;                    /* by variable: X with every free function 0 */
     int *free_column; int free_columns;
     expr_id *gauge;                    /* free_columns x variables, by rows */
-    expr_id *branch; int branches;     /* factors of products whose zero sets were not followed */
+    struct sga_branch *branch; int branches;
+    struct sga_pivot *dead; int deads; /* divided by on a larger set, zero on the smaller one */
+    /* Where general points contradict the system, but points where these functions vanish do
+     * not: the answer is that of the restriction to them, the largest such set. `other` lists
+     * functions whose zero sets hold solutions too. */
+    expr_id *special; int specials;
+    expr_id *other; int others;
+    bool empty_restriction;            /* inconsistent: the restriction has no zeros at all */
     bool depends_on_time;              /* some row, restriction or constraint depends on t */
     expr_id contradiction;             /* for inconsistent: what would have to vanish */
     struct sga_part *contradiction_part; int contradiction_parts;
     char contradiction_why[160];
     int dense_blocks;                  /* solved as a whole: their determinants are assumed not 0 */
+    int *scale;                        /* by variable, for sampling (points_space), or NULL; owned */
+    struct points_side *side; int sides;   /* of surfaces that zero decisions rest on: the answer holds there; owned */
     bool not_factored;                 /* some constraint was too large to be searched for branches */
-    int redundant_rows;                /* rows of the system that follow from the others */
+    int redundant_rows;                /* rows of the system that follow from the others (at least) */
+    struct sga_vanished *vanished; int vanished_rows;   /* only where options.rows asks for them */
 };
 
 struct sga_options {
@@ -67,6 +98,7 @@ struct sga_options {
     const struct sga_budget *budget;
     bool combinations;                      /* work out the parts of each constraint */
     bool gauge_fields;
+    bool rows;                              /* keep what became of rows that vanish; needs combinations */
 };
 
 /* Runs the reduction. The shadow is initialised by the caller and holds points of Pf at

@@ -1,10 +1,12 @@
 /* The main loop of the stabilization general algorithm. */
+#include "block.h"
 #include "state.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 #include "mem.h"
+#include "scaling.h"
 
 const char *sga_verdict_text(enum sga_verdict v)
 {
@@ -16,6 +18,8 @@ void sga_solution_clear(struct sga_solution *sol)
 {
     for (int i = 0; i < sol->constraints; i++)
         free(sol->constraint[i].part);
+    free(sol->side);
+    free(sol->scale);
     free(sol->constraint);
     free(sol->dimension);
     free(sol->pivot);
@@ -23,7 +27,13 @@ void sga_solution_clear(struct sga_solution *sol)
     free(sol->free_column);
     free(sol->gauge);
     free(sol->branch);
+    free(sol->dead);
+    free(sol->special);
+    free(sol->other);
     free(sol->contradiction_part);
+    for (int i = 0; i < sol->vanished_rows; i++)
+        free(sol->vanished[i].part);
+    free(sol->vanished);
     *sol = (struct sga_solution){ 0 };
 }
 
@@ -34,6 +44,28 @@ int sga_stages(const struct sga_solution *sol, int *end)
         if (i + 1 == sol->constraints || sol->constraint[i + 1].generation != sol->constraint[i].generation)
             end[stages++] = i + 1;
     return stages;
+}
+
+/* Natural sizes of the variables, where they lie far from 1. */
+static int *natural_sizes(const struct sys_system *sys, const int *variable)
+{
+    struct scaling *w = scaling_new(sys->store, variable, sys->variables);
+    int *scale = NULL;
+    if (!w)
+        return NULL;
+    for (int i = 0; i < sys->rows; i++) {
+        scaling_sum(w);
+        scaling_add(w, sys->row[i].alpha, -1);
+        for (int k = 0; k < sys->row[i].entries; k++)
+            scaling_add(w, sys->row[i].entry[k].value, sys->row[i].entry[k].col);
+    }
+    for (int i = 0; i < sys->restrictions; i++) {
+        scaling_sum(w);
+        scaling_add(w, sys->restriction[i], -1);
+    }
+    scale = scaling_solve(w);
+    scaling_free(w);
+    return scale;
 }
 
 static void state_init(struct state *s, const struct sys_system *sys, const struct sga_options *options,
@@ -63,6 +95,7 @@ static void state_init(struct state *s, const struct sys_system *sys, const stru
         .parameters = sys->parameters, .time = sys->time, .near = options->near,
         .near_time = options->near_time, .budget = options->budget,
     };
+    s->space.scale = sol->scale = natural_sizes(sys, s->variable);
     s->ctx = (struct ech_context){ .st = st, .facts = &s->facts, .shadow = shadow, .budget = options->budget,
                                    .record = options->combinations, .err = err };
 }
@@ -104,11 +137,9 @@ static int harvest(struct state *s, struct ech_row *row, int rows, struct candid
         struct ech_row *r = row + i;
         if (!r->rhs || r->entries)
             continue;
-        if (expr_is_zero(s->st, r->rhs)) {
-            s->sol->redundant_rows += r->source < s->sys->rows;
+        if (expr_is_zero(s->st, r->rhs))
             continue;
-        }
-        struct candidate c = { .expr = r->rhs, .base = r->rhs, .origin = SGA_FROM_ROWS, .source = r->source,
+        struct candidate c = { .expr = r->rhs, .base = r->rhs, .origin = SGA_FROM_ROWS, .source = r->source, .restriction = -1,
                                .op = r->op, .ops = r->ops };
         if (r->source >= s->sys->rows) {
             const struct sga_constraint *from = s->sol->constraint + (r->source - s->sys->rows);
@@ -132,6 +163,49 @@ static void free_rows(struct ech_row *row, int rows)
     free(row);
 }
 
+/* By source: 1 where some constraint rests on the row, as its origin or in its combination. */
+static unsigned char *rows_used(const struct sga_solution *sol, int rows)
+{
+    unsigned char *used = sga_calloc((size_t)(rows + sol->constraints) + 1, 1);
+    for (int i = 0; i < sol->constraints; i++) {
+        const struct sga_constraint *c = sol->constraint + i;
+        if (c->source >= 0)
+            used[c->source] = 1;
+        for (int k = 0; k < c->parts; k++)
+            if (c->part[k].row >= 0)
+                used[c->part[k].row] = 1;
+    }
+    return used;
+}
+
+/* Rows that ended without entries and gave no constraint, after the candidates of
+ * generation g were admitted; the elimination was done on P_before. Those that earlier eliminations used are no consequences:
+ * where a pivot died in between, rows may have changed their places. */
+static void note_vanished(struct state *s, const struct ech_row *row, int rows, int before, int g)
+{
+    struct sga_solution *sol = s->sol;
+    unsigned char *used = rows_used(sol, s->sys->rows);
+    for (int i = 0; i < rows; i++) {
+        const struct ech_row *r = row + i;
+        bool own = r->source < s->sys->rows;
+        if (!r->rhs || r->entries || (!own && !s->options->rows))
+            continue;
+        if (used[r->source] || (own && s->restarted && (s->blocks_lost || !s->options->combinations)))
+            continue;
+        sol->redundant_rows += own;
+        if (!s->options->rows)
+            continue;
+        bool zero = expr_is_zero(s->st, r->rhs);
+        SGA_RESERVE(sol->vanished, s->vanished_cap, sol->vanished_rows + 1);
+        struct sga_vanished *v = sol->vanished + sol->vanished_rows++;
+        *v = (struct sga_vanished){ .source = r->source, .generation = zero ? before : g,
+                                    .rest = !zero ? r->rhs : r->rest ? r->rest : r->rhs };
+        struct candidate c = { .expr = v->rest, .source = r->source, .restriction = -1, .op = r->op, .ops = r->ops };
+        state_combine(s, &c, &v->part, &v->parts);
+    }
+    free(used);
+}
+
 /* Every pivot so far, asked again at the points of the smaller set: 1 all stand, 0 one
  * died, -1 undecided. */
 static int pivots_stand(struct state *s)
@@ -141,15 +215,25 @@ static int pivots_stand(struct state *s)
         if (z)
             return z < 0 ? -1 : 0;
     }
-    return 1;
+    return ech_blocks_stand(&s->ech, s->shadow);
 }
 
 /* Begin the echelon form anew: all rows are pending again. */
 static void forget_pivots(struct state *s)
 {
+    struct sga_solution *sol = s->sol;
+    sol->dead = sga_realloc(sol->dead, (size_t)(sol->deads + s->ech.pivots + 1) * sizeof *sol->dead);
+    for (int q = 0; q < s->ech.pivots; q++)
+        if (!expr_is_const(s->st, s->ech.pivot[q].value))
+            sol->dead[sol->deads++] = (struct sga_pivot){ s->ech.pivot[q].col, s->ech.pivot[q].value,
+                                                          s->ech.pivot[q].generation, s->ech.pivot[q].row.source };
+    s->blocks_lost |= s->ech.blocks > 0;
     ech_clear(&s->ech);
     ech_init(&s->ech, s->sys->variables);
     s->started = false;
+    s->restarted = true;
+    while (s->sol->vanished_rows)
+        free(s->sol->vanished[--s->sol->vanished_rows].part);
     expr_flow_clear(&s->flow);
     expr_flow_init(&s->flow, s->st);
     memset(s->determined, 0, (size_t)s->sys->variables);
@@ -164,7 +248,8 @@ static void forget_pivots(struct state *s)
  * Returns how many constraints were added, or -1. */
 static int round_of(struct state *s, int from, int to, int g)
 {
-    int rows = 0, added = -1;
+    int rows = 0, added = -1, last = s->sol->constraints;
+    int before = last ? s->sol->constraint[last - 1].generation : 0;
     struct ech_row *row;
     if (!s->started) {
         row = system_rows(s, to - from);
@@ -181,6 +266,8 @@ static int round_of(struct state *s, int from, int to, int g)
         struct candidate *cand;
         int count = harvest(s, row, rows, &cand);
         added = state_admit(s, cand, count, g);
+        if (added >= 0 && !s->inconsistent)
+            note_vanished(s, row, rows, before, g);
         free(cand);
     }
     free_rows(row, rows);
@@ -270,7 +357,7 @@ static bool start(struct state *s, int *added)
     struct candidate *cand = sga_calloc((size_t)n + 1, sizeof *cand);
     for (int i = 0; i < n; i++)
         cand[i] = (struct candidate){ .expr = s->sys->restriction[i], .base = s->sys->restriction[i],
-                                      .origin = SGA_FROM_RESTRICTION, .source = -1 };
+                                      .origin = SGA_FROM_RESTRICTION, .source = -1, .restriction = i };
     *added = n ? state_admit(s, cand, n, 1) : 0;
     free(cand);
     return *added >= 0;
@@ -282,8 +369,10 @@ static bool run(struct state *s)
     int added = 0, more, done = 0;
     if (!start(s, &added))
         return false;
-    if (s->inconsistent)
+    if (s->inconsistent) {
+        s->sol->empty_restriction = true;
         return true;
+    }
     more = generation(s, 0, 0, 1);      /* compatibility on the zero set of the restriction */
     if (more < 0)
         return false;
@@ -303,6 +392,17 @@ static bool run(struct state *s)
     return true;
 }
 
+/* A contradiction that rests on one side of a surface says nothing of the other. */
+static bool contradiction_on_side(struct state *s)
+{
+    const struct points_side *side = s->shadow->side;
+    char *text = state_text(s, side->function);
+    sga_fail(s->err, SGA_E_SPLIT, "where %s %s 0 the equations contradict each other; what holds on the other side was not "
+             "looked at; give trajectory.initial there, or write the system for the side that is meant", text, side->sign > 0 ? ">" : "<");
+    free(text);
+    return false;
+}
+
 static void conclude(struct state *s)
 {
     struct sga_solution *sol = s->sol;
@@ -315,12 +415,15 @@ static void conclude(struct state *s)
                        : point && !sol->depends_on_time ? SGA_ISOLATED : SGA_UNIQUE;
     }
     sol->dense_blocks = s->ech.blocks;
+    sol->sides = s->shadow->sides;
+    if (sol->sides)
+        sol->side = memcpy(sga_malloc((size_t)sol->sides * sizeof *sol->side), s->shadow->side, (size_t)sol->sides * sizeof *sol->side);
     sol->pivot = sga_malloc((size_t)(s->ech.pivots + s->assumptions + 1) * sizeof *sol->pivot);
     for (int q = 0; q < s->ech.pivots; q++)
         sol->pivot[sol->pivots++] = (struct sga_pivot){ s->ech.pivot[q].col, s->ech.pivot[q].value,
-                                                        s->ech.pivot[q].generation };
+                                                        s->ech.pivot[q].generation, s->ech.pivot[q].row.source };
     for (int q = 0; q < s->assumptions; q++)
-        sol->pivot[sol->pivots++] = (struct sga_pivot){ -1, s->assumed[q], 0 };
+        sol->pivot[sol->pivots++] = (struct sga_pivot){ -1, s->assumed[q], 0, -1 };
 }
 
 bool state_solve(const struct sys_system *system, const struct sga_options *options, struct points_shadow *shadow,
@@ -328,11 +431,14 @@ bool state_solve(const struct sys_system *system, const struct sga_options *opti
 {
     struct state s;
     state_init(&s, system, options, shadow, route, solution, err);
+    shadow->sides = 0;
     bool ok = run(&s);
     if (ok && !expr_store_ok(s.st)) {
         *err = s.st->error;
         ok = false;
     }
+    if (ok && s.inconsistent && shadow->sides)
+        ok = contradiction_on_side(&s);
     if (ok)
         conclude(&s);
     else if (!err->stage[0])

@@ -9,8 +9,10 @@
 struct candidate {
     expr_id expr;
     expr_id base; int order;      /* see struct sga_constraint */
+    expr_id arose;                /* what it is a part of, where that was split up; or EXPR_UNDEF */
     enum sga_origin origin;
     int source;                   /* of the row it is the right side of; -1 for a restriction */
+    int restriction;              /* which one; -1: none */
     struct ech_op *op; int ops;   /* borrowed from that row */
 };
 
@@ -60,6 +62,9 @@ struct state {
     int solved_count;
     bool inconsistent;
     bool started;                         /* the system's rows are in the echelon form */
+    bool restarted;                       /* a pivot died on a smaller set, and they were put in anew */
+    bool blocks_lost;                     /* ... and dense blocks with them, whose combinations are not known */
+    size_t vanished_cap;
 };
 
 /* Tangency of constraint i as a row over the undetermined columns:

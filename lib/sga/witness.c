@@ -6,6 +6,7 @@
 
 #include "differentials.h"
 #include "mem.h"
+#include "sides.h"
 
 /* Balls widen along long eliminations: more bits where the first do not tell. */
 static const slong witness_bits[] = { 160, 640, 2560, 10240, 40960 };
@@ -147,6 +148,19 @@ static bool check_point(struct check *c)
     return ok;
 }
 
+/* Whether the point is on the sides of surfaces that the answer is about. */
+static bool on_sides(struct check *c)
+{
+    const struct sga_solution *sol = c->claim->solution;
+    if (!sol->sides)
+        return true;
+    c->prec = c->point->ball.prec;
+    transfer(c);
+    bool on = points_on_sides(c->sys->store, &c->own, sol->side, sol->sides);
+    num_ball_clear(&c->own);
+    return on;
+}
+
 /* check_point with as many bits as it takes. */
 static bool check_levels(struct check *c, const struct points_space *space)
 {
@@ -180,7 +194,7 @@ bool sga_witness_check(const struct sys_system *system, const struct sga_claim *
         .st = claim->st, .variable = claim->variable, .variables = claim->variables,
         .parameter = claim->parameter, .parameters = claim->parameters, .time = claim->time,
         .constraint = claim->constraint, .constraints = claim->constraints,
-        .near = near, .near_time = near_time, .budget = budget,
+        .near = near, .near_time = near_time, .scale = claim->solution->scale, .budget = budget,
     };
     struct points_space clock = space;
     clock.variable = &claim->time;
@@ -195,6 +209,7 @@ bool sga_witness_check(const struct sys_system *system, const struct sga_claim *
     mag_init(c.part);
     *result = (struct sga_witness){ .certified = true };
     bool ok = true;
+    int again = 0;
     uint64_t random = seed;
     int *end = sga_calloc((size_t)claim->solution->generations + 1, sizeof *end), stages = sga_stages(claim->solution, end);
     for (int k = 0; k < points && ok; k++) {
@@ -206,6 +221,12 @@ bool sga_witness_check(const struct sys_system *system, const struct sga_claim *
             ok = sga_budget_ok(budget, err);
         else if (status != POINTS_OK)
             ok = k > 0 ? true : sga_fail(err, SGA_E_UNDECIDED, "the witness found no fresh point of the final set");
+        if (status == POINTS_OK && !on_sides(&c)) {
+            points_point_clear(&p);       /* the answer does not speak of this one */
+            again++;
+            k -= again < 20;
+            continue;
+        }
         if (status == POINTS_OK) {
             ok = check_levels(&c, &space);
             result->points += ok;

@@ -9,11 +9,12 @@
 #include "leastnorm.h"
 #include "mem.h"
 #include "poly.h"
+#include "print.h"
 
 /* A pivot this much smaller than at the start hands over to the general way. */
 static const double PIVOT_SHRUNK = 1e-5;
 
-static int *input_symbols(const struct sys_system *sys)
+int *field_inputs(const struct sys_system *sys)
 {
     int n = sys->variables, *inputs = sga_malloc((size_t)(n + 1) * sizeof *inputs);
     for (int j = 0; j < n; j++)
@@ -44,9 +45,12 @@ static struct num_tape *direct_tape(struct field *f, const struct sga_solution *
 {
     enum { FACTORS = 8 };      /* of one pivot, at most */
     struct expr_store *st = f->sys->store;
-    size_t most = (size_t)sol->pivots * FACTORS + (size_t)f->n + 1;
+    size_t most = (size_t)sol->pivots * FACTORS + (size_t)sol->sides + (size_t)f->n + 1;
     expr_id *root = sga_malloc(most * sizeof *root);
     memcpy(root, sol->field, (size_t)f->n * sizeof *root);
+    for (int i = 0; i < sol->sides; i++)       /* first: beyond these the answer does not hold */
+        root[f->n + f->pivots++] = sol->side[i].function;
+    f->sides = f->pivots;
     for (int q = 0; q < sol->pivots; q++)
         if (!expr_is_const(st, sol->pivot[q].value))
             f->pivots += watch_pivot(f, sol->pivot[q].value, root + f->n + f->pivots, FACTORS);
@@ -81,10 +85,10 @@ bool field_init(struct field *f, const struct sys_system *sys, const struct sga_
                 const struct traj_request *rq, struct manifold *manifold, struct sga_error *err)
 {
     int n = sys->variables, c = sol->constraints;
-    *f = (struct field){ .n = n, .rows = sys->rows, .c = c, .rates = rq->rates, .rate = rq->rate, .sys = sys, .rank = -1,
+    *f = (struct field){ .solution_side = sol->side, .n = n, .rows = sys->rows, .c = c, .rates = rq->rates, .rate = rq->rate, .sys = sys, .rank = -1,
                          .manifold = manifold, .lost_pivot = -1, .generic_rank = n - sol->free_columns };
     f->fast = sol->free_columns == 0 && rq->rates == 0;
-    int *inputs = input_symbols(sys);
+    int *inputs = field_inputs(sys);
     expr_id *con = sga_malloc((size_t)(c + 1) * sizeof *con);
     for (int i = 0; i < c; i++)
         con[i] = sol->constraint[i].expr;
@@ -116,6 +120,9 @@ void field_clear(struct field *f)
     num_tape_free(f->con);
     num_tape_free(f->direct);
     num_tape_free(f->general);
+    num_jacobian_free(f->slope);
+    num_tape_free(f->plain);
+    lin_sparse_free(f->pattern);
     free(f->direct_out);
     free(f->pivot_start);
     free(f->pivot_expr);
@@ -256,6 +263,18 @@ static bool try_direct(struct field *f, double t, const double *x, double *v)
     return well && f->fast;
 }
 
+/* The start lies where the answer says nothing. */
+static bool start_beyond(struct field *f, int q, struct sga_error *err)
+{
+    struct sga_buf text = { 0 };
+    if (!expr_print(f->sys->store, f->solution_side[q].function, 200, &text))
+        sga_buf_puts(&text, "a long expression");
+    sga_fail(err, SGA_E_NO_MOTION, "the constraints hold where %s %s 0 only, and the consistent start is not there; "
+             "give trajectory.initial on that side", text.data, f->solution_side[q].sign > 0 ? ">" : "<");
+    sga_buf_free(&text);
+    return false;
+}
+
 bool field_begin(struct field *f, double t, const double *x, struct sga_error *err)
 {
     double *v = sga_calloc((size_t)f->n + 1, sizeof *v);
@@ -264,7 +283,12 @@ bool field_begin(struct field *f, double t, const double *x, struct sga_error *e
     bool ok = try_direct(f, t, x, v) || general(f, v, &rank);
     /* with rates the rank is higher than that of the system: what it is at the start */
     f->rank = f->rates && rank > f->generic_rank ? rank : f->generic_rank;
-    if (!ok) {
+    for (int q = 0; q < f->sides && ok; q++)
+        if (f->pivot_side[q] != f->solution_side[q].sign)
+            ok = start_beyond(f, q, err);
+    if (!ok && err->code != SGA_E_OK) {
+        ;               /* said already */
+    } else if (!ok) {
         sga_fail(err, SGA_E_NO_MOTION, "the equations have no value at the consistent start; start inside their domain");
     } else if (rank < f->rank) {
         ok = sga_fail(err, SGA_E_NO_MOTION, "the consistent start lies on a stratum where the rank drops from %d to %d, "
@@ -326,7 +350,7 @@ static bool inside(struct field *f, double t, const double *x)
         double p = f->direct_out[f->n + q];
         if (!(p * f->pivot_side[q] < 0))
             continue;
-        if (f->lost_pivot == q || !rank_at_change(f, t, x, q)) {
+        if (q < f->sides || f->lost_pivot == q || !rank_at_change(f, t, x, q)) {
             f->lost_pivot = q;
             return false;
         }
@@ -335,6 +359,14 @@ static bool inside(struct field *f, double t, const double *x)
     }
     memcpy(f->here, x, (size_t)f->n * sizeof *x);
     f->here_t = t;
+    return true;
+}
+
+bool field_pivots_well(const struct field *f)
+{
+    for (int q = 0; q < f->pivots; q++)
+        if (!(fabs(f->direct_out[f->n + q]) > PIVOT_SHRUNK * f->pivot_start[q]))
+            return false;
     return true;
 }
 
@@ -350,14 +382,9 @@ bool field_eval(struct field *f, double t, const double *x, double *v)
         f->rank_lost = true;
         return false;
     }
-    if (f->fast && finite) {
-        bool well = true;
-        for (int q = 0; q < f->pivots && well; q++)
-            well = fabs(f->direct_out[f->n + q]) > PIVOT_SHRUNK * f->pivot_start[q];
-        if (well) {
-            memcpy(v, f->direct_out, (size_t)f->n * sizeof *v);
-            return true;
-        }
+    if (f->fast && finite && field_pivots_well(f)) {
+        memcpy(v, f->direct_out, (size_t)f->n * sizeof *v);
+        return true;
     }
     int rank, row = 0;
     if (!general(f, v, &rank))

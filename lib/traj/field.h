@@ -3,6 +3,7 @@
 #define SGA_TRAJ_FIELD_H
 
 #include "jacobian.h"
+#include "lin_sparse.h"
 #include "manifold.h"
 #include "trajectory.h"
 
@@ -19,6 +20,8 @@ struct field {
     const struct traj_rate *rate;
     bool fast;                        /* the expressions may be used */
     struct num_tape *direct;          /* roots: field, pivots */
+    const struct points_side *solution_side;   /* borrowed */
+    int sides;                        /* the first so many "pivots" are sides that the answer rests on */
     double *direct_out, *pivot_start;
     expr_id *pivot_expr;
     /* A pivot that changes sign has passed 0. The rank at the place tells whether it only
@@ -29,6 +32,9 @@ struct field {
     double start_t;                   /* each solution (there may be two) begins here */
     struct manifold *manifold;        /* to look for the place of a change of sign; borrowed */
     int lost_pivot;                   /* the pivot whose zero ended it, or -1 */
+    struct num_tape *plain;           /* roots: field; for its derivatives, where fast */
+    struct num_jacobian *slope;       /* of plain, by variables */
+    struct lin_sparse *pattern;       /* of slope */
     struct num_tape *general;         /* roots: entries of A, alpha, rates */
     double *general_out;
     struct num_tape *con;             /* roots: constraints */
@@ -51,5 +57,18 @@ void field_clear(struct field *f);
 bool field_begin(struct field *f, double t, const double *x, struct sga_error *err);
 /* v = X(t, x). False outside the domain or where the rank is lost. */
 bool field_eval(struct field *f, double t, const double *x, double *v);
+
+
+/* Inside this module: symbols of the variables and time (malloced); no pivot of the last
+ * evaluation of f->direct has come near 0. */
+int *field_inputs(const struct sys_system *sys);
+bool field_pivots_well(const struct field *f);
+
+/* field_slope.c: f->slope and f->pattern, where the field is given by expressions; called
+ * once, when an implicit method may be needed. */
+bool field_slope_init(struct field *f, const struct sga_solution *sol, struct sga_error *err);
+/* dX/dx in the order of f->pattern's entries. False where the expressions are not used at
+ * this point, or have no derivative. */
+bool field_slope(struct field *f, double t, const double *x, double *value);
 
 #endif

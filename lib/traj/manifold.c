@@ -60,6 +60,9 @@ void manifold_clear(struct manifold *m)
     *m = (struct manifold){ 0 };
 }
 
+/* A residual that no longer falls may be this large, in units of the variables. */
+static const double STALLED = 1e-11;
+
 double manifold_residual(struct manifold *m, double t, const double *x, const double *scale, const unsigned char *held)
 {
     memcpy(m->in, x, (size_t)m->n * sizeof *x);
@@ -67,13 +70,14 @@ double manifold_residual(struct manifold *m, double t, const double *x, const do
     if (!num_jacobian_eval(m->jac, m->in, m->r, m->value))
         return -1;
     double worst = 0;
-    m->raw = 0;
+    m->raw = m->plain = 0;
     for (int i = 0; i < m->c; i++) {
-        double big = 0;
+        double big = 0, slope = 0;
         m->raw = fmax(m->raw, fabs(m->r[i]));
         for (int k = 0; k < m->cols[i]; k++) {
             int j = m->col[i][k];
             double v = m->value[m->jac->start[i] + k] * (scale ? scale[j] : 1);
+            slope = fmax(slope, fabs(m->value[m->jac->start[i] + k]));
             big = fmax(big, fabs(v));
             m->step.value[i][k] = held && held[j] ? 0 : v;
         }
@@ -82,6 +86,7 @@ double manifold_residual(struct manifold *m, double t, const double *x, const do
                 return -1;
             big = 1;
         }
+        m->plain = fmax(m->plain, fabs(m->r[i]) / (slope > 0 ? slope : 1));
         m->r[i] /= big;
         for (int k = 0; k < m->cols[i]; k++)
             m->step.value[i][k] /= big;
@@ -138,7 +143,7 @@ bool manifold_project(struct manifold *m, double t, double *x, const double *sca
     bool ok = false;
     for (int k = 0; res >= 0; k++) {
         /* at rounding level, or as near to it as the conditioning lets it come */
-        ok = res <= floor_of(m, x, scale) || (res < 1e-11 && (k == steps || res >= 0.5 * last));
+        ok = res <= floor_of(m, x, scale) || (m->plain < STALLED && (k == steps || res >= 0.5 * last));
         if (ok || k == steps)
             break;
         last = res;

@@ -14,6 +14,7 @@ struct manifold {
     struct normal step;
     int **col, *cols;              /* the pattern, by row */
     double *d, *shift;
+    double plain;                  /* largest |xi_i| over its largest unscaled derivative, of the last evaluation */
     double raw;                    /* largest |xi_i| of the last evaluation, unscaled */
 };
 

@@ -27,13 +27,14 @@ static bool rhs(void *ctx, double t, const double *x, double *dx)
     return field_eval(&f->field, t, x, dx);
 }
 
-/* The correction is the one of least Euclidean norm; scale only measures it. */
+/* The correction is the least one in units of the error allowed: a rounding of a large
+ * variable must not be paid for by a small one. */
 static bool project(void *ctx, double t, double *x, const double *scale, double *moved, double *residual)
 {
     struct flow *f = ctx;
     int n = f->n;
     memcpy(f->in, x, (size_t)n * sizeof *x);
-    bool ok = manifold_project(&f->manifold, t, x, NULL, NULL, 8, NULL, NULL, NULL);
+    bool ok = manifold_project(&f->manifold, t, x, scale, NULL, 8, NULL, NULL, NULL);
     double sum = 0;
     for (int j = 0; j < n; j++) {
         double d = (x[j] - f->in[j]) / scale[j];
@@ -42,6 +43,21 @@ static bool project(void *ctx, double t, double *x, const double *scale, double 
     *moved = sqrt(sum / n);
     *residual = f->manifold.raw;
     return ok;
+}
+
+static bool slope(void *ctx, double t, const double *x, double *value)
+{
+    struct flow *f = ctx;
+    return field_slope(&f->field, t, x, value);
+}
+
+/* The columns of a sample. */
+static void output(void *ctx, double t, const double *x, double *y)
+{
+    struct flow *f = ctx;
+    memcpy(f->in, x, (size_t)f->n * sizeof *x);
+    f->in[f->n] = t;
+    num_tape_eval(f->output, f->in, y);
 }
 
 static enum ode_reason why(void *ctx)
@@ -189,13 +205,10 @@ static void keep(struct flow *f, const struct traj_request *rq, const struct ode
     for (int i = 0; i < o->count; i++) {
         const double *x = o->samples + (size_t)i * (size_t)f->n;
         r->t[i] = rq->times[i];
-        if (rq->outputs) {
-            memcpy(f->in, x, (size_t)f->n * sizeof *x);
-            f->in[f->n] = rq->times[i];
-            num_tape_eval(f->output, f->in, r->value + (size_t)i * (size_t)r->columns);
-        } else {
+        if (rq->outputs)
+            output(f, rq->times[i], x, r->value + (size_t)i * (size_t)r->columns);
+        else
             memcpy(r->value + (size_t)i * (size_t)f->n, x, (size_t)f->n * sizeof *x);
-        }
     }
 }
 
@@ -207,24 +220,31 @@ static void say_stratum(struct flow *f, struct traj_result *r)
     if (f->field.contradiction)
         snprintf(r->ended_detail, sizeof r->ended_detail, "the rates asked for contradict the equations beyond this time");
     else if (f->field.lost_pivot >= 0 && expr_print(f->field.sys->store, f->field.pivot_expr[f->field.lost_pivot], 120, &text))
-        snprintf(r->ended_detail, sizeof r->ended_detail,
-                 "the rank of the equations drops where %s = 0: the motion is not determined beyond", text.data);
+        snprintf(r->ended_detail, sizeof r->ended_detail, f->field.lost_pivot < f->field.sides
+                 ? "the constraints were found on one side of %s = 0 only: beyond it they say something else"
+                 : "the rank of the equations drops where %s = 0: the motion is not determined beyond", text.data);
     else
         snprintf(r->ended_detail, sizeof r->ended_detail,
                  "the rank of the equations drops here: the motion is not determined beyond");
     sga_buf_free(&text);
 }
 
-static bool integrate(struct flow *f, const struct traj_request *rq, struct traj_result *r, struct sga_error *err)
+static bool integrate(struct flow *f, const struct sga_solution *sol, const struct traj_request *rq, struct traj_result *r,
+                      struct sga_error *err)
 {
-    struct ode_problem problem = { .n = f->n, .ctx = f, .rhs = rhs, .project = f->manifold.c ? project : NULL, .why = why };
+    if (!field_slope_init(&f->field, sol, err))
+        return false;
+    struct ode_problem problem = { .n = f->n, .ctx = f, .rhs = rhs, .project = f->manifold.c ? project : NULL, .why = why,
+                                   .pattern = f->field.pattern, .jacobian = f->field.pattern ? slope : NULL,
+                                   .cost = 4.0 * num_tape_length(f->field.direct),
+                                   .outputs = rq->outputs, .output = rq->outputs ? output : NULL };
     struct ode_start start = { .t = rq->start, .x = r->initial, .count = rq->samples, .times = rq->times };
     struct ode_options options = ode_options_default();
     struct ode_result o;
     options.method = rq->method;
     options.rtol = rq->rtol;
     options.atol = rq->atol;
-    options.estimate_global_error = true;
+    options.estimate_global_error = options.refine = true;
     options.budget = rq->budget;
     if (!ode_solve(&problem, &start, &options, &o, err))
         return false;
@@ -232,6 +252,7 @@ static bool integrate(struct flow *f, const struct traj_request *rq, struct traj
     r->method = o.method;
     r->residual = o.max_residual;
     r->error_estimate = o.max_error;
+    r->shortfall = o.shortfall;
     r->error = o.error ? memcpy(sga_malloc((size_t)(o.count + 1) * sizeof *r->error), o.error,
                                 (size_t)o.count * sizeof *r->error) : NULL;
     r->ended = o.end.reason != ODE_NONE;
@@ -259,7 +280,7 @@ bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, cons
     if (ok) {
         r->initial = sga_calloc((size_t)f.n + 1, sizeof *r->initial);
         ok = start(&f, sys, sol, rq, r->initial, &r->moved, err)
-             && field_begin(&f.field, rq->start, r->initial, err) && integrate(&f, rq, r, err);
+             && field_begin(&f.field, rq->start, r->initial, err) && integrate(&f, sol, rq, r, err);
     }
     if (ok) {
         r->gauge = !sol->free_columns ? "none" : rq->rates ? "rates, then least norm" : "least norm";

@@ -28,8 +28,9 @@ struct traj_result {
     double moved;             /* scaled distance from the guess */
     int rows, columns;        /* columns without time */
     double *t, *value;        /* rows; rows x columns */
-    double *error;            /* by row: estimated global error, or NULL */
-    double error_estimate;    /* largest */
+    double *error;            /* by row: estimated global error, largest over the columns; or NULL */
+    double error_estimate;    /* largest of all */
+    const char *shortfall;    /* why estimates exceed rtol |value| + atol somewhere, static; NULL where none does */
     double residual;          /* largest |constraint| over the samples, each scaled by its gradient */
     const char *method;
     bool ended;               /* before the last time */

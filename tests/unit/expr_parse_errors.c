@@ -19,6 +19,12 @@ static expr_id accept(void *ctx, int symbol, int order)
     return expr_int(ctx, 7);
 }
 
+static expr_id same(void *ctx, expr_id e)
+{
+    (void)ctx;
+    return e;
+}
+
 static void fresh(struct expr_store *st)
 {
     static const char *const names[] = { "x", "y", "omega", "phi", "theta_1" };
@@ -212,7 +218,8 @@ static void mutations(void)
         }
         struct expr_store st;
         struct sga_error err = { 0 };
-        struct expr_grammar g = { .derivative = accept, .ctx = &st, .max_exponent = 50, .max_depth = 40 };
+        struct expr_grammar g = { .derivative = accept, .total = next(&seed, 2) ? same : NULL, .ctx = &st,
+                                  .max_exponent = 50, .max_depth = 40 };
         fresh(&st);
         expr_id e = (next(&seed, 2) ? expr_parse_equation : expr_parse)(&st, text, &g, &err);
         read += e != 0;

@@ -30,7 +30,7 @@ static bool read(struct problem *p, const char *variables, const char *equations
     snprintf(copy, sizeof copy, "%s", variables);
     for (char *w = strtok_r(copy, ";", &save); w; w = strtok_r(NULL, ";", &save))
         form_equations_unknown(&p->f, p->st.node[expr_symbol_add(&p->st, w, EXPR_VARIABLE)].a);
-    struct expr_grammar g = { .derivative = form_equations_derivative, .ctx = &p->f };
+    struct expr_grammar g = { .derivative = form_equations_derivative, .total = form_equations_total, .ctx = &p->f };
     snprintf(copy, sizeof copy, "%s", equations);
     for (char *w = strtok_r(copy, ";", &save); w; w = strtok_r(NULL, ";", &save)) {
         expr_id e = expr_parse_equation(&p->st, w, &g, err);
@@ -188,9 +188,48 @@ static void limits(void)
     done(&p);
 }
 
+/* der of an expression against the chain rule written out, at random jets. */
+static void totals(void)
+{
+    static const char *const pair[][2] = {
+        { "der(x*y)", "x'*y + x*y'" }, { "der(x^2, 2)", "2*x'^2 + 2*x*x''" }, { "der(t*x)", "x + t*x'" },
+        { "der(x' + sin(t))", "x'' + cos(t)" }, { "der(2)", "0" }, { "der(t)", "1" }, { "der(der(x)*y)", "x''*y + x'*y'" },
+        { "der(sin(x)*exp(y), 1)", "cos(x)*x'*exp(y) + sin(x)*exp(y)*y'" }, { "der((x))", "x'" }, { "2*der(-x')^2", "2*x''^2" },
+        { "der(x/y, 2)", "x''/y - 2*x'*y'/y^2 - x*y''/y^2 + 2*x*y'^2/y^3" }, { "der(der(x*y))", "x''*y + 2*x'*y' + x*y''" },
+    };
+    static const char *const wrong[] = { "der(x*y, 0)", "der(x*y, 1/2)", "der(x*y, x)", "der(x*y, 1, 2)", "der(x*y, 65)", "der()",
+                                         "der(x*y", "der(x + der(x, 64))" };
+    unsigned long seed = check_seed(41);
+    for (size_t i = 0; i < sizeof pair / sizeof *pair; i++) {
+        struct problem p;
+        struct sga_error err = { 0 };
+        char text[200];
+        snprintf(text, sizeof text, "%s = %s", pair[i][0], pair[i][1]);
+        read(&p, "x;y", text, &err);
+        CHECK(p.equations == 1, "%s: %s", text, err.detail);
+        double *symbol = sga_calloc((size_t)p.st.symbols, sizeof *symbol);
+        for (int k = 0; k < p.st.symbols; k++)
+            symbol[k] = random_value(&seed);
+        double *v = values(&p.st, symbol);
+        CHECK(p.equations && fabs(v[p.equation[0]]) < 1e-11, "%s: %g", text, v[p.equation[0]]);
+        free(v);
+        free(symbol);
+        done(&p);
+    }
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        struct problem p;
+        struct sga_error err = { 0 };
+        char text[200];
+        snprintf(text, sizeof text, "%s = 0", wrong[i]);
+        CHECK(!read(&p, "x;y", text, &err) && err.code != SGA_E_OK && err.line == 1, "%s: %s", text, err.detail);
+        done(&p);
+    }
+}
+
 int main(void)
 {
     reductions();
+    totals();
     limits();
     return CHECK_END();
 }

@@ -77,7 +77,8 @@ static void hamiltonian(unsigned long *seed, int restrictions)
     }
     struct form_hamiltonian in = { .variable = x, .variables = N, .hamiltonian = H, .restriction = restriction,
                                    .restrictions = restrictions };
-    form_hamiltonian(&s, &in);
+    form_hamiltonian_space(&s, &in);
+    form_hamiltonian_rows(&s, &in, NULL);
     CHECK(s.rows == N - restrictions && s.restrictions == restrictions && s.square == !restrictions, "sizes");
     for (int i = 0; i < s.rows; i++) {
         expr_id w[N], alpha = zero;
@@ -167,7 +168,7 @@ static void kernel(unsigned long *seed)
     J[2 * N + 1] = expr_add(&st, expr_mul(&st, st.symbol[x[0]].node, J[1]), J[N + 1]);
     for (int k = 0; k < 3 * N; k++)
         copy[k] = J[k];
-    expr_id *basis = form_kernel(&st, copy, 3, N, &count);
+    expr_id *basis = form_kernel(&st, copy, 3, N, NULL, &count);
     CHECK(count == N - 2, "%d vectors", count);
     for (int k = 0; k < count; k++) {
         bool zero = true, empty = true;
@@ -183,6 +184,83 @@ static void kernel(unsigned long *seed)
     }
     free(basis);
     form_probe_clear(&probe);
+    expr_store_clear(&st);
+}
+
+/* Rows that share no constant: cofactors. They are annihilated, and at a point where the first entries
+ * vanish they still span the kernel, by the rank of their values there. */
+static void cofactors(unsigned long *seed)
+{
+    struct expr_store st;
+    struct form_probe probe;
+    int x[N], count;
+    expr_id J[2 * N], copy[2 * N];
+    expr_store_init(&st);
+    form_probe_init(&probe);
+    names(&st, 'x', N, x);
+    for (int k = 0; k < 2 * N; k++)
+        J[k] = copy[k] = k % N < 4 ? expr_mul(&st, expr_int(&st, 1 + labs(next(seed, 3))), st.symbol[x[(k * 5 + k / N) % N]].node)
+                                   : expr_int(&st, 0);
+    expr_id *v = form_kernel(&st, copy, 2, N, NULL, &count);
+    CHECK(count == 4 + 2, "3 of 4 columns, and 2 alone: %d", count);
+    for (int k = 0; k < count; k++) {
+        bool zero = true;
+        for (int i = 0; i < 2; i++) {
+            expr_id sum = expr_int(&st, 0);
+            for (int j = 0; j < N; j++)
+                sum = expr_add(&st, sum, expr_mul(&st, J[i * N + j], v[k * N + j]));
+            zero = zero && form_probe_zero(&probe, &st, sum);
+        }
+        CHECK(zero, "vector %d", k);
+    }
+    free(v);
+    form_probe_clear(&probe);
+    expr_store_clear(&st);
+}
+
+static bool everything(void *ctx, expr_id e)
+{
+    (void)ctx, (void)e;
+    return true;
+}
+
+/* Entries that vanish where it matters are no pivots: then the rows are dependent there. */
+static void vanishing(void)
+{
+    struct expr_store st;
+    struct form_zero zero = { everything, NULL };
+    int x[2], count;
+    expr_store_init(&st);
+    names(&st, 'x', 2, x);
+    expr_id row[2] = { st.symbol[x[0]].node, st.symbol[x[1]].node };
+    free(form_kernel(&st, row, 1, 2, &zero, &count));
+    CHECK(count == 2, "%d vectors of a row that vanishes", count);
+    expr_store_clear(&st);
+}
+
+/* d(f dx dy) = f_z dx dy dz, in the order of the variables; and b with div b = 0. */
+static void cycles(void)
+{
+    struct expr_store st;
+    int x[3], n;
+    struct form_cycle *c;
+    expr_store_init(&st);
+    names(&st, 'x', 3, x);
+    expr_id a = st.symbol[x[0]].node, b = st.symbol[x[1]].node, z = st.symbol[x[2]].node, square = expr_mul(&st, z, z);
+    struct form_entry one[] = { { 0, 1, square }, { 1, 0, expr_neg(&st, square) } };
+    struct form_matrix m = { .rows = 3, .cols = 3, .entry = one, .entries = 2 };
+    CHECK(form_cycles(&st, x, 3, &m, 10, &c, &n) && n == 1 && c->i == 0 && c->j == 1 && c->k == 2
+              && equal(&st, c->sum, expr_mul(&st, expr_int(&st, 2), z)), "2 z");
+    free(c);
+    struct form_entry two[] = { { 1, 2, a }, { 2, 1, expr_neg(&st, a) }, { 2, 0, b }, { 0, 2, expr_neg(&st, b) },
+                                { 0, 1, expr_mul(&st, expr_int(&st, -2), z) }, { 1, 0, expr_mul(&st, expr_int(&st, 2), z) } };
+    m.entry = two;
+    m.entries = 6;
+    CHECK(form_cycles(&st, x, 3, &m, 10, &c, &n) && n == 1 && equal(&st, c->sum, expr_int(&st, 0)), "1 + 1 - 2");
+    free(c);
+    m.entries = 4;
+    CHECK(form_cycles(&st, x, 3, &m, 10, &c, &n) && n == 1 && equal(&st, c->sum, expr_int(&st, 2)), "1 + 1");
+    free(c);
     expr_store_clear(&st);
 }
 
@@ -213,7 +291,10 @@ int main(void)
         hamiltonian(&seed, i % 5);
         lagrangian(&seed, i % 2);
         kernel(&seed);
+        cofactors(&seed);
     }
+    vanishing();
+    cycles();
     antisymmetric();
     return CHECK_END();
 }

@@ -95,14 +95,15 @@ static void one_step(double h, double *end, double *inside, double *slope)
 {
     struct ode_problem p = {.n = 3, .rhs = jacobi};
     struct ode_stats stats = {0};
-    struct ode_field field = {&p, &stats, ODE_NONE};
+    struct ode_field field = {&p, &stats, ODE_NONE, false};
     double unit[] = {1, 1, 1}, x[] = {0.2, 0.9, 0.8}, f[3], dx[3], x1[3], f1[3];
     double ref[3], g[3], d[3], y[3];
-    void *big = ode_dop853.alloc(3), *small = ode_dop853.alloc(3);
+    const struct ode_problem three = {.n = 3};
+    void *big = ode_dop853.alloc(&three), *small = ode_dop853.alloc(&three);
     jacobi(NULL, 0, x, f);
     struct ode_step s = {.n = 3, .h = h, .x = x, .f = f, .rtol = 1, .atol = 1, .unit = unit,
                          .dx = dx, .x1 = x1, .f1 = f1};
-    CHECK(ode_dop853.attempt(big, &field, &s));
+    CHECK(ode_dop853.attempt(big, &field, &s) == ODE_STEPPED);
     for (int j = 0; j < 3; j++)
         x1[j] = x[j] + dx[j];
     jacobi(NULL, 0, x1, f1);
@@ -139,9 +140,10 @@ static void march(int steps, double *x)
 {
     struct ode_problem p = {.n = 3, .rhs = jacobi};
     struct ode_stats stats = {0};
-    struct ode_field field = {&p, &stats, ODE_NONE};
+    struct ode_field field = {&p, &stats, ODE_NONE, false};
     double unit[] = {1, 1, 1}, f[3], dx[3];
-    void *state = ode_dop853.alloc(3);
+    const struct ode_problem three = {.n = 3};
+    void *state = ode_dop853.alloc(&three);
     x[0] = 0.2;
     x[1] = 0.9;
     x[2] = 0.8;

@@ -100,7 +100,7 @@ static const struct {
 
 enum { COUNT = 101 };
 
-static void test_endings(bool estimate, double tol)
+static void test_endings(const char *method, bool estimate, double tol)
 {
     for (size_t i = 0; i < sizeof endings / sizeof *endings; i++) {
         struct ode_problem p = {.n = endings[i].n, .rhs = endings[i].rhs};
@@ -109,6 +109,7 @@ static void test_endings(bool estimate, double tol)
             t[k] = endings[i].from + (endings[i].to - endings[i].from) * k / (COUNT - 1);
         struct ode_start start = {endings[i].from, x, COUNT, t};
         struct ode_options o = ode_options_default();
+        o.method = method;
         o.estimate_global_error = estimate;
         o.rtol = o.atol = tol;
         struct ode_result r;
@@ -168,6 +169,7 @@ static void test_hopeless(void)
     struct ode_start start = {0, x, 2, t};
     struct ode_options o = ode_options_default();
     struct ode_result r;
+    o.method = "dop853";
     CHECK(ode_solve(&p, &start, &o, &r, NULL) && r.end.reason == ODE_STEP_LIMIT && r.count == 1);
     CHECK(strstr(r.end.detail, "stiff") && strstr(r.end.detail, "implicit"), "%s", r.end.detail);
     CHECK(r.stats.steps < 200000, "foreseen after %ld", r.stats.steps);
@@ -175,6 +177,12 @@ static void test_hopeless(void)
     o.max_steps = 100;
     CHECK(ode_solve(&p, &start, &o, &r, NULL) && r.end.reason == ODE_STEP_LIMIT);
     CHECK(r.stats.steps + r.stats.refused == 100 && r.end.t < 1);
+    ode_result_free(&r);
+    /* chosen by itself, the implicit method gets there */
+    o = ode_options_default();
+    CHECK(ode_solve(&p, &start, &o, &r, NULL) && r.end.reason == ODE_NONE && r.count == 2);
+    CHECK(fabs(r.samples[1] - cos(1000)) < 1e-8, "%g", r.samples[1] - cos(1000));
+    CHECK(strstr(r.method, "radau") && r.stats.steps < 5000, "%s %ld", r.method, r.stats.steps);
     ode_result_free(&r);
 }
 
@@ -231,9 +239,11 @@ static void test_why(void)
 
 int main(void)
 {
-    test_endings(false, 1e-9);
-    test_endings(true, 1e-12);
-    test_endings(false, 1e-4);
+    test_endings(NULL, false, 1e-9);
+    test_endings(NULL, true, 1e-12);
+    test_endings(NULL, false, 1e-4);
+    test_endings("radau", false, 1e-9);
+    test_endings("radau", true, 1e-11);
     test_no_false_ending();
     test_hopeless();
     test_budget();

@@ -173,7 +173,7 @@ static void other_forms(void)
         { "\"form\":\"linear\",\"variables\":\"x\",\"A\":1,\"B\":-1,\"C\":2,\"D\":3,\"inputs\":\"u\"", 1, 1, 0, true, "x", "variable" },
         { "\"form\":\"control\",\"variables\":\"x\",\"inputs\":\"u\",\"F\":0,\"G\":1,\"constraints\":\"x\"", 2, 2, 0, true, "u", "input" },
         { "\"form\":\"hamiltonian\",\"variables\":[\"q\",\"p\"],\"hamiltonian\":\"p^2\"", 2, 2, 0, true, "p", "variable" },
-        { "\"form\":\"hamiltonian\",\"variables\":[\"q\",\"p\"],\"hamiltonian\":\"p^2\",\"restrict\":\"p\"", 2, 1, 1, false, "p", "variable" },
+        { "\"form\":\"hamiltonian\",\"variables\":[\"q\",\"p\"],\"hamiltonian\":\"p^2\",\"restrict\":\"p\"", 2, 0, 1, false, "p", "variable" },
         { "\"form\":\"lagrangian\",\"coordinates\":\"q\",\"lagrangian\":\"der(q)^2 - q\"", 2, 2, 0, true, "q'", "velocity" },
         { "\"form\":\"lagrangian\",\"coordinates\":\"q\",\"lagrangian\":\"q'^2\",\"holonomic\":\"q\"", 3, 3, 0, true, "lambda1", "multiplier" },
     };
@@ -192,6 +192,35 @@ static void other_forms(void)
     }
 }
 
+/* Bounds of who asks end the reading without a word against the request. */
+static void bounds(void)
+{
+    struct sga_buf b = { 0 };
+    struct request r;
+    sga_buf_puts(&b, "{\"system\":{\"form\":\"quasilinear\",\"variables\":\"x\",\"A\":1,\"alpha\":\"x");
+    for (int i = 1; i < 3000; i++)
+        sga_buf_printf(&b, "+sin(%d*x)", i);
+    sga_buf_puts(&b, "\"}}");
+    struct request_bounds wide = { .seconds = 1000, .nodes = 100000 }, few = { .seconds = 1000, .nodes = 2000 };
+    struct request_bounds brief = { .seconds = -1, .nodes = 100000 };
+    struct sga_error err = { 0 };
+    CHECK(request_read_within(&r, b.data, b.len, &wide, &err) && !wide.met, "%s", err.detail);
+    request_clear(&r);
+    CHECK(!request_read_within(&r, b.data, b.len, &few, &err) && few.met && err.code == SGA_E_LIMIT_NODES, "%s", err.detail);
+    sga_buf_clear(&b);
+    sga_buf_puts(&b, "{\"system\":{\"form\":\"quasilinear\",\"variables\":\"x\",\"A\":1,\"alpha\":\"x");
+    for (int i = 1; i < 20000; i++)
+        sga_buf_printf(&b, "+sin(%d*x)", i);
+    sga_buf_puts(&b, "\"}}");
+    err = (struct sga_error){ 0 };
+    CHECK(!request_read_within(&r, b.data, b.len, &brief, &err) && brief.met && err.code == SGA_E_LIMIT_SECONDS, "%s", err.detail);
+    sga_buf_clear(&b);
+    sga_buf_puts(&b, "{\"system\":{\"form\":\"quasilinear\",\"variables\":\"x\",\"A\":1,\"alpha\":\"x+\"}}");
+    err = (struct sga_error){ 0 };
+    CHECK(!request_read_within(&r, b.data, b.len, &few, &err) && !few.met && err.code == SGA_E_EXPR_SYNTAX, "%s", err.detail);
+    sga_buf_free(&b);
+}
+
 int main(void)
 {
     quasilinear();
@@ -200,5 +229,6 @@ int main(void)
     equations();
     times();
     canonical();
+    bounds();
     return CHECK_END();
 }

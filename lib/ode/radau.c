@@ -1,0 +1,231 @@
+/* Radau IIA of order 5, 9 and 13: the method for stiff systems.
+ *
+ * L-stable and stiffly accurate collocation at the Radau points; the number of stages
+ * follows the rate at which Newton's method converges. The error estimate e is the defect
+ * of the collocation polynomial at the start of the step, filtered by (gamma/h I - J)^-1;
+ * it falls as h^(s+1) where the step's end is of order 2 s - 1, so a step is accepted with
+ * an e above the error allowed, by the power of it that brings both to one scale. That
+ * credit is not due to stiff components, whose error is of the size of e: what they miss is
+ * about s P^(s-1) e with P = I - gamma/h (gamma/h I - J)^-1. For linear systems it is the error
+ * of the step's end to within a factor of s for every step size, and gets no credit; nor
+ * does the polynomial inside the step. E. Hairer and G. Wanner, Solving
+ * Ordinary Differential Equations II, IV.8, and Stiff differential equations solved by
+ * Radau methods, J. Comput. Appl. Math. 111 (1999) 93. */
+#include "radau.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+
+#define KEEP_JACOBIAN 1e-3     /* contraction below which the Jacobian is still good */
+#define KEEP_STEP_MOST 1.2     /* growth that is not worth a factorisation */
+/* The order rises after CHANGE_AFTER steps where Newton's method contracts below
+ * RAISE_BELOW, and falls where it contracts by LOWER_ABOVE only. */
+#define RAISE_BELOW 0.002
+#define LOWER_ABOVE 0.8
+#define CHANGE_AFTER 10
+
+static void *radau_alloc(const struct ode_problem *p)
+{
+    struct radau *r = sga_calloc(1, sizeof *r);
+    size_t n = (size_t)p->n, block = RADAU_STAGES * n;
+    r->n = p->n;
+    r->field_cost = p->cost > 0 ? p->cost : fmax(20, 20.0 * p->n);
+    r->tab = radau_tables;
+    ode_partials_init(&r->partials, p);
+    r->lin = lin_shift_new(r->partials.pattern);
+    size_t entries = (size_t)r->partials.pattern->ptr[p->n];
+    r->memory = sga_calloc(5 * block + 4 * n + entries + 1, sizeof *r->memory);
+    r->z = r->memory;
+    r->w = r->z + block;
+    r->f = r->w + block;
+    r->r = r->f + block;
+    r->old_z = r->r + block;
+    r->pair = r->old_z + block;
+    r->scale = r->pair + 2 * n;
+    r->err = r->scale + n;
+    r->jac = r->err + n;
+    r->eta = 1;
+    return r;
+}
+
+static void radau_free(void *state)
+{
+    struct radau *r = state;
+    ode_partials_clear(&r->partials);
+    lin_shift_free(r->lin);
+    free(r->memory);
+    free(r);
+}
+
+static void radau_forget(void *state)
+{
+    struct radau *r = state;
+    r->jac_known = r->jac_fresh = r->refused_before = r->trouble = false;
+    r->old_h = r->factored_h = 0;
+    r->eta = 1;
+    r->since_change = 0;
+}
+
+/* What the estimate may be, over the error allowed. */
+static double credit(const struct radau *r, const struct ode_step *step)
+{
+    double s = r->tab->s, tol = fmin(0.1, step->rtol > 0 ? step->rtol : step->atol);
+    return fmax(0.3, 0.1 * pow(tol, (s + 1) / (2 * s) - 1));
+}
+
+/* The weighted norm of v (n). */
+static double norm(const struct radau *r, const struct ode_step *step, const double *v)
+{
+    double sum = 0;
+    for (int j = 0; j < r->n; j++) {
+        double e = v[j] / ode_allowed(step->rtol, step->atol, step->unit[j], step->x[j], step->x[j] + step->dx[j]);
+        sum += e * e;
+    }
+    return r->n ? sqrt(sum / r->n) : 0;
+}
+
+/* r->err = (gamma/h I - J)^-1 (f + sign sum weight_i z_i / h); its weighted norm. */
+static double filtered(struct radau *r, const struct ode_step *step, const double *f, const double *weight, double sign)
+{
+    const struct radau_table *t = r->tab;
+    for (int j = 0; j < r->n; j++) {
+        double v = 0;
+        for (int i = 0; i < t->s; i++)
+            v += weight[i] * r->z[(size_t)i * (size_t)r->n + (size_t)j];
+        r->err[j] = f[j] + sign * v / step->h;
+    }
+    lin_shift_solve(r->lin, 0, r->err);
+    return norm(r, step, r->err);
+}
+
+/* After a refusal, or with no step before, a large estimate is filtered once more. */
+static double estimate(struct radau *r, struct ode_field *field, struct ode_step *step, double allowed)
+{
+    double e = filtered(r, step, step->f, r->tab->defect, 1);
+    if (e <= allowed || !(r->old_h == 0 || r->refused_before))
+        return e;
+    for (int j = 0; j < r->n; j++)
+        r->scale[j] = step->x[j] + r->err[j];
+    step->cost++;
+    if (ode_eval(field, step->t, r->scale, r->pair))
+        e = filtered(r, step, r->pair, r->tab->defect, 1);
+    return e;
+}
+
+/* About |s P^(s-1) e|, and by which power of h it falls; r->err is e, and is used up. A
+ * component of eigenvalue -l has P = u = h l / (gamma + h l); the factor goes from 0.6
+ * where u is 0 to s where u is 1. */
+static double stiff_part(struct radau *r, const struct ode_step *step, double e, double *power)
+{
+    double shift = r->tab->gamma / step->h, s = r->tab->s;
+    for (int k = 1; k < r->tab->s; k++) {
+        memcpy(r->scale, r->err, (size_t)r->n * sizeof *r->err);
+        lin_shift_solve(r->lin, 0, r->scale);
+        for (int j = 0; j < r->n; j++)
+            r->err[j] -= shift * r->scale[j];
+    }
+    double left = norm(r, step, r->err), u = e > 0 ? fmin(1, pow(left / e, 1 / (s - 1))) : 0;
+    *power = fmax(s, (s + 1 - u) + (s - 1) * (1 - u));
+    return (0.6 + (s - 0.6) * u * u) * left;
+}
+
+static enum ode_outcome radau_attempt(void *state, struct ode_field *field, struct ode_step *step)
+{
+    struct radau *r = state;
+    step->cost = 0;
+    if (r->old_h == 0 && !r->refused_before)
+        r->tab = radau_tables + (step->rtol < 1e-7) + (step->rtol < 1e-10);
+    step->error_order = r->tab->s + 1;
+    enum radau_outcome o = radau_stages(r, field, step);
+    if (o != RADAU_SOLVED) {
+        r->trouble = r->refused_before = true;
+        return o == RADAU_REFUSED ? ODE_FIELD_REFUSED : ODE_NOT_SOLVED;
+    }
+    memcpy(step->dx, r->z + (size_t)(r->tab->s - 1) * (size_t)r->n, (size_t)r->n * sizeof *step->dx);
+    double allowed = credit(r, step), e = estimate(r, field, step, allowed);
+    double power, stiff = stiff_part(r, step, e, &power);
+    step->error = fmax(e / allowed, stiff);
+    step->error_order = stiff > e / allowed ? power : r->tab->s + 1;
+    step->dense_error = e * r->tab->dense;
+    step->doubt = e;
+    r->refused_before = true;      /* until it is accepted */
+    return ODE_STEPPED;
+}
+
+/* True: the number of stages has changed. */
+static bool choose_order(struct radau *r, double factor)
+{
+    int now = (int)(r->tab - radau_tables), next = now;
+    r->since_change++;
+    if (r->trouble && r->since_change > 1)
+        next = now - 1;
+    else if (r->iterations > 1 && r->theta >= LOWER_ABOVE && r->since_change > CHANGE_AFTER)
+        next = now - 1;
+    else if (r->since_change > CHANGE_AFTER && (r->iterations == 1 || r->theta <= RAISE_BELOW) && factor < 1.5 && factor > 0.7)
+        next = now + 1;
+    next = next < 0 ? 0 : next >= RADAU_TABLES ? RADAU_TABLES - 1 : next;
+    r->trouble = false;
+    r->tab = radau_tables + next;
+    if (next != now)
+        r->since_change = 0;
+    return next != now;
+}
+
+static double radau_accepted(void *state, const struct ode_step *step, double factor)
+{
+    struct radau *r = state;
+    int most = 7 + (r->tab->s - 3) * 5 / 2;
+    memcpy(r->old_z, r->z, (size_t)r->tab->s * (size_t)r->n * sizeof *r->z);
+    r->old_h = step->h;
+    r->old_tab = r->tab;
+    r->refused_before = r->jac_fresh = false;
+    r->jac_known = r->iterations == 1 || r->theta < KEEP_JACOBIAN;
+    factor *= (1.0 + 2 * most) / (r->iterations + 2 * most);
+    if (choose_order(r, factor))
+        return fmin(factor, 1);
+    return r->jac_known && factor >= 1 && factor <= KEEP_STEP_MOST ? 1 : factor;
+}
+
+/* Inside a step the polynomial misses stiff components by the full interpolation error,
+ * which the estimate at the step's start does not see. The filtered defect at two points
+ * far from the nodes does: in stiff components it is the error itself. */
+static bool radau_dense_begin(void *state, struct ode_field *field, struct ode_step *step)
+{
+    struct radau *r = state;
+    const struct radau_table *t = r->tab;
+    for (int k = 0; k < 2; k++) {
+        radau_polynomial(t, r->n, r->z, t->middle[k], false, r->scale);
+        for (int j = 0; j < r->n; j++)
+            r->scale[j] += step->x[j];
+        if (!ode_eval(field, step->t + (step->t_low + t->middle[k] * step->h), r->scale, r->pair))
+            return false;
+        step->dense_error = fmax(step->dense_error, filtered(r, step, r->pair, t->slope[k], -1));
+    }
+    return true;
+}
+
+static void radau_dense_at(const void *state, const struct ode_step *step, double theta, double *x)
+{
+    const struct radau *r = state;
+    radau_polynomial(r->tab, r->n, r->z, theta, false, x);
+    for (int j = 0; j < r->n; j++)
+        x[j] += step->x[j];
+}
+
+const struct ode_method ode_radau = {
+    .name = "radau",
+    .what = "implicit Runge-Kutta of order 5, 9 and 13 (Radau IIA), for stiff systems",
+    .implicit = true,
+    .order = 5,
+    .error_order = 4,
+    .alloc = radau_alloc,
+    .free = radau_free,
+    .attempt = radau_attempt,
+    .accepted = radau_accepted,
+    .forget = radau_forget,
+    .dense_begin = radau_dense_begin,
+    .dense_at = radau_dense_at,
+};

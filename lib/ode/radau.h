@@ -1,0 +1,44 @@
+/* Inside the ode folder: the state of the Radau IIA method. radau.c is the method as the
+ * driver sees it, radau_newton.c solves for the stages. */
+#ifndef SGA_ODE_RADAU_H
+#define SGA_ODE_RADAU_H
+
+#include "lin_shift.h"
+#include "partials.h"
+#include "radau_tables.h"
+
+struct radau {
+    int n;
+    double field_cost;             /* of one evaluation, in multiplications */
+    const struct radau_table *tab;
+    struct ode_partials partials;
+    struct lin_shift *lin;
+    double *jac;                   /* in the pattern's order */
+    bool jac_known, jac_fresh;     /* fresh: taken at the start of this step */
+    double factored_h;             /* 0: not factored for this Jacobian */
+    const struct radau_table *factored_tab;
+    /* Stages: increments z_i = X_i - x, the same transformed, the field there, and the
+     * right-hand sides; all s x n. */
+    double *z, *w, *f, *r, *pair, *scale, *err, *memory;
+    double eta;                    /* theta / (1 - theta) of the last step */
+    double theta, contraction;     /* of the last solution: last rate, and its mean */
+    int iterations;
+    /* The polynomial of the last accepted step, to start from. */
+    double *old_z, old_h;
+    const struct radau_table *old_tab;
+    int since_change;              /* steps */
+    bool trouble;                  /* the last step had to be repeated for lack of convergence */
+    bool refused_before;
+    double before_h;
+};
+
+enum radau_outcome { RADAU_SOLVED, RADAU_REFUSED, RADAU_DIVERGED };
+
+/* The stages of a step of size step->h: r->z. Takes the Jacobian and factors where that is
+ * needed; RADAU_DIVERGED only with a fresh Jacobian. Adds to step->cost, sets step->retry. */
+enum radau_outcome radau_stages(struct radau *r, struct ode_field *field, struct ode_step *step);
+
+/* out = sum_i (L_i(theta) - minus_end L_i(1)) z_i, L_i the polynomials of the nodes and 0. */
+void radau_polynomial(const struct radau_table *tab, int n, const double *z, double theta, bool minus_end, double *out);
+
+#endif

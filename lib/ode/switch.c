@@ -1,0 +1,173 @@
+/* The choice between the explicit and the implicit method, while marching.
+ *
+ * It is made by trying. Where stability has set the size of a number of explicit steps
+ * (Hairer, Wanner, Solving Ordinary Differential Equations II, IV.2), and at growing
+ * intervals anyway because that test sees real eigenvalues only, implicit steps are tried
+ * from the present point; the method that gets farther for its work goes on. Work is
+ * counted in evaluations of the field and never measured, so that runs repeat exactly.
+ * The way back: where the largest eigenvalue of the last Jacobian would allow explicit
+ * steps that cost less. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "march.h"
+#include "mem.h"
+#include "radau.h"
+
+#define STIFF_ENOUGH 15        /* steps set by stability before the implicit method is tried */
+#define TRY_AFTER 300          /* steps after which it is tried anyway, then twice, ... */
+#define BACK_AFTER 25          /* implicit steps between looks at the way back */
+#define GAIN 1.5               /* by which another method must be better */
+#define EXPLICIT_COST 12.0     /* evaluations of a step */
+#define TRIALS 5
+#define POWER_STEPS 12
+#define EXPLICIT_REACH 4.0     /* times |eigenvalue|: explicit steps of this size are stable */
+
+void ode_choice_begin(struct ode_march *m)
+{
+    struct ode_choice *c = &m->choice;
+    *c = (struct ode_choice){.free = ode_method_is_auto(m->o->method), .enough = STIFF_ENOUGH, .try_at = TRY_AFTER};
+    m->state = m->method->alloc(m->p);
+    *(m->method->implicit ? &c->implicit_state : &c->explicit_state) = m->state;
+}
+
+void ode_choice_end(struct ode_march *m)
+{
+    struct ode_choice *c = &m->choice;
+    const struct ode_stats *s = &m->res->stats;
+    if (c->implicit_state)
+        ode_radau.free(c->implicit_state);
+    if (c->explicit_state)
+        ode_dop853.free(c->explicit_state);
+    if (s->implicit_steps > 0)
+        m->res->method = s->implicit_steps == s->steps ? ode_radau.name : "dop853, radau";
+}
+
+static double size_from(const struct ode_step *s, double h)
+{
+    return 0.9 * h * fmin(6, pow(fmax(s->error, 1e-10), -1.0 / s->error_order));
+}
+
+/* The size that implicit steps would have here, found in a few tries from h on; 0 where
+ * none succeeds. */
+static double implicit_size(struct ode_march *m, double h)
+{
+    double found = 0, rest = fabs(m->stop - m->t);
+    h *= 6;
+    for (int k = 0; k < TRIALS && h > 0; k++) {
+        h = fmin(h, rest);
+        ode_prepare_step(m, h * m->direction);
+        bool solved = ode_radau.attempt(m->choice.implicit_state, &m->field, &m->step) == ODE_STEPPED;
+        if (solved && m->step.error <= 1) {
+            double next = size_from(&m->step, h);
+            m->choice.cost = m->step.cost;
+            found = fmin(next, rest);
+            if (next < 3 * h || h >= rest)
+                return found;
+            h = next;
+        } else if (found > 0) {
+            return found;
+        } else {
+            h *= solved ? fmin(0.5, pow(m->step.error, -1.0 / m->step.error_order)) : 0.25;
+        }
+    }
+    return found;
+}
+
+/* Explicit steps so far: is the implicit method better? */
+static double try_implicit(struct ode_march *m, double h)
+{
+    struct ode_choice *c = &m->choice;
+    long steps = m->res->stats.steps;
+    c->h = c->h > 0 ? 0.9 * c->h + 0.1 * h : h;
+    if (c->stiff < c->enough && steps < c->try_at)
+        return h;
+    if (c->stiff >= c->enough)
+        c->enough *= 2;
+    else
+        c->try_at = 2 * steps;
+    c->stiff = 0;
+    if (!c->implicit_state)
+        c->implicit_state = ode_radau.alloc(m->p);
+    ode_radau.forget(c->implicit_state);
+    enum ode_reason why = m->field.why;
+    double there = implicit_size(m, h);
+    m->field.why = why;
+    ode_radau.forget(c->implicit_state);
+    if (!(there / c->cost > GAIN * c->h / EXPLICIT_COST))
+        return h;
+    m->method = &ode_radau;
+    m->state = c->implicit_state;
+    ode_control_begin(&m->control, ode_radau.error_order);
+    c->enough = STIFF_ENOUGH;
+    c->back_at = steps + BACK_AFTER;
+    return there / 3;
+}
+
+/* The largest |eigenvalue| of the last Jacobian, by a power iteration: the mean growth of
+ * the last steps, for a complex pair too. */
+static double spectral_radius(struct ode_march *m, const struct radau *r)
+{
+    struct lin_sparse *J = r->partials.pattern;
+    int n = m->p->n, counted = 0;
+    double *v = m->work, *w = m->work + n, growth = 0;
+    memcpy(J->val, r->jac, (size_t)J->ptr[n] * sizeof *J->val);
+    for (int j = 0; j < n; j++)
+        v[j] = m->unit[j] * (1 + 0.5 * sin(1.0 + 2.3 * j));
+    for (int k = 0; k < POWER_STEPS; k++) {
+        double before = 0, after = 0;
+        lin_sparse_times(J, v, w);
+        for (int j = 0; j < n; j++) {
+            before += (v[j] / m->unit[j]) * (v[j] / m->unit[j]);
+            after += (w[j] / m->unit[j]) * (w[j] / m->unit[j]);
+        }
+        if (!(after > 0) || !isfinite(after))
+            return after > 0 ? INFINITY : 0;
+        for (int j = 0; j < n; j++)
+            v[j] = w[j] / sqrt(after);
+        if (k >= POWER_STEPS / 2) {
+            growth += log(after / before) / 2;
+            counted++;
+        }
+    }
+    return exp(growth / counted);
+}
+
+/* Implicit steps so far: would explicit ones be better? */
+static double try_explicit(struct ode_march *m, double h)
+{
+    struct ode_choice *c = &m->choice;
+    c->cost = 0.8 * c->cost + 0.2 * m->step.cost;
+    if (m->res->stats.steps < c->back_at)
+        return h;
+    c->back_at = m->res->stats.steps + BACK_AFTER;
+    double radius = spectral_radius(m, c->implicit_state), there = fmin(EXPLICIT_REACH / fmax(radius, 1e-300), h);
+    if (!(there / EXPLICIT_COST > GAIN * h / c->cost))
+        return h;
+    if (!c->explicit_state)
+        c->explicit_state = ode_dop853.alloc(m->p);
+    ode_dop853.forget(c->explicit_state);
+    ode_prepare_step(m, there * m->direction);
+    if (ode_dop853.attempt(c->explicit_state, &m->field, &m->step) != ODE_STEPPED)
+        return h;
+    there = fmin(there, size_from(&m->step, there));
+    if (!(there / EXPLICIT_COST > GAIN * h / c->cost))
+        return h;
+    m->method = &ode_dop853;
+    m->state = c->explicit_state;
+    ode_dop853.forget(m->state);
+    m->dense_ratio = 1;
+    ode_control_begin(&m->control, ode_dop853.error_order);
+    c->h = there;
+    c->stiff = 0;
+    c->try_at = m->res->stats.steps + TRY_AFTER;
+    return there;
+}
+
+double ode_choose(struct ode_march *m, double h)
+{
+    if (!m->choice.free || m->p->n == 0)
+        return h;
+    return m->method->implicit ? try_explicit(m, h) : try_implicit(m, h);
+}

@@ -1,0 +1,212 @@
+/* Sizes of variables from the terms of the equations. */
+#include "scaling.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+
+enum { VARIABLES = 64, DEPTH = 200, EQUATIONS = 4000, LEAST = 24, MOST = 900 };
+
+struct term {
+    double log;                /* log2 of the coefficient */
+    double power[VARIABLES];
+};
+
+struct scaling {
+    const struct expr_store *st;
+    int n, *index;             /* by symbol: variable, or -1 */
+    double *normal, *right;    /* E^T E and -E^T c of the least squares problem */
+    struct term first;
+    bool has_first;
+    int equations;
+    struct later { expr_id e; bool unit; } later[DEPTH]; int laters;   /* inner sums, and arguments */
+};
+
+struct scaling *scaling_new(const struct expr_store *st, const int *variable, int variables)
+{
+    if (variables > VARIABLES)
+        return NULL;
+    struct scaling *w = sga_calloc(1, sizeof *w);
+    w->st = st;
+    w->n = variables;
+    w->index = sga_malloc((size_t)(st->symbols + 1) * sizeof *w->index);
+    for (int i = 0; i < st->symbols; i++)
+        w->index[i] = -1;
+    for (int j = 0; j < variables; j++)
+        w->index[variable[j]] = j;
+    w->normal = sga_calloc((size_t)variables * (size_t)variables + 1, sizeof *w->normal);
+    w->right = sga_calloc((size_t)variables + 1, sizeof *w->right);
+    return w;
+}
+
+void scaling_free(struct scaling *w)
+{
+    if (!w)
+        return;
+    free(w->index);
+    free(w->normal);
+    free(w->right);
+    free(w);
+}
+
+void scaling_sum(struct scaling *w)
+{
+    w->has_first = false;
+}
+
+static void postpone(struct scaling *w, expr_id e, bool unit)
+{
+    if (w->laters < DEPTH)
+        w->later[w->laters++] = (struct later){ e, unit };
+}
+
+/* log2 |q| */
+static double log_of(const fmpq *q)
+{
+    double m;
+    slong e;
+    if (fmpq_is_zero(q))
+        return 0;
+    m = fmpz_get_d_2exp(&e, fmpq_numref(q));
+    double log = log2(fabs(m)) + (double)e;
+    m = fmpz_get_d_2exp(&e, fmpq_denref(q));
+    return log - log2(fabs(m)) - (double)e;
+}
+
+/* The size of a product; of an inner sum that of its first term. */
+static bool term_of(struct scaling *w, expr_id e, struct term *t)
+{
+    struct { expr_id e; double p; } stack[DEPTH];
+    int depth = 0;
+    stack[depth].e = e;
+    stack[depth++].p = 1;
+    while (depth) {
+        expr_id at = stack[--depth].e;
+        double p = stack[depth].p;
+        const struct expr_node n = w->st->node[at];
+        if (depth + 2 > DEPTH)
+            return false;
+        switch ((enum expr_op)n.op) {
+        case EXPR_CONST:
+            if (expr_is_zero(w->st, at))
+                return false;
+            t->log += p * log_of(w->st->constant + n.a);
+            break;
+        case EXPR_SYM:
+            if (w->index[n.a] >= 0)
+                t->power[w->index[n.a]] += p;
+            break;
+        case EXPR_MUL: case EXPR_DIV:
+            stack[depth].e = n.a;
+            stack[depth++].p = p;
+            stack[depth].e = n.b;
+            stack[depth++].p = n.op == EXPR_MUL ? p : -p;
+            break;
+        case EXPR_NEG: case EXPR_ABS: case EXPR_MIN: case EXPR_MAX:
+        case EXPR_SQRT: case EXPR_CBRT: case EXPR_POWI:
+            stack[depth].e = n.a;
+            stack[depth++].p = n.op == EXPR_SQRT ? p / 2 : n.op == EXPR_CBRT ? p / 3 : n.op == EXPR_POWI ? p * n.b : p;
+            break;
+        case EXPR_ADD: case EXPR_SUB:
+            postpone(w, at, false);
+            stack[depth].e = n.a;
+            stack[depth++].p = p;
+            break;
+        default:
+            for (int k = 0; k < expr_children(w->st, at) && n.op != EXPR_SOLVE; k++)
+                postpone(w, expr_child(w->st, at, k), true);
+        }
+    }
+    return true;
+}
+
+/* sum power_j s_j + log = 0, added to the normal equations */
+static void equation(struct scaling *w, const struct term *t)
+{
+    if (w->equations++ > EQUATIONS)
+        return;
+    for (int i = 0; i < w->n; i++) {
+        if (t->power[i] == 0)
+            continue;
+        w->right[i] -= t->power[i] * t->log;
+        for (int j = 0; j < w->n; j++)
+            w->normal[i * w->n + j] += t->power[i] * t->power[j];
+    }
+}
+
+static void add_terms(struct scaling *w, expr_id e, int velocity, bool unit)
+{
+    expr_id stack[DEPTH];
+    int depth = 0;
+    stack[depth++] = e;
+    while (depth) {
+        expr_id at = stack[--depth];
+        const struct expr_node n = w->st->node[at];
+        if ((n.op == EXPR_ADD || n.op == EXPR_SUB) && depth + 2 <= DEPTH) {
+            stack[depth++] = n.b;
+            stack[depth++] = n.a;
+            continue;
+        }
+        struct term t = { 0 };
+        if (!term_of(w, at, &t))
+            continue;
+        if (velocity >= 0)
+            t.power[velocity] += 1;
+        if (unit) {
+            equation(w, &t);
+        } else if (!w->has_first) {
+            w->first = t;
+            w->has_first = true;
+        } else {
+            t.log -= w->first.log;
+            for (int j = 0; j < w->n; j++)
+                t.power[j] -= w->first.power[j];
+            equation(w, &t);
+        }
+    }
+}
+
+void scaling_add(struct scaling *w, expr_id e, int velocity)
+{
+    add_terms(w, e, velocity, false);
+    struct term keep = w->first;
+    bool had = w->has_first;
+    for (int guard = 0; w->laters && guard < DEPTH; guard++) {
+        struct later l = w->later[--w->laters];
+        w->has_first = false;
+        add_terms(w, l.e, -1, l.unit);
+    }
+    w->laters = 0;
+    w->first = keep;
+    w->has_first = had;
+}
+
+int *scaling_solve(struct scaling *w)
+{
+    int n = w->n;
+    double *M = w->normal, *b = w->right;
+    for (int i = 0; i < n; i++)
+        M[i * n + i] += 1e-6;          /* what nothing is known of stays near 1 */
+    for (int k = 0; k < n; k++)        /* positive definite: no pivoting */
+        for (int i = k + 1; i < n; i++) {
+            double f = M[i * n + k] / M[k * n + k];
+            for (int j = k; j < n && f != 0; j++)
+                M[i * n + j] -= f * M[k * n + j];
+            b[i] -= f * b[k];
+        }
+    int *scale = sga_malloc((size_t)(n + 1) * sizeof *scale), largest = 0;
+    for (int i = n - 1; i >= 0; i--) {
+        for (int j = i + 1; j < n; j++)
+            b[i] -= M[i * n + j] * b[j];
+        b[i] /= M[i * n + i];
+        double s = isfinite(b[i]) ? fmax(-MOST, fmin(MOST, b[i])) : 0;
+        scale[i] = (int)lrint(s);
+        largest = abs(scale[i]) > largest ? abs(scale[i]) : largest;
+    }
+    if (largest >= LEAST)
+        return scale;
+    free(scale);
+    return NULL;
+}

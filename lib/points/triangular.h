@@ -1,0 +1,16 @@
+/* Inside the points folder: points of constraint sets that are graphs over one another.
+ *
+ * Where constraint i is affine in a variable that no earlier one contains, the set is
+ * solved from the first constraint to the last, one division each: no start can miss, and
+ * numbers of any size are met (chains x_i' = x_(i+1) + x_i^2 reach 10^(2^n)). The balls are
+ * enclosures, so the point is certified. */
+#ifndef SGA_POINTS_TRIANGULAR_H
+#define SGA_POINTS_TRIANGULAR_H
+
+#include "points.h"
+
+/* Sets the solved variables of p from the others, which keep their values (made exact), at
+ * so many bits. False: the constraints do not have the shape, or a slope may vanish. */
+bool points_triangular(const struct points_space *space, struct points_point *p, slong prec);
+
+#endif

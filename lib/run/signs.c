@@ -1,0 +1,137 @@
+/* For which values of the symbolic parameters the final set has real points. The reduction
+ * holds wherever it has any; y^2 + a = 0 has none where a is positive. Points are looked for at
+ * values of both signs: what is found is evidence and said as such, not a proof. */
+#include "answer.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+
+enum { DRAWS = 16, MOST_PARAMETERS = 8, MOST_VARIABLES = 60 };
+
+struct draws {
+    double value[DRAWS][MOST_PARAMETERS];
+    bool found[DRAWS];
+    int count, missed;
+};
+
+static bool has_parameter(const struct job *j)
+{
+    const struct sys_system *sys = &j->request.system;
+    struct expr_cone cone;
+    bool has = false;
+    expr_cone_init(&cone);
+    for (int i = 0; i < j->solution.constraints && !has; i++) {
+        expr_cone_of(sys->store, &cone, &j->solution.constraint[i].expr, 1);
+        for (int k = 0; k < cone.count && !has; k++)
+            for (int q = 0; q < sys->parameters && !has; q++)
+                has = cone.list[k] == sys->store->symbol[sys->parameter[q]].node;
+    }
+    expr_cone_clear(&cone);
+    return has;
+}
+
+/* Whether the final set has a point at values of the parameters. False in *asked where there
+ * was no time to find out. */
+static bool point_at(struct job *j, const double *value, uint64_t *random, bool *asked)
+{
+    const struct sys_system *sys = &j->request.system;
+    int n = sys->variables, c = j->solution.constraints;
+    int *variable = sga_malloc((size_t)n * sizeof *variable), *end = sga_calloc((size_t)j->solution.generations + 1, sizeof *end);
+    expr_id *con = sga_malloc((size_t)(c + 1) * sizeof *con);
+    for (int i = 0; i < n; i++)
+        variable[i] = sys->variable[i].symbol;
+    for (int i = 0; i < c; i++)
+        con[i] = j->solution.constraint[i].expr;
+    struct points_space space = {
+        .st = sys->store, .variable = variable, .variables = n, .parameter = sys->parameter, .parameters = sys->parameters,
+        .parameter_value = value, .time = sys->time, .constraint = con, .constraints = c, .near = j->near,
+        .near_time = j->near_time, .budget = &j->budget,
+    };
+    struct points_point p;
+    int stages = sga_stages(&j->solution, end);
+    enum points_status status = points_find_staged(&space, end, stages, 1, random, 64, &p);
+    points_point_clear(&p);
+    free(variable);
+    free(end);
+    free(con);
+    *asked = status != POINTS_STOPPED;
+    return status == POINTS_OK || status == POINTS_IRREGULAR;
+}
+
+/* The first draw is positive throughout; signs are random then, sizes from 1/3 to 3. */
+static bool draw(struct job *j, struct draws *d)
+{
+    uint64_t random = 77;
+    bool asked = true;
+    int n = j->request.system.parameters;
+    for (int k = 0; k < DRAWS && asked; k++) {
+        for (int i = 0; i < n; i++) {
+            double v = ldexp(round(exp(1.1 * (2 * points_uniform(&random) - 1)) * 0x1p20), -20);
+            d->value[k][i] = k > 0 && points_uniform(&random) < 0.5 ? -v : v;
+        }
+        d->found[k] = point_at(j, d->value[k], &random, &asked);
+        d->missed += !d->found[k];
+        d->count++;
+    }
+    return asked;
+}
+
+/* The sign of parameter i that divides what was found from what was not; 0: none does. */
+static int dividing_sign(const struct draws *d, int i)
+{
+    int s = 0;
+    for (int k = 0; k < d->count; k++) {
+        int here = (d->value[k][i] > 0 ? 1 : -1) * (d->found[k] ? 1 : -1);
+        if (s && s != here)
+            return 0;
+        s = here;
+    }
+    return s;
+}
+
+static void write_values(struct job *j, struct sga_json *w, const char *key, const double *value)
+{
+    const struct sys_system *sys = &j->request.system;
+    sga_json_key(w, key);
+    sga_json_object(w);
+    for (int i = 0; i < sys->parameters; i++)
+        sga_json_member_double(w, sys->store->symbol[sys->parameter[i]].name, value[i]);
+    sga_json_end_object(w);
+}
+
+static void write_draws(struct job *j, const struct draws *d)
+{
+    const struct sys_system *sys = &j->request.system;
+    struct sga_json json, *w = &json;
+    int who = 0, sign = 0, yes = -1, no = -1;
+    for (int i = 0; i < sys->parameters && !sign; i++) {
+        sign = dividing_sign(d, i);
+        who = sign ? i : who;
+    }
+    for (int k = 0; k < d->count; k++) {
+        int *to = d->found[k] ? &yes : &no;
+        *to = *to < 0 ? k : *to;
+    }
+    sga_json_begin(w, &j->signs);
+    sga_json_object(w);
+    sga_json_member_string(w, "expression", sys->store->symbol[sys->parameter[who]].name);
+    sga_json_member_string(w, "kind", sign > 0 ? "positive" : sign < 0 ? "negative" : "some_values");
+    if (yes >= 0)
+        write_values(j, w, "found_at", d->value[yes]);
+    write_values(j, w, "not_found_at", d->value[no]);
+    sga_json_end_object(w);
+}
+
+void answer_signs(struct job *j)
+{
+    const struct sys_system *sys = &j->request.system;
+    struct draws d = { .count = 0 };
+    if (!sys->parameters || sys->parameters > MOST_PARAMETERS || sys->variables > MOST_VARIABLES
+        || j->solution.verdict == SGA_INCONSISTENT || !has_parameter(j))
+        return;
+    if (draw(j, &d) && d.missed)
+        write_draws(j, &d);
+}

@@ -1,0 +1,123 @@
+/* The system restricted to a stratum, or with a condition on parameters used up. */
+#include "strata_case.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "derive.h"
+#include "facts.h"
+#include "mem.h"
+#include "poly.h"
+
+static void restricted(struct strata_case *part, const struct sys_system *system, const struct stratum *s)
+{
+    int r = system->restrictions;
+    part->system = *system;
+    part->system.square = false;
+    part->system.restriction = sga_malloc((size_t)(r + s->wheres + 1) * sizeof *part->system.restriction);
+    for (int i = 0; i < r; i++)
+        part->system.restriction[i] = system->restriction[i];
+    for (int i = 0; i < s->wheres; i++)
+        part->system.restriction[r + i] = s->where[i];
+    part->system.restrictions = r + s->wheres;
+}
+
+/* The parameter that f is affine in, its factor free of variables and never zero if possible;
+ * *value is what it equals where f = 0. -1: none. */
+static int solve_for(const struct sys_system *system, expr_id f, expr_id *value)
+{
+    struct expr_store *st = system->store;
+    struct poly_limits limits = { .max_terms = 100, .max_generators = 24 };
+    int best = -1;
+    bool constant = false;
+    for (int k = 0; k < system->parameters && !constant; k++) {
+        int symbol = system->parameter[k];
+        expr_id d = expr_diff(st, f, symbol), rest = f;
+        poly_normal(st, d, &limits, &d);
+        if (expr_is_zero(st, d) || !expr_is_zero(st, expr_diff(st, d, symbol)))
+            continue;
+        constant = expr_is_const(st, d);
+        if (best >= 0 && !constant)
+            continue;
+        expr_id *map = sga_calloc((size_t)st->symbols, sizeof *map);
+        map[symbol] = expr_int(st, 0);
+        expr_substitute(st, &rest, 1, map);
+        free(map);
+        *value = expr_neg(st, expr_div(st, rest, d));
+        poly_normal(st, *value, &limits, value);
+        best = k;
+    }
+    return best;
+}
+
+static bool on_parameters(const struct sys_system *system, expr_id f)
+{
+    struct expr_facts facts;
+    expr_facts_init(&facts);
+    bool yes = !(expr_facts_of(&facts, system->store, f) & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME));
+    expr_facts_clear(&facts);
+    return yes;
+}
+
+/* Rows, restriction and parameters with the k-th parameter replaced. */
+static void substitute(struct strata_case *part, const struct sys_system *system, int k, expr_id value)
+{
+    struct expr_store *st = system->store;
+    struct sys_system *to = &part->system;
+    expr_id *map = sga_calloc((size_t)st->symbols, sizeof *map);
+    map[system->parameter[k]] = value;
+    sys_init(to, st);
+    to->time = system->time;
+    to->square = system->square;
+    for (int i = 0; i < system->variables; i++)
+        sys_add_variable(to, system->variable[i].symbol, system->variable[i].role);
+    for (int i = 0; i < system->parameters; i++)
+        if (i != k)
+            sys_add_parameter(to, system->parameter[i]);
+    for (int i = 0; i < system->restrictions; i++) {
+        expr_id e = system->restriction[i];
+        expr_substitute(st, &e, 1, map);
+        sys_add_restriction(to, e);
+    }
+    for (int i = 0; i < system->rows; i++) {
+        expr_id e = system->row[i].alpha;
+        expr_substitute(st, &e, 1, map);
+        int row = sys_add_row(to, e, system->row[i].source);
+        for (int q = 0; q < system->row[i].entries; q++) {
+            e = system->row[i].entry[q].value;
+            expr_substitute(st, &e, 1, map);
+            sys_add_entry(to, row, system->row[i].entry[q].col, e);
+        }
+    }
+    part->own_rows = true;
+    free(map);
+}
+
+bool strata_case_make(struct strata_case *part, const struct sys_system *system, struct stratum *s, struct sga_error *err)
+{
+    *part = (struct strata_case){ .own_rows = false };
+    if (strcmp(s->kind, "parameter") != 0) {
+        restricted(part, system, s);
+        return true;
+    }
+    expr_id value = EXPR_UNDEF;
+    struct sga_buf text = { 0 };
+    int k = on_parameters(system, s->where[0]) ? solve_for(system, s->where[0], &value) : -1;
+    if (k < 0 || !expr_print(system->store, value, 4000, &text)) {
+        sga_buf_free(&text);
+        return sga_fail(err, SGA_E_UNDECIDED, "this is a condition on the parameters on the set of the constraints; it could not be "
+                        "solved for one of them to be substituted; give the parameters values that fulfil it");
+    }
+    s->parameter = strdup(system->store->symbol[system->parameter[k]].name);
+    s->value = sga_buf_take(&text);
+    substitute(part, system, k, value);
+    return true;
+}
+
+void strata_case_clear(struct strata_case *part)
+{
+    if (part->own_rows)
+        sys_clear(&part->system);
+    else
+        free(part->system.restriction);
+}

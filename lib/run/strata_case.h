@@ -1,0 +1,36 @@
+/* Inside the run folder: the system that belongs to a stratum. */
+#ifndef SGA_RUN_STRATA_CASE_H
+#define SGA_RUN_STRATA_CASE_H
+
+#include "answer.h"
+
+/* Shares what it does not change with the system that it was made from. */
+struct strata_case {
+    struct sys_system system;
+    bool own_rows;
+};
+
+/* The functions of s->where are added to the restriction; where s is a condition on
+ * parameters, it is solved for one of them, which is substituted (noted in s). False:
+ * UNDECIDED, where it could not be solved. */
+bool strata_case_make(struct strata_case *part, const struct sys_system *system, struct stratum *s, struct sga_error *err);
+void strata_case_clear(struct strata_case *part);
+
+/* Numerical rank of [A; d xi] at a point, for the first `rows` rows and c functions of the
+ * space: singular values above 1e-10 of the largest, rows scaled to largest entry 1. The point
+ * is known to 64 bits, so what is 0 there comes out far below. Cost: that of a dense SVD. */
+int strata_rank_at(struct job *j, const struct points_space *space, int rows, int c, struct points_point *p);
+
+/* A job's own state while a stratum is solved in its place. */
+struct strata_frame {
+    struct job keep;
+    struct strata_case part;
+};
+
+/* j becomes a fresh job for the stratum's system, with the same request otherwise: the store of
+ * expressions grows under both. False: no system could be made, j is as it was. */
+bool strata_enter(struct job *j, struct stratum *s, struct strata_frame *f, struct sga_error *err);
+/* Drops the stratum's answer; j is what it was. */
+void strata_leave(struct job *j, struct strata_frame *f);
+
+#endif

@@ -1,0 +1,88 @@
+/* A start on a stratum, where the general field is not determined: the stratum's own field may
+ * be. */
+#include "strata_case.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+
+/* A start that has to be moved this far does not lie on the stratum. */
+static const double ON_STRATUM = 1e-9;
+
+/* The stratum's motion from the request's start; *there: the start lies on it. */
+static bool motion_on(struct job *j, struct stratum *s, bool *there, struct sga_error *err)
+{
+    struct strata_frame f;
+    if (!strata_enter(j, s, &f, err))
+        return false;
+    j->near = f.keep.near;
+    j->near_time = f.keep.near_time;
+    j->request.want = (f.keep.request.want & (REQUEST_TRAJECTORY | REQUEST_CONSISTENT_INITIAL)) | REQUEST_CONSTRAINTS
+                      | REQUEST_VECTOR_FIELD;
+    bool ok = answer_reduce(j) && answer_texts(j) && answer_witness(j) && answer_motion(j);
+    double moved = j->has_trajectory ? j->trajectory.moved : j->has_initial ? j->initial.moved : 1;
+    *there = ok && moved <= ON_STRATUM;
+    if (*there) {
+        f.keep.trajectory = j->trajectory;
+        f.keep.has_trajectory = j->has_trajectory;
+        f.keep.initial = j->initial;
+        f.keep.has_initial = j->has_initial;
+        f.keep.initial_residuals = j->initial_residuals;
+        j->has_trajectory = j->has_initial = false;
+    }
+    j->near = NULL;          /* not its own */
+    strata_leave(j, &f);
+    return ok;
+}
+
+/* What stands where the start lies, for the refusal. */
+static void say(struct sga_buf *out, const struct stratum *s, const char *why)
+{
+    sga_buf_printf(out, "%s%s", out->len ? "; " : "", "where ");
+    for (int k = 0; k < s->wheres; k++)
+        sga_buf_printf(out, "%s%.80s", k ? " = " : "", s->text[k]);
+    sga_buf_printf(out, " = 0: %.160s", why);
+}
+
+bool answer_motion_on_stratum(struct job *j)
+{
+    struct sga_error first = *j->err;
+    struct sga_buf said = { 0 };
+    if (j->has_trajectory)
+        traj_result_clear(&j->trajectory);
+    if (j->has_initial)
+        traj_initial_clear(&j->initial);
+    j->has_trajectory = j->has_initial = false;
+    bool done = false;
+    for (int i = 0; i < j->strata && !done; i++) {
+        struct stratum *s = j->stratum + i;
+        struct sga_error err = { 0 };
+        bool there = false;
+        if (strcmp(s->kind, "parameter") == 0)
+            continue;
+        if (!j->request.strata) {
+            say(&said, s, "strata \"solve\" looks for a motion there");
+            continue;
+        }
+        bool ok = motion_on(j, s, &there, &err);
+        if (ok && there) {
+            j->moves_on = i + 1;
+            done = true;
+        } else {
+            say(&said, s, ok ? "the start lies elsewhere" : err.detail);
+        }
+    }
+    if (done) {
+        *j->err = (struct sga_error){ 0 };
+    } else {
+        *j->err = first;
+        if (said.len) {
+            size_t n = strlen(j->err->detail);
+            snprintf(j->err->detail + n, sizeof j->err->detail - n, " (strata: %s)", said.data);
+        }
+    }
+    sga_buf_free(&said);
+    return done;
+}

@@ -1,0 +1,282 @@
+/* Each stratum as a system of its own: the same algorithm, restricted to it. */
+#include "answer.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+#include "strata_case.h"
+
+/* A stratum of a stratum of a stratum ..., and all of them together. */
+enum { DEPTH = 3, MOST = 48 };
+
+/* The set that a stratum was reduced to, as it is written. */
+struct reached {
+    char *key;                    /* verdict, parameter case and the sorted constraints */
+    struct sga_buf where;         /* JSON: the functions that it was restricted to */
+    int number, index;            /* the list of strata that it is in, and its place there */
+};
+
+struct strata_tree {
+    struct reached *reached; int count; size_t cap;
+    int solved, lists, cases;
+    int restrictions;             /* of the request itself */
+    bool cancelled;
+};
+
+static int by_text(const void *a, const void *b)
+{
+    return strcmp(*(char *const *)a, *(char *const *)b);
+}
+
+/* Equal keys: the same constraints for the same system, so the same set and answer. NULL where
+ * the constraints are written with names. */
+static char *key_of(const struct job *j)
+{
+    struct sga_buf key = { 0 };
+    int c = j->solution.constraints;
+    if (j->texts.count || j->solution.verdict == SGA_INCONSISTENT)
+        return NULL;
+    const char **text = sga_malloc((size_t)(c + 1) * sizeof *text);
+    for (int i = 0; i < c; i++)
+        text[i] = j->texts.root[i];
+    qsort(text, (size_t)c, sizeof *text, by_text);
+    sga_buf_printf(&key, "%d", j->parameter_case);
+    for (int i = 0; i < c; i++)
+        sga_buf_printf(&key, "|%s", text[i]);
+    free(text);
+    return sga_buf_take(&key);
+}
+
+static void where_json(struct sga_buf *out, const struct stratum *s)
+{
+    struct sga_json w;
+    sga_json_begin(&w, out);
+    sga_json_array(&w);
+    for (int i = 0; i < s->wheres; i++)
+        sga_json_string(&w, s->text[i]);
+    sga_json_end_array(&w);
+}
+
+static void whole_where(const struct job *j, struct sga_buf *out)
+{
+    struct sga_json w;
+    sga_json_begin(&w, out);
+    sga_json_array(&w);
+    for (int i = 0; i < j->request.system.restrictions; i++) {
+        struct sga_buf text = { 0 };
+        if (expr_print(&j->request.store, j->request.system.restriction[i], 4000, &text))
+            sga_json_string(&w, text.data);
+        sga_buf_free(&text);
+    }
+    sga_json_end_array(&w);
+}
+
+/* Takes over key, which may be NULL. */
+static void note_set(const struct job *j, char *key, int number, int index)
+{
+    struct strata_tree *tree = j->tree;
+    if (!key)
+        return;
+    SGA_RESERVE(tree->reached, tree->cap, tree->count + 1);
+    struct reached *r = tree->reached + tree->count++;
+    *r = (struct reached){ .key = key, .number = number, .index = index };
+    whole_where(j, &r->where);
+}
+
+/* j is the solved stratum `to`, at place `index` of list `number`; siblings are the strata of
+ * that list. Whether its set was reached before: then that is noted instead. */
+static bool known_set(struct job *j, struct stratum *sibling, struct stratum *to, int number)
+{
+    struct strata_tree *tree = j->tree;
+    char *key = key_of(j);
+    for (int i = 0; i < tree->count && key; i++) {
+        struct reached *r = tree->reached + i;
+        if (strcmp(r->key, key) != 0)
+            continue;
+        if (r->index < 0) {          /* the request's own answer */
+            to->state = STRATUM_SKIPPED;
+        } else if (r->number == number) {
+            struct stratum *first = sibling + r->index;
+            if (first->also.len)
+                sga_buf_puts(&first->also, ",");
+            where_json(&first->also, to);
+            to->state = STRATUM_MERGED;
+        } else {
+            to->state = STRATUM_SAME;
+            sga_buf_puts(&to->note, r->where.data);
+        }
+        free(key);
+        return true;
+    }
+    note_set(j, key, number, (int)(to - sibling));
+    return false;
+}
+
+/* The reduction and all that is written of it, near a guess or not. */
+static bool reduce(struct job *j, double *near, double time)
+{
+    j->near = near;
+    j->near_time = time;
+    return answer_reduce(j);
+}
+
+/* A job that shares the request (whose system is the stratum's) and nothing else. */
+static struct job fresh(const struct job *j, struct sga_error *err)
+{
+    return (struct job){ .request = j->request, .budget = j->budget, .options = j->options, .tree = j->tree, .err = err,
+                         .stage = j->stage,
+                         .depth = j->depth + 1, .parameter_case = j->parameter_case };
+}
+
+/* Local failures that a better start may mend. */
+static bool no_point(enum sga_code code)
+{
+    return code == SGA_E_NO_REAL_POINT || code == SGA_E_IRREGULAR;
+}
+
+/* The Hamiltonian form pulls its equations back by the differentials of `restrict`: where those
+ * become dependent, equations are lost, and what is reduced there is not the system. */
+static bool pull_back_holds(struct job *j)
+{
+    const struct sys_system *sys = &j->request.system;
+    if (strcmp(j->request.form, "hamiltonian") != 0 || !j->tree->restrictions || !j->shadow.reals)
+        return true;
+    struct points_space space = j->shadow.space;
+    space.constraint = sys->restriction;
+    space.constraints = j->tree->restrictions;
+    int *variable = sga_malloc((size_t)sys->variables * sizeof *variable);
+    for (int i = 0; i < sys->variables; i++)
+        variable[i] = sys->variable[i].symbol;
+    space.variable = variable;
+    int rank = strata_rank_at(j, &space, 0, j->tree->restrictions, &j->shadow.real[0]);
+    free(variable);
+    return rank == j->tree->restrictions
+           || sga_fail(j->err, SGA_E_IRREGULAR, "the differentials of the functions in restrict are dependent on this stratum, so "
+                       "the pulled-back equations do not say everything there; restrict to it in another way");
+}
+
+static void answer_stratum(struct job *j, struct stratum *sibling, struct stratum *s, int number)
+{
+    const struct sga_solution *sol = &j->solution;
+    struct sga_error first = { 0 };
+    bool ok = reduce(j, NULL, s->time);
+    if (!ok && no_point(j->err->code) && s->point) {
+        int depth = j->depth;
+        first = *j->err;
+        struct sga_error *err = j->err;
+        *err = (struct sga_error){ 0 };
+        answer_clear(j);
+        *j = fresh(j, err);
+        j->depth = depth;
+        double *near = sga_malloc((size_t)j->request.system.variables * sizeof *near);
+        memcpy(near, s->point, (size_t)j->request.system.variables * sizeof *near);
+        ok = reduce(j, near, s->time);
+        if (!ok)
+            *err = first;
+    }
+    ok = ok && (sol->verdict == SGA_INCONSISTENT || pull_back_holds(j)) && answer_texts(j);
+    if (ok && sol->verdict == SGA_INCONSISTENT && (sol->empty_restriction || s->off)) {
+        s->state = sol->empty_restriction ? STRATUM_EMPTY : STRATUM_SKIPPED;
+        sga_buf_puts(&s->note, sol->contradiction_why);
+        return;
+    }
+    if (ok && known_set(j, sibling, s, number))
+        return;
+    if (ok) {
+        answer_strata(j);
+        answer_signs(j);
+    }
+    ok = ok && answer_witness(j) && answer_strata_solve(j);
+    ok = ok && answer_write(j, &s->result);
+    s->state = ok ? STRATUM_SOLVED : STRATUM_UNSOLVED;
+}
+
+bool strata_enter(struct job *j, struct stratum *s, struct strata_frame *f, struct sga_error *err)
+{
+    if (!strata_case_make(&f->part, &j->request.system, s, err))
+        return false;
+    f->keep = *j;
+    *j = fresh(j, err);
+    j->request.system = f->part.system;
+    j->request.name = NULL;
+    return true;
+}
+
+void strata_leave(struct job *j, struct strata_frame *f)
+{
+    answer_clear(j);
+    strata_case_clear(&f->part);
+    struct expr_store store = j->request.store;      /* it grew */
+    *j = f->keep;
+    j->request.store = store;
+}
+
+static void solve_one(struct job *j, struct stratum *s, int number)
+{
+    struct strata_frame f;
+    struct stratum *sibling = j->stratum;
+    if (!strata_enter(j, s, &f, &s->error)) {
+        s->state = STRATUM_UNSOLVED;
+        return;
+    }
+    j->request.want &= REQUEST_CONSTRAINTS | REQUEST_INDEX | REQUEST_VECTOR_FIELD | REQUEST_GAUGE;
+    if (s->parameter)
+        j->parameter_case = ++j->tree->cases;
+    answer_stratum(j, sibling, s, number);
+    strata_leave(j, &f);
+    if (!expr_store_ok(&j->request.store)) {      /* what is known already can still be written */
+        if (s->error.code == SGA_E_OK)
+            s->error = j->request.store.error;
+        s->state = STRATUM_UNSOLVED;
+        j->request.store.error = (struct sga_error){ 0 };
+    }
+    j->tree->cancelled |= s->error.code == SGA_E_CANCELLED;
+}
+
+static void tree_clear(struct strata_tree *tree)
+{
+    for (int i = 0; i < tree->count; i++) {
+        free(tree->reached[i].key);
+        sga_buf_free(&tree->reached[i].where);
+    }
+    free(tree->reached);
+}
+
+static void refuse(struct stratum *s, const char *what, int limit)
+{
+    s->state = STRATUM_UNSOLVED;
+    sga_fail(&s->error, SGA_E_LIMIT_STRATA, "not solved: the limit of %d %s was reached; give its functions in restrict "
+             "to solve it by itself", limit, what);
+}
+
+bool answer_strata_solve(struct job *j)
+{
+    struct strata_tree own = { 0 };
+    bool top = !j->tree;
+    if (!j->request.strata || !j->has_texts)
+        return true;
+    if (top) {
+        j->tree = &own;
+        own.restrictions = j->request.system.restrictions;
+        note_set(j, key_of(j), 0, -1);
+    }
+    int number = ++j->tree->lists;
+    for (int i = 0; i < j->strata && !j->tree->cancelled; i++) {
+        struct stratum *s = j->stratum + i;
+        if (j->depth >= DEPTH)
+            refuse(s, "strata inside each other", DEPTH);
+        else if (j->tree->solved++ >= MOST)
+            refuse(s, "strata", MOST);
+        else
+            solve_one(j, s, number);
+    }
+    bool cancelled = j->tree->cancelled;
+    if (cancelled)
+        sga_fail(j->err, SGA_E_CANCELLED, "the job was cancelled");
+    if (top) {
+        tree_clear(&own);
+        j->tree = NULL;
+    }
+    return !cancelled;
+}

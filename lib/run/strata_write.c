@@ -1,0 +1,103 @@
+/* The strata and the assumptions in the result. */
+#include "answer.h"
+
+#include <string.h>
+
+static void write_texts(struct sga_json *w, const struct stratum *s)
+{
+    sga_json_array(w);
+    for (int i = 0; i < s->wheres; i++)
+        sga_json_string(w, s->text[i]);
+    sga_json_end_array(w);
+}
+
+static void write_problem(struct sga_json *w, const struct sga_error *e)
+{
+    sga_json_key(w, "problem");
+    sga_json_object(w);
+    sga_json_member_string(w, "code", sga_code_text(e->code));
+    sga_json_member_string(w, "detail", e->detail);
+    sga_json_end_object(w);
+}
+
+static void write_stratum(struct sga_json *w, const struct stratum *s)
+{
+    sga_json_object(w);
+    sga_json_key(w, "where");
+    write_texts(w, s);
+    sga_json_member_string(w, "kind", s->kind);
+    if (s->off) {
+        sga_json_member_bool(w, "meets_final_set", false);
+    }
+    if (s->parameter) {
+        sga_json_key(w, "substituted");
+        sga_json_object(w);
+        sga_json_member_string(w, s->parameter, s->value);
+        sga_json_end_object(w);
+    }
+    if (s->also.len) {
+        sga_json_key(w, "also");
+        sga_json_array(w);
+        sga_json_raw(w, s->also.data, s->also.len);
+        sga_json_end_array(w);
+    }
+    if (s->state == STRATUM_SOLVED) {
+        sga_json_key(w, "result");
+        sga_json_raw(w, s->result.data, s->result.len);
+    } else if (s->state == STRATUM_SAME) {
+        sga_json_key(w, "same_as");
+        sga_json_raw(w, s->note.data, s->note.len);
+    } else if (s->state == STRATUM_UNSOLVED) {
+        write_problem(w, &s->error);
+    }
+    sga_json_end_object(w);
+}
+
+void answer_write_strata(const struct job *j, struct sga_json *w)
+{
+    sga_json_key(w, "strata");
+    sga_json_array(w);
+    for (int i = 0; i < j->strata; i++) {
+        const struct stratum *s = j->stratum + i;
+        bool parameter = strcmp(s->kind, "parameter") == 0;
+        bool hidden = s->state == STRATUM_EMPTY || s->state == STRATUM_MERGED || s->state == STRATUM_SKIPPED;
+        if (!hidden && !(parameter && s->state == STRATUM_LISTED))
+            write_stratum(w, s);
+    }
+    sga_json_end_array(w);
+    sga_json_key(w, "assumptions");
+    sga_json_array(w);
+    for (int i = 0; i < j->strata; i++) {
+        if (strcmp(j->stratum[i].kind, "parameter") != 0)
+            continue;
+        sga_json_object(w);
+        sga_json_member_string(w, "expression", j->stratum[i].text[0]);
+        sga_json_member_string(w, "kind", "not_zero");
+        sga_json_end_object(w);
+    }
+    if (j->signs.len)
+        sga_json_raw(w, j->signs.data, j->signs.len);
+    sga_json_end_array(w);
+}
+
+void answer_write_empty_strata(const struct job *j, struct sga_json *w)
+{
+    bool any = false;
+    for (int i = 0; i < j->strata; i++)
+        any |= j->stratum[i].state == STRATUM_EMPTY;
+    if (!any)
+        return;
+    sga_json_key(w, "empty_strata");
+    sga_json_array(w);
+    for (int i = 0; i < j->strata; i++) {
+        const struct stratum *s = j->stratum + i;
+        if (s->state != STRATUM_EMPTY)
+            continue;
+        sga_json_object(w);
+        sga_json_key(w, "where");
+        write_texts(w, s);
+        sga_json_member_string(w, "why", s->note.data);
+        sga_json_end_object(w);
+    }
+    sga_json_end_array(w);
+}

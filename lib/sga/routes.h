@@ -1,0 +1,35 @@
+/* Inside the sga folder: the branches of products, and the special points of a system that
+ * contradicts itself at general ones. */
+#ifndef SGA_SGA_ROUTES_H
+#define SGA_SGA_ROUTES_H
+
+#include "state.h"
+
+/* What is known of the routes tried. */
+struct routes {
+    struct route now, best;
+    int final;                 /* the largest dimension that a route led to; -1: none yet */
+    int tried, failed;
+    bool left;                 /* some were not tried */
+    struct sga_error error;    /* the first failure of a branch */
+    uint64_t seed;
+    expr_id *pivot; int pivots; size_t pivot_cap;   /* what runs that ended empty divided by, where it may vanish */
+};
+
+/* Run routes until one leads to points (with a guess) or all are known (without: the
+ * largest set is the generic one). The caller sets final to -1 and the seed. False: a
+ * failure that ends the job. */
+bool routes_explore(struct routes *r, const struct sys_system *system, const struct sga_options *options,
+                    struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err);
+/* Back to the state before a run. */
+void routes_restart(struct points_shadow *shadow, uint64_t seed, struct sga_solution *solution);
+void routes_clear(struct routes *r);
+
+/* All routes of `above` ended empty, which says something of general points only. The
+ * zero sets of what was divided by are looked at, and theirs in turn: where one holds
+ * solutions, the largest of them (the one the guess lies on, if there is one) becomes the
+ * solution; where none does, the contradiction stands. False: not known of some of them. */
+bool special_solve(const struct routes *above, const struct sys_system *system, const struct sga_options *options,
+                   struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err);
+
+#endif

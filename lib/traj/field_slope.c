@@ -1,0 +1,37 @@
+/* The Jacobian of the reduced field from its expressions: sparse, exact to rounding. Linear
+ * solves inside the expressions are differentiated through their factors (num/jacobian).
+ * Where the field is solved from its defining rows there is none here, and the integrator
+ * takes differences along the constraint set. */
+#include "field.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+
+bool field_slope_init(struct field *f, const struct sga_solution *sol, struct sga_error *err)
+{
+    if (!f->fast || f->slope)
+        return true;
+    int n = f->n, *inputs = field_inputs(f->sys), *columns = sga_malloc(((size_t)n + 1) * sizeof *columns);
+    for (int j = 0; j < n; j++)
+        columns[j] = j;
+    f->plain = num_tape_new(f->sys->store, sol->field, n, inputs, n + 1, err);
+    if (f->plain)
+        f->slope = num_jacobian_new(f->plain, columns, n);
+    free(inputs);
+    free(columns);
+    if (!f->slope)
+        return false;
+    f->pattern = lin_sparse_new(n, n, f->slope->start, f->slope->col);
+    return true;
+}
+
+bool field_slope(struct field *f, double t, const double *x, double *value)
+{
+    memcpy(f->in, x, (size_t)f->n * sizeof *x);
+    f->in[f->n] = t;
+    if (!f->fast || !num_tape_eval(f->direct, f->in, f->direct_out) || !field_pivots_well(f))
+        return false;
+    return num_jacobian_eval(f->slope, f->in, NULL, value);
+}

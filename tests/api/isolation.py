@@ -1,0 +1,72 @@
+"""What a child process may do: compute, and nothing else."""
+import os
+import signal
+import subprocess
+import time
+
+from common import trivial
+from daemon import Daemon
+
+
+def sanitized(build):
+    """Sanitizers need what the sandbox forbids; there it is left out."""
+    return "-" in os.path.basename(os.path.normpath(build))
+
+
+def trials(build, c):
+    if sanitized(build):
+        return
+    run = subprocess.run([os.path.join(build, "sgad"), "--check-sandbox"], capture_output=True, timeout=60, check=False)
+    lines = run.stdout.decode().splitlines()
+    c(run.returncode == 0 and len(lines) >= 10, "--check-sandbox", (run.returncode, run.stdout, run.stderr))
+    for line in lines:
+        c(line.endswith(" refused"), "sandbox: " + line.rsplit(" ", 1)[0].strip(), line)
+
+
+def status(pid):
+    with open(f"/proc/{pid}/status", encoding="ascii") as f:
+        return dict(line.rstrip("\n").split(":\t", 1) for line in f if ":\t" in line)
+
+
+def confined(pid):
+    """Its status once it has entered the sandbox: it may just have been started."""
+    for _ in range(500):
+        s = status(pid)
+        if s["Seccomp"] == "2":
+            break
+        time.sleep(0.02)
+    return s
+
+
+def gone(pid):
+    for _ in range(500):
+        try:
+            if status(pid)["State"].startswith("Z"):
+                return True
+        except OSError:
+            return True
+        time.sleep(0.02)
+    return False
+
+
+def child(build, c):
+    with Daemon(build, "--workers", "2") as d:
+        for _ in range(4):
+            c(d.ask("POST", "/v1/solve", trivial()).json()["status"] == "done", "a job inside the sandbox")
+        pids = d.children()
+        c(len(pids) == 2, "a child for each worker", pids)
+        for pid in pids:
+            s = confined(pid) if not sanitized(build) else status(pid)
+            if not sanitized(build):
+                c(s["Seccomp"] == "2" and s["NoNewPrivs"] == "1", "the child has a filter and gets no privileges", s)
+                names = [os.readlink(f"/proc/{pid}/fd/{fd}") for fd in sorted(os.listdir(f"/proc/{pid}/fd"))]
+                c(len(names) <= 5 and names[0] == names[1] == "/dev/null" and names[3].startswith("socket:"),
+                  "the child has its socket and no other descriptor to speak of", names)
+        # without its parent it is gone, however the parent ended
+        d.process.send_signal(signal.SIGKILL)
+        d.ended()
+        for pid in pids:
+            c(gone(pid), "no child outlives its parent", pid)
+
+
+ALL = [trials, child]

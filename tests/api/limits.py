@@ -1,0 +1,170 @@
+"""What is too large ends by its own limit, with the figure, and nothing else notices."""
+import json
+import os
+import signal
+import threading
+import time
+
+from common import moving, slow, trivial
+from daemon import Daemon
+
+
+def names(n):
+    return [f"x{i}" for i in range(n)]
+
+
+def identity(n):
+    return {"rows": n, "cols": n, "entries": [[i, i, 1] for i in range(n)]}
+
+
+def dense(n, limits):
+    """A matrix of n^2 different products of variables."""
+    v = names(n)
+    rows = [[f"{v[(7 * i + 3 * j) % n]}*{v[j]} + {i + 1}" for j in range(n)] for i in range(n)]
+    return {"system": {"form": "quasilinear", "variables": v, "A": rows, "alpha": v}, "limits": limits}
+
+
+def chain(n, limits):
+    """Each derivative of a sum of products is longer than the one before."""
+    v = names(n)
+    a = {"rows": n, "cols": n, "entries": [[i, i, 1] for i in range(n - 1)]}
+    alpha = [f"{q} + {p}^2*sin({p})" for p, q in zip(v, v[1:])] + ["x0 - sin(t)*x0^2"]
+    return {"system": {"form": "quasilinear", "variables": v, "A": a, "alpha": alpha}, "limits": limits}
+
+
+def numbers(limits):
+    rows = [[f"{2 * i + 3}^300 + {3 * j + 2}^310*{i + j + 1}" for j in range(6)] for i in range(6)]
+    return {"system": {"form": "quasilinear", "variables": names(6), "A": rows, "alpha": names(6)}, "limits": limits}
+
+
+def operator(degree, limits):
+    """Polynomials in time so long that single calls of the algebra take seconds."""
+    def entry(i):
+        return "+".join(f"{(7 * i + 3 * k) % 19 - 9}*t^{k}" for k in range(degree))
+    rows = [[[entry(9 * i + 3 * j + k) for k in range(3)] for j in range(3)] for i in range(3)]
+    return {"system": {"form": "operator", "unknowns": names(3), "coefficients": rows}, "limits": limits}
+
+
+def samples(n, count):
+    return {"system": {"form": "quasilinear", "variables": names(n), "A": identity(n), "alpha": [f"-{x}" for x in names(n)]},
+            "trajectory": {"start": 0, "stop": 1, "samples": count, "initial": {"x0": 1}}, "want": ["trajectory"]}
+
+
+def sums(count, power):
+    """Exact numbers by the thousand: refused while they are read."""
+    alpha = ["+".join(f"{k}^{power}*x0" for k in range(3, 1003))] * count
+    return {"system": {"form": "quasilinear", "variables": names(count), "A": identity(count), "alpha": alpha}}
+
+
+# name: (request, code, a figure that the message names, pointer)
+CASES = {
+    "seconds": (slow(0.7), "time_limit", "0.7 seconds", None),
+    "seconds in the reduction": (dense(60, {"seconds": 1}), "time_limit", "1 seconds", None),
+    "seconds in one call": (operator(400, {"seconds": 1}), "time_limit", "1 seconds", None),
+    "memory": (dense(60, {"megabytes": 48}), "memory_limit", "48 MB", None),
+    "memory in texts": (dense(120, {"megabytes": 60}), "memory_limit", "60 MB", None),
+    "nodes": (chain(30, {"nodes": 20000}), "node_limit", "20000", None),
+    "generations": (chain(8, {"generations": 3}), "generation_limit", "3", None),
+    "bits": (numbers({"bits": 2000}), "bit_limit", "2000 bits", None),
+    "samples": (samples(20000, 1000000), "result_limit", "1000000 samples", "/trajectory"),
+    "samples in memory": ({**samples(100, 30000), "limits": {"megabytes": 20}}, "memory_limit", "20 MB", "/trajectory"),
+    "result": (samples(100, 40000), "result_limit", "MB", None),
+}
+
+
+def ended(build, c):
+    """Each limit by itself, beside normal requests."""
+    with Daemon(build, "--workers", "2", "--result-limit", str(8 << 20)) as d:
+        jobs, wrong, stop = {}, [], threading.Event()
+
+        def others():
+            while not stop.is_set():
+                for a in (d.get("/healthz"), d.get("/metrics"), d.ask("POST", "/v1/jobs", "{}")):
+                    if a.status not in (200, 422):
+                        wrong.append((a.status, a.body[:200]))
+                time.sleep(0.05)
+        watcher = threading.Thread(target=others)
+        watcher.start()
+        for name, (request, *_) in CASES.items():
+            a = d.ask("POST", "/v1/jobs", request)
+            if c(a.status == 202, f"limit of {name}: accepted", a.body[:300]):
+                jobs[name] = a.json()["id"]
+            good = d.ask("POST", "/v1/jobs", moving())
+            jobs["normal beside " + name] = good.json()["id"]
+        for name, id_ in jobs.items():
+            job = d.wait(id_, 120)
+            if name.startswith("normal"):
+                c(job["status"] == "done", name, job.get("error"))
+                continue
+            _, code, figure, pointer = CASES[name]
+            error = job.get("error", {})
+            c(error.get("code") == code, f"limit of {name}: code {code}", error or job.get("result", {}).get("verdict"))
+            c(figure in error.get("detail", ""), f"limit of {name}: the figure", error)
+            c(error.get("pointer") == pointer, f"limit of {name}: the place", error)
+            c(error.get("stage"), f"limit of {name}: the stage", error)
+        stop.set()
+        watcher.join()
+        c(not wrong, "health checks, metrics and refusals go on", wrong[:3])
+        c.status(d.get("/healthz"), 200, "alive")
+
+
+def maxima(build, c):
+    """The service's maxima hold where a request asks for more."""
+    with Daemon(build, "--workers", "1", "--max-seconds", "1", "--child-memory", str(320 << 20)) as d:
+        job = d.ask("POST", "/v1/solve", slow(1000), {"Prefer": "wait=60"}).json()
+        c("limit of 1 seconds" in job.get("error", {}).get("detail", ""), "max-seconds holds", job.get("error"))
+        job = d.ask("POST", "/v1/solve", dense(60, {"seconds": 1000, "megabytes": 100000}), {"Prefer": "wait=60"}).json()
+        c(job.get("error", {}).get("code") in ("memory_limit", "time_limit"), "child-memory holds", job.get("error"))
+    with Daemon(build, "--workers", "1", "--child-memory", str(200 << 20)) as d:
+        job = d.ask("POST", "/v1/solve", dense(60, {"seconds": 60, "megabytes": 100000}), {"Prefer": "wait=90"}).json()
+        c(job.get("error", {}).get("code") == "memory_limit", "child-memory is told as memory_limit", job.get("error"))
+        job = d.ask("POST", "/v1/solve", trivial()).json()
+        c(job["status"] == "done", "the next job runs", job)
+
+
+def refused(build, c):
+    """What is refused while it is read costs the daemon little."""
+    with Daemon(build, "--workers", "1") as d:
+        for name, request in (("many large numbers", sums(100, 9000)), ("many equal numbers", sums(100, 8999))):
+            p = c.problem(d.ask("POST", "/v1/jobs", request), 422, "number_too_large", name)
+            c("268435456 bits" in p.get("detail", "") and p.get("pointer", "").startswith("/system/alpha/"), name, p)
+        # a short text whose system of first order has millions of terms: judged where it runs
+        names_ = [f"q{i}" for i in range(2000)]
+        long = {"system": {"form": "lagrangian", "coordinates": names_, "lagrangian": "*".join(f"(1+{q}'^2*{q}^2)" for q in names_)},
+                "limits": {"seconds": 2}}
+        a = d.ask("POST", "/v1/jobs", long)
+        c.status(a, 202, "a short text with a long meaning is accepted")
+        error = d.wait(a.json()["id"]).get("error", {})
+        c(error.get("code") == "time_limit" and "2 seconds" in error.get("detail", ""), "and ends by its limit", error)
+        with open(f"/proc/{d.process.pid}/status", encoding="ascii") as f:
+            peak = int(next(line for line in f if line.startswith("VmHWM:")).split()[1])
+        c(peak < (1 << 20) or "-" in os.path.basename(os.path.normpath(build)), "the daemon stays small", peak)
+        c.status(d.get("/healthz"), 200, "alive")
+
+
+def stopped(build, c):
+    """A child that answers nobody: the deadline and DELETE end its job all the same."""
+    with Daemon(build, "--workers", "1") as d:
+        def hang(seconds):
+            id_ = d.ask("POST", "/v1/jobs", slow(seconds)).json()["id"]
+            while d.get("/v1/jobs/" + id_).json()["status"] == "queued":
+                time.sleep(0.02)
+            for pid in d.children():    # of the daemon that this test started
+                os.kill(pid, signal.SIGSTOP)
+            return id_
+        error = d.wait(hang(0.5), 60).get("error", {})
+        c(error.get("code") == "time_limit" and "0.5 seconds" in error.get("detail", ""), "a stopped child: the deadline", error)
+        took = []
+        for _ in range(3):
+            id_ = hang(100)
+            begun = time.monotonic()
+            c.status(d.ask("DELETE", "/v1/jobs/" + id_), (200, 202), "DELETE")
+            c(d.wait(id_, 60)["status"] == "cancelled", "a stopped child: DELETE")
+            took.append(time.monotonic() - begun)
+            if took[-1] < 1:
+                break
+        c(min(took) < 1, "DELETE stops a running job within a second", took)
+        c(d.ask("POST", "/v1/solve", trivial()).json()["status"] == "done", "the next job runs")
+
+
+ALL = [ended, maxima, refused, stopped]

@@ -1,0 +1,250 @@
+"""Files that are gone, damaged, newer or full: each has a defined behaviour."""
+import os
+import random
+import resource
+import shutil
+import sqlite3
+import subprocess
+import tempfile
+import time
+
+from common import moving, slow, trivial
+from daemon import Daemon
+
+
+def path(d, name):
+    return os.path.join(d.state, "sgad", name)
+
+
+def essence(job):
+    """What an answer says, apart from when it was computed."""
+    return {k: v for k, v in job.get("result", {}).items() if k != "work"}
+
+
+def some_jobs(d, n=6):
+    return {j["id"]: essence(j) for j in (d.ask("POST", "/v1/solve", moving()).json() for _ in range(n))}
+
+
+def again(d, c, jobs, label):
+    """Every job still has its answer, computed once more where it must be."""
+    for id_, was in jobs.items():
+        a = d.get("/v1/jobs/" + id_)
+        if c(a.status == 200, f"{label}: the job is there", a.body[:200]):
+            c(essence(d.wait(id_)) == was, f"{label}: the same answer")
+
+
+def refused(d, c, label, word):
+    """The daemon does not start, says why, and leaves the file as it is."""
+    with open(path(d, "queue.db"), "rb") as f:
+        before = f.read()
+    run = subprocess.run([os.path.join(d.build, "sgad"), "--listen", "127.0.0.1:0", "--state", os.path.join(d.state, "sgad")],
+                         capture_output=True, timeout=30, check=False)
+    c(run.returncode == 1 and word in run.stderr.decode(), f"{label}: refused with the reason", (run.returncode, run.stderr))
+    with open(path(d, "queue.db"), "rb") as f:
+        c(f.read() == before, f"{label}: the file is left as it is")
+
+
+def dropped(build, c):
+    """The results are in a file of their own that may go at any time."""
+    with Daemon(build, "--cache-memory", "0") as d:
+        jobs = some_jobs(d)
+        again(d, c, jobs, "from the file")
+        d.stop()
+        for name in os.listdir(os.path.join(d.state, "sgad")):
+            if name.startswith("cache.db"):
+                os.remove(path(d, name))
+        d.start()
+        again(d, c, jobs, "results deleted")
+        d.stop()
+        with open(path(d, "cache.db"), "wb") as f:
+            f.write(random.Random(1).randbytes(20000))
+        d.start()
+        again(d, c, jobs, "results overwritten")
+        with open(os.path.join(d.state, "test.log"), encoding="utf-8") as f:
+            c("cache_dropped" in f.read(), "results overwritten: it is logged")
+        d.stop()
+        with sqlite3.connect(path(d, "cache.db")) as db:
+            db.execute("PRAGMA user_version=999")
+        db.close()
+        run = subprocess.run([os.path.join(build, "sgad"), "--listen", "127.0.0.1:0", "--state", os.path.join(d.state, "sgad")],
+                             capture_output=True, timeout=30, check=False)
+        c(run.returncode == 1 and b"newer sgad" in run.stderr, "newer results: refused", run.stderr)
+        os.remove(path(d, "cache.db"))
+        d.start()
+
+
+def flipped(build, c):
+    """Bytes of the results change, before the start and while it runs: never a wrong answer."""
+    rng = random.Random(20261121)
+    with Daemon(build, "--cache-memory", "0") as d:
+        jobs = some_jobs(d, 12)
+        for kind in ("bytes", "pages"):
+            for running in (False, True):
+                if not running:
+                    d.stop()
+                else:                 # put what the log holds into the file, which readers then read
+                    with sqlite3.connect(path(d, "cache.db")) as db:
+                        db.execute("PRAGMA wal_checkpoint(PASSIVE)")
+                    db.close()
+                with open(path(d, "cache.db"), "r+b") as f:
+                    size = f.seek(0, 2)
+                    for _ in range(40 if kind == "bytes" else 4):
+                        f.seek(rng.randrange(4096, size - 4096))
+                        f.write(rng.randbytes(1 if kind == "bytes" else 4096))
+                if not running:
+                    d.start()
+                again(d, c, jobs, f"changed {kind} of results, {'running' if running else 'stopped'}")
+                again(d, c, jobs, f"after changed {kind} of results, {'running' if running else 'stopped'}")
+        c.status(d.get("/readyz"), 200, "ready")
+
+
+def damaged(build, c):
+    """The queue is a promise: damaged or newer, it is refused and left alone; a changed
+    request is not run as if it were the one that was accepted."""
+    with Daemon(build, "--workers", "1") as d:
+        blocker = d.ask("POST", "/v1/jobs", slow()).json()["id"]
+        waiting = {k: d.ask("POST", "/v1/jobs", trivial(k)).json()["id"] for k in range(70001, 70009)}
+        d.process.kill()
+        d.ended()
+        shutil.copytree(os.path.join(d.state, "sgad"), os.path.join(d.state, "kept"))
+        with sqlite3.connect(path(d, "queue.db")) as db:
+            db.execute("PRAGMA user_version=999")
+        db.close()
+        refused(d, c, "a newer queue", "newer sgad")
+        with sqlite3.connect(path(d, "queue.db")) as db:
+            db.execute("PRAGMA user_version=2")
+            bad = waiting[70003]
+            db.execute("UPDATE jobs SET request=replace(request, '70003', '90009') WHERE id=?", (bad,))
+        db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+        db.close()
+        d.start()
+        d.ask("DELETE", "/v1/jobs/" + blocker)
+        for k, id_ in waiting.items():
+            job = d.wait(id_)
+            if id_ == bad:
+                c(job["status"] == "failed" and job["error"]["code"] == "store_failed", "a changed request is not run", job)
+            else:
+                c(job["status"] == "done" and job["result"]["vector_field"]["components"]["x"] == f"{k}*x", "the others run", job)
+        d.stop()
+        with open(path(d, "queue.db"), "r+b") as f:
+            for place in range(4096, f.seek(0, 2), 4096):
+                f.seek(place)
+                f.write(random.Random(place).randbytes(4096))
+        refused(d, c, "a damaged queue", "move it away")
+        shutil.rmtree(os.path.join(d.state, "sgad"))
+        shutil.copytree(os.path.join(d.state, "kept"), os.path.join(d.state, "sgad"))
+        d.start()
+        d.ask("DELETE", "/v1/jobs/" + blocker)
+        for k, id_ in waiting.items():
+            c(d.wait(id_)["status"] == "done", "a restored queue runs")
+
+
+def older(build, c):
+    """A queue of the first schema is brought up to date."""
+    with Daemon(build) as d:
+        jobs = some_jobs(d, 2)
+        d.stop()
+        with sqlite3.connect(path(d, "queue.db")) as db:
+            db.execute("ALTER TABLE jobs DROP COLUMN sum")
+            db.execute("PRAGMA user_version=1")
+        db.close()
+        d.start()
+        again(d, c, jobs, "an older queue")
+        d.stop()
+        with sqlite3.connect(path(d, "queue.db")) as db:
+            c(db.execute("PRAGMA user_version").fetchone()[0] == 2, "an older queue: its version after")
+        db.close()
+        d.start()
+
+
+def until(d, should, seconds=30):
+    end = time.time() + seconds
+    while time.time() < end:
+        a = d.get("/readyz")
+        if a.status == should:
+            return True
+        time.sleep(0.1)
+    return False
+
+
+def no_room(build, c):
+    """Nothing can be written for a while (a file size limit of 0 stands for a full disk): new
+    jobs are refused, what runs is finished, and its end reaches the disk afterwards."""
+    with Daemon(build, "--workers", "2") as d:
+        done = some_jobs(d, 2)
+        going = d.ask("POST", "/v1/jobs", slow(2)).json()["id"]
+        while d.get("/v1/jobs/" + going).json()["status"] != "running":
+            time.sleep(0.02)
+        resource.prlimit(d.process.pid, resource.RLIMIT_FSIZE, (0, resource.RLIM_INFINITY))
+        c.problem(d.ask("POST", "/v1/jobs", trivial()), 503, "store_failed", "a job without room for it")
+        c(until(d, 503), "not ready without room")
+        c.status(d.get("/healthz"), 200, "healthy without room")
+        a = d.ask("POST", "/v1/solve", trivial())
+        c(a.status in (200, 503), "solving without room", (a.status, a.body[:200]))
+        again(d, c, done, "without room")
+        ended = d.wait(going)
+        c(ended["status"] in ("done", "failed"), "a running job ends without room", ended)
+        time.sleep(0.3)
+        c(d.get("/v1/jobs/" + going).json()["finished"] == ended["finished"], "its end is kept in memory")
+        resource.prlimit(d.process.pid, resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+        c(until(d, 200), "ready again")
+        a = d.ask("POST", "/v1/jobs", trivial())
+        c.status(a, 202, "a job with room again")
+        d.wait(a.json()["id"])
+        time.sleep(2.5)               # ends that were held back are tried each second
+        d.process.kill()
+        d.ended()
+        d.start()
+        job = d.get("/v1/jobs/" + going).json()
+        c((job["status"], job["finished"]) == (ended["status"], ended["finished"]), "the end that was held back is on disk", job)
+
+
+def small_disk(build, c):
+    """A real full disk and a read-only one, where this may mount."""
+    folder = tempfile.mkdtemp(prefix="sgad-disk-")
+    mount = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", folder], capture_output=True, check=False)
+    if mount.returncode != 0:
+        os.rmdir(folder)
+        return
+    try:
+        with Daemon(build) as d:
+            d.stop()
+            shutil.rmtree(os.path.join(d.state, "sgad"))
+            os.symlink(folder, os.path.join(d.state, "sgad"))
+            d.start()
+            done = some_jobs(d, 2)
+            accepted, refusals = [], 0
+            for k in range(80001, 80041):
+                big = trivial(k)
+                big["system"]["name"] = "n" * 100
+                big["system"]["alpha"] = [f"{k}*x" + "".join(f" + {i}*x" for i in range(5000))]
+                a = d.ask("POST", "/v1/jobs", big)
+                if a.status in (200, 202):
+                    accepted.append(a.json()["id"])
+                else:
+                    refusals += 1
+                    c.problem(a, 503, "store_failed", "a job on a full disk")
+            c(accepted and refusals, "some fit, some do not", (len(accepted), refusals))
+            again(d, c, done, "full disk")
+            for id_ in accepted:
+                c(d.wait(id_)["status"] == "done", "what was accepted ends on a full disk")
+            d.process.kill()
+            d.ended()
+            subprocess.run(["mount", "-o", "remount,size=64m", folder], check=True)
+            d.start()
+            for id_ in accepted:
+                c(d.wait(id_)["status"] == "done", "what was accepted is there after a full disk")
+            c(until(d, 200), "ready with a larger disk")
+            d.stop()
+            subprocess.run(["mount", "-o", "remount,ro", folder], check=True)
+            run = subprocess.run([os.path.join(build, "sgad"), "--listen", "127.0.0.1:0", "--state", folder],
+                                 capture_output=True, timeout=30, check=False)
+            c(run.returncode == 1 and b"ead-only" in run.stderr, "a read-only disk is refused with the reason", run.stderr)
+            subprocess.run(["mount", "-o", "remount,rw", folder], check=True)
+            d.start()
+    finally:
+        subprocess.run(["umount", folder], check=False)
+        os.rmdir(folder)
+
+
+ALL = [dropped, flipped, damaged, older, no_room, small_disk]

@@ -1,0 +1,86 @@
+"""Error estimates of trajectories against references of 20 digits and more: trajectory_errors.py BUILD_DIR
+
+Every case of tests/cases/trajectory_reference.json is solved at several tolerances, by each method that fits. Over all
+samples together the true error must lie below the estimate in 95 % of them, and the estimate must not be more than 100
+times too large in the median. Where an answer says that the accuracy asked for was reached, it must be so."""
+import json
+import os
+import sys
+
+import mpmath
+
+from solver import Solver
+from tally import ROOT, Tally, build_folder
+
+TOLERANCES = [1e-4, 1e-6, 1e-8, 1e-10, 1e-12]
+STIFF = ("stiff", "prothero", "kaps", "robertson")
+HELD, TOO_LARGE = 0.95, 100
+
+
+def runs(case):
+    yield from ((tol, None) for tol in TOLERANCES)
+    yield 1e-6, "radau"
+    yield 1e-9, "radau"
+    if not any(word in case["name"] for word in STIFF):
+        yield 1e-7, "dop853"
+
+
+class Corpus:
+    def __init__(self, tally):
+        self.tally = tally
+        self.held = self.samples = self.promised = self.kept = 0
+        self.ratio = []
+
+    def add(self, name, reference, t, accuracy):
+        """One answer: the error of each row against its estimate, and against what was asked for."""
+        held = 0
+        for row, should, estimate in zip(t["rows"], reference, t["errors"]):
+            errors = [float(abs(mpmath.mpf(x) - mpmath.mpf(r))) for x, r in zip(row[1:], should)]
+            estimate = float("inf") if estimate is None else estimate
+            held += max(errors) <= estimate
+            self.ratio.append(estimate / max(max(errors), 1e-300))
+            if t["accuracy_reached"]:
+                self.promised += 1
+                allowed = (accuracy["atol"] + accuracy["rtol"] * abs(float(mpmath.mpf(r))) for r in should)
+                self.kept += all(e <= a for e, a in zip(errors, allowed))
+        self.held += held
+        self.samples += len(t["rows"])
+        # of one answer, not more than half of the samples may be wrong
+        self.tally.check(held >= 0.5 * len(t["rows"]), f"{name}: estimates", f"{held} of {len(t['rows'])} hold")
+
+    def end(self):
+        self.ratio.sort()
+        median = self.ratio[len(self.ratio) // 2]
+        print(f"{self.samples} samples: the estimate holds in {100 * self.held / self.samples:.1f} %, is {median:.1f} times "
+              f"the error in the median; the accuracy said to be reached was reached in {self.kept} of {self.promised}")
+        self.tally.check(self.held >= HELD * self.samples, "estimates hold", f"{self.held} of {self.samples}")
+        self.tally.check(median <= TOO_LARGE, "estimates are not too large", f"median {median}")
+        self.tally.check(self.kept >= HELD * self.promised, "accuracy is kept", f"{self.kept} of {self.promised}")
+
+
+def main():
+    mpmath.mp.dps = 40
+    tally, solver = Tally("trajectory errors"), Solver(build_folder())
+    corpus = Corpus(tally)
+    with open(os.path.join(ROOT, "tests", "cases", "trajectory_reference.json"), encoding="utf-8") as f:
+        cases = json.load(f)
+    for case in cases:
+        given = case["request"]["accuracy"]
+        for tol, method in runs(case):
+            accuracy = {"rtol": tol, "atol": tol * given["atol"] / given["rtol"], **({"method": method} if method else {})}
+            name = f"{case['name']} at {tol:g}{', ' + method if method else ''}"
+            result, problem = solver.solve({**case["request"], "accuracy": accuracy})
+            t = result and result["trajectory"]
+            if not t or t["ended"]:
+                tally.check(False, name, json.dumps(problem or t["ended"]))
+                continue
+            corpus.add(name, case["expect"]["trajectory"]["reference"], t, accuracy)
+            if os.environ.get("SGA_TEST_VERBOSE"):
+                worst = max(float(abs(mpmath.mpf(x) - mpmath.mpf(r))) for row, should in zip(t["rows"], case["expect"]["trajectory"]["reference"]) for x, r in zip(row[1:], should))
+                print(f"# {name}: {t['method']}, error {worst:.2g}, estimate {t['error_estimate']}, {t['accuracy_reached']}, {result['work'].get('evaluations')}", t.get("accuracy_shortfall", ""))
+    corpus.end()
+    return tally.end()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
