@@ -20,6 +20,7 @@ import time
 import sympy as sp
 
 import cases
+from expression import EXACT, Undefined
 from identities import Answer
 from solver import Solver
 from tally import Tally, build_folder
@@ -85,6 +86,17 @@ def written(e):
     return sp.sstr(e).replace("**", "^")
 
 
+def everywhere(answer, text):
+    """Does a function vanish at points of the printed set?"""
+    node = answer.graph.parse(text)
+    for env in answer.sample([e for _, e in answer.constraints], 1):
+        try:
+            return abs(answer.graph.values(answer.graph.cone([node]), env, EXACT)[node]) < 1e-20
+        except Undefined:
+            pass
+    return False
+
+
 def script(answer, result):
     a = Algebra(answer)
     rows = [a.fraction(r) for r in a.problem.rows]
@@ -92,7 +104,7 @@ def script(answer, result):
     constraints = [(g, *a.fraction(e)) for g, e in answer.constraints]
     avoided = []    # where it is not: the printed strata of one function
     for stratum in result.get("strata", []):
-        if len(stratum.get("where", [])) == 1:
+        if len(stratum.get("where", [])) == 1 and stratum.get("kind") != "side" and not everywhere(answer, stratum["where"][0]):
             try:
                 avoided.append(written(a.fraction(answer.graph.parse(stratum["where"][0]))[0]))
             except Cannot:
