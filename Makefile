@@ -33,12 +33,14 @@ DEPS_form    := sys expr base
 DEPS_request := form sys expr base
 DEPS_points  := lin num poly expr base
 DEPS_sga     := points lin num poly sys expr base
+DEPS_sym     := sga points lin num poly sys expr base
 DEPS_graph   := base
 DEPS_structure := sga graph points lin num poly sys expr base
 DEPS_ode     := lin base
 DEPS_traj    := ode sga points lin num poly sys expr base
-DEPS_run     := structure graph operator pencil traj ode sga points lin num poly request form sys expr base
-FLOORS := base graph expr sys lin pencil num poly operator form request points sga structure ode traj run
+DEPS_mech    := sga points lin num poly form sys expr base
+DEPS_run     := mech sym structure graph operator pencil traj ode sga points lin num poly request form sys expr base
+FLOORS := base graph expr sys lin pencil num poly operator form request points sga mech sym structure ode traj run
 
 # Programs see the public face of the library only.
 SERVER_DEPS := run request form sys expr base

@@ -9,12 +9,21 @@
 #include <strings.h>
 #include <sys/socket.h>
 #include <sys/time.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 enum { PATIENCE = 60 };      /* seconds of silence past the wait that was asked for */
 
 bool http_parse(const char *url, struct http_server *server)
 {
+    const char *token = getenv("SGA_TOKEN");
+    *server = (struct http_server){ .token = token && *token && !strpbrk(token, "\r\n") ? token : NULL };
+    if (strncmp(url, "unix:/", 6) == 0 && strlen(url + 5) < sizeof server->path) {
+        strcpy(server->path, url + 5);
+        strcpy(server->host, "localhost");
+        strcpy(server->port, "80");
+        return true;
+    }
     if (strncasecmp(url, "http://", 7) != 0)
         return false;
     const char *host = url + 7;
@@ -38,6 +47,28 @@ bool http_parse(const char *url, struct http_server *server)
     return *rest == 0 || strcmp(rest, "/") == 0;
 }
 
+static void be_patient(int fd, int patience)
+{
+    struct timeval limit = { .tv_sec = patience };
+    setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
+    setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
+}
+
+static int dial_unix(const char *path, int patience, char *why, size_t size)
+{
+    struct sockaddr_un a = { .sun_family = AF_UNIX };
+    strcpy(a.sun_path, path);
+    int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    if (fd >= 0 && connect(fd, (struct sockaddr *)&a, sizeof a) == 0) {
+        be_patient(fd, patience);
+        return fd;
+    }
+    snprintf(why, size, "cannot connect to %s: %s", path, strerror(errno));
+    if (fd >= 0)
+        close(fd);
+    return -1;
+}
+
 static int dial(const struct http_server *server, int patience, char *why, size_t size)
 {
     struct addrinfo hints = { .ai_socktype = SOCK_STREAM }, *list;
@@ -46,11 +77,9 @@ static int dial(const struct http_server *server, int patience, char *why, size_
         snprintf(why, size, "cannot find %s: %s", server->host, gai_strerror(rc));
         return -1;
     }
-    struct timeval limit = { .tv_sec = patience };
     for (struct addrinfo *ai = list; ai && fd < 0; ai = ai->ai_next) {
         fd = socket(ai->ai_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
-        setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
-        setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
+        be_patient(fd, patience);
         if (fd >= 0 && connect(fd, ai->ai_addr, ai->ai_addrlen) != 0) {
             snprintf(why, size, "cannot connect to %s port %s: %s", server->host, server->port, strerror(errno));
             close(fd);
@@ -143,11 +172,13 @@ bool http_ask(const struct http_server *server, const char *method, const char *
     struct sga_buf out = { 0 }, in = { 0 };
     bool colon = strchr(server->host, ':');
     *reply = (struct http_reply){ 0 };
-    int fd = dial(server, wait + PATIENCE, why, size);
+    int fd = *server->path ? dial_unix(server->path, wait + PATIENCE, why, size) : dial(server, wait + PATIENCE, why, size);
     if (fd < 0)
         return false;
     sga_buf_printf(&out, "%s %s HTTP/1.1\r\nHost: %s%s%s:%s\r\nConnection: close\r\nAccept: application/json\r\nPrefer: wait=%d\r\n",
                    method, path, colon ? "[" : "", server->host, colon ? "]" : "", server->port, wait);
+    if (server->token)
+        sga_buf_printf(&out, "Authorization: Bearer %s\r\n", server->token);
     if (body)
         sga_buf_printf(&out, "Content-Type: application/json\r\nContent-Length: %zu\r\n", length);
     sga_buf_puts(&out, "\r\n");

@@ -2,6 +2,7 @@
 #include "pretty.h"
 #include "request.h"
 #include "run.h"
+#include "top.h"
 
 #include <errno.h>
 #include <stdbool.h>
@@ -20,16 +21,21 @@ struct arguments {
 
 static const char usage[] =
     "usage: sga solve FILE [--server URL] [--json | --text] [--wait SECONDS]\n"
+    "       sga top [--server URL] [--every SECONDS] [--once]\n"
     "       sga version\n"
     "       sga --help\n"
     "\n"
     "solve reads a request (JSON) from FILE, or from standard input where FILE is -, and\n"
     "prints the result: as JSON, or as text on a terminal.\n"
     "\n"
-    "  --server URL     http://HOST:PORT of a daemon (else the variable SGA_SERVER, else\n"
+    "top shows what a daemon does: queue, stages, rates, refusals.\n"
+    "\n"
+    "  --server URL     http://HOST:PORT or unix:PATH of a daemon (else the variable SGA_SERVER, else\n"
     "                   the request runs in this process)\n"
     "  --wait SECONDS   stop waiting for the daemon after this time\n"
     "  --json, --text   choose the form\n"
+    "\n"
+    "The variable SGA_TOKEN holds the token for a daemon that wants one.\n"
     "\n"
     "Exit code: 0 solved, 1 not solved (the reason is on standard error), 2 wrong usage.\n";
 
@@ -136,6 +142,22 @@ static int read_arguments(int argc, char **argv, struct arguments *args)
     return args->file ? DONE : bad_usage("solve needs a file", "");
 }
 
+static int top(int argc, char **argv)
+{
+    const char *url = getenv("SGA_SERVER");
+    double seconds = 2;
+    bool once = false;
+    for (int i = 2; i < argc; i++) {
+        if (strcmp(argv[i], "--once") == 0)
+            once = true;
+        else if (strcmp(argv[i], "--server") == 0 && i + 1 < argc)
+            url = argv[++i];
+        else if (strcmp(argv[i], "--every") != 0 || i + 1 >= argc || !read_seconds(argv[++i], &seconds))
+            return bad_usage("unknown option, or one without a good value: ", argv[i]);
+    }
+    return url && *url ? top_run(url, seconds, once) : bad_usage("top needs --server URL", "");
+}
+
 int main(int argc, char **argv)
 {
     struct arguments args;
@@ -148,6 +170,8 @@ int main(int argc, char **argv)
         printf("sga %s\n", sga_version());
         return DONE;
     }
+    if (strcmp(command, "top") == 0)
+        return top(argc, argv);
     if (strcmp(command, "solve") != 0)
         return *command ? bad_usage("unknown command ", command) : bad_usage("a command is missing", "");
     int status = read_arguments(argc, argv, &args);

@@ -38,13 +38,15 @@ static enum MHD_Result look(void *cls, enum MHD_ValueKind kind, const char *name
 }
 
 /* Is this the name of a host that is served? A rebound DNS name is not. */
-static bool known_host(const struct config *c, const char *name, size_t length)
+static bool known_host(const struct service *sv, const char *name, size_t length)
 {
     static const char *const own[] = { "localhost", "127.0.0.1", "[::1]" };
     for (size_t i = 0; i < sizeof own / sizeof *own; i++)
         if (strlen(own[i]) == length && strncasecmp(own[i], name, length) == 0)
             return true;
-    for (const char *p = c->allow_host; p && *p;) {
+    if (length && strlen(sv->own_host) == length && strncasecmp(sv->own_host, name, length) == 0)
+        return true;
+    for (const char *p = sv->config.allow_host; p && *p;) {
         p += strspn(p, ", ");
         size_t n = strcspn(p, ", ");
         if (n && n == length && strncasecmp(p, name, n) == 0)
@@ -55,7 +57,7 @@ static bool known_host(const struct config *c, const char *name, size_t length)
 }
 
 /* NAME or NAME:PORT */
-static bool known_authority(const struct config *c, const char *text)
+static bool known_authority(const struct service *sv, const char *text)
 {
     size_t n = *text == '[' ? strcspn(text, "]") + 1 : strcspn(text, ":");
     if (n > strlen(text))
@@ -63,14 +65,14 @@ static bool known_authority(const struct config *c, const char *text)
     const char *port = text + n;
     if (*port == ':' && strspn(port + 1, "0123456789") != strlen(port + 1))
         return false;
-    return (*port == 0 || *port == ':') && known_host(c, text, n);
+    return (*port == 0 || *port == ':') && known_host(sv, text, n);
 }
 
-static bool known_origin(const struct config *c, const char *origin)
+static bool known_origin(const struct service *sv, const char *origin)
 {
     if (strncasecmp(origin, "http://", 7) == 0)
-        return known_authority(c, origin + 7);
-    return strncasecmp(origin, "https://", 8) == 0 && known_authority(c, origin + 8);
+        return known_authority(sv, origin + 7);
+    return strncasecmp(origin, "https://", 8) == 0 && known_authority(sv, origin + 8);
 }
 
 bool admit(struct exchange *e, struct sga_error *err)
@@ -89,9 +91,9 @@ bool admit(struct exchange *e, struct sga_error *err)
         return sga_fail(err, SGA_E_BAD_REQUEST, "Content-Length and Transfer-Encoding exclude each other.");
     if (s.coding > 1 || (s.coding && strcasecmp(s.coding_value, "chunked") != 0))
         return sga_fail(err, SGA_E_BAD_REQUEST, "The only transfer encoding known is chunked.");
-    if (!s.host_value || !known_authority(&e->service->config, s.host_value))
+    if (!s.host_value || !known_authority(e->service, s.host_value))
         return sga_fail(err, SGA_E_FORBIDDEN_HOST, "The Host header names a host that is not served. Names are added with --allow-host.");
-    if (s.origin && !known_origin(&e->service->config, s.origin))
+    if (s.origin && !known_origin(e->service, s.origin))
         return sga_fail(err, SGA_E_FORBIDDEN_HOST, "Pages of this origin may not use the service.");
     return true;
 }
@@ -103,7 +105,7 @@ bool admit_body(struct exchange *e, struct sga_error *err)
     if (n != 16 || strncasecmp(type, "application/json", 16) != 0)
         return sga_fail(err, SGA_E_MEDIA_TYPE, "A request is sent with Content-Type: application/json.");
     if (length && strtoull(length, NULL, 10) > (unsigned long long)e->service->config.body_limit)
-        return sga_fail(err, SGA_E_BODY_TOO_LARGE, "The body may have at most %ld bytes.", e->service->config.body_limit);
+        return sga_fail(err, SGA_E_BODY_TOO_LARGE, "The body may have at most %ld bytes.", atomic_load(&e->service->config.body_limit));
     return true;
 }
 

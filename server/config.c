@@ -1,54 +1,12 @@
-/* Settings. The table below is the only list: flags, file keys and --help come from it. */
+/* Reading settings: defaults, a file, flags, and whether they fit together. */
 #include "config.h"
+#include "settings.h"
 
 #include <errno.h>
-#include <stdbool.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
-
-struct setting {
-    const char *name;
-    size_t offset;
-    bool text;
-    long value, low, high;    /* default and range of a number */
-    const char *help;
-};
-
-#define AT(member) offsetof(struct config, member)
-#define MB (1L << 20)
-
-static const struct setting settings[] = {
-    { "listen", AT(listen), true, 0, 0, 0, "HOST:PORT to listen on, a loopback address; port 0: any free one" },
-    { "state", AT(state), true, 0, 0, 0, "folder that keeps the queue and the results" },
-    { "allow-host", AT(allow_host), true, 0, 0, 0, "further host names to serve, separated by commas" },
-    { "log-level", AT(log_level), true, 0, 0, 0, "error, warn, info or debug" },
-    { "workers", AT(workers), false, 0, 0, 256, "jobs that run at one time; 0: one for each processor" },
-    { "queue", AT(queue), false, 1000, 1, 1000000, "jobs that wait at most" },
-    { "queue-bytes", AT(queue_bytes), false, 256 * MB, 1024, 1L << 40, "bytes of the requests that wait" },
-    { "body-limit", AT(body_limit), false, 4 * MB, 64, 1L << 30, "bytes of a request body" },
-    { "child-memory", AT(child_memory), false, 4096 * MB, 0, 1L << 44, "address space of one job in bytes; 0: no limit" },
-    { "result-limit", AT(result_limit), false, 256 * MB, 1024, 1L << 30, "bytes of one result" },
-    { "max-seconds", AT(max_seconds), false, 3600, 1, 31536000, "seconds that one job may run" },
-    { "max-wait", AT(max_wait), false, 300, 0, 3600, "seconds that one request may wait for its job" },
-    { "waiters", AT(waiters), false, 800, 0, 100000, "requests that wait for a job at one time" },
-    { "streams", AT(streams), false, 300, 0, 100000, "event streams at one time" },
-    { "connections", AT(connections), false, 2000, 2, 100000, "connections at one time" },
-    { "idle-timeout", AT(idle_timeout), false, 60, 1, 3600, "seconds that a connection may be silent" },
-    { "request-timeout", AT(request_timeout), false, 90, 1, 3600, "seconds in which a whole request must arrive" },
-    { "send-timeout", AT(send_timeout), false, 900, 1, 86400, "seconds in which a whole reply must be taken" },
-    { "grace", AT(grace), false, 2, 0, 3600, "seconds that running jobs get at shutdown" },
-    { "cache-memory", AT(cache_memory), false, 64 * MB, 0, 1L << 40, "bytes of finished replies kept in memory" },
-};
-enum { SETTINGS = sizeof settings / sizeof *settings };
-
-static const struct setting *find(const char *name, size_t length)
-{
-    for (int i = 0; i < SETTINGS; i++)
-        if (strlen(settings[i].name) == length && memcmp(settings[i].name, name, length) == 0)
-            return &settings[i];
-    return NULL;
-}
 
 static bool set_text(struct config *c, const struct setting *s, const char *value)
 {
@@ -61,12 +19,24 @@ static bool set_text(struct config *c, const struct setting *s, const char *valu
     return true;
 }
 
+static bool set_number(struct config *c, const struct setting *s, long value)
+{
+    atomic_store((atomic_long *)((char *)c + s->offset), value);
+    return true;
+}
+
 static bool set(struct config *c, const struct setting *s, const char *value, char *why, size_t size)
 {
-    if (s->text) {
+    if (s->kind == SETTING_TEXT) {
         if (*value && set_text(c, s, value))
             return true;
         snprintf(why, size, "%s needs a value", s->name);
+        return false;
+    }
+    if (s->kind == SETTING_SWITCH) {
+        if (strcmp(value, "yes") == 0 || strcmp(value, "no") == 0)
+            return set_number(c, s, *value == 'y');
+        snprintf(why, size, "%s must be yes or no, not '%s'", s->name, value);
         return false;
     }
     char *end;
@@ -76,8 +46,7 @@ static bool set(struct config *c, const struct setting *s, const char *value, ch
         snprintf(why, size, "%s must be a whole number from %ld to %ld, not '%s'", s->name, s->low, s->high, value);
         return false;
     }
-    *(long *)((char *)c + s->offset) = v;
-    return true;
+    return set_number(c, s, v);
 }
 
 static char *trim(char *s)
@@ -101,7 +70,7 @@ static bool read_line(struct config *c, char *line, char *why, size_t size)
     }
     *equals = 0;
     key = trim(key);
-    const struct setting *s = find(key, strlen(key));
+    const struct setting *s = setting_find(key, strlen(key));
     if (!s) {
         snprintf(why, size, "there is no setting '%s'", key);
         return false;
@@ -131,21 +100,38 @@ static bool read_file(struct config *c, const char *path, char *why, size_t size
 static bool defaults(struct config *c)
 {
     memset(c, 0, sizeof *c);
-    for (int i = 0; i < SETTINGS; i++)
-        if (!settings[i].text)
-            *(long *)((char *)c + settings[i].offset) = settings[i].value;
-    return (c->log_level = strdup("info")) != NULL;
+    for (int i = 0; i < settings_count; i++)
+        if (settings[i].kind != SETTING_TEXT)
+            set_number(c, &settings[i], settings[i].value);
+        else if (settings[i].text && !set_text(c, &settings[i], settings[i].text))
+            return false;
+    return true;
 }
 
-/* One pass over the flags: the first looks for --config only, the second sets. */
+/* Flags that are no settings: what to do instead of serving. */
+static enum config_result instead(const char *arg)
+{
+    static const struct { const char *flag; enum config_result result; } table[] = {
+        { "--help", CONFIG_HELP }, { "-h", CONFIG_HELP }, { "--version", CONFIG_VERSION }, { "--check-config", CONFIG_CHECK },
+        { "--print-config", CONFIG_PRINT }, { "--sample-config", CONFIG_SAMPLE },
+    };
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++)
+        if (strcmp(arg, table[i].flag) == 0)
+            return table[i].result;
+    return CONFIG_OK;
+}
+
+/* One pass over the flags: the first (c is NULL) looks for --config only, the second sets. */
 static enum config_result read_flags(struct config *c, int argc, char **argv, const char **file, char *why, size_t size)
 {
+    enum config_result result = CONFIG_OK;
     for (int i = 1; i < argc; i++) {
         const char *arg = argv[i];
-        if (strcmp(arg, "--help") == 0 || strcmp(arg, "-h") == 0)
-            return CONFIG_HELP;
-        if (strcmp(arg, "--version") == 0)
-            return CONFIG_VERSION;
+        enum config_result other = instead(arg);
+        if (other != CONFIG_OK) {
+            result = other;
+            continue;
+        }
         if (strncmp(arg, "--", 2) != 0) {
             snprintf(why, size, "unexpected argument '%s'", arg);
             return CONFIG_BAD;
@@ -153,22 +139,51 @@ static enum config_result read_flags(struct config *c, int argc, char **argv, co
         const char *name = arg + 2, *equals = strchr(name, '=');
         size_t length = equals ? (size_t)(equals - name) : strlen(name);
         bool is_file = length == 6 && memcmp(name, "config", 6) == 0;
-        const struct setting *s = find(name, length);
+        const struct setting *s = setting_find(name, length);
+        bool bare = s && s->kind == SETTING_SWITCH && !equals;
         if (!s && !is_file) {
             snprintf(why, size, "unknown option '%.*s'", (int)length + 2, arg);
             return CONFIG_BAD;
         }
-        if (!equals && i + 1 >= argc) {
+        if (!equals && !bare && i + 1 >= argc) {
             snprintf(why, size, "%s needs a value", arg);
             return CONFIG_BAD;
         }
-        const char *value = equals ? equals + 1 : argv[++i];
+        const char *value = equals ? equals + 1 : bare ? "yes" : argv[++i];
         if (is_file)
             *file = value;
         else if (c && !set(c, s, value, why, size))
             return CONFIG_BAD;
     }
-    return CONFIG_OK;
+    return result;
+}
+
+static bool one_of(const char *value, const char *const *allowed)
+{
+    while (*allowed && strcmp(value, *allowed) != 0)
+        allowed++;
+    return *allowed != NULL;
+}
+
+/* What no single setting can tell. */
+static bool consistent(const struct config *c, char *why, size_t size)
+{
+    static const char *const levels[] = { "error", "warn", "info", "debug", NULL }, *const accesses[] = { "open", "tokens", NULL };
+    if (!c->listen || !c->state)
+        snprintf(why, size, "%s is required", c->listen ? "--state" : "--listen");
+    else if (!one_of(c->log_level, levels))
+        snprintf(why, size, "log-level must be error, warn, info or debug, not '%s'", c->log_level);
+    else if (!one_of(c->access, accesses))
+        snprintf(why, size, "access must be open or tokens, not '%s'", c->access);
+    else if (!c->tls_cert != !c->tls_key)
+        snprintf(why, size, "tls-cert and tls-key belong together; %s is missing", c->tls_cert ? "tls-key" : "tls-cert");
+    else if (c->tls_cert && access(c->tls_cert, R_OK) != 0)
+        snprintf(why, size, "tls-cert: cannot read %s: %s", c->tls_cert, strerror(errno));
+    else if (c->tls_key && access(c->tls_key, R_OK) != 0)
+        snprintf(why, size, "tls-key: cannot read %s: %s", c->tls_key, strerror(errno));
+    else
+        return true;
+    return false;
 }
 
 enum config_result config_read(struct config *c, int argc, char **argv, char *why, size_t size)
@@ -179,39 +194,52 @@ enum config_result config_read(struct config *c, int argc, char **argv, char *wh
         return CONFIG_BAD;
     }
     enum config_result got = read_flags(NULL, argc, argv, &file, why, size);
-    if (got != CONFIG_OK)
+    if (got == CONFIG_HELP || got == CONFIG_VERSION || got == CONFIG_SAMPLE || got == CONFIG_BAD)
         return got;
     if (file && !read_file(c, file, why, size))
         return CONFIG_BAD;
     got = read_flags(c, argc, argv, &file, why, size);
-    if (got != CONFIG_OK)
+    if (got == CONFIG_BAD)
         return got;
-    if (!c->listen || !c->state) {
-        snprintf(why, size, "%s is required", c->listen ? "--state" : "--listen");
+    if (got != CONFIG_PRINT && !consistent(c, why, size))
         return CONFIG_BAD;
-    }
     if (c->workers == 0)
         c->workers = sysconf(_SC_NPROCESSORS_ONLN) > 0 ? sysconf(_SC_NPROCESSORS_ONLN) : 1;
-    return CONFIG_OK;
+    return got;
+}
+
+static bool differs(const struct config *a, const struct config *b, const struct setting *s)
+{
+    const char *pa = (const char *)a + s->offset, *pb = (const char *)b + s->offset;
+    if (s->kind != SETTING_TEXT)
+        return atomic_load((atomic_long *)(uintptr_t)pa) != atomic_load((atomic_long *)(uintptr_t)pb);
+    const char *ta = *(char *const *)pa, *tb = *(char *const *)pb;
+    return !ta != !tb || (ta && strcmp(ta, tb) != 0);
+}
+
+void config_take_live(struct config *c, const struct config *fresh, char *restart, size_t size)
+{
+    size_t used = 0;
+    *restart = 0;
+    for (int i = 0; i < settings_count; i++) {
+        const struct setting *s = &settings[i];
+        if (!differs(c, fresh, s))
+            continue;
+        if (s->live)
+            set_number(c, s, atomic_load((atomic_long *)(uintptr_t)((const char *)fresh + s->offset)));
+        else if (used < size)
+            used += (size_t)snprintf(restart + used, size - used, "%s%s", used ? " " : "", s->name);
+    }
+}
+
+bool config_tokens(const struct config *c)
+{
+    return strcmp(c->access, "tokens") == 0;
 }
 
 void config_free(struct config *c)
 {
-    for (int i = 0; i < SETTINGS; i++)
-        if (settings[i].text)
+    for (int i = 0; i < settings_count; i++)
+        if (settings[i].kind == SETTING_TEXT)
             free(*(char **)((char *)c + settings[i].offset));
-}
-
-void config_usage(FILE *out)
-{
-    fprintf(out, "usage: sgad --listen 127.0.0.1:PORT --state DIR [--workers N] [--config FILE] [--NAME VALUE ...]\n\n"
-                 "A file holds lines `NAME = VALUE` with the same names; flags override it.\n\n");
-    for (int i = 0; i < SETTINGS; i++) {
-        fprintf(out, "  --%-16s %s", settings[i].name, settings[i].help);
-        if (!settings[i].text)
-            fprintf(out, " (%ld)", settings[i].value);
-        fputc('\n', out);
-    }
-    fprintf(out, "  --%-16s %s\n  --%-16s %s\n", "config", "file of settings", "version", "print the version");
-    fprintf(out, "  --%-16s %s\n", "check-sandbox", "try what the processes that run jobs must not be able to do, and say what came of it");
 }

@@ -2,38 +2,43 @@
 #ifndef SERVER_CONFIG_H
 #define SERVER_CONFIG_H
 
+#include <stdatomic.h>
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdio.h>
 
+/* What each one means stands in settings.c. Texts are fixed once threads run; numbers may
+ * be changed by a reload while other threads read them. */
 struct config {
-    char *listen;          /* HOST:PORT, a loopback address */
-    char *state;           /* folder of the store */
-    char *allow_host;      /* further host names served, separated by commas */
-    char *log_level;
-    long workers;          /* threads that run jobs, each with a child process */
-    long queue;            /* jobs waiting at most */
-    long queue_bytes;      /* bytes of waiting requests at most */
-    long body_limit;       /* bytes of a request body */
-    long child_memory;     /* address space of a child, bytes; 0: no limit */
-    long result_limit;     /* bytes of one result */
-    long max_seconds;      /* of one job */
-    long max_wait;         /* seconds that one HTTP request may wait for its job */
-    long waiters;          /* HTTP requests waiting for a job at one time */
-    long streams;          /* event streams at one time */
-    long connections;
-    long idle_timeout;     /* seconds without a byte */
-    long request_timeout;  /* seconds in which a whole request must have come */
-    long send_timeout;     /* seconds in which a whole reply must have gone */
-    long grace;            /* seconds that running jobs get at shutdown */
-    long cache_memory;     /* bytes of finished replies kept in memory */
+    char *listen, *state, *access, *tls_cert, *tls_key, *allow_host, *log_level;
+    atomic_long remote_plain, remote_open;
+    atomic_long workers;          /* threads that run jobs, each with a child process */
+    atomic_long queue, queue_bytes;
+    atomic_long body_limit, child_memory, result_limit;
+    atomic_long max_seconds, max_wait;
+    atomic_long waiters, streams, connections;
+    atomic_long idle_timeout, request_timeout, send_timeout, stream_timeout;
+    atomic_long grace;
+    atomic_long cache_memory, cache_disk, body_memory;
 };
 
-enum config_result { CONFIG_OK, CONFIG_HELP, CONFIG_VERSION, CONFIG_BAD };
+enum config_result { CONFIG_OK, CONFIG_HELP, CONFIG_VERSION, CONFIG_CHECK, CONFIG_PRINT, CONFIG_SAMPLE, CONFIG_BAD };
 
-/* Defaults, then the file named by --config, then the flags. On CONFIG_BAD the reason
- * is in why. Strings belong to the config. */
+/* Defaults, then the file named by --config, then the flags; what they say together is
+ * checked too. On CONFIG_BAD the reason is in why. Strings belong to the config. */
 enum config_result config_read(struct config *c, int argc, char **argv, char *why, size_t size);
 void config_free(struct config *c);
+/* Takes over from `fresh` the numbers that may change while the service runs. The names of
+ * settings that differ and need a new start go to restart, separated by blanks. */
+void config_take_live(struct config *c, const struct config *fresh, char *restart, size_t size);
+bool config_tokens(const struct config *c);      /* access = tokens */
+
+/* -- config_print.c -- */
+
 void config_usage(FILE *out);
+/* Every setting with its value, as lines of a settings file. */
+void config_print(const struct config *c, FILE *out);
+/* A settings file in which every default stands as a comment. */
+void config_sample(FILE *out);
 
 #endif

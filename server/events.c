@@ -126,7 +126,7 @@ enum MHD_Result handle_events(struct exchange *e)
 {
     struct finished *f = NULL;
     struct jobs_counts counts;
-    enum lookup found = lookup_or_run(e->service, e->segment, &e->job, &f);
+    enum lookup found = lookup_or_run(e->service, e->account, e->segment, &e->job, &f);
     if (f)
         return ended(e, f);
     if (found != LOOKUP_LIVE) {
@@ -136,7 +136,12 @@ enum MHD_Result handle_events(struct exchange *e)
     jobs_count(e->service->jobs, &counts);
     if (counts.streams >= (unsigned long)e->service->config.streams) {
         reply_header(e, "Retry-After", "10");
-        return reply_error(e, SGA_E_QUEUE_FULL, "There are %ld event streams already. Ask for the job itself from time to time.", e->service->config.streams);
+        return reply_error(e, SGA_E_QUEUE_FULL, "There are %ld event streams already. Ask for the job itself from time to time.",
+                           atomic_load(&e->service->config.streams));
+    }
+    if (!account_may_wait(e->account)) {
+        reply_header(e, "Retry-After", "10");
+        return reply_error(e, SGA_E_QUOTA, "This token has used up its quota of requests that wait. Ask for the job itself from time to time.");
     }
     stream_headers(e);
     if (strcmp(e->method, "HEAD") == 0)
@@ -144,7 +149,8 @@ enum MHD_Result handle_events(struct exchange *e)
     struct stream *s = calloc(1, sizeof *s);
     if (!s)
         return MHD_NO;
-    *s = (struct stream){ .service = e->service, .job = e->job, .waiter.connection = e->connection, .heartbeat = sga_now() + HEARTBEAT };
+    *s = (struct stream){ .service = e->service, .job = e->job,
+                          .waiter = { .connection = e->connection, .account = e->account }, .heartbeat = sga_now() + HEARTBEAT };
     job_ref(s->job);
     const char *last = exchange_header(e, "Last-Event-ID");
     s->seen = last ? strtoull(last, NULL, 10) : 0;
@@ -153,6 +159,7 @@ enum MHD_Result handle_events(struct exchange *e)
     if (!r)
         free_stream(s);
     enum MHD_Result rc = reply_response(e, 200, TYPE_EVENTS, r);
-    conn_deadline(e->conn, 0);        /* a stream lasts as long as its job */
+    /* A reader that takes nothing any more is cut in the end; one that is alive comes back. */
+    conn_deadline(e->conn, sga_now() + (double)e->service->config.stream_timeout);
     return rc;
 }

@@ -3,6 +3,8 @@
 #include "budget.h"
 #include "prefer.h"
 
+#include <stdlib.h>
+
 const char *exchange_header(struct exchange *e, const char *name)
 {
     return MHD_lookup_connection_value(e->connection, MHD_HEADER_KIND, name);
@@ -11,6 +13,25 @@ const char *exchange_header(struct exchange *e, const char *name)
 const char *exchange_query(struct exchange *e, const char *name)
 {
     return MHD_lookup_connection_value(e->connection, MHD_GET_ARGUMENT_KIND, name);
+}
+
+bool exchange_grow(struct exchange *e, size_t capacity)
+{
+    struct service *sv = e->service;
+    long more = (long)(capacity - e->capacity);
+    if (atomic_fetch_add(&sv->body_bytes, more) + more <= atomic_load(&sv->config.body_memory))
+        return true;
+    atomic_fetch_sub(&sv->body_bytes, more);
+    exchange_free_body(e);
+    return sga_fail(&e->refusal, SGA_E_BUSY, "Too many bytes of requests are being read at this moment. Try again soon.");
+}
+
+void exchange_free_body(struct exchange *e)
+{
+    atomic_fetch_sub(&e->service->body_bytes, (long)e->capacity);
+    free(e->body);
+    e->body = NULL;
+    e->length = e->capacity = 0;
 }
 
 void exchange_prefer(struct exchange *e, long otherwise)
@@ -25,7 +46,7 @@ void exchange_prefer(struct exchange *e, long otherwise)
 
 bool exchange_wait(struct exchange *e, enum wait_kind kind, double until)
 {
-    e->waiter = (struct waiter){ .connection = e->connection, .kind = kind, .deadline = until };
+    e->waiter = (struct waiter){ .connection = e->connection, .account = e->account, .kind = kind, .deadline = until };
     /* Before the wait: once suspended, the exchange may be resumed on another thread. */
     conn_deadline(e->conn, 0);
     return jobs_wait(e->service->jobs, e->job, &e->waiter);

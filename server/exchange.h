@@ -18,6 +18,8 @@ struct exchange {
     char request_id[72];
     char method[16];
     char traceparent[64];            /* "" where there is none */
+    struct account *account;         /* on which it runs jobs and waits */
+    unsigned scopes;
     bool begun;                      /* the headers were looked at */
     bool bad_path;                   /* a %00 in the path */
     struct sga_error refusal;        /* already refused: the body is dropped, then this is the reply */
@@ -43,6 +45,11 @@ struct exchange {
 const char *exchange_header(struct exchange *e, const char *name);
 /* A parameter of the query; NULL where there is none. */
 const char *exchange_query(struct exchange *e, const char *name);
+/* Books the body's new size against the bound on all bodies. False where it is too much: then
+ * the body is given up, and the refusal stands in e->refusal. */
+bool exchange_grow(struct exchange *e, size_t capacity);
+/* Frees the body and its booking; allowed twice. */
+void exchange_free_body(struct exchange *e);
 /* How long this request waits: as Prefer says, else so many seconds; never past the limit. */
 void exchange_prefer(struct exchange *e, long otherwise);
 /* Waits for the job in e->job: true where the connection was suspended. */

@@ -39,7 +39,7 @@ enum MHD_Result handle_get_job(struct exchange *e)
     struct finished *f = NULL;
     if (e->job)
         return living(e);             /* resumed */
-    enum lookup found = lookup_or_run(e->service, e->segment, &e->job, &f);
+    enum lookup found = lookup_or_run(e->service, e->account, e->segment, &e->job, &f);
     if (f) {
         reply_header(e, "ETag", "%s", f->etag);
         if (!reply_matches(e, f->etag))
@@ -84,7 +84,10 @@ enum MHD_Result handle_delete(struct exchange *e)
     }
     if (found != LOOKUP_LIVE)
         return not_found(e, found);
-    if (jobs_cancel(e->service->jobs, e->segment, &e->job) == CANCEL_UNKNOWN)
+    enum cancel outcome = jobs_cancel(e->service->jobs, e->segment, e->scopes & SCOPE_ADMIN ? NULL : e->account, &e->job);
+    if (outcome == CANCEL_NOT_YOURS)
+        return reply_error(e, SGA_E_SCOPE, "Another token submitted this job; to cancel it takes the scope admin.");
+    if (outcome == CANCEL_UNKNOWN)
         return reply_error(e, SGA_E_JOB_ENDED, "The job has ended already.");
     e->wait_until = sga_now() + CANCEL_SECONDS;
     return cancelled(e);

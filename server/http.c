@@ -6,7 +6,9 @@
 #include "http.h"
 #include "admit.h"
 #include "budget.h"
+#include "caller.h"
 #include "listen.h"
+#include "tls.h"
 #include "log.h"
 #include "reply.h"
 #include "routes.h"
@@ -18,19 +20,16 @@
 #include <strings.h>
 #include <unistd.h>
 
-enum { POOL = 2, TICK_MS = 50, CUT_MS = 1000, STOP_MS = 5000 };
+enum { POOL = 2, TICK_MS = 50, CUT_MS = 1000, STOP_MS = 5000, BUSY_SECONDS = 2 };
 
 struct http {
     struct service *service;
     struct MHD_Daemon *daemon;
     pthread_t ticker;
     atomic_bool stop;
+    struct listening listening;
+    struct tls tls;
 };
-
-void http_host(const struct config *c, char *out, size_t size)
-{
-    listen_host(c->listen, out, size);
-}
 
 /* -- The life of a connection and of an exchange -- */
 
@@ -76,7 +75,8 @@ static void log_exchange(const struct exchange *e, double seconds)
     snprintf(took, sizeof took, "%.6f", seconds);
     log_event(level, "request", "request_id", e->request_id, "method", e->method,
               "route", route_names[route_number(e->route)], "status", status, "seconds", took,
-              "job", e->job ? job_id(e->job) : NULL, "traceparent", *e->traceparent ? e->traceparent : NULL, NULL);
+              "job", e->job ? job_id(e->job) : NULL, "token", e->account && *e->account->name ? e->account->name : NULL,
+              "traceparent", *e->traceparent ? e->traceparent : NULL, NULL);
 }
 
 static void on_completed(void *cls, struct MHD_Connection *connection, void **con_cls, enum MHD_RequestTerminationCode how)
@@ -95,7 +95,7 @@ static void on_completed(void *cls, struct MHD_Connection *connection, void **co
     }
     conn_deadline(e->conn, sga_now() + (double)sv->config.request_timeout);    /* for the next request */
     job_unref(e->job);
-    free(e->body);
+    exchange_free_body(e);
     free(e);
     atomic_fetch_sub(&sv->exchanges, 1);
 }
@@ -129,6 +129,8 @@ static bool find_route(struct exchange *e, const char *path, struct sga_error *e
         reply_header(e, "Allow", "%s", allow);
         return sga_fail(err, SGA_E_METHOD, "This path allows %s.", allow);
     }
+    if (!caller_admit(e, route_scope(e->route, e->method), err))
+        return false;
     return strcmp(e->method, "POST") != 0 || admit_body(e, err);
 }
 
@@ -164,9 +166,13 @@ static enum MHD_Result take(struct exchange *e, const char *data, size_t n)
         size_t want = e->capacity ? 2 * e->capacity : 4096;
         while (want < e->length + n)
             want *= 2;
+        if (!exchange_grow(e, want))
+            return MHD_YES;
         unsigned char *grown = realloc(e->body, want);
-        if (!grown)
+        if (!grown) {
+            atomic_fetch_sub(&e->service->body_bytes, (long)(want - e->capacity));
             return MHD_NO;
+        }
         e->body = grown;
         e->capacity = want;
     }
@@ -191,6 +197,8 @@ static enum MHD_Result on_request(void *cls, struct MHD_Connection *connection, 
         *size = 0;
         return take(e, data, n);
     }
+    if (e->refusal.code == SGA_E_BUSY)
+        reply_header(e, "Retry-After", "%d", BUSY_SECONDS);
     if (e->refusal.code != SGA_E_OK)
         return reply_problem(e, &e->refusal);
     return route_handler(e->route, e->method)(e);
@@ -202,8 +210,15 @@ static void *tick(void *arg)
 {
     struct http *h = arg;
     struct service *sv = h->service;
+    double look_at_tokens = 0;
     while (!atomic_load(&h->stop)) {
         double now = sga_now();
+        if (sv->tokens && now >= look_at_tokens) {
+            char why[512];
+            if (!tokens_refresh(sv->tokens, false, why, sizeof why))
+                log_event(LOG_L_ERROR, "tokens_not_read", "reason", why, NULL);
+            look_at_tokens = now + 1;
+        }
         jobs_tick(sv->jobs, now);
         for (int cut = conns_reap(sv->conns, now, 0); cut > 0; cut--)
             metrics_add(&sv->metrics, METRIC_REAPED);
@@ -220,12 +235,19 @@ static void log_library(void *cls, const char *fmt, va_list ap)
     log_event(LOG_L_DEBUG, "http_library", "message", text, NULL);
 }
 
-static struct MHD_Daemon *start_daemon(struct service *sv, int fd)
+static struct MHD_Daemon *start_daemon(struct http *h)
 {
+    struct service *sv = h->service;
     unsigned flags = MHD_USE_POLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ITC | MHD_USE_ERROR_LOG;
-    return MHD_start_daemon(flags, 0, NULL, NULL, on_request, sv,
+    struct MHD_OptionItem tls[] = {
+        { MHD_OPTION_HTTPS_MEM_CERT, 0, h->tls.cert },
+        { MHD_OPTION_HTTPS_MEM_KEY, 0, h->tls.key },
+        { MHD_OPTION_HTTPS_PRIORITIES, 0, (void *)(uintptr_t)TLS_PRIORITIES },
+        { MHD_OPTION_END, 0, NULL },
+    }, none[] = { { MHD_OPTION_END, 0, NULL } };
+    return MHD_start_daemon(flags | (h->tls.cert ? MHD_USE_TLS : 0), 0, NULL, NULL, on_request, sv,
                             MHD_OPTION_EXTERNAL_LOGGER, log_library, NULL,
-                            MHD_OPTION_LISTEN_SOCKET, fd,
+                            MHD_OPTION_LISTEN_SOCKET, h->listening.fd,
                             MHD_OPTION_THREAD_POOL_SIZE, (unsigned)POOL,
                             MHD_OPTION_CONNECTION_LIMIT, (unsigned)sv->config.connections,
                             MHD_OPTION_CONNECTION_TIMEOUT, (unsigned)sv->config.idle_timeout,
@@ -233,31 +255,49 @@ static struct MHD_Daemon *start_daemon(struct service *sv, int fd)
                             MHD_OPTION_NOTIFY_CONNECTION, on_connection, sv,
                             MHD_OPTION_NOTIFY_COMPLETED, on_completed, sv,
                             MHD_OPTION_URI_LOG_CALLBACK, on_request_line, sv,
+                            MHD_OPTION_ARRAY, h->tls.cert ? tls : none,
                             MHD_OPTION_END);
 }
 
-struct http *http_start(struct service *sv, int *port, char *why, size_t size)
+/* Socket, certificate, library, clock. What was opened is closed by the caller. */
+static bool start_parts(struct http *h, char *why, size_t size)
 {
-    struct http *h = calloc(1, sizeof *h);
-    int fd = h ? listen_open(sv->config.listen, port, why, size) : -1;
-    if (fd < 0) {
-        free(h);
-        return NULL;
-    }
-    h->service = sv;
-    h->daemon = start_daemon(sv, fd);
-    if (!h->daemon) {
+    struct service *sv = h->service;
+    if (!tls_read(&sv->config, &h->tls, why, size) || !listen_open(&sv->config, &h->listening, why, size))
+        return false;
+    snprintf(sv->own_host, sizeof sv->own_host, "%s", h->listening.host);
+    if (!(h->daemon = start_daemon(h))) {
         snprintf(why, size, "the HTTP library did not start");
-        close(fd);
-        free(h);
-        return NULL;
+        return false;
     }
     if (pthread_create(&h->ticker, NULL, tick, h) == 0)
-        return h;
+        return true;
     snprintf(why, size, "no thread can be started");
     MHD_stop_daemon(h->daemon);
+    h->listening.fd = -1;         /* the library has closed it */
+    return false;
+}
+
+struct http *http_start(struct service *sv, char *why, size_t size)
+{
+    struct http *h = calloc(1, sizeof *h);
+    if (!h)
+        return NULL;
+    h->service = sv;
+    h->listening.fd = -1;
+    if (start_parts(h, why, size))
+        return h;
+    if (h->listening.fd >= 0)
+        close(h->listening.fd);
+    listen_forget(&h->listening);
+    tls_free(&h->tls);
     free(h);
     return NULL;
+}
+
+const char *http_url(const struct http *h)
+{
+    return h->listening.url;
 }
 
 void http_stop(struct http *h)
@@ -274,5 +314,7 @@ void http_stop(struct http *h)
     MHD_stop_daemon(h->daemon);
     if (fd != MHD_INVALID_SOCKET)
         close(fd);
+    listen_forget(&h->listening);
+    tls_free(&h->tls);
     free(h);
 }

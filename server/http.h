@@ -9,12 +9,12 @@
 
 struct http;
 
-/* Binds config->listen and starts to answer. The port taken is in *port. */
-struct http *http_start(struct service *sv, int *port, char *why, size_t size);
+/* Opens what config->listen names and starts to answer. NULL with the reason in why. */
+struct http *http_start(struct service *sv, char *why, size_t size);
 /* Stops to accept connections, waits for the requests under way (a few seconds, then they
  * are cut), and stops. Nobody may be suspended by then: waiters have been closed. */
 void http_stop(struct http *h);
-/* "[::1]" or "127.0.0.1" as it stands in a URL, into out. */
-void http_host(const struct config *c, char *out, size_t size);
+/* Where it listens, for people. */
+const char *http_url(const struct http *h);
 
 #endif

@@ -1,5 +1,6 @@
 /* The table of living jobs: making, finding, submitting. */
 #include "jobs_parts.h"
+#include "budget.h"
 #include "clock.h"
 #include "log.h"
 
@@ -19,10 +20,14 @@ struct jobs *jobs_new(const struct config *c, struct store *st, struct recent *r
     js->hooks = hooks;
     pthread_mutex_init(&js->lock, NULL);
     pthread_cond_init(&js->work, NULL);
-    return js;
+    static const struct quota none;
+    if ((js->everyone = jobs_account(js, "", &none)))
+        return js;
+    jobs_free(js);
+    return NULL;
 }
 
-struct job *jobs_make(struct jobs *js, const char *id)
+struct job *jobs_make(struct jobs *js, const char *id, struct account *account)
 {
     struct job *job = calloc(1, sizeof *job);
     if (!job)
@@ -32,6 +37,8 @@ struct job *jobs_make(struct jobs *js, const char *id)
     snprintf(job->progress.stage, sizeof job->progress.stage, "queued");
     job->event = 1;
     job->wake_fd = -1;
+    job->stage = STAGE_NONE;
+    job->account = account;
     job->table = js;
     return job;
 }
@@ -79,27 +86,6 @@ static void forget(struct job **at)
     job_unref(job);
 }
 
-void jobs_enqueue(struct jobs *js, struct job *job)
-{
-    job->ahead = js->back;
-    job->behind = NULL;
-    *(js->back ? &js->back->behind : &js->front) = job;
-    js->back = job;
-    job->queued = true;
-    js->queue_count++;
-    js->queue_bytes += job->request_length;
-    pthread_cond_signal(&js->work);
-}
-
-void jobs_dequeue(struct jobs *js, struct job *job)
-{
-    *(job->ahead ? &job->ahead->behind : &js->front) = job->behind;
-    *(job->behind ? &job->behind->ahead : &js->back) = job->ahead;
-    job->queued = false;
-    js->queue_count--;
-    js->queue_bytes -= job->request_length;
-}
-
 /* The row of a new job is on disk, or could not be put there. */
 static void stored(void *ctx, bool ok)
 {
@@ -128,53 +114,58 @@ static bool no_room(const struct jobs *js, size_t length)
         || js->queue_bytes + length > (unsigned long)js->config->queue_bytes;
 }
 
-static enum submit submit_new(struct jobs *js, const char *id, char **request, size_t length, struct job **job)
+static enum submit submit_new(struct jobs *js, struct submission *s)
 {
-    if (no_room(js, length))
+    if (no_room(js, s->length))
         return SUBMIT_FULL;
-    struct job *fresh = jobs_make(js, id);
+    if ((s->quota = account_full(s->account, s->length, sga_now(), &s->retry)))
+        return SUBMIT_QUOTA;
+    struct job *fresh = jobs_make(js, s->id, s->account);
     if (!fresh)
         return SUBMIT_NO_MEMORY;
     fresh->row.created = clock_ms();
+    snprintf(fresh->request_id, sizeof fresh->request_id, "%s", s->request_id);
+    snprintf(fresh->traceparent, sizeof fresh->traceparent, "%s", s->traceparent);
     job_ref(fresh);            /* the store's, given back by stored() */
-    if (!store_insert(js->store, &fresh->row, *request, length, stored, fresh)) {
+    if (!store_insert(js->store, &fresh->row, s->request, s->length, stored, fresh)) {
         free(fresh);
         return SUBMIT_NO_MEMORY;
     }
-    fresh->request = *request;
-    fresh->request_length = length;
-    *request = NULL;
-    struct job **at = jobs_place(js, id);
+    fresh->request = s->request;
+    fresh->request_length = s->length;
+    s->request = NULL;
+    struct job **at = jobs_place(js, s->id);
     if (*at)
         forget(at);            /* it failed before; its end is on its way to the disk */
-    *jobs_place(js, id) = fresh;
-    recent_drop(js->recent, id);
+    *jobs_place(js, s->id) = fresh;
+    recent_drop(js->recent, s->id);
     job_ref(fresh);            /* the caller's */
-    *job = fresh;
+    s->job = fresh;
+    fresh->account->alive++;
     jobs_enqueue(js, fresh);
     metrics_add(js->metrics, METRIC_JOBS_NEW);
     return SUBMIT_NEW;
 }
 
-enum submit jobs_submit(struct jobs *js, const char *id, char **request, size_t length, struct job **job, struct finished **finished)
+enum submit jobs_submit(struct jobs *js, struct submission *s)
 {
     enum submit outcome;
     pthread_mutex_lock(&js->lock);
-    struct job *old = *jobs_place(js, id);
-    struct finished *f = old ? finished_ref(old->finished) : recent_by_id(js->recent, id);
+    struct job *old = *jobs_place(js, s->id);
+    struct finished *f = old ? finished_ref(old->finished) : recent_by_id(js->recent, s->id);
     if (f && f->status == JOB_DONE) {
-        *finished = f;
+        s->finished = f;
         f = NULL;
         outcome = SUBMIT_DONE;
     } else if (js->draining) {
         outcome = SUBMIT_DRAINING;
     } else if (old && !old->finished) {
         job_ref(old);
-        *job = old;
+        s->job = old;
         outcome = SUBMIT_JOINED;
         metrics_add(js->metrics, METRIC_JOBS_JOINED);
     } else {
-        outcome = submit_new(js, id, request, length, job);
+        outcome = submit_new(js, s);
     }
     pthread_mutex_unlock(&js->lock);
     finished_unref(f);
@@ -211,13 +202,14 @@ void jobs_count(struct jobs *js, struct jobs_counts *out)
 static void recover_one(void *ctx, const struct job_row *row)
 {
     struct jobs *js = ctx;
-    struct job *job = jobs_make(js, row->id);
+    struct job *job = jobs_make(js, row->id, js->everyone);
     if (!job)
         abort();
     job->row = *row;
     job->row.error = NULL;
     job->stored = 1;
     *jobs_place(js, row->id) = job;
+    job->account->alive++;
     if (row->attempts < JOBS_TRIES) {
         jobs_enqueue(js, job);
         return;
@@ -246,6 +238,10 @@ void jobs_free(struct jobs *js)
     for (int i = 0; i < JOBS_BUCKETS; i++)
         while (js->bucket[i])
             forget(&js->bucket[i]);
+    for (struct account *a = js->accounts, *next; a; a = next) {
+        next = a->next;
+        free(a);
+    }
     pthread_cond_destroy(&js->work);
     pthread_mutex_destroy(&js->lock);
     free(js);

@@ -15,6 +15,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "account.h"
 #include "config.h"
 #include "error.h"
 #include "finished.h"
@@ -36,14 +37,29 @@ struct jobs *jobs_new(const struct config *c, struct store *st, struct recent *r
 bool jobs_recover(struct jobs *js, char *why, size_t size);
 void jobs_free(struct jobs *js);
 
+/* The account of this name, made where there is none, with its quota set anew. It lives as
+ * long as the table. NULL: no memory. "" is that of requests without a token. */
+struct account *jobs_account(struct jobs *js, const char *name, const struct quota *quota);
+
 /* -- Asking -- */
 
-enum submit { SUBMIT_NEW, SUBMIT_JOINED, SUBMIT_DONE, SUBMIT_FULL, SUBMIT_DRAINING, SUBMIT_NO_MEMORY };
+enum submit { SUBMIT_NEW, SUBMIT_JOINED, SUBMIT_DONE, SUBMIT_FULL, SUBMIT_QUOTA, SUBMIT_DRAINING, SUBMIT_NO_MEMORY };
+
+struct submission {
+    const char *id;
+    char *request;                  /* canonical, malloc'ed; taken over and set to NULL by SUBMIT_NEW */
+    size_t length;
+    struct account *account;
+    const char *request_id, *traceparent;   /* for the log */
+    /* the answer */
+    struct job *job;                /* a reference, of SUBMIT_NEW and SUBMIT_JOINED */
+    struct finished *finished;      /* a reference, of SUBMIT_DONE */
+    const char *quota;              /* of SUBMIT_QUOTA: which one, in words */
+    long retry;                     /* and after how many seconds to try again */
+};
 /* A request that was found good. It becomes a job unless the same one is alive; one that
- * failed or was cancelled is run again. *request (malloc'ed) is taken over and set to NULL
- * by SUBMIT_NEW. *job gets a reference except where it is refused; SUBMIT_DONE sets
- * *finished instead. */
-enum submit jobs_submit(struct jobs *js, const char *id, char **request, size_t length, struct job **job, struct finished **finished);
+ * failed or was cancelled is run again. */
+enum submit jobs_submit(struct jobs *js, struct submission *s);
 
 /* A living job with a reference, or NULL. */
 struct job *jobs_find(struct jobs *js, const char *id);
@@ -59,9 +75,10 @@ struct job_look {
 };
 void jobs_look(struct jobs *js, struct job *job, struct job_look *look);
 
-enum cancel { CANCEL_ENDED_NOW, CANCEL_ASKED, CANCEL_TOO_LATE, CANCEL_UNKNOWN };
-/* Ends a queued job, asks a running one to stop. *job gets a reference unless unknown. */
-enum cancel jobs_cancel(struct jobs *js, const char *id, struct job **job);
+enum cancel { CANCEL_ENDED_NOW, CANCEL_ASKED, CANCEL_TOO_LATE, CANCEL_UNKNOWN, CANCEL_NOT_YOURS };
+/* Ends a queued job, asks a running one to stop. by: the account that asks; NULL may cancel
+ * the jobs of all. *job gets a reference unless it is unknown or another's. */
+enum cancel jobs_cancel(struct jobs *js, const char *id, const struct account *by, struct job **job);
 
 /* -- Waiting -- */
 
@@ -69,6 +86,7 @@ enum wait_kind { WAIT_STORED, WAIT_ENDED, WAIT_EVENT };
 
 struct waiter {
     void *connection;
+    struct account *account;
     enum wait_kind kind;
     uint64_t seen;            /* WAIT_EVENT: the event known already */
     double deadline;          /* sga_now() */

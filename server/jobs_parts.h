@@ -16,6 +16,9 @@ struct job {
     char *request;                   /* canonical; NULL: on disk only. Fixed once running */
     size_t request_length;
     struct job_progress progress;
+    enum metrics_stage stage;        /* for the metrics, with the time since when */
+    double stage_since;
+    char request_id[72], traceparent[64];    /* of the request that made it, "" for one of an earlier life */
     uint64_t event;
     int stored;
     bool cancel;
@@ -24,13 +27,14 @@ struct job {
     struct finished *finished;
     struct waiter *waiters;
     struct job *chain;               /* in its bucket */
-    struct job *ahead, *behind;      /* in the queue */
+    struct account *account;         /* on which it waits and runs */
+    struct job *ahead, *behind;      /* in the queue of its account */
     bool queued;                     /* stands in the queue */
     struct jobs *table;
 };
 
-/* Invariants under the lock: queue_count and queue_bytes are those of the list from front
- * to back; a job in the queue has status queued and is in the table; each waiter is in
+/* Invariants under the lock: queue_count and queue_bytes are those of all accounts' lists;
+ * an account is in the ring exactly while its list is not empty; a job in the queue has status queued and is in the table; each waiter is in
  * its job's list and in `all`. */
 struct jobs {
     pthread_mutex_t lock;
@@ -41,7 +45,7 @@ struct jobs {
     struct metrics *metrics;
     struct jobs_hooks hooks;
     struct job *bucket[JOBS_BUCKETS];
-    struct job *front, *back;
+    struct account *accounts, *everyone, *turn;   /* all; of those without a token; the next of the ring */
     unsigned long queue_count, queue_bytes, running;
     struct waiter *all;
     unsigned long waiters, streams;
@@ -50,10 +54,17 @@ struct jobs {
     bool draining, closed, stopping;
 };
 
-struct job *jobs_make(struct jobs *js, const char *id);
+struct job *jobs_make(struct jobs *js, const char *id, struct account *account);
 struct job **jobs_place(struct jobs *js, const char *id);
+/* -- jobs_queue.c, under the lock -- */
 void jobs_enqueue(struct jobs *js, struct job *job);
 void jobs_dequeue(struct jobs *js, struct job *job);
+/* Takes the job whose turn it is out of the queue; NULL: none waits. */
+struct job *jobs_next(struct jobs *js);
+/* The job comes to a stage. */
+void jobs_stage(struct job *job, enum metrics_stage stage);
+/* A job of the account has ended. */
+void jobs_settle(struct job *job, double seconds);
 /* Something changed: resumes those who waited for it. */
 void jobs_notify(struct jobs *js, struct job *job);
 /* Under the lock: the ends that could not be written are given to the store once more. */

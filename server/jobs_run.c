@@ -12,16 +12,16 @@
 struct job *jobs_claim(struct jobs *js, int wake_fd)
 {
     pthread_mutex_lock(&js->lock);
-    while (!js->front && !js->draining)
+    while (!js->turn && !js->draining)
         pthread_cond_wait(&js->work, &js->lock);
-    struct job *job = js->draining ? NULL : js->front;
+    struct job *job = js->draining ? NULL : jobs_next(js);
     if (job) {
-        jobs_dequeue(js, job);
         job_ref(job);
         job->row.status = JOB_RUNNING;
         job->row.started = clock_ms();
         snprintf(job->progress.stage, sizeof job->progress.stage, "running");
         job->wake_fd = wake_fd;
+        jobs_stage(job, STAGE_RUNNING);
         job->event++;
         js->running++;
         store_started(js->store, &job->row);
@@ -52,6 +52,7 @@ void jobs_progress(struct jobs *js, struct job *job, const char *stage, double f
 {
     pthread_mutex_lock(&js->lock);
     snprintf(job->progress.stage, sizeof job->progress.stage, "%s", stage);
+    jobs_stage(job, metrics_stage_of(stage));
     job->progress.fraction = fraction >= 0 && fraction <= 1 ? fraction : 0;
     job->event++;
     jobs_notify(js, job);
@@ -112,12 +113,14 @@ static struct finished *make_text(struct job_row *row, struct slice text)
     return f;
 }
 
-static void log_end(const struct job_row *row, const struct sga_error *err)
+static void log_end(const struct job *job, const struct job_row *row, const struct sga_error *err)
 {
     char seconds[32];
     snprintf(seconds, sizeof seconds, "%.3f", 1e-3 * (double)(row->started ? row->finished - row->started : 0));
     log_event(LOG_L_INFO, "job_ended", "job", row->id, "status", job_status_text(row->status), "seconds", seconds,
-              "code", err ? sga_code_text(err->code) : NULL, NULL);
+              "code", err ? sga_code_text(err->code) : NULL, "token", *job->account->name ? job->account->name : NULL,
+              "request_id", *job->request_id ? job->request_id : NULL,
+              "traceparent", *job->traceparent ? job->traceparent : NULL, NULL);
 }
 
 void jobs_end(struct jobs *js, struct job *job, enum job_status status, const struct sga_error *err, const char *result, size_t length)
@@ -130,12 +133,13 @@ void jobs_end(struct jobs *js, struct job *job, enum job_status status, const st
     if (status != JOB_DONE)           /* a job that failed keeps its request */
         text = (struct slice){ job->request, job->request ? job->request_length : 0 };
     struct finished *f = make_text(&row, text);
-    log_end(&row, err);
+    log_end(job, &row, err);
     metrics_job(js->metrics, row.status, 1e-3 * (double)(row.started ? row.finished - row.started : 0));
     job_ref(job);
     pthread_mutex_lock(&js->lock);
     if (job->row.status == JOB_RUNNING)
         js->running--;
+    jobs_settle(job, 1e-3 * (double)(row.started ? row.finished - row.started : 0));
     job->row = row;
     job->finished = f;
     job->wake_fd = -1;
@@ -167,6 +171,7 @@ void jobs_requeue(struct jobs *js, struct job *job)
     job->row.started = 0;
     job->wake_fd = -1;
     job->progress = (struct job_progress){ .stage = "queued" };
+    jobs_stage(job, STAGE_NONE);
     job->event++;
     js->running--;
     store_requeue(js->store, &job->row);
@@ -181,13 +186,15 @@ static void poke(int fd)
     (void)ignored;
 }
 
-enum cancel jobs_cancel(struct jobs *js, const char *id, struct job **out)
+enum cancel jobs_cancel(struct jobs *js, const char *id, const struct account *by, struct job **out)
 {
     enum cancel outcome = CANCEL_ASKED;
     pthread_mutex_lock(&js->lock);
     struct job *job = *jobs_place(js, id);
     if (!job) {
         outcome = CANCEL_UNKNOWN;
+    } else if (by && job->account != by) {
+        outcome = CANCEL_NOT_YOURS;
     } else {
         job_ref(job);
         *out = job;

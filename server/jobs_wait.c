@@ -18,25 +18,28 @@ static bool satisfied(const struct job *job, const struct waiter *w)
 
 /* The bound is on what clients hold open. The disk always answers, so who waits for it
  * is not counted. */
-static bool room(const struct jobs *js, enum wait_kind kind)
+static bool room(const struct jobs *js, const struct waiter *w)
 {
-    return kind == WAIT_STORED
-        || (kind == WAIT_ENDED ? js->waiters < (unsigned long)js->config->waiters
-                               : js->streams < (unsigned long)js->config->streams);
+    return w->kind == WAIT_STORED
+        || ((!w->account || account_may_wait(w->account))
+            && (w->kind == WAIT_ENDED ? js->waiters < (unsigned long)js->config->waiters
+                                      : js->streams < (unsigned long)js->config->streams));
 }
 
-static void count(struct jobs *js, enum wait_kind kind, long by)
+static void count(struct jobs *js, const struct waiter *w, long by)
 {
-    if (kind == WAIT_ENDED)
+    if (w->kind != WAIT_STORED && w->account)
+        w->account->waiting += (unsigned long)by;
+    if (w->kind == WAIT_ENDED)
         js->waiters += (unsigned long)by;
-    else if (kind == WAIT_EVENT)
+    else if (w->kind == WAIT_EVENT)
         js->streams += (unsigned long)by;
 }
 
 bool jobs_wait(struct jobs *js, struct job *job, struct waiter *w)
 {
     pthread_mutex_lock(&js->lock);
-    bool wait = !satisfied(job, w) && !js->closed && w->deadline > sga_now() && room(js, w->kind);
+    bool wait = !satisfied(job, w) && !js->closed && w->deadline > sga_now() && room(js, w);
     if (wait) {
         w->job = job;
         w->waiting = true;
@@ -50,7 +53,7 @@ bool jobs_wait(struct jobs *js, struct job *job, struct waiter *w)
         if (w->all_next)
             w->all_next->all_prev = w;
         js->all = w;
-        count(js, w->kind, 1);
+        count(js, w, 1);
         js->hooks.suspend(w->connection);
     }
     pthread_mutex_unlock(&js->lock);
@@ -66,7 +69,7 @@ static void resume(struct jobs *js, struct waiter *w)
     if (w->all_next)
         w->all_next->all_prev = w->all_prev;
     w->waiting = false;
-    count(js, w->kind, -1);
+    count(js, w, -1);
     js->hooks.resume(w->connection);
 }
 
@@ -117,7 +120,7 @@ static void barrier_done(void *ctx, bool ok)
 
 struct job *jobs_barrier(struct jobs *js)
 {
-    struct job *job = jobs_make(js, "");
+    struct job *job = jobs_make(js, "", js->everyone);
     if (!job)
         return NULL;
     job_ref(job);

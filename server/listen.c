@@ -1,17 +1,18 @@
-/* The listening socket. Only loopback: there is neither encryption nor a check of who asks. */
+/* The listening socket, and the rule about who may be let near it. */
 #include "listen.h"
 
 #include <errno.h>
 #include <netdb.h>
 #include <netinet/in.h>
-#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
 #include <unistd.h>
 
-enum { BACKLOG = 512 };
+enum { BACKLOG = 512, FIRST_PASSED = 3, SOCKET_MODE = 0660 };
 
 static bool split(const char *address, char host[256], char port[8])
 {
@@ -31,58 +32,159 @@ static bool split(const char *address, char host[256], char port[8])
     return true;
 }
 
-static bool is_loopback(const struct sockaddr *a)
+static bool is_local(const struct sockaddr_storage *a)
 {
-    if (a->sa_family == AF_INET)
+    if (a->ss_family == AF_INET)
         return ntohl(((const struct sockaddr_in *)a)->sin_addr.s_addr) >> 24 == 127;
-    return a->sa_family == AF_INET6 && IN6_IS_ADDR_LOOPBACK(&((const struct sockaddr_in6 *)a)->sin6_addr);
+    if (a->ss_family == AF_INET6)
+        return IN6_IS_ADDR_LOOPBACK(&((const struct sockaddr_in6 *)a)->sin6_addr);
+    return a->ss_family == AF_UNIX;
 }
 
-static int bind_to(const struct addrinfo *ai, int *port)
+/* Whoever reaches a socket off loopback is a stranger on a wire that others read. */
+static bool allowed(const struct config *c, const struct sockaddr_storage *a, char *why, size_t size)
 {
-    int fd = socket(ai->ai_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0), yes = 1;
-    if (fd < 0)
-        return -1;
-    setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-    struct sockaddr_storage bound;
-    socklen_t length = sizeof bound;
-    if (bind(fd, ai->ai_addr, ai->ai_addrlen) != 0 || listen(fd, BACKLOG) != 0
-        || getsockname(fd, (struct sockaddr *)&bound, &length) != 0) {
-        int saved = errno;
-        close(fd);
-        errno = saved;
-        return -1;
-    }
-    *port = ntohs(bound.ss_family == AF_INET6 ? ((struct sockaddr_in6 *)&bound)->sin6_port : ((struct sockaddr_in *)&bound)->sin_port);
-    return fd;
+    bool plain = !c->tls_cert && !c->remote_plain, open = !config_tokens(c) && !c->remote_open;
+    if (is_local(a) || (!plain && !open))
+        return true;
+    snprintf(why, size, "this is no loopback address: %s%s%s. Set %s%s%s, or say %s%s%s",
+             plain ? "there is no encryption" : "", plain && open ? ", and " : "", open ? "everyone would be let in" : "",
+             plain ? "tls-cert and tls-key" : "", plain && open ? " and " : "", open ? "access = tokens" : "",
+             plain ? "--allow-remote-without-tls" : "", plain && open ? " and " : "", open ? "--allow-remote-without-tokens" : "");
+    return false;
 }
 
-int listen_open(const char *address, int *port, char *why, size_t size)
+static void describe(const struct config *c, const struct sockaddr_storage *a, struct listening *out)
+{
+    char host[256] = "", port[8] = "";
+    const char *scheme = c->tls_cert ? "https" : "http";
+    if (a->ss_family == AF_UNIX) {
+        snprintf(out->url, sizeof out->url, "unix:%.107s", ((const struct sockaddr_un *)a)->sun_path);
+        return;
+    }
+    socklen_t length = a->ss_family == AF_INET ? sizeof(struct sockaddr_in) : sizeof(struct sockaddr_in6);
+    getnameinfo((const struct sockaddr *)a, length, host, sizeof host, port, sizeof port, NI_NUMERICHOST | NI_NUMERICSERV);
+    snprintf(out->host, sizeof out->host, a->ss_family == AF_INET6 ? "[%s]" : "%s", host);
+    snprintf(out->url, sizeof out->url, "%s://%s:%s", scheme, out->host, port);
+}
+
+static bool fail(int fd, const char *address, char *why, size_t size)
+{
+    snprintf(why, size, "cannot listen on %s: %s", address, strerror(errno));
+    if (fd >= 0)
+        close(fd);
+    return false;
+}
+
+/* Checks a socket that is bound already, makes it listen, and describes it. */
+static bool finish(const struct config *c, int fd, bool bound_here, struct listening *out, char *why, size_t size)
+{
+    struct sockaddr_storage a = { 0 };
+    socklen_t length = sizeof a;
+    if (getsockname(fd, (struct sockaddr *)&a, &length) != 0 || (bound_here && listen(fd, BACKLOG) != 0))
+        return fail(fd, c->listen, why, size);
+    if (!allowed(c, &a, why, size)) {
+        close(fd);
+        return false;
+    }
+    describe(c, &a, out);
+    out->fd = fd;
+    return true;
+}
+
+static bool open_tcp(const struct config *c, struct listening *out, char *why, size_t size)
 {
     char host[256], service[8];
     struct addrinfo hints = { .ai_socktype = SOCK_STREAM, .ai_flags = AI_NUMERICHOST | AI_NUMERICSERV }, *ai = NULL;
-    if (!split(address, host, service)) {
-        snprintf(why, size, "--listen needs HOST:PORT with a port from 0 to 65535, not '%s'", address);
-        return -1;
+    if (!split(c->listen, host, service)) {
+        snprintf(why, size, "--listen needs HOST:PORT with a port from 0 to 65535, unix:PATH or systemd, not '%s'", c->listen);
+        return false;
     }
-    int rc = getaddrinfo(strcmp(host, "localhost") == 0 ? "127.0.0.1" : host, service, &hints, &ai);
-    if (rc != 0) {
+    if (getaddrinfo(strcmp(host, "localhost") == 0 ? "127.0.0.1" : host, service, &hints, &ai) != 0) {
         snprintf(why, size, "--listen needs a numeric address, not '%s'", host);
-        return -1;
+        return false;
     }
-    int fd = -1;
-    if (!is_loopback(ai->ai_addr))
-        snprintf(why, size, "%s is no loopback address: without encryption and tokens sgad serves this machine only", host);
-    else if ((fd = bind_to(ai, port)) < 0)
-        snprintf(why, size, "cannot listen on %s: %s", address, strerror(errno));
+    struct sockaddr_storage a = { 0 };
+    memcpy(&a, ai->ai_addr, ai->ai_addrlen);
+    socklen_t length = ai->ai_addrlen;
     freeaddrinfo(ai);
-    return fd;
+    if (!allowed(c, &a, why, size))
+        return false;
+    int fd = socket(a.ss_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0), yes = 1;
+    if (fd >= 0)
+        setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+    if (fd < 0 || bind(fd, (struct sockaddr *)&a, length) != 0)
+        return fail(fd, c->listen, why, size);
+    return finish(c, fd, true, out, why, size);
 }
 
-void listen_host(const char *address, char *out, size_t size)
+/* The name of a socket that nobody listens on any more stands in the way; it is removed. A
+ * file of any other kind, or a socket that answers, is not touched. */
+static void remove_stale(const struct sockaddr_un *a)
 {
-    const char *colon = strrchr(address, ':');
-    int n = colon ? (int)(colon - address) : (int)strlen(address);
-    bool bare = *address != '[' && memchr(address, ':', (size_t)n);
-    snprintf(out, size, bare ? "[%.*s]" : "%.*s", n, address);
+    struct stat st;
+    if (lstat(a->sun_path, &st) != 0 || !S_ISSOCK(st.st_mode))
+        return;
+    int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    if (fd >= 0 && connect(fd, (const struct sockaddr *)a, sizeof *a) != 0 && errno == ECONNREFUSED)
+        unlink(a->sun_path);
+    if (fd >= 0)
+        close(fd);
+}
+
+static bool open_unix(const struct config *c, const char *path, struct listening *out, char *why, size_t size)
+{
+    struct sockaddr_un a = { .sun_family = AF_UNIX };
+    if (*path != '/' || strlen(path) >= sizeof a.sun_path) {
+        snprintf(why, size, "--listen unix:PATH needs an absolute path of less than %zu characters", sizeof a.sun_path);
+        return false;
+    }
+    strcpy(a.sun_path, path);
+    remove_stale(&a);
+    int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    /* The mode is set before anyone can connect: nobody can until it listens. */
+    if (fd < 0 || bind(fd, (struct sockaddr *)&a, sizeof a) != 0)
+        return fail(fd, c->listen, why, size);
+    strcpy(out->path, path);
+    if (chmod(path, SOCKET_MODE) != 0)
+        return fail(fd, c->listen, why, size);
+    return finish(c, fd, true, out, why, size);
+}
+
+/* The protocol of sd_listen_fds(3): descriptors from 3 on, LISTEN_FDS of them, for the
+ * process LISTEN_PID. */
+static bool open_passed(const struct config *c, struct listening *out, char *why, size_t size)
+{
+    const char *pid = getenv("LISTEN_PID"), *count = getenv("LISTEN_FDS");
+    int listens = 0;
+    socklen_t length = sizeof listens;
+    if (!pid || !count || strtol(pid, NULL, 10) != (long)getpid())
+        snprintf(why, size, "--listen systemd: no socket was passed to this process (LISTEN_PID, LISTEN_FDS)");
+    else if (strcmp(count, "1") != 0)
+        snprintf(why, size, "--listen systemd: one socket is served, not %.20s", count);
+    else if (getsockopt(FIRST_PASSED, SOL_SOCKET, SO_ACCEPTCONN, &listens, &length) != 0 || !listens)
+        snprintf(why, size, "--listen systemd: what was passed is no listening stream socket");
+    else {
+        unsetenv("LISTEN_PID");
+        unsetenv("LISTEN_FDS");
+        unsetenv("LISTEN_FDNAMES");
+        return finish(c, FIRST_PASSED, false, out, why, size);
+    }
+    return false;
+}
+
+bool listen_open(const struct config *c, struct listening *out, char *why, size_t size)
+{
+    *out = (struct listening){ .fd = -1 };
+    if (strncmp(c->listen, "unix:", 5) == 0)
+        return open_unix(c, c->listen + 5, out, why, size);
+    if (strcmp(c->listen, "systemd") == 0)
+        return open_passed(c, out, why, size);
+    return open_tcp(c, out, why, size);
+}
+
+void listen_forget(const struct listening *l)
+{
+    if (*l->path)
+        unlink(l->path);
 }

@@ -1,6 +1,7 @@
 /* Looking up jobs. A job is in memory until its end is on disk, so the order alive, recent,
  * stored never misses one. */
 #include "lookup.h"
+#include "clock.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -21,22 +22,23 @@ static enum lookup from_store(struct service *sv, const char *id, struct finishe
         outcome = a == STORE_NONE ? LOOKUP_GONE : LOOKUP_BROKEN;
     else if (!(*finished = finished_make(&row, (struct slice){ text, length })))
         outcome = LOOKUP_BROKEN;
-    else if (row.status == JOB_DONE)
+    else if (row.status == JOB_DONE) {
+        store_touch(sv->store, id, clock_ms());
         recent_put(sv->recent, *finished);      /* other ends may be replaced by a new run */
+    }
     free(text);
     free(row.error);
     return outcome;
 }
 
 /* A job that is done and whose result was dropped or damaged: its request is run again. */
-static enum lookup revive(struct service *sv, const char *id, struct job **job, struct finished **finished)
+static enum lookup revive(struct service *sv, struct account *account, const char *id, struct job **job, struct finished **finished)
 {
-    char *request = NULL;
-    size_t length = 0;
+    struct submission s = { .id = id, .account = account, .request_id = "", .traceparent = "" };
     enum lookup outcome = LOOKUP_GONE;
-    if (store_request(sv->store, id, &request, &length) != STORE_FOUND)
+    if (store_request(sv->store, id, &s.request, &s.length) != STORE_FOUND)
         return LOOKUP_BROKEN;
-    switch (jobs_submit(sv->jobs, id, &request, length, job, finished)) {
+    switch (jobs_submit(sv->jobs, &s)) {
     case SUBMIT_NEW:
     case SUBMIT_JOINED:
         outcome = LOOKUP_LIVE;
@@ -47,14 +49,16 @@ static enum lookup revive(struct service *sv, const char *id, struct job **job, 
     default:
         break;
     }
-    free(request);
+    free(s.request);
+    *job = s.job;
+    *finished = s.finished;
     return outcome;
 }
 
-enum lookup lookup_or_run(struct service *sv, const char *id, struct job **job, struct finished **finished)
+enum lookup lookup_or_run(struct service *sv, struct account *account, const char *id, struct job **job, struct finished **finished)
 {
     enum lookup found = lookup_job(sv, id, job, finished);
-    return found == LOOKUP_GONE ? revive(sv, id, job, finished) : found;
+    return found == LOOKUP_GONE ? revive(sv, account, id, job, finished) : found;
 }
 
 enum lookup lookup_job(struct service *sv, const char *id, struct job **job, struct finished **finished)

@@ -16,7 +16,7 @@ enum lookup {
 
 enum lookup lookup_job(struct service *sv, const char *id, struct job **job, struct finished **finished);
 /* The same, but a job whose result is gone is put into the queue again, where there is room. */
-enum lookup lookup_or_run(struct service *sv, const char *id, struct job **job, struct finished **finished);
+enum lookup lookup_or_run(struct service *sv, struct account *account, const char *id, struct job **job, struct finished **finished);
 /* The error of the last three. */
 struct sga_error lookup_error(enum lookup outcome);
 

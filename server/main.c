@@ -6,6 +6,7 @@
  * jobs_run.c (end) -> store.c (disk), recent.c (memory) -> reply.c. */
 #include "budget.h"
 #include "child.h"
+#include "command.h"
 #include "http.h"
 #include "log.h"
 #include "run.h"
@@ -29,6 +30,8 @@ struct parts {
     struct service service;
     struct workers *workers;
     struct http *http;
+    int argc;
+    char **argv;              /* for reading the settings again */
 };
 
 static void suspend(void *connection)
@@ -50,7 +53,13 @@ static void raise_descriptor_limit(void)
     }
 }
 
-static bool start(struct parts *p, int *port, char *why, size_t size)
+static bool start_tokens(struct service *sv, char *why, size_t size)
+{
+    return !config_tokens(&sv->config)
+        || ((sv->tokens = tokens_new(sv->config.state, sv->jobs)) && tokens_refresh(sv->tokens, true, why, size));
+}
+
+static bool start(struct parts *p, char *why, size_t size)
 {
     struct service *sv = &p->service;
     struct jobs_hooks hooks = { suspend, resume };
@@ -58,9 +67,12 @@ static bool start(struct parts *p, int *port, char *why, size_t size)
     return (sv->conns = conns_new())
         && (sv->recent = recent_new((size_t)sv->config.cache_memory))
         && (sv->store = store_open(sv->config.state, &sv->metrics, why, size))
+        && (store_limit(sv->store, &sv->config.cache_disk), true)
         && (sv->jobs = jobs_new(&sv->config, sv->store, sv->recent, &sv->metrics, hooks))
+        && (sv->everyone = jobs_account(sv->jobs, "", &(struct quota){ 0 }))
         && jobs_recover(sv->jobs, why, size)
-        && (p->http = http_start(sv, port, why, size))
+        && start_tokens(sv, why, size)
+        && (p->http = http_start(sv, why, size))
         && (p->workers = workers_start(&sv->config, sv->jobs, &sv->metrics));
 }
 
@@ -81,30 +93,48 @@ static void stop(struct parts *p)
     }
     if (p->http)
         http_stop(p->http);
+    tokens_free(sv->tokens);
     store_close(sv->store);
     jobs_free(sv->jobs);
     recent_free(sv->recent);
     conns_free(sv->conns);
 }
 
-static void wait_for_signal(const sigset_t *set)
+/* SIGHUP: the limits and the tokens anew. Settings that are wrong change nothing. */
+static void reload(struct parts *p)
+{
+    struct service *sv = &p->service;
+    struct config fresh;
+    char why[512], restart[512];
+    if (config_read(&fresh, p->argc, p->argv, why, sizeof why) != CONFIG_OK) {
+        log_event(LOG_L_ERROR, "reload_refused", "reason", why, NULL);
+    } else {
+        config_take_live(&sv->config, &fresh, restart, sizeof restart);
+        log_event(LOG_L_INFO, "reloaded", "needs_restart", *restart ? restart : NULL, NULL);
+    }
+    config_free(&fresh);
+    if (sv->tokens && !tokens_refresh(sv->tokens, true, why, sizeof why))
+        log_event(LOG_L_ERROR, "tokens_not_read", "reason", why, NULL);
+}
+
+static void wait_for_signal(struct parts *p, const sigset_t *set)
 {
     int number;
-    while (sigwait(set, &number) != 0)
-        ;
+    while (sigwait(set, &number) != 0 || number == SIGHUP)
+        if (number == SIGHUP)
+            reload(p);
     log_event(LOG_L_INFO, "draining", "signal", strsignal(number), NULL);
 }
 
 static int serve(struct parts *p, const sigset_t *signals)
 {
-    char why[512], host[256];
-    int port = 0, status = 0;
-    if (start(p, &port, why, sizeof why)) {
-        http_host(&p->service.config, host, sizeof host);
-        printf("listening on http://%s:%d\n", host, port);
+    char why[512];
+    int status = 0;
+    if (start(p, why, sizeof why)) {
+        printf("listening on %s\n", http_url(p->http));
         fflush(stdout);
         log_event(LOG_L_INFO, "started", "version", sga_version(), "state", p->service.config.state, NULL);
-        wait_for_signal(signals);
+        wait_for_signal(p, signals);
     } else {
         fprintf(stderr, "sgad: %s\n", why);
         status = 1;
@@ -115,6 +145,19 @@ static int serve(struct parts *p, const sigset_t *signals)
     return status;
 }
 
+/* What --help and its like print. */
+static void answer_instead(enum config_result asked, const struct config *c)
+{
+    switch (asked) {
+    case CONFIG_HELP: config_usage(stdout); break;
+    case CONFIG_VERSION: printf("sgad %s\n", sga_version()); break;
+    case CONFIG_CHECK: printf("the settings are good\n"); break;
+    case CONFIG_PRINT: config_print(c, stdout); break;
+    case CONFIG_SAMPLE: config_sample(stdout); break;
+    default: break;
+    }
+}
+
 int main(int argc, char **argv)
 {
     if (argc > 1 && strcmp(argv[1], CHILD_FLAG) == 0)
@@ -122,28 +165,28 @@ int main(int argc, char **argv)
     if (argc == 2 && strcmp(argv[1], SANDBOX_FLAG) == 0)
         return sandbox_check();
 
+    int status;
+    if (command_run(argc, argv, &status))
+        return status;
+
     static struct parts parts;
+    parts.argc = argc;
+    parts.argv = argv;
     struct config *c = &parts.service.config;
     char why[512];
     enum log_level level = LOG_L_INFO;
     enum config_result got = config_read(c, argc, argv, why, sizeof why);
-    if (got == CONFIG_HELP || got == CONFIG_VERSION) {
-        if (got == CONFIG_HELP)
-            config_usage(stdout);
-        else
-            printf("sgad %s\n", sga_version());
+    if (got != CONFIG_OK && got != CONFIG_BAD) {
+        answer_instead(got, c);
         config_free(c);
         return 0;
-    }
-    if (got == CONFIG_OK && !log_level_from_text(c->log_level, &level)) {
-        snprintf(why, sizeof why, "log-level must be error, warn, info or debug, not '%s'", c->log_level);
-        got = CONFIG_BAD;
     }
     if (got == CONFIG_BAD) {
         fprintf(stderr, "sgad: %s\nsgad --help lists the options\n", why);
         config_free(c);
         return USAGE;
     }
+    log_level_from_text(c->log_level, &level);
     log_open(level);
     raise_descriptor_limit();
     gnutls_rnd(GNUTLS_RND_NONCE, &parts.service.request_prefix, sizeof parts.service.request_prefix);
@@ -152,10 +195,11 @@ int main(int argc, char **argv)
     sigemptyset(&signals);
     sigaddset(&signals, SIGTERM);
     sigaddset(&signals, SIGINT);
+    sigaddset(&signals, SIGHUP);
     pthread_sigmask(SIG_BLOCK, &signals, NULL);
     signal(SIGPIPE, SIG_IGN);
     signal(SIGXFSZ, SIG_IGN);       /* a full quota is an error of the write, no end */
-    int status = serve(&parts, &signals);
+    status = serve(&parts, &signals);
     config_free(c);
     return status;
 }

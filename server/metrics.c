@@ -1,15 +1,22 @@
 /* Prometheus text, format version 0.0.4. */
 #include "metrics.h"
 
+#include <stdio.h>
 #include <string.h>
 
 static const char *const methods[METRICS_METHODS] = { "GET", "HEAD", "POST", "DELETE", "other" };
-static const int statuses[METRICS_STATUSES] = { 200, 202, 204, 304, 400, 403, 404, 405, 406, 409, 410, 413, 415, 422, 500, 503, 0 };
+static const int statuses[METRICS_STATUSES] = { 200, 202, 204, 304, 400, 401, 403, 404, 405, 406, 409, 410, 413, 415, 422, 429, 500, 503, 0 };
 static const double bounds[METRICS_BUCKETS - 1] = { 1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30, 100 };
 
 static const struct { const char *name, *help; } counters[METRICS_COUNTERS_N] = {
 #define X(sym, text, help_text) { text, help_text },
     METRICS_COUNTERS(X)
+#undef X
+};
+
+static const char *const stages[METRICS_STAGES] = {
+#define X(sym, name) name,
+    METRICS_STAGES_TABLE(X)
 #undef X
 };
 
@@ -39,6 +46,24 @@ void metrics_job(struct metrics *m, enum job_status status, double seconds)
     observe(&m->job_seconds, seconds);
 }
 
+void metrics_moved(struct metrics *m, enum metrics_stage from, enum metrics_stage to, double seconds)
+{
+    if (from != STAGE_NONE) {
+        observe(&m->stage_seconds[from], seconds);
+        atomic_fetch_sub_explicit(&m->at_stage[from], 1, memory_order_relaxed);
+    }
+    if (to != STAGE_NONE)
+        atomic_fetch_add_explicit(&m->at_stage[to], 1, memory_order_relaxed);
+}
+
+enum metrics_stage metrics_stage_of(const char *name)
+{
+    int i = 0;
+    while (i < STAGE_OTHER && strcmp(name, stages[i]) != 0)
+        i++;
+    return (enum metrics_stage)i;
+}
+
 void metrics_refused(struct metrics *m, enum sga_code code)
 {
     atomic_fetch_add_explicit(&m->refused[code], 1, memory_order_relaxed);
@@ -50,17 +75,39 @@ static void head(struct sga_buf *out, const char *name, const char *type, const 
     sga_buf_printf(out, "# HELP sgad_%.*s %s\n# TYPE sgad_%.*s %s\n", n, name, help, n, name, type);
 }
 
-static void write_histogram(const struct histogram *h, const char *name, const char *help, struct sga_buf *out)
+/* label: "" or `stage="x",`. */
+static void write_series(const struct histogram *h, const char *name, const char *label, struct sga_buf *out)
 {
     unsigned long count = 0;
-    head(out, name, "histogram", help);
+    int n = (int)strlen(label) - (*label != 0);
     for (int i = 0; i < METRICS_BUCKETS; i++) {
         count += atomic_load(&h->bucket[i]);
         if (i < METRICS_BUCKETS - 1)
-            sga_buf_printf(out, "sgad_%s_bucket{le=\"%g\"} %lu\n", name, bounds[i], count);
+            sga_buf_printf(out, "sgad_%s_bucket{%sle=\"%g\"} %lu\n", name, label, bounds[i], count);
     }
-    sga_buf_printf(out, "sgad_%s_bucket{le=\"+Inf\"} %lu\n", name, count);
-    sga_buf_printf(out, "sgad_%s_sum %.6f\nsgad_%s_count %lu\n", name, 1e-6 * (double)atomic_load(&h->microseconds), name, count);
+    sga_buf_printf(out, "sgad_%s_bucket{%sle=\"+Inf\"} %lu\n", name, label, count);
+    const char *open = n ? "{" : "", *close = n ? "}" : "";
+    sga_buf_printf(out, "sgad_%s_sum%s%.*s%s %.6f\nsgad_%s_count%s%.*s%s %lu\n", name, open, n, label, close,
+                   1e-6 * (double)atomic_load(&h->microseconds), name, open, n, label, close, count);
+}
+
+static void write_histogram(const struct histogram *h, const char *name, const char *help, struct sga_buf *out)
+{
+    head(out, name, "histogram", help);
+    write_series(h, name, "", out);
+}
+
+static void write_stages(const struct metrics *m, struct sga_buf *out)
+{
+    char label[48];
+    head(out, "jobs_at_stage", "gauge", "Jobs that have not ended, by stage");
+    for (int i = 0; i < METRICS_STAGES; i++)
+        sga_buf_printf(out, "sgad_jobs_at_stage{stage=\"%s\"} %lu\n", stages[i], atomic_load(&m->at_stage[i]));
+    head(out, "stage_duration_seconds", "histogram", "How long jobs stay at each stage");
+    for (int i = 0; i < METRICS_STAGES; i++) {
+        snprintf(label, sizeof label, "stage=\"%s\",", stages[i]);
+        write_series(&m->stage_seconds[i], "stage_duration_seconds", label, out);
+    }
 }
 
 static void write_http(const struct metrics *m, const char *const *route_names, struct sga_buf *out)
@@ -115,4 +162,5 @@ void metrics_write(const struct metrics *m, const struct metrics_now *now, const
     write_http(m, route_names, out);
     write_histogram(&m->request_seconds, "http_request_duration_seconds", "From the request line to the end of the reply", out);
     write_histogram(&m->job_seconds, "job_duration_seconds", "From the start of a job's run to its end", out);
+    write_stages(m, out);
 }

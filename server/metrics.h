@@ -22,6 +22,7 @@
     X(CHILD_WALLS,       "child_walls_total",             "Child processes that ended themselves at the wall of memory or time") \
     X(STORE_COMMITS,     "store_commits_total",           "Transactions committed to the queue file") \
     X(STORE_FAILURES,    "store_failures_total",          "Transactions that failed") \
+    X(EVICTED,           "results_evicted_total",         "Results dropped because they took too much room") \
     X(REAPED,            "connections_reaped_total",      "Connections cut at a deadline") \
     X(LOST_CONNECTIONS,  "connections_refused_total",     "Connections refused for lack of memory")
 
@@ -30,6 +31,19 @@ enum metrics_counter {
     METRICS_COUNTERS(X)
 #undef X
     METRICS_COUNTERS_N
+};
+
+/* Where a job is: waiting, handed to a child, or at one of the library's stages. */
+#define METRICS_STAGES_TABLE(X) \
+    X(QUEUED, "queued") X(RUNNING, "running") X(REDUCTION, "reduction") X(STRUCTURE, "structure") X(TEXTS, "texts") \
+    X(WITNESS, "witness") X(TRAJECTORY, "trajectory") X(WRITING, "writing") X(OTHER, "other")
+
+enum metrics_stage {
+    STAGE_NONE = -1,
+#define X(sym, name) STAGE_##sym,
+    METRICS_STAGES_TABLE(X)
+#undef X
+    METRICS_STAGES
 };
 
 enum { METRICS_ROUTES = 20, METRICS_METHODS = 5, METRICS_STATUSES = 20, METRICS_BUCKETS = 14 };
@@ -44,7 +58,8 @@ struct metrics {
     atomic_ulong refused[SGA_E_COUNT];
     atomic_ulong ended[JOB_STATUSES];
     atomic_ulong http[METRICS_ROUTES][METRICS_METHODS][METRICS_STATUSES];
-    struct histogram request_seconds, job_seconds;
+    struct histogram request_seconds, job_seconds, stage_seconds[METRICS_STAGES];
+    atomic_ulong at_stage[METRICS_STAGES];    /* jobs that are there now */
 };
 
 /* What is counted elsewhere and only read here. */
@@ -56,6 +71,10 @@ struct metrics_now {
 static inline void metrics_add(struct metrics *m, enum metrics_counter c) { atomic_fetch_add_explicit(&m->counter[c], 1, memory_order_relaxed); }
 void metrics_http(struct metrics *m, int route, const char *method, int status, double seconds);
 void metrics_job(struct metrics *m, enum job_status status, double seconds);
+/* A job moves from one stage, where it was for so long, to another. */
+void metrics_moved(struct metrics *m, enum metrics_stage from, enum metrics_stage to, double seconds);
+/* STAGE_OTHER where the name is not known. */
+enum metrics_stage metrics_stage_of(const char *name);
 void metrics_refused(struct metrics *m, enum sga_code code);
 /* route_names[route] for each route counted, NULL at the end. */
 void metrics_write(const struct metrics *m, const struct metrics_now *now, const char *const *route_names, struct sga_buf *out);

@@ -55,16 +55,20 @@ static enum MHD_Result answer(struct exchange *e)
                                    : reply_error(e, SGA_E_STORE, "The job could not be written to the store.");
 }
 
-static enum MHD_Result refuse(struct exchange *e, enum submit why)
+static enum MHD_Result refuse(struct exchange *e, enum submit why, const struct submission *s)
 {
     const struct config *c = &e->service->config;
     switch (why) {
     case SUBMIT_DRAINING:
         reply_header(e, "Retry-After", "%d", FULL_SECONDS);
         return reply_error(e, SGA_E_DRAINING, "The service is shutting down. Try again later.");
+    case SUBMIT_QUOTA:
+        reply_header(e, "Retry-After", "%ld", s->retry);
+        return reply_error(e, SGA_E_QUOTA, "This token has used up its quota of %s.", s->quota);
     case SUBMIT_FULL:
         reply_header(e, "Retry-After", "%d", FULL_SECONDS);
-        return reply_error(e, SGA_E_QUEUE_FULL, "The queue holds as much as it may: %ld jobs, or %ld bytes of requests.", c->queue, c->queue_bytes);
+        return reply_error(e, SGA_E_QUEUE_FULL, "The queue holds as much as it may: %ld jobs, or %ld bytes of requests.",
+                           atomic_load(&c->queue), atomic_load(&c->queue_bytes));
     default:
         return reply_error(e, SGA_E_INTERNAL, "There is not enough memory for another job.");
     }
@@ -77,6 +81,7 @@ static enum MHD_Result submit(struct exchange *e, const unsigned char *sum, stru
     char id[ID_LENGTH + 1];
     struct finished *f = NULL;
     size_t length = canonical->len;
+    exchange_free_body(e);            /* who waits holds no memory for what is known already */
     digest_id(id, sga_version(), canonical->data, length);
     recent_alias(sv->recent, sum, id);
     enum lookup found = lookup_job(sv, id, &e->job, &f);
@@ -87,13 +92,15 @@ static enum MHD_Result submit(struct exchange *e, const unsigned char *sum, stru
         return reply_error(e, SGA_E_STORE, "The store cannot be read.");
     job_unref(e->job);
     e->job = NULL;
-    char *request = sga_buf_take(canonical);
-    enum submit outcome = jobs_submit(sv->jobs, id, &request, length, &e->job, &f);
-    free(request);
+    struct submission s = { .id = id, .request = sga_buf_take(canonical), .length = length, .account = e->account,
+                            .request_id = e->request_id, .traceparent = e->traceparent };
+    enum submit outcome = jobs_submit(sv->jobs, &s);
+    free(s.request);
     if (outcome == SUBMIT_DONE)
-        return hit(e, f, METRIC_CACHE_MEMORY);
+        return hit(e, s.finished, METRIC_CACHE_MEMORY);
     if (outcome != SUBMIT_NEW && outcome != SUBMIT_JOINED)
-        return refuse(e, outcome);
+        return refuse(e, outcome, &s);
+    e->job = s.job;
     metrics_add(&sv->metrics, METRIC_CACHE_MISSES);
     return answer(e);
 }

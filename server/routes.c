@@ -1,31 +1,32 @@
-/* Paths. The order is that of the metrics' labels. */
+/* Paths, with the scope that reading them needs (0: none, for probes and descriptions). The
+ * order is that of the metrics' labels. */
 #include "routes.h"
 
 #include <stdio.h>
 #include <string.h>
 
 #define ROUTES(X) \
-    X("/v1/jobs",              handle_list,       handle_post_job, NULL) \
-    X("/v1/solve",             NULL,              handle_solve,    NULL) \
-    X("/v1/jobs/*",            handle_get_job,    NULL,            handle_delete) \
-    X("/v1/jobs/*/events",     handle_events,     NULL,            NULL) \
-    X("/v1/jobs/*/trajectory", handle_trajectory, NULL,            NULL) \
-    X("/healthz",              handle_health,     NULL,            NULL) \
-    X("/readyz",               handle_ready,      NULL,            NULL) \
-    X("/metrics",              handle_metrics,    NULL,            NULL) \
-    X("/openapi.json",         handle_openapi,    NULL,            NULL) \
-    X("/v1/schema/*",          handle_schema,     NULL,            NULL) \
-    X("/version",              handle_version,    NULL,            NULL)
+    X("/v1/jobs",              SCOPE_READ, handle_list,       handle_post_job, NULL) \
+    X("/v1/solve",             SCOPE_READ, NULL,              handle_solve,    NULL) \
+    X("/v1/jobs/*",            SCOPE_READ, handle_get_job,    NULL,            handle_delete) \
+    X("/v1/jobs/*/events",     SCOPE_READ, handle_events,     NULL,            NULL) \
+    X("/v1/jobs/*/trajectory", SCOPE_READ, handle_trajectory, NULL,            NULL) \
+    X("/healthz",              0,          handle_health,     NULL,            NULL) \
+    X("/readyz",               0,          handle_ready,      NULL,            NULL) \
+    X("/metrics",              SCOPE_READ, handle_metrics,    NULL,            NULL) \
+    X("/openapi.json",         0,          handle_openapi,    NULL,            NULL) \
+    X("/v1/schema/*",          0,          handle_schema,     NULL,            NULL) \
+    X("/version",              0,          handle_version,    NULL,            NULL)
 
 static const struct route routes[] = {
-#define X(pattern, get, post, remove) { pattern, get, post, remove },
+#define X(pattern, scope, get, post, remove) { pattern, scope, get, post, remove },
     ROUTES(X)
 #undef X
 };
 enum { COUNT = sizeof routes / sizeof *routes };
 
 const char *const route_names[] = {
-#define X(pattern, get, post, remove) pattern,
+#define X(pattern, scope, get, post, remove) pattern,
     ROUTES(X)
 #undef X
     "other", NULL
@@ -66,6 +67,11 @@ handler *route_handler(const struct route *r, const char *method)
     if (strcmp(method, "POST") == 0)
         return r->post;
     return strcmp(method, "DELETE") == 0 ? r->remove : NULL;
+}
+
+unsigned route_scope(const struct route *r, const char *method)
+{
+    return strcmp(method, "POST") == 0 || strcmp(method, "DELETE") == 0 ? SCOPE_SUBMIT : r->scope;
 }
 
 void route_allow(const struct route *r, char *out, size_t size)

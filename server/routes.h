@@ -8,6 +8,7 @@ typedef enum MHD_Result handler(struct exchange *e);
 
 struct route {
     const char *pattern;      /* "*" is one segment of any text */
+    unsigned scope;           /* of GET; POST and DELETE need `submit` */
     handler *get, *post, *remove;
 };
 
@@ -15,6 +16,8 @@ struct route {
 const struct route *route_find(const char *path, char *segment, size_t size);
 /* HEAD is answered as GET; NULL: not allowed. */
 handler *route_handler(const struct route *r, const char *method);
+/* The scope that a caller needs; 0: none. */
+unsigned route_scope(const struct route *r, const char *method);
 /* "GET, HEAD, DELETE" into out. */
 void route_allow(const struct route *r, char *out, size_t size);
 int route_number(const struct route *r);              /* NULL: the number of "other" */

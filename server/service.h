@@ -10,6 +10,7 @@
 #include "metrics.h"
 #include "recent.h"
 #include "store.h"
+#include "tokens.h"
 
 struct service {
     struct config config;
@@ -18,7 +19,11 @@ struct service {
     struct recent *recent;
     struct jobs *jobs;
     struct conns *conns;
+    struct tokens *tokens;          /* NULL where access is open */
+    struct account *everyone;       /* of requests without a token */
+    char own_host[264];             /* a host name that the socket itself answers to, or "" */
     atomic_long exchanges;          /* requests begun and not completed */
+    atomic_long body_bytes;         /* of request bodies in memory */
     atomic_ulong request_number;
     unsigned request_prefix;        /* random: ids of two lives of the service differ */
 };

@@ -102,7 +102,8 @@ static bool put_results(struct store *st, const struct store_op *ops)
 
 static bool prepare_put(struct store *st, char *why, size_t size)
 {
-    return (st->put = store_file_prepare(st->cache, "INSERT OR REPLACE INTO results(id, made, result, sum) VALUES(?1, ?2, ?3, ?4)", why, size));
+    return store_evict_prepare(st)
+        && (st->put = store_file_prepare(st->cache, "INSERT OR REPLACE INTO results(id, made, result, sum) VALUES(?1, ?2, ?3, ?4)", why, size));
 }
 
 /* A cache that broke while it was in use. Readers open the new file when they notice. */
@@ -125,7 +126,7 @@ static bool write_jobs(struct store *st, const struct store_op *ops)
 {
     bool any = false, ok;
     for (const struct store_op *op = ops; op; op = op->next)
-        any |= op->kind != OP_BARRIER;
+        any |= op->kind != OP_BARRIER && op->kind != OP_TOUCH;
     if (!any)
         return true;
     ok = exec(st->queue, "BEGIN IMMEDIATE");
@@ -140,6 +141,18 @@ static bool write_jobs(struct store *st, const struct store_op *ops)
     return false;
 }
 
+static void keep_cache_small(struct store *st, const struct store_op *ops)
+{
+    bool grown = false;
+    for (const struct store_op *op = ops; op; op = op->next) {
+        grown |= op->kind == OP_END && op->text.at;
+        if (op->kind == OP_TOUCH)
+            store_evict_touch(st, &op->row);
+    }
+    if (grown)
+        store_evict(st);
+}
+
 static void commit(struct store *st, struct store_op *ops)
 {
     /* A result that could not be kept is only a cache miss later: the end still stands. */
@@ -147,6 +160,8 @@ static void commit(struct store *st, struct store_op *ops)
         renew_cache(st);
     bool cached = st->put && put_results(st, ops);
     bool queued = write_jobs(st, ops);
+    if (cached)
+        keep_cache_small(st, ops);
     if (!cached || !queued)
         metrics_add(st->metrics, METRIC_STORE_FAILURES);
     atomic_store(&st->healthy, queued);
@@ -193,6 +208,18 @@ static bool submit(struct store *st, enum store_op_kind kind, const struct job_r
 }
 
 static const struct slice nothing = { NULL, 0 };
+
+void store_limit(struct store *st, const atomic_long *cache_bytes)
+{
+    st->cache_limit = cache_bytes;
+}
+
+void store_touch(struct store *st, const char *id, int64_t now)
+{
+    struct job_row row = { .finished = now };
+    snprintf(row.id, sizeof row.id, "%s", id);
+    submit(st, OP_TOUCH, &row, nothing, NULL, NULL);
+}
 
 bool store_insert(struct store *st, const struct job_row *row, const char *request, size_t length, store_done *done, void *ctx)
 {

@@ -12,6 +12,7 @@
 #ifndef SERVER_STORE_H
 #define SERVER_STORE_H
 
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -25,6 +26,11 @@ struct metrics;
 /* Locks the folder (made if missing), opens or makes the files, starts the writer.
  * NULL with a reason in why: taken, newer, corrupt, not writable. */
 struct store *store_open(const char *folder, struct metrics *m, char *why, size_t size);
+/* Results take at most so many bytes on disk (0: no limit); the number may change. Before
+ * anything is submitted. */
+void store_limit(struct store *st, const atomic_long *cache_bytes);
+/* The result of this job was read: it is evicted later. */
+void store_touch(struct store *st, const char *id, int64_t now);
 /* Commits what is pending, stops the writer, gives the lock back. */
 void store_close(struct store *st);
 /* Did the last transaction on the queue succeed? */

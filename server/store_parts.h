@@ -11,7 +11,7 @@
 
 enum { STORE_READERS = 4 };
 
-enum store_op_kind { OP_INSERT, OP_STARTED, OP_REQUEUE, OP_END, OP_PROBE, OP_BARRIER };
+enum store_op_kind { OP_INSERT, OP_STARTED, OP_REQUEUE, OP_END, OP_PROBE, OP_BARRIER, OP_TOUCH };
 
 struct store_op {
     enum store_op_kind kind;
@@ -33,6 +33,7 @@ struct store {
     int lock_fd;
     char *folder;
     struct metrics *metrics;
+    const atomic_long *cache_limit;   /* bytes; NULL or 0: none */
     atomic_bool healthy;
     atomic_bool cache_broken;    /* a reader found it so: the writer starts it afresh */
     atomic_uint cache_age;       /* grows with each fresh cache file */
@@ -52,6 +53,12 @@ struct store {
     pthread_cond_t read_free;
     struct store_reader reader[STORE_READERS];
 };
+
+/* -- store_evict.c: on the writer's thread -- */
+bool store_evict_prepare(struct store *st);
+/* The result was read at row->finished. */
+bool store_evict_touch(struct store *st, const struct job_row *row);
+void store_evict(struct store *st);
 
 bool store_readers_open(struct store *st, const char *folder, char *why, size_t size);
 void store_readers_close(struct store *st);

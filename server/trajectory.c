@@ -113,7 +113,7 @@ enum MHD_Result handle_trajectory(struct exchange *e)
     enum MHD_Result rc;
     if (!choose(e, &format, &rc))
         return rc;
-    enum lookup found = lookup_or_run(e->service, e->segment, &e->job, &f);
+    enum lookup found = lookup_or_run(e->service, e->account, e->segment, &e->job, &f);
     if (found == LOOKUP_LIVE) {
         reply_header(e, "Retry-After", "1");
         return reply_error(e, SGA_E_NO_TRAJECTORY, "The job has not ended yet.");

@@ -6,13 +6,14 @@ import mpmath
 
 import schemas
 from combination import Combinations
-from expression import FLOAT, Graph, Undefined, evaluate
+from expression import EXACT, FLOAT, Graph, Undefined, evaluate
 from identities import Answer, Broken
 from structure_check import StructureCheck
+from symmetry_case import SymmetryCase
 
 KNOWN = set("verdict ambient generations final index differentiation seed gauge equilibrium variables on off field "
-            "parameters near digits error trajectory strata solved unsolved assumed initial points identities structure primary closed "
-            "redundant".split()) | {"kronecker"}
+            "parameters near digits error trajectory trajectories strata solved unsolved assumed initial points identities structure primary closed "
+            "redundant symmetries kronecker regular regularity motion".split())
 
 
 # Where a case comes from: a reference with its year, or "own: why it is there"
@@ -90,8 +91,12 @@ class CaseCheck:
                 self.tally.check(False, f"{name}: identities", str(e))
         self.at_points(name, expect, answer)
         self.strata(name, expect, request, result, [])
+        if "symmetries" in result:
+            SymmetryCase(self.tally, name, request, result, answer).run(expect.get("symmetries", {}))
         if "predicted" in result.get("structure", {}):
             StructureCheck(self.tally, name, self.solver, request, result, answer).run(expect.get("structure", {}))
+        if "trajectories" in expect:
+            self.sweep(name, request, result, expect["trajectories"])
         if "trajectory" in expect:
             TrajectoryCheck(self.tally, name, request, result, answer).run(expect["trajectory"])
 
@@ -153,6 +158,10 @@ class CaseCheck:
         for key, value in where.items():
             if key in expect:
                 self.same(name, key, value, expect[key])
+        if "regular" in expect:
+            self.same(name, "regular", result.get("regular"), expect["regular"])
+        for key, value in expect.get("regularity", {}).items():
+            self.same(name, "regularity " + key, result.get("regularity", {}).get(key), value)
         for key, value in expect.get("kronecker", {}).items():
             self.same(name, "kronecker " + key, result.get("structure", {}).get("kronecker", {}).get(key), value)
         evidence = result.get("evidence", {})
@@ -190,6 +199,8 @@ class CaseCheck:
         for text, kind in expect.get("assumed", {}).items():
             found = {a["expression"].replace(" ", ""): a["kind"] for a in answer.result.get("assumptions", [])}
             self.tally.check(found.get(text) == kind, f"{name}: {text} is assumed {kind}", str(found))
+        for m in expect.get("motion", []):      # closed forms of accelerations and reactions, on Pf
+            self.motion(name, m, answer)
         for p in expect.get("strata", []):
             with mpmath.workdps(60):
                 env = answer.point({**given, **p})
@@ -198,11 +209,38 @@ class CaseCheck:
                 hit = any(all(abs(self.value(answer, e, env)) < bound for e in where) for where in sets)
             self.tally.check(hit, f"{name}: {p} lies on a stratum", str(sets))
 
+    def motion(self, name, closed, answer):
+        with mpmath.workdps(answer.digits + 15):
+            points = answer.sample([e for _, e in answer.constraints], 2)
+            self.tally.check(points, f"{name}: motion: points of Pf")
+            for env in points:
+                for key, texts in closed.items():
+                    for text, e in zip(texts, answer.motions[key]):
+                        is_ = answer.graph.values(answer.graph.cone([e]), env, EXACT)[e]
+                        should = self.value(answer, text, env)
+                        self.tally.check(abs(is_ - should) <= answer.tiny() * (1 + abs(should)), f"{name}: {key} = {text}",
+                                         f"is {mpmath.nstr(is_, 8)}, should be {mpmath.nstr(should, 8)}")
+
     @staticmethod
     def value(answer, text, env):
-        from expression import EXACT
         e = answer.graph.parse(text)
         return answer.graph.values(answer.graph.cone([e]), env, EXACT)[e]
+
+    def sweep(self, name, request, result, expect):
+        """Each trajectory is, to the last digit, the one of a request with this start alone; or the error is."""
+        got = result.get("trajectories", [])
+        self.tally.check(len(got) == len(request["sweep"]) == len(expect) and "trajectory" not in result, f"{name}: as many trajectories as starts")
+        for start, one, kind in zip(request["sweep"], got, expect):
+            alone = {k: v for k, v in request.items() if k != "sweep"}
+            alone["trajectory"] = dict(request["trajectory"], initial={**request["trajectory"].get("initial", {}), **start["initial"]})
+            other, problem = self.solver.solve(alone)
+            label = f"{name}: from {start['initial']}"
+            if kind.startswith("error "):
+                self.tally.check(one.get("error", {}).get("code") == kind[6:] == (problem or {}).get("code"), label, str(one)[:200])
+                continue
+            self.tally.check("rows" in one and other and one == other["trajectory"], label, "differs from the trajectory alone")
+            ended = (one.get("ended") or {}).get("reason", "reaches its stop")
+            self.tally.check(ended == kind, label, f"{ended}, not {kind}")
 
 
 class TrajectoryCheck:
@@ -232,6 +270,8 @@ class TrajectoryCheck:
         if "method" in expect:
             self.check(self.t["method"] == expect["method"], "method", self.t["method"])
         self.ended(expect.get("ended"))
+        if "events" in expect:
+            self.events(expect["events"], expect.get("event_tolerance", 1e-7))
         self.times()
         if "final" in expect:
             last = dict(zip(self.columns, self.rows[-1]))
@@ -273,6 +313,19 @@ class TrajectoryCheck:
         if "t" in expect:
             self.check(abs(ended["t"] - number(expect["t"])) <= expect.get("tolerance", 1e-3), "ends at its time", str(ended))
         self.check(all(r[0] <= ended["t"] + 1e-12 for r in self.rows), "no sample lies past the end")
+
+    def events(self, expect, tolerance):
+        """All of them, in their order: [name, direction, time]; and that the estimates of their errors hold."""
+        got = self.t["events"]
+        names = [[e["name"], e["direction"]] for e in got]
+        self.check(names == [e[:2] for e in expect], "the events that happen", str(names))
+        if len(got) != len(expect):
+            return
+        for e, (name, direction, t) in zip(got, expect):
+            off = abs(e["t"] - number(t))
+            self.check(off <= tolerance if direction != "touch" else off <= 1e-4, f"event {name} at {t}", f"off by {off:.3g}")
+            self.check(direction == "touch" or off <= e["error"], f"event {name}: its error", f"{off:.3g} > {e['error']}")
+            self.check(len(e["values"]) == len(self.columns) - 1, f"event {name} has values")
 
     def times(self):
         if "samples" not in self.spec or self.t["ended"]:

@@ -36,8 +36,11 @@ class Answer:
         self.digits = digits
         self.rng = random.Random(seed)
         listed = [v["name"] for v in result["variables"]] if "variables" in result else None
-        self.problem = p = Problem(request, listed if request["system"]["form"] == "equations" else None, primary)
+        self.problem = p = Problem(request, listed if request["system"]["form"] == "equations" else None, primary,
+                                   result.get("regularity", {}).get("redundant", ()))
         self.names = listed or p.names
+        if p.form == "mechanical" and not result.get("regularity", {}).get("own_conditions", True):
+            p.names += [n for n in self.names if n not in p.names]    # multipliers of conditions that were found
         if sorted(self.names) != sorted(p.names):
             raise Broken(f"variables are {self.names}, not {p.names}")
         g = self.graph = p.graph
@@ -54,6 +57,10 @@ class Answer:
         self.gauge = None
         if "gauge" in result:
             self.gauge = [{n: g.parse(e) for n, e in z.items()} for z in result["gauge"]["fields"]]
+        self.motions = None
+        if "acceleration" in result:
+            self.motions = {k: [g.parse(e) for e in result["acceleration"][k]] for k in ("total", "tangent", "orthogonal")}
+            self.motions["reaction"] = [g.parse(e) for e in result["reaction"]]
         self.fixed = {k: str(v) for k, v in (parameters or {}).items()}
         self.near = near or {}
         self.points = points
@@ -243,6 +250,8 @@ class Answer:
                 raise Broken("no point of Pf was found from the printed constraints")
             for env in points:
                 self.at_point(env, nodes)
+                if self.motions:
+                    Mechanics(self, env).check()
             self.generations()
 
     def contradiction(self, nodes):
@@ -424,3 +433,46 @@ class Answer:
         return linear.least_norm(rows, right, self.tiny_numeric)
 
     tiny_numeric = mpmath.mpf(10) ** -6
+
+
+class Mechanics:
+    """Acceleration and reaction at a point of Pf, against their definition alone."""
+
+    def __init__(self, answer, env):
+        self.answer, self.env, self.p = answer, env, answer.problem
+
+    def value(self, e):
+        g = self.answer.graph
+        return g.values(g.cone([e]), self.env, EXACT)[e]
+
+    def near(self, a, b, size, what):
+        if abs(a - b) > self.answer.tiny() * (1 + size):
+            raise Broken(f"{what}: {mpmath.nstr(a, 8)} is not {mpmath.nstr(b, 8)}")
+
+    def dot(self, row, v):
+        return sum((a * b for a, b in zip(row, v)), mpmath.mpf(0))
+
+    def check(self):
+        p, d = self.p, self.p.d
+        parts = {k: [self.value(e) for e in v] for k, v in self.answer.motions.items()}
+        xi, tangent, normal, R = (parts[k] for k in ("total", "tangent", "orthogonal", "reaction"))
+        n = len(xi)
+        size = max([abs(x) for x in xi + R] + [mpmath.mpf(1)])
+        M = [[self.value(e) for e in r] for r in p.masses]
+        F = [self.value(e) for e in p.force]
+        eta = [self.value(p.graph.sym(w)) for w in p.names[n:2 * n]]
+        H = [[self.value(e) for e in r] for r in p.H]
+        for i in range(n):
+            self.near(xi[i], tangent[i] + normal[i], size, "total = tangent + orthogonal")
+            self.near(self.dot(M[i], xi), F[i] + R[i], size, "M xi = F + R")
+        if not self.answer.result["regularity"]["own_conditions"]:
+            return
+        for h, row in zip(p.condition, H):
+            rate = self.dot([self.value(d.of(h, q)) for q in p.names[:n]], eta) + self.value(d.of(h, p.time))
+            self.near(self.dot(row, xi), -rate, size, "H xi = -(D_X h) eta")
+            self.near(self.dot(row, tangent), 0, size, "the tangent part lies in ker H")
+        square = [[self.dot(a, b) for b in H] for a in H]
+        for v, what in ((R, "the reaction"), (normal, "the orthogonal part")):
+            c = linear.solve(square, [self.dot(r, v) for r in H], self.answer.tiny())[0] if H else []
+            for i in range(n):
+                self.near(v[i], sum((a * r[i] for a, r in zip(c, H)), mpmath.mpf(0)), size, what + " lies in the row space of H")

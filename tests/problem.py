@@ -27,8 +27,9 @@ class Problem:
     """names: the variables of the space the reduction ran in. rows: list of residuals, each
     a node in the variables, time, parameters and velocities "@x". The velocity of x is the symbol "@x"."""
 
-    def __init__(self, request, names=None, primary=None):
-        """primary: regular functions with the zeros of restrict, where those are not."""
+    def __init__(self, request, names=None, primary=None, redundant=()):
+        """primary: regular functions with the zeros of restrict, where those are not. redundant: constraints of the form
+        mechanical whose multipliers are chosen."""
         system = request["system"]
         self.system, self.primary = system, primary
         self.graph = g = Graph()
@@ -40,7 +41,7 @@ class Problem:
                 self.parameters.append(name)
             else:
                 g.define(name, value)
-        user = as_list(system[{"lagrangian": "coordinates", "operator": "unknowns"}.get(self.form, "variables")])
+        user = as_list(system[{"lagrangian": "coordinates", "mechanical": "coordinates", "operator": "unknowns"}.get(self.form, "variables")])
         self.restrict = []
         if self.form == "quasilinear":
             self.names = user
@@ -49,6 +50,9 @@ class Problem:
             self._equations(system, user, names)
         elif self.form == "operator":
             self._equations({"equations": self._operator(system, user)}, user, names)
+        elif self.form == "mechanical":
+            self.d = Derivatives(g)
+            self._mechanical(system, user, redundant)
         elif self.form in ("linear", "control", "hamiltonian", "lagrangian"):
             self.d = Derivatives(g)
             getattr(self, "_" + self.form)(system, user)
@@ -233,7 +237,7 @@ class Problem:
         d = getattr(self, "d", None)
         if form in ("quasilinear", "linear") or (form == "hamiltonian" and not self.restrict):
             return {f"row {i}": (r, 1) for i, r in enumerate(self.rows)}
-        user = as_list(system[{"lagrangian": "coordinates", "operator": "unknowns"}.get(form, "variables")])
+        user = as_list(system[{"lagrangian": "coordinates", "mechanical": "coordinates", "operator": "unknowns"}.get(form, "variables")])
         if form == "hamiltonian":
             at = {v: i for i, v in enumerate(user)}
             return {f"pull-back {k}": (d.sum(d.mul(graph.parse(e), self.whole[at[v]]) for v, e in z.items()), 1)
@@ -241,6 +245,10 @@ class Problem:
         if form == "control":
             names = [(f"equation of {v}", 1) for v in user]
             names += [(f"constraints[{i}]", -1) for i in range(n - len(names))]
+        elif form == "mechanical":
+            names = [(f"definition of {q}'", 1) for q in user] + [(f"equation of {q}", 1) for q in user]
+            names += [(f"constraints[{i}]", -1) for i in range(len(self.constraints))]
+            names += [(f"choice of {self.names[2 * len(user) + k]}", -1) for k in self.redundant]
         elif form == "lagrangian":
             second = system.get("second_order", True)
             of_q, of_v = [(f"equation of {q}", 1) for q in user], [(("definition" if second else "equation") + f" of {q}'", 1) for q in user]
@@ -250,3 +258,37 @@ class Problem:
             names = [(f"definition of {v}", 1) for v in self.names if v.endswith("'")]
             names += [(f"equations[{i}]", 1) for i in range(n - len(names))]
         return {name: (r, sign) for (name, sign), r in zip(names, self.rows)}
+
+    def _mechanical(self, system, user, redundant):
+        """q' = v, M v' = F + H^T lambda, 0 = h; a multiplier whose constraint is redundant is 0."""
+        g, d, n = self.graph, self.d, len(user)
+        v = [q + "'" for q in user]
+        self.constraints = [g.parse(e) for e in as_list(system["constraints"])]
+        taken = set(user) | {self.time} | set(system.get("parameters") or {})
+        multipliers = []
+        for k in range(len(self.constraints)):
+            name = f"lambda{k + 1}"
+            while name in taken:
+                name += "_"
+            multipliers.append(name)
+        self.names = user + v + multipliers
+        masses = system["masses"]
+        if isinstance(masses, dict) or any(isinstance(r, list) for r in as_list(masses)):
+            self.masses = self._matrix(masses, n, n)
+        else:
+            self.masses = [[g.parse(m) if i == j else g.const(0) for j in range(n)] for i, m in enumerate(as_list(masses))]
+        self.force = [g.parse(f) for f in as_list(system["forces"])]
+        self.condition = []     # h, or its derivative where no velocity occurs
+        for h in self.constraints:
+            if not g.names([h]) & set(v):
+                h = d.add(d.of(h, self.time), d.sum(d.mul(d.of(h, q), g.sym(w)) for q, w in zip(user, v)))
+            self.condition.append(h)
+        self.H = [[d.of(h, w) for w in v] for h in self.condition]
+        self.rows = [d.sub(self.speed(q), g.sym(w)) for q, w in zip(user, v)]
+        for i in range(n):
+            left = d.sum(d.mul(self.masses[i][j], self.speed(w)) for j, w in enumerate(v))
+            right = d.add(self.force[i], d.sum(d.mul(r[i], g.sym(m)) for r, m in zip(self.H, multipliers)))
+            self.rows.append(d.sub(left, right))
+        self.rows += self.constraints
+        self.redundant = list(redundant)
+        self.rows += [g.sym(multipliers[k]) for k in redundant]

@@ -17,12 +17,16 @@
     X(MEDIA_TYPE,          "unsupported_media_type", 415, "The content type is not supported") \
     X(NOT_ACCEPTABLE,      "not_acceptable",         406, "No representation fits the Accept header") \
     X(BAD_REQUEST,         "bad_request",            400, "The HTTP request is malformed") \
+    X(UNAUTHENTICATED,     "unauthenticated",        401, "A valid token is needed") \
+    X(SCOPE,               "insufficient_scope",     403, "The token does not allow this") \
+    X(QUOTA,               "quota_exceeded",         429, "The token has used up a quota") \
     X(FORBIDDEN_HOST,      "forbidden_host",         403, "This host or origin is not served") \
     X(NOT_FOUND,           "not_found",              404, "There is no such resource") \
     X(METHOD,              "method_not_allowed",     405, "The method is not allowed here") \
     X(JOB_ENDED,           "job_ended",              409, "The job has already ended") \
     X(NO_TRAJECTORY,       "no_trajectory",          409, "The job has no trajectory") \
     X(QUEUE_FULL,          "queue_full",             503, "The queue is full") \
+    X(BUSY,                "busy",                   503, "The service is reading as much as it can") \
     X(DRAINING,            "draining",               503, "The service is shutting down") \
     X(STORE,               "store_failed",           503, "The store cannot be used") \
     X(SCHEMA,              "invalid_request",        422, "The request has the wrong shape") \

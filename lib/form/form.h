@@ -125,4 +125,31 @@ struct form_lagrangian {
  * L, each momentum and each constraint. */
 void form_lagrangian(struct sys_system *s, const struct form_lagrangian *in);
 
+/* Particles and bodies with masses, forces and constraints in q and q' (the third source,
+ * section 2): q' = v, M v' - H^T lambda = F, 0 = h, where row i of H is the derivative along v of
+ * condition[i], a function that vanishes on W and whose differential along the fibre belongs to it
+ * (d'Alembert-Chetaev). The system's own conditions are h, and dh/dt where h depends on q (and
+ * time) alone. M is as the user means it: q'' stands on the left alone, so what
+ * a mass matrix that depends on q adds to Newton's law belongs to F. */
+struct form_mechanical {
+    int *coordinate, *velocity; int coordinates;       /* symbols */
+    struct form_entry *mass; size_t masses;            /* entries of M, any order; equal places add up */
+    expr_id *force;                                    /* one for each coordinate */
+    expr_id *constraint; int constraints;
+    int *multiplier;                                   /* one for each constraint */
+};
+
+/* The condition that h puts on the fibre: h, or dh/dt where no velocity occurs in it. */
+expr_id form_fibre_condition(const struct sys_system *s, const struct form_mechanical *in, expr_id h);
+/* Variables are q, v (role "velocity"), lambda (role "multiplier"). Rows are "definition of",
+ * "equation of" and "constraints[i]". Cost: one gradient for each constraint. */
+void form_mechanical(struct sys_system *s, const struct form_mechanical *in);
+/* The rows alone, for a system that has the variables: condition[i] belongs to the variable
+ * column[i]. */
+void form_mechanical_rows(struct sys_system *s, const struct form_mechanical *in, const expr_id *condition,
+                          const int *column, int conditions);
+/* What is possible, whatever the forces: q' = v, 0 = h, with v' left open. s has store, time and
+ * parameters. */
+void form_kinematics(struct sys_system *s, const struct form_mechanical *in);
+
 #endif

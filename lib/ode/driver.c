@@ -63,6 +63,7 @@ static bool begin(struct ode_march *m, double *h)
     }
     m->res->start_moved = m->moved;
     m->res->start_residual = residual;
+    ode_watch_start(m);
     m->start_size = ode_largest(m, m->x, &which);
     if (!ode_eval(&m->field, m->t, m->x, m->f)) {
         ode_end_at(m, m->field.why, "the vector field has no finite value at the start");
@@ -93,6 +94,8 @@ static double sample_distance(const struct ode_march *m)
 static double fit_samples(const struct ode_march *m, double h, double *aim)
 {
     double d = sample_distance(m);
+    if (m->watch)
+        return m->dense_ratio * h;
     if (m->dense_ratio >= 1 || d >= 2 * h)
         return h;
     if (d <= m->dense_ratio * h)
@@ -133,7 +136,7 @@ static enum ode_refusal attempt(struct ode_march *m, double h, double aim, int *
         m->t1_low = 0;
     }
     m->error = m->step.error;
-    if (m->step.dense_error > m->error && ode_sample_inside(m))
+    if (m->step.dense_error > m->error && (m->watch || ode_sample_inside(m)))
         m->error = m->step.dense_error;
     if (!(m->error <= 1)) {
         m->field.why = ODE_LEFT_DOMAIN;
@@ -151,7 +154,8 @@ static enum ode_refusal attempt(struct ode_march *m, double h, double aim, int *
     if (!ode_eval(&m->field, m->t1, m->x1, m->f1))
         return FIELD_REFUSED;
     m->pending_residual = residual;
-    return ode_sample(m, through);
+    enum ode_refusal cause = ode_sample(m, through);
+    return cause == STEP_TAKEN ? ode_watch_step(m, through) : cause;
 }
 
 static void swap(double **a, double **b)
@@ -271,6 +275,10 @@ static void go(struct ode_march *m)
         enum ode_refusal cause = attempt(m, taken, aim, &through);
         if (cause == STEP_TAKEN) {
             commit(m, taken, through);
+            if (m->stopped) {
+                ode_end_event(m);
+                return;
+            }
             if (m->next == m->start->count)
                 return;
             double next = taken * after_step(m, taken);
@@ -303,9 +311,11 @@ void ode_march(const struct ode_run *run, struct ode_result *res)
     m.last_times[0] = m.last_times[1] = m.t;
     res->end = (struct ode_end){ODE_NONE, m.stop, -1, ""};
     march_alloc(&m);
+    ode_watch_begin(&m);
     ode_choice_begin(&m);
     go(&m);
     res->count = m.next;
     ode_choice_end(&m);
+    ode_watch_end(&m);
     free(m.memory);
 }

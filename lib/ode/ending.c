@@ -115,6 +115,8 @@ static void end_earlier(struct ode_march *m, double t)
     m->res->end.t = t;
     while (m->next > 0 && (m->start->times[m->next - 1] - t) * m->direction > 0)
         m->next--;
+    while (m->res->happened > 0 && (m->res->happening[m->res->happened - 1].t - t) * m->direction > 0)
+        m->res->happened--;
 }
 
 /* Steps can become and stay tiny for other causes than stability: where the tolerance is

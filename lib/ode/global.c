@@ -33,11 +33,11 @@ struct pair {
     double *a, *b, *raw;       /* columns each; count */
 };
 
-static void outputs(const struct pair *q, int k, const double *x, double *y)
+static void outputs(const struct pair *q, double t, const double *x, double *y)
 {
     const struct ode_problem *p = q->run->p;
     if (p->output)
-        p->output(p->ctx, q->run->start->times[k], x, y);
+        p->output(p->ctx, t, x, y);
     else
         memcpy(y, x, (size_t)p->n * sizeof *y);
 }
@@ -48,9 +48,12 @@ static double sample_error(struct pair *q, const struct ode_result *r, const str
 {
     const struct ode_run *run = q->run;
     size_t at = (size_t)k * (size_t)r->n;
-    double most = 0;
-    outputs(q, k, r->samples + at, q->a);
-    outputs(q, k, other->samples + at, q->b);
+    double most = 0, t = run->start->times[k];
+    outputs(q, t, r->samples + at, q->a);
+    if (k < other->count)
+        outputs(q, t, other->samples + at, q->b);
+    else      /* it stopped shortly before, at an event */
+        outputs(q, other->end.t, other->happened_x + (size_t)(other->happened - 1) * (size_t)r->n, q->b);
     for (int j = 0; j < q->columns; j++) {
         double unit = run->p->output ? 1 : run->unit[j];
         double e = q->factor * fabs(q->a[j] - q->b[j]) + 4 * DBL_EPSILON * fabs(q->a[j]);
@@ -61,12 +64,43 @@ static double sample_error(struct pair *q, const struct ode_result *r, const str
     return most;
 }
 
+/* Two solutions went through the same events? What is touched at one tolerance may be missed
+ * or passed at another. */
+static bool same_events(const struct ode_result *a, const struct ode_result *b)
+{
+    bool same = a->happened == b->happened;
+    for (int i = 0; i < a->happened && same; i++)
+        same = a->happening[i].event == b->happening[i].event && a->happening[i].crossing == b->happening[i].crossing;
+    return same;
+}
+
+/* Of the times of event i; 0 where there is none. */
+static double difference(const struct ode_result *a, const struct ode_result *b, int i)
+{
+    return i >= 0 && i < a->happened ? fabs(a->happening[i].t - b->happening[i].t) : 0;
+}
+
+/* Of the times of events. A difference can pass through 0 here too. A touch has no time as sharp as the tolerances. */
+static void event_errors(const struct ode_run *run, double factor, struct ode_result *res, const struct ode_result *other, bool alike)
+{
+    for (int i = 0; i < res->happened && alike; i++) {
+        struct ode_happening *h = res->happening + i;
+        double size = fmax(fabs(h->t), fabs(h->t - run->start->t));
+        double raw = difference(res, other, i), near = fmax(difference(res, other, i - 1), difference(res, other, i + 1));
+        h->error = factor * fmax(raw, fmin(near, NEIGHBOUR * raw)) + 4 * DBL_EPSILON * fmax(size, res->stats.largest_step);
+        if (h->crossing)
+            res->worst = fmax(res->worst, h->error / fmax(run->o.atol + run->o.rtol * size, 1e-300));
+    }
+}
+
 /* Fills error, max_error, worst. A difference can pass through 0 where the error does not:
  * each estimate is raised towards the largest of its neighbours', but not without bound,
  * because they may be far away. */
 static void set_errors(const struct ode_run *run, double factor, struct ode_result *res, const struct ode_result *other)
 {
-    int known = other->count < res->count ? other->count : res->count;
+    bool alike = same_events(res, other);
+    int reach = other->count + (alike && other->end.reason == ODE_EVENT);
+    int known = reach < res->count ? reach : res->count;
     struct pair q = {.run = run, .columns = run->p->output ? run->p->outputs : run->p->n, .factor = factor};
     q.a = sga_malloc((2 * (size_t)q.columns + 1) * sizeof *q.a);
     q.b = q.a + q.columns;
@@ -81,7 +115,8 @@ static void set_errors(const struct ode_run *run, double factor, struct ode_resu
         res->error[k] = e;
         res->max_error = fmax(res->max_error, e);
     }
-    if (known < res->count)
+    event_errors(run, factor, res, other, alike);
+    if (known < res->count || !alike)
         res->worst = INFINITY;
     free(q.a);
     free(q.raw);
@@ -159,7 +194,8 @@ static bool tighten(const struct ode_run *run, struct ode_run *next, double rati
 
 static const char *why_not(const struct ode_result *res)
 {
-    return isinf(res->worst) ? "the solutions that were compared do not end at the same time; errors past the earlier end are not known"
+    return isinf(res->worst) ? "the solutions that were compared do not end at the same time, or not with the same events; "
+                               "errors past the earlier end are not known"
                              : "rounding in double precision, as the motion amplifies it, exceeds the tolerance";
 }
 
@@ -172,7 +208,7 @@ void ode_global(const struct ode_run *run, struct ode_result *res)
     next.beside = false;
     if (out_of_budget(res))
         return;
-    if (res->end.reason != ODE_NONE) {       /* perhaps only because it ran beside the motion */
+    if (res->end.reason != ODE_NONE && res->end.reason != ODE_EVENT) {       /* perhaps only because it ran beside the motion */
         struct ode_result again;
         ode_march(&next, &again);
         replace(res, &again);

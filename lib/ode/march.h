@@ -58,6 +58,8 @@ struct ode_march {
     double *dx, *scale, *work;      /* work: 2 n */
     double *memory;
     int next;                       /* the first sample not yet delivered */
+    struct ode_watch *watch;        /* event.c's; NULL: no events */
+    bool stopped;                   /* by an event in the present step */
     double pending_residual;        /* of samples in the present step */
     double moved;                   /* by the last projection */
     enum ode_reason manifold_why;   /* of the last refusal by `project` */
@@ -98,6 +100,14 @@ bool ode_sample_inside(const struct ode_march *m);
 /* sample.c: samples inside the present step and at its end are put into the result,
  * each projected; *through: how many are complete then. */
 enum ode_refusal ode_sample(struct ode_march *m, int *through);
+
+/* event.c: around the march; the start (x is set); after ode_sample: the events in the present
+ * step are put into the result, and samples past one that stops are taken back. */
+void ode_watch_begin(struct ode_march *m);
+void ode_watch_start(struct ode_march *m);
+void ode_watch_end(struct ode_march *m);
+enum ode_refusal ode_watch_step(struct ode_march *m, int *through);
+void ode_end_event(struct ode_march *m);
 
 /* ending.c: fills res->end. */
 void ode_end_at(struct ode_march *m, enum ode_reason reason, const char *detail);

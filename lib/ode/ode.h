@@ -7,7 +7,7 @@
  *
  * Layers, each in its own file: driver.c (the march), control.c (step sizes), a method
  * (method.h; a const struct of functions: dop853.c, radau.c), switch.c (which of them),
- * sample.c (dense output and its projection), ending.c (why a march stopped), global.c
+ * sample.c (dense output and its projection), event.c (zeros of functions), ending.c (why a march stopped), global.c
  * (other solutions, for the error estimate, and tighter ones until it is small enough),
  * solve.c (checks of the request). */
 #ifndef SGA_ODE_H
@@ -26,6 +26,7 @@
     X(LEFT_DOMAIN,     "left_domain",     "the vector field has no value beyond this point") \
     X(CONSTRAINT_LOST, "constraint_lost", "the constraints can no longer be met") \
     X(SINGULAR,        "singular",        "the field or the constraints become singular") \
+    X(EVENT,           "event",           "an event that stops the motion") \
     X(STEP_LIMIT,      "step_limit",      "too many steps are needed") \
     X(TIME_LIMIT,      "time_limit",      "the time granted is used up") \
     X(CANCELLED,       "cancelled",       "the job was cancelled")
@@ -39,6 +40,21 @@ enum ode_reason {
 
 const char *ode_reason_text(enum ode_reason r);   /* "blow_up" */
 const char *ode_reason_what(enum ode_reason r);
+
+/* What counts as an event of a function. */
+struct ode_event {
+    int direction;             /* +1: it grows through 0 as time grows, -1: it falls, 0: both, and
+                                * where it touches 0, as far as the tolerances can tell */
+    bool stop;                 /* the motion ends at the first one */
+};
+
+/* One event found. */
+struct ode_happening {
+    int event;
+    int crossing;              /* +1, -1 as above; 0: touched */
+    double t;
+    double error;              /* estimated, of t; INFINITY where not known */
+};
 
 /* The problem. Callbacks must be deterministic and may be asked outside the region of
  * interest (stages look ahead); they are called from one thread. */
@@ -72,6 +88,11 @@ struct ode_problem {
     /* What errors are estimated of: y (outputs) at t, x. NULL: the variables. */
     int outputs;
     void (*output)(void *ctx, double t, const double *x, double *y);
+    /* Functions whose zeros are looked for, all of them at t, x into g (events); a value
+     * that is not finite is no zero. */
+    int events;
+    const struct ode_event *event_spec;
+    void (*event)(void *ctx, double t, const double *x, double *g);
 };
 
 struct ode_start {
@@ -128,6 +149,11 @@ struct ode_result {
      * and max_error and worst are -1. */
     double *error;
     double max_error, worst;
+    /* Events in the order of the motion, none past the end; those of the start itself are not
+     * counted. The states there, on the manifold: happened x n. */
+    int happened;
+    struct ode_happening *happening;
+    double *happened_x;
     const char *shortfall;     /* why worst is above 1, static; NULL where it is not */
     int solutions;             /* computed in all */
     double rtol;               /* used for the solution that was delivered */

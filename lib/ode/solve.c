@@ -65,5 +65,9 @@ void ode_result_free(struct ode_result *res)
 {
     free(res->samples);
     free(res->error);
-    res->samples = res->error = NULL;
+    free(res->happening);
+    free(res->happened_x);
+    res->samples = res->error = res->happened_x = NULL;
+    res->happening = NULL;
+    res->happened = 0;
 }

@@ -282,13 +282,22 @@ static bool try_point(struct num_modp *m, const struct points_space *s, const st
 
 bool points_modpoint_find(struct points_modpoint *p, const struct points_space *s, const int *solved, uint64_t *random)
 {
+    return points_modpoint_find_modulo(p, s, solved, -1, random);
+}
+
+bool points_modpoint_find_modulo(struct points_modpoint *p, const struct points_space *s, const int *solved, int prime,
+                                 uint64_t *random)
+{
     struct uses u;
     struct blocks b;
     find_uses(&u, s, solved);
     find_blocks(&b, &u, s->constraints);
     p->value = sga_malloc(sizeof *p->value);
     bool ok = false;
-    num_modp_init(p->value, s->st, points_random(random), (int)(points_random(random) % NUM_MODP_PRIMES));
+    if (prime < 0)
+        prime = (int)(points_random(random) % NUM_MODP_PRIMES);
+    uint64_t seed = points_random(random);
+    num_modp_init(p->value, s->st, seed, prime);
     for (int k = 0; k < TRIES && !ok; k++)
         ok = try_point(p->value, s, &b, solved, random);
     if (!ok)

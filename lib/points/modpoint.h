@@ -15,6 +15,9 @@ struct points_modpoint {
  * (a block that is not affine or univariate): then there is no modular opinion. */
 bool points_modpoint_find(struct points_modpoint *p, const struct points_space *space,
                           const int *solved, uint64_t *random);
+/* The same modulo the given prime (0 .. NUM_MODP_PRIMES - 1). */
+bool points_modpoint_find_modulo(struct points_modpoint *p, const struct points_space *space,
+                                 const int *solved, int prime, uint64_t *random);
 void points_modpoint_clear(struct points_modpoint *p);
 /* 1: zero; 0: not zero (which proves nothing where elementary functions take part); -1: no
  * value. */

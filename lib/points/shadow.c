@@ -50,6 +50,9 @@ void points_shadow_clear(struct points_shadow *s)
     points_shadow_forget(s);
     free(s->zero);
     free(s->side);
+    free(s->variable);
+    free(s->parameter);
+    free(s->constraint);
     expr_cone_clear(&s->cone);
 }
 
@@ -86,6 +89,29 @@ static enum points_status sample_reals(struct points_shadow *s, const struct poi
     return status;
 }
 
+static void *copy_of(const void *from, size_t count, size_t size)
+{
+    void *to = sga_malloc((count + 1) * size);
+    if (count)
+        memcpy(to, from, count * size);
+    return to;
+}
+
+/* The lists of the space become the shadow's own: it may be asked after its user has gone. */
+static void take_space(struct points_shadow *s, const struct points_space *space)
+{
+    int *variable = copy_of(space->variable, (size_t)space->variables, sizeof *variable);
+    int *parameter = copy_of(space->parameter, (size_t)space->parameters, sizeof *parameter);
+    expr_id *constraint = copy_of(space->constraint, (size_t)space->constraints, sizeof *constraint);
+    s->space = *space;
+    free(s->variable);
+    free(s->parameter);
+    free(s->constraint);
+    s->space.variable = s->variable = variable;
+    s->space.parameter = s->parameter = parameter;
+    s->space.constraint = s->constraint = constraint;
+}
+
 enum points_status points_shadow_sample(struct points_shadow *s, const struct points_space *space)
 {
     double start = sga_now();
@@ -96,7 +122,7 @@ enum points_status points_shadow_sample(struct points_shadow *s, const struct po
     drop_high(s);
     s->reals = 0;
     points_shadow_forget(s);
-    s->space = *space;
+    take_space(s, space);
     enum points_status status = sample_reals(s, before, befores);
     for (int k = 0; k < befores; k++)
         points_point_clear(before + k);

@@ -44,7 +44,9 @@ enum { POINTS_ZEROS_KEPT = 100 };
 enum { POINTS_REAL = 2, POINTS_MODULAR = 2, POINTS_BITS = 192 };
 
 struct points_shadow {
-    struct points_space space;
+    struct points_space space;               /* its three lists are the next: own copies */
+    int *variable, *parameter;
+    expr_id *constraint;
     struct points_point real[POINTS_REAL];
     int reals;
     struct points_point high[POINTS_REAL];   /* the same points at more bits, when needed */
@@ -65,7 +67,8 @@ struct points_shadow {
 
 void points_shadow_init(struct points_shadow *s, uint64_t seed);
 void points_shadow_clear(struct points_shadow *s);
-/* New points on the set of `space` (copied; what it points to must stay). The first is
+/* New points on the set of `space` (copied with its variables, parameters and constraints; what
+ * else it points to must stay). The first is
  * near space->near where there is one, the others are near the first, so that all lie on
  * one component as a rule. On failure the shadow has no points. */
 enum points_status points_shadow_sample(struct points_shadow *s, const struct points_space *space);

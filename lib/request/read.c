@@ -20,9 +20,12 @@ static void defaults(struct request *r)
 }
 
 /* What is wanted against what is given. */
-static bool check_wants(struct reader *rd, const json_t *trajectory)
+static bool check_wants(struct reader *rd, const json_t *trajectory, const json_t *symmetries)
 {
     struct request *r = rd->r;
+    if (r->want & REQUEST_SYMMETRIES && !symmetries)
+        return at_fail(rd, SGA_E_MISSING_MEMBER, "\"symmetries\" is wanted, but the member \"symmetries\" is missing; "
+                       "it says what to check and what to search");
     unsigned needs = r->want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF | REQUEST_CONSISTENT_INITIAL);
     if (!needs)
         return true;
@@ -39,17 +42,6 @@ static bool check_wants(struct reader *rd, const json_t *trajectory)
                                                                                             : "a consistent start",
                        rd->symbolic);
     }
-    return true;
-}
-
-static bool read_symmetries(struct reader *rd, const json_t *v)
-{
-    static const char *const members[] = { "check", "search", NULL };
-    size_t mark = at_member(rd, "symmetries");
-    if (!only_members(rd, v, members))
-        return false;
-    rd->r->has_symmetries = true;
-    at_back(rd, mark);
     return true;
 }
 
@@ -90,13 +82,13 @@ static bool bounds_met(const struct request *r, const struct request_bounds *b, 
 
 static bool read_all(struct reader *rd, const json_t *v)
 {
-    static const char *const members[] = { "system", "want", "symmetries", "trajectory", "accuracy", "limits", "strata",
+    static const char *const members[] = { "system", "want", "symmetries", "trajectory", "accuracy", "limits", "strata", "sweep",
                                            NULL };
     if (!only_members(rd, v, members))
         return false;
     const json_t *limits = json_object_get(v, "limits"), *accuracy = json_object_get(v, "accuracy");
     const json_t *trajectory = json_object_get(v, "trajectory"), *symmetries = json_object_get(v, "symmetries");
-    const json_t *want = json_object_get(v, "want"), *strata = json_object_get(v, "strata");
+    const json_t *want = json_object_get(v, "want"), *strata = json_object_get(v, "strata"), *sweep = json_object_get(v, "sweep");
     const json_t *system = need_member(rd, v, "system");
     if (!system || (limits && !read_limits(rd, limits)))
         return false;
@@ -106,8 +98,10 @@ static bool read_all(struct reader *rd, const json_t *v)
         return false;
     if (!want && trajectory)
         rd->r->want |= REQUEST_TRAJECTORY;
-    return check_wants(rd, trajectory)
-        && (!trajectory || read_trajectory(rd, trajectory)) && (!accuracy || read_accuracy(rd, accuracy))
+    if (rd->r->has_mechanical && trajectory)
+        read_mechanical_outputs(rd);
+    return check_wants(rd, trajectory, symmetries)
+        && (!trajectory || read_trajectory(rd, trajectory)) && (!sweep || read_sweep(rd, sweep)) && (!accuracy || read_accuracy(rd, accuracy))
         && (!symmetries || read_symmetries(rd, symmetries)) && (!strata || read_strata(rd, strata)) && store_ok(rd);
 }
 
@@ -151,6 +145,11 @@ static void clear_trajectory(struct request_trajectory *t)
         free(t->rate[i].text);
     for (int i = 0; i < t->conditions; i++)
         free(t->condition_text[i]);
+    for (int i = 0; i < t->events; i++) {
+        free(t->event[i].name);
+        free(t->event[i].text);
+    }
+    free(t->event);
     free(t->times);
     free(t->initial);
     free(t->hold);
@@ -159,6 +158,16 @@ static void clear_trajectory(struct request_trajectory *t)
     free(t->rate);
     free(t->condition);
     free(t->condition_text);
+}
+
+static void clear_symmetries(struct request_symmetries *s)
+{
+    for (int k = 0; k < s->checks; k++) {
+        free(s->check[k].name);
+        free(s->check[k].component);
+    }
+    free(s->check);
+    free(s->function);
 }
 
 static void clear_operator(struct request_operator *op)
@@ -184,10 +193,29 @@ static void clear_hamiltonian(struct form_hamiltonian *h)
     free(h);
 }
 
+static void clear_mechanical(struct form_mechanical *m)
+{
+    free(m->coordinate);
+    free(m->velocity);
+    free(m->multiplier);
+    free(m->mass);
+    free(m->force);
+    free(m->constraint);
+}
+
 void request_clear(struct request *r)
 {
+    clear_mechanical(&r->mechanical);
+    free(r->forces.reaction);
     clear_operator(&r->op);
     clear_trajectory(&r->trajectory);
+    clear_symmetries(&r->symmetries);
+    for (int k = 0; k < r->sweeps; k++) {
+        for (int i = 0; i < r->sweep[k].initials; i++)
+            free(r->sweep[k].initial[i].text);
+        free(r->sweep[k].initial);
+    }
+    free(r->sweep);
     sys_clear(&r->system);
     expr_store_clear(&r->store);
     free(r->name);

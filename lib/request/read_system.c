@@ -15,6 +15,7 @@ static const char *const lagrangian_members[] = {
     "coordinates", "lagrangian", "second_order", "forces", "holonomic", NULL
 };
 
+static const char *const mechanical_members[] = { "coordinates", "masses", "forces", "constraints", "restrict", NULL };
 static const char *const operator_members[] = { "unknowns", "coefficients", "B", "sources", NULL };
 
 /* The forms of the vocabulary. A new form is a reader here and a file in the form folder. */
@@ -25,7 +26,7 @@ static const struct form_kind form_table[] = {
     { "control", read_control, control_members },
     { "hamiltonian", read_hamiltonian, hamiltonian_members },
     { "lagrangian", read_lagrangian, lagrangian_members },
-    { "mechanical", NULL, NULL },
+    { "mechanical", read_mechanical, mechanical_members },
     { "operator", read_operator, operator_members },
 };
 enum { FORMS = sizeof form_table / sizeof *form_table };

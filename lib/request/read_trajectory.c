@@ -114,24 +114,23 @@ static int new_variable(struct reader *rd, const char *name, unsigned char *take
     return k;
 }
 
-static bool read_initial(struct reader *rd, const json_t *v, unsigned char *taken)
+bool read_initial(struct reader *rd, const json_t *v, unsigned char *taken, struct request_initial **list, int *count)
 {
-    struct request_trajectory *t = &rd->r->trajectory;
     if (!json_is_object(v))
         return expected(rd, "an object of variables and values", v);
-    t->initial = sga_calloc(json_object_size(v) + 1, sizeof *t->initial);
+    *list = sga_calloc(json_object_size(v) + 1, sizeof **list);
     const char *key;
     json_t *item;
     json_object_foreach((json_t *)v, key, item) {
         size_t mark = at_member(rd, key);
-        struct request_initial *i = t->initial + t->initials;
+        struct request_initial *i = *list + *count;
         i->variable = new_variable(rd, key, taken);
         if (i->variable < 0 || !read_value(rd, item, &i->value, &i->text))
             return false;
-        t->initials++;
+        ++*count;
         at_back(rd, mark);
     }
-    qsort(t->initial, (size_t)t->initials, sizeof *t->initial, by_initial);
+    qsort(*list, (size_t)*count, sizeof **list, by_initial);
     return true;
 }
 
@@ -221,7 +220,7 @@ static bool read_where(struct reader *rd, const json_t *v)
     if (ok && (m = json_object_get(v, "initial"))) {
         at_member(rd, "initial");
         memset(taken, 0, n + 1);
-        ok = read_initial(rd, m, taken);
+        ok = read_initial(rd, m, taken, &t->initial, &t->initials);
     }
     if (ok && (m = json_object_get(v, "hold"))) {
         at_back(rd, mark);
@@ -240,6 +239,11 @@ static bool read_where(struct reader *rd, const json_t *v)
         memset(taken, 0, n + 1);
         ok = read_gauge(rd, m, taken);
     }
+    if (ok && (m = json_object_get(v, "events"))) {
+        at_back(rd, mark);
+        at_member(rd, "events");
+        ok = read_events(rd, m);
+    }
     if (ok)
         at_back(rd, mark);
     free(taken);
@@ -248,7 +252,7 @@ static bool read_where(struct reader *rd, const json_t *v)
 
 bool read_trajectory(struct reader *rd, const json_t *v)
 {
-    static const char *const members[] = { "start", "stop", "samples", "times", "initial", "hold", "outputs", "gauge", NULL };
+    static const char *const members[] = { "start", "stop", "samples", "times", "initial", "hold", "outputs", "gauge", "events", NULL };
     rd->r->trajectory.has = true;
     size_t mark = at_member(rd, "trajectory");
     if (!only_members(rd, v, members) || !read_when(rd, v) || !read_where(rd, v))

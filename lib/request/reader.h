@@ -73,6 +73,10 @@ bool constant_value(const struct expr_store *st, expr_id e, double *out);
 bool read_system(struct reader *rd, const json_t *v);
 bool read_want(struct reader *rd, const json_t *v);
 bool read_trajectory(struct reader *rd, const json_t *v);
+bool read_symmetries(struct reader *rd, const json_t *v);
+bool read_sweep(struct reader *rd, const json_t *v);       /* needs the trajectory */
+bool read_initial(struct reader *rd, const json_t *v, unsigned char *taken, struct request_initial **list, int *count);
+bool read_events(struct reader *rd, const json_t *v);      /* its member `events` */
 bool read_accuracy(struct reader *rd, const json_t *v);
 bool read_limits(struct reader *rd, const json_t *v);
 
@@ -92,6 +96,16 @@ bool read_control(struct reader *rd, const json_t *system);
 bool read_hamiltonian(struct reader *rd, const json_t *system);
 bool read_lagrangian(struct reader *rd, const json_t *system);
 bool read_operator(struct reader *rd, const json_t *system);
+bool read_mechanical(struct reader *rd, const json_t *system);
+/* Between the system and the trajectory: names for reactions, for outputs alone. */
+void read_mechanical_outputs(struct reader *rd);
+
+/* velocities.c. For struct expr_grammar: q' of a coordinate q, and nothing higher. */
+expr_id read_velocity_of(void *ctx, int symbol, int order);
+/* New variables q' for coordinates; lambda1, lambda2, ... (a name that is taken gets underscores).
+ * NULL with the store's error; the caller frees them. */
+int *read_make_velocities(struct reader *rd, const int *coordinate, int n);
+int *read_make_multipliers(struct reader *rd, int n);
 
 /* read_matrix.c: a member that is a matrix, dense or sparse, of a size that is known.
  * The caller frees entry, also after a failure. */

@@ -49,6 +49,14 @@ struct request_rate {
     char *text;
 };
 
+struct request_event {
+    char *name;               /* no two are the same */
+    expr_id expression;       /* of variables and time */
+    char *text;
+    int direction;            /* +1: up, -1: down, 0: any */
+    bool stop;
+};
+
 struct request_trajectory {
     bool has;                 /* the request has this member */
     double start;             /* where `initial` holds */
@@ -61,6 +69,13 @@ struct request_trajectory {
     expr_id *output; char **output_text; int outputs;  /* 0: all variables */
     struct request_rate *rate; int rates;            /* in the order of the variables */
     expr_id *condition; char **condition_text; int conditions;   /* functions that shall vanish */
+    struct request_event *event; int events;
+};
+
+/* A start of its own. */
+struct request_sweep {
+    struct request_initial *initial; int initials;   /* in the order of the variables; those of trajectory.initial
+                                                      * that are not given here too */
 };
 
 struct request_accuracy {
@@ -90,6 +105,28 @@ struct request_operator {
     bool open_sources;        /* some source is only named */
 };
 
+/* Of the form `mechanical`: symbols that outputs may use; EXPR_UNDEF where the name was taken. */
+struct request_forces {
+    expr_id *reaction;        /* by coordinate: reaction_x */
+    expr_id power;            /* reaction_power */
+};
+
+/* A field D^i d/dx_i + theta d/dt, or a map, to be checked. */
+struct request_candidate {
+    char *name;
+    bool is_map;
+    expr_id *component;       /* by variable, then time; what is not given is 0, or the identity */
+};
+
+struct request_symmetries {
+    struct request_candidate *check; int checks;
+    bool has_search;
+    int degree, integral_degree;
+    bool time;                /* the fields may depend on time and move it */
+    bool says_time;           /* otherwise left to whether the system depends on time */
+    expr_id *function; int functions;
+};
+
 struct request {
     struct expr_store store;
     struct sys_system system;         /* in store */
@@ -99,10 +136,16 @@ struct request {
                                        * yet: the pull-back needs regular functions first. Owned, with its arrays */
     unsigned want;                    /* bits of enum request_want */
     struct request_trajectory trajectory;
+    struct request_sweep *sweep; int sweeps;   /* 0: one trajectory */
     struct request_accuracy accuracy;
     struct request_limits limits;
     struct request_operator op;
-    bool has_symmetries;              /* the member is there; its content is not read yet */
+    bool has_mechanical;
+    struct form_mechanical mechanical;
+    struct request_forces forces;     /* where there are outputs */
+    struct request_symmetries symmetries;
+    expr_id lagrangian;               /* L(q, v, t), where the form has one and no forces; or EXPR_UNDEF */
+    int coordinates;                  /* of it: the system's variables are q, v, multipliers */
     bool strata;                      /* each stratum shall be solved on its own */
 };
 
@@ -124,6 +167,8 @@ enum {
     REQUEST_MAX_VARIABLES = 20000,
     REQUEST_MAX_UNKNOWNS = 64,        /* of the form operator */
     REQUEST_MAX_SAMPLES = 1000000,
+    REQUEST_MAX_SWEEP = 10000,        /* starts */
+    REQUEST_MAX_EVENTS = 64,          /* functions */
     REQUEST_MAX_BITS = 1 << 17,       /* of one exact number */
     REQUEST_MAX_NAME = 128,           /* bytes of a name */
     REQUEST_MAX_DEPTH = 64            /* of nested JSON */

@@ -3,12 +3,14 @@
 #define SGA_RUN_ANSWER_H
 
 #include "buf.h"
+#include "mech.h"
 #include "operator.h"
 #include "print.h"
 #include "request.h"
 #include "run.h"
 #include "sga.h"
 #include "structure.h"
+#include "sym.h"
 #include "trajectory.h"
 #include "witness.h"
 
@@ -43,6 +45,17 @@ struct stratum {
     char *parameter, *value;      /* what was substituted for which parameter, or NULL */
 };
 
+/* Of the form `mechanical`. */
+struct mechanical_answer {
+    struct mech_fibre fibre;
+    bool determined;              /* one acceleration at general points of W */
+    struct mech_motion motion;
+    bool has_motion;
+    int first_root;               /* among the texts: total, tangent, orthogonal, reaction */
+    struct mech_regularity regularity;
+    bool has_regularity;
+};
+
 struct job {
     struct request request;
     struct sga_budget budget;
@@ -60,10 +73,17 @@ struct job {
     bool witnessed;
     struct traj_result trajectory;
     bool has_trajectory;
+    struct sga_buf trajectories;  /* JSON: those of a sweep, or empty */
     struct traj_initial initial;
     bool has_initial;
     struct structure structure;
     bool has_structure;
+    struct {
+        struct sym_work *work;
+        struct sym_check *check;  /* by candidate of the request */
+        struct sym_result found;
+        bool has, time;
+    } symmetries;
     int initial_residuals;        /* constraints of the solution that it belongs to */
     int moves_on;                 /* 1 + the stratum that the trajectory lies on; 0: none */
     struct stratum *stratum;
@@ -86,7 +106,8 @@ struct job {
         int variable[3];          /* not closed: this component of d omega */
         expr_id defect;
     } two_form;
-    struct { double read, reduce, operator_form, print, witness, trajectory, structure; } seconds;
+    struct mechanical_answer *mechanical;   /* or NULL */
+    struct { double read, reduce, operator_form, mechanical, print, witness, trajectory, structure, symmetries; } seconds;
     const char *stage;            /* the last that was begun */
     struct sga_error *err;
 };
@@ -108,6 +129,12 @@ void answer_restrictions_kept(struct job *j, const struct sga_solution *sol);
 /* Is a given 2-form closed? */
 bool answer_two_form(struct job *j);
 void answer_write_restrictions(struct job *j, struct sga_json *w);
+/* The geometry of the constraints, before the reduction; the system gets multipliers for independent
+ * conditions only. Then, after it, acceleration and regularity as far as they are wanted. */
+bool answer_mechanical(struct job *j);
+bool answer_mechanical_motion(struct job *j);
+void answer_mechanical_clear(struct job *j);
+void answer_write_mechanical(struct job *j, struct sga_json *w);
 /* Consistent start and trajectory, as far as they are wanted. */
 bool answer_motion(struct job *j);
 /* After answer_motion failed with NO_MOTION: the motion of the stratum that the start lies on,
@@ -142,6 +169,10 @@ bool answer_fits(struct job *j, const struct sga_buf *out);
 bool answer_write_trajectory(struct job *j, struct sga_json *w);
 /* Members of the object `structure`, which is open; needs the structure. */
 void answer_write_structure(struct job *j, struct sga_json *w);
+/* Symmetries, as far as they are wanted. The shadow is not used after the clearing. */
+bool answer_symmetries(struct job *j);
+void answer_symmetries_clear(struct job *j);
+void answer_write_symmetries(struct job *j, struct sga_json *w);
 void answer_write_initial(const struct job *j, struct sga_json *w);
 
 #endif

@@ -81,6 +81,33 @@ static double witness_time(const struct job *j)
     return j->near || !j->shadow.reals ? j->near_time : j->shadow.real[0].t;
 }
 
+/* Acceleration and reaction as printed against the formulas, at a point of W. */
+static bool check_motion(struct job *j, struct readback *b)
+{
+    struct mechanical_answer *m = j->mechanical;
+    struct expr_store *st = &j->request.store;
+    int n = j->request.mechanical.coordinates;
+    const expr_id *part[4] = { m->motion.total, m->motion.tangent, m->motion.orthogonal, m->motion.reaction };
+    struct num_ball *here = &m->fibre.shadow.real[0].ball, there;
+    bool ok = true;
+    if (!m->fibre.shadow.reals)
+        return true;
+    num_ball_extend(here);
+    num_ball_init(&there, &b->st, here->prec);
+    for (int i = 0; i < st->symbols; i++) {
+        int s = expr_symbol_find(&b->st, st->symbol[i].name, strlen(st->symbol[i].name));
+        if (s >= 0)
+            num_ball_set(&there, s, here->symbol + i);
+    }
+    num_ball_extend(&there);
+    for (int k = 0; k < 4 * n && ok; k++) {
+        arb_srcptr a = num_ball_value(here, part[k / n][k % n]), c = num_ball_value(&there, b->root[m->first_root + k]);
+        ok = !arb_is_finite(a) || !arb_is_finite(c) || arb_overlaps(a, c);
+    }
+    num_ball_clear(&there);
+    return ok || sga_fail(j->err, SGA_E_WITNESS, "a printed acceleration or reaction differs from its formula at a point");
+}
+
 static bool check_texts(struct job *j)
 {
     struct readback b = { 0 };
@@ -97,13 +124,16 @@ static bool check_texts(struct job *j)
         b.parameter[i] = copy_symbol(&b, sys->store, sys->parameter[i]);
     bool ok = parse_all(j, &b);
     if (ok) {
-        bool field = j->texts.roots > c, gauge = j->texts.roots > c + n;
+        bool field = j->solution.field && j->request.want & (REQUEST_VECTOR_FIELD | REQUEST_GAUGE);
+        bool gauge = field && j->solution.gauge;
         struct sga_claim claim = {
             .st = &b.st, .variable = b.variable, .variables = n, .parameter = b.parameter, .parameters = sys->parameters,
             .time = b.time, .constraint = b.root, .constraints = c, .solution = &j->solution, .field = field ? b.root + c : NULL,
             .gauge = gauge ? b.root + c + n : NULL, .gauges = gauge ? j->solution.free_columns : 0,
         };
         ok = sga_witness_check(sys, &claim, witness_near(j), witness_time(j), 77, WITNESS_POINTS, &j->budget, &j->witness, j->err);
+        if (ok && j->mechanical && j->mechanical->has_motion)
+            ok = check_motion(j, &b);
     }
     free(b.variable);
     free(b.parameter);

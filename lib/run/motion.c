@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "mem.h"
+#include "sweep.h"
 
 /* Gauge conditions are equations without derivatives: with them the same reduction is run
  * once more, and what it leaves is integrated. */
@@ -36,6 +37,8 @@ static bool run(struct job *j, const struct sga_solution *solution, const struct
             return false;
         j->initial_residuals = solution->constraints;
     }
+    if (j->request.want & REQUEST_TRAJECTORY && j->request.sweeps)
+        return answer_sweep(j, solution, r);
     if (j->request.want & REQUEST_TRAJECTORY) {
         double begin = sga_now();
         j->has_trajectory = traj_run(&j->request.system, solution, r, &j->trajectory, j->err);
@@ -63,11 +66,15 @@ bool answer_motion(struct job *j)
     }
     for (int k = 0; k < t->holds; k++)
         held[t->hold[k]] = 1;
+    struct traj_event *event = sga_calloc((size_t)t->events + 1, sizeof *event);
+    for (int k = 0; k < t->events; k++)
+        event[k] = (struct traj_event){ t->event[k].expression, t->event[k].direction, t->event[k].stop };
     for (int k = 0; k < t->rates; k++)
         rate[k] = (struct traj_rate){ t->rate[k].variable, t->rate[k].rate };
     struct traj_request r = {
         .start = t->start, .times = t->times, .samples = t->samples, .initial = initial, .given = given, .held = held,
         .rate = rate, .rates = t->rates, .output = t->output, .outputs = t->outputs,
+        .event = event, .events = t->events,
         .rtol = j->request.accuracy.rtol, .atol = j->request.accuracy.atol,
         .method = j->request.accuracy.method, .budget = &j->budget,
     };
@@ -87,5 +94,6 @@ bool answer_motion(struct job *j)
     free(given);
     free(held);
     free(rate);
+    free(event);
     return ok;
 }

@@ -85,11 +85,11 @@ static void set_budget(struct job *j)
 /* What is wanted but cannot be had yet is refused before any work is done. */
 static bool check_wants(struct job *j)
 {
-    static const unsigned later = REQUEST_SYMMETRIES | REQUEST_TRADEOFF;
+    static const unsigned later = REQUEST_TRADEOFF;
     for (int k = 0; k < REQUEST_WANTS; k++)
         if (j->request.want & later & (1u << k))
             return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/want", "want \"%s\" is not available in this version; "
-                               "available are constraints, index, vector_field, gauge, consistent_initial, structure and trajectory",
+                               "available are constraints, index, vector_field, gauge, consistent_initial, symmetries, structure and trajectory",
                                request_want_text(k));
     if (j->request.op.open_sources && j->request.want & (REQUEST_TRAJECTORY | REQUEST_CONSISTENT_INITIAL))
         return sga_fail_at(j->err, SGA_E_NO_MOTION, "/system/sources", "to follow a motion, give each source as a function of time");
@@ -106,13 +106,13 @@ static bool check_samples(struct job *j)
     if (!(j->request.want & REQUEST_TRAJECTORY))
         return true;
     double columns = 1 + (double)(t->outputs ? t->outputs : j->request.system.variables);
-    double numbers = columns * (double)t->samples, most = (double)answer_limit(j);
+    double numbers = columns * (double)t->samples * (j->request.sweeps ? j->request.sweeps : 1), most = (double)answer_limit(j);
     if (2 * numbers <= most && 8 * numbers <= (double)j->budget.max_memory)
         return true;
     bool text = 2 * numbers > most;
     return sga_fail_at(j->err, text ? SGA_E_LIMIT_RESULT : SGA_E_LIMIT_MEMORY, "/trajectory",
-                       "%d samples of %.0f columns need %.0f MB at least; the limit of %s is %.0f MB; ask for fewer samples, "
-                       "or for fewer columns in trajectory.outputs", t->samples, columns,
+                       "%.0f samples of %.0f columns need %.0f MB at least; the limit of %s is %.0f MB; ask for fewer samples, "
+                       "or for fewer columns in trajectory.outputs", numbers / columns, columns,
                        (text ? 2 : 8) * numbers * 0x1p-20, text ? "a result" : "memory",
                        (text ? most : (double)j->budget.max_memory) * 0x1p-20);
 }
@@ -200,15 +200,26 @@ void answer_clear(struct job *j)
         traj_initial_clear(&j->initial);
     answer_strata_clear(j);
     answer_operator_clear(j);
+    answer_mechanical_clear(j);
     sga_buf_free(&j->kronecker);
     sga_buf_free(&j->signs);
+    sga_buf_free(&j->trajectories);
     free(j->near);
     free(j->scale);
     answer_primary_clear(j);
+    answer_symmetries_clear(j);
     if (j->solved) {
         points_shadow_clear(&j->shadow);
         sga_solution_clear(&j->solution);
     }
+}
+
+static bool mechanical_form(struct job *j)
+{
+    if (!j->request.has_mechanical)
+        return true;
+    progress(j, "mechanical", 0.04);
+    return answer_mechanical(j);
 }
 
 static bool operator_form(struct job *j)
@@ -234,7 +245,8 @@ bool sga_run(const char *request, size_t length, const struct sga_run_options *o
     bool ok = check_wants(&j);
     if (ok) {
         set_near(&j);
-        ok = check_samples(&j) && operator_form(&j) && answer_reduce(&j);
+        ok = check_samples(&j) && operator_form(&j) && mechanical_form(&j) && answer_reduce(&j)
+             && (!j.mechanical || answer_mechanical_motion(&j));
     }
     if (ok) {
         progress(&j, "texts", 0.4);
@@ -248,6 +260,10 @@ bool sga_run(const char *request, size_t length, const struct sga_run_options *o
     if (ok)
         progress(&j, "witness", 0.45);
     ok = ok && answer_witness(&j) && structure(&j);
+    if (ok && j.request.want & REQUEST_SYMMETRIES) {
+        progress(&j, "symmetries", 0.48);
+        ok = answer_symmetries(&j);
+    }
     if (ok && (j.request.want & REQUEST_STRUCTURE || (j.op && j.op->system.order <= 1)))
         ok = kronecker_text(&j, &j.kronecker, &j.is_linear);
     if (ok)

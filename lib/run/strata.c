@@ -166,12 +166,26 @@ static enum points_status look_at(struct job *j, int c, expr_id factor, bool mov
     return status;
 }
 
+/* Whether no point of Pf that was used shows that the factor is not 0 there. */
+static bool everywhere(struct job *j, expr_id factor)
+{
+    bool zero = j->shadow.reals > 0;
+    for (int k = 0; k < j->shadow.reals && zero; k++) {
+        struct num_ball *ball = &j->shadow.real[k].ball;
+        num_ball_extend(ball);
+        zero = arb_contains_zero(num_ball_value(ball, factor));
+    }
+    return zero;
+}
+
 /* Whether a real point of Pf with factor = 0 can be found at which the rank is lower than
  * on Pf in general: otherwise the pivot only happened to vanish there. */
 static bool drops(struct job *j, expr_id factor, struct stratum *as)
 {
     struct points_point p;
     int rank, n = j->request.system.variables;
+    if (everywhere(j, factor))
+        return false;                  /* a pivot that died on the way to Pf */
     enum points_status status = look_at(j, j->solution.constraints, factor, false, &p, &rank);
     /* an irregular place was approached to about 6 digits only: listed, to be safe */
     bool lower = status == POINTS_IRREGULAR || (status == POINTS_OK && rank < n - j->solution.free_columns);

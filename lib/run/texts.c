@@ -60,13 +60,21 @@ bool answer_texts(struct job *j)
     int n = j->request.system.variables, c = sol->constraints;
     bool field = sol->field && want & (REQUEST_VECTOR_FIELD | REQUEST_GAUGE), gauge = field && sol->gauge;
     int roots = c + (field ? n : 0) + (gauge ? n * sol->free_columns : 0);
-    expr_id *root = sga_malloc((size_t)(roots + 1) * sizeof *root);
+    struct mechanical_answer *mech = j->mechanical && j->mechanical->has_motion ? j->mechanical : NULL;
+    int parts = mech ? j->request.mechanical.coordinates : 0;
+    expr_id *root = sga_malloc((size_t)(roots + 4 * parts + 1) * sizeof *root);
     for (int i = 0; i < c; i++)
         root[i] = sol->constraint[i].expr;
     if (field)
         memcpy(root + c, sol->field, (size_t)n * sizeof *root);
     if (gauge)
         memcpy(root + c + n, sol->gauge, (size_t)n * (size_t)sol->free_columns * sizeof *root);
+    if (mech) {
+        const expr_id *part[4] = { mech->motion.total, mech->motion.tangent, mech->motion.orthogonal, mech->motion.reaction };
+        mech->first_root = roots;
+        for (int k = 0; k < 4; k++, roots += parts)
+            memcpy(root + roots, part[k], (size_t)parts * sizeof *root);
+    }
     j->first_field = c;
     j->first_gauge = c + n;
     shorten(j, root, roots);

@@ -378,6 +378,8 @@ static void write_work(const struct job *j, struct sga_json *w)
     sga_json_member_double(w, "sampling", j->shadow.seconds_sampling);
     if (j->op)
         sga_json_member_double(w, "operator", j->seconds.operator_form);
+    if (j->mechanical)
+        sga_json_member_double(w, "mechanical", j->seconds.mechanical);
     if (j->has_texts) {
         sga_json_member_double(w, "print", j->seconds.print);
     }
@@ -389,6 +391,9 @@ static void write_work(const struct job *j, struct sga_json *w)
     }
     if (j->has_structure) {
         sga_json_member_double(w, "structure", j->seconds.structure);
+    }
+    if (j->symmetries.has) {
+        sga_json_member_double(w, "symmetries", j->seconds.symmetries);
     }
     sga_json_end_object(w);
     sga_json_member_int(w, "nodes", j->request.store.nodes);
@@ -447,6 +452,8 @@ bool answer_write(struct job *j, struct sga_buf *out)
     answer_write_strata(j, w);
     if (j->op)
         answer_write_operator(j, w);
+    if (j->mechanical)
+        answer_write_mechanical(j, w);
     if (want & REQUEST_STRUCTURE) {
         sga_json_key(w, "structure");
         sga_json_object(w);
@@ -460,8 +467,14 @@ bool answer_write(struct job *j, struct sga_buf *out)
         sga_json_key(w, "kronecker");
         sga_json_raw(w, j->kronecker.data, j->kronecker.len);
     }
+    if (want & REQUEST_SYMMETRIES)
+        answer_write_symmetries(j, w);
     if (j->has_initial)
         answer_write_initial(j, w);
+    if (j->trajectories.len) {
+        sga_json_key(w, "trajectories");
+        sga_json_raw(w, j->trajectories.data, j->trajectories.len);
+    }
     if (j->has_trajectory && !answer_write_trajectory(j, w))
         return false;
     write_evidence(j, w);

@@ -1,5 +1,5 @@
 /* The trajectory's part of the result. */
-#include "answer.h"
+#include "sweep.h"
 
 static const char *name_of(const struct job *j, int variable)
 {
@@ -52,6 +52,36 @@ static void write_errors(const struct traj_result *r, struct sga_json *w)
         sga_json_member_string(w, "accuracy_shortfall", r->shortfall);
 }
 
+/* Where a request has events. */
+static bool write_events(struct job *j, struct sga_json *w)
+{
+    static const char *const directions[] = { "down", "touch", "up" };
+    const struct traj_result *r = &j->trajectory;
+    const struct request_trajectory *t = &j->request.trajectory;
+    if (!t->events)
+        return true;
+    sga_json_key(w, "events");
+    sga_json_array(w);
+    for (int i = 0; i < r->happened; i++) {
+        const struct traj_happening *h = r->happening + i;
+        if (i % 64 == 0 && !(answer_fits(j, w->out) && sga_budget_ok(&j->budget, j->err)))
+            return false;
+        sga_json_object(w);
+        sga_json_member_string(w, "name", t->event[h->event].name);
+        sga_json_member_double(w, "t", h->t);
+        sga_json_member_double(w, "error", h->error);
+        sga_json_member_string(w, "direction", directions[h->direction + 1]);
+        sga_json_key(w, "values");
+        sga_json_array(w);
+        for (int k = 0; k < r->columns; k++)
+            sga_json_double(w, r->happened_value[(size_t)i * (size_t)r->columns + (size_t)k]);
+        sga_json_end_array(w);
+        sga_json_end_object(w);
+    }
+    sga_json_end_array(w);
+    return true;
+}
+
 static void write_values(const struct job *j, struct sga_json *w, const char *key, const double *value)
 {
     sga_json_key(w, key);
@@ -100,8 +130,13 @@ void answer_write_initial(const struct job *j, struct sga_json *w)
 
 bool answer_write_trajectory(struct job *j, struct sga_json *w)
 {
-    const struct traj_result *r = &j->trajectory;
     sga_json_key(w, "trajectory");
+    return answer_write_motion(j, w);
+}
+
+bool answer_write_motion(struct job *j, struct sga_json *w)
+{
+    const struct traj_result *r = &j->trajectory;
     sga_json_object(w);
     if (j->moves_on) {
         const struct stratum *s = j->stratum + (j->moves_on - 1);
@@ -112,7 +147,7 @@ bool answer_write_trajectory(struct job *j, struct sga_json *w)
         sga_json_end_array(w);
     }
     write_columns(j, w);
-    if (!write_rows(j, w))
+    if (!write_rows(j, w) || !write_events(j, w))
         return false;
     sga_json_key(w, "initial");
     sga_json_object(w);
@@ -129,6 +164,8 @@ bool answer_write_trajectory(struct job *j, struct sga_json *w)
         sga_json_object(w);
         sga_json_member_double(w, "t", r->ended_t);
         sga_json_member_string(w, "reason", r->ended_reason);
+        if (r->ended_event >= 0)
+            sga_json_member_string(w, "name", j->request.trajectory.event[r->ended_event].name);
         sga_json_member_string(w, "detail", r->ended_detail);
         sga_json_end_object(w);
     } else {

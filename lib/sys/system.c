@@ -25,13 +25,20 @@ void sys_init(struct sys_system *s, struct expr_store *st)
     *s = (struct sys_system){ .store = st, .time = -1 };
 }
 
-void sys_clear(struct sys_system *s)
+void sys_clear_rows(struct sys_system *s)
 {
     for (int i = 0; i < s->rows; i++) {
         free(s->row[i].entry);
         free((char *)s->row[i].source);
     }
     free(s->row);
+    s->row = NULL;
+    s->rows = 0;
+}
+
+void sys_clear(struct sys_system *s)
+{
+    sys_clear_rows(s);
     free(s->variable);
     free(s->restriction);
     free(s->parameter);

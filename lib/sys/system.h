@@ -35,6 +35,8 @@ struct sys_system {
 void sys_init(struct sys_system *s, struct expr_store *st);
 void sys_clear(struct sys_system *s);
 void sys_add_variable(struct sys_system *s, int symbol, const char *role);
+/* Drops the rows, for others. */
+void sys_clear_rows(struct sys_system *s);
 /* Adds an empty row; source is copied. Returns its index. */
 int sys_add_row(struct sys_system *s, expr_id alpha, const char *source);
 /* Adds an entry to the last row or an earlier one; entries that are the constant 0 are dropped,

@@ -57,6 +57,9 @@ void field_clear(struct field *f);
 bool field_begin(struct field *f, double t, const double *x, struct sga_error *err);
 /* v = X(t, x). False outside the domain or where the rank is lost. */
 bool field_eval(struct field *f, double t, const double *x, double *v);
+/* stratum.c. After a motion from start that seemed to grow without bound at end_t: the pivot that
+ * tends to 0 there while what it depends on stays finite, or -1. */
+int field_approaches(struct field *f, const double *start, double start_t, double end_t);
 
 
 /* Inside this module: symbols of the variables and time (malloced); no pivot of the last

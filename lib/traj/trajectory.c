@@ -17,6 +17,8 @@ struct flow {
     struct manifold manifold;
     struct field field;
     struct num_tape *output;      /* inputs: variables, time */
+    struct num_tape *event;       /* the same */
+    struct ode_event *spec;
     double *in;
     int n;
 };
@@ -66,6 +68,28 @@ static enum ode_reason why(void *ctx)
     return f->field.rank_lost || f->field.contradiction ? ODE_SINGULAR : ODE_LEFT_DOMAIN;
 }
 
+static void event(void *ctx, double t, const double *x, double *g)
+{
+    struct flow *f = ctx;
+    memcpy(f->in, x, (size_t)f->n * sizeof *x);
+    f->in[f->n] = t;
+    num_tape_eval(f->event, f->in, g);
+}
+
+static bool event_tape(struct flow *f, const struct sys_system *sys, const struct traj_request *rq, const int *inputs,
+                       struct sga_error *err)
+{
+    expr_id *root = sga_malloc((size_t)rq->events * sizeof *root);
+    f->spec = sga_malloc((size_t)rq->events * sizeof *f->spec);
+    for (int i = 0; i < rq->events; i++) {
+        root[i] = rq->event[i].expression;
+        f->spec[i] = (struct ode_event){ rq->event[i].direction, rq->event[i].stop };
+    }
+    f->event = num_tape_new(sys->store, root, rq->events, inputs, f->n + 1, err);
+    free(root);
+    return f->event != NULL;
+}
+
 static bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol,
                       const struct traj_request *rq, struct sga_error *err)
 {
@@ -74,15 +98,16 @@ static bool flow_init(struct flow *f, const struct sys_system *sys, const struct
     if (!manifold_init(&f->manifold, sys, sol, err) || !field_init(&f->field, sys, sol, rq, &f->manifold, err))
         return false;
     f->in = sga_malloc((size_t)(n + 1) * sizeof *f->in);
-    if (!rq->outputs)
+    if (!rq->outputs && !rq->events)
         return true;
     int *inputs = sga_malloc((size_t)(n + 1) * sizeof *inputs);
     for (int j = 0; j < n; j++)
         inputs[j] = sys->variable[j].symbol;
     inputs[n] = sys->time;
-    f->output = num_tape_new(sys->store, rq->output, rq->outputs, inputs, n + 1, err);
+    bool ok = !rq->outputs || (f->output = num_tape_new(sys->store, rq->output, rq->outputs, inputs, n + 1, err));
+    ok = ok && (!rq->events || event_tape(f, sys, rq, inputs, err));
     free(inputs);
-    return f->output != NULL;
+    return ok;
 }
 
 static void flow_clear(struct flow *f)
@@ -90,6 +115,8 @@ static void flow_clear(struct flow *f)
     manifold_clear(&f->manifold);
     field_clear(&f->field);
     num_tape_free(f->output);
+    num_tape_free(f->event);
+    free(f->spec);
     free(f->in);
 }
 
@@ -212,6 +239,25 @@ static void keep(struct flow *f, const struct traj_request *rq, const struct ode
     }
 }
 
+/* Events with the columns there. */
+static void keep_events(struct flow *f, const struct traj_request *rq, const struct ode_result *o, struct traj_result *r)
+{
+    size_t columns = (size_t)r->columns;
+    r->happened = o->happened;
+    r->happening = sga_malloc((size_t)(o->happened + 1) * sizeof *r->happening);
+    r->happened_value = sga_malloc(((size_t)o->happened + 1) * (columns + 1) * sizeof *r->happened_value);
+    for (int i = 0; i < o->happened; i++) {
+        const struct ode_happening *h = o->happening + i;
+        const double *x = o->happened_x + (size_t)i * (size_t)f->n;
+        r->happening[i] = (struct traj_happening){ h->event, h->crossing, h->t, h->error };
+        if (rq->outputs)
+            output(f, h->t, x, r->happened_value + (size_t)i * columns);
+        else
+            memcpy(r->happened_value + (size_t)i * columns, x, columns * sizeof *x);
+    }
+    r->ended_event = o->end.reason == ODE_EVENT ? o->happening[o->happened - 1].event : -1;
+}
+
 /* A trajectory that reaches a stratum says what is lost there. */
 static void say_stratum(struct flow *f, struct traj_result *r)
 {
@@ -229,6 +275,19 @@ static void say_stratum(struct flow *f, struct traj_result *r)
     sga_buf_free(&text);
 }
 
+/* What grows without bound may be what a stratum leaves undetermined. */
+static void look_for_stratum(struct flow *f, const struct traj_request *rq, struct traj_result *r)
+{
+    struct sga_buf text = { 0 };
+    int pivot = field_approaches(&f->field, r->initial, rq->start, r->ended_t);
+    if (pivot >= 0 && expr_print(f->field.sys->store, f->field.pivot_expr[pivot], 120, &text)) {
+        r->ended_reason = "stratum";
+        snprintf(r->ended_detail, sizeof r->ended_detail, "the rank of the equations drops where %s = 0, which the motion tends "
+                 "to: it is not determined beyond", text.data);
+    }
+    sga_buf_free(&text);
+}
+
 static bool integrate(struct flow *f, const struct sga_solution *sol, const struct traj_request *rq, struct traj_result *r,
                       struct sga_error *err)
 {
@@ -237,7 +296,8 @@ static bool integrate(struct flow *f, const struct sga_solution *sol, const stru
     struct ode_problem problem = { .n = f->n, .ctx = f, .rhs = rhs, .project = f->manifold.c ? project : NULL, .why = why,
                                    .pattern = f->field.pattern, .jacobian = f->field.pattern ? slope : NULL,
                                    .cost = 4.0 * num_tape_length(f->field.direct),
-                                   .outputs = rq->outputs, .output = rq->outputs ? output : NULL };
+                                   .outputs = rq->outputs, .output = rq->outputs ? output : NULL,
+                                   .events = rq->events, .event_spec = f->spec, .event = event };
     struct ode_start start = { .t = rq->start, .x = r->initial, .count = rq->samples, .times = rq->times };
     struct ode_options options = ode_options_default();
     struct ode_result o;
@@ -249,6 +309,7 @@ static bool integrate(struct flow *f, const struct sga_solution *sol, const stru
     if (!ode_solve(&problem, &start, &options, &o, err))
         return false;
     keep(f, rq, &o, r);
+    keep_events(f, rq, &o, r);
     r->method = o.method;
     r->residual = o.max_residual;
     r->error_estimate = o.max_error;
@@ -261,6 +322,8 @@ static bool integrate(struct flow *f, const struct sga_solution *sol, const stru
     snprintf(r->ended_detail, sizeof r->ended_detail, "%s", o.end.detail);
     if (o.end.reason == ODE_SINGULAR)
         say_stratum(f, r);
+    else if (o.end.reason == ODE_BLOW_UP)
+        look_for_stratum(f, rq, r);
     r->steps = o.stats.steps + o.second.steps;
     r->rejected = o.stats.refused + o.second.refused;
     r->evaluations = o.stats.evaluations + o.second.evaluations;
@@ -301,5 +364,7 @@ void traj_result_clear(struct traj_result *r)
     free(r->t);
     free(r->value);
     free(r->error);
+    free(r->happening);
+    free(r->happened_value);
     *r = (struct traj_result){ 0 };
 }

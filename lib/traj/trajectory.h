@@ -10,6 +10,19 @@ struct traj_rate {
     expr_id rate;             /* its derivative: of variables and time */
 };
 
+struct traj_event {
+    expr_id expression;       /* of variables and time: its zeros are looked for */
+    int direction;            /* +1: up, -1: down, 0: any, touches too */
+    bool stop;
+};
+
+/* An event that happened. */
+struct traj_happening {
+    int event;
+    int direction;            /* as above; 0: touched */
+    double t, error;          /* error: estimated; INFINITY where not known */
+};
+
 struct traj_request {
     double start;
     const double *times; int samples;      /* ascending from start, or descending */
@@ -18,6 +31,7 @@ struct traj_request {
     const unsigned char *held;             /* by variable: the projection must not move it */
     const struct traj_rate *rate; int rates;
     const expr_id *output; int outputs;    /* 0: all variables */
+    const struct traj_event *event; int events;
     double rtol, atol;
     const char *method;                    /* NULL or "auto": chosen */
     const struct sga_budget *budget;
@@ -30,6 +44,9 @@ struct traj_result {
     double *t, *value;        /* rows; rows x columns */
     double *error;            /* by row: estimated global error, largest over the columns; or NULL */
     double error_estimate;    /* largest of all */
+    struct traj_happening *happening; int happened;   /* in the order of the motion */
+    double *happened_value;   /* happened x columns */
+    int ended_event;          /* that stopped it, or -1 */
     const char *shortfall;    /* why estimates exceed rtol |value| + atol somewhere, static; NULL where none does */
     double residual;          /* largest |constraint| over the samples, each scaled by its gradient */
     const char *method;

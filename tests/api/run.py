@@ -6,6 +6,7 @@ import time
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [HERE, os.path.dirname(HERE)]
 
+import access  # noqa: E402
 import endpoints  # noqa: E402
 import isolation  # noqa: E402
 import kill  # noqa: E402
@@ -13,6 +14,7 @@ import life  # noqa: E402
 import limits  # noqa: E402
 import refusals  # noqa: E402
 import store  # noqa: E402
+import watch  # noqa: E402
 from common import Checks  # noqa: E402
 from daemon import Daemon  # noqa: E402
 from tally import Tally, build_folder  # noqa: E402
@@ -41,7 +43,7 @@ def main():
                     tally.check(False, test.__name__, f"the daemon died with {d.process.returncode}: {d.errors()}")
                     d.start()
             tally.check(d.stop() == 0, "the daemon ends with 0", d.errors()[-500:])
-    for test in life.ALL + limits.ALL + isolation.ALL + kill.ALL + store.ALL:
+    for test in life.ALL + limits.ALL + isolation.ALL + kill.ALL + store.ALL + access.ALL + watch.ALL:
         if not chosen or test.__name__ in chosen:
             one(tally, test.__name__, test, build, checks)
     return tally.end()

@@ -1,0 +1,365 @@
+/* Events: places where a function of time and state passes 0, found on the dense output.
+ *
+ * In each step the functions are tabulated on the step's polynomial, on nodes that are
+ * doubled until cubic interpolation predicts the values between them, so that several zeros
+ * in one step are told apart, also of functions that vary faster than the solution. A change
+ * of sign is located by regula falsi with halving (Illinois) to the rounding of time. Between
+ * three values of one sign with the least in the middle, the minimum is searched: deeper
+ * than the error allowed makes beyond 0 it is two passages, within it a touch. */
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "march.h"
+#include "mem.h"
+
+enum { FIRST_PARTS = 8, MOST_PARTS = 2048, PROBES = 11, MOST_FOUND = 100000,
+       MOST_NUMBERS = 10000000 };     /* of all states at events */
+#define RESOLVED 1e-3          /* of the range: how well values between nodes are predicted */
+#define EDGE 1e-3              /* of a part: nodes beside the ends, for the slopes there */
+#define SAMPLE_MOST 10.0
+
+struct track {
+    signed char sign;          /* of the last value that was not 0; 0: none yet */
+    bool touched;              /* 0 was touched, and not left yet */
+    double least;              /* values up to this do not tell from 0, at the start or a touch */
+    double before;             /* the last value before the present point */
+};
+
+struct place { double theta; int event, crossing; };
+
+struct ode_watch {
+    int count, nodes, places, room;
+    struct track *now, *next;
+    double *theta, *value;     /* nodes; nodes x count */
+    double *g, *x, *y;         /* one of each */
+    struct place *place;
+};
+
+static double *values(struct ode_march *m, double t, const double *x)
+{
+    m->p->event(m->p->ctx, t, x, m->watch->g);
+    return m->watch->g;
+}
+
+static double *values_at(struct ode_march *m, double theta)
+{
+    m->method->dense_at(m->state, &m->step, theta, m->watch->x);
+    return values(m, m->t + (theta * m->step.h + m->t_low), m->watch->x);
+}
+
+static double value_at(struct ode_march *m, int e, double theta) { return values_at(m, theta)[e]; }
+
+/* By how much errors of x as large as allowed change the function. */
+static double doubt(struct ode_march *m, int e, double t, const double *x)
+{
+    struct ode_watch *w = m->watch;
+    double sum = 0, g = values(m, t, x)[e];
+    memmove(w->y, x, (size_t)m->p->n * sizeof *w->y);
+    for (int j = 0; j < m->p->n; j++) {
+        double keep = w->y[j];
+        w->y[j] += ode_allowed(m->o->rtol, m->o->atol, m->unit[j], keep, keep);
+        double change = fabs(values(m, t, w->y)[e] - g);
+        sum += isfinite(change) ? change : 0;
+        w->y[j] = keep;
+    }
+    return sum + 4 * DBL_EPSILON * fabs(g);
+}
+
+void ode_watch_begin(struct ode_march *m)
+{
+    size_t e = (size_t)m->p->events, n = (size_t)m->p->n;
+    if (!e)
+        return;
+    struct ode_watch *w = m->watch = sga_calloc(1, sizeof *w);
+    w->count = m->p->events;
+    w->now = sga_calloc(2 * e, sizeof *w->now);
+    w->next = w->now + e;
+    w->theta = sga_malloc((MOST_PARTS + 3) * sizeof *w->theta);
+    w->value = sga_malloc((MOST_PARTS + 3) * e * sizeof *w->value);
+    w->g = sga_malloc((e + 2 * n + 1) * sizeof *w->g);
+    w->x = w->g + e;
+    w->y = w->x + n;
+}
+
+void ode_watch_start(struct ode_march *m)
+{
+    for (int e = 0; m->watch && e < m->watch->count; e++) {
+        struct track *k = m->watch->now + e;
+        double g = values(m, m->t, m->x)[e];
+        k->least = doubt(m, e, m->t, m->x);
+        k->before = g;
+        k->sign = fabs(g) > k->least ? (g > 0 ? 1 : -1) : 0;
+    }
+}
+
+void ode_watch_end(struct ode_march *m)
+{
+    struct ode_watch *w = m->watch;
+    if (!w)
+        return;
+    free(w->now < w->next ? w->now : w->next);
+    free(w->theta);
+    free(w->value);
+    free(w->g);
+    free(w->place);
+    free(w);
+    m->watch = NULL;
+}
+
+static void put(struct ode_march *m, int node, const double *g)
+{
+    size_t e = (size_t)m->watch->count;
+    memcpy(m->watch->value + (size_t)node * e, g, e * sizeof *g);
+}
+
+/* The cubic through four values in equal distances, at u between the second (0) and the third (1). */
+static double cubic(double a, double b, double c, double d, double u)
+{
+    return b * (u + 1) * (u - 1) * (u - 2) / 2 - c * u * (u + 1) * (u - 2) / 2 + d * u * (u + 1) * (u - 1) / 6
+           - a * u * (u - 1) * (u - 2) / 6;
+}
+
+/* How far values between the nodes are from the cubic through the nodes, in irregular places,
+ * because a wave whose length divides the distance of the nodes would be taken for a slow one;
+ * and whether that is little for all functions. Ends are left out: they are projected. */
+static bool predicted(struct ode_march *m, int parts)
+{
+    struct ode_watch *w = m->watch;
+    size_t count = (size_t)w->count;
+    for (int k = 1; k <= PROBES; k++) {
+        double at = 2 + (parts - 4) * fmod(k * 0.61803398874989485, 1), whole = floor(at);
+        const double *g = values_at(m, at / parts), *v = w->value + ((size_t)whole - 1) * count;
+        for (size_t e = 0; e < count; e++) {
+            double low = INFINITY, high = -INFINITY;
+            for (size_t i = 0; i <= (size_t)parts; i++) {
+                low = fmin(low, w->value[i * count + e]);
+                high = fmax(high, w->value[i * count + e]);
+            }
+            double miss = fabs(g[e] - cubic(v[e], v[count + e], v[2 * count + e], v[3 * count + e], at - whole));
+            if (miss > RESOLVED * (high - low) + 1e-13 * fmax(fabs(low), fabs(high)))
+                return false;
+        }
+    }
+    return true;
+}
+
+/* The table of the present step: nodes in equal distances, and one beside each end. */
+static void tabulate(struct ode_march *m)
+{
+    struct ode_watch *w = m->watch;
+    size_t row = (size_t)w->count * sizeof *w->value;
+    int parts = FIRST_PARTS;
+    for (int i = 1; i < parts; i++)
+        put(m, i, values_at(m, (double)i / parts));
+    put(m, 0, values(m, m->t, m->x));
+    put(m, parts, values(m, m->t1, m->x1));
+    do {
+        for (int i = parts; i > 0; i--)
+            memcpy(w->value + 2 * (size_t)i * (size_t)w->count, w->value + (size_t)i * (size_t)w->count, row);
+        parts *= 2;
+        for (int i = 1; i < parts; i += 2)
+            put(m, i, values_at(m, (double)i / parts));
+    } while (parts < MOST_PARTS && !predicted(m, parts));
+    memmove(w->value + 2 * (size_t)w->count, w->value + (size_t)w->count, (size_t)(parts - 1) * row);
+    w->nodes = parts + 3;
+    for (int i = 1; i < parts; i++)
+        w->theta[i + 1] = (double)i / parts;
+    w->theta[0] = 0;
+    w->theta[1] = EDGE / parts;
+    w->theta[parts + 1] = 1 - EDGE / parts;
+    w->theta[parts + 2] = 1;
+    put(m, 1, values_at(m, w->theta[1]));
+    put(m, parts + 1, values_at(m, w->theta[parts + 1]));
+    put(m, parts + 2, values(m, m->t1, m->x1));
+}
+
+static void add(struct ode_march *m, int e, double theta, int crossing)
+{
+    struct ode_watch *w = m->watch;
+    int wanted = m->p->event_spec[e].direction, sense = crossing * (m->direction < 0 ? -1 : 1);
+    if (wanted && wanted != sense)
+        return;
+    if (w->places == w->room) {
+        w->room = 2 * w->room + 16;
+        w->place = sga_realloc(w->place, (size_t)w->room * sizeof *w->place);
+    }
+    w->place[w->places++] = (struct place){ theta, e, sense };
+}
+
+/* The change of sign between a and b. */
+static double root(struct ode_march *m, int e, double a, double ga, double b, double gb)
+{
+    double least = 2 * DBL_EPSILON * fmax(fabs(m->t), fabs(m->t1)) / fabs(m->step.h);
+    for (int k = 0; k < 200 && b - a > fmax(least, DBL_EPSILON); k++) {
+        double s = a + (b - a) * (ga / (ga - gb));
+        if (!(s > a && s < b) || k % 4 == 3)
+            s = 0.5 * (a + b);
+        double g = value_at(m, e, s);
+        if (g == 0)
+            return s;
+        if ((g > 0) == (ga > 0)) {
+            a = s;
+            ga = g;
+            gb *= 0.5;
+        } else {
+            b = s;
+            gb = g;
+            ga *= 0.5;
+        }
+    }
+    return b;
+}
+
+/* |g| has a minimum between the nodes i-1 and i+1, where its sign is one. */
+static void dip(struct ode_march *m, int e, int i, struct track *k)
+{
+    const double golden = 0.3819660112501051;
+    struct ode_watch *w = m->watch;
+    double a = w->theta[i - 1], b = w->theta[i + 1], s = w->theta[i];
+    double ga = w->value[(size_t)(i - 1) * (size_t)w->count + (size_t)e], g = w->value[(size_t)i * (size_t)w->count + (size_t)e];
+    double gb = w->value[(size_t)(i + 1) * (size_t)w->count + (size_t)e], left = a, right = b;
+    /* what a parabola says; far from 0 it need not be looked at */
+    double p = s - a, q = b - s, slope = ((g - ga) / p * q + (gb - g) / q * p) / (p + q);
+    double curve = ((gb - g) / q - (g - ga) / p) / (p + q), reach = curve != 0 ? slope * slope / (4 * curve) : 0;
+    if (k->sign * (g - reach) > 0.5 * fabs(g))
+        return;
+    for (int r = 0; r < 80 && b - a > 1e-9 * (right - left); r++) {
+        double u = b - s > s - a ? s + golden * (b - s) : s - golden * (s - a), gu = value_at(m, e, u);
+        bool better = k->sign * gu < k->sign * g;
+        if (better == (u > s))
+            a = better ? s : u;
+        else
+            b = better ? s : u;
+        if (better) {
+            s = u;
+            g = gu;
+        }
+    }
+    value_at(m, e, s);
+    double *x = w->x, t = m->t + (s * m->step.h + m->t_low), unsure = doubt(m, e, t, x);
+    if (k->sign * g < -unsure) {
+        add(m, e, root(m, e, left, ga, s, g), -k->sign);
+        add(m, e, root(m, e, s, g, right, gb), k->sign);
+    } else if (fabs(g) <= unsure) {
+        for (int r = 0; g == 0 && r < 60; r++) {      /* 0 from somewhere on: there */
+            double u = 0.5 * (left + s);
+            *(value_at(m, e, u) == 0 ? &s : &left) = u;
+        }
+        add(m, e, s, 0);
+        k->touched = true;
+        k->least = unsure;
+    }
+}
+
+static void scan(struct ode_march *m, int e)
+{
+    struct ode_watch *w = m->watch;
+    struct track *k = w->next + e;
+    double before = k->before, last = 0, at = 0;
+    for (int i = 0; i < w->nodes; i++) {
+        double v = w->value[(size_t)i * (size_t)w->count + (size_t)e];
+        double after = i + 1 < w->nodes ? w->value[(size_t)(i + 1) * (size_t)w->count + (size_t)e] : NAN;
+        if (!isfinite(v)) {
+            k->sign = 0;
+            before = NAN;
+            continue;
+        }
+        if (fabs(v) > k->least)
+            k->touched = false;
+        if (!k->sign) {
+            k->sign = fabs(v) > k->least ? (v > 0 ? 1 : -1) : 0;
+        } else if (v * k->sign < 0) {
+            /* the last value may be 0 itself, where it was a node */
+            if (!k->touched)
+                add(m, e, i ? root(m, e, at, last != 0 ? last : -v, w->theta[i], v) : 0, -k->sign);
+            k->sign = (signed char)-k->sign;
+            k->touched = false;
+        } else if (!k->touched && fabs(v) < fabs(before) && fabs(v) <= fabs(after) && after * k->sign >= 0) {
+            if (i > 0) {
+                dip(m, e, i, k);
+            } else if (fabs(v) <= (k->least = doubt(m, e, m->t, m->x))) {
+                add(m, e, 0, 0);
+                k->touched = true;
+            }
+        }
+        before = i + 1 < w->nodes ? v : before;
+        last = v;
+        at = w->theta[i];
+    }
+    k->before = before;
+}
+
+static int by_theta(const void *a, const void *b)
+{
+    const struct place *p = a, *q = b;
+    return p->theta != q->theta ? (p->theta > q->theta) - (p->theta < q->theta) : p->event - q->event;
+}
+
+static bool deliver(struct ode_march *m, const struct place *p)
+{
+    struct ode_result *r = m->res;
+    size_t n = (size_t)m->p->n, at = (size_t)r->happened;
+    double residual, t = p->theta >= 1 ? m->t1 : m->t + (p->theta * m->step.h + m->t_low);
+    if ((at & (at + 1)) == 0) {        /* room for powers of 2 */
+        r->happening = sga_realloc(r->happening, 2 * (at + 1) * sizeof *r->happening);
+        r->happened_x = sga_realloc(r->happened_x, 2 * (at + 1) * (n + 1) * sizeof *r->happened_x);
+    }
+    double *x = r->happened_x + at * n;
+    if (p->theta >= 1)
+        memcpy(x, m->x1, n * sizeof *x);
+    else
+        m->method->dense_at(m->state, &m->step, p->theta, x);
+    if (p->theta < 1 && !ode_settle(m, t, x, SAMPLE_MOST, &residual))
+        return false;
+    r->happening[r->happened++] = (struct ode_happening){ p->event, p->crossing, t, INFINITY };
+    return true;
+}
+
+enum ode_refusal ode_watch_step(struct ode_march *m, int *through)
+{
+    struct ode_watch *w = m->watch;
+    if (!w)
+        return STEP_TAKEN;
+    if (!m->dense_checked && !m->method->dense_begin(m->state, &m->field, &m->step))
+        return FIELD_REFUSED;
+    m->dense_checked = true;
+    if (!(m->step.dense_error <= 1)) {
+        m->error = m->step.dense_error;
+        return ERROR_TOO_LARGE;
+    }
+    memcpy(w->next, w->now, (size_t)w->count * sizeof *w->now);
+    w->places = 0;
+    tabulate(m);
+    for (int e = 0; e < w->count; e++)
+        scan(m, e);
+    if (w->places)
+        qsort(w->place, (size_t)w->places, sizeof *w->place, by_theta);
+    int before = m->res->happened, most = MOST_NUMBERS / (m->p->n + 1) < MOST_FOUND ? MOST_NUMBERS / (m->p->n + 1) : MOST_FOUND;
+    m->stopped = false;
+    for (int i = 0; i < w->places && !m->stopped; i++) {
+        if (!deliver(m, w->place + i)) {
+            m->res->happened = before;
+            return MANIFOLD_REFUSED;
+        }
+        m->stopped = m->p->event_spec[w->place[i].event].stop || m->res->happened >= most;
+    }
+    double end = m->stopped ? m->res->happening[m->res->happened - 1].t : 0;
+    while (m->stopped && *through > m->next && (m->start->times[*through - 1] - end) * m->direction > 0)
+        --*through;
+    struct track *k = w->now;
+    w->now = w->next;
+    w->next = k;
+    return STEP_TAKEN;
+}
+
+void ode_end_event(struct ode_march *m)
+{
+    const struct ode_happening *h = m->res->happening + m->res->happened - 1;
+    bool stop = m->p->event_spec[h->event].stop;
+    ode_end_at(m, stop ? ODE_EVENT : ODE_STEP_LIMIT,
+               stop ? "an event that stops the motion" : "more events were found than a result may hold");
+    m->res->end.t = h->t;
+    m->res->end.variable = -1;
+}

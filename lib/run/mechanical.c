@@ -1,0 +1,244 @@
+/* The form `mechanical`: the geometry of its constraints before the reduction, acceleration, reaction and
+ * regularity after it. */
+#include "answer.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+
+enum { SEARCH_SECONDS = 5 };
+
+static struct sga_options options_of(const struct job *j)
+{
+    return (struct sga_options){ .near = j->near, .near_time = j->near_time, .seed = 3, .budget = &j->budget };
+}
+
+/* More conditions than constraints: names for their multipliers, by the rule of the reader. */
+static void add_multipliers(struct job *j, int more)
+{
+    struct expr_store *st = &j->request.store;
+    struct sys_system *s = &j->request.system;
+    int old = s->variables;
+    struct sga_buf name = { 0 };
+    for (int k = 0; k < more; k++) {
+        sga_buf_clear(&name);
+        sga_buf_printf(&name, "lambda%d", j->request.mechanical.constraints + k + 1);
+        while (expr_symbol_find(st, name.data, name.len) >= 0)
+            sga_buf_put(&name, "_", 1);
+        expr_symbol_add(st, name.data, EXPR_VARIABLE);
+        sys_add_variable(s, expr_symbol_find(st, name.data, name.len), "multiplier");
+    }
+    sga_buf_free(&name);
+    if (j->near) {
+        j->near = sga_realloc(j->near, (size_t)s->variables * sizeof *j->near);
+        for (int k = old; k < s->variables; k++)
+            j->near[k] = 0;
+    }
+}
+
+/* Multipliers of no condition are 0: reactions and motion do not depend on them. */
+static void fix_multipliers(struct job *j, const int *column, int conditions)
+{
+    struct sys_system *s = &j->request.system;
+    for (int k = 2 * j->request.mechanical.coordinates; k < s->variables; k++) {
+        bool used = false;
+        for (int i = 0; i < conditions; i++)
+            used = used || column[i] == k;
+        if (used)
+            continue;
+        struct sga_buf source = { 0 };
+        expr_id lambda = s->store->symbol[s->variable[k].symbol].node;
+        sga_buf_printf(&source, "choice of %s", s->store->symbol[s->variable[k].symbol].name);
+        sys_add_row(s, lambda, source.data);
+        sga_buf_free(&source);
+        s->square = false;
+    }
+}
+
+static expr_id reaction(const struct job *j, const int *column, int i)
+{
+    const struct mech_fibre *f = &j->mechanical->fibre;
+    const struct sys_system *s = &j->request.system;
+    expr_id sum = expr_int(s->store, 0);
+    for (int k = 0; k < f->conditions; k++)
+        sum = expr_add(s->store, sum, expr_mul(s->store, f->H[(size_t)k * (size_t)j->request.mechanical.coordinates + (size_t)i],
+                                               s->store->symbol[s->variable[column[k]].symbol].node));
+    return sum;
+}
+
+/* reaction_x and reaction_power, where the trajectory's expressions use them. */
+static void give_reactions(struct job *j, const int *column)
+{
+    struct request *r = &j->request;
+    struct request_trajectory *t = &r->trajectory;
+    if (!r->forces.reaction)
+        return;
+    expr_id *map = sga_calloc((size_t)r->store.symbols + 1, sizeof *map), power = expr_int(&r->store, 0);
+    for (int i = 0; i < r->mechanical.coordinates; i++) {
+        expr_id R = reaction(j, column, i);
+        power = expr_add(&r->store, power, expr_mul(&r->store, R, r->store.symbol[r->mechanical.velocity[i]].node));
+        if (r->forces.reaction[i])
+            map[r->store.node[r->forces.reaction[i]].a] = R;
+    }
+    if (r->forces.power)
+        map[r->store.node[r->forces.power].a] = power;
+    expr_substitute(&r->store, t->output, t->outputs, map);
+    expr_substitute(&r->store, t->condition, t->conditions, map);
+    for (int k = 0; k < t->rates; k++)
+        expr_substitute(&r->store, &t->rate[k].rate, 1, map);
+    free(map);
+}
+
+bool answer_mechanical(struct job *j)
+{
+    struct request *r = &j->request;
+    const struct form_mechanical *in = &r->mechanical;
+    struct sga_options options = options_of(j);
+    j->mechanical = sga_calloc(1, sizeof *j->mechanical);
+    struct mech_fibre *f = &j->mechanical->fibre;
+    double start = sga_now();
+    if (!mech_fibre_find(f, &r->system, in, &options, j->err))
+        return false;
+    if (f->W.verdict == SGA_INCONSISTENT)
+        return true;
+    if (f->conditions > in->constraints)
+        add_multipliers(j, f->conditions - in->constraints);
+    int *column = sga_calloc((size_t)f->conditions + 1, sizeof *column);
+    for (int i = 0; i < f->conditions; i++)
+        column[i] = 2 * in->coordinates + f->constraint[i];
+    if (!f->own || f->redundants) {
+        sys_clear_rows(&r->system);
+        form_mechanical_rows(&r->system, in, f->condition, column, f->conditions);
+        fix_multipliers(j, column, f->conditions);
+        r->system.square = false;
+    }
+    give_reactions(j, column);
+    free(column);
+    j->seconds.mechanical = sga_now() - start;
+    return true;
+}
+
+/* The motion lives on all of W (near its general points), and is determined there. */
+static bool is_determined(const struct job *j)
+{
+    const struct sga_solution *sol = &j->solution;
+    int W = 2 * j->request.mechanical.coordinates - j->mechanical->fibre.W.constraints;
+    return sol->verdict != SGA_INCONSISTENT && sol->free_columns == 0 && j->request.system.variables - sol->constraints == W;
+}
+
+bool answer_mechanical_motion(struct job *j)
+{
+    struct mechanical_answer *m = j->mechanical;
+    unsigned want = j->request.want;
+    double start = sga_now();
+    if (m->fibre.W.verdict == SGA_INCONSISTENT)
+        return true;
+    m->determined = is_determined(j);
+    bool unique = j->solution.verdict == SGA_UNIQUE || j->solution.verdict == SGA_ISOLATED;
+    m->has_motion = want & REQUEST_VECTOR_FIELD && unique && (m->determined || j->solution.field);
+    if (m->has_motion && m->determined)
+        mech_motion_find(&m->motion, &m->fibre, &j->request.mechanical);
+    else if (m->has_motion)
+        mech_motion_of(&m->motion, &m->fibre, &j->request.mechanical, j->solution.field + j->request.mechanical.coordinates);
+    if (want & (REQUEST_VECTOR_FIELD | REQUEST_CONSTRAINTS | REQUEST_INDEX | REQUEST_STRUCTURE)) {
+        struct sga_options options = options_of(j);
+        struct sga_budget part = j->budget;      /* the search must not take the whole job's time */
+        double soon = sga_now() + SEARCH_SECONDS;
+        if (!part.deadline || part.deadline > soon)
+            part.deadline = soon;
+        options.budget = &part;
+        mech_regularity_find(&m->regularity, &m->fibre, &j->request.mechanical, &options);
+        m->has_regularity = true;
+    }
+    j->seconds.mechanical += sga_now() - start;
+    return sga_budget_ok(&j->budget, j->err);
+}
+
+void answer_mechanical_clear(struct job *j)
+{
+    if (!j->mechanical)
+        return;
+    mech_regularity_clear(&j->mechanical->regularity);
+    mech_motion_clear(&j->mechanical->motion);
+    mech_fibre_clear(&j->mechanical->fibre);
+    free(j->mechanical);
+    j->mechanical = NULL;
+}
+
+static void write_list(const struct job *j, struct sga_json *w, const char *key, int first)
+{
+    sga_json_key(w, key);
+    sga_json_array(w);
+    for (int i = 0; i < j->request.mechanical.coordinates; i++)
+        sga_json_string(w, j->texts.root[first + i]);
+    sga_json_end_array(w);
+}
+
+static void write_point(const struct job *j, struct sga_json *w)
+{
+    const struct mech_regularity *r = &j->mechanical->regularity;
+    const struct sys_system *s = &j->request.system;
+    sga_json_key(w, "point");
+    sga_json_object(w);
+    for (int i = 0; i < 2 * j->request.mechanical.coordinates; i++)
+        sga_json_member_double(w, s->store->symbol[s->variable[i].symbol].name, r->point[i]);
+    if (j->mechanical->fibre.W.depends_on_time)
+        sga_json_member_double(w, s->store->symbol[s->time].name, r->t);
+    sga_json_end_object(w);
+    sga_json_member_bool(w, "certified", r->certified);
+    sga_json_member_int(w, "rank_there", r->rank);
+    sga_json_member_bool(w, "motion_possible", r->rank == r->augmented);
+}
+
+static void write_regularity(struct job *j, struct sga_json *w)
+{
+    const struct mechanical_answer *m = j->mechanical;
+    const struct mech_regularity *r = &m->regularity;
+    bool full = r->full == MECH_FULL_PROVED || r->full == MECH_FULL_SEARCHED;
+    sga_json_member_bool(w, "regular", m->determined && full);
+    sga_json_key(w, "regularity");
+    sga_json_object(w);
+    sga_json_member_int(w, "configuration", 2 * j->request.mechanical.coordinates - m->fibre.W.constraints);
+    sga_json_member_bool(w, "determined", m->determined);
+    sga_json_member_int(w, "rank", m->fibre.conditions);
+    sga_json_member_bool(w, "full_rank", full);
+    sga_json_member_string(w, "basis", r->full == MECH_FULL_PROVED ? "proved" : r->full == MECH_FULL_SEARCHED ? "searched"
+                           : r->certified ? "point" : "approached");
+    sga_json_member_bool(w, "own_conditions", m->fibre.own);
+    sga_json_key(w, "redundant");
+    sga_json_array(w);
+    for (int k = 0; k < m->fibre.redundants; k++)
+        sga_json_int(w, m->fibre.redundant[k]);
+    sga_json_end_array(w);
+    sga_json_key(w, "where");
+    sga_json_array(w);
+    for (int k = 0; k < r->wheres; k++) {
+        struct sga_buf text = { 0 };
+        if (expr_print(&j->request.store, r->where[k], 4000, &text))
+            sga_json_string(w, text.data);
+        sga_buf_free(&text);
+    }
+    sga_json_end_array(w);
+    if (r->point)
+        write_point(j, w);
+    sga_json_end_object(w);
+}
+
+void answer_write_mechanical(struct job *j, struct sga_json *w)
+{
+    const struct mechanical_answer *m = j->mechanical;
+    int n = j->request.mechanical.coordinates, first = m->first_root;
+    if (m->has_regularity)
+        write_regularity(j, w);
+    if (!m->has_motion)
+        return;
+    sga_json_key(w, "acceleration");
+    sga_json_object(w);
+    write_list(j, w, "total", first);
+    write_list(j, w, "tangent", first + n);
+    write_list(j, w, "orthogonal", first + 2 * n);
+    sga_json_end_object(w);
+    write_list(j, w, "reaction", first + 3 * n);
+}

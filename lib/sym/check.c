@@ -1,0 +1,200 @@
+/* Is a field, is a map a symmetry? Definitions 4 and 5 of the source, with the bracket in
+ * K (proposition 4) instead of the printed L(D)X - X, which would exclude D = 0. */
+#include <arb_mat.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+#include "parts.h"
+
+/* The field in K, itself or after X0 times its time component was taken away. */
+static enum sym_truth in_gauge(struct sym_work *w, const expr_id *D)
+{
+    size_t n = (size_t)w->n;
+    expr_id defect, *v = sga_malloc((n + 1) * sizeof *v);
+    memcpy(v, D, (n + 1) * sizeof *v);
+    sym_modulo_gauge(w, w->gauge, v);
+    enum sym_truth truth = sym_all_zero(w, v, w->n + 1, &defect);
+    free(v);
+    return truth;
+}
+
+static enum sym_truth tangent(struct sym_work *w, const expr_id *D, expr_id *defect)
+{
+    enum sym_truth all = SYM_TRUE;
+    for (int i = 0; i < w->sol->constraints && all != SYM_FALSE; i++) {
+        expr_id e = sym_derive(w, D, w->constraint[i]), bad = EXPR_UNDEF;
+        enum sym_truth here = sym_all_zero(w, &e, 1, &bad);
+        if (here != SYM_TRUE && (all == SYM_TRUE || here == SYM_FALSE))
+            *defect = bad;
+        all = sym_and(all, here);
+    }
+    return all;
+}
+
+/* [D, Y] + Y(theta) X0 in K. */
+static enum sym_truth keeps(struct sym_work *w, const expr_id *D, const expr_id *Y, expr_id *defect)
+{
+    expr_id *v = sga_malloc(((size_t)w->n + 1) * sizeof *v);
+    sym_bracket(w, D, Y, v);
+    sym_modulo_gauge(w, w->gauge, v);
+    enum sym_truth truth = sym_all_zero(w, v, w->n, defect);
+    free(v);
+    return truth;
+}
+
+static void unknown(struct sym_check *out)
+{
+    *out = (struct sym_check){ SYM_UNKNOWN, SYM_UNKNOWN, SYM_UNKNOWN, SYM_UNKNOWN, SYM_UNKNOWN, .defects = 0 };
+}
+
+void sym_check_field(struct sym_work *w, const expr_id *D, struct sym_check *out)
+{
+    expr_id defect = EXPR_UNDEF;
+    unknown(out);
+    out->tangent = tangent(w, D, &defect);
+    sym_note(w, out, "tangent", defect, out->tangent);
+    out->gauge = in_gauge(w, D);
+    if (w->sol->field) {
+        enum sym_truth solutions = keeps(w, D, w->field, &defect), fields = SYM_TRUE;
+        sym_note(w, out, "solutions", defect, solutions);
+        for (int k = 0; k < w->gauges && fields != SYM_FALSE; k++) {
+            expr_id bad = EXPR_UNDEF;
+            enum sym_truth here = keeps(w, D, w->gauge + (size_t)k * (size_t)(w->n + 1), &bad);
+            if (here != SYM_TRUE && (fields == SYM_TRUE || here == SYM_FALSE))
+                defect = bad;
+            fields = sym_and(fields, here);
+        }
+        sym_note(w, out, "gauge_fields", defect, fields);
+        /* brackets of a field that leaves Pf depend on how X0 goes on outside */
+        out->symmetry = out->tangent == SYM_TRUE ? sym_and(solutions, fields) : out->tangent;
+    }
+    sym_field_preserves(w, D, out);
+}
+
+/* Is the Jacobian regular on Pf? Proved in balls at the points, by elimination. */
+static enum sym_truth regular(struct sym_work *w, const expr_id *jacobian, int m)
+{
+    int yes = 0;
+    for (int p = 0; p < w->shadow->reals; p++) {
+        struct num_ball *b = &w->shadow->real[p].ball;
+        num_ball_extend(b);
+        arb_mat_t a;
+        arb_t det;
+        arb_mat_init(a, m, m);
+        arb_init(det);
+        for (int i = 0; i < m; i++)
+            for (int j = 0; j < m; j++)
+                arb_set(arb_mat_entry(a, i, j), num_ball_value(b, jacobian[i * m + j]));
+        arb_mat_det(det, a, b->prec);
+        yes += arb_is_finite(det) && !arb_contains_zero(det);
+        arb_clear(det);
+        arb_mat_clear(a);
+    }
+    return yes && yes == w->shadow->reals ? SYM_TRUE : SYM_UNKNOWN;
+}
+
+/* The determinant of a small matrix as an expression, where the balls do not tell. */
+static expr_id determinant(struct expr_store *st, const expr_id *a, int m)
+{
+    enum { MOST = 4 };
+    if (m > MOST)
+        return EXPR_UNDEF;
+    expr_id det[1 << MOST];       /* by set of columns: of the first rows */
+    det[0] = expr_int(st, 1);
+    for (unsigned set = 1; set < 1u << m; set++) {
+        int row = __builtin_popcount(set) - 1, sign = row & 1 ? -1 : 1;
+        det[set] = expr_int(st, 0);
+        for (int j = 0; j < m; j++) {
+            if (!(set >> j & 1))
+                continue;
+            expr_id t = expr_mul(st, a[row * m + j], det[set & ~(1u << j)]);
+            det[set] = sign > 0 ? expr_add(st, det[set], t) : expr_sub(st, det[set], t);
+            sign = -sign;
+        }
+    }
+    return det[(1u << m) - 1];
+}
+
+static enum sym_truth diffeomorphism(struct sym_work *w, const expr_id *phi, expr_id *defect)
+{
+    enum { MOST = 60 };
+    int m = w->n + 1;
+    if (m > MOST)
+        return SYM_UNKNOWN;
+    expr_id *j = sga_malloc((size_t)(m * m) * sizeof *j), *unit = sga_malloc((size_t)m * sizeof *unit);
+    for (int b = 0; b < m; b++) {
+        for (int c = 0; c < m; c++)
+            unit[c] = expr_int(w->st, b == c);
+        for (int a = 0; a < m; a++)
+            j[a * m + b] = sym_derive(w, unit, phi[a]);
+    }
+    enum sym_truth truth = regular(w, j, m);
+    if (truth == SYM_UNKNOWN) {
+        /* time alone seldom takes part: then its row is a unit */
+        bool plain = expr_is_one(w->st, j[m * m - 1]);
+        for (int b = 0; b < w->n; b++)
+            plain = plain && expr_is_zero(w->st, j[w->n * m + b]);
+        int small = plain ? w->n : m;
+        for (int a = 0; a < small; a++)
+            memmove(j + a * small, j + a * m, (size_t)small * sizeof *j);
+        *defect = determinant(w->st, j, small);
+        enum sym_truth zero = sym_zero(w, *defect);
+        truth = zero == SYM_TRUE ? SYM_FALSE : zero == SYM_FALSE ? SYM_TRUE : SYM_UNKNOWN;
+    }
+    free(j);
+    free(unit);
+    return truth;
+}
+
+/* D(phi) Y - Y(tau) X0(phi) in K(phi). */
+static enum sym_truth maps(struct sym_work *w, const expr_id *phi, const expr_id *Y, const expr_id *field,
+                           const expr_id *gauge, expr_id *defect)
+{
+    struct expr_store *st = w->st;
+    expr_id *v = sga_malloc(((size_t)w->n + 1) * sizeof *v), slow = sym_derive(w, Y, phi[w->n]);
+    for (int a = 0; a < w->n; a++)
+        v[a] = expr_sub(st, sym_derive(w, Y, phi[a]), expr_mul(st, slow, field[a]));
+    sym_modulo_gauge(w, gauge, v);
+    enum sym_truth truth = sym_all_zero(w, v, w->n, defect);
+    free(v);
+    return truth;
+}
+
+void sym_check_map(struct sym_work *w, const expr_id *phi, struct sym_check *out)
+{
+    size_t n = (size_t)w->n, g = (size_t)w->gauges, c = (size_t)w->sol->constraints;
+    expr_id defect = EXPR_UNDEF, *subst = sga_calloc((size_t)w->st->symbols + 1, sizeof *subst);
+    expr_id *there = sga_malloc(((n + 1) * (g + 1) + c + 1) * sizeof *there);
+    unknown(out);
+    for (size_t j = 0; j < n; j++)
+        subst[w->variable[j]] = phi[j];
+    subst[w->sys->time] = phi[n];
+    memcpy(there, w->constraint, c * sizeof *there);
+    memcpy(there + c, w->field, (n + 1) * sizeof *there);
+    memcpy(there + c + n + 1, w->gauge, (n + 1) * g * sizeof *there);
+    expr_substitute(w->st, there, (int)(c + (n + 1) * (g + 1)), subst);
+    out->tangent = sym_all_zero(w, there, (int)c, &defect);
+    sym_note(w, out, "tangent", defect, out->tangent);
+    defect = EXPR_UNDEF;
+    enum sym_truth diffeo = diffeomorphism(w, phi, &defect);
+    sym_note(w, out, "diffeomorphism", defect, diffeo);
+    if (w->sol->field) {
+        enum sym_truth solutions = maps(w, phi, w->field, there + c, there + c + n + 1, &defect), fields = SYM_TRUE;
+        sym_note(w, out, "solutions", defect, solutions);
+        for (size_t k = 0; k < g && fields != SYM_FALSE; k++) {
+            expr_id bad = EXPR_UNDEF;
+            enum sym_truth here = maps(w, phi, w->gauge + k * (n + 1), there + c, there + c + n + 1, &bad);
+            if (here != SYM_TRUE && (fields == SYM_TRUE || here == SYM_FALSE))
+                defect = bad;
+            fields = sym_and(fields, here);
+        }
+        sym_note(w, out, "gauge_fields", defect, fields);
+        out->symmetry = sym_and(out->tangent, diffeo);
+        if (out->symmetry == SYM_TRUE)
+            out->symmetry = sym_and(solutions, fields);
+    }
+    sym_map_preserves(w, phi, subst, out);
+    free(subst);
+    free(there);
+}

@@ -1,0 +1,106 @@
+/* [D_i, D_j] as combinations of the fields found, on Pf: coefficients from values modulo a
+ * prime, each confirmed by the oracle. */
+#include <stdlib.h>
+
+#include "mem.h"
+#include "parts.h"
+
+enum { MOST_FIELDS = 40, POINTS_AGAIN = 2, FAILURES = 40 };
+
+/* Full bracket of two fields, time component too. */
+static void bracket(struct sym_work *w, const expr_id *D, const expr_id *E, expr_id *out)
+{
+    for (int a = 0; a <= w->n; a++)
+        out[a] = expr_sub(w->st, sym_derive(w, D, E[a]), sym_derive(w, E, D[a]));
+}
+
+/* One row for each component at each point: values of the fields, then of the brackets. */
+static bool sample(struct sym_work *w, const struct sym_result *r, const expr_id *brackets, struct sym_space *s)
+{
+    uint64_t random = 20250930;
+    int steady = 0, failures = 0, n = w->n + 1, cols = r->fields + r->commutators;
+    mp_limb_t *v = sga_malloc(((size_t)cols + 1) * sizeof *v);
+    while (steady < POINTS_AGAIN && failures < FAILURES && sga_budget_ok(w->budget, NULL)) {
+        struct points_modpoint at;
+        if (!sym_modpoint(w, 0, &random, &at)) {
+            failures++;
+            continue;
+        }
+        num_modp_extend(at.value);
+        if (!s->row)
+            sym_space_init(s, cols, at.value->mod);
+        int before = s->rank;
+        bool bad = false;
+        for (int a = 0; a < n && !bad; a++) {
+            for (int k = 0; k < cols; k++) {
+                expr_id e = k < r->fields ? r->field[k].component[a] : brackets[(k - r->fields) * n + a];
+                bad |= num_modp_bad(at.value, e);
+                v[k] = num_modp_value(at.value, e);
+            }
+            if (!bad)
+                sym_space_insert(s, v);
+        }
+        failures += bad;
+        steady = bad || s->rank != before ? 0 : steady + 1;
+        points_modpoint_clear(&at);
+    }
+    free(v);
+    return steady >= POINTS_AGAIN;
+}
+
+static bool rational(mp_limb_t residue, mp_limb_t prime, fmpq_t q)
+{
+    fmpz_t a, m;
+    fmpz_init_set_ui(a, residue);
+    fmpz_init_set_ui(m, prime);
+    bool ok = fmpq_reconstruct_fmpz(q, a, m);
+    fmpz_clear(a);
+    fmpz_clear(m);
+    return ok;
+}
+
+/* The coefficients of pair c, where its column follows from the fields' columns. */
+static void expand(struct sym_work *w, struct sym_result *r, const struct sym_space *s, int c, const expr_id *value)
+{
+    struct sym_commutator *p = r->commutator + c;
+    int n = w->n + 1;
+    fmpq_t q;
+    fmpq_init(q);
+    p->factor = sga_malloc(((size_t)r->fields + 1) * sizeof *p->factor);
+    p->closed = true;
+    for (int k = 0; k < r->fields && p->closed; k++) {
+        p->closed = s->row[k] && rational(s->row[k][r->fields + c], s->mod.n, q);
+        p->factor[k] = expr_fmpq(w->st, q);
+    }
+    for (int a = 0; a < n && p->closed; a++) {
+        expr_id rest = value[a];
+        for (int k = 0; k < r->fields; k++)
+            rest = expr_sub(w->st, rest, expr_mul(w->st, p->factor[k], r->field[k].component[a]));
+        p->closed = sym_zero(w, rest) == SYM_TRUE;
+    }
+    fmpq_clear(q);
+}
+
+bool sym_commutators(struct sym_work *w, struct sym_result *r, struct sga_error *err)
+{
+    int m = r->fields, n = w->n + 1;
+    if (m < 2 || m > MOST_FIELDS)
+        return true;
+    size_t pairs = (size_t)m * (size_t)(m - 1) / 2;
+    struct sym_space s = { 0 };
+    expr_id *value = sga_malloc(pairs * (size_t)n * sizeof *value);
+    r->commutator = sga_calloc(pairs, sizeof *r->commutator);
+    for (int i = 0; i < m; i++)
+        for (int j = i + 1; j < m; j++) {
+            bracket(w, r->field[i].component, r->field[j].component, value + r->commutators * n);
+            r->commutator[r->commutators++] = (struct sym_commutator){ .left = i, .right = j };
+        }
+    if (expr_store_ok(w->st) && sample(w, r, value, &s)) {
+        sym_space_finish(&s);
+        for (int c = 0; c < r->commutators && sga_budget_ok(w->budget, NULL); c++)
+            expand(w, r, &s, c, value + c * n);
+    }
+    sym_space_clear(&s);
+    free(value);
+    return sga_budget_ok(w->budget, err);
+}

@@ -1,0 +1,39 @@
+/* Quotas. The seconds are counted in hours that begin with the first job of each. */
+#include "account.h"
+
+#include <stddef.h>
+
+static void turn_hour(struct account *a, double now)
+{
+    if (now - a->hour < ACCOUNT_HOUR)
+        return;
+    a->hour = now;
+    a->used = 0;
+}
+
+const char *account_full(struct account *a, unsigned long bytes, double now, long *retry)
+{
+    const struct quota *q = &a->quota;
+    *retry = 5;
+    if (q->jobs && a->alive >= (unsigned long)q->jobs)
+        return "jobs that wait or run";
+    if (q->bytes && a->bytes + bytes > (unsigned long)q->bytes)
+        return "bytes of requests that wait";
+    turn_hour(a, now);
+    if (q->seconds && a->used >= (double)q->seconds) {
+        *retry = (long)(a->hour + ACCOUNT_HOUR - now) + 1;
+        return "seconds of running in an hour";
+    }
+    return NULL;
+}
+
+void account_ran(struct account *a, double seconds, double now)
+{
+    turn_hour(a, now);
+    a->used += seconds;
+}
+
+bool account_may_wait(const struct account *a)
+{
+    return !a->quota.waiters || a->waiting < (unsigned long)a->quota.waiters;
+}

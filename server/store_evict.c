@@ -1,0 +1,74 @@
+/* Keeping the results within their share of the disk: the least recently used go first, down
+ * to nine tenths of the limit, so that not every new result costs a search. When a result was
+ * last read is in a table of its own: to change a row of results would rewrite its text. */
+#include "store_parts.h"
+#include "log.h"
+#include "metrics.h"
+
+#include <stdio.h>
+
+static int64_t number(sqlite3 *db, const char *sql)
+{
+    sqlite3_stmt *s = NULL;
+    int64_t value = -1;
+    if (sqlite3_prepare_v2(db, sql, -1, &s, NULL) == SQLITE_OK && sqlite3_step(s) == SQLITE_ROW)
+        value = sqlite3_column_int64(s, 0);
+    sqlite3_finalize(s);
+    return value;
+}
+
+static int64_t bytes_used(sqlite3 *db)
+{
+    int64_t pages = number(db, "PRAGMA page_count"), unused = number(db, "PRAGMA freelist_count"), size = number(db, "PRAGMA page_size");
+    return pages < 0 || unused < 0 || size < 0 ? -1 : (pages - unused) * size;
+}
+
+bool store_evict_prepare(struct store *st)
+{
+    static const char sql[] = "CREATE TABLE IF NOT EXISTS used(id TEXT PRIMARY KEY, at INTEGER NOT NULL) WITHOUT ROWID";
+    return sqlite3_exec(st->cache, sql, NULL, NULL, NULL) == SQLITE_OK;
+}
+
+bool store_evict_touch(struct store *st, const struct job_row *row)
+{
+    sqlite3_stmt *s = NULL;
+    bool ok = sqlite3_prepare_v2(st->cache, "INSERT OR REPLACE INTO used VALUES(?1, ?2)", -1, &s, NULL) == SQLITE_OK
+        && sqlite3_bind_text(s, 1, row->id, -1, SQLITE_STATIC) == SQLITE_OK
+        && sqlite3_bind_int64(s, 2, row->finished) == SQLITE_OK && sqlite3_step(s) == SQLITE_DONE;
+    sqlite3_finalize(s);
+    return ok;
+}
+
+/* The oldest uses first, with running sums of the texts' lengths: all that lie before the
+ * point where enough is freed. */
+static bool drop_oldest(sqlite3 *db, int64_t excess)
+{
+    static const char sql[] =
+        "DELETE FROM results WHERE id IN (SELECT id FROM (SELECT r.id AS id, sum(length(r.result)) OVER"
+        " (ORDER BY coalesce(u.at, r.made), r.id) - length(r.result) AS before FROM results r LEFT JOIN used u ON u.id = r.id)"
+        " WHERE before < ?1)";
+    sqlite3_stmt *s = NULL;
+    bool ok = sqlite3_exec(db, "BEGIN IMMEDIATE", NULL, NULL, NULL) == SQLITE_OK
+        && sqlite3_prepare_v2(db, sql, -1, &s, NULL) == SQLITE_OK && sqlite3_bind_int64(s, 1, excess) == SQLITE_OK && sqlite3_step(s) == SQLITE_DONE;
+    sqlite3_finalize(s);
+    ok = ok && sqlite3_exec(db, "DELETE FROM used WHERE id NOT IN (SELECT id FROM results)", NULL, NULL, NULL) == SQLITE_OK
+        && sqlite3_exec(db, "COMMIT", NULL, NULL, NULL) == SQLITE_OK;
+    if (!ok)
+        sqlite3_exec(db, "ROLLBACK", NULL, NULL, NULL);
+    return ok;
+}
+
+void store_evict(struct store *st)
+{
+    int64_t limit = st->cache_limit ? atomic_load(st->cache_limit) : 0, used = limit ? bytes_used(st->cache) : 0;
+    if (limit == 0 || used <= limit)
+        return;
+    int64_t before = number(st->cache, "SELECT count(*) FROM results");
+    bool ok = drop_oldest(st->cache, used - limit / 10 * 9);
+    int64_t gone = before - number(st->cache, "SELECT count(*) FROM results");
+    char count[32];
+    snprintf(count, sizeof count, "%lld", (long long)gone);
+    if (gone > 0)
+        atomic_fetch_add(&st->metrics->counter[METRIC_EVICTED], (unsigned long)gone);
+    log_event(ok ? LOG_L_INFO : LOG_L_WARN, "results_evicted", "count", count, "reason", ok ? NULL : sqlite3_errmsg(st->cache), NULL);
+}

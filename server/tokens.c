@@ -1,0 +1,136 @@
+/* The daemon's table of tokens. A look-up hashes what the client shows and compares digests:
+ * how long that takes tells nothing about any token. */
+#include "tokens.h"
+#include "clock.h"
+#include "jobs.h"
+
+#include <gnutls/gnutls.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+enum { SETTLED_SECONDS = 2 };
+
+struct tokens {
+    pthread_mutex_t lock;          /* guards all below */
+    char *path, *folder;
+    struct jobs *jobs;
+    struct token_list list;
+    struct stat seen;
+};
+
+static const struct { const char *name; unsigned scope; } scopes[] = {
+    { "submit", SCOPE_SUBMIT }, { "read", SCOPE_READ }, { "admin", SCOPE_ADMIN },
+};
+enum { SCOPES = sizeof scopes / sizeof *scopes };
+
+unsigned scopes_read(const char *text)
+{
+    unsigned set = 0;
+    while (*text) {
+        size_t n = strcspn(text, ",");
+        int i = 0;
+        while (i < SCOPES && (strlen(scopes[i].name) != n || memcmp(scopes[i].name, text, n) != 0))
+            i++;
+        if (i == SCOPES)
+            return 0;
+        set |= scopes[i].scope;
+        text += n + (text[n] == ',');
+    }
+    return set;
+}
+
+void scopes_write(unsigned set, char *out, size_t size)
+{
+    size_t used = 0;
+    *out = 0;
+    for (int i = 0; i < SCOPES; i++)
+        if (set & scopes[i].scope && used < size)
+            used += (size_t)snprintf(out + used, size - used, "%s%s", used ? "," : "", scopes[i].name);
+}
+
+struct tokens *tokens_new(const char *folder, struct jobs *jobs)
+{
+    struct tokens *ts = calloc(1, sizeof *ts);
+    if (!ts)
+        return NULL;
+    pthread_mutex_init(&ts->lock, NULL);
+    ts->jobs = jobs;
+    ts->folder = strdup(folder);
+    ts->path = malloc(strlen(folder) + sizeof "/tokens.db");
+    if (!ts->folder || !ts->path) {
+        free(ts->path);
+        free(ts->folder);
+        free(ts);
+        return NULL;
+    }
+    strcpy(ts->path, folder);
+    strcat(ts->path, "/tokens.db");
+    return ts;
+}
+
+void tokens_free(struct tokens *ts)
+{
+    if (!ts)
+        return;
+    pthread_mutex_destroy(&ts->lock);
+    free(ts->list.token);
+    free(ts->path);
+    free(ts->folder);
+    free(ts);
+}
+
+static bool same_file(const struct stat *a, const struct stat *b)
+{
+    return a->st_ino == b->st_ino && a->st_size == b->st_size && a->st_mtim.tv_sec == b->st_mtim.tv_sec && a->st_mtim.tv_nsec == b->st_mtim.tv_nsec;
+}
+
+bool tokens_refresh(struct tokens *ts, bool always, char *why, size_t size)
+{
+    struct stat now;
+    struct token_list fresh;
+    pthread_mutex_lock(&ts->lock);
+    /* Looked at before it is read: a write in between is seen the next time. */
+    if (stat(ts->path, &now) != 0)
+        memset(&now, 0, sizeof now);
+    bool changed = always || !same_file(&now, &ts->seen), ok = true;
+    if (changed && (ok = tokens_read(ts->folder, &fresh, why, size))) {
+        for (size_t i = 0; ok && i < fresh.count; i++)
+            ok = (fresh.token[i].account = jobs_account(ts->jobs, fresh.token[i].name, &fresh.token[i].quota)) != NULL;
+        if (ok) {
+            free(ts->list.token);
+            ts->list = fresh;
+            /* A file time has a coarse tick: two writes in one tick look alike. A file that was
+             * written a moment ago is therefore read once more. */
+            if (clock_ms() / 1000 - now.st_mtim.tv_sec < SETTLED_SECONDS)
+                memset(&now, 0xff, sizeof now);
+            ts->seen = now;
+        } else {
+            free(fresh.token);
+            snprintf(why, size, "out of memory");
+        }
+    }
+    pthread_mutex_unlock(&ts->lock);
+    return ok;
+}
+
+bool tokens_find(struct tokens *ts, const char *text, struct token *out)
+{
+    unsigned char sum[DIGEST_BYTES];
+    bool found = false;
+    digest(sum, text, strlen(text));
+    int64_t now = clock_ms() / 1000;
+    pthread_mutex_lock(&ts->lock);
+    for (size_t i = 0; i < ts->list.count && !found; i++) {
+        const struct token *t = &ts->list.token[i];
+        if (gnutls_memcmp(t->sum, sum, sizeof sum) != 0)
+            continue;
+        found = !t->revoked && (!t->expires || now < t->expires);
+        if (found)
+            *out = *t;
+    }
+    pthread_mutex_unlock(&ts->lock);
+    return found;
+}

@@ -1,0 +1,405 @@
+"""Who is let in: tokens, scopes, expiry, quotas, turns of the queue, TLS, sockets, settings."""
+import http.client
+import json
+import os
+import re
+import shutil
+import signal
+import socket
+import sqlite3
+import ssl
+import subprocess
+import tempfile
+import time
+
+from common import moving, slow, trivial
+from daemon import Daemon
+from tally import ROOT
+
+
+def sgad(build, *arguments, **more):
+    return subprocess.run([os.path.join(build, "sgad"), *arguments], capture_output=True, timeout=30, check=False, text=True, **more)
+
+
+def new_token(build, d, name, *options):
+    run = sgad(build, "token", "create", "--state", os.path.join(d.state, "sgad"), "--name", name, *options)
+    if run.returncode != 0:
+        raise RuntimeError(run.stderr)
+    return run.stdout.strip()
+
+
+def bearer(token):
+    return {"Authorization": "Bearer " + token}
+
+
+def until(test, seconds=15):
+    end = time.time() + seconds
+    while time.time() < end:
+        if test():
+            return True
+        time.sleep(0.05)
+    return False
+
+
+def tokens(build, c):
+    with Daemon(build, "--access", "tokens") as d:
+        for path in ("/healthz", "/readyz", "/version", "/openapi.json", "/v1/schema/request"):
+            c.status(d.get(path), 200, f"{path} needs no token")
+        for method, path in (("GET", "/v1/jobs"), ("POST", "/v1/jobs"), ("POST", "/v1/solve"), ("GET", "/metrics"),
+                             ("GET", "/v1/jobs/" + "0" * 32), ("DELETE", "/v1/jobs/" + "0" * 32)):
+            a = d.ask(method, path, trivial() if method == "POST" else None)
+            c.problem(a, 401, "unauthenticated", f"{method} {path} without a token")
+            c(a.headers.get("www-authenticate", "").startswith("Bearer "), f"{method} {path}: WWW-Authenticate", a.headers)
+        both = new_token(build, d, "both")
+        c(re.fullmatch(r"sgad_[0-9a-f]{64}", both), "a token has 256 bits", both)
+        c(until(lambda: d.ask("GET", "/v1/jobs", headers=bearer(both)).status == 200), "a new token is noticed")
+        job = d.ask("POST", "/v1/solve", trivial(), bearer(both))
+        c.status(job, 200, "solve with a token")
+        for bad in ("Basic " + both, "Bearer", "Bearer ", both, "Bearer " + both[:-1], "Bearer " + both + "0", "Bearer " + both.upper()):
+            c.problem(d.ask("GET", "/v1/jobs", headers={"Authorization": bad}), 401, "unauthenticated", f"{bad[:12]}...")
+        twice = f"GET /v1/jobs HTTP/1.1\r\nHost: 127.0.0.1\r\nAuthorization: Bearer {both}\r\nAuthorization: Bearer x\r\nConnection: close\r\n\r\n"
+        out, _ = d.raw(twice.encode())
+        c(out.startswith(b"HTTP/1.1 401"), "two Authorization headers", out[:100])
+        c.problem(d.ask("GET", f"/v1/jobs?access_token={both}"), 401, "unauthenticated", "a token in the query")
+
+        reader, sender, admin = (new_token(build, d, n, "--scope", n) for n in ("read", "submit", "admin"))
+        os.kill(d.process.pid, signal.SIGHUP)
+        c(until(lambda: d.ask("GET", "/v1/jobs", headers=bearer(admin)).status == 200), "SIGHUP reads the tokens")
+        a = d.ask("POST", "/v1/solve", trivial(), bearer(reader))
+        c.problem(a, 403, "insufficient_scope", "submitting with read")
+        c('scope="submit"' in a.headers.get("www-authenticate", ""), "403 names the scope", a.headers)
+        c.problem(d.ask("GET", "/v1/jobs", headers=bearer(sender)), 403, "insufficient_scope", "reading with submit")
+        c.status(d.ask("GET", "/metrics", headers=bearer(reader)), 200, "metrics with read")
+        c.status(d.ask("POST", "/v1/solve", trivial(), bearer(sender)), 200, "submitting with submit")
+
+        id_ = d.ask("POST", "/v1/jobs", slow(), bearer(both)).json()["id"]
+        c.problem(d.ask("DELETE", "/v1/jobs/" + id_, headers=bearer(sender)), 403, "insufficient_scope", "cancelling another's job")
+        c.status(d.ask("DELETE", "/v1/jobs/" + id_, headers=bearer(admin)), (200, 202), "admin cancels any job")
+
+        with open(os.path.join(d.state, "sgad", "tokens.db"), "rb") as f:
+            kept = f.read()
+        c(both.encode() not in kept and both[5:].encode() not in kept and bytes.fromhex(both[5:]) not in kept, "the file holds no token")
+        c(os.stat(os.path.join(d.state, "sgad", "tokens.db")).st_mode & 0o077 == 0, "the file is the owner's alone")
+        c(both not in d.errors(), "the log holds no token")
+        c(until(lambda: '"token":"both"' in d.errors()), "the log names the token", d.errors()[-300:])
+
+        state = os.path.join(d.state, "sgad")
+        c(sgad(build, "token", "revoke", "--state", state, "--name", "both").returncode == 0, "revoke")
+        c(until(lambda: d.ask("GET", "/v1/jobs", headers=bearer(both)).status == 401), "a revoked token is refused")
+        c(sgad(build, "token", "revoke", "--state", state, "--name", "both").returncode == 1, "revoking twice")
+        c(sgad(build, "token", "create", "--state", state, "--name", "both").returncode == 1, "a name is used once")
+        listed = sgad(build, "token", "list", "--state", state).stdout
+        c("both\trevoked\tsubmit,read" in listed and "read\tvalid\tread\t" in listed, "list", listed)
+        c("sgad_" not in listed, "the list holds no token")
+        brief = new_token(build, d, "brief", "--expires", "3s")
+        c(until(lambda: d.ask("GET", "/v1/jobs", headers=bearer(brief)).status == 200, 2.5), "a token that will expire")
+        c(until(lambda: d.ask("GET", "/v1/jobs", headers=bearer(brief)).status == 401), "an expired token is refused")
+        c("brief\texpired" in sgad(build, "token", "list", "--state", state).stdout, "the list says expired")
+    for wrong in (["create"], ["create", "--name", "a b"], ["create", "--name", "x", "--scope", "root"], ["create", "--name", "x", "--expires", "3w"],
+                  ["create", "--name", "x", "--jobs", "-1"], ["make"], [], ["revoke"], ["create", "--name"]):
+        run = sgad(build, "token", *wrong, "--state", "/nonexistent/x") if wrong != ["create", "--name"] else sgad(build, "token", *wrong)
+        c(run.returncode == 2 and run.stderr, f"refused: sgad token {' '.join(wrong)}", run)
+
+
+def quotas(build, c):
+    with Daemon(build, "--access", "tokens", "--workers", "1") as d:
+        few = bearer(new_token(build, d, "few", "--jobs", "2", "--waiters", "1"))
+        tired = bearer(new_token(build, d, "tired", "--seconds", "1"))
+        small = bearer(new_token(build, d, "small", "--bytes", "10"))
+        free = bearer(new_token(build, d, "free", "--scope", "admin"))
+        c(until(lambda: d.ask("GET", "/v1/jobs", headers=free).status == 200), "tokens are there")
+        ids = [d.ask("POST", "/v1/jobs", slow(), few).json()["id"] for _ in range(2)]
+        a = d.ask("POST", "/v1/jobs", slow(), few)
+        c.problem(a, 429, "quota_exceeded", "a third job of two")
+        c(int(a.headers.get("retry-after", "0")) > 0, "429: Retry-After", a.headers)
+        c.status(d.ask("POST", "/v1/jobs", trivial(), free), 202, "another token is not touched")
+        c.problem(d.ask("POST", "/v1/jobs", trivial(), small), 429, "quota_exceeded", "a request of too many bytes")
+        with socket.create_connection(("127.0.0.1", d.port), timeout=10) as s:
+            s.sendall(f"GET /v1/jobs/{ids[0]}/events HTTP/1.1\r\nHost: localhost\r\nAuthorization: {few['Authorization']}\r\n\r\n".encode())
+            s.recv(100)
+            c(until(lambda: d.ask("GET", f"/v1/jobs/{ids[0]}/events", headers=few).status == 429), "a second event stream of one")
+        for i in ids:
+            c.status(d.ask("DELETE", "/v1/jobs/" + i, headers=few), (200, 202), "cancelling its own job")
+        c(until(lambda: d.ask("POST", "/v1/jobs", trivial(), few).status in (200, 202)), "room again after the end")
+        d.ask("POST", "/v1/solve", slow(1.5), tired)
+        a = d.ask("POST", "/v1/jobs", trivial(), tired)
+        c.problem(a, 429, "quota_exceeded", "seconds of an hour")
+        c(600 < int(a.headers.get("retry-after", "0")) <= 3601, "429: until the hour is over", a.headers)
+
+
+def turns(build, c):
+    """One user's long queue delays another's job by one job, not by all of them."""
+    with Daemon(build, "--access", "tokens", "--workers", "1") as d:
+        many, one = bearer(new_token(build, d, "many")), bearer(new_token(build, d, "one"))
+        c(until(lambda: d.ask("GET", "/v1/jobs", headers=one).status == 200), "tokens are there")
+        block = d.ask("POST", "/v1/jobs", slow(), many).json()["id"]
+        c(until(lambda: d.ask("GET", "/v1/jobs/" + block, headers=many).json()["status"] == "running"), "the worker is busy")
+        queue = [d.ask("POST", "/v1/jobs", trivial(), many).json()["id"] for _ in range(20)]
+        late = [d.ask("POST", "/v1/jobs", trivial(), one).json()["id"] for _ in range(2)]
+        d.ask("DELETE", "/v1/jobs/" + block, headers=many)
+
+        def job(i, who):
+            return d.ask("GET", "/v1/jobs/" + i, headers=who).json()
+        c(until(lambda: all(job(i, many)["status"] == "done" for i in queue + late), 60), "all are done")
+        order = re.findall(r'"event":"job_ended","job":"([0-9a-f]{32})"', open(os.path.join(d.state, "test.log"), encoding="utf-8").read())
+        place = {i: order.index(i) for i in queue + late}
+        before = [sum(place[q] < place[i] for q in queue) for i in late]
+        c(before[0] <= 2 and before[1] <= 3, "the other user's jobs come in turn", before)
+        c([place[q] for q in queue] == sorted(place[q] for q in queue), "one user's jobs keep their order")
+
+
+def certificate(folder, name="localhost"):
+    key, cert = os.path.join(folder, f"{name}.key"), os.path.join(folder, f"{name}.pem")
+    subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes", "-keyout", key, "-out", cert,
+                    "-days", "2", "-subj", f"/CN={name}", "-addext", f"subjectAltName=DNS:{name},IP:127.0.0.1"], check=True, capture_output=True)
+    return cert, key
+
+
+def start(build, state, *flags, **more):
+    """A daemon on a socket of any kind; its process and the line it printed."""
+    p = subprocess.Popen([os.path.join(build, "sgad"), "--state", state, *flags], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **more)
+    return p, p.stdout.readline().strip()
+
+
+def finish(p):
+    p.send_signal(signal.SIGTERM)
+    _, err = p.communicate(timeout=30)
+    return p.returncode, err
+
+
+def tls(build, c):
+    with tempfile.TemporaryDirectory() as folder:
+        cert, key = certificate(folder)
+        p, line = start(build, folder + "/state", "--listen", "127.0.0.1:0", "--tls-cert", cert, "--tls-key", key)
+        try:
+            c(line.startswith("listening on https://127.0.0.1:"), "TLS: the line", line)
+            port = int(line.rsplit(":", 1)[1])
+            trust = ssl.create_default_context(cafile=cert)
+            h = http.client.HTTPSConnection("127.0.0.1", port, context=trust, timeout=30)
+            h.request("POST", "/v1/solve", json.dumps(moving()), {"Content-Type": "application/json"})
+            r = h.getresponse()
+            c(r.status == 200 and json.loads(r.read())["status"] == "done", "TLS: solve", r.status)
+            h.close()
+            with socket.create_connection(("127.0.0.1", port), timeout=10) as s:
+                s.sendall(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n")
+                out = b""
+                try:
+                    out = s.recv(100)
+                except OSError:
+                    pass
+                c(b"200" not in out, "TLS: plain text is not answered", out)
+            old = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+            old.check_hostname, old.verify_mode = False, ssl.CERT_NONE
+            old.set_ciphers("ALL:@SECLEVEL=0")
+            old.minimum_version = ssl.TLSVersion.TLSv1
+            old.maximum_version = ssl.TLSVersion.TLSv1_1
+            try:
+                with socket.create_connection(("127.0.0.1", port), timeout=10) as s, old.wrap_socket(s):
+                    c(False, "TLS 1.1 is refused")
+            except (ssl.SSLError, OSError):
+                c(True, "TLS 1.1 is refused")
+        finally:
+            status, err = finish(p)
+        c(status == 0, "TLS: ends with 0", err[-500:])
+        other, _ = certificate(folder, "other")
+        for flags in (["--tls-cert", cert], ["--tls-key", key], ["--tls-cert", cert, "--tls-key", folder + "/none"],
+                      ["--tls-cert", other, "--tls-key", key], ["--tls-cert", key, "--tls-key", key]):
+            run = sgad(build, "--listen", "127.0.0.1:0", "--state", folder + "/state", *flags)
+            c(run.returncode in (1, 2) and run.stderr, f"refused: {[os.path.basename(f) for f in flags]}", run)
+
+
+def remote(build, c):
+    """Off loopback nothing starts by accident."""
+    with tempfile.TemporaryDirectory() as folder:
+        cert, key = certificate(folder)
+        state, secure = folder + "/state", ["--tls-cert", cert, "--tls-key", key]
+        plain, everyone = "--allow-remote-without-tls", "--allow-remote-without-tokens"
+        for flags, named in (([], (plain, everyone)), (secure, (everyone,)), (["--access", "tokens"], (plain,)), ([plain], (everyone,)),
+                             ([everyone], (plain,))):
+            for address in ("0.0.0.0:0", "[::]:0"):
+                run = sgad(build, "--listen", address, "--state", state, *flags)
+                c(run.returncode == 1 and all(n in run.stderr for n in named), f"refused: {address} {flags[:1]}", run)
+        # Bound to every address, and asked through loopback: nothing leaves this machine.
+        for flags in ([*secure, "--access", "tokens"], [plain, everyone], [plain, "--access", "tokens"]):
+            p, line = start(build, state, "--listen", "0.0.0.0:0", *flags)
+            status, err = finish(p)
+            c(line.startswith("listening on http") and status == 0, f"allowed: {flags[-1]}", err[-300:])
+
+
+def sockets(build, c):
+    class Unix(http.client.HTTPConnection):
+        def connect(self):
+            self.sock = socket.socket(socket.AF_UNIX)
+            self.sock.settimeout(30)
+            self.sock.connect(self.path)
+
+    def solve(path):
+        h = Unix("localhost")
+        h.path = path
+        h.request("POST", "/v1/solve", json.dumps(trivial()), {"Content-Type": "application/json"})
+        status = h.getresponse().status
+        h.close()
+        return status
+    with tempfile.TemporaryDirectory() as folder:
+        path = folder + "/socket"
+        p, line = start(build, folder + "/state", "--listen", "unix:" + path)
+        try:
+            c(line == "listening on unix:" + path, "UNIX socket: the line", line)
+            c(solve(path) == 200, "UNIX socket: solve")
+            c(os.stat(path).st_mode & 0o007 == 0, "UNIX socket: not for others")
+            run = sgad(build, "--listen", "unix:" + path, "--state", folder + "/two")
+            c(run.returncode == 1 and os.path.exists(path), "UNIX socket: one that answers is not taken over", run)
+            p.kill()
+            p.communicate()
+            p, line = start(build, folder + "/state", "--listen", "unix:" + path)
+            c(line and solve(path) == 200, "UNIX socket: the name of a dead one is used again")
+        finally:
+            status, err = finish(p)
+        c(status == 0 and not os.path.exists(path), "UNIX socket: ends and leaves nothing", err[-300:])
+        with open(path, "w", encoding="utf-8") as f:
+            f.write("precious")
+        run = sgad(build, "--listen", "unix:" + path, "--state", folder + "/state")
+        c(run.returncode == 1 and open(path, encoding="utf-8").read() == "precious", "a file in the way is not touched", run)
+        run = sgad(build, "--listen", "unix:relative", "--state", folder + "/state")
+        c(run.returncode == 1, "a relative path is refused", run)
+
+        # Passed as systemd does: descriptor 3, and the pid that only the child knows.
+        with socket.create_server(("127.0.0.1", 0)) as s:
+            script = 'exec 3<&"$FD" && LISTEN_FDS="$COUNT" LISTEN_PID=$$ exec "$@"'
+            command = ["bash", "-c", script, "bash", os.path.join(build, "sgad"), "--listen", "systemd", "--state", folder + "/state"]
+            env = {**os.environ, "FD": str(s.fileno())}
+            p = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, pass_fds=[s.fileno()], env={**env, "COUNT": "1"})
+            line = p.stdout.readline().strip()
+            c(line == f"listening on http://127.0.0.1:{s.getsockname()[1]}", "activation: the line", line)
+            h = http.client.HTTPConnection("127.0.0.1", s.getsockname()[1], timeout=30)
+            h.request("GET", "/healthz")
+            c(h.getresponse().status == 200, "activation: it answers")
+            h.close()
+            status, err = finish(p)
+            c(status == 0, "activation: ends with 0", err[-300:])
+            run = subprocess.run(command, capture_output=True, timeout=30, check=False, pass_fds=[s.fileno()], env={**env, "COUNT": "2"})
+            c(run.returncode == 1 and run.stderr, "activation: two sockets are refused", run)
+        run = sgad(build, "--listen", "systemd", "--state", folder + "/state", env={**os.environ, "LISTEN_FDS": "1", "LISTEN_PID": "1"})
+        c(run.returncode == 1 and "LISTEN_PID" in run.stderr, "activation: a socket for another process", run)
+
+
+def settings(build, c):
+    sample = sgad(build, "--sample-config").stdout
+    with open(os.path.join(ROOT, "etc/sgad.conf"), encoding="utf-8") as f:
+        c(f.read() == sample, "etc/sgad.conf is what --sample-config prints")
+    defaults = re.findall(r"^#([a-z-]+) =(.*)$", sample, re.M)
+    help_, manual = sgad(build, "--help").stdout, ""
+    with open(os.path.join(ROOT, "etc/man/sgad.conf.5"), encoding="utf-8") as f:
+        manual = f.read().replace("\\-", "-")
+    c(len(defaults) > 20, "settings", len(defaults))
+    for name, value in defaults:
+        c(re.search(rf"^  --{name}\b", help_, re.M), f"--help has {name}")
+        c(re.search(rf"^\.B {name}\n", manual, re.M), f"sgad.conf(5) has {name}")
+        c(not value.strip() or f"Default: {value.strip()}." in re.split(r"^\.TP$", manual[manual.find(f".B {name}\n"):], 1, re.M)[0],
+          f"sgad.conf(5): default of {name}", value)
+    c(set(re.findall(r"^\.B ([a-z][a-z-]*)$", manual, re.M)) == {n for n, _ in defaults}, "sgad.conf(5) has no other setting")
+    with tempfile.TemporaryDirectory() as folder:
+        path = folder + "/sgad.conf"
+
+        def write(text):
+            with open(path, "w", encoding="utf-8") as f:
+                f.write(text)
+            return path
+        needed = f"listen = 127.0.0.1:0\nstate = {folder}/state\n"
+        write(needed + re.sub(r"^#([a-z-]+ = .+)$", r"\1", sample, flags=re.M))
+        c(sgad(build, "--check-config", "--config", path).returncode == 0, "every default can be set")
+        shown = sgad(build, "--print-config", "--config", path, "--queue", "7").stdout
+        c("\nqueue = 7\n" in shown, "flags override the file", shown)
+        write(shown)
+        c(sgad(build, "--print-config", "--config", path).stdout == shown, "what is printed can be read back")
+        c(not os.path.exists(folder + "/state"), "checking touches no state")
+        for text, word in (("queue = many\n", ":3: queue must be"), ("queue = 0\n", "from 1 to"), ("nonsense = 1\n", "no setting 'nonsense'"),
+                           ("queue\n", "key = value"), ("access = some\n", "access must be"), ("log-level = loud\n", "log-level must be"),
+                           ("tls-cert = /none\n", "tls-key is missing"), ("allow-remote-without-tls = 1\n", "yes or no")):
+            run = sgad(build, "--check-config", "--config", write(needed + text))
+            c(run.returncode == 2 and word in run.stderr, f"refused: {text.strip()}", run)
+        write(needed + "queue = 5\nworkers = 1\n")
+        p, line = start(build, folder + "/state", "--config", path)
+        try:
+            c(line, "started from a file")
+            write(needed + "queue = 1\nworkers = 2\nstreams = 0\n")
+            p.send_signal(signal.SIGHUP)
+            text = next(l for l in p.stderr if '"reloaded"' in l)
+            c('"needs_restart":"workers"' in text, "a reload says what needs a new start", text)
+            port = int(line.rsplit(":", 1)[1])
+
+            def post():
+                h = http.client.HTTPConnection("127.0.0.1", port, timeout=30)
+                h.request("POST", "/v1/jobs", json.dumps(slow()), {"Content-Type": "application/json"})
+                status = h.getresponse().status
+                h.close()
+                return status
+            seen = [post() for _ in range(4)]
+            c(503 in seen, "a reload changes the limits", seen)
+            write(needed + "queue = none\n")
+            p.send_signal(signal.SIGHUP)
+            text = next(l for l in p.stderr if "reload" in l)
+            c("reload_refused" in text and p.poll() is None, "wrong settings change nothing", text)
+        finally:
+            c(finish(p)[0] == 0, "ends with 0")
+
+
+def upkeep(build, c):
+    with Daemon(build) as d:
+        state, folder = os.path.join(d.state, "sgad"), os.path.join(d.state, "backup")
+        done = d.ask("POST", "/v1/solve", moving()).json()
+        run = sgad(build, "backup", folder, "--state", state)
+        c(run.returncode == 0, "backup while it runs", run.stderr)
+        after = d.ask("POST", "/v1/solve", moving()).json()
+        c(sgad(build, "backup", folder, "--state", state).returncode == 1, "a backup is never overwritten")
+        run = sgad(build, "check", "--state", state)
+        c(run.returncode == 0 and run.stdout == "queue.db: ok\ncache.db: ok\n", "check while it runs", run)
+        p, line = start(build, folder, "--listen", "127.0.0.1:0")
+        try:
+            port = int(line.rsplit(":", 1)[1])
+
+            def get(id_):
+                h = http.client.HTTPConnection("127.0.0.1", port, timeout=30)
+                h.request("GET", "/v1/jobs/" + id_)
+                r = h.getresponse()
+                out = r.status, r.read()
+                h.close()
+                return out
+            # A reply does not wait for the disk: the copy may hold the job as one that still runs.
+            until(lambda: b'"result"' in get(done["id"])[1], 30)
+            status, body = get(done["id"])
+            c(status == 200 and json.loads(body)["result"] == done["result"], "a backup is a state folder", (status, body[:200]))
+            c(get(after["id"])[0] == 404, "what came later is not in it")
+        finally:
+            c(finish(p)[0] == 0, "ends with 0")
+        for name, bad in (("queue.db", 1), ("cache.db", 1)):
+            path = os.path.join(folder, name)
+            db = sqlite3.connect(path)
+            db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+            db.close()
+            size = os.path.getsize(path)
+            with open(path, "r+b") as f:
+                f.seek(4096)
+                f.write(b"\xa5" * min(4096, size - 4096))
+            run = sgad(build, "check", "--state", folder)
+            c(run.returncode == bad and f"{name}: ok" not in run.stdout, f"check finds damage in {name}", run)
+        for wrong in (["backup"], ["backup", folder], ["backup", "a", "b", "--state", state], ["check", "x", "--state", state]):
+            c(sgad(build, *wrong).returncode == 2, f"refused: sgad {wrong[0]} with {len(wrong)} words")
+        c(sgad(build, "check", "--state", "/nonexistent/x").returncode == 1, "check of nothing")
+        c(sgad(build, "backup", folder + "2", "--state", "/nonexistent/x").returncode == 1, "backup of nothing")
+
+
+def unit(_, c):
+    """The service file, by systemd's own measure, where that tool is installed."""
+    tool = shutil.which("systemd-analyze")
+    path = os.path.join(ROOT, "etc/sgad.service")
+    with open(path, encoding="utf-8") as f:
+        text = f.read()
+    c("NoNewPrivileges=yes" in text and "DynamicUser=yes" in text, "sgad.service is hardened")
+    if tool:
+        run = subprocess.run([tool, "security", "--offline=true", path], capture_output=True, timeout=60, check=False, text=True)
+        level = re.search(r"exposure level for sgad.service: ([0-9.]+)", run.stdout)
+        c(level and float(level[1]) < 2.5, "sgad.service: exposure below 2.5", run.stdout[-200:] + run.stderr)
+
+
+ALL = [tokens, quotas, turns, tls, remote, sockets, settings, upkeep, unit]

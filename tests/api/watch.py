@@ -1,0 +1,233 @@
+"""What can be seen from outside, and what many or slow clients cannot do to the service."""
+import json
+import os
+import pty
+import re
+import signal
+import socket
+import subprocess
+import threading
+import time
+
+from access import bearer, new_token, until
+from common import moving, slow, trivial
+from daemon import Daemon
+
+
+def series(d, headers=None):
+    """The metrics as {name{labels}: value}."""
+    text = d.ask("GET", "/metrics", headers=headers).body.decode()
+    return {line.rsplit(" ", 1)[0]: float(line.rsplit(" ", 1)[1]) for line in text.splitlines() if line and line[0] != "#"}
+
+
+def stages(build, c):
+    with Daemon(build, "--workers", "1") as d:
+        d.ask("POST", "/v1/solve", moving())
+        d.get("/nothing")
+        m = series(d)
+        for stage in ("queued", "running", "reduction", "witness", "trajectory", "writing"):
+            label = f'{{stage="{stage}"}}'
+            n = m.get("sgad_stage_duration_seconds_count" + label)
+            c(n == 1, f"stage {stage}: one job", n)
+            buckets = [v for k, v in m.items() if k.startswith(f'sgad_stage_duration_seconds_bucket{{stage="{stage}",')]
+            c(buckets == sorted(buckets) and buckets[-1] == n, f"stage {stage}: buckets", buckets)
+        total = sum(v for k, v in m.items() if k.startswith("sgad_stage_duration_seconds_sum"))
+        c(total >= 0.5 * m["sgad_job_duration_seconds_sum"], "the stages make up the job", (total, m["sgad_job_duration_seconds_sum"]))
+        c(all(v == 0 for k, v in m.items() if k.startswith("sgad_jobs_at_stage")), "no job is at a stage at rest")
+        c(m.get('sgad_refusals_total{code="not_found"}') == 1, "refusals by code")
+        ids = [d.ask("POST", "/v1/jobs", slow()).json()["id"] for _ in range(3)]
+        c(until(lambda: series(d)['sgad_jobs_at_stage{stage="trajectory"}'] == 1), "a running job is at its stage")
+        c(series(d)['sgad_jobs_at_stage{stage="queued"}'] == 2, "two are queued")
+        for i in ids[::-1]:
+            d.ask("DELETE", "/v1/jobs/" + i)
+        c(until(lambda: all(v == 0 for k, v in series(d).items() if k.startswith("sgad_jobs_at_stage"))), "cancelled jobs leave their stages")
+
+
+def logs(build, c):
+    with Daemon(build) as d:
+        trace = "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01"
+        a = d.ask("POST", "/v1/solve", trivial(), {"X-Request-Id": "ask-1", "traceparent": trace})
+        c(a.headers.get("x-request-id") == "ask-1", "the request id comes back", a.headers)
+        id_ = a.json()["id"]
+        until(lambda: '"route":"/v1/solve"' in d.errors())
+        entries = [json.loads(line) for line in d.errors().splitlines() if line.startswith("{")]
+        ended = [e for e in entries if e["event"] == "job_ended" and e["job"] == id_]
+        asked = [e for e in entries if e["event"] == "request" and e.get("request_id") == "ask-1"]
+        c(len(ended) == 1 and ended[0].get("request_id") == "ask-1" and ended[0].get("traceparent") == trace, "job_ended names request and trace", ended)
+        c(len(asked) == 1 and asked[0].get("traceparent") == trace and asked[0].get("job") == id_ and asked[0]["status"] == "200",
+          "the request is logged with trace and job", asked)
+        for bad in ("a b", "x" * 65, 'quote"', ""):
+            back = d.get("/healthz", X_Request_Id=bad).headers.get("x-request-id", "")
+            c(back and back != bad, f"the id {bad[:8]!r} is not taken", back)
+        state = os.path.join(d.state, "tty")
+        ours, theirs = pty.openpty()
+        p = subprocess.Popen([os.path.join(build, "sgad"), "--listen", "127.0.0.1:0", "--state", state], stdout=subprocess.PIPE, stderr=theirs)
+        p.stdout.readline()
+        p.send_signal(signal.SIGTERM)
+        p.wait(30)
+        p.stdout.close()
+        os.close(theirs)
+        text = os.read(ours, 65536).decode()
+        os.close(ours)
+        c(" info started " in text and "{" not in text, "text on a terminal", text)
+
+
+def top(build, c):
+    with Daemon(build, "--access", "tokens") as d:
+        token = new_token(build, d, "one")
+        c(until(lambda: d.ask("GET", "/v1/jobs", headers=bearer(token)).status == 200), "token")
+        d.ask("POST", "/v1/solve", trivial(), bearer(token))
+        command = [os.path.join(build, "sga"), "top", "--server", d.url(), "--once"]
+        env = {k: v for k, v in os.environ.items() if k != "SGA_TOKEN"}
+        run = subprocess.run(command, capture_output=True, timeout=30, check=False, text=True, env={**env, "SGA_TOKEN": token})
+        c(run.returncode == 0 and "store healthy" in run.stdout and re.search(r"^ended +done 1$", run.stdout, re.M), "sga top", run)
+        run = subprocess.run(command, capture_output=True, timeout=30, check=False, text=True, env=env)
+        c(run.returncode == 1 and "SGA_TOKEN" in run.stderr, "sga top without a token", run)
+        path = os.path.join(d.state, "r.json")
+        with open(path, "w", encoding="utf-8") as f:
+            json.dump(trivial(), f)
+        solve = [os.path.join(build, "sga"), "solve", path, "--server", d.url(), "--json"]
+        run = subprocess.run(solve, capture_output=True, timeout=60, check=False, text=True, env={**env, "SGA_TOKEN": token})
+        c(run.returncode == 0 and json.loads(run.stdout)["verdict"], "sga solve with a token", run.stderr)
+        run = subprocess.run(solve, capture_output=True, timeout=60, check=False, text=True, env=env)
+        c(run.returncode == 1 and "unauthenticated" in run.stdout + run.stderr, "sga solve without a token", run)
+
+
+def connect(d):
+    return socket.create_connection(("127.0.0.1", d.port), timeout=40)
+
+
+def slowly(build, c):
+    """Clients that drip, stop reading, or hold on, and a stream watched over its whole life."""
+    with Daemon(build, "--workers", "1", "--request-timeout", "2", "--send-timeout", "3", "--idle-timeout", "60") as d:
+        def drip(text):
+            with connect(d) as s:
+                begun = time.time()
+                try:
+                    for byte in text * 100:
+                        s.sendall(bytes([byte]))
+                        time.sleep(0.25)
+                        if time.time() - begun > 30:
+                            return False
+                except OSError:
+                    return True
+        gone = []
+        post = b"POST /v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: 100000\r\n\r\n" + b" "
+        threads = [threading.Thread(target=lambda t=t: gone.append(drip(t))) for t in (b"X-Header: a\r\n", b"GET /", post)]
+        for t in threads:
+            t.start()
+        big = d.ask("POST", "/v1/solve", moving(samples=20000)).json()
+        path = f"/v1/jobs/{big['id']}/trajectory?format=csv"
+        whole = d.get(path)
+        c(whole.status == 200 and whole.body.count(b"\n") == 20001, "a long trajectory as CSV", (whole.status, whole.body.count(b"\n")))
+        c("content-length" not in whole.headers, "it is streamed")
+        with connect(d) as s:                      # asks for much and reads nothing
+            s.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+            s.sendall((f"GET {path} HTTP/1.1\r\nHost: localhost\r\n\r\n" * 20).encode())
+            c(until(lambda: series(d)["sgad_connections_reaped_total"] >= 4, 40), "who takes nothing is cut", series(d)["sgad_connections_reaped_total"])
+        for t in threads:
+            t.join(60)
+        c(gone == [True] * 3, "who drips is cut", gone)
+        c.status(d.get("/healthz"), 200, "alive")
+
+        id_ = d.ask("POST", "/v1/jobs", slow()).json()["id"]
+        with connect(d) as s:
+            s.sendall(f"GET /v1/jobs/{id_}/events HTTP/1.1\r\nHost: localhost\r\n\r\n".encode())
+            text = b""
+            end = time.time() + 40
+            while b": still here" not in text and time.time() < end:
+                text += s.recv(65536)
+            c(b": still here" in text, "an event stream shows that it lives", text[-200:])
+            c(b"retry: " in text and b"X-Accel-Buffering: no" in text, "an event stream: retry, no buffering", text[:400])
+            seen = re.findall(rb"^id: (\d+)\r?$", text, re.M)
+            c(seen and [int(i) for i in seen] == sorted(int(i) for i in seen), "event ids grow", seen)
+        last = seen[-1].decode()
+        with connect(d) as s:                      # comes back: nothing that it has seen comes again
+            s.sendall(f"GET /v1/jobs/{id_}/events HTTP/1.1\r\nHost: localhost\r\nLast-Event-ID: {last}\r\n\r\n".encode())
+            time.sleep(0.5)
+            d.ask("DELETE", "/v1/jobs/" + id_)
+            text = b""
+            while b"event: end" not in text:
+                piece = s.recv(65536)
+                if not piece:
+                    break
+                text += piece
+            again = [i for i in re.findall(rb"^id: (\d+)\r?$", text, re.M) if int(i) <= int(last)]
+            c(not again and b"event: end" in text and b"id: end" in text, "an event stream is taken up where it was left", text[-300:])
+
+
+def many(build, c):
+    """The limits on connections, waiters, streams and bodies."""
+    with Daemon(build, "--workers", "1", "--connections", "40", "--waiters", "3", "--streams", "2", "--body-memory", "300000",
+                "--body-limit", "200000", "--idle-timeout", "30", "--stream-timeout", "2") as d:
+        id_ = d.ask("POST", "/v1/jobs", slow()).json()["id"]
+        answers = []
+        waiters = [threading.Thread(target=lambda: answers.append(d.get("/v1/jobs/" + id_, Prefer="wait=4"))) for _ in range(6)]
+        begun = time.time()
+        for t in waiters:
+            t.start()
+        c(until(lambda: len(answers) >= 3, 3), "who finds no room to wait is answered at once", len(answers))
+        for t in waiters:
+            t.join(20)
+        c([a.status for a in answers] == [200] * 6 and time.time() - begun >= 3.5, "the others waited", [a.status for a in answers])
+        streams = [connect(d) for _ in range(2)]
+        for s in streams:
+            s.sendall(f"GET /v1/jobs/{id_}/events HTTP/1.1\r\nHost: localhost\r\n\r\n".encode())
+            s.recv(100)
+        c(until(lambda: series(d)["sgad_event_streams"] == 2), "two event streams")
+        a = d.get(f"/v1/jobs/{id_}/events")
+        c.problem(a, 503, "queue_full", "a third event stream of two")
+        c("retry-after" in a.headers, "event streams: Retry-After", a.headers)
+        c(until(lambda: series(d)["sgad_connections_reaped_total"] >= 2), "an event stream ends in time")
+        for s in streams:
+            s.close()
+        d.ask("DELETE", "/v1/jobs/" + id_)
+
+        head = "POST /v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: 150000\r\n\r\n".encode()
+        holders = [connect(d) for _ in range(3)]   # each sends most of a body and stops
+        for s in holders:
+            s.sendall(head + b" " * 130000)
+        time.sleep(0.5)
+        s = connect(d)
+        s.sendall(head + b" " * 150000)
+        out = s.recv(4096)
+        c(out.startswith(b"HTTP/1.1 503") and b"Retry-After" in out and b'"busy"' in out, "bodies have a bound in all", out[:300])
+        for h in holders + [s]:
+            h.close()
+        c(until(lambda: d.ask("POST", "/v1/jobs", trivial()).status in (200, 202)), "and room again when they are gone")
+        a = d.ask("POST", "/v1/solve", json.dumps(trivial()) + " " * 150000)
+        c.status(a, 200, "one large body is read")
+
+        crowd = []
+        for _ in range(60):
+            try:
+                crowd.append(connect(d))
+            except OSError:
+                break
+        time.sleep(0.3)
+        for s in crowd:
+            s.close()
+        c(until(lambda: d.get("/healthz").status == 200), "alive after more connections than it takes")
+
+
+def evicted(build, c):
+    """Results beyond their share of the disk go, the least recently used first; none is wrong."""
+    with Daemon(build, "--cache-memory", "0", "--cache-disk", "400000") as d:
+        requests = [moving(samples=300) for _ in range(30)]
+        done = [d.ask("POST", "/v1/solve", r).json() for r in requests[:8]]
+        first = d.ask("POST", "/v1/solve", requests[0])
+        c(first.json().get("cached") is True, "cached at first", first.json().get("cached"))
+        for r in requests[8:]:
+            done.append(d.ask("POST", "/v1/solve", r).json())
+            d.get("/v1/jobs/" + done[0]["id"])     # used all the time
+        c(all(j["status"] == "done" for j in done), "all are solved")
+        c(until(lambda: series(d)["sgad_results_evicted_total"] > 0), "results are evicted")
+        folder = os.path.join(d.state, "sgad")
+        c(os.path.getsize(os.path.join(folder, "cache.db")) < 1200000, "the file stays small", os.path.getsize(os.path.join(folder, "cache.db")))
+        c(d.ask("POST", "/v1/solve", requests[0]).json()["cached"] is True, "what is used stays")
+        for j, r in list(zip(done, requests))[1:4]:
+            again = d.ask("POST", "/v1/solve", r).json()
+            c(again["id"] == j["id"] and again["result"]["trajectory"]["rows"] == j["result"]["trajectory"]["rows"], "what went is computed again, the same")
+
+
+ALL = [stages, logs, top, slowly, many, evicted]
