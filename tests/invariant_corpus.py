@@ -39,7 +39,7 @@ class Corpus:
                 continue
             try:
                 self.case(case)
-            except d.TooLong:
+            except (d.TooLong, KeyError):      # KeyError: a function that the checkers do not differentiate
                 self.skipped += 1
         print(f"{self.used} cases, {self.tried} disguises, {self.mapped} with points mapped, {self.fields} with X there, {self.refused} refused, {self.skipped} too long")
         if not patterns:
