@@ -1,5 +1,6 @@
 """One case: a request, what is expected of the answer, and the identities that hold anyway."""
 import json
+import re
 
 import mpmath
 
@@ -13,6 +14,10 @@ from symmetry_case import SymmetryCase
 KNOWN = set("verdict ambient generations final index differentiation seed gauge equilibrium variables on off field "
             "parameters near digits error trajectory trajectories strata solved unsolved assumed initial points identities structure primary closed "
             "redundant symmetries kronecker regular regularity motion kinds zeros".split())
+
+
+# Where a case comes from: a reference with its year, or "own: why it is there"
+SOURCE = re.compile(r"own: .{5}|.{8,}\b(1[89]|20)\d\d\b")
 
 
 def number(x):
@@ -33,8 +38,9 @@ class CaseCheck:
         expect = case["expect"]
         name = case["name"]
         unknown = set(expect) - KNOWN
-        if unknown or not case.get("source"):
-            self.tally.check(False, name, f"the case itself: {unknown or 'no source'}")
+        if unknown or not SOURCE.match(case.get("source", "")):
+            self.tally.check(False, name, "the case itself: " + str(
+                unknown or "source must be a reference with its year, or start with 'own: ' and say why the case is there"))
             return
         request = case["body"] if "body" in case else case["request"]
         try:

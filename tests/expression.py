@@ -29,6 +29,7 @@ class Graph:
         self.node = []       # (operator, argument...) ; ("const", Fraction), ("sym", name)
         self.known = {}
         self.alias = {}      # a defined name -> node
+        self.cones = {}      # root -> its cone: nodes never change, so neither do these
         self.total = None    # the total derivative of a node, where der(expression) is allowed
 
     def make(self, *key):
@@ -163,6 +164,14 @@ class Graph:
     # Values
 
     def cone(self, roots):
+        """The nodes under the roots, children first."""
+        if len(roots) == 1:
+            if roots[0] not in self.cones:
+                self.cones[roots[0]] = self._cone(roots)
+            return self.cones[roots[0]]
+        return self._cone(roots)
+
+    def _cone(self, roots):
         seen, stack = set(), list(roots)
         while stack:
             e = stack.pop()

@@ -19,7 +19,7 @@ from fractions import Fraction
 import mpmath
 
 import linear
-from expression import EXACT, Graph, Undefined, evaluate
+from expression import EXACT, FLOAT, Graph, Undefined, evaluate
 from problem import Problem
 
 
@@ -86,6 +86,51 @@ class Answer:
         d = self.graph.gradient(e, value, EXACT)
         return value[e], [d.get(n, mpmath.mpf(0)) for n in self.names], d.get(self.problem.time, mpmath.mpf(0)), d
 
+    def rough(self, nodes, env, steps):
+        """Moves the variables near the common zeros in plain doubles, each step shortened until
+        the residual falls: Newton alone may wander for ever in a narrow valley. None: not near."""
+        cones = [self.graph.cone([e]) for e in nodes]
+        env = {k: float(v) for k, v in env.items()}
+
+        def residuals(at):
+            out = []
+            for e, c in zip(nodes, cones):
+                value = self.graph.values(c, at, FLOAT)
+                d = self.graph.gradient(e, value, FLOAT)
+                out.append((value[e], [d.get(n, 0.0) for n in self.names]))
+            return out
+
+        def size(rows, steep):
+            return max([abs(r[0]) / s for r, s in zip(rows, steep)], default=0.0)
+        try:
+            rows = residuals(env)
+            for _ in range(steps):
+                steep = [max(abs(d) for d in r[1]) for r in rows]
+                if any(s == 0 for s in steep):
+                    return None
+                now = size(rows, steep)
+                if now < 1e-9:
+                    return env
+                move = linear.least_norm([[d / s for d in r[1]] for r, s in zip(rows, steep)], [-r[0] / s for r, s in zip(rows, steep)], 1e-10)
+                if not move:
+                    return None
+                part = min(1.0, 2 / (max(abs(a) for a in move) or 1.0))
+                for _ in range(12):
+                    try:
+                        there = {**env, **{n: env[n] + part * a for n, a in zip(self.names, move)}}
+                        tried = residuals(there)
+                        if size(tried, steep) < now * (1 - part / 8):
+                            break
+                    except Undefined:
+                        pass
+                    part /= 2
+                else:
+                    return None
+                env, rows = there, tried
+        except (Undefined, OverflowError, ZeroDivisionError):
+            pass
+        return None
+
     def newton(self, nodes, env, digits):
         """Moves the variables onto the common zeros of the nodes, or None."""
         cones = [self.graph.cone([e]) for e in nodes]
@@ -123,7 +168,9 @@ class Answer:
         for attempt in range(60 + 30 * count):
             spread = (1, 2, 0.5, 4)[attempt % 4]
             with mpmath.workdps(digits + 15):
-                env = self.newton(nodes, self.random_values(spread), digits)
+                env = self.random_values(spread)
+                near = self.rough(nodes, env, 3000 if attempt in (30, 75) else 60) if nodes else None
+                env = self.newton(nodes, {k: mpmath.mpf(v) for k, v in near.items()} if near else env, digits)
                 if env is None:
                     continue
                 try:

@@ -34,6 +34,9 @@ class Manifold:
         open_variables = [v for v in self.variables if top.has(v)]
         if not open_variables:
             raise ValueError("empty")
+        if top.is_polynomial(*open_variables):    # a set, not a formula: z^2 = 0 means z = 0
+            top = sp.sqf_part(top, *open_variables)
+            e = top if sp.degree(top, open_variables[0]) < sp.degree(sp.numer(sp.together(self.on(e))), open_variables[0]) else e
         for v in open_variables:
             if sp.simplify(sp.diff(top, v, 2)) == 0:
                 slope = sp.diff(top, v)
@@ -68,8 +71,12 @@ def reduce(A, alpha, variables, restrict=(), time=sp.Symbol("t"), simplify=sp.ca
         before = len(m.value)
         held = len(m.constraints)
         try:
-            for z in M.T.nullspace(simplify=simplify):
-                m.add((z.T * b)[0], generation)
+            grown = True
+            while grown:    # the rank may fall on the smaller set: the same generation
+                grown = any([m.add((z.T * b)[0], generation) for z in M.T.nullspace(simplify=simplify)])
+                if grown:
+                    smaller = M.applyfunc(m.on)
+                    grown, M = smaller != M, smaller
         except ValueError:
             return {"verdict": "inconsistent", "generations": dims}
         if generation == 1 and restrict:

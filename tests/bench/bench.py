@@ -51,6 +51,25 @@ def arm(folder):
          f"{peer['seconds']:.3f} s, {1e3 * ours['best']:.3f} ms")
 
 
+def corpus(build, folder):
+    """Only cases that SymPy does within the limit count: the slower ones would raise the median."""
+    limit = float(os.environ.get("SGA_BENCH_SECONDS", "5"))
+    print(f"the corpus: cases that a SymPy script does within {limit:g} s of CPU each")
+    run = subprocess.run(["/usr/bin/python3", os.path.join(HERE, "corpus_sympy.py"), build, str(limit)], capture_output=True, text=True,
+                         timeout=7200, check=True)
+    peer = json.loads(run.stdout)
+    ratios = []
+    for case in peer.values():
+        ours = measure(folder, case["request"], 3)
+        if ours["best"] < 0.01:
+            ours = measure(folder, case["request"], 30)
+        ratios.append(case["seconds"] / ours["best"])
+    ratios.sort()
+    ratio = statistics.median(ratios)
+    show("corpus, SymPy / ours, median", f"{ratio:.0f}", ">= 100", ratio >= 100,
+         f"{len(ratios)} cases, quartiles {ratios[len(ratios) // 4]:.0f} and {ratios[3 * len(ratios) // 4]:.0f}, least {ratios[0]:.1f}")
+
+
 def chains(folder):
     print("a chain of N planar pendulums, index and trajectory only")
     sizes, found = (10, 20, 50, 100), {}
@@ -187,7 +206,7 @@ def main():
     with tempfile.TemporaryDirectory() as work:
         for program in ("measure", "minimal_server"):
             os.symlink(os.path.join(folder, program), os.path.join(work, program))
-        for part in (lambda: arm(work), lambda: chains(work), lambda: http(build, work)):
+        for part in (lambda: arm(work), lambda: corpus(build, work), lambda: chains(work), lambda: http(build, work)):
             try:
                 part()
             except Exception as e:    # one broken part does not hide the others
