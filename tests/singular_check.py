@@ -30,10 +30,8 @@ COMPARED = 150    # cases at the least
 LARGEST = 12      # variables
 
 
-# Sets that have fewer real points, and restrictions whose differentials depend: the equations here are pulled back
-# by them and vanish there
-BEYOND = {"sum of squares of velocities", "restriction that is a sum of squares", "restriction that is a square",
-          "restriction that follows from two others", "restrict with a function that follows"}
+# Sets that have fewer real points than complex ones; the second has a component 1 + x2^2 = 0.
+BEYOND = {"sum of squares of velocities", "control, transversality condition"}
 
 
 class Cannot(Exception):

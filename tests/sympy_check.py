@@ -29,10 +29,9 @@ BEYOND = {"the other root of a square": "one root is taken, whatever follows", "
           "a square of a root": NOT_REAL, "no real circle": NOT_REAL, "exponential never vanishes": NOT_REAL,
           "a parameter dropped from a square": "no regular form", "one minus cosine": "no regular form", "one minus squared cosine": "no regular form",
           "irregular on the others": "no regular form", "nested radicals": "zeros are not found", "addition theorem": "zeros are not found",
-          "sum of squares of velocities": NOT_REAL, "velocity without a real value": NOT_REAL, "restriction that is a sum of squares": NOT_REAL,
+          "sum of squares of velocities": NOT_REAL, "velocity without a real value": NOT_REAL,
           "restriction without a real zero": NOT_REAL, "constraint without a real point": NOT_REAL,
-          "restriction that is a square": DEPEND, "restriction that follows from two others": DEPEND, "restrictions of which two follow": DEPEND,
-          "restrict with a function that follows": DEPEND, "restriction at an instant": "a contradiction in time is not looked for",
+          "restrictions of which two follow": DEPEND, "restriction at an instant": "a contradiction in time is not looked for",
           "empty in general, not where a pivot vanishes": "strata are not looked at",
           "hamiltonian form, redundant restrictions": DEPEND}
 SECONDS = 0.3     # of CPU, for each of the others
