@@ -163,6 +163,9 @@ bool answer_reduce(struct job *j);
 void answer_clear(struct job *j);
 void answer_write_strata(const struct job *j, struct sga_json *w);
 void answer_write_empty_strata(const struct job *j, struct sga_json *w);
+/* The name of a variable of the system. */
+const char *answer_variable_name(const struct job *j, int variable);
+void answer_write_evidence(struct job *j, struct sga_json *w);
 /* The result object. False: over answer_limit, memory or time. */
 bool answer_write(struct job *j, struct sga_buf *out);
 /* Bytes that the result may have. */

@@ -5,9 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "poly.h"
-
-static const char *symbol_name(const struct job *j, int variable)
+const char *answer_variable_name(const struct job *j, int variable)
 {
     return j->request.store.symbol[j->request.system.variable[variable].symbol].name;
 }
@@ -32,7 +30,7 @@ static void write_variables(const struct job *j, struct sga_json *w)
     sga_json_array(w);
     for (int i = 0; i < j->request.system.variables; i++) {
         sga_json_object(w);
-        sga_json_member_string(w, "name", symbol_name(j, i));
+        sga_json_member_string(w, "name", answer_variable_name(j, i));
         sga_json_member_string(w, "role", j->request.system.variable[i].role);
         sga_json_end_object(w);
     }
@@ -132,7 +130,7 @@ static void write_components(const struct job *j, struct sga_json *w, int first,
         const char *text = j->texts.root[first + i];
         if (sparse && strcmp(text, "0") == 0)
             continue;
-        sga_json_key(w, symbol_name(j, i));
+        sga_json_key(w, answer_variable_name(j, i));
         sga_json_string(w, text);
     }
     sga_json_end_object(w);
@@ -165,221 +163,6 @@ static void write_gauge(const struct job *j, struct sga_json *w)
     for (int k = 0; k < j->solution.free_columns; k++)
         write_components(j, w, j->first_gauge + k * j->request.system.variables, true);
     sga_json_end_array(w);
-    sga_json_end_object(w);
-}
-
-/* The factor of a part. The tangency is that of the constraint as it is printed. */
-static expr_id printed_factor(struct job *j, const struct sga_part *part)
-{
-    struct poly_limits limits = { .max_terms = 80, .budget = &j->budget };
-    expr_id scale = part->row < 0 && j->scale ? j->scale[part->tangency] : EXPR_UNDEF, e = part->factor;
-    if (scale) {
-        e = expr_mul(&j->request.store, e, scale);
-        poly_normal(&j->request.store, e, &limits, &e);
-    }
-    return e;
-}
-
-static void write_parts(struct job *j, struct sga_json *w, const struct sga_part *part, int parts)
-{
-    sga_json_array(w);
-    for (int k = 0; k < parts; k++) {
-        struct sga_buf text = { 0 };
-        sga_json_object(w);
-        if (part[k].row >= 0) {
-            sga_json_member_string(w, "equation", j->request.system.row[part[k].row].source);
-        } else {
-            sga_json_member_int(w, "tangency_of", part[k].tangency);
-        }
-        sga_json_key(w, "factor");
-        if (expr_print(&j->request.store, printed_factor(j, part + k), 400, &text))
-            sga_json_string(w, text.data);
-        else
-            sga_json_null(w);
-        sga_json_end_object(w);
-        sga_buf_free(&text);
-    }
-    sga_json_end_array(w);
-}
-
-/* What was divided by: every pivot that is not a number, assumed not to vanish. */
-static void write_pivots(struct job *j, struct sga_json *w)
-{
-    enum { MOST = 200 };
-    const struct sga_solution *sol = &j->solution;
-    int written = 0;
-    sga_json_key(w, "pivots");
-    sga_json_array(w);
-    for (int q = 0; q < sol->pivots && written < MOST; q++) {
-        struct sga_buf text = { 0 };
-        if (expr_is_const(&j->request.store, sol->pivot[q].value))
-            continue;
-        sga_json_object(w);
-        if (sol->pivot[q].col >= 0) {       /* else a factor dropped from a constraint */
-            sga_json_member_string(w, "velocity_of", symbol_name(j, sol->pivot[q].col));
-        }
-        sga_json_member_int(w, "generation", sol->pivot[q].generation);
-        sga_json_key(w, "assumed_not_zero");
-        if (expr_print(&j->request.store, sol->pivot[q].value, 400, &text))
-            sga_json_string(w, text.data);
-        else
-            sga_json_null(w);
-        sga_json_key(w, "basis");
-        struct points_decision d = points_shadow_zero(&j->shadow, sol->pivot[q].value);
-        sga_json_string(w, points_basis_text(d.basis));
-        sga_json_end_object(w);
-        sga_buf_free(&text);
-        written++;
-    }
-    sga_json_end_array(w);
-}
-
-/* What was found to vanish on the present set, and what that rests on. */
-static void write_zeros(struct job *j, struct sga_json *w)
-{
-    sga_json_key(w, "zeros");
-    sga_json_array(w);
-    for (int i = 0; i < j->shadow.zeros; i++) {
-        const struct points_zero *z = j->shadow.zero + i;
-        struct sga_buf text = { 0 };
-        sga_json_object(w);
-        sga_json_key(w, "expression");
-        if (expr_print(&j->request.store, z->expr, 400, &text))
-            sga_json_string(w, text.data);
-        else
-            sga_json_null(w);
-        sga_json_member_string(w, "basis", points_basis_text(z->decision.basis));
-        sga_json_member_int(w, "digits", z->decision.digits);
-        sga_json_member_int(w, "real_points", z->decision.points);
-        sga_json_member_int(w, "modular_points", z->decision.modular);
-        sga_json_end_object(w);
-        sga_buf_free(&text);
-    }
-    sga_json_end_array(w);
-}
-
-/* What would have to vanish, and what it was made of. */
-static void write_contradiction(struct job *j, struct sga_json *w, const char *member)
-{
-    const struct sga_solution *sol = &j->solution;
-    struct sga_buf text = { 0 };
-    sga_json_key(w, member);
-    sga_json_object(w);
-    sga_json_key(w, "expression");
-    if (sol->contradiction && expr_print(&j->request.store, sol->contradiction, 4000, &text))
-        sga_json_string(w, text.data);
-    else
-        sga_json_null(w);
-    sga_json_member_string(w, "why", sol->contradiction_why);
-    sga_json_key(w, "combination");
-    write_parts(j, w, sol->contradiction_part, sol->contradiction_parts);
-    sga_json_end_object(w);
-    sga_buf_free(&text);
-}
-
-/* What became of the search for zeros of each dense block's determinant. */
-static void write_determinants(const struct job *j, struct sga_json *w)
-{
-    sga_json_key(w, "determinants");
-    sga_json_array(w);
-    for (int q = 0; q < j->solution.dense_blocks; q++) {
-        sga_json_object(w);
-        sga_json_member_int(w, "size", j->solution.determinant[q].size);
-        sga_json_member_string(w, "zeros", j->determinant[q]);
-        sga_json_end_object(w);
-    }
-    sga_json_end_array(w);
-}
-
-static void write_evidence(struct job *j, struct sga_json *w)
-{
-    const struct sga_solution *sol = &j->solution;
-    sga_json_key(w, "evidence");
-    sga_json_object(w);
-    sga_json_key(w, "decisions");
-    sga_json_object(w);
-    for (int k = 0; k < POINTS_BASES; k++) {
-        sga_json_key(w, points_basis_text((enum points_basis)k));
-        sga_json_int(w, j->shadow.count[k]);
-    }
-    sga_json_member_int(w, "real_points", j->shadow.reals);
-    sga_json_key(w, "real_points_certified");
-    int certified = 0;
-    for (int k = 0; k < j->shadow.reals; k++)
-        certified += j->shadow.real[k].certified;
-    sga_json_int(w, certified);
-    sga_json_member_int(w, "modular_points", j->shadow.modulars);
-    if (j->shadow.count[POINTS_ZERO_NUMERIC]) {
-        sga_json_member_int(w, "least_digits", j->shadow.least_digits);
-    }
-    sga_json_end_object(w);
-    sga_json_key(w, "constraints");
-    sga_json_array(w);
-    for (int i = 0; i < sol->constraints; i++) {
-        const struct sga_constraint *c = sol->constraint + i;
-        sga_json_object(w);
-        sga_json_member_int(w, "generation", c->generation);
-        sga_json_member_string(w, "from", c->origin == SGA_FROM_RESTRICTION ? "restriction" : "combination");
-        sga_json_key(w, "combination");
-        write_parts(j, w, c->part, c->parts);
-        if (c->replaced) {
-            struct sga_buf text = { 0 };
-            if (expr_print(&j->request.store, c->replaced, 1000, &text)) {
-                sga_json_member_string(w, "in_place_of", text.data);
-            }
-            if (c->near_point)        /* its other zeros, if any, were not looked for */
-                sga_json_member_bool(w, "near_point_only", true);
-            sga_buf_free(&text);
-        }
-        sga_json_end_object(w);
-    }
-    sga_json_end_array(w);
-    if (j->has_texts && sol->verdict != SGA_INCONSISTENT)
-        write_pivots(j, w);
-    if (j->has_texts)
-        write_zeros(j, w);
-    if (sol->verdict == SGA_INCONSISTENT)
-        write_contradiction(j, w, "contradiction");
-    answer_write_empty_strata(j, w);
-    if (sol->specials)
-        write_contradiction(j, w, "contradiction_at_general_points");
-    if (sol->sides) {             /* what the answer holds for */
-        sga_json_key(w, "sides");
-        sga_json_array(w);
-        for (int i = 0; i < sol->sides; i++) {
-            struct sga_buf text = { 0 };
-            sga_json_object(w);
-            sga_json_key(w, "function");
-            if (expr_print(&j->request.store, sol->side[i].function, 1000, &text))
-                sga_json_string(w, text.data);
-            else
-                sga_json_null(w);
-            sga_json_member_string(w, "sign", sol->side[i].sign > 0 ? "positive" : "negative");
-            sga_json_end_object(w);
-            sga_buf_free(&text);
-        }
-        sga_json_end_array(w);
-    }
-    if (sol->not_factored) {      /* a branch may have gone unseen */
-        sga_json_member_bool(w, "factors_not_searched", true);
-    }
-    if (sol->dense_blocks) {      /* their zeros are not among the strata */
-        sga_json_member_int(w, "determinants_assumed_not_zero", sol->dense_blocks);
-    }
-    if (sol->dense_blocks && j->determinant)
-        write_determinants(j, w);
-    sga_json_member_int(w, "redundant_equations", sol->redundant_rows);
-    answer_write_restrictions(j, w);
-    if (j->witnessed) {
-        sga_json_key(w, "witness");
-        sga_json_object(w);
-        sga_json_member_int(w, "points", j->witness.points);
-        sga_json_member_bool(w, "certified", j->witness.certified);
-        sga_json_member_int(w, "digits", j->witness.digits);
-        sga_json_member_string(w, "checked", sol->verdict == SGA_INCONSISTENT ? "the contradiction at points of the earlier constraints"
-                           : j->has_texts ? "the printed expressions, read back" : "the expressions");
-        sga_json_end_object(w);
-    }
     sga_json_end_object(w);
 }
 
@@ -496,7 +279,7 @@ bool answer_write(struct job *j, struct sga_buf *out)
     }
     if (j->has_trajectory && !answer_write_trajectory(j, w))
         return false;
-    write_evidence(j, w);
+    answer_write_evidence(j, w);
     write_work(j, w);
     sga_json_end_object(w);
     return answer_fits(j, out);
