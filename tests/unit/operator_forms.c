@@ -292,7 +292,8 @@ static void test_random(void)
         op_system_clear(&s);
         op_system_clear(&moved);
     }
-    CHECK(full > 20 && high > 5 && lower > 5);
+    if (check_scale(120) >= 120)
+        CHECK(full > 20 && high > 5 && lower > 5);
 }
 
 /* x' parts and a nilpotent chain behind a time-dependent change: index 4, two states. */
