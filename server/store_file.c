@@ -59,7 +59,7 @@ static bool exec(sqlite3 *db, const char *sql)
     return sqlite3_exec(db, sql, NULL, NULL, NULL) == SQLITE_OK;
 }
 
-static int user_version(sqlite3 *db)
+int store_file_version(sqlite3 *db)
 {
     int version = -1;
     sqlite3_stmt *s;
@@ -86,7 +86,7 @@ static bool quick_check(sqlite3 *db)
 /* Journal, schema and version of a read-write connection. */
 static bool prepare_file(sqlite3 *db, enum store_file which, const char *path, bool *damaged, char *why, size_t size)
 {
-    int version = user_version(db);
+    int version = store_file_version(db);
     *damaged = false;
     if (version > SCHEMA_VERSION) {
         snprintf(why, size, "%s was written by a newer sgad (schema %d, this one knows %d)", path, version, SCHEMA_VERSION);

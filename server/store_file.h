@@ -13,6 +13,8 @@ enum store_file { FILE_QUEUE, FILE_CACHE };
 sqlite3 *store_file_open(const char *folder, enum store_file which, bool write, char *why, size_t size);
 /* Deletes the file and opens it empty. */
 sqlite3 *store_file_fresh(const char *folder, enum store_file which, char *why, size_t size);
+/* Its user_version; -1 where that cannot be read. */
+int store_file_version(sqlite3 *db);
 /* Inside a transaction: writes a page without changing anything. */
 bool store_file_touch(sqlite3 *db);
 /* Does this result code say that the file itself is broken? */

@@ -10,6 +10,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "store_file.h"
+
 enum { VERSION = 1, PATH_SIZE = 4096, BUSY_MS = 5000 };
 
 static const char schema[] =
@@ -28,18 +30,6 @@ static bool fail(sqlite3 *db, const char *path, char *why, size_t size)
     return false;
 }
 
-static int version_of(sqlite3 *db)
-{
-    sqlite3_stmt *s;
-    int version = -1;
-    if (sqlite3_prepare_v2(db, "PRAGMA user_version", -1, &s, NULL) != SQLITE_OK)
-        return -1;
-    if (sqlite3_step(s) == SQLITE_ROW)
-        version = sqlite3_column_int(s, 0);
-    sqlite3_finalize(s);
-    return version;
-}
-
 static bool open_file(const char *path, bool write, sqlite3 **out, char *why, size_t size)
 {
     sqlite3 *db = NULL;
@@ -47,7 +37,7 @@ static bool open_file(const char *path, bool write, sqlite3 **out, char *why, si
     if (sqlite3_open_v2(path, &db, flags | SQLITE_OPEN_NOMUTEX, NULL) != SQLITE_OK)
         return fail(db, path, why, size);
     sqlite3_busy_timeout(db, BUSY_MS);
-    int version = version_of(db);
+    int version = store_file_version(db);
     if (version > VERSION) {
         snprintf(why, size, "%s was written by a newer sgad", path);
         sqlite3_close(db);

@@ -13,10 +13,9 @@ static const ulong prime = 1152921504606846883UL;      /* the largest below 2^60
 /* The series of a in t - place modulo t^length; false where the denominator vanishes there. */
 static bool expand(nmod_poly_t out, const fmpz_poly_q_struct *a, ulong place, long length)
 {
-    nmod_poly_t num, den, shift;
+    nmod_poly_t num, den;
     nmod_poly_init(num, prime);
     nmod_poly_init(den, prime);
-    nmod_poly_init(shift, prime);
     fmpz_poly_get_nmod_poly(num, fmpz_poly_q_numref(a));
     fmpz_poly_get_nmod_poly(den, fmpz_poly_q_denref(a));
     nmod_poly_taylor_shift(num, num, place);
@@ -26,7 +25,6 @@ static bool expand(nmod_poly_t out, const fmpz_poly_q_struct *a, ulong place, lo
         nmod_poly_div_series(out, num, den, length);
     nmod_poly_clear(num);
     nmod_poly_clear(den);
-    nmod_poly_clear(shift);
     return ok;
 }
 

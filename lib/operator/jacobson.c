@@ -130,10 +130,8 @@ static void right_transformation(struct ore_matrix *V, struct ore_matrix *invers
 {
     int r = c->w.cols;
     struct ore w, minus;
-    fmpz_poly_q_t one;
     ore_init(&w);
     ore_init(&minus);
-    fmpz_poly_q_init(one);
     ore_matrix_identity(V, r);
     ore_matrix_identity(inverse, r);
     for (int i = 0; i < r; i++) {              /* V2: z_i = z_i' + c_i w;  V1: z_m = w - sum W_i z_i */
@@ -154,7 +152,6 @@ static void right_transformation(struct ore_matrix *V, struct ore_matrix *invers
         ore_matrix_swap_cols(V, i, i + 1);
         ore_matrix_swap_rows(inverse, i, i + 1);
     }
-    fmpz_poly_q_clear(one);
     ore_clear(&w);
     ore_clear(&minus);
 }

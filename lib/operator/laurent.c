@@ -160,14 +160,9 @@ static bool multiplies_out(const struct op_laurent *g, const struct op_system *s
 bool op_laurent_series(struct op_laurent *g, const struct op_system *s, const struct op_popov *weak, int bound,
                        int terms, const struct op_limits *limits, struct sga_error *err)
 {
-    struct ore_matrix B, W = { 0 };
+    struct ore_matrix W = { 0 };
     *g = (struct op_laurent){ 0 };
-    ore_matrix_init(&B, s->unknowns, s->sources);
-    for (int k = 0; k < s->unknowns * s->sources; k++)
-        if (!fmpz_poly_q_is_zero(s->B.e + k))
-            ore_add_term(B.e + k, s->B.e + k, 0);
-    ore_matrix_mul(&W, &weak->U, &B);
-    ore_matrix_clear(&B);
+    op_right_side(&W, s, weak);
     int first = 0;                             /* the series may start at s^{-first} */
     bool any = false;
     for (int i = 0; i < W.rows; i++)

@@ -21,6 +21,9 @@ void op_system_clear(struct op_system *s);
 /* P as a matrix over k[D]; m not initialised. */
 void op_system_matrix(const struct op_system *s, struct ore_matrix *m);
 
+/* W = U B, the right side after a reduction; W initialised, takes its size. */
+void op_right_side(struct ore_matrix *W, const struct op_system *s, const struct op_popov *p);
+
 /* x' = F x + G e,  y = H x + sum J_v e^(v); no derivative of e moves x. The components of x are
  * y_j^(l) of the homogeneous system (label), less terms in e. */
 struct op_state {
@@ -79,7 +82,7 @@ struct op_singular {
     double t;                          /* nearest double, to an ulp */
 };
 struct op_singular_times { struct op_singular *at; int count; };
-bool op_singular_find(struct op_singular_times *s, const struct ratio_matrix *leading, struct sga_error *err);
+void op_singular_find(struct op_singular_times *s, const struct ratio_matrix *leading);
 void op_singular_clear(struct op_singular_times *s);
 
 #endif

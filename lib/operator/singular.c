@@ -186,10 +186,9 @@ static int by_time(const void *a, const void *b)
     return x->t < y->t ? -1 : x->t > y->t;
 }
 
-bool op_singular_find(struct op_singular_times *s, const struct ratio_matrix *leading, struct sga_error *err)
+void op_singular_find(struct op_singular_times *s, const struct ratio_matrix *leading)
 {
     fmpz_poly_t den, num;
-    (void)err;
     *s = (struct op_singular_times){ 0 };
     fmpz_poly_init(den);
     fmpz_poly_init(num);
@@ -204,7 +203,6 @@ bool op_singular_find(struct op_singular_times *s, const struct ratio_matrix *le
     fmpz_poly_clear(num);
     if (s->count)
         qsort(s->at, (size_t)s->count, sizeof *s->at, by_time);
-    return true;
 }
 
 void op_singular_clear(struct op_singular_times *s)

@@ -33,8 +33,7 @@ void op_system_matrix(const struct op_system *s, struct ore_matrix *m)
                 ore_add_term(m->e + q, s->A[k].e + q, k);
 }
 
-/* W = U B */
-static void right_side(struct ore_matrix *W, const struct op_system *s, const struct op_popov *p)
+void op_right_side(struct ore_matrix *W, const struct op_system *s, const struct op_popov *p)
 {
     struct ore_matrix B;
     ore_matrix_init(&B, s->unknowns, s->sources);
@@ -142,7 +141,7 @@ bool op_state_form(struct op_state *x, const struct op_system *s, const struct o
         r.base[j] = x->n;
         x->n += p->order[j];
     }
-    right_side(&W, s, p);
+    op_right_side(&W, s, p);
     r.top = ore_matrix_order(&W) > 0 ? ore_matrix_order(&W) : 0;
     r.G = sga_calloc((size_t)r.top + 1, sizeof *r.G);
     r.J = sga_calloc((size_t)r.top + 1, sizeof *r.J);

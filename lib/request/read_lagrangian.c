@@ -56,11 +56,7 @@ static bool read_functions(struct reader *rd, const json_t *system, struct lagra
     ok = ok && read_expression_list(rd, system, "holonomic", &l->constraint, &l->constraints);
     if (l->constraints < 0)
         l->constraints = 0;
-    long count = 2L * l->n + l->constraints;
-    if (ok && count > REQUEST_MAX_VARIABLES)
-        return at_fail(rd, SGA_E_LIMIT_VARIABLES, "the system of first order has %ld variables; the limit is %d", count,
-                       REQUEST_MAX_VARIABLES);
-    return ok;
+    return ok && read_motion_fits(rd, l->n, l->constraints);
 }
 
 bool read_lagrangian(struct reader *rd, const json_t *system)

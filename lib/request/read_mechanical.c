@@ -72,11 +72,7 @@ static bool read_functions(struct reader *rd, const json_t *system, struct form_
     rd->grammar.derivative = NULL;
     if (m->constraints < 0)
         m->constraints = 0;
-    long count = 2L * m->coordinates + m->constraints;
-    if (ok && count > REQUEST_MAX_VARIABLES)
-        return at_fail(rd, SGA_E_LIMIT_VARIABLES, "the system of first order has %ld variables; the limit is %d", count,
-                       REQUEST_MAX_VARIABLES);
-    return ok;
+    return ok && read_motion_fits(rd, m->coordinates, m->constraints);
 }
 
 bool read_mechanical(struct reader *rd, const json_t *system)

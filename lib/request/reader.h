@@ -108,6 +108,8 @@ expr_id read_velocity_of(void *ctx, int symbol, int order);
  * NULL with the store's error; the caller frees them. */
 int *read_make_velocities(struct reader *rd, const int *coordinate, int n);
 int *read_make_multipliers(struct reader *rd, int n);
+/* Whether q, q' and the multipliers are as few variables as are allowed. */
+bool read_motion_fits(struct reader *rd, int coordinates, int multipliers);
 
 /* read_matrix.c: a member that is a matrix, dense or sparse, of a size that is known.
  * The caller frees entry, also after a failure. */

@@ -36,6 +36,14 @@ int *read_make_velocities(struct reader *rd, const int *coordinate, int n)
     return velocity;
 }
 
+bool read_motion_fits(struct reader *rd, int coordinates, int multipliers)
+{
+    long count = 2L * coordinates + multipliers;
+    return count <= REQUEST_MAX_VARIABLES
+           || at_fail(rd, SGA_E_LIMIT_VARIABLES, "the system of first order has %ld variables; the limit is %d", count,
+                      REQUEST_MAX_VARIABLES);
+}
+
 int *read_make_multipliers(struct reader *rd, int n)
 {
     struct expr_store *st = &rd->r->store;

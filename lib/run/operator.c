@@ -46,17 +46,12 @@ static bool make_system(struct job *j, struct op_system *s)
 /* Not of full rank: are there equations 0 = (something in e) that ask something of e? */
 static bool asks_sources(const struct op_system *s, const struct op_popov *p)
 {
-    struct ore_matrix B, W = { 0 };
-    ore_matrix_init(&B, s->unknowns, s->sources);
-    for (int k = 0; k < s->unknowns * s->sources; k++)
-        if (!fmpz_poly_q_is_zero(s->B.e + k))
-            ore_add_term(B.e + k, s->B.e + k, 0);
-    ore_matrix_mul(&W, &p->U, &B);
+    struct ore_matrix W = { 0 };
+    op_right_side(&W, s, p);
     bool asks = false;
     for (int i = p->rank; i < W.rows; i++)
         for (int k = 0; k < W.cols; k++)
             asks = asks || !ore_is_zero(ore_at(&W, i, k));
-    ore_matrix_clear(&B);
     ore_matrix_clear(&W);
     return asks;
 }
@@ -87,7 +82,8 @@ static bool transfer(struct job *j, struct operator_answer *a, const struct op_p
     if (ok && (a->laurent.first != order || !ratio_matrix_equal(&leading, a->laurent.coefficient)))
         ok = sga_fail(j->err, SGA_E_WITNESS, "the transfer matrix begins at order %d, the state form's at %d: this is a bug",
                       a->laurent.first, order);
-    ok = ok && op_singular_find(&a->singular, a->laurent.coefficient, j->err);
+    if (ok)
+        op_singular_find(&a->singular, a->laurent.coefficient);
     ratio_matrix_clear(&leading);
     return ok;
 }

@@ -168,30 +168,23 @@ enum points_status strata_look_at(struct job *j, struct strata_look look, struct
     return status;
 }
 
-/* Whether no point of Pf that was used shows that the factor is not 0 there. */
-static bool everywhere(struct job *j, expr_id factor)
+static void keep_point(struct stratum *as, const struct points_point *p, int n)
 {
-    bool zero = j->shadow.reals > 0;
-    for (int k = 0; k < j->shadow.reals && zero; k++) {
-        struct num_ball *ball = &j->shadow.real[k].ball;
-        num_ball_extend(ball);
-        zero = arb_contains_zero(num_ball_value(ball, factor));
-    }
-    return zero;
+    as->point = memcpy(sga_malloc((size_t)n * sizeof *as->point), p->x, (size_t)n * sizeof *as->point);
+    as->time = p->t;
 }
 
 bool strata_drops(struct job *j, expr_id factor, int starts, struct stratum *as)
 {
     struct points_point p;
     int rank, n = j->request.system.variables;
-    if (everywhere(j, factor))
+    if (j->shadow.reals && points_shadow_zero(&j->shadow, factor).truth == POINTS_ZERO)
         return false;                  /* a pivot that died on the way to Pf */
     enum points_status status = strata_look_at(j, (struct strata_look){ j->solution.constraints, factor, STRATA_FIXED, starts }, &p, &rank);
     /* an irregular place was approached to about 6 digits only: listed, to be safe */
     bool lower = status == POINTS_IRREGULAR || (status == POINTS_OK && rank < n - j->solution.free_columns);
     if (lower) {
-        as->point = memcpy(sga_malloc((size_t)n * sizeof *as->point), p.x, (size_t)n * sizeof *as->point);
-        as->time = p.t;
+        keep_point(as, &p, n);
         as->approximate = status == POINTS_IRREGULAR || !p.certified;
     }
     points_point_clear(&p);
@@ -215,8 +208,7 @@ static bool drops_before(struct listing *l, expr_id factor, int before, struct s
     bool lower = status == POINTS_IRREGULAR || (status == POINTS_OK && rank < l->rank);
     if (lower) {
         as->off = true;
-        as->point = memcpy(sga_malloc((size_t)n * sizeof *as->point), p.x, (size_t)n * sizeof *as->point);
-        as->time = p.t;
+        keep_point(as, &p, n);
     }
     points_point_clear(&p);
     return lower;

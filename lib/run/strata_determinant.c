@@ -49,7 +49,7 @@ static char *described(const struct job *j, const struct sga_determinant *d)
         solved[d->col[k]] = 1;
     for (int i = 0, named = 0; i < j->request.system.variables && named < NAMED; i++)
         if (solved[i])
-            sga_buf_printf(&text, "%s%s", named++ ? ", " : "", j->request.store.symbol[j->request.system.variable[i].symbol].name);
+            sga_buf_printf(&text, "%s%s", named++ ? ", " : "", answer_variable_name(j, i));
     free(solved);
     sga_buf_printf(&text, "%s are solved vanishes", d->size > NAMED ? ", ..." : "");
     return sga_buf_take(&text);

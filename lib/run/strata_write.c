@@ -29,7 +29,7 @@ static void write_described(const struct job *j, struct sga_json *w, const struc
     sga_json_key(w, "point");
     sga_json_object(w);
     for (int i = 0; i < j->request.system.variables; i++) {
-        sga_json_key(w, j->request.store.symbol[j->request.system.variable[i].symbol].name);
+        sga_json_key(w, answer_variable_name(j, i));
         sga_json_double(w, s->point[i]);
     }
     sga_json_end_object(w);

@@ -57,11 +57,6 @@ bool answer_two_form(struct job *j)
     return sga_budget_ok(&j->budget, j->err);
 }
 
-static const char *name(const struct job *j, int variable)
-{
-    return j->request.store.symbol[j->request.system.variable[variable].symbol].name;
-}
-
 static void write_text(struct job *j, struct sga_json *w, expr_id e)
 {
     struct poly_limits limits = { .max_terms = 200, .budget = &j->budget };
@@ -89,7 +84,7 @@ static void write_two_form(struct job *j, struct sga_json *w)
         sga_json_key(w, "component");
         sga_json_array(w);
         for (int k = 0; k < 3; k++)
-            sga_json_string(w, name(j, j->two_form.variable[k]));
+            sga_json_string(w, answer_variable_name(j, j->two_form.variable[k]));
         sga_json_end_array(w);
         sga_json_key(w, "defect");
         write_text(j, w, j->two_form.defect);
@@ -109,7 +104,7 @@ static void write_tangent(struct job *j, struct sga_json *w)
         for (int k = 0; k < n; k++) {
             if (expr_is_zero(&j->request.store, v[k]))
                 continue;
-            sga_json_key(w, name(j, k));
+            sga_json_key(w, answer_variable_name(j, k));
             write_text(j, w, v[k]);
         }
         sga_json_end_object(w);

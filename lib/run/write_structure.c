@@ -8,11 +8,6 @@
 /* Each of them may list all equations. */
 enum { MOST_DETERMINED = 400 };
 
-static const char *name_of(const struct job *j, int variable)
-{
-    return j->request.store.symbol[j->request.system.variable[variable].symbol].name;
-}
-
 /* An expression's text, or null where it is longer than `limit` bytes. */
 static void member_expression(struct job *j, struct sga_json *w, const char *key, expr_id e, size_t limit)
 {
@@ -29,7 +24,7 @@ static void member_expression(struct job *j, struct sga_json *w, const char *key
 static bool is_variable(const struct job *j, int variable)
 {
     struct sga_buf name = { 0 };
-    sga_buf_printf(&name, "%s'", name_of(j, variable));
+    sga_buf_printf(&name, "%s'", answer_variable_name(j, variable));
     bool found = expr_symbol_find(&j->request.store, name.data, name.len) >= 0;
     sga_buf_free(&name);
     return found;
@@ -52,7 +47,7 @@ static void write_text(struct job *j, struct sga_json *w, int row)
             ok = expr_print(st, r->entry[k].value, LIMIT, &text);
             sga_buf_puts(&text, ")*");
         }
-        sga_buf_printf(&text, "%s'", name_of(j, r->entry[k].col));
+        sga_buf_printf(&text, "%s'", answer_variable_name(j, r->entry[k].col));
         ok = ok && text.len < LIMIT;
     }
     sga_buf_puts(&text, r->entries ? " = " : "0 = ");
@@ -67,7 +62,7 @@ static void write_names(const struct job *j, struct sga_json *w, const char *key
     sga_json_key(w, key);
     sga_json_array(w);
     for (int k = 0; k < count; k++)
-        sga_json_string(w, name_of(j, variable[k]));
+        sga_json_string(w, answer_variable_name(j, variable[k]));
     sga_json_end_array(w);
 }
 
@@ -90,7 +85,7 @@ static void write_initial(const struct job *j, struct sga_json *w)
     sga_json_array(w);
     for (int k = 0; k < sol->constraints; k++) {
         sga_json_object(w);
-        sga_json_member_string(w, "variable", name_of(j, s->solved_for[k]));
+        sga_json_member_string(w, "variable", answer_variable_name(j, s->solved_for[k]));
         sga_json_member_int(w, "constraint", k);
         if (s->follow)
             write_names(j, w, "follows_from", s->follow + s->follow_first[k], s->follow_first[k + 1] - s->follow_first[k]);
@@ -112,7 +107,7 @@ static void write_role(const struct job *j, struct sga_json *w, const struct str
 {
     sga_json_member_string(w, "role", role_text(e->role));
     if (e->variable >= 0) {
-        sga_json_member_string(w, "derivative_of", name_of(j, e->variable));
+        sga_json_member_string(w, "derivative_of", answer_variable_name(j, e->variable));
     }
     if (e->constraint >= 0) {
         sga_json_member_int(w, "constraint", e->constraint);
@@ -227,7 +222,7 @@ static void write_determines(const struct job *j, struct sga_json *w)
         if (b < 0)
             continue;
         sga_json_object(w);
-        sga_json_member_string(w, "derivative_of", name_of(j, i));
+        sga_json_member_string(w, "derivative_of", answer_variable_name(j, i));
         sga_json_key(w, "equations");
         if (s->origin_unknown[b]) {
             sga_json_null(w);
@@ -282,7 +277,7 @@ static void write_part(const struct job *j, struct sga_json *w, const char *key,
     sga_json_array(w);
     for (int k = 0; k < j->request.system.variables; k++)
         if (s->col_part[k] == part)
-            sga_json_string(w, name_of(j, k));
+            sga_json_string(w, answer_variable_name(j, k));
     sga_json_end_array(w);
     sga_json_end_object(w);
 }

@@ -1,11 +1,6 @@
 /* The trajectory's part of the result. */
 #include "sweep.h"
 
-static const char *name_of(const struct job *j, int variable)
-{
-    return j->request.store.symbol[j->request.system.variable[variable].symbol].name;
-}
-
 static void write_columns(const struct job *j, struct sga_json *w)
 {
     const struct request_trajectory *t = &j->request.trajectory;
@@ -17,7 +12,7 @@ static void write_columns(const struct job *j, struct sga_json *w)
             sga_json_string(w, t->output_text[k]);
     else
         for (int k = 0; k < j->request.system.variables; k++)
-            sga_json_string(w, name_of(j, k));
+            sga_json_string(w, answer_variable_name(j, k));
     sga_json_end_array(w);
 }
 
@@ -87,7 +82,7 @@ static void write_values(const struct job *j, struct sga_json *w, const char *ke
     sga_json_key(w, key);
     sga_json_object(w);
     for (int k = 0; k < j->request.system.variables; k++) {
-        sga_json_key(w, name_of(j, k));
+        sga_json_key(w, answer_variable_name(j, k));
         sga_json_double(w, value[k]);
     }
     sga_json_end_object(w);
@@ -100,7 +95,7 @@ static void write_start(const struct job *j, struct sga_json *w, const double *p
     sga_json_key(w, "given");
     sga_json_object(w);
     for (int k = 0; k < t->initials; k++) {
-        sga_json_key(w, name_of(j, t->initial[k].variable));
+        sga_json_key(w, answer_variable_name(j, t->initial[k].variable));
         sga_json_double(w, t->initial[k].value);
     }
     sga_json_end_object(w);
@@ -118,7 +113,7 @@ void answer_write_initial(const struct job *j, struct sga_json *w)
     sga_json_key(w, "free");
     sga_json_array(w);
     for (int k = 0; k < r->frees; k++)
-        sga_json_string(w, name_of(j, r->free[k]));
+        sga_json_string(w, answer_variable_name(j, r->free[k]));
     sga_json_end_array(w);
     sga_json_key(w, "residuals");
     sga_json_array(w);

@@ -18,6 +18,7 @@ int structure_zero_everywhere(struct structure_work *w, expr_id e)
         struct points_space space = w->shadow->space;
         space.constraint = NULL;
         space.constraints = 0;
+        space.near = NULL;
         space.before = NULL;
         w->space_state = points_shadow_sample(&w->space, &space) == POINTS_OK ? 1 : -1;
     }

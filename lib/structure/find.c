@@ -20,32 +20,12 @@ static void work_init(struct structure_work *w, const struct sys_system *sys)
     }
 }
 
-/* The reduction is over, and so are the arrays that its shadow knew. */
-static void space_of(const struct sys_system *sys, const struct sga_solution *sol, struct points_shadow *shadow,
-                     struct structure *out)
-{
-    out->variable = sga_malloc(((size_t)sys->variables + 1) * sizeof *out->variable);
-    out->constraint = sga_malloc(((size_t)sol->constraints + 1) * sizeof *out->constraint);
-    for (int j = 0; j < sys->variables; j++)
-        out->variable[j] = sys->variable[j].symbol;
-    for (int i = 0; i < sol->constraints; i++)
-        out->constraint[i] = sol->constraint[i].expr;
-    shadow->space.variable = out->variable;
-    shadow->space.variables = sys->variables;
-    shadow->space.parameter = sys->parameter;
-    shadow->space.constraint = out->constraint;
-    shadow->space.constraints = sol->constraints;
-    shadow->space.near = NULL;
-    shadow->space.before = NULL;
-}
-
 bool structure_find(const struct sys_system *sys, const struct sga_solution *sol, struct points_shadow *shadow,
                     const struct sga_budget *budget, struct structure *out, struct sga_error *err)
 {
     struct structure_work w = { .sys = sys, .sol = sol, .shadow = shadow, .budget = budget };
     *out = (struct structure){ 0 };
     work_init(&w, sys);
-    space_of(sys, sol, shadow, out);
     if (sol->verdict != SGA_INCONSISTENT) {
         structure_initial(&w, out);
         structure_equations(&w, out);
@@ -69,8 +49,6 @@ bool structure_find(const struct sys_system *sys, const struct sga_solution *sol
 
 void structure_clear(struct structure *s)
 {
-    free(s->variable);
-    free(s->constraint);
     free(s->free_initial);
     free(s->solved_for);
     for (int i = 0; i < s->equations; i++)

@@ -45,7 +45,6 @@ struct structure_origin {
 };
 
 struct structure {
-    int *variable; expr_id *constraint;   /* what the shadow's space points to from now on */
     bool has_initial;
     int *free_initial; int frees;  /* variables: local coordinates of Pf near its certified points */
     int *solved_for;               /* by constraint: the variable that follows from it (with the others) */

@@ -33,13 +33,23 @@ static void add_product(struct expr_store *st, expr_id *sum, expr_id a, expr_id 
         *sum = expr_add(st, *sum, expr_mul(st, a, b));
 }
 
+/* T (n x n) and alpha (n) hold what ought to vanish on Pf. */
+static void report(struct sym_work *w, struct sym_check *c, const expr_id *T, const expr_id *alpha)
+{
+    expr_id defect = EXPR_UNDEF;
+    c->preserves_T = sym_all_zero(w, T, w->n * w->n, &defect);
+    sym_note(w, c, "T", defect, c->preserves_T);
+    c->preserves_alpha = sym_all_zero(w, alpha, w->n, &defect);
+    sym_note(w, c, "alpha", defect, c->preserves_alpha);
+}
+
 void sym_field_preserves(struct sym_work *w, const expr_id *D, struct sym_check *c)
 {
     struct expr_store *st = w->st;
     int n = w->n;
     if (!usable(w) || !expr_is_const(st, D[n]))
         return;
-    expr_id *d = partials(w, D), *T = sga_malloc((size_t)(n * n + n + 1) * sizeof *T), *alpha = T + n * n, defect = EXPR_UNDEF;
+    expr_id *d = partials(w, D), *T = sga_malloc((size_t)(n * n + n + 1) * sizeof *T), *alpha = T + n * n;
     for (int i = 0; i < n * n; i++)
         T[i] = expr_int(st, 0);
     for (int k = 0; k < n; k++) {
@@ -58,10 +68,7 @@ void sym_field_preserves(struct sym_work *w, const expr_id *D, struct sym_check 
         for (int k = 0; k < n; k++)
             add_product(st, alpha + i, w->sys->row[k].alpha, d[i * n + k]);
     }
-    c->preserves_T = sym_all_zero(w, T, n * n, &defect);
-    sym_note(w, c, "T", defect, c->preserves_T);
-    c->preserves_alpha = sym_all_zero(w, alpha, n, &defect);
-    sym_note(w, c, "alpha", defect, c->preserves_alpha);
+    report(w, c, T, alpha);
     free(d);
     free(T);
 }
@@ -72,7 +79,7 @@ void sym_map_preserves(struct sym_work *w, const expr_id *phi, const expr_id *su
     int n = w->n;
     if (!usable(w) || phi[n] != st->symbol[w->sys->time].node)
         return;
-    expr_id *d = partials(w, phi), *T = sga_malloc((size_t)(n * n + n + 1) * sizeof *T), *alpha = T + n * n, defect = EXPR_UNDEF;
+    expr_id *d = partials(w, phi), *T = sga_malloc((size_t)(n * n + n + 1) * sizeof *T), *alpha = T + n * n;
     for (int i = 0; i < n * n; i++)
         T[i] = expr_neg(st, sym_entry(w, i / n, i % n));
     for (int i = 0; i < n; i++)
@@ -92,10 +99,7 @@ void sym_map_preserves(struct sym_work *w, const expr_id *phi, const expr_id *su
                     add_product(st, T + i * n + j, expr_mul(st, value, d[i * n + k]), d[j * n + l]);
         }
     }
-    c->preserves_T = sym_all_zero(w, T, n * n, &defect);
-    sym_note(w, c, "T", defect, c->preserves_T);
-    c->preserves_alpha = sym_all_zero(w, alpha, n, &defect);
-    sym_note(w, c, "alpha", defect, c->preserves_alpha);
+    report(w, c, T, alpha);
     free(d);
     free(T);
 }
