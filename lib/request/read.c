@@ -151,6 +151,7 @@ static void clear_trajectory(struct request_trajectory *t)
     }
     free(t->event);
     free(t->times);
+    free(t->exact_times);
     free(t->initial);
     free(t->hold);
     free(t->output);

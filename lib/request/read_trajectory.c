@@ -8,14 +8,14 @@
 
 enum { DEFAULT_SAMPLES = 101 };
 
-static bool read_start(struct reader *rd, const json_t *v, const char *member, double *out, bool *has)
+static bool read_start(struct reader *rd, const json_t *v, const char *member, double *out, expr_id *exact, bool *has)
 {
     const json_t *m = json_object_get(v, member);
     *has = m != NULL;
     if (!m)
         return true;
     size_t mark = at_member(rd, member);
-    if (!read_value(rd, m, out, NULL))
+    if (!read_exact(rd, m, out, exact, NULL))
         return false;
     at_back(rd, mark);
     return true;
@@ -52,15 +52,18 @@ static bool read_times(struct reader *rd, const json_t *v, bool has_start)
     if (n < 1 || n > REQUEST_MAX_SAMPLES)
         return at_fail(rd, SGA_E_SCHEMA, "there are %zu times; there must be 1 to %d", n, REQUEST_MAX_SAMPLES);
     t->times = sga_malloc(n * sizeof *t->times);
+    t->exact_times = sga_malloc(n * sizeof *t->exact_times);
     for (size_t i = 0; i < n; i++) {
         size_t here = at_item(rd, v, i);
-        if (!read_value(rd, list_item(v, i), t->times + i, NULL))
+        if (!read_exact(rd, list_item(v, i), t->times + i, t->exact_times + i, NULL))
             return false;
         at_back(rd, here);
     }
     t->samples = (int)n;
-    if (!has_start)
+    if (!has_start) {
         t->start = t->times[0];
+        t->exact_start = t->exact_times[0];
+    }
     bool down = t->times[n - 1] < t->start;
     for (size_t i = 0; i < n; i++) {
         double last = i ? t->times[i - 1] : t->start, now = t->times[i];
@@ -78,8 +81,10 @@ static bool read_when(struct reader *rd, const json_t *v)
     bool has_start, has_stop;
     double stop = 0;
     const json_t *times = json_object_get(v, "times");
-    if (!read_start(rd, v, "start", &rd->r->trajectory.start, &has_start)
-        || !read_start(rd, v, "stop", &stop, &has_stop))
+    struct request_trajectory *t = &rd->r->trajectory;
+    t->exact_start = t->exact_stop = expr_int(&rd->r->store, 0);
+    if (!read_start(rd, v, "start", &t->start, &t->exact_start, &has_start)
+        || !read_start(rd, v, "stop", &stop, &t->exact_stop, &has_stop))
         return false;
     if (times && (has_stop || json_object_get(v, "samples")))
         return at_member(rd, "times"),
@@ -125,7 +130,7 @@ bool read_initial(struct reader *rd, const json_t *v, unsigned char *taken, stru
         size_t mark = at_member(rd, key);
         struct request_initial *i = *list + *count;
         i->variable = new_variable(rd, key, taken);
-        if (i->variable < 0 || !read_value(rd, item, &i->value, &i->text))
+        if (i->variable < 0 || !read_exact(rd, item, &i->value, &i->exact, &i->text))
             return false;
         ++*count;
         at_back(rd, mark);
@@ -259,4 +264,16 @@ bool read_trajectory(struct reader *rd, const json_t *v)
         return false;
     at_back(rd, mark);
     return true;
+}
+
+expr_id request_exact_time(struct request *r, int k)
+{
+    const struct request_trajectory *t = &r->trajectory;
+    struct expr_store *st = &r->store;
+    if (t->exact_times)
+        return t->exact_times[k];
+    if (t->samples < 2)
+        return t->exact_stop;
+    expr_id part = expr_rational(st, k, t->samples - 1), rest = expr_rational(st, t->samples - 1 - k, t->samples - 1);
+    return expr_add(st, expr_mul(st, rest, t->exact_start), expr_mul(st, part, t->exact_stop));
 }

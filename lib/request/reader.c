@@ -156,7 +156,7 @@ expr_id read_expression(struct reader *rd, const json_t *v, char **text)
     return e;
 }
 
-bool read_value(struct reader *rd, const json_t *v, double *out, char **text)
+bool read_exact(struct reader *rd, const json_t *v, double *out, expr_id *exact, char **text)
 {
     char *own = NULL;
     expr_id e = read_expression(rd, v, &own);
@@ -167,7 +167,14 @@ bool read_value(struct reader *rd, const json_t *v, double *out, char **text)
         *text = own;
     else
         free(own);
+    if (exact)
+        *exact = e;
     return ok;
+}
+
+bool read_value(struct reader *rd, const json_t *v, double *out, char **text)
+{
+    return read_exact(rd, v, out, NULL, text);
 }
 
 bool read_number(struct reader *rd, const json_t *v, double low, double high, double *out)

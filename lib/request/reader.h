@@ -49,6 +49,8 @@ expr_id read_expression(struct reader *rd, const json_t *v, char **text);
 bool read_number(struct reader *rd, const json_t *v, double low, double high, double *out);
 /* A constant: a number or an exact string, of constants and valued parameters. */
 bool read_value(struct reader *rd, const json_t *v, double *out, char **text);
+/* The same, and the constant itself. */
+bool read_exact(struct reader *rd, const json_t *v, double *out, expr_id *exact, char **text);
 bool read_integer(struct reader *rd, const json_t *v, long low, long high, long *out);
 bool read_boolean(struct reader *rd, const json_t *v, bool *out);
 const char *read_string(struct reader *rd, const json_t *v);

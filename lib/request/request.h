@@ -40,6 +40,7 @@ enum request_arithmetic {
 struct request_initial {
     int variable;             /* index into system.variable */
     double value;             /* nearest double to the exact text */
+    expr_id exact;            /* a constant of the store */
     char *text;               /* as given, in the grammar */
 };
 
@@ -64,6 +65,8 @@ struct request_trajectory {
                                * (or strictly decreasing from start or earlier); NULL where
                                * neither stop nor times was given and no trajectory is wanted */
     int samples;
+    expr_id exact_start, exact_stop;   /* constants of the store */
+    expr_id *exact_times;     /* samples of them; NULL where they are evenly spaced from start to stop */
     struct request_initial *initial; int initials;   /* in the order of the variables */
     int *hold; int holds;                            /* variable indices, in the order given */
     expr_id *output; char **output_text; int outputs;  /* 0: all variables */
@@ -173,5 +176,8 @@ enum {
     REQUEST_MAX_NAME = 128,           /* bytes of a name */
     REQUEST_MAX_DEPTH = 64            /* of nested JSON */
 };
+
+/* Sample time k (0 <= k < samples) as a constant of the request's store. */
+expr_id request_exact_time(struct request *r, int k);
 
 #endif

@@ -7,6 +7,9 @@
 #include "mem.h"
 #include "sweep.h"
 
+/* Down to this the automatic choice is double. */
+static const double DOUBLE_SUFFICES = 1e-11;
+
 /* Gauge conditions are equations without derivatives: with them the same reduction is run
  * once more, and what it leaves is integrated. */
 static bool with_conditions(struct job *j, struct sga_solution *solution, struct points_shadow *shadow)
@@ -48,6 +51,21 @@ static bool run(struct job *j, const struct sga_solution *solution, const struct
     return true;
 }
 
+/* What longer arithmetics start from: constants where doubles would be rounded. */
+static void exact_values(struct job *j, struct traj_request *r)
+{
+    const struct request_trajectory *t = &j->request.trajectory;
+    expr_id *initial = sga_calloc((size_t)j->request.system.variables + 1, sizeof *initial);
+    expr_id *time = sga_malloc((size_t)(t->samples + 1) * sizeof *time);
+    for (int k = 0; k < t->initials; k++)
+        initial[t->initial[k].variable] = t->initial[k].exact;
+    for (int k = 0; k < t->samples; k++)
+        time[k] = request_exact_time(&j->request, k);
+    r->exact_start = t->exact_start;
+    r->exact_initial = initial;
+    r->exact_time = time;
+}
+
 bool answer_motion(struct job *j)
 {
     const struct request_trajectory *t = &j->request.trajectory;
@@ -76,8 +94,11 @@ bool answer_motion(struct job *j)
         .rate = rate, .rates = t->rates, .output = t->output, .outputs = t->outputs,
         .event = event, .events = t->events,
         .rtol = j->request.accuracy.rtol, .atol = j->request.accuracy.atol,
-        .method = j->request.accuracy.method, .budget = &j->budget,
+        .method = j->request.accuracy.method, .arithmetic = (enum traj_arithmetic)j->request.accuracy.arithmetic,
+        .budget = &j->budget,
     };
+    if (r.arithmetic != TRAJ_DOUBLE && (r.arithmetic != TRAJ_AUTO || r.rtol < DOUBLE_SUFFICES))
+        exact_values(j, &r);
     bool ok;
     if (t->conditions) {
         struct sga_solution solution = { 0 };
@@ -90,6 +111,8 @@ bool answer_motion(struct job *j)
     } else {
         ok = run(j, &j->solution, &r);
     }
+    free((expr_id *)r.exact_initial);
+    free((expr_id *)r.exact_time);
     free(initial);
     free(given);
     free(held);

@@ -93,9 +93,6 @@ static bool check_wants(struct job *j)
                                request_want_text(k));
     if (j->request.op.open_sources && j->request.want & (REQUEST_TRAJECTORY | REQUEST_CONSISTENT_INITIAL))
         return sga_fail_at(j->err, SGA_E_NO_MOTION, "/system/sources", "to follow a motion, give each source as a function of time");
-    if (j->request.accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE || j->request.accuracy.arithmetic == REQUEST_BALL)
-        return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic",
-                           "this version integrates in double only; use \"double\" or \"auto\"");
     return true;
 }
 

@@ -39,11 +39,15 @@ static bool one(struct job *j, const struct sga_solution *s, struct traj_request
     int keeps = t->initials, n = j->request.system.variables;
     double *initial = sga_calloc((size_t)n, sizeof *initial);
     unsigned char *given = sga_calloc((size_t)n, 1);
+    expr_id *exact = sga_calloc((size_t)n + 1, sizeof *exact);
+    const expr_id *exact_before = r->exact_initial;
     struct sga_error err = { 0 };
     for (int k = 0; k < m->initials; k++) {
         initial[m->initial[k].variable] = m->initial[k].value;
         given[m->initial[k].variable] = 1;
+        exact[m->initial[k].variable] = m->initial[k].exact;
     }
+    r->exact_initial = exact_before ? exact : NULL;
     r->initial = initial;
     r->given = given;
     bool found = traj_run(&j->request.system, s, r, &j->trajectory, &err), ok = sga_budget_ok(&j->budget, j->err);
@@ -59,6 +63,8 @@ static bool one(struct job *j, const struct sga_solution *s, struct traj_request
     t->initials = keeps;
     if (found)
         traj_result_clear(&j->trajectory);
+    r->exact_initial = exact_before;
+    free(exact);
     free(initial);
     free(given);
     return ok && answer_fits(j, w->out);

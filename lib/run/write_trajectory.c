@@ -1,4 +1,6 @@
 /* The trajectory's part of the result. */
+#include <string.h>
+
 #include "sweep.h"
 
 static void write_columns(const struct job *j, struct sga_json *w)
@@ -16,6 +18,15 @@ static void write_columns(const struct job *j, struct sga_json *w)
     sga_json_end_array(w);
 }
 
+/* With all its digits, where it has more than a double. */
+static void write_number(const struct traj_result *r, size_t place, struct sga_json *w)
+{
+    if (r->digits && r->digits[place])
+        sga_json_raw(w, r->digits[place], strlen(r->digits[place]));
+    else
+        sga_json_double(w, r->value[place]);
+}
+
 static bool write_rows(struct job *j, struct sga_json *w)
 {
     const struct traj_result *r = &j->trajectory;
@@ -27,11 +38,27 @@ static bool write_rows(struct job *j, struct sga_json *w)
         sga_json_array(w);
         sga_json_double(w, r->t[i]);
         for (int k = 0; k < r->columns; k++)
-            sga_json_double(w, r->value[(size_t)i * (size_t)r->columns + (size_t)k]);
+            write_number(r, (size_t)i * (size_t)r->columns + (size_t)k, w);
         sga_json_end_array(w);
     }
     sga_json_end_array(w);
     return true;
+}
+
+/* Balls: how far the true value is at most from what is written, by rows like the rows without time. */
+static void write_radii(const struct traj_result *r, struct sga_json *w)
+{
+    if (!r->radius)
+        return;
+    sga_json_key(w, "radii");
+    sga_json_array(w);
+    for (int i = 0; i < r->rows; i++) {
+        sga_json_array(w);
+        for (int k = 0; k < r->columns; k++)
+            sga_json_double(w, r->radius[(size_t)i * (size_t)r->columns + (size_t)k]);
+        sga_json_end_array(w);
+    }
+    sga_json_end_array(w);
 }
 
 /* One estimate for each row, and whether all are within the tolerances. */
@@ -150,9 +177,10 @@ bool answer_write_motion(struct job *j, struct sga_json *w)
     sga_json_end_object(w);
     sga_json_member_double(w, "error_estimate", r->error_estimate);
     write_errors(r, w);
+    write_radii(r, w);
     sga_json_member_double(w, "constraint_residual", r->residual);
     sga_json_member_string(w, "method", r->method);
-    sga_json_member_string(w, "arithmetic", "double");
+    sga_json_member_string(w, "arithmetic", r->arithmetic);
     sga_json_member_string(w, "gauge", r->gauge);
     sga_json_key(w, "ended");
     if (r->ended) {

@@ -23,6 +23,9 @@ struct traj_happening {
     double t, error;          /* error: estimated; INFINITY where not known */
 };
 
+/* What a solution is computed in. AUTO: the cheapest that reaches the tolerances. */
+enum traj_arithmetic { TRAJ_AUTO, TRAJ_DOUBLE, TRAJ_DOUBLE_DOUBLE, TRAJ_BALL };
+
 struct traj_request {
     double start;
     const double *times; int samples;      /* ascending from start, or descending */
@@ -34,6 +37,11 @@ struct traj_request {
     const struct traj_event *event; int events;
     double rtol, atol;
     const char *method;                    /* NULL or "auto": chosen */
+    enum traj_arithmetic arithmetic;
+    /* Where the arithmetic carries more than a double: constants of the store, by variable
+     * (EXPR_UNDEF: not given) and by sample. NULL: the doubles are meant exactly. */
+    expr_id exact_start;
+    const expr_id *exact_initial, *exact_time;
     const struct sga_budget *budget;
 };
 
@@ -49,6 +57,11 @@ struct traj_result {
     int ended_event;          /* that stopped it, or -1 */
     const char *shortfall;    /* why estimates exceed rtol |value| + atol somewhere, static; NULL where none does */
     double residual;          /* largest |constraint| over the samples, each scaled by its gradient */
+    /* Where the arithmetic carries more than a double: the rows again, rows x columns decimal
+     * texts with all digits that `error` leaves (malloced, each its own; NULL: not a number). */
+    char **digits;
+    double *radius;           /* ball: rows x columns, |true - value written| is at most this; or NULL */
+    const char *arithmetic;   /* "double", "double-double", "ball"; static */
     const char *method;
     bool ended;               /* before the last time */
     double ended_t;

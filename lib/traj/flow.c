@@ -1,0 +1,153 @@
+/* A solved system as the callbacks of an integrator: field, projection, outputs, events. */
+#include "flow.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "consistent.h"
+#include "mem.h"
+
+static bool rhs(void *ctx, double t, const double *x, double *dx)
+{
+    struct flow *f = ctx;
+    return field_eval(&f->field, t, x, dx);
+}
+
+/* The correction is the least one in units of the error allowed: a rounding of a large
+ * variable must not be paid for by a small one. */
+static bool project(void *ctx, double t, double *x, const double *scale, double *moved, double *residual)
+{
+    struct flow *f = ctx;
+    int n = f->n;
+    memcpy(f->in, x, (size_t)n * sizeof *x);
+    bool ok = manifold_project(&f->manifold, t, x, scale, NULL, 8, NULL, NULL, NULL);
+    double sum = 0;
+    for (int j = 0; j < n; j++) {
+        double d = (x[j] - f->in[j]) / scale[j];
+        sum += d * d;
+    }
+    *moved = sqrt(sum / n);
+    *residual = f->manifold.raw;
+    return ok;
+}
+
+static bool slope(void *ctx, double t, const double *x, double *value)
+{
+    struct flow *f = ctx;
+    return field_slope(&f->field, t, x, value);
+}
+
+/* The columns of a sample. */
+void flow_output(void *ctx, double t, const double *x, double *y)
+{
+    struct flow *f = ctx;
+    memcpy(f->in, x, (size_t)f->n * sizeof *x);
+    f->in[f->n] = t;
+    num_tape_eval(f->output, f->in, y);
+}
+
+static enum ode_reason why(void *ctx)
+{
+    struct flow *f = ctx;
+    return f->field.rank_lost || f->field.contradiction ? ODE_SINGULAR : ODE_LEFT_DOMAIN;
+}
+
+static void event(void *ctx, double t, const double *x, double *g)
+{
+    struct flow *f = ctx;
+    memcpy(f->in, x, (size_t)f->n * sizeof *x);
+    f->in[f->n] = t;
+    num_tape_eval(f->event, f->in, g);
+}
+
+static bool event_tape(struct flow *f, const struct sys_system *sys, const struct traj_request *rq, const int *inputs,
+                       struct sga_error *err)
+{
+    expr_id *root = sga_malloc((size_t)rq->events * sizeof *root);
+    f->spec = sga_malloc((size_t)rq->events * sizeof *f->spec);
+    for (int i = 0; i < rq->events; i++) {
+        root[i] = rq->event[i].expression;
+        f->spec[i] = (struct ode_event){ rq->event[i].direction, rq->event[i].stop };
+    }
+    f->event = num_tape_new(sys->store, root, rq->events, inputs, f->n + 1, err);
+    free(root);
+    return f->event != NULL;
+}
+
+bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol,
+               const struct traj_request *rq, struct sga_error *err)
+{
+    int n = sys->variables;
+    *f = (struct flow){ .n = n };
+    if (!manifold_init(&f->manifold, sys, sol, err) || !field_init(&f->field, sys, sol, rq, &f->manifold, err))
+        return false;
+    f->in = sga_malloc((size_t)(n + 1) * sizeof *f->in);
+    if (!rq->outputs && !rq->events)
+        return true;
+    int *inputs = sga_malloc((size_t)(n + 1) * sizeof *inputs);
+    for (int j = 0; j < n; j++)
+        inputs[j] = sys->variable[j].symbol;
+    inputs[n] = sys->time;
+    bool ok = !rq->outputs || (f->output = num_tape_new(sys->store, rq->output, rq->outputs, inputs, n + 1, err));
+    ok = ok && (!rq->events || event_tape(f, sys, rq, inputs, err));
+    free(inputs);
+    return ok;
+}
+
+void flow_clear(struct flow *f)
+{
+    manifold_clear(&f->manifold);
+    field_clear(&f->field);
+    num_tape_free(f->output);
+    num_tape_free(f->event);
+    free(f->spec);
+    free(f->in);
+}
+
+/* Some point of the set, for a start of last resort: found by a fresh search. */
+static double *known_point(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq)
+{
+    int n = sys->variables;
+    int *variable = sga_malloc((size_t)(n + 1) * sizeof *variable);
+    expr_id *con = sga_malloc((size_t)(sol->constraints + 1) * sizeof *con);
+    for (int j = 0; j < n; j++)
+        variable[j] = sys->variable[j].symbol;
+    for (int i = 0; i < sol->constraints; i++)
+        con[i] = sol->constraint[i].expr;
+    struct points_space space = { .st = sys->store, .variable = variable, .variables = n, .time = sys->time,
+                                  .constraint = con, .constraints = sol->constraints, .near = rq->initial,
+                                  .near_time = rq->start, .budget = rq->budget };
+    struct points_point p;
+    uint64_t random = 3;
+    double *x = NULL;
+    int *end = sga_calloc((size_t)sol->generations + 1, sizeof *end), stages = sga_stages(sol, end);
+    if (points_find_staged(&space, end, stages, 0, &random, 64, &p) == POINTS_OK)
+        x = memcpy(sga_malloc((size_t)n * sizeof *x), p.x, (size_t)n * sizeof *x);
+    points_point_clear(&p);
+    free(end);
+    free(variable);
+    free(con);
+    return x;
+}
+
+/* The consistent start; where the guess leads nowhere, from a point that a search finds. */
+bool flow_start(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol,
+                const struct traj_request *rq, double *x, double *moved, struct sga_error *err)
+{
+    if (consistent_start(&f->manifold, sys, sol, rq, NULL, x, moved, NULL))
+        return true;
+    double *elsewhere = known_point(sys, sol, rq);
+    bool ok = consistent_start(&f->manifold, sys, sol, rq, elsewhere, x, moved, err);
+    free(elsewhere);
+    return ok;
+}
+
+struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
+{
+    return (struct ode_problem){ .n = f->n, .ctx = f, .rhs = rhs, .project = f->manifold.c ? project : NULL, .why = why,
+                                 .pattern = f->field.pattern, .jacobian = f->field.pattern ? slope : NULL,
+                                 .cost = 4.0 * num_tape_length(f->field.direct),
+                                 .outputs = rq->outputs, .output = rq->outputs ? flow_output : NULL,
+                                 .events = rq->events, .event_spec = f->spec, .event = event };
+}

@@ -1,0 +1,33 @@
+/* Inside the traj folder: a solved system made ready for numbers. */
+#ifndef SGA_TRAJ_FLOW_H
+#define SGA_TRAJ_FLOW_H
+
+#include "field.h"
+#include "manifold.h"
+#include "ode.h"
+#include "trajectory.h"
+
+struct flow {
+    struct manifold manifold;
+    struct field field;
+    struct num_tape *output;      /* inputs: variables, time */
+    struct num_tape *event;       /* the same */
+    struct ode_event *spec;
+    double *in;
+    int n;
+};
+
+/* Everything but the derivatives of the field. False: err says why; flow_clear is due all the same. */
+bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol,
+               const struct traj_request *rq, struct sga_error *err);
+void flow_clear(struct flow *f);
+/* The consistent start x (n); where the guess leads nowhere, from a point that a search finds.
+ * *moved: see consistent_start. */
+bool flow_start(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol,
+                const struct traj_request *rq, double *x, double *moved, struct sga_error *err);
+/* The columns y of a sample. */
+void flow_output(void *flow, double t, const double *x, double *y);
+/* The problem as the integrator sees it; field_slope_init has been called. */
+struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq);
+
+#endif

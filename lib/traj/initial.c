@@ -1,0 +1,71 @@
+/* The consistent start as a result of its own. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "flow.h"
+#include "mem.h"
+#include "sparse.h"
+
+/* Coordinates of Pf near x: what elimination of the differentials leaves unsolved, values
+ * that were not given being solved for first. */
+static void free_coordinates(struct flow *f, const struct traj_request *rq, struct traj_initial *r)
+{
+    int n = f->n, c = f->manifold.c;
+    unsigned char *solved = sga_calloc((size_t)n + 1, 1);
+    struct points_row *row = sga_calloc((size_t)c + 1, sizeof *row);
+    manifold_residual(&f->manifold, rq->start, r->x, NULL, NULL);
+    for (int i = 0; i < c; i++) {
+        int len = f->manifold.cols[i];
+        row[i].len = row[i].cap = len;
+        row[i].col = sga_malloc((size_t)(len + 1) * sizeof(int));
+        row[i].val = sga_malloc((size_t)(len + 1) * sizeof(double));
+        for (int k = 0; k < len; k++) {
+            row[i].col[k] = f->manifold.col[i][k];
+            row[i].val[k] = f->manifold.step.value[i][k] * (rq->given[row[i].col[k]] ? 1 : 1e3);
+        }
+    }
+    struct points_lu lu;
+    points_lu_factor(&lu, row, c, n, 1e-10);
+    for (int k = 0; k < lu.rank; k++)
+        solved[lu.pivot_col[k]] = 1;
+    points_lu_clear(&lu);
+    r->free = sga_malloc((size_t)(n + 1) * sizeof *r->free);
+    for (int j = 0; j < n; j++)
+        if (!solved[j])
+            r->free[r->frees++] = j;
+    free(solved);
+}
+
+bool traj_consistent(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+                     struct traj_initial *r, struct sga_error *err)
+{
+    struct flow f;
+    *r = (struct traj_initial){ 0 };
+    bool ok = flow_init(&f, sys, sol, rq, err);
+    if (ok) {
+        int n = f.n, c = f.manifold.c;
+        r->x = sga_calloc((size_t)n + 1, sizeof *r->x);
+        r->derivative = sga_calloc((size_t)n + 1, sizeof *r->derivative);
+        r->residual = sga_calloc((size_t)c + 1, sizeof *r->residual);
+        ok = flow_start(&f, sys, sol, rq, r->x, &r->moved, err) && field_begin(&f.field, rq->start, r->x, err) && field_eval(&f.field, rq->start, r->x, r->derivative);
+        if (ok) {
+            memcpy(f.in, r->x, (size_t)n * sizeof *f.in);
+            f.in[n] = rq->start;
+            num_tape_eval(f.manifold.tape, f.in, r->residual);
+            free_coordinates(&f, rq, r);
+        }
+    }
+    flow_clear(&f);
+    if (!ok)
+        traj_initial_clear(r);
+    return ok;
+}
+
+void traj_initial_clear(struct traj_initial *r)
+{
+    free(r->x);
+    free(r->derivative);
+    free(r->residual);
+    free(r->free);
+    *r = (struct traj_initial){ 0 };
+}
