@@ -6,10 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "mem.h"
 #include "irregular.h"
+#include "mem.h"
+#include "places.h"
 #include "print.h"
-#include "sides.h"
 
 char *state_text(struct state *s, expr_id e)
 {
@@ -84,7 +84,7 @@ static int contradiction(struct state *s, const struct candidate *c, const char 
 /* A constraint without variables holds for no x, or for all. */
 static const char *hopeless(struct state *s, expr_id e)
 {
-    unsigned f = expr_facts_of(&s->facts, s->st, e);
+    unsigned f = state_facts(s, e);
     if (!(f & EXPR_HAS_VARIABLE)) {
         if (f & EXPR_HAS_TIME)
             return "it depends on time only, so it can hold at some instants only";
@@ -110,44 +110,6 @@ static int fail_sample(struct state *s, const struct candidate *c, enum points_s
     return -1;
 }
 
-/* New points near a place; the shadow's present points are not used as starts. */
-static enum points_status sample_near(struct state *s, const double *x, double t)
-{
-    struct points_space keep = s->space;
-    uint64_t random = s->shadow->random;
-    points_shadow_forget(s->shadow);
-    s->shadow->random = random;
-    s->space.near = x;
-    s->space.near_time = t;
-    enum points_status status = state_sample(s);
-    s->space.near = keep.near;
-    s->space.near_time = keep.near_time;
-    return status;
-}
-
-/* Gradient components may vanish where e does not, far from where they were tried: look
- * for such a place on the present set. */
-static bool vanishes_far(struct state *s, expr_id e)
-{
-    struct points_space space = s->space;
-    uint64_t random = s->shadow->random;
-    bool all = true;
-    space.near = NULL;
-    space.before = NULL;
-    double size = 1;
-    for (int j = 0; j < space.variables && space.scale; j++)
-        size = fmax(size, ldexp(1, space.scale[j]));
-    for (int k = 0; k < 8 && all; k++) {
-        struct points_point p;
-        if (points_find(&space, (1 + k) * (k % 2 ? size : 1), &random, POINTS_BITS, &p) == POINTS_OK) {
-            num_ball_extend(&p.ball);
-            all = arb_contains_zero(num_ball_value(&p.ball, e));
-        }
-        points_point_clear(&p);
-    }
-    return all;
-}
-
 /* e's first derivatives on the present set: below some order they vanish, that one does
  * not. */
 static bool order_holds(struct state *s, const struct proposal *p)
@@ -170,9 +132,9 @@ static int admit_irregular(struct state *s, const struct candidate *c, const dou
     for (int i = 0; i < count; i++) {
         for (int k = 0; k < p[i].count && added < 0; k++)
             push(s, c, p[i].out[k], g);
-        if (added < 0 && sample_near(s, x, t) == POINTS_OK
+        if (added < 0 && place_sample_near(s, x, t) == POINTS_OK
             && points_shadow_zero(s->shadow, c->expr).truth == POINTS_ZERO
-            && (!p[i].derivatives || order_holds(s, p + i)) && (p[i].exact || vanishes_far(s, c->expr)))
+            && (!p[i].derivatives || order_holds(s, p + i)) && (p[i].exact || place_vanishes_far(s, c->expr)))
             added = p[i].count;
         for (int k = before; k < s->sol->constraints; k++)
             s->sol->constraint[k].near_point = true;
@@ -248,78 +210,19 @@ static bool has_branches(struct state *s, expr_id e)
     return false;
 }
 
-/* Whether c vanishes all over some other branch of the present set than the one that the
- * points lie on, such as x - sqrt(2) on x^2 = 2. The points may have moved afterwards. */
-static bool holds_elsewhere(struct state *s, const struct candidate *c, int g)
-{
-    struct points_point p;
-    uint64_t random = s->shadow->random;
-    if (!s->sol->constraints || s->sol->constraints > 60)
-        return false;
-    push(s, c, c->expr, g);
-    s->space.constraint = s->con;
-    s->space.constraints = s->sol->constraints;
-    enum points_status status = points_find(&s->space, s->space.near ? 0 : 1, &random, POINTS_BITS, &p);
-    pop(s, s->sol->constraints - 1);
-    bool there = (status == POINTS_IRREGULAR || status == POINTS_OK) && sample_near(s, p.x, p.t) == POINTS_OK
-                 && ech_zero(&s->ctx, c->expr) == 1;
-    points_point_clear(&p);
-    if (!there && state_sample(s) != POINTS_OK)
-        points_shadow_forget(s->shadow);
-    return there;
-}
-
 /* c keeps one value, not zero, along the branch of the present set that the points lie on. */
-static int constant_there(struct state *s, const struct candidate *c, const char *why, int g)
+static int constant_there(struct state *s, const struct candidate *c, const char *why)
 {
     char *text;
     if (has_branches(s, c->expr))
         return fail_sample(s, c, POINTS_NONE);
-    if (!holds_elsewhere(s, c, g))
+    if (!place_holds_elsewhere(s, c->expr))
         return contradiction(s, c, why);
     text = state_text(s, c->expr);
     sga_fail(s->err, SGA_E_SPLIT, "the constraint set has several branches, and %s = 0 holds on some of them only; "
              "write the constraints so that they cut out those alone", text);
     free(text);
     return -1;
-}
-
-/* Whether e is made with functions that are one analytic function on each side of a surface. */
-static bool has_sides(struct state *s, expr_id e)
-{
-    expr_cone_of(s->st, &s->cone, &e, 1);
-    for (int k = 0; k < s->cone.count; k++)
-        if (points_switches(expr_op_of(s->st, s->cone.list[k])))
-            return true;
-    return false;
-}
-
-/* c may hold all over one side of a surface (abs(x y) = x y, sign(x) = 1): look for points
- * of the present set where it does, and go on there. */
-static bool holds_on_side(struct state *s, const struct candidate *c)
-{
-    enum { TRIES = 16 };
-    if (!has_sides(s, c->expr))
-        return false;
-    struct points_space space = s->space;
-    uint64_t random = s->shadow->random;
-    int sides = s->shadow->sides;
-    space.constraint = s->con;
-    space.constraints = s->sol->constraints;
-    space.before = NULL;
-    bool found = false;
-    for (int k = 0; k < TRIES && !found; k++) {
-        struct points_point p;
-        if (points_find(&space, space.near ? 0.05 * k : 1 + 0.5 * k, &random, POINTS_BITS, &p) == POINTS_OK) {
-            num_ball_extend(&p.ball);
-            if (arb_contains_zero(num_ball_value(&p.ball, c->expr)) && sample_near(s, p.x, p.t) == POINTS_OK)
-                found = points_shadow_zero(s->shadow, c->expr).truth == POINTS_ZERO && s->shadow->sides > sides;
-            if (!found)
-                s->shadow->sides = sides;
-        }
-        points_point_clear(&p);
-    }
-    return found;
 }
 
 /* No option led to points: say what can be said. `status` is that of the last one. */
@@ -329,24 +232,19 @@ static int refuse(struct state *s, const struct candidate *c, const struct regul
     int result = -1;
     if (status == POINTS_IRREGULAR) {     /* the place that was approached */
         struct points_point p;
-        uint64_t random = s->shadow->random;
-        push(s, c, r->option[0].out[0], g);
-        s->space.constraint = s->con;
-        s->space.constraints = s->sol->constraints;
-        points_find(&s->space, s->space.near ? 0 : 1, &random, POINTS_BITS, &p);
-        pop(s, s->sol->constraints - 1);
+        place_with(s, r->option[0].out[0], &p);
         x = memcpy(sga_malloc((size_t)p.variables * sizeof *x), p.x, (size_t)p.variables * sizeof *x);
         t = p.t;
         points_point_clear(&p);
     }
     if (status == POINTS_STOPPED)
         result = fail_sample(s, c, status);
-    else if (holds_on_side(s, c))
+    else if (place_holds_on_side(s, c->expr))
         result = 0;
     else if (state_sample(s) != POINTS_OK)
         result = fail_sample(s, c, POINTS_NONE);
     else if (state_locally_constant(s, c->expr))
-        result = constant_there(s, c, "it is locally constant on the earlier constraints and not zero there", g);
+        result = constant_there(s, c, "it is locally constant on the earlier constraints and not zero there");
     else if (never_on_set(s, c->expr))
         result = contradiction(s, c, "with the earlier constraints used up, it has no real zero");
     else if (status == POINTS_IRREGULAR)
@@ -388,7 +286,7 @@ static int admit_one(struct state *s, const struct candidate *c, int g)
     else if (status == POINTS_IRREGULAR && r.options == 1 && r.option[0].count > 1 && !c->arose && state_sample(s) == POINTS_OK)
         result = admit_parts(s, c, r.option, g);
     else if (r.answer == REGULAR_NEVER)
-        result = constant_there(s, c, "it has no real zero on the earlier constraints", g);
+        result = constant_there(s, c, "it has no real zero on the earlier constraints");
     else
         result = refuse(s, c, &r, status, g);
     regular_clear(&r);

@@ -76,6 +76,11 @@ static slong with_bits(struct state *s, struct points_point *p, const expr_id *g
     return need;
 }
 
+unsigned state_facts(struct state *s, expr_id e)
+{
+    return expr_facts_of(&s->facts, s->st, e);
+}
+
 bool state_locally_constant(struct state *s, expr_id e)
 {
     int c = s->sol->constraints, n = s->sys->variables;

@@ -23,13 +23,13 @@ static bool varies(struct state *s, expr_id v)
 static bool constant_slope(struct state *s, expr_id v, expr_id *slope)
 {
     struct poly_limits limits = { .max_terms = 100, .max_generators = 24, .budget = s->options->budget };
-    bool depends = expr_facts_of(&s->facts, s->st, v) & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME);
+    bool depends = state_facts(s, v) & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME);
     if (depends && !s->sys->parameters && varies(s, v))
         return false;
     if (depends)
         poly_normal(s->st, v, &limits, &v);
     *slope = v;
-    return !expr_is_zero(s->st, v) && !(expr_facts_of(&s->facts, s->st, v) & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME));
+    return !expr_is_zero(s->st, v) && !(state_facts(s, v) & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME));
 }
 
 static int search_symbol(struct state *s, expr_id e, expr_id *slope, bool *affine)
@@ -43,7 +43,7 @@ static int search_symbol(struct state *s, expr_id e, expr_id *slope, bool *affin
     int n = expr_gradient(s->st, &s->cone, e, s->active, &term, &cap), found = -1;
     *affine = true;
     for (int k = 0; k < n; k++)
-        *affine &= !(expr_facts_of(&s->facts, s->st, term[k].value) & EXPR_HAS_VARIABLE);
+        *affine &= !(state_facts(s, term[k].value) & EXPR_HAS_VARIABLE);
     for (int k = 0; k < n && found < 0; k++)
         if (constant_slope(s, term[k].value, slope))
             found = term[k].symbol;

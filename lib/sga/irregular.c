@@ -85,7 +85,7 @@ static expr_id quantity(struct state *s, expr_id e)
         expr_cone_index(&cone);
         unsigned char *reached = sga_calloc((size_t)cone.count, 1);
         for (int k = 0; k < cone.count && found == e; k++)
-            if (expr_facts_of(&s->facts, s->st, cone.list[k]) & EXPR_HAS_VARIABLE && passes(s, &cone, e, cone.list[k], reached))
+            if (state_facts(s, cone.list[k]) & EXPR_HAS_VARIABLE && passes(s, &cone, e, cone.list[k], reached))
                 found = cone.list[k];
         free(reached);
     }

@@ -84,6 +84,12 @@ int state_admit(struct state *s, struct candidate *cand, int count, int g);
 /* Whether e is locally constant in x on the present set: then, not being zero there, it
  * has no zero that lasts. The shadow must hold points of the present set. */
 bool state_locally_constant(struct state *s, expr_id e);
+/* P_g from the rows of the system and the tangency to the first `to` constraints (those
+ * before `from` are in the echelon form already). On the smaller set a pivot may vanish:
+ * then the same rows say more there, and that belongs to the same P_g. */
+int state_generation(struct state *s, int from, int to, int g);
+/* What holds of e by its shape: expr_facts_of. */
+unsigned state_facts(struct state *s, expr_id e);
 
 /* The combination of rows and tangencies behind a row: its own source once, and what its
  * operations brought in. */

@@ -1,0 +1,124 @@
+/* Lists of the ways in which a constraint can vanish. */
+#include "regular_options.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+
+double regular_value(struct state *s, expr_id f, const double *x, double t)
+{
+    struct num_ball b;
+    num_ball_init(&b, s->st, 64);
+    for (int i = 0; i < s->sys->parameters; i++)
+        num_ball_set_d(&b, s->parameter_symbol[i], 1.25);
+    for (int j = 0; j < s->sys->variables; j++)
+        num_ball_set_d(&b, s->variable[j], x[j]);
+    num_ball_set_d(&b, s->sys->time, t);
+    expr_cone_of(s->st, &s->cone, &f, 1);
+    num_ball_list(&b, s->cone.list, s->cone.count);
+    double v = arf_get_d(arb_midref(num_ball_value(&b, f)), ARF_RND_NEAR);
+    num_ball_clear(&b);
+    return v;
+}
+
+double regular_option_value(struct state *s, const struct regular_option *o, const double *x, double t)
+{
+    double far = 0;
+    for (int i = 0; i < o->count && isfinite(far); i++) {
+        double v = fabs(regular_value(s, o->out[i], x, t));
+        far = isfinite(v) ? fmax(far, v) : INFINITY;
+    }
+    return far;
+}
+
+static bool same_option(const struct regular_option *o, const expr_id *out, int count)
+{
+    bool same = o->count == count;
+    for (int i = 0; i < count && same; i++) {
+        bool in = false;
+        for (int k = 0; k < count; k++)
+            in |= o->out[k] == out[i];
+        same = in;
+    }
+    return same;
+}
+
+void regular_add(struct regular *r, const expr_id *out, int count)
+{
+    for (int i = 0; i < r->options; i++)
+        if (same_option(r->option + i, out, count))
+            return;
+    r->option = sga_realloc(r->option, (size_t)(r->options + 1) * sizeof *r->option);
+    struct regular_option *o = r->option + r->options++;
+    o->count = count;
+    o->out = sga_malloc((size_t)(count + 1) * sizeof *out);
+    if (count)
+        memcpy(o->out, out, (size_t)count * sizeof *out);
+}
+
+void regular_add_joined(struct regular *r, const struct regular_option *a, const struct regular_option *b)
+{
+    int n = 0;
+    expr_id *out = sga_malloc((size_t)(a->count + b->count + 1) * sizeof *out);
+    for (int i = 0; i < a->count + b->count; i++) {
+        expr_id f = i < a->count ? a->out[i] : b->out[i - a->count];
+        bool known = false;
+        for (int k = 0; k < n; k++)
+            known |= out[k] == f;
+        if (!known)
+            out[n++] = f;
+    }
+    regular_add(r, out, n);
+    free(out);
+}
+
+void regular_move(struct regular *to, struct regular *from)
+{
+    for (int k = 0; k < from->options; k++)
+        regular_add(to, from->option[k].out, from->option[k].count);
+    regular_clear(from);
+}
+
+/* The same at the guess; infinity without one. */
+static double option_near(struct state *s, const struct regular_option *o)
+{
+    return s->options->near ? regular_option_value(s, o, s->options->near, s->options->near_time) : INFINITY;
+}
+
+void regular_sort(struct state *s, struct regular *r)
+{
+    for (int i = 1; i < r->options; i++)
+        for (int k = i; k > 0 && option_near(s, r->option + k) < option_near(s, r->option + k - 1); k--) {
+            struct regular_option o = r->option[k];
+            r->option[k] = r->option[k - 1];
+            r->option[k - 1] = o;
+        }
+}
+
+void regular_follow_route(struct state *s, expr_id product, struct regular *r)
+{
+    struct route *w = s->route;
+    int i = 0, first;
+    while (i < w->count && w->at[i].product != product)
+        i++;
+    if (i == w->count) {
+        SGA_RESERVE(w->at, w->cap, w->count + 1);
+        w->at[w->count++] = (struct decision){ product, r->options, 0 };
+    }
+    first = w->at[i].chosen < r->options ? w->at[i].chosen : 0;
+    for (; first > 0; first--) {
+        struct regular_option o = r->option[0];
+        memmove(r->option, r->option + 1, (size_t)(r->options - 1) * sizeof o);
+        r->option[r->options - 1] = o;
+    }
+}
+
+void regular_clear(struct regular *r)
+{
+    for (int i = 0; i < r->options; i++)
+        free(r->option[i].out);
+    free(r->option);
+    *r = (struct regular){ 0 };
+}
