@@ -30,6 +30,8 @@ struct ode_run {
     struct ode_options o;           /* with the tolerances of this solution */
     const double *unit;             /* never NULL */
     const struct ode_method *method;   /* to begin with */
+    bool series;                    /* auto takes Taylor series: by the tolerance asked for, so that the
+                                     * solutions that are compared come by the same methods */
     int level;                      /* of several: later ones take more steps to a sample */
     bool beside;                    /* start and field are wrong by a rounding, on purpose */
 };
@@ -40,7 +42,7 @@ struct ode_march {
     const struct ode_options *o;    /* with the tolerances of this solution */
     const double *unit;             /* never NULL */
     int level;
-    bool beside;
+    bool beside, series;
     struct ode_result *res;
     const struct ode_method *method;
     void *state;                    /* the method's */
@@ -78,6 +80,8 @@ struct ode_march {
     double slow_since;              /* from this time on */
 };
 
+/* switch.c: see ode_run.series. */
+bool ode_takes_series(const struct ode_problem *p, const struct ode_options *o);
 /* driver.c: one solution. Fills *res, whatever it held; error, max_error, worst say that
  * nothing is known. */
 void ode_march(const struct ode_run *run, struct ode_result *res);

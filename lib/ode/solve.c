@@ -56,7 +56,7 @@ bool ode_solve(const struct ode_problem *p, const struct ode_start *start,
     for (int j = 0; j < p->n; j++)
         ones[j] = 1;
     struct ode_run run = {.p = p, .start = start, .o = *opt, .unit = opt->unit ? opt->unit : ones,
-                          .method = ode_method_find(opt->method)};
+                          .method = ode_method_find(opt->method), .series = ode_takes_series(p, opt)};
     if (opt->estimate_global_error)
         ode_global(&run, res);
     else

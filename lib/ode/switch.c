@@ -28,6 +28,11 @@
 #define POWER_STEPS 12
 #define EXPLICIT_REACH 4.0     /* times |eigenvalue|: explicit steps of this size are stable */
 
+bool ode_takes_series(const struct ode_problem *p, const struct ode_options *o)
+{
+    return p->taylor && ode_method_is_auto(o->method) && o->rtol <= FINE_RTOL;
+}
+
 void ode_choice_begin(struct ode_march *m)
 {
     struct ode_choice *c = &m->choice;
@@ -35,7 +40,7 @@ void ode_choice_begin(struct ode_march *m)
     m->state = m->method->alloc(m->p);
     *(m->method->implicit ? &c->implicit_state : m->method->series ? &c->series_state : &c->explicit_state) = m->state;
     c->series_wait = SERIES_AFTER;
-    c->series_at = c->free && m->p->taylor && m->o->rtol <= FINE_RTOL ? SERIES_AFTER : -1;
+    c->series_at = c->free && m->series ? SERIES_AFTER : -1;
 }
 
 void ode_choice_end(struct ode_march *m)
