@@ -23,6 +23,7 @@ def runs(case):
     yield 1e-9, "radau"
     if not any(word in case["name"] for word in STIFF):
         yield 1e-7, "dop853"
+        yield from ((tol, "taylor") for tol in (1e-5, 1e-9, 1e-13))
 
 
 class Corpus:

@@ -6,11 +6,13 @@
  * components. */
 #include "tape_code.h"
 
+#include <math.h>
 #include <mpfr.h>
 #include <flint/fmpq.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "dd.h"
 #include "mem.h"
 
 struct builder {
@@ -152,16 +154,31 @@ static void emit_code(struct builder *b)
     t->slots = t->code_slot + t->ncode;
 }
 
+/* What the nearest double leaves of a constant. */
+static double low_part(const fmpq *q, double high)
+{
+    if (!isfinite(high) || (fmpz_is_one(fmpq_denref(q)) && fmpz_bits(fmpq_numref(q)) <= 53))
+        return 0;
+    num_dd v = num_dd_of_fmpq(q);
+    return (v.hi - high) + v.lo;
+}
+
 static void fill(struct builder *b, const expr_id *roots)
 {
     struct num_tape *t = b->t;
     t->value = sga_calloc((size_t)t->slots + 1, sizeof *t->value);
+    t->low = sga_calloc((size_t)(t->code_slot - t->ninputs) + 1, sizeof *t->low);
     for (int i = 0; i < b->cone.count; i++) {
         expr_id e = b->cone.list[i];
-        if (expr_op_of(b->st, e) == EXPR_CONST)
-            t->value[b->slot[e]] = nearest_double(expr_const_value(b->st, e));
-        if (expr_op_of(b->st, e) == EXPR_PI)
-            t->value[b->slot[e]] = 3.14159265358979323846;
+        int slot = b->slot[e];
+        if (expr_op_of(b->st, e) == EXPR_CONST) {
+            t->value[slot] = nearest_double(expr_const_value(b->st, e));
+            t->low[slot - t->ninputs] = low_part(expr_const_value(b->st, e), t->value[slot]);
+        }
+        if (expr_op_of(b->st, e) == EXPR_PI) {
+            t->value[slot] = num_dd_pi().hi;
+            t->low[slot - t->ninputs] = num_dd_pi().lo;
+        }
     }
     t->root = sga_malloc(((size_t)t->nroots + 1) * sizeof *t->root);
     for (int r = 0; r < t->nroots; r++)
@@ -232,6 +249,7 @@ void num_tape_free(struct num_tape *t)
     free(t->solve);
     free(t->code);
     free(t->value);
+    free(t->low);
     free(t->root);
     free(t);
 }

@@ -37,6 +37,7 @@ struct num_tape {
     struct tape_code *code;
     int slots;                 /* code_slot + ncode */
     double *value;             /* by slot */
+    double *low;               /* by constant: what its double leaves of it */
     int *root;                 /* slots */
     struct tape_solve *solve;
     int nsolves;

@@ -122,12 +122,16 @@ static double cut(const struct ode_march *m, double h, double *aim)
     return rest;
 }
 
-static enum ode_refusal attempt(struct ode_march *m, double h, double aim, int *through)
+/* *h: the size asked for; the size taken, where the method made the step shorter. */
+static enum ode_refusal attempt(struct ode_march *m, double *h, double aim, int *through)
 {
     double residual = 0;
-    ode_prepare_step(m, h * m->direction);
+    ode_prepare_step(m, *h * m->direction);
     m->dense_checked = false;
     enum ode_outcome o = m->method->attempt(m->state, &m->field, &m->step);
+    if (fabs(m->step.h) < *h)
+        aim = NAN;
+    *h = fabs(m->step.h);
     if (o != ODE_STEPPED)
         return o == ODE_NOT_SOLVED ? NOT_SOLVED : FIELD_REFUSED;
     m->t1 = two_sum(m->t, m->step.h + m->t_low, &m->t1_low);
@@ -172,6 +176,7 @@ static void commit(struct ode_march *m, double h, int through)
     s->smallest_step = s->smallest_step > 0 ? fmin(s->smallest_step, h) : h;
     s->largest_step = fmax(s->largest_step, h);
     s->implicit_steps += m->method->implicit;
+    m->choice.series_steps += m->method->series;
     bool stiff = m->method->stiffness && m->method->stiffness(m->state, &m->step) > 1;
     s->stiff_steps += stiff;
     m->choice.stiff = stiff ? m->choice.stiff + 1 : m->choice.stiff > 0 ? m->choice.stiff - 1 : 0;
@@ -272,7 +277,7 @@ static void go(struct ode_march *m)
     while (may_go_on(m)) {
         double aim, taken = cut(m, h, &aim);
         int through = m->next;
-        enum ode_refusal cause = attempt(m, taken, aim, &through);
+        enum ode_refusal cause = attempt(m, &taken, aim, &through);
         if (cause == STEP_TAKEN) {
             commit(m, taken, through);
             if (m->stopped) {
@@ -285,6 +290,8 @@ static void go(struct ode_march *m)
             /* a step cut short says little against the size that was thought right */
             h = ode_choose(m, taken < 0.9 * h && m->dense_ratio < 1 ? fmax(h, next) : next);
             cause = ERROR_TOO_LARGE;   /* what it is if h is too small now */
+        } else if (cause == FIELD_REFUSED && ode_without_series(m)) {
+            h = taken;
         } else {
             h = taken * after_refusal(m, cause);
         }
@@ -302,7 +309,7 @@ void ode_march(const struct ode_run *run, struct ode_result *res)
                                .method = run->method->name, .solutions = 1};
     res->samples = sga_malloc(((size_t)start->count * (size_t)run->p->n + 1) * sizeof(double));
     struct ode_march m = {
-        .p = run->p, .start = start, .o = &run->o, .unit = run->unit, .level = run->level, .beside = run->beside,
+        .p = run->p, .start = start, .o = &run->o, .unit = run->unit, .level = run->level, .beside = run->beside, .series = run->series,
         .res = res, .method = run->method, .field = {run->p, &res->stats, ODE_LEFT_DOMAIN, run->beside},
         .manifold_why = ODE_CONSTRAINT_LOST, .t = start->t, .stop = start->times[start->count - 1],
     };

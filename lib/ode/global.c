@@ -199,7 +199,24 @@ static const char *why_not(const struct ode_result *res)
                              : "rounding in double precision, as the motion amplifies it, exceeds the tolerance";
 }
 
-void ode_global(const struct ode_run *run, struct ode_result *res)
+/* Where the solution grows without bound, the last samples may be nothing but error. */
+static void drop_lost(struct ode_result *res)
+{
+    while (res->end.reason == ODE_BLOW_UP && res->count > 1 && res->error) {
+        const double *x = res->samples + (size_t)(res->count - 1) * (size_t)res->n;
+        double size = 0;
+        for (int j = 0; j < res->n; j++)
+            size = fmax(size, fabs(x[j]));
+        if (res->error[res->count - 1] < 0.1 * size)
+            break;
+        res->count--;
+    }
+    res->max_error = res->error && res->end.reason == ODE_BLOW_UP ? 0 : res->max_error;
+    for (int k = 0; k < res->count && res->end.reason == ODE_BLOW_UP && res->error; k++)
+        res->max_error = fmax(res->max_error, res->error[k]);
+}
+
+static void global(const struct ode_run *run, struct ode_result *res)
 {
     struct ode_run next = *run;
     next.o.rtol = first_rtol(run->o.rtol, run->o.atol);
@@ -237,4 +254,10 @@ void ode_global(const struct ode_run *run, struct ode_result *res)
     }
     if (res->worst > 1)
         res->shortfall = "no tighter solution was asked for";
+}
+
+void ode_global(const struct ode_run *run, struct ode_result *res)
+{
+    global(run, res);
+    drop_lost(res);
 }

@@ -11,7 +11,10 @@ enum ode_refusal { STEP_TAKEN, ERROR_TOO_LARGE, NOT_SOLVED, FIELD_REFUSED, MANIF
 /* Explicit or implicit? Kept by switch.c. */
 struct ode_choice {
     bool free;                      /* the method may change */
-    void *explicit_state, *implicit_state;
+    void *explicit_state, *implicit_state, *series_state;
+    long series_at;                 /* steps at which Taylor series are (again) tried; -1: never */
+    long series_wait;               /* steps between tries */
+    long series_steps;              /* made with them */
     double h;                       /* average size of explicit steps lately */
     double cost;                    /* of an implicit step lately, in evaluations */
     int stiff;                      /* explicit steps of late that stability has set the size of */
@@ -27,6 +30,8 @@ struct ode_run {
     struct ode_options o;           /* with the tolerances of this solution */
     const double *unit;             /* never NULL */
     const struct ode_method *method;   /* to begin with */
+    bool series;                    /* auto takes Taylor series: by the tolerance asked for, so that the
+                                     * solutions that are compared come by the same methods */
     int level;                      /* of several: later ones take more steps to a sample */
     bool beside;                    /* start and field are wrong by a rounding, on purpose */
 };
@@ -37,7 +42,7 @@ struct ode_march {
     const struct ode_options *o;    /* with the tolerances of this solution */
     const double *unit;             /* never NULL */
     int level;
-    bool beside;
+    bool beside, series;
     struct ode_result *res;
     const struct ode_method *method;
     void *state;                    /* the method's */
@@ -75,6 +80,8 @@ struct ode_march {
     double slow_since;              /* from this time on */
 };
 
+/* switch.c: see ode_run.series. */
+bool ode_takes_series(const struct ode_problem *p, const struct ode_options *o);
 /* driver.c: one solution. Fills *res, whatever it held; error, max_error, worst say that
  * nothing is known. */
 void ode_march(const struct ode_run *run, struct ode_result *res);
@@ -91,6 +98,8 @@ double ode_settle_most(const struct ode_march *m, double error);
  * where another makes more way for its work, and then returns another size. */
 void ode_choice_begin(struct ode_march *m);
 double ode_choose(struct ode_march *m, double h);
+/* The present method is the Taylor one, which has no series here, and another may take over. */
+bool ode_without_series(struct ode_march *m);
 void ode_choice_end(struct ode_march *m);
 /* The step's fields set for a step of signed size h from the present point. */
 void ode_prepare_step(struct ode_march *m, double h);

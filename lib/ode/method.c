@@ -8,6 +8,7 @@
 static const struct ode_method *const methods[] = {
     &ode_dop853,
     &ode_radau,
+    &ode_taylor,
 };
 enum { METHODS = sizeof methods / sizeof *methods };
 

@@ -24,7 +24,7 @@ bool ode_eval(struct ode_field *field, double t, const double *x, double *dx);
 struct ode_step {
     int n;
     double t, t_low;           /* start, as an unevaluated sum */
-    double h;                  /* signed */
+    double h;                  /* signed; attempt() may take a shorter step, and says so here */
     const double *x, *f;       /* state and field at the start */
     double rtol, atol;
     const double *unit;        /* never NULL here */
@@ -46,6 +46,7 @@ enum ode_outcome { ODE_STEPPED, ODE_FIELD_REFUSED, ODE_NOT_SOLVED };
 struct ode_method {
     const char *name, *what;
     bool implicit;
+    bool series;               /* needs ode_problem.taylor */
     int order;                 /* of the solution delivered */
     double error_order;        /* the error estimate falls as h to this power at first */
     void *(*alloc)(const struct ode_problem *p);
@@ -66,7 +67,7 @@ struct ode_method {
     void (*dense_at)(const void *state, const struct ode_step *step, double theta, double *x);
 };
 
-extern const struct ode_method ode_dop853, ode_radau;
+extern const struct ode_method ode_dop853, ode_radau, ode_taylor;
 
 /* By name; "auto" and NULL give the one to begin with. NULL: there is no such method. */
 const struct ode_method *ode_method_find(const char *name);

@@ -6,7 +6,7 @@
  * only the samples before it are delivered.
  *
  * Layers, each in its own file: driver.c (the march), control.c (step sizes), a method
- * (method.h; a const struct of functions: dop853.c, radau.c), switch.c (which of them),
+ * (method.h; a const struct of functions: dop853.c, radau.c, taylor.c), switch.c (which of them),
  * sample.c (dense output and its projection), event.c (zeros of functions), ending.c (why a march stopped), global.c
  * (other solutions, for the error estimate, and tighter ones until it is small enough),
  * solve.c (checks of the request). */
@@ -84,6 +84,11 @@ struct ode_problem {
      * taken along the manifold. */
     const struct lin_sparse *pattern;
     bool (*jacobian)(void *ctx, double t, const double *x, double *value);
+    /* For the Taylor method: coefficients along the solution from (t, x), those of
+     * s -> x(t + s scale), order by order: series[k * n + j] for k = 0 .. order. *reach: the least s in (0, 1] at which the field switches (abs and
+     * the like), beyond which they do not hold; INFINITY. False: they are not finite, or
+     * not known here. NULL: there is no such method for this problem. */
+    bool (*taylor)(void *ctx, double t, const double *x, int order, double scale, double *series, double *reach);
     double cost;               /* of one rhs, in multiplications; 0: taken as 20 n */
     /* What errors are estimated of: y (outputs) at t, x. NULL: the variables. */
     int outputs;

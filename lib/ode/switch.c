@@ -5,7 +5,8 @@
  * intervals anyway because that test sees real eigenvalues only, implicit steps are tried
  * from the present point; the method that gets farther for its work goes on. Work is
  * counted in evaluations of the field and never measured, so that runs repeat exactly.
- * The way back: where the largest eigenvalue of the last Jacobian would allow explicit
+ * Fine tolerances hand
+ * explicit steps on to Taylor series, and take them back where there are none. The way back: where the largest eigenvalue of the last Jacobian would allow explicit
  * steps that cost less. */
 #include <math.h>
 #include <stdlib.h>
@@ -20,16 +21,26 @@
 #define BACK_AFTER 25          /* implicit steps between looks at the way back */
 #define GAIN 1.5               /* by which another method must be better */
 #define EXPLICIT_COST 12.0     /* evaluations of a step */
+#define FINE_RTOL 3e-11        /* from here on Taylor series go farther for their work: measured over the references */
+#define SERIES_AFTER 8         /* steps before they are tried; a stiff start shows in these */
+#define SERIES_TRY_AFTER 60    /* steps with them after which the implicit method is tried */
 #define TRIALS 5
 #define POWER_STEPS 12
 #define EXPLICIT_REACH 4.0     /* times |eigenvalue|: explicit steps of this size are stable */
+
+bool ode_takes_series(const struct ode_problem *p, const struct ode_options *o)
+{
+    return p->taylor && ode_method_is_auto(o->method) && o->rtol <= FINE_RTOL;
+}
 
 void ode_choice_begin(struct ode_march *m)
 {
     struct ode_choice *c = &m->choice;
     *c = (struct ode_choice){.free = ode_method_is_auto(m->o->method), .enough = STIFF_ENOUGH, .try_at = TRY_AFTER};
     m->state = m->method->alloc(m->p);
-    *(m->method->implicit ? &c->implicit_state : &c->explicit_state) = m->state;
+    *(m->method->implicit ? &c->implicit_state : m->method->series ? &c->series_state : &c->explicit_state) = m->state;
+    c->series_wait = SERIES_AFTER;
+    c->series_at = c->free && m->series ? SERIES_AFTER : -1;
 }
 
 void ode_choice_end(struct ode_march *m)
@@ -40,8 +51,51 @@ void ode_choice_end(struct ode_march *m)
         ode_radau.free(c->implicit_state);
     if (c->explicit_state)
         ode_dop853.free(c->explicit_state);
-    if (s->implicit_steps > 0)
-        m->res->method = s->implicit_steps == s->steps ? ode_radau.name : "dop853, radau";
+    if (c->series_state)
+        ode_taylor.free(c->series_state);
+    int which = (s->steps > s->implicit_steps + c->series_steps) + 2 * (c->series_steps > 0) + 4 * (s->implicit_steps > 0);
+    static const char *const name[] = { NULL, "dop853", "taylor", "dop853, taylor", "radau", "dop853, radau", "taylor, radau",
+                                        "dop853, taylor, radau" };
+    if (which)
+        m->res->method = name[which];
+}
+
+/* Explicit steps at a fine tolerance: by Taylor series from now on, if there are any here. */
+static double try_series(struct ode_march *m, double h)
+{
+    struct ode_choice *c = &m->choice;
+    c->series_wait *= 2;
+    c->series_at = m->res->stats.steps + c->series_wait;
+    if (!c->series_state)
+        c->series_state = ode_taylor.alloc(m->p);
+    ode_prepare_step(m, fmin(2 * h, fabs(m->stop - m->t)) * m->direction);
+    enum ode_reason why = m->field.why;
+    bool solved = ode_taylor.attempt(c->series_state, &m->field, &m->step) == ODE_STEPPED && m->step.error <= 1;
+    m->field.why = why;
+    if (!solved)
+        return h;
+    m->method = &ode_taylor;
+    m->state = c->series_state;
+    m->dense_ratio = 1;
+    ode_control_begin(&m->control, ode_taylor.error_order);
+    c->try_at = m->res->stats.steps + SERIES_TRY_AFTER;
+    c->h = 0;
+    return fabs(m->step.h);
+}
+
+bool ode_without_series(struct ode_march *m)
+{
+    struct ode_choice *c = &m->choice;
+    if (!m->method->series)
+        return false;
+    if (!c->explicit_state)
+        c->explicit_state = ode_dop853.alloc(m->p);
+    m->method = &ode_dop853;
+    m->state = c->explicit_state;
+    c->series_at = m->res->stats.steps + c->series_wait;
+    ode_dop853.forget(m->state);
+    ode_control_begin(&m->control, ode_dop853.error_order);
+    return true;
 }
 
 static double size_from(const struct ode_step *s, double h)
@@ -80,7 +134,9 @@ static double try_implicit(struct ode_march *m, double h)
 {
     struct ode_choice *c = &m->choice;
     long steps = m->res->stats.steps;
-    c->h = c->h > 0 ? 0.9 * c->h + 0.1 * h : h;
+    double explicit_cost = m->method->series ? m->step.cost : EXPLICIT_COST;
+    double own = m->method->series ? fabs(m->step.h) : h;       /* a series' h is an upper bound only */
+    c->h = c->h > 0 ? 0.9 * c->h + 0.1 * own : own;
     if (c->stiff < c->enough && steps < c->try_at)
         return h;
     if (c->stiff >= c->enough)
@@ -92,10 +148,10 @@ static double try_implicit(struct ode_march *m, double h)
         c->implicit_state = ode_radau.alloc(m->p);
     ode_radau.forget(c->implicit_state);
     enum ode_reason why = m->field.why;
-    double there = implicit_size(m, h);
+    double there = implicit_size(m, own);
     m->field.why = why;
     ode_radau.forget(c->implicit_state);
-    if (!(there / c->cost > GAIN * c->h / EXPLICIT_COST))
+    if (!(there / c->cost > GAIN * c->h / explicit_cost))
         return h;
     m->method = &ode_radau;
     m->state = c->implicit_state;
@@ -162,12 +218,19 @@ static double try_explicit(struct ode_march *m, double h)
     c->h = there;
     c->stiff = 0;
     c->try_at = m->res->stats.steps + TRY_AFTER;
+    if (c->series_at >= 0)
+        c->series_at = m->res->stats.steps + c->series_wait;
     return there;
 }
 
 double ode_choose(struct ode_march *m, double h)
 {
-    if (!m->choice.free || m->p->n == 0)
+    const struct ode_choice *c = &m->choice;
+    if (m->p->n == 0)
+        return h;
+    if (c->series_at >= 0 && m->res->stats.steps >= c->series_at && m->method == &ode_dop853 && (c->stiff == 0 || !c->free))
+        return try_series(m, h);
+    if (!c->free)
         return h;
     return m->method->implicit ? try_explicit(m, h) : try_implicit(m, h);
 }

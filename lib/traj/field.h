@@ -70,6 +70,8 @@ bool field_pivots_well(const struct field *f);
 /* field_slope.c: f->slope and f->pattern, where the field is given by expressions; called
  * once, when an implicit method may be needed. */
 bool field_slope_init(struct field *f, const struct sga_solution *sol, struct sga_error *err);
+/* The field's expressions may be used at this point: no pivot has come near 0. */
+bool field_expressions_hold(struct field *f, double t, const double *x);
 /* dX/dx in the order of f->pattern's entries. False where the expressions are not used at
  * this point, or have no derivative. */
 bool field_slope(struct field *f, double t, const double *x, double *value);

@@ -27,11 +27,16 @@ bool field_slope_init(struct field *f, const struct sga_solution *sol, struct sg
     return true;
 }
 
-bool field_slope(struct field *f, double t, const double *x, double *value)
+bool field_expressions_hold(struct field *f, double t, const double *x)
 {
     memcpy(f->in, x, (size_t)f->n * sizeof *x);
     f->in[f->n] = t;
-    if (!f->fast || !num_tape_eval(f->direct, f->in, f->direct_out) || !field_pivots_well(f))
+    return f->fast && num_tape_eval(f->direct, f->in, f->direct_out) && field_pivots_well(f);
+}
+
+bool field_slope(struct field *f, double t, const double *x, double *value)
+{
+    if (!field_expressions_hold(f, t, x))
         return false;
     return num_jacobian_eval(f->slope, f->in, NULL, value);
 }

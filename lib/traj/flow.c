@@ -38,6 +38,12 @@ static bool slope(void *ctx, double t, const double *x, double *value)
     return field_slope(&f->field, t, x, value);
 }
 
+static bool taylor(void *ctx, double t, const double *x, int order, double scale, double *series, double *reach)
+{
+    struct flow *f = ctx;
+    return series_along(&f->series, &f->field, t, x, order, scale, series, reach);
+}
+
 /* The columns of a sample. */
 void flow_output(void *ctx, double t, const double *x, double *y)
 {
@@ -99,6 +105,7 @@ void flow_clear(struct flow *f)
 {
     manifold_clear(&f->manifold);
     field_clear(&f->field);
+    series_clear(&f->series);
     num_tape_free(f->output);
     num_tape_free(f->event);
     free(f->spec);
@@ -147,6 +154,7 @@ struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
 {
     return (struct ode_problem){ .n = f->n, .ctx = f, .rhs = rhs, .project = f->manifold.c ? project : NULL, .why = why,
                                  .pattern = f->field.pattern, .jacobian = f->field.pattern ? slope : NULL,
+                                 .taylor = f->field.fast ? taylor : NULL,
                                  .cost = 4.0 * num_tape_length(f->field.direct),
                                  .outputs = rq->outputs, .output = rq->outputs ? flow_output : NULL,
                                  .events = rq->events, .event_spec = f->spec, .event = event };

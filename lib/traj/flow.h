@@ -5,11 +5,13 @@
 #include "field.h"
 #include "manifold.h"
 #include "ode.h"
+#include "series.h"
 #include "trajectory.h"
 
 struct flow {
     struct manifold manifold;
     struct field field;
+    struct series series;
     struct num_tape *output;      /* inputs: variables, time */
     struct num_tape *event;       /* the same */
     struct ode_event *spec;

@@ -1,0 +1,84 @@
+/* Series in double; the recurrences are in jet_kernel.h. */
+#include "jet.h"
+
+#include <math.h>
+
+#include "jet_plan.h"
+#include "lu.h"
+
+#define R double
+#define STRUCT num_jet
+#define FACE(what) num_jet_##what
+#define R_SMALL 1e-13      /* of a step is no distance */
+#define R_CONSTANT(c) ((c).hi)
+#define R_OF(x) ((double)(x))
+#define R_DOUBLE(x) (x)
+#define R_ADD(a, b) ((a) + (b))
+#define R_SUB(a, b) ((a) - (b))
+#define R_MUL(a, b) ((a) * (b))
+#define R_DIV(a, b) ((a) / (b))
+#define R_NEG(a) (-(a))
+#define R_TWICE(a) (2 * (a))
+#define R_MUL_INT(a, k) ((a) * (k))
+#define R_DIV_INT(a, k) ((a) / (k))
+#define R_DOT dot
+#define R_FUNCTION function
+#define R_FUNCTION2 function2
+#define R_LU_FACTOR num_lu_factor
+#define R_LU_SOLVE num_lu_solve
+
+/* sum_{i < n} a[i] b[n - 1 - i]; four sums that do not wait for each other. */
+static double dot(const double *a, const double *b, int n)
+{
+    double s0 = 0, s1 = 0, s2 = 0, s3 = 0;
+    int i = 0;
+    for (b += n - 1; i + 4 <= n; i += 4, b -= 4) {
+        s0 += a[i] * b[0];
+        s1 += a[i + 1] * b[-1];
+        s2 += a[i + 2] * b[-2];
+        s3 += a[i + 3] * b[-3];
+    }
+    for (; i < n; i++, b--)
+        s0 += a[i] * b[0];
+    return (s0 + s1) + (s2 + s3);
+}
+
+static double function(enum expr_op op, double a)
+{
+    switch (op) {
+    case EXPR_SIN:   return sin(a);
+    case EXPR_COS:   return cos(a);
+    case EXPR_TAN:   return tan(a);
+    case EXPR_ASIN:  return asin(a);
+    case EXPR_ACOS:  return acos(a);
+    case EXPR_ATAN:  return atan(a);
+    case EXPR_SINH:  return sinh(a);
+    case EXPR_COSH:  return cosh(a);
+    case EXPR_TANH:  return tanh(a);
+    case EXPR_ASINH: return asinh(a);
+    case EXPR_ACOSH: return acosh(a);
+    case EXPR_ATANH: return atanh(a);
+    case EXPR_EXP:   return exp(a);
+    case EXPR_LOG:   return log(a);
+    case EXPR_SQRT:  return sqrt(a);
+    case EXPR_CBRT:  return cbrt(a);
+    case EXPR_ABS:   return fabs(a);
+    case EXPR_SIGN:  return isnan(a) ? a : (a > 0) - (a < 0);
+    default:         return NAN;
+    }
+}
+
+static double function2(enum expr_op op, double a, double b)
+{
+    switch (op) {
+    case EXPR_ATAN2: return atan2(a, b);
+    case EXPR_POW:   return a < 0 ? NAN : pow(a, b);
+    case EXPR_MIN:   return a < b || isnan(a) ? a : b;
+    case EXPR_MAX:   return a > b || isnan(a) ? a : b;
+    default:         return NAN;
+    }
+}
+
+static void num_jet_run(struct num_jet *j, int k, int from, int to);
+
+#include "jet_kernel.h"

@@ -1,0 +1,46 @@
+/* Truncated power series (jets) through an evaluation tape: from the coefficients of the
+ * inputs those of the roots, order by order, so that a series along a flow can be built
+ * (x_{k+1} = f_k / (k + 1)). In double, and in double-double.
+ *
+ * Coefficients are those of s -> value(t + s scale), that is multiplied by scale^k: the
+ * caller chooses the scale by what is put into the time's row (its coefficient 1 is the
+ * scale), and large orders neither over- nor underflow.
+ *
+ * Recurrences: Griewank and Walther, Evaluating Derivatives, ch. 13; a linear solve is
+ * factored once for all orders. Where a function has no series (sqrt at 0) the coefficients
+ * are not finite. abs, sign, min, max follow the side where the motion is; where it leaves
+ * that side is what num_jet_reach says. Cost of order k: about k multiplications for each
+ * instruction. */
+#ifndef SGA_NUM_JET_H
+#define SGA_NUM_JET_H
+
+#include "dd.h"
+#include "tape.h"
+
+struct num_jet;      /* in double */
+struct num_jet2;     /* in double-double */
+
+/* For orders 0 .. order. The tape is read now only, and may be freed before. */
+struct num_jet *num_jet_new(const struct num_tape *t, int order);
+void num_jet_free(struct num_jet *j);
+/* The order + 1 coefficients of input i (to be set by the caller) and of root r. */
+double *num_jet_input(struct num_jet *j, int i);
+const double *num_jet_root(const struct num_jet *j, int r);
+/* Coefficient k of everything, those of the inputs up to k and all of lower orders being
+ * there. False where that of a root is not finite. */
+bool num_jet_next(struct num_jet *j, int k);
+/* After order k: the least s in (0, 1] at which the argument of an abs, sign, min or max
+ * is seen to change sign, INFINITY where none does. Sampled: two changes that lie close together are missed. */
+double num_jet_reach(const struct num_jet *j, int k);
+/* Instructions that each order runs. */
+int num_jet_length(const struct num_jet *j);
+
+struct num_jet2 *num_jet2_new(const struct num_tape *t, int order);
+void num_jet2_free(struct num_jet2 *j);
+num_dd *num_jet2_input(struct num_jet2 *j, int i);
+const num_dd *num_jet2_root(const struct num_jet2 *j, int r);
+bool num_jet2_next(struct num_jet2 *j, int k);
+double num_jet2_reach(const struct num_jet2 *j, int k);
+int num_jet2_length(const struct num_jet2 *j);
+
+#endif

@@ -1,0 +1,248 @@
+/* Taylor series: the explicit method for high accuracy.
+ *
+ * The coefficients of the solution at the present point come from the problem, of an order
+ * that the tolerance sets (Jorba and Zou, Experimental Mathematics 14, 2005: the work to go a
+ * given way is least near order -ln(tolerance)/2 + 1; one more measures best here). The step is the longest over which the
+ * last terms stay within the tolerance: the series itself says how far, so the driver's
+ * proposal is only an upper bound, and no step is computed in vain. The polynomial is the
+ * dense output, of the same order.
+ *
+ * Last terms can vanish where the solution does not end (x' = t^30 at 0), so each step also
+ * compares the polynomial's derivative at its end with the field there. */
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+#include "method.h"
+
+#define LEAST_ORDER 6
+#define MOST_ORDER 24
+/* Terms are expected to fall by this from each to the next at the end of a step. */
+#define EXPECTED_FALL 0.2
+#define LAST_TERMS 3
+/* Longer steps than the terms allow are of no use, shorter ones cost. */
+#define SAFETY 0.95
+/* The end of the series is passed by this part of a step, so that the next begins beyond. */
+#define BEYOND 1e-13
+#define GROWTH 6.0
+/* A defect where the terms say that all is well is a sign of stiffness (the polynomial is so
+ * near to fast components that the field answers loudly): so many steps grow slowly then. */
+#define CAUTION 4
+#define SLOW_GROWTH 1.1
+/* The field's own rounding, in units of its last place, is no defect. */
+#define FIELD_ROUNDING 500.0
+
+struct taylor {
+    int n, order;
+    double *series;            /* (order + 1) x n, with s = 1 at t + scale */
+    double scale, reach;
+    double t, t_low;           /* where they belong to; the state is their first row */
+    bool known;
+    double *end, *f, *slope;   /* n: the state, the field and the polynomial's at the end of a step */
+    double term[LAST_TERMS];   /* see last_terms */
+    int cautious;              /* steps to come */
+};
+
+static void *taylor_alloc(const struct ode_problem *p)
+{
+    struct taylor *w = sga_calloc(1, sizeof *w);
+    w->n = p->n;
+    w->series = sga_calloc((MOST_ORDER + 4) * (size_t)p->n + 1, sizeof *w->series);
+    w->end = w->series + (MOST_ORDER + 1) * (size_t)p->n;
+    w->f = w->end + p->n;
+    w->slope = w->f + p->n;
+    return w;
+}
+
+static void taylor_free(void *state)
+{
+    struct taylor *w = state;
+    free(w->series);
+    free(w);
+}
+
+static void taylor_forget(void *state)
+{
+    ((struct taylor *)state)->known = false;
+}
+
+static int order_for(const struct ode_step *step)
+{
+    double tol = fmax(step->rtol, DBL_EPSILON);
+    if (!(step->rtol > 0))
+        tol = fmin(1e-3, fmax(step->atol, DBL_EPSILON));
+    int order = (int)ceil(-log(tol) / 2 + 2);
+    return order < LEAST_ORDER ? LEAST_ORDER : order > MOST_ORDER ? MOST_ORDER : order;
+}
+
+/* Root mean square of v in units of the error allowed. */
+static double weighted(const struct ode_step *step, const double *v)
+{
+    double sum = 0;
+    for (int j = 0; j < step->n; j++) {
+        double a = v[j] / ode_allowed(step->rtol, step->atol, step->unit[j], step->x[j], step->x[j]);
+        sum += a * a;
+    }
+    return step->n ? sqrt(sum / step->n) : 0;
+}
+
+static bool same_place(const struct taylor *w, const struct ode_step *step)
+{
+    return w->known && w->t == step->t && w->t_low == step->t_low && w->scale * step->h > 0 &&
+           fabs(step->h) <= fabs(w->scale) && fabs(step->h) > 1e-4 * fabs(w->scale) &&
+           memcmp(w->series, step->x, (size_t)w->n * sizeof *step->x) == 0;
+}
+
+/* The coefficients at the step's start, on a scale near its size. */
+static bool expand(struct taylor *w, struct ode_field *field, struct ode_step *step)
+{
+    int e;
+    w->order = order_for(step);
+    step->cost = 1;
+    if (same_place(w, step))
+        return true;
+    frexp(step->h, &e);
+    w->scale = copysign(ldexp(1, e), step->h);
+    w->t = step->t;
+    w->t_low = step->t_low;
+    const struct ode_problem *p = field->p;
+    field->stats->evaluations += w->order;
+    step->cost += w->order;
+    w->known = p->taylor(p->ctx, step->t + step->t_low, step->x, w->order, w->scale, w->series, &w->reach);
+    for (int k = 1; k <= w->order && w->known && field->beside; k++)
+        for (int j = 0; j < w->n; j++)
+            w->series[(size_t)k * (size_t)w->n + (size_t)j] *= j % 2 ? 1 - DBL_EPSILON : 1 + DBL_EPSILON;
+    if (!w->known)
+        field->why = p->why ? p->why(p->ctx) : ODE_LEFT_DOMAIN;
+    return w->known;
+}
+
+/* The last terms at s = 1, the earlier ones taken on by the fall expected. Returns up to which s
+ * they are within tolerance. */
+static double last_terms(struct taylor *w, const struct ode_step *step)
+{
+    double fall = EXPECTED_FALL, s = INFINITY;
+    for (int i = 0; i < LAST_TERMS; i++, fall *= EXPECTED_FALL) {
+        int k = w->order - i;
+        w->term[i] = fall * weighted(step, w->series + (size_t)k * (size_t)w->n);
+        if (!(w->term[i] <= 0))
+            s = fmin(s, pow(w->term[i], -1.0 / k));
+    }
+    return s;
+}
+
+/* The error of a step to s. */
+static double error_at(const struct taylor *w, double s)
+{
+    double most = 0;
+    for (int i = 0; i < LAST_TERMS; i++)
+        most = fmax(most, w->term[i] * pow(s, w->order - i));
+    return most;
+}
+
+/* The polynomial less its first term at s, and the field that it says. */
+static void evaluate(const struct taylor *w, double s, double *dx, double *slope)
+{
+    for (int j = 0; j < w->n; j++) {
+        double v = 0, d = 0;
+        for (int k = w->order; k > 0; k--) {
+            double c = w->series[(size_t)k * (size_t)w->n + (size_t)j];
+            v = (v + c) * s;
+            d = d * s + k * c;
+        }
+        dx[j] = v;
+        if (slope)
+            slope[j] = d / w->scale;
+    }
+}
+
+/* How the polynomial's derivative at the end misses the field there, in units of the error that
+ * the step may make; a miss of the size of roundings is none. */
+static bool defect(struct taylor *w, struct ode_field *field, const struct ode_step *step, double *miss)
+{
+    for (int j = 0; j < w->n; j++)
+        w->end[j] = step->x[j] + step->dx[j];
+    if (!ode_eval(field, step->t + (step->t_low + step->h), w->end, w->f))
+        return false;
+    for (int j = 0; j < w->n; j++) {
+        w->slope[j] = step->h * (w->slope[j] - w->f[j]);
+        w->f[j] *= step->h;
+    }
+    double rounding = FIELD_ROUNDING * DBL_EPSILON * weighted(step, w->f);
+    *miss = fmax(0, weighted(step, w->slope) - rounding) / (w->order + 1);
+    return true;
+}
+
+static enum ode_outcome taylor_attempt(void *state, struct ode_field *field, struct ode_step *step)
+{
+    struct taylor *w = state;
+    double miss;
+    if (!expand(w, field, step))
+        return ODE_FIELD_REFUSED;
+    double s = step->h / w->scale, far = fmin(SAFETY * last_terms(w, step), w->reach + BEYOND);
+    if (far < s) {
+        s = far;
+        step->h = s * w->scale;
+    }
+    evaluate(w, s, step->dx, w->slope);
+    if (!defect(w, field, step, &miss))
+        return ODE_FIELD_REFUSED;
+    if (miss > 1)
+        w->cautious = CAUTION;
+    step->error = step->dense_error = step->doubt = fmax(error_at(w, s), miss);
+    step->error_order = w->order;
+    return ODE_STEPPED;
+}
+
+/* How far the next step may go is seen when its series is known: the driver need only allow
+ * enough. */
+static double taylor_accepted(void *state, const struct ode_step *step, double factor)
+{
+    struct taylor *w = state;
+    (void)step;
+    (void)factor;
+    if (!w->cautious)
+        return GROWTH;
+    w->cautious--;
+    return SLOW_GROWTH;
+}
+
+static double taylor_stiffness(const void *state, const struct ode_step *step)
+{
+    (void)step;
+    return ((const struct taylor *)state)->cautious ? 2 : 0;
+}
+
+static bool taylor_dense_begin(void *state, struct ode_field *field, struct ode_step *step)
+{
+    (void)state;
+    (void)field;
+    (void)step;
+    return true;
+}
+
+static void taylor_dense_at(const void *state, const struct ode_step *step, double theta, double *x)
+{
+    const struct taylor *w = state;
+    evaluate(w, theta * step->h / w->scale, x, NULL);
+    for (int j = 0; j < w->n; j++)
+        x[j] += step->x[j];
+}
+
+const struct ode_method ode_taylor = {
+    .name = "taylor",
+    .what = "Taylor series, order and step from the tolerance, dense output of the same order",
+    .series = true,
+    .order = MOST_ORDER,
+    .error_order = LEAST_ORDER,
+    .alloc = taylor_alloc,
+    .free = taylor_free,
+    .attempt = taylor_attempt,
+    .accepted = taylor_accepted,
+    .forget = taylor_forget,
+    .dense_begin = taylor_dense_begin,
+    .stiffness = taylor_stiffness,
+    .dense_at = taylor_dense_at,
+};

@@ -1,0 +1,40 @@
+/* Taylor coefficients along the flow, from the expressions of the reduced field. */
+#include "series.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+
+bool series_along(struct series *s, struct field *f, double t, const double *x, int order, double scale, double *out, double *reach)
+{
+    int n = f->n;
+    if (!field_expressions_hold(f, t, x))
+        return false;
+    if (!s->jet || s->order < order) {
+        num_jet_free(s->jet);
+        s->jet = num_jet_new(f->plain, order);
+        s->order = order;
+    }
+    double *time = num_jet_input(s->jet, n);
+    memset(time, 0, (size_t)(order + 1) * sizeof *time);
+    time[0] = t;
+    if (order > 0)
+        time[1] = scale;
+    for (int j = 0; j < n; j++)
+        out[j] = num_jet_input(s->jet, j)[0] = x[j];
+    for (int k = 0; k < order; k++) {
+        if (!num_jet_next(s->jet, k))
+            return false;
+        for (int j = 0; j < n; j++)
+            out[(k + 1) * n + j] = num_jet_input(s->jet, j)[k + 1] = scale * num_jet_root(s->jet, j)[k] / (k + 1);
+    }
+    *reach = num_jet_reach(s->jet, order - 1);
+    return true;
+}
+
+void series_clear(struct series *s)
+{
+    num_jet_free(s->jet);
+    *s = (struct series){ 0 };
+}

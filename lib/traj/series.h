@@ -1,0 +1,17 @@
+/* Inside the traj folder: Taylor coefficients along the flow. */
+#ifndef SGA_TRAJ_SERIES_H
+#define SGA_TRAJ_SERIES_H
+
+#include "field.h"
+#include "jet.h"
+
+struct series {
+    struct num_jet *jet;
+    int order;
+};
+
+/* As ode_problem.taylor. field_slope_init has been called. */
+bool series_along(struct series *s, struct field *f, double t, const double *x, int order, double scale, double *out, double *reach);
+void series_clear(struct series *s);
+
+#endif
