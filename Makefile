@@ -35,16 +35,17 @@ DEPS_points  := lin num poly expr base
 DEPS_sga     := points lin num poly sys expr base
 DEPS_sym     := sga points lin num poly sys expr base
 DEPS_graph   := base
+DEPS_plot    := base
 DEPS_structure := sga graph points lin num poly sys expr base
 DEPS_ode     := lin base
 DEPS_traj    := ode sga points lin num poly sys expr base
 DEPS_mech    := sga points lin num poly form sys expr base
 DEPS_run     := mech sym structure graph operator pencil traj ode sga points lin num poly request form sys expr base
-FLOORS := base graph expr sys lin pencil num poly operator form request points sga mech sym structure ode traj run
+FLOORS := base plot graph expr sys lin pencil num poly operator form request points sga mech sym structure ode traj run
 
 # Programs see the public face of the library only.
-SERVER_DEPS := run request form sys expr base
-CLIENT_DEPS := run base
+SERVER_DEPS := run request form sys expr plot base
+CLIENT_DEPS := run plot base
 
 LIBS := -lcalcium -lflint-arb -lflint -lmpfr -lgmp -lklu -lamd -lcolamd -lbtf -lsuitesparseconfig -lgsl -lgslcblas -ljansson -lm
 SERVER_LIBS := -lmicrohttpd -lsqlite3 -lgnutls -lseccomp -lpthread
@@ -54,8 +55,8 @@ LIB_SRC := $(foreach f,$(FLOORS),$(wildcard lib/$(f)/*.c))
 LIB_OBJ := $(LIB_SRC:%.c=$(B)/%.o)
 SERVER_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard server/*.c)) $(B)/server/embedded.o
 # The client takes results apart with the daemon's JSON scanner, and writes problems as the
-# daemon does; it needs no JSON library.
-CLIENT_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard clients/*.c)) $(B)/server/scan.o $(B)/server/problem.o
+# daemon does; it needs no JSON library. A tradeoff is shown by the same code too.
+CLIENT_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard clients/*.c)) $(addprefix $(B)/server/,scan.o problem.o tradeoff_view.o view.o)
 
 .PHONY: all lib run test unit bench kill-test clean deps check-deps
 all: $(B)/sgad $(B)/sga $(B)/libsga.a

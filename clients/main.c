@@ -2,6 +2,7 @@
 #include "pretty.h"
 #include "request.h"
 #include "run.h"
+#include "save.h"
 #include "top.h"
 
 #include <errno.h>
@@ -15,12 +16,14 @@ enum { DONE = 0, FAILED = 1, USAGE = 2 };
 
 struct arguments {
     const char *file, *server;
+    const char *csv, *svg;       /* where the tradeoff goes, or NULL */
     double wait;
     bool json, text;
 };
 
 static const char usage[] =
     "usage: sga solve FILE [--server URL] [--json | --text] [--wait SECONDS]\n"
+    "                      [--tradeoff-csv FILE] [--tradeoff-svg FILE]\n"
     "       sga top [--server URL] [--every SECONDS] [--once]\n"
     "       sga version\n"
     "       sga --help\n"
@@ -34,6 +37,8 @@ static const char usage[] =
     "                   the request runs in this process)\n"
     "  --wait SECONDS   stop waiting for the daemon after this time\n"
     "  --json, --text   choose the form\n"
+    "  --tradeoff-csv FILE, --tradeoff-svg FILE\n"
+    "                   put the tradeoff that the request wants into a table or an image\n"
     "\n"
     "The variable SGA_TOKEN holds the token for a daemon that wants one.\n"
     "\n"
@@ -87,6 +92,15 @@ static void print_problem(const struct answer *a)
         print_result(a, false);
 }
 
+/* The result is shown; what else is wanted of it goes into files. */
+static int finish(const struct arguments *args, const struct answer *a)
+{
+    int status = print_result(a, a->readable);
+    struct slice result = scan_value(a->text.data, a->text.data + a->text.len);
+    bool saved = !(args->csv || args->svg) || save_tradeoff(result, args->csv, args->svg);
+    return saved ? status : FAILED;
+}
+
 static int solve(const struct arguments *args)
 {
     struct sga_buf request = { 0 };
@@ -96,7 +110,7 @@ static int solve(const struct arguments *args)
         const char *text = request.data ? request.data : "";
         bool ok = args->server ? solve_there(args->server, text, request.len, args->wait, &a) : solve_here(text, request.len, &a, print_problem);
         if (ok)
-            status = print_result(&a, a.readable);
+            status = finish(args, &a);
         else
             print_problem(&a);
     }
@@ -119,7 +133,8 @@ static int read_arguments(int argc, char **argv, struct arguments *args)
         args->server = NULL;
     for (int i = 2; i < argc; i++) {
         const char *a = argv[i];
-        bool takes = strcmp(a, "--server") == 0 || strcmp(a, "--wait") == 0;
+        bool csv = strcmp(a, "--tradeoff-csv") == 0, svg = strcmp(a, "--tradeoff-svg") == 0;
+        bool takes = csv || svg || strcmp(a, "--server") == 0 || strcmp(a, "--wait") == 0;
         if (takes && i + 1 >= argc)
             return bad_usage("a value is missing after ", a);
         if (strcmp(a, "--json") == 0)
@@ -128,6 +143,8 @@ static int read_arguments(int argc, char **argv, struct arguments *args)
             args->text = true;
         else if (strcmp(a, "--server") == 0)
             args->server = argv[++i];
+        else if (csv || svg)
+            *(csv ? &args->csv : &args->svg) = argv[++i];
         else if (strcmp(a, "--wait") == 0 && !read_seconds(argv[++i], &args->wait))
             return bad_usage("--wait needs a number of seconds, not ", argv[i]);
         else if (!takes && *a == '-' && a[1])

@@ -204,6 +204,41 @@ static void put_trajectory(struct sga_buf *out, struct slice r)
     }
 }
 
+/* A value of a table's column, right-justified. */
+static void put_cell(struct sga_buf *out, struct slice row, const char *key, const char *format)
+{
+    double x = scan_number(scan_member(row, key), NAN);
+    if (isnan(x))
+        sga_buf_printf(out, "%12s", "-");
+    else
+        sga_buf_printf(out, format, x);
+}
+
+static void put_tradeoff(struct sga_buf *out, struct slice r)
+{
+    struct slice t = scan_member(r, "tradeoff"), row;
+    const char *cursor = NULL;
+    if (!t.at)
+        return;
+    sga_buf_printf(out, "\ntradeoff\n%-12s%-15s%9s%12s%12s%12s%12s%8s\n", "method", "arithmetic", "rtol", "seconds", "evaluations",
+                   "error", "at most", "digits");
+    while ((row = scan_next(scan_member(t, "rows"), &cursor)).at) {
+        char *method = string_take(scan_member(row, "method")), *arithmetic = string_take(scan_member(row, "arithmetic"));
+        sga_buf_printf(out, "%-12s%-15s", method, arithmetic);
+        free(method);
+        free(arithmetic);
+        put_cell(out, row, "rtol", "%9.0e");
+        put_cell(out, row, "seconds", "%12.3g");
+        put_cell(out, row, "evaluations", "%12.0f");
+        put_cell(out, row, "error", "%12.2e");
+        put_cell(out, row, "error_at_most", "%12.2e");
+        put_cell(out, row, "digits", "%8.1f");
+        put_value(out, "  ", scan_member(row, "note"), "");
+        sga_buf_puts(out, "\n");
+    }
+    put_value(out, "", scan_member(t, "advice"), "\n");
+}
+
 void pretty_text(struct slice r, struct sga_buf *out)
 {
     put_summary(out, r);
@@ -212,4 +247,5 @@ void pretty_text(struct slice r, struct sga_buf *out)
     put_motion(out, r);
     put_strata(out, r);
     put_trajectory(out, r);
+    put_tradeoff(out, r);
 }

@@ -11,6 +11,7 @@
     X("/v1/jobs/*",            SCOPE_READ, handle_get_job,    NULL,            handle_delete) \
     X("/v1/jobs/*/events",     SCOPE_READ, handle_events,     NULL,            NULL) \
     X("/v1/jobs/*/trajectory", SCOPE_READ, handle_trajectory, NULL,            NULL) \
+    X("/v1/jobs/*/tradeoff",   SCOPE_READ, handle_tradeoff,   NULL,            NULL) \
     X("/healthz",              0,          handle_health,     NULL,            NULL) \
     X("/readyz",               0,          handle_ready,      NULL,            NULL) \
     X("/metrics",              SCOPE_READ, handle_metrics,    NULL,            NULL) \

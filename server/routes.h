@@ -27,6 +27,7 @@ handler handle_post_job, handle_solve;                               /* post.c *
 handler handle_get_job, handle_list, handle_delete;                  /* get.c */
 handler handle_events;                                               /* events.c */
 handler handle_trajectory;                                           /* trajectory.c */
+handler handle_tradeoff;                                             /* tradeoff.c */
 handler handle_health, handle_ready, handle_metrics, handle_openapi, handle_schema, handle_version;   /* about.c */
 
 #endif

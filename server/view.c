@@ -40,7 +40,7 @@ static void put_unescaped(struct sga_buf *out, struct slice s)
     }
 }
 
-static void put_field(struct sga_buf *out, struct slice s)
+void view_field(struct sga_buf *out, struct slice s)
 {
     if (s.len == 4 && memcmp(s.at, "null", 4) == 0)
         return;
@@ -67,7 +67,7 @@ static void csv_line(struct sga_buf *out, struct slice array)
     for (bool first = true; (s = scan_next(array, &cursor)).at; first = false) {
         if (!first)
             sga_buf_put(out, ",", 1);
-        put_field(out, s);
+        view_field(out, s);
     }
     sga_buf_put(out, "\r\n", 2);
 }

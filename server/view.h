@@ -21,5 +21,7 @@ bool view_open(struct view *v, enum view_format format, struct slice trajectory)
 /* Appends the next line; false after the last. Cost: its length times a small factor. */
 bool view_line(struct view *v, struct sga_buf *out);
 void view_close(struct view *v);
+/* Appends a JSON value as a field of CSV: texts without their quotes, null as nothing. */
+void view_field(struct sga_buf *out, struct slice value);
 
 #endif

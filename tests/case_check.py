@@ -13,7 +13,7 @@ from symmetry_case import SymmetryCase
 
 KNOWN = set("verdict ambient generations final index differentiation seed gauge equilibrium variables on off field "
             "parameters near digits error trajectory trajectories strata solved unsolved assumed initial points identities structure primary closed "
-            "redundant symmetries kronecker regular regularity motion kinds zeros".split())
+            "redundant tradeoff symmetries kronecker regular regularity motion kinds zeros".split())
 
 
 # Where a case comes from: a reference with its year, or "own: why it is there"

@@ -25,6 +25,7 @@
     X(METHOD,              "method_not_allowed",     405, "The method is not allowed here") \
     X(JOB_ENDED,           "job_ended",              409, "The job has already ended") \
     X(NO_TRAJECTORY,       "no_trajectory",          409, "The job has no trajectory") \
+    X(NO_TRADEOFF,         "no_tradeoff",            409, "The job has no tradeoff") \
     X(QUEUE_FULL,          "queue_full",             503, "The queue is full") \
     X(BUSY,                "busy",                   503, "The service is reading as much as it can") \
     X(DRAINING,            "draining",               503, "The service is shutting down") \

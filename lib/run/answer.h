@@ -76,6 +76,7 @@ struct job {
     struct traj_result trajectory;
     bool has_trajectory;
     struct sga_buf trajectories;  /* JSON: those of a sweep, or empty */
+    struct tradeoff *tradeoff;    /* or NULL */
     struct traj_initial initial;
     bool has_initial;
     struct structure structure;
@@ -110,7 +111,7 @@ struct job {
         expr_id defect;
     } two_form;
     struct mechanical_answer *mechanical;   /* or NULL */
-    struct { double read, reduce, operator_form, mechanical, print, witness, trajectory, structure, symmetries; } seconds;
+    struct { double read, reduce, operator_form, mechanical, print, witness, trajectory, tradeoff, structure, symmetries; } seconds;
     const char *stage;            /* the last that was begun */
     struct sga_error *err;
 };

@@ -6,6 +6,7 @@
 
 #include "mem.h"
 #include "sweep.h"
+#include "tradeoff.h"
 
 /* Down to this the automatic choice is double. */
 static const double DOUBLE_SUFFICES = 1e-11;
@@ -46,9 +47,10 @@ static bool run(struct job *j, const struct sga_solution *solution, const struct
         double begin = sga_now();
         j->has_trajectory = traj_run(&j->request.system, solution, r, &j->trajectory, j->err);
         j->seconds.trajectory = sga_now() - begin;
-        return j->has_trajectory;
+        if (!j->has_trajectory)
+            return false;
     }
-    return true;
+    return !(j->request.want & REQUEST_TRADEOFF) || answer_tradeoff(j, solution, r);
 }
 
 /* What longer arithmetics start from: constants where doubles would be rounded. */
@@ -69,7 +71,7 @@ static void exact_values(struct job *j, struct traj_request *r)
 bool answer_motion(struct job *j)
 {
     const struct request_trajectory *t = &j->request.trajectory;
-    if (!(j->request.want & (REQUEST_TRAJECTORY | REQUEST_CONSISTENT_INITIAL)))
+    if (!(j->request.want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF | REQUEST_CONSISTENT_INITIAL)))
         return true;
     if (j->solution.verdict == SGA_INCONSISTENT)
         return sga_fail_at(j->err, SGA_E_NO_MOTION, "/trajectory", "the system is inconsistent: no point satisfies it, "
@@ -97,7 +99,8 @@ bool answer_motion(struct job *j)
         .method = j->request.accuracy.method, .arithmetic = (enum traj_arithmetic)j->request.accuracy.arithmetic,
         .budget = &j->budget,
     };
-    if (r.arithmetic != TRAJ_DOUBLE && (r.arithmetic != TRAJ_AUTO || r.rtol < DOUBLE_SUFFICES))
+    bool tradeoff = j->request.want & REQUEST_TRADEOFF;
+    if (r.arithmetic != TRAJ_DOUBLE && (tradeoff || r.arithmetic != TRAJ_AUTO || r.rtol < DOUBLE_SUFFICES))
         exact_values(j, &r);
     bool ok;
     if (t->conditions) {

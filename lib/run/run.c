@@ -9,6 +9,7 @@
 #include "kronecker.h"
 #include "lin.h"
 #include "mem.h"
+#include "tradeoff.h"
 #include "watch.h"
 
 const char *sga_version(void)
@@ -85,13 +86,10 @@ static void set_budget(struct job *j)
 /* What is wanted but cannot be had yet is refused before any work is done. */
 static bool check_wants(struct job *j)
 {
-    static const unsigned later = REQUEST_TRADEOFF;
-    for (int k = 0; k < REQUEST_WANTS; k++)
-        if (j->request.want & later & (1u << k))
-            return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/want", "want \"%s\" is not available in this version; "
-                               "available are constraints, index, vector_field, gauge, consistent_initial, symmetries, structure and trajectory",
-                               request_want_text(k));
-    if (j->request.op.open_sources && j->request.want & (REQUEST_TRAJECTORY | REQUEST_CONSISTENT_INITIAL))
+    if (j->request.want & REQUEST_TRADEOFF && j->request.sweeps)
+        return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/want", "a tradeoff is measured on one motion; leave out \"sweep\", or "
+                           "send a request of its own");
+    if (j->request.op.open_sources && j->request.want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF | REQUEST_CONSISTENT_INITIAL))
         return sga_fail_at(j->err, SGA_E_NO_MOTION, "/system/sources", "to follow a motion, give each source as a function of time");
     return true;
 }
@@ -195,6 +193,7 @@ void answer_clear(struct job *j)
         traj_result_clear(&j->trajectory);
     if (j->has_initial)
         traj_initial_clear(&j->initial);
+    answer_tradeoff_clear(j->tradeoff);
     answer_strata_clear(j);
     answer_operator_clear(j);
     answer_mechanical_clear(j);

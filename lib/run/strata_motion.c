@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "mem.h"
+#include "tradeoff.h"
 
 /* A start that has to be moved this far does not lie on the stratum. */
 static const double ON_STRATUM = 1e-9;
@@ -19,10 +20,10 @@ static bool motion_on(struct job *j, struct stratum *s, bool *there, struct sga_
         return false;
     j->near = f.keep.near;
     j->near_time = f.keep.near_time;
-    j->request.want = (f.keep.request.want & (REQUEST_TRAJECTORY | REQUEST_CONSISTENT_INITIAL)) | REQUEST_CONSTRAINTS
+    j->request.want = (f.keep.request.want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF | REQUEST_CONSISTENT_INITIAL)) | REQUEST_CONSTRAINTS
                       | REQUEST_VECTOR_FIELD;
     bool ok = answer_reduce(j) && answer_texts(j) && answer_witness(j) && answer_motion(j);
-    double moved = j->has_trajectory ? j->trajectory.moved : j->has_initial ? j->initial.moved : 1;
+    double moved = j->has_trajectory ? j->trajectory.moved : j->has_initial ? j->initial.moved : j->tradeoff ? j->tradeoff->moved : 1;
     *there = ok && moved <= ON_STRATUM;
     if (*there) {
         f.keep.trajectory = j->trajectory;
@@ -30,7 +31,9 @@ static bool motion_on(struct job *j, struct stratum *s, bool *there, struct sga_
         f.keep.initial = j->initial;
         f.keep.has_initial = j->has_initial;
         f.keep.initial_residuals = j->initial_residuals;
+        f.keep.tradeoff = j->tradeoff;
         j->has_trajectory = j->has_initial = false;
+        j->tradeoff = NULL;
     }
     j->near = NULL;          /* not its own */
     strata_leave(j, &f);
@@ -54,6 +57,8 @@ bool answer_motion_on_stratum(struct job *j)
         traj_result_clear(&j->trajectory);
     if (j->has_initial)
         traj_initial_clear(&j->initial);
+    answer_tradeoff_clear(j->tradeoff);
+    j->tradeoff = NULL;
     j->has_trajectory = j->has_initial = false;
     bool done = false;
     for (int i = 0; i < j->strata && !done; i++) {

@@ -1,5 +1,5 @@
 /* The result object, member by member. */
-#include "answer.h"
+#include "tradeoff.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -188,6 +188,9 @@ static void write_work(const struct job *j, struct sga_json *w)
     if (j->has_trajectory) {
         sga_json_member_double(w, "trajectory", j->seconds.trajectory);
     }
+    if (j->tradeoff) {
+        sga_json_member_double(w, "tradeoff", j->seconds.tradeoff);
+    }
     if (j->has_structure) {
         sga_json_member_double(w, "structure", j->seconds.structure);
     }
@@ -279,6 +282,8 @@ bool answer_write(struct job *j, struct sga_buf *out)
     }
     if (j->has_trajectory && !answer_write_trajectory(j, w))
         return false;
+    if (j->tradeoff)
+        answer_write_tradeoff(j, w);
     answer_write_evidence(j, w);
     write_work(j, w);
     sga_json_end_object(w);

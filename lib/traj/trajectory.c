@@ -88,10 +88,12 @@ static bool integrate(struct flow *f, const struct sga_solution *sol, const stru
     options.method = rq->method;
     options.rtol = rq->rtol;
     options.atol = rq->atol;
-    options.estimate_global_error = options.refine = true;
+    options.estimate_global_error = options.refine = !rq->single;
     options.budget = rq->budget;
+    double begin = sga_cpu();
     if (!ode_solve(&problem, &start, &options, &o, err))
         return false;
+    r->seconds = sga_cpu() - begin;
     keep(f, rq, &o, r);
     keep_events(f, rq, &o, r);
     r->method = o.method;

@@ -42,6 +42,7 @@ struct traj_request {
      * (EXPR_UNDEF: not given) and by sample. NULL: the doubles are meant exactly. */
     expr_id exact_start;
     const expr_id *exact_initial, *exact_time;
+    bool single;                           /* one solution at the tolerances as they are: no estimate of its error */
     const struct sga_budget *budget;
 };
 
@@ -69,6 +70,7 @@ struct traj_result {
     char ended_detail[256];
     const char *gauge;        /* "none", "rates", "least_norm", ... */
     long steps, rejected, evaluations;
+    double seconds;           /* CPU of the integration alone, without what is set up before it */
 };
 
 /* A consistent start as a result of its own. */

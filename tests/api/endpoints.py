@@ -1,8 +1,10 @@
 """Every endpoint as it is meant to be used."""
+import csv
 import json
 import os
 import re
 import time
+import xml.etree.ElementTree as ElementTree
 
 import schemas
 from common import moving, trivial
@@ -140,6 +142,32 @@ def trajectory(d, c):
     c.problem(d.get(f"/v1/jobs/{none['id']}/trajectory"), 409, "no_trajectory", "trajectory: not asked for")
 
 
+def tradeoff(d, c):
+    request = {"system": {"form": "equations", "variables": ["x"], "equations": ["x'' = -x"]}, "want": ["tradeoff"],
+               "trajectory": {"stop": 1, "samples": 2, "initial": {"x": 1, "x'": 0}}}
+    job_ = d.ask("POST", "/v1/solve", request).json()
+    path = f"/v1/jobs/{job_['id']}/tradeoff"
+    t = job_["result"]["tradeoff"]
+    a = d.get(path)
+    c(a.status == 200 and a.headers["content-type"].startswith("application/json") and a.json() == t, "tradeoff: JSON", a.body[:200])
+    again = d.ask("POST", "/v1/solve", request).json()
+    c(again["cached"] and again["result"]["tradeoff"] == t, "tradeoff: what was measured is cached")
+    for label, b in (("Accept", d.get(path, Accept="text/csv")), ("format", d.get(path + "?format=csv"))):
+        c(b.headers.get("content-type", "").startswith("text/csv"), f"tradeoff csv by {label}: media type", b.headers)
+        rows = list(csv.DictReader(b.body.decode().splitlines()))
+        c([(r["method"], float(r["rtol"]), float(r["seconds"])) for r in rows] == [(r["method"], r["rtol"], r["seconds"]) for r in t["rows"]],
+          f"tradeoff csv by {label}: rows", rows[:1])
+    for label, b in (("Accept", d.get(path, Accept="image/svg+xml")), ("format", d.get(path + "?format=svg"))):
+        c(b.headers.get("content-type", "") == "image/svg+xml", f"tradeoff svg by {label}: media type", b.headers)
+        c(ElementTree.fromstring(b.body).tag.endswith("}svg"), f"tradeoff svg by {label}: an image")
+    etag = a.headers.get("etag", "")
+    c(etag and d.get(path, If_None_Match=etag).status == 304 and d.get(path + "?format=svg").headers["etag"] != etag, "tradeoff: ETag")
+    c.problem(d.get(path, Accept="application/x-ndjson"), 406, "not_acceptable", "tradeoff: ndjson")
+    c.problem(d.get(path + "?format=png"), 400, "bad_request", "tradeoff: png")
+    none = d.ask("POST", "/v1/solve", trivial()).json()
+    c.problem(d.get(f"/v1/jobs/{none['id']}/tradeoff"), 409, "no_tradeoff", "tradeoff: not asked for")
+
+
 def events(d, c):
     id_ = d.ask("POST", "/v1/jobs", moving(samples=9)).json()["id"]
     a = d.get(f"/v1/jobs/{id_}/events")
@@ -183,4 +211,4 @@ def examples(d, c):
               again["result"]["dimensions"])
 
 
-ALL = [about, metrics, job, cache, waiting, listing, trajectory, events, examples]
+ALL = [about, metrics, job, cache, waiting, listing, trajectory, tradeoff, events, examples]

@@ -1,0 +1,69 @@
+/* Speed against accuracy: one system, one motion, every method and arithmetic at ever tighter
+ * tolerances, each measured and compared with the best solution of all. */
+#include "tradeoff.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "mem.h"
+
+/* The table may take this part of the time that is left (of 30 seconds, four), and the rows
+ * this part of that; the rest is for the best solution. */
+static const double PART = 0.125, ROWS_PART = 0.55;
+/* Samples times columns that are compared; more samples are thinned out. */
+static const double MOST_VALUES = 1e5;
+
+/* At most so many samples, evenly, the last one among them. */
+static double *thin(struct traj_request *r, int columns)
+{
+    int most = (int)fmax(2, fmin(r->samples, MOST_VALUES / (columns + 1)));
+    double *times = sga_malloc((size_t)(most + 1) * sizeof *times);
+    expr_id *exact = r->exact_time ? sga_malloc((size_t)(most + 1) * sizeof *exact) : NULL;
+    if (most > r->samples)
+        most = r->samples;
+    for (int k = 0; k < most; k++) {
+        int from = most == 1 ? 0 : (int)((double)k * (r->samples - 1) / (most - 1));
+        times[k] = r->times[from];
+        if (exact)
+            exact[k] = r->exact_time[from];
+    }
+    r->samples = most;
+    r->times = times;
+    r->exact_time = exact;
+    return times;
+}
+
+bool answer_tradeoff(struct job *j, const struct sga_solution *solution, const struct traj_request *request)
+{
+    const struct request_accuracy *a = &j->request.accuracy;
+    double begin = sga_now(), left = j->budget.deadline ? j->budget.deadline - begin : 30;
+    struct tradeoff *t = sga_calloc(1, sizeof *t);
+    struct tradeoff_run u = { .j = j, .system = &j->request.system, .solution = solution, .request = *request, .t = t,
+                              .end = begin + PART * left };
+    j->tradeoff = t;
+    double *times = thin(&u.request, request->outputs ? request->outputs : j->request.system.variables);
+    bool ok = tradeoff_rows(&u, begin + PART * left * ROWS_PART) && tradeoff_best(&u);
+    if (ok) {
+        tradeoff_errors(t, a->rtol, a->atol);
+        tradeoff_advice(t, a->rtol, a->atol);
+    }
+    free(times);
+    free((expr_id *)u.request.exact_time);
+    j->seconds.tradeoff = sga_now() - begin;
+    return ok;
+}
+
+void answer_tradeoff_clear(struct tradeoff *t)
+{
+    if (!t)
+        return;
+    for (int i = 0; i < t->rows; i++)
+        free(t->row[i].values.value);
+    free(t->row);
+    free(t->best.values.value);
+    free(t->best.doubt);
+    free(t->best.size);
+    free(t->left_out);
+    sga_buf_free(&t->advice);
+    free(t);
+}
