@@ -102,14 +102,19 @@ def taylor(field, start, x, times, digits=34):
     return out
 
 
+def radau_points(s):
+    """Zeros of the Radau polynomial of s stages, on (0, 1]; the last is 1."""
+    p = [mp.mpf(0)] * (s - 1) + [mp.binomial(s, k) * (-1) ** (s - k) for k in range(s + 1)]
+    for _ in range(s - 1):
+        p = [k * p[k] for k in range(1, len(p))]
+    return sorted(mp.re(r) for r in mp.polyroots(p[::-1], maxsteps=500, extraprec=600))
+
+
 def radau(field, jacobian, x, steps, stages=12, digits=34):
     """x after each of the steps (t, h), by collocation at the zeros of the Radau polynomial, of order 2 stages - 1."""
     with mp.workdps(digits + 10):
         s, n = stages, len(x)
-        p = [mp.mpf(0)] * (s - 1) + [mp.binomial(s, k) * (-1) ** (s - k) for k in range(s + 1)]
-        for _ in range(s - 1):
-            p = [k * p[k] for k in range(1, len(p))]
-        c = sorted(mp.re(r) for r in mp.polyroots(p[::-1], maxsteps=500, extraprec=600))
+        c = radau_points(s)
         V = mp.matrix(s, s)
         W = mp.matrix(s, s)
         for i in range(s):
