@@ -6,6 +6,7 @@ import mpmath
 
 import schemas
 from combination import Combinations
+from consistent_check import ConsistentCheck
 from expression import EXACT, FLOAT, Graph, Undefined, evaluate
 from identities import Answer, Broken
 from structure_check import StructureCheck
@@ -13,7 +14,7 @@ from symmetry_case import SymmetryCase
 
 KNOWN = set("verdict ambient generations final index differentiation seed gauge equilibrium variables on off field "
             "parameters near digits error trajectory trajectories strata solved unsolved assumed initial points identities structure primary closed "
-            "redundant tradeoff symmetries kronecker regular regularity motion kinds zeros".split())
+            "redundant tradeoff consistent symmetries kronecker regular regularity motion kinds zeros".split())
 
 
 # Where a case comes from: a reference with its year, or "own: why it is there"
@@ -102,6 +103,8 @@ class CaseCheck:
             SymmetryCase(self.tally, name, request, result, answer).run(expect.get("symmetries", {}))
         if "predicted" in result.get("structure", {}):
             StructureCheck(self.tally, name, self.solver, request, result, answer).run(expect.get("structure", {}))
+        if "consistent_initial" in result:
+            ConsistentCheck(self.tally, name, request, result, answer).run(expect.get("consistent", {}))
         if "trajectories" in expect:
             self.sweep(name, request, result, expect["trajectories"])
         if "trajectory" in expect:
@@ -333,6 +336,8 @@ class TrajectoryCheck:
         if "reason" in expect:
             allowed = expect["reason"] if isinstance(expect["reason"], list) else [expect["reason"]]
             self.check(ended["reason"] in allowed, "reason", str(ended))
+        if "detail" in expect:
+            self.check(expect["detail"] in ended["detail"], "detail", str(ended))
         if "t" in expect:
             self.check(abs(ended["t"] - number(expect["t"])) <= expect.get("tolerance", 1e-3), "ends at its time", str(ended))
         self.check(all(r[0] <= ended["t"] + 1e-12 for r in self.rows), "no sample lies past the end")

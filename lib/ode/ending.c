@@ -60,20 +60,28 @@ static double limit_time(const struct ode_march *m)
     return m->t + b * ratio / (1 - ratio);
 }
 
+/* And not only its derivative. From 0 every size is far. */
+static bool state_grows(const struct ode_march *m)
+{
+    int which;
+    double size = ode_largest(m, m->x, &which);
+    return size > 1e3 * (m->start_size + 1) || (m->start_size > 0 && size > 1e6 * m->start_size);
+}
+
 static void blow_up(struct ode_march *m)
 {
     int by_state, by_rate;
     double size = ode_largest(m, m->x, &by_state), rate = ode_largest(m, m->f, &by_rate);
     char text[200];
-    bool state_grows = size > 1e3 * (m->start_size + 1) || size > 1e6 * m->start_size;
-    if (state_grows)
+    bool grown = state_grows(m);
+    if (grown)
         snprintf(text, sizeof text, "the solution grows without bound (size %.3g at the end)", size);
     else
         snprintf(text, sizeof text,
                  "the derivative grows without bound (size %.3g) while the solution stays at size %.3g",
                  rate, size);
     ode_end_at(m, ODE_BLOW_UP, text);
-    m->res->end.variable = state_grows ? by_state : by_rate;
+    m->res->end.variable = grown ? by_state : by_rate;
     m->res->end.t = limit_time(m);
 }
 

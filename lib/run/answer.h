@@ -58,8 +58,19 @@ struct mechanical_answer {
     bool has_regularity;
 };
 
+/* What of the request's system is not modelled, because the outputs do not depend on it (cut.h). */
+struct cut_given { int symbol; double value; };
+struct cut {
+    bool made, tied;
+    int variables, rows;          /* of the whole system, restrictions among the rows */
+    int gone, apart, rows_gone;
+    int *symbol;                  /* of the variables that are gone */
+    struct cut_given *given; int givens;   /* initial values for them */
+};
+
 struct job {
     struct request request;
+    struct cut cut;
     struct sga_budget budget;
     const struct sga_run_options *options;
     struct points_shadow shadow;
@@ -112,6 +123,7 @@ struct job {
     } two_form;
     struct mechanical_answer *mechanical;   /* or NULL */
     struct { double read, reduce, operator_form, mechanical, print, witness, trajectory, tradeoff, structure, symmetries; } seconds;
+    double spent;                 /* seconds of the time granted, before */
     const char *stage;            /* the last that was begun */
     struct sga_error *err;
 };

@@ -8,6 +8,7 @@
 
 #include "kronecker.h"
 #include "lin.h"
+#include "cut.h"
 #include "mem.h"
 #include "tradeoff.h"
 #include "watch.h"
@@ -71,7 +72,7 @@ static void set_budget(struct job *j)
     double memory = j->options && j->options->max_memory ? (double)j->options->max_memory : MAX_MEMORY;
     double megabytes = j->request.limits.megabytes > 0 ? j->request.limits.megabytes : DEFAULT_MEGABYTES;
     j->budget = (struct sga_budget){
-        .deadline = sga_now() + seconds, .seconds = seconds,
+        .deadline = sga_now() + seconds - j->spent, .seconds = seconds,
         .max_generations = j->request.limits.generations,
         .max_memory = (size_t)fmin(megabytes * 0x1p20, memory),
         .max_terms = j->request.limits.terms,
@@ -144,7 +145,7 @@ static bool solve(struct job *j)
     struct sga_options options = {
         .near = j->near, .near_time = j->near_time, .seed = 1, .budget = &j->budget,
         .combinations = j->request.want & (REQUEST_CONSTRAINTS | REQUEST_STRUCTURE),
-        .gauge_fields = true, .rows = j->request.want & REQUEST_STRUCTURE,
+        .gauge_fields = j->request.want & (REQUEST_GAUGE | REQUEST_SYMMETRIES), .rows = j->request.want & REQUEST_STRUCTURE,
     };
     if (j->solved) {
         points_shadow_clear(&j->shadow);
@@ -194,6 +195,7 @@ void answer_clear(struct job *j)
     if (j->has_initial)
         traj_initial_clear(&j->initial);
     answer_tradeoff_clear(j->tradeoff);
+    answer_cut_clear(j);
     answer_strata_clear(j);
     answer_operator_clear(j);
     answer_mechanical_clear(j);
@@ -224,57 +226,88 @@ static bool operator_form(struct job *j)
     return !j->request.op.has || answer_operator(j);
 }
 
+/* What is said of the system: reduction, texts, strata, witness, structure, symmetries. */
+static bool analyse(struct job *j)
+{
+    if (!operator_form(j) || !mechanical_form(j) || !answer_reduce(j) || (j->mechanical && !answer_mechanical_motion(j)))
+        return false;
+    progress(j, "texts", 0.4);
+    if (!answer_texts(j))
+        return false;
+    answer_strata(j);
+    answer_signs(j);
+    if (!sga_budget_ok(&j->budget, j->err))
+        return false;
+    progress(j, "witness", 0.45);
+    if (!answer_witness(j) || !structure(j))
+        return false;
+    if (j->request.want & REQUEST_SYMMETRIES) {
+        progress(j, "symmetries", 0.48);
+        if (!answer_symmetries(j))
+            return false;
+    }
+    return !(j->request.want & REQUEST_STRUCTURE || (j->op && j->op->system.order <= 1)) || kronecker_text(j, &j->kronecker, &j->is_linear);
+}
+
+/* What is followed. */
+static bool follow(struct job *j)
+{
+    progress(j, "trajectory", 0.5);
+    bool ok = answer_motion(j);
+    if (!ok && j->err->code == SGA_E_NO_MOTION && j->solution.verdict != SGA_INCONSISTENT)
+        ok = answer_motion_on_stratum(j);
+    return ok && answer_strata_solve(j);
+}
+
+/* A request that was read, from its system to its result. *again: what was left out of the system has to
+ * be looked at after all. */
+static bool run_request(struct job *j, bool tied, struct sga_buf *out, bool *again)
+{
+    answer_cut(j, tied);
+    set_near(j);
+    bool ok = check_wants(j) && check_samples(j) && analyse(j);
+    *again = ok && !answer_cut_holds(j);
+    ok = ok && !*again && follow(j);
+    *again |= ok && !answer_cut_holds(j);
+    if (*again)
+        return false;
+    if (ok) {
+        progress(j, "writing", 0.98);
+        ok = answer_write(j, out);
+    }
+    return ok && sga_budget_ok(&j->budget, j->err);      /* past a limit nothing is an answer any more */
+}
+
+/* One way through, from the text. */
+static bool run_text(struct job *j, const char *request, size_t length, bool tied, struct sga_buf *out, bool *again)
+{
+    double start = sga_now();
+    set_budget(j);                 /* the service's; the request's own once it is read */
+    sga_watch_begin(&j->budget, j->options && j->options->wall ? wall : NULL, j);
+    if (!request_read(&j->request, request, length, j->err)) {
+        sga_watch_end();
+        return false;
+    }
+    j->seconds.read = sga_now() - start;
+    set_budget(j);
+    bool ok = run_request(j, tied, out, again);
+    if (!ok && !*again)
+        name_stage(j->err, j->stage);
+    sga_watch_end();
+    answer_clear(j);
+    request_clear(&j->request);
+    return ok;
+}
+
 bool sga_run(const char *request, size_t length, const struct sga_run_options *options,
              struct sga_buf *out, struct sga_error *err)
 {
     struct sga_error own = { 0 };
     struct job j = { .options = options, .err = err ? err : &own, .stage = "request" };
-    double start = sga_now();
-    set_budget(&j);                 /* the service's; the request's own once it is read */
-    sga_watch_begin(&j.budget, options && options->wall ? wall : NULL, &j);
-    if (!request_read(&j.request, request, length, j.err)) {
-        sga_watch_end();
-        return false;
-    }
-    j.seconds.read = sga_now() - start;
-    set_budget(&j);
-    bool ok = check_wants(&j);
-    if (ok) {
-        set_near(&j);
-        ok = check_samples(&j) && operator_form(&j) && mechanical_form(&j) && answer_reduce(&j)
-             && (!j.mechanical || answer_mechanical_motion(&j));
-    }
-    if (ok) {
-        progress(&j, "texts", 0.4);
-        ok = answer_texts(&j);
-    }
-    if (ok) {
-        answer_strata(&j);
-        answer_signs(&j);
-        ok = sga_budget_ok(&j.budget, j.err);
-    }
-    if (ok)
-        progress(&j, "witness", 0.45);
-    ok = ok && answer_witness(&j) && structure(&j);
-    if (ok && j.request.want & REQUEST_SYMMETRIES) {
-        progress(&j, "symmetries", 0.48);
-        ok = answer_symmetries(&j);
-    }
-    if (ok && (j.request.want & REQUEST_STRUCTURE || (j.op && j.op->system.order <= 1)))
-        ok = kronecker_text(&j, &j.kronecker, &j.is_linear);
-    if (ok)
-        progress(&j, "trajectory", 0.5);
-    ok = ok && (answer_motion(&j) || (err->code == SGA_E_NO_MOTION && j.solution.verdict != SGA_INCONSISTENT
-                                      && answer_motion_on_stratum(&j))) && answer_strata_solve(&j);
-    if (ok) {
-        progress(&j, "writing", 0.98);
-        ok = answer_write(&j, out);
-    }
-    ok = ok && sga_budget_ok(&j.budget, j.err);      /* past a limit nothing is an answer any more */
-    if (!ok)
-        name_stage(j.err, j.stage);
-    sga_watch_end();
-    answer_clear(&j);
-    request_clear(&j.request);
-    return ok;
+    double begin = sga_now();
+    bool again = false, ok = run_text(&j, request, length, true, out, &again);
+    if (!again)
+        return ok;
+    j = (struct job){ .options = options, .err = err ? err : &own, .stage = "request", .spent = sga_now() - begin };
+    return run_text(&j, request, length, false, out, &again);
 }

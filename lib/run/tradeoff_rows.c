@@ -16,10 +16,12 @@
 /* A solution shorter than this is measured again, as often as this. */
 static const double SHORT_SECONDS = 4e-3;
 enum { REPEATS = 4 };
+/* Where each one takes much more to be set up, not for longer than this. */
+static const double REPEAT_SECONDS = 0.02;
 /* The next row takes this times the last one's time where nothing more is known, and at most. */
 static const double GROWTH = 3, MOST_GROWTH = 12;
 /* A row is cut off after this times what was expected of it, but not before so many seconds. */
-static const double PATIENCE = 5, LEAST_SECONDS = 0.05;
+static const double PATIENCE = 6, LEAST_SECONDS = 0.2;
 
 static const double double_rtol[] = { 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13, 0 };
 static const double longer_rtol[] = { 1e-8, 1e-11, 1e-14, 1e-17, 1e-20, 1e-23, 1e-26, 1e-28, 0 };
@@ -69,6 +71,7 @@ struct series {
     const double *rtol;           /* the next one; 0 past the last */
     int rows;
     double last, before;          /* seconds of its last two rows */
+    double around;                /* seconds on the clock that the last one took beside: set-up, other processes */
     bool over;
 };
 
@@ -123,7 +126,8 @@ static void take(struct tradeoff_row *row, const struct traj_result *r)
 /* Short solutions are timed again: the least of several is the one that nothing disturbed. */
 static void measure_again(struct tradeoff_run *u, struct tradeoff_row *row, double until)
 {
-    for (int k = 1; k < REPEATS && row->seconds < SHORT_SECONDS && sga_now() < until; k++) {
+    double end = fmin(until, sga_now() + REPEAT_SECONDS);
+    for (int k = 1; k < REPEATS && row->seconds < SHORT_SECONDS && sga_now() < end; k++) {
         struct traj_result r;
         struct sga_error err = { 0 };
         if (!tradeoff_solve(u, row, true, until, &r, &err))
@@ -162,7 +166,7 @@ static bool one(struct tradeoff_run *u, struct series *s, double until)
     struct tradeoff_row *row = add_row(t, s, *s->rtol, *s->rtol * asked->atol / asked->rtol);
     struct traj_result r;
     struct sga_error err = { 0 };
-    double begin = sga_cpu(), granted = until - sga_now();
+    double begin = sga_cpu(), now = sga_now(), granted = until - now;
     if (!tradeoff_solve(u, row, true, until, &r, &err)) {
         row->seconds = sga_cpu() - begin;
         return not_solved(u, s, row, &err, granted);
@@ -171,6 +175,7 @@ static bool one(struct tradeoff_run *u, struct series *s, double until)
         t->rows--;
         s->over = true;
     } else {
+        s->around = fmax(sga_now() - now - r.seconds, 0);
         take(row, &r);
         t->moved = r.moved;
         measure_again(u, row, until);
@@ -187,7 +192,7 @@ static bool one(struct tradeoff_run *u, struct series *s, double until)
 static double predicted(const struct series *s)
 {
     double growth = s->rows < 2 ? GROWTH : fmin(fmax(1.2, s->last / fmax(s->before, 1e-9)), MOST_GROWTH);
-    return growth * s->last;
+    return growth * s->last + s->around;
 }
 
 /* The series whose next row is the cheapest, the ones not begun first; NULL: all are over. */

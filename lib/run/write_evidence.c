@@ -1,5 +1,5 @@
 /* The member `evidence`: what each decision rests on, and the combinations behind the constraints. */
-#include "answer.h"
+#include "cut.h"
 
 #include <string.h>
 
@@ -133,6 +133,7 @@ void answer_write_evidence(struct job *j, struct sga_json *w)
     const struct sga_solution *sol = &j->solution;
     sga_json_key(w, "evidence");
     sga_json_object(w);
+    answer_write_cut(j, w);
     sga_json_key(w, "decisions");
     sga_json_object(w);
     for (int k = 0; k < POINTS_BASES; k++) {

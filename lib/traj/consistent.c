@@ -53,16 +53,20 @@ static bool keep_given(struct manifold *m, const struct traj_request *rq, double
     }
     double *y = sga_malloc((size_t)(n + 1) * sizeof *y), residual;
     uint64_t random = 17;
-    bool ok = false;
+    bool ok = false, shifted = false;
     for (int k = 0; k < STARTS && loose > 0 && !ok; k++) {
+        shifted = k > 0;
         for (int j = 0; j < n; j++) {
             double shift = k == 0 ? 0 : k == 1 ? 1 : k == 2 ? -1 : 4 * points_uniform(&random) - 2;
             y[j] = rq->initial[j] + (fixed[j] ? 0 : shift);
         }
         ok = manifold_project(m, rq->start, y, NULL, fixed, 40, NULL, &residual, NULL);
     }
-    if (ok)
+    if (ok) {
         memcpy(x, y, (size_t)n * sizeof *y);
+        if (shifted && manifold_nearest(m, rq->start, rq->initial, y, NULL, fixed, 200, NULL, NULL, NULL))
+            memcpy(x, y, (size_t)n * sizeof *y);      /* back as far as it goes */
+    }
     free(y);
     free(fixed);
     return ok;
@@ -74,6 +78,36 @@ static double distance(const struct manifold *m, const struct traj_request *rq, 
     for (int j = 0; j < m->n; j++)
         sum += pow((x[j] - rq->initial[j]) / scale[j], 2);
     return sqrt(sum);
+}
+
+/* Of the values that were given. */
+static double given_distance(const struct manifold *m, const struct traj_request *rq, const double *scale, const double *x)
+{
+    double sum = 0;
+    for (int j = 0; j < m->n; j++)
+        if (rq->given[j])
+            sum += pow((x[j] - rq->initial[j]) / scale[j], 2);
+    return sqrt(sum);
+}
+
+/* The others move more easily, but not for nothing, which shifts the nearest point by some 1e-6. With
+ * a guess for them where they are, the point that is nearest for the given ones alone is approached. */
+static void release_others(struct manifold *m, const struct traj_request *rq, const double *scale, double *x)
+{
+    enum { ROUNDS = 3 };
+    size_t n = (size_t)m->n;
+    double *y = sga_malloc((n + 1) * sizeof *y), *guess = sga_malloc((n + 1) * sizeof *guess);
+    for (int k = 0; k < ROUNDS; k++) {
+        for (size_t j = 0; j < n; j++)
+            guess[j] = rq->given[j] ? rq->initial[j] : x[j];
+        memcpy(y, x, n * sizeof *y);
+        if (!manifold_nearest(m, rq->start, guess, y, scale, rq->held, 200, NULL, NULL, NULL)
+            || !(given_distance(m, rq, scale, y) < given_distance(m, rq, scale, x)))
+            break;
+        memcpy(x, y, n * sizeof *y);
+    }
+    free(guess);
+    free(y);
 }
 
 /* Full steps may land on a zero far away. Walk there in short steps too, go on to the
@@ -115,7 +149,7 @@ bool consistent_start(struct manifold *m, const struct sys_system *sys, const st
         scale[j] = unit_of(rq->initial[j]) * (rq->given[j] ? 1 : LOOSE);
         any_held |= rq->held && rq->held[j];
     }
-    bool ok = manifold_nearest(m, rq->start, x, scale, rq->held, 200, moved, &residual, &worst);
+    bool ok = manifold_nearest(m, rq->start, NULL, x, scale, rq->held, 200, moved, &residual, &worst);
     shorter_way(m, rq, scale, x, ok, moved);
     ok = ok || *moved >= 0;
     /* the guess may be a place where nothing leads on: start from a known point */
@@ -128,12 +162,14 @@ bool consistent_start(struct manifold *m, const struct sys_system *sys, const st
         ok = manifold_project(m, rq->start, from, scale, rq->held, 80, NULL, &r2, &w2);
         if (ok) {
             memcpy(x, from, (size_t)n * sizeof *x);
-            double sum = 0;
-            for (int j = 0; j < n; j++)
-                sum += pow((x[j] - rq->initial[j]) / scale[j], 2);
-            *moved = sqrt(sum);
+            if (manifold_nearest(m, rq->start, rq->initial, from, scale, rq->held, 200, NULL, NULL, NULL))
+                memcpy(x, from, (size_t)n * sizeof *x);
         }
         free(from);
+    }
+    if (ok) {
+        release_others(m, rq, scale, x);
+        *moved = given_distance(m, rq, scale, x);
     }
     if (!ok && err) {       /* what is missing at the guess, the best that can be said */
         memcpy(x, rq->initial, (size_t)n * sizeof *x);

@@ -184,11 +184,11 @@ bool manifold_walk(struct manifold *m, double t, double *x, const double *scale,
 /* Each step goes to the point of the linearised set that is nearest to the guess:
  * J d = -r with |guess - x - d| least, that is d = shift + e with J e = -r - J shift and e
  * of least norm. It converges linearly where the set is curved; then one plain projection. */
-bool manifold_nearest(struct manifold *m, double t, double *x, const double *scale, const unsigned char *held,
+bool manifold_nearest(struct manifold *m, double t, const double *to, double *x, const double *scale, const unsigned char *held,
                       int steps, double *moved, double *residual, int *worst)
 {
     int n = m->n;
-    double *guess = memcpy(sga_malloc((size_t)n * sizeof *x), x, (size_t)n * sizeof *x);
+    double *guess = memcpy(sga_malloc((size_t)(n + 1) * sizeof *x), to ? to : x, (size_t)n * sizeof *x);
     double res = 0, length = INFINITY, before;
     bool ok = false;
     for (int k = 0; k < steps; k++) {

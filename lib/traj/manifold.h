@@ -38,8 +38,9 @@ bool manifold_project(struct manifold *m, double t, double *x, const double *sca
 bool manifold_walk(struct manifold *m, double t, double *x, const double *scale, const unsigned char *held,
                    double longest, int steps);
 
-/* As above, but to the point of the set nearest to x as given (in the scaled norm). */
-bool manifold_nearest(struct manifold *m, double t, double *x, const double *scale, const unsigned char *held,
+/* As above, but from x to the point of the set nearest to `guess` (in the scaled norm; NULL: x as given). Held
+ * values are those of x. */
+bool manifold_nearest(struct manifold *m, double t, const double *guess, double *x, const double *scale, const unsigned char *held,
                       int steps, double *moved, double *residual, int *worst);
 
 #endif

@@ -68,16 +68,19 @@ int field_approaches(struct field *f, const double *start, double start_t, doubl
     for (int j = 0; j < n; j++)
         x[j] = f->here[j];
     bool moves = field_eval(f, f->here_t, x, v);
-    for (int q = 0; q < f->pivots && found < 0 && moves; q++) {
+    double soonest = INFINITY;      /* where one of them falls fast, so do others that depend on the same */
+    for (int q = 0; q < f->pivots && moves; q++) {
         expr_id e = f->pivot_expr[q];
         if (!stays_finite(f, e, grown) || !along(f, e, v, p) || p[1] == 0)
             continue;
         double left = -p[0] / p[1] / passed;
+        bool near = p[0] == 0;
         for (int k = 0; k < 2 && left > 0; k++)
-            if (left < near_zero[k].soon && fabs(p[0]) <= near_zero[k].shrunk * f->pivot_start[q])
-                found = q;
-        if (p[0] == 0)
+            near |= left < near_zero[k].soon && fabs(p[0]) <= near_zero[k].shrunk * f->pivot_start[q];
+        if (near && left < soonest) {
+            soonest = left;
             found = q;
+        }
     }
     free(x);
     free(v);
