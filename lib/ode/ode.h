@@ -84,6 +84,14 @@ struct ode_problem {
      * taken along the manifold. */
     const struct lin_sparse *pattern;
     bool (*jacobian)(void *ctx, double t, const double *x, double *value);
+    /* Times between start and stop, in the order of the motion, at which the field or its derivatives
+     * may jump: steps end there. */
+    const double *breaks;
+    int break_count;
+    /* With breaks: the motion is now between these two times, at which the callbacks may
+     * change their nature: they are to give values as inside, also at and beyond the ends. NaN:
+     * no motion is followed. May be NULL. */
+    void (*enter)(void *ctx, double from, double to);
     double cost;               /* of one rhs, in multiplications; 0: taken as 20 n */
     /* What errors are estimated of: y (outputs) at t, x. NULL: the variables. */
     int outputs;
