@@ -11,6 +11,7 @@ from expression import EXACT, FLOAT, Graph, Undefined, evaluate
 from identities import Answer, Broken
 from structure_check import StructureCheck
 from symmetry_case import SymmetryCase
+from table import tables_of
 
 KNOWN = set("verdict ambient generations final index differentiation seed gauge equilibrium variables on off field "
             "parameters near digits error trajectory trajectories strata solved unsolved assumed initial points identities structure primary closed "
@@ -279,6 +280,7 @@ class TrajectoryCheck:
         self.t = result["trajectory"]
         self.columns = self.t["columns"]
         self.rows = self.t["rows"]
+        self.tables = tables_of(request["system"])
 
     def check(self, ok, what, detail=""):
         self.tally.check(ok, f"{self.name}: trajectory: {what}", detail)
@@ -366,7 +368,10 @@ class TrajectoryCheck:
 
     def environments(self):
         for r in self.rows:
-            yield dict(zip(self.columns, r))
+            env = dict(zip(self.columns, r))
+            for n, u in self.tables.items():
+                env.update({n + "'" * k: float(u.value(k, r[0])) for k in range(5)})
+            yield env
 
     def along(self, text):
         g = Graph()

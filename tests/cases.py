@@ -33,7 +33,7 @@ def load(patterns, but=()):
 # The checkers' own equations are pulled back by the restrictions as they stand, and vanish where those depend.
 DEPENDENT = ("restrict with a function that follows", "restriction that is a square", "restriction that is a sum of squares",
              "restriction that follows from two others")
-BEYOND_PEERS = ("zero_identities.json", "regular.json", "strata.json", "structure.json", "findings.json")
+BEYOND_PEERS = ("zero_identities.json", "regular.json", "strata.json", "structure.json", "findings.json", "tables.json", "parameter_sweep.json")
 
 
 def reduced(patterns):

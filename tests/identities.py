@@ -23,6 +23,9 @@ from expression import EXACT, FLOAT, Graph, Undefined, evaluate
 from problem import Problem
 
 
+ORDERS = 16    # derivatives of tables that answers may use
+
+
 class Broken(Exception):
     """An identity does not hold."""
 
@@ -74,6 +77,9 @@ class Answer:
         env[self.problem.time] = mpmath.mpf(self.rng.randint(-999, 999)) / 700
         if self.problem.time in self.near:
             env[self.problem.time] = evaluate(str(self.near[self.problem.time]))
+        for n in self.problem.tables:
+            for k in range(ORDERS):
+                env[n + "'" * k] = mpmath.mpf(self.rng.choice((-1, 1)) * self.rng.randint(300, 1999)) / 1000
         for n in self.names:
             env[n] = mpmath.mpf(self.rng.randint(-9999, 9999)) / 10000 * spread
             if n in self.near:
@@ -84,7 +90,10 @@ class Answer:
         """Value, gradient by variable and partial time derivative of a node."""
         value = self.graph.values(cone, env, EXACT)
         d = self.graph.gradient(e, value, EXACT)
-        return value[e], [d.get(n, mpmath.mpf(0)) for n in self.names], d.get(self.problem.time, mpmath.mpf(0)), d
+        by_time = d.get(self.problem.time, mpmath.mpf(0))
+        for n in self.problem.tables:
+            by_time += sum(d[n + "'" * k] * env[n + "'" * (k + 1)] for k in range(ORDERS - 1) if n + "'" * k in d)
+        return value[e], [d.get(n, mpmath.mpf(0)) for n in self.names], by_time, d
 
     def rough(self, nodes, env, steps):
         """Moves the variables near the common zeros in plain doubles, each step shortened until
@@ -468,7 +477,7 @@ class Mechanics:
         if not self.answer.result["regularity"]["own_conditions"]:
             return
         for h, row in zip(p.condition, H):
-            rate = self.dot([self.value(d.of(h, q)) for q in p.names[:n]], eta) + self.value(d.of(h, p.time))
+            rate = self.dot([self.value(d.of(h, q)) for q in p.names[:n]], eta) + self.value(p.by_time(h))
             self.near(self.dot(row, xi), -rate, size, "H xi = -(D_X h) eta")
             self.near(self.dot(row, tangent), 0, size, "the tangent part lies in ker H")
         square = [[self.dot(a, b) for b in H] for a in H]

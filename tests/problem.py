@@ -36,6 +36,7 @@ class Problem:
         self.time = system.get("time", "t")
         self.form = system["form"]
         self.parameters = []
+        self.tables = list(system.get("tables", {}))    # functions of time: u, u', u'', ... can have any values
         for name, value in (system.get("parameters") or {}).items():
             if value is None:
                 self.parameters.append(name)
@@ -91,7 +92,8 @@ class Problem:
         moving = {self.time: g.const(1)}
 
         def total(e):
-            rates = {n: moving[n] if n in moving else g.sym(n + "'") for n in g.names([e]) if n in moving or split(n)[0] in user}
+            rates = {n: moving[n] if n in moving else g.sym(n + "'") for n in g.names([e])
+                     if n in moving or split(n)[0] in list(user) + self.tables}
             return d.sum(d.mul(d.of(e, n), rate) for n, rate in rates.items())
         g.total = total
         texts = [g.equation(t) for t in as_list(system["equations"])]
@@ -110,12 +112,17 @@ class Problem:
         for e in texts:
             self.rows.append(self._place(e, listed))
 
+    def by_time(self, e):
+        """The derivative at fixed variables: by time, and by what is a function of time."""
+        g, d = self.graph, self.d
+        return d.add(d.of(e, self.time), d.sum(d.mul(d.of(e, n), g.sym(n + "'")) for n in g.names([e]) if split(n)[0] in self.tables))
+
     def _place(self, root, listed):
         """Derivatives that are not variables become velocities."""
         g, new = self.graph, {}
         for e in g.cone([root]):
             op, *args = g.node[e]
-            if op == "sym" and args[0].endswith("'") and args[0] not in listed:
+            if op == "sym" and args[0].endswith("'") and args[0] not in listed and split(args[0])[0] not in self.tables:
                 new[e] = g.sym("@" + args[0][:-1])
             elif op in ("sym", "const", "pi"):
                 new[e] = e
@@ -151,7 +158,7 @@ class Problem:
             u = [d.sum(d.mul(e, self.speed(n)) for e, n in zip(r, user)) for r in self._matrix(system["D"], None, len(user))]
         else:
             for e in as_list(system.get("inputs", [])):
-                known = set(user) | {self.time, "pi"} | set(system.get("parameters") or {})
+                known = set(user) | {self.time, "pi"} | set(system.get("parameters") or {}) | set(self.tables)
                 if isinstance(e, str) and re.fullmatch("[A-Za-z_][A-Za-z_0-9]*", e) and e not in known:
                     self.names.append(e)
                 u.append(g.parse(e))
@@ -220,7 +227,7 @@ class Problem:
         force = [d.add(f, d.sum(d.mul(g.sym(m), d.of(c, q)) for m, c in zip(multipliers, constraints)))
                  for f, q in zip(force, user)]
         p = [d.of(L, w) for w in v]
-        rate = [d.add(d.of(e, self.time), d.sum(d.mul(d.of(e, z), self.speed(z)) for z in user + v)) for e in p]
+        rate = [d.add(self.by_time(e), d.sum(d.mul(d.of(e, z), self.speed(z)) for z in user + v)) for e in p]
         if system.get("second_order", True):
             self.rows = [d.sub(self.speed(q), g.sym(w)) for q, w in zip(user, v)]
             self.rows += [d.sub(d.sub(r, d.of(L, q)), f) for r, q, f in zip(rate, user, force)]
@@ -281,7 +288,7 @@ class Problem:
         self.condition = []     # h, or its derivative where no velocity occurs
         for h in self.constraints:
             if not g.names([h]) & set(v):
-                h = d.add(d.of(h, self.time), d.sum(d.mul(d.of(h, q), g.sym(w)) for q, w in zip(user, v)))
+                h = d.add(self.by_time(h), d.sum(d.mul(d.of(h, q), g.sym(w)) for q, w in zip(user, v)))
             self.condition.append(h)
         self.H = [[d.of(h, w) for w in v] for h in self.condition]
         self.rows = [d.sub(self.speed(q), g.sym(w)) for q, w in zip(user, v)]

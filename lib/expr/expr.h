@@ -48,7 +48,8 @@ enum expr_symbol_kind {
     EXPR_PARAMETER,     /* constant in time, left symbolic */
     EXPR_TIME,
     EXPR_VELOCITY,      /* derivative of a variable, where a form allows it */
-    EXPR_FREE           /* free function of a vector field (f1, f2, ...) */
+    EXPR_FREE,          /* free function of a vector field (f1, f2, ...) */
+    EXPR_SIGNAL         /* a given function of time, or a derivative of one (signal.h) */
 };
 
 struct expr_node {
@@ -60,6 +61,8 @@ struct expr_symbol {
     char *name;
     enum expr_symbol_kind kind;
     expr_id node;       /* the SYM node of this symbol */
+    struct expr_table *table;   /* SIGNAL: its values, borrowed, or NULL where there are none */
+    int order;          /* SIGNAL: which derivative of the table */
 };
 
 /* S y = r, dense: matrix has m*m handles by rows, rhs m; SOLVE nodes refer to it.
@@ -81,6 +84,7 @@ struct expr_store {
     double work_bits, max_work_bits;   /* of all constants made so far; 0: no limit */
     double deadline, seconds; /* sga_now() value past which the error is set (0: none), and what was granted */
     long work;                /* since the clock was looked at */
+    bool signals_fixed;       /* no derivative of a signal may be added any more */
     struct sga_error error;   /* sticky */
 };
 

@@ -59,7 +59,7 @@ static unsigned of_symbol(enum expr_symbol_kind kind)
 {
     if (kind == EXPR_PARAMETER)
         return EXPR_HAS_PARAMETER;
-    return kind == EXPR_TIME ? EXPR_HAS_TIME : EXPR_HAS_VARIABLE;
+    return kind == EXPR_TIME || kind == EXPR_SIGNAL ? EXPR_HAS_TIME : EXPR_HAS_VARIABLE;
 }
 
 static unsigned sign_of(const struct expr_store *st, expr_id e, const unsigned char *flag)

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "mem.h"
+#include "signal.h"
 
 void expr_flow_init(struct expr_flow *f, struct expr_store *st)
 {
@@ -203,6 +204,8 @@ static expr_id coefficient(struct expr_flow *f, expr_id e, int m)
     case EXPR_SYM:
         if (st->symbol[a].kind == EXPR_TIME)
             return expr_int(st, m == 1);
+        if (st->symbol[a].kind == EXPR_SIGNAL)
+            return expr_signal_coefficient(st, a, m);
         if (st->symbol[a].kind != EXPR_VARIABLE || !f->velocity[a])
             return expr_int(st, 0);
         return expr_mul(st, expr_rational(st, 1, m), get(f, f->velocity[a], m - 1));

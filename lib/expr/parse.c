@@ -13,6 +13,7 @@
 #include "literal.h"
 #include "mem.h"
 #include "parse_names.h"
+#include "signal.h"
 
 enum { PREC_EQUAL, PREC_SUM, PREC_PRODUCT, PREC_SIGN, PREC_POWER };
 enum { DEFAULT_LENGTH = 1 << 20, DEFAULT_DEPTH = 1000, DEFAULT_EXPONENT = 10000, DEFAULT_DIGITS = 5000,
@@ -149,6 +150,14 @@ static bool expected_operand(struct parser *p)
     return FAIL(p, at, SGA_E_EXPR_SYNTAX, "found %s where a number, a name or ( is expected", shown);
 }
 
+static expr_id signal_derivative(struct expr_store *st, int symbol, long order)
+{
+    expr_id e = st->symbol[symbol].node;
+    for (long k = 0; k < order && e; k++)
+        e = expr_signal_rate(st, st->node[e].a);
+    return e;
+}
+
 static bool derivative(struct parser *p, struct lex_token name, int symbol, long order)
 {
     char shown[LEX_SHOWN];
@@ -156,7 +165,9 @@ static bool derivative(struct parser *p, struct lex_token name, int symbol, long
     if (order > MAX_ORDER)
         return FAIL(p, name.start, SGA_E_EXPR_DERIVATIVE, "a derivative of %s has an order past the limit of %d",
                     shown, MAX_ORDER);
-    expr_id e = p->g.derivative ? p->g.derivative(p->g.ctx, symbol, (int)order) : EXPR_UNDEF;
+    bool signal = p->st->symbol[symbol].kind == EXPR_SIGNAL;
+    expr_id e = signal ? signal_derivative(p->st, symbol, order)
+              : p->g.derivative ? p->g.derivative(p->g.ctx, symbol, (int)order) : EXPR_UNDEF;
     if (!e && !expr_store_ok(p->st))
         return fail_here(p, name.start);
     if (!e)

@@ -8,6 +8,7 @@
 #include "derivatives.h"
 #include "derive.h"
 #include "mem.h"
+#include "signal.h"
 
 void form_equations_init(struct form_equations *f, struct expr_store *st)
 {
@@ -87,15 +88,17 @@ expr_id form_equations_total(void *ctx, expr_id e)
     size_t cap = 0;
     unsigned char *active = sga_calloc((size_t)st->symbols + 1, 1);
     for (int i = 0; i < st->symbols; i++)
-        active[i] = st->symbol[i].kind == EXPR_TIME || (i < f->known && f->owner[i] >= 0);
+        active[i] = i < f->known && f->owner[i] >= 0;
     expr_cone_init(&cone);
     int terms = expr_gradient(st, &cone, e, active, &term, &cap);
-    expr_id sum = expr_int(st, 0);
+    int time = -1;
+    for (int i = 0; i < st->symbols && time < 0; i++)
+        time = st->symbol[i].kind == EXPR_TIME ? i : -1;
+    expr_id sum = expr_time_partial(st, e, time);
     for (int k = 0; k < terms && sum; k++) {
-        int s = term[k].symbol, order = st->symbol[s].kind == EXPR_TIME ? 0 : f->rank[s] + 1;
-        int next = order == 0 || order > FORM_MAX_ORDER ? -1 : form_derivative_symbol(f, f->owner[s], order);
-        expr_id rate = order == 0 ? expr_int(st, 1) : next < 0 ? EXPR_UNDEF : st->symbol[next].node;
-        sum = rate ? expr_add(st, sum, expr_mul(st, term[k].value, rate)) : EXPR_UNDEF;
+        int s = term[k].symbol, order = f->rank[s] + 1;
+        int next = order > FORM_MAX_ORDER ? -1 : form_derivative_symbol(f, f->owner[s], order);
+        sum = next < 0 ? EXPR_UNDEF : expr_add(st, sum, expr_mul(st, term[k].value, st->symbol[next].node));
     }
     expr_cone_clear(&cone);
     free(term);

@@ -9,6 +9,7 @@
 #include "derive.h"
 #include "form.h"
 #include "mem.h"
+#include "signal.h"
 
 struct motion {
     const struct form_lagrangian *in;
@@ -97,7 +98,7 @@ static void add_momentum(struct motion *m, int i, expr_id p)
             subtract_times_velocity(m, m->alpha + col, value, i);
         }
     }
-    m->alpha[i] = expr_sub(st, m->alpha[i], expr_diff(st, p, m->s->time));
+    m->alpha[i] = expr_sub(st, m->alpha[i], expr_time_partial(st, p, m->s->time));
 }
 
 /* (dg/dq)^T lambda on the right, and the rows 0 = g. */

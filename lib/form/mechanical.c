@@ -9,6 +9,7 @@
 #include "derive.h"
 #include "form.h"
 #include "mem.h"
+#include "signal.h"
 
 static expr_id node_of(const struct sys_system *s, int symbol)
 {
@@ -44,7 +45,7 @@ expr_id form_fibre_condition(const struct sys_system *s, const struct form_mecha
         unsigned char *coordinate = mark(s, in->coordinate, in->coordinates);
         int terms = expr_gradient(st, &cone, h, coordinate, &term, &cap);
         int *place = sga_calloc((size_t)st->symbols + 1, sizeof *place);
-        h = expr_diff(st, h, s->time);
+        h = expr_time_partial(st, h, s->time);
         for (int i = 0; i < in->coordinates; i++)
             place[in->coordinate[i]] = i;
         for (int k = 0; k < terms; k++)

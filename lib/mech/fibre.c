@@ -9,6 +9,7 @@
 
 #include "derive.h"
 #include "mem.h"
+#include "signal.h"
 
 /* H row by row as expressions. */
 static expr_id *differentials(struct expr_store *st, const struct form_mechanical *in, const expr_id *function, int count)
@@ -57,7 +58,7 @@ static expr_id *drifts(const struct sys_system *s, const struct form_mechanical 
     expr_cone_init(&cone);
     for (int i = 0; i < count; i++) {
         int terms = expr_gradient(st, &cone, function[i], active, &term, &cap);
-        rate[i] = expr_diff(st, function[i], s->time);
+        rate[i] = expr_time_partial(st, function[i], s->time);
         for (int k = 0; k < terms; k++)
             rate[i] = expr_add(st, rate[i], expr_mul(st, term[k].value, st->symbol[velocity[term[k].symbol]].node));
     }

@@ -72,6 +72,10 @@ void jacobian_partials(struct num_jacobian_plan *p)
         const struct tape_code *c = t->code + s->slot - t->code_slot;
         if (s->op == TAPE_FACTOR || s->op == TAPE_COMPONENT)
             continue;
+        if (s->op == TAPE_SIGNAL) {
+            s->pa = tape_signal(t, c, 1);
+            continue;
+        }
         if (s->op < EXPR_OP_COUNT && expr_op_args((enum expr_op)s->op) == 2)
             binary(s, v[c->a], v[c->b], v[s->slot], s->b != p->sink);
         else

@@ -22,9 +22,10 @@ struct builder {
     int *slot;            /* by node: its slot; -1: none yet */
     unsigned char *live;  /* by node: depends on an input */
     int *solve;           /* by linear solve: its index in the tape; -1: none yet */
+    int time;             /* the input that is time, or -1 */
     int *sine, *cosine;   /* by node: its sine and cosine among the cone, or 0 */
     struct sga_error *err;
-    size_t code_cap, solve_cap;
+    size_t code_cap, solve_cap, table_cap;
 };
 
 /* The double nearest to q, also where it is subnormal: 80 bits cut off, an 81st that
@@ -48,14 +49,18 @@ static double nearest_double(const fmpq *q)
 
 static bool place_inputs(struct builder *b, const int *inputs)
 {
-    for (int i = 0; i < b->t->ninputs; i++)
+    b->time = -1;
+    for (int i = 0; i < b->t->ninputs; i++) {
         b->slot[b->st->symbol[inputs[i]].node] = i;
+        if (b->st->symbol[inputs[i]].kind == EXPR_TIME)
+            b->time = i;
+    }
     for (int i = 0; i < b->cone.count; i++) {
         expr_id e = b->cone.list[i];
         const struct expr_node *n = b->st->node + e;
         if (n->op == EXPR_UNDEF_OP)
             return sga_fail(b->err, SGA_E_EXPR_UNDEFINED, "an expression to be evaluated has no value");
-        if (n->op == EXPR_SYM && b->slot[e] < 0)
+        if (n->op == EXPR_SYM && b->slot[e] < 0 && !(b->st->symbol[n->a].table && b->time >= 0))
             return sga_fail(b->err, SGA_E_EXPR_NAME, "no value is given for %s", b->st->symbol[n->a].name);
     }
     return true;
@@ -121,11 +126,27 @@ static int emit_power(struct builder *b, const struct expr_node *n)
     return emit(b, EXPR_POWI, a, n->b);
 }
 
+/* A symbol that is no input is a signal. */
+static int emit_signal(struct builder *b, const struct expr_symbol *s)
+{
+    struct num_tape *t = b->t;
+    int k = 0;
+    while (k < t->ntables && t->table[k] != s->table)
+        k++;
+    if (k == t->ntables) {
+        SGA_RESERVE(t->table, b->table_cap, k + 1);
+        t->table[t->ntables++] = s->table;
+    }
+    return emit(b, TAPE_SIGNAL, b->time, k << 8 | s->order);
+}
+
 static void emit_node(struct builder *b, expr_id e)
 {
     const struct expr_node *n = b->st->node + e;
     int args = expr_op_args((enum expr_op)n->op);
-    if ((n->op == EXPR_SIN || n->op == EXPR_COS) && b->sine[n->a] && b->cosine[n->a]) {
+    if (n->op == EXPR_SYM) {
+        b->slot[e] = emit_signal(b, b->st->symbol + n->a);
+    } else if ((n->op == EXPR_SIN || n->op == EXPR_COS) && b->sine[n->a] && b->cosine[n->a]) {
         b->slot[b->sine[n->a]] = emit(b, TAPE_SINCOS, b->slot[n->a], 0);
         b->slot[b->cosine[n->a]] = emit(b, TAPE_PAIRED, 0, 0);
     } else if (n->op == EXPR_SOLVE) {
@@ -247,6 +268,7 @@ void num_tape_free(struct num_tape *t)
         free(s->work);
     }
     free(t->solve);
+    free(t->table);
     free(t->code);
     free(t->value);
     free(t->low);

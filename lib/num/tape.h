@@ -6,7 +6,8 @@
  * tape is made. The executor is hidden behind num_tape_eval.
  *
  * A tape owns its working memory: one thread at a time. It keeps no reference to
- * the store. */
+ * the store, but one to the tables of signals (expr/signal.h), which it looks up at the
+ * input that is time, where the signals themselves are no inputs. */
 #ifndef SGA_NUM_TAPE_H
 #define SGA_NUM_TAPE_H
 

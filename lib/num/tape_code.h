@@ -5,6 +5,7 @@
 
 #include <stdint.h>
 
+#include "table.h"
 #include "tape.h"
 
 /* Beyond the operators of the store: */
@@ -14,7 +15,8 @@ enum {
     TAPE_SINCOS,      /* sin a here, cos a in the next slot, which is a TAPE_PAIRED */
     TAPE_PAIRED,      /* written by the instruction before */
     TAPE_FACTOR,      /* factor linear solve a, and solve it; the slot itself is unused */
-    TAPE_COMPONENT    /* component b of the solution of linear solve a */
+    TAPE_COMPONENT,   /* component b of the solution of linear solve a */
+    TAPE_SIGNAL       /* derivative number b & 255 of table b >> 8 at the time a */
 };
 
 /* Instruction i writes slot `code_slot + i`; a and b are slots, or what the operator says. */
@@ -41,7 +43,12 @@ struct num_tape {
     int *root;                 /* slots */
     struct tape_solve *solve;
     int nsolves;
+    const struct expr_table **table;   /* borrowed */
+    int ntables;
 };
+
+/* The value of an instruction TAPE_SIGNAL, or with `more` 1 its derivative by time. */
+double tape_signal(const struct num_tape *t, const struct tape_code *c, int more);
 
 /* Run code[from .. to) on t->value. */
 void tape_run(struct num_tape *t, int from, int to);

@@ -75,9 +75,15 @@ void tape_run(struct num_tape *t, int from, int to)
         case EXPR_MAX:   *w = greatest(v[c->a], v[c->b]); break;
         case TAPE_FACTOR: solve(t->solve + c->a, v); break;
         case TAPE_COMPONENT: *w = t->solve[c->a].y[c->b]; break;
+        case TAPE_SIGNAL: *w = tape_signal(t, c, 0); break;
         default:         *w = NAN; break;
         }
     }
+}
+
+double tape_signal(const struct num_tape *t, const struct tape_code *c, int more)
+{
+    return expr_table_value(t->table[c->b >> 8], (c->b & 255) + more, t->value[c->a]);
 }
 
 bool num_tape_eval(struct num_tape *t, const double *in, double *out)

@@ -11,6 +11,7 @@
 #define BUDGET_EVERY 8         /* attempts between looks at the clock */
 #define BEYOND_HOPE 5.0        /* times the limit of steps */
 #define ACROSS_LOOKS 5
+#define BREAK_PART 0.41
 
 static void march_alloc(struct ode_march *m)
 {
@@ -47,6 +48,33 @@ void ode_prepare_step(struct ode_march *m, double h)
     };
 }
 
+double ode_goal(const struct ode_march *m)
+{
+    return m->next_break < m->p->break_count ? m->p->breaks[m->next_break] : m->stop;
+}
+
+/* The motion goes on from the present time to the next break. */
+static void enter(struct ode_march *m)
+{
+    double goal = ode_goal(m);
+    m->piece = m->p->break_count ? fabs(goal - m->t) : INFINITY;
+    if (m->p->enter)
+        m->p->enter(m->p->ctx, m->t, goal);
+}
+
+/* After a step that ended at a break: the field beyond it. False: ended. */
+static bool pass_break(struct ode_march *m)
+{
+    if (m->next_break == m->p->break_count || m->t != m->p->breaks[m->next_break])
+        return true;
+    m->next_break++;
+    enter(m);
+    if (ode_eval(&m->field, m->t, m->x, m->f))
+        return true;
+    ode_end_at(m, m->field.why, "the vector field has no value beyond this time");
+    return false;
+}
+
 /* The start projected, the samples at the start, the field there and a first step.
  * False: ended, or nothing is left to do. */
 static bool begin(struct ode_march *m, double *h)
@@ -54,6 +82,7 @@ static bool begin(struct ode_march *m, double *h)
     double residual;
     int which;
     size_t n = (size_t)m->p->n;
+    enter(m);
     memcpy(m->x, m->start->x, n * sizeof *m->x);
     for (size_t j = 0; m->beside && j < n; j++)
         m->x[j] *= j * 5 % 3 == 1 ? 1 - DBL_EPSILON : 1 + DBL_EPSILON;
@@ -111,14 +140,16 @@ static double fit_samples(const struct ode_march *m, double h, double *aim)
  * the step is to end exactly, or NAN. */
 static double cut(const struct ode_march *m, double h, double *aim)
 {
-    double rest = fabs((m->stop - m->t) - m->t_low);
+    double goal = ode_goal(m), rest = fabs((goal - m->t) - m->t_low);
     *aim = NAN;
     if (m->o->max_step > 0)
         h = fmin(h, m->o->max_step);
+    if (m->level)       /* solutions that are compared take different steps: between breaks, other parts */
+        h = fmin(h, m->piece * BREAK_PART / (0.4 + 0.6 * m->level));
     h = fit_samples(m, h, aim);
     if (h * 1.01 < rest)
         return h * 2 > rest && isnan(*aim) ? rest / 2 : h;
-    *aim = m->stop;
+    *aim = goal;
     return rest;
 }
 
@@ -284,11 +315,11 @@ static void go(struct ode_march *m)
                 ode_end_event(m);
                 return;
             }
-            if (m->next == m->start->count)
+            if (m->next == m->start->count || !pass_break(m))
                 return;
             double next = taken * after_step(m, taken);
             /* a step cut short says little against the size that was thought right */
-            h = ode_choose(m, taken < 0.9 * h && m->dense_ratio < 1 ? fmax(h, next) : next);
+            h = ode_choose(m, taken < 0.9 * h && (m->dense_ratio < 1 || isfinite(m->piece)) ? fmax(h, next) : next);
             cause = ERROR_TOO_LARGE;   /* what it is if h is too small now */
         } else if (cause == FIELD_REFUSED && ode_without_series(m)) {
             h = taken;
@@ -321,6 +352,8 @@ void ode_march(const struct ode_run *run, struct ode_result *res)
     ode_watch_begin(&m);
     ode_choice_begin(&m);
     go(&m);
+    if (run->p->enter)
+        run->p->enter(run->p->ctx, NAN, NAN);
     res->count = m.next;
     ode_choice_end(&m);
     ode_watch_end(&m);

@@ -276,6 +276,8 @@ static void scan(struct ode_march *m, int e)
                 add(m, e, i ? root(m, e, at, last != 0 ? last : -v, w->theta[i], v) : 0, -k->sign);
             k->sign = (signed char)-k->sign;
             k->touched = false;
+            if (i + 1 == w->nodes && fabs(v) <= (k->least = doubt(m, e, m->t1, m->x1)))
+                k->touched = true;      /* the next step begins on it: that is no second event */
         } else if (!k->touched && fabs(v) < fabs(before) && fabs(v) <= fabs(after) && after * k->sign >= 0) {
             if (i > 0) {
                 dip(m, e, i, k);

@@ -51,6 +51,8 @@ struct ode_march {
     struct ode_control control;
     struct ode_step step;
     double direction, stop;
+    int next_break;                 /* of p->breaks: the first that lies ahead */
+    double piece;                   /* distance from break to break, where there are any; else INFINITY */
     double error;                   /* of the last step, against what it had to meet */
     bool dense_checked;             /* in this step */
     double dense_ratio;             /* by what steps are shorter that samples may lie inside of */
@@ -103,6 +105,9 @@ bool ode_without_series(struct ode_march *m);
 void ode_choice_end(struct ode_march *m);
 /* The step's fields set for a step of signed size h from the present point. */
 void ode_prepare_step(struct ode_march *m, double h);
+
+/* driver.c: where the present step has to end at the latest. */
+double ode_goal(const struct ode_march *m);
 
 /* sample.c: a sample lies inside the present step. */
 bool ode_sample_inside(const struct ode_march *m);

@@ -89,6 +89,14 @@ struct ode_problem {
      * the like), beyond which they do not hold; INFINITY. False: they are not finite, or
      * not known here. NULL: there is no such method for this problem. */
     bool (*taylor)(void *ctx, double t, const double *x, int order, double scale, double *series, double *reach);
+    /* Times between start and stop, in the order of the motion, at which the field or its derivatives
+     * may jump: steps end there. */
+    const double *breaks;
+    int break_count;
+    /* With breaks: the motion is now between these two times, at which the callbacks may
+     * change their nature: they are to give values as inside, also at and beyond the ends. NaN:
+     * no motion is followed. May be NULL. */
+    void (*enter)(void *ctx, double from, double to);
     double cost;               /* of one rhs, in multiplications; 0: taken as 20 n */
     /* What errors are estimated of: y (outputs) at t, x. NULL: the variables. */
     int outputs;

@@ -14,12 +14,12 @@ static void set_scale(struct ode_march *m, const double *x)
         m->scale[j] = ode_allowed(m->o->rtol, m->o->atol, m->unit[j], x[j], x[j]);
 }
 
-/* Root mean square of one rounding of x, in units of the allowed error. */
+/* Root mean square of one rounding of x, and of time, in units of the allowed error. */
 static double rounding(const struct ode_march *m, const double *x)
 {
     double sum = 0;
     for (int j = 0; j < m->p->n; j++) {
-        double a = DBL_EPSILON * x[j] / ode_allowed(m->o->rtol, m->o->atol, m->unit[j], x[j], x[j]);
+        double a = DBL_EPSILON * (fabs(x[j]) + fabs(m->t * m->f[j])) / ode_allowed(m->o->rtol, m->o->atol, m->unit[j], x[j], x[j]);
         sum += a * a;
     }
     return m->p->n ? sqrt(sum / m->p->n) : 0;

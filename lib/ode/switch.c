@@ -107,7 +107,7 @@ static double size_from(const struct ode_step *s, double h)
  * none succeeds. */
 static double implicit_size(struct ode_march *m, double h)
 {
-    double found = 0, rest = fabs(m->stop - m->t);
+    double found = 0, rest = fabs(ode_goal(m) - m->t);
     h *= 6;
     for (int k = 0; k < TRIALS && h > 0; k++) {
         h = fmin(h, rest);

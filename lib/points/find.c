@@ -57,6 +57,9 @@ static double parameter_value(const struct points_space *s, int i, uint64_t *ran
     if (s->parameter_value)
         return s->parameter_value[i];
     double v = short_value(0.5 + 1.5 * points_uniform(random));
+    double guess = s->parameter_near ? s->parameter_near[i] : NAN;
+    if (isfinite(guess) && attempt < POSITIVE_STARTS)      /* near it, but a general value */
+        return short_value(guess + 0.03 * (fabs(guess) + 0.1) * (v - 1.25));
     if (s->parameter_sign)
         return s->parameter_sign[i] * v;
     return attempt >= POSITIVE_STARTS && points_uniform(random) < 0.5 ? -v : v;

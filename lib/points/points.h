@@ -29,6 +29,7 @@ struct points_space {
     const int *parameter;  int parameters;    /* symbols left symbolic */
     const signed char *parameter_sign;        /* by parameter, 1 or -1; NULL: positive first, then any */
     const double *parameter_value;            /* by parameter: instead of random ones; or NULL */
+    const double *parameter_near;             /* by parameter: a guess, NAN where there is none; or NULL */
     int time;                                 /* symbol; -1: it is among the variables (points_find only) */
     const expr_id *constraint; int constraints;
     const double *near;                       /* by variable: a guess, or NULL */

@@ -67,7 +67,7 @@ static int survey(struct poly_bridge *b)
         unsigned d = 0;
         if (op == EXPR_SYM) {
             enum expr_symbol_kind kind = b->st->symbol[b->st->node[e].a].kind;
-            d = kind == EXPR_PARAMETER ? EXPR_HAS_PARAMETER : kind == EXPR_TIME ? EXPR_HAS_TIME : EXPR_HAS_VARIABLE;
+            d = kind == EXPR_PARAMETER ? EXPR_HAS_PARAMETER : kind == EXPR_TIME || kind == EXPR_SIGNAL ? EXPR_HAS_TIME : EXPR_HAS_VARIABLE;
         } else if (op == EXPR_SOLVE) {     /* may depend on anything */
             d = EXPR_HAS_VARIABLE | EXPR_HAS_TIME | EXPR_HAS_PARAMETER;
         } else {

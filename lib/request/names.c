@@ -19,6 +19,7 @@ bool is_identifier(const char *s)
 static const char *const kind_text[] = {
     [EXPR_VARIABLE] = "a variable", [EXPR_PARAMETER] = "a parameter", [EXPR_TIME] = "the independent variable",
     [EXPR_VELOCITY] = "a derivative", [EXPR_FREE] = "a free function",
+    [EXPR_SIGNAL] = "a table",
 };
 
 int new_name(struct reader *rd, const char *name, enum expr_symbol_kind kind)

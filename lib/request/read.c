@@ -102,7 +102,7 @@ static bool read_all(struct reader *rd, const json_t *v)
         read_mechanical_outputs(rd);
     return check_wants(rd, trajectory, symmetries)
         && (!trajectory || read_trajectory(rd, trajectory)) && (!sweep || read_sweep(rd, sweep)) && (!accuracy || read_accuracy(rd, accuracy))
-        && (!symmetries || read_symmetries(rd, symmetries)) && (!strata || read_strata(rd, strata)) && store_ok(rd);
+        && (!symmetries || read_symmetries(rd, symmetries)) && (!strata || read_strata(rd, strata)) && read_tables_end(rd) && store_ok(rd);
 }
 
 bool request_read(struct request *r, const char *text, size_t length, struct sga_error *err)
@@ -217,6 +217,11 @@ void request_clear(struct request *r)
         free(r->sweep[k].initial);
     }
     free(r->sweep);
+    for (int k = 0; k < r->tables; k++) {
+        free(r->table[k].name);
+        expr_table_free(r->table[k].values);
+    }
+    free(r->table);
     sys_clear(&r->system);
     expr_store_clear(&r->store);
     free(r->name);

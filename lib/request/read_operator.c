@@ -12,7 +12,13 @@
 
 static bool only_time(const struct expr_store *st, expr_id e)
 {
-    return !(symbol_kinds(st, e) & ~(1u << EXPR_TIME | 1u << EXPR_PARAMETER));
+    return !(symbol_kinds(st, e) & ~(1u << EXPR_TIME | 1u << EXPR_PARAMETER | 1u << EXPR_SIGNAL));
+}
+
+/* Perhaps in Q(t): a table is not. */
+static bool rational(const struct expr_store *st, expr_id e)
+{
+    return only_time(st, e) && !(symbol_kinds(st, e) & 1u << EXPR_SIGNAL);
 }
 
 /* The matrix at a place of the JSON, dense, into zeroed handles of rows x cols. */
@@ -24,12 +30,12 @@ static bool read_dense(struct reader *rd, const json_t *v, const char *name, exp
         out[k] = expr_int(&rd->r->store, 0);
     for (size_t k = 0; k < m.entries && ok; k++) {
         expr_id *to = out + m.entry[k].row * cols + m.entry[k].col;
-        ok = only_time(&rd->r->store, m.entry[k].value);
+        ok = rational(&rd->r->store, m.entry[k].value);
         if (!ok && json_is_array(v)) {
             at_index(rd, (size_t)m.entry[k].row);
             at_index(rd, (size_t)m.entry[k].col);
         }
-        ok = ok || at_fail(rd, SGA_E_SCHEMA, "the entries of %s are functions of time alone", name);
+        ok = ok || at_fail(rd, SGA_E_SCHEMA, "the entries of %s are rational functions of time alone", name);
         *to = expr_add(&rd->r->store, *to, m.entry[k].value);
     }
     free(m.entry);

@@ -57,8 +57,8 @@ static const struct form_kind *read_form(struct reader *rd, const json_t *system
 
 static bool form_members(struct reader *rd, const json_t *system, const struct form_kind *form)
 {
-    const char *allowed[16] = { "name", "form", "parameters", "time" };
-    int n = 4;
+    const char *allowed[16] = { "name", "form", "parameters", "time", "tables" };
+    int n = 5;
     for (const char *const *m = form->members; *m; m++)
         allowed[n++] = *m;
     return only_members(rd, system, allowed);
@@ -203,7 +203,7 @@ bool read_system(struct reader *rd, const json_t *v)
         rd->r->name = sga_strdup(json_string_value(name));
         at_back(rd, here);
     }
-    if (!read_parameters_and_time(rd, v) || !form->read(rd, v))
+    if (!read_parameters_and_time(rd, v) || !read_tables(rd, v) || !form->read(rd, v))
         return false;
     index_columns(rd);
     rd->grammar.derivative = state_derivative;

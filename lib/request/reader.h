@@ -73,6 +73,12 @@ unsigned symbol_kinds(const struct expr_store *st, expr_id e);
 /* value.c: the double nearest to a constant expression; false where it has none. */
 bool constant_value(const struct expr_store *st, expr_id e, double *out);
 
+/* read_tables.c: the member `tables` of a system: new names for functions of time. */
+bool read_tables(struct reader *rd, const json_t *system);
+/* After all else is read: the derivatives that the reduction may need, and whether what is wanted
+ * can be had with tables. */
+bool read_tables_end(struct reader *rd);
+
 /* The parts of a request. */
 bool read_system(struct reader *rd, const json_t *v);
 bool read_want(struct reader *rd, const json_t *v);

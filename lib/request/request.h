@@ -13,6 +13,7 @@
 #include "buf.h"
 #include "form.h"
 #include "system.h"
+#include "table.h"
 
 /* What can be wanted: symbol, name. The bit of a symbol is 1u << its place. */
 #define REQUEST_WANT_TABLE(X) \
@@ -56,6 +57,12 @@ struct request_event {
     char *text;
     int direction;            /* +1: up, -1: down, 0: any */
     bool stop;
+};
+
+/* A function of time given by samples. */
+struct request_table {
+    char *name;
+    struct expr_table *values;
 };
 
 struct request_trajectory {
@@ -133,6 +140,7 @@ struct request_symmetries {
 struct request {
     struct expr_store store;
     struct sys_system system;         /* in store */
+    struct request_table *table; int tables;
     char *name;                       /* of the system; NULL: none */
     const char *form;                 /* static text */
     struct form_hamiltonian *hamiltonian;   /* of that form, else NULL; with restrictions its rows are not made
@@ -172,6 +180,8 @@ enum {
     REQUEST_MAX_SAMPLES = 1000000,
     REQUEST_MAX_SWEEP = 10000,        /* starts */
     REQUEST_MAX_EVENTS = 64,          /* functions */
+    REQUEST_MAX_TABLES = 64,
+    REQUEST_MAX_KNOTS = 100000,       /* of one table */
     REQUEST_MAX_BITS = 1 << 17,       /* of one exact number */
     REQUEST_MAX_NAME = 128,           /* bytes of a name */
     REQUEST_MAX_DEPTH = 64            /* of nested JSON */

@@ -78,6 +78,7 @@ struct job {
     bool solved;
     double *near;                 /* by variable: where the request starts, or NULL */
     double near_time;
+    double *parameter_near;       /* by parameter: values of tables there, else NAN; NULL without near or tables */
     struct expr_names texts;      /* roots: constraints, field, gauge fields, in this order */
     bool has_texts;
     int first_field, first_gauge; /* places among the roots */
@@ -186,6 +187,8 @@ size_t answer_limit(const struct job *j);
 /* False once out is over that, and the error is set. */
 bool answer_fits(struct job *j, const struct sga_buf *out);
 bool answer_write_trajectory(struct job *j, struct sga_json *w);
+/* The tables of the system, where it has any, and what the answer uses of them. */
+void answer_write_tables(const struct job *j, struct sga_json *w);
 /* Members of the object `structure`, which is open; needs the structure. */
 void answer_write_structure(struct job *j, struct sga_json *w);
 /* Symmetries, as far as they are wanted. The shadow is not used after the clearing. */

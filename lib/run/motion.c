@@ -21,7 +21,7 @@ static bool with_conditions(struct job *j, struct sga_solution *solution, struct
         snprintf(source, sizeof source, "trajectory.gauge.conditions[%d]", k);
         sys_add_row(&j->request.system, t->condition[k], source);
     }
-    struct sga_options options = { .near = j->near, .near_time = j->near_time, .seed = 2, .budget = &j->budget };
+    struct sga_options options = { .near = j->near, .near_time = j->near_time, .parameter_near = j->parameter_near, .seed = 2, .budget = &j->budget };
     points_shadow_init(shadow, 20250102);
     if (!sga_solve(&j->request.system, &options, shadow, solution, j->err)) {
         snprintf(j->err->pointer, sizeof j->err->pointer, "/trajectory/gauge/conditions");
@@ -100,6 +100,8 @@ bool answer_motion(struct job *j)
         .budget = &j->budget,
     };
     bool tradeoff = j->request.want & REQUEST_TRADEOFF;
+    if (j->request.tables && r.arithmetic == TRAJ_AUTO)
+        r.arithmetic = TRAJ_DOUBLE;      /* what they are interpolated in */
     if (r.arithmetic != TRAJ_DOUBLE && (tradeoff || r.arithmetic != TRAJ_AUTO || r.rtol < DOUBLE_SUFFICES))
         exact_values(j, &r);
     bool ok;

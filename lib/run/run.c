@@ -123,6 +123,14 @@ static void set_near(struct job *j)
     j->near = sga_calloc((size_t)j->request.system.variables, sizeof *j->near);
     for (int k = 0; k < t->initials; k++)
         j->near[t->initial[k].variable] = t->initial[k].value;
+    const struct sys_system *s = &j->request.system;
+    if (!j->request.tables)
+        return;
+    j->parameter_near = sga_calloc((size_t)s->parameters + 1, sizeof *j->parameter_near);
+    for (int k = 0; k < s->parameters; k++) {
+        const struct expr_symbol *p = s->store->symbol + s->parameter[k];
+        j->parameter_near[k] = p->table ? expr_table_value(p->table, p->order, t->start) : NAN;
+    }
 }
 
 /* Sources that are only named were left out: what depends on them is not told, and the verdict is
@@ -143,7 +151,7 @@ static void open_sources(struct job *j)
 static bool solve(struct job *j)
 {
     struct sga_options options = {
-        .near = j->near, .near_time = j->near_time, .seed = 1, .budget = &j->budget,
+        .near = j->near, .near_time = j->near_time, .parameter_near = j->parameter_near, .seed = 1, .budget = &j->budget,
         .combinations = j->request.want & (REQUEST_CONSTRAINTS | REQUEST_STRUCTURE),
         .gauge_fields = j->request.want & (REQUEST_GAUGE | REQUEST_SYMMETRIES), .rows = j->request.want & REQUEST_STRUCTURE,
     };
@@ -203,6 +211,7 @@ void answer_clear(struct job *j)
     sga_buf_free(&j->signs);
     sga_buf_free(&j->trajectories);
     free(j->near);
+    free(j->parameter_near);
     free(j->scale);
     answer_primary_clear(j);
     answer_symmetries_clear(j);

@@ -132,21 +132,24 @@ enum points_status strata_look_at(struct job *j, struct strata_look look, struct
     enum strata_moving moving = look.moving;
     const struct sys_system *sys = &j->request.system;
     int n = sys->variables;
-    int extra = moving == STRATA_PARAMETERS ? sys->parameters : moving == STRATA_TIME;
-    int values = moving == STRATA_PARAMETERS ? 0 : sys->parameters;
+    int fixed = 0;                 /* parameters; tables, listed after them, are any functions and move too */
+    while (fixed < sys->parameters && sys->store->symbol[sys->parameter[fixed]].kind == EXPR_PARAMETER)
+        fixed++;
+    int values = moving == STRATA_PARAMETERS ? 0 : fixed, moved = sys->parameters - values;
+    int extra = moved + (moving == STRATA_TIME);
     int *variable = sga_malloc((size_t)(n + extra) * sizeof *variable);
     expr_id *con = sga_malloc((size_t)(c + 1) * sizeof *con);
     for (int i = 0; i < n; i++)
         variable[i] = sys->variable[i].symbol;
     for (int i = 0; i < extra; i++)
-        variable[n + i] = moving == STRATA_TIME ? sys->time : sys->parameter[i];
+        variable[n + i] = i < moved ? sys->parameter[values + i] : sys->time;
     for (int i = 0; i < c; i++)
         con[i] = j->solution.constraint[i].expr;
     con[c] = factor;
     struct points_space space = {
         .st = sys->store, .variable = variable, .variables = n + extra, .parameter = sys->parameter,
         .parameters = values, .time = moving == STRATA_TIME ? -1 : sys->time, .constraint = con,
-        .constraints = c + (factor != EXPR_UNDEF), .near = moving != STRATA_FIXED ? NULL : j->near, .near_time = j->near_time,
+        .constraints = c + (factor != EXPR_UNDEF), .near = extra ? NULL : j->near, .near_time = j->near_time,
         .scale = extra ? NULL : j->solution.scale,
         .starts = look.starts, .budget = &j->budget,
     };
@@ -221,7 +224,8 @@ static bool drops_for_some(struct listing *l, expr_id factor)
     struct points_point p;
     struct job *j = l->j;
     int rank;
-    if (!j->request.system.parameters || j->request.system.variables > OFF_VARIABLES || l->moved++ > OFF_MOST)
+    bool none = !j->request.system.parameters || j->request.store.symbol[j->request.system.parameter[0]].kind != EXPR_PARAMETER;
+    if (none || j->request.system.variables > OFF_VARIABLES || l->moved++ > OFF_MOST)
         return false;
     enum points_status status = strata_look_at(j, (struct strata_look){ j->solution.constraints, factor, STRATA_PARAMETERS, 0 }, &p, &rank);
     points_point_clear(&p);

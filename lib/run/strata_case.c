@@ -74,6 +74,8 @@ static void substitute(struct strata_case *part, const struct sys_system *system
     for (int i = 0; i < system->parameters; i++)
         if (i != k)
             sys_add_parameter(to, system->parameter[i]);
+    for (int i = 0; i < system->signals; i++)
+        sys_add_signal(to, system->signal[i]);
     for (int i = 0; i < system->restrictions; i++) {
         expr_id e = system->restriction[i];
         expr_substitute(st, &e, 1, map);

@@ -246,6 +246,7 @@ bool answer_write(struct job *j, struct sga_buf *out)
     if (j->solution.specials)
         write_where(j, w);
     write_dimensions(j, w);
+    answer_write_tables(j, w);
     if (want & REQUEST_INDEX)
         write_index(j, w);
     write_definitions(j, w);

@@ -6,6 +6,7 @@
 
 #include "differentials.h"
 #include "mem.h"
+#include "signal.h"
 #include "sides.h"
 
 /* Balls widen along long eliminations: more bits where the first do not tell. */
@@ -18,7 +19,9 @@ struct check {
     struct num_ball own;            /* the system's store at the point */
     struct points_point *point;
     struct points_jacobian *jac;
-    struct points_jacobian time;    /* the same with time as the only variable */
+    struct points_jacobian time;    /* the same by `clock` */
+    int *clock, clocks;             /* symbols of the claim's store: time, and signals with their */
+    int *rate;                      /* derivatives; of time -1 */
     arb_t sum, term;
     mag_t size, part;
     int digits;
@@ -100,12 +103,33 @@ static bool check_tangency(struct check *c, const expr_id *v, bool inhomogeneous
         for (int k = 0; k < c->jac->cols[i]; k++)
             add_term(c, c->jac->entry[i] + k, claimed(c, v[c->jac->col[i][k]]));
         if (inhomogeneous)
-            for (int k = 0; k < c->time.cols[i]; k++)
-                add_term(c, c->time.entry[i] + k, one);
+            for (int k = 0; k < c->time.cols[i]; k++) {
+                int rate = c->rate[c->time.col[i][k]];
+                add_term(c, c->time.entry[i] + k, rate < 0 ? one : c->point->ball.symbol + rate);
+            }
         ok = vanishes(c, what, i);
     }
     arb_clear(one);
     return ok;
+}
+
+/* What moves with time by itself. */
+static void make_clock(struct check *c)
+{
+    const struct sga_claim *cl = c->claim;
+    c->clock = sga_malloc((size_t)(cl->parameters + 1) * sizeof *c->clock);
+    c->rate = sga_malloc((size_t)(cl->parameters + 1) * sizeof *c->rate);
+    c->clock[0] = cl->time;
+    c->rate[0] = -1;
+    c->clocks = 1;
+    for (int i = 0; i < cl->parameters; i++) {
+        bool signal = cl->st->symbol[cl->parameter[i]].kind == EXPR_SIGNAL;
+        int rate = signal ? expr_signal_next(cl->st, cl->parameter[i]) : -1;
+        if (rate < 0)
+            continue;            /* of the highest derivative: nothing depends on that */
+        c->clock[c->clocks] = cl->parameter[i];
+        c->rate[c->clocks++] = rate;
+    }
 }
 
 /* The same point for the system's own store: symbols by name. */
@@ -197,10 +221,11 @@ bool sga_witness_check(const struct sys_system *system, const struct sga_claim *
         .near = near, .near_time = near_time, .scale = claim->solution->scale, .budget = budget,
     };
     struct points_space clock = space;
-    clock.variable = &claim->time;
-    clock.variables = 1;
     struct points_jacobian jac;
     struct check c = { .sys = system, .claim = claim, .jac = &jac, .digits = 1000, .err = err };
+    make_clock(&c);
+    clock.variable = c.clock;
+    clock.variables = c.clocks;
     points_jacobian_init(&jac, &space);
     points_jacobian_init(&c.time, &clock);
     arb_init(c.sum);
@@ -235,6 +260,8 @@ bool sga_witness_check(const struct sys_system *system, const struct sga_claim *
         points_point_clear(&p);
     }
     free(end);
+    free(c.clock);
+    free(c.rate);
     arb_clear(c.sum);
     arb_clear(c.term);
     mag_clear(c.size);

@@ -42,6 +42,7 @@ void sys_clear(struct sys_system *s)
     free(s->variable);
     free(s->restriction);
     free(s->parameter);
+    free(s->signal);
     *s = (struct sys_system){ .time = -1 };
 }
 
@@ -105,4 +106,10 @@ void sys_add_parameter(struct sys_system *s, int symbol)
 {
     GROW(s->parameter, s->parameters);
     s->parameter[s->parameters++] = symbol;
+}
+
+void sys_add_signal(struct sys_system *s, int symbol)
+{
+    GROW(s->signal, s->signals);
+    s->signal[s->signals++] = symbol;
 }

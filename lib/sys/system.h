@@ -29,6 +29,9 @@ struct sys_system {
     expr_id *restriction;      int restrictions;
     int *parameter;            int parameters;   /* symbols left symbolic */
     int time;                  /* symbol index of the independent variable */
+    /* Given functions of time (expr/signal.h): their symbols. They and as many of their derivatives
+     * as may be needed are listed as parameters too, since they can have any values. */
+    int *signal;               int signals;
     bool square;               /* as many equations as unknowns in the user's own form, no restrict */
 };
 
@@ -44,5 +47,6 @@ int sys_add_row(struct sys_system *s, expr_id alpha, const char *source);
 void sys_add_entry(struct sys_system *s, int row, int col, expr_id value);
 void sys_add_restriction(struct sys_system *s, expr_id e);
 void sys_add_parameter(struct sys_system *s, int symbol);
+void sys_add_signal(struct sys_system *s, int symbol);
 
 #endif

@@ -7,6 +7,8 @@
 
 #include "consistent.h"
 #include "mem.h"
+#include "signals.h"
+#include "table.h"
 
 static bool rhs(void *ctx, double t, const double *x, double *dx)
 {
@@ -85,7 +87,10 @@ bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_so
                const struct traj_request *rq, struct sga_error *err)
 {
     int n = sys->variables;
-    *f = (struct flow){ .n = n };
+    *f = (struct flow){ .n = n, .sys = sys };
+    if (!signals_continuous(sys, sol, rq, err))
+        return false;
+    f->knot = signals_knots(sys, rq, &f->knots);
     if (!manifold_init(&f->manifold, sys, sol, err) || !field_init(&f->field, sys, sol, rq, &f->manifold, err))
         return false;
     f->in = sga_malloc((size_t)(n + 1) * sizeof *f->in);
@@ -110,6 +115,7 @@ void flow_clear(struct flow *f)
     num_tape_free(f->event);
     free(f->spec);
     free(f->in);
+    free(f->knot);
 }
 
 /* Some point of the set, for a start of last resort: found by a fresh search. */
@@ -125,6 +131,14 @@ static double *known_point(const struct sys_system *sys, const struct sga_soluti
     struct points_space space = { .st = sys->store, .variable = variable, .variables = n, .time = sys->time,
                                   .constraint = con, .constraints = sol->constraints, .near = rq->initial,
                                   .near_time = rq->start, .budget = rq->budget };
+    double *value = sga_calloc((size_t)sys->parameters + 1, sizeof *value);
+    for (int i = 0; i < sys->parameters; i++) {
+        const struct expr_symbol *s = sys->store->symbol + sys->parameter[i];
+        value[i] = s->table ? expr_table_value(s->table, s->order, rq->start) : 0;
+    }
+    space.parameter = sys->parameter;
+    space.parameters = sys->parameters;
+    space.parameter_value = value;
     struct points_point p;
     uint64_t random = 3;
     double *x = NULL;
@@ -133,6 +147,7 @@ static double *known_point(const struct sys_system *sys, const struct sga_soluti
         x = memcpy(sga_malloc((size_t)n * sizeof *x), p.x, (size_t)n * sizeof *x);
     points_point_clear(&p);
     free(end);
+    free(value);
     free(variable);
     free(con);
     return x;
@@ -150,11 +165,18 @@ bool flow_start(struct flow *f, const struct sys_system *sys, const struct sga_s
     return ok;
 }
 
+static void enter(void *ctx, double from, double to)
+{
+    struct flow *f = ctx;
+    signals_between(f->sys, from, to);
+}
+
 struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
 {
     return (struct ode_problem){ .n = f->n, .ctx = f, .rhs = rhs, .project = f->manifold.c ? project : NULL, .why = why,
                                  .pattern = f->field.pattern, .jacobian = f->field.pattern ? slope : NULL,
-                                 .taylor = f->field.fast ? taylor : NULL,
+                                 .taylor = f->field.fast && !f->sys->signals ? taylor : NULL,
+                                 .breaks = f->knot, .break_count = f->knots, .enter = f->sys->signals ? enter : NULL,
                                  .cost = 4.0 * num_tape_length(f->field.direct),
                                  .outputs = rq->outputs, .output = rq->outputs ? flow_output : NULL,
                                  .events = rq->events, .event_spec = f->spec, .event = event };

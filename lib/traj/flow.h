@@ -17,6 +17,8 @@ struct flow {
     struct ode_event *spec;
     double *in;
     int n;
+    const struct sys_system *sys;
+    double *knot; int knots;      /* of the tables, inside the motion's times, in its order */
 };
 
 /* Everything but the derivatives of the field. False: err says why; flow_clear is due all the same. */

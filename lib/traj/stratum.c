@@ -7,6 +7,7 @@
 #include "derive.h"
 #include "field.h"
 #include "mem.h"
+#include "signal.h"
 
 /* Variables this much larger than where the motion started are on their way to infinity. */
 static const double GROWN = 1e3;
@@ -40,7 +41,7 @@ static bool along(const struct field *f, expr_id p, const double *v, double out[
     for (int j = 0; j <= n; j++) {
         inputs[j] = j < n ? f->sys->variable[j].symbol : f->sys->time;
         in[j] = j < n ? f->here[j] : f->here_t;
-        root[j + 1] = expr_diff(st, p, inputs[j]);
+        root[j + 1] = j < n ? expr_diff(st, p, inputs[j]) : expr_time_partial(st, p, inputs[j]);
     }
     struct sga_error ignored = { 0 };
     struct num_tape *tape = expr_store_ok(st) ? num_tape_new(st, root, n + 2, inputs, n + 1, &ignored) : NULL;

@@ -126,6 +126,8 @@ bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, cons
 {
     struct flow f;
     *r = (struct traj_result){ 0 };
+    if (sys->signals && (rq->arithmetic == TRAJ_DOUBLE_DOUBLE || rq->arithmetic == TRAJ_BALL))
+        return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "tables are interpolated in double; use \"double\" or \"auto\"");
     if (rq->arithmetic == TRAJ_DOUBLE_DOUBLE || rq->arithmetic == TRAJ_BALL)
         return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic",
                            "this version integrates in double only; use \"double\" or \"auto\"");

@@ -1,0 +1,113 @@
+/* Interpolation of samples by polynomials between them. */
+#include "table.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+
+/* Slopes s at the knots of the spline without knots at the second and the last but one, by
+ * elimination in the tridiagonal system that says that second derivatives are continuous. */
+static void slopes(int n, const double *h, const double *chord, double *s)
+{
+    double *diagonal = sga_malloc((size_t)n * sizeof *diagonal), *upper = sga_malloc((size_t)n * sizeof *upper);
+    double a = h[0] + h[1], b = h[n - 2] + h[n - 3];
+    diagonal[0] = h[1];
+    upper[0] = a;
+    s[0] = ((h[0] + 2 * a) * h[1] * chord[0] + h[0] * h[0] * chord[1]) / a;
+    for (int i = 1; i < n; i++) {
+        bool last = i == n - 1;
+        double lower = last ? b : h[i], f = lower / diagonal[i - 1];
+        double right = last ? (h[i - 1] * h[i - 1] * chord[i - 2] + (2 * b + h[i - 1]) * h[i - 2] * chord[i - 1]) / b
+                            : 3 * (h[i] * chord[i - 1] + h[i - 1] * chord[i]);
+        diagonal[i] = (last ? h[i - 2] : 2 * (h[i - 1] + h[i])) - f * upper[i - 1];
+        upper[i] = last ? 0 : h[i - 1];
+        s[i] = right - f * s[i - 1];
+    }
+    for (int i = n - 1; i >= 0; i--)
+        s[i] = (s[i] - (i < n - 1 ? upper[i] * s[i + 1] : 0)) / diagonal[i];
+    free(diagonal);
+    free(upper);
+}
+
+/* Of the parabola through three knots. */
+static void three_slopes(const double *h, const double *chord, double *s)
+{
+    double curve = (chord[1] - chord[0]) / (h[0] + h[1]);
+    s[0] = chord[0] - curve * h[0];
+    s[1] = chord[0] + curve * h[0];
+    s[2] = chord[1] + curve * h[1];
+}
+
+struct expr_table *expr_table_new(enum expr_interpolation kind, int n, const double *time, const double *value)
+{
+    struct expr_table *u = sga_calloc(1, sizeof *u);
+    *u = (struct expr_table){ .kind = kind, .knots = n, .at = -1 };
+    u->time = memcpy(sga_malloc((size_t)n * sizeof *u->time), time, (size_t)n * sizeof *u->time);
+    u->piece = sga_calloc((size_t)n, sizeof *u->piece);
+    double *h = sga_malloc(3 * (size_t)n * sizeof *h), *chord = h + n, *s = chord + n;
+    for (int i = 0; i + 1 < n; i++) {
+        h[i] = time[i + 1] - time[i];
+        chord[i] = (value[i + 1] - value[i]) / h[i];
+        u->piece[i][0] = value[i];
+        u->piece[i][1] = chord[i];
+    }
+    bool curved = kind == EXPR_CUBIC && n > 2;
+    if (curved && n == 3)
+        three_slopes(h, chord, s);
+    else if (curved)
+        slopes(n, h, chord, s);
+    for (int i = 0; curved && i + 1 < n; i++) {
+        double bend = (s[i] + s[i + 1] - 2 * chord[i]) / h[i];
+        u->piece[i][1] = s[i];
+        u->piece[i][2] = (chord[i] - s[i]) / h[i] - bend;
+        u->piece[i][3] = bend / h[i];
+    }
+    free(h);
+    return u;
+}
+
+void expr_table_free(struct expr_table *u)
+{
+    if (!u)
+        return;
+    free(u->time);
+    free(u->piece);
+    free(u);
+}
+
+int expr_table_interval(const struct expr_table *u, double t)
+{
+    int low = 0, high = u->knots - 1;
+    while (high - low > 1) {
+        int middle = low + (high - low) / 2;
+        if (u->time[middle] <= t)
+            low = middle;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+double expr_table_value(const struct expr_table *u, int order, double t)
+{
+    int k = u->at;
+    if (k < 0 && !(t >= u->time[0] && t <= u->time[u->knots - 1]))
+        return NAN;
+    if (k < 0)
+        k = expr_table_interval(u, t);
+    const double *c = u->piece[k], x = t - u->time[k];
+    switch (order) {
+    case 0:  return c[0] + x * (c[1] + x * (c[2] + x * c[3]));
+    case 1:  return c[1] + x * (2 * c[2] + x * 3 * c[3]);
+    case 2:  return 2 * c[2] + 6 * c[3] * x;
+    case 3:  return 6 * c[3];
+    default: return 0;
+    }
+}
+
+int expr_table_smooth(const struct expr_table *u)
+{
+    return u->kind == EXPR_LINEAR ? 0 : 2;
+}

@@ -1,0 +1,187 @@
+/* The member `tables` of a system: functions of time given by samples, for measured signals.
+ *
+ * Algebra knows a table as a name u whose derivatives are u', u'', ... and of which nothing else
+ * is known: what it finds holds for every function u. The samples are met by numbers only. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+#include "reader.h"
+#include "signal.h"
+
+/* A list of numbers; the caller frees it. NULL with an error. */
+static double *read_numbers(struct reader *rd, const json_t *table, const char *member, int *count)
+{
+    const json_t *v = need_member(rd, table, member);
+    if (!v)
+        return NULL;
+    size_t mark = at_member(rd, member), n = json_array_size(v);
+    if (!json_is_array(v))
+        return expected(rd, "a list of numbers", v), NULL;
+    if (n < 2 || n > REQUEST_MAX_KNOTS)
+        return at_fail(rd, SGA_E_SHAPE, "there are %zu %s; a table has 2 to %d", n, member, REQUEST_MAX_KNOTS), NULL;
+    double *x = sga_malloc(n * sizeof *x);
+    for (size_t i = 0; i < n; i++) {
+        const json_t *item = json_array_get(v, i);
+        if (json_is_number(item)) {            /* a table is long: no detour by exact numbers */
+            x[i] = json_number_value(item);
+            continue;
+        }
+        size_t here = at_index(rd, i);
+        if (!read_value(rd, item, x + i, NULL)) {
+            free(x);
+            return NULL;
+        }
+        at_back(rd, here);
+    }
+    at_back(rd, mark);
+    *count = (int)n;
+    return x;
+}
+
+static bool increasing(struct reader *rd, const double *time, int n)
+{
+    for (int i = 1; i < n; i++)
+        if (!(time[i] > time[i - 1])) {
+            at_member(rd, "times");
+            at_index(rd, (size_t)i);
+            return at_fail(rd, SGA_E_SCHEMA, "the times of a table must increase: %.17g follows %.17g", time[i], time[i - 1]);
+        }
+    return true;
+}
+
+/* Numbers of which some power or quotient is no number would be met as such much later. */
+static bool usable(struct reader *rd, const struct expr_table *u)
+{
+    for (int k = 0; k + 1 < u->knots; k++)
+        for (int i = 0; i < 4; i++)
+            if (!isfinite(u->piece[k][i])) {
+                at_member(rd, "values");
+                at_index(rd, (size_t)k);
+                return at_fail(rd, SGA_E_SCHEMA, "between this sample and the next the table is too steep for a number");
+            }
+    return true;
+}
+
+static bool read_table(struct reader *rd, const json_t *v, struct request_table *t)
+{
+    static const char *const members[] = { "times", "values", "interpolation", NULL };
+    static const char *const words[] = { [EXPR_LINEAR] = "linear", [EXPR_CUBIC] = "cubic" };
+    if (!only_members(rd, v, members))
+        return false;
+    const json_t *word = json_object_get(v, "interpolation");
+    int kind = EXPR_CUBIC, n = 0, values = 0;
+    if (word) {
+        size_t mark = at_member(rd, "interpolation");
+        if ((kind = read_word(rd, word, words, 2, "an interpolation")) < 0)
+            return false;
+        at_back(rd, mark);
+    }
+    double *time = read_numbers(rd, v, "times", &n), *value = time ? read_numbers(rd, v, "values", &values) : NULL;
+    bool ok = value && increasing(rd, time, n);
+    if (ok && n != values) {
+        at_member(rd, "values");
+        ok = at_fail(rd, SGA_E_SHAPE, "there are %d values for %d times", values, n);
+    }
+    if (ok) {
+        t->values = expr_table_new((enum expr_interpolation)kind, n, time, value);
+        ok = usable(rd, t->values);
+    }
+    free(time);
+    free(value);
+    return ok;
+}
+
+bool read_tables(struct reader *rd, const json_t *system)
+{
+    const json_t *v = json_object_get(system, "tables");
+    if (!v)
+        return true;
+    size_t mark = at_member(rd, "tables");
+    if (!json_is_object(v))
+        return expected(rd, "an object of names and tables", v);
+    if (json_object_size(v) > REQUEST_MAX_TABLES)
+        return at_fail(rd, SGA_E_SCHEMA, "there are %zu tables; the limit is %d", json_object_size(v), REQUEST_MAX_TABLES);
+    rd->r->table = sga_calloc(json_object_size(v) + 1, sizeof *rd->r->table);
+    const char *key;
+    json_t *item;
+    json_object_foreach((json_t *)v, key, item) {
+        size_t here = at_member(rd, key);
+        struct request_table *t = rd->r->table + rd->r->tables;
+        int symbol = new_name(rd, key, EXPR_SIGNAL);
+        if (symbol < 0)
+            return false;
+        t->name = sga_strdup(key);
+        rd->r->tables++;
+        if (!read_table(rd, item, t))
+            return false;
+        rd->r->store.symbol[symbol].table = t->values;
+        sys_add_signal(&rd->r->system, symbol);
+        at_back(rd, here);
+    }
+    at_back(rd, mark);
+    return true;
+}
+
+/* Each generation of constraints takes one derivative more, and there are at most as many as
+ * variables; the field takes one more. */
+static bool add_derivatives(struct reader *rd)
+{
+    struct expr_store *st = &rd->r->store;
+    int before = st->symbols;
+    for (int k = 0; k < rd->r->system.signals; k++) {
+        int symbol = rd->r->system.signal[k], given = 0;
+        for (int i = 0; i < before; i++)
+            if (st->symbol[i].kind == EXPR_SIGNAL && st->symbol[i].table == st->symbol[symbol].table)
+                given = st->symbol[i].order > given ? st->symbol[i].order : given;
+        int orders = given + rd->r->system.variables + 2;
+        for (int i = 0; i <= orders && symbol >= 0; i++) {
+            sys_add_parameter(&rd->r->system, symbol);
+            expr_id rate = i < orders && i < EXPR_SIGNAL_ORDERS ? expr_signal_rate(st, symbol) : EXPR_UNDEF;
+            symbol = rate ? st->node[rate].a : -1;
+        }
+    }
+    st->signals_fixed = true;
+    return store_ok(rd);
+}
+
+/* No numbers beyond the samples. */
+static bool covers(struct reader *rd, const struct request_table *t)
+{
+    const struct request_trajectory *m = &rd->r->trajectory;
+    double first = t->values->time[0], last = t->values->time[t->values->knots - 1];
+    for (int i = -1; i < (m->times ? m->samples : 0); i++) {
+        double at = i < 0 ? m->start : m->times[i];
+        if (at >= first && at <= last)
+            continue;
+        at_back(rd, 0);
+        at_member(rd, "trajectory");
+        at_member(rd, i < 0 ? "start" : m->exact_times ? "times" : "stop");
+        return at_fail(rd, SGA_E_SCHEMA, "the time %.17g lies outside of the table %.100s, which has samples from %.17g to %.17g; nothing is "
+                       "extrapolated", at, t->name, first, last);
+    }
+    return true;
+}
+
+bool read_tables_end(struct reader *rd)
+{
+    struct request *r = rd->r;
+    if (!r->tables)
+        return true;
+    if (r->want & REQUEST_SYMMETRIES) {
+        at_member(rd, "want");
+        return at_fail(rd, SGA_E_NOT_SUPPORTED, "symmetries of a system with tables are not looked for; give the functions of time as "
+                       "expressions");
+    }
+    bool moves = r->want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF | REQUEST_CONSISTENT_INITIAL);
+    if (moves && (r->accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE || r->accuracy.arithmetic == REQUEST_BALL)) {
+        at_member(rd, "accuracy");
+        at_member(rd, "arithmetic");
+        return at_fail(rd, SGA_E_NOT_SUPPORTED, "tables are interpolated in double; use \"double\" or \"auto\"");
+    }
+    for (int k = 0; k < r->tables && moves; k++)
+        if (!covers(rd, r->table + k))
+            return false;
+    return add_derivatives(rd);
+}

@@ -1,0 +1,129 @@
+/* Smoothness of what depends on tables, and their knots. */
+#include "signals.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+#include "print.h"
+#include "table.h"
+
+/* The first symbol among roots that is a derivative of a table higher by more than `beyond` than what
+ * has no jumps; NULL where there is none. *root: whose. */
+static const struct expr_symbol *jumping(const struct expr_store *st, const expr_id *root, int roots, int beyond, int *which)
+{
+    const struct expr_symbol *found = NULL;
+    struct expr_cone cone;
+    expr_cone_init(&cone);
+    for (int i = 0; i < roots && !found; i++) {
+        expr_cone_of(st, &cone, root + i, 1);
+        for (int k = 0; k < cone.count && !found; k++) {
+            const struct expr_node *n = st->node + cone.list[k];
+            const struct expr_symbol *s = n->op == EXPR_SYM ? st->symbol + n->a : NULL;
+            if (s && s->table && s->order > expr_table_smooth(s->table) + beyond)
+                found = s;
+        }
+        *which = i;
+    }
+    expr_cone_clear(&cone);
+    return found;
+}
+
+static bool refuse(const struct expr_store *st, const struct expr_symbol *s, const char *what, expr_id e, struct sga_error *err)
+{
+    struct sga_buf text = { 0 };
+    int base = 0;
+    if (e && !expr_print(st, e, 160, &text))
+        sga_buf_free(&text);
+    for (int i = 0; i < st->symbols; i++)
+        if (st->symbol[i].table == s->table && st->symbol[i].order == 0)
+            base = i;
+    char pointer[200];
+    snprintf(pointer, sizeof pointer, "/system/tables/%.150s/interpolation", st->symbol[base].name);
+    const char *kind = s->table->kind == EXPR_LINEAR ? "linear" : "cubic";
+    sga_fail_at(err, SGA_E_NOT_SUPPORTED, pointer, "%s%s%.160s depends on %.60s, which with %s interpolation %s at the knots, so "
+                "that the motion would jump there; %s", what, text.len ? " " : "", text.len ? text.data : "", s->name, kind,
+                s->order > expr_table_smooth(s->table) + 1 ? "has no values" : "jumps",
+                s->table->kind == EXPR_LINEAR ? "use \"cubic\", which has two continuous derivatives"
+                                              : "a table has two continuous derivatives at most: give the function as an expression");
+    memcpy(err->stage, "trajectory", 11);
+    sga_buf_free(&text);
+    return false;
+}
+
+/* One list against its rule. */
+static bool smooth(const struct sys_system *sys, const expr_id *root, int roots, int beyond, const char *what, struct sga_error *err)
+{
+    int which = 0;
+    const struct expr_symbol *s = jumping(sys->store, root, roots, beyond, &which);
+    return !s || refuse(sys->store, s, what, root[which], err);
+}
+
+bool signals_continuous(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+                        struct sga_error *err)
+{
+    if (!sys->signals)
+        return true;
+    size_t most = (size_t)(sol->constraints + rq->events + rq->rates) + 1;
+    expr_id *root = sga_malloc(most * sizeof *root);
+    for (int i = 0; i < sol->constraints; i++)
+        root[i] = sol->constraint[i].expr;
+    bool ok = smooth(sys, root, sol->constraints, 0, "the constraint", err);
+    for (int i = 0; i < rq->events; i++)
+        root[i] = rq->event[i].expression;
+    ok = ok && smooth(sys, root, rq->events, 0, "the event", err);
+    for (int i = 0; i < rq->rates; i++)
+        root[i] = rq->rate[i].rate;
+    ok = ok && smooth(sys, root, rq->rates, 1, "the rate", err)
+         && smooth(sys, sol->field, sys->variables, 1, "the derivative of a variable,", err)
+         && smooth(sys, rq->output, rq->outputs, 1, "the output", err);
+    free(root);
+    return ok;
+}
+
+static int ascending(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+double *signals_knots(const struct sys_system *sys, const struct traj_request *rq, int *count)
+{
+    double *knot = NULL;
+    size_t cap = 0;
+    int n = 0;
+    *count = 0;
+    if (!sys->signals || !rq->samples || !rq->times)
+        return NULL;
+    double stop = rq->times[rq->samples - 1], low = fmin(rq->start, stop), high = fmax(rq->start, stop);
+    double apart = 64 * DBL_EPSILON * fmax(fabs(low), fabs(high));     /* of 0.1 * 3 and 0.3 one is enough */
+    for (int k = 0; k < sys->signals; k++) {
+        const struct expr_table *u = sys->store->symbol[sys->signal[k]].table;
+        for (int i = 0; i < u->knots; i++)
+            if (u->time[i] > low + apart && u->time[i] < high - apart) {
+                SGA_RESERVE(knot, cap, n + 1);
+                knot[n++] = u->time[i];
+            }
+    }
+    if (n)
+        qsort(knot, (size_t)n, sizeof *knot, ascending);
+    for (int i = 0; i < n; i++)
+        if (!*count || knot[i] > knot[*count - 1] + apart)
+            knot[(*count)++] = knot[i];
+    for (int i = 0; stop < rq->start && i < *count / 2; i++) {
+        double other = knot[*count - 1 - i];
+        knot[*count - 1 - i] = knot[i];
+        knot[i] = other;
+    }
+    return knot;
+}
+
+void signals_between(const struct sys_system *sys, double from, double to)
+{
+    for (int k = 0; k < sys->signals; k++) {
+        struct expr_table *u = sys->store->symbol[sys->signal[k]].table;
+        u->at = isnan(from) ? -1 : expr_table_interval(u, from + (to - from) / 2);
+    }
+}

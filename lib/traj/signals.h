@@ -1,0 +1,18 @@
+/* Inside the traj folder: tables in a motion. Between knots a table is a polynomial; at knots
+ * some derivative jumps, so steps end there, and what jumps there must not move the state. */
+#ifndef SGA_TRAJ_SIGNALS_H
+#define SGA_TRAJ_SIGNALS_H
+
+#include "trajectory.h"
+
+/* Do the constraints and the events depend on derivatives without jumps only, the field (and
+ * the outputs) on the next one at most? Otherwise the motion would jump: NOT_SUPPORTED says where. */
+bool signals_continuous(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+                        struct sga_error *err);
+/* The knots of all tables between start and the last time, in the order of the motion, each once.
+ * The caller frees them. */
+double *signals_knots(const struct sys_system *sys, const struct traj_request *rq, int *count);
+/* Tables are their polynomials between these times; NaN: each is itself. */
+void signals_between(const struct sys_system *sys, double from, double to);
+
+#endif
