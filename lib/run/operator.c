@@ -102,10 +102,12 @@ bool answer_operator(struct job *j)
     bool ok = op_popov_weak(&weak, &P, false, &limits, j->err);
     a->rank = weak.rank;
     a->solvable = ok && a->rank == P.rows;
-    if (ok && a->solvable)
+    if (ok && a->solvable) {
         ok = op_popov_weak(&full, &P, false, &limits, j->err) && op_popov_finish(&full, &limits, j->err)
           && op_state_form(&a->state, &a->system, &full, &limits, j->err) && transfer(j, a, &weak, &limits);
-    else if (ok)
+        if (ok)
+            op_singular_coefficients(&a->poles, &a->system, &a->state);
+    } else if (ok)
         a->asks_sources = asks_sources(&a->system, &weak);
     ok = ok && jacobson(j, a, &limits);
     op_popov_clear(&weak);
@@ -125,6 +127,7 @@ void answer_operator_clear(struct job *j)
     op_state_clear(&j->op->state);
     op_laurent_clear(&j->op->laurent);
     op_singular_clear(&j->op->singular);
+    op_singular_clear(&j->op->poles);
     op_jacobson_clear(&j->op->jacobson);
     free(j->op);
     j->op = NULL;
