@@ -68,8 +68,9 @@ struct op_jacobson {
     int rank;
 };
 enum { OP_MOST_FACTOR_BYTES = 30000 };   /* of e, for the transformations */
-bool op_jacobson_form(struct op_jacobson *f, const struct op_system *s, const struct op_limits *limits,
-                      struct sga_error *err);
+/* full: the full Popov form, and x the state form, of a system of full rank; otherwise NULL. */
+bool op_jacobson_form(struct op_jacobson *f, const struct op_system *s, const struct op_popov *full, const struct op_state *x,
+                      const struct op_limits *limits, struct sga_error *err);
 void op_jacobson_clear(struct op_jacobson *f);
 
 /* Real times where the leading Laurent matrix has a pole, or vanishes (remark 4.3); or where a coefficient has a pole. */
