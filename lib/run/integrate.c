@@ -39,6 +39,19 @@ static const struct op_singular *first_stop(const struct job *j, const struct tr
     return fabs(a->t - r->start) <= fabs(b->t - r->start) ? a : b;
 }
 
+/* A pole at the start: nothing determines the motion there. */
+static bool starts_well(const struct job *j, double start, struct sga_error *err)
+{
+    const struct op_singular_times *list[] = { &j->op->singular, &j->op->poles };
+    for (int i = 0; i < 2; i++)
+        for (int k = 0; k < list[i]->count; k++)
+            if (list[i]->at[k].t == start && list[i]->at[k].lost != OP_ZERO)
+                return sga_fail_at(err, SGA_E_NO_MOTION, "/trajectory/start", "%.17g is a singular time: %s a pole there, so that the "
+                                   "motion is not determined; start elsewhere", start,
+                                   i ? "the coefficients have" : "the leading transfer coefficient has");
+    return true;
+}
+
 static void say(const struct job *j, const struct op_singular *s, struct traj_result *r)
 {
     struct sga_buf root = { 0 };
@@ -100,6 +113,8 @@ static bool look_ahead(const struct job *j, const struct sga_solution *solution,
 bool answer_integrate(const struct job *j, const struct sga_solution *solution, const struct traj_request *request,
                       struct traj_result *result, struct sga_error *err)
 {
+    if (j->op && j->op->solvable && !starts_well(j, request->start, err))
+        return false;
     const struct op_singular *s = first_stop(j, request);
     if (!s)
         return traj_run(&j->request.system, solution, request, result, err);
