@@ -22,6 +22,28 @@ static void restricted(struct strata_case *part, const struct sys_system *system
     part->system.restrictions = r + s->wheres;
 }
 
+/* The same with variables and rows of its own, to be changed. */
+static void own_copy(struct strata_case *part)
+{
+    struct sys_system from = part->system, *to = &part->system;
+    sys_init(to, from.store);
+    to->time = from.time;
+    to->square = from.square;
+    for (int i = 0; i < from.variables; i++)
+        sys_add_variable(to, from.variable[i].symbol, from.variable[i].role);
+    for (int i = 0; i < from.parameters; i++)
+        sys_add_parameter(to, from.parameter[i]);
+    for (int i = 0; i < from.restrictions; i++)
+        sys_add_restriction(to, from.restriction[i]);
+    for (int i = 0; i < from.rows; i++) {
+        int row = sys_add_row(to, from.row[i].alpha, from.row[i].source);
+        for (int q = 0; q < from.row[i].entries; q++)
+            sys_add_entry(to, row, from.row[i].entry[q].col, from.row[i].entry[q].value);
+    }
+    free(from.restriction);
+    part->own_rows = true;
+}
+
 /* The parameter that f is affine in, its factor free of variables and never zero if possible;
  * *value is what it equals where f = 0. -1: none. */
 static int solve_for(const struct sys_system *system, expr_id f, expr_id *value)
@@ -98,11 +120,13 @@ bool strata_solvable(const struct stratum *s)
     return s->wheres && strcmp(s->kind, "instant") != 0 && strcmp(s->kind, "domain") != 0;
 }
 
-bool strata_case_make(struct strata_case *part, const struct sys_system *system, struct stratum *s, struct sga_error *err)
+bool strata_case_make(struct strata_case *part, const struct sys_system *system, struct stratum *s, bool changes, struct sga_error *err)
 {
     *part = (struct strata_case){ .own_rows = false };
     if (strcmp(s->kind, "parameter") != 0) {
         restricted(part, system, s);
+        if (changes)
+            own_copy(part);
         return true;
     }
     expr_id value = EXPR_UNDEF;
