@@ -153,7 +153,7 @@ class CaseCheck:
             return request
         system = dict(request["system"])
         kept = {k: v for k, v in system["parameters"].items() if k not in values}
-        system["parameters"] = {**kept, **values}
+        system["parameters"] = {**values, **kept}    # an earlier value may use this parameter
         return {**request, "system": system}
 
     def plain(self, name, expect, result):

@@ -200,8 +200,8 @@ bool strata_mechanical(struct job *j, const struct stratum *s, struct sga_error 
 {
     const struct sys_system *sys = &j->request.system;
     struct expr_store *st = &j->request.store;
-    if (!j->request.has_mechanical || strcmp(s->kind, "parameter") == 0)
-        return true;
+    if (!j->request.has_mechanical || j->parameter_case || strcmp(s->kind, "parameter") == 0)
+        return true;           /* masses and forces stand in the request with their parameters */
     unsigned char *multiplier = sga_calloc((size_t)st->symbols + 1, 1);
     for (int k = 2 * j->request.mechanical.coordinates; k < sys->variables; k++)
         multiplier[sys->variable[k].symbol] = 1;
