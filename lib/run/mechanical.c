@@ -139,7 +139,8 @@ bool answer_mechanical_motion(struct job *j)
     m->determined = is_determined(j);
     bool unique = j->solution.verdict == SGA_UNIQUE || j->solution.verdict == SGA_ISOLATED;
     m->has_motion = want & REQUEST_VECTOR_FIELD && unique && (m->determined || j->solution.field);
-    if (m->has_motion && m->determined)
+    /* On a subset of W what determines the acceleration may be the subset instead of the masses. */
+    if (m->has_motion && m->determined && !(j->request.system.restrictions && j->solution.field))
         mech_motion_find(&m->motion, &m->fibre, &j->request.mechanical);
     else if (m->has_motion)
         mech_motion_of(&m->motion, &m->fibre, &j->request.mechanical, j->solution.field + j->request.mechanical.coordinates);

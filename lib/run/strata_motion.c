@@ -25,7 +25,7 @@ static bool motion_on(struct job *j, struct stratum *s, bool *there, struct sga_
     j->near_time = f.keep.near_time;
     j->request.want = (f.keep.request.want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF | REQUEST_CONSISTENT_INITIAL)) | REQUEST_CONSTRAINTS
                       | REQUEST_VECTOR_FIELD;
-    bool ok = strata_mechanical(j, s, err) && answer_reduce(j) && answer_texts(j) && answer_witness(j) && answer_motion(j);
+    bool ok = strata_mechanical(j, err) && answer_reduce(j) && answer_texts(j) && answer_witness(j) && answer_motion(j);
     double moved = j->has_trajectory ? j->trajectory.moved : j->has_initial ? j->initial.moved : j->tradeoff ? j->tradeoff->moved : 1;
     *there = ok && moved <= ON_STRATUM;
     if (*there) {

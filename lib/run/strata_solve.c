@@ -160,7 +160,7 @@ static void answer_stratum(struct job *j, struct stratum *sibling, struct stratu
 {
     const struct sga_solution *sol = &j->solution;
     struct sga_error first = { 0 };
-    bool ok = strata_mechanical(j, s, j->err) && reduce(j, NULL, s->time);
+    bool ok = strata_mechanical(j, j->err) && reduce(j, NULL, s->time);
     if (!ok && no_point(j->err->code) && s->point) {
         int depth = j->depth;
         first = *j->err;
@@ -196,12 +196,12 @@ static void answer_stratum(struct job *j, struct stratum *sibling, struct stratu
     s->state = ok ? STRATUM_SOLVED : STRATUM_UNSOLVED;
 }
 
-bool strata_mechanical(struct job *j, const struct stratum *s, struct sga_error *err)
+bool strata_mechanical(struct job *j, struct sga_error *err)
 {
     const struct sys_system *sys = &j->request.system;
     struct expr_store *st = &j->request.store;
-    if (!j->request.has_mechanical || j->parameter_case || strcmp(s->kind, "parameter") == 0)
-        return true;           /* masses and forces stand in the request with their parameters */
+    if (!j->request.has_mechanical)
+        return true;
     unsigned char *multiplier = sga_calloc((size_t)st->symbols + 1, 1);
     for (int k = 2 * j->request.mechanical.coordinates; k < sys->variables; k++)
         multiplier[sys->variable[k].symbol] = 1;
@@ -221,11 +221,13 @@ bool strata_mechanical(struct job *j, const struct stratum *s, struct sga_error 
 
 bool strata_enter(struct job *j, struct stratum *s, struct strata_frame *f, struct sga_error *err)
 {
-    if (!strata_case_make(&f->part, &j->request.system, s, j->request.has_mechanical, err))
+    if (!strata_case_make(&f->part, &j->request.system, j->request.has_mechanical ? &j->request.mechanical : NULL, s, err))
         return false;
     f->keep = *j;
     *j = fresh(j, err);
     j->request.system = f->part.system;
+    if (f->part.mechanical.mass)
+        j->request.mechanical = f->part.mechanical;
     j->request.name = NULL;
     return true;
 }
