@@ -40,7 +40,7 @@ class Answer:
         self.rng = random.Random(seed)
         listed = [v["name"] for v in result["variables"]] if "variables" in result else None
         self.problem = p = Problem(request, listed if request["system"]["form"] == "equations" else None, primary,
-                                   result.get("regularity", {}).get("redundant", ()))
+                                   result.get("regularity", {}).get("redundant", ()), result.get("regularity", {}).get("conditions", ()))
         self.names = listed or p.names
         if p.form == "mechanical" and not result.get("regularity", {}).get("own_conditions", True):
             p.names += [n for n in self.names if n not in p.names]    # multipliers of conditions that were found
@@ -475,7 +475,10 @@ class Mechanics:
             self.near(xi[i], tangent[i] + normal[i], size, "total = tangent + orthogonal")
             self.near(self.dot(M[i], xi), F[i] + R[i], size, "M xi = F + R")
         if not self.answer.result["regularity"]["own_conditions"]:
-            return
+            for h in p.condition:
+                self.near(self.value(h), 0, size, "a condition vanishes on W")
+            if H and linear.rank(H, self.answer.tiny()) != self.answer.result["regularity"]["rank"]:
+                raise Broken("H has another rank")
         for h, row in zip(p.condition, H):
             rate = self.dot([self.value(d.of(h, q)) for q in p.names[:n]], eta) + self.value(p.by_time(h))
             self.near(self.dot(row, xi), -rate, size, "H xi = -(D_X h) eta")

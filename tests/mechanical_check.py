@@ -4,7 +4,10 @@
    linear, Jourdain's principle with a kernel that SymPy works out: accelerations at random points of W;
  * the same system in the forms `equations` (with multipliers) and `lagrangian`: dimensions, index, fields, trajectories;
  * the chain of N links in angles, N up to 10;
- * redundant constraints added at random, columns and rows permuted. Seeded.
+ * redundant constraints added at random, columns and rows permuted;
+ * three parallel cranks, one of them redundant, against KanesMethod in their angle;
+ * reactions and their power along trajectories: M xi - F at the samples, power 0 where perfect constraints are homogeneous
+   in the velocities, and the balance of energy for all. Seeded.
 """
 import random
 import sys
@@ -164,6 +167,27 @@ def jourdain(s, m, F, h):
     return solve
 
 
+def saddle(s, m, F, h):
+    """Any constraints, without a basis of ker H: M xi - H^T lambda = F and H xi = -drift in one."""
+    still = dict(zip([x.diff(s.t) for x in s.q], s.u))
+    speed = [e if e.has(*s.u) else e.diff(s.t).subs(still) for e in h]
+    H = [[sp.diff(e, u) for u in s.u] for e in speed]
+    drift = [sum((sp.diff(e, q) * u for q, u in zip(s.q, s.u)), d) for e, d in zip(speed, explicit(speed, s))]
+
+    def solve(env):
+        n, c = len(s.q), len(H)
+        A, b = mpmath.zeros(n + c), mpmath.zeros(n + c, 1)
+        for i in range(n):
+            A[i, i], b[i] = s.at(m[i], env), s.at(F[i], env)
+        for k in range(c):
+            b[n + k] = -s.at(drift[k], env)
+            for j in range(n):
+                A[n + k, j] = s.at(H[k][j], env)
+                A[j, n + k] = -A[n + k, j]
+        return list(mpmath.lu_solve(A, b))[:n]
+    return solve
+
+
 def explicit(speed, s):
     """d/dt of what depends on t itself."""
     plain = {x: sp.Symbol(f"p{k}") for k, x in enumerate(list(s.q) + list(s.u))}
@@ -315,6 +339,103 @@ def chain(tally, solver, n, rng):
             tally.check(abs(got[key] - should) < 1e-8 * (1 + abs(should)), f"chain of {n}: {key}", f"{got[key]}, {should}")
 
 
+def chain_angles(tally, solver, n, rng):
+    """The chain beside the form `lagrangian` in its angles, along a trajectory."""
+    names = [c + str(i + 1) for i in range(n) for c in "xy"]
+    h = ["x1^2+y1^2-1"] + [f"(x{i + 1}-x{i})^2+(y{i + 1}-y{i})^2-1" for i in range(1, n)]
+    a = [rng.uniform(-1, 1) for _ in range(n)]
+    start = {}
+    for i in range(n):
+        start[f"x{i + 1}"] = float(sum(mpmath.sin(b) for b in a[:i + 1]))
+        start[f"y{i + 1}"] = float(-sum(mpmath.cos(b) for b in a[:i + 1]))
+    place = [("+".join(f"sin(a{k + 1})" for k in range(i + 1)), "-(" + "+".join(f"cos(a{k + 1})" for k in range(i + 1)) + ")") for i in range(n)]
+    energy = [f"{n - max(i, j)}/2*cos(a{i + 1}-a{j + 1})*a{i + 1}'*a{j + 1}'" for i in range(n) for j in range(n)]
+    L = "+".join(energy) + "+" + "+".join(f"{9 * (n - i)}*cos(a{i + 1})" for i in range(n))
+    motion = {"start": 0, "stop": 1, "samples": 6}
+    system = {"coordinates": names, "masses": [1] * (2 * n), "forces": [0, -9] * n, "constraints": h}
+    one, p1 = solver.solve(request(system, trajectory={**motion, "initial": start, "outputs": names}, accuracy={"rtol": 1e-10, "atol": 1e-10}))
+    two, p2 = solver.solve({"system": {"form": "lagrangian", "coordinates": [f"a{i + 1}" for i in range(n)], "lagrangian": L},
+                            "trajectory": {**motion, "initial": {f"a{i + 1}": b for i, b in enumerate(a)}, "outputs": [e for p in place for e in p]},
+                            "accuracy": {"rtol": 1e-10, "atol": 1e-10}})
+    if not tally.check(one and two, f"chain of {n} in angles", str(p1 or p2)):
+        return
+    gap = max(abs(x - y) for r, s in zip(one["trajectory"]["rows"], two["trajectory"]["rows"]) for x, y in zip(r, s))
+    tally.check(gap < 1e-6, f"chain of {n}: trajectory in angles", f"differs by {gap}")
+    tally.check(one["dimensions"]["final"] == two["dimensions"]["final"] == 2 * n, f"chain of {n}: dimensions in both forms")
+
+
+def cranks(tally, solver, rng):
+    """Three parallel cranks of length 1 and their coupler: P1, P2, and P3 in their middle. The third crank is redundant."""
+    m = [rng.randint(1, 5) for _ in range(3)]
+    F = [rng.randint(-9, 9) for _ in range(6)]
+    names = ["x1", "y1", "x2", "y2", "x3", "y3"]
+    h = ["x1^2+y1^2-1", "(x2-4)^2+y2^2-1", "(x2-x1)^2+(y2-y1)^2-16", "x3-(x1+x2)/2", "y3-(y1+y2)/2", "(x3-2)^2+y3^2-1"]
+    phi, w = rng.uniform(0.3, 1.2), rng.uniform(-2, 2)
+    c, s = float(mpmath.cos(phi)), float(mpmath.sin(phi))
+    start = {}
+    for k, base in enumerate((0, 4, 2)):
+        start.update({f"x{k + 1}": base + c, f"y{k + 1}": s, f"x{k + 1}'": -w * s, f"y{k + 1}'": w * c})
+    system = {"coordinates": names, "masses": [m[k // 2] for k in range(6)], "forces": F, "constraints": h}
+    result, problem = solver.solve(request(system, want=["index", "constraints", "consistent_initial"], trajectory={"start": 0, "initial": start}))
+    if not tally.check(result, "three cranks", str(problem)):
+        return
+    tally.check(result["dimensions"]["final"] == 2, "three cranks: one angle", str(result["dimensions"]))
+    tally.check(result["verdict"] == "unique" and len(result["regularity"]["redundant"]) == 1, "three cranks: one redundant", str(result["regularity"]))
+    q, u = dynamicsymbols("q u")
+    N, O = ReferenceFrame("N"), Point("O")
+    O.set_vel(N, 0)
+    bodies, loads = [], []
+    for k in range(3):
+        P = Point(f"P{k}")
+        P.set_vel(N, u * (-sp.sin(q) * N.x + sp.cos(q) * N.y))
+        bodies.append(Particle(f"B{k}", P, m[k]))
+        loads.append((P, F[2 * k] * N.x + F[2 * k + 1] * N.y))
+    method = KanesMethod(N, [q], [u], kd_eqs=[q.diff() - u])
+    method.kanes_equations(bodies, loads)
+    at = {q: phi, u: w}
+    b = float((method.forcing[0] / method.mass_matrix[0, 0]).subs(at))
+    for k in range(3):
+        for name, should in ((f"x{k + 1}'", -b * s - w * w * c), (f"y{k + 1}'", b * c - w * w * s)):
+            got = result["consistent_initial"]["derivatives"][name]
+            tally.check(abs(got - should) < 1e-7 * (1 + abs(should)), f"three cranks: {name}", f"{got}, {should}")
+
+
+HOMOGENEOUS = ("knife edge", "rolling disc", "Chaplygin sleigh", "skate with drag", "slider-crank", "four-bar", "Appell-Hamel", "parallel velocities")
+
+
+def powers(tally, solver):
+    """M xi - F at the samples, reaction_power = R v, and T(end) - T(start) = the integral of F v + R v by Simpson's rule."""
+    for name, q, m, F, h, near in SYSTEMS:
+        names, samples = q.split(), 41
+        outputs = names + [n + "'" for n in names] + ["reaction_" + n for n in names] + ["reaction_power"]
+        result, problem = solver.solve(request(describe(q, m, F, h), accuracy={"rtol": 1e-10, "atol": 1e-11},
+                                               trajectory={"start": 0, "stop": "1/4", "samples": samples, "initial": near, "outputs": outputs}))
+        if not tally.check(result, f"power {name}", str(problem)):
+            continue
+        s = Symbols(names)
+        M, force, con = ([s.read(e) for e in x] for x in (m.split(), F, h))
+        acceleration = saddle(s, M, force, con)
+        work, energy, size, n = [], [], mpmath.mpf(1), len(names)
+        for r in result["trajectory"]["rows"]:
+            env = {**dict(zip(names + [a + "'" for a in names], map(mpmath.mpf, r[1:2 * n + 1]))), "t": mpmath.mpf(r[0])}
+            v, R, power = r[n + 1:2 * n + 1], r[2 * n + 1:3 * n + 1], r[3 * n + 1]
+            mass, f = [s.at(e, env) for e in M], [s.at(e, env) for e in force]
+            if len(work) % 10 == 0:
+                should = [a * b - c for a, b, c in zip(mass, acceleration(env), f)]
+                gap = max(abs(a - b) / (1 + abs(a)) for a, b in zip(R, should))
+                tally.check(gap < 1e-7, f"power {name}: reactions at t = {r[0]:.3g}", f"differ by {mpmath.nstr(gap, 3)}")
+            tally.check(abs(power - sum(a * b for a, b in zip(R, v))) <= 1e-9 * (1 + abs(power)), f"power {name}: R v at t = {r[0]:.3g}")
+            size = max([size] + [abs(a * b) for a, b in zip(R, v)])
+            if name in HOMOGENEOUS or "dead centre" in name:
+                tally.check(abs(power) <= 1e-7 * size, f"power {name}: perfect constraints do no work", f"{power} at {r[0]}")
+            work.append(sum(a * b for a, b in zip(f, v)) + power)
+            energy.append(sum(a * b * b for a, b in zip(mass, v)) / 2)
+        step = mpmath.mpf(1) / 4 / (samples - 1)
+        rule = step / 3 * sum(w * (1 if k in (0, samples - 1) else 4 if k % 2 else 2) for k, w in enumerate(work))
+        gap = abs(energy[-1] - energy[0] - rule)
+        tally.check(gap <= 1e-7 * (1 + abs(energy[0])), f"power {name}: balance of energy", mpmath.nstr(gap, 3))
+
+
 def redundant(tally, solver, rng):
     """Combinations and consequences of the constraints, in any order: same motion, same reaction."""
     for name, q, m, F, h, near in SYSTEMS[:9]:
@@ -352,6 +473,10 @@ def main():
     for n in (1, 2, 3, 5, 10):
         for _ in range(scaled(1)):
             chain(tally, solver, n, rng)
+    for n in (1, 2, 3):
+        chain_angles(tally, solver, n, rng)
+    cranks(tally, solver, rng)
+    powers(tally, solver)
     redundant(tally, solver, rng)
     return tally.end()
 

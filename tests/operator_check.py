@@ -2,12 +2,15 @@
 
 U P V = diag with both inverses; the state form by substitution; P times the Laurent series;
 both indices; the reduction's differentiation index of the same system with polynomial
-sources; invariance under changes of unknowns and of equations; closed forms. Seeded.
+sources; invariance under changes of unknowns and of equations; closed forms; trajectories against the
+printed state form, integrated by mpmath, and their ends against the singular times; the nilpotency of planted
+Weierstrass forms. Seeded.
 """
 import json
 import random
 import sys
 
+import operator_motion
 import ore
 from ore import K
 from solver import Solver
@@ -198,6 +201,7 @@ def main():
         tally.check(len(r["invariant_factors"][-1]) == order + 1, f"{name}: order of the last invariant factor")
         tally.check(r["index"]["operator"] == index and r["transfer_leading_order"] == nu0, f"{name}: index and leading order")
         tally.check([s["t"] for s in r["singular_times"]] == times, f"{name}: singular times", str(r["singular_times"]))
+    operator_motion.run(tally, solver, rng)
     full = high = lower = multiplied = 0
     for k in range(scaled(60)):
         p, order = rng.randint(1, 4), rng.randint(1, 2)

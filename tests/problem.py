@@ -27,9 +27,9 @@ class Problem:
     """names: the variables of the space the reduction ran in. rows: list of residuals, each
     a node in the variables, time, parameters and velocities "@x". The velocity of x is the symbol "@x"."""
 
-    def __init__(self, request, names=None, primary=None, redundant=()):
+    def __init__(self, request, names=None, primary=None, redundant=(), conditions=()):
         """primary: regular functions with the zeros of restrict, where those are not. redundant: constraints of the form
-        mechanical whose multipliers are chosen."""
+        mechanical whose multipliers are chosen; conditions: the answer's own for its multipliers."""
         system = request["system"]
         self.system, self.primary = system, primary
         self.graph = g = Graph()
@@ -53,7 +53,7 @@ class Problem:
             self._equations({"equations": self._operator(system, user)}, user, names)
         elif self.form == "mechanical":
             self.d = Derivatives(g)
-            self._mechanical(system, user, redundant)
+            self._mechanical(system, user, redundant, conditions)
         elif self.form in ("linear", "control", "hamiltonian", "lagrangian"):
             self.d = Derivatives(g)
             getattr(self, "_" + self.form)(system, user)
@@ -266,7 +266,7 @@ class Problem:
             names += [(f"equations[{i}]", 1) for i in range(n - len(names))]
         return {name: (r, sign) for (name, sign), r in zip(names, self.rows)}
 
-    def _mechanical(self, system, user, redundant):
+    def _mechanical(self, system, user, redundant, conditions):
         """q' = v, M v' = F + H^T lambda, 0 = h; a multiplier whose constraint is redundant is 0."""
         g, d, n = self.graph, self.d, len(user)
         v = [q + "'" for q in user]
@@ -290,11 +290,20 @@ class Problem:
             if not g.names([h]) & set(v):
                 h = d.add(self.by_time(h), d.sum(d.mul(d.of(h, q), g.sym(w)) for q, w in zip(user, v)))
             self.condition.append(h)
+        self.restrict = [g.parse(e) for e in as_list(system.get("restrict", []))]
+        if conditions:
+            self.condition = [g.parse(c["expression"]) for c in conditions]
+            acting = [c["multiplier"] for c in conditions]
+            multipliers += [m for m in acting if m not in multipliers]
+            self.names = user + v + multipliers
+            redundant = [k for k, m in enumerate(multipliers) if m not in acting]
+        else:
+            acting = multipliers
         self.H = [[d.of(h, w) for w in v] for h in self.condition]
         self.rows = [d.sub(self.speed(q), g.sym(w)) for q, w in zip(user, v)]
         for i in range(n):
             left = d.sum(d.mul(self.masses[i][j], self.speed(w)) for j, w in enumerate(v))
-            right = d.add(self.force[i], d.sum(d.mul(r[i], g.sym(m)) for r, m in zip(self.H, multipliers)))
+            right = d.add(self.force[i], d.sum(d.mul(r[i], g.sym(m)) for r, m in zip(self.H, acting)))
             self.rows.append(d.sub(left, right))
         self.rows += self.constraints
         self.redundant = list(redundant)

@@ -1,7 +1,7 @@
 """Symmetries by other routes: symmetry_check.py BUILD_DIR
 
 Determining equations by SymPy for random polynomial fields on all of the space; flows of
-found symmetries applied to computed trajectories; dimensions under random linear changes
+found symmetries applied to trajectories, of all forms (symmetry_flow.py); dimensions under random linear changes
 of variables. SGA_TEST_SEED repeats a run, SGA_TEST_SCALE makes it longer."""
 import itertools
 import random
@@ -10,6 +10,7 @@ import sys
 import mpmath
 import sympy
 
+import symmetry_flow
 from solver import Solver
 from symmetry_case import Texts
 from tally import Tally, build_folder, scaled, seed
@@ -164,6 +165,7 @@ def main():
     check.random_fields(rng, scaled(16))
     check.changes(rng, scaled(3))
     check.flows(rng, scaled(3))
+    symmetry_flow.run(check.tally, check.solver, rng, scaled(2))
     return check.tally.end()
 
 

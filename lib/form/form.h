@@ -86,6 +86,20 @@ struct form_tangent {
     int count;
 };
 
+/* Vectors of `cols` entries that span the kernel of a dense rows x cols matrix of expressions (by
+ * rows, overwritten), one after the other in a new array; *count is how many.
+ *
+ * Constant pivots are eliminated first. What is left falls into blocks that share no column,
+ * and a small block of m independent rows gives all its cofactor vectors, one for each choice of
+ * m + 1 columns: more than a basis, but they span the kernel wherever the rows are independent, so
+ * that no point is singular only because of an unlucky pivot. A block that is too large for
+ * that is eliminated crosswise; the vectors are then a basis where the pivots do not vanish.
+ *
+ * vanishes(ctx, e) says what counts as zero (on the set that the vectors shall be tangent to);
+ * NULL: what is zero at a random point of all symbols. Cost: rows^2 cols operations, and at
+ * most 200 vectors for each block. */
+expr_id *form_kernel(struct expr_store *st, expr_id *matrix, int rows, int cols, const struct form_zero *zero, int *count);
+
 /* Is entry (i, j) + entry (j, i) zero by rational identities? Decided at a random point. Returns
  * the first entry whose sum is not, or the number of entries. Cost: entries log entries, and the cones of the sums. */
 size_t form_not_antisymmetric(struct expr_store *st, const struct form_matrix *m);

@@ -173,8 +173,8 @@ static bool restricted_conditions(struct mech_fibre *f, const struct form_mechan
     if (ok)
         take(f, in, function, chosen, c);
     else
-        sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/system/restrict", "on the set given by restrict the velocities that the constraints "
-                    "leave have no tangent space: branches meet there; leave restrict out");
+        sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/system/restrict", "on this set the velocities that the constraints leave have no "
+                    "tangent space, as branches meet there: which reactions act is not defined");
     free(function);
     free(chosen);
     free(H);

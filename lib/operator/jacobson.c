@@ -6,124 +6,12 @@
  * coordinates z_m = w, others unchanged (V1, elementary), z_i = c_i(D) w in M; after z_i -=
  * c_i z_m (V2, elementary) all z_i but z_m vanish in M, so the rows of R V1 V2 generate the same
  * left module as those of diag(1, .., e, .., 1). U follows by division. */
-#include "operator.h"
+#include "annihilator.h"
 
 #include <stdlib.h>
 
-#include "cyclic.h"
 #include "mem.h"
-
-struct cyclic {
-    int n, m;                  /* order; the place of the 1 in W */
-    struct ratio_matrix w;     /* 1 x r: W, of order 0 */
-    struct ore *c;             /* z_i = c_i w in M; c_m is not used */
-};
-
-/* The k-th combination to try for W with a 1 at m: sparse ones with small coefficients first. */
-static void candidate(struct ratio_matrix *w, int m, int k)
-{
-    int r = w->cols;
-    for (int i = 0; i < r; i++) {
-        fmpz_poly_q_struct *to = ratio_at(w, 0, i);
-        int h = (k * 31 + i * 7 + i * i * 3 * k) % 11;
-        fmpz_poly_q_zero(to);
-        if (i == m) {
-            fmpz_poly_q_one(to);
-            continue;
-        }
-        if (k == 0)
-            continue;
-        if (k <= 2 * r) {                      /* one more entry: 1 or t */
-            if ((k - 1) / 2 == i)
-                fmpz_poly_set_coeff_si(fmpz_poly_q_numref(to), (k - 1) % 2, 1);
-            continue;
-        }
-        fmpz_poly_set_coeff_si(fmpz_poly_q_numref(to), h % 3 + (k > 4 * r ? i % (k / r) : 0), h - 5 ? h - 5 : 1);
-    }
-}
-
-static bool find_cyclic(struct cyclic *c, const struct op_state *x, const struct op_limits *limits, struct sga_error *err)
-{
-    int r = x->H.rows;
-    struct ratio_matrix row;
-    ratio_matrix_init(&c->w, 1, r);
-    for (int k = 0; k < 12 * r + 12; k++)
-        for (c->m = 0; c->m < r; c->m++) {
-            candidate(&c->w, c->m, k);
-            ratio_matrix_init(&row, 1, x->n);
-            ratio_matrix_addmul(&row, &c->w, &x->H);
-            bool yes = op_is_cyclic(&x->F, &row);
-            ratio_matrix_clear(&row);
-            if (yes)
-                return true;
-            if (!op_within(limits, NULL, err))
-                return false;
-        }
-    return sga_fail(err, SGA_E_UNDECIDED, "no cyclic vector was found among the combinations of the unknowns that were tried");
-}
-
-/* Size to expect: degrees of the n-th Krylov determinant. */
-static bool affordable(const struct op_state *x, const struct op_limits *limits, struct sga_error *err)
-{
-    long degree = 0, bits = 1;
-    for (int k = 0; k < x->n * x->n; k++) {
-        const fmpz_poly_struct *p = fmpz_poly_q_numref(x->F.e + k), *q = fmpz_poly_q_denref(x->F.e + k);
-        long d = fmpz_poly_degree(p) > fmpz_poly_degree(q) ? fmpz_poly_degree(p) : fmpz_poly_degree(q);
-        long b = labs(fmpz_poly_max_bits(p)) > labs(fmpz_poly_max_bits(q)) ? labs(fmpz_poly_max_bits(p)) : labs(fmpz_poly_max_bits(q));
-        degree = d > degree ? d : degree;
-        bits = b > bits ? b : bits;
-    }
-    double steps = 0.5 * x->n * (x->n + 1), bytes = (steps * (double)degree + 1) * (steps * (double)bits + 64) / 8 * (x->n + 1);
-    double most = limits->max_bytes ? (double)limits->max_bytes : 100.0 * (1 << 20);
-    return bytes <= most || sga_fail(err, SGA_E_LIMIT_MEMORY, "the last invariant factor has order %d and would take about %.0f MB; "
-                                     "the limit is %.0f MB", x->n, bytes / (1 << 20), most / (1 << 20));
-}
-
-/* e and the c_i, from the Krylov matrix K of w: rows w, Dw, .., z_i = sum c_il D^l w. */
-static bool annihilate(struct op_jacobson *f, struct cyclic *c, const struct op_state *x)
-{
-    int n = x->n, r = x->H.rows;
-    struct ratio_matrix K, v, next = { 0 }, right, solution = { 0 };
-    ratio_matrix_init(&K, n, n);               /* transposed: columns are w, Dw, ... */
-    ratio_matrix_init(&right, n, r + 1);       /* columns: the unknowns, then D^n w */
-    ratio_matrix_init(&v, 1, n);
-    ratio_matrix_addmul(&v, &c->w, &x->H);
-    for (int k = 0; k <= n; k++) {
-        for (int j = 0; j < n; j++)
-            fmpz_poly_q_set(k < n ? ratio_at(&K, j, k) : ratio_at(&right, j, r), ratio_at(&v, 0, j));
-        ratio_matrix_derive(&next, &v);
-        ratio_matrix_addmul(&next, &v, &x->F);
-        ratio_matrix_swap(&v, &next);
-    }
-    for (int i = 0; i < r; i++)
-        for (int j = 0; j < n; j++)
-            fmpz_poly_q_set(ratio_at(&right, j, i), ratio_at(&x->H, i, j));
-    bool ok = ratio_matrix_solve(&solution, &K, &right);
-    if (ok) {                                  /* e w = 0, multiplied out */
-        struct ratio_matrix sum;
-        ratio_matrix_init(&sum, n, r + 1);
-        ratio_matrix_addmul(&sum, &K, &solution);
-        ok = ratio_matrix_equal(&sum, &right);
-        ratio_matrix_clear(&sum);
-    }
-    fmpz_poly_q_t a;
-    fmpz_poly_q_init(a);
-    for (int l = 0; l < n && ok; l++) {
-        for (int i = 0; i < r; i++)
-            ore_add_term(c->c + i, ratio_at(&solution, l, i), l);
-        fmpz_poly_q_neg(a, ratio_at(&solution, l, r));
-        ore_add_term(&f->e, a, l);
-    }
-    fmpz_poly_q_one(a);
-    ore_add_term(&f->e, a, n);
-    fmpz_poly_q_clear(a);
-    ratio_matrix_clear(&K);
-    ratio_matrix_clear(&v);
-    ratio_matrix_clear(&next);
-    ratio_matrix_clear(&right);
-    ratio_matrix_clear(&solution);
-    return ok;
-}
+#include "split.h"
 
 /* V = V1 V2 and its inverse, with the columns (rows) ordered so that w comes last. */
 static void right_transformation(struct ore_matrix *V, struct ore_matrix *inverse, const struct cyclic *c)
@@ -196,16 +84,14 @@ static bool left_inverse(struct ore_matrix *inverse, const struct ore_matrix *P,
     return ok;
 }
 
-/* The full case: P square of full rank. */
+/* The full case: P square of full rank, x and p from it. */
 static bool full_form(struct op_jacobson *f, const struct op_popov *p, const struct ore_matrix *P, const struct op_state *x,
                       const struct op_limits *limits, struct sga_error *err)
 {
-    int r = P->rows;
-    struct cyclic c = { .n = x->n };
-    c.c = sga_calloc((size_t)r + 1, sizeof *c.c);
-    bool ok = affordable(x, limits, err) && find_cyclic(&c, x, limits, err);
-    if (ok && !annihilate(f, &c, x))
-        ok = sga_fail(err, SGA_E_WITNESS, "the annihilator of a cyclic vector was not found: this is a bug");
+    struct cyclic c;
+    bool ok = op_annihilator_find(&c, x, limits, err);
+    f->rank = P->rows;
+    ore_swap(&f->e, &c.e);
     f->transformations = ok && ore_size(&f->e) <= OP_MOST_FACTOR_BYTES;
     if (f->transformations) {
         right_transformation(&f->V, &f->V_inverse, &c);
@@ -213,10 +99,7 @@ static bool full_form(struct op_jacobson *f, const struct op_popov *p, const str
     }
     if (ok && f->transformations && !left_inverse(&f->U_inverse, P, &f->V, &f->e))
         ok = sga_fail(err, SGA_E_WITNESS, "the last invariant factor does not divide its column: this is a bug");
-    for (int i = 0; i < r; i++)
-        ore_clear(c.c + i);
-    free(c.c);
-    ratio_matrix_clear(&c.w);
+    op_annihilator_clear(&c);
     return ok;
 }
 
@@ -272,61 +155,6 @@ static bool multiplies_out(const struct op_jacobson *f, const struct ore_matrix 
     return ok;
 }
 
-/* The r x r corner of a matrix */
-static void corner(struct ore_matrix *to, const struct ore_matrix *m, int r)
-{
-    ore_matrix_init(to, r, r);
-    for (int i = 0; i < r; i++)
-        for (int j = 0; j < r; j++)
-            ore_set(ore_at(to, i, j), ore_at(m, i, j));
-}
-
-/* U0 P V0 = [R 0; 0 0], R square of full rank r: rows first, then columns through adjoints. */
-struct split {
-    struct ore_matrix U, U_inverse, V, V_inverse, R;
-    int rank;
-};
-
-static void split_clear(struct split *s)
-{
-    ore_matrix_clear(&s->U);
-    ore_matrix_clear(&s->U_inverse);
-    ore_matrix_clear(&s->V);
-    ore_matrix_clear(&s->V_inverse);
-    ore_matrix_clear(&s->R);
-}
-
-static bool split_off(struct split *s, const struct ore_matrix *P, const struct op_limits *limits, struct sga_error *err)
-{
-    struct op_popov rows, cols;
-    struct ore_matrix star = { 0 };
-    if (!op_popov_weak(&rows, P, true, limits, err))
-        return false;
-    s->rank = rows.rank;
-    ore_matrix_swap(&s->U, &rows.U);
-    ore_matrix_swap(&s->U_inverse, &rows.inverse);
-    if (rows.rank == P->cols) {
-        ore_matrix_identity(&s->V, P->cols);
-        ore_matrix_identity(&s->V_inverse, P->cols);
-        corner(&s->R, &rows.R, s->rank);
-        op_popov_clear(&rows);
-        return true;
-    }
-    ore_matrix_adjoint(&star, &rows.R);
-    op_popov_clear(&rows);
-    bool ok = op_popov_weak(&cols, &star, true, limits, err);
-    ore_matrix_clear(&star);
-    if (!ok)
-        return false;
-    ore_matrix_adjoint(&s->V, &cols.U);        /* R V0 = (U_c R*)* */
-    ore_matrix_adjoint(&s->V_inverse, &cols.inverse);
-    ore_matrix_adjoint(&star, &cols.R);
-    corner(&s->R, &star, s->rank);
-    ore_matrix_clear(&star);
-    op_popov_clear(&cols);
-    return true;
-}
-
 /* The coefficient matrices of R, as a system without sources. */
 static void as_system(struct op_system *s, const struct ore_matrix *R)
 {
@@ -342,18 +170,15 @@ static void as_system(struct op_system *s, const struct ore_matrix *R)
     }
 }
 
-bool op_jacobson_form(struct op_jacobson *f, const struct op_system *s, const struct op_limits *limits, struct sga_error *err)
+/* What is not torsion is split off first. */
+static bool split_form(struct op_jacobson *f, const struct ore_matrix *P, const struct op_limits *limits, struct sga_error *err)
 {
-    struct ore_matrix P;
-    struct split split = { 0 };
+    struct op_split split = { 0 };
     struct op_system part = { 0 };
     struct op_popov popov = { 0 };
     struct op_state state = { 0 };
-    *f = (struct op_jacobson){ 0 };
-    op_system_matrix(s, &P);
+    bool ok = op_split_off(&split, P, limits, err);
     f->transformations = true;
-    bool ok = split_off(&split, &P, limits, err);
-    f->rank = split.rank;
     if (ok && split.rank) {
         as_system(&part, &split.R);
         ok = op_popov_weak(&popov, &split.R, false, limits, err) && op_popov_finish(&popov, limits, err)
@@ -361,22 +186,32 @@ bool op_jacobson_form(struct op_jacobson *f, const struct op_system *s, const st
           && full_form(f, &popov, &split.R, &state, limits, err);
     }
     if (ok && f->transformations) {
-        border(&f->U, P.rows);
-        border(&f->U_inverse, P.rows);
-        border(&f->V, P.cols);
-        border(&f->V_inverse, P.cols);
+        border(&f->U, P->rows);
+        border(&f->U_inverse, P->rows);
+        border(&f->V, P->cols);
+        border(&f->V_inverse, P->cols);
         multiply_into(&f->U, &f->U, &split.U);
         multiply_into(&f->U_inverse, &split.U_inverse, &f->U_inverse);
         multiply_into(&f->V, &split.V, &f->V);
         multiply_into(&f->V_inverse, &f->V_inverse, &split.V_inverse);
         ok = op_within(limits, &f->U, err);
     }
-    if (ok && f->transformations && !multiplies_out(f, &P))
-        ok = sga_fail(err, SGA_E_WITNESS, "the Jacobson form does not multiply out: this is a bug");
     op_state_clear(&state);
     op_popov_clear(&popov);
     op_system_clear(&part);
-    split_clear(&split);
+    op_split_clear(&split);
+    return ok;
+}
+
+bool op_jacobson_form(struct op_jacobson *f, const struct op_system *s, const struct op_popov *full, const struct op_state *x,
+                      const struct op_limits *limits, struct sga_error *err)
+{
+    struct ore_matrix P;
+    *f = (struct op_jacobson){ 0 };
+    op_system_matrix(s, &P);
+    bool ok = full ? full_form(f, full, &P, x, limits, err) : split_form(f, &P, limits, err);
+    if (ok && f->transformations && !multiplies_out(f, &P))
+        ok = sga_fail(err, SGA_E_WITNESS, "the Jacobson form does not multiply out: this is a bug");
     ore_matrix_clear(&P);
     if (!ok)
         op_jacobson_clear(f);

@@ -68,12 +68,13 @@ struct op_jacobson {
     int rank;
 };
 enum { OP_MOST_FACTOR_BYTES = 30000 };   /* of e, for the transformations */
-bool op_jacobson_form(struct op_jacobson *f, const struct op_system *s, const struct op_limits *limits,
-                      struct sga_error *err);
+/* full: the full Popov form, and x the state form, of a system of full rank; otherwise NULL. */
+bool op_jacobson_form(struct op_jacobson *f, const struct op_system *s, const struct op_popov *full, const struct op_state *x,
+                      const struct op_limits *limits, struct sga_error *err);
 void op_jacobson_clear(struct op_jacobson *f);
 
-/* Real times where the leading Laurent matrix has a pole, or vanishes (remark 4.3). */
-enum op_lost { OP_POLE, OP_ZERO };
+/* Real times where the leading Laurent matrix has a pole, or vanishes (remark 4.3); or where a coefficient has a pole. */
+enum op_lost { OP_POLE, OP_ZERO, OP_COEFFICIENT };
 struct op_singular {
     enum op_lost lost;
     int order;                         /* of the pole or zero */
@@ -83,6 +84,9 @@ struct op_singular {
 };
 struct op_singular_times { struct op_singular *at; int count; };
 void op_singular_find(struct op_singular_times *s, const struct ratio_matrix *leading);
+/* Real times where a coefficient of the system has a pole that the state form has too: motions end
+ * there. Poles that the state form has alone belong to its basis, and poles that it has not can be scaled away. */
+void op_singular_coefficients(struct op_singular_times *s, const struct op_system *system, const struct op_state *x);
 void op_singular_clear(struct op_singular_times *s);
 
 #endif

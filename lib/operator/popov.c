@@ -2,6 +2,7 @@
 #include "popov.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "mem.h"
 
@@ -174,6 +175,16 @@ bool op_popov_weak(struct op_popov *p, const struct ore_matrix *P, bool inverse,
     for (int i = 0; i < p->rank; i++)
         p->order[i] = ore_order(ore_at(&p->R, i, p->pivot[i]));
     return true;
+}
+
+void op_popov_copy(struct op_popov *p, const struct op_popov *from)
+{
+    size_t n = (size_t)from->R.rows + 1;
+    *p = (struct op_popov){ .rank = from->rank };
+    ore_matrix_set(&p->R, &from->R);
+    ore_matrix_set(&p->U, &from->U);
+    p->pivot = memcpy(sga_malloc(n * sizeof *p->pivot), from->pivot, n * sizeof *p->pivot);
+    p->order = memcpy(sga_malloc(n * sizeof *p->order), from->order, n * sizeof *p->order);
 }
 
 /* The row whose pivot column holds the entry of row i that exceeds the pivot's order most. */

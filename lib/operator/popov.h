@@ -31,6 +31,8 @@ struct op_popov {
 /* err says LIMIT_... where it ends early; p is then cleared. */
 bool op_popov_weak(struct op_popov *p, const struct ore_matrix *P, bool inverse,
                    const struct op_limits *limits, struct sga_error *err);
+/* A copy of R and U (without the inverse); p not initialised. */
+void op_popov_copy(struct op_popov *p, const struct op_popov *from);
 /* From weak to full. */
 bool op_popov_finish(struct op_popov *p, const struct op_limits *limits, struct sga_error *err);
 void op_popov_clear(struct op_popov *p);

@@ -186,6 +186,13 @@ static int by_time(const void *a, const void *b)
     return x->t < y->t ? -1 : x->t > y->t;
 }
 
+/* den = its least common multiple with the denominators of m */
+static void denominators(fmpz_poly_t den, const struct ratio_matrix *m)
+{
+    for (int k = 0; k < m->rows * m->cols; k++)
+        fmpz_poly_lcm(den, den, fmpz_poly_q_denref(m->e + k));
+}
+
 void op_singular_find(struct op_singular_times *s, const struct ratio_matrix *leading)
 {
     fmpz_poly_t den, num;
@@ -193,14 +200,37 @@ void op_singular_find(struct op_singular_times *s, const struct ratio_matrix *le
     fmpz_poly_init(den);
     fmpz_poly_init(num);
     fmpz_poly_one(den);
-    for (int k = 0; k < leading->rows * leading->cols; k++) {
-        fmpz_poly_lcm(den, den, fmpz_poly_q_denref(leading->e + k));
+    denominators(den, leading);
+    for (int k = 0; k < leading->rows * leading->cols; k++)
         fmpz_poly_gcd(num, num, fmpz_poly_q_numref(leading->e + k));
-    }
     roots_of(s, den, OP_POLE);
     roots_of(s, num, OP_ZERO);
     fmpz_poly_clear(den);
     fmpz_poly_clear(num);
+    if (s->count)
+        qsort(s->at, (size_t)s->count, sizeof *s->at, by_time);
+}
+
+void op_singular_coefficients(struct op_singular_times *s, const struct op_system *system, const struct op_state *x)
+{
+    fmpz_poly_t own, state;
+    *s = (struct op_singular_times){ 0 };
+    fmpz_poly_init(own);
+    fmpz_poly_init(state);
+    fmpz_poly_one(own);
+    fmpz_poly_one(state);
+    for (int k = 0; k <= system->order; k++)
+        denominators(own, system->A + k);
+    denominators(own, &system->B);
+    denominators(state, &x->F);
+    denominators(state, &x->G);
+    denominators(state, &x->H);
+    for (int v = 0; v <= x->degree; v++)
+        denominators(state, x->J + v);
+    fmpz_poly_gcd(own, own, state);
+    roots_of(s, own, OP_COEFFICIENT);
+    fmpz_poly_clear(own);
+    fmpz_poly_clear(state);
     if (s->count)
         qsort(s->at, (size_t)s->count, sizeof *s->at, by_time);
 }

@@ -22,7 +22,7 @@ struct operator_answer {
     bool asks_sources;            /* not of full rank, and the equations ask something of e */
     struct op_state state;        /* solvable only, like the next two */
     struct op_laurent laurent;
-    struct op_singular_times singular;
+    struct op_singular_times singular, poles;   /* of the leading transfer coefficient; of the coefficients */
     struct op_jacobson jacobson;
     bool has_jacobson;
     struct sga_error no_jacobson; /* why not */
@@ -152,6 +152,9 @@ bool answer_mechanical(struct job *j);
 bool answer_mechanical_motion(struct job *j);
 void answer_mechanical_clear(struct job *j);
 void answer_write_mechanical(struct job *j, struct sga_json *w);
+/* traj_run of the answer's system; in the form operator it ends at singular times. */
+bool answer_integrate(const struct job *j, const struct sga_solution *solution, const struct traj_request *request,
+                      struct traj_result *result, struct sga_error *err);
 /* Consistent start and trajectory, as far as they are wanted. */
 bool answer_motion(struct job *j);
 /* After answer_motion failed with NO_MOTION: the motion of the stratum that the start lies on,

@@ -8,7 +8,7 @@
 
 #include "mem.h"
 
-enum { SEARCH_SECONDS = 5 };
+enum { SEARCH_SECONDS = 5, STRATUM_SECONDS = 1 };
 
 static struct sga_options options_of(const struct job *j)
 {
@@ -24,7 +24,7 @@ static void add_multipliers(struct job *j, int more)
     struct sga_buf name = { 0 };
     for (int k = 0; k < more; k++) {
         sga_buf_clear(&name);
-        sga_buf_printf(&name, "lambda%d", j->request.mechanical.constraints + k + 1);
+        sga_buf_printf(&name, "lambda%d", s->variables - 2 * j->request.mechanical.coordinates + 1);
         while (expr_symbol_find(st, name.data, name.len) >= 0)
             sga_buf_put(&name, "_", 1);
         expr_symbol_add(st, name.data, EXPR_VARIABLE);
@@ -103,8 +103,9 @@ bool answer_mechanical(struct job *j)
         return false;
     if (f->W.verdict == SGA_INCONSISTENT)
         return true;
-    if (f->conditions > in->constraints)
-        add_multipliers(j, f->conditions - in->constraints);
+    int multipliers = r->system.variables - 2 * in->coordinates;
+    if (f->conditions > multipliers)
+        add_multipliers(j, f->conditions - multipliers);
     int *column = sga_calloc((size_t)f->conditions + 1, sizeof *column);
     for (int i = 0; i < f->conditions; i++)
         column[i] = 2 * in->coordinates + f->constraint[i];
@@ -138,14 +139,15 @@ bool answer_mechanical_motion(struct job *j)
     m->determined = is_determined(j);
     bool unique = j->solution.verdict == SGA_UNIQUE || j->solution.verdict == SGA_ISOLATED;
     m->has_motion = want & REQUEST_VECTOR_FIELD && unique && (m->determined || j->solution.field);
-    if (m->has_motion && m->determined)
+    /* On a subset of W what determines the acceleration may be the subset instead of the masses. */
+    if (m->has_motion && m->determined && !(j->request.system.restrictions && j->solution.field))
         mech_motion_find(&m->motion, &m->fibre, &j->request.mechanical);
     else if (m->has_motion)
         mech_motion_of(&m->motion, &m->fibre, &j->request.mechanical, j->solution.field + j->request.mechanical.coordinates);
     if (want & (REQUEST_VECTOR_FIELD | REQUEST_CONSTRAINTS | REQUEST_INDEX | REQUEST_STRUCTURE)) {
         struct sga_options options = options_of(j);
         struct sga_budget part = j->budget;      /* the search must not take the whole job's time */
-        double soon = sga_now() + SEARCH_SECONDS;
+        double soon = sga_now() + (j->depth ? STRATUM_SECONDS : SEARCH_SECONDS);
         if (!part.deadline || part.deadline > soon)
             part.deadline = soon;
         options.budget = &part;
@@ -192,6 +194,25 @@ static void write_point(const struct job *j, struct sga_json *w)
     sga_json_member_bool(w, "motion_possible", r->rank == r->augmented);
 }
 
+/* Where the conditions are not the request's own: what they are, and whose multiplier is whose. */
+static void write_conditions(struct job *j, struct sga_json *w)
+{
+    const struct mech_fibre *f = &j->mechanical->fibre;
+    const struct sys_system *s = &j->request.system;
+    sga_json_key(w, "conditions");
+    sga_json_array(w);
+    for (int i = 0; i < f->conditions; i++) {
+        struct sga_buf text = { 0 };
+        sga_json_object(w);
+        if (expr_print(&j->request.store, f->condition[i], 4000, &text))
+            sga_json_member_string(w, "expression", text.data);
+        sga_json_member_string(w, "multiplier", s->store->symbol[s->variable[2 * j->request.mechanical.coordinates + f->constraint[i]].symbol].name);
+        sga_json_end_object(w);
+        sga_buf_free(&text);
+    }
+    sga_json_end_array(w);
+}
+
 static void write_regularity(struct job *j, struct sga_json *w)
 {
     const struct mechanical_answer *m = j->mechanical;
@@ -207,6 +228,8 @@ static void write_regularity(struct job *j, struct sga_json *w)
     sga_json_member_string(w, "basis", r->full == MECH_FULL_PROVED ? "proved" : r->full == MECH_FULL_SEARCHED ? "searched"
                            : r->certified ? "point" : "approached");
     sga_json_member_bool(w, "own_conditions", m->fibre.own);
+    if (!m->fibre.own && m->fibre.conditions)
+        write_conditions(j, w);
     sga_json_key(w, "redundant");
     sga_json_array(w);
     for (int k = 0; k < m->fibre.redundants; k++)

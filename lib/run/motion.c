@@ -45,7 +45,7 @@ static bool run(struct job *j, const struct sga_solution *solution, const struct
         return answer_sweep(j, solution, r);
     if (j->request.want & REQUEST_TRAJECTORY) {
         double begin = sga_now();
-        j->has_trajectory = traj_run(&j->request.system, solution, r, &j->trajectory, j->err);
+        j->has_trajectory = answer_integrate(j, solution, r, &j->trajectory, j->err);
         j->seconds.trajectory = sga_now() - begin;
         if (!j->has_trajectory)
             return false;

@@ -57,12 +57,12 @@ static bool asks_sources(const struct op_system *s, const struct op_popov *p)
 }
 
 /* A limit of the Jacobson form is no failure of the job: the answer says it. */
-static bool jacobson(struct job *j, struct operator_answer *a, const struct op_limits *limits)
+static bool jacobson(struct job *j, struct operator_answer *a, const struct op_popov *full, const struct op_limits *limits)
 {
     struct op_limits own = *limits;
     own.max_bytes = FACTOR_BYTES;
     struct sga_error err = { 0 };
-    a->has_jacobson = op_jacobson_form(&a->jacobson, &a->system, &own, &err);
+    a->has_jacobson = op_jacobson_form(&a->jacobson, &a->system, a->solvable ? full : NULL, &a->state, &own, &err);
     if (a->has_jacobson || err.code == SGA_E_LIMIT_MEMORY || err.code == SGA_E_UNDECIDED) {
         a->no_jacobson = err;
         return true;
@@ -102,12 +102,15 @@ bool answer_operator(struct job *j)
     bool ok = op_popov_weak(&weak, &P, false, &limits, j->err);
     a->rank = weak.rank;
     a->solvable = ok && a->rank == P.rows;
-    if (ok && a->solvable)
-        ok = op_popov_weak(&full, &P, false, &limits, j->err) && op_popov_finish(&full, &limits, j->err)
+    if (ok && a->solvable) {
+        op_popov_copy(&full, &weak);
+        ok = op_popov_finish(&full, &limits, j->err)
           && op_state_form(&a->state, &a->system, &full, &limits, j->err) && transfer(j, a, &weak, &limits);
-    else if (ok)
+        if (ok)
+            op_singular_coefficients(&a->poles, &a->system, &a->state);
+    } else if (ok)
         a->asks_sources = asks_sources(&a->system, &weak);
-    ok = ok && jacobson(j, a, &limits);
+    ok = ok && jacobson(j, a, &full, &limits);
     op_popov_clear(&weak);
     op_popov_clear(&full);
     ore_matrix_clear(&P);
@@ -125,6 +128,7 @@ void answer_operator_clear(struct job *j)
     op_state_clear(&j->op->state);
     op_laurent_clear(&j->op->laurent);
     op_singular_clear(&j->op->singular);
+    op_singular_clear(&j->op->poles);
     op_jacobson_clear(&j->op->jacobson);
     free(j->op);
     j->op = NULL;

@@ -22,6 +22,28 @@ static void restricted(struct strata_case *part, const struct sys_system *system
     part->system.restrictions = r + s->wheres;
 }
 
+/* The same with variables and rows of its own, to be changed. */
+static void own_copy(struct strata_case *part)
+{
+    struct sys_system from = part->system, *to = &part->system;
+    sys_init(to, from.store);
+    to->time = from.time;
+    to->square = from.square;
+    for (int i = 0; i < from.variables; i++)
+        sys_add_variable(to, from.variable[i].symbol, from.variable[i].role);
+    for (int i = 0; i < from.parameters; i++)
+        sys_add_parameter(to, from.parameter[i]);
+    for (int i = 0; i < from.restrictions; i++)
+        sys_add_restriction(to, from.restriction[i]);
+    for (int i = 0; i < from.rows; i++) {
+        int row = sys_add_row(to, from.row[i].alpha, from.row[i].source);
+        for (int q = 0; q < from.row[i].entries; q++)
+            sys_add_entry(to, row, from.row[i].entry[q].col, from.row[i].entry[q].value);
+    }
+    free(from.restriction);
+    part->own_rows = true;
+}
+
 /* The parameter that f is affine in, its factor free of variables and never zero if possible;
  * *value is what it equals where f = 0. -1: none. */
 static int solve_for(const struct sys_system *system, expr_id f, expr_id *value)
@@ -59,8 +81,30 @@ static bool on_parameters(const struct sys_system *system, expr_id f)
     return yes;
 }
 
+static expr_id *replaced(struct expr_store *st, const expr_id *from, int n, const expr_id *map)
+{
+    expr_id *to = sga_malloc(((size_t)n + 1) * sizeof *to);
+    memcpy(to, from, (size_t)n * sizeof *to);
+    expr_substitute(st, to, n, map);
+    return to;
+}
+
+/* Masses, forces and constraints with the parameter replaced. */
+static void substitute_mechanical(struct strata_case *part, const struct form_mechanical *from, struct expr_store *st, const expr_id *map)
+{
+    struct form_mechanical *to = &part->mechanical;
+    *to = *from;
+    to->mass = sga_malloc((from->masses + 1) * sizeof *to->mass);
+    memcpy(to->mass, from->mass, from->masses * sizeof *to->mass);
+    for (size_t k = 0; k < from->masses; k++)
+        expr_substitute(st, &to->mass[k].value, 1, map);
+    to->force = replaced(st, from->force, from->coordinates, map);
+    to->constraint = replaced(st, from->constraint, from->constraints, map);
+}
+
 /* Rows, restriction and parameters with the k-th parameter replaced. */
-static void substitute(struct strata_case *part, const struct sys_system *system, int k, expr_id value)
+static void substitute(struct strata_case *part, const struct sys_system *system, const struct form_mechanical *mechanical, int k,
+                       expr_id value)
 {
     struct expr_store *st = system->store;
     struct sys_system *to = &part->system;
@@ -92,6 +136,8 @@ static void substitute(struct strata_case *part, const struct sys_system *system
         }
     }
     part->own_rows = true;
+    if (mechanical)
+        substitute_mechanical(part, mechanical, st, map);
     free(map);
 }
 
@@ -100,11 +146,14 @@ bool strata_solvable(const struct stratum *s)
     return s->wheres && strcmp(s->kind, "instant") != 0 && strcmp(s->kind, "domain") != 0;
 }
 
-bool strata_case_make(struct strata_case *part, const struct sys_system *system, struct stratum *s, struct sga_error *err)
+bool strata_case_make(struct strata_case *part, const struct sys_system *system, const struct form_mechanical *mechanical,
+                      struct stratum *s, struct sga_error *err)
 {
     *part = (struct strata_case){ .own_rows = false };
     if (strcmp(s->kind, "parameter") != 0) {
         restricted(part, system, s);
+        if (mechanical)
+            own_copy(part);
         return true;
     }
     expr_id value = EXPR_UNDEF;
@@ -117,7 +166,7 @@ bool strata_case_make(struct strata_case *part, const struct sys_system *system,
     }
     s->parameter = strdup(system->store->symbol[system->parameter[k]].name);
     s->value = sga_buf_take(&text);
-    substitute(part, system, k, value);
+    substitute(part, system, mechanical, k, value);
     return true;
 }
 
@@ -127,4 +176,9 @@ void strata_case_clear(struct strata_case *part)
         sys_clear(&part->system);
     else
         free(part->system.restriction);
+    if (part->mechanical.mass) {
+        free(part->mechanical.mass);
+        free(part->mechanical.force);
+        free(part->mechanical.constraint);
+    }
 }

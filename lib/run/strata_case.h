@@ -8,6 +8,7 @@
 struct strata_case {
     struct sys_system system;
     bool own_rows;
+    struct form_mechanical mechanical;   /* of that form, with the parameter replaced too; mass NULL: nothing was */
 };
 
 /* Whether a motion can stay on it, and functions say where it is. */
@@ -15,8 +16,10 @@ bool strata_solvable(const struct stratum *s);
 
 /* The functions of s->where are added to the restriction; where s is a condition on
  * parameters, it is solved for one of them, which is substituted (noted in s). False:
- * UNDECIDED, where it could not be solved. */
-bool strata_case_make(struct strata_case *part, const struct sys_system *system, struct stratum *s, struct sga_error *err);
+ * UNDECIDED, where it could not be solved. mechanical: of that form, whose rows and variables
+ * will be changed; otherwise NULL. */
+bool strata_case_make(struct strata_case *part, const struct sys_system *system, const struct form_mechanical *mechanical,
+                      struct stratum *s, struct sga_error *err);
 void strata_case_clear(struct strata_case *part);
 
 /* Numerical rank of [A; d xi] at a point, for the first `rows` rows and c functions of the
@@ -29,6 +32,11 @@ struct strata_frame {
     struct job keep;
     struct strata_case part;
 };
+
+/* In the form mechanical, a stratum of positions and velocities keeps the reactions of the whole system, whose
+ * conditions on the fibre are taken from the set (source 3, remark 4): j, entered, gets its rows. True where there is
+ * nothing to do. False with err: no such conditions exist there. */
+bool strata_mechanical(struct job *j, struct sga_error *err);
 
 /* j becomes a fresh job for the stratum's system, with the same request otherwise: the store of
  * expressions grows under both. False: no system could be made, j is as it was. */

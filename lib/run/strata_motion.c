@@ -18,11 +18,14 @@ static bool motion_on(struct job *j, struct stratum *s, bool *there, struct sga_
     struct strata_frame f;
     if (!strata_enter(j, s, &f, err))
         return false;
-    j->near = f.keep.near;
+    if (f.keep.near) {
+        size_t size = (size_t)j->request.system.variables * sizeof *j->near;
+        j->near = memcpy(sga_malloc(size), f.keep.near, size);
+    }
     j->near_time = f.keep.near_time;
     j->request.want = (f.keep.request.want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF | REQUEST_CONSISTENT_INITIAL)) | REQUEST_CONSTRAINTS
                       | REQUEST_VECTOR_FIELD;
-    bool ok = answer_reduce(j) && answer_texts(j) && answer_witness(j) && answer_motion(j);
+    bool ok = strata_mechanical(j, err) && answer_reduce(j) && answer_texts(j) && answer_witness(j) && answer_motion(j);
     double moved = j->has_trajectory ? j->trajectory.moved : j->has_initial ? j->initial.moved : j->tradeoff ? j->tradeoff->moved : 1;
     *there = ok && moved <= ON_STRATUM;
     if (*there) {
@@ -35,7 +38,6 @@ static bool motion_on(struct job *j, struct stratum *s, bool *there, struct sga_
         j->has_trajectory = j->has_initial = false;
         j->tradeoff = NULL;
     }
-    j->near = NULL;          /* not its own */
     strata_leave(j, &f);
     return ok;
 }
@@ -49,9 +51,25 @@ static void say(struct sga_buf *out, const struct stratum *s, const char *why)
     sga_buf_printf(out, " = 0: %.160s", why);
 }
 
+/* The list of strata, where no text was wanted. */
+static void list_strata(struct job *j)
+{
+    unsigned want = j->request.want;
+    struct sga_error err = { 0 }, *keep = j->err;
+    j->err = &err;
+    j->request.want |= REQUEST_CONSTRAINTS;
+    if (answer_texts(j))
+        answer_strata(j);
+    j->request.want = want;
+    j->err = keep;
+}
+
 bool answer_motion_on_stratum(struct job *j)
 {
     struct sga_error first = *j->err;
+    bool own_texts = !j->has_texts;
+    if (own_texts)
+        list_strata(j);
     struct sga_buf said = { 0 };
     if (j->has_trajectory)
         traj_result_clear(&j->trajectory);
@@ -78,6 +96,10 @@ bool answer_motion_on_stratum(struct job *j)
         } else {
             say(&said, s, ok ? "the start lies elsewhere" : err.detail);
         }
+    }
+    if (own_texts && j->has_texts) {         /* nothing else is written of them */
+        expr_names_clear(&j->texts);
+        j->has_texts = false;
     }
     if (done) {
         *j->err = (struct sga_error){ 0 };

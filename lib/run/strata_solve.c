@@ -160,22 +160,26 @@ static void answer_stratum(struct job *j, struct stratum *sibling, struct stratu
 {
     const struct sga_solution *sol = &j->solution;
     struct sga_error first = { 0 };
-    bool ok = reduce(j, NULL, s->time);
+    bool ok = strata_mechanical(j, j->err) && reduce(j, NULL, s->time);
     if (!ok && no_point(j->err->code) && s->point) {
         int depth = j->depth;
         first = *j->err;
         struct sga_error *err = j->err;
+        struct mechanical_answer *mechanical = j->mechanical;
         *err = (struct sga_error){ 0 };
+        j->mechanical = NULL;
         answer_clear(j);
         *j = fresh(j, err);
         j->depth = depth;
+        j->mechanical = mechanical;
         double *near = sga_malloc((size_t)j->request.system.variables * sizeof *near);
         memcpy(near, s->point, (size_t)j->request.system.variables * sizeof *near);
         ok = reduce(j, near, s->time);
         if (!ok)
             *err = first;
     }
-    ok = ok && (sol->verdict == SGA_INCONSISTENT || pull_back_holds(j)) && answer_texts(j);
+    ok = ok && (sol->verdict == SGA_INCONSISTENT || pull_back_holds(j))
+         && (!j->mechanical || answer_mechanical_motion(j)) && answer_texts(j);
     if (ok && sol->verdict == SGA_INCONSISTENT && (sol->empty_restriction || s->off)) {
         s->state = sol->empty_restriction ? STRATUM_EMPTY : STRATUM_SKIPPED;
         sga_buf_puts(&s->note, sol->contradiction_why);
@@ -192,13 +196,38 @@ static void answer_stratum(struct job *j, struct stratum *sibling, struct stratu
     s->state = ok ? STRATUM_SOLVED : STRATUM_UNSOLVED;
 }
 
+bool strata_mechanical(struct job *j, struct sga_error *err)
+{
+    const struct sys_system *sys = &j->request.system;
+    struct expr_store *st = &j->request.store;
+    if (!j->request.has_mechanical)
+        return true;
+    unsigned char *multiplier = sga_calloc((size_t)st->symbols + 1, 1);
+    for (int k = 2 * j->request.mechanical.coordinates; k < sys->variables; k++)
+        multiplier[sys->variable[k].symbol] = 1;
+    bool of_multipliers = false;
+    struct expr_cone cone;
+    expr_cone_init(&cone);
+    expr_cone_of(st, &cone, sys->restriction, sys->restrictions);
+    for (int i = 0; i < cone.count; i++)
+        of_multipliers |= expr_op_of(st, cone.list[i]) == EXPR_SYM && multiplier[st->node[cone.list[i]].a];
+    expr_cone_clear(&cone);
+    free(multiplier);
+    if (of_multipliers)
+        return true;
+    j->err = err;
+    return answer_mechanical(j);
+}
+
 bool strata_enter(struct job *j, struct stratum *s, struct strata_frame *f, struct sga_error *err)
 {
-    if (!strata_case_make(&f->part, &j->request.system, s, err))
+    if (!strata_case_make(&f->part, &j->request.system, j->request.has_mechanical ? &j->request.mechanical : NULL, s, err))
         return false;
     f->keep = *j;
     *j = fresh(j, err);
     j->request.system = f->part.system;
+    if (f->part.mechanical.mass)
+        j->request.mechanical = f->part.mechanical;
     j->request.name = NULL;
     return true;
 }
@@ -206,6 +235,7 @@ bool strata_enter(struct job *j, struct stratum *s, struct strata_frame *f, stru
 void strata_leave(struct job *j, struct strata_frame *f)
 {
     answer_clear(j);
+    f->part.system = j->request.system;
     strata_case_clear(&f->part);
     struct expr_store store = j->request.store;      /* it grew */
     *j = f->keep;

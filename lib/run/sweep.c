@@ -50,7 +50,7 @@ static bool one(struct job *j, const struct sga_solution *s, struct traj_request
     r->exact_initial = exact_before ? exact : NULL;
     r->initial = initial;
     r->given = given;
-    bool found = traj_run(&j->request.system, s, r, &j->trajectory, &err), ok = sga_budget_ok(&j->budget, j->err);
+    bool found = answer_integrate(j, s, r, &j->trajectory, &err), ok = sga_budget_ok(&j->budget, j->err);
     if (found && t->conditions)
         j->trajectory.gauge = s->free_columns ? "conditions, then least norm" : "conditions";
     t->initial = m->initial;

@@ -32,18 +32,14 @@ static bool check_all(struct job *j)
     return true;
 }
 
-/* omega_L = sum dq^i ^ d(dL/dv^i) as a dense matrix; NULL where there is no Lagrangian. */
-static expr_id *lagrangian_form(struct job *j)
+enum { MOST_DENSE = 60 };
+
+/* omega_L = sum dq^i ^ d(dL/dv^i) as a dense matrix. */
+static void lagrangian_form(struct job *j, expr_id *T)
 {
-    enum { MOST = 60 };
     struct expr_store *st = &j->request.store;
     const struct sys_variable *x = j->request.system.variable;
     int n = j->request.system.variables, k = j->request.coordinates;
-    if (j->request.lagrangian == EXPR_UNDEF || n > MOST)
-        return NULL;
-    expr_id *T = sga_malloc((size_t)(n * n) * sizeof *T), zero = expr_int(st, 0);
-    for (int i = 0; i < n * n; i++)
-        T[i] = zero;
     for (int i = 0; i < k; i++) {
         expr_id momentum = expr_diff(st, j->request.lagrangian, x[k + i].symbol);
         for (int a = 0; a < 2 * k; a++) {
@@ -52,7 +48,60 @@ static expr_id *lagrangian_form(struct job *j)
             T[a * n + i] = expr_sub(st, T[a * n + i], d);
         }
     }
+}
+
+/* T = Omega^T of the form hamiltonian before it is pulled back. */
+static void hamiltonian_form(struct job *j, expr_id *T)
+{
+    struct expr_store *st = &j->request.store;
+    const struct form_hamiltonian *h = j->request.hamiltonian;
+    int n = j->request.system.variables;
+    for (int i = 0; i < n / 2 && !h->omega; i++) {
+        T[(i + n / 2) * n + i] = expr_int(st, 1);
+        T[i * n + i + n / 2] = expr_int(st, -1);
+    }
+    for (size_t k = 0; h->omega && k < h->omega->entries; k++) {
+        const struct form_entry *e = h->omega->entry + k;
+        T[e->col * n + e->row] = expr_add(st, T[e->col * n + e->row], e->value);
+    }
+}
+
+/* The 2-form where it is closed and not A itself; NULL: there is none, or n is too large. */
+static expr_id *two_form(struct job *j)
+{
+    int n = j->request.system.variables;
+    bool lagrangian = j->request.lagrangian != EXPR_UNDEF, closed = !j->two_form.checked || j->two_form.closed == 1;
+    if (n > MOST_DENSE || !(lagrangian || (j->primary.has && closed)))
+        return NULL;
+    expr_id *T = sga_malloc((size_t)(n * n) * sizeof *T), zero = expr_int(&j->request.store, 0);
+    for (int i = 0; i < n * n; i++)
+        T[i] = zero;
+    if (lagrangian)
+        lagrangian_form(j, T);
+    else
+        hamiltonian_form(j, T);
     return T;
+}
+
+static bool vanishes(void *ctx, expr_id e)
+{
+    return points_shadow_zero(ctx, e).truth == POINTS_ZERO;
+}
+
+/* Vectors tangent to Pf, which 2-forms are pulled back along; NULL without constraints. */
+static expr_id *tangent_vectors(struct job *j, int *count)
+{
+    struct expr_store *st = &j->request.store;
+    int n = j->request.system.variables, c = j->solution.constraints;
+    if (!c || n > MOST_DENSE || !j->shadow.reals)
+        return NULL;
+    struct form_zero zero = { vanishes, &j->shadow };
+    expr_id *jacobian = sga_malloc((size_t)(c * n) * sizeof *jacobian);
+    for (int i = 0; i < c * n; i++)
+        jacobian[i] = expr_diff(st, j->solution.constraint[i / n].expr, j->request.system.variable[i % n].symbol);
+    expr_id *vector = form_kernel(st, jacobian, c, n, &zero, count);
+    free(jacobian);
+    return vector;
 }
 
 bool answer_symmetries(struct job *j)
@@ -67,12 +116,15 @@ bool answer_symmetries(struct job *j)
                     .time = s->says_time ? s->time : j->solution.depends_on_time,
                     .function = s->function, .functions = s->functions },
     };
-    expr_id *form = lagrangian_form(j);
+    expr_id *form = two_form(j), *vector = NULL;
     request.form = form;
+    if (s->has_search && (form || request.tensor))
+        request.vector = vector = tangent_vectors(j, &request.vectors);
     j->symmetries.time = request.search.time;
     j->symmetries.work = sym_new(&j->request.system, &j->solution, &j->shadow, &j->budget, request.tensor);
     bool ok = check_all(j) && sym_find(j->symmetries.work, &request, &j->symmetries.found, j->err);
     free(form);
+    free(vector);
     if (ok && !expr_store_ok(&j->request.store)) {
         *j->err = j->request.store.error;
         ok = false;

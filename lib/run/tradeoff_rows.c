@@ -50,7 +50,7 @@ bool tradeoff_solve(struct tradeoff_run *u, const struct tradeoff_row *row, bool
     request.atol = row->atol;
     request.single = single;
     request.budget = &budget;
-    return traj_run(u->system, u->solution, &request, r, err);
+    return answer_integrate(u->j, u->solution, &request, r, err);
 }
 
 void tradeoff_keep(const struct traj_result *r, struct tradeoff_values *v)

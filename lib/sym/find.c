@@ -41,7 +41,7 @@ bool sym_find(struct sym_work *w, const struct sym_request *request, struct sym_
     bool ok = true;
     if (request->has_search && w->sol->field && w->shadow->reals) {
         ok = sym_search_fields(w, &request->search, out, err) && sym_search_integrals(w, &request->search, out, err)
-             && sym_commutators(w, out, err) && ((out->closed != SYM_TRUE && !request->form) || sym_noether(w, request->form, out, err));
+             && sym_commutators(w, out, err) && ((out->closed != SYM_TRUE && !request->form) || sym_noether(w, request, out, err));
     } else if (request->has_search) {
         out->of_fields.why_not = out->of_integrals.why_not = "there is no point of the final set to work at";
     }

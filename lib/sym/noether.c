@@ -1,5 +1,6 @@
 /* Noether's theorem on a closed 2-form T: first integrals F and symmetries D with dF = i_D T
- * on Pf, among the combinations of what was found. */
+ * on Pf, among the combinations of what was found that do not move time. Where the equations were pulled back
+ * to a submanifold, dF = i_D T is asked along the vectors tangent to it only. */
 #include <stdlib.h>
 
 #include "derive.h"
@@ -9,17 +10,17 @@
 enum { MOST_VARIABLES = 60 };
 
 /* Unknowns: factors of the integrals, then of the fields. Equations: the components of
- * sum c_l dF_l - sum d_k i_{D_k} T. */
+ * sum c_l dF_l - sum d_k i_{D_k} T along each vector, and the time component sum d_k theta_k. */
 struct potential {
-    int n, cols;
-    expr_id *node;             /* n x cols */
+    int rows, cols;
+    expr_id *node;             /* rows x cols */
     mp_limb_t *v;
 };
 
 static void rows(void *ctx, struct num_modp *m, struct sym_spaces *s)
 {
     struct potential *p = ctx;
-    for (int j = 0; j < p->n; j++) {
+    for (int j = 0; j < p->rows; j++) {
         for (int k = 0; k < p->cols; k++)
             p->v[k] = num_modp_value(m, p->node[j * p->cols + k]);
         sym_space_insert(&s->equation, p->v);
@@ -48,7 +49,7 @@ static bool confirmed(struct sym_work *w, const struct potential *p, const fmpq 
     bool some = false;
     for (int l = 0; l < integrals; l++)
         some |= !fmpq_is_zero(c + l);
-    for (int j = 0; j < p->n && some; j++)
+    for (int j = 0; j < p->rows && some; j++)
         some = sym_zero(w, sym_combination(w, c, p->node + j * p->cols, p->cols, 1)) == SYM_TRUE;
     return some;
 }
@@ -73,25 +74,44 @@ static expr_id *all_fields(const struct sym_work *w, const struct sym_result *ou
     return field;
 }
 
-bool sym_noether(struct sym_work *w, const expr_id *form, struct sym_result *out, struct sga_error *err)
+/* v(F), or T(D, v) with the other sign, along the vector i (of which the j-th component is 1 and the others 0 where
+ * there are none). */
+static expr_id along(struct sym_work *w, const struct sym_request *q, int i, expr_id F, const expr_id *D)
 {
-    struct potential p = { .n = w->n, .cols = out->integrals + out->fields };
+    expr_id sum = expr_int(w->st, 0);
+    for (int j = 0; j < w->n; j++) {
+        expr_id v = q->vector ? q->vector[(size_t)i * (size_t)w->n + (size_t)j] : expr_int(w->st, i == j);
+        if (expr_is_zero(w->st, v))
+            continue;
+        expr_id part = D ? expr_neg(w->st, contraction(w, q->form, D, j)) : expr_diff(w->st, F, w->variable[j]);
+        sum = expr_add(w->st, sum, expr_mul(w->st, v, part));
+    }
+    return sum;
+}
+
+static void prepare(struct sym_work *w, const struct sym_request *q, const struct sym_result *out, struct potential *p)
+{
+    p->node = sga_malloc((size_t)(p->rows * p->cols) * sizeof *p->node);
+    p->v = sga_malloc((size_t)p->cols * sizeof *p->v);
+    for (int i = 0; i < p->rows; i++) {
+        bool time = i + 1 == p->rows;
+        expr_id *row = p->node + (size_t)i * (size_t)p->cols;
+        for (int l = 0; l < out->integrals; l++)
+            row[l] = time ? expr_int(w->st, 0) : along(w, q, i, out->integral[l], NULL);
+        for (int k = 0; k < out->fields; k++)
+            row[out->integrals + k] = time ? out->field[k].component[w->n] : along(w, q, i, EXPR_UNDEF, out->field[k].component);
+    }
+}
+
+bool sym_noether(struct sym_work *w, const struct sym_request *request, struct sym_result *out, struct sga_error *err)
+{
+    struct potential p = { .rows = (request->vector ? request->vectors : w->n) + 1, .cols = out->integrals + out->fields };
     struct sym_evidence evidence = { 0 };
     struct sym_solutions found;
     if (w->n > MOST_VARIABLES || !out->integrals || !out->fields)
         return true;
-    for (int k = 0; k < out->fields; k++)
-        if (!expr_is_zero(w->st, out->field[k].component[w->n]))
-            return true;       /* time moves: T alone does not tell */
-    p.node = sga_malloc((size_t)(p.n * p.cols) * sizeof *p.node);
-    p.v = sga_malloc((size_t)p.cols * sizeof *p.v);
-    for (int j = 0; j < p.n; j++) {
-        for (int l = 0; l < out->integrals; l++)
-            p.node[j * p.cols + l] = expr_diff(w->st, out->integral[l], w->variable[j]);
-        for (int k = 0; k < out->fields; k++)
-            p.node[j * p.cols + out->integrals + k] = expr_neg(w->st, contraction(w, form, out->field[k].component, j));
-    }
-    struct sym_problem problem = { .cols = p.cols, .node = p.node, .nodes = p.n * p.cols, .rows = rows, .ctx = &p };
+    prepare(w, request, out, &p);
+    struct sym_problem problem = { .cols = p.cols, .node = p.node, .nodes = p.rows * p.cols, .rows = rows, .ctx = &p };
     bool ok = expr_store_ok(w->st) && sym_solve(w, &problem, &found, &evidence, err);
     if (ok) {
         expr_id *field = all_fields(w, out);

@@ -104,7 +104,7 @@ void sym_solutions_clear(struct sym_solutions *s);
 bool sym_search_fields(struct sym_work *w, const struct sym_search *s, struct sym_result *out, struct sga_error *err);
 bool sym_search_integrals(struct sym_work *w, const struct sym_search *s, struct sym_result *out, struct sga_error *err);
 bool sym_commutators(struct sym_work *w, struct sym_result *out, struct sga_error *err);
-bool sym_noether(struct sym_work *w, const expr_id *form, struct sym_result *out, struct sga_error *err);
+bool sym_noether(struct sym_work *w, const struct sym_request *request, struct sym_result *out, struct sga_error *err);
 /* Sum of q[k] f[k * stride]. */
 expr_id sym_combination(struct sym_work *w, const fmpq *q, const expr_id *f, int count, int stride);
 

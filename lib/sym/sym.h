@@ -73,6 +73,7 @@ struct sym_request {
     bool has_search;
     struct sym_search search;
     const expr_id *form;       /* n x n: the closed 2-form for Noether's theorem; NULL: A, where it is one */
+    const expr_id *vector; int vectors; /* by vectors, n each: those that it is pulled back along; NULL: all */
 };
 
 struct sym_result {

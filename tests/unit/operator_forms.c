@@ -171,12 +171,17 @@ static struct found analyse(const struct op_system *s, bool jacobson)
         r.nu0 = nu0;
         r.index = x.degree + 1;
         CHECK(r.index == (1 - nu0 > 0 ? 1 - nu0 : 0));
+        if (jacobson) {
+            REQUIRE(op_jacobson_form(&f, s, &full, &x, &limits, &err));
+            CHECK(f.rank == r.rank && ore_order(&f.e) == r.n);
+            op_jacobson_clear(&f);
+        }
         op_laurent_clear(&g);
         op_state_clear(&x);
         op_popov_clear(&full);
     }
-    if (jacobson) {
-        bool ok = op_jacobson_form(&f, s, &limits, &err);
+    if (jacobson) {                           /* the way of any rank */
+        bool ok = op_jacobson_form(&f, s, NULL, NULL, &limits, &err);
         if (!ok)
             printf("%s\n", err.detail);
         REQUIRE(ok);
