@@ -96,12 +96,14 @@ $(B)/sga: $(CLIENT_OBJ) $(B)/libsga.a
 # Unit tests: tests/unit/FOLDER_what.c is linked with its folder's floors only.
 UNIT_SRC := $(if $(FLOOR),$(wildcard tests/unit/$(FLOOR)_*.c),$(wildcard tests/unit/*.c))
 UNIT_BIN := $(UNIT_SRC:tests/unit/%.c=$(B)/unit/%)
+# FLOOR_memory.c stands between the code and malloc, to let allocations fail.
+FAILING := -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc
 floor_of = $(firstword $(subst _, ,$(notdir $(1))))
 floor_obj = $(foreach d,$(1) $(DEPS_$(1)),$(patsubst %.c,$(B)/%.o,$(wildcard lib/$(d)/*.c)))
 define unit_rules
 $(B)/unit/$(notdir $(basename $(1))): $(1) $(call floor_obj,$(call floor_of,$(1)))
 	@mkdir -p $$(@D)
-	$(Q)$(CC) $(ALL_CFLAGS) -iquote tests/unit $(foreach d,$(call floor_of,$(1)) $(DEPS_$(call floor_of,$(1))),-iquote lib/$(d)) -o $$@ $(1) $(call floor_obj,$(call floor_of,$(1))) $(LIBS)
+	$(Q)$(CC) $(ALL_CFLAGS) -iquote tests/unit $(foreach d,$(call floor_of,$(1)) $(DEPS_$(call floor_of,$(1))),-iquote lib/$(d)) -o $$@ $(1) $(call floor_obj,$(call floor_of,$(1))) $(LIBS) $(if $(findstring _memory,$(1)),$(FAILING))
 endef
 $(foreach u,$(wildcard tests/unit/*.c),$(eval $(call unit_rules,$(u))))
 unit: $(UNIT_BIN)

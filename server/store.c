@@ -16,10 +16,10 @@ static void bind_text(sqlite3_stmt *s, int at, const char *text)
         sqlite3_bind_null(s, at);
 }
 
-static void bind_sum(sqlite3_stmt *s, int at, struct slice text)
+static void bind_sum(sqlite3_stmt *s, int at, const char *id, struct slice text)
 {
     unsigned char sum[DIGEST_BYTES];
-    digest(sum, text.at, text.len);
+    digest_kept(sum, id, text.at, text.len);
     sqlite3_bind_blob(s, at, sum, sizeof sum, SQLITE_TRANSIENT);
 }
 
@@ -47,7 +47,7 @@ static bool apply(struct store *st, const struct store_op *op)
         sqlite3_bind_int(s, 2, r->status);
         sqlite3_bind_int64(s, 3, r->created);
         sqlite3_bind_blob64(s, 4, op->text.at, op->text.len, SQLITE_STATIC);
-        bind_sum(s, 5, op->text);
+        bind_sum(s, 5, r->id, op->text);
         return step(s);
     case OP_STARTED:
         s = st->started;
@@ -88,7 +88,7 @@ static bool put_results(struct store *st, const struct store_op *ops)
         bind_text(st->put, 1, op->row.id);
         sqlite3_bind_int64(st->put, 2, op->row.finished);
         sqlite3_bind_blob64(st->put, 3, op->text.at, op->text.len, SQLITE_STATIC);
-        bind_sum(st->put, 4, op->text);
+        bind_sum(st->put, 4, op->row.id, op->text);
         ok = step(st->put);
     }
     if (ok && exec(st->cache, "COMMIT"))

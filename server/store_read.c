@@ -98,14 +98,12 @@ bool store_read_row(sqlite3_stmt *s, struct job_row *row)
     return !error || (row->error = strdup(error));
 }
 
-/* Is the text what was written? Rows of older programs say nothing. */
-static bool genuine(sqlite3_stmt *s)
+/* Is the text what was written under this id? */
+static bool genuine(sqlite3_stmt *s, const char *id)
 {
     unsigned char sum[DIGEST_BYTES];
     const void *kept = sqlite3_column_blob(s, 1), *text = sqlite3_column_blob(s, 0);
-    if (sqlite3_column_type(s, 1) == SQLITE_NULL)
-        return true;
-    digest(sum, text ? text : "", (size_t)sqlite3_column_bytes(s, 0));
+    digest_kept(sum, id, text ? text : "", (size_t)sqlite3_column_bytes(s, 0));
     return kept && sqlite3_column_bytes(s, 1) == sizeof sum && memcmp(kept, sum, sizeof sum) == 0;
 }
 
@@ -133,6 +131,11 @@ enum store_answer store_job(struct store *st, const char *id, struct job_row *ro
     sqlite3_bind_text(r->job, 1, id, -1, SQLITE_STATIC);
     int rc = sqlite3_step(r->job);
     bool taken = rc == SQLITE_ROW && store_read_row(r->job, row);
+    if (taken && strcmp(row->id, id) != 0) {      /* an index that is damaged */
+        free(row->error);
+        row->error = NULL;
+        taken = false;
+    }
     sqlite3_reset(r->job);
     give_back(st, r);
     return answer(rc, taken);
@@ -143,7 +146,7 @@ static enum store_answer blob(sqlite3_stmt *s, const char *id, char **text, size
 {
     sqlite3_bind_text(s, 1, id, -1, SQLITE_STATIC);
     *rc = sqlite3_step(s);
-    if (*rc == SQLITE_ROW && !genuine(s))
+    if (*rc == SQLITE_ROW && !genuine(s, id))
         *rc = SQLITE_MISMATCH;
     bool taken = *rc == SQLITE_ROW && copy_blob(s, text, length);
     sqlite3_reset(s);

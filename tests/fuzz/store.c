@@ -133,7 +133,7 @@ static void check_text(int k, bool result)
     if (a == STORE_FOUND) {
         size_t should = result ? m->result : m->length;
         char *right = text_of(result ? m->result_fill : m->fill, should);
-        FUZZ_REQUIRE(m->there && length == should && memcmp(text, right, should) == 0, "job %d: another %s", k, result ? "result" : "request");
+        FUZZ_REQUIRE(m->there && length == should && memcmp(text, right, should) == 0, "job %d: another %s of %zu bytes, not %zu, %.30s, not %.30s", k, result ? "result" : "request", length, should, text, right);
         free(right);
         free(text);
     } else if (result ? cached && trusted : trusted) {
