@@ -1,4 +1,6 @@
-/* GET and DELETE of jobs, and their list. */
+/* GET and DELETE of jobs, and their list. A job belongs to the token that submitted it first:
+ * that one, and those with the scope admin, may cancel it and find it in the list. Who knows its
+ * id knows the request (the id is a digest of it), and may read the job. */
 #include "budget.h"
 #include "lookup.h"
 #include "reply.h"
@@ -93,12 +95,6 @@ enum MHD_Result handle_delete(struct exchange *e)
     return cancelled(e);
 }
 
-struct query {
-    long limit;
-    int64_t before;
-    unsigned statuses;
-};
-
 static bool number(const char *text, int64_t low, int64_t high, int64_t *out)
 {
     char *end;
@@ -122,18 +118,19 @@ static bool read_statuses(const char *text, unsigned *out)
     return *out != 0;
 }
 
-static bool read_query(struct exchange *e, struct query *q, struct sga_error *err)
+static bool read_query(struct exchange *e, struct store_query *q, struct sga_error *err)
 {
     const char *limit = exchange_query(e, "limit"), *cursor = exchange_query(e, "cursor"), *status = exchange_query(e, "status");
     int64_t n = PAGE;
-    *q = (struct query){ .statuses = (1u << JOB_STATUSES) - 1 };
+    *q = (struct store_query){ .statuses = (1u << JOB_STATUSES) - 1 };
     if (limit && !number(limit, 1, PAGE_MAX, &n))
         return sga_fail(err, SGA_E_BAD_REQUEST, "limit must be a whole number from 1 to %d.", PAGE_MAX);
     if (cursor && !number(cursor, 1, INT64_MAX, &q->before))
         return sga_fail(err, SGA_E_BAD_REQUEST, "cursor must be the `next` of an earlier page.");
     if (status && !read_statuses(status, &q->statuses))
         return sga_fail(err, SGA_E_BAD_REQUEST, "status must be one or more of queued, running, done, failed, cancelled, separated by commas.");
-    q->limit = (long)n;
+    q->limit = (int)n;
+    q->owner = e->scopes & SCOPE_ADMIN ? NULL : e->account->name;
     return true;
 }
 
@@ -151,7 +148,7 @@ static void write_item(struct exchange *e, struct sga_json *w, const struct job_
     job_unref(live);
 }
 
-static enum MHD_Result write_page(struct exchange *e, const struct store_page *page, const struct query *q)
+static enum MHD_Result write_page(struct exchange *e, const struct store_page *page, const struct store_query *q)
 {
     struct sga_buf b = { 0 };
     struct sga_json w;
@@ -168,7 +165,7 @@ static enum MHD_Result write_page(struct exchange *e, const struct store_page *p
         snprintf(cursor, sizeof cursor, "%" PRId64, page->row[page->rows - 1].seq);
         sga_json_string(&w, cursor);
         const char *status = exchange_query(e, "status");
-        reply_header(e, "Link", "</v1/jobs?limit=%ld&cursor=%s%s%s>; rel=\"next\"", q->limit, cursor,
+        reply_header(e, "Link", "</v1/jobs?limit=%d&cursor=%s%s%s>; rel=\"next\"", q->limit, cursor,
                      status ? "&status=" : "", status ? status : "");
     } else {
         sga_json_null(&w);
@@ -181,7 +178,7 @@ static enum MHD_Result write_page(struct exchange *e, const struct store_page *p
 /* The list is read from the store; what was told to clients before is on disk first. */
 enum MHD_Result handle_list(struct exchange *e)
 {
-    struct query q;
+    struct store_query q;
     struct store_page page;
     struct sga_error err = { 0 };
     if (!read_query(e, &q, &err))
@@ -192,7 +189,7 @@ enum MHD_Result handle_list(struct exchange *e)
         if (exchange_wait(e, WAIT_STORED, sga_now() + STORE_SECONDS))
             return MHD_YES;
     }
-    if (store_list(e->service->store, q.before, q.statuses, (int)q.limit, &page) != STORE_FOUND)
+    if (store_list(e->service->store, &q, &page) != STORE_FOUND)
         return reply_error(e, SGA_E_STORE, "The jobs cannot be read from the store.");
     enum MHD_Result rc = write_page(e, &page, &q);
     store_page_free(&page);

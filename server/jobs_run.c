@@ -193,7 +193,7 @@ enum cancel jobs_cancel(struct jobs *js, const char *id, const struct account *b
     struct job *job = *jobs_place(js, id);
     if (!job) {
         outcome = CANCEL_UNKNOWN;
-    } else if (by && job->account != by) {
+    } else if (by && strcmp(job->row.owner, by->name) != 0) {
         outcome = CANCEL_NOT_YOURS;
     } else {
         job_ref(job);

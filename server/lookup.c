@@ -31,11 +31,17 @@ static enum lookup from_store(struct service *sv, const char *id, struct finishe
     return outcome;
 }
 
-/* A job that is done and whose result was dropped or damaged: its request is run again. */
+/* A job that is done and whose result was dropped or damaged: its request is run again, on the
+ * account of who asks. It stays its owner's. */
 static enum lookup revive(struct service *sv, struct account *account, const char *id, struct job **job, struct finished **finished)
 {
     struct submission s = { .id = id, .account = account, .request_id = "", .traceparent = "" };
     enum lookup outcome = LOOKUP_GONE;
+    struct job_row row = { .error = NULL };
+    if (store_job(sv->store, id, &row) != STORE_FOUND)
+        return LOOKUP_BROKEN;
+    free(row.error);
+    s.owner = row.owner;
     if (store_request(sv->store, id, &s.request, &s.length) != STORE_FOUND)
         return LOOKUP_BROKEN;
     switch (jobs_submit(sv->jobs, &s)) {

@@ -6,6 +6,7 @@
 #include "budget.h"
 #include "lookup.h"
 #include "reply.h"
+#include "room.h"
 #include "routes.h"
 #include "run.h"
 
@@ -115,6 +116,10 @@ static enum MHD_Result post(struct exchange *e, long seconds)
     struct finished *f = recent_by_body(sv->recent, sum);
     if (f)
         return hit(e, f, METRIC_CACHE_MEMORY);
+    if (!room_for_reading(e->length)) {
+        reply_header(e, "Retry-After", "%d", FULL_SECONDS);
+        return reply_error(e, SGA_E_BUSY, "There is not enough memory to read a request at this moment. Try again soon.");
+    }
     exchange_prefer(e, seconds);
     struct sga_buf canonical = { 0 };
     struct sga_error err = { 0 };

@@ -16,7 +16,7 @@
 enum { SCHEMA_VERSION = 3, PATH_SIZE = 4096 };
 
 /* sum is the digest of the id and the request or result: SQLite does not notice a changed byte
- * inside a text. No row is without, as a changed byte can also make a column NULL.
+ * inside a text. No row is without, as a changed byte can also make a column NULL. owner: the name of the token that submitted the job.
  * make[V] leads from version V (0: an empty file) to the present one; NULL: the file is dropped. */
 static const struct { const char *name, *synchronous, *make[SCHEMA_VERSION]; } files[] = {
     [FILE_QUEUE] = { "queue.db", "PRAGMA synchronous=FULL", {
@@ -28,10 +28,11 @@ static const struct { const char *name, *synchronous, *make[SCHEMA_VERSION]; } f
         " created INTEGER NOT NULL, started INTEGER NOT NULL, finished INTEGER NOT NULL,"
         " request BLOB NOT NULL,"
         " error TEXT,"
-        " sum BLOB);"
+        " sum BLOB,"
+        " owner TEXT NOT NULL DEFAULT '');"
         "CREATE INDEX jobs_by_status ON jobs(status, seq);",
-        "ALTER TABLE jobs ADD COLUMN sum BLOB;UPDATE jobs SET sum=kept(id, request);",
-        "UPDATE jobs SET sum=kept(id, request);" } },
+        "ALTER TABLE jobs ADD COLUMN sum BLOB;ALTER TABLE jobs ADD COLUMN owner TEXT NOT NULL DEFAULT '';UPDATE jobs SET sum=kept(id, request);",
+        "ALTER TABLE jobs ADD COLUMN owner TEXT NOT NULL DEFAULT '';UPDATE jobs SET sum=kept(id, request);" } },
     [FILE_CACHE] = { "cache.db", "PRAGMA synchronous=NORMAL", {
         "CREATE TABLE results(id TEXT PRIMARY KEY, made INTEGER NOT NULL, result BLOB NOT NULL, sum BLOB NOT NULL);" } },
 };

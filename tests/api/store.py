@@ -152,6 +152,7 @@ def older(build, c):
                 with sqlite3.connect(path(d, name)) as db:
                     if name == "queue.db":
                         db.execute(change)
+                        db.execute("ALTER TABLE jobs DROP COLUMN owner")
                     db.execute(f"PRAGMA user_version={version}")
                 db.close()
             d.start()

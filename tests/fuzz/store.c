@@ -164,7 +164,7 @@ static void check_list(unsigned statuses, int limit)
 {
     struct store_page page;
     int there = 0;
-    if (store_list(store, 0, statuses, limit, &page) != STORE_FOUND) {
+    if (store_list(store, &(struct store_query){ .statuses = statuses, .limit = limit }, &page) != STORE_FOUND) {
         FUZZ_REQUIRE(!trusted, "no list");
         return;
     }
