@@ -3,6 +3,8 @@
 #   make run      install what is missing, build, start a daemon, solve the arm, show it
 #   make test     install what is missing, build, run every test; ends with N passed, N failed
 #   make kill-test [ROUNDS=100]    kill -9 at random moments, nothing accepted is lost
+#   make many-test [REQUESTS=100000]   no loss, duplicate or mix-up
+#   make soak-test [SECONDS=600]       memory does not grow
 #   make fuzz [SECONDS=600]        mutated inputs, so long for each target
 #   make bench    ratios against peers in the same run (needs python3-sympy)
 #   make SAN=address,undefined test      the same with sanitizers, in a build folder of its own
@@ -60,7 +62,7 @@ SERVER_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard server/*.c)) $(B)/server/embedd
 # daemon does; it needs no JSON library. A tradeoff is shown by the same code too.
 CLIENT_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard clients/*.c)) $(addprefix $(B)/server/,scan.o problem.o tradeoff_view.o view.o)
 
-.PHONY: all lib run test unit bench kill-test fuzz fuzz-build clean deps check-deps
+.PHONY: all lib run test unit bench kill-test many-test soak-test fuzz fuzz-build clean deps check-deps
 all: $(B)/sgad $(B)/sga $(B)/libsga.a
 lib: $(B)/libsga.a
 
@@ -149,6 +151,14 @@ bench: deps
 kill-test: deps
 	@$(MAKE) --no-print-directory all
 	@PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 tests/api/kill.py $(B) $(or $(ROUNDS),100)
+# A hundred thousand requests with no loss, duplicate or mix-up; a long time in which memory
+# does not grow.
+many-test: deps
+	@$(MAKE) --no-print-directory all
+	@PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 tests/api/load.py $(B) many $(or $(REQUESTS),100000)
+soak-test: deps
+	@$(MAKE) --no-print-directory all
+	@PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 tests/api/load.py $(B) soak $(or $(SECONDS),600)
 # Mutated inputs for so many seconds each, under the address and undefined-behaviour sanitizers.
 fuzz: deps
 	@$(MAKE) --no-print-directory SAN=address,undefined fuzz-build
