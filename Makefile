@@ -53,7 +53,7 @@ CLIENT_DEPS := run plot base
 
 LIBS := -lcalcium -lflint-arb -lflint -lmpfr -lgmp -lklu -lamd -lcolamd -lbtf -lsuitesparseconfig -lgsl -lgslcblas -ljansson -lm
 SERVER_LIBS := -lmicrohttpd -lsqlite3 -lgnutls -lseccomp -lpthread
-CLIENT_LIBS :=
+CLIENT_LIBS := -lgnutls
 
 LIB_SRC := $(foreach f,$(FLOORS),$(wildcard lib/$(f)/*.c))
 LIB_OBJ := $(LIB_SRC:%.c=$(B)/%.o)

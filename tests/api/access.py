@@ -220,6 +220,25 @@ def tls(build, c):
                 except OSError:
                     pass
                 c(b"200" not in out, "TLS: plain text is not answered", out)
+            path = folder + "/request.json"
+            with open(path, "w", encoding="utf-8") as f:
+                json.dump(moving(), f)
+
+            def sga(host, *more, **env):
+                return subprocess.run([os.path.join(build, "sga"), "solve", path, "--json", "--server", f"https://{host}:{port}", *more],
+                                      capture_output=True, timeout=60, check=False, text=True, env={**os.environ, **env})
+            for run in (sga("localhost", "--ca", cert), sga("127.0.0.1", SGA_CA=cert)):
+                c(run.returncode == 0 and json.loads(run.stdout)["verdict"] == "unique", "TLS: the client", run.stderr)
+            stranger, _ = certificate(folder, "stranger")
+            for label, run in (("not trusted", sga("localhost")), ("trusting another", sga("localhost", "--ca", stranger)),
+                               ("another name", sga("127.1", "--ca", cert)), ("no file", sga("localhost", "--ca", folder + "/none"))):
+                c(run.returncode == 1 and not run.stdout and ("certificate" in run.stderr.lower()), f"TLS: the client, {label}: refused", run)
+            run = subprocess.run([os.path.join(build, "sga"), "top", "--once", "--ca", cert, "--server", f"https://localhost:{port}"],
+                                 capture_output=True, timeout=60, check=False, text=True)
+            c(run.returncode == 0 and "store healthy" in run.stdout, "TLS: sga top", run)
+            run = subprocess.run([os.path.join(build, "sga"), "solve", path, "--server", "http://host.invalid"], capture_output=True, timeout=60,
+                                 check=False, text=True, env={**os.environ, "SGA_TOKEN": "secret"})
+            c(run.returncode == 1 and "token is not sent" in run.stderr, "a token is not sent in the clear", run.stderr)
             old = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
             old.check_hostname, old.verify_mode = False, ssl.CERT_NONE
             old.set_ciphers("ALL:@SECLEVEL=0")
