@@ -19,6 +19,16 @@ static enum MHD_Result not_found(struct exchange *e, enum lookup outcome)
     return reply_problem(e, &err);
 }
 
+/* Takes over the reference. */
+static enum MHD_Result ended(struct exchange *e, struct finished *f)
+{
+    reply_header(e, "ETag", "%s", f->etag);
+    if (!reply_matches(e, f->etag))
+        return reply_finished(e, 200, f, false);
+    finished_unref(f);
+    return reply_empty(e, 304);
+}
+
 /* A job that had not ended when it was found. */
 static enum MHD_Result living(struct exchange *e)
 {
@@ -28,10 +38,8 @@ static enum MHD_Result living(struct exchange *e)
     jobs_look(e->service->jobs, e->job, &look);
     if (e->wait_seconds > 0)
         reply_header(e, "Preference-Applied", "wait=%ld", e->wait_seconds);
-    if (look.finished) {
-        reply_header(e, "ETag", "%s", look.finished->etag);
-        return reply_finished(e, 200, look.finished, false);
-    }
+    if (look.finished)
+        return ended(e, look.finished);
     reply_header(e, "Retry-After", "1");
     return reply_job(e, 200, &look);
 }
@@ -42,13 +50,8 @@ enum MHD_Result handle_get_job(struct exchange *e)
     if (e->job)
         return living(e);             /* resumed */
     enum lookup found = lookup_or_run(e->service, e->account, e->segment, &e->job, &f);
-    if (f) {
-        reply_header(e, "ETag", "%s", f->etag);
-        if (!reply_matches(e, f->etag))
-            return reply_finished(e, 200, f, false);
-        finished_unref(f);
-        return reply_empty(e, 304);
-    }
+    if (f)
+        return ended(e, f);
     if (found != LOOKUP_LIVE)
         return not_found(e, found);
     exchange_prefer(e, 0);
