@@ -13,12 +13,6 @@
 
 enum { PAGE = 50, PAGE_MAX = 500, CANCEL_SECONDS = 3, STORE_SECONDS = 30 };
 
-static enum MHD_Result not_found(struct exchange *e, enum lookup outcome)
-{
-    struct sga_error err = lookup_error(outcome);
-    return reply_problem(e, &err);
-}
-
 /* Takes over the reference. */
 static enum MHD_Result ended(struct exchange *e, struct finished *f)
 {
@@ -53,7 +47,7 @@ enum MHD_Result handle_get_job(struct exchange *e)
     if (f)
         return ended(e, f);
     if (found != LOOKUP_LIVE)
-        return not_found(e, found);
+        return reply_lookup(e, found);
     exchange_prefer(e, 0);
     return living(e);
 }
@@ -88,7 +82,7 @@ enum MHD_Result handle_delete(struct exchange *e)
         return reply_error(e, SGA_E_JOB_ENDED, "The job has ended already; its status is %s.", job_status_text(status));
     }
     if (found != LOOKUP_LIVE)
-        return not_found(e, found);
+        return reply_lookup(e, found);
     enum cancel outcome = jobs_cancel(e->service->jobs, e->segment, e->scopes & SCOPE_ADMIN ? NULL : e->account, &e->job);
     if (outcome == CANCEL_NOT_YOURS)
         return reply_error(e, SGA_E_SCOPE, "Another token submitted this job; to cancel it takes the scope admin.");

@@ -91,6 +91,8 @@ static enum MHD_Result submit(struct exchange *e, const unsigned char *sum, stru
     finished_unref(f);
     if (found == LOOKUP_BROKEN && !store_healthy(sv->store))
         return reply_error(e, SGA_E_STORE, "The store cannot be read.");
+    if (found == LOOKUP_BUSY)
+        return reply_lookup(e, found);
     job_unref(e->job);
     e->job = NULL;
     struct submission s = { .id = id, .request = sga_buf_take(canonical), .length = length, .account = e->account,

@@ -77,6 +77,14 @@ enum MHD_Result reply_error(struct exchange *e, enum sga_code code, const char *
     return reply_problem(e, &err);
 }
 
+enum MHD_Result reply_lookup(struct exchange *e, enum lookup outcome)
+{
+    struct sga_error err = lookup_error(outcome);
+    if (outcome == LOOKUP_BUSY)
+        reply_header(e, "Retry-After", "2");
+    return reply_problem(e, &err);
+}
+
 static void release(void *cls)
 {
     finished_unref(cls);
