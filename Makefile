@@ -3,6 +3,9 @@
 #   make run      install what is missing, build, start a daemon, solve the arm, show it
 #   make test     install what is missing, build, run every test; ends with N passed, N failed
 #   make kill-test [ROUNDS=100]    kill -9 at random moments, nothing accepted is lost
+#   make many-test [REQUESTS=100000]   no loss, duplicate or mix-up
+#   make soak-test [SECONDS=600]       memory does not grow
+#   make fuzz [SECONDS=600]        mutated inputs, so long for each target
 #   make bench    ratios against peers in the same run (needs python3-sympy)
 #   make SAN=address,undefined test      the same with sanitizers, in a build folder of its own
 #   make FLOOR=ode unit                  only the unit tests of one folder of lib/
@@ -15,7 +18,8 @@ Q := $(if $(V),,@)
 comma := ,
 B := build$(if $(SAN),-$(subst $(comma),-,$(SAN)))
 OPT ?= -O2 -g
-WARN := -Wall -Wextra -Wshadow -Wstrict-prototypes -Wmissing-prototypes -Wpointer-arith -Wvla $(if $(filter 1,$(WERROR)),-Werror)
+# gcc takes lengths of FLINT's contexts for too short where the thread sanitizer is on.
+WARN := $(if $(filter thread,$(SAN)),-Wno-stringop-overread) -Wall -Wextra -Wshadow -Wstrict-prototypes -Wmissing-prototypes -Wpointer-arith -Wvla $(if $(filter 1,$(WERROR)),-Werror)
 CFLAGS ?= $(OPT)
 ALL_CFLAGS := -std=gnu11 $(CFLAGS) $(WARN) $(if $(SAN),-fsanitize=$(SAN) -fno-omit-frame-pointer -fno-sanitize-recover=all) -ffp-contract=off -MMD -MP
 
@@ -49,7 +53,7 @@ CLIENT_DEPS := run plot base
 
 LIBS := -lcalcium -lflint-arb -lflint -lmpfr -lgmp -lklu -lamd -lcolamd -lbtf -lsuitesparseconfig -lgsl -lgslcblas -ljansson -lm
 SERVER_LIBS := -lmicrohttpd -lsqlite3 -lgnutls -lseccomp -lpthread
-CLIENT_LIBS :=
+CLIENT_LIBS := -lgnutls
 
 LIB_SRC := $(foreach f,$(FLOORS),$(wildcard lib/$(f)/*.c))
 LIB_OBJ := $(LIB_SRC:%.c=$(B)/%.o)
@@ -58,7 +62,7 @@ SERVER_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard server/*.c)) $(B)/server/embedd
 # daemon does; it needs no JSON library. A tradeoff is shown by the same code too.
 CLIENT_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard clients/*.c)) $(addprefix $(B)/server/,scan.o problem.o tradeoff_view.o view.o)
 
-.PHONY: all lib run test unit bench kill-test clean deps check-deps
+.PHONY: all lib run test unit bench kill-test many-test soak-test fuzz fuzz-build clean deps check-deps
 all: $(B)/sgad $(B)/sga $(B)/libsga.a
 lib: $(B)/libsga.a
 
@@ -94,16 +98,43 @@ $(B)/sga: $(CLIENT_OBJ) $(B)/libsga.a
 # Unit tests: tests/unit/FOLDER_what.c is linked with its folder's floors only.
 UNIT_SRC := $(if $(FLOOR),$(wildcard tests/unit/$(FLOOR)_*.c),$(wildcard tests/unit/*.c))
 UNIT_BIN := $(UNIT_SRC:tests/unit/%.c=$(B)/unit/%)
+# FLOOR_memory.c stands between the code and malloc, to let allocations fail.
+FAILING := -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc
 floor_of = $(firstword $(subst _, ,$(notdir $(1))))
 floor_obj = $(foreach d,$(1) $(DEPS_$(1)),$(patsubst %.c,$(B)/%.o,$(wildcard lib/$(d)/*.c)))
 define unit_rules
 $(B)/unit/$(notdir $(basename $(1))): $(1) $(call floor_obj,$(call floor_of,$(1)))
 	@mkdir -p $$(@D)
-	$(Q)$(CC) $(ALL_CFLAGS) -iquote tests/unit $(foreach d,$(call floor_of,$(1)) $(DEPS_$(call floor_of,$(1))),-iquote lib/$(d)) -o $$@ $(1) $(call floor_obj,$(call floor_of,$(1))) $(LIBS)
+	$(Q)$(CC) $(ALL_CFLAGS) -iquote tests/unit $(foreach d,$(call floor_of,$(1)) $(DEPS_$(call floor_of,$(1))),-iquote lib/$(d)) -o $$@ $(1) $(call floor_obj,$(call floor_of,$(1))) $(LIBS) $(if $(findstring _memory,$(1)),$(FAILING))
 endef
 $(foreach u,$(wildcard tests/unit/*.c),$(eval $(call unit_rules,$(u))))
 unit: $(UNIT_BIN)
 	@for u in $(UNIT_BIN); do echo "# $$u"; $$u || exit 1; done
+
+# Fuzz targets: tests/fuzz/NAME.c with what it is about compiled once more, so that edges are
+# counted; the rest comes from the library. With clang, `make CC=clang WERROR=0 LIBFUZZER=1
+# SAN=address,undefined,fuzzer-no-link fuzz-build` links them with libFuzzer instead of driver.c.
+FUZZ := expression request admission store
+FUZZ_FLAGS := $(ALL_CFLAGS) $(if $(LIBFUZZER),,-fsanitize-coverage=trace-pc)
+FUZZ_OBJ := $(foreach d,request $(DEPS_request),$(patsubst %.c,$(B)/fuzz/%.o,$(wildcard lib/$(d)/*.c)))
+FUZZ_SERVER_OBJ := $(patsubst %.c,$(B)/fuzz/%.o,$(filter-out server/main.c,$(wildcard server/*.c))) $(B)/server/embedded.o
+define fuzz_floor_rules
+$(B)/fuzz/lib/$(1)/%.o: lib/$(1)/%.c
+	@mkdir -p $$(@D)
+	$(Q)$(CC) $(FUZZ_FLAGS) -iquote lib/$(1) $(foreach d,$(DEPS_$(1)),-iquote lib/$(d)) -c $$< -o $$@
+endef
+$(foreach f,request $(DEPS_request),$(eval $(call fuzz_floor_rules,$(f))))
+$(B)/fuzz/server/%.o: server/%.c
+	@mkdir -p $(@D)
+	$(Q)$(CC) $(FUZZ_FLAGS) -iquote server $(foreach d,$(SERVER_DEPS),-iquote lib/$(d)) -c $< -o $@
+$(B)/fuzz/%.o: tests/fuzz/%.c
+	@mkdir -p $(@D)
+	$(Q)$(CC) $(ALL_CFLAGS) -iquote tests/fuzz -iquote server $(foreach d,$(SERVER_DEPS),-iquote lib/$(d)) -c $< -o $@
+$(B)/fuzz/expression $(B)/fuzz/request: $(B)/fuzz/%: $(B)/fuzz/%.o $(FUZZ_OBJ)
+$(B)/fuzz/admission $(B)/fuzz/store: $(B)/fuzz/%: $(B)/fuzz/%.o $(FUZZ_SERVER_OBJ) $(FUZZ_OBJ)
+$(FUZZ:%=$(B)/fuzz/%): $(if $(LIBFUZZER),,$(B)/fuzz/driver.o) $(B)/libsga.a
+	$(Q)$(CC) $(ALL_CFLAGS) $(if $(LIBFUZZER),-fsanitize=fuzzer) -o $@ $(filter %.o,$^) $(B)/libsga.a $(LIBS) $(SERVER_LIBS)
+fuzz-build: $(FUZZ:%=$(B)/fuzz/%)
 
 deps:
 	@tests/setup
@@ -120,7 +151,19 @@ bench: deps
 kill-test: deps
 	@$(MAKE) --no-print-directory all
 	@PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 tests/api/kill.py $(B) $(or $(ROUNDS),100)
+# A hundred thousand requests with no loss, duplicate or mix-up; a long time in which memory
+# does not grow.
+many-test: deps
+	@$(MAKE) --no-print-directory all
+	@PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 tests/api/load.py $(B) many $(or $(REQUESTS),100000)
+soak-test: deps
+	@$(MAKE) --no-print-directory all
+	@PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 tests/api/load.py $(B) soak $(or $(SECONDS),600)
+# Mutated inputs for so many seconds each, under the address and undefined-behaviour sanitizers.
+fuzz: deps
+	@$(MAKE) --no-print-directory SAN=address,undefined fuzz-build
+	@tests/fuzz/run build-address-undefined $(or $(SECONDS),600)
 clean:
 	rm -rf build build-*
 
--include $(LIB_OBJ:.o=.d) $(SERVER_OBJ:.o=.d) $(CLIENT_OBJ:.o=.d)
+-include $(LIB_OBJ:.o=.d) $(SERVER_OBJ:.o=.d) $(CLIENT_OBJ:.o=.d) $(FUZZ_OBJ:.o=.d) $(FUZZ_SERVER_OBJ:.o=.d) $(FUZZ:%=$(B)/fuzz/%.d)

@@ -1,4 +1,4 @@
-/* A small HTTP/1.1 client: one request on one connection, over TCP or a UNIX socket. */
+/* A small HTTP/1.1 client: one request on one connection, over TCP, TLS or a UNIX socket. */
 #ifndef CLIENTS_HTTP_H
 #define CLIENTS_HTTP_H
 
@@ -12,6 +12,8 @@ struct http_server {
     char port[8];
     char path[108];           /* of a UNIX socket; "" otherwise */
     const char *token;        /* shown as a bearer token; NULL: none */
+    bool tls;
+    const char *ca;           /* file of the certificates that are trusted (PEM); NULL: the system's */
 };
 
 struct http_reply {
@@ -21,8 +23,8 @@ struct http_reply {
     struct sga_buf body;
 };
 
-/* Takes http://HOST[:PORT][/] or unix:PATH apart, and the token from SGA_TOKEN; false where it
- * is something else. */
+/* Takes http[s]://HOST[:PORT][/] or unix:PATH apart, the token from SGA_TOKEN and the trusted
+ * certificates from SGA_CA; false where it is something else. */
 bool http_parse(const char *url, struct http_server *server);
 /* Sends method and path, with a JSON body unless it is NULL, and `Prefer: wait=` seconds.
  * False with a reason in why. The body is the caller's to free. */

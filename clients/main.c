@@ -22,9 +22,9 @@ struct arguments {
 };
 
 static const char usage[] =
-    "usage: sga solve FILE [--server URL] [--json | --text] [--wait SECONDS]\n"
+    "usage: sga solve FILE [--server URL] [--ca FILE] [--json | --text] [--wait SECONDS]\n"
     "                      [--tradeoff-csv FILE] [--tradeoff-svg FILE]\n"
-    "       sga top [--server URL] [--every SECONDS] [--once]\n"
+    "       sga top [--server URL] [--ca FILE] [--every SECONDS] [--once]\n"
     "       sga version\n"
     "       sga --help\n"
     "\n"
@@ -33,8 +33,9 @@ static const char usage[] =
     "\n"
     "top shows what a daemon does: queue, stages, rates, refusals.\n"
     "\n"
-    "  --server URL     http://HOST:PORT or unix:PATH of a daemon (else the variable SGA_SERVER, else\n"
-    "                   the request runs in this process)\n"
+    "  --server URL     http://HOST:PORT, https://HOST:PORT or unix:PATH of a daemon (else the variable\n"
+    "                   SGA_SERVER, else the request runs in this process)\n"
+    "  --ca FILE        certificates that are trusted for https (PEM; else SGA_CA, else the system's)\n"
     "  --wait SECONDS   stop waiting for the daemon after this time\n"
     "  --json, --text   choose the form\n"
     "  --tradeoff-csv FILE, --tradeoff-svg FILE\n"
@@ -134,7 +135,7 @@ static int read_arguments(int argc, char **argv, struct arguments *args)
     for (int i = 2; i < argc; i++) {
         const char *a = argv[i];
         bool csv = strcmp(a, "--tradeoff-csv") == 0, svg = strcmp(a, "--tradeoff-svg") == 0;
-        bool takes = csv || svg || strcmp(a, "--server") == 0 || strcmp(a, "--wait") == 0;
+        bool takes = csv || svg || strcmp(a, "--server") == 0 || strcmp(a, "--wait") == 0 || strcmp(a, "--ca") == 0;
         if (takes && i + 1 >= argc)
             return bad_usage("a value is missing after ", a);
         if (strcmp(a, "--json") == 0)
@@ -145,6 +146,8 @@ static int read_arguments(int argc, char **argv, struct arguments *args)
             args->server = argv[++i];
         else if (csv || svg)
             *(csv ? &args->csv : &args->svg) = argv[++i];
+        else if (strcmp(a, "--ca") == 0)
+            setenv("SGA_CA", argv[++i], 1);       /* where http_parse looks */
         else if (strcmp(a, "--wait") == 0 && !read_seconds(argv[++i], &args->wait))
             return bad_usage("--wait needs a number of seconds, not ", argv[i]);
         else if (!takes && *a == '-' && a[1])
@@ -169,6 +172,8 @@ static int top(int argc, char **argv)
             once = true;
         else if (strcmp(argv[i], "--server") == 0 && i + 1 < argc)
             url = argv[++i];
+        else if (strcmp(argv[i], "--ca") == 0 && i + 1 < argc)
+            setenv("SGA_CA", argv[++i], 1);
         else if (strcmp(argv[i], "--every") != 0 || i + 1 >= argc || !read_seconds(argv[++i], &seconds))
             return bad_usage("unknown option, or one without a good value: ", argv[i]);
     }

@@ -67,7 +67,7 @@ bool solve_there(const char *url, const char *request, size_t length, double sec
     bool ok = false;
     double until = seconds > 0 ? sga_now() + seconds : 0;
     if (!http_parse(url, &server)) {
-        snprintf(a->problem, sizeof a->problem, "'%s' is no address of the form http://HOST:PORT or unix:PATH", url);
+        snprintf(a->problem, sizeof a->problem, "'%s' is no address of the form http://HOST:PORT, https://HOST:PORT or unix:PATH", url);
         return false;
     }
     if (!http_ask(&server, "POST", "/v1/solve", request, length, poll_seconds(until), &reply, a->problem, sizeof a->problem))

@@ -109,7 +109,7 @@ int top_run(const char *url, double seconds, bool once)
     struct look now = { .at = 0 }, before = { .at = 0 };
     bool ok = http_parse(url, &server), screen = isatty(STDOUT_FILENO) && !once;
     if (!ok)
-        fprintf(stderr, "sga: '%s' is no address of the form http://HOST:PORT or unix:PATH\n", url);
+        fprintf(stderr, "sga: '%s' is no address of the form http://HOST:PORT, https://HOST:PORT or unix:PATH\n", url);
     while (ok && (ok = fetch(&server, &now))) {
         struct sga_buf out = { 0 };
         if (screen)

@@ -1,9 +1,11 @@
 /* What the service says about itself: health, readiness, metrics, schema, version. */
+#include "digest.h"
 #include "embed.h"
 #include "reply.h"
 #include "routes.h"
 #include "run.h"
 
+#include <stdio.h>
 #include <string.h>
 
 static enum MHD_Result reply_text(struct exchange *e, const char *text)
@@ -56,7 +58,13 @@ static enum MHD_Result reply_file(struct exchange *e, const char *name, const ch
     const struct embedded *f = embedded_find(name, strlen(name));
     if (!f)
         return reply_error(e, SGA_E_NOT_FOUND, "There is no schema of this name. There are request, result and problem.");
-    return reply_static(e, 200, type, f->text, f->length);
+    unsigned char sum[DIGEST_BYTES];
+    char etag[2 * 8 + 3];
+    digest(sum, f->text, f->length);
+    snprintf(etag, sizeof etag, "\"%02x%02x%02x%02x%02x%02x%02x%02x\"", sum[0], sum[1], sum[2], sum[3], sum[4], sum[5], sum[6], sum[7]);
+    reply_header(e, "ETag", "%s", etag);
+    reply_header(e, "Cache-Control", "no-cache");
+    return reply_matches(e, etag) ? reply_empty(e, 304) : reply_static(e, 200, type, f->text, f->length);
 }
 
 enum MHD_Result handle_openapi(struct exchange *e)

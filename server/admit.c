@@ -1,6 +1,11 @@
 /* Admission. The HTTP library takes the first of two Content-Lengths, prefers chunked over
- * Content-Length, accepts `Content-Length : 5` as some other header, and cuts a path at
- * %00: each lets a proxy in front see other requests than we do (request smuggling). */
+ * Content-Length, accepts `Content-Length : 5` as some other header, takes a line `: x` for the
+ * end of the head, and cuts a path at %00: each lets a proxy in front see other requests than
+ * we do (request smuggling).
+ *
+ * The library does not show the line `: x`, but it leaves names and values where they came in:
+ * between them lie just `: ` and CR LF in what clients commonly send. A request with anything
+ * else between is answered, and is the last one of its connection. */
 #include "admit.h"
 
 #include <stdio.h>
@@ -11,7 +16,8 @@
 struct seen {
     int host, length, coding;
     const char *host_value, *coding_value, *origin;
-    bool bad_name;
+    const char *end;             /* of the header before */
+    bool bad_name, odd;
 };
 
 static enum MHD_Result look(void *cls, enum MHD_ValueKind kind, const char *name, const char *value)
@@ -20,6 +26,9 @@ static enum MHD_Result look(void *cls, enum MHD_ValueKind kind, const char *name
     (void)kind;
     if (!*name)
         s->bad_name = true;
+    if (!value || value != name + strlen(name) + 2 || (s->end && name != s->end + 2))
+        s->odd = true;
+    s->end = value ? value + strlen(value) : NULL;
     for (const char *c = name; *c; c++)
         if (*c <= ' ' || *c >= 0x7f || strchr("()<>@,;:\\\"/[]?={}", *c))
             s->bad_name = true;
@@ -75,10 +84,18 @@ static bool known_origin(const struct service *sv, const char *origin)
     return strncasecmp(origin, "https://", 8) == 0 && known_authority(sv, origin + 8);
 }
 
-bool admit(struct exchange *e, struct sga_error *err)
+/* Is there just CR LF CR LF after the last header? begin: of the request's first line. */
+static bool ends_plainly(struct exchange *e, const struct seen *s, const char *begin)
+{
+    const union MHD_ConnectionInfo *size = MHD_get_connection_info(e->connection, MHD_CONNECTION_INFO_REQUEST_HEADER_SIZE);
+    return s->end && size && s->end + 4 == begin + size->header_size;
+}
+
+bool admit(struct exchange *e, const char *begin, struct sga_error *err)
 {
     struct seen s = { .host = 0 };
     MHD_get_connection_values(e->connection, MHD_HEADER_KIND, look, &s);
+    e->last = s.odd || !ends_plainly(e, &s, begin);
     if (e->bad_path)
         return sga_fail(err, SGA_E_BAD_REQUEST, "The path holds a zero byte.");
     if (s.bad_name)

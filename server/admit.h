@@ -6,9 +6,10 @@
 #include "error.h"
 #include "exchange.h"
 
-/* Looks at the request line and the headers, before any of the body is read. False with
- * err filled; then the connection should be closed. */
-bool admit(struct exchange *e, struct sga_error *err);
+/* Looks at the request line and the headers, before any of the body is read. begin: the method,
+ * where it came in. False with err filled; then, or where e->last is set, the connection is to
+ * be closed after the reply. */
+bool admit(struct exchange *e, const char *begin, struct sga_error *err);
 enum { ADMIT_DROP_FACTOR = 4 };
 /* May the body of a refused request be read and dropped? It may where it is announced to be
  * at most four times the limit and the client does not wait for our leave (Expect). Replying

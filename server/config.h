@@ -19,7 +19,7 @@ struct config {
     atomic_long waiters, streams, connections;
     atomic_long idle_timeout, request_timeout, send_timeout, stream_timeout;
     atomic_long grace;
-    atomic_long cache_memory, cache_disk, body_memory;
+    atomic_long cache_memory, cache_disk, body_memory, reply_memory;
 };
 
 enum config_result { CONFIG_OK, CONFIG_HELP, CONFIG_VERSION, CONFIG_CHECK, CONFIG_PRINT, CONFIG_SAMPLE, CONFIG_BAD };

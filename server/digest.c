@@ -11,17 +11,28 @@ void digest(unsigned char out[DIGEST_BYTES], const void *data, size_t length)
         abort();
 }
 
+/* SHA-256(first, newline, text) */
+static void pair(unsigned char out[DIGEST_BYTES], const char *first, const void *text, size_t length)
+{
+    gnutls_hash_hd_t h;
+    if (gnutls_hash_init(&h, GNUTLS_DIG_SHA256) != 0)
+        abort();
+    gnutls_hash(h, first, strlen(first));
+    gnutls_hash(h, "\n", 1);
+    gnutls_hash(h, text, length);
+    gnutls_hash_deinit(h, out);
+}
+
+void digest_kept(unsigned char out[DIGEST_BYTES], const char *id, const void *text, size_t length)
+{
+    pair(out, id, text, length);
+}
+
 void digest_id(char out[ID_LENGTH + 1], const char *version, const char *request, size_t length)
 {
     static const char hex[] = "0123456789abcdef";
     unsigned char sum[DIGEST_BYTES];
-    gnutls_hash_hd_t h;
-    if (gnutls_hash_init(&h, GNUTLS_DIG_SHA256) != 0)
-        abort();
-    gnutls_hash(h, version, strlen(version));
-    gnutls_hash(h, "\n", 1);
-    gnutls_hash(h, request, length);
-    gnutls_hash_deinit(h, sum);
+    pair(sum, version, request, length);
     for (int i = 0; i < ID_LENGTH / 2; i++) {
         out[2 * i] = hex[sum[i] >> 4];
         out[2 * i + 1] = hex[sum[i] & 15];

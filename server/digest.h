@@ -8,6 +8,8 @@
 enum { DIGEST_BYTES = 32, ID_LENGTH = 32 };   /* bytes; hexadecimal digits */
 
 void digest(unsigned char out[DIGEST_BYTES], const void *data, size_t length);
+/* Of a text that is kept under an id: SHA-256(id, newline, text). */
+void digest_kept(unsigned char out[DIGEST_BYTES], const char *id, const void *text, size_t length);
 /* The id of a canonical request under a version of the library: the first 128 bits
  * of SHA-256(version, newline, request) in hexadecimal, 0-terminated. */
 void digest_id(char out[ID_LENGTH + 1], const char *version, const char *request, size_t length);

@@ -129,10 +129,8 @@ enum MHD_Result handle_events(struct exchange *e)
     enum lookup found = lookup_or_run(e->service, e->account, e->segment, &e->job, &f);
     if (f)
         return ended(e, f);
-    if (found != LOOKUP_LIVE) {
-        struct sga_error err = lookup_error(found);
-        return reply_problem(e, &err);
-    }
+    if (found != LOOKUP_LIVE)
+        return reply_lookup(e, found);
     jobs_count(e->service->jobs, &counts);
     if (counts.streams >= (unsigned long)e->service->config.streams) {
         reply_header(e, "Retry-After", "10");

@@ -8,7 +8,7 @@
 
 #include "service.h"
 
-enum { EXCHANGE_HEADERS = 6 };
+enum { EXCHANGE_HEADERS = 10 };
 
 struct exchange {
     struct service *service;
@@ -22,6 +22,7 @@ struct exchange {
     unsigned scopes;
     bool begun;                      /* the headers were looked at */
     bool bad_path;                   /* a %00 in the path */
+    bool last;                       /* nothing more is read from this connection */
     struct sga_error refusal;        /* already refused: the body is dropped, then this is the reply */
     double began;                    /* sga_now() */
     int status;                      /* of the reply; 0: none yet */

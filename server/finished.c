@@ -48,6 +48,12 @@ struct finished *finished_make(const struct job_row *row, struct slice text)
     return NULL;
 }
 
+void finished_book(struct finished *f, atomic_long *bytes)
+{
+    f->booked = bytes;
+    atomic_fetch_add(bytes, (long)f->len);
+}
+
 struct finished *finished_ref(struct finished *f)
 {
     if (f)
@@ -58,6 +64,8 @@ struct finished *finished_ref(struct finished *f)
 void finished_unref(struct finished *f)
 {
     if (f && atomic_fetch_sub(&f->refs, 1) == 1) {
+        if (f->booked)
+            atomic_fetch_sub(f->booked, (long)f->len);
         free(f->text);
         free(f);
     }

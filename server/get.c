@@ -1,4 +1,6 @@
-/* GET and DELETE of jobs, and their list. */
+/* GET and DELETE of jobs, and their list. A job belongs to the token that submitted it first:
+ * that one, and those with the scope admin, may cancel it and find it in the list. Who knows its
+ * id knows the request (the id is a digest of it), and may read the job. */
 #include "budget.h"
 #include "lookup.h"
 #include "reply.h"
@@ -11,10 +13,14 @@
 
 enum { PAGE = 50, PAGE_MAX = 500, CANCEL_SECONDS = 3, STORE_SECONDS = 30 };
 
-static enum MHD_Result not_found(struct exchange *e, enum lookup outcome)
+/* Takes over the reference. */
+static enum MHD_Result ended(struct exchange *e, struct finished *f)
 {
-    struct sga_error err = lookup_error(outcome);
-    return reply_problem(e, &err);
+    reply_header(e, "ETag", "%s", f->etag);
+    if (!reply_matches(e, f->etag))
+        return reply_finished(e, 200, f, false);
+    finished_unref(f);
+    return reply_empty(e, 304);
 }
 
 /* A job that had not ended when it was found. */
@@ -26,10 +32,8 @@ static enum MHD_Result living(struct exchange *e)
     jobs_look(e->service->jobs, e->job, &look);
     if (e->wait_seconds > 0)
         reply_header(e, "Preference-Applied", "wait=%ld", e->wait_seconds);
-    if (look.finished) {
-        reply_header(e, "ETag", "%s", look.finished->etag);
-        return reply_finished(e, 200, look.finished, false);
-    }
+    if (look.finished)
+        return ended(e, look.finished);
     reply_header(e, "Retry-After", "1");
     return reply_job(e, 200, &look);
 }
@@ -40,15 +44,10 @@ enum MHD_Result handle_get_job(struct exchange *e)
     if (e->job)
         return living(e);             /* resumed */
     enum lookup found = lookup_or_run(e->service, e->account, e->segment, &e->job, &f);
-    if (f) {
-        reply_header(e, "ETag", "%s", f->etag);
-        if (!reply_matches(e, f->etag))
-            return reply_finished(e, 200, f, false);
-        finished_unref(f);
-        return reply_empty(e, 304);
-    }
+    if (f)
+        return ended(e, f);
     if (found != LOOKUP_LIVE)
-        return not_found(e, found);
+        return reply_lookup(e, found);
     exchange_prefer(e, 0);
     return living(e);
 }
@@ -83,7 +82,7 @@ enum MHD_Result handle_delete(struct exchange *e)
         return reply_error(e, SGA_E_JOB_ENDED, "The job has ended already; its status is %s.", job_status_text(status));
     }
     if (found != LOOKUP_LIVE)
-        return not_found(e, found);
+        return reply_lookup(e, found);
     enum cancel outcome = jobs_cancel(e->service->jobs, e->segment, e->scopes & SCOPE_ADMIN ? NULL : e->account, &e->job);
     if (outcome == CANCEL_NOT_YOURS)
         return reply_error(e, SGA_E_SCOPE, "Another token submitted this job; to cancel it takes the scope admin.");
@@ -92,12 +91,6 @@ enum MHD_Result handle_delete(struct exchange *e)
     e->wait_until = sga_now() + CANCEL_SECONDS;
     return cancelled(e);
 }
-
-struct query {
-    long limit;
-    int64_t before;
-    unsigned statuses;
-};
 
 static bool number(const char *text, int64_t low, int64_t high, int64_t *out)
 {
@@ -122,18 +115,19 @@ static bool read_statuses(const char *text, unsigned *out)
     return *out != 0;
 }
 
-static bool read_query(struct exchange *e, struct query *q, struct sga_error *err)
+static bool read_query(struct exchange *e, struct store_query *q, struct sga_error *err)
 {
     const char *limit = exchange_query(e, "limit"), *cursor = exchange_query(e, "cursor"), *status = exchange_query(e, "status");
     int64_t n = PAGE;
-    *q = (struct query){ .statuses = (1u << JOB_STATUSES) - 1 };
+    *q = (struct store_query){ .statuses = (1u << JOB_STATUSES) - 1 };
     if (limit && !number(limit, 1, PAGE_MAX, &n))
         return sga_fail(err, SGA_E_BAD_REQUEST, "limit must be a whole number from 1 to %d.", PAGE_MAX);
     if (cursor && !number(cursor, 1, INT64_MAX, &q->before))
         return sga_fail(err, SGA_E_BAD_REQUEST, "cursor must be the `next` of an earlier page.");
     if (status && !read_statuses(status, &q->statuses))
         return sga_fail(err, SGA_E_BAD_REQUEST, "status must be one or more of queued, running, done, failed, cancelled, separated by commas.");
-    q->limit = (long)n;
+    q->limit = (int)n;
+    q->owner = e->scopes & SCOPE_ADMIN ? NULL : e->account->name;
     return true;
 }
 
@@ -151,7 +145,7 @@ static void write_item(struct exchange *e, struct sga_json *w, const struct job_
     job_unref(live);
 }
 
-static enum MHD_Result write_page(struct exchange *e, const struct store_page *page, const struct query *q)
+static enum MHD_Result write_page(struct exchange *e, const struct store_page *page, const struct store_query *q)
 {
     struct sga_buf b = { 0 };
     struct sga_json w;
@@ -168,7 +162,7 @@ static enum MHD_Result write_page(struct exchange *e, const struct store_page *p
         snprintf(cursor, sizeof cursor, "%" PRId64, page->row[page->rows - 1].seq);
         sga_json_string(&w, cursor);
         const char *status = exchange_query(e, "status");
-        reply_header(e, "Link", "</v1/jobs?limit=%ld&cursor=%s%s%s>; rel=\"next\"", q->limit, cursor,
+        reply_header(e, "Link", "</v1/jobs?limit=%d&cursor=%s%s%s>; rel=\"next\"", q->limit, cursor,
                      status ? "&status=" : "", status ? status : "");
     } else {
         sga_json_null(&w);
@@ -181,7 +175,7 @@ static enum MHD_Result write_page(struct exchange *e, const struct store_page *p
 /* The list is read from the store; what was told to clients before is on disk first. */
 enum MHD_Result handle_list(struct exchange *e)
 {
-    struct query q;
+    struct store_query q;
     struct store_page page;
     struct sga_error err = { 0 };
     if (!read_query(e, &q, &err))
@@ -192,7 +186,7 @@ enum MHD_Result handle_list(struct exchange *e)
         if (exchange_wait(e, WAIT_STORED, sga_now() + STORE_SECONDS))
             return MHD_YES;
     }
-    if (store_list(e->service->store, q.before, q.statuses, (int)q.limit, &page) != STORE_FOUND)
+    if (store_list(e->service->store, &q, &page) != STORE_FOUND)
         return reply_error(e, SGA_E_STORE, "The jobs cannot be read from the store.");
     enum MHD_Result rc = write_page(e, &page, &q);
     store_page_free(&page);

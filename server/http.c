@@ -143,10 +143,11 @@ static enum MHD_Result begin(struct exchange *e, const char *path, const char *m
     e->conn = ctx ? ctx->socket_context : NULL;
     snprintf(e->method, sizeof e->method, "%s", method);
     name_request(e);
-    if (!admit(e, &err)) {
+    bool admitted = admit(e, method, &err);
+    if (!admitted || e->last)
         reply_header(e, "Connection", "close");
+    if (!admitted)
         return reply_problem(e, &err);
-    }
     if (find_route(e, path, &e->refusal) || admit_drop(e))
         return MHD_YES;
     return reply_problem(e, &e->refusal);

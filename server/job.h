@@ -5,6 +5,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "account.h"
 #include "buf.h"
 #include "digest.h"
 
@@ -31,6 +32,7 @@ struct job_row {
     int attempts;                /* how often a run was begun before */
     int64_t created, started, finished;
     char *error;                 /* problem object of a job that failed; owned, or NULL */
+    char owner[ACCOUNT_NAME];    /* name of the token that submitted it; "" where none was needed */
 };
 
 /* How far a running job is. */

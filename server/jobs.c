@@ -39,6 +39,7 @@ struct job *jobs_make(struct jobs *js, const char *id, struct account *account)
     job->wake_fd = -1;
     job->stage = STAGE_NONE;
     job->account = account;
+    snprintf(job->row.owner, sizeof job->row.owner, "%s", account->name);
     job->table = js;
     return job;
 }
@@ -124,6 +125,8 @@ static enum submit submit_new(struct jobs *js, struct submission *s)
     if (!fresh)
         return SUBMIT_NO_MEMORY;
     fresh->row.created = clock_ms();
+    if (s->owner)
+        snprintf(fresh->row.owner, sizeof fresh->row.owner, "%s", s->owner);
     snprintf(fresh->request_id, sizeof fresh->request_id, "%s", s->request_id);
     snprintf(fresh->traceparent, sizeof fresh->traceparent, "%s", s->traceparent);
     job_ref(fresh);            /* the store's, given back by stored() */
@@ -198,11 +201,14 @@ void jobs_count(struct jobs *js, struct jobs_counts *out)
     pthread_mutex_unlock(&js->lock);
 }
 
-/* A queued job of an earlier life. Its request stays on disk until it runs. */
+/* A queued job of an earlier life, on its owner's account: the quota follows once the tokens
+ * are read. Its request stays on disk until it runs. */
 static void recover_one(void *ctx, const struct job_row *row)
 {
+    static const struct quota none;
     struct jobs *js = ctx;
-    struct job *job = jobs_make(js, row->id, js->everyone);
+    struct account *account = jobs_account(js, row->owner, &none);
+    struct job *job = account ? jobs_make(js, row->id, account) : NULL;
     if (!job)
         abort();
     job->row = *row;

@@ -50,6 +50,7 @@ struct submission {
     char *request;                  /* canonical, malloc'ed; taken over and set to NULL by SUBMIT_NEW */
     size_t length;
     struct account *account;
+    const char *owner;              /* whose job it is; NULL: the account's */
     const char *request_id, *traceparent;   /* for the log */
     /* the answer */
     struct job *job;                /* a reference, of SUBMIT_NEW and SUBMIT_JOINED */
@@ -76,8 +77,8 @@ struct job_look {
 void jobs_look(struct jobs *js, struct job *job, struct job_look *look);
 
 enum cancel { CANCEL_ENDED_NOW, CANCEL_ASKED, CANCEL_TOO_LATE, CANCEL_UNKNOWN, CANCEL_NOT_YOURS };
-/* Ends a queued job, asks a running one to stop. by: the account that asks; NULL may cancel
- * the jobs of all. *job gets a reference unless it is unknown or another's. */
+/* Ends a queued job, asks a running one to stop. by: the account that asks, for a job that it
+ * owns; NULL may cancel the jobs of all. *job gets a reference unless it is unknown or another's. */
 enum cancel jobs_cancel(struct jobs *js, const char *id, const struct account *by, struct job **job);
 
 /* -- Waiting -- */

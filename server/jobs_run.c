@@ -140,7 +140,9 @@ void jobs_end(struct jobs *js, struct job *job, enum job_status status, const st
     if (job->row.status == JOB_RUNNING)
         js->running--;
     jobs_settle(job, 1e-3 * (double)(row.started ? row.finished - row.started : 0));
-    job->row = row;
+    job->row.status = row.status;      /* one by one: others read the id without the lock */
+    job->row.finished = row.finished;
+    job->row.error = row.error;
     job->finished = f;
     job->wake_fd = -1;
     job->event++;
@@ -193,7 +195,7 @@ enum cancel jobs_cancel(struct jobs *js, const char *id, const struct account *b
     struct job *job = *jobs_place(js, id);
     if (!job) {
         outcome = CANCEL_UNKNOWN;
-    } else if (by && job->account != by) {
+    } else if (by && strcmp(job->row.owner, by->name) != 0) {
         outcome = CANCEL_NOT_YOURS;
     } else {
         job_ref(job);

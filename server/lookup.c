@@ -16,13 +16,19 @@ static enum lookup from_store(struct service *sv, const char *id, struct finishe
     if (a != STORE_FOUND)
         return a == STORE_NONE ? LOOKUP_NONE : LOOKUP_BROKEN;
     enum lookup outcome = LOOKUP_STORED;
-    if (!job_ended(row.status))
+    /* Asked before the text is read: each HTTP thread may go past the limit by one result. What
+     * is kept among the recent replies is counted too, and has its own share. */
+    bool full = atomic_load(&sv->reply_bytes) >= atomic_load(&sv->config.reply_memory) + atomic_load(&sv->config.cache_memory);
+    if (row.status == JOB_DONE && full)
+        outcome = LOOKUP_BUSY;
+    else if (!job_ended(row.status))
         outcome = LOOKUP_BROKEN;        /* its end could not be written */
     else if ((a = (row.status == JOB_DONE ? store_result : store_request)(sv->store, id, &text, &length)) != STORE_FOUND)
         outcome = a == STORE_NONE ? LOOKUP_GONE : LOOKUP_BROKEN;
     else if (!(*finished = finished_make(&row, (struct slice){ text, length })))
         outcome = LOOKUP_BROKEN;
     else if (row.status == JOB_DONE) {
+        finished_book(*finished, &sv->reply_bytes);
         store_touch(sv->store, id, clock_ms());
         recent_put(sv->recent, *finished);      /* other ends may be replaced by a new run */
     }
@@ -31,11 +37,17 @@ static enum lookup from_store(struct service *sv, const char *id, struct finishe
     return outcome;
 }
 
-/* A job that is done and whose result was dropped or damaged: its request is run again. */
+/* A job that is done and whose result was dropped or damaged: its request is run again, on the
+ * account of who asks. It stays its owner's. */
 static enum lookup revive(struct service *sv, struct account *account, const char *id, struct job **job, struct finished **finished)
 {
     struct submission s = { .id = id, .account = account, .request_id = "", .traceparent = "" };
     enum lookup outcome = LOOKUP_GONE;
+    struct job_row row = { .error = NULL };
+    if (store_job(sv->store, id, &row) != STORE_FOUND)
+        return LOOKUP_BROKEN;
+    free(row.error);
+    s.owner = row.owner;
     if (store_request(sv->store, id, &s.request, &s.length) != STORE_FOUND)
         return LOOKUP_BROKEN;
     switch (jobs_submit(sv->jobs, &s)) {
@@ -84,9 +96,10 @@ enum lookup lookup_job(struct service *sv, const char *id, struct job **job, str
 
 struct sga_error lookup_error(enum lookup outcome)
 {
-    struct sga_error err = { .code = outcome == LOOKUP_BROKEN ? SGA_E_STORE : SGA_E_NOT_FOUND };
+    struct sga_error err = { .code = outcome == LOOKUP_BROKEN ? SGA_E_STORE : outcome == LOOKUP_BUSY ? SGA_E_BUSY : SGA_E_NOT_FOUND };
     snprintf(err.detail, sizeof err.detail, "%s",
              outcome == LOOKUP_BROKEN ? "The job cannot be read from the store."
+             : outcome == LOOKUP_BUSY ? "The results that are being sent take as much memory as they may. Try again soon."
              : outcome == LOOKUP_GONE ? "The result of this job is no longer stored. Post the request again."
              : "There is no job with this id.");
     return err;

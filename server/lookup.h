@@ -11,13 +11,14 @@ enum lookup {
     LOOKUP_STORED,      /* the same; it was read from the store */
     LOOKUP_NONE,        /* there is no such job */
     LOOKUP_GONE,        /* it was done, but its result was dropped from the store */
-    LOOKUP_BROKEN       /* the store cannot be read */
+    LOOKUP_BROKEN,      /* the store cannot be read */
+    LOOKUP_BUSY         /* results that are being sent take as much memory as they may */
 };
 
 enum lookup lookup_job(struct service *sv, const char *id, struct job **job, struct finished **finished);
 /* The same, but a job whose result is gone is put into the queue again, where there is room. */
 enum lookup lookup_or_run(struct service *sv, struct account *account, const char *id, struct job **job, struct finished **finished);
-/* The error of the last three. */
+/* The error of the last four. */
 struct sga_error lookup_error(enum lookup outcome);
 
 #endif

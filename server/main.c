@@ -189,6 +189,7 @@ int main(int argc, char **argv)
     log_level_from_text(c->log_level, &level);
     log_open(level);
     raise_descriptor_limit();
+    sga_init();
     gnutls_rnd(GNUTLS_RND_NONCE, &parts.service.request_prefix, sizeof parts.service.request_prefix);
     /* Blocked here, so in every thread: only sigwait below takes them. */
     sigset_t signals;

@@ -56,8 +56,7 @@ bool piece_find(struct exchange *e, const struct piece_kind *kind, struct finish
         return false;
     }
     if (!f) {
-        struct sga_error err = lookup_error(found);
-        *rc = reply_problem(e, &err);
+        *rc = reply_lookup(e, found);
         return false;
     }
     *piece = f->result.at ? scan_member(f->result, kind->member) : (struct slice){ NULL, 0 };

@@ -6,6 +6,7 @@
 #include "budget.h"
 #include "lookup.h"
 #include "reply.h"
+#include "room.h"
 #include "routes.h"
 #include "run.h"
 
@@ -90,6 +91,8 @@ static enum MHD_Result submit(struct exchange *e, const unsigned char *sum, stru
     finished_unref(f);
     if (found == LOOKUP_BROKEN && !store_healthy(sv->store))
         return reply_error(e, SGA_E_STORE, "The store cannot be read.");
+    if (found == LOOKUP_BUSY)
+        return reply_lookup(e, found);
     job_unref(e->job);
     e->job = NULL;
     struct submission s = { .id = id, .request = sga_buf_take(canonical), .length = length, .account = e->account,
@@ -115,6 +118,10 @@ static enum MHD_Result post(struct exchange *e, long seconds)
     struct finished *f = recent_by_body(sv->recent, sum);
     if (f)
         return hit(e, f, METRIC_CACHE_MEMORY);
+    if (!room_for_reading(e->length)) {
+        reply_header(e, "Retry-After", "%d", FULL_SECONDS);
+        return reply_error(e, SGA_E_BUSY, "There is not enough memory to read a request at this moment. Try again soon.");
+    }
     exchange_prefer(e, seconds);
     struct sga_buf canonical = { 0 };
     struct sga_error err = { 0 };

@@ -77,6 +77,14 @@ enum MHD_Result reply_error(struct exchange *e, enum sga_code code, const char *
     return reply_problem(e, &err);
 }
 
+enum MHD_Result reply_lookup(struct exchange *e, enum lookup outcome)
+{
+    struct sga_error err = lookup_error(outcome);
+    if (outcome == LOOKUP_BUSY)
+        reply_header(e, "Retry-After", "2");
+    return reply_problem(e, &err);
+}
+
 static void release(void *cls)
 {
     finished_unref(cls);
@@ -107,8 +115,18 @@ enum MHD_Result reply_job(struct exchange *e, int status, const struct job_look 
     return reply_buf(e, status, TYPE_JSON, &b);
 }
 
+/* The list of RFC 9110, 13.1.2: entity tags with commas, or *; W/ makes no difference here. */
 bool reply_matches(struct exchange *e, const char *etag)
 {
     const char *given = exchange_header(e, "If-None-Match");
-    return given && (strcmp(given, "*") == 0 || strstr(given, etag));
+    size_t n = strlen(etag);
+    for (const char *p = given; p && *p;) {
+        p += strspn(p, ", \t");
+        if (*p == '*' || strncmp(p, etag, n) == 0 || (strncmp(p, "W/", 2) == 0 && strncmp(p + 2, etag, n) == 0))
+            return true;
+        p += strncmp(p, "W/", 2) == 0 ? 2 : 0;
+        const char *close = *p == '"' ? strchr(p + 1, '"') : NULL;
+        p = close ? close + 1 : p + strcspn(p, ",");
+    }
+    return false;
 }

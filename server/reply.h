@@ -6,6 +6,7 @@
 #include "buf.h"
 #include "error.h"
 #include "exchange.h"
+#include "lookup.h"
 
 #define TYPE_JSON "application/json"
 
@@ -24,6 +25,8 @@ enum MHD_Result reply_error(struct exchange *e, enum sga_code code, const char *
 enum MHD_Result reply_finished(struct exchange *e, int status, struct finished *f, bool cached);
 /* A job that has not ended: its present state. */
 enum MHD_Result reply_job(struct exchange *e, int status, const struct job_look *look);
+/* A job that was looked up and cannot be given. */
+enum MHD_Result reply_lookup(struct exchange *e, enum lookup outcome);
 /* Does If-None-Match name this tag? */
 bool reply_matches(struct exchange *e, const char *etag);
 

@@ -24,6 +24,7 @@ struct service {
     char own_host[264];             /* a host name that the socket itself answers to, or "" */
     atomic_long exchanges;          /* requests begun and not completed */
     atomic_long body_bytes;         /* of request bodies in memory */
+    atomic_long reply_bytes;        /* of results read from disk, in memory */
     atomic_ulong request_number;
     unsigned request_prefix;        /* random: ids of two lives of the service differ */
 };

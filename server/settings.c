@@ -40,6 +40,7 @@ const struct setting settings[] = {
     LIVE("grace", grace, 2, 0, 3600, "seconds that running jobs get at shutdown")
     LIVE("cache-disk", cache_disk, 8192 * MB, 0, 1L << 50, "bytes of results kept on disk, the least recently used go first; 0: no limit")
     LIVE("body-memory", body_memory, 512 * MB, 1024, 1L << 40, "bytes of all request bodies that are being read or checked")
+    LIVE("reply-memory", reply_memory, 1024 * MB, 1024, 1L << 40, "bytes of results read from disk that are being sent; past it such requests are refused for a while")
     FIXED("cache-memory", cache_memory, 64 * MB, 0, 1L << 40, "bytes of finished replies kept in memory")
 };
 const int settings_count = sizeof settings / sizeof *settings;

@@ -16,10 +16,10 @@ static void bind_text(sqlite3_stmt *s, int at, const char *text)
         sqlite3_bind_null(s, at);
 }
 
-static void bind_sum(sqlite3_stmt *s, int at, struct slice text)
+static void bind_sum(sqlite3_stmt *s, int at, const char *id, struct slice text)
 {
     unsigned char sum[DIGEST_BYTES];
-    digest(sum, text.at, text.len);
+    digest_kept(sum, id, text.at, text.len);
     sqlite3_bind_blob(s, at, sum, sizeof sum, SQLITE_TRANSIENT);
 }
 
@@ -47,7 +47,8 @@ static bool apply(struct store *st, const struct store_op *op)
         sqlite3_bind_int(s, 2, r->status);
         sqlite3_bind_int64(s, 3, r->created);
         sqlite3_bind_blob64(s, 4, op->text.at, op->text.len, SQLITE_STATIC);
-        bind_sum(s, 5, op->text);
+        bind_sum(s, 5, r->id, op->text);
+        bind_text(s, 6, r->owner);
         return step(s);
     case OP_STARTED:
         s = st->started;
@@ -88,7 +89,7 @@ static bool put_results(struct store *st, const struct store_op *ops)
         bind_text(st->put, 1, op->row.id);
         sqlite3_bind_int64(st->put, 2, op->row.finished);
         sqlite3_bind_blob64(st->put, 3, op->text.at, op->text.len, SQLITE_STATIC);
-        bind_sum(st->put, 4, op->text);
+        bind_sum(st->put, 4, op->row.id, op->text);
         ok = step(st->put);
     }
     if (ok && exec(st->cache, "COMMIT"))
@@ -102,18 +103,24 @@ static bool put_results(struct store *st, const struct store_op *ops)
 
 static bool prepare_put(struct store *st, char *why, size_t size)
 {
+    snprintf(why, size, "a table is missing");
     return store_evict_prepare(st)
         && (st->put = store_file_prepare(st->cache, "INSERT OR REPLACE INTO results(id, made, result, sum) VALUES(?1, ?2, ?3, ?4)", why, size));
+}
+
+static bool fresh_cache(struct store *st, char *why, size_t size)
+{
+    sqlite3_finalize(st->put);
+    sqlite3_close(st->cache);
+    st->put = NULL;
+    return (st->cache = store_file_fresh(st->folder, FILE_CACHE, why, size)) && prepare_put(st, why, size);
 }
 
 /* A cache that broke while it was in use. Readers open the new file when they notice. */
 static void renew_cache(struct store *st)
 {
     char why[512];
-    sqlite3_finalize(st->put);
-    sqlite3_close(st->cache);
-    st->put = NULL;
-    if ((st->cache = store_file_fresh(st->folder, FILE_CACHE, why, sizeof why)) && prepare_put(st, why, sizeof why)) {
+    if (fresh_cache(st, why, sizeof why)) {
         atomic_store(&st->cache_broken, false);
         atomic_fetch_add(&st->cache_age, 1);
         log_event(LOG_L_WARN, "cache_dropped", "reason", "it was damaged", NULL);
@@ -259,12 +266,20 @@ bool store_healthy(struct store *st)
 static bool prepare_writer(struct store *st, char *why, size_t size)
 {
     sqlite3 *q = st->queue;
-    return (st->insert = store_file_prepare(q, "INSERT OR REPLACE INTO jobs(id, status, attempts, created, started, finished, request, sum)"
-                                               " VALUES(?1, ?2, 0, ?3, 0, 0, ?4, ?5)", why, size))
+    return (st->insert = store_file_prepare(q, "INSERT OR REPLACE INTO jobs(id, status, attempts, created, started, finished, request, sum, owner)"
+                                               " VALUES(?1, ?2, 0, ?3, 0, 0, ?4, ?5, ?6)", why, size))
         && (st->started = store_file_prepare(q, "UPDATE jobs SET status=1, started=?2 WHERE id=?1", why, size))
         && (st->requeue = store_file_prepare(q, "UPDATE jobs SET status=0, started=0 WHERE id=?1", why, size))
-        && (st->end = store_file_prepare(q, "UPDATE jobs SET status=?2, started=?3, finished=?4, error=?5 WHERE id=?1", why, size))
-        && prepare_put(st, why, size);
+        && (st->end = store_file_prepare(q, "UPDATE jobs SET status=?2, started=?3, finished=?4, error=?5 WHERE id=?1", why, size));
+}
+
+/* A cache whose tables are not what they should be is damaged too. */
+static bool prepare_cache(struct store *st, char *why, size_t size)
+{
+    if (prepare_put(st, why, size))
+        return true;
+    log_event(LOG_L_WARN, "cache_dropped", "reason", why, NULL);
+    return fresh_cache(st, why, size);
 }
 
 /* Everything but the thread. */
@@ -273,7 +288,7 @@ static bool open_parts(struct store *st, const char *folder, char *why, size_t s
     return (st->folder = strdup(folder)) && (st->lock_fd = store_file_lock(folder, why, size)) >= 0
         && (st->queue = store_file_open(folder, FILE_QUEUE, true, why, size))
         && (st->cache = store_file_open(folder, FILE_CACHE, true, why, size))
-        && prepare_writer(st, why, size)
+        && prepare_writer(st, why, size) && prepare_cache(st, why, size)
         && store_readers_open(st, folder, why, size);
 }
 

@@ -63,8 +63,13 @@ struct store_page {
     int rows;
     bool more;                /* there are older ones */
 };
-/* Jobs whose seq is below `before` (0: all) and whose status is in the bit set. */
-enum store_answer store_list(struct store *st, int64_t before, unsigned statuses, int limit, struct store_page *page);
+struct store_query {
+    int64_t before;           /* only jobs whose seq is smaller; 0: all */
+    unsigned statuses;        /* bit set of those that count */
+    int limit;                /* rows of the page */
+    const char *owner;        /* only jobs of this one; NULL: of all */
+};
+enum store_answer store_list(struct store *st, const struct store_query *q, struct store_page *page);
 void store_page_free(struct store_page *page);
 
 /* Once, before anything is submitted: jobs that were running go back to the queue with one

@@ -2,6 +2,7 @@
  * older program could not keep what it does not know. An older queue is brought up to date
  * in one transaction; an older cache is dropped. */
 #include "store_file.h"
+#include "digest.h"
 #include "log.h"
 
 #include <errno.h>
@@ -12,12 +13,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { SCHEMA_VERSION = 2, PATH_SIZE = 4096 };
+enum { SCHEMA_VERSION = 3, PATH_SIZE = 4096 };
 
-/* sum is the SHA-256 of the request or result: SQLite does not notice a changed byte inside
- * a text. NULL where an older program wrote the row. */
-static const struct { const char *name, *synchronous, *schema, *from_1; } files[] = {
-    [FILE_QUEUE] = { "queue.db", "PRAGMA synchronous=FULL",
+/* sum is the digest of the id and the request or result: SQLite does not notice a changed byte
+ * inside a text. No row is without, as a changed byte can also make a column NULL. owner: the name of the token that submitted the job.
+ * make[V] leads from version V (0: an empty file) to the present one; NULL: the file is dropped. */
+static const struct { const char *name, *synchronous, *make[SCHEMA_VERSION]; } files[] = {
+    [FILE_QUEUE] = { "queue.db", "PRAGMA synchronous=FULL", {
         "CREATE TABLE jobs("
         " seq INTEGER PRIMARY KEY AUTOINCREMENT,"
         " id TEXT NOT NULL UNIQUE,"
@@ -26,11 +28,13 @@ static const struct { const char *name, *synchronous, *schema, *from_1; } files[
         " created INTEGER NOT NULL, started INTEGER NOT NULL, finished INTEGER NOT NULL,"
         " request BLOB NOT NULL,"
         " error TEXT,"
-        " sum BLOB);"
+        " sum BLOB,"
+        " owner TEXT NOT NULL DEFAULT '');"
         "CREATE INDEX jobs_by_status ON jobs(status, seq);",
-        "ALTER TABLE jobs ADD COLUMN sum BLOB;" },
-    [FILE_CACHE] = { "cache.db", "PRAGMA synchronous=NORMAL",
-        "CREATE TABLE results(id TEXT PRIMARY KEY, made INTEGER NOT NULL, result BLOB NOT NULL, sum BLOB NOT NULL);", NULL },
+        "ALTER TABLE jobs ADD COLUMN sum BLOB;ALTER TABLE jobs ADD COLUMN owner TEXT NOT NULL DEFAULT '';UPDATE jobs SET sum=kept(id, request);",
+        "ALTER TABLE jobs ADD COLUMN owner TEXT NOT NULL DEFAULT '';UPDATE jobs SET sum=kept(id, request);" } },
+    [FILE_CACHE] = { "cache.db", "PRAGMA synchronous=NORMAL", {
+        "CREATE TABLE results(id TEXT PRIMARY KEY, made INTEGER NOT NULL, result BLOB NOT NULL, sum BLOB NOT NULL);" } },
 };
 
 int store_file_lock(const char *folder, char *why, size_t size)
@@ -71,6 +75,17 @@ int store_file_version(sqlite3 *db)
     return version;
 }
 
+/* For SQL: kept(id, blob). */
+static void kept(sqlite3_context *ctx, int count, sqlite3_value **value)
+{
+    unsigned char sum[DIGEST_BYTES];
+    (void)count;
+    const char *id = (const char *)sqlite3_value_text(value[0]);
+    const void *blob = sqlite3_value_blob(value[1]);
+    digest_kept(sum, id ? id : "", blob ? blob : "", (size_t)sqlite3_value_bytes(value[1]));
+    sqlite3_result_blob(ctx, sum, sizeof sum, SQLITE_TRANSIENT);
+}
+
 static bool quick_check(sqlite3 *db)
 {
     bool ok = false;
@@ -92,7 +107,7 @@ static bool prepare_file(sqlite3 *db, enum store_file which, const char *path, b
         snprintf(why, size, "%s was written by a newer sgad (schema %d, this one knows %d)", path, version, SCHEMA_VERSION);
         return false;
     }
-    if (version == 1 && !files[which].from_1) {
+    if (version > 0 && version < SCHEMA_VERSION && !files[which].make[version]) {
         snprintf(why, size, "%s was written by an older sgad", path);
         *damaged = true;
         return false;
@@ -102,8 +117,8 @@ static bool prepare_file(sqlite3 *db, enum store_file which, const char *path, b
         ok = sound = quick_check(db);
     if (ok && version < SCHEMA_VERSION) {
         char sql[1024];
-        snprintf(sql, sizeof sql, "BEGIN;%sPRAGMA user_version=%d;COMMIT", version ? files[which].from_1 : files[which].schema, SCHEMA_VERSION);
-        ok = exec(db, sql);
+        snprintf(sql, sizeof sql, "BEGIN;%sPRAGMA user_version=%d;COMMIT", files[which].make[version], SCHEMA_VERSION);
+        ok = sqlite3_create_function(db, "kept", 2, SQLITE_UTF8, NULL, kept, NULL, NULL) == SQLITE_OK && exec(db, sql);
     }
     int code = sqlite3_errcode(db);
     *damaged = !ok && (!sound || code == SQLITE_CORRUPT || code == SQLITE_NOTADB);

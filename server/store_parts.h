@@ -62,8 +62,8 @@ void store_evict(struct store *st);
 
 bool store_readers_open(struct store *st, const char *folder, char *why, size_t size);
 void store_readers_close(struct store *st);
-/* Columns id, seq, status, attempts, created, started, finished, error from 0. */
-#define STORE_ROW_COLUMNS "id, seq, status, attempts, created, started, finished, error"
+/* Columns from 0, as store_read_row reads them. */
+#define STORE_ROW_COLUMNS "id, seq, status, attempts, created, started, finished, error, owner"
 bool store_read_row(sqlite3_stmt *s, struct job_row *row);
 
 #endif

@@ -2,6 +2,7 @@
 #include "store_parts.h"
 #include "log.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -19,9 +20,9 @@ bool store_readers_open(struct store *st, const char *folder, char *why, size_t 
             && (r->job = store_file_prepare(r->queue, "SELECT " STORE_ROW_COLUMNS " FROM jobs WHERE id=?1", why, size))
             && (r->request = store_file_prepare(r->queue, "SELECT request, sum FROM jobs WHERE id=?1", why, size))
             && (r->list = store_file_prepare(r->queue, "SELECT " STORE_ROW_COLUMNS " FROM jobs WHERE seq < ?1"
-                                             " AND ((1 << status) & ?2) ORDER BY seq DESC LIMIT ?3", why, size))
+                                             " AND ((1 << status) & ?2) AND (?4 IS NULL OR owner = ?4) ORDER BY seq DESC LIMIT ?3", why, size))
             && (r->list_one = store_file_prepare(r->queue, "SELECT " STORE_ROW_COLUMNS " FROM jobs WHERE seq < ?1"
-                                                 " AND status = ?2 ORDER BY seq DESC LIMIT ?3", why, size))
+                                                 " AND status = ?2 AND (?4 IS NULL OR owner = ?4) ORDER BY seq DESC LIMIT ?3", why, size))
             && open_cache(r, folder, why, size);
         if (!ok)
             return false;
@@ -85,6 +86,7 @@ bool store_read_row(sqlite3_stmt *s, struct job_row *row)
 {
     memset(row, 0, sizeof *row);
     const char *id = (const char *)sqlite3_column_text(s, 0), *error = (const char *)sqlite3_column_text(s, 7);
+    const char *owner = (const char *)sqlite3_column_text(s, 8);
     int status = sqlite3_column_int(s, 2);
     if (!id || strlen(id) != ID_LENGTH || status < 0 || status >= JOB_STATUSES)
         return false;
@@ -95,17 +97,16 @@ bool store_read_row(sqlite3_stmt *s, struct job_row *row)
     row->created = sqlite3_column_int64(s, 4);
     row->started = sqlite3_column_int64(s, 5);
     row->finished = sqlite3_column_int64(s, 6);
+    snprintf(row->owner, sizeof row->owner, "%s", owner ? owner : "");
     return !error || (row->error = strdup(error));
 }
 
-/* Is the text what was written? Rows of older programs say nothing. */
-static bool genuine(sqlite3_stmt *s)
+/* Is the text what was written under this id? */
+static bool genuine(sqlite3_stmt *s, const char *id)
 {
     unsigned char sum[DIGEST_BYTES];
     const void *kept = sqlite3_column_blob(s, 1), *text = sqlite3_column_blob(s, 0);
-    if (sqlite3_column_type(s, 1) == SQLITE_NULL)
-        return true;
-    digest(sum, text ? text : "", (size_t)sqlite3_column_bytes(s, 0));
+    digest_kept(sum, id, text ? text : "", (size_t)sqlite3_column_bytes(s, 0));
     return kept && sqlite3_column_bytes(s, 1) == sizeof sum && memcmp(kept, sum, sizeof sum) == 0;
 }
 
@@ -133,6 +134,11 @@ enum store_answer store_job(struct store *st, const char *id, struct job_row *ro
     sqlite3_bind_text(r->job, 1, id, -1, SQLITE_STATIC);
     int rc = sqlite3_step(r->job);
     bool taken = rc == SQLITE_ROW && store_read_row(r->job, row);
+    if (taken && strcmp(row->id, id) != 0) {      /* an index that is damaged */
+        free(row->error);
+        row->error = NULL;
+        taken = false;
+    }
     sqlite3_reset(r->job);
     give_back(st, r);
     return answer(rc, taken);
@@ -143,7 +149,7 @@ static enum store_answer blob(sqlite3_stmt *s, const char *id, char **text, size
 {
     sqlite3_bind_text(s, 1, id, -1, SQLITE_STATIC);
     *rc = sqlite3_step(s);
-    if (*rc == SQLITE_ROW && !genuine(s))
+    if (*rc == SQLITE_ROW && !genuine(s, id))
         *rc = SQLITE_MISMATCH;
     bool taken = *rc == SQLITE_ROW && copy_blob(s, text, length);
     sqlite3_reset(s);
@@ -176,23 +182,26 @@ enum store_answer store_result(struct store *st, const char *id, char **text, si
     return a;
 }
 
-enum store_answer store_list(struct store *st, int64_t before, unsigned statuses, int limit, struct store_page *page)
+enum store_answer store_list(struct store *st, const struct store_query *q, struct store_page *page)
 {
+    int limit = q->limit;
     *page = (struct store_page){ .row = calloc((size_t)limit + 1, sizeof *page->row) };
     if (!page->row)
         return STORE_BROKEN;
     struct store_reader *r = borrow(st);
     /* One status alone has an index; a set is filtered along the way. */
-    bool one = __builtin_popcount(statuses) == 1;
+    bool one = __builtin_popcount(q->statuses) == 1;
     sqlite3_stmt *s = one ? r->list_one : r->list;
-    sqlite3_bind_int64(s, 1, before ? before : INT64_MAX);
-    sqlite3_bind_int64(s, 2, one ? __builtin_ctz(statuses) : (int64_t)statuses);
+    sqlite3_bind_int64(s, 1, q->before ? q->before : INT64_MAX);
+    sqlite3_bind_int64(s, 2, one ? __builtin_ctz(q->statuses) : (int64_t)q->statuses);
     sqlite3_bind_int(s, 3, limit + 1);       /* one more tells whether there are more */
+    sqlite3_bind_text(s, 4, q->owner, -1, SQLITE_STATIC);    /* NULL binds NULL */
     int rc = SQLITE_DONE;
     while (page->rows <= limit && (rc = sqlite3_step(s)) == SQLITE_ROW)
         if (!store_read_row(s, &page->row[page->rows++]))
             break;
     sqlite3_reset(s);
+    sqlite3_bind_null(s, 4);
     give_back(st, r);
     if (page->rows > limit) {
         page->more = true;

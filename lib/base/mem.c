@@ -33,6 +33,15 @@ void *sga_realloc(void *p, size_t size)
     return p;
 }
 
+void *sga_try_malloc(size_t size)
+{
+    sga_watch_ask(size);
+    void *p = malloc(size ? size : 1);
+    if (!p)
+        sga_watch_refuse();
+    return p;
+}
+
 char *sga_strdup(const char *s)
 {
     size_t n = strlen(s) + 1;

@@ -12,6 +12,8 @@ void *sga_malloc(size_t size);
 void *sga_calloc(size_t count, size_t size);
 void *sga_realloc(void *p, size_t size);
 char *sga_strdup(const char *s);
+/* For libraries that can bear it: NULL where memory ends, which is noted (watch.h). */
+void *sga_try_malloc(size_t size);
 
 /* Grow a vector: makes room for at least `need` elements, doubling.
  * The macro's arguments are evaluated more than once. */

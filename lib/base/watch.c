@@ -35,6 +35,8 @@ static _Thread_local struct {
     bool over, ending;
 } watch;
 
+static _Thread_local bool refused;
+
 static size_t measure(void)
 {
     char text[128];
@@ -108,6 +110,18 @@ void sga_watch_failed(size_t size)
     }
     fputs("sga: out of memory\n", stderr);
     abort();
+}
+
+void sga_watch_refuse(void)
+{
+    refused = true;
+}
+
+bool sga_watch_refused(void)
+{
+    bool was = refused;
+    refused = false;
+    return was;
 }
 
 void sga_watch_begin(const struct sga_budget *budget, sga_wall *wall, void *ctx)

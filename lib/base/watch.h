@@ -38,5 +38,9 @@ bool sga_watch_memory_ok(struct sga_error *err);
  * (does not return). */
 void sga_watch_ask(size_t size);
 void sga_watch_failed(size_t size) __attribute__((noreturn));
+/* NULL was given to a library that can bear it: noted for this thread, watch or not. */
+void sga_watch_refuse(void);
+/* Was it, since this was asked last? */
+bool sga_watch_refused(void);
 
 #endif

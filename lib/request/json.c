@@ -8,6 +8,7 @@
 
 #include "mem.h"
 #include "reader.h"
+#include "watch.h"
 
 struct scan {
     const char *text;
@@ -191,10 +192,22 @@ json_t *load_json(const char *text, size_t length, struct sga_error *err)
         return NULL;
     }
     json_error_t e;
+    sga_watch_refused();
     json_t *v = json_loadb(text, length, JSON_REJECT_DUPLICATES | JSON_DECODE_ANY, &e);
+    /* Where memory ends, the library says that the text is wrong. */
+    if (sga_watch_refused()) {
+        json_decref(v);
+        sga_fail(s.err, SGA_E_LIMIT_MEMORY, "no memory is left to read the request; send a smaller one, or try again later");
+        return NULL;
+    }
     if (!v) {
         explain(&e, s.err);
         make_utf8(s.err->detail);
     }
     return v;
+}
+
+void request_init(void)
+{
+    json_set_alloc_funcs(sga_try_malloc, free);
 }

@@ -160,6 +160,9 @@ struct request {
     bool strata;                      /* each stratum shall be solved on its own */
 };
 
+/* Once in a process, before the first request: the JSON library's memory is watched too. */
+void request_init(void);
+
 /* Read a request. On failure err is filled and r is left cleared. Cost: linear in the text and
  * in what the form makes of it. */
 bool request_read(struct request *r, const char *text, size_t length, struct sga_error *err);

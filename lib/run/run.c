@@ -22,6 +22,7 @@ void sga_init(void)
 {
     lin_init();
     sga_watch_init();
+    request_init();
 }
 
 /* What checking may take; a request that needs more is judged where it runs. */

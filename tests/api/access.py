@@ -127,6 +127,38 @@ def quotas(build, c):
         c(600 < int(a.headers.get("retry-after", "0")) <= 3601, "429: until the hour is over", a.headers)
 
 
+def owners(build, c):
+    """A job is its submitter's, also in the next life of the daemon; who knows its id may read it."""
+    with Daemon(build, "--access", "tokens", "--workers", "1") as d:
+        ann, bob, boss = (bearer(new_token(build, d, n, *more)) for n, more in (("ann", ["--jobs", "2"]), ("bob", []), ("boss", ["--scope", "admin"])))
+        c(until(lambda: d.ask("GET", "/v1/jobs", headers=boss).status == 200), "tokens are there")
+
+        def listed(who, query=""):
+            return [j["id"] for j in d.ask("GET", "/v1/jobs" + query, headers=who).json()["jobs"]]
+        request = slow()
+        hers = d.ask("POST", "/v1/jobs", request, ann).json()["id"]
+        waits = d.ask("POST", "/v1/jobs", trivial(), ann).json()["id"]
+        his = d.ask("POST", "/v1/jobs", trivial(), bob).json()["id"]
+        c(d.ask("POST", "/v1/jobs", request, bob).json()["id"] == hers, "the same request is the same job")
+
+        def looks(label):
+            c(listed(ann) == [waits, hers] and listed(bob) == [his] and listed(boss) == [his, waits, hers], f"{label}: each lists its own, admin all",
+              (listed(ann), listed(bob), listed(boss)))
+            c(listed(bob, "?status=running") == [] and listed(ann, "?limit=1") == [waits], f"{label}: filters and pages too")
+            c.status(d.ask("GET", "/v1/jobs/" + hers, headers=bob), 200, f"{label}: reading by id")
+            c.problem(d.ask("DELETE", "/v1/jobs/" + hers, headers=bob), 403, "insufficient_scope", f"{label}: cancelling another's job")
+            c.problem(d.ask("DELETE", "/v1/jobs/" + waits, headers=bob), 403, "insufficient_scope", f"{label}: cancelling another's waiting job")
+            c.problem(d.ask("POST", "/v1/jobs", trivial(), ann), 429, "quota_exceeded", f"{label}: a third job of two")
+        looks("at first")
+        d.process.kill()
+        d.ended()
+        d.start()
+        c(until(lambda: d.ask("GET", "/v1/jobs/" + hers, headers=ann).json().get("status") == "running"), "it runs again")
+        looks("after a crash")
+        c.status(d.ask("DELETE", "/v1/jobs/" + hers, headers=ann), (200, 202), "after a crash: cancelling one's own")
+        c.status(d.ask("DELETE", "/v1/jobs/" + hers, headers=bob), 409, "an ended job is nobody's to cancel")
+
+
 def turns(build, c):
     """One user's long queue delays another's job by one job, not by all of them."""
     with Daemon(build, "--access", "tokens", "--workers", "1") as d:
@@ -188,6 +220,25 @@ def tls(build, c):
                 except OSError:
                     pass
                 c(b"200" not in out, "TLS: plain text is not answered", out)
+            path = folder + "/request.json"
+            with open(path, "w", encoding="utf-8") as f:
+                json.dump(moving(), f)
+
+            def sga(host, *more, **env):
+                return subprocess.run([os.path.join(build, "sga"), "solve", path, "--json", "--server", f"https://{host}:{port}", *more],
+                                      capture_output=True, timeout=60, check=False, text=True, env={**os.environ, **env})
+            for run in (sga("localhost", "--ca", cert), sga("127.0.0.1", SGA_CA=cert)):
+                c(run.returncode == 0 and json.loads(run.stdout)["verdict"] == "unique", "TLS: the client", run.stderr)
+            stranger, _ = certificate(folder, "stranger")
+            for label, run in (("not trusted", sga("localhost")), ("trusting another", sga("localhost", "--ca", stranger)),
+                               ("another name", sga("127.1", "--ca", cert)), ("no file", sga("localhost", "--ca", folder + "/none"))):
+                c(run.returncode == 1 and not run.stdout and ("certificate" in run.stderr.lower()), f"TLS: the client, {label}: refused", run)
+            run = subprocess.run([os.path.join(build, "sga"), "top", "--once", "--ca", cert, "--server", f"https://localhost:{port}"],
+                                 capture_output=True, timeout=60, check=False, text=True)
+            c(run.returncode == 0 and "store healthy" in run.stdout, "TLS: sga top", run)
+            run = subprocess.run([os.path.join(build, "sga"), "solve", path, "--server", "http://host.invalid"], capture_output=True, timeout=60,
+                                 check=False, text=True, env={**os.environ, "SGA_TOKEN": "secret"})
+            c(run.returncode == 1 and "token is not sent" in run.stderr, "a token is not sent in the clear", run.stderr)
             old = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
             old.check_hostname, old.verify_mode = False, ssl.CERT_NONE
             old.set_ciphers("ALL:@SECLEVEL=0")
@@ -402,4 +453,4 @@ def unit(_, c):
         c(level and float(level[1]) < 2.5, "sgad.service: exposure below 2.5", run.stdout[-200:] + run.stderr)
 
 
-ALL = [tokens, quotas, turns, tls, remote, sockets, settings, upkeep, unit]
+ALL = [tokens, quotas, owners, turns, tls, remote, sockets, settings, upkeep, unit]

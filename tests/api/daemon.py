@@ -2,6 +2,7 @@
 import http.client
 import json
 import os
+import re
 import shutil
 import signal
 import socket
@@ -54,6 +55,10 @@ class Daemon:
         status = self.process.wait(seconds)
         self.process.stdout.close()
         self.log.close()
+        with open(os.path.join(self.state, "test.log"), "rb") as f:
+            found = re.search(rb"(WARNING: ThreadSanitizer|ERROR: \w+Sanitizer|runtime error: ).*", f.read(), re.S)
+        if found:                 # also of children, whose end nobody else looks at
+            raise RuntimeError(found[0][:3000].decode(errors="replace"))
         return status
 
     def errors(self):

@@ -168,6 +168,28 @@ def tradeoff(d, c):
     c.problem(d.get(f"/v1/jobs/{none['id']}/tradeoff"), 409, "no_tradeoff", "tradeoff: not asked for")
 
 
+def conditional(d, c):
+    """What has not changed is not sent again: jobs, trajectories in each form, descriptions."""
+    id_ = d.ask("POST", "/v1/solve", moving(samples=5)).json()["id"]
+    job_, tags = f"/v1/jobs/{id_}", {}
+    for path in (job_, job_ + "/trajectory", job_ + "/trajectory?format=csv", job_ + "/trajectory?format=ndjson", "/openapi.json", "/v1/schema/result",
+                 "/v1/schema/request"):
+        a = d.get(path)
+        tag = tags[path] = a.headers.get("etag", "")
+        c(a.status == 200 and re.fullmatch(r'"[^"]+"', tag), f"{path}: a strong ETag", a.headers)
+        for given in (tag, "*", f'"other", {tag}', f'W/{tag}', f'"a,b" ,W/"x",{tag}'):
+            b = d.get(path, If_None_Match=given)
+            c(b.status == 304 and not b.body and b.headers.get("etag") == tag, f"{path}: 304 for {given}", (b.status, b.headers))
+        for given in ('"other"', tag[1:-1], tag[:-2] + '"', f'"x{tag[1:]}', f'W/"other{tag[1:]}', "", '"'):
+            c.status(d.get(path, If_None_Match=given), 200, f"{path}: 200 for {given!r}")
+        b = d.ask("HEAD", path)
+        c(b.status == 200 and b.headers.get("etag") == tag and not b.body, f"{path}: HEAD", b.headers)
+    c(len(set(tags.values())) == len(tags), "each form has a tag of its own", tags)
+    busy = d.ask("POST", "/v1/jobs", moving()).json()["id"]
+    a = d.get("/v1/jobs/" + busy, Prefer="wait=20", If_None_Match="*")
+    c.status(a, 304, "304 also after waiting for the end")
+
+
 def events(d, c):
     id_ = d.ask("POST", "/v1/jobs", moving(samples=9)).json()["id"]
     a = d.get(f"/v1/jobs/{id_}/events")
@@ -182,6 +204,9 @@ def events(d, c):
         c(not fault, "events: job schema", fault)
     c(json.loads(fields[-1]["data"])["status"] == "done", "events: done")
     c.status(d.get(f"/v1/jobs/{id_}/events", Last_Event_ID=fields[-1]["id"]), 204, "events: nothing after the end")
+    for seen in ("1", "999999", "-3", "other", ""):
+        a = d.get(f"/v1/jobs/{id_}/events", Last_Event_ID=seen)
+        c(a.status == 200 and a.body.count(b"event: end") == 1 and b"id: end" in a.body, f"events: the end for who saw {seen!r}", a.body[-200:])
 
 
 def examples(d, c):
@@ -211,4 +236,4 @@ def examples(d, c):
               again["result"]["dimensions"])
 
 
-ALL = [about, metrics, job, cache, waiting, listing, trajectory, tradeoff, events, examples]
+ALL = [about, metrics, job, cache, waiting, listing, trajectory, tradeoff, conditional, events, examples]

@@ -1,6 +1,7 @@
 """What is too large ends by its own limit, with the figure, and nothing else notices."""
 import json
 import os
+import resource
 import signal
 import threading
 import time
@@ -167,4 +168,23 @@ def stopped(build, c):
         c(d.ask("POST", "/v1/solve", trivial()).json()["status"] == "done", "the next job runs")
 
 
-ALL = [ended, maxima, refused, stopped]
+def no_memory(build, c):
+    """Where the daemon itself may have no more memory it refuses to read requests, and lives."""
+    if "-" in os.path.basename(os.path.normpath(build)):
+        return                    # sanitizers map terabytes
+    with Daemon(build, "--workers", "1") as d:
+        done = trivial()
+        c.status(d.ask("POST", "/v1/solve", done), 200, "with memory")
+        with open(f"/proc/{d.process.pid}/statm", encoding="ascii") as f:
+            now = int(f.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")
+        resource.prlimit(d.process.pid, resource.RLIMIT_AS, (now + (32 << 20), resource.RLIM_INFINITY))
+        a = d.ask("POST", "/v1/solve", trivial())
+        c.problem(a, 503, "busy", "without memory")
+        c("retry-after" in a.headers, "without memory: Retry-After", a.headers)
+        c.status(d.ask("POST", "/v1/solve", done), 200, "without memory: what is known is answered")
+        c.status(d.get("/healthz"), 200, "without memory: alive")
+        resource.prlimit(d.process.pid, resource.RLIMIT_AS, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+        c.status(d.ask("POST", "/v1/solve", trivial()), 200, "with memory again")
+
+
+ALL = [no_memory, ended, maxima, refused, stopped]

@@ -107,6 +107,18 @@ def smuggling(d, c):
         replies = set(re.findall(rb"HTTP/1\.1 (\d+)", out))
         c(replies <= {b"400", b"411", b"501"}, f"smuggling: {name}: refused, and no second request answered", out[:400])
         c(closed, f"smuggling: {name}: the connection is closed", out[:200])
+    # What the HTTP library takes for the end of a head, and other spellings, may be answered, but
+    # nothing else on that connection is.
+    odd = {
+        "a line without a name": f"GET /healthz HTTP/1.1\r\n{host}: x\r\n" + second,
+        "its shortest form": f"GET /healthz HTTP/1.1\r\n{host}:\r\n" + second,
+        "no blank to make up for it": f"GET /healthz HTTP/1.1\r\n{host}A:b\r\n:\r\n" + second,
+        "bare line feeds": f"GET /healthz HTTP/1.1\nHost: localhost\n\n" + second,
+        "a length after a line without a name": post + ": x\r\nContent-Length: 2\r\n\r\n{}" + second,
+    }
+    for name, text in odd.items():
+        out, closed = d.raw(text.encode(), 3)
+        c(out.count(b"HTTP/1.1 ") == 1 and closed, f"smuggling: {name}: one reply, then closed", out[:400])
     pipelined = (f"GET /healthz HTTP/1.1\r\n{host}\r\n" * 2 + f"GET /healthz HTTP/1.1\r\n{host}Connection: close\r\n\r\n").encode()
     out, closed = d.raw(pipelined, 5)
     c(out.count(b"HTTP/1.1 200") == 3 and closed, "three requests on one connection", out[:200])

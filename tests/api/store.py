@@ -112,7 +112,7 @@ def damaged(build, c):
         db.close()
         refused(d, c, "a newer queue", "newer sgad")
         with sqlite3.connect(path(d, "queue.db")) as db:
-            db.execute("PRAGMA user_version=2")
+            db.execute("PRAGMA user_version=3")
             bad = waiting[70003]
             db.execute("UPDATE jobs SET request=replace(request, '70003', '90009') WHERE id=?", (bad,))
         db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
@@ -140,21 +140,32 @@ def damaged(build, c):
 
 
 def older(build, c):
-    """A queue of the first schema is brought up to date."""
-    with Daemon(build) as d:
-        jobs = some_jobs(d, 2)
-        d.stop()
-        with sqlite3.connect(path(d, "queue.db")) as db:
-            db.execute("ALTER TABLE jobs DROP COLUMN sum")
-            db.execute("PRAGMA user_version=1")
-        db.close()
-        d.start()
-        again(d, c, jobs, "an older queue")
-        d.stop()
-        with sqlite3.connect(path(d, "queue.db")) as db:
-            c(db.execute("PRAGMA user_version").fetchone()[0] == 2, "an older queue: its version after")
-        db.close()
-        d.start()
+    """Queues of the schemas before are brought up to date, and what waited in them runs."""
+    for version, change in ((1, "ALTER TABLE jobs DROP COLUMN sum"), (2, "UPDATE jobs SET sum=zeroblob(32)")):
+        with Daemon(build, "--workers", "1") as d:
+            jobs = some_jobs(d, 2)
+            d.ask("POST", "/v1/jobs", slow())
+            waits = d.ask("POST", "/v1/jobs", trivial()).json()["id"]
+            d.process.kill()
+            d.ended()
+            for name in ("queue.db", "cache.db"):
+                with sqlite3.connect(path(d, name)) as db:
+                    if name == "queue.db":
+                        db.execute(change)
+                        db.execute("ALTER TABLE jobs DROP COLUMN owner")
+                    db.execute(f"PRAGMA user_version={version}")
+                db.close()
+            d.start()
+            for job in d.get("/v1/jobs?status=queued,running").json()["jobs"]:
+                if job["id"] != waits:
+                    d.ask("DELETE", "/v1/jobs/" + job["id"])
+            c(d.wait(waits)["status"] == "done", f"a queue of version {version}: what waited runs")
+            again(d, c, jobs, f"a queue of version {version}")
+            d.stop()
+            with sqlite3.connect(path(d, "queue.db")) as db:
+                c(db.execute("PRAGMA user_version").fetchone()[0] == 3, f"a queue of version {version}: its version after")
+            db.close()
+            d.start()
 
 
 def until(d, should, seconds=30):
