@@ -12,7 +12,8 @@
 
 #include "mem.h"
 
-enum { BITS = 64, SHRINKS = 100, FRESH = 24 };
+enum { BITS = 64, SHRINKS = 100, FRESH = 60 };
+static const double FLAT = 0x1p-30;
 
 void enc_disc_init(struct enc_disc *c, const struct enc_program *p, int fields)
 {
@@ -281,8 +282,8 @@ static double radius_of(const struct enc_disc *c)
     return fmin(R * (1 - 0x1p-40), c->time);
 }
 
-/* A box must not be flat: variables that do not move still have starts nearby. How thick it may be beside the
- * variables' size depends on what is made of them (sin of a large angle). */
+/* A box must not be flat: variables that do not move still have starts nearby. This thin costs no bits, because remainders
+ * of J are smaller still (lohner.c), and does not matter beside what the field does in the box. */
 static void thicken(struct enc_disc *c, arb_srcptr x)
 {
     int n = c->p->n;
@@ -292,7 +293,7 @@ static void thicken(struct enc_disc *c, arb_srcptr x)
     big = big > 0 && isfinite(big) ? big : 1;
     for (int j = 0; j < n; j++) {
         double size = fabs(arf_get_d(arb_midref(x + j), ARF_RND_UP));
-        c->b[j] = fmax(c->b[j], fmax(c->floor * fmax(size, 0x1p-10 * big), 0x1p-900));
+        c->b[j] = fmax(c->b[j], fmax(FLAT * fmax(size, 0x1p-10 * big), 0x1p-900));
     }
 }
 
@@ -312,7 +313,6 @@ static bool shrink(struct enc_disc *c, arb_srcptr x, const arb_t t, double R)
             return true;
         for (int j = 0; j < c->p->n; j++)
             c->b[j] *= 0.25;
-        c->floor *= 0.25;
         R *= 0.25;
     }
     return false;
@@ -329,7 +329,6 @@ bool enc_disc_find(struct enc_disc *c, arb_srcptr x, const arb_t t, double most,
 {
     int n = c->p->n;
     bool fresh = !(c->R > 0);
-    c->floor = c->floor > 0 ? fmin(2 * c->floor, 0x1p-8) : 0x1p-8;
     c->grow = fresh ? 2 : c->grow;
     thicken(c, x);
     double time = fresh ? fmin(most, 1) : fmin(2 * c->R, most);

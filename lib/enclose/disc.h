@@ -18,7 +18,7 @@ struct enc_disc {
     acb_ptr value;            /* by slot */
     double *b, *d, *M;        /* by variable: as above */
     double R, time;           /* time: of the last evaluation, R <= time */
-    double floor, grow;       /* of the search: least b_j, beside |x_j|; what to try next */
+    double grow;              /* of the search: what to try next */
     int bad;                  /* of the last failure: the root after the field that may vanish; -1: X itself */
     long evaluations;
 };
