@@ -12,7 +12,7 @@
 
 #include "mem.h"
 
-enum { BITS = 64, SHRINKS = 100, FRESH = 60 };
+enum { BITS = 64, SHRINKS = 100, FRESH = 60, PASSES = 3 };
 static const double FLAT = 0x1p-30;
 
 void enc_disc_init(struct enc_disc *c, const struct enc_program *p, int fields)
@@ -58,17 +58,35 @@ static bool off_axis(const arb_t re, const arb_t im)
     return ok;
 }
 
-static void cube_root(acb_t r, const acb_t z)
+/* z^(1/k), by exp and log: Arb's roots are loose on wide balls. */
+static void root(acb_t r, const acb_t z, ulong k)
 {
-    if (arb_is_positive(acb_realref(z))) {
-        acb_root_ui(r, z, 3, BITS);
-    } else if (arb_is_negative(acb_realref(z))) {
-        acb_neg(r, z);
-        acb_root_ui(r, r, 3, BITS);
-        acb_neg(r, r);
+    bool negative = k == 3 && arb_is_negative(acb_realref(z));
+    acb_t w;
+    acb_init(w);
+    acb_set(w, z);
+    if (negative)
+        acb_neg(w, w);
+    if (arb_is_positive(acb_realref(w))) {
+        acb_log(w, w, BITS);
+        acb_div_ui(w, w, k, BITS);
+        acb_exp(r, w, BITS);
+        if (negative)
+            acb_neg(r, r);
     } else {
         acb_indeterminate(r);
     }
+    acb_clear(w);
+}
+
+static void power(acb_t r, const acb_t z, const acb_t w)
+{
+    acb_t e;
+    acb_init(e);
+    acb_log(e, z, BITS);
+    acb_mul(e, e, w, BITS);
+    acb_exp(r, e, BITS);
+    acb_clear(e);
 }
 
 static void function(acb_t r, enum expr_op f, const acb_t z, const acb_t w)
@@ -102,8 +120,8 @@ static void function(acb_t r, enum expr_op f, const acb_t z, const acb_t w)
     case EXPR_ATANH: acb_atanh(r, z, BITS); break;
     case EXPR_EXP:   acb_exp(r, z, BITS); break;
     case EXPR_LOG:   acb_log(r, z, BITS); break;
-    case EXPR_CBRT:  cube_root(r, z); break;
-    case EXPR_POW:   acb_pow(r, z, w, BITS); break;
+    case EXPR_CBRT:  root(r, z, 3); break;
+    case EXPR_POW:   power(r, z, w); break;
     default:         acb_indeterminate(r); break;
     }
 }
@@ -191,12 +209,7 @@ static void eval(struct enc_disc *c, int i)
     case ENC_NEG:  acb_neg(r, v + k->a); break;
     case ENC_MUL:  k->a == k->b ? acb_sqr(r, v + k->a, BITS) : acb_mul(r, v + k->a, v + k->b, BITS); break;
     case ENC_DIV:  acb_div(r, v + k->a, v + k->b, BITS); break;
-    case ENC_SQRT:
-        if (arb_is_positive(acb_realref(v + k->a)))
-            acb_sqrt(r, v + k->a, BITS);
-        else
-            acb_indeterminate(r);
-        break;
+    case ENC_SQRT: root(r, v + k->a, 2); break;
     case ENC_FUN:    function(r, k->fun, v + k->a, v + k->b); break;
     case ENC_ATAN2:  arc_tangent(r, v + k->a, v + k->b); break;
     case ENC_CHOICE: choice(r, k->fun, v + k->a, v + k->b); break;
@@ -297,11 +310,11 @@ static void thicken(struct enc_disc *c, arb_srcptr x)
     }
 }
 
-/* Where the box is what moves in the time R, all sides give the same radius: b = grow R M. */
+/* Where the box is what moves in the time R, all sides give the same radius. */
 static void reshape(struct enc_disc *c, arb_srcptr x, double R)
 {
     for (int j = 0; j < c->p->n; j++)
-        c->b[j] = c->grow * R * c->M[j] / (1 - ENC_SHARE);
+        c->b[j] = R * c->M[j] / (1 - ENC_SHARE);
     thicken(c, x);
 }
 
@@ -337,8 +350,11 @@ bool enc_disc_find(struct enc_disc *c, arb_srcptr x, const arb_t t, double most,
     double R = radius_of(c);
     double *b = copy(c->b, n), *M = copy(c->M, n);
     for (int k = 0; k < (fresh ? FRESH : 1); k++) {
-        reshape(c, x, R);
-        double next = evaluate(c, x, t, fmin(2 * R, most)) ? fmin(radius_of(c), 2 * R) : 0;
+        double next = fmin(2 * R, most), goal = c->grow * R;
+        for (int pass = 0; pass < PASSES && next > 0; pass++) {     /* the sides pull each other along */
+            reshape(c, x, pass ? 1.02 * goal : goal);
+            next = evaluate(c, x, t, fmin(2 * R, most)) ? radius_of(c) : 0;
+        }
         if (next > 1.01 * R) {
             R = next;
             memcpy(b, c->b, (size_t)n * sizeof *b);
