@@ -12,7 +12,7 @@
 
 #include "mem.h"
 
-enum { BITS = 64, SHRINKS = 100, FRESH = 60, PASSES = 3 };
+enum { BITS = 64, SHRINKS = 100, FRESH = 60, PASSES = 3, OFTEN = 32, ROUNDS = 8 };
 static const double FLAT = 0x1p-30;
 
 void enc_disc_init(struct enc_disc *c, const struct enc_program *p, int fields)
@@ -227,7 +227,9 @@ static void eval_constant(struct enc_disc *c, int i)
     const struct enc_code *k = c->p->code + i;
     acb_ptr r = c->value + i;
     arb_zero(acb_imagref(r));
-    enc_value(acb_realref(r), k, acb_realref(c->value + k->a), acb_realref(c->value + k->b), BITS);
+    bool leaf = k->op == ENC_INTEGER || k->op == ENC_CONSTANT;
+    acb_srcptr a = leaf ? r : c->value + k->a;
+    enc_value(acb_realref(r), c->p, k, acb_realref(a), acb_realref(c->value + k->b), BITS);
 }
 
 /* A double >= |z|. */
@@ -349,9 +351,12 @@ bool enc_disc_find(struct enc_disc *c, arb_srcptr x, const arb_t t, double most,
         return false;
     double R = radius_of(c);
     double *b = copy(c->b, n), *M = copy(c->M, n);
-    for (int k = 0; k < (fresh ? FRESH : 1); k++) {
-        double next = fmin(2 * R, most), goal = c->grow * R;
-        for (int pass = 0; pass < PASSES && next > 0; pass++) {     /* the sides pull each other along */
+    int rounds = fresh ? FRESH : c->searches++ % OFTEN ? 1 : ROUNDS;
+    for (int k = 0; k < rounds; k++) {
+        double next = R;
+        for (int pass = 0; pass < PASSES && next > 0; pass++) {
+            /* a smaller box shows what the field is without its own size; the sides pull each other along */
+            double goal = c->grow > 1 ? c->grow * R : pass ? 1.2 * R : 0.5 * R;
             reshape(c, x, pass ? 1.02 * goal : goal);
             next = evaluate(c, x, t, fmin(2 * R, most)) ? radius_of(c) : 0;
         }
@@ -361,7 +366,7 @@ bool enc_disc_find(struct enc_disc *c, arb_srcptr x, const arb_t t, double most,
             memcpy(M, c->M, (size_t)n * sizeof *M);
         } else {
             memcpy(c->M, M, (size_t)n * sizeof *M);
-            c->grow = c->grow > 1 ? 0.8 : 1.25;
+            c->grow = c->grow > 1 ? 0.5 : 1.25;
         }
     }
     memcpy(c->b, b, (size_t)n * sizeof *b);

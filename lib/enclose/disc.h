@@ -20,7 +20,7 @@ struct enc_disc {
     double R, time;           /* time: of the last evaluation, R <= time */
     double grow;              /* of the search: what to try next */
     int bad;                  /* of the last failure: the root after the field that may vanish; -1: X itself */
-    long evaluations;
+    long evaluations, searches;
 };
 
 /* The start's share of the box: d_j = ENC_SHARE b_j. */

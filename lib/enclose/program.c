@@ -177,7 +177,7 @@ static int compile(struct maker *m, expr_id e)
     const struct expr_node *n = m->st->node + e;
     enum expr_op op = (enum expr_op)n->op;
     if (op == EXPR_CONST || op == EXPR_PI)
-        return emit(m, (struct enc_code){ .op = ENC_CONSTANT, .constant = op == EXPR_PI ? NULL : m->st->constant + n->a });
+        return emit(m, (struct enc_code){ .op = ENC_CONSTANT, .a = op == EXPR_PI ? -1 : n->a });
     if (op == EXPR_SOLVE)
         return component(m, n->a, n->b);
     int x = slot_of(m, n->a), y = expr_op_args(op) == 2 ? slot_of(m, n->b) : 0;
@@ -230,7 +230,7 @@ bool enc_program_init(struct enc_program *p, const struct expr_store *st, const 
     expr_cone_init(&cone);
     expr_cone_of(st, &cone, roots, count);
     expr_cone_index(&cone);
-    *p = (struct enc_program){ .n = n, .roots = count, .root = sga_malloc((size_t)(count + 1) * sizeof(int)) };
+    *p = (struct enc_program){ .st = st, .n = n, .roots = count, .root = sga_malloc((size_t)(count + 1) * sizeof(int)) };
     struct maker m = { .p = p, .st = st, .cone = &cone, .slot = sga_malloc((size_t)(cone.count + 1) * sizeof(int)),
                        .first = sga_calloc((size_t)st->solves + 1, sizeof(int)) };
     for (int j = 0; j <= n; j++)

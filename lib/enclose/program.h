@@ -14,7 +14,10 @@
 #include "expr.h"
 
 enum enc_op {
-    ENC_INPUT, ENC_INTEGER, ENC_CONSTANT, ENC_ADD, ENC_SUB, ENC_NEG, ENC_MUL, ENC_DIV, ENC_SQRT,
+    ENC_INPUT,
+    ENC_INTEGER,    /* a itself */
+    ENC_CONSTANT,   /* number a of the store; -1: pi */
+    ENC_ADD, ENC_SUB, ENC_NEG, ENC_MUL, ENC_DIV, ENC_SQRT,
     ENC_FUN,        /* u = fun(a): u' = sign g a'; fun POW: of exponent b, a constant slot */
     ENC_ATAN2,      /* u = atan2(a, b): u' = g a' - g2 b' */
     ENC_CHOICE,     /* abs, sign, min, max */
@@ -25,7 +28,6 @@ struct enc_code {
     enum enc_op op;
     enum expr_op fun;
     int a, b, g, g2, sign;
-    const fmpq *constant;    /* ENC_CONSTANT: of the store, or NULL for pi */
     bool aux;                /* only for the derivatives of others */
     bool varies, state;      /* depends on an input; on a variable */
     bool scaled;             /* k times the k-th coefficient is wanted */
@@ -38,6 +40,7 @@ struct enc_system {
 };
 
 struct enc_program {
+    const struct expr_store *st;
     int n;                   /* variables */
     int slots; struct enc_code *code; size_t cap;
     struct enc_system *system; int systems; size_t system_cap;
@@ -53,6 +56,6 @@ void enc_program_clear(struct enc_program *p);
 
 /* The value of a step that does not depend on its operands' derivatives, from its operands':
  * everything but inputs and SOLVE. Not finite where the function has no value on the balls. */
-void enc_value(arb_t r, const struct enc_code *c, arb_srcptr x, arb_srcptr y, slong prec);
+void enc_value(arb_t r, const struct enc_program *p, const struct enc_code *c, arb_srcptr x, arb_srcptr y, slong prec);
 
 #endif

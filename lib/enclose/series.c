@@ -136,7 +136,8 @@ static void first(struct enc_series *s, int i)
         choose(s, i);
         follow(r, s->choice[i], enc_series_of(s, c->a), enc_series_of(s, c->b), true);
     } else {
-        enc_value(r, c, enc_series_of(s, c->a), enc_series_of(s, c->b), s->prec);
+        bool leaf = c->op == ENC_INTEGER || c->op == ENC_CONSTANT;
+        enc_value(r, s->p, c, leaf ? r : enc_series_of(s, c->a), enc_series_of(s, c->b), s->prec);
     }
 }
 

@@ -43,13 +43,13 @@ static void function(arb_t r, enum expr_op f, arb_srcptr x, arb_srcptr y, slong 
     }
 }
 
-void enc_value(arb_t r, const struct enc_code *c, arb_srcptr x, arb_srcptr y, slong p)
+void enc_value(arb_t r, const struct enc_program *program, const struct enc_code *c, arb_srcptr x, arb_srcptr y, slong p)
 {
     switch (c->op) {
     case ENC_INTEGER: arb_set_si(r, c->a); break;
     case ENC_CONSTANT:
-        if (c->constant)
-            arb_set_fmpq(r, c->constant, p);
+        if (c->a >= 0)
+            arb_set_fmpq(r, program->st->constant + c->a, p);
         else
             arb_const_pi(r, p);
         break;

@@ -95,13 +95,37 @@ static void measure(struct attempt *a)
     mag_clear(m);
 }
 
+/* The answer holds on one side of some surfaces; along the way they are shown not to be met, here the side is. */
+static bool on_sides(struct attempt *a, struct sga_error *err)
+{
+    const struct sga_solution *sol = a->sol;
+    struct num_ball b;
+    struct expr_cone cone;
+    bool on = true;
+    num_ball_init(&b, a->sys->store, a->prec);
+    expr_cone_init(&cone);
+    for (int j = 0; j < a->n; j++)
+        num_ball_set(&b, a->sys->variable[j].symbol, a->start + j);
+    num_ball_set(&b, a->sys->time, a->t0);
+    for (int i = 0; i < sol->sides && on; i++) {
+        expr_cone_of(a->sys->store, &cone, &sol->side[i].function, 1);
+        num_ball_list(&b, cone.list, cone.count);
+        arb_srcptr v = num_ball_value(&b, sol->side[i].function);
+        on = sol->side[i].sign > 0 ? arb_is_positive(v) : arb_is_negative(v);
+    }
+    expr_cone_clear(&cone);
+    num_ball_clear(&b);
+    return on || sga_fail(err, SGA_E_NO_MOTION, "it cannot be shown that the start lies on the side of evidence.sides on which the answer "
+                          "holds; give trajectory.initial well on that side");
+}
+
 static bool run(struct attempt *a, const double *near, struct sga_error *err)
 {
     const struct traj_request *rq = a->rq;
     enclosed_constant(a->sys->store, rq->exact_initial ? rq->exact_start : EXPR_UNDEF, rq->start, a->prec, a->t0);
     for (int i = 0; i < rq->samples; i++)
         enclosed_constant(a->sys->store, rq->exact_time ? rq->exact_time[i] : EXPR_UNDEF, rq->times[i], a->prec + 32, a->time + i);
-    if (!enclosed_start(a->f, &a->problem, a->sol, rq, near, a->t0, a->prec, a->start, err))
+    if (!enclosed_start(a->f, &a->problem, a->sol, rq, near, a->t0, a->prec, a->start, err) || !on_sides(a, err))
         return false;
     struct enclose_path path = { .start = a->start, .t0 = a->t0, .times = a->time, .samples = rq->samples, .prec = a->prec };
     if (!enclose_run(&a->problem, &path, a->box, &a->end, err))
