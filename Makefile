@@ -42,10 +42,11 @@ DEPS_graph   := base
 DEPS_plot    := base
 DEPS_structure := sga graph points lin num poly sys expr base
 DEPS_ode     := lin base
-DEPS_traj    := ode sga points lin num poly sys expr base
+DEPS_enclose := num expr base
+DEPS_traj    := enclose ode sga points lin num poly sys expr base
 DEPS_mech    := sga points lin num poly form sys expr base
-DEPS_run     := mech sym structure graph operator pencil traj ode sga points lin num poly request form sys expr base
-FLOORS := base plot graph expr sys lin pencil num poly operator form request points sga mech sym structure ode traj run
+DEPS_run     := mech sym structure graph operator pencil traj enclose ode sga points lin num poly request form sys expr base
+FLOORS := base plot graph expr sys lin pencil num poly operator form request points sga mech sym structure ode enclose traj run
 
 # Programs see the public face of the library only.
 SERVER_DEPS := run request form sys expr plot base

@@ -14,8 +14,9 @@ class Crash(Exception):
 
 
 class Solver:
-    def __init__(self, build, seconds=120):
-        self.program, self.seconds = os.path.join(build, "sga"), seconds
+    def __init__(self, build, seconds=120, number=float):
+        """number: how decimals of the answer are read."""
+        self.program, self.seconds, self.number = os.path.join(build, "sga"), seconds, number
         self.environment = {k: v for k, v in os.environ.items() if k != "SGA_SERVER"}
 
     def solve(self, request):
@@ -34,7 +35,7 @@ class Solver:
             raise Crash(f"ended with {run.returncode}: {run.stderr.decode(errors='replace')[-800:]}")
         for stream in (run.stdout, run.stderr):
             try:
-                answer = json.loads(stream, parse_constant=lambda c: c)
+                answer = json.loads(stream, parse_constant=lambda c: c, parse_float=self.number)
             except ValueError:
                 continue
             if isinstance(answer, dict) and "code" in answer:

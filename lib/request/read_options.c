@@ -95,7 +95,7 @@ bool read_accuracy(struct reader *rd, const json_t *v)
         at_back(rd, here);
     }
     /* doubles carry 2e-16; longer arithmetics go further */
-    double finest = a->arithmetic == REQUEST_DOUBLE ? 1e-14 : 1e-30;
+    double finest = a->arithmetic == REQUEST_DOUBLE ? 1e-14 : a->arithmetic == REQUEST_BALL ? 1e-300 : 1e-30;
     if (!member_number(rd, v, "rtol", finest, 0.1, &a->rtol) || !member_number(rd, v, "atol", 1e-300, 1, &a->atol)
         || !read_method(rd, v))
         return false;

@@ -29,6 +29,9 @@ void flow_clear(struct flow *f);
  * *moved: see consistent_start. */
 bool flow_start(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol,
                 const struct traj_request *rq, double *x, double *moved, struct sga_error *err);
+/* solved[j] (n, zero on entry) becomes 1 for variables that the constraints can be solved for near x, values that were not given
+ * first; the others are coordinates of Pf. Returns how many. */
+int flow_solved(struct flow *f, const struct traj_request *rq, const double *x, unsigned char *solved);
 /* The columns y of a sample. */
 void flow_output(void *flow, double t, const double *x, double *y);
 /* The problem as the integrator sees it; field_slope_init has been called. */

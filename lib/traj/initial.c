@@ -6,14 +6,12 @@
 #include "mem.h"
 #include "sparse.h"
 
-/* Coordinates of Pf near x: what elimination of the differentials leaves unsolved, values
- * that were not given being solved for first. */
-static void free_coordinates(struct flow *f, const struct traj_request *rq, struct traj_initial *r)
+/* The elimination of the differentials decides. */
+int flow_solved(struct flow *f, const struct traj_request *rq, const double *x, unsigned char *solved)
 {
     int n = f->n, c = f->manifold.c;
-    unsigned char *solved = sga_calloc((size_t)n + 1, 1);
     struct points_row *row = sga_calloc((size_t)c + 1, sizeof *row);
-    manifold_residual(&f->manifold, rq->start, r->x, NULL, NULL);
+    manifold_residual(&f->manifold, rq->start, x, NULL, NULL);
     for (int i = 0; i < c; i++) {
         int len = f->manifold.cols[i];
         row[i].len = row[i].cap = len;
@@ -26,9 +24,19 @@ static void free_coordinates(struct flow *f, const struct traj_request *rq, stru
     }
     struct points_lu lu;
     points_lu_factor(&lu, row, c, n, 1e-10);
-    for (int k = 0; k < lu.rank; k++)
+    int rank = lu.rank;
+    for (int k = 0; k < rank; k++)
         solved[lu.pivot_col[k]] = 1;
     points_lu_clear(&lu);
+    return rank;
+}
+
+/* Coordinates of Pf near x. */
+static void free_coordinates(struct flow *f, const struct traj_request *rq, struct traj_initial *r)
+{
+    int n = f->n;
+    unsigned char *solved = sga_calloc((size_t)n + 1, 1);
+    flow_solved(f, rq, r->x, solved);
     r->free = sga_malloc((size_t)(n + 1) * sizeof *r->free);
     for (int j = 0; j < n; j++)
         if (!solved[j])

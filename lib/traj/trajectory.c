@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "enclosed.h"
 #include "flow.h"
 #include "mem.h"
 #include "print.h"
@@ -128,14 +129,15 @@ bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, cons
     *r = (struct traj_result){ 0 };
     if (sys->signals && (rq->arithmetic == TRAJ_DOUBLE_DOUBLE || rq->arithmetic == TRAJ_BALL))
         return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "tables are interpolated in double; use \"double\" or \"auto\"");
-    if (rq->arithmetic == TRAJ_DOUBLE_DOUBLE || rq->arithmetic == TRAJ_BALL)
+    if (rq->arithmetic == TRAJ_DOUBLE_DOUBLE)
         return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic",
-                           "this version integrates in double only; use \"double\" or \"auto\"");
+                           "double-double is not in this version; use \"double\", \"ball\" or \"auto\"");
     bool ok = flow_init(&f, sys, sol, rq, err);
     if (ok) {
         r->initial = sga_calloc((size_t)f.n + 1, sizeof *r->initial);
         ok = flow_start(&f, sys, sol, rq, r->initial, &r->moved, err)
-             && field_begin(&f.field, rq->start, r->initial, err) && integrate(&f, sol, rq, r, err);
+             && field_begin(&f.field, rq->start, r->initial, err)
+             && (rq->arithmetic == TRAJ_BALL ? enclosed_run(&f, sys, sol, rq, r, err) : integrate(&f, sol, rq, r, err));
     }
     if (ok) {
         r->gauge = !sol->free_columns ? "none" : rq->rates ? "rates, then least norm" : "least norm";

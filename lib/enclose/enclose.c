@@ -1,0 +1,139 @@
+/* From the start to the last sample, step by step. */
+#include "enclose.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "lohner.h"
+#include "mem.h"
+
+/* Steps shorter than this part of the whole way are not made: what needs them is a pole, or as good as one. */
+static const double SHORTEST = 0x1p-60;
+
+struct walk {
+    const struct enclose_path *path;
+    struct enc_step step;
+    struct enc_set set;
+    arb_t past, t, s;        /* since t0, exact; t0 + past; from here to a sample */
+    double way;              /* from t0 to the last time, about, signed */
+};
+
+static void to_sample(struct walk *w, int i)
+{
+    arb_sub(w->s, w->path->times + i, w->path->t0, w->path->prec + 64);
+    arb_sub(w->s, w->s, w->past, w->path->prec + 64);
+}
+
+/* A double, >= |a|. */
+static double above(const arb_t a)
+{
+    mag_t m;
+    mag_init(m);
+    arb_get_mag(m, a);
+    double d = mag_get_d(m) * (1 + 0x1p-40);
+    mag_clear(m);
+    return d;
+}
+
+/* The samples within the step. */
+static void fill(struct walk *w, arb_ptr box, struct enclose_end *end)
+{
+    int n = w->set.n;
+    for (; end->samples < w->path->samples; end->samples++) {
+        to_sample(w, end->samples);
+        if (!(above(w->s) <= fabs(w->step.h)))
+            break;
+        enc_step_at(&w->step, &w->set, w->s, box + (size_t)end->samples * (size_t)n);
+    }
+}
+
+static void say_failure(const struct walk *w, struct enclose_end *end)
+{
+    bool vanishes = w->step.failure == ENC_STEP_DISC && w->step.disc.bad >= 0;
+    end->why = vanishes ? ENCLOSE_MAY_VANISH : w->step.failure == ENC_STEP_DISC ? ENCLOSE_NOT_SHOWN : ENCLOSE_WIDE;
+    end->which = vanishes ? w->step.disc.bad : -1;
+}
+
+static void march(struct walk *w, const struct sga_budget *budget, arb_ptr box, struct enclose_end *end)
+{
+    const struct enclose_path *path = w->path;
+    arb_t h;
+    arb_init(h);
+    for (;;) {
+        arb_add(w->t, path->t0, w->past, path->prec + 64);
+        end->t = arf_get_d(arb_midref(w->t), ARF_RND_NEAR);
+        to_sample(w, path->samples - 1);
+        double most = fmax(above(w->s), 2 * SHORTEST * fabs(w->way));
+        if (!sga_budget_ok(budget, NULL)) {
+            end->why = ENCLOSE_STOPPED;
+            break;
+        }
+        if (!enc_step_make(&w->step, &w->set, w->t, w->way < 0 ? -most : most, SHORTEST * fabs(w->way), path->prec)) {
+            say_failure(w, end);
+            break;
+        }
+        fill(w, box, end);
+        if (end->samples == path->samples) {
+            end->t = arf_get_d(arb_midref(path->times + path->samples - 1), ARF_RND_NEAR);
+            break;
+        }
+        if (!enc_step_take(&w->step, &w->set)) {
+            end->why = ENCLOSE_WIDE;
+            break;
+        }
+        arb_set_d(h, w->step.h);
+        arb_add(w->past, w->past, h, ARF_PREC_EXACT);
+        end->steps++;
+    }
+    arb_clear(h);
+}
+
+/* Samples at the start need no step. */
+static void at_start(struct walk *w, arb_ptr box, struct enclose_end *end)
+{
+    int n = w->set.n;
+    for (; end->samples < w->path->samples; end->samples++) {
+        to_sample(w, end->samples);
+        if (!arb_is_zero(w->s))
+            break;
+        _arb_vec_set(box + (size_t)end->samples * (size_t)n, w->path->start, n);
+    }
+}
+
+bool enclose_run(const struct enclose_problem *q, const struct enclose_path *path, arb_ptr box,
+                 struct enclose_end *end, struct sga_error *err)
+{
+    int n = q->n, roots = n + q->nonzeros;
+    struct enc_program p;
+    expr_id *root = sga_malloc((size_t)(roots + 1) * sizeof *root);
+    memcpy(root, q->field, (size_t)n * sizeof *root);
+    if (q->nonzeros)
+        memcpy(root + n, q->nonzero, (size_t)q->nonzeros * sizeof *root);
+    *end = (struct enclose_end){ .which = -1 };
+    bool ok = enc_program_init(&p, q->st, root, roots, q->variable, n, q->time, err);
+    free(root);
+    if (ok) {
+        struct walk w = { .path = path };
+        enc_step_init(&w.step, &p, n);
+        enc_set_init(&w.set, n);
+        enc_set_box(&w.set, path->start);
+        arb_init(w.past);
+        arb_init(w.t);
+        arb_init(w.s);
+        to_sample(&w, path->samples - 1);
+        w.way = arf_get_d(arb_midref(w.s), ARF_RND_NEAR);
+        at_start(&w, box, end);
+        end->t = arf_get_d(arb_midref(path->t0), ARF_RND_NEAR);
+        if (end->samples < path->samples)
+            march(&w, q->budget, box, end);
+        end->evaluations = w.step.disc.evaluations + end->steps;
+        arb_clear(w.past);
+        arb_clear(w.t);
+        arb_clear(w.s);
+        enc_set_clear(&w.set);
+        enc_step_clear(&w.step);
+    }
+    enc_program_clear(&p);
+    return ok;
+}

@@ -1,0 +1,66 @@
+/* Validated integration: boxes that are proved to hold the solution of x' = X(t, x).
+ *
+ * Taylor series in ball arithmetic with remainders from Cauchy's estimates on a complex disc where
+ * existence is proved (disc.h), and Lohner's parallelepipeds against wrapping (lohner.h). What is
+ * proved: for every start in the given balls and every time t0 and sample time in theirs, the solution
+ * exists from t0 to the sample and its value lies in the box. Arb's rounding is outward throughout. */
+#ifndef SGA_ENCLOSE_ENCLOSE_H
+#define SGA_ENCLOSE_ENCLOSE_H
+
+#include <arb.h>
+#include <stdbool.h>
+
+#include "budget.h"
+#include "expr.h"
+
+struct enclose_problem {
+    const struct expr_store *st;
+    const int *variable; int n;          /* symbols */
+    int time;                            /* symbol */
+    const expr_id *field;                /* n: X, of the variables and time */
+    const expr_id *nonzero; int nonzeros;   /* must be shown not to vanish along the solution */
+    const struct sga_budget *budget;
+};
+
+struct enclose_path {
+    arb_srcptr start;                    /* n balls */
+    const arb_struct *t0;
+    arb_srcptr times; int samples;       /* in the order of the motion */
+    slong prec;                          /* bits; the boxes lose what the problem's conditioning costs */
+};
+
+enum enclose_why {
+    ENCLOSE_DONE,
+    ENCLOSE_NOT_SHOWN,      /* no step forward for which existence, or that X is analytic, could be shown */
+    ENCLOSE_MAY_VANISH,     /* the same, and nonzero[which] is what may vanish */
+    ENCLOSE_WIDE,           /* the set grew too large: more bits help if the start is known well enough */
+    ENCLOSE_STOPPED         /* budget */
+};
+
+struct enclose_end {
+    enum enclose_why why;
+    int which;
+    int samples;            /* boxes that are filled, from the first */
+    double t;               /* how far the solution is enclosed */
+    long steps, evaluations;
+};
+
+/* box: samples x n balls. False only where the field cannot be compiled, with err. Cost for each step: about
+ * (0.4 prec)^2 / 2 multiplications of prec bits for each operation of the field, and n times 80 of 64 bits. */
+bool enclose_run(const struct enclose_problem *problem, const struct enclose_path *path, arb_ptr box,
+                 struct enclose_end *end, struct sga_error *err);
+
+/* The point where functions vanish, by interval Newton (Krawczyk 1969; Rump, Verification methods,
+ * Acta Numerica 2010, theorem 13.2): x (n balls) holds values; those with solved[j] are replaced by balls that are
+ * proved to hold exactly one common zero of the functions, for all values of the others in their balls. count of the
+ * solved ones = count of the functions. False where that cannot be shown with prec bits. */
+bool enclose_zero(const struct enclose_problem *problem, const expr_id *function, int functions, const arb_t t,
+                  const unsigned char *solved, slong prec, arb_ptr x, struct sga_error *err);
+
+/* x as a decimal text (malloced; a JSON number) with the digits that its radius leaves, prec bits at most, and a
+ * bound of |v - text| for all v in x. NULL and INFINITY where x is not finite. */
+char *enclose_decimal(const arb_t x, slong prec, double *radius);
+/* A double >= m; 0 for 0 only. */
+double enclose_above(const mag_t m);
+
+#endif

@@ -1,0 +1,258 @@
+/* From the expression store to straight-line code with derivative rules. */
+#include "program.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+
+/* What is known while code is made. */
+struct maker {
+    struct enc_program *p;
+    const struct expr_store *st;
+    const struct expr_cone *cone;
+    int *slot;               /* by position in the cone */
+    int *pair; size_t pair_cap; int pairs;   /* by slot x: twice (sin, cos; sinh, cosh), slot of the first of a pair, or 0 */
+    int *first; size_t first_cap;            /* by solve of the store: its first component, or 0 */
+    bool aux;                /* what is emitted now */
+};
+
+static int emit(struct maker *m, struct enc_code c)
+{
+    struct enc_program *p = m->p;
+    SGA_RESERVE(p->code, p->cap, p->slots + 1);
+    c.aux = m->aux;
+    if (c.op != ENC_INPUT && c.op != ENC_INTEGER && c.op != ENC_CONSTANT && c.op != ENC_SOLVE) {
+        bool two = c.op != ENC_NEG && c.op != ENC_SQRT && !(c.op == ENC_FUN && c.fun != EXPR_POW)
+                   && !(c.op == ENC_CHOICE && c.fun != EXPR_MIN && c.fun != EXPR_MAX);
+        c.varies = p->code[c.a].varies || (two && p->code[c.b].varies);
+        c.state = p->code[c.a].state || (two && p->code[c.b].state);
+    }
+    if (c.op == ENC_FUN || c.op == ENC_ATAN2)
+        p->code[c.a].scaled = true;
+    if (c.op == ENC_ATAN2)
+        p->code[c.b].scaled = true;
+    p->code[p->slots] = c;
+    return p->slots++;
+}
+
+static int two(struct maker *m, enum enc_op op, int a, int b)
+{
+    return emit(m, (struct enc_code){ .op = op, .a = a, .b = b });
+}
+
+static int integer(struct maker *m, int v)
+{
+    return emit(m, (struct enc_code){ .op = ENC_INTEGER, .a = v });
+}
+
+/* sin and cos (which = 0) or sinh and cosh (1) of x, side by side: the slot of the first. */
+static int pair(struct maker *m, int x, int which, bool second)
+{
+    SGA_RESERVE(m->pair, m->pair_cap, 2 * (x + 1));
+    for (; m->pairs < 2 * (x + 1); m->pairs++)
+        m->pair[m->pairs] = 0;
+    int *known = m->pair + 2 * x + which, s = *known;
+    if (!s) {
+        bool aux = m->aux;
+        m->aux = true;
+        s = emit(m, (struct enc_code){ .op = ENC_FUN, .fun = which ? EXPR_SINH : EXPR_SIN, .a = x, .sign = 1 });
+        emit(m, (struct enc_code){ .op = ENC_FUN, .fun = which ? EXPR_COSH : EXPR_COS, .a = x, .g = s, .sign = which ? 1 : -1 });
+        m->p->code[s].g = s + 1;
+        m->pair[2 * x + which] = s;
+        m->aux = aux;
+    }
+    s += second;
+    m->p->code[s].aux &= m->aux;
+    return s;
+}
+
+static int power(struct maker *m, int x, long n)
+{
+    unsigned long k = n < 0 ? -(unsigned long)n : (unsigned long)n;
+    int r = -1;
+    for (int square = x; k; k >>= 1) {
+        if (k & 1)
+            r = r < 0 ? square : two(m, ENC_MUL, r, square);
+        if (k > 1)
+            square = two(m, ENC_MUL, square, square);
+    }
+    return n < 0 ? two(m, ENC_DIV, integer(m, 1), r) : r;
+}
+
+/* 1 / sqrt(|1 - x^2|) and the like: outer(inner(1, x^2)) inverted. */
+static int inverse_root(struct maker *m, int x, enum enc_op inner, bool swapped)
+{
+    int one = integer(m, 1), sq = two(m, ENC_MUL, x, x);
+    int r = swapped ? two(m, inner, sq, one) : two(m, inner, one, sq);
+    return two(m, ENC_DIV, one, emit(m, (struct enc_code){ .op = ENC_SQRT, .a = r }));
+}
+
+static int inverse(struct maker *m, int x, enum enc_op inner)
+{
+    int one = integer(m, 1), sq = two(m, ENC_MUL, x, x);
+    return two(m, ENC_DIV, one, two(m, inner, one, sq));
+}
+
+/* The slot of f'(x), u = f(x). */
+static int slope(struct maker *m, enum expr_op f, int x, int u)
+{
+    switch (f) {
+    case EXPR_EXP:   return u;
+    case EXPR_LOG:   return two(m, ENC_DIV, integer(m, 1), x);
+    case EXPR_TAN:   return two(m, ENC_ADD, integer(m, 1), two(m, ENC_MUL, u, u));
+    case EXPR_TANH:  return two(m, ENC_SUB, integer(m, 1), two(m, ENC_MUL, u, u));
+    case EXPR_ASIN: case EXPR_ACOS: return inverse_root(m, x, ENC_SUB, false);
+    case EXPR_ATAN:  return inverse(m, x, ENC_ADD);
+    case EXPR_ATANH: return inverse(m, x, ENC_SUB);
+    case EXPR_ASINH: return inverse_root(m, x, ENC_ADD, false);
+    case EXPR_ACOSH: return inverse_root(m, x, ENC_SUB, true);
+    case EXPR_CBRT:  return two(m, ENC_DIV, u, two(m, ENC_MUL, integer(m, 3), x));
+    default:         return two(m, ENC_DIV, two(m, ENC_MUL, m->p->code[u].b, u), x);    /* POW */
+    }
+}
+
+static int function(struct maker *m, enum expr_op f, int x, int exponent)
+{
+    int u = emit(m, (struct enc_code){ .op = ENC_FUN, .fun = f, .a = x, .b = exponent, .sign = f == EXPR_ACOS ? -1 : 1 });
+    bool aux = m->aux;
+    m->aux = true;
+    int g = slope(m, f, x, u);
+    m->p->code[u].g = g;
+    m->aux = aux;
+    return u;
+}
+
+static int real_power(struct maker *m, int x, int y)
+{
+    if (!m->p->code[y].varies)
+        return function(m, EXPR_POW, x, y);
+    return function(m, EXPR_EXP, two(m, ENC_MUL, y, function(m, EXPR_LOG, x, 0)), 0);
+}
+
+static int arc_tangent(struct maker *m, int y, int x)
+{
+    int u = emit(m, (struct enc_code){ .op = ENC_ATAN2, .a = y, .b = x });
+    bool aux = m->aux;
+    m->aux = true;
+    int r = two(m, ENC_ADD, two(m, ENC_MUL, x, x), two(m, ENC_MUL, y, y));
+    int g = two(m, ENC_DIV, x, r), g2 = two(m, ENC_DIV, y, r);
+    m->p->code[u].g = g;
+    m->p->code[u].g2 = g2;
+    m->aux = aux;
+    return u;
+}
+
+static int slot_of(struct maker *m, expr_id e)
+{
+    return m->slot[m->cone->place[e]];
+}
+
+static int component(struct maker *m, int solve, int which)
+{
+    struct enc_program *p = m->p;
+    if (!m->first[solve]) {
+        const struct expr_solve *s = m->st->solve + solve;
+        size_t mm = (size_t)s->m * (size_t)s->m;
+        SGA_RESERVE(p->system, p->system_cap, p->systems + 1);
+        struct enc_system *q = p->system + p->systems;
+        *q = (struct enc_system){ s->m, sga_malloc((mm + 1) * sizeof(int)), sga_malloc((size_t)(s->m + 1) * sizeof(int)), p->slots };
+        bool varies = false, state = false;
+        for (size_t i = 0; i < mm + (size_t)s->m; i++) {
+            int k = slot_of(m, i < mm ? s->matrix[i] : s->rhs[i - mm]);
+            *(i < mm ? q->matrix + i : q->rhs + (i - mm)) = k;
+            varies |= p->code[k].varies;
+            state |= p->code[k].state;
+        }
+        for (int k = 0; k < s->m; k++)
+            emit(m, (struct enc_code){ .op = ENC_SOLVE, .a = p->systems, .b = k, .varies = varies, .state = state });
+        m->first[solve] = q->first;
+        p->systems++;
+    }
+    return m->first[solve] + which;
+}
+
+static int compile(struct maker *m, expr_id e)
+{
+    const struct expr_node *n = m->st->node + e;
+    enum expr_op op = (enum expr_op)n->op;
+    if (op == EXPR_CONST || op == EXPR_PI)
+        return emit(m, (struct enc_code){ .op = ENC_CONSTANT, .a = op == EXPR_PI ? -1 : n->a });
+    if (op == EXPR_SOLVE)
+        return component(m, n->a, n->b);
+    int x = slot_of(m, n->a), y = expr_op_args(op) == 2 ? slot_of(m, n->b) : 0;
+    switch (op) {
+    case EXPR_ADD:  return two(m, ENC_ADD, x, y);
+    case EXPR_SUB:  return two(m, ENC_SUB, x, y);
+    case EXPR_MUL:  return two(m, ENC_MUL, x, y);
+    case EXPR_DIV:  return two(m, ENC_DIV, x, y);
+    case EXPR_NEG:  return emit(m, (struct enc_code){ .op = ENC_NEG, .a = x });
+    case EXPR_SQRT: return emit(m, (struct enc_code){ .op = ENC_SQRT, .a = x });
+    case EXPR_POWI: return power(m, x, n->b);
+    case EXPR_POW:  return real_power(m, x, y);
+    case EXPR_SIN: case EXPR_COS:   return pair(m, x, 0, op == EXPR_COS);
+    case EXPR_SINH: case EXPR_COSH: return pair(m, x, 1, op == EXPR_COSH);
+    case EXPR_ATAN2: return arc_tangent(m, x, y);
+    case EXPR_ABS: case EXPR_SIGN: case EXPR_MIN: case EXPR_MAX:
+        return emit(m, (struct enc_code){ .op = ENC_CHOICE, .fun = op, .a = x, .b = y });
+    default:        return function(m, op, x, 0);
+    }
+}
+
+static bool make(struct maker *m, const int *variable, int time, struct sga_error *err)
+{
+    const struct expr_store *st = m->st;
+    int *input = sga_malloc((size_t)(st->symbols + 1) * sizeof *input);
+    for (int k = 0; k < st->symbols; k++)
+        input[k] = -1;
+    for (int j = 0; j < m->p->n; j++)
+        input[variable[j]] = j;
+    if (time >= 0)
+        input[time] = m->p->n;
+    bool ok = true;
+    for (int i = 0; i < m->cone->count && ok; i++) {
+        const struct expr_node *n = st->node + m->cone->list[i];
+        if (n->op == EXPR_UNDEF_OP)
+            ok = sga_fail(err, SGA_E_EXPR_UNDEFINED, "an expression of the motion has no value");
+        else if (n->op == EXPR_SYM && input[n->a] < 0)
+            ok = sga_fail(err, SGA_E_EXPR_NAME, "the motion depends on \"%.100s\", which has no value", st->symbol[n->a].name);
+        else
+            m->slot[i] = n->op == EXPR_SYM ? input[n->a] : compile(m, m->cone->list[i]);
+    }
+    free(input);
+    return ok;
+}
+
+bool enc_program_init(struct enc_program *p, const struct expr_store *st, const expr_id *roots, int count,
+                      const int *variable, int n, int time, struct sga_error *err)
+{
+    struct expr_cone cone;
+    expr_cone_init(&cone);
+    expr_cone_of(st, &cone, roots, count);
+    expr_cone_index(&cone);
+    *p = (struct enc_program){ .st = st, .n = n, .roots = count, .root = sga_malloc((size_t)(count + 1) * sizeof(int)) };
+    struct maker m = { .p = p, .st = st, .cone = &cone, .slot = sga_malloc((size_t)(cone.count + 1) * sizeof(int)),
+                       .first = sga_calloc((size_t)st->solves + 1, sizeof(int)) };
+    for (int j = 0; j <= n; j++)
+        emit(&m, (struct enc_code){ .op = ENC_INPUT, .a = j, .varies = true, .state = j < n });
+    bool ok = make(&m, variable, time, err);
+    for (int i = 0; i < count && ok; i++)
+        p->root[i] = slot_of(&m, roots[i]);
+    free(m.slot);
+    free(m.pair);
+    free(m.first);
+    expr_cone_clear(&cone);
+    return ok;
+}
+
+void enc_program_clear(struct enc_program *p)
+{
+    for (int k = 0; k < p->systems; k++) {
+        free(p->system[k].matrix);
+        free(p->system[k].rhs);
+    }
+    free(p->system);
+    free(p->code);
+    free(p->root);
+    *p = (struct enc_program){ 0 };
+}

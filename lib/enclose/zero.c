@@ -1,0 +1,139 @@
+/* Interval Newton for the consistent start. */
+#include "enclose.h"
+
+#include <stdlib.h>
+
+#include "mem.h"
+#include "series.h"
+
+enum { NEWTON_STEPS = 60 };
+
+struct newton {
+    struct enc_series s;
+    int c, *column;              /* unknowns: their variables */
+    arb_ptr f;                   /* c */
+    arb_mat_t J, C;              /* c x c; C: about J^-1, exact numbers */
+    slong prec;
+};
+
+/* f and J in the unknowns at x. */
+static bool values(struct newton *w, arb_srcptr x, const arb_t t)
+{
+    const struct enc_program *p = w->s.p;
+    if (!enc_series_run(&w->s, x, t, 0, w->prec))
+        return false;
+    for (int i = 0; i < w->c; i++)
+        arb_set(w->f + i, enc_series_of(&w->s, p->root[i]));
+    bool ok = true;
+    for (int j = 0; j < w->c && ok; j++) {
+        ok = enc_series_slope(&w->s, w->column[j]);
+        for (int i = 0; i < w->c; i++)
+            arb_set(arb_mat_entry(w->J, i, j), enc_series_tangent(&w->s, p->root[i]));
+    }
+    return ok;
+}
+
+/* d = C f at exact x; the midpoints move by it. Returns log2 of the largest |d_j|, WORD_MAX where it fails. */
+static slong newton_step(struct newton *w, arb_ptr x, const arb_t t)
+{
+    slong size = WORD_MIN;
+    if (!values(w, x, t) || !arb_mat_approx_inv(w->C, w->J, w->prec))
+        return WORD_MAX;
+    arb_t d;
+    arb_init(d);
+    for (int i = 0; i < w->c; i++) {
+        arb_ptr u = x + w->column[i];
+        arb_dot(d, NULL, 0, w->C->rows[i], 1, w->f, 1, w->c, w->prec);
+        if (!arb_is_finite(d))
+            size = WORD_MAX;
+        else if (!arf_is_zero(arb_midref(d)) && size < arf_abs_bound_lt_2exp_si(arb_midref(d)))
+            size = arf_abs_bound_lt_2exp_si(arb_midref(d));
+        arb_sub(u, u, d, w->prec);
+        mag_zero(arb_radref(u));
+    }
+    arb_clear(d);
+    return size;
+}
+
+/* K = x - C f(x) + (I - C J(X)) (X - x) inside X proves one zero in X for each choice of the others. X: x with radii. */
+static bool proves(struct newton *w, arb_ptr x, const arb_t t)
+{
+    int c = w->c;
+    arb_ptr radius = _arb_vec_init(c), shift = _arb_vec_init(c);
+    arb_mat_t E;
+    arb_mat_init(E, c, c);
+    bool ok = values(w, x, t) && arb_mat_approx_inv(w->C, w->J, w->prec);
+    for (int i = 0; i < c && ok; i++) {
+        arb_dot(shift + i, NULL, 0, w->C->rows[i], 1, w->f, 1, c, w->prec);
+        arb_get_mag(arb_radref(radius + i), shift + i);
+        mag_mul_2exp_si(arb_radref(radius + i), arb_radref(radius + i), 1);
+        mag_t least;            /* not flat */
+        mag_init(least);
+        arb_get_mag(least, x + w->column[i]);
+        mag_mul_2exp_si(least, least, 8 - w->prec);
+        mag_add(arb_radref(radius + i), arb_radref(radius + i), least);
+        mag_add_ui_2exp_si(arb_radref(radius + i), arb_radref(radius + i), 1, -2 * w->prec);
+        mag_clear(least);
+    }
+    for (int i = 0; i < c && ok; i++)
+        mag_set(arb_radref(x + w->column[i]), arb_radref(radius + i));
+    ok = ok && values(w, x, t);
+    if (ok) {
+        arb_mat_mul(E, w->C, w->J, w->prec);
+        for (int i = 0; i < c; i++)
+            arb_sub_ui(arb_mat_entry(E, i, i), arb_mat_entry(E, i, i), 1, w->prec);
+    }
+    for (int i = 0; i < c && ok; i++) {
+        arb_t k;
+        mag_t a;
+        arb_init(k);
+        mag_init(a);
+        arb_dot(k, NULL, 0, E->rows[i], 1, radius, 1, c, w->prec);
+        arb_sub(k, k, shift + i, w->prec);
+        arb_get_mag(a, k);
+        ok = mag_cmp(a, arb_radref(radius + i)) < 0;
+        arb_clear(k);
+        mag_clear(a);
+    }
+    arb_mat_clear(E);
+    _arb_vec_clear(radius, c);
+    _arb_vec_clear(shift, c);
+    return ok;
+}
+
+bool enclose_zero(const struct enclose_problem *q, const expr_id *function, int functions, const arb_t t,
+                  const unsigned char *solved, slong prec, arb_ptr x, struct sga_error *err)
+{
+    struct enc_program p;
+    struct newton w = { .prec = prec + 20 };
+    bool ok = enc_program_init(&p, q->st, function, functions, q->variable, q->n, q->time, err);
+    if (ok) {
+        w.column = sga_malloc((size_t)(q->n + 1) * sizeof *w.column);
+        for (int j = 0; j < q->n; j++)
+            if (solved[j])
+                w.column[w.c++] = j;
+        ok = w.c == functions;
+        enc_series_init(&w.s, &p);
+        w.f = _arb_vec_init(w.c);
+        arb_mat_init(w.J, w.c, w.c);
+        arb_mat_init(w.C, w.c, w.c);
+        for (int i = 0; i < w.c; i++)
+            mag_zero(arb_radref(x + w.column[i]));
+        slong last = WORD_MAX, size = 0;
+        for (int k = 0; k < NEWTON_STEPS && ok; k++) {
+            size = newton_step(&w, x, t);
+            ok = size != WORD_MAX && sga_budget_ok(q->budget, err);
+            if (size < -prec / 2 && size >= last)
+                break;           /* at rounding level */
+            last = size;
+        }
+        ok = ok && proves(&w, x, t);
+        arb_mat_clear(w.J);
+        arb_mat_clear(w.C);
+        _arb_vec_clear(w.f, w.c);
+        enc_series_clear(&w.s);
+        free(w.column);
+    }
+    enc_program_clear(&p);
+    return ok;
+}

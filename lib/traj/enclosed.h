@@ -1,0 +1,27 @@
+/* Inside the traj folder: the trajectory in balls. */
+#ifndef SGA_TRAJ_ENCLOSED_H
+#define SGA_TRAJ_ENCLOSED_H
+
+#include "enclose.h"
+#include "flow.h"
+
+/* Boxes that are proved to hold the solution at the samples, with radii within the tolerances,
+ * at as many bits as that takes. r->initial holds the consistent start in double, and its exact meaning is that of
+ * enclosed_start. What cannot be shown ends the trajectory (`ended`) or is a shortfall; NOT_SUPPORTED for
+ * what has no enclosure here. */
+bool enclosed_run(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+                  struct traj_result *r, struct sga_error *err);
+
+/* Inside this module: what is integrated (malloced members of problem; enclosed_problem_clear). */
+bool enclosed_problem(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+                      struct enclose_problem *problem, struct sga_error *err);
+void enclosed_problem_clear(struct enclose_problem *problem);
+/* The point that is meant by the start near = r->initial, in balls: coordinates of Pf have the value given, exactly (that of
+ * `near` where it moved or none was given), and the others solve the constraints near `near`. Values not given are solved for
+ * first. False: INITIAL, it cannot be proved with prec bits. */
+bool enclosed_start(struct flow *f, const struct enclose_problem *problem, const struct sga_solution *sol,
+                    const struct traj_request *rq, const double *near, const arb_t t0, slong prec, arb_ptr x, struct sga_error *err);
+/* The value of a constant of the store, or of a double where it is EXPR_UNDEF. */
+void enclosed_constant(const struct expr_store *st, expr_id e, double otherwise, slong prec, arb_t r);
+
+#endif

@@ -1,0 +1,133 @@
+/* What a ball trajectory starts from, and the field it follows. */
+#include "enclosed.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ball.h"
+#include "mem.h"
+
+/* The proved point may be this far from where double arithmetic came to rest, beside 1 + |x|. */
+static const double SAME_POINT = 1e-6;
+
+void enclosed_constant(const struct expr_store *st, expr_id e, double otherwise, slong prec, arb_t r)
+{
+    if (e == EXPR_UNDEF) {
+        arb_set_d(r, otherwise);
+        return;
+    }
+    if (expr_is_const(st, e)) {
+        arb_set_fmpq(r, expr_const_value(st, e), prec);
+        return;
+    }
+    struct num_ball b;
+    struct expr_cone cone;
+    num_ball_init(&b, st, prec);
+    expr_cone_init(&cone);
+    expr_cone_of(st, &cone, &e, 1);
+    num_ball_list(&b, cone.list, cone.count);
+    arb_set(r, num_ball_value(&b, e));
+    expr_cone_clear(&cone);
+    num_ball_clear(&b);
+}
+
+/* The gauge choice as expressions. Tangent solutions are v = X + sum_k u_k g_k; with the rates R v = w asked for, the
+ * one of least norm has
+ *     [ G G^T   (R G^T)^T ] [u     ]   [ -G X    ]
+ *     [ R G^T   0         ] [lambda] = [ w - R X ],
+ * G with the rows g_k: one linear solve, singular where the rates contradict each other. */
+static bool choose_gauge(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, expr_id *field)
+{
+    struct expr_store *st = sys->store;
+    int n = sys->variables, k = sol->free_columns, m = k + rq->rates;
+    expr_id *S = sga_calloc((size_t)m * (size_t)m + 1, sizeof *S), *right = sga_malloc((size_t)(m + 1) * sizeof *right);
+    const expr_id *G = sol->gauge, *X = sol->field;
+    for (int i = 0; i < m * m; i++)
+        S[i] = expr_int(st, 0);
+    for (int a = 0; a < k; a++) {
+        for (int b = 0; b < k; b++)
+            for (int j = 0; j < n; j++)
+                S[a * m + b] = expr_add(st, S[a * m + b], expr_mul(st, G[(size_t)a * (size_t)n + (size_t)j], G[(size_t)b * (size_t)n + (size_t)j]));
+        right[a] = expr_int(st, 0);
+        for (int j = 0; j < n; j++)
+            right[a] = expr_sub(st, right[a], expr_mul(st, G[(size_t)a * (size_t)n + (size_t)j], X[j]));
+        for (int q = 0; q < rq->rates; q++)
+            S[a * m + k + q] = S[(k + q) * m + a] = G[(size_t)a * (size_t)n + (size_t)rq->rate[q].variable];
+    }
+    for (int q = 0; q < rq->rates; q++)
+        right[k + q] = expr_sub(st, rq->rate[q].rate, X[rq->rate[q].variable]);
+    int solve = expr_solve_add(st, m, S, right);
+    for (int j = 0; j < n; j++)
+        for (int a = 0; a < k; a++)
+            field[j] = expr_add(st, field[j], expr_mul(st, expr_solution(st, solve, a), G[(size_t)a * (size_t)n + (size_t)j]));
+    free(S);
+    free(right);
+    return expr_store_ok(st);
+}
+
+bool enclosed_problem(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+                      struct enclose_problem *p, struct sga_error *err)
+{
+    int n = f->n, *variable = field_inputs(sys);
+    expr_id *field = memcpy(sga_malloc((size_t)(n + 1) * sizeof *field), sol->field, (size_t)n * sizeof *field);
+    expr_id *nonzero = sga_malloc((size_t)(sol->sides + sol->pivots + sol->dense_blocks + 1) * sizeof *nonzero);
+    *p = (struct enclose_problem){ .st = sys->store, .variable = variable, .n = n, .time = sys->time, .field = field,
+                                   .nonzero = nonzero, .budget = rq->budget };
+    for (int i = 0; i < sol->sides; i++)
+        nonzero[p->nonzeros++] = sol->side[i].function;
+    for (int i = 0; i < sol->pivots; i++)
+        if (!expr_is_const(sys->store, sol->pivot[i].value))
+            nonzero[p->nonzeros++] = sol->pivot[i].value;
+    for (int i = 0; i < sol->dense_blocks; i++)
+        nonzero[p->nonzeros++] = sol->determinant[i].value;
+    if (rq->rates > sol->free_columns)
+        return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/trajectory/gauge/rates", "there are %d rates for %d gauge fields; in ball arithmetic "
+                           "at most as many rates as gauge fields can be asked for", rq->rates, sol->free_columns);
+    if (sol->free_columns && !sol->gauge)
+        return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "the gauge fields are not known as expressions, "
+                           "which ball arithmetic needs; give trajectory.gauge.conditions, or use \"double\"");
+    if (sol->free_columns && !choose_gauge(sys, sol, rq, field)) {
+        *err = sys->store->error;
+        return false;
+    }
+    return true;
+}
+
+void enclosed_problem_clear(struct enclose_problem *p)
+{
+    free((int *)p->variable);
+    free((expr_id *)p->field);
+    free((expr_id *)p->nonzero);
+    *p = (struct enclose_problem){ 0 };
+}
+
+static bool not_proved(struct sga_error *err, slong prec)
+{
+    sga_fail_at(err, SGA_E_INITIAL, "/trajectory/initial", "interval Newton with %ld bits cannot prove that there is one consistent start near "
+                "the projected initial values; start where the constraints are regular", (long)prec);
+    memcpy(err->stage, "initial", 8);
+    return false;
+}
+
+bool enclosed_start(struct flow *f, const struct enclose_problem *p, const struct sga_solution *sol,
+                    const struct traj_request *rq, const double *near, const arb_t t0, slong prec, arb_ptr x, struct sga_error *err)
+{
+    int n = f->n, c = sol->constraints;
+    for (int j = 0; j < n; j++) {
+        bool kept = rq->given[j] && rq->exact_initial && near[j] == rq->initial[j];
+        enclosed_constant(p->st, kept ? rq->exact_initial[j] : EXPR_UNDEF, near[j], prec, x + j);
+    }
+    if (!c)
+        return true;
+    unsigned char *solved = sga_calloc((size_t)n + 1, 1);
+    expr_id *function = sga_malloc((size_t)(c + 1) * sizeof *function);
+    for (int i = 0; i < c; i++)
+        function[i] = sol->constraint[i].expr;
+    bool ok = flow_solved(f, rq, near, solved) == c && enclose_zero(p, function, c, t0, solved, prec, x, err);
+    for (int j = 0; j < n && ok; j++)
+        ok = fabs(arf_get_d(arb_midref(x + j), ARF_RND_NEAR) - near[j]) <= SAME_POINT * (1 + fabs(near[j]));
+    free(solved);
+    free(function);
+    return ok || (err->code != SGA_E_OK ? false : not_proved(err, prec));
+}

@@ -1,0 +1,220 @@
+/* Taylor coefficients in balls, and their derivatives, against coefficients as nodes of the store and gradients of those;
+ * Cauchy's estimates against the coefficients; interval Newton; decimals. */
+#include <math.h>
+#include <string.h>
+
+#include "ball.h"
+#include "check.h"
+#include "derive.h"
+#include "disc.h"
+#include "enclose.h"
+#include "parse.h"
+#include "series.h"
+
+enum { N = 3, ORDER = 5 };
+
+static struct expr_store st;
+static const char *const names[N] = { "x", "y", "z" };
+static int variable[N], time_symbol;
+
+static expr_id parse(const char *text)
+{
+    struct sga_error err = { 0 };
+    expr_id e = expr_parse(&st, text, NULL, &err);
+    CHECK(e, "%s: %s", text, err.detail);
+    return e;
+}
+
+static void begin(void)
+{
+    expr_store_init(&st);
+    for (int j = 0; j < N; j++) {
+        expr_symbol_add(&st, names[j], EXPR_VARIABLE);
+        variable[j] = expr_symbol_find(&st, names[j], 1);
+    }
+    expr_symbol_add(&st, "t", EXPR_TIME);
+    time_symbol = expr_symbol_find(&st, "t", 1);
+}
+
+static bool near(const arb_t a, const arb_t b)
+{
+    arb_t d;
+    arb_init(d);
+    arb_sub(d, a, b, 400);
+    bool ok = arb_is_finite(d) && arb_contains_zero(d) && mag_cmp_2exp_si(arb_radref(d), -100) < 0;
+    arb_clear(d);
+    return ok;
+}
+
+static void with_store(expr_id field, const struct enc_series *s, struct num_ball *b, const char *text)
+{
+    struct expr_flow f;
+    struct expr_cone cone;
+    int column[8];
+    for (int j = 0; j < st.symbols; j++)
+        column[j] = -1;
+    for (int j = 0; j < N; j++)
+        column[variable[j]] = j;
+    expr_flow_init(&f, &st);
+    expr_cone_init(&cone);
+    expr_flow_determine(&f, variable[0], field);
+    expr_flow_determine(&f, variable[1], parse("x*z + t"));
+    expr_flow_determine(&f, variable[2], parse("-y/2"));
+    for (int k = 0; k < ORDER; k++) {
+        expr_id c = expr_flow_coefficient(&f, field, k);
+        num_ball_forget(b);
+        num_ball_extend(b);
+        CHECK(near(num_ball_value(b, c), enc_series_of(s, s->p->root[0]) + k), "order %d of %s", k, text);
+        arb_ptr grad = _arb_vec_init(N), scratch = _arb_vec_init(st.nodes);
+        expr_cone_of(&st, &cone, &c, 1);
+        num_ball_gradient(b, c, cone.list, cone.count, column, grad, scratch);
+        for (int j = 0; j < N; j++) {
+            CHECK(enc_series_along((struct enc_series *)s, j));
+            CHECK(near(grad + j, enc_series_tangent(s, s->p->root[0]) + k), "order %d of %s, by %s", k, text, names[j]);
+        }
+        _arb_vec_clear(grad, N);
+        _arb_vec_clear(scratch, st.nodes);
+    }
+    expr_cone_clear(&cone);
+    expr_flow_clear(&f);
+}
+
+/* |k-th coefficient| <= b / R^k for the solution, and b_i / (d_j R^k) for its derivatives. */
+static void with_cauchy(struct enc_program *p, arb_srcptr x, const arb_t t, const char *text)
+{
+    enum { MANY = 24 };
+    struct enc_disc disc;
+    struct enc_series s;
+    enc_disc_init(&disc, p, N);
+    enc_series_init(&s, p);
+    bool found = enc_disc_find(&disc, x, t, 1e3, 1e-9);
+    CHECK(found && enc_series_run(&s, x, t, MANY, 200), "%s", text);
+    for (int j = 0; found && j < N; j++) {
+        CHECK(enc_series_along(&s, j));
+        for (int i = 0; i < N; i++)
+            for (int k = 1; k <= MANY; k++) {
+                double c = fabs(arf_get_d(arb_midref(enc_series_of(&s, i) + k), ARF_RND_NEAR)) * pow(disc.R, k);
+                double d = fabs(arf_get_d(arb_midref(enc_series_tangent(&s, i) + k), ARF_RND_NEAR)) * pow(disc.R, k);
+                CHECK(c <= disc.b[i] * (1 + 1e-9), "%s: coefficient %d of %s: %g, %g", text, k, names[i], c, disc.b[i]);
+                CHECK(d <= disc.b[i] / disc.d[j] * (1 + 1e-9), "%s: derivative", text);
+            }
+    }
+    enc_series_clear(&s);
+    enc_disc_clear(&disc);
+}
+
+static void functions(void)
+{
+    static const char *const function[] = {
+        "x^2 + y^2 - 1", "x*y*z", "(x + y)/(1 + z^2)", "sin(x*y) + t", "sqrt(1 + x^2)", "log(2 + y)", "x^5", "(1 + x)^-3",
+        "exp(x - z)", "tan(y/2)", "atan(x) + asin(y/2) + acos(z/3)", "sinh(x)*cosh(y) - tanh(z)", "cos(x) - sin(x)*cos(y)",
+        "asinh(x) + acosh(2 + y^2) + atanh(z/4)", "cbrt(2 + x)", "cbrt(-2 - x)", "(1 + x^2)^(1/3)", "(2 + x)^y", "2^x", "atan2(x, 1 + y)",
+        "atan2(-1 - y, x)", "abs(x + 1)", "abs(-x - 1)*y", "max(x, 3)*min(y, 5)", "max(x*y, -3) - min(y, -5)", "sign(x + 5)*y", "t^2*x", "pi*x + exp(1)", "-(x - y)",
+    };
+    static const double at[N] = { 0.34375, 0.8125, 0.5625 };
+    arb_ptr x = _arb_vec_init(N);
+    arb_t t;
+    arb_init(t);
+    arb_set_d(t, 0.15625);
+    for (int j = 0; j < N; j++)
+        arb_set_d(x + j, at[j]);
+    begin();
+    int component[2];
+    expr_id matrix[4] = { parse("2 + x"), parse("sin(y)"), parse("z*t"), parse("3 - x*y") }, rhs[2] = { parse("y"), parse("x + z^2") };
+    int solve = expr_solve_add(&st, 2, matrix, rhs);
+    component[0] = expr_solution(&st, solve, 0);
+    component[1] = expr_solution(&st, solve, 1);
+    int texts = (int)(sizeof function / sizeof *function);
+    for (int i = 0; i < texts + 1; i++) {
+        const char *text = i < texts ? function[i] : "a linear solve";
+        expr_id field[N] = { i < texts ? parse(text) : expr_sub(&st, component[0], expr_mul(&st, component[1], component[1])), parse("x*z + t"), parse("-y/2") };
+        struct enc_program p;
+        struct enc_series s;
+        struct num_ball b;
+        struct sga_error err = { 0 };
+        CHECK(enc_program_init(&p, &st, field, N, variable, N, time_symbol, &err), "%s: %s", text, err.detail);
+        enc_series_init(&s, &p);
+        num_ball_init(&b, &st, 300);
+        for (int j = 0; j < N; j++)
+            num_ball_set(&b, variable[j], x + j);
+        num_ball_set(&b, time_symbol, t);
+        CHECK(enc_series_run(&s, x, t, ORDER, 300), "%s", text);
+        with_store(field[0], &s, &b, text);
+        with_cauchy(&p, x, t, text);
+        enc_series_clear(&s);
+        num_ball_clear(&b);
+        enc_program_clear(&p);
+    }
+    expr_store_clear(&st);
+    _arb_vec_clear(x, N);
+    arb_clear(t);
+}
+
+static void zeros(void)
+{
+    struct sga_error err = { 0 };
+    begin();
+    struct enclose_problem q = { .st = &st, .variable = variable, .n = N, .time = time_symbol };
+    expr_id f[2] = { parse("x^2 + y^2 + z^2 - 3"), parse("exp(x - 1) - y") }, twice[2] = { parse("(x - y)^2"), f[0] };
+    unsigned char solved[N] = { 1, 1, 0 };
+    arb_ptr x = _arb_vec_init(N);
+    arb_t t, one;
+    arb_init(t);
+    arb_init(one);
+    arb_one(one);
+    for (int j = 0; j < N; j++)
+        arb_set_d(x + j, j < 2 ? 1.01 : 1);
+    CHECK(enclose_zero(&q, f, 2, t, solved, 500, x, &err));
+    for (int j = 0; j < 2; j++)
+        CHECK(arb_contains(x + j, one) && mag_cmp_2exp_si(arb_radref(x + j), -480) < 0, "%s", names[j]);
+    for (int j = 0; j < N; j++)
+        arb_set_d(x + j, j < 2 ? 1.01 : 1);
+    CHECK(!enclose_zero(&q, twice, 2, t, solved, 200, x, &err), "a double zero is not proved");
+    arb_clear(t);
+    arb_clear(one);
+    _arb_vec_clear(x, N);
+    expr_store_clear(&st);
+}
+
+static void decimals(void)
+{
+    flint_rand_t random;
+    flint_randinit(random);
+    arb_t x, d;
+    arf_t worst, part;
+    arb_init(x);
+    arb_init(d);
+    arf_init(worst);
+    arf_init(part);
+    for (int k = 0; k < check_scale(3000); k++) {
+        double radius;
+        arb_randtest(x, random, 200, k % 3 ? 12 : 5);
+        char *text = enclose_decimal(x, 100, &radius);
+        CHECK(text, "finite");
+        CHECK(arb_set_str(d, text, 3000) == 0, "%s", text);
+        arf_sub(worst, arb_midref(d), arb_midref(x), ARF_PREC_EXACT, ARF_RND_DOWN);     /* the text itself is off by 2^-3000 of it */
+        arf_abs(worst, worst);
+        arf_set_mag(part, arb_radref(x));
+        arf_add(worst, worst, part, ARF_PREC_EXACT, ARF_RND_DOWN);
+        CHECK(arf_cmp_d(worst, radius) <= 0, "%s: %g, %g", text, arf_get_d(worst, ARF_RND_UP), radius);
+        bool coarse = mag_cmp_2exp_si(arb_radref(x), -1000) > 0 && arf_cmpabs_mag(arb_midref(x), arb_radref(x)) > 0;
+        CHECK(!coarse || radius <= 1.1 * mag_get_d(arb_radref(x)) + ldexp(fabs(arf_get_d(arb_midref(x), ARF_RND_UP)), -99), "%s: radius %g", text, radius);
+        free(text);
+    }
+    arb_indeterminate(x);
+    double radius;
+    CHECK(enclose_decimal(x, 100, &radius) == NULL && isinf(radius));
+    arb_clear(x);
+    arb_clear(d);
+    arf_clear(worst);
+    arf_clear(part);
+    flint_randclear(random);
+}
+
+int main(void)
+{
+    functions();
+    zeros();
+    decimals();
+    return CHECK_END();
+}
