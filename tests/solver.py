@@ -9,6 +9,19 @@ import tempfile
 LINE = re.compile(r"^sga: ([a-z_]+)(?: at (/\S*?))?(?:(?:,| at) line (\d+), column (\d+))?: (.*)", re.S)
 
 
+class Digits(float):
+    """A number with more digits than a float holds: a float, with its text."""
+
+    def __new__(cls, text):
+        number = super().__new__(cls, text)
+        number.text = text
+        return number
+
+
+def parse_float(text):
+    return Digits(text) if len(text) > 24 else float(text)
+
+
 class Crash(Exception):
     pass
 
@@ -34,7 +47,7 @@ class Solver:
             raise Crash(f"ended with {run.returncode}: {run.stderr.decode(errors='replace')[-800:]}")
         for stream in (run.stdout, run.stderr):
             try:
-                answer = json.loads(stream, parse_constant=lambda c: c)
+                answer = json.loads(stream, parse_constant=lambda c: c, parse_float=parse_float)
             except ValueError:
                 continue
             if isinstance(answer, dict) and "code" in answer:
