@@ -14,7 +14,7 @@ static void defaults(struct request *r)
     *r = (struct request){ 0 };
     expr_store_init(&r->store);
     sys_init(&r->system, &r->store);
-    r->accuracy = (struct request_accuracy){ .rtol = 1e-8, .atol = 1e-10, .arithmetic = REQUEST_AUTO };
+    r->accuracy = (struct request_accuracy){ .rtol = 1e-8, .atol = 1e-8 * REQUEST_ATOL_OF_RTOL, .arithmetic = REQUEST_AUTO };
     r->limits = (struct request_limits){ .seconds = 30, .nodes = 20000000, .generations = 1000, .bits = REQUEST_MAX_BITS };
     r->store.max_work_bits = WORK_BITS;
 }

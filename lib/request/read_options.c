@@ -1,4 +1,5 @@
 /* The small members: want, accuracy, limits. */
+#include <math.h>
 #include <string.h>
 
 #include "mem.h"
@@ -96,8 +97,10 @@ bool read_accuracy(struct reader *rd, const json_t *v)
     }
     /* doubles carry 2e-16; longer arithmetics go further */
     double finest = a->arithmetic == REQUEST_DOUBLE ? 1e-14 : a->arithmetic == REQUEST_BALL ? 1e-300 : 1e-30;
-    if (!member_number(rd, v, "rtol", finest, 0.1, &a->rtol) || !member_number(rd, v, "atol", 1e-300, 1, &a->atol)
-        || !read_method(rd, v))
+    if (!member_number(rd, v, "rtol", finest, 0.1, &a->rtol))
+        return false;
+    a->atol = fmax(1e-300, a->rtol * REQUEST_ATOL_OF_RTOL);
+    if (!member_number(rd, v, "atol", 1e-300, 1, &a->atol) || !read_method(rd, v))
         return false;
     at_back(rd, mark);
     return true;

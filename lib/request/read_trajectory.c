@@ -40,7 +40,7 @@ static bool spread_samples(struct reader *rd, const json_t *v, double stop)
     }
     t->times = sga_malloc((size_t)n * sizeof *t->times);
     for (long i = 0; i < n; i++)
-        t->times[i] = i == n - 1 ? stop : t->start + span * ((double)i / (double)(n - 1));
+        t->times[i] = i == n - 1 ? stop : t->start + span * (double)i / (double)(n - 1);
     t->samples = (int)n;
     return true;
 }

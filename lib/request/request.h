@@ -88,8 +88,9 @@ struct request_sweep {
                                                       * that are not given here too */
 };
 
+#define REQUEST_ATOL_OF_RTOL 1e-2
 struct request_accuracy {
-    double rtol, atol;        /* 1e-8, 1e-10 unless said */
+    double rtol, atol;        /* 1e-8, and rtol / 100, unless said */
     enum request_arithmetic arithmetic;
     char *method;             /* NULL: chosen */
 };
