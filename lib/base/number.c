@@ -74,11 +74,12 @@ static char *digits_before(char *end, uint64_t d)
 {
     for (; d >= 100000000; d /= 100000000)
         end = eight_digits(end, (uint32_t)(d % 100000000));
-    for (; d >= 100; d /= 100)
-        memcpy(end -= 2, pairs + 2 * (d % 100), 2);
-    if (d >= 10)
-        return memcpy(end - 2, pairs + 2 * d, 2);
-    *--end = (char)('0' + d);
+    uint32_t r = (uint32_t)d;
+    for (; r >= 100; r /= 100)
+        memcpy(end -= 2, pairs + 2 * (r % 100), 2);
+    if (r >= 10)
+        return memcpy(end - 2, pairs + 2 * r, 2);
+    *--end = (char)('0' + r);
     return end;
 }
 

@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "larger.h"
 #include "march.h"
 #include "mem.h"
 
@@ -58,8 +59,8 @@ static double sample_error(struct pair *q, const struct ode_result *r, const str
         double unit = run->p->output ? 1 : run->unit[j];
         double e = q->factor * fabs(q->a[j] - q->b[j]) + 4 * DBL_EPSILON * fabs(q->a[j]);
         e = isnan(e) ? INFINITY : e;
-        most = fmax(most, e / unit);
-        *worst = fmax(*worst, e / fmax(run->o.atol * unit + run->o.rtol * fabs(q->a[j]), 1e-300));
+        most = sga_larger(most, e / unit);
+        *worst = sga_larger(*worst, e / sga_larger(1e-300, run->o.atol * unit + run->o.rtol * fabs(q->a[j])));
     }
     return most;
 }
@@ -110,10 +111,10 @@ static void set_errors(const struct ode_run *run, double factor, struct ode_resu
     for (int k = 0; k < res->count; k++)
         q.raw[k] = k < known ? sample_error(&q, res, other, k, &res->worst) : INFINITY;
     for (int k = 0; k < res->count; k++) {
-        double near = fmax(k > 0 ? q.raw[k - 1] : 0, k + 1 < known ? q.raw[k + 1] : 0);
-        double e = fmax(q.raw[k], fmin(near, NEIGHBOUR * q.raw[k]));
+        double near = sga_larger(k > 0 ? q.raw[k - 1] : 0, k + 1 < known ? q.raw[k + 1] : 0);
+        double e = sga_larger(q.raw[k], near < NEIGHBOUR * q.raw[k] ? near : NEIGHBOUR * q.raw[k]);
         res->error[k] = e;
-        res->max_error = fmax(res->max_error, e);
+        res->max_error = sga_larger(res->max_error, e);
     }
     event_errors(run, factor, res, other, alike);
     if (known < res->count || !alike)
