@@ -258,6 +258,7 @@ void num_tape_free(struct num_tape *t)
 {
     if (!t)
         return;
+    num_tape_compile(t, NULL);
     for (int i = 0; i < t->nsolves; i++) {
         struct tape_solve *s = t->solve + i;
         free(s->matrix);

@@ -13,6 +13,7 @@
 
 #include <stdbool.h>
 
+#include "exec.h"
 #include "error.h"
 #include "expr.h"
 
@@ -35,5 +36,11 @@ int num_tape_length(const struct num_tape *t);
  * same): outside of the domain of a function the value is NaN, a division by zero is
  * infinite, and the components of a singular solve are NaN. */
 bool num_tape_eval(struct num_tape *t, const double *in, double *out);
+
+/* From now on the tape may become machine code in `memory` (which must outlive it; NULL: none), once it
+ * has been evaluated often enough for that to pay. Values are the same to the bit. */
+void num_tape_compile(struct num_tape *t, struct sga_exec *memory);
+/* It has. */
+bool num_tape_compiled(const struct num_tape *t);
 
 #endif

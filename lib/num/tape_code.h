@@ -1,5 +1,5 @@
-/* Inside this folder: what a tape is made of. Executors (the interpreter, later
- * others) and derivatives read it; only tape.c builds it. */
+/* Inside this folder: what a tape is made of. Executors (the interpreter, machine code)
+ * and derivatives read it; tape.c and jacobian_code.c build it. */
 #ifndef SGA_NUM_TAPE_CODE_H
 #define SGA_NUM_TAPE_CODE_H
 
@@ -45,10 +45,20 @@ struct num_tape {
     int nsolves;
     const struct expr_table **table;   /* borrowed */
     int ntables;
+    struct sga_exec *memory;   /* for machine code, borrowed; NULL: interpreted for good */
+    long runs;                 /* interpreted so far */
+    void (*compiled)(double *value);   /* or NULL; in `memory` */
+    bool keep_all;             /* machine code leaves all values in their slots, not only the roots' */
 };
 
 /* The value of an instruction TAPE_SIGNAL, or with `more` 1 its derivative by time. */
 double tape_signal(const struct num_tape *t, const struct tape_code *c, int more);
+
+/* The instruction reads slots a and b, or slot a alone (not for TAPE_PAIRED and what belongs to linear solves). */
+static inline bool tape_reads_two(int op)
+{
+    return op < EXPR_OP_COUNT && expr_op_args((enum expr_op)op) == 2;
+}
 
 /* Run code[from .. to) on t->value. */
 void tape_run(struct num_tape *t, int from, int to);

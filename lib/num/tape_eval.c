@@ -1,4 +1,4 @@
-/* The interpreter of the tape. */
+/* The interpreter of the tape, and the way to machine code. */
 #define _GNU_SOURCE    /* sincos */
 #include "tape_code.h"
 
@@ -6,6 +6,10 @@
 #include <string.h>
 
 #include "lu.h"
+#include "tape_jit.h"
+
+/* Compiling costs about as much as so many interpreted evaluations gain. */
+enum { RUNS_BEFORE = 48 };
 
 static double power(double x, int n)
 {
@@ -90,7 +94,13 @@ bool num_tape_eval(struct num_tape *t, const double *in, double *out)
 {
     if (t->ninputs)
         memcpy(t->value, in, (size_t)t->ninputs * sizeof *in);
-    tape_run(t, t->nstatic, t->ncode);
+    if (t->compiled) {
+        t->compiled(t->value);
+    } else {
+        tape_run(t, t->nstatic, t->ncode);
+        if (t->memory && ++t->runs == RUNS_BEFORE)
+            tape_compile(t);
+    }
     bool finite = true;
     for (int r = 0; r < t->nroots; r++) {
         out[r] = t->value[t->root[r]];
@@ -98,3 +108,14 @@ bool num_tape_eval(struct num_tape *t, const double *in, double *out)
     }
     return finite;
 }
+
+void num_tape_compile(struct num_tape *t, struct sga_exec *memory)
+{
+    if (t->compiled)
+        sga_exec_drop(t->memory, (const void *)(uintptr_t)t->compiled);
+    t->compiled = NULL;
+    t->memory = memory;
+    t->runs = 0;
+}
+
+bool num_tape_compiled(const struct num_tape *t) { return t->compiled != NULL; }

@@ -1,0 +1,329 @@
+/* Tapes as machine code (x86-64).
+ *
+ * One pass over the straight-line code; each instruction becomes a load, an operation and
+ * a store, of which most loads and stores are left out: fifteen registers hold the values
+ * that are read soonest, and a value goes to its slot when its register is wanted for one
+ * that is read earlier (Belady's rule, which is exact here, as the code has no branches), before a call, or when
+ * somebody will look at the slot. Each operation is the same IEEE operation, and each
+ * function the same function of libm, that the interpreter uses; what is rare is left to
+ * the interpreter, one instruction at a time. The sixteenth register is for constants. */
+#define _GNU_SOURCE    /* sincos */
+#include "tape_jit.h"
+
+#include <limits.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+#include "x64.h"
+
+enum { REGISTERS = 15, SCRATCH = 15, NONE = -1, NEVER = INT_MAX };
+
+struct compiler {
+    struct x64 code;
+    struct num_tape *t;
+    int *after_a, *after_b, *after;    /* by instruction: who reads its operands, and its value, next */
+    int *next;                         /* by slot: the next instruction that reads it, or NEVER */
+    int held[REGISTERS];               /* the slot whose value a register has, or NONE */
+    signed char *where;                /* by slot: its register, or NONE */
+    unsigned char *unsaved;            /* by slot: its value is not in memory */
+    unsigned char *kept;               /* by slot: it must be in memory at the end */
+};
+
+static double (*const function[EXPR_OP_COUNT])(double) = {
+    [EXPR_SIN] = sin, [EXPR_COS] = cos, [EXPR_TAN] = tan, [EXPR_ASIN] = asin, [EXPR_ACOS] = acos,
+    [EXPR_ATAN] = atan, [EXPR_SINH] = sinh, [EXPR_COSH] = cosh, [EXPR_TANH] = tanh, [EXPR_ASINH] = asinh,
+    [EXPR_ACOSH] = acosh, [EXPR_ATANH] = atanh, [EXPR_EXP] = exp, [EXPR_LOG] = log, [EXPR_CBRT] = cbrt,
+};
+
+/* Backwards: who reads each value next. */
+static void find_uses(struct compiler *c)
+{
+    const struct num_tape *t = c->t;
+    for (int s = 0; s < t->slots; s++)
+        c->next[s] = NEVER;
+    for (int i = t->ncode - 1; i >= t->nstatic; i--) {
+        const struct tape_code *q = t->code + i;
+        c->after[i] = c->next[t->code_slot + i];
+        if (q->op == TAPE_PAIRED || q->op == TAPE_COMPONENT)
+            continue;
+        if (q->op == TAPE_FACTOR) {
+            const struct tape_solve *s = t->solve + q->a;
+            for (int k = 0; k < s->m * s->m; k++)
+                c->next[s->matrix[k]] = i;
+            for (int k = 0; k < s->m; k++)
+                c->next[s->rhs[k]] = i;
+            continue;
+        }
+        bool two = tape_reads_two(q->op);
+        c->after_a[i] = c->next[q->a];
+        c->after_b[i] = two ? c->next[q->b] : NEVER;
+        c->next[q->a] = i;
+        if (two)
+            c->next[q->b] = i;
+    }
+}
+
+static void release(struct compiler *c, int reg)
+{
+    if (c->held[reg] != NONE)
+        c->where[c->held[reg]] = NONE;
+    c->held[reg] = NONE;
+}
+
+static void save(struct compiler *c, int reg)
+{
+    int slot = c->held[reg];
+    if (slot == NONE || !c->unsaved[slot] || c->next[slot] == NEVER)
+        return;
+    x64_store(&c->code, reg, slot);
+    c->unsaved[slot] = 0;
+}
+
+static void bind(struct compiler *c, int reg, int slot)
+{
+    c->held[reg] = slot;
+    c->where[slot] = (signed char)reg;
+}
+
+/* A register whose value is not needed any more, or last of all; not one of the two. */
+static int free_register(struct compiler *c, int not_this, int nor_this)
+{
+    int best = NONE;
+    for (int r = 0; r < REGISTERS; r++) {
+        if (c->held[r] == NONE)
+            return r;
+        if (r != not_this && r != nor_this && (best == NONE || c->next[c->held[r]] > c->next[c->held[best]]))
+            best = r;
+    }
+    save(c, best);
+    release(c, best);
+    return best;
+}
+
+/* The register of a value; one that is read again later is given one. NONE: in memory, for this once. */
+static int operand(struct compiler *c, int slot, int other)
+{
+    int r = c->where[slot];
+    if (r != NONE || c->next[slot] == NEVER)
+        return r;
+    r = free_register(c, other, NONE);
+    x64_load(&c->code, r, slot);
+    bind(c, r, slot);
+    return r;
+}
+
+static void copy(struct compiler *c, int to, int slot)
+{
+    if (c->where[slot] == NONE)
+        x64_load(&c->code, to, slot);
+    else
+        x64_move(&c->code, to, c->where[slot]);
+}
+
+static void forget_dead(struct compiler *c, int slot)
+{
+    if (c->where[slot] != NONE && c->next[slot] == NEVER)
+        release(c, c->where[slot]);
+}
+
+/* The value of instruction i now stands in a register. */
+static void define(struct compiler *c, int i, int reg)
+{
+    int slot = c->t->code_slot + i;
+    c->next[slot] = c->after[i];
+    c->unsaved[slot] = !c->kept[slot];
+    if (c->kept[slot])
+        x64_store(&c->code, reg, slot);
+    bind(c, reg, slot);
+    forget_dead(c, slot);
+}
+
+static void binary(struct compiler *c, int i, enum x64_sd op, int a, int b)
+{
+    c->next[a] = c->after_a[i];
+    c->next[b] = a == b ? c->after_a[i] : c->after_b[i];
+    int ra = operand(c, a, c->where[b]), rb = operand(c, b, ra), to = NONE;
+    bool either = op == X64_ADD || op == X64_MUL;
+    if (ra != NONE && c->next[a] == NEVER) {
+        to = ra;
+    } else if (either && rb != NONE && c->next[b] == NEVER) {
+        to = rb;
+        rb = ra;
+        b = a;
+    } else {
+        to = free_register(c, ra, rb);
+        copy(c, to, a);
+    }
+    if (rb != NONE)
+        x64_op(&c->code, op, to, rb);
+    else
+        x64_op_slot(&c->code, op, to, b);
+    release(c, to);
+    forget_dead(c, c->t->code[i].a);
+    if (tape_reads_two(c->t->code[i].op))
+        forget_dead(c, c->t->code[i].b);
+    define(c, i, to);
+}
+
+/* Square-and-multiply as in the interpreter, the base in SCRATCH. */
+static void power(struct x64 *x, int to, int n)
+{
+    bool begun = false;
+    for (unsigned k = n < 0 ? -(unsigned)n : (unsigned)n; k; k >>= 1) {
+        if (k & 1 && begun)
+            x64_op(x, X64_MUL, to, SCRATCH);
+        else if (k & 1)
+            x64_move(x, to, SCRATCH);
+        begun |= k & 1;
+        if (k > 1)
+            x64_op(x, X64_MUL, SCRATCH, SCRATCH);
+    }
+    if (n >= 0)
+        return;
+    x64_constant(x, SCRATCH, 0x3FF0000000000000u);
+    x64_op(x, X64_DIV, SCRATCH, to);
+    x64_move(x, to, SCRATCH);
+}
+
+static void unary(struct compiler *c, int i)
+{
+    const struct tape_code *q = c->t->code + i;
+    struct x64 *x = &c->code;
+    c->next[q->a] = c->after_a[i];
+    int ra = operand(c, q->a, NONE), to = free_register(c, ra, NONE);
+    if (q->op == EXPR_NEG || q->op == EXPR_ABS) {
+        copy(c, to, q->a);
+        x64_constant(x, SCRATCH, q->op == EXPR_NEG ? 0x8000000000000000u : 0x7FFFFFFFFFFFFFFFu);
+        x64_bitwise(x, q->op == EXPR_NEG ? X64_XOR : X64_AND, to, SCRATCH);
+    } else {
+        copy(c, SCRATCH, q->a);
+        if (q->op == EXPR_SQRT)
+            x64_op(x, X64_SQRT, to, SCRATCH);
+        else
+            power(x, to, q->op == TAPE_CUBE ? 3 : q->b);
+    }
+    forget_dead(c, q->a);
+    define(c, i, to);
+}
+
+/* Calls leave nothing in the registers. */
+static void save_all(struct compiler *c)
+{
+    for (int r = 0; r < REGISTERS; r++)
+        save(c, r);
+}
+
+static void release_all(struct compiler *c)
+{
+    for (int r = 0; r < REGISTERS; r++)
+        release(c, r);
+}
+
+/* sin and the like: argument and value in register 0. */
+static void call(struct compiler *c, int i)
+{
+    const struct tape_code *q = c->t->code + i;
+    int s = c->t->code_slot + i;
+    c->next[q->a] = c->after_a[i];
+    save_all(c);
+    copy(c, 0, q->a);
+    release_all(c);
+    if (q->op != TAPE_SINCOS) {
+        x64_call(&c->code, (uintptr_t)function[q->op]);
+        define(c, i, 0);
+        return;
+    }
+    x64_slot_address(&c->code, X64_RDI, s);
+    x64_slot_address(&c->code, X64_RSI, s + 1);
+    x64_call(&c->code, (uintptr_t)sincos);
+    c->next[s] = c->after[i];
+    c->next[s + 1] = c->after[i + 1];
+}
+
+static void interpret(struct compiler *c, int i)
+{
+    save_all(c);
+    release_all(c);
+    x64_word(&c->code, X64_RDI, (uintptr_t)c->t);
+    x64_word(&c->code, X64_RSI, (uint64_t)i);
+    x64_word(&c->code, X64_RDX, (uint64_t)i + 1);
+    x64_call(&c->code, (uintptr_t)tape_run);
+    c->next[c->t->code_slot + i] = c->after[i];
+}
+
+static void component(struct compiler *c, int i)
+{
+    const struct tape_code *q = c->t->code + i;
+    int to = free_register(c, NONE, NONE);
+    x64_load_at(&c->code, to, c->t->solve[q->a].y + q->b);
+    define(c, i, to);
+}
+
+static void instruction(struct compiler *c, int i)
+{
+    const struct tape_code *q = c->t->code + i;
+    switch (q->op) {
+    case EXPR_ADD: binary(c, i, X64_ADD, q->a, q->b); break;
+    case EXPR_SUB: binary(c, i, X64_SUB, q->a, q->b); break;
+    case EXPR_MUL: binary(c, i, X64_MUL, q->a, q->b); break;
+    case EXPR_DIV: binary(c, i, X64_DIV, q->a, q->b); break;
+    case TAPE_SQUARE: binary(c, i, X64_MUL, q->a, q->a); break;
+    case EXPR_NEG: case EXPR_ABS: case EXPR_SQRT: case TAPE_CUBE: case EXPR_POWI: unary(c, i); break;
+    case TAPE_COMPONENT: component(c, i); break;
+    case TAPE_PAIRED: break;
+    default:
+        if (q->op == TAPE_SINCOS || (q->op < EXPR_OP_COUNT && function[q->op]))
+            call(c, i);
+        else
+            interpret(c, i);
+    }
+}
+
+static void begin(struct compiler *c)
+{
+    const struct num_tape *t = c->t;
+    size_t code = (size_t)t->ncode + 1, slots = (size_t)t->slots + 1;
+    c->after_a = sga_malloc(3 * code * sizeof *c->after_a);
+    c->after_b = c->after_a + code;
+    c->after = c->after_b + code;
+    c->next = sga_malloc(slots * sizeof *c->next);
+    c->where = sga_malloc(slots);
+    c->unsaved = sga_calloc(slots, 1);
+    c->kept = sga_malloc(slots);
+    memset(c->where, NONE, slots);
+    memset(c->kept, t->keep_all, slots);
+    for (int r = 0; r < t->nroots; r++)
+        c->kept[t->root[r]] = 1;
+    for (int r = 0; r < REGISTERS; r++)
+        c->held[r] = NONE;
+}
+
+static void end(struct compiler *c)
+{
+    free(c->after_a);
+    free(c->next);
+    free(c->where);
+    free(c->unsaved);
+    free(c->kept);
+    free(c->code.byte);
+}
+
+bool tape_compile(struct num_tape *t)
+{
+    struct compiler c = { .t = t };
+    if (t->slots > INT_MAX / 16)
+        return false;
+    begin(&c);
+    find_uses(&c);
+    x64_enter(&c.code);
+    for (int i = t->nstatic; i < t->ncode; i++)
+        instruction(&c, i);
+    x64_leave(&c.code);
+    const void *at = sga_exec_add(t->memory, c.code.byte, c.code.count);
+    if (at)
+        t->compiled = (void (*)(double *))(uintptr_t)at;
+    end(&c);
+    return at != NULL;
+}

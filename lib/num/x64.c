@@ -1,0 +1,111 @@
+/* Encoding of single instructions. */
+#include "x64.h"
+
+#include <string.h>
+
+#include "mem.h"
+
+/* rbx points here, so that more slots are within one signed byte of it. */
+enum { BIAS = 16 * 8, RBX = 3 };
+
+static void put(struct x64 *c, const void *bytes, size_t n)
+{
+    SGA_RESERVE(c->byte, c->cap, c->count + n);
+    memcpy(c->byte + c->count, bytes, n);
+    c->count += n;
+}
+
+static void put1(struct x64 *c, unsigned b)
+{
+    unsigned char byte = (unsigned char)b;
+    put(c, &byte, 1);
+}
+
+static void put_opcode(struct x64 *c, unsigned prefix, unsigned rex, unsigned opcode)
+{
+    if (prefix)
+        put1(c, prefix);
+    if (rex)
+        put1(c, 0x40 | rex);
+    put1(c, 0x0F);
+    put1(c, opcode);
+}
+
+/* op reg, reg */
+static void registers(struct x64 *c, unsigned prefix, unsigned opcode, int to, int from)
+{
+    put_opcode(c, prefix, (unsigned)(to >> 3 << 2 | from >> 3), opcode);
+    put1(c, 0xC0 | (unsigned)((to & 7) << 3 | (from & 7)));
+}
+
+/* The operand [rbx + slot]; reg is the other one. */
+static void slot_operand(struct x64 *c, int reg, int slot)
+{
+    int32_t d = 8 * slot - BIAS;
+    if (d >= -128 && d < 128) {
+        put1(c, 0x40 | (unsigned)((reg & 7) << 3 | RBX));
+        put1(c, (unsigned)d & 0xFF);
+    } else {
+        put1(c, 0x80 | (unsigned)((reg & 7) << 3 | RBX));
+        put(c, &d, sizeof d);
+    }
+}
+
+static void with_slot(struct x64 *c, unsigned prefix, unsigned opcode, int reg, int slot)
+{
+    put_opcode(c, prefix, (unsigned)(reg >> 3 << 2), opcode);
+    slot_operand(c, reg, slot);
+}
+
+void x64_enter(struct x64 *c)
+{
+    static const unsigned char code[] = { 0x53,                                /* push rbx */
+                                          0x48, 0x8D, 0x9F, BIAS, 0, 0, 0 };   /* lea rbx, [rdi + BIAS] */
+    put(c, code, sizeof code);
+}
+
+void x64_leave(struct x64 *c)
+{
+    put(c, "\x5B\xC3", 2);       /* pop rbx; ret */
+}
+
+void x64_load(struct x64 *c, int reg, int slot) { with_slot(c, 0xF2, 0x10, reg, slot); }
+void x64_store(struct x64 *c, int reg, int slot) { with_slot(c, 0xF2, 0x11, reg, slot); }
+void x64_move(struct x64 *c, int to, int from) { registers(c, 0, 0x28, to, from); }     /* movaps */
+void x64_op(struct x64 *c, enum x64_sd op, int to, int from) { registers(c, 0xF2, op, to, from); }
+void x64_op_slot(struct x64 *c, enum x64_sd op, int to, int slot) { with_slot(c, 0xF2, op, to, slot); }
+void x64_bitwise(struct x64 *c, enum x64_bits op, int to, int from) { registers(c, 0x66, op, to, from); }
+
+void x64_word(struct x64 *c, enum x64_word reg, uint64_t value)
+{
+    put1(c, 0x48);               /* mov reg, imm64 */
+    put1(c, 0xB8 | (unsigned)reg);
+    put(c, &value, sizeof value);
+}
+
+void x64_constant(struct x64 *c, int to, uint64_t bits)
+{
+    x64_word(c, X64_RAX, bits);
+    put_opcode(c, 0x66, (unsigned)(8 | to >> 3 << 2), 0x6E);                   /* movq to, rax */
+    put1(c, 0xC0 | (unsigned)((to & 7) << 3));
+}
+
+void x64_load_at(struct x64 *c, int to, const double *address)
+{
+    x64_word(c, X64_RAX, (uintptr_t)address);
+    put_opcode(c, 0xF2, (unsigned)(to >> 3 << 2), 0x10);                       /* movsd to, [rax] */
+    put1(c, (unsigned)((to & 7) << 3));
+}
+
+void x64_slot_address(struct x64 *c, enum x64_word reg, int slot)
+{
+    put1(c, 0x48);               /* lea reg, [rbx + ...] */
+    put1(c, 0x8D);
+    slot_operand(c, reg, slot);
+}
+
+void x64_call(struct x64 *c, uint64_t address)
+{
+    x64_word(c, X64_RAX, address);
+    put(c, "\xFF\xD0", 2);       /* call rax */
+}

@@ -1,0 +1,37 @@
+/* Inside this folder: the few x86-64 instructions that compiled tapes are made of.
+ *
+ * A growing run of bytes. Doubles stand in xmm registers and in slots; a slot is addressed
+ * from rbx. Encodings: Intel 64 and IA-32 Architectures Software Developer's Manual,
+ * volume 2 (legacy SSE2 forms, which every x86-64 has). */
+#ifndef SGA_NUM_X64_H
+#define SGA_NUM_X64_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+struct x64 {
+    unsigned char *byte;
+    size_t count, cap;
+};
+
+/* Scalar double operations: the byte after F2 0F. */
+enum x64_sd { X64_SQRT = 0x51, X64_ADD = 0x58, X64_MUL = 0x59, X64_SUB = 0x5C, X64_DIV = 0x5E };
+/* On all bits of a register: the byte after 66 0F. */
+enum x64_bits { X64_AND = 0x54, X64_XOR = 0x57 };
+enum x64_word { X64_RDI = 7, X64_RSI = 6, X64_RDX = 2, X64_RAX = 0 };
+
+void x64_enter(struct x64 *c);             /* rbx saved, the first argument's slots addressed */
+void x64_leave(struct x64 *c);             /* rbx restored, return */
+void x64_load(struct x64 *c, int reg, int slot);
+void x64_store(struct x64 *c, int reg, int slot);
+void x64_move(struct x64 *c, int to, int from);
+void x64_op(struct x64 *c, enum x64_sd op, int to, int from);         /* to = to op from; sqrt: of from */
+void x64_op_slot(struct x64 *c, enum x64_sd op, int to, int slot);
+void x64_bitwise(struct x64 *c, enum x64_bits op, int to, int from);
+void x64_constant(struct x64 *c, int to, uint64_t bits);              /* rax is lost */
+void x64_load_at(struct x64 *c, int to, const double *address);       /* rax is lost */
+void x64_word(struct x64 *c, enum x64_word reg, uint64_t value);
+void x64_slot_address(struct x64 *c, enum x64_word reg, int slot);
+void x64_call(struct x64 *c, uint64_t address);                       /* all xmm and rax, ... are lost */
+
+#endif

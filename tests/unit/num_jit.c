@@ -1,0 +1,251 @@
+/* Machine code against the interpreter, bit for bit: random expressions over all operators, at
+ * ordinary and at extreme points; and what happens where no memory may be made executable. */
+#define _GNU_SOURCE
+#include "check.h"
+
+#include <math.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "jacobian.h"
+#include "random_expr.h"
+
+enum { SYMBOLS = 6, MOST = 400 };
+
+static struct random_source rng;
+
+/* NaN is one value: which one comes out of two depends on their order. */
+static bool same(double a, double b)
+{
+    return memcmp(&a, &b, sizeof a) == 0 || (isnan(a) && isnan(b));
+}
+
+static double coordinate(void)
+{
+    static const double extreme[] = { 0, -0.0, 1, -1, 2, 0.5, INFINITY, -INFINITY, NAN, 1e308, -1e308, 5e-324, -3e-310, 1e-160, 1e160, 3.14159265358979 };
+    if (random_below(&rng, 4) == 0)
+        return extreme[random_below(&rng, (int)(sizeof extreme / sizeof *extreme))];
+    return random_unit(&rng) * (random_below(&rng, 2) ? 2 : 100);
+}
+
+static expr_id any_solve(struct expr_store *st, const expr_id *pool, int n)
+{
+    enum { M = 3 };
+    expr_id a[M * M], r[M];
+    for (int i = 0; i < M * M; i++)
+        a[i] = pool[random_below(&rng, n)];
+    for (int i = 0; i < M; i++)
+        r[i] = pool[random_below(&rng, n)];
+    int s = expr_solve_add(st, M, a, r);
+    return expr_sub(st, expr_solution(st, s, random_below(&rng, M)), expr_solution(st, s, 0));
+}
+
+/* Any operator on any operands, in or out of their domains. */
+static expr_id any_node(struct expr_store *st, const expr_id *pool, int n, bool functions)
+{
+    expr_id a = pool[random_below(&rng, n)], b = pool[random_below(&rng, n)];
+    enum expr_op op = (enum expr_op)(EXPR_SIN + random_below(&rng, EXPR_MAX - EXPR_SIN + 1));
+    switch (functions ? random_below(&rng, 16) : random_below(&rng, 9)) {
+    case 0: case 1: return expr_add(st, a, b);
+    case 2: return expr_sub(st, a, b);
+    case 3: case 4: return expr_mul(st, a, b);
+    case 5: return expr_is_zero(st, b) ? a : expr_div(st, a, b);
+    case 6: return expr_neg(st, a);
+    case 7: return expr_is_zero(st, a) ? b : expr_powi(st, a, random_below(&rng, 25) - 12);
+    case 8: return expr_add(st, a, expr_rational(st, random_below(&rng, 19) - 9, 1 + random_below(&rng, 7)));
+    case 9: return expr_pow(st, a, b);
+    case 10: return n > 12 && random_below(&rng, 8) == 0 ? any_solve(st, pool, n) : expr_add(st, expr_fun(st, EXPR_SIN, a), expr_fun(st, EXPR_COS, a));
+    default: return expr_op_args(op) == 2 ? expr_fun2(st, op, a, b) : expr_fun(st, op, a);
+    }
+}
+
+/* A pool of nodes over the symbols; how many there are. */
+static int make_pool(struct expr_store *st, expr_id *pool, int *inputs, int most, bool functions)
+{
+    int n = 0;
+    for (; n < SYMBOLS; n++) {
+        char name[8];
+        sprintf(name, "x%d", n);
+        pool[n] = expr_symbol_add(st, name, EXPR_VARIABLE);
+        inputs[n] = SYMBOLS - 1 - n;
+    }
+    pool[n++] = expr_pi(st);
+    while (n < most) {
+        expr_id e = any_node(st, pool, n, functions);
+        if (!expr_store_ok(st))
+            break;
+        pool[n] = e == EXPR_UNDEF ? pool[n - 1] : e;
+        n++;
+    }
+    return n;
+}
+
+static void warm(struct num_tape *t, double *out)
+{
+    double in[SYMBOLS] = { 0.1, 0.2, 0.3, 0.4, 0.5, 0.6 };
+    for (int i = 0; i < 60; i++)
+        num_tape_eval(t, in, out);
+}
+
+static void random_tapes(struct sga_exec *memory)
+{
+    struct expr_store st;
+    expr_id pool[MOST];
+    int inputs[SYMBOLS], n;
+    double in[SYMBOLS], *plain = calloc(MOST, sizeof *plain), *fast = calloc(MOST, sizeof *fast);
+    expr_store_init(&st);
+    n = make_pool(&st, pool, inputs, 10 + random_below(&rng, MOST - 10), random_below(&rng, 2));
+    int roots = random_below(&rng, 3) ? 1 + random_below(&rng, 6) : n;      /* the last ones, or all */
+    struct num_tape *a = num_tape_new(&st, pool + n - roots, roots, inputs, SYMBOLS, NULL);
+    struct num_tape *b = num_tape_new(&st, pool + n - roots, roots, inputs, SYMBOLS, NULL);
+    num_tape_compile(b, memory);
+    warm(b, fast);
+    CHECK(num_tape_compiled(b) == (memory != NULL) && !num_tape_compiled(a), "%d roots", roots);
+    for (int point = 0; point < 20; point++) {
+        int bad = -1;
+        for (int i = 0; i < SYMBOLS; i++)
+            in[i] = coordinate();
+        bool finite = num_tape_eval(a, in, plain);
+        CHECK(finite == num_tape_eval(b, in, fast), "finite %d", finite);
+        for (int r = 0; r < roots; r++)
+            if (!same(plain[r], fast[r]))
+                bad = r;
+        CHECK(bad < 0, "root %d of %d: %a, %a", bad, roots, plain[bad < 0 ? 0 : bad], fast[bad < 0 ? 0 : bad]);
+    }
+    num_tape_free(a);
+    num_tape_free(b);
+    free(plain);
+    free(fast);
+    expr_store_clear(&st);
+}
+
+/* Each operator alone, at all pairs of special values. */
+static void every_operator(struct sga_exec *memory)
+{
+    static const double value[] = { 0, -0.0, 1, -1, 0.5, -0.5, 1.5, 3, -7, 1e-320, -1e-320, 1e300, -1e300, INFINITY, -INFINITY, NAN };
+    enum { VALUES = sizeof value / sizeof *value };
+    for (int op = EXPR_ADD; op <= EXPR_MAX; op++)
+        for (int power = -5; power <= (op == EXPR_POWI ? 9 : -5); power++) {
+            struct expr_store st;
+            int inputs[2] = { 0, 1 };
+            expr_store_init(&st);
+            expr_id x = expr_symbol_add(&st, "x", EXPR_VARIABLE), y = expr_symbol_add(&st, "y", EXPR_VARIABLE), e;
+            switch (op) {
+            case EXPR_ADD: e = expr_add(&st, x, y); break;
+            case EXPR_SUB: e = expr_sub(&st, x, y); break;
+            case EXPR_MUL: e = expr_mul(&st, x, y); break;
+            case EXPR_DIV: e = expr_div(&st, x, y); break;
+            case EXPR_NEG: e = expr_neg(&st, x); break;
+            case EXPR_POWI: e = expr_powi(&st, x, power); break;
+            case EXPR_POW: e = expr_pow(&st, x, y); break;
+            default: e = expr_op_args((enum expr_op)op) == 2 ? expr_fun2(&st, (enum expr_op)op, x, y) : expr_fun(&st, (enum expr_op)op, x); break;
+            }
+            struct num_tape *a = num_tape_new(&st, &e, 1, inputs, 2, NULL), *b = num_tape_new(&st, &e, 1, inputs, 2, NULL);
+            double out, again;
+            num_tape_compile(b, memory);
+            warm(b, &out);
+            CHECK(num_tape_compiled(b), "%s", expr_op_text((enum expr_op)op));
+            for (int i = 0; i < VALUES * VALUES; i++) {
+                double in[2] = { value[i / VALUES], value[i % VALUES] };
+                num_tape_eval(a, in, &out);
+                num_tape_eval(b, in, &again);
+                CHECK(same(out, again), "%s(%g, %g): %a, %a", expr_op_text((enum expr_op)op), in[0], in[1], out, again);
+            }
+            num_tape_free(a);
+            num_tape_free(b);
+            expr_store_clear(&st);
+        }
+}
+
+static void random_jacobians(struct sga_exec *memory)
+{
+    struct expr_store st;
+    expr_id pool[MOST];
+    int inputs[SYMBOLS], columns[4] = { 3, 0, 5, 1 }, n;
+    double in[SYMBOLS];
+    expr_store_init(&st);
+    n = make_pool(&st, pool, inputs, 10 + random_below(&rng, 60), random_below(&rng, 2));
+    int roots = 1 + random_below(&rng, 12), some = random_below(&rng, 2);
+    roots = roots < n ? roots : n;
+    struct num_tape *a = num_tape_new(&st, pool + n - roots, roots, inputs, SYMBOLS, NULL);
+    struct num_tape *b = num_tape_new(&st, pool + n - roots, roots, inputs, SYMBOLS, NULL);
+    struct num_jacobian *p = num_jacobian_new(a, some ? columns : NULL, 4), *q = num_jacobian_new(b, some ? columns : NULL, 4);
+    double *v = calloc((size_t)p->nnz + 1, sizeof *v), *w = calloc((size_t)p->nnz + 1, sizeof *w), y[MOST], z[MOST];
+    (void)memory;
+    for (int point = 0; point < 90; point++) {
+        int bad = -1;
+        for (int i = 0; i < SYMBOLS; i++)
+            in[i] = point % 2 ? coordinate() : 0.7 + random_unit(&rng) / 2;
+        bool finite = num_jacobian_eval(p, in, y, v);
+        CHECK(finite == num_jacobian_eval(q, in, point % 3 ? z : NULL, w), "finite %d", finite);
+        for (int r = 0; r < roots; r++)
+            if (point % 3 && !same(y[r], z[r]))
+                bad = r;
+        CHECK(bad < 0, "root %d", bad);
+        bad = -1;
+        for (int i = 0; i < p->nnz; i++)
+            if (!same(v[i], w[i]))
+                bad = i;
+        CHECK(bad < 0, "point %d entry %d: %a, %a", point, bad, v[bad < 0 ? 0 : bad], w[bad < 0 ? 0 : bad]);
+    }
+    num_jacobian_free(p);
+    num_jacobian_free(q);
+    num_tape_free(a);
+    num_tape_free(b);
+    free(v);
+    free(w);
+    expr_store_clear(&st);
+}
+
+/* Pages are found, given back, and never written and run at one time. */
+static void pages(void)
+{
+    static const unsigned char code[] = { 0xB8, 42, 0, 0, 0, 0xC3 };       /* mov eax, 42; ret */
+    unsigned char wide[3 * 4096] = { 0xB8, 7, 0, 0, 0, 0xC3 };
+    struct sga_exec *m = sga_exec_new(4 * 4096);
+    void *base;
+    size_t bytes;
+    sga_exec_range(m, &base, &bytes);
+    CHECK(bytes == 4 * 4096 && (uintptr_t)base % bytes == 0, "%zu", bytes);
+    const void *a = sga_exec_add(m, code, sizeof code), *b = sga_exec_add(m, wide, sizeof wide);
+    CHECK(a && b && ((int (*)(void))(uintptr_t)a)() == 42 && ((int (*)(void))(uintptr_t)b)() == 7, "two pieces");
+    CHECK(!sga_exec_add(m, code, sizeof code), "no room is left");
+    sga_exec_drop(m, b);
+    const void *c = sga_exec_add(m, code, sizeof code);
+    CHECK(c && ((int (*)(void))(uintptr_t)c)() == 42 && ((int (*)(void))(uintptr_t)a)() == 42, "room again");
+    CHECK(!sga_exec_add(m, wide, sizeof wide) && !sga_exec_add(m, wide, 5 * 4096), "too much");
+    fflush(stdout);
+    pid_t child = fork();
+    if (child == 0) {
+        *(volatile unsigned char *)(uintptr_t)a = 0;        /* ends with a signal */
+        _exit(0);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    CHECK(!(WIFEXITED(status) && WEXITSTATUS(status) == 0), "code could be written");
+    sga_exec_free(m);
+}
+
+int main(void)
+{
+    struct sga_exec *memory = sga_exec_new(1 << 20);
+    rng.state = check_seed(20261);
+    if (!memory) {
+        printf("no machine code on this processor\n");
+        return CHECK_END();
+    }
+    every_operator(memory);
+    int n = check_scale(300);
+    for (int i = 0; i < n; i++)
+        random_tapes(memory);
+    for (int i = 0; i < n; i++)
+        ;
+    random_tapes(NULL);
+    random_jacobians(NULL);
+    pages();
+    sga_exec_free(memory);
+    flint_cleanup();
+    return CHECK_END();
+}
