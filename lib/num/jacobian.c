@@ -220,6 +220,7 @@ void num_jacobian_free(struct num_jacobian *j)
     if (!j)
         return;
     struct num_jacobian_plan *p = j->plan;
+    num_tape_free(p->code);
     for (int k = 0; k < p->solves; k++) {
         free(p->solve[k].edge);
         free(p->solve[k].bar);

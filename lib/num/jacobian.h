@@ -29,4 +29,8 @@ void num_jacobian_free(struct num_jacobian *j);
  * columns); a solve costs m^3 once and m^2 for each row or column that meets it. */
 bool num_jacobian_eval(struct num_jacobian *j, const double *in, double *out, double *values);
 
+/* As num_tape_compile, for the Jacobian and its tape. */
+void num_jacobian_compile(struct num_jacobian *j, struct sga_exec *memory);
+bool num_jacobian_compiled(const struct num_jacobian *j);
+
 #endif

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "lu.h"
+#include "tape_jit.h"
 
 /* y = S^-1 r: bar r = S^-T bar y, bar S = -bar r y^T */
 static void solve_back(struct jacobian_solve *q, double *adj)
@@ -108,16 +109,16 @@ static void column_by_forward(struct num_jacobian *j, int col, double *values)
         dot[j->cols + k] = step_forward(p, p->step + k, dot);
     }
     for (int i = p->by_col[col]; i < p->by_col[col + 1]; i++)
-        values[p->entry[i]] = dot[p->root[p->entry_row[i]]];
+        values[p->entry[i]] = dot[p->root[p->entry_row[i]]] + 0.0;    /* no -0 */
     for (int i = 0; i < n; i++)
         dot[j->cols + (l->all[col] ? i : l->item[l->start[col] + i])] = 0;
     dot[col] = 0;
 }
 
-bool num_jacobian_eval(struct num_jacobian *j, const double *in, double *out, double *values)
+static bool sweep(struct num_jacobian *j, const double *in, double *out, double *values)
 {
     struct num_jacobian_plan *p = j->plan;
-    bool finite = num_tape_eval(p->tape, in, out ? out : p->out);
+    bool finite = tape_eval_all(p->tape, in, out);
     jacobian_partials(p);
     if (p->forward)
         for (int c = 0; c < j->cols; c++)
@@ -129,3 +130,39 @@ bool num_jacobian_eval(struct num_jacobian *j, const double *in, double *out, do
         finite &= (bool)isfinite(values[i]);
     return finite;
 }
+
+static void compile(struct num_jacobian *j)
+{
+    struct num_jacobian_plan *p = j->plan;
+    p->code = jacobian_code(j);
+    num_tape_compile(p->code, p->memory);
+    if (tape_compile(p->code))
+        return;
+    num_tape_free(p->code);
+    p->code = NULL;
+}
+
+bool num_jacobian_eval(struct num_jacobian *j, const double *in, double *out, double *values)
+{
+    struct num_jacobian_plan *p = j->plan;
+    out = out ? out : p->out;
+    if (p->code && tape_eval_parts(p->code, in, j->rows, out, values))
+        return true;
+    if (p->memory && ++p->runs == TAPE_RUNS_BEFORE)
+        compile(j);
+    return sweep(j, in, out, values);
+}
+
+void num_jacobian_compile(struct num_jacobian *j, struct sga_exec *memory)
+{
+    struct num_jacobian_plan *p = j->plan;
+    bool code = memory && jacobian_may_be_code(j);
+    num_tape_free(p->code);
+    p->code = NULL;
+    p->memory = code ? memory : NULL;
+    p->runs = 0;
+    p->tape->keep_all = !code;       /* sweeps read all values */
+    num_tape_compile(p->tape, memory);
+}
+
+bool num_jacobian_compiled(const struct num_jacobian *j) { return j->plan->code != NULL; }

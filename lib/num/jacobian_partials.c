@@ -3,11 +3,6 @@
 
 #include <math.h>
 
-static double integer_power(double x, int n)
-{
-    return n == 3 ? x * x * x : pow(x, n);
-}
-
 static double sign(double x) { return isnan(x) ? x : (x > 0) - (x < 0); }
 
 /* Of min (max: with x and y exchanged) by its first argument. */
@@ -40,7 +35,7 @@ static double unary(int op, double x, const double *u, int n)
     case EXPR_NEG:     return -1;
     case TAPE_SQUARE:  return 2 * x;
     case TAPE_CUBE:    return 3 * x * x;
-    case EXPR_POWI:    return n * integer_power(x, n - 1);
+    case EXPR_POWI:    return n * tape_power(x, n - 1);
     case TAPE_SINCOS:  return u[1];
     case TAPE_PAIRED:  return -u[-1];
     case EXPR_SIN:     return cos(x);
@@ -64,6 +59,14 @@ static double unary(int op, double x, const double *u, int n)
     }
 }
 
+static bool two_operands(struct jacobian_step *s, const struct tape_code *c, const double *v, bool by_b)
+{
+    if (!tape_reads_two(s->op))
+        return false;
+    binary(s, v[c->a], v[c->b], v[s->slot], by_b);
+    return true;
+}
+
 void jacobian_partials(struct num_jacobian_plan *p)
 {
     const struct num_tape *t = p->tape;
@@ -72,13 +75,20 @@ void jacobian_partials(struct num_jacobian_plan *p)
         const struct tape_code *c = t->code + s->slot - t->code_slot;
         if (s->op == TAPE_FACTOR || s->op == TAPE_COMPONENT)
             continue;
-        if (s->op == TAPE_SIGNAL) {
+        if (s->op == TAPE_SIGNAL)
             s->pa = tape_signal(t, c, 1);
-            continue;
-        }
-        if (s->op < EXPR_OP_COUNT && expr_op_args((enum expr_op)s->op) == 2)
-            binary(s, v[c->a], v[c->b], v[s->slot], s->b != p->sink);
-        else
+        else if (!two_operands(s, c, v, s->b != p->sink))
             s->pa = unary(s->op, v[s->op == TAPE_PAIRED ? c[-1].a : c->a], v + s->slot, c->b);
     }
+}
+
+double tape_slope(const struct num_tape *t, int slot, bool by_second)
+{
+    const struct tape_code *c = t->code + slot - t->code_slot;
+    struct jacobian_step s = { .op = c->op, .slot = slot };
+    if (c->op == TAPE_SIGNAL)
+        return tape_signal(t, c, 1);
+    if (two_operands(&s, c, t->value, true))
+        return by_second ? s.pb : s.pa;
+    return unary(c->op, t->value[c->a], t->value + slot, c->b);
 }

@@ -44,11 +44,19 @@ struct num_jacobian_plan {
     int *by_col, *entry_row, *entry;   /* the pattern by columns: row and place in CRS */
     double *sweep;                /* by id: adjoints or tangents; 0 between uses */
     double *out;                  /* the roots' values, where the caller wants none */
+    struct sga_exec *memory;      /* for machine code, borrowed; NULL: swept for good */
+    long runs;                    /* swept so far */
+    struct num_tape *code;        /* all of it written out, as machine code; or NULL */
 };
 
 /* Fill tape's steps, solves, roots and sink. columns as in num_jacobian_new. */
 void jacobian_steps(struct num_jacobian *j, const int *columns);
 /* pa and pb of every step, at the point that the tape was evaluated last. */
 void jacobian_partials(struct num_jacobian_plan *p);
+
+/* jacobian_code.c: the roots, then the values, as one tape. Not where there are linear solves, or
+ * where it would be very long. */
+bool jacobian_may_be_code(const struct num_jacobian *j);
+struct num_tape *jacobian_code(const struct num_jacobian *j);
 
 #endif

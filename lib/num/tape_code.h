@@ -16,7 +16,9 @@ enum {
     TAPE_PAIRED,      /* written by the instruction before */
     TAPE_FACTOR,      /* factor linear solve a, and solve it; the slot itself is unused */
     TAPE_COMPONENT,   /* component b of the solution of linear solve a */
-    TAPE_SIGNAL       /* derivative number b & 255 of table b >> 8 at the time a */
+    TAPE_SIGNAL,      /* derivative number b & 255 of table b >> 8 at the time a */
+    TAPE_SLOPE_A,     /* the partial derivative of the instruction whose slot is a by its first operand, */
+    TAPE_SLOPE_B      /* by its second */
 };
 
 /* Instruction i writes slot `code_slot + i`; a and b are slots, or what the operator says. */
@@ -62,5 +64,14 @@ static inline bool tape_reads_two(int op)
 
 /* Run code[from .. to) on t->value. */
 void tape_run(struct num_tape *t, int from, int to);
+/* x^n by squaring, the same wherever it is needed. */
+double tape_power(double x, int n);
+/* jacobian_partials.c: the partial derivative of the instruction with this slot by its first or
+ * second operand, at the values that the slots have. */
+double tape_slope(const struct num_tape *t, int slot, bool by_second);
+/* As num_tape_eval, the roots split in two. */
+bool tape_eval_parts(struct num_tape *t, const double *in, int first, double *out, double *rest);
+/* As num_tape_eval, and every slot has its value afterwards. */
+bool tape_eval_all(struct num_tape *t, const double *in, double *out);
 
 #endif

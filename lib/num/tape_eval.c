@@ -8,10 +8,7 @@
 #include "lu.h"
 #include "tape_jit.h"
 
-/* Compiling costs about as much as so many interpreted evaluations gain. */
-enum { RUNS_BEFORE = 48 };
-
-static double power(double x, int n)
+double tape_power(double x, int n)
 {
     unsigned k = n < 0 ? -(unsigned)n : (unsigned)n;
     double r = 1;
@@ -52,7 +49,7 @@ void tape_run(struct num_tape *t, int from, int to)
         case EXPR_NEG:   *w = -v[c->a]; break;
         case TAPE_SQUARE: *w = v[c->a] * v[c->a]; break;
         case TAPE_CUBE:  *w = v[c->a] * v[c->a] * v[c->a]; break;
-        case EXPR_POWI:  *w = power(v[c->a], c->b); break;
+        case EXPR_POWI:  *w = tape_power(v[c->a], c->b); break;
         case EXPR_POW:   *w = real_power(v[c->a], v[c->b]); break;
         case TAPE_SINCOS: sincos(v[c->a], w, w + 1); break;
         case TAPE_PAIRED: break;
@@ -80,6 +77,8 @@ void tape_run(struct num_tape *t, int from, int to)
         case TAPE_FACTOR: solve(t->solve + c->a, v); break;
         case TAPE_COMPONENT: *w = t->solve[c->a].y[c->b]; break;
         case TAPE_SIGNAL: *w = tape_signal(t, c, 0); break;
+        case TAPE_SLOPE_A: *w = tape_slope(t, c->a, false); break;
+        case TAPE_SLOPE_B: *w = tape_slope(t, c->a, true); break;
         default:         *w = NAN; break;
         }
     }
@@ -90,23 +89,52 @@ double tape_signal(const struct num_tape *t, const struct tape_code *c, int more
     return expr_table_value(t->table[c->b >> 8], (c->b & 255) + more, t->value[c->a]);
 }
 
-bool num_tape_eval(struct num_tape *t, const double *in, double *out)
+/* The values of some roots. False if the exponent of one is all ones: infinite or not a number. */
+static bool gather(const struct num_tape *t, int from, int to, double *out)
 {
-    if (t->ninputs)
-        memcpy(t->value, in, (size_t)t->ninputs * sizeof *in);
+    uint64_t carry = 0;
+    for (int r = from; r < to; r++) {
+        uint64_t bits;
+        double v = t->value[t->root[r]];
+        out[r - from] = v;
+        memcpy(&bits, &v, sizeof bits);
+        carry |= (bits & 0x7FF0000000000000u) + 0x0010000000000000u;
+    }
+    return carry >> 63 == 0;
+}
+
+static void load(struct num_tape *t, const double *in)
+{
+    for (int i = 0; i < t->ninputs; i++)
+        t->value[i] = in[i];
+}
+
+bool tape_eval_parts(struct num_tape *t, const double *in, int first, double *out, double *rest)
+{
+    load(t, in);
     if (t->compiled) {
         t->compiled(t->value);
     } else {
         tape_run(t, t->nstatic, t->ncode);
-        if (t->memory && ++t->runs == RUNS_BEFORE)
+        if (t->memory && ++t->runs == TAPE_RUNS_BEFORE)
             tape_compile(t);
     }
-    bool finite = true;
-    for (int r = 0; r < t->nroots; r++) {
-        out[r] = t->value[t->root[r]];
-        finite &= (bool)isfinite(out[r]);
-    }
-    return finite;
+    bool finite = gather(t, 0, first, out);
+    return gather(t, first, t->nroots, rest) && finite;
+}
+
+bool num_tape_eval(struct num_tape *t, const double *in, double *out)
+{
+    return tape_eval_parts(t, in, t->nroots, out, out);
+}
+
+bool tape_eval_all(struct num_tape *t, const double *in, double *out)
+{
+    if (t->keep_all)
+        return num_tape_eval(t, in, out);
+    load(t, in);
+    tape_run(t, t->nstatic, t->ncode);
+    return gather(t, 0, t->nroots, out);
 }
 
 void num_tape_compile(struct num_tape *t, struct sga_exec *memory)

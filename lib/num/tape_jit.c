@@ -56,6 +56,13 @@ static void find_uses(struct compiler *c)
                 c->next[s->rhs[k]] = i;
             continue;
         }
+        if (q->op == TAPE_SLOPE_A || q->op == TAPE_SLOPE_B) {
+            const struct tape_code *of = t->code + q->a - t->code_slot;
+            c->next[q->a] = c->next[of->a] = i;
+            if (tape_reads_two(of->op))
+                c->next[of->b] = i;
+            continue;
+        }
         bool two = tape_reads_two(q->op);
         c->after_a[i] = c->next[q->a];
         c->after_b[i] = two ? c->next[q->b] : NEVER;

@@ -9,4 +9,7 @@
  * leave, and nothing changes. Cost: about 50 ns for each instruction. */
 bool tape_compile(struct num_tape *t);
 
+/* Compiling costs about as much as so many interpreted evaluations gain. */
+enum { TAPE_RUNS_BEFORE = 48 };
+
 #endif

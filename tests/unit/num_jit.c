@@ -15,6 +15,7 @@
 enum { SYMBOLS = 6, MOST = 400 };
 
 static struct random_source rng;
+static int solved;     /* Jacobians that stayed with the sweeps */
 
 /* NaN is one value: which one comes out of two depends on their order. */
 static bool same(double a, double b)
@@ -173,7 +174,7 @@ static void random_jacobians(struct sga_exec *memory)
     struct num_tape *b = num_tape_new(&st, pool + n - roots, roots, inputs, SYMBOLS, NULL);
     struct num_jacobian *p = num_jacobian_new(a, some ? columns : NULL, 4), *q = num_jacobian_new(b, some ? columns : NULL, 4);
     double *v = calloc((size_t)p->nnz + 1, sizeof *v), *w = calloc((size_t)p->nnz + 1, sizeof *w), y[MOST], z[MOST];
-    (void)memory;
+    num_jacobian_compile(q, memory);
     for (int point = 0; point < 90; point++) {
         int bad = -1;
         for (int i = 0; i < SYMBOLS; i++)
@@ -190,6 +191,7 @@ static void random_jacobians(struct sga_exec *memory)
                 bad = i;
         CHECK(bad < 0, "point %d entry %d: %a, %a", point, bad, v[bad < 0 ? 0 : bad], w[bad < 0 ? 0 : bad]);
     }
+    solved += !num_jacobian_compiled(q);
     num_jacobian_free(p);
     num_jacobian_free(q);
     num_tape_free(a);
@@ -241,7 +243,8 @@ int main(void)
     for (int i = 0; i < n; i++)
         random_tapes(memory);
     for (int i = 0; i < n; i++)
-        ;
+        random_jacobians(memory);
+    CHECK(solved > 0 && solved < n / 2, "%d of %d have linear solves", solved, n);
     random_tapes(NULL);
     random_jacobians(NULL);
     pages();
