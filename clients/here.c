@@ -1,4 +1,5 @@
 /* Solving in process: the library's face, nothing more. */
+#include "exec.h"
 #include "problem.h"
 #include "request.h"
 #include "run.h"
@@ -8,6 +9,9 @@
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
+
+/* Bytes of machine code of formulas. */
+static const size_t CODE = 4 << 20;
 
 static void describe(const struct sga_error *err, char *out, size_t size)
 {
@@ -82,7 +86,7 @@ static void set_alarm(const char *request, size_t length, bool readable)
 bool solve_here(const char *request, size_t length, struct answer *a, void (*stuck)(const struct answer *a))
 {
     struct stuck s = { a, stuck };
-    struct sga_run_options options = { .wall = wall, .ctx = &s };
+    struct sga_run_options options = { .wall = wall, .ctx = &s, .exec = a->interpret_only ? NULL : sga_exec_new(CODE) };
     struct sga_error err = { 0 };
     sga_init();
     set_alarm(request, length, a->readable);

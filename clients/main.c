@@ -18,12 +18,12 @@ struct arguments {
     const char *file, *server;
     const char *csv, *svg;       /* where the tradeoff goes, or NULL */
     double wait;
-    bool json, text;
+    bool json, text, interpret_only;
 };
 
 static const char usage[] =
     "usage: sga solve FILE [--server URL] [--ca FILE] [--json | --text] [--wait SECONDS]\n"
-    "                      [--tradeoff-csv FILE] [--tradeoff-svg FILE]\n"
+    "                      [--tradeoff-csv FILE] [--tradeoff-svg FILE] [--interpret-only]\n"
     "       sga top [--server URL] [--ca FILE] [--every SECONDS] [--once]\n"
     "       sga version\n"
     "       sga --help\n"
@@ -40,6 +40,7 @@ static const char usage[] =
     "  --json, --text   choose the form\n"
     "  --tradeoff-csv FILE, --tradeoff-svg FILE\n"
     "                   put the tradeoff that the request wants into a table or an image\n"
+    "  --interpret-only make no machine code of formulas in this process: the same answer, later\n"
     "\n"
     "The variable SGA_TOKEN holds the token for a daemon that wants one.\n"
     "\n"
@@ -105,7 +106,7 @@ static int finish(const struct arguments *args, const struct answer *a)
 static int solve(const struct arguments *args)
 {
     struct sga_buf request = { 0 };
-    struct answer a = { .readable = args->text || (!args->json && isatty(STDOUT_FILENO)) };
+    struct answer a = { .readable = args->text || (!args->json && isatty(STDOUT_FILENO)), .interpret_only = args->interpret_only };
     int status = FAILED;
     if (read_request(args->file, &request)) {
         const char *text = request.data ? request.data : "";
@@ -142,6 +143,8 @@ static int read_arguments(int argc, char **argv, struct arguments *args)
             args->json = true;
         else if (strcmp(a, "--text") == 0)
             args->text = true;
+        else if (strcmp(a, "--interpret-only") == 0)
+            args->interpret_only = true;
         else if (strcmp(a, "--server") == 0)
             args->server = argv[++i];
         else if (csv || svg)

@@ -11,6 +11,7 @@ struct answer {
     struct sga_buf text;      /* the result; or the problem object; or nothing */
     char problem[1400];       /* why there is none, for a reader; "" otherwise */
     bool readable;            /* shown as text, not as JSON */
+    bool interpret_only;      /* no machine code is made */
 };
 
 /* Runs the request in this process. Where a library call runs past memory or time and cannot

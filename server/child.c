@@ -42,7 +42,8 @@ bool child_start(struct child *c, const struct config *config)
     snprintf(space, sizeof space, "%ld", config->child_memory);
     snprintf(seconds, sizeof seconds, "%ld", config->max_seconds);
     snprintf(result, sizeof result, "%ld", config->result_limit);
-    char *argv[] = { "sgad", CHILD_FLAG, parent, space, seconds, result, NULL };
+    char *interpret = config->interpret_only ? "1" : "0";
+    char *argv[] = { "sgad", CHILD_FLAG, parent, space, seconds, result, interpret, NULL };
     int pair[2];
     c->pid = 0;
     if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair) != 0)

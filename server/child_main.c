@@ -2,6 +2,7 @@
 #define _GNU_SOURCE    /* close_range */
 #include "child.h"
 #include "budget.h"
+#include "exec.h"
 #include "run.h"
 #include "sandbox.h"
 #include "wire.h"
@@ -13,15 +14,18 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-enum { SOCKET = 3, ARGUMENTS = 6, WALL_EXIT = 3 };
+enum { SOCKET = 3, ARGUMENTS = 7, WALL_EXIT = 3 };
 /* Text, libraries and the request itself. */
 static const size_t HEADROOM = 96 << 20;
+/* Machine code of formulas: 20 bytes for each operation. */
+static const size_t CODE = 4 << 20;
 static const double PROGRESS_EVERY = 0.05, LOOK_EVERY = 0.02;    /* seconds */
 
 /* What one job may use. */
 struct allowance {
     double seconds;
     size_t memory, result;
+    struct sga_exec *exec;
 };
 
 struct running {
@@ -32,9 +36,11 @@ struct running {
 
 /* What keeps a bad job inside. The library opens one descriptor, by which it measures its
  * memory: that comes first. */
-static bool confine(pid_t parent, size_t memory)
+static bool confine(pid_t parent, size_t memory, const struct sga_exec *exec)
 {
     struct sandbox s = { .parent = parent, .memory = memory, .descriptors = SOCKET + 2 };
+    if (exec)
+        sga_exec_range(exec, &s.code, &s.code_bytes);
     char why[200];
     close_range(SOCKET + 1, ~0U, 0);
     sga_init();
@@ -98,6 +104,7 @@ static bool run(const char *request, size_t length, const struct allowance *allo
     struct sga_run_options options = {
         .max_seconds = allowed->seconds, .max_memory = allowed->memory, .max_result = allowed->result,
         .progress = progress, .cancelled = cancelled, .wall = wall, .ctx = &r,
+        .exec = allowed->exec,
     };
     struct sga_buf out = { 0 };
     struct sga_error err = { 0 };
@@ -113,11 +120,12 @@ int child_main(int argc, char **argv)
     if (argc != ARGUMENTS)
         return 2;
     size_t space = strtoul(argv[3], NULL, 10);
-    if (!confine((pid_t)atol(argv[2]), space))
+    struct sga_exec *exec = atoi(argv[6]) ? NULL : sga_exec_new(CODE);
+    if (!confine((pid_t)atol(argv[2]), space, exec))
         return 1;
     /* The library's own wall stands a quarter past its limit: both are inside the space. */
     struct allowance allowed = {
-        .seconds = atof(argv[4]), .result = strtoul(argv[5], NULL, 10),
+        .seconds = atof(argv[4]), .result = strtoul(argv[5], NULL, 10), .exec = exec,
         .memory = space > 2 * HEADROOM ? (size_t)(0.8 * (double)(space - HEADROOM)) : space / 3,
     };
     struct wire_header h;

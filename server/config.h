@@ -11,7 +11,7 @@
  * be changed by a reload while other threads read them. */
 struct config {
     char *listen, *state, *access, *tls_cert, *tls_key, *allow_host, *log_level;
-    atomic_long remote_plain, remote_open;
+    atomic_long remote_plain, remote_open, interpret_only;
     atomic_long workers;          /* threads that run jobs, each with a child process */
     atomic_long queue, queue_bytes;
     atomic_long body_limit, child_memory, result_limit;

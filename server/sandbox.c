@@ -7,6 +7,7 @@
 #include <linux/landlock.h>
 #include <seccomp.h>
 #include <signal.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/mman.h>
@@ -73,30 +74,43 @@ static void forbid_files(void)
     close(fd);
 }
 
-static int add_rules(scmp_filter_ctx f)
+/* Machine code of formulas: pages of one range may change from writable to executable. */
+static int allow_code(scmp_filter_ctx f, const struct sandbox *s)
+{
+    if (!s->code_bytes)
+        return 0;
+    return seccomp_rule_add(f, SCMP_ACT_ALLOW, SCMP_SYS(mprotect), 3,
+                            SCMP_A0(SCMP_CMP_MASKED_EQ, ~(scmp_datum_t)(s->code_bytes - 1), (scmp_datum_t)(uintptr_t)s->code),
+                            SCMP_A1(SCMP_CMP_LE, (scmp_datum_t)s->code_bytes),
+                            SCMP_A2(SCMP_CMP_EQ, PROT_READ | PROT_EXEC));
+}
+
+static int add_rules(scmp_filter_ctx f, const struct sandbox *s)
 {
     int rc = 0;
     for (size_t i = 0; i < sizeof allowed / sizeof *allowed && rc == 0; i++)
         rc = seccomp_rule_add(f, SCMP_ACT_ALLOW, allowed[i], 0);
-    /* Pages may be made read-only or writable, never executable. */
+    /* Pages may be made read-only or writable; executable only where formulas are compiled to. */
     if (rc == 0)
         rc = seccomp_rule_add(f, SCMP_ACT_ALLOW, SCMP_SYS(mprotect), 1, SCMP_A2(SCMP_CMP_MASKED_EQ, PROT_EXEC, 0));
     if (rc == 0)
         rc = seccomp_rule_add(f, SCMP_ACT_ALLOW, SCMP_SYS(mmap), 1, SCMP_A2(SCMP_CMP_MASKED_EQ, PROT_EXEC, 0));
+    if (rc == 0)
+        rc = allow_code(f, s);
     /* abort() signals itself. */
     if (rc == 0)
         rc = seccomp_rule_add(f, SCMP_ACT_ALLOW, SCMP_SYS(tgkill), 1, SCMP_A0(SCMP_CMP_EQ, (scmp_datum_t)getpid()));
     return rc;
 }
 
-static bool filter_calls(char *why, size_t size)
+static bool filter_calls(const struct sandbox *s, char *why, size_t size)
 {
     if (SANITIZED)
         return true;
     scmp_filter_ctx f = seccomp_init(SCMP_ACT_ERRNO(EPERM));
     if (!f)
         return fail(why, size, "seccomp_init", ENOMEM);
-    int rc = add_rules(f);
+    int rc = add_rules(f, s);
     if (rc == 0)
         rc = seccomp_load(f);
     seccomp_release(f);
@@ -113,5 +127,5 @@ bool sandbox_enter(const struct sandbox *s, char *why, size_t size)
     if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0)
         return fail(why, size, "prctl", errno);
     forbid_files();
-    return limit_resources(s, why, size) && filter_calls(why, size);
+    return limit_resources(s, why, size) && filter_calls(s, why, size);
 }

@@ -1,9 +1,11 @@
 /* sgad --check-sandbox: what the sandbox keeps out on this kernel, by trying each. */
 #include "sandbox.h"
+#include "exec.h"
 
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/mman.h>
@@ -12,6 +14,9 @@
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
+
+static void *code;       /* of the process that tries */
+static size_t code_bytes;
 
 static bool opens(void)
 {
@@ -71,6 +76,12 @@ static bool maps_code(void)
     return mmap(NULL, 4096, PROT_READ | PROT_WRITE | PROT_EXEC, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0) != MAP_FAILED;
 }
 
+/* The pages where formulas are compiled to: written and run at one time they must not be. */
+static bool writes_code(void)
+{
+    return code_bytes && mprotect(code, 4096, PROT_READ | PROT_WRITE | PROT_EXEC) == 0;
+}
+
 static bool too_much(void)
 {
     return mmap(NULL, (size_t)1 << 30, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0) != MAP_FAILED;
@@ -79,14 +90,27 @@ static bool too_much(void)
 static const struct { const char *what; bool (*tried)(void); } trial[] = {
     { "open a file", opens }, { "make a file", makes }, { "look at a path", looks }, { "make a socket", talks },
     { "signal a process", signals }, { "be traced", traces }, { "fork", forks }, { "run a program", runs },
-    { "make memory executable", executes }, { "map executable memory", maps_code }, { "pass its memory limit", too_much },
+    { "make memory executable", executes }, { "map executable memory", maps_code }, { "write where code may run", writes_code },
+    { "pass its memory limit", too_much },
 };
 enum { TRIALS = sizeof trial / sizeof *trial, KEPT = 40, REFUSED = 41, BREACHED = 42 };
+
+/* Not a breach: formulas are compiled where this works, and interpreted where it does not. */
+static void say_code(struct sga_exec *memory, int out)
+{
+    static const unsigned char twice[] = { 0xF2, 0x0F, 0x58, 0xC0, 0xC3 };      /* addsd xmm0, xmm0; ret */
+    const void *at = memory ? sga_exec_add(memory, twice, sizeof twice) : NULL;
+    bool runs = at && ((double (*)(double))(uintptr_t)at)(21) == 42;
+    dprintf(out, "%-26s %s\n", "machine code of formulas", runs ? "compiled" : "interpreted");
+}
 
 /* Tells through a pipe: standard output may be a file, which the sandbox refuses to grow. */
 static int try_all(pid_t parent, int out)
 {
-    struct sandbox s = { .parent = parent, .memory = 512 << 20, .descriptors = 64 };
+    struct sga_exec *memory = sga_exec_new(1 << 16);
+    if (memory)
+        sga_exec_range(memory, &code, &code_bytes);
+    struct sandbox s = { .parent = parent, .memory = 512 << 20, .descriptors = 64, .code = code, .code_bytes = code_bytes };
     char why[200];
     int status = KEPT;
     if (!sandbox_enter(&s, why, sizeof why)) {
@@ -100,6 +124,7 @@ static int try_all(pid_t parent, int out)
         if (write(out, line, (size_t)n) != n || through)
             status = BREACHED;
     }
+    say_code(memory, out);
     return status;
 }
 

@@ -27,6 +27,7 @@ const struct setting settings[] = {
     LIVE("queue-bytes", queue_bytes, 256 * MB, 1024, 1L << 40, "bytes of the requests that wait")
     LIVE("body-limit", body_limit, 4 * MB, 64, 1L << 30, "bytes of a request body")
     FIXED("child-memory", child_memory, 4096 * MB, 0, 1L << 44, "address space of one job in bytes; 0: no limit")
+    SWITCH("interpret-only", interpret_only, "run formulas without making machine code of them; answers are the same, trajectories take longer")
     LIVE("result-limit", result_limit, 256 * MB, 1024, 1L << 30, "bytes of one result")
     LIVE("max-seconds", max_seconds, 3600, 1, 31536000, "seconds that one job may run")
     LIVE("max-wait", max_wait, 300, 0, 3600, "seconds that one request may wait for its job")

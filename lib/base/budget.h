@@ -5,6 +5,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include "error.h"
+#include "exec.h"
 
 struct sga_budget {
     double deadline;        /* sga_now() value after which work stops; 0: none */
@@ -15,6 +16,7 @@ struct sga_budget {
     long max_terms;         /* of one polynomial in normal forms; 0: what each caller thinks right */
     bool (*cancelled)(void *ctx);  /* may be NULL */
     void *cancel_ctx;
+    struct sga_exec *exec;  /* memory for machine code (exec.h); NULL: formulas are interpreted */
 };
 
 /* Monotonic seconds. */

@@ -79,6 +79,7 @@ static void set_budget(struct job *j)
         .max_terms = j->request.limits.terms,
         .cancelled = j->options ? j->options->cancelled : NULL,
         .cancel_ctx = j->options ? j->options->ctx : NULL,
+        .exec = j->options ? j->options->exec : NULL,
     };
     j->request.store.max_nodes = j->request.limits.nodes;
     j->request.store.deadline = j->budget.deadline;

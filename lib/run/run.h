@@ -13,6 +13,7 @@
 
 #include "buf.h"
 #include "error.h"
+#include "exec.h"
 
 struct sga_run_options {
     double max_seconds;                 /* server's maximum; 0: 3600 */
@@ -24,6 +25,9 @@ struct sga_run_options {
     void (*progress)(void *ctx, const char *stage, double fraction);  /* may be NULL; fraction 0..1 */
     bool (*cancelled)(void *ctx);       /* may be NULL; asked often */
     void *ctx;
+    /* Memory for machine code, made before a sandbox is entered that would forbid it. NULL, or a
+     * process that may not run it: formulas are interpreted, and answers are the same to the bit. */
+    struct sga_exec *exec;
 };
 
 /* Once in every process that calls sga_run, before the first call: the numerical

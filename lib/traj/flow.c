@@ -171,8 +171,26 @@ static void enter(void *ctx, double from, double to)
     signals_between(f->sys, from, to);
 }
 
+/* What each step asks for. Not the rows that define the field: they are asked where that fails. */
+static void allow_code(struct flow *f, struct sga_exec *exec)
+{
+    num_tape_compile(f->field.direct, exec);
+    num_jacobian_compile(f->manifold.jac, exec);
+    if (f->field.slope)
+        num_jacobian_compile(f->field.slope, exec);
+    if (!f->field.fast) {
+        num_tape_compile(f->field.general, exec);
+        num_jacobian_compile(f->field.jac, exec);
+    }
+    if (f->output)
+        num_tape_compile(f->output, exec);
+    if (f->event)
+        num_tape_compile(f->event, exec);
+}
+
 struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
 {
+    allow_code(f, rq->budget ? rq->budget->exec : NULL);
     return (struct ode_problem){ .n = f->n, .ctx = f, .rhs = rhs, .project = f->manifold.c ? project : NULL, .why = why,
                                  .pattern = f->field.pattern, .jacobian = f->field.pattern ? slope : NULL,
                                  .taylor = f->field.fast && !f->sys->signals ? taylor : NULL,

@@ -1,5 +1,6 @@
 """What a child process may do: compute, and nothing else."""
 import os
+import platform
 import signal
 import subprocess
 import time
@@ -19,7 +20,12 @@ def trials(build, c):
     run = subprocess.run([os.path.join(build, "sgad"), "--check-sandbox"], capture_output=True, timeout=60, check=False)
     lines = run.stdout.decode().splitlines()
     c(run.returncode == 0 and len(lines) >= 10, "--check-sandbox", (run.returncode, run.stdout, run.stderr))
+    code = [line for line in lines if line.startswith("machine code of formulas")]
+    expected = "compiled" if platform.machine() == "x86_64" else "interpreted"
+    c(len(code) == 1 and code[0].split()[-1] == expected, "sandbox: machine code", code)
     for line in lines:
+        if line in code:
+            continue
         c(line.endswith(" refused"), "sandbox: " + line.rsplit(" ", 1)[0].strip(), line)
 
 

@@ -4,6 +4,7 @@
 #include "check.h"
 
 #include <math.h>
+#include <signal.h>
 #include <string.h>
 #include <sys/mman.h>
 #include <sys/wait.h>
@@ -221,6 +222,7 @@ static void pages(void)
     fflush(stdout);
     pid_t child = fork();
     if (child == 0) {
+        signal(SIGSEGV, SIG_DFL);
         *(volatile unsigned char *)(uintptr_t)a = 0;        /* ends with a signal */
         _exit(0);
     }
