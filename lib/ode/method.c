@@ -37,27 +37,25 @@ const struct ode_method *ode_method_find(const char *name)
     return NULL;
 }
 
+bool ode_eval_refused(struct ode_field *field)
+{
+    field->why = field->p->why ? field->p->why(field->p->ctx) : ODE_LEFT_DOMAIN;
+    return false;
+}
+
 bool ode_eval(struct ode_field *field, double t, const double *x, double *dx)
 {
     const struct ode_problem *p = field->p;
     field->stats->evaluations++;
-    bool ok = p->rhs(p->ctx, t, x, dx);
-    for (int j = 0; ok && field->beside && j < p->n; j++)
+    if (!p->rhs(p->ctx, t, x, dx))
+        return ode_eval_refused(field);
+    for (int j = 0; field->beside && j < p->n; j++)
         dx[j] *= j % 2 ? 1 - DBL_EPSILON : 1 + DBL_EPSILON;
-    if (ok) {
-        double s = 0;
-        for (int j = 0; j < p->n; j++)
-            s += dx[j] * 0.0;
-        if (s == 0)
-            return true;
-    }
-    field->why = !ok && p->why ? p->why(p->ctx) : ODE_LEFT_DOMAIN;
+    double s = 0;
+    for (int j = 0; j < p->n; j++)
+        s += dx[j] * 0.0;
+    if (s == 0)
+        return true;
+    field->why = ODE_LEFT_DOMAIN;
     return false;
-}
-
-double ode_allowed(double rtol, double atol, double unit, double a, double b)
-{
-    double size = fmax(fabs(a), fabs(b));
-    /* 7e-15: less than some 30 roundings cannot be asked for; 1e-200: never 0 */
-    return fmax(fmax(atol * unit + rtol * size, 7e-15 * size), 1e-200);
 }

@@ -7,6 +7,8 @@
 #ifndef SGA_ODE_METHOD_H
 #define SGA_ODE_METHOD_H
 
+#include <math.h>
+
 #include "ode.h"
 
 /* The field with its evaluations counted, and refusals remembered. */
@@ -16,8 +18,19 @@ struct ode_field {
     enum ode_reason why;       /* of the last refusal */
     bool beside;               /* wrong by a rounding, on purpose: see ode_solve */
 };
+/* False always: notes why the field refused. */
+bool ode_eval_refused(struct ode_field *field);
 /* False: refused, or not finite. */
 bool ode_eval(struct ode_field *field, double t, const double *x, double *dx);
+/* The same inside a step, where a value that is not finite makes the error estimate so too,
+ * and is found there. */
+static inline bool ode_eval_stage(struct ode_field *field, double t, const double *x, double *dx)
+{
+    if (field->beside)
+        return ode_eval(field, t, x, dx);
+    field->stats->evaluations++;
+    return field->p->rhs(field->p->ctx, t, x, dx) || ode_eval_refused(field);
+}
 
 /* One step: the driver fills the first part, the method's attempt() the second, the
  * driver the third. All vectors have n entries and are the driver's. */
@@ -73,7 +86,15 @@ extern const struct ode_method ode_dop853, ode_radau, ode_taylor;
 const struct ode_method *ode_method_find(const char *name);
 bool ode_method_is_auto(const char *name);
 
-/* The error allowed in variable j between values a and b: never 0. */
-double ode_allowed(double rtol, double atol, double unit, double a, double b);
+/* The error allowed in variable j between values a and b: never 0. Comparisons rather than
+ * fmax, which is a call. */
+static inline double ode_allowed(double rtol, double atol, double unit, double a, double b)
+{
+    double p = fabs(a), q = fabs(b), size = p > q ? p : q;
+    /* 7e-15: less than some 30 roundings cannot be asked for; 1e-200: never 0 */
+    double asked = atol * unit + rtol * size, least = 7e-15 * size;
+    asked = asked > least ? asked : least;
+    return asked > 1e-200 ? asked : 1e-200;
+}
 
 #endif
