@@ -7,6 +7,7 @@
 #define SGA_BASE_MEM_H
 
 #include <stddef.h>
+#include <string.h>
 
 void *sga_malloc(size_t size);
 void *sga_calloc(size_t count, size_t size);
@@ -14,6 +15,20 @@ void *sga_realloc(void *p, size_t size);
 char *sga_strdup(const char *s);
 /* For libraries that can bear it: NULL where memory ends, which is noted (watch.h). */
 void *sga_try_malloc(size_t size);
+
+/* Copies n doubles one at a time. For the few that were just written one at a time: memcpy
+ * reads them in wider pieces, and the processor then waits until the single writes are done
+ * (it cannot forward them). The empty statement keeps the loop from becoming a memcpy. */
+static inline void sga_copy(double *to, const double *from, int n)
+{
+    if (n > 32)
+        memcpy(to, from, (size_t)n * sizeof *to);
+    else
+        for (int j = 0; j < n; j++) {
+            to[j] = from[j];
+            __asm__ volatile("");
+        }
+}
 
 /* Grow a vector: makes room for at least `need` elements, doubling.
  * The macro's arguments are evaluated more than once. */

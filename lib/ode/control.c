@@ -7,24 +7,27 @@
 #define INTEGRAL_GAIN 0.04     /* 0 would be the plain controller */
 #define SHRINK_MOST (1.0 / 3)
 #define GROW_MOST 6.0
+#define LEAST_LOG (-9.2103403719761827)   /* log 1e-4 */
 
 void ode_control_begin(struct ode_control *c, double error_order)
 {
-    *c = (struct ode_control){error_order, 1e-4, 0, false};
+    *c = (struct ode_control){error_order, LEAST_LOG, 0, false};
 }
 
 double ode_control_accepted(struct ode_control *c, double error, double step)
 {
-    double floored = fmax(error, 1e-10);
+    double now = log(error > 1e-10 ? error : 1e-10), before = c->log_before;
     double power = 1.0 / c->error_order - 0.2 * INTEGRAL_GAIN;
-    double factor = SAFETY * pow(floored, -power) * pow(c->error_before, INTEGRAL_GAIN);
-    if (c->step_before > 0)
-        factor = fmin(factor, SAFETY * pow(floored * floored / c->error_before, -1.0 / c->error_order) *
-                                  step / c->step_before);
-    factor = fmin(GROW_MOST, fmax(SHRINK_MOST, factor));
-    if (c->refused_before)
-        factor = fmin(factor, 1);
-    c->error_before = fmax(error, 1e-4);
+    double factor = exp(INTEGRAL_GAIN * before - power * now);
+    if (c->step_before > 0) {
+        double trend = exp((before - 2 * now) / c->error_order) * step / c->step_before;
+        factor = trend < factor ? trend : factor;
+    }
+    factor *= SAFETY;
+    factor = factor < SHRINK_MOST ? SHRINK_MOST : factor > GROW_MOST ? GROW_MOST : factor;
+    if (c->refused_before && factor > 1)
+        factor = 1;
+    c->log_before = now > LEAST_LOG ? now : LEAST_LOG;
     c->step_before = step;
     c->refused_before = false;
     return factor;

@@ -62,30 +62,36 @@ static void dop853_free(void *state)
     free(d);
 }
 
+/* sum_s a_s k_s at variables j and j + 1, in two halves that do not wait for each other. The
+ * last stage was written a moment ago, one double at a time: it is read likewise. */
+ALWAYS pair sum_at(const struct dop853_row *r, const double *k, size_t stride, size_t j)
+{
+    pair even = {0, 0}, odd = {0, 0};
+#pragma GCC unroll 12
+    for (int m = 0; m < r->count; m++) {
+        const double *at = k + (size_t)r->stage[m] * stride + j;
+        pair v = m == r->count - 1 ? (pair){at[0], at[1]} : *(const pair *)at;
+        if (m % 2)
+            odd += r->a[m] * v;
+        else
+            even += r->a[m] * v;
+    }
+    return even + odd;
+}
+
 /* out = sum_s a_s k_s */
 ALWAYS void combine(const struct dop853_row *r, const double *k, size_t even, size_t stride, double *out)
 {
-    for (size_t j = 0; j < even; j += 2) {
-        pair sum = {0, 0};
-#pragma GCC unroll 12
-        for (int m = 0; m < r->count; m++)
-            sum += r->a[m] * *(const pair *)(k + (size_t)r->stage[m] * stride + j);
-        *(pair *)(out + j) = sum;
-    }
+    for (size_t j = 0; j < even; j += 2)
+        *(pair *)(out + j) = sum_at(r, k, stride, j);
 }
 
 /* The state x + h sum_s a_s k_s, and the field there. */
 ALWAYS bool run_stage(struct dop853 *d, struct ode_field *field, const struct ode_step *step, int s, size_t stride,
                       double *y)
 {
-    const struct dop853_row *r = &dop853_a[s];
-    for (size_t j = 0; j < d->even; j += 2) {
-        pair sum = {0, 0};
-#pragma GCC unroll 12
-        for (int m = 0; m < r->count; m++)
-            sum += r->a[m] * *(const pair *)(d->k + (size_t)r->stage[m] * stride + j);
-        *(pair *)(y + j) = *(const pair *)(d->x + j) + step->h * sum;
-    }
+    for (size_t j = 0; j < d->even; j += 2)
+        *(pair *)(y + j) = *(const pair *)(d->x + j) + step->h * sum_at(&dop853_a[s], d->k, stride, j);
     double t = step->t + (step->t_low + dop853_c[s] * step->h);
     return ode_eval_stage(field, t, y, d->k + (size_t)s * stride);
 }

@@ -200,7 +200,7 @@ static bool general(struct field *f, double *v, int *rank)
 
 static void load(struct field *f, double t, const double *x)
 {
-    memcpy(f->in, x, (size_t)f->n * sizeof *x);
+    sga_copy(f->in, x, f->n);
     f->in[f->n] = t;
 }
 
@@ -359,8 +359,10 @@ static bool inside(struct field *f, double t, const double *x)
         f->pivot_side[q] = (signed char)-f->pivot_side[q];
         num_tape_eval(f->direct, f->in, f->direct_out);
     }
-    memcpy(f->here, x, (size_t)f->n * sizeof *x);
-    f->here_t = t;
+    if (f->pivots) {
+        sga_copy(f->here, x, f->n);
+        f->here_t = t;
+    }
     return true;
 }
 
@@ -385,7 +387,7 @@ bool field_eval(struct field *f, double t, const double *x, double *v)
         return false;
     }
     if (f->fast && finite && field_pivots_well(f)) {
-        memcpy(v, f->direct_out, (size_t)f->n * sizeof *v);
+        sga_copy(v, f->direct_out, f->n);
         return true;
     }
     int rank, row = 0;

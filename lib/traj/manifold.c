@@ -65,7 +65,7 @@ static const double STALLED = 1e-11;
 
 double manifold_residual(struct manifold *m, double t, const double *x, const double *scale, const unsigned char *held)
 {
-    memcpy(m->in, x, (size_t)m->n * sizeof *x);
+    sga_copy(m->in, x, m->n);
     m->in[m->n] = t;
     if (!num_jacobian_eval(m->jac, m->in, m->r, m->value))
         return -1;

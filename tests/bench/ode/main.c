@@ -12,6 +12,7 @@
 #include <time.h>
 
 #include <gsl/gsl_errno.h>
+#include "exec.h"
 #include "flow.h"
 #include "problem.h"
 #include "request.h"
@@ -79,6 +80,13 @@ static void own_start(struct own *w)
         !flow_start(&w->flow, &w->request.system, &w->solution, &w->motion, w->x, &moved, &err) ||
         !field_begin(&w->flow.field, t->start, w->x, &err) || !field_slope_init(&w->flow.field, &w->solution, &err))
         own_fail(&err);
+    static struct sga_exec *memory;
+    if (!memory)
+        memory = sga_exec_new(1 << 26);
+    num_tape_compile(w->flow.field.direct, memory);
+    if (w->flow.field.slope)
+        num_jacobian_compile(w->flow.field.slope, memory);
+    num_jacobian_compile(w->flow.manifold.jac, memory);
 }
 
 static void own_read(struct own *w, const char *folder, int which)
