@@ -36,6 +36,9 @@ int num_tape_length(const struct num_tape *t);
  * same): outside of the domain of a function the value is NaN, a division by zero is
  * infinite, and the components of a singular solve are NaN. */
 bool num_tape_eval(struct num_tape *t, const double *in, double *out);
+/* The same with the last input apart (variables and time), and the roots in two parts: the
+ * first so many into out, the others into rest. For fields, where each copy counts. */
+bool num_tape_eval_field(struct num_tape *t, const double *x, double time, int first, double *out, double *rest);
 
 /* From now on the tape may become machine code in `memory` (which must outlive it; NULL: none), once it
  * has been evaluated often enough for that to pay. Values are the same to the bit. */

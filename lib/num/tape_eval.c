@@ -103,15 +103,15 @@ static bool gather(const struct num_tape *t, int from, int to, double *out)
     return carry >> 63 == 0;
 }
 
-static void load(struct num_tape *t, const double *in)
+static void load(struct num_tape *t, const double *in, int count)
 {
-    for (int i = 0; i < t->ninputs; i++)
+    for (int i = 0; i < count; i++)
         t->value[i] = in[i];
 }
 
-bool tape_eval_parts(struct num_tape *t, const double *in, int first, double *out, double *rest)
+/* What was loaded. */
+static inline bool run(struct num_tape *t, int first, double *out, double *rest)
 {
-    load(t, in);
     if (t->compiled) {
         t->compiled(t->value);
     } else {
@@ -123,6 +123,19 @@ bool tape_eval_parts(struct num_tape *t, const double *in, int first, double *ou
     return gather(t, first, t->nroots, rest) && finite;
 }
 
+bool tape_eval_parts(struct num_tape *t, const double *in, int first, double *out, double *rest)
+{
+    load(t, in, t->ninputs);
+    return run(t, first, out, rest);
+}
+
+bool num_tape_eval_field(struct num_tape *t, const double *x, double time, int first, double *out, double *rest)
+{
+    load(t, x, t->ninputs - 1);
+    t->value[t->ninputs - 1] = time;
+    return run(t, first, out, rest);
+}
+
 bool num_tape_eval(struct num_tape *t, const double *in, double *out)
 {
     return tape_eval_parts(t, in, t->nroots, out, out);
@@ -132,7 +145,7 @@ bool tape_eval_all(struct num_tape *t, const double *in, double *out)
 {
     if (t->keep_all)
         return num_tape_eval(t, in, out);
-    load(t, in);
+    load(t, in, t->ninputs);
     tape_run(t, t->nstatic, t->ncode);
     return gather(t, 0, t->nroots, out);
 }

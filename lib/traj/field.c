@@ -359,10 +359,8 @@ static bool inside(struct field *f, double t, const double *x)
         f->pivot_side[q] = (signed char)-f->pivot_side[q];
         num_tape_eval(f->direct, f->in, f->direct_out);
     }
-    if (f->pivots) {
-        sga_copy(f->here, x, f->n);
-        f->here_t = t;
-    }
+    sga_copy(f->here, x, f->n);
+    f->here_t = t;
     return true;
 }
 
@@ -376,21 +374,19 @@ bool field_pivots_well(const struct field *f)
 
 bool field_eval(struct field *f, double t, const double *x, double *v)
 {
-    load(f, t, x);
     f->evaluations++;
     f->rank_lost = false;
-    bool finite = num_tape_eval(f->direct, f->in, f->direct_out);
+    bool finite = num_tape_eval_field(f->direct, x, t, f->n, v, f->direct_out + f->n);
     if (t == f->start_t)
         take_sides(f, t, x);
-    if (!inside(f, t, x)) {
+    if (f->pivots && !inside(f, t, x)) {
         f->rank_lost = true;
         return false;
     }
-    if (f->fast && finite && field_pivots_well(f)) {
-        sga_copy(v, f->direct_out, f->n);
+    if (f->fast && finite && field_pivots_well(f))
         return true;
-    }
     int rank, row = 0;
+    load(f, t, x);
     if (!general(f, v, &rank))
         return false;
     f->rank_lost = rank < f->rank;

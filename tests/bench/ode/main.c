@@ -51,6 +51,7 @@ struct own {
     struct flow flow;
     struct traj_request motion;
     double *x;
+    struct ode_problem problem;
 };
 
 static void own_fail(const struct sga_error *err)
@@ -80,13 +81,11 @@ static void own_start(struct own *w)
         !flow_start(&w->flow, &w->request.system, &w->solution, &w->motion, w->x, &moved, &err) ||
         !field_begin(&w->flow.field, t->start, w->x, &err) || !field_slope_init(&w->flow.field, &w->solution, &err))
         own_fail(&err);
-    static struct sga_exec *memory;
-    if (!memory)
-        memory = sga_exec_new(1 << 26);
-    num_tape_compile(w->flow.field.direct, memory);
-    if (w->flow.field.slope)
-        num_jacobian_compile(w->flow.field.slope, memory);
-    num_jacobian_compile(w->flow.manifold.jac, memory);
+    static struct sga_budget budget;
+    if (!budget.exec)
+        budget.exec = sga_exec_new(1 << 26);
+    w->motion.budget = &budget;
+    w->problem = flow_problem(&w->flow, &w->motion);
 }
 
 static void own_read(struct own *w, const char *folder, int which)
@@ -106,7 +105,6 @@ static void own_read(struct own *w, const char *folder, int which)
 
 static bool own_solve(struct own *w, const struct problem *p, const char *method, bool estimate, double rtol, struct outcome *o, const char **used)
 {
-    struct ode_problem problem = flow_problem(&w->flow, &w->motion);
     struct ode_start start = {.t = w->motion.start, .x = w->x, .count = w->motion.samples, .times = w->motion.times};
     struct ode_options options = ode_options_default();
     struct ode_result r;
@@ -115,7 +113,7 @@ static bool own_solve(struct own *w, const struct problem *p, const char *method
     options.atol = rtol * p->floor;
     options.estimate_global_error = estimate;
     double begin = cpu_seconds();
-    if (!ode_solve(&problem, &start, &options, &r, NULL))
+    if (!ode_solve(&w->problem, &start, &options, &r, NULL))
         return false;
     o->seconds = cpu_seconds() - begin;
     o->evaluations = r.stats.evaluations + r.second.evaluations;
