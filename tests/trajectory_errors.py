@@ -12,7 +12,7 @@ import mpmath
 from solver import Solver
 from tally import ROOT, Tally, build_folder
 
-TOLERANCES = [1e-4, 1e-6, 1e-8, 1e-10, 1e-12]
+TOLERANCES = [1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12]
 STIFF = ("stiff", "prothero", "kaps", "robertson")
 HELD, TOO_LARGE = 0.95, 100
 
@@ -24,6 +24,7 @@ def runs(case):
     if not any(word in case["name"] for word in STIFF):
         yield 1e-7, "dop853"
         yield from ((tol, "taylor") for tol in (1e-5, 1e-9, 1e-13))
+        yield 1e-5, "tsit5"
 
 
 class Corpus:

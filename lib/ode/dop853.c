@@ -19,17 +19,12 @@
 #define BELIEVED_FALL 0.3
 #define MEMORY 0.5
 
-/* Vectors are kept in pairs of doubles, the last one filled up with zeros: the sums over
- * stages run on both at once. Up to 8 variables the stages lie a fixed distance apart, so
- * that every address in the unrolled sums is a constant. */
-typedef double pair __attribute__((vector_size(16)));
-enum { NEAR = 8, VECTORS = DOP853_ALL + 11 };
-#define ALWAYS static inline __attribute__((always_inline))
+enum { VECTORS = DOP853_ALL + 11 };
 
 struct dop853 {
     int n;
     size_t even;      /* n, made even */
-    size_t stride;    /* from one vector to the next: NEAR, or even */
+    size_t stride;    /* from one vector to the next */
     double *k;        /* DOP853_ALL vectors: the field at the stages */
     double *x;        /* the start of the step */
     double *y;        /* the state at the present stage */
@@ -43,8 +38,8 @@ static void *dop853_alloc(const struct ode_problem *p)
 {
     struct dop853 *d = sga_malloc(sizeof *d);
     d->n = p->n;
-    d->even = ((size_t)p->n + 1) / 2 * 2;
-    d->stride = d->even <= NEAR ? NEAR : d->even;
+    d->even = rk_even(p->n);
+    d->stride = rk_stride(d->even);
     d->ratio = 0;
     d->k = sga_calloc(VECTORS * d->stride + 1, sizeof *d->k);
     d->x = d->k + DOP853_ALL * d->stride;
@@ -62,36 +57,12 @@ static void dop853_free(void *state)
     free(d);
 }
 
-/* sum_s a_s k_s at variables j and j + 1, in two halves that do not wait for each other. The
- * last stage was written a moment ago, one double at a time: it is read likewise. */
-ALWAYS pair sum_at(const struct dop853_row *r, const double *k, size_t stride, size_t j)
-{
-    pair even = {0, 0}, odd = {0, 0};
-#pragma GCC unroll 12
-    for (int m = 0; m < r->count; m++) {
-        const double *at = k + (size_t)r->stage[m] * stride + j;
-        pair v = m == r->count - 1 ? (pair){at[0], at[1]} : *(const pair *)at;
-        if (m % 2)
-            odd += r->a[m] * v;
-        else
-            even += r->a[m] * v;
-    }
-    return even + odd;
-}
-
-/* out = sum_s a_s k_s */
-ALWAYS void combine(const struct dop853_row *r, const double *k, size_t even, size_t stride, double *out)
-{
-    for (size_t j = 0; j < even; j += 2)
-        *(pair *)(out + j) = sum_at(r, k, stride, j);
-}
-
 /* The state x + h sum_s a_s k_s, and the field there. */
-ALWAYS bool run_stage(struct dop853 *d, struct ode_field *field, const struct ode_step *step, int s, size_t stride,
+RK_INLINE bool run_stage(struct dop853 *d, struct ode_field *field, const struct ode_step *step, int s, size_t stride,
                       double *y)
 {
     for (size_t j = 0; j < d->even; j += 2)
-        *(pair *)(y + j) = *(const pair *)(d->x + j) + step->h * sum_at(&dop853_a[s], d->k, stride, j);
+        *(rk_two *)(y + j) = *(const rk_two *)(d->x + j) + step->h * rk_pair(&dop853_a[s], d->k, stride, j);
     double t = step->t + (step->t_low + dop853_c[s] * step->h);
     return ode_eval_stage(field, t, y, d->k + (size_t)s * stride);
 }
@@ -108,12 +79,12 @@ static double trusted_ratio(struct dop853 *d, double ratio, double h)
 
 /* The increment, and the error estimate of both embedded formulas together:
  * |h| e5^2 / sqrt(e5^2 + 0.01 e3^2), root mean square over the variables. */
-ALWAYS void finish_step(struct dop853 *d, struct ode_step *step, size_t stride)
+RK_INLINE void finish_step(struct dop853 *d, struct ode_step *step, size_t stride)
 {
     double e5 = 0, e3 = 0, *end = d->y, *low = d->work, *middle = d->poly;
-    combine(&dop853_a[DOP853_END], d->k, d->even, stride, end);
-    combine(&dop853_error5, d->k, d->even, stride, middle);
-    combine(&dop853_weights3, d->k, d->even, stride, low);
+    rk_sum(&dop853_a[DOP853_END], d->k, d->even, stride, end);
+    rk_sum(&dop853_error5, d->k, d->even, stride, middle);
+    rk_sum(&dop853_weights3, d->k, d->even, stride, low);
     for (int j = 0; j < d->n; j++) {
         step->dx[j] = step->h * end[j];
         double scale = 1 / ode_allowed(step->rtol, step->atol, step->unit[j], step->x[j], step->x[j] + step->dx[j]);
@@ -126,7 +97,7 @@ ALWAYS void finish_step(struct dop853 *d, struct ode_step *step, size_t stride)
     step->error = both != 0 ? fabs(step->h) * sqrt(both / d->n) * pow(trusted_ratio(d, ratio, step->h), 2) : 0;
 }
 
-ALWAYS enum ode_outcome attempt_with(struct dop853 *d, struct ode_field *field, struct ode_step *step, size_t stride)
+RK_INLINE enum ode_outcome attempt_with(struct dop853 *d, struct ode_field *field, struct ode_step *step, size_t stride)
 {
     for (int j = 0; j < d->n; j++) {
         d->k[j] = step->f[j];
@@ -143,7 +114,7 @@ ALWAYS enum ode_outcome attempt_with(struct dop853 *d, struct ode_field *field, 
 static enum ode_outcome dop853_attempt(void *state, struct ode_field *field, struct ode_step *step)
 {
     struct dop853 *d = state;
-    enum ode_outcome o = d->stride == NEAR ? attempt_with(d, field, step, NEAR) : attempt_with(d, field, step, d->stride);
+    enum ode_outcome o = d->stride == RK_NEAR ? attempt_with(d, field, step, RK_NEAR) : attempt_with(d, field, step, d->stride);
     step->dense_error = step->doubt = step->error;
     step->error_order = 8;
     step->cost = DOP853_STAGES;
@@ -158,7 +129,7 @@ static void dop853_forget(void *state)
 
 /* Both the last stage and the end belong to the time t + h: the field's difference over
  * the states' is an eigenvalue estimate. */
-static double dop853_stiffness(const void *state, const struct ode_step *step)
+static bool dop853_stiff(const void *state, const struct ode_step *step)
 {
     const struct dop853 *d = state;
     const double *k = d->k + (DOP853_STAGES - 1) * d->stride;
@@ -168,7 +139,7 @@ static double dop853_stiffness(const void *state, const struct ode_step *step)
         up += df * df;
         down += dx * dx;
     }
-    return down > 0 ? fabs(step->h) * sqrt(up / down) / STABILITY_LIMIT : 0;
+    return step->h * step->h * up > STABILITY_LIMIT * STABILITY_LIMIT * down;
 }
 
 static bool dop853_dense_begin(void *state, struct ode_field *field, struct ode_step *step)
@@ -188,7 +159,7 @@ static bool dop853_dense_begin(void *state, struct ode_field *field, struct ode_
         d->poly[2 * m + (size_t)j] = 2 * rise - h * (step->f[j] + step->f1[j]);
     }
     for (size_t r = 3; r < 7; r++) {
-        combine(&dop853_dense[r - 3], d->k, d->even, m, d->poly + r * m);
+        rk_sum(&dop853_dense[r - 3], d->k, d->even, m, d->poly + r * m);
         for (size_t j = 0; j < d->even; j++)
             d->poly[r * m + j] *= h;
     }
@@ -214,11 +185,14 @@ const struct ode_method ode_dop853 = {
     .what = "explicit Runge-Kutta of order 8 (Dormand-Prince 8(5,3)), dense output of order 7",
     .order = 8,
     .error_order = 8,
+    .cost = 12,
+    .stable = STABILITY_LIMIT,
+    .and_radau = "dop853, radau",
     .alloc = dop853_alloc,
     .free = dop853_free,
     .attempt = dop853_attempt,
     .forget = dop853_forget,
     .dense_begin = dop853_dense_begin,
-    .stiffness = dop853_stiffness,
+    .stiff = dop853_stiff,
     .dense_at = dop853_dense_at,
 };

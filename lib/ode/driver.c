@@ -180,13 +180,15 @@ static enum ode_refusal attempt(struct ode_march *m, double *h, double aim, int 
     for (int j = 0; j < m->p->n; j++)
         m->x1[j] = two_sum(m->x[j], m->dx[j] + m->carry[j], &m->carry1[j]);
     if (m->p->project)
-        memcpy(m->work, m->x1, (size_t)m->p->n * sizeof *m->x1);
+        sga_copy(m->work, m->x1, m->p->n);
     if (!ode_settle(m, m->t1, m->x1, ode_settle_most(m, m->step.doubt), &residual))
         return MANIFOLD_REFUSED;
     for (int j = 0; m->p->project && j < m->p->n; j++)
         if (m->work[j] != m->x1[j])
             m->carry1[j] = 0;
-    if (!ode_eval(&m->field, m->t1, m->x1, m->f1))
+    if (m->step.f_end && !m->p->project && !m->beside)
+        sga_copy(m->f1, m->step.f_end, m->p->n);
+    else if (!ode_eval(&m->field, m->t1, m->x1, m->f1))
         return FIELD_REFUSED;
     m->pending_residual = residual;
     enum ode_refusal cause = ode_sample(m, through);
@@ -208,7 +210,7 @@ static void commit(struct ode_march *m, double h, int through)
     s->largest_step = fmax(s->largest_step, h);
     s->implicit_steps += m->method->implicit;
     m->choice.series_steps += m->method->series;
-    bool stiff = m->method->stiffness && m->method->stiffness(m->state, &m->step) > 1;
+    bool stiff = m->method->stiff && m->method->stiff(m->state, &m->step);
     s->stiff_steps += stiff;
     m->choice.stiff = stiff ? m->choice.stiff + 1 : m->choice.stiff > 0 ? m->choice.stiff - 1 : 0;
     if (through > m->next)
@@ -336,12 +338,13 @@ static void go(struct ode_march *m)
 void ode_march(const struct ode_run *run, struct ode_result *res)
 {
     const struct ode_start *start = run->start;
+    const struct ode_method *method = ode_method_find(run->o.method, run->o.rtol);
     *res = (struct ode_result){.n = run->p->n, .max_error = -1, .worst = -1, .rtol = run->o.rtol,
-                               .method = run->method->name, .solutions = 1};
+                               .method = method->name, .solutions = 1};
     res->samples = sga_malloc(((size_t)start->count * (size_t)run->p->n + 1) * sizeof(double));
     struct ode_march m = {
         .p = run->p, .start = start, .o = &run->o, .unit = run->unit, .level = run->level, .beside = run->beside, .series = run->series,
-        .res = res, .method = run->method, .field = {run->p, &res->stats, ODE_LEFT_DOMAIN, run->beside},
+        .res = res, .method = method, .field = {run->p, &res->stats, ODE_LEFT_DOMAIN, run->beside},
         .manifold_why = ODE_CONSTRAINT_LOST, .t = start->t, .stop = start->times[start->count - 1],
     };
     m.dense_ratio = 1;

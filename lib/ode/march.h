@@ -11,6 +11,7 @@ enum ode_refusal { STEP_TAKEN, ERROR_TOO_LARGE, NOT_SOLVED, FIELD_REFUSED, MANIF
 /* Explicit or implicit? Kept by switch.c. */
 struct ode_choice {
     bool free;                      /* the method may change */
+    const struct ode_method *explicit;   /* the one of Runge-Kutta for these tolerances */
     void *explicit_state, *implicit_state, *series_state;
     long series_at;                 /* steps at which Taylor series are (again) tried; -1: never */
     long series_wait;               /* steps between tries */
@@ -29,7 +30,6 @@ struct ode_run {
     const struct ode_start *start;
     struct ode_options o;           /* with the tolerances of this solution */
     const double *unit;             /* never NULL */
-    const struct ode_method *method;   /* to begin with */
     bool series;                    /* auto takes Taylor series: by the tolerance asked for, so that the
                                      * solutions that are compared come by the same methods */
     int level;                      /* of several: later ones take more steps to a sample */
@@ -91,7 +91,7 @@ void ode_march(const struct ode_run *run, struct ode_result *res);
 void ode_global(const struct ode_run *run, struct ode_result *res);
 
 /* settle.c: x, meant for time t, is projected. False: refused, or moved by more than
- * `most` units of its error; manifold_why is set. */
+ * `most` units of its error (and some roundings); manifold_why is set. */
 bool ode_settle(struct ode_march *m, double t, double *x, double most, double *residual);
 /* How far a step's end may be moved, its error estimate being this. */
 double ode_settle_most(const struct ode_march *m, double error);

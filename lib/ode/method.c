@@ -6,6 +6,7 @@
 #include <string.h>
 
 static const struct ode_method *const methods[] = {
+    &ode_tsit5,
     &ode_dop853,
     &ode_radau,
     &ode_taylor,
@@ -27,10 +28,13 @@ bool ode_method_is_auto(const char *name)
     return !name || strcmp(name, "auto") == 0;
 }
 
-const struct ode_method *ode_method_find(const char *name)
+/* From here on the low-order method is cheaper: measured over the references (tests/bench). */
+#define LOW_ORDER_RTOL 1e-3
+
+const struct ode_method *ode_method_find(const char *name, double rtol)
 {
     if (ode_method_is_auto(name))
-        return methods[0];
+        return rtol >= LOW_ORDER_RTOL ? &ode_tsit5 : &ode_dop853;
     for (int i = 0; i < METHODS; i++)
         if (strcmp(name, methods[i]->name) == 0)
             return methods[i];

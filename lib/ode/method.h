@@ -49,6 +49,7 @@ struct ode_step {
      * the manifold, in units of the error allowed. */
     double dense_error, doubt;
     double cost;               /* what the attempt took, in evaluations of the field */
+    const double *f_end;       /* the field at x + dx, where the attempt needed it; else NULL */
     double retry;              /* where it was not solved: try this times h, < 1 */
 
     const double *x1, *f1;     /* state (projected) and field at the end */
@@ -62,6 +63,10 @@ struct ode_method {
     bool series;               /* needs ode_problem.taylor */
     int order;                 /* of the solution delivered */
     double error_order;        /* the error estimate falls as h to this power at first */
+    /* Of explicit ones: evaluations of a step; where the stability region ends on the negative
+     * real axis; what a solution is called that radau made steps of too. */
+    double cost, stable;
+    const char *and_radau;
     void *(*alloc)(const struct ode_problem *p);
     void (*free)(void *state);
     enum ode_outcome (*attempt)(void *state, struct ode_field *field, struct ode_step *step);
@@ -73,17 +78,18 @@ struct ode_method {
     /* After attempt and with x1, f1 set: prepare dense output; may evaluate, and may find
      * that step->dense_error is larger. */
     bool (*dense_begin)(void *state, struct ode_field *field, struct ode_step *step);
-    /* After attempt and with x1, f1 set: |h| times an estimate of the largest eigenvalue,
-     * over the method's stability limit; > 1 is a sign of stiffness. May be NULL. */
-    double (*stiffness)(const void *state, const struct ode_step *step);
+    /* After attempt and with x1, f1 set: |h| times an estimate of the largest eigenvalue
+     * exceeds the method's stability limit, a sign of stiffness. May be NULL. */
+    bool (*stiff)(const void *state, const struct ode_step *step);
     /* x (n) at t + theta h, 0 <= theta <= 1. */
     void (*dense_at)(const void *state, const struct ode_step *step, double theta, double *x);
 };
 
-extern const struct ode_method ode_dop853, ode_radau, ode_taylor;
+extern const struct ode_method ode_tsit5, ode_dop853, ode_radau, ode_taylor;
 
-/* By name; "auto" and NULL give the one to begin with. NULL: there is no such method. */
-const struct ode_method *ode_method_find(const char *name);
+/* By name; "auto" and NULL give the explicit one for this tolerance. NULL: there is no such
+ * method. */
+const struct ode_method *ode_method_find(const char *name, double rtol);
 bool ode_method_is_auto(const char *name);
 
 /* The error allowed in variable j between values a and b: never 0. Comparisons rather than

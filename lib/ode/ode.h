@@ -6,7 +6,7 @@
  * only the samples before it are delivered.
  *
  * Layers, each in its own file: driver.c (the march), control.c (step sizes), a method
- * (method.h; a const struct of functions: dop853.c, radau.c, taylor.c), switch.c (which of them),
+ * (method.h; a const struct of functions: tsit5.c, dop853.c, radau.c, taylor.c), switch.c (which of them),
  * sample.c (dense output and its projection), event.c (zeros of functions), ending.c (why a march stopped), global.c
  * (other solutions, for the error estimate, and tighter ones until it is small enough),
  * solve.c (checks of the request). */

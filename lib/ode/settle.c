@@ -29,7 +29,7 @@ double ode_settle_most(const struct ode_march *m, double error)
 {
     if (!m->p->project)
         return INFINITY;
-    return fmax(10 * error, HARMLESS) + 100 * rounding(m, m->x1);
+    return fmax(10 * error, HARMLESS);
 }
 
 bool ode_settle(struct ode_march *m, double t, double *x, double most, double *residual)
@@ -50,5 +50,5 @@ bool ode_settle(struct ode_march *m, double t, double *x, double most, double *r
     }
     m->manifold_why = ODE_CONSTRAINT_LOST;
     m->moved = moved;
-    return moved <= most;
+    return moved <= most || moved <= most + 100 * rounding(m, x);
 }

@@ -38,7 +38,7 @@ static bool check_options(const struct ode_problem *p, const struct ode_options 
     for (int j = 0; o->unit && j < p->n; j++)
         if (!(o->unit[j] > 0) || !isfinite(o->unit[j]))
             return sga_fail(err, SGA_E_SCHEMA, "the scale of variable %d is not positive", j);
-    const struct ode_method *method = ode_method_find(o->method);
+    const struct ode_method *method = ode_method_find(o->method, o->rtol);
     if (!method)
         return sga_fail(err, SGA_E_NOT_SUPPORTED, "there is no integration method \"%s\"", o->method);
     if (method->series && !p->taylor)
@@ -56,7 +56,7 @@ bool ode_solve(const struct ode_problem *p, const struct ode_start *start,
     for (int j = 0; j < p->n; j++)
         ones[j] = 1;
     struct ode_run run = {.p = p, .start = start, .o = *opt, .unit = opt->unit ? opt->unit : ones,
-                          .method = ode_method_find(opt->method), .series = ode_takes_series(p, opt)};
+                          .series = ode_takes_series(p, opt)};
     if (opt->estimate_global_error)
         ode_global(&run, res);
     else

@@ -20,13 +20,12 @@
 #define TRY_AFTER 300          /* steps after which it is tried anyway, then twice, ... */
 #define BACK_AFTER 25          /* implicit steps between looks at the way back */
 #define GAIN 1.5               /* by which another method must be better */
-#define EXPLICIT_COST 12.0     /* evaluations of a step */
 #define FINE_RTOL 3e-11        /* from here on Taylor series go farther for their work: measured over the references */
 #define SERIES_AFTER 8         /* steps before they are tried; a stiff start shows in these */
 #define SERIES_TRY_AFTER 60    /* steps with them after which the implicit method is tried */
 #define TRIALS 5
 #define POWER_STEPS 12
-#define EXPLICIT_REACH 4.0     /* times |eigenvalue|: explicit steps of this size are stable */
+#define EXPLICIT_REACH 0.65    /* of the stability limit: explicit steps of this size are stable in all directions */
 
 bool ode_takes_series(const struct ode_problem *p, const struct ode_options *o)
 {
@@ -36,7 +35,8 @@ bool ode_takes_series(const struct ode_problem *p, const struct ode_options *o)
 void ode_choice_begin(struct ode_march *m)
 {
     struct ode_choice *c = &m->choice;
-    *c = (struct ode_choice){.free = ode_method_is_auto(m->o->method), .enough = STIFF_ENOUGH, .try_at = TRY_AFTER};
+    *c = (struct ode_choice){.free = ode_method_is_auto(m->o->method), .enough = STIFF_ENOUGH, .try_at = TRY_AFTER,
+                             .explicit = m->method->implicit || m->method->series ? ode_method_find(NULL, m->o->rtol) : m->method};
     m->state = m->method->alloc(m->p);
     *(m->method->implicit ? &c->implicit_state : m->method->series ? &c->series_state : &c->explicit_state) = m->state;
     c->series_wait = SERIES_AFTER;
@@ -50,14 +50,20 @@ void ode_choice_end(struct ode_march *m)
     if (c->implicit_state)
         ode_radau.free(c->implicit_state);
     if (c->explicit_state)
-        ode_dop853.free(c->explicit_state);
+        c->explicit->free(c->explicit_state);
     if (c->series_state)
         ode_taylor.free(c->series_state);
     int which = (s->steps > s->implicit_steps + c->series_steps) + 2 * (c->series_steps > 0) + 4 * (s->implicit_steps > 0);
-    static const char *const name[] = { NULL, "dop853", "taylor", "dop853, taylor", "radau", "dop853, radau", "taylor, radau",
+    static const char *const name[] = { NULL, NULL, "taylor", "dop853, taylor", "radau", NULL, "taylor, radau",
                                         "dop853, taylor, radau" };
     if (which)
-        m->res->method = name[which];
+        m->res->method = which == 1 ? c->explicit->name : which == 5 ? c->explicit->and_radau : name[which];
+}
+
+static void forget_explicit(const struct ode_choice *c)
+{
+    if (c->explicit->forget)
+        c->explicit->forget(c->explicit_state);
 }
 
 /* Explicit steps at a fine tolerance: by Taylor series from now on, if there are any here. */
@@ -89,12 +95,12 @@ bool ode_without_series(struct ode_march *m)
     if (!m->method->series)
         return false;
     if (!c->explicit_state)
-        c->explicit_state = ode_dop853.alloc(m->p);
-    m->method = &ode_dop853;
+        c->explicit_state = c->explicit->alloc(m->p);
+    m->method = c->explicit;
     m->state = c->explicit_state;
     c->series_at = m->res->stats.steps + c->series_wait;
-    ode_dop853.forget(m->state);
-    ode_control_begin(&m->control, ode_dop853.error_order);
+    forget_explicit(c);
+    ode_control_begin(&m->control, c->explicit->error_order);
     return true;
 }
 
@@ -134,7 +140,7 @@ static double try_implicit(struct ode_march *m, double h)
 {
     struct ode_choice *c = &m->choice;
     long steps = m->res->stats.steps;
-    double explicit_cost = m->method->series ? m->step.cost : EXPLICIT_COST;
+    double explicit_cost = m->method->series ? m->step.cost : c->explicit->cost;
     double own = m->method->series ? fabs(m->step.h) : h;       /* a series' h is an upper bound only */
     c->h = c->h > 0 ? 0.9 * c->h + 0.1 * own : own;
     if (c->stiff < c->enough && steps < c->try_at)
@@ -198,23 +204,23 @@ static double try_explicit(struct ode_march *m, double h)
     if (m->res->stats.steps < c->back_at)
         return h;
     c->back_at = m->res->stats.steps + BACK_AFTER;
-    double radius = spectral_radius(m, c->implicit_state), there = fmin(EXPLICIT_REACH / fmax(radius, 1e-300), h);
-    if (!(there / EXPLICIT_COST > GAIN * h / c->cost))
+    double radius = spectral_radius(m, c->implicit_state), there = fmin(EXPLICIT_REACH * c->explicit->stable / fmax(radius, 1e-300), h);
+    if (!(there / c->explicit->cost > GAIN * h / c->cost))
         return h;
     if (!c->explicit_state)
-        c->explicit_state = ode_dop853.alloc(m->p);
-    ode_dop853.forget(c->explicit_state);
+        c->explicit_state = c->explicit->alloc(m->p);
+    forget_explicit(c);
     ode_prepare_step(m, there * m->direction);
-    if (ode_dop853.attempt(c->explicit_state, &m->field, &m->step) != ODE_STEPPED)
+    if (c->explicit->attempt(c->explicit_state, &m->field, &m->step) != ODE_STEPPED)
         return h;
     there = fmin(there, size_from(&m->step, there));
-    if (!(there / EXPLICIT_COST > GAIN * h / c->cost))
+    if (!(there / c->explicit->cost > GAIN * h / c->cost))
         return h;
-    m->method = &ode_dop853;
+    m->method = c->explicit;
     m->state = c->explicit_state;
-    ode_dop853.forget(m->state);
+    forget_explicit(c);
     m->dense_ratio = 1;
-    ode_control_begin(&m->control, ode_dop853.error_order);
+    ode_control_begin(&m->control, c->explicit->error_order);
     c->h = there;
     c->stiff = 0;
     c->try_at = m->res->stats.steps + TRY_AFTER;
@@ -228,7 +234,7 @@ double ode_choose(struct ode_march *m, double h)
     const struct ode_choice *c = &m->choice;
     if (m->p->n == 0)
         return h;
-    if (c->series_at >= 0 && m->res->stats.steps >= c->series_at && m->method == &ode_dop853 && (c->stiff == 0 || !c->free))
+    if (c->series_at >= 0 && m->res->stats.steps >= c->series_at && !m->method->implicit && !m->method->series && (c->stiff == 0 || !c->free))
         return try_series(m, h);
     if (!c->free)
         return h;

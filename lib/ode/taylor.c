@@ -209,10 +209,10 @@ static double taylor_accepted(void *state, const struct ode_step *step, double f
     return SLOW_GROWTH;
 }
 
-static double taylor_stiffness(const void *state, const struct ode_step *step)
+static bool taylor_stiff(const void *state, const struct ode_step *step)
 {
     (void)step;
-    return ((const struct taylor *)state)->cautious ? 2 : 0;
+    return ((const struct taylor *)state)->cautious > 0;
 }
 
 static bool taylor_dense_begin(void *state, struct ode_field *field, struct ode_step *step)
@@ -243,6 +243,6 @@ const struct ode_method ode_taylor = {
     .accepted = taylor_accepted,
     .forget = taylor_forget,
     .dense_begin = taylor_dense_begin,
-    .stiffness = taylor_stiffness,
+    .stiff = taylor_stiff,
     .dense_at = taylor_dense_at,
 };

@@ -22,8 +22,12 @@ static bool project(void *ctx, double t, double *x, const double *scale, double 
 {
     struct flow *f = ctx;
     int n = f->n;
-    memcpy(f->in, x, (size_t)n * sizeof *x);
-    bool ok = manifold_project(&f->manifold, t, x, scale, NULL, 8, NULL, NULL, NULL);
+    sga_copy(f->in, x, n);
+    bool ok = manifold_chord(&f->manifold, t, x, scale);
+    if (!ok) {
+        sga_copy(x, f->in, n);
+        ok = manifold_project(&f->manifold, t, x, scale, NULL, 8, NULL, NULL, NULL);
+    }
     double sum = 0;
     for (int j = 0; j < n; j++) {
         double d = (x[j] - f->in[j]) / scale[j];

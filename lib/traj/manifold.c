@@ -7,6 +7,8 @@
 
 #include "mem.h"
 
+enum { CHORD_ROWS = 24 };
+
 bool manifold_init(struct manifold *m, const struct sys_system *sys, const struct sga_solution *sol, struct sga_error *err)
 {
     int n = sys->variables, c = sol->constraints;
@@ -41,6 +43,12 @@ bool manifold_init(struct manifold *m, const struct sys_system *sys, const struc
         m->cols[i] = m->jac->start[i + 1] - m->jac->start[i];
     }
     normal_init(&m->step, c, n, m->col, m->cols);
+    if (c > 0 && c <= CHORD_ROWS) {
+        m->chord.factor = sga_calloc((size_t)c * (size_t)(c + 3), sizeof *m->chord.factor);
+        m->chord.y = m->chord.factor + c * c;
+        m->chord.part = m->chord.y + c;
+        m->chord.most = m->chord.part + c;
+    }
     return true;
 }
 
@@ -55,6 +63,7 @@ void manifold_clear(struct manifold *m)
     free(m->value);
     free(m->d);
     free(m->shift);
+    free(m->chord.factor);
     free(m->col);
     free(m->cols);
     *m = (struct manifold){ 0 };

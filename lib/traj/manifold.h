@@ -16,6 +16,7 @@ struct manifold {
     double *d, *shift;
     double plain;                  /* largest |xi_i| over its largest unscaled derivative, of the last evaluation */
     double raw;                    /* largest |xi_i| of the last evaluation, unscaled */
+    struct { double *factor, *y, *part, *most; } chord;   /* manifold_chord's; factor NULL: too many constraints */
 };
 
 bool manifold_init(struct manifold *m, const struct sys_system *sys, const struct sga_solution *sol, struct sga_error *err);
@@ -33,12 +34,17 @@ double manifold_residual(struct manifold *m, double t, const double *x, const do
 bool manifold_project(struct manifold *m, double t, double *x, const double *scale, const unsigned char *held,
                       int steps, double *moved, double *residual, int *worst);
 
-/* As above with steps that are at most `longest` in each scaled variable: it stays on the
+/* The same for a point that is near the set already, without held variables and without care:
+ * cheap. False: it is left to manifold_project, from the point as it was; x may hold
+ * anything. m->raw is the residual. */
+bool manifold_chord(struct manifold *m, double t, double *x, const double *scale);
+
+/* As manifold_project with steps that are at most `longest` in each scaled variable: it stays on the
  * side where it began, where full steps may fly far (from 1.5 to a zero of sin). */
 bool manifold_walk(struct manifold *m, double t, double *x, const double *scale, const unsigned char *held,
                    double longest, int steps);
 
-/* As above, but from x to the point of the set nearest to `guess` (in the scaled norm; NULL: x as given). Held
+/* As manifold_project, but from x to the point of the set nearest to `guess` (in the scaled norm; NULL: x as given). Held
  * values are those of x. */
 bool manifold_nearest(struct manifold *m, double t, const double *guess, double *x, const double *scale, const unsigned char *held,
                       int steps, double *moved, double *residual, int *worst);

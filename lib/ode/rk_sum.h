@@ -1,0 +1,53 @@
+/* Inside the ode folder: sums over the stages of explicit Runge-Kutta methods.
+ *
+ * The tables are constants that the compiler sees, so that each sum becomes straight code.
+ * Vectors are kept in pairs of doubles, the last one filled up with zeros, and the sums run
+ * on both at once. Up to RK_NEAR variables the stages lie a fixed distance apart: then every
+ * address in them is a constant too. */
+#ifndef SGA_ODE_RK_SUM_H
+#define SGA_ODE_RK_SUM_H
+
+#include <stddef.h>
+
+#define RK_INLINE static inline __attribute__((always_inline))
+
+/* Nonzero coefficients of a linear combination of stages. */
+struct rk_row {
+    int count;
+    int stage[12];
+    double a[12];
+};
+
+typedef double rk_two __attribute__((vector_size(16)));
+enum { RK_NEAR = 8 };
+
+/* n made even; the distance of vectors. */
+static inline size_t rk_even(int n) { return ((size_t)n + 1) / 2 * 2; }
+static inline size_t rk_stride(size_t even) { return even <= RK_NEAR ? RK_NEAR : even; }
+
+/* sum_s a_s k_s at variables j and j + 1, in two halves that do not wait for each other. The
+ * last stage was written a moment ago, one double at a time: it is read likewise, because
+ * the processor cannot forward two writes to one read. */
+RK_INLINE rk_two rk_pair(const struct rk_row *r, const double *k, size_t stride, size_t j)
+{
+    rk_two even = {0, 0}, odd = {0, 0};
+#pragma GCC unroll 12
+    for (int m = 0; m < r->count; m++) {
+        const double *at = k + (size_t)r->stage[m] * stride + j;
+        rk_two v = m == r->count - 1 ? (rk_two){at[0], at[1]} : *(const rk_two *)at;
+        if (m % 2)
+            odd += r->a[m] * v;
+        else
+            even += r->a[m] * v;
+    }
+    return even + odd;
+}
+
+/* out = sum_s a_s k_s */
+RK_INLINE void rk_sum(const struct rk_row *r, const double *k, size_t even, size_t stride, double *out)
+{
+    for (size_t j = 0; j < even; j += 2)
+        *(rk_two *)(out + j) = rk_pair(r, k, stride, j);
+}
+
+#endif
