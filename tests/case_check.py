@@ -315,6 +315,10 @@ class TrajectoryCheck:
             self.check(len(self.rows) == expect["rows"], "rows", str(len(self.rows)))
         if "reference" in expect:
             self.reference(expect["reference"])
+        if expect.get("estimates"):
+            self.estimates(expect["reference"])
+        if "drift" in expect:
+            self.drift(expect["drift"])
         if "method" in expect:
             self.check(self.t["method"] == expect["method"], "method", self.t["method"])
         self.ended(expect.get("ended"))
@@ -347,6 +351,25 @@ class TrajectoryCheck:
                 with mpmath.workdps(50):
                     error = float(abs(mpmath.mpf(getattr(x, "text", x)) - mpmath.mpf(r)))
                 self.check(error <= asked["atol"] + asked["rtol"] * abs(float(r)), f"{name} at {got[0]}", f"off by {error:.3g}")
+
+    def estimates(self, rows):
+        """Each estimate holds, whether the accuracy was reached or not."""
+        for got, should, estimate in zip(self.rows, rows, self.t["errors"]):
+            error = max(float(abs(mpmath.mpf(x) - mpmath.mpf(r))) for x, r in zip(got[1:], should))
+            self.check(estimate is not None and error <= estimate, f"the estimate at {got[0]}", f"off by {error:.3g}, estimated {estimate}")
+
+    def drift(self, expect):
+        """[function, conserved, the most it may drift]; and, where a column is that function, what the rows say."""
+        got = self.t["drift"]
+        self.check(got["constraints"] == self.t["constraint_residual"], "drift of the constraints")
+        self.check([[d["function"], d["conserved"]] for d in got["integrals"]] == [e[:2] for e in expect], "functions whose drift is given", str(got))
+        for d, (name, _, most) in zip(got["integrals"], expect):
+            self.check(most is None or d["largest"] <= most, f"drift of {name}", str(d))
+            size = abs(d["start"])
+            self.check(d["relative"] == (d["largest"] / size if size else None), f"relative drift of {name}", str(d))
+            if name in self.columns:
+                far = max((abs(r[self.columns.index(name)] - d["start"]), r[0]) for r in self.rows)
+                self.check(abs(far[0] - d["largest"]) <= 1e-14 * (1 + size), f"drift of {name} in the rows", f"{far}, {d}")
 
     def ended(self, expect):
         ended = self.t["ended"]

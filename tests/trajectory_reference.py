@@ -1,4 +1,4 @@
-"""Writes tests/cases/trajectory_reference.json: systems whose solutions are known to 20 digits and more.
+"""Writes tests/cases/trajectory_reference.json and long_times.json: systems whose solutions are known to 20 digits and more.
 
     /usr/bin/python3 tests/trajectory_reference.py
 
@@ -244,18 +244,69 @@ def robertson():
     CASES[-1]["request"]["accuracy"] = {"rtol": 1e-8, "atol": 1e-14}
 
 
+def long_case(name, source, system, times, trajectory, rows, drift, tolerance, note=None):
+    """Over ten thousand periods: the estimates hold, and what should be constant is."""
+    CASES.append({
+        "name": "long times: " + name, "source": "own: " + source, **({"note": note} if note else {}),
+        "request": {"system": system, "accuracy": {"rtol": tolerance, "atol": tolerance}, "limits": {"seconds": 600},
+                    "trajectory": {"start": 0, "times": times, **trajectory}},
+        "expect": {"verdict": "unique",
+                   "trajectory": {"reference": [[text(v) for v in r] for r in rows], "rows": len(rows), "defect": 1e9,
+                                  "estimates": True, "drift": drift}}})
+
+
+def long_times():
+    del CASES[:]
+
+    def pendulum(t):
+        k2, T = mp.mpf(1) / 2, 2 * mp.pi / mp.agm(1, mp.sqrt(mp.mpf(1) / 2))
+        u = mp.mpf(t) - T * mp.floor(mp.mpf(t) / T)
+        theta, speed = 2 * mp.asin(mp.sqrt(k2) * mp.ellipfun("cd", u, m=k2)), mp.diff(lambda s: 2 * mp.asin(mp.sqrt(k2) * mp.ellipfun("cd", s, m=k2)), u)
+        return [mp.sin(theta), -mp.cos(theta), speed * mp.cos(theta), speed * mp.sin(theta)]
+    times = ["7", "744", "7418", "74161.25"]
+    long_case("the pendulum in Cartesian coordinates", "index 3, 10^4 swings from rest at the height of the hinge: elliptic functions, the period by the arithmetic-geometric mean",
+              equations(["x", "y", "lam"], ["x'' = -lam*x", "y'' = -lam*y - 1", "x^2 + y^2 = 1"]), times,
+              {"initial": {"x": 1, "y": 0, "x'": 0, "y'": 0}, "outputs": ["x", "y", "x'", "y'"], "integrals": ["(x'^2 + y'^2)/2 + y", "x*y"]},
+              [pendulum(t) for t in times], [["(x'^2 + y'^2)/2 + y", True, 1e-8], ["x*y", False, None]], 1e-6)
+    long_case("the pendulum from its Lagrangian", "the same motion over 10^2 swings; the energy is found by itself",
+              {"form": "lagrangian", "coordinates": ["x", "y"], "lagrangian": "(x'^2 + y'^2)/2 - y", "holonomic": ["x^2 + y^2 - 1"]}, times[:2],
+              {"initial": {"x": 1, "y": 0, "x'": 0, "y'": 0}, "outputs": ["x", "y", "x'", "y'"]},
+              [pendulum(t) for t in times[:2]], [["energy", True, 1e-8]], 1e-6)
+    orbit = {"x": "0.4", "y": 0, "u": 0, "v": 2}
+    gravity = ["u", "v", "-x/(x^2 + y^2)^(3/2)", "-y/(x^2 + y^2)^(3/2)"]
+    energy, momentum = "(u^2 + v^2)/2 - 1/sqrt(x^2 + y^2)", "x*v - y*u"
+    rows = [kepler(mp.mpf(t) - 2 * mp.pi * mp.floor(mp.mpf(t) / (2 * mp.pi))) for t in ("7", "629.5", "6283", "62833")]
+    quasilinear = {"form": "quasilinear", "variables": ["x", "y", "u", "v"], "alpha": gravity,
+                   "A": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}
+    motion = {"initial": orbit, "outputs": ["x", "y", "u", "v", energy], "integrals": [energy, momentum]}
+    rows = [r + [mp.mpf(-1) / 2] for r in rows]
+    long_case("kepler held on its energy and angular momentum", "eccentricity 0.6, 10^4 orbits: Kepler's equation",
+              {**quasilinear, "restrict": [momentum + " - 4/5", energy + " + 1/2"]}, ["7", "629.5", "6283", "62833"], motion, rows,
+              [[energy, True, 1e-13], [momentum, True, 1e-13]], 1e-6)
+    long_case("kepler held on its angular momentum", "10^3 orbits; the energy drifts, and the phase with its square",
+              {**quasilinear, "restrict": [momentum + " - 4/5"]}, ["7", "629.5", "6283"], motion, rows[:3],
+              [[energy, True, 1e-6], [momentum, True, 1e-13]], 1e-5)
+
+
+def write(name):
+    path = os.path.join(os.path.dirname(os.path.abspath(__file__)), "cases", name)
+    with open(path, "w", encoding="utf-8") as f:
+        json.dump(CASES, f, indent=1)
+        f.write("\n")
+    print(len(CASES), "cases")
+
+
 def main():
     assert jets
+    long_times()
+    write("long_times.json")
+    del CASES[:]
     closed_forms()
     linear()
     stiff_closed()
     by_series()
     robertson()
-    path = os.path.join(os.path.dirname(os.path.abspath(__file__)), "cases", "trajectory_reference.json")
-    with open(path, "w", encoding="utf-8") as f:
-        json.dump(CASES, f, indent=1)
-        f.write("\n")
-    print(len(CASES), "cases")
+    write("trajectory_reference.json")
 
 
 if __name__ == "__main__":

@@ -145,6 +145,8 @@ static void clear_trajectory(struct request_trajectory *t)
         free(t->rate[i].text);
     for (int i = 0; i < t->conditions; i++)
         free(t->condition_text[i]);
+    for (int i = 0; i < t->integrals; i++)
+        free(t->integral_text[i]);
     for (int i = 0; i < t->events; i++) {
         free(t->event[i].name);
         free(t->event[i].text);
@@ -159,6 +161,8 @@ static void clear_trajectory(struct request_trajectory *t)
     free(t->rate);
     free(t->condition);
     free(t->condition_text);
+    free(t->integral);
+    free(t->integral_text);
 }
 
 static void clear_symmetries(struct request_symmetries *s)

@@ -238,6 +238,13 @@ static bool read_where(struct reader *rd, const json_t *v)
         at_member(rd, "outputs");
         ok = read_expressions(rd, m, &t->output, &t->output_text, &t->outputs);
     }
+    if (ok && (m = json_object_get(v, "integrals"))) {
+        at_back(rd, mark);
+        at_member(rd, "integrals");
+        ok = read_expressions(rd, m, &t->integral, &t->integral_text, &t->integrals);
+        if (ok && t->integrals > REQUEST_MAX_INTEGRALS)
+            ok = at_fail(rd, SGA_E_SCHEMA, "there are %d integrals; the limit is %d", t->integrals, REQUEST_MAX_INTEGRALS);
+    }
     if (ok && (m = json_object_get(v, "gauge"))) {
         at_back(rd, mark);
         at_member(rd, "gauge");
@@ -257,7 +264,7 @@ static bool read_where(struct reader *rd, const json_t *v)
 
 bool read_trajectory(struct reader *rd, const json_t *v)
 {
-    static const char *const members[] = { "start", "stop", "samples", "times", "initial", "hold", "outputs", "gauge", "events", NULL };
+    static const char *const members[] = { "start", "stop", "samples", "times", "initial", "hold", "outputs", "integrals", "gauge", "events", NULL };
     rd->r->trajectory.has = true;
     size_t mark = at_member(rd, "trajectory");
     if (!only_members(rd, v, members) || !read_when(rd, v) || !read_where(rd, v))

@@ -78,6 +78,7 @@ struct request_trajectory {
     int *hold; int holds;                            /* variable indices, in the order given */
     expr_id *output; char **output_text; int outputs;  /* 0: all variables */
     struct request_rate *rate; int rates;            /* in the order of the variables */
+    expr_id *integral; char **integral_text; int integrals;   /* functions whose drift is reported */
     expr_id *condition; char **condition_text; int conditions;   /* functions that shall vanish */
     struct request_event *event; int events;
 };
@@ -186,6 +187,7 @@ enum {
     REQUEST_MAX_EVENTS = 64,          /* functions */
     REQUEST_MAX_TABLES = 64,
     REQUEST_MAX_KNOTS = 100000,       /* of one table */
+    REQUEST_MAX_INTEGRALS = 64,
     REQUEST_MAX_BITS = 1 << 17,       /* of one exact number */
     REQUEST_MAX_NAME = 128,           /* bytes of a name */
     REQUEST_MAX_DEPTH = 64            /* of nested JSON */

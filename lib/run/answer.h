@@ -91,6 +91,12 @@ struct job {
     struct tradeoff *tradeoff;    /* or NULL */
     struct traj_initial initial;
     bool has_initial;
+    struct {                      /* whose drift is reported */
+        expr_id *expr;
+        int *given;               /* index into the request's, or -1: the energy */
+        enum points_truth *truth; /* POINTS_ZERO: constant along the motion */
+        int count;
+    } integrals;
     struct structure structure;
     bool has_structure;
     struct {
@@ -174,6 +180,10 @@ void answer_signs(struct job *j);
  * number that are said where they are reached. False: the job was cancelled. */
 bool answer_strata_solve(struct job *j);
 void answer_strata_clear(struct job *j);
+/* The first integrals whose drift the trajectory shall report, of a solution and its shadow. */
+void answer_integrals(struct job *j, const struct sga_solution *s, struct points_shadow *shadow, struct traj_request *r);
+void answer_integrals_clear(struct job *j);
+void answer_write_drift(const struct job *j, struct sga_json *w);
 /* The reduction. */
 bool answer_reduce(struct job *j);
 /* Everything but the request. */

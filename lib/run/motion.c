@@ -33,8 +33,9 @@ static bool with_conditions(struct job *j, struct sga_solution *solution, struct
     return true;
 }
 
-static bool run(struct job *j, const struct sga_solution *solution, const struct traj_request *r)
+static bool run(struct job *j, const struct sga_solution *solution, struct points_shadow *shadow, struct traj_request *r)
 {
+    answer_integrals(j, solution, shadow, r);
     if (j->request.want & REQUEST_CONSISTENT_INITIAL) {
         j->has_initial = traj_consistent(&j->request.system, solution, r, &j->initial, j->err);
         if (!j->has_initial)
@@ -108,13 +109,13 @@ bool answer_motion(struct job *j)
     if (t->conditions) {
         struct sga_solution solution = { 0 };
         struct points_shadow shadow;
-        ok = with_conditions(j, &solution, &shadow) && run(j, &solution, &r);
+        ok = with_conditions(j, &solution, &shadow) && run(j, &solution, &shadow, &r);
         if (ok && j->has_trajectory)
             j->trajectory.gauge = solution.free_columns ? "conditions, then least norm" : "conditions";
         points_shadow_clear(&shadow);
         sga_solution_clear(&solution);
     } else {
-        ok = run(j, &j->solution, &r);
+        ok = run(j, &j->solution, &j->shadow, &r);
     }
     free((expr_id *)r.exact_initial);
     free((expr_id *)r.exact_time);

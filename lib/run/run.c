@@ -202,6 +202,7 @@ void answer_clear(struct job *j)
         expr_names_clear(&j->texts);
     if (j->has_trajectory)
         traj_result_clear(&j->trajectory);
+    answer_integrals_clear(j);
     if (j->has_initial)
         traj_initial_clear(&j->initial);
     answer_tradeoff_clear(j->tradeoff);

@@ -181,6 +181,7 @@ bool answer_write_motion(struct job *j, struct sga_json *w)
     write_errors(r, w);
     write_radii(r, w);
     sga_json_member_double(w, "constraint_residual", r->residual);
+    answer_write_drift(j, w);
     sga_json_member_string(w, "method", r->method);
     sga_json_member_string(w, "arithmetic", r->arithmetic);
     sga_json_member_string(w, "gauge", r->gauge);

@@ -34,6 +34,10 @@ bool flow_start(struct flow *f, const struct sys_system *sys, const struct sga_s
 int flow_solved(struct flow *f, const struct traj_request *rq, const double *x, unsigned char *solved);
 /* The columns y of a sample. */
 void flow_output(void *flow, double t, const double *x, double *y);
+/* drift.c: r->drift from samples x n states at the request's times. False with err: an integral has
+ * no value anywhere, or uses names that have none. */
+bool traj_drift(struct flow *f, const struct traj_request *rq, const double *x, int samples, struct traj_result *r,
+                struct sga_error *err);
 /* The problem as the integrator sees it; field_slope_init has been called. From now on what is
  * evaluated often may become machine code. */
 struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq);

@@ -105,6 +105,10 @@ static bool integrate(struct flow *f, const struct traj_request *rq, struct traj
     r->seconds = sga_cpu() - begin;
     keep(f, rq, &o, r);
     keep_events(f, rq, &o, r);
+    if (!traj_drift(f, rq, o.samples, o.count, r, err)) {
+        ode_result_free(&o);
+        return false;
+    }
     r->method = o.method;
     r->arithmetic = "double";
     r->residual = o.max_residual;
@@ -222,6 +226,7 @@ void traj_result_clear(struct traj_result *r)
     free(r->digits);
     free(r->radius);
     free(r->happening);
+    free(r->drift);
     free(r->happened_value);
     *r = (struct traj_result){ 0 };
 }

@@ -23,6 +23,12 @@ struct traj_happening {
     double t, error;          /* error: estimated; INFINITY where not known */
 };
 
+/* How far a function went from its value at the start, over the samples. */
+struct traj_drift {
+    double start, end;        /* values there */
+    double largest, t;        /* the largest distance, and where; INFINITY where the function has no value */
+};
+
 /* What a solution is computed in. AUTO: the cheapest that reaches the tolerances. */
 enum traj_arithmetic { TRAJ_AUTO, TRAJ_DOUBLE, TRAJ_DOUBLE_DOUBLE, TRAJ_BALL };
 
@@ -35,6 +41,7 @@ struct traj_request {
     const struct traj_rate *rate; int rates;
     const expr_id *output; int outputs;    /* 0: all variables */
     const struct traj_event *event; int events;
+    const expr_id *integral; int integrals;   /* functions that should stay what they are at the start */
     double rtol, atol;
     const char *method;                    /* NULL or "auto": chosen */
     enum traj_arithmetic arithmetic;
@@ -55,6 +62,7 @@ struct traj_result {
     double error_estimate;    /* largest of all */
     struct traj_happening *happening; int happened;   /* in the order of the motion */
     double *happened_value;   /* happened x columns */
+    struct traj_drift *drift; /* by integral of the request; NULL: not computed */
     int ended_event;          /* that stopped it, or -1 */
     const char *shortfall;    /* why estimates exceed rtol |value| + atol somewhere, static; NULL where none does */
     double residual;          /* largest |constraint| over the samples, each scaled by its gradient */
