@@ -26,11 +26,10 @@ static void reflect(const double *h, double beta, double *v, int k, int n)
         v[i] -= s * h[i];
 }
 
-int points_least_norm(int c, int n, double *J, const double *r, double *d)
+int points_least_norm_in(int c, int n, double *J, const double *r, double *d, int *perm, double *work)
 {
-    int *perm = sga_malloc((size_t)c * sizeof *perm), rank = 0;
-    double *beta = sga_malloc((size_t)c * sizeof *beta), *R = sga_calloc((size_t)c * (size_t)c, sizeof *R);
-    double first = 0;
+    double *beta = work, *R = work + c, first = 0;     /* of R what is above the diagonal, and that */
+    int rank = 0;
     for (int i = 0; i < c; i++)
         perm[i] = i;
     /* row p of J is column p of J^T: Householder on rows */
@@ -74,8 +73,15 @@ int points_least_norm(int c, int n, double *J, const double *r, double *d)
     }
     for (int k = rank - 1; k >= 0; k--)
         reflect(J + (size_t)perm[k] * (size_t)n, beta[k], d, k, n);
+    return rank;
+}
+
+int points_least_norm(int c, int n, double *J, const double *r, double *d)
+{
+    int *perm = sga_malloc(((size_t)c + 1) * sizeof *perm);
+    double *work = sga_malloc(((size_t)c + (size_t)c * (size_t)c + 1) * sizeof *work);
+    int rank = points_least_norm_in(c, n, J, r, d, perm, work);
     free(perm);
-    free(beta);
-    free(R);
+    free(work);
     return rank;
 }

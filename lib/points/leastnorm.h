@@ -6,5 +6,7 @@
  * Householder QR of J^T with column pivoting; dependent rows (diagonal below 1e-13 of the
  * first) are left out. Returns the numerical rank. Cost c^2 n. */
 int points_least_norm(int c, int n, double *J, const double *r, double *d);
+/* The same, with memory of the caller's: perm (c), work (c + c * c). */
+int points_least_norm_in(int c, int n, double *J, const double *r, double *d, int *perm, double *work);
 
 #endif

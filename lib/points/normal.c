@@ -40,17 +40,24 @@ void normal_clear(struct normal *w)
     free(w->value);
     lin_kkt_free(w->kkt);
     free(w->packed);
+    free(w->dense);
+    free(w->work);
+    free(w->perm);
 }
 
 static int dense(struct normal *w, const double *r, double *d)
 {
-    double *J = sga_calloc((size_t)w->c * (size_t)w->n, sizeof *J);
-    for (int i = 0; i < w->c; i++)
+    size_t c = (size_t)w->c, n = (size_t)w->n;
+    if (!w->dense) {
+        w->dense = sga_malloc((c * n + 1) * sizeof *w->dense);
+        w->work = sga_malloc((c + c * c + 1) * sizeof *w->work);
+        w->perm = sga_malloc((c + 1) * sizeof *w->perm);
+    }
+    memset(w->dense, 0, c * n * sizeof *w->dense);
+    for (size_t i = 0; i < c; i++)
         for (int k = 0; k < w->cols[i]; k++)
-            J[(size_t)i * (size_t)w->n + (size_t)w->col[i][k]] = w->value[i][k];
-    int rank = points_least_norm(w->c, w->n, J, r, d);
-    free(J);
-    return rank;
+            w->dense[i * n + (size_t)w->col[i][k]] = w->value[i][k];
+    return points_least_norm_in(w->c, w->n, w->dense, r, d, w->perm, w->work);
 }
 
 int normal_step(struct normal *w, const double *r, double *d)

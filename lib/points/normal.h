@@ -10,6 +10,8 @@ struct normal {
     double **value;                     /* by row, in that order: filled by the caller */
     struct lin_kkt *kkt;                /* for larger systems: ordered once for the pattern */
     double *packed;                     /* the values in one run */
+    double *dense, *work;               /* for the QR, once it is used: c x n; see points_least_norm_in */
+    int *perm;
 };
 
 void normal_init(struct normal *w, int c, int n, int *const *col, const int *cols);

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "larger.h"
 #include "mem.h"
 
 enum { CHORD_ROWS = 24 };
@@ -81,25 +82,26 @@ double manifold_residual(struct manifold *m, double t, const double *x, const do
     double worst = 0;
     m->raw = m->plain = 0;
     for (int i = 0; i < m->c; i++) {
-        double big = 0, slope = 0;
-        m->raw = fmax(m->raw, fabs(m->r[i]));
+        double big = 0, slope = 0, *row = m->step.value[i];
+        const double *value = m->value + m->jac->start[i];
+        m->raw = sga_larger(m->raw, fabs(m->r[i]));
         for (int k = 0; k < m->cols[i]; k++) {
             int j = m->col[i][k];
-            double v = m->value[m->jac->start[i] + k] * (scale ? scale[j] : 1);
-            slope = fmax(slope, fabs(m->value[m->jac->start[i] + k]));
-            big = fmax(big, fabs(v));
-            m->step.value[i][k] = held && held[j] ? 0 : v;
+            double v = value[k] * (scale ? scale[j] : 1);
+            slope = sga_larger(slope, fabs(value[k]));
+            big = sga_larger(big, fabs(v));
+            row[k] = held && held[j] ? 0 : v;
         }
         if (!(big > 0)) {
             if (m->r[i] != 0)
                 return -1;
             big = 1;
         }
-        m->plain = fmax(m->plain, fabs(m->r[i]) / (slope > 0 ? slope : 1));
+        m->plain = sga_larger(m->plain, fabs(m->r[i]) / (slope > 0 ? slope : 1));
         m->r[i] /= big;
         for (int k = 0; k < m->cols[i]; k++)
-            m->step.value[i][k] /= big;
-        worst = fmax(worst, fabs(m->r[i]));
+            row[k] /= big;
+        worst = sga_larger(worst, fabs(m->r[i]));
     }
     return worst;
 }
@@ -118,7 +120,7 @@ static double floor_of(const struct manifold *m, const double *x, const double *
 {
     double size = 1e-3;
     for (int j = 0; j < m->n; j++)
-        size = fmax(size, fabs(x[j]) / (scale ? scale[j] : 1));
+        size = sga_larger(size, fabs(x[j]) / (scale ? scale[j] : 1));
     return 8e-16 * size;
 }
 
