@@ -4,6 +4,21 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* What each byte is to the scanner. */
+enum { PLAIN = 0, ENDS = 1, NESTS = 2, OPENS = 4 };     /* ends a number or a word; a bracket or a quote; one that opens */
+static const unsigned char class[256] = {
+    [','] = ENDS, [']'] = ENDS | NESTS, ['}'] = ENDS | NESTS, [' '] = ENDS, ['\t'] = ENDS, ['\r'] = ENDS, ['\n'] = ENDS,
+    [':'] = ENDS, [0] = ENDS, ['['] = NESTS | OPENS, ['{'] = NESTS | OPENS, ['"'] = NESTS,
+};
+
+/* The first byte from s on that is one of a kind. */
+static const char *find(const char *s, const char *end, unsigned kind)
+{
+    while (s < end && !(class[(unsigned char)*s] & kind))
+        s++;
+    return s;
+}
+
 static const char *blank(const char *s, const char *end)
 {
     while (s < end && (*s == ' ' || *s == '\t' || *s == '\n' || *s == '\r'))
@@ -26,22 +41,20 @@ struct slice scan_value(const char *s, const char *end)
     const char *start = s;
     int depth = 0;
     while (s < end) {
-        char c = *s;
-        if (c == '"') {
+        if (depth)
+            s = find(s, end, NESTS);
+        if (s >= end)
+            break;
+        if (*s == '"') {
             s = skip_string(s, end);
-        } else if (c == '{' || c == '[') {
+        } else if (class[(unsigned char)*s] & OPENS) {
             depth++;
             s++;
-            continue;
-        } else if (c == '}' || c == ']') {
+        } else if (class[(unsigned char)*s] & NESTS) {
             depth--;
             s++;
-        } else if (depth) {
-            s++;
-            continue;
         } else {
-            while (s < end && !strchr(",]} \t\r\n:", *s))
-                s++;
+            s = find(s, end, ENDS);
             break;
         }
         if (depth <= 0)

@@ -18,7 +18,7 @@ bool view_open(struct view *v, enum view_format format, struct slice trajectory)
         return false;
     cursor = NULL;
     for (int i = 0; i < v->names; i++)
-        v->name[i] = scan_next(v->columns, &cursor);
+        v->name_bytes += (v->name[i] = scan_next(v->columns, &cursor)).len;
     return true;
 }
 
@@ -60,10 +60,24 @@ void view_field(struct sga_buf *out, struct slice s)
         sga_buf_put(out, "\"", 1);
 }
 
+/* Numbers alone: then the fields are what stands between the brackets. */
+static bool only_numbers(struct slice array)
+{
+    for (size_t i = 1; i + 1 < array.len; i++)
+        if (array.at[i] > '9' ? array.at[i] != 'e' && array.at[i] != 'E' : array.at[i] < '+')
+            return false;
+    return array.len > 2;
+}
+
 static void csv_line(struct sga_buf *out, struct slice array)
 {
     const char *cursor = NULL;
     struct slice s;
+    if (only_numbers(array)) {
+        sga_buf_put(out, array.at + 1, array.len - 2);
+        sga_buf_put(out, "\r\n", 2);
+        return;
+    }
     for (bool first = true; (s = scan_next(array, &cursor)).at; first = false) {
         if (!first)
             sga_buf_put(out, ",", 1);
@@ -72,19 +86,25 @@ static void csv_line(struct sga_buf *out, struct slice array)
     sga_buf_put(out, "\r\n", 2);
 }
 
+/* Before each value its name, a colon, and a comma or the bracket. */
 static void ndjson_line(const struct view *v, struct sga_buf *out, struct slice row)
 {
     const char *cursor = NULL;
     struct slice s;
-    sga_buf_put(out, "{", 1);
+    char *begin = sga_buf_room(out, row.len + v->name_bytes + 2 * (size_t)v->names + 4), *p = begin;
+    *p = '{';
     for (int i = 0; i < v->names && (s = scan_next(row, &cursor)).at; i++) {
         if (i)
-            sga_buf_put(out, ",", 1);
-        sga_buf_put(out, v->name[i].at, v->name[i].len);
-        sga_buf_put(out, ":", 1);
-        sga_buf_put(out, s.at, s.len);
+            *p = ',';
+        memcpy(++p, v->name[i].at, v->name[i].len);
+        p += v->name[i].len;
+        *p++ = ':';
+        memcpy(p, s.at, s.len);
+        p += s.len;
     }
-    sga_buf_put(out, "}\n", 2);
+    p += p == begin;
+    memcpy(p, "}\n", 3);
+    out->len += (size_t)(p + 2 - begin);
 }
 
 bool view_line(struct view *v, struct sga_buf *out)

@@ -12,6 +12,7 @@ struct view {
     struct slice columns, rows;    /* of the text that the caller keeps alive */
     struct slice *name;            /* the columns, with their quotes */
     int names;
+    size_t name_bytes;             /* of all of them */
     bool head_done;
     const char *cursor;
 };

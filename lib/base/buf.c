@@ -30,6 +30,12 @@ void sga_buf_put(struct sga_buf *b, const char *s, size_t n)
     b->data[b->len] = 0;
 }
 
+char *sga_buf_room(struct sga_buf *b, size_t n)
+{
+    SGA_RESERVE(b->data, b->cap, b->len + n + 1);
+    return b->data + b->len;
+}
+
 void sga_buf_puts(struct sga_buf *b, const char *s)
 {
     sga_buf_put(b, s, strlen(s));
@@ -142,9 +148,9 @@ void sga_json_int(struct sga_json *w, long long v)
 
 void sga_json_double(struct sga_json *w, double v)
 {
-    char text[32];
     separate(w);
-    sga_buf_put(w->out, text, (size_t)sga_format_double(text, v));
+    char *at = sga_buf_room(w->out, 32);
+    w->out->len += (size_t)sga_format_double(at, v);
 }
 
 void sga_json_bool(struct sga_json *w, bool v)

@@ -14,6 +14,9 @@ void sga_buf_free(struct sga_buf *b);                 /* releases, leaves it emp
 void sga_buf_clear(struct sga_buf *b);                /* keeps the memory */
 void sga_buf_put(struct sga_buf *b, const char *s, size_t n);
 void sga_buf_puts(struct sga_buf *b, const char *s);
+/* Room for n more bytes, and the 0 behind them, at the end of the text: the caller fills it from
+ * there on and adds to len. */
+char *sga_buf_room(struct sga_buf *b, size_t n);
 void sga_buf_printf(struct sga_buf *b, const char *fmt, ...) __attribute__((format(printf, 2, 3)));
 /* The text as a string that the caller frees; the buffer is left empty. Never NULL. */
 char *sga_buf_take(struct sga_buf *b);

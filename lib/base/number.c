@@ -58,9 +58,22 @@ static uint64_t shortest(uint64_t c, int q, bool narrow, int *exponent)
     return s + (mid > half || (mid == half && (s & 1)));
 }
 
+/* Exactly eight digits, in two halves that do not wait for each other. */
+static char *eight_digits(char *end, uint32_t d)
+{
+    uint32_t high = d / 10000, low = d % 10000;
+    memcpy(end - 2, pairs + 2 * (low % 100), 2);
+    memcpy(end - 4, pairs + 2 * (low / 100), 2);
+    memcpy(end - 6, pairs + 2 * (high % 100), 2);
+    memcpy(end - 8, pairs + 2 * (high / 100), 2);
+    return end - 8;
+}
+
 /* Decimal digits of d, to the left of end. */
 static char *digits_before(char *end, uint64_t d)
 {
+    for (; d >= 100000000; d /= 100000000)
+        end = eight_digits(end, (uint32_t)(d % 100000000));
     for (; d >= 100; d /= 100)
         memcpy(end -= 2, pairs + 2 * (d % 100), 2);
     if (d >= 10)
