@@ -20,6 +20,7 @@ sys.path[:0] = [os.path.dirname(HERE), os.path.join(os.path.dirname(HERE), "api"
 
 import cases  # noqa: E402
 import chain  # noqa: E402
+import samples  # noqa: E402
 from daemon import Daemon  # noqa: E402
 
 LINES = []
@@ -258,6 +259,19 @@ def workers(build, folder):
              f"median {1e3 * statistics.median(busy):.2f} ms, without jobs {1e3 * statistics.median(quiet):.2f} ms")
 
 
+def written(build, folder):
+    with Daemon(build, "--log-level", "warn", "--workers", "1") as d:
+        samples.run(d, folder, show)
+
+
+def executors(folder):
+    print("fields and Jacobians: the interpreter against machine code")
+    run = subprocess.run([os.path.join(folder, "tape")], capture_output=True, text=True, timeout=600, check=True)
+    for row in map(json.loads, run.stdout.splitlines()):
+        for what in ("field", "jacobian"):
+            slow, fast = row[what]
+            show(f"interpreter / machine code, {what} of {row['operations']} operations", f"{slow / fast:.1f}", ">= 3", slow >= 3 * fast,
+                 f"{slow:.0f} ns, {fast:.0f} ns")
 
 
 def minimal(folder, body, reply):
@@ -282,10 +296,10 @@ def main():
     folder = os.path.join(build, "bench")
     broken = 0
     with tempfile.TemporaryDirectory() as work:
-        for program in ("measure", "minimal_server", "hammer"):
+        for program in ("measure", "minimal_server", "hammer", "numbers", "tape"):
             os.symlink(os.path.join(folder, program), os.path.join(work, program))
         parts = {"arm": lambda: arm(work), "corpus": lambda: corpus(build, work), "chains": lambda: chains(work), "http": lambda: http(build, work),
-                 "workers": lambda: workers(build, work)}
+                 "workers": lambda: workers(build, work), "samples": lambda: written(build, work), "executors": lambda: executors(work)}
         for name in sys.argv[2:] or parts:
             try:
                 parts[name]()
