@@ -209,6 +209,7 @@ static void make(struct maker *m)
     struct factor *value = sga_malloc(((size_t)j->nnz + 1) * sizeof *value);
     t->ninputs = from->ninputs;
     t->nroots = j->rows + j->nnz;
+    t->first_roots = j->rows;
     t->root = sga_malloc(((size_t)t->nroots + 1) * sizeof *t->root);
     t->code_slot = from->code_slot + from->nstatic;
     t->ntables = from->ntables;

@@ -146,7 +146,7 @@ bool num_jacobian_eval(struct num_jacobian *j, const double *in, double *out, do
 {
     struct num_jacobian_plan *p = j->plan;
     out = out ? out : p->out;
-    if (p->code && tape_eval_parts(p->code, in, j->rows, out, values))
+    if (p->code && tape_eval_parts(p->code, in, out, values))
         return true;
     if (p->memory && ++p->runs == TAPE_RUNS_BEFORE)
         compile(j);

@@ -236,7 +236,7 @@ struct num_tape *num_tape_new(const struct expr_store *st, const expr_id *roots,
     struct num_tape *t = sga_calloc(1, sizeof *t);
     struct builder b = { .st = st, .t = t, .err = err };
     t->ninputs = ninputs;
-    t->nroots = nroots;
+    t->nroots = t->first_roots = nroots;
     builder_init(&b);
     if (nroots > 0)
         expr_cone_of(st, &b.cone, roots, nroots);

@@ -49,8 +49,10 @@ struct num_tape {
     int ntables;
     struct sga_exec *memory;   /* for machine code, borrowed; NULL: interpreted for good */
     long runs;                 /* interpreted so far */
-    void (*compiled)(double *value);   /* or NULL; in `memory` */
-    bool keep_all;             /* machine code leaves all values in their slots, not only the roots' */
+    /* Or NULL; in `memory`. Inputs are in their slots; the roots' values go to out and, from first_roots on, to rest. */
+    void (*compiled)(double *value, double *out, double *rest);
+    int first_roots;
+    bool keep_all;             /* machine code leaves all values in their slots */
 };
 
 /* The value of an instruction TAPE_SIGNAL, or with `more` 1 its derivative by time. */
@@ -69,8 +71,8 @@ double tape_power(double x, int n);
 /* jacobian_partials.c: the partial derivative of the instruction with this slot by its first or
  * second operand, at the values that the slots have. */
 double tape_slope(const struct num_tape *t, int slot, bool by_second);
-/* As num_tape_eval, the roots split in two. */
-bool tape_eval_parts(struct num_tape *t, const double *in, int first, double *out, double *rest);
+/* As num_tape_eval, the roots from t->first_roots on to `rest`. */
+bool tape_eval_parts(struct num_tape *t, const double *in, double *out, double *rest);
 /* As num_tape_eval, and every slot has its value afterwards. */
 bool tape_eval_all(struct num_tape *t, const double *in, double *out);
 

@@ -89,15 +89,13 @@ double tape_signal(const struct num_tape *t, const struct tape_code *c, int more
     return expr_table_value(t->table[c->b >> 8], (c->b & 255) + more, t->value[c->a]);
 }
 
-/* The values of some roots. False if the exponent of one is all ones: infinite or not a number. */
-static bool gather(const struct num_tape *t, int from, int to, double *out)
+/* False if the exponent of one of them is all ones: infinite or not a number. */
+static bool all_finite(const double *v, int n)
 {
     uint64_t carry = 0;
-    for (int r = from; r < to; r++) {
+    for (int i = 0; i < n; i++) {
         uint64_t bits;
-        double v = t->value[t->root[r]];
-        out[r - from] = v;
-        memcpy(&bits, &v, sizeof bits);
+        memcpy(&bits, v + i, sizeof bits);
         carry |= (bits & 0x7FF0000000000000u) + 0x0010000000000000u;
     }
     return carry >> 63 == 0;
@@ -109,36 +107,48 @@ static void load(struct num_tape *t, const double *in, int count)
         t->value[i] = in[i];
 }
 
+static void gather(const struct num_tape *t, double *out, double *rest)
+{
+    for (int r = 0; r < t->first_roots; r++)
+        out[r] = t->value[t->root[r]];
+    for (int r = t->first_roots; r < t->nroots; r++)
+        rest[r - t->first_roots] = t->value[t->root[r]];
+}
+
 /* What was loaded. */
-static inline bool run(struct num_tape *t, int first, double *out, double *rest)
+static inline bool run(struct num_tape *t, double *out, double *rest)
 {
     if (t->compiled) {
-        t->compiled(t->value);
+        t->compiled(t->value, out, rest);
     } else {
         tape_run(t, t->nstatic, t->ncode);
+        gather(t, out, rest);
         if (t->memory && ++t->runs == TAPE_RUNS_BEFORE)
             tape_compile(t);
     }
-    bool finite = gather(t, 0, first, out);
-    return gather(t, first, t->nroots, rest) && finite;
+    return all_finite(out, t->first_roots) & all_finite(rest, t->nroots - t->first_roots);
 }
 
-bool tape_eval_parts(struct num_tape *t, const double *in, int first, double *out, double *rest)
+bool tape_eval_parts(struct num_tape *t, const double *in, double *out, double *rest)
 {
     load(t, in, t->ninputs);
-    return run(t, first, out, rest);
+    return run(t, out, rest);
 }
 
 bool num_tape_eval_field(struct num_tape *t, const double *x, double time, int first, double *out, double *rest)
 {
+    if (first != t->first_roots) {
+        num_tape_compile(t, t->memory);      /* machine code knows where the parts end */
+        t->first_roots = first;
+    }
     load(t, x, t->ninputs - 1);
     t->value[t->ninputs - 1] = time;
-    return run(t, first, out, rest);
+    return run(t, out, rest);
 }
 
 bool num_tape_eval(struct num_tape *t, const double *in, double *out)
 {
-    return tape_eval_parts(t, in, t->nroots, out, out);
+    return tape_eval_parts(t, in, out, out + t->first_roots);
 }
 
 bool tape_eval_all(struct num_tape *t, const double *in, double *out)
@@ -147,7 +157,8 @@ bool tape_eval_all(struct num_tape *t, const double *in, double *out)
         return num_tape_eval(t, in, out);
     load(t, in, t->ninputs);
     tape_run(t, t->nstatic, t->ncode);
-    return gather(t, 0, t->nroots, out);
+    gather(t, out, out + t->first_roots);
+    return all_finite(out, t->nroots);
 }
 
 void num_tape_compile(struct num_tape *t, struct sga_exec *memory)

@@ -3,8 +3,8 @@
  * One pass over the straight-line code; each instruction becomes a load, an operation and
  * a store, of which most loads and stores are left out: fifteen registers hold the values
  * that are read soonest, and a value goes to its slot when its register is wanted for one
- * that is read earlier (Belady's rule, which is exact here, as the code has no branches), before a call, or when
- * somebody will look at the slot. Each operation is the same IEEE operation, and each
+ * that is read earlier (Belady's rule, which is exact here, as the code has no branches), before
+ * a call, or when somebody will look at the slot. Each operation is the same IEEE operation, and each
  * function the same function of libm, that the interpreter uses; what is rare is left to
  * the interpreter, one instruction at a time. The sixteenth register is for constants. */
 #define _GNU_SOURCE    /* sincos */
@@ -28,7 +28,8 @@ struct compiler {
     int held[REGISTERS];               /* the slot whose value a register has, or NONE */
     signed char *where;                /* by slot: its register, or NONE */
     unsigned char *unsaved;            /* by slot: its value is not in memory */
-    unsigned char *kept;               /* by slot: it must be in memory at the end */
+    int *root, *next_root;             /* by slot, by root: the first (another) root that has this value, or NONE */
+    unsigned char *delivered;          /* by root: stored among the results */
 };
 
 static double (*const function[EXPR_OP_COUNT])(double) = {
@@ -135,14 +136,24 @@ static void forget_dead(struct compiler *c, int slot)
         release(c, c->where[slot]);
 }
 
+static void deliver(struct compiler *c, int reg, int slot)
+{
+    int first = c->t->first_roots;
+    for (int r = c->root[slot]; r != NONE; r = c->next_root[r]) {
+        x64_store_out(&c->code, reg, r >= first, r >= first ? r - first : r);
+        c->delivered[r] = 1;
+    }
+}
+
 /* The value of instruction i now stands in a register. */
 static void define(struct compiler *c, int i, int reg)
 {
     int slot = c->t->code_slot + i;
     c->next[slot] = c->after[i];
-    c->unsaved[slot] = !c->kept[slot];
-    if (c->kept[slot])
+    c->unsaved[slot] = !c->t->keep_all;
+    if (c->t->keep_all)
         x64_store(&c->code, reg, slot);
+    deliver(c, reg, slot);
     bind(c, reg, slot);
     forget_dead(c, slot);
 }
@@ -298,11 +309,15 @@ static void begin(struct compiler *c)
     c->next = sga_malloc(slots * sizeof *c->next);
     c->where = sga_malloc(slots);
     c->unsaved = sga_calloc(slots, 1);
-    c->kept = sga_malloc(slots);
+    c->root = sga_malloc(slots * sizeof *c->root);
+    c->next_root = sga_malloc(((size_t)t->nroots + 1) * sizeof *c->next_root);
+    c->delivered = sga_calloc((size_t)t->nroots + 1, 1);
     memset(c->where, NONE, slots);
-    memset(c->kept, t->keep_all, slots);
-    for (int r = 0; r < t->nroots; r++)
-        c->kept[t->root[r]] = 1;
+    memset(c->root, NONE, slots * sizeof *c->root);
+    for (int r = 0; r < t->nroots; r++) {
+        c->next_root[r] = c->root[t->root[r]];
+        c->root[t->root[r]] = r;
+    }
     for (int r = 0; r < REGISTERS; r++)
         c->held[r] = NONE;
 }
@@ -313,8 +328,21 @@ static void end(struct compiler *c)
     free(c->next);
     free(c->where);
     free(c->unsaved);
-    free(c->kept);
+    free(c->root);
+    free(c->next_root);
+    free(c->delivered);
     free(c->code.byte);
+}
+
+/* Roots that are inputs or constants, or that a call left in memory. */
+static void deliver_rest(struct compiler *c)
+{
+    for (int r = 0; r < c->t->nroots; r++) {
+        if (c->delivered[r])
+            continue;
+        x64_load(&c->code, SCRATCH, c->t->root[r]);
+        deliver(c, SCRATCH, c->t->root[r]);
+    }
 }
 
 bool tape_compile(struct num_tape *t)
@@ -327,10 +355,11 @@ bool tape_compile(struct num_tape *t)
     x64_enter(&c.code);
     for (int i = t->nstatic; i < t->ncode; i++)
         instruction(&c, i);
+    deliver_rest(&c);
     x64_leave(&c.code);
     const void *at = sga_exec_add(t->memory, c.code.byte, c.code.count);
     if (at)
-        t->compiled = (void (*)(double *))(uintptr_t)at;
+        t->compiled = (void (*)(double *, double *, double *))(uintptr_t)at;
     end(&c);
     return at != NULL;
 }

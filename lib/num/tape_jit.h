@@ -5,7 +5,7 @@
 #include "tape_code.h"
 
 /* Sets t->compiled, which does what tape_run does from t->nstatic on, bit for bit (save which NaN
- * a NaN is): to all slots where t->keep_all, else to the roots' slots only. False: there is no room or no
+ * a NaN is), and gives the roots' values; the slots have theirs only where t->keep_all. False: there is no room or no
  * leave, and nothing changes. Cost: about 50 ns for each instruction. */
 bool tape_compile(struct num_tape *t);
 

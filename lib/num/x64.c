@@ -6,7 +6,7 @@
 #include "mem.h"
 
 /* rbx points here, so that more slots are within one signed byte of it. */
-enum { BIAS = 16 * 8, RBX = 3 };
+enum { BIAS = 16 * 8, RBX = 3, RBP = 5, R13 = 13 };
 
 static void put(struct x64 *c, const void *bytes, size_t n)
 {
@@ -38,15 +38,14 @@ static void registers(struct x64 *c, unsigned prefix, unsigned opcode, int to, i
     put1(c, 0xC0 | (unsigned)((to & 7) << 3 | (from & 7)));
 }
 
-/* The operand [rbx + slot]; reg is the other one. */
-static void slot_operand(struct x64 *c, int reg, int slot)
+/* The operand [base + d], of any base but rsp and r12; reg is the other one. */
+static void memory_operand(struct x64 *c, int reg, int base, int32_t d)
 {
-    int32_t d = 8 * slot - BIAS;
     if (d >= -128 && d < 128) {
-        put1(c, 0x40 | (unsigned)((reg & 7) << 3 | RBX));
+        put1(c, 0x40 | (unsigned)((reg & 7) << 3 | (base & 7)));
         put1(c, (unsigned)d & 0xFF);
     } else {
-        put1(c, 0x80 | (unsigned)((reg & 7) << 3 | RBX));
+        put1(c, 0x80 | (unsigned)((reg & 7) << 3 | (base & 7)));
         put(c, &d, sizeof d);
     }
 }
@@ -54,19 +53,28 @@ static void slot_operand(struct x64 *c, int reg, int slot)
 static void with_slot(struct x64 *c, unsigned prefix, unsigned opcode, int reg, int slot)
 {
     put_opcode(c, prefix, (unsigned)(reg >> 3 << 2), opcode);
-    slot_operand(c, reg, slot);
+    memory_operand(c, reg, RBX, 8 * slot - BIAS);
 }
 
+void x64_store_out(struct x64 *c, int reg, bool rest, int index)
+{
+    int base = rest ? R13 : RBP;
+    put_opcode(c, 0xF2, (unsigned)(reg >> 3 << 2 | base >> 3), 0x11);
+    memory_operand(c, reg, base, 8 * index);
+}
+
+/* Three pushes leave the stack aligned for calls. */
 void x64_enter(struct x64 *c)
 {
-    static const unsigned char code[] = { 0x53,                                /* push rbx */
-                                          0x48, 0x8D, 0x9F, BIAS, 0, 0, 0 };   /* lea rbx, [rdi + BIAS] */
+    static const unsigned char code[] = { 0x53, 0x55, 0x41, 0x55,              /* push rbx; push rbp; push r13 */
+                                          0x48, 0x8D, 0x9F, BIAS, 0, 0, 0,     /* lea rbx, [rdi + BIAS] */
+                                          0x48, 0x89, 0xF5, 0x49, 0x89, 0xD5 };   /* mov rbp, rsi; mov r13, rdx */
     put(c, code, sizeof code);
 }
 
 void x64_leave(struct x64 *c)
 {
-    put(c, "\x5B\xC3", 2);       /* pop rbx; ret */
+    put(c, "\x41\x5D\x5D\x5B\xC3", 5);       /* pop r13; pop rbp; pop rbx; ret */
 }
 
 void x64_load(struct x64 *c, int reg, int slot) { with_slot(c, 0xF2, 0x10, reg, slot); }
@@ -101,7 +109,7 @@ void x64_slot_address(struct x64 *c, enum x64_word reg, int slot)
 {
     put1(c, 0x48);               /* lea reg, [rbx + ...] */
     put1(c, 0x8D);
-    slot_operand(c, reg, slot);
+    memory_operand(c, reg, RBX, 8 * slot - BIAS);
 }
 
 void x64_call(struct x64 *c, uint64_t address)

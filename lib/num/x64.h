@@ -1,11 +1,12 @@
 /* Inside this folder: the few x86-64 instructions that compiled tapes are made of.
  *
- * A growing run of bytes. Doubles stand in xmm registers and in slots; a slot is addressed
- * from rbx. Encodings: Intel 64 and IA-32 Architectures Software Developer's Manual,
+ * A growing run of bytes. Doubles stand in xmm registers and in slots; slots are addressed
+ * from rbx, the two runs of results from rbp and r13. Encodings: Intel 64 and IA-32 Architectures Software Developer's Manual,
  * volume 2 (legacy SSE2 forms, which every x86-64 has). */
 #ifndef SGA_NUM_X64_H
 #define SGA_NUM_X64_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -20,8 +21,9 @@ enum x64_sd { X64_SQRT = 0x51, X64_ADD = 0x58, X64_MUL = 0x59, X64_SUB = 0x5C, X
 enum x64_bits { X64_AND = 0x54, X64_XOR = 0x57 };
 enum x64_word { X64_RDI = 7, X64_RSI = 6, X64_RDX = 2, X64_RAX = 0 };
 
-void x64_enter(struct x64 *c);             /* rbx saved, the first argument's slots addressed */
-void x64_leave(struct x64 *c);             /* rbx restored, return */
+void x64_enter(struct x64 *c);             /* of f(double *slots, double *out, double *rest) */
+void x64_leave(struct x64 *c);
+void x64_store_out(struct x64 *c, int reg, bool rest, int index);     /* to out[index] or rest[index] */
 void x64_load(struct x64 *c, int reg, int slot);
 void x64_store(struct x64 *c, int reg, int slot);
 void x64_move(struct x64 *c, int to, int from);

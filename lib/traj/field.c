@@ -98,7 +98,7 @@ bool field_init(struct field *f, const struct sys_system *sys, const struct sga_
     f->direct = direct_tape(f, sol, inputs, err);
     f->direct_out = sga_malloc((size_t)(n + f->pivots + 1) * sizeof(double));
     f->pivot_start = sga_calloc((size_t)f->pivots + 1, sizeof(double));
-    f->pivot_side = sga_calloc((size_t)f->pivots + 1, 1);
+    f->pivot_side = sga_calloc((size_t)f->pivots + 1, sizeof(double));
     f->here = sga_calloc((size_t)n + 1, sizeof(double));
     ok = f->direct != NULL;
     if (ok)
@@ -322,8 +322,8 @@ bool field_begin(struct field *f, double t, const double *x, struct sga_error *e
  * there. True: the rank holds, the pivot only happened to vanish. */
 static bool rank_at_change(struct field *f, double t, const double *x, int pivot)
 {
-    int n = f->n, rank = 0, side = f->pivot_side[pivot];
-    double low = 0, high = 1, *y = sga_malloc((size_t)(n + 1) * sizeof *y), *v = sga_malloc((size_t)(n + 1) * sizeof *v), at = 0;
+    int n = f->n, rank = 0;
+    double side = f->pivot_side[pivot], low = 0, high = 1, *y = sga_malloc((size_t)(n + 1) * sizeof *y), *v = sga_malloc((size_t)(n + 1) * sizeof *v), at = 0;
     for (int k = 0; k < 60; k++) {
         double s = 0.5 * (low + high);
         for (int j = 0; j < n; j++)
@@ -356,7 +356,7 @@ static bool inside(struct field *f, double t, const double *x)
             f->lost_pivot = q;
             return false;
         }
-        f->pivot_side[q] = (signed char)-f->pivot_side[q];
+        f->pivot_side[q] = -f->pivot_side[q];
         num_tape_eval(f->direct, f->in, f->direct_out);
     }
     sga_copy(f->here, x, f->n);
@@ -372,6 +372,16 @@ bool field_pivots_well(const struct field *f)
     return true;
 }
 
+/* Nothing is near: every pivot is on its side, and well away from 0. */
+static bool well_inside(const struct field *f)
+{
+    const double *p = f->direct_out + f->n;
+    bool ok = f->fast;
+    for (int q = 0; q < f->pivots; q++)
+        ok &= p[q] * f->pivot_side[q] > PIVOT_SHRUNK * f->pivot_start[q];
+    return ok;
+}
+
 bool field_eval(struct field *f, double t, const double *x, double *v)
 {
     f->evaluations++;
@@ -379,6 +389,13 @@ bool field_eval(struct field *f, double t, const double *x, double *v)
     bool finite = num_tape_eval_field(f->direct, x, t, f->n, v, f->direct_out + f->n);
     if (t == f->start_t)
         take_sides(f, t, x);
+    if (finite && well_inside(f)) {
+        if (f->pivots) {
+            sga_copy(f->here, x, f->n);
+            f->here_t = t;
+        }
+        return true;
+    }
     if (f->pivots && !inside(f, t, x)) {
         f->rank_lost = true;
         return false;

@@ -27,7 +27,7 @@ struct field {
     /* A pivot that changes sign has passed 0. The rank at the place tells whether it only
      * happened to vanish (the chart changes) or a stratum begins there, beyond which the
      * field is not continued. */
-    signed char *pivot_side;          /* by pivot: sign on the side where the motion is */
+    double *pivot_side;               /* by pivot: sign on the side where the motion is */
     double *here, here_t;             /* the last point that was found to be well inside */
     double start_t;                   /* each solution (there may be two) begins here */
     struct manifold *manifold;        /* to look for the place of a change of sign; borrowed */
