@@ -6,40 +6,51 @@
 
 #include "leastnorm.h"
 #include "lin_kkt.h"
+#include "lin_normal.h"
 #include "mem.h"
 #include "sparse.h"
 
 enum { DENSE_ROWS = 24 };
 
+static struct lin_sparse *pattern(const struct normal *w)
+{
+    int *ptr = sga_calloc((size_t)w->c + 1, sizeof *ptr);
+    for (int i = 0; i < w->c; i++)
+        ptr[i + 1] = ptr[i] + w->cols[i];
+    int *all = sga_malloc((size_t)(ptr[w->c] + 1) * sizeof *all);
+    for (int i = 0; i < w->c; i++)
+        memcpy(all + ptr[i], w->col[i], (size_t)w->cols[i] * sizeof *all);
+    struct lin_sparse *J = lin_sparse_new(w->c, w->n, ptr, all);
+    free(ptr);
+    free(all);
+    return J;
+}
+
 void normal_init(struct normal *w, int c, int n, int *const *col, const int *cols)
 {
+    size_t entries = 0, at = 0;
     *w = (struct normal){ .c = c, .n = n, .col = col, .cols = cols };
-    w->value = sga_calloc((size_t)c, sizeof *w->value);
-    int *ptr = sga_calloc((size_t)c + 1, sizeof *ptr);
+    for (int i = 0; i < c; i++)
+        entries += (size_t)cols[i];
+    w->packed = sga_calloc(entries + 1, sizeof *w->packed);
+    w->value = sga_calloc((size_t)c + 1, sizeof *w->value);
     for (int i = 0; i < c; i++) {
-        w->value[i] = sga_calloc((size_t)cols[i], sizeof **w->value);
-        ptr[i + 1] = ptr[i] + cols[i];
+        w->value[i] = w->packed + at;
+        at += (size_t)cols[i];
     }
     if (c > DENSE_ROWS) {
-        int *all = sga_malloc((size_t)(ptr[c] + 1) * sizeof *all);
-        for (int i = 0; i < c; i++)
-            memcpy(all + ptr[i], col[i], (size_t)cols[i] * sizeof *all);
-        struct lin_sparse *J = lin_sparse_new(c, n, ptr, all);
+        struct lin_sparse *J = pattern(w);
         w->kkt = lin_kkt_new(J);
-        w->packed = sga_malloc((size_t)(ptr[c] + 1) * sizeof *w->packed);
         lin_sparse_free(J);
-        free(all);
     }
-    free(ptr);
 }
 
 void normal_clear(struct normal *w)
 {
-    for (int i = 0; i < w->c; i++)
-        free(w->value[i]);
     free(w->value);
-    lin_kkt_free(w->kkt);
     free(w->packed);
+    lin_kkt_free(w->kkt);
+    lin_normal_free(w->quick);
     free(w->dense);
     free(w->work);
     free(w->perm);
@@ -64,15 +75,21 @@ int normal_step(struct normal *w, const double *r, double *d)
 {
     if (!w->kkt)
         return dense(w, r, d);
-    int at = 0;
-    for (int i = 0; i < w->c; i++) {
-        memcpy(w->packed + at, w->value[i], (size_t)w->cols[i] * sizeof *w->packed);
-        at += w->cols[i];
-    }
     if (!lin_kkt_factor(w->kkt, w->packed, NULL, NULL))
         return dense(w, r, d);
     lin_kkt_solve(w->kkt, r, NULL, d);
     return w->c;
+}
+
+int normal_quick_step(struct normal *w, const double *r, double *d)
+{
+    if (!w->quick_tried) {
+        struct lin_sparse *J = pattern(w);
+        w->quick = lin_normal_new(J);
+        w->quick_tried = true;
+        lin_sparse_free(J);
+    }
+    return w->quick && lin_normal_step(w->quick, w->packed, r, d) ? w->c : normal_step(w, r, d);
 }
 
 int normal_basic_step(struct normal *w, const double *r, double *d)

@@ -2,14 +2,19 @@
 #ifndef SGA_POINTS_NORMAL_H
 #define SGA_POINTS_NORMAL_H
 
+#include <stdbool.h>
+
 struct lin_kkt;
+struct lin_normal;
 
 struct normal {
     int c, n;
     int *const *col; const int *cols;   /* borrowed: structural columns by row */
     double **value;                     /* by row, in that order: filled by the caller */
+    double *packed;                     /* the same in one run */
     struct lin_kkt *kkt;                /* for larger systems: ordered once for the pattern */
-    double *packed;                     /* the values in one run */
+    struct lin_normal *quick;           /* once it is used; NULL too where the product would be full */
+    bool quick_tried;
     double *dense, *work;               /* for the QR, once it is used: c x n; see points_least_norm_in */
     int *perm;
 };
@@ -20,6 +25,9 @@ void normal_clear(struct normal *w);
  * stationarity system, or by QR where that is numerically singular. Returns the
  * numerical rank. */
 int normal_step(struct normal *w, const double *r, double *d);
+/* The same by the normal equations where these are certain enough: for corrections that are looked at
+ * again, several times cheaper. */
+int normal_quick_step(struct normal *w, const double *r, double *d);
 /* d with J d = -r that moves as few variables as there are independent rows (not of least
  * norm); rows without entries and dependent ones are passed over. Sparse. Returns the
  * rank. For Jacobians some of whose columns are held. */

@@ -158,7 +158,7 @@ bool manifold_project(struct manifold *m, double t, double *x, const double *sca
         if (ok || k == steps)
             break;
         last = res;
-        int rank = held && m->step.kkt ? normal_basic_step(&m->step, m->r, m->d) : normal_step(&m->step, m->r, m->d);
+        int rank = held && m->step.kkt ? normal_basic_step(&m->step, m->r, m->d) : normal_quick_step(&m->step, m->r, m->d);
         if (rank == 0)
             break;
         double damp = 1, length = take_step(m, x, scale, held, 1);

@@ -1,0 +1,26 @@
+/* Corrections of least norm by the normal equations: d = -J^T (J J^T)^-1 r, where J has
+ * independent rows. The quick way for rows that are well apart, as those of constraints near a
+ * known point mostly are; the condition is squared, so what is less certain is left to
+ * lin_kkt or to a QR.
+ *
+ * J J^T is summed up from lists of products and factored as L D L^T, both along a
+ * pattern found once (Davis, Direct Methods for Sparse Linear Systems, 4.8: row by row; order by AMD). */
+#ifndef SGA_LIN_NORMAL_H
+#define SGA_LIN_NORMAL_H
+
+#include <stdbool.h>
+#include "lin_sparse.h"
+
+struct lin_normal;
+
+/* For this pattern of J (copied). NULL where J J^T or L would be much fuller than J. Freed with
+ * lin_normal_free (NULL is allowed). */
+struct lin_normal *lin_normal_new(const struct lin_sparse *J);
+void lin_normal_free(struct lin_normal *s);
+
+/* d (cols) from r (rows) and J's values, in the order of the pattern's entries. False, and d undefined:
+ * a row is nearly (1e-3 of its length) a combination of others, or a value is not finite. The relative error of d
+ * is some 1e6 roundings at most. */
+bool lin_normal_step(struct lin_normal *s, const double *val, const double *r, double *d);
+
+#endif
