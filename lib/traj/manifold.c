@@ -36,6 +36,8 @@ bool manifold_init(struct manifold *m, const struct sys_system *sys, const struc
     m->r = sga_calloc((size_t)c + 1, sizeof *m->r);
     m->value = sga_calloc((size_t)m->jac->nnz + 1, sizeof *m->value);
     m->d = sga_calloc((size_t)n + 1, sizeof *m->d);
+    m->big = sga_calloc((size_t)c + 1, sizeof *m->big);
+    m->slope = sga_calloc((size_t)c + 1, sizeof *m->slope);
     m->shift = sga_calloc((size_t)n + 1, sizeof *m->shift);
     m->col = sga_calloc((size_t)c + 1, sizeof *m->col);
     m->cols = sga_calloc((size_t)c + 1, sizeof *m->cols);
@@ -63,6 +65,8 @@ void manifold_clear(struct manifold *m)
     free(m->r);
     free(m->value);
     free(m->d);
+    free(m->big);
+    free(m->slope);
     free(m->shift);
     free(m->chord.factor);
     free(m->col);
@@ -72,6 +76,9 @@ void manifold_clear(struct manifold *m)
 
 /* A residual that no longer falls may be this large, in units of the variables. */
 static const double STALLED = 1e-11;
+
+/* Steps shorter than so many roundings of the largest variable leave the gradients as they are. */
+static const double NEARBY = 1e9;
 
 double manifold_residual(struct manifold *m, double t, const double *x, const double *scale, const unsigned char *held)
 {
@@ -97,10 +104,31 @@ double manifold_residual(struct manifold *m, double t, const double *x, const do
                 return -1;
             big = 1;
         }
-        m->plain = sga_larger(m->plain, fabs(m->r[i]) / (slope > 0 ? slope : 1));
+        m->big[i] = big;
+        m->slope[i] = slope > 0 ? slope : 1;
+        m->plain = sga_larger(m->plain, fabs(m->r[i]) / m->slope[i]);
         m->r[i] /= big;
         for (int k = 0; k < m->cols[i]; k++)
             row[k] /= big;
+        worst = sga_larger(worst, fabs(m->r[i]));
+    }
+    return worst;
+}
+
+/* The same after a small step, by the gradients from before it: enough to see that the end is reached. */
+static double residual_nearby(struct manifold *m, const double *x)
+{
+    double worst = 0;
+    for (int j = 0; j < m->n; j++)
+        m->in[j] = x[j];
+    if (!num_tape_eval(m->tape, m->in, m->r))
+        return INFINITY;
+    m->raw = m->plain = 0;
+    for (int i = 0; i < m->c; i++) {
+        double r = fabs(m->r[i]);
+        m->raw = sga_larger(m->raw, r);
+        m->plain = sga_larger(m->plain, r / m->slope[i]);
+        m->r[i] /= m->big[i];
         worst = sga_larger(worst, fabs(m->r[i]));
     }
     return worst;
@@ -162,6 +190,12 @@ bool manifold_project(struct manifold *m, double t, double *x, const double *sca
         if (rank == 0)
             break;
         double damp = 1, length = take_step(m, x, scale, held, 1);
+        double floor = floor_of(m, x, scale);
+        if (length < NEARBY * floor && (res = residual_nearby(m, x)) <= floor) {
+            total += length;
+            ok = true;
+            break;
+        }
         res = manifold_residual(m, t, x, scale, held);
         for (int half = 0; half < 8 && (res < 0 || res > 4 * last); half++) {
             length = take_step(m, x, scale, held, -damp / 2);     /* back by half of what was taken */

@@ -14,6 +14,7 @@ struct manifold {
     struct normal step;
     int **col, *cols;              /* the pattern, by row */
     double *d, *shift;
+    double *big, *slope;           /* by constraint: largest entry of its gradient, scaled and not, where it was formed last */
     double plain;                  /* largest |xi_i| over its largest unscaled derivative, of the last evaluation */
     double raw;                    /* largest |xi_i| of the last evaluation, unscaled */
     struct { double *factor, *y, *part, *most; } chord;   /* manifold_chord's; factor NULL: too many constraints */
