@@ -115,6 +115,11 @@ static void gather(const struct num_tape *t, double *out, double *rest)
         rest[r - t->first_roots] = t->value[t->root[r]];
 }
 
+static long runs_before(const struct num_tape *t)
+{
+    return TAPE_RUNS_BEFORE + TAPE_INSTRUCTIONS_BEFORE / (t->ncode - t->nstatic + 1);
+}
+
 /* What was loaded. */
 static inline bool run(struct num_tape *t, double *out, double *rest)
 {
@@ -123,7 +128,7 @@ static inline bool run(struct num_tape *t, double *out, double *rest)
     } else {
         tape_run(t, t->nstatic, t->ncode);
         gather(t, out, rest);
-        if (t->memory && ++t->runs == TAPE_RUNS_BEFORE)
+        if (t->memory && ++t->runs == runs_before(t))
             tape_compile(t);
     }
     return all_finite(out, t->first_roots) & all_finite(rest, t->nroots - t->first_roots);

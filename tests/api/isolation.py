@@ -75,4 +75,17 @@ def child(build, c):
             c(gone(pid), "no child outlives its parent", pid)
 
 
-ALL = [trials, child]
+def executors(build, c):
+    """Machine code and the interpreter: the same samples to the last digit."""
+    request = {"system": {"form": "equations", "variables": ["x", "y", "l"], "equations": ["x'' = -l*x", "y'' = -l*y - 10 + sin(x)", "x^2 + y^2 = 1"]},
+               "want": ["trajectory"], "trajectory": {"stop": 20, "samples": 41, "initial": {"x": 1, "y": 0}}}
+    found = []
+    for flags in ([], ["--interpret-only"]):
+        with Daemon(build, "--workers", "1", *flags) as d:
+            answer = d.ask("POST", "/v1/solve", request).json()
+            c(answer["status"] == "done", "a trajectory inside the sandbox", answer)
+            found.append(answer.get("result", {}).get("trajectory", {}).get("rows"))
+    c(found[0] and len(found[0]) == 41 and found[0] == found[1], "machine code changes no digit", [f and f[-1] for f in found])
+
+
+ALL = [trials, child, executors]
