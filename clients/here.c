@@ -92,6 +92,7 @@ bool solve_here(const char *request, size_t length, struct answer *a, void (*stu
     set_alarm(request, length, a->readable);
     bool ok = sga_run(request, length, &options, &a->text, &err);
     alarm(0);
+    sga_exec_free(options.exec);
     if (ok)
         return true;
     tell(&err, a);

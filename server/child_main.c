@@ -115,6 +115,25 @@ static bool run(const char *request, size_t length, const struct allowance *allo
     return sent;
 }
 
+/* Until the socket is closed; the exit code. */
+static int serve(const struct allowance *allowed)
+{
+    struct wire_header h;
+    while (wire_read(SOCKET, &h, sizeof h)) {
+        if (h.type == WIRE_CANCEL)
+            continue;                /* it came after the end of its job */
+        char *request = malloc((size_t)h.length + 1);
+        if (h.type != WIRE_RUN || !request || !wire_read(SOCKET, request, h.length))
+            return 1;
+        request[h.length] = 0;
+        bool sent = run(request, h.length, allowed);
+        free(request);
+        if (!sent)
+            return 0;
+    }
+    return 0;
+}
+
 int child_main(int argc, char **argv)
 {
     if (argc != ARGUMENTS)
@@ -128,18 +147,7 @@ int child_main(int argc, char **argv)
         .seconds = atof(argv[4]), .result = strtoul(argv[5], NULL, 10), .exec = exec,
         .memory = space > 2 * HEADROOM ? (size_t)(0.8 * (double)(space - HEADROOM)) : space / 3,
     };
-    struct wire_header h;
-    while (wire_read(SOCKET, &h, sizeof h)) {
-        if (h.type == WIRE_CANCEL)
-            continue;                /* it came after the end of its job */
-        char *request = malloc((size_t)h.length + 1);
-        if (h.type != WIRE_RUN || !request || !wire_read(SOCKET, request, h.length))
-            return 1;
-        request[h.length] = 0;
-        bool sent = run(request, h.length, &allowed);
-        free(request);
-        if (!sent)
-            return 0;
-    }
-    return 0;
+    int status = serve(&allowed);
+    sga_exec_free(exec);
+    return status;
 }
