@@ -66,8 +66,12 @@ static inline bool tape_reads_two(int op)
 
 /* Run code[from .. to) on t->value. */
 void tape_run(struct num_tape *t, int from, int to);
-/* x^n by squaring, the same wherever it is needed. */
+/* What libm does not have: x^n by squaring; NaN in, NaN out, on either side; NaN for a negative base. */
 double tape_power(double x, int n);
+double tape_least(double x, double y);
+double tape_greatest(double x, double y);
+double tape_sign(double x);
+double tape_real_power(double x, double y);
 /* jacobian_partials.c: the partial derivative of the instruction with this slot by its first or
  * second operand, at the values that the slots have. */
 double tape_slope(const struct num_tape *t, int slot, bool by_second);

@@ -19,10 +19,10 @@ double tape_power(double x, int n)
 }
 
 /* NaN in, NaN out, on either side. */
-static double least(double x, double y) { return x < y || isnan(x) ? x : y; }
-static double greatest(double x, double y) { return x > y || isnan(x) ? x : y; }
-static double sign(double x) { return isnan(x) ? x : (x > 0) - (x < 0); }
-static double real_power(double x, double y) { return x < 0 ? NAN : pow(x, y); }
+double tape_least(double x, double y) { return x < y || isnan(x) ? x : y; }
+double tape_greatest(double x, double y) { return x > y || isnan(x) ? x : y; }
+double tape_sign(double x) { return isnan(x) ? x : (x > 0) - (x < 0); }
+double tape_real_power(double x, double y) { return x < 0 ? NAN : pow(x, y); }
 
 static void solve(struct tape_solve *s, const double *v)
 {
@@ -50,7 +50,7 @@ void tape_run(struct num_tape *t, int from, int to)
         case TAPE_SQUARE: *w = v[c->a] * v[c->a]; break;
         case TAPE_CUBE:  *w = v[c->a] * v[c->a] * v[c->a]; break;
         case EXPR_POWI:  *w = tape_power(v[c->a], c->b); break;
-        case EXPR_POW:   *w = real_power(v[c->a], v[c->b]); break;
+        case EXPR_POW:   *w = tape_real_power(v[c->a], v[c->b]); break;
         case TAPE_SINCOS: sincos(v[c->a], w, w + 1); break;
         case TAPE_PAIRED: break;
         case EXPR_SIN:   *w = sin(v[c->a]); break;
@@ -71,9 +71,9 @@ void tape_run(struct num_tape *t, int from, int to)
         case EXPR_SQRT:  *w = sqrt(v[c->a]); break;
         case EXPR_CBRT:  *w = cbrt(v[c->a]); break;
         case EXPR_ABS:   *w = fabs(v[c->a]); break;
-        case EXPR_SIGN:  *w = sign(v[c->a]); break;
-        case EXPR_MIN:   *w = least(v[c->a], v[c->b]); break;
-        case EXPR_MAX:   *w = greatest(v[c->a], v[c->b]); break;
+        case EXPR_SIGN:  *w = tape_sign(v[c->a]); break;
+        case EXPR_MIN:   *w = tape_least(v[c->a], v[c->b]); break;
+        case EXPR_MAX:   *w = tape_greatest(v[c->a], v[c->b]); break;
         case TAPE_FACTOR: solve(t->solve + c->a, v); break;
         case TAPE_COMPONENT: *w = t->solve[c->a].y[c->b]; break;
         case TAPE_SIGNAL: *w = tape_signal(t, c, 0); break;

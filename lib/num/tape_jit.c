@@ -36,6 +36,10 @@ static double (*const function[EXPR_OP_COUNT])(double) = {
     [EXPR_SIN] = sin, [EXPR_COS] = cos, [EXPR_TAN] = tan, [EXPR_ASIN] = asin, [EXPR_ACOS] = acos,
     [EXPR_ATAN] = atan, [EXPR_SINH] = sinh, [EXPR_COSH] = cosh, [EXPR_TANH] = tanh, [EXPR_ASINH] = asinh,
     [EXPR_ACOSH] = acosh, [EXPR_ATANH] = atanh, [EXPR_EXP] = exp, [EXPR_LOG] = log, [EXPR_CBRT] = cbrt,
+    [EXPR_SIGN] = tape_sign,
+};
+static double (*const function2[EXPR_OP_COUNT])(double, double) = {
+    [EXPR_POW] = tape_real_power, [EXPR_ATAN2] = atan2, [EXPR_MIN] = tape_least, [EXPR_MAX] = tape_greatest,
 };
 
 /* Backwards: who reads each value next. */
@@ -260,6 +264,21 @@ static void call(struct compiler *c, int i)
     c->next[s + 1] = c->after[i + 1];
 }
 
+/* pow and the like: arguments in registers 0 and 1. */
+static void call2(struct compiler *c, int i)
+{
+    const struct tape_code *q = c->t->code + i;
+    c->next[q->a] = c->after_a[i];
+    c->next[q->b] = q->a == q->b ? c->after_a[i] : c->after_b[i];
+    save_all(c);
+    copy(c, SCRATCH, q->b);
+    copy(c, 0, q->a);
+    x64_move(&c->code, 1, SCRATCH);
+    release_all(c);
+    x64_call(&c->code, (uintptr_t)function2[q->op]);
+    define(c, i, 0);
+}
+
 static void interpret(struct compiler *c, int i)
 {
     save_all(c);
@@ -294,6 +313,8 @@ static void instruction(struct compiler *c, int i)
     default:
         if (q->op == TAPE_SINCOS || (q->op < EXPR_OP_COUNT && function[q->op]))
             call(c, i);
+        else if (q->op < EXPR_OP_COUNT && function2[q->op])
+            call2(c, i);
         else
             interpret(c, i);
     }

@@ -2,10 +2,7 @@
 #include "leastnorm.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
-
-#include "mem.h"
 
 static double norm2(const double *v, int n)
 {
@@ -26,7 +23,7 @@ static void reflect(const double *h, double beta, double *v, int k, int n)
         v[i] -= s * h[i];
 }
 
-int points_least_norm_in(int c, int n, double *J, const double *r, double *d, int *perm, double *work)
+int points_least_norm(int c, int n, double *J, const double *r, double *d, int *perm, double *work)
 {
     double *beta = work, *R = work + c, first = 0;     /* of R what is above the diagonal, and that */
     int rank = 0;
@@ -73,15 +70,5 @@ int points_least_norm_in(int c, int n, double *J, const double *r, double *d, in
     }
     for (int k = rank - 1; k >= 0; k--)
         reflect(J + (size_t)perm[k] * (size_t)n, beta[k], d, k, n);
-    return rank;
-}
-
-int points_least_norm(int c, int n, double *J, const double *r, double *d)
-{
-    int *perm = sga_malloc(((size_t)c + 1) * sizeof *perm);
-    double *work = sga_malloc(((size_t)c + (size_t)c * (size_t)c + 1) * sizeof *work);
-    int rank = points_least_norm_in(c, n, J, r, d, perm, work);
-    free(perm);
-    free(work);
     return rank;
 }

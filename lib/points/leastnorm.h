@@ -4,9 +4,8 @@
 
 /* d of least Euclidean norm with J d = -r, J dense c x n by rows (overwritten), by
  * Householder QR of J^T with column pivoting; dependent rows (diagonal below 1e-13 of the
- * first) are left out. Returns the numerical rank. Cost c^2 n. */
-int points_least_norm(int c, int n, double *J, const double *r, double *d);
-/* The same, with memory of the caller's: perm (c), work (c + c * c). */
-int points_least_norm_in(int c, int n, double *J, const double *r, double *d, int *perm, double *work);
+ * first) are left out. perm (c) and work (c + c * c) are the caller's. Returns the numerical
+ * rank. Cost c^2 n. */
+int points_least_norm(int c, int n, double *J, const double *r, double *d, int *perm, double *work);
 
 #endif

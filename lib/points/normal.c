@@ -68,7 +68,7 @@ static int dense(struct normal *w, const double *r, double *d)
     for (size_t i = 0; i < c; i++)
         for (int k = 0; k < w->cols[i]; k++)
             w->dense[i * n + (size_t)w->col[i][k]] = w->value[i][k];
-    return points_least_norm_in(w->c, w->n, w->dense, r, d, w->perm, w->work);
+    return points_least_norm(w->c, w->n, w->dense, r, d, w->perm, w->work);
 }
 
 int normal_step(struct normal *w, const double *r, double *d)

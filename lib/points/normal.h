@@ -15,7 +15,7 @@ struct normal {
     struct lin_kkt *kkt;                /* for larger systems: ordered once for the pattern */
     struct lin_normal *quick;           /* once it is used; NULL too where the product would be full */
     bool quick_tried;
-    double *dense, *work;               /* for the QR, once it is used: c x n; see points_least_norm_in */
+    double *dense, *work;               /* for the QR, once it is used: c x n; see points_least_norm */
     int *perm;
 };
 

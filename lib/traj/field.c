@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "facts.h"
+#include "larger.h"
 #include "leastnorm.h"
 #include "mem.h"
 #include "poly.h"
@@ -135,6 +136,8 @@ void field_clear(struct field *f)
     free(f->in);
     free(f->M);
     free(f->rhs);
+    free(f->qr);
+    free(f->perm);
     *f = (struct field){ 0 };
 }
 
@@ -143,7 +146,7 @@ static void scale_row(double *row, double *rhs, int n)
 {
     double big = 0;
     for (int j = 0; j < n; j++)
-        big = fmax(big, fabs(row[j]));
+        big = sga_larger(big, fabs(row[j]));
     if (!(big > 0))
         return;
     for (int j = 0; j < n; j++)
@@ -158,6 +161,8 @@ static bool fill(struct field *f)
     if (!f->M) {
         f->M = sga_malloc((size_t)(m + 1) * (size_t)n * sizeof *f->M);
         f->rhs = sga_malloc((size_t)(m + 1) * sizeof *f->rhs);
+        f->qr = sga_malloc((size_t)(m + 1) * (size_t)(m + 1) * sizeof *f->qr);
+        f->perm = sga_malloc((size_t)(m + 1) * sizeof *f->perm);
     }
     memset(f->M, 0, (size_t)m * (size_t)n * sizeof *f->M);
     if (!num_tape_eval(f->general, f->in, f->general_out) || !num_jacobian_eval(f->jac, f->in, NULL, f->jac_value))
@@ -191,7 +196,7 @@ static bool general(struct field *f, double *v, int *rank)
 {
     if (!fill(f))
         return false;
-    *rank = points_least_norm(f->rows + f->c + f->rates, f->n, f->M, f->rhs, v);
+    *rank = points_least_norm(f->rows + f->c + f->rates, f->n, f->M, f->rhs, v, f->perm, f->qr);
     for (int j = 0; j < f->n; j++)
         if (!isfinite(v[j]))
             return false;
@@ -217,7 +222,7 @@ static double rows_miss(struct field *f, const double *v, int *worst_row)
             const struct sys_row *r = f->sys->row + i;
             for (int k = 0; k < r->entries; k++, at++) {
                 sum += f->general_out[at] * v[r->entry[k].col];
-                big = fmax(big, fabs(f->general_out[at]));
+                big = sga_larger(big, fabs(f->general_out[at]));
             }
             sum -= f->general_out[at++];
         } else if (i < f->rows + f->c) {
@@ -225,7 +230,7 @@ static double rows_miss(struct field *f, const double *v, int *worst_row)
             for (int k = f->jac->start[c]; k < f->jac->start[c + 1]; k++) {
                 bool time = f->jac->col[k] == f->n;
                 sum += f->jac_value[k] * (time ? 1 : v[f->jac->col[k]]);
-                big = time ? big : fmax(big, fabs(f->jac_value[k]));
+                big = time ? big : sga_larger(big, fabs(f->jac_value[k]));
             }
         } else {
             sum = v[f->rate[i - f->rows - f->c].variable] - f->general_out[at++];

@@ -41,7 +41,8 @@ struct field {
     struct num_jacobian *jac;         /* by variables and time */
     double *jac_value;
     double *in;                       /* variables, time */
-    double *M, *rhs;
+    double *M, *rhs, *qr;             /* qr: for points_least_norm, with */
+    int *perm;
     int generic_rank;                 /* of the system at general points of Pf */
     int rank;                         /* what it must be; a loss of it is a stratum */
     bool rank_lost;                   /* set by the last evaluation */
