@@ -18,6 +18,7 @@
 
 #include "jacobian.h"
 #include "random_expr.h"
+#include "table.h"
 
 enum { SYMBOLS = 6, MOST = 400 };
 
@@ -208,6 +209,40 @@ static void random_jacobians(struct sga_exec *memory)
     expr_store_clear(&st);
 }
 
+/* A measured signal in a field, and its slope in the Jacobian. */
+static void signals(struct sga_exec *memory)
+{
+    static const double knot[] = { 0, 1, 2.5, 4 }, measured[] = { 1, -2, 0.5, 3 };
+    struct expr_store st;
+    expr_store_init(&st);
+    expr_id x = expr_symbol_add(&st, "x", EXPR_VARIABLE), t = expr_symbol_add(&st, "t", EXPR_TIME), u = expr_symbol_add(&st, "u", EXPR_SIGNAL);
+    struct expr_symbol *s = st.symbol + expr_symbol_find(&st, "u", 1);
+    s->table = expr_table_new(EXPR_CUBIC, 4, knot, measured);
+    int inputs[2] = { 0, 1 };
+    expr_id root[2] = { expr_mul(&st, expr_add(&st, u, x), expr_sub(&st, u, t)), u };
+    struct num_tape *a = num_tape_new(&st, root, 2, inputs, 2, NULL), *b = num_tape_new(&st, root, 2, inputs, 2, NULL);
+    struct num_jacobian *p = num_jacobian_new(a, NULL, 0), *q = num_jacobian_new(b, NULL, 0);
+    double v[4], w[4], y[2], z[2];
+    CHECK(p->nnz == 3, "%d", p->nnz);
+    num_jacobian_compile(q, memory);
+    for (int i = 0; i < 5000; i++) {
+        double in[2] = { random_unit(&rng), 4 * fabs(random_unit(&rng)) };
+        bool same_all = num_jacobian_eval(p, in, y, v) && num_jacobian_eval(q, in, z, w);
+        for (int k = 0; k < 3; k++)
+            same_all &= same(v[k], w[k]);
+        same_all &= same(y[0], z[0]) && same(y[1], z[1]) && num_tape_eval(b, in, z) && same(y[0], z[0]) && same(y[1], z[1]);
+        if (i % 500 == 0 || !same_all)
+            CHECK(same_all, "at %d", i);
+    }
+    CHECK(num_jacobian_compiled(q) && num_tape_compiled(b), "compiled");
+    num_jacobian_free(p);
+    num_jacobian_free(q);
+    num_tape_free(a);
+    num_tape_free(b);
+    expr_table_free(s->table);
+    expr_store_clear(&st);
+}
+
 /* Pages are found, given back, and never written and run at one time. */
 static void pages(void)
 {
@@ -304,6 +339,7 @@ int main(void)
     CHECK(solved > 0 && solved < n / 2, "%d of %d have linear solves", solved, n);
     random_tapes(NULL);
     random_jacobians(NULL);
+    signals(memory);
     pages();
     without_leave(memory);
     sga_exec_free(memory);
