@@ -3,6 +3,7 @@
 
 #include <math.h>
 
+#include "jet_code.h"
 #include "jet_plan.h"
 #include "lu.h"
 
@@ -80,6 +81,32 @@ static double function2(enum expr_op op, double a, double b)
     }
 }
 
+#define R_MACHINE struct jet_machine
+#define R_COMPILED run_compiled
+#define R_CLEAR(j) jet_machine_clear(&(j)->machine)
+
 static void num_jet_run(struct num_jet *j, int k, int from, int to);
+static bool run_compiled(struct num_jet *j, int k);
 
 #include "jet_kernel.h"
+
+/* Order k by machine code. False: there is none (yet). */
+static bool run_compiled(struct num_jet *j, int k)
+{
+    struct jet_machine *m = &j->machine;
+    if (k == 1 && !m->base && m->memory && ++m->runs == JET_RUNS_BEFORE)
+        jet_compile(m, &j->plan, j->order, j->stride);
+    if (k == 0 || k >= j->order || !m->base)
+        return false;
+    m->at[k](j->row, NULL, NULL);
+    return true;
+}
+
+void num_jet_compile(struct num_jet *j, struct sga_exec *memory)
+{
+    jet_machine_clear(&j->machine);
+    j->machine.memory = memory;
+    j->machine.runs = 0;
+}
+
+bool num_jet_compiled(const struct num_jet *j) { return j->machine.base != NULL; }

@@ -34,6 +34,9 @@ bool num_jet_next(struct num_jet *j, int k);
 double num_jet_reach(const struct num_jet *j, int k);
 /* Instructions that each order runs. */
 int num_jet_length(const struct num_jet *j);
+/* As num_tape_compile, for the orders after 0. Not where the tape solves or switches. */
+void num_jet_compile(struct num_jet *j, struct sga_exec *memory);
+bool num_jet_compiled(const struct num_jet *j);
 
 struct num_jet2 *num_jet2_new(const struct num_tape *t, int order);
 void num_jet2_free(struct num_jet2 *j);

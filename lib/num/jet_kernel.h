@@ -2,6 +2,7 @@
  * define R (the number), its operations R_..., and the names STRUCT and FACE(what). In the
  * comments a, b, w are the series of a step's rows; sums run over i + j = k. */
 
+/* R_MACHINE, R_COMPILED, R_CLEAR: machine code of these recurrences, where there is some. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,6 +17,7 @@ struct STRUCT {
     R **lu, *work;             /* by solve */
     int **perm;
     bool *singular;
+    R_MACHINE machine;
     signed char *side;         /* by step: which side an abs, sign, min, max is on; 2: not known yet */
 };
 
@@ -53,6 +55,7 @@ void FACE(free)(struct STRUCT *j)
         free(j->lu[s]);
         free(j->perm[s]);
     }
+    R_CLEAR(j);
     free(j->lu);
     free(j->perm);
     free(j->singular);
@@ -257,7 +260,8 @@ static void FACE(run)(struct STRUCT *j, int k, int from, int to)
 
 bool FACE(next)(struct STRUCT *j, int k)
 {
-    FACE(run)(j, k, j->plan.fixed, j->plan.count);
+    if (!R_COMPILED(j, k))
+        FACE(run)(j, k, j->plan.fixed, j->plan.count);
     bool finite = true;
     for (int r = 0; r < j->plan.roots; r++)
         finite &= isfinite(R_DOUBLE(FACE(root)(j, r)[k])) != 0;

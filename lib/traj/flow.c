@@ -179,6 +179,7 @@ static void enter(void *ctx, double from, double to)
 static void allow_code(struct flow *f, struct sga_exec *exec)
 {
     num_tape_compile(f->field.direct, exec);
+    f->series.memory = exec;
     num_jacobian_compile(f->manifold.jac, exec);
     if (f->field.slope)
         num_jacobian_compile(f->field.slope, exec);

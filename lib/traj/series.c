@@ -15,6 +15,7 @@ bool series_along(struct series *s, struct field *f, double t, const double *x, 
         num_jet_free(s->jet);
         s->jet = num_jet_new(f->plain, order);
         s->order = order;
+        num_jet_compile(s->jet, s->memory);
     }
     double *time = num_jet_input(s->jet, n);
     memset(time, 0, (size_t)(order + 1) * sizeof *time);

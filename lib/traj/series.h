@@ -8,6 +8,7 @@
 struct series {
     struct num_jet *jet;
     int order;
+    struct sga_exec *memory;      /* for machine code, borrowed; NULL: none */
 };
 
 /* As ode_problem.taylor. field_slope_init has been called. */
