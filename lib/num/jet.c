@@ -10,6 +10,7 @@
 #define STRUCT num_jet
 #define FACE(what) num_jet_##what
 #define R_SMALL 1e-13      /* of a step is no distance */
+#define R_POLISH 0
 #define R_CONSTANT(c) ((c).hi)
 #define R_OF(x) ((double)(x))
 #define R_DOUBLE(x) (x)

@@ -40,7 +40,7 @@ void num_jet2_free(struct num_jet2 *j);
 num_dd *num_jet2_input(struct num_jet2 *j, int i);
 const num_dd *num_jet2_root(const struct num_jet2 *j, int r);
 bool num_jet2_next(struct num_jet2 *j, int k);
-double num_jet2_reach(const struct num_jet2 *j, int k);
+num_dd num_jet2_reach(const struct num_jet2 *j, int k);
 int num_jet2_length(const struct num_jet2 *j);
 
 #endif

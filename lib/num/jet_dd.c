@@ -10,6 +10,7 @@
 #define STRUCT num_jet2
 #define FACE(what) num_jet2_##what
 #define R_SMALL 1e-28
+#define R_POLISH 2
 #define R_CONSTANT(c) (c)
 #define R_OF(x) num_dd_of((double)(x))
 #define R_DOUBLE(x) ((x).hi)

@@ -273,20 +273,33 @@ static double value_at(const R *x, int k, double s)
     return v;
 }
 
-/* Between low, where x has the sign of side, and high, where it has not. */
-static double change(const R *x, int k, int side, double low, double high)
+/* Between low, where x has the sign of side, and high, where it has not: bisection in
+ * double, then (in longer numbers) Newton. */
+static R change(const R *x, int k, int side, double low, double high)
 {
     for (int i = 0; i < 60 && high - low > 1e-16 * high; i++) {
         double s = 0.5 * (low + high);
         *(value_at(x, k, s) * side > 0 ? &low : &high) = s;
     }
-    return high;
+    R s = R_OF(high);
+    for (int turn = 0; turn < R_POLISH; turn++) {
+        R v = x[k];
+        double slope = 0;
+        for (int i = k - 1; i >= 0; i--) {
+            slope = slope * high + R_DOUBLE(v);
+            v = R_ADD(R_MUL(v, s), x[i]);
+        }
+        double move = -R_DOUBLE(v) / slope;
+        if (fabs(move) < 1e-8 * high)
+            s = R_ADD(s, R_OF(move));
+    }
+    return s;
 }
 
-double FACE(reach)(const struct STRUCT *j, int k)
+R FACE(reach)(const struct STRUCT *j, int k)
 {
     enum { SAMPLES = 64 };
-    double reach = INFINITY;
+    R reach = R_OF(INFINITY);
     for (int i = 0; i < j->plan.turns; i++) {
         const R *x = j->row + (size_t)j->plan.turn[i] * j->stride;
         int side = side_of(x, k);
@@ -297,10 +310,11 @@ double FACE(reach)(const struct STRUCT *j, int k)
             continue;          /* it cannot change sign */
         for (int q = 1; q <= SAMPLES; q++) {
             double s = (double)q / SAMPLES;
-            if (s - 1.0 / SAMPLES >= reach)
+            if (s - 1.0 / SAMPLES >= R_DOUBLE(reach))
                 break;
             if (value_at(x, k, s) * side < 0) {
-                reach = fmin(reach, change(x, k, side, s - 1.0 / SAMPLES, s));
+                R here = change(x, k, side, s - 1.0 / SAMPLES, s);
+                reach = R_DOUBLE(here) < R_DOUBLE(reach) ? here : reach;
                 break;
             }
         }

@@ -8,8 +8,8 @@
 #include "sweep.h"
 #include "tradeoff.h"
 
-/* Down to this the automatic choice is double. */
-static const double DOUBLE_SUFFICES = 1e-11;
+/* Down to this the automatic choice is double, and stays it. */
+static const double DOUBLE_SUFFICES = 1e-9;
 
 /* Gauge conditions are equations without derivatives: with them the same reduction is run
  * once more, and what it leaves is integrated. */

@@ -9,6 +9,7 @@
 #include "enclosed.h"
 #include "flow.h"
 #include "mem.h"
+#include "precise.h"
 #include "print.h"
 
 /* Keep the outputs of the samples, or all variables. */
@@ -77,11 +78,18 @@ static void look_for_stratum(struct flow *f, const struct traj_request *rq, stru
     sga_buf_free(&text);
 }
 
-static bool integrate(struct flow *f, const struct sga_solution *sol, const struct traj_request *rq, struct traj_result *r,
+/* Endings that the field or its pivots explain. */
+static void explain_end(struct flow *f, const struct traj_request *rq, enum ode_reason reason, struct traj_result *r)
+{
+    if (reason == ODE_SINGULAR)
+        say_stratum(f, r);
+    else if (reason == ODE_BLOW_UP)
+        look_for_stratum(f, rq, r);
+}
+
+static bool integrate(struct flow *f, const struct traj_request *rq, struct traj_result *r,
                       struct sga_error *err)
 {
-    if (!field_slope_init(&f->field, sol, err))
-        return false;
     struct ode_problem problem = flow_problem(f, rq);
     struct ode_start start = { .t = rq->start, .x = r->initial, .count = rq->samples, .times = rq->times };
     struct ode_options options = ode_options_default();
@@ -108,10 +116,7 @@ static bool integrate(struct flow *f, const struct sga_solution *sol, const stru
     r->ended_t = o.end.t;
     r->ended_reason = ode_reason_text(o.end.reason);
     snprintf(r->ended_detail, sizeof r->ended_detail, "%s", o.end.detail);
-    if (o.end.reason == ODE_SINGULAR)
-        say_stratum(f, r);
-    else if (o.end.reason == ODE_BLOW_UP)
-        look_for_stratum(f, rq, r);
+    explain_end(f, rq, o.end.reason, r);
     r->steps = o.stats.steps + o.second.steps;
     r->rejected = o.stats.refused + o.second.refused;
     r->evaluations = o.stats.evaluations + o.second.evaluations;
@@ -122,6 +127,63 @@ static bool integrate(struct flow *f, const struct sga_solution *sol, const stru
     return ok;
 }
 
+/* Down to this double arithmetic may do; what it takes in double-double, at most, where it was not asked
+ * for: steps times length of the field's tape. */
+static const double DOUBLE_REACHES = 1e-13;
+static const double MOST_WORK = 2e6;
+static const long MOST_STEPS = 1000000;
+
+static bool precise(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+                    long max_steps, struct traj_result *r, struct sga_error *err)
+{
+    enum ode_reason reason;
+    if (!precise_run(f, sys, sol, rq, max_steps, &reason, r, err))
+        return false;
+    explain_end(f, rq, reason, r);
+    return true;
+}
+
+/* Double arithmetic fell short, by rounding: once more in double-double, if that can be and is not
+ * long. What there is stays unless it is better. */
+static void second_try(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+                       struct traj_result *r)
+{
+    const char *why;
+    struct sga_error ignored = { 0 };
+    struct traj_result fine = { 0 };
+    double steps = MOST_WORK / (100 + num_tape_length(f->field.plain ? f->field.plain : f->field.direct));
+    if (!precise_possible(f, rq, &why) || !rq->exact_time || strstr(r->method, "radau") || (double)r->steps > 4 * steps)
+        return;
+    fine.initial = memcpy(sga_malloc((size_t)f->n * sizeof *fine.initial), r->initial, (size_t)f->n * sizeof *fine.initial);
+    fine.moved = r->moved;
+    if (precise(f, sys, sol, rq, (long)steps, &fine, &ignored) && !fine.shortfall && fine.rows >= r->rows) {
+        traj_result_clear(r);
+        *r = fine;
+    } else {
+        traj_result_clear(&fine);
+    }
+}
+
+/* In the arithmetic that was asked for, or the cheapest that reaches the tolerances. */
+static bool solve(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+                  struct traj_result *r, struct sga_error *err)
+{
+    const char *why;
+    if (!field_slope_init(&f->field, sol, err))
+        return false;
+    bool possible = precise_possible(f, rq, &why);
+    bool fine = rq->rtol < DOUBLE_REACHES && rq->atol < DOUBLE_REACHES;
+    if (rq->arithmetic == TRAJ_DOUBLE_DOUBLE && !possible)
+        return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "%s", why);
+    if (rq->arithmetic == TRAJ_DOUBLE_DOUBLE || (rq->arithmetic == TRAJ_AUTO && fine && possible))
+        return precise(f, sys, sol, rq, MOST_STEPS, r, err);
+    if (!integrate(f, rq, r, err))
+        return false;
+    if (rq->arithmetic == TRAJ_AUTO && r->shortfall)
+        second_try(f, sys, sol, rq, r);
+    return true;
+}
+
 bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
               struct traj_result *r, struct sga_error *err)
 {
@@ -129,15 +191,12 @@ bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, cons
     *r = (struct traj_result){ 0 };
     if (sys->signals && (rq->arithmetic == TRAJ_DOUBLE_DOUBLE || rq->arithmetic == TRAJ_BALL))
         return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "tables are interpolated in double; use \"double\" or \"auto\"");
-    if (rq->arithmetic == TRAJ_DOUBLE_DOUBLE)
-        return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic",
-                           "double-double is not in this version; use \"double\", \"ball\" or \"auto\"");
     bool ok = flow_init(&f, sys, sol, rq, err);
     if (ok) {
         r->initial = sga_calloc((size_t)f.n + 1, sizeof *r->initial);
         ok = flow_start(&f, sys, sol, rq, r->initial, &r->moved, err)
              && field_begin(&f.field, rq->start, r->initial, err)
-             && (rq->arithmetic == TRAJ_BALL ? enclosed_run(&f, sys, sol, rq, r, err) : integrate(&f, sol, rq, r, err));
+             && (rq->arithmetic == TRAJ_BALL ? enclosed_run(&f, sys, sol, rq, r, err) : solve(&f, sys, sol, rq, r, err));
     }
     if (ok) {
         r->gauge = !sol->free_columns ? "none" : rq->rates ? "rates, then least norm" : "least norm";

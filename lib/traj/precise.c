@@ -1,0 +1,221 @@
+/* A trajectory in double-double from request to samples: several solutions, the error of the
+ * last from its difference to the one before, as lib/ode/global.c, and its digits. */
+#include "precise.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+
+#define LOOSER 10.0
+#define LOOSEST 1e4
+#define ALLOWANCE 1.5
+#define SURE 30.0
+#define TIGHTEST_RTOL 1e-31
+#define MOST_SOLUTIONS 6
+#define NEIGHBOUR 30.0
+#define FEWEST_DIGITS 3
+#define MOST_DIGITS 32
+
+struct outcome {
+    struct precise_path path;
+    int columns;
+    num_dd *value;             /* rows x columns */
+    double *column_error, *error, worst;
+};
+
+bool precise_possible(const struct flow *f, const struct traj_request *rq, const char **why)
+{
+    *why = rq->events ? "events are looked for in double arithmetic only; leave trajectory.events out, or use \"double\""
+           : !f->field.fast || !f->field.plain
+               ? "the field is solved from its defining rows (gauge freedom, rates), which is done in double arithmetic only; fix the gauge "
+                 "by conditions, or use \"double\""
+           : rq->method && strcmp(rq->method, "auto") != 0 && strcmp(rq->method, "taylor") != 0
+               ? "double-double arithmetic integrates by Taylor series only; use the method \"taylor\" or \"auto\"" : NULL;
+    return !*why;
+}
+
+static void columns(struct precise *p, num_dd t, const num_dd *x, num_dd *out)
+{
+    if (!p->output) {
+        memcpy(out, x, (size_t)p->n * sizeof *x);
+        return;
+    }
+    for (int j = 0; j < p->n; j++)
+        num_jet2_input(p->output, j)[0] = x[j];
+    num_jet2_input(p->output, p->n)[0] = t;
+    num_jet2_next(p->output, 0);
+    for (int k = 0; k < p->rq->outputs; k++)
+        out[k] = num_jet2_root(p->output, k)[0];
+}
+
+static void solve(struct precise *p, double rtol, double atol, bool beside, struct outcome *o)
+{
+    *o = (struct outcome){ .columns = p->rq->outputs ? p->rq->outputs : p->n };
+    precise_march(p, rtol, atol, beside, &o->path);
+    o->value = sga_calloc((size_t)o->path.count * (size_t)o->columns + 1, sizeof *o->value);
+    for (int k = 0; k < o->path.count; k++)
+        columns(p, p->time[k], o->path.sample + (size_t)k * (size_t)p->n, o->value + (size_t)k * (size_t)o->columns);
+}
+
+static void clear(struct outcome *o)
+{
+    precise_path_clear(&o->path);
+    free(o->value);
+    free(o->column_error);
+    free(o->error);
+    *o = (struct outcome){ 0 };
+}
+
+/* The difference of the two values; a difference cannot show a few roundings of their size. */
+static double raw_error(const struct outcome *a, const struct outcome *b, double factor, int k, int j)
+{
+    size_t at = (size_t)k * (size_t)a->columns + (size_t)j;
+    if (k >= b->path.count)
+        return INFINITY;
+    double e = factor * fabs(num_dd_sub(a->value[at], b->value[at]).hi) + 16 * NUM_DD_EPSILON * fabs(a->value[at].hi);
+    return isnan(e) ? INFINITY : e;
+}
+
+/* a's errors by its difference to b. Differences can pass through 0: see lib/ode/global.c. */
+static void set_errors(const struct precise *p, struct outcome *a, const struct outcome *b, double factor)
+{
+    int rows = a->path.count, cols = a->columns;
+    free(a->column_error);
+    free(a->error);
+    a->column_error = sga_calloc((size_t)rows * (size_t)cols + 1, sizeof *a->column_error);
+    a->error = sga_calloc((size_t)rows + 1, sizeof *a->error);
+    double *row = sga_calloc((size_t)rows + 1, sizeof *row);
+    a->worst = rows > b->path.count ? INFINITY : 0;
+    for (int k = 0; k < rows; k++)
+        for (int j = 0; j < cols; j++) {
+            double e = a->column_error[k * cols + j] = raw_error(a, b, factor, k, j);
+            row[k] = fmax(row[k], e);
+            double allowed = p->rq->atol + p->rq->rtol * fabs(a->value[k * cols + j].hi);
+            a->worst = fmax(a->worst, e / fmax(allowed, 1e-300));
+        }
+    for (int k = 0; k < rows; k++) {
+        double before = k > 0 ? row[k - 1] : 0, after = k + 1 < rows && isfinite(row[k + 1]) ? row[k + 1] : 0;
+        a->error[k] = fmax(row[k], fmin(fmax(before, after), NEIGHBOUR * row[k]));
+        for (int j = 0; j < cols && row[k] > 0; j++)
+            a->column_error[k * cols + j] *= a->error[k] / row[k];
+    }
+    free(row);
+}
+
+static bool out_of_budget(const struct precise_path *q)
+{
+    return q->reason == ODE_TIME_LIMIT || q->reason == ODE_CANCELLED;
+}
+
+/* Solves until the estimate is within the tolerances asked for. Returns why it is not, or NULL. */
+static const char *refine(struct precise *p, struct outcome *o, struct traj_result *r)
+{
+    double rtol = fmax(p->rq->rtol, LOOSER * TIGHTEST_RTOL), atol = p->rq->atol, ratio = LOOSER;
+    solve(p, rtol, atol, true, o);
+    for (int solutions = 1; solutions < MOST_SOLUTIONS && !out_of_budget(&o->path); solutions++) {
+        struct outcome next;
+        double before = o->worst;
+        rtol /= ratio;
+        atol /= ratio;
+        r->steps += o->path.steps;
+        r->rejected += o->path.refused;
+        r->evaluations += o->path.evaluations;
+        solve(p, rtol, atol, false, &next);
+        set_errors(p, &next, o, ALLOWANCE);
+        if (ratio > LOOSER && next.worst < 0.3 * before)
+            set_errors(p, &next, o, fmin(ALLOWANCE, SURE / ratio));
+        clear(o);
+        *o = next;
+        if (o->worst <= 1)
+            return NULL;
+        ratio = fmin(fmin(LOOSEST, fmax(LOOSER, 0.5 * o->worst)), rtol / TIGHTEST_RTOL);
+        if (isinf(o->worst))
+            ratio = fmin(LOOSER, ratio);
+        if (ratio < 2 || (solutions > 2 && !(o->worst < 0.9 * before)))
+            break;
+    }
+    if (!o->error) {
+        o->error = sga_malloc(((size_t)o->path.count + 1) * sizeof *o->error);
+        o->column_error = sga_malloc(((size_t)o->path.count * (size_t)o->columns + 1) * sizeof *o->column_error);
+        for (int k = 0; k < o->path.count * o->columns; k++)
+            o->column_error[k] = o->error[k / o->columns] = INFINITY;
+    }
+    return isinf(o->worst) ? "the solutions that were compared do not end at the same time; errors past the earlier end are not known"
+                           : "rounding in double-double arithmetic, as the motion amplifies it, exceeds the tolerance";
+}
+
+/* All digits that the error leaves. */
+static char *digits_of(num_dd v, double error)
+{
+    double size = fabs(v.hi);
+    int digits = size > 0 && error > 0 && isfinite(error) ? (int)floor(log10(size / error)) + 2 : isfinite(error) ? MOST_DIGITS : 17;
+    return num_dd_text(v, digits < FEWEST_DIGITS ? FEWEST_DIGITS : digits > MOST_DIGITS ? MOST_DIGITS : digits);
+}
+
+static void keep(const struct precise *p, const struct outcome *o, struct traj_result *r)
+{
+    int rows = o->path.count, cols = o->columns;
+    size_t all = (size_t)rows * (size_t)cols;
+    r->rows = rows;
+    r->columns = cols;
+    r->t = memcpy(sga_malloc(((size_t)rows + 1) * sizeof *r->t), p->rq->times, (size_t)rows * sizeof *r->t);
+    r->value = sga_malloc((all + 1) * sizeof *r->value);
+    r->digits = sga_calloc(all + 1, sizeof *r->digits);
+    r->error = memcpy(sga_malloc(((size_t)rows + 1) * sizeof *r->error), o->error, (size_t)rows * sizeof *r->error);
+    for (size_t i = 0; i < all; i++) {
+        r->value[i] = o->value[i].hi;
+        r->digits[i] = digits_of(o->value[i], o->column_error[i]);
+    }
+    r->error_estimate = 0;
+    for (int k = 0; k < rows; k++)
+        r->error_estimate = fmax(r->error_estimate, r->error[k]);
+    r->ended_event = -1;
+    r->method = "taylor";
+    r->arithmetic = "double-double";
+    r->residual = o->path.residual;
+    r->ended = o->path.reason != ODE_NONE;
+    r->ended_t = o->path.t;
+    r->ended_reason = ode_reason_text(o->path.reason);
+    snprintf(r->ended_detail, sizeof r->ended_detail, "%s", o->path.detail);
+    r->steps += o->path.steps;
+    r->rejected += o->path.refused;
+    r->evaluations += o->path.evaluations;
+}
+
+static void precise_clear(struct precise *p)
+{
+    num_jet2_free(p->constraint);
+    num_jet2_free(p->output);
+    num_jet2_free(p->series);
+    free(p->time);
+    free(p->x);
+}
+
+bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol,
+                 const struct traj_request *rq, long max_steps, enum ode_reason *reason, struct traj_result *r, struct sga_error *err)
+{
+    struct precise p = { .flow = f, .sys = sys, .sol = sol, .rq = rq, .n = f->n, .max_steps = max_steps };
+    struct outcome o = { 0 };
+    p.time = sga_calloc((size_t)rq->samples + 1, sizeof *p.time);
+    p.x = sga_calloc((size_t)f->n + 1, sizeof *p.x);
+    p.constraint = num_jet2_new(f->manifold.tape, 1);
+    p.output = f->output ? num_jet2_new(f->output, 0) : NULL;
+    bool ok = precise_start(&p, r->initial, err);
+    if (ok) {
+        r->steps = r->rejected = r->evaluations = 0;
+        r->shortfall = refine(&p, &o, r);
+        keep(&p, &o, r);
+        for (int j = 0; j < f->n; j++)
+            r->initial[j] = p.x[j].hi;
+        if (out_of_budget(&o.path))
+            ok = sga_budget_ok(rq->budget, err);
+        *reason = o.path.reason;
+    }
+    clear(&o);
+    precise_clear(&p);
+    return ok;
+}

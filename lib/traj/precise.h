@@ -1,0 +1,56 @@
+/* Inside the traj folder: trajectories in double-double arithmetic (about 30 digits).
+ *
+ * Taylor series of the reduced field in double-double, each step and each sample projected
+ * onto the final set by Newton steps whose residuals are double-double (so that factors in
+ * double suffice), from a start in exact values; solved twice and more, for the estimate of
+ * the error, as lib/ode does. Ranks, pivots and domains are watched in double on the way. */
+#ifndef SGA_TRAJ_PRECISE_H
+#define SGA_TRAJ_PRECISE_H
+
+#include "flow.h"
+#include "jet.h"
+
+struct precise {
+    struct flow *flow;
+    const struct sys_system *sys;
+    const struct sga_solution *sol;
+    const struct traj_request *rq;
+    int n;
+    struct num_jet2 *constraint, *output;     /* values only; output NULL: the variables */
+    struct num_jet2 *series; int order;       /* of the field */
+    num_dd start, *time, *x;                  /* the samples' times; the consistent start */
+    long max_steps;
+};
+
+/* One solution. */
+struct precise_path {
+    int count;                 /* samples there are */
+    num_dd *sample;            /* count x n */
+    enum ode_reason reason;
+    double t;                  /* of the end */
+    char detail[256];
+    double residual;           /* the largest |xi_i| at a sample */
+    long steps, refused, evaluations;
+};
+
+/* precise_point.c. The values of the request's exact constants: p->start, p->time, and x set to
+ * the consistent start in double-double. False: err says why it is not known to more digits
+ * than a double's. */
+bool precise_start(struct precise *p, const double *x, struct sga_error *err);
+/* x is moved onto the set at t, by the least correction in units of scale (n; NULL: 1) that leaves held
+ * variables; *moved: root mean square of it; *residual: the largest |xi_i|. */
+bool precise_project(struct precise *p, num_dd t, num_dd *x, const double *scale, const unsigned char *held,
+                     double *moved, double *residual);
+
+/* precise_march.c. beside: start and field are wrong by a rounding, on purpose. */
+void precise_march(struct precise *p, double rtol, double atol, bool beside, struct precise_path *path);
+void precise_path_clear(struct precise_path *path);
+
+/* precise.c. May it be tried? (No events, a field given by expressions.) *why: if not. */
+bool precise_possible(const struct flow *f, const struct traj_request *rq, const char **why);
+/* Fills the samples, errors and endings of r (r->initial, r->moved are known). False: err.
+ * max_steps: of each solution; *reason: of its end. */
+bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol,
+                 const struct traj_request *rq, long max_steps, enum ode_reason *reason, struct traj_result *r, struct sga_error *err);
+
+#endif
