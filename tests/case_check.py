@@ -344,7 +344,8 @@ class TrajectoryCheck:
             return
         for got, should in zip(self.rows, rows):
             for name, x, r in zip(self.columns[1:], got[1:], should):
-                error = float(abs(mpmath.mpf(x) - mpmath.mpf(r)))
+                with mpmath.workdps(50):
+                    error = float(abs(mpmath.mpf(getattr(x, "text", x)) - mpmath.mpf(r)))
                 self.check(error <= asked["atol"] + asked["rtol"] * abs(float(r)), f"{name} at {got[0]}", f"off by {error:.3g}")
 
     def ended(self, expect):

@@ -9,12 +9,25 @@ import tempfile
 LINE = re.compile(r"^sga: ([a-z_]+)(?: at (/\S*?))?(?:(?:,| at) line (\d+), column (\d+))?: (.*)", re.S)
 
 
+class Digits(float):
+    """A number with more digits than a float holds: a float, with its text."""
+
+    def __new__(cls, text):
+        number = super().__new__(cls, text)
+        number.text = text
+        return number
+
+
+def parse_float(text):
+    return Digits(text) if len(text) > 24 else float(text)
+
+
 class Crash(Exception):
     pass
 
 
 class Solver:
-    def __init__(self, build, seconds=120, number=float):
+    def __init__(self, build, seconds=120, number=parse_float):
         """number: how decimals of the answer are read."""
         self.program, self.seconds, self.number = os.path.join(build, "sga"), seconds, number
         self.environment = {k: v for k, v in os.environ.items() if k != "SGA_SERVER"}
