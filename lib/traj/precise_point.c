@@ -3,7 +3,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "dd_lu.h"
 #include "mem.h"
 #include "precise.h"
 
@@ -13,6 +12,8 @@
 #define NEAREST_STEPS 400
 /* More constraints than this are not solved for in dense double-double. */
 #define DENSE_MOST 200
+/* Pivots of J J^T this much below the first one are dependent rows. */
+#define DEPENDENT 1e-22
 
 /* Constraint values at x; false where they are not finite. Coefficient 1 of the inputs is as it was. */
 static bool residuals(struct precise *p, num_dd t, const num_dd *x, int order)
@@ -105,11 +106,52 @@ static bool jacobian(struct precise *p, num_dd t, const num_dd *x, const double 
     return ok;
 }
 
+/* Gauss elimination of the symmetric G (c x c) with pivots from the diagonal, the right side along: rows
+ * that depend on others are left out, w there 0. */
+static void solve_symmetric(num_dd *G, num_dd *r, num_dd *w, int c)
+{
+    unsigned char *used = sga_calloc((size_t)c, 1);
+    int *order = sga_malloc((size_t)c * sizeof *order), rank = 0;
+    double first = 0;
+    for (; rank < c; rank++) {
+        int best = -1;
+        for (int i = 0; i < c; i++)
+            if (!used[i] && (best < 0 || G[i * c + i].hi > G[best * c + best].hi))
+                best = i;
+        double pivot = G[best * c + best].hi;
+        first = rank ? first : pivot;
+        if (!(pivot > DEPENDENT * first))
+            break;
+        used[best] = 1;
+        order[rank] = best;
+        for (int i = 0; i < c; i++) {
+            if (used[i])
+                continue;
+            num_dd f = num_dd_div(G[i * c + best], G[best * c + best]);
+            for (int k = 0; k < c; k++)
+                G[i * c + k] = num_dd_sub(G[i * c + k], num_dd_mul(f, G[best * c + k]));
+            r[i] = num_dd_sub(r[i], num_dd_mul(f, r[best]));
+        }
+    }
+    for (int i = 0; i < c; i++)
+        w[i] = num_dd_of(0);
+    for (int q = rank - 1; q >= 0; q--) {
+        int i = order[q];
+        num_dd sum = r[i];
+        for (int k = q + 1; k < rank; k++)
+            sum = num_dd_sub(sum, num_dd_mul(G[i * c + order[k]], w[order[k]]));
+        w[i] = num_dd_div(sum, G[i * c + i]);
+    }
+    free(used);
+    free(order);
+}
+
 /* One step of manifold_nearest in double-double: d = shift - J^T (J J^T)^-1 (r + J shift), in units of scale. */
 static bool nearest_step(struct precise *p, const num_dd *J, const num_dd *shift, num_dd *d)
 {
-    int n = p->n, c = p->flow->manifold.c, *perm = sga_malloc((size_t)c * sizeof *perm);
+    int n = p->n, c = p->flow->manifold.c;
     num_dd *G = sga_malloc(((size_t)c + 2) * (size_t)c * sizeof *G), *r = G + c * c, *w = r + c;
+    bool ok = true;
     for (int i = 0; i < c; i++) {
         r[i] = num_jet2_root(p->constraint, i)[0];
         for (int j = 0; j < n; j++)
@@ -121,9 +163,7 @@ static bool nearest_step(struct precise *p, const num_dd *J, const num_dd *shift
             G[i * c + k] = s;
         }
     }
-    bool ok = num_dd_lu_factor(G, perm, c);
-    if (ok)
-        num_dd_lu_solve(G, perm, c, r, w);
+    solve_symmetric(G, r, w, c);
     for (int j = 0; j < n && ok; j++) {
         d[j] = shift[j];
         for (int i = 0; i < c; i++)
@@ -131,7 +171,6 @@ static bool nearest_step(struct precise *p, const num_dd *J, const num_dd *shift
         ok = num_dd_finite(d[j]);
     }
     free(G);
-    free(perm);
     return ok;
 }
 
