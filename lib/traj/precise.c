@@ -30,6 +30,7 @@ struct outcome {
 bool precise_possible(const struct flow *f, const struct traj_request *rq, const char **why)
 {
     *why = rq->events ? "events are looked for in double arithmetic only; leave trajectory.events out, or use \"double\""
+           : f->sys->signals ? "tables are interpolated in double; use \"double\" or \"auto\""
            : !f->field.fast || !f->field.plain
                ? "the field is solved from its defining rows (gauge freedom, rates), which is done in double arithmetic only; fix the gauge "
                  "by conditions, or use \"double\""

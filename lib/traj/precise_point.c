@@ -199,6 +199,29 @@ static bool nearest(struct precise *p, const num_dd *guess, const double *scale,
     return ok;
 }
 
+/* The point nearest for the given values alone, as consistent.c has it: the guess of the others follows them,
+ * which moves the point some 1e-6 as much in each round. */
+static bool nearest_given(struct precise *p, num_dd *guess, const double *scale, num_dd *x)
+{
+    enum { ROUNDS = 12 };
+    int n = p->n;
+    bool ok = true, settled = false;
+    num_dd *before = sga_malloc((size_t)n * sizeof *before);
+    for (int k = 0; k < ROUNDS && ok && !settled; k++) {
+        for (int j = 0; j < n; j++) {
+            before[j] = x[j];
+            if (!p->rq->given[j])
+                guess[j] = x[j];
+        }
+        ok = nearest(p, guess, scale, p->rq->held, x);
+        settled = true;
+        for (int j = 0; j < n; j++)
+            settled &= fabs(num_dd_sub(x[j], before[j]).hi) <= 200 * NUM_DD_EPSILON * fmax(scale[j], fabs(x[j].hi));
+    }
+    free(before);
+    return ok && settled;
+}
+
 /* As consistent.c weighs what a value moves by. */
 static double unit_of(const struct traj_request *rq, int j)
 {
@@ -207,7 +230,7 @@ static double unit_of(const struct traj_request *rq, int j)
 
 /* The start: where the double start left what was given as it was, that stays exactly; otherwise
  * the nearest point, and where that is another point than the double one, the double one refined. */
-static bool settle_start(struct precise *p, const num_dd *guess, const double *x)
+static bool settle_start(struct precise *p, num_dd *guess, const double *x)
 {
     const struct traj_request *rq = p->rq;
     int n = p->n;
@@ -226,7 +249,7 @@ static bool settle_start(struct precise *p, const num_dd *guess, const double *x
     if (!ok && p->flow->manifold.c <= DENSE_MOST) {
         for (int j = 0; j < n; j++)
             p->x[j] = rq->held && rq->held[j] ? guess[j] : num_dd_of(x[j]);
-        ok = nearest(p, guess, scale, rq->held, p->x);
+        ok = nearest_given(p, guess, scale, p->x);
         for (int j = 0; j < n && ok; j++)
             ok = fabs(p->x[j].hi - x[j]) <= 1e-6 * scale[j];
         ok = ok && precise_project(p, p->start, p->x, NULL, rq->held, &moved, &residual);
