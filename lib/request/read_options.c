@@ -99,6 +99,8 @@ bool read_accuracy(struct reader *rd, const json_t *v)
     if (!member_number(rd, v, "rtol", finest, 0.1, &a->rtol) || !member_number(rd, v, "atol", 1e-300, 1, &a->atol)
         || !read_method(rd, v))
         return false;
+    if (!json_object_get(v, "atol") && a->rtol < a->atol)
+        a->atol = a->rtol;
     at_back(rd, mark);
     return true;
 }

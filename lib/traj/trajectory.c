@@ -193,15 +193,21 @@ bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, cons
               struct traj_result *r, struct sga_error *err)
 {
     struct flow f;
+    double begin;
     *r = (struct traj_result){ 0 };
     if (sys->signals && (rq->arithmetic == TRAJ_DOUBLE_DOUBLE || rq->arithmetic == TRAJ_BALL))
         return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "tables are interpolated in double; use \"double\" or \"auto\"");
     bool ok = flow_init(&f, sys, sol, rq, err);
     if (ok) {
         r->initial = sga_calloc((size_t)f.n + 1, sizeof *r->initial);
-        ok = flow_start(&f, sys, sol, rq, r->initial, &r->moved, err)
-             && field_begin(&f.field, rq->start, r->initial, err)
-             && (rq->arithmetic == TRAJ_BALL ? enclosed_run(&f, sys, sol, rq, r, err) : solve(&f, sys, sol, rq, r, err));
+        ok = flow_start(&f, sys, sol, rq, r->initial, &r->moved, err) && field_begin(&f.field, rq->start, r->initial, err);
+        begin = sga_cpu();
+        if (ok && rq->arithmetic == TRAJ_BALL) {
+            ok = enclosed_run(&f, sys, sol, rq, r, err);
+            r->seconds = sga_cpu() - begin;
+        } else if (ok) {
+            ok = solve(&f, sys, sol, rq, r, err);
+        }
     }
     if (ok) {
         r->gauge = !sol->free_columns ? "none" : rq->rates ? "rates, then least norm" : "least norm";
