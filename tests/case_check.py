@@ -321,6 +321,10 @@ class TrajectoryCheck:
             self.drift(expect["drift"])
         if "method" in expect:
             self.check(self.t["method"] == expect["method"], "method", self.t["method"])
+        if "arithmetic" in expect:
+            self.check(self.t["arithmetic"] == expect["arithmetic"], "arithmetic", self.t["arithmetic"])
+        if "reached" in expect:
+            self.check(self.t["accuracy_reached"] == expect["reached"], "accuracy reached", str(self.t.get("accuracy_shortfall")))
         self.ended(expect.get("ended"))
         if "events" in expect:
             self.events(expect["events"], expect.get("event_tolerance", 1e-7))

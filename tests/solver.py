@@ -19,7 +19,8 @@ class Digits(float):
 
 
 def parse_float(text):
-    return Digits(text) if len(text) > 24 else float(text)
+    digits = sum(c.isdigit() for c in text.lower().partition("e")[0])
+    return Digits(text) if digits > 17 else float(text)
 
 
 class Crash(Exception):

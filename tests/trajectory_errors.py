@@ -2,7 +2,7 @@
 
 Every case of tests/cases/trajectory_reference.json is solved at several tolerances, by each method that fits. Over all
 samples together the true error must lie below the estimate in 95 % of them, and the estimate must not be more than 100
-times too large in the median. Where an answer says that the accuracy asked for was reached, it must be so."""
+times too large in the median, in double and in double-double arithmetic. Where an answer says that the accuracy asked for was reached, it must be so."""
 import json
 import os
 import sys
@@ -13,6 +13,7 @@ from solver import Solver
 from tally import ROOT, Tally, build_folder
 
 TOLERANCES = [1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12]
+FINE = [1e-15, 1e-19, 1e-23, 1e-26, 1e-28]
 STIFF = ("stiff", "prothero", "kaps", "robertson")
 HELD, TOO_LARGE = 0.95, 100
 
@@ -27,9 +28,13 @@ def runs(case):
         yield 1e-5, "tsit5"
 
 
+def miss(x, r):
+    return float(abs(mpmath.mpf(getattr(x, "text", x)) - mpmath.mpf(r)))
+
+
 class Corpus:
-    def __init__(self, tally):
-        self.tally = tally
+    def __init__(self, tally, name):
+        self.tally, self.name = tally, name
         self.held = self.samples = self.promised = self.kept = 0
         self.ratio = []
 
@@ -37,7 +42,7 @@ class Corpus:
         """One answer: the error of each row against its estimate, and against what was asked for."""
         held = 0
         for row, should, estimate in zip(t["rows"], reference, t["errors"]):
-            errors = [float(abs(mpmath.mpf(x) - mpmath.mpf(r))) for x, r in zip(row[1:], should)]
+            errors = [miss(x, r) for x, r in zip(row[1:], should)]
             estimate = float("inf") if estimate is None else estimate
             held += max(errors) <= estimate
             self.ratio.append(estimate / max(max(errors), 1e-300))
@@ -53,34 +58,46 @@ class Corpus:
     def end(self):
         self.ratio.sort()
         median = self.ratio[len(self.ratio) // 2]
-        print(f"{self.samples} samples: the estimate holds in {100 * self.held / self.samples:.1f} %, is {median:.1f} times "
+        print(f"{self.name}: {self.samples} samples: the estimate holds in {100 * self.held / self.samples:.1f} %, is {median:.1f} times "
               f"the error in the median; the accuracy said to be reached was reached in {self.kept} of {self.promised}")
-        self.tally.check(self.held >= HELD * self.samples, "estimates hold", f"{self.held} of {self.samples}")
-        self.tally.check(median <= TOO_LARGE, "estimates are not too large", f"median {median}")
-        self.tally.check(self.kept >= HELD * self.promised, "accuracy is kept", f"{self.kept} of {self.promised}")
+        self.tally.check(self.held >= HELD * self.samples, f"{self.name}: estimates hold", f"{self.held} of {self.samples}")
+        self.tally.check(median <= TOO_LARGE, f"{self.name}: estimates are not too large", f"median {median}")
+        self.tally.check(self.kept >= HELD * self.promised, f"{self.name}: accuracy is kept", f"{self.kept} of {self.promised}")
+
+
+def load(name):
+    with open(os.path.join(ROOT, "tests", "cases", name), encoding="utf-8") as f:
+        return json.load(f)
+
+
+def run(tally, solver, corpus, case, accuracy, name):
+    result, problem = solver.solve({**case["request"], "accuracy": accuracy})
+    t = result and result["trajectory"]
+    if not t or t["ended"] or t["arithmetic"] != accuracy.get("arithmetic", t["arithmetic"]):
+        tally.check(False, name, json.dumps(problem or t["ended"] or t["arithmetic"]))
+        return
+    reference = case["expect"]["trajectory"]["reference"]
+    corpus.add(name, reference, t, accuracy)
+    if os.environ.get("SGA_TEST_VERBOSE"):
+        worst = max(miss(x, r) for row, should in zip(t["rows"], reference) for x, r in zip(row[1:], should))
+        print(f"# {name}: {t['method']}, {t['arithmetic']}, error {worst:.2g}, estimate {t['error_estimate']}, {t['accuracy_reached']}, "
+              f"{result['work'].get('evaluations')}", t.get("accuracy_shortfall", ""))
 
 
 def main():
-    mpmath.mp.dps = 40
+    mpmath.mp.dps = 50
     tally, solver = Tally("trajectory errors"), Solver(build_folder())
-    corpus = Corpus(tally)
-    with open(os.path.join(ROOT, "tests", "cases", "trajectory_reference.json"), encoding="utf-8") as f:
-        cases = json.load(f)
-    for case in cases:
+    double, longer = Corpus(tally, "double"), Corpus(tally, "double-double")
+    for case in load("trajectory_reference.json"):
         given = case["request"]["accuracy"]
         for tol, method in runs(case):
-            accuracy = {"rtol": tol, "atol": tol * given["atol"] / given["rtol"], **({"method": method} if method else {})}
-            name = f"{case['name']} at {tol:g}{', ' + method if method else ''}"
-            result, problem = solver.solve({**case["request"], "accuracy": accuracy})
-            t = result and result["trajectory"]
-            if not t or t["ended"]:
-                tally.check(False, name, json.dumps(problem or t["ended"]))
-                continue
-            corpus.add(name, case["expect"]["trajectory"]["reference"], t, accuracy)
-            if os.environ.get("SGA_TEST_VERBOSE"):
-                worst = max(float(abs(mpmath.mpf(x) - mpmath.mpf(r))) for row, should in zip(t["rows"], case["expect"]["trajectory"]["reference"]) for x, r in zip(row[1:], should))
-                print(f"# {name}: {t['method']}, error {worst:.2g}, estimate {t['error_estimate']}, {t['accuracy_reached']}, {result['work'].get('evaluations')}", t.get("accuracy_shortfall", ""))
-    corpus.end()
+            accuracy = {"rtol": tol, "atol": tol * given["atol"] / given["rtol"], "arithmetic": "double", **({"method": method} if method else {})}
+            run(tally, solver, double, case, accuracy, f"{case['name']} at {tol:g}{', ' + method if method else ''}")
+    for case in load("double_double.json"):
+        for tol in FINE:
+            run(tally, solver, longer, case, {"rtol": tol, "atol": tol, "arithmetic": "double-double"}, f"{case['name']} at {tol:g}")
+    double.end()
+    longer.end()
     return tally.end()
 
 

@@ -248,6 +248,7 @@ static void step(struct STRUCT *j, int at, int k)
     case JET_SQRT:       w[k] = root(a, w, k); break;
     case JET_POWER:      power(c, a, b, x, w, y, k); break;
     case JET_ABS: case JET_SIGN: case JET_MIN: case JET_MAX: switching(c, a, b, x, w, j->side + at, k); break;
+    case JET_NONE:       w[k] = R_OF(NAN); break;
     case JET_SOLVE:      break;
     }
 }

@@ -132,6 +132,7 @@ static void pair(struct planner *b, int sine, int cosine, int a, bool hyperbolic
 static void function(struct planner *b, int op, int w, int a, int c)
 {
     switch (op) {
+    case TAPE_SIGNAL: emit(b, (struct jet_code){ .op = JET_NONE, .w = w }); break;
     case TAPE_SQUARE: emit(b, (struct jet_code){ .op = JET_SQUARE, .w = w, .a = a }); break;
     case TAPE_CUBE:   emit(b, (struct jet_code){ .op = JET_MUL, .w = w, .a = emit_new(b, JET_SQUARE, a, 0), .b = a }); break;
     case EXPR_POW:    real_power(b, w, a, c); break;

@@ -18,7 +18,8 @@ enum jet_op {
     JET_SQRT,
     JET_POWER,       /* w = a^b, b without dependence; x, y = derivatives of a, w; shift 3: cube root */
     JET_ABS, JET_SIGN, JET_MIN, JET_MAX,   /* x = what switches */
-    JET_SOLVE        /* linear solve a */
+    JET_SOLVE,       /* linear solve a */
+    JET_NONE         /* has no series here (a table): not a number */
 };
 
 struct jet_code {

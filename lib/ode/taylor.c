@@ -27,6 +27,7 @@
 /* The end of the series is passed by this part of a step, so that the next begins beyond. */
 #define BEYOND 1e-13
 #define GROWTH 6.0
+#define SCALES 3               /* tries of a scale on which the series is finite */
 /* A defect where the terms say that all is well is a sign of stiffness (the polynomial is so
  * near to fast components that the field answers loudly): so many steps grow slowly then. */
 #define CAUTION 4
@@ -77,25 +78,30 @@ static int order_for(const struct ode_step *step)
     return order < LEAST_ORDER ? LEAST_ORDER : order > MOST_ORDER ? MOST_ORDER : order;
 }
 
-/* Root mean square of v in units of the error allowed. */
+/* Root mean square of v in units of the error allowed; v may be so large that squares overflow. */
 static double weighted(const struct ode_step *step, const double *v)
 {
-    double sum = 0;
-    for (int j = 0; j < step->n; j++) {
-        double a = v[j] / ode_allowed(step->rtol, step->atol, step->unit[j], step->x[j], step->x[j]);
-        sum += a * a;
+    double most = 0, sum = 0;
+    for (int pass = 0; pass < 2; pass++) {
+        for (int j = 0; j < step->n; j++) {
+            double a = fabs(v[j]) / ode_allowed(step->rtol, step->atol, step->unit[j], step->x[j], step->x[j]);
+            most = pass ? most : fmax(most, a);
+            sum += pass ? (a / most) * (a / most) : 0;
+        }
+        if (!(most > 0) || isinf(most))
+            return most;
     }
-    return step->n ? sqrt(sum / step->n) : 0;
+    return most * sqrt(sum / step->n);
 }
 
 static bool same_place(const struct taylor *w, const struct ode_step *step)
 {
     return w->known && w->t == step->t && w->t_low == step->t_low && w->scale * step->h > 0 &&
-           fabs(step->h) <= fabs(w->scale) && fabs(step->h) > 1e-4 * fabs(w->scale) &&
+           fabs(step->h) > 1e-4 * fabs(w->scale) && fabs(step->h) <= 1e8 * fabs(w->scale) &&
            memcmp(w->series, step->x, (size_t)w->n * sizeof *step->x) == 0;
 }
 
-/* The coefficients at the step's start, on a scale near its size. */
+/* The coefficients at the step's start, on a scale near its size, or below where they overflow there. */
 static bool expand(struct taylor *w, struct ode_field *field, struct ode_step *step)
 {
     int e;
@@ -104,13 +110,16 @@ static bool expand(struct taylor *w, struct ode_field *field, struct ode_step *s
     if (same_place(w, step))
         return true;
     frexp(step->h, &e);
-    w->scale = copysign(ldexp(1, e), step->h);
     w->t = step->t;
     w->t_low = step->t_low;
+    w->known = false;
     const struct ode_problem *p = field->p;
-    field->stats->evaluations += w->order;
-    step->cost += w->order;
-    w->known = p->taylor(p->ctx, step->t + step->t_low, step->x, w->order, w->scale, w->series, &w->reach);
+    for (int turn = 0; turn < SCALES && !w->known; turn++, e -= 8) {
+        w->scale = copysign(ldexp(1, e), step->h);
+        field->stats->evaluations += w->order;
+        step->cost += w->order;
+        w->known = p->taylor(p->ctx, step->t + step->t_low, step->x, w->order, w->scale, w->series, &w->reach);
+    }
     for (int k = 1; k <= w->order && w->known && field->beside; k++)
         for (int j = 0; j < w->n; j++)
             w->series[(size_t)k * (size_t)w->n + (size_t)j] *= j % 2 ? 1 - DBL_EPSILON : 1 + DBL_EPSILON;
@@ -181,7 +190,7 @@ static enum ode_outcome taylor_attempt(void *state, struct ode_field *field, str
     double miss;
     if (!expand(w, field, step))
         return ODE_FIELD_REFUSED;
-    double s = step->h / w->scale, far = fmin(SAFETY * last_terms(w, step), w->reach + BEYOND);
+    double s = step->h / w->scale, far = fmin(fmin(1, SAFETY * last_terms(w, step)), w->reach + BEYOND);
     if (far < s) {
         s = far;
         step->h = s * w->scale;

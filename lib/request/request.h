@@ -89,9 +89,11 @@ struct request_sweep {
                                                       * that are not given here too */
 };
 
+/* Where atol is not given: this times rtol, but not below the least unless rtol is. */
 #define REQUEST_ATOL_OF_RTOL 1e-2
+#define REQUEST_LEAST_ATOL 1e-12
 struct request_accuracy {
-    double rtol, atol;        /* 1e-8, and rtol / 100, unless said */
+    double rtol, atol;        /* 1e-8, 1e-10 unless said */
     enum request_arithmetic arithmetic;
     char *method;             /* NULL: chosen */
 };

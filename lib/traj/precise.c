@@ -30,6 +30,7 @@ struct outcome {
 bool precise_possible(const struct flow *f, const struct traj_request *rq, const char **why)
 {
     *why = rq->events ? "events are looked for in double arithmetic only; leave trajectory.events out, or use \"double\""
+           : f->sys->signals ? "tables are interpolated in double; use \"double\" or \"auto\""
            : !f->field.fast || !f->field.plain
                ? "the field is solved from its defining rows (gauge freedom, rates), which is done in double arithmetic only; fix the gauge "
                  "by conditions, or use \"double\""
@@ -115,6 +116,10 @@ static bool out_of_budget(const struct precise_path *q)
 static const char *refine(struct precise *p, struct outcome *o, struct traj_result *r)
 {
     double rtol = fmax(p->rq->rtol, LOOSER * TIGHTEST_RTOL), atol = p->rq->atol, ratio = LOOSER;
+    if (p->rq->single) {
+        solve(p, rtol, atol, false, o);
+        return NULL;
+    }
     solve(p, rtol, atol, true, o);
     for (int solutions = 1; solutions < MOST_SOLUTIONS && !out_of_budget(&o->path); solutions++) {
         struct outcome next;
@@ -165,13 +170,14 @@ static void keep(const struct precise *p, const struct outcome *o, struct traj_r
     r->t = memcpy(sga_malloc(((size_t)rows + 1) * sizeof *r->t), p->rq->times, (size_t)rows * sizeof *r->t);
     r->value = sga_malloc((all + 1) * sizeof *r->value);
     r->digits = sga_calloc(all + 1, sizeof *r->digits);
-    r->error = memcpy(sga_malloc(((size_t)rows + 1) * sizeof *r->error), o->error, (size_t)rows * sizeof *r->error);
+    if (o->error)
+        r->error = memcpy(sga_malloc(((size_t)rows + 1) * sizeof *r->error), o->error, (size_t)rows * sizeof *r->error);
     for (size_t i = 0; i < all; i++) {
         r->value[i] = o->value[i].hi;
-        r->digits[i] = digits_of(o->value[i], o->column_error[i]);
+        r->digits[i] = digits_of(o->value[i], o->error ? o->column_error[i] : 0);
     }
-    r->error_estimate = 0;
-    for (int k = 0; k < rows; k++)
+    r->error_estimate = o->error ? 0 : -1;
+    for (int k = 0; k < rows && o->error; k++)
         r->error_estimate = fmax(r->error_estimate, r->error[k]);
     r->ended_event = -1;
     r->method = "taylor";
@@ -207,7 +213,9 @@ bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_
     bool ok = precise_start(&p, r->initial, err);
     if (ok) {
         r->steps = r->rejected = r->evaluations = 0;
+        double begin = sga_cpu();
         r->shortfall = refine(&p, &o, r);
+        r->seconds = sga_cpu() - begin;
         keep(&p, &o, r);
         for (int j = 0; j < f->n; j++)
             r->initial[j] = p.x[j].hi;

@@ -19,6 +19,9 @@
 /* Places of ranks and domains are found in double. */
 #define SMALLEST_REFUSED 4e-16
 #define HUGE_STATE 1e30
+#define LOOK_EVERY 500
+#define LOOKS 4
+#define BEYOND_HOPE 2.0
 #define SCALES 4               /* tries of a scale on which the series is finite */
 
 struct place {
@@ -33,6 +36,7 @@ struct march {
     double rtol, atol, direction, first_size;
     bool beside;
     struct place here, there;
+    long look_at; num_dd look_t; int hopeless;     /* see out_of_reach */
     double *scale;             /* n: the error allowed */
     num_dd *slope;             /* n */
     enum ode_reason why;
@@ -45,12 +49,17 @@ static void set_scale(struct march *m, const num_dd *x)
         m->scale[j] = fmax(m->atol + m->rtol * fabs(x[j].hi), 1e-300);
 }
 
+/* Root mean square in units of the error allowed; v may be so large that squares overflow. */
 static double weighted(const struct march *m, const num_dd *v)
 {
-    double sum = 0;
+    double most = 0, sum = 0;
     for (int j = 0; j < m->n; j++)
-        sum += (v[j].hi / m->scale[j]) * (v[j].hi / m->scale[j]);
-    return sqrt(sum / m->n);
+        most = fmax(most, fabs(v[j].hi) / m->scale[j]);
+    if (!(most > 0) || isinf(most))
+        return most;
+    for (int j = 0; j < m->n; j++)
+        sum += pow(fabs(v[j].hi) / m->scale[j] / most, 2);
+    return most * sqrt(sum / m->n);
 }
 
 static bool series_at(struct march *m, struct place *q)
@@ -223,6 +232,17 @@ static void end_refused(struct march *m, bool refused)
     }
 }
 
+/* At this pace the stop would take far more steps than are allowed, look after look? */
+static bool out_of_reach(struct march *m)
+{
+    double progress = fabs(num_dd_sub(m->here.t, m->look_t).hi);
+    double rest = fabs(num_dd_sub(m->p->time[m->p->rq->samples - 1], m->here.t).hi);
+    m->hopeless = rest / fmax(progress, 1e-300) * LOOK_EVERY > BEYOND_HOPE * (double)m->p->max_steps ? m->hopeless + 1 : 0;
+    m->look_t = m->here.t;
+    m->look_at += LOOK_EVERY;
+    return m->hopeless >= LOOKS;
+}
+
 static bool may_go_on(struct march *m)
 {
     struct precise_path *q = m->path;
@@ -235,6 +255,11 @@ static bool may_go_on(struct march *m)
         end_at(m, ODE_STEP_LIMIT, "the limit of steps was reached; ask for an earlier stop or larger tolerances");
         return false;
     }
+    if (q->steps >= m->look_at && out_of_reach(m)) {
+        end_at(m, ODE_STEP_LIMIT, "the last time is out of reach: if the system is stiff, ask for arithmetic \"double\", which has an "
+               "implicit method; otherwise for an earlier stop");
+        return false;
+    }
     return true;
 }
 
@@ -243,7 +268,8 @@ static bool begin(struct march *m)
     const struct precise *p = m->p;
     double moved, residual, span = fabs(num_dd_sub(p->time[p->rq->samples - 1], p->start).hi);
     memcpy(m->here.x, p->x, (size_t)m->n * sizeof *p->x);
-    m->here.t = p->start;
+    m->here.t = m->look_t = p->start;
+    m->look_at = LOOK_EVERY;
     m->path->t = p->start.hi;
     m->first_size = largest(p->x, m->n);
     set_scale(m, p->x);

@@ -3,7 +3,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "dd_lu.h"
 #include "mem.h"
 #include "precise.h"
 
@@ -13,6 +12,8 @@
 #define NEAREST_STEPS 400
 /* More constraints than this are not solved for in dense double-double. */
 #define DENSE_MOST 200
+/* Pivots of J J^T this much below the first one are dependent rows. */
+#define DEPENDENT 1e-22
 
 /* Constraint values at x; false where they are not finite. Coefficient 1 of the inputs is as it was. */
 static bool residuals(struct precise *p, num_dd t, const num_dd *x, int order)
@@ -105,11 +106,52 @@ static bool jacobian(struct precise *p, num_dd t, const num_dd *x, const double 
     return ok;
 }
 
+/* Gauss elimination of the symmetric G (c x c) with pivots from the diagonal, the right side along: rows
+ * that depend on others are left out, w there 0. */
+static void solve_symmetric(num_dd *G, num_dd *r, num_dd *w, int c)
+{
+    unsigned char *used = sga_calloc((size_t)c, 1);
+    int *order = sga_malloc((size_t)c * sizeof *order), rank = 0;
+    double first = 0;
+    for (; rank < c; rank++) {
+        int best = -1;
+        for (int i = 0; i < c; i++)
+            if (!used[i] && (best < 0 || G[i * c + i].hi > G[best * c + best].hi))
+                best = i;
+        double pivot = G[best * c + best].hi;
+        first = rank ? first : pivot;
+        if (!(pivot > DEPENDENT * first))
+            break;
+        used[best] = 1;
+        order[rank] = best;
+        for (int i = 0; i < c; i++) {
+            if (used[i])
+                continue;
+            num_dd f = num_dd_div(G[i * c + best], G[best * c + best]);
+            for (int k = 0; k < c; k++)
+                G[i * c + k] = num_dd_sub(G[i * c + k], num_dd_mul(f, G[best * c + k]));
+            r[i] = num_dd_sub(r[i], num_dd_mul(f, r[best]));
+        }
+    }
+    for (int i = 0; i < c; i++)
+        w[i] = num_dd_of(0);
+    for (int q = rank - 1; q >= 0; q--) {
+        int i = order[q];
+        num_dd sum = r[i];
+        for (int k = q + 1; k < rank; k++)
+            sum = num_dd_sub(sum, num_dd_mul(G[i * c + order[k]], w[order[k]]));
+        w[i] = num_dd_div(sum, G[i * c + i]);
+    }
+    free(used);
+    free(order);
+}
+
 /* One step of manifold_nearest in double-double: d = shift - J^T (J J^T)^-1 (r + J shift), in units of scale. */
 static bool nearest_step(struct precise *p, const num_dd *J, const num_dd *shift, num_dd *d)
 {
-    int n = p->n, c = p->flow->manifold.c, *perm = sga_malloc((size_t)c * sizeof *perm);
+    int n = p->n, c = p->flow->manifold.c;
     num_dd *G = sga_malloc(((size_t)c + 2) * (size_t)c * sizeof *G), *r = G + c * c, *w = r + c;
+    bool ok = true;
     for (int i = 0; i < c; i++) {
         r[i] = num_jet2_root(p->constraint, i)[0];
         for (int j = 0; j < n; j++)
@@ -121,9 +163,7 @@ static bool nearest_step(struct precise *p, const num_dd *J, const num_dd *shift
             G[i * c + k] = s;
         }
     }
-    bool ok = num_dd_lu_factor(G, perm, c);
-    if (ok)
-        num_dd_lu_solve(G, perm, c, r, w);
+    solve_symmetric(G, r, w, c);
     for (int j = 0; j < n && ok; j++) {
         d[j] = shift[j];
         for (int i = 0; i < c; i++)
@@ -131,7 +171,6 @@ static bool nearest_step(struct precise *p, const num_dd *J, const num_dd *shift
         ok = num_dd_finite(d[j]);
     }
     free(G);
-    free(perm);
     return ok;
 }
 
@@ -160,6 +199,29 @@ static bool nearest(struct precise *p, const num_dd *guess, const double *scale,
     return ok;
 }
 
+/* The point nearest for the given values alone, as consistent.c has it: the guess of the others follows them,
+ * which moves the point some 1e-6 as much in each round. */
+static bool nearest_given(struct precise *p, num_dd *guess, const double *scale, num_dd *x)
+{
+    enum { ROUNDS = 12 };
+    int n = p->n;
+    bool ok = true, settled = false;
+    num_dd *before = sga_malloc((size_t)n * sizeof *before);
+    for (int k = 0; k < ROUNDS && ok && !settled; k++) {
+        for (int j = 0; j < n; j++) {
+            before[j] = x[j];
+            if (!p->rq->given[j])
+                guess[j] = x[j];
+        }
+        ok = nearest(p, guess, scale, p->rq->held, x);
+        settled = true;
+        for (int j = 0; j < n; j++)
+            settled &= fabs(num_dd_sub(x[j], before[j]).hi) <= 200 * NUM_DD_EPSILON * fmax(scale[j], fabs(x[j].hi));
+    }
+    free(before);
+    return ok && settled;
+}
+
 /* As consistent.c weighs what a value moves by. */
 static double unit_of(const struct traj_request *rq, int j)
 {
@@ -168,7 +230,7 @@ static double unit_of(const struct traj_request *rq, int j)
 
 /* The start: where the double start left what was given as it was, that stays exactly; otherwise
  * the nearest point, and where that is another point than the double one, the double one refined. */
-static bool settle_start(struct precise *p, const num_dd *guess, const double *x)
+static bool settle_start(struct precise *p, num_dd *guess, const double *x)
 {
     const struct traj_request *rq = p->rq;
     int n = p->n;
@@ -187,7 +249,7 @@ static bool settle_start(struct precise *p, const num_dd *guess, const double *x
     if (!ok && p->flow->manifold.c <= DENSE_MOST) {
         for (int j = 0; j < n; j++)
             p->x[j] = rq->held && rq->held[j] ? guess[j] : num_dd_of(x[j]);
-        ok = nearest(p, guess, scale, rq->held, p->x);
+        ok = nearest_given(p, guess, scale, p->x);
         for (int j = 0; j < n && ok; j++)
             ok = fabs(p->x[j].hi - x[j]) <= 1e-6 * scale[j];
         ok = ok && precise_project(p, p->start, p->x, NULL, rq->held, &moved, &residual);

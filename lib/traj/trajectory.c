@@ -135,7 +135,7 @@ static bool integrate(struct flow *f, const struct traj_request *rq, struct traj
  * for: steps times length of the field's tape. */
 static const double DOUBLE_REACHES = 1e-13;
 static const double MOST_WORK = 2e6;
-static const long MOST_STEPS = 1000000;
+static const long MOST_STEPS = 300000;
 
 static bool precise(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
                     long max_steps, struct traj_result *r, struct sga_error *err)
@@ -147,25 +147,28 @@ static bool precise(struct flow *f, const struct sys_system *sys, const struct s
     return true;
 }
 
-/* Double arithmetic fell short, by rounding: once more in double-double, if that can be and is not
- * long. What there is stays unless it is better. */
-static void second_try(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
-                       struct traj_result *r)
+/* In double-double where that was not asked for: only if it can be, is not long, and reaches the
+ * tolerances (or, with `end`, any end but a limit). False, r as it was: it does not. */
+static bool try_precise(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+                        bool end, struct traj_result *r)
 {
     const char *why;
     struct sga_error ignored = { 0 };
-    struct traj_result fine = { 0 };
-    double steps = MOST_WORK / (100 + num_tape_length(f->field.plain ? f->field.plain : f->field.direct));
-    if (!precise_possible(f, rq, &why) || !rq->exact_time || strstr(r->method, "radau") || (double)r->steps > 4 * steps)
-        return;
+    struct traj_result fine = { .initial = NULL, .moved = r->moved };
+    double steps = fmin((double)MOST_STEPS, MOST_WORK / (50 + num_tape_length(f->field.direct)));
+    if (!precise_possible(f, rq, &why) || !rq->exact_time || (double)r->steps > 4 * steps)
+        return false;
     fine.initial = memcpy(sga_malloc((size_t)f->n * sizeof *fine.initial), r->initial, (size_t)f->n * sizeof *fine.initial);
-    fine.moved = r->moved;
-    if (precise(f, sys, sol, rq, (long)steps, &fine, &ignored) && !fine.shortfall && fine.rows >= r->rows) {
+    bool better = precise(f, sys, sol, rq, (long)steps, &fine, &ignored);
+    better = better && (end ? !fine.ended || strcmp(fine.ended_reason, ode_reason_text(ODE_STEP_LIMIT)) != 0
+                            : !fine.shortfall && fine.rows >= r->rows);
+    if (better) {
         traj_result_clear(r);
         *r = fine;
     } else {
         traj_result_clear(&fine);
     }
+    return better;
 }
 
 /* In the arithmetic that was asked for, or the cheapest that reaches the tolerances. */
@@ -175,16 +178,18 @@ static bool solve(struct flow *f, const struct sys_system *sys, const struct sga
     const char *why;
     if (!field_slope_init(&f->field, sol, err))
         return false;
-    bool possible = precise_possible(f, rq, &why);
     bool fine = rq->rtol < DOUBLE_REACHES && rq->atol < DOUBLE_REACHES;
-    if (rq->arithmetic == TRAJ_DOUBLE_DOUBLE && !possible)
+    if (rq->arithmetic == TRAJ_DOUBLE_DOUBLE && !precise_possible(f, rq, &why))
         return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "%s", why);
-    if (rq->arithmetic == TRAJ_DOUBLE_DOUBLE || (rq->arithmetic == TRAJ_AUTO && fine && possible))
+    if (rq->arithmetic == TRAJ_DOUBLE_DOUBLE)
         return precise(f, sys, sol, rq, MOST_STEPS, r, err);
+    if (rq->arithmetic == TRAJ_AUTO && fine && try_precise(f, sys, sol, rq, true, r))
+        return true;
     if (!integrate(f, rq, r, err))
         return false;
-    if (rq->arithmetic == TRAJ_AUTO && r->shortfall)
-        second_try(f, sys, sol, rq, r);
+    /* rounding in double: perhaps longer numbers are enough; what is stiff they cannot follow */
+    if (rq->arithmetic == TRAJ_AUTO && !fine && r->shortfall && !strstr(r->method, "radau"))
+        try_precise(f, sys, sol, rq, false, r);
     return true;
 }
 
@@ -192,15 +197,21 @@ bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, cons
               struct traj_result *r, struct sga_error *err)
 {
     struct flow f;
+    double begin;
     *r = (struct traj_result){ 0 };
     if (sys->signals && (rq->arithmetic == TRAJ_DOUBLE_DOUBLE || rq->arithmetic == TRAJ_BALL))
         return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "tables are interpolated in double; use \"double\" or \"auto\"");
     bool ok = flow_init(&f, sys, sol, rq, err);
     if (ok) {
         r->initial = sga_calloc((size_t)f.n + 1, sizeof *r->initial);
-        ok = flow_start(&f, sys, sol, rq, r->initial, &r->moved, err)
-             && field_begin(&f.field, rq->start, r->initial, err)
-             && (rq->arithmetic == TRAJ_BALL ? enclosed_run(&f, sys, sol, rq, r, err) : solve(&f, sys, sol, rq, r, err));
+        ok = flow_start(&f, sys, sol, rq, r->initial, &r->moved, err) && field_begin(&f.field, rq->start, r->initial, err);
+        begin = sga_cpu();
+        if (ok && rq->arithmetic == TRAJ_BALL) {
+            ok = enclosed_run(&f, sys, sol, rq, r, err);
+            r->seconds = sga_cpu() - begin;
+        } else if (ok) {
+            ok = solve(&f, sys, sol, rq, r, err);
+        }
     }
     if (ok) {
         r->gauge = !sol->free_columns ? "none" : rq->rates ? "rates, then least norm" : "least norm";
