@@ -187,6 +187,11 @@ def rules(tally, solver):
              "trajectory": {"stop": 0.5, "samples": 3, "initial": {"x": 0.5, "y": 0.5}, "outputs": ["x"]}}
     a = compare(tally, solver, "a start that is moved", moved)
     tally.check(a["work"]["variables_modelled"] == 3, "a start that is moved: all is modelled", a["work"])
+    restrict = {"system": {"form": "quasilinear", "variables": ["x", "y", "z", "w"], "A": [["1", "0", "0", "0"], ["0", "1", "0", "0"]],
+                           "alpha": ["y", "-x"], "restrict": ["z - x", "w^2 - y - 4"]}, "want": list(WANT),
+                "trajectory": {"start": 0, "stop": 1, "samples": 3, "initial": {"x": 1, "y": 0, "w": 2}, "outputs": ["x"]}}
+    a = compare(tally, solver, "restrictions", restrict)
+    tally.check([v["name"] for v in a["variables"]] == ["x", "y", "w"], "restrictions: modelled", a["variables"])
     # a constraint downstream that restricts what is upstream
     back = {"system": {"form": "equations", "variables": ["x", "u", "y", "w"], "equations": ["x' = u", "y' = x", "y = sin(t)", "w' = x"]}, "want": list(WANT),
             "trajectory": {"stop": 1, "samples": 3, "initial": {"x": 1, "y": 0, "u": 0, "w": 0}, "outputs": ["x"]}}

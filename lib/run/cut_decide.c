@@ -130,14 +130,14 @@ static void find_candidates(struct work *w)
         active[sys->variable[j].symbol] = 1;
     w->candidates.start = sga_calloc((size_t)w->rows + 1, sizeof(int));
     for (int r = 0; r < w->rows; r++) {
-        const struct sys_row *row = sys->row + r;
-        w->algebraic[r] = r < sys->rows && row->entries == 0;
+        const struct sys_row *row = r < sys->rows ? sys->row + r : NULL;
+        w->algebraic[r] = !row || row->entries == 0;
         if (w->linked[r] && w->algebraic[r]) {
-            int terms = expr_gradient(st, &cone, row->alpha, active, &term, &cap);
+            int terms = expr_gradient(st, &cone, row ? row->alpha : sys->restriction[r - sys->rows], active, &term, &cap);
             for (int k = 0; k < terms; k++)
                 if (is_number(st, term[k].value))
                     push_to(&w->candidates, w->variable_of[term[k].symbol]);
-        } else if (w->linked[r] && r < sys->rows && row->entries == 1 && is_number(st, row->entry[0].value)) {
+        } else if (w->linked[r] && row->entries == 1 && is_number(st, row->entry[0].value)) {
             push_to(&w->candidates, row->entry[0].col);
         }
         w->candidates.start[r + 1] = (int)w->candidates.count;
