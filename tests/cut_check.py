@@ -187,6 +187,11 @@ def rules(tally, solver):
              "trajectory": {"stop": 0.5, "samples": 3, "initial": {"x": 0.5, "y": 0.5}, "outputs": ["x"]}}
     a = compare(tally, solver, "a start that is moved", moved)
     tally.check(a["work"]["variables_modelled"] == 3, "a start that is moved: all is modelled", a["work"])
+    restrict = {"system": {"form": "quasilinear", "variables": ["x", "y", "z", "w"], "A": [["1", "0", "0", "0"], ["0", "1", "0", "0"]],
+                           "alpha": ["y", "-x"], "restrict": ["z - x", "w^2 - y - 4"]}, "want": list(WANT),
+                "trajectory": {"start": 0, "stop": 1, "samples": 3, "initial": {"x": 1, "y": 0, "w": 2}, "outputs": ["x"]}}
+    a = compare(tally, solver, "restrictions", restrict)
+    tally.check([v["name"] for v in a["variables"]] == ["x", "y", "w"], "restrictions: modelled", a["variables"])
     # a constraint downstream that restricts what is upstream
     back = {"system": {"form": "equations", "variables": ["x", "u", "y", "w"], "equations": ["x' = u", "y' = x", "y = sin(t)", "w' = x"]}, "want": list(WANT),
             "trajectory": {"stop": 1, "samples": 3, "initial": {"x": 1, "y": 0, "u": 0, "w": 0}, "outputs": ["x"]}}
@@ -202,6 +207,7 @@ def rules(tally, solver):
     conditions = copy.deepcopy(free)
     conditions["trajectory"]["gauge"] = {"conditions": ["u - cos(t)"]}
     compare(tally, solver, "conditions", conditions)
+    mechanical(tally, solver)
     # nothing is cut where the whole system is asked about, or strata of it
     for want in (["trajectory", "constraints"], ["trajectory", "structure"], ["trajectory", "gauge"], ["trajectory", "vector_field"]):
         r, _ = solver.solve({**explicit(given, ["x"]), "want": want})
@@ -221,6 +227,24 @@ def rules(tally, solver):
     sweep = {**explicit(given, ["y"]), "sweep": [{"initial": {"x": 2}}, {"initial": {"y": 5, "w": 7}}]}
     a, b = solver.solve(sweep)[0], solver.solve({**sweep, "want": ["trajectory", "index"]})[0]
     tally.check(a["work"]["variables_modelled"] < 4 and all(near(p, q) for p, q in zip(a["trajectories"], b["trajectories"])), "sweep", a["work"])
+
+
+def mechanical(tally, solver):
+    """The form's own parts are cut with the rest: masses, forces, constraints, reactions."""
+    system = {"form": "mechanical", "coordinates": ["a", "x", "y", "z", "w"], "masses": [[2, 0, 0, 0, 0], [0, 1, 0, 0, 0], [0, 0, 3, 0, 0], [0, 0, 0, 1, "1/2"], [0, 0, 0, "1/2", 2]],
+              "forces": ["-a", "-x", "-1", "-z", "w' - w"], "constraints": ["z' - w^2 - 1", "x^2 + y^2 - 1"]}
+    start = {"a": 1, "a'": 0, "x": 0.6, "y": 0.8, "x'": 0.4, "y'": -0.3, "z": 0, "z'": 2, "w": 1, "w'": 0}
+    table = [(["a"], {}, ["a", "a'"]), (["y", "reaction_x"], {}, ["x", "y", "x'", "y'", "lambda2"]), (["z'"], {}, ["z", "w", "z'", "w'", "lambda1"]),
+             (["a + reaction_w"], {}, ["a", "z", "w", "a'", "z'", "w'", "lambda1"]),
+             (["x"], {"events": [{"name": "e", "expression": "a - 1/2", "direction": "any", "action": "record"}]}, ["a", "x", "y", "a'", "x'", "y'", "lambda2"])]
+    for outputs, more, names in table:
+        request = {"system": system, "want": list(WANT), "trajectory": {"start": 0, "stop": 1, "samples": 3, "initial": start, "outputs": outputs, **more}}
+        a = compare(tally, solver, f"mechanical {outputs}", request)
+        if a:
+            tally.check(sorted(v["name"] for v in a["variables"]) == sorted(names), f"mechanical {outputs}: modelled", [v["name"] for v in a["variables"]])
+    power = {"system": system, "want": list(WANT), "trajectory": {"start": 0, "stop": 1, "samples": 3, "initial": start, "outputs": ["a", "reaction_power"]}}
+    a, _ = solver.solve(power)
+    tally.check(a and a["work"]["variables_modelled"] == a["work"]["variables"], "mechanical: the power needs all")
 
 
 def main():

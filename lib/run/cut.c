@@ -15,8 +15,24 @@ static bool may_cut(const struct request *r)
 {
     static const unsigned motion = REQUEST_TRAJECTORY | REQUEST_CONSISTENT_INITIAL | REQUEST_TRADEOFF;
     const struct form_hamiltonian *h = r->hamiltonian;
-    return r->trajectory.outputs && r->want & motion && !(r->want & ~motion) && !r->strata && !r->op.has && !r->has_mechanical
+    return r->trajectory.outputs && r->want & motion && !(r->want & ~motion) && !r->strata && !r->op.has
         && !(h && (h->restrictions || h->omega));
+}
+
+/* A reaction is known where its coordinate is modelled. */
+static void add_force(const struct expr_store *st, expr_id reaction, int *map, int coordinate)
+{
+    if (reaction != EXPR_UNDEF)
+        map[st->node[reaction].a] = coordinate;
+}
+
+/* The power of all reactions needs all of the system. */
+static bool asks_power(const struct expr_cone *cone, expr_id power)
+{
+    for (int k = 0; power != EXPR_UNDEF && k < cone->count; k++)
+        if (cone->list[k] == power)
+            return true;
+    return false;
 }
 
 /* The variables in the expressions of the request's trajectory. */
@@ -32,6 +48,8 @@ static void find_needed(const struct job *j, unsigned char *needed)
         map[s] = -1;
     for (int v = 0; v < sys->variables; v++)
         map[sys->variable[v].symbol] = v;
+    for (int k = 0; j->request.has_mechanical && k < j->request.mechanical.coordinates; k++)
+        add_force(st, j->request.forces.reaction[k], map, k);
     for (int k = 0; k < t->outputs; k++)
         root[roots++] = t->output[k];
     for (int k = 0; k < t->events; k++)
@@ -52,6 +70,8 @@ static void find_needed(const struct job *j, unsigned char *needed)
         if (v >= 0)
             needed[v] = 1;
     }
+    if (j->request.has_mechanical && asks_power(&cone, j->request.forces.power))
+        memset(needed, 1, (size_t)sys->variables);
     expr_cone_clear(&cone);
     free(map);
     free(root);
@@ -125,6 +145,36 @@ static void cut_initial(struct request_initial *list, int *count, const int *pla
     *count = kept;
 }
 
+/* Of the form's own parts those that belong to what is kept: the system's variables are coordinates, velocities and
+ * multipliers, its rows definitions, equations and constraints (form_mechanical). */
+static void cut_mechanical(struct request *r, const struct cut_parts *p, const int *place)
+{
+    struct form_mechanical *m = &r->mechanical;
+    int n = m->coordinates, coordinates = 0, constraints = 0;
+    size_t masses = 0;
+    for (int i = 0; i < n; i++) {
+        if (place[i] < 0)
+            continue;
+        m->coordinate[coordinates] = m->coordinate[i];
+        m->velocity[coordinates] = m->velocity[i];
+        m->force[coordinates] = m->force[i];
+        r->forces.reaction[coordinates++] = r->forces.reaction[i];
+    }
+    for (int i = 0; i < m->constraints; i++)
+        if (p->row[2 * n + i]) {
+            m->constraint[constraints] = m->constraint[i];
+            m->multiplier[constraints++] = m->multiplier[i];
+        }
+    for (size_t k = 0; k < m->masses; k++) {
+        struct form_entry e = m->mass[k];
+        if (place[e.row] >= 0)
+            m->mass[masses++] = (struct form_entry){ place[e.row], place[e.col], e.value };
+    }
+    m->coordinates = coordinates;
+    m->constraints = constraints;
+    m->masses = masses;
+}
+
 static void cut_request(struct job *j, const int *place)
 {
     struct request *r = &j->request;
@@ -154,11 +204,15 @@ void answer_cut(struct job *j, bool tied)
     for (int s = 0; s < j->request.sweeps; s++)
         for (int k = 0; k < j->request.sweep[s].initials; k++)
             stays[j->request.sweep[s].initial[k].variable] = 1;
-    if (cut_decide(&j->request.system, needed, fixed, stays, &parts)) {
+    /* the geometry of a mechanical system's constraints belongs to a whole part of it */
+    struct cut_wish wish = { needed, fixed, stays, j->request.has_mechanical };
+    if (cut_decide(&j->request.system, &wish, &parts)) {
         int *place = sga_malloc(n * sizeof *place), kept = 0;
         for (int v = 0; v < j->request.system.variables; v++)
             place[v] = parts.variable[v] == CUT_KEPT ? kept++ : -1;
         note(j, &parts);
+        if (j->request.has_mechanical)
+            cut_mechanical(&j->request, &parts, place);
         cut_request(j, place);
         cut_system(&j->request.system, &parts, place);
         cut_parts_clear(&parts);

@@ -24,11 +24,13 @@ enum cut_fate { CUT_KEPT, CUT_APART, CUT_FOLLOWS };
  * mentions what is kept. They are only where each kept variable in them is among the `fixed`; then nothing changes if
  * the fixed ones are not moved by the projection, and if the motion is unique.
  *
+ * apart_only: nothing is left out that follows.
+ *
  * needed, fixed, stays (of a variable that is determined by an equation 0 = c v + g: it is kept all the same): by
  * variable. Cost: the sizes of the rows' graphs, and one gradient for each row without velocities. False: nothing
  * can be left out; then there is nothing to free. */
-bool cut_decide(const struct sys_system *system, const unsigned char *needed, const unsigned char *fixed,
-                const unsigned char *stays, struct cut_parts *parts);
+struct cut_wish { const unsigned char *needed, *fixed, *stays; bool apart_only; };
+bool cut_decide(const struct sys_system *system, const struct cut_wish *wish, struct cut_parts *parts);
 void cut_parts_clear(struct cut_parts *parts);
 
 /* Of the job's system only what its request depends on is kept, where nothing else is asked of it. tied: see

@@ -117,7 +117,7 @@ static bool is_number(const struct expr_store *st, expr_id e)
 }
 
 /* For which variables each linked row can be solved, given any motion of the others. */
-static void find_candidates(struct work *w)
+static void find_candidates(struct work *w, bool none)
 {
     const struct sys_system *sys = w->sys;
     struct expr_store *st = sys->store;
@@ -130,14 +130,18 @@ static void find_candidates(struct work *w)
         active[sys->variable[j].symbol] = 1;
     w->candidates.start = sga_calloc((size_t)w->rows + 1, sizeof(int));
     for (int r = 0; r < w->rows; r++) {
-        const struct sys_row *row = sys->row + r;
-        w->algebraic[r] = r < sys->rows && row->entries == 0;
+        const struct sys_row *row = r < sys->rows ? sys->row + r : NULL;
+        w->algebraic[r] = !row || row->entries == 0;
+        if (none) {
+            w->candidates.start[r + 1] = 0;
+            continue;
+        }
         if (w->linked[r] && w->algebraic[r]) {
-            int terms = expr_gradient(st, &cone, row->alpha, active, &term, &cap);
+            int terms = expr_gradient(st, &cone, row ? row->alpha : sys->restriction[r - sys->rows], active, &term, &cap);
             for (int k = 0; k < terms; k++)
                 if (is_number(st, term[k].value))
                     push_to(&w->candidates, w->variable_of[term[k].symbol]);
-        } else if (w->linked[r] && r < sys->rows && row->entries == 1 && is_number(st, row->entry[0].value)) {
+        } else if (w->linked[r] && row->entries == 1 && is_number(st, row->entry[0].value)) {
             push_to(&w->candidates, row->entry[0].col);
         }
         w->candidates.start[r + 1] = (int)w->candidates.count;
@@ -262,28 +266,27 @@ static bool give(const struct work *w, const bool *reached, struct cut_parts *p)
     return less;
 }
 
-bool cut_decide(const struct sys_system *sys, const unsigned char *needed, const unsigned char *fixed, const unsigned char *stays,
-                struct cut_parts *parts)
+bool cut_decide(const struct sys_system *sys, const struct cut_wish *wish, struct cut_parts *parts)
 {
     struct work w;
     begin(&w, sys);
     bool *reached = sga_calloc((size_t)w.n + 1, sizeof *reached);
     for (int j = 0; j < w.n; j++)
-        if (needed[j]) {
+        if (wish->needed[j]) {
             reached[j] = true;
             w.queue[w.queued++] = j;
         }
     link_all(&w, reached);
-    find_candidates(&w);
+    find_candidates(&w, wish->apart_only);
     assign(&w);
     w.queued = 0;
     for (int j = 0; j < w.n; j++)
-        if (needed[j] || (reached[j] && stays[j] && w.row_of[j] >= 0 && w.algebraic[w.row_of[j]]))
+        if (wish->needed[j] || (reached[j] && wish->stays[j] && w.row_of[j] >= 0 && w.algebraic[w.row_of[j]]))
             keep(&w, j);
     for (int r = 0; r < w.rows; r++)
         if (w.linked[r] && w.variable[r] < 0)
             keep_row(&w, r);
-    close_up(&w, fixed);
+    close_up(&w, wish->fixed);
     bool less = give(&w, reached, parts);
     free(reached);
     end(&w);

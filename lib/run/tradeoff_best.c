@@ -50,16 +50,36 @@ static bool ends_well(bool ended, const char *reason)
     return !ended || strcmp(reason, "step_limit") != 0;
 }
 
+static bool usable(const struct tradeoff_row *row)
+{
+    return row->finished && ends_well(row->ended, row->ended_reason) && row->values.rows > 0;
+}
+
+/* Does the motion end early? What most methods say where each is tightest: one alone may stop at a kink
+ * of the field, or step over a pole. */
+static bool most_end(const struct tradeoff *t)
+{
+    int end = 0, reach = 0;
+    for (int i = 0; i < t->rows; i++) {
+        bool last = true;
+        for (int k = i + 1; k < t->rows && last; k++)
+            last = t->row[k].series != t->row[i].series || !usable(t->row + k);
+        if (usable(t->row + i) && last)
+            t->row[i].ended ? end++ : reach++;
+    }
+    return end > reach;
+}
+
 /* The best row not tried yet that the time left allows, or -1. */
 static int candidate(const struct tradeoff_run *u, const unsigned char *tried)
 {
     const struct tradeoff *t = u->t;
     double left = u->end - sga_now();
+    bool ends = most_end(t);
     int best = -1;
     for (int i = 0; i < t->rows; i++) {
         const struct tradeoff_row *row = t->row + i;
-        if (tried[i] || !row->finished || !ends_well(row->ended, row->ended_reason) || row->values.rows == 0
-            || SOLUTIONS * row->seconds > left)
+        if (tried[i] || !usable(row) || row->ended != ends || SOLUTIONS * row->seconds > left)
             continue;
         if (best < 0 || better(row, t->row + best))
             best = i;

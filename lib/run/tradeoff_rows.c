@@ -50,7 +50,11 @@ bool tradeoff_solve(struct tradeoff_run *u, const struct tradeoff_row *row, bool
     request.atol = row->atol;
     request.single = single;
     request.budget = &budget;
-    return answer_integrate(u->j, u->solution, &request, r, err);
+    double begin = sga_cpu();
+    bool ok = answer_integrate(u->j, u->solution, &request, r, err);
+    if (ok && !(r->seconds > 0))     /* not measured there */
+        r->seconds = sga_cpu() - begin;
+    return ok;
 }
 
 void tradeoff_keep(const struct traj_result *r, struct tradeoff_values *v)
