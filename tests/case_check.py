@@ -197,7 +197,7 @@ class CaseCheck:
         is_ = {"solvable": result.get("solvable"), "rank": result.get("rank"), "index": result["index"]["operator"],
                "nu0": result.get("transfer_leading_order"), "dimension": state.get("dimension"),
                "order": factors and len(factors[-1]) - 1, "factors": factors and len(factors),
-               "nilpotency": result.get("kronecker", {}).get("nilpotency"), "state": state,
+               "nilpotency": result.get("kronecker", {}).get("nilpotency"), "state": state, "jacobson": result["jacobson"].get("code"),
                "roots": [s["root_of"] for s in result.get("singular_times", [])],
                "lost": ["pole" if "pole" in s["lost"] else "zero" for s in result.get("singular_times", [])]}
         for key, value in expect.items():

@@ -38,7 +38,7 @@ bool answer_tradeoff(struct job *j, const struct sga_solution *solution, const s
     const struct request_accuracy *a = &j->request.accuracy;
     double begin = sga_now(), left = j->budget.deadline ? j->budget.deadline - begin : 30;
     struct tradeoff *t = sga_calloc(1, sizeof *t);
-    struct tradeoff_run u = { .j = j, .system = &j->request.system, .solution = solution, .request = *request, .t = t,
+    struct tradeoff_run u = { .j = j, .solution = solution, .request = *request, .t = t,
                               .end = begin + PART * left };
     j->tradeoff = t;
     double *times = thin(&u.request, request->outputs ? request->outputs : j->request.system.variables);

@@ -82,7 +82,6 @@ const char *tradeoff_arithmetic(enum traj_arithmetic a);
 /* The parts, in order. */
 struct tradeoff_run {
     struct job *j;
-    const struct sys_system *system;
     const struct sga_solution *solution;
     struct traj_request request;  /* with the samples thinned out */
     struct tradeoff *t;

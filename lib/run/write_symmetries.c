@@ -121,6 +121,8 @@ static void write_evidence(struct sga_json *w, const char *key, const struct sym
         sga_json_null(w);
     sga_json_member_int(w, "unknowns", e->unknowns);
     sga_json_member_int(w, "modular_points", e->points);
+    if (e->reals)
+        sga_json_member_int(w, "real_points", e->reals);
     sga_json_member_int(w, "primes", e->primes);
     sga_json_member_int(w, "dropped", e->dropped);
     sga_json_end_object(w);

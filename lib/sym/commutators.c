@@ -48,6 +48,44 @@ static bool sample(struct sym_work *w, const struct sym_result *r, const expr_id
     return steady >= POINTS_AGAIN;
 }
 
+struct values {
+    const struct sym_work *w;
+    const struct sym_result *r;
+    const expr_id *brackets;
+};
+
+static bool table(void *ctx, int most, struct sym_table *t)
+{
+    const struct values *v = ctx;
+    int n = v->w->n + 1, cols = v->r->fields + v->r->commutators;
+    t->equations = n;
+    if ((double)n * (double)cols > most)
+        return false;
+    t->equation = sga_malloc((size_t)(n * cols) * sizeof *t->equation);
+    for (int a = 0; a < n; a++)
+        for (int k = 0; k < cols; k++)
+            t->equation[a * cols + k] = k < v->r->fields ? v->r->field[k].component[a] : v->brackets[(k - v->r->fields) * n + a];
+    return true;
+}
+
+/* The same rows from real points, where there are none modulo a prime. */
+static bool sample_real(struct sym_work *w, const struct sym_result *r, const expr_id *brackets, struct sym_space *s)
+{
+    struct values v = { w, r, brackets };
+    struct sym_problem p = { .cols = r->fields + r->commutators, .table = table, .ctx = &v };
+    struct sym_spaces spaces;
+    struct sym_evidence evidence = { 0 };
+    struct sga_error err = { 0 };
+    bool enough;
+    sym_space_clear(s);
+    if (!sym_real_spaces(w, &p, &spaces, &evidence, &enough, &err))
+        return false;
+    *s = spaces.equation;
+    sym_space_clear(&spaces.trivial);
+    sym_space_clear(&spaces.gauge);
+    return enough;
+}
+
 static bool rational(mp_limb_t residue, mp_limb_t prime, fmpq_t q)
 {
     fmpz_t a, m;
@@ -95,7 +133,7 @@ bool sym_commutators(struct sym_work *w, struct sym_result *r, struct sga_error 
             bracket(w, r->field[i].component, r->field[j].component, value + r->commutators * n);
             r->commutator[r->commutators++] = (struct sym_commutator){ .left = i, .right = j };
         }
-    if (expr_store_ok(w->st) && sample(w, r, value, &s)) {
+    if (expr_store_ok(w->st) && (r->of_fields.reals ? sample_real(w, r, value, &s) : sample(w, r, value, &s))) {
         sym_space_finish(&s);
         for (int c = 0; c < r->commutators && sga_budget_ok(w->budget, NULL); c++)
             expand(w, r, &s, c, value + c * n);

@@ -38,6 +38,26 @@ static void rows(void *ctx, struct num_modp *m, struct sym_spaces *s)
     sym_space_insert(&s->trivial, d->v);
 }
 
+static bool table(void *ctx, int most, struct sym_table *t)
+{
+    struct functions *d = ctx;
+    struct sym_work *w = d->w;
+    size_t cols = (size_t)d->a.count;
+    t->equations = w->gauges + 1;
+    t->trivials = 1;
+    t->differences = true;
+    if ((double)(t->equations + 1) * (double)cols > most)
+        return false;
+    t->equation = sga_malloc(((size_t)t->equations * cols + 1) * sizeof *t->equation);
+    t->trivial = sga_malloc((cols + 1) * sizeof *t->trivial);
+    for (size_t k = 0; k < cols; k++) {
+        t->trivial[k] = d->a.f[k];
+        for (int y = 0; y <= w->gauges; y++)
+            t->equation[(size_t)y * cols + k] = sym_derive(w, y ? w->gauge + (size_t)(y - 1) * (size_t)(w->n + 1) : w->field, d->a.f[k]);
+    }
+    return true;
+}
+
 static void prepare(struct functions *d)
 {
     size_t n = (size_t)d->w->n + 1, count = (size_t)d->a.count, g = (size_t)d->w->gauges + 1;
@@ -72,7 +92,7 @@ bool sym_search_integrals(struct sym_work *w, const struct sym_search *s, struct
         return true;
     }
     prepare(&d);
-    struct sym_problem p = { .cols = d.a.count, .node = d.node, .nodes = d.nodes, .rows = rows, .ctx = &d };
+    struct sym_problem p = { .cols = d.a.count, .node = d.node, .nodes = d.nodes, .rows = rows, .table = table, .ctx = &d };
     bool ok = expr_store_ok(w->st) && sym_solve(w, &p, &found, &out->of_integrals, err);
     if (ok) {
         out->integral = sga_calloc((size_t)found.count + 1, sizeof *out->integral);

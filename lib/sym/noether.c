@@ -2,6 +2,7 @@
  * on Pf, among the combinations of what was found that do not move time. Where the equations were pulled back
  * to a submanifold, dF = i_D T is asked along the vectors tangent to it only. */
 #include <stdlib.h>
+#include <string.h>
 
 #include "derive.h"
 #include "mem.h"
@@ -12,6 +13,7 @@ enum { MOST_VARIABLES = 60 };
 /* Unknowns: factors of the integrals, then of the fields. Equations: the components of
  * sum c_l dF_l - sum d_k i_{D_k} T along each vector, and the time component sum d_k theta_k. */
 struct potential {
+    struct expr_store *st;
     int rows, cols;
     expr_id *node;             /* rows x cols */
     mp_limb_t *v;
@@ -30,6 +32,23 @@ static void rows(void *ctx, struct num_modp *m, struct sym_spaces *s)
             p->v[i] = i == k;
         sym_space_insert(&s->trivial, p->v);
     }
+}
+
+/* The rows are expressions already; no combination counts as 0. */
+static bool table(void *ctx, int most, struct sym_table *t)
+{
+    const struct potential *p = ctx;
+    size_t size = (size_t)p->rows * (size_t)p->cols;
+    if ((double)size > most)
+        return false;
+    t->equations = p->rows;
+    t->equation = sga_malloc((size + 1) * sizeof *t->equation);
+    memcpy(t->equation, p->node, size * sizeof *t->equation);
+    t->trivials = p->cols;
+    t->trivial = sga_malloc(((size_t)p->cols * (size_t)p->cols + 1) * sizeof *t->trivial);
+    for (int i = 0; i < p->cols * p->cols; i++)
+        t->trivial[i] = expr_int(p->st, i / p->cols == i % p->cols);
+    return true;
 }
 
 /* (i_D T)_j = D^i T_ij */
@@ -105,13 +124,13 @@ static void prepare(struct sym_work *w, const struct sym_request *q, const struc
 
 bool sym_noether(struct sym_work *w, const struct sym_request *request, struct sym_result *out, struct sga_error *err)
 {
-    struct potential p = { .rows = (request->vector ? request->vectors : w->n) + 1, .cols = out->integrals + out->fields };
+    struct potential p = { .st = w->st, .rows = (request->vector ? request->vectors : w->n) + 1, .cols = out->integrals + out->fields };
     struct sym_evidence evidence = { 0 };
     struct sym_solutions found;
     if (w->n > MOST_VARIABLES || !out->integrals || !out->fields)
         return true;
     prepare(w, request, out, &p);
-    struct sym_problem problem = { .cols = p.cols, .node = p.node, .nodes = p.rows * p.cols, .rows = rows, .ctx = &p };
+    struct sym_problem problem = { .cols = p.cols, .node = p.node, .nodes = p.rows * p.cols, .rows = rows, .table = table, .ctx = &p };
     bool ok = expr_store_ok(w->st) && sym_solve(w, &problem, &found, &evidence, err);
     if (ok) {
         expr_id *field = all_fields(w, out);

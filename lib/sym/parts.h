@@ -82,11 +82,19 @@ struct sym_spaces {
     struct sym_space gauge;        /* what one in the distinguished part satisfies beside */
     int points;
 };
+/* The same equations as expressions, each a row of an expression for each unknown. */
+struct sym_table {
+    expr_id *equation, *trivial, *gauge;   /* rows x cols; owned */
+    int equations, trivials, gauges;
+    bool differences;              /* trivial: the values less those at the first point */
+};
+void sym_table_clear(struct sym_table *t);
 struct sym_problem {
     int cols;
     bool split;                    /* there is a distinguished part */
     const expr_id *node; int nodes;   /* every value that `rows` asks for */
     void (*rows)(void *ctx, struct num_modp *m, struct sym_spaces *s);
+    bool (*table)(void *ctx, int most, struct sym_table *t);   /* false: more than `most` expressions; NULL: not had */
     void *ctx;
 };
 struct sym_solutions {
@@ -99,6 +107,10 @@ bool sym_modpoint(struct sym_work *w, int prime, uint64_t *random, struct points
 bool sym_solve(struct sym_work *w, const struct sym_problem *p, struct sym_solutions *out, struct sym_evidence *evidence,
                struct sga_error *err);
 void sym_solutions_clear(struct sym_solutions *s);
+/* real.c: the spaces of a problem from its table at real points, modulo a prime of 60 bits. *enough: they are there; otherwise they are
+ * empty, evidence->irrational: as entries are not rational. False where the budget ends. */
+bool sym_real_spaces(struct sym_work *w, const struct sym_problem *p, struct sym_spaces *s, struct sym_evidence *evidence,
+                     bool *enough, struct sga_error *err);
 
 /* search.c, integrals.c, commutators.c, noether.c */
 bool sym_search_fields(struct sym_work *w, const struct sym_search *s, struct sym_result *out, struct sga_error *err);

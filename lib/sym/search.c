@@ -109,6 +109,46 @@ static void rows(void *ctx, struct num_modp *m, struct sym_spaces *s)
     }
 }
 
+/* By unknown: what its field d/dx_c times f does to the constraints, X0 and the gauge fields. */
+static bool table(void *ctx, int most, struct sym_table *t)
+{
+    struct determining *d = ctx;
+    struct sym_work *w = d->w;
+    size_t n = (size_t)w->n, cols = (size_t)d->cols;
+    t->equations = w->sol->constraints + (w->gauges + 1) * w->n;
+    t->trivials = d->m;
+    t->gauges = w->gauges ? d->m : 0;
+    if ((double)(t->equations + t->trivials + t->gauges) * (double)cols > most)
+        return false;
+    expr_id zero = expr_int(w->st, 0), *D = sga_malloc((n + 1) * sizeof *D), *v = sga_malloc((n + 1) * sizeof *v);
+    t->equation = sga_malloc(((size_t)t->equations * cols + 1) * sizeof *t->equation);
+    t->trivial = sga_malloc(((size_t)t->trivials * cols + 1) * sizeof *t->trivial);
+    t->gauge = sga_malloc(((size_t)t->gauges * cols + 1) * sizeof *t->gauge);
+    for (size_t k = 0; k < cols; k++) {
+        size_t row = 0;
+        for (size_t a = 0; a <= n; a++)
+            D[a] = zero;
+        D[k % (size_t)d->m] = d->a.f[k / (size_t)d->m];
+        for (int i = 0; i < w->sol->constraints; i++)
+            t->equation[row++ * cols + k] = sym_derive(w, D, w->constraint[i]);
+        for (int y = 0; y <= w->gauges; y++) {
+            sym_bracket(w, D, vector(d, y), v);
+            sym_modulo_gauge(w, w->gauge, v);
+            for (size_t a = 0; a < n; a++)
+                t->equation[row++ * cols + k] = v[a];
+        }
+        for (size_t a = 0; a < (size_t)d->m; a++)
+            t->trivial[a * cols + k] = D[a];
+        if (t->gauges)
+            sym_modulo_gauge(w, w->gauge, D);
+        for (size_t a = 0; a < (size_t)t->gauges; a++)
+            t->gauge[a * cols + k] = D[a];
+    }
+    free(D);
+    free(v);
+    return true;
+}
+
 static void add_node(struct determining *d, expr_id e)
 {
     d->node[d->nodes++] = e;
@@ -189,7 +229,7 @@ bool sym_search_fields(struct sym_work *w, const struct sym_search *s, struct sy
                            "than %d unknown coefficients; search a smaller degree", s->degree, d.m, MOST_UNKNOWNS);
     d.cols = d.a.count * d.m;
     prepare(&d);
-    struct sym_problem p = { .cols = d.cols, .split = w->gauges > 0, .node = d.node, .nodes = d.nodes, .rows = rows, .ctx = &d };
+    struct sym_problem p = { .cols = d.cols, .split = w->gauges > 0, .node = d.node, .nodes = d.nodes, .rows = rows, .table = table, .ctx = &d };
     bool ok = expr_store_ok(w->st) && sym_solve(w, &p, &found, &out->of_fields, err);
     if (ok) {
         out->field = sga_calloc((size_t)found.count + 1, sizeof *out->field);

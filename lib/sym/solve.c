@@ -276,6 +276,34 @@ void sym_solutions_clear(struct sym_solutions *s)
     *s = (struct sym_solutions){ 0 };
 }
 
+/* One prime's spaces to the guess; true where all of it is rational. */
+static bool add_prime(const struct sym_problem *p, struct sym_spaces *s, struct lift *lift, struct sym_solutions *out)
+{
+    struct sym_space special, rest;
+    bases(p, s, &special, &rest);
+    if (lift->started && !same_shape(lift, &special, &rest))
+        lift_clear(lift);           /* one of the primes was unlucky */
+    if (!lift->started)
+        lift_start(lift, &special, &rest);
+    lift_add(lift, &special, &rest);
+    sym_space_clear(&special);
+    sym_space_clear(&rest);
+    return reconstruct(lift, out);
+}
+
+/* At real points, where no prime has any. */
+static bool solve_real(struct sym_work *w, const struct sym_problem *p, struct sym_solutions *out, struct sym_evidence *evidence,
+                       bool *done, struct sga_error *err)
+{
+    struct sym_spaces s;
+    struct lift lift = { 0 };
+    bool enough, ok = sym_real_spaces(w, p, &s, evidence, &enough, err);
+    *done = ok && enough && add_prime(p, &s, &lift, out);
+    lift_clear(&lift);
+    spaces_clear(&s);
+    return ok;
+}
+
 bool sym_solve(struct sym_work *w, const struct sym_problem *p, struct sym_solutions *out, struct sym_evidence *evidence,
                struct sga_error *err)
 {
@@ -286,29 +314,24 @@ bool sym_solve(struct sym_work *w, const struct sym_problem *p, struct sym_solut
     evidence->unknowns = p->cols;
     for (int prime = 0; prime < NUM_MODP_PRIMES && evidence->primes < PRIMES && ok && !done; prime++) {
         struct sym_spaces s;
-        struct sym_space special, rest;
         bool enough;
         ok = sample(w, p, prime, &random, &s, evidence, &enough, err);
         if (ok && enough) {
-            bases(p, &s, &special, &rest);
-            if (lift.started && !same_shape(&lift, &special, &rest))
-                lift_clear(&lift);      /* one of the primes was unlucky */
-            if (!lift.started)
-                lift_start(&lift, &special, &rest);
-            lift_add(&lift, &special, &rest);
-            done = reconstruct(&lift, out);
+            done = add_prime(p, &s, &lift, out);
             evidence->primes++;
             evidence->points += s.points;
-            sym_space_clear(&special);
-            sym_space_clear(&rest);
         }
         spaces_clear(&s);
         if (prime + 1 == PRIMES && !evidence->primes && w->sol->constraints && !evidence->kernels)
             break;             /* it is the constraints that cannot be met, not a missing root */
     }
+    if (ok && !evidence->primes)
+        ok = solve_real(w, p, out, evidence, &done, err);
+    if (ok && done && evidence->reals)
+        evidence->why_not = "no points of the constraint set modulo a prime were found, and those at real points prove nothing";
     if (ok && !done)
-        evidence->why_not = evidence->primes ? "some coefficients are not rational numbers of moderate size"
-            : "no random points of the constraint set modulo a prime were found at which all functions have values";
+        evidence->why_not = evidence->irrational ? "some coefficients are not rational numbers of moderate size" : evidence->primes
+            ? "some coefficients are not rational numbers of moderate size" : "no random points of the constraint set modulo a prime were found at which all functions have values";
     lift_clear(&lift);
     return ok;
 }

@@ -62,6 +62,8 @@ struct sym_search {
 /* What a search rests on. */
 struct sym_evidence {
     int unknowns, points, primes;
+    int reals;                 /* real points instead, where none modulo a prime were found */
+    bool irrational;           /* and the equations there are not rational ones */
     int dropped;               /* candidates that the check did not confirm */
     bool kernels;              /* functions that are not algebraic took part */
     bool complete;             /* no other field of the ansatz is a symmetry */

@@ -7,6 +7,7 @@ import hashlib
 import json
 import math
 import os
+import random
 import socket
 import sqlite3
 import statistics
@@ -83,6 +84,26 @@ def chains(folder):
     memory = math.log(found[sizes[-1]]["peak_kib"] / found[sizes[0]]["peak_kib"]) / span
     show("time grows as N to the power", f"{time_:.2f}", "<= 1.2", time_ <= 1.2)
     show("peak memory grows as N to the power", f"{memory:.2f}", "<= 1.2", memory <= 1.2)
+
+
+def operators(folder):
+    """Dense and with a leading matrix of half the rank; the corpus has smaller ones."""
+    print("8 unknowns, order 2, coefficients of degree 4, random")
+    rng = random.Random(6)
+
+    def polynomial(degree):
+        return "+".join(f"({rng.randint(-9, 9)})*t^{k}" for k in range(degree + 1))
+
+    def dense():
+        return [[polynomial(4) for _ in range(8)] for _ in range(8)]
+
+    def half():
+        u, v = [[polynomial(2) for _ in range(4)] for _ in range(8)], [[polynomial(2) for _ in range(8)] for _ in range(4)]
+        return [["+".join(f"({u[i][k]})*({v[k][j]})" for k in range(4)) for j in range(8)] for i in range(8)]
+    for name, leading in (("dense", dense()), ("leading matrix of rank 4", half())):
+        found = measure(folder, {"system": {"form": "operator", "unknowns": [f"y{i}" for i in range(8)], "coefficients": [dense(), dense(), leading]},
+                                 "limits": {"megabytes": 500}})
+        show(f"{name}: seconds", f"{found['best']:.2f}", "<= 10", found["best"] <= 10, f"{found['peak_kib'] / 1024:.0f} MiB at the most")
 
 
 class Client:
