@@ -320,7 +320,8 @@ def main():
     with tempfile.TemporaryDirectory() as work:
         for program in ("measure", "minimal_server", "hammer", "numbers", "tape"):
             os.symlink(os.path.join(folder, program), os.path.join(work, program))
-        parts = {"arm": lambda: arm(work), "corpus": lambda: corpus(build, work), "chains": lambda: chains(work), "http": lambda: http(build, work),
+        parts = {"arm": lambda: arm(work), "corpus": lambda: corpus(build, work), "chains": lambda: chains(work),
+                 "operators": lambda: operators(work), "http": lambda: http(build, work),
                  "workers": lambda: workers(build, work), "samples": lambda: written(build, work), "executors": lambda: executors(work),
                  "balls": lambda: balls.balls(work, measure)}
         for name in sys.argv[2:] or parts:
