@@ -7,6 +7,7 @@ import hashlib
 import json
 import math
 import os
+import random
 import socket
 import sqlite3
 import statistics
@@ -81,6 +82,18 @@ def chains(folder):
     memory = math.log(found[sizes[-1]]["peak_kib"] / found[sizes[0]]["peak_kib"]) / span
     show("time grows as N to the power", f"{time_:.2f}", "<= 1.2", time_ <= 1.2)
     show("peak memory grows as N to the power", f"{memory:.2f}", "<= 1.2", memory <= 1.2)
+
+
+def sweep(folder):
+    print("a pendulum at 1000 sets of parameters: one sweep, and a request for each set (40 of them, in process)")
+    rng = random.Random(2)
+    sets = [{"g": round(rng.uniform(1, 20), 3), "L": round(rng.uniform(0.5, 3), 3)} for _ in range(1000)]
+    system = {"form": "equations", "variables": ["x", "y", "l"], "parameters": sets[0],
+              "equations": ["x'' = -l*x", "y'' = -l*y - g", "x^2 + y^2 = L^2"]}
+    base = {"system": system, "want": ["trajectory"], "trajectory": {"stop": 3, "samples": 11, "initial": {"x": "L", "y": 0}}}
+    whole = measure(folder, {**base, "sweep": [{"parameters": s} for s in sets]}, 3)["best"]
+    alone = sum(measure(folder, {**base, "system": {**system, "parameters": s}}, 5)["best"] for s in sets[:40]) * 25
+    show("1000 requests / one sweep", f"{alone / whole:.1f}", ">= 1.5", alone >= 1.5 * whole, f"{alone:.2f} s, {whole:.2f} s")
 
 
 class Client:
@@ -284,7 +297,7 @@ def main():
     with tempfile.TemporaryDirectory() as work:
         for program in ("measure", "minimal_server", "hammer"):
             os.symlink(os.path.join(folder, program), os.path.join(work, program))
-        parts = {"arm": lambda: arm(work), "corpus": lambda: corpus(build, work), "chains": lambda: chains(work), "http": lambda: http(build, work),
+        parts = {"arm": lambda: arm(work), "corpus": lambda: corpus(build, work), "chains": lambda: chains(work), "sweep": lambda: sweep(work), "http": lambda: http(build, work),
                  "workers": lambda: workers(build, work)}
         for name in sys.argv[2:] or parts:
             try:
