@@ -342,6 +342,8 @@ class TrajectoryCheck:
             self.check(len(self.rows) == expect["rows"], "rows", str(len(self.rows)))
         if "reference" in expect:
             self.reference(expect["reference"])
+        if "gauge" in expect:
+            self.check(self.t["gauge"] == expect["gauge"], "gauge choice", self.t["gauge"])
         if "method" in expect:
             self.check(self.t["method"] == expect["method"], "method", self.t["method"])
         self.ended(expect.get("ended"))

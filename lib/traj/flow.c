@@ -171,6 +171,12 @@ static void enter(void *ctx, double from, double to)
     signals_between(f->sys, from, to);
 }
 
+/* Rates may fix less than their number, so it is the rank that tells what is left. */
+const char *flow_gauge(const struct flow *f, const struct traj_request *rq)
+{
+    return traj_gauge_text(rq->conditions, rq->rates > 0, f->field.rank < f->n);
+}
+
 struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
 {
     return (struct ode_problem){ .n = f->n, .ctx = f, .rhs = rhs, .project = f->manifold.c ? project : NULL, .why = why,
