@@ -15,7 +15,6 @@ import mpmath
 
 import schemas
 from expression import evaluate
-from solver import Solver
 from tally import ROOT, Tally, build_folder
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -24,6 +23,8 @@ COLUMNS = ["method", "arithmetic", "rtol", "atol", "seconds", "evaluations", "er
 TRUE_TO = 0.3
 # Of rows over the corpus: the best solution's own estimate is one, too.
 HELD = 0.98
+# The references have 25 digits.
+KNOWN = 1e-25
 
 
 def series(rows):
@@ -93,7 +94,7 @@ class Table:
     def falls(self, label, rows):
         """Errors follow tolerances on the whole, as long as they can be told."""
         told = [r for r in rows if r["error"] is not None]
-        if len(told) > 3:
+        if len(told) > 3 and max(r["error"] for r in told[:2]) > 1e-10:
             self.check(told[-1]["error"] < 0.1 * max(r["error"] for r in told[:2]), f"{label}: errors fall", [r["error"] for r in told])
 
 
@@ -109,6 +110,15 @@ def saved(build, request):
             table = f.read()
         with open(names[2], encoding="utf-8") as f:
             return json.loads(run.stdout), table, f.read()
+
+
+def solved(build, request):
+    """The result, and once more with all digits of its numbers; or None and what is said instead."""
+    run = subprocess.run([os.path.join(build, "sga"), "solve", "-", "--json"], input=json.dumps(request), capture_output=True, text=True,
+                         check=False, timeout=120, env={k: v for k, v in os.environ.items() if k != "SGA_SERVER"})
+    if run.returncode:
+        return None, run.stderr
+    return json.loads(run.stdout), json.loads(run.stdout, parse_float=mpmath.mpf, parse_int=mpmath.mpf)
 
 
 def check_table(tally, name, rows, text):
@@ -170,17 +180,20 @@ class References:
         self.tally = tally
         self.rows = self.told = self.right = self.bounded = self.kept = self.promised = 0
 
-    def add(self, name, should, accuracy, t):
+    def add(self, name, should, accuracy, t, exact):
         should = [mpmath.mpf(v) for v in should]
         size = [max(abs(v), accuracy["atol"] / accuracy["rtol"]) for v in should]
-        for r in t["rows"]:
+        for r, last in zip(t["rows"], (e.get("last") for e in exact["rows"])):
             if "error_at_most" not in r:
                 continue
-            apart = [abs(mpmath.mpf(v) - s) for v, s in zip(r["last"], should)]
+            if r["arithmetic"] == "double":
+                last = r["last"]
+            # less than what is not known of the reference
+            apart = [max(0, abs(mpmath.mpf(v) - s) - 10 * KNOWN * abs(s)) for v, s in zip(last, should)]
             true = float(max(apart))
             self.rows += 1
             self.bounded += true <= r["error_at_most"] and (r["digits"] == 0 or max(a / s for a, s in zip(apart, size)) <= 10 ** -r["digits"])
-            if r["error"] is not None:
+            if r["error"] is not None and r["error"] > 1000 * KNOWN * max(map(abs, should)):
                 self.told += 1
                 right = abs(true - r["error"]) <= TRUE_TO * r["error"]
                 self.right += right
@@ -204,19 +217,19 @@ def main():
         for case in json.load(f):
             if "tradeoff" in case["expect"] and (not named or any(n in case["name"] for n in named)):
                 check_case(tally, build, validator, case)
-    solver, references = Solver(build), References(tally)
+    references = References(tally)
     with open(os.path.join(ROOT, "tests", "cases", "trajectory_reference.json"), encoding="utf-8") as f:
         cases = [c for c in json.load(f) if not named or any(n in c["name"] for n in named)]
     for case in cases:
         spec = case["request"]["trajectory"]
         request = {**case["request"], "want": ["tradeoff"], "trajectory": {**spec, "times": spec["times"][-1:]}, "limits": {"seconds": 16}}
-        result, problem = solver.solve(request)
-        if not tally.check(result is not None, case["name"], problem):
+        result, exact = solved(build, request)
+        if not tally.check(result is not None, case["name"], exact):
             continue
         t = result["tradeoff"]
         Table(tally, case["name"], request, t).run()
         tally.check(t["best"] is not None, f"{case['name']}: a best solution", t["advice"])
-        references.add(case["name"], case["expect"]["trajectory"]["reference"][-1], request["accuracy"], t)
+        references.add(case["name"], case["expect"]["trajectory"]["reference"][-1], request["accuracy"], t, exact["tradeoff"])
     if cases:
         references.end()
     return tally.end()

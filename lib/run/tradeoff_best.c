@@ -55,19 +55,35 @@ static bool usable(const struct tradeoff_row *row)
     return row->finished && ends_well(row->ended, row->ended_reason) && row->values.rows > 0;
 }
 
-/* Does the motion end early? What most methods say where each is tightest: one alone may stop at a kink
- * of the field, or step over a pole. */
-static bool most_end(const struct tradeoff *t)
+/* The last row of its series that can be compared with. */
+static bool is_tightest(const struct tradeoff *t, int place)
 {
-    int end = 0, reach = 0;
+    bool last = usable(t->row + place);
+    for (int k = place + 1; k < t->rows && last; k++)
+        last = t->row[k].series != t->row[place].series || !usable(t->row + k);
+    return last;
+}
+
+static bool alike(const struct tradeoff_row *a, const struct tradeoff_row *b)
+{
+    return a->ended == b->ended && (!a->ended || strcmp(a->ended_reason, b->ended_reason) == 0);
+}
+
+/* A row that ends as most do where each method is tightest: one alone may stop at a kink of the field, or where
+ * its enclosures grow, or step over a pole. -1: there is none. */
+static int usual_end(const struct tradeoff *t)
+{
+    int best = -1, most = 0;
     for (int i = 0; i < t->rows; i++) {
-        bool last = true;
-        for (int k = i + 1; k < t->rows && last; k++)
-            last = t->row[k].series != t->row[i].series || !usable(t->row + k);
-        if (usable(t->row + i) && last)
-            t->row[i].ended ? end++ : reach++;
+        int same = 0;
+        for (int k = 0; k < t->rows && is_tightest(t, i); k++)
+            same += is_tightest(t, k) && alike(t->row + i, t->row + k);
+        if (same > most || (same == most && same && !t->row[i].ended)) {
+            most = same;
+            best = i;
+        }
     }
-    return end > reach;
+    return best;
 }
 
 /* The best row not tried yet that the time left allows, or -1. */
@@ -75,11 +91,10 @@ static int candidate(const struct tradeoff_run *u, const unsigned char *tried)
 {
     const struct tradeoff *t = u->t;
     double left = u->end - sga_now();
-    bool ends = most_end(t);
-    int best = -1;
+    int best = -1, usual = usual_end(t);
     for (int i = 0; i < t->rows; i++) {
         const struct tradeoff_row *row = t->row + i;
-        if (tried[i] || !usable(row) || row->ended != ends || SOLUTIONS * row->seconds > left)
+        if (tried[i] || !usable(row) || !alike(row, t->row + usual) || SOLUTIONS * row->seconds > left)
             continue;
         if (best < 0 || better(row, t->row + best))
             best = i;

@@ -24,8 +24,11 @@ static const double GROWTH = 3, MOST_GROWTH = 12;
 static const double PATIENCE = 6, LEAST_SECONDS = 0.2;
 
 static const double double_rtol[] = { 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13, 0 };
-static const double longer_rtol[] = { 1e-8, 1e-11, 1e-14, 1e-17, 1e-20, 1e-23, 1e-26, 1e-28, 0 };
-static const double *const rtols[] = { [TRAJ_DOUBLE] = double_rtol, [TRAJ_DOUBLE_DOUBLE] = longer_rtol, [TRAJ_BALL] = longer_rtol };
+static const double longer_rtol[] = { 1e-12, 1e-15, 1e-18, 1e-21, 1e-24, 1e-28, 0 };
+static const double ball_rtol[] = { 1e-8, 1e-12, 1e-16, 1e-20, 1e-24, 1e-28, 0 };
+/* Of the time left, for all rows in one arithmetic: the cheaper ones come first. */
+static const double parts[] = { [TRAJ_DOUBLE] = 0.5, [TRAJ_DOUBLE_DOUBLE] = 0.6, [TRAJ_BALL] = 1 };
+static const double *const rtols[] = { [TRAJ_DOUBLE] = double_rtol, [TRAJ_DOUBLE_DOUBLE] = longer_rtol, [TRAJ_BALL] = ball_rtol };
 enum { ARITHMETICS = sizeof rtols / sizeof *rtols };
 
 const char *tradeoff_arithmetic(enum traj_arithmetic a)
@@ -263,10 +266,16 @@ bool tradeoff_rows(struct tradeoff_run *u, double until)
     while (method_name(accuracy, methods))
         methods++;
     struct series *all = sga_calloc((size_t)(methods * ARITHMETICS), sizeof *all);
-    for (int a = TRAJ_DOUBLE; a < ARITHMETICS; a++)
-        for (int k = 0; k < methods && (accuracy->arithmetic == REQUEST_AUTO || (int)accuracy->arithmetic == a); k++, count++)
+    bool ok = true;
+    for (int a = TRAJ_DOUBLE; a < ARITHMETICS && ok; a++) {
+        if (accuracy->arithmetic != REQUEST_AUTO && (int)accuracy->arithmetic != a)
+            continue;
+        int first = count;
+        for (int k = 0; k < methods; k++, count++)
             all[count] = (struct series){ .number = count, .method = method_name(accuracy, k), .arithmetic = (enum traj_arithmetic)a, .rtol = rtols[a] };
-    bool ok = run_all(u, all, count, until);
+        double now = sga_now(), left = fmax(until - now, 0);
+        ok = run_all(u, all + first, methods, now + (accuracy->arithmetic == REQUEST_AUTO ? parts[a] : 1) * left);
+    }
     free(all);
     qsort(t->row, (size_t)t->rows, sizeof *t->row, by_series);
     if (ok && t->rows == 0)
