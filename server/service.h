@@ -7,6 +7,7 @@
 #include "config.h"
 #include "conns.h"
 #include "jobs.h"
+#include "listen.h"
 #include "metrics.h"
 #include "recent.h"
 #include "store.h"
@@ -21,7 +22,7 @@ struct service {
     struct conns *conns;
     struct tokens *tokens;          /* NULL where access is open */
     struct account *everyone;       /* of requests without a token */
-    char own_host[264];             /* a host name that the socket itself answers to, or "" */
+    const struct listeners *listeners;   /* whose hosts the service answers to; NULL: none */
     atomic_long exchanges;          /* requests begun and not completed */
     atomic_long body_bytes;         /* of request bodies in memory */
     atomic_long reply_bytes;        /* of results read from disk, in memory */
