@@ -13,6 +13,8 @@
 #include "store.h"
 #include "tokens.h"
 
+struct checks;
+
 struct service {
     struct config config;
     struct metrics metrics;
@@ -20,6 +22,7 @@ struct service {
     struct recent *recent;
     struct jobs *jobs;
     struct conns *conns;
+    struct checks *checks;          /* NULL: requests are checked where they come in */
     struct tokens *tokens;          /* NULL where access is open */
     struct account *everyone;       /* of requests without a token */
     const struct listeners *listeners;   /* whose hosts the service answers to; NULL: none */
