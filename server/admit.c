@@ -53,8 +53,11 @@ static bool known_host(const struct service *sv, const char *name, size_t length
     for (size_t i = 0; i < sizeof own / sizeof *own; i++)
         if (strlen(own[i]) == length && strncasecmp(own[i], name, length) == 0)
             return true;
-    if (length && strlen(sv->own_host) == length && strncasecmp(sv->own_host, name, length) == 0)
-        return true;
+    for (int i = 0; sv->listeners && i < sv->listeners->count; i++) {
+        const char *host = sv->listeners->at[i].host;
+        if (length && strlen(host) == length && strncasecmp(host, name, length) == 0)
+            return true;
+    }
     for (const char *p = sv->config.allow_host; p && *p;) {
         p += strspn(p, ", ");
         size_t n = strcspn(p, ", ");

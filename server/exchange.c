@@ -30,6 +30,7 @@ void exchange_free_body(struct exchange *e)
 {
     atomic_fetch_sub(&e->service->body_bytes, (long)e->capacity);
     free(e->body);
+    sga_buf_free(&e->check.canonical);
     e->body = NULL;
     e->length = e->capacity = 0;
 }

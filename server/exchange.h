@@ -31,6 +31,15 @@ struct exchange {
     unsigned char *body;
     size_t length, capacity, received;
 
+    /* Of a body that another thread checks. */
+    struct {
+        bool done, ok;
+        unsigned char sum[DIGEST_BYTES];
+        struct sga_buf canonical;
+        struct sga_error err;
+        struct exchange *next;
+    } check;
+
     struct { const char *name; char value[160]; } header[EXCHANGE_HEADERS];
     int headers;                     /* for the reply */
 

@@ -24,11 +24,12 @@ enum { POOL = 2, TICK_MS = 50, CUT_MS = 1000, STOP_MS = 5000, BUSY_SECONDS = 2 }
 
 struct http {
     struct service *service;
-    struct MHD_Daemon *daemon;
+    struct MHD_Daemon *daemon[LISTEN_MOST];      /* one for each listening socket */
     pthread_t ticker;
     atomic_bool stop;
-    struct listening listening;
+    struct listeners listeners;
     struct tls tls;
+    char url[LISTEN_MOST * 322];
 };
 
 /* -- The life of a connection and of an exchange -- */
@@ -236,9 +237,10 @@ static void log_library(void *cls, const char *fmt, va_list ap)
     log_event(LOG_L_DEBUG, "http_library", "message", text, NULL);
 }
 
-static struct MHD_Daemon *start_daemon(struct http *h)
+static struct MHD_Daemon *start_daemon(struct http *h, const struct listening *l)
 {
     struct service *sv = h->service;
+    bool secure = h->tls.cert && !l->local;
     unsigned flags = MHD_USE_POLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ITC | MHD_USE_ERROR_LOG;
     struct MHD_OptionItem tls[] = {
         { MHD_OPTION_HTTPS_MEM_CERT, 0, h->tls.cert },
@@ -246,9 +248,9 @@ static struct MHD_Daemon *start_daemon(struct http *h)
         { MHD_OPTION_HTTPS_PRIORITIES, 0, (void *)(uintptr_t)TLS_PRIORITIES },
         { MHD_OPTION_END, 0, NULL },
     }, none[] = { { MHD_OPTION_END, 0, NULL } };
-    return MHD_start_daemon(flags | (h->tls.cert ? MHD_USE_TLS : 0), 0, NULL, NULL, on_request, sv,
+    return MHD_start_daemon(flags | (secure ? MHD_USE_TLS : 0), 0, NULL, NULL, on_request, sv,
                             MHD_OPTION_EXTERNAL_LOGGER, log_library, NULL,
-                            MHD_OPTION_LISTEN_SOCKET, h->listening.fd,
+                            MHD_OPTION_LISTEN_SOCKET, l->fd,
                             MHD_OPTION_THREAD_POOL_SIZE, (unsigned)POOL,
                             MHD_OPTION_CONNECTION_LIMIT, (unsigned)sv->config.connections,
                             MHD_OPTION_CONNECTION_TIMEOUT, (unsigned)sv->config.idle_timeout,
@@ -256,26 +258,40 @@ static struct MHD_Daemon *start_daemon(struct http *h)
                             MHD_OPTION_NOTIFY_CONNECTION, on_connection, sv,
                             MHD_OPTION_NOTIFY_COMPLETED, on_completed, sv,
                             MHD_OPTION_URI_LOG_CALLBACK, on_request_line, sv,
-                            MHD_OPTION_ARRAY, h->tls.cert ? tls : none,
+                            MHD_OPTION_ARRAY, secure ? tls : none,
                             MHD_OPTION_END);
 }
 
-/* Socket, certificate, library, clock. What was opened is closed by the caller. */
+/* Stops the library, which closes its socket. */
+static void stop_daemons(struct http *h)
+{
+    for (int i = 0; i < h->listeners.count; i++)
+        if (h->daemon[i]) {
+            MHD_stop_daemon(h->daemon[i]);
+            h->daemon[i] = NULL;
+            h->listeners.at[i].fd = -1;
+        }
+}
+
+/* Sockets, certificate, library, clock. What was opened is closed by the caller. */
 static bool start_parts(struct http *h, char *why, size_t size)
 {
     struct service *sv = h->service;
-    if (!tls_read(&sv->config, &h->tls, why, size) || !listen_open(&sv->config, &h->listening, why, size))
+    if (!tls_read(&sv->config, &h->tls, why, size) || !listen_open(&sv->config, &h->listeners, why, size))
         return false;
-    snprintf(sv->own_host, sizeof sv->own_host, "%s", h->listening.host);
-    if (!(h->daemon = start_daemon(h))) {
-        snprintf(why, size, "the HTTP library did not start");
-        return false;
+    sv->listeners = &h->listeners;
+    for (int i = 0; i < h->listeners.count; i++) {
+        const struct listening *l = &h->listeners.at[i];
+        size_t used = strlen(h->url);
+        snprintf(h->url + used, sizeof h->url - used, "%s%s", used ? ", " : "", l->url);
+        if (!(h->daemon[i] = start_daemon(h, l))) {
+            snprintf(why, size, "the HTTP library did not start");
+            return false;
+        }
     }
     if (pthread_create(&h->ticker, NULL, tick, h) == 0)
         return true;
     snprintf(why, size, "no thread can be started");
-    MHD_stop_daemon(h->daemon);
-    h->listening.fd = -1;         /* the library has closed it */
     return false;
 }
 
@@ -285,12 +301,11 @@ struct http *http_start(struct service *sv, char *why, size_t size)
     if (!h)
         return NULL;
     h->service = sv;
-    h->listening.fd = -1;
     if (start_parts(h, why, size))
         return h;
-    if (h->listening.fd >= 0)
-        close(h->listening.fd);
-    listen_forget(&h->listening);
+    stop_daemons(h);
+    sv->listeners = NULL;
+    listen_close(&h->listeners);
     tls_free(&h->tls);
     free(h);
     return NULL;
@@ -298,13 +313,14 @@ struct http *http_start(struct service *sv, char *why, size_t size)
 
 const char *http_url(const struct http *h)
 {
-    return h->listening.url;
+    return h->url;
 }
 
 void http_stop(struct http *h)
 {
     struct service *sv = h->service;
-    MHD_socket fd = MHD_quiesce_daemon(h->daemon);
+    for (int i = 0; i < h->listeners.count; i++)
+        h->listeners.at[i].fd = MHD_quiesce_daemon(h->daemon[i]);      /* ours again */
     for (int waited = 0; atomic_load(&sv->exchanges) > 0 && waited < STOP_MS; waited += 10) {
         if (waited == CUT_MS)
             conns_reap(sv->conns, sga_now(), 1);
@@ -312,10 +328,10 @@ void http_stop(struct http *h)
     }
     atomic_store(&h->stop, true);
     pthread_join(h->ticker, NULL);
-    MHD_stop_daemon(h->daemon);
-    if (fd != MHD_INVALID_SOCKET)
-        close(fd);
-    listen_forget(&h->listening);
+    for (int i = 0; i < h->listeners.count; i++)
+        MHD_stop_daemon(h->daemon[i]);
+    sv->listeners = NULL;
+    listen_close(&h->listeners);
     tls_free(&h->tls);
     free(h);
 }

@@ -1,4 +1,4 @@
-/* The listening socket, and the rule about who may be let near it. */
+/* The listening sockets, and the rule about who may be let near them. */
 #include "listen.h"
 
 #include <errno.h>
@@ -60,6 +60,7 @@ static void describe(const struct config *c, const struct sockaddr_storage *a, s
     const char *scheme = c->tls_cert ? "https" : "http";
     if (a->ss_family == AF_UNIX) {
         snprintf(out->url, sizeof out->url, "unix:%.107s", ((const struct sockaddr_un *)a)->sun_path);
+        out->local = true;
         return;
     }
     socklen_t length = a->ss_family == AF_INET ? sizeof(struct sockaddr_in) : sizeof(struct sockaddr_in6);
@@ -82,7 +83,7 @@ static bool finish(const struct config *c, int fd, bool bound_here, struct liste
     struct sockaddr_storage a = { 0 };
     socklen_t length = sizeof a;
     if (getsockname(fd, (struct sockaddr *)&a, &length) != 0 || (bound_here && listen(fd, BACKLOG) != 0))
-        return fail(fd, c->listen, why, size);
+        return fail(fd, out->address, why, size);
     if (!allowed(c, &a, why, size)) {
         close(fd);
         return false;
@@ -92,12 +93,12 @@ static bool finish(const struct config *c, int fd, bool bound_here, struct liste
     return true;
 }
 
-static bool open_tcp(const struct config *c, struct listening *out, char *why, size_t size)
+static bool open_tcp(const struct config *c, const char *address, struct listening *out, char *why, size_t size)
 {
     char host[256], service[8];
     struct addrinfo hints = { .ai_socktype = SOCK_STREAM, .ai_flags = AI_NUMERICHOST | AI_NUMERICSERV }, *ai = NULL;
-    if (!split(c->listen, host, service)) {
-        snprintf(why, size, "--listen needs HOST:PORT with a port from 0 to 65535, unix:PATH or systemd, not '%s'", c->listen);
+    if (!split(address, host, service)) {
+        snprintf(why, size, "--listen needs HOST:PORT with a port from 0 to 65535, unix:PATH or systemd, not '%s'", address);
         return false;
     }
     if (getaddrinfo(strcmp(host, "localhost") == 0 ? "127.0.0.1" : host, service, &hints, &ai) != 0) {
@@ -114,7 +115,7 @@ static bool open_tcp(const struct config *c, struct listening *out, char *why, s
     if (fd >= 0)
         setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
     if (fd < 0 || bind(fd, (struct sockaddr *)&a, length) != 0)
-        return fail(fd, c->listen, why, size);
+        return fail(fd, address, why, size);
     return finish(c, fd, true, out, why, size);
 }
 
@@ -132,8 +133,9 @@ static void remove_stale(const struct sockaddr_un *a)
         close(fd);
 }
 
-static bool open_unix(const struct config *c, const char *path, struct listening *out, char *why, size_t size)
+static bool open_unix(const struct config *c, const char *address, struct listening *out, char *why, size_t size)
 {
+    const char *path = address + 5;
     struct sockaddr_un a = { .sun_family = AF_UNIX };
     if (*path != '/' || strlen(path) >= sizeof a.sun_path) {
         snprintf(why, size, "--listen unix:PATH needs an absolute path of less than %zu characters", sizeof a.sun_path);
@@ -144,10 +146,10 @@ static bool open_unix(const struct config *c, const char *path, struct listening
     int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     /* The mode is set before anyone can connect: nobody can until it listens. */
     if (fd < 0 || bind(fd, (struct sockaddr *)&a, sizeof a) != 0)
-        return fail(fd, c->listen, why, size);
+        return fail(fd, address, why, size);
     strcpy(out->path, path);
     if (chmod(path, SOCKET_MODE) != 0)
-        return fail(fd, c->listen, why, size);
+        return fail(fd, address, why, size);
     return finish(c, fd, true, out, why, size);
 }
 
@@ -173,18 +175,43 @@ static bool open_passed(const struct config *c, struct listening *out, char *why
     return false;
 }
 
-bool listen_open(const struct config *c, struct listening *out, char *why, size_t size)
+static bool open_one(const struct config *c, const char *address, struct listening *out, char *why, size_t size)
 {
     *out = (struct listening){ .fd = -1 };
-    if (strncmp(c->listen, "unix:", 5) == 0)
-        return open_unix(c, c->listen + 5, out, why, size);
-    if (strcmp(c->listen, "systemd") == 0)
+    snprintf(out->address, sizeof out->address, "%s", address);
+    if (strncmp(address, "unix:", 5) == 0)
+        return open_unix(c, address, out, why, size);
+    if (strcmp(address, "systemd") == 0)
         return open_passed(c, out, why, size);
-    return open_tcp(c, out, why, size);
+    return open_tcp(c, address, out, why, size);
 }
 
-void listen_forget(const struct listening *l)
+bool listen_open(const struct config *c, struct listeners *out, char *why, size_t size)
 {
-    if (*l->path)
-        unlink(l->path);
+    out->count = 0;
+    for (const char *p = c->listen; *p;) {
+        char address[sizeof out->at->address];
+        size_t n = strcspn(p, ",");
+        if (n == 0 || n >= sizeof address || out->count == LISTEN_MOST) {
+            snprintf(why, size, "--listen takes 1 to %d addresses, separated by single commas", LISTEN_MOST);
+            return false;
+        }
+        memcpy(address, p, n);
+        address[n] = 0;
+        if (!open_one(c, address, &out->at[out->count++], why, size))
+            return false;
+        p += n + (p[n] == ',' && p[n + 1]);
+    }
+    return out->count > 0;
+}
+
+void listen_close(struct listeners *ls)
+{
+    for (int i = 0; i < ls->count; i++) {
+        if (ls->at[i].fd >= 0)
+            close(ls->at[i].fd);
+        if (*ls->at[i].path)
+            unlink(ls->at[i].path);
+    }
+    ls->count = 0;
 }

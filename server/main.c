@@ -2,9 +2,10 @@
  * them down in the opposite order.
  *
  * A request's way through the code: http.c (bytes) -> admit.c -> routes.c -> post.c ->
- * the library's check -> jobs.c (queue) -> worker.c -> child_main.c -> the library's run ->
+ * the library's check (checks.c) -> jobs.c (queue) -> worker.c -> child_main.c -> the library's run ->
  * jobs_run.c (end) -> store.c (disk), recent.c (memory) -> reply.c. */
 #include "budget.h"
+#include "checks.h"
 #include "child.h"
 #include "command.h"
 #include "http.h"
@@ -72,6 +73,7 @@ static bool start(struct parts *p, char *why, size_t size)
         && (sv->everyone = jobs_account(sv->jobs, "", &(struct quota){ 0 }))
         && jobs_recover(sv->jobs, why, size)
         && start_tokens(sv, why, size)
+        && (sv->checks = checks_new())
         && (p->http = http_start(sv, why, size))
         && (p->workers = workers_start(&sv->config, sv->jobs, &sv->metrics));
 }
@@ -90,9 +92,12 @@ static void stop(struct parts *p)
         jobs_stop_running(sv->jobs);
         workers_join(p->workers);
         jobs_close_waiters(sv->jobs);
+        if (sv->checks)
+            checks_close(sv->checks);
     }
     if (p->http)
         http_stop(p->http);
+    checks_free(sv->checks);
     tokens_free(sv->tokens);
     store_close(sv->store);
     jobs_free(sv->jobs);

@@ -4,6 +4,7 @@
  * checks it and makes the canonical text, whose digest is the job's id. A reply that
  * carries the end of a job does not wait for the disk; a 202 does. */
 #include "budget.h"
+#include "checks.h"
 #include "lookup.h"
 #include "reply.h"
 #include "room.h"
@@ -108,27 +109,45 @@ static enum MHD_Result submit(struct exchange *e, const unsigned char *sum, stru
     return answer(e);
 }
 
+static enum MHD_Result busy(struct exchange *e, const char *why)
+{
+    reply_header(e, "Retry-After", "%d", FULL_SECONDS);
+    return reply_error(e, SGA_E_BUSY, "%s Try again soon.", why);
+}
+
+/* The body was checked: here, or on another thread. */
+static enum MHD_Result checked(struct exchange *e, long seconds)
+{
+    exchange_prefer(e, seconds);
+    if (!e->check.ok) {
+        if (e->check.err.code == SGA_E_DRAINING)
+            reply_header(e, "Retry-After", "%d", FULL_SECONDS);
+        return reply_problem(e, &e->check.err);
+    }
+    struct sga_buf canonical = e->check.canonical;
+    e->check.canonical = (struct sga_buf){ 0 };
+    enum MHD_Result rc = submit(e, e->check.sum, &canonical);
+    sga_buf_free(&canonical);
+    return rc;
+}
+
 static enum MHD_Result post(struct exchange *e, long seconds)
 {
     struct service *sv = e->service;
-    unsigned char sum[DIGEST_BYTES];
     if (e->job)
         return answer(e);             /* resumed */
-    digest(sum, e->body, e->length);
-    struct finished *f = recent_by_body(sv->recent, sum);
+    if (e->check.done)
+        return checked(e, seconds);   /* resumed too */
+    digest(e->check.sum, e->body, e->length);
+    struct finished *f = recent_by_body(sv->recent, e->check.sum);
     if (f)
         return hit(e, f, METRIC_CACHE_MEMORY);
-    if (!room_for_reading(e->length)) {
-        reply_header(e, "Retry-After", "%d", FULL_SECONDS);
-        return reply_error(e, SGA_E_BUSY, "There is not enough memory to read a request at this moment. Try again soon.");
-    }
-    exchange_prefer(e, seconds);
-    struct sga_buf canonical = { 0 };
-    struct sga_error err = { 0 };
-    enum MHD_Result rc = sga_check((const char *)e->body, e->length, &canonical, &err)
-        ? submit(e, sum, &canonical) : reply_problem(e, &err);
-    sga_buf_free(&canonical);
-    return rc;
+    if (!room_for_reading(e->length))
+        return busy(e, "There is not enough memory to read a request at this moment.");
+    if (sv->checks && e->length > CHECKS_INLINE)
+        return checks_submit(sv->checks, e) ? MHD_YES : busy(e, "Many requests wait to be read already.");
+    e->check.ok = sga_check((const char *)e->body, e->length, &e->check.canonical, &e->check.err);
+    return checked(e, seconds);
 }
 
 enum MHD_Result handle_post_job(struct exchange *e)

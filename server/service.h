@@ -7,10 +7,13 @@
 #include "config.h"
 #include "conns.h"
 #include "jobs.h"
+#include "listen.h"
 #include "metrics.h"
 #include "recent.h"
 #include "store.h"
 #include "tokens.h"
+
+struct checks;
 
 struct service {
     struct config config;
@@ -19,9 +22,10 @@ struct service {
     struct recent *recent;
     struct jobs *jobs;
     struct conns *conns;
+    struct checks *checks;          /* NULL: requests are checked where they come in */
     struct tokens *tokens;          /* NULL where access is open */
     struct account *everyone;       /* of requests without a token */
-    char own_host[264];             /* a host name that the socket itself answers to, or "" */
+    const struct listeners *listeners;   /* whose hosts the service answers to; NULL: none */
     atomic_long exchanges;          /* requests begun and not completed */
     atomic_long body_bytes;         /* of request bodies in memory */
     atomic_long reply_bytes;        /* of results read from disk, in memory */

@@ -13,7 +13,7 @@
 #define SWITCH(name, member, help) { name, offsetof(struct config, member), SETTING_SWITCH, false, NULL, 0, 0, 1, help },
 
 const struct setting settings[] = {
-    TEXT("listen", listen, NULL, "HOST:PORT (port 0: any free one), unix:PATH, or systemd for a socket that systemd passes")
+    TEXT("listen", listen, NULL, "HOST:PORT (port 0: any free one), unix:PATH, or systemd for a socket that systemd passes; several with commas between")
     TEXT("state", state, NULL, "folder that keeps the queue, the results and the tokens")
     TEXT("access", access, "open", "open: whoever can connect may ask; tokens: who shows a token made by sgad token create")
     TEXT("tls-cert", tls_cert, NULL, "certificate chain for TLS, a PEM file")
@@ -33,7 +33,7 @@ const struct setting settings[] = {
     LIVE("max-wait", max_wait, 300, 0, 3600, "seconds that one request may wait for its job")
     LIVE("waiters", waiters, 800, 0, 100000, "requests that wait for a job at one time")
     LIVE("streams", streams, 300, 0, 100000, "event streams at one time")
-    FIXED("connections", connections, 2000, 2, 100000, "connections at one time")
+    FIXED("connections", connections, 2000, 2, 100000, "connections at one time to each listening address")
     FIXED("idle-timeout", idle_timeout, 60, 1, 3600, "seconds that a connection may be silent")
     LIVE("request-timeout", request_timeout, 90, 1, 3600, "seconds in which a whole request must arrive")
     LIVE("send-timeout", send_timeout, 900, 1, 86400, "seconds in which a whole reply must be taken")

@@ -334,6 +334,33 @@ def sockets(build, c):
         c(run.returncode == 1 and "LISTEN_PID" in run.stderr, "activation: a socket for another process", run)
 
 
+def several(build, c):
+    """More than one address at once: each by its own rules."""
+    with tempfile.TemporaryDirectory() as folder:
+        cert, key = certificate(folder)
+        path, request = folder + "/socket", folder + "/request.json"
+        with open(request, "w", encoding="utf-8") as f:
+            json.dump(moving(), f)
+        p, line = start(build, folder + "/state", "--listen", f"127.0.0.1:0,unix:{path},127.0.0.1:0", "--tls-cert", cert, "--tls-key", key)
+        try:
+            found = re.fullmatch(r"listening on (https://127\.0\.0\.1:\d+), (unix:\S+), (https://127\.0\.0\.1:\d+)", line)
+            if c(found, "several addresses: the line", line):
+                answers = []
+                for url in found.groups():
+                    run = subprocess.run([os.path.join(build, "sga"), "solve", request, "--json", "--ca", cert, "--server", url], capture_output=True,
+                                         timeout=60, check=False, text=True)
+                    c(run.returncode == 0, f"several addresses: {url.split(':')[0]}", run.stderr)
+                    answers.append(run.stdout)
+                c(answers[0] and len(set(answers)) == 1, "several addresses: one service")
+        finally:
+            status, err = finish(p)
+        c(status == 0 and not os.path.exists(path), "several addresses: ends and leaves nothing", err[-300:])
+        for wrong, word in ((f"unix:{path},127.0.0.1", "needs HOST:PORT"), (",127.0.0.1:0", "commas"), ("127.0.0.1:0,,127.0.0.1:0", "commas"),
+                            (",".join(["127.0.0.1:0"] * 9), "1 to 8"), (f"unix:{path},0.0.0.0:0", "no loopback address")):
+            run = sgad(build, "--listen", wrong, "--state", folder + "/state")
+            c(run.returncode == 1 and word in run.stderr and not os.path.exists(path), f"refused: --listen {wrong[:20]}", run)
+
+
 def settings(build, c):
     sample = sgad(build, "--sample-config").stdout
     with open(os.path.join(ROOT, "etc/sgad.conf"), encoding="utf-8") as f:
@@ -453,4 +480,4 @@ def unit(_, c):
         c(level and float(level[1]) < 2.5, "sgad.service: exposure below 2.5", run.stdout[-200:] + run.stderr)
 
 
-ALL = [tokens, quotas, owners, turns, tls, remote, sockets, settings, upkeep, unit]
+ALL = [tokens, quotas, owners, turns, tls, remote, sockets, several, settings, upkeep, unit]

@@ -1,4 +1,5 @@
 """What is too large ends by its own limit, with the figure, and nothing else notices."""
+import http.client
 import json
 import os
 import resource
@@ -143,6 +144,46 @@ def refused(build, c):
         c.status(d.get("/healthz"), 200, "alive")
 
 
+def reading(build, c):
+    """Requests that take long to read keep nobody else waiting."""
+    def long_one(k):
+        names_ = [f"q{i}_{k}" for i in range(2000)]
+        return {"system": {"form": "lagrangian", "coordinates": names_, "lagrangian": "*".join(f"(1+{q}'^2*{q}^2)" for q in names_)},
+                "limits": {"seconds": 2}}
+    with Daemon(build, "--workers", "1") as d:
+        known = trivial()
+        d.ask("POST", "/v1/solve", known)
+        answers = []
+        threads = [threading.Thread(target=lambda k=k: answers.append(d.ask("POST", "/v1/jobs", long_one(k), seconds=120))) for k in range(12)]
+        for t in threads:
+            t.start()
+        time.sleep(0.5)
+        for _ in range(20):
+            c.status(d.get("/healthz"), 200, "a health check beside long reading")
+            c.status(d.ask("POST", "/v1/solve", known), 200, "a hit beside long reading")
+        still = 12 - len(answers)
+        for t in threads:
+            t.join()
+        c(still >= 4, "they were answered while requests were being read", still)
+        c(all(a.status in (202, 503) for a in answers), "the long ones are accepted", [(a.status, a.body[:100]) for a in answers if a.status != 202][:2])
+    with Daemon(build, "--workers", "1") as d:      # and the service ends while it reads
+        ends = []
+
+        def ask(k):
+            try:
+                ends.append(d.ask("POST", "/v1/jobs", long_one(k), seconds=120).status)
+            except (OSError, http.client.HTTPException):
+                ends.append(0)
+        threads = [threading.Thread(target=ask, args=(k,)) for k in range(8)]
+        for t in threads:
+            t.start()
+        time.sleep(0.3)
+        c(d.stop(60) == 0, "SIGTERM while requests are read ends with 0", d.errors()[-500:])
+        for t in threads:
+            t.join()
+        c(len(ends) == 8 and set(ends) <= {0, 202, 503}, "all of them hear something", ends)
+
+
 def stopped(build, c):
     """A child that answers nobody: the deadline and DELETE end its job all the same."""
     with Daemon(build, "--workers", "1") as d:
@@ -187,4 +228,4 @@ def no_memory(build, c):
         c.status(d.ask("POST", "/v1/solve", trivial()), 200, "with memory again")
 
 
-ALL = [no_memory, ended, maxima, refused, stopped]
+ALL = [no_memory, ended, maxima, refused, reading, stopped]

@@ -207,7 +207,8 @@ def odd_things(d, stop, rng):
 
 
 def run_soak(build, seconds, check):
-    """A third of the time is for warming up: caches fill, pools grow."""
+    """A third of the time is for warming up: caches fill, pools grow. A short run is still at it
+    (the page caches of the store's readers alone take some megabytes), and is judged less strictly."""
     seed, book, stop = start_seed(), Book(check), threading.Event()
     with Daemon(build, "--workers", "2", "--queue", "100000", "--cache-memory", "1000000", "--cache-disk", "4000000", "--log-level", "warn") as d:
         end = time.time() + seconds
@@ -226,7 +227,7 @@ def run_soak(build, seconds, check):
         for which, name in ((1, "the daemon"), (2, "its largest child")):
             before, after = (sorted(s[which] for s in part)[len(part) // 2] for part in (middle, late))
             grown = 1024 * (after - before) / max(1, late[len(late) // 2][0] - middle[len(middle) // 2][0])
-            check(after <= before * 1.05 + (2048 if seconds >= 60 else 4096), f"the memory of {name} does not grow", (before, after, grown))
+            check(after <= before * 1.05 + (2048 if seconds >= 60 else 8192), f"the memory of {name} does not grow", (before, after, grown))
             print(f"{name}: {before / 1024:.1f} MB, then {after / 1024:.1f} MB; {grown:.1f} bytes for each request", flush=True)
         check(d.get("/healthz").status == 200, "alive")
         check(d.stop(60) == 0, "the daemon ends with 0", d.errors()[-300:])

@@ -3,6 +3,7 @@ import json
 import os
 import pty
 import re
+import resource
 import signal
 import socket
 import subprocess
@@ -210,6 +211,47 @@ def many(build, c):
         c(until(lambda: d.get("/healthz").status == 200), "alive after more connections than it takes")
 
 
+def crowded(build, c):
+    """Hundreds of waiting requests and event streams at once (past the 128 at which epoll would go
+    silent): none is lost, and who asks for something that is known is served beside them."""
+    resource.setrlimit(resource.RLIMIT_NOFILE, (resource.getrlimit(resource.RLIMIT_NOFILE)[1],) * 2)
+    with Daemon(build, "--workers", "1", "--log-level", "warn") as d:
+        known = trivial()
+        d.ask("POST", "/v1/solve", known)
+        id_ = d.ask("POST", "/v1/jobs", slow()).json()["id"]
+        waiters, streams, idle = ([connect(d) for _ in range(n)] for n in (400, 150, 100))
+        for s in waiters:
+            s.sendall(f"GET /v1/jobs/{id_} HTTP/1.1\r\nHost: localhost\r\nPrefer: wait=100\r\nConnection: close\r\n\r\n".encode())
+        for s in streams:
+            s.sendall(f"GET /v1/jobs/{id_}/events HTTP/1.1\r\nHost: localhost\r\n\r\n".encode())
+        c(until(lambda: (series(d)["sgad_waiters"], series(d)["sgad_event_streams"]) == (400, 150), 30), "all of them wait",
+          {k: v for k, v in series(d).items() if "wait" in k or "stream" in k})
+        took = []
+        for _ in range(50):
+            begun = time.time()
+            c.status(d.ask("POST", "/v1/solve", known), 200, "a hit beside them")
+            took.append(time.time() - begun)
+        c(sorted(took)[25] < 1, "a hit does not wait for them", took)
+        d.ask("DELETE", "/v1/jobs/" + id_)
+
+        def all_of(s):
+            out = b""
+            while True:
+                piece = s.recv(65536)
+                if not piece:
+                    return out
+                out += piece
+        ends = [all_of(s) for s in waiters]
+        c(all(e.startswith(b"HTTP/1.1 200") and e.endswith(b"}") and b'"cancelled"' in e for e in ends), "every waiter is answered",
+          [e[:80] for e in ends if b'"cancelled"' not in e][:3])
+        c(all(b"event: end" in s.recv(65536) or b"event: end" in s.recv(65536) for s in streams), "every stream tells the end")
+        for s in idle:
+            s.sendall(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n")
+        c(all(s.recv(1000).startswith(b"HTTP/1.1 200") for s in idle), "connections that were silent meanwhile are served")
+        for s in waiters + streams + idle:
+            s.close()
+
+
 def huge(build, c):
     """Large trajectories are sent as they lie, line by line; how many of them is bounded."""
     with Daemon(build, "--cache-memory", "0", "--reply-memory", "20000000", "--send-timeout", "60") as d:
@@ -269,4 +311,4 @@ def evicted(build, c):
             c(again["id"] == j["id"] and again["result"]["trajectory"]["rows"] == j["result"]["trajectory"]["rows"], "what went is computed again, the same")
 
 
-ALL = [stages, logs, top, slowly, many, huge, evicted]
+ALL = [stages, logs, top, slowly, many, crowded, huge, evicted]

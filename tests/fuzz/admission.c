@@ -14,6 +14,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "checks.h"
 #include "folder.h"
 #include "fuzz.h"
 #include "http.h"
@@ -58,7 +59,7 @@ int LLVMFuzzerInitialize(int *argc, char ***argv)
         && (sv->store = store_open(sv->config.state, &sv->metrics, why, sizeof why))
         && (store_limit(sv->store, &sv->config.cache_disk), true)
         && (sv->jobs = jobs_new(&sv->config, sv->store, sv->recent, &sv->metrics, hooks))
-        && (sv->everyone = jobs_account(sv->jobs, "", &(struct quota){ 0 })) && (http = http_start(sv, why, sizeof why));
+        && (sv->everyone = jobs_account(sv->jobs, "", &(struct quota){ 0 })) && (sv->checks = checks_new()) && (http = http_start(sv, why, sizeof why));
     FUZZ_REQUIRE(ok, "%s", why);
     return 0;
 }
@@ -68,7 +69,9 @@ void fuzz_end(void)
     struct service *sv = &service;
     jobs_drain(sv->jobs);
     jobs_close_waiters(sv->jobs);
+    checks_close(sv->checks);
     http_stop(http);
+    checks_free(sv->checks);
     store_close(sv->store);
     jobs_free(sv->jobs);
     recent_free(sv->recent);
