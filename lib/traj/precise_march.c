@@ -171,8 +171,11 @@ static enum outcome attempt(struct march *m, num_dd s, double *miss)
     double moved, residual;
     polynomial(m, &m->here, s, m->there.x, m->slope);
     m->there.t = num_dd_add(m->here.t, num_dd_scale(s, m->here.scale));
+    m->why = ODE_LEFT_DOMAIN;
+    if (!precise_project(m->p, m->there.t, m->there.x, m->scale, NULL, &moved, &residual))
+        return REFUSED;
     m->why = ODE_CONSTRAINT_LOST;
-    if (!precise_project(m->p, m->there.t, m->there.x, m->scale, NULL, &moved, &residual) || !(moved <= most_moved(m)))
+    if (!(moved <= most_moved(m)))
         return REFUSED;
     if (!allowed(m, &m->there))
         return REFUSED;
@@ -216,15 +219,27 @@ static double largest(const num_dd *x, int n)
     return most;
 }
 
+/* The derivative is far larger than the state over the time passed: a scale of its own that goes to 0. */
+static bool grows_now(const struct march *m, double size, double *rate)
+{
+    double passed = fabs(num_dd_sub(m->here.t, m->p->start).hi);
+    *rate = m->path->steps ? largest(m->here.series + m->n, m->n) / fabs(m->here.scale) : 0;
+    return *rate * passed > 1e3 * fmax(fmax(size, m->first_size), 1e-300);
+}
+
 static void end_refused(struct march *m, bool refused)
 {
-    double size = largest(m->here.x, m->n);
+    double size = largest(m->here.x, m->n), rate;
     char text[200];
-    if (size > 1e3 * (m->first_size + 1) && (!refused || m->why != ODE_SINGULAR)) {
+    bool grows = grows_now(m, size, &rate) && !(refused && m->why != ODE_LEFT_DOMAIN);
+    if (size > 1e3 * (m->first_size + 1) && !(refused && m->why == ODE_SINGULAR)) {
         snprintf(text, sizeof text, "the solution grows without bound (size %.3g at the end)", size);
         end_at(m, ODE_BLOW_UP, text);
+    } else if (grows) {
+        snprintf(text, sizeof text, "the derivative grows without bound (size %.3g) while the solution stays at size %.3g", rate, size);
+        end_at(m, ODE_BLOW_UP, text);
     } else if (!refused) {
-        end_at(m, ODE_BLOW_UP, "the derivative grows without bound while the solution does not");
+        end_at(m, ODE_SINGULAR, "no step is small enough for the tolerance here: the field is not smooth, or the tolerance is too tight");
     } else {
         end_at(m, m->why, m->why == ODE_SINGULAR ? "a rank drops here: the field or the constraints are singular"
                           : m->why == ODE_LEFT_DOMAIN ? "the vector field has no series beyond this time"

@@ -147,50 +147,82 @@ static bool precise(struct flow *f, const struct sys_system *sys, const struct s
     return true;
 }
 
-/* In double-double where that was not asked for: only if it can be, is not long, and reaches the
- * tolerances (or, with `end`, any end but a limit). False, r as it was: it does not. */
+/* In double-double where that was not asked for: only if it can be, and is not long. r->initial and
+ * what r says of double (steps, 0 at first) are looked at. False: there is nothing in *fine. */
 static bool try_precise(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
-                        bool end, struct traj_result *r)
+                        const struct traj_result *r, struct traj_result *fine)
 {
     const char *why;
     struct sga_error ignored = { 0 };
-    struct traj_result fine = { .initial = NULL, .moved = r->moved };
     double steps = fmin((double)MOST_STEPS, MOST_WORK / (50 + num_tape_length(f->field.direct)));
+    *fine = (struct traj_result){ .moved = r->moved };
     if (!precise_possible(f, rq, &why) || !rq->exact_time || (double)r->steps > 4 * steps)
         return false;
-    fine.initial = memcpy(sga_malloc((size_t)f->n * sizeof *fine.initial), r->initial, (size_t)f->n * sizeof *fine.initial);
-    bool better = precise(f, sys, sol, rq, (long)steps, &fine, &ignored);
-    better = better && (end ? !fine.ended || strcmp(fine.ended_reason, ode_reason_text(ODE_STEP_LIMIT)) != 0
-                            : !fine.shortfall && fine.rows >= r->rows);
-    if (better) {
-        traj_result_clear(r);
-        *r = fine;
-    } else {
-        traj_result_clear(&fine);
-    }
-    return better;
+    fine->initial = memcpy(sga_malloc((size_t)f->n * sizeof *fine->initial), r->initial, (size_t)f->n * sizeof *fine->initial);
+    if (precise(f, sys, sol, rq, (long)steps, fine, &ignored))
+        return true;
+    traj_result_clear(fine);
+    return false;
 }
 
-/* In the arithmetic that was asked for, or the cheapest that reaches the tolerances. */
+/* Double arithmetic, and what double-double has beside it: the samples are those of the longer numbers where
+ * there are as many; of endings that differ, that of double, which has more ways to go on. */
+static void choose(struct traj_result *r, struct traj_result *fine)
+{
+    struct traj_result other = *r;
+    if (fine->rows < r->rows) {
+        traj_result_clear(fine);
+        return;
+    }
+    *r = *fine;
+    if (other.ended != fine->ended || (other.ended && strcmp(other.ended_reason, fine->ended_reason) != 0)) {
+        r->ended = other.ended;
+        r->ended_t = other.ended_t;
+        r->ended_reason = other.ended_reason;
+        memcpy(r->ended_detail, other.ended_detail, sizeof r->ended_detail);
+    }
+    traj_result_clear(&other);
+}
+
+/* The cheapest arithmetic that reaches the tolerances. */
+static bool solve_cheapest(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+                           struct traj_result *r, struct sga_error *err)
+{
+    struct traj_result fine;
+    bool needed = rq->rtol < DOUBLE_REACHES && rq->atol < DOUBLE_REACHES, there = needed && try_precise(f, sys, sol, rq, r, &fine);
+    if (there && !fine.ended) {
+        traj_result_clear(r);
+        *r = fine;
+        return true;
+    }
+    if (!integrate(f, rq, r, err)) {
+        if (there)
+            traj_result_clear(&fine);
+        return false;
+    }
+    if (there) {
+        choose(r, &fine);
+    } else if (!needed && r->shortfall && !strstr(r->method, "radau") && try_precise(f, sys, sol, rq, r, &fine)) {
+        /* rounding in double: perhaps longer numbers are enough; what is stiff they cannot follow */
+        if (fine.shortfall)
+            traj_result_clear(&fine);
+        else
+            choose(r, &fine);
+    }
+    return true;
+}
+
 static bool solve(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
                   struct traj_result *r, struct sga_error *err)
 {
     const char *why;
     if (!field_slope_init(&f->field, sol, err))
         return false;
-    bool fine = rq->rtol < DOUBLE_REACHES && rq->atol < DOUBLE_REACHES;
     if (rq->arithmetic == TRAJ_DOUBLE_DOUBLE && !precise_possible(f, rq, &why))
         return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "%s", why);
     if (rq->arithmetic == TRAJ_DOUBLE_DOUBLE)
         return precise(f, sys, sol, rq, MOST_STEPS, r, err);
-    if (rq->arithmetic == TRAJ_AUTO && fine && try_precise(f, sys, sol, rq, true, r))
-        return true;
-    if (!integrate(f, rq, r, err))
-        return false;
-    /* rounding in double: perhaps longer numbers are enough; what is stiff they cannot follow */
-    if (rq->arithmetic == TRAJ_AUTO && !fine && r->shortfall && !strstr(r->method, "radau"))
-        try_precise(f, sys, sol, rq, false, r);
-    return true;
+    return rq->arithmetic == TRAJ_AUTO ? solve_cheapest(f, sys, sol, rq, r, err) : integrate(f, rq, r, err);
 }
 
 const char *traj_gauge_text(bool conditions, bool rates, bool least_norm)
