@@ -8,8 +8,8 @@
 
 /* The step is this part of the disc's radius: order^2 / step is least near e^-2 for many digits. */
 static const double PART = 1.0 / 6;
-/* Bits of everything that multiplies radii, and of the remainder of J. */
-enum { ROUGH_BITS = 64, LINEAR_BITS = 32 };
+/* Bits of everything that multiplies radii, and of the remainder of J, which makes the radii grow by about its size in each step. */
+enum { ROUGH_BITS = 64, LINEAR_BITS = 26 };
 
 void enc_step_init(struct enc_step *w, const struct enc_program *p, int fields)
 {

@@ -7,7 +7,8 @@
 
 void enc_series_init(struct enc_series *s, const struct enc_program *p)
 {
-    *s = (struct enc_series){ .p = p, .room = -1, .choice = sga_calloc((size_t)p->slots + 1, 1) };
+    *s = (struct enc_series){ .p = p, .room = -1, .choice = sga_calloc((size_t)p->slots + 1, 1),
+                              .from = sga_calloc((size_t)p->slots + 1, sizeof(int)) };
     s->inverse = sga_calloc((size_t)p->systems + 1, sizeof *s->inverse);
     for (int k = 0; k < p->systems; k++)
         arb_mat_init(s->inverse + k, p->system[k].m, p->system[k].m);
@@ -34,6 +35,7 @@ void enc_series_clear(struct enc_series *s)
         arb_mat_clear(s->inverse + k);
     free(s->inverse);
     free(s->choice);
+    free(s->from);
     *s = (struct enc_series){ 0 };
 }
 
@@ -229,6 +231,18 @@ bool enc_series_run(struct enc_series *s, arb_srcptr x, const arb_t t, int order
     return ok;
 }
 
+/* r = r0 -or+ sum over i of (tangent of slot)_i y_{k-i}: from its first coefficient that is not 0. */
+static void convolve_along(struct enc_series *s, arb_t r, const arb_t r0, bool minus, int slot, arb_srcptr y, slong k)
+{
+    slong from = s->from[slot];
+    if (from <= k)
+        convolve(r, r0, minus, enc_series_tangent(s, slot) + from, y, k - from, k - from + 1, s->prec);
+    else if (r0 && r0 != r)
+        arb_set(r, r0);
+    else if (!r0)
+        arb_zero(r);
+}
+
 /* S y' = r' - S' y, orders as above. */
 static void solve_along(struct enc_series *s, int index, slong k)
 {
@@ -239,8 +253,7 @@ static void solve_along(struct enc_series *s, int index, slong k)
         arb_set(r + i, enc_series_tangent(s, q->rhs[i]) + k);
         for (int j = 0; j < m; j++) {
             int e = q->matrix[i * m + j];
-            if (s->p->code[e].state)
-                convolve(r + i, r + i, true, enc_series_tangent(s, e), enc_series_of(s, q->first + j), k, k + 1, s->prec);
+            convolve_along(s, r + i, r + i, true, e, enc_series_of(s, q->first + j), k);
             if (s->p->code[e].varies)
                 convolve(r + i, r + i, true, enc_series_of(s, e) + 1, enc_series_tangent(s, q->first + j), k - 1, k, s->prec);
         }
@@ -256,23 +269,17 @@ static void along(struct enc_series *s, int i, slong k)
     const struct enc_code *c = s->p->code + i;
     arb_ptr r = enc_series_tangent(s, i) + k, da = enc_series_tangent(s, c->a), db = enc_series_tangent(s, c->b);
     arb_ptr v = enc_series_of(s, i), a = enc_series_of(s, c->a), b = enc_series_of(s, c->b);
-    bool with_a = s->p->code[c->a].state, with_b = s->p->code[c->b].state;
     slong prec = s->prec;
     switch (c->op) {
     case ENC_ADD: arb_add(r, da + k, db + k, prec); break;
     case ENC_SUB: arb_sub(r, da + k, db + k, prec); break;
     case ENC_NEG: arb_neg(r, da + k); break;
     case ENC_MUL:
-        arb_zero(r);
-        if (with_a)
-            convolve(r, NULL, false, da, b, k, k + 1, prec);
-        if (with_b)
-            convolve(r, r, false, db, a, k, k + 1, prec);
+        convolve_along(s, r, NULL, false, c->a, b, k);
+        convolve_along(s, r, r, false, c->b, a, k);
         break;
     case ENC_DIV:        /* b v' = a' - v b' */
-        arb_set(r, da + k);
-        if (with_b)
-            convolve(r, r, true, db, v, k, k + 1, prec);
+        convolve_along(s, r, da + k, true, c->b, v, k);
         convolve(r, r, true, b + 1, enc_series_tangent(s, i), k - 1, k, prec);
         arb_div(r, r, b, prec);
         break;
@@ -281,10 +288,10 @@ static void along(struct enc_series *s, int i, slong k)
         convolve(r, r, true, v + 1, enc_series_tangent(s, i), k - 1, k, prec);
         arb_div(r, r, v, prec);
         break;
-    case ENC_FUN: convolve(r, NULL, c->sign < 0, da, enc_series_of(s, c->g), k, k + 1, prec); break;
+    case ENC_FUN: convolve_along(s, r, NULL, c->sign < 0, c->a, enc_series_of(s, c->g), k); break;
     case ENC_ATAN2:
-        convolve(r, NULL, false, da, enc_series_of(s, c->g), k, k + 1, prec);
-        convolve(r, r, true, db, enc_series_of(s, c->g2), k, k + 1, prec);
+        convolve_along(s, r, NULL, false, c->a, enc_series_of(s, c->g), k);
+        convolve_along(s, r, r, true, c->b, enc_series_of(s, c->g2), k);
         break;
     case ENC_CHOICE: follow(r, s->choice[i], da + k, db + k, false); break;
     case ENC_SOLVE:
@@ -299,20 +306,44 @@ static void begin_along(struct enc_series *s, int direction)
 {
     if (!s->tangent)
         s->tangent = _arb_vec_init((slong)s->p->slots * (s->room + 1));
-    for (int i = 0; i < s->p->slots; i++)
+    for (int i = 0; i < s->p->slots; i++) {
         _arb_vec_zero(enc_series_tangent(s, i), s->order + 1);
+        s->from[i] = s->p->code[i].state ? 0 : s->order + 1;
+    }
     arb_one(enc_series_tangent(s, direction));
+    for (int j = 0; j < s->p->n; j++)
+        s->from[j] = j != direction;
+}
+
+/* Slots whose operands have not been reached yet stay 0. */
+static bool reached(const struct enc_series *s, const struct enc_code *c, slong k)
+{
+    if (c->op == ENC_SOLVE) {
+        const struct enc_system *q = s->p->system + c->a;
+        for (int i = 0; i < q->m * q->m; i++)
+            if (s->from[q->matrix[i]] <= k)
+                return true;
+        for (int i = 0; i < q->m; i++)
+            if (s->from[q->rhs[i]] <= k)
+                return true;
+        return false;
+    }
+    bool one = c->op == ENC_NEG || c->op == ENC_SQRT || c->op == ENC_FUN;
+    return s->from[c->a] <= k || (!one && s->from[c->b] <= k);
 }
 
 static bool all_along(struct enc_series *s, slong k)
 {
     const struct enc_program *p = s->p;
     bool ok = true;
-    for (int i = p->n + 1; i < p->slots && ok; i++)
-        if (p->code[i].state) {
-            along(s, i, k);
-            ok = arb_is_finite(enc_series_tangent(s, i) + k);
+    for (int i = p->n + 1; i < p->slots && ok; i++) {
+        if (!p->code[i].state || (s->from[i] == k && !reached(s, p->code + i, k))) {
+            s->from[i] += p->code[i].state;
+            continue;
         }
+        along(s, i, k);
+        ok = arb_is_finite(enc_series_tangent(s, i) + k);
+    }
     return ok;
 }
 
@@ -329,8 +360,12 @@ bool enc_series_along(struct enc_series *s, int direction)
     bool ok = true;
     for (int k = 0; k < s->order && ok; k++) {
         ok = all_along(s, k);
-        for (int j = 0; j < p->n; j++)
-            arb_div_ui(enc_series_tangent(s, j) + k + 1, enc_series_tangent(s, p->root[j]) + k, (ulong)k + 1, s->prec);
+        for (int j = 0; j < p->n; j++) {
+            if (s->from[j] == k + 1 && s->from[p->root[j]] > k)
+                s->from[j]++;
+            else
+                arb_div_ui(enc_series_tangent(s, j) + k + 1, enc_series_tangent(s, p->root[j]) + k, (ulong)k + 1, s->prec);
+        }
     }
     return ok;
 }

@@ -17,6 +17,7 @@ struct enc_series {
     arb_ptr value;           /* by slot: room + 1 coefficients */
     arb_ptr scaled;          /* the same, the k-th times k, where code.scaled */
     arb_ptr tangent;         /* by slot, the derivative along one direction; NULL until asked for */
+    int *from;               /* by slot: tangent coefficients below this one are 0 */
     signed char *choice;     /* by slot: what CHOICE took: 1 a, -1 minus a, 2 b, 3 the constant 1, -3 minus 1; 0 undecided */
     arb_mat_struct *inverse; /* by system */
 };
