@@ -33,4 +33,9 @@ void enc_disc_clear(struct enc_disc *c);
  * with R >= least. All bounds are rigorous; the search is not. */
 bool enc_disc_find(struct enc_disc *c, arb_srcptr x, const arb_t t, double most, double least);
 
+/* Inside the search (box.c): the values of all slots that are not aux, the inputs being set. False where one is not shown to be
+ * finite and holomorphic on the box. */
+enum { ENC_BOX_BITS = 64 };
+bool enc_box_values(struct enc_disc *c);
+
 #endif

@@ -54,8 +54,7 @@ static arb_ptr scaled_of(const struct enc_series *s, int slot)
     return s->scaled + (size_t)slot * (size_t)(s->room + 1);
 }
 
-/* r = r0 - or + sum_{i=0}^{len-1} x_i y_{top-i}, x and y from their first entries. */
-static void convolve(arb_t r, const arb_t r0, bool minus, arb_srcptr x, arb_srcptr y, slong top, slong len, slong prec)
+void enc_convolve(arb_t r, const arb_t r0, bool minus, arb_srcptr x, arb_srcptr y, slong top, slong len, slong prec)
 {
     arb_dot(r, r0, minus, x, 1, len > 0 ? y + top : y, -1, len > 0 ? len : 0, prec);
 }
@@ -65,10 +64,10 @@ static void sum_fun(struct enc_series *s, int i, slong k)
     const struct enc_code *c = s->p->code + i;
     arb_ptr r = enc_series_of(s, i) + k;
     if (c->op == ENC_ATAN2) {
-        convolve(r, NULL, false, scaled_of(s, c->a) + 1, enc_series_of(s, c->g), k - 1, k, s->prec);
-        convolve(r, r, true, scaled_of(s, c->b) + 1, enc_series_of(s, c->g2), k - 1, k, s->prec);
+        enc_convolve(r, NULL, false, scaled_of(s, c->a) + 1, enc_series_of(s, c->g), k - 1, k, s->prec);
+        enc_convolve(r, r, true, scaled_of(s, c->b) + 1, enc_series_of(s, c->g2), k - 1, k, s->prec);
     } else {
-        convolve(r, NULL, c->sign < 0, scaled_of(s, c->a) + 1, enc_series_of(s, c->g), k - 1, k, s->prec);
+        enc_convolve(r, NULL, c->sign < 0, scaled_of(s, c->a) + 1, enc_series_of(s, c->g), k - 1, k, s->prec);
     }
     arb_div_ui(r, r, (ulong)k, s->prec);
 }
@@ -92,8 +91,7 @@ static void choose(struct enc_series *s, int i)
     arb_clear(d);
 }
 
-/* Coefficient k of the chosen branch: of values or tangents. */
-static void follow(arb_t r, int choice, const arb_t a, const arb_t b, bool constant)
+void enc_follow(arb_t r, int choice, const arb_t a, const arb_t b, bool constant)
 {
     switch (choice) {
     case 1:  arb_set(r, a); break;
@@ -117,7 +115,7 @@ static void solve(struct enc_series *s, const struct enc_system *q, arb_mat_stru
             if (k == 0)
                 arb_set(arb_mat_entry(inverse, i, j), enc_series_of(s, e));
             else if (s->p->code[e].varies)
-                convolve(r + i, r + i, true, enc_series_of(s, e) + 1, enc_series_of(s, q->first + j), k - 1, k, s->prec);
+                enc_convolve(r + i, r + i, true, enc_series_of(s, e) + 1, enc_series_of(s, q->first + j), k - 1, k, s->prec);
         }
     }
     if (k == 0 && !arb_mat_inv(inverse, inverse, s->prec))
@@ -136,7 +134,7 @@ static void first(struct enc_series *s, int i)
             solve(s, s->p->system + c->a, s->inverse + c->a, 0);
     } else if (c->op == ENC_CHOICE && c->varies) {
         choose(s, i);
-        follow(r, s->choice[i], enc_series_of(s, c->a), enc_series_of(s, c->b), true);
+        enc_follow(r, s->choice[i], enc_series_of(s, c->a), enc_series_of(s, c->b), true);
     } else {
         bool leaf = c->op == ENC_INTEGER || c->op == ENC_CONSTANT;
         enc_value(r, s->p, c, leaf ? r : enc_series_of(s, c->a), enc_series_of(s, c->b), s->prec);
@@ -158,23 +156,23 @@ static void next(struct enc_series *s, int i, slong k)
         else if (!s->p->code[c->b].varies)
             arb_mul(r, a + k, b, prec);
         else
-            convolve(r, NULL, false, a, b, k, k + 1, prec);
+            enc_convolve(r, NULL, false, a, b, k, k + 1, prec);
         break;
     case ENC_DIV:
         if (s->p->code[c->b].varies) {
-            convolve(r, a + k, true, b + 1, v, k - 1, k, prec);
+            enc_convolve(r, a + k, true, b + 1, v, k - 1, k, prec);
             arb_div(r, r, b, prec);
         } else {
             arb_div(r, a + k, b, prec);
         }
         break;
     case ENC_SQRT:
-        convolve(r, a + k, true, v + 1, v, k - 1, k - 1, prec);
+        enc_convolve(r, a + k, true, v + 1, v, k - 1, k - 1, prec);
         arb_div(r, r, v, prec);
         arb_mul_2exp_si(r, r, -1);
         break;
     case ENC_FUN: case ENC_ATAN2: sum_fun(s, i, k); break;
-    case ENC_CHOICE: follow(r, s->choice[i], a + k, b + k, false); break;
+    case ENC_CHOICE: enc_follow(r, s->choice[i], a + k, b + k, false); break;
     case ENC_SOLVE:
         if (c->b == 0)
             solve(s, s->p->system + c->a, s->inverse + c->a, k);
@@ -227,145 +225,6 @@ bool enc_series_run(struct enc_series *s, arb_srcptr x, const arb_t t, int order
         }
         for (int j = 0; j < p->n && k < order; j++)
             arb_div_ui(enc_series_of(s, j) + k + 1, enc_series_of(s, p->root[j]) + k, (ulong)k + 1, prec);
-    }
-    return ok;
-}
-
-/* r = r0 -or+ sum over i of (tangent of slot)_i y_{k-i}: from its first coefficient that is not 0. */
-static void convolve_along(struct enc_series *s, arb_t r, const arb_t r0, bool minus, int slot, arb_srcptr y, slong k)
-{
-    slong from = s->from[slot];
-    if (from <= k)
-        convolve(r, r0, minus, enc_series_tangent(s, slot) + from, y, k - from, k - from + 1, s->prec);
-    else if (r0 && r0 != r)
-        arb_set(r, r0);
-    else if (!r0)
-        arb_zero(r);
-}
-
-/* S y' = r' - S' y, orders as above. */
-static void solve_along(struct enc_series *s, int index, slong k)
-{
-    const struct enc_system *q = s->p->system + index;
-    int m = q->m;
-    arb_ptr r = _arb_vec_init(m);
-    for (int i = 0; i < m; i++) {
-        arb_set(r + i, enc_series_tangent(s, q->rhs[i]) + k);
-        for (int j = 0; j < m; j++) {
-            int e = q->matrix[i * m + j];
-            convolve_along(s, r + i, r + i, true, e, enc_series_of(s, q->first + j), k);
-            if (s->p->code[e].varies)
-                convolve(r + i, r + i, true, enc_series_of(s, e) + 1, enc_series_tangent(s, q->first + j), k - 1, k, s->prec);
-        }
-    }
-    for (int i = 0; i < m; i++)
-        arb_dot(enc_series_tangent(s, q->first + i) + k, NULL, 0, (s->inverse + index)->rows[i], 1, r, 1, m, s->prec);
-    _arb_vec_clear(r, m);
-}
-
-/* Derivatives are linear: those of a product are two convolutions, of f(x) one with f'(x). */
-static void along(struct enc_series *s, int i, slong k)
-{
-    const struct enc_code *c = s->p->code + i;
-    arb_ptr r = enc_series_tangent(s, i) + k, da = enc_series_tangent(s, c->a), db = enc_series_tangent(s, c->b);
-    arb_ptr v = enc_series_of(s, i), a = enc_series_of(s, c->a), b = enc_series_of(s, c->b);
-    slong prec = s->prec;
-    switch (c->op) {
-    case ENC_ADD: arb_add(r, da + k, db + k, prec); break;
-    case ENC_SUB: arb_sub(r, da + k, db + k, prec); break;
-    case ENC_NEG: arb_neg(r, da + k); break;
-    case ENC_MUL:
-        convolve_along(s, r, NULL, false, c->a, b, k);
-        convolve_along(s, r, r, false, c->b, a, k);
-        break;
-    case ENC_DIV:        /* b v' = a' - v b' */
-        convolve_along(s, r, da + k, true, c->b, v, k);
-        convolve(r, r, true, b + 1, enc_series_tangent(s, i), k - 1, k, prec);
-        arb_div(r, r, b, prec);
-        break;
-    case ENC_SQRT:       /* 2 v v' = a' */
-        arb_mul_2exp_si(r, da + k, -1);
-        convolve(r, r, true, v + 1, enc_series_tangent(s, i), k - 1, k, prec);
-        arb_div(r, r, v, prec);
-        break;
-    case ENC_FUN: convolve_along(s, r, NULL, c->sign < 0, c->a, enc_series_of(s, c->g), k); break;
-    case ENC_ATAN2:
-        convolve_along(s, r, NULL, false, c->a, enc_series_of(s, c->g), k);
-        convolve_along(s, r, r, true, c->b, enc_series_of(s, c->g2), k);
-        break;
-    case ENC_CHOICE: follow(r, s->choice[i], da + k, db + k, false); break;
-    case ENC_SOLVE:
-        if (c->b == 0)
-            solve_along(s, c->a, k);
-        break;
-    default: break;
-    }
-}
-
-static void begin_along(struct enc_series *s, int direction)
-{
-    if (!s->tangent)
-        s->tangent = _arb_vec_init((slong)s->p->slots * (s->room + 1));
-    for (int i = 0; i < s->p->slots; i++) {
-        _arb_vec_zero(enc_series_tangent(s, i), s->order + 1);
-        s->from[i] = s->p->code[i].state ? 0 : s->order + 1;
-    }
-    arb_one(enc_series_tangent(s, direction));
-    for (int j = 0; j < s->p->n; j++)
-        s->from[j] = j != direction;
-}
-
-/* Slots whose operands have not been reached yet stay 0. */
-static bool reached(const struct enc_series *s, const struct enc_code *c, slong k)
-{
-    if (c->op == ENC_SOLVE) {
-        const struct enc_system *q = s->p->system + c->a;
-        for (int i = 0; i < q->m * q->m; i++)
-            if (s->from[q->matrix[i]] <= k)
-                return true;
-        for (int i = 0; i < q->m; i++)
-            if (s->from[q->rhs[i]] <= k)
-                return true;
-        return false;
-    }
-    bool one = c->op == ENC_NEG || c->op == ENC_SQRT || c->op == ENC_FUN;
-    return s->from[c->a] <= k || (!one && s->from[c->b] <= k);
-}
-
-static bool all_along(struct enc_series *s, slong k)
-{
-    const struct enc_program *p = s->p;
-    bool ok = true;
-    for (int i = p->n + 1; i < p->slots && ok; i++) {
-        if (!p->code[i].state || (s->from[i] == k && !reached(s, p->code + i, k))) {
-            s->from[i] += p->code[i].state;
-            continue;
-        }
-        along(s, i, k);
-        ok = arb_is_finite(enc_series_tangent(s, i) + k);
-    }
-    return ok;
-}
-
-bool enc_series_slope(struct enc_series *s, int direction)
-{
-    begin_along(s, direction);
-    return all_along(s, 0);
-}
-
-bool enc_series_along(struct enc_series *s, int direction)
-{
-    const struct enc_program *p = s->p;
-    begin_along(s, direction);
-    bool ok = true;
-    for (int k = 0; k < s->order && ok; k++) {
-        ok = all_along(s, k);
-        for (int j = 0; j < p->n; j++) {
-            if (s->from[j] == k + 1 && s->from[p->root[j]] > k)
-                s->from[j]++;
-            else
-                arb_div_ui(enc_series_tangent(s, j) + k + 1, enc_series_tangent(s, p->root[j]) + k, (ulong)k + 1, s->prec);
-        }
     }
     return ok;
 }

@@ -34,6 +34,11 @@ bool enc_series_along(struct enc_series *s, int j);
  * coefficient 0 of their tangents. */
 bool enc_series_slope(struct enc_series *s, int j);
 
+/* Shared by values and derivatives: r = r0 - or + sum_{i=0}^{len-1} x_i y_{top-i}, x and y from their first entries, r0 NULL
+ * for 0; and a coefficient of the branch that was chosen (constant: of a sign, the 0-th of a value). */
+void enc_convolve(arb_t r, const arb_t r0, bool minus, arb_srcptr x, arb_srcptr y, slong top, slong len, slong prec);
+void enc_follow(arb_t r, int choice, const arb_t a, const arb_t b, bool constant);
+
 static inline arb_ptr enc_series_of(const struct enc_series *s, int slot) { return s->value + (size_t)slot * (size_t)(s->room + 1); }
 static inline arb_ptr enc_series_tangent(const struct enc_series *s, int slot) { return s->tangent + (size_t)slot * (size_t)(s->room + 1); }
 

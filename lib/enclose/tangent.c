@@ -1,0 +1,142 @@
+/* Derivatives of the coefficients with respect to the start. They are linear: that of a product is two convolutions,
+ * that of f(x) one with f'(x). */
+#include "series.h"
+
+/* r = r0 -or+ sum over i of (tangent of slot)_i y_{k-i}: from its first coefficient that is not 0. */
+static void convolve_along(struct enc_series *s, arb_t r, const arb_t r0, bool minus, int slot, arb_srcptr y, slong k)
+{
+    slong from = s->from[slot];
+    if (from <= k)
+        enc_convolve(r, r0, minus, enc_series_tangent(s, slot) + from, y, k - from, k - from + 1, s->prec);
+    else if (r0 && r0 != r)
+        arb_set(r, r0);
+    else if (!r0)
+        arb_zero(r);
+}
+
+/* S y' = r' - S' y, orders as above. */
+static void solve_along(struct enc_series *s, int index, slong k)
+{
+    const struct enc_system *q = s->p->system + index;
+    int m = q->m;
+    arb_ptr r = _arb_vec_init(m);
+    for (int i = 0; i < m; i++) {
+        arb_set(r + i, enc_series_tangent(s, q->rhs[i]) + k);
+        for (int j = 0; j < m; j++) {
+            int e = q->matrix[i * m + j];
+            convolve_along(s, r + i, r + i, true, e, enc_series_of(s, q->first + j), k);
+            if (s->p->code[e].varies)
+                enc_convolve(r + i, r + i, true, enc_series_of(s, e) + 1, enc_series_tangent(s, q->first + j), k - 1, k, s->prec);
+        }
+    }
+    for (int i = 0; i < m; i++)
+        arb_dot(enc_series_tangent(s, q->first + i) + k, NULL, 0, (s->inverse + index)->rows[i], 1, r, 1, m, s->prec);
+    _arb_vec_clear(r, m);
+}
+
+/* Derivatives are linear: those of a product are two convolutions, of f(x) one with f'(x). */
+static void along(struct enc_series *s, int i, slong k)
+{
+    const struct enc_code *c = s->p->code + i;
+    arb_ptr r = enc_series_tangent(s, i) + k, da = enc_series_tangent(s, c->a), db = enc_series_tangent(s, c->b);
+    arb_ptr v = enc_series_of(s, i), a = enc_series_of(s, c->a), b = enc_series_of(s, c->b);
+    slong prec = s->prec;
+    switch (c->op) {
+    case ENC_ADD: arb_add(r, da + k, db + k, prec); break;
+    case ENC_SUB: arb_sub(r, da + k, db + k, prec); break;
+    case ENC_NEG: arb_neg(r, da + k); break;
+    case ENC_MUL:
+        convolve_along(s, r, NULL, false, c->a, b, k);
+        convolve_along(s, r, r, false, c->b, a, k);
+        break;
+    case ENC_DIV:        /* b v' = a' - v b' */
+        convolve_along(s, r, da + k, true, c->b, v, k);
+        enc_convolve(r, r, true, b + 1, enc_series_tangent(s, i), k - 1, k, prec);
+        arb_div(r, r, b, prec);
+        break;
+    case ENC_SQRT:       /* 2 v v' = a' */
+        arb_mul_2exp_si(r, da + k, -1);
+        enc_convolve(r, r, true, v + 1, enc_series_tangent(s, i), k - 1, k, prec);
+        arb_div(r, r, v, prec);
+        break;
+    case ENC_FUN: convolve_along(s, r, NULL, c->sign < 0, c->a, enc_series_of(s, c->g), k); break;
+    case ENC_ATAN2:
+        convolve_along(s, r, NULL, false, c->a, enc_series_of(s, c->g), k);
+        convolve_along(s, r, r, true, c->b, enc_series_of(s, c->g2), k);
+        break;
+    case ENC_CHOICE: enc_follow(r, s->choice[i], da + k, db + k, false); break;
+    case ENC_SOLVE:
+        if (c->b == 0)
+            solve_along(s, c->a, k);
+        break;
+    default: break;
+    }
+}
+
+static void begin_along(struct enc_series *s, int direction)
+{
+    if (!s->tangent)
+        s->tangent = _arb_vec_init((slong)s->p->slots * (s->room + 1));
+    for (int i = 0; i < s->p->slots; i++) {
+        _arb_vec_zero(enc_series_tangent(s, i), s->order + 1);
+        s->from[i] = s->p->code[i].state ? 0 : s->order + 1;
+    }
+    arb_one(enc_series_tangent(s, direction));
+    for (int j = 0; j < s->p->n; j++)
+        s->from[j] = j != direction;
+}
+
+/* Slots whose operands have not been reached yet stay 0. */
+static bool reached(const struct enc_series *s, const struct enc_code *c, slong k)
+{
+    if (c->op == ENC_SOLVE) {
+        const struct enc_system *q = s->p->system + c->a;
+        for (int i = 0; i < q->m * q->m; i++)
+            if (s->from[q->matrix[i]] <= k)
+                return true;
+        for (int i = 0; i < q->m; i++)
+            if (s->from[q->rhs[i]] <= k)
+                return true;
+        return false;
+    }
+    bool one = c->op == ENC_NEG || c->op == ENC_SQRT || c->op == ENC_FUN;
+    return s->from[c->a] <= k || (!one && s->from[c->b] <= k);
+}
+
+static bool all_along(struct enc_series *s, slong k)
+{
+    const struct enc_program *p = s->p;
+    bool ok = true;
+    for (int i = p->n + 1; i < p->slots && ok; i++) {
+        if (!p->code[i].state || (s->from[i] == k && !reached(s, p->code + i, k))) {
+            s->from[i] += p->code[i].state;
+            continue;
+        }
+        along(s, i, k);
+        ok = arb_is_finite(enc_series_tangent(s, i) + k);
+    }
+    return ok;
+}
+
+bool enc_series_slope(struct enc_series *s, int direction)
+{
+    begin_along(s, direction);
+    return all_along(s, 0);
+}
+
+bool enc_series_along(struct enc_series *s, int direction)
+{
+    const struct enc_program *p = s->p;
+    begin_along(s, direction);
+    bool ok = true;
+    for (int k = 0; k < s->order && ok; k++) {
+        ok = all_along(s, k);
+        for (int j = 0; j < p->n; j++) {
+            if (s->from[j] == k + 1 && s->from[p->root[j]] > k)
+                s->from[j]++;
+            else
+                arb_div_ui(enc_series_tangent(s, j) + k + 1, enc_series_tangent(s, p->root[j]) + k, (ulong)k + 1, s->prec);
+        }
+    }
+    return ok;
+}
