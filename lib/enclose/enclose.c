@@ -65,7 +65,7 @@ static void march(struct walk *w, const struct sga_budget *budget, arb_ptr box, 
         end->t = arf_get_d(arb_midref(w->t), ARF_RND_NEAR);
         to_sample(w, path->samples - 1);
         double most = fmax(above(w->s), 2 * SHORTEST * fabs(w->way));
-        if (!sga_budget_ok(budget, NULL)) {
+        if ((path->most_steps && end->steps >= path->most_steps) || !sga_budget_ok(budget, NULL)) {
             end->why = ENCLOSE_STOPPED;
             break;
         }

@@ -27,6 +27,7 @@ struct enclose_path {
     const arb_struct *t0;
     arb_srcptr times; int samples;       /* in the order of the motion */
     slong prec;                          /* bits; the boxes lose what the problem's conditioning costs */
+    long most_steps;                     /* 0: as many as the budget allows */
 };
 
 enum enclose_why {
@@ -34,7 +35,7 @@ enum enclose_why {
     ENCLOSE_NOT_SHOWN,      /* no step forward for which existence, or that X is analytic, could be shown */
     ENCLOSE_MAY_VANISH,     /* the same, and nonzero[which] is what may vanish */
     ENCLOSE_WIDE,           /* the set grew too large: more bits help if the start is known well enough */
-    ENCLOSE_STOPPED         /* budget */
+    ENCLOSE_STOPPED         /* budget, or most_steps */
 };
 
 struct enclose_end {
