@@ -18,6 +18,7 @@ import time
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [os.path.dirname(HERE), os.path.join(os.path.dirname(HERE), "api"), HERE]
 
+import balls  # noqa: E402
 import cases  # noqa: E402
 import chain  # noqa: E402
 import samples  # noqa: E402
@@ -299,7 +300,8 @@ def main():
         for program in ("measure", "minimal_server", "hammer", "numbers", "tape"):
             os.symlink(os.path.join(folder, program), os.path.join(work, program))
         parts = {"arm": lambda: arm(work), "corpus": lambda: corpus(build, work), "chains": lambda: chains(work), "http": lambda: http(build, work),
-                 "workers": lambda: workers(build, work), "samples": lambda: written(build, work), "executors": lambda: executors(work)}
+                 "workers": lambda: workers(build, work), "samples": lambda: written(build, work), "executors": lambda: executors(work),
+                 "balls": lambda: balls.balls(work, measure)}
         for name in sys.argv[2:] or parts:
             try:
                 parts[name]()
