@@ -149,6 +149,14 @@ def closed_forms(c):
              {"x": "2/5", "y": 0, "u": 0, "v": 2}, ["x", "y"], kepler, 1e-40)
     c.closed("a start that is not given in full", {"form": "equations", "variables": ["x", "y"], "equations": ["x' = -x", "y^2 = 1 + x^2"]},
              ["1", "2"], {"x": "0.1"}, ["x", "abs(y)"], lambda t: [mp.exp(-t) / 10, mp.sqrt(1 + mp.exp(-2 * t) / 100)], 1e-40)
+    line = {"form": "equations", "variables": ["x", "y"], "equations": ["x' = 1", "x + 2*y = 3"]}
+    c.closed("given values that must move to the nearest point", line, ["1"], {"x": "1", "y": "1/3"}, ["x", "y"],
+             lambda t: [mp.mpf(19) / 15 + t, mp.mpf(13) / 15 - t / 2], 1e-40)
+    c.closed("given values that miss by less than a rounding", line, ["1"], {"x": "1.00000000000000000003", "y": "1"}, ["x"],
+             lambda t: [1 + t + mp.mpf("2.4e-20")], 1e-40)
+    circle = {"form": "equations", "variables": ["x", "y"], "equations": ["x' = y", "y' = -x", "x^2 + y^2 = 1"]}
+    c.closed("nearest on a circle", circle, ["1"], {"x": "3", "y": "4"}, ["x", "y"],
+             lambda t: [(3 * mp.cos(t) + 4 * mp.sin(t)) / 5, (4 * mp.cos(t) - 3 * mp.sin(t)) / 5], 1e-40)
     c.closed("start at a time and a value that are not rational", explicit(["x"], ["x*cos(t)"]), ["5"], {"x": "sqrt(2)"}, ["x"],
              lambda t: [mp.sqrt(2) * mp.exp(mp.sin(t))], 1e-40)
     c.closed("functions", explicit(["x", "y"], ["1/(1 + tan(x)^2) - sin(y)/cosh(y)*0", "2*atan2(sin(t), cos(t))*cbrt(y)/y^(1/3)"]),

@@ -8,7 +8,7 @@
 #include "mem.h"
 
 enum { SHRINKS = 100, FRESH = 60, PASSES = 3, OFTEN = 32, ROUNDS = 8 };
-static const double FLAT = 0x1p-30;
+static const double FLAT = 0x1p-44;
 
 void enc_disc_init(struct enc_disc *c, const struct enc_program *p, int fields)
 {
@@ -85,8 +85,8 @@ static double radius_of(const struct enc_disc *c)
     return fmin(R * (1 - 0x1p-40), c->time);
 }
 
-/* A box must not be flat: variables that do not move still have starts nearby. This thin costs no bits, because remainders
- * of J are smaller still (lohner.c), and does not matter beside what the field does in the box. */
+/* A box must not be flat: variables that do not move still have starts nearby. Thin boxes cost a few bits (remainders of J are
+ * divided by d), thick ones are felt by what depends strongly on a large variable: sin(10^6 x). */
 static void thicken(struct enc_disc *c, arb_srcptr x)
 {
     int n = c->p->n;

@@ -125,7 +125,7 @@ static bool run(struct attempt *a, const double *near, struct sga_error *err)
     enclosed_constant(a->sys->store, rq->exact_initial ? rq->exact_start : EXPR_UNDEF, rq->start, a->prec, a->t0);
     for (int i = 0; i < rq->samples; i++)
         enclosed_constant(a->sys->store, rq->exact_time ? rq->exact_time[i] : EXPR_UNDEF, rq->times[i], a->prec + 32, a->time + i);
-    if (!enclosed_start(a->f, &a->problem, a->sol, rq, near, a->t0, a->prec, a->start, err) || !on_sides(a, err))
+    if (!enclosed_start(a->f, a->sys->store, &a->problem, a->sol, rq, near, a->t0, a->prec, a->start, err) || !on_sides(a, err))
         return false;
     struct enclose_path path = { .start = a->start, .t0 = a->t0, .times = a->time, .samples = rq->samples, .prec = a->prec };
     if (!enclose_run(&a->problem, &path, a->box, &a->end, err))

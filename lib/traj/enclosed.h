@@ -16,11 +16,15 @@ bool enclosed_run(struct flow *f, const struct sys_system *sys, const struct sga
 bool enclosed_problem(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
                       struct enclose_problem *problem, struct sga_error *err);
 void enclosed_problem_clear(struct enclose_problem *problem);
-/* The point that is meant by the start near = r->initial, in balls: coordinates of Pf have the value given, exactly (that of
- * `near` where it moved or none was given), and the others solve the constraints near `near`. Values not given are solved for
- * first. False: INITIAL, it cannot be proved with prec bits. */
-bool enclosed_start(struct flow *f, const struct enclose_problem *problem, const struct sga_solution *sol,
+/* The point that is meant by the start near = r->initial, in balls. Where the given values satisfy the constraints, with those that
+ * were not given adapting, they stay exactly; where they had to move, it is the point of the set nearest to them; and where that is not
+ * the point `near`, coordinates of Pf have the value of `near` exactly. What is solved for is proved to be one point.
+ * False: INITIAL, it cannot be proved with prec bits. */
+bool enclosed_start(struct flow *f, struct expr_store *st, const struct enclose_problem *problem, const struct sga_solution *sol,
                     const struct traj_request *rq, const double *near, const arb_t t0, slong prec, arb_ptr x, struct sga_error *err);
+/* enclosed_nearest.c: x (n) becomes the nearest point, if one near `near` can be proved. */
+bool enclosed_nearest(struct expr_store *st, const struct enclose_problem *problem, const struct sga_solution *sol,
+                      const struct traj_request *rq, const double *near, const arb_t t0, slong prec, arb_ptr x);
 /* The value of a constant of the store, or of a double where it is EXPR_UNDEF. */
 void enclosed_constant(const struct expr_store *st, expr_id e, double otherwise, slong prec, arb_t r);
 

@@ -110,24 +110,60 @@ static bool not_proved(struct sga_error *err, slong prec)
     return false;
 }
 
-bool enclosed_start(struct flow *f, const struct enclose_problem *p, const struct sga_solution *sol,
-                    const struct traj_request *rq, const double *near, const arb_t t0, slong prec, arb_ptr x, struct sga_error *err)
+static bool same_point(arb_srcptr x, const double *near, int n)
+{
+    for (int j = 0; j < n; j++)
+        if (!(fabs(arf_get_d(arb_midref(x + j), ARF_RND_NEAR) - near[j]) <= SAME_POINT * (1 + fabs(near[j]))))
+            return false;
+    return true;
+}
+
+/* No value that was given is another one now. */
+static bool as_given(const struct enclose_problem *p, const struct traj_request *rq, const double *near, slong prec, arb_srcptr x)
+{
+    bool as = true;
+    arb_t g;
+    arb_init(g);
+    for (int j = 0; j < p->n && as; j++) {
+        if (!rq->given[j])
+            continue;
+        enclosed_constant(p->st, rq->exact_initial ? rq->exact_initial[j] : EXPR_UNDEF, rq->initial[j], prec, g);
+        as = near[j] == rq->initial[j] && arb_overlaps(x + j, g);
+    }
+    arb_clear(g);
+    return as;
+}
+
+/* Coordinates of Pf are kept, the other variables solved for. */
+static bool solve_others(struct flow *f, const struct enclose_problem *p, const struct sga_solution *sol, const struct traj_request *rq,
+                         const double *near, const arb_t t0, slong prec, arb_ptr x, struct sga_error *err)
 {
     int n = f->n, c = sol->constraints;
+    unsigned char *solved = sga_calloc((size_t)n + 1, 1);
+    expr_id *function = sga_malloc((size_t)(c + 1) * sizeof *function);
     for (int j = 0; j < n; j++) {
         bool kept = rq->given[j] && rq->exact_initial && near[j] == rq->initial[j];
         enclosed_constant(p->st, kept ? rq->exact_initial[j] : EXPR_UNDEF, near[j], prec, x + j);
     }
-    if (!c)
-        return true;
-    unsigned char *solved = sga_calloc((size_t)n + 1, 1);
-    expr_id *function = sga_malloc((size_t)(c + 1) * sizeof *function);
     for (int i = 0; i < c; i++)
         function[i] = sol->constraint[i].expr;
-    bool ok = flow_solved(f, rq, near, solved) == c && enclose_zero(p, function, c, t0, solved, prec, x, err);
-    for (int j = 0; j < n && ok; j++)
-        ok = fabs(arf_get_d(arb_midref(x + j), ARF_RND_NEAR) - near[j]) <= SAME_POINT * (1 + fabs(near[j]));
+    bool ok = !c || (flow_solved(f, rq, near, solved) == c && enclose_zero(p, function, c, t0, solved, prec, x, err) && same_point(x, near, n));
     free(solved);
     free(function);
+    return ok;
+}
+
+bool enclosed_start(struct flow *f, struct expr_store *st, const struct enclose_problem *p, const struct sga_solution *sol,
+                    const struct traj_request *rq, const double *near, const arb_t t0, slong prec, arb_ptr x, struct sga_error *err)
+{
+    bool ok = solve_others(f, p, sol, rq, near, t0, prec, x, err);
+    if (sol->constraints && err->code == SGA_E_OK && !(ok && as_given(p, rq, near, prec, x))) {
+        arb_ptr u = _arb_vec_init(f->n);
+        if (enclosed_nearest(st, p, sol, rq, near, t0, prec, u) && same_point(u, near, f->n)) {
+            _arb_vec_set(x, u, f->n);
+            ok = true;
+        }
+        _arb_vec_clear(u, f->n);
+    }
     return ok || (err->code != SGA_E_OK ? false : not_proved(err, prec));
 }
