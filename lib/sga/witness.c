@@ -172,17 +172,22 @@ static bool check_point(struct check *c)
     return ok;
 }
 
-/* Whether the point is on the sides of surfaces that the answer is about. */
-static bool on_sides(struct check *c)
+/* Whether the answer speaks of the point: it is on the sides of surfaces that the answer is about, and
+ * the equations have values there (sqrt(x) has none where x < 0). */
+static bool spoken_of(struct check *c)
 {
     const struct sga_solution *sol = c->claim->solution;
-    if (!sol->sides)
-        return true;
     c->prec = c->point->ball.prec;
     transfer(c);
-    bool on = points_on_sides(c->sys->store, &c->own, sol->side, sol->sides);
+    bool in = !sol->sides || points_on_sides(c->sys->store, &c->own, sol->side, sol->sides);
+    for (int i = 0; i < c->sys->rows && in; i++) {
+        const struct sys_row *r = c->sys->row + i;
+        in = arb_is_finite(num_ball_value(&c->own, r->alpha));
+        for (int k = 0; k < r->entries && in; k++)
+            in = arb_is_finite(num_ball_value(&c->own, r->entry[k].value));
+    }
     num_ball_clear(&c->own);
-    return on;
+    return in;
 }
 
 /* check_point with as many bits as it takes. */
@@ -246,8 +251,8 @@ bool sga_witness_check(const struct sys_system *system, const struct sga_claim *
             ok = sga_budget_ok(budget, err);
         else if (status != POINTS_OK)
             ok = k > 0 ? true : sga_fail(err, SGA_E_UNDECIDED, "the witness found no fresh point of the final set");
-        if (status == POINTS_OK && !on_sides(&c)) {
-            points_point_clear(&p);       /* the answer does not speak of this one */
+        if (status == POINTS_OK && !spoken_of(&c)) {
+            points_point_clear(&p);
             again++;
             k -= again < 20;
             continue;
@@ -259,6 +264,8 @@ bool sga_witness_check(const struct sys_system *system, const struct sga_claim *
         }
         points_point_clear(&p);
     }
+    if (ok && again && !result->points && !claim->solution->sides)
+        ok = sga_fail(err, SGA_E_UNDECIDED, "the witness found no fresh point of the final set where the equations have a value");
     free(end);
     free(c.clock);
     free(c.rate);
