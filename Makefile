@@ -6,7 +6,7 @@
 #   make many-test [REQUESTS=100000]   no loss, duplicate or mix-up
 #   make soak-test [SECONDS=600]       memory does not grow
 #   make fuzz [SECONDS=600]        mutated inputs, so long for each target
-#   make bench    ratios against peers in the same run (needs python3-sympy)
+#   make bench    ratios against peers in the same run (needs python3-sympy; SUNDIALS is installed for it)
 #   make SAN=address,undefined test      the same with sanitizers, in a build folder of its own
 #   make FLOOR=ode unit                  only the unit tests of one folder of lib/
 

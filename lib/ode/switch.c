@@ -16,7 +16,7 @@
 #include "mem.h"
 #include "radau.h"
 
-#define STIFF_ENOUGH 15        /* steps set by stability before the implicit method is tried */
+#define STIFF_ENOUGH 6        /* steps set by stability before the implicit method is tried */
 #define TRY_AFTER 300          /* steps after which it is tried anyway, then twice, ... */
 #define BACK_AFTER 25          /* implicit steps between looks at the way back */
 #define GAIN 1.5               /* by which another method must be better */

@@ -17,11 +17,12 @@ import tempfile
 import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-sys.path[:0] = [os.path.dirname(HERE), os.path.join(os.path.dirname(HERE), "api"), HERE]
+sys.path[:0] = [os.path.dirname(HERE), os.path.join(os.path.dirname(HERE), "api"), HERE, os.path.join(HERE, "ode")]
 
 import balls  # noqa: E402
 import cases  # noqa: E402
 import chain  # noqa: E402
+import report  # noqa: E402
 import samples  # noqa: E402
 from daemon import Daemon  # noqa: E402
 
@@ -325,6 +326,20 @@ def minimal(folder, body, reply):
     return (process.pid, port), stop
 
 
+def integrators(build):
+    folder = os.path.join(build, "bench", "ode")
+    print("the integrator against SUNDIALS and GSL at equal true error, the reduced field of peers compiled by gcc")
+    subprocess.run([os.path.join(HERE, "ode", "build.sh"), build, folder], check=True, timeout=600)
+    with open(os.path.join(folder, "curves.csv"), "w", encoding="utf-8") as out:
+        subprocess.run([os.path.join(folder, "ode"), folder], stdout=out, check=True, timeout=7200)
+    with open(os.path.join(folder, "curves.csv"), encoding="utf-8") as f:
+        curves, stiff = report.read([f])
+    for kind, digits, method, target, mean, count, only, missed in report.lines(curves, stiff):
+        what = f"{'stiff' if kind else 'smooth'}, {digits} digits: {'ours' if method == 'ours' else 'with estimate'} / best peer"
+        show(what, f"{mean:.2f}", f"<= {target}" if target else "-", target is None or mean <= target,
+             f"{count} problems; {only} reached by ours only, {missed} by peers only")
+
+
 def main():
     build = os.path.abspath(sys.argv[1])
     folder = os.path.join(build, "bench")
@@ -335,7 +350,7 @@ def main():
         parts = {"arm": lambda: arm(work), "corpus": lambda: corpus(build, work), "chains": lambda: chains(work),
                  "operators": lambda: operators(work), "sweep": lambda: sweep(work), "http": lambda: http(build, work),
                  "workers": lambda: workers(build, work), "samples": lambda: written(build, work), "executors": lambda: executors(work),
-                 "balls": lambda: balls.balls(work, measure)}
+                 "balls": lambda: balls.balls(work, measure), "integrators": lambda: integrators(build)}
         for name in sys.argv[2:] or parts:
             try:
                 parts[name]()

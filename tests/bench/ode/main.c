@@ -1,10 +1,13 @@
 /* Work against accuracy of the integrators: ode FOLDER [ours] [NAME]
  *
- * FOLDER has cases.py's requests. Every method solves every problem at a row of tolerances; each line says
+ * FOLDER has cases.py's requests. Every peer solves every problem at a row of
+ * tolerances, and so does ours with the method left to it (with SGA_BENCH_METHODS set: by each of them too); each line says
  *   problem, stiff, method, tolerance, seconds, error, evaluations, samples delivered in
  * with the least CPU seconds of repeated solutions and the true error, the largest over samples and columns, relative to
  * |value| + floor. Methods of ours: libsga's own flow of the request, projection and reduced field by its tapes as in
- * the program; "ours+" computes a second solution for the error estimate too. report.py reads this. */
+ * the program; "ours+" computes a second solution for the error estimate too. What is set up
+ * once for a system is not counted on either side: reduction, tapes, machine code; gcc.
+ * SGA_BENCH_MS: the milliseconds that repetitions take together, 50 unless set. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -166,7 +169,8 @@ int main(int argc, char **argv)
         sweep(p, &(struct way){.name = "ours"}, &own);
         sweep(p, &(struct way){.name = "ours+", .estimate = true}, &own);
         for (int m = 0; ode_method_name(m); m++)
-            if (!getenv("SGA_BENCH_AUTO")) sweep(p, &(struct way){.name = ode_method_name(m), .method = ode_method_name(m)}, &own);
+            if (getenv("SGA_BENCH_METHODS"))
+                sweep(p, &(struct way){.name = ode_method_name(m), .method = ode_method_name(m)}, &own);
         for (const struct peer *q = sundials_peers; q->name && !ours_alone; q++)
             if (q->implicit == p->stiff)
                 sweep(p, &(struct way){.name = q->name, .peer = q}, NULL);
