@@ -167,6 +167,8 @@ def closed_forms(c):
     c.closed("least norm", under, ["1", "3"], {"x": 0, "y": 0}, ["x", "y"], lambda t: [mp.atan(1 + t) - mp.pi / 4, mp.log((1 + (1 + t) ** 2) / 2) / 2], 1e-30)
     c.closed("rates", under, ["1", "3"], {"x": 0, "y": 0}, ["x", "y"], lambda t: [t - (1 + t) * mp.sin(t) - mp.cos(t) + 1, mp.sin(t)], 1e-30,
              gauge={"rates": {"y": "cos(t)"}})
+    c.closed("a condition, the rest least norm", {"form": "quasilinear", "variables": ["x", "y", "z"], "A": [[1, 1, 1]], "alpha": [3]}, ["2"],
+             {"x": 0, "y": 0, "z": 0}, ["x", "y", "z"], lambda t: [mp.mpf(1) / 2 * t, t / 2, 2 * t], 1e-30, gauge={"conditions": ["z - 2*t"]})
     three = {"form": "quasilinear", "variables": ["x", "y", "z"], "A": [[1, 1, 1]], "alpha": [0]}
     c.closed("one rate, the rest least norm", three, ["2"], {"x": 0, "y": 0, "z": 0}, ["x", "y", "z"], lambda t: [2 * t, -t, -t], 1e-30,
              gauge={"rates": {"x": "2"}})

@@ -21,7 +21,8 @@ static bool with_conditions(struct job *j, struct sga_solution *solution, struct
         snprintf(source, sizeof source, "trajectory.gauge.conditions[%d]", k);
         sys_add_row(&j->request.system, t->condition[k], source);
     }
-    struct sga_options options = { .near = j->near, .near_time = j->near_time, .parameter_near = j->parameter_near, .seed = 2, .budget = &j->budget };
+    struct sga_options options = { .near = j->near, .near_time = j->near_time, .parameter_near = j->parameter_near, .seed = 2, .budget = &j->budget,
+                                   .gauge_fields = j->request.accuracy.arithmetic == REQUEST_BALL };
     points_shadow_init(shadow, 20250102);
     if (!sga_solve(&j->request.system, &options, shadow, solution, j->err)) {
         snprintf(j->err->pointer, sizeof j->err->pointer, "/trajectory/gauge/conditions");

@@ -155,7 +155,9 @@ static bool solve(struct job *j)
     struct sga_options options = {
         .near = j->near, .near_time = j->near_time, .parameter_near = j->parameter_near, .seed = 1, .budget = &j->budget,
         .combinations = j->request.want & (REQUEST_CONSTRAINTS | REQUEST_STRUCTURE),
-        .gauge_fields = j->request.want & (REQUEST_GAUGE | REQUEST_SYMMETRIES), .rows = j->request.want & REQUEST_STRUCTURE,
+        /* balls choose the gauge by expressions */
+        .gauge_fields = j->request.want & (REQUEST_GAUGE | REQUEST_SYMMETRIES) || j->request.accuracy.arithmetic == REQUEST_BALL,
+        .rows = j->request.want & REQUEST_STRUCTURE,
     };
     if (j->solved) {
         points_shadow_clear(&j->shadow);
