@@ -60,7 +60,10 @@ bool piece_find(struct exchange *e, const struct piece_kind *kind, struct finish
         return false;
     }
     *piece = f->result.at ? scan_member(f->result, kind->member) : (struct slice){ NULL, 0 };
-    if (!piece->at || *piece->at != '{') {
+    bool list = kind->list && !piece->at && f->result.at;
+    if (list)
+        *piece = scan_member(f->result, kind->list);
+    if (!piece->at || *piece->at != (list ? '[' : '{')) {
         bool done = f->status == JOB_DONE;
         finished_unref(f);
         *rc = reply_error(e, kind->missing, "%s", done ? kind->not_asked : "The job has no result.");

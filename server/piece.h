@@ -13,6 +13,7 @@ struct piece_format {
 
 struct piece_kind {
     const char *member;           /* of the result: an object */
+    const char *list;             /* of the result: a list of them instead; or NULL */
     const struct piece_format *format;
     int formats;                  /* at most PIECE_FORMATS */
     const char *choices;          /* "json, csv or ndjson" */

@@ -8,7 +8,7 @@ enum { AS_JSON, AS_CSV, AS_SVG, FORMATS };
 static const struct piece_format formats[FORMATS] = {
     [AS_JSON] = { "json", TYPE_JSON }, [AS_CSV] = { "csv", "text/csv" }, [AS_SVG] = { "svg", "image/svg+xml" },
 };
-static const struct piece_kind kind = { "tradeoff", formats, FORMATS, "json, csv or svg", SGA_E_NO_TRADEOFF,
+static const struct piece_kind kind = { "tradeoff", NULL, formats, FORMATS, "json, csv or svg", SGA_E_NO_TRADEOFF,
                                         "The request of this job asked for no tradeoff." };
 
 enum MHD_Result handle_tradeoff(struct exchange *e)

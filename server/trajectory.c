@@ -12,7 +12,7 @@ static const struct piece_format formats[VIEW_FORMATS] = {
     [VIEW_CSV] = { "csv", "text/csv" },
     [VIEW_NDJSON] = { "ndjson", "application/x-ndjson" },
 };
-static const struct piece_kind kind = { "trajectory", formats, VIEW_FORMATS, "json, csv or ndjson", SGA_E_NO_TRAJECTORY,
+static const struct piece_kind kind = { "trajectory", "trajectories", formats, VIEW_FORMATS, "json, csv or ndjson", SGA_E_NO_TRAJECTORY,
                                         "The request of this job asked for no trajectory." };
 
 struct flow {

@@ -2,12 +2,61 @@
  * (an object for each row). Numbers are copied as they stand, so no digit changes. */
 #include "view.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+/* The next member of a sweep. */
+static bool next_set(struct view *v)
+{
+    struct slice one = scan_next(v->sets, &v->set_cursor);
+    if (!one.at)
+        return false;
+    v->set++;
+    v->cursor = NULL;
+    v->rows = scan_member(one, "rows");
+    v->error = scan_member(one, "error");
+    return true;
+}
+
+/* The columns are those of the first that has any. */
+static void open_sweep(struct view *v, struct slice list)
+{
+    const char *cursor = NULL;
+    struct slice one;
+    v->sets = list;
+    v->set = -1;
+    v->columns = v->rows = (struct slice){ "[]", 2 };
+    while ((one = scan_next(list, &cursor)).at)
+        if (scan_member(one, "columns").at) {
+            v->columns = scan_member(one, "columns");
+            break;
+        }
+    snprintf(v->set_name, sizeof v->set_name, "set");
+}
+
+/* A column may have the name already. */
+static void name_set(struct view *v)
+{
+    char quoted[sizeof v->set_name + 2];
+    for (int i = 0; i < v->names && strlen(v->set_name) < sizeof v->set_name - 1; i++) {
+        snprintf(quoted, sizeof quoted, "\"%s\"", v->set_name);
+        if (v->name[i].len == strlen(quoted) && memcmp(v->name[i].at, quoted, v->name[i].len) == 0) {
+            strcat(v->set_name, "_");
+            i = -1;
+        }
+    }
+}
+
 bool view_open(struct view *v, enum view_format format, struct slice trajectory)
 {
-    *v = (struct view){ .format = format, .columns = scan_member(trajectory, "columns"), .rows = scan_member(trajectory, "rows") };
+    *v = (struct view){ .format = format };
+    if (*trajectory.at == '[') {
+        open_sweep(v, trajectory);
+    } else {
+        v->columns = scan_member(trajectory, "columns");
+        v->rows = scan_member(trajectory, "rows");
+    }
     if (!v->columns.at || !v->rows.at)
         return false;
     const char *cursor = NULL;
@@ -19,6 +68,8 @@ bool view_open(struct view *v, enum view_format format, struct slice trajectory)
     cursor = NULL;
     for (int i = 0; i < v->names; i++)
         v->name_bytes += (v->name[i] = scan_next(v->columns, &cursor)).len;
+    if (v->sets.at)
+        name_set(v);
     return true;
 }
 
@@ -91,8 +142,10 @@ static void ndjson_line(const struct view *v, struct sga_buf *out, struct slice 
 {
     const char *cursor = NULL;
     struct slice s;
+    if (v->sets.at)
+        sga_buf_printf(out, "{\"%s\":%d", v->set_name, v->set);
     char *begin = sga_buf_room(out, row.len + v->name_bytes + 2 * (size_t)v->names + 4), *p = begin;
-    *p = '{';
+    *p = v->sets.at ? ',' : '{';
     for (int i = 0; i < v->names && (s = scan_next(row, &cursor)).at; i++) {
         if (i)
             *p = ',';
@@ -111,15 +164,32 @@ bool view_line(struct view *v, struct sga_buf *out)
 {
     if (v->format == VIEW_CSV && !v->head_done) {
         v->head_done = true;
+        if (v->sets.at)
+            sga_buf_printf(out, "%s%s", v->set_name, v->names ? "," : "");
         csv_line(out, v->columns);
         return true;
     }
     struct slice row = scan_next(v->rows, &v->cursor);
-    if (!row.at)
-        return false;
-    if (v->format == VIEW_CSV)
+    while (!row.at) {
+        if (!v->sets.at || !next_set(v))
+            return false;
+        if (v->error.at && v->format == VIEW_NDJSON) {
+            sga_buf_printf(out, "{\"%s\":%d,\"error\":", v->set_name, v->set);
+            sga_buf_put(out, v->error.at, v->error.len);
+            sga_buf_put(out, "}\n", 2);
+            v->rows = (struct slice){ "[]", 2 };
+            return true;
+        }
+        if (!v->rows.at)
+            v->rows = (struct slice){ "[]", 2 };
+        row = scan_next(v->rows, &v->cursor);
+    }
+    if (v->format == VIEW_CSV) {
+        if (v->sets.at)
+            sga_buf_printf(out, "%d,", v->set);
         csv_line(out, row);
-    else
+    } else {
         ndjson_line(v, out, row);
+    }
     return true;
 }

@@ -274,20 +274,47 @@ class CaseCheck:
         return answer.graph.values(answer.graph.cone([e]), env, EXACT)[e]
 
     def sweep(self, name, request, result, expect):
-        """Each trajectory is, to the last digit, the one of a request with this start alone; or the error is."""
+        """Each trajectory is, to the last digit, the one of a request with this start alone; or the error is. With
+        parameters of its own, whose expressions may be evaluated in another order, to the accuracy asked for; "own: "
+        before what is expected says that the general analysis must not have been used."""
         got = result.get("trajectories", [])
         self.tally.check(len(got) == len(request["sweep"]) == len(expect) and "trajectory" not in result, f"{name}: as many trajectories as starts")
         for start, one, kind in zip(request["sweep"], got, expect):
             alone = {k: v for k, v in request.items() if k != "sweep"}
-            alone["trajectory"] = dict(request["trajectory"], initial={**request["trajectory"].get("initial", {}), **start["initial"]})
+            alone["trajectory"] = dict(request["trajectory"], initial={**request["trajectory"].get("initial", {}), **start.get("initial", {})})
+            system = request["system"]
+            alone["system"] = {**system, "parameters": {**system.get("parameters", {}), **start.get("parameters", {})}}
             other, problem = self.solver.solve(alone)
-            label = f"{name}: from {start['initial']}"
+            label = f"{name}: from {start}"
+            if any("parameters" in s for s in request["sweep"]):
+                own = kind.startswith("own: ")
+                kind = kind.removeprefix("own: ")
+                if not kind.startswith("error "):
+                    self.same(label, "analysis", one.get("analysis"), "own" if own else "shared")
+                    if self.tally.check("rows" in one and other, label, f"{str(one)[:300]} {problem}"):
+                        self.alike(label, request, one, other["trajectory"])
+                    ended = (one.get("ended") or {}).get("reason", "reaches its stop")
+                    self.tally.check(ended == kind, label, f"{ended}, not {kind}")
+                    continue
             if kind.startswith("error "):
                 self.tally.check(one.get("error", {}).get("code") == kind[6:] == (problem or {}).get("code"), label, str(one)[:200])
                 continue
             self.tally.check("rows" in one and other and one == other["trajectory"], label, "differs from the trajectory alone")
             ended = (one.get("ended") or {}).get("reason", "reaches its stop")
             self.tally.check(ended == kind, label, f"{ended}, not {kind}")
+
+
+    def alike(self, label, request, one, other):
+        """Two trajectories of one motion."""
+        for key in ("columns", "gauge", "arithmetic"):
+            self.same(label, key, one[key], other[key])
+        self.same(label, "ended", (one["ended"] or {}).get("reason"), (other["ended"] or {}).get("reason"))
+        accuracy = {"rtol": 1e-8, "atol": 1e-10, **request.get("accuracy", {})}
+        self.tally.check(len(one["rows"]) == len(other["rows"]), f"{label}: rows")
+        for r, q in zip(one["rows"], other["rows"]):
+            off = max((abs(x - y) / (accuracy["atol"] + accuracy["rtol"] * abs(y)) for x, y in zip(r[1:], q[1:])), default=0)
+            if not self.tally.check(off <= 2 or not (one["accuracy_reached"] and other["accuracy_reached"]), f"{label}: at {r[0]}", f"{r} {q}"):
+                return
 
 
 class TrajectoryCheck:

@@ -1,4 +1,4 @@
-"""Functions given by samples, by two routes: tables_check.py BUILD_DIR
+"""Functions given by samples, and sweeps, by two routes: tables_check.py BUILD_DIR
 
 Samples of polynomials that the interpolation reproduces, against the same request with the polynomial
 written out; random signals, against Taylor series of 30 digits from knot to knot; and sweeps of
@@ -159,6 +159,60 @@ class Signals:
         return [known[s] for s in samples]
 
 
+class Sweeps:
+    """Sweeps of parameters, special values among them, against a request for each set."""
+
+    # variables, equations, parameters (all swept), initial values, rates
+    SYSTEMS = [
+        (["x", "y"], ["p*x' + q*y' = -x", "q*x' + p*y' = -y"], "pq", {"x": 1, "y": 2}, {}),
+        (["x", "y", "z"], ["x' = p*y + q*z", "y' = -x", "r*z = x - p*y"], "pqr", {"x": 1, "y": 1}, {}),
+        (["x", "y", "l"], ["x'' = -l*x + q", "y'' = -l*y - p", "x^2 + r*y^2 = 1"], "pqr", {"x": 1, "y": 0}, {}),
+        (["x", "y"], ["p*x' = x - q*y", "y' = r*y - x"], "pqr", {"x": 1, "y": 1}, {}),
+        (["x", "y", "w"], ["x' = w + p*x", "q*w + r*w^3 = y", "y' = -y"], "pqr", {"x": 1, "y": "1/2"}, {}),
+        (["x", "y", "z"], ["x' = y + p*z", "x = q*t", "z' = r*z - 1"], "pqr", {"z": 1}, {}),
+        (["x", "y"], ["x' + p*y' = q*x"], "pq", {"x": 1, "y": 0}, {"y": "q"}),
+        (["x", "y"], ["p*x = q", "y' = x + r"], "pqr", {"y": 1}, {}),
+        (["x", "y", "z"], ["p*x' = y", "q*y' = z", "x - r*z = 1"], "pqr", {"x": 1}, {}),
+        (["x", "y"], ["exp(p*x) * x' = y", "y' + q*x' = r*x"], "pqr", {"x": 1, "y": 1}, {}),
+    ]
+    VALUES = ["-1", "0", "1", "1/2", "2", "-3/4", "0"]
+
+    def __init__(self, tally, solver, rng):
+        self.tally, self.solver, self.rng = tally, solver, rng
+        self.analyses = {"own": 0, "shared": 0}
+
+    def one(self, k):
+        rng = self.rng
+        variables, equations, names, initial, rates = rng.choice(self.SYSTEMS)
+        sets = [{n: rng.choice(self.VALUES) for n in names} for _ in range(5)]
+        system = {"form": "equations", "variables": variables, "equations": equations, "parameters": dict.fromkeys(names)}
+        trajectory = {"start": 0, "stop": 1, "samples": 4, "initial": initial}
+        if rates:
+            trajectory["gauge"] = {"rates": rates}
+        base = {"system": system, "want": ["trajectory"], "trajectory": trajectory}
+        name = f"sweep {k}: {equations}"
+        result, fault = self.solver.solve({**base, "sweep": [{"parameters": s} for s in sets]})
+        if not result:
+            self.tally.check(fault["code"] in ("not_supported", "undecided"), name, str(fault))
+            return
+        for s, one in zip(sets, result["trajectories"]):
+            alone, problem = self.solver.solve({**base, "system": {**system, "parameters": s}})
+            self.compare(f"{name} at {s}", one, alone and alone["trajectory"], problem)
+
+    def compare(self, label, one, other, problem):
+        if "error" in one or problem:
+            code, should = one.get("error", {}).get("code"), (problem or {}).get("code")
+            self.tally.check(code == should, label, f"{one.get('error')} {problem}")
+            return
+        self.analyses[one["analysis"]] += 1
+        self.tally.check(one["gauge"] == other["gauge"], f"{label}: gauge", f"{one['gauge']} {other['gauge']}")
+        ends = [(t["ended"] or {}).get("reason") for t in (one, other)]
+        self.tally.check(ends[0] == ends[1] and len(one["rows"]) == len(other["rows"]), f"{label}: ended", str(ends))
+        for r, q in zip(one["rows"], other["rows"]):
+            off = max(abs(x - y) / (1e-10 + 1e-8 * abs(y)) for x, y in zip(r, q))
+            self.tally.check(off <= 2, f"{label}: at {r[0]} ({one['analysis']})", f"{r} {q}")
+
+
 def long_table(tally, solver):
     """As many knots as are allowed."""
     n = 100000
@@ -185,6 +239,10 @@ def main():
         signals.one(k)
     tally.check(signals.held >= 0.95 * signals.samples, "estimates of signals hold", f"{signals.held} of {signals.samples}")
     tally.check(signals.given_up <= 0.1 * scaled(25), "accuracy of signals", f"{signals.given_up} times not reached")
+    sweeps = Sweeps(tally, solver, rng)
+    for k in range(scaled(40)):
+        sweeps.one(k)
+    tally.check(min(sweeps.analyses.values()) > 0, "both kinds of sets", str(sweeps.analyses))
     long_table(tally, solver)
     return tally.end()
 

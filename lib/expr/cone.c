@@ -65,24 +65,26 @@ void expr_cone_index(struct expr_cone *c)
         c->place[c->list[i]] = i;
 }
 
-static expr_id rebuild_solve(struct expr_store *st, expr_id e, const expr_id *to)
+/* In the store `st`, the node e of `from`, which may be the same store: `to` has what its children became. */
+static expr_id rebuild_solve(struct expr_store *st, const struct expr_store *from, expr_id e, const expr_id *to)
 {
-    int index = st->node[e].a, m = st->solve[index].m;
+    int index = from->node[e].a, m = from->solve[index].m;
     size_t mm = (size_t)m * (size_t)m;
     expr_id *matrix = sga_malloc(mm * sizeof *matrix), *rhs = sga_malloc((size_t)m * sizeof *rhs);
-    bool same = true;
+    bool same = st == from;
     for (size_t i = 0; i < mm; i++) {
-        matrix[i] = to[st->solve[index].matrix[i]];
-        same &= matrix[i] == st->solve[index].matrix[i];
+        matrix[i] = to[from->solve[index].matrix[i]];
+        same &= matrix[i] == from->solve[index].matrix[i];
     }
     for (int i = 0; i < m; i++) {
-        rhs[i] = to[st->solve[index].rhs[i]];
-        same &= rhs[i] == st->solve[index].rhs[i];
+        rhs[i] = to[from->solve[index].rhs[i]];
+        same &= rhs[i] == from->solve[index].rhs[i];
     }
+    int component = from->node[e].b;
     if (!same) {
         /* components of one solve meet here one after the other: reuse the last copy */
         struct expr_solve *last = st->solve + st->solves - 1;
-        if (last->m == m && memcmp(last->matrix, matrix, mm * sizeof *matrix) == 0
+        if (st->solves && last->m == m && memcmp(last->matrix, matrix, mm * sizeof *matrix) == 0
             && memcmp(last->rhs, rhs, (size_t)m * sizeof *rhs) == 0)
             index = st->solves - 1;
         else
@@ -90,14 +92,17 @@ static expr_id rebuild_solve(struct expr_store *st, expr_id e, const expr_id *to
     }
     free(matrix);
     free(rhs);
-    return expr_solution(st, index, st->node[e].b);
+    return expr_solution(st, index, component);
 }
 
-static expr_id rebuild(struct expr_store *st, expr_id e, const expr_id *to, const expr_id *map)
+static expr_id rebuild(struct expr_store *st, const struct expr_store *from, expr_id e, const expr_id *to, const expr_id *map)
 {
-    struct expr_node n = st->node[e];
+    struct expr_node n = from->node[e];
     switch ((enum expr_op)n.op) {
-    case EXPR_SYM:   return map[n.a] ? map[n.a] : e;
+    case EXPR_UNDEF_OP: return EXPR_UNDEF;
+    case EXPR_CONST: return st == from ? e : expr_fmpq(st, from->constant + n.a);
+    case EXPR_PI:    return expr_pi(st);
+    case EXPR_SYM:   return map[n.a] ? map[n.a] : st == from ? e : st->symbol[n.a].node;
     case EXPR_ADD:   return expr_add(st, to[n.a], to[n.b]);
     case EXPR_SUB:   return expr_sub(st, to[n.a], to[n.b]);
     case EXPR_MUL:   return expr_mul(st, to[n.a], to[n.b]);
@@ -105,7 +110,7 @@ static expr_id rebuild(struct expr_store *st, expr_id e, const expr_id *to, cons
     case EXPR_NEG:   return expr_neg(st, to[n.a]);
     case EXPR_POWI:  return expr_powi(st, to[n.a], n.b);
     case EXPR_POW:   return expr_pow(st, to[n.a], to[n.b]);
-    case EXPR_SOLVE: return rebuild_solve(st, e, to);
+    case EXPR_SOLVE: return rebuild_solve(st, from, e, to);
     default:
         if (expr_op_args((enum expr_op)n.op) == 1)
             return expr_fun(st, (enum expr_op)n.op, to[n.a]);
@@ -122,9 +127,33 @@ void expr_substitute(struct expr_store *st, expr_id *roots, int nroots, const ex
     expr_cone_of(st, &c, roots, nroots);
     expr_id *to = sga_malloc((size_t)st->nodes * sizeof *to);
     for (int i = 0; i < c.count; i++)
-        to[c.list[i]] = rebuild(st, c.list[i], to, map);
+        to[c.list[i]] = rebuild(st, st, c.list[i], to, map);
     for (int i = 0; i < nroots; i++)
         roots[i] = to[roots[i]];
     free(to);
+    expr_cone_clear(&c);
+}
+
+void expr_copy_symbols(struct expr_store *to, const struct expr_store *from)
+{
+    for (int i = 0; i < from->symbols; i++) {
+        expr_symbol_add(to, from->symbol[i].name, from->symbol[i].kind);
+        to->symbol[i].table = from->symbol[i].table;
+        to->symbol[i].order = from->symbol[i].order;
+    }
+    to->signals_fixed = from->signals_fixed;
+}
+
+void expr_copy(struct expr_store *to, const struct expr_store *from, expr_id *roots, int nroots, const expr_id *map)
+{
+    struct expr_cone c;
+    expr_cone_init(&c);
+    expr_cone_of(from, &c, roots, nroots);
+    expr_id *became = sga_malloc((size_t)from->nodes * sizeof *became);
+    for (int i = 0; i < c.count; i++)
+        became[c.list[i]] = rebuild(to, from, c.list[i], became, map);
+    for (int i = 0; i < nroots; i++)
+        roots[i] = became[roots[i]];
+    free(became);
     expr_cone_clear(&c);
 }

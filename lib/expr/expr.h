@@ -157,4 +157,10 @@ void expr_cone_index(struct expr_cone *c);
  * become map[i] (map has st->symbols entries). Roots are replaced in place. */
 void expr_substitute(struct expr_store *st, expr_id *roots, int nroots, const expr_id *map);
 
+/* The symbols of another store, under the same indices, into one without any. */
+void expr_copy_symbols(struct expr_store *to, const struct expr_store *from);
+/* Copies of roots into that store, in place, with symbols i that have map[i] != 0 (nodes of
+ * `to`) replaced; a root that has no value then is EXPR_UNDEF. */
+void expr_copy(struct expr_store *to, const struct expr_store *from, expr_id *roots, int nroots, const expr_id *map);
+
 #endif

@@ -94,7 +94,8 @@ static bool read_all(struct reader *rd, const json_t *v)
         return false;
     set_bounds(rd);
     rd->r->store.max_bits = rd->r->limits.bits;
-    if (!read_system(rd, system) || !read_want(rd, want))
+    read_sweep_names(rd, sweep);
+    if (!read_system(rd, system) || !read_want(rd, want) || !read_sweep_parameters(rd, sweep))
         return false;
     if (!want && trajectory)
         rd->r->want |= REQUEST_TRAJECTORY;
@@ -121,6 +122,7 @@ bool request_read_within(struct request *r, const char *text, size_t length, str
     json_decref(v);
     sga_buf_free(&rd.at);
     free(rd.value);
+    json_decref(rd.swept);
     free(rd.column);
     r->store.max_work_bits = 0;
     if (bounds)
@@ -219,8 +221,11 @@ void request_clear(struct request *r)
         for (int i = 0; i < r->sweep[k].initials; i++)
             free(r->sweep[k].initial[i].text);
         free(r->sweep[k].initial);
+        free(r->sweep[k].parameter);
+        free(r->sweep[k].parameter_value);
     }
     free(r->sweep);
+    free(r->swept);
     for (int k = 0; k < r->tables; k++) {
         free(r->table[k].name);
         expr_table_free(r->table[k].values);

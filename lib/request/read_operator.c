@@ -174,9 +174,11 @@ bool read_operator(struct reader *rd, const json_t *system)
         ok = at_fail(rd, SGA_E_LIMIT_VARIABLES, "there are %d unknowns; the limit of this form is %d", op->unknowns,
                      REQUEST_MAX_UNKNOWNS);
     }
-    if (ok && rd->symbolic[0]) {
+    const char *open = rd->symbolic[0] ? rd->symbolic : rd->r->swept_count ? rd->r->store.symbol[rd->r->swept[0].symbol].name : NULL;
+    if (ok && open) {
         at_member(rd, "parameters");
-        ok = at_fail(rd, SGA_E_NOT_SUPPORTED, "the field of this form is Q(t): the parameter %s needs a value", rd->symbolic);
+        ok = at_fail(rd, SGA_E_NOT_SUPPORTED, "the field of this form is Q(t): the parameter %s needs a value%s", open,
+                     rd->symbolic[0] ? "" : ", so that it cannot be swept; send a request for each value");
     }
     ok = ok && read_coefficients(rd, system, op) && read_sources(rd, system, op) && as_equations(rd, op);
     op->has = ok;

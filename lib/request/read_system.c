@@ -114,12 +114,16 @@ static bool add_parameters(struct reader *rd, const json_t *parameters, const ex
         while (rd->grammar.values <= symbol)
             rd->value[rd->grammar.values++] = EXPR_UNDEF;
         rd->grammar.value = rd->value;
-        rd->value[symbol] = value[i++];
+        bool swept = json_object_get(rd->swept, key) != NULL;
+        rd->value[symbol] = swept ? EXPR_UNDEF : value[i];
         if (!rd->value[symbol]) {
             sys_add_parameter(&rd->r->system, symbol);
-            if (!rd->symbolic[0])
+            if (swept)
+                rd->r->swept[rd->r->swept_count++] = (struct request_swept){ symbol, value[i] };
+            else if (!rd->symbolic[0])
                 strcpy(rd->symbolic, key);
         }
+        i++;
         at_back(rd, mark);
     }
     return true;

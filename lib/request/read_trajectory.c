@@ -225,7 +225,9 @@ static bool read_where(struct reader *rd, const json_t *v)
     if (ok && (m = json_object_get(v, "initial"))) {
         at_member(rd, "initial");
         memset(taken, 0, n + 1);
+        sweep_bind(rd, -1);
         ok = read_initial(rd, m, taken, &t->initial, &t->initials);
+        sweep_unbind(rd);
     }
     if (ok && (m = json_object_get(v, "hold"))) {
         at_back(rd, mark);

@@ -19,6 +19,7 @@ struct reader {
     size_t value_cap;
     int *column;                   /* by symbol: state variable, or -1 (once the system stands) */
     int columns;
+    json_t *swept;                 /* its members: names of parameters that the sweep gives; or NULL */
     char symbolic[REQUEST_MAX_NAME + 1];   /* a parameter that stays symbolic, or "" */
 };
 
@@ -84,7 +85,14 @@ bool read_system(struct reader *rd, const json_t *v);
 bool read_want(struct reader *rd, const json_t *v);
 bool read_trajectory(struct reader *rd, const json_t *v);
 bool read_symmetries(struct reader *rd, const json_t *v);
-bool read_sweep(struct reader *rd, const json_t *v);       /* needs the trajectory */
+/* read_sweep.c: before the system: which parameters are swept. After it: their values. With the trajectory: starts. */
+void read_sweep_names(struct reader *rd, const json_t *v);
+bool read_sweep_parameters(struct reader *rd, const json_t *v);
+bool read_sweep(struct reader *rd, const json_t *v);
+/* While initial values are read, swept parameters are numbers: those of set k, or (k < 0) of system.parameters, where
+ * they have a value there, and otherwise of the first set. */
+void sweep_bind(struct reader *rd, int k);
+void sweep_unbind(struct reader *rd);
 bool read_initial(struct reader *rd, const json_t *v, unsigned char *taken, struct request_initial **list, int *count);
 bool read_events(struct reader *rd, const json_t *v);      /* its member `events` */
 bool read_accuracy(struct reader *rd, const json_t *v);

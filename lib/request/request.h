@@ -83,8 +83,16 @@ struct request_trajectory {
     struct request_event *event; int events;
 };
 
-/* A start of its own. */
+/* A parameter that sets of the sweep give: symbolic to the analysis. */
+struct request_swept {
+    int symbol;
+    expr_id value;            /* in system.parameters: where a set gives none; EXPR_UNDEF: it must */
+};
+
+/* A start, or parameters, of its own. */
 struct request_sweep {
+    expr_id *parameter;       /* by swept parameter, constants of the store; NULL: none is swept */
+    double *parameter_value;
     struct request_initial *initial; int initials;   /* in the order of the variables; those of trajectory.initial
                                                       * that are not given here too */
 };
@@ -152,6 +160,7 @@ struct request {
     unsigned want;                    /* bits of enum request_want */
     struct request_trajectory trajectory;
     struct request_sweep *sweep; int sweeps;   /* 0: one trajectory */
+    struct request_swept *swept; int swept_count;
     struct request_accuracy accuracy;
     struct request_limits limits;
     struct request_operator op;

@@ -27,7 +27,7 @@ static bool with_conditions(struct job *j, struct sga_solution *solution, struct
         snprintf(j->err->pointer, sizeof j->err->pointer, "/trajectory/gauge/conditions");
         return false;
     }
-    if (solution->verdict == SGA_INCONSISTENT)
+    if (solution->verdict == SGA_INCONSISTENT && !j->request.swept_count)
         return sga_fail_at(j->err, SGA_E_GAUGE, "/trajectory/gauge/conditions",
                            "the gauge conditions contradict the system: %s", solution->contradiction_why);
     return true;
@@ -74,7 +74,7 @@ bool answer_motion(struct job *j)
     const struct request_trajectory *t = &j->request.trajectory;
     if (!(j->request.want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF | REQUEST_CONSISTENT_INITIAL)))
         return true;
-    if (j->solution.verdict == SGA_INCONSISTENT)
+    if (j->solution.verdict == SGA_INCONSISTENT && !j->request.swept_count)
         return sga_fail_at(j->err, SGA_E_NO_MOTION, "/trajectory", "the system is inconsistent: no point satisfies it, "
                            "so there is no trajectory; leave trajectory out of want to see why");
     int n = j->request.system.variables;

@@ -1,4 +1,4 @@
-/* One analysis, many trajectories: the sets of initial values of `sweep`, each with its own end
+/* One analysis, many trajectories: the sets of initial values and parameters of `sweep`, each with its own end
  * or error. */
 #include "sweep.h"
 
@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "mem.h"
+#include "sweep_case.h"
 
 /* The reduction follows the branch, and takes the regular functions, that lie nearest to where
  * the request starts: with other starts they would be others. */
@@ -20,15 +21,57 @@ static bool one_for_all(struct job *j, const struct sga_solution *s)
                                    "need analyses of their own; send one request for each");
 }
 
-static void write_error(struct sga_json *w, const struct sga_error *e)
+/* What a member of the result begins with, where parameters are swept. */
+static void write_set(const struct job *j, const struct request_sweep *m, const char *analysis, struct sga_json *w)
+{
+    const struct request *r = &j->request;
+    if (!r->swept_count)
+        return;
+    sga_json_key(w, "parameters");
+    sga_json_object(w);
+    for (int i = 0; i < r->swept_count; i++)
+        sga_json_member_double(w, r->store.symbol[r->swept[i].symbol].name, m->parameter_value[i]);
+    sga_json_end_object(w);
+    if (analysis)
+        sga_json_member_string(w, "analysis", analysis);
+}
+
+static void write_error(const struct job *j, const struct request_sweep *m, struct sga_json *w, const struct sga_error *e)
 {
     sga_json_object(w);
+    write_set(j, m, NULL, w);
     sga_json_key(w, "error");
     sga_json_object(w);
     sga_json_member_string(w, "code", sga_code_text(e->code));
     sga_json_member_string(w, "detail", e->detail);
     sga_json_end_object(w);
     sga_json_end_object(w);
+}
+
+/* The trajectory of a set of parameters: from the general analysis where that holds, otherwise from one of the system at
+ * these values. *analysis: from which. */
+static bool at_parameters(struct job *j, const struct sga_solution *s, const struct traj_request *r, const struct request_sweep *m,
+                          const char **analysis, struct sga_error *err)
+{
+    struct sweep_case c;
+    struct sga_error general = { 0 };
+    bool ok = sweep_case_make(&c, j, s, r, m, err);
+    bool found = ok && c.solved && traj_run(&c.system, &c.solution, &c.request, &j->trajectory, &general);
+    *analysis = "shared";
+    if (found && !sweep_case_holds(&c, j->trajectory.initial)) {
+        traj_result_clear(&j->trajectory);
+        found = false;
+    }
+    const struct sga_solution *used = &c.solution;
+    if (ok && !found && sga_budget_ok(&j->budget, j->err)) {
+        *analysis = "own";
+        used = &c.own;
+        found = sweep_case_solve(&c, j, r->initial, err) && traj_run(&c.system, used, &c.request, &j->trajectory, err);
+    }
+    if (found && j->request.trajectory.conditions)
+        j->trajectory.gauge = used->free_columns ? "conditions, then least norm" : "conditions";
+    sweep_case_clear(&c);
+    return found;
 }
 
 /* One member. False: the job ends. */
@@ -41,6 +84,7 @@ static bool one(struct job *j, const struct sga_solution *s, struct traj_request
     unsigned char *given = sga_calloc((size_t)n, 1);
     expr_id *exact = sga_calloc((size_t)n + 1, sizeof *exact);
     const expr_id *exact_before = r->exact_initial;
+    const char *analysis = NULL;
     struct sga_error err = { 0 };
     for (int k = 0; k < m->initials; k++) {
         initial[m->initial[k].variable] = m->initial[k].value;
@@ -50,15 +94,20 @@ static bool one(struct job *j, const struct sga_solution *s, struct traj_request
     r->exact_initial = exact_before ? exact : NULL;
     r->initial = initial;
     r->given = given;
-    bool found = answer_integrate(j, s, r, &j->trajectory, &err), ok = sga_budget_ok(&j->budget, j->err);
-    if (found && t->conditions)
+    bool found = j->request.swept_count ? at_parameters(j, s, r, m, &analysis, &err)
+                                        : answer_integrate(j, s, r, &j->trajectory, &err);
+    bool ok = sga_budget_ok(&j->budget, j->err);
+    if (found && t->conditions && !j->request.swept_count)
         j->trajectory.gauge = s->free_columns ? "conditions, then least norm" : "conditions";
     t->initial = m->initial;
     t->initials = m->initials;
-    if (ok && found)
+    if (ok && found) {
+        sga_json_object(w);
+        write_set(j, m, analysis, w);
         ok = answer_write_motion(j, w);
-    else if (ok)
-        write_error(w, &err);
+    } else if (ok) {
+        write_error(j, m, w, &err);
+    }
     t->initial = keep;
     t->initials = keeps;
     if (found)

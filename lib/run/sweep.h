@@ -7,7 +7,7 @@
 /* Runs the members of the request's sweep, everything but the start as in `request`, into
  * j->trajectories. A member without a trajectory says why; false where the job cannot go on. */
 bool answer_sweep(struct job *j, const struct sga_solution *solution, const struct traj_request *request);
-/* The value of the member `trajectory`: that of j->trajectory. */
+/* The members of an object that is open, and its end: those of j->trajectory. */
 bool answer_write_motion(struct job *j, struct sga_json *w);
 
 #endif

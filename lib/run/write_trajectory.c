@@ -155,13 +155,13 @@ void answer_write_initial(const struct job *j, struct sga_json *w)
 bool answer_write_trajectory(struct job *j, struct sga_json *w)
 {
     sga_json_key(w, "trajectory");
+    sga_json_object(w);
     return answer_write_motion(j, w);
 }
 
 bool answer_write_motion(struct job *j, struct sga_json *w)
 {
     const struct traj_result *r = &j->trajectory;
-    sga_json_object(w);
     if (j->moves_on) {
         const struct stratum *s = j->stratum + (j->moves_on - 1);
         sga_json_key(w, "stratum");

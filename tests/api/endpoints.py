@@ -188,6 +188,22 @@ def conditional(d, c):
     busy = d.ask("POST", "/v1/jobs", moving()).json()["id"]
     a = d.get("/v1/jobs/" + busy, Prefer="wait=20", If_None_Match="*")
     c.status(a, 304, "304 also after waiting for the end")
+def sweep(d, c):
+    """Trajectories of a sweep: the list as JSON, one more column as lines; a set without a trajectory has no rows."""
+    system = {"form": "equations", "variables": ["set"], "parameters": {"p": 1}, "equations": ["set' = set/p"]}
+    asked = {"system": system, "trajectory": {"stop": 1, "samples": 3, "initial": {"set": 1}},
+             "sweep": [{"parameters": {"p": p}} for p in (1, 0, 2)]}
+    job_ = d.ask("POST", "/v1/solve", asked).json()
+    path, list_ = f"/v1/jobs/{job_['id']}/trajectory", job_["result"]["trajectories"]
+    a = d.get(path)
+    c(a.status == 200 and a.json() == list_ and "error" in list_[1], "sweep: JSON", a.body[:200])
+    rows = [line.split(",") for line in d.get(path + "?format=csv").body.decode().splitlines()]
+    c(rows[0] == ["set_", "t", "set"], "sweep: csv columns", rows[0])
+    should = [[k] + r for k in (0, 2) for r in list_[k]["rows"]]
+    c([[float(x) for x in r] for r in rows[1:]] == should, "sweep: csv rows", rows)
+    lines = [json.loads(line) for line in d.get(path + "?format=ndjson").body.decode().splitlines()]
+    named = [{"set_": k, "t": r[0], "set": r[1]} for k in (0, 2) for r in list_[k]["rows"]]
+    c(lines == named[:3] + [{"set_": 1, "error": list_[1]["error"]}] + named[3:], "sweep: ndjson", lines)
 
 
 def events(d, c):
@@ -236,4 +252,4 @@ def examples(d, c):
               again["result"]["dimensions"])
 
 
-ALL = [about, metrics, job, cache, waiting, listing, trajectory, tradeoff, conditional, events, examples]
+ALL = [about, metrics, job, cache, waiting, listing, trajectory, sweep, tradeoff, conditional, events, examples]
