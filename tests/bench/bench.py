@@ -106,6 +106,18 @@ def operators(folder):
         show(f"{name}: seconds", f"{found['best']:.2f}", "<= 10", found["best"] <= 10, f"{found['peak_kib'] / 1024:.0f} MiB at the most")
 
 
+def sweep(folder):
+    print("a pendulum at 1000 sets of parameters: one sweep, and a request for each set (40 of them, in process)")
+    rng = random.Random(2)
+    sets = [{"g": round(rng.uniform(1, 20), 3), "L": round(rng.uniform(0.5, 3), 3)} for _ in range(1000)]
+    system = {"form": "equations", "variables": ["x", "y", "l"], "parameters": sets[0],
+              "equations": ["x'' = -l*x", "y'' = -l*y - g", "x^2 + y^2 = L^2"]}
+    base = {"system": system, "want": ["trajectory"], "trajectory": {"stop": 3, "samples": 11, "initial": {"x": "L", "y": 0}}}
+    whole = measure(folder, {**base, "sweep": [{"parameters": s} for s in sets]}, 3)["best"]
+    alone = sum(measure(folder, {**base, "system": {**system, "parameters": s}}, 5)["best"] for s in sets[:40]) * 25
+    show("1000 requests / one sweep", f"{alone / whole:.1f}", ">= 1.5", alone >= 1.5 * whole, f"{alone:.2f} s, {whole:.2f} s")
+
+
 class Client:
     """One connection that is kept alive; requests are sent as prepared bytes."""
 
@@ -321,7 +333,7 @@ def main():
         for program in ("measure", "minimal_server", "hammer", "numbers", "tape"):
             os.symlink(os.path.join(folder, program), os.path.join(work, program))
         parts = {"arm": lambda: arm(work), "corpus": lambda: corpus(build, work), "chains": lambda: chains(work),
-                 "operators": lambda: operators(work), "http": lambda: http(build, work),
+                 "sweep": lambda: sweep(work), "operators": lambda: operators(work), "http": lambda: http(build, work),
                  "workers": lambda: workers(build, work), "samples": lambda: written(build, work), "executors": lambda: executors(work),
                  "balls": lambda: balls.balls(work, measure)}
         for name in sys.argv[2:] or parts:
