@@ -346,6 +346,8 @@ class TrajectoryCheck:
             self.estimates(expect["reference"])
         if "drift" in expect:
             self.drift(expect["drift"])
+        if "gauge" in expect:
+            self.check(self.t["gauge"] == expect["gauge"], "gauge choice", self.t["gauge"])
         if "method" in expect:
             self.check(self.t["method"] == expect["method"], "method", self.t["method"])
         if "arithmetic" in expect:

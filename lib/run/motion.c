@@ -94,7 +94,7 @@ bool answer_motion(struct job *j)
         rate[k] = (struct traj_rate){ t->rate[k].variable, t->rate[k].rate };
     struct traj_request r = {
         .start = t->start, .times = t->times, .samples = t->samples, .initial = initial, .given = given, .held = held,
-        .rate = rate, .rates = t->rates, .output = t->output, .outputs = t->outputs,
+        .rate = rate, .rates = t->rates, .conditions = t->conditions > 0, .output = t->output, .outputs = t->outputs,
         .event = event, .events = t->events,
         .rtol = j->request.accuracy.rtol, .atol = j->request.accuracy.atol,
         .method = j->request.accuracy.method, .arithmetic = (enum traj_arithmetic)j->request.accuracy.arithmetic,
@@ -110,8 +110,6 @@ bool answer_motion(struct job *j)
         struct sga_solution solution = { 0 };
         struct points_shadow shadow;
         ok = with_conditions(j, &solution, &shadow) && run(j, &solution, &shadow, &r);
-        if (ok && j->has_trajectory)
-            j->trajectory.gauge = solution.free_columns ? "conditions, then least norm" : "conditions";
         points_shadow_clear(&shadow);
         sga_solution_clear(&solution);
     } else {

@@ -62,14 +62,10 @@ static bool at_parameters(struct job *j, const struct sga_solution *s, const str
         traj_result_clear(&j->trajectory);
         found = false;
     }
-    const struct sga_solution *used = &c.solution;
     if (ok && !found && sga_budget_ok(&j->budget, j->err)) {
         *analysis = "own";
-        used = &c.own;
-        found = sweep_case_solve(&c, j, r->initial, err) && traj_run(&c.system, used, &c.request, &j->trajectory, err);
+        found = sweep_case_solve(&c, j, r->initial, err) && traj_run(&c.system, &c.own, &c.request, &j->trajectory, err);
     }
-    if (found && j->request.trajectory.conditions)
-        j->trajectory.gauge = used->free_columns ? "conditions, then least norm" : "conditions";
     sweep_case_clear(&c);
     return found;
 }
@@ -97,8 +93,6 @@ static bool one(struct job *j, const struct sga_solution *s, struct traj_request
     bool found = j->request.swept_count ? at_parameters(j, s, r, m, &analysis, &err)
                                         : answer_integrate(j, s, r, &j->trajectory, &err);
     bool ok = sga_budget_ok(&j->budget, j->err);
-    if (found && t->conditions && !j->request.swept_count)
-        j->trajectory.gauge = s->free_columns ? "conditions, then least norm" : "conditions";
     t->initial = m->initial;
     t->initials = m->initials;
     if (ok && found) {

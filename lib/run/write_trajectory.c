@@ -139,6 +139,7 @@ void answer_write_initial(const struct job *j, struct sga_json *w)
     sga_json_object(w);
     write_start(j, w, r->x, r->moved);
     write_values(j, w, "derivatives", r->derivative);
+    sga_json_member_string(w, "gauge", r->gauge);
     sga_json_key(w, "free");
     sga_json_array(w);
     for (int k = 0; k < r->frees; k++)

@@ -2,6 +2,7 @@
 #include "field.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -282,6 +283,17 @@ static bool start_beyond(struct field *f, int q, struct sga_error *err)
     return false;
 }
 
+/* The rates do not fit; the one that is missed most is named, where it is a rate. */
+static void refuse_rates(const struct field *f, int row, double miss, struct sga_error *err)
+{
+    int k = row - f->rows - f->c;
+    char pointer[224] = "/trajectory/gauge/rates";
+    if (k >= 0)
+        snprintf(pointer, sizeof pointer, "/trajectory/gauge/rates/%.190s", f->sys->store->symbol[f->sys->variable[f->rate[k].variable].symbol].name);
+    sga_fail_at(err, SGA_E_GAUGE, pointer, "the rates asked for contradict the motion: at the start the equations miss by %.3g; fix at "
+                "most as many rates as there are gauge fields, and only free ones", miss);
+}
+
 bool field_begin(struct field *f, double t, const double *x, struct sga_error *err)
 {
     double *v = sga_calloc((size_t)f->n + 1, sizeof *v);
@@ -311,8 +323,7 @@ bool field_begin(struct field *f, double t, const double *x, struct sga_error *e
         }
         ok = worst <= 1e-7 * size;
         if (!ok && f->rates)
-            sga_fail_at(err, SGA_E_GAUGE, "/trajectory/gauge/rates", "the rates asked for contradict the motion: at the start "
-                        "the equations miss by %.3g; fix at most as many rates as there are gauge fields, and only free ones", worst);
+            refuse_rates(f, bad, worst, err);
         else if (!ok)
             sga_fail(err, SGA_E_NO_MOTION, "at the consistent start the equations have no solution (row %d misses by %.3g): "
                      "the start lies on a stratum where the rank drops; start elsewhere", bad + 1, worst);
@@ -403,20 +414,23 @@ bool field_eval(struct field *f, double t, const double *x, double *v)
     }
     if (f->pivots && !inside(f, t, x)) {
         f->rank_lost = true;
+        f->contradiction = false;
         return false;
     }
     if (f->fast && finite && field_pivots_well(f))
         return true;
     int rank, row = 0;
     load(f, t, x);
-    if (!general(f, v, &rank))
-        return false;
-    f->rank_lost = rank < f->rank;
-    if (f->rank_lost || !f->rates)
-        return !f->rank_lost;
+    bool has = general(f, v, &rank);
+    f->rank_lost = has && rank < f->rank;
+    if (!has || f->rank_lost || !f->rates) {
+        f->contradiction &= has && !f->rank_lost;
+        return has && !f->rank_lost;
+    }
     double size = 1;
     for (int j = 0; j < f->n; j++)
         size = fmax(size, fabs(v[j]));
-    f->contradiction = rows_miss(f, v, &row) > 1e-6 * size;
-    return !f->contradiction;
+    bool miss = rows_miss(f, v, &row) > 1e-6 * size;
+    f->contradiction |= miss;
+    return !miss;
 }

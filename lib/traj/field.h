@@ -46,7 +46,7 @@ struct field {
     int generic_rank;                 /* of the system at general points of Pf */
     int rank;                         /* what it must be; a loss of it is a stratum */
     bool rank_lost;                   /* set by the last evaluation */
-    bool contradiction;               /* set by the last evaluation: the rates do not fit any more */
+    bool contradiction;               /* of the last evaluation that was refused: the rates do not fit any more */
     long evaluations;
 };
 

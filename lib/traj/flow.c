@@ -193,6 +193,12 @@ static void allow_code(struct flow *f, struct sga_exec *exec)
         num_tape_compile(f->event, exec);
 }
 
+/* Rates may fix less than their number, so it is the rank that tells what is left. */
+const char *flow_gauge(const struct flow *f, const struct traj_request *rq)
+{
+    return traj_gauge_text(rq->conditions, rq->rates > 0, f->field.rank < f->n);
+}
+
 struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
 {
     allow_code(f, rq->budget ? rq->budget->exec : NULL);

@@ -61,6 +61,7 @@ bool traj_consistent(const struct sys_system *sys, const struct sga_solution *so
             f.in[n] = rq->start;
             num_tape_eval(f.manifold.tape, f.in, r->residual);
             free_coordinates(&f, rq, r);
+            r->gauge = flow_gauge(&f, rq);
         }
     }
     flow_clear(&f);

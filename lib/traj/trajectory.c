@@ -193,6 +193,15 @@ static bool solve(struct flow *f, const struct sys_system *sys, const struct sga
     return true;
 }
 
+const char *traj_gauge_text(bool conditions, bool rates, bool least_norm)
+{
+    static const char *const text[2][2][2] = {
+        { { "none", "least norm" }, { "rates", "rates, then least norm" } },
+        { { "conditions", "conditions, then least norm" }, { "conditions and rates", "conditions and rates, then least norm" } },
+    };
+    return text[conditions][rates][least_norm];
+}
+
 bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
               struct traj_result *r, struct sga_error *err)
 {
@@ -214,9 +223,7 @@ bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, cons
         }
     }
     if (ok) {
-        r->gauge = !sol->free_columns ? "none" : rq->rates ? "rates, then least norm" : "least norm";
-        if (rq->rates && sol->free_columns <= rq->rates)
-            r->gauge = "rates";
+        r->gauge = flow_gauge(&f, rq);
     } else if (!err->stage[0]) {
         memcpy(err->stage, "trajectory", 11);
     }

@@ -39,6 +39,7 @@ struct traj_request {
     const unsigned char *given;            /* by variable: 1 where the request gave it */
     const unsigned char *held;             /* by variable: the projection must not move it */
     const struct traj_rate *rate; int rates;
+    bool conditions;                       /* gauge conditions are among the system's rows (for the name of the choice) */
     const expr_id *output; int outputs;    /* 0: all variables */
     const struct traj_event *event; int events;
     const expr_id *integral; int integrals;   /* functions that should stay what they are at the start */
@@ -76,7 +77,7 @@ struct traj_result {
     double ended_t;
     const char *ended_reason;
     char ended_detail[256];
-    const char *gauge;        /* "none", "rates", "least_norm", ... */
+    const char *gauge;        /* how the motion was chosen, see traj_gauge_text; static */
     long steps, rejected, evaluations;
     double seconds;           /* CPU of the integration alone, without what is set up before it */
 };
@@ -88,7 +89,12 @@ struct traj_initial {
     double *residual;         /* by constraint: its value at x */
     int *free; int frees;     /* variables whose start can be chosen: coordinates of Pf near x */
     double moved;             /* scaled distance over which given values moved */
+    const char *gauge;        /* as in struct traj_result: of the derivative */
 };
+
+/* The name of a gauge choice: "none", "rates", "conditions", "conditions and rates", each with ", then least norm"
+ * where freedom is left to it, or "least norm" alone. */
+const char *traj_gauge_text(bool conditions, bool rates, bool least_norm);
 
 /* False with err INITIAL: which constraint stays unsatisfied, and by how much. */
 bool traj_consistent(const struct sys_system *system, const struct sga_solution *solution,
