@@ -6,7 +6,9 @@
 #include <string.h>
 
 #include "differentials.h"
+#include "facts.h"
 #include "mem.h"
+#include "poly.h"
 #include "sparse.h"
 
 /* Balls around a point of the final set have this relative radius; beside it the differentials are told to be independent. */
@@ -44,6 +46,7 @@ static void gather_system(struct roots *r, const struct sys_system *s, const str
     }
     append(r, s->restriction, s->restrictions);
     append(r, q->output, q->outputs);
+    append(r, q->integral, q->integrals);
     for (int i = 0; i < q->events; i++)
         append_one(r, q->event[i].expression);
     for (int i = 0; i < q->rates; i++)
@@ -99,6 +102,8 @@ static const expr_id *place_system(struct sweep_case *c, const struct sys_system
     c->request = *q;
     c->request.output = e;
     e += q->outputs;
+    c->request.integral = e;
+    e += q->integrals;
     struct traj_event *event = duplicate(q->event, q->events, sizeof *event);
     for (int i = 0; i < q->events; i++)
         event[i].expression = *e++;
@@ -288,11 +293,28 @@ static bool independent(struct sweep_case *c, struct num_ball *b)
     return ok;
 }
 
+/* Some constraint is a product at these parameters: then a start may choose among the branches. */
+static bool splits(const struct sweep_case *c)
+{
+    struct poly_limits limits = { .max_terms = 60, .max_degree = 24, .max_generators = 24 };
+    struct poly_factors q;
+    int moving = 0;
+    for (int i = 0; i < c->solution.constraints && moving < 2; i++) {
+        moving = 0;
+        if (!poly_numerator_factors(c->system.store, c->solution.constraint[i].expr, &limits, &q))
+            continue;
+        for (int k = 0; k < q.factors; k++)
+            moving += !q.factor[k].never_zero && q.factor[k].depends & EXPR_HAS_VARIABLE;
+        poly_factors_clear(&q);
+    }
+    return moving >= 2;
+}
+
 bool sweep_case_holds(struct sweep_case *c, const double *x)
 {
     const struct sga_solution *s = &c->solution;
     /* what was divided by on a larger set is not looked at there; at special places another system was solved */
-    if (s->deads || s->specials)
+    if (s->deads || s->specials || splits(c))
         return false;
     struct num_ball b;
     struct roots all = { 0 };

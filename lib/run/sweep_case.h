@@ -23,8 +23,8 @@ bool sweep_case_make(struct sweep_case *c, struct job *j, const struct sga_solut
                      const struct request_sweep *set, struct sga_error *err);
 void sweep_case_clear(struct sweep_case *c);
 /* Do the general analysis and its assumptions hold at these parameters, as seen from a point x of the final set at the start
- * time, good to some 9 digits? No pivot may vanish there, nor the rank of the constraints' differentials drop:
- * then the reduction at these values would take the same steps (zeros persist, by continuity).
+ * time, good to some 9 digits? No pivot may vanish there, nor the rank of the constraints' differentials drop, nor a constraint
+ * become a product: then the reduction at these values would take the same steps (zeros persist, by continuity).
  * False is not a proof that they do not. */
 bool sweep_case_holds(struct sweep_case *c, const double *x);
 /* The reduction of the system at these parameters, into c->own. False with err. */
