@@ -234,15 +234,6 @@ const char *traj_gauge_text(bool conditions, bool rates, bool least_norm)
     return text[conditions][rates][least_norm];
 }
 
-const char *traj_gauge_text(bool conditions, bool rates, bool least_norm)
-{
-    static const char *const text[2][2][2] = {
-        { { "none", "least norm" }, { "rates", "rates, then least norm" } },
-        { { "conditions", "conditions, then least norm" }, { "conditions and rates", "conditions and rates, then least norm" } },
-    };
-    return text[conditions][rates][least_norm];
-}
-
 bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
               struct traj_result *r, struct sga_error *err)
 {
