@@ -94,8 +94,7 @@ static bool read_all(struct reader *rd, const json_t *v)
         return false;
     set_bounds(rd);
     rd->r->store.max_bits = rd->r->limits.bits;
-    read_sweep_names(rd, sweep);
-    if (!read_system(rd, system) || !read_want(rd, want) || !read_sweep_parameters(rd, sweep))
+    if (!read_sweep_names(rd, sweep) || !read_system(rd, system) || !read_want(rd, want) || !read_sweep_parameters(rd, sweep))
         return false;
     if (!want && trajectory)
         rd->r->want |= REQUEST_TRAJECTORY;

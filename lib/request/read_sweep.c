@@ -12,17 +12,21 @@ static int by_variable(const void *a, const void *b)
     return ((const struct request_initial *)a)->variable - ((const struct request_initial *)b)->variable;
 }
 
-void read_sweep_names(struct reader *rd, const json_t *v)
+bool read_sweep_names(struct reader *rd, const json_t *v)
 {
     rd->swept = json_object();
+    bool ok = rd->swept != NULL;
     for (size_t i = 0; i < json_array_size(v); i++) {
         const char *key;
         json_t *item;
         json_object_foreach(json_object_get(json_array_get(v, i), "parameters"), key, item)
             if (!json_object_get(rd->swept, key))
-                json_object_set_new(rd->swept, key, json_null());
+                ok = ok && json_object_set_new(rd->swept, key, json_null()) == 0;
     }
+    if (!ok)
+        return sga_fail(rd->err, SGA_E_LIMIT_MEMORY, "no memory is left to read the request; send a smaller one, or try again later");
     rd->r->swept = sga_calloc(json_object_size(rd->swept) + 1, sizeof *rd->r->swept);
+    return true;
 }
 
 /* The values of one set; *one is where they go. */

@@ -86,7 +86,7 @@ bool read_want(struct reader *rd, const json_t *v);
 bool read_trajectory(struct reader *rd, const json_t *v);
 bool read_symmetries(struct reader *rd, const json_t *v);
 /* read_sweep.c: before the system: which parameters are swept. After it: their values. With the trajectory: starts. */
-void read_sweep_names(struct reader *rd, const json_t *v);
+bool read_sweep_names(struct reader *rd, const json_t *v);
 bool read_sweep_parameters(struct reader *rd, const json_t *v);
 bool read_sweep(struct reader *rd, const json_t *v);
 /* While initial values are read, swept parameters are numbers: those of set k, or (k < 0) of system.parameters, where
