@@ -124,6 +124,17 @@ num_dd num_dd_pi(void)
     return (num_dd){ 3.141592653589793116, 1.2246467991473531772e-16 };
 }
 
+num_dd num_dd_parse(const char *text)
+{
+    mpfr_t v;
+    mpfr_init2(v, BITS);
+    char *end;
+    mpfr_strtofr(v, text, &end, 10, MPFR_RNDN);
+    num_dd x = end == text ? num_dd_of(NAN) : num_dd_set_mpfr(v);
+    mpfr_clear(v);
+    return x;
+}
+
 char *num_dd_text(num_dd x, int digits)
 {
     if (!num_dd_finite(x))

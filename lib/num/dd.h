@@ -104,6 +104,9 @@ num_dd num_dd_function2(enum expr_op op, num_dd a, num_dd b);
 /* The nearest to an exact rational, pi, decimal digits. */
 num_dd num_dd_of_fmpq(const fmpq_t q);
 num_dd num_dd_pi(void);
+/* The nearest to a decimal text; NaN where it is none. */
+num_dd num_dd_parse(const char *text);
+#define NUM_DD_DIGITS 32
 /* x with so many significant decimal digits, as a malloced text "-1.25e-7"; NULL if not finite. */
 char *num_dd_text(num_dd x, int digits);
 void num_dd_get_mpfr(mpfr_t x, num_dd a);      /* exact in 2200 bits; rounded to x's own */

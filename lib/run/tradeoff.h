@@ -3,12 +3,12 @@
 #define SGA_RUN_TRADEOFF_H
 
 #include "answer.h"
+#include "dd.h"
 
-/* Columns at the samples of one solution; 34 digits, so that those of longer arithmetics can be told
- * apart too. */
+/* Columns at the samples of one solution, with the digits that tell those of longer arithmetics apart. */
 struct tradeoff_values {
     int rows, columns;
-    _Float128 *value;             /* rows x columns; malloced */
+    num_dd *value;                /* rows x columns; malloced */
 };
 
 /* One method, arithmetic and tolerance. */
@@ -92,10 +92,6 @@ bool tradeoff_rows(struct tradeoff_run *u, double until);
 /* One solution; *err has the reason where false. `until`: it is cut off. */
 bool tradeoff_solve(struct tradeoff_run *u, const struct tradeoff_row *row, bool single, double until,
                     struct traj_result *r, struct sga_error *err);
-/* tradeoff_number.c: a decimal number, to 34 digits; its text, a null where it is not finite. */
-_Float128 tradeoff_number(const char *text);
-enum { TRADEOFF_TEXT = 64 };
-void tradeoff_text(_Float128 v, char text[TRADEOFF_TEXT]);
 void tradeoff_keep(const struct traj_result *r, struct tradeoff_values *v);
 /* tradeoff_best.c: the best solution that the time allows, and each row's error against it. */
 bool tradeoff_best(struct tradeoff_run *u);

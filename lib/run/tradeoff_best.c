@@ -29,10 +29,9 @@ static double rounding(const char *arithmetic)
     return strcmp(arithmetic, "double") == 0 ? 2 * DBL_EPSILON : 0x1p-100;
 }
 
-static double distance(_Float128 a, _Float128 b)
+static double distance(num_dd a, num_dd b)
 {
-    _Float128 d = a - b;
-    double size = (double)(d < 0 ? -d : d);
+    double size = fabs(num_dd_sub(a, b).hi);
     return isnan(size) ? INFINITY : size;
 }
 
@@ -106,7 +105,7 @@ static double largest(const struct tradeoff_values *v, int column)
 {
     double most = 0;
     for (int i = 0; i < v->rows; i++)
-        most = fmax(most, distance(v->value[(size_t)i * (size_t)v->columns + (size_t)column], 0));
+        most = fmax(most, fabs(v->value[(size_t)i * (size_t)v->columns + (size_t)column].hi));
     return most;
 }
 
@@ -212,7 +211,7 @@ static bool within(const struct tradeoff_row *row, const struct tradeoff_best *b
     for (int i = 0; i < row->values.rows && i < b->values.rows; i++)
         for (int j = 0; j < b->values.columns; j++) {
             size_t at = (size_t)i * (size_t)b->values.columns + (size_t)j;
-            double allowed = atol + rtol * distance(b->values.value[at], 0);
+            double allowed = atol + rtol * fabs(b->values.value[at].hi);
             if (!(distance(row->values.value[at], b->values.value[at]) + b->doubt[j] <= allowed))
                 return false;
         }

@@ -67,7 +67,7 @@ void tradeoff_keep(const struct traj_result *r, struct tradeoff_values *v)
     v->columns = r->columns;
     v->value = sga_malloc((count + 1) * sizeof *v->value);
     for (size_t i = 0; i < count; i++)
-        v->value[i] = r->digits && r->digits[i] ? tradeoff_number(r->digits[i]) : (_Float128)r->value[i];
+        v->value[i] = r->digits && r->digits[i] ? num_dd_parse(r->digits[i]) : num_dd_of(r->value[i]);
 }
 
 /* One method and arithmetic, and how far it has come. */

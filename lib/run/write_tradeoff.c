@@ -2,6 +2,7 @@
 #include "tradeoff.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { LAST_COLUMNS = 16 };
@@ -12,16 +13,16 @@ static void write_last(const struct tradeoff_row *row, struct sga_json *w)
     const struct tradeoff_values *v = &row->values;
     if (v->rows == 0 || v->columns > LAST_COLUMNS)
         return;
-    const _Float128 *last = v->value + (size_t)(v->rows - 1) * (size_t)v->columns;
+    const num_dd *last = v->value + (size_t)(v->rows - 1) * (size_t)v->columns;
     sga_json_key(w, "last");
     sga_json_array(w);
     for (int k = 0; k < v->columns; k++) {
-        char text[TRADEOFF_TEXT];
-        tradeoff_text(last[k], text);
-        if (row->arithmetic == TRAJ_DOUBLE)
-            sga_json_double(w, (double)last[k]);
-        else
+        char *text = row->arithmetic == TRAJ_DOUBLE ? NULL : num_dd_text(last[k], NUM_DD_DIGITS);
+        if (text)
             sga_json_raw(w, text, strlen(text));
+        else
+            sga_json_double(w, last[k].hi);
+        free(text);
     }
     sga_json_end_array(w);
 }

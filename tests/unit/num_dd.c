@@ -194,12 +194,14 @@ static void constants(void)
         mpfr_init2(back, 400);
         mpfr_set_str(back, text, 10, MPFR_RNDN);
         CHECK(units(v, back) < 100, "%s", text);
+        CHECK(units(num_dd_parse(text), back) < 0.5, "%s is read", text);
         mpfr_clear(back);
         free(text);
         fmpq_clear(q);
     }
     mpfr_const_pi(exact, MPFR_RNDN);
     CHECK(units(num_dd_pi(), exact) < 0.5);
+    CHECK(isnan(num_dd_parse("x").hi) && num_dd_parse("-0.5").hi == -0.5);
     CHECK(!num_dd_text(num_dd_of(INFINITY), 5) && !num_dd_text(num_dd_of(NAN), 5));
     char *text = num_dd_text((num_dd){ -1.5, 0 }, 3);
     CHECK(strcmp(text, "-1.50e+00") == 0, "%s", text);
