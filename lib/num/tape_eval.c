@@ -131,7 +131,8 @@ static inline bool run(struct num_tape *t, double *out, double *rest)
         if (t->memory && ++t->runs == runs_before(t))
             tape_compile(t);
     }
-    return all_finite(out, t->first_roots) & all_finite(rest, t->nroots - t->first_roots);
+    bool first = all_finite(out, t->first_roots);      /* both: no branch between */
+    return all_finite(rest, t->nroots - t->first_roots) && first;
 }
 
 bool tape_eval_parts(struct num_tape *t, const double *in, double *out, double *rest)
