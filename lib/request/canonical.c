@@ -62,7 +62,7 @@ static void write_value(struct sga_buf *out, const json_t *v)
         sga_buf_printf(out, "%lld", (long long)json_integer_value(v));
         return;
     case JSON_REAL:
-        sga_format_double(number, json_real_value(v));
+        sga_format_double(number, json_real_value(v) + 0.0);     /* -0.0 is the number 0 */
         sga_buf_puts(out, number);
         return;
     case JSON_TRUE:
