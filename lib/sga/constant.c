@@ -76,6 +76,14 @@ static slong with_bits(struct state *s, struct points_point *p, const expr_id *g
     return need;
 }
 
+void state_activate(struct state *s)
+{
+    SGA_RESERVE(s->active, s->active_cap, s->st->symbols);
+    memset(s->active, 0, (size_t)s->st->symbols);
+    for (int j = 0; j < s->sys->variables; j++)
+        s->active[s->variable[j]] = 1;
+}
+
 unsigned state_facts(struct state *s, expr_id e)
 {
     return expr_facts_of(&s->facts, s->st, e);
@@ -84,10 +92,7 @@ unsigned state_facts(struct state *s, expr_id e)
 bool state_locally_constant(struct state *s, expr_id e)
 {
     int c = s->sol->constraints, n = s->sys->variables;
-    SGA_RESERVE(s->active, s->active_cap, s->st->symbols);
-    memset(s->active, 0, (size_t)s->st->symbols);
-    for (int j = 0; j < n; j++)
-        s->active[s->variable[j]] = 1;
+    state_activate(s);
     expr_id *grad = sga_calloc((size_t)(c + 1) * (size_t)n, sizeof *grad);
     struct expr_term *term = NULL;
     size_t cap = 0;

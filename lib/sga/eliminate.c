@@ -34,10 +34,7 @@ static bool constant_slope(struct state *s, expr_id v, expr_id *slope)
 
 static int search_symbol(struct state *s, expr_id e, expr_id *slope, bool *affine)
 {
-    SGA_RESERVE(s->active, s->active_cap, s->st->symbols);
-    memset(s->active, 0, (size_t)s->st->symbols);
-    for (int j = 0; j < s->sys->variables; j++)
-        s->active[s->variable[j]] = 1;
+    state_activate(s);
     struct expr_term *term = NULL;
     size_t cap = 0;
     int n = expr_gradient(s->st, &s->cone, e, s->active, &term, &cap), found = -1;

@@ -3,7 +3,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "mem.h"
 
@@ -53,10 +52,7 @@ int regular_by_gradient(struct state *s, expr_id e, const double *x, double t, e
     *out = NULL;
     if (n > 60)
         return 0;
-    SGA_RESERVE(s->active, s->active_cap, s->st->symbols);
-    memset(s->active, 0, (size_t)s->st->symbols);
-    for (int j = 0; j < n; j++)
-        s->active[s->variable[j]] = 1;
+    state_activate(s);
     struct expr_term *first = NULL, *second = NULL;
     size_t cap1 = 0, cap2 = 0;
     int count = expr_gradient(s->st, &s->cone, e, s->active, &first, &cap1);

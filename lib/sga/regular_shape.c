@@ -2,7 +2,6 @@
 #include "regular_shape.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 #include "mem.h"
 
@@ -53,10 +52,7 @@ static bool depends(struct state *s, expr_id e, int symbol)
 
 enum graph regular_graph(struct state *s, expr_id e)
 {
-    SGA_RESERVE(s->active, s->active_cap, s->st->symbols);
-    memset(s->active, 0, (size_t)s->st->symbols);
-    for (int j = 0; j < s->sys->variables; j++)
-        s->active[s->variable[j]] = 1;
+    state_activate(s);
     struct expr_term *term = NULL;
     size_t cap = 0;
     int n = expr_gradient(s->st, &s->cone, e, s->active, &term, &cap);
@@ -117,10 +113,7 @@ bool regular_fresh_graph(struct state *s, expr_id e)
 {
     struct expr_term *term = NULL;
     size_t cap = 0;
-    SGA_RESERVE(s->active, s->active_cap, s->st->symbols);
-    memset(s->active, 0, (size_t)s->st->symbols);
-    for (int j = 0; j < s->sys->variables; j++)
-        s->active[s->variable[j]] = 1;
+    state_activate(s);
     for (int pass = 0; pass < 2; pass++) {
         int count = pass ? s->pendings : s->sol->constraints;
         if (!count)

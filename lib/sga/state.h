@@ -88,6 +88,8 @@ bool state_locally_constant(struct state *s, expr_id e);
  * before `from` are in the echelon form already). On the smaller set a pivot may vanish:
  * then the same rows say more there, and that belongs to the same P_g. */
 int state_generation(struct state *s, int from, int to, int g);
+/* s->active: by symbol, 1 for the variables. */
+void state_activate(struct state *s);
 /* What holds of e by its shape: expr_facts_of. */
 unsigned state_facts(struct state *s, expr_id e);
 
