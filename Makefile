@@ -52,7 +52,7 @@ FLOORS := base plot graph expr sys lin pencil num poly operator form request poi
 SERVER_DEPS := run request form sys expr plot base
 CLIENT_DEPS := run plot base
 
-LIBS := -lcalcium -lflint-arb -lflint -lmpfr -lgmp -lklu -lamd -lcolamd -lbtf -lsuitesparseconfig -lgsl -lgslcblas -ljansson -lm
+LIBS := -lflint-arb -lflint -lmpfr -lgmp -lklu -lamd -lcolamd -lbtf -lsuitesparseconfig -lgsl -lgslcblas -ljansson -lm
 SERVER_LIBS := -lmicrohttpd -lsqlite3 -lgnutls -lseccomp -lpthread
 CLIENT_LIBS := -lgnutls
 
