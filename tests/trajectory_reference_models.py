@@ -54,7 +54,7 @@ def arm():
         rows.append([phi, omega, x, tau2])
     with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "etc", "examples", "arm.json"), encoding="utf-8") as f:
         system = json.load(f)["system"]
-    case("arm", "the telescopic arm with tau1 kept constant (EJDE 1999/10, section 6)", system, times,
+    case("arm", "the telescopic arm with tau1 kept constant (Munoz-Lecanda, Roman-Roy, EJDE 1999/10, section 6)", system, times,
          {"phi": 1, "omega": "0.1", "x": 0, "v": "0.1", "tau1": "0.05", "tau2": 0}, ["phi", "omega", "x", "tau2"], rows,
          {"verdict": "underdetermined"})
     CASES[-1]["request"]["trajectory"].update(gauge={"rates": {"tau1": "0"}}, hold=["phi", "omega", "tau1"])
@@ -83,7 +83,7 @@ def chain():
             x, y = x + mp.sin(a), y - mp.cos(a)
             row += [x, y]
         rows.append(row)
-    case("chain of three pendula", "index 3; the reference in angles",
+    case("chain of three pendula", "own: index 3; the reference in angles",
          equations(["x1", "y1", "x2", "y2", "x3", "y3", "k", "l", "m"],
                    ["x1'' = -k*x1 + l*(x2 - x1)", "y1'' = -k*y1 + l*(y2 - y1) - 1", "x2'' = -l*(x2 - x1) + m*(x3 - x2)",
                     "y2'' = -l*(y2 - y1) + m*(y3 - y2) - 1", "x3'' = -m*(x3 - x2)", "y3'' = -m*(y3 - y2) - 1",
@@ -104,7 +104,7 @@ def slider_crank():
     rows = [[mp.cos(a), mp.sin(a), mp.cos(a) + mp.sqrt(4 - mp.sin(a) ** 2), w] for a, w in twice(field, [0, 3], times)]
     for r in rows:
         r.pop()
-    case("slider-crank", "index 3, turning over; the reference in the angle",
+    case("slider-crank", "own: index 3, turning over; the reference in the angle",
          equations(["x", "y", "s", "l", "m"], ["x'' = -l*x + m*(s - x)", "y'' = -l*y - m*y - 1", "s'' = -m*(s - x) - (s - 2)",
                                                "x^2 + y^2 = 1", "(s - x)^2 + y^2 = 4"]),
          times, {"x": 1, "y": 0, "s": 3, "x'": 0, "y'": 3, "s'": 0}, ["x", "y", "s"], rows)

@@ -83,8 +83,8 @@ static expr_id rebuild_solve(struct expr_store *st, const struct expr_store *fro
     int component = from->node[e].b;
     if (!same) {
         /* components of one solve meet here one after the other: reuse the last copy */
-        struct expr_solve *last = st->solve + st->solves - 1;
-        if (st->solves && last->m == m && memcmp(last->matrix, matrix, mm * sizeof *matrix) == 0
+        struct expr_solve *last = st->solves ? st->solve + st->solves - 1 : NULL;
+        if (last && last->m == m && memcmp(last->matrix, matrix, mm * sizeof *matrix) == 0
             && memcmp(last->rhs, rhs, (size_t)m * sizeof *rhs) == 0)
             index = st->solves - 1;
         else

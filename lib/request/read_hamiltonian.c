@@ -1,5 +1,6 @@
 /* The form `hamiltonian`: the function, the 2-form (canonical if left out), restrictions. */
 #include <stdlib.h>
+#include <string.h>
 
 #include "form.h"
 #include "mem.h"
@@ -17,13 +18,40 @@ static bool check_antisymmetric(struct reader *rd, const struct read_matrix *m)
                    e->row, e->col, e->col, e->row);
 }
 
-static bool read_two_form(struct reader *rd, const json_t *system, struct read_matrix *m, int n)
+/* Is `momentum` the usual name of that of `position`: p1 of q1, px or p_x of x? */
+static bool named_after(const char *momentum, const char *position)
+{
+    if (*momentum != 'p')
+        return false;
+    return (*position == 'q' && strcmp(momentum + 1, position + 1) == 0) || strcmp(momentum + 1, position) == 0
+           || (momentum[1] == '_' && strcmp(momentum + 2, position) == 0);
+}
+
+/* Places count, so names that say otherwise are most likely a mistake. */
+static bool check_places(struct reader *rd, const int *variable, int n)
+{
+    enum { MOST = 400 };
+    const struct expr_symbol *symbol = rd->r->store.symbol;
+    for (int i = 0; i < n && n <= MOST; i++)
+        for (int k = 0; k < n; k++) {
+            const char *p = symbol[variable[k]].name, *q = symbol[variable[i]].name;
+            if (k == i + n / 2 || !named_after(p, q))
+                continue;
+            at_member(rd, "variables");
+            return at_fail(rd, SGA_E_SHAPE, "without omega the first half of the variables are positions, and the second half their momenta in "
+                           "the same order: %.60s at place %d is not that of %.60s at place %d (from 0); order them so, rename them, or give omega",
+                           p, k, q, i);
+        }
+    return true;
+}
+
+static bool read_two_form(struct reader *rd, const json_t *system, struct read_matrix *m, const int *variable, int n)
 {
     m->rows = m->cols = n;
     if (json_object_get(system, "omega"))
         return read_matrix(rd, system, m) && check_antisymmetric(rd, m);
     if (n % 2 == 0)
-        return true;
+        return check_places(rd, variable, n);
     at_member(rd, "variables");
     return at_fail(rd, SGA_E_SHAPE, "without omega the variables are q1, ..., qk, p1, ..., pk; there are %d", n);
 }
@@ -71,7 +99,7 @@ bool read_hamiltonian(struct reader *rd, const json_t *system)
     struct read_matrix omega = { .name = "omega", .per_row = "variables", .per_col = "variables" };
     expr_id *restriction = NULL;
     int *variable = read_variables(rd, system, "variables", &f.variables);
-    bool ok = variable && read_function(rd, system, &f.hamiltonian) && read_two_form(rd, system, &omega, f.variables)
+    bool ok = variable && read_function(rd, system, &f.hamiltonian) && read_two_form(rd, system, &omega, variable, f.variables)
         && read_expression_list(rd, system, "restrict", &restriction, &f.restrictions)
         && check_size(rd, f.variables, f.restrictions);
     if (!ok) {
