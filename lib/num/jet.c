@@ -109,10 +109,10 @@ bool num_jet_along(struct num_jet *j, int count, int order, double scale, double
     for (int k = 0; k < order; k++) {
         if (!run_compiled(j, k))
             num_jet_run(j, k, j->plan.fixed, j->plan.count);
-        double part = scale / (k + 1), sum = 0;
+        double sum = 0;
         series += count;
         for (int i = 0; i < count; i++) {
-            double v = part * num_jet_root(j, i)[k];
+            double v = scale * num_jet_root(j, i)[k] / (k + 1);      /* 1/(k + 1) rounded would err alike in every step */
             series[i] = num_jet_input(j, i)[k + 1] = v;
             sum += 0.0 * v;
         }

@@ -2,7 +2,8 @@
  *
  * The coefficients of the solution at the present point come from the problem, of an order
  * that the tolerance sets (Jorba and Zou, Experimental Mathematics 14, 2005: the work to go a
- * given way is least near order -ln(tolerance)/2 + 1; one more measures best here). The step is the longest over which the
+ * given way is least near order -ln(tolerance)/2 + 1; as each step has a price of its own,
+ * somewhat more measures best here). The step is the longest over which the
  * last terms stay within the tolerance: the series itself says how far, so the driver's
  * proposal is only an upper bound, and no step is computed in vain. The polynomial is the
  * dense output, of the same order.
@@ -77,7 +78,7 @@ static int order_for(const struct ode_step *step)
     double tol = fmax(step->rtol, DBL_EPSILON);
     if (!(step->rtol > 0))
         tol = fmin(1e-3, fmax(step->atol, DBL_EPSILON));
-    int order = (int)ceil(-log(tol) / 2 + 2);
+    int order = (int)ceil(-0.6 * log(tol) + 2);
     return order < LEAST_ORDER ? LEAST_ORDER : order > MOST_ORDER ? MOST_ORDER : order;
 }
 
