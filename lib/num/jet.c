@@ -102,6 +102,26 @@ static bool run_compiled(struct num_jet *j, int k)
     return true;
 }
 
+bool num_jet_along(struct num_jet *j, int count, int order, double scale, double *series)
+{
+    for (int i = 0; i < count; i++)
+        num_jet_input(j, i)[0] = series[i];
+    for (int k = 0; k < order; k++) {
+        if (!run_compiled(j, k))
+            num_jet_run(j, k, j->plan.fixed, j->plan.count);
+        double sum = 0;
+        series += count;
+        for (int i = 0; i < count; i++) {
+            double v = scale * num_jet_root(j, i)[k] / (k + 1);      /* 1/(k + 1) rounded would err alike in every step */
+            series[i] = num_jet_input(j, i)[k + 1] = v;
+            sum += 0.0 * v;
+        }
+        if (sum != 0)
+            return false;
+    }
+    return true;
+}
+
 void num_jet_compile(struct num_jet *j, struct sga_exec *memory)
 {
     jet_machine_clear(&j->machine);

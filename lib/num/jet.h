@@ -29,6 +29,10 @@ const double *num_jet_root(const struct num_jet *j, int r);
 /* Coefficient k of everything, those of the inputs up to k and all of lower orders being
  * there. False where that of a root is not finite. */
 bool num_jet_next(struct num_jet *j, int k);
+/* The first `count` inputs follow the roots of the same number: coefficients 1 .. order of
+ * x' = scale root from those of order 0, by order into series (order + 1 rows of count), where
+ * row 0 is set. False as num_jet_next. */
+bool num_jet_along(struct num_jet *j, int count, int order, double scale, double *series);
 /* After order k: the least s in (0, 1] at which the argument of an abs, sign, min or max
  * is seen to change sign, INFINITY where none does. Sampled: two changes that lie close together are missed. */
 double num_jet_reach(const struct num_jet *j, int k);

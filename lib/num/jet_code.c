@@ -224,7 +224,7 @@ static bool one_order(struct maker *m)
 
 bool jet_compile(struct jet_machine *machine, const struct jet_plan *p, int order, size_t stride)
 {
-    struct maker m = { .p = p, .stride = (int)stride };
+    struct maker m = { .code.leaf = true, .p = p, .stride = (int)stride };
     if (!machine->memory || (double)p->rows * (double)stride > 1e7)
         return false;
     size_t *begin = sga_calloc((size_t)order + 1, sizeof *begin);

@@ -37,13 +37,21 @@ int num_tape_length(const struct num_tape *t);
  * infinite, and the components of a singular solve are NaN. */
 bool num_tape_eval(struct num_tape *t, const double *in, double *out);
 /* The same with the last input apart (variables and time), and the roots in two parts: the
- * first so many into out, the others into rest. For fields, where each copy counts. */
+ * first so many into out, the others into rest. For fields, where each copy counts: results
+ * must not overlap x, which is read while they are written. */
 bool num_tape_eval_field(struct num_tape *t, const double *x, double time, int first, double *out, double *rest);
 
 /* From now on the tape may become machine code in `memory` (which must outlive it; NULL: none), once it
  * has been evaluated often enough for that to pay. Values are the same to the bit. */
 void num_tape_compile(struct num_tape *t, struct sga_exec *memory);
 /* It has. */
+/* The machine code behind num_tape_eval_field with this `first`, where there is any that reads x itself:
+ * run(slots, out, rest, x) after *time = the time. False: none (yet). Valid until the tape's next use. */
+struct num_code {
+    void (*run)(double *slots, double *out, double *rest, const double *x);
+    double *slots, *time;
+};
+bool num_tape_code(struct num_tape *t, int first, struct num_code *code);
 bool num_tape_compiled(const struct num_tape *t);
 
 #endif

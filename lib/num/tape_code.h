@@ -49,8 +49,10 @@ struct num_tape {
     int ntables;
     struct sga_exec *memory;   /* for machine code, borrowed; NULL: interpreted for good */
     long runs;                 /* interpreted so far */
-    /* Or NULL; in `memory`. Inputs are in their slots; the roots' values go to out and, from first_roots on, to rest. */
-    void (*compiled)(double *value, double *out, double *rest);
+    /* Or NULL; in `memory`. The last input is in its slot, and so are the others unless reads_inputs;
+     * `in` has them all but the last. The roots' values go to out and, from first_roots on, to rest. */
+    void (*compiled)(double *value, double *out, double *rest, const double *in);
+    bool reads_inputs;         /* the machine code does, from `in` */
     int first_roots;
     bool keep_all;             /* machine code leaves all values in their slots */
 };

@@ -124,7 +124,7 @@ static long runs_before(const struct num_tape *t)
 static inline bool run(struct num_tape *t, double *out, double *rest)
 {
     if (t->compiled) {
-        t->compiled(t->value, out, rest);
+        t->compiled(t->value, out, rest, t->value);
     } else {
         tape_run(t, t->nstatic, t->ncode);
         gather(t, out, rest);
@@ -147,8 +147,12 @@ bool num_tape_eval_field(struct num_tape *t, const double *x, double time, int f
         num_tape_compile(t, t->memory);      /* machine code knows where the parts end */
         t->first_roots = first;
     }
-    load(t, x, t->ninputs - 1);
     t->value[t->ninputs - 1] = time;
+    if (t->compiled && t->reads_inputs) {
+        t->compiled(t->value, out, rest, x);
+        return all_finite(out, t->first_roots) & all_finite(rest, t->nroots - t->first_roots);
+    }
+    load(t, x, t->ninputs - 1);
     return run(t, out, rest);
 }
 
@@ -174,6 +178,12 @@ void num_tape_compile(struct num_tape *t, struct sga_exec *memory)
     t->compiled = NULL;
     t->memory = memory;
     t->runs = 0;
+}
+
+bool num_tape_code(struct num_tape *t, int first, struct num_code *code)
+{
+    *code = (struct num_code){ t->compiled, t->value, t->value + t->ninputs - 1 };
+    return t->compiled && t->reads_inputs && t->first_roots == first;
 }
 
 bool num_tape_compiled(const struct num_tape *t) { return t->compiled != NULL; }

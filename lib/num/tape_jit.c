@@ -32,6 +32,27 @@ struct compiler {
     unsigned char *delivered;          /* by root: stored among the results */
 };
 
+static bool is_input(const struct compiler *c, int slot)
+{
+    return c->t->reads_inputs && slot < c->t->ninputs - 1;
+}
+
+static void load(struct compiler *c, int reg, int slot)
+{
+    if (is_input(c, slot))
+        x64_load_input(&c->code, reg, slot);
+    else
+        x64_load(&c->code, reg, slot);
+}
+
+static void op_slot(struct compiler *c, enum x64_sd op, int to, int slot)
+{
+    if (is_input(c, slot))
+        x64_op_input(&c->code, op, to, slot);
+    else
+        x64_op_slot(&c->code, op, to, slot);
+}
+
 static double (*const function[EXPR_OP_COUNT])(double) = {
     [EXPR_SIN] = sin, [EXPR_COS] = cos, [EXPR_TAN] = tan, [EXPR_ASIN] = asin, [EXPR_ACOS] = acos,
     [EXPR_ATAN] = atan, [EXPR_SINH] = sinh, [EXPR_COSH] = cosh, [EXPR_TANH] = tanh, [EXPR_ASINH] = asinh,
@@ -121,7 +142,7 @@ static int operand(struct compiler *c, int slot, int other)
     if (r != NONE || c->next[slot] == NEVER)
         return r;
     r = free_register(c, other, NONE);
-    x64_load(&c->code, r, slot);
+    load(c, r, slot);
     bind(c, r, slot);
     return r;
 }
@@ -129,7 +150,7 @@ static int operand(struct compiler *c, int slot, int other)
 static void copy(struct compiler *c, int to, int slot)
 {
     if (c->where[slot] == NONE)
-        x64_load(&c->code, to, slot);
+        load(c, to, slot);
     else
         x64_move(&c->code, to, c->where[slot]);
 }
@@ -181,7 +202,7 @@ static void binary(struct compiler *c, int i, enum x64_sd op, int a, int b)
     if (rb != NONE)
         x64_op(&c->code, op, to, rb);
     else
-        x64_op_slot(&c->code, op, to, b);
+        op_slot(c, op, to, b);
     release(c, to);
     forget_dead(c, c->t->code[i].a);
     if (tape_reads_two(c->t->code[i].op))
@@ -298,6 +319,17 @@ static void component(struct compiler *c, int i)
     define(c, i, to);
 }
 
+/* No call, and no interpreter. */
+static bool in_line(int op)
+{
+    static const int all[] = { EXPR_ADD, EXPR_SUB, EXPR_MUL, EXPR_DIV, EXPR_NEG, EXPR_ABS, EXPR_SQRT, EXPR_POWI,
+                               TAPE_SQUARE, TAPE_CUBE, TAPE_COMPONENT, TAPE_PAIRED };
+    for (size_t k = 0; k < sizeof all / sizeof *all; k++)
+        if (op == all[k])
+            return true;
+    return false;
+}
+
 static void instruction(struct compiler *c, int i)
 {
     const struct tape_code *q = c->t->code + i;
@@ -317,6 +349,22 @@ static void instruction(struct compiler *c, int i)
             call2(c, i);
         else
             interpret(c, i);
+    }
+}
+
+/* Without calls the code is a leaf; what is left to the interpreter reads inputs in their slots. */
+static void look(struct compiler *c)
+{
+    struct num_tape *t = c->t;
+    c->code.leaf = true;
+    t->reads_inputs = !t->keep_all;
+    for (int i = t->nstatic; i < t->ncode; i++) {
+        int op = t->code[i].op;
+        if (op == TAPE_SINCOS || (op < EXPR_OP_COUNT && (function[op] || function2[op]))) {
+            c->code.leaf = false;
+        } else if (!in_line(op)) {
+            c->code.leaf = t->reads_inputs = false;
+        }
     }
 }
 
@@ -361,7 +409,7 @@ static void deliver_rest(struct compiler *c)
     for (int r = 0; r < c->t->nroots; r++) {
         if (c->delivered[r])
             continue;
-        x64_load(&c->code, SCRATCH, c->t->root[r]);
+        load(c, SCRATCH, c->t->root[r]);
         deliver(c, SCRATCH, c->t->root[r]);
     }
 }
@@ -373,6 +421,7 @@ bool tape_compile(struct num_tape *t)
         return false;
     begin(&c);
     find_uses(&c);
+    look(&c);
     x64_enter(&c.code);
     for (int i = t->nstatic; i < t->ncode; i++)
         instruction(&c, i);
@@ -380,7 +429,7 @@ bool tape_compile(struct num_tape *t)
     x64_leave(&c.code);
     const void *at = sga_exec_add(t->memory, c.code.byte, c.code.count);
     if (at)
-        t->compiled = (void (*)(double *, double *, double *))(uintptr_t)at;
+        t->compiled = (void (*)(double *, double *, double *, const double *))(uintptr_t)at;
     end(&c);
     return at != NULL;
 }

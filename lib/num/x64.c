@@ -5,8 +5,8 @@
 
 #include "mem.h"
 
-/* rbx points here, so that more slots are within one signed byte of it. */
-enum { BIAS = 16 * 8, RBX = 3, RBP = 5, R13 = 13 };
+/* rbx (rdi in leaves) points here, so that more slots are within one signed byte of it. */
+enum { BIAS = 16 * 8, RCX = 1, RBX = 3, RBP = 5, R13 = 13, R14 = 14 };
 
 static void put(struct x64 *c, const void *bytes, size_t n)
 {
@@ -53,31 +53,48 @@ static void memory_operand(struct x64 *c, int reg, int base, int32_t d)
 static void with_slot(struct x64 *c, unsigned prefix, unsigned opcode, int reg, int slot)
 {
     put_opcode(c, prefix, (unsigned)(reg >> 3 << 2), opcode);
-    memory_operand(c, reg, RBX, 8 * slot - BIAS);
+    memory_operand(c, reg, c->leaf ? X64_RDI : RBX, 8 * slot - BIAS);
+}
+
+static void with_input(struct x64 *c, unsigned opcode, int reg, int index)
+{
+    int base = c->leaf ? RCX : R14;
+    put_opcode(c, 0xF2, (unsigned)(reg >> 3 << 2 | base >> 3), opcode);
+    memory_operand(c, reg, base, 8 * index);
 }
 
 void x64_store_out(struct x64 *c, int reg, bool rest, int index)
 {
-    int base = rest ? R13 : RBP;
+    int base = c->leaf ? (rest ? X64_RDX : X64_RSI) : rest ? R13 : RBP;
     put_opcode(c, 0xF2, (unsigned)(reg >> 3 << 2 | base >> 3), 0x11);
     memory_operand(c, reg, base, 8 * index);
 }
 
-/* Three pushes leave the stack aligned for calls. */
+/* Five pushes leave the stack aligned for calls. */
 void x64_enter(struct x64 *c)
 {
-    static const unsigned char code[] = { 0x53, 0x55, 0x41, 0x55,              /* push rbx; push rbp; push r13 */
+    static const unsigned char leaf[] = { 0x48, 0x83, 0xEF, 0x100 - BIAS };    /* sub rdi, -BIAS */
+    static const unsigned char code[] = { 0x53, 0x55, 0x41, 0x55, 0x41, 0x56, 0x50,   /* push rbx; rbp; r13; r14; rax */
                                           0x48, 0x8D, 0x9F, BIAS, 0, 0, 0,     /* lea rbx, [rdi + BIAS] */
-                                          0x48, 0x89, 0xF5, 0x49, 0x89, 0xD5 };   /* mov rbp, rsi; mov r13, rdx */
-    put(c, code, sizeof code);
+                                          0x48, 0x89, 0xF5, 0x49, 0x89, 0xD5,  /* mov rbp, rsi; mov r13, rdx */
+                                          0x49, 0x89, 0xCE };                  /* mov r14, rcx */
+    if (c->leaf)
+        put(c, leaf, sizeof leaf);
+    else
+        put(c, code, sizeof code);
 }
 
 void x64_leave(struct x64 *c)
 {
-    put(c, "\x41\x5D\x5D\x5B\xC3", 5);       /* pop r13; pop rbp; pop rbx; ret */
+    if (c->leaf)
+        put1(c, 0xC3);
+    else
+        put(c, "\x59\x41\x5E\x41\x5D\x5D\x5B\xC3", 8);       /* pop rcx; r14; r13; rbp; rbx; ret */
 }
 
 void x64_load(struct x64 *c, int reg, int slot) { with_slot(c, 0xF2, 0x10, reg, slot); }
+void x64_load_input(struct x64 *c, int reg, int index) { with_input(c, 0x10, reg, index); }
+void x64_op_input(struct x64 *c, enum x64_sd op, int to, int index) { with_input(c, op, to, index); }
 void x64_store(struct x64 *c, int reg, int slot) { with_slot(c, 0xF2, 0x11, reg, slot); }
 void x64_move(struct x64 *c, int to, int from) { registers(c, 0, 0x28, to, from); }     /* movaps */
 void x64_op(struct x64 *c, enum x64_sd op, int to, int from) { registers(c, 0xF2, op, to, from); }

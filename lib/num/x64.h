@@ -1,7 +1,7 @@
 /* Inside this folder: the few x86-64 instructions that compiled tapes are made of.
  *
  * A growing run of bytes. Doubles stand in xmm registers and in slots; slots are addressed
- * from rbx, the two runs of results from rbp and r13. Encodings: Intel 64 and IA-32 Architectures Software Developer's Manual,
+ * from rbx, the two runs of results from rbp and r13, inputs from r14 (in code without calls, where the arguments came). Encodings: Intel 64 and IA-32 Architectures Software Developer's Manual,
  * volume 2 (legacy SSE2 forms, which every x86-64 has). */
 #ifndef SGA_NUM_X64_H
 #define SGA_NUM_X64_H
@@ -13,6 +13,7 @@
 struct x64 {
     unsigned char *byte;
     size_t count, cap;
+    bool leaf;                 /* no calls: everything stays in the registers that it came in */
 };
 
 /* Scalar double operations: the byte after F2 0F. */
@@ -21,11 +22,13 @@ enum x64_sd { X64_SQRT = 0x51, X64_ADD = 0x58, X64_MUL = 0x59, X64_SUB = 0x5C, X
 enum x64_bits { X64_AND = 0x54, X64_XOR = 0x57 };
 enum x64_word { X64_RDI = 7, X64_RSI = 6, X64_RDX = 2, X64_RAX = 0 };
 
-void x64_enter(struct x64 *c);             /* of f(double *slots, double *out, double *rest) */
+void x64_enter(struct x64 *c);             /* of f(double *slots, double *out, double *rest, const double *inputs) */
 void x64_leave(struct x64 *c);
 void x64_store_out(struct x64 *c, int reg, bool rest, int index);     /* to out[index] or rest[index] */
 void x64_load(struct x64 *c, int reg, int slot);
 void x64_store(struct x64 *c, int reg, int slot);
+void x64_load_input(struct x64 *c, int reg, int index);               /* inputs[index] */
+void x64_op_input(struct x64 *c, enum x64_sd op, int to, int index);
 void x64_move(struct x64 *c, int to, int from);
 void x64_op(struct x64 *c, enum x64_sd op, int to, int from);         /* to = to op from; sqrt: of from */
 void x64_op_slot(struct x64 *c, enum x64_sd op, int to, int slot);

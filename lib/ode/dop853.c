@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "dop853_tables.h"
+#include "larger.h"
 #include "mem.h"
 #include "method.h"
 
@@ -58,13 +59,14 @@ static void dop853_free(void *state)
 }
 
 /* The state x + h sum_s a_s k_s, and the field there. */
+RK_INLINE double stage_time(const struct ode_step *step, int s) { return step->t + (step->t_low + dop853_c[s] * step->h); }
+
 RK_INLINE bool run_stage(struct dop853 *d, struct ode_field *field, const struct ode_step *step, int s, size_t stride,
                       double *y)
 {
     for (size_t j = 0; j < d->even; j += 2)
-        *(rk_two *)(y + j) = *(const rk_two *)(d->x + j) + step->h * rk_pair(&dop853_a[s], d->k, stride, j);
-    double t = step->t + (step->t_low + dop853_c[s] * step->h);
-    return ode_eval_stage(field, t, y, d->k + (size_t)s * stride);
+        *(rk_two *)(y + j) = rk_stage(&dop853_a[s], step->h, d->x, d->k, stride, j);
+    return ode_eval_stage(field, stage_time(step, s), y, d->k + (size_t)s * stride);
 }
 
 /* e5 can pass through 0 by accident, most of all with few variables, and a step of any
@@ -72,9 +74,9 @@ RK_INLINE bool run_stage(struct dop853 *d, struct ode_field *field, const struct
  * below that of the steps before, scaled, is such an accident, and is not believed. */
 static double trusted_ratio(struct dop853 *d, double ratio, double h)
 {
-    double least = fmin(1, BELIEVED_FALL * d->ratio * h * h);
-    d->ratio = fmax(ratio / (h * h), MEMORY * d->ratio);
-    return fmax(ratio, least);
+    double least = sga_smaller(1, BELIEVED_FALL * d->ratio * h * h);
+    d->ratio = sga_larger(MEMORY * d->ratio, ratio / (h * h));       /* NaN is not kept */
+    return sga_larger(ratio, least);
 }
 
 /* The increment, and the error estimate of both embedded formulas together:
@@ -97,11 +99,37 @@ RK_INLINE void finish_step(struct dop853 *d, struct ode_step *step, size_t strid
     step->error = both != 0 ? fabs(step->h) * sqrt(both / d->n) * pow(trusted_ratio(d, ratio, step->h), 2) : 0;
 }
 
+/* The twelve stages by the field's plain code. False: that does not hold here. */
+RK_INLINE bool run_by_code(struct dop853 *d, struct ode_field *field, const struct ode_step *step, size_t stride,
+                           const struct ode_code *code)
+{
+    rk_two sum = {0, 0};
+#pragma GCC unroll 12
+    for (int s = 1; s < DOP853_STAGES; s++) {
+        double *y = s == DOP853_STAGES - 1 ? d->y_last : d->y, *k = d->k + (size_t)s * stride;
+        for (size_t j = 0; j < d->even; j += 2)
+            *(rk_two *)(y + j) = rk_stage(&dop853_a[s], step->h, d->x, d->k, stride, j);
+        *code->time = stage_time(step, s);
+        code->run(code->slots, k, code->rest + (size_t)(s - 1) * code->rests, y);
+        ode_step_aside(field, k);
+    }
+    for (int s = 1; s < DOP853_STAGES; s++)
+        for (size_t j = 0; j < d->even; j += 2)
+            sum += 0.0 * *(const rk_two *)(d->k + (size_t)s * stride + j);
+    field->stats->evaluations += DOP853_STAGES - 1;
+    return sum[0] + sum[1] == 0 && field->p->code_holds(field->p->ctx, DOP853_STAGES - 1);
+}
+
 RK_INLINE enum ode_outcome attempt_with(struct dop853 *d, struct ode_field *field, struct ode_step *step, size_t stride)
 {
     for (int j = 0; j < d->n; j++) {
         d->k[j] = step->f[j];
         d->x[j] = step->x[j];
+    }
+    struct ode_code code;
+    if (field->p->code && field->p->code(field->p->ctx, &code) && run_by_code(d, field, step, stride, &code)) {
+        finish_step(d, step, stride);
+        return ODE_STEPPED;
     }
 #pragma GCC unroll 12
     for (int s = 1; s < DOP853_STAGES; s++)

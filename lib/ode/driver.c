@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "larger.h"
 #include "march.h"
 #include "mem.h"
 
@@ -35,17 +36,27 @@ static double two_sum(double a, double b, double *error)
 /* Below this, steps are lost in the rounding of t. */
 static double smallest_step(const struct ode_march *m)
 {
-    double range = fmax(fabs(m->start->t), fabs(m->stop));
-    return 4 * DBL_EPSILON * fmax(fabs(m->t), fmax(DBL_EPSILON * range, 1e-300));
+    double range = sga_larger(fabs(m->start->t), fabs(m->stop));
+    return 4 * DBL_EPSILON * sga_larger(fabs(m->t), sga_larger(DBL_EPSILON * range, 1e-300));
 }
 
 void ode_prepare_step(struct ode_march *m, double h)
 {
-    m->step = (struct ode_step){
-        .n = m->p->n, .t = m->t, .t_low = m->t_low, .h = h, .x = m->x, .f = m->f,
-        .rtol = m->o->rtol, .atol = m->o->atol, .unit = m->unit, .dx = m->dx,
-        .x1 = m->x1, .f1 = m->f1,
-    };
+    struct ode_step *s = &m->step;       /* one by one: a literal would be cleared as a whole first */
+    s->n = m->p->n;
+    s->t = m->t;
+    s->t_low = m->t_low;
+    s->h = h;
+    s->x = m->x;
+    s->f = m->f;
+    s->rtol = m->o->rtol;
+    s->atol = m->o->atol;
+    s->unit = m->unit;
+    s->dx = m->dx;
+    s->x1 = m->x1;
+    s->f1 = m->f1;
+    s->f_end = NULL;
+    s->error = s->error_order = s->dense_error = s->doubt = s->cost = s->retry = 0;
 }
 
 double ode_goal(const struct ode_march *m)
@@ -206,8 +217,8 @@ static void commit(struct ode_march *m, double h, int through)
 {
     struct ode_stats *s = &m->res->stats;
     s->steps++;
-    s->smallest_step = s->smallest_step > 0 ? fmin(s->smallest_step, h) : h;
-    s->largest_step = fmax(s->largest_step, h);
+    s->smallest_step = s->smallest_step > 0 ? sga_smaller(s->smallest_step, h) : h;
+    s->largest_step = sga_larger(s->largest_step, h);
     s->implicit_steps += m->method->implicit;
     m->choice.series_steps += m->method->series;
     bool stiff = m->method->stiff && m->method->stiff(m->state, &m->step);
@@ -268,8 +279,8 @@ static void learn_dense(struct ode_march *m, double forget)
 {
     double ratio = m->step.dense_error > m->step.error
                        ? pow(m->step.error / m->step.dense_error, 1.0 / m->step.error_order) : 1;
-    m->dense_ratio = m->dense_checked ? ratio : fmin(ratio, forget * m->dense_ratio);
-    m->dense_ratio = fmax(m->dense_ratio, 1e-3);
+    m->dense_ratio = m->dense_checked ? ratio : sga_smaller(ratio, forget * m->dense_ratio);
+    m->dense_ratio = sga_larger(m->dense_ratio, 1e-3);
 }
 
 /* What the next step is to be multiplied by after a refusal. */

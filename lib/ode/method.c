@@ -53,8 +53,7 @@ bool ode_eval(struct ode_field *field, double t, const double *x, double *dx)
     field->stats->evaluations++;
     if (!p->rhs(p->ctx, t, x, dx))
         return ode_eval_refused(field);
-    for (int j = 0; field->beside && j < p->n; j++)
-        dx[j] *= j % 2 ? 1 - DBL_EPSILON : 1 + DBL_EPSILON;
+    ode_step_aside(field, dx);
     double s = 0;
     for (int j = 0; j < p->n; j++)
         s += dx[j] * 0.0;

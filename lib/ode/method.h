@@ -7,6 +7,7 @@
 #ifndef SGA_ODE_METHOD_H
 #define SGA_ODE_METHOD_H
 
+#include <float.h>
 #include <math.h>
 
 #include "ode.h"
@@ -22,6 +23,12 @@ struct ode_field {
 bool ode_eval_refused(struct ode_field *field);
 /* False: refused, or not finite. */
 bool ode_eval(struct ode_field *field, double t, const double *x, double *dx);
+/* The field where the solution is to be wrong by a rounding, on purpose. */
+static inline void ode_step_aside(const struct ode_field *field, double *dx)
+{
+    for (int j = 0; field->beside && j < field->p->n; j++)
+        dx[j] *= j % 2 ? 1 - DBL_EPSILON : 1 + DBL_EPSILON;
+}
 /* The same inside a step, where a value that is not finite makes the error estimate so too,
  * and is found there. */
 static inline bool ode_eval_stage(struct ode_field *field, double t, const double *x, double *dx)

@@ -58,12 +58,27 @@ struct ode_happening {
 
 /* The problem. Callbacks must be deterministic and may be asked outside the region of
  * interest (stages look ahead); they are called from one thread. */
+/* A field that is plain code: run(slots, dx, rest, x) after *time = t gives dx, which must not
+ * overlap x, and `rests` numbers that code_holds judges. */
+struct ode_code {
+    void (*run)(double *slots, double *dx, double *rest, const double *x);
+    double *slots, *time;
+    double *rest;              /* room for ODE_CODE_CALLS calls, rests each */
+    size_t rests;
+};
+enum { ODE_CODE_CALLS = 12 };
+
 struct ode_problem {
     int n;                     /* may be 0 */
     void *ctx;
     /* dx (n) = X(t, x). False: outside the domain, or singular, or not finite. Values
      * that are not finite are taken as false too. */
     bool (*rhs)(void *ctx, double t, const double *x, double *dx);
+    /* The same without ceremony, for the stages of a step: false (or NULL): there is no such
+     * code at present. The calls 0 .. calls - 1 were made, results finite: are they the
+     * field's values? If not, rhs is asked for each. */
+    bool (*code)(void *ctx, struct ode_code *code);
+    bool (*code_holds)(void *ctx, int calls);
     /* Moves x to the manifold at time t, to the point nearest in the norm of d_j/scale_j,
      * scale_j > 0 being the error allowed in variable j. NULL: no constraints. Sets
      *   *moved:    root mean square of d_j/scale_j over the n variables,

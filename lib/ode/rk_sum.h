@@ -19,7 +19,7 @@ struct rk_row {
 };
 
 typedef double rk_two __attribute__((vector_size(16)));
-enum { RK_NEAR = 8 };
+enum { RK_NEAR = 8, RK_FRESH = 2 };
 
 /* n made even; the distance of vectors. */
 static inline size_t rk_even(int n) { return ((size_t)n + 1) / 2 * 2; }
@@ -41,6 +41,24 @@ RK_INLINE rk_two rk_pair(const struct rk_row *r, const double *k, size_t stride,
             even += r->a[m] * v;
     }
     return even + odd;
+}
+
+/* x + h sum_s a_s k_s at variables j and j + 1. All but the last stage are summed first, so that
+ * little follows on the field's last value, which everything waits for. */
+RK_INLINE rk_two rk_stage(const struct rk_row *r, double h, const double *x, const double *k, size_t stride, size_t j)
+{
+    rk_two even = {0, 0}, odd = {0, 0};
+    const double *last = k + (size_t)r->stage[r->count - 1] * stride + j;
+#pragma GCC unroll 12
+    for (int m = 0; m < r->count - 1; m++) {
+        const double *at = k + (size_t)r->stage[m] * stride + j;
+        rk_two v = m >= r->count - RK_FRESH ? (rk_two){at[0], at[1]} : *(const rk_two *)at;
+        if (m % 2)
+            odd += r->a[m] * v;
+        else
+            even += r->a[m] * v;
+    }
+    return *(const rk_two *)(x + j) + (h * (even + odd) + (h * r->a[r->count - 1]) * (rk_two){last[0], last[1]});
 }
 
 /* out = sum_s a_s k_s */

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "larger.h"
 #include "march.h"
 
 /* The polynomial is of lower order than the step: a sample may be moved further than a
@@ -21,7 +22,7 @@ static bool inner_sample(struct ode_march *m, double t, double *row)
     m->method->dense_at(m->state, &m->step, fmin(1, fmax(0, theta)), row);
     if (!ode_settle(m, t, row, SAMPLE_MOST, &residual))
         return false;
-    m->pending_residual = fmax(m->pending_residual, residual);
+    m->pending_residual = sga_larger(m->pending_residual, residual);
     return true;
 }
 

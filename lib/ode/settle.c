@@ -2,6 +2,7 @@
 #include <float.h>
 #include <math.h>
 
+#include "larger.h"
 #include "march.h"
 
 /* A correction of up to this part of the allowed error spoils nothing, however small the
@@ -29,7 +30,7 @@ double ode_settle_most(const struct ode_march *m, double error)
 {
     if (!m->p->project)
         return INFINITY;
-    return fmax(10 * error, HARMLESS);
+    return sga_larger(10 * error, HARMLESS);
 }
 
 bool ode_settle(struct ode_march *m, double t, double *x, double most, double *residual)

@@ -20,9 +20,9 @@
 #define TRY_AFTER 300          /* steps after which it is tried anyway, then twice, ... */
 #define BACK_AFTER 25          /* implicit steps between looks at the way back */
 #define GAIN 1.5               /* by which another method must be better */
-#define FINE_RTOL 3e-11        /* from here on Taylor series go farther for their work: measured over the references */
-#define SERIES_AFTER 8         /* steps before they are tried; a stiff start shows in these */
-#define SERIES_TRY_AFTER 60    /* steps with them after which the implicit method is tried */
+#define FINE_RTOL 1.1e-10      /* from here on Taylor series go farther for their work: measured over the references */
+#define SERIES_AFTER 3         /* steps before they are tried; a stiff start shows in these */
+#define SERIES_TRY_AFTER 200   /* steps with them after which the implicit method is tried */
 #define TRIALS 5
 #define POWER_STEPS 12
 #define EXPLICIT_REACH 0.65    /* of the stability limit: explicit steps of this size are stable in all directions */

@@ -2,7 +2,8 @@
  *
  * The coefficients of the solution at the present point come from the problem, of an order
  * that the tolerance sets (Jorba and Zou, Experimental Mathematics 14, 2005: the work to go a
- * given way is least near order -ln(tolerance)/2 + 1; one more measures best here). The step is the longest over which the
+ * given way is least near order -ln(tolerance)/2 + 1; as each step has a price of its own,
+ * somewhat more measures best here). The step is the longest over which the
  * last terms stay within the tolerance: the series itself says how far, so the driver's
  * proposal is only an upper bound, and no step is computed in vain. The polynomial is the
  * dense output, of the same order.
@@ -14,6 +15,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "larger.h"
 #include "mem.h"
 #include "method.h"
 
@@ -41,6 +43,7 @@ struct taylor {
     double scale, reach;
     double t, t_low;           /* where they belong to; the state is their first row */
     bool known;
+    double *part;              /* n: 1 / the error allowed in this step */
     double *end, *f, *slope;   /* n: the state, the field and the polynomial's at the end of a step */
     double term[LAST_TERMS];   /* see last_terms */
     int cautious;              /* steps to come */
@@ -50,10 +53,11 @@ static void *taylor_alloc(const struct ode_problem *p)
 {
     struct taylor *w = sga_calloc(1, sizeof *w);
     w->n = p->n;
-    w->series = sga_calloc((MOST_ORDER + 4) * (size_t)p->n + 1, sizeof *w->series);
+    w->series = sga_calloc((MOST_ORDER + 5) * (size_t)p->n + 1, sizeof *w->series);
     w->end = w->series + (MOST_ORDER + 1) * (size_t)p->n;
     w->f = w->end + p->n;
     w->slope = w->f + p->n;
+    w->part = w->slope + p->n;
     return w;
 }
 
@@ -74,24 +78,37 @@ static int order_for(const struct ode_step *step)
     double tol = fmax(step->rtol, DBL_EPSILON);
     if (!(step->rtol > 0))
         tol = fmin(1e-3, fmax(step->atol, DBL_EPSILON));
-    int order = (int)ceil(-log(tol) / 2 + 2);
+    int order = (int)ceil(-0.6 * log(tol) + 2);
     return order < LEAST_ORDER ? LEAST_ORDER : order > MOST_ORDER ? MOST_ORDER : order;
 }
 
+static void weigh(struct taylor *w, const struct ode_step *step)
+{
+    for (int j = 0; j < w->n; j++)
+        w->part[j] = 1 / ode_allowed(step->rtol, step->atol, step->unit[j], step->x[j], step->x[j]);
+}
+
 /* Root mean square of v in units of the error allowed; v may be so large that squares overflow. */
-static double weighted(const struct ode_step *step, const double *v)
+static double weighted(const struct taylor *w, const double *v)
 {
     double most = 0, sum = 0;
+    for (int j = 0; j < w->n; j++) {
+        double a = v[j] * w->part[j];
+        sum += a * a;
+    }
+    if (sum > 1e-200 && sum < 1e200)
+        return sqrt(sum / w->n);
+    sum = 0;
     for (int pass = 0; pass < 2; pass++) {
-        for (int j = 0; j < step->n; j++) {
-            double a = fabs(v[j]) / ode_allowed(step->rtol, step->atol, step->unit[j], step->x[j], step->x[j]);
+        for (int j = 0; j < w->n; j++) {
+            double a = fabs(v[j]) * w->part[j];
             most = pass ? most : fmax(most, a);
             sum += pass ? (a / most) * (a / most) : 0;
         }
         if (!(most > 0) || isinf(most))
             return most;
     }
-    return most * sqrt(sum / step->n);
+    return most * sqrt(sum / w->n);
 }
 
 static bool same_place(const struct taylor *w, const struct ode_step *step)
@@ -130,40 +147,46 @@ static bool expand(struct taylor *w, struct ode_field *field, struct ode_step *s
 
 /* The last terms at s = 1, the earlier ones taken on by the fall expected. Returns up to which s
  * they are within tolerance. */
-static double last_terms(struct taylor *w, const struct ode_step *step)
+static double last_terms(struct taylor *w)
 {
-    double fall = EXPECTED_FALL, s = INFINITY;
+    double fall = EXPECTED_FALL, most = -INFINITY;
     for (int i = 0; i < LAST_TERMS; i++, fall *= EXPECTED_FALL) {
         int k = w->order - i;
-        w->term[i] = fall * weighted(step, w->series + (size_t)k * (size_t)w->n);
-        if (!(w->term[i] <= 0))
-            s = fmin(s, pow(w->term[i], -1.0 / k));
+        w->term[i] = fall * weighted(w, w->series + (size_t)k * (size_t)w->n);
+        most = sga_larger(most, log(w->term[i]) / k);
     }
-    return s;
+    return exp(-most);
 }
 
 /* The error of a step to s. */
 static double error_at(const struct taylor *w, double s)
 {
-    double most = 0;
-    for (int i = 0; i < LAST_TERMS; i++)
-        most = fmax(most, w->term[i] * pow(s, w->order - i));
+    double most = 0, power = 1, base = s;
+    for (unsigned k = (unsigned)(w->order - LAST_TERMS + 1); k; k >>= 1, base *= base)
+        power *= k & 1 ? base : 1;
+    for (int i = LAST_TERMS - 1; i >= 0; i--, power *= s)
+        most = sga_larger(most, w->term[i] * power);
     return most;
 }
 
 /* The polynomial less its first term at s, and the field that it says. */
 static void evaluate(const struct taylor *w, double s, double *dx, double *slope)
 {
-    for (int j = 0; j < w->n; j++) {
-        double v = 0, d = 0;
-        for (int k = w->order; k > 0; k--) {
-            double c = w->series[(size_t)k * (size_t)w->n + (size_t)j];
-            v = (v + c) * s;
-            d = d * s + k * c;
+    size_t n = (size_t)w->n;
+    double part = 1 / w->scale, unused[4];
+    for (size_t j = 0; j < n; j += 4) {           /* four at a time: sums that do not wait for each other */
+        double v[4] = {0}, d[4] = {0};
+        size_t left = n - j < 4 ? n - j : 4;
+        for (size_t k = (size_t)w->order; k > 0; k--)
+            for (size_t i = 0; i < left; i++) {
+                double c = w->series[k * n + j + i];
+                v[i] = (v[i] + c) * s;
+                d[i] = d[i] * s + (double)k * c;
+            }
+        for (size_t i = 0; i < left; i++) {
+            dx[j + i] = v[i];
+            (slope ? slope + j : unused)[i] = d[i] * part;
         }
-        dx[j] = v;
-        if (slope)
-            slope[j] = d / w->scale;
     }
 }
 
@@ -179,8 +202,8 @@ static bool defect(struct taylor *w, struct ode_field *field, const struct ode_s
         w->slope[j] = step->h * (w->slope[j] - w->f[j]);
         w->f[j] *= step->h;
     }
-    double rounding = FIELD_ROUNDING * DBL_EPSILON * weighted(step, w->f);
-    *miss = fmax(0, weighted(step, w->slope) - rounding) / (w->order + 1);
+    double rounding = FIELD_ROUNDING * DBL_EPSILON * weighted(w, w->f);
+    *miss = sga_larger(0, weighted(w, w->slope) - rounding) / (w->order + 1);
     return true;
 }
 
@@ -190,7 +213,8 @@ static enum ode_outcome taylor_attempt(void *state, struct ode_field *field, str
     double miss;
     if (!expand(w, field, step))
         return ODE_FIELD_REFUSED;
-    double s = step->h / w->scale, far = fmin(fmin(1, SAFETY * last_terms(w, step)), w->reach + BEYOND);
+    weigh(w, step);
+    double s = step->h / w->scale, far = fmin(fmin(1, SAFETY * last_terms(w)), w->reach + BEYOND);
     if (far < s) {
         s = far;
         step->h = s * w->scale;

@@ -99,6 +99,7 @@ bool field_init(struct field *f, const struct sys_system *sys, const struct sga_
     bool ok = true;
     f->direct = direct_tape(f, sol, inputs, err);
     f->direct_out = sga_malloc((size_t)(n + f->pivots + 1) * sizeof(double));
+    f->stages = sga_calloc((size_t)f->pivots * ODE_CODE_CALLS + 1, sizeof *f->stages);
     f->pivot_start = sga_calloc((size_t)f->pivots + 1, sizeof(double));
     f->pivot_side = sga_calloc((size_t)f->pivots + 1, sizeof(double));
     f->here = sga_calloc((size_t)n + 1, sizeof(double));
@@ -128,6 +129,7 @@ void field_clear(struct field *f)
     num_tape_free(f->plain);
     lin_sparse_free(f->pattern);
     free(f->direct_out);
+    free(f->stages);
     free(f->pivot_start);
     free(f->pivot_expr);
     free(f->pivot_side);
@@ -389,12 +391,28 @@ bool field_pivots_well(const struct field *f)
 }
 
 /* Nothing is near: every pivot is on its side, and well away from 0. */
-static bool well_inside(const struct field *f)
+static bool well_inside(const struct field *f, const double *p)
 {
-    const double *p = f->direct_out + f->n;
     bool ok = f->fast;
     for (int q = 0; q < f->pivots; q++)
         ok &= p[q] * f->pivot_side[q] > PIVOT_SHRUNK * f->pivot_start[q];
+    return ok;
+}
+
+bool field_code(struct field *f, struct ode_code *code)
+{
+    struct num_code c;
+    if (!f->fast || !num_tape_code(f->direct, f->n, &c))
+        return false;
+    *code = (struct ode_code){ c.run, c.slots, c.time, f->stages, (size_t)f->pivots };
+    return true;
+}
+
+bool field_code_holds(const struct field *f, int calls)
+{
+    bool ok = true;
+    for (int i = 0; f->pivots && i < calls; i++)
+        ok &= well_inside(f, f->stages + (size_t)i * (size_t)f->pivots);
     return ok;
 }
 
@@ -405,7 +423,7 @@ bool field_eval(struct field *f, double t, const double *x, double *v)
     bool finite = num_tape_eval_field(f->direct, x, t, f->n, v, f->direct_out + f->n);
     if (t == f->start_t)
         take_sides(f, t, x);
-    if (finite && well_inside(f)) {
+    if (finite && well_inside(f, f->direct_out + f->n)) {
         if (f->pivots) {
             sga_copy(f->here, x, f->n);
             f->here_t = t;

@@ -5,6 +5,7 @@
 #include "jacobian.h"
 #include "lin_sparse.h"
 #include "manifold.h"
+#include "ode.h"
 #include "trajectory.h"
 
 /* Two ways to the same vector. The fast one evaluates the expressions of the reduced
@@ -23,6 +24,7 @@ struct field {
     const struct points_side *solution_side;   /* borrowed */
     int sides;                        /* the first so many "pivots" are sides that the answer rests on */
     double *direct_out, *pivot_start;
+    double *stages;                   /* pivots by call of the code: see field_code */
     expr_id *pivot_expr;
     /* A pivot that changes sign has passed 0. The rank at the place tells whether it only
      * happened to vanish (the chart changes) or a stratum begins there, beyond which the
@@ -58,6 +60,10 @@ void field_clear(struct field *f);
 bool field_begin(struct field *f, double t, const double *x, struct sga_error *err);
 /* v = X(t, x). False outside the domain or where the rank is lost. */
 bool field_eval(struct field *f, double t, const double *x, double *v);
+/* ode_problem's code and code_holds: the machine code of the expressions; every pivot was on its
+ * side and well away from 0 in these calls. */
+bool field_code(struct field *f, struct ode_code *code);
+bool field_code_holds(const struct field *f, int calls);
 /* stratum.c. After a motion from start that seemed to grow without bound at end_t: the pivot that
  * tends to 0 there while what it depends on stays finite, or -1. */
 int field_approaches(struct field *f, const double *start, double start_t, double end_t);

@@ -16,6 +16,16 @@ static bool rhs(void *ctx, double t, const double *x, double *dx)
     return field_eval(&f->field, t, x, dx);
 }
 
+static bool code(void *ctx, struct ode_code *c)
+{
+    return field_code(&((struct flow *)ctx)->field, c);
+}
+
+static bool code_holds(void *ctx, int calls)
+{
+    return field_code_holds(&((const struct flow *)ctx)->field, calls);
+}
+
 /* The correction is the least one in units of the error allowed: a rounding of a large
  * variable must not be paid for by a small one. */
 static bool project(void *ctx, double t, double *x, const double *scale, double *moved, double *residual)
@@ -202,7 +212,8 @@ const char *flow_gauge(const struct flow *f, const struct traj_request *rq)
 struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
 {
     allow_code(f, rq->budget ? rq->budget->exec : NULL);
-    return (struct ode_problem){ .n = f->n, .ctx = f, .rhs = rhs, .project = f->manifold.c ? project : NULL, .why = why,
+    return (struct ode_problem){ .n = f->n, .ctx = f, .rhs = rhs, .code = code, .code_holds = code_holds,
+                                 .project = f->manifold.c ? project : NULL, .why = why,
                                  .pattern = f->field.pattern, .jacobian = f->field.pattern ? slope : NULL,
                                  .taylor = f->field.fast && !f->sys->signals ? taylor : NULL,
                                  .breaks = f->knot, .break_count = f->knots, .enter = f->sys->signals ? enter : NULL,

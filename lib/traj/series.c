@@ -22,14 +22,9 @@ bool series_along(struct series *s, struct field *f, double t, const double *x, 
     time[0] = t;
     if (order > 0)
         time[1] = scale;
-    for (int j = 0; j < n; j++)
-        out[j] = num_jet_input(s->jet, j)[0] = x[j];
-    for (int k = 0; k < order; k++) {
-        if (!num_jet_next(s->jet, k))
-            return false;
-        for (int j = 0; j < n; j++)
-            out[(k + 1) * n + j] = num_jet_input(s->jet, j)[k + 1] = scale * num_jet_root(s->jet, j)[k] / (k + 1);
-    }
+    sga_copy(out, x, n);
+    if (!num_jet_along(s->jet, n, order, scale, out))
+        return false;
     *reach = num_jet_reach(s->jet, order - 1);
     return true;
 }

@@ -24,6 +24,7 @@ enum { SYMBOLS = 6, MOST = 400 };
 
 static struct random_source rng;
 static int solved;     /* Jacobians that stayed with the sweeps */
+static int direct;     /* runs of code that reads its inputs itself */
 
 /* NaN is one value: which one comes out of two depends on their order. */
 static bool same(double a, double b)
@@ -98,6 +99,31 @@ static void warm(struct num_tape *t, double *out)
         num_tape_eval(t, in, out);
 }
 
+/* As fields are evaluated: inputs where they lie, the last one apart, roots in two parts; and by
+ * the code itself, where there is such code. */
+static void by_parts(struct num_tape *b, const double *in, const double *plain, bool finite, int roots)
+{
+    double x[SYMBOLS], *out = calloc((size_t)roots + 1, sizeof *out);
+    struct num_code code;
+    int first = roots / 2, bad = -1;
+    memcpy(x, in, sizeof x);
+    x[SYMBOLS - 1] = 77;       /* not what is read */
+    CHECK(num_tape_eval_field(b, x, in[SYMBOLS - 1], first, out, out + first) == finite, "finite %d", finite);
+    for (int turn = 0; turn < 2; turn++) {
+        for (int r = 0; r < roots; r++)
+            bad = same(plain[r], out[r]) ? bad : r;
+        CHECK(bad < 0, "root %d of %d: %a, %a", bad, roots, plain[bad < 0 ? 0 : bad], out[bad < 0 ? 0 : bad]);
+        memset(out, 0x7F, (size_t)roots * sizeof *out);
+        if (!num_tape_code(b, first, &code))
+            break;
+        direct++;
+        *code.time = in[SYMBOLS - 1];
+        code.run(code.slots, out, out + first, x);
+    }
+    CHECK(!num_tape_code(b, first + 1, &code), "other parts");
+    free(out);
+}
+
 static void random_tapes(struct sga_exec *memory)
 {
     struct expr_store st;
@@ -122,6 +148,14 @@ static void random_tapes(struct sga_exec *memory)
             if (!same(plain[r], fast[r]))
                 bad = r;
         CHECK(bad < 0, "root %d of %d: %a, %a", bad, roots, plain[bad < 0 ? 0 : bad], fast[bad < 0 ? 0 : bad]);
+    }
+    for (int point = 0; point < 20 && memory; point++) {
+        for (int i = 0; i < SYMBOLS; i++)
+            in[i] = coordinate();
+        for (int i = 0; i < 9100 && point == 0; i++)
+            num_tape_eval_field(b, in, 0.5, roots / 2, fast, fast + roots / 2);
+        bool finite = num_tape_eval(a, in, plain);
+        by_parts(b, in, plain, finite, roots);
     }
     num_tape_free(a);
     num_tape_free(b);
@@ -337,6 +371,7 @@ int main(void)
     for (int i = 0; i < n; i++)
         random_jacobians(memory);
     CHECK(solved > 0 && solved < n / 2, "%d of %d have linear solves", solved, n);
+    CHECK(direct > 0, "no code read its inputs itself");
     random_tapes(NULL);
     random_jacobians(NULL);
     signals(memory);

@@ -1,0 +1,102 @@
+/* Stages by a field's plain code: the same solution as by rhs, bit for bit, and the way back to
+ * rhs where the code's values do not hold or are not finite. */
+#include <math.h>
+#include <string.h>
+
+#include "check.h"
+#include "ode.h"
+
+enum { N = 9, SAMPLES = 4 };
+
+/* x_j' = cos(t) x_(j+1) - x_j / 2, round the ring; where x_0 <= hole, the code has no value. */
+struct ring {
+    int n;
+    double slots[1], time, hole;
+    double rest[ODE_CODE_CALLS];
+    bool wrong;                 /* values from code are, below the hole, and only `rest` says so */
+    long by_rhs, by_code, refused;
+};
+
+static struct ring ring;
+
+static void value(double t, const double *x, double *dx)
+{
+    for (int j = 0; j < ring.n; j++)
+        dx[j] = cos(t) * x[(j + 1) % ring.n] - x[j] / 2;
+}
+
+static bool rhs(void *ctx, double t, const double *x, double *dx)
+{
+    (void)ctx;
+    ring.by_rhs++;
+    value(t, x, dx);
+    return true;
+}
+
+static void run(double *slots, double *dx, double *rest, const double *x)
+{
+    CHECK(slots == ring.slots);
+    ring.by_code++;
+    value(ring.time, x, dx);
+    *rest = x[0] - ring.hole;
+    if (*rest <= 0)
+        dx[ring.n - 1] = ring.wrong ? 7 : NAN;
+}
+
+static bool code(void *ctx, struct ode_code *c)
+{
+    (void)ctx;
+    *c = (struct ode_code){ run, ring.slots, &ring.time, ring.rest, 1 };
+    return true;
+}
+
+static bool holds(void *ctx, int calls)
+{
+    (void)ctx;
+    bool ok = true;
+    for (int i = 0; i < calls; i++)
+        ok &= ring.rest[i] > 0;
+    ring.refused += !ok;
+    return ok;
+}
+
+static void solve(int n, double hole, bool wrong, bool with_code, bool estimate, double *out, long *evaluations)
+{
+    static const double times[SAMPLES] = { 0.3, 1, 2.5, 6 };
+    double x[N];
+    ring = (struct ring){ .n = n, .hole = hole, .wrong = wrong };
+    for (int j = 0; j < n; j++)
+        x[j] = 1 + 0.25 * j;
+    struct ode_problem p = { .n = n, .rhs = rhs, .code = with_code ? code : NULL, .code_holds = with_code ? holds : NULL };
+    struct ode_start start = { 0, x, SAMPLES, times };
+    struct ode_options o = ode_options_default();
+    struct ode_result r;
+    o.method = "dop853";
+    o.estimate_global_error = estimate;
+    CHECK(ode_solve(&p, &start, &o, &r, NULL) && r.count == SAMPLES);
+    memcpy(out, r.samples, (size_t)(SAMPLES * n) * sizeof *out);
+    *evaluations = r.stats.evaluations;
+    CHECK(r.stats.evaluations + r.second.evaluations == ring.by_rhs + ring.by_code, "all are counted");
+    ode_result_free(&r);
+}
+
+int main(void)
+{
+    double plain[SAMPLES * N], fast[SAMPLES * N];
+    long e, e_fast;
+    for (int n = 1; n <= N; n++) {
+        for (int estimate = 0; estimate < 2; estimate++) {
+            solve(n, -1e9, false, false, estimate, plain, &e);
+            solve(n, -1e9, false, true, estimate, fast, &e_fast);
+            CHECK(memcmp(plain, fast, (size_t)(SAMPLES * n) * sizeof *plain) == 0, "n %d", n);
+            CHECK(e == e_fast && ring.by_code > 5 * ring.by_rhs && ring.refused == 0, "%ld, %ld", e, e_fast);
+            for (int wrong = 0; wrong < 2; wrong++) {
+                solve(n, 0.8, wrong, true, estimate, fast, &e_fast);
+                CHECK(memcmp(plain, fast, (size_t)(SAMPLES * n) * sizeof *plain) == 0, "n %d, wrong %d", n, wrong);
+                CHECK(e_fast > e && ring.by_rhs > 0, "%ld, %ld", e, e_fast);
+                CHECK(!wrong || ring.refused > 0);
+            }
+        }
+    }
+    return CHECK_END();
+}
