@@ -13,6 +13,8 @@
 #define GROWTH 1e3
 /* A state this much larger than the start's has blown up, whatever stopped it. */
 #define HUGE_STATE 1e50
+/* Beyond this nobody can tell what is unbounded from what is large. */
+#define END_OF_RANGE 1e290
 
 static const char *const texts[] = {
 #define X(sym, text, what) text,
@@ -74,7 +76,9 @@ static void blow_up(struct ode_march *m)
     double size = ode_largest(m, m->x, &by_state), rate = ode_largest(m, m->f, &by_rate);
     char text[200];
     bool grown = state_grows(m);
-    if (grown)
+    if (size > END_OF_RANGE)
+        snprintf(text, sizeof text, "the solution grows beyond the range of numbers (size %.3g at the end)", size);
+    else if (grown)
         snprintf(text, sizeof text, "the solution grows without bound (size %.3g at the end)", size);
     else
         snprintf(text, sizeof text,
@@ -106,7 +110,7 @@ void ode_end_refused(struct ode_march *m, enum ode_refusal cause)
     if (huge || (grows && (cause != FIELD_REFUSED || why == ODE_LEFT_DOMAIN)))
         blow_up(m);
     else if (cause == ERROR_TOO_LARGE)
-        ode_end_at(m, ODE_SINGULAR,
+        ode_end_at(m, ODE_NOT_SMOOTH,
                    "no step is small enough for the tolerance here: the field is not smooth, "
                    "or the tolerance is too tight");
     else if (why == ODE_LEFT_DOMAIN)

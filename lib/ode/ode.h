@@ -26,6 +26,7 @@
     X(LEFT_DOMAIN,     "left_domain",     "the vector field has no value beyond this point") \
     X(CONSTRAINT_LOST, "constraint_lost", "the constraints can no longer be met") \
     X(SINGULAR,        "singular",        "the field or the constraints become singular") \
+    X(NOT_SMOOTH,      "not_smooth",      "no step is small enough for the tolerance") \
     X(EVENT,           "event",           "an event that stops the motion") \
     X(STEP_LIMIT,      "step_limit",      "too many steps are needed") \
     X(TIME_LIMIT,      "time_limit",      "the time granted is used up") \

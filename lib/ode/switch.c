@@ -19,6 +19,8 @@
 #define STIFF_ENOUGH 6        /* steps set by stability before the implicit method is tried */
 #define TRY_AFTER 300          /* steps after which it is tried anyway, then twice, ... */
 #define BACK_AFTER 25          /* implicit steps between looks at the way back */
+#define ON_TRIAL 96            /* steps set by stability after which implicit steps are made although one try of them did not look longer */
+#define ON_TRIAL_REST 1000.0   /* where so many explicit steps are left */
 #define GAIN 1.5               /* by which another method must be better */
 #define FINE_RTOL 1.1e-10      /* from here on Taylor series go farther for their work: measured over the references */
 #define SERIES_AFTER 3         /* steps before they are tried; a stiff start shows in these */
@@ -135,6 +137,16 @@ static double implicit_size(struct ode_march *m, double h)
     return found;
 }
 
+/* Explicit steps at the limit of stability leave fast parts that tremble at the tolerance. An implicit step of any
+ * size sees these in its error, however far it could go once they are damped: only further steps can tell. Where
+ * they are not longer, the way back is found after BACK_AFTER of them, and twice as many explicit ones pass before
+ * the next trial. */
+static bool on_trial(const struct ode_march *m, double there)
+{
+    const struct ode_choice *c = &m->choice;
+    return c->enough > ON_TRIAL && !m->method->series && there >= c->h && fabs(ode_goal(m) - m->t) > ON_TRIAL_REST * c->h;
+}
+
 /* Explicit steps so far: is the implicit method better? */
 static double try_implicit(struct ode_march *m, double h)
 {
@@ -142,10 +154,11 @@ static double try_implicit(struct ode_march *m, double h)
     long steps = m->res->stats.steps;
     double explicit_cost = m->method->series ? m->step.cost : c->explicit->cost;
     double own = m->method->series ? fabs(m->step.h) : h;       /* a series' h is an upper bound only */
+    bool stiff = c->stiff >= c->enough;
     c->h = c->h > 0 ? 0.9 * c->h + 0.1 * own : own;
-    if (c->stiff < c->enough && steps < c->try_at)
+    if (!stiff && steps < c->try_at)
         return h;
-    if (c->stiff >= c->enough)
+    if (stiff)
         c->enough *= 2;
     else
         c->try_at = 2 * steps;
@@ -157,12 +170,14 @@ static double try_implicit(struct ode_march *m, double h)
     double there = implicit_size(m, own);
     m->field.why = why;
     ode_radau.forget(c->implicit_state);
-    if (!(there / c->cost > GAIN * c->h / explicit_cost))
+    bool better = there / c->cost > GAIN * c->h / explicit_cost;
+    if (!better && !(stiff && on_trial(m, there)))
         return h;
     m->method = &ode_radau;
     m->state = c->implicit_state;
     ode_control_begin(&m->control, ode_radau.error_order);
-    c->enough = STIFF_ENOUGH;
+    if (better)
+        c->enough = STIFF_ENOUGH;
     c->back_at = steps + BACK_AFTER;
     return there / 3;
 }

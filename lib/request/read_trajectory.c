@@ -21,6 +21,12 @@ static bool read_start(struct reader *rd, const json_t *v, const char *member, d
     return true;
 }
 
+/* start + (stop - start) i/n as decimals have it: -1 to 1 in fifths comes to -0.2, not to -0.19999999999999996. */
+static double evenly(double start, double stop, long i, long n)
+{
+    return (double)(((long double)start * (long double)(n - i) + (long double)stop * (long double)i) / (long double)n);
+}
+
 static bool spread_samples(struct reader *rd, const json_t *v, double stop)
 {
     struct request_trajectory *t = &rd->r->trajectory;
@@ -40,7 +46,7 @@ static bool spread_samples(struct reader *rd, const json_t *v, double stop)
     }
     t->times = sga_malloc((size_t)n * sizeof *t->times);
     for (long i = 0; i < n; i++)
-        t->times[i] = i == n - 1 ? stop : t->start + span * (double)i / (double)(n - 1);
+        t->times[i] = i == n - 1 ? stop : evenly(t->start, stop, i, n - 1);
     t->samples = (int)n;
     return true;
 }

@@ -46,7 +46,7 @@ static bool better(const struct tradeoff_row *a, const struct tradeoff_row *b)
 /* A motion that ends where steps or time did is none to compare with. */
 static bool ends_well(bool ended, const char *reason)
 {
-    return !ended || strcmp(reason, "step_limit") != 0;
+    return !ended || (strcmp(reason, "step_limit") != 0 && strcmp(reason, "not_smooth") != 0);
 }
 
 static bool usable(const struct tradeoff_row *row)

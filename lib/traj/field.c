@@ -47,7 +47,7 @@ static struct num_tape *direct_tape(struct field *f, const struct sga_solution *
 {
     enum { FACTORS = 8 };      /* of one pivot, at most */
     struct expr_store *st = f->sys->store;
-    size_t most = (size_t)sol->pivots * FACTORS + (size_t)sol->sides + (size_t)sol->dense_blocks + (size_t)f->n + 1;
+    size_t most = (size_t)sol->pivots * FACTORS + (size_t)sol->sides + (size_t)sol->dense_blocks + (size_t)f->n + FIELD_MOST_POLES + 1;
     expr_id *root = sga_malloc(most * sizeof *root);
     memcpy(root, sol->field, (size_t)f->n * sizeof *root);
     for (int i = 0; i < sol->sides; i++)       /* first: beyond these the answer does not hold */
@@ -60,7 +60,9 @@ static struct num_tape *direct_tape(struct field *f, const struct sga_solution *
         root[f->n + f->pivots++] = sol->determinant[q].value;
     f->pivot_expr = sga_malloc((size_t)(f->pivots + 1) * sizeof *f->pivot_expr);
     memcpy(f->pivot_expr, root + f->n, (size_t)f->pivots * sizeof *f->pivot_expr);
-    struct num_tape *t = num_tape_new(st, root, f->n + f->pivots, inputs, f->n + 1, err);
+    f->poles = field_find_poles(f);
+    memcpy(root + f->n + f->pivots, f->pole_expr, (size_t)f->poles * sizeof *root);
+    struct num_tape *t = num_tape_new(st, root, f->n + f->pivots + f->poles, inputs, f->n + 1, err);
     free(root);
     return t;
 }
@@ -90,7 +92,7 @@ bool field_init(struct field *f, const struct sys_system *sys, const struct sga_
 {
     int n = sys->variables, c = sol->constraints;
     *f = (struct field){ .solution_side = sol->side, .n = n, .rows = sys->rows, .c = c, .rates = rq->rates, .rate = rq->rate, .sys = sys, .rank = -1,
-                         .manifold = manifold, .lost_pivot = -1, .generic_rank = n - sol->free_columns };
+                         .manifold = manifold, .lost_pivot = -1, .lost_pole = -1, .generic_rank = n - sol->free_columns };
     f->fast = sol->free_columns == 0 && rq->rates == 0;
     int *inputs = field_inputs(sys);
     expr_id *con = sga_malloc((size_t)(c + 1) * sizeof *con);
@@ -98,10 +100,12 @@ bool field_init(struct field *f, const struct sys_system *sys, const struct sga_
         con[i] = sol->constraint[i].expr;
     bool ok = true;
     f->direct = direct_tape(f, sol, inputs, err);
-    f->direct_out = sga_malloc((size_t)(n + f->pivots + 1) * sizeof(double));
-    f->stages = sga_calloc((size_t)f->pivots * ODE_CODE_CALLS + 1, sizeof *f->stages);
+    f->direct_out = sga_malloc((size_t)(n + f->pivots + f->poles + 1) * sizeof(double));
+    f->stages = sga_calloc((size_t)(f->pivots + f->poles) * ODE_CODE_CALLS + 1, sizeof *f->stages);
     f->pivot_start = sga_calloc((size_t)f->pivots + 1, sizeof(double));
     f->pivot_side = sga_calloc((size_t)f->pivots + 1, sizeof(double));
+    f->pole_side = sga_calloc((size_t)f->poles + 1, sizeof(double));
+    f->pole_from = sga_calloc((size_t)n + 1, sizeof(double));
     f->here = sga_calloc((size_t)n + 1, sizeof(double));
     ok = f->direct != NULL;
     if (ok)
@@ -133,6 +137,9 @@ void field_clear(struct field *f)
     free(f->pivot_start);
     free(f->pivot_expr);
     free(f->pivot_side);
+    free(f->pole_expr);
+    free(f->pole_side);
+    free(f->pole_from);
     free(f->here);
     free(f->general_out);
     free(f->jac_value);
@@ -257,6 +264,12 @@ static void take_sides(struct field *f, double t, const double *x)
         double p = f->direct_out[f->n + q];
         f->pivot_side[q] = p > 0 ? 1 : p < 0 ? -1 : 0;
     }
+    f->lost_pole = -1;
+    memcpy(f->pole_from, x, (size_t)f->n * sizeof *x);
+    for (int q = 0; q < f->poles; q++) {
+        double p = f->direct_out[f->n + f->pivots + q];
+        f->pole_side[q] = p > 0 ? 1 : p < 0 ? -1 : 0;
+    }
 }
 
 /* Remember how large the pivots are where the motion starts. */
@@ -336,13 +349,11 @@ bool field_begin(struct field *f, double t, const double *x, struct sga_error *e
     return ok;
 }
 
-/* Between the last good point and x a pivot changed sign: find where, and ask the rank
- * there. True: the rank holds, the pivot only happened to vanish. */
-static bool rank_at_change(struct field *f, double t, const double *x, int pivot)
+double field_place_of_change(struct field *f, int k, double side, double t, const double *x, double *y)
 {
-    int n = f->n, rank = 0;
-    double side = f->pivot_side[pivot], low = 0, high = 1, *y = sga_malloc((size_t)(n + 1) * sizeof *y), *v = sga_malloc((size_t)(n + 1) * sizeof *v), at = 0;
-    for (int k = 0; k < 60; k++) {
+    int n = f->n;
+    double low = 0, high = 1, at = 0;
+    for (int turn = 0; turn < 60; turn++) {
         double s = 0.5 * (low + high);
         for (int j = 0; j < n; j++)
             y[j] = f->here[j] + s * (x[j] - f->here[j]);
@@ -351,11 +362,33 @@ static bool rank_at_change(struct field *f, double t, const double *x, int pivot
             manifold_project(f->manifold, at, y, NULL, NULL, 8, NULL, NULL, NULL);
         load(f, at, y);
         num_tape_eval(f->direct, f->in, f->direct_out);
-        double p = f->direct_out[n + pivot];
+        double p = f->direct_out[n + k];
         if (p == 0)
             break;
         *(p * side > 0 ? &low : &high) = s;
     }
+    return at;
+}
+
+bool field_value(struct field *f, double *v)
+{
+    int rank;
+    if (!f->fast)
+        return general(f, v, &rank);
+    memcpy(v, f->direct_out, (size_t)f->n * sizeof *v);
+    for (int j = 0; j < f->n; j++)
+        if (!isfinite(v[j]))
+            return false;
+    return true;
+}
+
+/* Between the last good point and x a pivot changed sign: find where, and ask the rank
+ * there. True: the rank holds, the pivot only happened to vanish. */
+static bool rank_at_change(struct field *f, double t, const double *x, int pivot)
+{
+    int n = f->n, rank = 0;
+    double *y = sga_malloc((size_t)(n + 1) * sizeof *y), *v = sga_malloc((size_t)(n + 1) * sizeof *v);
+    field_place_of_change(f, pivot, f->pivot_side[pivot], t, x, y);
     bool holds = general(f, v, &rank) && rank >= f->rank;
     free(y);
     free(v);
@@ -363,7 +396,7 @@ static bool rank_at_change(struct field *f, double t, const double *x, int pivot
     return holds;
 }
 
-/* Which side of each pivot's zeros we are on. False: beyond a stratum. */
+/* Which side of each pivot's and denominator's zeros we are on. False: beyond a stratum (lost_pivot) or a pole (lost_pole). */
 static bool inside(struct field *f, double t, const double *x)
 {
     for (int q = 0; q < f->pivots; q++) {
@@ -375,6 +408,20 @@ static bool inside(struct field *f, double t, const double *x)
             return false;
         }
         f->pivot_side[q] = -f->pivot_side[q];
+        num_tape_eval(f->direct, f->in, f->direct_out);
+    }
+    for (int q = 0; q < f->poles; q++) {
+        double p = f->direct_out[f->n + f->pivots + q];
+        if (f->pole_side[q] == 0)
+            f->pole_side[q] = p > 0 ? 1 : p < 0 ? -1 : 0;
+        if (!(p * f->pole_side[q] < 0))
+            continue;
+        if (f->lost_pole == q || field_pole_at_change(f, q, t, x)) {
+            f->lost_pole = q;
+            return false;
+        }
+        f->pole_side[q] = -f->pole_side[q];
+        load(f, t, x);
         num_tape_eval(f->direct, f->in, f->direct_out);
     }
     sga_copy(f->here, x, f->n);
@@ -390,12 +437,14 @@ bool field_pivots_well(const struct field *f)
     return true;
 }
 
-/* Nothing is near: every pivot is on its side, and well away from 0. */
+/* Nothing is near: every pivot is on its side, and well away from 0; every denominator on its side. p: their values. */
 static bool well_inside(const struct field *f, const double *p)
 {
     bool ok = f->fast;
     for (int q = 0; q < f->pivots; q++)
         ok &= p[q] * f->pivot_side[q] > PIVOT_SHRUNK * f->pivot_start[q];
+    for (int q = 0; q < f->poles; q++)
+        ok &= p[f->pivots + q] * f->pole_side[q] > 0;
     return ok;
 }
 
@@ -404,15 +453,16 @@ bool field_code(struct field *f, struct ode_code *code)
     struct num_code c;
     if (!f->fast || !num_tape_code(f->direct, f->n, &c))
         return false;
-    *code = (struct ode_code){ c.run, c.slots, c.time, f->stages, (size_t)f->pivots };
+    *code = (struct ode_code){ c.run, c.slots, c.time, f->stages, (size_t)(f->pivots + f->poles) };
     return true;
 }
 
 bool field_code_holds(const struct field *f, int calls)
 {
     bool ok = true;
-    for (int i = 0; f->pivots && i < calls; i++)
-        ok &= well_inside(f, f->stages + (size_t)i * (size_t)f->pivots);
+    int watched = f->pivots + f->poles;
+    for (int i = 0; watched && i < calls; i++)
+        ok &= well_inside(f, f->stages + (size_t)i * (size_t)watched);
     return ok;
 }
 
@@ -424,14 +474,14 @@ bool field_eval(struct field *f, double t, const double *x, double *v)
     if (t == f->start_t)
         take_sides(f, t, x);
     if (finite && well_inside(f, f->direct_out + f->n)) {
-        if (f->pivots) {
+        if (f->pivots || f->poles) {
             sga_copy(f->here, x, f->n);
             f->here_t = t;
         }
         return true;
     }
-    if (f->pivots && !inside(f, t, x)) {
-        f->rank_lost = true;
+    if ((f->pivots || f->poles) && !(load(f, t, x), inside(f, t, x))) {
+        f->rank_lost = f->lost_pole < 0;
         f->contradiction = false;
         return false;
     }

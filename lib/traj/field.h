@@ -20,11 +20,11 @@ struct field {
     const struct sys_system *sys;
     const struct traj_rate *rate;
     bool fast;                        /* the expressions may be used */
-    struct num_tape *direct;          /* roots: field, pivots */
+    struct num_tape *direct;          /* roots: field, pivots, poles */
     const struct points_side *solution_side;   /* borrowed */
     int sides;                        /* the first so many "pivots" are sides that the answer rests on */
     double *direct_out, *pivot_start;
-    double *stages;                   /* pivots by call of the code: see field_code */
+    double *stages;                   /* pivots and poles by call of the code: see field_code */
     expr_id *pivot_expr;
     /* A pivot that changes sign has passed 0. The rank at the place tells whether it only
      * happened to vanish (the chart changes) or a stratum begins there, beyond which the
@@ -34,6 +34,11 @@ struct field {
     double start_t;                   /* each solution (there may be two) begins here */
     struct manifold *manifold;        /* to look for the place of a change of sign; borrowed */
     int lost_pivot;                   /* the pivot whose zero ended it, or -1 */
+    /* Denominators of the equations as given; their values follow those of the pivots (pole.c). */
+    int poles;
+    expr_id *pole_expr;
+    double *pole_side, *pole_from;    /* signs where the motion is; n: where it began */
+    int lost_pole;                    /* the denominator whose zero ended it, or -1 */
     struct num_tape *plain;           /* roots: field; for its derivatives, where fast */
     struct num_jacobian *slope;       /* of plain, by variables */
     struct lin_sparse *pattern;       /* of slope */
@@ -73,6 +78,20 @@ int field_approaches(struct field *f, const double *start, double start_t, doubl
  * evaluation of f->direct has come near 0. */
 int *field_inputs(const struct sys_system *sys);
 bool field_pivots_well(const struct field *f);
+
+/* The field at in, by whichever way it goes; direct_out is that of the same place. */
+bool field_value(struct field *f, double *v);
+/* Between the last point inside and (t, x) root k of the direct tape after the field changed its sign from
+ * side: y (n) and the time that is returned are where, on the constraints; f->in and direct_out are for that
+ * place. */
+double field_place_of_change(struct field *f, int k, double side, double t, const double *x, double *y);
+
+/* pole.c: f->pole_expr, at most so many; returns how many. */
+enum { FIELD_MOST_POLES = 16 };
+int field_find_poles(struct field *f);
+/* Denominator q changed its sign between the last point inside and (t, x): does the field grow like its
+ * inverse (or nearly) towards its zeros near there? Then the solution is not continued. */
+bool field_pole_at_change(struct field *f, int q, double t, const double *x);
 
 /* field_slope.c: f->slope and f->pattern, where the field is given by expressions; called
  * once, when an implicit method may be needed. */

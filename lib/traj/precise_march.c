@@ -18,7 +18,7 @@
 #define SMALLEST 1e-25
 /* Places of ranks and domains are found in double. */
 #define SMALLEST_REFUSED 4e-16
-#define HUGE_STATE 1e30
+#define HUGE_STATE 1e280        /* products of halves overflow not far beyond */
 #define LOOK_EVERY 500
 #define LOOKS 4
 #define BEYOND_HOPE 2.0
@@ -232,14 +232,17 @@ static void end_refused(struct march *m, bool refused)
     double size = largest(m->here.x, m->n), rate;
     char text[200];
     bool grows = grows_now(m, size, &rate) && !(refused && m->why != ODE_LEFT_DOMAIN);
-    if (size > 1e3 * (m->first_size + 1) && !(refused && m->why == ODE_SINGULAR)) {
+    if (size > HUGE_STATE) {
+        snprintf(text, sizeof text, "the solution grows beyond the range of numbers (size %.3g at the end)", size);
+        end_at(m, ODE_BLOW_UP, text);
+    } else if (size > 1e3 * (m->first_size + 1) && !(refused && m->why == ODE_SINGULAR)) {
         snprintf(text, sizeof text, "the solution grows without bound (size %.3g at the end)", size);
         end_at(m, ODE_BLOW_UP, text);
     } else if (grows) {
         snprintf(text, sizeof text, "the derivative grows without bound (size %.3g) while the solution stays at size %.3g", rate, size);
         end_at(m, ODE_BLOW_UP, text);
     } else if (!refused) {
-        end_at(m, ODE_SINGULAR, "no step is small enough for the tolerance here: the field is not smooth, or the tolerance is too tight");
+        end_at(m, ODE_NOT_SMOOTH, "no step is small enough for the tolerance here: the field is not smooth, or the tolerance is too tight");
     } else {
         end_at(m, m->why, m->why == ODE_SINGULAR ? "a rank drops here: the field or the constraints are singular"
                           : m->why == ODE_LEFT_DOMAIN ? "the vector field has no series beyond this time"
@@ -321,7 +324,7 @@ static void go(struct march *m)
         h = s.hi * fabs(m->here.scale);
         double passed = fmax(fabs(m->here.t.hi), fabs(num_dd_sub(m->here.t, m->p->start).hi));
         bool refused = cut < 1 && m->why != ODE_NONE;
-        if (h < (refused ? SMALLEST_REFUSED : SMALLEST) * fmax(passed, 1e-300) || largest(m->here.x, m->n) > HUGE_STATE * (1 + m->first_size)) {
+        if (h < (refused ? SMALLEST_REFUSED : SMALLEST) * fmax(passed, 1e-300) || largest(m->here.x, m->n) > HUGE_STATE) {
             end_refused(m, refused);
             return;
         }

@@ -78,13 +78,29 @@ static void look_for_stratum(struct flow *f, const struct traj_request *rq, stru
     sga_buf_free(&text);
 }
 
-/* Endings that the field or its pivots explain. */
+/* A denominator that came to 0 is named. */
+static void say_pole(struct flow *f, bool grows, struct traj_result *r)
+{
+    struct sga_buf text = { 0 };
+    size_t before = grows ? strlen(r->ended_detail) : 0;
+    if (expr_print(f->field.sys->store, f->field.pole_expr[f->field.lost_pole], 120, &text))
+        snprintf(r->ended_detail + before, sizeof r->ended_detail - before,
+                 "%sthe equations divide by %s, which is 0 here: the motion is not determined beyond", grows ? "; " : "", text.data);
+    sga_buf_free(&text);
+}
+
+/* Endings that the field, its pivots or its denominators explain. */
 static void explain_end(struct flow *f, const struct traj_request *rq, enum ode_reason reason, struct traj_result *r)
 {
     if (reason == ODE_SINGULAR)
         say_stratum(f, r);
-    else if (reason == ODE_BLOW_UP)
+    else if (reason == ODE_LEFT_DOMAIN && f->field.lost_pole >= 0)
+        say_pole(f, false, r);
+    else if (reason == ODE_BLOW_UP) {
+        if (f->field.lost_pole >= 0)
+            say_pole(f, true, r);
         look_for_stratum(f, rq, r);
+    }
 }
 
 static bool integrate(struct flow *f, const struct traj_request *rq, struct traj_result *r,

@@ -1,0 +1,185 @@
+/* Denominators of the equations as given that change their sign along a motion. x' = x/t, stepped over t = 0, has a
+ * value on each side and no solution that goes through: a step sees nothing of the pole between its stages. Where
+ * the quotient stays bounded (sin(t)/t), or what the reduction left has no such denominator, the motion goes on;
+ * so it does where the field grows slowly enough for the solution to stay continuous by itself (1/cbrt(t)).
+ *
+ * Which of these holds is asked of points near the place, off the motion: there x/t may look bounded because x
+ * tends to 0 on every solution, but not on the ones beside it. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "facts.h"
+#include "field.h"
+#include "mem.h"
+#include "poly.h"
+
+enum { ASKED = 3, DISTANCES = 3, NEWTON = 12 };
+static const double BESIDE = 1e-2;                              /* of the variables' sizes */
+static const double distance[DISTANCES] = { 1e-3, 1e-5, 1e-7 };  /* in the same units */
+static const double GROWTH = 20;       /* from one distance to the next: beyond |d|^(-2/3) */
+
+static void add(struct field *f, expr_id e, int *count)
+{
+    for (int i = 0; i < f->pivots; i++)
+        if (f->pivot_expr[i] == e)
+            return;
+    for (int i = 0; i < *count; i++)
+        if (f->pole_expr[i] == e)
+            return;
+    if (*count < FIELD_MOST_POLES)
+        f->pole_expr[(*count)++] = e;
+}
+
+static void add_factors(struct field *f, expr_id denominator, int *count)
+{
+    struct poly_limits limits = { .max_terms = 60, .max_degree = 24, .max_generators = 24 };
+    struct poly_factors q;
+    if (!poly_numerator_factors(f->sys->store, denominator, &limits, &q)) {
+        add(f, denominator, count);
+        return;
+    }
+    for (int i = 0; i < q.factors; i++)
+        if (!q.factor[i].never_zero && !q.factor[i].sum_of_even_powers && q.factor[i].depends & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME))
+            add(f, q.factor[i].expr, count);
+    poly_factors_clear(&q);
+}
+
+int field_find_poles(struct field *f)
+{
+    const struct sys_system *sys = f->sys;
+    int total = sys->rows, at = 0, found = 0, count = 0;
+    expr_id value[FIELD_MOST_POLES];
+    for (int i = 0; i < sys->rows; i++)
+        total += sys->row[i].entries;
+    expr_id *root = sga_malloc(((size_t)total + 1) * sizeof *root);
+    f->pole_expr = sga_malloc(FIELD_MOST_POLES * sizeof *f->pole_expr);
+    for (int i = 0; i < sys->rows; i++) {
+        root[at++] = sys->row[i].alpha;
+        for (int k = 0; k < sys->row[i].entries; k++)
+            root[at++] = sys->row[i].entry[k].value;
+    }
+    struct expr_cone cone;
+    expr_cone_init(&cone);
+    expr_cone_of(sys->store, &cone, root, at);
+    for (int i = 0; i < cone.count && found < FIELD_MOST_POLES; i++) {
+        const struct expr_node *n = sys->store->node + cone.list[i];
+        expr_id d = n->op == EXPR_DIV ? n->b : n->op == EXPR_POWI && n->b < 0 ? n->a : EXPR_UNDEF;
+        if (d && !expr_is_const(sys->store, d))
+            value[found++] = d;
+    }
+    expr_cone_clear(&cone);
+    free(root);
+    for (int i = 0; i < found; i++)
+        add_factors(f, value[i], &count);
+    return count;
+}
+
+/* One question: a point z (variables, time), units, the gradient in these units, values of the field. */
+struct asked {
+    struct field *f;
+    int q;
+    double *z, *unit, *g, *at, *v[DISTANCES];
+};
+
+/* The denominator at in + step * unit * g, projected on the constraints where v is asked for too. */
+static bool look(struct asked *a, double step, double *d, double *v)
+{
+    struct field *f = a->f;
+    for (int j = 0; j <= f->n; j++)
+        a->at[j] = a->z[j] + step * a->unit[j] * a->g[j];
+    if (v && f->manifold->c && !manifold_project(f->manifold, a->at[f->n], a->at, NULL, NULL, 8, NULL, NULL, NULL))
+        return false;
+    memcpy(f->in, a->at, (size_t)(f->n + 1) * sizeof *f->in);
+    num_tape_eval(f->direct, f->in, f->direct_out);
+    *d = f->direct_out[f->n + f->pivots + a->q];
+    return isfinite(*d) && (!v || field_value(f, v));
+}
+
+/* g: the gradient at z, of length 1. False: it has none. */
+static bool gradient(struct asked *a, double *slope)
+{
+    int n = a->f->n;
+    double sum = 0, up, down, *g = sga_calloc((size_t)n + 1, sizeof *g);
+    bool ok = true;
+    for (int j = 0; j <= n && ok; j++) {
+        memset(a->g, 0, (size_t)(n + 1) * sizeof *a->g);
+        a->g[j] = 1;
+        ok = look(a, 1e-6, &up, NULL) && look(a, -1e-6, &down, NULL);
+        g[j] = (up - down) / 2e-6;
+        sum += g[j] * g[j];
+    }
+    *slope = sqrt(sum);
+    for (int j = 0; j <= n; j++)
+        a->g[j] = g[j] / *slope;
+    free(g);
+    return ok && *slope > 0 && isfinite(*slope);
+}
+
+/* z onto a zero of the denominator. */
+static bool settle(struct asked *a)
+{
+    double slope, d = 1;
+    for (int turn = 0; turn < NEWTON; turn++) {
+        if (!gradient(a, &slope) || !look(a, 0, &d, NULL))
+            return false;
+        if (fabs(d) <= 1e-12 * slope)
+            return true;
+        for (int j = 0; j <= a->f->n; j++)
+            a->z[j] -= d / slope * a->unit[j] * a->g[j];
+    }
+    return false;
+}
+
+/* How far two values of the field are apart, in units. */
+static double apart(const struct asked *a, const double *v, const double *w)
+{
+    double most = 0;
+    for (int j = 0; j < a->f->n; j++)
+        most = fmax(most, fabs(v[j] - (w ? w[j] : 0)) / a->unit[j]);
+    return most;
+}
+
+/* Does the field grow towards z from this side? */
+static bool grows(struct asked *a, double side)
+{
+    double d;
+    for (int k = 0; k < DISTANCES; k++)
+        if (!look(a, side * distance[k], &d, a->v[k]))
+            return false;
+    double first = apart(a, a->v[1], a->v[0]), second = apart(a, a->v[2], a->v[1]);
+    return second > GROWTH * first && second > 0.5 * apart(a, a->v[2], NULL);
+}
+
+/* The sizes of variables and time, in which near is measured. */
+static void units(struct asked *a, const double *y, double t)
+{
+    const struct field *f = a->f;
+    double most = 0;
+    for (int j = 0; j < f->n; j++)
+        most = fmax(most, a->unit[j] = fmax(fabs(y[j]), fabs(f->pole_from[j])));
+    for (int j = 0; j < f->n; j++)
+        a->unit[j] = most > 0 ? fmax(a->unit[j], 1e-3 * most) : 1;
+    a->unit[f->n] = fmax(fabs(t - f->start_t), 1e-300);
+}
+
+bool field_pole_at_change(struct field *f, int q, double t, const double *x)
+{
+    size_t n = (size_t)f->n + 1;
+    double *room = sga_calloc((5 + DISTANCES) * n, sizeof *room), *y = room;
+    struct asked a = { f, q, room + n, room + 2 * n, room + 3 * n, room + 4 * n, { room + 5 * n, room + 6 * n, room + 7 * n } };
+    double at = field_place_of_change(f, f->pivots + q, f->pole_side[q], t, x, y);
+    unsigned random = 12345;
+    int votes = 0;
+    units(&a, y, at);
+    for (int k = 0; k < ASKED; k++) {
+        for (int j = 0; j < f->n; j++) {
+            random = random * 1103515245u + 12345u;
+            a.z[j] = y[j] + BESIDE * a.unit[j] * ((double)(random >> 16 & 0x7fff) / 0x4000 - 1);
+        }
+        a.z[f->n] = at;
+        votes += settle(&a) && (grows(&a, 1) || grows(&a, -1));
+    }
+    free(room);
+    return 2 * votes > ASKED;
+}
