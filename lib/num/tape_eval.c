@@ -120,6 +120,13 @@ static long runs_before(const struct num_tape *t)
     return TAPE_RUNS_BEFORE + TAPE_INSTRUCTIONS_BEFORE / (t->ncode - t->nstatic + 1);
 }
 
+static inline bool roots_finite(const struct num_tape *t, const double *out, const double *rest)
+{
+    bool first = all_finite(out, t->first_roots);      /* both: no branch between */
+    bool others = all_finite(rest, t->nroots - t->first_roots);
+    return first && others;
+}
+
 /* What was loaded. */
 static inline bool run(struct num_tape *t, double *out, double *rest)
 {
@@ -131,8 +138,7 @@ static inline bool run(struct num_tape *t, double *out, double *rest)
         if (t->memory && ++t->runs == runs_before(t))
             tape_compile(t);
     }
-    bool first = all_finite(out, t->first_roots);      /* both: no branch between */
-    return all_finite(rest, t->nroots - t->first_roots) && first;
+    return roots_finite(t, out, rest);
 }
 
 bool tape_eval_parts(struct num_tape *t, const double *in, double *out, double *rest)
@@ -150,7 +156,7 @@ bool num_tape_eval_field(struct num_tape *t, const double *x, double time, int f
     t->value[t->ninputs - 1] = time;
     if (t->compiled && t->reads_inputs) {
         t->compiled(t->value, out, rest, x);
-        return all_finite(out, t->first_roots) & all_finite(rest, t->nroots - t->first_roots);
+        return roots_finite(t, out, rest);
     }
     load(t, x, t->ninputs - 1);
     return run(t, out, rest);
