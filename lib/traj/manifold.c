@@ -251,8 +251,8 @@ bool manifold_nearest(struct manifold *m, double t, const double *to, double *x,
             m->d[j] += m->shift[j];
         before = length;
         length = take_step(m, x, scale, held, 1);
-        /* down to rounding: what is left of a linear convergence is more than its last step */
-        ok = res < 1e-8 && (length < 1e-15 || (length < 1e-8 && length >= before));
+        /* what is left of a linear convergence may be more than its last step */
+        ok = res < 1e-8 && length < 1e-12;
         if (ok || (k > 40 && length > 0.99 * before))
             break;
     }
