@@ -100,7 +100,7 @@ bool read_accuracy(struct reader *rd, const json_t *v)
     if (!member_number(rd, v, "rtol", finest, 0.1, &a->rtol))
         return false;
     a->atol = fmax(a->rtol * REQUEST_ATOL_OF_RTOL, fmin(a->rtol, REQUEST_LEAST_ATOL));
-    if (!member_number(rd, v, "atol", 1e-300, 1, &a->atol) || !read_method(rd, v))
+    if (!member_number(rd, v, "atol", 1e-300, 1e300, &a->atol) || !read_method(rd, v))
         return false;
     at_back(rd, mark);
     return true;
