@@ -12,6 +12,23 @@
 #include "precise.h"
 #include "print.h"
 
+/* Where a motion ends at a place that was located to a tolerance, a sample nearer to it than that cannot be said to
+ * lie before it. */
+static void drop_at_end(const struct traj_request *rq, struct ode_result *o)
+{
+    enum ode_reason why = o->end.reason;
+    double near = rq->rtol * fmax(fabs(o->end.t), fabs(o->end.t - rq->start));
+    if (why != ODE_BLOW_UP && why != ODE_LEFT_DOMAIN && why != ODE_CONSTRAINT_LOST && why != ODE_SINGULAR)
+        return;
+    while (o->count > 1 && fabs(rq->times[o->count - 1] - o->end.t) <= near)
+        o->count--;
+    if (!o->error)
+        return;
+    o->max_error = 0;
+    for (int i = 0; i < o->count; i++)
+        o->max_error = fmax(o->max_error, o->error[i]);
+}
+
 /* Keep the outputs of the samples, or all variables. */
 static void keep(struct flow *f, const struct traj_request *rq, const struct ode_result *o, struct traj_result *r)
 {
@@ -119,6 +136,7 @@ static bool integrate(struct flow *f, const struct traj_request *rq, struct traj
     if (!ode_solve(&problem, &start, &options, &o, err))
         return false;
     r->seconds = sga_cpu() - begin;
+    drop_at_end(rq, &o);
     keep(f, rq, &o, r);
     keep_events(f, rq, &o, r);
     if (!traj_drift(f, rq, o.samples, o.count, r, err)) {
