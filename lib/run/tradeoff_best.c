@@ -54,12 +54,13 @@ static bool usable(const struct tradeoff_row *row)
     return row->finished && ends_well(row->ended, row->ended_reason) && row->values.rows > 0;
 }
 
-/* The last row of its series that can be compared with. */
+/* The last row of its series that came to an end, if it can be compared with: where tighter ones ran out of steps, a
+ * loose one says nothing. */
 static bool is_tightest(const struct tradeoff *t, int place)
 {
     bool last = usable(t->row + place);
     for (int k = place + 1; k < t->rows && last; k++)
-        last = t->row[k].series != t->row[place].series || !usable(t->row + k);
+        last = t->row[k].series != t->row[place].series || !t->row[k].finished;
     return last;
 }
 
