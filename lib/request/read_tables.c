@@ -183,7 +183,7 @@ bool read_tables_end(struct reader *rd)
     if (moves && r->accuracy.method && strcmp(r->accuracy.method, "taylor") == 0) {
         at_member(rd, "accuracy");
         at_member(rd, "method");
-        return at_fail(rd, SGA_E_NOT_SUPPORTED, "motions with tables have no Taylor series here; use \"auto\", \"dop853\" or \"radau\"");
+        return at_fail(rd, SGA_E_NOT_SUPPORTED, "motions with tables have no Taylor series here; use \"auto\", \"tsit5\", \"dop853\" or \"radau\"");
     }
     for (int k = 0; k < r->tables && moves; k++)
         if (!covers(rd, r->table + k))
