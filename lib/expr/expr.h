@@ -98,6 +98,8 @@ bool expr_store_work(struct expr_store *st, long nodes);
 /* Operator facts from the table. */
 const char *expr_op_text(enum expr_op op);
 int expr_op_args(enum expr_op op);
+/* What e divides by; EXPR_UNDEF where it is no quotient or negative power. */
+expr_id expr_divisor(const struct expr_store *st, expr_id e);
 /* The function with this name (sin, atan2, ...); EXPR_UNDEF_OP if there is none. */
 enum expr_op expr_function(const char *name, size_t len);
 

@@ -30,6 +30,12 @@ enum expr_op expr_function(const char *name, size_t len)
     return EXPR_UNDEF_OP;
 }
 
+expr_id expr_divisor(const struct expr_store *st, expr_id e)
+{
+    const struct expr_node *n = st->node + e;
+    return n->op == EXPR_DIV ? n->b : n->op == EXPR_POWI && n->b < 0 ? n->a : EXPR_UNDEF;
+}
+
 void expr_store_init(struct expr_store *st)
 {
     *st = (struct expr_store){ .max_bits = 1 << 17 };

@@ -6,6 +6,7 @@
 #include "jet_code.h"
 #include "jet_plan.h"
 #include "lu.h"
+#include "value.h"
 
 #define R double
 #define STRUCT num_jet
@@ -24,7 +25,7 @@
 #define R_MUL_INT(a, k) ((a) * (k))
 #define R_DIV_INT(a, k) ((a) / (k))
 #define R_DOT dot
-#define R_FUNCTION function
+#define R_FUNCTION expr_function_value
 #define R_FUNCTION2 function2
 #define R_LU_FACTOR num_lu_factor
 #define R_LU_SOLVE num_lu_solve
@@ -43,31 +44,6 @@ static double dot(const double *a, const double *b, int n)
     for (; i < n; i++, b--)
         s0 += a[i] * b[0];
     return (s0 + s1) + (s2 + s3);
-}
-
-static double function(enum expr_op op, double a)
-{
-    switch (op) {
-    case EXPR_SIN:   return sin(a);
-    case EXPR_COS:   return cos(a);
-    case EXPR_TAN:   return tan(a);
-    case EXPR_ASIN:  return asin(a);
-    case EXPR_ACOS:  return acos(a);
-    case EXPR_ATAN:  return atan(a);
-    case EXPR_SINH:  return sinh(a);
-    case EXPR_COSH:  return cosh(a);
-    case EXPR_TANH:  return tanh(a);
-    case EXPR_ASINH: return asinh(a);
-    case EXPR_ACOSH: return acosh(a);
-    case EXPR_ATANH: return atanh(a);
-    case EXPR_EXP:   return exp(a);
-    case EXPR_LOG:   return log(a);
-    case EXPR_SQRT:  return sqrt(a);
-    case EXPR_CBRT:  return cbrt(a);
-    case EXPR_ABS:   return fabs(a);
-    case EXPR_SIGN:  return isnan(a) ? a : (a > 0) - (a < 0);
-    default:         return NAN;
-    }
 }
 
 static double function2(enum expr_op op, double a, double b)

@@ -7,13 +7,12 @@
 #include "tape_code.h"
 
 #include <math.h>
-#include <mpfr.h>
-#include <flint/fmpq.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "dd.h"
 #include "mem.h"
+#include "value.h"
 
 struct builder {
     const struct expr_store *st;
@@ -27,25 +26,6 @@ struct builder {
     struct sga_error *err;
     size_t code_cap, solve_cap, table_cap;
 };
-
-/* The double nearest to q, also where it is subnormal: 80 bits cut off, an 81st that
- * says whether anything was lost, then one rounding. */
-static double nearest_double(const fmpq *q)
-{
-    mpfr_t x;
-    mpfr_init2(x, 80);
-    bool exact = fmpq_get_mpfr(x, q, MPFR_RNDZ) == 0;
-    if (!exact) {
-        mpfr_prec_round(x, 81, MPFR_RNDZ);
-        if (mpfr_sgn(x) > 0)
-            mpfr_nextabove(x);
-        else
-            mpfr_nextbelow(x);
-    }
-    double v = mpfr_get_d(x, MPFR_RNDN);
-    mpfr_clear(x);
-    return v;
-}
 
 static bool place_inputs(struct builder *b, const int *inputs)
 {
@@ -193,7 +173,7 @@ static void fill(struct builder *b, const expr_id *roots)
         expr_id e = b->cone.list[i];
         int slot = b->slot[e];
         if (expr_op_of(b->st, e) == EXPR_CONST) {
-            t->value[slot] = nearest_double(expr_const_value(b->st, e));
+            t->value[slot] = expr_nearest_double(expr_const_value(b->st, e));
             t->low[slot - t->ninputs] = low_part(expr_const_value(b->st, e), t->value[slot]);
         }
         if (expr_op_of(b->st, e) == EXPR_PI) {

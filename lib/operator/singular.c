@@ -168,6 +168,13 @@ static void isolate(struct op_singular_times *s, const fmpz_poly_t p, enum op_lo
     fmpq_clear(high);
 }
 
+static int by_time(const void *a, const void *b)
+{
+    const struct op_singular *x = a, *y = b;
+    return x->t < y->t ? -1 : x->t > y->t;
+}
+
+/* The real roots of p join those known, by time. */
 static void roots_of(struct op_singular_times *s, const fmpz_poly_t p, enum op_lost lost)
 {
     fmpz_poly_factor_t f;
@@ -178,12 +185,8 @@ static void roots_of(struct op_singular_times *s, const fmpz_poly_t p, enum op_l
     for (long k = 0; k < f->num; k++)
         isolate(s, f->p + k, lost, (int)f->exp[k]);
     fmpz_poly_factor_clear(f);
-}
-
-static int by_time(const void *a, const void *b)
-{
-    const struct op_singular *x = a, *y = b;
-    return x->t < y->t ? -1 : x->t > y->t;
+    if (s->count)
+        qsort(s->at, (size_t)s->count, sizeof *s->at, by_time);
 }
 
 /* den = its least common multiple with the denominators of m */
@@ -207,8 +210,6 @@ void op_singular_find(struct op_singular_times *s, const struct ratio_matrix *le
     roots_of(s, num, OP_ZERO);
     fmpz_poly_clear(den);
     fmpz_poly_clear(num);
-    if (s->count)
-        qsort(s->at, (size_t)s->count, sizeof *s->at, by_time);
 }
 
 void op_singular_coefficients(struct op_singular_times *s, const struct op_system *system, const struct op_state *x)
@@ -231,8 +232,6 @@ void op_singular_coefficients(struct op_singular_times *s, const struct op_syste
     roots_of(s, own, OP_COEFFICIENT);
     fmpz_poly_clear(own);
     fmpz_poly_clear(state);
-    if (s->count)
-        qsort(s->at, (size_t)s->count, sizeof *s->at, by_time);
 }
 
 void op_singular_clear(struct op_singular_times *s)

@@ -1,27 +1,11 @@
 /* The double nearest to a constant expression such as "sqrt(2)/3": exact rationals are
  * rounded once, the rest is evaluated in doubles. */
-#include <flint/fmpz.h>
 #include <math.h>
-#include <mpfr.h>
 #include <stdlib.h>
 
 #include "mem.h"
 #include "reader.h"
-
-static double nearest(const fmpq *q)
-{
-    mpq_t exact;
-    mpfr_t rounded;
-    mpq_init(exact);
-    fmpz_get_mpz(mpq_numref(exact), fmpq_numref(q));
-    fmpz_get_mpz(mpq_denref(exact), fmpq_denref(q));
-    mpfr_init2(rounded, 53);
-    mpfr_set_q(rounded, exact, MPFR_RNDN);
-    double d = mpfr_get_d(rounded, MPFR_RNDN);
-    mpfr_clear(rounded);
-    mpq_clear(exact);
-    return d;
-}
+#include "value.h"
 
 static double apply(enum expr_op op, double a, double b)
 {
@@ -33,28 +17,10 @@ static double apply(enum expr_op op, double a, double b)
     case EXPR_DIV:   return a / b;
     case EXPR_NEG:   return -a;
     case EXPR_POW:   return a > 0 ? pow(a, b) : NAN;
-    case EXPR_SIN:   return sin(a);
-    case EXPR_COS:   return cos(a);
-    case EXPR_TAN:   return tan(a);
-    case EXPR_ASIN:  return asin(a);
-    case EXPR_ACOS:  return acos(a);
-    case EXPR_ATAN:  return atan(a);
     case EXPR_ATAN2: return atan2(a, b);
-    case EXPR_SINH:  return sinh(a);
-    case EXPR_COSH:  return cosh(a);
-    case EXPR_TANH:  return tanh(a);
-    case EXPR_ASINH: return asinh(a);
-    case EXPR_ACOSH: return acosh(a);
-    case EXPR_ATANH: return atanh(a);
-    case EXPR_EXP:   return exp(a);
-    case EXPR_LOG:   return log(a);
-    case EXPR_SQRT:  return sqrt(a);
-    case EXPR_CBRT:  return cbrt(a);
-    case EXPR_ABS:   return fabs(a);
-    case EXPR_SIGN:  return (a > 0) - (a < 0);
     case EXPR_MIN:   return a < b ? a : b;
     case EXPR_MAX:   return a > b ? a : b;
-    default:         return NAN;
+    default:         return expr_function_value(op, a);
     }
 }
 
@@ -75,7 +41,7 @@ static int find(const struct expr_cone *c, expr_id e)
 bool constant_value(const struct expr_store *st, expr_id e, double *out)
 {
     if (expr_is_const(st, e)) {
-        *out = nearest(expr_const_value(st, e));
+        *out = expr_nearest_double(expr_const_value(st, e));
         return isfinite(*out);
     }
     struct expr_cone c;
@@ -87,7 +53,7 @@ bool constant_value(const struct expr_store *st, expr_id e, double *out)
         int args = n->op == EXPR_SYM || n->op == EXPR_SOLVE ? 0 : expr_op_args((enum expr_op)n->op);
         double a = args > 0 ? v[find(&c, n->a)] : NAN, b = args > 1 ? v[find(&c, n->b)] : NAN;
         if (n->op == EXPR_CONST)
-            v[i] = nearest(expr_const_value(st, c.list[i]));
+            v[i] = expr_nearest_double(expr_const_value(st, c.list[i]));
         else
             v[i] = n->op == EXPR_POWI ? pow(a, n->b) : apply((enum expr_op)n->op, a, b);
     }

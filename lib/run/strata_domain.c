@@ -39,35 +39,24 @@ static void factors(struct listing *l, expr_id value, int *looked)
 }
 
 /* What must not vanish for the node to have a value; EXPR_UNDEF: nothing. */
-static expr_id denominator(const struct expr_node *n)
+static expr_id denominator(const struct expr_store *st, expr_id e)
 {
-    switch ((enum expr_op)n->op) {
-    case EXPR_DIV: return n->b;
-    case EXPR_POWI: return n->b < 0 ? n->a : EXPR_UNDEF;
-    case EXPR_LOG: return n->a;
-    default: return EXPR_UNDEF;
-    }
+    return expr_op_of(st, e) == EXPR_LOG ? st->node[e].a : expr_divisor(st, e);
 }
 
 void strata_domain(struct listing *l)
 {
     const struct sys_system *sys = &l->j->request.system;
-    int total = sys->rows, at = 0, looked = 0, found = 0;
+    int looked = 0, found = 0;
     if (sys->variables > VARIABLES)
         return;
-    for (int i = 0; i < sys->rows; i++)
-        total += sys->row[i].entries;
-    expr_id *root = sga_malloc(((size_t)total + 1) * sizeof *root), value[MOST];
-    for (int i = 0; i < sys->rows; i++) {
-        root[at++] = sys->row[i].alpha;
-        for (int k = 0; k < sys->row[i].entries; k++)
-            root[at++] = sys->row[i].entry[k].value;
-    }
+    expr_id *root, value[MOST];
+    int at = sys_expressions(sys, &root);
     struct expr_cone cone;
     expr_cone_init(&cone);
     expr_cone_of(sys->store, &cone, root, at);
     for (int i = 0; i < cone.count && found < MOST; i++) {
-        expr_id d = denominator(sys->store->node + cone.list[i]);
+        expr_id d = denominator(sys->store, cone.list[i]);
         if (d && !expr_is_const(sys->store, d))
             value[found++] = d;
     }

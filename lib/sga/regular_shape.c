@@ -101,8 +101,7 @@ bool regular_has_poles(struct state *s, expr_id e)
 {
     expr_cone_of(s->st, &s->cone, &e, 1);
     for (int k = 0; k < s->cone.count; k++) {
-        const struct expr_node n = s->st->node[s->cone.list[k]];
-        expr_id below = n.op == EXPR_DIV ? n.b : n.op == EXPR_POWI && n.b < 0 ? n.a : EXPR_UNDEF;
+        expr_id below = expr_divisor(s->st, s->cone.list[k]);
         if (below && !(state_facts(s, below) & EXPR_NONZERO))
             return true;
     }

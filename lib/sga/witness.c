@@ -264,7 +264,7 @@ bool sga_witness_check(const struct sys_system *system, const struct sga_claim *
         }
         points_point_clear(&p);
     }
-    if (ok && again && !result->points && !claim->solution->sides)
+    if (ok && again && !result->points)
         ok = sga_fail(err, SGA_E_UNDECIDED, "the witness found no fresh point of the final set where the equations have a value");
     free(end);
     free(c.clock);

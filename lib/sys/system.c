@@ -113,3 +113,17 @@ void sys_add_signal(struct sys_system *s, int symbol)
     GROW(s->signal, s->signals);
     s->signal[s->signals++] = symbol;
 }
+
+int sys_expressions(const struct sys_system *s, expr_id **list)
+{
+    int total = s->rows, at = 0;
+    for (int i = 0; i < s->rows; i++)
+        total += s->row[i].entries;
+    *list = sga_malloc(((size_t)total + 1) * sizeof **list);
+    for (int i = 0; i < s->rows; i++) {
+        for (int k = 0; k < s->row[i].entries; k++)
+            (*list)[at++] = s->row[i].entry[k].value;
+        (*list)[at++] = s->row[i].alpha;
+    }
+    return at;
+}

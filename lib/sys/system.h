@@ -48,5 +48,7 @@ void sys_add_entry(struct sys_system *s, int row, int col, expr_id value);
 void sys_add_restriction(struct sys_system *s, expr_id e);
 void sys_add_parameter(struct sys_system *s, int symbol);
 void sys_add_signal(struct sys_system *s, int symbol);
+/* The entries of each row and its right side, row by row, into *list (malloced). Returns how many. */
+int sys_expressions(const struct sys_system *s, expr_id **list);
 
 #endif

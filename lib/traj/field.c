@@ -1,4 +1,5 @@
-/* Evaluation of the reduced field, by its expressions or by its defining rows. */
+/* Evaluation of the reduced field, by its expressions or by its defining rows; what is watched on the way is
+ * field_watch.c's. */
 #include "field.h"
 
 #include <math.h>
@@ -6,15 +7,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "facts.h"
 #include "larger.h"
 #include "leastnorm.h"
 #include "mem.h"
-#include "poly.h"
 #include "print.h"
-
-/* A pivot this much smaller than at the start hands over to the general way. */
-static const double PIVOT_SHRUNK = 1e-5;
 
 int *field_inputs(const struct sys_system *sys)
 {
@@ -23,24 +19,6 @@ int *field_inputs(const struct sys_system *sys)
         inputs[j] = sys->variable[j].symbol;
     inputs[n] = sys->time;
     return inputs;
-}
-
-/* What is watched for zeros: the factors of each pivot, because x^2 touches 0 where x
- * passes it; the pivot itself where it is too large to factor. */
-static int watch_pivot(struct field *f, expr_id pivot, expr_id *root, int room)
-{
-    struct poly_limits limits = { .max_terms = 60, .max_degree = 24, .max_generators = 24 };
-    struct poly_factors q;
-    int n = 0;
-    if (f->pivots < 64 && poly_numerator_factors(f->sys->store, pivot, &limits, &q)) {
-        for (int i = 0; i < q.factors && n < room; i++)
-            if (!q.factor[i].never_zero && q.factor[i].depends & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME))
-                root[n++] = q.factor[i].expr;
-        poly_factors_clear(&q);
-        return n;
-    }
-    root[0] = pivot;
-    return 1;
 }
 
 static struct num_tape *direct_tape(struct field *f, const struct sga_solution *sol, const int *inputs, struct sga_error *err)
@@ -55,7 +33,7 @@ static struct num_tape *direct_tape(struct field *f, const struct sga_solution *
     f->sides = f->pivots;
     for (int q = 0; q < sol->pivots; q++)
         if (!expr_is_const(st, sol->pivot[q].value))
-            f->pivots += watch_pivot(f, sol->pivot[q].value, root + f->n + f->pivots, FACTORS);
+            f->pivots += field_watch_pivot(f, sol->pivot[q].value, root + f->n + f->pivots, FACTORS);
     for (int q = 0; q < sol->dense_blocks; q++)
         root[f->n + f->pivots++] = sol->determinant[q].value;
     f->pivot_expr = sga_malloc((size_t)(f->pivots + 1) * sizeof *f->pivot_expr);
@@ -70,19 +48,13 @@ static struct num_tape *direct_tape(struct field *f, const struct sga_solution *
 static struct num_tape *general_tape(struct field *f, const int *inputs, struct sga_error *err)
 {
     const struct sys_system *sys = f->sys;
-    int total = sys->rows + f->rates, at = 0;
-    for (int i = 0; i < sys->rows; i++)
-        total += sys->row[i].entries;
-    expr_id *root = sga_malloc((size_t)(total + 1) * sizeof *root);
-    for (int i = 0; i < sys->rows; i++) {
-        for (int k = 0; k < sys->row[i].entries; k++)
-            root[at++] = sys->row[i].entry[k].value;
-        root[at++] = sys->row[i].alpha;
-    }
+    expr_id *root;
+    int at = sys_expressions(sys, &root);
+    root = sga_realloc(root, (size_t)(at + f->rates + 1) * sizeof *root);
     for (int k = 0; k < f->rates; k++)
         root[at++] = f->rate[k].rate;
-    struct num_tape *t = num_tape_new(sys->store, root, total, inputs, f->n + 1, err);
-    f->general_out = sga_malloc((size_t)(total + 1) * sizeof *f->general_out);
+    struct num_tape *t = num_tape_new(sys->store, root, at, inputs, f->n + 1, err);
+    f->general_out = sga_malloc((size_t)(at + 1) * sizeof *f->general_out);
     free(root);
     return t;
 }
@@ -202,7 +174,7 @@ static bool fill(struct field *f)
     return true;
 }
 
-static bool general(struct field *f, double *v, int *rank)
+bool field_general(struct field *f, double *v, int *rank)
 {
     if (!fill(f))
         return false;
@@ -213,7 +185,7 @@ static bool general(struct field *f, double *v, int *rank)
     return true;
 }
 
-static void load(struct field *f, double t, const double *x)
+void field_load(struct field *f, double t, const double *x)
 {
     sga_copy(f->in, x, f->n);
     f->in[f->n] = t;
@@ -254,30 +226,12 @@ static double rows_miss(struct field *f, const double *v, int *worst_row)
     return worst;
 }
 
-/* The sides of the pivots' zeros on which a solution begins; direct_out is known. */
-static void take_sides(struct field *f, double t, const double *x)
-{
-    memcpy(f->here, x, (size_t)f->n * sizeof *x);
-    f->here_t = f->start_t = t;
-    f->lost_pivot = -1;
-    for (int q = 0; q < f->pivots; q++) {
-        double p = f->direct_out[f->n + q];
-        f->pivot_side[q] = p > 0 ? 1 : p < 0 ? -1 : 0;
-    }
-    f->lost_pole = -1;
-    memcpy(f->pole_from, x, (size_t)f->n * sizeof *x);
-    for (int q = 0; q < f->poles; q++) {
-        double p = f->direct_out[f->n + f->pivots + q];
-        f->pole_side[q] = p > 0 ? 1 : p < 0 ? -1 : 0;
-    }
-}
-
 /* Remember how large the pivots are where the motion starts. */
 static bool try_direct(struct field *f, double t, const double *x, double *v)
 {
     bool well = num_tape_eval(f->direct, f->in, f->direct_out);
     memcpy(v, f->direct_out, (size_t)f->n * sizeof *v);
-    take_sides(f, t, x);
+    field_take_sides(f, t, x);
     for (int q = 0; q < f->pivots; q++) {
         double p = f->direct_out[f->n + q];
         f->pivot_start[q] = isfinite(p) ? fabs(p) : 0;
@@ -313,8 +267,8 @@ bool field_begin(struct field *f, double t, const double *x, struct sga_error *e
 {
     double *v = sga_calloc((size_t)f->n + 1, sizeof *v);
     int rank = f->n, bad = 0;
-    load(f, t, x);
-    bool ok = try_direct(f, t, x, v) || general(f, v, &rank);
+    field_load(f, t, x);
+    bool ok = try_direct(f, t, x, v) || field_general(f, v, &rank);
     /* with rates the rank is higher than that of the system: what it is at the start */
     f->rank = f->rates && rank > f->generic_rank ? rank : f->generic_rank;
     for (int q = 0; q < f->sides && ok; q++)
@@ -332,7 +286,7 @@ bool field_begin(struct field *f, double t, const double *x, struct sga_error *e
         for (int j = 0; j < f->n; j++)
             size = fmax(size, fabs(v[j]));
         double worst = rows_miss(f, v, &bad);
-        if (f->fast && worst > 1e-9 * size && general(f, v, &rank) && rank == f->n) {
+        if (f->fast && worst > 1e-9 * size && field_general(f, v, &rank) && rank == f->n) {
             f->fast = false;      /* the expressions lose digits here: solve the rows instead */
             worst = rows_miss(f, v, &bad);
         }
@@ -349,103 +303,16 @@ bool field_begin(struct field *f, double t, const double *x, struct sga_error *e
     return ok;
 }
 
-double field_place_of_change(struct field *f, int k, double side, double t, const double *x, double *y)
-{
-    int n = f->n;
-    double low = 0, high = 1, at = 0;
-    for (int turn = 0; turn < 60; turn++) {
-        double s = 0.5 * (low + high);
-        for (int j = 0; j < n; j++)
-            y[j] = f->here[j] + s * (x[j] - f->here[j]);
-        at = f->here_t + s * (t - f->here_t);
-        if (f->manifold->c)
-            manifold_project(f->manifold, at, y, NULL, NULL, 8, NULL, NULL, NULL);
-        load(f, at, y);
-        num_tape_eval(f->direct, f->in, f->direct_out);
-        double p = f->direct_out[n + k];
-        if (p == 0)
-            break;
-        *(p * side > 0 ? &low : &high) = s;
-    }
-    return at;
-}
-
 bool field_value(struct field *f, double *v)
 {
     int rank;
     if (!f->fast)
-        return general(f, v, &rank);
+        return field_general(f, v, &rank);
     memcpy(v, f->direct_out, (size_t)f->n * sizeof *v);
     for (int j = 0; j < f->n; j++)
         if (!isfinite(v[j]))
             return false;
     return true;
-}
-
-/* Between the last good point and x a pivot changed sign: find where, and ask the rank
- * there. True: the rank holds, the pivot only happened to vanish. */
-static bool rank_at_change(struct field *f, double t, const double *x, int pivot)
-{
-    int n = f->n, rank = 0;
-    double *y = sga_malloc((size_t)(n + 1) * sizeof *y), *v = sga_malloc((size_t)(n + 1) * sizeof *v);
-    field_place_of_change(f, pivot, f->pivot_side[pivot], t, x, y);
-    bool holds = general(f, v, &rank) && rank >= f->rank;
-    free(y);
-    free(v);
-    load(f, t, x);
-    return holds;
-}
-
-/* Which side of each pivot's and denominator's zeros we are on. False: beyond a stratum (lost_pivot) or a pole (lost_pole). */
-static bool inside(struct field *f, double t, const double *x)
-{
-    for (int q = 0; q < f->pivots; q++) {
-        double p = f->direct_out[f->n + q];
-        if (!(p * f->pivot_side[q] < 0))
-            continue;
-        if (q < f->sides || f->lost_pivot == q || !rank_at_change(f, t, x, q)) {
-            f->lost_pivot = q;
-            return false;
-        }
-        f->pivot_side[q] = -f->pivot_side[q];
-        num_tape_eval(f->direct, f->in, f->direct_out);
-    }
-    for (int q = 0; q < f->poles; q++) {
-        double p = f->direct_out[f->n + f->pivots + q];
-        if (f->pole_side[q] == 0)
-            f->pole_side[q] = p > 0 ? 1 : p < 0 ? -1 : 0;
-        if (!(p * f->pole_side[q] < 0))
-            continue;
-        if (f->lost_pole == q || field_pole_at_change(f, q, t, x)) {
-            f->lost_pole = q;
-            return false;
-        }
-        f->pole_side[q] = -f->pole_side[q];
-        load(f, t, x);
-        num_tape_eval(f->direct, f->in, f->direct_out);
-    }
-    sga_copy(f->here, x, f->n);
-    f->here_t = t;
-    return true;
-}
-
-bool field_pivots_well(const struct field *f)
-{
-    for (int q = 0; q < f->pivots; q++)
-        if (!(fabs(f->direct_out[f->n + q]) > PIVOT_SHRUNK * f->pivot_start[q]))
-            return false;
-    return true;
-}
-
-/* Nothing is near: every pivot is on its side, and well away from 0; every denominator on its side. p: their values. */
-static bool well_inside(const struct field *f, const double *p)
-{
-    bool ok = f->fast;
-    for (int q = 0; q < f->pivots; q++)
-        ok &= p[q] * f->pivot_side[q] > PIVOT_SHRUNK * f->pivot_start[q];
-    for (int q = 0; q < f->poles; q++)
-        ok &= p[f->pivots + q] * f->pole_side[q] > 0;
-    return ok;
 }
 
 bool field_code(struct field *f, struct ode_code *code)
@@ -462,7 +329,7 @@ bool field_code_holds(const struct field *f, int calls)
     bool ok = true;
     int watched = f->pivots + f->poles;
     for (int i = 0; watched && i < calls; i++)
-        ok &= well_inside(f, f->stages + (size_t)i * (size_t)watched);
+        ok &= field_well_inside(f, f->stages + (size_t)i * (size_t)watched);
     return ok;
 }
 
@@ -472,15 +339,15 @@ bool field_eval(struct field *f, double t, const double *x, double *v)
     f->rank_lost = false;
     bool finite = num_tape_eval_field(f->direct, x, t, f->n, v, f->direct_out + f->n);
     if (t == f->start_t)
-        take_sides(f, t, x);
-    if (finite && well_inside(f, f->direct_out + f->n)) {
+        field_take_sides(f, t, x);
+    if (finite && field_well_inside(f, f->direct_out + f->n)) {
         if (f->pivots || f->poles) {
             sga_copy(f->here, x, f->n);
             f->here_t = t;
         }
         return true;
     }
-    if ((f->pivots || f->poles) && !(load(f, t, x), inside(f, t, x))) {
+    if ((f->pivots || f->poles) && !field_inside(f, t, x)) {
         f->rank_lost = f->lost_pole < 0;
         f->contradiction = false;
         return false;
@@ -488,8 +355,8 @@ bool field_eval(struct field *f, double t, const double *x, double *v)
     if (f->fast && finite && field_pivots_well(f))
         return true;
     int rank, row = 0;
-    load(f, t, x);
-    bool has = general(f, v, &rank);
+    field_load(f, t, x);
+    bool has = field_general(f, v, &rank);
     f->rank_lost = has && rank < f->rank;
     if (!has || f->rank_lost || !f->rates) {
         f->contradiction &= has && !f->rank_lost;

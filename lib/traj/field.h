@@ -73,21 +73,35 @@ bool field_code_holds(const struct field *f, int calls);
  * tends to 0 there while what it depends on stays finite, or -1. */
 int field_approaches(struct field *f, const double *start, double start_t, double end_t);
 
-
-/* Inside this module: symbols of the variables and time (malloced); no pivot of the last
- * evaluation of f->direct has come near 0. */
+/* Inside this module.
+ *
+ * field.c. Symbols of the variables and time (malloced). */
 int *field_inputs(const struct sys_system *sys);
-bool field_pivots_well(const struct field *f);
-
+/* f->in is the place (t, x). */
+void field_load(struct field *f, double t, const double *x);
+/* v at in from the rows that define the field, of least norm, and their rank. False: they have no value there. */
+bool field_general(struct field *f, double *v, int *rank);
 /* The field at in, by whichever way it goes; direct_out is that of the same place. */
 bool field_value(struct field *f, double *v);
+
+/* field_watch.c. Expressions whose zeros are those of a pivot, at most room of them; how many. */
+int field_watch_pivot(struct field *f, expr_id pivot, expr_id *root, int room);
+/* The sides of pivots' and poles' zeros on which a solution begins; direct_out is that of (t, x). */
+void field_take_sides(struct field *f, double t, const double *x);
+/* On which side of each pivot's and denominator's zeros is (t, x)? direct_out is known. False: beyond a stratum
+ * (lost_pivot) or a pole (lost_pole). */
+bool field_inside(struct field *f, double t, const double *x);
+/* Nothing is near: every pivot is on its side and well away from 0, every denominator on its side. p: their values. */
+bool field_well_inside(const struct field *f, const double *p);
+/* No pivot of the last evaluation of f->direct has come near 0. */
+bool field_pivots_well(const struct field *f);
 /* Between the last point inside and (t, x) root k of the direct tape after the field changed its sign from
  * side: y (n) and the time that is returned are where, on the constraints; f->in and direct_out are for that
  * place. */
 double field_place_of_change(struct field *f, int k, double side, double t, const double *x, double *y);
 
 /* pole.c: f->pole_expr, at most so many; returns how many. */
-enum { FIELD_MOST_POLES = 16 };
+enum { FIELD_MOST_POLES = 64 };
 int field_find_poles(struct field *f);
 /* Denominator q changed its sign between the last point inside and (t, x): does the field grow like its
  * inverse (or nearly) towards its zeros near there? Then the solution is not continued. */

@@ -48,23 +48,15 @@ static void add_factors(struct field *f, expr_id denominator, int *count)
 int field_find_poles(struct field *f)
 {
     const struct sys_system *sys = f->sys;
-    int total = sys->rows, at = 0, found = 0, count = 0;
-    expr_id value[FIELD_MOST_POLES];
-    for (int i = 0; i < sys->rows; i++)
-        total += sys->row[i].entries;
-    expr_id *root = sga_malloc(((size_t)total + 1) * sizeof *root);
+    int found = 0, count = 0;
+    expr_id value[FIELD_MOST_POLES], *root;
+    int at = sys_expressions(sys, &root);
     f->pole_expr = sga_malloc(FIELD_MOST_POLES * sizeof *f->pole_expr);
-    for (int i = 0; i < sys->rows; i++) {
-        root[at++] = sys->row[i].alpha;
-        for (int k = 0; k < sys->row[i].entries; k++)
-            root[at++] = sys->row[i].entry[k].value;
-    }
     struct expr_cone cone;
     expr_cone_init(&cone);
     expr_cone_of(sys->store, &cone, root, at);
     for (int i = 0; i < cone.count && found < FIELD_MOST_POLES; i++) {
-        const struct expr_node *n = sys->store->node + cone.list[i];
-        expr_id d = n->op == EXPR_DIV ? n->b : n->op == EXPR_POWI && n->b < 0 ? n->a : EXPR_UNDEF;
+        expr_id d = expr_divisor(sys->store, cone.list[i]);
         if (d && !expr_is_const(sys->store, d))
             value[found++] = d;
     }

@@ -1,0 +1,51 @@
+/* Values of functions and constants in double arithmetic: one table of them for readers, jets and whoever
+ * else computes in doubles (the interpreter of tapes has its own loop over operators). */
+#include <mpfr.h>
+
+#include "value.h"
+
+#include <math.h>
+
+double expr_function_value(enum expr_op op, double a)
+{
+    switch (op) {
+    case EXPR_SIN:   return sin(a);
+    case EXPR_COS:   return cos(a);
+    case EXPR_TAN:   return tan(a);
+    case EXPR_ASIN:  return asin(a);
+    case EXPR_ACOS:  return acos(a);
+    case EXPR_ATAN:  return atan(a);
+    case EXPR_SINH:  return sinh(a);
+    case EXPR_COSH:  return cosh(a);
+    case EXPR_TANH:  return tanh(a);
+    case EXPR_ASINH: return asinh(a);
+    case EXPR_ACOSH: return acosh(a);
+    case EXPR_ATANH: return atanh(a);
+    case EXPR_EXP:   return exp(a);
+    case EXPR_LOG:   return log(a);
+    case EXPR_SQRT:  return sqrt(a);
+    case EXPR_CBRT:  return cbrt(a);
+    case EXPR_ABS:   return fabs(a);
+    case EXPR_SIGN:  return isnan(a) ? a : (a > 0) - (a < 0);
+    default:         return NAN;
+    }
+}
+
+/* 80 bits cut off, an 81st that says whether anything was lost, then one rounding: right for subnormal
+ * doubles too. */
+double expr_nearest_double(const fmpq *q)
+{
+    mpfr_t x;
+    mpfr_init2(x, 80);
+    bool exact = fmpq_get_mpfr(x, q, MPFR_RNDZ) == 0;
+    if (!exact) {
+        mpfr_prec_round(x, 81, MPFR_RNDZ);
+        if (mpfr_sgn(x) > 0)
+            mpfr_nextabove(x);
+        else
+            mpfr_nextbelow(x);
+    }
+    double v = mpfr_get_d(x, MPFR_RNDN);
+    mpfr_clear(x);
+    return v;
+}

@@ -1,0 +1,134 @@
+/* What is watched along a motion: pivots of the reduction and denominators of the equations, by the sides of
+ * their zeros on which the motion is. */
+#include "field.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "facts.h"
+#include "mem.h"
+#include "poly.h"
+
+/* A pivot this much smaller than at the start hands over to the general way. */
+static const double PIVOT_SHRUNK = 1e-5;
+
+/* What is watched for zeros: the factors of each pivot, because x^2 touches 0 where x
+ * passes it; the pivot itself where it is too large to factor. */
+int field_watch_pivot(struct field *f, expr_id pivot, expr_id *root, int room)
+{
+    struct poly_limits limits = { .max_terms = 60, .max_degree = 24, .max_generators = 24 };
+    struct poly_factors q;
+    int n = 0;
+    if (f->pivots < 64 && poly_numerator_factors(f->sys->store, pivot, &limits, &q)) {
+        for (int i = 0; i < q.factors && n < room; i++)
+            if (!q.factor[i].never_zero && q.factor[i].depends & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME))
+                root[n++] = q.factor[i].expr;
+        poly_factors_clear(&q);
+        return n;
+    }
+    root[0] = pivot;
+    return 1;
+}
+
+void field_take_sides(struct field *f, double t, const double *x)
+{
+    memcpy(f->here, x, (size_t)f->n * sizeof *x);
+    f->here_t = f->start_t = t;
+    f->lost_pivot = -1;
+    for (int q = 0; q < f->pivots; q++) {
+        double p = f->direct_out[f->n + q];
+        f->pivot_side[q] = p > 0 ? 1 : p < 0 ? -1 : 0;
+    }
+    f->lost_pole = -1;
+    memcpy(f->pole_from, x, (size_t)f->n * sizeof *x);
+    for (int q = 0; q < f->poles; q++) {
+        double p = f->direct_out[f->n + f->pivots + q];
+        f->pole_side[q] = p > 0 ? 1 : p < 0 ? -1 : 0;
+    }
+}
+
+double field_place_of_change(struct field *f, int k, double side, double t, const double *x, double *y)
+{
+    int n = f->n;
+    double low = 0, high = 1, at = 0;
+    for (int turn = 0; turn < 60; turn++) {
+        double s = 0.5 * (low + high);
+        for (int j = 0; j < n; j++)
+            y[j] = f->here[j] + s * (x[j] - f->here[j]);
+        at = f->here_t + s * (t - f->here_t);
+        if (f->manifold->c)
+            manifold_project(f->manifold, at, y, NULL, NULL, 8, NULL, NULL, NULL);
+        field_load(f, at, y);
+        num_tape_eval(f->direct, f->in, f->direct_out);
+        double p = f->direct_out[n + k];
+        if (p == 0)
+            break;
+        *(p * side > 0 ? &low : &high) = s;
+    }
+    return at;
+}
+
+/* Between the last good point and x a pivot changed sign: find where, and ask the rank
+ * there. True: the rank holds, the pivot only happened to vanish. */
+static bool rank_at_change(struct field *f, double t, const double *x, int pivot)
+{
+    int n = f->n, rank = 0;
+    double *y = sga_malloc((size_t)(n + 1) * sizeof *y), *v = sga_malloc((size_t)(n + 1) * sizeof *v);
+    field_place_of_change(f, pivot, f->pivot_side[pivot], t, x, y);
+    bool holds = field_general(f, v, &rank) && rank >= f->rank;
+    free(y);
+    free(v);
+    field_load(f, t, x);
+    return holds;
+}
+
+bool field_inside(struct field *f, double t, const double *x)
+{
+    for (int q = 0; q < f->pivots; q++) {
+        double p = f->direct_out[f->n + q];
+        if (!(p * f->pivot_side[q] < 0))
+            continue;
+        if (q < f->sides || f->lost_pivot == q || !rank_at_change(f, t, x, q)) {
+            f->lost_pivot = q;
+            return false;
+        }
+        f->pivot_side[q] = -f->pivot_side[q];
+        num_tape_eval(f->direct, f->in, f->direct_out);
+    }
+    for (int q = 0; q < f->poles; q++) {
+        double p = f->direct_out[f->n + f->pivots + q];
+        if (f->pole_side[q] == 0)
+            f->pole_side[q] = p > 0 ? 1 : p < 0 ? -1 : 0;
+        if (!(p * f->pole_side[q] < 0))
+            continue;
+        if (f->lost_pole == q || field_pole_at_change(f, q, t, x)) {
+            f->lost_pole = q;
+            return false;
+        }
+        f->pole_side[q] = -f->pole_side[q];
+        field_load(f, t, x);
+        num_tape_eval(f->direct, f->in, f->direct_out);
+    }
+    sga_copy(f->here, x, f->n);
+    f->here_t = t;
+    return true;
+}
+
+bool field_pivots_well(const struct field *f)
+{
+    for (int q = 0; q < f->pivots; q++)
+        if (!(fabs(f->direct_out[f->n + q]) > PIVOT_SHRUNK * f->pivot_start[q]))
+            return false;
+    return true;
+}
+
+bool field_well_inside(const struct field *f, const double *p)
+{
+    bool ok = f->fast;
+    for (int q = 0; q < f->pivots; q++)
+        ok &= p[q] * f->pivot_side[q] > PIVOT_SHRUNK * f->pivot_start[q];
+    for (int q = 0; q < f->poles; q++)
+        ok &= p[f->pivots + q] * f->pole_side[q] > 0;
+    return ok;
+}
