@@ -348,6 +348,8 @@ class TrajectoryCheck:
             self.drift(expect["drift"])
         if "gauge" in expect:
             self.check(self.t["gauge"] == expect["gauge"], "gauge choice", self.t["gauge"])
+        if "gauge_numeric" in expect:
+            self.check(("gauge_numeric" in self.t) == expect["gauge_numeric"], "gauge choice by expressions or not", str(self.t.get("gauge_numeric")))
         if "method" in expect:
             self.check(self.t["method"] == expect["method"], "method", self.t["method"])
         if "arithmetic" in expect:

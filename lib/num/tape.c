@@ -2,8 +2,8 @@
  *
  * The nodes of the cones come children first, so one pass in their order emits the
  * code; two passes put what depends on no input in front. Sine and cosine of one
- * argument become one instruction, a linear solve is factored once for all of its
- * components. */
+ * argument become one instruction, a matrix of linear solves is factored once for all of their
+ * components and right sides. */
 #include "tape_code.h"
 
 #include <math.h>
@@ -76,6 +76,16 @@ static int emit(struct builder *b, int op, int x, int y)
     return t->code_slot + t->ncode++;
 }
 
+/* A solve before this one with the same matrix, or -1. What does not depend on inputs is factored first, once. */
+static int same_matrix(const struct num_tape *t, const struct tape_solve *q)
+{
+    for (int i = 0; i < t->nsolves; i++)
+        if (t->solve[i].m == q->m && t->solve[i].factored < 0
+            && !memcmp(t->solve[i].matrix, q->matrix, (size_t)q->m * (size_t)q->m * sizeof *q->matrix))
+            return i;
+    return -1;
+}
+
 static int emit_solve(struct builder *b, int index)
 {
     const struct expr_solve *s = b->st->solve + index;
@@ -86,14 +96,15 @@ static int emit_solve(struct builder *b, int index)
     *q = (struct tape_solve){ .m = s->m };
     q->matrix = sga_malloc(m * m * sizeof *q->matrix);
     q->rhs = sga_malloc(m * sizeof *q->rhs);
-    q->perm = sga_malloc(m * sizeof *q->perm);
-    q->lu = sga_calloc(m * m, sizeof *q->lu);
     q->y = sga_calloc(m, sizeof *q->y);
     q->work = sga_calloc(m, sizeof *q->work);
     for (size_t i = 0; i < m * m; i++)
         q->matrix[i] = b->slot[s->matrix[i]];
     for (size_t i = 0; i < m; i++)
         q->rhs[i] = b->slot[s->rhs[i]];
+    q->factored = same_matrix(t, q);
+    q->perm = q->factored < 0 ? sga_malloc(m * sizeof *q->perm) : t->solve[q->factored].perm;
+    q->lu = q->factored < 0 ? sga_calloc(m * m, sizeof *q->lu) : t->solve[q->factored].lu;
     q->slot = emit(b, TAPE_FACTOR, t->nsolves, 0);
     return t->nsolves++;
 }
@@ -243,8 +254,10 @@ void num_tape_free(struct num_tape *t)
         struct tape_solve *s = t->solve + i;
         free(s->matrix);
         free(s->rhs);
-        free(s->perm);
-        free(s->lu);
+        if (s->factored < 0) {
+            free(s->perm);
+            free(s->lu);
+        }
         free(s->y);
         free(s->work);
     }

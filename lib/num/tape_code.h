@@ -31,6 +31,7 @@ struct tape_solve {
     int *matrix, *rhs;         /* slots, m*m by rows and m */
     double *lu, *y, *work;     /* the factors, the solution, m words */
     int *perm;
+    int factored;              /* an earlier solve with the same matrix, whose lu and perm these are; -1: its own */
     bool singular;
 };
 

@@ -24,13 +24,13 @@ double tape_greatest(double x, double y) { return x > y || isnan(x) ? x : y; }
 double tape_sign(double x) { return isnan(x) ? x : (x > 0) - (x < 0); }
 double tape_real_power(double x, double y) { return x < 0 ? NAN : pow(x, y); }
 
-static void solve(struct tape_solve *s, const double *v)
+static void solve(struct tape_solve *s, const struct tape_solve *all, const double *v)
 {
-    for (int i = 0; i < s->m * s->m; i++)
+    for (int i = 0; i < s->m * s->m && s->factored < 0; i++)
         s->lu[i] = v[s->matrix[i]];
     for (int i = 0; i < s->m; i++)
         s->work[i] = v[s->rhs[i]];
-    s->singular = !num_lu_factor(s->lu, s->perm, s->m);
+    s->singular = s->factored < 0 ? !num_lu_factor(s->lu, s->perm, s->m) : all[s->factored].singular;
     if (!s->singular)
         num_lu_solve(s->lu, s->perm, s->m, s->work, s->y);
     for (int i = 0; s->singular && i < s->m; i++)
@@ -74,7 +74,7 @@ void tape_run(struct num_tape *t, int from, int to)
         case EXPR_SIGN:  *w = tape_sign(v[c->a]); break;
         case EXPR_MIN:   *w = tape_least(v[c->a], v[c->b]); break;
         case EXPR_MAX:   *w = tape_greatest(v[c->a], v[c->b]); break;
-        case TAPE_FACTOR: solve(t->solve + c->a, v); break;
+        case TAPE_FACTOR: solve(t->solve + c->a, t->solve, v); break;
         case TAPE_COMPONENT: *w = t->solve[c->a].y[c->b]; break;
         case TAPE_SIGNAL: *w = tape_signal(t, c, 0); break;
         case TAPE_SLOPE_A: *w = tape_slope(t, c->a, false); break;

@@ -184,6 +184,8 @@ void answer_strata_clear(struct job *j);
 void answer_integrals(struct job *j, const struct sga_solution *s, struct points_shadow *shadow, struct traj_request *r);
 void answer_integrals_clear(struct job *j);
 void answer_write_drift(const struct job *j, struct sga_json *w);
+/* Nodes that gauge fields may add where only a motion needs them; 0: no limit (balls have no other way). */
+int answer_gauge_nodes(const struct job *j);
 /* The reduction. */
 bool answer_reduce(struct job *j);
 /* Everything but the request. */

@@ -43,6 +43,9 @@ bool sga_check(const char *request, size_t length, struct sga_buf *out, struct s
     return request_canonical(request, length, out, err);
 }
 
+/* Gauge fields that only a motion needs may take so many nodes: solved for numerically, a large choice takes less. */
+enum { MOTION_GAUGE_NODES = 100000 };
+
 static const double MAX_MEMORY = 0x1p34, DEFAULT_MEGABYTES = 2048;
 
 static void progress(struct job *j, const char *stage, double fraction)
@@ -150,13 +153,24 @@ static void open_sources(struct job *j)
                  j->request.op.unknowns);
 }
 
+int answer_gauge_nodes(const struct job *j)
+{
+    const struct expr_store *st = &j->request.store;
+    int left = st->max_nodes ? (st->max_nodes - st->nodes) / 4 : MOTION_GAUGE_NODES;
+    if (j->request.accuracy.arithmetic == REQUEST_BALL)
+        return 0;
+    return left < 1 ? 1 : left < MOTION_GAUGE_NODES ? left : MOTION_GAUGE_NODES;
+}
+
 static bool solve(struct job *j)
 {
+    /* motions choose the gauge by expressions, those of other rows where there are conditions */
+    bool motion = j->request.want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF) && !j->request.trajectory.conditions;
     struct sga_options options = {
         .near = j->near, .near_time = j->near_time, .parameter_near = j->parameter_near, .seed = 1, .budget = &j->budget,
         .combinations = j->request.want & (REQUEST_CONSTRAINTS | REQUEST_STRUCTURE),
-        /* balls choose the gauge by expressions */
-        .gauge_fields = j->request.want & (REQUEST_GAUGE | REQUEST_SYMMETRIES) || j->request.accuracy.arithmetic == REQUEST_BALL,
+        .gauge_fields = j->request.want & (REQUEST_GAUGE | REQUEST_SYMMETRIES) || motion,
+        .gauge_nodes = j->request.want & (REQUEST_GAUGE | REQUEST_SYMMETRIES) ? 0 : answer_gauge_nodes(j),
         .rows = j->request.want & REQUEST_STRUCTURE,
     };
     if (j->solved) {

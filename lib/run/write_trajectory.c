@@ -186,6 +186,8 @@ bool answer_write_motion(struct job *j, struct sga_json *w)
     sga_json_member_string(w, "method", r->method);
     sga_json_member_string(w, "arithmetic", r->arithmetic);
     sga_json_member_string(w, "gauge", r->gauge);
+    if (r->gauge_numeric)
+        sga_json_member_string(w, "gauge_numeric", r->gauge_numeric);
     sga_json_key(w, "ended");
     if (r->ended) {
         sga_json_object(w);

@@ -5,8 +5,9 @@
 
 #include "mem.h"
 
-/* v_j for every pivot column, given v on the free columns; rhs counted with factor 0 or 1 */
-static void back_substitute(struct state *s, expr_id *v, bool inhomogeneous)
+/* v_j for every pivot column, given v on the free columns; rhs counted with factor 0 or 1. False: the store has more
+ * nodes than `most` (0: no limit). */
+static bool back_substitute(struct state *s, expr_id *v, bool inhomogeneous, int most)
 {
     struct expr_store *st = s->st;
     for (int q = s->ech.pivots - 1; q >= 0; q--) {
@@ -20,7 +21,29 @@ static void back_substitute(struct state *s, expr_id *v, bool inhomogeneous)
             if (p->row.entry[k].col != p->col)
                 x = expr_sub(st, x, expr_mul(st, p->row.entry[k].value, v[p->row.entry[k].col]));
         v[p->col] = expr_div(st, x, p->value);
+        if (most && st->nodes > most)
+            return false;
     }
+    return true;
+}
+
+/* All of them, or none. */
+static void gauge_fields(struct state *s)
+{
+    struct sga_solution *sol = s->sol;
+    int n = s->sys->variables, most = s->options->gauge_nodes ? s->st->nodes + s->options->gauge_nodes : 0;
+    bool ok = true;
+    sol->gauge = sga_malloc((size_t)sol->free_columns * (size_t)n * sizeof *sol->gauge);
+    for (int f = 0; f < sol->free_columns && ok; f++) {
+        expr_id *z = sol->gauge + (size_t)f * (size_t)n;
+        for (int j = 0; j < n; j++)
+            z[j] = expr_int(s->st, j == sol->free_column[f]);
+        ok = back_substitute(s, z, false, most);
+    }
+    if (ok)
+        return;
+    free(sol->gauge);
+    sol->gauge = NULL;
 }
 
 void state_fields(struct state *s)
@@ -34,14 +57,7 @@ void state_fields(struct state *s)
     sol->field = sga_malloc((size_t)n * sizeof *sol->field);
     for (int j = 0; j < n; j++)
         sol->field[j] = expr_int(s->st, 0);
-    back_substitute(s, sol->field, true);
-    if (!s->options->gauge_fields || !sol->free_columns)
-        return;
-    sol->gauge = sga_malloc((size_t)sol->free_columns * (size_t)n * sizeof *sol->gauge);
-    for (int f = 0; f < sol->free_columns; f++) {
-        expr_id *z = sol->gauge + (size_t)f * (size_t)n;
-        for (int j = 0; j < n; j++)
-            z[j] = expr_int(s->st, j == sol->free_column[f]);
-        back_substitute(s, z, false);
-    }
+    back_substitute(s, sol->field, true, 0);
+    if (s->options->gauge_fields && sol->free_columns)
+        gauge_fields(s);
 }

@@ -32,46 +32,13 @@ void enclosed_constant(const struct expr_store *st, expr_id e, double otherwise,
     num_ball_clear(&b);
 }
 
-/* The gauge choice as expressions. Tangent solutions are v = X + sum_k u_k g_k; with the rates R v = w asked for, the
- * one of least norm has
- *     [ G G^T   (R G^T)^T ] [u     ]   [ -G X    ]
- *     [ R G^T   0         ] [lambda] = [ w - R X ],
- * G with the rows g_k: one linear solve, singular where the rates contradict each other. */
-static bool choose_gauge(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, expr_id *field)
-{
-    struct expr_store *st = sys->store;
-    int n = sys->variables, k = sol->free_columns, m = k + rq->rates;
-    expr_id *S = sga_calloc((size_t)m * (size_t)m + 1, sizeof *S), *right = sga_malloc((size_t)(m + 1) * sizeof *right);
-    const expr_id *G = sol->gauge, *X = sol->field;
-    for (int i = 0; i < m * m; i++)
-        S[i] = expr_int(st, 0);
-    for (int a = 0; a < k; a++) {
-        for (int b = 0; b < k; b++)
-            for (int j = 0; j < n; j++)
-                S[a * m + b] = expr_add(st, S[a * m + b], expr_mul(st, G[(size_t)a * (size_t)n + (size_t)j], G[(size_t)b * (size_t)n + (size_t)j]));
-        right[a] = expr_int(st, 0);
-        for (int j = 0; j < n; j++)
-            right[a] = expr_sub(st, right[a], expr_mul(st, G[(size_t)a * (size_t)n + (size_t)j], X[j]));
-        for (int q = 0; q < rq->rates; q++)
-            S[a * m + k + q] = S[(k + q) * m + a] = G[(size_t)a * (size_t)n + (size_t)rq->rate[q].variable];
-    }
-    for (int q = 0; q < rq->rates; q++)
-        right[k + q] = expr_sub(st, rq->rate[q].rate, X[rq->rate[q].variable]);
-    int solve = expr_solve_add(st, m, S, right);
-    for (int j = 0; j < n; j++)
-        for (int a = 0; a < k; a++)
-            field[j] = expr_add(st, field[j], expr_mul(st, expr_solution(st, solve, a), G[(size_t)a * (size_t)n + (size_t)j]));
-    free(S);
-    free(right);
-    return expr_store_ok(st);
-}
-
 bool enclosed_problem(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
                       struct enclose_problem *p, struct sga_error *err)
 {
     int n = f->n, *variable = field_inputs(sys);
-    expr_id *field = memcpy(sga_malloc((size_t)(n + 1) * sizeof *field), sol->field, (size_t)n * sizeof *field);
-    expr_id *nonzero = sga_malloc((size_t)(sol->sides + sol->pivots + sol->dense_blocks + 1) * sizeof *nonzero);
+    const struct choice *choice = &f->field.choice;
+    expr_id *field = memcpy(sga_malloc((size_t)(n + 1) * sizeof *field), f->field.root, (size_t)n * sizeof *field);
+    expr_id *nonzero = sga_malloc((size_t)(sol->sides + sol->pivots + sol->dense_blocks + choice->pivots + 1) * sizeof *nonzero);
     *p = (struct enclose_problem){ .st = sys->store, .variable = variable, .n = n, .time = sys->time, .field = field,
                                    .nonzero = nonzero, .budget = rq->budget };
     for (int i = 0; i < sol->sides; i++)
@@ -81,17 +48,13 @@ bool enclosed_problem(struct flow *f, const struct sys_system *sys, const struct
             nonzero[p->nonzeros++] = sol->pivot[i].value;
     for (int i = 0; i < sol->dense_blocks; i++)
         nonzero[p->nonzeros++] = sol->determinant[i].value;
-    if (rq->rates > sol->free_columns)
-        return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/trajectory/gauge/rates", "there are %d rates for %d gauge fields; in ball arithmetic "
-                           "at most as many rates as gauge fields can be asked for", rq->rates, sol->free_columns);
-    if (sol->free_columns && !sol->gauge)
-        return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "the gauge fields are not known as expressions, "
-                           "which ball arithmetic needs; give trajectory.gauge.conditions, or use \"double\"");
-    if (sol->free_columns && !choose_gauge(sys, sol, rq, field)) {
-        *err = sys->store->error;
-        return false;
-    }
-    return true;
+    for (int i = 0; i < choice->pivots; i++)
+        nonzero[p->nonzeros++] = choice->pivot[i];
+    if (!choice->why || choice->field)      /* what is lost in double is not lost here */
+        return true;
+    bool rates = sol->gauge || !sol->free_columns;
+    return sga_fail_at(err, SGA_E_NOT_SUPPORTED, rates ? "/trajectory/gauge/rates" : "/accuracy/arithmetic", "%s; ball arithmetic needs "
+                       "the field as expressions: give %strajectory.gauge.conditions, or use \"double\"", choice->why, rates ? "other rates, " : "");
 }
 
 void enclosed_problem_clear(struct enclose_problem *p)

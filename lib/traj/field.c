@@ -21,13 +21,15 @@ int *field_inputs(const struct sys_system *sys)
     return inputs;
 }
 
+/* What is watched: sides, pivots of the reduction, determinants, pivots of the gauge choice. */
 static struct num_tape *direct_tape(struct field *f, const struct sga_solution *sol, const int *inputs, struct sga_error *err)
 {
     enum { FACTORS = 8 };      /* of one pivot, at most */
     struct expr_store *st = f->sys->store;
-    size_t most = (size_t)sol->pivots * FACTORS + (size_t)sol->sides + (size_t)sol->dense_blocks + (size_t)f->n + FIELD_MOST_POLES + 1;
+    size_t most = (size_t)sol->pivots * FACTORS + (size_t)sol->sides + (size_t)sol->dense_blocks + (size_t)f->choice.pivots
+                  + (size_t)f->n + FIELD_MOST_POLES + 1;
     expr_id *root = sga_malloc(most * sizeof *root);
-    memcpy(root, sol->field, (size_t)f->n * sizeof *root);
+    memcpy(root, f->root, (size_t)f->n * sizeof *root);
     for (int i = 0; i < sol->sides; i++)       /* first: beyond these the answer does not hold */
         root[f->n + f->pivots++] = sol->side[i].function;
     f->sides = f->pivots;
@@ -36,6 +38,9 @@ static struct num_tape *direct_tape(struct field *f, const struct sga_solution *
             f->pivots += field_watch_pivot(f, sol->pivot[q].value, root + f->n + f->pivots, FACTORS);
     for (int q = 0; q < sol->dense_blocks; q++)
         root[f->n + f->pivots++] = sol->determinant[q].value;
+    f->chosen = f->pivots;
+    for (int q = 0; q < f->choice.pivots; q++)
+        root[f->n + f->pivots++] = f->choice.pivot[q];
     f->pivot_expr = sga_malloc((size_t)(f->pivots + 1) * sizeof *f->pivot_expr);
     memcpy(f->pivot_expr, root + f->n, (size_t)f->pivots * sizeof *f->pivot_expr);
     f->poles = field_find_poles(f);
@@ -65,7 +70,9 @@ bool field_init(struct field *f, const struct sys_system *sys, const struct sga_
     int n = sys->variables, c = sol->constraints;
     *f = (struct field){ .solution_side = sol->side, .n = n, .rows = sys->rows, .c = c, .rates = rq->rates, .rate = rq->rate, .sys = sys, .rank = -1,
                          .manifold = manifold, .lost_pivot = -1, .lost_pole = -1, .generic_rank = n - sol->free_columns };
-    f->fast = sol->free_columns == 0 && rq->rates == 0;
+    choice_make(&f->choice, sys, sol, rq);
+    f->fast = !f->choice.why;
+    f->root = f->choice.field ? f->choice.field : sol->field;
     int *inputs = field_inputs(sys);
     expr_id *con = sga_malloc((size_t)(c + 1) * sizeof *con);
     for (int i = 0; i < c; i++)
@@ -104,6 +111,7 @@ void field_clear(struct field *f)
     num_jacobian_free(f->slope);
     num_tape_free(f->plain);
     lin_sparse_free(f->pattern);
+    choice_clear(&f->choice);
     free(f->direct_out);
     free(f->stages);
     free(f->pivot_start);
@@ -263,12 +271,47 @@ static void refuse_rates(const struct field *f, int row, double miss, struct sga
                 "most as many rates as there are gauge fields, and only free ones", miss);
 }
 
+/* Up to so many variables the rows are asked at the start, whatever the choice divides by; and how far they may differ. */
+enum { ROWS_ASKED = 300 };
+static const double SAME_FIELD = 1e-9;
+
+/* At the start v, with the gauge choice by expressions, is what the rows say, and so is its rank: a pivot of the
+ * rates may be 0 on all of Pf, or only here, where they ask less than elsewhere. */
+static bool as_rows(struct field *f, const double *v)
+{
+    if (!f->choice.field || (f->n > ROWS_ASKED && !f->choice.pivots))
+        return true;
+    double *w = sga_calloc((size_t)f->n + 1, sizeof *w), size = 1;
+    int rank = 0;
+    bool same = field_general(f, w, &rank) && rank == f->generic_rank + f->choice.fixed;
+    for (int j = 0; j < f->n; j++)
+        size = fmax(size, fabs(w[j]));
+    for (int j = 0; j < f->n && same; j++)
+        same = fabs(v[j] - w[j]) <= SAME_FIELD * size;
+    free(w);
+    return same;
+}
+
+/* The field at the start, and the rank there. */
+static bool first_value(struct field *f, double t, const double *x, double *v, int *rank)
+{
+    bool direct = try_direct(f, t, x, v), rows = direct && as_rows(f, v);
+    *rank = f->generic_rank + f->choice.fixed;
+    if (rows)
+        return true;
+    if (f->choice.field && (direct || f->choice.pivots)) {
+        f->fast = false;
+        f->choice.why = "at the start the rates ask less than elsewhere, or the expressions lose digits";
+    }
+    return field_general(f, v, rank);
+}
+
 bool field_begin(struct field *f, double t, const double *x, struct sga_error *err)
 {
     double *v = sga_calloc((size_t)f->n + 1, sizeof *v);
-    int rank = f->n, bad = 0;
+    int rank, bad = 0;
     field_load(f, t, x);
-    bool ok = try_direct(f, t, x, v) || field_general(f, v, &rank);
+    bool ok = first_value(f, t, x, v, &rank);
     /* with rates the rank is higher than that of the system: what it is at the start */
     f->rank = f->rates && rank > f->generic_rank ? rank : f->generic_rank;
     for (int q = 0; q < f->sides && ok; q++)
@@ -286,8 +329,10 @@ bool field_begin(struct field *f, double t, const double *x, struct sga_error *e
         for (int j = 0; j < f->n; j++)
             size = fmax(size, fabs(v[j]));
         double worst = rows_miss(f, v, &bad);
-        if (f->fast && worst > 1e-9 * size && field_general(f, v, &rank) && rank == f->n) {
+        if (f->fast && worst > 1e-9 * size && field_general(f, v, &rank) && rank == f->rank) {
             f->fast = false;      /* the expressions lose digits here: solve the rows instead */
+            if (f->choice.field)
+                f->choice.why = "the expressions lose digits at the start";
             worst = rows_miss(f, v, &bad);
         }
         ok = worst <= 1e-7 * size;

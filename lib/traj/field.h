@@ -2,6 +2,7 @@
 #ifndef SGA_TRAJ_FIELD_H
 #define SGA_TRAJ_FIELD_H
 
+#include "choice.h"
 #include "jacobian.h"
 #include "lin_sparse.h"
 #include "manifold.h"
@@ -9,8 +10,8 @@
 #include "trajectory.h"
 
 /* Two ways to the same vector. The fast one evaluates the expressions of the reduced
- * field; it is used where the solution is unique and no pivot has come near 0. The general
- * one solves the rows that define the field,
+ * field, with the gauge choice in them (choice.h); it is used where there are such expressions and no
+ * pivot has come near 0. The general one solves the rows that define the field,
  *     A v = alpha, d xi v = -d_t xi, v_j = rate_j,
  * with pivots chosen at the point, for the solution of least norm: so a pivot that only
  * happens to vanish stops nothing, and what is left of the gauge freedom is least norm over
@@ -19,6 +20,9 @@ struct field {
     int n, rows, c, rates, pivots;
     const struct sys_system *sys;
     const struct traj_rate *rate;
+    struct choice choice;
+    const expr_id *root;              /* n: the field as expressions, of choice or of the solution; borrowed */
+    int chosen;                       /* pivots from this one on are those of the choice: their zeros end nothing */
     bool fast;                        /* the expressions may be used */
     struct num_tape *direct;          /* roots: field, pivots, poles */
     const struct points_side *solution_side;   /* borrowed */
@@ -109,7 +113,7 @@ bool field_pole_at_change(struct field *f, int q, double t, const double *x);
 
 /* field_slope.c: f->slope and f->pattern, where the field is given by expressions; called
  * once, when an implicit method may be needed. */
-bool field_slope_init(struct field *f, const struct sga_solution *sol, struct sga_error *err);
+bool field_slope_init(struct field *f, struct sga_error *err);
 /* The field's expressions may be used at this point: no pivot has come near 0. */
 bool field_expressions_hold(struct field *f, double t, const double *x);
 /* dX/dx in the order of f->pattern's entries. False where the expressions are not used at

@@ -9,14 +9,14 @@
 
 #include "mem.h"
 
-bool field_slope_init(struct field *f, const struct sga_solution *sol, struct sga_error *err)
+bool field_slope_init(struct field *f, struct sga_error *err)
 {
     if (!f->fast || f->slope)
         return true;
     int n = f->n, *inputs = field_inputs(f->sys), *columns = sga_malloc(((size_t)n + 1) * sizeof *columns);
     for (int j = 0; j < n; j++)
         columns[j] = j;
-    f->plain = num_tape_new(f->sys->store, sol->field, n, inputs, n + 1, err);
+    f->plain = num_tape_new(f->sys->store, f->root, n, inputs, n + 1, err);
     if (f->plain)
         f->slope = num_jacobian_new(f->plain, columns, n);
     free(inputs);

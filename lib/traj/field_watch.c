@@ -89,7 +89,7 @@ bool field_inside(struct field *f, double t, const double *x)
         double p = f->direct_out[f->n + q];
         if (!(p * f->pivot_side[q] < 0))
             continue;
-        if (q < f->sides || f->lost_pivot == q || !rank_at_change(f, t, x, q)) {
+        if (q < f->chosen && (q < f->sides || f->lost_pivot == q || !rank_at_change(f, t, x, q))) {
             f->lost_pivot = q;
             return false;
         }

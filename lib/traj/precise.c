@@ -32,8 +32,8 @@ bool precise_possible(const struct flow *f, const struct traj_request *rq, const
     *why = rq->events ? "events are looked for in double arithmetic only; leave trajectory.events out, or use \"double\""
            : f->sys->signals ? "tables are interpolated in double; use \"double\" or \"auto\""
            : !f->field.fast || !f->field.plain
-               ? "the field is solved from its defining rows (gauge freedom, rates), which is done in double arithmetic only; fix the gauge "
-                 "by conditions, or use \"double\""
+               ? "the field is solved from the equations at every evaluation (see trajectory.gauge_numeric in \"double\"), which is done in "
+                 "double arithmetic only; fix the gauge by conditions, or use \"double\""
            : rq->method && strcmp(rq->method, "auto") != 0 && strcmp(rq->method, "taylor") != 0
                ? "double-double arithmetic integrates by Taylor series only; use the method \"taylor\" or \"auto\"" : NULL;
     return !*why;

@@ -70,7 +70,7 @@ int field_approaches(struct field *f, const double *start, double start_t, doubl
         x[j] = f->here[j];
     bool moves = field_eval(f, f->here_t, x, v);
     double soonest = INFINITY;      /* where one of them falls fast, so do others that depend on the same */
-    for (int q = 0; q < f->pivots && moves; q++) {
+    for (int q = 0; q < f->chosen && moves; q++) {
         expr_id e = f->pivot_expr[q];
         if (!stays_finite(f, e, grown) || !along(f, e, v, p) || p[1] == 0)
             continue;

@@ -250,7 +250,7 @@ static bool solve(struct flow *f, const struct sys_system *sys, const struct sga
                   struct traj_result *r, struct sga_error *err)
 {
     const char *why;
-    if (!field_slope_init(&f->field, sol, err))
+    if (!field_slope_init(&f->field, err))
         return false;
     if (rq->arithmetic == TRAJ_DOUBLE_DOUBLE && !precise_possible(f, rq, &why))
         return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "%s", why);
@@ -290,6 +290,7 @@ bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, cons
     }
     if (ok) {
         r->gauge = flow_gauge(&f, rq);
+        r->gauge_numeric = f.field.choice.why;
     } else if (!err->stage[0]) {
         memcpy(err->stage, "trajectory", 11);
     }

@@ -78,6 +78,7 @@ struct traj_result {
     const char *ended_reason;
     char ended_detail[256];
     const char *gauge;        /* how the motion was chosen, see traj_gauge_text; static */
+    const char *gauge_numeric; /* why that is solved from the equations at each evaluation, not by expressions; static; NULL: it is not */
     long steps, rejected, evaluations;
     double seconds;           /* CPU of the integration alone, without what is set up before it */
 };
