@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "collocation.h"
 #include "mem.h"
 
 #define LOOSER 10.0
@@ -34,8 +35,9 @@ bool precise_possible(const struct flow *f, const struct traj_request *rq, const
            : !f->field.fast || !f->field.plain
                ? "the field is solved from its defining rows (gauge freedom, rates), which is done in double arithmetic only; fix the gauge "
                  "by conditions, or use \"double\""
-           : rq->method && strcmp(rq->method, "auto") != 0 && strcmp(rq->method, "taylor") != 0
-               ? "double-double arithmetic integrates by Taylor series only; use the method \"taylor\" or \"auto\"" : NULL;
+           : rq->method && strcmp(rq->method, "auto") != 0 && strcmp(rq->method, "taylor") != 0 && strcmp(rq->method, "radau") != 0
+               ? "double-double arithmetic integrates by Taylor series and by Radau's formulas; use the method \"taylor\", \"radau\" or \"auto\""
+               : NULL;
     return !*why;
 }
 
@@ -180,7 +182,7 @@ static void keep(const struct precise *p, const struct outcome *o, struct traj_r
     for (int k = 0; k < rows && o->error; k++)
         r->error_estimate = fmax(r->error_estimate, r->error[k]);
     r->ended_event = -1;
-    r->method = "taylor";
+    r->method = o->path.method;
     r->arithmetic = "double-double";
     r->residual = o->path.residual;
     r->ended = o->path.reason != ODE_NONE;
@@ -197,6 +199,8 @@ static void precise_clear(struct precise *p)
     num_jet2_free(p->constraint);
     num_jet2_free(p->output);
     num_jet2_free(p->series);
+    num_jet2_free(p->values);
+    num_radau_free(p->formula);
     free(p->time);
     free(p->x);
 }

@@ -18,6 +18,8 @@ struct precise {
     int n;
     struct num_jet2 *constraint, *output;     /* values only; output NULL: the variables */
     struct num_jet2 *series; int order;       /* of the field */
+    struct num_jet2 *values;                  /* of the field: its values alone, for implicit steps; NULL at first */
+    struct num_radau *formula;                /* of the last implicit steps; NULL at first */
     num_dd start, *time, *x;                  /* the samples' times; the consistent start */
     long max_steps;
 };
@@ -31,6 +33,7 @@ struct precise_path {
     char detail[256];
     double residual;           /* the largest |xi_i| at a sample */
     long steps, refused, evaluations;
+    const char *method;        /* that made the steps; static */
 };
 
 /* precise_point.c. The values of the request's exact constants: p->start, p->time, and x set to
