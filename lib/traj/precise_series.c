@@ -78,6 +78,15 @@ static bool series_at(struct expansions *w, struct precise_march *m, const struc
     return true;
 }
 
+/* The last terms have a size in units of the error allowed. */
+static bool measurable(const struct expansions *w, const struct precise_march *m, const struct expansion *q)
+{
+    for (int i = 0; i < LAST_TERMS; i++)
+        if (isinf(precise_weighted(m, q->series + (size_t)(w->order - i) * (size_t)w->n)))
+            return false;
+    return true;
+}
+
 /* The series at a point on a scale near the size, or below where it overflows there. */
 static bool expand(struct expansions *w, struct precise_march *m, const struct precise_point *at, struct expansion *q, double size)
 {
@@ -86,7 +95,7 @@ static bool expand(struct expansions *w, struct precise_march *m, const struct p
     q->scale = ldexp(m->direction, e);
     for (int turn = 0; turn < SCALES; turn++, q->scale *= 1.0 / 256) {
         m->path->evaluations += w->order;
-        if (series_at(w, m, at, q))
+        if (series_at(w, m, at, q) && measurable(w, m, q))
             return true;
     }
     return false;
@@ -96,6 +105,7 @@ static bool series_begin(void *state, struct precise_march *m, double size)
 {
     struct expansions *w = state;
     m->why = ODE_LEFT_DOMAIN;
+    precise_set_scale(m, m->here.x);
     for (double s = size; s > 1e-30 * size; s *= 1e-3)
         if (expand(w, m, &m->here, &w->here, s))
             return true;
