@@ -1,9 +1,13 @@
 /* The choice between series and implicit steps in double-double, while marching.
  *
- * As lib/ode/switch.c it is made by trying: after a number of steps by series, where many are
- * left, some implicit ones are made, and those go on that come farther for their work. Work is
- * counted, never measured, so that runs repeat exactly. The way back: where the series is long
- * enough, and the largest eigenvalue of the Jacobian would let steps of that size be stable. */
+ * Terms (h l)^k / k! of a fast part of size d e (e the error allowed) grow up to e where h l is about
+ * (k!/d)^(1/k); parts that are of the size of the solution itself, and the tolerance with it, keep h l
+ * some 6 times smaller for the orders k that belong to tolerances. So steps that stability limits show by
+ * h times the largest eigenvalue l of the Jacobian, which is looked at after a number of steps
+ * where many are left. Then, as in lib/ode/switch.c, it is tried: some implicit steps are made, and
+ * those go on that come farther for their work. Work is counted, never measured, so that runs
+ * repeat exactly. The way back: where the series is long enough, and the largest eigenvalue
+ * would let steps of that size be stable. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -18,7 +22,10 @@
 #define BACK_AFTER 40
 #define GAIN 1.3               /* by which another method must be better */
 #define FIRST_SIZE 3.0         /* of a trial, in sizes of the steps before */
-#define STABLE 8.0             /* |h lambda| up to which steps by series are stable, and then some */
+#define MOST_WAIT 240          /* steps between looks */
+/* h l over (k!)^(1/k): limited by stability, perhaps; stable with room. */
+#define STIFF 0.4
+#define STABLE 0.65
 #define POWER_STEPS 12
 
 enum { SERIES, IMPLICIT };
@@ -37,7 +44,7 @@ void precise_choice_begin(struct precise_march *m)
 {
     const char *name = m->p->rq->method;
     m->choice.free = !name || strcmp(name, "auto") == 0;
-    m->choice.try_at = m->choice.wait = TRY_AFTER;
+    m->choice.try_at = m->choice.wait = m->choice.look = TRY_AFTER;
     use(m, name && strcmp(name, "radau") == 0 ? IMPLICIT : SERIES);
 }
 
@@ -84,6 +91,13 @@ static double spectral_radius(struct precise_march *m)
     return ok ? counted ? exp(growth / counted) : 0 : INFINITY;
 }
 
+/* h |largest eigenvalue| over (k!)^(1/k). */
+static double stiffness(struct precise_march *m, double h)
+{
+    int order = m->p->order;
+    return h * spectral_radius(m) / exp(lgamma(order + 1.0) / order);
+}
+
 /* Implicit steps so far: series from now on, if they come farther for their work. */
 static bool back_to_series(struct precise_march *m)
 {
@@ -97,7 +111,7 @@ static bool back_to_series(struct precise_march *m)
     double there = fabs(precise_series.size(state, m, 1).hi), cost = precise_series.cost(state, m);
     if (!(there / cost > GAIN * size / work))
         return false;
-    there = fmin(there, STABLE / fmax(spectral_radius(m), 1e-300));
+    there *= fmin(1, STABLE / fmax(stiffness(m, there), 1e-300));
     if (!(there / cost > GAIN * size / work))
         return false;
     use(m, SERIES);
@@ -138,6 +152,11 @@ void precise_choose(struct precise_march *m, double size)
         c->try_at = m->path->steps + (back_to_series(m) ? c->wait : BACK_AFTER);
     } else if (m->path->steps >= c->try_at && fabs(precise_rest(m).hi) > MANY_LEFT * c->size) {
         double first = FIRST_SIZE * c->size;
+        if (stiffness(m, c->size) < STIFF) {
+            c->look *= 2;
+            c->try_at = m->path->steps + (c->look > MOST_WAIT ? MOST_WAIT : c->look);
+            return;
+        }
         c->before = c->size / c->work;
         c->on_trial = true;
         c->trial_from = m->path->steps;

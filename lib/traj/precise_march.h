@@ -40,7 +40,7 @@ extern const struct precise_method precise_series, precise_radau;
 /* Which method; precise_choice.c. */
 struct precise_choice {
     bool free;                 /* it may change */
-    long try_at, wait;         /* steps: when other steps are tried, and after how many more then */
+    long try_at, wait, look;   /* steps: when other steps are tried, how many more then, and between looks */
     bool on_trial;
     long trial_from;           /* steps at the begin of the trial */
     double before;             /* progress for the work of the steps before it */

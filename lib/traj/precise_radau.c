@@ -13,8 +13,11 @@
 #include "precise_stages.h"
 
 #define LEAST_STAGES 5
-#define MOST_STAGES 30
-#define STAGES_PER_DIGIT 0.85  /* measured */
+#define MOST_STAGES 24
+/* Of the tolerance, for few variables and for many, where the matrix costs more: measured. */
+#define STAGES_PER_DIGIT 0.6
+#define STAGES_PER_DIGIT_MANY 0.5
+#define MANY 10
 #define EXPECTED_FALL 0.2      /* of coefficients */
 #define SAFETY 0.9
 #define GROWTH 4.0
@@ -36,7 +39,7 @@ static void *radau_alloc(struct precise_march *m)
 {
     struct radau *r = sga_calloc(1, sizeof *r);
     double tol = m->rtol > 0 ? m->rtol : fmin(1e-3, m->atol);
-    int s = (int)ceil(-log10(tol) * STAGES_PER_DIGIT) + 2;
+    int s = (int)ceil(-log10(tol) * (m->n > MANY ? STAGES_PER_DIGIT_MANY : STAGES_PER_DIGIT)) + 2;
     r->stages = precise_stages_new(m, s < LEAST_STAGES ? LEAST_STAGES : s > MOST_STAGES ? MOST_STAGES : s);
     r->n = m->n;
     r->s = r->stages->s;

@@ -1,76 +1,57 @@
-/* Newton's method for the stages of an implicit step in double-double. */
+/* Newton's method for the stages of an implicit step, in double and then in double-double. */
 #include "precise_stages.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "lu.h"
 #include "mem.h"
 
-#define MOST_ITERATIONS 40
-#define MOST_FACTORED 10       /* matrices for one step */
-#define NEW_JACOBIANS 0.02     /* from this rate on they are taken anew */
+#define MOST_ITERATIONS 30
+#define MOST_MATRICES 6        /* for one step, in the second part */
+#define NEW_MATRIX 0.02        /* from this rate on the Jacobians are taken anew */
 #define SOLVED 1e-3            /* of the error allowed may be left */
 #define ROUNDING 16            /* roundings of a stage that a correction cannot fall below */
 #define STALLED 0.1            /* of the error allowed: a correction that falls no more may be so large */
-#define DENSE_ALWAYS 60        /* unknowns of the matrix, up to which it is dense */
-#define DENSE_MOST 600
-#define FLOPS 12.0             /* double multiplications in the time of one in double-double */
-
-/* The matrix is sparse: which entry of it belongs to which of A^-1 and of the Jacobians. */
-static void make_pattern(struct precise_stages *w, const struct lin_sparse *J)
-{
-    int n = w->n, s = w->s, nnz = J->ptr[n], count = s * s * n + s * nnz, k = 0;
-    int *row = sga_malloc((size_t)count * sizeof *row), *col = sga_malloc((size_t)count * sizeof *col);
-    for (int i = 0; i < s; i++)
-        for (int j = 0; j < s; j++)
-            for (int a = 0; a < n; a++, k++) {
-                row[k] = i * n + a;
-                col[k] = j * n + a;
-            }
-    for (int i = 0; i < s; i++)
-        for (int a = 0; a < n; a++)
-            for (int e = J->ptr[a]; e < J->ptr[a + 1]; e++, k++) {
-                row[k] = i * n + a;
-                col[k] = i * n + J->col[e];
-            }
-    w->place = sga_malloc((size_t)count * sizeof *w->place);
-    w->pattern = lin_sparse_from_entries(s * n, s * n, count, row, col, w->place);
-    w->lu = lin_lu_new(w->pattern);
-    free(row);
-    free(col);
-}
+#define ROUGH_ITERATIONS 12
+#define ROUGH 1e-9             /* relative: so far in double */
+#define SAME_MATRIX 1e-7       /* relative: corrections this small change the Jacobians no more */
+#define FLOPS 6.0              /* multiplications in double in the time of one in double-double: measured */
 
 struct precise_stages *precise_stages_new(struct precise_march *m, int s)
 {
     struct precise_stages *w = sga_calloc(1, sizeof *w);
     struct precise *p = m->p;
     const struct lin_sparse *J = p->flow->field.pattern;
-    int n = w->n = m->n;
-    bool full = (double)J->ptr[n] > 0.4 * n * n;
-    while (full && s > 3 && s * n > DENSE_MOST)
-        s--;
+    int n = w->n = m->n, most = stage_matrix_most(J);
+    s = s > most ? most : s;
+    w->s = s = s < NUM_RADAU_LEAST ? NUM_RADAU_LEAST : s;
     if (!p->values)
         p->values = num_jet2_new(p->flow->field.plain, 0);
     if (!p->formula || p->formula->s != s) {
         num_radau_free(p->formula);
         p->formula = num_radau_new(s);
     }
-    w->s = s;
     w->formula = p->formula;
-    size_t N = (size_t)s * (size_t)n, entries = (size_t)J->ptr[n];
+    w->matrix = stage_matrix_new(w->formula, J);
+    size_t N = (size_t)s * (size_t)n, ss = (size_t)s * (size_t)s;
     w->z = sga_calloc(2 * N + 1, sizeof *w->z);
     w->f = w->z + N;
-    w->unit = sga_calloc((size_t)n + 2 * N + (size_t)s * entries + 1, sizeof *w->unit);
-    w->residual = w->unit + n;
-    w->rhs = w->residual + N;
-    w->jac = w->rhs + N;
-    if (full || N <= DENSE_ALWAYS) {
-        w->dense = sga_calloc(N * N + 1, sizeof *w->dense);
-        w->perm = sga_calloc(N + 1, sizeof *w->perm);
-    } else {
-        make_pattern(w, J);
+    w->unit = sga_calloc(2 * (size_t)n + 1 + 2 * N + (size_t)s * (size_t)J->ptr[n] + 4 * ss, sizeof *w->unit);
+    w->in = w->unit + n;
+    w->residual = w->in + n + 1;
+    w->rough = w->residual + N;
+    w->split.a = w->rough + N;
+    w->split.lo = w->split.a + ss;
+    w->split.head = w->split.lo + ss;
+    w->split.tail = w->split.head + ss;
+    w->jac = w->split.tail + ss;
+    for (size_t k = 0; k < ss; k++) {
+        double a = w->formula->A[k].hi, c = 134217729.0 * a;       /* 2^27 + 1 */
+        w->split.a[k] = a;
+        w->split.lo[k] = w->formula->A[k].lo;
+        w->split.head[k] = c - (c - a);
+        w->split.tail[k] = a - w->split.head[k];
     }
     return w;
 }
@@ -79,13 +60,9 @@ void precise_stages_free(struct precise_stages *w)
 {
     if (!w)
         return;
+    stage_matrix_free(w->matrix);
     free(w->z);
     free(w->unit);
-    free(w->dense);
-    free(w->perm);
-    free(w->place);
-    lin_lu_free(w->lu);
-    lin_sparse_free(w->pattern);
     free(w);
 }
 
@@ -94,7 +71,7 @@ static bool evaluate(struct precise_stages *w, struct precise_march *m, num_dd h
 {
     struct num_jet2 *jet = m->p->values;
     int n = w->n;
-    w->work += 2.5 * w->s * num_jet2_length(jet);
+    w->work += 4.0 * w->s * num_jet2_length(jet);
     m->path->evaluations += w->s;
     for (int i = 0; i < w->s; i++) {
         num_dd *z = w->z + i * n, *f = w->f + i * n;
@@ -112,138 +89,189 @@ static bool evaluate(struct precise_stages *w, struct precise_march *m, num_dd h
     return true;
 }
 
+/* sum_k a_ik f_kj, as if in twice double precision and then rounded (Ogita, Rump, Oishi: Dot2). The halves of A are
+ * at hand, those of f are made on the way. */
+static num_dd row_times(const struct precise_stages *w, int i, const double (*part)[4])
+{
+    const double *a = w->split.a + i * w->s, *lo = w->split.lo + i * w->s;
+    const double *head = w->split.head + i * w->s, *tail = w->split.tail + i * w->s;
+    double sum = 0, rest = 0;
+    for (int k = 0; k < w->s; k++) {
+        double p = a[k] * part[k][0];
+        double low = ((head[k] * part[k][2] - p) + head[k] * part[k][3] + tail[k] * part[k][2]) + tail[k] * part[k][3];
+        double t = sum + p, v = t - sum;
+        rest += (sum - (t - v)) + (p - v);
+        rest += low + (a[k] * part[k][1] + lo[k] * part[k][0]);
+        sum = t;
+    }
+    return num_dd_fast_two_sum(sum, rest);
+}
+
 /* w->residual = z - h A f in units. */
 static void residuals(struct precise_stages *w, num_dd h)
 {
     int n = w->n, s = w->s;
+    double part[NUM_RADAU_MOST][4];
     w->work += (double)s * s * n;
-    for (int i = 0; i < s; i++)
-        for (int j = 0; j < n; j++) {
-            num_dd sum = num_dd_of(0);
-            for (int k = 0; k < s; k++)
-                sum = num_dd_add(sum, num_dd_mul(w->formula->A[i * s + k], w->f[k * n + j]));
+    for (int j = 0; j < n; j++) {
+        for (int k = 0; k < s; k++) {
+            num_dd f = w->f[k * n + j];
+            double c = 134217729.0 * f.hi;
+            part[k][0] = f.hi;
+            part[k][1] = f.lo;
+            part[k][2] = c - (c - f.hi);
+            part[k][3] = f.hi - part[k][2];
+        }
+        for (int i = 0; i < s; i++) {
+            num_dd sum = row_times(w, i, (const double (*)[4])part);
             w->residual[i * n + j] = num_dd_sub(w->z[i * n + j], num_dd_mul(h, sum)).hi / w->unit[j];
         }
+    }
 }
 
-static bool jacobians(struct precise_stages *w, struct precise_march *m, num_dd h)
+/* w->jac and, where field is not NULL, the field (s x n) at x + z (s x n) in double. */
+static bool linearise(struct precise_stages *w, struct precise_march *m, num_dd h, const double *z, double *field)
 {
     struct field *f = &m->p->flow->field;
     int n = w->n, nnz = f->pattern->ptr[n];
-    w->work += (double)w->s * (4.0 * num_jet2_length(m->p->values) + nnz) / FLOPS;
+    w->work += (double)w->s * (4.0 * num_jet2_length(m->p->values) + 2 * nnz) / FLOPS;
     for (int i = 0; i < w->s; i++) {
         double *value = w->jac + (size_t)i * (size_t)nnz;
         for (int j = 0; j < n; j++)
-            m->xd[j] = m->here.x[j].hi + w->z[i * n + j].hi;
-        if (!field_slope(f, m->here.t.hi + w->formula->c[i].hi * h.hi, m->xd, value))
+            w->in[j] = m->here.x[j].hi + z[i * n + j];
+        w->in[n] = m->here.t.hi + w->formula->c[i].hi * h.hi;
+        if (!num_jacobian_eval(f->slope, w->in, field ? field + i * n : NULL, value))
             return false;
         for (int a = 0; a < n; a++)
             for (int e = f->pattern->ptr[a]; e < f->pattern->ptr[a + 1]; e++)
-                value[e] *= -h.hi * (w->unit[f->pattern->col[e]] / w->unit[a]);
+                value[e] *= h.hi * (w->unit[f->pattern->col[e]] / w->unit[a]);
     }
     return true;
 }
 
-static bool factor_dense(struct precise_stages *w, const struct lin_sparse *J)
+static bool factor(struct precise_stages *w)
 {
-    int n = w->n, s = w->s, N = n * s;
-    memset(w->dense, 0, (size_t)N * (size_t)N * sizeof *w->dense);
-    for (int i = 0; i < s; i++)
-        for (int a = 0; a < n; a++) {
-            double *row = w->dense + (size_t)(i * n + a) * (size_t)N;
-            for (int j = 0; j < s; j++)
-                row[j * n + a] = w->formula->inverse[i * s + j];
-            for (int e = J->ptr[a]; e < J->ptr[a + 1]; e++)
-                row[i * n + J->col[e]] += w->jac[i * J->ptr[n] + e];
-        }
-    w->work += pow(N, 3) / 3 / FLOPS;
-    return num_lu_factor(w->dense, w->perm, N);
+    w->factored = stage_matrix_factor(w->matrix, w->jac);
+    w->work += stage_matrix_cost(w->matrix) / FLOPS;
+    return w->factored;
 }
 
-static bool factor_sparse(struct precise_stages *w, const struct lin_sparse *J)
+/* w->residual becomes the Newton correction; its size in units, root mean square. */
+static double correction(struct precise_stages *w)
 {
-    int n = w->n, s = w->s, count = s * s * n;
-    double *value = w->pattern->val;
-    memset(value, 0, (size_t)w->pattern->ptr[s * n] * sizeof *value);
-    for (int k = 0; k < count; k++)
-        value[w->place[k]] += w->formula->inverse[k / n];
-    for (int k = 0; k < s * J->ptr[n]; k++)
-        value[w->place[count + k]] += w->jac[k];
-    bool ok = lin_lu_factor(w->lu, value);
-    double fill = lin_lu_counts(w->lu).fill;
-    w->work += fill * fill / (s * n) / FLOPS;
-    return ok;
-}
-
-/* z moves by the Newton correction; its size in units, root mean square. */
-static double correct(struct precise_stages *w)
-{
-    int n = w->n, s = w->s, N = n * s;
-    double *d = w->residual, sum = 0;
-    for (int i = 0; i < s; i++)
-        for (int j = 0; j < n; j++) {
-            double v = 0;
-            for (int k = 0; k < s; k++)
-                v += w->formula->inverse[i * s + k] * w->residual[k * n + j];
-            w->rhs[i * n + j] = v;
-        }
-    if (w->dense) {
-        num_lu_solve(w->dense, w->perm, N, w->rhs, d);
-        w->work += (double)N * N / FLOPS;
-    } else {
-        lin_lu_solve(w->lu, d = w->rhs);
-        w->work += 2.0 * lin_lu_counts(w->lu).fill / FLOPS;
-    }
-    for (int k = 0; k < N; k++) {
-        w->z[k] = num_dd_add_d(w->z[k], -d[k] * w->unit[k % n]);
-        sum += d[k] * d[k];
-    }
+    double sum = 0;
+    int N = w->n * w->s;
+    stage_matrix_solve(w->matrix, w->residual);
+    w->work += stage_matrix_solve_cost(w->matrix) / FLOPS;
+    for (int k = 0; k < N; k++)
+        sum += w->residual[k] * w->residual[k];
     return sqrt(sum / N);
 }
 
-/* What rounding leaves of a correction, in units. */
-static double rounding(const struct precise_stages *w, const struct precise_march *m)
+/* The size of the stages in units, root mean square. */
+static double size_of_stages(const struct precise_stages *w, const struct precise_march *m)
 {
     double sum = 0;
     for (int j = 0; j < w->n; j++) {
-        double most = 0;
+        double most = fabs(m->here.x[j].hi);
         for (int i = 0; i < w->s; i++)
             most = fmax(most, fabs(m->here.x[j].hi + w->z[i * w->n + j].hi));
         sum += pow(most / w->unit[j], 2);
     }
-    return ROUNDING * NUM_DD_EPSILON * sqrt(sum / w->n);
+    return w->n ? sqrt(sum / w->n) : 0;
+}
+
+/* The largest correction against the size of its variable over the stages. */
+static double relative(const struct precise_stages *w, const struct precise_march *m, const double *z)
+{
+    double worst = 0;
+    for (int j = 0; j < w->n; j++) {
+        double size = fabs(m->here.x[j].hi), move = 0;
+        for (int i = 0; i < w->s; i++) {
+            size = fmax(size, fabs(m->here.x[j].hi + z[i * w->n + j]));
+            move = fmax(move, fabs(w->residual[i * w->n + j]) * w->unit[j]);
+        }
+        worst = fmax(worst, move / fmax(size, w->unit[j] / ROUGH));
+    }
+    return worst;
+}
+
+/* In double from the guess on: most of the way where that goes far. The matrix of the end is factored. */
+static enum precise_solved solve_roughly(struct precise_stages *w, struct precise_march *m, num_dd h)
+{
+    int n = w->n, s = w->s, N = n * s, grown = 0;
+    double before = INFINITY, field[NUM_RADAU_MOST], *z = w->rough, *f = w->residual;
+    bool same = false;
+    for (int k = 0; k < N; k++)
+        z[k] = w->z[k].hi;
+    for (int k = 0; k < ROUGH_ITERATIONS; k++) {
+        if (!linearise(w, m, h, z, f))
+            return STAGES_REFUSED;
+        if (!same && !factor(w))
+            return STAGES_DIVERGED;
+        w->work += (double)s * N / FLOPS;
+        for (int j = 0; j < n; j++) {
+            for (int i = 0; i < s; i++)
+                field[i] = f[i * n + j];
+            for (int i = 0; i < s; i++) {
+                double sum = 0;
+                for (int q = 0; q < s; q++)
+                    sum += w->split.a[i * s + q] * field[q];
+                f[i * n + j] = (z[i * n + j] - h.hi * sum) / w->unit[j];
+            }
+        }
+        double size = correction(w);
+        if (!isfinite(size) || ((grown += size > 2 * before) > 1))
+            return STAGES_DIVERGED;
+        for (int i = 0; i < N; i++)
+            z[i] -= w->residual[i] * w->unit[i % n];
+        double part = relative(w, m, z);
+        if (part <= ROUGH || (k > 2 && size > 0.5 * before))
+            break;
+        same = part <= SAME_MATRIX;
+        before = size;
+    }
+    for (int k = 0; k < N; k++)
+        w->z[k] = num_dd_of(z[k]);
+    return STAGES_SOLVED;
 }
 
 enum precise_solved precise_stages_solve(struct precise_stages *w, struct precise_march *m, num_dd h)
 {
-    const struct lin_sparse *J = m->p->flow->field.pattern;
-    bool factored = false;
-    int matrices = 0;
+    int matrices = 0, N = w->n * w->s;
     double before = 0;
     memcpy(w->unit, m->scale, (size_t)w->n * sizeof *w->unit);
+    w->factored = false;
+    enum precise_solved rough = solve_roughly(w, m, h);
+    if (rough != STAGES_SOLVED)
+        return rough;
     for (int k = 0; k < MOST_ITERATIONS; k++) {
         struct sga_error ignored = { 0 };
         if (!evaluate(w, m, h))
             return STAGES_REFUSED;
-        residuals(w, h);
-        if (!factored) {
+        if (!w->factored) {
             if (!sga_budget_ok(m->p->rq->budget, &ignored))
                 return STAGES_DIVERGED;
-            if (!jacobians(w, m, h))
-                return STAGES_REFUSED;
+            for (int i = 0; i < N; i++)
+                w->rough[i] = w->z[i].hi;
             matrices++;
-            if (!(w->dense ? factor_dense(w, J) : factor_sparse(w, J)))
+            if (!linearise(w, m, h, w->rough, NULL))
+                return STAGES_REFUSED;
+            if (!factor(w))
                 return STAGES_DIVERGED;
-            factored = true;
         }
-        double size = correct(w), rate = k ? size / before : 1;
+        residuals(w, h);
+        double size = correction(w), rate = k ? size / before : 1;
         if (!isfinite(size))
             return STAGES_DIVERGED;
-        if (size <= rounding(w, m) || (k && ((rate < 1 && size * rate / (1 - rate) <= SOLVED) || (rate > 0.5 && size <= STALLED))))
+        for (int i = 0; i < N; i++)
+            w->z[i] = num_dd_add_d(w->z[i], -w->residual[i] * w->unit[i % w->n]);
+        if (size <= ROUNDING * NUM_DD_EPSILON * size_of_stages(w, m)
+            || (k && ((rate < 1 && size * rate / (1 - rate) <= SOLVED) || (rate > 0.5 && size <= STALLED))))
             return STAGES_SOLVED;
-        if (k && (rate > 2 || (rate > 0.9 && matrices == MOST_FACTORED)))
+        if (k && (rate > 2 || (rate > 0.9 && matrices == MOST_MATRICES)))
             return STAGES_DIVERGED;
-        factored = !k || rate < NEW_JACOBIANS || matrices == MOST_FACTORED;
+        w->factored = !k || rate < NEW_MATRIX || matrices == MOST_MATRICES;
         before = size;
     }
     return STAGES_DIVERGED;
