@@ -37,6 +37,8 @@ bool precise_possible(const struct flow *f, const struct traj_request *rq, const
                  "by conditions, or use \"double\""
            : rq->method && strcmp(rq->method, "auto") != 0 && strcmp(rq->method, "taylor") != 0 && strcmp(rq->method, "radau") != 0
                ? "double-double arithmetic integrates by Taylor series and by Radau's formulas; use the method \"taylor\", \"radau\" or \"auto\""
+           : rq->method && strcmp(rq->method, "radau") == 0 && !precise_radau_possible(&f->field)
+               ? "the Jacobian is too large and too full for implicit steps in double-double arithmetic; use the method \"taylor\" or \"auto\", or \"double\""
                : NULL;
     return !*why;
 }
@@ -205,10 +207,10 @@ static void precise_clear(struct precise *p)
     free(p->x);
 }
 
-bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol,
-                 const struct traj_request *rq, long max_steps, enum ode_reason *reason, struct traj_result *r, struct sga_error *err)
+bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+                 struct precise_limits limits, enum ode_reason *reason, struct traj_result *r, struct sga_error *err)
 {
-    struct precise p = { .flow = f, .sys = sys, .sol = sol, .rq = rq, .n = f->n, .max_steps = max_steps };
+    struct precise p = { .flow = f, .sys = sys, .sol = sol, .rq = rq, .n = f->n, .limits = limits };
     struct outcome o = { 0 };
     p.time = sga_calloc((size_t)rq->samples + 1, sizeof *p.time);
     p.x = sga_calloc((size_t)f->n + 1, sizeof *p.x);

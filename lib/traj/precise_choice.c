@@ -43,7 +43,7 @@ static void use(struct precise_march *m, int which)
 void precise_choice_begin(struct precise_march *m)
 {
     const char *name = m->p->rq->method;
-    m->choice.free = !name || strcmp(name, "auto") == 0;
+    m->choice.free = (!name || strcmp(name, "auto") == 0) && precise_radau_possible(&m->p->flow->field);
     m->choice.try_at = m->choice.wait = m->choice.look = TRY_AFTER;
     use(m, name && strcmp(name, "radau") == 0 ? IMPLICIT : SERIES);
 }
@@ -142,6 +142,7 @@ void precise_choose(struct precise_march *m, double size)
     struct precise_choice *c = &m->choice;
     int which = m->method == &precise_radau;
     double cost = m->method->cost(m->state, m), keep = c->size > 0 ? 0.7 : 0;
+    m->work += cost;
     if (!c->free || m->n == 0)
         return;
     c->size = keep * c->size + (1 - keep) * size;

@@ -141,7 +141,7 @@ static bool out_of_reach(struct precise_march *m)
 {
     double progress = fabs(num_dd_sub(m->here.t, m->look_t).hi);
     double rest = fabs(precise_rest(m).hi);
-    m->hopeless = rest / fmax(progress, 1e-300) * LOOK_EVERY > BEYOND_HOPE * (double)m->p->max_steps ? m->hopeless + 1 : 0;
+    m->hopeless = rest / fmax(progress, 1e-300) * LOOK_EVERY > BEYOND_HOPE * (double)m->p->limits.steps ? m->hopeless + 1 : 0;
     m->look_t = m->here.t;
     m->look_at += LOOK_EVERY;
     return m->hopeless >= LOOKS;
@@ -155,7 +155,7 @@ static bool may_go_on(struct precise_march *m)
         end_at(m, err.code == SGA_E_CANCELLED ? ODE_CANCELLED : ODE_TIME_LIMIT, err.detail);
         return false;
     }
-    if (q->steps + q->refused >= m->p->max_steps) {
+    if (q->steps + q->refused >= m->p->limits.steps || m->work > m->p->limits.work) {
         end_at(m, ODE_STEP_LIMIT, "the limit of steps was reached; ask for an earlier stop or larger tolerances");
         return false;
     }
@@ -213,7 +213,7 @@ static bool step(struct precise_march *m, double *cut)
     double size = fabs(h.hi), passed = fmax(fabs(m->here.t.hi), fabs(num_dd_sub(m->here.t, m->p->start).hi));
     bool refused = *cut < 1 && m->why != ODE_NONE, huge = precise_largest(m->here.x, m->n) > HUGE_STATE;
     if (huge || !(size >= (refused ? SMALLEST_REFUSED : SMALLEST) * fmax(passed, 1e-300))) {
-        if (!huge && precise_rescue(m)) {
+        if (!huge && !refused && precise_rescue(m)) {
             *cut = 1;
             return true;
         }

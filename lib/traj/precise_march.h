@@ -56,6 +56,7 @@ struct precise_march {
     int n, next;
     double rtol, atol, direction, first_size;
     double rate;               /* the size of the field at here */
+    double work;               /* of all steps, in multiplications in double-double */
     bool beside;
     struct precise_point here, there;
     long look_at; num_dd look_t; int hopeless;     /* see out_of_reach */
@@ -82,7 +83,7 @@ num_dd precise_rest(const struct precise_march *m);
 void precise_choice_begin(struct precise_march *m);
 /* After a step of this size: by another method from now on? */
 void precise_choose(struct precise_march *m, double size);
-/* Steps shrink to nothing: true where the other method goes on. */
+/* Steps shrink to nothing though the field has values (a kink): true where series, which see kinks, go on. */
 bool precise_rescue(struct precise_march *m);
 /* Frees the states; the path's name of the methods. */
 void precise_choice_end(struct precise_march *m);

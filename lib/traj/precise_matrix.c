@@ -10,7 +10,7 @@
 
 #define DENSE_ALWAYS 60        /* unknowns up to which it is dense */
 #define DENSE_MOST 600         /* and where Jacobians are full */
-#define FULL 0.4
+#define FULL 0.2
 
 struct stage_matrix {
     int n, s;

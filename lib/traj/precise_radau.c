@@ -35,12 +35,18 @@ struct radau {
     double work;               /* of the last step with its tries */
 };
 
+bool precise_radau_possible(const struct field *f)
+{
+    return f->slope && stage_matrix_most(f->pattern) >= LEAST_STAGES;
+}
+
 static void *radau_alloc(struct precise_march *m)
 {
     struct radau *r = sga_calloc(1, sizeof *r);
     double tol = m->rtol > 0 ? m->rtol : fmin(1e-3, m->atol);
+    int most = (int)fmin(MOST_STAGES, stage_matrix_most(m->p->flow->field.pattern));
     int s = (int)ceil(-log10(tol) * (m->n > MANY ? STAGES_PER_DIGIT_MANY : STAGES_PER_DIGIT)) + 2;
-    r->stages = precise_stages_new(m, s < LEAST_STAGES ? LEAST_STAGES : s > MOST_STAGES ? MOST_STAGES : s);
+    r->stages = precise_stages_new(m, s < LEAST_STAGES ? LEAST_STAGES : s > most ? most : s);
     r->n = m->n;
     r->s = r->stages->s;
     r->old_z = sga_calloc((size_t)r->s * (size_t)r->n + 1, sizeof *r->old_z);

@@ -23,9 +23,8 @@ struct precise_stages *precise_stages_new(struct precise_march *m, int s)
     struct precise_stages *w = sga_calloc(1, sizeof *w);
     struct precise *p = m->p;
     const struct lin_sparse *J = p->flow->field.pattern;
-    int n = w->n = m->n, most = stage_matrix_most(J);
-    s = s > most ? most : s;
-    w->s = s = s < NUM_RADAU_LEAST ? NUM_RADAU_LEAST : s;
+    int n = w->n = m->n;
+    w->s = s;
     if (!p->values)
         p->values = num_jet2_new(p->flow->field.plain, 0);
     if (!p->formula || p->formula->s != s) {

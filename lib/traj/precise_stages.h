@@ -21,7 +21,7 @@ void stage_matrix_solve(struct stage_matrix *a, double *r);
 /* About what one factorisation, one solution takes, in multiplications in double. */
 double stage_matrix_cost(const struct stage_matrix *a);
 double stage_matrix_solve_cost(const struct stage_matrix *a);
-/* The most stages that such a matrix is factored for. */
+/* The most stages that such a matrix is factored for; few, down to none, where Jacobians are large and full. */
 int stage_matrix_most(const struct lin_sparse *pattern);
 
 struct precise_stages {
@@ -38,7 +38,7 @@ struct precise_stages {
 
 enum precise_solved { STAGES_SOLVED, STAGES_DIVERGED, STAGES_REFUSED };
 
-/* For steps of this march with so many stages: fewer where the matrix would be too large. */
+/* For steps of this march with so many stages, for which the matrix is not too large. */
 struct precise_stages *precise_stages_new(struct precise_march *m, int s);
 void precise_stages_free(struct precise_stages *w);
 /* From the guess in w->z. STAGES_REFUSED: the field has no value or no derivative on the way. */

@@ -1,6 +1,7 @@
 /* Radau IIA formulas: what defines them, in double-double, for every number of stages. */
 #include "check.h"
 #include "collocation.h"
+#include "dd_lu.h"
 
 #include <math.h>
 
@@ -74,6 +75,37 @@ static double tail_off(const struct num_radau *r)
     return fmax(off(first, lead), r->s > 1 ? fabs(none.hi) : 0);
 }
 
+/* One step of x' = (q/h) x from 1: solves X = 1 + q A X, and returns X_s. */
+static num_dd step(const struct num_radau *r, num_dd q)
+{
+    int s = r->s, perm[NUM_RADAU_MOST];
+    static num_dd M[NUM_RADAU_MOST * NUM_RADAU_MOST], one[NUM_RADAU_MOST], X[NUM_RADAU_MOST];
+    for (int i = 0; i < s; i++) {
+        one[i] = num_dd_of(1);
+        for (int j = 0; j < s; j++)
+            M[i * s + j] = num_dd_sub(num_dd_of(i == j), num_dd_mul(q, r->A[i * s + j]));
+    }
+    CHECK(num_dd_lu_factor(M, perm, s));
+    num_dd_lu_solve(M, perm, s, one, X);
+    return X[s - 1];
+}
+
+/* Errors of one step fall as h^(2 s); steps of fast rates damp, whatever their number of stages. */
+static void order_and_damping(const struct num_radau *r)
+{
+    int s = r->s;
+    double e[2];
+    for (int k = 0; k < 2 && s <= 6; k++) {
+        num_dd q = num_dd_of(k ? -0.0625 : -0.125);
+        e[k] = off(step(r, q), num_dd_function(EXPR_EXP, q));
+    }
+    CHECK(s > 6 || fabs(log2(e[0] / e[1]) - 2 * s) < 0.2, "order %g for %d stages", log2(e[0] / e[1]) - 1, s);
+    for (double q = 1e2; q < 1e16; q *= 10) {
+        num_dd left = step(r, num_dd_of(-q));
+        CHECK(fabs(left.hi) <= (q >= 1e6 ? 2.0 * s * s / q : 1), "%g left by %d stages at %g", left.hi, s, q);
+    }
+}
+
 int main(void)
 {
     for (int s = NUM_RADAU_LEAST; s <= NUM_RADAU_MOST; s++) {
@@ -87,6 +119,7 @@ int main(void)
         CHECK(inverse_off(r) < 1e-12);
         CHECK(interpolation_off(r) < 1e-30);
         CHECK(tail_off(r) < 1e-30);
+        order_and_damping(r);
         num_radau_free(r);
     }
     /* Radau IIA of order 3: c = 1/3, 1; A = (5/12, -1/12; 3/4, 1/4). */
