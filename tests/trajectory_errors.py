@@ -14,6 +14,7 @@ from tally import ROOT, Tally, build_folder
 
 TOLERANCES = [1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12]
 FINE = [1e-15, 1e-19, 1e-23, 1e-26, 1e-28]
+FINE_STIFF = [1e-14, 1e-18, 1e-20, 1e-22, 1e-25, 1e-28]
 STIFF = ("stiff", "prothero", "kaps", "robertson", "mu 10^6", "hires", "akzo", "amplifier")
 HELD, TOO_LARGE = 0.95, 100
 
@@ -88,7 +89,7 @@ def run(tally, solver, corpus, case, accuracy, name):
 def main():
     mpmath.mp.dps = 50
     tally, solver = Tally("trajectory errors"), Solver(build_folder())
-    double, longer = Corpus(tally, "double"), Corpus(tally, "double-double")
+    double, longer, implicit = Corpus(tally, "double"), Corpus(tally, "double-double"), Corpus(tally, "double-double, stiff")
     for case in load("trajectory_reference.json") + load("trajectory_reference_models.json"):
         given = case["request"]["accuracy"]
         for tol, method in runs(case):
@@ -97,8 +98,14 @@ def main():
     for case in load("double_double.json"):
         for tol in FINE:
             run(tally, solver, longer, case, {"rtol": tol, "atol": tol, "arithmetic": "double-double"}, f"{case['name']} at {tol:g}")
+    for case in load("double_double_stiff.json"):
+        given = case["request"]["accuracy"]
+        for tol, method in [(t, None) for t in FINE_STIFF] + [(1e-16, "radau"), (1e-24, "radau")]:
+            accuracy = {"rtol": tol, "atol": tol * given["atol"] / given["rtol"], "arithmetic": "double-double", **({"method": method} if method else {})}
+            run(tally, solver, implicit, case, accuracy, f"{case['name']} at {tol:g}{', ' + method if method else ''}")
     double.end()
     longer.end()
+    implicit.end()
     return tally.end()
 
 

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "collocation.h"
 #include "mem.h"
 
 #define LOOSER 10.0
@@ -34,8 +35,11 @@ bool precise_possible(const struct flow *f, const struct traj_request *rq, const
            : !f->field.fast || !f->field.plain
                ? "the field is solved from the equations at every evaluation (see trajectory.gauge_numeric in \"double\"), which is done in "
                  "double arithmetic only; fix the gauge by conditions, or use \"double\""
-           : rq->method && strcmp(rq->method, "auto") != 0 && strcmp(rq->method, "taylor") != 0
-               ? "double-double arithmetic integrates by Taylor series only; use the method \"taylor\" or \"auto\"" : NULL;
+           : rq->method && strcmp(rq->method, "auto") != 0 && strcmp(rq->method, "taylor") != 0 && strcmp(rq->method, "radau") != 0
+               ? "double-double arithmetic integrates by Taylor series and by Radau's formulas; use the method \"taylor\", \"radau\" or \"auto\""
+           : rq->method && strcmp(rq->method, "radau") == 0 && !precise_radau_possible(&f->field)
+               ? "the Jacobian is too large and too full for implicit steps in double-double arithmetic; use the method \"taylor\" or \"auto\", or \"double\""
+               : NULL;
     return !*why;
 }
 
@@ -180,7 +184,7 @@ static void keep(const struct precise *p, const struct outcome *o, struct traj_r
     for (int k = 0; k < rows && o->error; k++)
         r->error_estimate = fmax(r->error_estimate, r->error[k]);
     r->ended_event = -1;
-    r->method = "taylor";
+    r->method = o->path.method;
     r->arithmetic = "double-double";
     r->residual = o->path.residual;
     r->ended = o->path.reason != ODE_NONE;
@@ -197,14 +201,16 @@ static void precise_clear(struct precise *p)
     num_jet2_free(p->constraint);
     num_jet2_free(p->output);
     num_jet2_free(p->series);
+    num_jet2_free(p->values);
+    num_radau_free(p->formula);
     free(p->time);
     free(p->x);
 }
 
-bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol,
-                 const struct traj_request *rq, long max_steps, enum ode_reason *reason, struct traj_result *r, struct sga_error *err)
+bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+                 struct precise_limits limits, enum ode_reason *reason, struct traj_result *r, struct sga_error *err)
 {
-    struct precise p = { .flow = f, .sys = sys, .sol = sol, .rq = rq, .n = f->n, .max_steps = max_steps };
+    struct precise p = { .flow = f, .sys = sys, .sol = sol, .rq = rq, .n = f->n, .limits = limits };
     struct outcome o = { 0 };
     p.time = sga_calloc((size_t)rq->samples + 1, sizeof *p.time);
     p.x = sga_calloc((size_t)f->n + 1, sizeof *p.x);

@@ -10,6 +10,12 @@
 #include "flow.h"
 #include "jet.h"
 
+/* What each solution may take. */
+struct precise_limits {
+    long steps;
+    double work;               /* in multiplications in double-double, some nanoseconds each; INFINITY: no limit */
+};
+
 struct precise {
     struct flow *flow;
     const struct sys_system *sys;
@@ -18,8 +24,10 @@ struct precise {
     int n;
     struct num_jet2 *constraint, *output;     /* values only; output NULL: the variables */
     struct num_jet2 *series; int order;       /* of the field */
+    struct num_jet2 *values;                  /* of the field: its values alone, for implicit steps; NULL at first */
+    struct num_radau *formula;                /* of the last implicit steps; NULL at first */
     num_dd start, *time, *x;                  /* the samples' times; the consistent start */
-    long max_steps;
+    struct precise_limits limits;
 };
 
 /* One solution. */
@@ -31,6 +39,7 @@ struct precise_path {
     char detail[256];
     double residual;           /* the largest |xi_i| at a sample */
     long steps, refused, evaluations;
+    const char *method;        /* that made the steps; static */
 };
 
 /* precise_point.c. The values of the request's exact constants: p->start, p->time, and x set to
@@ -46,11 +55,14 @@ bool precise_project(struct precise *p, num_dd t, num_dd *x, const double *scale
 void precise_march(struct precise *p, double rtol, double atol, bool beside, struct precise_path *path);
 void precise_path_clear(struct precise_path *path);
 
+/* precise_radau.c. Implicit steps can be made: not where Jacobians are too large to be factored for all stages. */
+bool precise_radau_possible(const struct field *f);
+
 /* precise.c. May it be tried? (No events, a field given by expressions.) *why: if not. */
 bool precise_possible(const struct flow *f, const struct traj_request *rq, const char **why);
 /* Fills the samples, errors and endings of r (r->initial, r->moved are known). False: err.
- * max_steps: of each solution; *reason: of its end. */
-bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol,
-                 const struct traj_request *rq, long max_steps, enum ode_reason *reason, struct traj_result *r, struct sga_error *err);
+ * *reason: of its end. */
+bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+                 struct precise_limits limits, enum ode_reason *reason, struct traj_result *r, struct sga_error *err);
 
 #endif

@@ -166,16 +166,16 @@ static bool integrate(struct flow *f, const struct traj_request *rq, struct traj
 }
 
 /* Down to this double arithmetic may do; what it takes in double-double, at most, where it was not asked
- * for: steps times length of the field's tape. */
+ * for: steps times length of the field's tape, and all that implicit steps do. */
 static const double DOUBLE_REACHES = 1e-13;
-static const double MOST_WORK = 2e6;
+static const double MOST_LENGTH = 2e6, MOST_WORK = 1e9;
 static const long MOST_STEPS = 300000;
 
 static bool precise(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
-                    long max_steps, struct traj_result *r, struct sga_error *err)
+                    struct precise_limits limits, struct traj_result *r, struct sga_error *err)
 {
     enum ode_reason reason;
-    if (!precise_run(f, sys, sol, rq, max_steps, &reason, r, err))
+    if (!precise_run(f, sys, sol, rq, limits, &reason, r, err))
         return false;
     explain_end(f, rq, reason, r);
     return true;
@@ -188,12 +188,12 @@ static bool try_precise(struct flow *f, const struct sys_system *sys, const stru
 {
     const char *why;
     struct sga_error ignored = { 0 };
-    double steps = fmin((double)MOST_STEPS, MOST_WORK / (50 + num_tape_length(f->field.direct)));
+    double steps = fmin((double)MOST_STEPS, MOST_LENGTH / (50 + num_tape_length(f->field.direct)));
     *fine = (struct traj_result){ .moved = r->moved };
     if (!precise_possible(f, rq, &why) || !rq->exact_time || (double)r->steps > 4 * steps)
         return false;
     fine->initial = memcpy(sga_malloc((size_t)f->n * sizeof *fine->initial), r->initial, (size_t)f->n * sizeof *fine->initial);
-    if (precise(f, sys, sol, rq, (long)steps, fine, &ignored))
+    if (precise(f, sys, sol, rq, (struct precise_limits){ (long)steps, MOST_WORK }, fine, &ignored))
         return true;
     traj_result_clear(fine);
     return false;
@@ -236,8 +236,8 @@ static bool solve_cheapest(struct flow *f, const struct sys_system *sys, const s
     }
     if (there) {
         choose(r, &fine);
-    } else if (!needed && r->shortfall && !strstr(r->method, "radau") && try_precise(f, sys, sol, rq, r, &fine)) {
-        /* rounding in double: perhaps longer numbers are enough; what is stiff they cannot follow */
+    } else if (!needed && r->shortfall && try_precise(f, sys, sol, rq, r, &fine)) {
+        /* rounding in double: perhaps longer numbers are enough */
         if (fine.shortfall)
             traj_result_clear(&fine);
         else
@@ -255,7 +255,7 @@ static bool solve(struct flow *f, const struct sys_system *sys, const struct sga
     if (rq->arithmetic == TRAJ_DOUBLE_DOUBLE && !precise_possible(f, rq, &why))
         return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "%s", why);
     if (rq->arithmetic == TRAJ_DOUBLE_DOUBLE)
-        return precise(f, sys, sol, rq, MOST_STEPS, r, err);
+        return precise(f, sys, sol, rq, (struct precise_limits){ MOST_STEPS, INFINITY }, r, err);
     return rq->arithmetic == TRAJ_AUTO ? solve_cheapest(f, sys, sol, rq, r, err) : integrate(f, rq, r, err);
 }
 

@@ -1,0 +1,91 @@
+/* Inside the traj folder: one solution in double-double as it marches, and how its steps are made.
+ *
+ * precise_march.c goes from point to point and delivers samples; a method (a const struct of
+ * functions: precise_series.c, precise_radau.c) makes the steps; precise_choice.c says which. */
+#ifndef SGA_TRAJ_PRECISE_MARCH_H
+#define SGA_TRAJ_PRECISE_MARCH_H
+
+#include "precise.h"
+
+enum precise_outcome { PRECISE_TAKEN, PRECISE_TOO_LARGE, PRECISE_REFUSED };
+
+struct precise_point {
+    num_dd t, *x;
+};
+
+struct precise_march;
+
+struct precise_method {
+    const char *name;
+    /* Of this march; m->rtol, m->atol are set. */
+    void *(*alloc)(struct precise_march *m);
+    void (*free)(void *state);
+    /* Steps begin at m->here; size: a guess of theirs, or of the motion's scale. False: none can (m->why). */
+    bool (*begin)(void *state, struct precise_march *m, double size);
+    /* The next step, signed, cut times what it would be. */
+    num_dd (*size)(void *state, struct precise_march *m, double cut);
+    /* A step of h from m->here to m->there, which precise_arrive has made a point of the set. Otherwise *cut
+     * is made smaller. */
+    enum precise_outcome (*attempt)(void *state, struct precise_march *m, num_dd h, double *cut);
+    /* The solution at a time inside the last step attempted. */
+    void (*value)(const void *state, const struct precise_march *m, num_dd t, num_dd *x);
+    /* m->here is the end of the last step attempted from now on. */
+    void (*accepted)(void *state, struct precise_march *m);
+    /* About what a step takes, in multiplications in double-double. */
+    double (*cost)(const void *state, const struct precise_march *m);
+};
+
+extern const struct precise_method precise_series, precise_radau;
+
+/* Which method; precise_choice.c. */
+struct precise_choice {
+    bool free;                 /* it may change */
+    long try_at, wait, look;   /* steps: when other steps are tried, how many more then, and between looks */
+    bool on_trial;
+    long trial_from;           /* steps at the begin of the trial */
+    double before;             /* progress for the work of the steps before it */
+    double size, work;         /* means over the last steps */
+    void *state[2];
+    long steps[2];             /* made by series, by implicit steps */
+    long rescued;              /* steps + 1 when steps shrank to nothing last; 0: never */
+};
+
+struct precise_march {
+    struct precise *p;
+    struct precise_path *path;
+    int n, next;
+    double rtol, atol, direction, first_size;
+    double rate;               /* the size of the field at here */
+    double work;               /* of all steps, in multiplications in double-double */
+    bool beside;
+    struct precise_point here, there;
+    long look_at; num_dd look_t; int hopeless;     /* see out_of_reach */
+    double *scale;             /* n: the error allowed */
+    enum ode_reason why;
+    double *xd, *fd;           /* n: in double */
+    const struct precise_method *method;
+    void *state;
+    struct precise_choice choice;
+};
+
+/* precise_march.c. m->scale for a point x. */
+void precise_set_scale(struct precise_march *m, const num_dd *x);
+/* Root mean square in units of m->scale; v may be so large that squares overflow. */
+double precise_weighted(const struct precise_march *m, const num_dd *v);
+/* m->there, where a step ends, is moved onto the set; false (m->why) where it is far from it or the field has no
+ * value that ranks and signs allow. */
+bool precise_arrive(struct precise_march *m);
+double precise_largest(const num_dd *x, int n);
+/* Time from here to the last sample. */
+num_dd precise_rest(const struct precise_march *m);
+
+/* precise_choice.c. */
+void precise_choice_begin(struct precise_march *m);
+/* After a step of this size: by another method from now on? */
+void precise_choose(struct precise_march *m, double size);
+/* Steps shrink to nothing though the field has values (a kink): true where series, which see kinks, go on. */
+bool precise_rescue(struct precise_march *m);
+/* Frees the states; the path's name of the methods. */
+void precise_choice_end(struct precise_march *m);
+
+#endif

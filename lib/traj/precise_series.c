@@ -1,0 +1,217 @@
+/* Steps in double-double by Taylor series. As lib/ode/taylor.c, and simpler: steps end where
+ * the series wants them to, samples are values of the polynomial. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+#include "precise_march.h"
+
+#define LEAST_ORDER 8
+#define MOST_ORDER 40
+#define LAST_TERMS 3
+#define EXPECTED_FALL 0.2
+#define SAFETY 0.95
+#define SCALES 4               /* tries of a scale on which the series is finite */
+
+/* The series at a point; t, x are those of the march's. */
+struct expansion {
+    num_dd *series, reach;     /* series: (order + 1) x n */
+    double scale;
+};
+
+struct expansions {
+    int n, order;
+    struct expansion here, there;
+    num_dd *slope;             /* n */
+};
+
+static void *series_alloc(struct precise_march *m)
+{
+    struct expansions *w = sga_calloc(1, sizeof *w);
+    double tol = m->rtol > 0 ? m->rtol : fmin(1e-3, m->atol);
+    struct precise *p = m->p;
+    w->n = m->n;
+    w->order = (int)fmin(MOST_ORDER, fmax(LEAST_ORDER, ceil(-log(tol) / 2 + 2)));
+    if (!p->series || p->order != w->order) {
+        num_jet2_free(p->series);
+        p->series = num_jet2_new(p->flow->field.plain, w->order);
+        p->order = w->order;
+    }
+    size_t count = (size_t)(w->order + 1) * (size_t)w->n;
+    w->here.series = sga_calloc(count + 1, sizeof *w->here.series);
+    w->there.series = sga_calloc(count + 1, sizeof *w->there.series);
+    w->slope = sga_calloc((size_t)w->n + 1, sizeof *w->slope);
+    return w;
+}
+
+static void series_free(void *state)
+{
+    struct expansions *w = state;
+    free(w->here.series);
+    free(w->there.series);
+    free(w->slope);
+    free(w);
+}
+
+static bool series_at(struct expansions *w, struct precise_march *m, const struct precise_point *at, struct expansion *q)
+{
+    struct num_jet2 *jet = m->p->series;
+    int n = w->n;
+    num_dd *time = num_jet2_input(jet, n);
+    memset(time, 0, (size_t)(w->order + 1) * sizeof *time);
+    time[0] = at->t;
+    time[1] = num_dd_of(q->scale);
+    for (int j = 0; j < n; j++)
+        q->series[j] = num_jet2_input(jet, j)[0] = at->x[j];
+    for (int k = 0; k < w->order; k++) {
+        if (!num_jet2_next(jet, k))
+            return false;
+        for (int j = 0; j < n; j++) {
+            num_dd c = num_dd_div(num_dd_scale(num_jet2_root(jet, j)[k], q->scale), num_dd_of(k + 1));
+            if (m->beside)
+                c = num_dd_mul(c, (num_dd){ 1, j % 2 ? -NUM_DD_EPSILON : NUM_DD_EPSILON });
+            num_jet2_input(jet, j)[k + 1] = q->series[(size_t)(k + 1) * (size_t)n + (size_t)j] = c;
+        }
+    }
+    q->reach = num_jet2_reach(jet, w->order - 1);
+    return true;
+}
+
+/* The last terms have a size in units of the error allowed. */
+static bool measurable(const struct expansions *w, const struct precise_march *m, const struct expansion *q)
+{
+    for (int i = 0; i < LAST_TERMS; i++)
+        if (isinf(precise_weighted(m, q->series + (size_t)(w->order - i) * (size_t)w->n)))
+            return false;
+    return true;
+}
+
+/* The series at a point on a scale near the size, or below where it overflows there. */
+static bool expand(struct expansions *w, struct precise_march *m, const struct precise_point *at, struct expansion *q, double size)
+{
+    int e;
+    frexp(size, &e);
+    q->scale = ldexp(m->direction, e);
+    for (int turn = 0; turn < SCALES; turn++, q->scale *= 1.0 / 256) {
+        m->path->evaluations += w->order;
+        if (series_at(w, m, at, q) && measurable(w, m, q))
+            return true;
+    }
+    return false;
+}
+
+static bool series_begin(void *state, struct precise_march *m, double size)
+{
+    struct expansions *w = state;
+    m->why = ODE_LEFT_DOMAIN;
+    precise_set_scale(m, m->here.x);
+    for (double s = size; s > 1e-30 * size; s *= 1e-3)
+        if (expand(w, m, &m->here, &w->here, s))
+            return true;
+    return false;
+}
+
+/* The polynomial at s; slope (or NULL): its derivative by s. */
+static void polynomial(const struct expansions *w, num_dd s, num_dd *x, num_dd *slope)
+{
+    for (int j = 0; j < w->n; j++) {
+        num_dd v = num_dd_of(0), d = num_dd_of(0);
+        for (int k = w->order; k > 0; k--) {
+            num_dd c = w->here.series[(size_t)k * (size_t)w->n + (size_t)j];
+            v = num_dd_mul(num_dd_add(v, c), s);
+            if (slope)
+                d = num_dd_add(num_dd_mul(d, s), num_dd_mul_d(c, k));
+        }
+        x[j] = num_dd_add(w->here.series[j], v);
+        if (slope)
+            slope[j] = d;
+    }
+}
+
+/* Up to which s the last terms are within tolerance. */
+static double last_terms(const struct expansions *w, struct precise_march *m)
+{
+    double fall = EXPECTED_FALL, s = INFINITY;
+    precise_set_scale(m, m->here.x);
+    for (int i = 0; i < LAST_TERMS; i++, fall *= EXPECTED_FALL) {
+        double e = fall * precise_weighted(m, w->here.series + (size_t)(w->order - i) * (size_t)w->n);
+        if (!(e <= 0))
+            s = fmin(s, pow(e, -1.0 / (w->order - i)));
+    }
+    return s;
+}
+
+static num_dd series_size(void *state, struct precise_march *m, double cut)
+{
+    struct expansions *w = state;
+    double far = cut * fmin(1, SAFETY * last_terms(w, m));
+    num_dd s = num_dd_of(far);
+    if (w->here.reach.hi < far)
+        s = num_dd_add(w->here.reach, num_dd_of(1e-30));
+    return num_dd_scale(s, w->here.scale);
+}
+
+/* The polynomial's derivative at the end against the field there, in units of what a step may do. */
+static double defect(const struct expansions *w, const struct precise_march *m, double h)
+{
+    double sum = 0, size = 0;
+    for (int j = 0; j < w->n; j++) {
+        num_dd f = num_dd_div(w->there.series[w->n + j], num_dd_of(w->there.scale));
+        double miss = num_dd_sub(num_dd_div(w->slope[j], num_dd_of(w->here.scale)), f).hi * h / m->scale[j];
+        sum += miss * miss;
+        size += (f.hi * h / m->scale[j]) * (f.hi * h / m->scale[j]);
+    }
+    return fmax(0, sqrt(sum / w->n) - 500 * NUM_DD_EPSILON * sqrt(size / w->n)) / (w->order + 1);
+}
+
+static enum precise_outcome series_attempt(void *state, struct precise_march *m, num_dd h, double *cut)
+{
+    struct expansions *w = state;
+    polynomial(w, num_dd_scale(h, 1 / w->here.scale), m->there.x, w->slope);
+    m->there.t = num_dd_add(m->here.t, h);
+    *cut *= 0.5;
+    if (!precise_arrive(m))
+        return PRECISE_REFUSED;
+    m->why = ODE_LEFT_DOMAIN;
+    if (!expand(w, m, &m->there, &w->there, 2 * fabs(h.hi)))
+        return PRECISE_REFUSED;
+    double miss = defect(w, m, fabs(h.hi));
+    if (miss <= 1)
+        return PRECISE_TAKEN;
+    *cut *= 2 * fmax(0.1, 0.9 * pow(miss, -1.0 / w->order));
+    return PRECISE_TOO_LARGE;
+}
+
+static void series_value(const void *state, const struct precise_march *m, num_dd t, num_dd *x)
+{
+    const struct expansions *w = state;
+    polynomial(w, num_dd_div(num_dd_sub(t, m->here.t), num_dd_of(w->here.scale)), x, NULL);
+}
+
+static void series_accepted(void *state, struct precise_march *m)
+{
+    (void)m;
+    struct expansions *w = state;
+    struct expansion before = w->here;
+    w->here = w->there;
+    w->there = before;
+}
+
+static double series_cost(const void *state, const struct precise_march *m)
+{
+    const struct expansions *w = state;
+    return num_jet2_length(m->p->series) * (0.5 * w->order + 2) * w->order + 8.0 * w->order * w->n;
+}
+
+const struct precise_method precise_series = {
+    .name = "taylor",
+    .alloc = series_alloc,
+    .free = series_free,
+    .begin = series_begin,
+    .size = series_size,
+    .attempt = series_attempt,
+    .value = series_value,
+    .accepted = series_accepted,
+    .cost = series_cost,
+};
