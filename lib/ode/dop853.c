@@ -32,6 +32,7 @@ struct dop853 {
     double *y_last;   /* the state at the last of the twelve stages */
     double *work;     /* a vector */
     double *poly;     /* 7 vectors: the polynomial's coefficients */
+    struct sga_stages plan;
     double ratio;     /* of the estimates of order 5 and 3, over h^2, lately */
 };
 
@@ -48,6 +49,8 @@ static void *dop853_alloc(const struct ode_problem *p)
     d->y_last = d->y + d->stride;
     d->work = d->y_last + d->stride;
     d->poly = d->work + d->stride;
+    d->plan = (struct sga_stages){.count = DOP853_STAGES, .c = dop853_c, .row = dop853_a, .stride = d->stride,
+                                  .x = (size_t)(d->x - d->k), .y = (size_t)(d->y_last - d->k), .keep = DOP853_STAGES - 1};
     return d;
 }
 
@@ -99,11 +102,22 @@ RK_INLINE void finish_step(struct dop853 *d, struct ode_step *step, size_t strid
     step->error = both != 0 ? fabs(step->h) * sqrt(both / d->n) * pow(trusted_ratio(d, ratio, step->h), 2) : 0;
 }
 
-/* The twelve stages by the field's plain code. False: that does not hold here. */
-RK_INLINE bool run_by_code(struct dop853 *d, struct ode_field *field, const struct ode_step *step, size_t stride,
-                           const struct ode_code *code)
+/* All stages by one piece of code. False: there is none. */
+static bool run_as_one(struct dop853 *d, const struct ode_field *field, const struct ode_step *step)
 {
-    rk_two sum = {0, 0};
+    struct sga_stage_code all;
+    if (field->beside || !field->p->stages || !field->p->stages(field->p->ctx, &d->plan, &all))
+        return false;
+    all.h[0] = all.h[1] = step->h;
+    for (int s = 1; all.needs_time && s < DOP853_STAGES; s++)
+        all.time[s] = stage_time(step, s);
+    all.run(all.slots, d->k, all.rest, all.h);
+    return true;
+}
+
+RK_INLINE void run_one_by_one(struct dop853 *d, const struct ode_field *field, const struct ode_step *step, size_t stride,
+                              const struct ode_code *code)
+{
 #pragma GCC unroll 12
     for (int s = 1; s < DOP853_STAGES; s++) {
         double *y = s == DOP853_STAGES - 1 ? d->y_last : d->y, *k = d->k + (size_t)s * stride;
@@ -113,6 +127,15 @@ RK_INLINE bool run_by_code(struct dop853 *d, struct ode_field *field, const stru
         code->run(code->slots, k, code->rest + (size_t)(s - 1) * code->rests, y);
         ode_step_aside(field, k);
     }
+}
+
+/* The twelve stages by the field's plain code. False: that does not hold here. */
+RK_INLINE bool run_by_code(struct dop853 *d, struct ode_field *field, const struct ode_step *step, size_t stride,
+                           const struct ode_code *code)
+{
+    rk_two sum = {0, 0};
+    if (!run_as_one(d, field, step))
+        run_one_by_one(d, field, step, stride, code);
     for (int s = 1; s < DOP853_STAGES; s++)
         for (size_t j = 0; j < d->even; j += 2)
             sum += 0.0 * *(const rk_two *)(d->k + (size_t)s * stride + j);

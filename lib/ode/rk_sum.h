@@ -9,14 +9,9 @@
 
 #include <stddef.h>
 
-#define RK_INLINE static inline __attribute__((always_inline))
+#include "stages.h"
 
-/* Nonzero coefficients of a linear combination of stages. */
-struct rk_row {
-    int count;
-    int stage[12];
-    double a[12];
-};
+#define RK_INLINE static inline __attribute__((always_inline))
 
 typedef double rk_two __attribute__((vector_size(16)));
 enum { RK_NEAR = 8, RK_FRESH = 2 };
@@ -28,7 +23,7 @@ static inline size_t rk_stride(size_t even) { return even <= RK_NEAR ? RK_NEAR :
 /* sum_s a_s k_s at variables j and j + 1, in two halves that do not wait for each other. The
  * last stage was written a moment ago, one double at a time: it is read likewise, because
  * the processor cannot forward two writes to one read. */
-RK_INLINE rk_two rk_pair(const struct rk_row *r, const double *k, size_t stride, size_t j)
+RK_INLINE rk_two rk_pair(const struct sga_row *r, const double *k, size_t stride, size_t j)
 {
     rk_two even = {0, 0}, odd = {0, 0};
 #pragma GCC unroll 12
@@ -43,26 +38,25 @@ RK_INLINE rk_two rk_pair(const struct rk_row *r, const double *k, size_t stride,
     return even + odd;
 }
 
-/* x + h sum_s a_s k_s at variables j and j + 1. All but the last stage are summed first, so that
+/* x + h sum_s a_s k_s at variables j and j + 1, as base/stages.h says: all but the last stage are summed first, so that
  * little follows on the field's last value, which everything waits for. */
-RK_INLINE rk_two rk_stage(const struct rk_row *r, double h, const double *x, const double *k, size_t stride, size_t j)
+RK_INLINE rk_two rk_stage(const struct sga_row *r, double h, const double *x, const double *k, size_t stride, size_t j)
 {
-    rk_two even = {0, 0}, odd = {0, 0};
+    rk_two sum = {0, 0}, from = *(const rk_two *)(x + j);
     const double *last = k + (size_t)r->stage[r->count - 1] * stride + j;
 #pragma GCC unroll 12
     for (int m = 0; m < r->count - 1; m++) {
         const double *at = k + (size_t)r->stage[m] * stride + j;
         rk_two v = m >= r->count - RK_FRESH ? (rk_two){at[0], at[1]} : *(const rk_two *)at;
-        if (m % 2)
-            odd += r->a[m] * v;
-        else
-            even += r->a[m] * v;
+        sum = m ? sum + r->a[m] * v : r->a[m] * v;
     }
-    return *(const rk_two *)(x + j) + (h * (even + odd) + (h * r->a[r->count - 1]) * (rk_two){last[0], last[1]});
+    if (r->count > 1)
+        from += h * sum;
+    return from + (h * r->a[r->count - 1]) * (rk_two){last[0], last[1]};
 }
 
 /* out = sum_s a_s k_s */
-RK_INLINE void rk_sum(const struct rk_row *r, const double *k, size_t even, size_t stride, double *out)
+RK_INLINE void rk_sum(const struct sga_row *r, const double *k, size_t even, size_t stride, double *out)
 {
     for (size_t j = 0; j < even; j += 2)
         *(rk_two *)(out + j) = rk_pair(r, k, stride, j);
