@@ -10,7 +10,7 @@
  * so that sizes do not swing and few steps are refused where the solution gets harder. */
 struct ode_control {
     double error_order;
-    double log_before;      /* of the error of the last accepted step, */
+    double log_before;      /* to base 2, of the error of the last accepted step, */
     double step_before;     /* and its size; 0: none yet */
     bool refused_before;    /* after a refusal the step does not grow at once */
 };

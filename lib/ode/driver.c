@@ -253,15 +253,21 @@ static bool out_of_reach(struct ode_march *m)
     return m->hopeless >= ACROSS_LOOKS;
 }
 
+static bool within_budget(struct ode_march *m)
+{
+    struct sga_error err = {0};     /* large: not for every attempt */
+    if (sga_budget_ok(m->o->budget, &err))
+        return true;
+    ode_end_at(m, err.code == SGA_E_CANCELLED ? ODE_CANCELLED : ODE_TIME_LIMIT, err.detail);
+    return false;
+}
+
 /* False: ended. */
 static bool may_go_on(struct ode_march *m)
 {
     long attempts = m->res->stats.steps + m->res->stats.refused;
-    struct sga_error err = {0};
-    if (attempts % BUDGET_EVERY == 0 && !sga_budget_ok(m->o->budget, &err)) {
-        ode_end_at(m, err.code == SGA_E_CANCELLED ? ODE_CANCELLED : ODE_TIME_LIMIT, err.detail);
+    if (attempts % BUDGET_EVERY == 0 && !within_budget(m))
         return false;
-    }
     if (attempts >= m->o->max_steps) {
         ode_end_steps(m, false);
         return false;

@@ -81,7 +81,7 @@ struct ode_problem {
      * field's values? If not, rhs is asked for each. */
     bool (*code)(void *ctx, struct ode_code *code);
     bool (*code_holds)(void *ctx, int calls);
-    /* The same for all stages of an explicit step at once (after `code` said true); its stages 1, 2, ... are the calls
+    /* The same for all stages of an explicit step at once; its stages 1, 2, ... are the calls
      * 0, 1, ... that code_holds judges. May be NULL, or false for long. */
     bool (*stages)(void *ctx, const struct sga_stages *plan, struct sga_stage_code *code);
     /* Moves x to the manifold at time t, to the point nearest in the norm of d_j/scale_j,

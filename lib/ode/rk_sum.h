@@ -9,7 +9,11 @@
 
 #include <stddef.h>
 
+#include "method.h"
 #include "stages.h"
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
 
 #define RK_INLINE static inline __attribute__((always_inline))
 
@@ -20,16 +24,50 @@ enum { RK_NEAR = 8, RK_FRESH = 2 };
 static inline size_t rk_even(int n) { return ((size_t)n + 1) / 2 * 2; }
 static inline size_t rk_stride(size_t even) { return even <= RK_NEAR ? RK_NEAR : even; }
 
-/* sum_s a_s k_s at variables j and j + 1, in two halves that do not wait for each other. The
- * last stage was written a moment ago, one double at a time: it is read likewise, because
- * the processor cannot forward two writes to one read. */
+/* Two doubles that were written a moment ago, one at a time: they are read likewise, because the processor cannot
+ * forward two writes to one read. */
+RK_INLINE rk_two rk_apart(const double *at)
+{
+#ifdef __SSE2__
+    return (rk_two)_mm_loadh_pd(_mm_load_sd(at), at + 1);
+#else
+    return (rk_two){at[0], at[1]};
+#endif
+}
+
+/* Variables j and j + 1 of a vector that has no even length. */
+RK_INLINE rk_two rk_of(const double *v, int n, int j, double beyond)
+{
+    return j + 1 < n ? rk_apart(v + j) : (rk_two){v[j], beyond};
+}
+
+/* a > b ? a : b */
+RK_INLINE rk_two rk_larger(rk_two a, rk_two b)
+{
+#ifdef __SSE2__
+    return (rk_two)_mm_max_pd((__m128d)a, (__m128d)b);
+#else
+    return (rk_two){a[0] > b[0] ? a[0] : b[0], a[1] > b[1] ? a[1] : b[1]};
+#endif
+}
+
+RK_INLINE rk_two rk_size(rk_two a) { return rk_larger(a, -a); }
+
+/* ode_allowed of method.h for two variables. */
+RK_INLINE rk_two rk_allowed(double rtol, double atol, rk_two unit, rk_two a, rk_two b)
+{
+    rk_two size = rk_larger(rk_size(a), rk_size(b));
+    return rk_larger(rk_larger(atol * unit + rtol * size, 7e-15 * size), (rk_two){1e-200, 1e-200});
+}
+
+/* sum_s a_s k_s at variables j and j + 1, in two halves that do not wait for each other. */
 RK_INLINE rk_two rk_pair(const struct sga_row *r, const double *k, size_t stride, size_t j)
 {
     rk_two even = {0, 0}, odd = {0, 0};
 #pragma GCC unroll 12
     for (int m = 0; m < r->count; m++) {
         const double *at = k + (size_t)r->stage[m] * stride + j;
-        rk_two v = m == r->count - 1 ? (rk_two){at[0], at[1]} : *(const rk_two *)at;
+        rk_two v = m == r->count - 1 ? rk_apart(at) : *(const rk_two *)at;
         if (m % 2)
             odd += r->a[m] * v;
         else
@@ -47,12 +85,12 @@ RK_INLINE rk_two rk_stage(const struct sga_row *r, double h, const double *x, co
 #pragma GCC unroll 12
     for (int m = 0; m < r->count - 1; m++) {
         const double *at = k + (size_t)r->stage[m] * stride + j;
-        rk_two v = m >= r->count - RK_FRESH ? (rk_two){at[0], at[1]} : *(const rk_two *)at;
+        rk_two v = m >= r->count - RK_FRESH ? rk_apart(at) : *(const rk_two *)at;
         sum = m ? sum + r->a[m] * v : r->a[m] * v;
     }
     if (r->count > 1)
         from += h * sum;
-    return from + (h * r->a[r->count - 1]) * (rk_two){last[0], last[1]};
+    return from + (h * r->a[r->count - 1]) * rk_apart(last);
 }
 
 /* out = sum_s a_s k_s */
@@ -60,6 +98,21 @@ RK_INLINE void rk_sum(const struct sga_row *r, const double *k, size_t even, siz
 {
     for (size_t j = 0; j < even; j += 2)
         *(rk_two *)(out + j) = rk_pair(r, k, stride, j);
+}
+
+/* |h| times the largest eigenvalue, estimated by the field's difference over the states' between the step's end and
+ * a stage (field k at y) that belongs to the same time, is above `limit`. */
+RK_INLINE bool rk_stiff(const struct ode_step *step, const double *k, const double *y, double limit)
+{
+    rk_two up = {0, 0}, down = {0, 0};
+    for (int j = 0; j < step->n; j += 2) {
+        rk_two part = 1 / rk_of(step->unit, step->n, j, 1);
+        rk_two df = (rk_of(step->f1, step->n, j, 0) - rk_of(k, step->n, j, 0)) * part;
+        rk_two dx = (rk_of(step->x1, step->n, j, 0) - rk_of(y, step->n, j, 0)) * part;
+        up += df * df;
+        down += dx * dx;
+    }
+    return step->h * step->h * (up[0] + up[1]) > limit * limit * (down[0] + down[1]);
 }
 
 #endif
