@@ -27,12 +27,12 @@ struct sga_stages {
     int keep;
 };
 
-/* Such a step as machine code, for one field: h[0] = h[1] = h, and where needs_time, time[s] that of stage s;
- * then run(slots, block, rest, h) gives all k_s and the y_s kept, and rests numbers for each stage at
+/* Such a step as machine code, for one field: where needs_time, time[s] is to be that of stage s;
+ * then run(slots, block, rest, place, h) gives all k_s and the y_s kept, and rests numbers for each stage at
  * rest + (s - 1) rests, which say whether the field has its value there. */
 struct sga_stage_code {
-    void (*run)(double *slots, double *block, double *rest, const double *h);
-    double *slots, *rest, *h, *time;
+    void (*run)(double *slots, double *block, double *rest, double *place, double h);
+    double *slots, *rest, *place, *time;
     bool needs_time;
 };
 

@@ -9,7 +9,7 @@
 #include "tape_code.h"
 #include "x64.h"
 
-enum { REGISTERS = 15, SCRATCH = 15, NONE = -1, NEVER = INT_MAX, OWN_SLOTS = 4 };
+enum { REGISTERS = 15, SCRATCH = 15, NONE = -1, NEVER = INT_MAX, OWN_SLOTS = 5 };
 
 struct compiler {
     struct x64 code;

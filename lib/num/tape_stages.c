@@ -17,7 +17,7 @@
 /* Beyond so many instructions the code is no longer quick to fetch, and what it saves is little
  * against the field itself. */
 enum { INSTRUCTIONS_MOST = 3000, VARIABLES_MOST = 40 };
-/* The places in `h`. */
+/* What is where in `place`: h twice, times, coefficients. */
 enum { TIMES_AT = 2, COEFFICIENTS_AT = TIMES_AT + SGA_STAGES_MOST };
 
 struct writer {
@@ -25,6 +25,7 @@ struct writer {
     const struct sga_stages *plan;
     int n, s;                  /* variables; the present stage */
     size_t coefficient;        /* the place of its row's first */
+    int h;                     /* the register of h, twice; NONE: in its place */
     int *first_use;            /* c.next before the first instruction */
 };
 
@@ -51,8 +52,11 @@ static int sum(struct writer *w, int p)
         x64_pair_input(x, X64_PAIR_MUL, acc, 0);
     x64_pair_out(x, last ? X64_PAIR_ADD : X64_PAIR_LOAD, acc, w->plan->x + j);
     x64_pair_input(x, X64_PAIR_LOAD, SCRATCH, a + 2 * (size_t)last);
-    x64_pair_input(x, X64_PAIR_MUL, SCRATCH, 0);
-    int k = p < OWN_SLOTS ? c->where[fresh(w, p)] : NONE;
+    if (w->h != NONE)
+        x64_pair(x, X64_PAIR_MUL, SCRATCH, w->h);
+    else
+        x64_pair_input(x, X64_PAIR_MUL, SCRATCH, 0);
+    int k = p < OWN_SLOTS - 1 ? c->where[fresh(w, p)] : NONE;
     if (k != NONE)
         x64_pair(x, X64_PAIR_MUL, SCRATCH, k);
     else
@@ -97,6 +101,9 @@ static void state(struct writer *w)
             give(c, acc, low);
         }
     }
+    if (w->h != NONE)
+        compiler_release(c, w->h);
+    w->h = NONE;
     if (wanted(c, time)) {
         int reg = compiler_register(c, NONE, NONE);
         x64_load_input(&c->code, reg, TIMES_AT + w->s);
@@ -126,7 +133,7 @@ static void store_field(struct writer *w)
             x64_bitwise(&c->code, X64_XOR, SCRATCH, SCRATCH);
         x64_pair(&c->code, X64_PAIR_LOW, to, SCRATCH);
         x64_pair_out(&c->code, X64_PAIR_STORE, to, (size_t)w->s * w->plan->stride + 2 * (size_t)p);
-        if (p < OWN_SLOTS) {
+        if (p < OWN_SLOTS - 1) {
             compiler_bind(c, to, fresh(w, p));
             c->next[fresh(w, p)] = 0;
         }
@@ -155,11 +162,22 @@ static void stage(struct writer *w)
 /* h, times, and all coefficients, each of them twice. */
 static double *parameters(const struct sga_stages *plan)
 {
-    double *h = sga_calloc(COEFFICIENTS_AT + 24 * (size_t)plan->count, sizeof *h), *at = h + COEFFICIENTS_AT;
+    double *place = sga_calloc(COEFFICIENTS_AT + 24 * (size_t)plan->count, sizeof *place), *at = place + COEFFICIENTS_AT;
     for (int s = 1; s < plan->count; s++)
         for (int m = 0; m < plan->row[s].count; m++, at += 2)
             at[0] = at[1] = plan->row[s].a[m];
-    return h;
+    return place;
+}
+
+/* h comes in register 0: it goes to its place for the later stages, and stays for the first. */
+static void enter(struct writer *w)
+{
+    struct compiler *c = &w->c;
+    w->h = 0;
+    x64_pair(&c->code, X64_PAIR_LOW, w->h, w->h);
+    x64_pair_input(&c->code, X64_PAIR_STORE, w->h, 0);
+    compiler_bind(c, w->h, fresh(w, OWN_SLOTS - 1));
+    c->next[fresh(w, OWN_SLOTS - 1)] = 0;
 }
 
 static bool compile(struct num_tape *t)
@@ -174,13 +192,14 @@ static bool compile(struct num_tape *t)
     w.first_use = sga_malloc((size_t)t->slots * sizeof *w.first_use);
     memcpy(w.first_use, w.c.next, (size_t)t->slots * sizeof *w.first_use);
     x64_enter(&w.c.code);
+    enter(&w);
     for (w.s = 1; w.s < q->plan.count; w.s++)
         stage(&w);
     x64_leave(&w.c.code);
     const void *at = sga_exec_add(t->memory, w.c.code.byte, w.c.code.count);
     if (at) {
-        q->run = (void (*)(double *, double *, double *, const double *))(uintptr_t)at;
-        q->h = parameters(&q->plan);
+        q->run = (void (*)(double *, double *, double *, double *, double))(uintptr_t)at;
+        q->place = parameters(&q->plan);
     }
     free(w.first_use);
     compiler_end(&w.c);
@@ -194,7 +213,7 @@ void tape_stages_drop(struct num_tape *t)
         return;
     if (q->run)
         sga_exec_drop(t->memory, (const void *)(uintptr_t)q->run);
-    free(q->h);
+    free(q->place);
     free(q);
     t->stages = NULL;
 }
@@ -227,6 +246,6 @@ bool num_tape_stages(struct num_tape *t, int first, const struct sga_stages *pla
         if (q->refused)
             return false;
     }
-    *code = (struct sga_stage_code){ .run = q->run, .slots = t->value, .h = q->h, .time = q->h + TIMES_AT, .needs_time = q->needs_time };
+    *code = (struct sga_stage_code){ .run = q->run, .slots = t->value, .place = q->place, .time = q->place + TIMES_AT, .needs_time = q->needs_time };
     return true;
 }

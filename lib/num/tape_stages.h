@@ -9,8 +9,8 @@ struct tape_stages {
     struct sga_stages plan;    /* what it is for */
     long asked;                /* steps so far without machine code */
     bool refused;
-    void (*run)(double *slots, double *block, double *rest, const double *h);
-    double *h;                 /* h twice, the stages' times, the coefficients twice each */
+    void (*run)(double *slots, double *block, double *rest, double *place, double h);
+    double *place;                 /* h twice, the stages' times, the coefficients twice each */
     bool needs_time;
 };
 

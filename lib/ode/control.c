@@ -10,29 +10,20 @@
 #define SHRINK_MOST (1.0 / 3)
 #define GROW_MOST 6.0
 #define LEAST_LOG (-13.287712379549449)   /* of 1e-4 */
+#define NO_ERROR (-33.219280948873624)    /* of 1e-10 */
 
-/* Logarithms to base 2 and powers of 2 to four digits, of normal numbers and powers between them: more than step
- * sizes need, in a fraction of the time, and by arithmetic alone. */
-static double rough_log(double x)
+/* A power of 2 to three digits, for exponents to some hundreds: the nearest whole one by the rounding of a sum, and a
+ * cubic for the rest. */
+static double rough_power(double x)
 {
-    uint64_t bits, exponent;
-    memcpy(&bits, &x, sizeof bits);
-    exponent = (bits - 0x3FE6A09E00000000u) >> 52;       /* so that the rest is from sqrt 1/2 to sqrt 2 */
-    bits -= exponent << 52;
-    memcpy(&x, &bits, sizeof x);
-    double s = (x - 1) / (x + 1), q = s * s;
-    return (double)(int)((exponent ^ 0x800) - 0x800) + s * (2.8853900817779268 + q * 0.96179669392597560);
-}
-
-static double rough_exp(double x)
-{
-    x = x < -1000 ? -1000 : x > 1000 ? 1000 : x;
-    int whole = (int)(x + 1024.5) - 1024;
-    double y = (x - whole) * 0.69314718055994531;
-    uint64_t bits = (uint64_t)(whole + 1023) << 52;
-    double power;
-    memcpy(&power, &bits, sizeof power);
-    return power * ((1 + y) + y * y * ((0.5 + y * (1.0 / 6)) + y * y * (1.0 / 24)));
+    double shifted = x + 0x1.8p52, f = x - (shifted - 0x1.8p52);
+    double part = (1 + f * 0.69328) + (f * f) * (0.24221 + f * 0.05501);
+    uint64_t whole, bits;
+    memcpy(&whole, &shifted, sizeof whole);
+    memcpy(&bits, &part, sizeof bits);
+    bits += whole << 52;
+    memcpy(&part, &bits, sizeof part);
+    return part;
 }
 
 void ode_control_begin(struct ode_control *c, double error_order)
@@ -40,15 +31,15 @@ void ode_control_begin(struct ode_control *c, double error_order)
     *c = (struct ode_control){error_order, LEAST_LOG, 0, false};
 }
 
-double ode_control_accepted(struct ode_control *c, double error, double step)
+double ode_control_accepted(struct ode_control *c, double log_error, double step)
 {
-    double now = rough_log(error > 1e-10 ? error : 1e-10), before = c->log_before, part = 1.0 / c->error_order;
+    double now = log_error > NO_ERROR ? log_error : NO_ERROR, before = c->log_before, part = 1.0 / c->error_order;
     double rise = INTEGRAL_GAIN * before - (part - 0.2 * INTEGRAL_GAIN) * now;
     if (c->step_before > 0) {
-        double trend = (before - 2 * now) * part + rough_log(step / c->step_before);
+        double trend = (before - 2 * now) * part + ode_rough_log(step / c->step_before);
         rise = trend < rise ? trend : rise;
     }
-    double factor = SAFETY * rough_exp(rise);
+    double factor = SAFETY * rough_power(rise);
     factor = factor < SHRINK_MOST ? SHRINK_MOST : factor > GROW_MOST ? GROW_MOST : factor;
     if (c->refused_before && factor > 1)
         factor = 1;

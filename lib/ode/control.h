@@ -17,8 +17,8 @@ struct ode_control {
 
 void ode_control_begin(struct ode_control *c, double error_order);
 /* By what a step is to be multiplied after it was accepted, 1/3 .. 6, and after one
- * whose error was above 1, 1/3 .. 0.9. */
-double ode_control_accepted(struct ode_control *c, double error, double step);
+ * whose error was above 1, 1/3 .. 0.9. log_error: ode_rough_log of it. */
+double ode_control_accepted(struct ode_control *c, double log_error, double step);
 double ode_control_refused(struct ode_control *c, double error);
 
 /* A first step size (unsigned) from the sizes of x, x' and an estimate of x'' got by an

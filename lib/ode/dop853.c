@@ -102,7 +102,9 @@ RK_INLINE void finish_step(struct dop853 *d, struct ode_step *step, size_t strid
             step->dx[j + 1] = dx[1];
     }
     double e5 = sum5[0] + sum5[1], both = e5 + 0.01 * (sum3[0] + sum3[1]), q = trusted(d, e5, both, step->h);
-    step->error = both != 0 ? fabs(step->h) * q / sqrt(both * d->n) : 0;
+    double size = fabs(step->h), whole = both * d->n;
+    step->error = both != 0 ? size * q / sqrt(whole) : 0;
+    step->log_error = ode_rough_log(size * q) - 0.5 * ode_rough_log(whole);
 }
 
 /* All stages by one piece of code. False: there is none. */
@@ -111,10 +113,9 @@ static bool run_as_one(struct dop853 *d, const struct ode_field *field, const st
     struct sga_stage_code all;
     if (field->beside || !field->p->stages || !field->p->stages(field->p->ctx, &d->plan, &all))
         return false;
-    *(rk_two *)all.h = (rk_two){step->h, step->h};      /* at once: it is read at once */
     for (int s = 1; all.needs_time && s < DOP853_STAGES; s++)
         all.time[s] = stage_time(step, s);
-    all.run(all.slots, d->k, all.rest, all.h);
+    all.run(all.slots, d->k, all.rest, all.place, step->h);
     return true;
 }
 

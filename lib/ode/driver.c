@@ -56,6 +56,7 @@ void ode_prepare_step(struct ode_march *m, double h)
     s->x1 = m->x1;
     s->f1 = m->f1;
     s->f_end = NULL;
+    s->log_error = NAN;
     s->error = s->error_order = s->dense_error = s->doubt = s->cost = s->retry = 0;
 }
 
@@ -310,7 +311,7 @@ static double after_refusal(struct ode_march *m, enum ode_refusal cause)
 static double after_step(struct ode_march *m, double taken)
 {
     m->control.error_order = m->step.error_order;
-    double factor = ode_control_accepted(&m->control, m->step.error, taken);
+    double known = m->step.log_error, factor = ode_control_accepted(&m->control, isnan(known) ? ode_rough_log(m->step.error) : known, taken);
     learn_dense(m, 1.2);
     return m->method->accepted ? m->method->accepted(m->state, &m->step, factor) : factor;
 }

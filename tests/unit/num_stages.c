@@ -80,10 +80,9 @@ static void compare(struct num_tape *plain, struct num_tape *fast, int n, int re
     }
     memcpy(b, a, size * sizeof *a);
     by_stages(plain, n, p, time, h, a, rest[0], rests);
-    code->h[0] = code->h[1] = h;
     for (int s = 1; s < p->count && code->needs_time; s++)
         code->time[s] = time + p->c[s] * h;
-    code->run(code->slots, b, rest[1], code->h);
+    code->run(code->slots, b, rest[1], code->place, h);
     for (size_t i = 0; i < size; i++) {
         bad = same(a[i], b[i]) ? bad : (int)i;
         finite = finite && isfinite(a[i]);

@@ -16,7 +16,7 @@ struct ring {
     bool wrong;                 /* values from code are, below the hole, and only `rest` says so */
     long by_rhs, by_code, at_once, refused;
     const struct sga_stages *plan;
-    double h[2], times[SGA_STAGES_MOST];
+    double place[2], times[SGA_STAGES_MOST];
 };
 
 static struct ring ring;
@@ -53,11 +53,11 @@ static bool code(void *ctx, struct ode_code *c)
 }
 
 /* All stages of a step, by base/stages.h. */
-static void run_stages(double *slots, double *block, double *rest, const double *h)
+static void run_stages(double *slots, double *block, double *rest, double *place, double h)
 {
     const struct sga_stages *p = ring.plan;
     double y[N];
-    CHECK(h[0] == h[1] && p->row[p->count - 1].stage[p->row[p->count - 1].count - 1] == p->count - 2);
+    CHECK(place == ring.place && p->row[p->count - 1].stage[p->row[p->count - 1].count - 1] == p->count - 2);
     ring.at_once++;
     for (int s = 1; s < p->count; s++) {
         const struct sga_row *r = p->row + s;
@@ -67,8 +67,8 @@ static void run_stages(double *slots, double *block, double *rest, const double 
                 double term = r->a[m] * block[(size_t)r->stage[m] * p->stride + (size_t)j];
                 sum = m ? sum + term : term;
             }
-            from = r->count > 1 ? from + h[0] * sum : from;
-            y[j] = from + (h[0] * r->a[r->count - 1]) * block[(size_t)r->stage[r->count - 1] * p->stride + (size_t)j];
+            from = r->count > 1 ? from + h * sum : from;
+            y[j] = from + (h * r->a[r->count - 1]) * block[(size_t)r->stage[r->count - 1] * p->stride + (size_t)j];
             if (s >= p->keep)
                 block[p->y + (size_t)(s - p->keep) * p->stride + (size_t)j] = y[j];
         }
@@ -81,7 +81,7 @@ static bool stages(void *ctx, const struct sga_stages *plan, struct sga_stage_co
 {
     (void)ctx;
     ring.plan = plan;
-    *c = (struct sga_stage_code){ run_stages, ring.slots, ring.rest, ring.h, ring.times, true };
+    *c = (struct sga_stage_code){ run_stages, ring.slots, ring.rest, ring.place, ring.times, true };
     return true;
 }
 
