@@ -9,8 +9,39 @@
 #define INTEGRAL_GAIN 0.04     /* 0 would be the plain controller */
 #define SHRINK_MOST (1.0 / 3)
 #define GROW_MOST 6.0
-#define LEAST_LOG (-13.287712379549449)   /* of 1e-4 */
-#define NO_ERROR (-33.219280948873624)    /* of 1e-10 */
+#define LEAST_LOG (-9.2103403719761827)   /* log 1e-4 */
+#define LEAST (-33.219280948873624)       /* the logarithm of 1e-10 to base 2 */
+#define LOG_2 0.69314718055994531
+
+void ode_control_begin(struct ode_control *c, double error_order)
+{
+    *c = (struct ode_control){error_order, LEAST_LOG, 0, false};
+}
+
+/* What both controllers agree on, within bounds; the step is remembered. */
+static double bounded(struct ode_control *c, double factor, double now, double step)
+{
+    factor *= SAFETY;
+    factor = factor < SHRINK_MOST ? SHRINK_MOST : factor > GROW_MOST ? GROW_MOST : factor;
+    if (c->refused_before && factor > 1)
+        factor = 1;
+    c->log_before = now > LEAST_LOG ? now : LEAST_LOG;
+    c->step_before = step;
+    c->refused_before = false;
+    return factor;
+}
+
+double ode_control_accepted(struct ode_control *c, double error, double step)
+{
+    double now = log(error > 1e-10 ? error : 1e-10), before = c->log_before;
+    double power = 1.0 / c->error_order - 0.2 * INTEGRAL_GAIN;
+    double factor = exp(INTEGRAL_GAIN * before - power * now);
+    if (c->step_before > 0) {
+        double trend = exp((before - 2 * now) / c->error_order) * step / c->step_before;
+        factor = trend < factor ? trend : factor;
+    }
+    return bounded(c, factor, now, step);
+}
 
 /* A power of 2 to three digits, for exponents to some hundreds: the nearest whole one by the rounding of a sum, and a
  * cubic for the rest. */
@@ -26,27 +57,15 @@ static double rough_power(double x)
     return part;
 }
 
-void ode_control_begin(struct ode_control *c, double error_order)
+double ode_control_quick(struct ode_control *c, double log_error, double step)
 {
-    *c = (struct ode_control){error_order, LEAST_LOG, 0, false};
-}
-
-double ode_control_accepted(struct ode_control *c, double log_error, double step)
-{
-    double now = log_error > NO_ERROR ? log_error : NO_ERROR, before = c->log_before, part = 1.0 / c->error_order;
+    double now = log_error > LEAST ? log_error : LEAST, before = c->log_before * (1 / LOG_2), part = 1.0 / c->error_order;
     double rise = INTEGRAL_GAIN * before - (part - 0.2 * INTEGRAL_GAIN) * now;
     if (c->step_before > 0) {
         double trend = (before - 2 * now) * part + ode_rough_log(step / c->step_before);
         rise = trend < rise ? trend : rise;
     }
-    double factor = SAFETY * rough_power(rise);
-    factor = factor < SHRINK_MOST ? SHRINK_MOST : factor > GROW_MOST ? GROW_MOST : factor;
-    if (c->refused_before && factor > 1)
-        factor = 1;
-    c->log_before = now > LEAST_LOG ? now : LEAST_LOG;
-    c->step_before = step;
-    c->refused_before = false;
-    return factor;
+    return bounded(c, rough_power(rise), now * LOG_2, step);
 }
 
 double ode_control_refused(struct ode_control *c, double error)

@@ -10,16 +10,19 @@
  * so that sizes do not swing and few steps are refused where the solution gets harder. */
 struct ode_control {
     double error_order;
-    double log_before;      /* to base 2, of the error of the last accepted step, */
+    double log_before;      /* of the error of the last accepted step, */
     double step_before;     /* and its size; 0: none yet */
     bool refused_before;    /* after a refusal the step does not grow at once */
 };
 
 void ode_control_begin(struct ode_control *c, double error_order);
 /* By what a step is to be multiplied after it was accepted, 1/3 .. 6, and after one
- * whose error was above 1, 1/3 .. 0.9. log_error: ode_rough_log of it. */
-double ode_control_accepted(struct ode_control *c, double log_error, double step);
+ * whose error was above 1, 1/3 .. 0.9. */
+double ode_control_accepted(struct ode_control *c, double error, double step);
 double ode_control_refused(struct ode_control *c, double error);
+
+/* As ode_control_accepted, but for the last digits, from ode_rough_log of the error: for methods whose steps cost little. */
+double ode_control_quick(struct ode_control *c, double log_error, double step);
 
 /* A first step size (unsigned) from the sizes of x, x' and an estimate of x'' got by an
  * explicit Euler step (Hairer, Norsett, Wanner, II.4). `step` has t, x, f and the

@@ -83,28 +83,43 @@ static double trusted(struct dop853 *d, double e5, double both, double h)
     return sga_larger(e5, least * both);
 }
 
-/* The increment, and the error estimate of both embedded formulas together:
- * |h| e5^2 / sqrt(e5^2 + 0.01 e3^2), root mean square over the variables. Much waits for the error: what is allowed
- * is taken from the last stage's state instead of the end's, which it is near to, because it is known earlier. */
-RK_INLINE void finish_step(struct dop853 *d, struct ode_step *step, size_t stride)
+/* |e5|^2 and |e3|^2 in units of what is allowed at x and `near`, and the increment. False: the values `near` are
+ * larger than those at x and at the end. */
+RK_INLINE bool norms(const struct dop853 *d, struct ode_step *step, size_t stride, const double *near, double *square5, double *square3)
 {
-    rk_two sum5 = {0, 0}, sum3 = {0, 0};
+    rk_two sum5 = {0, 0}, sum3 = {0, 0}, beyond = {0, 0};
     for (int j = 0; j < d->n; j += 2) {
-        rk_two x = *(const rk_two *)(d->x + j), y = *(const rk_two *)(d->y_last + j);
+        rk_two x = *(const rk_two *)(d->x + j), y = *(const rk_two *)(near + j);
         rk_two scale = 1 / rk_allowed(step->rtol, step->atol, rk_of(step->unit, d->n, j, 1), x, y);
         rk_two end = rk_pair(&dop853_a[DOP853_END], d->k, stride, (size_t)j), low = rk_pair(&dop853_weights3, d->k, stride, (size_t)j);
         rk_two dx = step->h * end;
         rk_two a5 = rk_pair(&dop853_error5, d->k, stride, (size_t)j) * scale, a3 = (end - low) * scale;
         sum5 += a5 * a5;
         sum3 += a3 * a3;
+        beyond = rk_larger(rk_size(y) - 1.25 * rk_larger(rk_size(x), rk_size(x + dx)), beyond);
         step->dx[j] = dx[0];
         if (j + 1 < d->n)
             step->dx[j + 1] = dx[1];
     }
-    double e5 = sum5[0] + sum5[1], both = e5 + 0.01 * (sum3[0] + sum3[1]), q = trusted(d, e5, both, step->h);
-    double size = fabs(step->h), whole = both * d->n;
-    step->error = both != 0 ? size * q / sqrt(whole) : 0;
-    step->log_error = ode_rough_log(size * q) - 0.5 * ode_rough_log(whole);
+    *square5 = sum5[0] + sum5[1];
+    *square3 = sum3[0] + sum3[1];
+    return beyond[0] + beyond[1] == 0;
+}
+
+/* The increment, and the error estimate of both embedded formulas together:
+ * |h| e5^2 / sqrt(e5^2 + 0.01 e3^2), root mean square over the variables. The next step waits for the error: what is
+ * allowed is taken from the last stage's state instead of the end's, which it is near to, because it is known earlier. */
+RK_INLINE void finish_step(struct dop853 *d, struct ode_step *step, size_t stride)
+{
+    double e5, e3;
+    if (!norms(d, step, stride, d->y_last, &e5, &e3)) {
+        for (int j = 0; j < d->n; j++)
+            d->y[j] = step->x[j] + step->dx[j];
+        norms(d, step, stride, d->y, &e5, &e3);
+    }
+    double both = e5 + 0.01 * e3, size = fabs(step->h), q = size * trusted(d, e5, both, step->h), whole = both * d->n;
+    step->error = both != 0 ? q / sqrt(whole) : 0;
+    step->log_error = ode_rough_log(q) - 0.5 * ode_rough_log(whole);
 }
 
 /* All stages by one piece of code. False: there is none. */

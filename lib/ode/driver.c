@@ -311,7 +311,8 @@ static double after_refusal(struct ode_march *m, enum ode_refusal cause)
 static double after_step(struct ode_march *m, double taken)
 {
     m->control.error_order = m->step.error_order;
-    double known = m->step.log_error, factor = ode_control_accepted(&m->control, isnan(known) ? ode_rough_log(m->step.error) : known, taken);
+    double known = m->step.log_error;
+    double factor = isnan(known) ? ode_control_accepted(&m->control, m->step.error, taken) : ode_control_quick(&m->control, known, taken);
     learn_dense(m, 1.2);
     return m->method->accepted ? m->method->accepted(m->state, &m->step, factor) : factor;
 }
