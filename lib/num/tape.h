@@ -16,6 +16,7 @@
 #include "exec.h"
 #include "error.h"
 #include "expr.h"
+#include "stages.h"
 
 struct num_tape;
 
@@ -52,6 +53,9 @@ struct num_code {
     double *slots, *time;
 };
 bool num_tape_code(struct num_tape *t, int first, struct num_code *code);
+/* The same for all stages of a Runge-Kutta step at once, `first` variables, whose values the code gives: made once
+ * this was asked often enough for that to pay. Not for large fields. code->rest is left to the caller. */
+bool num_tape_stages(struct num_tape *t, int first, const struct sga_stages *plan, struct sga_stage_code *code);
 bool num_tape_compiled(const struct num_tape *t);
 
 #endif

@@ -7,6 +7,7 @@
 
 #include "lu.h"
 #include "tape_jit.h"
+#include "tape_stages.h"
 
 double tape_power(double x, int n)
 {
@@ -181,6 +182,7 @@ void num_tape_compile(struct num_tape *t, struct sga_exec *memory)
 {
     if (t->compiled)
         sga_exec_drop(t->memory, (const void *)(uintptr_t)t->compiled);
+    tape_stages_drop(t);
     t->compiled = NULL;
     t->memory = memory;
     t->runs = 0;

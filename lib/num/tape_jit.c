@@ -10,34 +10,19 @@
 #define _GNU_SOURCE    /* sincos */
 #include "tape_jit.h"
 
-#include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "mem.h"
-#include "x64.h"
-
-enum { REGISTERS = 15, SCRATCH = 15, NONE = -1, NEVER = INT_MAX };
-
-struct compiler {
-    struct x64 code;
-    struct num_tape *t;
-    int *after_a, *after_b, *after;    /* by instruction: who reads its operands, and its value, next */
-    int *next;                         /* by slot: the next instruction that reads it, or NEVER */
-    int held[REGISTERS];               /* the slot whose value a register has, or NONE */
-    signed char *where;                /* by slot: its register, or NONE */
-    unsigned char *unsaved;            /* by slot: its value is not in memory */
-    int *root, *next_root;             /* by slot, by root: the first (another) root that has this value, or NONE */
-    unsigned char *delivered;          /* by root: stored among the results */
-};
+#include "tape_compiler.h"
 
 static bool is_input(const struct compiler *c, int slot)
 {
-    return c->t->reads_inputs && slot < c->t->ninputs - 1;
+    return c->t->reads_inputs && !c->stages && slot < c->t->ninputs - 1;
 }
 
-static void load(struct compiler *c, int reg, int slot)
+void compiler_load(struct compiler *c, int reg, int slot)
 {
     if (is_input(c, slot))
         x64_load_input(&c->code, reg, slot);
@@ -64,11 +49,13 @@ static double (*const function2[EXPR_OP_COUNT])(double, double) = {
 };
 
 /* Backwards: who reads each value next. */
-static void find_uses(struct compiler *c)
+void compiler_find_uses(struct compiler *c)
 {
     const struct num_tape *t = c->t;
     for (int s = 0; s < t->slots; s++)
         c->next[s] = NEVER;
+    for (int r = 0; c->stages && r < t->first_roots; r++)
+        c->next[t->root[r]] = t->ncode;
     for (int i = t->ncode - 1; i >= t->nstatic; i--) {
         const struct tape_code *q = t->code + i;
         c->after[i] = c->next[t->code_slot + i];
@@ -98,7 +85,7 @@ static void find_uses(struct compiler *c)
     }
 }
 
-static void release(struct compiler *c, int reg)
+void compiler_release(struct compiler *c, int reg)
 {
     if (c->held[reg] != NONE)
         c->where[c->held[reg]] = NONE;
@@ -114,14 +101,13 @@ static void save(struct compiler *c, int reg)
     c->unsaved[slot] = 0;
 }
 
-static void bind(struct compiler *c, int reg, int slot)
+void compiler_bind(struct compiler *c, int reg, int slot)
 {
     c->held[reg] = slot;
     c->where[slot] = (signed char)reg;
 }
 
-/* A register whose value is not needed any more, or last of all; not one of the two. */
-static int free_register(struct compiler *c, int not_this, int nor_this)
+int compiler_register(struct compiler *c, int not_this, int nor_this)
 {
     int best = NONE;
     for (int r = 0; r < REGISTERS; r++) {
@@ -131,7 +117,7 @@ static int free_register(struct compiler *c, int not_this, int nor_this)
             best = r;
     }
     save(c, best);
-    release(c, best);
+    compiler_release(c, best);
     return best;
 }
 
@@ -141,16 +127,16 @@ static int operand(struct compiler *c, int slot, int other)
     int r = c->where[slot];
     if (r != NONE || c->next[slot] == NEVER)
         return r;
-    r = free_register(c, other, NONE);
-    load(c, r, slot);
-    bind(c, r, slot);
+    r = compiler_register(c, other, NONE);
+    compiler_load(c, r, slot);
+    compiler_bind(c, r, slot);
     return r;
 }
 
 static void copy(struct compiler *c, int to, int slot)
 {
     if (c->where[slot] == NONE)
-        load(c, to, slot);
+        compiler_load(c, to, slot);
     else
         x64_move(&c->code, to, c->where[slot]);
 }
@@ -158,14 +144,16 @@ static void copy(struct compiler *c, int to, int slot)
 static void forget_dead(struct compiler *c, int slot)
 {
     if (c->where[slot] != NONE && c->next[slot] == NEVER)
-        release(c, c->where[slot]);
+        compiler_release(c, c->where[slot]);
 }
 
-static void deliver(struct compiler *c, int reg, int slot)
+void compiler_deliver(struct compiler *c, int reg, int slot)
 {
     int first = c->t->first_roots;
     for (int r = c->root[slot]; r != NONE; r = c->next_root[r]) {
-        x64_store_out(&c->code, reg, r >= first, r >= first ? r - first : r);
+        if (r < first && c->stages)
+            continue;
+        x64_store_out(&c->code, reg, r >= first, r >= first ? c->rest_at + r - first : r);
         c->delivered[r] = 1;
     }
 }
@@ -178,8 +166,8 @@ static void define(struct compiler *c, int i, int reg)
     c->unsaved[slot] = !c->t->keep_all;
     if (c->t->keep_all)
         x64_store(&c->code, reg, slot);
-    deliver(c, reg, slot);
-    bind(c, reg, slot);
+    compiler_deliver(c, reg, slot);
+    compiler_bind(c, reg, slot);
     forget_dead(c, slot);
 }
 
@@ -196,14 +184,14 @@ static void binary(struct compiler *c, int i, enum x64_sd op, int a, int b)
         rb = ra;
         b = a;
     } else {
-        to = free_register(c, ra, rb);
+        to = compiler_register(c, ra, rb);
         copy(c, to, a);
     }
     if (rb != NONE)
         x64_op(&c->code, op, to, rb);
     else
         op_slot(c, op, to, b);
-    release(c, to);
+    compiler_release(c, to);
     forget_dead(c, c->t->code[i].a);
     if (tape_reads_two(c->t->code[i].op))
         forget_dead(c, c->t->code[i].b);
@@ -235,7 +223,7 @@ static void unary(struct compiler *c, int i)
     const struct tape_code *q = c->t->code + i;
     struct x64 *x = &c->code;
     c->next[q->a] = c->after_a[i];
-    int ra = operand(c, q->a, NONE), to = free_register(c, ra, NONE);
+    int ra = operand(c, q->a, NONE), to = compiler_register(c, ra, NONE);
     if (q->op == EXPR_NEG || q->op == EXPR_ABS) {
         copy(c, to, q->a);
         x64_constant(x, SCRATCH, q->op == EXPR_NEG ? 0x8000000000000000u : 0x7FFFFFFFFFFFFFFFu);
@@ -261,7 +249,7 @@ static void save_all(struct compiler *c)
 static void release_all(struct compiler *c)
 {
     for (int r = 0; r < REGISTERS; r++)
-        release(c, r);
+        compiler_release(c, r);
 }
 
 /* sin and the like: argument and value in register 0. */
@@ -314,7 +302,7 @@ static void interpret(struct compiler *c, int i)
 static void component(struct compiler *c, int i)
 {
     const struct tape_code *q = c->t->code + i;
-    int to = free_register(c, NONE, NONE);
+    int to = compiler_register(c, NONE, NONE);
     x64_load_at(&c->code, to, c->t->solve[q->a].y + q->b);
     define(c, i, to);
 }
@@ -330,7 +318,7 @@ static bool in_line(int op)
     return false;
 }
 
-static void instruction(struct compiler *c, int i)
+void compiler_instruction(struct compiler *c, int i)
 {
     const struct tape_code *q = c->t->code + i;
     switch (q->op) {
@@ -353,7 +341,7 @@ static void instruction(struct compiler *c, int i)
 }
 
 /* Without calls the code is a leaf; what is left to the interpreter reads inputs in their slots. */
-static void look(struct compiler *c)
+void compiler_look(struct compiler *c)
 {
     struct num_tape *t = c->t;
     c->code.leaf = true;
@@ -368,10 +356,10 @@ static void look(struct compiler *c)
     }
 }
 
-static void begin(struct compiler *c)
+void compiler_begin(struct compiler *c, struct num_tape *t)
 {
-    const struct num_tape *t = c->t;
-    size_t code = (size_t)t->ncode + 1, slots = (size_t)t->slots + 1;
+    size_t code = (size_t)t->ncode + 1, slots = (size_t)t->slots + OWN_SLOTS;
+    *c = (struct compiler){ .t = t };
     c->after_a = sga_malloc(3 * code * sizeof *c->after_a);
     c->after_b = c->after_a + code;
     c->after = c->after_b + code;
@@ -391,7 +379,7 @@ static void begin(struct compiler *c)
         c->held[r] = NONE;
 }
 
-static void end(struct compiler *c)
+void compiler_end(struct compiler *c)
 {
     free(c->after_a);
     free(c->next);
@@ -403,33 +391,32 @@ static void end(struct compiler *c)
     free(c->code.byte);
 }
 
-/* Roots that are inputs or constants, or that a call left in memory. */
-static void deliver_rest(struct compiler *c)
+void compiler_deliver_rest(struct compiler *c)
 {
     for (int r = 0; r < c->t->nroots; r++) {
-        if (c->delivered[r])
+        if (c->delivered[r] || (r < c->t->first_roots && c->stages))
             continue;
-        load(c, SCRATCH, c->t->root[r]);
-        deliver(c, SCRATCH, c->t->root[r]);
+        compiler_load(c, SCRATCH, c->t->root[r]);
+        compiler_deliver(c, SCRATCH, c->t->root[r]);
     }
 }
 
 bool tape_compile(struct num_tape *t)
 {
-    struct compiler c = { .t = t };
+    struct compiler c;
     if (t->slots > INT_MAX / 16)
         return false;
-    begin(&c);
-    find_uses(&c);
-    look(&c);
+    compiler_begin(&c, t);
+    compiler_find_uses(&c);
+    compiler_look(&c);
     x64_enter(&c.code);
     for (int i = t->nstatic; i < t->ncode; i++)
-        instruction(&c, i);
-    deliver_rest(&c);
+        compiler_instruction(&c, i);
+    compiler_deliver_rest(&c);
     x64_leave(&c.code);
     const void *at = sga_exec_add(t->memory, c.code.byte, c.code.count);
     if (at)
         t->compiled = (void (*)(double *, double *, double *, const double *))(uintptr_t)at;
-    end(&c);
+    compiler_end(&c);
     return at != NULL;
 }

@@ -101,6 +101,17 @@ void x64_op(struct x64 *c, enum x64_sd op, int to, int from) { registers(c, 0xF2
 void x64_op_slot(struct x64 *c, enum x64_sd op, int to, int slot) { with_slot(c, 0xF2, op, to, slot); }
 void x64_bitwise(struct x64 *c, enum x64_bits op, int to, int from) { registers(c, 0x66, op, to, from); }
 
+void x64_pair(struct x64 *c, enum x64_pair op, int to, int from) { registers(c, 0x66, op, to, from); }
+
+static void pair_at(struct x64 *c, enum x64_pair op, int reg, int base, size_t index)
+{
+    put_opcode(c, 0x66, (unsigned)(reg >> 3 << 2 | base >> 3), op);
+    memory_operand(c, reg, base, (int32_t)(8 * index));
+}
+
+void x64_pair_out(struct x64 *c, enum x64_pair op, int reg, size_t index) { pair_at(c, op, reg, c->leaf ? X64_RSI : RBP, index); }
+void x64_pair_input(struct x64 *c, enum x64_pair op, int reg, size_t index) { pair_at(c, op, reg, c->leaf ? RCX : R14, index); }
+
 void x64_word(struct x64 *c, enum x64_word reg, uint64_t value)
 {
     put1(c, 0x48);               /* mov reg, imm64 */

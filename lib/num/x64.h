@@ -20,6 +20,10 @@ struct x64 {
 enum x64_sd { X64_SQRT = 0x51, X64_ADD = 0x58, X64_MUL = 0x59, X64_SUB = 0x5C, X64_DIV = 0x5E };
 /* On all bits of a register: the byte after 66 0F. */
 enum x64_bits { X64_AND = 0x54, X64_XOR = 0x57 };
+/* On two doubles at once: the byte after 66 0F. LOAD and STORE: at multiples of 16 bytes. LOW: to's and from's first;
+ * HIGH: the second ones. */
+enum x64_pair { X64_PAIR_LOAD = 0x28, X64_PAIR_STORE = 0x29, X64_PAIR_ADD = 0x58, X64_PAIR_MUL = 0x59, X64_PAIR_LOW = 0x14,
+                X64_PAIR_HIGH = 0x15 };
 enum x64_word { X64_RDI = 7, X64_RSI = 6, X64_RDX = 2, X64_RAX = 0 };
 
 void x64_enter(struct x64 *c);             /* of f(double *slots, double *out, double *rest, const double *inputs) */
@@ -35,6 +39,9 @@ void x64_op_slot(struct x64 *c, enum x64_sd op, int to, int slot);
 void x64_bitwise(struct x64 *c, enum x64_bits op, int to, int from);
 void x64_constant(struct x64 *c, int to, uint64_t bits);              /* rax is lost */
 void x64_load_at(struct x64 *c, int to, const double *address);       /* rax is lost */
+void x64_pair(struct x64 *c, enum x64_pair op, int to, int from);
+void x64_pair_out(struct x64 *c, enum x64_pair op, int reg, size_t index);       /* out[index], out[index + 1] */
+void x64_pair_input(struct x64 *c, enum x64_pair op, int reg, size_t index);     /* inputs[index], ... */
 void x64_word(struct x64 *c, enum x64_word reg, uint64_t value);
 void x64_slot_address(struct x64 *c, enum x64_word reg, int slot);
 void x64_call(struct x64 *c, uint64_t address);                       /* all xmm and rax, ... are lost */

@@ -2,16 +2,33 @@
 #include "control.h"
 
 #include <math.h>
+#include <stdint.h>
+#include <string.h>
 
 #define SAFETY 0.9
 #define INTEGRAL_GAIN 0.04     /* 0 would be the plain controller */
 #define SHRINK_MOST (1.0 / 3)
 #define GROW_MOST 6.0
 #define LEAST_LOG (-9.2103403719761827)   /* log 1e-4 */
+#define LEAST (-33.219280948873624)       /* the logarithm of 1e-10 to base 2 */
+#define LOG_2 0.69314718055994531
 
 void ode_control_begin(struct ode_control *c, double error_order)
 {
     *c = (struct ode_control){error_order, LEAST_LOG, 0, false};
+}
+
+/* What both controllers agree on, within bounds; the step is remembered. */
+static double bounded(struct ode_control *c, double factor, double now, double step)
+{
+    factor *= SAFETY;
+    factor = factor < SHRINK_MOST ? SHRINK_MOST : factor > GROW_MOST ? GROW_MOST : factor;
+    if (c->refused_before && factor > 1)
+        factor = 1;
+    c->log_before = now > LEAST_LOG ? now : LEAST_LOG;
+    c->step_before = step;
+    c->refused_before = false;
+    return factor;
 }
 
 double ode_control_accepted(struct ode_control *c, double error, double step)
@@ -23,14 +40,32 @@ double ode_control_accepted(struct ode_control *c, double error, double step)
         double trend = exp((before - 2 * now) / c->error_order) * step / c->step_before;
         factor = trend < factor ? trend : factor;
     }
-    factor *= SAFETY;
-    factor = factor < SHRINK_MOST ? SHRINK_MOST : factor > GROW_MOST ? GROW_MOST : factor;
-    if (c->refused_before && factor > 1)
-        factor = 1;
-    c->log_before = now > LEAST_LOG ? now : LEAST_LOG;
-    c->step_before = step;
-    c->refused_before = false;
-    return factor;
+    return bounded(c, factor, now, step);
+}
+
+/* A power of 2 to three digits, for exponents to some hundreds: the nearest whole one by the rounding of a sum, and a
+ * cubic for the rest. */
+static double rough_power(double x)
+{
+    double shifted = x + 0x1.8p52, f = x - (shifted - 0x1.8p52);
+    double part = (1 + f * 0.69328) + (f * f) * (0.24221 + f * 0.05501);
+    uint64_t whole, bits;
+    memcpy(&whole, &shifted, sizeof whole);
+    memcpy(&bits, &part, sizeof bits);
+    bits += whole << 52;
+    memcpy(&part, &bits, sizeof part);
+    return part;
+}
+
+double ode_control_quick(struct ode_control *c, double log_error, double step)
+{
+    double now = log_error > LEAST ? log_error : LEAST, before = c->log_before * (1 / LOG_2), part = 1.0 / c->error_order;
+    double rise = INTEGRAL_GAIN * before - (part - 0.2 * INTEGRAL_GAIN) * now;
+    if (c->step_before > 0) {
+        double trend = (before - 2 * now) * part + ode_rough_log(step / c->step_before);
+        rise = trend < rise ? trend : rise;
+    }
+    return bounded(c, rough_power(rise), now * LOG_2, step);
 }
 
 double ode_control_refused(struct ode_control *c, double error)

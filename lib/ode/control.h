@@ -21,6 +21,9 @@ void ode_control_begin(struct ode_control *c, double error_order);
 double ode_control_accepted(struct ode_control *c, double error, double step);
 double ode_control_refused(struct ode_control *c, double error);
 
+/* As ode_control_accepted, but for the last digits, from ode_rough_log of the error: for methods whose steps cost little. */
+double ode_control_quick(struct ode_control *c, double log_error, double step);
+
 /* A first step size (unsigned) from the sizes of x, x' and an estimate of x'' got by an
  * explicit Euler step (Hairer, Norsett, Wanner, II.4). `step` has t, x, f and the
  * tolerances set, h = the whole signed span. One evaluation, or a few where the field is

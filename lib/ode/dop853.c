@@ -16,7 +16,7 @@
 
 /* Where the stability region ends on the negative real axis. */
 #define STABILITY_LIMIT 6.1
-/* See trusted_ratio. */
+/* See trusted. */
 #define BELIEVED_FALL 0.3
 #define MEMORY 0.5
 
@@ -32,7 +32,8 @@ struct dop853 {
     double *y_last;   /* the state at the last of the twelve stages */
     double *work;     /* a vector */
     double *poly;     /* 7 vectors: the polynomial's coefficients */
-    double ratio;     /* of the estimates of order 5 and 3, over h^2, lately */
+    struct sga_stages plan;
+    double ratio;     /* of the estimates of order 5 and 3, over h^2, lately; its square */
 };
 
 static void *dop853_alloc(const struct ode_problem *p)
@@ -48,6 +49,8 @@ static void *dop853_alloc(const struct ode_problem *p)
     d->y_last = d->y + d->stride;
     d->work = d->y_last + d->stride;
     d->poly = d->work + d->stride;
+    d->plan = (struct sga_stages){.count = DOP853_STAGES, .c = dop853_c, .row = dop853_a, .stride = d->stride,
+                                  .x = (size_t)(d->x - d->k), .y = (size_t)(d->y_last - d->k), .keep = DOP853_STAGES - 1};
     return d;
 }
 
@@ -71,39 +74,69 @@ RK_INLINE bool run_stage(struct dop853 *d, struct ode_field *field, const struct
 
 /* e5 can pass through 0 by accident, most of all with few variables, and a step of any
  * error is then accepted. The ratio of the two estimates falls as h^2, so a ratio far
- * below that of the steps before, scaled, is such an accident, and is not believed. */
-static double trusted_ratio(struct dop853 *d, double ratio, double h)
+ * below that of the steps before, scaled, is such an accident, and is not believed. The square of the ratio that is
+ * believed, times both. */
+static double trusted(struct dop853 *d, double e5, double both, double h)
 {
-    double least = sga_smaller(1, BELIEVED_FALL * d->ratio * h * h);
-    d->ratio = sga_larger(MEMORY * d->ratio, ratio / (h * h));       /* NaN is not kept */
-    return sga_larger(ratio, least);
+    double h4 = (h * h) * (h * h), least = sga_smaller(1, BELIEVED_FALL * BELIEVED_FALL * d->ratio * h4);
+    d->ratio = sga_larger(MEMORY * MEMORY * d->ratio, e5 / (both * h4));       /* NaN is not kept */
+    return sga_larger(e5, least * both);
+}
+
+/* |e5|^2 and |e3|^2 in units of what is allowed at x and `near`, and the increment. False: the values `near` are
+ * larger than those at x and at the end. */
+RK_INLINE bool norms(const struct dop853 *d, struct ode_step *step, size_t stride, const double *near, double *square5, double *square3)
+{
+    rk_two sum5 = {0, 0}, sum3 = {0, 0}, beyond = {0, 0};
+    for (int j = 0; j < d->n; j += 2) {
+        rk_two x = *(const rk_two *)(d->x + j), y = *(const rk_two *)(near + j);
+        rk_two scale = 1 / rk_allowed(step->rtol, step->atol, rk_of(step->unit, d->n, j, 1), x, y);
+        rk_two end = rk_pair(&dop853_a[DOP853_END], d->k, stride, (size_t)j), low = rk_pair(&dop853_weights3, d->k, stride, (size_t)j);
+        rk_two dx = step->h * end;
+        rk_two a5 = rk_pair(&dop853_error5, d->k, stride, (size_t)j) * scale, a3 = (end - low) * scale;
+        sum5 += a5 * a5;
+        sum3 += a3 * a3;
+        beyond = rk_larger(rk_size(y) - 1.25 * rk_larger(rk_size(x), rk_size(x + dx)), beyond);
+        step->dx[j] = dx[0];
+        if (j + 1 < d->n)
+            step->dx[j + 1] = dx[1];
+    }
+    *square5 = sum5[0] + sum5[1];
+    *square3 = sum3[0] + sum3[1];
+    return beyond[0] + beyond[1] == 0;
 }
 
 /* The increment, and the error estimate of both embedded formulas together:
- * |h| e5^2 / sqrt(e5^2 + 0.01 e3^2), root mean square over the variables. */
+ * |h| e5^2 / sqrt(e5^2 + 0.01 e3^2), root mean square over the variables. The next step waits for the error: what is
+ * allowed is taken from the last stage's state instead of the end's, which it is near to, because it is known earlier. */
 RK_INLINE void finish_step(struct dop853 *d, struct ode_step *step, size_t stride)
 {
-    double e5 = 0, e3 = 0, *end = d->y, *low = d->work, *middle = d->poly;
-    rk_sum(&dop853_a[DOP853_END], d->k, d->even, stride, end);
-    rk_sum(&dop853_error5, d->k, d->even, stride, middle);
-    rk_sum(&dop853_weights3, d->k, d->even, stride, low);
-    for (int j = 0; j < d->n; j++) {
-        step->dx[j] = step->h * end[j];
-        double scale = 1 / ode_allowed(step->rtol, step->atol, step->unit[j], step->x[j], step->x[j] + step->dx[j]);
-        double a5 = middle[j] * scale, a3 = (end[j] - low[j]) * scale;
-        e5 += a5 * a5;
-        e3 += a3 * a3;
+    double e5, e3;
+    if (!norms(d, step, stride, d->y_last, &e5, &e3)) {
+        for (int j = 0; j < d->n; j++)
+            d->y[j] = step->x[j] + step->dx[j];
+        norms(d, step, stride, d->y, &e5, &e3);
     }
-    double both = e5 + 0.01 * e3;
-    double ratio = both > 0 ? sqrt(e5 / both) : 0;
-    step->error = both != 0 ? fabs(step->h) * sqrt(both / d->n) * pow(trusted_ratio(d, ratio, step->h), 2) : 0;
+    double both = e5 + 0.01 * e3, size = fabs(step->h), q = size * trusted(d, e5, both, step->h), whole = both * d->n;
+    step->error = both != 0 ? q / sqrt(whole) : 0;
+    step->log_error = ode_rough_log(q) - 0.5 * ode_rough_log(whole);
 }
 
-/* The twelve stages by the field's plain code. False: that does not hold here. */
-RK_INLINE bool run_by_code(struct dop853 *d, struct ode_field *field, const struct ode_step *step, size_t stride,
-                           const struct ode_code *code)
+/* All stages by one piece of code. False: there is none. */
+static bool run_as_one(struct dop853 *d, const struct ode_field *field, const struct ode_step *step)
 {
-    rk_two sum = {0, 0};
+    struct sga_stage_code all;
+    if (field->beside || !field->p->stages || !field->p->stages(field->p->ctx, &d->plan, &all))
+        return false;
+    for (int s = 1; all.needs_time && s < DOP853_STAGES; s++)
+        all.time[s] = stage_time(step, s);
+    all.run(all.slots, d->k, all.rest, all.place, step->h);
+    return true;
+}
+
+RK_INLINE void run_one_by_one(struct dop853 *d, const struct ode_field *field, const struct ode_step *step, size_t stride,
+                              const struct ode_code *code)
+{
 #pragma GCC unroll 12
     for (int s = 1; s < DOP853_STAGES; s++) {
         double *y = s == DOP853_STAGES - 1 ? d->y_last : d->y, *k = d->k + (size_t)s * stride;
@@ -113,21 +146,38 @@ RK_INLINE bool run_by_code(struct dop853 *d, struct ode_field *field, const stru
         code->run(code->slots, k, code->rest + (size_t)(s - 1) * code->rests, y);
         ode_step_aside(field, k);
     }
-    for (int s = 1; s < DOP853_STAGES; s++)
-        for (size_t j = 0; j < d->even; j += 2)
-            sum += 0.0 * *(const rk_two *)(d->k + (size_t)s * stride + j);
+}
+
+/* The twelve stages by the field's plain code. False: that does not hold here. */
+RK_INLINE bool run_by_code(struct dop853 *d, struct ode_field *field, const struct ode_step *step, size_t stride)
+{
+    rk_two sum = {0, 0};
+    if (!run_as_one(d, field, step)) {
+        struct ode_code code;
+        if (!field->p->code || !field->p->code(field->p->ctx, &code))
+            return false;
+        run_one_by_one(d, field, step, stride, &code);
+    }
+    for (size_t j = 0; j < d->even; j += 2) {
+        rk_two odd = {0, 0}, even = {0, 0};      /* not finite if any of them is not */
+#pragma GCC unroll 6
+        for (size_t s = 1; s < DOP853_STAGES - 1; s += 2) {
+            odd += *(const rk_two *)(d->k + s * stride + j);
+            even += *(const rk_two *)(d->k + (s + 1) * stride + j);
+        }
+        sum += 0.0 * (odd + even + *(const rk_two *)(d->k + (DOP853_STAGES - 1) * stride + j));
+    }
     field->stats->evaluations += DOP853_STAGES - 1;
     return sum[0] + sum[1] == 0 && field->p->code_holds(field->p->ctx, DOP853_STAGES - 1);
 }
 
 RK_INLINE enum ode_outcome attempt_with(struct dop853 *d, struct ode_field *field, struct ode_step *step, size_t stride)
 {
-    for (int j = 0; j < d->n; j++) {
-        d->k[j] = step->f[j];
-        d->x[j] = step->x[j];
+    for (int j = 0; j < d->n; j += 2) {
+        *(rk_two *)(d->k + j) = rk_of(step->f, d->n, j, 0);
+        *(rk_two *)(d->x + j) = rk_of(step->x, d->n, j, 0);
     }
-    struct ode_code code;
-    if (field->p->code && field->p->code(field->p->ctx, &code) && run_by_code(d, field, step, stride, &code)) {
+    if (run_by_code(d, field, step, stride)) {
         finish_step(d, step, stride);
         return ODE_STEPPED;
     }
@@ -161,13 +211,7 @@ static bool dop853_stiff(const void *state, const struct ode_step *step)
 {
     const struct dop853 *d = state;
     const double *k = d->k + (DOP853_STAGES - 1) * d->stride;
-    double up = 0, down = 0;
-    for (int j = 0; j < d->n; j++) {
-        double part = 1 / step->unit[j], df = (step->f1[j] - k[j]) * part, dx = (step->x1[j] - d->y_last[j]) * part;
-        up += df * df;
-        down += dx * dx;
-    }
-    return step->h * step->h * up > STABILITY_LIMIT * STABILITY_LIMIT * down;
+    return rk_stiff(step, k, d->y_last, STABILITY_LIMIT);
 }
 
 static bool dop853_dense_begin(void *state, struct ode_field *field, struct ode_step *step)

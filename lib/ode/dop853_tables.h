@@ -32,7 +32,7 @@ static const double dop853_c[DOP853_ALL] = {
     0.777777777777777777777777777778,
 };
 
-static const struct rk_row dop853_a[DOP853_ALL] = {
+static const struct sga_row dop853_a[DOP853_ALL] = {
     {0, {0}, {0}},
     {1, {0},
      {5.26001519587677318785587544488e-2}},
@@ -96,7 +96,7 @@ static const struct rk_row dop853_a[DOP853_ALL] = {
 };
 
 /* b minus the weights of order 5 */
-static const struct rk_row dop853_error5 =
+static const struct sga_row dop853_error5 =
     {8, {0, 5, 6, 7, 8, 9, 10, 11},
      {0.1312004499419488073250102996e-1, -0.1225156446376204440720569753e+1,
       -0.4957589496572501915214079952, 0.1664377182454986536961530415e+1,
@@ -104,13 +104,13 @@ static const struct rk_row dop853_error5 =
       0.8192320648511571246570742613e-1, -0.2235530786388629525884427845e-1}};
 
 /* the weights of order 3 */
-static const struct rk_row dop853_weights3 =
+static const struct sga_row dop853_weights3 =
     {3, {0, 8, 11},
      {0.244094488188976377952755905512, 0.733846688281611857341361741547,
       0.220588235294117647058823529412e-1}};
 
 /* coefficients 3..6 of the polynomial */
-static const struct rk_row dop853_dense[4] = {
+static const struct sga_row dop853_dense[4] = {
     {12, {0, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15},
      {-0.84289382761090128651353491142e+1, 0.56671495351937776962531783590,
       -0.30689499459498916912797304727e+1, 0.23846676565120698287728149680e+1,

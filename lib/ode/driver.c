@@ -56,6 +56,7 @@ void ode_prepare_step(struct ode_march *m, double h)
     s->x1 = m->x1;
     s->f1 = m->f1;
     s->f_end = NULL;
+    s->log_error = NAN;
     s->error = s->error_order = s->dense_error = s->doubt = s->cost = s->retry = 0;
 }
 
@@ -253,15 +254,21 @@ static bool out_of_reach(struct ode_march *m)
     return m->hopeless >= ACROSS_LOOKS;
 }
 
+static bool within_budget(struct ode_march *m)
+{
+    struct sga_error err = {0};     /* large: not for every attempt */
+    if (sga_budget_ok(m->o->budget, &err))
+        return true;
+    ode_end_at(m, err.code == SGA_E_CANCELLED ? ODE_CANCELLED : ODE_TIME_LIMIT, err.detail);
+    return false;
+}
+
 /* False: ended. */
 static bool may_go_on(struct ode_march *m)
 {
     long attempts = m->res->stats.steps + m->res->stats.refused;
-    struct sga_error err = {0};
-    if (attempts % BUDGET_EVERY == 0 && !sga_budget_ok(m->o->budget, &err)) {
-        ode_end_at(m, err.code == SGA_E_CANCELLED ? ODE_CANCELLED : ODE_TIME_LIMIT, err.detail);
+    if (attempts % BUDGET_EVERY == 0 && !within_budget(m))
         return false;
-    }
     if (attempts >= m->o->max_steps) {
         ode_end_steps(m, false);
         return false;
@@ -304,7 +311,8 @@ static double after_refusal(struct ode_march *m, enum ode_refusal cause)
 static double after_step(struct ode_march *m, double taken)
 {
     m->control.error_order = m->step.error_order;
-    double factor = ode_control_accepted(&m->control, m->step.error, taken);
+    double known = m->step.log_error;
+    double factor = isnan(known) ? ode_control_accepted(&m->control, m->step.error, taken) : ode_control_quick(&m->control, known, taken);
     learn_dense(m, 1.2);
     return m->method->accepted ? m->method->accepted(m->state, &m->step, factor) : factor;
 }

@@ -9,6 +9,8 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdint.h>
+#include <string.h>
 
 #include "ode.h"
 
@@ -52,6 +54,7 @@ struct ode_step {
     double *dx;                /* increment: the end is x + dx */
     double error;              /* weighted error, <= 1 is within tolerance; falls as h to */
     double error_order;        /* this power */
+    double log_error;          /* ode_rough_log of it where the method has that sooner; else NaN */
     /* The same for points inside the step, and how far the end may have to be moved onto
      * the manifold, in units of the error allowed. */
     double dense_error, doubt;
@@ -98,6 +101,19 @@ extern const struct ode_method ode_tsit5, ode_dop853, ode_radau, ode_taylor;
  * method. */
 const struct ode_method *ode_method_find(const char *name, double rtol);
 bool ode_method_is_auto(const char *name);
+
+/* The logarithm to base 2 of a positive number to three digits after the point: more than step sizes need, and the next
+ * step waits for it. Exponent and mantissa together are the logarithm but for a bump, which a cubic gives; INFINITY is a
+ * large number, 0 a small one. */
+static inline double ode_rough_log(double x)
+{
+    uint64_t bits, mantissa;
+    double m;
+    memcpy(&bits, &x, sizeof bits);
+    mantissa = (bits & 0x000FFFFFFFFFFFFFu) | 0x3FF0000000000000u;
+    memcpy(&m, &mantissa, sizeof m);
+    return (double)(int64_t)bits * 0x1p-52 - 1023 + ((m - 1) * (2 - m)) * (0.58209 - 0.15922 * m);
+}
 
 /* The error allowed in variable j between values a and b: never 0. Comparisons rather than
  * fmax, which is a call. */

@@ -18,6 +18,7 @@
 #include "budget.h"
 #include "error.h"
 #include "lin_sparse.h"
+#include "stages.h"
 
 /* Why a solution ended before the last time asked for. The text is what results show. */
 #define ODE_REASON_TABLE(X) \
@@ -80,6 +81,9 @@ struct ode_problem {
      * field's values? If not, rhs is asked for each. */
     bool (*code)(void *ctx, struct ode_code *code);
     bool (*code_holds)(void *ctx, int calls);
+    /* The same for all stages of an explicit step at once; its stages 1, 2, ... are the calls
+     * 0, 1, ... that code_holds judges. May be NULL, or false for long. */
+    bool (*stages)(void *ctx, const struct sga_stages *plan, struct sga_stage_code *code);
     /* Moves x to the manifold at time t, to the point nearest in the norm of d_j/scale_j,
      * scale_j > 0 being the error allowed in variable j. NULL: no constraints. Sets
      *   *moved:    root mean square of d_j/scale_j over the n variables,

@@ -13,7 +13,7 @@ enum { TSIT5_END = 6, TSIT5_STAGES = 7 };
 
 static const double tsit5_c[TSIT5_STAGES] = {0, 0.161, 0.327, 0.9, 0.9800255409045097, 1, 1};
 
-static const struct rk_row tsit5_a[TSIT5_STAGES] = {
+static const struct sga_row tsit5_a[TSIT5_STAGES] = {
     {0, {0}, {0}},
     {1, {0}, {0.161}},
     {2, {0, 1}, {-0.008480655492356989, 0.335480655492357}},
@@ -26,7 +26,7 @@ static const struct rk_row tsit5_a[TSIT5_STAGES] = {
 };
 
 /* The weights minus those of order 4. */
-static const struct rk_row tsit5_error =
+static const struct sga_row tsit5_error =
     {7, {0, 1, 2, 3, 4, 5, 6},
      {-0.00178001105222577714, -0.0008164344596567469, 0.007880878010261995, -0.1447110071732629, 0.5823571654525552,
       -0.45808210592918697, 0.015151515151515152}};

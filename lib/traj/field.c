@@ -369,6 +369,14 @@ bool field_code(struct field *f, struct ode_code *code)
     return true;
 }
 
+bool field_stages(struct field *f, const struct sga_stages *plan, struct sga_stage_code *code)
+{
+    if (!f->fast || !num_tape_stages(f->direct, f->n, plan, code))
+        return false;
+    code->rest = f->stages;
+    return true;
+}
+
 bool field_code_holds(const struct field *f, int calls)
 {
     bool ok = true;

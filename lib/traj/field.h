@@ -69,9 +69,10 @@ void field_clear(struct field *f);
 bool field_begin(struct field *f, double t, const double *x, struct sga_error *err);
 /* v = X(t, x). False outside the domain or where the rank is lost. */
 bool field_eval(struct field *f, double t, const double *x, double *v);
-/* ode_problem's code and code_holds: the machine code of the expressions; every pivot was on its
+/* ode_problem's code, stages and code_holds: the machine code of the expressions; every pivot was on its
  * side and well away from 0 in these calls. */
 bool field_code(struct field *f, struct ode_code *code);
+bool field_stages(struct field *f, const struct sga_stages *plan, struct sga_stage_code *code);
 bool field_code_holds(const struct field *f, int calls);
 /* stratum.c. After a motion from start that seemed to grow without bound at end_t: the pivot that
  * tends to 0 there while what it depends on stays finite, or -1. */

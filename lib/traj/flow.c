@@ -21,6 +21,11 @@ static bool code(void *ctx, struct ode_code *c)
     return field_code(&((struct flow *)ctx)->field, c);
 }
 
+static bool stages(void *ctx, const struct sga_stages *plan, struct sga_stage_code *c)
+{
+    return field_stages(&((struct flow *)ctx)->field, plan, c);
+}
+
 static bool code_holds(void *ctx, int calls)
 {
     return field_code_holds(&((const struct flow *)ctx)->field, calls);
@@ -212,7 +217,7 @@ const char *flow_gauge(const struct flow *f, const struct traj_request *rq)
 struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
 {
     allow_code(f, rq->budget ? rq->budget->exec : NULL);
-    return (struct ode_problem){ .n = f->n, .ctx = f, .rhs = rhs, .code = code, .code_holds = code_holds,
+    return (struct ode_problem){ .n = f->n, .ctx = f, .rhs = rhs, .code = code, .stages = stages, .code_holds = code_holds,
                                  .project = f->manifold.c ? project : NULL, .why = why,
                                  .pattern = f->field.pattern, .jacobian = f->field.pattern ? slope : NULL,
                                  .taylor = f->field.fast && !f->sys->signals ? taylor : NULL,

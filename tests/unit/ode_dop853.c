@@ -21,7 +21,7 @@ static void test_row_sums(void)
 }
 
 /* sum_i w_i v_i over the stages of a row */
-static double dot(const struct rk_row *w, const double *v)
+static double dot(const struct sga_row *w, const double *v)
 {
     double s = 0;
     for (int m = 0; m < w->count; m++)
@@ -40,7 +40,7 @@ static void apply(const double *u, double *v)
  * products c^l (A c^k). All trees of these kinds to order 8. */
 static void test_order_conditions(void)
 {
-    const struct rk_row *b = &dop853_a[DOP853_END];
+    const struct sga_row *b = &dop853_a[DOP853_END];
     for (int k = 0; k <= 7; k++) {
         double v[DOP853_ALL], u[DOP853_ALL], want = 1.0 / (k + 1);
         for (int i = 0; i < DOP853_ALL; i++)
