@@ -50,9 +50,9 @@ static void fill(struct walk *w, arb_ptr box, struct enclose_end *end)
 
 static void say_failure(const struct walk *w, struct enclose_end *end)
 {
-    bool vanishes = w->step.failure == ENC_STEP_DISC && w->step.disc.bad >= 0;
-    end->why = vanishes ? ENCLOSE_MAY_VANISH : w->step.failure == ENC_STEP_DISC ? ENCLOSE_NOT_SHOWN : ENCLOSE_WIDE;
-    end->which = vanishes ? w->step.disc.bad : -1;
+    bool vanishes = w->step.failure == ENC_STEP_SHORT && w->step.bad >= 0;
+    end->why = vanishes ? ENCLOSE_MAY_VANISH : w->step.failure == ENC_STEP_SHORT ? ENCLOSE_NOT_SHOWN : ENCLOSE_WIDE;
+    end->which = vanishes ? w->step.bad : -1;
 }
 
 static void march(struct walk *w, const struct sga_budget *budget, arb_ptr box, struct enclose_end *end)
@@ -127,7 +127,7 @@ bool enclose_run(const struct enclose_problem *q, const struct enclose_path *pat
         end->t = arf_get_d(arb_midref(path->t0), ARF_RND_NEAR);
         if (end->samples < path->samples)
             march(&w, q->budget, box, end);
-        end->evaluations = w.step.disc.evaluations + end->steps;
+        end->evaluations = w.step.runs;
         arb_clear(w.past);
         arb_clear(w.t);
         arb_clear(w.s);

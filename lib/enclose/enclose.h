@@ -1,7 +1,7 @@
 /* Validated integration: boxes that are proved to hold the solution of x' = X(t, x).
  *
- * Taylor series in ball arithmetic with remainders from Cauchy's estimates on a complex disc where
- * existence is proved (disc.h), and Lohner's parallelepipeds against wrapping (lohner.h). What is
+ * Taylor series in ball arithmetic, whose convergence and tails are proved from their first coefficients
+ * (tail.h), and Lohner's parallelepipeds against wrapping (lohner.h). What is
  * proved: for every start in the given balls and every time t0 and sample time in theirs, the solution
  * exists from t0 to the sample and its value lies in the box. Arb's rounding is outward throughout. */
 #ifndef SGA_ENCLOSE_ENCLOSE_H
@@ -47,7 +47,8 @@ struct enclose_end {
 };
 
 /* box: samples x n balls. False only where the field cannot be compiled, with err. Cost for each step: about
- * (0.4 prec)^2 / 2 multiplications of prec bits for each operation of the field, and n times 80 of 64 bits. */
+ * (0.4 prec)^2 / 2 multiplications of prec bits for each operation of the field, and n times 100 to 200 of 64 bits. Steps are
+ * some sixth of the radius of convergence. evaluations: Taylor series, two for each step and few more. */
 bool enclose_run(const struct enclose_problem *problem, const struct enclose_path *path, arb_ptr box,
                  struct enclose_end *end, struct sga_error *err);
 

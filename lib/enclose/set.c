@@ -7,7 +7,7 @@
 
 #include "mem.h"
 
-enum { BITS = 64 };
+enum { BITS = ENC_ROUGH_BITS };
 
 void enc_set_init(struct enc_set *s, int n)
 {
@@ -32,6 +32,20 @@ void enc_set_box(struct enc_set *s, arb_srcptr box)
         arb_get_mid_arb(s->x + j, box + j);
         mag_set(s->radius + j, arb_radref(box + j));
     }
+}
+
+void enc_set_width(const struct enc_set *s, mag_ptr width)
+{
+    mag_t a;
+    mag_init(a);
+    for (int j = 0; j < s->n; j++) {
+        mag_zero(width + j);
+        for (int k = 0; k < s->n; k++) {
+            arb_get_mag(a, arb_mat_entry(s->A, j, k));
+            mag_addmul(width + j, a, s->radius + k);
+        }
+    }
+    mag_clear(a);
 }
 
 /* The columns of M (n x n by columns, scaled doubles) by modified Gram-Schmidt, twice for each: Q in place. A column that is

@@ -108,6 +108,8 @@ static bool all_along(struct enc_series *s, slong k)
     const struct enc_program *p = s->p;
     bool ok = true;
     for (int i = p->n + 1; i < p->slots && ok; i++) {
+        if (p->code[i].aux)      /* only values of those are used */
+            continue;
         if (!p->code[i].state || (s->from[i] == k && !reached(s, p->code + i, k))) {
             s->from[i] += p->code[i].state;
             continue;
@@ -129,9 +131,9 @@ bool enc_series_along(struct enc_series *s, int direction)
     const struct enc_program *p = s->p;
     begin_along(s, direction);
     bool ok = true;
-    for (int k = 0; k < s->order && ok; k++) {
+    for (int k = 0; k <= s->order && ok; k++) {
         ok = all_along(s, k);
-        for (int j = 0; j < p->n; j++) {
+        for (int j = 0; j < p->n && k < s->order; j++) {
             if (s->from[j] == k + 1 && s->from[p->root[j]] > k)
                 s->from[j]++;
             else
