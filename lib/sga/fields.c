@@ -27,12 +27,17 @@ static bool back_substitute(struct state *s, expr_id *v, bool inhomogeneous, int
     return true;
 }
 
+/* Components of gauge fields for each node that they may add: most are 0, but there is a list of all. */
+enum { COMPONENTS = 100 };
+
 /* All of them, or none. */
 static void gauge_fields(struct state *s)
 {
     struct sga_solution *sol = s->sol;
-    int n = s->sys->variables, most = s->options->gauge_nodes ? s->st->nodes + s->options->gauge_nodes : 0;
+    int n = s->sys->variables, room = s->options->gauge_nodes, most = room ? s->st->nodes + room : 0;
     bool ok = true;
+    if (room && (double)sol->free_columns * n > (double)COMPONENTS * room)
+        return;
     sol->gauge = sga_malloc((size_t)sol->free_columns * (size_t)n * sizeof *sol->gauge);
     for (int f = 0; f < sol->free_columns && ok; f++) {
         expr_id *z = sol->gauge + (size_t)f * (size_t)n;

@@ -108,7 +108,7 @@ struct sga_options {
     const struct sga_budget *budget;
     bool combinations;                      /* work out the parts of each constraint */
     bool gauge_fields;
-    int gauge_nodes;                        /* that they may add; beyond it they are left out. 0: no limit */
+    int gauge_nodes;                        /* that they may add (and 100 components for each); beyond it they are left out. 0: no limit */
     bool rows;                              /* keep what became of rows that vanish; needs combinations */
 };
 

@@ -64,7 +64,7 @@ struct field {
 bool field_init(struct field *f, const struct sys_system *sys, const struct sga_solution *sol,
                 const struct traj_request *rq, struct manifold *manifold, struct sga_error *err);
 void field_clear(struct field *f);
-/* Fix the expected rank, and check that the rates agree with the motion. False: GAUGE or
+/* field_begin.c. Fix the expected rank, and check that the rates agree with the motion. False: GAUGE or
  * NO_MOTION with err. */
 bool field_begin(struct field *f, double t, const double *x, struct sga_error *err);
 /* v = X(t, x). False outside the domain or where the rank is lost. */
@@ -74,9 +74,9 @@ bool field_eval(struct field *f, double t, const double *x, double *v);
 bool field_code(struct field *f, struct ode_code *code);
 bool field_stages(struct field *f, const struct sga_stages *plan, struct sga_stage_code *code);
 bool field_code_holds(const struct field *f, int calls);
-/* stratum.c. After a motion from start that seemed to grow without bound at end_t: the pivot that
- * tends to 0 there while what it depends on stays finite, or -1. */
-int field_approaches(struct field *f, const double *start, double start_t, double end_t);
+/* stratum.c. After a motion from start that seemed to grow without bound at end_t: the pivot, of the reduction or (choice)
+ * of the gauge choice, that tends to 0 there while what it depends on stays finite, or -1. */
+int field_approaches(struct field *f, const double *start, double start_t, double end_t, bool choice);
 
 /* Inside this module.
  *
@@ -86,6 +86,8 @@ int *field_inputs(const struct sys_system *sys);
 void field_load(struct field *f, double t, const double *x);
 /* v at in from the rows that define the field, of least norm, and their rank. False: they have no value there. */
 bool field_general(struct field *f, double *v, int *rank);
+/* The largest |row v - right side|, each row divided by its largest entry; *row: which. */
+double field_rows_miss(struct field *f, const double *v, int *row);
 /* The field at in, by whichever way it goes; direct_out is that of the same place. */
 bool field_value(struct field *f, double *v);
 

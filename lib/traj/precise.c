@@ -32,9 +32,11 @@ bool precise_possible(const struct flow *f, const struct traj_request *rq, const
 {
     *why = rq->events ? "events are looked for in double arithmetic only; leave trajectory.events out, or use \"double\""
            : f->sys->signals ? "tables are interpolated in double; use \"double\" or \"auto\""
+           : f->field.choice.why
+               ? "the gauge choice is solved from the equations at every evaluation, in double arithmetic only (trajectory.gauge_numeric "
+                 "says why); fix the gauge by conditions or other rates, or use \"double\""
            : !f->field.fast || !f->field.plain
-               ? "the field is solved from the equations at every evaluation (see trajectory.gauge_numeric in \"double\"), which is done in "
-                 "double arithmetic only; fix the gauge by conditions, or use \"double\""
+               ? "the field is solved from the equations at every evaluation, as its expressions lose digits at the start; use \"double\""
            : rq->method && strcmp(rq->method, "auto") != 0 && strcmp(rq->method, "taylor") != 0 && strcmp(rq->method, "radau") != 0
                ? "double-double arithmetic integrates by Taylor series and by Radau's formulas; use the method \"taylor\", \"radau\" or \"auto\""
            : rq->method && strcmp(rq->method, "radau") == 0 && !precise_radau_possible(&f->field)

@@ -58,7 +58,7 @@ static bool along(const struct field *f, expr_id p, const double *v, double out[
     return ok && isfinite(out[1]);
 }
 
-int field_approaches(struct field *f, const double *start, double start_t, double end_t)
+int field_approaches(struct field *f, const double *start, double start_t, double end_t, bool choice)
 {
     int found = -1, n = f->n;
     double passed = end_t - start_t, *v = sga_calloc((size_t)n + 1, sizeof *v), p[2];
@@ -70,7 +70,7 @@ int field_approaches(struct field *f, const double *start, double start_t, doubl
         x[j] = f->here[j];
     bool moves = field_eval(f, f->here_t, x, v);
     double soonest = INFINITY;      /* where one of them falls fast, so do others that depend on the same */
-    for (int q = 0; q < f->chosen && moves; q++) {
+    for (int q = choice ? f->chosen : 0; q < (choice ? f->pivots : f->chosen) && moves; q++) {
         expr_id e = f->pivot_expr[q];
         if (!stays_finite(f, e, grown) || !along(f, e, v, p) || p[1] == 0)
             continue;

@@ -86,8 +86,12 @@ static void say_stratum(struct flow *f, struct traj_result *r)
 static void look_for_stratum(struct flow *f, const struct traj_request *rq, struct traj_result *r)
 {
     struct sga_buf text = { 0 };
-    int pivot = field_approaches(&f->field, r->initial, rq->start, r->ended_t);
-    if (pivot >= 0 && expr_print(f->field.sys->store, f->field.pivot_expr[pivot], 120, &text)) {
+    int pivot = field_approaches(&f->field, r->initial, rq->start, r->ended_t, false);
+    int rates = pivot < 0 && f->field.chosen < f->field.pivots ? field_approaches(&f->field, r->initial, rq->start, r->ended_t, true) : -1;
+    size_t before = strlen(r->ended_detail);
+    if (rates >= 0 && expr_print(f->field.sys->store, f->field.pivot_expr[rates], 120, &text))
+        snprintf(r->ended_detail + before, sizeof r->ended_detail - before, "; the rates asked for divide by %s, which tends to 0", text.data);
+    else if (pivot >= 0 && expr_print(f->field.sys->store, f->field.pivot_expr[pivot], 120, &text)) {
         r->ended_reason = "stratum";
         snprintf(r->ended_detail, sizeof r->ended_detail, "the rank of the equations drops where %s = 0, which the motion tends "
                  "to: it is not determined beyond", text.data);

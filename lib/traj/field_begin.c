@@ -1,0 +1,124 @@
+/* The field where a motion starts: by which way it goes, the rank, and what contradicts. */
+#include "field.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+#include "print.h"
+
+/* Remember how large the pivots are where the motion starts. */
+static bool try_direct(struct field *f, double t, const double *x, double *v)
+{
+    bool well = num_tape_eval(f->direct, f->in, f->direct_out);
+    memcpy(v, f->direct_out, (size_t)f->n * sizeof *v);
+    field_take_sides(f, t, x);
+    for (int q = 0; q < f->pivots; q++) {
+        double p = f->direct_out[f->n + q];
+        f->pivot_start[q] = isfinite(p) ? fabs(p) : 0;
+        well &= f->pivot_start[q] > 0;
+    }
+    return well && f->fast;
+}
+
+/* The start lies where the answer says nothing. */
+static bool start_beyond(struct field *f, int q, struct sga_error *err)
+{
+    struct sga_buf text = { 0 };
+    if (!expr_print(f->sys->store, f->solution_side[q].function, 200, &text))
+        sga_buf_puts(&text, "a long expression");
+    sga_fail(err, SGA_E_NO_MOTION, "the constraints hold where %s %s 0 only, and the consistent start is not there; "
+             "give trajectory.initial on that side", text.data, f->solution_side[q].sign > 0 ? ">" : "<");
+    sga_buf_free(&text);
+    return false;
+}
+
+/* The rates do not fit; the one that is missed most is named, where it is a rate. */
+static void refuse_rates(const struct field *f, int row, double miss, struct sga_error *err)
+{
+    int k = row - f->rows - f->c;
+    char pointer[224] = "/trajectory/gauge/rates";
+    if (k >= 0)
+        snprintf(pointer, sizeof pointer, "/trajectory/gauge/rates/%.190s", f->sys->store->symbol[f->sys->variable[f->rate[k].variable].symbol].name);
+    sga_fail_at(err, SGA_E_GAUGE, pointer, "the rates asked for contradict the motion: at the start the equations miss by %.3g; fix at "
+                "most as many rates as there are gauge fields, and only free ones", miss);
+}
+
+/* Up to so many variables the rows are asked at the start, whatever the choice divides by; and how far they may differ. */
+enum { ROWS_ASKED = 300 };
+static const double SAME_FIELD = 1e-9;
+
+/* At the start v, with the gauge choice by expressions, is what the rows say, and so is its rank: a pivot of the
+ * rates may be 0 on all of Pf, or only here, where they ask less than elsewhere. */
+static bool as_rows(struct field *f, const double *v)
+{
+    if (!f->choice.field || (f->n > ROWS_ASKED && !f->choice.pivots))
+        return true;
+    double *w = sga_calloc((size_t)f->n + 1, sizeof *w), size = 1;
+    int rank = 0;
+    bool same = field_general(f, w, &rank) && rank == f->generic_rank + f->choice.fixed;
+    for (int j = 0; j < f->n; j++)
+        size = fmax(size, fabs(w[j]));
+    for (int j = 0; j < f->n && same; j++)
+        same = fabs(v[j] - w[j]) <= SAME_FIELD * size;
+    free(w);
+    return same;
+}
+
+/* The field at the start, and the rank there. */
+static bool first_value(struct field *f, double t, const double *x, double *v, int *rank)
+{
+    bool direct = try_direct(f, t, x, v), rows = direct && as_rows(f, v);
+    *rank = f->generic_rank + f->choice.fixed;
+    if (rows)
+        return true;
+    if (f->choice.field && (direct || f->choice.pivots)) {
+        f->fast = false;
+        f->choice.why = "at the start the rates ask less than elsewhere, or the expressions lose digits";
+    }
+    return field_general(f, v, rank);
+}
+
+bool field_begin(struct field *f, double t, const double *x, struct sga_error *err)
+{
+    double *v = sga_calloc((size_t)f->n + 1, sizeof *v);
+    int rank, bad = 0;
+    field_load(f, t, x);
+    bool ok = first_value(f, t, x, v, &rank);
+    /* with rates the rank is higher than that of the system: what it is at the start */
+    f->rank = f->rates && rank > f->generic_rank ? rank : f->generic_rank;
+    for (int q = 0; q < f->sides && ok; q++)
+        if (f->pivot_side[q] != f->solution_side[q].sign)
+            ok = start_beyond(f, q, err);
+    if (!ok && err->code != SGA_E_OK) {
+        ;               /* said already */
+    } else if (!ok) {
+        sga_fail(err, SGA_E_NO_MOTION, "the equations have no value at the consistent start; start inside their domain");
+    } else if (rank < f->rank) {
+        ok = sga_fail(err, SGA_E_NO_MOTION, "the consistent start lies on a stratum where the rank drops from %d to %d, "
+                      "so that the motion is not determined there; start elsewhere", f->rank, rank);
+    } else {
+        double size = 1;
+        for (int j = 0; j < f->n; j++)
+            size = fmax(size, fabs(v[j]));
+        double worst = field_rows_miss(f, v, &bad);
+        if (f->fast && worst > 1e-9 * size && field_general(f, v, &rank) && rank == f->rank) {
+            f->fast = false;      /* the expressions lose digits here: solve the rows instead */
+            if (f->choice.field)
+                f->choice.why = "the expressions lose digits at the start";
+            worst = field_rows_miss(f, v, &bad);
+        }
+        ok = worst <= 1e-7 * size;
+        if (!ok && f->rates)
+            refuse_rates(f, bad, worst, err);
+        else if (!ok)
+            sga_fail(err, SGA_E_NO_MOTION, "at the consistent start the equations have no solution (row %d misses by %.3g): "
+                     "the start lies on a stratum where the rank drops; start elsewhere", bad + 1, worst);
+    }
+    free(v);
+    if (!ok && !err->stage[0])
+        memcpy(err->stage, "trajectory", 11);
+    return ok;
+}
