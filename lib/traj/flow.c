@@ -107,10 +107,10 @@ bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_so
 {
     int n = sys->variables;
     *f = (struct flow){ .n = n, .sys = sys };
-    if (!signals_continuous(sys, sol, rq, err))
-        return false;
     f->knot = signals_knots(sys, rq, &f->knots);
     if (!manifold_init(&f->manifold, sys, sol, err) || !field_init(&f->field, sys, sol, rq, &f->manifold, err))
+        return false;
+    if (!signals_continuous(sys, sol, rq, f->field.root, err))
         return false;
     f->in = sga_malloc((size_t)(n + 1) * sizeof *f->in);
     if (!rq->outputs && !rq->events)

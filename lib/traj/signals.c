@@ -62,7 +62,7 @@ static bool smooth(const struct sys_system *sys, const expr_id *root, int roots,
 }
 
 bool signals_continuous(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
-                        struct sga_error *err)
+                        const expr_id *field, struct sga_error *err)
 {
     if (!sys->signals)
         return true;
@@ -77,7 +77,7 @@ bool signals_continuous(const struct sys_system *sys, const struct sga_solution 
     for (int i = 0; i < rq->rates; i++)
         root[i] = rq->rate[i].rate;
     ok = ok && smooth(sys, root, rq->rates, 1, "the rate", err)
-         && smooth(sys, sol->field, sys->variables, 1, "the derivative of a variable,", err)
+         && smooth(sys, field, sys->variables, 1, "the derivative of a variable,", err)
          && smooth(sys, rq->output, rq->outputs, 1, "the output", err);
     free(root);
     return ok;
