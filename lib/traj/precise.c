@@ -14,7 +14,7 @@
 #define LOOSER 10.0
 #define LOOSEST 1e4
 #define ALLOWANCE 1.5
-#define SURE 30.0
+#define SURE 100.0
 #define TIGHTEST_RTOL 1e-31
 #define MOST_SOLUTIONS 6
 #define NEIGHBOUR 30.0
