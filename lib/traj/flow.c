@@ -37,18 +37,18 @@ static bool project(void *ctx, double t, double *x, const double *scale, double 
 {
     struct flow *f = ctx;
     int n = f->n;
-    sga_copy(f->in, x, n);
-    bool ok = manifold_chord(&f->manifold, t, x, scale);
-    if (!ok) {
-        sga_copy(x, f->in, n);
+    bool ok = true;
+    if (!manifold_chord(&f->manifold, t, x, scale, moved)) {
+        double sum = 0;
+        sga_copy(f->in, x, n);
         ok = manifold_project(&f->manifold, t, x, scale, NULL, 8, NULL, NULL, NULL);
+        for (int j = 0; j < n; j++) {
+            double d = (x[j] - f->in[j]) / scale[j];
+            sum += d * d;
+        }
+        *moved = sqrt(sum);
     }
-    double sum = 0;
-    for (int j = 0; j < n; j++) {
-        double d = (x[j] - f->in[j]) / scale[j];
-        sum += d * d;
-    }
-    *moved = sqrt(sum / n);
+    *moved /= sqrt(n);
     *residual = f->manifold.raw;
     return ok;
 }

@@ -17,7 +17,7 @@ struct manifold {
     double *big, *slope;           /* by constraint: largest entry of its gradient, scaled and not, where it was formed last */
     double plain;                  /* largest |xi_i| over its largest unscaled derivative, of the last evaluation */
     double raw;                    /* largest |xi_i| of the last evaluation, unscaled */
-    struct { double *factor, *y, *part, *most; } chord;   /* manifold_chord's; factor NULL: too many constraints */
+    struct { double *factor, *y, *most, *sum_y, *sum_r; } chord;   /* manifold_chord's; factor NULL: too many constraints */
 };
 
 bool manifold_init(struct manifold *m, const struct sys_system *sys, const struct sga_solution *sol, struct sga_error *err);
@@ -36,9 +36,9 @@ bool manifold_project(struct manifold *m, double t, double *x, const double *sca
                       int steps, double *moved, double *residual, int *worst);
 
 /* The same for a point that is near the set already, without held variables and without care:
- * cheap. False: it is left to manifold_project, from the point as it was; x may hold
- * anything. m->raw is the residual. */
-bool manifold_chord(struct manifold *m, double t, double *x, const double *scale);
+ * cheap. False: it is left to manifold_project, from the point as it was. m->raw is the residual, *moved
+ * the scaled length of what was added. */
+bool manifold_chord(struct manifold *m, double t, double *x, const double *scale, double *moved);
 
 /* As manifold_project with steps that are at most `longest` in each scaled variable: it stays on the
  * side where it began, where full steps may fly far (from 1.5 to a zero of sin). */

@@ -14,15 +14,23 @@ enum { CHORDS = 4 };
 #define DEPENDENT 1e-10
 #define ROUNDING 8e-16
 
-/* Scaled rows into m->chord.row (c x n, compact by the pattern), and the residual that each
- * constraint may keep. */
+/* The largest |x_j| / scale_j; one division, whatever n is. */
+static double size_of(const double *x, const double *scale, int n)
+{
+    double top = 0, under = 1;
+    for (int j = 0; j < n; j++)
+        if (fabs(x[j]) * under > top * scale[j]) {
+            top = fabs(x[j]);
+            under = scale[j];
+        }
+    top /= under;
+    return top > 1e-3 ? top : 1e-3;
+}
+
+/* Rows in units of scale, compact by the pattern, in m->value; and the residual that each constraint may keep. */
 static void scale_rows(struct manifold *m, const double *x, const double *scale)
 {
-    double size = 1e-3;
-    for (int j = 0; j < m->n; j++) {
-        double s = fabs(x[j]) / scale[j];
-        size = s > size ? s : size;
-    }
+    double size = ROUNDING * size_of(x, scale, m->n);
     for (int i = 0; i < m->c; i++) {
         double big = 0;
         for (int k = m->jac->start[i]; k < m->jac->start[i + 1]; k++) {
@@ -30,65 +38,76 @@ static void scale_rows(struct manifold *m, const double *x, const double *scale)
             m->value[k] = v;
             big = a > big ? a : big;
         }
-        m->chord.most[i] = ROUNDING * size * big;
-        m->chord.part[i] = big > 0 ? 1 / big : 0;
-        for (int k = m->jac->start[i]; k < m->jac->start[i + 1]; k++)
-            m->value[k] *= m->chord.part[i];
+        m->chord.most[i] = size * big;
     }
 }
 
-/* The factor L of J J^T, J the scaled rows. False: they are (nearly) dependent. */
+/* J J^T = L D L^T, J the scaled rows; in place of the diagonal 1 / D. False: they are (nearly) dependent. */
 static bool factor(struct manifold *m)
 {
     int c = m->c;
+    const int *start = m->jac->start, *col = m->jac->col;
     double *L = m->chord.factor, *wide = m->d;
+    for (int j = 0; c > 1 && j < m->n; j++)
+        wide[j] = 0;      /* others use it too */
     for (int i = 0; i < c; i++) {
-        for (int k = m->jac->start[i]; k < m->jac->start[i + 1]; k++)
-            wide[m->jac->col[k]] = m->value[k];
-        for (int q = i; q < c; q++) {
-            double s = 0;
-            for (int k = m->jac->start[q]; k < m->jac->start[q + 1]; k++)
-                s += m->value[k] * wide[m->jac->col[k]];
+        double s = 0;
+        for (int k = start[i]; k < start[i + 1]; k++)
+            s += m->value[k] * m->value[k];
+        L[i * c + i] = s;
+        if (i == c - 1)
+            break;
+        for (int k = start[i]; k < start[i + 1]; k++)
+            wide[col[k]] = m->value[k];
+        for (int q = i + 1; q < c; q++) {
+            s = 0;
+            for (int k = start[q]; k < start[q + 1]; k++)
+                s += m->value[k] * wide[col[k]];
             L[q * c + i] = s;
         }
-        for (int k = m->jac->start[i]; k < m->jac->start[i + 1]; k++)
-            wide[m->jac->col[k]] = 0;
+        for (int k = start[i]; k < start[i + 1]; k++)
+            wide[col[k]] = 0;
     }
     for (int i = 0; i < c; i++) {
-        double pivot = L[i * c + i], before = pivot;
-        for (int k = 0; k < i; k++)
-            pivot -= L[i * c + k] * L[i * c + k];
+        double *row = L + i * c, pivot = row[i], before = pivot;
+        for (int k = 0; k < i; k++) {        /* row[k] is L_ik D_k so far */
+            double s = row[k];
+            for (int q = 0; q < k; q++)
+                s -= row[q] * L[k * c + q];
+            row[k] = s;
+        }
+        for (int k = 0; k < i; k++) {
+            double s = row[k] * L[k * c + k];
+            pivot -= row[k] * s;
+            row[k] = s;
+        }
         if (!(pivot > DEPENDENT * before) || !isfinite(pivot))
             return false;
-        pivot = 1 / sqrt(pivot);
-        L[i * c + i] = pivot;     /* its inverse */
-        for (int q = i + 1; q < c; q++) {
-            double s = L[q * c + i];
-            for (int k = 0; k < i; k++)
-                s -= L[q * c + k] * L[i * c + k];
-            L[q * c + i] = s * pivot;
-        }
+        row[i] = 1 / pivot;
     }
     return true;
 }
 
-/* x += the least-norm step of the factored rows; m->r holds the constraints. */
+/* x += the least-norm step of the factored rows; m->r holds the constraints. The sums of these and of the multipliers
+ * over the steps are kept. */
 static void step(struct manifold *m, double *x, const double *scale)
 {
     int c = m->c;
     const double *L = m->chord.factor;
     double *y = m->chord.y;
     for (int i = 0; i < c; i++) {
-        double s = -m->r[i] * m->chord.part[i];
+        double s = -m->r[i];
         for (int k = 0; k < i; k++)
             s -= L[i * c + k] * y[k];
-        y[i] = s * L[i * c + i];
+        y[i] = s;
+        m->chord.sum_r[i] -= m->r[i];
     }
     for (int i = c - 1; i >= 0; i--) {
-        double s = y[i];
+        double s = y[i] * L[i * c + i];
         for (int k = i + 1; k < c; k++)
             s -= L[k * c + i] * y[k];
-        y[i] = s * L[i * c + i];
+        y[i] = s;
+        m->chord.sum_y[i] += s;
     }
     for (int i = 0; i < c; i++)
         for (int k = m->jac->start[i]; k < m->jac->start[i + 1]; k++)
@@ -107,12 +126,18 @@ static bool within(struct manifold *m)
     return all;
 }
 
-bool manifold_chord(struct manifold *m, double t, double *x, const double *scale)
+/* |J^T y|^2 = y^T (J J^T y), y the sum of all multipliers, J J^T y that of all constraints. */
+static double way(const struct manifold *m)
 {
-    if (!m->chord.factor)
-        return false;
-    sga_copy(m->in, x, m->n);
-    m->in[m->n] = t;
+    double s = 0;
+    for (int i = 0; i < m->c; i++)
+        s += m->chord.sum_y[i] * m->chord.sum_r[i];
+    return s > 0 ? sqrt(s) : 0;
+}
+
+static bool by_chords(struct manifold *m, double t, double *x, const double *scale, double *moved)
+{
+    *moved = 0;
     if (!num_jacobian_eval(m->jac, m->in, m->r, m->value))
         return false;
     scale_rows(m, x, scale);
@@ -120,12 +145,28 @@ bool manifold_chord(struct manifold *m, double t, double *x, const double *scale
         return true;
     if (!factor(m))
         return false;
+    for (int i = 0; i < m->c; i++)
+        m->chord.sum_y[i] = m->chord.sum_r[i] = 0;
     for (int k = 0; k < CHORDS; k++) {
         step(m, x, scale);
         if (!num_tape_eval_field(m->tape, x, t, m->c, m->r, m->r))
             return false;
-        if (within(m))
+        if (within(m)) {
+            *moved = way(m);
             return true;
+        }
     }
+    return false;
+}
+
+bool manifold_chord(struct manifold *m, double t, double *x, const double *scale, double *moved)
+{
+    if (!m->chord.factor)
+        return false;
+    sga_copy(m->in, x, m->n);
+    m->in[m->n] = t;
+    if (by_chords(m, t, x, scale, moved))
+        return true;
+    sga_copy(x, m->in, m->n);
     return false;
 }
