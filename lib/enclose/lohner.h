@@ -48,6 +48,7 @@ struct enc_step {
     mag_ptr jacobian_tail;   /* n x n */
     double *size;            /* by variable: its unit */
     int more;                /* orders that J needed beyond the guess in the last steps */
+    int calm;                /* steps, for more to become less */
     long runs;               /* Taylor series so far */
     int bad;                 /* of a failure ENC_STEP_SHORT: the root after the field that may vanish; -1: X itself */
     enum { ENC_STEP_OK, ENC_STEP_SHORT, ENC_STEP_WIDE } failure;

@@ -9,10 +9,10 @@
 #include "scale.h"
 
 /* Steps are about this part of the radius of convergence: order^2 / step is least near e^-2 for many digits. */
-static const double PART = 1.0 / 6;
+static const double PART = 1.0 / 4;
 /* Bits of the remainder of J, which makes the radii grow by about its size in each step; how much of a radius a step may add at most;
  * what the length is guessed below (estimates of tails are longer than the first term left out). */
-enum { LINEAR_BITS = 28, GROWTH_BITS = 14, SLACK_BITS = 12, GUESS_BITS = 8, ACCURATE = 3, LEAST_ORDER = 6, FLAT_BITS = 44 };
+enum { LINEAR_BITS = 20, GROWTH_BITS = 12, SLACK_BITS = 12, GUESS_BITS = 8, ACCURATE = 3, LEAST_ORDER = 6, FLAT_BITS = 44 };
 /* After this much of a step only the set is in the way. */
 static const double NARROW = 0x1p-10;
 
@@ -240,7 +240,7 @@ bool enc_step_make(struct enc_step *w, const struct enc_set *set, const arb_t t,
     if (!from_point(w, fabs(most), least) || !from_set(w, t, most < 0 ? -1 : 1, least))
         return false;
     sizes(w);
-    w->more -= w->more > 0 && w->runs % 8 == 0;
+    w->more -= w->more > 0 && ++w->calm % 4 == 0;
     w->failure = ENC_STEP_OK;
     return true;
 }

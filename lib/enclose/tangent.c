@@ -2,12 +2,12 @@
  * that of f(x) one with f'(x). */
 #include "series.h"
 
-/* r = r0 -or+ sum over i of (tangent of slot)_i y_{k-i}: from its first coefficient that is not 0. */
-static void convolve_along(struct enc_series *s, arb_t r, const arb_t r0, bool minus, int slot, arb_srcptr y, slong k)
+/* r = r0 -or+ sum over i of (tangent of slot)_i v_{k-i}: from its first coefficient that is not 0, to the last one of v. */
+static void convolve_along(struct enc_series *s, arb_t r, const arb_t r0, bool minus, int slot, int v, slong k)
 {
-    slong from = s->from[slot];
-    if (from <= k)
-        enc_convolve(r, r0, minus, enc_series_tangent(s, slot) + from, y, k - from, k - from + 1, s->prec);
+    slong from = s->p->code[v].varies ? s->from[slot] : k;
+    if (from <= k && s->from[slot] <= k)
+        enc_convolve(r, r0, minus, enc_series_tangent(s, slot) + from, enc_series_of(s, v), k - from, k - from + 1, s->prec);
     else if (r0 && r0 != r)
         arb_set(r, r0);
     else if (!r0)
@@ -24,7 +24,7 @@ static void solve_along(struct enc_series *s, int index, slong k)
         arb_set(r + i, enc_series_tangent(s, q->rhs[i]) + k);
         for (int j = 0; j < m; j++) {
             int e = q->matrix[i * m + j];
-            convolve_along(s, r + i, r + i, true, e, enc_series_of(s, q->first + j), k);
+            convolve_along(s, r + i, r + i, true, e, q->first + j, k);
             if (s->p->code[e].varies)
                 enc_convolve(r + i, r + i, true, enc_series_of(s, e) + 1, enc_series_tangent(s, q->first + j), k - 1, k, s->prec);
         }
@@ -39,18 +39,18 @@ static void along(struct enc_series *s, int i, slong k)
 {
     const struct enc_code *c = s->p->code + i;
     arb_ptr r = enc_series_tangent(s, i) + k, da = enc_series_tangent(s, c->a), db = enc_series_tangent(s, c->b);
-    arb_ptr v = enc_series_of(s, i), a = enc_series_of(s, c->a), b = enc_series_of(s, c->b);
+    arb_ptr v = enc_series_of(s, i), b = enc_series_of(s, c->b);
     slong prec = s->prec;
     switch (c->op) {
     case ENC_ADD: arb_add(r, da + k, db + k, prec); break;
     case ENC_SUB: arb_sub(r, da + k, db + k, prec); break;
     case ENC_NEG: arb_neg(r, da + k); break;
     case ENC_MUL:
-        convolve_along(s, r, NULL, false, c->a, b, k);
-        convolve_along(s, r, r, false, c->b, a, k);
+        convolve_along(s, r, NULL, false, c->a, c->b, k);
+        convolve_along(s, r, r, false, c->b, c->a, k);
         break;
     case ENC_DIV:        /* b v' = a' - v b' */
-        convolve_along(s, r, da + k, true, c->b, v, k);
+        convolve_along(s, r, da + k, true, c->b, i, k);
         enc_convolve(r, r, true, b + 1, enc_series_tangent(s, i), k - 1, k, prec);
         arb_div(r, r, b, prec);
         break;
@@ -59,10 +59,10 @@ static void along(struct enc_series *s, int i, slong k)
         enc_convolve(r, r, true, v + 1, enc_series_tangent(s, i), k - 1, k, prec);
         arb_div(r, r, v, prec);
         break;
-    case ENC_FUN: convolve_along(s, r, NULL, c->sign < 0, c->a, enc_series_of(s, c->g), k); break;
+    case ENC_FUN: convolve_along(s, r, NULL, c->sign < 0, c->a, c->g, k); break;
     case ENC_ATAN2:
-        convolve_along(s, r, NULL, false, c->a, enc_series_of(s, c->g), k);
-        convolve_along(s, r, r, true, c->b, enc_series_of(s, c->g2), k);
+        convolve_along(s, r, NULL, false, c->a, c->g, k);
+        convolve_along(s, r, r, true, c->b, c->g2, k);
         break;
     case ENC_CHOICE: enc_follow(r, s->choice[i], da + k, db + k, false); break;
     case ENC_SOLVE:
