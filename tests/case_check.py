@@ -359,6 +359,8 @@ class TrajectoryCheck:
         self.ended(expect.get("ended"))
         if "events" in expect:
             self.events(expect["events"], expect.get("event_tolerance", 1e-7))
+        if "exact_events" in expect:
+            self.exact_events(expect["exact_events"])
         self.times()
         if "final" in expect:
             last = dict(zip(self.columns, self.rows[-1]))
@@ -436,6 +438,19 @@ class TrajectoryCheck:
             self.check(off <= tolerance if direction != "touch" else off <= 1e-4, f"event {name} at {t}", f"off by {off:.3g}")
             self.check(direction == "touch" or off <= e["error"], f"event {name}: its error", f"{off:.3g} > {e['error']}")
             self.check(len(e["values"]) == len(self.columns) - 1, f"event {name} has values")
+
+    def exact_events(self, expect):
+        """[name, direction, time to many digits]: within the tolerances, and the estimates hold."""
+        got = self.t["events"]
+        asked = self.request["accuracy"]
+        self.check([[e["name"], e["direction"]] for e in got] == [e[:2] for e in expect], "the events that happen", str(got))
+        for e, (name, direction, t) in zip(got, expect):
+            with mpmath.workdps(50):
+                off = float(abs(mpmath.mpf(e["t"].text if hasattr(e["t"], "text") else e["t"]) - mpmath.mpf(t)))
+            allowed = asked["atol"] + asked["rtol"] * abs(float(t))
+            if self.t["accuracy_reached"]:
+                self.check(off <= (allowed if direction != "touch" else allowed ** 0.5), f"event {name} at {t}", f"off by {off:.3g}")
+            self.check(direction == "touch" or off <= e["error"], f"event {name} at {t}: its error", f"{off:.3g} > {e['error']}")
 
     def times(self):
         if "samples" not in self.spec or self.t["ended"]:

@@ -73,6 +73,10 @@ static void say(const struct job *j, const struct op_singular *s, struct traj_re
 
 static void move_events(struct traj_result *to, struct traj_result *from)
 {
+    for (size_t i = 0; to->happened_digits && i < (size_t)to->happened * ((size_t)to->columns + 1); i++)
+        free(to->happened_digits[i]);
+    free(to->happened_digits);
+    to->happened_digits = NULL;
     free(to->happening);
     free(to->happened_value);
     to->happening = from->happening;

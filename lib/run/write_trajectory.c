@@ -20,12 +20,17 @@ static void write_columns(const struct job *j, struct sga_json *w)
 }
 
 /* With all its digits, where it has more than a double. */
+static void write_digits(const char *digits, double value, struct sga_json *w)
+{
+    if (digits)
+        sga_json_raw(w, digits, strlen(digits));
+    else
+        sga_json_double(w, value);
+}
+
 static void write_number(const struct traj_result *r, size_t place, struct sga_json *w)
 {
-    if (r->digits && r->digits[place])
-        sga_json_raw(w, r->digits[place], strlen(r->digits[place]));
-    else
-        sga_json_double(w, r->value[place]);
+    write_digits(r->digits ? r->digits[place] : NULL, r->value[place], w);
 }
 
 static bool write_rows(struct job *j, struct sga_json *w)
@@ -91,13 +96,15 @@ static bool write_events(struct job *j, struct sga_json *w)
             return false;
         sga_json_object(w);
         sga_json_member_string(w, "name", t->event[h->event].name);
-        sga_json_member_double(w, "t", h->t);
+        sga_json_key(w, "t");
+        write_digits(r->happened_digits ? r->happened_digits[(size_t)i * ((size_t)r->columns + 1)] : NULL, h->t, w);
         sga_json_member_double(w, "error", h->error);
         sga_json_member_string(w, "direction", directions[h->direction + 1]);
         sga_json_key(w, "values");
         sga_json_array(w);
         for (int k = 0; k < r->columns; k++)
-            sga_json_double(w, r->happened_value[(size_t)i * (size_t)r->columns + (size_t)k]);
+            write_digits(r->happened_digits ? r->happened_digits[(size_t)i * ((size_t)r->columns + 1) + 1 + (size_t)k] : NULL,
+                         r->happened_value[(size_t)i * (size_t)r->columns + (size_t)k], w);
         sga_json_end_array(w);
         sga_json_end_object(w);
     }

@@ -30,8 +30,7 @@ struct outcome {
 
 bool precise_possible(const struct flow *f, const struct traj_request *rq, const char **why)
 {
-    *why = rq->events ? "events are looked for in double arithmetic only; leave trajectory.events out, or use \"double\""
-           : f->sys->signals ? "tables are interpolated in double; use \"double\" or \"auto\""
+    *why = f->sys->signals ? "tables are interpolated in double; use \"double\" or \"auto\""
            : f->field.choice.why
                ? "the gauge choice is solved from the equations at every evaluation, in double arithmetic only (trajectory.gauge_numeric "
                  "says why); fix the gauge by conditions or other rates, or use \"double\""
@@ -111,6 +110,7 @@ static void set_errors(const struct precise *p, struct outcome *a, const struct 
             a->column_error[k * cols + j] *= a->error[k] / row[k];
     }
     free(row);
+    a->worst = fmax(a->worst, precise_event_errors(p, &a->path, &b->path, factor));
 }
 
 static bool out_of_budget(const struct precise_path *q)
@@ -127,7 +127,7 @@ static const char *refine(struct precise *p, struct outcome *o, struct traj_resu
         return NULL;
     }
     solve(p, rtol, atol, true, o);
-    for (int solutions = 1; solutions < MOST_SOLUTIONS && !out_of_budget(&o->path); solutions++) {
+    for (int solutions = 1; solutions < MOST_SOLUTIONS && !out_of_budget(&o->path) && !o->path.lost; solutions++) {
         struct outcome next;
         double before = o->worst;
         rtol /= ratio;
@@ -155,7 +155,7 @@ static const char *refine(struct precise *p, struct outcome *o, struct traj_resu
         for (int k = 0; k < o->path.count * o->columns; k++)
             o->column_error[k] = o->error[k / o->columns] = INFINITY;
     }
-    return isinf(o->worst) ? "the solutions that were compared do not end at the same time; errors past the earlier end are not known"
+    return isinf(o->worst) ? "the solutions that were compared do not end at the same time, or not with the same events; errors beyond are not known"
                            : "rounding in double-double arithmetic, as the motion amplifies it, exceeds the tolerance";
 }
 
@@ -198,26 +198,66 @@ static void keep(const struct precise *p, const struct outcome *o, struct traj_r
     r->evaluations += o->path.evaluations;
 }
 
+/* The events with their columns. */
+static void keep_events(struct precise *p, const struct outcome *o, struct traj_result *r)
+{
+    size_t cols = (size_t)r->columns, all = (size_t)o->path.events;
+    num_dd *value = sga_malloc((cols + 1) * sizeof *value);
+    r->happened = o->path.events;
+    r->happening = sga_malloc((all + 1) * sizeof *r->happening);
+    r->happened_value = sga_malloc((all + 1) * (cols + 1) * sizeof *r->happened_value);
+    r->happened_digits = sga_calloc((all + 1) * (cols + 1), sizeof *r->happened_digits);
+    for (size_t i = 0; i < all; i++) {
+        const struct precise_event *e = o->path.event + i;
+        char **digits = r->happened_digits + i * (cols + 1);
+        r->happening[i] = (struct traj_happening){ e->event, e->direction, e->t.hi, e->error };
+        double error = p->rq->single ? 0 : e->error, beside = 10 * (error + r->error_estimate);
+        digits[0] = digits_of(e->t, error);
+        columns(p, e->t, e->x, value);
+        for (size_t j = 0; j < cols; j++) {
+            r->happened_value[i * cols + j] = value[j].hi;
+            digits[j + 1] = digits_of(value[j], p->rq->single ? 0 : beside);
+        }
+    }
+    if (o->path.reason == ODE_EVENT)
+        r->ended_event = o->path.event[o->path.events - 1].event;
+    free(value);
+}
+
+static bool lost(const struct precise *p, const struct outcome *o, struct sga_error *err)
+{
+    double t = p->guide->happening[o->path.lost - 1].t;
+    return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/trajectory/events", "what happens is found in double first, and the event at %.10g was not "
+                       "seen again there in double-double: the motion amplifies rounding too much; ask for an earlier stop, leave "
+                       "trajectory.events out, or use \"double\"", t);
+}
+
 static void precise_clear(struct precise *p)
 {
     num_jet2_free(p->constraint);
     num_jet2_free(p->output);
     num_jet2_free(p->series);
     num_jet2_free(p->values);
+    num_jet2_free(p->event);
+    num_jet2_free(p->velocity);
     num_radau_free(p->formula);
     free(p->time);
     free(p->x);
 }
 
 bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
-                 struct precise_limits limits, enum ode_reason *reason, struct traj_result *r, struct sga_error *err)
+                 const struct traj_result *guide, struct precise_limits limits, enum ode_reason *reason, struct traj_result *r, struct sga_error *err)
 {
-    struct precise p = { .flow = f, .sys = sys, .sol = sol, .rq = rq, .n = f->n, .limits = limits };
+    struct precise p = { .flow = f, .sys = sys, .sol = sol, .rq = rq, .n = f->n, .guide = guide, .limits = limits };
     struct outcome o = { 0 };
     p.time = sga_calloc((size_t)rq->samples + 1, sizeof *p.time);
     p.x = sga_calloc((size_t)f->n + 1, sizeof *p.x);
     p.constraint = num_jet2_new(f->manifold.tape, 1);
     p.output = f->output ? num_jet2_new(f->output, 0) : NULL;
+    if (guide) {
+        p.event = num_jet2_new(f->event, 1);
+        p.velocity = num_jet2_new(f->field.plain, 0);
+    }
     bool ok = precise_start(&p, r->initial, err);
     if (ok) {
         r->steps = r->rejected = r->evaluations = 0;
@@ -227,8 +267,12 @@ bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_
         keep(&p, &o, r);
         for (int j = 0; j < f->n; j++)
             r->initial[j] = p.x[j].hi;
+        if (guide)
+            keep_events(&p, &o, r);
         if (out_of_budget(&o.path))
             ok = sga_budget_ok(rq->budget, err);
+        else if (o.path.lost)
+            ok = lost(&p, &o, err);
         *reason = o.path.reason;
     }
     clear(&o);

@@ -25,9 +25,18 @@ struct precise {
     struct num_jet2 *constraint, *output;     /* values only; output NULL: the variables */
     struct num_jet2 *series; int order;       /* of the field */
     struct num_jet2 *values;                  /* of the field: its values alone, for implicit steps; NULL at first */
+    const struct traj_result *guide;          /* the motion in double, with what happens on it; NULL: no events */
+    struct num_jet2 *event, *velocity;        /* of the events, to order 1; of the field; NULL: no events */
     struct num_radau *formula;                /* of the last implicit steps; NULL at first */
     num_dd start, *time, *x;                  /* the samples' times; the consistent start */
     struct precise_limits limits;
+};
+
+/* An event that happened. */
+struct precise_event {
+    int event, direction;      /* as struct traj_happening has them */
+    num_dd t, *x;              /* the state there */
+    double error, floor;       /* floor: what rounding leaves of it */
 };
 
 /* One solution. */
@@ -40,6 +49,9 @@ struct precise_path {
     double residual;           /* the largest |xi_i| at a sample */
     long steps, refused, evaluations;
     const char *method;        /* that made the steps; static */
+    struct precise_event *event; int events; size_t event_cap;
+    int kept;                  /* events of the steps that were taken */
+    int lost;                  /* 1 + the event of the guide that was not seen again; 0: none */
 };
 
 /* precise_point.c. The values of the request's exact constants: p->start, p->time, and x set to
@@ -53,16 +65,19 @@ bool precise_project(struct precise *p, num_dd t, num_dd *x, const double *scale
 
 /* precise_march.c. beside: start and field are wrong by a rounding, on purpose. */
 void precise_march(struct precise *p, double rtol, double atol, bool beside, struct precise_path *path);
+/* precise_event.c. Frees the path's lists; the errors of a's events by those of b, which was solved less tightly: the largest
+ * over what is allowed, touches left out, which have no time as sharp as the tolerances. */
 void precise_path_clear(struct precise_path *path);
+double precise_event_errors(const struct precise *p, struct precise_path *a, const struct precise_path *b, double factor);
 
 /* precise_radau.c. Implicit steps can be made: not where Jacobians are too large to be factored for all stages. */
 bool precise_radau_possible(const struct field *f);
 
-/* precise.c. May it be tried? (No events, a field given by expressions.) *why: if not. */
+/* precise.c. May it be tried? (A field given by expressions.) *why: if not. */
 bool precise_possible(const struct flow *f, const struct traj_request *rq, const char **why);
-/* Fills the samples, errors and endings of r (r->initial, r->moved are known). False: err.
- * *reason: of its end. */
+/* Fills the samples, events, errors and endings of r (r->initial, r->moved are known). guide: the motion in double, with its
+ * events; NULL where none are asked for. False: err. *reason: of its end. */
 bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
-                 struct precise_limits limits, enum ode_reason *reason, struct traj_result *r, struct sga_error *err);
+                 const struct traj_result *guide, struct precise_limits limits, enum ode_reason *reason, struct traj_result *r, struct sga_error *err);
 
 #endif

@@ -72,12 +72,12 @@ bool precise_arrive(struct precise_march *m)
     return moved <= most_moved(m) && allowed(m, &m->there);
 }
 
-/* Samples up to the end of the step. False: one of them cannot be projected. */
-static bool deliver(struct precise_march *m)
+/* Samples up to the end, in the last step. False: one of them cannot be projected. */
+static bool deliver(struct precise_march *m, num_dd end)
 {
     const struct precise *p = m->p;
     for (; m->next < p->rq->samples; m->next++) {
-        num_dd left = num_dd_sub(m->there.t, p->time[m->next]);
+        num_dd left = num_dd_sub(end, p->time[m->next]);
         double moved, residual;
         if (left.hi * m->direction < 0)
             return true;
@@ -221,7 +221,9 @@ static bool step(struct precise_march *m, double *cut)
         return false;
     }
     enum precise_outcome o = m->method->attempt(m->state, m, h, cut);
-    if (o == PRECISE_TAKEN && !deliver(m)) {
+    num_dd end = m->there.t;
+    bool stopped = o == PRECISE_TAKEN && precise_watch(m, &end);
+    if (o == PRECISE_TAKEN && !deliver(m, end)) {
         o = PRECISE_REFUSED;
         *cut *= 0.5;
     }
@@ -233,6 +235,13 @@ static bool step(struct precise_march *m, double *cut)
     }
     m->path->steps++;
     m->choice.steps[m->method == &precise_radau]++;
+    precise_watched(m);
+    if (stopped) {
+        end_at(m, ODE_EVENT, "an event that stops the motion");
+        m->path->t = end.hi;
+    }
+    if (stopped || m->path->lost)
+        return false;
     if (m->next == m->p->rq->samples)
         return false;
     struct precise_point before = m->here;
@@ -267,10 +276,4 @@ void precise_march(struct precise *p, double rtol, double atol, bool beside, str
     precise_choice_end(&m);
     free(states);
     free(m.scale);
-}
-
-void precise_path_clear(struct precise_path *path)
-{
-    free(path->sample);
-    path->sample = NULL;
 }

@@ -61,6 +61,7 @@ struct precise_march {
     struct precise_point here, there;
     long look_at; num_dd look_t; int hopeless;     /* see out_of_reach */
     double *scale;             /* n: the error allowed */
+    int passed, watched;       /* events of the guide: of the steps taken, and of the last step attempted */
     enum ode_reason why;
     double *xd, *fd;           /* n: in double */
     const struct precise_method *method;
@@ -78,6 +79,11 @@ bool precise_arrive(struct precise_march *m);
 double precise_largest(const num_dd *x, int n);
 /* Time from here to the last sample. */
 num_dd precise_rest(const struct precise_march *m);
+
+/* precise_event.c. The events of the last step attempted, into the path (path->lost: one is not seen again); true: one stops
+ * the motion at *end. The step may still be refused; precise_watched: it was taken. */
+bool precise_watch(struct precise_march *m, num_dd *end);
+void precise_watched(struct precise_march *m);
 
 /* precise_choice.c. */
 void precise_choice_begin(struct precise_march *m);

@@ -175,14 +175,44 @@ static const double DOUBLE_REACHES = 1e-13;
 static const double MOST_LENGTH = 2e6, MOST_WORK = 1e9;
 static const long MOST_STEPS = 300000;
 
+/* The motion in double, on which events are found before they are located in double-double. */
+static const double GUIDE_RTOL = 1e-12;
+
+static bool find_events(struct flow *f, const struct traj_request *rq, const double *start, struct traj_result *guide, struct sga_error *err)
+{
+    struct traj_request q = *rq;
+    size_t n = (size_t)f->n;
+    q.arithmetic = TRAJ_DOUBLE;
+    q.rtol = fmax(rq->rtol, GUIDE_RTOL);
+    q.atol = fmax(rq->atol, GUIDE_RTOL);
+    q.integrals = 0;
+    q.single = false;
+    *guide = (struct traj_result){ .initial = memcpy(sga_malloc((n + 1) * sizeof *start), start, n * sizeof *start) };
+    return integrate(f, &q, guide, err);
+}
+
+/* Nothing is known of events beyond the end of the motion in double. */
+static bool guided(const struct traj_result *guide, const struct traj_request *rq, const struct traj_result *r, struct sga_error *err)
+{
+    double span = fabs(rq->times[rq->samples - 1] - rq->start);
+    if (!guide->ended || guide->ended_event >= 0 || (r->ended && fabs(r->ended_t - guide->ended_t) <= 1e-3 * span))
+        return true;
+    return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/trajectory/events", "what happens is found in double first, where the motion ends at %.10g (%s); "
+                       "ask for an earlier stop, or leave trajectory.events out", guide->ended_t, guide->ended_reason);
+}
+
 static bool precise(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
                     struct precise_limits limits, struct traj_result *r, struct sga_error *err)
 {
     enum ode_reason reason;
-    if (!precise_run(f, sys, sol, rq, limits, &reason, r, err))
-        return false;
-    explain_end(f, rq, reason, r);
-    return true;
+    struct traj_result guide = { 0 };
+    bool ok = !rq->events || find_events(f, rq, r->initial, &guide, err);
+    ok = ok && precise_run(f, sys, sol, rq, rq->events ? &guide : NULL, limits, &reason, r, err);
+    if (ok)
+        explain_end(f, rq, reason, r);
+    ok = ok && (!rq->events || guided(&guide, rq, r, err));
+    traj_result_clear(&guide);
+    return ok;
 }
 
 /* In double-double where that was not asked for: only if it can be, and is not long. r->initial and
@@ -194,7 +224,7 @@ static bool try_precise(struct flow *f, const struct sys_system *sys, const stru
     struct sga_error ignored = { 0 };
     double steps = fmin((double)MOST_STEPS, MOST_LENGTH / (50 + num_tape_length(f->field.direct)));
     *fine = (struct traj_result){ .moved = r->moved };
-    if (!precise_possible(f, rq, &why) || !rq->exact_time || (double)r->steps > 4 * steps)
+    if (rq->events || !precise_possible(f, rq, &why) || !rq->exact_time || (double)r->steps > 4 * steps)
         return false;
     fine->initial = memcpy(sga_malloc((size_t)f->n * sizeof *fine->initial), r->initial, (size_t)f->n * sizeof *fine->initial);
     if (precise(f, sys, sol, rq, (struct precise_limits){ (long)steps, MOST_WORK }, fine, &ignored))
@@ -317,5 +347,8 @@ void traj_result_clear(struct traj_result *r)
     free(r->happening);
     free(r->drift);
     free(r->happened_value);
+    for (size_t i = 0; r->happened_digits && i < (size_t)r->happened * ((size_t)r->columns + 1); i++)
+        free(r->happened_digits[i]);
+    free(r->happened_digits);
     *r = (struct traj_result){ 0 };
 }

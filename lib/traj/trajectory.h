@@ -63,6 +63,7 @@ struct traj_result {
     double error_estimate;    /* largest of all */
     struct traj_happening *happening; int happened;   /* in the order of the motion */
     double *happened_value;   /* happened x columns */
+    char **happened_digits;   /* as digits below: happened x (1 + columns), time first; or NULL */
     struct traj_drift *drift; /* by integral of the request; NULL: not computed */
     int ended_event;          /* that stopped it, or -1 */
     const char *shortfall;    /* why estimates exceed rtol |value| + atol somewhere, static; NULL where none does */

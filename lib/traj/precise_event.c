@@ -1,0 +1,240 @@
+/* Events in double-double. What happens is found in double first (lib/ode/event.c), which tells several zeros in
+ * one step apart; here each is located on the solution in double-double: a change of sign near the time found by
+ * regula falsi with halving (Illinois), a touch as a zero of the derivative along the motion, where the value then
+ * says whether it was a touch, two passages, or none. One that is not seen again within its surroundings is an
+ * error: the two solutions are not the same motion there. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+#include "precise_march.h"
+
+/* Where it is looked for: so many errors of the time found at first, then ever wider; touches are known to half the digits. */
+#define ERRORS 8.0
+#define LEAST_REACH 1e-13
+#define LEAST_TOUCH_REACH 1e-7
+#define WIDER 8.0
+/* Up to this part of the step, and of the way to the next event of the same function. */
+#define MOST_REACH 0.1
+#define APART 0.45
+/* A step's sums are good to so many roundings. */
+#define ROUNDINGS 256.0
+
+struct look {
+    struct precise_march *m;
+    int event;
+    bool slope;                /* the derivative along the motion, not the function */
+    num_dd *x;
+};
+
+/* The solution at t, and the function or its derivative. */
+static num_dd at(const struct look *q, num_dd t)
+{
+    struct precise *p = q->m->p;
+    int n = p->n;
+    q->m->method->value(q->m->state, q->m, t, q->x);
+    for (int j = 0; j <= n; j++) {
+        num_jet2_input(p->event, j)[0] = j < n ? q->x[j] : t;
+        num_jet2_input(p->velocity, j)[0] = j < n ? q->x[j] : t;
+    }
+    bool ok = num_jet2_next(p->event, 0);
+    if (!q->slope)
+        return num_jet2_root(p->event, q->event)[0];
+    ok = num_jet2_next(p->velocity, 0) && ok;
+    for (int j = 0; j <= n; j++)
+        num_jet2_input(p->event, j)[1] = j < n ? num_jet2_root(p->velocity, j)[0] : num_dd_of(1);
+    ok = ok && num_jet2_next(p->event, 1);
+    return ok ? num_jet2_root(p->event, q->event)[1] : num_dd_of(NAN);
+}
+
+/* The change of sign between a and b; the values there are not of one sign. */
+static num_dd root(const struct look *q, num_dd a, num_dd ga, num_dd b, num_dd gb)
+{
+    double least = 2 * NUM_DD_EPSILON * fmax(fabs(a.hi), fabs(q->m->there.t.hi - q->m->here.t.hi));
+    for (int k = 0; k < 300 && gb.hi != 0 && fabs(num_dd_sub(b, a).hi) > least; k++) {
+        num_dd way = num_dd_sub(b, a), s = num_dd_add(a, num_dd_mul(way, num_dd_div(ga, num_dd_sub(ga, gb))));
+        double part = num_dd_sub(s, a).hi / way.hi;
+        if (!(part > 0 && part < 1) || k % 6 == 5)
+            s = num_dd_add(a, num_dd_scale(way, 0.5));
+        num_dd g = at(q, s);
+        if (!num_dd_finite(g) || g.hi == 0)
+            return s;
+        if ((g.hi > 0) == (ga.hi > 0)) {
+            a = s;
+            ga = g;
+            gb = num_dd_scale(gb, 0.5);
+        } else {
+            b = s;
+            gb = g;
+            ga = num_dd_scale(ga, 0.5);
+        }
+    }
+    return b;
+}
+
+/* Both ends of the first interval around the time found that the function changes its sign in: up for sense > 0, down for < 0,
+ * either for 0. */
+static bool bracket(const struct look *q, double t, double from, double most, int sense, num_dd out[4])
+{
+    for (double reach = fmin(from, most); ; reach = fmin(WIDER * reach, most)) {
+        num_dd a = num_dd_sub(num_dd_of(t), num_dd_of(reach)), b = num_dd_add(num_dd_of(t), num_dd_of(reach));
+        num_dd ga = at(q, a), gb = at(q, b);
+        bool up = ga.hi <= 0 && gb.hi >= 0, down = ga.hi >= 0 && gb.hi <= 0;
+        if ((up && sense >= 0) || (down && sense <= 0)) {
+            out[0] = a, out[1] = ga, out[2] = b, out[3] = gb;
+            return true;
+        }
+        if (reach >= most)
+            return false;
+    }
+}
+
+/* How far from guide k one may look. */
+static double most_reach(const struct precise_march *m, int k)
+{
+    const struct traj_result *g = m->p->guide;
+    double most = MOST_REACH * fabs(num_dd_sub(m->there.t, m->here.t).hi);
+    for (int i = 0; i < g->happened; i++)
+        if (i != k && g->happening[i].event == g->happening[k].event)
+            most = fmin(most, APART * fabs(g->happening[i].t - g->happening[k].t));
+    return most;
+}
+
+/* By how much the function changes at t with changes of x by the errors allowed, or (rounding) by some roundings of what it is in
+ * the step, in each variable. */
+static double doubt(const struct look *q, num_dd t, bool rounding)
+{
+    const struct precise_march *m = q->m;
+    struct precise *p = m->p;
+    num_dd g = at(q, t);
+    double sum = 16 * NUM_DD_EPSILON * fabs(g.hi);
+    for (int j = 0; j < p->n; j++) {
+        double size = fmax(fabs(q->x[j].hi), fmax(fabs(m->here.x[j].hi), fabs(m->there.x[j].hi)));
+        num_jet2_input(p->event, j)[0] = num_dd_add_d(q->x[j], rounding ? ROUNDINGS * NUM_DD_EPSILON * size : m->scale[j]);
+        if (num_jet2_next(p->event, 0))
+            sum += fabs(num_dd_sub(num_jet2_root(p->event, q->event)[0], g).hi);
+        num_jet2_input(p->event, j)[0] = q->x[j];
+    }
+    return sum;
+}
+
+static bool add(const struct look *q, int direction, num_dd t)
+{
+    struct precise_march *m = q->m;
+    struct precise_path *path = m->path;
+    int wanted = m->p->rq->event[q->event].direction;
+    double moved, residual;
+    if (wanted && wanted != direction)
+        return true;
+    SGA_RESERVE(path->event, path->event_cap, path->events + 1);
+    struct precise_event *e = path->event + path->events++;
+    struct look slope = *q;
+    slope.slope = true;
+    double rate = fabs(at(&slope, t).hi);
+    *e = (struct precise_event){ .event = q->event, .direction = direction, .t = t, .error = INFINITY,
+                                 .floor = direction && rate > 0 ? doubt(q, t, true) / rate : 0,
+                                 .x = sga_malloc((size_t)(m->n + 1) * sizeof *e->x) };
+    m->method->value(m->state, m, t, e->x);
+    return precise_project(m->p, t, e->x, m->scale, NULL, &moved, &residual);
+}
+
+/* What was a touch in double. */
+static bool touch(struct look *q, double t, double from, double most)
+{
+    num_dd b[4];
+    q->slope = true;
+    bool found = bracket(q, t, from, most, 0, b);
+    num_dd s = found ? root(q, b[0], b[1], b[2], b[3]) : num_dd_of(t);
+    q->slope = false;
+    num_dd g = at(q, s), ga = found ? at(q, b[0]) : g, gb = found ? at(q, b[2]) : g;
+    if (!found)
+        return false;
+    if (fabs(g.hi) <= doubt(q, s, false))
+        return add(q, 0, s);
+    int side = ga.hi > 0 ? 1 : -1;
+    return !(g.hi * side < 0) || (add(q, -side, root(q, b[0], ga, s, g)) && add(q, side, root(q, s, g, b[2], gb)));
+}
+
+/* Guide k, in the last step attempted. */
+static bool locate(struct look *q, int k)
+{
+    const struct traj_happening *h = q->m->p->guide->happening + k;
+    double size = fmax(fabs(h->t), fabs(q->m->there.t.hi - q->m->here.t.hi)), most = most_reach(q->m, k);
+    double from = fmax((h->direction ? LEAST_REACH : LEAST_TOUCH_REACH) * size, isfinite(h->error) ? ERRORS * h->error : 0);
+    num_dd b[4];
+    q->event = h->event;
+    if (h->direction == 0)
+        return touch(q, h->t, from, most);
+    return bracket(q, h->t, from, most, h->direction, b) && add(q, h->direction, root(q, b[0], b[1], b[2], b[3]));
+}
+
+static void forget(struct precise_path *path, int events)
+{
+    while (path->events > events)
+        free(path->event[--path->events].x);
+}
+
+bool precise_watch(struct precise_march *m, num_dd *end)
+{
+    const struct traj_result *g = m->p->guide;
+    struct look q = { .m = m };
+    bool stopped = false;
+    if (!g)
+        return false;
+    forget(m->path, m->path->kept);
+    q.x = sga_malloc((size_t)(m->n + 1) * sizeof *q.x);
+    m->watched = m->passed;
+    for (; m->watched < g->happened && !stopped && !m->path->lost; m->watched++) {
+        if ((g->happening[m->watched].t - m->there.t.hi) * m->direction > 0)
+            break;
+        int before = m->path->events;
+        if (!locate(&q, m->watched)) {
+            forget(m->path, before);
+            m->path->lost = 1 + m->watched;
+        } else if (m->path->events > before && m->p->rq->event[g->happening[m->watched].event].stop) {
+            forget(m->path, before + 1);      /* the first of two passages stops it */
+            *end = m->path->event[before].t;
+            stopped = true;
+        }
+    }
+    free(q.x);
+    return stopped;
+}
+
+void precise_watched(struct precise_march *m)
+{
+    m->passed = m->watched;
+    m->path->kept = m->path->events;
+}
+
+void precise_path_clear(struct precise_path *path)
+{
+    forget(path, 0);
+    free(path->event);
+    free(path->sample);
+    path->event = NULL;
+    path->sample = NULL;
+}
+
+/* A difference may pass through 0, as those of samples do. */
+#define NEIGHBOUR 30.0
+
+double precise_event_errors(const struct precise *p, struct precise_path *a, const struct precise_path *b, double factor)
+{
+    double start = p->start.hi, worst = 0;
+    bool alike = a->events == b->events;
+    for (int i = 0; i < a->events && alike; i++)
+        alike = a->event[i].event == b->event[i].event && a->event[i].direction == b->event[i].direction;
+    for (int i = 0; i < a->events; i++) {
+        double size = fmax(fabs(a->event[i].t.hi), fabs(a->event[i].t.hi - start)), near = 0, raw = 0;
+        for (int k = i - 1; k <= i + 1 && alike; k++) {
+            double d = k < 0 || k >= a->events ? 0 : fabs(num_dd_sub(a->event[k].t, b->event[k].t).hi);
+            *(k == i ? &raw : &near) = k == i ? d : fmax(near, d);
+        }
+        a->event[i].error = alike ? factor * fmax(raw, fmin(near, NEIGHBOUR * raw)) + a->event[i].floor + 16 * NUM_DD_EPSILON * size : INFINITY;
+        if (a->event[i].direction)
+            worst = fmax(worst, a->event[i].error / fmax(p->rq->atol + p->rq->rtol * size, 1e-300));
+    }
+    return worst;
+}
