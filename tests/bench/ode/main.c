@@ -140,7 +140,8 @@ static void sweep(const struct problem *p, const struct way *w, struct own *own)
         for (int turn = 0; ok && turn < 10000 && (turn < 2 || spent < least_time) && (turn < 1 || spent < SLOW); turn++) {
             ok = !w->peer ? own_solve(own, p, w->method, w->estimate, tol, &o, &used)
                  : w->gsl ? gsl_solve(p, w->peer, tol, &o) : sundials_solve(p, w->peer, tol, &o);
-            least = fmin(least, o.seconds);
+            if (o.seconds > 0)           /* clocks may stand still for a moment */
+                least = fmin(least, o.seconds);
             spent += o.seconds;
         }
         if (ok)
