@@ -8,10 +8,11 @@
 RK_INLINE double rk_time(const struct ode_step *step, double c) { return step->t + (step->t_low + c * step->h); }
 
 /* All stages by one piece of code, to be judged by rk_holds. False: there is none. */
-static inline bool rk_as_one(const struct sga_stages *plan, const struct ode_field *field, const struct ode_step *step, double *k)
+static inline bool rk_as_one(struct sga_stages *plan, const struct ode_field *field, const struct ode_step *step, double *k)
 {
     struct sga_stage_code all;
-    if (field->beside || !field->p->stages || !field->p->stages(field->p->ctx, plan, &all))
+    plan->aside = field->beside;
+    if (!field->p->stages || !field->p->stages(field->p->ctx, plan, &all))
         return false;
     for (int s = 1; all.needs_time && s < plan->count; s++)
         all.time[s] = rk_time(step, plan->c[s]);

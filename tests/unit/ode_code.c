@@ -73,7 +73,10 @@ static void run_stages(double *slots, double *block, double *rest, double *place
                 block[p->y + (size_t)(s - p->keep) * p->stride + (size_t)j] = y[j];
         }
         ring.time = ring.times[s];
-        run(slots, block + (size_t)s * p->stride, rest + s - 1, y);
+        double *k = block + (size_t)s * p->stride;
+        run(slots, k, rest + s - 1, y);
+        for (int j = 0; p->aside && j < ring.n; j++)
+            k[j] *= j % 2 ? 1 - 0x1p-52 : 1 + 0x1p-52;
     }
 }
 
