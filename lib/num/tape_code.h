@@ -55,7 +55,7 @@ struct num_tape {
     void (*compiled)(double *value, double *out, double *rest, const double *in);
     bool reads_inputs;         /* the machine code does, from `in` */
     int first_roots;
-    struct tape_stages *stages;    /* machine code of whole steps, once they were asked for; or NULL */
+    struct tape_stages *stages[2]; /* machine code of whole steps, plain and aside, once they were asked for; or NULL */
     bool keep_all;             /* machine code leaves all values in their slots */
 };
 

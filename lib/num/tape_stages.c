@@ -7,6 +7,7 @@
  * the bit whether this runs or the stages one by one. */
 #include "tape_stages.h"
 
+#include <float.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,8 +18,8 @@
 /* Beyond so many instructions the code is no longer quick to fetch, and what it saves is little
  * against the field itself. */
 enum { INSTRUCTIONS_MOST = 3000, VARIABLES_MOST = 40 };
-/* What is where in `place`: h twice, times, coefficients. */
-enum { TIMES_AT = 2, COEFFICIENTS_AT = TIMES_AT + SGA_STAGES_MOST };
+/* What is where in `place`: h twice, what fields that are wrong are multiplied by, times, coefficients. */
+enum { ASIDE_AT = 2, TIMES_AT = 4, COEFFICIENTS_AT = TIMES_AT + SGA_STAGES_MOST };
 
 struct writer {
     struct compiler c;
@@ -132,6 +133,8 @@ static void store_field(struct writer *w)
         else
             x64_bitwise(&c->code, X64_XOR, SCRATCH, SCRATCH);
         x64_pair(&c->code, X64_PAIR_LOW, to, SCRATCH);
+        if (w->plan->aside)
+            x64_pair_input(&c->code, X64_PAIR_MUL, to, ASIDE_AT);
         x64_pair_out(&c->code, X64_PAIR_STORE, to, (size_t)w->s * w->plan->stride + 2 * (size_t)p);
         if (p < OWN_SLOTS - 1) {
             compiler_bind(c, to, fresh(w, p));
@@ -163,6 +166,8 @@ static void stage(struct writer *w)
 static double *parameters(const struct sga_stages *plan)
 {
     double *place = sga_calloc(COEFFICIENTS_AT + 24 * (size_t)plan->count, sizeof *place), *at = place + COEFFICIENTS_AT;
+    place[ASIDE_AT] = 1 + DBL_EPSILON;
+    place[ASIDE_AT + 1] = 1 - DBL_EPSILON;
     for (int s = 1; s < plan->count; s++)
         for (int m = 0; m < plan->row[s].count; m++, at += 2)
             at[0] = at[1] = plan->row[s].a[m];
@@ -180,9 +185,9 @@ static void enter(struct writer *w)
     c->next[fresh(w, OWN_SLOTS - 1)] = 0;
 }
 
-static bool compile(struct num_tape *t)
+static bool compile(struct num_tape *t, bool aside)
 {
-    struct tape_stages *q = t->stages;
+    struct tape_stages *q = t->stages[aside];
     struct writer w = { .plan = &q->plan, .n = t->first_roots, .coefficient = COEFFICIENTS_AT };
     compiler_begin(&w.c, t);
     w.c.stages = true;
@@ -206,16 +211,22 @@ static bool compile(struct num_tape *t)
     return at != NULL;
 }
 
-void tape_stages_drop(struct num_tape *t)
+static void drop(struct num_tape *t, bool aside)
 {
-    struct tape_stages *q = t->stages;
+    struct tape_stages *q = t->stages[aside];
     if (!q)
         return;
     if (q->run)
         sga_exec_drop(t->memory, (const void *)(uintptr_t)q->run);
     free(q->place);
     free(q);
-    t->stages = NULL;
+    t->stages[aside] = NULL;
+}
+
+void tape_stages_drop(struct num_tape *t)
+{
+    drop(t, false);
+    drop(t, true);
 }
 
 static bool same(const struct sga_stages *a, const struct sga_stages *b)
@@ -231,10 +242,10 @@ static long steps_before(int instructions, const struct sga_stages *plan, int n)
 
 bool num_tape_stages(struct num_tape *t, int first, const struct sga_stages *plan, struct sga_stage_code *code)
 {
-    struct tape_stages *q = t->stages;
+    struct tape_stages *q = t->stages[plan->aside];
     if (!q || !same(&q->plan, plan)) {
-        tape_stages_drop(t);
-        q = t->stages = sga_calloc(1, sizeof *q);
+        drop(t, plan->aside);
+        q = t->stages[plan->aside] = sga_calloc(1, sizeof *q);
         q->plan = *plan;
         q->refused = first > VARIABLES_MOST || first != t->ninputs - 1 || (plan->count - 1) * num_tape_length(t) > INSTRUCTIONS_MOST;
     }
@@ -242,7 +253,7 @@ bool num_tape_stages(struct num_tape *t, int first, const struct sga_stages *pla
         struct num_code one;
         if (q->refused || ++q->asked < steps_before(num_tape_length(t), plan, first) || !num_tape_code(t, first, &one))
             return false;
-        q->refused = !compile(t);
+        q->refused = !compile(t, plan->aside);
         if (q->refused)
             return false;
     }

@@ -14,7 +14,7 @@ struct tape_stages {
     bool needs_time;
 };
 
-/* Releases t->stages and its code. */
+/* Releases what t->stages points to, and the code. */
 void tape_stages_drop(struct num_tape *t);
 
 #endif

@@ -12,7 +12,7 @@
 #include "dop853_tables.h"
 #include "larger.h"
 #include "mem.h"
-#include "method.h"
+#include "rk_step.h"
 
 /* Where the stability region ends on the negative real axis. */
 #define STABILITY_LIMIT 6.1
@@ -62,14 +62,12 @@ static void dop853_free(void *state)
 }
 
 /* The state x + h sum_s a_s k_s, and the field there. */
-RK_INLINE double stage_time(const struct ode_step *step, int s) { return step->t + (step->t_low + dop853_c[s] * step->h); }
-
 RK_INLINE bool run_stage(struct dop853 *d, struct ode_field *field, const struct ode_step *step, int s, size_t stride,
                       double *y)
 {
     for (size_t j = 0; j < d->even; j += 2)
         *(rk_two *)(y + j) = rk_stage(&dop853_a[s], step->h, d->x, d->k, stride, j);
-    return ode_eval_stage(field, stage_time(step, s), y, d->k + (size_t)s * stride);
+    return ode_eval_stage(field, rk_time(step, dop853_c[s]), y, d->k + (size_t)s * stride);
 }
 
 /* e5 can pass through 0 by accident, most of all with few variables, and a step of any
@@ -122,18 +120,6 @@ RK_INLINE void finish_step(struct dop853 *d, struct ode_step *step, size_t strid
     step->log_error = ode_rough_log(q) - 0.5 * ode_rough_log(whole);
 }
 
-/* All stages by one piece of code. False: there is none. */
-static bool run_as_one(struct dop853 *d, const struct ode_field *field, const struct ode_step *step)
-{
-    struct sga_stage_code all;
-    if (field->beside || !field->p->stages || !field->p->stages(field->p->ctx, &d->plan, &all))
-        return false;
-    for (int s = 1; all.needs_time && s < DOP853_STAGES; s++)
-        all.time[s] = stage_time(step, s);
-    all.run(all.slots, d->k, all.rest, all.place, step->h);
-    return true;
-}
-
 RK_INLINE void run_one_by_one(struct dop853 *d, const struct ode_field *field, const struct ode_step *step, size_t stride,
                               const struct ode_code *code)
 {
@@ -142,7 +128,7 @@ RK_INLINE void run_one_by_one(struct dop853 *d, const struct ode_field *field, c
         double *y = s == DOP853_STAGES - 1 ? d->y_last : d->y, *k = d->k + (size_t)s * stride;
         for (size_t j = 0; j < d->even; j += 2)
             *(rk_two *)(y + j) = rk_stage(&dop853_a[s], step->h, d->x, d->k, stride, j);
-        *code->time = stage_time(step, s);
+        *code->time = rk_time(step, dop853_c[s]);
         code->run(code->slots, k, code->rest + (size_t)(s - 1) * code->rests, y);
         ode_step_aside(field, k);
     }
@@ -151,24 +137,13 @@ RK_INLINE void run_one_by_one(struct dop853 *d, const struct ode_field *field, c
 /* The twelve stages by the field's plain code. False: that does not hold here. */
 RK_INLINE bool run_by_code(struct dop853 *d, struct ode_field *field, const struct ode_step *step, size_t stride)
 {
-    rk_two sum = {0, 0};
-    if (!run_as_one(d, field, step)) {
+    if (!rk_as_one(&d->plan, field, step, d->k)) {
         struct ode_code code;
         if (!field->p->code || !field->p->code(field->p->ctx, &code))
             return false;
         run_one_by_one(d, field, step, stride, &code);
     }
-    for (size_t j = 0; j < d->even; j += 2) {
-        rk_two odd = {0, 0}, even = {0, 0};      /* not finite if any of them is not */
-#pragma GCC unroll 6
-        for (size_t s = 1; s < DOP853_STAGES - 1; s += 2) {
-            odd += *(const rk_two *)(d->k + s * stride + j);
-            even += *(const rk_two *)(d->k + (s + 1) * stride + j);
-        }
-        sum += 0.0 * (odd + even + *(const rk_two *)(d->k + (DOP853_STAGES - 1) * stride + j));
-    }
-    field->stats->evaluations += DOP853_STAGES - 1;
-    return sum[0] + sum[1] == 0 && field->p->code_holds(field->p->ctx, DOP853_STAGES - 1);
+    return rk_holds(field, d->k, DOP853_STAGES, d->even, stride);
 }
 
 RK_INLINE enum ode_outcome attempt_with(struct dop853 *d, struct ode_field *field, struct ode_step *step, size_t stride)
@@ -211,7 +186,7 @@ static bool dop853_stiff(const void *state, const struct ode_step *step)
 {
     const struct dop853 *d = state;
     const double *k = d->k + (DOP853_STAGES - 1) * d->stride;
-    return rk_stiff(step, k, d->y_last, STABILITY_LIMIT);
+    return rk_stiff(step->n, step->unit, step->h, step->f1, k, step->x1, d->y_last, STABILITY_LIMIT);
 }
 
 static bool dop853_dense_begin(void *state, struct ode_field *field, struct ode_step *step)

@@ -9,7 +9,6 @@
 
 #include <stddef.h>
 
-#include "method.h"
 #include "stages.h"
 #ifdef __SSE2__
 #include <emmintrin.h>
@@ -98,21 +97,6 @@ RK_INLINE void rk_sum(const struct sga_row *r, const double *k, size_t even, siz
 {
     for (size_t j = 0; j < even; j += 2)
         *(rk_two *)(out + j) = rk_pair(r, k, stride, j);
-}
-
-/* |h| times the largest eigenvalue, estimated by the field's difference over the states' between the step's end and
- * a stage (field k at y) that belongs to the same time, is above `limit`. */
-RK_INLINE bool rk_stiff(const struct ode_step *step, const double *k, const double *y, double limit)
-{
-    rk_two up = {0, 0}, down = {0, 0};
-    for (int j = 0; j < step->n; j += 2) {
-        rk_two part = 1 / rk_of(step->unit, step->n, j, 1);
-        rk_two df = (rk_of(step->f1, step->n, j, 0) - rk_of(k, step->n, j, 0)) * part;
-        rk_two dx = (rk_of(step->x1, step->n, j, 0) - rk_of(y, step->n, j, 0)) * part;
-        up += df * df;
-        down += dx * dx;
-    }
-    return step->h * step->h * (up[0] + up[1]) > limit * limit * (down[0] + down[1]);
 }
 
 #endif

@@ -9,7 +9,7 @@
 #include <string.h>
 
 #include "mem.h"
-#include "method.h"
+#include "rk_step.h"
 #include "tsit5_tables.h"
 
 /* Where the stability region ends on the negative real axis. */
@@ -23,6 +23,7 @@ struct tsit5 {
     double *k;        /* TSIT5_STAGES vectors: the field at the stages */
     double *x;        /* the start of the step */
     double *y, *y_last, *end;   /* states: at the present stage; at the stage before the end; at the end */
+    struct sga_stages plan;
     double *poly;     /* 4 vectors: the polynomial's coefficients */
 };
 
@@ -38,6 +39,8 @@ static void *tsit5_alloc(const struct ode_problem *p)
     d->y_last = d->y + d->stride;
     d->end = d->y_last + d->stride;
     d->poly = d->end + d->stride;
+    d->plan = (struct sga_stages){.count = TSIT5_STAGES, .c = tsit5_c, .row = tsit5_a, .stride = d->stride,
+                                  .x = (size_t)(d->x - d->k), .y = (size_t)(d->y_last - d->k), .keep = TSIT5_END - 1};
     return d;
 }
 
@@ -51,34 +54,38 @@ static void tsit5_free(void *state)
 RK_INLINE bool run_stage(struct tsit5 *d, struct ode_field *field, const struct ode_step *step, int s, size_t stride)
 {
     double *y = s == TSIT5_END ? d->end : s == TSIT5_END - 1 ? d->y_last : d->y;
-    for (size_t j = 0; j < d->even; j += 2) {
-        rk_two rise = step->h * rk_pair(&tsit5_a[s], d->k, stride, j);
-        *(rk_two *)(y + j) = *(const rk_two *)(d->x + j) + rise;
-        if (s == TSIT5_END)
-            *(rk_two *)(d->y + j) = rise;
-    }
-    double t = step->t + (step->t_low + tsit5_c[s] * step->h);
-    return ode_eval_stage(field, t, y, d->k + (size_t)s * stride);
+    for (size_t j = 0; j < d->even; j += 2)
+        *(rk_two *)(y + j) = rk_stage(&tsit5_a[s], step->h, d->x, d->k, stride, j);
+    return ode_eval_stage(field, rk_time(step, tsit5_c[s]), y, d->k + (size_t)s * stride);
 }
 
 /* The increment, and its error estimate, root mean square over the variables. */
 RK_INLINE void finish_step(struct tsit5 *d, struct ode_step *step, size_t stride)
 {
-    double sum = 0, *low = d->poly;
-    rk_sum(&tsit5_error, d->k, d->even, stride, low);
-    for (int j = 0; j < d->n; j++) {
-        step->dx[j] = d->y[j];
-        double e = low[j] / ode_allowed(step->rtol, step->atol, step->unit[j], step->x[j], d->end[j]);
+    rk_two sum = {0, 0};
+    for (int j = 0; j < d->n; j += 2) {
+        rk_two dx = step->h * rk_pair(&tsit5_a[TSIT5_END], d->k, stride, (size_t)j), x = *(const rk_two *)(d->x + j);
+        rk_two scale = 1 / rk_allowed(step->rtol, step->atol, rk_of(step->unit, d->n, j, 1), x, *(const rk_two *)(d->end + j));
+        rk_two e = rk_pair(&tsit5_error, d->k, stride, (size_t)j) * scale;
         sum += e * e;
+        step->dx[j] = dx[0];
+        if (j + 1 < d->n)
+            step->dx[j + 1] = dx[1];
     }
-    step->error = fabs(step->h) * sqrt(sum / d->n);
+    double square = sum[0] + sum[1], h = step->h;
+    step->error = fabs(h) * sqrt(square / d->n);
+    step->log_error = 0.5 * ode_rough_log(h * h * square / d->n);
 }
 
 RK_INLINE enum ode_outcome attempt_with(struct tsit5 *d, struct ode_field *field, struct ode_step *step, size_t stride)
 {
-    for (int j = 0; j < d->n; j++) {
-        d->k[j] = step->f[j];
-        d->x[j] = step->x[j];
+    for (int j = 0; j < d->n; j += 2) {
+        *(rk_two *)(d->k + j) = rk_of(step->f, d->n, j, 0);
+        *(rk_two *)(d->x + j) = rk_of(step->x, d->n, j, 0);
+    }
+    if (rk_as_one(&d->plan, field, step, d->k) && rk_holds(field, d->k, TSIT5_STAGES, d->even, stride)) {
+        finish_step(d, step, stride);
+        return ODE_STEPPED;
     }
 #pragma GCC unroll 7
     for (int s = 1; s < TSIT5_STAGES; s++)
@@ -105,13 +112,7 @@ static bool tsit5_stiff(const void *state, const struct ode_step *step)
 {
     const struct tsit5 *d = state;
     const double *before = d->k + (TSIT5_END - 1) * d->stride, *last = before + d->stride;
-    double up = 0, down = 0;
-    for (int j = 0; j < d->n; j++) {
-        double part = 1 / step->unit[j], df = (last[j] - before[j]) * part, dx = (d->end[j] - d->y_last[j]) * part;
-        up += df * df;
-        down += dx * dx;
-    }
-    return step->h * step->h * up > STABILITY_LIMIT * STABILITY_LIMIT * down;
+    return rk_stiff(step->n, step->unit, step->h, last, before, d->end, d->y_last, STABILITY_LIMIT);
 }
 
 static bool tsit5_dense_begin(void *state, struct ode_field *field, struct ode_step *step)

@@ -62,6 +62,8 @@ static void by_stages(struct num_tape *t, int n, const struct sga_stages *p, dou
         memcpy(in, y, (size_t)n * sizeof *in);
         in[n] = time + p->c[s] * h;
         num_tape_eval(t, in, out);
+        for (int j = 0; p->aside && j < n; j++)
+            out[j] *= j % 2 ? 1 - 0x1p-52 : 1 + 0x1p-52;
         memcpy(block + (size_t)s * p->stride, out, (size_t)n * sizeof *out);
         memcpy(rest + (s - 1) * rests, out + n, (size_t)rests * sizeof *out);
     }
@@ -145,8 +147,18 @@ static void random_step(struct sga_exec *memory)
     with_functions += there && functions;
     odd += there && n % 2;
     wide += there && n > 8;
-    for (int point = 0; there && point < 12; point++)
+    for (int point = 0; there && point < 24; point++) {
+        if (point == 12) {        /* beside the code that is there */
+            p.aside = true;
+            for (int i = 0; i < 20000 && !num_tape_stages(fast, n, &p, &code); i++)
+                ;
+            CHECK(num_tape_stages(fast, n, &p, &code));
+        } else if (random_below(&rng, 2)) {
+            p.aside = !p.aside && point > 12;
+            num_tape_stages(fast, n, &p, &code);
+        }
         compare(plain, fast, n, rests, &p, &code);
+    }
     struct sga_stages other = p;
     other.stride += 2;
     CHECK(!num_tape_stages(fast, n, &other, &code), "other places need other code");

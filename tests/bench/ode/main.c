@@ -82,7 +82,7 @@ static void own_start(struct own *w)
     if (!sga_solve(&w->request.system, &options, &w->shadow, &w->solution, &err) ||
         !flow_init(&w->flow, &w->request.system, &w->solution, &w->motion, &err) ||
         !flow_start(&w->flow, &w->request.system, &w->solution, &w->motion, w->x, &moved, &err) ||
-        !field_begin(&w->flow.field, t->start, w->x, &err) || !field_slope_init(&w->flow.field, &w->solution, &err))
+        !field_begin(&w->flow.field, t->start, w->x, &err) || !field_slope_init(&w->flow.field, &err))
         own_fail(&err);
     static struct sga_budget budget;
     if (!budget.exec)
@@ -140,7 +140,8 @@ static void sweep(const struct problem *p, const struct way *w, struct own *own)
         for (int turn = 0; ok && turn < 10000 && (turn < 2 || spent < least_time) && (turn < 1 || spent < SLOW); turn++) {
             ok = !w->peer ? own_solve(own, p, w->method, w->estimate, tol, &o, &used)
                  : w->gsl ? gsl_solve(p, w->peer, tol, &o) : sundials_solve(p, w->peer, tol, &o);
-            least = fmin(least, o.seconds);
+            if (o.seconds > 0)           /* clocks may stand still for a moment */
+                least = fmin(least, o.seconds);
             spent += o.seconds;
         }
         if (ok)
