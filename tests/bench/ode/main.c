@@ -82,7 +82,7 @@ static void own_start(struct own *w)
     if (!sga_solve(&w->request.system, &options, &w->shadow, &w->solution, &err) ||
         !flow_init(&w->flow, &w->request.system, &w->solution, &w->motion, &err) ||
         !flow_start(&w->flow, &w->request.system, &w->solution, &w->motion, w->x, &moved, &err) ||
-        !field_begin(&w->flow.field, t->start, w->x, &err) || !field_slope_init(&w->flow.field, &w->solution, &err))
+        !field_begin(&w->flow.field, t->start, w->x, &err) || !field_slope_init(&w->flow.field, &err))
         own_fail(&err);
     static struct sga_budget budget;
     if (!budget.exec)
