@@ -2,10 +2,12 @@
 #include "jet.h"
 
 #include <math.h>
+#include <string.h>
 
-#include "jet_code.h"
+#include "jet_machine.h"
 #include "jet_plan.h"
 #include "lu.h"
+#include "tape_code.h"
 #include "value.h"
 
 #define R double
@@ -58,33 +60,29 @@ static double function2(enum expr_op op, double a, double b)
 }
 
 #define R_MACHINE struct jet_machine
-#define R_COMPILED run_compiled
 #define R_CLEAR(j) jet_machine_clear(&(j)->machine)
 
 static void num_jet_run(struct num_jet *j, int k, int from, int to);
-static bool run_compiled(struct num_jet *j, int k);
 
 #include "jet_kernel.h"
 
-/* Order k by machine code. False: there is none (yet). */
-static bool run_compiled(struct num_jet *j, int k)
+bool num_jet_along(struct num_jet *j, int count, int order, double t, double scale, double *series)
 {
     struct jet_machine *m = &j->machine;
-    if (k == 1 && !m->base && m->memory && ++m->runs == JET_RUNS_BEFORE)
-        jet_compile(m, &j->plan, j->order, j->stride);
-    if (k == 0 || k >= j->order || !m->base)
-        return false;
-    m->at[k](j->row, NULL, NULL);
-    return true;
-}
-
-bool num_jet_along(struct num_jet *j, int count, int order, double scale, double *series)
-{
+    if (!m->asked) {
+        m->asked = true;
+        m->has = jet_series_make(&m->series, &j->plan, j->order, count, j->row, j->stride);
+    }
+    if (m->has)
+        return jet_machine_along(m, order, t, scale, series);
     for (int i = 0; i < count; i++)
         num_jet_input(j, i)[0] = series[i];
+    double *time = num_jet_input(j, count);
+    memset(time, 0, j->stride * sizeof *time);
+    time[0] = t;
+    time[1] = scale;
     for (int k = 0; k < order; k++) {
-        if (!run_compiled(j, k))
-            num_jet_run(j, k, j->plan.fixed, j->plan.count);
+        num_jet_run(j, k, j->plan.fixed, j->plan.count);
         double sum = 0;
         series += count;
         for (int i = 0; i < count; i++) {
@@ -102,7 +100,17 @@ void num_jet_compile(struct num_jet *j, struct sga_exec *memory)
 {
     jet_machine_clear(&j->machine);
     j->machine.memory = memory;
-    j->machine.runs = 0;
 }
 
-bool num_jet_compiled(const struct num_jet *j) { return j->machine.base != NULL; }
+bool num_jet_compiled(const struct num_jet *j) { return j->machine.run != NULL; }
+
+bool num_jet_straight(const struct num_tape *t)
+{
+    for (int i = t->nstatic; i < t->ncode; i++) {
+        int op = t->code[i].op;
+        if (op == TAPE_FACTOR || op == TAPE_COMPONENT || op == TAPE_SIGNAL || op == EXPR_ATAN2 || op == EXPR_ABS || op == EXPR_SIGN ||
+            op == EXPR_MIN || op == EXPR_MAX)
+            return false;
+    }
+    return true;
+}

@@ -29,18 +29,22 @@ const double *num_jet_root(const struct num_jet *j, int r);
 /* Coefficient k of everything, those of the inputs up to k and all of lower orders being
  * there. False where that of a root is not finite. */
 bool num_jet_next(struct num_jet *j, int k);
-/* The first `count` inputs follow the roots of the same number: coefficients 1 .. order of
- * x' = scale root from those of order 0, by order into series (order + 1 rows of count), where
- * row 0 is set. False as num_jet_next. */
-bool num_jet_along(struct num_jet *j, int count, int order, double scale, double *series);
+/* The first `count` inputs follow the roots of the same number, the next and last one is the time: coefficients 1 .. order
+ * of x' = scale root from those of order 0, by order into series (order + 1 rows of count), where row 0 is set. False where
+ * one is not finite. What the functions above say is not current after it. 1 <= order. */
+bool num_jet_along(struct num_jet *j, int count, int order, double t, double scale, double *series);
 /* After order k: the least s in (0, 1] at which the argument of an abs, sign, min or max
  * is seen to change sign, INFINITY where none does. Sampled: two changes that lie close together are missed. */
 double num_jet_reach(const struct num_jet *j, int k);
 /* Instructions that each order runs. */
 int num_jet_length(const struct num_jet *j);
-/* As num_tape_compile, for the orders after 0. Not where the tape solves or switches. */
+/* As num_tape_compile, for num_jet_along (always of the same count). Not where the tape solves or switches. Values differ by
+ * roundings from the interpreter's. */
 void num_jet_compile(struct num_jet *j, struct sga_exec *memory);
 bool num_jet_compiled(const struct num_jet *j);
+
+/* num_jet_along will run a program without branches: no solves, no switches. */
+bool num_jet_straight(const struct num_tape *t);
 
 struct num_jet2 *num_jet2_new(const struct num_tape *t, int order);
 void num_jet2_free(struct num_jet2 *j);

@@ -1,24 +1,22 @@
-/* Inside this folder: compiled series. */
+/* Inside this folder: series as a program without branches. */
 #ifndef SGA_NUM_JET_CODE_H
 #define SGA_NUM_JET_CODE_H
 
-#include "exec.h"
-#include "jet_plan.h"
+#include "jet_maker.h"
 
-/* Machine code of the orders 1 .. order - 1 of series in double: at[k](row, NULL, NULL) does
- * what the recurrences do at order k, with the same operations in the same order. */
-struct jet_machine {
-    struct sga_exec *memory;          /* borrowed; NULL: none is to be made */
-    long runs;                        /* of order 1, interpreted */
-    const void *base;                 /* NULL: not made */
-    void (**at)(double *row, double *out, double *rest);   /* by order */
+/* The series along x' = scale f(x, t), all orders in one run: what the recurrences do, but sums are added in another order,
+ * and beyond coefficient 5 divisions are multiplications by reciprocals, so values differ by roundings. */
+struct jet_series {
+    int count, most;           /* variables; highest order */
+    int slots, stride;         /* slots of a row */
+    int part;                  /* the slot of scale / 0, scale / 1, ... */
+    double *memory, *slot;     /* registers, slots; these begin with the rows' coefficients */
+    struct jet_act *act;
+    size_t acts;
 };
 
-/* False: an instruction that only the interpreter knows, too much code, no room or no leave. */
-bool jet_compile(struct jet_machine *m, const struct jet_plan *p, int order, size_t stride);
-void jet_machine_clear(struct jet_machine *m);
-
-/* Compiling costs about as much as so many interpreted series gain. */
-enum { JET_RUNS_BEFORE = 24 };
+/* row: the interpreter's rows, of which what depends on no input is taken over. The first `count` inputs follow the
+ * roots, the next one is the time. False: an instruction that only the recurrences know, or too many acts. */
+bool jet_series_make(struct jet_series *q, const struct jet_plan *p, int order, int count, const double *row, size_t stride);
 
 #endif

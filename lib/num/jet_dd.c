@@ -28,7 +28,6 @@
 #define R_LU_FACTOR num_dd_lu_factor
 #define R_LU_SOLVE num_dd_lu_solve
 #define R_MACHINE char            /* none is made */
-#define R_COMPILED(j, k) false
 #define R_CLEAR(j) (void)0
 
 /* sum_{i < n} a[i] b[n - 1 - i], as if in twice double precision and then rounded (Ogita, Rump,

@@ -2,7 +2,7 @@
  * define R (the number), its operations R_..., and the names STRUCT and FACE(what). In the
  * comments a, b, w are the series of a step's rows; sums run over i + j = k. */
 
-/* R_MACHINE, R_COMPILED, R_CLEAR: machine code of these recurrences, where there is some. */
+/* R_MACHINE, R_CLEAR: machine code of these recurrences, where there is some. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -261,8 +261,7 @@ static void FACE(run)(struct STRUCT *j, int k, int from, int to)
 
 bool FACE(next)(struct STRUCT *j, int k)
 {
-    if (!R_COMPILED(j, k))
-        FACE(run)(j, k, j->plan.fixed, j->plan.count);
+    FACE(run)(j, k, j->plan.fixed, j->plan.count);
     bool finite = true;
     for (int r = 0; r < j->plan.roots; r++)
         finite &= isfinite(R_DOUBLE(FACE(root)(j, r)[k])) != 0;

@@ -112,6 +112,39 @@ static void pair_at(struct x64 *c, enum x64_pair op, int reg, int base, size_t i
 void x64_pair_out(struct x64 *c, enum x64_pair op, int reg, size_t index) { pair_at(c, op, reg, c->leaf ? X64_RSI : RBP, index); }
 void x64_pair_input(struct x64 *c, enum x64_pair op, int reg, size_t index) { pair_at(c, op, reg, c->leaf ? RCX : R14, index); }
 
+static void with_pointer(struct x64 *c, unsigned prefix, unsigned opcode, int reg, enum x64_word base, int index)
+{
+    put_opcode(c, prefix, (unsigned)(reg >> 3 << 2), opcode);
+    memory_operand(c, reg, base, 8 * index);
+}
+
+void x64_pair_load_rsi(struct x64 *c, int reg, int index) { with_pointer(c, 0x66, 0x10, reg, X64_RSI, index); }     /* movupd */
+void x64_pair_mul_rdx(struct x64 *c, int reg, int index) { with_pointer(c, 0x66, X64_MUL, reg, X64_RDX, index); }
+void x64_load_rsi(struct x64 *c, int reg, int index) { with_pointer(c, 0xF2, 0x10, reg, X64_RSI, index); }
+void x64_mul_rdx(struct x64 *c, int reg, int index) { with_pointer(c, 0xF2, X64_MUL, reg, X64_RDX, index); }
+void x64_return(struct x64 *c) { put1(c, 0xC3); }
+
+void x64_call_back(struct x64 *c, size_t offset)
+{
+    int32_t distance = (int32_t)((ptrdiff_t)offset - (ptrdiff_t)(c->count + 5));
+    put1(c, 0xE8);
+    put(c, &distance, sizeof distance);
+}
+
+size_t x64_leave_if(struct x64 *c, int number)
+{
+    unsigned char code[] = { 0x49, 0x81, 0xFE, 0, 0, 0, 0, 0x0F, 0x84, 0, 0, 0, 0 };   /* cmp r14, imm32; je rel32 */
+    memcpy(code + 3, &number, sizeof number);
+    put(c, code, sizeof code);
+    return c->count;
+}
+
+void x64_arrive(struct x64 *c, size_t jump)
+{
+    int32_t distance = (int32_t)(c->count - jump);
+    memcpy(c->byte + jump - sizeof distance, &distance, sizeof distance);
+}
+
 void x64_word(struct x64 *c, enum x64_word reg, uint64_t value)
 {
     put1(c, 0x48);               /* mov reg, imm64 */

@@ -44,6 +44,17 @@ void x64_pair_out(struct x64 *c, enum x64_pair op, int reg, size_t index);      
 void x64_pair_input(struct x64 *c, enum x64_pair op, int reg, size_t index);     /* inputs[index], ... */
 void x64_word(struct x64 *c, enum x64_word reg, uint64_t value);
 void x64_slot_address(struct x64 *c, enum x64_word reg, int slot);
+/* Doubles that rsi and rdx point to, two at a time; those of rdx at multiples of 16 bytes. */
+void x64_pair_load_rsi(struct x64 *c, int reg, int index);            /* rsi[index], rsi[index + 1] */
+void x64_pair_mul_rdx(struct x64 *c, int reg, int index);
+void x64_load_rsi(struct x64 *c, int reg, int index);
+void x64_mul_rdx(struct x64 *c, int reg, int index);
+/* Code that is called from code after it, by its offset. */
+void x64_return(struct x64 *c);
+void x64_call_back(struct x64 *c, size_t offset);
+/* Leaves where the fourth argument is this number; returns what x64_arrive wants, at the place to go to. */
+size_t x64_leave_if(struct x64 *c, int number);
+void x64_arrive(struct x64 *c, size_t jump);
 void x64_call(struct x64 *c, uint64_t address);                       /* all xmm and rax, ... are lost */
 
 #endif

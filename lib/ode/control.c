@@ -43,9 +43,8 @@ double ode_control_accepted(struct ode_control *c, double error, double step)
     return bounded(c, factor, now, step);
 }
 
-/* A power of 2 to three digits, for exponents to some hundreds: the nearest whole one by the rounding of a sum, and a
- * cubic for the rest. */
-static double rough_power(double x)
+/* The nearest whole power by the rounding of a sum, and a cubic for the rest. */
+double ode_rough_power(double x)
 {
     double shifted = x + 0x1.8p52, f = x - (shifted - 0x1.8p52);
     double part = (1 + f * 0.69328) + (f * f) * (0.24221 + f * 0.05501);
@@ -65,7 +64,7 @@ double ode_control_quick(struct ode_control *c, double log_error, double step)
         double trend = (before - 2 * now) * part + ode_rough_log(step / c->step_before);
         rise = trend < rise ? trend : rise;
     }
-    return bounded(c, rough_power(rise), now * LOG_2, step);
+    return bounded(c, ode_rough_power(rise), now * LOG_2, step);
 }
 
 double ode_control_refused(struct ode_control *c, double error)

@@ -24,6 +24,9 @@ double ode_control_refused(struct ode_control *c, double error);
 /* As ode_control_accepted, but for the last digits, from ode_rough_log of the error: for methods whose steps cost little. */
 double ode_control_quick(struct ode_control *c, double log_error, double step);
 
+/* A power of 2 to three digits, for exponents to some hundreds. */
+double ode_rough_power(double x);
+
 /* A first step size (unsigned) from the sizes of x, x' and an estimate of x'' got by an
  * explicit Euler step (Hairer, Norsett, Wanner, II.4). `step` has t, x, f and the
  * tolerances set, h = the whole signed span. One evaluation, or a few where the field is

@@ -13,6 +13,7 @@
 #define BEYOND_HOPE 5.0        /* times the limit of steps */
 #define ACROSS_LOOKS 5
 #define BREAK_PART 0.41
+#define FIRST_SERIES 1000.0    /* times longer than usual: a bound for the first step */
 
 static void march_alloc(struct ode_march *m)
 {
@@ -121,6 +122,8 @@ static bool begin(struct ode_march *m, double *h)
     *h = m->o->first_step > 0
              ? m->o->first_step
              : ode_first_step(&m->field, &m->step, m->method->error_order, m->work);
+    if (m->method->series && !(m->o->first_step > 0))       /* which knows better, but not from everywhere */
+        *h = fmin(FIRST_SERIES * *h, fabs(m->stop - m->t));
     return true;
 }
 
@@ -198,7 +201,7 @@ static enum ode_refusal attempt(struct ode_march *m, double *h, double aim, int 
     for (int j = 0; m->p->project && j < m->p->n; j++)
         if (m->work[j] != m->x1[j])
             m->carry1[j] = 0;
-    if (m->step.f_end && !m->p->project && !m->beside)
+    if (m->step.f_end && !m->beside && (!m->p->project || (m->method->series && m->moved <= 0.01)))
         sga_copy(m->f1, m->step.f_end, m->p->n);
     else if (!ode_eval(&m->field, m->t1, m->x1, m->f1))
         return FIELD_REFUSED;
@@ -311,8 +314,9 @@ static double after_refusal(struct ode_march *m, enum ode_refusal cause)
 static double after_step(struct ode_march *m, double taken)
 {
     m->control.error_order = m->step.error_order;
-    double known = m->step.log_error;
-    double factor = isnan(known) ? ode_control_accepted(&m->control, m->step.error, taken) : ode_control_quick(&m->control, known, taken);
+    double known = m->step.log_error, factor = 1;
+    if (!m->method->series)                  /* which look ahead themselves */
+        factor = isnan(known) ? ode_control_accepted(&m->control, m->step.error, taken) : ode_control_quick(&m->control, known, taken);
     learn_dense(m, 1.2);
     return m->method->accepted ? m->method->accepted(m->state, &m->step, factor) : factor;
 }

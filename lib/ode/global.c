@@ -19,6 +19,8 @@
 /* For the scatter: the delivered solution's error is estimated by this times the
  * difference, and where the looser one is looser by more than LOOSER, by SURE over that. */
 #define ALLOWANCE 1.5
+/* Where rounding may stand in for the error, the two solutions have part of it in common (that of the constants). */
+#define ROUNDING_ALLOWANCE 4.0
 #define SURE 30.0
 #define TIGHTEST_RTOL 1e-14
 /* Below this rounding may stand in for the error, which then follows no tolerance. */
@@ -184,10 +186,10 @@ static bool tighten(const struct ode_run *run, struct ode_run *next, double rati
     }
     set_errors(run, ALLOWANCE, &tight, res);
     /* where the differences fall as they should, the delivered error is smaller still */
-    bool converges = before > 0 && tight.worst < 0.3 * before && next->o.rtol >= ROUNDING_RTOL;
-    if (ratio > LOOSER && converges) {
+    bool falls = before > 0 && tight.worst < 0.3 * before, rounding = next->o.rtol < ROUNDING_RTOL;
+    if (rounding ? !falls : falls && ratio > LOOSER) {
         free(tight.error);
-        set_errors(run, fmin(ALLOWANCE, SURE / ratio), &tight, res);
+        set_errors(run, rounding ? ROUNDING_ALLOWANCE : fmin(ALLOWANCE, SURE / ratio), &tight, res);
     }
     replace(res, &tight);
     return true;

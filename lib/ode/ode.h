@@ -109,6 +109,7 @@ struct ode_problem {
      * the like), beyond which they do not hold; INFINITY. False: they are not finite, or
      * not known here. NULL: there is no such method for this problem. */
     bool (*taylor)(void *ctx, double t, const double *x, int order, double scale, double *series, double *reach);
+    double taylor_rtol;        /* from here on auto takes it; 0: at fine tolerances, as if the series were slow */
     /* Times between start and stop, in the order of the motion, at which the field or its derivatives
      * may jump: steps end there. */
     const double *breaks;

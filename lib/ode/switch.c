@@ -31,7 +31,7 @@
 
 bool ode_takes_series(const struct ode_problem *p, const struct ode_options *o)
 {
-    return p->taylor && ode_method_is_auto(o->method) && o->rtol <= FINE_RTOL;
+    return p->taylor && ode_method_is_auto(o->method) && o->rtol <= (p->taylor_rtol > 0 ? p->taylor_rtol : FINE_RTOL);
 }
 
 void ode_choice_begin(struct ode_march *m)
@@ -39,6 +39,8 @@ void ode_choice_begin(struct ode_march *m)
     struct ode_choice *c = &m->choice;
     *c = (struct ode_choice){.free = ode_method_is_auto(m->o->method), .enough = STIFF_ENOUGH, .try_at = TRY_AFTER,
                              .explicit = m->method->implicit || m->method->series ? ode_method_find(NULL, m->o->rtol) : m->method};
+    if (c->free && m->series)
+        m->method = &ode_taylor;
     m->state = m->method->alloc(m->p);
     *(m->method->implicit ? &c->implicit_state : m->method->series ? &c->series_state : &c->explicit_state) = m->state;
     c->series_wait = SERIES_AFTER;

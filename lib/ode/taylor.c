@@ -15,15 +15,19 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "control.h"
 #include "larger.h"
 #include "mem.h"
 #include "method.h"
 
 #define LEAST_ORDER 6
-#define MOST_ORDER 24
+#define MOST_ORDER 32
 /* Terms are expected to fall by this from each to the next at the end of a step. */
 #define EXPECTED_FALL 0.2
 #define LAST_TERMS 3
+/* The error of a step by its last terms, in units of that allowed: other methods' steps err by less than they are
+ * estimated to, while here terms say quite exactly what is left out, so that it has to be asked for. */
+#define STRICT 0.02
 /* Longer steps than the terms allow are of no use, shorter ones cost. */
 #define SAFETY 0.95
 /* The end of the series is passed by this part of a step, so that the next begins beyond. */
@@ -34,6 +38,8 @@
  * near to fast components that the field answers loudly): so many steps grow slowly then. */
 #define CAUTION 4
 #define SLOW_GROWTH 1.1
+#define FIRST 2                /* the order whose term is compared with the next but one, */
+#define RISE 1e3               /* as the last but two with the last: squares of their ratios */
 /* The field's own rounding, in units of its last place, is no defect. */
 #define FIELD_ROUNDING 500.0
 
@@ -43,16 +49,18 @@ struct taylor {
     double scale, reach;
     double t, t_low;           /* where they belong to; the state is their first row */
     bool known;
-    double *part;              /* n: 1 / the error allowed in this step */
+    double *part, per_n;       /* n: 1 / the error allowed in this step; 1 / n */
     double *end, *f, *slope;   /* n: the state, the field and the polynomial's at the end of a step */
     double term[LAST_TERMS];   /* see last_terms */
     int cautious;              /* steps to come */
+    bool rising;               /* see rises */
 };
 
 static void *taylor_alloc(const struct ode_problem *p)
 {
     struct taylor *w = sga_calloc(1, sizeof *w);
     w->n = p->n;
+    w->per_n = 1.0 / (p->n ? p->n : 1);
     w->series = sga_calloc((MOST_ORDER + 5) * (size_t)p->n + 1, sizeof *w->series);
     w->end = w->series + (MOST_ORDER + 1) * (size_t)p->n;
     w->f = w->end + p->n;
@@ -78,7 +86,9 @@ static int order_for(const struct ode_step *step)
     double tol = fmax(step->rtol, DBL_EPSILON);
     if (!(step->rtol > 0))
         tol = fmin(1e-3, fmax(step->atol, DBL_EPSILON));
-    int order = (int)ceil(-0.6 * log(tol) + 2);
+    /* even always: solutions that are compared must not differ in whether it is the odd terms or the even ones that are
+     * left out, of which a projection may remove the one sort */
+    int order = 2 * (int)ceil(-0.3 * log(tol) + 4);
     return order < LEAST_ORDER ? LEAST_ORDER : order > MOST_ORDER ? MOST_ORDER : order;
 }
 
@@ -92,13 +102,6 @@ static void weigh(struct taylor *w, const struct ode_step *step)
 static double weighted(const struct taylor *w, const double *v)
 {
     double most = 0, sum = 0;
-    for (int j = 0; j < w->n; j++) {
-        double a = v[j] * w->part[j];
-        sum += a * a;
-    }
-    if (sum > 1e-200 && sum < 1e200)
-        return sqrt(sum / w->n);
-    sum = 0;
     for (int pass = 0; pass < 2; pass++) {
         for (int j = 0; j < w->n; j++) {
             double a = fabs(v[j]) * w->part[j];
@@ -145,17 +148,40 @@ static bool expand(struct taylor *w, struct ode_field *field, struct ode_step *s
     return w->known;
 }
 
+/* The mean square of v in units of the error allowed, where squares neither over- nor underflow; else -1. */
+static double mean_square(const struct taylor *w, const double *v)
+{
+    double sum = 0;
+    for (int j = 0; j < w->n; j++) {
+        double a = v[j] * w->part[j];
+        sum += a * a;
+    }
+    return sum > 1e-200 && sum < 1e200 ? sum * w->per_n : -1;
+}
+
 /* The last terms at s = 1, the earlier ones taken on by the fall expected. Returns up to which s
  * they are within tolerance. */
 static double last_terms(struct taylor *w)
 {
-    double fall = EXPECTED_FALL, most = -INFINITY;
+    double fall = EXPECTED_FALL, most = -500;
     for (int i = 0; i < LAST_TERMS; i++, fall *= EXPECTED_FALL) {
         int k = w->order - i;
-        w->term[i] = fall * weighted(w, w->series + (size_t)k * (size_t)w->n);
-        most = sga_larger(most, log(w->term[i]) / k);
+        const double *last = w->series + (size_t)k * (size_t)w->n;
+        double square = mean_square(w, last);
+        w->term[i] = fall * (square > 0 ? sqrt(square) : weighted(w, last));
+        most = sga_larger(most, ode_rough_log(w->term[i] * (1 / STRICT)) / k);
     }
-    return exp(-most);
+    return ode_rough_power(-most);
+}
+
+/* The last coefficients fall more slowly than the first ones, by far: it is fast components as small as roundings that end
+ * the step, a sign of stiffness. (Other terms fall about alike, or ever faster.) */
+static bool rises(const struct taylor *w)
+{
+    size_t n = (size_t)w->n, last = (size_t)w->order;
+    double first = mean_square(w, w->series + FIRST * n), before = mean_square(w, w->series + (last - 2) * n);
+    return first > 0 && before > 0 &&
+           mean_square(w, w->series + last * n) * first > RISE * before * mean_square(w, w->series + (FIRST + 2) * n);
 }
 
 /* The error of a step to s. */
@@ -169,24 +195,47 @@ static double error_at(const struct taylor *w, double s)
     return most;
 }
 
-/* The polynomial less its first term at s, and the field that it says. */
+/* Two variables at a time, of any address. */
+typedef double pair __attribute__((vector_size(16), aligned(8), may_alias));
+
+/* The polynomial less its first term at s, and (where slope is not NULL) the field that it says. Even and odd terms apart, so
+ * that no long chain waits for itself; the second variable of the last pair is the first of the next row, or what follows
+ * the series, where n is odd. */
 static void evaluate(const struct taylor *w, double s, double *dx, double *slope)
 {
-    size_t n = (size_t)w->n;
-    double part = 1 / w->scale, unused[4];
-    for (size_t j = 0; j < n; j += 4) {           /* four at a time: sums that do not wait for each other */
-        double v[4] = {0}, d[4] = {0};
-        size_t left = n - j < 4 ? n - j : 4;
-        for (size_t k = (size_t)w->order; k > 0; k--)
-            for (size_t i = 0; i < left; i++) {
-                double c = w->series[k * n + j + i];
-                v[i] = (v[i] + c) * s;
-                d[i] = d[i] * s + (double)k * c;
-            }
-        for (size_t i = 0; i < left; i++) {
-            dx[j + i] = v[i];
-            (slope ? slope + j : unused)[i] = d[i] * part;
+    size_t n = (size_t)w->n, order = (size_t)w->order;
+    double q = s * s, part = 1 / w->scale;
+    pair q2 = {q, q};
+    for (size_t j = 0; j < n; j += 2) {
+        const double *c = w->series + order * n + j;
+        pair even = {0}, odd = {0}, rise = {0}, fall = {0};     /* of the terms from 2 on; and times their orders */
+        double k = (double)order;
+        if (order % 2) {
+            odd = *(const pair *)c;
+            fall = odd * (pair){k, k};
+            c -= n;
+            k--;
         }
+        for (; k > 3; k -= 2, c -= 2 * n) {
+            pair a = *(const pair *)c, b = *(const pair *)(c - n);
+            even = even * q2 + a;
+            odd = odd * q2 + b;
+            rise = rise * q2 + a * (pair){k, k};
+            fall = fall * q2 + b * (pair){k - 1, k - 1};
+        }
+        pair a = *(const pair *)c, b = *(const pair *)(c - n);
+        even = even * q2 + a;
+        rise = rise * q2 + a * (pair){2, 2};
+        odd = b * (pair){s, s} + q2 * (even + odd * (pair){s, s});
+        fall = (b + ((pair){s, s} * rise + q2 * fall)) * (pair){part, part};
+        dx[j] = odd[0];
+        if (slope)
+            slope[j] = fall[0];
+        if (j + 1 == n)
+            break;
+        dx[j + 1] = odd[1];
+        if (slope)
+            slope[j + 1] = fall[1];
     }
 }
 
@@ -198,12 +247,23 @@ static bool defect(struct taylor *w, struct ode_field *field, const struct ode_s
         w->end[j] = step->x[j] + step->dx[j];
     if (!ode_eval(field, step->t + (step->t_low + step->h), w->end, w->f))
         return false;
+    double misses = 0, sizes = 0;
     for (int j = 0; j < w->n; j++) {
-        w->slope[j] = step->h * (w->slope[j] - w->f[j]);
-        w->f[j] *= step->h;
+        double size = w->f[j] * w->part[j], a = w->slope[j] * w->part[j] - size;
+        misses += a * a;
+        sizes += size * size;
     }
-    double rounding = FIELD_ROUNDING * DBL_EPSILON * weighted(w, w->f);
-    *miss = sga_larger(0, weighted(w, w->slope) - rounding) / (w->order + 1);
+    double h = fabs(step->h);
+    if (!(misses < 1e200 && sizes < 1e200 && (misses > 1e-200 || misses == 0))) {     /* squares over- or underflow */
+        for (int j = 0; j < w->n; j++)
+            w->slope[j] -= w->f[j];
+        misses = h * weighted(w, w->slope);
+        sizes = h * weighted(w, w->f);
+    } else {
+        misses = h * sqrt(misses * w->per_n);
+        sizes = h * sqrt(sizes * w->per_n);
+    }
+    *miss = sga_larger(0, misses - FIELD_ROUNDING * DBL_EPSILON * sizes) / (w->order + 1);
     return true;
 }
 
@@ -226,6 +286,8 @@ static enum ode_outcome taylor_attempt(void *state, struct ode_field *field, str
         w->cautious = CAUTION;
     step->error = step->dense_error = step->doubt = fmax(error_at(w, s), miss);
     step->error_order = w->order;
+    w->rising = rises(w);
+    step->f_end = w->f;
     return ODE_STEPPED;
 }
 
@@ -245,7 +307,7 @@ static double taylor_accepted(void *state, const struct ode_step *step, double f
 static bool taylor_stiff(const void *state, const struct ode_step *step)
 {
     (void)step;
-    return ((const struct taylor *)state)->cautious > 0;
+    return ((const struct taylor *)state)->cautious > 0 || ((const struct taylor *)state)->rising;
 }
 
 static bool taylor_dense_begin(void *state, struct ode_field *field, struct ode_step *step)

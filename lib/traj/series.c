@@ -6,6 +6,14 @@
 
 #include "mem.h"
 
+enum { HEADROOM = 4 };         /* for the tighter solution that errors are estimated by */
+enum { SHORT = 150 };          /* operations */
+
+bool series_fast(const struct field *f)
+{
+    return f->fast && f->plain && num_tape_length(f->plain) <= SHORT && num_jet_straight(f->plain);
+}
+
 bool series_along(struct series *s, struct field *f, double t, const double *x, int order, double scale, double *out, double *reach)
 {
     int n = f->n;
@@ -13,17 +21,12 @@ bool series_along(struct series *s, struct field *f, double t, const double *x, 
         return false;
     if (!s->jet || s->order < order) {
         num_jet_free(s->jet);
-        s->jet = num_jet_new(f->plain, order);
-        s->order = order;
+        s->order = order + HEADROOM;
+        s->jet = num_jet_new(f->plain, s->order);
         num_jet_compile(s->jet, s->memory);
     }
-    double *time = num_jet_input(s->jet, n);
-    memset(time, 0, (size_t)(order + 1) * sizeof *time);
-    time[0] = t;
-    if (order > 0)
-        time[1] = scale;
     sga_copy(out, x, n);
-    if (!num_jet_along(s->jet, n, order, scale, out))
+    if (!num_jet_along(s->jet, n, order, t, scale, out))
         return false;
     *reach = num_jet_reach(s->jet, order - 1);
     return true;

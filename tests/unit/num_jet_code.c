@@ -1,26 +1,32 @@
 /* Series by machine code against the interpreted recurrences, coefficient by coefficient: every
- * operator alone, all together, and products of random ones; what only the interpreter knows
- * is left to it. */
+ * operator alone, all together, products of random ones, random systems of several variables and of time alone; at
+ * every order from 1 to the highest, at scales both ways, and where a value is missing. What only the
+ * interpreter knows is left to it. */
 #include "check.h"
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "exec.h"
 #include "jet.h"
 #include "parse.h"
 
-enum { ORDER = 19, SERIES = 40 };
+enum { ORDER = 25, RUNS = 40, VARIABLES = 3 };
 static struct expr_store st;
 static const char *const names[] = { "x", "y", "z", "t" };
-static int inputs[4];
+static int inputs[VARIABLES + 1];
+static int ran;                /* series that machine code made */
 
 static const char *const compiled[] = {
     "x + y", "x - z", "-y", "x*y", "x^2", "x/y", "3/x", "x/7", "7*y", "x^3", "x^7", "y^-2", "exp(x*y)", "sin(x)*cos(x)", "cos(y + t)",
-    "sinh(x) + cosh(x)", "tan(x/3)", "tanh(z)", "sqrt(2 + x)", "log(3 + y)", "atan(x)", "asin(x/9)", "(2 + x)^(1/3)", "cbrt(2 + y)",
-    "(2 + x)^(7/2)", "t*x", "t", "pi*z", "(x*y - z)/(1 + x^2*z^2)", "sin(x*cos(y*exp(z)))",
+    "sinh(x) + cosh(x)", "tan(x/3)", "tanh(z)", "sqrt(2 + x)", "log(3 + y)", "atan(x)", "asin(x/9)", "acos(y/9)", "asinh(y)", "acosh(2 + x^2)",
+    "atanh(x/9)", "(2 + x)^(1/3)", "cbrt(2 + y)", "(2 + x)^(7/2)", "t*x", "t", "t^3 - x", "x - t^2", "t*t*t*y", "sin(t)*x", "cos(3*t) + sin(3*t)",
+    "exp(t)", "sqrt(3 + t)", "1/(2 + t)", "x/(2 + t)", "t/(2 + x)", "(1 + t)^(1/3)", "pi*z", "(x*y - z)/(1 + x^2*z^2)", "sin(x*cos(y*exp(z)))",
+    "sqrt(x^2 + y^2)^3", "x/(x^2 + y^2)^(3/2)", "2", "0*x", "x", "log(t + 2)", "tan(t)", "x^pi", "(2 + x)^y",
 };
-static const char *const interpreted[] = { "abs(x + 5)", "max(x, 9)", "atan2(x, 2 + y)" };
+static const char *const interpreted[] = { "abs(x + 5)", "max(x, 9)", "atan2(x, 2 + y)", "sign(x)" };
+static const char *const missing[] = { "sqrt(x - 9)", "log(-x - 9)", "y/sin(t)", "asin(x + 9)", "(x - 9)^(1/3)", "exp(1000*x + 9000)", "x/t" };
 
 static expr_id parse(const char *text)
 {
@@ -36,35 +42,52 @@ static double random_between(uint64_t *seed, double a, double b)
     return a + (b - a) * (double)(*seed >> 11) * 0x1p-53;
 }
 
-static void fill(struct num_jet *j, uint64_t seed)
+/* Coefficients agree to roundings of the sizes that the three series have around there. */
+static bool near(const double *a, const double *b, int order)
 {
-    for (int i = 0; i < 4; i++)
-        for (int k = 0; k <= ORDER; k++)
-            num_jet_input(j, i)[k] = i == 3 ? (k == 0 ? 0.3 : k == 1 ? 0.25 : 0)
-                                            : random_between(&seed, k ? -1 : 0.3, 1) / (1 + k);
+    double size = 0;
+    for (int k = 0; k <= order; k++) {
+        double here = 0, most = 0;
+        for (int i = 0; i < VARIABLES; i++) {
+            here = fmax(here, fmax(fabs(a[k * VARIABLES + i]), k < order ? fabs(a[(k + 1) * VARIABLES + i]) : 0));
+            most = fmax(most, fabs(a[k * VARIABLES + i] - b[k * VARIABLES + i]));
+        }
+        size = fmax(0.3 * size, here);
+        if (!(most <= 1e-13 * size))
+            return false;
+    }
+    return true;
 }
 
-static void compare(const expr_id *root, int roots, bool makes, const char *what)
+/* x' = the three roots, at random points; makes: whether there is to be machine code; has: whether there is to be a series. */
+static void compare(const expr_id *root, bool makes, bool has, const char *what)
 {
     struct sga_error err = { 0 };
-    struct num_tape *t = num_tape_new(&st, root, roots, inputs, 4, &err);
+    struct num_tape *t = num_tape_new(&st, root, VARIABLES, inputs, VARIABLES + 1, &err);
     struct num_jet *plain = num_jet_new(t, ORDER), *fast = num_jet_new(t, ORDER);
     struct sga_exec *memory = sga_exec_new(1 << 22);
-    int same = 0, all = 0;
+    double a[(ORDER + 1) * VARIABLES + 1], b[(ORDER + 1) * VARIABLES + 1];
+    uint64_t seed = 5;
+    int same = 0, all = 0, series = 0;
     num_jet_compile(fast, memory);
-    for (int s = 0; s < SERIES; s++) {
-        fill(plain, (uint64_t)s);
-        fill(fast, (uint64_t)s);
-        for (int k = 0; k < ORDER; k++) {
-            bool a = num_jet_next(plain, k), b = num_jet_next(fast, k);
-            for (int r = 0; r < roots; r++) {
-                double p = num_jet_root(plain, r)[k], q = num_jet_root(fast, r)[k];
-                same += a == b && (p == q || (isnan(p) && isnan(q)));
-                all++;
-            }
-        }
+    for (int s = 0; s < RUNS + ORDER; s++) {
+        int order = s < RUNS ? ORDER : s - RUNS + 1;
+        double now = has ? 0.3 : 0, scale = s % 3 == 0 ? -0.25 : s % 3 == 1 ? 0.125 : 0.25;
+        memset(a, 0, sizeof a);
+        memset(b, 0, sizeof b);
+        a[(order + 1) * VARIABLES] = b[(order + 1) * VARIABLES] = 17;
+        for (int i = 0; i < VARIABLES; i++)
+            a[i] = b[i] = random_between(&seed, 0.3, 1);
+        bool p = num_jet_along(plain, VARIABLES, order, now, scale, a), q = num_jet_along(fast, VARIABLES, order, now, scale, b);
+        bool agree = p == q && a[(order + 1) * VARIABLES] == b[(order + 1) * VARIABLES];
+        agree &= !p || near(a, b, order);
+        same += agree;
+        series += p;
+        all++;
+        ran += num_jet_compiled(fast);
     }
     CHECK(same == all, "%s: %d of %d", what, same, all);
+    CHECK(series == (has ? all : 0), "%s: %d series of %d", what, series, all);
     if (memory)
         CHECK(num_jet_compiled(fast) == makes && !num_jet_compiled(plain), "%s", what);
     num_jet_free(plain);
@@ -73,27 +96,45 @@ static void compare(const expr_id *root, int roots, bool makes, const char *what
     sga_exec_free(memory);
 }
 
+/* a sum of random parts of small size */
+static expr_id mixed(const expr_id *of, int n, uint64_t *seed)
+{
+    expr_id e = expr_mul(&st, of[(int)random_between(seed, 0, n)], of[(int)random_between(seed, 0, n)]);
+    e = expr_add(&st, expr_mul(&st, parse("1/16"), e), of[(int)random_between(seed, 0, n)]);
+    return expr_mul(&st, parse("1/64"), e);
+}
+
 int main(void)
 {
-    enum { FAST = sizeof compiled / sizeof *compiled, SLOW = sizeof interpreted / sizeof *interpreted };
-    expr_id root[FAST + SLOW], made[FAST];
+    enum { FAST = sizeof compiled / sizeof *compiled, SLOW = sizeof interpreted / sizeof *interpreted,
+           NONE = sizeof missing / sizeof *missing, SYSTEMS = 60 };
+    expr_id root[FAST], made[VARIABLES];
     uint64_t seed = 7;
+    char what[32];
     expr_store_init(&st);
-    for (int i = 0; i < 4; i++) {
-        expr_symbol_add(&st, names[i], i < 3 ? EXPR_VARIABLE : EXPR_TIME);
+    for (int i = 0; i <= VARIABLES; i++) {
+        expr_symbol_add(&st, names[i], i < VARIABLES ? EXPR_VARIABLE : EXPR_TIME);
         inputs[i] = expr_symbol_find(&st, names[i], 1);
     }
     for (int i = 0; i < FAST; i++) {
         root[i] = parse(compiled[i]);
-        compare(root + i, 1, true, compiled[i]);
+        expr_id alone[] = { expr_mul(&st, parse("1/16"), root[i]), parse("x/3 - z/5"), parse("cos(x)/9") };
+        compare(alone, true, true, compiled[i]);
     }
-    compare(root, FAST, true, "all");
-    for (int i = 0; i < FAST; i++)
-        made[i] = expr_mul(&st, root[(int)random_between(&seed, 0, FAST)], expr_add(&st, root[(int)random_between(&seed, 0, FAST)], root[i]));
-    compare(made, FAST, true, "products");
+    for (int s = 0; s < SYSTEMS; s++) {
+        for (int i = 0; i < VARIABLES; i++)
+            made[i] = mixed(root, FAST, &seed);
+        snprintf(what, sizeof what, "system %d", s);
+        compare(made, true, true, what);
+    }
+    CHECK(ran > 0, "machine code never ran");
     for (int i = 0; i < SLOW; i++) {
-        root[i] = parse(interpreted[i]);
-        compare(root + i, 1, false, interpreted[i]);
+        expr_id alone[] = { parse(interpreted[i]), parse("x/3"), parse("y") };
+        compare(alone, false, true, interpreted[i]);
+    }
+    for (int i = 0; i < NONE; i++) {
+        expr_id alone[] = { parse("y"), parse(missing[i]), parse("y*z") };
+        compare(alone, true, false, missing[i]);
     }
     expr_store_clear(&st);
     return CHECK_END();

@@ -101,7 +101,7 @@ static void circle(void)
             CHECK(r.count == count && strcmp(r.method, "taylor") == 0, "%d", r.count);
             for (int k = 0; k < r.count; k++) {
                 double e = hypot(r.samples[2 * k] - cos(times[k]), r.samples[2 * k + 1] - sin(times[k]));
-                CHECK(e <= r.error[k] + 1e-15, "at %g: %g, estimate %g", times[k], e, r.error[k]);
+                CHECK(e <= r.error[k] + 1e-15, "at %g: %g, estimate %g tol %g steps %ld", times[k], e, r.error[k], tol, r.stats.steps);
             }
             CHECK(r.max_residual < 1e-15 && r.stats.refused == 0, "%g: %g %ld", tol, r.max_residual, r.stats.refused);
             CHECK(r.worst <= 1 || (tol < 5e-13 && r.shortfall), "%g: %g", tol, r.worst);    /* rounding grows over the way */
