@@ -17,14 +17,15 @@
 #include "radau.h"
 
 #define STIFF_ENOUGH 6        /* steps set by stability before the implicit method is tried */
-#define TRY_AFTER 300          /* steps after which it is tried anyway, then twice, ... */
+#define TRY_EARLY 24           /* steps after which it is tried anyway where so many more are to come */
+#define TRY_MANY 150.0
+#define TRY_AFTER 300          /* where they are not, or it was no better: after so many, then twice, ... */
 #define BACK_AFTER 25          /* implicit steps between looks at the way back */
 #define ON_TRIAL 96            /* steps set by stability after which implicit steps are made although one try of them did not look longer */
 #define ON_TRIAL_REST 1000.0   /* where so many explicit steps are left */
 #define GAIN 1.5               /* by which another method must be better */
 #define FINE_RTOL 1.1e-10      /* from here on Taylor series go farther for their work: measured over the references */
 #define SERIES_AFTER 3         /* steps before they are tried; a stiff start shows in these */
-#define SERIES_TRY_AFTER 200   /* steps with them after which the implicit method is tried */
 #define TRIALS 5
 #define POWER_STEPS 12
 #define EXPLICIT_REACH 0.65    /* of the stability limit: explicit steps of this size are stable in all directions */
@@ -37,7 +38,7 @@ bool ode_takes_series(const struct ode_problem *p, const struct ode_options *o)
 void ode_choice_begin(struct ode_march *m)
 {
     struct ode_choice *c = &m->choice;
-    *c = (struct ode_choice){.free = ode_method_is_auto(m->o->method), .enough = STIFF_ENOUGH, .try_at = TRY_AFTER,
+    *c = (struct ode_choice){.free = ode_method_is_auto(m->o->method), .enough = STIFF_ENOUGH, .try_at = TRY_EARLY,
                              .explicit = m->method->implicit || m->method->series ? ode_method_find(NULL, m->o->rtol) : m->method};
     if (c->free && m->series)
         m->method = &ode_taylor;
@@ -88,7 +89,7 @@ static double try_series(struct ode_march *m, double h)
     m->state = c->series_state;
     m->dense_ratio = 1;
     ode_control_begin(&m->control, ode_taylor.error_order);
-    c->try_at = m->res->stats.steps + SERIES_TRY_AFTER;
+    c->try_at = m->res->stats.steps + TRY_EARLY;
     c->h = 0;
     return fabs(m->step.h);
 }
@@ -160,10 +161,13 @@ static double try_implicit(struct ode_march *m, double h)
     c->h = c->h > 0 ? 0.9 * c->h + 0.1 * own : own;
     if (!stiff && steps < c->try_at)
         return h;
+    bool postpone = !stiff && steps < TRY_AFTER && fabs(m->stop - m->t) < TRY_MANY * c->h;
     if (stiff)
         c->enough *= 2;
     else
-        c->try_at = 2 * steps;
+        c->try_at = postpone ? TRY_AFTER : steps < TRY_AFTER ? 4 * steps : 2 * steps;
+    if (postpone)
+        return h;
     c->stiff = 0;
     if (!c->implicit_state)
         c->implicit_state = ode_radau.alloc(m->p);
