@@ -1,7 +1,7 @@
 /* Compiling expressions to a tape.
  *
  * The nodes of the cones come children first, so one pass in their order emits the
- * code; two passes put what depends on no input in front. Sine and cosine of one
+ * code; three passes put what depends on no input in front, and next to it what depends on time alone. Sine and cosine of one
  * argument become one instruction, a matrix of linear solves is factored once for all of their
  * components and right sides. */
 #include "tape_code.h"
@@ -14,12 +14,14 @@
 #include "mem.h"
 #include "value.h"
 
+enum { STATIC, TIMED, LIVE };
+
 struct builder {
     const struct expr_store *st;
     struct num_tape *t;
     struct expr_cone cone;
     int *slot;            /* by node: its slot; -1: none yet */
-    unsigned char *live;  /* by node: depends on an input */
+    unsigned char *live;  /* by node: depends on no input, on time alone, on others */
     int *solve;           /* by linear solve: its index in the tape; -1: none yet */
     int time;             /* the input that is time, or -1 */
     int *sine, *cosine;   /* by node: its sine and cosine among the cone, or 0 */
@@ -46,7 +48,7 @@ static bool place_inputs(struct builder *b, const int *inputs)
     return true;
 }
 
-/* Slots for the constants; which nodes depend on inputs; which sines have a cosine. */
+/* Slots for the constants; what nodes depend on; which sines have a cosine. */
 static void survey(struct builder *b)
 {
     const struct expr_store *st = b->st;
@@ -57,10 +59,12 @@ static void survey(struct builder *b)
         const struct expr_node *n = st->node + e;
         if (n->op == EXPR_CONST || n->op == EXPR_PI)
             b->slot[e] = t->code_slot++;
-        b->live[e] = n->op == EXPR_SYM;
+        b->live[e] = n->op != EXPR_SYM ? STATIC : b->time >= 0 && (b->slot[e] == b->time || b->slot[e] < 0) ? TIMED : LIVE;
         int children = expr_children(st, e);
-        for (int k = 0; k < children && !b->live[e]; k++)
-            b->live[e] = b->live[expr_child(st, e, k)];
+        for (int k = 0; k < children; k++) {
+            unsigned char of = b->live[expr_child(st, e, k)];
+            b->live[e] = of > b->live[e] ? of : b->live[e];
+        }
         if (n->op == EXPR_SIN)
             b->sine[n->a] = e;
         if (n->op == EXPR_COS)
@@ -154,14 +158,16 @@ static void emit_node(struct builder *b, expr_id e)
 static void emit_code(struct builder *b)
 {
     struct num_tape *t = b->t;
-    for (int live = 0; live < 2; live++) {
+    for (int live = STATIC; live <= LIVE; live++) {
         for (int i = 0; i < b->cone.count; i++) {
             expr_id e = b->cone.list[i];
             if (b->live[e] == live && b->slot[e] < 0)
                 emit_node(b, e);
         }
-        if (!live)
+        if (live == STATIC)
             t->nstatic = t->ncode;
+        if (live <= TIMED)
+            t->ntimed = t->ncode;
     }
     t->slots = t->code_slot + t->ncode;
 }
@@ -179,6 +185,7 @@ static void fill(struct builder *b, const expr_id *roots)
 {
     struct num_tape *t = b->t;
     t->value = sga_calloc((size_t)t->slots + 1, sizeof *t->value);
+    tape_forget_time(t);
     t->low = sga_calloc((size_t)(t->code_slot - t->ninputs) + 1, sizeof *t->low);
     for (int i = 0; i < b->cone.count; i++) {
         expr_id e = b->cone.list[i];

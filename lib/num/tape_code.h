@@ -38,10 +38,11 @@ struct tape_solve {
 struct num_tape {
     int ninputs, nroots;
     int code_slot;             /* inputs, then constants, come before the code */
-    int ncode, nstatic;        /* code[0 .. nstatic) does not depend on inputs */
+    int ncode, nstatic;        /* code[0 .. nstatic) does not depend on inputs, */
+    int ntimed;                /* code[nstatic .. ntimed) depends on time alone */
     struct tape_code *code;
     int slots;                 /* code_slot + ncode */
-    double *value;             /* by slot */
+    double *value;             /* by slot; then the time that machine code has the timed slots for */
     double *low;               /* by constant: what its double leaves of it */
     int *root;                 /* slots */
     struct tape_solve *solve;
@@ -68,6 +69,8 @@ static inline bool tape_reads_two(int op)
     return op < EXPR_OP_COUNT && expr_op_args((enum expr_op)op) == 2;
 }
 
+/* The timed slots are not those of any time. */
+void tape_forget_time(struct num_tape *t);
 /* Run code[from .. to) on t->value. */
 void tape_run(struct num_tape *t, int from, int to);
 /* What libm does not have: x^n by squaring; NaN in, NaN out, on either side; NaN for a negative base. */

@@ -22,14 +22,15 @@ struct compiler {
     int *root, *next_root;             /* by slot, by root: the first (another) root that has this value, or NONE */
     unsigned char *delivered;          /* by root: stored among the results */
     bool stages;                       /* inputs come in registers, or are in their slots; the first roots stay for the caller */
+    bool timed;                        /* calls are saved by keeping the timed slots from one time to the next */
     int rest_at;                       /* where this stage's rest begins */
 };
 
 void compiler_begin(struct compiler *c, struct num_tape *t);
 void compiler_end(struct compiler *c);
-/* c->next as before the first instruction. With `stages` the first roots are read after the last one. */
-void compiler_find_uses(struct compiler *c);
-/* c->code.leaf, t->reads_inputs. */
+/* c->next as before instruction `from`. With `stages` the first roots are read after the last one. */
+void compiler_find_uses(struct compiler *c, int from);
+/* c->code.leaf, c->timed, t->reads_inputs. */
 void compiler_look(struct compiler *c);
 void compiler_instruction(struct compiler *c, int i);
 /* A register whose value is not needed any more, or last of all; not one of the two. */

@@ -102,6 +102,12 @@ static bool all_finite(const double *v, int n)
     return carry >> 63 == 0;
 }
 
+void tape_forget_time(struct num_tape *t)
+{
+    static const uint64_t none = 0x7FF4A5A55A5A1234u;      /* a NaN that no time is */
+    memcpy(t->value + t->slots, &none, sizeof none);
+}
+
 static void load(struct num_tape *t, const double *in, int count)
 {
     for (int i = 0; i < count; i++)
@@ -173,6 +179,7 @@ bool tape_eval_all(struct num_tape *t, const double *in, double *out)
     if (t->keep_all)
         return num_tape_eval(t, in, out);
     load(t, in, t->ninputs);
+    tape_forget_time(t);
     tape_run(t, t->nstatic, t->ncode);
     gather(t, out, out + t->first_roots);
     return all_finite(out, t->nroots);

@@ -49,14 +49,14 @@ static double (*const function2[EXPR_OP_COUNT])(double, double) = {
 };
 
 /* Backwards: who reads each value next. */
-void compiler_find_uses(struct compiler *c)
+void compiler_find_uses(struct compiler *c, int from)
 {
     const struct num_tape *t = c->t;
     for (int s = 0; s < t->slots; s++)
         c->next[s] = NEVER;
     for (int r = 0; c->stages && r < t->first_roots; r++)
         c->next[t->root[r]] = t->ncode;
-    for (int i = t->ncode - 1; i >= t->nstatic; i--) {
+    for (int i = t->ncode - 1; i >= from; i--) {
         const struct tape_code *q = t->code + i;
         c->after[i] = c->next[t->code_slot + i];
         if (q->op == TAPE_PAIRED || q->op == TAPE_COMPONENT)
@@ -158,6 +158,11 @@ void compiler_deliver(struct compiler *c, int reg, int slot)
     }
 }
 
+static bool wanted(const struct compiler *c, int slot)
+{
+    return c->next[slot] != NEVER || c->root[slot] != NONE;
+}
+
 /* The value of instruction i now stands in a register. */
 static void define(struct compiler *c, int i, int reg)
 {
@@ -166,7 +171,12 @@ static void define(struct compiler *c, int i, int reg)
     c->unsaved[slot] = !c->t->keep_all;
     if (c->t->keep_all)
         x64_store(&c->code, reg, slot);
-    compiler_deliver(c, reg, slot);
+    if (c->timed && i < c->t->ntimed && wanted(c, slot)) {      /* for the next evaluation at this time */
+        x64_store(&c->code, reg, slot);
+        c->unsaved[slot] = 0;
+    } else {
+        compiler_deliver(c, reg, slot);
+    }
     compiler_bind(c, reg, slot);
     forget_dead(c, slot);
 }
@@ -346,10 +356,12 @@ void compiler_look(struct compiler *c)
     struct num_tape *t = c->t;
     c->code.leaf = true;
     t->reads_inputs = !t->keep_all;
+    c->timed = false;
     for (int i = t->nstatic; i < t->ncode; i++) {
         int op = t->code[i].op;
         if (op == TAPE_SINCOS || (op < EXPR_OP_COUNT && (function[op] || function2[op]))) {
             c->code.leaf = false;
+            c->timed |= i < t->ntimed && !t->keep_all;
         } else if (!in_line(op)) {
             c->code.leaf = t->reads_inputs = false;
         }
@@ -407,14 +419,23 @@ bool tape_compile(struct num_tape *t)
     if (t->slots > INT_MAX / 16)
         return false;
     compiler_begin(&c, t);
-    compiler_find_uses(&c);
+    compiler_find_uses(&c, t->nstatic);
     compiler_look(&c);
     x64_enter(&c.code);
-    for (int i = t->nstatic; i < t->ncode; i++)
+    int i = t->nstatic;
+    if (c.timed) {
+        size_t jump = x64_if_other(&c.code, t->ninputs - 1, t->slots);
+        for (; i < t->ntimed; i++)
+            compiler_instruction(&c, i);
+        release_all(&c);
+        x64_arrive(&c.code, jump);
+    }
+    for (; i < t->ncode; i++)
         compiler_instruction(&c, i);
     compiler_deliver_rest(&c);
     x64_leave(&c.code);
     const void *at = sga_exec_add(t->memory, c.code.byte, c.code.count);
+    tape_forget_time(t);
     if (at)
         t->compiled = (void (*)(double *, double *, double *, const double *))(uintptr_t)at;
     compiler_end(&c);

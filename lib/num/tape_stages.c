@@ -27,7 +27,7 @@ struct writer {
     int n, s;                  /* variables; the present stage */
     size_t coefficient;        /* the place of its row's first */
     int h;                     /* the register of h, twice; NONE: in its place */
-    int *first_use;            /* c.next before the first instruction */
+    int *first_use, *late_use; /* c.next before the first instruction, before the first that is not timed */
 };
 
 static int pairs(const struct writer *w) { return (w->n + 1) / 2; }
@@ -150,14 +150,18 @@ static void stage(struct writer *w)
 {
     struct compiler *c = &w->c;
     const struct num_tape *t = c->t;
-    memcpy(c->next, w->first_use, (size_t)t->slots * sizeof *c->next);
+    /* at the time of the stage before, what depends on it alone is in its slots */
+    bool again = c->timed && w->s > 1 && w->plan->c[w->s] == w->plan->c[w->s - 1];
+    memcpy(c->next, again ? w->late_use : w->first_use, (size_t)t->slots * sizeof *c->next);
     memset(c->unsaved, 0, (size_t)t->slots);
     memset(c->delivered, 0, (size_t)t->nroots);
     c->rest_at = (w->s - 1) * (t->nroots - t->first_roots);
     state(w);
-    for (int i = t->nstatic; i < t->ncode; i++)
+    for (int i = again ? t->ntimed : t->nstatic; i < t->ncode; i++)
         compiler_instruction(c, i);
     compiler_deliver_rest(c);
+    if (c->timed && !again)
+        x64_copy_input(&c->code, TIMES_AT + w->s, t->slots);
     store_field(w);
     w->coefficient += 2 * (size_t)w->plan->row[w->s].count;
 }
@@ -192,10 +196,14 @@ static bool compile(struct num_tape *t, bool aside)
     compiler_begin(&w.c, t);
     w.c.stages = true;
     compiler_look(&w.c);
-    compiler_find_uses(&w.c);
+    size_t slots = (size_t)t->slots;
+    w.first_use = sga_malloc(2 * slots * sizeof *w.first_use);
+    w.late_use = w.first_use + slots;
+    compiler_find_uses(&w.c, t->ntimed);
+    memcpy(w.late_use, w.c.next, slots * sizeof *w.late_use);
+    compiler_find_uses(&w.c, t->nstatic);
+    memcpy(w.first_use, w.c.next, slots * sizeof *w.first_use);
     q->needs_time = wanted(&w.c, t->ninputs - 1);
-    w.first_use = sga_malloc((size_t)t->slots * sizeof *w.first_use);
-    memcpy(w.first_use, w.c.next, (size_t)t->slots * sizeof *w.first_use);
     x64_enter(&w.c.code);
     enter(&w);
     for (w.s = 1; w.s < q->plan.count; w.s++)

@@ -112,6 +112,33 @@ static void pair_at(struct x64 *c, enum x64_pair op, int reg, int base, size_t i
 void x64_pair_out(struct x64 *c, enum x64_pair op, int reg, size_t index) { pair_at(c, op, reg, c->leaf ? X64_RSI : RBP, index); }
 void x64_pair_input(struct x64 *c, enum x64_pair op, int reg, size_t index) { pair_at(c, op, reg, c->leaf ? RCX : R14, index); }
 
+/* mov rax, slot (opcode 8B), cmp rax, slot (3B), mov slot, rax (89) */
+static void word_slot(struct x64 *c, unsigned opcode, int slot)
+{
+    put1(c, 0x48);
+    put1(c, opcode);
+    memory_operand(c, X64_RAX, c->leaf ? X64_RDI : RBX, 8 * slot - BIAS);
+}
+
+void x64_copy_input(struct x64 *c, int index, int slot)
+{
+    int base = c->leaf ? RCX : R14;
+    put1(c, 0x48 | (unsigned)(base >> 3));
+    put1(c, 0x8B);
+    memory_operand(c, X64_RAX, base, 8 * index);
+    word_slot(c, 0x89, slot);
+}
+
+size_t x64_if_other(struct x64 *c, int slot, int other)
+{
+    word_slot(c, 0x8B, slot);
+    word_slot(c, 0x3B, other);
+    put(c, "\x0F\x84\0\0\0\0", 6);      /* je rel32 */
+    size_t jump = c->count;
+    word_slot(c, 0x89, other);
+    return jump;
+}
+
 static void with_pointer(struct x64 *c, unsigned prefix, unsigned opcode, int reg, enum x64_word base, int index)
 {
     put_opcode(c, prefix, (unsigned)(reg >> 3 << 2), opcode);

@@ -42,6 +42,10 @@ void x64_load_at(struct x64 *c, int to, const double *address);       /* rax is 
 void x64_pair(struct x64 *c, enum x64_pair op, int to, int from);
 void x64_pair_out(struct x64 *c, enum x64_pair op, int reg, size_t index);       /* out[index], out[index + 1] */
 void x64_pair_input(struct x64 *c, enum x64_pair op, int reg, size_t index);     /* inputs[index], ... */
+/* If the bits of the one slot are those of the other: jump, to where x64_arrive is given what this returns. Else the other
+ * is set to them. rax is lost. */
+size_t x64_if_other(struct x64 *c, int slot, int other);
+void x64_copy_input(struct x64 *c, int index, int slot);              /* inputs[index] to the slot; rax is lost */
 void x64_word(struct x64 *c, enum x64_word reg, uint64_t value);
 void x64_slot_address(struct x64 *c, enum x64_word reg, int slot);
 /* Doubles that rsi and rdx point to, two at a time; those of rdx at multiples of 16 bytes. */

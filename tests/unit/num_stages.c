@@ -24,7 +24,7 @@ static void random_rows(struct sga_row *row, double *c, int stages)
 {
     for (int s = 1; s < stages; s++) {
         row[s].count = 0;
-        c[s] = random_unit(&rng);
+        c[s] = s > 1 && random_below(&rng, 3) == 0 ? c[s - 1] : random_unit(&rng);
         for (int k = 0; k < s; k++)
             if (k == s - 1 || random_below(&rng, 2)) {
                 row[s].stage[row[s].count] = k;
@@ -95,12 +95,21 @@ static void compare(struct num_tape *plain, struct num_tape *fast, int n, int re
         bad = same(rest[0][i], rest[1][i]) ? bad : i;
     CHECK(bad < 0, "rest %d of %d a stage: %a, %a", bad, rests, rest[0][bad < 0 ? 0 : bad], rest[1][bad < 0 ? 0 : bad]);
     finite_steps += finite;
-    /* the tape itself is as it was */
-    double in[MOST_VARIABLES + 1] = { 0.5, 0.25, 0.75 }, u[MOST_VARIABLES + RESTS], v[MOST_VARIABLES + RESTS];
-    num_tape_eval(plain, in, u);
-    num_tape_eval_field(fast, in, in[n], n, v, v + n);
-    for (int r = 0; r < n + rests; r++)
-        CHECK(same(u[r], v[r]), "root %d", r);
+    /* the tape itself is as it was, at times that come again too */
+    for (int turn = 0; turn < 6; turn++) {
+        static const double times[] = { 0.0, -0.0, 0.7, NAN, INFINITY };
+        double in[MOST_VARIABLES + 1], u[MOST_VARIABLES + RESTS], v[MOST_VARIABLES + RESTS];
+        for (int j = 0; j < n; j++)
+            in[j] = coordinate(false);
+        in[n] = turn == 0 ? time + p->c[p->count - 1] * h : turn < 3 ? times[random_below(&rng, 5)] : random_below(&rng, 2) ? 0.0 : -0.0;
+        num_tape_eval(plain, in, u);
+        if (random_below(&rng, 3))
+            num_tape_eval_field(fast, in, in[n], n, v, v + n);
+        else
+            num_tape_eval(fast, in, v);
+        for (int r = 0; r < n + rests; r++)
+            CHECK(same(u[r], v[r]), "root %d, turn %d", r, turn);
+    }
     free(a);
     free(b);
 }
