@@ -347,7 +347,8 @@ static void go(struct ode_march *m)
             h = ode_choose(m, taken < 0.9 * h && (m->dense_ratio < 1 || isfinite(m->piece)) ? fmax(h, next) : next);
             cause = ERROR_TOO_LARGE;   /* what it is if h is too small now */
         } else if (cause == FIELD_REFUSED && ode_without_series(m)) {
-            h = taken;
+            double last = fabs(m->t - m->last_times[1]);     /* what was tried is a bound, perhaps far beyond the domain */
+            h = last > 0 ? fmin(taken, last) : taken;
         } else {
             h = taken * after_refusal(m, cause);
         }

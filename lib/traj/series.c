@@ -7,7 +7,7 @@
 #include "mem.h"
 
 enum { HEADROOM = 4 };         /* for the tighter solution that errors are estimated by */
-enum { SHORT = 150 };          /* operations */
+enum { SHORT = 50 };           /* operations: with more, those of an order take longer than the rest of a step */
 
 bool series_fast(const struct field *f)
 {
