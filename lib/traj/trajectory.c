@@ -175,27 +175,38 @@ static const double DOUBLE_REACHES = 1e-13;
 static const double MOST_LENGTH = 2e6, MOST_WORK = 1e9;
 static const long MOST_STEPS = 300000;
 
-/* The motion in double, on which events are found before they are located in double-double. */
-static const double GUIDE_RTOL = 1e-12;
+/* The motion in double, on which events are found before they are located in double-double. Not too tight, since what
+ * comes near to 0 is found as a touch then, and looked at again. Of what is only recorded both directions are
+ * found: a touch may turn out to be two passages. */
+static const double GUIDE_RTOL = 1e-9;
 
 static bool find_events(struct flow *f, const struct traj_request *rq, const double *start, struct traj_result *guide, struct sga_error *err)
 {
     struct traj_request q = *rq;
-    size_t n = (size_t)f->n;
+    size_t n = (size_t)f->n, events = (size_t)rq->events;
+    struct traj_event *event = memcpy(sga_malloc(events * sizeof *event), rq->event, events * sizeof *event);
+    for (size_t i = 0; i < events; i++) {
+        event[i].direction = event[i].stop ? event[i].direction : 0;
+        f->spec[i].direction = event[i].direction;
+    }
+    q.event = event;
     q.arithmetic = TRAJ_DOUBLE;
     q.rtol = fmax(rq->rtol, GUIDE_RTOL);
     q.atol = fmax(rq->atol, GUIDE_RTOL);
     q.integrals = 0;
     q.single = false;
     *guide = (struct traj_result){ .initial = memcpy(sga_malloc((n + 1) * sizeof *start), start, n * sizeof *start) };
-    return integrate(f, &q, guide, err);
+    bool ok = integrate(f, &q, guide, err);
+    free(event);
+    return ok;
 }
 
 /* Nothing is known of events beyond the end of the motion in double. */
 static bool guided(const struct traj_result *guide, const struct traj_request *rq, const struct traj_result *r, struct sga_error *err)
 {
-    double span = fabs(rq->times[rq->samples - 1] - rq->start);
-    if (!guide->ended || guide->ended_event >= 0 || (r->ended && fabs(r->ended_t - guide->ended_t) <= 1e-3 * span))
+    double last = rq->times[rq->samples - 1], way = last - rq->start, end = r->ended ? r->ended_t : last;
+    double beyond = way < 0 ? guide->ended_t - end : end - guide->ended_t;
+    if (!guide->ended || beyond <= (guide->ended_event < 0 ? 1e-3 : 1e-6) * fabs(way))
         return true;
     return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/trajectory/events", "what happens is found in double first, where the motion ends at %.10g (%s); "
                        "ask for an earlier stop, or leave trajectory.events out", guide->ended_t, guide->ended_reason);
