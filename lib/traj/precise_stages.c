@@ -157,9 +157,10 @@ static double small_enough(const struct precise_stages *w, const struct precise_
     return pow(10, -DIGITS / (1.7 + stage_matrix_cost(w->matrix) / iteration));
 }
 
-static bool factor(struct precise_stages *w)
+static bool factor(struct precise_stages *w, const struct precise_march *m)
 {
-    w->factored = stage_matrix_factor(w->matrix, w->jac);
+    struct sga_error ignored = { 0 };
+    w->factored = sga_budget_ok(m->p->rq->budget, &ignored) && stage_matrix_factor(w->matrix, w->jac);
     w->work += stage_matrix_cost(w->matrix) / FLOPS;
     return w->factored;
 }
@@ -215,7 +216,7 @@ static enum precise_solved solve_roughly(struct precise_stages *w, struct precis
     for (int k = 0; k < ROUGH_ITERATIONS; k++) {
         if (!linearise(w, m, h, z, f))
             return STAGES_REFUSED;
-        if (!same && !factor(w))
+        if (!same && !factor(w, m))
             return STAGES_DIVERGED;
         w->work += (double)s * N / FLOPS;
         for (int j = 0; j < n; j++) {
@@ -263,18 +264,15 @@ enum precise_solved precise_stages_solve(struct precise_stages *w, struct precis
     if (rough != STAGES_SOLVED)
         return rough;
     for (int k = 0; k < MOST_ITERATIONS; k++) {
-        struct sga_error ignored = { 0 };
         if (!evaluate(w, m, h))
             return STAGES_REFUSED;
         if (!w->factored) {
-            if (!sga_budget_ok(m->p->rq->budget, &ignored))
-                return STAGES_DIVERGED;
             for (int i = 0; i < N; i++)
                 w->rough[i] = w->z[i].hi;
             matrices++;
             if (!linearise(w, m, h, w->rough, NULL))
                 return STAGES_REFUSED;
-            if (!factor(w))
+            if (!factor(w, m))
                 return STAGES_DIVERGED;
         }
         residuals(w, h);
