@@ -1,14 +1,15 @@
 /* Radau IIA formulas of any number of stages, from Legendre polynomials in balls. */
 #include "collocation.h"
 
-#include <arb_mat.h>
+#include <arb.h>
 #include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 
+#include "lu.h"
 #include "mem.h"
 
-enum { BITS = 768, NEWTON = 8, SCAN = 60 };
+enum { BITS = 256, NEWTON = 3, SCAN = 60 };
 
 /* p (last + 1): P_0 .. P_last at x in [-1, 1]. */
 static void legendre(arb_ptr p, int last, const arb_t x)
@@ -102,62 +103,93 @@ static num_dd rounded(const arb_t a)
     arf_get_mpfr(m, arb_midref(a), MPFR_RNDN);
     num_dd v = num_dd_set_mpfr(m);
     mpfr_clear(m);
-    assert(arb_rel_accuracy_bits(a) > 120 || arb_is_zero(a));
+    assert(arb_rel_accuracy_bits(a) > 110 || mag_cmp_2exp_si(arb_radref(a), -190) < 0);
     return v;
 }
 
-/* a_ij: integrals of the Legendre polynomials up to x_i, times the inverse of their values. */
+/* a_ij = sum_k (integral of P_k up to c_i) (2 k + 1) b_j P_k(c_j), b the weights of Radau's quadrature, which is
+ * exact for products of the P_k with k < s: 1/b_j = sum_k (2 k + 1) P_k(c_j)^2. */
 static void make_formula(struct num_radau *r, arb_srcptr x)
 {
-    int s = r->s;
-    arb_mat_t value, integral, a;
-    arb_ptr p = _arb_vec_init(s + 1);
-    arb_mat_init(value, s, s);
-    arb_mat_init(integral, s, s);
-    arb_mat_init(a, s, s);
+    int s = r->s, perm[NUM_RADAU_MOST];
+    arb_ptr value = _arb_vec_init((slong)s * (s + 1)), integral = _arb_vec_init((slong)s * s);
+    arb_t sum, b;
+    arb_init(sum);
+    arb_init(b);
     for (int i = 0; i < s; i++) {
+        arb_ptr p = value + (slong)i * (s + 1), to = integral + (slong)i * s;
         legendre(p, s, x + i);
-        for (int k = 0; k < s; k++) {
-            arb_set(arb_mat_entry(value, i, k), p + k);
-            arb_ptr to = arb_mat_entry(integral, i, k);
+        for (int k = 0; k < s; k++, to++) {       /* times 2 k + 1 */
             if (k == 0)
                 arb_add_si(to, x + i, 1, BITS);
             else
                 arb_sub(to, p + k + 1, p + k - 1, BITS);
-            arb_div_si(to, to, 2 * (2 * k + 1), BITS);
+            arb_mul_2exp_si(to, to, -1);
         }
     }
-    bool ok = arb_mat_inv(value, value, BITS);
-    arb_mat_mul(a, integral, value, BITS);
-    for (int i = 0; i < s * s; i++)
-        r->A[i] = rounded(arb_mat_entry(a, i / s, i % s));
-    ok &= arb_mat_inv(a, a, BITS);
-    for (int i = 0; i < s * s; i++)
-        r->inverse[i] = rounded(arb_mat_entry(a, i / s, i % s)).hi;
+    for (int j = 0; j < s; j++) {
+        arb_srcptr p = value + (slong)j * (s + 1);
+        arb_zero(b);
+        for (int k = 0; k < s; k++) {
+            arb_mul(sum, p + k, p + k, BITS);
+            arb_addmul_si(b, sum, 2 * k + 1, BITS);
+        }
+        for (int i = 0; i < s; i++) {
+            arb_dot(sum, NULL, 0, integral + (slong)i * s, 1, p, 1, s, BITS);
+            arb_div(sum, sum, b, BITS);
+            r->A[i * s + j] = rounded(sum);
+        }
+    }
+    double *lu = sga_malloc((size_t)s * (size_t)s * sizeof *lu), unit[NUM_RADAU_MOST], column[NUM_RADAU_MOST];
+    for (int k = 0; k < s * s; k++)
+        lu[k] = r->A[k].hi;
+    bool ok = num_lu_factor(lu, perm, s);
     assert(ok);
-    _arb_vec_clear(p, s + 1);
-    arb_mat_clear(value);
-    arb_mat_clear(integral);
-    arb_mat_clear(a);
+    for (int j = 0; j < s; j++) {
+        for (int i = 0; i < s; i++)
+            unit[i] = i == j;
+        num_lu_solve(lu, perm, s, unit, column);
+        for (int i = 0; i < s; i++)
+            r->inverse[i * s + j] = column[i];
+    }
+    free(lu);
+    _arb_vec_clear(value, (slong)s * (s + 1));
+    _arb_vec_clear(integral, (slong)s * s);
+    arb_clear(sum);
+    arb_clear(b);
 }
 
-/* Of the polynomials with the node 0 too. */
+/* The leading coefficient of P_k on [-1, 1]. */
+static void leading(arb_t a, int k)
+{
+    arb_one(a);
+    for (int i = 2; i <= k; i++) {
+        arb_mul_si(a, a, 2 * i - 1, BITS);
+        arb_div_si(a, a, i, BITS);
+    }
+}
+
+/* Of the polynomial through the nodes and 0 (here -1, x_1, ..., x_s): it is sum_j w_j z_j prod_(k != j) (x - x_k), w the
+ * barycentric weights, so that its coefficients of x^s, x^(s-1), x^(s-2) are sums of w_j z_j times 1, -e_1, e_2 of the other
+ * nodes. P_s has those of L (x^s - s (s-1) / (2 (2 s - 1)) x^(s-2) + ...). */
 static void make_polynomial(struct num_radau *r, arb_srcptr x)
 {
     int s = r->s;
-    arb_mat_t value;
-    arb_ptr p = _arb_vec_init(s + 1), node = _arb_vec_init(s + 1);
-    arb_t w, d;
-    arb_init(w);
-    arb_init(d);
-    arb_mat_init(value, s + 1, s + 1);
+    arb_ptr node = _arb_vec_init(s + 1);
+    arb_t w, d, first, second, one, two, lead[NUM_RADAU_TAIL];
+    arb_t *const own[] = { &w, &d, &first, &second, &one, &two, lead, lead + 1, lead + 2 };
+    for (size_t k = 0; k < sizeof own / sizeof *own; k++)
+        arb_init(*own[k]);
     arb_set_si(node, -1);
     for (int i = 0; i < s; i++)
         arb_set(node + 1 + i, x + i);
     for (int i = 0; i <= s; i++) {
-        legendre(p, s, node + i);
-        for (int k = 0; k <= s; k++)
-            arb_set(arb_mat_entry(value, i, k), p + k);
+        arb_addmul(second, first, node + i, BITS);
+        arb_add(first, first, node + i, BITS);
+    }
+    for (int k = 0; k < NUM_RADAU_TAIL; k++)
+        leading(lead[k], s - k);
+    for (int i = 0; i <= s; i++) {
         arb_one(w);
         for (int k = 0; k <= s; k++)
             if (k != i) {
@@ -166,17 +198,27 @@ static void make_polynomial(struct num_radau *r, arb_srcptr x)
             }
         arb_inv(w, w, BITS);
         r->bary[i] = rounded(w);
+        if (i == 0)
+            continue;
+        arb_sub(one, first, node + i, BITS);              /* e_1, e_2 without node i */
+        arb_set(two, second);
+        arb_submul(two, one, node + i, BITS);
+        arb_div(d, w, lead[0], BITS);
+        r->tail[i - 1] = rounded(d);
+        arb_mul(d, w, one, BITS);
+        arb_div(d, d, lead[1], BITS);
+        arb_neg(d, d);
+        r->tail[s + i - 1] = rounded(d);
+        arb_set_si(d, (slong)s * (s - 1));
+        arb_div_si(d, d, 2 * (2 * s - 1), BITS);
+        arb_add(d, d, two, BITS);
+        arb_mul(d, d, w, BITS);
+        arb_div(d, d, lead[2], BITS);
+        r->tail[2 * s + i - 1] = rounded(d);
     }
-    bool ok = arb_mat_inv(value, value, BITS);
-    assert(ok);
-    for (int k = 0; k < NUM_RADAU_TAIL; k++)
-        for (int i = 0; i < s; i++)
-            r->tail[k * s + i] = k <= s ? rounded(arb_mat_entry(value, s - k, i + 1)) : num_dd_of(0);
-    _arb_vec_clear(p, s + 1);
     _arb_vec_clear(node, s + 1);
-    arb_clear(w);
-    arb_clear(d);
-    arb_mat_clear(value);
+    for (size_t k = 0; k < sizeof own / sizeof *own; k++)
+        arb_clear(*own[k]);
 }
 
 struct num_radau *num_radau_new(int s)

@@ -22,7 +22,7 @@ struct num_radau {
     num_dd *tail;        /* NUM_RADAU_TAIL x s */
 };
 
-/* s stages, NUM_RADAU_LEAST .. NUM_RADAU_MOST. Some milliseconds. */
+/* s stages, NUM_RADAU_LEAST .. NUM_RADAU_MOST. 0.3 milliseconds for 16. */
 struct num_radau *num_radau_new(int s);
 void num_radau_free(struct num_radau *r);
 

@@ -1,9 +1,10 @@
 /* Inside the traj folder: trajectories in double-double arithmetic (about 30 digits).
  *
- * Taylor series of the reduced field in double-double, each step and each sample projected
- * onto the final set by Newton steps whose residuals are double-double (so that factors in
- * double suffice), from a start in exact values; solved twice and more, for the estimate of
- * the error, as lib/ode does. Ranks, pivots and domains are watched in double on the way. */
+ * Taylor series of the reduced field in double-double, or implicit steps where it is stiff
+ * (precise_march.h), each step and each sample projected onto the final set by Newton steps
+ * whose residuals are double-double (so that factors in double suffice), from a start in exact
+ * values; solved twice and more, for the estimate of the error, as lib/ode does. Ranks, pivots
+ * and domains are watched in double on the way. */
 #ifndef SGA_TRAJ_PRECISE_H
 #define SGA_TRAJ_PRECISE_H
 

@@ -51,7 +51,8 @@ void precise_choice_begin(struct precise_march *m)
 void precise_choice_end(struct precise_march *m)
 {
     const struct precise_choice *c = &m->choice;
-    m->path->method = c->steps[SERIES] && c->steps[IMPLICIT] ? "taylor, radau" : c->steps[IMPLICIT] ? "radau" : c->steps[SERIES] ? "taylor" : m->method->name;
+    m->path->method = c->steps[SERIES] && c->steps[IMPLICIT] ? "taylor, radau"
+                      : c->steps[IMPLICIT] ? precise_radau.name : c->steps[SERIES] ? precise_series.name : m->method->name;
     for (int k = 0; k < 2; k++)
         if (c->state[k])
             methods[k]->free(c->state[k]);
@@ -94,8 +95,10 @@ static double spectral_radius(struct precise_march *m)
 /* h |largest eigenvalue| over (k!)^(1/k). */
 static double stiffness(struct precise_march *m, double h)
 {
-    int order = m->p->order;
-    return h * spectral_radius(m) / exp(lgamma(order + 1.0) / order);
+    double logs = 0;
+    for (int k = 2; k <= m->p->order; k++)
+        logs += log(k);
+    return h * spectral_radius(m) / exp(logs / m->p->order);
 }
 
 /* Implicit steps so far: series from now on, if they come farther for their work. */

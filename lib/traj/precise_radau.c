@@ -14,15 +14,16 @@
 
 #define LEAST_STAGES 5
 #define MOST_STAGES 24
-/* Of the tolerance, for few variables and for many, where the matrix costs more: measured. */
+/* Stages for a digit of the tolerance: for up to FEW variables; at the least, for many, where the matrix costs more. Measured. */
 #define STAGES_PER_DIGIT 0.6
-#define STAGES_PER_DIGIT_MANY 0.5
-#define MANY 10
+#define STAGES_PER_DIGIT_MANY 0.4
+#define FEW 4
 #define EXPECTED_FALL 0.2      /* of coefficients */
 #define SAFETY 0.9
 #define GROWTH 4.0
 #define GROWTH_BESIDE 3.3
 #define NOISE 50               /* roundings of the stages, in coefficients */
+#define STAGE_NOISE 4          /* what else rounding leaves of them */
 #define FARTHEST_GUESS 2.5     /* over so many old steps a guess is extrapolated */
 
 struct radau {
@@ -45,7 +46,8 @@ static void *radau_alloc(struct precise_march *m)
     struct radau *r = sga_calloc(1, sizeof *r);
     double tol = m->rtol > 0 ? m->rtol : fmin(1e-3, m->atol);
     int most = (int)fmin(MOST_STAGES, stage_matrix_most(m->p->flow->field.pattern));
-    int s = (int)ceil(-log10(tol) * (m->n > MANY ? STAGES_PER_DIGIT_MANY : STAGES_PER_DIGIT)) + 2;
+    double per_digit = fmax(STAGES_PER_DIGIT_MANY, STAGES_PER_DIGIT * fmin(1, pow((double)FEW / m->n, 0.2)));
+    int s = (int)ceil(-log10(tol) * per_digit) + 2;
     r->stages = precise_stages_new(m, s < LEAST_STAGES ? LEAST_STAGES : s > most ? most : s);
     r->n = m->n;
     r->s = r->stages->s;
@@ -131,7 +133,7 @@ static double error_of(struct radau *r, const struct precise_march *m)
                 v = num_dd_add(v, num_dd_mul(t->tail[k * r->s + i], z));
                 most = fmax(most, fabs(z.hi));
             }
-            r->tail[j] = num_dd_of(fmax(0, fabs(v.hi) - NOISE * NUM_DD_EPSILON * most));
+            r->tail[j] = num_dd_of(fmax(0, fabs(v.hi) - NOISE * NUM_DD_EPSILON * most - STAGE_NOISE * r->stages->noise[j]));
         }
         worst = fmax(worst, fall * precise_weighted(m, r->tail));
     }

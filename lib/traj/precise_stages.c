@@ -9,13 +9,13 @@
 
 #define MOST_ITERATIONS 30
 #define MOST_MATRICES 6        /* for one step, in the second part */
-#define NEW_MATRIX 0.02        /* from this rate on the Jacobians are taken anew */
 #define SOLVED 1e-3            /* of the error allowed may be left */
 #define ROUNDING 16            /* roundings of a stage that a correction cannot fall below */
 #define STALLED 0.1            /* of the error allowed: a correction that falls no more may be so large */
+#define NOISE 1e-10            /* of the first one: and so large with new Jacobians too */
 #define ROUGH_ITERATIONS 12
 #define ROUGH 1e-9             /* relative: so far in double */
-#define SAME_MATRIX 1e-7       /* relative: corrections this small change the Jacobians no more */
+#define DIGITS 15.0            /* that are gained after the matrix is there */
 #define FLOPS 6.0              /* multiplications in double in the time of one in double-double: measured */
 
 struct precise_stages *precise_stages_new(struct precise_march *m, int s)
@@ -36,8 +36,9 @@ struct precise_stages *precise_stages_new(struct precise_march *m, int s)
     size_t N = (size_t)s * (size_t)n, ss = (size_t)s * (size_t)s;
     w->z = sga_calloc(2 * N + 1, sizeof *w->z);
     w->f = w->z + N;
-    w->unit = sga_calloc(2 * (size_t)n + 1 + 2 * N + (size_t)s * (size_t)J->ptr[n] + 4 * ss, sizeof *w->unit);
-    w->in = w->unit + n;
+    w->unit = sga_calloc(3 * (size_t)n + 1 + 2 * N + (size_t)s * (size_t)J->ptr[n] + 4 * ss, sizeof *w->unit);
+    w->noise = w->unit + n;
+    w->in = w->noise + n;
     w->residual = w->in + n + 1;
     w->rough = w->residual + N;
     w->split.a = w->rough + N;
@@ -148,9 +149,18 @@ static bool linearise(struct precise_stages *w, struct precise_march *m, num_dd 
     return true;
 }
 
-static bool factor(struct precise_stages *w)
+/* Relative corrections this small change the Jacobians so little that iterations with the old matrix, which gain as
+ * many digits as the corrections are small, take less than a new one and the few with it. */
+static double small_enough(const struct precise_stages *w, const struct precise_march *m)
 {
-    w->factored = stage_matrix_factor(w->matrix, w->jac);
+    double s = w->s, iteration = stage_matrix_solve_cost(w->matrix) + FLOPS * s * (s * w->n + 4.0 * num_jet2_length(m->p->values));
+    return pow(10, -DIGITS / (1.7 + stage_matrix_cost(w->matrix) / iteration));
+}
+
+static bool factor(struct precise_stages *w, const struct precise_march *m)
+{
+    struct sga_error ignored = { 0 };
+    w->factored = sga_budget_ok(m->p->rq->budget, &ignored) && stage_matrix_factor(w->matrix, w->jac);
     w->work += stage_matrix_cost(w->matrix) / FLOPS;
     return w->factored;
 }
@@ -206,7 +216,7 @@ static enum precise_solved solve_roughly(struct precise_stages *w, struct precis
     for (int k = 0; k < ROUGH_ITERATIONS; k++) {
         if (!linearise(w, m, h, z, f))
             return STAGES_REFUSED;
-        if (!same && !factor(w))
+        if (!same && !factor(w, m))
             return STAGES_DIVERGED;
         w->work += (double)s * N / FLOPS;
         for (int j = 0; j < n; j++) {
@@ -227,7 +237,8 @@ static enum precise_solved solve_roughly(struct precise_stages *w, struct precis
         double part = relative(w, m, z);
         if (part <= ROUGH || (k > 2 && size > 0.5 * before))
             break;
-        same = part <= SAME_MATRIX;
+        double enough = small_enough(w, m);
+        same = part <= enough && !(k && size > 10 * enough * before);
         before = size;
     }
     for (int k = 0; k < N; k++)
@@ -235,28 +246,33 @@ static enum precise_solved solve_roughly(struct precise_stages *w, struct precis
     return STAGES_SOLVED;
 }
 
+/* Corrections that fall no more are what rounding in the field makes of them. */
+static void take_noise(struct precise_stages *w)
+{
+    for (int k = 0; k < w->n * w->s; k++)
+        w->noise[k % w->n] = fmax(w->noise[k % w->n], fabs(w->residual[k]) * w->unit[k % w->n]);
+}
+
 enum precise_solved precise_stages_solve(struct precise_stages *w, struct precise_march *m, num_dd h)
 {
     int matrices = 0, N = w->n * w->s;
-    double before = 0;
+    double before = 0, first = 0;
+    memset(w->noise, 0, (size_t)w->n * sizeof *w->noise);
     memcpy(w->unit, m->scale, (size_t)w->n * sizeof *w->unit);
     w->factored = false;
     enum precise_solved rough = solve_roughly(w, m, h);
     if (rough != STAGES_SOLVED)
         return rough;
     for (int k = 0; k < MOST_ITERATIONS; k++) {
-        struct sga_error ignored = { 0 };
         if (!evaluate(w, m, h))
             return STAGES_REFUSED;
         if (!w->factored) {
-            if (!sga_budget_ok(m->p->rq->budget, &ignored))
-                return STAGES_DIVERGED;
             for (int i = 0; i < N; i++)
                 w->rough[i] = w->z[i].hi;
             matrices++;
             if (!linearise(w, m, h, w->rough, NULL))
                 return STAGES_REFUSED;
-            if (!factor(w))
+            if (!factor(w, m))
                 return STAGES_DIVERGED;
         }
         residuals(w, h);
@@ -265,12 +281,16 @@ enum precise_solved precise_stages_solve(struct precise_stages *w, struct precis
             return STAGES_DIVERGED;
         for (int i = 0; i < N; i++)
             w->z[i] = num_dd_add_d(w->z[i], -w->residual[i] * w->unit[i % w->n]);
-        if (size <= ROUNDING * NUM_DD_EPSILON * size_of_stages(w, m)
-            || (k && ((rate < 1 && size * rate / (1 - rate) <= SOLVED) || (rate > 0.5 && size <= STALLED))))
+        first = k ? first : size;
+        if (size <= ROUNDING * NUM_DD_EPSILON * size_of_stages(w, m) || (k && rate < 1 && size * rate / (1 - rate) <= SOLVED))
             return STAGES_SOLVED;
+        if (k && rate > 0.5 && (size <= STALLED || (matrices && size <= NOISE * first))) {
+            take_noise(w);
+            return STAGES_SOLVED;
+        }
         if (k && (rate > 2 || (rate > 0.9 && matrices == MOST_MATRICES)))
             return STAGES_DIVERGED;
-        w->factored = !k || rate < NEW_MATRIX || matrices == MOST_MATRICES;
+        w->factored = !k || rate <= 10 * small_enough(w, m) || matrices == MOST_MATRICES;
         before = size;
     }
     return STAGES_DIVERGED;

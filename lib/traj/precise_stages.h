@@ -30,6 +30,7 @@ struct precise_stages {
     struct { double *a, *lo, *head, *tail; } split;   /* s x s: A, and the halves of its doubles */
     num_dd *z, *f;             /* s x n: increments, and the field there */
     double *unit;              /* n: corrections are measured in these */
+    double *noise;             /* n: what rounding in the field leaves of the stages, where it is more than is allowed; else 0 */
     double *residual, *rough, *jac, *in;
     struct stage_matrix *matrix;
     bool factored;

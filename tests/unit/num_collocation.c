@@ -62,6 +62,32 @@ static double interpolation_off(const struct num_radau *r)
     return worst;
 }
 
+/* The last coefficients of P_s + 2 P_(s-1) - 3 P_(s-2) (less its value at 0) are these. */
+static double coefficients_off(const struct num_radau *r)
+{
+    int s = r->s;
+    double worst = 0, should[NUM_RADAU_TAIL] = { 1, 2, -3 };
+    num_dd z[NUM_RADAU_MOST];
+    for (int i = 0; i < s; i++) {
+        num_dd x = num_dd_sub(num_dd_scale(r->c[i], 2), num_dd_of(1)), p = num_dd_of(1), q = x, before = num_dd_of(0);
+        for (int k = 1; k < s; k++) {
+            num_dd next = num_dd_div(num_dd_sub(num_dd_mul_d(num_dd_mul(x, q), 2 * k + 1), num_dd_mul_d(p, k)), num_dd_of(k + 1));
+            before = p;
+            p = q;
+            q = next;
+        }
+        z[i] = num_dd_add(num_dd_add(q, num_dd_scale(p, 2)), num_dd_mul_d(before, -3));
+        z[i] = num_dd_sub(z[i], num_dd_of(s % 2 ? -1 + 2 + 3 : 1 - 2 - 3));
+    }
+    for (int k = 0; k < NUM_RADAU_TAIL; k++) {
+        num_dd sum = num_dd_of(0);
+        for (int i = 0; i < s; i++)
+            sum = num_dd_add(sum, num_dd_mul(r->tail[k * s + i], z[i]));
+        worst = fmax(worst, fabs(num_dd_sub(sum, num_dd_of(should[k])).hi));
+    }
+    return worst;
+}
+
 /* t^s has the leading coefficient s!^2 / (2 s)! of P_s on [0, 1]; t^(s-1) has none. */
 static double tail_off(const struct num_radau *r)
 {
@@ -119,6 +145,7 @@ int main(void)
         CHECK(inverse_off(r) < 1e-12);
         CHECK(interpolation_off(r) < 1e-30);
         CHECK(tail_off(r) < 1e-30);
+        CHECK(s < 3 || coefficients_off(r) < 1e-28);
         order_and_damping(r);
         num_radau_free(r);
     }
