@@ -292,8 +292,8 @@ static int sweep(struct enc_tail *t, int which)
     return grown;
 }
 
-/* A root must not come to 0: |tau / v| < 1. Denominators do not, as they have inverses. */
-static bool roots_stand(const struct enc_tail *t)
+/* A root must not come to 0: |tau / v| < 1. Denominators do not, as they have inverses. Matrices must stay regular. */
+static bool stands(const struct enc_tail *t)
 {
     const struct enc_program *p = t->s->p;
     mag_t u, none;
@@ -306,6 +306,8 @@ static bool roots_stand(const struct enc_tail *t)
             mag_mul(u, u, t->tau + i);
             ok = mag_cmp_2exp_si(u, 0) < 0;
         }
+    for (int k = 0; k < p->systems && ok; k++)
+        ok = enc_inverse_regular(t, k);
     mag_clear(u);
     mag_clear(none);
     return ok;
@@ -324,7 +326,7 @@ bool enc_tail_find(struct enc_tail *t, double R)
     int state = 1;
     for (int k = 0; k < ENC_SWEEPS && state > 0; k++)
         state = sweep(t, k);
-    return state == 0 && roots_stand(t);
+    return state == 0 && stands(t);
 }
 
 void enc_tail_shrink(mag_t r, const struct enc_tail *t, const arb_t s)

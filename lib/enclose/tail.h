@@ -16,8 +16,9 @@
  * Proof. Let T_m(f) = sum_{N < k <= m} |f_k| R^k, so that T_N = 0 <= tau. Coefficient m of a slot depends on coefficients below m, and on the
  * m-th of slots before it; Phi is monotone, and sorting the recurrence for it (u: m u_m = sum i x_i g_{m - i}, where 1/m < 1/(N + 1) for
  * i <= N and i / m <= 1 beyond; sqrt: 2 v0 w + w^2 = a - v0^2 for v = v0 + w) gives T_m(f) <= Phi_f(T) with what T is by then: <= tau
- * by induction. A convergent formal solution is a solution, as functions that are defined by differential equations
- * are what they are at the start and stay so while no branch point is met (range.h).
+ * by induction. A convergent formal solution is a solution, where the field has a value all the way: denominators and matrices have inverses,
+ * |tau(v) / v| < 1 for roots, and functions that are given by differential equations are what they are at the start while no
+ * branch point is met (range.h).
  *
  * The same for derivatives with respect to the start: they are slots with linear rules. Norms of this kind: Hungria,
  * Lessard, Mireles James, Rigorous numerics for analytic solutions of differential equations: the radii polynomial approach, Math.
