@@ -63,7 +63,11 @@ static inline mag_ptr enc_tail_rest(const struct enc_tail *t, int slot) { return
 static inline mag_ptr enc_tail_dsize(const struct enc_tail *t, int slot) { return t->dsize + (size_t)slot * (size_t)(t->room + 2); }
 static inline mag_ptr enc_tail_drest(const struct enc_tail *t, int slot) { return t->drest + (size_t)slot * (size_t)(t->room + 2); }
 
-/* Shared by values and derivatives: P(f, g) of sizes and sums, with f up to degree `last`; sizes and sums of a series; and one sweep's
+/* Of one slot: the part of Phi that does not depend on tau, and inverses (false: there is none); Phi itself. */
+bool enc_tail_prepare(struct enc_tail *t, int slot);
+void enc_tail_phi(mag_t r, const struct enc_tail *t, int slot);
+
+/* Shared by values and derivatives: P(f, g) of sizes and sums, f up to degree `last`; sizes and sums of a series; and one sweep's
  * decision: whether tau grows to what Phi says, and half as much again (more). */
 void enc_tail_overlap(mag_t r, mag_srcptr size, mag_srcptr rest, int last);
 void enc_tail_sizes(mag_ptr size, mag_ptr rest, arb_srcptr f, mag_srcptr power, int order);
