@@ -30,10 +30,13 @@ static void drop(struct enc_tail *t)
     _mag_vec_clear(t->fixed, slots);
     _mag_vec_clear(t->moment, slots);
     _mag_vec_clear(t->tau, slots);
-    _mag_vec_clear(t->dsize, all);
-    _mag_vec_clear(t->drest, all);
-    _mag_vec_clear(t->dfixed, slots);
-    _mag_vec_clear(t->dtau, slots);
+    if (t->dsize) {
+        _mag_vec_clear(t->dsize, all);
+        _mag_vec_clear(t->drest, all);
+        _mag_vec_clear(t->dfixed, slots);
+        _mag_vec_clear(t->dtau, slots);
+        t->dsize = NULL;
+    }
 }
 
 void enc_tail_clear(struct enc_tail *t)
@@ -59,10 +62,6 @@ static void reserve(struct enc_tail *t, int order)
     t->fixed = _mag_vec_init(slots);
     t->moment = _mag_vec_init(slots);
     t->tau = _mag_vec_init(slots);
-    t->dsize = _mag_vec_init(all);
-    t->drest = _mag_vec_init(all);
-    t->dfixed = _mag_vec_init(slots);
-    t->dtau = _mag_vec_init(slots);
 }
 
 void enc_tail_begin(struct enc_tail *t, const struct enc_series *s)

@@ -43,7 +43,7 @@ struct enc_tail {
     mag_ptr moment;          /* by slot, where code.scaled: sum i |f_i| R^i */
     mag_ptr tau;             /* by slot */
     struct enc_inverses inverse;
-    mag_ptr dsize, drest, dfixed, dtau;     /* the same of the derivatives along one direction */
+    mag_ptr dsize, drest, dfixed, dtau;     /* the same of the derivatives along one direction; NULL until asked for */
 };
 
 void enc_tail_init(struct enc_tail *t, const struct enc_program *p);
