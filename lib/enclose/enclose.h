@@ -47,8 +47,8 @@ struct enclose_end {
 };
 
 /* box: samples x n balls. False only where the field cannot be compiled, with err. Cost for each step: about
- * (0.4 prec)^2 / 2 multiplications of prec bits for each operation of the field, and n times 100 to 200 of 64 bits. Steps are
- * some sixth of the radius of convergence. evaluations: Taylor series, two for each step and few more. */
+ * (0.5 prec)^2 / 2 multiplications of prec bits for each operation of the field, and n times 100 to 200 of 64 bits. Steps are
+ * some quarter of the radius of convergence. evaluations: Taylor series, two for each step and few more. */
 bool enclose_run(const struct enclose_problem *problem, const struct enclose_path *path, arb_ptr box,
                  struct enclose_end *end, struct sga_error *err);
 

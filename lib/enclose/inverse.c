@@ -6,7 +6,7 @@
 #include "mem.h"
 #include "tail.h"
 
-enum { BITS = 64 };
+enum { BITS = 64, REGULAR = 60 };
 
 void enc_inverses_init(struct enc_inverses *v, const struct enc_program *p)
 {
@@ -196,4 +196,52 @@ bool enc_inverse_matrix(struct enc_tail *t, int system)
     for (int k = 0; k < m * m; k++)
         finite = finite && !mag_is_inf(w->norm + k) && !mag_is_inf(w->error + k);
     return finite;
+}
+
+/* e = |E| v with tails: (P + |Q| tau(S)) v. */
+static void apply(mag_ptr e, const struct enc_tail *t, int system, mag_srcptr v)
+{
+    const struct enc_system *q = t->s->p->system + system;
+    const struct enc_matrix_inverse *w = t->inverse.matrix + system;
+    int m = q->m;
+    mag_t a;
+    mag_init(a);
+    for (int i = 0; i < m; i++)
+        mag_zero(e + i);
+    for (int j = 0; j < m; j++) {
+        mag_zero(a);
+        for (int c = 0; c < m; c++)
+            mag_addmul(a, t->tau + q->matrix[j * m + c], v + c);
+        for (int i = 0; i < m; i++) {
+            mag_addmul(e + i, w->norm + i * m + j, a);
+            mag_addmul(e + i, w->error + i * m + j, v + j);
+        }
+    }
+    mag_clear(a);
+}
+
+/* v = 1 + |E| v, from 1 on, comes to |E| v < v where it converges. */
+bool enc_inverse_regular(const struct enc_tail *t, int system)
+{
+    int m = t->s->p->system[system].m;
+    mag_ptr v = _mag_vec_init(m), e = _mag_vec_init(m);
+    bool below = false;
+    for (int i = 0; i < m; i++)
+        mag_one(v + i);
+    for (int k = 0; k < REGULAR && !below; k++) {
+        apply(e, t, system, v);
+        below = true;
+        for (int i = 0; i < m; i++) {
+            below = below && mag_cmp(e + i, v + i) < 0;
+            mag_add_ui(e + i, e + i, 1);
+        }
+        if (!below) {
+            mag_ptr other = v;
+            v = e;
+            e = other;
+        }
+    }
+    _mag_vec_clear(v, m);
+    _mag_vec_clear(e, m);
+    return below;
 }

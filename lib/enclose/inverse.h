@@ -2,7 +2,8 @@
  *
  * Let q_0 .. q_M be the first coefficients of 1 / f, q = sum q_i s^i. Then q f = 1 - e with e of degree > M, |e| <= P = sum_{i <= M} |q_i| R^i
  * sum_{l > M - i} |f_l| R^l, and 1 / f = q / (1 - e): |1 / f| <= |q| / (1 - |e|) if |e| < 1, also for f plus a tail w, where
- * |e| <= P + |q| |w|. Larger M serve where f changes much within R (M = 0: |f - f_0| < |f_0|). For a matrix S: Q S = 1 - E with matrices. */
+ * |e| <= P + |q| |w|. Larger M serve where f changes much within R (M = 0: |f - f_0| < |f_0|). For a matrix S: Q S = 1 - E with matrices, and
+ * S is regular on the disc if |E| v < v for some v > 0 (the spectral radius of |E|, and so of each E(s), is below 1). */
 #ifndef SGA_ENCLOSE_INVERSE_H
 #define SGA_ENCLOSE_INVERSE_H
 
@@ -37,6 +38,8 @@ void enc_inverses_forget(struct enc_inverses *v);
 /* norm and error of the slot's, or the system's, series in t: sizes and R are there. False where error is not below 1 (a matrix: is not finite). */
 bool enc_inverse_find(struct enc_tail *t, int slot);
 bool enc_inverse_matrix(struct enc_tail *t, int system);
+/* Whether S is shown to be regular on the disc. After enc_inverse_matrix; tau: tails by slot. */
+bool enc_inverse_regular(const struct enc_tail *t, int system);
 /* |q| / (1 - error - norm tau), infinite if that is not positive. */
 void enc_inverse_bound(mag_t r, const struct enc_inverse *v, const mag_t tau);
 

@@ -31,7 +31,7 @@ void enc_set_width(const struct enc_set *s, mag_ptr width);
  * can change by (their units). False where it is not finite. */
 bool enc_set_move(struct enc_set *s, arb_srcptr y, const arb_mat_t B, const double *size);
 
-/* Bits of everything that multiplies radii. */
+/* Bits of what multiplies radii. */
 enum { ENC_ROUGH_BITS = 64 };
 
 struct enc_step {
@@ -48,7 +48,8 @@ struct enc_step {
     mag_ptr jacobian_tail;   /* n x n */
     double *size;            /* by variable: its unit */
     int more;                /* orders that J needed beyond the guess in the last steps */
-    int calm;                /* steps, for more to become less */
+    slong bits;              /* of rough: more than ENC_ROUGH_BITS where those lose all to cancellation */
+    int calm;                /* steps, for more and bits to become less */
     long runs;               /* Taylor series so far */
     int bad;                 /* of a failure ENC_STEP_SHORT: the root after the field that may vanish; -1: X itself */
     enum { ENC_STEP_OK, ENC_STEP_SHORT, ENC_STEP_WIDE } failure;

@@ -8,7 +8,7 @@
 #include "range.h"
 #include "scale.h"
 
-/* Steps are about this part of the radius of convergence: order^2 / step is least near e^-2 for many digits. */
+/* Steps are about this part of the radius of convergence. order^2 / step is least near e^-2 for many digits; what else a step costs asks for longer ones. */
 static const double PART = 1.0 / 4;
 /* Bits of the remainder of J, which makes the radii grow by about its size in each step; how much of a radius a step may add at most;
  * what the length is guessed below (estimates of tails are longer than the first term left out). */
@@ -20,7 +20,7 @@ void enc_step_init(struct enc_step *w, const struct enc_program *p, int fields)
 {
     int n = p->n;
     *w = (struct enc_step){ .p = p, .fields = fields, .box = _arb_vec_init(n), .width = _mag_vec_init(n),
-                            .jacobian_tail = _mag_vec_init((slong)n * n), .size = sga_calloc((size_t)n + 1, sizeof(double)) };
+                            .jacobian_tail = _mag_vec_init((slong)n * n), .bits = ENC_ROUGH_BITS, .size = sga_calloc((size_t)n + 1, sizeof(double)) };
     enc_series_init(&w->point, p);
     enc_series_init(&w->rough, p);
     enc_tail_init(&w->point_tail, p);
@@ -174,9 +174,10 @@ enum outcome { GOOD, SERIES, TAILS, BRANCHES };
 
 static enum outcome over_set(struct enc_step *w, const arb_t t, int order, double h)
 {
-    if (w->rough_tail.s == NULL || w->rough.order != order) {
+    if (w->rough_tail.s == NULL || w->rough.order != order || w->rough.prec != w->bits) {
         w->runs++;
-        if (!enc_series_run(&w->rough, w->box, t, order, ENC_ROUGH_BITS))
+        w->rough_tail.s = NULL;
+        if (!enc_series_run(&w->rough, w->box, t, order, w->bits))
             return SERIES;
         enc_tail_begin(&w->rough_tail, &w->rough);
     }
@@ -211,9 +212,12 @@ static bool from_set(struct enc_step *w, const arb_t t, double sign, double leas
     w->rough_tail.s = NULL;
     while (h >= least && (got = over_set(w, t, order, sign * h)) != GOOD) {
         w->failure = got == BRANCHES ? ENC_STEP_SHORT : ENC_STEP_WIDE;
-        if (got == SERIES || (got == TAILS && h < NARROW * whole))
-            return false;
-        if (got == TAILS && order < w->point.order) {
+        if (got == SERIES || (got == TAILS && h < NARROW * whole)) {
+            if (w->bits >= w->prec)
+                return false;
+            w->bits *= 2;        /* cancellation, not the set */
+            h = whole;
+        } else if (got == TAILS && order < w->point.order) {
             w->more += 4;
             order = order + 4 < w->point.order ? order + 4 : w->point.order;
         } else {
@@ -240,7 +244,10 @@ bool enc_step_make(struct enc_step *w, const struct enc_set *set, const arb_t t,
     if (!from_point(w, fabs(most), least) || !from_set(w, t, most < 0 ? -1 : 1, least))
         return false;
     sizes(w);
-    w->more -= w->more > 0 && ++w->calm % 4 == 0;
+    if (++w->calm % 4 == 0) {
+        w->more -= w->more > 0;
+        w->bits = w->calm % 16 ? w->bits : ENC_ROUGH_BITS;
+    }
     w->failure = ENC_STEP_OK;
     return true;
 }

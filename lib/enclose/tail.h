@@ -16,8 +16,9 @@
  * Proof. Let T_m(f) = sum_{N < k <= m} |f_k| R^k, so that T_N = 0 <= tau. Coefficient m of a slot depends on coefficients below m, and on the
  * m-th of slots before it; Phi is monotone, and sorting the recurrence for it (u: m u_m = sum i x_i g_{m - i}, where 1/m < 1/(N + 1) for
  * i <= N and i / m <= 1 beyond; sqrt: 2 v0 w + w^2 = a - v0^2 for v = v0 + w) gives T_m(f) <= Phi_f(T) with what T is by then: <= tau
- * by induction. A convergent formal solution is a solution, as functions that are defined by differential equations
- * are what they are at the start and stay so while no branch point is met (range.h).
+ * by induction. A convergent formal solution is a solution, where the field has a value all the way: denominators and matrices have inverses,
+ * |tau(v) / v| < 1 for roots, and functions that are given by differential equations are what they are at the start while no
+ * branch point is met (range.h).
  *
  * The same for derivatives with respect to the start: they are slots with linear rules. Norms of this kind: Hungria,
  * Lessard, Mireles James, Rigorous numerics for analytic solutions of differential equations: the radii polynomial approach, Math.
@@ -42,7 +43,7 @@ struct enc_tail {
     mag_ptr moment;          /* by slot, where code.scaled: sum i |f_i| R^i */
     mag_ptr tau;             /* by slot */
     struct enc_inverses inverse;
-    mag_ptr dsize, drest, dfixed, dtau;     /* the same of the derivatives along one direction */
+    mag_ptr dsize, drest, dfixed, dtau;     /* the same of the derivatives along one direction; NULL until asked for */
 };
 
 void enc_tail_init(struct enc_tail *t, const struct enc_program *p);
@@ -62,7 +63,11 @@ static inline mag_ptr enc_tail_rest(const struct enc_tail *t, int slot) { return
 static inline mag_ptr enc_tail_dsize(const struct enc_tail *t, int slot) { return t->dsize + (size_t)slot * (size_t)(t->room + 2); }
 static inline mag_ptr enc_tail_drest(const struct enc_tail *t, int slot) { return t->drest + (size_t)slot * (size_t)(t->room + 2); }
 
-/* Shared by values and derivatives: P(f, g) of sizes and sums, with f up to degree `last`; sizes and sums of a series; and one sweep's
+/* Of one slot: the part of Phi that does not depend on tau, and inverses (false: there is none); Phi itself. */
+bool enc_tail_prepare(struct enc_tail *t, int slot);
+void enc_tail_phi(mag_t r, const struct enc_tail *t, int slot);
+
+/* Shared by values and derivatives: P(f, g) of sizes and sums, f up to degree `last`; sizes and sums of a series; and one sweep's
  * decision: whether tau grows to what Phi says, and half as much again (more). */
 void enc_tail_overlap(mag_t r, mag_srcptr size, mag_srcptr rest, int last);
 void enc_tail_sizes(mag_ptr size, mag_ptr rest, arb_srcptr f, mag_srcptr power, int order);

@@ -165,6 +165,12 @@ static int sweep(struct enc_tail *t, int which)
 bool enc_tail_along(struct enc_tail *t)
 {
     const struct enc_program *p = t->s->p;
+    if (!t->dsize) {
+        t->dsize = _mag_vec_init((slong)p->slots * (t->room + 2));
+        t->drest = _mag_vec_init((slong)p->slots * (t->room + 2));
+        t->dfixed = _mag_vec_init(p->slots);
+        t->dtau = _mag_vec_init(p->slots);
+    }
     for (int i = 0; i < p->slots; i++)
         if (wanted(p->code + i))
             enc_tail_sizes(enc_tail_dsize(t, i), enc_tail_drest(t, i), enc_series_tangent(t->s, i), t->power, t->order);

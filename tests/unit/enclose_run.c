@@ -100,8 +100,41 @@ static void run(const struct model *m, slong prec)
     expr_store_clear(&st);
 }
 
+/* x' = 1 + y, S y = r, where y is 0 or harmless while S is singular at t = 1: there the field has no value. */
+static void singular_system(int which)
+{
+    expr_store_init(&st);
+    struct sga_error err = { 0 };
+    expr_symbol_add(&st, "x", EXPR_VARIABLE);
+    expr_symbol_add(&st, "t", EXPR_TIME);
+    int variable = expr_symbol_find(&st, "x", 1), one = which == 0;
+    expr_id matrix[4] = { parse(one ? "1 - t" : "1"), parse(which == 2 ? "10^20*t" : "t"), parse(which == 2 ? "t/10^20" : "t"), parse("1") };
+    expr_id rhs[2] = { parse(one ? "0" : which == 2 ? "10^20*x" : "x"), parse("x") };     /* y = x/(1 + t) (1, 1), or (10^20, 1) */
+    int solve = expr_solve_add(&st, one ? 1 : 2, matrix, rhs);
+    expr_id field = expr_add(&st, expr_int(&st, 1), expr_solution(&st, solve, which == 2));
+    arb_ptr times = _arb_vec_init(TIMES), box = _arb_vec_init(TIMES);
+    arb_t x, t0;
+    arb_init(x);
+    arb_init(t0);
+    arb_one(x);
+    for (int i = 0; i < TIMES; i++)
+        arb_set_d(times + i, i == 0 ? 0.5 : 1 + i);
+    struct enclose_problem q = { .st = &st, .variable = &variable, .n = 1, .time = expr_symbol_find(&st, "t", 1), .field = &field };
+    struct enclose_path path = { .start = x, .t0 = t0, .times = times, .samples = TIMES, .prec = 96 };
+    struct enclose_end end;
+    CHECK(enclose_run(&q, &path, box, &end, &err), "%s", err.detail);
+    CHECK(end.why == ENCLOSE_NOT_SHOWN && end.samples == 1 && end.t > 0.9 && end.t <= 1, "system %d: %d at %g", which, end.why, end.t);
+    arb_clear(x);
+    arb_clear(t0);
+    _arb_vec_clear(times, TIMES);
+    _arb_vec_clear(box, TIMES);
+    expr_store_clear(&st);
+}
+
 int main(void)
 {
+    for (int which = 0; which < 3; which++)
+        singular_system(which);
     for (size_t k = 0; k < sizeof models / sizeof *models; k++) {
         run(models + k, 96);
         if (k != 4 && k != 7)      /* slow ones */
