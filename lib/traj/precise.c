@@ -218,7 +218,14 @@ bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_
     p.x = sga_calloc((size_t)f->n + 1, sizeof *p.x);
     p.constraint = num_jet2_new(f->manifold.tape, 1);
     p.output = f->output ? num_jet2_new(f->output, 0) : NULL;
-    bool ok = precise_start(&p, r->initial, err);
+    struct num_tape *own = NULL;
+    if (f->field.switches.count) {       /* series find their sides by themselves */
+        int *inputs = field_inputs(sys);
+        own = num_tape_new(sys->store, f->field.root, f->n, inputs, f->n + 1, err);
+        free(inputs);
+    }
+    p.field = own ? own : f->field.plain;
+    bool ok = (own || !f->field.switches.count) && precise_start(&p, r->initial, err);
     if (ok) {
         r->steps = r->rejected = r->evaluations = 0;
         double begin = sga_cpu();
@@ -233,5 +240,6 @@ bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_
     }
     clear(&o);
     precise_clear(&p);
+    num_tape_free(own);
     return ok;
 }

@@ -23,7 +23,8 @@ struct precise {
     const struct traj_request *rq;
     int n;
     struct num_jet2 *constraint, *output;     /* values only; output NULL: the variables */
-    struct num_jet2 *series; int order;       /* of the field */
+    struct num_jet2 *series; int order;       /* of the field, from */
+    const struct num_tape *field;             /* where switches are what their arguments say */
     struct num_jet2 *values;                  /* of the field: its values alone, for implicit steps; NULL at first */
     struct num_radau *formula;                /* of the last implicit steps; NULL at first */
     num_dd start, *time, *x;                  /* the samples' times; the consistent start */
