@@ -31,7 +31,7 @@ struct ode_kinks {
     signed char *side;         /* what is held; 0: nothing */
     unsigned char *fresh;      /* turned, and not yet seen off the surface */
     unsigned char *pending;    /* to be turned when the present step is committed */
-    double *old;               /* changes ahead, before a turn */
+    double *old, *least;       /* changes ahead, before a turn; see grains */
     double *g, *rate, *g1, *rate1;   /* at the step's ends: values, and their derivatives along the motion */
     struct ode_table table;
     double *x, *f, *mid;       /* n each */
@@ -60,12 +60,13 @@ void ode_kinks_begin(struct ode_march *m)
     k->side = sga_calloc(3 * c, 1);
     k->fresh = (unsigned char *)k->side + c;
     k->pending = k->fresh + c;
-    k->g = sga_calloc(5 * c + 3 * n, sizeof *k->g);
+    k->g = sga_calloc(6 * c + 3 * n, sizeof *k->g);
     k->rate = k->g + c;
     k->g1 = k->rate + c;
     k->rate1 = k->g1 + c;
     k->old = k->rate1 + c;
-    k->x = k->old + c;
+    k->least = k->old + c;
+    k->x = k->least + c;
     k->f = k->x + n;
     k->mid = k->f + n;
     ode_table_init(&k->table, k->count, m->p->n, m->p->switching);
@@ -95,20 +96,25 @@ static double value(struct ode_march *m, int e, double t, const double *x)
     return m->kinks->table.g[e];
 }
 
-/* How far from 0 roundings take g, and errors far below the tolerance. */
-static double grain(struct ode_march *m, int e, double t, const double *x)
+/* k->least: how far from 0 roundings take each g, and errors far below the tolerance. */
+static void grains(struct ode_march *m, double t, const double *x)
 {
     struct ode_kinks *k = m->kinks;
-    double g = value(m, e, t, x), sum = 0, dt = 16 * DBL_EPSILON * fmax(fabs(t), fabs(m->start->t));
+    double *g = k->old, *moved = k->table.g, dt = 16 * DBL_EPSILON * fmax(fabs(t), fabs(m->start->t));
+    values(m, t, x, g);
+    memset(k->least, 0, (size_t)k->count * sizeof *k->least);
     memcpy(k->x, x, (size_t)m->p->n * sizeof *x);
-    for (int j = 0; j < m->p->n; j++) {
-        k->x[j] = x[j] + fmax(16 * DBL_EPSILON * fabs(x[j]), GRAIN * ode_allowed(m->o->rtol, m->o->atol, m->unit[j], x[j], x[j]));
-        double change = fabs(value(m, e, t, k->x) - g);
-        sum += isfinite(change) ? change : 0;
-        k->x[j] = x[j];
+    for (int j = 0; j <= m->p->n; j++) {      /* the last one: time */
+        if (j < m->p->n)
+            k->x[j] = x[j] + fmax(16 * DBL_EPSILON * fabs(x[j]), GRAIN * ode_allowed(m->o->rtol, m->o->atol, m->unit[j], x[j], x[j]));
+        values(m, j < m->p->n ? t : t + dt, k->x, moved);
+        for (int e = 0; e < k->count; e++) {
+            double change = fabs(moved[e] - g[e]);
+            k->least[e] += isfinite(change) ? change : 0;
+        }
+        if (j < m->p->n)
+            k->x[j] = x[j];
     }
-    double change = fabs(value(m, e, t + dt, x) - g);
-    return sum + (isfinite(change) ? change : 0);
 }
 
 /* By how much g changes over the time d from the present point with the field f there; by two stages
@@ -174,8 +180,9 @@ static bool take_sides(struct ode_march *m)
     memset(k->side, 0, (size_t)k->count);
     k->natural = false;
     hold(m);
+    grains(m, m->t, m->x);
     for (int e = 0; e < k->count; e++) {
-        double g = value(m, e, m->t, m->x), least = grain(m, e, m->t, m->x);
+        double g = value(m, e, m->t, m->x), least = k->least[e];
         k->fresh[e] = !(fabs(g) > least);
         k->side[e] = (signed char)(!isfinite(g) ? 0 : k->fresh[e] ? side_taken(m, e, PROBE * k->scale * m->direction, least) : g > 0 ? 1 : -1);
         hold(m);
@@ -231,6 +238,7 @@ static bool turn_together(struct ode_march *m, bool *slides)
 {
     struct ode_kinks *k = m->kinks;
     double d = PROBE * k->scale * m->direction;
+    grains(m, m->t, m->x);
     for (int e = 0; e < k->count; e++)
         k->old[e] = k->pending[e] ? change_ahead(m, e, m->f, d, false) : 0;
     for (int e = 0; e < k->count; e++)
@@ -241,7 +249,7 @@ static bool turn_together(struct ode_march *m, bool *slides)
     for (int e = 0; e < k->count; e++) {
         if (!k->pending[e] || !k->side[e])
             continue;
-        double least = grain(m, e, m->t, m->x), new = change_ahead(m, e, m->f, d, false);
+        double least = k->least[e], new = change_ahead(m, e, m->f, d, false);
         *slides |= k->side[e] * k->old[e] > least && k->side[e] * new < -least;
     }
     return true;
@@ -309,7 +317,7 @@ static bool left_surface(struct ode_march *m, int e)
 {
     struct ode_kinks *k = m->kinks;
     double g = k->g[e];
-    if (k->pending[e] || !(k->fresh[e] || !k->side[e]) || !isfinite(g) || !(fabs(g) > grain(m, e, m->t, m->x)))
+    if (k->pending[e] || !(k->fresh[e] || !k->side[e]) || !isfinite(g) || !(fabs(g) > k->least[e]))
         return true;
     if (k->side[e]) {
         k->fresh[e] = !(g * k->side[e] > 0);
@@ -341,7 +349,11 @@ bool ode_kinks_pass(struct ode_march *m, double h)
     }
     memcpy(k->g, k->g1, (size_t)k->count * sizeof *k->g);
     memcpy(k->rate, k->rate1, (size_t)k->count * sizeof *k->rate);
-    bool ok = true, any = false;
+    bool ok = true, any = false, unsure = false;
+    for (int e = 0; e < k->count; e++)
+        unsure |= k->fresh[e] || !k->side[e];
+    if (unsure)
+        grains(m, m->t, m->x);
     for (int e = 0; e < k->count && ok; e++) {
         ok = left_surface(m, e);
         any |= k->pending[e];
@@ -433,6 +445,21 @@ static bool dips(struct ode_march *m, int e, int i, int s, double least, double 
     return true;
 }
 
+/* All values are on the side of switch e, none with a minimum that could be beyond. */
+static bool plainly_inside(const struct ode_table *w, int e, int s)
+{
+    size_t c = (size_t)w->count;
+    for (int i = 0; i < w->nodes; i++) {
+        const double *v = w->value + (size_t)i * c + (size_t)e;
+        if (!(s * *v > 0))
+            return false;
+        if (i > 0 && i + 1 < w->nodes && s * v[0] < s * v[-(ptrdiff_t)c] && s * v[0] <= s * v[c] &&
+            s * v[0] < 2 * fmax(s * v[-(ptrdiff_t)c] - s * v[0], s * v[c] - s * v[0]))
+            return false;
+    }
+    return true;
+}
+
 /* The first place in the step where switch e leaves its side; 2: none; -1: the step is too long to tell. */
 static double crossing(struct ode_march *m, int e)
 {
@@ -440,7 +467,7 @@ static double crossing(struct ode_march *m, int e)
     struct ode_table *w = &k->table;
     int s = k->side[e], last = -1;
     bool armed = !k->fresh[e];
-    double where, least = grain(m, e, m->t1, m->x1), first = s * w->value[e];
+    double where, least = k->least[e], first = s * w->value[e];
     for (int i = 0; i < w->nodes && s; i++) {
         double v = s * w->value[(size_t)i * (size_t)w->count + (size_t)e];
         if (!isfinite(v)) {
@@ -531,7 +558,13 @@ enum ode_refusal ode_kinks_step(struct ode_march *m)
     ode_table_fill(m, &k->table);
     double first = 2, h = fabs(m->step.h);
     int which = -1;
+    bool known = false;
     for (int e = 0; e < k->count; e++) {
+        if (!k->side[e] || (!k->fresh[e] && plainly_inside(&k->table, e, k->side[e])))
+            continue;
+        if (!known)
+            grains(m, m->t1, m->x1);
+        known = true;
         double theta = crossing(m, e);
         if (theta < first) {
             first = theta;

@@ -136,6 +136,7 @@ struct ode_table {
     int count, nodes;
     double *theta, *value;     /* nodes; nodes x count */
     double *g, *x;             /* one of each: those of ode_table_at */
+    double *low, *high;        /* ranges over the nodes */
     void (*function)(void *ctx, double t, const double *x, double *g);
 };
 void ode_table_init(struct ode_table *w, int count, int n, void (*function)(void *, double, const double *, double *));

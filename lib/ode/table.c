@@ -21,8 +21,10 @@ void ode_table_init(struct ode_table *w, int count, int n, void (*function)(void
     *w = (struct ode_table){ .count = count, .function = function };
     w->theta = sga_malloc((MOST_PARTS + 3) * sizeof *w->theta);
     w->value = sga_malloc((MOST_PARTS + 3) * e * sizeof *w->value);
-    w->g = sga_malloc((e + (size_t)n + 1) * sizeof *w->g);
-    w->x = w->g + e;
+    w->g = sga_malloc((3 * e + (size_t)n + 1) * sizeof *w->g);
+    w->low = w->g + e;
+    w->high = w->low + e;
+    w->x = w->high + e;
 }
 
 void ode_table_clear(struct ode_table *w)
@@ -57,21 +59,33 @@ static double cubic(double a, double b, double c, double d, double u)
            - a * u * (u - 1) * (u - 2) / 6;
 }
 
+static void find_ranges(struct ode_table *w, int parts)
+{
+    size_t count = (size_t)w->count;
+    for (size_t e = 0; e < count; e++) {
+        w->low[e] = INFINITY;
+        w->high[e] = -INFINITY;
+    }
+    for (size_t i = 0; i <= (size_t)parts; i++)
+        for (size_t e = 0; e < count; e++) {
+            double v = w->value[i * count + e];
+            w->low[e] = v < w->low[e] ? v : w->low[e];
+            w->high[e] = v > w->high[e] ? v : w->high[e];
+        }
+}
+
 /* How far values between the nodes are from the cubic through the nodes, in irregular places,
  * because a wave whose length divides the distance of the nodes would be taken for a slow one;
  * and whether that is little for all functions. Ends are left out: they are projected. */
 static bool predicted(struct ode_march *m, struct ode_table *w, int parts)
 {
     size_t count = (size_t)w->count;
+    find_ranges(w, parts);
     for (int k = 1; k <= PROBES; k++) {
         double at = 2 + (parts - 4) * fmod(k * 0.61803398874989485, 1), whole = floor(at);
         const double *g = ode_table_at(m, w, at / parts), *v = w->value + ((size_t)whole - 1) * count;
         for (size_t e = 0; e < count; e++) {
-            double low = INFINITY, high = -INFINITY;
-            for (size_t i = 0; i <= (size_t)parts; i++) {
-                low = fmin(low, w->value[i * count + e]);
-                high = fmax(high, w->value[i * count + e]);
-            }
+            double low = w->low[e], high = w->high[e];
             double miss = fabs(g[e] - cubic(v[e], v[count + e], v[2 * count + e], v[3 * count + e], at - whole));
             if (miss > RESOLVED * (high - low) + 1e-13 * fmax(fabs(low), fabs(high)))
                 return false;
