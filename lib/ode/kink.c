@@ -308,6 +308,7 @@ static bool turn(struct ode_march *m)
     memset(k->pending, 0, (size_t)k->count);
     if (slides)
         return end_sliding(m);
+    m->piece = fabs(ode_goal(m) - m->t);      /* as beyond a break: solutions that are compared take other steps from here on */
     look(m);
     return true;
 }
