@@ -31,6 +31,8 @@ bool num_jacobian_eval(struct num_jacobian *j, const double *in, double *out, do
 
 /* As num_tape_compile, for the Jacobian and its tape. */
 void num_jacobian_compile(struct num_jacobian *j, struct sga_exec *memory);
+/* As num_tape_hold, for the Jacobian and its tape. */
+void num_jacobian_hold(struct num_jacobian *j, const signed char *side);
 bool num_jacobian_compiled(const struct num_jacobian *j);
 
 #endif

@@ -165,4 +165,16 @@ void num_jacobian_compile(struct num_jacobian *j, struct sga_exec *memory)
     num_tape_compile(p->tape, memory);
 }
 
+void num_jacobian_hold(struct num_jacobian *j, const signed char *side)
+{
+    struct num_jacobian_plan *p = j->plan;
+    num_tape_hold(p->tape, side);
+    for (int i = 0; p->code && i < p->tape->nheld; i++) {      /* constants have the same slots there */
+        int slot = p->tape->held[i].slot;
+        memcpy(p->code->value + slot, p->tape->value + slot, 3 * sizeof *p->code->value);
+    }
+    if (p->code)
+        tape_forget_time(p->code);
+}
+
 bool num_jacobian_compiled(const struct num_jacobian *j) { return j->plan->code != NULL; }

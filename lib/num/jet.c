@@ -96,6 +96,13 @@ bool num_jet_along(struct num_jet *j, int count, int order, double t, double sca
     return true;
 }
 
+void num_jet_hold(struct num_jet *j, const struct num_tape *t)
+{
+    for (int i = 0; i < t->nheld; i++)
+        for (int k = t->held[i].slot; k < t->held[i].slot + 3; k++)
+            j->row[(size_t)(j->plan.first_constant + k - t->ninputs) * j->stride] = t->value[k];
+}
+
 void num_jet_compile(struct num_jet *j, struct sga_exec *memory)
 {
     jet_machine_clear(&j->machine);

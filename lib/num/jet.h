@@ -36,6 +36,8 @@ bool num_jet_along(struct num_jet *j, int count, int order, double t, double sca
 /* After order k: the least s in (0, 1] at which the argument of an abs, sign, min or max
  * is seen to change sign, INFINITY where none does. Sampled: two changes that lie close together are missed. */
 double num_jet_reach(const struct num_jet *j, int k);
+/* The sides that the tape holds its switches on, from now on. */
+void num_jet_hold(struct num_jet *j, const struct num_tape *t);
 /* Instructions that each order runs. */
 int num_jet_length(const struct num_jet *j);
 /* As num_tape_compile, for num_jet_along (always of the same count). Not where the tape solves or switches. Values differ by

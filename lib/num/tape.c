@@ -12,6 +12,7 @@
 
 #include "dd.h"
 #include "mem.h"
+#include "switches.h"
 #include "value.h"
 
 enum { STATIC, TIMED, LIVE };
@@ -25,8 +26,9 @@ struct builder {
     int *solve;           /* by linear solve: its index in the tape; -1: none yet */
     int time;             /* the input that is time, or -1 */
     int *sine, *cosine;   /* by node: its sine and cosine among the cone, or 0 */
+    const struct num_switches *switches;   /* NULL: none */
     struct sga_error *err;
-    size_t code_cap, solve_cap, table_cap;
+    size_t code_cap, solve_cap, table_cap, held_cap;
 };
 
 static bool place_inputs(struct builder *b, const int *inputs)
@@ -48,6 +50,22 @@ static bool place_inputs(struct builder *b, const int *inputs)
     return true;
 }
 
+/* Three constants for the switch of node e, once; which of t->held it is, or -1. */
+static int switch_of(struct builder *b, expr_id e)
+{
+    struct num_tape *t = b->t;
+    int k = b->switches ? num_switches_of(b->switches, e) : -1;
+    if (k < 0)
+        return -1;
+    for (int i = 0; i < t->nheld; i++)
+        if (t->held[i].of == k)
+            return i;
+    SGA_RESERVE(t->held, b->held_cap, t->nheld + 1);
+    t->held[t->nheld] = (struct tape_switch){ k, t->code_slot, 0 };
+    t->code_slot += 3;
+    return t->nheld++;
+}
+
 /* Slots for the constants; what nodes depend on; which sines have a cosine. */
 static void survey(struct builder *b)
 {
@@ -59,6 +77,7 @@ static void survey(struct builder *b)
         const struct expr_node *n = st->node + e;
         if (n->op == EXPR_CONST || n->op == EXPR_PI)
             b->slot[e] = t->code_slot++;
+        switch_of(b, e);
         b->live[e] = n->op != EXPR_SYM ? STATIC : b->time >= 0 && (b->slot[e] == b->time || b->slot[e] < 0) ? TIMED : LIVE;
         int children = expr_children(st, e);
         for (int k = 0; k < children; k++) {
@@ -135,11 +154,27 @@ static int emit_signal(struct builder *b, const struct expr_symbol *s)
     return emit(b, TAPE_SIGNAL, b->time, k << 8 | s->order);
 }
 
+/* What can be held on a side s: with the constants p = B for s > 0, else 0, q = B for s < 0, else 0, and p - q, where B is
+ * larger than every value, sign(g + p - q), g times that, min(a + p, b + q) and max(a - q, b - p). */
+static int emit_switch(struct builder *b, const struct expr_node *n, struct tape_switch *w)
+{
+    int a = b->slot[n->a], slot = w->slot;
+    if (n->op == EXPR_MIN)
+        return emit(b, EXPR_MIN, emit(b, EXPR_ADD, a, slot), emit(b, EXPR_ADD, b->slot[n->b], slot + 1));
+    if (n->op == EXPR_MAX)
+        return emit(b, EXPR_MAX, emit(b, EXPR_SUB, a, slot + 1), emit(b, EXPR_SUB, b->slot[n->b], slot));
+    if (!w->sign)
+        w->sign = emit(b, EXPR_SIGN, emit(b, EXPR_ADD, a, slot + 2), 0);
+    return n->op == EXPR_SIGN ? w->sign : emit(b, EXPR_MUL, a, w->sign);
+}
+
 static void emit_node(struct builder *b, expr_id e)
 {
     const struct expr_node *n = b->st->node + e;
-    int args = expr_op_args((enum expr_op)n->op);
-    if (n->op == EXPR_SYM) {
+    int args = expr_op_args((enum expr_op)n->op), held = switch_of(b, e);
+    if (held >= 0) {
+        b->slot[e] = emit_switch(b, n, b->t->held + held);
+    } else if (n->op == EXPR_SYM) {
         b->slot[e] = emit_signal(b, b->st->symbol + n->a);
     } else if ((n->op == EXPR_SIN || n->op == EXPR_COS) && b->sine[n->a] && b->cosine[n->a]) {
         b->slot[b->sine[n->a]] = emit(b, TAPE_SINCOS, b->slot[n->a], 0);
@@ -231,8 +266,28 @@ static void builder_clear(struct builder *b)
 struct num_tape *num_tape_new(const struct expr_store *st, const expr_id *roots, int nroots,
                               const int *inputs, int ninputs, struct sga_error *err)
 {
+    return num_tape_new_switched(st, NULL, roots, nroots, inputs, ninputs, err);
+}
+
+void num_tape_hold(struct num_tape *t, const signed char *side)
+{
+    static const double beyond = 1e300;
+    for (int i = 0; i < t->nheld; i++) {
+        const struct tape_switch *w = t->held + i;
+        double *c = t->value + w->slot;
+        int s = side ? side[w->of] : 0;
+        c[0] = s > 0 ? beyond : 0;
+        c[1] = s < 0 ? beyond : 0;
+        c[2] = c[0] - c[1];
+    }
+    tape_forget_time(t);
+}
+
+struct num_tape *num_tape_new_switched(const struct expr_store *st, const struct num_switches *w, const expr_id *roots, int nroots,
+                                       const int *inputs, int ninputs, struct sga_error *err)
+{
     struct num_tape *t = sga_calloc(1, sizeof *t);
-    struct builder b = { .st = st, .t = t, .err = err };
+    struct builder b = { .st = st, .t = t, .switches = w, .err = err };
     t->ninputs = ninputs;
     t->nroots = t->first_roots = nroots;
     builder_init(&b);
@@ -270,6 +325,7 @@ void num_tape_free(struct num_tape *t)
     }
     free(t->solve);
     free(t->table);
+    free(t->held);
     free(t->code);
     free(t->value);
     free(t->low);

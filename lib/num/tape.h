@@ -28,6 +28,14 @@ struct num_tape *num_tape_new(const struct expr_store *st, const expr_id *roots,
                               const int *inputs, int ninputs, struct sga_error *err);
 void num_tape_free(struct num_tape *t);    /* NULL is allowed */
 
+/* The same, and each abs, sign, min and max that `w` knows can be held on one side: num_tape_hold. */
+struct num_switches;
+struct num_tape *num_tape_new_switched(const struct expr_store *st, const struct num_switches *w, const expr_id *roots, int nroots,
+                                       const int *inputs, int ninputs, struct sga_error *err);
+/* From now on switch k is what it is where its argument has the sign side[k], wherever it is evaluated; 0: as its
+ * argument says, as after num_tape_new_switched. NULL: all 0. */
+void num_tape_hold(struct num_tape *t, const signed char *side);
+
 int num_tape_inputs(const struct num_tape *t);
 int num_tape_roots(const struct num_tape *t);
 /* Instructions run by each evaluation. */

@@ -47,6 +47,9 @@ struct num_tape {
     int *root;                 /* slots */
     struct tape_solve *solve;
     int nsolves;
+    /* Switches: which, the first of its three constants (num_tape_hold), and the slot of its sign or 0. */
+    struct tape_switch { int of, slot, sign; } *held;
+    int nheld;
     const struct expr_table **table;   /* borrowed */
     int ntables;
     struct sga_exec *memory;   /* for machine code, borrowed; NULL: interpreted for good */

@@ -124,7 +124,7 @@ static bool begin(struct ode_march *m, double *h)
              : ode_first_step(&m->field, &m->step, m->method->error_order, m->work);
     if (m->method->series && !(m->o->first_step > 0))       /* which knows better, but not from everywhere */
         *h = fmin(FIRST_SERIES * *h, fabs(m->stop - m->t));
-    return true;
+    return ode_kinks_start(m, *h);
 }
 
 /* The distance to the next sample that is not at the present point. */
@@ -153,7 +153,7 @@ static double fit_samples(const struct ode_march *m, double h, double *aim)
 
 /* |h| cut so that the march ends on the stop, and not with a sliver of a step. *aim: where
  * the step is to end exactly, or NAN. */
-static double cut(const struct ode_march *m, double h, double *aim)
+static double cut(struct ode_march *m, double h, double *aim)
 {
     double goal = ode_goal(m), rest = fabs((goal - m->t) - m->t_low);
     *aim = NAN;
@@ -161,7 +161,11 @@ static double cut(const struct ode_march *m, double h, double *aim)
         h = fmin(h, m->o->max_step);
     if (m->level)       /* solutions that are compared take different steps: between breaks, other parts */
         h = fmin(h, m->piece * BREAK_PART / (0.4 + 0.6 * m->level));
-    h = fit_samples(m, h, aim);
+    h = fit_samples(m, ode_within(m->p->piece, m->p->pieces, &m->next_piece, m->t, m->direction, h), aim);
+    if (m->kinks && ode_kinks_cut(m, h) < h) {
+        h = ode_kinks_cut(m, h);
+        *aim = NAN;
+    }
     if (h * 1.01 < rest)
         return h * 2 > rest && isnan(*aim) ? rest / 2 : h;
     *aim = goal;
@@ -206,7 +210,10 @@ static enum ode_refusal attempt(struct ode_march *m, double *h, double aim, int 
     else if (!ode_eval(&m->field, m->t1, m->x1, m->f1))
         return FIELD_REFUSED;
     m->pending_residual = residual;
-    enum ode_refusal cause = ode_sample(m, through);
+    enum ode_refusal cause = ode_kinks_step(m);
+    if (cause != STEP_TAKEN)
+        return cause;
+    cause = ode_sample(m, through);
     return cause == STEP_TAKEN ? ode_watch_step(m, through) : cause;
 }
 
@@ -340,16 +347,23 @@ static void go(struct ode_march *m)
                 ode_end_event(m);
                 return;
             }
-            if (m->next == m->start->count || !pass_break(m))
+            if (m->next == m->start->count || !pass_break(m) || !ode_kinks_pass(m, taken))
                 return;
             double next = taken * after_step(m, taken);
             /* a step cut short says little against the size that was thought right */
-            h = ode_choose(m, taken < 0.9 * h && (m->dense_ratio < 1 || isfinite(m->piece)) ? fmax(h, next) : next);
+            h = ode_choose(m, taken < 0.9 * h && (m->dense_ratio < 1 || isfinite(m->piece) || m->kinks || m->p->pieces) ? fmax(h, next) : next);
             cause = ERROR_TOO_LARGE;   /* what it is if h is too small now */
+        } else if (cause == ENDED) {
+            return;
+        } else if (cause == STEP_CUT) {
+            m->res->stats.refused++;
         } else if (cause == FIELD_REFUSED && ode_without_series(m)) {
             double last = fabs(m->t - m->last_times[1]);     /* what was tried is a bound, perhaps far beyond the domain */
             h = last > 0 ? fmin(taken, last) : taken;
+        } else if (ode_kinks_natural(m, cause, taken)) {
+            h = taken;
         } else {
+            ode_kinks_held(m);
             h = taken * after_refusal(m, cause);
         }
         if (h < smallest_step(m)) {
@@ -377,10 +391,12 @@ void ode_march(const struct ode_run *run, struct ode_result *res)
     res->end = (struct ode_end){ODE_NONE, m.stop, -1, ""};
     march_alloc(&m);
     ode_watch_begin(&m);
+    ode_kinks_begin(&m);
     ode_choice_begin(&m);
     go(&m);
     if (run->p->enter)
         run->p->enter(run->p->ctx, NAN, NAN);
+    ode_kinks_end(&m);
     res->count = m.next;
     ode_choice_end(&m);
     ode_watch_end(&m);

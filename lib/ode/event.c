@@ -1,9 +1,7 @@
 /* Events: places where a function of time and state passes 0, found on the dense output.
  *
- * In each step the functions are tabulated on the step's polynomial, on nodes that are
- * doubled until cubic interpolation predicts the values between them, so that several zeros
- * in one step are told apart, also of functions that vary faster than the solution. A change
- * of sign is located by regula falsi with halving (Illinois) to the rounding of time. Between
+ * In each step the functions are tabulated on the step's polynomial (table.c). A change
+ * of sign is located to the rounding of time. Between
  * three values of one sign with the least in the middle, the minimum is searched: deeper
  * than the error allowed makes beyond 0 it is two passages, within it a touch. */
 #include <float.h>
@@ -14,10 +12,7 @@
 #include "march.h"
 #include "mem.h"
 
-enum { FIRST_PARTS = 8, MOST_PARTS = 2048, PROBES = 11, MOST_FOUND = 100000,
-       MOST_NUMBERS = 10000000 };     /* of all states at events */
-#define RESOLVED 1e-3          /* of the range: how well values between nodes are predicted */
-#define EDGE 1e-3              /* of a part: nodes beside the ends, for the slopes there */
+enum { MOST_FOUND = 100000, MOST_NUMBERS = 10000000 };     /* events, and numbers in all states at events */
 #define SAMPLE_MOST 10.0
 
 struct track {
@@ -30,26 +25,20 @@ struct track {
 struct place { double theta; int event, crossing; };
 
 struct ode_watch {
-    int count, nodes, places, room;
+    int count, places, room;
     struct track *now, *next;
-    double *theta, *value;     /* nodes; nodes x count */
-    double *g, *x, *y;         /* one of each */
+    struct ode_table table;
+    double *y;
     struct place *place;
 };
 
+static double value_at(struct ode_march *m, int e, double theta) { return ode_table_at(m, &m->watch->table, theta)[e]; }
+
 static double *values(struct ode_march *m, double t, const double *x)
 {
-    m->p->event(m->p->ctx, t, x, m->watch->g);
-    return m->watch->g;
+    m->p->event(m->p->ctx, t, x, m->watch->table.g);
+    return m->watch->table.g;
 }
-
-static double *values_at(struct ode_march *m, double theta)
-{
-    m->method->dense_at(m->state, &m->step, theta, m->watch->x);
-    return values(m, m->t + (theta * m->step.h + m->t_low), m->watch->x);
-}
-
-static double value_at(struct ode_march *m, int e, double theta) { return values_at(m, theta)[e]; }
 
 /* By how much errors of x as large as allowed change the function. */
 static double doubt(struct ode_march *m, int e, double t, const double *x)
@@ -76,11 +65,8 @@ void ode_watch_begin(struct ode_march *m)
     w->count = m->p->events;
     w->now = sga_calloc(2 * e, sizeof *w->now);
     w->next = w->now + e;
-    w->theta = sga_malloc((MOST_PARTS + 3) * sizeof *w->theta);
-    w->value = sga_malloc((MOST_PARTS + 3) * e * sizeof *w->value);
-    w->g = sga_malloc((e + 2 * n + 1) * sizeof *w->g);
-    w->x = w->g + e;
-    w->y = w->x + n;
+    ode_table_init(&w->table, w->count, m->p->n, m->p->event);
+    w->y = sga_malloc((n + 1) * sizeof *w->y);
 }
 
 void ode_watch_start(struct ode_march *m)
@@ -100,79 +86,11 @@ void ode_watch_end(struct ode_march *m)
     if (!w)
         return;
     free(w->now < w->next ? w->now : w->next);
-    free(w->theta);
-    free(w->value);
-    free(w->g);
+    ode_table_clear(&w->table);
+    free(w->y);
     free(w->place);
     free(w);
     m->watch = NULL;
-}
-
-static void put(struct ode_march *m, int node, const double *g)
-{
-    size_t e = (size_t)m->watch->count;
-    memcpy(m->watch->value + (size_t)node * e, g, e * sizeof *g);
-}
-
-/* The cubic through four values in equal distances, at u between the second (0) and the third (1). */
-static double cubic(double a, double b, double c, double d, double u)
-{
-    return b * (u + 1) * (u - 1) * (u - 2) / 2 - c * u * (u + 1) * (u - 2) / 2 + d * u * (u + 1) * (u - 1) / 6
-           - a * u * (u - 1) * (u - 2) / 6;
-}
-
-/* How far values between the nodes are from the cubic through the nodes, in irregular places,
- * because a wave whose length divides the distance of the nodes would be taken for a slow one;
- * and whether that is little for all functions. Ends are left out: they are projected. */
-static bool predicted(struct ode_march *m, int parts)
-{
-    struct ode_watch *w = m->watch;
-    size_t count = (size_t)w->count;
-    for (int k = 1; k <= PROBES; k++) {
-        double at = 2 + (parts - 4) * fmod(k * 0.61803398874989485, 1), whole = floor(at);
-        const double *g = values_at(m, at / parts), *v = w->value + ((size_t)whole - 1) * count;
-        for (size_t e = 0; e < count; e++) {
-            double low = INFINITY, high = -INFINITY;
-            for (size_t i = 0; i <= (size_t)parts; i++) {
-                low = fmin(low, w->value[i * count + e]);
-                high = fmax(high, w->value[i * count + e]);
-            }
-            double miss = fabs(g[e] - cubic(v[e], v[count + e], v[2 * count + e], v[3 * count + e], at - whole));
-            if (miss > RESOLVED * (high - low) + 1e-13 * fmax(fabs(low), fabs(high)))
-                return false;
-        }
-    }
-    return true;
-}
-
-/* The table of the present step: nodes in equal distances, and one beside each end. */
-static void tabulate(struct ode_march *m)
-{
-    struct ode_watch *w = m->watch;
-    size_t row = (size_t)w->count * sizeof *w->value;
-    int parts = FIRST_PARTS;
-    for (int i = 1; i < parts; i++)
-        put(m, i, values_at(m, (double)i / parts));
-    put(m, 0, values(m, m->t, m->x));
-    put(m, parts, values(m, m->t1, m->x1));
-    do {
-        for (int i = parts; i > 0; i--)
-            memcpy(w->value + 2 * (size_t)i * (size_t)w->count, w->value + (size_t)i * (size_t)w->count, row);
-        parts *= 2;
-        for (int i = 1; i < parts; i += 2)
-            put(m, i, values_at(m, (double)i / parts));
-    } while (parts < MOST_PARTS && !predicted(m, parts));
-    memmove(w->value + 2 * (size_t)w->count, w->value + (size_t)w->count, (size_t)(parts - 1) * row);
-    w->nodes = parts + 3;
-    for (int i = 1; i < parts; i++)
-        w->theta[i + 1] = (double)i / parts;
-    w->theta[0] = 0;
-    w->theta[1] = EDGE / parts;
-    w->theta[parts + 1] = 1 - EDGE / parts;
-    w->theta[parts + 2] = 1;
-    put(m, 1, values_at(m, w->theta[1]));
-    put(m, parts + 1, values_at(m, w->theta[parts + 1]));
-    put(m, parts + 2, values(m, m->t1, m->x1));
 }
 
 static void add(struct ode_march *m, int e, double theta, int crossing)
@@ -188,35 +106,11 @@ static void add(struct ode_march *m, int e, double theta, int crossing)
     w->place[w->places++] = (struct place){ theta, e, sense };
 }
 
-/* The change of sign between a and b. */
-static double root(struct ode_march *m, int e, double a, double ga, double b, double gb)
-{
-    double least = 2 * DBL_EPSILON * fmax(fabs(m->t), fabs(m->t1)) / fabs(m->step.h);
-    for (int k = 0; k < 200 && b - a > fmax(least, DBL_EPSILON); k++) {
-        double s = a + (b - a) * (ga / (ga - gb));
-        if (!(s > a && s < b) || k % 4 == 3)
-            s = 0.5 * (a + b);
-        double g = value_at(m, e, s);
-        if (g == 0)
-            return s;
-        if ((g > 0) == (ga > 0)) {
-            a = s;
-            ga = g;
-            gb *= 0.5;
-        } else {
-            b = s;
-            gb = g;
-            ga *= 0.5;
-        }
-    }
-    return b;
-}
-
 /* |g| has a minimum between the nodes i-1 and i+1, where its sign is one. */
 static void dip(struct ode_march *m, int e, int i, struct track *k)
 {
     const double golden = 0.3819660112501051;
-    struct ode_watch *w = m->watch;
+    const struct ode_table *w = &m->watch->table;
     double a = w->theta[i - 1], b = w->theta[i + 1], s = w->theta[i];
     double ga = w->value[(size_t)(i - 1) * (size_t)w->count + (size_t)e], g = w->value[(size_t)i * (size_t)w->count + (size_t)e];
     double gb = w->value[(size_t)(i + 1) * (size_t)w->count + (size_t)e], left = a, right = b;
@@ -240,8 +134,8 @@ static void dip(struct ode_march *m, int e, int i, struct track *k)
     value_at(m, e, s);
     double *x = w->x, t = m->t + (s * m->step.h + m->t_low), unsure = doubt(m, e, t, x);
     if (k->sign * g < -unsure) {
-        add(m, e, root(m, e, left, ga, s, g), -k->sign);
-        add(m, e, root(m, e, s, g, right, gb), k->sign);
+        add(m, e, ode_table_root(m, &m->watch->table, e, left, ga, s, g), -k->sign);
+        add(m, e, ode_table_root(m, &m->watch->table, e, s, g, right, gb), k->sign);
     } else if (fabs(g) <= unsure) {
         for (int r = 0; g == 0 && r < 60; r++) {      /* 0 from somewhere on: there */
             double u = 0.5 * (left + s);
@@ -255,8 +149,8 @@ static void dip(struct ode_march *m, int e, int i, struct track *k)
 
 static void scan(struct ode_march *m, int e)
 {
-    struct ode_watch *w = m->watch;
-    struct track *k = w->next + e;
+    const struct ode_table *w = &m->watch->table;
+    struct track *k = m->watch->next + e;
     double before = k->before, last = 0, at = 0;
     for (int i = 0; i < w->nodes; i++) {
         double v = w->value[(size_t)i * (size_t)w->count + (size_t)e];
@@ -273,7 +167,7 @@ static void scan(struct ode_march *m, int e)
         } else if (v * k->sign < 0) {
             /* the last value may be 0 itself, where it was a node */
             if (!k->touched)
-                add(m, e, i ? root(m, e, at, last != 0 ? last : -v, w->theta[i], v) : 0, -k->sign);
+                add(m, e, i ? ode_table_root(m, &m->watch->table, e, at, last != 0 ? last : -v, w->theta[i], v) : 0, -k->sign);
             k->sign = (signed char)-k->sign;
             k->touched = false;
             if (i + 1 == w->nodes && fabs(v) <= (k->least = doubt(m, e, m->t1, m->x1)))
@@ -333,7 +227,7 @@ enum ode_refusal ode_watch_step(struct ode_march *m, int *through)
     }
     memcpy(w->next, w->now, (size_t)w->count * sizeof *w->now);
     w->places = 0;
-    tabulate(m);
+    ode_table_fill(m, &w->table);
     for (int e = 0; e < w->count; e++)
         scan(m, e);
     if (w->places)

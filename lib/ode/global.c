@@ -134,6 +134,7 @@ static void add_stats(struct ode_stats *sum, const struct ode_stats *s)
     sum->jacobians += s->jacobians;
     sum->factorisations += s->factorisations;
     sum->implicit_steps += s->implicit_steps;
+    sum->kinks += s->kinks;
     sum->stiff_steps += s->stiff_steps;
 }
 

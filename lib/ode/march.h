@@ -6,7 +6,8 @@
 #include "method.h"
 
 /* Why a step was not taken. */
-enum ode_refusal { STEP_TAKEN, ERROR_TOO_LARGE, NOT_SOLVED, FIELD_REFUSED, MANIFOLD_REFUSED };
+enum ode_refusal { STEP_TAKEN, ERROR_TOO_LARGE, NOT_SOLVED, FIELD_REFUSED, MANIFOLD_REFUSED,
+                   STEP_CUT /* to be made shorter, by kink.c */, ENDED /* res->end is set */ };
 
 /* Explicit or implicit? Kept by switch.c. */
 struct ode_choice {
@@ -52,6 +53,7 @@ struct ode_march {
     struct ode_step step;
     double direction, stop;
     int next_break;                 /* of p->breaks: the first that lies ahead */
+    int next_piece;                 /* of p->piece: the one where the motion is */
     double piece;                   /* distance from break to break, where there are any; else INFINITY */
     double error;                   /* of the last step, against what it had to meet */
     bool dense_checked;             /* in this step */
@@ -66,6 +68,7 @@ struct ode_march {
     double *memory;
     int next;                       /* the first sample not yet delivered */
     struct ode_watch *watch;        /* event.c's; NULL: no events */
+    struct ode_kinks *kinks;        /* kink.c's; NULL: no switches */
     bool stopped;                   /* by an event in the present step */
     double pending_residual;        /* of samples in the present step */
     double moved;                   /* by the last projection */
@@ -114,6 +117,36 @@ bool ode_sample_inside(const struct ode_march *m);
 /* sample.c: samples inside the present step and at its end are put into the result,
  * each projected; *through: how many are complete then. */
 enum ode_refusal ode_sample(struct ode_march *m, int *through);
+
+/* kink.c: around the march; the sides at the start (x, f and a first step h are known; f may change), false: ended;
+ * after an attempt, x1 and f1 being known: does the step pass a kink? STEP_TAKEN, or STEP_CUT, FIELD_REFUSED, ENDED; after
+ * a commit, h being the size of the next step: switches are turned, false: ended; h, cut to end at a kink. */
+void ode_kinks_begin(struct ode_march *m);
+bool ode_kinks_start(struct ode_march *m, double h);
+enum ode_refusal ode_kinks_step(struct ode_march *m);
+bool ode_kinks_pass(struct ode_march *m, double h);
+double ode_kinks_cut(const struct ode_march *m, double h);
+void ode_kinks_end(struct ode_march *m);
+/* After a refusal of a step of size h: true, it may be tried with nothing held. And then: all is held again. */
+bool ode_kinks_natural(struct ode_march *m, enum ode_refusal cause, double h);
+void ode_kinks_held(struct ode_march *m);
+
+/* table.c: functions along the present step, after dense_begin. */
+struct ode_table {
+    int count, nodes;
+    double *theta, *value;     /* nodes; nodes x count */
+    double *g, *x;             /* one of each: those of ode_table_at */
+    double *low, *high;        /* ranges over the nodes */
+    void (*function)(void *ctx, double t, const double *x, double *g);
+};
+void ode_table_init(struct ode_table *w, int count, int n, void (*function)(void *, double, const double *, double *));
+void ode_table_clear(struct ode_table *w);
+/* The functions at theta (w->g), where the state is w->x. */
+double *ode_table_at(struct ode_march *m, struct ode_table *w, double theta);
+/* Nodes in equal distances, and one beside each end; the values at the ends are those of the states there. */
+void ode_table_fill(struct ode_march *m, struct ode_table *w);
+/* Where function e changes its sign between a and b, to the rounding of time. */
+double ode_table_root(struct ode_march *m, struct ode_table *w, int e, double a, double ga, double b, double gb);
 
 /* event.c: around the march; the start (x is set); after ode_sample: the events in the present
  * step are put into the result, and samples past one that stops are taken back. */

@@ -70,6 +70,12 @@ struct ode_code {
 };
 enum { ODE_CODE_CALLS = 12 };
 
+/* A part of the time span, from the end of the one before (or the start) to `end`. */
+struct ode_piece { double end, step; };
+/* |h| so that a step from t in this direction (+1, -1) reaches into no piece further than that one's `step`. *at: the first
+ * piece that is not past, 0 at first. */
+double ode_within(const struct ode_piece *piece, int pieces, int *at, double t, double direction, double h);
+
 struct ode_problem {
     int n;                     /* may be 0 */
     void *ctx;
@@ -114,10 +120,19 @@ struct ode_problem {
      * may jump: steps end there. */
     const double *breaks;
     int break_count;
+    /* In the order of the motion: no step may reach further into a piece than its `step`. NULL: no such bounds. */
+    const struct ode_piece *piece;
+    int pieces;
     /* With breaks: the motion is now between these two times, at which the callbacks may
      * change their nature: they are to give values as inside, also at and beyond the ends. NaN:
      * no motion is followed. May be NULL. */
     void (*enter)(void *ctx, double from, double to);
+    /* Switches: functions g of t and x on each side of whose zeros the field is smooth (those in abs, sign, min, max).
+     * hold(side): from now on the callbacks give values as where g_k has the sign of side[k], wherever they are
+     * asked; 0: as g_k says. NULL: all 0, as at first. switching gives all g. */
+    int switches;
+    void (*switching)(void *ctx, double t, const double *x, double *g);
+    void (*hold)(void *ctx, const signed char *side);
     double cost;               /* of one rhs, in multiplications; 0: taken as 20 n */
     /* What errors are estimated of: y (outputs) at t, x. NULL: the variables. */
     int outputs;
@@ -158,6 +173,7 @@ struct ode_stats {
     long projections;
     long jacobians, factorisations;    /* of implicit steps; a factorisation is of all shifts */
     long implicit_steps;       /* accepted */
+    long kinks;                /* switches passed */
     long stiff_steps;          /* accepted where stability, not accuracy, set the size */
     double smallest_step, largest_step;
 };

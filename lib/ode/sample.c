@@ -45,7 +45,7 @@ enum ode_refusal ode_sample(struct ode_march *m, int *through)
             memcpy(row, m->x1, n * sizeof *row);   /* settled already */
             continue;
         }
-        if (!dense && !m->method->dense_begin(m->state, &m->field, &m->step))
+        if (!dense && !m->dense_checked && !m->method->dense_begin(m->state, &m->field, &m->step))
             return FIELD_REFUSED;
         dense = m->dense_checked = true;
         if (!(m->step.dense_error <= 1)) {

@@ -78,6 +78,9 @@ static void write_errors(const struct traj_result *r, struct sga_json *w)
     sga_json_member_bool(w, "accuracy_reached", !r->shortfall);
     if (r->shortfall)
         sga_json_member_string(w, "accuracy_shortfall", r->shortfall);
+    if (!r->inputs_examined)
+        sga_json_member_string(w, "inputs_not_examined", "functions of time in the equations vary too fast, or are too many, to be searched "
+                               "for narrow pulses everywhere: a pulse between steps would be seen in no error estimate");
 }
 
 /* Where a request has events. */

@@ -43,7 +43,7 @@ static struct num_tape *direct_tape(struct field *f, const struct sga_solution *
     memcpy(f->pivot_expr, root + f->n, (size_t)f->pivots * sizeof *f->pivot_expr);
     f->poles = field_find_poles(f);
     memcpy(root + f->n + f->pivots, f->pole_expr, (size_t)f->poles * sizeof *root);
-    struct num_tape *t = num_tape_new(st, root, f->n + f->pivots + f->poles, inputs, f->n + 1, err);
+    struct num_tape *t = num_tape_new_switched(st, field_switches(f), root, f->n + f->pivots + f->poles, inputs, f->n + 1, err);
     free(root);
     return t;
 }
@@ -56,10 +56,25 @@ static struct num_tape *general_tape(struct field *f, const int *inputs, struct 
     root = sga_realloc(root, (size_t)(at + f->rates + 1) * sizeof *root);
     for (int k = 0; k < f->rates; k++)
         root[at++] = f->rate[k].rate;
-    struct num_tape *t = num_tape_new(sys->store, root, at, inputs, f->n + 1, err);
+    struct num_tape *t = num_tape_new_switched(sys->store, field_switches(f), root, at, inputs, f->n + 1, err);
     f->general_out = sga_malloc((size_t)(at + 1) * sizeof *f->general_out);
     free(root);
     return t;
+}
+
+static void find_switches(struct field *f, const expr_id *con)
+{
+    expr_id *root;
+    int at = sys_expressions(f->sys, &root);
+    root = sga_realloc(root, (size_t)(at + f->n + f->c + f->rates + 1) * sizeof *root);
+    for (int j = 0; j < f->n; j++)
+        root[at++] = f->root[j];
+    for (int i = 0; i < f->c; i++)
+        root[at++] = con[i];
+    for (int k = 0; k < f->rates; k++)
+        root[at++] = f->rate[k].rate;
+    num_switches_find(&f->switches, f->sys->store, root, at);
+    free(root);
 }
 
 bool field_init(struct field *f, const struct sys_system *sys, const struct sga_solution *sol,
@@ -76,6 +91,7 @@ bool field_init(struct field *f, const struct sys_system *sys, const struct sga_
     for (int i = 0; i < c; i++)
         con[i] = sol->constraint[i].expr;
     bool ok = true;
+    find_switches(f, con);
     f->direct = direct_tape(f, sol, inputs, err);
     f->direct_out = sga_malloc((size_t)(n + f->pivots + f->poles + 1) * sizeof(double));
     f->stages = sga_calloc((size_t)(f->pivots + f->poles) * ODE_CODE_CALLS + 1, sizeof *f->stages);
@@ -88,7 +104,7 @@ bool field_init(struct field *f, const struct sys_system *sys, const struct sga_
     if (ok)
         f->general = general_tape(f, inputs, err);
     if (ok && f->general)
-        f->con = num_tape_new(sys->store, con, c, inputs, n + 1, err);
+        f->con = num_tape_new_switched(sys->store, field_switches(f), con, c, inputs, n + 1, err);
     if (f->con)
         f->jac = num_jacobian_new(f->con, NULL, 0);
     free(inputs);
@@ -98,6 +114,15 @@ bool field_init(struct field *f, const struct sys_system *sys, const struct sga_
     f->jac_value = sga_malloc((size_t)(f->jac->nnz + 1) * sizeof(double));
     f->in = sga_malloc((size_t)(n + 1) * sizeof(double));
     return true;
+}
+
+void field_hold(struct field *f, const signed char *side)
+{
+    num_tape_hold(f->direct, side);
+    num_tape_hold(f->general, side);
+    num_jacobian_hold(f->jac, side);
+    if (f->slope)
+        num_jacobian_hold(f->slope, side);
 }
 
 void field_clear(struct field *f)
@@ -110,6 +135,7 @@ void field_clear(struct field *f)
     num_tape_free(f->plain);
     lin_sparse_free(f->pattern);
     choice_clear(&f->choice);
+    num_switches_clear(&f->switches);
     free(f->direct_out);
     free(f->stages);
     free(f->pivot_start);

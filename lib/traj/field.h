@@ -18,6 +18,7 @@
  * all of X among the solutions tangent to Pf. */
 struct field {
     int n, rows, c, rates, pivots;
+    struct num_switches switches;     /* of the field, the constraints and the rows, however they are written */
     const struct sys_system *sys;
     const struct traj_rate *rate;
     struct choice choice;
@@ -63,6 +64,10 @@ struct field {
 
 bool field_init(struct field *f, const struct sys_system *sys, const struct sga_solution *sol,
                 const struct traj_request *rq, struct manifold *manifold, struct sga_error *err);
+/* For tapes; NULL: there are none. */
+static inline const struct num_switches *field_switches(const struct field *f) { return f->switches.count ? &f->switches : NULL; }
+/* As num_tape_hold, for all ways to the field. */
+void field_hold(struct field *f, const signed char *side);
 void field_clear(struct field *f);
 /* field_begin.c. Fix the expected rank, and check that the rates agree with the motion. False: GAUGE or
  * NO_MOTION with err. */

@@ -16,7 +16,7 @@ bool field_slope_init(struct field *f, struct sga_error *err)
     int n = f->n, *inputs = field_inputs(f->sys), *columns = sga_malloc(((size_t)n + 1) * sizeof *columns);
     for (int j = 0; j < n; j++)
         columns[j] = j;
-    f->plain = num_tape_new(f->sys->store, f->root, n, inputs, n + 1, err);
+    f->plain = num_tape_new_switched(f->sys->store, field_switches(f), f->root, n, inputs, n + 1, err);
     if (f->plain)
         f->slope = num_jacobian_new(f->plain, columns, n);
     free(inputs);

@@ -105,24 +105,62 @@ static bool event_tape(struct flow *f, const struct sys_system *sys, const struc
     return f->event != NULL;
 }
 
+static void surfaces(void *ctx, double t, const double *x, double *g)
+{
+    struct flow *f = ctx;
+    memcpy(f->in, x, (size_t)f->n * sizeof *x);
+    f->in[f->n] = t;
+    num_tape_eval(f->surface, f->in, g);
+}
+
+static void hold(void *ctx, const signed char *side)
+{
+    struct flow *f = ctx;
+    field_hold(&f->field, side);
+    num_jacobian_hold(f->manifold.jac, side);
+    num_tape_hold(f->surface, side);
+    if (f->series.jet)
+        num_jet_hold(f->series.jet, f->field.plain);
+}
+
+static void look_at_inputs(struct flow *f, const struct sga_solution *sol, const struct traj_request *rq)
+{
+    expr_id *root;
+    int at = sys_expressions(f->sys, &root), n = f->n, c = sol->constraints;
+    root = sga_realloc(root, (size_t)(at + n + c + rq->rates + rq->events + 1) * sizeof *root);
+    for (int j = 0; j < n; j++)
+        root[at++] = f->field.root[j];
+    for (int i = 0; i < c; i++)
+        root[at++] = sol->constraint[i].expr;
+    for (int k = 0; k < rq->rates; k++)
+        root[at++] = rq->rate[k].rate;
+    for (int k = 0; k < rq->events; k++)
+        root[at++] = rq->event[k].expression;
+    inputs_examine(&f->inputs, f->sys, rq, root, at);
+    free(root);
+}
+
 bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol,
                const struct traj_request *rq, struct sga_error *err)
 {
     int n = sys->variables;
     *f = (struct flow){ .n = n, .sys = sys };
     f->knot = signals_knots(sys, rq, &f->knots);
-    if (!manifold_init(&f->manifold, sys, sol, err) || !field_init(&f->field, sys, sol, rq, &f->manifold, err))
+    if (!field_init(&f->field, sys, sol, rq, &f->manifold, err) || !manifold_init(&f->manifold, sys, sol, field_switches(&f->field), err))
         return false;
+    const struct num_switches *w = field_switches(&f->field);
+    look_at_inputs(f, sol, rq);
     if (!signals_continuous(sys, sol, rq, f->field.root, err))
         return false;
     f->in = sga_malloc((size_t)(n + 1) * sizeof *f->in);
-    if (!rq->outputs && !rq->events)
+    if (!rq->outputs && !rq->events && !w)
         return true;
     int *inputs = sga_malloc((size_t)(n + 1) * sizeof *inputs);
     for (int j = 0; j < n; j++)
         inputs[j] = sys->variable[j].symbol;
     inputs[n] = sys->time;
     bool ok = !rq->outputs || (f->output = num_tape_new(sys->store, rq->output, rq->outputs, inputs, n + 1, err));
+    ok = ok && (!w || (f->surface = num_tape_new_switched(sys->store, w, w->argument, w->count, inputs, n + 1, err)));
     ok = ok && (!rq->events || event_tape(f, sys, rq, inputs, err));
     free(inputs);
     return ok;
@@ -133,6 +171,8 @@ void flow_clear(struct flow *f)
     manifold_clear(&f->manifold);
     field_clear(&f->field);
     series_clear(&f->series);
+    inputs_clear(&f->inputs);
+    num_tape_free(f->surface);
     num_tape_free(f->output);
     num_tape_free(f->event);
     free(f->spec);
@@ -205,6 +245,8 @@ static void allow_code(struct flow *f, struct sga_exec *exec)
         num_tape_compile(f->field.general, exec);
         num_jacobian_compile(f->field.jac, exec);
     }
+    if (f->surface)
+        num_tape_compile(f->surface, exec);
     if (f->output)
         num_tape_compile(f->output, exec);
     if (f->event)
@@ -226,6 +268,8 @@ struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
                                  .taylor = f->field.fast && !f->sys->signals ? taylor : NULL,
                                  .taylor_rtol = series_fast(&f->field) ? FAST_RTOL : 0,
                                  .breaks = f->knot, .break_count = f->knots, .enter = f->sys->signals ? enter : NULL,
+                                 .switches = f->field.switches.count, .switching = surfaces, .hold = hold,
+                                 .piece = f->inputs.piece, .pieces = f->inputs.count,
                                  .cost = 4.0 * num_tape_length(f->field.direct),
                                  .outputs = rq->outputs, .output = rq->outputs ? flow_output : NULL,
                                  .events = rq->events, .event_spec = f->spec, .event = event };

@@ -3,6 +3,7 @@
 #define SGA_TRAJ_FLOW_H
 
 #include "field.h"
+#include "inputs.h"
 #include "manifold.h"
 #include "ode.h"
 #include "series.h"
@@ -12,12 +13,14 @@ struct flow {
     struct manifold manifold;
     struct field field;
     struct series series;
+    struct num_tape *surface;     /* arguments of the field's switches; inputs: variables, time; NULL: none */
     struct num_tape *output;      /* inputs: variables, time */
     struct num_tape *event;       /* the same */
     struct ode_event *spec;
     double *in;
     int n;
     const struct sys_system *sys;
+    struct inputs inputs;
     double *knot; int knots;      /* of the tables, inside the motion's times, in its order */
 };
 

@@ -10,7 +10,8 @@
 
 enum { CHORD_ROWS = 24 };
 
-bool manifold_init(struct manifold *m, const struct sys_system *sys, const struct sga_solution *sol, struct sga_error *err)
+bool manifold_init(struct manifold *m, const struct sys_system *sys, const struct sga_solution *sol,
+                   const struct num_switches *switches, struct sga_error *err)
 {
     int n = sys->variables, c = sol->constraints;
     *m = (struct manifold){ .n = n, .c = c };
@@ -24,7 +25,7 @@ bool manifold_init(struct manifold *m, const struct sys_system *sys, const struc
     inputs[n] = sys->time;
     for (int i = 0; i < c; i++)
         root[i] = sol->constraint[i].expr;
-    m->tape = num_tape_new(sys->store, root, c, inputs, n + 1, err);
+    m->tape = num_tape_new_switched(sys->store, switches, root, c, inputs, n + 1, err);
     if (m->tape)
         m->jac = num_jacobian_new(m->tape, columns, n);
     free(inputs);

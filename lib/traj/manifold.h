@@ -5,6 +5,7 @@
 #include "jacobian.h"
 #include "normal.h"
 #include "sga.h"
+#include "switches.h"
 
 struct manifold {
     int n, c;
@@ -20,7 +21,9 @@ struct manifold {
     struct { double *factor, *y, *most, *sum_y, *sum_r; } chord;   /* manifold_chord's; factor NULL: too many constraints */
 };
 
-bool manifold_init(struct manifold *m, const struct sys_system *sys, const struct sga_solution *sol, struct sga_error *err);
+/* switches: those that can be held on a side, borrowed; NULL: none. */
+bool manifold_init(struct manifold *m, const struct sys_system *sys, const struct sga_solution *sol,
+                   const struct num_switches *switches, struct sga_error *err);
 void manifold_clear(struct manifold *m);
 
 /* Constraint values in m->r, each divided by the largest entry of its scaled gradient, so

@@ -258,7 +258,14 @@ bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_
         p.event = num_jet2_new(f->event, 1);
         p.velocity = num_jet2_new(f->field.plain, 0);
     }
-    bool ok = precise_start(&p, r->initial, err);
+    struct num_tape *own = NULL;
+    if (f->field.switches.count) {       /* series find their sides by themselves */
+        int *inputs = field_inputs(sys);
+        own = num_tape_new(sys->store, f->field.root, f->n, inputs, f->n + 1, err);
+        free(inputs);
+    }
+    p.field = own ? own : f->field.plain;
+    bool ok = (own || !f->field.switches.count) && precise_start(&p, r->initial, err);
     if (ok) {
         r->steps = r->rejected = r->evaluations = 0;
         double begin = sga_cpu();
@@ -277,5 +284,6 @@ bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_
     }
     clear(&o);
     precise_clear(&p);
+    num_tape_free(own);
     return ok;
 }

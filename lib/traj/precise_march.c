@@ -206,10 +206,18 @@ static bool begin(struct precise_march *m)
     return false;
 }
 
+/* A size that reaches into no piece of the inputs further than that allows. */
+static num_dd within_pieces(struct precise_march *m, num_dd h)
+{
+    const struct inputs *q = &m->p->flow->inputs;
+    double size = fabs(h.hi), most = ode_within(q->piece, q->count, &m->next_piece, m->here.t.hi, m->direction, size);
+    return most < size ? num_dd_of(m->direction * most) : h;
+}
+
 /* One step, or a try of one. False: the march is over. */
 static bool step(struct precise_march *m, double *cut)
 {
-    num_dd h = m->method->size(m->state, m, *cut);
+    num_dd h = within_pieces(m, m->method->size(m->state, m, *cut));
     double size = fabs(h.hi), passed = fmax(fabs(m->here.t.hi), fabs(num_dd_sub(m->here.t, m->p->start).hi));
     bool refused = *cut < 1 && m->why != ODE_NONE, huge = precise_largest(m->here.x, m->n) > HUGE_STATE;
     if (huge || !(size >= (refused ? SMALLEST_REFUSED : SMALLEST) * fmax(passed, 1e-300))) {

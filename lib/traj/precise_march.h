@@ -53,7 +53,7 @@ struct precise_choice {
 struct precise_march {
     struct precise *p;
     struct precise_path *path;
-    int n, next;
+    int n, next, next_piece;
     double rtol, atol, direction, first_size;
     double rate;               /* the size of the field at here */
     double work;               /* of all steps, in multiplications in double-double */

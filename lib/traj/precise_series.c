@@ -35,7 +35,7 @@ static void *series_alloc(struct precise_march *m)
     w->order = (int)fmin(MOST_ORDER, fmax(LEAST_ORDER, ceil(-log(tol) / 2 + 2)));
     if (!p->series || p->order != w->order) {
         num_jet2_free(p->series);
-        p->series = num_jet2_new(p->flow->field.plain, w->order);
+        p->series = num_jet2_new(p->field, w->order);
         p->order = w->order;
     }
     size_t count = (size_t)(w->order + 1) * (size_t)w->n;

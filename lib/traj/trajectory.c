@@ -334,6 +334,7 @@ bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, cons
         }
     }
     if (ok) {
+        r->inputs_examined = f.inputs.complete || rq->arithmetic == TRAJ_BALL;
         r->gauge = flow_gauge(&f, rq);
         r->gauge_numeric = f.field.choice.why;
     } else if (!err->stage[0]) {

@@ -74,6 +74,7 @@ struct traj_result {
     double *radius;           /* ball: rows x columns, |true - value written| is at most this; or NULL */
     const char *arithmetic;   /* "double", "double-double", "ball"; static */
     const char *method;
+    bool inputs_examined;     /* functions of time were searched for narrow features everywhere (inputs.h), or there are none */
     bool ended;               /* before the last time */
     double ended_t;
     const char *ended_reason;

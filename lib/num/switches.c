@@ -1,0 +1,59 @@
+/* Finding switches in expressions. */
+#include "switches.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "facts.h"
+#include "mem.h"
+
+static bool switches(int op) { return op == EXPR_ABS || op == EXPR_SIGN || op == EXPR_MIN || op == EXPR_MAX; }
+
+static int number_of(struct num_switches *w, expr_id argument, size_t *cap)
+{
+    for (int k = 0; k < w->count; k++)
+        if (w->argument[k] == argument)
+            return k;
+    if (w->count == NUM_MOST_SWITCHES)
+        return -1;
+    SGA_RESERVE(w->argument, *cap, w->count + 1);
+    w->argument[w->count] = argument;
+    return w->count++;
+}
+
+void num_switches_find(struct num_switches *w, struct expr_store *st, const expr_id *root, int roots)
+{
+    struct expr_cone cone;
+    struct expr_facts facts;
+    size_t cap = 0;
+    *w = (struct num_switches){ 0 };
+    expr_facts_init(&facts);
+    expr_cone_init(&cone);
+    if (roots)
+        expr_cone_of(st, &cone, root, roots);
+    int nodes = st->nodes;
+    for (int i = 0; i < cone.count; i++) {
+        expr_id e = cone.list[i];
+        struct expr_node n = st->node[e];
+        if (!switches(n.op))
+            continue;
+        expr_id g = n.op == EXPR_ABS || n.op == EXPR_SIGN ? n.a : expr_sub(st, n.a, n.b);
+        if (expr_is_const(st, g) || !(expr_facts_of(&facts, st, g) & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
+            continue;
+        if (!w->of) {
+            w->nodes = nodes;
+            w->of = sga_malloc((size_t)w->nodes * sizeof *w->of);
+            memset(w->of, -1, (size_t)w->nodes * sizeof *w->of);
+        }
+        w->of[e] = number_of(w, g, &cap);
+    }
+    expr_cone_clear(&cone);
+    expr_facts_clear(&facts);
+}
+
+void num_switches_clear(struct num_switches *w)
+{
+    free(w->argument);
+    free(w->of);
+    *w = (struct num_switches){ 0 };
+}
