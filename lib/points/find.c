@@ -6,13 +6,14 @@
 #include <string.h>
 
 #include "differentials.h"
+#include "domain.h"
 #include "normal.h"
 #include "mem.h"
 #include "refine.h"
 #include "sides.h"
 #include "triangular.h"
 
-enum { STARTS = 24, POSITIVE_STARTS = 10, STEPS = 60, BASIC_STEPS = 12, NEWTON_BITS = 80 };
+enum { STARTS = 24, POSITIVE_STARTS = 10, STEPS = 60, BASIC_STEPS = 12, RETREATS = 20, NEWTON_BITS = 80 };
 
 uint64_t points_random(uint64_t *state)
 {
@@ -27,8 +28,10 @@ double points_uniform(uint64_t *state)
     return ((double)(points_random(state) >> 34) + 0.5) * 0x1p-30;
 }
 
-/* 24 bits are enough for a generic value, and keep exact values short */
-static double short_value(double v)
+/* A guess below it was meant to be 0. */
+static const double LEAST_SIZE = 1e-12;
+
+double points_short(double v)
 {
     int e;
     double m = frexp(v, &e);
@@ -56,10 +59,10 @@ static double parameter_value(const struct points_space *s, int i, uint64_t *ran
 {
     if (s->parameter_value)
         return s->parameter_value[i];
-    double v = short_value(0.5 + 1.5 * points_uniform(random));
+    double v = points_short(0.5 + 1.5 * points_uniform(random));
     double guess = s->parameter_near ? s->parameter_near[i] : NAN;
     if (isfinite(guess) && attempt < POSITIVE_STARTS)      /* near it, but a general value */
-        return short_value(guess + 0.03 * (fabs(guess) + 0.1) * (v - 1.25));
+        return points_short(guess + 0.03 * (fabs(guess) + 0.1) * (v - 1.25));
     if (s->parameter_sign)
         return s->parameter_sign[i] * v;
     return attempt >= POSITIVE_STARTS && points_uniform(random) < 0.5 ? -v : v;
@@ -87,10 +90,12 @@ static void start(const struct points_space *s, double spread, uint64_t *random,
     for (int i = 0; i < s->variables; i++) {
         double u = 2 * points_uniform(random) - 1;
         double size = scale ? ldexp(1, scale[i]) : 1;
+        if (s->near && attempt % 3 != 1 && fabs(s->near[i]) > LEAST_SIZE)
+            size = fmin(size, fabs(s->near[i]));       /* it may be small because its unit is large */
         if (s->near)
-            p->x[i] = box > 0 ? short_value(s->near[i] + box * (size + 0.02 * fabs(s->near[i])) * u) : s->near[i];
+            p->x[i] = box > 0 ? points_short(s->near[i] + box * (size + 0.02 * fabs(s->near[i])) * u) : s->near[i];
         else
-            p->x[i] = short_value(size * fmax(box, 1.0) * 1.5 * u);
+            p->x[i] = points_short(size * fmax(box, 1.0) * 1.5 * u);
         num_ball_set_d(&p->ball, s->variable[i], p->x[i]);
     }
     for (int i = 0; i < s->parameters; i++) {
@@ -99,9 +104,11 @@ static void start(const struct points_space *s, double spread, uint64_t *random,
     }
     /* the first start at a guess is at its own time; others are near it */
     p->t = s->near && spread == 0 && attempt == 0 ? s->near_time
-           : short_value(s->near_time + 0.9 * points_uniform(random) * (s->near ? fmin(1, 4 * fmax(spread, 0.01)) : 1));
+           : points_short(s->near_time + 0.9 * points_uniform(random) * (s->near ? fmin(1, 4 * fmax(spread, 0.01)) : 1));
     if (s->time >= 0)
         num_ball_set_d(&p->ball, s->time, p->t);
+    if (box > 0 || !s->near)       /* the guess itself stays */
+        points_into_domain(s, box, random, p);
 }
 
 /* log2 of the largest entry of row i, or a very small number */
@@ -196,6 +203,15 @@ static double step(struct points_jacobian *j, struct points_point *p, struct nor
     return worst;
 }
 
+/* Back to a quarter of the last step, which led out of the domain. */
+static void retreat(struct points_point *p, const struct points_space *s, const double *from)
+{
+    for (int i = 0; i < s->variables; i++) {
+        p->x[i] = isfinite(p->x[i]) ? from[i] + (p->x[i] - from[i]) / 4 : from[i];
+        num_ball_set_d(&p->ball, s->variable[i], p->x[i]);
+    }
+}
+
 /* Newton from the present start: 1 converged, 0 not, -1 where it creeps to a place at
  * which the differentials are dependent. */
 static int newton(struct points_jacobian *j, struct points_point *p, bool basic)
@@ -205,15 +221,24 @@ static int newton(struct points_jacobian *j, struct points_point *p, bool basic)
     struct normal w;
     normal_init(&w, c, n, j->col, j->cols);
     double *r = sga_malloc((size_t)c * sizeof *r), *d = sga_malloc((size_t)n * sizeof *d);
-    double last = INFINITY;
+    double *from = sga_malloc(2 * ((size_t)n + 1) * sizeof *from), *here = from + n + 1, last = INFINITY;
+    int retreats = 0;
     unsigned char *old = basic ? sga_calloc((size_t)n + 1, 1) : NULL;
-    for (int k = 0; k < (basic ? BASIC_STEPS : STEPS); k++) {
+    for (int k = 0; k < (basic ? BASIC_STEPS : STEPS) && (!s->steps || (*s->steps)-- > 0); k++) {
         double size = 1;
         for (int i = 0; i < n; i++)
             size = fmax(size, p->scaled && s->scale ? ldexp(fabs(p->x[i]), -s->scale[i]) : fabs(p->x[i]));
+        memcpy(here, p->x, (size_t)n * sizeof *here);
         double res = step(j, p, &w, old, r, d, &rank);
-        if (res < 0 || !sga_budget_ok(s->budget, NULL))
+        if (!sga_budget_ok(s->budget, NULL))
             break;
+        if (res < 0) {
+            if (!k || retreats++ >= RETREATS)
+                break;
+            retreat(p, s, from);
+            continue;
+        }
+        memcpy(from, here, (size_t)n * sizeof *from);
         if (old && rank == 0 && res / size >= 1e-12)
             break;          /* the new variables alone cannot do it */
         last = res / size;
@@ -226,6 +251,7 @@ static int newton(struct points_jacobian *j, struct points_point *p, bool basic)
         result = -1;
     normal_clear(&w);
     free(old);
+    free(from);
     free(r);
     free(d);
     return result;
@@ -269,6 +295,8 @@ enum points_status points_find(const struct points_space *s, double spread, uint
             status = POINTS_STOPPED;
             break;
         }
+        if (s->steps && *s->steps <= 0)
+            break;
         p->ball.prec = NEWTON_BITS;
         p->triangular = false;
         p->scaled = s->scale && (a >= 3 || (a && !s->near)) && a % 3;     /* sizes are a guess: not at every start */

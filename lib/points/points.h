@@ -32,11 +32,13 @@ struct points_space {
     const double *parameter_near;             /* by parameter: a guess, NAN where there is none; or NULL */
     int time;                                 /* symbol; -1: it is among the variables (points_find only) */
     const expr_id *constraint; int constraints;
+    const expr_id *defined; int defineds;     /* functions that should have values at points, too: starts are chosen so */
     const double *near;                       /* by variable: a guess, or NULL */
     double near_time;
     const struct points_point *before;        /* a point of a larger set: tried first, or NULL */
     const int *scale;                         /* by variable: log2 of its natural size, or NULL */
     int starts;                               /* random ones to try; 0: the usual number */
+    long *steps;                              /* Newton steps left, counted down: none is found past them; NULL: any number */
     const struct points_side *side; int sides;   /* points on other sides are not taken */
     const struct sga_budget *budget;
 };
@@ -78,5 +80,7 @@ void points_point_clear(struct points_point *point);
 /* splitmix64, and a double in (0, 1) with 30 bits, exact in every arithmetic here. */
 uint64_t points_random(uint64_t *state);
 double points_uniform(uint64_t *state);
+/* v rounded to 24 bits: enough for a generic value, and exact values stay short. */
+double points_short(double v);
 
 #endif

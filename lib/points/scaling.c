@@ -7,7 +7,7 @@
 
 #include "mem.h"
 
-enum { VARIABLES = 64, DEPTH = 200, EQUATIONS = 4000, LEAST = 24, MOST = 900 };
+enum { VARIABLES = 64, DEPTH = 200, EQUATIONS = 4000, LEAST = 8, MOST = 900 };
 
 struct term {
     double log;                /* log2 of the coefficient */

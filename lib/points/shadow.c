@@ -53,6 +53,7 @@ void points_shadow_clear(struct points_shadow *s)
     free(s->variable);
     free(s->parameter);
     free(s->constraint);
+    free(s->defined);
     expr_cone_clear(&s->cone);
 }
 
@@ -103,13 +104,16 @@ static void take_space(struct points_shadow *s, const struct points_space *space
     int *variable = copy_of(space->variable, (size_t)space->variables, sizeof *variable);
     int *parameter = copy_of(space->parameter, (size_t)space->parameters, sizeof *parameter);
     expr_id *constraint = copy_of(space->constraint, (size_t)space->constraints, sizeof *constraint);
+    expr_id *defined = copy_of(space->defined, (size_t)space->defineds, sizeof *defined);
     s->space = *space;
+    free(s->defined);
     free(s->variable);
     free(s->parameter);
     free(s->constraint);
     s->space.variable = s->variable = variable;
     s->space.parameter = s->parameter = parameter;
     s->space.constraint = s->constraint = constraint;
+    s->space.defined = s->defined = defined;
 }
 
 enum points_status points_shadow_sample(struct points_shadow *s, const struct points_space *space)

@@ -44,9 +44,9 @@ enum { POINTS_ZEROS_KEPT = 100 };
 enum { POINTS_REAL = 2, POINTS_MODULAR = 2, POINTS_BITS = 192 };
 
 struct points_shadow {
-    struct points_space space;               /* its three lists are the next: own copies */
+    struct points_space space;               /* its lists are the next: own copies */
     int *variable, *parameter;
-    expr_id *constraint;
+    expr_id *constraint, *defined;
     struct points_point real[POINTS_REAL];
     int reals;
     struct points_point high[POINTS_REAL];   /* the same points at more bits, when needed */

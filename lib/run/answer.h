@@ -109,6 +109,8 @@ struct job {
     int moves_on;                 /* 1 + the stratum that the trajectory lies on; 0: none */
     struct stratum *stratum;
     int strata;
+    double strata_work;           /* what searches for them have cost: Newton steps times the nodes that each evaluates */
+    bool strata_skipped;          /* zeros of some functions were not, or not fully, looked for */
     const char **determinant;     /* by dense block: what became of the search for its zeros; static texts; or NULL */
     struct sga_buf kronecker;     /* JSON value of the member, where structure is wanted */
     bool is_linear;               /* and it is a structure, not a reason */

@@ -10,7 +10,10 @@
 #include "mem.h"
 #include "poly.h"
 
-enum { PIVOT_BYTES = 4000, OFF_VARIABLES = 400, OFF_MOST = 60 };
+enum { PIVOT_BYTES = 4000, OFF_VARIABLES = 400, OFF_MOST = 60, LEAST_STEPS = 30 };
+/* All searches of an answer together, in steps times nodes: about a second. Each may take a part of what is
+ * left, so that no one that finds nothing takes all. Who asks for strata has ten times as much. */
+static const double MOST_WORK = 3e6, PART = 0.2;
 /* rows * columns * the smaller: past it singular values take seconds that nobody could stop, and
  * the rank counts as lower: listed, to be safe */
 static const double RANK_WORK = 1e8;
@@ -125,6 +128,73 @@ int strata_rank_at(struct job *j, const struct points_space *space, int rows, in
     return rank;
 }
 
+/* Newton steps that a search may take on the set of so many functions; 0: no more. */
+static long steps_granted(const struct job *j, double cost)
+{
+    double left = MOST_WORK * (j->request.strata ? 10 : 1) - j->strata_work, steps = PART * left / cost;
+    return left < LEAST_STEPS * cost ? 0 : (long)fmin(fmax(steps, LEAST_STEPS), 1e9);
+}
+
+/* What one step evaluates: values and derivatives of these functions, and the equations of the step. */
+static double step_cost(const struct expr_store *st, const expr_id *con, int c, int variables)
+{
+    struct expr_cone cone;
+    expr_cone_init(&cone);
+    expr_cone_of(st, &cone, con, c);
+    double cost = cone.count + 20.0 * (c + variables);
+    expr_cone_clear(&cone);
+    return cost;
+}
+
+/* Whether the function has one value, not 0, on all of the final set (x^2 + y^2 on a circle). */
+static bool constant_there(struct job *j, expr_id e)
+{
+    struct points_shadow *s = &j->shadow;
+    if (s->reals < 2)
+        return false;
+    num_ball_extend(&s->real[0].ball);
+    num_ball_extend(&s->real[1].ball);
+    arb_srcptr v = num_ball_value(&s->real[0].ball, e), other = num_ball_value(&s->real[1].ball, e);
+    double d = arf_get_d(arb_midref(v), ARF_RND_NEAR), den = 1;
+    if (!arb_is_finite(v) || !arb_overlaps(v, other) || !(fabs(d) < 1e9))
+        return false;
+    while (den < 1e6 && d * den != nearbyint(d * den))      /* decimals and small denominators */
+        den *= den < 3600 ? 60 : 10;
+    if (d * den != nearbyint(d * den) || d == 0)
+        return false;
+    fmpq_t q;
+    fmpq_init(q);
+    fmpq_set_si(q, (slong)(d * den), (ulong)den);
+    struct points_decision same = points_shadow_zero(s, expr_sub(&j->request.store, e, expr_fmpq(&j->request.store, q)));
+    fmpq_clear(q);
+    return same.truth == POINTS_ZERO && (same.basis == POINTS_ZERO_ALGEBRAIC || same.basis == POINTS_EXACT);
+}
+
+/* Within the steps granted: from the known point of the final set (NULL: none), then stage by stage. */
+static enum points_status search(struct job *j, struct points_space *space, const struct points_point *known, uint64_t seed,
+                                 const int *end, int stages, struct points_point *p)
+{
+    double spread = j->near ? 0.2 : 1, cost = step_cost(space->st, space->constraint, space->constraints, space->variables);
+    long granted = steps_granted(j, cost), steps = granted;
+    uint64_t random = seed;
+    enum points_status status = POINTS_NONE;
+    space->steps = &steps;
+    if (known && granted) {
+        struct points_space from = *space;
+        from.before = known;
+        from.starts = 3;
+        status = points_find(&from, spread, &random, 64, p);
+        random = seed;
+    }
+    if (granted && status != POINTS_OK && status != POINTS_STOPPED) {
+        points_point_clear(p);
+        status = points_find_staged(space, end, stages, spread, &random, 64, p);
+    }
+    j->strata_work += (double)(granted - (steps > 0 ? steps : 0)) * cost;
+    j->strata_skipped |= steps <= 0 && status == POINTS_NONE;
+    return status;
+}
+
 enum points_status strata_look_at(struct job *j, struct strata_look look, struct points_point *p, int *rank)
 {
     int c = look.c;
@@ -153,7 +223,6 @@ enum points_status strata_look_at(struct job *j, struct strata_look look, struct
         .scale = extra ? NULL : j->solution.scale,
         .starts = look.starts, .budget = &j->budget,
     };
-    uint64_t random = 5;
     int *end = sga_calloc((size_t)j->solution.generations + 3, sizeof *end), stages = 0;
     sga_stages(&j->solution, end);
     while (stages < j->solution.generations && end[stages] < c)
@@ -162,7 +231,12 @@ enum points_status strata_look_at(struct job *j, struct strata_look look, struct
         end[stages++] = c;
     if (factor)
         end[stages++] = c + 1;
-    enum points_status status = points_find_staged(&space, end, stages, j->near ? 0.2 : 1, &random, 64, p);
+    const struct points_shadow *shadow = &j->shadow;
+    bool final = factor && !extra && shadow->reals && c == j->solution.constraints && shadow->space.constraints == c
+                 && shadow->space.variables == n;
+    *p = (struct points_point){ 0 };
+    enum points_status status = final && constant_there(j, factor)
+                                ? POINTS_NONE : search(j, &space, final ? shadow->real : NULL, 5 + look.seed, end, stages, p);
     double rows = sys->rows + c, work = rows * n * fmin(rows, n);
     *rank = status != POINTS_OK ? -1 : work > RANK_WORK ? 0 : strata_rank_at(j, &space, sys->rows, c, p);
     free(end);
@@ -183,7 +257,7 @@ bool strata_drops(struct job *j, expr_id factor, int starts, struct stratum *as)
     int rank, n = j->request.system.variables;
     if (j->shadow.reals && points_shadow_zero(&j->shadow, factor).truth == POINTS_ZERO)
         return false;                  /* a pivot that died on the way to Pf */
-    enum points_status status = strata_look_at(j, (struct strata_look){ j->solution.constraints, factor, STRATA_FIXED, starts }, &p, &rank);
+    enum points_status status = strata_look_at(j, (struct strata_look){ j->solution.constraints, factor, STRATA_FIXED, starts, 0 }, &p, &rank);
     /* an irregular place was approached to about 6 digits only: listed, to be safe */
     bool lower = status == POINTS_IRREGULAR || (status == POINTS_OK && rank < n - j->solution.free_columns);
     if (lower) {
@@ -203,11 +277,11 @@ static bool drops_before(struct listing *l, expr_id factor, int before, struct s
     if (!l->j->request.strata || n > OFF_VARIABLES || l->off++ > OFF_MOST)
         return false;
     if (l->before != before) {
-        strata_look_at(l->j, (struct strata_look){ before, EXPR_UNDEF, STRATA_FIXED, 0 }, &p, &l->rank);
+        strata_look_at(l->j, (struct strata_look){ before, EXPR_UNDEF, STRATA_FIXED, 0, 0 }, &p, &l->rank);
         points_point_clear(&p);
         l->before = before;
     }
-    enum points_status status = strata_look_at(l->j, (struct strata_look){ before, factor, STRATA_FIXED, 0 }, &p, &rank);
+    enum points_status status = strata_look_at(l->j, (struct strata_look){ before, factor, STRATA_FIXED, 0, 0 }, &p, &rank);
     bool lower = status == POINTS_IRREGULAR || (status == POINTS_OK && rank < l->rank);
     if (lower) {
         as->off = true;
@@ -227,7 +301,7 @@ static bool drops_for_some(struct listing *l, expr_id factor)
     bool none = !j->request.system.parameters || j->request.store.symbol[j->request.system.parameter[0]].kind != EXPR_PARAMETER;
     if (none || j->request.system.variables > OFF_VARIABLES || l->moved++ > OFF_MOST)
         return false;
-    enum points_status status = strata_look_at(j, (struct strata_look){ j->solution.constraints, factor, STRATA_PARAMETERS, 0 }, &p, &rank);
+    enum points_status status = strata_look_at(j, (struct strata_look){ j->solution.constraints, factor, STRATA_PARAMETERS, 0, 0 }, &p, &rank);
     points_point_clear(&p);
     return status == POINTS_IRREGULAR
            || (status == POINTS_OK && rank < j->request.system.variables - j->solution.free_columns);
@@ -238,7 +312,7 @@ static bool instant(struct job *j, expr_id factor)
 {
     struct points_point p;
     int rank;
-    enum points_status status = strata_look_at(j, (struct strata_look){ j->solution.constraints, factor, STRATA_TIME, 0 }, &p, &rank);
+    enum points_status status = strata_look_at(j, (struct strata_look){ j->solution.constraints, factor, STRATA_TIME, 0, 0 }, &p, &rank);
     points_point_clear(&p);
     return status == POINTS_IRREGULAR || (status == POINTS_OK && rank < j->request.system.variables - j->solution.free_columns);
 }
@@ -307,6 +381,8 @@ void answer_strata(struct job *j)
         unsigned f = expr_facts_of(&l.facts, &j->request.store, sol->side[i].function);
         strata_add(j, sol->side[i].function, -1, (struct stratum){ .kind = f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME) ? "side" : "parameter" });
     }
+    if (!empty)
+        strata_components(&l);
     for (int i = 0; i < sol->pivots + sol->deads; i++) {
         const struct sga_pivot *p = i < sol->pivots ? sol->pivot + i : sol->dead + (i - sol->pivots);
         if (!expr_is_const(&j->request.store, p->value))

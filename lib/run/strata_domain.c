@@ -9,22 +9,38 @@
 
 enum { MOST = 60, VARIABLES = 400 };
 
-static void consider(struct listing *l, expr_id factor, int *looked)
+/* The functions that were considered. */
+struct looked { expr_id factor[MOST]; int count; };
+
+static bool again(const struct looked *looked, expr_id factor)
+{
+    for (int i = 0; i < looked->count; i++)
+        if (looked->factor[i] == factor)
+            return true;
+    return false;
+}
+
+static void consider(struct listing *l, expr_id factor, struct looked *looked)
 {
     struct job *j = l->j;
     struct points_point p;
     int rank;
     unsigned f = expr_facts_of(&l->facts, &j->request.store, factor);
-    if (f & EXPR_NONZERO || !(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)) || (*looked)++ >= MOST || !sga_budget_ok(&j->budget, j->err))
+    if (f & EXPR_NONZERO || !(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)) || again(looked, factor) || !sga_budget_ok(&j->budget, j->err))
         return;
+    if (looked->count >= MOST) {
+        j->strata_skipped = true;
+        return;
+    }
+    looked->factor[looked->count++] = factor;
     enum strata_moving moving = f & EXPR_HAS_VARIABLE ? STRATA_FIXED : STRATA_TIME;
-    enum points_status status = strata_look_at(j, (struct strata_look){ j->solution.constraints, factor, moving, 0 }, &p, &rank);
+    enum points_status status = strata_look_at(j, (struct strata_look){ j->solution.constraints, factor, moving, 0, 0 }, &p, &rank);
     points_point_clear(&p);
     if (status == POINTS_OK)
         strata_add(j, factor, -1, (struct stratum){ .kind = "domain" });
 }
 
-static void factors(struct listing *l, expr_id value, int *looked)
+static void factors(struct listing *l, expr_id value, struct looked *looked)
 {
     struct poly_limits limits = { .max_terms = 200, .max_bits = 2000, .max_degree = 40, .max_generators = 24, .budget = &l->j->budget };
     struct poly_factors f;
@@ -47,7 +63,8 @@ static expr_id denominator(const struct expr_store *st, expr_id e)
 void strata_domain(struct listing *l)
 {
     const struct sys_system *sys = &l->j->request.system;
-    int looked = 0, found = 0;
+    struct looked looked = { .count = 0 };
+    int found = 0;
     if (sys->variables > VARIABLES)
         return;
     expr_id *root, value[MOST];
@@ -55,10 +72,14 @@ void strata_domain(struct listing *l)
     struct expr_cone cone;
     expr_cone_init(&cone);
     expr_cone_of(sys->store, &cone, root, at);
-    for (int i = 0; i < cone.count && found < MOST; i++) {
+    for (int i = 0; i < cone.count; i++) {
         expr_id d = denominator(sys->store, cone.list[i]);
-        if (d && !expr_is_const(sys->store, d))
+        if (!d || expr_is_const(sys->store, d))
+            continue;
+        if (found < MOST)
             value[found++] = d;
+        else
+            l->j->strata_skipped = true;
     }
     expr_cone_clear(&cone);
     free(root);

@@ -26,6 +26,7 @@ struct strata_look {
     expr_id factor;
     enum strata_moving moving;
     int starts;
+    uint64_t seed;            /* of the random starts */
 };
 
 /* The point, and the rank there; *rank is -1 where an irregular place was approached. With
@@ -38,6 +39,10 @@ bool strata_drops(struct job *j, expr_id factor, int starts, struct stratum *as)
 
 /* Lists each factor of value, a pivot chosen on the set of the first `before` constraints, that can vanish. */
 void strata_factors(struct listing *l, expr_id value, int before);
+
+/* Parts of the constraint set on which the answer does not hold. To be called before the shadow is asked
+ * about anything but the reduction. */
+void strata_components(struct listing *l);
 
 /* Zeros of the determinants of dense blocks, and zeros of denominators of the equations. */
 void strata_determinants(struct listing *l);

@@ -201,6 +201,8 @@ void answer_write_evidence(struct job *j, struct sga_json *w)
     if (sol->not_factored) {      /* a branch may have gone unseen */
         sga_json_member_bool(w, "factors_not_searched", true);
     }
+    if (j->strata_skipped)        /* what vanishes there is not among the strata */
+        sga_json_member_bool(w, "strata_not_searched", true);
     if (sol->dense_blocks) {      /* their zeros are not among the strata */
         sga_json_member_int(w, "determinants_assumed_not_zero", sol->dense_blocks);
     }

@@ -89,11 +89,30 @@ bool regular_is_solved(struct state *s, expr_id e)
     return solved;
 }
 
+/* Puts map into e[0 .. n), and brings what it changed, and what never was, to normal forms. */
+static void substitute_normal(struct state *s, expr_id *e, int n, const expr_id *map, unsigned char *is_normal, const struct poly_limits *limits)
+{
+    expr_id *was = sga_malloc(3 * (size_t)n * sizeof *was), *open = was + n, *normal = open + n;
+    int opens = 0;
+    memcpy(was, e, (size_t)n * sizeof *was);
+    expr_substitute(s->st, e, n, map);
+    for (int i = 0; i < n; i++)
+        if (e[i] != was[i] || !is_normal[i])
+            open[opens++] = e[i];
+    poly_normal_all(s->st, open, opens, limits, normal);
+    for (int i = 0, k = 0; i < n; i++)
+        if (e[i] != was[i] || !is_normal[i])
+            e[i] = normal[k++];
+    memset(is_normal, 1, (size_t)n);
+    free(was);
+}
+
 expr_id regular_reduced(struct state *s, expr_id e)
 {
     int own = s->sol->constraints, c = own + s->pendings, symbols = s->st->symbols;
     expr_id *map = sga_calloc((size_t)symbols, sizeof *map);
-    expr_id *left = sga_malloc((size_t)(c + 1) * sizeof *left), *normal = sga_malloc((size_t)(c + 1) * sizeof *normal);
+    expr_id *left = sga_malloc((size_t)(c + 1) * sizeof *left);
+    unsigned char *is_normal = sga_calloc((size_t)c + 1, 1);
     struct poly_limits limits = { .max_terms = 400, .max_generators = 24, .budget = s->options->budget };
     if (own)
         memcpy(left, s->con, (size_t)own * sizeof *left);
@@ -108,13 +127,11 @@ expr_id regular_reduced(struct state *s, expr_id e)
         memset(map, 0, (size_t)symbols * sizeof *map);
         map[x] = expr_sub(s->st, s->st->symbol[x].node, expr_div(s->st, left[i], slope));
         poly_normal(s->st, map[x], &limits, &map[x]);
-        expr_substitute(s->st, left + i + 1, c - i, map);
-        poly_normal_all(s->st, left + i + 1, c - i, &limits, normal);
-        memcpy(left + i + 1, normal, (size_t)(c - i) * sizeof *left);
+        substitute_normal(s, left + i + 1, c - i, map, is_normal + i + 1, &limits);
     }
     e = left[c];
     free(map);
     free(left);
-    free(normal);
+    free(is_normal);
     return e;
 }

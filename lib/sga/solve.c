@@ -100,6 +100,8 @@ static void state_init(struct state *s, const struct sys_system *sys, const stru
         .parameters = sys->parameters, .parameter_near = options->parameter_near, .time = sys->time, .near = options->near,
         .near_time = options->near_time, .budget = options->budget,
     };
+    s->space.defineds = sys_expressions(sys, &s->defined);
+    s->space.defined = s->defined;
     s->space.scale = sol->scale = natural_sizes(sys, s->variable);
     s->ctx = (struct ech_context){ .st = st, .facts = &s->facts, .shadow = shadow, .budget = options->budget,
                                    .record = options->combinations, .err = err };
@@ -112,6 +114,7 @@ static void state_clear(struct state *s)
     expr_cone_clear(&s->cone);
     ech_clear(&s->ech);
     free(s->variable);
+    free(s->defined);
     free(s->column);
     free(s->determined);
     free(s->active);

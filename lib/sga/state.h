@@ -42,6 +42,7 @@ struct state {
     struct points_space space;
     int *variable;                        /* symbols, for the space */
     const int *parameter_symbol;          /* borrowed from the system */
+    expr_id *defined;                     /* the system's expressions, for the space */
     expr_id *con; size_t con_cap;         /* the constraints' expressions, for the space */
     struct expr_flow flow;
     struct expr_facts facts;

@@ -11,6 +11,8 @@
 
 /* Values that were not given may move this much more easily. */
 static const double LOOSE = 1e3;
+/* What moving them far has to gain. */
+static const double ENOUGH = 0.9;
 
 /* The unit of movement of a value: 1, so that the nearest point is the Euclidean one,
  * except for large values, which count by their own size. */
@@ -90,23 +92,31 @@ static double given_distance(const struct manifold *m, const struct traj_request
     return sqrt(sum);
 }
 
-/* The others move more easily, but not for nothing, which shifts the nearest point by some 1e-6. With
- * a guess for them where they are, the point that is nearest for the given ones alone is approached. */
+/* The others move more easily, but not for nothing, which shifts the nearest point by some 1e-6, and by all
+ * of the way where a small change of a given value does what only a large one of another does (a stiff spring,
+ * a force of constraint in newton). With a guess for them where they are, and moves that cost less and less,
+ * the point that is nearest for the given ones alone is approached. */
 static void release_others(struct manifold *m, const struct traj_request *rq, const double *scale, double *x)
 {
-    enum { ROUNDS = 3 };
+    enum { ROUNDS = 3, LOOSER = 4 };
     size_t n = (size_t)m->n;
-    double *y = sga_malloc((n + 1) * sizeof *y), *guess = sga_malloc((n + 1) * sizeof *guess);
-    for (int k = 0; k < ROUNDS; k++) {
-        for (size_t j = 0; j < n; j++)
+    double *y = sga_malloc(3 * (n + 1) * sizeof *y), *guess = y + n + 1, *unit = guess + n + 1, looser = 1;
+    for (int k = 0; k < ROUNDS + LOOSER; k++) {
+        looser *= k < ROUNDS ? 1 : LOOSE;
+        for (size_t j = 0; j < n; j++) {
             guess[j] = rq->given[j] ? rq->initial[j] : x[j];
+            unit[j] = rq->given[j] ? scale[j] : scale[j] * looser;
+        }
         memcpy(y, x, n * sizeof *y);
-        if (!manifold_nearest(m, rq->start, guess, y, scale, rq->held, 200, NULL, NULL, NULL)
-            || !(given_distance(m, rq, scale, y) < given_distance(m, rq, scale, x)))
-            break;
-        memcpy(x, y, n * sizeof *y);
+        /* the residual is seen in the units of the moves: once more in plain ones */
+        bool ok = manifold_nearest(m, rq->start, guess, y, unit, rq->held, 200, NULL, NULL, NULL)
+                  && (k < ROUNDS || manifold_project(m, rq->start, y, NULL, rq->held, 20, NULL, NULL, NULL))
+                  && given_distance(m, rq, scale, y) < (k < ROUNDS ? 1 : ENOUGH) * given_distance(m, rq, scale, x);
+        if (ok)
+            memcpy(x, y, n * sizeof *y);
+        else if (k < ROUNDS)
+            k = ROUNDS - 1;
     }
-    free(guess);
     free(y);
 }
 

@@ -150,9 +150,40 @@ static void deciding(void)
     ask(xyz, 3, linked, 1, on_linked, sizeof on_linked / sizeof *on_linked);
 }
 
+/* Starts lie where functions have values; steps that leave the domain are shortened. */
+static void in_the_domain(void)
+{
+    static const char *const xyz[] = { "x", "y", "z" };
+    begin(xyz, 3);
+    expr_id defined[] = { parse("sqrt(x - 1)"), parse("log(-y)"), parse("asin(x*z/4)"), parse("sqrt(y + z)") };
+    for (uint64_t seed = 1; seed <= 12; seed++) {
+        struct points_space s = space_of(NULL, 0);
+        s.defined = defined;
+        s.defineds = 4;
+        struct points_point p;
+        uint64_t random = seed;
+        CHECK(points_find(&s, 1, &random, 64, &p) == POINTS_OK, "a point, seed %d", (int)seed);
+        num_ball_extend(&p.ball);
+        for (int i = 0; i < 4; i++)
+            CHECK(arb_is_finite(num_ball_value(&p.ball, defined[i])), "function %d has a value, seed %d", i, (int)seed);
+        points_point_clear(&p);
+    }
+    expr_store_clear(&st);
+    /* from x = 1 a full step for the first leads to x = -4 */
+    static const char *const friction[] = { "1/sqrt(x) - 7/4 + 2*log(4/10000 + 187/(23000*sqrt(x)))/log(10)" };
+    static const char *const logarithm[] = { "log(x) + log(y) + log(z) + 20", "sqrt(x) - sqrt(y)", "cbrt(z) - y" };
+    bool certified;
+    double residual;
+    begin(xyz, 3);
+    CHECK(find(friction, 1, 192, &certified, &residual) == POINTS_OK && certified && residual < -150, "friction: 2^%g", residual);
+    CHECK(find(logarithm, 3, 192, &certified, &residual) == POINTS_OK && certified && residual < -150, "logarithms: 2^%g", residual);
+    expr_store_clear(&st);
+}
+
 int main(void)
 {
     finding();
+    in_the_domain();
     deciding();
     flint_cleanup();
     return CHECK_END();
