@@ -382,7 +382,7 @@ void ode_march(const struct ode_run *run, struct ode_result *res)
     res->samples = sga_malloc(((size_t)start->count * (size_t)run->p->n + 1) * sizeof(double));
     struct ode_march m = {
         .p = run->p, .start = start, .o = &run->o, .unit = run->unit, .level = run->level, .beside = run->beside, .series = run->series,
-        .res = res, .method = method, .field = {run->p, &res->stats, ODE_LEFT_DOMAIN, run->beside},
+        .res = res, .method = method, .field = {run->p, &res->stats, ODE_LEFT_DOMAIN, run->beside, run->noise},
         .manifold_why = ODE_CONSTRAINT_LOST, .t = start->t, .stop = start->times[start->count - 1],
     };
     m.dense_ratio = 1;

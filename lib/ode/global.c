@@ -22,6 +22,8 @@
 /* Where rounding may stand in for the error, the two solutions have part of it in common (that of the constants). */
 #define ROUNDING_ALLOWANCE 4.0
 #define SURE 30.0
+/* Roundings of the field that the factors above allow for. */
+#define QUIET 4.0
 #define TIGHTEST_RTOL 1e-14
 /* Below this rounding may stand in for the error, which then follows no tolerance. */
 #define ROUNDING_RTOL 1e-12
@@ -220,13 +222,29 @@ static void drop_lost(struct ode_result *res)
         res->max_error = fmax(res->max_error, res->error[k]);
 }
 
-static void global(const struct ode_run *run, struct ode_result *res)
+/* n: by how many roundings the field may be wrong, where these are more than a few; else NULL. */
+static double *noise_of(const struct ode_run *run)
+{
+    const struct ode_problem *p = run->p;
+    double *noise = sga_malloc(((size_t)p->n + 1) * sizeof *noise), most = 0;
+    bool known = p->noise && p->noise(p->ctx, run->start->t, run->start->x, noise);
+    for (int j = 0; j < p->n && known; j++)
+        most = sga_larger(most, noise[j]);
+    if (most > QUIET)
+        return noise;
+    free(noise);
+    return NULL;
+}
+
+static void global(const struct ode_run *run, const double *noise, struct ode_result *res)
 {
     struct ode_run next = *run;
     next.o.rtol = first_rtol(run->o.rtol, run->o.atol);
     next.beside = true;
+    next.noise = noise;
     ode_march(&next, res);
     next.beside = false;
+    next.noise = NULL;
     if (out_of_budget(res))
         return;
     if (res->end.reason != ODE_NONE && res->end.reason != ODE_EVENT) {       /* perhaps only because it ran beside the motion */
@@ -262,6 +280,8 @@ static void global(const struct ode_run *run, struct ode_result *res)
 
 void ode_global(const struct ode_run *run, struct ode_result *res)
 {
-    global(run, res);
+    double *noise = noise_of(run);
+    global(run, noise, res);
+    free(noise);
     drop_lost(res);
 }

@@ -34,7 +34,8 @@ struct ode_run {
     bool series;                    /* auto takes Taylor series: by the tolerance asked for, so that the
                                      * solutions that are compared come by the same methods */
     int level;                      /* of several: later ones take more steps to a sample */
-    bool beside;                    /* start and field are wrong by a rounding, on purpose */
+    bool beside;                    /* start and field are wrong by a rounding, on purpose, */
+    const double *noise;            /* the field by so many; NULL: one */
 };
 
 struct ode_march {

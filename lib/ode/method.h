@@ -20,16 +20,23 @@ struct ode_field {
     struct ode_stats *stats;
     enum ode_reason why;       /* of the last refusal */
     bool beside;               /* wrong by a rounding, on purpose: see ode_solve */
+    const double *noise;       /* n: by how many, where this is more than a few; else NULL */
 };
 /* False always: notes why the field refused. */
 bool ode_eval_refused(struct ode_field *field);
 /* False: refused, or not finite. */
 bool ode_eval(struct ode_field *field, double t, const double *x, double *dx);
+/* The factor of variable j's rate there. */
+static inline double ode_aside(const struct ode_field *field, int j)
+{
+    double by = field->noise ? DBL_EPSILON * field->noise[j] : DBL_EPSILON;
+    return j % 2 ? 1 - by : 1 + by;
+}
 /* The field where the solution is to be wrong by a rounding, on purpose. */
 static inline void ode_step_aside(const struct ode_field *field, double *dx)
 {
     for (int j = 0; field->beside && j < field->p->n; j++)
-        dx[j] *= j % 2 ? 1 - DBL_EPSILON : 1 + DBL_EPSILON;
+        dx[j] *= ode_aside(field, j);
 }
 /* The same inside a step, where a value that is not finite makes the error estimate so too,
  * and is found there. */

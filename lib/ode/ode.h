@@ -90,6 +90,9 @@ struct ode_problem {
     /* The same for all stages of an explicit step at once; its stages 1, 2, ... are the calls
      * 0, 1, ... that code_holds judges. May be NULL, or false for long. */
     bool (*stages)(void *ctx, const struct sga_stages *plan, struct sga_stage_code *code);
+    /* How far rounding takes the field near (t, x): in units of an epsilon of the size that it has there, at least 1, by
+     * variable. NULL, or false: not known. Errors are estimated with it. */
+    bool (*noise)(void *ctx, double t, const double *x, double *noise);
     /* Moves x to the manifold at time t, to the point nearest in the norm of d_j/scale_j,
      * scale_j > 0 being the error allowed in variable j. NULL: no constraints. Sets
      *   *moved:    root mean square of d_j/scale_j over the n variables,

@@ -12,7 +12,7 @@ static inline bool rk_as_one(struct sga_stages *plan, const struct ode_field *fi
 {
     struct sga_stage_code all;
     plan->aside = field->beside;
-    if (!field->p->stages || !field->p->stages(field->p->ctx, plan, &all))
+    if (!field->p->stages || field->noise || !field->p->stages(field->p->ctx, plan, &all))
         return false;
     for (int s = 1; all.needs_time && s < plan->count; s++)
         all.time[s] = rk_time(step, plan->c[s]);

@@ -142,7 +142,7 @@ static bool expand(struct taylor *w, struct ode_field *field, struct ode_step *s
     }
     for (int k = 1; k <= w->order && w->known && field->beside; k++)
         for (int j = 0; j < w->n; j++)
-            w->series[(size_t)k * (size_t)w->n + (size_t)j] *= j % 2 ? 1 - DBL_EPSILON : 1 + DBL_EPSILON;
+            w->series[(size_t)k * (size_t)w->n + (size_t)j] *= ode_aside(field, j);
     if (!w->known)
         field->why = p->why ? p->why(p->ctx) : ODE_LEFT_DOMAIN;
     return w->known;

@@ -270,6 +270,7 @@ struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
                                  .breaks = f->knot, .break_count = f->knots, .enter = f->sys->signals ? enter : NULL,
                                  .switches = f->field.switches.count, .switching = surfaces, .hold = hold,
                                  .piece = f->inputs.piece, .pieces = f->inputs.count,
+                                 .noise = flow_noise,
                                  .cost = 4.0 * num_tape_length(f->field.direct),
                                  .outputs = rq->outputs, .output = rq->outputs ? flow_output : NULL,
                                  .events = rq->events, .event_spec = f->spec, .event = event };

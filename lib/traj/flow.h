@@ -37,6 +37,8 @@ bool flow_start(struct flow *f, const struct sys_system *sys, const struct sga_s
 int flow_solved(struct flow *f, const struct traj_request *rq, const double *x, unsigned char *solved);
 /* After field_begin: how the motion is chosen. */
 const char *flow_gauge(const struct flow *f, const struct traj_request *rq);
+/* As ode_problem.noise. After field_slope_init. */
+bool flow_noise(void *flow, double t, const double *x, double *noise);
 /* The columns y of a sample. */
 void flow_output(void *flow, double t, const double *x, double *y);
 /* drift.c: r->drift from samples x n states at the request's times. False with err: an integral has

@@ -1,0 +1,51 @@
+/* What rounding does to the values of the field: they are compared with those in double-double, whose constants have all their
+ * digits too. Where large terms cancel, or a linear solve is ill-conditioned, a value is known to fewer digits than a double has;
+ * solutions that are compared would have that in common. */
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+
+#include "flow.h"
+#include "mem.h"
+
+enum { PLACES = 6 };
+static const double BESIDE = 1e-3;     /* of the variables: roundings differ from place to place */
+
+/* Raises size and miss (n each) to |X_j| and to how far it is wrong, at x. */
+static void look(struct flow *f, struct num_jet2 *exact, double t, const double *x, double *v, double *size, double *miss)
+{
+    struct field *q = &f->field;
+    for (int j = 0; j < f->n; j++)
+        num_jet2_input(exact, j)[0] = num_dd_of(x[j]);
+    num_jet2_input(exact, f->n)[0] = num_dd_of(t);
+    field_load(q, t, x);
+    if (!num_tape_eval(q->plain, q->in, v) || !num_jet2_next(exact, 0))
+        return;
+    for (int j = 0; j < f->n; j++) {
+        num_dd d = num_dd_add_d(num_jet2_root(exact, j)[0], -v[j]);
+        if (!num_dd_finite(d))
+            continue;
+        size[j] = fmax(size[j], fabs(v[j]));
+        miss[j] = fmax(miss[j], fabs(d.hi));
+    }
+}
+
+bool flow_noise(void *flow, double t, const double *x, double *noise)
+{
+    struct flow *f = flow;
+    int n = f->n;
+    if (!f->field.fast || !f->field.plain || f->sys->signals)
+        return false;
+    struct num_jet2 *exact = num_jet2_new(f->field.plain, 0);
+    double *place = sga_calloc(4 * (size_t)n + 1, sizeof *place), *v = place + n, *size = v + n, *miss = size + n;
+    for (int k = 0; k < PLACES; k++) {
+        for (int j = 0; j < n; j++)
+            place[j] = x[j] * (1 + BESIDE * sin(1.7 * k + 2.9 * k * j));
+        look(f, exact, t, place, v, size, miss);
+    }
+    for (int j = 0; j < n; j++)
+        noise[j] = size[j] > 0 ? fmax(1, miss[j] / (DBL_EPSILON * size[j])) : 1;
+    free(place);
+    num_jet2_free(exact);
+    return true;
+}
