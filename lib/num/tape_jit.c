@@ -357,6 +357,7 @@ void compiler_look(struct compiler *c)
     c->code.leaf = true;
     t->reads_inputs = !t->keep_all;
     c->timed = false;
+    bool changes = false;
     for (int i = t->nstatic; i < t->ncode; i++) {
         int op = t->code[i].op;
         if (op == TAPE_SINCOS || (op < EXPR_OP_COUNT && (function[op] || function2[op]))) {
@@ -364,8 +365,10 @@ void compiler_look(struct compiler *c)
             c->timed |= i < t->ntimed && !t->keep_all;
         } else if (!in_line(op)) {
             c->code.leaf = t->reads_inputs = false;
+            changes |= op == TAPE_SIGNAL;
         }
     }
+    c->timed &= !changes;      /* where its pieces meet, a signal has two values at one time */
 }
 
 void compiler_begin(struct compiler *c, struct num_tape *t)

@@ -277,6 +277,38 @@ static void signals(struct sga_exec *memory)
     expr_store_clear(&st);
 }
 
+/* Where a motion goes on from one piece of a signal to the next, the same time comes again with another value; and what
+ * depends on time alone is not evaluated again for the same time. */
+static void same_time(struct sga_exec *memory)
+{
+    static const double knot[] = { 0, 1, 2, 3 }, measured[] = { 1, -2, 0.5, 3 };
+    for (int with_signal = 0; with_signal < 2; with_signal++) {
+        struct expr_store st;
+        expr_store_init(&st);
+        expr_id x = expr_symbol_add(&st, "x", EXPR_VARIABLE), t = expr_symbol_add(&st, "t", EXPR_TIME), u = expr_symbol_add(&st, "u", EXPR_SIGNAL);
+        struct expr_symbol *s = st.symbol + expr_symbol_find(&st, "u", 1);
+        s->table = expr_table_new(EXPR_LINEAR, 4, knot, measured);
+        int inputs[2] = { 0, 1 };
+        expr_id wave = expr_fun(&st, EXPR_SIN, expr_mul(&st, t, t)), timed = with_signal ? expr_mul(&st, wave, u) : expr_fun(&st, EXPR_EXP, wave);
+        expr_id root[2] = { expr_mul(&st, timed, x), timed };
+        struct num_tape *a = num_tape_new(&st, root, 2, inputs, 2, NULL), *b = num_tape_new(&st, root, 2, inputs, 2, NULL);
+        num_tape_compile(b, memory);
+        for (int i = 0; i < 9000; i++) {
+            double in[2] = { random_unit(&rng), i < 8000 ? 1 + random_unit(&rng) : i / 8 % 2 ? 0.0 : -0.0 }, y[2], z[2];
+            s->table->at = random_below(&rng, 3);
+            bool finite = num_tape_eval(a, in, y);
+            bool ok = finite == num_tape_eval_field(b, in, in[1], 1, z, z + 1) && same(y[0], z[0]) && same(y[1], z[1]);
+            if (i % 500 == 0 || !ok)
+                CHECK(ok, "with signal %d, at %d: %a, %a; %a, %a", with_signal, i, y[0], z[0], y[1], z[1]);
+        }
+        CHECK(num_tape_compiled(b));
+        num_tape_free(a);
+        num_tape_free(b);
+        expr_table_free(s->table);
+        expr_store_clear(&st);
+    }
+}
+
 /* Pages are found, given back, and never written and run at one time. */
 static void pages(void)
 {
@@ -376,6 +408,7 @@ int main(void)
     random_tapes(NULL);
     random_jacobians(NULL);
     signals(memory);
+    same_time(memory);
     pages();
     without_leave(memory);
     sga_exec_free(memory);
