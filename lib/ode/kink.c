@@ -6,8 +6,8 @@
  * fields point at the surface, the motion would slide along it, and ends. (State events; Hairer, Norsett, Wanner,
  * Solving Ordinary Differential Equations I, II.6; Filippov for the sides.)
  *
- * A switch that rests on its surface (g is 0 to rounding, and no side is the one that the motion takes) is not held: it
- * has the value that it has there. Where a field held on one side has no values beyond (sqrt(abs(x))), steps are
+ * A switch that rests on its surface (g is 0 to rounding, and no side is the one that the motion takes, or to the
+ * tolerance all along a step) is not held: it has the value that its argument says. Where a field held on one side has no values beyond (sqrt(abs(x))), steps are
  * made with nothing held, and the error control is all there is. */
 #include <float.h>
 #include <math.h>
@@ -23,15 +23,18 @@
 #define NEAR_ENOUGH 0.02       /* error allowed to a switch that is turned too early or late, in units of the step's */
 #define SHORTER 0.1            /* of a step that is too long to see what the motion does at its start */
 #define AT_SURFACE 1e-4        /* of the time passed, see heads_for_surface */
+#define SMOOTH 1e-2            /* of the field: no jump */
 #define TRIES 4                /* to end a step on the surface */
 #define PARTS_FIRST 0.41       /* see ode_kink_limit */
+
+enum { TURN = 1, REST };
 
 struct ode_kinks {
     int count;
     signed char *side;         /* what is held; 0: nothing */
     unsigned char *fresh;      /* turned, and not yet seen off the surface */
-    unsigned char *pending;    /* to be turned when the present step is committed */
-    double *old, *least;       /* changes ahead, before a turn; see grains */
+    unsigned char *pending;    /* to be turned when the present step is committed; REST: not to be held from then on */
+    double *old, *least, *doubt;     /* changes ahead, before a turn; see grains */
     double *g, *rate, *g1, *rate1;   /* at the step's ends: values, and their derivatives along the motion */
     struct ode_table table;
     double *x, *f, *mid;       /* n each */
@@ -60,13 +63,14 @@ void ode_kinks_begin(struct ode_march *m)
     k->side = sga_calloc(3 * c, 1);
     k->fresh = (unsigned char *)k->side + c;
     k->pending = k->fresh + c;
-    k->g = sga_calloc(6 * c + 3 * n, sizeof *k->g);
+    k->g = sga_calloc(7 * c + 3 * n, sizeof *k->g);
     k->rate = k->g + c;
     k->g1 = k->rate + c;
     k->rate1 = k->g1 + c;
     k->old = k->rate1 + c;
     k->least = k->old + c;
-    k->x = k->least + c;
+    k->doubt = k->least + c;
+    k->x = k->doubt + c;
     k->f = k->x + n;
     k->mid = k->f + n;
     ode_table_init(&k->table, k->count, m->p->n, m->p->switching);
@@ -96,21 +100,24 @@ static double value(struct ode_march *m, int e, double t, const double *x)
     return m->kinks->table.g[e];
 }
 
-/* k->least: how far from 0 roundings take each g, and errors far below the tolerance. */
+/* k->least: how far from 0 roundings take each g, and errors far below the tolerance. k->doubt: errors as large as allowed. */
 static void grains(struct ode_march *m, double t, const double *x)
 {
     struct ode_kinks *k = m->kinks;
     double *g = k->old, *moved = k->table.g, dt = 16 * DBL_EPSILON * fmax(fabs(t), fabs(m->start->t));
     values(m, t, x, g);
-    memset(k->least, 0, (size_t)k->count * sizeof *k->least);
+    memset(k->least, 0, 2 * (size_t)k->count * sizeof *k->least);      /* and doubt */
     memcpy(k->x, x, (size_t)m->p->n * sizeof *x);
     for (int j = 0; j <= m->p->n; j++) {      /* the last one: time */
+        double allowed = j < m->p->n ? ode_allowed(m->o->rtol, m->o->atol, m->unit[j], x[j], x[j]) : 0, move = 0;
         if (j < m->p->n)
-            k->x[j] = x[j] + fmax(16 * DBL_EPSILON * fabs(x[j]), GRAIN * ode_allowed(m->o->rtol, m->o->atol, m->unit[j], x[j], x[j]));
+            k->x[j] = x[j] + (move = fmax(16 * DBL_EPSILON * fabs(x[j]), GRAIN * allowed));
         values(m, j < m->p->n ? t : t + dt, k->x, moved);
         for (int e = 0; e < k->count; e++) {
             double change = fabs(moved[e] - g[e]);
-            k->least[e] += isfinite(change) ? change : 0;
+            change = isfinite(change) ? change : 0;
+            k->least[e] += change;
+            k->doubt[e] += move > 0 ? change * fmax(1, allowed / move) : change;
         }
         if (j < m->p->n)
             k->x[j] = x[j];
@@ -297,7 +304,7 @@ static bool turn(struct ode_march *m)
         hold(m);
         if (!ode_eval(&m->field, m->t, m->x, m->f))
             return end_sliding(m);
-        k->pending[first] = 1;
+        k->pending[first] = TURN;
         if (!turn_together(m, &slides))
             return false;
     }
@@ -318,7 +325,7 @@ static bool left_surface(struct ode_march *m, int e)
 {
     struct ode_kinks *k = m->kinks;
     double g = k->g[e];
-    if (k->pending[e] || !(k->fresh[e] || !k->side[e]) || !isfinite(g) || !(fabs(g) > k->least[e]))
+    if (k->pending[e] || !(k->fresh[e] || !k->side[e]) || !isfinite(g) || !(fabs(g) > (k->side[e] ? k->least[e] : k->doubt[e])))
         return true;
     if (k->side[e]) {
         k->fresh[e] = !(g * k->side[e] > 0);
@@ -326,6 +333,19 @@ static bool left_surface(struct ode_march *m, int e)
     }
     k->fresh[e] = false;
     k->side[e] = g > 0 ? 1 : -1;
+    hold(m);
+    if (ode_eval(&m->field, m->t, m->x, m->f))
+        return true;
+    ode_end_at(m, m->field.why, "the vector field has no value beyond this time");
+    return false;
+}
+
+/* Switch e is not held any more. */
+static bool let_go(struct ode_march *m, int e)
+{
+    struct ode_kinks *k = m->kinks;
+    k->side[e] = 0;
+    k->fresh[e] = k->pending[e] = 0;
     hold(m);
     if (ode_eval(&m->field, m->t, m->x, m->f))
         return true;
@@ -351,8 +371,11 @@ bool ode_kinks_pass(struct ode_march *m, double h)
     memcpy(k->g, k->g1, (size_t)k->count * sizeof *k->g);
     memcpy(k->rate, k->rate1, (size_t)k->count * sizeof *k->rate);
     bool ok = true, any = false, unsure = false;
-    for (int e = 0; e < k->count; e++)
-        unsure |= k->fresh[e] || !k->side[e];
+    for (int e = 0; e < k->count; e++) {
+        unsure |= k->fresh[e] || (!k->side[e] && !(fabs(k->g[e]) <= 0.5 * k->doubt[e]));
+        if (k->pending[e] == REST && !let_go(m, e))
+            return false;
+    }
     if (unsure)
         grains(m, m->t, m->x);
     for (int e = 0; e < k->count && ok; e++) {
@@ -510,6 +533,25 @@ static double harm(struct ode_march *m, int e, double rest)
     return known ? sqrt(sum / m->p->n) : 0;      /* no field there: as near as it gets */
 }
 
+/* All along the step g is no further from 0 than errors may take it (x - y where a constraint says that y = x): its changes
+ * of sign mean nothing, where the field does not jump there. */
+static bool rests(struct ode_march *m, int e)
+{
+    const struct ode_kinks *k = m->kinks;
+    const struct ode_table *w = &k->table;
+    bool near = true;
+    for (int i = 0; i < w->nodes; i++)
+        near &= fabs(w->value[(size_t)i * (size_t)w->count + (size_t)e]) <= k->doubt[e];
+    if (!near)
+        return false;
+    double sum = 0, jump = harm(m, e, 1);
+    for (int j = 0; j < m->p->n; j++) {
+        double a = m->f1[j] / ode_allowed(m->o->rtol, m->o->atol, m->unit[j], m->x[j], m->x1[j]);
+        sum += a * a;
+    }
+    return jump <= SMOOTH * sqrt(sum / m->p->n);
+}
+
 static bool near_enough(struct ode_march *m, int e, double rest)
 {
     double h = fabs(m->step.h), least = (m->beside ? 12 : 4) * DBL_EPSILON * fmax(fabs(m->t), fabs(m->t1));
@@ -539,7 +581,7 @@ static enum ode_refusal falls_short(struct ode_march *m)
     if (!s || !(speed > 0) || rest > 0.1 * h)
         return STEP_TAKEN;
     if (near_enough(m, e, fabs(rest)))
-        k->pending[e] = 1;
+        k->pending[e] = TURN;
     else
         return cut_at(m, e, h + rest);
     return STEP_TAKEN;
@@ -567,6 +609,10 @@ enum ode_refusal ode_kinks_step(struct ode_march *m)
             grains(m, m->t1, m->x1);
         known = true;
         double theta = crossing(m, e);
+        if (theta < 2 && rests(m, e)) {
+            k->pending[e] = REST;
+            continue;
+        }
         if (theta < first) {
             first = theta;
             which = e;
@@ -580,7 +626,7 @@ enum ode_refusal ode_kinks_step(struct ode_march *m)
     if (which < 0)
         return k->target >= 0 ? falls_short(m) : STEP_TAKEN;
     if (first * h <= 4 * DBL_EPSILON * fmax(fabs(m->t), fabs(m->t1))) {
-        k->pending[which] = 1;
+        k->pending[which] = TURN;
         if (!turn(m))
             return ENDED;
         k->cut = 0;
@@ -589,6 +635,6 @@ enum ode_refusal ode_kinks_step(struct ode_march *m)
     }
     if (!near_enough(m, which, (1 - first) * h))
         return cut_at(m, which, first * h);
-    k->pending[which] = 1;
+    k->pending[which] = TURN;
     return STEP_TAKEN;
 }
