@@ -125,7 +125,7 @@ static bool check_texts(struct job *j)
     bool ok = parse_all(j, &b);
     if (ok) {
         bool field = j->solution.field && j->request.want & (REQUEST_VECTOR_FIELD | REQUEST_GAUGE);
-        bool gauge = field && j->solution.gauge;
+        bool gauge = field && j->solution.gauge && j->request.want & REQUEST_GAUGE;
         struct sga_claim claim = {
             .st = &b.st, .variable = b.variable, .variables = n, .parameter = b.parameter, .parameters = sys->parameters,
             .time = b.time, .constraint = b.root, .constraints = c, .solution = &j->solution, .field = field ? b.root + c : NULL,

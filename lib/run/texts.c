@@ -58,7 +58,7 @@ bool answer_texts(struct job *j)
         return true;
     double start = sga_now();
     int n = j->request.system.variables, c = sol->constraints;
-    bool field = sol->field && want & (REQUEST_VECTOR_FIELD | REQUEST_GAUGE), gauge = field && sol->gauge;
+    bool field = sol->field && want & (REQUEST_VECTOR_FIELD | REQUEST_GAUGE), gauge = field && sol->gauge && want & REQUEST_GAUGE;
     int roots = c + (field ? n : 0) + (gauge ? n * sol->free_columns : 0);
     struct mechanical_answer *mech = j->mechanical && j->mechanical->has_motion ? j->mechanical : NULL;
     int parts = mech ? j->request.mechanical.coordinates : 0;
