@@ -1,6 +1,14 @@
 /* The set after a step, and boxes in between. */
 #include "lohner.h"
 
+/* Many polynomials at one place: its powers once, for dot products. */
+static arb_ptr powers(const arb_t s, int order, slong prec)
+{
+    arb_ptr p = _arb_vec_init(order + 1);
+    _arb_vec_set_powers(p, s, order + 1, prec);
+    return p;
+}
+
 /* y = phi_s(x). */
 static void centre(const struct enc_step *w, const arb_t s, arb_ptr y)
 {
@@ -8,11 +16,14 @@ static void centre(const struct enc_step *w, const arb_t s, arb_ptr y)
     mag_init(tail);
     mag_init(e);
     enc_tail_shrink(tail, &w->point_tail, s);
+    int terms = w->point.order + 1;
+    arb_ptr power = powers(s, w->point.order, w->prec + 10);
     for (int i = 0; i < w->p->n; i++) {
-        _arb_poly_evaluate(y + i, enc_series_of(&w->point, i), w->point.order + 1, s, w->prec + 10);
+        arb_dot(y + i, NULL, 0, enc_series_of(&w->point, i), 1, power, 1, terms, w->prec + 10);
         mag_mul(e, w->point_tail.tau + i, tail);
         arb_add_error_mag(y + i, e);
     }
+    _arb_vec_clear(power, terms);
     mag_clear(tail);
     mag_clear(e);
 }
@@ -27,13 +38,16 @@ static void linear_part(const struct enc_step *w, const struct enc_set *set, con
     enc_tail_shrink(tail, &w->rough_tail, s);
     arb_mat_t J;
     arb_mat_init(J, n, n);
+    int terms = w->rough.order + 1;
+    arb_ptr power = powers(s, w->rough.order, ENC_ROUGH_BITS);
     for (int i = 0; i < n; i++)
         for (int j = 0; j < n; j++) {
             arb_ptr v = arb_mat_entry(J, i, j);
-            _arb_poly_evaluate(v, enc_step_jacobian(w, i, j), w->rough.order + 1, s, ENC_ROUGH_BITS);
+            arb_dot(v, NULL, 0, enc_step_jacobian(w, i, j), 1, power, 1, terms, ENC_ROUGH_BITS);
             mag_mul(e, w->jacobian_tail + i * n + j, tail);
             arb_add_error_mag(v, e);
         }
+    _arb_vec_clear(power, terms);
     arb_mat_mul(B, J, set->A, ENC_ROUGH_BITS);
     arb_mat_clear(J);
     mag_clear(tail);

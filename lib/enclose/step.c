@@ -145,16 +145,18 @@ static bool sharp(const struct enc_step *w)
     mag_init(added);
     mag_init(whole);
     mag_init(a);
-    arb_t s, v;
-    arb_init(s);
+    int terms = w->rough.order + 1;
+    arb_ptr power = _arb_vec_init(terms);
+    arb_t v;
     arb_init(v);
-    arb_set_d(s, w->h);
+    arb_set_d(v, w->h);
+    _arb_vec_set_powers(power, v, terms, ENC_ROUGH_BITS);
     for (int i = 0; i < n && ok; i++) {
         mag_zero(added);
         mag_set(whole, w->width + i);
         for (int j = 0; j < n; j++) {
             mag_addmul(added, w->jacobian_tail + i * n + j, w->width + j);
-            _arb_poly_evaluate(v, enc_step_jacobian(w, i, j), w->rough.order + 1, s, ENC_ROUGH_BITS);
+            arb_dot(v, NULL, 0, enc_step_jacobian(w, i, j), 1, power, 1, terms, ENC_ROUGH_BITS);
             arb_get_mag(a, v);
             mag_addmul(whole, a, w->width + j);
         }
@@ -164,8 +166,8 @@ static bool sharp(const struct enc_step *w)
     mag_clear(added);
     mag_clear(whole);
     mag_clear(a);
-    arb_clear(s);
     arb_clear(v);
+    _arb_vec_clear(power, terms);
     return ok;
 }
 

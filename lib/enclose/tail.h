@@ -14,7 +14,7 @@
  *   y, S y = r:          (|Q| e + E tau(y)),  e_i = tau(r_i) + sum_j (P(S_ij, y_j) + tau(S_ij) [y_j]),  Q and E of inverse.h.
  * Then sum_{k > N} |f_k| R^k <= tau(f) for all slots: all series converge for |s| <= R, and the first n are the solution.
  * Proof. Let T_m(f) = sum_{N < k <= m} |f_k| R^k, so that T_N = 0 <= tau. Coefficient m of a slot depends on coefficients below m, and on the
- * m-th of slots before it; Phi is monotone, and sorting the recurrence for it (u: m u_m = sum i x_i g_{m - i}, where 1/m < 1/(N + 1) for
+ * m-th of slots before it; Phi is monotone, and sorting the recurrence for it (u: m u_m = sum i x_i g_{m - i}, where 1/m <= 1/(N + 1) for
  * i <= N and i / m <= 1 beyond; sqrt: 2 v0 w + w^2 = a - v0^2 for v = v0 + w) gives T_m(f) <= Phi_f(T) with what T is by then: <= tau
  * by induction. A convergent formal solution is a solution, where the field has a value all the way: denominators and matrices have inverses,
  * |tau(v) / v| < 1 for roots, and functions that are given by differential equations are what they are at the start while no
