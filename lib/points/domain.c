@@ -47,8 +47,8 @@ static bool draw_again(struct domain *d, expr_id node, int attempt)
         int wide = attempt / 4 + 1;
         if (s->near)              /* nearer and nearer to the guess */
             d->p->x[v] = points_short(s->near[v] + ldexp(fmax(d->box, 0.01), -attempt) * (size + 0.02 * fabs(s->near[v])) * u);
-        else                      /* smaller and larger */
-            d->p->x[v] = points_short(1.5 * size * u * ldexp(1, (int)(points_random(d->random) % (unsigned)(2 * wide + 1)) - wide));
+        else                      /* smaller, and in the end larger */
+            d->p->x[v] = points_short(1.5 * size * u * ldexp(1, (int)(points_random(d->random) % (unsigned)(2 * wide)) - wide));
         num_ball_set_d(&d->p->ball, s->variable[v], d->p->x[v]);
     }
     return any;

@@ -1,0 +1,173 @@
+/* Points on which functions vanish, for the strata: searches within a bound that all of them share, and
+ * the rank there. */
+#include "strata_listing.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "differentials.h"
+#include "lin_dense.h"
+#include "mem.h"
+
+enum { LEAST_STEPS = 30 };
+/* All searches of an answer together, in steps times nodes: about a second. Each may take a part of what is
+ * left, so that no one that finds nothing takes all. Who asks for strata has ten times as much. */
+static const double MOST_WORK = 3e6, PART = 0.2;
+/* rows * columns * the smaller: past it singular values take seconds that nobody could stop, and
+ * the rank counts as lower: listed, to be safe */
+static const double RANK_WORK = 1e8;
+
+int strata_rank_at(struct job *j, const struct points_space *space, int rows, int c, struct points_point *p)
+{
+    const struct sys_system *sys = &j->request.system;
+    int n = sys->variables, m = rows + c;
+    double *M = sga_calloc((size_t)(m + 1) * (size_t)n, sizeof *M);
+    double *sv = sga_calloc((size_t)(m < n ? m : n) + 1, sizeof *sv);
+    struct points_space own = *space;
+    own.constraints = c;
+    own.variables = n;
+    struct points_jacobian jac;
+    points_jacobian_init(&jac, &own);
+    points_jacobian_values(&jac, &p->ball);
+    points_jacobian_entries(&jac, &p->ball);
+    num_ball_forget(&p->ball);
+    num_ball_extend(&p->ball);
+    for (int i = 0; i < m; i++) {
+        int len = i < rows ? sys->row[i].entries : jac.cols[i - rows];
+        double *row = M + (size_t)i * (size_t)n, big = 0;
+        for (int k = 0; k < len; k++) {
+            int col = i < rows ? sys->row[i].entry[k].col : jac.col[i - rows][k];
+            arb_srcptr v = i < rows ? num_ball_value(&p->ball, sys->row[i].entry[k].value) : jac.entry[i - rows] + k;
+            row[col] = arf_get_d(arb_midref(v), ARF_RND_NEAR);
+            big = fmax(big, fabs(row[col]));
+        }
+        for (int k = 0; k < n && big > 0; k++)
+            row[k] /= big;
+    }
+    struct lin_dense dense = { .rows = m, .cols = n, .a = M };
+    int rank = 0;
+    if (lin_singular_values(&dense, sv))
+        while (rank < (m < n ? m : n) && sv[rank] > 1e-10 * sv[0])
+            rank++;
+    points_jacobian_clear(&jac);
+    free(M);
+    free(sv);
+    return rank;
+}
+
+/* Newton steps that a search may take on the set of so many functions; 0: no more. */
+static long steps_granted(const struct job *j, double cost)
+{
+    double left = MOST_WORK * (j->request.strata ? 10 : 1) - j->strata_work, steps = PART * left / cost;
+    return left < LEAST_STEPS * cost ? 0 : (long)fmin(fmax(steps, LEAST_STEPS), 1e9);
+}
+
+/* What one step evaluates: values and derivatives of these functions, and the equations of the step. */
+static double step_cost(const struct expr_store *st, const expr_id *con, int c, int variables)
+{
+    struct expr_cone cone;
+    expr_cone_init(&cone);
+    expr_cone_of(st, &cone, con, c);
+    double cost = cone.count + 20.0 * (c + variables);
+    expr_cone_clear(&cone);
+    return cost;
+}
+
+/* Whether the function has one value, not 0, on all of the final set (x^2 + y^2 on a circle). */
+static bool constant_there(struct job *j, expr_id e)
+{
+    struct points_shadow *s = &j->shadow;
+    if (s->reals < 2)
+        return false;
+    num_ball_extend(&s->real[0].ball);
+    num_ball_extend(&s->real[1].ball);
+    arb_srcptr v = num_ball_value(&s->real[0].ball, e), other = num_ball_value(&s->real[1].ball, e);
+    double d = arf_get_d(arb_midref(v), ARF_RND_NEAR), den = 1;
+    if (!arb_is_finite(v) || !arb_overlaps(v, other) || !(fabs(d) < 1e9))
+        return false;
+    while (den < 1e6 && d * den != nearbyint(d * den))      /* decimals and small denominators */
+        den *= den < 3600 ? 60 : 10;
+    if (d * den != nearbyint(d * den) || d == 0)
+        return false;
+    fmpq_t q;
+    fmpq_init(q);
+    fmpq_set_si(q, (slong)(d * den), (ulong)den);
+    struct points_decision same = points_shadow_zero(s, expr_sub(&j->request.store, e, expr_fmpq(&j->request.store, q)));
+    fmpq_clear(q);
+    return same.truth == POINTS_ZERO && (same.basis == POINTS_ZERO_ALGEBRAIC || same.basis == POINTS_EXACT);
+}
+
+/* Within the steps granted: from the known point of the final set (NULL: none), then stage by stage. */
+static enum points_status search(struct job *j, struct points_space *space, const struct points_point *known, uint64_t seed,
+                                 const int *end, int stages, struct points_point *p)
+{
+    double spread = j->near ? 0.2 : 1, cost = step_cost(space->st, space->constraint, space->constraints, space->variables);
+    long granted = steps_granted(j, cost), steps = granted;
+    uint64_t random = seed;
+    enum points_status status = POINTS_NONE;
+    space->steps = &steps;
+    if (known && granted) {
+        struct points_space from = *space;
+        from.before = known;
+        from.starts = 3;
+        status = points_find(&from, spread, &random, 64, p);
+        random = seed;
+    }
+    if (granted && status != POINTS_OK && status != POINTS_STOPPED) {
+        points_point_clear(p);
+        status = points_find_staged(space, end, stages, spread, &random, 64, p);
+    }
+    j->strata_work += (double)(granted - (steps > 0 ? steps : 0)) * cost;
+    j->strata_skipped |= steps <= 0 && status == POINTS_NONE;
+    return status;
+}
+
+enum points_status strata_look_at(struct job *j, struct strata_look look, struct points_point *p, int *rank)
+{
+    int c = look.c;
+    expr_id factor = look.factor;
+    enum strata_moving moving = look.moving;
+    const struct sys_system *sys = &j->request.system;
+    int n = sys->variables;
+    int fixed = 0;                 /* parameters; tables, listed after them, are any functions and move too */
+    while (fixed < sys->parameters && sys->store->symbol[sys->parameter[fixed]].kind == EXPR_PARAMETER)
+        fixed++;
+    int values = moving == STRATA_PARAMETERS ? 0 : fixed, moved = sys->parameters - values;
+    int extra = moved + (moving == STRATA_TIME);
+    int *variable = sga_malloc((size_t)(n + extra) * sizeof *variable);
+    expr_id *con = sga_malloc((size_t)(c + 1) * sizeof *con);
+    for (int i = 0; i < n; i++)
+        variable[i] = sys->variable[i].symbol;
+    for (int i = 0; i < extra; i++)
+        variable[n + i] = i < moved ? sys->parameter[values + i] : sys->time;
+    for (int i = 0; i < c; i++)
+        con[i] = j->solution.constraint[i].expr;
+    con[c] = factor;
+    struct points_space space = {
+        .st = sys->store, .variable = variable, .variables = n + extra, .parameter = sys->parameter,
+        .parameters = values, .time = moving == STRATA_TIME ? -1 : sys->time, .constraint = con,
+        .constraints = c + (factor != EXPR_UNDEF), .near = extra ? NULL : j->near, .near_time = j->near_time,
+        .scale = extra ? NULL : j->solution.scale,
+        .starts = look.starts, .budget = &j->budget,
+    };
+    int *end = sga_calloc((size_t)j->solution.generations + 3, sizeof *end), stages = 0;
+    sga_stages(&j->solution, end);
+    while (stages < j->solution.generations && end[stages] < c)
+        stages++;
+    if (c)
+        end[stages++] = c;
+    if (factor)
+        end[stages++] = c + 1;
+    const struct points_shadow *shadow = &j->shadow;
+    bool final = factor && !extra && shadow->reals && c == j->solution.constraints && shadow->space.constraints == c
+                 && shadow->space.variables == n;
+    *p = (struct points_point){ 0 };
+    enum points_status status = final && constant_there(j, factor)
+                                ? POINTS_NONE : search(j, &space, final ? shadow->real : NULL, 5 + look.seed, end, stages, p);
+    double rows = sys->rows + c, work = rows * n * fmin(rows, n);
+    *rank = status != POINTS_OK ? -1 : work > RANK_WORK ? 0 : strata_rank_at(j, &space, sys->rows, c, p);
+    free(end);
+    free(variable);
+    free(con);
+    return status;
+}
