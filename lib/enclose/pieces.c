@@ -10,6 +10,7 @@
 enum { ORDER = 6, BITS = 53, MOST_SINGULAR = 64 };
 #define LEAST 1e-9         /* of the span */
 #define BESIDE 0.01        /* of the distance to a singular place: shorter pieces are so for reasons of their own */
+#define UNIFORM 8          /* pieces this many times shorter than the longest are no narrower than the rest: steps see what is everywhere */
 #define OUTSIDE 1e-3       /* of the span: shorter pieces whose middle is outside of the domain are left alone */
 
 struct piece { double from, to, excess; };
@@ -95,9 +96,11 @@ static int ascending(const void *a, const void *b)
     return (p->from > q->from) - (p->from < q->from);
 }
 
-static double step_of(const struct search *s, const struct piece *p)
+static double step_of(const struct search *s, const struct piece *p, double longest)
 {
     double width = p->to - p->from, middle = p->from + 0.5 * width;
+    if (UNIFORM * width >= longest)
+        return INFINITY;
     for (int i = 0; i < s->singulars; i++)
         if (width >= BESIDE * fabs(s->singular[i] - middle))
             return INFINITY;
@@ -115,6 +118,7 @@ bool enc_pieces_find(struct enc_pieces *q, const struct expr_store *st, expr_id 
         return false;
     }
     enc_series_init(&s.series, &s.program);
+    double longest = 0;
     s.heap = sga_malloc(((size_t)most + 2) * sizeof *s.heap);
     push(&s, (struct piece){ from, to, measure(&s, from, to) });
     while (s.count < most && s.heap[0].excess > 0) {
@@ -135,9 +139,11 @@ bool enc_pieces_find(struct enc_pieces *q, const struct expr_store *st, expr_id 
     q->end = sga_malloc((size_t)s.count * sizeof *q->end);
     qsort(s.heap, (size_t)s.count, sizeof *s.heap, ascending);
     q->step = sga_malloc((size_t)s.count * sizeof *q->step);
+    for (int i = 0; i < s.count; i++)
+        longest = fmax(longest, s.heap[i].to - s.heap[i].from);
     for (int i = 0; i < s.count; i++) {
         q->end[i] = s.heap[i].to;
-        q->step[i] = step_of(&s, s.heap + i);
+        q->step[i] = step_of(&s, s.heap + i, longest);
     }
     free(s.heap);
     enc_series_clear(&s.series);

@@ -16,7 +16,8 @@
 struct enc_pieces {
     int count;
     double *end;           /* ascending; the first piece begins at `from`, the last ends at `to` */
-    double *step;          /* its length; INFINITY for pieces that are short only because they lie beside a place without a series */
+    double *step;          /* its length; INFINITY for pieces that are not much shorter than the longest one, and for those that
+                            * are short only because they lie beside a place without a series */
     bool complete;         /* all are done; else the work ran out before */
 };
 

@@ -8,6 +8,7 @@
 #include "mem.h"
 #include "pieces.h"
 
+enum { TAME = 8, WILD = 100 };
 enum { MOST_INPUTS = 64, MOST_PIECES = 3000, LEAST_PIECES = 60 };
 /* Pieces of all inputs, times operations. */
 static const double MOST_WORK = 60000;
@@ -30,6 +31,38 @@ static int kind_of(const struct expr_store *st, const unsigned char *kind, expr_
     return most == OF_TIME && !plain ? MIXED : most;
 }
 
+/* Sums and products of few powers of time and of few sines and cosines of a t + b, with any numbers a, b: nothing of these
+ * is narrow beside the rest. */
+struct tame {
+    int factors;               /* of the longest product; WILD: none of these */
+    bool waves;                /* sines among them */
+};
+
+static struct tame tame_of(const struct expr_store *st, const struct tame *known, expr_id e, int time)
+{
+    struct expr_node n = st->node[e];
+    int args = n.op == EXPR_SYM || n.op == EXPR_CONST || n.op == EXPR_SOLVE ? 0 : expr_op_args((enum expr_op)n.op);
+    struct tame a = args > 0 ? known[n.a] : (struct tame){ 0 }, b = args > 1 ? known[n.b] : (struct tame){ 0 };
+    bool waves = a.waves || b.waves, still = a.factors == 0 && b.factors == 0;
+    long factors = WILD;
+    switch (n.op) {
+    case EXPR_CONST: case EXPR_PI: factors = 0; break;
+    case EXPR_SYM: factors = n.a == time ? 1 : st->symbol[n.a].kind == EXPR_PARAMETER ? 0 : WILD; break;
+    case EXPR_SOLVE: break;
+    case EXPR_NEG: factors = a.factors; break;
+    case EXPR_ADD: case EXPR_SUB: factors = a.factors > b.factors ? a.factors : b.factors; break;
+    case EXPR_MUL: factors = a.factors + b.factors; break;
+    case EXPR_DIV: factors = b.factors == 0 ? a.factors : WILD; break;
+    case EXPR_POWI: factors = still ? 0 : n.b > 0 ? (long)a.factors * n.b : WILD; break;
+    case EXPR_SIN: case EXPR_COS:
+        factors = still ? 0 : a.factors == 1 && !a.waves ? 1 : WILD;
+        waves = !still;
+        break;
+    default: factors = still ? 0 : WILD;
+    }
+    return (struct tame){ factors <= TAME ? (int)factors : WILD, waves };
+}
+
 /* The largest subexpressions that are of time alone: those that others use, and roots. Returns how many. */
 static int find(const struct sys_system *sys, const expr_id *root, int roots, expr_id *found)
 {
@@ -41,20 +74,25 @@ static int find(const struct sys_system *sys, const expr_id *root, int roots, ex
     expr_cone_init(&cone);
     expr_cone_of(st, &cone, root, roots);
     unsigned char *kind = sga_calloc((size_t)st->nodes + 1, 1), *taken = sga_calloc((size_t)st->nodes + 1, 1);
-    for (int i = 0; i < cone.count; i++)
-        kind[cone.list[i]] = (unsigned char)kind_of(st, kind, cone.list[i], sys->time);
+    struct tame *tame = sga_malloc(((size_t)st->nodes + 1) * sizeof *tame);
+    for (int i = 0; i < cone.count; i++) {
+        expr_id e = cone.list[i];
+        kind[e] = (unsigned char)kind_of(st, kind, e, sys->time);
+        tame[e] = tame_of(st, tame, e, sys->time);
+    }
     for (int i = 0; i < cone.count + roots; i++) {
         expr_id e = i < cone.count ? cone.list[i] : root[i - cone.count];
         int children = i < cone.count ? expr_children(st, e) : 1;
         for (int k = 0; k < children && (i >= cone.count || kind[e] == MIXED); k++) {
             expr_id c = i < cone.count ? expr_child(st, e, k) : e;
-            if (kind[c] != OF_TIME || taken[c] || expr_op_of(st, c) == EXPR_SYM || count == MOST_INPUTS)
+            if (kind[c] != OF_TIME || taken[c] || tame[c].factors < WILD || count == MOST_INPUTS)
                 continue;
             taken[c] = 1;
             found[count++] = c;
         }
     }
     free(kind);
+    free(tame);
     free(taken);
     expr_cone_clear(&cone);
     return count;

@@ -95,7 +95,7 @@ static void one_step(double h, double *end, double *inside, double *slope)
 {
     struct ode_problem p = {.n = 3, .rhs = jacobi};
     struct ode_stats stats = {0};
-    struct ode_field field = {&p, &stats, ODE_NONE, false};
+    struct ode_field field = {.p = &p, .stats = &stats};
     double unit[] = {1, 1, 1}, x[] = {0.2, 0.9, 0.8}, f[3], dx[3], x1[3], f1[3];
     double ref[3], g[3], d[3], y[3];
     const struct ode_problem three = {.n = 3};
@@ -140,7 +140,7 @@ static void march(int steps, double *x)
 {
     struct ode_problem p = {.n = 3, .rhs = jacobi};
     struct ode_stats stats = {0};
-    struct ode_field field = {&p, &stats, ODE_NONE, false};
+    struct ode_field field = {.p = &p, .stats = &stats};
     double unit[] = {1, 1, 1}, f[3], dx[3];
     const struct ode_problem three = {.n = 3};
     void *state = ode_dop853.alloc(&three);

@@ -114,7 +114,7 @@ static void march(int steps, double *x, double *middle)
 {
     struct ode_problem p = {.n = 3, .rhs = swing};
     struct ode_stats stats = {0};
-    struct ode_field field = {&p, &stats, ODE_NONE, false};
+    struct ode_field field = {.p = &p, .stats = &stats};
     double unit[] = {1, 1, 1}, f[3], dx[3], y[3];
     void *state = ode_tsit5.alloc(&p);
     x[0] = 0.2, x[1] = 0.9, x[2] = 0.8;
