@@ -171,6 +171,7 @@ void flow_clear(struct flow *f)
     manifold_clear(&f->manifold);
     field_clear(&f->field);
     series_clear(&f->series);
+    free(f->noise);
     inputs_clear(&f->inputs);
     num_tape_free(f->surface);
     num_tape_free(f->output);

@@ -21,6 +21,7 @@ struct flow {
     int n;
     const struct sys_system *sys;
     struct inputs inputs;
+    double *noise;                /* n: see flow_noise; NULL until it is asked for */
     double *knot; int knots;      /* of the tables, inside the motion's times, in its order */
 };
 
@@ -37,7 +38,7 @@ bool flow_start(struct flow *f, const struct sys_system *sys, const struct sga_s
 int flow_solved(struct flow *f, const struct traj_request *rq, const double *x, unsigned char *solved);
 /* After field_begin: how the motion is chosen. */
 const char *flow_gauge(const struct flow *f, const struct traj_request *rq);
-/* As ode_problem.noise. After field_slope_init. */
+/* As ode_problem.noise, looked at where it is asked for first. After field_slope_init. */
 bool flow_noise(void *flow, double t, const double *x, double *noise);
 /* The columns y of a sample. */
 void flow_output(void *flow, double t, const double *x, double *y);

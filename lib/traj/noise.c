@@ -30,12 +30,9 @@ static void look(struct flow *f, struct num_jet2 *exact, double t, const double 
     }
 }
 
-bool flow_noise(void *flow, double t, const double *x, double *noise)
+static void measure(struct flow *f, double t, const double *x, double *noise)
 {
-    struct flow *f = flow;
     int n = f->n;
-    if (!f->field.fast || !f->field.plain || f->sys->signals)
-        return false;
     struct num_jet2 *exact = num_jet2_new(f->field.plain, 0);
     double *place = sga_calloc(4 * (size_t)n + 1, sizeof *place), *v = place + n, *size = v + n, *miss = size + n;
     for (int k = 0; k < PLACES; k++) {
@@ -47,5 +44,17 @@ bool flow_noise(void *flow, double t, const double *x, double *noise)
         noise[j] = size[j] > 0 ? fmax(1, miss[j] / (DBL_EPSILON * size[j])) : 1;
     free(place);
     num_jet2_free(exact);
+}
+
+bool flow_noise(void *flow, double t, const double *x, double *noise)
+{
+    struct flow *f = flow;
+    if (!f->field.fast || !f->field.plain || f->sys->signals)
+        return false;
+    if (!f->noise) {
+        f->noise = sga_malloc(((size_t)f->n + 1) * sizeof *f->noise);
+        measure(f, t, x, f->noise);
+    }
+    sga_copy(noise, f->noise, f->n);
     return true;
 }
