@@ -122,7 +122,7 @@ static void random_step(struct sga_exec *memory)
     expr_id pool[POOL], root[MOST_VARIABLES + RESTS];
     expr_store_init(&st);
     for (; nodes <= n; nodes++) {
-        char name[8];
+        char name[16];
         sprintf(name, "x%d", nodes);
         pool[nodes] = expr_symbol_add(&st, name, nodes < n ? EXPR_VARIABLE : EXPR_TIME);
         inputs[nodes] = nodes;
