@@ -21,7 +21,7 @@
 #include "method.h"
 
 #define LEAST_ORDER 6
-#define MOST_ORDER 32
+#define MOST_ORDER 36
 /* Terms are expected to fall by this from each to the next at the end of a step. */
 #define EXPECTED_FALL 0.2
 #define LAST_TERMS 3
@@ -86,9 +86,10 @@ static int order_for(const struct ode_step *step)
     double tol = fmax(step->rtol, DBL_EPSILON);
     if (!(step->rtol > 0))
         tol = fmin(1e-3, fmax(step->atol, DBL_EPSILON));
-    /* even always: solutions that are compared must not differ in whether it is the odd terms or the even ones that are
-     * left out, of which a projection may remove the one sort */
-    int order = 2 * (int)ceil(-0.3 * log(tol) + 4);
+    /* Another order for each factor of ten: solutions that are compared may take the same steps, and must differ even so.
+     * Even always: nor may they differ in whether it is the odd terms or the even ones that are left out, of which a
+     * projection may remove the one sort. */
+    int order = 2 * (int)ceil(-log10(tol) - 0.01) + 4;
     return order < LEAST_ORDER ? LEAST_ORDER : order > MOST_ORDER ? MOST_ORDER : order;
 }
 
