@@ -1,0 +1,47 @@
+/* Inside the ode folder: what the files about kinks share. kink.c goes along with the march, kink_sides.c knows the
+ * sides of surfaces at a point, kink_find.c finds what a step passes. */
+#ifndef SGA_ODE_KINK_H
+#define SGA_ODE_KINK_H
+
+#include "march.h"
+
+#define PROBE 1e-2             /* of a step: how far ahead the sides are tried */
+
+enum { TURN = 1, REST };
+
+struct ode_kinks {
+    int count;
+    signed char *side;         /* what is held; 0: nothing */
+    unsigned char *fresh;      /* turned, and not yet seen off the surface */
+    unsigned char *pending;    /* to be turned when the present step is committed; REST: not to be held from then on */
+    double *old, *least, *doubt;     /* changes ahead, before a turn; see grains */
+    double *g, *rate, *g1, *rate1;   /* at the step's ends: values, and their derivatives along the motion */
+    struct ode_table table;
+    double *x, *f, *mid;       /* n each */
+    double cut, limit;         /* the next step is no longer than this; 0: no matter. The second until a switch is turned */
+    int target, tries;         /* the switch that the step is to end at, or -1 */
+    bool natural;              /* nothing is held in the present step */
+    double turned_t;           /* where a switch was turned last (or the start), how many there, */
+    int turned;
+    double scale;              /* and a time over which the motion was the same before */
+};
+
+/* The problem holds its switches as kinks says. */
+void kinks_hold(struct ode_march *m);
+
+/* kink_sides.c. All arguments at (t, x). */
+void kinks_values(struct ode_march *m, double t, const double *x, double *g);
+/* k->least: how far from 0 roundings take each g, and errors far below the tolerance. k->doubt: errors as large as allowed. */
+void kinks_grains(struct ode_march *m, double t, const double *x);
+/* The present point after a step of size h, or before the first one: how far ahead may be looked. */
+void kinks_set_scale(struct ode_march *m, double h);
+/* All sides anew at the present point. False: no field there. */
+bool kinks_take_sides(struct ode_march *m);
+/* The pending switches at the present point. False: the motion ends. */
+bool kinks_turn(struct ode_march *m);
+/* A switch that was turned, or is not held, may be well off its surface by now. False: the motion ends. */
+bool kinks_left(struct ode_march *m, int e);
+/* Switch e is not held any more. False: the motion ends. */
+bool kinks_let_go(struct ode_march *m, int e);
+
+#endif

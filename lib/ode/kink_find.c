@@ -1,0 +1,226 @@
+/* Does a step pass a surface of a switch, and where? See kink.c. */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "kink.h"
+
+#define NEAR_ENOUGH 0.02       /* error allowed to a switch that is turned too early or late, in units of the step's */
+#define SHORTER 0.1            /* of a step that is too long to see what the motion does at its start */
+#define SMOOTH 1e-2            /* of the field: no jump */
+#define TRIES 4                /* to end a step on the surface */
+#define PARTS_FIRST 0.41       /* see falls_short */
+
+/* All surfaces are so far that no motion at the rates at both ends gets there. */
+static bool far_from_all(struct ode_march *m)
+{
+    struct ode_kinks *k = m->kinks;
+    double h = m->step.h, d = 1e-3 * h;
+    kinks_values(m, m->t1, m->x1, k->g1);
+    for (int j = 0; j < m->p->n; j++)
+        k->x[j] = m->x1[j] + d * m->f1[j];
+    kinks_values(m, m->t1 + d, k->x, k->rate1);
+    bool far = true;
+    for (int e = 0; e < k->count; e++) {
+        k->rate1[e] = (k->rate1[e] - k->g1[e]) / d;
+        double reach = fabs(k->g1[e] - k->g[e]) + fabs(h) * (fabs(k->rate[e]) + fabs(k->rate1[e]));
+        far &= !k->side[e] || fmin(k->side[e] * k->g[e], k->side[e] * k->g1[e]) > reach;
+    }
+    return far;
+}
+
+/* s g has a minimum between nodes i - 1 and i + 1, where it is not below -least: does it go there in between? Where. */
+static bool dips(struct ode_march *m, int e, int i, int s, double least, double *where)
+{
+    const double golden = 0.3819660112501051;
+    struct ode_table *w = &m->kinks->table;
+    size_t c = (size_t)w->count, at = (size_t)i * c + (size_t)e;
+    double a = w->theta[i - 1], b = w->theta[i + 1], u = w->theta[i], gu = s * w->value[at], left = a;
+    double ga = s * w->value[at - c], gb = s * w->value[at + c], p = u - a, q = b - u;
+    double slope = ((gu - ga) / p * q + (gb - gu) / q * p) / (p + q), curve = ((gb - gu) / q - (gu - ga) / p) / (p + q);
+    if (!(gu <= ga && gu <= gb) || !(curve > 0) || gu - slope * slope / (4 * curve) > 0.5 * gu + least)
+        return false;
+    for (int r = 0; r < 60 && gu >= -least && b - a > 1e-9 * (p + q); r++) {
+        double v = b - u > u - a ? u + golden * (b - u) : u - golden * (u - a), gv = s * ode_table_at(m, w, v)[e];
+        bool better = gv < gu;
+        *(better == (v > u) ? &a : &b) = better ? u : v;
+        if (better) {
+            u = v;
+            gu = gv;
+        }
+    }
+    if (gu >= -least)
+        return false;
+    *where = ode_table_root(m, w, e, left, ga > 0 ? s * ga : s * least, u, s * gu);
+    return true;
+}
+
+/* All values are on the side of switch e, none with a minimum that could be beyond. */
+static bool plainly_inside(const struct ode_table *w, int e, int s)
+{
+    size_t c = (size_t)w->count;
+    for (int i = 0; i < w->nodes; i++) {
+        const double *v = w->value + (size_t)i * c + (size_t)e;
+        if (!(s * *v > 0))
+            return false;
+        if (i > 0 && i + 1 < w->nodes && s * v[0] < s * v[-(ptrdiff_t)c] && s * v[0] <= s * v[c] &&
+            s * v[0] < 2 * fmax(s * v[-(ptrdiff_t)c] - s * v[0], s * v[c] - s * v[0]))
+            return false;
+    }
+    return true;
+}
+
+/* The first place in the step where switch e leaves its side; 2: none; -1: the step is too long to tell. */
+static double crossing(struct ode_march *m, int e)
+{
+    struct ode_kinks *k = m->kinks;
+    struct ode_table *w = &k->table;
+    int s = k->side[e], last = -1;
+    bool armed = !k->fresh[e];
+    double where, least = k->least[e], first = s * w->value[e];
+    for (int i = 0; i < w->nodes && s; i++) {
+        double v = s * w->value[(size_t)i * (size_t)w->count + (size_t)e];
+        if (!isfinite(v)) {
+            last = -1;
+            continue;
+        }
+        if (armed && v < -least) {
+            if (last < 0)
+                return w->theta[i];
+            double u = s * w->value[(size_t)last * (size_t)w->count + (size_t)e];
+            return ode_table_root(m, w, e, w->theta[last], s * u, w->theta[i], s * v);
+        }
+        if (armed && i > 0 && i + 1 < w->nodes && dips(m, e, i, s, least, &where))
+            return where;
+        armed |= v > least;
+        last = v > 0 ? i : last;
+    }
+    double v = s * w->value[(size_t)(w->nodes - 1) * (size_t)w->count + (size_t)e];
+    if (armed || v >= -10 * fmax(least, fabs(first)))
+        return 2;
+    return s * k->rate[e] * m->direction > 0 ? -1 : 0;
+}
+
+/* The step ends `rest` (of time) from the surface of e. What turning the switch there instead of on it does to the
+ * motion, in units of the error allowed. */
+static double harm(struct ode_march *m, int e, double rest)
+{
+    struct ode_kinks *k = m->kinks;
+    double sum = 0;
+    k->side[e] = (signed char)-k->side[e];
+    kinks_hold(m);
+    bool known = ode_eval(&m->field, m->t1, m->x1, k->f);
+    k->side[e] = (signed char)-k->side[e];
+    kinks_hold(m);
+    for (int j = 0; known && j < m->p->n; j++) {
+        double a = rest * (k->f[j] - m->f1[j]) / ode_allowed(m->o->rtol, m->o->atol, m->unit[j], m->x[j], m->x1[j]);
+        sum += a * a;
+    }
+    return known ? sqrt(sum / m->p->n) : 0;      /* no field there: as near as it gets */
+}
+
+/* All along the step g is no further from 0 than errors may take it (x - y where a constraint says that y = x): its changes
+ * of sign mean nothing, where the field does not jump there. */
+static bool rests(struct ode_march *m, int e)
+{
+    const struct ode_kinks *k = m->kinks;
+    const struct ode_table *w = &k->table;
+    bool near = true;
+    for (int i = 0; i < w->nodes; i++)
+        near &= fabs(w->value[(size_t)i * (size_t)w->count + (size_t)e]) <= k->doubt[e];
+    if (!near)
+        return false;
+    double sum = 0, jump = harm(m, e, 1);
+    for (int j = 0; j < m->p->n; j++) {
+        double a = m->f1[j] / ode_allowed(m->o->rtol, m->o->atol, m->unit[j], m->x[j], m->x1[j]);
+        sum += a * a;
+    }
+    return jump <= SMOOTH * sqrt(sum / m->p->n);
+}
+
+static bool near_enough(struct ode_march *m, int e, double rest)
+{
+    double h = fabs(m->step.h), least = (m->beside ? 12 : 4) * DBL_EPSILON * fmax(fabs(m->t), fabs(m->t1));
+    return rest <= least || (rest < 0.1 * h && (m->kinks->tries >= TRIES || harm(m, e, rest) <= NEAR_ENOUGH));
+}
+
+/* The next try ends at the surface of e, which is `size` from the step's start. */
+static enum ode_refusal cut_at(struct ode_march *m, int e, double size)
+{
+    struct ode_kinks *k = m->kinks;
+    double grain_t = 2 * DBL_EPSILON * fmax(fabs(m->t), fabs(m->t1));
+    k->target = e;
+    k->cut = m->beside && size > 20 * grain_t ? size - (double)(1 + m->res->stats.kinks % 3) * grain_t : size;    /* roundings, on purpose */
+    k->tries++;
+    if (m->level && k->limit == 0)      /* solutions that are compared take different steps to it */
+        k->limit = size * PARTS_FIRST / (0.4 + 0.6 * m->level);
+    return STEP_CUT;
+}
+
+/* The step was to end at the surface of k->target, and does not reach it. */
+static enum ode_refusal falls_short(struct ode_march *m)
+{
+    struct ode_kinks *k = m->kinks;
+    int e = k->target, s = k->side[e];
+    double h = fabs(m->step.h), speed = -s * k->rate1[e] * m->direction, rest = s * k->g1[e] / speed;
+    k->target = -1;
+    if (!s || !(speed > 0) || rest > 0.1 * h)
+        return STEP_TAKEN;
+    if (near_enough(m, e, fabs(rest)))
+        k->pending[e] = TURN;
+    else
+        return cut_at(m, e, h + rest);
+    return STEP_TAKEN;
+}
+
+enum ode_refusal ode_kinks_step(struct ode_march *m)
+{
+    struct ode_kinks *k = m->kinks;
+    if (!k || k->natural)
+        return STEP_TAKEN;
+    memset(k->pending, 0, (size_t)k->count);
+    if (far_from_all(m))
+        return STEP_TAKEN;
+    if (!m->method->dense_begin(m->state, &m->field, &m->step))
+        return FIELD_REFUSED;
+    m->dense_checked = true;
+    ode_table_fill(m, &k->table);
+    double first = 2, h = fabs(m->step.h);
+    int which = -1;
+    bool known = false;
+    for (int e = 0; e < k->count; e++) {
+        if (!k->side[e] || (!k->fresh[e] && plainly_inside(&k->table, e, k->side[e])))
+            continue;
+        if (!known)
+            kinks_grains(m, m->t1, m->x1);
+        known = true;
+        double theta = crossing(m, e);
+        if (theta < 2 && rests(m, e)) {
+            k->pending[e] = REST;
+            continue;
+        }
+        if (theta < first) {
+            first = theta;
+            which = e;
+        }
+    }
+    if (first < 0) {
+        k->cut = SHORTER * h;
+        k->target = -1;
+        return STEP_CUT;
+    }
+    if (which < 0)
+        return k->target >= 0 ? falls_short(m) : STEP_TAKEN;
+    if (first * h <= 4 * DBL_EPSILON * fmax(fabs(m->t), fabs(m->t1))) {
+        k->pending[which] = TURN;
+        if (!kinks_turn(m))
+            return ENDED;
+        k->cut = 0;
+        k->target = -1;
+        return STEP_CUT;
+    }
+    if (!near_enough(m, which, (1 - first) * h))
+        return cut_at(m, which, first * h);
+    k->pending[which] = TURN;
+    return STEP_TAKEN;
+}

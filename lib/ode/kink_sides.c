@@ -1,0 +1,255 @@
+/* Switches at a point: on which side of its surface each is held, and how it is turned there. See kink.c. */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "kink.h"
+
+#define GRAIN 1e-6             /* of the error allowed in x: g is not told from 0 closer than that */
+
+void kinks_values(struct ode_march *m, double t, const double *x, double *g)
+{
+    m->p->switching(m->p->ctx, t, x, g);
+}
+
+static double value(struct ode_march *m, int e, double t, const double *x)
+{
+    kinks_values(m, t, x, m->kinks->table.g);
+    return m->kinks->table.g[e];
+}
+
+void kinks_grains(struct ode_march *m, double t, const double *x)
+{
+    struct ode_kinks *k = m->kinks;
+    double *g = k->old, *moved = k->table.g, dt = 16 * DBL_EPSILON * fmax(fabs(t), fabs(m->start->t));
+    kinks_values(m, t, x, g);
+    memset(k->least, 0, 2 * (size_t)k->count * sizeof *k->least);      /* and doubt */
+    memcpy(k->x, x, (size_t)m->p->n * sizeof *x);
+    for (int j = 0; j <= m->p->n; j++) {      /* the last one: time */
+        double allowed = j < m->p->n ? ode_allowed(m->o->rtol, m->o->atol, m->unit[j], x[j], x[j]) : 0, move = 0;
+        if (j < m->p->n)
+            k->x[j] = x[j] + (move = fmax(16 * DBL_EPSILON * fabs(x[j]), GRAIN * allowed));
+        kinks_values(m, j < m->p->n ? t : t + dt, k->x, moved);
+        for (int e = 0; e < k->count; e++) {
+            double change = fabs(moved[e] - g[e]);
+            change = isfinite(change) ? change : 0;
+            k->least[e] += change;
+            k->doubt[e] += move > 0 ? change * fmax(1, allowed / move) : change;
+        }
+        if (j < m->p->n)
+            k->x[j] = x[j];
+    }
+}
+
+/* By how much g changes over the time d from the present point with the field f there; by two stages
+ * (`curved`), or straight on. Not a number where that has no value. */
+static double change_ahead(struct ode_march *m, int e, const double *f, double d, bool curved)
+{
+    struct ode_kinks *k = m->kinks;
+    double g = value(m, e, m->t, m->x);
+    const double *v = f;
+    for (int j = 0; curved && j < m->p->n; j++)
+        k->x[j] = m->x[j] + 0.5 * d * f[j];
+    if (curved && !ode_eval(&m->field, m->t + 0.5 * d, k->x, k->mid))
+        return NAN;
+    v = curved ? k->mid : f;
+    for (int j = 0; j < m->p->n; j++)
+        k->x[j] = m->x[j] + d * v[j];
+    return value(m, e, m->t + d, k->x) - g;
+}
+
+/* The present point lies on the surface of e: the side that the motion takes, 0 where there is none or both. */
+static int side_taken(struct ode_march *m, int e, double d, double least)
+{
+    struct ode_kinks *k = m->kinks;
+    int taken = 0;
+    for (int s = -1; s <= 1; s += 2) {
+        k->side[e] = (signed char)s;
+        kinks_hold(m);
+        double change = ode_eval(&m->field, m->t, m->x, k->f) ? change_ahead(m, e, k->f, d, true) : NAN;
+        if (s * change > least)
+            taken = taken ? 2 : s;
+    }
+    k->side[e] = 0;
+    kinks_hold(m);
+    return taken == 2 ? 0 : taken;
+}
+
+/* Values and rates at the present point. */
+static void look(struct ode_march *m)
+{
+    struct ode_kinks *k = m->kinks;
+    double d = 1e-3 * k->scale * m->direction;
+    kinks_values(m, m->t, m->x, k->g);
+    for (int j = 0; j < m->p->n; j++)
+        k->x[j] = m->x[j] + d * m->f[j];
+    kinks_values(m, m->t + d, k->x, k->rate);
+    for (int e = 0; e < k->count; e++)
+        k->rate[e] = (k->rate[e] - k->g[e]) / d;
+}
+
+void kinks_set_scale(struct ode_march *m, double h)
+{
+    struct ode_kinks *k = m->kinks;
+    double since = fabs(m->t - k->turned_t);
+    if (since > 0 || !(k->scale > 0))
+        k->scale = since > 0 ? fmin(h, since) : h;
+}
+
+bool kinks_take_sides(struct ode_march *m)
+{
+    struct ode_kinks *k = m->kinks;
+    memset(k->side, 0, (size_t)k->count);
+    k->natural = false;
+    kinks_hold(m);
+    kinks_grains(m, m->t, m->x);
+    for (int e = 0; e < k->count; e++) {
+        double g = value(m, e, m->t, m->x), least = k->least[e];
+        k->fresh[e] = !(fabs(g) > least);
+        k->side[e] = (signed char)(!isfinite(g) ? 0 : k->fresh[e] ? side_taken(m, e, PROBE * k->scale * m->direction, least) : g > 0 ? 1 : -1);
+        kinks_hold(m);
+    }
+    if (!ode_eval(&m->field, m->t, m->x, m->f)) {      /* a side without values at its edge */
+        for (int e = 0; e < k->count; e++)
+            k->side[e] = k->fresh[e] ? 0 : k->side[e];
+        kinks_hold(m);
+        if (!ode_eval(&m->field, m->t, m->x, m->f))
+            return false;
+    }
+    look(m);
+    return true;
+}
+
+static bool end_sliding(struct ode_march *m)
+{
+    ode_end_at(m, ODE_NOT_SMOOTH, "the field jumps where the argument of a sign changes its sign, and points there from both sides: "
+               "the motion would have to slide along that surface, which the equations do not determine");
+    return false;
+}
+
+/* The present field after switches were turned; dropped: what is held on a side without values here. False: it has none. */
+static bool evaluate_turned(struct ode_march *m)
+{
+    struct ode_kinks *k = m->kinks;
+    kinks_hold(m);
+    if (ode_eval(&m->field, m->t, m->x, m->f))
+        return true;
+    for (int e = 0; e < k->count; e++)
+        k->side[e] = k->pending[e] ? 0 : k->side[e];
+    kinks_hold(m);
+    if (ode_eval(&m->field, m->t, m->x, m->f))
+        return true;
+    ode_end_at(m, m->field.why, "the vector field has no value beyond this time");
+    return false;
+}
+
+/* The pending switches, at the present point, which is on their surfaces, all together. slides: the field before led
+ * to one of these, and the one beyond leads back to it. False: the motion ends. */
+static bool turn_together(struct ode_march *m, bool *slides)
+{
+    struct ode_kinks *k = m->kinks;
+    double d = PROBE * k->scale * m->direction;
+    kinks_grains(m, m->t, m->x);
+    for (int e = 0; e < k->count; e++)
+        k->old[e] = k->pending[e] ? change_ahead(m, e, m->f, d, false) : 0;
+    for (int e = 0; e < k->count; e++)
+        k->side[e] = (signed char)(k->pending[e] ? -k->side[e] : k->side[e]);
+    if (!evaluate_turned(m))
+        return false;
+    *slides = false;
+    for (int e = 0; e < k->count; e++) {
+        if (!k->pending[e] || !k->side[e])
+            continue;
+        double least = k->least[e], new = change_ahead(m, e, m->f, d, false);
+        *slides |= k->side[e] * k->old[e] > least && k->side[e] * new < -least;
+    }
+    return true;
+}
+
+/* Other switches have their surfaces here too (arguments x and 2x). */
+static void join(struct ode_march *m)
+{
+    struct ode_kinks *k = m->kinks;
+    double near = 1e-12 * k->scale + 64 * DBL_EPSILON * fabs(m->t), d = 1e-3 * k->scale * m->direction;
+    kinks_values(m, m->t, m->x, k->g);
+    for (int j = 0; j < m->p->n; j++)
+        k->x[j] = m->x[j] + d * m->f[j];
+    kinks_values(m, m->t + d, k->x, k->rate);
+    for (int e = 0; e < k->count; e++) {
+        double s = k->side[e], speed = -s * (k->rate[e] - k->g[e]) / fabs(d);
+        k->pending[e] |= s != 0 && !k->fresh[e] && speed > 0 && fabs(k->g[e]) <= near * speed;
+    }
+}
+
+bool kinks_turn(struct ode_march *m)
+{
+    struct ode_kinks *k = m->kinks;
+    bool slides = false;
+    int first = 0, all = 0;
+    k->turned = m->t == k->turned_t ? k->turned + 1 : 0;
+    k->turned_t = m->t;
+    if (k->turned > 2 * k->count + 2)
+        return end_sliding(m);
+    while (!k->pending[first])
+        first++;
+    join(m);
+    for (int e = 0; e < k->count; e++)
+        all += k->pending[e];
+    k->limit = 0;
+    if (m->method->forget)
+        m->method->forget(m->state);
+    if (!turn_together(m, &slides))
+        return false;
+    if (slides && all > 1) {       /* not all at once, then: that one alone */
+        for (int e = 0; e < k->count; e++)
+            k->side[e] = (signed char)(k->pending[e] && k->side[e] ? -k->side[e] : k->side[e]);
+        memset(k->pending, 0, (size_t)k->count);
+        kinks_hold(m);
+        if (!ode_eval(&m->field, m->t, m->x, m->f))
+            return end_sliding(m);
+        k->pending[first] = TURN;
+        if (!turn_together(m, &slides))
+            return false;
+    }
+    for (int e = 0; e < k->count; e++) {
+        m->res->stats.kinks += k->pending[e];
+        k->fresh[e] |= k->pending[e];
+    }
+    memset(k->pending, 0, (size_t)k->count);
+    if (slides)
+        return end_sliding(m);
+    m->piece = fabs(ode_goal(m) - m->t);      /* as beyond a break: solutions that are compared take other steps from here on */
+    look(m);
+    return true;
+}
+
+bool kinks_left(struct ode_march *m, int e)
+{
+    struct ode_kinks *k = m->kinks;
+    double g = k->g[e];
+    if (k->pending[e] || !(k->fresh[e] || !k->side[e]) || !isfinite(g) || !(fabs(g) > (k->side[e] ? k->least[e] : k->doubt[e])))
+        return true;
+    if (k->side[e]) {
+        k->fresh[e] = !(g * k->side[e] > 0);
+        return true;
+    }
+    k->fresh[e] = false;
+    k->side[e] = g > 0 ? 1 : -1;
+    kinks_hold(m);
+    if (ode_eval(&m->field, m->t, m->x, m->f))
+        return true;
+    ode_end_at(m, m->field.why, "the vector field has no value beyond this time");
+    return false;
+}
+
+bool kinks_let_go(struct ode_march *m, int e)
+{
+    struct ode_kinks *k = m->kinks;
+    k->side[e] = 0;
+    k->fresh[e] = k->pending[e] = 0;
+    kinks_hold(m);
+    if (ode_eval(&m->field, m->t, m->x, m->f))
+        return true;
+    ode_end_at(m, m->field.why, "the vector field has no value beyond this time");
+    return false;
+}
