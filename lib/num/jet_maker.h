@@ -81,4 +81,7 @@ bool jet_double(struct jet_maker *m, int to, bool begun, int a, int k);
 /* to = 0 where nothing has begun. */
 void jet_finish(struct jet_maker *m, int to, bool begun);
 
+/* jet_first.c. Coefficient 0 of one instruction, with the bits that the recurrences have. False: it is left to these. */
+bool jet_first(struct jet_maker *m, const struct jet_code *c, int inverse);
+
 #endif

@@ -9,7 +9,7 @@
 #define SHORTER 0.1            /* of a step that is too long to see what the motion does at its start */
 #define SMOOTH 1e-2            /* of the field: no jump */
 #define TRIES 4                /* to end a step on the surface */
-#define PARTS_FIRST 0.41       /* see falls_short */
+#define PARTS_FIRST 0.41       /* see cut_at */
 
 /* All surfaces are so far that no motion at the rates at both ends gets there. */
 static bool far_from_all(struct ode_march *m)
