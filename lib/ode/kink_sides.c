@@ -4,7 +4,9 @@
 #include <string.h>
 
 #include "kink.h"
+#include "mem.h"
 
+#define MOVES 1.0              /* in units of the error allowed, on turning */
 #define GRAIN 1e-6             /* of the error allowed in x: g is not told from 0 closer than that */
 
 void kinks_values(struct ode_march *m, double t, const double *x, double *g)
@@ -127,17 +129,32 @@ static bool end_sliding(struct ode_march *m)
     return false;
 }
 
+/* The field at the present point, by the sides that are held now. The point lies near the surface only: on the constraints of the other
+ * side it may lie a little elsewhere, which steps would take for a loss of the constraints. False: it has no value. */
+static bool evaluate(struct ode_march *m)
+{
+    struct ode_kinks *k = m->kinks;
+    double residual;
+    kinks_hold(m);
+    if (m->p->project) {
+        sga_copy(k->mid, m->x, m->p->n);
+        if (!ode_settle(m, m->t, m->x, MOVES, &residual))
+            sga_copy(m->x, k->mid, m->p->n);
+        for (int j = 0; j < m->p->n; j++)
+            m->carry[j] = m->x[j] == k->mid[j] ? m->carry[j] : 0;
+    }
+    return ode_eval(&m->field, m->t, m->x, m->f);
+}
+
 /* The present field after switches were turned; dropped: what is held on a side without values here. False: it has none. */
 static bool evaluate_turned(struct ode_march *m)
 {
     struct ode_kinks *k = m->kinks;
-    kinks_hold(m);
-    if (ode_eval(&m->field, m->t, m->x, m->f))
+    if (evaluate(m))
         return true;
     for (int e = 0; e < k->count; e++)
         k->side[e] = k->pending[e] ? 0 : k->side[e];
-    kinks_hold(m);
-    if (ode_eval(&m->field, m->t, m->x, m->f))
+    if (evaluate(m))
         return true;
     ode_end_at(m, m->field.why, "the vector field has no value beyond this time");
     return false;
@@ -204,8 +221,7 @@ bool kinks_turn(struct ode_march *m)
         for (int e = 0; e < k->count; e++)
             k->side[e] = (signed char)(k->pending[e] && k->side[e] ? -k->side[e] : k->side[e]);
         memset(k->pending, 0, (size_t)k->count);
-        kinks_hold(m);
-        if (!ode_eval(&m->field, m->t, m->x, m->f))
+        if (!evaluate(m))
             return end_sliding(m);
         k->pending[first] = TURN;
         if (!turn_together(m, &slides))
@@ -235,8 +251,7 @@ bool kinks_left(struct ode_march *m, int e)
     }
     k->fresh[e] = false;
     k->side[e] = g > 0 ? 1 : -1;
-    kinks_hold(m);
-    if (ode_eval(&m->field, m->t, m->x, m->f))
+    if (evaluate(m))
         return true;
     ode_end_at(m, m->field.why, "the vector field has no value beyond this time");
     return false;
@@ -247,8 +262,7 @@ bool kinks_let_go(struct ode_march *m, int e)
     struct ode_kinks *k = m->kinks;
     k->side[e] = 0;
     k->fresh[e] = k->pending[e] = 0;
-    kinks_hold(m);
-    if (ode_eval(&m->field, m->t, m->x, m->f))
+    if (evaluate(m))
         return true;
     ode_end_at(m, m->field.why, "the vector field has no value beyond this time");
     return false;
