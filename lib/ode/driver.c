@@ -162,9 +162,10 @@ static double cut(struct ode_march *m, double h, double *aim)
     if (m->level)       /* solutions that are compared take different steps: between breaks, other parts */
         h = fmin(h, m->piece * BREAK_PART / (0.4 + 0.6 * m->level));
     h = fit_samples(m, ode_within(m->p->piece, m->p->pieces, &m->next_piece, m->t, m->direction, h), aim);
-    if (m->kinks && ode_kinks_cut(m, h) < h) {
-        h = ode_kinks_cut(m, h);
+    double kink = m->kinks ? ode_kinks_cut(m, h) : h;
+    if (kink < h && kink < rest) {      /* there and nowhere else, whatever is left behind it */
         *aim = NAN;
+        return kink;
     }
     if (h * 1.01 < rest)
         return h * 2 > rest && isnan(*aim) ? rest / 2 : h;

@@ -8,7 +8,9 @@
 #define NEAR_ENOUGH 0.02       /* error allowed to a switch that is turned too early or late, in units of the step's */
 #define SHORTER 0.1            /* of a step that is too long to see what the motion does at its start */
 #define SMOOTH 1e-2            /* of the field: no jump */
-#define TRIES 4                /* to end a step on the surface */
+#define HARMLESS 1.0           /* the same, after TRIES tries */
+#define TRIES 4                /* tries to end a step on the surface */
+#define MOST_TRIES 12
 #define PARTS_FIRST 0.41       /* see cut_at */
 
 /* All surfaces are so far that no motion at the rates at both ends gets there. */
@@ -141,7 +143,7 @@ static bool rests(struct ode_march *m, int e)
 static bool near_enough(struct ode_march *m, int e, double rest)
 {
     double h = fabs(m->step.h), least = (m->beside ? 12 : 4) * DBL_EPSILON * fmax(fabs(m->t), fabs(m->t1));
-    return rest <= least || (rest < 0.1 * h && (m->kinks->tries >= TRIES || harm(m, e, rest) <= NEAR_ENOUGH));
+    return rest <= least || (rest < 0.1 * h && harm(m, e, rest) <= (m->kinks->tries >= TRIES ? HARMLESS : NEAR_ENOUGH));
 }
 
 /* The next try ends at the surface of e, which is `size` from the step's start. */
@@ -168,7 +170,7 @@ static enum ode_refusal falls_short(struct ode_march *m)
         return STEP_TAKEN;
     if (near_enough(m, e, fabs(rest)))
         k->pending[e] = TURN;
-    else
+    else if (k->tries < MOST_TRIES)
         return cut_at(m, e, h + rest);
     return STEP_TAKEN;
 }
@@ -219,8 +221,13 @@ enum ode_refusal ode_kinks_step(struct ode_march *m)
         k->target = -1;
         return STEP_CUT;
     }
-    if (!near_enough(m, which, (1 - first) * h))
-        return cut_at(m, which, first * h);
+    if (!near_enough(m, which, (1 - first) * h)) {
+        if (k->tries < MOST_TRIES)
+            return cut_at(m, which, first * h);
+        k->cut = SHORTER * h;      /* from nearer by, then */
+        k->target = -1;
+        return STEP_CUT;
+    }
     k->pending[which] = TURN;
     return STEP_TAKEN;
 }
