@@ -67,6 +67,15 @@ static inline mag_ptr enc_tail_drest(const struct enc_tail *t, int slot) { retur
 bool enc_tail_prepare(struct enc_tail *t, int slot);
 void enc_tail_phi(mag_t r, const struct enc_tail *t, int slot);
 
+/* r u, infinite where u is, also for r = 0: what has no bounded inverse has no tail. */
+static inline void enc_tail_times(mag_t r, const mag_t u)
+{
+    if (mag_is_inf(u))
+        mag_inf(r);
+    else
+        mag_mul(r, r, u);
+}
+
 /* Shared by values and derivatives: P(f, g) of sizes and sums, f up to degree `last`; sizes and sums of a series; and one sweep's
  * decision: whether tau grows to what Phi says, and half as much again (more). */
 void enc_tail_overlap(mag_t r, mag_srcptr size, mag_srcptr rest, int last);

@@ -98,12 +98,12 @@ static void phi(mag_t r, const struct enc_tail *t, int i)
         mag_add(r, r, a);
         end_product(r, t, i, c->b);
         enc_inverse_bound(u, t->inverse.scalar + c->b, t->tau + c->b);
-        mag_mul(r, r, u);
+        enc_tail_times(r, u);
         break;
     case ENC_SQRT:
         mag_add(r, r, a);
         enc_inverse_bound(u, t->inverse.scalar + i, t->tau + i);
-        mag_mul(r, r, u);
+        enc_tail_times(r, u);
         mag_mul_2exp_si(r, r, -1);
         break;
     case ENC_FUN: end_product(r, t, c->g, c->a); break;

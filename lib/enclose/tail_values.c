@@ -124,13 +124,13 @@ void enc_tail_phi(mag_t r, const struct enc_tail *t, int i)
         mag_add(r, t->fixed + i, a);
         mag_addmul(r, b, enc_tail_rest(t, i));
         enc_inverse_bound(u, t->inverse.scalar + c->b, b);
-        mag_mul(r, r, u);
+        enc_tail_times(r, u);
         break;
     case ENC_SQRT:
         mag_add(r, t->fixed + i, a);
         mag_addmul(r, t->tau + i, t->tau + i);
         enc_inverse_bound(u, t->inverse.scalar + i, u);     /* u: 0 */
-        mag_mul(r, r, u);
+        enc_tail_times(r, u);
         mag_mul_2exp_si(r, r, -1);
         break;
     case ENC_FUN: case ENC_ATAN2:

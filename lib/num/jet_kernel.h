@@ -300,9 +300,53 @@ static R change(const R *x, int k, int side, double low, double high)
     return s;
 }
 
+/* The first place in (0, 1] where the polynomial leaves its side, INFINITY where there is none. An interval is left out where
+ * its middle's value and slope and a bound of the second derivative show that the sign stays; the left ones come
+ * first; changes that are closer together than LEAST are not told apart. */
+static R first_change(const R *x, int k, int side, double size)
+{
+    enum { DEPTH = 48 };
+    static const double LEAST = 1e-11;
+    double from[DEPTH], to[DEPTH], curve = 0, below = R_SMALL * size;
+    int open = 1;
+    bool found = false;
+    for (int q = 2; q <= k; q++)
+        curve += (double)q * (q - 1) * fabs(R_DOUBLE(x[q]));
+    from[0] = 0;
+    to[0] = 1;
+    if (side * value_at(x, k, 1) < -below)
+        found = true;
+    while (open) {
+        double a = from[--open], b = to[open], middle = 0.5 * (a + b), half = 0.5 * (b - a), v = 0, slope = 0;
+        for (int q = k; q >= 0; q--) {
+            slope = slope * middle + v;
+            v = v * middle + R_DOUBLE(x[q]);
+        }
+        v *= side;
+        if (found && open == 0 && half < LEAST * b)
+            return change(x, k, side, a, b);
+        if (v < -below) {               /* all to the right of it is of no interest any more */
+            found = true;
+            from[0] = a;
+            to[0] = middle;
+            open = 1;
+            continue;
+        }
+        bool right_end = found && open == 0;       /* it ends where the sign has changed */
+        if (!right_end && (v > half * fabs(slope) + 0.5 * half * half * curve || half < LEAST || open + 2 > DEPTH))
+            continue;
+        if (right_end && v > half * fabs(slope) + 0.5 * half * half * curve)
+            return R_OF(b);             /* roundings */
+        from[open] = middle;
+        to[open++] = b;
+        from[open] = a;
+        to[open++] = middle;
+    }
+    return R_OF(INFINITY);
+}
+
 R FACE(reach)(const struct STRUCT *j, int k)
 {
-    enum { SAMPLES = 64 };
     R reach = R_OF(INFINITY);
     for (int i = 0; i < j->plan.turns; i++) {
         const R *x = j->row + (size_t)j->plan.turn[i] * j->stride;
@@ -312,16 +356,8 @@ R FACE(reach)(const struct STRUCT *j, int k)
             tail += fabs(R_DOUBLE(x[q]));
         if (!side || fabs(R_DOUBLE(x[0])) > tail)
             continue;          /* it cannot change sign */
-        for (int q = 1; q <= SAMPLES; q++) {
-            double s = (double)q / SAMPLES;
-            if (s - 1.0 / SAMPLES >= R_DOUBLE(reach))
-                break;
-            if (value_at(x, k, s) * side < 0) {
-                R here = change(x, k, side, s - 1.0 / SAMPLES, s);
-                reach = R_DOUBLE(here) < R_DOUBLE(reach) ? here : reach;
-                break;
-            }
-        }
+        R here = first_change(x, k, side, fabs(R_DOUBLE(x[0])) + tail);
+        reach = R_DOUBLE(here) < R_DOUBLE(reach) ? here : reach;
     }
     return reach;
 }

@@ -102,6 +102,7 @@ bool kinks_take_sides(struct ode_march *m)
 {
     struct ode_kinks *k = m->kinks;
     memset(k->side, 0, (size_t)k->count);
+    k->limit = 0;
     k->natural = false;
     kinks_hold(m);
     kinks_grains(m, m->t, m->x);
@@ -260,6 +261,7 @@ bool kinks_left(struct ode_march *m, int e)
 bool kinks_let_go(struct ode_march *m, int e)
 {
     struct ode_kinks *k = m->kinks;
+    k->limit = 0;
     k->side[e] = 0;
     k->fresh[e] = k->pending[e] = 0;
     if (evaluate(m))

@@ -41,7 +41,7 @@ static enum points_truth conserved(struct job *j, const struct sga_solution *s, 
     int terms = expr_gradient(st, &cone, f, active, &gradient, &cap);
     enum points_truth truth = points_shadow_zero(shadow, along(j, gradient, terms, s->field, place, expr_int(st, 1))).truth;
     if (s->free_columns && !s->gauge)
-        return POINTS_UNKNOWN;
+        truth = POINTS_UNKNOWN;
     for (int k = 0; k < s->free_columns && truth != POINTS_UNKNOWN; k++) {
         const expr_id *field = s->gauge + (size_t)k * (size_t)sys->variables;
         enum points_truth here = points_shadow_zero(shadow, along(j, gradient, terms, field, place, expr_int(st, 0))).truth;

@@ -100,9 +100,11 @@ static void release_others(struct manifold *m, const struct traj_request *rq, co
 {
     enum { ROUNDS = 3, LOOSER = 4 };
     size_t n = (size_t)m->n;
-    double *y = sga_malloc(3 * (n + 1) * sizeof *y), *guess = y + n + 1, *unit = guess + n + 1, looser = 1;
+    double *y = sga_malloc(4 * (n + 1) * sizeof *y), *guess = y + n + 1, *unit = guess + n + 1, *before = unit + n + 1, looser = 1;
     for (int k = 0; k < ROUNDS + LOOSER; k++) {
         looser *= k < ROUNDS ? 1 : LOOSE;
+        if (k == ROUNDS)
+            memcpy(before, x, n * sizeof *x);
         for (size_t j = 0; j < n; j++) {
             guess[j] = rq->given[j] ? rq->initial[j] : x[j];
             unit[j] = rq->given[j] ? scale[j] : scale[j] * looser;
@@ -116,6 +118,8 @@ static void release_others(struct manifold *m, const struct traj_request *rq, co
             memcpy(x, y, n * sizeof *y);
         else if (k < ROUNDS)
             k = ROUNDS - 1;
+        if (ok && k == ROUNDS + LOOSER - 1)       /* no end of it: what is not given goes to infinity (x*y = 1 near x = 0) */
+            memcpy(x, before, n * sizeof *x);
     }
     free(y);
 }

@@ -151,8 +151,10 @@ void inputs_examine(struct inputs *q, const struct sys_system *sys, const struct
     for (int k = 0; k < count; k++) {
         struct enc_pieces p;
         double small = fmax(SMALLEST, 0.1 * rq->rtol);
-        if (!enc_pieces_find(&p, sys->store, found[k], sys->time, from, to, small, most_pieces(sys->store, found[k], count)))
+        if (!enc_pieces_find(&p, sys->store, found[k], sys->time, from, to, small, most_pieces(sys->store, found[k], count))) {
+            q->complete = false;
             continue;
+        }
         q->complete &= p.complete;
         if (p.count > 1)
             add(q, &p);

@@ -38,7 +38,7 @@ struct radau {
 
 bool precise_radau_possible(const struct field *f)
 {
-    return f->slope && stage_matrix_most(f->pattern) >= LEAST_STAGES;
+    return f->slope && !f->switches.count && stage_matrix_most(f->pattern) >= LEAST_STAGES;
 }
 
 static void *radau_alloc(struct precise_march *m)
