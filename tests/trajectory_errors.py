@@ -85,6 +85,11 @@ def run(tally, solver, corpus, case, accuracy, name):
               f"{result['work'].get('evaluations')}", t.get("accuracy_shortfall", ""))
 
 
+def switches(case):
+    """Implicit steps in double-double are refused beside these."""
+    return any(f in json.dumps(case["request"]["system"]) for f in ("abs(", "sign(", "min(", "max("))
+
+
 def main():
     mpmath.mp.dps = 50
     tally, solver = Tally("trajectory errors"), Solver(build_folder())
@@ -97,10 +102,12 @@ def main():
     for case in load("double_double.json"):
         for tol in FINE:
             run(tally, solver, longer, case, {"rtol": tol, "atol": tol, "arithmetic": "double-double"}, f"{case['name']} at {tol:g}")
-        run(tally, solver, longer, case, {"rtol": 1e-20, "atol": 1e-20, "arithmetic": "double-double", "method": "radau"}, f"{case['name']}, radau")
+        if not switches(case):
+            run(tally, solver, longer, case, {"rtol": 1e-20, "atol": 1e-20, "arithmetic": "double-double", "method": "radau"},
+                f"{case['name']}, radau")
     for case in load("double_double_stiff.json"):
         given = case["request"]["accuracy"]
-        for tol, method in [(t, None) for t in FINE_STIFF] + [(1e-16, "radau"), (1e-24, "radau")]:
+        for tol, method in [(t, None) for t in FINE_STIFF] + ([] if switches(case) else [(1e-16, "radau"), (1e-24, "radau")]):
             accuracy = {"rtol": tol, "atol": tol * given["atol"] / given["rtol"], "arithmetic": "double-double", **({"method": method} if method else {})}
             run(tally, solver, implicit, case, accuracy, f"{case['name']} at {tol:g}{', ' + method if method else ''}")
     double.end()
