@@ -176,8 +176,8 @@ static const double MOST_LENGTH = 2e6, MOST_WORK = 1e9;
 static const long MOST_STEPS = 300000;
 
 /* The motion in double, on which events are found before they are located in double-double. Not too tight, since what
- * comes near to 0 is found as a touch then, and looked at again. Both directions are found, and nothing
- * stops: a touch may turn out to be two passages, or none. */
+ * comes near to 0 is found as a touch then, and looked at again. Of what is only recorded both directions are
+ * found: a touch may turn out to be two passages. */
 static const double GUIDE_RTOL = 1e-9;
 
 static bool find_events(struct flow *f, const struct traj_request *rq, const double *start, struct traj_result *guide, struct sga_error *err)
@@ -186,9 +186,8 @@ static bool find_events(struct flow *f, const struct traj_request *rq, const dou
     size_t n = (size_t)f->n, events = (size_t)rq->events;
     struct traj_event *event = memcpy(sga_malloc(events * sizeof *event), rq->event, events * sizeof *event);
     for (size_t i = 0; i < events; i++) {
-        event[i].direction = 0;
-        event[i].stop = false;
-        f->spec[i] = (struct ode_event){ 0, false };
+        event[i].direction = event[i].stop ? event[i].direction : 0;
+        f->spec[i].direction = event[i].direction;
     }
     q.event = event;
     q.arithmetic = TRAJ_DOUBLE;
