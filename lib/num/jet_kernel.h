@@ -300,49 +300,60 @@ static R change(const R *x, int k, int side, double low, double high)
     return s;
 }
 
-/* The first place in (0, 1] where the polynomial leaves its side, INFINITY where there is none. An interval is left out where
- * its middle's value and slope and a bound of the second derivative show that the sign stays; the left ones come
- * first; changes that are closer together than LEAST are not told apart. */
-static R first_change(const R *x, int k, int side, double size)
+/* A polynomial's value and slope at the middle of (a, b), times side; the most that its second derivative can be up to b,
+ * and the most that its terms can sum to there. */
+struct around {
+    double value, slope, curve, size;
+};
+
+static struct around around(const R *x, int k, int side, double middle, double b)
 {
-    enum { DEPTH = 48 };
+    struct around r = {0};
+    for (int q = k; q >= 0; q--) {
+        double c = side * R_DOUBLE(x[q]);
+        r.slope = r.slope * middle + r.value;
+        r.value = r.value * middle + c;
+        r.size = r.size * b + fabs(c);
+        if (q >= 2)
+            r.curve = r.curve * b + (double)q * (q - 1) * fabs(c);
+    }
+    return r;
+}
+
+/* The first place in (0, 1] where the polynomial leaves its side, INFINITY where there is none. An interval is left out where
+ * value and slope in its middle and the bound of the second derivative show that the sign stays; the left ones come first.
+ * Changes that are closer together than LEAST are not told apart. While `found`, the lowest interval of the pile is the one
+ * at whose end the sign has changed. */
+static R first_change(const R *x, int k, int side)
+{
+    enum { DEPTH = 48, NODES = 2000 };
     static const double LEAST = 1e-11;
-    double from[DEPTH], to[DEPTH], curve = 0, below = R_SMALL * size;
-    int open = 1;
-    bool found = false;
-    for (int q = 2; q <= k; q++)
-        curve += (double)q * (q - 1) * fabs(R_DOUBLE(x[q]));
-    from[0] = 0;
-    to[0] = 1;
-    if (side * value_at(x, k, 1) < -below)
-        found = true;
-    while (open) {
-        double a = from[--open], b = to[open], middle = 0.5 * (a + b), half = 0.5 * (b - a), v = 0, slope = 0;
-        for (int q = k; q >= 0; q--) {
-            slope = slope * middle + v;
-            v = v * middle + R_DOUBLE(x[q]);
-        }
-        v *= side;
-        if (found && open == 0 && half < LEAST * b)
+    double from[DEPTH] = {0}, to[DEPTH] = {1};
+    struct around end = around(x, k, side, 1, 1);
+    bool found = end.value < -R_SMALL * end.size;
+    for (int open = 1, nodes = 0; open && nodes < NODES; nodes++) {
+        double a = from[--open], b = to[open], middle = 0.5 * (a + b), half = 0.5 * (b - a);
+        struct around m = around(x, k, side, middle, b);
+        if (!isfinite(m.curve))
+            break;
+        bool last = found && !open, stays = m.value > half * fabs(m.slope) + 0.5 * half * half * m.curve;
+        if (last && half < LEAST * b)
             return change(x, k, side, a, b);
-        if (v < -below) {               /* all to the right of it is of no interest any more */
+        if (m.value < -R_SMALL * m.size) {           /* what is to the right of it is of no interest any more */
             found = true;
             from[0] = a;
             to[0] = middle;
             open = 1;
-            continue;
+        } else if (last && stays) {
+            return R_OF(b);                          /* roundings */
+        } else if (!stays && (last || half >= LEAST) && open + 2 <= DEPTH) {
+            from[open] = middle;
+            to[open++] = b;
+            from[open] = a;
+            to[open++] = middle;
         }
-        bool right_end = found && open == 0;       /* it ends where the sign has changed */
-        if (!right_end && (v > half * fabs(slope) + 0.5 * half * half * curve || half < LEAST || open + 2 > DEPTH))
-            continue;
-        if (right_end && v > half * fabs(slope) + 0.5 * half * half * curve)
-            return R_OF(b);             /* roundings */
-        from[open] = middle;
-        to[open++] = b;
-        from[open] = a;
-        to[open++] = middle;
     }
-    return R_OF(INFINITY);
+    return found ? change(x, k, side, from[0], to[0]) : R_OF(INFINITY);
 }
 
 R FACE(reach)(const struct STRUCT *j, int k)
@@ -356,7 +367,7 @@ R FACE(reach)(const struct STRUCT *j, int k)
             tail += fabs(R_DOUBLE(x[q]));
         if (!side || fabs(R_DOUBLE(x[0])) > tail)
             continue;          /* it cannot change sign */
-        R here = first_change(x, k, side, fabs(R_DOUBLE(x[0])) + tail);
+        R here = first_change(x, k, side);
         reach = R_DOUBLE(here) < R_DOUBLE(reach) ? here : reach;
     }
     return reach;

@@ -133,6 +133,53 @@ static void switches(void)
     }
 }
 
+static double between(uint64_t *seed, double a, double b)
+{
+    *seed = *seed * 6364136223846793005u + 1442695040888963407u;
+    return a + (b - a) * (double)(*seed >> 11) * 0x1p-53;
+}
+
+/* Polynomials with known zeros as the argument of |.|: the first place where the sign changes is found, also where it changes
+ * back shortly after, where the coefficients grow by twenty decades, and not where it is only touched. */
+static void first_changes(void)
+{
+    enum { MOST = 20 };
+    uint64_t seed = check_seed(90917);
+    struct sga_error err = { 0 };
+    expr_id e = parse("abs(t)");
+    struct num_tape *t = num_tape_new(&st, &e, 1, inputs, 4, &err);
+    struct num_jet *j = num_jet_new(t, MOST + 1);
+    struct num_jet2 *j2 = num_jet2_new(t, MOST + 1);
+    for (int turn = 0; turn < check_scale(4000); turn++) {
+        double first = INFINITY, c[MOST + 1] = { 1 }, grow = turn % 3 ? 1 : between(&seed, 1, 20);
+        int order = 0;
+        while (order < 6 + turn % 9) {
+            double r = between(&seed, 0.02, 1.2) / grow, gap = turn % 2 ? 1e-6 : 1e-3;
+            int kind = (int)between(&seed, 0, 3), factors = kind ? 2 : 1;    /* a change, a short passage, none: two beside the line */
+            double b = kind == 1 ? -1 / r - 1 / (r * (1 + gap)) : kind ? -2 / r : -1 / r;
+            double a = kind == 1 ? 1 / (r * r * (1 + gap)) : kind ? (1 + 1e-4) / (r * r) : 0;
+            for (int k = order + factors; k > 0; k--)
+                c[k] = (k <= order ? c[k] : 0) + b * (k - 1 <= order ? c[k - 1] : 0) + (k > 1 ? a * c[k - 2] : 0);
+            order += factors;
+            if (kind < 2 && r < first)
+                first = r;
+        }
+        for (int k = 0; k <= MOST; k++) {
+            double v = k <= order ? c[k] : 0;
+            num_jet_input(j, 3)[k] = v;
+            num_jet2_input(j2, 3)[k] = num_dd_of(v);
+            CHECK(num_jet_next(j, k) && num_jet2_next(j2, k));
+        }
+        double r2 = num_jet2_reach(j2, MOST).hi, r = num_jet_reach(j, MOST);
+        bool hit = first < 1 ? fabs(r2 - first) < 1e-9 * first : isinf(r2);
+        CHECK(hit, "turn %d: %.17g instead of %.17g", turn, r2, first);
+        CHECK(r > 0, "turn %d: %g", turn, r);
+    }
+    num_tape_free(t);
+    num_jet_free(j);
+    num_jet2_free(j2);
+}
+
 /* No series: the square root at 0, a solve that is singular. */
 static void refused(void)
 {
@@ -175,6 +222,7 @@ int main(void)
     num_ball_clear(&b);
     expr_flow_clear(&f);
     switches();
+    first_changes();
     refused();
     expr_store_clear(&st);
     flint_cleanup();
