@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "first_change.h"
 #include "mem.h"
 
 struct STRUCT {
@@ -18,6 +19,7 @@ struct STRUCT {
     int **perm;
     bool *singular;
     R_MACHINE machine;
+    double *turn;              /* a row in double, and twice as much to work in */
     signed char *side;         /* by step: which side an abs, sign, min, max is on; 2: not known yet */
 };
 
@@ -33,6 +35,7 @@ struct STRUCT *FACE(new)(const struct num_tape *t, int order)
     j->lu = sga_calloc((size_t)p->solves + 1, sizeof *j->lu);
     j->perm = sga_calloc((size_t)p->solves + 1, sizeof *j->perm);
     j->singular = sga_calloc((size_t)p->solves + 1, sizeof *j->singular);
+    j->turn = sga_calloc(3 * j->stride, sizeof *j->turn);
     j->side = sga_calloc((size_t)p->count + 1, 1);
     for (int s = 0; s < p->solves; s++) {
         size_t m = (size_t)p->solve[s].m;
@@ -60,6 +63,7 @@ void FACE(free)(struct STRUCT *j)
     free(j->perm);
     free(j->singular);
     free(j->work);
+    free(j->turn);
     free(j->side);
     free(j->row);
     jet_plan_clear(&j->plan);
@@ -300,60 +304,13 @@ static R change(const R *x, int k, int side, double low, double high)
     return s;
 }
 
-/* A polynomial's value and slope at the middle of (a, b), times side; the most that its second derivative can be up to b,
- * and the most that its terms can sum to there. */
-struct around {
-    double value, slope, curve, size;
-};
-
-static struct around around(const R *x, int k, int side, double middle, double b)
+/* The side that the series took: the one that its first coefficients showed (as in `switching`), however later ones grow. */
+static int side_taken(const R *x, int k)
 {
-    struct around r = {0};
-    for (int q = k; q >= 0; q--) {
-        double c = side * R_DOUBLE(x[q]);
-        r.slope = r.slope * middle + r.value;
-        r.value = r.value * middle + c;
-        r.size = r.size * b + fabs(c);
-        if (q >= 2)
-            r.curve = r.curve * b + (double)q * (q - 1) * fabs(c);
-    }
-    return r;
-}
-
-/* The first place in (0, 1] where the polynomial leaves its side, INFINITY where there is none. An interval is left out where
- * value and slope in its middle and the bound of the second derivative show that the sign stays; the left ones come first.
- * Changes that are closer together than LEAST are not told apart. While `found`, the lowest interval of the pile is the one
- * at whose end the sign has changed. */
-static R first_change(const R *x, int k, int side)
-{
-    enum { DEPTH = 48, NODES = 2000 };
-    static const double LEAST = 1e-11;
-    double from[DEPTH] = {0}, to[DEPTH] = {1};
-    struct around end = around(x, k, side, 1, 1);
-    bool found = end.value < -R_SMALL * end.size;
-    for (int open = 1, nodes = 0; open && nodes < NODES; nodes++) {
-        double a = from[--open], b = to[open], middle = 0.5 * (a + b), half = 0.5 * (b - a);
-        struct around m = around(x, k, side, middle, b);
-        if (!isfinite(m.curve))
-            break;
-        bool last = found && !open, stays = m.value > half * fabs(m.slope) + 0.5 * half * half * m.curve;
-        if (last && half < LEAST * b)
-            return change(x, k, side, a, b);
-        if (m.value < -R_SMALL * m.size) {           /* what is to the right of it is of no interest any more */
-            found = true;
-            from[0] = a;
-            to[0] = middle;
-            open = 1;
-        } else if (last && stays) {
-            return R_OF(b);                          /* roundings */
-        } else if (!stays && (last || half >= LEAST) && open + 2 <= DEPTH) {
-            from[open] = middle;
-            to[open++] = b;
-            from[open] = a;
-            to[open++] = middle;
-        }
-    }
-    return found ? change(x, k, side, from[0], to[0]) : R_OF(INFINITY);
+    int side = 0;
+    for (int order = 1; order <= k && !side; order++)
+        side = side_of(x, order);
+    return side;
 }
 
 R FACE(reach)(const struct STRUCT *j, int k)
@@ -361,13 +318,17 @@ R FACE(reach)(const struct STRUCT *j, int k)
     R reach = R_OF(INFINITY);
     for (int i = 0; i < j->plan.turns; i++) {
         const R *x = j->row + (size_t)j->plan.turn[i] * j->stride;
-        int side = side_of(x, k);
-        double tail = 0;
+        int side = side_taken(x, k);
+        double tail = 0, low, high;
         for (int q = 1; q <= k; q++)
             tail += fabs(R_DOUBLE(x[q]));
         if (!side || fabs(R_DOUBLE(x[0])) > tail)
             continue;          /* it cannot change sign */
-        R here = first_change(x, k, side);
+        for (int q = 0; q <= k; q++)
+            j->turn[q] = side * R_DOUBLE(x[q]);
+        if (!num_first_change(j->turn, k, j->turn + j->stride, &low, &high))
+            continue;
+        R here = change(x, k, side, low, high);
         reach = R_DOUBLE(here) < R_DOUBLE(reach) ? here : reach;
     }
     return reach;
