@@ -1,6 +1,7 @@
 """One case: a request, what is expected of the answer, and the identities that hold anyway."""
 import json
 import re
+from decimal import Decimal
 
 import mpmath
 
@@ -440,17 +441,24 @@ class TrajectoryCheck:
             self.check(len(e["values"]) == len(self.columns) - 1, f"event {name} has values")
 
     def exact_events(self, expect):
-        """[name, direction, time to many digits]: within the tolerances, and the estimates hold."""
+        """[name, direction, time to many digits, values (may be left out)]: within the tolerances, and the estimates hold;
+        what is printed of the values is right to three units of the last digit."""
         got = self.t["events"]
         asked = self.request["accuracy"]
         self.check([[e["name"], e["direction"]] for e in got] == [e[:2] for e in expect], "the events that happen", str(got))
-        for e, (name, direction, t) in zip(got, expect):
+        for e, (name, direction, t, *values) in zip(got, expect):
             with mpmath.workdps(50):
                 off = float(abs(mpmath.mpf(e["t"].text if hasattr(e["t"], "text") else e["t"]) - mpmath.mpf(t)))
             allowed = asked["atol"] + asked["rtol"] * abs(float(t))
             if self.t["accuracy_reached"]:
                 self.check(off <= (allowed if direction != "touch" else allowed ** 0.5), f"event {name} at {t}", f"off by {off:.3g}")
             self.check(direction == "touch" or off <= e["error"], f"event {name} at {t}: its error", f"{off:.3g} > {e['error']}")
+            for v, true in zip(e["values"], values[0] if values else []):
+                text = v.text if hasattr(v, "text") else repr(v)
+                with mpmath.workdps(50):
+                    off = abs(mpmath.mpf(text) - mpmath.mpf(true))
+                    unit = mpmath.mpf(10) ** Decimal(text).as_tuple().exponent
+                    self.check(off <= 3 * unit, f"event {name} at {t}: value {true}", text)
 
     def times(self):
         if "samples" not in self.spec or self.t["ended"]:

@@ -160,6 +160,11 @@ static void scan(struct ode_march *m, int e)
             before = NAN;
             continue;
         }
+        if (i == 0 && k->touched && fabs(v) <= k->least) {      /* still on it, perhaps moved by a rounding to the side it came from */
+            before = v;
+            at = w->theta[i];
+            continue;
+        }
         if (fabs(v) > k->least)
             k->touched = false;
         if (!k->sign) {

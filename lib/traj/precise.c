@@ -39,7 +39,8 @@ bool precise_possible(const struct flow *f, const struct traj_request *rq, const
            : rq->method && strcmp(rq->method, "auto") != 0 && strcmp(rq->method, "taylor") != 0 && strcmp(rq->method, "radau") != 0
                ? "double-double arithmetic integrates by Taylor series and by Radau's formulas; use the method \"taylor\", \"radau\" or \"auto\""
            : rq->method && strcmp(rq->method, "radau") == 0 && !precise_radau_possible(&f->field)
-               ? "the Jacobian is too large and too full for implicit steps in double-double arithmetic; use the method \"taylor\" or \"auto\", or \"double\""
+               ? f->field.switches.count ? "implicit steps in double-double arithmetic do not see where abs, sign, min and max change their branch; use \"taylor\" or \"auto\", or \"double\""
+               : "the Jacobian is too large and too full for implicit steps in double-double arithmetic; use the method \"taylor\" or \"auto\", or \"double\""
                : NULL;
     return !*why;
 }
@@ -198,11 +199,27 @@ static void keep(const struct precise *p, const struct outcome *o, struct traj_r
     r->evaluations += o->path.evaluations;
 }
 
+/* By how much each column changes in the time by which an event may be wrong: other - value, from the velocity there. */
+static void drift_of(struct precise *p, const struct precise_event *e, const num_dd *value, num_dd *other, size_t cols)
+{
+    int n = p->n;
+    num_dd *x = sga_malloc(((size_t)n + 1) * sizeof *x);
+    for (int j = 0; j <= n; j++)
+        num_jet2_input(p->velocity, j)[0] = j < n ? e->x[j] : e->t;
+    bool ok = num_jet2_next(p->velocity, 0);
+    for (int j = 0; j < n; j++)
+        x[j] = num_dd_add(e->x[j], num_dd_mul_d(num_jet2_root(p->velocity, j)[0], e->error));
+    columns(p, num_dd_add_d(e->t, e->error), x, other);
+    for (size_t c = 0; c < cols; c++)
+        other[c] = ok ? num_dd_sub(other[c], value[c]) : num_dd_of(INFINITY);
+    free(x);
+}
+
 /* The events with their columns. */
 static void keep_events(struct precise *p, const struct outcome *o, struct traj_result *r)
 {
     size_t cols = (size_t)r->columns, all = (size_t)o->path.events;
-    num_dd *value = sga_malloc((cols + 1) * sizeof *value);
+    num_dd *value = sga_malloc(2 * (cols + 1) * sizeof *value), *other = value + cols + 1;
     r->happened = o->path.events;
     r->happening = sga_malloc((all + 1) * sizeof *r->happening);
     r->happened_value = sga_malloc((all + 1) * (cols + 1) * sizeof *r->happened_value);
@@ -214,9 +231,10 @@ static void keep_events(struct precise *p, const struct outcome *o, struct traj_
         double error = p->rq->single ? 0 : e->error, beside = 10 * (error + r->error_estimate);
         digits[0] = digits_of(e->t, error);
         columns(p, e->t, e->x, value);
+        drift_of(p, e, value, other, cols);
         for (size_t j = 0; j < cols; j++) {
             r->happened_value[i * cols + j] = value[j].hi;
-            digits[j + 1] = digits_of(value[j], p->rq->single ? 0 : beside);
+            digits[j + 1] = digits_of(value[j], p->rq->single ? 0 : beside + 2 * fabs(other[j].hi));
         }
     }
     if (o->path.reason == ODE_EVENT)

@@ -176,8 +176,8 @@ static const double MOST_LENGTH = 2e6, MOST_WORK = 1e9;
 static const long MOST_STEPS = 300000;
 
 /* The motion in double, on which events are found before they are located in double-double. Not too tight, since what
- * comes near to 0 is found as a touch then, and looked at again. Of what is only recorded both directions are
- * found: a touch may turn out to be two passages. */
+ * comes near to 0 is found as a touch then, and looked at again. Both directions are found, and nothing
+ * stops: a touch may turn out to be two passages, or none. */
 static const double GUIDE_RTOL = 1e-9;
 
 static bool find_events(struct flow *f, const struct traj_request *rq, const double *start, struct traj_result *guide, struct sga_error *err)
@@ -185,9 +185,11 @@ static bool find_events(struct flow *f, const struct traj_request *rq, const dou
     struct traj_request q = *rq;
     size_t n = (size_t)f->n, events = (size_t)rq->events;
     struct traj_event *event = memcpy(sga_malloc(events * sizeof *event), rq->event, events * sizeof *event);
+    struct ode_event *asked = memcpy(sga_malloc(events * sizeof *asked), f->spec, events * sizeof *asked);
     for (size_t i = 0; i < events; i++) {
-        event[i].direction = event[i].stop ? event[i].direction : 0;
-        f->spec[i].direction = event[i].direction;
+        event[i].direction = 0;
+        event[i].stop = false;
+        f->spec[i] = (struct ode_event){ 0, false };
     }
     q.event = event;
     q.arithmetic = TRAJ_DOUBLE;
@@ -197,6 +199,8 @@ static bool find_events(struct flow *f, const struct traj_request *rq, const dou
     q.single = false;
     *guide = (struct traj_result){ .initial = memcpy(sga_malloc((n + 1) * sizeof *start), start, n * sizeof *start) };
     bool ok = integrate(f, &q, guide, err);
+    memcpy(f->spec, asked, events * sizeof *asked);
+    free(asked);
     free(event);
     return ok;
 }
