@@ -3,6 +3,7 @@
 #include "lin_shift.h"
 
 #include <assert.h>
+#include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,6 +14,8 @@
 #define DENSE_ALWAYS 30        /* unknowns up to which elimination is dense */
 #define DENSE_FULL 600         /* and if a quarter of the entries are there */
 #define LARGEST_GROWTH 1e3     /* of entries, with the pivots of an earlier factorisation */
+#define FAR_APART 40           /* log2: sizes that are taken for one */
+#define UNIT_MOST 500          /* log2: products of two hold in a double */
 
 struct factor {
     double *a;                 /* dense: the factors, pairs of numbers if complex */
@@ -30,6 +33,8 @@ struct lin_shift {
     klu_common common;
     klu_symbolic *symbolic;
     struct factor factor[LIN_SHIFTS];
+    int *unit;                 /* by unknown: log2 of its unit; NULL: all 1 */
+    double *scaled;            /* J in these units */
 };
 
 static void order(struct lin_shift *s)
@@ -81,6 +86,8 @@ void lin_shift_free(struct lin_shift *s)
     }
     if (s->symbolic)
         klu_free_symbolic(&s->symbolic, &s->common);
+    free(s->unit);
+    free(s->scaled);
     lin_sparse_free(s->J);
     lin_sparse_free(s->M);
     free(s->place);
@@ -278,9 +285,23 @@ bool lin_shift_factor(struct lin_shift *s, int k, double re, double im, const do
     assert(k >= 0 && k < LIN_SHIFTS && (k > 0 || im == 0));
     if (s->n == 0)
         return true;
-    if (!isfinite(re) || !isfinite(im) || !lin_all_finite(s->J->ptr[s->n], val))
+    if (!isfinite(re) || !isfinite(im))
+        return false;
+    for (int i = 0; s->unit && i < s->n; i++)
+        for (int e = s->J->ptr[i]; e < s->J->ptr[i + 1]; e++)
+            s->scaled[e] = ldexp(val[e], s->unit[s->J->col[e]] - s->unit[i]);
+    val = s->unit ? s->scaled : val;
+    if (!lin_all_finite(s->J->ptr[s->n], val))
         return false;
     return s->dense ? factor_dense(s, k, re, im, val) : factor_sparse(s, k, re, im, val);
+}
+
+/* Numbers (pairs for k > 0) from units, or into them (way: 1, -1). */
+static void change_units(const struct lin_shift *s, int k, int way, double *b)
+{
+    int parts = k ? 2 : 1;
+    for (int i = 0; s->unit && i < parts * s->n; i++)
+        b[i] = ldexp(b[i], way * s->unit[i / parts]);
 }
 
 void lin_shift_solve(struct lin_shift *s, int k, double *b)
@@ -288,6 +309,7 @@ void lin_shift_solve(struct lin_shift *s, int k, double *b)
     struct factor *f = s->factor + k;
     if (s->n == 0)
         return;
+    change_units(s, k, -1, b);
     if (s->dense && k == 0)
         dense_real_solve(f->a, f->pivot, s->n, b);
     else if (s->dense)
@@ -296,6 +318,31 @@ void lin_shift_solve(struct lin_shift *s, int k, double *b)
         klu_tsolve(s->symbolic, f->numeric, s->n, 1, b, &s->common);
     else
         klu_z_tsolve(s->symbolic, f->numeric, s->n, 1, b, 0, &s->common);
+    change_units(s, k, 1, b);
+}
+
+void lin_shift_sizes(struct lin_shift *s, const double *size)
+{
+    int least = INT_MAX, most = INT_MIN;
+    for (int i = 0; i < s->n; i++) {
+        int e = ilogb(size[i]);
+        least = e < least ? e : least;
+        most = e > most ? e : most;
+    }
+    bool far = s->n > 0 && most - least > FAR_APART && least > -1100 && most < 1100;
+    if (!far) {
+        free(s->unit);
+        s->unit = NULL;
+        return;
+    }
+    if (!s->unit)
+        s->unit = sga_malloc(((size_t)s->n + 1) * sizeof *s->unit);
+    if (!s->scaled)
+        s->scaled = sga_malloc(((size_t)s->J->ptr[s->n] + 1) * sizeof *s->scaled);
+    for (int i = 0; i < s->n; i++) {
+        int e = ilogb(size[i]) - (least + most) / 2;
+        s->unit[i] = e > UNIT_MOST ? UNIT_MOST : e < -UNIT_MOST ? -UNIT_MOST : e;
+    }
 }
 
 /* 1 where the permutation is even. */

@@ -21,6 +21,10 @@ void lin_shift_free(struct lin_shift *s);
  * be solved with. */
 bool lin_shift_factor(struct lin_shift *s, int k, double re, double im, const double *val);
 
+/* From the next factorisation on unknown j is taken in units of 2^e, about size[j] > 0, where the sizes lie far apart:
+ * pivots are compared in these units, and nothing is rounded by it. To be called before a set of shifts is factored. O(n). */
+void lin_shift_sizes(struct lin_shift *s, const double *size);
+
 /* x in place of b: n numbers for k = 0, n pairs (re, im) for the others. */
 void lin_shift_solve(struct lin_shift *s, int k, double *b);
 

@@ -36,6 +36,7 @@ struct pair {
     int columns;
     double factor;             /* of the difference */
     double *a, *b, *raw;       /* columns each; count */
+    double *each;              /* count x columns */
 };
 
 static void outputs(const struct pair *q, double t, const double *x, double *y)
@@ -60,10 +61,11 @@ static double sample_error(struct pair *q, const struct ode_result *r, const str
     else      /* it stopped shortly before, at an event */
         outputs(q, other->end.t, other->happened_x + (size_t)(other->happened - 1) * (size_t)r->n, q->b);
     for (int j = 0; j < q->columns; j++) {
-        double unit = run->p->output ? 1 : run->unit[j];
+        double unit = !run->p->output ? run->unit[j] : run->o.output_unit ? run->o.output_unit[j] : 1;
         double e = q->factor * fabs(q->a[j] - q->b[j]) + 4 * DBL_EPSILON * fabs(q->a[j]);
         e = isnan(e) ? INFINITY : e;
-        most = sga_larger(most, e / unit);
+        most = sga_larger(most, e);
+        q->each[(size_t)k * (size_t)q->columns + (size_t)j] = e;
         *worst = sga_larger(*worst, e / sga_larger(1e-300, run->o.atol * unit + run->o.rtol * fabs(q->a[j])));
     }
     return most;
@@ -88,13 +90,14 @@ static double difference(const struct ode_result *a, const struct ode_result *b,
 /* Of the times of events. A difference can pass through 0 here too. A touch has no time as sharp as the tolerances. */
 static void event_errors(const struct ode_run *run, double factor, struct ode_result *res, const struct ode_result *other, bool alike)
 {
+    double time_unit = run->o.time_unit > 0 ? run->o.time_unit : 1;
     for (int i = 0; i < res->happened && alike; i++) {
         struct ode_happening *h = res->happening + i;
         double size = fmax(fabs(h->t), fabs(h->t - run->start->t));
         double raw = difference(res, other, i), near = fmax(difference(res, other, i - 1), difference(res, other, i + 1));
         h->error = factor * fmax(raw, fmin(near, NEIGHBOUR * raw)) + 4 * DBL_EPSILON * fmax(size, res->stats.largest_step);
         if (h->crossing)
-            res->worst = fmax(res->worst, h->error / fmax(run->o.atol + run->o.rtol * size, 1e-300));
+            res->worst = fmax(res->worst, h->error / fmax(run->o.atol * time_unit + run->o.rtol * size, 1e-300));
     }
 }
 
@@ -111,6 +114,7 @@ static void set_errors(const struct ode_run *run, double factor, struct ode_resu
     q.b = q.a + q.columns;
     q.raw = sga_malloc(((size_t)res->count + 1) * sizeof *q.raw);
     res->error = sga_malloc(((size_t)res->count + 1) * sizeof *res->error);
+    res->column_error = q.each = sga_malloc(((size_t)res->count * (size_t)q.columns + 1) * sizeof *q.each);
     res->max_error = res->worst = 0;
     for (int k = 0; k < res->count; k++)
         q.raw[k] = k < known ? sample_error(&q, res, other, k, &res->worst) : INFINITY;
@@ -119,6 +123,10 @@ static void set_errors(const struct ode_run *run, double factor, struct ode_resu
         double e = sga_larger(q.raw[k], near < NEIGHBOUR * q.raw[k] ? near : NEIGHBOUR * q.raw[k]);
         res->error[k] = e;
         res->max_error = sga_larger(res->max_error, e);
+        for (int j = 0; j < q.columns; j++) {
+            double *own = q.each + (size_t)k * (size_t)q.columns + (size_t)j;
+            *own = k >= known ? INFINITY : q.raw[k] > 0 && isfinite(q.raw[k]) ? *own * (e / q.raw[k]) : *own;
+        }
     }
     event_errors(run, factor, res, other, alike);
     if (known < res->count || !alike)
@@ -192,6 +200,7 @@ static bool tighten(const struct ode_run *run, struct ode_run *next, double rati
     bool falls = before > 0 && tight.worst < 0.3 * before, rounding = next->o.rtol < ROUNDING_RTOL;
     if (rounding ? !falls : falls && ratio > LOOSER) {
         free(tight.error);
+        free(tight.column_error);
         set_errors(run, rounding ? ROUNDING_ALLOWANCE : fmin(ALLOWANCE, SURE / ratio), &tight, res);
     }
     replace(res, &tight);
@@ -255,9 +264,13 @@ static void global(const struct ode_run *run, const double *noise, struct ode_re
     res->worst = 0;
     if (!tighten(run, &next, LOOSER, res)) {
         /* the loose one is all there is: what is known of its error is nothing */
+        size_t each = (size_t)res->count * (size_t)(run->p->output ? run->p->outputs : run->p->n);
         res->error = sga_malloc(((size_t)res->count + 1) * sizeof *res->error);
+        res->column_error = sga_malloc((each + 1) * sizeof *res->column_error);
         for (int k = 0; k < res->count; k++)
             res->error[k] = INFINITY;
+        for (size_t k = 0; k < each; k++)
+            res->column_error[k] = INFINITY;
         res->max_error = res->worst = INFINITY;
         return;
     }

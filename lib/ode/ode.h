@@ -160,6 +160,8 @@ struct ode_options {
                                 * stiff or no longer is; else a name in method.c's table */
     double rtol, atol;         /* local error allowed: atol * unit_j + rtol * |x_j| */
     const double *unit;        /* n; typical sizes, > 0; NULL: all 1 */
+    const double *output_unit; /* the same of the outputs, where there are some */
+    double time_unit;          /* the same of times of events; 0: 1 */
     double first_step;         /* 0: chosen */
     double max_step;           /* 0: none */
     long max_steps;            /* accepted and refused, of one solution */
@@ -196,11 +198,12 @@ struct ode_result {
     double start_moved;        /* how far the start was moved, in units of its error */
     double start_residual;     /* the largest |xi_i| at the projected start */
     /* With estimate_global_error: error[k] estimates max_j |y_j - true y_j| at sample k, y
-     * the outputs, or the variables over their units; INFINITY where it is not known (the
-     * comparison ended before). max_error is the largest of them; worst is the largest
-     * error_j / (atol + rtol |y_j|) with the tolerances asked for. Otherwise error is NULL
+     * the outputs, or the variables; INFINITY where it is not known (the
+     * comparison ended before). max_error is the largest of them, column_error (count x
+     * columns) those of each y_j; worst is the largest
+     * error_j / (atol unit_j + rtol |y_j|) with the tolerances asked for. Otherwise error is NULL
      * and max_error and worst are -1. */
-    double *error;
+    double *error, *column_error;
     double max_error, worst;
     /* Events in the order of the motion, none past the end; those of the start itself are not
      * counted. The states there, on the manifold: happened x n. */

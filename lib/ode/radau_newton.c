@@ -57,6 +57,7 @@ static bool factor(struct radau *r, struct ode_field *field, struct ode_step *st
         return true;
     field->stats->factorisations++;
     r->factored_h = 0;
+    lin_shift_sizes(r->lin, r->scale);
     bool ok = lin_shift_factor(r->lin, 0, t->gamma / step->h, 0, r->jac);
     for (int p = 0; ok && p < t->s / 2; p++)
         ok = lin_shift_factor(r->lin, p + 1, t->re[p] / step->h, t->im[p] / step->h, r->jac);

@@ -69,6 +69,7 @@ void ode_result_free(struct ode_result *res)
 {
     free(res->samples);
     free(res->error);
+    free(res->column_error);
     free(res->happening);
     free(res->happened_x);
     res->samples = res->error = res->happened_x = NULL;

@@ -104,7 +104,7 @@ static void start(const struct points_space *s, double spread, uint64_t *random,
     }
     /* the first start at a guess is at its own time; others are near it */
     p->t = s->near && spread == 0 && attempt == 0 ? s->near_time
-           : points_short(s->near_time + 0.9 * points_uniform(random) * (s->near ? fmin(1, 4 * fmax(spread, 0.01)) : 1));
+           : points_short(s->near_time + (s->time_unit > 0 ? s->time_unit : 1) * 0.9 * points_uniform(random) * (s->near ? fmin(1, 4 * fmax(spread, 0.01)) : 1));
     if (s->time >= 0)
         num_ball_set_d(&p->ball, s->time, p->t);
     if (box > 0 || !s->near)       /* the guess itself stays */

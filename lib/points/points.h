@@ -37,6 +37,7 @@ struct points_space {
     double near_time;
     const struct points_point *before;        /* a point of a larger set: tried first, or NULL */
     const int *scale;                         /* by variable: log2 of its natural size, or NULL */
+    double time_unit;                         /* over which equations change with time, where that is far from 1; 0: 1 */
     int starts;                               /* random ones to try; 0: the usual number */
     long *steps;                              /* Newton steps left, counted down: none is found past them; NULL: any number */
     const struct points_side *side; int sides;   /* points on other sides are not taken */

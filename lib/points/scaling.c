@@ -7,7 +7,7 @@
 
 #include "mem.h"
 
-enum { VARIABLES = 64, DEPTH = 200, EQUATIONS = 4000, LEAST = 8, MOST = 900 };
+enum { VARIABLES = SCALING_MOST + 1, DEPTH = 200, EQUATIONS = 4000, LEAST = 8, MOST = 900 };
 
 struct term {
     double log;                /* log2 of the coefficient */
@@ -16,7 +16,8 @@ struct term {
 
 struct scaling {
     const struct expr_store *st;
-    int n, *index;             /* by symbol: variable, or -1 */
+    int n, *index;             /* unknowns: variables, and time where `timed`; by symbol: unknown, or -1 */
+    bool timed, time_met;
     double *normal, *right;    /* E^T E and -E^T c of the least squares problem */
     struct term first;
     bool has_first;
@@ -26,7 +27,7 @@ struct scaling {
 
 struct scaling *scaling_new(const struct expr_store *st, const int *variable, int variables)
 {
-    if (variables > VARIABLES)
+    if (variables > SCALING_MOST)
         return NULL;
     struct scaling *w = sga_calloc(1, sizeof *w);
     w->st = st;
@@ -36,9 +37,15 @@ struct scaling *scaling_new(const struct expr_store *st, const int *variable, in
         w->index[i] = -1;
     for (int j = 0; j < variables; j++)
         w->index[variable[j]] = j;
-    w->normal = sga_calloc((size_t)variables * (size_t)variables + 1, sizeof *w->normal);
+    w->normal = sga_calloc((size_t)(variables + 1) * (size_t)(variables + 1), sizeof *w->normal);
     w->right = sga_calloc((size_t)variables + 1, sizeof *w->right);
     return w;
+}
+
+void scaling_time(struct scaling *w, int symbol)
+{
+    w->timed = true;
+    w->index[symbol] = w->n++;
 }
 
 void scaling_free(struct scaling *w)
@@ -49,6 +56,11 @@ void scaling_free(struct scaling *w)
     free(w->normal);
     free(w->right);
     free(w);
+}
+
+bool scaling_has_time(const struct scaling *w)
+{
+    return w->time_met;
 }
 
 void scaling_sum(struct scaling *w)
@@ -95,6 +107,7 @@ static bool term_of(struct scaling *w, expr_id e, struct term *t)
             t->log += p * log_of(w->st->constant + n.a);
             break;
         case EXPR_SYM:
+            w->time_met |= w->timed && w->index[n.a] == w->n - 1;
             if (w->index[n.a] >= 0)
                 t->power[w->index[n.a]] += p;
             break;
@@ -104,7 +117,11 @@ static bool term_of(struct scaling *w, expr_id e, struct term *t)
             stack[depth].e = n.b;
             stack[depth++].p = n.op == EXPR_MUL ? p : -p;
             break;
-        case EXPR_NEG: case EXPR_ABS: case EXPR_MIN: case EXPR_MAX:
+        case EXPR_MIN: case EXPR_MAX:
+            stack[depth].e = expr_is_zero(w->st, n.a) ? n.b : n.a;
+            stack[depth++].p = p;
+            break;
+        case EXPR_NEG: case EXPR_ABS:
         case EXPR_SQRT: case EXPR_CBRT: case EXPR_POWI:
             stack[depth].e = n.a;
             stack[depth++].p = n.op == EXPR_SQRT ? p / 2 : n.op == EXPR_CBRT ? p / 3 : n.op == EXPR_POWI ? p * n.b : p;
@@ -154,6 +171,8 @@ static void add_terms(struct scaling *w, expr_id e, int velocity, bool unit)
             continue;
         if (velocity >= 0)
             t.power[velocity] += 1;
+        if (velocity >= 0 && w->timed)
+            t.power[w->n - 1] -= 1;
         if (unit) {
             equation(w, &t);
         } else if (!w->has_first) {
@@ -183,7 +202,38 @@ void scaling_add(struct scaling *w, expr_id e, int velocity)
     w->has_first = had;
 }
 
-int *scaling_solve(struct scaling *w)
+void scaling_anchor(struct scaling *w, int j, double log, double weight)
+{
+    w->normal[j * w->n + j] += weight * weight;
+    w->right[j] += weight * weight * log;
+}
+
+double scaling_size(struct scaling *w, expr_id e, const double *log)
+{
+    expr_id stack[DEPTH];
+    int depth = 0;
+    double most = -INFINITY;
+    stack[depth++] = e;
+    while (depth) {
+        expr_id at = stack[--depth];
+        const struct expr_node n = w->st->node[at];
+        if ((n.op == EXPR_ADD || n.op == EXPR_SUB) && depth + 2 <= DEPTH) {
+            stack[depth++] = n.b;
+            stack[depth++] = n.a;
+            continue;
+        }
+        struct term t = { 0 };
+        if (!term_of(w, at, &t))
+            continue;
+        for (int j = 0; j < w->n; j++)
+            t.log += t.power[j] * log[j];
+        most = fmax(most, t.log);
+    }
+    w->laters = 0;
+    return most;
+}
+
+void scaling_logs(struct scaling *w, double *log)
 {
     int n = w->n;
     double *M = w->normal, *b = w->right;
@@ -196,17 +246,32 @@ int *scaling_solve(struct scaling *w)
                 M[i * n + j] -= f * M[k * n + j];
             b[i] -= f * b[k];
         }
-    int *scale = sga_malloc((size_t)(n + 1) * sizeof *scale), largest = 0;
     for (int i = n - 1; i >= 0; i--) {
         for (int j = i + 1; j < n; j++)
             b[i] -= M[i * n + j] * b[j];
         b[i] /= M[i * n + i];
-        double s = isfinite(b[i]) ? fmax(-MOST, fmin(MOST, b[i])) : 0;
-        scale[i] = (int)lrint(s);
+        log[i] = isfinite(b[i]) ? b[i] : 0;
+    }
+}
+
+int *scaling_rounded(const double *log, int count)
+{
+    int *scale = sga_malloc((size_t)(count + 1) * sizeof *scale), largest = 0;
+    for (int i = 0; i < count; i++) {
+        scale[i] = (int)lrint(fmax(-MOST, fmin(MOST, log[i])));
         largest = abs(scale[i]) > largest ? abs(scale[i]) : largest;
     }
     if (largest >= LEAST)
         return scale;
     free(scale);
     return NULL;
+}
+
+int *scaling_solve(struct scaling *w)
+{
+    double *log = sga_malloc((size_t)(w->n + 1) * sizeof *log);
+    scaling_logs(w, log);
+    int *scale = scaling_rounded(log, w->n);
+    free(log);
+    return scale;
 }

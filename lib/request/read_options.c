@@ -102,6 +102,7 @@ bool read_accuracy(struct reader *rd, const json_t *v)
     a->atol = fmax(a->rtol * REQUEST_ATOL_OF_RTOL, fmin(a->rtol, REQUEST_LEAST_ATOL));
     if (!member_number(rd, v, "atol", 1e-300, 1e300, &a->atol) || !read_method(rd, v))
         return false;
+    a->own_atol = json_object_get(v, "atol") != NULL;
     at_back(rd, mark);
     return true;
 }

@@ -102,6 +102,7 @@ struct request_sweep {
 #define REQUEST_LEAST_ATOL 1e-12
 struct request_accuracy {
     double rtol, atol;        /* 1e-8, 1e-10 unless said */
+    bool own_atol;            /* atol was said */
     enum request_arithmetic arithmetic;
     char *method;             /* NULL: chosen */
 };

@@ -199,7 +199,7 @@ static bool check_contradiction(struct job *j)
     struct points_space space = {
         .st = sys->store, .variable = variable, .variables = n, .parameter = sys->parameter, .parameters = sys->parameters,
         .time = sys->time, .constraint = constraint, .constraints = c, .near = j->near, .near_time = j->near_time,
-        .scale = j->solution.scale, .side = j->solution.side, .sides = j->solution.sides, .budget = &j->budget,
+        .scale = j->solution.scale, .time_unit = j->solution.time_unit, .side = j->solution.side, .sides = j->solution.sides, .budget = &j->budget,
     };
     bool ok = true;
     uint64_t random = 78;

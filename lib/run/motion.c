@@ -97,7 +97,7 @@ bool answer_motion(struct job *j)
         .start = t->start, .times = t->times, .samples = t->samples, .initial = initial, .given = given, .held = held,
         .rate = rate, .rates = t->rates, .conditions = t->conditions > 0, .output = t->output, .outputs = t->outputs,
         .event = event, .events = t->events,
-        .rtol = j->request.accuracy.rtol, .atol = j->request.accuracy.atol,
+        .rtol = j->request.accuracy.rtol, .atol = j->request.accuracy.atol, .own_atol = j->request.accuracy.own_atol,
         .method = j->request.accuracy.method, .arithmetic = (enum traj_arithmetic)j->request.accuracy.arithmetic,
         .budget = &j->budget,
     };

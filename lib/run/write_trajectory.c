@@ -67,6 +67,18 @@ static void write_radii(const struct traj_result *r, struct sga_json *w)
     sga_json_end_array(w);
 }
 
+/* By column without time, where there are such numbers. */
+static void write_columnwise(struct sga_json *w, const char *key, const double *value, int columns)
+{
+    if (!value)
+        return;
+    sga_json_key(w, key);
+    sga_json_array(w);
+    for (int k = 0; k < columns; k++)
+        sga_json_double(w, value[k]);
+    sga_json_end_array(w);
+}
+
 /* One estimate for each row, and whether all are within the tolerances. */
 static void write_errors(const struct traj_result *r, struct sga_json *w)
 {
@@ -75,6 +87,8 @@ static void write_errors(const struct traj_result *r, struct sga_json *w)
     for (int i = 0; i < r->rows && r->error; i++)
         sga_json_double(w, r->error[i]);
     sga_json_end_array(w);
+    write_columnwise(w, "column_errors", r->column_error, r->columns);
+    write_columnwise(w, "units", r->unit, r->columns);
     sga_json_member_bool(w, "accuracy_reached", !r->shortfall);
     if (r->shortfall)
         sga_json_member_string(w, "accuracy_shortfall", r->shortfall);

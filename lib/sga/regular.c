@@ -180,7 +180,7 @@ struct regular_option regular_nearest(struct state *s, expr_id e, const double *
     int at = -1;
     double least = INFINITY;
     for (int k = 0; k < r.options; k++) {
-        double v = regular_option_value(s, r.option + k, x, t);
+        double v = regular_option_distance(s, r.option + k, x, t);
         if (v < least) {
             least = v;
             at = k;

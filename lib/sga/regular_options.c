@@ -23,11 +23,40 @@ double regular_value(struct state *s, expr_id f, const double *x, double t)
     return v;
 }
 
-double regular_option_value(struct state *s, const struct regular_option *o, const double *x, double t)
+/* What a move of 1 in variable j means near x: as for the nearest consistent start. */
+static double unit_near(const struct state *s, int j, const double *x)
+{
+    double size = s->space.scale ? ldexp(1, s->space.scale[j]) : 1;
+    return fmax(size, fabs(x[j]) / 100);
+}
+
+/* About how far x is from a zero of f: its value over what moves of 1 change it by. */
+static double distance(struct state *s, expr_id f, const double *x, double t)
+{
+    static const double STEP = 0x1p-16;
+    int n = s->sys->variables;
+    double v = regular_value(s, f, x, t), slope = 0, *y = memcpy(sga_malloc((size_t)(n + 1) * sizeof *y), x, (size_t)n * sizeof *y);
+    struct expr_cone of;
+    expr_cone_init(&of);
+    expr_cone_of(s->st, &of, &f, 1);
+    for (int i = 0; i < of.count; i++)
+        for (int j = 0; j < n && s->st->node[of.list[i]].op == EXPR_SYM; j++)
+            if (s->variable[j] == s->st->node[of.list[i]].a) {
+                y[j] = x[j] + STEP * unit_near(s, j, x);
+                double d = fabs(regular_value(s, f, y, t) - v) / STEP;
+                slope = isfinite(d) ? fmax(slope, d) : slope;
+                y[j] = x[j];
+            }
+    expr_cone_clear(&of);
+    free(y);
+    return slope > 0 ? fabs(v) / slope : fabs(v);
+}
+
+double regular_option_distance(struct state *s, const struct regular_option *o, const double *x, double t)
 {
     double far = 0;
     for (int i = 0; i < o->count && isfinite(far); i++) {
-        double v = fabs(regular_value(s, o->out[i], x, t));
+        double v = distance(s, o->out[i], x, t);
         far = isfinite(v) ? fmax(far, v) : INFINITY;
     }
     return far;
@@ -84,17 +113,24 @@ void regular_move(struct regular *to, struct regular *from)
 /* The same at the guess; infinity without one. */
 static double option_near(struct state *s, const struct regular_option *o)
 {
-    return s->options->near ? regular_option_value(s, o, s->options->near, s->options->near_time) : INFINITY;
+    return s->options->near ? regular_option_distance(s, o, s->options->near, s->options->near_time) : INFINITY;
 }
 
 void regular_sort(struct state *s, struct regular *r)
 {
+    double *far = sga_malloc(((size_t)r->options + 1) * sizeof *far);
+    for (int i = 0; i < r->options; i++)
+        far[i] = option_near(s, r->option + i);
     for (int i = 1; i < r->options; i++)
-        for (int k = i; k > 0 && option_near(s, r->option + k) < option_near(s, r->option + k - 1); k--) {
+        for (int k = i; k > 0 && far[k] < far[k - 1]; k--) {
             struct regular_option o = r->option[k];
+            double d = far[k];
             r->option[k] = r->option[k - 1];
             r->option[k - 1] = o;
+            far[k] = far[k - 1];
+            far[k - 1] = d;
         }
+    free(far);
 }
 
 void regular_follow_route(struct state *s, expr_id product, struct regular *r)

@@ -10,8 +10,8 @@ void regular_add(struct regular *r, const expr_id *out, int count);
 void regular_add_joined(struct regular *r, const struct regular_option *a, const struct regular_option *b);
 /* The options of `from`, which is cleared. */
 void regular_move(struct regular *to, struct regular *from);
-/* How far o's functions are from 0 at a place. */
-double regular_option_value(struct state *s, const struct regular_option *o, const double *x, double t);
+/* How far a place is from the zeros of o's functions, about, in units of what moves of its coordinates mean. */
+double regular_option_distance(struct state *s, const struct regular_option *o, const double *x, double t);
 /* Nearest to the guess first. */
 void regular_sort(struct state *s, struct regular *r);
 /* Begin with the branch that the route takes; those before it come last. */

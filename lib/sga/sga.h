@@ -95,6 +95,7 @@ struct sga_solution {
     char contradiction_why[160];
     struct sga_determinant *determinant; int dense_blocks;   /* assumed not 0; owned */
     int *scale;                        /* by variable, for sampling (points_space), or NULL; owned */
+    double time_unit;                  /* for sampling too */
     struct points_side *side; int sides;   /* of surfaces that zero decisions rest on: the answer holds there; owned */
     bool not_factored;                 /* some constraint was too large to be searched for branches */
     int redundant_rows;                /* rows of the system that follow from the others (at least) */

@@ -2,6 +2,7 @@
 #include "block.h"
 #include "state.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -51,13 +52,8 @@ int sga_stages(const struct sga_solution *sol, int *end)
     return stages;
 }
 
-/* Natural sizes of the variables, where they lie far from 1. */
-static int *natural_sizes(const struct sys_system *sys, const int *variable)
+static void gather_terms(struct scaling *w, const struct sys_system *sys)
 {
-    struct scaling *w = scaling_new(sys->store, variable, sys->variables);
-    int *scale = NULL;
-    if (!w)
-        return NULL;
     for (int i = 0; i < sys->rows; i++) {
         scaling_sum(w);
         scaling_add(w, sys->row[i].alpha, -1);
@@ -68,8 +64,32 @@ static int *natural_sizes(const struct sys_system *sys, const int *variable)
         scaling_sum(w);
         scaling_add(w, sys->restriction[i], -1);
     }
-    scale = scaling_solve(w);
-    scaling_free(w);
+}
+
+enum { MOST_SCALED = 64, FAR_TIME = 20, MOST_LOG = 900 };     /* variables: beyond, nothing is gained for the cost of the squares; log2 */
+
+/* Natural sizes of the variables, where they lie far from 1. Velocities count as their variables; where the time over which
+ * things change turns out far from 1, as these over that, and *unit is that time, if equations have time at all: at times far beyond,
+ * exponentials of it have no size that could be computed with. Otherwise *unit is 0. */
+static int *natural_sizes(const struct sys_system *sys, const int *variable, double *unit)
+{
+    *unit = 0;
+    if (sys->variables > MOST_SCALED)
+        return NULL;
+    double *log = sga_malloc(((size_t)sys->variables + 1) * sizeof *log);
+    struct scaling *timed = scaling_new(sys->store, variable, sys->variables), *plain = scaling_new(sys->store, variable, sys->variables);
+    scaling_time(timed, sys->time);
+    gather_terms(timed, sys);
+    scaling_logs(timed, log);
+    double e = log[sys->variables];
+    bool far = fabs(e) >= FAR_TIME;
+    if (far && scaling_has_time(timed))
+        *unit = ldexp(1, (int)lrint(fmax(-MOST_LOG, fmin(MOST_LOG, e))));
+    gather_terms(plain, sys);
+    int *scale = far ? scaling_rounded(log, sys->variables) : scaling_solve(plain);
+    scaling_free(timed);
+    scaling_free(plain);
+    free(log);
     return scale;
 }
 
@@ -102,7 +122,8 @@ static void state_init(struct state *s, const struct sys_system *sys, const stru
     };
     s->space.defineds = sys_expressions(sys, &s->defined);
     s->space.defined = s->defined;
-    s->space.scale = sol->scale = natural_sizes(sys, s->variable);
+    s->space.scale = sol->scale = natural_sizes(sys, s->variable, &sol->time_unit);
+    s->space.time_unit = sol->time_unit;
     s->ctx = (struct ech_context){ .st = st, .facts = &s->facts, .shadow = shadow, .budget = options->budget,
                                    .record = options->combinations, .err = err };
 }

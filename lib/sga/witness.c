@@ -205,7 +205,9 @@ static bool check_levels(struct check *c, const struct points_space *space)
         c->err = err;
         if (ok)
             return true;
-        if (here.code != SGA_E_UNDECIDED || l + 1 == WITNESS_LEVELS) {
+        /* a point that is not certified may miss the set by what was found: more bits tell */
+        bool sure = here.code != SGA_E_UNDECIDED && (c->point->certified || here.code != SGA_E_WITNESS);
+        if (sure || l + 1 == WITNESS_LEVELS) {
             *err = here;
             return false;
         }
@@ -223,7 +225,7 @@ bool sga_witness_check(const struct sys_system *system, const struct sga_claim *
         .st = claim->st, .variable = claim->variable, .variables = claim->variables,
         .parameter = claim->parameter, .parameters = claim->parameters, .time = claim->time,
         .constraint = claim->constraint, .constraints = claim->constraints,
-        .near = near, .near_time = near_time, .scale = claim->solution->scale, .budget = budget,
+        .near = near, .near_time = near_time, .scale = claim->solution->scale, .time_unit = claim->solution->time_unit, .budget = budget,
     };
     struct points_space clock = space;
     struct points_jacobian jac;

@@ -14,13 +14,6 @@ static const double LOOSE = 1e3;
 /* What moving them far has to gain. */
 static const double ENOUGH = 0.9;
 
-/* The unit of movement of a value: 1, so that the nearest point is the Euclidean one,
- * except for large values, which count by their own size. */
-static double unit_of(double value)
-{
-    return fmax(1, fabs(value) / 100);
-}
-
 static bool refuse(const struct sys_system *sys, const struct sga_solution *sol, int worst, double residual,
                    bool held, struct sga_error *err)
 {
@@ -60,7 +53,7 @@ static bool keep_given(struct manifold *m, const struct traj_request *rq, double
         shifted = k > 0;
         for (int j = 0; j < n; j++) {
             double shift = k == 0 ? 0 : k == 1 ? 1 : k == 2 ? -1 : 4 * points_uniform(&random) - 2;
-            y[j] = rq->initial[j] + (fixed[j] ? 0 : shift);
+            y[j] = rq->initial[j] + (fixed[j] ? 0 : shift * m->unit[j]);
         }
         ok = manifold_project(m, rq->start, y, NULL, fixed, 40, NULL, &residual, NULL);
     }
@@ -144,7 +137,7 @@ static void shorter_way(struct manifold *m, const struct traj_request *rq, const
 }
 
 bool consistent_start(struct manifold *m, const struct sys_system *sys, const struct sga_solution *sol,
-                      const struct traj_request *rq, const double *elsewhere, double *x, double *moved, struct sga_error *err)
+                      const struct sizes *sizes, const struct traj_request *rq, const double *elsewhere, double *x, double *moved, struct sga_error *err)
 {
     int n = m->n, worst = -1;
     double residual = 0;
@@ -160,7 +153,7 @@ bool consistent_start(struct manifold *m, const struct sys_system *sys, const st
     double *scale = sga_malloc((size_t)(n + 1) * sizeof *scale);
     bool any_held = false;
     for (int j = 0; j < n; j++) {
-        scale[j] = unit_of(rq->initial[j]) * (rq->given[j] ? 1 : LOOSE);
+        scale[j] = sizes_move(sizes, j, rq->initial[j]) * (rq->given[j] ? 1 : LOOSE);
         any_held |= rq->held && rq->held[j];
     }
     bool ok = manifold_nearest(m, rq->start, NULL, x, scale, rq->held, 200, moved, &residual, &worst);

@@ -86,7 +86,7 @@ static void measure(struct attempt *a)
         arb_get_mag_lower(m, c);
         mag_set_d_lower(tolerance, a->rq->rtol);
         mag_mul_lower(tolerance, tolerance, m);
-        mag_set_d_lower(m, a->rq->atol);
+        mag_set_d_lower(m, a->rq->atol * a->f->sizes.column[k % a->columns]);
         mag_add_lower(tolerance, tolerance, m);
         mag_div(m, arb_radref(c), tolerance);
         a->excess = fmax(a->excess, mag_get_d_log2_approx(m) + 0.2);     /* the decimal text adds a tenth */
@@ -208,6 +208,7 @@ static void numbers(const struct attempt *a, struct traj_result *r)
         }
         r->error_estimate = fmax(r->error_estimate, r->error[i]);
     }
+    r->column_error = traj_column_errors(r->radius, r->rows, r->columns);
 }
 
 /* Of the midpoints, which are not on the set exactly. */

@@ -24,7 +24,7 @@ bool enclosed_start(struct flow *f, struct expr_store *st, const struct enclose_
                     const struct traj_request *rq, const double *near, const arb_t t0, slong prec, arb_ptr x, struct sga_error *err);
 /* enclosed_nearest.c: x (n) becomes the nearest point, if one near `near` can be proved. */
 bool enclosed_nearest(struct expr_store *st, const struct enclose_problem *problem, const struct sga_solution *sol,
-                      const struct traj_request *rq, const double *near, const arb_t t0, slong prec, arb_ptr x);
+                      const struct traj_request *rq, const struct sizes *sizes, const double *near, const arb_t t0, slong prec, arb_ptr x);
 /* The value of a constant of the store, or of a double where it is EXPR_UNDEF. */
 void enclosed_constant(const struct expr_store *st, expr_id e, double otherwise, slong prec, arb_t r);
 

@@ -21,9 +21,9 @@ static expr_id exact(struct expr_store *st, double v)
 }
 
 /* As consistent.c weighs what a value moves by. */
-static double unit_of(const struct traj_request *rq, int j)
+static double unit_of(const struct traj_request *rq, const struct sizes *sizes, int j)
 {
-    return fmax(1, fabs(rq->initial[j]) / 100) * (rq->given[j] ? 1 : 1e3);
+    return sizes_move(sizes, j, rq->initial[j]) * (rq->given[j] ? 1 : 1e3);
 }
 
 /* A symbol that no request can name. */
@@ -41,7 +41,7 @@ static bool held(const struct traj_request *rq, int j)
 }
 
 /* The conditions into function; returns how many. */
-static int conditions(struct expr_store *st, const struct sga_solution *sol, const struct traj_request *rq, const int *symbol, int n,
+static int conditions(struct expr_store *st, const struct sga_solution *sol, const struct traj_request *rq, const struct sizes *sizes, const int *symbol, int n,
                       expr_id *function)
 {
     int c = sol->constraints, count = 0;
@@ -54,7 +54,7 @@ static int conditions(struct expr_store *st, const struct sga_solution *sol, con
         if (held(rq, j))
             continue;
         bool known = rq->given[j] && rq->exact_initial && rq->exact_initial[j];
-        expr_id g = known ? rq->exact_initial[j] : exact(st, rq->initial[j]), s = exact(st, unit_of(rq, j));
+        expr_id g = known ? rq->exact_initial[j] : exact(st, rq->initial[j]), s = exact(st, unit_of(rq, sizes, j));
         expr_id far = expr_div(st, expr_sub(st, st->symbol[symbol[j]].node, g), expr_powi(st, s, 2));
         function[count++] = expr_add(st, far, expr_diff(st, sum, symbol[j]));
     }
@@ -62,7 +62,7 @@ static int conditions(struct expr_store *st, const struct sga_solution *sol, con
 }
 
 bool enclosed_nearest(struct expr_store *st, const struct enclose_problem *p, const struct sga_solution *sol, const struct traj_request *rq,
-                      const double *near, const arb_t t0, slong prec, arb_ptr x)
+                      const struct sizes *sizes, const double *near, const arb_t t0, slong prec, arb_ptr x)
 {
     int n = p->n, c = sol->constraints, *symbol = sga_malloc((size_t)(n + c + 1) * sizeof *symbol);
     unsigned char *solved = sga_malloc((size_t)(n + c) + 1);
@@ -78,7 +78,7 @@ bool enclosed_nearest(struct expr_store *st, const struct enclose_problem *p, co
         else if (j < n)
             arb_set_d(u + j, near[j]);
     }
-    int count = conditions(st, sol, rq, symbol, n, function);
+    int count = conditions(st, sol, rq, sizes, symbol, n, function);
     struct enclose_problem q = { .st = st, .variable = symbol, .n = n + c, .time = p->time, .budget = p->budget };
     struct sga_error ignored = { 0 };
     bool ok = expr_store_ok(st) && enclose_zero(&q, function, count, t0, solved, prec, u, &ignored);

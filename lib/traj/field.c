@@ -168,8 +168,8 @@ static void scale_row(double *row, double *rhs, int n)
     *rhs /= big;
 }
 
-/* All rows as a dense matrix; rhs holds minus the right sides. */
-static bool fill(struct field *f)
+/* All rows as a dense matrix for v over unit (NULL: v); rhs holds minus the right sides. */
+static bool fill(struct field *f, const double *unit)
 {
     int n = f->n, m = f->rows + f->c + f->rates, at = 0;
     if (!f->M) {
@@ -201,6 +201,9 @@ static bool fill(struct field *f)
         f->M[(size_t)(f->rows + f->c + k) * (size_t)n + (size_t)f->rate[k].variable] = 1;
         f->rhs[f->rows + f->c + k] = -f->general_out[at++];
     }
+    for (int i = 0; i < m && unit; i++)
+        for (int j = 0; j < n; j++)
+            f->M[(size_t)i * (size_t)n + (size_t)j] *= unit[j];
     for (int i = 0; i < m; i++)
         scale_row(f->M + (size_t)i * (size_t)n, f->rhs + i, n);
     return true;
@@ -208,9 +211,14 @@ static bool fill(struct field *f)
 
 bool field_general(struct field *f, double *v, int *rank)
 {
-    if (!fill(f))
+    if (!fill(f, f->unit))
         return false;
     *rank = points_least_norm(f->rows + f->c + f->rates, f->n, f->M, f->rhs, v, f->perm, f->qr);
+    if (f->unit && *rank < f->n && fill(f, NULL))            /* the rank is seen in natural units, the least norm is Euclid's */
+        points_least_norm(f->rows + f->c + f->rates, f->n, f->M, f->rhs, v, f->perm, f->qr);
+    else
+        for (int j = 0; j < f->n && f->unit; j++)
+            v[j] *= f->unit[j];
     for (int j = 0; j < f->n; j++)
         if (!isfinite(v[j]))
             return false;
@@ -221,6 +229,20 @@ void field_load(struct field *f, double t, const double *x)
 {
     sga_copy(f->in, x, f->n);
     f->in[f->n] = t;
+}
+
+double field_size(const struct field *f, const double *v)
+{
+    double size = 1;
+    for (int j = 0; j < f->n; j++)
+        size = sga_larger(size, fabs(v[j]) / (f->unit ? f->unit[j] : 1));
+    return size;
+}
+
+/* |entry| where it multiplies v_j in natural units. */
+static double entry_size(const struct field *f, double entry, int j)
+{
+    return fabs(entry) * (f->unit ? f->unit[j] : 1);
 }
 
 double field_rows_miss(struct field *f, const double *v, int *worst_row)
@@ -235,7 +257,7 @@ double field_rows_miss(struct field *f, const double *v, int *worst_row)
             const struct sys_row *r = f->sys->row + i;
             for (int k = 0; k < r->entries; k++, at++) {
                 sum += f->general_out[at] * v[r->entry[k].col];
-                big = sga_larger(big, fabs(f->general_out[at]));
+                big = sga_larger(big, entry_size(f, f->general_out[at], r->entry[k].col));
             }
             sum -= f->general_out[at++];
         } else if (i < f->rows + f->c) {
@@ -243,10 +265,12 @@ double field_rows_miss(struct field *f, const double *v, int *worst_row)
             for (int k = f->jac->start[c]; k < f->jac->start[c + 1]; k++) {
                 bool time = f->jac->col[k] == f->n;
                 sum += f->jac_value[k] * (time ? 1 : v[f->jac->col[k]]);
-                big = time ? big : sga_larger(big, fabs(f->jac_value[k]));
+                big = time ? big : sga_larger(big, entry_size(f, f->jac_value[k], f->jac->col[k]));
             }
         } else {
-            sum = v[f->rate[i - f->rows - f->c].variable] - f->general_out[at++];
+            int j = f->rate[i - f->rows - f->c].variable;
+            sum = v[j] - f->general_out[at++];
+            big = entry_size(f, 1, j);
         }
         sum = fabs(sum) / (big > 0 ? big : 1);
         if (sum > worst) {
@@ -324,10 +348,7 @@ bool field_eval(struct field *f, double t, const double *x, double *v)
         f->contradiction &= has && !f->rank_lost;
         return has && !f->rank_lost;
     }
-    double size = 1;
-    for (int j = 0; j < f->n; j++)
-        size = fmax(size, fabs(v[j]));
-    bool miss = field_rows_miss(f, v, &row) > 1e-6 * size;
+    bool miss = field_rows_miss(f, v, &row) > 1e-6 * field_size(f, v);
     f->contradiction |= miss;
     return !miss;
 }

@@ -53,6 +53,7 @@ struct field {
     struct num_jacobian *jac;         /* by variables and time */
     double *jac_value;
     double *in;                       /* variables, time */
+    const double *unit;               /* by variable: natural sizes (sizes.h), borrowed; NULL: all 1 */
     double *M, *rhs, *qr;             /* qr: for points_least_norm, with */
     int *perm;
     int generic_rank;                 /* of the system at general points of Pf */
@@ -92,6 +93,8 @@ void field_load(struct field *f, double t, const double *x);
 /* v at in from the rows that define the field, of least norm, and their rank. False: they have no value there. */
 bool field_general(struct field *f, double *v, int *rank);
 /* The largest |row v - right side|, each row divided by its largest entry; *row: which. */
+/* The largest |v_j| in natural units, 1 at the least. */
+double field_size(const struct field *f, const double *v);
 double field_rows_miss(struct field *f, const double *v, int *row);
 /* The field at in, by whichever way it goes; direct_out is that of the same place. */
 bool field_value(struct field *f, double *v);

@@ -56,13 +56,12 @@ static bool as_rows(struct field *f, const double *v)
 {
     if (!f->choice.field || (f->n > ROWS_ASKED && !f->choice.pivots))
         return true;
-    double *w = sga_calloc((size_t)f->n + 1, sizeof *w), size = 1;
+    double *w = sga_calloc((size_t)f->n + 1, sizeof *w);
     int rank = 0;
     bool same = field_general(f, w, &rank) && rank == f->generic_rank + f->choice.fixed;
-    for (int j = 0; j < f->n; j++)
-        size = fmax(size, fabs(w[j]));
+    double size = field_size(f, w);
     for (int j = 0; j < f->n && same; j++)
-        same = fabs(v[j] - w[j]) <= SAME_FIELD * size;
+        same = fabs(v[j] - w[j]) <= SAME_FIELD * size * (f->unit ? f->unit[j] : 1);
     free(w);
     return same;
 }
@@ -100,10 +99,7 @@ bool field_begin(struct field *f, double t, const double *x, struct sga_error *e
         ok = sga_fail(err, SGA_E_NO_MOTION, "the consistent start lies on a stratum where the rank drops from %d to %d, "
                       "so that the motion is not determined there; start elsewhere", f->rank, rank);
     } else {
-        double size = 1;
-        for (int j = 0; j < f->n; j++)
-            size = fmax(size, fabs(v[j]));
-        double worst = field_rows_miss(f, v, &bad);
+        double size = field_size(f, v), worst = field_rows_miss(f, v, &bad);
         if (f->fast && worst > 1e-9 * size && field_general(f, v, &rank) && rank == f->rank) {
             f->fast = false;      /* the expressions lose digits here: solve the rows instead */
             if (f->choice.field)

@@ -145,9 +145,12 @@ bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_so
 {
     int n = sys->variables;
     *f = (struct flow){ .n = n, .sys = sys };
+    sizes_init(&f->sizes, sys, rq);
     f->knot = signals_knots(sys, rq, &f->knots);
     if (!field_init(&f->field, sys, sol, rq, &f->manifold, err) || !manifold_init(&f->manifold, sys, sol, field_switches(&f->field), err))
         return false;
+    f->manifold.unit = f->sizes.weight;
+    f->field.unit = f->sizes.uneven ? f->sizes.weight : NULL;
     const struct num_switches *w = field_switches(&f->field);
     look_at_inputs(f, sol, rq);
     if (!signals_continuous(sys, sol, rq, f->field.root, err))
@@ -173,6 +176,7 @@ void flow_clear(struct flow *f)
     series_clear(&f->series);
     free(f->noise);
     inputs_clear(&f->inputs);
+    sizes_clear(&f->sizes);
     num_tape_free(f->surface);
     num_tape_free(f->output);
     num_tape_free(f->event);
@@ -220,10 +224,10 @@ static double *known_point(const struct sys_system *sys, const struct sga_soluti
 bool flow_start(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol,
                 const struct traj_request *rq, double *x, double *moved, struct sga_error *err)
 {
-    if (consistent_start(&f->manifold, sys, sol, rq, NULL, x, moved, NULL))
+    if (consistent_start(&f->manifold, sys, sol, &f->sizes, rq, NULL, x, moved, NULL))
         return true;
     double *elsewhere = known_point(sys, sol, rq);
-    bool ok = consistent_start(&f->manifold, sys, sol, rq, elsewhere, x, moved, err);
+    bool ok = consistent_start(&f->manifold, sys, sol, &f->sizes, rq, elsewhere, x, moved, err);
     free(elsewhere);
     return ok;
 }

@@ -7,6 +7,7 @@
 #include "manifold.h"
 #include "ode.h"
 #include "series.h"
+#include "sizes.h"
 #include "trajectory.h"
 
 struct flow {
@@ -21,6 +22,7 @@ struct flow {
     int n;
     const struct sys_system *sys;
     struct inputs inputs;
+    struct sizes sizes;
     double *noise;                /* n: see flow_noise; NULL until it is asked for */
     double *knot; int knots;      /* of the tables, inside the motion's times, in its order */
 };
@@ -42,6 +44,8 @@ const char *flow_gauge(const struct flow *f, const struct traj_request *rq);
 bool flow_noise(void *flow, double t, const double *x, double *noise);
 /* The columns y of a sample. */
 void flow_output(void *flow, double t, const double *x, double *y);
+/* The largest of each column of rows x columns errors; malloced. */
+double *traj_column_errors(const double *error, int rows, int columns);
 /* drift.c: r->drift from samples x n states at the request's times. False with err: an integral has
  * no value anywhere, or uses names that have none. */
 bool traj_drift(struct flow *f, const struct traj_request *rq, const double *x, int samples, struct traj_result *r,

@@ -96,8 +96,8 @@ double manifold_residual(struct manifold *m, double t, const double *x, const do
         m->raw = sga_larger(m->raw, fabs(m->r[i]));
         for (int k = 0; k < m->cols[i]; k++) {
             int j = m->col[i][k];
-            double v = value[k] * (scale ? scale[j] : 1);
-            slope = sga_larger(slope, fabs(value[k]));
+            double v = value[k] * (scale ? scale : m->unit)[j];
+            slope = sga_larger(slope, fabs(value[k]) * m->unit[j]);
             big = sga_larger(big, fabs(v));
             row[k] = held && held[j] ? 0 : v;
         }
@@ -150,7 +150,7 @@ static double floor_of(const struct manifold *m, const double *x, const double *
 {
     double size = 1e-3;
     for (int j = 0; j < m->n; j++)
-        size = sga_larger(size, fabs(x[j]) / (scale ? scale[j] : 1));
+        size = sga_larger(size, fabs(x[j]) / (scale ? scale : m->unit)[j]);
     return 8e-16 * size;
 }
 
@@ -161,7 +161,7 @@ static double take_step(struct manifold *m, double *x, const double *scale, cons
     for (int j = 0; j < m->n; j++) {
         if (held && held[j])
             m->d[j] = 0;
-        x[j] += damp * m->d[j] * (scale ? scale[j] : 1);
+        x[j] += damp * m->d[j] * (scale ? scale : m->unit)[j];
         sum += damp * damp * m->d[j] * m->d[j];
     }
     return sqrt(sum);
@@ -243,7 +243,7 @@ bool manifold_nearest(struct manifold *m, double t, const double *to, double *x,
         if (res < 0)
             break;
         for (int j = 0; j < n; j++)
-            m->shift[j] = held && held[j] ? 0 : (guess[j] - x[j]) / (scale ? scale[j] : 1);
+            m->shift[j] = held && held[j] ? 0 : (guess[j] - x[j]) / (scale ? scale : m->unit)[j];
         for (int i = 0; i < m->c; i++)
             for (int q = 0; q < m->cols[i]; q++)
                 m->r[i] += m->step.value[i][q] * m->shift[m->col[i][q]];
@@ -262,7 +262,7 @@ bool manifold_nearest(struct manifold *m, double t, const double *to, double *x,
     ok = manifold_project(m, t, x, scale, held, 60, NULL, residual, worst);
     double sum = 0;
     for (int j = 0; j < n; j++)
-        sum += (x[j] - guess[j]) * (x[j] - guess[j]) / (scale ? scale[j] * scale[j] : 1);
+        sum += pow((x[j] - guess[j]) / (scale ? scale : m->unit)[j], 2);
     if (moved)
         *moved = sqrt(sum);
     free(guess);

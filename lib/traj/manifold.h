@@ -9,6 +9,7 @@
 
 struct manifold {
     int n, c;
+    const double *unit;            /* by variable: what a distance of 1 is where no scale is given; set after manifold_init, borrowed */
     struct num_tape *tape;         /* inputs: variables, time; roots: constraints */
     struct num_jacobian *jac;      /* by variables */
     double *in, *r, *value;        /* n + 1; c; nnz */
@@ -16,7 +17,7 @@ struct manifold {
     int **col, *cols;              /* the pattern, by row */
     double *d, *shift;
     double *big, *slope;           /* by constraint: largest entry of its gradient, scaled and not, where it was formed last */
-    double plain;                  /* largest |xi_i| over its largest unscaled derivative, of the last evaluation */
+    double plain;                  /* largest |xi_i| over its largest derivative in units of m->unit, of the last evaluation */
     double raw;                    /* largest |xi_i| of the last evaluation, unscaled */
     struct { double *factor, *y, *most, *sum_y, *sum_r; } chord;   /* manifold_chord's; factor NULL: too many constraints */
 };
@@ -27,7 +28,7 @@ bool manifold_init(struct manifold *m, const struct sys_system *sys, const struc
 void manifold_clear(struct manifold *m);
 
 /* Constraint values in m->r, each divided by the largest entry of its scaled gradient, so
- * that it is about a distance in units of `scale` (by variable; NULL: 1). Returns the
+ * that it is about a distance in units of `scale` (by variable; NULL: m->unit). Returns the
  * largest, or -1 where they have no value. m->step.value holds the scaled rows, with held
  * columns 0. */
 double manifold_residual(struct manifold *m, double t, const double *x, const double *scale, const unsigned char *held);

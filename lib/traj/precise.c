@@ -101,7 +101,7 @@ static void set_errors(const struct precise *p, struct outcome *a, const struct 
         for (int j = 0; j < cols; j++) {
             double e = a->column_error[k * cols + j] = raw_error(a, b, factor, k, j);
             row[k] = fmax(row[k], e);
-            double allowed = p->rq->atol + p->rq->rtol * fabs(a->value[k * cols + j].hi);
+            double allowed = p->rq->atol * p->flow->sizes.column[j] + p->rq->rtol * fabs(a->value[k * cols + j].hi);
             a->worst = fmax(a->worst, e / fmax(allowed, 1e-300));
         }
     for (int k = 0; k < rows; k++) {
@@ -177,8 +177,10 @@ static void keep(const struct precise *p, const struct outcome *o, struct traj_r
     r->t = memcpy(sga_malloc(((size_t)rows + 1) * sizeof *r->t), p->rq->times, (size_t)rows * sizeof *r->t);
     r->value = sga_malloc((all + 1) * sizeof *r->value);
     r->digits = sga_calloc(all + 1, sizeof *r->digits);
-    if (o->error)
+    if (o->error) {
         r->error = memcpy(sga_malloc(((size_t)rows + 1) * sizeof *r->error), o->error, (size_t)rows * sizeof *r->error);
+        r->column_error = traj_column_errors(o->column_error, rows, r->columns);
+    }
     for (size_t i = 0; i < all; i++) {
         r->value[i] = o->value[i].hi;
         r->digits[i] = digits_of(o->value[i], o->error ? o->column_error[i] : 0);

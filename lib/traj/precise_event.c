@@ -234,7 +234,7 @@ double precise_event_errors(const struct precise *p, struct precise_path *a, con
         }
         a->event[i].error = alike ? factor * fmax(raw, fmin(near, NEIGHBOUR * raw)) + a->event[i].floor + 16 * NUM_DD_EPSILON * size : INFINITY;
         if (a->event[i].direction)
-            worst = fmax(worst, a->event[i].error / fmax(p->rq->atol + p->rq->rtol * size, 1e-300));
+            worst = fmax(worst, a->event[i].error / fmax(p->rq->atol * p->flow->sizes.time + p->rq->rtol * size, 1e-300));
     }
     return worst;
 }

@@ -20,7 +20,7 @@
 void precise_set_scale(struct precise_march *m, const num_dd *x)
 {
     for (int j = 0; j < m->n; j++)
-        m->scale[j] = fmax(m->atol + m->rtol * fabs(x[j].hi), 1e-300);
+        m->scale[j] = fmax(m->atol * m->p->flow->sizes.unit[j] + m->rtol * fabs(x[j].hi), 1e-300);
 }
 
 /* Root mean square in units of the error allowed; v may be so large that squares overflow. */

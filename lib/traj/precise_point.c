@@ -42,7 +42,7 @@ static double linearise(struct precise *p, num_dd t, const num_dd *x, double *xd
     for (int i = 0; i < m->c; i++) {
         double big = 0;
         for (int k = 0; k < m->cols[i]; k++)
-            big = fmax(big, fabs(m->value[m->jac->start[i] + k]) * (scale ? scale[m->col[i][k]] : 1));
+            big = fmax(big, fabs(m->value[m->jac->start[i] + k]) * (scale ? scale : m->unit)[m->col[i][k]]);
         double r = num_jet2_root(p->constraint, i)[0].hi;
         *raw = fmax(*raw, fabs(r));
         m->r[i] = big > 0 ? r / big : r;
@@ -56,7 +56,7 @@ static double rounding(const struct precise *p, const num_dd *x, const double *s
 {
     double size = 1e-3;
     for (int j = 0; j < p->n; j++)
-        size = fmax(size, fabs(x[j].hi) / (scale ? scale[j] : 1));
+        size = fmax(size, fabs(x[j].hi) / (scale ? scale : p->flow->manifold.unit)[j]);
     return 2 * NUM_DD_EPSILON * size;
 }
 
@@ -80,11 +80,11 @@ bool precise_project(struct precise *p, num_dd t, num_dd *x, const double *scale
             break;
         for (int j = 0; j < p->n; j++)
             if (!held || !held[j])
-                x[j] = num_dd_add_d(x[j], m->d[j] * (scale ? scale[j] : 1));
+                x[j] = num_dd_add_d(x[j], m->d[j] * (scale ? scale : p->flow->manifold.unit)[j]);
     }
     double sum = 0;
     for (int j = 0; j < p->n; j++)
-        sum += pow(num_dd_sub(x[j], start[j]).hi / (scale ? scale[j] : 1), 2);
+        sum += pow(num_dd_sub(x[j], start[j]).hi / (scale ? scale : p->flow->manifold.unit)[j], 2);
     *moved = sqrt(sum / p->n);
     free(xd);
     free(start);
@@ -223,9 +223,9 @@ static bool nearest_given(struct precise *p, num_dd *guess, const double *scale,
 }
 
 /* As consistent.c weighs what a value moves by. */
-static double unit_of(const struct traj_request *rq, int j)
+static double unit_of(const struct precise *p, const struct traj_request *rq, int j)
 {
-    return fmax(1, fabs(rq->initial[j]) / 100) * (rq->given[j] ? 1 : 1e3);
+    return sizes_move(&p->flow->sizes, j, rq->initial[j]) * (rq->given[j] ? 1 : 1e3);
 }
 
 /* The start: where the double start left what was given as it was, that stays exactly; otherwise
@@ -240,7 +240,7 @@ static bool settle_start(struct precise *p, num_dd *guess, const double *x)
     for (int j = 0; j < n; j++) {
         fixed[j] = rq->given[j] || (rq->held && rq->held[j]);
         kept &= !fixed[j] || x[j] == rq->initial[j];
-        scale[j] = unit_of(rq, j);
+        scale[j] = unit_of(p, rq, j);
     }
     for (int j = 0; j < n; j++)
         p->x[j] = fixed[j] && kept ? guess[j] : num_dd_of(x[j]);

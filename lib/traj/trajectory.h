@@ -44,6 +44,7 @@ struct traj_request {
     const struct traj_event *event; int events;
     const expr_id *integral; int integrals;   /* functions that should stay what they are at the start */
     double rtol, atol;
+    bool own_atol;                         /* atol was asked for: it is meant as it is; otherwise in units of natural sizes (sizes.h) */
     const char *method;                    /* NULL or "auto": chosen */
     enum traj_arithmetic arithmetic;
     /* Where the arithmetic carries more than a double: constants of the store, by variable
@@ -61,6 +62,8 @@ struct traj_result {
     double *t, *value;        /* rows; rows x columns */
     double *error;            /* by row: estimated global error, largest over the columns; or NULL */
     double error_estimate;    /* largest of all */
+    double *column_error;     /* by column: the largest of its errors; or NULL */
+    double *unit;             /* by column: what atol was times; NULL: all 1 */
     struct traj_happening *happening; int happened;   /* in the order of the motion */
     double *happened_value;   /* happened x columns */
     char **happened_digits;   /* as digits below: happened x (1 + columns), time first; or NULL */

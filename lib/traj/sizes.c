@@ -1,0 +1,129 @@
+/* Natural sizes from the equations and the values given. */
+#include "sizes.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+#include "scaling.h"
+
+/* log2: sizes between are taken for 1; and what doubles hold with room. */
+static const double SMALL = -10, LARGE = 20, ROOM = 6, MOST = 900;
+/* The time of the motion says little of that of the equations. */
+static const double TIME_WEIGHT = 0.01;
+/* What became larger than its unit by more than this had the wrong one. */
+static const double WRONG = 8;
+
+static void equations(struct scaling *w, const struct sys_system *sys)
+{
+    for (int i = 0; i < sys->rows; i++) {
+        scaling_sum(w);
+        scaling_add(w, sys->row[i].alpha, -1);
+        for (int k = 0; k < sys->row[i].entries; k++)
+            scaling_add(w, sys->row[i].entry[k].value, sys->row[i].entry[k].col);
+    }
+    for (int i = 0; i < sys->restrictions; i++) {
+        scaling_sum(w);
+        scaling_add(w, sys->restriction[i], -1);
+    }
+}
+
+static void given(struct scaling *w, const struct traj_request *rq, int n)
+{
+    double span = rq->samples ? fabs(rq->times[rq->samples - 1] - rq->start) : 0;
+    for (int j = 0; j < n; j++)
+        if (rq->given[j] && rq->initial[j] != 0 && isfinite(rq->initial[j]))
+            scaling_anchor(w, j, log2(fabs(rq->initial[j])), 1);
+    if (span > 0)
+        scaling_anchor(w, n, log2(span), TIME_WEIGHT);
+}
+
+static double power(double log)
+{
+    return ldexp(1, (int)lrint(fmax(-MOST, fmin(MOST, log))));
+}
+
+/* What is large keeps its relative accuracy down to 1, but where it begins at 0, which has none; ROOM for a size guessed too large. */
+static double unit_of(double log, bool from_zero)
+{
+    return log <= SMALL ? power(log) : from_zero && log > LARGE ? power(log - ROOM) : 1;
+}
+
+static void find(struct sizes *s, const struct sys_system *sys, const struct traj_request *rq)
+{
+    int n = s->n, *variable = sga_malloc((size_t)(n + 1) * sizeof *variable);
+    double *log = sga_malloc((size_t)(n + 1) * sizeof *log);
+    for (int j = 0; j < n; j++)
+        variable[j] = sys->variable[j].symbol;
+    struct scaling *w = scaling_new(sys->store, variable, n);
+    if (w) {
+        scaling_time(w, sys->time);
+        equations(w, sys);
+        given(w, rq, n);
+        scaling_logs(w, log);
+        for (int j = 0; j < n; j++) {
+            s->weight[j] = log[j] <= SMALL || log[j] >= LARGE ? power(log[j]) : 1;
+            s->uneven |= s->weight[j] != 1;
+            s->unit[j] = rq->own_atol ? 1 : unit_of(log[j], rq->initial[j] == 0);
+        }
+        for (int k = 0; k < s->columns && !rq->own_atol; k++)
+            s->column[k] = rq->outputs ? unit_of(scaling_size(w, rq->output[k], log), false) : s->unit[k];
+    }
+    scaling_free(w);
+    free(variable);
+    free(log);
+}
+
+static void look(struct sizes *s)
+{
+    s->any = false;
+    for (int j = 0; j < s->n; j++)
+        s->any |= s->unit[j] != 1;
+    for (int k = 0; k < s->columns; k++)
+        s->any |= s->column[k] != 1;
+}
+
+void sizes_init(struct sizes *s, const struct sys_system *sys, const struct traj_request *rq)
+{
+    int n = sys->variables, columns = rq->outputs ? rq->outputs : n;
+    double span = rq->samples ? fabs(rq->times[rq->samples - 1] - rq->start) : 0;
+    *s = (struct sizes){ .n = n, .columns = columns, .time = rq->own_atol || span == 0 ? 1 : fmin(1, span) };
+    s->weight = sga_malloc((2 * (size_t)n + (size_t)columns + 1) * sizeof *s->weight);
+    s->unit = s->weight + n;
+    s->column = s->unit + n;
+    for (int j = 0; j < 2 * n + columns; j++)
+        s->weight[j] = 1;
+    find(s, sys, rq);
+    look(s);
+}
+
+void sizes_clear(struct sizes *s)
+{
+    free(s->weight);
+    *s = (struct sizes){ 0 };
+}
+
+static bool grow(double *unit, const double *size, int count)
+{
+    bool any = false;
+    for (int j = 0; j < count; j++)
+        if (size[j] > WRONG * unit[j] && unit[j] < 1) {
+            unit[j] = fmin(1, power(log2(size[j])));
+            any = true;
+        }
+    return any;
+}
+
+bool sizes_grow(struct sizes *s, const double *variable, const double *column)
+{
+    bool any = grow(s->unit, variable, s->n);
+    any |= grow(s->column, column, s->columns);
+    look(s);
+    return any;
+}
+
+double sizes_move(const struct sizes *s, int j, double value)
+{
+    return fmax(s->weight[j], fabs(value) / 100);
+}
