@@ -3,8 +3,9 @@
 
 #include <math.h>
 
-#include "jet_plan.h"
 #include "dd_lu.h"
+#include "jet_plan.h"
+#include "tape_code.h"
 
 #define R num_dd
 #define STRUCT num_jet2
@@ -52,3 +53,18 @@ static num_dd function(enum expr_op op, num_dd a)
 static void num_jet2_run(struct num_jet2 *j, int k, int from, int to);
 
 #include "jet_kernel.h"
+
+void num_jet2_hold(struct num_jet2 *j, const struct num_tape *t)
+{
+    for (int i = 0; i < t->nheld; i++)
+        for (int k = t->held[i].slot; k < t->held[i].slot + 3; k++)
+            j->row[(size_t)(j->plan.first_constant + k - t->ninputs) * j->stride] = num_dd_of(t->value[k]);
+}
+
+num_dd num_jet2_change(const num_dd *x, int k, int side)
+{
+    double rest = 0;
+    for (int i = 1; i <= k; i++)
+        rest += fabs(x[i].hi);
+    return side * x[0].hi > rest ? num_dd_of(INFINITY) : first_change(x, k, side);
+}

@@ -42,6 +42,8 @@ const char *flow_gauge(const struct flow *f, const struct traj_request *rq);
 bool flow_noise(void *flow, double t, const double *x, double *noise);
 /* The columns y of a sample. */
 void flow_output(void *flow, double t, const double *x, double *y);
+/* As num_tape_hold, for everything of the flow that has switches. */
+void flow_hold(void *flow, const signed char *side);
 /* drift.c: r->drift from samples x n states at the request's times. False with err: an integral has
  * no value anywhere, or uses names that have none. */
 bool traj_drift(struct flow *f, const struct traj_request *rq, const double *x, int samples, struct traj_result *r,

@@ -10,6 +10,7 @@
 
 /* Steps this small against the time passed end a march that shrinks them. */
 #define SMALLEST 1e-25
+#define SMALLEST_TO_CHANGE 1e-31
 /* Places of ranks and domains are found in double. */
 #define SMALLEST_REFUSED 4e-16
 #define HUGE_STATE 1e280        /* products of halves overflow not far beyond */
@@ -54,23 +55,25 @@ static bool allowed(struct precise_march *m, const struct precise_point *q)
 }
 
 /* How far the projection may move a point without spoiling it. */
-static double most_moved(const struct precise_march *m)
+static double most_moved(const struct precise_march *m, const struct precise_point *q)
 {
     double sum = 0;
     for (int j = 0; j < m->n; j++)
-        sum += pow(NUM_DD_EPSILON * m->there.x[j].hi / m->scale[j], 2);
+        sum += pow(NUM_DD_EPSILON * q->x[j].hi / m->scale[j], 2);
     return 10 + 1000 * sqrt(sum / m->n);
 }
 
-bool precise_arrive(struct precise_march *m)
+bool precise_settle(struct precise_march *m, struct precise_point *q)
 {
     double moved, residual;
     m->why = ODE_LEFT_DOMAIN;
-    if (!precise_project(m->p, m->there.t, m->there.x, m->scale, NULL, &moved, &residual))
+    if (!precise_project(m->p, q->t, q->x, m->scale, NULL, &moved, &residual))
         return false;
     m->why = ODE_CONSTRAINT_LOST;
-    return moved <= most_moved(m) && allowed(m, &m->there);
+    return moved <= most_moved(m, q) && allowed(m, q);
 }
+
+bool precise_arrive(struct precise_march *m) { return precise_settle(m, &m->there); }
 
 /* Samples up to the end, in the last step. False: one of them cannot be projected. */
 static bool deliver(struct precise_march *m, num_dd end)
@@ -83,14 +86,14 @@ static bool deliver(struct precise_march *m, num_dd end)
             return true;
         num_dd *x = m->path->sample + (size_t)m->next * (size_t)m->n;
         m->method->value(m->state, m, p->time[m->next], x);
-        if (!precise_project(m->p, p->time[m->next], x, m->scale, NULL, &moved, &residual) || !(moved <= most_moved(m)))
+        if (!precise_project(m->p, p->time[m->next], x, m->scale, NULL, &moved, &residual) || !(moved <= most_moved(m, &m->there)))
             return false;
         m->path->residual = fmax(m->path->residual, residual);
     }
     return true;
 }
 
-static void end_at(struct precise_march *m, enum ode_reason reason, const char *detail)
+void precise_end(struct precise_march *m, enum ode_reason reason, const char *detail)
 {
     m->path->reason = reason;
     m->path->t = m->here.t.hi;
@@ -120,17 +123,17 @@ static void end_refused(struct precise_march *m, bool refused)
     bool grows = grows_now(m, size, &rate) && !(refused && m->why != ODE_LEFT_DOMAIN);
     if (size > HUGE_STATE) {
         snprintf(text, sizeof text, "the solution grows beyond the range of numbers (size %.3g at the end)", size);
-        end_at(m, ODE_BLOW_UP, text);
+        precise_end(m, ODE_BLOW_UP, text);
     } else if (size > 1e3 * (m->first_size + 1) && !(refused && m->why == ODE_SINGULAR)) {
         snprintf(text, sizeof text, "the solution grows without bound (size %.3g at the end)", size);
-        end_at(m, ODE_BLOW_UP, text);
+        precise_end(m, ODE_BLOW_UP, text);
     } else if (grows) {
         snprintf(text, sizeof text, "the derivative grows without bound (size %.3g) while the solution stays at size %.3g", rate, size);
-        end_at(m, ODE_BLOW_UP, text);
+        precise_end(m, ODE_BLOW_UP, text);
     } else if (!refused) {
-        end_at(m, ODE_NOT_SMOOTH, "no step is small enough for the tolerance here: the field is not smooth, or the tolerance is too tight");
+        precise_end(m, ODE_NOT_SMOOTH, "no step is small enough for the tolerance here: the field is not smooth, or the tolerance is too tight");
     } else {
-        end_at(m, m->why, m->why == ODE_SINGULAR ? "a rank drops here: the field or the constraints are singular"
+        precise_end(m, m->why, m->why == ODE_SINGULAR ? "a rank drops here: the field or the constraints are singular"
                           : m->why == ODE_LEFT_DOMAIN ? "the vector field has no series beyond this time"
                           : "no point near the solution satisfies the constraints beyond this time");
     }
@@ -152,15 +155,15 @@ static bool may_go_on(struct precise_march *m)
     struct precise_path *q = m->path;
     struct sga_error err = { 0 };
     if (!sga_budget_ok(m->p->rq->budget, &err)) {
-        end_at(m, err.code == SGA_E_CANCELLED ? ODE_CANCELLED : ODE_TIME_LIMIT, err.detail);
+        precise_end(m, err.code == SGA_E_CANCELLED ? ODE_CANCELLED : ODE_TIME_LIMIT, err.detail);
         return false;
     }
     if (q->steps + q->refused >= m->p->limits.steps || m->work > m->p->limits.work) {
-        end_at(m, ODE_STEP_LIMIT, "the limit of steps was reached; ask for an earlier stop or larger tolerances");
+        precise_end(m, ODE_STEP_LIMIT, "the limit of steps was reached; ask for an earlier stop or larger tolerances");
         return false;
     }
     if (q->steps >= m->look_at && out_of_reach(m)) {
-        end_at(m, ODE_STEP_LIMIT, "the last time is out of reach: if the system is stiff, ask for the method \"auto\" or \"radau\"; "
+        precise_end(m, ODE_STEP_LIMIT, "the last time is out of reach: if the system is stiff, ask for the method \"auto\" or \"radau\"; "
                "otherwise for an earlier stop");
         return false;
     }
@@ -202,7 +205,8 @@ static bool begin(struct precise_march *m)
     m->rate = rate_of(m);
     if (m->method->begin(m->state, m, span))
         return true;
-    end_refused(m, true);
+    if (m->path->reason == ODE_NONE)
+        end_refused(m, true);
     return false;
 }
 
@@ -220,7 +224,8 @@ static bool step(struct precise_march *m, double *cut)
     num_dd h = within_pieces(m, m->method->size(m->state, m, *cut));
     double size = fabs(h.hi), passed = fmax(fabs(m->here.t.hi), fabs(num_dd_sub(m->here.t, m->p->start).hi));
     bool refused = *cut < 1 && m->why != ODE_NONE, huge = precise_largest(m->here.x, m->n) > HUGE_STATE;
-    if (huge || !(size >= (refused ? SMALLEST_REFUSED : SMALLEST) * fmax(passed, 1e-300))) {
+    double least = refused ? SMALLEST_REFUSED : m->sides.heading ? SMALLEST_TO_CHANGE : SMALLEST;
+    if (huge || !(size >= least * fmax(passed, 1e-300))) {
         if (!huge && !refused && precise_rescue(m)) {
             *cut = 1;
             return true;
@@ -245,7 +250,7 @@ static bool step(struct precise_march *m, double *cut)
     m->choice.steps[m->method == &precise_radau]++;
     precise_watched(m);
     if (stopped) {
-        end_at(m, ODE_EVENT, "an event that stops the motion");
+        precise_end(m, ODE_EVENT, "an event that stops the motion");
         m->path->t = end.hi;
     }
     if (stopped || m->path->lost)
@@ -255,8 +260,9 @@ static bool step(struct precise_march *m, double *cut)
     struct precise_point before = m->here;
     m->here = m->there;
     m->there = before;
+    if (!m->method->accepted(m->state, m))
+        return false;
     m->rate = rate_of(m);
-    m->method->accepted(m->state, m);
     precise_choose(m, size);
     *cut = 1;
     return true;
@@ -275,6 +281,7 @@ void precise_march(struct precise *p, double rtol, double atol, bool beside, str
     m.scale = sga_calloc(3 * (size_t)m.n + 1, sizeof *m.scale);
     m.xd = m.scale + m.n;
     m.fd = m.xd + m.n;
+    precise_sides_begin(&m);
     precise_choice_begin(&m);
     if (begin(&m))
         while (may_go_on(&m) && step(&m, &cut)) { }
@@ -282,6 +289,7 @@ void precise_march(struct precise *p, double rtol, double atol, bool beside, str
     if (path->reason == ODE_NONE)
         path->t = p->time[p->rq->samples - 1].hi;
     precise_choice_end(&m);
+    precise_sides_end(&m);
     free(states);
     free(m.scale);
 }

@@ -184,7 +184,7 @@ static void radau_value(const void *state, const struct precise_march *m, num_dd
     }
 }
 
-static void radau_accepted(void *state, struct precise_march *m)
+static bool radau_accepted(void *state, struct precise_march *m)
 {
     (void)m;
     struct radau *r = state;
@@ -194,6 +194,7 @@ static void radau_accepted(void *state, struct precise_march *m)
     r->refused = false;
     r->work = r->stages->work;
     r->stages->work = 0;
+    return true;
 }
 
 static double radau_cost(const void *state, const struct precise_march *m)
