@@ -61,10 +61,14 @@ void num_jet2_hold(struct num_jet2 *j, const struct num_tape *t)
             j->row[(size_t)(j->plan.first_constant + k - t->ninputs) * j->stride] = num_dd_of(t->value[k]);
 }
 
-num_dd num_jet2_change(const num_dd *x, int k, int side)
+num_dd num_jet2_change(const num_dd *x, int k, int side, double *work)
 {
-    double rest = 0;
-    for (int i = 1; i <= k; i++)
-        rest += fabs(x[i].hi);
-    return side * x[0].hi > rest ? num_dd_of(INFINITY) : first_change(x, k, side);
+    double rest = 0, low, high;
+    for (int i = 0; i <= k; i++) {
+        work[i] = side * x[i].hi;
+        rest += i ? fabs(work[i]) : 0;
+    }
+    if (work[0] > rest || !num_first_change(work, k, work + k + 1, &low, &high))
+        return num_dd_of(INFINITY);
+    return change(x, k, side, low, high);
 }

@@ -13,6 +13,9 @@
 #define SMALLEST_TO_CHANGE 1e-31
 /* Places of ranks and domains are found in double. */
 #define SMALLEST_REFUSED 4e-16
+/* Steps of this part of the time passed tend to no singularity; near one derivatives are so many times larger. */
+#define CALM 1e-3
+#define GROWN 30.0
 #define HUGE_STATE 1e280        /* products of halves overflow not far beyond */
 #define LOOK_EVERY 500
 #define LOOKS 4
@@ -108,26 +111,30 @@ double precise_largest(const num_dd *x, int n)
     return most;
 }
 
-/* The derivative is far larger than the state over the time passed: a scale of its own that goes to 0. */
-static bool grows_now(const struct precise_march *m, double size, double *rate)
+/* Derivatives are far larger than where the steps had not begun to shrink: the largest of them, 0 where there is none. And
+ * *alone: it is so large against the state over the time passed that it has a scale of its own, which goes to 0. */
+static double growing(const struct precise_march *m, double size, bool *alone)
 {
-    double passed = fabs(num_dd_sub(m->here.t, m->p->start).hi);
-    *rate = m->path->steps ? m->rate : 0;
-    return *rate * passed > 1e3 * fmax(fmax(size, m->first_size), 1e-300);
+    double passed = fabs(num_dd_sub(m->here.t, m->p->start).hi), most = 0;
+    for (int j = 0; j < m->n && m->path->steps; j++)
+        if (m->rate[j] > GROWN * m->calm[j])
+            most = fmax(most, m->rate[j]);
+    *alone = most * passed > 1e3 * fmax(fmax(size, m->first_size), 1e-300);
+    return most;
 }
 
 static void end_refused(struct precise_march *m, bool refused)
 {
-    double size = precise_largest(m->here.x, m->n), rate;
     char text[200];
-    bool grows = grows_now(m, size, &rate) && !(refused && m->why != ODE_LEFT_DOMAIN);
+    bool alone;
+    double size = precise_largest(m->here.x, m->n), rate = growing(m, size, &alone);
     if (size > HUGE_STATE) {
         snprintf(text, sizeof text, "the solution grows beyond the range of numbers (size %.3g at the end)", size);
         precise_end(m, ODE_BLOW_UP, text);
-    } else if (size > 1e3 * (m->first_size + 1) && !(refused && m->why == ODE_SINGULAR)) {
+    } else if (rate > 0 && size > 1e3 * (m->first_size + 1) && !(refused && m->why == ODE_SINGULAR)) {
         snprintf(text, sizeof text, "the solution grows without bound (size %.3g at the end)", size);
         precise_end(m, ODE_BLOW_UP, text);
-    } else if (grows) {
+    } else if (alone && !(refused && m->why != ODE_LEFT_DOMAIN)) {
         snprintf(text, sizeof text, "the derivative grows without bound (size %.3g) while the solution stays at size %.3g", rate, size);
         precise_end(m, ODE_BLOW_UP, text);
     } else if (!refused) {
@@ -170,13 +177,14 @@ static bool may_go_on(struct precise_march *m)
     return true;
 }
 
-/* The size of the field where precise_arrive came to, or the march begins. */
-static double rate_of(const struct precise_march *m)
+/* The field where the march is, after a step of some size. */
+static void take_rates(struct precise_march *m, double size)
 {
-    double most = 0;
-    for (int j = 0; j < m->n; j++)
-        most = fmax(most, fabs(m->fd[j]));
-    return most;
+    bool calm = size >= CALM * fabs(num_dd_sub(m->here.t, m->p->start).hi);
+    for (int j = 0; j < m->n; j++) {
+        m->calm[j] = calm ? fmax(m->calm[j], m->rate[j]) : m->calm[j];
+        m->rate[j] = fabs(m->fd[j]);
+    }
 }
 
 static bool begin(struct precise_march *m)
@@ -202,7 +210,7 @@ static bool begin(struct precise_march *m)
         memcpy(m->path->sample + (size_t)m->next * (size_t)m->n, m->here.x, (size_t)m->n * sizeof *p->x);
     if (m->next == p->rq->samples)
         return false;
-    m->rate = rate_of(m);
+    take_rates(m, 0);
     if (m->method->begin(m->state, m, span))
         return true;
     if (m->path->reason == ODE_NONE)
@@ -262,7 +270,7 @@ static bool step(struct precise_march *m, double *cut)
     m->there = before;
     if (!m->method->accepted(m->state, m))
         return false;
-    m->rate = rate_of(m);
+    take_rates(m, size);
     precise_choose(m, size);
     *cut = 1;
     return true;
@@ -278,9 +286,11 @@ void precise_march(struct precise *p, double rtol, double atol, bool beside, str
     m.here.x = sga_calloc(2 * (size_t)m.n + 1, sizeof *m.here.x);
     m.there.x = m.here.x + m.n;
     num_dd *states = m.here.x;
-    m.scale = sga_calloc(3 * (size_t)m.n + 1, sizeof *m.scale);
+    m.scale = sga_calloc(5 * (size_t)m.n + 1, sizeof *m.scale);
     m.xd = m.scale + m.n;
     m.fd = m.xd + m.n;
+    m.rate = m.fd + m.n;
+    m.calm = m.rate + m.n;
     precise_sides_begin(&m);
     precise_choice_begin(&m);
     if (begin(&m))

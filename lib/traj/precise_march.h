@@ -67,7 +67,7 @@ struct precise_march {
     struct precise_path *path;
     int n, next, next_piece;
     double rtol, atol, direction, first_size;
-    double rate;               /* the size of the field at here */
+    double *rate, *calm;       /* n: of the field at here; the largest where steps were no small part of the time passed */
     double work;               /* of all steps, in multiplications in double-double */
     bool beside;
     struct precise_point here, there;

@@ -31,6 +31,7 @@ static void *series_alloc(struct precise_march *m)
     w->there.series = sga_calloc(count + 1, sizeof *w->there.series);
     w->slope = sga_calloc((size_t)w->n + 1, sizeof *w->slope);
     w->part = sga_calloc((size_t)w->order + 1, sizeof *w->part);
+    w->work = sga_calloc(3 * (size_t)w->order + 1, sizeof *w->work);
     w->count = m->sides.count;
     w->here.argument = sga_calloc((size_t)w->count * (size_t)w->order + 1, sizeof *w->here.argument);
     w->there.argument = sga_calloc((size_t)w->count * (size_t)w->order + 1, sizeof *w->there.argument);
@@ -48,6 +49,7 @@ static void series_free(void *state)
     free(w->change);
     free(w->slope);
     free(w->part);
+    free(w->work);
     free(w);
 }
 

@@ -20,6 +20,7 @@ struct expansions {
     num_dd *change;            /* by switch: where its side is left from here, within far; INFINITY: nowhere */
     num_dd to;                 /* the step that ends at the first change */
     num_dd *slope, *part;      /* n; order */
+    double *work;              /* 3 order */
 };
 
 /* The series at a point on a scale near the size, or below where it overflows there. False: there is none. */

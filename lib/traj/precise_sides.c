@@ -196,7 +196,7 @@ static num_dd change_of(struct expansions *w, const struct precise_march *m, int
             return num_dd_of(0);
         w->part[0] = num_dd_of(0);
     }
-    return num_dd_mul_d(num_jet2_change(w->part, w->order - 1, side), w->far);
+    return num_dd_mul_d(num_jet2_change(w->part, w->order - 1, side, w->work), w->far);
 }
 
 void precise_find_changes(struct expansions *w, struct precise_march *m)

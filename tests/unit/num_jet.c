@@ -176,8 +176,9 @@ static void first_changes(void)
             num_jet2_input(j2, 3)[k] = num_dd_of(c[k]);
             CHECK(num_jet_next(j, k) && num_jet2_next(j2, k));
         }
-        double first = kind < 2 && r < 1 ? r : INFINITY, reach[2] = { num_jet_reach(j, MOST), num_jet2_reach(j2, MOST).hi };
-        for (int i = 0; i < 2; i++)
+        double work[3 * (MOST + 1)], change = num_jet2_change(num_jet2_input(j2, 3), MOST, (int)sign, work).hi;
+        double first = kind < 2 && r < 1 ? r : INFINITY, reach[3] = { num_jet_reach(j, MOST), num_jet2_reach(j2, MOST).hi, change };
+        for (int i = 0; i < 3; i++)
             CHECK(isinf(first) ? isinf(reach[i]) : fabs(reach[i] - first) < 1e-2 * gap * first, "turn %d, %d: %.17g instead of %.17g", turn, i, reach[i], first);
     }
     num_tape_free(t);
