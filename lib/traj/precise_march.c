@@ -197,7 +197,7 @@ static bool begin(struct precise_march *m)
     m->path->t = p->start.hi;
     m->first_size = precise_largest(p->x, m->n);
     precise_set_scale(m, p->x);
-    for (int j = 0; j < m->n && m->beside; j++)
+    for (int j = 0; j < m->n && m->start_beside; j++)
         m->here.x[j] = num_dd_mul(m->here.x[j], (num_dd){ 1, j * 5 % 3 == 1 ? -NUM_DD_EPSILON : NUM_DD_EPSILON });
     m->why = ODE_CONSTRAINT_LOST;
     if (!precise_project(m->p, m->here.t, m->here.x, m->scale, NULL, &moved, &residual) || !allowed(m, &m->here)) {
@@ -211,7 +211,7 @@ static bool begin(struct precise_march *m)
     if (m->next == p->rq->samples)
         return false;
     take_rates(m, 0);
-    if (m->method->begin(m->state, m, span))
+    if (m->method->begin(m->state, m, span) || precise_begin_without_series(m, span))
         return true;
     if (m->path->reason == ODE_NONE)
         end_refused(m, true);
@@ -276,9 +276,9 @@ static bool step(struct precise_march *m, double *cut)
     return true;
 }
 
-void precise_march(struct precise *p, double rtol, double atol, bool beside, struct precise_path *path)
+static void march(struct precise *p, double rtol, double atol, bool beside, bool start_beside, struct precise_path *path)
 {
-    struct precise_march m = { .p = p, .path = path, .n = p->n, .rtol = rtol, .atol = atol, .beside = beside };
+    struct precise_march m = { .p = p, .path = path, .n = p->n, .rtol = rtol, .atol = atol, .beside = beside, .start_beside = start_beside };
     double cut = 1;
     *path = (struct precise_path){ .t = p->start.hi };
     m.direction = num_dd_less(p->time[p->rq->samples - 1], p->start) ? -1 : 1;
@@ -302,4 +302,13 @@ void precise_march(struct precise *p, double rtol, double atol, bool beside, str
     precise_sides_end(&m);
     free(states);
     free(m.scale);
+}
+
+void precise_march(struct precise *p, double rtol, double atol, bool beside, struct precise_path *path)
+{
+    march(p, rtol, atol, beside, beside, path);
+    if (!beside || path->steps || path->reason != ODE_LEFT_DOMAIN)
+        return;
+    precise_path_clear(path);                      /* the start may lie on the border, and the point beside it beyond */
+    march(p, rtol, atol, beside, false, path);
 }

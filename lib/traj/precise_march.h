@@ -69,7 +69,7 @@ struct precise_march {
     double rtol, atol, direction, first_size;
     double *rate, *calm;       /* n: of the field at here; the largest where steps were no small part of the time passed */
     double work;               /* of all steps, in multiplications in double-double */
-    bool beside;
+    bool beside, start_beside;
     struct precise_point here, there;
     long look_at; num_dd look_t; int hopeless;     /* see out_of_reach */
     double *scale;             /* n: the error allowed */
@@ -112,6 +112,8 @@ void precise_choice_begin(struct precise_march *m);
 void precise_choose(struct precise_march *m, double size);
 /* Steps shrink to nothing though the field has values (a kink): true where series, which see kinks, go on. */
 bool precise_rescue(struct precise_march *m);
+/* No series at the start (a root at its border): true where implicit steps, which need none, begin. */
+bool precise_begin_without_series(struct precise_march *m, double size);
 /* Frees the states; the path's name of the methods. */
 void precise_choice_end(struct precise_march *m);
 
