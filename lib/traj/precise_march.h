@@ -60,6 +60,7 @@ struct precise_sides {
     bool natural;              /* nothing is held in the present step */
     bool heading;              /* the step ends at a change */
     num_dd turned_t; int turned;      /* where a switch was turned last, and how many there */
+    int tries;                 /* to end the present step at a change */
 };
 
 struct precise_march {

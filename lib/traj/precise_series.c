@@ -199,7 +199,7 @@ static enum precise_outcome series_attempt(void *state, struct precise_march *m,
         *cut *= 2 * fmax(0.1, 0.9 * pow(miss, -1.0 / w->order));
         return PRECISE_TOO_LARGE;
     }
-    return precise_sides_agree(w, m, turns) ? PRECISE_TAKEN : PRECISE_TOO_LARGE;
+    return precise_sides_agree(w, m, turns, cut) ? PRECISE_TAKEN : PRECISE_TOO_LARGE;
 }
 
 static void series_value(const void *state, const struct precise_march *m, num_dd t, num_dd *x)

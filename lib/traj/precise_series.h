@@ -36,8 +36,9 @@ void precise_look_ahead(struct expansions *w, struct precise_march *m);
 bool precise_take_sides(struct expansions *w, struct precise_march *m);
 /* w->far is made smaller where arguments ask for it; w->change. */
 void precise_find_changes(struct expansions *w, struct precise_march *m);
-/* A step ends at there, at the first change (`turns`) or not. The sides there are what they should be, and the change is near enough? */
-bool precise_sides_agree(struct expansions *w, struct precise_march *m, bool turns);
+/* A step ends at there, at the first change (`turns`) or not. The sides there are what they should be, and the change is near enough?
+ * Where that only needs another try, *cut is 1. */
+bool precise_sides_agree(struct expansions *w, struct precise_march *m, bool turns, double *cut);
 /* The series go on from here, where the last step came to. False: the march ends (precise_end was called). */
 bool precise_sides_pass(struct expansions *w, struct precise_march *m);
 /* Changes that come at once are made at here; and how far steps may go from there (precise_look_ahead). False: as above. */

@@ -20,7 +20,10 @@
 #define ROUNDINGS 64.0         /* of the state, in an argument */
 #define AWAKE 1e4              /* roundings: a switch that was not held is off its surface */
 #define GRAIN 4.0              /* roundings of time: no step is shorter */
-#define HARM 0.5               /* of the error allowed: what turning beside the surface may do */
+/* Of the error allowed: what turning beside the surface may do; and may still do after TRIES tries to end nearer. */
+#define HARMLESS 1e-6
+#define HARM 0.5
+#define TRIES 3
 
 void precise_sides_begin(struct precise_march *m)
 {
@@ -215,6 +218,7 @@ void precise_find_changes(struct expansions *w, struct precise_march *m)
         if (q->side[e] && may_change(w, e))
             far = fmin(far, argument_terms(w, m, e));
     w->far = far;
+    m->sides.tries = 0;
     for (int e = 0; e < w->count; e++)
         if (q->side[e] && may_change(w, e))
             w->change[e] = change_of(w, m, e);
@@ -255,7 +259,17 @@ static double harm(const struct expansions *w, struct precise_march *m)
     return most;
 }
 
-bool precise_sides_agree(struct expansions *w, struct precise_march *m, bool turns)
+/* The step missed the surfaces by what the arguments' series there say. */
+static void correct_changes(struct expansions *w, const struct precise_march *m)
+{
+    for (int e = 0; e < w->count; e++) {
+        const num_dd *g = argument(w, &w->there, e);
+        if (m->sides.pending[e])
+            w->change[e] = num_dd_sub(w->change[e], num_dd_mul_d(num_dd_div(g[0], g[1]), w->there.scale / w->here.scale));
+    }
+}
+
+bool precise_sides_agree(struct expansions *w, struct precise_march *m, bool turns, double *cut)
 {
     struct precise_sides *q = &m->sides;
     if (!w->count || q->natural)
@@ -275,7 +289,14 @@ bool precise_sides_agree(struct expansions *w, struct precise_march *m, bool tur
     for (int e = 0; e < w->count; e++)
         if (q->side[e] && !q->pending[e] && q->side[e] * argument(w, &w->there, e)[0].hi < -q->doubt[e])
             return false;
-    return harm(w, m) <= HARM;
+    double worst = harm(w, m);
+    if (worst > HARMLESS && q->tries < TRIES) {
+        q->tries++;
+        *cut = 1;
+        correct_changes(w, m);
+        return false;
+    }
+    return worst <= HARM;
 }
 
 static bool end_sliding(struct precise_march *m)
