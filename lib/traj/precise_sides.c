@@ -96,18 +96,53 @@ static const num_dd *argument(const struct expansions *w, const struct expansion
     return q->argument + (size_t)e * (size_t)w->order;
 }
 
-/* Where a series (from coefficient 1 on) that begins at 0 goes: 1, -1, or 0 where it stays within `least`. */
-static int leads_to(const struct expansions *w, const num_dd *g, double least)
+/* Up to which s, at most far, the argument's last terms are as small against it as the state's against that. */
+static double argument_far(const struct expansions *w, const struct precise_march *m, const num_dd *g, double far)
 {
-    double most = 0, sum = 0;
-    for (int k = 1; k < w->order; k++) {
-        most = fmax(most, fabs(g[k].hi));
-        sum += fabs(g[k].hi);
+    enum { TURNS = 60 };
+    for (int turn = 0; turn < TURNS; turn++) {
+        double last[3], most = 0, power = 1;
+        for (int k = 0; k < w->order; k++, power *= far)
+            most = fmax(most, fabs(g[k].hi) * power);
+        for (int i = 0; i < 3; i++)
+            last[i] = fabs(g[w->order - 1 - i].hi) / fmax(fmax(m->rtol, NUM_DD_EPSILON) * most, 1e-300);
+        double s = precise_terms(last, w->order - 1);
+        if (!(s < far))
+            break;
+        far = s;
     }
-    for (int k = 1; k < w->order && sum > least; k++)
-        if (fabs(g[k].hi) > SMALL * most)
-            return g[k].hi > 0 ? 1 : -1;
+    return far;
+}
+
+/* w->part: the argument over s / far. Returns the sum of the coefficients' sizes. */
+static double spread(struct expansions *w, const num_dd *g, double far)
+{
+    double power = 1, sum = 0;
+    for (int k = 0; k < w->order; k++, power *= far) {
+        w->part[k] = num_dd_mul_d(g[k], power);
+        sum += fabs(w->part[k].hi);
+    }
+    return sum;
+}
+
+/* Where w->part leads to from 0 (coefficient 0 left out): 1, -1, or 0 where it does not lead away. */
+static int direction(const struct expansions *w)
+{
+    double most = 0;
+    for (int k = 1; k < w->order; k++)
+        most = fmax(most, fabs(w->part[k].hi));
+    for (int k = 1; k < w->order; k++)
+        if (fabs(w->part[k].hi) > SMALL * most)
+            return w->part[k].hi > 0 ? 1 : -1;
     return 0;
+}
+
+/* Where argument e leads to from its surface, where here lies; 0: it stays within roundings. */
+static int leads_to(struct expansions *w, const struct precise_march *m, int e)
+{
+    const num_dd *g = argument(w, &w->here, e);
+    double sum = spread(w, g, argument_far(w, m, g, 1));
+    return sum - fabs(w->part[0].hi) > m->sides.rounding[e] ? direction(w) : 0;
 }
 
 /* The side of e that the motion takes from its surface, where here lies; 0: none, or both. */
@@ -117,7 +152,7 @@ static int side_taken(struct expansions *w, struct precise_march *m, int e, doub
     for (int s = -1; s <= 1; s += 2) {
         m->sides.side[e] = (signed char)s;
         hold(m);
-        if (precise_expand(w, m, &m->here, &w->here, size) && leads_to(w, argument(w, &w->here, e), m->sides.rounding[e]) == s)
+        if (precise_expand(w, m, &m->here, &w->here, size) && leads_to(w, m, e) == s)
             taken = taken ? 2 : s;
     }
     m->sides.side[e] = 0;
@@ -170,32 +205,14 @@ static bool may_change(const struct expansions *w, int e)
     return !(fabs(g[0].hi) > rest);
 }
 
-/* Up to which s the argument's last terms are as small against it as the state's. */
-static double argument_terms(const struct expansions *w, const struct precise_march *m, int e)
-{
-    const num_dd *g = argument(w, &w->here, e);
-    double last[3], most = 0, power = 1;
-    for (int k = 0; k < w->order; k++, power *= w->far)
-        most = fmax(most, fabs(g[k].hi) * power);
-    for (int i = 0; i < 3; i++)
-        last[i] = fabs(g[w->order - 1 - i].hi) / fmax(m->rtol * most, 1e-300);
-    return precise_terms(last, w->order - 1);
-}
-
 /* Where e leaves its side: within far, or INFINITY. */
 static num_dd change_of(struct expansions *w, const struct precise_march *m, int e)
 {
-    const num_dd *g = argument(w, &w->here, e);
     int side = m->sides.side[e];
-    double power = 1, sum = 0;
-    for (int k = 0; k < w->order; k++, power *= w->far) {
-        w->part[k] = num_dd_mul_d(g[k], power);
-        sum += fabs(w->part[k].hi);
-    }
-    if (sum <= m->sides.rounding[e])
+    if (spread(w, argument(w, &w->here, e), w->far) <= m->sides.rounding[e])
         return num_dd_of(INFINITY);
     if (!(side * w->part[0].hi > 0)) {             /* on the surface, or beyond by what steps err */
-        if (leads_to(w, w->part, 0) != side)
+        if (direction(w) != side)
             return num_dd_of(0);
         w->part[0] = num_dd_of(0);
     }
@@ -216,7 +233,7 @@ void precise_find_changes(struct expansions *w, struct precise_march *m)
     double far = w->far;
     for (int e = 0; e < w->count; e++)
         if (q->side[e] && may_change(w, e))
-            far = fmin(far, argument_terms(w, m, e));
+            far = argument_far(w, m, argument(w, &w->here, e), far);
     w->far = far;
     m->sides.tries = 0;
     for (int e = 0; e < w->count; e++)
@@ -318,7 +335,7 @@ static bool turn_together(struct expansions *w, struct precise_march *m, double 
     grains(m, &m->here, &w->here);
     *slides = false;
     for (int e = 0; e < w->count; e++)
-        *slides |= q->pending[e] && leads_to(w, argument(w, &w->here, e), q->rounding[e]) == -q->side[e];
+        *slides |= q->pending[e] && leads_to(w, m, e) == -q->side[e];
     return true;
 }
 
