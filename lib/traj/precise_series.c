@@ -20,7 +20,9 @@ static void *series_alloc(struct precise_march *m)
     double tol = m->rtol > 0 ? m->rtol : fmin(1e-3, m->atol);
     struct precise *p = m->p;
     w->n = m->n;
-    w->order = (int)fmin(MOST_ORDER, fmax(LEAST_ORDER, ceil(-log(tol) / 2 + 2)));
+    /* Steps that end where switches turn are the same in solutions that are compared, whose errors must not be (cos has no odd terms). */
+    double more = m->sides.count && !m->beside ? 4 : 2;
+    w->order = (int)fmin(MOST_ORDER, fmax(LEAST_ORDER, ceil(-log(tol) / 2 + more)));
     if (!p->series || p->order != w->order) {
         num_jet2_free(p->series);
         p->series = num_jet2_new(p->field, w->order);
