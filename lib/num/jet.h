@@ -54,6 +54,11 @@ num_dd *num_jet2_input(struct num_jet2 *j, int i);
 const num_dd *num_jet2_root(const struct num_jet2 *j, int r);
 bool num_jet2_next(struct num_jet2 *j, int k);
 num_dd num_jet2_reach(const struct num_jet2 *j, int k);
+/* The sides that the tape holds its switches on, from now on. What is held does not end at num_jet2_reach. */
+void num_jet2_hold(struct num_jet2 *j, const struct num_tape *t);
+/* The first place in (0, 1] where x_0 + x_1 s + .. + x_k s^k leaves its side (1, -1), on which it begins or is 0; INFINITY: none
+ * that is deeper than 1e-29 of the sum of the terms. Changes closer together than 1e-11 are not told apart. work: 3 (k + 1) numbers. */
+num_dd num_jet2_change(const num_dd *x, int k, int side, double *work);
 int num_jet2_length(const struct num_jet2 *j);
 
 #endif

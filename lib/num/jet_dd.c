@@ -3,8 +3,9 @@
 
 #include <math.h>
 
-#include "jet_plan.h"
 #include "dd_lu.h"
+#include "jet_plan.h"
+#include "tape_code.h"
 
 #define R num_dd
 #define STRUCT num_jet2
@@ -52,3 +53,107 @@ static num_dd function(enum expr_op op, num_dd a)
 static void num_jet2_run(struct num_jet2 *j, int k, int from, int to);
 
 #include "jet_kernel.h"
+
+void num_jet2_hold(struct num_jet2 *j, const struct num_tape *t)
+{
+    for (int i = 0; i < t->nheld; i++)
+        for (int k = t->held[i].slot; k < t->held[i].slot + 3; k++)
+            j->row[(size_t)(j->plan.first_constant + k - t->ninputs) * j->stride] = num_dd_of(t->value[k]);
+}
+
+/* x(s); *slope by s in double. */
+static num_dd value_of(const num_dd *x, int k, num_dd s, double *slope)
+{
+    num_dd v = x[k];
+    *slope = 0;
+    for (int i = k - 1; i >= 0; i--) {
+        *slope = *slope * s.hi + v.hi;
+        v = num_dd_add(num_dd_mul(v, s), x[i]);
+    }
+    return v;
+}
+
+/* Newton's method from near a zero, which may have another one beside it. */
+static num_dd polished(const num_dd *x, int k, num_dd s)
+{
+    enum { TURNS = 12 };
+    double slope, last = INFINITY;
+    for (int turn = 0; turn < TURNS; turn++) {
+        double move = -value_of(x, k, s, &slope).hi / slope;
+        if (!(fabs(move) < 0.5 * last) || fabs(move) > 1e-8 * fabs(s.hi))
+            break;
+        s = num_dd_add_d(s, move);
+        last = fabs(move);
+    }
+    return s;
+}
+
+/* Where x, of one sign at a and of the other at b, is 0: between them, to all digits that s can have there. */
+static num_dd zero_between(const num_dd *x, int k, int side, num_dd a, num_dd b)
+{
+    double slope;
+    for (int turn = 0; turn < 110; turn++) {
+        num_dd s = num_dd_scale(num_dd_add(a, b), 0.5);
+        *(side * value_of(x, k, s, &slope).hi > 0 ? &a : &b) = s;
+    }
+    return b;
+}
+
+/* The first place after s, at most limit, where the slope changes its sign from that at s, or limit. work: 3 k numbers. */
+static double next_turn(const num_dd *x, int k, double s, double limit, double *work)
+{
+    double slope, middle, low, high, scale = 1;
+    for (int i = 1; i <= k; i++)
+        work[i - 1] = i * x[i].hi;
+    for (int r = 0; r < k - 1; r++)
+        for (int i = k - 2; i >= r; i--)
+            work[i] += s * work[i + 1];
+    int side = work[0] < 0 ? -1 : 1;
+    for (int i = 0; i < k; i++, scale *= limit - s)
+        work[i] *= side * scale;
+    if (!(limit > s) || !num_first_change(work, k - 1, work + k, &low, &high))
+        return limit;
+    low = s + low * (limit - s);
+    high = s + high * (limit - s);
+    for (int turn = 0; turn < 60; turn++) {
+        middle = 0.5 * (low + high);
+        value_of(x, k, num_dd_of(middle), &slope);
+        *(side * slope > 0 ? &low : &high) = middle;
+    }
+    return high;
+}
+
+/* The first change before limit that is too shallow for doubles: extreme values are looked at. */
+static num_dd shallow_change(const num_dd *x, int k, int side, double least, double limit, double *work)
+{
+    double s = 0, slope;
+    for (int turn = 0; turn < k && s < limit; turn++) {
+        double next = next_turn(x, k, s, limit, work);
+        num_dd v = value_of(x, k, num_dd_of(next), &slope);
+        if (side * v.hi < -least)
+            return zero_between(x, k, side, num_dd_of(s), num_dd_of(next));
+        s = next;
+    }
+    return num_dd_of(INFINITY);
+}
+
+num_dd num_jet2_change(const num_dd *x, int k, int side, double *work)
+{
+    static const double shallow = 1e-12;           /* of the sum of all terms: to be looked at twice */
+    double rest = 0, low = 1, high, dip;
+    for (int i = 0; i <= k; i++) {
+        work[i] = side * x[i].hi;
+        rest += i ? fabs(work[i]) : 0;
+    }
+    if (work[0] > rest)
+        return num_dd_of(INFINITY);
+    bool found = num_first_change(work, k, work + k + 1, &low, &high);
+    num_dd s = found ? polished(x, k, change(x, k, side, low, high)) : num_dd_of(INFINITY);
+    double least = shallow * (fabs(work[0]) + rest);
+    work[0] -= least;
+    if (k > 1 && (work[0] <= 0 || (num_first_change(work, k, work + k + 1, &dip, &high) && dip < low))) {
+        num_dd before = shallow_change(x, k, side, 1e-17 * least, found ? low : 1, work);
+        s = num_dd_less(before, s) ? before : s;
+    }
+    return s;
+}

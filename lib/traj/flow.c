@@ -113,7 +113,7 @@ static void surfaces(void *ctx, double t, const double *x, double *g)
     num_tape_eval(f->surface, f->in, g);
 }
 
-static void hold(void *ctx, const signed char *side)
+void flow_hold(void *ctx, const signed char *side)
 {
     struct flow *f = ctx;
     field_hold(&f->field, side);
@@ -273,7 +273,7 @@ struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
                                  .taylor = f->field.fast && !f->sys->signals ? taylor : NULL,
                                  .taylor_rtol = series_fast(&f->field) ? FAST_RTOL : 0,
                                  .breaks = f->knot, .break_count = f->knots, .enter = f->sys->signals ? enter : NULL,
-                                 .switches = f->field.switches.count, .switching = surfaces, .hold = hold,
+                                 .switches = f->field.switches.count, .switching = surfaces, .hold = flow_hold,
                                  .piece = f->inputs.piece, .pieces = f->inputs.count,
                                  .noise = flow_noise,
                                  .cost = 4.0 * num_tape_length(f->field.direct),

@@ -46,6 +46,8 @@ bool flow_noise(void *flow, double t, const double *x, double *noise);
 void flow_output(void *flow, double t, const double *x, double *y);
 /* The largest of each column of rows x columns errors; malloced. */
 double *traj_column_errors(const double *error, int rows, int columns);
+/* As num_tape_hold, for everything of the flow that has switches. */
+void flow_hold(void *flow, const signed char *side);
 /* drift.c: r->drift from samples x n states at the request's times. False with err: an integral has
  * no value anywhere, or uses names that have none. */
 bool traj_drift(struct flow *f, const struct traj_request *rq, const double *x, int samples, struct traj_result *r,

@@ -265,6 +265,24 @@ static void precise_clear(struct precise *p)
     free(p->x);
 }
 
+/* p->field: of switches the series of their arguments are needed too. */
+static bool with_arguments(struct precise *p, struct sga_error *err)
+{
+    struct field *f = &p->flow->field;
+    int count = f->switches.count, *inputs;
+    p->field = f->plain;
+    if (!count)
+        return true;
+    expr_id *root = sga_malloc((size_t)(p->n + count) * sizeof *root);
+    memcpy(root, f->root, (size_t)p->n * sizeof *root);
+    memcpy(root + p->n, f->switches.argument, (size_t)count * sizeof *root);
+    inputs = field_inputs(p->sys);
+    p->field = num_tape_new_switched(p->sys->store, &f->switches, root, p->n + count, inputs, p->n + 1, err);
+    free(inputs);
+    free(root);
+    return p->field != NULL;
+}
+
 bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
                  const struct traj_result *guide, struct precise_limits limits, enum ode_reason *reason, struct traj_result *r, struct sga_error *err)
 {
@@ -272,20 +290,14 @@ bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_
     struct outcome o = { 0 };
     p.time = sga_calloc((size_t)rq->samples + 1, sizeof *p.time);
     p.x = sga_calloc((size_t)f->n + 1, sizeof *p.x);
+    bool ok;
     p.constraint = num_jet2_new(f->manifold.tape, 1);
     p.output = f->output ? num_jet2_new(f->output, 0) : NULL;
     if (guide) {
         p.event = num_jet2_new(f->event, 1);
         p.velocity = num_jet2_new(f->field.plain, 0);
     }
-    struct num_tape *own = NULL;
-    if (f->field.switches.count) {       /* series find their sides by themselves */
-        int *inputs = field_inputs(sys);
-        own = num_tape_new(sys->store, f->field.root, f->n, inputs, f->n + 1, err);
-        free(inputs);
-    }
-    p.field = own ? own : f->field.plain;
-    bool ok = (own || !f->field.switches.count) && precise_start(&p, r->initial, err);
+    ok = with_arguments(&p, err) && precise_start(&p, r->initial, err);
     if (ok) {
         r->steps = r->rejected = r->evaluations = 0;
         double begin = sga_cpu();
@@ -303,7 +315,8 @@ bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_
         *reason = o.path.reason;
     }
     clear(&o);
+    if (p.field != f->field.plain)
+        num_tape_free(p.field);
     precise_clear(&p);
-    num_tape_free(own);
     return ok;
 }

@@ -25,7 +25,7 @@ struct precise {
     int n;
     struct num_jet2 *constraint, *output;     /* values only; output NULL: the variables */
     struct num_jet2 *series; int order;       /* of the field, from */
-    const struct num_tape *field;             /* where switches are what their arguments say */
+    struct num_tape *field;                   /* with the arguments of the switches after it */
     struct num_jet2 *values;                  /* of the field: its values alone, for implicit steps; NULL at first */
     const struct traj_result *guide;          /* the motion in double, with what happens on it; NULL: no events */
     struct num_jet2 *event, *velocity;        /* of the events, to order 1; of the field; NULL: no events */

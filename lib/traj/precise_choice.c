@@ -169,6 +169,14 @@ void precise_choose(struct precise_march *m, double size)
     }
 }
 
+bool precise_begin_without_series(struct precise_march *m, double size)
+{
+    if (!m->choice.free || m->method != &precise_series)
+        return false;
+    use(m, IMPLICIT);
+    return m->method->begin(m->state, m, size);
+}
+
 bool precise_rescue(struct precise_march *m)
 {
     struct precise_choice *c = &m->choice;

@@ -10,8 +10,12 @@
 
 /* Steps this small against the time passed end a march that shrinks them. */
 #define SMALLEST 1e-25
+#define SMALLEST_TO_CHANGE 1e-31
 /* Places of ranks and domains are found in double. */
 #define SMALLEST_REFUSED 4e-16
+/* Steps of this part of the time passed tend to no singularity; near one derivatives are so many times larger. */
+#define CALM 1e-3
+#define GROWN 30.0
 #define HUGE_STATE 1e280        /* products of halves overflow not far beyond */
 #define LOOK_EVERY 500
 #define LOOKS 4
@@ -54,23 +58,25 @@ static bool allowed(struct precise_march *m, const struct precise_point *q)
 }
 
 /* How far the projection may move a point without spoiling it. */
-static double most_moved(const struct precise_march *m)
+static double most_moved(const struct precise_march *m, const struct precise_point *q)
 {
     double sum = 0;
     for (int j = 0; j < m->n; j++)
-        sum += pow(NUM_DD_EPSILON * m->there.x[j].hi / m->scale[j], 2);
+        sum += pow(NUM_DD_EPSILON * q->x[j].hi / m->scale[j], 2);
     return 10 + 1000 * sqrt(sum / m->n);
 }
 
-bool precise_arrive(struct precise_march *m)
+bool precise_settle(struct precise_march *m, struct precise_point *q)
 {
     double moved, residual;
     m->why = ODE_LEFT_DOMAIN;
-    if (!precise_project(m->p, m->there.t, m->there.x, m->scale, NULL, &moved, &residual))
+    if (!precise_project(m->p, q->t, q->x, m->scale, NULL, &moved, &residual))
         return false;
     m->why = ODE_CONSTRAINT_LOST;
-    return moved <= most_moved(m) && allowed(m, &m->there);
+    return moved <= most_moved(m, q) && allowed(m, q);
 }
+
+bool precise_arrive(struct precise_march *m) { return precise_settle(m, &m->there); }
 
 /* Samples up to the end, in the last step. False: one of them cannot be projected. */
 static bool deliver(struct precise_march *m, num_dd end)
@@ -83,14 +89,14 @@ static bool deliver(struct precise_march *m, num_dd end)
             return true;
         num_dd *x = m->path->sample + (size_t)m->next * (size_t)m->n;
         m->method->value(m->state, m, p->time[m->next], x);
-        if (!precise_project(m->p, p->time[m->next], x, m->scale, NULL, &moved, &residual) || !(moved <= most_moved(m)))
+        if (!precise_project(m->p, p->time[m->next], x, m->scale, NULL, &moved, &residual) || !(moved <= most_moved(m, &m->there)))
             return false;
         m->path->residual = fmax(m->path->residual, residual);
     }
     return true;
 }
 
-static void end_at(struct precise_march *m, enum ode_reason reason, const char *detail)
+void precise_end(struct precise_march *m, enum ode_reason reason, const char *detail)
 {
     m->path->reason = reason;
     m->path->t = m->here.t.hi;
@@ -105,32 +111,36 @@ double precise_largest(const num_dd *x, int n)
     return most;
 }
 
-/* The derivative is far larger than the state over the time passed: a scale of its own that goes to 0. */
-static bool grows_now(const struct precise_march *m, double size, double *rate)
+/* Derivatives are far larger than where the steps had not begun to shrink: the largest of them, 0 where there is none. And
+ * *alone: it is so large against the state over the time passed that it has a scale of its own, which goes to 0. */
+static double growing(const struct precise_march *m, double size, bool *alone)
 {
-    double passed = fabs(num_dd_sub(m->here.t, m->p->start).hi);
-    *rate = m->path->steps ? m->rate : 0;
-    return *rate * passed > 1e3 * fmax(fmax(size, m->first_size), 1e-300);
+    double passed = fabs(num_dd_sub(m->here.t, m->p->start).hi), most = 0;
+    for (int j = 0; j < m->n && m->path->steps; j++)
+        if (m->rate[j] > GROWN * m->calm[j])
+            most = fmax(most, m->rate[j]);
+    *alone = most * passed > 1e3 * fmax(fmax(size, m->first_size), 1e-300);
+    return most;
 }
 
 static void end_refused(struct precise_march *m, bool refused)
 {
-    double size = precise_largest(m->here.x, m->n), rate;
     char text[200];
-    bool grows = grows_now(m, size, &rate) && !(refused && m->why != ODE_LEFT_DOMAIN);
+    bool alone;
+    double size = precise_largest(m->here.x, m->n), rate = growing(m, size, &alone);
     if (size > HUGE_STATE) {
         snprintf(text, sizeof text, "the solution grows beyond the range of numbers (size %.3g at the end)", size);
-        end_at(m, ODE_BLOW_UP, text);
-    } else if (size > 1e3 * (m->first_size + 1) && !(refused && m->why == ODE_SINGULAR)) {
+        precise_end(m, ODE_BLOW_UP, text);
+    } else if (rate > 0 && size > 1e3 * (m->first_size + 1) && !(refused && m->why == ODE_SINGULAR)) {
         snprintf(text, sizeof text, "the solution grows without bound (size %.3g at the end)", size);
-        end_at(m, ODE_BLOW_UP, text);
-    } else if (grows) {
+        precise_end(m, ODE_BLOW_UP, text);
+    } else if (alone && !(refused && m->why != ODE_LEFT_DOMAIN)) {
         snprintf(text, sizeof text, "the derivative grows without bound (size %.3g) while the solution stays at size %.3g", rate, size);
-        end_at(m, ODE_BLOW_UP, text);
+        precise_end(m, ODE_BLOW_UP, text);
     } else if (!refused) {
-        end_at(m, ODE_NOT_SMOOTH, "no step is small enough for the tolerance here: the field is not smooth, or the tolerance is too tight");
+        precise_end(m, ODE_NOT_SMOOTH, "no step is small enough for the tolerance here: the field is not smooth, or the tolerance is too tight");
     } else {
-        end_at(m, m->why, m->why == ODE_SINGULAR ? "a rank drops here: the field or the constraints are singular"
+        precise_end(m, m->why, m->why == ODE_SINGULAR ? "a rank drops here: the field or the constraints are singular"
                           : m->why == ODE_LEFT_DOMAIN ? "the vector field has no series beyond this time"
                           : "no point near the solution satisfies the constraints beyond this time");
     }
@@ -152,28 +162,29 @@ static bool may_go_on(struct precise_march *m)
     struct precise_path *q = m->path;
     struct sga_error err = { 0 };
     if (!sga_budget_ok(m->p->rq->budget, &err)) {
-        end_at(m, err.code == SGA_E_CANCELLED ? ODE_CANCELLED : ODE_TIME_LIMIT, err.detail);
+        precise_end(m, err.code == SGA_E_CANCELLED ? ODE_CANCELLED : ODE_TIME_LIMIT, err.detail);
         return false;
     }
     if (q->steps + q->refused >= m->p->limits.steps || m->work > m->p->limits.work) {
-        end_at(m, ODE_STEP_LIMIT, "the limit of steps was reached; ask for an earlier stop or larger tolerances");
+        precise_end(m, ODE_STEP_LIMIT, "the limit of steps was reached; ask for an earlier stop or larger tolerances");
         return false;
     }
     if (q->steps >= m->look_at && out_of_reach(m)) {
-        end_at(m, ODE_STEP_LIMIT, "the last time is out of reach: if the system is stiff, ask for the method \"auto\" or \"radau\"; "
+        precise_end(m, ODE_STEP_LIMIT, "the last time is out of reach: if the system is stiff, ask for the method \"auto\" or \"radau\"; "
                "otherwise for an earlier stop");
         return false;
     }
     return true;
 }
 
-/* The size of the field where precise_arrive came to, or the march begins. */
-static double rate_of(const struct precise_march *m)
+/* The field where the march is, after a step of some size. */
+static void take_rates(struct precise_march *m, double size)
 {
-    double most = 0;
-    for (int j = 0; j < m->n; j++)
-        most = fmax(most, fabs(m->fd[j]));
-    return most;
+    bool calm = size >= CALM * fabs(num_dd_sub(m->here.t, m->p->start).hi);
+    for (int j = 0; j < m->n; j++) {
+        m->calm[j] = calm ? fmax(m->calm[j], m->rate[j]) : m->calm[j];
+        m->rate[j] = fabs(m->fd[j]);
+    }
 }
 
 static bool begin(struct precise_march *m)
@@ -186,7 +197,7 @@ static bool begin(struct precise_march *m)
     m->path->t = p->start.hi;
     m->first_size = precise_largest(p->x, m->n);
     precise_set_scale(m, p->x);
-    for (int j = 0; j < m->n && m->beside; j++)
+    for (int j = 0; j < m->n && m->start_beside; j++)
         m->here.x[j] = num_dd_mul(m->here.x[j], (num_dd){ 1, j * 5 % 3 == 1 ? -NUM_DD_EPSILON : NUM_DD_EPSILON });
     m->why = ODE_CONSTRAINT_LOST;
     if (!precise_project(m->p, m->here.t, m->here.x, m->scale, NULL, &moved, &residual) || !allowed(m, &m->here)) {
@@ -199,10 +210,11 @@ static bool begin(struct precise_march *m)
         memcpy(m->path->sample + (size_t)m->next * (size_t)m->n, m->here.x, (size_t)m->n * sizeof *p->x);
     if (m->next == p->rq->samples)
         return false;
-    m->rate = rate_of(m);
-    if (m->method->begin(m->state, m, span))
+    take_rates(m, 0);
+    if (m->method->begin(m->state, m, span) || precise_begin_without_series(m, span))
         return true;
-    end_refused(m, true);
+    if (m->path->reason == ODE_NONE)
+        end_refused(m, true);
     return false;
 }
 
@@ -220,7 +232,8 @@ static bool step(struct precise_march *m, double *cut)
     num_dd h = within_pieces(m, m->method->size(m->state, m, *cut));
     double size = fabs(h.hi), passed = fmax(fabs(m->here.t.hi), fabs(num_dd_sub(m->here.t, m->p->start).hi));
     bool refused = *cut < 1 && m->why != ODE_NONE, huge = precise_largest(m->here.x, m->n) > HUGE_STATE;
-    if (huge || !(size >= (refused ? SMALLEST_REFUSED : SMALLEST) * fmax(passed, 1e-300))) {
+    double least = refused ? SMALLEST_REFUSED : m->sides.heading ? SMALLEST_TO_CHANGE : SMALLEST;
+    if (huge || !(size >= least * fmax(passed, 1e-300))) {
         if (!huge && !refused && precise_rescue(m)) {
             *cut = 1;
             return true;
@@ -245,7 +258,7 @@ static bool step(struct precise_march *m, double *cut)
     m->choice.steps[m->method == &precise_radau]++;
     precise_watched(m);
     if (stopped) {
-        end_at(m, ODE_EVENT, "an event that stops the motion");
+        precise_end(m, ODE_EVENT, "an event that stops the motion");
         m->path->t = end.hi;
     }
     if (stopped || m->path->lost)
@@ -255,16 +268,17 @@ static bool step(struct precise_march *m, double *cut)
     struct precise_point before = m->here;
     m->here = m->there;
     m->there = before;
-    m->rate = rate_of(m);
-    m->method->accepted(m->state, m);
+    if (!m->method->accepted(m->state, m))
+        return false;
+    take_rates(m, size);
     precise_choose(m, size);
     *cut = 1;
     return true;
 }
 
-void precise_march(struct precise *p, double rtol, double atol, bool beside, struct precise_path *path)
+static void march(struct precise *p, double rtol, double atol, bool beside, bool start_beside, struct precise_path *path)
 {
-    struct precise_march m = { .p = p, .path = path, .n = p->n, .rtol = rtol, .atol = atol, .beside = beside };
+    struct precise_march m = { .p = p, .path = path, .n = p->n, .rtol = rtol, .atol = atol, .beside = beside, .start_beside = start_beside };
     double cut = 1;
     *path = (struct precise_path){ .t = p->start.hi };
     m.direction = num_dd_less(p->time[p->rq->samples - 1], p->start) ? -1 : 1;
@@ -272,9 +286,12 @@ void precise_march(struct precise *p, double rtol, double atol, bool beside, str
     m.here.x = sga_calloc(2 * (size_t)m.n + 1, sizeof *m.here.x);
     m.there.x = m.here.x + m.n;
     num_dd *states = m.here.x;
-    m.scale = sga_calloc(3 * (size_t)m.n + 1, sizeof *m.scale);
+    m.scale = sga_calloc(5 * (size_t)m.n + 1, sizeof *m.scale);
     m.xd = m.scale + m.n;
     m.fd = m.xd + m.n;
+    m.rate = m.fd + m.n;
+    m.calm = m.rate + m.n;
+    precise_sides_begin(&m);
     precise_choice_begin(&m);
     if (begin(&m))
         while (may_go_on(&m) && step(&m, &cut)) { }
@@ -282,6 +299,16 @@ void precise_march(struct precise *p, double rtol, double atol, bool beside, str
     if (path->reason == ODE_NONE)
         path->t = p->time[p->rq->samples - 1].hi;
     precise_choice_end(&m);
+    precise_sides_end(&m);
     free(states);
     free(m.scale);
+}
+
+void precise_march(struct precise *p, double rtol, double atol, bool beside, struct precise_path *path)
+{
+    march(p, rtol, atol, beside, beside, path);
+    if (!beside || path->steps || path->reason != ODE_LEFT_DOMAIN)
+        return;
+    precise_path_clear(path);                      /* the start may lie on the border, and the point beside it beyond */
+    march(p, rtol, atol, beside, false, path);
 }

@@ -29,8 +29,8 @@ struct precise_method {
     enum precise_outcome (*attempt)(void *state, struct precise_march *m, num_dd h, double *cut);
     /* The solution at a time inside the last step attempted. */
     void (*value)(const void *state, const struct precise_march *m, num_dd t, num_dd *x);
-    /* m->here is the end of the last step attempted from now on. */
-    void (*accepted)(void *state, struct precise_march *m);
+    /* m->here is the end of the last step attempted from now on. False: the march ends there (precise_end was called). */
+    bool (*accepted)(void *state, struct precise_march *m);
     /* About what a step takes, in multiplications in double-double. */
     double (*cost)(const void *state, const struct precise_march *m);
 };
@@ -50,14 +50,27 @@ struct precise_choice {
     long rescued;              /* steps + 1 when steps shrank to nothing last; 0: never */
 };
 
+/* The switches of the field and the constraints, and on which side each is held. precise_sides.c. */
+struct precise_sides {
+    int count;
+    signed char *side;         /* 0: not held */
+    unsigned char *pending;    /* the step attempted ends where it changes */
+    double *rounding, *doubt;  /* of the arguments: see precise_sides.c */
+    double *in, *value;        /* work: n + 1, 2 count */
+    bool natural;              /* nothing is held in the present step */
+    bool heading;              /* the step ends at a change */
+    num_dd turned_t; int turned;      /* where a switch was turned last, and how many there */
+    int tries;                 /* to end the present step at a change */
+};
+
 struct precise_march {
     struct precise *p;
     struct precise_path *path;
     int n, next, next_piece;
     double rtol, atol, direction, first_size;
-    double rate;               /* the size of the field at here */
+    double *rate, *calm;       /* n: of the field at here; the largest where steps were no small part of the time passed */
     double work;               /* of all steps, in multiplications in double-double */
-    bool beside;
+    bool beside, start_beside;
     struct precise_point here, there;
     long look_at; num_dd look_t; int hopeless;     /* see out_of_reach */
     double *scale;             /* n: the error allowed */
@@ -67,6 +80,7 @@ struct precise_march {
     const struct precise_method *method;
     void *state;
     struct precise_choice choice;
+    struct precise_sides sides;
 };
 
 /* precise_march.c. m->scale for a point x. */
@@ -77,8 +91,16 @@ double precise_weighted(const struct precise_march *m, const num_dd *v);
  * value that ranks and signs allow. */
 bool precise_arrive(struct precise_march *m);
 double precise_largest(const num_dd *x, int n);
+/* The same without asking where the point came from. */
+bool precise_settle(struct precise_march *m, struct precise_point *q);
+/* The march ends at here. */
+void precise_end(struct precise_march *m, enum ode_reason reason, const char *detail);
 /* Time from here to the last sample. */
 num_dd precise_rest(const struct precise_march *m);
+
+/* precise_sides.c. Nothing is held at first, nor afterwards. */
+void precise_sides_begin(struct precise_march *m);
+void precise_sides_end(struct precise_march *m);
 
 /* precise_event.c. The events of the last step attempted, into the path (path->lost: one is not seen again); true: one stops
  * the motion at *end. The step may still be refused; precise_watched: it was taken. */
@@ -91,6 +113,8 @@ void precise_choice_begin(struct precise_march *m);
 void precise_choose(struct precise_march *m, double size);
 /* Steps shrink to nothing though the field has values (a kink): true where series, which see kinks, go on. */
 bool precise_rescue(struct precise_march *m);
+/* No series at the start (a root at its border): true where implicit steps, which need none, begin. */
+bool precise_begin_without_series(struct precise_march *m, double size);
 /* Frees the states; the path's name of the methods. */
 void precise_choice_end(struct precise_march *m);
 

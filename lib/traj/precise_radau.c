@@ -119,6 +119,13 @@ static void guess(struct radau *r, num_dd h)
     }
 }
 
+/* Along the field at here, for a start whose Jacobian has no value (sqrt(x) at 0). */
+static void guess_straight(struct radau *r, const struct precise_march *m, num_dd h)
+{
+    for (int k = 0; k < r->s * r->n; k++)
+        r->stages->z[k] = num_dd_of(r->stages->formula->c[k / r->n].hi * h.hi * m->fd[k % r->n]);
+}
+
 /* Of the polynomial inside the step, in units of the error allowed. */
 static double error_of(struct radau *r, const struct precise_march *m)
 {
@@ -147,6 +154,10 @@ static enum precise_outcome radau_attempt(void *state, struct precise_march *m, 
     guess(r, h);
     m->why = ODE_LEFT_DOMAIN;
     enum precise_solved solved = precise_stages_solve(r->stages, m, h);
+    if (solved == STAGES_REFUSED && !m->path->steps) {
+        guess_straight(r, m, h);
+        solved = precise_stages_solve(r->stages, m, h);
+    }
     bool again = r->refused;
     r->refused = true;
     if (solved != STAGES_SOLVED) {
@@ -184,7 +195,7 @@ static void radau_value(const void *state, const struct precise_march *m, num_dd
     }
 }
 
-static void radau_accepted(void *state, struct precise_march *m)
+static bool radau_accepted(void *state, struct precise_march *m)
 {
     (void)m;
     struct radau *r = state;
@@ -194,6 +205,7 @@ static void radau_accepted(void *state, struct precise_march *m)
     r->refused = false;
     r->work = r->stages->work;
     r->stages->work = 0;
+    return true;
 }
 
 static double radau_cost(const void *state, const struct precise_march *m)

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "mem.h"
-#include "precise_march.h"
+#include "precise_series.h"
 
 #define LEAST_ORDER 8
 #define MOST_ORDER 40
@@ -14,25 +14,15 @@
 #define SAFETY 0.95
 #define SCALES 4               /* tries of a scale on which the series is finite */
 
-/* The series at a point; t, x are those of the march's. */
-struct expansion {
-    num_dd *series, reach;     /* series: (order + 1) x n */
-    double scale;
-};
-
-struct expansions {
-    int n, order;
-    struct expansion here, there;
-    num_dd *slope;             /* n */
-};
-
 static void *series_alloc(struct precise_march *m)
 {
     struct expansions *w = sga_calloc(1, sizeof *w);
     double tol = m->rtol > 0 ? m->rtol : fmin(1e-3, m->atol);
     struct precise *p = m->p;
     w->n = m->n;
-    w->order = (int)fmin(MOST_ORDER, fmax(LEAST_ORDER, ceil(-log(tol) / 2 + 2)));
+    /* Steps that end where switches turn are the same in solutions that are compared, whose errors must not be (cos has no odd terms). */
+    double more = m->sides.count && !m->beside ? 4 : 2;
+    w->order = (int)fmin(MOST_ORDER, fmax(LEAST_ORDER, ceil(-log(tol) / 2 + more)));
     if (!p->series || p->order != w->order) {
         num_jet2_free(p->series);
         p->series = num_jet2_new(p->field, w->order);
@@ -42,6 +32,12 @@ static void *series_alloc(struct precise_march *m)
     w->here.series = sga_calloc(count + 1, sizeof *w->here.series);
     w->there.series = sga_calloc(count + 1, sizeof *w->there.series);
     w->slope = sga_calloc((size_t)w->n + 1, sizeof *w->slope);
+    w->part = sga_calloc((size_t)w->order + 1, sizeof *w->part);
+    w->work = sga_calloc(3 * (size_t)w->order + 1, sizeof *w->work);
+    w->count = m->sides.count;
+    w->here.argument = sga_calloc((size_t)w->count * (size_t)w->order + 1, sizeof *w->here.argument);
+    w->there.argument = sga_calloc((size_t)w->count * (size_t)w->order + 1, sizeof *w->there.argument);
+    w->change = sga_calloc((size_t)w->count + 1, sizeof *w->change);
     return w;
 }
 
@@ -50,7 +46,12 @@ static void series_free(void *state)
     struct expansions *w = state;
     free(w->here.series);
     free(w->there.series);
+    free(w->here.argument);
+    free(w->there.argument);
+    free(w->change);
     free(w->slope);
+    free(w->part);
+    free(w->work);
     free(w);
 }
 
@@ -74,6 +75,8 @@ static bool series_at(struct expansions *w, struct precise_march *m, const struc
             num_jet2_input(jet, j)[k + 1] = q->series[(size_t)(k + 1) * (size_t)n + (size_t)j] = c;
         }
     }
+    for (int e = 0; e < w->count; e++)
+        memcpy(q->argument + (size_t)e * (size_t)w->order, num_jet2_root(jet, n + e), (size_t)w->order * sizeof *q->argument);
     q->reach = num_jet2_reach(jet, w->order - 1);
     return true;
 }
@@ -87,8 +90,7 @@ static bool measurable(const struct expansions *w, const struct precise_march *m
     return true;
 }
 
-/* The series at a point on a scale near the size, or below where it overflows there. */
-static bool expand(struct expansions *w, struct precise_march *m, const struct precise_point *at, struct expansion *q, double size)
+bool precise_expand(struct expansions *w, struct precise_march *m, const struct precise_point *at, struct expansion *q, double size)
 {
     int e;
     frexp(size, &e);
@@ -98,17 +100,6 @@ static bool expand(struct expansions *w, struct precise_march *m, const struct p
         if (series_at(w, m, at, q) && measurable(w, m, q))
             return true;
     }
-    return false;
-}
-
-static bool series_begin(void *state, struct precise_march *m, double size)
-{
-    struct expansions *w = state;
-    m->why = ODE_LEFT_DOMAIN;
-    precise_set_scale(m, m->here.x);
-    for (double s = size; s > 1e-30 * size; s *= 1e-3)
-        if (expand(w, m, &m->here, &w->here, s))
-            return true;
     return false;
 }
 
@@ -129,27 +120,52 @@ static void polynomial(const struct expansions *w, num_dd s, num_dd *x, num_dd *
     }
 }
 
-/* Up to which s the last terms are within tolerance. */
-static double last_terms(const struct expansions *w, struct precise_march *m)
+double precise_terms(const double last[LAST_TERMS], int order)
 {
     double fall = EXPECTED_FALL, s = INFINITY;
+    for (int i = 0; i < LAST_TERMS; i++, fall *= EXPECTED_FALL)
+        if (fall * last[i] > 0)
+            s = fmin(s, pow(fall * last[i], -1.0 / (order - i)));
+    return SAFETY * s;
+}
+
+/* How far the next step may go. */
+void precise_look_ahead(struct expansions *w, struct precise_march *m)
+{
+    double last[LAST_TERMS];
     precise_set_scale(m, m->here.x);
-    for (int i = 0; i < LAST_TERMS; i++, fall *= EXPECTED_FALL) {
-        double e = fall * precise_weighted(m, w->here.series + (size_t)(w->order - i) * (size_t)w->n);
-        if (!(e <= 0))
-            s = fmin(s, pow(e, -1.0 / (w->order - i)));
-    }
-    return s;
+    for (int i = 0; i < LAST_TERMS; i++)
+        last[i] = precise_weighted(m, w->here.series + (size_t)(w->order - i) * (size_t)w->n);
+    w->far = fmin(1, precise_terms(last, w->order));
+    precise_find_changes(w, m);
+}
+
+static bool series_begin(void *state, struct precise_march *m, double size)
+{
+    struct expansions *w = state;
+    m->why = ODE_LEFT_DOMAIN;
+    precise_set_scale(m, m->here.x);
+    for (double s = size; s > 1e-30 * size; s *= 1e-3)
+        if (precise_expand(w, m, &m->here, &w->here, s))
+            return precise_take_sides(w, m) && precise_sides_settle(w, m, s);
+    return false;
 }
 
 static num_dd series_size(void *state, struct precise_march *m, double cut)
 {
     struct expansions *w = state;
-    double far = cut * fmin(1, SAFETY * last_terms(w, m));
+    double far = cut * w->far;
     num_dd s = num_dd_of(far);
-    if (w->here.reach.hi < far)
-        s = num_dd_add(w->here.reach, num_dd_of(1e-30));
-    return num_dd_scale(s, w->here.scale);
+    precise_set_scale(m, m->here.x);
+    m->sides.heading = false;
+    if (w->here.reach.hi < far)                /* with nothing held: over a place without series, if the defect allows it */
+        s = m->sides.natural ? num_dd_of(fmin(far, 2 * w->here.reach.hi * cut)) : num_dd_add(w->here.reach, num_dd_of(1e-30));
+    for (int e = 0; e < w->count; e++)
+        if (num_dd_less(w->change[e], s)) {
+            s = w->change[e];
+            m->sides.heading = true;
+        }
+    return w->to = num_dd_scale(s, w->here.scale);
 }
 
 /* The polynomial's derivative at the end against the field there, in units of what a step may do. */
@@ -168,19 +184,24 @@ static double defect(const struct expansions *w, const struct precise_march *m, 
 static enum precise_outcome series_attempt(void *state, struct precise_march *m, num_dd h, double *cut)
 {
     struct expansions *w = state;
+    bool turns = m->sides.heading && h.hi == w->to.hi && h.lo == w->to.lo;
     polynomial(w, num_dd_scale(h, 1 / w->here.scale), m->there.x, w->slope);
     m->there.t = num_dd_add(m->here.t, h);
     *cut *= 0.5;
     if (!precise_arrive(m))
         return PRECISE_REFUSED;
     m->why = ODE_LEFT_DOMAIN;
-    if (!expand(w, m, &m->there, &w->there, 2 * fabs(h.hi)))
+    if (!precise_expand(w, m, &m->there, &w->there, 2 * fabs(h.hi))) {
+        if (turns && precise_let_go(w, m, 2 * fabs(h.hi)))
+            *cut = 1;
         return PRECISE_REFUSED;
+    }
     double miss = defect(w, m, fabs(h.hi));
-    if (miss <= 1)
-        return PRECISE_TAKEN;
-    *cut *= 2 * fmax(0.1, 0.9 * pow(miss, -1.0 / w->order));
-    return PRECISE_TOO_LARGE;
+    if (miss > 1) {
+        *cut *= 2 * fmax(0.1, 0.9 * pow(miss, -1.0 / w->order));
+        return PRECISE_TOO_LARGE;
+    }
+    return precise_sides_agree(w, m, turns, cut) ? PRECISE_TAKEN : PRECISE_TOO_LARGE;
 }
 
 static void series_value(const void *state, const struct precise_march *m, num_dd t, num_dd *x)
@@ -189,13 +210,13 @@ static void series_value(const void *state, const struct precise_march *m, num_d
     polynomial(w, num_dd_div(num_dd_sub(t, m->here.t), num_dd_of(w->here.scale)), x, NULL);
 }
 
-static void series_accepted(void *state, struct precise_march *m)
+static bool series_accepted(void *state, struct precise_march *m)
 {
-    (void)m;
     struct expansions *w = state;
     struct expansion before = w->here;
     w->here = w->there;
     w->there = before;
+    return precise_sides_pass(w, m);
 }
 
 static double series_cost(const void *state, const struct precise_march *m)

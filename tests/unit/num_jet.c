@@ -176,13 +176,28 @@ static void first_changes(void)
             num_jet2_input(j2, 3)[k] = num_dd_of(c[k]);
             CHECK(num_jet_next(j, k) && num_jet2_next(j2, k));
         }
-        double first = kind < 2 && r < 1 ? r : INFINITY, reach[2] = { num_jet_reach(j, MOST), num_jet2_reach(j2, MOST).hi };
-        for (int i = 0; i < 2; i++)
+        double work[3 * (MOST + 1)], change = num_jet2_change(num_jet2_input(j2, 3), MOST, (int)sign, work).hi;
+        double first = kind < 2 && r < 1 ? r : INFINITY, reach[3] = { num_jet_reach(j, MOST), num_jet2_reach(j2, MOST).hi, change };
+        for (int i = 0; i < 3; i++)
             CHECK(isinf(first) ? isinf(reach[i]) : fabs(reach[i] - first) < 1e-2 * gap * first, "turn %d, %d: %.17g instead of %.17g", turn, i, reach[i], first);
     }
     num_tape_free(t);
     num_jet_free(j);
     num_jet2_free(j2);
+}
+
+/* +-(2 + s) (s - 1/2)^2 less or more by 2^-m there: passages that are too shallow for doubles, and none. */
+static void shallow_changes(void)
+{
+    for (int m = 10; m <= 84; m += 2)
+        for (int kind = 0; kind < 4; kind++) {
+            double side = kind % 2 ? 1 : -1, d = (kind < 2 ? -1 : 1) * ldexp(1, -m), work[12];
+            num_dd q = num_dd_add_d(num_dd_of(0.25), d);
+            num_dd x[4] = { num_dd_scale(q, 2 * side), num_dd_mul_d(num_dd_sub(q, num_dd_of(2)), side), num_dd_of(side), num_dd_of(side) };
+            num_dd s = num_jet2_change(x, 3, (int)side, work);
+            double off = num_dd_add_d(num_dd_sub(s, num_dd_of(0.5)), ldexp(1, -m / 2)).hi;
+            CHECK(kind < 2 ? fabs(off) < 1e-30 * ldexp(1, m / 2) : isinf(s.hi), "2^-%d, %d: %.17g", m, kind, s.hi);
+        }
 }
 
 /* No series: the square root at 0, a solve that is singular. */
@@ -228,6 +243,7 @@ int main(void)
     expr_flow_clear(&f);
     switches();
     first_changes();
+    shallow_changes();
     refused();
     expr_store_clear(&st);
     flint_cleanup();

@@ -76,16 +76,23 @@ static void compare(struct num_tape *held, struct num_jacobian *j, struct num_ta
 static void compare_series(struct num_tape *held, struct num_jet *a, struct num_tape *plain)
 {
     struct num_jet *b = num_jet_new(plain, ORDER);
+    struct num_jet2 *a2 = num_jet2_new(held, ORDER), *b2 = num_jet2_new(plain, ORDER);
     num_jet_hold(a, held);
+    num_jet2_hold(a2, held);
     for (int i = 0; i < SIZE; i++)
         for (int k = 0; k <= ORDER; k++)
-            num_jet_input(a, i)[k] = num_jet_input(b, i)[k] = unit();
+            num_jet2_input(a2, i)[k].hi = num_jet2_input(b2, i)[k].hi = num_jet_input(a, i)[k] = num_jet_input(b, i)[k] = unit();
     for (int k = 0; k <= ORDER; k++)
-        CHECK(num_jet_next(a, k) == num_jet_next(b, k));
+        CHECK(num_jet_next(a, k) == num_jet_next(b, k) && num_jet2_next(a2, k) == num_jet2_next(b2, k));
     for (int r = 0; r < ROOTS; r++)
-        for (int k = 0; k <= ORDER; k++)
+        for (int k = 0; k <= ORDER; k++) {
+            num_dd u = num_jet2_root(a2, r)[k], v = num_jet2_root(b2, r)[k];
             CHECK(close_to(num_jet_root(a, r)[k], num_jet_root(b, r)[k]), "coefficient %d of root %d", k, r);
+            CHECK((!num_dd_finite(u) && !num_dd_finite(v)) || fabs(num_dd_sub(u, v).hi) <= 1e-28 * fabs(u.hi), "coefficient %d of root %d, in double-double", k, r);
+        }
     num_jet_free(b);
+    num_jet2_free(a2);
+    num_jet2_free(b2);
 }
 
 static void test_held(struct sga_exec *exec)

@@ -1,0 +1,245 @@
+/* Switches (abs, sign, min, max) in double-double: on which side each is held, and where that changes.
+ *
+ * As lib/ode/kink.c does in double: along a step every switch is held on the side of its surface g = 0 where the
+ * motion is, in the field and in the constraints, so that series and projections see smooth functions. The series of
+ * g along the motion tells where it leaves that side: a step ends there, and the next one begins on the other side,
+ * whatever sign rounding has left of g. Where the field beyond leads back at once the motion would slide along the
+ * surface, and ends. A switch whose g is 0 to rounding at the start, with no side or with both that the motion
+ * could take, is not held, and is what its argument says.
+ *
+ * Where the field held on one side has no series on its surface (sqrt(abs(x))), one step is made with nothing held,
+ * to just beyond. (Sides: Filippov; the double version has the sources.) */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+#include "precise_series.h"
+
+#define AWAKE 1e4              /* roundings: a switch that was not held is off its surface */
+
+void precise_sides_begin(struct precise_march *m)
+{
+    struct precise_sides *q = &m->sides;
+    size_t c = (size_t)(q->count = m->p->flow->field.switches.count);
+    if (!c)
+        return;
+    q->side = sga_calloc(2 * c, 1);
+    q->pending = (unsigned char *)q->side + c;
+    q->rounding = sga_calloc(4 * c + (size_t)m->n + 1, sizeof *q->rounding);
+    q->doubt = q->rounding + c;
+    q->value = q->doubt + c;
+    q->in = q->value + 2 * c;
+}
+
+void precise_hold(struct precise_march *m)
+{
+    struct precise *p = m->p;
+    const signed char *side = m->sides.natural ? NULL : m->sides.side;
+    flow_hold(p->flow, side);
+    num_tape_hold(p->field, side);
+    if (p->series)
+        num_jet2_hold(p->series, p->field);
+    num_jet2_hold(p->constraint, p->flow->manifold.tape);
+    if (p->velocity)
+        num_jet2_hold(p->velocity, p->flow->field.plain);
+}
+
+void precise_flip_pending(struct precise_march *m)
+{
+    for (int e = 0; e < m->sides.count; e++)
+        m->sides.side[e] = (signed char)(m->sides.pending[e] ? -m->sides.side[e] : m->sides.side[e]);
+    precise_hold(m);
+}
+
+void precise_sides_end(struct precise_march *m)
+{
+    struct precise_sides *q = &m->sides;
+    if (!q->count)
+        return;
+    q->natural = true;
+    precise_hold(m);
+    free(q->side);
+    free(q->rounding);
+}
+
+/* Where argument e leads to from its surface, where here lies; 0: it stays within roundings. */
+static int leads_to(struct expansions *w, const struct precise_march *m, int e)
+{
+    const num_dd *g = precise_argument(w, &w->here, e);
+    double sum = precise_spread(w, g, precise_argument_far(w, m, g, 1));
+    return sum - fabs(w->part[0].hi) > m->sides.rounding[e] ? precise_direction(w) : 0;
+}
+
+/* The side of e that the motion takes from its surface, where here lies; 0: none, or both. */
+static int side_taken(struct expansions *w, struct precise_march *m, int e, double size)
+{
+    int taken = 0;
+    for (int s = -1; s <= 1; s += 2) {
+        m->sides.side[e] = (signed char)s;
+        precise_hold(m);
+        if (precise_expand(w, m, &m->here, &w->here, size) && leads_to(w, m, e) == s)
+            taken = taken ? 2 : s;
+    }
+    m->sides.side[e] = 0;
+    precise_hold(m);
+    return taken == 2 ? 0 : taken;
+}
+
+bool precise_take_sides(struct expansions *w, struct precise_march *m)
+{
+    struct precise_sides *q = &m->sides;
+    double size = 0.75 * fabs(w->here.scale);      /* the scale comes out the same */
+    if (!w->count)
+        return true;
+    memset(q->side, 0, (size_t)w->count);
+    q->natural = false;
+    precise_hold(m);
+    if (!precise_expand(w, m, &m->here, &w->here, size))
+        return false;
+    precise_grains(m, &m->here, &w->here);
+    bool *near = sga_calloc((size_t)w->count, sizeof *near), any = false;
+    for (int e = 0; e < w->count; e++) {
+        double g = precise_argument(w, &w->here, e)[0].hi;
+        near[e] = fabs(g) <= q->rounding[e];
+        any |= near[e];
+        q->side[e] = (signed char)(near[e] || !isfinite(g) ? 0 : g > 0 ? 1 : -1);
+    }
+    precise_hold(m);
+    for (int e = 0; e < w->count && any; e++)
+        if (near[e])
+            q->side[e] = (signed char)side_taken(w, m, e, size);
+    precise_hold(m);
+    bool ok = precise_expand(w, m, &m->here, &w->here, size);
+    if (!ok) {
+        for (int e = 0; e < w->count; e++)
+            q->side[e] = near[e] ? 0 : q->side[e];
+        precise_hold(m);
+        ok = precise_expand(w, m, &m->here, &w->here, size);
+    }
+    free(near);
+    return ok;
+}
+
+static bool end_sliding(struct precise_march *m)
+{
+    precise_end(m, ODE_NOT_SMOOTH, "the field jumps where the argument of a sign changes its sign, and points there from both sides: "
+                "the motion would have to slide along that surface, which the equations do not determine");
+    return false;
+}
+
+/* The pending switches, all together, at here. *slides: beyond, the field leads back to one. False: there is no field. */
+static bool turn_together(struct expansions *w, struct precise_march *m, double size, bool *slides)
+{
+    struct precise_sides *q = &m->sides;
+    precise_flip_pending(m);
+    precise_set_scale(m, m->here.x);
+    m->why = ODE_LEFT_DOMAIN;
+    if (!precise_settle(m, &m->here) || !precise_expand(w, m, &m->here, &w->here, size))
+        return false;
+    precise_grains(m, &m->here, &w->here);
+    *slides = false;
+    for (int e = 0; e < w->count; e++)
+        *slides |= q->pending[e] && leads_to(w, m, e) == -q->side[e];
+    return true;
+}
+
+static bool turn(struct expansions *w, struct precise_march *m, double size)
+{
+    struct precise_sides *q = &m->sides;
+    bool slides, ok;
+    int first = -1, all = 0;
+    q->turned = fabs(num_dd_sub(m->here.t, q->turned_t).hi) <= 4 * precise_grain(m, &m->here) ? q->turned + 1 : 0;
+    q->turned_t = m->here.t;
+    if (q->turned > 2 * q->count + 2)
+        return end_sliding(m);
+    for (int e = 0; e < q->count; e++) {
+        all += q->pending[e];
+        if (q->pending[e] && (first < 0 || num_dd_less(w->change[e], w->change[first])))
+            first = e;
+    }
+    ok = turn_together(w, m, size, &slides);
+    if (ok && slides && all > 1) {                 /* not all at once, then: that one alone */
+        precise_flip_pending(m);
+        memset(q->pending, 0, (size_t)q->count);
+        q->pending[first] = 1;
+        ok = turn_together(w, m, size, &slides);
+    }
+    memset(q->pending, 0, (size_t)q->count);
+    if (ok)
+        return !slides || end_sliding(m);
+    precise_end(m, m->why, m->why == ODE_CONSTRAINT_LOST ? "the constraints jump here: no point near the solution satisfies those beyond this time"
+                           : m->why == ODE_SINGULAR ? "a rank drops here: the field or the constraints are singular"
+                           : "the vector field has no value beyond this time");
+    return false;
+}
+
+/* Switches that are not held are off their surfaces by now? */
+static void wake(struct expansions *w, struct precise_march *m)
+{
+    struct precise_sides *q = &m->sides;
+    bool any = false, woken = false;
+    for (int e = 0; e < w->count; e++)
+        any |= !q->side[e];
+    if (any)
+        precise_grains(m, &m->here, &w->here);
+    for (int e = 0; e < w->count && any; e++) {
+        double g = precise_argument(w, &w->here, e)[0].hi;
+        if (!q->side[e] && isfinite(g) && fabs(g) > AWAKE * q->rounding[e]) {
+            q->side[e] = g > 0 ? 1 : -1;
+            woken = true;
+        }
+    }
+    if (woken)
+        precise_hold(m);
+}
+
+/* Changes that come at once. */
+bool precise_sides_settle(struct expansions *w, struct precise_march *m, double size)
+{
+    struct precise_sides *q = &m->sides;
+    for (;;) {
+        bool now = false;
+        precise_look_ahead(w, m);
+        for (int e = 0; e < w->count; e++)
+            now |= q->pending[e] = w->change[e].hi * fabs(w->here.scale) <= precise_grain(m, &m->here);
+        if (!now)
+            return true;
+        if (!turn(w, m, size))
+            return false;
+    }
+}
+
+bool precise_sides_pass(struct expansions *w, struct precise_march *m)
+{
+    struct precise_sides *q = &m->sides;
+    double size = 0.75 * fabs(w->here.scale);
+    bool now = false;
+    if (!w->count) {
+        precise_look_ahead(w, m);
+        return true;
+    }
+    if (q->natural) {
+        if (!precise_take_sides(w, m))
+            return precise_let_go(w, m, size);
+    } else {
+        for (int e = 0; e < w->count; e++)
+            now |= q->pending[e];
+        if (now && !turn(w, m, size))
+            return false;
+        wake(w, m);
+    }
+    return precise_sides_settle(w, m, size);
+}
+
+bool precise_let_go(struct expansions *w, struct precise_march *m, double size)
+{
+    m->sides.natural = true;
+    precise_hold(m);
+    bool ok = precise_expand(w, m, &m->here, &w->here, size);
+    if (ok)
+        precise_look_ahead(w, m);
+    else
+        precise_end(m, ODE_LEFT_DOMAIN, "the vector field has no series beyond this time");
+    return ok;
+}
