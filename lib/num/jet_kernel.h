@@ -131,33 +131,17 @@ static void power(const struct jet_code *c, const R *a, const R *b, const R *da,
     w[k] = R_DIV_INT(dw[k], k);
 }
 
-/* The largest of the terms 1 to k at `scale`, and which it is; 0 where all are 0. */
-static double largest_term(const R *x, int k, double scale, int *which)
-{
-    double most = 0, power = 1;
-    *which = 0;
-    for (int i = 1; i <= k; i++) {
-        double term = fabs(R_DOUBLE(x[i])) * (power *= scale);
-        *which = term > most ? i : *which;
-        most = fmax(most, term);
-    }
-    return most;
-}
-
 /* The side on which series x runs: that of its value, or where this is 0 to rounding, of the
- * first coefficient that tells where the motion takes it. 0 while none has. Terms are compared
- * where the series begins to converge: further out the last ones make all others look like
- * roundings. */
+ * first coefficient that tells where the motion takes it. 0 while none has. */
 static int side_of(const R *x, int k)
 {
-    int which;
-    double first = R_DOUBLE(x[0]), scale = 1, power = 1, later = largest_term(x, k, scale, &which);
-    while (which > k / 2 + 2 && scale > 1e-18)
-        later = largest_term(x, k, scale *= 0.5, &which);
+    double first = R_DOUBLE(x[0]), later = 0;
+    for (int i = 1; i <= k; i++)
+        later = fmax(later, fabs(R_DOUBLE(x[i])));
     if (fabs(first) > R_SMALL * later)
         return first > 0 ? 1 : -1;
     for (int i = 1; i <= k; i++)
-        if (fabs(R_DOUBLE(x[i])) * (power *= scale) > R_SMALL * later)
+        if (fabs(R_DOUBLE(x[i])) > R_SMALL * later)
             return R_DOUBLE(x[i]) > 0 ? 1 : -1;
     return 0;
 }
