@@ -154,6 +154,11 @@ bool sga_watch_memory_ok(struct sga_error *err)
     return false;
 }
 
+bool sga_watch_ok(void)
+{
+    return sga_budget_ok(watch.budget, NULL);
+}
+
 /* GMP tells sizes that we do not need. */
 static void *gmp_realloc(void *p, size_t before, size_t size)
 {

@@ -1,6 +1,6 @@
 /* The watch over one job's memory and time, from inside the allocators.
  *
- * Long loops ask their budget (budget.h) and end with an error. A library call such as one
+ * Long loops ask their budget (budget.h), or here where they have none, and end with an error. A library call such as one
  * factorisation in FLINT asks nobody, and can neither fail nor be left; but it allocates.
  * So every allocation of ours, of FLINT and of GMP passes here. Past a limit the budget
  * turns bad, which ends the job wherever it is asked next; where that does not come, the
@@ -33,6 +33,11 @@ void sga_watch_end(void);
 size_t sga_watch_used(void);
 /* False: past budget->max_memory, and err is filled (LIMIT_MEMORY). Costs nothing. */
 bool sga_watch_memory_ok(struct sga_error *err);
+
+/* For loops far below those who were given the budget: false where the budget of this thread's watch is used up, be it
+ * seconds, memory or a cancellation; true without a watch. They give up, as if what they try had failed; who
+ * gives a reason for a failure asks his budget first (sga_budget_ok). A look at the clock, some 50 ns. */
+bool sga_watch_ok(void);
 
 /* For allocators: `size` bytes are about to be asked for; `size` bytes could not be had
  * (does not return). */

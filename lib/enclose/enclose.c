@@ -37,12 +37,12 @@ static double above(const arb_t a)
 }
 
 /* The samples within the step. */
-static void fill(struct walk *w, arb_ptr box, struct enclose_end *end)
+static void fill(struct walk *w, const struct sga_budget *budget, arb_ptr box, struct enclose_end *end)
 {
     int n = w->set.n;
     for (; end->samples < w->path->samples; end->samples++) {
         to_sample(w, end->samples);
-        if (!(above(w->s) <= fabs(w->step.h)))
+        if (!(above(w->s) <= fabs(w->step.h)) || !sga_budget_ok(budget, NULL))
             break;
         enc_step_at(&w->step, &w->set, w->s, box + (size_t)end->samples * (size_t)n);
     }
@@ -70,12 +70,19 @@ static void march(struct walk *w, const struct sga_budget *budget, arb_ptr box, 
             break;
         }
         if (!enc_step_make(&w->step, &w->set, w->t, w->way < 0 ? -most : most, SHORTEST * fabs(w->way), path->prec)) {
-            say_failure(w, end);
+            if (sga_budget_ok(budget, NULL))
+                say_failure(w, end);
+            else
+                end->why = ENCLOSE_STOPPED;       /* what failed may have been stopped */
             break;
         }
-        fill(w, box, end);
+        fill(w, budget, box, end);
         if (end->samples == path->samples) {
             end->t = arf_get_d(arb_midref(path->times + path->samples - 1), ARF_RND_NEAR);
+            break;
+        }
+        if (!sga_budget_ok(budget, NULL)) {
+            end->why = ENCLOSE_STOPPED;
             break;
         }
         if (!enc_step_take(&w->step, &w->set)) {

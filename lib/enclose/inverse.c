@@ -5,6 +5,7 @@
 
 #include "mem.h"
 #include "tail.h"
+#include "watch.h"
 
 enum { BITS = 64, REGULAR = 60 };
 
@@ -118,20 +119,21 @@ void enc_inverse_bound(mag_t r, const struct enc_inverse *v, const mag_t tau)
     mag_clear(one);
 }
 
-/* Q_k = -(sum_{i >= 1} Q_{k - i} S_i) Q_0. */
-static void extend_matrix(struct enc_matrix_inverse *w, const struct enc_series *s, int system, int M)
+/* Q_k = -(sum_{i >= 1} Q_{k - i} S_i) Q_0. False: the time is over. */
+static bool extend_matrix(struct enc_matrix_inverse *w, const struct enc_series *s, int system, int M)
 {
     const struct enc_system *q = s->p->system + system;
     int m = q->m;
+    bool ok = true;
     arb_mat_t sum;
     arb_mat_init(sum, m, m);
-    for (int k = w->known; k <= M; k++) {
+    for (int k = w->known; k <= M && ok; k++) {
         if (k == 0) {
             arb_mat_set(w->Q, s->inverse + system);
             continue;
         }
         arb_mat_zero(sum);
-        for (int j = 0; j < m; j++)
+        for (int j = 0; j < m && (ok = sga_watch_ok()); j++)
             for (int c = 0; c < m; c++) {
                 int e = q->matrix[j * m + c];
                 arb_srcptr f = enc_series_of(s, e);
@@ -143,8 +145,9 @@ static void extend_matrix(struct enc_matrix_inverse *w, const struct enc_series 
             }
         arb_mat_mul(w->Q + k, sum, w->Q, BITS);
     }
-    w->known = M + 1 > w->known ? M + 1 : w->known;
+    w->known = !ok ? 0 : M + 1 > w->known ? M + 1 : w->known;
     arb_mat_clear(sum);
+    return ok;
 }
 
 static void measure_matrix(struct enc_matrix_inverse *w, const struct enc_tail *t, int system, int M)
@@ -187,7 +190,8 @@ bool enc_inverse_matrix(struct enc_tail *t, int system)
     struct enc_matrix_inverse *w = t->inverse.matrix + system;
     int m = t->s->p->system[system].m;
     for (int M = 0;; M = M ? 2 * M : 3) {
-        extend_matrix(w, t->s, system, M);
+        if (!extend_matrix(w, t->s, system, M))
+            return false;
         measure_matrix(w, t, system, M);
         if (small(w, m) || 2 * M > ENC_INVERSE_MATRIX || 2 * M > t->order || t->order < 3)
             break;

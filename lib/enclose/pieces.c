@@ -6,6 +6,7 @@
 
 #include "mem.h"
 #include "series.h"
+#include "watch.h"
 
 enum { ORDER = 6, BITS = 53, MOST_SINGULAR = 64 };
 #define LEAST 1e-9         /* of the span */
@@ -121,7 +122,7 @@ bool enc_pieces_find(struct enc_pieces *q, const struct expr_store *st, expr_id 
     double longest = 0;
     s.heap = sga_malloc(((size_t)most + 2) * sizeof *s.heap);
     push(&s, (struct piece){ from, to, measure(&s, from, to) });
-    while (s.count < most && s.heap[0].excess > 0) {
+    while (s.count < most && s.heap[0].excess > 0 && sga_watch_ok()) {
         struct piece p = pop(&s);
         double middle = p.from + 0.5 * (p.to - p.from);
         if (p.to - p.from < LEAST * s.span) {

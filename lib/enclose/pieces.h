@@ -18,7 +18,7 @@ struct enc_pieces {
     double *end;           /* ascending; the first piece begins at `from`, the last ends at `to` */
     double *step;          /* its length; INFINITY for pieces that are not much shorter than the longest one, and for those that
                             * are short only because they lie beside a place without a series */
-    bool complete;         /* all are done; else the work ran out before */
+    bool complete;         /* all are done; else the work, or the time (watch.h), ran out before */
 };
 
 /* u depends on the symbol `time` alone. From < to. At most `most` pieces, which costs about as many times 10

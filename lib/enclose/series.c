@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "mem.h"
+#include "watch.h"
 
 void enc_series_init(struct enc_series *s, const struct enc_program *p)
 {
@@ -214,6 +215,7 @@ bool enc_series_run(struct enc_series *s, arb_srcptr x, const arb_t t, int order
     s->prec = prec;
     begin(s, x, t);
     for (int k = 0; k <= order && ok; k++) {
+        ok = sga_watch_ok();
         for (int i = 0; i < p->slots && ok; i++) {
             if (k > 0 && !p->code[i].varies)
                 continue;

@@ -7,6 +7,7 @@
 #include "mem.h"
 #include "range.h"
 #include "scale.h"
+#include "watch.h"
 
 /* Steps are about this part of the radius of convergence. order^2 / step is least near e^-2 for many digits; what else a step costs asks for longer ones. */
 static const double PART = 1.0 / 4;
@@ -81,7 +82,7 @@ static bool from_point(struct enc_step *w, double far, double least)
     double guess = exp2(fmin(1000, enc_scale_step(&w->point, w->width, (double)w->prec + GUESS_BITS, SLACK_BITS)));
     double h = guess < far ? short_number(guess) : far;
     int accurate = 0;
-    for (; h >= least; h = short_number(h)) {
+    for (; h >= least && sga_watch_ok(); h = short_number(h)) {
         double over = 0;
         if (!enc_tail_find(&w->point_tail, h))
             h *= 0.7;
@@ -91,7 +92,7 @@ static bool from_point(struct enc_step *w, double far, double least)
             break;
     }
     w->h = h;
-    return h >= least;
+    return h >= least && sga_watch_ok();
 }
 
 /* The order from which on the point's series is below 2^-LINEAR_BITS of itself. */
@@ -172,7 +173,7 @@ static bool sharp(const struct enc_step *w)
 }
 
 /* Everything about the set for the step |h|, of order `order`. */
-enum outcome { GOOD, SERIES, TAILS, BRANCHES };
+enum outcome { GOOD, SERIES, TAILS, BRANCHES, NONE };
 
 static enum outcome over_set(struct enc_step *w, const arb_t t, int order, double h)
 {
@@ -210,9 +211,9 @@ static bool from_set(struct enc_step *w, const arb_t t, double sign, double leas
 {
     double h = w->h, whole = h;
     int order = linear_order(w);
-    enum outcome got = GOOD;
+    enum outcome got = NONE;
     w->rough_tail.s = NULL;
-    while (h >= least && (got = over_set(w, t, order, sign * h)) != GOOD) {
+    while (h >= least && sga_watch_ok() && (got = over_set(w, t, order, sign * h)) != GOOD) {
         w->failure = got == BRANCHES ? ENC_STEP_SHORT : ENC_STEP_WIDE;
         if (got == SERIES || (got == TAILS && h < NARROW * whole)) {
             if (w->bits >= w->prec)
@@ -226,7 +227,7 @@ static bool from_set(struct enc_step *w, const arb_t t, double sign, double leas
             h = short_number(got == BRANCHES ? 0.5 * h : 0.7 * h);
         }
     }
-    return h >= least && (h == whole || enc_tail_find(&w->point_tail, h));
+    return h >= least && got == GOOD && (h == whole || enc_tail_find(&w->point_tail, h));
 }
 
 bool enc_step_make(struct enc_step *w, const struct enc_set *set, const arb_t t, double most, double least, slong prec)

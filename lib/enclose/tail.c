@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "mem.h"
+#include "watch.h"
 
 void enc_tail_init(struct enc_tail *t, const struct enc_program *p)
 {
@@ -134,7 +135,7 @@ static int sweep(struct enc_tail *t, int which)
         if (slot >= p->n && !p->code[slot].varies)
             continue;
         enc_tail_phi(r, t, slot);
-        grown = mag_is_inf(r) ? -1 : enc_tail_grow(t->tau + slot, r, which >= ENC_PLAIN && t->loop[slot]) ? 1 : grown;
+        grown = mag_is_inf(r) || (i % ENC_LOOK == 0 && !sga_watch_ok()) ? -1 : enc_tail_grow(t->tau + slot, r, which >= ENC_PLAIN && t->loop[slot]) ? 1 : grown;
     }
     mag_clear(r);
     return grown;
@@ -170,9 +171,11 @@ bool enc_tail_find(struct enc_tail *t, double R)
         mag_zero(t->tau + i);
         if (p->code[i].varies && p->code[i].op != ENC_INPUT && !enc_tail_prepare(t, i))
             return false;
+        if (i % ENC_LOOK == ENC_LOOK - 1 && !sga_watch_ok())
+            return false;
     }
     int state = 1;
-    for (int k = 0; k < ENC_SWEEPS && state > 0; k++)
+    for (int k = 0; k < ENC_SWEEPS && state > 0 && sga_watch_ok(); k++)
         state = sweep(t, k);
     return state == 0 && stands(t);
 }

@@ -82,6 +82,9 @@ void enc_tail_overlap(mag_t r, mag_srcptr size, mag_srcptr rest, int last);
 void enc_tail_sizes(mag_ptr size, mag_ptr rest, arb_srcptr f, mag_srcptr power, int order);
 bool enc_tail_grow(mag_t tau, const mag_t phi, bool more);
 
+/* Slots between looks at the watch (watch.h): past a limit nothing is found. */
+enum { ENC_LOOK = 1024 };
+
 /* So many sweeps; the first ones take what Phi says, later ones more, in loops. */
 enum { ENC_SWEEPS = 30, ENC_PLAIN = 3 };
 

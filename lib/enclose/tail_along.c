@@ -5,6 +5,7 @@
  *   |Q| e + E tau(dy),  e_i = tau(dr_i) + sum_j (K(y_j, dS_ij) + P(S_ij, dy_j) + tau(S_ij) [dy_j]),
  * all i of series with their tails, and of variables as for values. */
 #include "tail.h"
+#include "watch.h"
 
 /* The part of K that does not depend on tails of derivatives; and the other one, added. */
 static void begin_product(mag_t r, const struct enc_tail *t, int f, int dg)
@@ -156,7 +157,7 @@ static int sweep(struct enc_tail *t, int which)
             integrate(r, t, slot);
         else
             phi(r, t, slot);
-        grown = mag_is_inf(r) ? -1 : enc_tail_grow(t->dtau + slot, r, which >= ENC_PLAIN && t->loop[slot]) ? 1 : grown;
+        grown = mag_is_inf(r) || (i % ENC_LOOK == 0 && !sga_watch_ok()) ? -1 : enc_tail_grow(t->dtau + slot, r, which >= ENC_PLAIN && t->loop[slot]) ? 1 : grown;
     }
     mag_clear(r);
     return grown;
@@ -180,7 +181,7 @@ bool enc_tail_along(struct enc_tail *t)
             begin(t, i);
         }
     int state = 1;
-    for (int k = 0; k < ENC_SWEEPS && state > 0; k++)
+    for (int k = 0; k < ENC_SWEEPS && state > 0 && sga_watch_ok(); k++)
         state = sweep(t, k);
     return state == 0;
 }

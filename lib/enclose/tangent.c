@@ -1,6 +1,7 @@
 /* Derivatives of the coefficients with respect to the start. They are linear: that of a product is two convolutions,
  * that of f(x) one with f'(x). */
 #include "series.h"
+#include "watch.h"
 
 /* r = r0 -or+ sum over i of (tangent of slot)_i v_{k-i}: from its first coefficient that is not 0, to the last one of v. */
 static void convolve_along(struct enc_series *s, arb_t r, const arb_t r0, bool minus, int slot, int v, slong k)
@@ -132,7 +133,7 @@ bool enc_series_along(struct enc_series *s, int direction)
     begin_along(s, direction);
     bool ok = true;
     for (int k = 0; k <= s->order && ok; k++) {
-        ok = all_along(s, k);
+        ok = all_along(s, k) && sga_watch_ok();
         for (int j = 0; j < p->n && k < s->order; j++) {
             if (s->from[j] == k + 1 && s->from[p->root[j]] > k)
                 s->from[j]++;

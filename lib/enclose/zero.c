@@ -128,6 +128,7 @@ bool enclose_zero(const struct enclose_problem *q, const expr_id *function, int 
             last = size;
         }
         ok = ok && proves(&w, x, t);
+        ok = sga_budget_ok(q->budget, err) && ok;        /* what failed may have been stopped */
         arb_mat_clear(w.J);
         arb_mat_clear(w.C);
         _arb_vec_clear(w.f, w.c);

@@ -9,7 +9,8 @@
 #include "mem.h"
 
 #define LOOK_EVERY 5000        /* attempts between looks at whether the stop is in reach */
-#define BUDGET_EVERY 8         /* attempts between looks at the clock */
+#define BUDGET_EVERY 8         /* attempts between looks at the clock, */
+#define BUDGET_TIME 0.02       /* where they take no longer than this (seconds) */
 #define BEYOND_HOPE 5.0        /* times the limit of steps */
 #define ACROSS_LOOKS 5
 #define BREAK_PART 0.41
@@ -278,8 +279,13 @@ static bool within_budget(struct ode_march *m)
 static bool may_go_on(struct ode_march *m)
 {
     long attempts = m->res->stats.steps + m->res->stats.refused;
-    if (attempts % BUDGET_EVERY == 0 && !within_budget(m))
-        return false;
+    if (attempts >= m->budget_at) {
+        if (!within_budget(m))
+            return false;
+        double now = sga_now();
+        m->budget_at = attempts + (now - m->budget_looked < BUDGET_TIME ? BUDGET_EVERY : 1);
+        m->budget_looked = now;
+    }
     if (attempts >= m->o->max_steps) {
         ode_end_steps(m, false);
         return false;
@@ -335,6 +341,7 @@ static void go(struct ode_march *m)
     if (!begin(m, &h))
         return;
     ode_control_begin(&m->control, m->method->error_order);
+    m->budget_looked = sga_now();
     m->look_at = LOOK_EVERY;
     m->look_t = m->t;
     m->look_progress = INFINITY;
@@ -395,6 +402,8 @@ void ode_march(const struct ode_run *run, struct ode_result *res)
     ode_kinks_begin(&m);
     ode_choice_begin(&m);
     go(&m);
+    if (res->end.reason != ODE_NONE && res->end.reason != ODE_EVENT)
+        within_budget(&m);     /* what failed may have been stopped (watch.h) */
     if (run->p->enter)
         run->p->enter(run->p->ctx, NAN, NAN);
     ode_kinks_end(&m);

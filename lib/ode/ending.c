@@ -93,8 +93,9 @@ static bool grows_now(const struct ode_march *m)
 {
     int which;
     double size = ode_largest(m, m->x, &which), rate = ode_largest(m, m->f, &which);
-    size = fmax(fmax(size, m->start_size), 1e-300);   /* x may tend to 0 */
-    return rate * fabs(m->t - m->start->t) > GROWTH * size;
+    size = fmax(fmax(size, m->start_size), 1e-300);   /* x may tend to 0, */
+    double way = rate * fabs(m->t - m->start->t);
+    return way > GROWTH * size && way > m->o->atol;     /* and rest there */
 }
 
 void ode_end_refused(struct ode_march *m, enum ode_refusal cause)

@@ -6,6 +6,10 @@
  * fields point at the surface, the motion would slide along it, and ends. (State events; Hairer, Norsett, Wanner,
  * Solving Ordinary Differential Equations I, II.6; Filippov for the sides.)
  *
+ * Beside a surface (x' = -50 max(x, 0) at rest, and about to leave) the polynomial of a long step may lie beyond it, by less
+ * than the step's error, where the motion never is. A shorter step to that place then finds no surface there, and the steps
+ * after it grow from that size on: another long one would be refused for the same cause, and so on for each such short one.
+ *
  * A switch that rests on its surface (g is 0 to rounding, and no side is the one that the motion takes, or to the
  * tolerance all along a step) is not held: it has the value that its argument says. Where a field held on one side has no values beyond (sqrt(abs(x))), steps are
  * made with nothing held, and the error control is all there is. */
@@ -16,6 +20,7 @@
 #include "kink.h"
 #include "mem.h"
 
+#define GROWTH 10.0            /* from a step to the next, after one that did not find the surface it was to end at */
 #define AT_SURFACE 1e-4        /* of the time passed, see heads_for_surface */
 
 void kinks_hold(struct ode_march *m)
@@ -80,6 +85,10 @@ bool ode_kinks_pass(struct ode_march *m, double h)
     k->cut = 0;
     k->target = -1;
     k->tries = 0;
+    bool bound = h <= k->short_h || h >= 0.9 * GROWTH * k->short_h;
+    k->short_h = k->short_h > 0 && bound ? h : 0;
+    if (k->limit > 0 && (m->t - k->limit_t) * m->direction > k->limit)
+        k->limit = 0;
     kinks_set_scale(m, h);
     if (k->natural) {
         if (kinks_take_sides(m))
@@ -109,6 +118,8 @@ double ode_kinks_cut(const struct ode_march *m, double h)
     const struct ode_kinks *k = m->kinks;
     if (k && k->cut > 0)
         h = fmin(h, k->cut);
+    if (k && k->short_h > 0)
+        h = fmin(h, GROWTH * k->short_h);
     return k && k->limit > 0 ? fmin(h, k->limit) : h;
 }
 

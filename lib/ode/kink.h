@@ -18,7 +18,10 @@ struct ode_kinks {
     double *g, *rate, *g1, *rate1;   /* at the step's ends: values, and their derivatives along the motion */
     struct ode_table table;
     double *x, *f, *mid;       /* n each */
-    double cut, limit;         /* the next step is no longer than this; 0: no matter. The second until a switch is turned */
+    double cut, limit;         /* the next step is no longer than this; 0: no matter. The second until a switch is turned, */
+    double limit_t;            /* or this time, at which one was expected, is well behind */
+    double short_h;            /* size of the last step that was to end at a surface, which is not near its end, or of one
+                                * bounded by that; 0: no matter */
     int target, tries;         /* the switch that the step is to end at, or -1 */
     bool natural;              /* nothing is held in the present step */
     double turned_t;           /* where a switch was turned last (or the start), how many there, */

@@ -154,8 +154,10 @@ static enum ode_refusal cut_at(struct ode_march *m, int e, double size)
     k->target = e;
     k->cut = m->beside && size > 20 * grain_t ? size - (double)(1 + m->res->stats.kinks % 3) * grain_t : size;    /* roundings, on purpose */
     k->tries++;
-    if (m->level && k->limit == 0)      /* solutions that are compared take different steps to it */
+    if (m->level && k->limit == 0) {      /* solutions that are compared take different steps to it */
         k->limit = size * PARTS_FIRST / (0.4 + 0.6 * m->level);
+        k->limit_t = m->t + size * m->direction;
+    }
     return STEP_CUT;
 }
 
@@ -166,8 +168,10 @@ static enum ode_refusal falls_short(struct ode_march *m)
     int e = k->target, s = k->side[e];
     double h = fabs(m->step.h), speed = -s * k->rate1[e] * m->direction, rest = s * k->g1[e] / speed;
     k->target = -1;
-    if (!s || !(speed > 0) || rest > 0.1 * h)
+    if (!s || !(speed > 0) || rest > 0.1 * h) {
+        k->short_h = h;
         return STEP_TAKEN;
+    }
     if (near_enough(m, e, fabs(rest)))
         k->pending[e] = TURN;
     else if (k->tries < MOST_TRIES)
@@ -181,8 +185,10 @@ enum ode_refusal ode_kinks_step(struct ode_march *m)
     if (!k || k->natural)
         return STEP_TAKEN;
     memset(k->pending, 0, (size_t)k->count);
-    if (far_from_all(m))
+    if (far_from_all(m)) {
+        k->short_h = k->target >= 0 ? fabs(m->step.h) : k->short_h;
         return STEP_TAKEN;
+    }
     if (!m->method->dense_begin(m->state, &m->field, &m->step))
         return FIELD_REFUSED;
     m->dense_checked = true;

@@ -102,7 +102,7 @@ bool kinks_take_sides(struct ode_march *m)
 {
     struct ode_kinks *k = m->kinks;
     memset(k->side, 0, (size_t)k->count);
-    k->limit = 0;
+    k->limit = k->short_h = 0;
     k->natural = false;
     kinks_hold(m);
     kinks_grains(m, m->t, m->x);
@@ -213,7 +213,7 @@ bool kinks_turn(struct ode_march *m)
     join(m);
     for (int e = 0; e < k->count; e++)
         all += k->pending[e];
-    k->limit = 0;
+    k->limit = k->short_h = 0;
     if (m->method->forget)
         m->method->forget(m->state);
     if (!turn_together(m, &slides))
@@ -261,7 +261,7 @@ bool kinks_left(struct ode_march *m, int e)
 bool kinks_let_go(struct ode_march *m, int e)
 {
     struct ode_kinks *k = m->kinks;
-    k->limit = 0;
+    k->limit = k->short_h = 0;
     k->side[e] = 0;
     k->fresh[e] = k->pending[e] = 0;
     if (evaluate(m))

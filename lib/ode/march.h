@@ -79,6 +79,9 @@ struct ode_march {
     double start_size, start_rate;  /* largest |x_j|/unit_j and |x'_j|/unit_j at the start */
     long manifold_refused;          /* steps */
     double last_times[2];           /* of the two accepted points before the present one */
+    /* Attempts at which the clock is looked at next; when that was done last. */
+    long budget_at;
+    double budget_looked;
     /* Is there hope to arrive? Looked at every so many attempts. */
     long look_at;
     double look_t, look_progress;

@@ -7,8 +7,10 @@
 #include <string.h>
 
 #include "mem.h"
+#include "watch.h"
 
 #define DIFFERENCE 6.1e-6      /* eps^(1/3) */
+#define FEW 30                 /* variables whose differences take no time */
 #define GIVEN_COST 4.0         /* of a Jacobian that the problem gives, in evaluations */
 
 static struct lin_sparse *full(int n)
@@ -138,6 +140,8 @@ static bool differences(struct ode_partials *d, struct ode_field *field, const s
     }
     bool finite = true;
     for (int g = 0; g < d->groups; g++) {
+        if (s->n > FEW && !sga_watch_ok())
+            return false;
         const double *up = moved(d, field, s, g, 1, d->up), *down = moved(d, field, s, g, -1, d->down);
         double span = (up == d->up) + (down == d->down);
         for (int i = 0; i < s->n; i++)

@@ -8,11 +8,13 @@
 #include <string.h>
 
 #include "radau.h"
+#include "watch.h"
 
 /* The iteration ends when its error is below this part of the error allowed. */
 #define SOLVED 0.03
 /* Increments that no longer fall, but are this small, are rounding. */
 #define ROUNDING_MOST 0.3
+#define FEW 30                 /* variables whose equations are solved in no time */
 #define FARTHEST_START 4.0     /* a start is extrapolated over at most so many old steps */
 
 void radau_polynomial(const struct radau_table *tab, int n, const double *z, double theta, bool minus_end, double *out)
@@ -148,7 +150,7 @@ static enum radau_outcome iterate(struct radau *r, struct ode_field *field, stru
     step->retry = 0.5;
     for (int k = 1; k <= most; k++) {
         step->cost += r->tab->s + (2 * s * s * r->n + s * lin_shift_solve_cost(r->lin)) / r->field_cost;
-        if (!evaluate(r, field, step))
+        if (!evaluate(r, field, step) || (r->n > FEW && !sga_watch_ok()))
             return RADAU_REFUSED;
         double size = correction(r, step);
         r->iterations = k;

@@ -287,6 +287,16 @@ static bool follow(struct job *j)
     return ok && answer_strata_solve(j);
 }
 
+/* Past a limit nothing is an answer any more; nor is a refusal, for what failed may have been stopped (watch.h). */
+static bool within_limits(struct job *j)
+{
+    enum sga_code code = j->err->code;
+    bool said = code == SGA_E_LIMIT_SECONDS || code == SGA_E_LIMIT_MEMORY || code == SGA_E_CANCELLED;
+    if (!said && !sga_budget_ok(&j->budget, NULL))
+        *j->err = (struct sga_error){ 0 };
+    return sga_budget_ok(&j->budget, j->err);
+}
+
 /* A request that was read, from its system to its result. *again: what was left out of the system has to
  * be looked at after all. */
 static bool run_request(struct job *j, bool tied, struct sga_buf *out, bool *again)
@@ -303,7 +313,7 @@ static bool run_request(struct job *j, bool tied, struct sga_buf *out, bool *aga
         progress(j, "writing", 0.98);
         ok = answer_write(j, out);
     }
-    return ok && sga_budget_ok(&j->budget, j->err);      /* past a limit nothing is an answer any more */
+    return within_limits(j) && ok;
 }
 
 /* One way through, from the text. */

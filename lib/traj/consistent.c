@@ -8,6 +8,7 @@
 
 #include "mem.h"
 #include "print.h"
+#include "watch.h"
 
 /* Values that were not given may move this much more easily. */
 static const double LOOSE = 1e3;
@@ -49,7 +50,7 @@ static bool keep_given(struct manifold *m, const struct traj_request *rq, double
     double *y = sga_malloc((size_t)(n + 1) * sizeof *y), residual;
     uint64_t random = 17;
     bool ok = false, shifted = false;
-    for (int k = 0; k < STARTS && loose > 0 && !ok; k++) {
+    for (int k = 0; k < STARTS && loose > 0 && !ok && sga_watch_ok(); k++) {
         shifted = k > 0;
         for (int j = 0; j < n; j++) {
             double shift = k == 0 ? 0 : k == 1 ? 1 : k == 2 ? -1 : 4 * points_uniform(&random) - 2;
@@ -94,7 +95,7 @@ static void release_others(struct manifold *m, const struct traj_request *rq, co
     enum { ROUNDS = 3, LOOSER = 4 };
     size_t n = (size_t)m->n;
     double *y = sga_malloc(4 * (n + 1) * sizeof *y), *guess = y + n + 1, *unit = guess + n + 1, *before = unit + n + 1, looser = 1;
-    for (int k = 0; k < ROUNDS + LOOSER; k++) {
+    for (int k = 0; k < ROUNDS + LOOSER && sga_watch_ok(); k++) {
         looser *= k < ROUNDS ? 1 : LOOSE;
         if (k == ROUNDS)
             memcpy(before, x, n * sizeof *x);
@@ -181,8 +182,9 @@ bool consistent_start(struct manifold *m, const struct sys_system *sys, const st
     if (!ok && err) {       /* what is missing at the guess, the best that can be said */
         memcpy(x, rq->initial, (size_t)n * sizeof *x);
         manifold_project(m, rq->start, x, scale, rq->held, 60, NULL, &residual, &worst);
-        refuse(sys, sol, worst, residual, any_held, err);
+        if (sga_budget_ok(rq->budget, NULL))
+            refuse(sys, sol, worst, residual, any_held, err);
     }
     free(scale);
-    return ok;
+    return sga_budget_ok(rq->budget, err) && ok;      /* past a limit the search was not finished, whatever it found */
 }

@@ -67,6 +67,8 @@ void enclosed_problem_clear(struct enclose_problem *p)
 
 static bool not_proved(struct sga_error *err, slong prec)
 {
+    if (err->code != SGA_E_OK)
+        return false;
     sga_fail_at(err, SGA_E_INITIAL, "/trajectory/initial", "interval Newton with %ld bits cannot prove that there is one consistent start near "
                 "the projected initial values; start where the constraints are regular", (long)prec);
     memcpy(err->stage, "initial", 8);
@@ -128,5 +130,7 @@ bool enclosed_start(struct flow *f, struct expr_store *st, const struct enclose_
         }
         _arb_vec_clear(u, f->n);
     }
-    return ok || (err->code != SGA_E_OK ? false : not_proved(err, prec));
+    if (!ok && sga_budget_ok(rq->budget, err))      /* what failed may have been stopped */
+        not_proved(err, prec);
+    return ok;
 }

@@ -9,6 +9,7 @@
 #include "facts.h"
 #include "mem.h"
 #include "poly.h"
+#include "watch.h"
 
 /* A pivot this much smaller than at the start hands over to the general way. */
 static const double PIVOT_SHRUNK = 1e-5;
@@ -52,7 +53,7 @@ double field_place_of_change(struct field *f, int k, double side, double t, cons
 {
     int n = f->n;
     double low = 0, high = 1, at = 0;
-    for (int turn = 0; turn < 60; turn++) {
+    for (int turn = 0; turn < 60 && (turn < 2 || sga_watch_ok()); turn++) {
         double s = 0.5 * (low + high);
         for (int j = 0; j < n; j++)
             y[j] = f->here[j] + s * (x[j] - f->here[j]);

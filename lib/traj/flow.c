@@ -226,6 +226,8 @@ bool flow_start(struct flow *f, const struct sys_system *sys, const struct sga_s
 {
     if (consistent_start(&f->manifold, sys, sol, &f->sizes, rq, NULL, x, moved, NULL))
         return true;
+    if (!sga_budget_ok(rq->budget, err))
+        return false;
     double *elsewhere = known_point(sys, sol, rq);
     bool ok = consistent_start(&f->manifold, sys, sol, &f->sizes, rq, elsewhere, x, moved, err);
     free(elsewhere);

@@ -7,6 +7,7 @@
 
 #include "larger.h"
 #include "mem.h"
+#include "watch.h"
 
 enum { CHORD_ROWS = 24 };
 
@@ -177,12 +178,18 @@ static void report(const struct manifold *m, double total, double res, double *m
         *worst = m->c ? worst_of(m) : -1;
 }
 
+/* Small systems end soon, and need not look at the clock at each projection. */
+static bool may_go_on(const struct manifold *m, int k)
+{
+    return (k < 2 && m->c <= CHORD_ROWS) || sga_watch_ok();
+}
+
 bool manifold_project(struct manifold *m, double t, double *x, const double *scale, const unsigned char *held,
                       int steps, double *moved, double *residual, int *worst)
 {
     double total = 0, res = manifold_residual(m, t, x, scale, held), last = INFINITY;
     bool ok = false;
-    for (int k = 0; res >= 0; k++) {
+    for (int k = 0; res >= 0 && may_go_on(m, k); k++) {
         /* at rounding level, or as near to it as the conditioning lets it come */
         ok = res <= floor_of(m, x, scale) || (m->plain < STALLED && (k == steps || res >= 0.5 * last));
         if (ok || k == steps)
@@ -199,7 +206,7 @@ bool manifold_project(struct manifold *m, double t, double *x, const double *sca
             break;
         }
         res = manifold_residual(m, t, x, scale, held);
-        for (int half = 0; half < 8 && (res < 0 || res > 4 * last); half++) {
+        for (int half = 0; half < 8 && (res < 0 || res > 4 * last) && may_go_on(m, k); half++) {
             length = take_step(m, x, scale, held, -damp / 2);     /* back by half of what was taken */
             damp /= 2;
             res = manifold_residual(m, t, x, scale, held);
@@ -213,7 +220,7 @@ bool manifold_project(struct manifold *m, double t, double *x, const double *sca
 bool manifold_walk(struct manifold *m, double t, double *x, const double *scale, const unsigned char *held,
                    double longest, int steps)
 {
-    for (int k = 0; k < steps; k++) {
+    for (int k = 0; k < steps && may_go_on(m, k); k++) {
         double res = manifold_residual(m, t, x, scale, held), big = 0;
         if (res < 0)
             return false;
@@ -238,7 +245,7 @@ bool manifold_nearest(struct manifold *m, double t, const double *to, double *x,
     double *guess = memcpy(sga_malloc((size_t)(n + 1) * sizeof *x), to ? to : x, (size_t)n * sizeof *x);
     double res = 0, length = INFINITY, before;
     bool ok = false;
-    for (int k = 0; k < steps; k++) {
+    for (int k = 0; k < steps && may_go_on(m, k); k++) {
         res = manifold_residual(m, t, x, scale, held);
         if (res < 0)
             break;

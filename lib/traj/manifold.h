@@ -33,6 +33,8 @@ void manifold_clear(struct manifold *m);
  * columns 0. */
 double manifold_residual(struct manifold *m, double t, const double *x, const double *scale, const unsigned char *held);
 
+/* The searches below look at the watch (watch.h), and fail past a limit. */
+
 /* Move x onto the set by Gauss-Newton steps of least scaled norm. False if it does not get
  * there within `steps`. *moved: scaled length of what was added; *residual: the largest
  * scaled constraint at the end; *worst: its index. The pointers may be NULL. */

@@ -13,6 +13,7 @@
 #include "field.h"
 #include "mem.h"
 #include "poly.h"
+#include "watch.h"
 
 enum { ASKED = 3, DISTANCES = 3, NEWTON = 12 };
 static const double BESIDE = 1e-2;                              /* of the variables' sizes */
@@ -112,7 +113,7 @@ static bool gradient(struct asked *a, double *slope)
 static bool settle(struct asked *a)
 {
     double slope, d = 1;
-    for (int turn = 0; turn < NEWTON; turn++) {
+    for (int turn = 0; turn < NEWTON && sga_watch_ok(); turn++) {
         if (!gradient(a, &slope) || !look(a, 0, &d, NULL))
             return false;
         if (fabs(d) <= 1e-12 * slope)

@@ -308,7 +308,7 @@ bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_
             r->initial[j] = p.x[j].hi;
         if (guide)
             keep_events(&p, &o, r);
-        if (out_of_budget(&o.path))
+        if (out_of_budget(&o.path) || !sga_budget_ok(rq->budget, NULL))
             ok = sga_budget_ok(rq->budget, err);
         else if (o.path.lost)
             ok = lost(&p, &o, err);

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "mem.h"
+#include "watch.h"
 #include "precise_march.h"
 
 /* Where it is looked for: so many errors of the time found at first, then ever wider; touches are known to half the digits. */
@@ -185,7 +186,7 @@ bool precise_watch(struct precise_march *m, num_dd *end)
     forget(m->path, m->path->kept);
     q.x = sga_malloc((size_t)(m->n + 1) * sizeof *q.x);
     m->watched = m->passed;
-    for (; m->watched < g->happened && !stopped && !m->path->lost; m->watched++) {
+    for (; m->watched < g->happened && !stopped && !m->path->lost && sga_watch_ok(); m->watched++) {
         if ((g->happening[m->watched].t - m->there.t.hi) * m->direction > 0)
             break;
         int before = m->path->events;

@@ -87,6 +87,25 @@ static void inside_a_library(void)
     CHECK(last.code == SGA_E_LIMIT_MEMORY, "one power: %s", last.detail);
 }
 
+static bool stop(void *ctx)
+{
+    return ++*(int *)ctx > 2;
+}
+
+/* What loops without a budget are told. */
+static void asked_from_below(void)
+{
+    int asks = 0;
+    struct sga_budget b = { .cancelled = stop, .cancel_ctx = &asks }, late = { .deadline = sga_now() - 1, .seconds = 1 };
+    CHECK(sga_watch_ok());
+    sga_watch_begin(&b, NULL, NULL);
+    CHECK(sga_watch_ok() && sga_watch_ok() && !sga_watch_ok() && asks == 3);
+    sga_watch_begin(&late, NULL, NULL);
+    CHECK(!sga_watch_ok());
+    sga_watch_end();
+    CHECK(sga_watch_ok());
+}
+
 /* Past the deadline inside a call that allocates and asks nothing. */
 static void past_the_deadline(void)
 {
@@ -108,6 +127,7 @@ int main(void)
     asked();
     at_the_wall();
     inside_a_library();
+    asked_from_below();
     past_the_deadline();
     return CHECK_END();
 }

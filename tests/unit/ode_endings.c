@@ -202,7 +202,7 @@ static void test_budget(void)
     o.budget = &b;
     struct ode_result r;
     CHECK(ode_solve(&p, &start, &o, &r, NULL) && r.end.reason == ODE_CANCELLED && r.count == 1);
-    CHECK(r.stats.steps + r.stats.refused == 40, "%ld", r.stats.steps);
+    CHECK(r.stats.steps + r.stats.refused <= 40, "%ld", r.stats.steps);
     ode_result_free(&r);
     struct sga_budget late = {.deadline = sga_now() - 1, .seconds = 3};
     o.budget = &late;

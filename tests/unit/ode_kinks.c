@@ -81,6 +81,22 @@ static bool twice(double t, const double *x, const double *s, double *dx)     /*
     return true;
 }
 static double twice_at(double t) { return t < 2 ? 0.5 + 0.75 * t : 2 + 0.75 * (t - 2); }
+/* x' = -50 max(x, 0) + max(0, sin 5t)^2: comes to rest on the switch after each pulse, and leaves it slowly with the next. */
+static void g_drain(double t, const double *x, double *g) { g[0] = x[0]; g[1] = sin(5 * t); }
+static bool drain(double t, const double *x, const double *s, double *dx)
+{
+    dx[0] = (s[0] > 0 ? -50 * x[0] : 0) + (s[1] > 0 ? sin(5 * t) * sin(5 * t) : 0);
+    return true;
+}
+static double drain_at(double t)
+{
+    double sum = 0;
+    for (double a = 0; a < t; a += 0.4 * PI) {
+        double b = fmin(t, a + 0.2 * PI), left = exp(-50 * (t - a)), right = exp(-50 * (t - b));
+        sum += (right - left) / 100 - (right * (50 * cos(10 * b) + 10 * sin(10 * b)) - 50 * left) / 5200;
+    }
+    return sum;
+}
 static bool root(double t, const double *x, const double *s, double *dx)      /* sqrt(abs(x)) + 1: held, no values beyond */
 {
     (void)t;
@@ -161,6 +177,7 @@ static void test_closed(void)
     against((struct field){2, 1, g_first, two_springs, {0}}, 0, 14, start, two_springs_at, 5);
     against((struct field){1, 1, g_wave, rectified, {0}}, 0, 5, none, rectified_at, 11);
     against((struct field){1, 2, g_moving, twice, {0}}, 0, 5, half, twice_at, 2);
+    against((struct field){1, 2, g_drain, drain, {0}}, 0, 6, none, drain_at, 9);
     CHECK(held >= 0.95 * samples, "%d of %d estimates hold", held, samples);
 }
 
