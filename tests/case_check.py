@@ -16,7 +16,7 @@ from table import tables_of
 
 KNOWN = set("verdict ambient generations final index differentiation seed gauge equilibrium variables on off field "
             "parameters near digits error trajectory trajectories strata solved unsolved assumed initial points identities structure primary closed "
-            "redundant tradeoff consistent symmetries kronecker operator regular regularity motion kinds zeros".split())
+            "redundant sides tradeoff consistent symmetries kronecker operator regular regularity motion kinds zeros".split())
 
 
 # Where a case comes from: a reference with its year, or "own: why it is there"
@@ -181,6 +181,9 @@ class CaseCheck:
         evidence = result.get("evidence", {})
         if "closed" in expect:
             self.same(name, "closed", evidence.get("two_form", {}).get("closed", "absent"), expect["closed"])
+        if "sides" in expect:
+            got = [[s["function"], s["sign"], s["beyond"]] for s in evidence.get("sides", [])]
+            self.same(name, "sides", sorted(got), sorted(expect["sides"]))
         if "redundant" in expect:
             self.same(name, "redundant restrictions", evidence.get("redundant_restrictions"), expect["redundant"])
         if "kinds" in expect:
@@ -375,6 +378,7 @@ class TrajectoryCheck:
             self.closed(key, text, expect.get("tolerance", 1e-6))
         if set(self.answer.names) <= set(self.columns):
             self.residuals(expect.get("residual", 1e-9))
+            self.equations_hold(expect.get("residual", 1e-9))
             self.simpson(expect.get("defect", 1e-4))
 
     def reference(self, rows):
@@ -505,6 +509,17 @@ class TrajectoryCheck:
                 size = 1 + max([abs(v) for v in value.values() if isinstance(v, float)] + [0])
                 worst = max(worst, abs(value[e]) / size)
         self.check(worst <= bound, "stays on Pf", f"residual {worst:.3g}")
+
+    def equations_hold(self, bound):
+        """Equations without derivatives, as they were given, put to every sample."""
+        for text in self.request["system"].get("equations", []):
+            if "'" in text or "der(" in text or text.count("=") != 1:
+                continue
+            left, right = text.split("=")
+            off = self.along(f"({left}) - ({right})")
+            size = [1 + abs(a) for a in self.along(left)]
+            worst = max(abs(v) / s for v, s in zip(off, size))
+            self.check(worst <= bound, f"the samples satisfy {text}", f"off by {worst:.3g}")
 
     def simpson(self, bound):
         """x(t+2h) - x(t) against h/3 (v0 + 4 v1 + v2) of the velocity that our route finds."""

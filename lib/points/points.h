@@ -20,7 +20,10 @@
 struct points_side {
     expr_id function;
     int sign;
+    bool unseen;              /* what holds beyond is not known: no point of the set was found there */
 };
+
+enum { POINTS_BITS = 192 };    /* of points at which functions are asked first */
 
 /* What is sampled. Nothing here is owned. */
 struct points_space {

@@ -214,6 +214,8 @@ void answer_strata(struct job *j)
         else
             strata_add(j, sol->branch[i].expr, -1, (struct stratum){ .kind = "instant" });
     for (int i = 0; i < sol->sides; i++) {
+        if (sol->side[i].unseen)        /* nothing is known to lie beyond */
+            continue;
         unsigned f = expr_facts_of(&l.facts, &j->request.store, sol->side[i].function);
         strata_add(j, sol->side[i].function, -1, (struct stratum){ .kind = f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME) ? "side" : "parameter" });
     }

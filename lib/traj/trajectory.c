@@ -74,7 +74,9 @@ static void say_stratum(struct flow *f, struct traj_result *r)
         snprintf(r->ended_detail, sizeof r->ended_detail, "the rates asked for contradict the equations beyond this time");
     else if (f->field.lost_pivot >= 0 && expr_print(f->field.sys->store, f->field.pivot_expr[f->field.lost_pivot], 120, &text))
         snprintf(r->ended_detail, sizeof r->ended_detail, f->field.lost_pivot < f->field.sides
-                 ? "the constraints were found on one side of %s = 0 only: beyond it they say something else"
+                 ? f->field.solution_side[f->field.lost_pivot].unseen
+                   ? "the constraints were found on one side of %s = 0 only: no point of them was found beyond it, so what they say there is not known"
+                   : "the constraints were found on one side of %s = 0 only: beyond it they say something else"
                  : "the rank of the equations drops where %s = 0: the motion is not determined beyond", text.data);
     else
         snprintf(r->ended_detail, sizeof r->ended_detail,
