@@ -117,6 +117,10 @@ class CaseCheck:
         something of it, and so are its strata."""
         solved = []
         for s in result.get("strata", []):
+            if request.get("strata") == "solve" and s["kind"] not in ("instant", "domain"):
+                self.tally.check(any(k in s for k in ("result", "same_as", "problem")), f"{name}: {s['where']} is solved, or a problem is said")
+            if s["kind"] == "branch" and "point" in s:
+                self.satisfies(name, request, {**s["point"], request["system"].get("time", "t"): s["time"]})
             if "result" not in s:
                 continue
             here = name + ": where " + ", ".join(s["where"])
@@ -124,7 +128,8 @@ class CaseCheck:
             own = self.substituted(request, s.get("substituted", {}))
             values = {k: v for k, v in expect.get("parameters", {}).items() if k not in s.get("substituted", {})}
             try:
-                answer = Answer(own, inner, digits=expect.get("digits", 50), parameters=values, points=2, where=added)
+                answer = Answer(own, inner, digits=expect.get("digits", 50), parameters=values, points=2, where=added,
+                                near=None if s["where"] else s.get("point"))
                 answer.check()
                 self.tally.check(True, here)
             except Broken as e:
@@ -143,7 +148,23 @@ class CaseCheck:
             deeper = next((w for w in expect.get("solved", []) if self.is_meant(w, s, answer, expect)), {})
             self.strata(here, deeper, own, inner, added)
 
+    def satisfies(self, name, request, env):
+        """A place where the answer is said to be another one satisfies the equations without derivatives, as they were given."""
+        g = Graph()
+        for n, v in (request["system"].get("parameters") or {}).items():
+            if v is not None:
+                g.define(n, v)
+        for text in request["system"].get("equations", []):
+            if "'" in text or "der(" in text or text.count("=") != 1:
+                continue
+            left, right = (g.parse(part) for part in text.split("="))
+            values = g.values(g.cone([left, right]), env, FLOAT)
+            off = abs(values[left] - values[right])
+            self.tally.check(off <= 1e-9 * (1 + abs(values[left])), f"{name}: the point of a branch satisfies {text}", f"off by {off:.3g}")
+
     def is_meant(self, want, stratum, answer, expect):
+        if "part" in want:
+            return not stratum["where"]
         if "parameter" in want:
             return want["parameter"] in stratum.get("substituted", {})
         if "substituted" in stratum:

@@ -138,6 +138,23 @@ static void add_side(const struct points_switch *w, bool unseen, struct points_s
     (*side)[(*sides)++] = (struct points_side){ w->function, w->sign, unseen };
 }
 
+void points_beyond_check(struct points_beyond *b, const struct points_space *space, struct points_point *p, expr_id e,
+                         const expr_id *list, int count, struct points_side *side, int *sides, int known)
+{
+    int kept = known;
+    for (int i = known; i < *sides; i++) {
+        struct points_point q = { 0 };
+        bool both = b->count && points_pieces_over(b, space, p, side[i], &q) && zero_at(&q, e, list, count) == 1;
+        points_point_clear(&q);
+        if (both)
+            continue;
+        side[i].unseen = !points_pieces_near(b, space, p, side[i], &q);
+        points_point_clear(&q);
+        side[kept++] = side[i];
+    }
+    *sides = kept;
+}
+
 void points_beyond_sides(struct points_beyond *b, const struct points_space *space, struct points_point *p, expr_id e,
                          const expr_id *list, int count, struct points_side **side, int *sides, size_t *cap)
 {

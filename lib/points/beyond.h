@@ -49,6 +49,11 @@ void points_beyond_clear(struct points_beyond *b);
 /* Whether the function is that of a switch of the constraints. */
 bool points_beyond_has(const struct points_beyond *b, expr_id function);
 
+/* The last sides but `known` are of switches of e alone, found by putting in the other branch: drops those beyond which
+ * e is 0 at a point of the set all the same, where the constraints have switches too (max(x, -x) = |x|); what the set
+ * does not come near to, as far as could be found, is unseen. */
+void points_beyond_check(struct points_beyond *b, const struct points_space *space, struct points_point *p, expr_id e,
+                         const expr_id *list, int count, struct points_side *side, int *sides, int known);
 /* e is 0 on the set near p (list: its cone). Adds to *side the sides on which that rests: e is not 0 at a point beyond,
  * or (unseen) there is none beyond that could be found. Searches when it is called first for a set. */
 void points_beyond_sides(struct points_beyond *b, const struct points_space *space, struct points_point *p, expr_id e,

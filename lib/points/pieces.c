@@ -9,9 +9,12 @@
 #include "mem.h"
 
 /* Switches that are passed one by one; points beyond two and more; how often these are tried. */
-enum { MOST = 256, DEEPER = 24, DEEPER_TRIES = 60, STARTS = 4, VALUES = 3 };
+enum { MOST = 256, DEEPER = 24, DEEPER_TRIES = 60, STARTS = 4, VALUES = 3, NEAR = -20 };
 /* Of one set, and of all sets of a reduction, in steps times nodes as in the search for strata: some tenths of a second. */
 static const double SET_WORK = 1e6, ALL_WORK = 4e6;
+
+/* The values of a switch beyond, against its value here: powers of 2. */
+static const int shift[VALUES] = { -3, 0, -12 };
 
 /* What is searched from: values of the extended variables. */
 struct passage {
@@ -164,7 +167,6 @@ static void keep(struct points_beyond *b, const struct points_space *space, stru
 /* From a point (with these signs) over switch i: near it first, then far from it and very near, then wherever the others are. */
 static bool leave(struct points_beyond *b, const struct points_space *space, struct points_point *from, const signed char *sign, int i, bool deeper)
 {
-    static const int shift[VALUES] = { -3, 0, -12 };
     const struct points_switch *w = b->at + i;
     struct passage q = begin(space, w, from);
     struct points_side *side = sga_malloc((size_t)(b->count + 1) * sizeof *side);
@@ -216,6 +218,45 @@ void points_pieces_search(struct points_beyond *b, const struct points_space *sp
         b->cut_short |= b->at[i].reached == POINTS_NOT_SEARCHED;
     search_deeper(b, space, own);
     free(own);
+}
+
+/* A switch that is none of the constraints'. */
+static struct points_switch alone(const struct points_space *space, struct points_side from)
+{
+    struct expr_facts facts;
+    expr_facts_init(&facts);
+    unsigned sees = expr_facts_of(&facts, space->st, from.function) & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME | EXPR_HAS_PARAMETER);
+    expr_facts_clear(&facts);
+    return (struct points_switch){ .function = from.function, .sign = (signed char)from.sign, .fixed = sees == EXPR_HAS_PARAMETER,
+                                   .timed = sees & EXPR_HAS_TIME };
+}
+
+bool points_pieces_over(struct points_beyond *b, const struct points_space *space, struct points_point *p, struct points_side from,
+                        struct points_point *q)
+{
+    struct points_switch w = alone(space, from);
+    struct passage way = begin(space, &w, p);
+    struct points_side *side = sga_malloc((size_t)(b->count + 1) * sizeof *side);
+    slong e = exponent_at(space, p, w.function);
+    bool found = false;
+    *q = (struct points_point){ 0 };
+    for (int i = 0; i < b->count; i++)
+        side[i] = (struct points_side){ b->at[i].function, b->at[i].sign, false };
+    for (int k = 0; k < 2 * VALUES && !found; k++)      /* at first with the constraints' switches as they are; they may have the same surface */
+        found = pass(b, &way, w.function, -w.sign, e + shift[k % VALUES], side, k < VALUES ? b->count : 0, q);
+    free(side);
+    end(&way);
+    return found;
+}
+
+bool points_pieces_near(struct points_beyond *b, const struct points_space *space, struct points_point *p, struct points_side from,
+                        struct points_point *q)
+{
+    struct points_switch w = alone(space, from);
+    struct passage way = begin(space, &w, p);
+    bool found = pass(b, &way, w.function, w.sign, exponent_at(space, p, w.function) + NEAR, NULL, 0, q);
+    end(&way);
+    return found;
 }
 
 bool points_pieces_back(struct points_beyond *b, const struct points_space *space, int k)

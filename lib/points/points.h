@@ -43,6 +43,8 @@ struct points_space {
     int starts;                               /* random ones to try; 0: the usual number */
     long *steps;                              /* Newton steps left, counted down: none is found past them; NULL: any number */
     const struct points_side *side; int sides;   /* points on other sides are not taken */
+    bool same_branches;                       /* nor, of the first few starts near a guess, those where abs, sign, min, max of the
+                                               * constraints have another branch than at the start */
     const struct sga_budget *budget;
 };
 

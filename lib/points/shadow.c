@@ -71,6 +71,7 @@ static enum points_status sample_reals(struct points_shadow *s, const struct poi
         space.before = k < befores ? before + k : NULL;
         space.side = s->side;
         space.sides = s->sides;
+        space.same_branches = true;
         status = points_find(&space, spread, &s->random, POINTS_BITS, s->real + k);
         if (status != POINTS_OK) {
             points_point_clear(s->real + k);
@@ -349,8 +350,10 @@ static void note_sides(struct points_shadow *s, expr_id e, enum points_basis bas
     if (!s->switches || !s->reals || !expr_store_ok(st))
         return;
     expr_cone_of(st, &s->cone, &e, 1);
+    int known = s->sides;
     points_beyond_list(&s->beyond, &s->space, s->real);
     points_sides_of(st, s->real, e, s->cone.list, s->cone.count, &s->beyond, &s->side, &s->sides, &s->side_cap);
+    points_beyond_check(&s->beyond, &s->space, s->real, e, s->cone.list, s->cone.count, s->side, &s->sides, known);
     if (basis != POINTS_ZERO_ALGEBRAIC)
         points_beyond_sides(&s->beyond, &s->space, s->real, e, s->cone.list, s->cone.count, &s->side, &s->sides, &s->side_cap);
 }
