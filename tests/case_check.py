@@ -16,7 +16,7 @@ from table import tables_of
 
 KNOWN = set("verdict ambient generations final index differentiation seed gauge equilibrium variables on off field "
             "parameters near digits error trajectory trajectories strata solved unsolved assumed initial points identities structure primary closed "
-            "redundant tradeoff consistent symmetries kronecker operator regular regularity motion kinds zeros".split())
+            "redundant sides tradeoff consistent symmetries kronecker operator regular regularity motion kinds zeros".split())
 
 
 # Where a case comes from: a reference with its year, or "own: why it is there"
@@ -117,6 +117,10 @@ class CaseCheck:
         something of it, and so are its strata."""
         solved = []
         for s in result.get("strata", []):
+            if request.get("strata") == "solve" and s["kind"] not in ("instant", "domain"):
+                self.tally.check(any(k in s for k in ("result", "same_as", "problem")), f"{name}: {s['where']} is solved, or a problem is said")
+            if s["kind"] == "branch" and "point" in s:
+                self.satisfies(name, request, {**s["point"], request["system"].get("time", "t"): s["time"]})
             if "result" not in s:
                 continue
             here = name + ": where " + ", ".join(s["where"])
@@ -124,7 +128,8 @@ class CaseCheck:
             own = self.substituted(request, s.get("substituted", {}))
             values = {k: v for k, v in expect.get("parameters", {}).items() if k not in s.get("substituted", {})}
             try:
-                answer = Answer(own, inner, digits=expect.get("digits", 50), parameters=values, points=2, where=added)
+                answer = Answer(own, inner, digits=expect.get("digits", 50), parameters=values, points=2, where=added,
+                                near=None if s["where"] else s.get("point"))
                 answer.check()
                 self.tally.check(True, here)
             except Broken as e:
@@ -143,7 +148,23 @@ class CaseCheck:
             deeper = next((w for w in expect.get("solved", []) if self.is_meant(w, s, answer, expect)), {})
             self.strata(here, deeper, own, inner, added)
 
+    def satisfies(self, name, request, env):
+        """A place where the answer is said to be another one satisfies the equations without derivatives, as they were given."""
+        g = Graph()
+        for n, v in (request["system"].get("parameters") or {}).items():
+            if v is not None:
+                g.define(n, v)
+        for text in request["system"].get("equations", []):
+            if "'" in text or "der(" in text or text.count("=") != 1:
+                continue
+            left, right = (g.parse(part) for part in text.split("="))
+            values = g.values(g.cone([left, right]), env, FLOAT)
+            off = abs(values[left] - values[right])
+            self.tally.check(off <= 1e-9 * (1 + abs(values[left])), f"{name}: the point of a branch satisfies {text}", f"off by {off:.3g}")
+
     def is_meant(self, want, stratum, answer, expect):
+        if "part" in want:
+            return not stratum["where"]
         if "parameter" in want:
             return want["parameter"] in stratum.get("substituted", {})
         if "substituted" in stratum:
@@ -181,6 +202,9 @@ class CaseCheck:
         evidence = result.get("evidence", {})
         if "closed" in expect:
             self.same(name, "closed", evidence.get("two_form", {}).get("closed", "absent"), expect["closed"])
+        if "sides" in expect:
+            got = [[s["function"], s["sign"], s["beyond"]] for s in evidence.get("sides", [])]
+            self.same(name, "sides", sorted(got), sorted(expect["sides"]))
         if "redundant" in expect:
             self.same(name, "redundant restrictions", evidence.get("redundant_restrictions"), expect["redundant"])
         if "kinds" in expect:
@@ -375,6 +399,7 @@ class TrajectoryCheck:
             self.closed(key, text, expect.get("tolerance", 1e-6))
         if set(self.answer.names) <= set(self.columns):
             self.residuals(expect.get("residual", 1e-9))
+            self.equations_hold(expect.get("residual", 1e-9))
             self.simpson(expect.get("defect", 1e-4))
 
     def reference(self, rows):
@@ -505,6 +530,17 @@ class TrajectoryCheck:
                 size = 1 + max([abs(v) for v in value.values() if isinstance(v, float)] + [0])
                 worst = max(worst, abs(value[e]) / size)
         self.check(worst <= bound, "stays on Pf", f"residual {worst:.3g}")
+
+    def equations_hold(self, bound):
+        """Equations without derivatives, as they were given, put to every sample."""
+        for text in self.request["system"].get("equations", []):
+            if "'" in text or "der(" in text or text.count("=") != 1:
+                continue
+            left, right = text.split("=")
+            off = self.along(f"({left}) - ({right})")
+            size = [1 + abs(a) for a in self.along(left)]
+            worst = max(abs(v) / s for v, s in zip(off, size))
+            self.check(worst <= bound, f"the samples satisfy {text}", f"off by {worst:.3g}")
 
     def simpson(self, bound):
         """x(t+2h) - x(t) against h/3 (v0 + 4 v1 + v2) of the velocity that our route finds."""

@@ -9,22 +9,27 @@
 
 static bool switches(int op) { return op == EXPR_ABS || op == EXPR_SIGN || op == EXPR_MIN || op == EXPR_MAX; }
 
-static int number_of(struct num_switches *w, expr_id argument, size_t *cap)
+/* By node: the switch that it is the argument of, or -1. Differences are made on the way. */
+struct arguments { int *number; size_t cap; int known; };
+
+static int number_of(struct num_switches *w, struct arguments *a, expr_id argument, size_t *cap)
 {
-    for (int k = 0; k < w->count; k++)
-        if (w->argument[k] == argument)
-            return k;
-    if (w->count == NUM_MOST_SWITCHES)
-        return -1;
-    SGA_RESERVE(w->argument, *cap, w->count + 1);
-    w->argument[w->count] = argument;
-    return w->count++;
+    SGA_RESERVE(a->number, a->cap, (int)argument + 1);
+    for (; a->known <= (int)argument; a->known++)
+        a->number[a->known] = -1;
+    if (a->number[argument] < 0) {
+        SGA_RESERVE(w->argument, *cap, w->count + 1);
+        w->argument[w->count] = argument;
+        a->number[argument] = w->count++;
+    }
+    return a->number[argument];
 }
 
 void num_switches_find(struct num_switches *w, struct expr_store *st, const expr_id *root, int roots)
 {
     struct expr_cone cone;
     struct expr_facts facts;
+    struct arguments arguments = { 0 };
     size_t cap = 0;
     *w = (struct num_switches){ 0 };
     expr_facts_init(&facts);
@@ -45,8 +50,9 @@ void num_switches_find(struct num_switches *w, struct expr_store *st, const expr
             w->of = sga_malloc((size_t)w->nodes * sizeof *w->of);
             memset(w->of, -1, (size_t)w->nodes * sizeof *w->of);
         }
-        w->of[e] = number_of(w, g, &cap);
+        w->of[e] = number_of(w, &arguments, g, &cap);
     }
+    free(arguments.number);
     expr_cone_clear(&cone);
     expr_facts_clear(&facts);
 }

@@ -14,8 +14,7 @@ struct num_switches {
 };
 
 /* Those in the cones of the roots that depend on a symbol that is a variable, time or a signal. Adds differences to the
- * store. At most NUM_MOST_SWITCHES; others stay as they are. */
-enum { NUM_MOST_SWITCHES = 1024 };
+ * store. */
 void num_switches_find(struct num_switches *w, struct expr_store *st, const expr_id *root, int roots);
 void num_switches_clear(struct num_switches *w);
 /* Of a node: its switch, or -1. */

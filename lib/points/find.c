@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "branches.h"
 #include "differentials.h"
 #include "domain.h"
 #include "normal.h"
@@ -13,7 +14,7 @@
 #include "sides.h"
 #include "triangular.h"
 
-enum { STARTS = 24, POSITIVE_STARTS = 10, STEPS = 60, BASIC_STEPS = 12, RETREATS = 20, NEWTON_BITS = 80 };
+enum { STARTS = 24, POSITIVE_STARTS = 10, STEPS = 60, BASIC_STEPS = 12, RETREATS = 20, NEWTON_BITS = 80, BRANCH_STARTS = 3 };
 
 uint64_t points_random(uint64_t *state)
 {
@@ -290,6 +291,8 @@ enum points_status points_find(const struct points_space *s, double spread, uint
     points_jacobian_init(&j, s);
     enum points_status status = POINTS_NONE;
     double *irregular = NULL;
+    struct points_branches branches;
+    points_branches_init(&branches, s);
     for (int a = 0; a < (s->starts ? s->starts : STARTS) && status != POINTS_OK; a++) {
         if (!sga_budget_ok(s->budget, NULL)) {
             status = POINTS_STOPPED;
@@ -301,6 +304,9 @@ enum points_status points_find(const struct points_space *s, double spread, uint
         p->triangular = false;
         p->scaled = s->scale && (a >= 3 || (a && !s->near)) && a % 3;     /* sizes are a guess: not at every start */
         start(s, spread, random, a, p);
+        bool ask = branches.asked && a < BRANCH_STARTS;
+        if (ask)
+            points_branches_at(&branches, s, p);
         if (a >= (s->near ? 4 : 1) && s->constraints && points_triangular(s, p, prec)) {
             status = points_on_sides(s->st, &p->ball, s->side, s->sides) ? POINTS_OK : POINTS_NONE;
             continue;
@@ -308,6 +314,8 @@ enum points_status points_find(const struct points_space *s, double spread, uint
         /* from a point of the larger set only what is new must be met: moving new variables
          * alone often does that at once */
         int got = s->constraints ? newton(&j, p, s->before && a == 0) : 1;
+        if (got == 1 && ask && !points_branches_kept(&branches, s, p))
+            continue;           /* a step went over the change of branch: another start may stay where the guess is */
         if (got == 1 && points_refine_with(&j, p, prec) && (p->certified || !at_kink(s, p)))
             status = points_on_sides(s->st, &p->ball, s->side, s->sides) ? POINTS_OK : POINTS_NONE;
         else if (got != 0 && !irregular)
@@ -320,6 +328,7 @@ enum points_status points_find(const struct points_space *s, double spread, uint
         memcpy(p->x, irregular, (size_t)s->variables * sizeof(double));
     }
     free(irregular);
+    points_branches_clear(&branches);
     points_jacobian_clear(&j);
     return status;
 }

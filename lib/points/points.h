@@ -20,7 +20,10 @@
 struct points_side {
     expr_id function;
     int sign;
+    bool unseen;              /* what holds beyond is not known: no point of the set was found there */
 };
+
+enum { POINTS_BITS = 192 };    /* of points at which functions are asked first */
 
 /* What is sampled. Nothing here is owned. */
 struct points_space {
@@ -41,6 +44,8 @@ struct points_space {
     int starts;                               /* random ones to try; 0: the usual number */
     long *steps;                              /* Newton steps left, counted down: none is found past them; NULL: any number */
     const struct points_side *side; int sides;   /* points on other sides are not taken */
+    bool same_branches;                       /* nor, of the first few starts near a guess, those where abs, sign, min, max of the
+                                               * constraints have another branch than at the start */
     const struct sga_budget *budget;
 };
 

@@ -43,11 +43,13 @@ void points_shadow_forget(struct points_shadow *s)
         points_modpoint_clear(s->modular + i);
     s->reals = s->modulars = 0;
     s->modular_tried = false;
+    points_beyond_forget(&s->beyond);
 }
 
 void points_shadow_clear(struct points_shadow *s)
 {
     points_shadow_forget(s);
+    points_beyond_clear(&s->beyond);
     free(s->zero);
     free(s->side);
     free(s->variable);
@@ -69,6 +71,7 @@ static enum points_status sample_reals(struct points_shadow *s, const struct poi
         space.before = k < befores ? before + k : NULL;
         space.side = s->side;
         space.sides = s->sides;
+        space.same_branches = true;
         status = points_find(&space, spread, &s->random, POINTS_BITS, s->real + k);
         if (status != POINTS_OK) {
             points_point_clear(s->real + k);
@@ -337,8 +340,9 @@ static void keep_zero(struct points_shadow *s, expr_id e, struct points_decision
     s->zero[s->zeros++] = (struct points_zero){ e, d };
 }
 
-/* A zero that was found at the points: the sides that it depends on. */
-static void note_sides(struct points_shadow *s, expr_id e)
+/* A zero that was found at the points: the sides that it depends on, by switches of its own and, where it does not
+ * hold by algebra whatever they are, by those of the constraints. */
+static void note_sides(struct points_shadow *s, expr_id e, enum points_basis basis)
 {
     struct expr_store *st = (struct expr_store *)s->space.st;
     for (; s->looked < st->nodes; s->looked++)
@@ -346,7 +350,12 @@ static void note_sides(struct points_shadow *s, expr_id e)
     if (!s->switches || !s->reals || !expr_store_ok(st))
         return;
     expr_cone_of(st, &s->cone, &e, 1);
-    points_sides_of(st, s->real, e, s->cone.list, s->cone.count, &s->side, &s->sides, &s->side_cap);
+    int known = s->sides;
+    points_beyond_list(&s->beyond, &s->space, s->real);
+    points_sides_of(st, s->real, e, s->cone.list, s->cone.count, &s->beyond, &s->side, &s->sides, &s->side_cap);
+    points_beyond_check(&s->beyond, &s->space, s->real, e, s->cone.list, s->cone.count, s->side, &s->sides, known);
+    if (basis != POINTS_ZERO_ALGEBRAIC)
+        points_beyond_sides(&s->beyond, &s->space, s->real, e, s->cone.list, s->cone.count, &s->side, &s->sides, &s->side_cap);
 }
 
 struct points_decision points_shadow_zero(struct points_shadow *s, expr_id e)
@@ -355,7 +364,7 @@ struct points_decision points_shadow_zero(struct points_shadow *s, expr_id e)
     s->count[d.basis]++;
     keep_zero(s, e, d);
     if (d.truth == POINTS_ZERO && d.basis != POINTS_EXACT)
-        note_sides(s, e);
+        note_sides(s, e, d.basis);
     if (d.basis == POINTS_ZERO_NUMERIC && d.digits < s->least_digits)
         s->least_digits = d.digits;
     return d;

@@ -15,6 +15,7 @@
 #ifndef SGA_POINTS_SHADOW_H
 #define SGA_POINTS_SHADOW_H
 
+#include "beyond.h"
 #include "modpoint.h"
 #include "points.h"
 
@@ -41,7 +42,7 @@ struct points_zero {
 };
 
 enum { POINTS_ZEROS_KEPT = 100 };
-enum { POINTS_REAL = 2, POINTS_MODULAR = 2, POINTS_BITS = 192 };
+enum { POINTS_REAL = 2, POINTS_MODULAR = 2 };
 
 struct points_shadow {
     struct points_space space;               /* its lists are the next: own copies */
@@ -62,6 +63,7 @@ struct points_shadow {
     struct points_side *side; int sides; size_t side_cap;   /* that zeros found so far depend on */
     int looked;                              /* nodes of the store seen ... */
     bool switches;                           /* ... and whether one of them has sides */
+    struct points_beyond beyond;             /* the set on other sides of its constraints' switches */
     double seconds_sampling;
 };
 

@@ -95,7 +95,22 @@ static bool zero_on_both(struct num_ball *b, expr_id e, const expr_id *list, int
     return arb_is_finite(v) && arb_contains_zero(v);
 }
 
-static int sign_at(struct points_point *p, expr_id u)
+expr_id points_surface(struct expr_store *st, expr_id node)
+{
+    const struct expr_node n = st->node[node], in = st->node[n.a];
+    switch ((enum expr_op)n.op) {
+    case EXPR_ABS: case EXPR_SIGN: case EXPR_MIN: case EXPR_MAX: return surface(st, n);
+    case EXPR_SQRT: {
+        expr_id root = root_of(st, n.a);
+        return root == n.a ? EXPR_UNDEF : root;
+    }
+    case EXPR_ASIN: case EXPR_ACOS: return in.op == EXPR_SIN || in.op == EXPR_COS ? surface(st, n) : EXPR_UNDEF;
+    case EXPR_ACOSH: return in.op == EXPR_COSH ? in.a : EXPR_UNDEF;
+    default: return EXPR_UNDEF;
+    }
+}
+
+int points_sign_at(struct points_point *p, expr_id u)
 {
     num_ball_extend(&p->ball);
     arb_srcptr v = num_ball_value(&p->ball, u);
@@ -103,7 +118,7 @@ static int sign_at(struct points_point *p, expr_id u)
 }
 
 void points_sides_of(struct expr_store *st, struct points_point *p, expr_id e, const expr_id *list, int count,
-                     struct points_side **side, int *sides, size_t *cap)
+                     const struct points_beyond *beyond, struct points_side **side, int *sides, size_t *cap)
 {
     struct num_ball scratch = { 0 };
     struct expr_facts facts;
@@ -114,7 +129,8 @@ void points_sides_of(struct expr_store *st, struct points_point *p, expr_id e, c
             continue;
         expr_id u = surface(st, n);
         unsigned f = expr_facts_of(&facts, st, u);
-        int sign = f & EXPR_NONZERO || !(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME | EXPR_HAS_PARAMETER)) ? 0 : sign_at(p, u);
+        int sign = f & EXPR_NONZERO || !(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME | EXPR_HAS_PARAMETER)) ? 0 : points_sign_at(p, u);
+        sign = beyond && points_beyond_has(beyond, u) ? 0 : sign;
         for (int i = 0; i < *sides; i++)
             sign = (*side)[i].function == u ? 0 : sign;
         if (!sign)
@@ -127,7 +143,7 @@ void points_sides_of(struct expr_store *st, struct points_point *p, expr_id e, c
         if (zero_on_both(&scratch, e, list, count, n))
             continue;
         SGA_RESERVE(*side, *cap, *sides + 1);
-        (*side)[(*sides)++] = (struct points_side){ u, sign };
+        (*side)[(*sides)++] = (struct points_side){ u, sign, false };
     }
     expr_facts_clear(&facts);
     num_ball_clear(&scratch);

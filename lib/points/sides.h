@@ -7,16 +7,24 @@
 #ifndef SGA_POINTS_SIDES_H
 #define SGA_POINTS_SIDES_H
 
+#include "beyond.h"
 #include "points.h"
 
 /* Whether the operator is one analytic function on each side of a surface. */
 bool points_switches(enum expr_op op);
 
+/* What changes its sign where the node, whose operator switches, changes its branch; EXPR_UNDEF: it has one branch, and
+ * no value beyond the surface (sqrt(x)). */
+expr_id points_surface(struct expr_store *st, expr_id node);
+/* 1, -1, or 0 where that is not decided. */
+int points_sign_at(struct points_point *p, expr_id u);
+
 /* e was found to be 0 at the point (list: its cone, values known). Adds to *side (count,
  * cap) each function on whose side that depends: with the other branch put in for it, e is
- * not 0 there. Costs one evaluation of the cone for each switching node. */
+ * not 0 there. Not the switches of the constraints, which change the set too: beyond.h; NULL: there are none.
+ * Costs one evaluation of the cone for each switching node. */
 void points_sides_of(struct expr_store *st, struct points_point *p, expr_id e, const expr_id *list, int count,
-                     struct points_side **side, int *sides, size_t *cap);
+                     const struct points_beyond *beyond, struct points_side **side, int *sides, size_t *cap);
 
 /* Whether the point lies on all these sides (true too where one is undecided). */
 bool points_on_sides(const struct expr_store *st, struct num_ball *b, const struct points_side *side, int sides);

@@ -106,6 +106,7 @@ struct job {
         bool has, time;
     } symmetries;
     int initial_residuals;        /* constraints of the solution that it belongs to */
+    bool on_part;                 /* a part of a union is solved, given by a point: other parts are not looked for */
     int moves_on;                 /* 1 + the stratum that the trajectory lies on; 0: none */
     struct stratum *stratum;
     int strata;

@@ -93,7 +93,7 @@ bool strata_drops(struct job *j, expr_id factor, int starts, struct stratum *as)
     int rank, n = j->request.system.variables;
     if (j->shadow.reals && points_shadow_zero(&j->shadow, factor).truth == POINTS_ZERO)
         return false;                  /* a pivot that died on the way to Pf */
-    enum points_status status = strata_look_at(j, (struct strata_look){ j->solution.constraints, factor, STRATA_FIXED, starts, 0 }, &p, &rank);
+    enum points_status status = strata_look_at(j, (struct strata_look){ .c = j->solution.constraints, .factor = factor, .starts = starts }, &p, &rank);
     /* an irregular place was approached to about 6 digits only: listed, to be safe */
     bool lower = status == POINTS_IRREGULAR || (status == POINTS_OK && rank < n - j->solution.free_columns);
     if (lower) {
@@ -104,20 +104,28 @@ bool strata_drops(struct job *j, expr_id factor, int starts, struct stratum *as)
     return lower;
 }
 
+/* Searches of a second kind are for small systems, and so many of them: what is left out is said. */
+static bool too_many(struct job *j, int variables, int *done)
+{
+    bool skip = variables > OFF_VARIABLES || (*done)++ > OFF_MOST;
+    j->strata_skipped |= skip;
+    return skip;
+}
+
 /* The same on the larger set of the first `before` constraints, on which the pivot was
  * chosen: what follows from dividing by it need not hold where it vanishes. */
 static bool drops_before(struct listing *l, expr_id factor, int before, struct stratum *as)
 {
     struct points_point p;
     int rank, n = l->j->request.system.variables;
-    if (!l->j->request.strata || n > OFF_VARIABLES || l->off++ > OFF_MOST)
+    if (!l->j->request.strata || too_many(l->j, n, &l->off))
         return false;
     if (l->before != before) {
-        strata_look_at(l->j, (struct strata_look){ before, EXPR_UNDEF, STRATA_FIXED, 0, 0 }, &p, &l->rank);
+        strata_look_at(l->j, (struct strata_look){ .c = before }, &p, &l->rank);
         points_point_clear(&p);
         l->before = before;
     }
-    enum points_status status = strata_look_at(l->j, (struct strata_look){ before, factor, STRATA_FIXED, 0, 0 }, &p, &rank);
+    enum points_status status = strata_look_at(l->j, (struct strata_look){ .c = before, .factor = factor }, &p, &rank);
     bool lower = status == POINTS_IRREGULAR || (status == POINTS_OK && rank < l->rank);
     if (lower) {
         as->off = true;
@@ -135,9 +143,9 @@ static bool drops_for_some(struct listing *l, expr_id factor)
     struct job *j = l->j;
     int rank;
     bool none = !j->request.system.parameters || j->request.store.symbol[j->request.system.parameter[0]].kind != EXPR_PARAMETER;
-    if (none || j->request.system.variables > OFF_VARIABLES || l->moved++ > OFF_MOST)
+    if (none || too_many(j, j->request.system.variables, &l->moved))
         return false;
-    enum points_status status = strata_look_at(j, (struct strata_look){ j->solution.constraints, factor, STRATA_PARAMETERS, 0, 0 }, &p, &rank);
+    enum points_status status = strata_look_at(j, (struct strata_look){ .c = j->solution.constraints, .factor = factor, .moving = STRATA_PARAMETERS }, &p, &rank);
     points_point_clear(&p);
     return status == POINTS_IRREGULAR
            || (status == POINTS_OK && rank < j->request.system.variables - j->solution.free_columns);
@@ -148,7 +156,7 @@ static bool instant(struct job *j, expr_id factor)
 {
     struct points_point p;
     int rank;
-    enum points_status status = strata_look_at(j, (struct strata_look){ j->solution.constraints, factor, STRATA_TIME, 0, 0 }, &p, &rank);
+    enum points_status status = strata_look_at(j, (struct strata_look){ .c = j->solution.constraints, .factor = factor, .moving = STRATA_TIME }, &p, &rank);
     points_point_clear(&p);
     return status == POINTS_IRREGULAR || (status == POINTS_OK && rank < j->request.system.variables - j->solution.free_columns);
 }
@@ -214,6 +222,8 @@ void answer_strata(struct job *j)
         else
             strata_add(j, sol->branch[i].expr, -1, (struct stratum){ .kind = "instant" });
     for (int i = 0; i < sol->sides; i++) {
+        if (sol->side[i].unseen)        /* nothing is known to lie beyond */
+            continue;
         unsigned f = expr_facts_of(&l.facts, &j->request.store, sol->side[i].function);
         strata_add(j, sol->side[i].function, -1, (struct stratum){ .kind = f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME) ? "side" : "parameter" });
     }

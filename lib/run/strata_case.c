@@ -13,7 +13,7 @@ static void restricted(struct strata_case *part, const struct sys_system *system
 {
     int r = system->restrictions;
     part->system = *system;
-    part->system.square = false;
+    part->system.square = system->square && !s->wheres;
     part->system.restriction = sga_malloc((size_t)(r + s->wheres + 1) * sizeof *part->system.restriction);
     for (int i = 0; i < r; i++)
         part->system.restriction[i] = system->restriction[i];
@@ -144,6 +144,11 @@ static void substitute(struct strata_case *part, const struct sys_system *system
 bool strata_solvable(const struct stratum *s)
 {
     return s->wheres && strcmp(s->kind, "instant") != 0 && strcmp(s->kind, "domain") != 0;
+}
+
+bool strata_is_part(const struct stratum *s)
+{
+    return !s->wheres && s->point && strcmp(s->kind, "branch") == 0;
 }
 
 bool strata_case_make(struct strata_case *part, const struct sys_system *system, const struct form_mechanical *mechanical,

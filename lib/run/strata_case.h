@@ -13,6 +13,8 @@ struct strata_case {
 
 /* Whether a motion can stay on it, and functions say where it is. */
 bool strata_solvable(const struct stratum *s);
+/* Whether it is another part of the constraint set, given by a point: the same system is solved near it. */
+bool strata_is_part(const struct stratum *s);
 
 /* The functions of s->where are added to the restriction; where s is a condition on
  * parameters, it is solved for one of them, which is substituted (noted in s). False:

@@ -7,7 +7,7 @@
 #include "mem.h"
 #include "poly.h"
 
-enum { MOST = 60, VARIABLES = 400 };
+enum { MOST = 60 };
 
 /* The functions that were considered. */
 struct looked { expr_id factor[MOST]; int count; };
@@ -34,7 +34,7 @@ static void consider(struct listing *l, expr_id factor, struct looked *looked)
     }
     looked->factor[looked->count++] = factor;
     enum strata_moving moving = f & EXPR_HAS_VARIABLE ? STRATA_FIXED : STRATA_TIME;
-    enum points_status status = strata_look_at(j, (struct strata_look){ j->solution.constraints, factor, moving, 0, 0 }, &p, &rank);
+    enum points_status status = strata_look_at(j, (struct strata_look){ .c = j->solution.constraints, .factor = factor, .moving = moving }, &p, &rank);
     points_point_clear(&p);
     if (status == POINTS_OK)
         strata_add(j, factor, -1, (struct stratum){ .kind = "domain" });
@@ -65,8 +65,6 @@ void strata_domain(struct listing *l)
     const struct sys_system *sys = &l->j->request.system;
     struct looked looked = { .count = 0 };
     int found = 0;
-    if (sys->variables > VARIABLES)
-        return;
     expr_id *root, value[MOST];
     int at = sys_expressions(sys, &root);
     struct expr_cone cone;

@@ -27,6 +27,8 @@ struct strata_look {
     enum strata_moving moving;
     int starts;
     uint64_t seed;            /* of the random starts */
+    bool far;                 /* anywhere, also where the request says where it starts */
+    const struct points_point *from;   /* begin there; or NULL */
 };
 
 /* The point, and the rank there; *rank is -1 where an irregular place was approached. With
@@ -40,7 +42,7 @@ bool strata_drops(struct job *j, expr_id factor, int starts, struct stratum *as)
 /* Lists each factor of value, a pivot chosen on the set of the first `before` constraints, that can vanish. */
 void strata_factors(struct listing *l, expr_id value, int before);
 
-/* Parts of the constraint set on which the answer does not hold. To be called before the shadow is asked
+/* Parts of the constraint set on which the answer does not hold, each by a point that satisfies all given equations. To be called before the shadow is asked
  * about anything but the reduction. */
 void strata_components(struct listing *l);
 

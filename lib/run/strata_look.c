@@ -101,7 +101,7 @@ static bool constant_there(struct job *j, expr_id e)
 static enum points_status search(struct job *j, struct points_space *space, const struct points_point *known, uint64_t seed,
                                  const int *end, int stages, struct points_point *p)
 {
-    double spread = j->near ? 0.2 : 1, cost = step_cost(space->st, space->constraint, space->constraints, space->variables);
+    double spread = space->near ? 0.2 : 1, cost = step_cost(space->st, space->constraint, space->constraints, space->variables);
     long granted = steps_granted(j, cost), steps = granted;
     uint64_t random = seed;
     enum points_status status = POINTS_NONE;
@@ -146,7 +146,7 @@ enum points_status strata_look_at(struct job *j, struct strata_look look, struct
     struct points_space space = {
         .st = sys->store, .variable = variable, .variables = n + extra, .parameter = sys->parameter,
         .parameters = values, .time = moving == STRATA_TIME ? -1 : sys->time, .constraint = con,
-        .constraints = c + (factor != EXPR_UNDEF), .near = extra ? NULL : j->near, .near_time = j->near_time,
+        .constraints = c + (factor != EXPR_UNDEF), .near = extra || look.far ? NULL : j->near, .near_time = j->near_time,
         .scale = extra ? NULL : j->solution.scale,
         .starts = look.starts, .budget = &j->budget,
     };
@@ -162,8 +162,9 @@ enum points_status strata_look_at(struct job *j, struct strata_look look, struct
     bool final = factor && !extra && shadow->reals && c == j->solution.constraints && shadow->space.constraints == c
                  && shadow->space.variables == n;
     *p = (struct points_point){ 0 };
-    enum points_status status = final && constant_there(j, factor)
-                                ? POINTS_NONE : search(j, &space, final ? shadow->real : NULL, 5 + look.seed, end, stages, p);
+    const struct points_point *known = look.from ? look.from : final ? shadow->real : NULL;
+    enum points_status status = final && !look.from && constant_there(j, factor)
+                                ? POINTS_NONE : search(j, &space, known, 5 + look.seed, end, stages, p);
     double rows = sys->rows + c, work = rows * n * fmin(rows, n);
     *rank = status != POINTS_OK ? -1 : work > RANK_WORK ? 0 : strata_rank_at(j, &space, sys->rows, c, p);
     free(end);

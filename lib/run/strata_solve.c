@@ -160,8 +160,12 @@ static void answer_stratum(struct job *j, struct stratum *sibling, struct stratu
 {
     const struct sga_solution *sol = &j->solution;
     struct sga_error first = { 0 };
-    bool ok = strata_mechanical(j, j->err) && reduce(j, NULL, s->time);
-    if (!ok && no_point(j->err->code) && s->point) {
+    double *near = NULL;
+    if (strata_is_part(s))
+        near = memcpy(sga_malloc((size_t)j->request.system.variables * sizeof *near), s->point,
+                      (size_t)j->request.system.variables * sizeof *near);
+    bool ok = strata_mechanical(j, j->err) && reduce(j, near, s->time);
+    if (!ok && no_point(j->err->code) && s->point && !near) {
         int depth = j->depth;
         first = *j->err;
         struct sga_error *err = j->err;
@@ -172,7 +176,7 @@ static void answer_stratum(struct job *j, struct stratum *sibling, struct stratu
         *j = fresh(j, err);
         j->depth = depth;
         j->mechanical = mechanical;
-        double *near = sga_malloc((size_t)j->request.system.variables * sizeof *near);
+        near = sga_malloc((size_t)j->request.system.variables * sizeof *near);
         memcpy(near, s->point, (size_t)j->request.system.variables * sizeof *near);
         ok = reduce(j, near, s->time);
         if (!ok)
@@ -185,7 +189,7 @@ static void answer_stratum(struct job *j, struct stratum *sibling, struct stratu
         sga_buf_puts(&s->note, sol->contradiction_why);
         return;
     }
-    if (ok && known_set(j, sibling, s, number))
+    if (ok && !strata_is_part(s) && known_set(j, sibling, s, number))
         return;
     if (ok) {
         answer_strata(j);
@@ -225,6 +229,7 @@ bool strata_enter(struct job *j, struct stratum *s, struct strata_frame *f, stru
         return false;
     f->keep = *j;
     *j = fresh(j, err);
+    j->on_part = f->keep.on_part || strata_is_part(s);
     j->request.system = f->part.system;
     if (f->part.mechanical.mass)
         j->request.mechanical = f->part.mechanical;
@@ -280,6 +285,13 @@ static void refuse(struct stratum *s, const char *what, int limit)
              "to solve it by itself", limit, what);
 }
 
+static void undescribed(struct stratum *s)
+{
+    s->state = STRATUM_UNSOLVED;
+    sga_fail(&s->error, SGA_E_NOT_SUPPORTED, "not solved: what vanishes there is too long to be written out as a restriction; give functions that say "
+             "where it is in restrict");
+}
+
 bool answer_strata_solve(struct job *j)
 {
     struct strata_tree own = { 0 };
@@ -294,8 +306,11 @@ bool answer_strata_solve(struct job *j)
     int number = ++j->tree->lists;
     for (int i = 0; i < j->strata && !j->tree->cancelled; i++) {
         struct stratum *s = j->stratum + i;
-        if (!strata_solvable(s))
+        if (!strata_solvable(s) && !strata_is_part(s)) {
+            if (!s->wheres)
+                undescribed(s);
             continue;
+        }
         if (j->depth >= DEPTH)
             refuse(s, "strata inside each other", DEPTH);
         else if (j->tree->solved++ >= MOST)

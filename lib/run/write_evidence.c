@@ -193,11 +193,14 @@ void answer_write_evidence(struct job *j, struct sga_json *w)
             else
                 sga_json_null(w);
             sga_json_member_string(w, "sign", sol->side[i].sign > 0 ? "positive" : "negative");
+            sga_json_member_string(w, "beyond", sol->side[i].unseen ? "not_found" : "other");
             sga_json_end_object(w);
             sga_buf_free(&text);
         }
         sga_json_end_array(w);
     }
+    if (sol->sides_not_searched)
+        sga_json_member_bool(w, "sides_not_searched", true);
     if (sol->not_factored) {      /* a branch may have gone unseen */
         sga_json_member_bool(w, "factors_not_searched", true);
     }

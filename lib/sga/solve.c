@@ -237,10 +237,17 @@ static bool run(struct state *s)
     return true;
 }
 
-/* A contradiction that rests on one side of a surface says nothing of the other. */
+/* A contradiction that rests on one side of a surface says nothing of the other, where points of the constraints are known to
+ * lie. */
 static bool contradiction_on_side(struct state *s)
 {
     const struct points_side *side = s->shadow->side;
+    int k = 0;
+    while (k < s->shadow->sides && side[k].unseen)
+        k++;
+    if (k == s->shadow->sides)
+        return true;
+    side += k;
     char *text = state_text(s, side->function);
     sga_fail(s->err, SGA_E_SPLIT, "where %s %s 0 the equations contradict each other; what holds on the other side was not "
              "looked at; give trajectory.initial there, or write the system for the side that is meant", text, side->sign > 0 ? ">" : "<");
@@ -293,6 +300,7 @@ static void conclude(struct state *s)
     }
     keep_determinants(s);
     sol->sides = s->shadow->sides;
+    sol->sides_not_searched = s->shadow->beyond.cut_short;
     if (sol->sides)
         sol->side = memcpy(sga_malloc((size_t)sol->sides * sizeof *sol->side), s->shadow->side, (size_t)sol->sides * sizeof *sol->side);
     sol->pivot = sga_malloc((size_t)(s->ech.pivots + s->assumptions + 1) * sizeof *sol->pivot);
@@ -309,6 +317,7 @@ bool state_solve(const struct sys_system *system, const struct sga_options *opti
     struct state s;
     state_init(&s, system, options, shadow, route, solution, err);
     shadow->sides = 0;
+    shadow->beyond.cut_short = false;
     bool ok = run(&s);
     if (ok && !expr_store_ok(s.st)) {
         *err = s.st->error;

@@ -16,6 +16,7 @@
 static bool rhs(void *ctx, double t, const double *x, double *dx)
 {
     struct flow *f = ctx;
+    f->given.broken = -1;
     return field_eval(&f->field, t, x, dx);
 }
 
@@ -35,13 +36,14 @@ static bool code_holds(void *ctx, int calls)
 }
 
 /* The correction is the least one in units of the error allowed: a rounding of a large
- * variable must not be paid for by a small one. */
+ * variable must not be paid for by a small one. What was given holds there too, or the point is refused. */
 static bool project(void *ctx, double t, double *x, const double *scale, double *moved, double *residual)
 {
     struct flow *f = ctx;
     int n = f->n;
     bool ok = true;
-    if (!manifold_chord(&f->manifold, t, x, scale, moved)) {
+    *moved = *residual = 0;
+    if (f->manifold.c && !manifold_chord(&f->manifold, t, x, scale, moved)) {
         double sum = 0;
         sga_copy(f->in, x, n);
         ok = manifold_project(&f->manifold, t, x, scale, NULL, 8, NULL, NULL, NULL);
@@ -52,8 +54,8 @@ static bool project(void *ctx, double t, double *x, const double *scale, double 
         *moved = sqrt(sum);
     }
     *moved /= sqrt(n);
-    *residual = f->manifold.raw;
-    return ok;
+    *residual = f->manifold.c ? f->manifold.raw : 0;
+    return ok && given_hold(&f->given, t, x, scale);
 }
 
 static bool slope(void *ctx, double t, const double *x, double *value)
@@ -80,6 +82,8 @@ void flow_output(void *ctx, double t, const double *x, double *y)
 static enum ode_reason why(void *ctx)
 {
     struct flow *f = ctx;
+    if (f->given.broken >= 0)
+        return ODE_CONSTRAINT_LOST;
     return f->field.rank_lost || f->field.contradiction ? ODE_SINGULAR : ODE_LEFT_DOMAIN;
 }
 
@@ -153,7 +157,7 @@ bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_so
     f->field.unit = f->sizes.uneven ? f->sizes.weight : NULL;
     const struct num_switches *w = field_switches(&f->field);
     look_at_inputs(f, sol, rq);
-    if (!signals_continuous(sys, sol, rq, f->field.root, err))
+    if (!signals_continuous(sys, sol, rq, f->field.root, err) || !given_init(&f->given, sys, sol, rq->budget, err))
         return false;
     f->in = sga_malloc((size_t)(n + 1) * sizeof *f->in);
     if (!rq->outputs && !rq->events && !w)
@@ -174,6 +178,7 @@ void flow_clear(struct flow *f)
     manifold_clear(&f->manifold);
     field_clear(&f->field);
     series_clear(&f->series);
+    given_clear(&f->given);
     free(f->noise);
     inputs_clear(&f->inputs);
     sizes_clear(&f->sizes);
@@ -234,6 +239,22 @@ bool flow_start(struct flow *f, const struct sys_system *sys, const struct sga_s
     return ok;
 }
 
+bool flow_given(struct flow *f, const struct traj_request *rq, const double *x, struct sga_error *err)
+{
+    static const double none = 1e-10;      /* the start is on the constraints, whatever error is allowed later */
+    char name[40];
+    double *scale = sga_malloc((size_t)(f->n + 1) * sizeof *scale);
+    for (int j = 0; j < f->n; j++)
+        scale[j] = none * (1 + fabs(x[j]));
+    bool ok = given_hold(&f->given, rq->start, x, scale);
+    free(scale);
+    if (ok)
+        return true;
+    given_name(&f->given, f->given.lost, name, sizeof name);
+    return sga_fail_at(err, SGA_E_NO_MOTION, "/trajectory/initial", "at the consistent start the constraints hold, and %s does not, which was found to follow "
+                       "from them elsewhere; give trajectory.initial on the part of the constraint set that is meant", name);
+}
+
 static void enter(void *ctx, double from, double to)
 {
     struct flow *f = ctx;
@@ -270,7 +291,7 @@ struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
 {
     allow_code(f, rq->budget ? rq->budget->exec : NULL);
     return (struct ode_problem){ .n = f->n, .ctx = f, .rhs = rhs, .code = code, .stages = stages, .code_holds = code_holds,
-                                 .project = f->manifold.c ? project : NULL, .why = why,
+                                 .project = f->manifold.c || f->given.count ? project : NULL, .why = why,
                                  .pattern = f->field.pattern, .jacobian = f->field.pattern ? slope : NULL,
                                  .taylor = f->field.fast && !f->sys->signals ? taylor : NULL,
                                  .taylor_rtol = series_fast(&f->field) ? FAST_RTOL : 0,

@@ -3,6 +3,7 @@
 #define SGA_TRAJ_FLOW_H
 
 #include "field.h"
+#include "given.h"
 #include "inputs.h"
 #include "manifold.h"
 #include "ode.h"
@@ -14,6 +15,7 @@ struct flow {
     struct manifold manifold;
     struct field field;
     struct series series;
+    struct given given;
     struct num_tape *surface;     /* arguments of the field's switches; inputs: variables, time; NULL: none */
     struct num_tape *output;      /* inputs: variables, time */
     struct num_tape *event;       /* the same */
@@ -38,6 +40,8 @@ bool flow_start(struct flow *f, const struct sys_system *sys, const struct sga_s
 /* solved[j] (n, zero on entry) becomes 1 for variables that the constraints can be solved for near x, values that were not given
  * first; the others are coordinates of Pf. Returns how many. */
 int flow_solved(struct flow *f, const struct traj_request *rq, const double *x, unsigned char *solved);
+/* Whether the given equations hold at the consistent start x: NO_MOTION with err where one does not. */
+bool flow_given(struct flow *f, const struct traj_request *rq, const double *x, struct sga_error *err);
 /* After field_begin: how the motion is chosen. */
 const char *flow_gauge(const struct flow *f, const struct traj_request *rq);
 /* As ode_problem.noise, looked at where it is asked for first. After field_slope_init. */

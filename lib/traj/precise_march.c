@@ -51,10 +51,20 @@ static bool allowed(struct precise_march *m, const struct precise_point *q)
     struct flow *f = m->p->flow;
     for (int j = 0; j < m->n; j++)
         m->xd[j] = q->x[j].hi;
-    if (field_eval(&f->field, q->t.hi, m->xd, m->fd))
-        return true;
+    if (field_eval(&f->field, q->t.hi, m->xd, m->fd)) {
+        m->why = ODE_CONSTRAINT_LOST;
+        return given_hold(&f->given, q->t.hi, m->xd, m->scale);
+    }
     m->why = f->field.rank_lost || f->field.contradiction ? ODE_SINGULAR : ODE_LEFT_DOMAIN;
     return false;
+}
+
+/* What was given holds at a sample. */
+static bool given_at(struct precise_march *m, num_dd t, const num_dd *x)
+{
+    for (int j = 0; j < m->n; j++)
+        m->xd[j] = x[j].hi;
+    return given_hold(&m->p->flow->given, t.hi, m->xd, m->scale);
 }
 
 /* How far the projection may move a point without spoiling it. */
@@ -89,7 +99,8 @@ static bool deliver(struct precise_march *m, num_dd end)
             return true;
         num_dd *x = m->path->sample + (size_t)m->next * (size_t)m->n;
         m->method->value(m->state, m, p->time[m->next], x);
-        if (!precise_project(m->p, p->time[m->next], x, m->scale, NULL, &moved, &residual) || !(moved <= most_moved(m, &m->there)))
+        if (!precise_project(m->p, p->time[m->next], x, m->scale, NULL, &moved, &residual) || !(moved <= most_moved(m, &m->there))
+            || !given_at(m, p->time[m->next], x))
             return false;
         m->path->residual = fmax(m->path->residual, residual);
     }

@@ -74,7 +74,9 @@ static void say_stratum(struct flow *f, struct traj_result *r)
         snprintf(r->ended_detail, sizeof r->ended_detail, "the rates asked for contradict the equations beyond this time");
     else if (f->field.lost_pivot >= 0 && expr_print(f->field.sys->store, f->field.pivot_expr[f->field.lost_pivot], 120, &text))
         snprintf(r->ended_detail, sizeof r->ended_detail, f->field.lost_pivot < f->field.sides
-                 ? "the constraints were found on one side of %s = 0 only: beyond it they say something else"
+                 ? f->field.solution_side[f->field.lost_pivot].unseen
+                   ? "the constraints were found on one side of %s = 0 only: no point of them was found beyond it, so what they say there is not known"
+                   : "the constraints were found on one side of %s = 0 only: beyond it they say something else"
                  : "the rank of the equations drops where %s = 0: the motion is not determined beyond", text.data);
     else
         snprintf(r->ended_detail, sizeof r->ended_detail,
@@ -110,9 +112,29 @@ static void say_pole(struct flow *f, bool grows, struct traj_result *r)
     sga_buf_free(&text);
 }
 
-/* Endings that the field, its pivots or its denominators explain. */
+/* An equation that was redundant as far as this. */
+static void say_given(struct flow *f, struct traj_result *r)
+{
+    char name[40];
+    given_name(&f->given, f->given.lost, name, sizeof name);
+    snprintf(r->ended_detail, sizeof r->ended_detail, "beyond this time the motion would not satisfy %s, which was found to follow from the other equations "
+             "where the motion began: give trajectory.initial beyond to see what they say there", name);
+}
+
+/* Whether the motion was refused beyond its end because of a given equation. */
+static bool given_ended(const struct flow *f, const struct traj_request *rq, const struct traj_result *r)
+{
+    double way = rq->times[rq->samples - 1] - rq->start;
+    return f->given.lost >= 0 && fabs(f->given.lost_t - r->ended_t) <= 1e-3 * fabs(way);
+}
+
+/* Endings that the field, its pivots, its denominators or the given equations explain. */
 static void explain_end(struct flow *f, const struct traj_request *rq, enum ode_reason reason, struct traj_result *r)
 {
+    if (reason == ODE_CONSTRAINT_LOST && given_ended(f, rq, r)) {
+        say_given(f, r);
+        return;
+    }
     if (reason == ODE_SINGULAR)
         say_stratum(f, r);
     else if (reason == ODE_LEFT_DOMAIN && f->field.lost_pole >= 0)
@@ -378,7 +400,8 @@ bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, cons
     bool ok = flow_init(&f, sys, sol, rq, err);
     if (ok) {
         r->initial = sga_calloc((size_t)f.n + 1, sizeof *r->initial);
-        ok = flow_start(&f, sys, sol, rq, r->initial, &r->moved, err) && field_begin(&f.field, rq->start, r->initial, err);
+        ok = flow_start(&f, sys, sol, rq, r->initial, &r->moved, err) && field_begin(&f.field, rq->start, r->initial, err)
+             && flow_given(&f, rq, r->initial, err);
         begin = sga_cpu();
         if (ok && rq->arithmetic == TRAJ_BALL) {
             ok = enclosed_run(&f, sys, sol, rq, r, err);

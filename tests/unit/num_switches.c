@@ -156,6 +156,27 @@ static void test_as_they_are(void)
     num_switches_clear(&w);
 }
 
+/* Any number of them, each argument once, in the order of the nodes. */
+static void test_many(void)
+{
+    enum { MANY = 3000 };
+    struct num_switches w;
+    expr_id *root = malloc(2 * MANY * sizeof *root);
+    for (int k = 0; k < MANY; k++) {
+        expr_id a = expr_add(&st, symbol[0], expr_int(&st, k + 1));
+        root[k] = expr_fun(&st, EXPR_ABS, a);
+        root[MANY + k] = expr_mul(&st, symbol[1], expr_fun(&st, EXPR_SIGN, a));
+    }
+    num_switches_find(&w, &st, root, 2 * MANY);
+    CHECK(w.count == MANY, "%d switches", w.count);
+    for (int k = 0; k < MANY; k++) {
+        int at = num_switches_of(&w, root[k]);
+        CHECK(at >= 0 && at < w.count && w.argument[at] == st.node[root[k]].a, "switch %d", k);
+    }
+    num_switches_clear(&w);
+    free(root);
+}
+
 int main(void)
 {
     seed = check_seed(9);
@@ -169,6 +190,7 @@ int main(void)
     test_held(NULL);
     test_held(exec);
     test_as_they_are();
+    test_many();
     sga_exec_free(exec);
     expr_store_clear(&st);
     return CHECK_END();

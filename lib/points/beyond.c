@@ -1,0 +1,179 @@
+/* Switches of the constraints, and on which sides of them a zero holds. */
+#include "beyond.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+#include "pieces.h"
+#include "sides.h"
+
+void points_beyond_forget(struct points_beyond *b)
+{
+    for (int k = 0; k < b->pieces; k++) {
+        points_point_clear(&b->piece[k].p);
+        points_point_clear(&b->piece[k].back);
+        free(b->piece[k].sign);
+    }
+    b->pieces = b->count = 0;
+    b->listed = b->searched = false;
+}
+
+void points_beyond_clear(struct points_beyond *b)
+{
+    points_beyond_forget(b);
+    free(b->piece);
+    free(b->at);
+    free(b->group);
+    *b = (struct points_beyond){ 0 };
+}
+
+bool points_beyond_has(const struct points_beyond *b, expr_id function)
+{
+    for (int i = 0; i < b->count; i++)
+        if (b->at[i].function == function)
+            return true;
+    return false;
+}
+
+static int representative(struct points_beyond *b, int symbol)
+{
+    while (b->group[symbol] != symbol)
+        symbol = b->group[symbol] = b->group[b->group[symbol]];
+    return symbol;
+}
+
+/* Symbols of the list that stand for variables become one group. Returns it, or -1. */
+static int join(struct points_beyond *b, const struct expr_store *st, const expr_id *list, int count, const unsigned char *variable)
+{
+    int group = -1;
+    for (int k = 0; k < count; k++) {
+        if (expr_op_of(st, list[k]) != EXPR_SYM || !variable[st->node[list[k]].a])
+            continue;
+        int g = representative(b, st->node[list[k]].a);
+        if (group < 0)
+            group = g;
+        b->group[g] = group;
+    }
+    return group;
+}
+
+static void add_switch(struct points_beyond *b, struct expr_store *st, struct expr_facts *facts, struct points_point *p, expr_id node, int group)
+{
+    expr_id u = points_surface(st, node);
+    unsigned f = u ? expr_facts_of(facts, st, u) : EXPR_NONZERO;
+    unsigned sees = f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME | EXPR_HAS_PARAMETER);
+    if (f & EXPR_NONZERO || !sees || points_beyond_has(b, u))
+        return;
+    int sign = points_sign_at(p, u);
+    if (!sign)
+        return;             /* undecided: the set may lie in the surface */
+    SGA_RESERVE(b->at, b->cap, b->count + 1);
+    b->at[b->count++] = (struct points_switch){ .function = u, .sign = (signed char)sign, .group = group,
+                                                .fixed = sees == EXPR_HAS_PARAMETER, .timed = sees & EXPR_HAS_TIME };
+}
+
+void points_beyond_list(struct points_beyond *b, const struct points_space *space, struct points_point *p)
+{
+    struct expr_store *st = (struct expr_store *)space->st;
+    struct expr_cone cone;
+    struct expr_facts facts;
+    if (b->listed)
+        return;
+    b->listed = true;
+    b->symbols = st->symbols;
+    b->group = sga_realloc(b->group, (size_t)(st->symbols + 1) * sizeof *b->group);
+    unsigned char *variable = sga_calloc((size_t)st->symbols + 1, 1);
+    for (int i = 0; i < st->symbols; i++)
+        b->group[i] = i;
+    for (int i = 0; i < space->variables; i++)
+        variable[space->variable[i]] = 1;
+    expr_facts_init(&facts);
+    expr_cone_init(&cone);
+    for (int i = 0; i < space->constraints && expr_store_ok(st); i++) {
+        expr_cone_of(st, &cone, space->constraint + i, 1);
+        int group = join(b, st, cone.list, cone.count, variable);
+        for (int k = 0; k < cone.count && group >= 0; k++)
+            if (points_switches(expr_op_of(st, cone.list[k])))
+                add_switch(b, st, &facts, p, cone.list[k], group);
+    }
+    expr_cone_clear(&cone);
+    expr_facts_clear(&facts);
+    free(variable);
+}
+
+/* Whether constraints connect e with each switch: by switch into touches. False: with none. */
+static bool connected(struct points_beyond *b, const struct expr_store *st, const expr_id *list, int count, unsigned char *touches)
+{
+    bool any = false;
+    for (int k = 0; k < count; k++) {
+        int symbol = st->node[list[k]].a;
+        if (expr_op_of(st, list[k]) != EXPR_SYM || symbol >= b->symbols)
+            continue;
+        int g = representative(b, symbol);
+        for (int i = 0; i < b->count; i++)
+            any |= touches[i] |= representative(b, b->at[i].group) == g;
+    }
+    return any;
+}
+
+/* 1: e is 0 there, 0: it is not, -1: not known. */
+static int zero_at(struct points_point *p, expr_id e, const expr_id *list, int count)
+{
+    num_ball_list(&p->ball, list, count);
+    arb_srcptr v = num_ball_value(&p->ball, e);
+    int zero = !arb_is_finite(v) ? -1 : arb_contains_zero(v);
+    num_ball_forget(&p->ball);
+    return zero;
+}
+
+static void add_side(const struct points_switch *w, bool unseen, struct points_side **side, int *sides, size_t *cap)
+{
+    for (int i = 0; i < *sides; i++)
+        if ((*side)[i].function == w->function) {
+            (*side)[i].unseen &= unseen;
+            return;
+        }
+    SGA_RESERVE(*side, *cap, *sides + 1);
+    (*side)[(*sides)++] = (struct points_side){ w->function, w->sign, unseen };
+}
+
+void points_beyond_check(struct points_beyond *b, const struct points_space *space, struct points_point *p, expr_id e,
+                         const expr_id *list, int count, struct points_side *side, int *sides, int known)
+{
+    int kept = known;
+    for (int i = known; i < *sides; i++) {
+        struct points_point q = { 0 };
+        bool both = b->count && points_pieces_over(b, space, p, side[i], &q) && zero_at(&q, e, list, count) == 1;
+        points_point_clear(&q);
+        if (both)
+            continue;
+        side[i].unseen = !points_pieces_near(b, space, p, side[i], &q);
+        points_point_clear(&q);
+        side[kept++] = side[i];
+    }
+    *sides = kept;
+}
+
+void points_beyond_sides(struct points_beyond *b, const struct points_space *space, struct points_point *p, expr_id e,
+                         const expr_id *list, int count, struct points_side **side, int *sides, size_t *cap)
+{
+    unsigned char *touches = sga_calloc((size_t)b->count + 1, 1);
+    if (b->count && connected(b, space->st, list, count, touches)) {
+        if (!b->searched)
+            points_pieces_search(b, space, p);
+        for (int k = 0; k < b->pieces; k++) {
+            struct points_piece *q = b->piece + k;
+            const struct points_switch *w = b->at + q->last;
+            if (!touches[q->last] || zero_at(&q->p, e, list, count) != 0 || !points_on_sides(space->st, &q->p.ball, *side, *sides))
+                continue;
+            /* not 0 back on this side either: another part of a set that is a union, and nothing about the switch */
+            bool part = points_pieces_back(b, space, k) && zero_at(&q->back, e, list, count) == 0;
+            add_side(w, part, side, sides, cap);
+        }
+        for (int i = 0; i < b->count; i++)
+            if (touches[i] && b->at[i].reached == POINTS_NONE_BEYOND)
+                add_side(b->at + i, true, side, sides, cap);
+    }
+    free(touches);
+}

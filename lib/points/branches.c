@@ -1,0 +1,66 @@
+/* Branches of abs, sign, min, max at points. */
+#include "branches.h"
+
+#include <stdlib.h>
+
+#include "mem.h"
+
+/* log2: nearer to a change of branch a point is on neither. */
+enum { NEAR_KINK = -30 };
+
+void points_branches_at(struct points_branches *b, const struct points_space *s, struct points_point *p)
+{
+    arb_t d;
+    signed char *swap = b->before;
+    b->before = b->now;
+    b->now = swap;
+    arb_init(d);
+    num_ball_list(&p->ball, b->cone.list, b->cone.count);
+    for (int k = 0; k < b->cone.count; k++) {
+        const struct expr_node n = s->st->node[b->cone.list[k]];
+        bool pair = n.op == EXPR_MIN || n.op == EXPR_MAX;
+        b->now[k] = 0;
+        if (!pair && n.op != EXPR_ABS && n.op != EXPR_SIGN)
+            continue;
+        arb_set(d, num_ball_value(&p->ball, n.a));
+        if (pair)
+            arb_sub(d, d, num_ball_value(&p->ball, n.b), p->ball.prec);
+        if (!arb_contains_zero(d) && arf_cmpabs_2exp_si(arb_midref(d), NEAR_KINK) > 0)
+            b->now[k] = arb_is_positive(d) ? 1 : -1;
+    }
+    num_ball_forget(&p->ball);
+    arb_clear(d);
+}
+
+void points_branches_init(struct points_branches *b, const struct points_space *s)
+{
+    expr_cone_init(&b->cone);
+    b->now = b->before = NULL;
+    b->asked = s->same_branches && s->near && s->constraints;
+    if (!b->asked)
+        return;
+    expr_cone_of(s->st, &b->cone, s->constraint, s->constraints);
+    b->asked = false;
+    for (int k = 0; k < b->cone.count && !b->asked; k++) {
+        enum expr_op op = expr_op_of(s->st, b->cone.list[k]);
+        b->asked = op == EXPR_ABS || op == EXPR_SIGN || op == EXPR_MIN || op == EXPR_MAX;
+    }
+    b->now = sga_calloc((size_t)b->cone.count + 1, 1);
+    b->before = sga_calloc((size_t)b->cone.count + 1, 1);
+}
+
+bool points_branches_kept(struct points_branches *b, const struct points_space *s, struct points_point *p)
+{
+    points_branches_at(b, s, p);
+    for (int k = 0; k < b->cone.count; k++)
+        if (b->before[k] && b->before[k] != b->now[k])
+            return false;
+    return true;
+}
+
+void points_branches_clear(struct points_branches *b)
+{
+    expr_cone_clear(&b->cone);
+    free(b->now);
+    free(b->before);
+}

@@ -1,0 +1,276 @@
+/* Points of a constraint set beyond its switches: the function of a switch is set to a value of the other sign, as one
+ * more constraint, and Newton steps go there from a point that is known. */
+#include "pieces.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+
+/* Switches that are passed one by one; points beyond two and more; how often these are tried. */
+enum { MOST = 256, DEEPER = 24, DEEPER_TRIES = 60, STARTS = 4, VALUES = 3, NEAR = -20 };
+/* Of one set, and of all sets of a reduction, in steps times nodes as in the search for strata: some tenths of a second. */
+static const double SET_WORK = 1e6, ALL_WORK = 4e6;
+
+/* The values of a switch beyond, against its value here: powers of 2. */
+static const int shift[VALUES] = { -3, 0, -12 };
+
+/* What is searched from: values of the extended variables. */
+struct passage {
+    struct points_space space;     /* with one more constraint */
+    struct points_point before;
+    int *variable;
+    expr_id *constraint;
+    double cost;                   /* of a step */
+};
+
+static double middle(const struct points_point *p, int symbol)
+{
+    return (size_t)symbol < p->ball.symbol_cap ? arf_get_d(arb_midref(p->ball.symbol + symbol), ARF_RND_NEAR) : 0;
+}
+
+/* The set with the variables of a search over switch w: time moves where w depends on it, parameters where on these alone. */
+static struct passage begin(const struct points_space *space, const struct points_switch *w, struct points_point *from)
+{
+    struct passage q = { .space = *space };
+    int n = space->variables, more = (w->timed && space->time >= 0) + (w->fixed ? space->parameters : 0), at = n;
+    q.variable = sga_malloc((size_t)(n + more + 1) * sizeof *q.variable);
+    memcpy(q.variable, space->variable, (size_t)n * sizeof *q.variable);
+    if (w->timed && space->time >= 0)
+        q.variable[at++] = space->time;
+    for (int i = 0; w->fixed && i < space->parameters; i++)
+        q.variable[at++] = space->parameter[i];
+    q.constraint = sga_malloc((size_t)(space->constraints + 1) * sizeof *q.constraint);
+    memcpy(q.constraint, space->constraint, (size_t)space->constraints * sizeof *q.constraint);
+    q.before = (struct points_point){ .x = sga_malloc((size_t)(at + 1) * sizeof(double)), .t = from->t,
+                                      .parameter = sga_malloc((size_t)(space->parameters + 1) * sizeof(double)) };
+    for (int i = 0; i < at; i++)
+        q.before.x[i] = middle(from, q.variable[i]);
+    for (int i = 0; i < space->parameters; i++)
+        q.before.parameter[i] = middle(from, space->parameter[i]);
+    if (space->time >= 0)
+        q.before.t = middle(from, space->time);
+    q.space.variable = q.variable;
+    q.space.variables = at;
+    q.space.parameters = w->fixed ? 0 : space->parameters;
+    q.space.parameter_value = q.before.parameter;
+    q.space.time = w->timed ? -1 : space->time;
+    q.space.constraint = q.constraint;
+    q.space.constraints = space->constraints + 1;
+    q.space.near = q.before.x;
+    q.space.near_time = q.before.t;
+    q.space.scale = at == n ? space->scale : NULL;
+    q.space.starts = STARTS;
+    return q;
+}
+
+static void end(struct passage *q)
+{
+    free(q->variable);
+    free(q->constraint);
+    free(q->before.x);
+    free(q->before.parameter);
+}
+
+/* What the system is made of has values there. */
+static bool defined(const struct points_space *space, struct points_point *p, struct expr_cone *cone)
+{
+    bool ok = true;
+    expr_cone_of(space->st, cone, space->defined, space->defineds);
+    num_ball_list(&p->ball, cone->list, cone->count);
+    for (int i = 0; i < space->defineds && ok; i++)
+        ok = arb_is_finite(num_ball_value(&p->ball, space->defined[i]));
+    num_ball_forget(&p->ball);
+    return ok;
+}
+
+/* u = sign 2^exponent on the set, from where the passage begins. Only on these sides, where there are any. */
+static bool pass(struct points_beyond *b, struct passage *q, expr_id u, int sign, slong exponent,
+                 const struct points_side *side, int sides, struct points_point *p)
+{
+    struct expr_store *st = (struct expr_store *)q->space.st;
+    struct expr_cone cone;
+    fmpq_t value;
+    expr_cone_init(&cone);
+    fmpq_init(value);
+    fmpq_set_si(value, sign, 1);
+    exponent < 0 ? fmpq_div_2exp(value, value, (ulong)-exponent) : fmpq_mul_2exp(value, value, (ulong)exponent);
+    q->constraint[q->space.constraints - 1] = expr_sub(st, u, expr_fmpq(st, value));
+    expr_cone_of(st, &cone, q->constraint, q->space.constraints);
+    q->cost = cone.count + 20.0 * (q->space.constraints + q->space.variables);
+    long granted = (long)fmax(0, fmin(STARTS * 60, (fmin(SET_WORK, ALL_WORK - b->work)) / q->cost)), steps = granted;
+    uint64_t random = 11;
+    q->space.steps = &steps;
+    q->space.before = &q->before;
+    q->space.side = side;
+    q->space.sides = sides;
+    *p = (struct points_point){ 0 };
+    bool ok = expr_store_ok(st) && granted > 0 && points_find(&q->space, 0.3, &random, POINTS_BITS, p) == POINTS_OK && p->certified
+              && defined(&q->space, p, &cone);
+    b->work += (double)(granted - (steps > 0 ? steps : 0)) * q->cost;
+    if (!ok)
+        points_point_clear(p);
+    expr_cone_clear(&cone);
+    fmpq_clear(value);
+    return ok;
+}
+
+/* How large u is at the point: log2. */
+static slong exponent_at(const struct points_space *space, struct points_point *p, expr_id u)
+{
+    struct expr_cone cone;
+    expr_cone_init(&cone);
+    expr_cone_of(space->st, &cone, &u, 1);
+    num_ball_list(&p->ball, cone.list, cone.count);
+    slong e = arf_abs_bound_lt_2exp_si(arb_midref(num_ball_value(&p->ball, u)));
+    num_ball_forget(&p->ball);
+    expr_cone_clear(&cone);
+    return e < -400 ? -400 : e > 400 ? 400 : e;
+}
+
+/* The sides of a piece, but for one switch. */
+static int other_sides(const struct points_beyond *b, const signed char *sign, int but, struct points_side *side)
+{
+    int sides = 0;
+    for (int i = 0; i < b->count; i++)
+        if (i != but)
+            side[sides++] = (struct points_side){ b->at[i].function, sign[i], false };
+    return sides;
+}
+
+static bool known(const struct points_beyond *b, const signed char *sign)
+{
+    for (int k = 0; k < b->pieces; k++)
+        if (memcmp(b->piece[k].sign, sign, (size_t)b->count) == 0)
+            return true;
+    return false;
+}
+
+static void keep(struct points_beyond *b, const struct points_space *space, struct points_point *p, int last)
+{
+    signed char *sign = sga_malloc((size_t)b->count + 1);
+    struct expr_cone cone;
+    expr_cone_init(&cone);
+    for (int i = 0; i < b->count; i++) {
+        expr_cone_of(space->st, &cone, &b->at[i].function, 1);
+        num_ball_list(&p->ball, cone.list, cone.count);
+        arb_srcptr v = num_ball_value(&p->ball, b->at[i].function);
+        sign[i] = arb_is_positive(v) ? 1 : arb_is_negative(v) ? -1 : 0;
+        num_ball_forget(&p->ball);
+    }
+    expr_cone_clear(&cone);
+    SGA_RESERVE(b->piece, b->piece_cap, b->pieces + 1);
+    b->piece[b->pieces++] = (struct points_piece){ .p = *p, .sign = sign, .last = last };
+}
+
+/* From a point (with these signs) over switch i: near it first, then far from it and very near, then wherever the others are. */
+static bool leave(struct points_beyond *b, const struct points_space *space, struct points_point *from, const signed char *sign, int i, bool deeper)
+{
+    const struct points_switch *w = b->at + i;
+    struct passage q = begin(space, w, from);
+    struct points_side *side = sga_malloc((size_t)(b->count + 1) * sizeof *side);
+    int sides = other_sides(b, sign, i, side);
+    slong e = exponent_at(space, from, w->function);
+    struct points_point p;
+    bool found = false;
+    for (int k = 0; k < (deeper ? 1 : 2 * VALUES) && !found; k++)
+        if (k < VALUES || sides)
+            found = pass(b, &q, w->function, -sign[i], e + shift[k % VALUES], side, k < VALUES ? sides : 0, &p);
+    if (found)
+        keep(b, space, &p, i);
+    end(&q);
+    free(side);
+    return found;
+}
+
+static void search_deeper(struct points_beyond *b, const struct points_space *space, signed char *own)
+{
+    signed char *sign = sga_malloc((size_t)b->count + 1);
+    int tries = 0, most = b->pieces + DEEPER;
+    for (int k = 0; k < b->pieces && b->pieces < most; k++)
+        for (int i = 0; i < b->count && b->pieces < most && tries < DEEPER_TRIES && b->work < ALL_WORK; i++) {
+            memcpy(sign, b->piece[k].sign, (size_t)b->count);
+            if (sign[i] != own[i])
+                continue;
+            sign[i] = (signed char)-sign[i];
+            if (known(b, sign))
+                continue;
+            tries++;
+            sign[i] = own[i];
+            struct points_point from = b->piece[k].p;     /* pieces may move in memory */
+            leave(b, space, &from, sign, i, true);
+            b->piece[k].p = from;
+        }
+    free(sign);
+}
+
+void points_pieces_search(struct points_beyond *b, const struct points_space *space, struct points_point *p)
+{
+    signed char *own = sga_malloc((size_t)b->count + 1);
+    double stop = fmin(b->work + SET_WORK, ALL_WORK);
+    b->searched = true;
+    for (int i = 0; i < b->count; i++)
+        own[i] = b->at[i].sign;
+    for (int i = 0; i < b->count && i < MOST && b->work < stop && sga_budget_ok(space->budget, NULL); i++)
+        b->at[i].reached = leave(b, space, p, own, i, false) ? POINTS_BEYOND : b->work < stop ? POINTS_NONE_BEYOND : POINTS_NOT_SEARCHED;
+    for (int i = 0; i < b->count; i++)
+        b->cut_short |= b->at[i].reached == POINTS_NOT_SEARCHED;
+    search_deeper(b, space, own);
+    free(own);
+}
+
+/* A switch that is none of the constraints'. */
+static struct points_switch alone(const struct points_space *space, struct points_side from)
+{
+    struct expr_facts facts;
+    expr_facts_init(&facts);
+    unsigned sees = expr_facts_of(&facts, space->st, from.function) & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME | EXPR_HAS_PARAMETER);
+    expr_facts_clear(&facts);
+    return (struct points_switch){ .function = from.function, .sign = (signed char)from.sign, .fixed = sees == EXPR_HAS_PARAMETER,
+                                   .timed = sees & EXPR_HAS_TIME };
+}
+
+bool points_pieces_over(struct points_beyond *b, const struct points_space *space, struct points_point *p, struct points_side from,
+                        struct points_point *q)
+{
+    struct points_switch w = alone(space, from);
+    struct passage way = begin(space, &w, p);
+    struct points_side *side = sga_malloc((size_t)(b->count + 1) * sizeof *side);
+    slong e = exponent_at(space, p, w.function);
+    bool found = false;
+    *q = (struct points_point){ 0 };
+    for (int i = 0; i < b->count; i++)
+        side[i] = (struct points_side){ b->at[i].function, b->at[i].sign, false };
+    for (int k = 0; k < 2 * VALUES && !found; k++)      /* at first with the constraints' switches as they are; they may have the same surface */
+        found = pass(b, &way, w.function, -w.sign, e + shift[k % VALUES], side, k < VALUES ? b->count : 0, q);
+    free(side);
+    end(&way);
+    return found;
+}
+
+bool points_pieces_near(struct points_beyond *b, const struct points_space *space, struct points_point *p, struct points_side from,
+                        struct points_point *q)
+{
+    struct points_switch w = alone(space, from);
+    struct passage way = begin(space, &w, p);
+    bool found = pass(b, &way, w.function, w.sign, exponent_at(space, p, w.function) + NEAR, NULL, 0, q);
+    end(&way);
+    return found;
+}
+
+bool points_pieces_back(struct points_beyond *b, const struct points_space *space, int k)
+{
+    struct points_piece *piece = b->piece + k;
+    if (piece->backed)
+        return piece->backed > 0;
+    const struct points_switch *w = b->at + piece->last;
+    struct passage q = begin(space, w, &piece->p);
+    struct points_side *side = sga_malloc((size_t)(b->count + 1) * sizeof *side);
+    int sides = other_sides(b, piece->sign, piece->last, side);
+    slong e = exponent_at(space, &piece->p, w->function);
+    piece->backed = pass(b, &q, w->function, -piece->sign[piece->last], e, side, sides, &piece->back) ? 1 : -1;
+    end(&q);
+    free(side);
+    return piece->backed > 0;
+}
