@@ -274,6 +274,10 @@ static void choose(struct traj_result *r, struct traj_result *fine)
         return;
     }
     *r = *fine;
+    if (constraints_lost(&other) && fine->ended) {
+        traj_result_clear(&other);
+        return;
+    }
     if (other.ended != fine->ended || (other.ended && strcmp(other.ended_reason, fine->ended_reason) != 0)) {
         r->ended = other.ended;
         r->ended_t = other.ended_t;
