@@ -3,25 +3,30 @@
 
 #include <math.h>
 
+static double log2_of_mag(mag_srcptr m)
+{
+    return mag_is_zero(m) ? -HUGE_VAL : mag_get_d_log2_approx(m);
+}
+
 static double log2_of(const arb_t x)
 {
     mag_t m;
     mag_init(m);
     arb_get_mag(m, x);
-    double d = mag_get_d_log2_approx(m);
+    double d = log2_of_mag(m);
     mag_clear(m);
     return d;
 }
 
-/* Of variable j by coefficient k. */
+/* Of variable j by coefficient k. One whose series only begins in its second half (y_k' = y_1 y_(k-1) from 0) says nothing. */
 static double step_by(arb_srcptr c, int k, double bits, double least)
 {
     double last = log2_of(c + k), best = -HUGE_VAL;
     if (last == -HUGE_VAL)
         return HUGE_VAL;
-    for (int i = 0; i < k; i++)
+    for (int i = 0; 2 * i <= k; i++)
         best = fmax(best, (log2_of(c + i) - bits - last) / (k - i));
-    return fmax(best, (least - last) / k);
+    return best == -HUGE_VAL && least == -HUGE_VAL ? HUGE_VAL : fmax(best, (least - last) / k);
 }
 
 double enc_scale_step(const struct enc_series *s, mag_srcptr width, double bits, double slack)
@@ -29,7 +34,7 @@ double enc_scale_step(const struct enc_series *s, mag_srcptr width, double bits,
     double best = HUGE_VAL;
     for (int j = 0; j < s->p->n; j++)
         for (int k = s->order > 1 ? s->order - 1 : 1; k <= s->order; k++)
-            best = fmin(best, step_by(enc_series_of(s, j), k, bits, mag_get_d_log2_approx(width + j) - slack));
+            best = fmin(best, step_by(enc_series_of(s, j), k, bits, log2_of_mag(width + j) - slack));
     return best;
 }
 

@@ -6,7 +6,7 @@
 #include "mem.h"
 #include "series.h"
 
-enum { NEWTON_STEPS = 60 };
+enum { NEWTON_STEPS = 60, WIDENINGS = 8 };
 
 struct newton {
     struct enc_series s;
@@ -55,14 +55,37 @@ static slong newton_step(struct newton *w, arb_ptr x, const arb_t t)
     return size;
 }
 
-/* K = x - C f(x) + (I - C J(X)) (X - x) inside X proves one zero in X for each choice of the others. X: x with radii. */
+/* |K - x| of K = x - C f(x) + (I - C J(X)) (X - x), X: x with radii, shift = C f(x): into reach. False: no value. */
+static bool reaches(struct newton *w, arb_ptr x, const arb_t t, arb_srcptr radius, arb_srcptr shift, arb_mat_t E, mag_ptr reach)
+{
+    int c = w->c;
+    for (int i = 0; i < c; i++)
+        mag_set(arb_radref(x + w->column[i]), arb_radref(radius + i));
+    if (!values(w, x, t))
+        return false;
+    arb_mat_mul(E, w->C, w->J, w->prec);
+    arb_t k;
+    arb_init(k);
+    for (int i = 0; i < c; i++) {
+        arb_sub_ui(arb_mat_entry(E, i, i), arb_mat_entry(E, i, i), 1, w->prec);
+        arb_dot(k, NULL, 0, E->rows[i], 1, radius, 1, c, w->prec);
+        arb_sub(k, k, shift + i, w->prec);
+        arb_get_mag(reach + i, k);
+    }
+    arb_clear(k);
+    return true;
+}
+
+/* K inside X proves one zero in X for each choice of the others. Where X is too flat for it (an unknown that is 0 beside others
+ * that are not), it is widened to twice K: epsilon-inflation (Rump, Verification methods, Acta Numerica 2010). */
 static bool proves(struct newton *w, arb_ptr x, const arb_t t)
 {
     int c = w->c;
     arb_ptr radius = _arb_vec_init(c), shift = _arb_vec_init(c);
+    mag_ptr reach = _mag_vec_init(c);
     arb_mat_t E;
     arb_mat_init(E, c, c);
-    bool ok = values(w, x, t) && arb_mat_approx_inv(w->C, w->J, w->prec);
+    bool ok = values(w, x, t) && arb_mat_approx_inv(w->C, w->J, w->prec), inside = false;
     for (int i = 0; i < c && ok; i++) {
         arb_dot(shift + i, NULL, 0, w->C->rows[i], 1, w->f, 1, c, w->prec);
         arb_get_mag(arb_radref(radius + i), shift + i);
@@ -75,30 +98,22 @@ static bool proves(struct newton *w, arb_ptr x, const arb_t t)
         mag_add_ui_2exp_si(arb_radref(radius + i), arb_radref(radius + i), 1, -2 * w->prec);
         mag_clear(least);
     }
-    for (int i = 0; i < c && ok; i++)
-        mag_set(arb_radref(x + w->column[i]), arb_radref(radius + i));
-    ok = ok && values(w, x, t);
-    if (ok) {
-        arb_mat_mul(E, w->C, w->J, w->prec);
-        for (int i = 0; i < c; i++)
-            arb_sub_ui(arb_mat_entry(E, i, i), arb_mat_entry(E, i, i), 1, w->prec);
-    }
-    for (int i = 0; i < c && ok; i++) {
-        arb_t k;
-        mag_t a;
-        arb_init(k);
-        mag_init(a);
-        arb_dot(k, NULL, 0, E->rows[i], 1, radius, 1, c, w->prec);
-        arb_sub(k, k, shift + i, w->prec);
-        arb_get_mag(a, k);
-        ok = mag_cmp(a, arb_radref(radius + i)) < 0;
-        arb_clear(k);
-        mag_clear(a);
+    for (int turn = 0; turn < WIDENINGS && ok && !inside; turn++) {
+        ok = reaches(w, x, t, radius, shift, E, reach);
+        inside = ok;
+        for (int i = 0; i < c && ok; i++) {
+            inside &= mag_cmp(reach + i, arb_radref(radius + i)) < 0;
+            mag_mul_2exp_si(reach + i, reach + i, 1);
+            ok = mag_is_finite(reach + i);
+        }
+        for (int i = 0; i < c && ok && !inside; i++)
+            mag_max(arb_radref(radius + i), arb_radref(radius + i), reach + i);
     }
     arb_mat_clear(E);
+    _mag_vec_clear(reach, c);
     _arb_vec_clear(radius, c);
     _arb_vec_clear(shift, c);
-    return ok;
+    return ok && inside;
 }
 
 bool enclose_zero(const struct enclose_problem *q, const expr_id *function, int functions, const arb_t t,

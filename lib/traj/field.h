@@ -111,9 +111,9 @@ bool field_well_inside(const struct field *f, const double *p);
 /* No pivot of the last evaluation of f->direct has come near 0. */
 bool field_pivots_well(const struct field *f);
 /* Between the last point inside and (t, x) root k of the direct tape after the field changed its sign from
- * side: y (n) and the time that is returned are where, on the constraints; f->in and direct_out are for that
- * place. */
-double field_place_of_change(struct field *f, int k, double side, double t, const double *x, double *y);
+ * side: y (n) and the time that is returned are where, on the constraints, within `near` of the way between;
+ * f->in and direct_out are for that place. */
+double field_place_of_change(struct field *f, int k, double side, double t, const double *x, double near, double *y);
 
 /* pole.c: f->pole_expr, at most so many; returns how many. */
 enum { FIELD_MOST_POLES = 64 };

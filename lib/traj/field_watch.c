@@ -2,6 +2,7 @@
  * their zeros on which the motion is. */
 #include "field.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -49,23 +50,42 @@ void field_take_sides(struct field *f, double t, const double *x)
     }
 }
 
-double field_place_of_change(struct field *f, int k, double side, double t, const double *x, double *y)
+/* The root at the part s of the way from the last good point to (t, x). */
+static double root_between(struct field *f, int k, double s, double t, const double *x, double *y, double *at)
 {
-    int n = f->n;
-    double low = 0, high = 1, at = 0;
-    for (int turn = 0; turn < 60 && (turn < 2 || sga_watch_ok()); turn++) {
-        double s = 0.5 * (low + high);
-        for (int j = 0; j < n; j++)
-            y[j] = f->here[j] + s * (x[j] - f->here[j]);
-        at = f->here_t + s * (t - f->here_t);
-        if (f->manifold->c)
-            manifold_project(f->manifold, at, y, NULL, NULL, 8, NULL, NULL, NULL);
-        field_load(f, at, y);
-        num_tape_eval(f->direct, f->in, f->direct_out);
-        double p = f->direct_out[n + k];
-        if (p == 0)
+    for (int j = 0; j < f->n; j++)
+        y[j] = f->here[j] + s * (x[j] - f->here[j]);
+    *at = f->here_t + s * (t - f->here_t);
+    if (f->manifold->c)
+        manifold_project(f->manifold, *at, y, NULL, NULL, 8, NULL, NULL, NULL);
+    field_load(f, *at, y);
+    num_tape_eval(f->direct, f->in, f->direct_out);
+    return f->direct_out[f->n + k];
+}
+
+/* Each turn is a projection: regula falsi (Illinois), and a bisection in every third turn, for roots that bend. */
+double field_place_of_change(struct field *f, int k, double side, double t, const double *x, double near, double *y)
+{
+    double low = 0, high = 1, at = 0, above = side * root_between(f, k, 0, t, x, y, &at);
+    double below = side * root_between(f, k, 1, t, x, y, &at);
+    int last = 0;
+    for (int turn = 0; turn < 120 && high - low > near && (turn < 2 || sga_watch_ok()); turn++) {
+        double s = high - (high - low) * (-below / (above - below));
+        if (turn % 3 == 2 || !(s > low && s < high))
+            s = 0.5 * (low + high);
+        double p = side * root_between(f, k, s, t, x, y, &at);
+        if (p == 0 || s == low || s == high)
             break;
-        *(p * side > 0 ? &low : &high) = s;
+        if (p > 0) {
+            low = s;
+            above = p;
+            below *= last > 0 ? 0.5 : 1;
+        } else {
+            high = s;
+            below = p;
+            above *= last < 0 ? 0.5 : 1;
+        }
+        last = p > 0 ? 1 : -1;
     }
     return at;
 }
@@ -76,7 +96,7 @@ static bool rank_at_change(struct field *f, double t, const double *x, int pivot
 {
     int n = f->n, rank = 0;
     double *y = sga_malloc((size_t)(n + 1) * sizeof *y), *v = sga_malloc((size_t)(n + 1) * sizeof *v);
-    field_place_of_change(f, pivot, f->pivot_side[pivot], t, x, y);
+    field_place_of_change(f, pivot, f->pivot_side[pivot], t, x, DBL_EPSILON, y);
     bool holds = field_general(f, v, &rank) && rank >= f->rank;
     free(y);
     free(v);

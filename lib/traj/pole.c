@@ -161,7 +161,7 @@ bool field_pole_at_change(struct field *f, int q, double t, const double *x)
     size_t n = (size_t)f->n + 1;
     double *room = sga_calloc((5 + DISTANCES) * n, sizeof *room), *y = room;
     struct asked a = { f, q, room + n, room + 2 * n, room + 3 * n, room + 4 * n, { room + 5 * n, room + 6 * n, room + 7 * n } };
-    double at = field_place_of_change(f, f->pivots + q, f->pole_side[q], t, x, y);
+    double at = field_place_of_change(f, f->pivots + q, f->pole_side[q], t, x, 0.1 * BESIDE, y);
     unsigned random = 12345;
     int votes = 0;
     units(&a, y, at);

@@ -320,16 +320,36 @@ static bool try_precise(struct flow *f, const struct sys_system *sys, const stru
     return false;
 }
 
+/* Double alone no longer tells points of the set from others (long chains of constraints amplify its roundings). */
+static bool constraints_lost(const struct traj_result *r)
+{
+    return r->ended && strcmp(r->ended_reason, "constraint_lost") == 0;
+}
+
+static bool lost_by_rounding(const struct traj_result *r, const struct traj_result *fine)
+{
+    return constraints_lost(r) && !fine->ended;
+}
+
 /* Double arithmetic, and what double-double has beside it: the samples are those of the longer numbers where
  * there are as many; of endings that differ, that of double, which has more ways to go on. */
 static void choose(struct traj_result *r, struct traj_result *fine)
 {
     struct traj_result other = *r;
+    if (lost_by_rounding(r, fine)) {
+        *r = *fine;
+        traj_result_clear(&other);
+        return;
+    }
     if (fine->rows < r->rows) {
         traj_result_clear(fine);
         return;
     }
     *r = *fine;
+    if (constraints_lost(&other) && fine->ended) {
+        traj_result_clear(&other);
+        return;
+    }
     if (other.ended != fine->ended || (other.ended && strcmp(other.ended_reason, fine->ended_reason) != 0)) {
         r->ended = other.ended;
         r->ended_t = other.ended_t;
@@ -357,9 +377,9 @@ static bool solve_cheapest(struct flow *f, const struct sys_system *sys, const s
     }
     if (there) {
         choose(r, &fine);
-    } else if (!needed && r->shortfall && try_precise(f, sys, sol, rq, r, &fine)) {
+    } else if (!needed && (r->shortfall || constraints_lost(r)) && try_precise(f, sys, sol, rq, r, &fine)) {
         /* rounding in double: perhaps longer numbers are enough */
-        if (fine.shortfall)
+        if (fine.shortfall && !lost_by_rounding(r, &fine))
             traj_result_clear(&fine);
         else
             choose(r, &fine);
