@@ -12,6 +12,7 @@
 #define LAST_TERMS 3
 #define EXPECTED_FALL 0.2
 #define SAFETY 0.95
+#define FAR_BEYOND 1e-3        /* of the scale: a first step that asks for another one */
 #define SCALES 4               /* tries of a scale on which the series is finite */
 
 static void *series_alloc(struct precise_march *m)
@@ -145,10 +146,17 @@ static bool series_begin(void *state, struct precise_march *m, double size)
     struct expansions *w = state;
     m->why = ODE_LEFT_DOMAIN;
     precise_set_scale(m, m->here.x);
-    for (double s = size; s > 1e-30 * size; s *= 1e-3)
-        if (precise_expand(w, m, &m->here, &w->here, s))
-            return precise_take_sides(w, m) && precise_sides_settle(w, m, s);
-    return false;
+    double s = size;
+    while (s > 1e-30 * size && !precise_expand(w, m, &m->here, &w->here, s))
+        s *= 1e-3;
+    if (!(s > 1e-30 * size))
+        return false;
+    /* coefficients on a scale far beyond the steps come near to the largest numbers */
+    precise_look_ahead(w, m);
+    double nearer = 4 * w->far * fabs(w->here.scale);
+    if (w->far < FAR_BEYOND && nearer > 0 && precise_expand(w, m, &m->here, &w->here, nearer))
+        s = nearer;
+    return precise_take_sides(w, m) && precise_sides_settle(w, m, s);
 }
 
 static num_dd series_size(void *state, struct precise_march *m, double cut)
