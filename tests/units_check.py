@@ -114,6 +114,51 @@ class Check:
                 most = rtol if rtol > 1e-12 else 8 * rtol        # atol is rtol then, in a unit that is guessed to a few bits
                 self.tally.check(max(off) <= most * size, f"{label}: {name} to rtol of its size", f"{mp.nstr(max(off) / size, 3)}")
 
+    def solved(self, label, system, trajectory, accuracy=None, want="trajectory"):
+        result, problem = self.solver.solve({"system": system, "want": [want], "trajectory": trajectory, "accuracy": accuracy or {}})
+        self.tally.check(result is not None, f"{label}: solved", str(problem))
+        return result and result[want]
+
+    def circuit(self):
+        """A charge of a femtocoulomb in a resonant circuit, in SI units: i'' + (R/L) i' + i/(LC) = 0."""
+        L, C, R, q = mp.mpf("1e-9"), mp.mpf("1e-12"), 5, mp.mpf("1e-15")
+        system = {"form": "equations", "variables": ["q", "i"], "equations": ["q' = i", "1e-9*i' = -q/1e-12 - 5*i"]}
+        t = self.solved("circuit", system, {"start": 0, "stop": "1e-9", "samples": 11, "initial": {"q": "1e-15", "i": 0}})
+        if not t:
+            return
+        a, w = R / (2 * L), mp.sqrt(1 / (L * C) - (R / (2 * L)) ** 2)
+        for row in t["rows"]:
+            s = mp.mpf(row[0])
+            true = [q * mp.exp(-a * s) * (mp.cos(w * s) + a / w * mp.sin(w * s)), -q / (L * C * w) * mp.exp(-a * s) * mp.sin(w * s)]
+            for name, got, value, size, error in zip("qi", row[1:], true, [q, q * w], t["column_errors"]):
+                self.tally.check(abs(mp.mpf(got) - value) <= min(1e-8 * size, error), f"circuit: {name} at {row[0]}", f"{got}, {mp.nstr(value, 12)}")
+
+    def pendulum(self):
+        """Of length 1e-20, from beside its circle: the start lies on it, and the motion keeps its energy."""
+        system = {"form": "equations", "variables": ["x", "y", "p", "q", "l"],
+                  "equations": ["x' = p", "y' = q", "p' = -l*x", "q' = -l*y - 10*10^-20", "x^2 + y^2 = 10^-40"]}
+        trajectory = {"start": 0, "stop": 5, "samples": 6, "initial": {"x": "0.61e-20", "y": "-0.8e-20", "p": "0.1e-20", "q": 0}}
+        start = self.solved("pendulum", system, trajectory, want="consistent_initial")
+        t = self.solved("pendulum", system, trajectory)
+        if not start or not t:
+            return
+        s = {n: mp.mpf(v) * mp.mpf(10) ** 20 for n, v in start["projected"].items()}
+        self.tally.check(abs(s["x"] ** 2 + s["y"] ** 2 - 1) < 1e-12 and abs(s["x"] * s["p"] + s["y"] * s["q"]) < 1e-12, "pendulum: the start is consistent", str(s))
+        self.tally.check(start["moved"] > 1e-3 and abs(s["x"] - 0.61) < 0.05, "pendulum: and near", str(start))
+        energy = [(mp.mpf(r[3]) ** 2 + mp.mpf(r[4]) ** 2) * mp.mpf(10) ** 40 / 2 + 10 * mp.mpf(r[2]) * mp.mpf(10) ** 20 for r in t["rows"]]
+        self.tally.check(max(abs(e - energy[0]) for e in energy) < 1e-7, "pendulum: energy", str(energy))
+
+    def own_atol(self):
+        """An absolute tolerance that is given is meant as it is."""
+        system = {"form": "equations", "variables": ["x", "v"], "equations": ["x' = v", "v' = -x"]}
+        trajectory = {"start": 0, "stop": 10, "samples": 3, "initial": {"x": "1e-20", "v": 0}}
+        loose = self.solved("atol given", system, trajectory, {"rtol": 1e-8, "atol": 1e-10})
+        tight = self.solved("atol left open", system, trajectory, {"rtol": 1e-8})
+        if loose and tight:
+            self.tally.check("units" not in loose and len(tight["units"]) == 2, "units only where atol is left open", str(tight.get("units")))
+            for row in tight["rows"]:
+                self.tally.check(abs(row[1] - 1e-20 * float(mp.cos(row[0]))) < 1e-28, f"oscillator of 1e-20 at {row[0]}", str(row))
+
 
 def main():
     part = sys.argv[2] if len(sys.argv) > 2 else ""
@@ -125,6 +170,10 @@ def main():
                 if part in case["name"] and case["request"]["system"]["form"] == "equations":
                     for k in range(scaled(6)):
                         check.one(case, "uniform" if k % 3 == 0 else "each", rng)
+    if not part:
+        check.circuit()
+        check.pendulum()
+        check.own_atol()
     if check.runs and not part:
         tally.check(check.held >= 0.95 * check.values, "estimates by column hold", f"{check.held} of {check.values}")
         tally.check(check.refused <= 0.03 * check.runs, "hardly any is refused", f"{check.refused} beside {check.runs}")

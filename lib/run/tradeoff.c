@@ -63,6 +63,7 @@ void answer_tradeoff_clear(struct tradeoff *t)
     free(t->best.values.value);
     free(t->best.doubt);
     free(t->best.size);
+    free(t->best.unit);
     free(t->left_out);
     sga_buf_free(&t->advice);
     free(t);

@@ -42,6 +42,7 @@ struct tradeoff_best {
     double error_estimate;        /* of its own */
     double *doubt;                /* by column: of it */
     double *size;                 /* by column: what digits are relative to */
+    double *unit;                 /* by column: what atol is times */
     int row;                      /* of the table: the one solution less tight by the same means */
     bool ended;
     const char *ended_reason;

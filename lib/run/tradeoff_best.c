@@ -144,7 +144,7 @@ static double second_opinion(const struct tradeoff *t, const struct tradeoff_row
 }
 
 /* What each column of the best solution may be wrong by: the radius of enclosures; otherwise the
- * estimate, which is the largest over the columns and is shared out by their sizes, and at least
+ * estimate of the column (or that of all, shared out by their sizes), and at least
  * what the solution less tight and the one by another method differ by. */
 static void set_doubt(struct tradeoff *t, const struct traj_result *r, const struct tradeoff_row *row, double floor_size)
 {
@@ -153,14 +153,16 @@ static void set_doubt(struct tradeoff *t, const struct traj_result *r, const str
     double most = 0;
     b->doubt = sga_calloc((size_t)n + 1, sizeof *b->doubt);
     b->size = sga_calloc((size_t)n + 1, sizeof *b->size);
+    b->unit = sga_calloc((size_t)n + 1, sizeof *b->unit);
     for (int j = 0; j < n; j++)
         most = fmax(most, b->size[j] = largest(&b->values, j));
     for (int j = 0; j < n; j++) {
         double apart = fmax(ALLOWANCE * difference(&b->values, &row->values, j), second_opinion(t, row, j));
         b->doubt[j] = r->radius ? largest_radius(r, j)
-                                : fmax(apart, most > 0 ? b->error_estimate * (b->size[j] / most) : b->error_estimate);
+                                : fmax(apart, r->column_error ? r->column_error[j] : most > 0 ? b->error_estimate * (b->size[j] / most) : b->error_estimate);
         b->doubt[j] += rounding(b->arithmetic) * b->size[j];
-        b->size[j] = fmax(b->size[j], floor_size);
+        b->unit[j] = r->unit ? r->unit[j] : 1;
+        b->size[j] = fmax(b->size[j], floor_size * b->unit[j]);
     }
 }
 
@@ -212,7 +214,7 @@ static bool within(const struct tradeoff_row *row, const struct tradeoff_best *b
     for (int i = 0; i < row->values.rows && i < b->values.rows; i++)
         for (int j = 0; j < b->values.columns; j++) {
             size_t at = (size_t)i * (size_t)b->values.columns + (size_t)j;
-            double allowed = atol + rtol * fabs(b->values.value[at].hi);
+            double allowed = atol * b->unit[j] + rtol * fabs(b->values.value[at].hi);
             if (!(distance(row->values.value[at], b->values.value[at]) + b->doubt[j] <= allowed))
                 return false;
         }
