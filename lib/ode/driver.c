@@ -125,6 +125,8 @@ static bool begin(struct ode_march *m, double *h)
              : ode_first_step(&m->field, &m->step, m->method->error_order, m->work);
     if (m->method->series && !(m->o->first_step > 0))       /* which knows better, but not from everywhere */
         *h = fmin(FIRST_SERIES * *h, fabs(m->stop - m->t));
+    if (!(m->o->first_step > 0))       /* far from time 0 derivatives by differences may be roundings */
+        *h = fmax(*h, fmin(64 * smallest_step(m), fabs(m->stop - m->t)));
     return ode_kinks_start(m, *h);
 }
 
@@ -174,6 +176,25 @@ static double cut(struct ode_march *m, double h, double *aim)
     return rest;
 }
 
+/* Far from time 0 the field is only known at rounded times: an error that this alone could make is no reason for shorter
+ * steps, which it would follow slowly. */
+static bool error_of_time(struct ode_march *m)
+{
+    static const double LATE = 1e-10, SHARE = 6;        /* a rounding of time over a step; the sizes of the weights in an error estimate */
+    double late = 2 * DBL_EPSILON * fabs(m->t), h = fabs(m->step.h), most = 0;
+    for (int side = -1; side <= 1 && late > LATE * h; side += 2) {
+        double sum = 0;
+        if (!ode_eval(&m->field, m->t + side * late, m->x, m->f1))
+            return false;
+        for (int j = 0; j < m->p->n; j++) {
+            double e = 0.5 * h * (m->f1[j] - m->f[j]) / ode_allowed(m->o->rtol, m->o->atol, m->unit[j], m->x[j], m->x[j]);
+            sum += e * e;
+        }
+        most = sga_larger(most, sqrt(sum / fmax(1, m->p->n)));
+    }
+    return m->error <= SHARE * most;
+}
+
 /* *h: the size asked for; the size taken, where the method made the step shorter. */
 static enum ode_refusal attempt(struct ode_march *m, double *h, double aim, int *through)
 {
@@ -194,6 +215,11 @@ static enum ode_refusal attempt(struct ode_march *m, double *h, double aim, int 
     m->error = m->step.error;
     if (m->step.dense_error > m->error && (m->watch || ode_sample_inside(m)))
         m->error = m->step.dense_error;
+    if (m->error > 1 && isfinite(m->error) && error_of_time(m)) {
+        m->error = m->step.error = m->step.dense_error = 0.1;
+        m->step.log_error = NAN;
+        m->late = true;
+    }
     if (!(m->error <= 1)) {
         m->field.why = ODE_LEFT_DOMAIN;
         return isfinite(m->error) ? ERROR_TOO_LARGE : FIELD_REFUSED;
@@ -360,6 +386,8 @@ static void go(struct ode_march *m)
             double next = taken * after_step(m, taken);
             /* a step cut short says little against the size that was thought right */
             h = ode_choose(m, taken < 0.9 * h && (m->dense_ratio < 1 || isfinite(m->piece) || m->kinks || m->p->pieces) ? fmax(h, next) : next);
+            if (m->late)       /* a step that was cut short to a sample may be of a few roundings of time only */
+                h = fmax(h, 2 * smallest_step(m));
             cause = ERROR_TOO_LARGE;   /* what it is if h is too small now */
         } else if (cause == ENDED) {
             return;

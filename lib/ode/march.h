@@ -76,6 +76,7 @@ struct ode_march {
     enum ode_reason manifold_why;   /* of the last refusal by `project` */
     bool field_refused;             /* ever, and from which time last */
     double field_refused_t;
+    bool late;                      /* errors are those of rounded times (driver.c) */
     double start_size, start_rate;  /* largest |x_j|/unit_j and |x'_j|/unit_j at the start */
     long manifold_refused;          /* steps */
     double last_times[2];           /* of the two accepted points before the present one */

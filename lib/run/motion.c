@@ -34,27 +34,6 @@ static bool with_conditions(struct job *j, struct sga_solution *solution, struct
     return true;
 }
 
-static bool run(struct job *j, const struct sga_solution *solution, struct points_shadow *shadow, struct traj_request *r)
-{
-    answer_integrals(j, solution, shadow, r);
-    if (j->request.want & REQUEST_CONSISTENT_INITIAL) {
-        j->has_initial = traj_consistent(&j->request.system, solution, r, &j->initial, j->err);
-        if (!j->has_initial)
-            return false;
-        j->initial_residuals = solution->constraints;
-    }
-    if (j->request.want & REQUEST_TRAJECTORY && j->request.sweeps)
-        return answer_sweep(j, solution, r);
-    if (j->request.want & REQUEST_TRAJECTORY) {
-        double begin = sga_now();
-        j->has_trajectory = answer_integrate(j, solution, r, &j->trajectory, j->err);
-        j->seconds.trajectory = sga_now() - begin;
-        if (!j->has_trajectory)
-            return false;
-    }
-    return !(j->request.want & REQUEST_TRADEOFF) || answer_tradeoff(j, solution, r);
-}
-
 /* What longer arithmetics start from: constants where doubles would be rounded. */
 static void exact_values(struct job *j, struct traj_request *r)
 {
@@ -68,6 +47,44 @@ static void exact_values(struct job *j, struct traj_request *r)
     r->exact_start = t->exact_start;
     r->exact_initial = initial;
     r->exact_time = time;
+}
+
+/* Where double turns out not to suffice, exact values are made after all, and longer numbers are tried. */
+static bool integrate(struct job *j, const struct sga_solution *solution, struct traj_request *r)
+{
+    if (!answer_integrate(j, solution, r, &j->trajectory, j->err))
+        return false;
+    if (r->arithmetic != TRAJ_AUTO || r->exact_time || r->events || !j->trajectory.shortfall)
+        return true;
+    struct traj_result again;
+    struct sga_error ignored = { 0 };
+    exact_values(j, r);
+    if (expr_store_ok(&j->request.store) && answer_integrate(j, solution, r, &again, &ignored)) {
+        traj_result_clear(&j->trajectory);
+        j->trajectory = again;
+    }
+    return sga_budget_ok(&j->budget, j->err);
+}
+
+static bool run(struct job *j, const struct sga_solution *solution, struct points_shadow *shadow, struct traj_request *r)
+{
+    answer_integrals(j, solution, shadow, r);
+    if (j->request.want & REQUEST_CONSISTENT_INITIAL) {
+        j->has_initial = traj_consistent(&j->request.system, solution, r, &j->initial, j->err);
+        if (!j->has_initial)
+            return false;
+        j->initial_residuals = solution->constraints;
+    }
+    if (j->request.want & REQUEST_TRAJECTORY && j->request.sweeps)
+        return answer_sweep(j, solution, r);
+    if (j->request.want & REQUEST_TRAJECTORY) {
+        double begin = sga_now();
+        j->has_trajectory = integrate(j, solution, r);
+        j->seconds.trajectory = sga_now() - begin;
+        if (!j->has_trajectory)
+            return false;
+    }
+    return !(j->request.want & REQUEST_TRADEOFF) || answer_tradeoff(j, solution, r);
 }
 
 bool answer_motion(struct job *j)
