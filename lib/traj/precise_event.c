@@ -140,6 +140,39 @@ static bool add(const struct look *q, int direction, num_dd t)
     return precise_project(m->p, t, e->x, m->scale, NULL, &moved, &residual);
 }
 
+/* A touch where a switch turns, as that of y = |x|: the step's polynomial goes on straight there. It may be there already, or
+ * be none: the value stays on its side. */
+static bool touch_at_turn(const struct look *q, double t, double from)
+{
+    const struct precise_march *m = q->m;
+    const struct precise_path *path = m->path;
+    const struct precise_point *end[2] = { &m->here, &m->there };
+    for (int i = 0; i < path->events; i++)
+        if (path->event[i].event == q->event && path->event[i].direction == 0 && fabs(path->event[i].t.hi - t) <= from)
+            return true;
+    for (int i = 0; i < 2 && m->sides.count; i++) {
+        if (!(fabs(end[i]->t.hi - t) <= from))
+            continue;
+        double g = at(q, end[i]->t).hi, least = doubt(q, end[i]->t, false), inside = (i ? -from : from) * m->direction;
+        if (fabs(g) <= least)
+            return add(q, 0, end[i]->t);
+        if (g * at(q, num_dd_add_d(end[i]->t, inside)).hi > 0)
+            return true;
+    }
+    return false;
+}
+
+/* Double may take such a touch for two passages. */
+static bool one_of_two(const struct precise_march *m, int k, double from)
+{
+    const struct traj_result *g = m->p->guide;
+    const struct traj_happening *h = g->happening + k;
+    bool two = false;
+    for (int i = 0; i < g->happened && m->sides.count; i++)
+        two |= g->happening[i].event == h->event && g->happening[i].direction == -h->direction && fabs(g->happening[i].t - h->t) <= from;
+    return two;
+}
+
 /* What was a touch in double. */
 static bool touch(struct look *q, double t, double from, double most)
 {
@@ -150,7 +183,7 @@ static bool touch(struct look *q, double t, double from, double most)
     q->slope = false;
     num_dd g = at(q, s), ga = found ? at(q, b[0]) : g, gb = found ? at(q, b[2]) : g;
     if (!found)
-        return false;
+        return touch_at_turn(q, t, from);
     if (fabs(g.hi) <= doubt(q, s, false))
         return add(q, 0, s);
     int side = ga.hi > 0 ? 1 : -1;
@@ -167,6 +200,8 @@ static bool locate(struct look *q, int k)
     q->event = h->event;
     if (h->direction == 0)
         return touch(q, h->t, from, most);
+    if (one_of_two(q->m, k, from) && touch_at_turn(q, h->t, from))
+        return true;
     return bracket(q, h->t, from, most, h->direction, b) && add(q, h->direction, root(q, b[0], b[1], b[2], b[3]));
 }
 
