@@ -23,7 +23,7 @@ static void reflect(const double *h, double beta, double *v, int k, int n)
         v[i] -= s * h[i];
 }
 
-int points_least_norm(int c, int n, double *J, const double *r, double *d, int *perm, double *work)
+int points_least_norm_factor(int c, int n, double *J, int *perm, double *work)
 {
     double *beta = work, *R = work + c, first = 0;     /* of R what is above the diagonal, and that */
     int rank = 0;
@@ -50,9 +50,9 @@ int points_least_norm(int c, int n, double *J, const double *r, double *d, int *
         perm[best] = t;
         double *h = J + (size_t)perm[k] * (size_t)n;
         for (int j = 0; j < k; j++)
-            R[j * c + k] = h[j];
+            R[(size_t)j * (size_t)c + (size_t)k] = h[j];
         double alpha = h[k] > 0 ? -big : big;
-        R[k * c + k] = alpha;
+        R[(size_t)k * (size_t)c + (size_t)k] = alpha;
         h[k] -= alpha;
         double hh = norm2(h + k, n - k);
         beta[k] = hh > 0 ? 2 / hh : 0;
@@ -60,15 +60,29 @@ int points_least_norm(int c, int n, double *J, const double *r, double *d, int *
             reflect(h, beta[k], J + (size_t)perm[i] * (size_t)n, k, n);
         rank = k + 1;
     }
-    /* R^T z = -P^T r, then d = Q z */
+    return rank;
+}
+
+/* R^T z = -P^T r, then d = Q z. */
+void points_least_norm_solve(int c, int n, const double *J, int rank, const int *perm, const double *work, const double *r, double *d)
+{
+    const double *beta = work, *R = work + c;
     memset(d, 0, (size_t)n * sizeof *d);
-    for (int k = 0; k < rank; k++) {
-        double s = -r[perm[k]];
-        for (int j = 0; j < k; j++)
-            s -= R[j * c + k] * d[j];
-        d[k] = s / R[k * c + k];
+    for (int k = 0; k < rank; k++)
+        d[k] = -r[perm[k]];
+    for (int j = 0; j < rank; j++) {
+        const double *row = R + (size_t)j * (size_t)c;
+        d[j] /= row[j];
+        for (int k = j + 1; k < rank; k++)
+            d[k] -= row[k] * d[j];
     }
     for (int k = rank - 1; k >= 0; k--)
         reflect(J + (size_t)perm[k] * (size_t)n, beta[k], d, k, n);
+}
+
+int points_least_norm(int c, int n, double *J, const double *r, double *d, int *perm, double *work)
+{
+    int rank = points_least_norm_factor(c, n, J, perm, work);
+    points_least_norm_solve(c, n, J, rank, perm, work, r, d);
     return rank;
 }

@@ -8,4 +8,8 @@
  * rank. Cost c^2 n. */
 int points_least_norm(int c, int n, double *J, const double *r, double *d, int *perm, double *work);
 
+/* The same in two parts: the factors, in J, perm and work; and, as often as asked, d for an r. Costs c^2 n and c n. */
+int points_least_norm_factor(int c, int n, double *J, int *perm, double *work);
+void points_least_norm_solve(int c, int n, const double *J, int rank, const int *perm, const double *work, const double *r, double *d);
+
 #endif

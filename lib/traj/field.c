@@ -7,11 +7,7 @@
 #include <string.h>
 
 #include "larger.h"
-#include "leastnorm.h"
 #include "mem.h"
-#include "watch.h"
-
-enum { FEW_ROWS = 24 };         /* that are solved in no time */
 
 int *field_inputs(const struct sys_system *sys)
 {
@@ -154,78 +150,9 @@ void field_clear(struct field *f)
     free(f->M);
     free(f->rhs);
     free(f->qr);
+    free(f->kept);
     free(f->perm);
     *f = (struct field){ 0 };
-}
-
-/* Divide a row and its right side by its largest entry. */
-static void scale_row(double *row, double *rhs, int n)
-{
-    double big = 0;
-    for (int j = 0; j < n; j++)
-        big = sga_larger(big, fabs(row[j]));
-    if (!(big > 0))
-        return;
-    for (int j = 0; j < n; j++)
-        row[j] /= big;
-    *rhs /= big;
-}
-
-/* All rows as a dense matrix for v over unit (NULL: v); rhs holds minus the right sides. */
-static bool fill(struct field *f, const double *unit)
-{
-    int n = f->n, m = f->rows + f->c + f->rates, at = 0;
-    if (!f->M) {
-        f->M = sga_malloc((size_t)(m + 1) * (size_t)n * sizeof *f->M);
-        f->rhs = sga_malloc((size_t)(m + 1) * sizeof *f->rhs);
-        f->qr = sga_malloc((size_t)(m + 1) * (size_t)(m + 1) * sizeof *f->qr);
-        f->perm = sga_malloc((size_t)(m + 1) * sizeof *f->perm);
-    }
-    memset(f->M, 0, (size_t)m * (size_t)n * sizeof *f->M);
-    if (!num_tape_eval(f->general, f->in, f->general_out) || !num_jacobian_eval(f->jac, f->in, NULL, f->jac_value))
-        return false;
-    for (int i = 0; i < f->rows; i++) {
-        const struct sys_row *r = f->sys->row + i;
-        for (int k = 0; k < r->entries; k++)
-            f->M[(size_t)i * (size_t)n + (size_t)r->entry[k].col] = f->general_out[at++];
-        f->rhs[i] = -f->general_out[at++];
-    }
-    for (int i = 0; i < f->c; i++) {
-        double *row = f->M + (size_t)(f->rows + i) * (size_t)n;
-        f->rhs[f->rows + i] = 0;
-        for (int k = f->jac->start[i]; k < f->jac->start[i + 1]; k++) {
-            if (f->jac->col[k] < n)
-                row[f->jac->col[k]] = f->jac_value[k];
-            else
-                f->rhs[f->rows + i] = f->jac_value[k];
-        }
-    }
-    for (int k = 0; k < f->rates; k++) {
-        f->M[(size_t)(f->rows + f->c + k) * (size_t)n + (size_t)f->rate[k].variable] = 1;
-        f->rhs[f->rows + f->c + k] = -f->general_out[at++];
-    }
-    for (int i = 0; i < m && unit; i++)
-        for (int j = 0; j < n; j++)
-            f->M[(size_t)i * (size_t)n + (size_t)j] *= unit[j];
-    for (int i = 0; i < m; i++)
-        scale_row(f->M + (size_t)i * (size_t)n, f->rhs + i, n);
-    return true;
-}
-
-bool field_general(struct field *f, double *v, int *rank)
-{
-    if ((f->rows + f->c > FEW_ROWS && !sga_watch_ok()) || !fill(f, f->unit))
-        return false;
-    *rank = points_least_norm(f->rows + f->c + f->rates, f->n, f->M, f->rhs, v, f->perm, f->qr);
-    if (f->unit && *rank < f->n && fill(f, NULL))            /* the rank is seen in natural units, the least norm is Euclid's */
-        points_least_norm(f->rows + f->c + f->rates, f->n, f->M, f->rhs, v, f->perm, f->qr);
-    else
-        for (int j = 0; j < f->n && f->unit; j++)
-            v[j] *= f->unit[j];
-    for (int j = 0; j < f->n; j++)
-        if (!isfinite(v[j]))
-            return false;
-    return true;
 }
 
 void field_load(struct field *f, double t, const double *x)

@@ -55,6 +55,9 @@ struct field {
     double *in;                       /* variables, time */
     const double *unit;               /* by variable: natural sizes (sizes.h), borrowed; NULL: all 1 */
     double *M, *rhs, *qr;             /* qr: for points_least_norm, with */
+    double *kept, *row_size;          /* field_rows.c's: M's entries, what its rows were divided by; */
+    int kept_rank, solved_rank;       /* the rank of the rows, -1: no factors are kept; and that of these, */
+    const double *kept_unit, *asked_unit;     /* which are for v in these units, `unit` being that */
     int *perm;
     int generic_rank;                 /* of the system at general points of Pf */
     int rank;                         /* what it must be; a loss of it is a stratum */
@@ -90,11 +93,12 @@ int field_approaches(struct field *f, const double *start, double start_t, doubl
 int *field_inputs(const struct sys_system *sys);
 /* f->in is the place (t, x). */
 void field_load(struct field *f, double t, const double *x);
-/* v at in from the rows that define the field, of least norm, and their rank. False: they have no value there. */
+/* field_rows.c. v at in from the rows that define the field, of least norm, and their rank. False: they have no value there.
+ * Costs the cube of the variables, their square where the rows' matrix is as it was. */
 bool field_general(struct field *f, double *v, int *rank);
-/* The largest |row v - right side|, each row divided by its largest entry; *row: which. */
-/* The largest |v_j| in natural units, 1 at the least. */
+/* field.c. The largest |v_j| in natural units, 1 at the least. */
 double field_size(const struct field *f, const double *v);
+/* The largest |row v - right side|, each row divided by its largest entry; *row: which. */
 double field_rows_miss(struct field *f, const double *v, int *row);
 /* The field at in, by whichever way it goes; direct_out is that of the same place. */
 bool field_value(struct field *f, double *v);

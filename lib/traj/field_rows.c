@@ -1,0 +1,116 @@
+/* The field from its defining rows: the equations, the tangencies of the constraints and the rates, in least norm.
+ *
+ * Where the matrix of the rows is the same as before (linear systems with constant coefficients, such as discretised
+ * partial differential equations), its factors are too: they are kept, and only the right side is new. */
+#include "field.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "larger.h"
+#include "leastnorm.h"
+#include "mem.h"
+#include "watch.h"
+
+enum { FEW_ROWS = 24 };         /* that are solved in no time */
+
+static void reserve(struct field *f, int m)
+{
+    size_t rows = (size_t)m + 1, entries = (size_t)f->jac->nnz + 1;
+    for (int i = 0; i < f->rows; i++)
+        entries += (size_t)f->sys->row[i].entries;
+    f->M = sga_malloc(rows * (size_t)f->n * sizeof *f->M);
+    f->rhs = sga_malloc(2 * rows * sizeof *f->rhs);
+    f->row_size = f->rhs + rows;
+    f->qr = sga_malloc(rows * rows * sizeof *f->qr);
+    f->perm = sga_malloc(rows * sizeof *f->perm);
+    f->kept = sga_malloc(entries * sizeof *f->kept);
+    f->kept_rank = -1;
+}
+
+/* Right sides into f->rhs, with the sign of points_least_norm, matrix entries into f->kept. *same: these are as before. */
+static bool evaluate(struct field *f, bool *same)
+{
+    int at = 0, q = 0;
+    *same = f->kept_rank >= 0 && f->asked_unit == f->unit;
+    if (!num_tape_eval(f->general, f->in, f->general_out) || !num_jacobian_eval(f->jac, f->in, NULL, f->jac_value)) {
+        f->kept_rank = -1;
+        return false;
+    }
+    for (int i = 0; i < f->rows; i++) {
+        for (int k = 0; k < f->sys->row[i].entries; k++, q++) {
+            *same &= f->kept[q] == f->general_out[at];
+            f->kept[q] = f->general_out[at++];
+        }
+        f->rhs[i] = -f->general_out[at++];
+    }
+    for (int i = 0; i < f->c; i++) {
+        f->rhs[f->rows + i] = 0;
+        for (int k = f->jac->start[i]; k < f->jac->start[i + 1]; k++)
+            if (f->jac->col[k] < f->n) {
+                *same &= f->kept[q] == f->jac_value[k];
+                f->kept[q++] = f->jac_value[k];
+            } else {
+                f->rhs[f->rows + i] = f->jac_value[k];
+            }
+    }
+    for (int k = 0; k < f->rates; k++)
+        f->rhs[f->rows + f->c + k] = -f->general_out[at++];
+    return true;
+}
+
+/* f->kept as a dense matrix for v over unit (NULL: v), each row divided by its largest entry, and its factors. */
+static int factor(struct field *f, int m, const double *unit)
+{
+    size_t n = (size_t)f->n;
+    int q = 0;
+    memset(f->M, 0, (size_t)m * n * sizeof *f->M);
+    for (int i = 0; i < f->rows; i++)
+        for (int k = 0; k < f->sys->row[i].entries; k++)
+            f->M[(size_t)i * n + (size_t)f->sys->row[i].entry[k].col] = f->kept[q++];
+    for (int i = 0; i < f->c; i++)
+        for (int k = f->jac->start[i]; k < f->jac->start[i + 1]; k++)
+            if (f->jac->col[k] < f->n)
+                f->M[(size_t)(f->rows + i) * n + (size_t)f->jac->col[k]] = f->kept[q++];
+    for (int k = 0; k < f->rates; k++)
+        f->M[(size_t)(f->rows + f->c + k) * n + (size_t)f->rate[k].variable] = 1;
+    for (int i = 0; i < m; i++) {
+        double *row = f->M + (size_t)i * n, big = 0;
+        for (size_t j = 0; j < n && unit; j++)
+            row[j] *= unit[j];
+        for (size_t j = 0; j < n; j++)
+            big = sga_larger(big, fabs(row[j]));
+        f->row_size[i] = big > 0 ? big : 1;
+        for (size_t j = 0; j < n; j++)
+            row[j] /= f->row_size[i];
+    }
+    f->kept_unit = unit;
+    return points_least_norm_factor(m, f->n, f->M, f->perm, f->qr);
+}
+
+bool field_general(struct field *f, double *v, int *rank)
+{
+    int m = f->rows + f->c + f->rates;
+    bool same;
+    if (!f->M)
+        reserve(f, m);
+    if ((f->rows + f->c > FEW_ROWS && !sga_watch_ok()) || !evaluate(f, &same))
+        return false;
+    if (!same) {
+        f->asked_unit = f->unit;
+        f->kept_rank = f->solved_rank = factor(f, m, f->unit);
+        if (f->unit && f->kept_rank < f->n)            /* the rank is seen in natural units, the least norm is Euclid's */
+            f->solved_rank = factor(f, m, NULL);
+    }
+    for (int i = 0; i < m; i++)
+        f->rhs[i] /= f->row_size[i];
+    *rank = f->kept_rank;
+    points_least_norm_solve(m, f->n, f->M, f->solved_rank, f->perm, f->qr, f->rhs, v);
+    for (int j = 0; j < f->n && f->kept_unit; j++)
+        v[j] *= f->kept_unit[j];
+    for (int j = 0; j < f->n; j++)
+        if (!isfinite(v[j]))
+            return false;
+    return true;
+}
