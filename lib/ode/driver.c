@@ -166,6 +166,7 @@ static double cut(struct ode_march *m, double h, double *aim)
         h = fmin(h, m->piece * BREAK_PART / (0.4 + 0.6 * m->level));
     h = fit_samples(m, ode_within(m->p->piece, m->p->pieces, &m->next_piece, m->t, m->direction, h), aim);
     double kink = m->kinks ? ode_kinks_cut(m, h) : h;
+    kink = m->bands ? ode_bands_cut(m, kink) : kink;
     if (kink < h && kink < rest) {      /* there and nowhere else, whatever is left behind it */
         *aim = NAN;
         return kink;
@@ -239,6 +240,8 @@ static enum ode_refusal attempt(struct ode_march *m, double *h, double aim, int 
         return FIELD_REFUSED;
     m->pending_residual = residual;
     enum ode_refusal cause = ode_kinks_step(m);
+    if (cause == STEP_TAKEN && m->bands)
+        cause = ode_bands_step(m);
     if (cause != STEP_TAKEN)
         return cause;
     cause = ode_sample(m, through);
@@ -377,6 +380,7 @@ static void go(struct ode_march *m)
         enum ode_refusal cause = attempt(m, &taken, aim, &through);
         if (cause == STEP_TAKEN) {
             commit(m, taken, through);
+            ode_bands_pass(m);
             if (m->stopped) {
                 ode_end_event(m);
                 return;
@@ -385,7 +389,7 @@ static void go(struct ode_march *m)
                 return;
             double next = taken * after_step(m, taken);
             /* a step cut short says little against the size that was thought right */
-            h = ode_choose(m, taken < 0.9 * h && (m->dense_ratio < 1 || isfinite(m->piece) || m->kinks || m->p->pieces) ? fmax(h, next) : next);
+            h = ode_choose(m, taken < 0.9 * h && (m->dense_ratio < 1 || isfinite(m->piece) || m->kinks || m->bands || m->p->pieces) ? fmax(h, next) : next);
             if (m->late)       /* a step that was cut short to a sample may be of a few roundings of time only */
                 h = fmax(h, 2 * smallest_step(m));
             cause = ERROR_TOO_LARGE;   /* what it is if h is too small now */
@@ -428,6 +432,7 @@ void ode_march(const struct ode_run *run, struct ode_result *res)
     march_alloc(&m);
     ode_watch_begin(&m);
     ode_kinks_begin(&m);
+    ode_bands_begin(&m);
     ode_choice_begin(&m);
     go(&m);
     if (res->end.reason != ODE_NONE && res->end.reason != ODE_EVENT)
@@ -435,6 +440,7 @@ void ode_march(const struct ode_run *run, struct ode_result *res)
     if (run->p->enter)
         run->p->enter(run->p->ctx, NAN, NAN);
     ode_kinks_end(&m);
+    ode_bands_end(&m);
     res->count = m.next;
     ode_choice_end(&m);
     ode_watch_end(&m);

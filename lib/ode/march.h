@@ -70,6 +70,7 @@ struct ode_march {
     int next;                       /* the first sample not yet delivered */
     struct ode_watch *watch;        /* event.c's; NULL: no events */
     struct ode_kinks *kinks;        /* kink.c's; NULL: no switches */
+    struct ode_bands *bands;        /* band.c's; NULL: none */
     bool stopped;                   /* by an event in the present step */
     double pending_residual;        /* of samples in the present step */
     double moved;                   /* by the last projection */
@@ -135,6 +136,14 @@ void ode_kinks_end(struct ode_march *m);
 /* After a refusal of a step of size h: true, it may be tried with nothing held. And then: all is held again. */
 bool ode_kinks_natural(struct ode_march *m, enum ode_refusal cause, double h);
 void ode_kinks_held(struct ode_march *m);
+
+/* band.c: around the march; after an attempt, x1 and f1 being known: does the step pass a pulse? STEP_TAKEN, STEP_CUT or
+ * FIELD_REFUSED; after a commit; h, cut to end in one. */
+void ode_bands_begin(struct ode_march *m);
+enum ode_refusal ode_bands_step(struct ode_march *m);
+void ode_bands_pass(struct ode_march *m);
+double ode_bands_cut(const struct ode_march *m, double h);
+void ode_bands_end(struct ode_march *m);
 
 /* table.c: functions along the present step, after dense_begin. */
 struct ode_table {

@@ -7,7 +7,7 @@
  *
  * Layers, each in its own file: driver.c (the march), control.c (step sizes), a method
  * (method.h; a const struct of functions: tsit5.c, dop853.c, radau.c, taylor.c), switch.c (which of them),
- * sample.c (dense output and its projection), event.c (zeros of functions), ending.c (why a march stopped), global.c
+ * sample.c (dense output and its projection), event.c (zeros of functions), kink.c (switches), band.c (pulses), ending.c (why a march stopped), global.c
  * (other solutions, for the error estimate, and tighter ones until it is small enough),
  * solve.c (checks of the request). */
 #ifndef SGA_ODE_H
@@ -136,6 +136,10 @@ struct ode_problem {
     int switches;
     void (*switching)(void *ctx, double t, const double *x, double *g);
     void (*hold)(void *ctx, const signed char *side);
+    /* Bands: arguments of what is a pulse or a step of the field where they are near 0 and nothing far from it (exp,
+     * tanh): steps do not pass over a place where one is (band.c). band gives all. */
+    int bands;
+    void (*band)(void *ctx, double t, const double *x, double *a);
     double cost;               /* of one rhs, in multiplications; 0: taken as 20 n */
     /* What errors are estimated of: y (outputs) at t, x. NULL: the variables. */
     int outputs;

@@ -177,7 +177,8 @@ static enum radau_outcome iterate(struct radau *r, struct ode_field *field, stru
         best = fmin(best, size);
         before = fmax(size, 1e-300);
         apply(r);
-        if (eta * size <= SOLVED) {
+        /* that the first increment was the last one in earlier steps says nothing of pulses, which it may not have met */
+        if (eta * size <= SOLVED && (k > 1 || !field->p->bands)) {
             r->eta = eta;
             return RADAU_SOLVED;
         }

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "bands.h"
 #include "consistent.h"
 #include "mem.h"
 #include "signals.h"
@@ -127,6 +128,36 @@ void flow_hold(void *ctx, const signed char *side)
         num_jet_hold(f->series.jet, f->field.plain);
 }
 
+static void band(void *ctx, double t, const double *x, double *a)
+{
+    struct flow *f = ctx;
+    memcpy(f->in, x, (size_t)f->n * sizeof *x);
+    f->in[f->n] = t;
+    num_tape_eval(f->band, f->in, a);
+}
+
+/* What steps could pass over unseen. */
+static bool look_for_bands(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, struct sga_error *err)
+{
+    expr_id *root, argument[BANDS_MOST];
+    int at = sys_expressions(sys, &root), n = f->n, c = sol->constraints;
+    root = sga_realloc(root, (size_t)(at + n + c + rq->rates + 1) * sizeof *root);
+    for (int j = 0; j < n; j++)
+        root[at++] = f->field.root[j];
+    for (int i = 0; i < c; i++)
+        root[at++] = sol->constraint[i].expr;
+    for (int k = 0; k < rq->rates; k++)
+        root[at++] = rq->rate[k].rate;
+    f->bands = bands_find(sys->store, root, at, argument);
+    free(root);
+    if (!f->bands)
+        return true;
+    int *inputs = field_inputs(sys);
+    f->band = num_tape_new(sys->store, argument, f->bands, inputs, n + 1, err);
+    free(inputs);
+    return f->band != NULL;
+}
+
 static void look_at_inputs(struct flow *f, const struct sga_solution *sol, const struct traj_request *rq)
 {
     expr_id *root;
@@ -157,6 +188,8 @@ bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_so
     f->field.unit = f->sizes.uneven ? f->sizes.weight : NULL;
     const struct num_switches *w = field_switches(&f->field);
     look_at_inputs(f, sol, rq);
+    if (!look_for_bands(f, sys, sol, rq, err))
+        return false;
     if (!signals_continuous(sys, sol, rq, f->field.root, err) || !given_init(&f->given, sys, sol, rq->budget, err))
         return false;
     f->in = sga_malloc((size_t)(n + 1) * sizeof *f->in);
@@ -183,6 +216,7 @@ void flow_clear(struct flow *f)
     inputs_clear(&f->inputs);
     sizes_clear(&f->sizes);
     num_tape_free(f->surface);
+    num_tape_free(f->band);
     num_tape_free(f->output);
     num_tape_free(f->event);
     free(f->spec);
@@ -275,6 +309,8 @@ static void allow_code(struct flow *f, struct sga_exec *exec)
     }
     if (f->surface)
         num_tape_compile(f->surface, exec);
+    if (f->band)
+        num_tape_compile(f->band, exec);
     if (f->output)
         num_tape_compile(f->output, exec);
     if (f->event)
@@ -298,7 +334,7 @@ struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
                                  .breaks = f->knot, .break_count = f->knots, .enter = f->sys->signals ? enter : NULL,
                                  .switches = f->field.switches.count, .switching = surfaces, .hold = flow_hold,
                                  .piece = f->inputs.piece, .pieces = f->inputs.count,
-                                 .noise = flow_noise,
+                                 .noise = flow_noise, .bands = f->bands, .band = band,
                                  .cost = 4.0 * num_tape_length(f->field.direct),
                                  .outputs = rq->outputs, .output = rq->outputs ? flow_output : NULL,
                                  .events = rq->events, .event_spec = f->spec, .event = event };

@@ -17,11 +17,12 @@ struct flow {
     struct series series;
     struct given given;
     struct num_tape *surface;     /* arguments of the field's switches; inputs: variables, time; NULL: none */
+    struct num_tape *band;        /* see bands.h; the same; NULL: none */
     struct num_tape *output;      /* inputs: variables, time */
     struct num_tape *event;       /* the same */
     struct ode_event *spec;
     double *in;
-    int n;
+    int n, bands;
     const struct sys_system *sys;
     struct inputs inputs;
     struct sizes sizes;

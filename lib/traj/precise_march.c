@@ -241,6 +241,8 @@ static num_dd within_pieces(struct precise_march *m, num_dd h)
 static bool step(struct precise_march *m, double *cut)
 {
     num_dd h = within_pieces(m, m->method->size(m->state, m, *cut));
+    if (m->band_cut > 0 && fabs(h.hi) > m->band_cut)
+        h = num_dd_of(m->direction * m->band_cut);
     double size = fabs(h.hi), passed = fmax(fabs(m->here.t.hi), fabs(num_dd_sub(m->here.t, m->p->start).hi));
     bool refused = *cut < 1 && m->why != ODE_NONE, huge = precise_largest(m->here.x, m->n) > HUGE_STATE;
     double least = refused ? SMALLEST_REFUSED : m->sides.heading ? SMALLEST_TO_CHANGE : SMALLEST;
@@ -253,6 +255,13 @@ static bool step(struct precise_march *m, double *cut)
         return false;
     }
     enum precise_outcome o = m->method->attempt(m->state, m, h, cut);
+    double pulse = o == PRECISE_TAKEN ? precise_band(m, h) : 2;
+    if (pulse < 1) {
+        m->band_cut = pulse * size;
+        m->path->refused++;
+        *cut = 1;
+        return true;
+    }
     num_dd end = m->there.t;
     bool stopped = o == PRECISE_TAKEN && precise_watch(m, &end);
     if (o == PRECISE_TAKEN && !deliver(m, end)) {
@@ -266,6 +275,7 @@ static bool step(struct precise_march *m, double *cut)
         return true;
     }
     m->path->steps++;
+    m->band_cut = 0;
     m->choice.steps[m->method == &precise_radau]++;
     precise_watched(m);
     if (stopped) {

@@ -68,6 +68,7 @@ struct precise_march {
     struct precise_path *path;
     int n, next, next_piece;
     double rtol, atol, direction, first_size;
+    double band_cut;           /* the next step is no longer than this; 0: no matter */
     double *rate, *calm;       /* n: of the field at here; the largest where steps were no small part of the time passed */
     double work;               /* of all steps, in multiplications in double-double */
     bool beside, start_beside;
@@ -106,6 +107,10 @@ void precise_sides_end(struct precise_march *m);
  * the motion at *end. The step may still be refused; precise_watched: it was taken. */
 bool precise_watch(struct precise_march *m, num_dd *end);
 void precise_watched(struct precise_march *m);
+
+/* precise_band.c: where in (0, 1) of the step h that was just made to m->there a pulse of the field lies that both ends are outside of;
+ * 2: nowhere. */
+double precise_band(struct precise_march *m, num_dd h);
 
 /* precise_choice.c. */
 void precise_choice_begin(struct precise_march *m);
