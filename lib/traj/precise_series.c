@@ -196,11 +196,13 @@ static enum precise_outcome series_attempt(void *state, struct precise_march *m,
     polynomial(w, num_dd_scale(h, 1 / w->here.scale), m->there.x, w->slope);
     m->there.t = num_dd_add(m->here.t, h);
     *cut *= 0.5;
-    if (!precise_arrive(m))
-        return PRECISE_REFUSED;
-    m->why = ODE_LEFT_DOMAIN;
-    if (!precise_expand(w, m, &m->there, &w->there, 2 * fabs(h.hi))) {
-        if (turns && precise_let_go(w, m, 2 * fabs(h.hi)))
+    bool known = precise_arrive(m);
+    if (known) {
+        m->why = ODE_LEFT_DOMAIN;
+        known = precise_expand(w, m, &m->there, &w->there, 2 * fabs(h.hi));
+    }
+    if (!known) {
+        if (turns && m->why == ODE_LEFT_DOMAIN && precise_let_go(w, m, 2 * fabs(h.hi)))
             *cut = 1;
         return PRECISE_REFUSED;
     }

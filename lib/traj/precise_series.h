@@ -38,7 +38,7 @@ bool precise_take_sides(struct expansions *w, struct precise_march *m);
 bool precise_sides_pass(struct expansions *w, struct precise_march *m);
 /* Changes that come at once are made at here; and how far steps may go from there (precise_look_ahead). False: as above. */
 bool precise_sides_settle(struct expansions *w, struct precise_march *m, double size);
-/* From here on nothing is held until the next step is made. */
+/* From here on nothing is held until the next step is made. False: the field has no series then, and all is as it was. */
 bool precise_let_go(struct expansions *w, struct precise_march *m, double size);
 /* Everything that has switches holds them as m->sides says; after those pending changed sides. */
 void precise_hold(struct precise_march *m);

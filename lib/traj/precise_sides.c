@@ -220,8 +220,12 @@ bool precise_sides_pass(struct expansions *w, struct precise_march *m)
         return true;
     }
     if (q->natural) {
-        if (!precise_take_sides(w, m))
-            return precise_let_go(w, m, size);
+        if (!precise_take_sides(w, m)) {
+            now = precise_let_go(w, m, size);
+            if (!now)
+                precise_end(m, ODE_LEFT_DOMAIN, "the vector field has no series beyond this time");
+            return now;
+        }
     } else {
         for (int e = 0; e < w->count; e++)
             now |= q->pending[e];
@@ -237,9 +241,11 @@ bool precise_let_go(struct expansions *w, struct precise_march *m, double size)
     m->sides.natural = true;
     precise_hold(m);
     bool ok = precise_expand(w, m, &m->here, &w->here, size);
-    if (ok)
-        precise_look_ahead(w, m);
-    else
-        precise_end(m, ODE_LEFT_DOMAIN, "the vector field has no series beyond this time");
+    if (!ok) {
+        m->sides.natural = false;
+        precise_hold(m);
+        precise_expand(w, m, &m->here, &w->here, size);
+    }
+    precise_look_ahead(w, m);
     return ok;
 }
