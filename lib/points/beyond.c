@@ -16,7 +16,7 @@ void points_beyond_forget(struct points_beyond *b)
         free(b->piece[k].sign);
     }
     b->pieces = b->count = 0;
-    b->listed = b->searched = false;
+    b->listed = false;
 }
 
 void points_beyond_clear(struct points_beyond *b)
@@ -25,6 +25,7 @@ void points_beyond_clear(struct points_beyond *b)
     free(b->piece);
     free(b->at);
     free(b->group);
+    free(b->constraint_group);
     *b = (struct points_beyond){ 0 };
 }
 
@@ -36,7 +37,7 @@ bool points_beyond_has(const struct points_beyond *b, expr_id function)
     return false;
 }
 
-static int representative(struct points_beyond *b, int symbol)
+int points_beyond_group(struct points_beyond *b, int symbol)
 {
     while (b->group[symbol] != symbol)
         symbol = b->group[symbol] = b->group[b->group[symbol]];
@@ -50,7 +51,7 @@ static int join(struct points_beyond *b, const struct expr_store *st, const expr
     for (int k = 0; k < count; k++) {
         if (expr_op_of(st, list[k]) != EXPR_SYM || !variable[st->node[list[k]].a])
             continue;
-        int g = representative(b, st->node[list[k]].a);
+        int g = points_beyond_group(b, st->node[list[k]].a);
         if (group < 0)
             group = g;
         b->group[g] = group;
@@ -88,11 +89,12 @@ void points_beyond_list(struct points_beyond *b, const struct points_space *spac
         b->group[i] = i;
     for (int i = 0; i < space->variables; i++)
         variable[space->variable[i]] = 1;
+    b->constraint_group = sga_realloc(b->constraint_group, (size_t)(space->constraints + 1) * sizeof *b->constraint_group);
     expr_facts_init(&facts);
     expr_cone_init(&cone);
     for (int i = 0; i < space->constraints && expr_store_ok(st); i++) {
         expr_cone_of(st, &cone, space->constraint + i, 1);
-        int group = join(b, st, cone.list, cone.count, variable);
+        int group = b->constraint_group[i] = join(b, st, cone.list, cone.count, variable);
         for (int k = 0; k < cone.count && group >= 0; k++)
             if (points_switches(expr_op_of(st, cone.list[k])))
                 add_switch(b, st, &facts, p, cone.list[k], group);
@@ -110,9 +112,9 @@ static bool connected(struct points_beyond *b, const struct expr_store *st, cons
         int symbol = st->node[list[k]].a;
         if (expr_op_of(st, list[k]) != EXPR_SYM || symbol >= b->symbols)
             continue;
-        int g = representative(b, symbol);
+        int g = points_beyond_group(b, symbol);
         for (int i = 0; i < b->count; i++)
-            any |= touches[i] |= representative(b, b->at[i].group) == g;
+            any |= touches[i] |= points_beyond_group(b, b->at[i].group) == g;
     }
     return any;
 }
@@ -160,8 +162,7 @@ void points_beyond_sides(struct points_beyond *b, const struct points_space *spa
 {
     unsigned char *touches = sga_calloc((size_t)b->count + 1, 1);
     if (b->count && connected(b, space->st, list, count, touches)) {
-        if (!b->searched)
-            points_pieces_search(b, space, p);
+        points_pieces_search(b, space, p, touches);
         for (int k = 0; k < b->pieces; k++) {
             struct points_piece *q = b->piece + k;
             const struct points_switch *w = b->at + q->last;

@@ -20,7 +20,7 @@ struct points_piece {
     struct points_point back;      /* from it, the other way over the same switch */
 };
 
-enum points_reached { POINTS_NOT_SEARCHED, POINTS_NONE_BEYOND, POINTS_BEYOND };
+enum points_reached { POINTS_NOT_ASKED, POINTS_NOT_SEARCHED, POINTS_NONE_BEYOND, POINTS_BEYOND };
 
 struct points_switch {
     expr_id function;              /* what changes its sign */
@@ -32,17 +32,21 @@ struct points_switch {
 };
 
 struct points_beyond {
-    bool listed, searched;
+    bool listed;
     struct points_switch *at; int count; size_t cap;
     int *group;                    /* by symbol: its representative, for variables of constraints */
     int symbols;
+    int *constraint_group;         /* by constraint: that of its variables, or -1 */
     struct points_piece *piece; int pieces; size_t piece_cap;
+    bool denied;                   /* the last search found nothing because it had no work left */
     bool cut_short;                /* some switches were not looked at: too many, or too much work; stays */
     double work;                   /* of all searches so far: steps times what a step costs; stays */
 };
 
 /* The switches of the space's constraints at p, a point of the set. Cost: a walk through the constraints. */
 void points_beyond_list(struct points_beyond *b, const struct points_space *space, struct points_point *p);
+/* Of a variable of the constraints, by symbol: its group. */
+int points_beyond_group(struct points_beyond *b, int symbol);
 /* A new set: what was found is dropped. */
 void points_beyond_forget(struct points_beyond *b);
 void points_beyond_clear(struct points_beyond *b);
@@ -55,7 +59,7 @@ bool points_beyond_has(const struct points_beyond *b, expr_id function);
 void points_beyond_check(struct points_beyond *b, const struct points_space *space, struct points_point *p, expr_id e,
                          const expr_id *list, int count, struct points_side *side, int *sides, int known);
 /* e is 0 on the set near p (list: its cone). Adds to *side the sides on which that rests: e is not 0 at a point beyond,
- * or (unseen) there is none beyond that could be found. Searches when it is called first for a set. */
+ * or (unseen) there is none beyond that could be found. Searches beyond each switch that constraints connect with e, once for a set. */
 void points_beyond_sides(struct points_beyond *b, const struct points_space *space, struct points_point *p, expr_id e,
                          const expr_id *list, int count, struct points_side **side, int *sides, size_t *cap);
 

@@ -8,21 +8,21 @@
 
 #include "mem.h"
 
-/* Switches that are passed one by one; points beyond two and more; how often these are tried. */
-enum { MOST = 256, DEEPER = 24, DEEPER_TRIES = 60, STARTS = 4, VALUES = 3, NEAR = -20 };
-/* Of one set, and of all sets of a reduction, in steps times nodes as in the search for strata: some tenths of a second. */
-static const double SET_WORK = 1e6, ALL_WORK = 4e6;
+/* Points beyond two switches and more; how often these are tried. */
+enum { DEEPER = 24, DEEPER_TRIES = 60, STARTS = 4, VALUES = 3, NEAR = -20 };
+/* Of all sets of a reduction, in steps times nodes as in the search for strata: some tenths of a second. */
+static const double ALL_WORK = 4e6;
 
 /* The values of a switch beyond, against its value here: powers of 2. */
 static const int shift[VALUES] = { -3, 0, -12 };
 
-/* What is searched from: values of the extended variables. */
+/* What is searched from: values of the variables that move. */
 struct passage {
     struct points_space space;     /* with one more constraint */
     struct points_point before;
-    int *variable;
+    struct points_point *from;
+    int *variable, *scale;
     expr_id *constraint;
-    double cost;                   /* of a step */
 };
 
 static double middle(const struct points_point *p, int symbol)
@@ -30,37 +30,53 @@ static double middle(const struct points_point *p, int symbol)
     return (size_t)symbol < p->ball.symbol_cap ? arf_get_d(arb_midref(p->ball.symbol + symbol), ARF_RND_NEAR) : 0;
 }
 
-/* The set with the variables of a search over switch w: time moves where w depends on it, parameters where on these alone. */
-static struct passage begin(const struct points_space *space, const struct points_switch *w, struct points_point *from)
+/* The variables that move on the way over w, and the constraints that hold them: those that constraints connect with w; all,
+ * and time or parameters too, where w depends on these. Room in q for all of them. */
+static void movable(struct points_beyond *b, const struct points_space *space, const struct points_switch *w, struct passage *q)
 {
-    struct passage q = { .space = *space };
-    int n = space->variables, more = (w->timed && space->time >= 0) + (w->fixed ? space->parameters : 0), at = n;
-    q.variable = sga_malloc((size_t)(n + more + 1) * sizeof *q.variable);
-    memcpy(q.variable, space->variable, (size_t)n * sizeof *q.variable);
+    bool all = w->timed || w->fixed || w->group < 0;
+    int g = all ? -1 : points_beyond_group(b, w->group), n = 0, c = 0;
+    for (int i = 0; i < space->variables; i++) {
+        if (!all && (space->variable[i] >= b->symbols || points_beyond_group(b, space->variable[i]) != g))
+            continue;
+        if (q->scale)
+            q->scale[n] = space->scale[i];
+        q->variable[n++] = space->variable[i];
+    }
+    for (int i = 0; i < space->constraints; i++)
+        if (all || (b->constraint_group[i] >= 0 && points_beyond_group(b, b->constraint_group[i]) == g))
+            q->constraint[c++] = space->constraint[i];
     if (w->timed && space->time >= 0)
-        q.variable[at++] = space->time;
+        q->variable[n++] = space->time;
     for (int i = 0; w->fixed && i < space->parameters; i++)
-        q.variable[at++] = space->parameter[i];
+        q->variable[n++] = space->parameter[i];
+    q->space.variables = n;
+    q->space.constraints = c + 1;
+}
+
+static struct passage begin(struct points_beyond *b, const struct points_space *space, const struct points_switch *w, struct points_point *from)
+{
+    struct passage q = { .space = *space, .from = from };
+    size_t room = (size_t)(space->variables + space->parameters + 2);
+    q.variable = sga_malloc(room * sizeof *q.variable);
+    q.scale = space->scale && !w->timed && !w->fixed ? sga_malloc(room * sizeof *q.scale) : NULL;
     q.constraint = sga_malloc((size_t)(space->constraints + 1) * sizeof *q.constraint);
-    memcpy(q.constraint, space->constraint, (size_t)space->constraints * sizeof *q.constraint);
-    q.before = (struct points_point){ .x = sga_malloc((size_t)(at + 1) * sizeof(double)), .t = from->t,
-                                      .parameter = sga_malloc((size_t)(space->parameters + 1) * sizeof(double)) };
-    for (int i = 0; i < at; i++)
+    movable(b, space, w, &q);
+    q.before = (struct points_point){ .x = sga_malloc(room * sizeof(double)), .t = from->t, .parameter = sga_malloc(room * sizeof(double)) };
+    for (int i = 0; i < q.space.variables; i++)
         q.before.x[i] = middle(from, q.variable[i]);
     for (int i = 0; i < space->parameters; i++)
         q.before.parameter[i] = middle(from, space->parameter[i]);
     if (space->time >= 0)
         q.before.t = middle(from, space->time);
     q.space.variable = q.variable;
-    q.space.variables = at;
     q.space.parameters = w->fixed ? 0 : space->parameters;
     q.space.parameter_value = q.before.parameter;
     q.space.time = w->timed ? -1 : space->time;
     q.space.constraint = q.constraint;
-    q.space.constraints = space->constraints + 1;
     q.space.near = q.before.x;
     q.space.near_time = q.before.t;
-    q.space.scale = at == n ? space->scale : NULL;
+    q.space.scale = q.scale;
     q.space.starts = STARTS;
     return q;
 }
@@ -68,9 +84,23 @@ static struct passage begin(const struct points_space *space, const struct point
 static void end(struct passage *q)
 {
     free(q->variable);
+    free(q->scale);
     free(q->constraint);
     free(q->before.x);
     free(q->before.parameter);
+}
+
+/* The symbols that did not move. */
+static void complete(const struct passage *q, struct points_point *p)
+{
+    const struct expr_store *st = q->space.st;
+    unsigned char *moved = sga_calloc((size_t)st->symbols + 1, 1);
+    for (int i = 0; i < q->space.variables; i++)
+        moved[q->variable[i]] = 1;
+    for (int i = 0; i < st->symbols && (size_t)i < q->from->ball.symbol_cap; i++)
+        if (!moved[i])
+            num_ball_set(&p->ball, i, q->from->ball.symbol + i);
+    free(moved);
 }
 
 /* What the system is made of has values there. */
@@ -98,17 +128,21 @@ static bool pass(struct points_beyond *b, struct passage *q, expr_id u, int sign
     exponent < 0 ? fmpq_div_2exp(value, value, (ulong)-exponent) : fmpq_mul_2exp(value, value, (ulong)exponent);
     q->constraint[q->space.constraints - 1] = expr_sub(st, u, expr_fmpq(st, value));
     expr_cone_of(st, &cone, q->constraint, q->space.constraints);
-    q->cost = cone.count + 20.0 * (q->space.constraints + q->space.variables);
-    long granted = (long)fmax(0, fmin(STARTS * 60, (fmin(SET_WORK, ALL_WORK - b->work)) / q->cost)), steps = granted;
+    double cost = cone.count + 20.0 * (q->space.constraints + q->space.variables);
+    long granted = (long)fmax(0, fmin(STARTS * 60, (ALL_WORK - b->work) / cost)), steps = granted;
     uint64_t random = 11;
     q->space.steps = &steps;
     q->space.before = &q->before;
     q->space.side = side;
     q->space.sides = sides;
     *p = (struct points_point){ 0 };
-    bool ok = expr_store_ok(st) && granted > 0 && points_find(&q->space, 0.3, &random, POINTS_BITS, p) == POINTS_OK && p->certified
-              && defined(&q->space, p, &cone);
-    b->work += (double)(granted - (steps > 0 ? steps : 0)) * q->cost;
+    bool ok = expr_store_ok(st) && granted > 0 && points_find(&q->space, 0.3, &random, POINTS_BITS, p) == POINTS_OK && p->certified;
+    if (ok) {
+        complete(q, p);
+        ok = defined(&q->space, p, &cone);
+    }
+    b->work += (double)(granted - (steps > 0 ? steps : 0)) * cost;
+    b->denied = !ok && (granted < STARTS * 60 && steps <= 0);
     if (!ok)
         points_point_clear(p);
     expr_cone_clear(&cone);
@@ -129,12 +163,14 @@ static slong exponent_at(const struct points_space *space, struct points_point *
     return e < -400 ? -400 : e > 400 ? 400 : e;
 }
 
-/* The sides of a piece, but for one switch. */
-static int other_sides(const struct points_beyond *b, const signed char *sign, int but, struct points_side *side)
+/* The sides of a piece, but for one switch, of those that move on the way over that. */
+static int other_sides(struct points_beyond *b, const signed char *sign, int but, struct points_side *side)
 {
+    const struct points_switch *w = b->at + but;
+    bool all = w->timed || w->fixed;
     int sides = 0;
     for (int i = 0; i < b->count; i++)
-        if (i != but)
+        if (i != but && (all || points_beyond_group(b, b->at[i].group) == points_beyond_group(b, w->group)))
             side[sides++] = (struct points_side){ b->at[i].function, sign[i], false };
     return sides;
 }
@@ -168,15 +204,16 @@ static void keep(struct points_beyond *b, const struct points_space *space, stru
 static bool leave(struct points_beyond *b, const struct points_space *space, struct points_point *from, const signed char *sign, int i, bool deeper)
 {
     const struct points_switch *w = b->at + i;
-    struct passage q = begin(space, w, from);
+    struct passage q = begin(b, space, w, from);
     struct points_side *side = sga_malloc((size_t)(b->count + 1) * sizeof *side);
     int sides = other_sides(b, sign, i, side);
     slong e = exponent_at(space, from, w->function);
     struct points_point p;
-    bool found = false;
+    bool found = false, denied = false;
     for (int k = 0; k < (deeper ? 1 : 2 * VALUES) && !found; k++)
         if (k < VALUES || sides)
-            found = pass(b, &q, w->function, -sign[i], e + shift[k % VALUES], side, k < VALUES ? sides : 0, &p);
+            denied |= !(found = pass(b, &q, w->function, -sign[i], e + shift[k % VALUES], side, k < VALUES ? sides : 0, &p)) && b->denied;
+    b->denied = denied;
     if (found)
         keep(b, space, &p, i);
     end(&q);
@@ -184,14 +221,14 @@ static bool leave(struct points_beyond *b, const struct points_space *space, str
     return found;
 }
 
-static void search_deeper(struct points_beyond *b, const struct points_space *space, signed char *own)
+static void search_deeper(struct points_beyond *b, const struct points_space *space, const signed char *own, const unsigned char *asked)
 {
     signed char *sign = sga_malloc((size_t)b->count + 1);
     int tries = 0, most = b->pieces + DEEPER;
     for (int k = 0; k < b->pieces && b->pieces < most; k++)
-        for (int i = 0; i < b->count && b->pieces < most && tries < DEEPER_TRIES && b->work < ALL_WORK; i++) {
+        for (int i = 0; i < b->count && asked[b->piece[k].last] && b->pieces < most && tries < DEEPER_TRIES && b->work < ALL_WORK; i++) {
             memcpy(sign, b->piece[k].sign, (size_t)b->count);
-            if (sign[i] != own[i])
+            if (!asked[i] || sign[i] != own[i])
                 continue;
             sign[i] = (signed char)-sign[i];
             if (known(b, sign))
@@ -205,18 +242,23 @@ static void search_deeper(struct points_beyond *b, const struct points_space *sp
     free(sign);
 }
 
-void points_pieces_search(struct points_beyond *b, const struct points_space *space, struct points_point *p)
+void points_pieces_search(struct points_beyond *b, const struct points_space *space, struct points_point *p, const unsigned char *asked)
 {
     signed char *own = sga_malloc((size_t)b->count + 1);
-    double stop = fmin(b->work + SET_WORK, ALL_WORK);
-    b->searched = true;
+    bool fresh = false;
     for (int i = 0; i < b->count; i++)
         own[i] = b->at[i].sign;
-    for (int i = 0; i < b->count && i < MOST && b->work < stop && sga_budget_ok(space->budget, NULL); i++)
-        b->at[i].reached = leave(b, space, p, own, i, false) ? POINTS_BEYOND : b->work < stop ? POINTS_NONE_BEYOND : POINTS_NOT_SEARCHED;
-    for (int i = 0; i < b->count; i++)
-        b->cut_short |= b->at[i].reached == POINTS_NOT_SEARCHED;
-    search_deeper(b, space, own);
+    for (int i = 0; i < b->count; i++) {
+        struct points_switch *w = b->at + i;
+        if (!asked[i] || w->reached != POINTS_NOT_ASKED)
+            continue;
+        bool found = sga_budget_ok(space->budget, NULL) && leave(b, space, p, own, i, false);
+        w->reached = found ? POINTS_BEYOND : !b->denied ? POINTS_NONE_BEYOND : POINTS_NOT_SEARCHED;
+        b->cut_short |= w->reached == POINTS_NOT_SEARCHED;
+        fresh |= found;
+    }
+    if (fresh)
+        search_deeper(b, space, own, asked);
     free(own);
 }
 
@@ -228,14 +270,14 @@ static struct points_switch alone(const struct points_space *space, struct point
     unsigned sees = expr_facts_of(&facts, space->st, from.function) & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME | EXPR_HAS_PARAMETER);
     expr_facts_clear(&facts);
     return (struct points_switch){ .function = from.function, .sign = (signed char)from.sign, .fixed = sees == EXPR_HAS_PARAMETER,
-                                   .timed = sees & EXPR_HAS_TIME };
+                                   .timed = sees & EXPR_HAS_TIME, .group = -1 };
 }
 
 bool points_pieces_over(struct points_beyond *b, const struct points_space *space, struct points_point *p, struct points_side from,
                         struct points_point *q)
 {
     struct points_switch w = alone(space, from);
-    struct passage way = begin(space, &w, p);
+    struct passage way = begin(b, space, &w, p);
     struct points_side *side = sga_malloc((size_t)(b->count + 1) * sizeof *side);
     slong e = exponent_at(space, p, w.function);
     bool found = false;
@@ -253,7 +295,7 @@ bool points_pieces_near(struct points_beyond *b, const struct points_space *spac
                         struct points_point *q)
 {
     struct points_switch w = alone(space, from);
-    struct passage way = begin(space, &w, p);
+    struct passage way = begin(b, space, &w, p);
     bool found = pass(b, &way, w.function, w.sign, exponent_at(space, p, w.function) + NEAR, NULL, 0, q);
     end(&way);
     return found;
@@ -265,7 +307,7 @@ bool points_pieces_back(struct points_beyond *b, const struct points_space *spac
     if (piece->backed)
         return piece->backed > 0;
     const struct points_switch *w = b->at + piece->last;
-    struct passage q = begin(space, w, &piece->p);
+    struct passage q = begin(b, space, w, &piece->p);
     struct points_side *side = sga_malloc((size_t)(b->count + 1) * sizeof *side);
     int sides = other_sides(b, piece->sign, piece->last, side);
     slong e = exponent_at(space, &piece->p, w->function);

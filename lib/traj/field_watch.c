@@ -15,6 +15,12 @@
 /* A pivot this much smaller than at the start hands over to the general way. */
 static const double PIVOT_SHRUNK = 1e-5;
 
+/* What |value| of a pivot must exceed for the expressions to be used. Nothing is divided by the function of a side. */
+static double least(const struct field *f, int q)
+{
+    return q < f->sides ? 0 : PIVOT_SHRUNK * f->pivot_start[q];
+}
+
 /* What is watched for zeros: the factors of each pivot, because x^2 touches 0 where x
  * passes it; the pivot itself where it is too large to factor. */
 int field_watch_pivot(struct field *f, expr_id pivot, expr_id *root, int room)
@@ -139,7 +145,7 @@ bool field_inside(struct field *f, double t, const double *x)
 bool field_pivots_well(const struct field *f)
 {
     for (int q = 0; q < f->pivots; q++)
-        if (!(fabs(f->direct_out[f->n + q]) > PIVOT_SHRUNK * f->pivot_start[q]))
+        if (!(fabs(f->direct_out[f->n + q]) > least(f, q)))
             return false;
     return true;
 }
@@ -148,7 +154,7 @@ bool field_well_inside(const struct field *f, const double *p)
 {
     bool ok = f->fast;
     for (int q = 0; q < f->pivots; q++)
-        ok &= p[q] * f->pivot_side[q] > PIVOT_SHRUNK * f->pivot_start[q];
+        ok &= p[q] * f->pivot_side[q] > least(f, q);
     for (int q = 0; q < f->poles; q++)
         ok &= p[f->pivots + q] * f->pole_side[q] > 0;
     return ok;
