@@ -229,6 +229,20 @@ static int kind_of(const struct ech_context *c, expr_id e)
     return f & EXPR_NONZERO ? 3 : 6;
 }
 
+/* Numbers much smaller than others of a long row are no pivots: marching through a discrete Laplacian by its
+ * neighbours (1 beside -4) multiplies errors by 5.8 in each row of the grid. Below which magnitude. */
+enum { LONG_ROW = 4 };
+#define MUCH_SMALLER 1.5       /* bits */
+
+static double least_pivot(const struct ech_context *c, const struct ech_row *r)
+{
+    double most = -INFINITY;
+    for (int k = 0; k < r->entries && r->entries >= LONG_ROW; k++)
+        if (expr_is_const(c->st, r->entry[k].value))
+            most = fmax(most, points_shadow_magnitude(c->shadow, r->entry[k].value));
+    return most - MUCH_SMALLER;
+}
+
 /* The best pivot among a few of the shortest rows. False: no rows are left. */
 static bool choose(struct agenda *a, const struct ech_context *c, int *out_row, int *out_at)
 {
@@ -250,11 +264,12 @@ static bool choose(struct agenda *a, const struct ech_context *c, int *out_row, 
                 *out_at = -1;
                 return true;
             }
+            double least = least_pivot(c, a->row + i);
             for (int k = 0; k < len; k++) {
                 double fill = 4.0 * (len - 1) * (a->meet_len[a->row[i].entry[k].col] - 1);
-                double score = fill + 2 * kind_of(c, a->row[i].entry[k].value)
-                               - 1e-3 * fmin(200, fmax(-200, points_shadow_magnitude(c->shadow, a->row[i].entry[k].value)));
-                if (score < best) {
+                double size = points_shadow_magnitude(c->shadow, a->row[i].entry[k].value);
+                double score = fill + 2 * kind_of(c, a->row[i].entry[k].value) - 1e-3 * fmin(200, fmax(-200, size));
+                if (score < best && !(size < least && expr_is_const(c->st, a->row[i].entry[k].value))) {
                     best = score;
                     *out_row = i;
                     *out_at = k;
