@@ -181,8 +181,10 @@ static double cut(struct ode_march *m, double h, double *aim)
  * steps, which it would follow slowly. */
 static bool error_of_time(struct ode_march *m)
 {
-    static const double LATE = 1e-10, SHARE = 6;        /* a rounding of time over a step; the sizes of the weights in an error estimate */
+    static const double FAR = 1e3, LATE = 1e-10, SHARE = 6;        /* time 0 over the span; a rounding of time over a step; the sizes of the weights in an error estimate */
     double late = 2 * DBL_EPSILON * fabs(m->t), h = fabs(m->step.h), most = 0;
+    if (!(fabs(m->t) > FAR * fabs(m->stop - m->start->t)))       /* near a singularity steps are short too */
+        return false;
     for (int side = -1; side <= 1 && late > LATE * h; side += 2) {
         double sum = 0;
         if (!ode_eval(&m->field, m->t + side * late, m->x, m->f1))
