@@ -177,27 +177,6 @@ static double cut(struct ode_march *m, double h, double *aim)
     return rest;
 }
 
-/* Far from time 0 the field is only known at rounded times: an error that this alone could make is no reason for shorter
- * steps, which it would follow slowly. */
-static bool error_of_time(struct ode_march *m)
-{
-    static const double FAR = 1e3, LATE = 1e-10, SHARE = 6;        /* time 0 over the span; a rounding of time over a step; the sizes of the weights in an error estimate */
-    double late = 2 * DBL_EPSILON * fabs(m->t), h = fabs(m->step.h), most = 0;
-    if (!(fabs(m->t) > FAR * fabs(m->stop - m->start->t)))       /* near a singularity steps are short too */
-        return false;
-    for (int side = -1; side <= 1 && late > LATE * h; side += 2) {
-        double sum = 0;
-        if (!ode_eval(&m->field, m->t + side * late, m->x, m->f1))
-            return false;
-        for (int j = 0; j < m->p->n; j++) {
-            double e = 0.5 * h * (m->f1[j] - m->f[j]) / ode_allowed(m->o->rtol, m->o->atol, m->unit[j], m->x[j], m->x[j]);
-            sum += e * e;
-        }
-        most = sga_larger(most, sqrt(sum / fmax(1, m->p->n)));
-    }
-    return m->error <= SHARE * most;
-}
-
 /* *h: the size asked for; the size taken, where the method made the step shorter. */
 static enum ode_refusal attempt(struct ode_march *m, double *h, double aim, int *through)
 {
@@ -218,7 +197,7 @@ static enum ode_refusal attempt(struct ode_march *m, double *h, double aim, int 
     m->error = m->step.error;
     if (m->step.dense_error > m->error && (m->watch || ode_sample_inside(m)))
         m->error = m->step.dense_error;
-    if (m->error > 1 && isfinite(m->error) && error_of_time(m)) {
+    if (m->error > 1 && isfinite(m->error) && ode_late_error(m)) {
         m->error = m->step.error = m->step.dense_error = 0.1;
         m->step.log_error = NAN;
         m->late = true;

@@ -178,28 +178,12 @@ static bool out_of_budget(const struct ode_result *r)
     return r->end.reason == ODE_TIME_LIMIT || r->end.reason == ODE_CANCELLED;
 }
 
-/* Far from time 0 all solutions meet the field at rounded times, and steps that follow these alike: of two that are
- * compared one runs by two roundings of time later. Not where the times are the ends of something. */
-static bool run_late(const struct ode_run *run, struct ode_start *late)
-{
-    static const double FAR = 1e-13;
-    const struct ode_start *s = run->start;
-    double last = s->times[s->count - 1], shift = 2 * DBL_EPSILON * fmax(fabs(s->t), fabs(last));
-    if (run->p->break_count || run->p->enter || !(shift > FAR * fabs(last - s->t)))
-        return false;
-    double *times = sga_malloc((size_t)s->count * sizeof *times);
-    for (int k = 0; k < s->count; k++)
-        times[k] = s->times[k] + shift;
-    *late = (struct ode_start){ .t = s->t + shift, .x = s->x, .count = s->count, .times = times };
-    return true;
-}
-
 /* One solution, the first, third, ... of those that are compared late. */
 static void march(const struct ode_run *next, struct ode_result *res)
 {
     struct ode_start late;
     struct ode_run here = *next;
-    bool shifted = next->level % 2 == 0 && run_late(next, &late);
+    bool shifted = next->level % 2 == 0 && ode_late_start(next, &late);
     if (shifted)
         here.start = &late;
     ode_march(&here, res);

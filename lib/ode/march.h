@@ -77,7 +77,7 @@ struct ode_march {
     enum ode_reason manifold_why;   /* of the last refusal by `project` */
     bool field_refused;             /* ever, and from which time last */
     double field_refused_t;
-    bool late;                      /* errors are those of rounded times (driver.c) */
+    bool late;                      /* errors are those of rounded times (late.c) */
     double start_size, start_rate;  /* largest |x_j|/unit_j and |x'_j|/unit_j at the start */
     long manifold_refused;          /* steps */
     double last_times[2];           /* of the two accepted points before the present one */
@@ -144,6 +144,12 @@ enum ode_refusal ode_bands_step(struct ode_march *m);
 void ode_bands_pass(struct ode_march *m);
 double ode_bands_cut(const struct ode_march *m, double h);
 void ode_bands_end(struct ode_march *m);
+
+/* late.c: the error of the step just attempted is what rounded times make. */
+bool ode_late_error(struct ode_march *m);
+/* *late: the start and the samples by two roundings of time later, where time is far from 0 and its ends are not the ends of
+ * something; its times are the caller's to free. Else false. */
+bool ode_late_start(const struct ode_run *run, struct ode_start *late);
 
 /* table.c: functions along the present step, after dense_begin. */
 struct ode_table {

@@ -49,6 +49,9 @@ const char *flow_gauge(const struct flow *f, const struct traj_request *rq);
 bool flow_noise(void *flow, double t, const double *x, double *noise);
 /* The columns y of a sample. */
 void flow_output(void *flow, double t, const double *x, double *y);
+/* sized.c. ode_solve in units of natural sizes; where that goes wrong, once more in those of the motion so far, if it comes as far. */
+bool flow_solve(struct flow *f, const struct traj_request *rq, const struct ode_problem *problem, const struct ode_start *start,
+                struct ode_options *options, struct ode_result *o, struct sga_error *err);
 /* The largest of each column of rows x columns errors; malloced. */
 double *traj_column_errors(const double *error, int rows, int columns);
 /* As num_tape_hold, for everything of the flow that has switches. */
