@@ -7,7 +7,7 @@
 
 #include "mem.h"
 
-enum { VARIABLES = SCALING_MOST + 1, DEPTH = 200, EQUATIONS = 4000, LEAST = 8, MOST = 900 };
+enum { VARIABLES = SCALING_MOST + 1, DEPTH = 200, EQUATIONS = 4000, LEAST = 8, MOST = 900, VISITS = 200000 };
 
 struct term {
     double log;                /* log2 of the coefficient */
@@ -21,7 +21,7 @@ struct scaling {
     double *normal, *right;    /* E^T E and -E^T c of the least squares problem */
     struct term first;
     bool has_first;
-    int equations;
+    int equations, visits;     /* shared sums are walked over each time: not without end */
     struct later { expr_id e; bool unit; } later[DEPTH]; int laters;   /* inner sums, and arguments */
 };
 
@@ -153,22 +153,34 @@ static void equation(struct scaling *w, const struct term *t)
     }
 }
 
-static void add_terms(struct scaling *w, expr_id e, int velocity, bool unit)
-{
+/* The terms of a sum, one after the other. */
+struct walk {
     expr_id stack[DEPTH];
-    int depth = 0;
-    stack[depth++] = e;
-    while (depth) {
-        expr_id at = stack[--depth];
-        const struct expr_node n = w->st->node[at];
-        if ((n.op == EXPR_ADD || n.op == EXPR_SUB) && depth + 2 <= DEPTH) {
-            stack[depth++] = n.b;
-            stack[depth++] = n.a;
+    int depth;
+};
+
+static bool next_term(struct scaling *w, struct walk *at, struct term *t)
+{
+    while (at->depth && w->visits++ < VISITS) {
+        expr_id e = at->stack[--at->depth];
+        const struct expr_node n = w->st->node[e];
+        if ((n.op == EXPR_ADD || n.op == EXPR_SUB) && at->depth + 2 <= DEPTH) {
+            at->stack[at->depth++] = n.b;
+            at->stack[at->depth++] = n.a;
             continue;
         }
-        struct term t = { 0 };
-        if (!term_of(w, at, &t))
-            continue;
+        *t = (struct term){ 0 };
+        if (term_of(w, e, t))
+            return true;
+    }
+    return false;
+}
+
+static void add_terms(struct scaling *w, expr_id e, int velocity, bool unit)
+{
+    struct walk at = { { e }, 1 };
+    struct term t;
+    while (next_term(w, &at, &t)) {
         if (velocity >= 0)
             t.power[velocity] += 1;
         if (velocity >= 0 && w->timed)
@@ -210,21 +222,11 @@ void scaling_anchor(struct scaling *w, int j, double log, double weight)
 
 double scaling_size(struct scaling *w, expr_id e, const double *log)
 {
-    expr_id stack[DEPTH];
-    int depth = 0;
+    struct walk at = { { e }, 1 };
+    struct term t;
     double most = -INFINITY;
-    stack[depth++] = e;
-    while (depth) {
-        expr_id at = stack[--depth];
-        const struct expr_node n = w->st->node[at];
-        if ((n.op == EXPR_ADD || n.op == EXPR_SUB) && depth + 2 <= DEPTH) {
-            stack[depth++] = n.b;
-            stack[depth++] = n.a;
-            continue;
-        }
-        struct term t = { 0 };
-        if (!term_of(w, at, &t))
-            continue;
+    w->visits = 0;
+    while (next_term(w, &at, &t)) {
         for (int j = 0; j < w->n; j++)
             t.log += t.power[j] * log[j];
         most = fmax(most, t.log);

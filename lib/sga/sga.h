@@ -122,6 +122,10 @@ bool sga_solve(const struct sys_system *system, const struct sga_options *option
                struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err);
 void sga_solution_clear(struct sga_solution *solution);
 
+/* Adds the terms of the rows and restrictions to an estimate of natural sizes (points/scaling.h). */
+struct scaling;
+void sga_terms(struct scaling *sizes, const struct sys_system *system);
+
 /* The generations as stages for points_find_staged: end[k] (room for `generations`) is the
  * number of constraints of the first k + 1 generations. Returns how many stages. */
 int sga_stages(const struct sga_solution *solution, int *end);

@@ -52,7 +52,7 @@ int sga_stages(const struct sga_solution *sol, int *end)
     return stages;
 }
 
-static void gather_terms(struct scaling *w, const struct sys_system *sys)
+void sga_terms(struct scaling *w, const struct sys_system *sys)
 {
     for (int i = 0; i < sys->rows; i++) {
         scaling_sum(w);
@@ -79,13 +79,13 @@ static int *natural_sizes(const struct sys_system *sys, const int *variable, dou
     double *log = sga_malloc(((size_t)sys->variables + 1) * sizeof *log);
     struct scaling *timed = scaling_new(sys->store, variable, sys->variables), *plain = scaling_new(sys->store, variable, sys->variables);
     scaling_time(timed, sys->time);
-    gather_terms(timed, sys);
+    sga_terms(timed, sys);
     scaling_logs(timed, log);
     double e = log[sys->variables];
     bool far = fabs(e) >= FAR_TIME;
     if (far && scaling_has_time(timed))
         *unit = ldexp(1, (int)lrint(fmax(-MOST_LOG, fmin(MOST_LOG, e))));
-    gather_terms(plain, sys);
+    sga_terms(plain, sys);
     int *scale = far ? scaling_rounded(log, sys->variables) : scaling_solve(plain);
     scaling_free(timed);
     scaling_free(plain);

@@ -136,29 +136,8 @@ static void band(void *ctx, double t, const double *x, double *a)
     num_tape_eval(f->band, f->in, a);
 }
 
-/* What steps could pass over unseen. */
-static bool look_for_bands(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, struct sga_error *err)
-{
-    expr_id *root, argument[BANDS_MOST];
-    int at = sys_expressions(sys, &root), n = f->n, c = sol->constraints;
-    root = sga_realloc(root, (size_t)(at + n + c + rq->rates + 1) * sizeof *root);
-    for (int j = 0; j < n; j++)
-        root[at++] = f->field.root[j];
-    for (int i = 0; i < c; i++)
-        root[at++] = sol->constraint[i].expr;
-    for (int k = 0; k < rq->rates; k++)
-        root[at++] = rq->rate[k].rate;
-    f->bands = bands_find(sys->store, root, at, argument);
-    free(root);
-    if (!f->bands)
-        return true;
-    int *inputs = field_inputs(sys);
-    f->band = num_tape_new(sys->store, argument, f->bands, inputs, n + 1, err);
-    free(inputs);
-    return f->band != NULL;
-}
-
-static void look_at_inputs(struct flow *f, const struct sga_solution *sol, const struct traj_request *rq)
+/* All that the motion is made of, in a list (malloced): rows, field, constraints, rates, events. */
+static expr_id *expressions(const struct flow *f, const struct sga_solution *sol, const struct traj_request *rq, int *count)
 {
     expr_id *root;
     int at = sys_expressions(f->sys, &root), n = f->n, c = sol->constraints;
@@ -171,8 +150,25 @@ static void look_at_inputs(struct flow *f, const struct sga_solution *sol, const
         root[at++] = rq->rate[k].rate;
     for (int k = 0; k < rq->events; k++)
         root[at++] = rq->event[k].expression;
-    inputs_examine(&f->inputs, f->sys, rq, root, at);
+    *count = at;
+    return root;
+}
+
+/* What steps could pass over unseen: functions of time, and bands. */
+static bool look_for_pulses(struct flow *f, const struct sga_solution *sol, const struct traj_request *rq, struct sga_error *err)
+{
+    expr_id argument[BANDS_MOST];
+    int count;
+    expr_id *root = expressions(f, sol, rq, &count);
+    inputs_examine(&f->inputs, f->sys, rq, root, count);
+    f->bands = bands_find(f->sys->store, root, count - rq->events, argument);
     free(root);
+    if (!f->bands)
+        return true;
+    int *inputs = field_inputs(f->sys);
+    f->band = num_tape_new(f->sys->store, argument, f->bands, inputs, f->n + 1, err);
+    free(inputs);
+    return f->band != NULL;
 }
 
 bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol,
@@ -187,8 +183,7 @@ bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_so
     f->manifold.unit = f->sizes.weight;
     f->field.unit = f->sizes.uneven ? f->sizes.weight : NULL;
     const struct num_switches *w = field_switches(&f->field);
-    look_at_inputs(f, sol, rq);
-    if (!look_for_bands(f, sys, sol, rq, err))
+    if (!look_for_pulses(f, sol, rq, err))
         return false;
     if (!signals_continuous(sys, sol, rq, f->field.root, err) || !given_init(&f->given, sys, sol, rq->budget, err))
         return false;

@@ -15,20 +15,6 @@ static const double TIME_WEIGHT = 0.01;
 /* What became larger than its unit by more than this had the wrong one. */
 static const double WRONG = 8;
 
-static void equations(struct scaling *w, const struct sys_system *sys)
-{
-    for (int i = 0; i < sys->rows; i++) {
-        scaling_sum(w);
-        scaling_add(w, sys->row[i].alpha, -1);
-        for (int k = 0; k < sys->row[i].entries; k++)
-            scaling_add(w, sys->row[i].entry[k].value, sys->row[i].entry[k].col);
-    }
-    for (int i = 0; i < sys->restrictions; i++) {
-        scaling_sum(w);
-        scaling_add(w, sys->restriction[i], -1);
-    }
-}
-
 static void given(struct scaling *w, const struct traj_request *rq, int n)
 {
     double span = rq->samples ? fabs(rq->times[rq->samples - 1] - rq->start) : 0;
@@ -59,7 +45,7 @@ static void find(struct sizes *s, const struct sys_system *sys, const struct tra
     struct scaling *w = scaling_new(sys->store, variable, n);
     if (w) {
         scaling_time(w, sys->time);
-        equations(w, sys);
+        sga_terms(w, sys);
         given(w, rq, n);
         scaling_logs(w, log);
         for (int j = 0; j < n; j++) {
