@@ -90,7 +90,7 @@ bool num_jet_along(struct num_jet *j, int count, int order, double t, double sca
             series[i] = num_jet_input(j, i)[k + 1] = v;
             sum += 0.0 * v;
         }
-        if (sum != 0)
+        if (sum != 0 || (j->plan.count >= JET_LONG && !sga_watch_ok()))
             return false;
     }
     return true;

@@ -9,6 +9,10 @@
 
 #include "first_change.h"
 #include "mem.h"
+#include "watch.h"
+
+/* Steps of which one order takes so long that the watch is asked after each: past a limit nothing is finite. */
+enum { JET_LONG = 20000 };
 
 struct STRUCT {
     struct jet_plan plan;
@@ -266,7 +270,7 @@ static void FACE(run)(struct STRUCT *j, int k, int from, int to)
 bool FACE(next)(struct STRUCT *j, int k)
 {
     FACE(run)(j, k, j->plan.fixed, j->plan.count);
-    bool finite = true;
+    bool finite = j->plan.count < JET_LONG || sga_watch_ok();
     for (int r = 0; r < j->plan.roots; r++)
         finite &= isfinite(R_DOUBLE(FACE(root)(j, r)[k])) != 0;
     return finite;

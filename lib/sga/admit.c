@@ -298,11 +298,11 @@ static int admit_one(struct state *s, const struct candidate *c, int g)
 static int admit_together(struct state *s, const struct candidate *cand, int count, int g)
 {
     int before = s->sol->constraints;
-    bool plain = true;
+    bool plain = true, going = true;
     struct regular *form = sga_calloc((size_t)count, sizeof *form);
     expr_id *pending = sga_malloc((size_t)count * sizeof *pending);
     s->pending = pending;
-    for (int i = 0; i < count && plain; i++) {
+    for (int i = 0; i < count && plain && (going = sga_budget_ok(s->options->budget, s->err)); i++) {
         plain = !hopeless(s, cand[i].expr);
         if (plain)
             form[i] = regular_form(s, cand[i].expr);
@@ -310,7 +310,7 @@ static int admit_together(struct state *s, const struct candidate *cand, int cou
         pending[s->pendings++] = plain ? form[i].option[0].out[0] : cand[i].expr;
     }
     for (int i = 0; i < count; i++) {
-        if (plain)
+        if (plain && going)
             push_option(s, cand + i, form[i].option, g);
         regular_clear(form + i);
     }
@@ -318,6 +318,8 @@ static int admit_together(struct state *s, const struct candidate *cand, int cou
     s->pendings = 0;
     free(pending);
     free(form);
+    if (!going)
+        return -2;
     if (!plain)
         return -1;
     enum points_status status = state_sample(s);
@@ -339,7 +341,7 @@ static void order(struct state *s, struct candidate *cand, int count)
     struct candidate *sorted = sga_malloc((size_t)count * sizeof *sorted);
     unsigned char *last = sga_calloc((size_t)count, 1);
     int n = 0;
-    for (int i = 0; i < count; i++)
+    for (int i = 0; i < count && sga_budget_ok(s->options->budget, NULL); i++)
         last[i] = !regular_is_solved(s, cand[i].expr);
     for (int pass = 0; pass < 2; pass++)
         for (int i = 0; i < count; i++)
