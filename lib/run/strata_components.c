@@ -55,7 +55,7 @@ static bool meet(struct job *j, struct points_point *p)
         return true;
     struct points_point q;
     int rank;
-    struct strata_look look = { .c = j->solution.constraints, .factor = e, .starts = 1, .far = true, .from = p };
+    struct strata_look look = { .c = j->solution.constraints, .factor = e, .starts = 1, .far = true, .from = p, .point_only = true };
     bool met = strata_look_at(j, look, &q, &rank) == POINTS_OK && q.certified && !violated(j, &q);
     points_point_clear(p);
     *p = q;
@@ -66,7 +66,7 @@ static bool meet(struct job *j, struct points_point *p)
 static bool found(struct job *j, uint64_t k, int zeros, struct points_point *p)
 {
     const struct sga_solution *sol = &j->solution;
-    struct strata_look look = { .c = sol->constraints, .starts = 1, .seed = k, .far = true };
+    struct strata_look look = { .c = sol->constraints, .starts = 1, .seed = k, .far = true, .point_only = true };
     int rank;
     return strata_look_at(j, look, p, &rank) == POINTS_OK && p->certified && broken_at(&j->shadow, p, zeros) && meet(j, p)
            && broken_at(&j->shadow, p, zeros) && points_on_sides(j->request.system.store, &p->ball, sol->side, sol->sides);

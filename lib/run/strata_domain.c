@@ -34,7 +34,7 @@ static void consider(struct listing *l, expr_id factor, struct looked *looked)
     }
     looked->factor[looked->count++] = factor;
     enum strata_moving moving = f & EXPR_HAS_VARIABLE ? STRATA_FIXED : STRATA_TIME;
-    enum points_status status = strata_look_at(j, (struct strata_look){ .c = j->solution.constraints, .factor = factor, .moving = moving }, &p, &rank);
+    enum points_status status = strata_look_at(j, (struct strata_look){ .c = j->solution.constraints, .factor = factor, .moving = moving, .point_only = true }, &p, &rank);
     points_point_clear(&p);
     if (status == POINTS_OK)
         strata_add(j, factor, -1, (struct stratum){ .kind = "domain" });

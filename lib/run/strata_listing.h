@@ -29,9 +29,10 @@ struct strata_look {
     uint64_t seed;            /* of the random starts */
     bool far;                 /* anywhere, also where the request says where it starts */
     const struct points_point *from;   /* begin there; or NULL */
+    bool point_only;          /* the rank is not asked for: it takes a dense decomposition */
 };
 
-/* The point, and the rank there; *rank is -1 where an irregular place was approached. With
+/* The point, and the rank there; *rank is -1 where an irregular place was approached, or it was not asked for. With
  * STRATA_TIME the point's x has the time after the variables. The caller clears p in every case. */
 enum points_status strata_look_at(struct job *j, struct strata_look look, struct points_point *p, int *rank);
 

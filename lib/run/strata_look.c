@@ -166,7 +166,7 @@ enum points_status strata_look_at(struct job *j, struct strata_look look, struct
     enum points_status status = final && !look.from && constant_there(j, factor)
                                 ? POINTS_NONE : search(j, &space, known, 5 + look.seed, end, stages, p);
     double rows = sys->rows + c, work = rows * n * fmin(rows, n);
-    *rank = status != POINTS_OK ? -1 : work > RANK_WORK ? 0 : strata_rank_at(j, &space, sys->rows, c, p);
+    *rank = status != POINTS_OK || look.point_only ? -1 : work > RANK_WORK ? 0 : strata_rank_at(j, &space, sys->rows, c, p);
     free(end);
     free(variable);
     free(con);

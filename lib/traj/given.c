@@ -166,9 +166,10 @@ static bool holds(struct given *g, int k, const double *scale)
     if (!isfinite(v))
         return true;            /* beyond the domain: the field says so, or its denominators */
     int proof = proved(g, g->equation[k]);
-    if (proof == 1)
-        g->rounding[k] = 2 * v;
-    return proof == 1 || (proof < 0 && !(v > SURE * sum && v > LARGE * size));
+    bool fine = proof == 1 || (proof < 0 && !(v > SURE * sum && v > LARGE * size));
+    if (fine && v <= LARGE * size)
+        g->rounding[k] = 2 * v;         /* asked again where it has doubled */
+    return fine;
 }
 
 bool given_hold(struct given *g, double t, const double *x, const double *scale)
