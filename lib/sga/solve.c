@@ -66,7 +66,7 @@ void sga_terms(struct scaling *w, const struct sys_system *sys)
     }
 }
 
-enum { MOST_SCALED = 64, FAR_TIME = 20, MOST_LOG = 900 };     /* variables: beyond, nothing is gained for the cost of the squares; log2 */
+enum { MOST_SCALED = 64, NO_TIME = 10, FAR_TIME = 20, MOST_LOG = 900 };     /* variables: beyond, nothing is gained for the cost of the squares; log2 */
 
 /* Natural sizes of the variables, where they lie far from 1. Velocities count as their variables; where the time over which
  * things change turns out far from 1, as these over that, and *unit is that time, if equations have time at all: at times far beyond,
@@ -83,7 +83,7 @@ static int *natural_sizes(const struct sys_system *sys, const int *variable, dou
     scaling_logs(timed, log);
     double e = log[sys->variables];
     bool far = fabs(e) >= FAR_TIME;
-    if (far && scaling_has_time(timed))
+    if (fabs(e) >= NO_TIME && scaling_has_time(timed))
         *unit = ldexp(1, (int)lrint(fmax(-MOST_LOG, fmin(MOST_LOG, e))));
     sga_terms(plain, sys);
     int *scale = far ? scaling_rounded(log, sys->variables) : scaling_solve(plain);
