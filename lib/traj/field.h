@@ -28,6 +28,7 @@ struct field {
     struct num_tape *direct;          /* roots: field, pivots, poles */
     const struct points_side *solution_side;   /* borrowed */
     int sides;                        /* the first so many "pivots" are sides that the answer rests on */
+    int beyond;                       /* the side of which nothing was known beyond, and where the motion is; -1: none. See field_follows */
     double *direct_out, *pivot_start;
     double *stages;                   /* pivots and poles by call of the code: see field_code */
     expr_id *pivot_expr;
@@ -110,6 +111,9 @@ void field_take_sides(struct field *f, double t, const double *x);
 /* On which side of each pivot's and denominator's zeros is (t, x)? direct_out is known. False: beyond a stratum
  * (lost_pivot) or a pole (lost_pole). */
 bool field_inside(struct field *f, double t, const double *x);
+/* Beyond a side of which nothing was known (points_side.unseen) the rows say whether the field is still theirs: at (t, x), a point on the
+ * constraints. False: it is not, rank_lost and lost_pivot say why. Cost: nothing on the side of the start. */
+bool field_follows(struct field *f, double t, const double *x);
 /* Nothing is near: every pivot is on its side and well away from 0, every denominator on its side. p: their values. */
 bool field_well_inside(const struct field *f, const double *p);
 /* No pivot of the last evaluation of f->direct has come near 0. */

@@ -89,7 +89,7 @@ bool field_begin(struct field *f, double t, const double *x, struct sga_error *e
     /* with rates the rank is higher than that of the system: what it is at the start */
     f->rank = f->rates && rank > f->generic_rank ? rank : f->generic_rank;
     for (int q = 0; q < f->sides && ok; q++)
-        if (f->pivot_side[q] != f->solution_side[q].sign)
+        if (f->pivot_side[q] != f->solution_side[q].sign && !f->solution_side[q].unseen)
             ok = start_beyond(f, q, err);
     if (!ok && err->code != SGA_E_OK) {
         ;               /* said already */

@@ -43,11 +43,14 @@ void field_take_sides(struct field *f, double t, const double *x)
 {
     memcpy(f->here, x, (size_t)f->n * sizeof *x);
     f->here_t = f->start_t = t;
-    f->lost_pivot = -1;
+    f->lost_pivot = f->beyond = -1;
     for (int q = 0; q < f->pivots; q++) {
         double p = f->direct_out[f->n + q];
         f->pivot_side[q] = p > 0 ? 1 : p < 0 ? -1 : 0;
     }
+    for (int q = 0; q < f->sides; q++)
+        if (f->solution_side[q].unseen && f->pivot_side[q] != f->solution_side[q].sign)
+            f->beyond = q;
     f->lost_pole = -1;
     memcpy(f->pole_from, x, (size_t)f->n * sizeof *x);
     for (int q = 0; q < f->poles; q++) {
@@ -110,12 +113,51 @@ static bool rank_at_change(struct field *f, double t, const double *x, int pivot
     return holds;
 }
 
+bool field_follows(struct field *f, double t, const double *x)
+{
+    static const double MISS = 1e-6;
+    int row;
+    if (f->beyond < 0)
+        return true;
+    field_load(f, t, x);
+    bool finite = num_tape_eval(f->direct, f->in, f->direct_out), well = finite && f->fast;
+    well = well && field_rows_miss(f, f->direct_out, &row) <= MISS * field_size(f, f->direct_out);
+    if (!well) {
+        f->lost_pivot = f->beyond;
+        f->rank_lost = true;
+    }
+    return well;
+}
+
+/* Side q, beyond which no point was known, is passed on the way to (t, x): what holds at the point of the constraints there? */
+static bool passes_unseen(struct field *f, int q, double t, const double *x)
+{
+    if (!f->solution_side[q].unseen || !f->manifold->c)
+        return false;
+    double *y = memcpy(sga_malloc(((size_t)f->n + 1) * sizeof *y), x, (size_t)f->n * sizeof *y);
+    int before = f->beyond, lost = f->lost_pivot;
+    f->beyond = q;
+    bool ok = manifold_project(f->manifold, t, y, NULL, NULL, 8, NULL, NULL, NULL) && field_follows(f, t, y);
+    if (!ok)
+        f->beyond = before;
+    f->lost_pivot = ok ? lost : q;
+    f->rank_lost = false;
+    free(y);
+    field_load(f, t, x);
+    num_tape_eval(f->direct, f->in, f->direct_out);
+    return ok;
+}
+
 bool field_inside(struct field *f, double t, const double *x)
 {
     for (int q = 0; q < f->pivots; q++) {
         double p = f->direct_out[f->n + q];
         if (!(p * f->pivot_side[q] < 0))
             continue;
+        if (q < f->sides && passes_unseen(f, q, t, x)) {
+            f->pivot_side[q] = -f->pivot_side[q];
+            continue;
+        }
         if (q < f->chosen && (q < f->sides || f->lost_pivot == q || !rank_at_change(f, t, x, q))) {
             f->lost_pivot = q;
             return false;

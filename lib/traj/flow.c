@@ -56,7 +56,7 @@ static bool project(void *ctx, double t, double *x, const double *scale, double 
     }
     *moved /= sqrt(n);
     *residual = f->manifold.c ? f->manifold.raw : 0;
-    return ok && given_hold(&f->given, t, x, scale);
+    return ok && given_hold(&f->given, t, x, scale) && field_follows(&f->field, t, x);
 }
 
 static bool slope(void *ctx, double t, const double *x, double *value)

@@ -53,7 +53,8 @@ static bool allowed(struct precise_march *m, const struct precise_point *q)
         m->xd[j] = q->x[j].hi;
     if (field_eval(&f->field, q->t.hi, m->xd, m->fd)) {
         m->why = ODE_CONSTRAINT_LOST;
-        return given_hold(&f->given, q->t.hi, m->xd, m->scale);
+        if (!given_hold(&f->given, q->t.hi, m->xd, m->scale) || field_follows(&f->field, q->t.hi, m->xd))
+            return f->given.broken < 0;
     }
     m->why = f->field.rank_lost || f->field.contradiction ? ODE_SINGULAR : ODE_LEFT_DOMAIN;
     return false;
