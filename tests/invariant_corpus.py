@@ -54,7 +54,8 @@ class Corpus:
         if problem:
             return
         branches = any(s.get("kind") == "branch" for s in result.get("strata", []))
-        if branches and not guess:    # which branch is solved then is not a matter of the equations
+        sides = bool(result.get("evidence", {}).get("sides"))
+        if (branches or sides) and not guess:    # which branch, or which side, is solved then is not a matter of the equations
             return
         names, system = d.of_request(request, [v["name"] for v in result["variables"]] if "variables" in result else None)
         if not system.A or not names:
