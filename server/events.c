@@ -137,7 +137,7 @@ enum MHD_Result handle_events(struct exchange *e)
         return reply_error(e, SGA_E_QUEUE_FULL, "There are %ld event streams already. Ask for the job itself from time to time.",
                            atomic_load(&e->service->config.streams));
     }
-    if (!account_may_wait(e->account)) {
+    if (!jobs_may_wait(e->service->jobs, e->account)) {
         reply_header(e, "Retry-After", "10");
         return reply_error(e, SGA_E_QUOTA, "This token has used up its quota of requests that wait. Ask for the job itself from time to time.");
     }

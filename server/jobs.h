@@ -100,6 +100,8 @@ struct waiter {
  * to wait (any more), or no room: go on with what jobs_look says. The caller holds a
  * reference to the job meanwhile. */
 bool jobs_wait(struct jobs *js, struct job *job, struct waiter *w);
+/* Whether the account's quota has room for one more that waits: an answer for now, jobs_wait asks again. */
+bool jobs_may_wait(struct jobs *js, const struct account *account);
 /* A job-like wait point that counts as stored once all that was written before is. */
 struct job *jobs_barrier(struct jobs *js);
 /* Resumes whose deadline has passed. */

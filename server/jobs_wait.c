@@ -60,6 +60,14 @@ bool jobs_wait(struct jobs *js, struct job *job, struct waiter *w)
     return wait;
 }
 
+bool jobs_may_wait(struct jobs *js, const struct account *account)
+{
+    pthread_mutex_lock(&js->lock);
+    bool may = account_may_wait(account);
+    pthread_mutex_unlock(&js->lock);
+    return may;
+}
+
 static void resume(struct jobs *js, struct waiter *w)
 {
     *(w->prev ? &w->prev->next : &w->job->waiters) = w->next;
