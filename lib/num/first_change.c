@@ -51,7 +51,9 @@ bool num_first_change(const double *c, int k, double *work, double *low, double 
     for (int q = 0; q <= k; q++)
         if (!isfinite(c[q]))
             return false;
+    int left = 1;
     for (int open = 1, count = 0; open && count < INTERVALS; count++) {
+        left = open - 1;
         double a = from[--open], b = to[open], middle = 0.5 * (a + b), *size = work + k + 1;
         bernstein(c, k, a, b, work, size);
         int changes = variations(work, size, k);
@@ -68,6 +70,9 @@ bool num_first_change(const double *c, int k, double *work, double *low, double 
         to[open++] = b;
         from[open] = a;
         to[open++] = middle;
+        left = open;
     }
-    return false;
+    if (left)       /* too many near zeros to tell apart: a change in all of it, if there is one at its end */
+        bernstein(c, k, *low = 0, *high = 1, work, work + k + 1);
+    return left && work[k] < -NOISE * work[2 * k + 1];
 }

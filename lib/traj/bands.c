@@ -31,24 +31,32 @@ static bool moves(const struct expr_store *st, const unsigned char *known, expr_
     return of;
 }
 
-int bands_find(struct expr_store *st, const expr_id *root, int roots, expr_id *argument)
+static int compare(const void *a, const void *b)
+{
+    const expr_id *p = a, *q = b;
+    return *p < *q ? -1 : *p > *q;
+}
+
+int bands_find(struct expr_store *st, const expr_id *root, int roots, expr_id **argument)
 {
     struct expr_cone cone;
-    int count = 0;
+    int count = 0, different = 0;
     expr_cone_init(&cone);
     expr_cone_of(st, &cone, root, roots);
     unsigned char *of = sga_calloc((size_t)st->nodes + 1, 1);
     for (int i = 0; i < cone.count; i++)
         of[cone.list[i]] = moves(st, of, cone.list[i]);
-    for (int i = 0; i < cone.count && count < BANDS_MOST; i++) {
+    expr_id *all = *argument = sga_malloc(((size_t)cone.count + 1) * sizeof *all);
+    for (int i = 0; i < cone.count; i++) {
         expr_id e = cone.list[i], a = of[e] ? argument_of(st, e) : EXPR_UNDEF;
-        bool known = a == EXPR_UNDEF;
-        for (int k = 0; k < count && !known; k++)
-            known = argument[k] == a;
-        if (!known)
-            argument[count++] = a;
+        if (a != EXPR_UNDEF)
+            all[count++] = a;
     }
+    qsort(all, (size_t)count, sizeof *all, compare);
+    for (int k = 0; k < count; k++)
+        if (!different || all[different - 1] != all[k])
+            all[different++] = all[k];
     free(of);
     expr_cone_clear(&cone);
-    return count;
+    return different;
 }

@@ -5,8 +5,7 @@
 
 #include "expr.h"
 
-enum { BANDS_MOST = 64 };
-/* Those in the cones of the roots into argument (room for BANDS_MOST; more are left out); may add to the store. Returns how many. */
-int bands_find(struct expr_store *st, const expr_id *root, int roots, expr_id *argument);
+/* Those in the cones of the roots into *argument (malloced); may add to the store. Returns how many. */
+int bands_find(struct expr_store *st, const expr_id *root, int roots, expr_id **argument);
 
 #endif

@@ -157,18 +157,18 @@ static expr_id *expressions(const struct flow *f, const struct sga_solution *sol
 /* What steps could pass over unseen: functions of time, and bands. */
 static bool look_for_pulses(struct flow *f, const struct sga_solution *sol, const struct traj_request *rq, struct sga_error *err)
 {
-    expr_id argument[BANDS_MOST];
+    expr_id *argument;
     int count;
     expr_id *root = expressions(f, sol, rq, &count);
     inputs_examine(&f->inputs, f->sys, rq, root, count);
-    f->bands = bands_find(f->sys->store, root, count - rq->events, argument);
+    f->bands = bands_find(f->sys->store, root, count - rq->events, &argument);
     free(root);
-    if (!f->bands)
-        return true;
     int *inputs = field_inputs(f->sys);
-    f->band = num_tape_new(f->sys->store, argument, f->bands, inputs, f->n + 1, err);
+    if (f->bands)
+        f->band = num_tape_new(f->sys->store, argument, f->bands, inputs, f->n + 1, err);
     free(inputs);
-    return f->band != NULL;
+    free(argument);
+    return !f->bands || f->band;
 }
 
 bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol,
@@ -185,7 +185,7 @@ bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_so
     const struct num_switches *w = field_switches(&f->field);
     if (!look_for_pulses(f, sol, rq, err))
         return false;
-    if (!signals_continuous(sys, sol, rq, f->field.root, err) || !given_init(&f->given, sys, sol, rq->budget, err))
+    if (!signals_continuous(sys, sol, rq, f->field.root, err) || !given_init(&f->given, sys, sol, f->sizes.weight, rq->budget, err))
         return false;
     f->in = sga_malloc((size_t)(n + 1) * sizeof *f->in);
     if (!rq->outputs && !rq->events && !w)
@@ -274,7 +274,7 @@ bool flow_given(struct flow *f, const struct traj_request *rq, const double *x, 
     char name[40];
     double *scale = sga_malloc((size_t)(f->n + 1) * sizeof *scale);
     for (int j = 0; j < f->n; j++)
-        scale[j] = none * (1 + fabs(x[j]));
+        scale[j] = none * (f->sizes.weight[j] + fabs(x[j]));
     bool ok = given_hold(&f->given, rq->start, x, scale);
     free(scale);
     if (ok)

@@ -50,12 +50,12 @@ static void add(struct given *g, expr_id e, int row)
     g->row[g->count++] = row;
 }
 
-bool given_init(struct given *g, const struct sys_system *sys, const struct sga_solution *sol, const struct sga_budget *budget,
-                struct sga_error *err)
+bool given_init(struct given *g, const struct sys_system *sys, const struct sga_solution *sol, const double *unit,
+                const struct sga_budget *budget, struct sga_error *err)
 {
     int n = sys->variables;
     size_t most = (size_t)(sys->rows + sys->restrictions) + 1;
-    *g = (struct given){ .sys = sys, .sol = sol, .budget = budget, .broken = -1, .lost = -1 };
+    *g = (struct given){ .sys = sys, .sol = sol, .unit = unit, .budget = budget, .broken = -1, .lost = -1 };
     g->equation = sga_malloc(most * sizeof *g->equation);
     g->row = sga_malloc(most * sizeof *g->row);
     for (int i = 0; i < sys->rows; i++)
@@ -97,7 +97,7 @@ void given_clear(struct given *g)
 static bool is_near(const struct given *g, const struct points_point *p)
 {
     for (int j = 0; j < g->sys->variables; j++)
-        if (!(fabs(p->x[j] - g->in[j]) <= NEARBY * (1 + fabs(g->in[j]))))
+        if (!(fabs(p->x[j] - g->in[j]) <= NEARBY * (g->unit[j] + fabs(g->in[j]))))
             return false;
     return true;
 }

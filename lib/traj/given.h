@@ -15,6 +15,7 @@ struct given {
     const struct sys_system *sys;  /* borrowed, like the next two */
     const struct sga_solution *sol;
     const struct sga_budget *budget;
+    const double *unit;            /* by variable: natural sizes, borrowed too */
     expr_id *equation;
     int *row;                      /* rows of the system, or rows + index of a restriction */
     struct num_tape *tape;         /* of variables and time */
@@ -26,8 +27,8 @@ struct given {
     double lost_t;
 };
 
-bool given_init(struct given *g, const struct sys_system *sys, const struct sga_solution *sol, const struct sga_budget *budget,
-                struct sga_error *err);
+bool given_init(struct given *g, const struct sys_system *sys, const struct sga_solution *sol, const double *unit,
+                const struct sga_budget *budget, struct sga_error *err);
 void given_clear(struct given *g);
 /* Whether they hold at (t, x), a point on the constraints; scale (by variable): errors that are allowed, and explain as much.
  * Cost: their values and derivatives; a point of the constraints in balls where these leave a doubt. */
