@@ -5,11 +5,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "doubling.h"
 #include "mem.h"
 #include "sparse.h"
 #include "triangular.h"
 
-enum { PROOF_ROWS = 5000 };     /* the proof needs a dense inverse: 200 MB; past it points stay uncertified */
+enum { MANY_BITS = 600, FEW_ROWS = 24 };     /* from where on, and up to where, steps that double the digits pay */
 
 /* Everything about one square subsystem: rows scaled by 2^-exponent. */
 struct square {
@@ -210,7 +211,7 @@ static bool krawczyk(struct square *q, slong prec)
     const struct points_space *s = q->j->space;
     struct num_ball *ball = &q->p->ball;
     int c = q->c;
-    if (c > PROOF_ROWS)
+    if (c > POINTS_PROOF_ROWS)
         return false;
     size_t cc = (size_t)c * (size_t)c;
     double *C = sga_calloc(cc, sizeof *C), *m = sga_calloc((size_t)c, sizeof *m), *rho = sga_calloc((size_t)c, sizeof *rho);
@@ -258,6 +259,16 @@ static bool krawczyk(struct square *q, slong prec)
     return ok;
 }
 
+/* Differentials that are dependent on the set itself look independent a little beside it: where nothing
+ * is proved, the rank is asked once more at the refined point. */
+static bool still_full(struct square *q)
+{
+    for (int i = 0; i < q->c; i++)
+        mag_zero(arb_radref(q->p->ball.symbol + q->j->space->variable[q->lu.pivot_col[i]]));
+    points_lu_clear(&q->lu);
+    return factor(q);
+}
+
 bool points_refine_with(struct points_jacobian *j, struct points_point *p, slong prec)
 {
     const struct points_space *s = j->space;
@@ -271,11 +282,17 @@ bool points_refine_with(struct points_jacobian *j, struct points_point *p, slong
         mag_zero(arb_radref(p->ball.symbol + s->variable[i]));
     if (p->ball.prec < prec)
         p->ball.prec = prec;
-    bool ok = factor(&q) && iterate(&q, prec);
+    bool ok = factor(&q), many = prec > MANY_BITS && q.c <= FEW_ROWS;
+    if (ok && many && (ok = iterate(&q, MANY_BITS)))
+        points_double_digits(j, p, q.lu.pivot_col, prec);
+    ok = ok && iterate(&q, prec);
     if (ok) {
         for (int i = 0; i < q.c; i++)
             p->solved[q.lu.pivot_row[i]] = q.lu.pivot_col[i];
         p->certified = krawczyk(&q, prec);
+        ok = p->certified || still_full(&q);
+    }
+    if (ok) {
         for (int i = 0; i < q.n; i++)
             p->x[i] = arf_get_d(arb_midref(p->ball.symbol + s->variable[i]), ARF_RND_NEAR);
     }

@@ -22,7 +22,7 @@ const char *points_basis_text(enum points_basis basis)
 
 void points_shadow_init(struct points_shadow *s, uint64_t seed)
 {
-    *s = (struct points_shadow){ .random = seed, .least_digits = 1 << 20 };
+    *s = (struct points_shadow){ .random = seed, .least_digits = 1 << 20, .height = -1 };
     expr_cone_init(&s->cone);
 }
 
@@ -42,6 +42,7 @@ void points_shadow_forget(struct points_shadow *s)
     for (int i = 0; i < s->modulars; i++)
         points_modpoint_clear(s->modular + i);
     s->reals = s->modulars = 0;
+    s->height = -1;
     s->modular_tried = false;
     points_beyond_forget(&s->beyond);
 }
@@ -137,6 +138,14 @@ enum points_status points_shadow_sample(struct points_shadow *s, const struct po
         points_shadow_forget(s);
     s->seconds_sampling += sga_now() - start;
     return status;
+}
+
+bool points_shadow_certified(const struct points_shadow *s)
+{
+    bool all = s->reals > 0;
+    for (int k = 0; k < s->reals; k++)
+        all = all && s->real[k].certified;
+    return all;
 }
 
 /* Decimal digits to which a ball that contains 0 is known to be 0. */
@@ -245,14 +254,30 @@ static int modular(struct points_shadow *s, expr_id e)
     return opinion;
 }
 
+double points_shadow_height(struct points_shadow *s)
+{
+    if (s->height < 0 && s->reals) {
+        int n = s->space.constraints + s->space.defineds;
+        expr_id *root = sga_malloc((size_t)(n + 1) * sizeof *root);
+        for (int i = 0; i < n; i++)
+            root[i] = i < s->space.constraints ? s->space.constraint[i] : s->space.defined[i - s->space.constraints];
+        expr_cone_of(s->space.st, &s->cone, root, n);
+        num_ball_extend(&s->real[0].ball);
+        s->height = points_height(&s->real[0].ball, s->cone.list, s->cone.count);
+        free(root);
+    }
+    return s->height;
+}
+
 /* Bits to which e must be seen to be 0 at the points before that is believed. */
 static slong needed_bits(struct points_shadow *s, expr_id e)
 {
     slong need = 0;
+    double height = points_shadow_height(s);
     expr_cone_of(s->space.st, &s->cone, &e, 1);
     for (int k = 0; k < s->reals; k++) {
         num_ball_extend(&s->real[k].ball);
-        slong here = points_needed_bits(&s->real[k].ball, s->cone.list, s->cone.count);
+        slong here = points_needed_bits(&s->real[k].ball, s->cone.list, s->cone.count, height);
         need = here > need ? here : need;
     }
     return need;

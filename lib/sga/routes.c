@@ -45,8 +45,7 @@ static bool same_route(const struct route *a, const struct route *b)
     return same;
 }
 
-/* Failures of one branch, which say nothing about another. */
-static bool is_local(enum sga_code code)
+bool routes_local(enum sga_code code)
 {
     return code == SGA_E_NO_REAL_POINT || code == SGA_E_IRREGULAR || code == SGA_E_UNDECIDED || code == SGA_E_SPLIT;
 }
@@ -84,7 +83,7 @@ bool routes_explore(struct routes *r, const struct sys_system *system, const str
         struct sga_error here = { 0 };
         bool ok = state_solve(system, options, shadow, &r->now, solution, &here);
         r->tried++;
-        if (!ok && (!is_local(here.code) || !expr_store_ok(system->store))) {
+        if (!ok && (!routes_local(here.code) || !expr_store_ok(system->store))) {
             *err = here;
             return false;
         }

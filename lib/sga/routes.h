@@ -23,6 +23,8 @@ bool routes_explore(struct routes *r, const struct sys_system *system, const str
                     struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err);
 /* Back to the state before a run. */
 void routes_restart(struct points_shadow *shadow, uint64_t seed, struct sga_solution *solution);
+/* Failures of one branch, which say nothing about another. */
+bool routes_local(enum sga_code code);
 void routes_clear(struct routes *r);
 
 /* All routes of `above` ended empty, which says something of general points only. The

@@ -147,6 +147,8 @@ static void state_clear(struct state *s)
 static void note_dimension(struct state *s)
 {
     struct sga_solution *sol = s->sol;
+    if (s->held.code != SGA_E_OK)         /* one of its constraints is not known */
+        return;
     sol->dimension = sga_realloc(sol->dimension, (size_t)(sol->generations + 1) * sizeof *sol->dimension);
     sol->dimension[sol->generations++] = s->sys->variables - sol->constraints;
 }
@@ -208,6 +210,18 @@ static bool start(struct state *s, int *added)
     return *added >= 0;
 }
 
+/* Whether nothing was divided by that may vanish: then a contradiction holds wherever the equations do, and not only at
+ * general points of constraints of which one was held back. */
+static bool divided_safely(struct state *s)
+{
+    bool safe = !s->sol->deads && !s->ech.blocks;
+    for (int q = 0; q < s->ech.pivots && safe; q++)
+        safe = state_facts(s, s->ech.pivot[q].value) & EXPR_NONZERO;
+    for (int i = 0; i < s->sol->constraints && safe; i++)
+        safe = !s->sol->constraint[i].chosen && !s->sol->constraint[i].near_point;
+    return safe;
+}
+
 static bool run(struct state *s)
 {
     int limit = s->options->budget && s->options->budget->max_generations ? s->options->budget->max_generations : 1000;
@@ -231,6 +245,10 @@ static bool run(struct state *s)
         added = state_generation(s, from, done, s->sol->generations + 1);
         if (added < 0)
             return false;
+    }
+    if (s->held.code != SGA_E_OK && !(s->inconsistent && divided_safely(s))) {
+        *s->err = s->held;
+        return false;
     }
     if (!s->inconsistent)
         state_fields(s);
