@@ -310,7 +310,7 @@ static enum points_status accepted(const struct points_space *s, struct points_p
 static enum points_status find(const struct points_space *s, double spread, uint64_t *random, slong prec, bool strict, bool *outside,
                                struct points_point *p)
 {
-    *p = (struct points_point){ .variables = s->variables, .constraints = s->constraints };
+    *p = (struct points_point){ .variables = s->variables, .constraints = s->constraints, .parameters = s->parameters };
     p->x = sga_calloc((size_t)s->variables, sizeof *p->x);
     p->parameter = sga_calloc((size_t)s->parameters, sizeof *p->parameter);
     p->solved = sga_calloc((size_t)s->constraints, sizeof *p->solved);
@@ -406,6 +406,25 @@ bool points_refine(const struct points_space *s, struct points_point *p, slong p
     bool ok = points_refine_with(&j, p, prec);
     points_jacobian_clear(&j);
     return ok;
+}
+
+static void *copied(const void *from, int count, size_t size)
+{
+    void *to = sga_malloc((size_t)(count + 1) * size);
+    if (count)
+        memcpy(to, from, (size_t)count * size);
+    return to;
+}
+
+void points_point_copy(struct points_point *to, const struct points_point *from, slong prec)
+{
+    *to = *from;
+    to->x = copied(from->x, from->variables, sizeof *to->x);
+    to->parameter = copied(from->parameter, from->parameters, sizeof *to->parameter);
+    to->solved = copied(from->solved, from->constraints, sizeof *to->solved);
+    num_ball_init(&to->ball, from->ball.st, prec);
+    for (int i = 0; i < from->ball.st->symbols && (size_t)i < from->ball.symbol_cap; i++)
+        num_ball_set(&to->ball, i, from->ball.symbol + i);
 }
 
 void points_point_clear(struct points_point *p)

@@ -196,14 +196,7 @@ static bool raise_points(struct points_shadow *s, slong bits)
     const struct points_space *space = &s->space;
     for (int k = 0; k < s->reals; k++) {
         struct points_point *p = s->real + k, *q = s->high + k;
-        *q = *p;
-        q->x = memcpy(sga_malloc((size_t)p->variables * sizeof(double)), p->x, (size_t)p->variables * sizeof(double));
-        q->parameter = memcpy(sga_malloc((size_t)space->parameters * sizeof(double)), p->parameter,
-                              (size_t)space->parameters * sizeof(double));
-        q->solved = memcpy(sga_malloc((size_t)p->constraints * sizeof(int)), p->solved, (size_t)p->constraints * sizeof(int));
-        num_ball_init(&q->ball, space->st, bits);
-        for (int i = 0; i < p->ball.st->symbols && (size_t)i < p->ball.symbol_cap; i++)
-            num_ball_set(&q->ball, i, p->ball.symbol + i);
+        points_point_copy(q, p, bits);
         if (space->constraints && !points_refine(space, q, bits)) {
             for (int i = 0; i <= k; i++)
                 points_point_clear(s->high + i);
@@ -362,7 +355,7 @@ static void keep_zero(struct points_shadow *s, expr_id e, struct points_decision
         if (s->zero[i].expr == e)
             return;
     SGA_RESERVE(s->zero, s->zero_cap, s->zeros + 1);
-    s->zero[s->zeros++] = (struct points_zero){ e, d };
+    s->zero[s->zeros++] = (struct points_zero){ e, d, s->space.constraints };
 }
 
 /* A zero that was found at the points: the sides that it depends on, by switches of its own and, where it does not

@@ -39,6 +39,7 @@ struct points_decision {
 struct points_zero {
     expr_id expr;
     struct points_decision decision;
+    int constraints;                         /* of the set that it was asked on */
 };
 
 enum { POINTS_ZEROS_KEPT = 100 };

@@ -71,6 +71,12 @@ struct sga_determinant {
     int *col, *source;     /* by row of S: the velocity, and the row as in struct sga_constraint; owned */
 };
 
+/* A point of the final set on another component of the constraints than the one that was solved. */
+struct sga_elsewhere {
+    double *x, t;          /* by variable; owned */
+    int final;             /* its dimension there */
+};
+
 struct sga_solution {
     enum sga_verdict verdict;
     int generations;
@@ -99,6 +105,9 @@ struct sga_solution {
     struct points_side *side; int sides;   /* of surfaces that zero decisions rest on: the answer holds there; owned */
     bool sides_not_searched;           /* some switches of the constraints were not looked beyond */
     bool not_factored;                 /* some constraint was too large to be searched for branches */
+    int one_piece;                     /* the first so many constraints have a set of one piece by their shape: graphs, or affine */
+    bool components_not_searched;      /* some sets were too large to be searched for other components */
+    struct sga_elsewhere *elsewhere; int elsewheres;   /* other components that hold solutions; owned */
     int redundant_rows;                /* rows of the system that follow from the others (at least) */
     struct sga_vanished *vanished; int vanished_rows;   /* only where options.rows asks for them */
 };

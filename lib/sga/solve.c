@@ -7,7 +7,9 @@
 #include <string.h>
 
 #include "mem.h"
+#include "regular_shape.h"
 #include "scaling.h"
+#include "sides.h"
 
 const char *sga_verdict_text(enum sga_verdict v)
 {
@@ -40,6 +42,9 @@ void sga_solution_clear(struct sga_solution *sol)
     for (int i = 0; i < sol->vanished_rows; i++)
         free(sol->vanished[i].part);
     free(sol->vanished);
+    for (int i = 0; i < sol->elsewheres; i++)
+        free(sol->elsewhere[i].x);
+    free(sol->elsewhere);
     *sol = (struct sga_solution){ 0 };
 }
 
@@ -303,9 +308,42 @@ static void keep_determinants(struct state *s)
     }
 }
 
+/* How many of the first constraints cut out a set of one piece: each is affine like all before it, or has exactly one
+ * zero over each point of the set before it (regular_fresh_graph). */
+static int one_piece(struct state *s)
+{
+    unsigned char *met = sga_calloc((size_t)s->st->symbols, 1);
+    struct expr_term *term = NULL;
+    size_t cap = 0;
+    bool affine = true, fresh = true;
+    int i = 0;
+    state_activate(s);
+    for (; i < s->sol->constraints && (affine || fresh); i++) {
+        int n = expr_gradient(s->st, &s->cone, s->con[i], s->active, &term, &cap);
+        fresh = false;
+        for (int k = 0; k < n; k++) {
+            unsigned f = state_facts(s, term[k].value);
+            bool plain = !(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME));
+            affine = affine && !(f & EXPR_HAS_VARIABLE);
+            fresh = fresh || (!met[term[k].symbol] && (plain || (f & EXPR_NONZERO && !regular_depends(s, term[k].value, term[k].symbol))));
+        }
+        expr_cone_of(s->st, &s->cone, s->con + i, 1);
+        for (int k = 0; k < s->cone.count; k++) {
+            if (expr_op_of(s->st, s->cone.list[k]) == EXPR_SYM)
+                met[s->st->node[s->cone.list[k]].a] = 1;
+            if (points_switches(expr_op_of(s->st, s->cone.list[k])))
+                affine = fresh = false;         /* one piece, but not one analytic function */
+        }
+    }
+    free(term);
+    free(met);
+    return affine || fresh ? i : i - 1;
+}
+
 static void conclude(struct state *s)
 {
     struct sga_solution *sol = s->sol;
+    sol->one_piece = one_piece(s);
     if (s->inconsistent) {
         sol->verdict = SGA_INCONSISTENT;
     } else {
@@ -334,7 +372,7 @@ bool state_solve(const struct sys_system *system, const struct sga_options *opti
 {
     struct state s;
     state_init(&s, system, options, shadow, route, solution, err);
-    shadow->sides = 0;
+    shadow->sides = shadow->zeros = 0;
     shadow->beyond.cut_short = false;
     bool ok = run(&s);
     if (ok && !expr_store_ok(s.st)) {
