@@ -3,6 +3,7 @@
 #define SGA_RUN_ANSWER_H
 
 #include "buf.h"
+#include "clock.h"
 #include "mech.h"
 #include "operator.h"
 #include "print.h"
@@ -132,7 +133,7 @@ struct job {
         expr_id defect;
     } two_form;
     struct mechanical_answer *mechanical;   /* or NULL */
-    struct { double read, reduce, operator_form, mechanical, print, witness, trajectory, tradeoff, structure, symmetries; } seconds;
+    struct stage_clock clock;
     double spent;                 /* seconds of the time granted, before */
     const char *stage;            /* the last that was begun */
     struct sga_error *err;

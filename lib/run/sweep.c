@@ -119,13 +119,12 @@ bool answer_sweep(struct job *j, const struct sga_solution *s, const struct traj
     struct sga_json w;
     if (!one_for_all(j, s))
         return false;
-    double begin = sga_now();
+    stage_begin(&j->clock, STAGE_TRAJECTORY);
     bool ok = true;
     sga_json_begin(&w, &j->trajectories);
     sga_json_array(&w);
     for (int k = 0; k < j->request.sweeps && ok; k++)
         ok = one(j, s, &r, j->request.sweep + k, &w);
     sga_json_end_array(&w);
-    j->seconds.trajectory = sga_now() - begin;
     return ok;
 }
