@@ -63,6 +63,7 @@ struct expr_symbol {
     expr_id node;       /* the SYM node of this symbol */
     struct expr_table *table;   /* SIGNAL: its values, borrowed, or NULL where there are none */
     int order;          /* SIGNAL: which derivative of the table */
+    bool mentioned;     /* by some expression that was read */
 };
 
 /* S y = r, dense: matrix has m*m handles by rows, rhs m; SOLVE nodes refer to it.

@@ -82,6 +82,7 @@ static void set_budget(struct job *j)
         .max_terms = j->request.limits.terms,
         .cancelled = j->options ? j->options->cancelled : NULL,
         .cancel_ctx = j->options ? j->options->ctx : NULL,
+        .warnings = &j->warnings,
         .exec = j->options ? j->options->exec : NULL,
     };
     j->request.store.max_nodes = j->request.limits.nodes;
@@ -232,6 +233,7 @@ void answer_clear(struct job *j)
     free(j->near);
     free(j->parameter_near);
     free(j->scale);
+    sga_warnings_clear(&j->warnings);
     answer_primary_clear(j);
     answer_symmetries_clear(j);
     if (j->solved) {
@@ -301,6 +303,7 @@ static bool within_limits(struct job *j)
  * be looked at after all. */
 static bool run_request(struct job *j, bool tied, struct sga_buf *out, bool *again)
 {
+    answer_warn_unused(j);
     answer_cut(j, tied);
     set_near(j);
     bool ok = check_wants(j) && check_samples(j) && analyse(j);

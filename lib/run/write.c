@@ -296,6 +296,9 @@ bool answer_write(struct job *j, struct sga_buf *out)
     if (j->tradeoff)
         answer_write_tradeoff(j, w);
     answer_write_evidence(j, w);
+    answer_warn(j);
+    sga_json_key(w, "warnings");
+    sga_warnings_write(&j->warnings, w);
     write_work(j, w);
     sga_json_end_object(w);
     return answer_fits(j, out);
