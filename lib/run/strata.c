@@ -210,6 +210,7 @@ void answer_strata(struct job *j)
     bool empty = sol->verdict == SGA_INCONSISTENT;
     if (!j->has_texts)
         return;
+    stage_begin(&j->clock, STAGE_STRATA);
     expr_facts_init(&l.facts);
     if (empty && j->request.system.parameters)      /* for which parameters it is a contradiction */
         strata_factors(&l, sol->contradiction, 0);

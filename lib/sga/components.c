@@ -6,8 +6,9 @@
 
 #include "mem.h"
 #include "sides.h"
+#include "warnings.h"
 
-enum { STARTS = 6, PLACES = 6, MOST_CONSTRAINTS = 60 };
+enum { STARTS = 6 };
 
 static void *copy(const void *from, size_t count, size_t size)
 {
@@ -95,9 +96,10 @@ static bool known(const struct components *c, const struct component_run *r, str
 
 static void keep_place(struct components *c, const struct points_space *space, const struct points_point *p, expr_id by)
 {
-    c->cut_short |= c->places >= PLACES;
-    if (c->places >= PLACES)
+    if (c->places >= SGA_MOST_COMPONENTS) {
+        sga_limit_met(space->budget, SGA_LIMIT_COMPONENTS);
         return;
+    }
     SGA_RESERVE(c->place, c->place_cap, c->places + 1);
     c->place[c->places++] = (struct component_place){
         .x = copy(p->x, (size_t)space->variables, sizeof *p->x), .t = p->t,
@@ -164,8 +166,9 @@ void components_note(struct components *c, const struct sys_system *system, cons
     };
     space.defineds = sys_expressions(system, &defined);
     space.defined = defined;
-    c->cut_short |= sol->constraints > MOST_CONSTRAINTS && sol->one_piece < sol->constraints;
-    for (int k = sol->one_piece + 1; k <= sol->constraints && sol->constraints <= MOST_CONSTRAINTS; k++)
+    if (sol->one_piece < sol->constraints && sol->constraints > SGA_MOST_COMPONENT_ROWS)
+        sga_limit_met(options->budget, SGA_LIMIT_COMPONENT_ROWS);
+    for (int k = sol->one_piece + 1; k <= sol->constraints && sol->constraints <= SGA_MOST_COMPONENT_ROWS; k++)
         search(c, r, &space, k, &random);
     free(defined);
     free(variable);

@@ -28,7 +28,6 @@ struct component_run {
 struct components {
     struct component_run *run; int runs; size_t run_cap;
     struct component_place *place; int places; size_t place_cap;   /* in the order in which they were found */
-    bool cut_short;          /* some sets were too large to be searched, or there were more places than are kept */
 };
 
 /* Keeps what a run near a place (-1: none) rested on, and looks for places on other components than those of all runs so

@@ -6,8 +6,9 @@
 
 #include "mem.h"
 #include "routes.h"
+#include "warnings.h"
 
-enum { ROUTES = 16, RESEEDS = 2 };
+enum { RESEEDS = 2 };
 
 /* The next route: the last decision that has an option left takes it, those after it are
  * forgotten. False where there is none. */
@@ -132,7 +133,9 @@ static bool run_products(struct routes *r, const struct sys_system *system, cons
         if (r->ended && options->near)
             return true;
         r->left = has_next(&r->now);
-        if (!r->left || r->tried >= ROUTES)
+        if (r->left && r->tried >= SGA_MOST_ROUTES)
+            sga_limit_met(options->budget, SGA_LIMIT_ROUTES);
+        if (!r->left || r->tried >= SGA_MOST_ROUTES)
             return true;
         next_route(&r->now);
         routes_restart(shadow, r->seed, solution);
@@ -176,7 +179,6 @@ void routes_clear(struct routes *r)
 static void keep_elsewhere(struct routes *r, int variables, struct sga_solution *solution)
 {
     struct components *c = &r->components;
-    solution->components_not_searched = c->cut_short;
     solution->elsewhere = sga_calloc((size_t)c->runs + 1, sizeof *solution->elsewhere);
     for (int k = 0; k < c->runs && r->best_run >= 0; k++)
         if (c->run[k].final >= 0 && k != r->best_run && components_apart(c, r->best_run, k)) {
@@ -197,7 +199,7 @@ bool sga_solve(const struct sys_system *system, const struct sga_options *option
         ok = false;
     } else if (ok && r.final < 0 && r.left) {
         ok = sga_fail(err, SGA_E_UNDECIDED, "the constraints have many branches, and the first %d of them are empty; "
-                      "give trajectory.initial on the branch that is meant", ROUTES);
+                      "give trajectory.initial on the branch that is meant", SGA_MOST_ROUTES);
     } else if (ok && r.final < 0) {
         ok = special_solve(&r, system, options, shadow, solution, err);
     } else if (ok && (r.now_at != r.best_at || !same_route(&r.now, &r.best))) {

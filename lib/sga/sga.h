@@ -106,7 +106,6 @@ struct sga_solution {
     bool sides_not_searched;           /* some switches of the constraints were not looked beyond */
     bool not_factored;                 /* some constraint was too large to be searched for branches */
     int one_piece;                     /* the first so many constraints have a set of one piece by their shape: graphs, or affine */
-    bool components_not_searched;      /* some sets were too large to be searched for other components */
     struct sga_elsewhere *elsewhere; int elsewheres;   /* other components that hold solutions; owned */
     int redundant_rows;                /* rows of the system that follow from the others (at least) */
     struct sga_vanished *vanished; int vanished_rows;   /* only where options.rows asks for them */
