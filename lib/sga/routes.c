@@ -152,6 +152,7 @@ bool routes_explore(struct routes *r, const struct sys_system *system, const str
                     struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
 {
     bool ok = run_products(r, system, options, shadow, solution, err);
+    r->products = r->tried;
     for (int k = 1; k <= RESEEDS && ok && unlucky(r); k++) {
         r->now.count = r->failed = r->tried = 0;
         r->seed += (uint64_t)k;
@@ -175,13 +176,14 @@ void routes_clear(struct routes *r)
     components_clear(&r->components);
 }
 
-/* The components that were not taken, where they hold solutions and the answer does not speak of them. */
+/* The components that were not taken, where they hold solutions and the answer does not speak of them. The branches of
+ * products are listed as such. */
 static void keep_elsewhere(struct routes *r, int variables, struct sga_solution *solution)
 {
     struct components *c = &r->components;
     solution->elsewhere = sga_calloc((size_t)c->runs + 1, sizeof *solution->elsewhere);
     for (int k = 0; k < c->runs && r->best_run >= 0; k++)
-        if (c->run[k].final >= 0 && k != r->best_run && components_apart(c, r->best_run, k)) {
+        if (c->run[k].final >= 0 && k != r->best_run && (c->run[k].place >= 0 || r->products == 1) && components_apart(c, r->best_run, k)) {
             struct sga_elsewhere *e = solution->elsewhere + solution->elsewheres++;
             e->x = memcpy(sga_malloc((size_t)(variables + 1) * sizeof *e->x), c->run[k].point.x, (size_t)variables * sizeof *e->x);
             e->t = c->run[k].point.t;

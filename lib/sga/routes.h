@@ -11,6 +11,7 @@ struct routes {
     struct route now, best;
     int final;                 /* the largest dimension that a route led to; -1: none yet */
     int tried, failed;
+    int products;              /* of those tried, routes through products */
     bool left;                 /* some were not tried */
     struct sga_error error;    /* the first failure of a branch */
     uint64_t seed;
