@@ -176,8 +176,8 @@ static bool check_point(struct check *c)
     return ok;
 }
 
-/* Whether the answer speaks of the point: it is on the sides of surfaces that the answer is about, and
- * the equations have values there (sqrt(x) has none where x < 0). */
+/* Whether the answer speaks of the point: it is on the sides of surfaces that the answer is about, the equations have
+ * values there (sqrt(x) has none where x < 0), what the reduction took for 0 is, and what it divided by is not. */
 static bool spoken_of(struct check *c)
 {
     const struct sga_solution *sol = c->claim->solution;
@@ -192,6 +192,8 @@ static bool spoken_of(struct check *c)
     }
     for (int i = 0; c->shadow && i < c->shadow->zeros && in; i++)
         in = c->shadow->zero[i].constraints > c->claim->constraints || arb_contains_zero(num_ball_value(&c->own, c->shadow->zero[i].expr));
+    for (int q = 0; q < sol->pivots && in; q++)
+        in = !arb_contains_zero(num_ball_value(&c->own, sol->pivot[q].value));
     num_ball_clear(&c->own);
     return in;
 }
