@@ -83,6 +83,12 @@ enum poly_truth { POLY_NO, POLY_YES, POLY_UNKNOWN };
 enum poly_truth poly_is_zero(struct expr_store *st, expr_id e, const struct poly_limits *limits);
 enum poly_truth poly_bridge_is_zero(struct poly_bridge *b, expr_id e);
 
+/* Whether target is shown to be zero wherever given[0 .. n) all are (and it has a value): what one
+ * of these can be solved for is used up, and powers of target are divided. False: not shown.
+ * At most 48 given. Costs that many substitutions into small polynomials. */
+bool poly_vanishes_with(struct expr_store *st, expr_id target, const expr_id *given, int n, const struct poly_limits *limits);
+bool poly_bridge_vanishes_with(struct poly_bridge *b, expr_id target, const expr_id *given, int n);
+
 /* e as a polynomial in one symbol (the rest may be anything): its degree, -1 for zero.
  * False: over budget, or the symbol occurs in the denominator or inside a kernel. */
 bool poly_degree_in(struct expr_store *st, expr_id e, int symbol, const struct poly_limits *limits, long *degree);

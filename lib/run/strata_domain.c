@@ -54,12 +54,6 @@ static void factors(struct listing *l, expr_id value, struct looked *looked)
     poly_factors_clear(&f);
 }
 
-/* What must not vanish for the node to have a value; EXPR_UNDEF: nothing. */
-static expr_id denominator(const struct expr_store *st, expr_id e)
-{
-    return expr_op_of(st, e) == EXPR_LOG ? st->node[e].a : expr_divisor(st, e);
-}
-
 void strata_domain(struct listing *l)
 {
     const struct sys_system *sys = &l->j->request.system;
@@ -71,7 +65,7 @@ void strata_domain(struct listing *l)
     expr_cone_init(&cone);
     expr_cone_of(sys->store, &cone, root, at);
     for (int i = 0; i < cone.count; i++) {
-        expr_id d = denominator(sys->store, cone.list[i]);
+        expr_id d = domain_divisor(sys->store, cone.list[i]);
         if (!d || expr_is_const(sys->store, d))
             continue;
         if (found < MOST)

@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "ends.h"
 #include "mem.h"
@@ -164,9 +165,38 @@ static struct regular form_at(struct state *s, expr_id e, int depth)
     return r;
 }
 
+/* Whether the functions of o vanish together, on the present set, only where something has no value. */
+static bool leads_out(struct state *s, expr_id e, const struct regular_option *o)
+{
+    int c = s->sol->constraints, count = o->count;
+    expr_id *f = sga_malloc((size_t)(count + c + s->pendings + 1) * sizeof *f);
+    memcpy(f, o->out, (size_t)count * sizeof *f);
+    for (int i = 0; i < c + s->pendings && count <= DOMAIN_GIVEN; i++)
+        f[count++] = i < c ? s->con[i] : s->pending[i - c];
+    bool out = domain_leaves_out(&s->domain, e, f, o->count, count);
+    free(f);
+    return out;
+}
+
+/* Ways that lead out of where the equations have values are none. */
+static void keep_inside(struct state *s, expr_id e, struct regular *r)
+{
+    int n = 0;
+    for (int i = 0; i < r->options; i++)
+        if (leads_out(s, e, r->option + i))
+            free(r->option[i].out);
+        else
+            r->option[n++] = r->option[i];
+    if (n == r->options)
+        return;
+    r->options = n;
+    r->answer = n ? REGULAR_REPLACED : REGULAR_NEVER;
+}
+
 static struct regular form_of(struct state *s, expr_id e)
 {
     struct regular r = form_at(s, e, 0);
+    keep_inside(s, e, &r);
     regular_sort(s, &r);
     if (r.options > 1)
         regular_follow_route(s, e, &r);
@@ -176,6 +206,7 @@ static struct regular form_of(struct state *s, expr_id e)
 struct regular_option regular_nearest(struct state *s, expr_id e, const double *x, double t)
 {
     struct regular r = form_at(s, e, 0);
+    keep_inside(s, e, &r);
     struct regular_option best = { 0 };
     int at = -1;
     double least = INFINITY;
