@@ -1,5 +1,5 @@
 /* Factors of numerators and denominators, with what their terms show about zeros. */
-#include "bridge.h"
+#include "gram.h"
 
 #include <stdlib.h>
 #include <flint/fmpz_mpoly_factor.h>
@@ -48,14 +48,15 @@ static void radicals(struct poly_bridge *b, const fmpz_mpoly_t f, struct poly_fa
 /* Squares that are found by completing them, of f or of -f. */
 static void squares(struct poly_bridge *b, const fmpz_mpoly_t f, struct poly_factor *out)
 {
-    bool never = false, found = poly_squares(b, f, &out->radical, &out->radicals, &never);
-    if (!found) {
-        fmpz_mpoly_t t;
-        fmpz_mpoly_init(t, b->ctx);
-        fmpz_mpoly_neg(t, f, b->ctx);
-        found = poly_squares(b, t, &out->radical, &out->radicals, &never);
-        fmpz_mpoly_clear(t, b->ctx);
-    }
+    bool never = false;
+    int sign;
+    if (gram_changes_sign(b, f, &sign) || !sign)
+        return;
+    fmpz_mpoly_t t;
+    fmpz_mpoly_init(t, b->ctx);
+    fmpz_mpoly_scalar_mul_si(t, f, sign, b->ctx);
+    bool found = poly_squares(b, t, &out->radical, &out->radicals, &never);
+    fmpz_mpoly_clear(t, b->ctx);
     out->never_zero = found && never;
     out->sum_of_even_powers = found && !never;
 }

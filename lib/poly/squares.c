@@ -1,10 +1,11 @@
 /* Polynomials that are sums of squares though their terms do not show it.
  *
- * Lagrange's reduction, exact: where f = a g^2 + b g + c in a generator g with a > 0,
+ * First Lagrange's reduction, exact and cheap: where f = a g^2 + b g + c in a generator g with a > 0,
  *     4 a f = (2 a g + b)^2 + (4 a c - b^2),
  * so that f >= 0 if the rest is, and f = 0 just where 2 a g + b = 0 and the rest vanish. The
- * rest has one generator less; it is a square, a sum of even powers, or reduced again. */
-#include "bridge.h"
+ * rest has one generator less; it is a square, a sum of even powers, or reduced again. What this
+ * does not show may have an exact Gram matrix (gram.h). */
+#include "gram.h"
 
 #include <stdlib.h>
 #include <flint/fmpz_mpoly_factor.h>
@@ -102,11 +103,8 @@ static void list_terms(struct poly_bridge *b, const fmpz_mpoly_t f, expr_id *out
     free(exp);
 }
 
-bool poly_squares(struct poly_bridge *b, const fmpz_mpoly_t f, expr_id **out, int *count, bool *never)
+static bool by_completing(struct poly_bridge *b, const fmpz_mpoly_t f, expr_id **out, int *count, bool *never)
 {
-    *out = NULL;
-    *count = 0;
-    *never = false;
     long degree = poly_degree(b, f);
     if (f->length < 3 || f->length > TERMS || degree < 2 || degree > DEGREE || degree % 2)
         return false;
@@ -151,4 +149,49 @@ bool poly_squares(struct poly_bridge *b, const fmpz_mpoly_t f, expr_id **out, in
         *count = 0;
     }
     return ok;
+}
+
+/* What vanishes where weight * q^2 does. */
+static void list_square(struct poly_bridge *b, const struct gram_block *k, const fmpz_mpoly_t q, expr_id *out, int *count)
+{
+    int before = *count;
+    if (fmpz_mpoly_is_fmpz(q, b->ctx))
+        out[(*count)++] = expr_int(b->st, 1);
+    else if (q->length == 1)
+        list_terms(b, q, out, count);
+    else
+        out[(*count)++] = poly_show_poly(b, q);
+    if (!k->positive)
+        out[before] = expr_mul(b->st, out[before], poly_show_poly(b, k->weight));
+    for (int i = 0; i < before && *count > before; i++)
+        if (out[i] == out[before])
+            --*count;
+}
+
+/* By an exact Gram matrix (gram.h). */
+static bool by_gram(struct poly_bridge *b, const fmpz_mpoly_t f, expr_id **out, int *count, bool *never)
+{
+    struct gram_proof p;
+    if (!gram_prove(b, f, &p))
+        return false;
+    int most = p.squares;
+    for (int k = 0; k < p.g.blocks; k++)
+        most += p.g.block[k].count;
+    *never = p.never;
+    *out = sga_malloc(((size_t)most + 1) * sizeof **out);
+    for (int k = 0; k < p.g.blocks && p.definite && !p.never; k++)
+        for (int i = 0; i < p.g.block[k].count; i++)
+            list_square(b, p.g.block + k, p.g.block[k].q + i, *out, count);
+    for (int i = 0; i < p.squares && !p.definite && !p.never; i++)
+        list_square(b, p.g.block + p.square[i].block, p.square[i].q, *out, count);
+    gram_proof_clear(&p);
+    return true;
+}
+
+bool poly_squares(struct poly_bridge *b, const fmpz_mpoly_t f, expr_id **out, int *count, bool *never)
+{
+    *out = NULL;
+    *count = 0;
+    *never = false;
+    return by_completing(b, f, out, count, never) || by_gram(b, f, out, count, never);
 }

@@ -255,6 +255,14 @@ static int refuse(struct state *s, const struct candidate *c, const struct regul
     return result;
 }
 
+/* Algebra shows that it has no zero. */
+static int never(struct state *s, const struct candidate *c, const struct regular *r)
+{
+    char why[sizeof s->sol->contradiction_why];
+    regular_never_text(s, c->expr, r, why, sizeof why);
+    return contradiction(s, c, why);
+}
+
 /* One candidate, the shadow being on the present set. */
 static int admit_one(struct state *s, const struct candidate *c, int g)
 {
@@ -285,6 +293,8 @@ static int admit_one(struct state *s, const struct candidate *c, int g)
         result = replacements_hold(s, before) ? s->sol->constraints - before : -1;
     else if (status == POINTS_IRREGULAR && r.options == 1 && r.option[0].count > 1 && !c->arose && state_sample(s) == POINTS_OK)
         result = admit_parts(s, c, r.option, g);
+    else if (r.answer == REGULAR_NEVER && !r.seen)
+        result = never(s, c, &r);
     else if (r.answer == REGULAR_NEVER)
         result = constant_there(s, c, "it has no real zero on the earlier constraints");
     else
