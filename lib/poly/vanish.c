@@ -78,19 +78,36 @@ static bool multiple(struct poly_bridge *b, const fmpz_mpoly_t target, const fmp
     return found;
 }
 
+bool poly_vanish(struct poly_bridge *b, const fmpz_mpoly_t target, const fmpz_mpoly_struct *const *given, int n)
+{
+    fmpz_mpoly_struct *f = sga_malloc(((size_t)n + 1) * sizeof *f);
+    for (int i = 0; i <= n; i++) {
+        fmpz_mpoly_init(f + i, b->ctx);
+        fmpz_mpoly_set(f + i, i < n ? given[i] : target, b->ctx);
+    }
+    bool yes = n <= MOST_GIVEN && use_up(b, f + n, f, n) && (fmpz_mpoly_is_zero(f + n, b->ctx) || multiple(b, f + n, f, n));
+    for (int i = 0; i <= n; i++)
+        fmpz_mpoly_clear(f + i, b->ctx);
+    free(f);
+    return yes;
+}
+
 bool poly_bridge_vanishes_with(struct poly_bridge *b, expr_id target, const expr_id *given, int n)
 {
     if (n > MOST_GIVEN)
         return false;
     fmpz_mpoly_struct *f = sga_malloc(((size_t)n + 1) * sizeof *f);
+    const fmpz_mpoly_struct *known[MOST_GIVEN] = { 0 };
     for (int i = 0; i <= n; i++)
         fmpz_mpoly_init(f + i, b->ctx);
     bool ok = numerator(b, target, f + n);
     int used = 0;
     for (int i = 0; i < n && ok; i++)      /* one that is too large is left out */
-        used += numerator(b, given[i], f + used);
-    ok = ok && use_up(b, f + n, f, used);
-    ok = ok && (fmpz_mpoly_is_zero(f + n, b->ctx) || multiple(b, f + n, f, used));
+        if (numerator(b, given[i], f + used)) {
+            known[used] = f + used;
+            used++;
+        }
+    ok = ok && poly_vanish(b, f + n, known, used);
     for (int i = 0; i <= n; i++)
         fmpz_mpoly_clear(f + i, b->ctx);
     free(f);
