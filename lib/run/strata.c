@@ -216,6 +216,7 @@ void answer_strata(struct job *j)
     bool empty = sol->verdict == SGA_INCONSISTENT;
     if (!j->has_texts)
         return;
+    stage_begin(&j->clock, STAGE_STRATA);
     expr_facts_init(&l.facts);
     expr_cone_init(&l.cone);
     l.domain = (struct domain){ .system = &j->request.system, .facts = &l.facts, .cone = &l.cone, .budget = &j->budget };
