@@ -45,13 +45,10 @@ static void radicals(struct poly_bridge *b, const fmpz_mpoly_t f, struct poly_fa
     free(exp);
 }
 
-/* Squares that are found by completing them, of f or of -f. */
-static void squares(struct poly_bridge *b, const fmpz_mpoly_t f, struct poly_factor *out)
+/* sign * f as a sum of squares. */
+static void squares(struct poly_bridge *b, const fmpz_mpoly_t f, int sign, struct poly_factor *out)
 {
     bool never = false;
-    int sign;
-    if (gram_changes_sign(b, f, &sign) || !sign)
-        return;
     fmpz_mpoly_t t;
     fmpz_mpoly_init(t, b->ctx);
     fmpz_mpoly_scalar_mul_si(t, f, sign, b->ctx);
@@ -79,15 +76,16 @@ static void add_factor(struct poly_bridge *b, struct poly_factors *out, const fm
     struct poly_factor *x = out->factor + out->factors++;
     bool negative;
     enum poly_sign sign = poly_sign_of(b, f, &negative);
-    bool changes = sign == POLY_ANY && poly_changes_sign(b, f);
+    int met = 0;
+    bool changes = sign == POLY_ANY && gram_changes_sign(b, f, &met);
     *x = (struct poly_factor){
         .expr = poly_show_poly(b, f), .multiplicity = n, .irreducible = irreducible,
         .depends = depends_of(b, f), .never_zero = sign == POLY_POSITIVE || (!changes && poly_keeps_sign(b, f)) };
     if (sign == POLY_NONNEGATIVE && f->length > 1) {
         x->sum_of_even_powers = true;
         radicals(b, f, x);
-    } else if (sign == POLY_ANY && !changes && !x->never_zero) {
-        squares(b, f, x);
+    } else if (sign == POLY_ANY && !changes && met && !x->never_zero) {
+        squares(b, f, met, x);
     }
 }
 
