@@ -48,7 +48,7 @@ static void parts_of(const struct gram *g, struct gram_parts *p)
                     double v = u == c ? 1 : g->row[u] < 0 ? 0 : fmpz_get_d(fmpz_mat_entry(g->R, g->row[u], c)) / den;
                     if (v == 0)
                         continue;
-                    v = k == 0 ? v / g->scale : u == c ? 1 : -v;
+                    v = k == 0 ? v / g->unit[u] : u == c ? 1 : -v * g->unit[c] / g->unit[u];
                     SGA_RESERVE(p->entry, p->cap, entries + 1);
                     p->entry[entries++] = (struct gram_entry){ b, i, j, v };
                 }
@@ -158,13 +158,22 @@ static bool holds(struct gram_proof *p, const fmpz_mpoly_t f)
     return ok;
 }
 
-/* Whether one of the squares is a positive number times something positive. */
-static bool has_number(const struct gram_proof *p)
+static bool keeps_off(const struct gram_proof *p, int block, const fmpz_mpoly_t q)
 {
-    for (int i = 0; i < p->squares; i++)
-        if (p->g.block[p->square[i].block].positive && fmpz_mpoly_is_fmpz(p->square[i].q, p->g.b->ctx))
-            return true;
-    return false;
+    bool negative;
+    return p->g.block[block].positive && poly_sign_of(p->g.b, q, &negative) == POLY_POSITIVE;
+}
+
+/* Whether something that never vanishes is among what vanishes where f does. */
+static bool keeps_positive(const struct gram_proof *p)
+{
+    bool found = false;
+    for (int i = 0; i < p->squares && !found; i++)
+        found = keeps_off(p, p->square[i].block, p->square[i].q);
+    for (int b = 0; b < p->g.blocks && p->definite; b++)
+        for (int i = 0; i < p->g.block[b].count && !found; i++)
+            found = keeps_off(p, b, p->g.block[b].q + i);
+    return found;
 }
 
 /* The proof at y, exactly. */
@@ -197,10 +206,19 @@ static bool at(struct gram_proof *p, const fmpz_mpoly_t f, const fmpq *y)
         gram_value(g, y, g->unknowns - g->multiples + i, p->multiplier + i);
     }
     ok = ok && holds(p, f);
-    p->never = ok && has_number(p);
+    p->never = ok && keeps_positive(p);
     if (!ok)
         clear_squares(p);
     return ok;
+}
+
+static double unit_of(const struct gram *g, int free) { return g->unit[g->free_column[free]]; }
+
+static void exactly(fmpq_t out, double numerator, double denominator)
+{
+    fmpz_set_d(fmpq_numref(out), numerator);
+    fmpz_set_d(fmpq_denref(out), denominator);
+    fmpq_canonicalise(out);
 }
 
 /* The point at y with the shortest denominators that stays inside, where the least eigenvalue is `least`: well inside
@@ -216,13 +234,11 @@ static bool rounded(struct gram_proof *p, const fmpz_mpoly_t f, const struct gra
         fmpq_init(exact + k);
     for (size_t d = 0; d < sizeof den / sizeof *den && !ok; d++) {
         for (int k = 0; k < n; k++)
-            near[k] = nearbyint(y[k] * p->g.scale * den[d]) / den[d] / p->g.scale;
+            near[k] = nearbyint(y[k] * unit_of(&p->g, k) * den[d]) / den[d] / unit_of(&p->g, k);
         if (!gram_inside(parts, near, least > 1e-6 ? -least / 8 : 1e-9))
             continue;
         for (int k = 0; k < n; k++) {
-            fmpz_set_d(fmpq_numref(exact + k), nearbyint(y[k] * p->g.scale * den[d]));
-            fmpz_set_d(fmpq_denref(exact + k), den[d]);
-            fmpq_canonicalise(exact + k);
+            exactly(exact + k, nearbyint(y[k] * unit_of(&p->g, k) * den[d]), den[d]);
         }
         ok = at(p, f, exact);
     }
@@ -255,12 +271,6 @@ static int on_face(struct gram_proof *p, const fmpz_mpoly_t f)
     return result;
 }
 
-static double scale_of(const fmpz_mpoly_t f)
-{
-    slong bits = fmpz_mpoly_max_bits(f);
-    return ldexp(1, (int)((bits < 0 ? -bits : bits) - 1));
-}
-
 bool gram_prove(struct poly_bridge *b, const fmpz_mpoly_t f, struct gram_proof *out)
 {
     enum { BITS = 400 };
@@ -270,7 +280,6 @@ bool gram_prove(struct poly_bridge *b, const fmpz_mpoly_t f, struct gram_proof *
     if (f->length < 1 || degree < 1 || degree > GRAM_DEGREE || bits > BITS || -bits > BITS)
         return false;
     int result = gram_init(&out->g, b, f) ? -1 : 0;
-    out->g.scale = scale_of(f);
     for (int k = 0; k < FACES && result < 0; k++)
         result = on_face(out, f);
     if (result != 1)

@@ -34,6 +34,8 @@ struct gram {
     int *row;                          /* by unknown: its pivot row, or -1 - (its place among the free ones) */
     int *free_column; int frees;
     double scale;                      /* of f's coefficients, a power of two */
+    int *size;                         /* by generator: of which power of two values make f's terms alike */
+    double *unit;                      /* by unknown: what 1 is in doubles */
 };
 
 /* gram_basis.c: blocks for f. False: too large, or nothing could fit. */
@@ -42,8 +44,13 @@ void gram_clear(struct gram *g);
 /* Values of f of both signs where the kernels have values: it is not definite. `sign`: the one sign met, or 0. */
 bool gram_changes_sign(const struct poly_bridge *b, const fmpz_mpoly_t f, int *sign);
 
+/* gram_sizes.c: g->scale and g->size from f. */
+void gram_sizes(struct gram *g, const fmpz_mpoly_t f);
+
 /* gram_space.c: all Q that fit f. False: none, or too many unknowns. */
 bool gram_space(struct gram *g, const fmpz_mpoly_t f);
+/* The power of two that q's leading monomial has where each generator has its size. */
+int gram_size_of(const struct gram *g, const fmpz_mpoly_t q);
 /* Unknown u at y (by free unknown). */
 void gram_value(const struct gram *g, const fmpq *y, int u, fmpq_t out);
 

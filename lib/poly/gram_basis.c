@@ -359,6 +359,8 @@ bool gram_init(struct gram *g, struct poly_bridge *b, const fmpz_mpoly_t f)
     int *used = sga_calloc((size_t)b->max_gens, sizeof *used);
     know(b, f, &k, used);
     bool ok = f->length <= GRAM_TERMS && blocks_of(g, f, &k, used);
+    if (ok)
+        gram_sizes(g, f);
     forget(b, &k);
     free(used);
     return ok;
@@ -382,6 +384,8 @@ void gram_clear(struct gram *g)
     free(g->multiple);
     free(g->row);
     free(g->free_column);
+    free(g->size);
+    free(g->unit);
     fmpz_mat_clear(g->R);
     fmpz_clear(g->den);
     *g = (struct gram){ 0 };

@@ -100,13 +100,23 @@ static bool in(const int *list, int n, int v)
     return false;
 }
 
-/* The block without its kernel (rows x count, spent); how many were lost, 0 where it is not rational. */
-static int shorten(struct poly_bridge *b, struct gram_block *k, double *V, int rows, double tolerance, int most)
+/* In units of q itself: entry c of a kernel vector in doubles is that over 2^size(q_c). What is small before is 0. */
+static void unscale(const struct gram *g, const struct gram_block *k, double *V, int rows, const int *pivot, double tolerance)
 {
+    for (int r = 0; r < rows; r++)
+        for (int c = 0; c < k->count; c++)
+            V[r * k->count + c] = fabs(V[r * k->count + c]) < tolerance ? 0 : ldexp(V[r * k->count + c], gram_size_of(g, k->q + c) - gram_size_of(g, k->q + pivot[r]));
+}
+
+/* The block without its kernel (rows x count, spent); how many were lost, 0 where it is not rational. */
+static int shorten(const struct gram *g, struct gram_block *k, double *V, int rows, double tolerance, int most)
+{
+    struct poly_bridge *b = g->b;
     int n = k->count, *pivot = sga_malloc((size_t)n * sizeof *pivot), kept = 0;
     fmpz_mpoly_struct *q = sga_malloc(((size_t)n + 1) * sizeof *q);
     bool ok = true;
     echelon(V, rows, n, pivot);
+    unscale(g, k, V, rows, pivot, tolerance);
     for (int c = 0; c < n && ok; c++) {
         if (in(pivot, rows, c))
             continue;
@@ -140,7 +150,7 @@ int gram_face(struct gram *g, const struct gram_parts *p, const double *y, doubl
         for (int r = 0; r < kernel; r++)
             for (int i = 0; i < n; i++)
                 Q[r * n + i] = V[i * n + r];
-        lost += kernel ? shorten(g->b, g->block + b, Q, kernel, tolerance, most) : 0;
+        lost += kernel ? shorten(g, g->block + b, Q, kernel, tolerance, most) : 0;
         free(Q);
     }
     return lost;

@@ -115,6 +115,29 @@ static void renew(struct gram *g, slong rows)
     g->free_column = sga_realloc(g->free_column, ((size_t)g->unknowns + 1) * sizeof *g->free_column);
 }
 
+int gram_size_of(const struct gram *g, const fmpz_mpoly_t q)
+{
+    ulong *exp = sga_malloc((size_t)g->b->max_gens * sizeof *exp);
+    slong size = 0;
+    poly_exponents(g->b, q, 0, exp);
+    for (int i = 0; i < g->b->gens; i++)
+        size += (slong)exp[i] * g->size[i];
+    free(exp);
+    return (int)size;
+}
+
+/* What 1 is in doubles, by unknown: so that all terms of f are of one size. */
+static void units(struct gram *g)
+{
+    g->unit = sga_realloc(g->unit, ((size_t)g->unknowns + 1) * sizeof *g->unit);
+    for (int u = 0; u <= g->unknowns; u++)
+        g->unit[u] = g->scale;
+    for (int k = 0, u = 0; k < g->blocks; k++)
+        for (int i = 0; i < g->block[k].count; i++)
+            for (int j = i; j < g->block[k].count; j++, u++)
+                g->unit[u] = ldexp(g->scale, -gram_size_of(g, g->block[k].q + i) - gram_size_of(g, g->block[k].q + j));
+}
+
 bool gram_space(struct gram *g, const fmpz_mpoly_t f)
 {
     struct poly_bridge *b = g->b;
@@ -138,6 +161,7 @@ bool gram_space(struct gram *g, const fmpz_mpoly_t f)
             column(g, &m, product + u, u, g->R, exp);
         column(g, &m, f, g->unknowns, g->R, exp);
         ok = pivots(g, fmpz_mat_rref(g->R, g->den, g->R));
+        units(g);
         free(exp);
     }
     for (u = 0; u < g->unknowns; u++)
