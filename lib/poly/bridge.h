@@ -115,7 +115,12 @@ bool poly_keeps_sign(struct poly_bridge *b, const fmpz_mpoly_t f);
  * *out (owned by the caller) all do; *never: nowhere. False: not found to be so. */
 bool poly_squares(struct poly_bridge *b, const fmpz_mpoly_t f, expr_id **out, int *count, bool *never);
 
-/* vanish.c: target is zero wherever given[0 .. n) are, as poly_vanishes_with of numerators. */
+/* vanish.c: the numerator of e; false: over budget. */
+bool poly_numerator(struct poly_bridge *b, expr_id e, fmpz_mpoly_t out);
+/* What one of given[0 .. n) is solved for with a number as its factor is put into the others and into target (or NULL),
+ * and that one becomes 0; the others are left with the same common zeros. False: over budget. */
+bool poly_use_up(struct poly_bridge *b, fmpz_mpoly_struct *target, fmpz_mpoly_struct *given, int n);
+/* target is zero wherever given[0 .. n) are, as poly_vanishes_with of numerators. */
 bool poly_vanish(struct poly_bridge *b, const fmpz_mpoly_t target, const fmpz_mpoly_struct *const *given, int n);
 
 /* kernel.c: the value of a node that is not a rational operation. */

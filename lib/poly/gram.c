@@ -271,18 +271,22 @@ static int on_face(struct gram_proof *p, const fmpz_mpoly_t f)
     return result;
 }
 
-bool gram_prove(struct poly_bridge *b, const fmpz_mpoly_t f, struct gram_proof *out)
+bool gram_prove_with(struct poly_bridge *b, const fmpz_mpoly_t f, const fmpz_mpoly_struct *given, int n, int least, struct gram_proof *out)
 {
     enum { BITS = 400 };
     *out = (struct gram_proof){ 0 };
-    long degree = poly_degree(b, f);
     slong bits = fmpz_mpoly_max_bits(f);
-    if (f->length < 1 || degree < 1 || degree > GRAM_DEGREE || bits > BITS || -bits > BITS)
+    if (f->length < 1 || poly_degree(b, f) > GRAM_DEGREE || bits > BITS || -bits > BITS || n > GRAM_GIVEN)
         return false;
-    int result = gram_init(&out->g, b, f) ? -1 : 0;
+    int result = gram_init(&out->g, b, f, given, n, least) ? -1 : 0;
     for (int k = 0; k < FACES && result < 0; k++)
         result = on_face(out, f);
     if (result != 1)
         gram_proof_clear(out);
     return result == 1;
+}
+
+bool gram_prove(struct poly_bridge *b, const fmpz_mpoly_t f, struct gram_proof *out)
+{
+    return poly_degree(b, f) >= 1 && gram_prove_with(b, f, NULL, 0, 0, out);
 }

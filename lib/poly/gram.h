@@ -15,7 +15,7 @@
 #include "bridge.h"
 
 /* Past these nothing is found: a solve stays below about a second. */
-enum { GRAM_SIZE = 36, GRAM_BLOCKS = 40, GRAM_UNKNOWNS = 700, GRAM_EQUATIONS = 500, GRAM_FREE = 260, GRAM_TERMS = 200, GRAM_DEGREE = 20 };
+enum { GRAM_SIZE = 36, GRAM_BLOCKS = 40, GRAM_UNKNOWNS = 700, GRAM_EQUATIONS = 500, GRAM_FREE = 260, GRAM_TERMS = 200, GRAM_DEGREE = 20, GRAM_GIVEN = 16 };
 
 struct gram_block {
     fmpz_mpoly_t weight;
@@ -38,8 +38,9 @@ struct gram {
     double *unit;                      /* by unknown: what 1 is in doubles */
 };
 
-/* gram_basis.c: blocks for f. False: too large, or nothing could fit. */
-bool gram_init(struct gram *g, struct poly_bridge *b, const fmpz_mpoly_t f);
+/* gram_basis.c: blocks for f where given[0 .. n), n <= GRAM_GIVEN, are zero, too, with squares of at least the degree
+ * 2 least. False: too large, or nothing could fit. */
+bool gram_init(struct gram *g, struct poly_bridge *b, const fmpz_mpoly_t f, const fmpz_mpoly_struct *given, int n, int least);
 void gram_clear(struct gram *g);
 /* Values of f of both signs where the kernels have values: it is not definite. `sign`: the one sign met, or 0. */
 bool gram_changes_sign(const struct poly_bridge *b, const fmpz_mpoly_t f, int *sign);
@@ -88,5 +89,8 @@ struct gram_proof {
 /* f = the sum of squares, exactly. False: not found. The caller clears *out after true. */
 bool gram_prove(struct poly_bridge *b, const fmpz_mpoly_t f, struct gram_proof *out);
 void gram_proof_clear(struct gram_proof *p);
+/* The same where given[0 .. n) are zero, too: f = the sum of squares plus multiples of them. With f = -1 it shows that
+ * they have no common real zero (Positivstellensatz). */
+bool gram_prove_with(struct poly_bridge *b, const fmpz_mpoly_t f, const fmpz_mpoly_struct *given, int n, int least, struct gram_proof *out);
 
 #endif

@@ -169,7 +169,7 @@ static void span(struct parities *p, const struct list *l)
 /* What is known to be >= 0, or 0. */
 struct known {
     fmpz_mpoly_struct weight[16]; bool positive[16]; int weights;
-    fmpz_mpoly_struct zero[16]; int zeros;
+    fmpz_mpoly_struct zero[GRAM_GIVEN + 16]; int zeros;
 };
 
 static void know_weight(struct poly_bridge *b, struct known *k, int g, slong constant, slong slope, slong power, bool positive)
@@ -183,15 +183,29 @@ static void know_weight(struct poly_bridge *b, struct known *k, int g, slong con
     k->positive[k->weights++] = positive;
 }
 
-/* Of the generators that f is made of, and those that their relations speak of; used[] is filled. */
-static void know(struct poly_bridge *b, const fmpz_mpoly_t f, struct known *k, int *used)
+static void use(const struct poly_bridge *b, const fmpz_mpoly_t f, int *used)
 {
     int *more = sga_calloc((size_t)b->max_gens, sizeof *more);
+    fmpz_mpoly_used_vars(more, f, b->ctx);
+    for (int i = 0; i < b->gens; i++)
+        used[i] |= more[i];
+    free(more);
+}
+
+/* Of the generators that f and what is given as zero are made of, and those that their relations speak of; used[] is
+ * filled. */
+static void know(struct poly_bridge *b, const fmpz_mpoly_t f, const fmpz_mpoly_struct *given, int n, struct known *k, int *used)
+{
     k->weights = k->zeros = 0;
-    fmpz_mpoly_used_vars(used, f, b->ctx);
+    use(b, f, used);
+    for (int i = 0; i < n; i++) {
+        use(b, given + i, used);
+        fmpz_mpoly_init(k->zero + k->zeros, b->ctx);
+        fmpz_mpoly_set(k->zero + k->zeros++, given + i, b->ctx);
+    }
     for (int g = b->gens - 1; g >= 0; g--) {
         const struct poly_generator *q = b->gen + g;
-        if (!used[g] || k->weights > 12 || k->zeros > 12)
+        if (!used[g] || k->weights > 12 || k->zeros > GRAM_GIVEN + 12)
             continue;
         bool circular = q->op == EXPR_SIN || q->op == EXPR_COS;
         if (circular || q->op == EXPR_TANH)
@@ -210,11 +224,8 @@ static void know(struct poly_bridge *b, const fmpz_mpoly_t f, struct known *k, i
         fmpz_mpoly_pow_ui(z, z, (ulong)q->degree, b->ctx);
         fmpz_mpoly_mul(z, z, q->q, b->ctx);
         fmpz_mpoly_sub(z, z, q->p, b->ctx);
-        fmpz_mpoly_used_vars(more, z, b->ctx);
-        for (int i = 0; i < b->gens; i++)
-            used[i] |= more[i];
+        use(b, z, used);
     }
-    free(more);
 }
 
 static void forget(struct poly_bridge *b, struct known *k)
@@ -262,10 +273,11 @@ static bool add_blocks(struct gram *g, const struct list *l, const struct pariti
 }
 
 /* Half of f's degree in each generator, and where f's kernels bring weights or relations at least 1. */
-static bool bounds(struct poly_bridge *b, const fmpz_mpoly_t f, const struct known *k, const int *used, int *most, int *half)
+static bool bounds(struct poly_bridge *b, const fmpz_mpoly_t f, const struct known *k, const int *used, int least, int *most, int *half)
 {
     bool plain = !k->weights && !k->zeros;
     long degree = poly_degree(b, f);
+    degree = 2 * least > degree ? 2 * least : degree;
     for (int i = 0; i < k->zeros; i++) {
         long d = poly_degree(b, k->zero + i);
         degree = d > degree ? d : degree;
@@ -277,6 +289,7 @@ static bool bounds(struct poly_bridge *b, const fmpz_mpoly_t f, const struct kno
             d = other > d ? other : d;
         }
         most[g] = (int)(plain ? d / 2 : (d + 1) / 2);
+        most[g] = most[g] < least ? least : most[g];
         if (g < b->gens && !used[g])
             most[g] = 0;
     }
@@ -317,7 +330,7 @@ static void span_poly(struct poly_bridge *b, struct parities *p, const fmpz_mpol
     free(l.exp);
 }
 
-static bool blocks_of(struct gram *g, const fmpz_mpoly_t f, const struct known *k, const int *used)
+static bool blocks_of(struct gram *g, const fmpz_mpoly_t f, const struct known *k, const int *used, int least)
 {
     struct poly_bridge *b = g->b;
     struct list s = support(b, f), l = { .gens = b->max_gens };
@@ -331,7 +344,7 @@ static bool blocks_of(struct gram *g, const fmpz_mpoly_t f, const struct known *
         span_poly(b, &p, k->weight + i);
     for (int i = 0; i < k->zeros; i++)
         span_poly(b, &p, k->zero + i);
-    bool ok = b->max_gens <= 64 && bounds(b, f, k, used, most, &half) && box(&l, most, 0, half);
+    bool ok = b->max_gens <= 64 && bounds(b, f, k, used, least, most, &half) && box(&l, most, 0, half);
     if (ok && !k->weights && !k->zeros) {
         inside_hull(&l, &s);
         drop_alone(&l, &s);
@@ -350,15 +363,15 @@ static bool blocks_of(struct gram *g, const fmpz_mpoly_t f, const struct known *
     return ok;
 }
 
-bool gram_init(struct gram *g, struct poly_bridge *b, const fmpz_mpoly_t f)
+bool gram_init(struct gram *g, struct poly_bridge *b, const fmpz_mpoly_t f, const fmpz_mpoly_struct *given, int n, int least)
 {
     *g = (struct gram){ .b = b, .block = sga_calloc(GRAM_BLOCKS, sizeof *g->block) };
     fmpz_mat_init(g->R, 0, 0);
     fmpz_init(g->den);
     struct known k;
     int *used = sga_calloc((size_t)b->max_gens, sizeof *used);
-    know(b, f, &k, used);
-    bool ok = f->length <= GRAM_TERMS && blocks_of(g, f, &k, used);
+    know(b, f, given, n, &k, used);
+    bool ok = f->length <= GRAM_TERMS && blocks_of(g, f, &k, used, least);
     if (ok)
         gram_sizes(g, f);
     forget(b, &k);

@@ -95,6 +95,11 @@ enum poly_truth poly_bridge_is_zero(struct poly_bridge *b, expr_id e);
 bool poly_vanishes_with(struct expr_store *st, expr_id target, const expr_id *given, int n, const struct poly_limits *limits);
 bool poly_bridge_vanishes_with(struct poly_bridge *b, expr_id target, const expr_id *given, int n);
 
+/* Whether e[0 .. n) are shown to have no common real zero: -1 is a sum of squares plus multiples of them, found and
+ * proved as in poly_certificate after what can be solved for is used up. False: not shown. A small semidefinite
+ * program: up to a second where there are many variables. */
+bool poly_never_together(struct expr_store *st, const expr_id *e, int n, const struct poly_limits *limits);
+
 /* e as a polynomial in one symbol (the rest may be anything): its degree, -1 for zero.
  * False: over budget, or the symbol occurs in the denominator or inside a kernel. */
 bool poly_degree_in(struct expr_store *st, expr_id e, int symbol, const struct poly_limits *limits, long *degree);

@@ -7,8 +7,7 @@
 
 enum { MOST_GIVEN = 48, POWER = 3 };
 
-/* The numerator of e; false: over budget. */
-static bool numerator(struct poly_bridge *b, expr_id e, fmpz_mpoly_t out)
+bool poly_numerator(struct poly_bridge *b, expr_id e, fmpz_mpoly_t out)
 {
     const struct poly_ratio *r = poly_value(b, e);
     struct poly_fraction f;
@@ -38,8 +37,7 @@ static int solved_for(struct poly_bridge *b, const fmpz_mpoly_t f, fmpz_mpoly_t 
     return -1;
 }
 
-/* target after all that can be used up; given[] is spent. */
-static bool use_up(struct poly_bridge *b, fmpz_mpoly_struct *target, fmpz_mpoly_struct *given, int n)
+bool poly_use_up(struct poly_bridge *b, fmpz_mpoly_struct *target, fmpz_mpoly_struct *given, int n)
 {
     fmpz_mpoly_t c, rest;
     fmpz_mpoly_init(c, b->ctx);
@@ -56,7 +54,7 @@ static bool use_up(struct poly_bridge *b, fmpz_mpoly_struct *target, fmpz_mpoly_
             break;
         for (int k = i + 1; k < n && ok; k++)
             ok = poly_reduce_by(b, given + k, g, 1, rest, c) >= 0;
-        ok = ok && poly_reduce_by(b, target, g, 1, rest, c) >= 0;
+        ok = ok && (!target || poly_reduce_by(b, target, g, 1, rest, c) >= 0);
         fmpz_mpoly_zero(given + i, b->ctx);
     }
     fmpz_mpoly_clear(c, b->ctx);
@@ -85,7 +83,7 @@ bool poly_vanish(struct poly_bridge *b, const fmpz_mpoly_t target, const fmpz_mp
         fmpz_mpoly_init(f + i, b->ctx);
         fmpz_mpoly_set(f + i, i < n ? given[i] : target, b->ctx);
     }
-    bool yes = n <= MOST_GIVEN && use_up(b, f + n, f, n) && (fmpz_mpoly_is_zero(f + n, b->ctx) || multiple(b, f + n, f, n));
+    bool yes = n <= MOST_GIVEN && poly_use_up(b, f + n, f, n) && (fmpz_mpoly_is_zero(f + n, b->ctx) || multiple(b, f + n, f, n));
     for (int i = 0; i <= n; i++)
         fmpz_mpoly_clear(f + i, b->ctx);
     free(f);
@@ -100,10 +98,10 @@ bool poly_bridge_vanishes_with(struct poly_bridge *b, expr_id target, const expr
     const fmpz_mpoly_struct *known[MOST_GIVEN] = { 0 };
     for (int i = 0; i <= n; i++)
         fmpz_mpoly_init(f + i, b->ctx);
-    bool ok = numerator(b, target, f + n);
+    bool ok = poly_numerator(b, target, f + n);
     int used = 0;
     for (int i = 0; i < n && ok; i++)      /* one that is too large is left out */
-        if (numerator(b, given[i], f + used)) {
+        if (poly_numerator(b, given[i], f + used)) {
             known[used] = f + used;
             used++;
         }

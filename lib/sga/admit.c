@@ -197,6 +197,22 @@ static bool never_on_set(struct state *s, expr_id e)
     return never;
 }
 
+/* The same by squares: -1 as a sum of them, with multiples of e and of the constraints. */
+static bool never_by_squares(struct state *s, expr_id e)
+{
+    struct poly_limits limits = { .max_terms = 200, .max_bits = 2000, .max_degree = 20, .max_generators = 16, .budget = s->options->budget };
+    int c = s->sol->constraints;
+    if (c >= REGULAR_REDUCE)
+        return false;
+    expr_id *f = sga_malloc(((size_t)c + 1) * sizeof *f);
+    if (c)
+        memcpy(f, s->con, (size_t)c * sizeof *f);
+    f[c] = e;
+    bool never = poly_never_together(s->st, f, c + 1, &limits);
+    free(f);
+    return never;
+}
+
 /* Whether e is made with functions that change their branch: what holds near the points
  * then says nothing about the rest. */
 static bool has_branches(struct state *s, expr_id e)
@@ -241,6 +257,8 @@ static int refuse(struct state *s, const struct candidate *c, const struct regul
         result = fail_sample(s, c, status);
     else if (place_holds_on_side(s, c->expr))
         result = 0;
+    else if (s->sol->constraints && status == POINTS_NONE && never_by_squares(s, c->expr))
+        result = contradiction(s, c, "it has no real zero on the earlier constraints: -1 is a sum of squares plus multiples of these and of it");
     else if (state_sample(s) != POINTS_OK)
         result = fail_sample(s, c, POINTS_NONE);
     else if (state_locally_constant(s, c->expr))
