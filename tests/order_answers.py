@@ -1,7 +1,9 @@
 """What must be alike in the answers to one question asked twice.
 
-The admissible sets are compared at points of the first, found by the checkers' own Newton iteration (identities.Answer);
-strata by their kinds, and by a point of each of the first.
+Sets are compared at points that the checkers' own Newton iteration finds (identities.Answer): a point of the first's
+admissible set lies on the second's. Strata are compared as sets: a point where the rank drops (kind pivot), or one
+that satisfies all given equations off the admissible set (kind branch), lies on a stratum of the other answer. Which
+functions vanish there, and how many strata the same set is cut into, is a matter of how one eliminates.
 """
 import collections
 

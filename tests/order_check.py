@@ -1,19 +1,24 @@
-"""The same question in another order, with other signs, names, units, spellings and named signals gets the same answer: order_check.py BUILD_DIR [NAME...]
+"""The same question in other words gets the same answer: order_check.py BUILD_DIR [NAME...]
 
-What must not move: verdict, dimensions, index, gauge, the admissible set, strata by kind and as sets, the start, and the
-code of a refusal. Each difference is printed with both requests. SGA_TEST_SEED repeats a run, SGA_TEST_SCALE makes it
-longer, SGA_TEST_SEEDS asks every case with that many seeds; names choose cases.
+Asked again with equations and variables in another order, with other signs and factors, other names, other units,
+other spellings of expressions, and with subexpressions named as signals (rewrite.py). What must not move
+(order_answers.py): verdict, dimensions, index, gauge, the admissible set, strata as sets, the start, and the code of a
+refusal. Each difference is printed with both requests. Every case of the corpus can be asked, and random systems
+(order_random.py). SGA_TEST_SEED repeats a run, SGA_TEST_SCALE makes its sample larger; SGA_TEST_SEEDS=N asks
+every case with N seeds (make order-test SEEDS=N). Names choose cases of the corpus.
 """
 import json
 import multiprocessing
 import os
 import random
+import resource
 import sys
-import time
+import tempfile
 
 import cases
-import respell
+import order_known
 import rewrite
+from expression import Syntax
 from order_answers import Base, differences
 from order_random import systems
 from solver import Crash, Solver
@@ -21,14 +26,14 @@ from tally import Tally, build_folder, scaled, seed
 
 WORKERS = 2
 ORDER = ["equations", "variables", "signs"]
-SAMPLE = 150        # cases of the corpus in one run, and random systems
-RANDOM = 40
-SLOW = 3.0          # seconds of an answer beyond which a case is asked in long runs only
-# asked of a reader, not of the reduction
-READING = {"invalid_json", "unknown_member", "missing_member", "invalid_value", "syntax", "unknown_name", "not_supported"}
+WORDS = ["names", "spelling", "units", "signals"]
+SAMPLE, RANDOM = 120, 100    # cases of the corpus and random systems of one run
+SLOW = 1.0                   # processor seconds of an answer past which a case is asked in long runs only
+SECONDS = 60                 # no answer takes longer
+UNREADABLE = (rewrite.CannotSay, Syntax, KeyError, IndexError, ValueError, TypeError, AttributeError, RecursionError)
 
 
-def questions(patterns):
+def corpus(patterns):
     for case in cases.load(patterns):
         request = case.get("request")
         if isinstance(request, dict) and isinstance(request.get("system"), dict) and len(json.dumps(request)) < rewrite.LARGEST:
@@ -36,97 +41,103 @@ def questions(patterns):
 
 
 def plan(rng):
-    """Lists of rewritings to ask with."""
-    other = rng.choice(["names", "spelling", "units", "signals", "signals", "spelling"])
-    return [rng.sample(ORDER, 3), [other] + ([rng.choice(ORDER + ["names"])] if rng.random() < 0.5 else [])]
+    """Two lists of rewritings: the order of everything; and other words, sometimes in another order too."""
+    return [rng.sample(ORDER, 3), [rng.choice(WORDS + ["signals"])] + ([rng.choice(ORDER + ["names"])] if rng.random() < 0.5 else [])]
+
+
+def worked():
+    """Processor seconds of the answers so far."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 class Order:
-    def __init__(self, tally, solver, out=sys.stdout):
-        self.tally, self.solver, self.out = tally, solver, out
-        self.asked = self.skipped = self.slow = 0
+    def __init__(self, tally, solver):
+        self.tally, self.solver = tally, solver
+        self.asked = self.known = 0
 
     def base(self, request):
-        """The first answer, or None where there is nothing to compare."""
+        """The first answer, or None where the request is not read by these rewritings, or refused by a reader."""
         try:
             said = rewrite.Said(request)
-            plain = said.request()
-            begun = time.time()
+            plain, begun = said.request(), worked()
             result, problem = self.solver.solve(plain)
-        except (Crash, rewrite.CannotSay, KeyError, TypeError, ValueError, AttributeError, IndexError):
+        except (Crash, *UNREADABLE):
             return None
-        if problem and problem.get("stage") in (None, "read", "request", "check", "parse"):
+        if problem and problem.get("stage") in (None, "request", "read"):
             return None
-        return Base(request, plain, said, result, problem, time.time() - begun)
+        return Base(request, plain, said, result, problem, worked() - begun)
 
     def ask(self, label, base, kinds, number):
-        rng = random.Random(number)
         try:
-            said = rewrite.rewrite(rng, base.request, kinds)
-        except (respell_errors) as e:
-            self.skipped += 1
+            said = rewrite.rewrite(random.Random(number), base.request, kinds)
+        except UNREADABLE:
             return
         if not said.done:
-            self.skipped += 1
             return
         new = said.request()
         self.asked += 1
         try:
-            result, problem = self.solver.solve(new)
-            found = differences(base, said, new, result, problem)
+            found = differences(base, said, new, *self.solver.solve(new))
         except Crash as e:
             found = [f"crash: {e}"]
-        if not self.tally.check(not found, f"{label} [{' '.join(said.done)}] seed {number}", "; ".join(found)):
+        label = f"{label} [{' '.join(said.done)}]"
+        causes = [order_known.cause(label, d) for d in found]
+        if found and all(causes):
+            self.known += 1
+            print(f"known: {label}: {causes[0]}: {'; '.join(found)[:200]}")
+        elif not self.tally.check(not found, label, "; ".join(found)):
             print(f"  first: {json.dumps(base.plain)}\n  second: {json.dumps(new)}", flush=True)
 
 
-respell_errors = (rewrite.CannotSay, respell_error := __import__("expression").Syntax, KeyError, IndexError, ValueError, TypeError, RecursionError)
-
-
-def share(listed, first, seeds, worker, out, count):
+def share(listed, first, seeds, worker, out):
+    """Every WORKERS-th question, its output in a file; the counts are its last line."""
     sys.stdout = out
     sys.setrecursionlimit(20000)
-    tally = Tally("order")
-    order = Order(tally, Solver(build_folder(), 60))
-    for k, (label, request) in enumerate(listed):
-        if k % WORKERS != worker:
-            continue
+    order = Order(Tally("order"), Solver(build_folder(), SECONDS))
+    for k, (label, request) in list(enumerate(listed))[worker::WORKERS]:
+        if k // WORKERS % 100 == 0:
+            print(f"# {k} of {len(listed)}", flush=True)
         base = order.base(request)
         if base is None or (seeds == 1 and base.seconds > SLOW):
-            order.skipped += 1
             continue
-        for s in range(seeds):
-            rng = random.Random(f"{first + s} {label}")
-            for kinds in plan(rng):
-                order.ask(label, base, kinds, f"{first + s} {label} {' '.join(kinds)}")
-    print(f"# asked {order.asked}, left out {order.skipped}")
-    print(tally.passed, tally.failed, flush=True)
+        for number in range(first, first + seeds):
+            for kinds in plan(random.Random(f"{number} {label}")):
+                order.ask(label, base, kinds, f"{number} {label} {kinds}")
+    print(order.tally.passed, order.tally.failed, order.asked, order.known, flush=True)
+
+
+def run(listed, first, seeds, tally):
+    """By two processes; what they print is shown in the order of the questions each had."""
+    folder = os.environ.get("SGA_TEST_OUT")    # where the output can be watched
+    out = [open(os.path.join(folder, f"order{k}.out"), "w+", encoding="utf-8") if folder
+           else tempfile.TemporaryFile("w+", encoding="utf-8") for k in range(WORKERS)]
+    workers = [multiprocessing.Process(target=share, args=(listed, first, seeds, k, out[k])) for k in range(WORKERS)]
+    for w in workers:
+        w.start()
+    asked = known = 0
+    for k, w in enumerate(workers):
+        w.join()
+        out[k].seek(0)
+        *said, counts = out[k].read().splitlines() or [""]
+        out[k].close()
+        print("\n".join(line for line in said if not line.startswith("#")))
+        if tally.check(w.exitcode == 0, f"worker {k}", f"ended with {w.exitcode}: {counts}"):
+            passed, failed, a, n = map(int, counts.split())
+            tally.passed, tally.failed, asked, known = tally.passed + passed, tally.failed + failed, asked + a, known + n
+    print(f"{asked} questions in other words, {tally.failed} other answers, {known} of known causes")
 
 
 def main():
     tally = Tally("order")
     first, seeds = seed(20261101), int(os.environ.get("SGA_TEST_SEEDS", "0"))
-    rng = random.Random(first)
-    listed = list(questions(sys.argv[2:]))
+    listed = list(corpus(sys.argv[2:]))
     if not seeds and not sys.argv[2:]:
-        rng.shuffle(listed)
+        random.Random(first).shuffle(listed)
         listed = listed[:scaled(SAMPLE)]
-    listed = list(systems(first, scaled(RANDOM))) * (not sys.argv[2:]) + listed
-    folder = os.environ.get("SGA_TEST_OUT")
-    import tempfile
-    out = [open(os.path.join(folder, f"order{k}.out"), "w+", encoding="utf-8") if folder else tempfile.TemporaryFile("w+", encoding="utf-8") for k in range(WORKERS)]
-    workers = [multiprocessing.Process(target=share, args=(listed, first, max(seeds, 1), k, out[k], len(listed))) for k in range(WORKERS)]
-    for w in workers:
-        w.start()
-    for k, w in enumerate(workers):
-        w.join()
-        out[k].seek(0)
-        *said, counts = out[k].read().splitlines() or [""]
-        print("\n".join(said))
-        if tally.check(w.exitcode == 0, f"worker {k}", f"ended with {w.exitcode}: {counts}"):
-            passed, failed = map(int, counts.split())
-            tally.passed += passed
-            tally.failed += failed
+    if not sys.argv[2:]:
+        listed += systems(first, scaled(RANDOM))
+    run(listed, first, max(seeds, 1), tally)
     return tally.end()
 
 

@@ -7,10 +7,6 @@ FUNCTIONS = ["sin({})", "cos({})", "exp({})", "sqrt(1 + {}^2)", "log(2 + {}^2)",
 SWITCHES = ["abs({})", "max(0, {})", "min({}, 1)", "sqrt({})", "cbrt({})", "sign({})*sqrt(abs({}))"]
 
 
-def linear(rng):
-    return invariance.random_linear(rng)[0].request(["x", "y", "z", "u", "v", "w"][:5] if False else [f"x{k}" for k in range(12)][:12])
-
-
 def with_names(system):
     return system.request([f"x{k}" for k in range(system.n)])
 
@@ -80,8 +76,15 @@ def spelled(rng):
     return {"form": "equations", "variables": ["x", "e", "y"], "equations": ["x' = 1 + y", "e' = 1", f"{k}{a} = 0"]}
 
 
-CLASSES = [lambda r: with_names(invariance.random_linear(r)[0])["system"], lambda r: with_names(invariance.random_polynomial(r)[0])["system"],
-           components, hidden, transcendental, switches, overdetermined, redundant, multibody, spelled]
+def linear(rng):
+    return with_names(invariance.random_linear(rng)[0])["system"]
+
+
+def polynomial(rng):
+    return with_names(invariance.random_polynomial(rng)[0])["system"]
+
+
+CLASSES = [linear, polynomial, components, hidden, transcendental, switches, overdetermined, redundant, multibody, spelled]
 
 
 def systems(first, count):
@@ -93,4 +96,4 @@ def systems(first, count):
         request = {"system": system}
         if rng.random() < 0.3 and system["form"] == "equations":
             request["trajectory"] = {"start": 0, "stop": 1, "initial": {v: rng.choice([1, "1/2", -1, 0.3, 2]) for v in system["variables"][:rng.randint(1, 3)]}}
-        yield f"random {getattr(make, '__name__', '')} {number}", request
+        yield f"random {make.__name__} {number}", request

@@ -75,7 +75,7 @@ class Said:
         for k in LISTS[form]:
             if k in s:
                 s[k] = list(as_list(s[k]))
-        for k in MATRICES[form]:
+        for k in MATRICES.get(form, ()):
             if k in s and not (k == "masses" and not isinstance(s[k], dict) and not any(isinstance(r, list) for r in as_list(s[k]))):
                 rows = len(s["alpha"]) if k == "A" and form == "quasilinear" else len(self.inputs) if k == "G" else None
                 s[k] = Matrix(s[k], len(self.user), rows)
@@ -147,7 +147,7 @@ class Said:
 
         def both(e):
             return respell.on_sides(e, f)
-        for k in LISTS[self.form] + MATRICES[self.form]:
+        for k in LISTS[self.form] + MATRICES.get(self.form, ()):
             if isinstance(s.get(k), Matrix):
                 s[k].change(lambda i, j, e: both(e))
             elif isinstance(s.get(k), list):
