@@ -132,11 +132,11 @@ def main():
     tally = Tally("order")
     first, seeds = seed(20261101), int(os.environ.get("SGA_TEST_SEEDS", "0"))
     listed = list(corpus(sys.argv[2:]))
+    random.Random(first).shuffle(listed)
     if not seeds and not sys.argv[2:]:
-        random.Random(first).shuffle(listed)
         listed = listed[:scaled(SAMPLE)]
     if not sys.argv[2:]:
-        listed += systems(first, scaled(RANDOM))
+        listed = list(systems(first, scaled(RANDOM))) + listed
     run(listed, first, max(seeds, 1), tally)
     return tally.end()
 
