@@ -95,5 +95,5 @@ def systems(first, count):
         system = make(rng)
         request = {"system": system}
         if rng.random() < 0.3 and system["form"] == "equations":
-            request["trajectory"] = {"start": 0, "stop": 1, "initial": {v: rng.choice([1, "1/2", -1, 0.3, 2]) for v in system["variables"][:rng.randint(1, 3)]}}
+            request["trajectory"] = {"start": 0, "stop": 1, "initial": {v: round(rng.uniform(-2, 2), 2) for v in system["variables"][:rng.randint(1, 3)]}}
         yield f"random {make.__name__} {number}", request
