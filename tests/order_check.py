@@ -18,6 +18,7 @@ import tempfile
 import cases
 import order_known
 import rewrite
+import said as words
 from expression import Syntax
 from order_answers import Base, differences
 from order_random import systems
@@ -30,13 +31,13 @@ WORDS = ["names", "spelling", "units", "signals"]
 SAMPLE, RANDOM = 120, 100    # cases of the corpus and random systems of one run
 SLOW = 1.0                   # processor seconds of an answer past which a case is asked in long runs only
 SECONDS = 60                 # no answer takes longer
-UNREADABLE = (rewrite.CannotSay, Syntax, KeyError, IndexError, ValueError, TypeError, AttributeError, RecursionError)
+UNREADABLE = (words.CannotSay, Syntax, KeyError, IndexError, ValueError, TypeError, AttributeError, RecursionError)
 
 
 def corpus(patterns):
     for case in cases.load(patterns):
         request = case.get("request")
-        if isinstance(request, dict) and isinstance(request.get("system"), dict) and len(json.dumps(request)) < rewrite.LARGEST:
+        if isinstance(request, dict) and isinstance(request.get("system"), dict) and len(json.dumps(request)) < words.LARGEST:
             yield case["name"], request
 
 
@@ -59,7 +60,7 @@ class Order:
     def base(self, request):
         """The first answer, or None where the request is not read by these rewritings, or refused by a reader."""
         try:
-            said = rewrite.Said(request)
+            said = words.Said(request)
             plain, begun = said.request(), worked()
             result, problem = self.solver.solve(plain)
         except (Crash, *UNREADABLE):
