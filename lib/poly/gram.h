@@ -15,7 +15,7 @@
 #include "bridge.h"
 
 /* Past these nothing is found: a solve stays below about a second. */
-enum { GRAM_SIZE = 36, GRAM_BLOCKS = 40, GRAM_UNKNOWNS = 700, GRAM_EQUATIONS = 500, GRAM_FREE = 260, GRAM_TERMS = 200, GRAM_DEGREE = 20, GRAM_GIVEN = 16 };
+enum { GRAM_SIZE = 36, GRAM_BLOCKS = 40, GRAM_UNKNOWNS = 700, GRAM_EQUATIONS = 500, GRAM_FREE = 260, GRAM_TERMS = 300, GRAM_DEGREE = 20, GRAM_GIVEN = 16 };
 
 struct gram_block {
     fmpz_mpoly_t weight;
