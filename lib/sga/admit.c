@@ -154,19 +154,6 @@ static int admit_irregular(struct state *s, const struct candidate *c, const dou
 
 static int admit_one(struct state *s, const struct candidate *c, int g);
 
-/* Functions that vanish together, of which one is irregular: one after the other. */
-static int admit_parts(struct state *s, const struct candidate *c, const struct regular_option *o, int g)
-{
-    int before = s->sol->constraints, result = 0;
-    for (int i = 0; i < o->count && result >= 0 && !s->inconsistent; i++) {
-        struct candidate part = *c;
-        part.expr = o->out[i];
-        part.arose = c->arose ? c->arose : c->expr;
-        result = admit_one(s, &part, g);
-    }
-    return result < 0 ? -1 : s->sol->constraints - before;
-}
-
 /* Where a regular function took the place of what arose, the latter must vanish on the
  * new set: a check of the factorisation by the points. */
 static bool replacements_hold(struct state *s, int from)
@@ -182,6 +169,21 @@ static bool replacements_hold(struct state *s, int from)
             return sga_fail(s->err, SGA_E_INTERNAL, "a constraint and the regular function that took its place have different zeros");
     }
     return true;
+}
+
+/* Functions that vanish together, of which one is irregular: one after the other. */
+static int admit_parts(struct state *s, const struct candidate *c, const struct regular_option *o, int g)
+{
+    int before = s->sol->constraints, result = 0;
+    for (int i = 0; i < o->count && result >= 0 && !s->inconsistent; i++) {
+        struct candidate part = *c;
+        part.expr = o->out[i];
+        part.arose = c->arose ? c->arose : c->expr;
+        result = admit_one(s, &part, g);
+    }
+    if (result >= 0 && !s->inconsistent && !replacements_hold(s, before))
+        result = -1;
+    return result < 0 ? -1 : s->sol->constraints - before;
 }
 
 static bool never_on_set(struct state *s, expr_id e)
@@ -307,8 +309,8 @@ static int admit_one(struct state *s, const struct candidate *c, int g)
         if (status == POINTS_STOPPED)
             break;
     }
-    if (found)
-        result = replacements_hold(s, before) ? s->sol->constraints - before : -1;
+    if (found)      /* what a part arose from vanishes with the other parts: admit_parts looks at it */
+        result = c->arose || replacements_hold(s, before) ? s->sol->constraints - before : -1;
     else if (status == POINTS_IRREGULAR && r.options == 1 && r.option[0].count > 1 && !c->arose && state_sample(s) == POINTS_OK)
         result = admit_parts(s, c, r.option, g);
     else if (r.answer == REGULAR_NEVER && !r.seen)
