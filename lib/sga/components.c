@@ -8,7 +8,7 @@
 #include "sides.h"
 #include "warnings.h"
 
-enum { STARTS = 6 };
+enum { STARTS = 3, SIDED_STARTS = 6 };     /* of each set; where it has sides, each is to be met */
 
 static void *copy(const void *from, size_t count, size_t size)
 {
@@ -126,12 +126,12 @@ static void keep_beside(struct components *c, const struct component_run *r, con
 }
 
 /* One set, the run's first n constraints; every other start is opposite to the point before, where signs are others. */
-static void search(struct components *c, const struct component_run *r, struct points_space *space, int n, uint64_t *random)
+static void search(struct components *c, const struct component_run *r, struct points_space *space, int n, int starts, uint64_t *random)
 {
     double *opposite = sga_calloc((size_t)space->variables + 1, sizeof *opposite);
     space->constraint = r->constraint;
     space->constraints = n;
-    for (int k = 0; k < STARTS && sga_budget_ok(space->budget, NULL); k++) {
+    for (int k = 0; k < starts && sga_budget_ok(space->budget, NULL); k++) {
         struct points_point p;
         space->near = k % 2 ? opposite : NULL;
         if (points_find(space, k % 2 ? 0.3 : 1 + k / 2, random, POINTS_BITS, &p) == POINTS_OK && p.certified) {
@@ -169,7 +169,7 @@ void components_note(struct components *c, const struct sys_system *system, cons
     if (sol->one_piece < sol->constraints && sol->constraints > SGA_MOST_COMPONENT_ROWS)
         sga_limit_met(options->budget, SGA_LIMIT_COMPONENT_ROWS);
     for (int k = sol->one_piece + 1; k <= sol->constraints && sol->constraints <= SGA_MOST_COMPONENT_ROWS; k++)
-        search(c, r, &space, k, &random);
+        search(c, r, &space, k, shadow->switches ? SIDED_STARTS : STARTS, &random);
     free(defined);
     free(variable);
 }
