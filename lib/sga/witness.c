@@ -176,6 +176,16 @@ static bool check_point(struct check *c)
     return ok;
 }
 
+/* Whether so few bits do not tell the pivot from 0 at the reduction's own point either. */
+static bool tiny(const struct check *c, expr_id pivot)
+{
+    if (!c->shadow || !c->shadow->reals)
+        return true;
+    struct num_ball *b = &((struct points_shadow *)c->shadow)->real[0].ball;
+    num_ball_extend(b);
+    return arb_contains_zero(num_ball_value(b, pivot));
+}
+
 /* Whether the answer speaks of the point: it is on the sides of surfaces that the answer is about, the equations have
  * values there (sqrt(x) has none where x < 0), what the reduction took for 0 is, and what it divided by is not. */
 static bool spoken_of(struct check *c)
@@ -193,7 +203,7 @@ static bool spoken_of(struct check *c)
     for (int i = 0; c->shadow && i < c->shadow->zeros && in; i++)
         in = c->shadow->zero[i].constraints > c->claim->constraints || arb_contains_zero(num_ball_value(&c->own, c->shadow->zero[i].expr));
     for (int q = 0; q < sol->pivots && in; q++)
-        in = !arb_contains_zero(num_ball_value(&c->own, sol->pivot[q].value));
+        in = !arb_contains_zero(num_ball_value(&c->own, sol->pivot[q].value)) || tiny(c, sol->pivot[q].value);
     num_ball_clear(&c->own);
     return in;
 }
