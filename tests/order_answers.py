@@ -60,9 +60,10 @@ class Sets:
                 yield env
 
     def given(self):
+        """What is given without derivatives."""
         a, d = self.answer, Derivatives(self.answer.graph)
-        moving = [any(not d.zero(d.of(r, "@" + n)) for n in a.names) for r in a.problem.rows]
-        return [r for r, m in zip(a.problem.rows, moving) if not m] + a.problem.restrict
+        speeds = [[n for n in a.graph.names([r]) if n.startswith("@")] for r in a.problem.rows]
+        return [r for r, s in zip(a.problem.rows, speeds) if all(d.zero(d.of(r, n)) for n in s)] + a.problem.restrict
 
     def new(self, where):
         """The functions that are not among the constraints."""
