@@ -176,6 +176,12 @@ static bool check_point(struct check *c)
     return ok;
 }
 
+/* A ball that contains 0 and is narrow. */
+static bool seems_zero(const arb_t v)
+{
+    return arb_contains_zero(v) && mag_cmp_2exp_si(arb_radref(v), -60) < 0;
+}
+
 /* Whether so few bits do not tell the pivot from 0 at the reduction's own point either. */
 static bool tiny(const struct check *c, expr_id pivot)
 {
@@ -203,7 +209,7 @@ static bool spoken_of(struct check *c)
     for (int i = 0; c->shadow && i < c->shadow->zeros && in; i++)
         in = c->shadow->zero[i].constraints > c->claim->constraints || arb_contains_zero(num_ball_value(&c->own, c->shadow->zero[i].expr));
     for (int q = 0; q < sol->pivots && in; q++)
-        in = !arb_contains_zero(num_ball_value(&c->own, sol->pivot[q].value)) || tiny(c, sol->pivot[q].value);
+        in = !seems_zero(num_ball_value(&c->own, sol->pivot[q].value)) || tiny(c, sol->pivot[q].value);
     num_ball_clear(&c->own);
     return in;
 }
