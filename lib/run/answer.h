@@ -3,6 +3,7 @@
 #define SGA_RUN_ANSWER_H
 
 #include "buf.h"
+#include "cases.h"
 #include "mech.h"
 #include "operator.h"
 #include "print.h"
@@ -44,7 +45,8 @@ struct stratum {
     struct sga_error error;       /* where it could not be solved */
     struct sga_buf note;          /* EMPTY: why; SAME: JSON list of the functions that vanish at the equal set */
     struct sga_buf also;          /* JSON: the functions of strata that reach the same set */
-    char *parameter, *value;      /* what was substituted for which parameter, or NULL */
+    struct cases_part part;       /* kind "parameter": what is put in for which parameters */
+    struct sga_buf sample;        /* JSON: values of the parameters on it, or empty */
 };
 
 /* Of the form `mechanical`. */
@@ -119,7 +121,13 @@ struct job {
     struct sga_buf signs;         /* JSON: an assumption on signs of parameters, or empty */
     struct strata_tree *tree;     /* of all strata being solved; NULL at the request's own answer until then */
     int depth;                    /* 0: the request's own answer; else a stratum of a stratum ... */
+    int inside;                   /* the same without cases of parameters, of which there are no more inside each other than parameters */
     int parameter_case;           /* which substitution of parameters is being solved; 0: none */
+    const struct job *above;      /* of the answer that this is a stratum of, or NULL; it has the same parameters, or: */
+    bool is_case;                 /* some were put in for this one */
+    const struct cases_part *part;   /* ... with these, borrowed */
+    bool cases_cut;               /* there may be more cases of parameters than are listed */
+    expr_id *not_zero; int not_zeros;   /* what must not vanish of the parameters */
     struct {                      /* pull-back of the form hamiltonian with restrictions */
         bool has;
         struct form_tangent tangent;

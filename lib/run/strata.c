@@ -35,8 +35,8 @@ static void stratum_clear(struct stratum *s)
     free(s->where);
     free(s->point);
     free(s->description);
-    free(s->parameter);
-    free(s->value);
+    cases_part_clear(&s->part);
+    sga_buf_free(&s->sample);
     sga_buf_free(&s->result);
     sga_buf_free(&s->note);
     sga_buf_free(&s->also);
@@ -51,6 +51,9 @@ void answer_strata_clear(struct job *j)
     j->determinant = NULL;
     j->stratum = NULL;
     j->strata = 0;
+    free(j->not_zero);
+    j->not_zero = NULL;
+    j->not_zeros = 0;
 }
 
 /* A function too long to be written is not left out: the point tells where it vanishes. */
@@ -74,6 +77,22 @@ void strata_add(struct job *j, expr_id factor, int before, struct stratum as)
     for (int i = 0; i < j->strata && ok; i++)
         ok = !factor || !j->stratum[i].wheres || j->stratum[i].where[0] != factor;
     if (!ok) {
+        stratum_clear(&as);
+        return;
+    }
+    j->stratum = sga_realloc(j->stratum, (size_t)(j->strata + 1) * sizeof *j->stratum);
+    j->stratum[j->strata++] = as;
+}
+
+void strata_add_case(struct job *j, struct cases_part *part)
+{
+    struct stratum as = { .kind = "parameter", .part = *part };
+    bool ok = true;
+    *part = (struct cases_part){ 0 };
+    for (int i = 0; i < as.part.wheres && ok; i++)
+        ok = push(j, &as, as.part.where[i]);
+    if (!ok) {
+        j->cases_cut = true;
         stratum_clear(&as);
         return;
     }
@@ -169,14 +188,16 @@ static void consider(struct listing *l, expr_id factor, int before)
     if (f & EXPR_NONZERO || expr_is_const(st, factor) || !sga_budget_ok(&l->j->budget, l->j->err))
         return;
     if (!(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
-        strata_add(l->j, factor, -1, (struct stratum){ .kind = "parameter" });
+        strata_condition(l, &factor, 1);
     else if (!(f & EXPR_HAS_VARIABLE)) {
         if (l->j->solution.verdict != SGA_INCONSISTENT && instant(l->j, factor))
             strata_add(l->j, factor, -1, (struct stratum){ .kind = "instant" });
     } else if (l->j->solution.verdict != SGA_INCONSISTENT && (strata_drops(l->j, factor, 0, &as) || drops_before(l, factor, before, &as)))
         strata_add(l->j, factor, before, as);
-    else if (l->j->solution.verdict != SGA_INCONSISTENT && drops_for_some(l, factor))
+    else if (l->j->solution.verdict != SGA_INCONSISTENT && drops_for_some(l, factor)) {
         strata_add(l->j, factor, -1, (struct stratum){ .kind = "parameter" });
+        strata_assume(l->j, factor);
+    }
 }
 
 void strata_factors(struct listing *l, expr_id value, int before)
@@ -211,8 +232,9 @@ void answer_strata(struct job *j)
     if (!j->has_texts)
         return;
     expr_facts_init(&l.facts);
-    if (empty && j->request.system.parameters)      /* for which parameters it is a contradiction */
-        strata_factors(&l, sol->contradiction, 0);
+    for (int i = 0; i < sol->conditions.count; i++)
+        strata_condition(&l, sol->conditions.at[i].function, sol->conditions.at[i].functions);
+    j->cases_cut |= sol->conditions.incomplete;
     for (int i = 0; i < sol->others; i++)
         if (sol->other[i] != sol->special[0])
             strata_add(j, sol->other[i], -1, (struct stratum){ .kind = "pivot", .off = true });
@@ -238,5 +260,7 @@ void answer_strata(struct job *j)
         strata_determinants(&l);
         strata_domain(&l);
     }
+    strata_cases(&l);
+    cases_clear(&l.cases);
     expr_facts_clear(&l.facts);
 }

@@ -1,0 +1,186 @@
+/* One irreducible condition solved for a parameter: f = a u^2 + b u + c or a u + c, u a power of it. */
+#include "cases_solve.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "ball.h"
+#include "facts.h"
+#include "mem.h"
+
+enum { BITS = 256, ENOUGH = 100000 };
+
+struct cases_space cases_space_of(const struct sys_system *system, const struct sga_budget *budget)
+{
+    return (struct cases_space){
+        .st = system->store, .system = system,
+        .limits = { .max_terms = 200, .max_bits = 4000, .max_degree = 40, .max_generators = 24, .budget = budget },
+    };
+}
+
+expr_id cases_at(struct expr_store *st, expr_id e, const struct cases_put *put, int puts)
+{
+    struct sga_error before = st->error;
+    if (!e || !puts)
+        return e;
+    expr_id *map = sga_calloc((size_t)st->symbols, sizeof *map);
+    for (int i = 0; i < puts; i++)
+        map[put[i].symbol] = put[i].value;
+    expr_substitute(st, &e, 1, map);
+    free(map);
+    if (st->error.code == SGA_E_EXPR_UNDEFINED) {     /* a denominator vanishes there */
+        st->error = before;
+        return EXPR_UNDEF;
+    }
+    return e;
+}
+
+expr_id cases_replace(const struct cases_space *s, expr_id e, const struct cases_put *put, int puts)
+{
+    e = cases_at(s->st, e, put, puts);
+    if (e)
+        poly_normal(s->st, e, &s->limits, &e);
+    return e;
+}
+
+/* The sign of a number: 1, -1, or 0 where it is not known, or no number. */
+static int sign_of(const struct cases_space *s, expr_id e)
+{
+    struct expr_cone cone;
+    struct num_ball b;
+    int sign = 0;
+    bool number = e != EXPR_UNDEF;
+    expr_cone_init(&cone);
+    expr_cone_of(s->st, &cone, &e, 1);
+    for (int i = 0; i < cone.count; i++)
+        number = number && expr_op_of(s->st, cone.list[i]) != EXPR_SYM;
+    if (number) {
+        num_ball_init(&b, s->st, BITS);
+        num_ball_list(&b, cone.list, cone.count);
+        arb_srcptr v = num_ball_value(&b, e);
+        sign = !arb_is_finite(v) ? 0 : arb_is_positive(v) ? 1 : arb_is_negative(v) ? -1 : 0;
+        num_ball_clear(&b);
+    }
+    expr_cone_clear(&cone);
+    return sign;
+}
+
+enum cases_truth cases_zero(const struct cases_space *s, expr_id e)
+{
+    if (!e)
+        return CASES_NEVER;          /* no value there */
+    if (expr_is_zero(s->st, e) || poly_is_zero(s->st, e, &s->limits) == POLY_YES)
+        return CASES_ZERO;
+    return sign_of(s, e) ? CASES_NEVER : CASES_OPEN;
+}
+
+/* f as a polynomial in one parameter, by the powers that occur. */
+struct shape {
+    int symbol, degree, step;        /* powers are multiples of step */
+    expr_id *k;
+};
+
+static bool shape_of(const struct cases_space *s, expr_id f, int symbol, struct shape *out)
+{
+    *out = (struct shape){ .symbol = symbol };
+    if (!poly_in_powers(s->st, f, symbol, &s->limits, &out->k, &out->degree))
+        return false;
+    for (int i = 1; i <= out->degree; i++) {
+        if (expr_is_zero(s->st, out->k[i]))
+            continue;
+        int a = out->step, b = i;
+        while (a) {
+            int r = b % a;
+            b = a;
+            a = r;
+        }
+        out->step = b;
+    }
+    return true;
+}
+
+/* Affine with a number before plain powers before anything with a coefficient that may vanish. */
+static long cost_of(const struct cases_space *s, const struct shape *p)
+{
+    long order = p->step ? p->degree / p->step : 0;
+    bool number = sign_of(s, p->k[p->degree]) != 0;
+    if (order < 1 || order > 2)
+        return ENOUGH;
+    return (order == 1 && p->step == 1 ? 0 : 100 * p->degree) + (number ? 0 : 10);
+}
+
+static expr_id root(const struct cases_space *s, expr_id u, int n)
+{
+    struct expr_store *st = s->st;
+    for (; n % 2 == 0; n /= 2)
+        u = expr_fun(st, EXPR_SQRT, u);
+    for (; n % 3 == 0; n /= 3)
+        u = expr_fun(st, EXPR_CBRT, u);
+    if (n == 1)
+        return u;
+    int sign = sign_of(s, u);
+    expr_id part = expr_rational(st, 1, n);
+    if (sign)
+        return sign > 0 ? expr_pow(st, u, part) : expr_neg(st, expr_pow(st, expr_neg(st, u), part));
+    return expr_mul(st, expr_fun(st, EXPR_SIGN, u), expr_pow(st, expr_fun(st, EXPR_ABS, u), part));
+}
+
+/* The real roots of x^n = u. */
+static void add_roots(const struct cases_space *s, struct cases_roots *r, expr_id u, int n)
+{
+    struct expr_store *st = s->st;
+    poly_normal(st, u, &s->limits, &u);
+    if (n % 2 == 0 && sign_of(s, u) < 0)
+        return;
+    expr_id x = root(s, u, n);
+    poly_normal(st, x, &s->limits, &x);
+    r->value[r->count++] = x;
+    if (n % 2 == 0)
+        r->value[r->count++] = expr_neg(st, x);
+}
+
+static void solve_shape(const struct cases_space *s, const struct shape *p, struct cases_roots *r)
+{
+    struct expr_store *st = s->st;
+    expr_id a = p->k[p->degree], c = p->k[0];
+    *r = (struct cases_roots){ .symbol = p->symbol, .leading = sign_of(s, a) ? EXPR_UNDEF : a };
+    if (p->degree == p->step) {
+        add_roots(s, r, expr_neg(st, expr_div(st, c, a)), p->step);
+        return;
+    }
+    expr_id b = p->k[p->step], d = expr_sub(st, expr_powi(st, b, 2), expr_mul(st, expr_int(st, 4), expr_mul(st, a, c)));
+    poly_normal(st, d, &s->limits, &d);
+    if (sign_of(s, d) < 0)
+        return;
+    expr_id q = expr_fun(st, EXPR_SQRT, d), two_a = expr_mul(st, expr_int(st, 2), a);
+    add_roots(s, r, expr_div(st, expr_sub(st, q, b), two_a), p->step);
+    add_roots(s, r, expr_div(st, expr_neg(st, expr_add(st, q, b)), two_a), p->step);
+}
+
+static int by_name(const struct expr_store *st, int a, int b)
+{
+    return strcmp(st->symbol[a].name, st->symbol[b].name);
+}
+
+bool cases_solve(const struct cases_space *s, expr_id f, struct cases_roots *roots)
+{
+    struct shape best = { .symbol = -1 };
+    long least = ENOUGH;
+    for (int i = 0; i < s->system->parameters; i++) {
+        struct shape p;
+        if (s->st->symbol[s->system->parameter[i]].kind != EXPR_PARAMETER || !shape_of(s, f, s->system->parameter[i], &p))
+            continue;
+        long cost = cost_of(s, &p);
+        if (cost < least || (cost == least && least < ENOUGH && by_name(s->st, p.symbol, best.symbol) < 0)) {
+            free(best.k);
+            best = p;
+            least = cost;
+        } else {
+            free(p.k);
+        }
+    }
+    if (least < ENOUGH)
+        solve_shape(s, &best, roots);
+    free(best.k);
+    return least < ENOUGH;
+}
