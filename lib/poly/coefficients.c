@@ -73,22 +73,44 @@ static void collect(struct poly_bridge *b, const fmpz_mpoly_t f, struct poly_coe
     free(fixed);
 }
 
-bool poly_numerator_coefficients(struct expr_store *st, expr_id e, const struct poly_limits *limits, struct poly_coefficients *out)
+struct poly_numerator {
+    struct poly_bridge *b;
+    struct poly_fraction f;
+};
+
+struct poly_numerator *poly_numerator_new(struct expr_store *st, expr_id e, const struct poly_limits *limits)
 {
     struct sga_error before = st->error;
-    struct poly_fraction f;
-    *out = (struct poly_coefficients){ 0 };
-    struct poly_bridge *b = poly_bridge_new(st, &e, 1, limits);
-    const struct poly_ratio *r = b ? poly_value(b, e) : NULL;
-    bool ok = r && poly_fraction_of(b, r, &f);
-    if (ok) {
-        ok = f.num->length <= MOST_TERMS;
-        if (ok)
-            collect(b, f.num, out);
-        poly_fraction_clear(b, &f);
-        ok = ok && expr_store_ok(st);
+    struct poly_numerator *n = sga_calloc(1, sizeof *n);
+    n->b = e ? poly_bridge_new(st, &e, 1, limits) : NULL;
+    const struct poly_ratio *r = n->b ? poly_value(n->b, e) : NULL;
+    if (!r || !poly_fraction_of(n->b, r, &n->f)) {
+        poly_bridge_free(n->b);
+        free(n);
+        n = NULL;
     }
-    poly_bridge_free(b);
+    st->error = before;
+    return n;
+}
+
+void poly_numerator_free(struct poly_numerator *n)
+{
+    if (!n)
+        return;
+    poly_fraction_clear(n->b, &n->f);
+    poly_bridge_free(n->b);
+    free(n);
+}
+
+bool poly_coefficients_of(struct poly_numerator *n, struct poly_coefficients *out)
+{
+    struct expr_store *st = n->b->st;
+    struct sga_error before = st->error;
+    *out = (struct poly_coefficients){ 0 };
+    if (n->f.num->length > MOST_TERMS)
+        return false;
+    collect(n->b, n->f.num, out);
+    bool ok = expr_store_ok(st);
     st->error = before;
     if (!ok)
         poly_coefficients_clear(out);
@@ -104,10 +126,10 @@ static int generator_of(const struct poly_bridge *b, int symbol)
     bool inside = false;
     expr_cone_init(&cone);
     for (int g = 0; g < b->gens; g++) {
-        if (b->gen[g].node == node) {
+        if (b->gen[g].node == node)
             at = g;
+        if (b->gen[g].op == EXPR_SYM)
             continue;
-        }
         expr_cone_of(b->st, &cone, &b->gen[g].node, 1);
         for (int i = 0; i < cone.count; i++)
             inside = inside || cone.list[i] == node;
@@ -151,33 +173,28 @@ bool poly_resultant(struct expr_store *st, expr_id x, expr_id y, int symbol, con
     return ok;
 }
 
-bool poly_in_powers(struct expr_store *st, expr_id e, int symbol, const struct poly_limits *limits, expr_id **coefficient, int *degree)
+bool poly_powers_of(struct poly_numerator *n, int symbol, expr_id **coefficient, int *degree)
 {
-    struct sga_error before = st->error;
-    struct poly_fraction f;
+    struct poly_bridge *b = n->b;
+    struct sga_error before = b->st->error;
+    int at = generator_of(b, symbol);
     *coefficient = NULL;
     *degree = -1;
-    struct poly_bridge *b = poly_bridge_new(st, &e, 1, limits);
-    const struct poly_ratio *r = b ? poly_value(b, e) : NULL;
-    int at = r ? generator_of(b, symbol) : -1;
-    bool ok = at >= 0 && poly_fraction_of(b, r, &f);
-    if (ok) {
-        slong top = fmpz_mpoly_degree_si(f.num, at, b->ctx), var = at;
-        *coefficient = sga_malloc(((size_t)(top < 0 ? 0 : top) + 1) * sizeof **coefficient);
-        fmpz_mpoly_t c;
-        fmpz_mpoly_init(c, b->ctx);
-        for (slong k = 0; k <= top; k++) {
-            ulong power = (ulong)k;
-            fmpz_mpoly_get_coeff_vars_ui(c, f.num, &var, &power, 1, b->ctx);
-            (*coefficient)[k] = poly_show_poly(b, c);
-        }
-        *degree = (int)top;
-        fmpz_mpoly_clear(c, b->ctx);
-        poly_fraction_clear(b, &f);
-        ok = expr_store_ok(st);
+    if (at < 0)
+        return false;
+    slong top = fmpz_mpoly_degree_si(n->f.num, at, b->ctx), var = at;
+    *coefficient = sga_malloc(((size_t)(top < 0 ? 0 : top) + 1) * sizeof **coefficient);
+    fmpz_mpoly_t c;
+    fmpz_mpoly_init(c, b->ctx);
+    for (slong k = 0; k <= top; k++) {
+        ulong power = (ulong)k;
+        fmpz_mpoly_get_coeff_vars_ui(c, n->f.num, &var, &power, 1, b->ctx);
+        (*coefficient)[k] = poly_show_poly(b, c);
     }
-    poly_bridge_free(b);
-    st->error = before;
+    *degree = (int)top;
+    fmpz_mpoly_clear(c, b->ctx);
+    bool ok = expr_store_ok(b->st);
+    b->st->error = before;
     if (!ok) {
         free(*coefficient);
         *coefficient = NULL;

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "derive.h"
 #include "mem.h"
 #include "poly.h"
 #include "cases_solve.h"
@@ -188,6 +189,60 @@ static void finish(struct work *w, struct item *it)
     it->part = (struct cases_part){ 0 };
 }
 
+/* By all its factors over the rationals. */
+static void branches(struct work *w, const struct item *it, expr_id e)
+{
+    struct poly_factors f;
+    if (!poly_numerator_factors(w->space.st, e, &w->space.limits, &f)) {
+        branch(w, it, e);
+        return;
+    }
+    for (int i = 0; i < f.factors; i++) {
+        const struct poly_factor *q = f.factor + i;
+        if (q->never_zero || cases_zero(&w->space, q->expr) == CASES_NEVER)
+            continue;
+        if (q->sum_of_even_powers && q->radicals > 0)
+            together(w, it, q);
+        else
+            branch(w, it, q->expr);
+    }
+    poly_factors_clear(&f);
+}
+
+/* Prime for sure, and with real zeros: no factorisation is needed. */
+static bool prime(const struct work *w, expr_id e)
+{
+    const struct sys_system *sys = w->space.system;
+    struct expr_store *st = w->space.st;
+    for (int i = 0; i < sys->parameters; i++) {
+        expr_id d = expr_diff(st, e, sys->parameter[i]);
+        if (expr_is_const(st, d) && !expr_is_zero(st, d))
+            return true;
+    }
+    return false;
+}
+
+/* A product as it is written, part by part. */
+static void factors(struct work *w, const struct item *it, expr_id e)
+{
+    enum { PARTS = 32 };
+    expr_id part[PARTS] = { e };
+    for (int n = 1; n > 0; ) {
+        expr_id top = part[--n];
+        const struct expr_node node = w->space.st->node[top];
+        if (node.op == EXPR_MUL && n + 2 <= PARTS) {
+            part[n++] = node.a;
+            part[n++] = node.b;
+        } else if (node.op == EXPR_NEG || (node.op == EXPR_POWI && node.b > 0)) {
+            part[n++] = node.a;
+        } else if (prime(w, top)) {
+            branch(w, it, top);
+        } else if (cases_zero(&w->space, top) != CASES_NEVER) {
+            branches(w, it, top);
+        }
+    }
+}
+
 static void advance(struct work *w, struct item *it)
 {
     if (!it->lefts) {
@@ -195,24 +250,11 @@ static void advance(struct work *w, struct item *it)
         return;
     }
     expr_id e = cases_replace(&w->space, it->left[--it->lefts], it->part.put, it->part.puts);
-    struct poly_factors f;
     enum cases_truth z = cases_zero(&w->space, e);
-    if (z == CASES_ZERO) {
+    if (z == CASES_ZERO)
         push_item(w, item_copy(it));
-    } else if (z != CASES_NEVER && !poly_numerator_factors(w->space.st, e, &w->space.limits, &f)) {
-        branch(w, it, e);
-    } else if (z != CASES_NEVER) {
-        for (int i = 0; i < f.factors; i++) {
-            const struct poly_factor *q = f.factor + i;
-            if (q->never_zero || cases_zero(&w->space, q->expr) == CASES_NEVER)
-                continue;
-            if (q->sum_of_even_powers && q->radicals > 0)
-                together(w, it, q);
-            else
-                branch(w, it, q->expr);
-        }
-        poly_factors_clear(&f);
-    }
+    else if (z != CASES_NEVER)
+        factors(w, it, e);
 }
 
 bool cases_zero_on(const struct sys_system *system, const struct cases_part *part, expr_id f)

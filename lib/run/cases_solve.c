@@ -37,8 +37,9 @@ expr_id cases_at(struct expr_store *st, expr_id e, const struct cases_put *put, 
 
 expr_id cases_replace(const struct cases_space *s, expr_id e, const struct cases_put *put, int puts)
 {
+    expr_id from = e;
     e = cases_at(s->st, e, put, puts);
-    if (e)
+    if (e && e != from)
         poly_normal(s->st, e, &s->limits, &e);
     return e;
 }
@@ -69,7 +70,7 @@ enum cases_truth cases_zero(const struct cases_space *s, expr_id e)
 {
     if (!e)
         return CASES_NEVER;          /* no value there */
-    if (expr_is_zero(s->st, e) || poly_is_zero(s->st, e, &s->limits) == POLY_YES)
+    if (expr_is_zero(s->st, e))
         return CASES_ZERO;
     return sign_of(s, e) ? CASES_NEVER : CASES_OPEN;
 }
@@ -80,21 +81,21 @@ struct shape {
     expr_id *k;
 };
 
-static bool shape_of(const struct cases_space *s, expr_id f, int symbol, struct shape *out)
+static bool shape_of(const struct expr_store *st, struct poly_numerator *n, int symbol, struct shape *out)
 {
     *out = (struct shape){ .symbol = symbol };
-    if (!poly_in_powers(s->st, f, symbol, &s->limits, &out->k, &out->degree))
+    if (!poly_powers_of(n, symbol, &out->k, &out->degree))
         return false;
     for (int i = 1; i <= out->degree; i++) {
-        if (expr_is_zero(s->st, out->k[i]))
+        if (expr_is_zero(st, out->k[i]))
             continue;
-        int a = out->step, b = i;
-        while (a) {
-            int r = b % a;
-            b = a;
-            a = r;
+        int x = out->step, y = i;
+        while (x) {
+            int r = y % x;
+            y = x;
+            x = r;
         }
-        out->step = b;
+        out->step = y;
     }
     return true;
 }
@@ -166,9 +167,10 @@ bool cases_solve(const struct cases_space *s, expr_id f, struct cases_roots *roo
 {
     struct shape best = { .symbol = -1 };
     long least = ENOUGH;
+    struct poly_numerator *n = poly_numerator_new(s->st, f, &s->limits);
     for (int i = 0; i < s->system->parameters; i++) {
         struct shape p;
-        if (s->st->symbol[s->system->parameter[i]].kind != EXPR_PARAMETER || !shape_of(s, f, s->system->parameter[i], &p))
+        if (!n || s->st->symbol[s->system->parameter[i]].kind != EXPR_PARAMETER || !shape_of(s->st, n, s->system->parameter[i], &p))
             continue;
         long cost = cost_of(s, &p);
         if (cost < least || (cost == least && least < ENOUGH && by_name(s->st, p.symbol, best.symbol) < 0)) {
@@ -179,6 +181,7 @@ bool cases_solve(const struct cases_space *s, expr_id f, struct cases_roots *roo
             free(p.k);
         }
     }
+    poly_numerator_free(n);
     if (least < ENOUGH)
         solve_shape(s, &best, roots);
     free(best.k);

@@ -19,7 +19,7 @@ struct cases_space cases_space_of(const struct sys_system *system, const struct 
 expr_id cases_at(struct expr_store *st, expr_id e, const struct cases_put *put, int puts);
 /* The same in normal form. */
 expr_id cases_replace(const struct cases_space *s, expr_id e, const struct cases_put *put, int puts);
-/* ZERO: proved. NEVER: a number that is not zero. */
+/* Of a normal form. ZERO: proved. NEVER: a number that is not zero. */
 enum cases_truth cases_zero(const struct cases_space *s, expr_id e);
 
 /* The real zeros of an irreducible f, as values of the parameter in which it is plainest. Where its leading coefficient may

@@ -17,7 +17,7 @@ struct step {
     expr_id value;            /* what it equals; EXPR_UNDEF: it goes by the resultant with ... */
     expr_id function;         /* ... the constraint, in the variables that were left */
     expr_id slope;            /* that was divided by */
-    bool used;
+    bool ready, used;         /* whether the variable has been chosen, and was eliminated somewhere */
 };
 
 struct chain {
@@ -60,12 +60,12 @@ void conditions_add(struct sga_conditions *to, struct expr_store *st, struct exp
     to->at[to->count++] = (struct sga_condition){ .function = f, .functions = n };
 }
 
-/* The coefficients of those terms of g that depend on `of` (0: of all) do not all vanish. */
-static void note(struct chain *c, expr_id g, unsigned of)
+/* The coefficients of those terms of a numerator that depend on `of` (0: of all) do not all vanish. */
+static void note_by(struct chain *c, struct poly_numerator *g, unsigned of)
 {
     struct poly_coefficients k;
     struct expr_store *st = c->s->st;
-    if (!g || !poly_numerator_coefficients(st, g, &c->limits, &k)) {
+    if (!g || !poly_coefficients_of(g, &k)) {
         c->to->incomplete = true;
         return;
     }
@@ -75,6 +75,16 @@ static void note(struct chain *c, expr_id g, unsigned of)
             k.coefficient[n++] = k.coefficient[i];
     conditions_add(c->to, st, &c->s->facts, k.coefficient, n);
     poly_coefficients_clear(&k);
+}
+
+/* The same of a function, which cannot hold any where it has no parameters. */
+static void note(struct chain *c, expr_id g, unsigned of)
+{
+    if (g && !(state_facts(c->s, g) & EXPR_HAS_PARAMETER))
+        return;
+    struct poly_numerator *n = poly_numerator_new(c->s->st, g, &c->limits);
+    note_by(c, n, of);
+    poly_numerator_free(n);
 }
 
 static bool contains(struct chain *c, expr_id e, int symbol)
@@ -94,23 +104,7 @@ static expr_id replaced(struct chain *c, expr_id e, int symbol, expr_id value)
     map[symbol] = value;
     expr_substitute(st, &e, 1, map);
     free(map);
-    return poly_normal(st, e, &c->limits, &e) ? e : EXPR_UNDEF;
-}
-
-/* g with what the first `to` constraints determine eliminated; EXPR_UNDEF: it could not be. */
-static expr_id eliminated(struct chain *c, expr_id g, int to)
-{
-    for (int i = 0; i < to && i < c->steps && g; i++) {
-        struct step *p = c->step + i;
-        if (p->symbol < 0 || !contains(c, g, p->symbol))
-            continue;
-        p->used = true;
-        if (p->value)
-            g = replaced(c, g, p->symbol, p->value);
-        else if (!poly_resultant(c->s->st, g, p->function, p->symbol, &c->limits, &g))
-            g = EXPR_UNDEF;
-    }
-    return g;
+    return e;
 }
 
 static int kind_of(struct chain *c, expr_id slope)
@@ -119,33 +113,35 @@ static int kind_of(struct chain *c, expr_id slope)
     return expr_is_const(c->s->st, slope) ? 0 : !(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)) ? 1 : f & EXPR_NONZERO ? 2 : 3;
 }
 
-/* The variable that f is solved for: affine and with the plainest slope, otherwise of least degree. */
-static struct step solved(struct chain *c, expr_id f)
+/* Chooses the variable that the step's function is solved for: affine and with the plainest slope, otherwise of least degree. */
+static void choose(struct chain *c, struct step *p)
 {
     struct state *s = c->s;
-    struct step best = { .symbol = -1, .function = f };
+    struct poly_numerator *n = poly_numerator_new(s->st, p->function, &c->limits);
     int least = 1000;
-    for (int j = 0; j < s->sys->variables && least; j++) {
+    for (int j = 0; j < s->sys->variables && least && n; j++) {
         expr_id *k;
         int degree;
-        if (!contains(c, f, s->variable[j]) || !poly_in_powers(s->st, f, s->variable[j], &c->limits, &k, &degree))
+        if (!poly_powers_of(n, s->variable[j], &k, &degree))
             continue;
         int cost = degree == 1 ? kind_of(c, k[1]) : 10 * degree;
         if (degree >= 1 && cost < least) {
             least = cost;
-            best = (struct step){ .symbol = s->variable[j], .function = f, .slope = k[degree],
-                                  .value = degree == 1 ? expr_neg(s->st, expr_div(s->st, k[0], k[1])) : EXPR_UNDEF };
+            p->symbol = s->variable[j];
+            p->slope = k[degree];
+            p->value = degree == 1 ? expr_neg(s->st, expr_div(s->st, k[0], k[1])) : EXPR_UNDEF;
         }
         free(k);
     }
-    return best;
+    poly_numerator_free(n);
+    p->ready = true;
 }
 
 /* Where a x + b falls into factors, a and b have one in common: then x is free on a part of the set. */
 static void note_common(struct chain *c, const struct step *p)
 {
     struct state *s = c->s;
-    if (!p->value || !(state_facts(s, p->slope) & EXPR_HAS_VARIABLE) || state_facts(s, p->slope) & EXPR_NONZERO)
+    if (!(state_facts(s, p->slope) & EXPR_HAS_VARIABLE) || state_facts(s, p->slope) & EXPR_NONZERO)
         return;
     expr_id rest = replaced(c, p->function, p->symbol, expr_int(s->st, 0)), r;
     for (int j = 0; j < s->sys->variables && rest; j++)
@@ -157,31 +153,72 @@ static void note_common(struct chain *c, const struct step *p)
 /* One square more, or one branch less: where f has a factor twice. */
 static void note_double(struct chain *c, const struct step *p)
 {
-    struct state *s = c->s;
-    expr_id r;
-    if (p->symbol < 0 || p->value)
-        return;
-    expr_id d = expr_diff(s->st, p->function, p->symbol);
-    if (poly_resultant(s->st, p->function, d, p->symbol, &c->limits, &r) && !expr_is_zero(s->st, r))
+    expr_id r, d = expr_diff(c->s->st, p->function, p->symbol);
+    if (poly_resultant(c->s->st, p->function, d, p->symbol, &c->limits, &r) && !expr_is_zero(c->s->st, r))
         note(c, r, 0);
+}
+
+/* g with what the first `to` constraints determine eliminated; EXPR_UNDEF: it could not be. */
+static expr_id eliminated(struct chain *c, expr_id g, int to)
+{
+    for (int i = 0; i < to && i < c->steps && g; i++) {
+        struct step *p = c->step + i;
+        if (!p->ready)
+            choose(c, p);
+        if (p->symbol < 0 || !contains(c, g, p->symbol))
+            continue;
+        p->used = true;
+        if (p->value)
+            g = replaced(c, g, p->symbol, p->value);
+        else if (!poly_resultant(c->s->st, g, p->function, p->symbol, &c->limits, &g))
+            g = EXPR_UNDEF;
+    }
+    return g;
 }
 
 static void add_step(struct chain *c, int i)
 {
     struct state *s = c->s;
-    expr_id f = eliminated(c, s->con[i], i);
-    struct step *p = c->step + c->steps++;
-    *p = (struct step){ .symbol = -1 };
-    if (!f) {
-        c->to->incomplete = true;
-        return;
-    }
+    expr_id f = eliminated(c, s->con[i], i), from = s->sol->constraint[i].replaced;
+    c->step[c->steps++] = (struct step){ .symbol = -1, .function = f, .ready = !f };
+    c->to->incomplete |= !f;
     note(c, f, EXPR_HAS_VARIABLE);      /* its differential */
-    if (s->sol->constraint[i].replaced)
-        note(c, eliminated(c, s->sol->constraint[i].replaced, i), EXPR_HAS_VARIABLE);
-    *p = solved(c, f);
-    note_common(c, p);
-    note_double(c, p);
+    if (from)
+        note(c, eliminated(c, from, i), EXPR_HAS_VARIABLE);
+}
+
+/* f is affine in all variables, or a graph for all values of the parameters: there it is of one piece and regular. */
+static bool plain(struct chain *c, expr_id f)
+{
+    struct state *s = c->s;
+    struct expr_term *term = NULL;
+    size_t cap = 0;
+    bool affine = true, graph = false;
+    state_activate(s);
+    int n = expr_gradient(s->st, &s->cone, f, s->active, &term, &cap);
+    for (int k = 0; k < n; k++) {
+        unsigned d = state_facts(s, term[k].value);
+        bool fixed = !(d & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME));
+        affine = affine && fixed;
+        graph = graph || (fixed && (d & EXPR_NONZERO || !(d & EXPR_HAS_PARAMETER)));
+    }
+    free(term);
+    return affine || graph;
+}
+
+/* What holds of the constraints that are no graphs: whether anything is eliminated by them or not. */
+static void note_shape(struct chain *c, struct step *p)
+{
+    if (!p->function || !(state_facts(c->s, p->function) & EXPR_HAS_PARAMETER) || plain(c, p->function))
+        return;
+    if (!p->ready)
+        choose(c, p);
+    if (p->symbol >= 0 && p->value && !(state_facts(c->s, p->slope) & EXPR_HAS_VARIABLE))
+        note(c, p->slope, 0);
+    else if (p->symbol >= 0 && p->value)
+        note_common(c, p);
+    else if (p->symbol >= 0)
+        note_double(c, p);
 }
 
 /* A pivot, which stands on the set of the first `to` constraints. */
@@ -232,8 +269,10 @@ void conditions_note(struct state *s, struct sga_conditions *to)
         note_pivot(&c, s->ech.pivot[q].value, c.steps);
     for (int q = 0; q < sol->deads; q++)
         note_pivot(&c, sol->dead[q].value, stood(sol, sol->dead[q].generation));
-    for (int i = 0; i < c.steps; i++)
+    for (int i = 0; i < c.steps; i++) {
+        note_shape(&c, c.step + i);
         if (c.step[i].used)
             note(&c, c.step[i].slope, 0);
+    }
     free(c.step);
 }
