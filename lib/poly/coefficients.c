@@ -102,6 +102,26 @@ void poly_numerator_free(struct poly_numerator *n)
     free(n);
 }
 
+expr_id poly_numerator_shown(struct poly_numerator *n)
+{
+    struct poly_bridge *b = n->b;
+    fmpz_mpoly_t f;
+    fmpz_t c;
+    expr_id e = expr_int(b->st, 0);
+    if (!n->f.num->length)
+        return e;
+    fmpz_mpoly_init(f, b->ctx);
+    fmpz_init(c);
+    poly_content(c, n->f.num);
+    if (fmpz_sgn(n->f.num->coeffs) < 0)
+        fmpz_neg(c, c);
+    fmpz_mpoly_scalar_divexact_fmpz(f, n->f.num, c, b->ctx);
+    e = poly_show_poly(b, f);
+    fmpz_mpoly_clear(f, b->ctx);
+    fmpz_clear(c);
+    return e;
+}
+
 bool poly_coefficients_of(struct poly_numerator *n, struct poly_coefficients *out)
 {
     struct expr_store *st = n->b->st;

@@ -94,6 +94,8 @@ bool poly_linear_in(struct expr_store *st, expr_id e, int symbol, const struct p
 struct poly_numerator;
 struct poly_numerator *poly_numerator_new(struct expr_store *st, expr_id e, const struct poly_limits *limits);
 void poly_numerator_free(struct poly_numerator *n);
+/* Itself, without numeric content and with its first term positive: one text for all multiples. */
+expr_id poly_numerator_shown(struct poly_numerator *n);
 /* As a polynomial in what depends on variables or time: its coefficients, in parameters alone, and for each what its term
  * depends on (EXPR_HAS_VARIABLE | EXPR_HAS_TIME; 0: the constant term). No coefficients: it is zero. False: over budget. The
  * caller clears *out (only after true). */

@@ -140,9 +140,11 @@ static expr_id root_of(const struct item *it, expr_id f)
 static void branch(struct work *w, const struct item *it, expr_id f)
 {
     struct cases_roots roots;
+    bool solved = cases_solve(&w->space, f, &roots);
+    f = roots.function;
     if (is_excluded(&it->part, f))
         return;
-    if (!cases_solve(&w->space, f, &roots)) {
+    if (!solved) {
         struct item open = item_copy(it);
         open.part.root = root_of(it, f);
         push_expr(&open.part.where, &open.part.wheres, f);

@@ -144,7 +144,8 @@ static void solve_shape(const struct cases_space *s, const struct shape *p, stru
 {
     struct expr_store *st = s->st;
     expr_id a = p->k[p->degree], c = p->k[0];
-    *r = (struct cases_roots){ .symbol = p->symbol, .leading = sign_of(s, a) ? EXPR_UNDEF : a };
+    r->symbol = p->symbol;
+    r->leading = sign_of(s, a) ? EXPR_UNDEF : a;
     if (p->degree == p->step) {
         add_roots(s, r, expr_neg(st, expr_div(st, c, a)), p->step);
         return;
@@ -168,6 +169,7 @@ bool cases_solve(const struct cases_space *s, expr_id f, struct cases_roots *roo
     struct shape best = { .symbol = -1 };
     long least = ENOUGH;
     struct poly_numerator *n = poly_numerator_new(s->st, f, &s->limits);
+    *roots = (struct cases_roots){ .function = n ? poly_numerator_shown(n) : f };
     for (int i = 0; i < s->system->parameters; i++) {
         struct shape p;
         if (!n || s->st->symbol[s->system->parameter[i]].kind != EXPR_PARAMETER || !shape_of(s->st, n, s->system->parameter[i], &p))

@@ -26,11 +26,12 @@ enum cases_truth cases_zero(const struct cases_space *s, expr_id e);
  * vanish the values hold only where it does not. */
 enum { CASES_ROOTS = 4 };
 struct cases_roots {
+    expr_id function;                /* f, as all its multiples are written */
     int symbol;
     expr_id value[CASES_ROOTS]; int count;
     expr_id leading;                 /* or EXPR_UNDEF */
 };
-/* False: there is no closed form. */
+/* False: there is no closed form, only the function is given. */
 bool cases_solve(const struct cases_space *s, expr_id f, struct cases_roots *roots);
 
 #endif

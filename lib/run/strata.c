@@ -1,6 +1,7 @@
 /* What the algorithm divided by, and where that can vanish. */
 #include "strata_listing.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -154,9 +155,28 @@ static bool drops_before(struct listing *l, expr_id factor, int before, struct s
     return lower;
 }
 
+/* Whether the values of the parameters at a point, where these are among the variables, are a case that is listed. A point that is
+ * not proved may only have been approached. */
+static bool in_a_case(struct listing *l, struct points_point *p, bool approached)
+{
+    static const double NEAR = 1e-4;
+    num_ball_extend(&p->ball);
+    for (int i = 0; i < l->cases.parts; i++) {
+        const struct cases_part *c = l->cases.part + i;
+        bool in = true;
+        for (int k = 0; k < c->wheres && in; k++) {
+            arb_srcptr v = num_ball_value(&p->ball, c->where[k]);
+            in = arb_contains_zero(v) || (approached && fabs(arf_get_d(arb_midref(v), ARF_RND_NEAR)) < NEAR);
+        }
+        if (in)
+            return true;
+    }
+    return false;
+}
+
 /* Whether the rank drops where the factor vanishes for special values of the parameters, none
- * of which was met above. */
-static bool drops_for_some(struct listing *l, expr_id factor)
+ * of which was met above; cases of their own are looked at there. as gets the point. */
+static bool drops_for_some(struct listing *l, expr_id factor, struct stratum *as)
 {
     struct points_point p;
     struct job *j = l->j;
@@ -165,9 +185,12 @@ static bool drops_for_some(struct listing *l, expr_id factor)
     if (none || too_many(j, j->request.system.variables, &l->moved))
         return false;
     enum points_status status = strata_look_at(j, (struct strata_look){ .c = j->solution.constraints, .factor = factor, .moving = STRATA_PARAMETERS }, &p, &rank);
+    bool lower = status == POINTS_IRREGULAR || (status == POINTS_OK && rank < j->request.system.variables - j->solution.free_columns);
+    lower = lower && !in_a_case(l, &p, !p.certified);
+    if (lower)
+        keep_point(as, &p, j->request.system.variables);
     points_point_clear(&p);
-    return status == POINTS_IRREGULAR
-           || (status == POINTS_OK && rank < j->request.system.variables - j->solution.free_columns);
+    return lower;
 }
 
 /* A factor in time only: at its zeros the rank may drop for an instant. */
@@ -194,10 +217,8 @@ static void consider(struct listing *l, expr_id factor, int before)
             strata_add(l->j, factor, -1, (struct stratum){ .kind = "instant" });
     } else if (l->j->solution.verdict != SGA_INCONSISTENT && (strata_drops(l->j, factor, 0, &as) || drops_before(l, factor, before, &as)))
         strata_add(l->j, factor, before, as);
-    else if (l->j->solution.verdict != SGA_INCONSISTENT && drops_for_some(l, factor)) {
-        strata_add(l->j, factor, -1, (struct stratum){ .kind = "parameter" });
-        strata_assume(l->j, factor);
-    }
+    else if (l->j->solution.verdict != SGA_INCONSISTENT && drops_for_some(l, factor, &as))
+        strata_add(l->j, factor, before, as);
 }
 
 void strata_factors(struct listing *l, expr_id value, int before)
