@@ -185,7 +185,7 @@ def main():
     rng = random.Random(seed(13))
     tally, solver = Tally("parameters"), Solver(build_folder())
     count = {"systems": 0, "undecided": 0, "refused": 0}
-    for i in range(scaled(60)):
+    for i in range(scaled(24)):
         parameters = ["k", "m", "p"][:rng.choice([1, 1, 2, 2, 3])]
         system = (linear_system if rng.random() < 0.6 else polynomial_system)(rng, parameters)
         parameters = used(system, parameters)

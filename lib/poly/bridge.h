@@ -101,6 +101,10 @@ enum poly_sign poly_sign_of(const struct poly_bridge *b, const fmpz_mpoly_t f, b
  * polynomial by completing squares, a univariate one by Sturm's count. */
 bool poly_keeps_sign(struct poly_bridge *b, const fmpz_mpoly_t f);
 
+/* Whether f was seen to take both signs, generators taken as independent (those that have a sign keep it): then it is no
+ * sum of squares, nor minus one. A few values in doubles, each told from 0 by far. */
+bool poly_changes_sign(const struct poly_bridge *b, const fmpz_mpoly_t f);
+
 /* squares.c: f >= 0 everywhere (generators taken as independent), because it is a sum of
  * squares after multiplication by what is positive. f vanishes just where the functions of
  * *out (owned by the caller) all do; *never: nowhere. False: not found to be so. */

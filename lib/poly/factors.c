@@ -78,13 +78,14 @@ static void add_factor(struct poly_bridge *b, struct poly_factors *out, const fm
     struct poly_factor *x = out->factor + out->factors++;
     bool negative;
     enum poly_sign sign = poly_sign_of(b, f, &negative);
+    bool changes = sign == POLY_ANY && poly_changes_sign(b, f);
     *x = (struct poly_factor){
         .expr = poly_show_poly(b, f), .multiplicity = n, .irreducible = irreducible,
-        .depends = depends_of(b, f), .never_zero = sign == POLY_POSITIVE || poly_keeps_sign(b, f) };
+        .depends = depends_of(b, f), .never_zero = sign == POLY_POSITIVE || (!changes && poly_keeps_sign(b, f)) };
     if (sign == POLY_NONNEGATIVE && f->length > 1) {
         x->sum_of_even_powers = true;
         radicals(b, f, x);
-    } else if (sign == POLY_ANY && !x->never_zero) {
+    } else if (sign == POLY_ANY && !changes && !x->never_zero) {
         squares(b, f, x);
     }
 }

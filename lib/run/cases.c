@@ -7,6 +7,7 @@
 #include "derive.h"
 #include "mem.h"
 #include "poly.h"
+#include "warnings.h"
 #include "cases_solve.h"
 
 /* A part that is not complete: what is still to vanish. */
@@ -79,7 +80,7 @@ static void item_clear(struct item *i)
 /* Takes over the item. */
 static void push_item(struct work *w, struct item it)
 {
-    if (w->items + w->out->parts >= CASES_MOST) {
+    if (w->items + w->out->parts >= SGA_MOST_PARAMETER_CASES) {
         w->out->cut = true;
         item_clear(&it);
         return;

@@ -20,10 +20,8 @@ struct cases_part {
 
 struct cases {
     struct cases_part *part; int parts;
-    bool cut;                  /* there may be more of them: over CASES_MOST on the way */
+    bool cut;                  /* there may be more of them: over SGA_MOST_PARAMETER_CASES on the way */
 };
-
-enum { CASES_MOST = 64 };
 
 /* The real common zeros of functions of the system's parameters where none of `excluded` vanishes. A condition is
  * factored over the rationals; a factor is solved for a parameter that it is affine in, with what it is divided by excluded, and

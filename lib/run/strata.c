@@ -93,7 +93,7 @@ void strata_add_case(struct job *j, struct cases_part *part)
     for (int i = 0; i < as.part.wheres && ok; i++)
         ok = push(j, &as, as.part.where[i]);
     if (!ok) {
-        j->cases_cut = true;
+        sga_limit_met(&j->budget, SGA_LIMIT_PARAMETER_CASES);
         stratum_clear(&as);
         return;
     }
@@ -252,10 +252,10 @@ void answer_strata(struct job *j)
     bool empty = sol->verdict == SGA_INCONSISTENT;
     if (!j->has_texts)
         return;
+    stage_begin(&j->clock, STAGE_STRATA);
     expr_facts_init(&l.facts);
     for (int i = 0; i < sol->conditions.count; i++)
         strata_condition(&l, sol->conditions.at[i].function, sol->conditions.at[i].functions);
-    j->cases_cut |= sol->conditions.incomplete;
     for (int i = 0; i < sol->others; i++)
         if (sol->other[i] != sol->special[0])
             strata_add(j, sol->other[i], -1, (struct stratum){ .kind = "pivot", .off = true });

@@ -33,7 +33,7 @@ static void join(struct listing *l, struct cases_part *part)
     bool known = ruled_out(l->j, part);
     for (int i = 0; i < c->parts && !known; i++)
         known = cases_within(sys, part, c->part + i);
-    if (known || c->parts >= CASES_MOST) {
+    if (known || c->parts >= SGA_MOST_PARAMETER_CASES) {
         c->cut |= !known;
         cases_part_clear(part);
         return;
@@ -82,7 +82,8 @@ void strata_cases(struct listing *l)
 {
     struct job *j = l->j;
     struct cases *c = &l->cases;
-    j->cases_cut |= c->cut;
+    if (c->cut)
+        sga_limit_met(&j->budget, SGA_LIMIT_PARAMETER_CASES);
     for (int i = 0; i < c->parts; i++) {
         struct cases_part *p = c->part + i;
         strata_assume(j, assumption(&j->request.store, p));

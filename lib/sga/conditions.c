@@ -11,6 +11,7 @@
 
 #include "mem.h"
 #include "poly.h"
+#include "warnings.h"
 
 struct step {
     int symbol;               /* the variable that goes; -1: none could be eliminated */
@@ -60,13 +61,19 @@ void conditions_add(struct sga_conditions *to, struct expr_store *st, struct exp
     to->at[to->count++] = (struct sga_condition){ .function = f, .functions = n };
 }
 
+static void too_large(const struct chain *c)
+{
+    sga_warn(c->s->options->budget, SGA_W_STRATA_NOT_SEARCHED, "", "what the reduction takes for granted of the symbolic parameters is in "
+             "part too large for its coefficients to be looked at: there may be more cases of them");
+}
+
 /* The coefficients of those terms of a numerator that depend on `of` (0: of all) do not all vanish. */
 static void note_by(struct chain *c, struct poly_numerator *g, unsigned of)
 {
     struct poly_coefficients k;
     struct expr_store *st = c->s->st;
     if (!g || !poly_coefficients_of(g, &k)) {
-        c->to->incomplete = true;
+        too_large(c);
         return;
     }
     int n = 0;
@@ -181,7 +188,8 @@ static void add_step(struct chain *c, int i)
     struct state *s = c->s;
     expr_id f = eliminated(c, s->con[i], i), from = s->sol->constraint[i].replaced;
     c->step[c->steps++] = (struct step){ .symbol = -1, .function = f, .ready = !f };
-    c->to->incomplete |= !f;
+    if (!f)
+        too_large(c);
     note(c, f, EXPR_HAS_VARIABLE);      /* its differential */
     if (from)
         note(c, eliminated(c, from, i), EXPR_HAS_VARIABLE);
@@ -253,8 +261,8 @@ void conditions_note(struct state *s, struct sga_conditions *to)
     struct chain c = { .s = s, .to = to };
     if (!has_parameter(s))
         return;
-    if (sol->constraints > CONDITIONS_MOST || s->ech.pivots > 4 * CONDITIONS_MOST) {
-        to->incomplete = true;
+    if (sol->constraints > SGA_MOST_CONDITIONED) {
+        sga_limit_met(s->options->budget, SGA_LIMIT_CONDITIONED);
         return;
     }
     c.limits = (struct poly_limits){ .max_terms = 300, .max_bits = 4000, .max_degree = 60, .max_generators = 24, .budget = s->options->budget };

@@ -7,8 +7,7 @@
 /* After a run, with a set or a contradiction: adds to *to what was taken for granted of the parameters. Each thing that was
  * divided by, each differential of a constraint and each contradiction is written on the set with as few variables as its
  * constraints allow; it vanishes there for special values of the parameters only if all its coefficients do. Cost: that of a
- * reduction by normal forms, for CONDITIONS_MOST constraints and functions at the most; past it to->incomplete is set. */
-enum { CONDITIONS_MOST = 60 };
+ * reduction by normal forms, for SGA_MOST_CONDITIONED constraints at the most: past it, and for functions that are too large, there is a warning. */
 void conditions_note(struct state *s, struct sga_conditions *to);
 
 /* One more: the functions do not all vanish. Dropped where one of them cannot, or where it is there already. */

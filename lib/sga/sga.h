@@ -78,7 +78,6 @@ struct sga_condition {
 
 struct sga_conditions {
     struct sga_condition *at; int count; size_t cap;
-    bool incomplete;           /* something was too large to be looked at */
 };
 
 struct sga_solution {
