@@ -137,17 +137,18 @@ bool poly_coefficients_of(struct poly_numerator *n, struct poly_coefficients *ou
     return ok;
 }
 
-/* The generator of a symbol that stands in no other generator; -1: none. */
-static int generator_of(const struct poly_bridge *b, int symbol)
+/* The generator that is this node, which stands in no other generator; -1: none. */
+static int generator_of(const struct poly_bridge *b, expr_id node)
 {
-    expr_id node = b->st->symbol[symbol].node;
     struct expr_cone cone;
     int at = -1;
     bool inside = false;
     expr_cone_init(&cone);
     for (int g = 0; g < b->gens; g++) {
-        if (b->gen[g].node == node)
+        if (b->gen[g].node == node) {
             at = g;
+            continue;
+        }
         if (b->gen[g].op == EXPR_SYM)
             continue;
         expr_cone_of(b->st, &cone, &b->gen[g].node, 1);
@@ -171,7 +172,7 @@ bool poly_resultant(struct expr_store *st, expr_id x, expr_id y, int symbol, con
     struct poly_bridge *b = poly_bridge_new(st, roots, 2, limits);
     const struct poly_ratio *p = b ? poly_value(b, x) : NULL, *q = b ? poly_value(b, y) : NULL;
     bool ok = p && q;
-    int at = ok ? generator_of(b, symbol) : -1;
+    int at = ok ? generator_of(b, st->symbol[symbol].node) : -1;
     if (at >= 0 && poly_fraction_of(b, p, &f)) {
         ok = poly_fraction_of(b, q, &g);
         if (ok) {
@@ -193,11 +194,11 @@ bool poly_resultant(struct expr_store *st, expr_id x, expr_id y, int symbol, con
     return ok;
 }
 
-bool poly_powers_of(struct poly_numerator *n, int symbol, expr_id **coefficient, int *degree)
+bool poly_powers_of(struct poly_numerator *n, expr_id node, expr_id **coefficient, int *degree)
 {
     struct poly_bridge *b = n->b;
     struct sga_error before = b->st->error;
-    int at = generator_of(b, symbol);
+    int at = generator_of(b, node);
     *coefficient = NULL;
     *degree = -1;
     if (at < 0)

@@ -102,9 +102,9 @@ expr_id poly_numerator_shown(struct poly_numerator *n);
 struct poly_coefficients { expr_id *coefficient; unsigned *of; int count; };
 bool poly_coefficients_of(struct poly_numerator *n, struct poly_coefficients *out);
 void poly_coefficients_clear(struct poly_coefficients *c);
-/* By powers of a symbol: coefficient[0 .. degree], malloced. False (nothing to free): over budget, or the symbol is inside a
- * kernel, or nowhere. */
-bool poly_powers_of(struct poly_numerator *n, int symbol, expr_id **coefficient, int *degree);
+/* By powers of a symbol or kernel, by its node: coefficient[0 .. degree], malloced. False (nothing to free): over budget, or it is
+ * inside a kernel, or nowhere. */
+bool poly_powers_of(struct poly_numerator *n, expr_id node, expr_id **coefficient, int *degree);
 /* The resultant of the numerators of x and y in a symbol: it vanishes where they have a common zero in it, or both lose their
  * leading terms. False: over budget, or the symbol is inside a kernel, or in neither. */
 bool poly_resultant(struct expr_store *st, expr_id x, expr_id y, int symbol, const struct poly_limits *limits, expr_id *out);

@@ -134,8 +134,8 @@ bool strata_case_make(struct strata_case *part, const struct sys_system *system,
         return true;
     }
     if (!s->part.puts || s->part.open)
-        return sga_fail(err, SGA_E_UNDECIDED, "this is a condition on the parameters on the set of the constraints; it could not be "
-                        "solved for one of them to be substituted; give the parameters values that fulfil it");
+        return sga_fail(err, SGA_E_UNDECIDED, "this condition on the parameters has no solution in closed form that could be "
+                        "substituted; give the parameters values that fulfil it");
     substitute(part, system, mechanical, &s->part);
     return true;
 }

@@ -92,6 +92,8 @@ static void note(struct chain *c, expr_id g, unsigned of)
     struct poly_numerator *n = poly_numerator_new(c->s->st, g, &c->limits);
     note_by(c, n, of);
     poly_numerator_free(n);
+    if (g && n)
+        conditions_kernels(c->s, c->to, g, of);
 }
 
 static bool contains(struct chain *c, expr_id e, int symbol)
@@ -129,7 +131,7 @@ static void choose(struct chain *c, struct step *p)
     for (int j = 0; j < s->sys->variables && least && n; j++) {
         expr_id *k;
         int degree;
-        if (!poly_powers_of(n, s->variable[j], &k, &degree))
+        if (!poly_powers_of(n, s->st->symbol[s->variable[j]].node, &k, &degree))
             continue;
         int cost = degree == 1 ? kind_of(c, k[1]) : 10 * degree;
         if (degree >= 1 && cost < least) {

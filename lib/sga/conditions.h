@@ -13,4 +13,9 @@ void conditions_note(struct state *s, struct sga_conditions *to);
 /* One more: the functions do not all vanish. Dropped where one of them cannot, or where it is there already. */
 void conditions_add(struct sga_conditions *to, struct expr_store *st, struct expr_facts *facts, const expr_id *function, int functions);
 
+/* The same where functions that are no polynomials stop to be independent of each other and of numbers, as exp(k x) does at
+ * k = 0 and sin(k t), sin(m t) do at k = m: for those values g is looked at again. of: which terms count, as in
+ * poly_coefficients_of (0: all). */
+void conditions_kernels(struct state *s, struct sga_conditions *to, expr_id g, unsigned of);
+
 #endif

@@ -41,7 +41,8 @@ static void parts(void)
         { "a*d - b*c", NULL, 3, "[d=0;b=0;]" }, { "a^4 - 2", NULL, 2, "a=sqrt(sqrt(2));" },
         { "a^4 - 3*a^2 + 1", NULL, 4, "" }, { "a^2 + a*b + b^2", NULL, 1, "b=0;" },
         { "a", "b", 1, "b=0;" }, { "a*b", "a*c", 2, "a=0;" }, { "a", "a - 1", 0, "" }, { "a*b - 1", "a", 0, "" },
-        { "(a - 1)^2*(b + 2)", NULL, 2, "b=-2;" }, { "a^5 - a - 1", NULL, 1, "[open" }, { "a^2 - b", "a - 2", 1, "b=4;" },
+        { "(a - 1)^2*(b + 2)", NULL, 2, "b=-2;" }, { "a^5 - a - 1", NULL, 1, "[open" }, { "exp(a) - 2", NULL, 1, "a=log(2);" }, { "exp(a) + 1", NULL, 0, "" },
+        { "sqrt(a) - b", "b - 3", 1, "a=9;" }, { "a^3 - 3*a + 1", NULL, 3, "cos(" }, { "sin(a)", NULL, 1, "[open" }, { "a^2 - b", "a - 2", 1, "b=4;" },
         { "a^2 + 2*a*b + b^2 - 1", NULL, 2, "" },
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
@@ -52,7 +53,8 @@ static void parts(void)
         show(&c, &text);
         CHECK(c.parts == cases[i].parts && !c.cut && (!text.data || strstr(text.data, cases[i].one)), "%s: %d %s", cases[i].f, c.parts,
               text.data ? text.data : "");
-        for (int k = 0; k < c.parts; k++)
+        bool algebraic = !strstr(cases[i].f, "exp") && !strstr(cases[i].f, "a^3 - 3");     /* others are no polynomials in their roots */
+        for (int k = 0; k < c.parts && algebraic; k++)
             for (int q = 0; q < (cases[i].g ? 2 : 1) && !c.part[k].open; q++)
                 CHECK(cases_zero_on(&sys, c.part + k, f[q]), "%s: part %d", cases[i].f, k);
         sga_buf_free(&text);

@@ -165,6 +165,13 @@ static void branch(struct work *w, const struct item *it, expr_id f)
         else
             item_clear(&next);
     }
+    if (roots.instead) {
+        struct item next = item_copy(it);
+        next.part.root = root_of(it, f);
+        push_expr(&next.part.where, &next.part.wheres, f);
+        push_expr(&next.left, &next.lefts, roots.instead);
+        push_item(w, next);
+    }
     if (roots.leading) {              /* where the coefficient vanishes too */
         struct item next = item_copy(it);
         next.part.root = root_of(it, f);

@@ -1,4 +1,4 @@
-/* Inside the run folder: one condition solved for a parameter. */
+/* Inside the sga folder: one condition solved for a parameter. */
 #ifndef SGA_RUN_CASES_SOLVE_H
 #define SGA_RUN_CASES_SOLVE_H
 
@@ -15,9 +15,7 @@ enum cases_truth { CASES_ZERO, CASES_NEVER, CASES_OPEN };
 
 struct cases_space cases_space_of(const struct sys_system *system, const struct sga_budget *budget);
 
-/* e with values put in; EXPR_UNDEF where it has no value there. */
-expr_id cases_at(struct expr_store *st, expr_id e, const struct cases_put *put, int puts);
-/* The same in normal form. */
+/* cases_at in normal form. */
 expr_id cases_replace(const struct cases_space *s, expr_id e, const struct cases_put *put, int puts);
 /* Of a normal form. ZERO: proved. NEVER: a number that is not zero. */
 enum cases_truth cases_zero(const struct cases_space *s, expr_id e);
@@ -30,6 +28,7 @@ struct cases_roots {
     int symbol;
     expr_id value[CASES_ROOTS]; int count;
     expr_id leading;                 /* or EXPR_UNDEF */
+    expr_id instead;                 /* no values: what vanishes where f does; or EXPR_UNDEF */
 };
 /* False: there is no closed form, only the function is given. */
 bool cases_solve(const struct cases_space *s, expr_id f, struct cases_roots *roots);

@@ -1,4 +1,4 @@
-/* Inside the run folder: the real zero set of functions of parameters, in parts that can be put into a system. */
+/* The real zero set of functions of parameters, in parts that can be put into a system. */
 #ifndef SGA_RUN_CASES_H
 #define SGA_RUN_CASES_H
 
@@ -34,6 +34,8 @@ void cases_clear(struct cases *c);
 bool cases_within(const struct sys_system *system, const struct cases_part *part, const struct cases_part *other);
 /* Whether f vanishes all over a part. */
 bool cases_zero_on(const struct sys_system *system, const struct cases_part *part, expr_id f);
+/* e with values put in; EXPR_UNDEF where it has no value there. */
+expr_id cases_at(struct expr_store *st, expr_id e, const struct cases_put *put, int puts);
 /* A copy of its own. */
 struct cases_part cases_copy(const struct cases_part *part);
 void cases_part_clear(struct cases_part *part);

@@ -84,7 +84,7 @@ struct shape {
 static bool shape_of(const struct expr_store *st, struct poly_numerator *n, int symbol, struct shape *out)
 {
     *out = (struct shape){ .symbol = symbol };
-    if (!poly_powers_of(n, symbol, &out->k, &out->degree))
+    if (!poly_powers_of(n, st->symbol[symbol].node, &out->k, &out->degree))
         return false;
     for (int i = 1; i <= out->degree; i++) {
         if (expr_is_zero(st, out->k[i]))
@@ -100,11 +100,21 @@ static bool shape_of(const struct expr_store *st, struct poly_numerator *n, int 
     return true;
 }
 
+static bool rational(const struct expr_store *st, const struct shape *p)
+{
+    bool all = true;
+    for (int i = 0; i <= p->degree; i++)
+        all = all && expr_is_const(st, p->k[i]);
+    return all;
+}
+
 /* Affine with a number before plain powers before anything with a coefficient that may vanish. */
 static long cost_of(const struct cases_space *s, const struct shape *p)
 {
     long order = p->step ? p->degree / p->step : 0;
     bool number = sign_of(s, p->k[p->degree]) != 0;
+    if (order == 3 && p->step == 1 && rational(s->st, p))
+        return 1000;
     if (order < 1 || order > 2)
         return ENOUGH;
     return (order == 1 && p->step == 1 ? 0 : 100 * p->degree) + (number ? 0 : 10);
@@ -140,12 +150,72 @@ static void add_roots(const struct cases_space *s, struct cases_roots *r, expr_i
         r->value[r->count++] = expr_neg(st, x);
 }
 
+static void third_of(fmpq_t out, const fmpq_t x)
+{
+    fmpz_t three;
+    fmpz_init_set_ui(three, 3);
+    fmpq_div_fmpz(out, x, three);
+    fmpz_clear(three);
+}
+
+/* The real roots of a cubic with rational coefficients, x = u - b/(3 a): Cardano's where there is one, Viete's where there
+ * are three. */
+static void solve_cubic(const struct cases_space *s, const struct shape *p, struct cases_roots *r)
+{
+    struct expr_store *st = s->st;
+    fmpq_t a[3], P, Q, D, t;
+    for (int i = 0; i < 3; i++) {
+        fmpq_init(a[i]);
+        fmpq_div(a[i], expr_const_value(st, p->k[i]), expr_const_value(st, p->k[3]));
+    }
+    fmpq_init(P);
+    fmpq_init(Q);
+    fmpq_init(D);
+    fmpq_init(t);
+    third_of(t, a[2]);                    /* x^3 + a2 x^2 + a1 x + a0, t = a2/3: P = a1 - 3 t^2, Q = 2 t^3 - t a1 + a0 */
+    fmpq_mul(D, t, t);
+    fmpq_mul_si(P, D, -3);
+    fmpq_add(P, P, a[1]);
+    fmpq_mul(Q, D, t);
+    fmpq_mul_si(Q, Q, 2);
+    fmpq_submul(Q, t, a[1]);
+    fmpq_add(Q, Q, a[0]);
+    third_of(P, P);                       /* u^3 + 3 P u + 2 Q, D = Q^2 + P^3 */
+    fmpq_div_2exp(Q, Q, 1);
+    fmpq_mul(D, P, P);
+    fmpq_mul(D, D, P);
+    fmpq_addmul(D, Q, Q);
+    expr_id shift = expr_fmpq(st, t), q = expr_fmpq(st, Q), minus = expr_neg(st, expr_fmpq(st, P));
+    if (fmpq_sgn(D) >= 0) {
+        expr_id root = expr_fun(st, EXPR_SQRT, expr_fmpq(st, D));
+        expr_id u = expr_sub(st, expr_fun(st, EXPR_CBRT, expr_sub(st, root, q)), expr_fun(st, EXPR_CBRT, expr_add(st, root, q)));
+        r->value[r->count++] = expr_sub(st, u, shift);
+    } else {
+        expr_id size = expr_fun(st, EXPR_SQRT, minus);
+        expr_id angle = expr_fun(st, EXPR_ACOS, expr_neg(st, expr_div(st, q, expr_mul(st, minus, size))));
+        for (int k = 0; k < 3; k++) {
+            expr_id part = expr_div(st, expr_add(st, angle, expr_mul(st, expr_int(st, 2 * k), expr_pi(st))), expr_int(st, 3));
+            r->value[r->count++] = expr_sub(st, expr_mul(st, expr_mul(st, expr_int(st, 2), size), expr_fun(st, EXPR_COS, part)), shift);
+        }
+    }
+    for (int i = 0; i < 3; i++)
+        fmpq_clear(a[i]);
+    fmpq_clear(P);
+    fmpq_clear(Q);
+    fmpq_clear(D);
+    fmpq_clear(t);
+}
+
 static void solve_shape(const struct cases_space *s, const struct shape *p, struct cases_roots *r)
 {
     struct expr_store *st = s->st;
     expr_id a = p->k[p->degree], c = p->k[0];
     r->symbol = p->symbol;
     r->leading = sign_of(s, a) ? EXPR_UNDEF : a;
+    if (p->degree == 3 * p->step) {
+        solve_cubic(s, p, r);
+        return;
+    }
     if (p->degree == p->step) {
         add_roots(s, r, expr_neg(st, expr_div(st, c, a)), p->step);
         return;
@@ -162,6 +232,49 @@ static void solve_shape(const struct cases_space *s, const struct shape *p, stru
 static int by_name(const struct expr_store *st, int a, int b)
 {
     return strcmp(st->symbol[a].name, st->symbol[b].name);
+}
+
+/* What the argument of a function equals where the function equals w; EXPR_UNDEF: it cannot, or does at many values. *never: it
+ * cannot. */
+static expr_id inverse(const struct cases_space *s, enum expr_op op, expr_id w, bool *never)
+{
+    int sign = sign_of(s, w);
+    bool zero = expr_is_zero(s->st, w);
+    *never = (op == EXPR_EXP && (sign < 0 || zero)) || (op == EXPR_SQRT && sign < 0);
+    if (*never || (op == EXPR_SQRT && !sign && !zero))
+        return EXPR_UNDEF;
+    return op == EXPR_EXP ? expr_fun(s->st, EXPR_LOG, w) : op == EXPR_LOG ? expr_fun(s->st, EXPR_EXP, w)
+           : expr_powi(s->st, w, op == EXPR_SQRT ? 2 : 3);
+}
+
+/* f = a h(u) + b with a number a, h one of exp, log, sqrt and cbrt: then u is what is asked for. */
+static bool solve_kernel(const struct cases_space *s, struct poly_numerator *n, expr_id f, struct cases_roots *r)
+{
+    struct expr_store *st = s->st;
+    struct expr_cone cone;
+    bool solved = false;
+    expr_cone_init(&cone);
+    expr_cone_of(st, &cone, &f, 1);
+    for (int i = 0; i < cone.count && n && !solved; i++) {
+        const struct expr_node node = st->node[cone.list[i]];
+        expr_id *k, u = EXPR_UNDEF;
+        int degree;
+        bool never = false;
+        if ((node.op != EXPR_EXP && node.op != EXPR_LOG && node.op != EXPR_SQRT && node.op != EXPR_CBRT)
+            || !poly_powers_of(n, cone.list[i], &k, &degree))
+            continue;
+        if (degree == 1 && sign_of(s, k[1])) {
+            u = expr_neg(st, expr_div(st, k[0], k[1]));
+            poly_normal(st, u, &s->limits, &u);
+            u = inverse(s, (enum expr_op)node.op, u, &never);
+        }
+        if (u)
+            r->instead = expr_sub(st, node.a, u);
+        solved = u || never;
+        free(k);
+    }
+    expr_cone_clear(&cone);
+    return solved;
 }
 
 bool cases_solve(const struct cases_space *s, expr_id f, struct cases_roots *roots)
@@ -183,9 +296,12 @@ bool cases_solve(const struct cases_space *s, expr_id f, struct cases_roots *roo
             free(p.k);
         }
     }
-    poly_numerator_free(n);
-    if (least < ENOUGH)
+    bool solved = least < ENOUGH;
+    if (solved)
         solve_shape(s, &best, roots);
+    else
+        solved = solve_kernel(s, n, f, roots);
+    poly_numerator_free(n);
     free(best.k);
-    return least < ENOUGH;
+    return solved;
 }
