@@ -280,6 +280,7 @@ void answer_strata(struct job *j)
     if (!empty) {
         strata_determinants(&l);
         strata_domain(&l);
+        strata_lost(&l);
     }
     strata_cases(&l);
     cases_clear(&l.cases);
