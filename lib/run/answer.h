@@ -181,6 +181,8 @@ bool answer_motion(struct job *j);
 bool answer_motion_on_stratum(struct job *j);
 /* Texts of what is wanted: normal forms where they are cheap, named parts otherwise. */
 bool answer_texts(struct job *j);
+/* One printed text without names of parts as an expression of the store; EXPR_UNDEF: it does not read back. */
+expr_id answer_text_read(struct expr_store *st, const char *text);
 /* The check at fresh points, of the printed texts where there are any, read back by the
  * parser; otherwise of the handles. */
 bool answer_witness(struct job *j);

@@ -36,6 +36,14 @@ static int copy_symbol(struct readback *b, const struct expr_store *from, int sy
     return expr_symbol_find(&b->st, s->name, strlen(s->name));
 }
 
+expr_id answer_text_read(struct expr_store *st, const char *text)
+{
+    struct expr_grammar g = { .derivative = derivative_symbol, .ctx = st, .max_length = 1 << 28, .max_depth = 1 << 20,
+                              .max_exponent = 1L << 30, .max_digits = 1 << 20 };
+    struct sga_error err = { 0 };
+    return expr_parse(st, text, &g, &err);
+}
+
 static bool parse_all(struct job *j, struct readback *b)
 {
     struct expr_grammar g = { .derivative = derivative_symbol, .ctx = &b->st, .max_length = 1 << 28,

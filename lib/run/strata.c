@@ -282,6 +282,7 @@ void answer_strata(struct job *j)
         strata_domain(&l);
         strata_lost(&l);
     }
+    strata_alike(&l);
     strata_cases(&l);
     cases_clear(&l.cases);
     expr_facts_clear(&l.facts);

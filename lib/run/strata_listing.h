@@ -47,6 +47,11 @@ void strata_factors(struct listing *l, expr_id value, int before);
 
 /* The cases in which functions of the parameters all vanish join the list; parts of others do not. */
 void strata_condition(struct listing *l, const expr_id *function, int functions);
+/* One part more, taken over, unless it lies in one that is listed. */
+void strata_join(struct listing *l, struct cases_part *part);
+/* Where strata are solved: parts where the general answer holds leave the list; what is special inside them joins it. Cost: a
+ * reduction for each. */
+void strata_alike(struct listing *l);
 /* One of them, taken over, as a stratum. */
 void strata_add_case(struct job *j, struct cases_part *part);
 /* e must not vanish. */

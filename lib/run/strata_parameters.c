@@ -25,8 +25,7 @@ static void remove_part(struct cases *c, int i)
     c->parts--;
 }
 
-/* Takes over the part. */
-static void join(struct listing *l, struct cases_part *part)
+void strata_join(struct listing *l, struct cases_part *part)
 {
     const struct sys_system *sys = &l->j->request.system;
     struct cases *c = &l->cases;
@@ -53,7 +52,7 @@ void strata_condition(struct listing *l, const expr_id *function, int functions)
     const struct cases_part *above = j->part;
     cases_of(&j->request.system, function, functions, above ? above->excluded : NULL, above ? above->excludeds : 0, &j->budget, &found);
     for (int i = 0; i < found.parts; i++)
-        join(l, found.part + i);
+        strata_join(l, found.part + i);
     l->cases.cut |= found.cut;
     cases_clear(&found);
 }
