@@ -16,6 +16,11 @@
 
 /* Of what is tried: f, and each g. */
 enum { F_TERMS = 120, G_TERMS = 30, MOST_SET = 40, STEPS = 24 };
+/* What is longer than so many times what is known already is not looked at: factors, and steps, shorten by less as a rule. */
+enum { FACTORED = 2, REDUCED = 3 };
+
+/* Names and pi count two signs, functions so many. */
+enum { NAME = 2, FUNCTION = 8 };
 
 /* About how many signs f takes as a sum. */
 static long length_of(const struct poly_bridge *b, const fmpz_mpoly_t f, ulong *exp)
@@ -27,7 +32,7 @@ static long length_of(const struct poly_bridge *b, const fmpz_mpoly_t f, ulong *
         n += one ? 1 : 1 + (long)fmpz_sizeinbase(f->coeffs + i, 10);
         for (int g = 0; g < b->gens; g++)
             if (exp[g]) {
-                n += 2 + (any || !one) + (exp[g] > 1 ? 2 : 0);
+                n += (b->gen[g].op == EXPR_SYM ? NAME : FUNCTION) + (any || !one) + (exp[g] > 1 ? 2 : 0);
                 any = true;
             }
         n += one && !any;
@@ -208,7 +213,29 @@ static bool show_fraction(struct poly_bridge *b, fmpz_mpoly_t num, fmpz_mpoly_t 
     return ok;
 }
 
-bool poly_bridge_on_set(struct poly_bridge *b, expr_id e, const expr_id *by, int count, expr_id *out)
+/* The same of a fraction, each factor of the denominator as a sum. */
+static long fraction_length(const struct poly_bridge *b, const struct poly_fraction *f)
+{
+    ulong *exp = sga_malloc((size_t)b->max_gens * sizeof *exp);
+    long n = length_of(b, f->num, exp);
+    for (int i = 0; i < f->dens; i++)
+        n += length_of(b, f->den[i].f, exp);
+    free(exp);
+    return n;
+}
+
+bool poly_bridge_normal_within(struct poly_bridge *b, expr_id e, long most, expr_id *out)
+{
+    const struct poly_ratio *r = poly_value(b, e);
+    struct poly_fraction f;
+    if (!r || !poly_fraction_of(b, r, &f))
+        return false;
+    bool ok = fraction_length(b, &f) <= FACTORED * most && poly_show(b, &f, out);
+    poly_fraction_clear(b, &f);
+    return ok;
+}
+
+bool poly_bridge_on_set(struct poly_bridge *b, expr_id e, const expr_id *by, int count, long most, expr_id *out)
 {
     const struct poly_ratio *r = poly_value(b, e);
     struct poly_fraction f;
@@ -224,7 +251,7 @@ bool poly_bridge_on_set(struct poly_bridge *b, expr_id e, const expr_id *by, int
     fmpq_set_si(scale, 1, 1);
     fmpq_one(down);
     fmpq_div_fmpz(scale, scale, f.scale);
-    bool ok = n && below(b, &f, den) && f.num->length <= F_TERMS && den->length <= F_TERMS;
+    bool ok = n && fraction_length(b, &f) <= REDUCED * most && below(b, &f, den) && f.num->length <= F_TERMS && den->length <= F_TERMS;
     if (ok) {
         strip(b, f.num, scale);
         bool above = reduce(b, f.num, scale, set, n), under = reduce(b, den, down, set, n);
@@ -305,7 +332,16 @@ static int sign_of(const struct poly_bridge *b, const fmpz_mpoly_t f)
     return sign < 0 ? -1 : 1;
 }
 
-bool poly_bridge_zeros(struct poly_bridge *b, expr_id e, const expr_id *by, int count, expr_id *out, expr_id *scale, bool *reduced)
+/* s over the fraction's denominators. */
+static expr_id scale_of(struct poly_bridge *b, const struct poly_fraction *f, const fmpq_t s)
+{
+    expr_id e = expr_fmpq(b->st, s);
+    for (int i = 0; i < f->dens; i++)
+        e = expr_div(b->st, e, expr_powi(b->st, poly_show_poly(b, f->den[i].f), f->den[i].n));
+    return e;
+}
+
+bool poly_bridge_zeros(struct poly_bridge *b, expr_id e, const expr_id *by, int count, long most, expr_id *out, expr_id *scale, bool *reduced)
 {
     const struct poly_ratio *r = poly_value(b, e);
     struct poly_fraction f;
@@ -313,13 +349,11 @@ bool poly_bridge_zeros(struct poly_bridge *b, expr_id e, const expr_id *by, int 
         return false;
     fmpz_mpoly_struct *set = sga_malloc(MOST_SET * sizeof *set);
     int n = set_of(b, by, count, set);
-    fmpz_mpoly_t den;
     fmpq_t s;
-    fmpz_mpoly_init(den, b->ctx);
     fmpq_init(s);
     fmpq_one(s);
     fmpq_div_fmpz(s, s, f.scale);
-    bool ok = f.num->length && below(b, &f, den);
+    bool ok = f.num->length && fraction_length(b, &f) <= REDUCED * most;
     *reduced = false;
     if (ok) {
         strip(b, f.num, s);
@@ -332,17 +366,13 @@ bool poly_bridge_zeros(struct poly_bridge *b, expr_id e, const expr_id *by, int 
     }
     if (ok) {
         struct sga_error before = b->st->error;
-        fmpz_mpoly_t one;
-        fmpz_mpoly_init(one, b->ctx);
-        fmpz_mpoly_one(one, b->ctx);
         *out = poly_show_poly(b, f.num);
-        ok = show_fraction(b, one, den, s, scale) && *out && expr_store_ok(b->st);
+        *scale = scale_of(b, &f, s);
+        ok = *out && *scale && expr_store_ok(b->st);
         b->st->error = before;
-        fmpz_mpoly_clear(one, b->ctx);
     }
     set_clear(b, set, n);
     free(set);
-    fmpz_mpoly_clear(den, b->ctx);
     fmpq_clear(s);
     poly_fraction_clear(b, &f);
     return ok;

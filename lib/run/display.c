@@ -78,23 +78,34 @@ static bool in_name(char c)
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || c == '\'' || (c >= '0' && c <= '9');
 }
 
-/* What there is to read: each sign and digit once, each name twice, however long. */
-static long weight_of(const struct expr_store *st, expr_id e)
+/* A name of the text's: two signs, one where it stands for a number that the request gives. */
+static long weight_of_name(const struct display *d, const char *name, size_t length)
+{
+    int s = expr_symbol_find(&d->st, name, length);
+    return s >= 0 && d->value[s] ? 1 : 2;
+}
+
+/* What there is to read: each sign and digit once, each name as one or two signs, however long. */
+static long weight_of(const struct display *d, expr_id e)
 {
     struct sga_buf b = { 0 };
     long n = 0;
-    if (!e || !expr_print(st, e, TEXT_BYTES, &b)) {
+    if (!e || !expr_print(&d->st, e, TEXT_BYTES, &b)) {
         sga_buf_free(&b);
         return 1L << 40;
     }
     for (size_t i = 0; i < b.len; i++) {
+        size_t from = i;
         bool digit = b.data[i] >= '0' && b.data[i] <= '9';
         if (b.data[i] == ' ')
             continue;
-        n += digit || !in_name(b.data[i]) ? 1 : 2;
-        if (!digit && in_name(b.data[i]))
-            while (i + 1 < b.len && in_name(b.data[i + 1]))
-                i++;
+        if (digit || !in_name(b.data[i])) {
+            n++;
+            continue;
+        }
+        while (i + 1 < b.len && in_name(b.data[i + 1]))
+            i++;
+        n += weight_of_name(d, b.data + from, i + 1 - from);
     }
     sga_buf_free(&b);
     return n;
@@ -106,11 +117,11 @@ struct choice {
 };
 
 /* Takes another form where it is lighter; where it is as light, too, if it may win ties. */
-static bool offer(const struct expr_store *st, struct choice *c, expr_id e, bool ties)
+static bool offer(const struct display *d, struct choice *c, expr_id e, bool ties)
 {
     if (e == c->e)
         return false;
-    long w = weight_of(st, e);
+    long w = weight_of(d, e);
     if (w > c->weight || (w == c->weight && !ties))
         return false;
     *c = (struct choice){ e, w };
@@ -139,9 +150,9 @@ static void as_zeros(struct display *d, struct sheet *s, struct poly_bridge *b, 
     for (int round = 0; round < 2; round++) {
         expr_id zeros, scale;
         bool reduced;
-        if (!poly_bridge_zeros(b, s->root[i], by, round ? 0 : older, &zeros, &scale, &reduced) || (!round && !reduced))
+        if (!poly_bridge_zeros(b, s->root[i], by, round ? 0 : older, c->weight, &zeros, &scale, &reduced) || (!round && !reduced))
             continue;
-        long w = weight_of(&d->st, zeros);
+        long w = weight_of(d, zeros);
         if ((double)w > ZEROS_SLACK * (double)c->weight || !one_factor(d, zeros, limits))
             continue;
         *c = (struct choice){ zeros, w };
@@ -155,8 +166,8 @@ static void choose_constraints(struct display *d, struct sheet *s, const struct 
 {
     struct poly_bridge *b = s->constraints && s->constraints <= MOST_ZEROS ? poly_bridge_new(&d->st, s->root, s->constraints, limits) : NULL;
     for (int i = 0; i < s->constraints; i++) {
-        struct choice c = { s->root[i], weight_of(&d->st, s->root[i]) };
-        offer(&d->st, &c, s->shown[i], true);
+        struct choice c = { s->root[i], weight_of(d, s->root[i]) };
+        offer(d, &c, s->shown[i], true);
         struct poly_bridge *own = b || s->constraints > MOST_ZEROS ? NULL : poly_bridge_new(&d->st, s->root + i, 1, limits);
         if (b || own)
             as_zeros(d, s, b ? b : own, limits, i, &c);
@@ -205,13 +216,13 @@ static void choose_values(struct display *d, struct sheet *s, const struct poly_
     if (!b)
         poly_normal_all(&d->st, s->root + c, values, limits, normal);
     for (int i = c; i < s->roots; i++) {
-        struct choice best = { s->root[i], weight_of(&d->st, s->root[i]) };
+        struct choice best = { s->root[i], weight_of(d, s->root[i]) };
         expr_id form = b ? EXPR_UNDEF : normal[i - c];
-        offer(&d->st, &best, s->shown[i], true);
-        if (form || poly_bridge_normal(b, s->root[i], &form))
-            offer(&d->st, &best, form, true);
+        offer(d, &best, s->shown[i], true);
+        if (form || poly_bridge_normal_within(b, s->root[i], best.weight, &form))
+            offer(d, &best, form, true);
         struct choice before = best;
-        if (b && i < s->on_set && c <= MOST_SETS && poly_bridge_on_set(b, s->root[i], both, c, &form) && offer(&d->st, &best, form, false)
+        if (b && i < s->on_set && c <= MOST_SETS && poly_bridge_on_set(b, s->root[i], both, c, best.weight, &form) && offer(d, &best, form, false)
             && !same_at_points(d, best.e, s->root[i]))
             best = before;
         s->shown[i] = best.e;
