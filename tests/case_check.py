@@ -97,6 +97,8 @@ class CaseCheck:
             except Broken as e:
                 self.tally.check(False, f"{name}: identities", str(e))
         self.at_points(name, expect, answer)
+        if "texts" in expect and result["verdict"] in ("unique", "isolated"):
+            self.sent_back(name, request, result)
         for s in result.get("strata", []):
             if "point" in s:
                 self.singular(name, request, answer, s)
