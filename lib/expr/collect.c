@@ -335,3 +335,11 @@ void expr_collect(struct expr_store *st, expr_id *root, int roots)
     free(top);
     free(to);
 }
+
+expr_id expr_collect_times(struct expr_store *st, const fmpq_t number, expr_id e)
+{
+    expr_collect(st, &e, 1);
+    bool sum = kind_of(st, e) == SUM;
+    e = times(st, number, e);
+    return e && sum ? collected_sum(st, e) : e;
+}

@@ -1,10 +1,12 @@
 /* The forms that a function can be shown in, and the choice among them. */
 #include "display.h"
 
+#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "collect.h"
+#include "facts.h"
 #include "mem.h"
 #include "poly.h"
 
@@ -128,15 +130,53 @@ static bool offer(const struct display *d, struct choice *c, expr_id e, bool tie
     return true;
 }
 
-/* One irreducible factor, once. */
-static bool one_factor(struct display *d, expr_id e, const struct poly_limits *limits)
+/* One irreducible factor, once, beside factors in parameters only (which are not 0 where there is a constraint at all):
+ * these are taken from *zeros into *scale. */
+static bool one_factor(struct display *d, const struct poly_limits *limits, expr_id *zeros, expr_id *scale)
 {
     struct poly_factors f;
-    if (!poly_numerator_factors(&d->st, e, limits, &f))
+    if (!poly_numerator_factors(&d->st, *zeros, limits, &f))
         return false;
-    bool one = f.factors == 1 && f.factor[0].multiplicity == 1;
+    int one = -1, others = 0;
+    for (int i = 0; i < f.factors; i++) {
+        if (!(f.factor[i].depends & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
+            continue;
+        others += one >= 0 || f.factor[i].multiplicity > 1;
+        one = i;
+    }
+    bool ok = one >= 0 && !others;
+    if (ok && f.factors > 1) {
+        expr_id rest = f.factor[one].expr, times, q;
+        bool reduced;
+        struct poly_bridge *b = poly_bridge_new(&d->st, &rest, 1, limits);
+        ok = b && poly_bridge_zeros(b, rest, NULL, 0, LONG_MAX / 8, &rest, &times, &reduced);
+        poly_bridge_free(b);
+        q = ok ? expr_mul(&d->st, *scale, expr_div(&d->st, *zeros, rest)) : EXPR_UNDEF;
+        ok = q && poly_normal(&d->st, q, limits, scale);
+        *zeros = ok ? rest : *zeros;
+    }
     poly_factors_clear(&f);
-    return one;
+    return ok;
+}
+
+/* As it arose, but for a number in front. */
+static void by_number(struct display *d, struct sheet *s, expr_id scale, int i, struct choice *c)
+{
+    struct sga_error before = d->st.error;
+    expr_id e = EXPR_UNDEF;
+    if (expr_is_const(&d->st, scale)) {
+        fmpq_t number;
+        fmpq_init(number);
+        fmpq_inv(number, expr_const_value(&d->st, scale));
+        e = expr_collect_times(&d->st, number, s->root[i]);
+        fmpq_clear(number);
+    }
+    long w = e ? weight_of(d, e) : 0;
+    if (e && (double)w <= ZEROS_SLACK * (double)c->weight) {
+        *c = (struct choice){ e, w };
+        s->scale[i] = scale;
+    }
+    d->st.error = before;
 }
 
 /* A constraint as its zeros, on those of older generations. */
@@ -152,9 +192,14 @@ static void as_zeros(struct display *d, struct sheet *s, struct poly_bridge *b, 
         bool reduced;
         if (!poly_bridge_zeros(b, s->root[i], by, round ? 0 : older, c->weight, &zeros, &scale, &reduced) || (!round && !reduced))
             continue;
+        expr_id number = scale;
+        bool one = one_factor(d, limits, &zeros, &scale);
         long w = weight_of(d, zeros);
-        if ((double)w > ZEROS_SLACK * (double)c->weight || !one_factor(d, zeros, limits))
+        if ((double)w > ZEROS_SLACK * (double)c->weight || !one) {
+            if (round)
+                by_number(d, s, number, i, c);
             continue;
+        }
         *c = (struct choice){ zeros, w };
         s->scale[i] = scale;
         s->reduced[i] = reduced;

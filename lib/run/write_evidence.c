@@ -31,11 +31,50 @@ static expr_id printed_factor(struct job *j, const struct sga_part *part, bool m
     return normal_form(j, e);
 }
 
+/* e = *number times what is returned. */
+static expr_id without_number(const struct expr_store *st, expr_id e, fmpq_t number)
+{
+    fmpq_one(number);
+    for (;;) {
+        const struct expr_node n = st->node[e];
+        if (n.op == EXPR_NEG)
+            fmpq_neg(number, number);
+        else if (n.op == EXPR_MUL && expr_is_const(st, n.a))
+            fmpq_mul(number, number, expr_const_value(st, n.a));
+        else
+            return e;
+        e = n.op == EXPR_NEG ? n.a : n.b;
+    }
+}
+
+/* x / y where that is seen to be a number; otherwise EXPR_UNDEF. */
+static expr_id plain_quotient(struct expr_store *st, expr_id x, expr_id y)
+{
+    fmpq_t p, q;
+    fmpq_init(p);
+    fmpq_init(q);
+    expr_id a = without_number(st, x, p), b = without_number(st, y, q), e = EXPR_UNDEF;
+    bool same = a == b, turned = !same && st->node[a].op == EXPR_SUB && st->node[b].op == EXPR_SUB
+         && st->node[a].a == st->node[b].b && st->node[a].b == st->node[b].a;
+    if ((same || turned) && !fmpq_is_zero(q)) {
+        fmpq_div(p, p, q);
+        if (turned)
+            fmpq_neg(p, p);
+        e = expr_fmpq(st, p);
+    }
+    fmpq_clear(p);
+    fmpq_clear(q);
+    return e;
+}
+
 /* What arose is so many times the function that took its place, and that is never 0 on the set; EXPR_UNDEF: it is not known to be. */
 static expr_id times_replaced(struct job *j, const struct sga_constraint *c)
 {
     struct expr_store *st = &j->request.store;
     struct sga_error before = st->error;
+    expr_id plain = plain_quotient(st, c->replaced, c->expr);
+    if (plain)
+        return plain;
     expr_id q = expr_div(st, c->replaced, c->expr), normal = EXPR_UNDEF;
     struct poly_limits limits = factor_limits;
     limits.budget = &j->budget;
@@ -74,24 +113,23 @@ static void write_constraint(struct job *j, struct sga_json *w, int i)
     const struct sga_constraint *c = j->solution.constraint + i;
     struct expr_store *st = &j->request.store;
     expr_id scale = j->scale ? j->scale[i] : EXPR_UNDEF, times = c->replaced ? times_replaced(j, c) : EXPR_UNDEF;
-    bool stands_for = c->replaced && !times;
+    struct sga_buf text = { 0 };
+    bool stands_for = c->replaced && !times, has_text = stands_for && expr_print(st, c->replaced, 4000, &text);
     expr_id divisor = stands_for ? EXPR_UNDEF : !times ? scale : !scale ? times : expr_mul(st, times, scale);
     sga_json_object(w);
     sga_json_member_int(w, "generation", c->generation);
     sga_json_member_string(w, "from", c->origin == SGA_FROM_RESTRICTION ? "restriction" : "combination");
     sga_json_key(w, "combination");
-    write_parts(j, w, c->part, c->parts, divisor);
+    write_parts(j, w, c->part, stands_for && !has_text ? 0 : c->parts, divisor);
     if (j->reduced && j->reduced[i])      /* the combination is the constraint there only */
         sga_json_member_bool(w, "on_constraints", true);
     if (stands_for) {
-        struct sga_buf text = { 0 };
-        if (expr_print(st, c->replaced, 1000, &text)) {
+        if (has_text)
             sga_json_member_string(w, "in_place_of", text.data);
-        }
         if (c->near_point)        /* its other zeros, if any, were not looked for */
             sga_json_member_bool(w, "near_point_only", true);
-        sga_buf_free(&text);
     }
+    sga_buf_free(&text);
     sga_json_end_object(w);
 }
 
