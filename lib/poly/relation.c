@@ -1,7 +1,6 @@
 /* Relations between generators, and signs that the terms of a polynomial show. */
 #include "bridge.h"
 
-#include <math.h>
 #include <stdlib.h>
 
 #include "mem.h"
@@ -87,42 +86,6 @@ bool poly_reduce_ratio(struct poly_bridge *b, struct poly_ratio *r)
             return false;
     }
     return true;
-}
-
-/* 1, -1, or 0 where it cannot be told: f at a place. */
-static int sign_at(const struct poly_bridge *b, const fmpz_mpoly_t f, const double *at, ulong *exp)
-{
-    double sum = 0, size = 0;
-    for (slong i = 0; i < f->length; i++) {
-        double term = fmpz_get_d(f->coeffs + i);
-        poly_exponents(b, f, i, exp);
-        for (int g = 0; g < b->gens; g++)
-            if (exp[g])
-                term *= pow(at[g], (double)exp[g]);
-        sum += term;
-        size += fabs(term);
-    }
-    return !isfinite(size) || fabs(sum) <= 1e-9 * size ? 0 : sum > 0 ? 1 : -1;
-}
-
-bool poly_changes_sign(const struct poly_bridge *b, const fmpz_mpoly_t f)
-{
-    enum { PLACES = 12 };
-    ulong *exp = sga_malloc((size_t)b->max_gens * sizeof *exp);
-    double *at = sga_malloc((size_t)b->max_gens * sizeof *at);
-    bool seen[3] = { false, false, false };
-    unsigned state = 1;
-    for (int k = 0; k < PLACES && !(seen[0] && seen[2]); k++) {
-        for (int g = 0; g < b->gens; g++) {
-            state = state * 1103515245u + 12345u;
-            at[g] = ldexp(1 + (double)(state >> 20 & 255) / 256, (int)(state >> 28) % 5 - 2);
-            at[g] = b->gen[g].sign == POLY_ANY && state >> 16 & 1 ? -at[g] : at[g];
-        }
-        seen[sign_at(b, f, at, exp) + 1] = true;
-    }
-    free(exp);
-    free(at);
-    return seen[0] && seen[2];
 }
 
 /* A term without its coefficient: POSITIVE, NONNEGATIVE or ANY. */

@@ -54,12 +54,6 @@ static void factors(struct listing *l, expr_id value, struct looked *looked)
     poly_factors_clear(&f);
 }
 
-/* What must not vanish for the node to have a value; EXPR_UNDEF: nothing. */
-static expr_id denominator(const struct expr_store *st, expr_id e)
-{
-    return expr_op_of(st, e) == EXPR_LOG ? st->node[e].a : expr_divisor(st, e);
-}
-
 /* Marks what the constraints divide by or take the logarithm of: where it vanishes they have no value, so no point of
  * their set lies there and none is looked for. The caller frees it. */
 static unsigned char *beyond_set(const struct job *j)
@@ -74,7 +68,7 @@ static unsigned char *beyond_set(const struct job *j)
     expr_cone_init(&cone);
     expr_cone_of(st, &cone, con, c);
     for (int i = 0; i < cone.count; i++)
-        mark[denominator(st, cone.list[i])] = 1;
+        mark[domain_divisor(st, cone.list[i])] = 1;
     expr_cone_clear(&cone);
     free(con);
     return mark;
@@ -92,7 +86,7 @@ void strata_domain(struct listing *l)
     expr_cone_init(&cone);
     expr_cone_of(sys->store, &cone, root, at);
     for (int i = 0; i < cone.count; i++) {
-        expr_id d = denominator(sys->store, cone.list[i]);
+        expr_id d = domain_divisor(sys->store, cone.list[i]);
         if (!d || beyond[d] || expr_is_const(sys->store, d))
             continue;
         if (found < MOST)
