@@ -88,6 +88,9 @@ struct job {
     bool has_texts;
     int first_field, first_gauge; /* places among the roots */
     expr_id *scale;               /* by constraint: what it was divided by for its text, or EXPR_UNDEF */
+    bool *reduced;                /* by constraint: that holds where those of older generations vanish; NULL: nowhere needed */
+    const char *request_text;     /* or NULL */
+    size_t request_length;
     struct sga_witness witness;
     bool witnessed;
     struct traj_result trajectory;
@@ -181,8 +184,9 @@ bool answer_motion(struct job *j);
 bool answer_motion_on_stratum(struct job *j);
 /* Texts of what is wanted: normal forms where they are cheap, named parts otherwise. */
 bool answer_texts(struct job *j);
-/* One printed text without names of parts as an expression of the store; EXPR_UNDEF: it does not read back. */
-expr_id answer_text_read(struct expr_store *st, const char *text);
+/* One printed text without names of parts as an expression of the request's store, parameters that have values put in;
+ * EXPR_UNDEF: it does not read back. */
+expr_id answer_text_read(struct job *j, const char *text);
 /* The check at fresh points, of the printed texts where there are any, read back by the
  * parser; otherwise of the handles. */
 bool answer_witness(struct job *j);

@@ -15,7 +15,7 @@ static bool printed(struct job *j, const struct cases_part *part)
     struct expr_store *st = &j->request.store;
     bool ok = j->texts.count == 0;
     for (int i = 0; i < j->texts.roots && ok; i++) {
-        expr_id e = answer_text_read(st, j->texts.root[i]);
+        expr_id e = answer_text_read(j, j->texts.root[i]);
         ok = e && cases_at(st, e, part->put, part->puts);
     }
     return ok;
