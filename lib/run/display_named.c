@@ -11,6 +11,19 @@
 
 /* Larger systems are shown with numbers: the second reduction should cost no more than is gained. */
 enum { MOST_VARIABLES = 60, MOST_NODES = 200000 };
+/* Seconds that it may take: so many, and so many times those of the first; but of the time that is left no more than this part. */
+static const double LEAST_SECONDS = 0.5, TIMES = 3, PART_OF_LEFT = 0.25;
+
+static struct sga_budget own_budget(const struct job *j)
+{
+    struct sga_budget b = j->budget;
+    double now = sga_now(), seconds = LEAST_SECONDS + TIMES * j->clock.seconds[STAGE_REDUCTION];
+    if (b.deadline)
+        seconds = fmin(seconds, PART_OF_LEFT * (b.deadline - now));
+    b.deadline = now + fmax(seconds, 0);
+    b.warnings = NULL;
+    return b;
+}
 
 /* Values near which points are drawn: those given. */
 static double *values_near(const struct job *j, const struct sys_system *named)
@@ -171,8 +184,7 @@ bool display_by_name(struct display *d, const struct sheet *own, struct sheet *b
     if (j->depth || !j->request_text || !j->request.knowns || j->cut.made || j->op || j->mechanical
         || j->request.system.variables > MOST_VARIABLES || j->request.store.nodes > MOST_NODES)
         return false;
-    struct job n = { .options = NULL, .err = &ignored, .stage = "texts", .budget = j->budget, .near = j->near, .near_time = j->near_time };
-    n.budget.warnings = NULL;
+    struct job n = { .options = NULL, .err = &ignored, .stage = "texts", .budget = own_budget(j), .near = j->near, .near_time = j->near_time };
     if (!request_read_named(&n.request, j->request_text, j->request_length, MOST_NODES))
         return false;
     n.request.want = REQUEST_VECTOR_FIELD | REQUEST_GAUGE;
