@@ -178,3 +178,43 @@ void points_beyond_sides(struct points_beyond *b, const struct points_space *spa
     }
     free(touches);
 }
+
+/* By switches that are none of the constraints'. */
+static void own_zeros(struct points_beyond *b, const struct points_space *space, struct points_point *p, expr_id e,
+                      const expr_id *list, int count, struct points_side **side, int *sides, size_t *cap)
+{
+    struct expr_store *st = (struct expr_store *)space->st;
+    for (int k = 0; k < count; k++) {
+        expr_id u = points_switches(expr_op_of(st, list[k])) ? points_surface(st, list[k]) : EXPR_UNDEF;
+        int sign = u && !points_beyond_has(b, u) ? points_sign_at(p, u) : 0;
+        for (int i = 0; i < *sides; i++)
+            sign = (*side)[i].function == u ? 0 : sign;
+        if (!sign)
+            continue;
+        struct points_side from = { u, sign, false };
+        struct points_point q = { 0 };
+        if (points_pieces_over(b, space, p, from, &q) && zero_at(&q, e, list, count) == 1) {
+            SGA_RESERVE(*side, *cap, *sides + 1);
+            (*side)[(*sides)++] = from;
+        }
+        points_point_clear(&q);
+    }
+}
+
+void points_beyond_zeros(struct points_beyond *b, const struct points_space *space, struct points_point *p, expr_id e,
+                         const expr_id *list, int count, struct points_side **side, int *sides, size_t *cap)
+{
+    unsigned char *touches = sga_calloc((size_t)b->count + 1, 1);
+    own_zeros(b, space, p, e, list, count, side, sides, cap);
+    if (b->count && connected(b, space->st, list, count, touches)) {
+        points_pieces_search(b, space, p, touches);
+        for (int k = 0; k < b->pieces; k++) {
+            struct points_piece *q = b->piece + k;
+            if (!touches[q->last] || zero_at(&q->p, e, list, count) != 1 || !points_on_sides(space->st, &q->p.ball, *side, *sides))
+                continue;
+            if (!points_pieces_back(b, space, k) || zero_at(&q->back, e, list, count) != 1)   /* otherwise on another part of a union */
+                add_side(b->at + q->last, false, side, sides, cap);
+        }
+    }
+    free(touches);
+}

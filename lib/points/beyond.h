@@ -63,4 +63,9 @@ void points_beyond_check(struct points_beyond *b, const struct points_space *spa
 void points_beyond_sides(struct points_beyond *b, const struct points_space *space, struct points_point *p, expr_id e,
                          const expr_id *list, int count, struct points_side **side, int *sides, size_t *cap);
 
+/* e is not 0 at p (list: its cone). Adds to *side the sides beyond which it is 0 on the set, of its own switches and of the
+ * constraints'. Searches as above. */
+void points_beyond_zeros(struct points_beyond *b, const struct points_space *space, struct points_point *p, expr_id e,
+                         const expr_id *list, int count, struct points_side **side, int *sides, size_t *cap);
+
 #endif

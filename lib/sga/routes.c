@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "definition.h"
 #include "mem.h"
 #include "routes.h"
 
@@ -114,8 +115,9 @@ void routes_clear(struct routes *r)
     free(r->pivot);
 }
 
-bool sga_solve(const struct sys_system *system, const struct sga_options *options,
-               struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
+/* The system as it is. */
+static bool solve_as_is(const struct sys_system *system, const struct sga_options *options,
+                        struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
 {
     struct routes r = { .final = -1, .seed = shadow->random };
     bool ok = routes_explore(&r, system, options, shadow, solution, err);
@@ -135,4 +137,40 @@ bool sga_solve(const struct sys_system *system, const struct sga_options *option
         memcpy(err->stage, "sga", 4);
     routes_clear(&r);
     return ok;
+}
+
+/* The system without the variables that equations define, and these put back. *lifted: whether points were found for the whole. */
+static bool solve_left(const struct definitions *d, const struct sys_system *system, const struct sga_options *options,
+                       struct points_shadow *shadow, struct sga_solution *solution, bool *lifted, struct sga_error *err)
+{
+    struct sys_system left;
+    struct sga_options own = *options;
+    double *near = sga_calloc((size_t)system->variables + 1, sizeof *near);
+    definitions_put_in(d, system, &left);
+    for (int j = 0; j < left.variables && options->near; j++)
+        near[j] = options->near[d->variable[j]];
+    own.near = options->near ? near : NULL;
+    bool ok = solve_as_is(&left, &own, shadow, solution, err);
+    *lifted = ok && definitions_lift(d, system, options, shadow, solution);
+    sys_clear(&left);
+    free(near);
+    return ok;
+}
+
+bool sga_solve(const struct sys_system *system, const struct sga_options *options,
+               struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
+{
+    struct definitions d;
+    bool lifted = false, ok = true;
+    uint64_t seed = shadow->random;
+    definitions_find(&d, system, options->budget);
+    if (d.count) {
+        ok = solve_left(&d, system, options, shadow, solution, &lifted, err);
+        if (ok && !lifted)
+            routes_restart(shadow, seed, solution);
+    }
+    definitions_clear(&d);
+    if (!ok || lifted)
+        return ok;
+    return solve_as_is(system, options, shadow, solution, err);
 }

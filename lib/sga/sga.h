@@ -71,6 +71,13 @@ struct sga_determinant {
     int *col, *source;     /* by row of S: the velocity, and the row as in struct sga_constraint; owned */
 };
 
+/* A variable that a row defines by a function with switches or roots (definition.h): the reduction and motions are those of the
+ * system with the function in its place. Its row is the constraint of the same number. */
+struct sga_definition {
+    int variable, row;
+    expr_id value;         /* of variables that are not defined, and time */
+};
+
 struct sga_solution {
     enum sga_verdict verdict;
     int generations;
@@ -99,6 +106,7 @@ struct sga_solution {
     struct points_side *side; int sides;   /* of surfaces that zero decisions rest on: the answer holds there; owned */
     bool sides_not_searched;           /* some switches of the constraints were not looked beyond */
     bool not_factored;                 /* some constraint was too large to be searched for branches */
+    struct sga_definition *definition; int definitions;   /* owned */
     int redundant_rows;                /* rows of the system that follow from the others (at least) */
     struct sga_vanished *vanished; int vanished_rows;   /* only where options.rows asks for them */
 };

@@ -26,6 +26,7 @@ void sga_solution_clear(struct sga_solution *sol)
     free(sol->determinant);
     free(sol->side);
     free(sol->scale);
+    free(sol->definition);
     free(sol->constraint);
     free(sol->dimension);
     free(sol->pivot);
@@ -90,6 +91,16 @@ static int *natural_sizes(const struct sys_system *sys, const int *variable, dou
     scaling_free(timed);
     scaling_free(plain);
     free(log);
+    return scale;
+}
+
+int *state_sizes(const struct sys_system *sys, double *unit)
+{
+    int *variable = sga_malloc(((size_t)sys->variables + 1) * sizeof *variable);
+    for (int j = 0; j < sys->variables; j++)
+        variable[j] = sys->variable[j].symbol;
+    int *scale = natural_sizes(sys, variable, unit);
+    free(variable);
     return scale;
 }
 

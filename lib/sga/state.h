@@ -102,6 +102,9 @@ void state_combine(struct state *s, const struct candidate *c, struct sga_part *
 bool state_solve(const struct sys_system *system, const struct sga_options *options, struct points_shadow *shadow,
                  struct route *route, struct sga_solution *solution, struct sga_error *err);
 
+/* Natural sizes of the variables for sampling: sga_solution's scale and time_unit. */
+int *state_sizes(const struct sys_system *system, double *time_unit);
+
 /* X with free functions 0, and the gauge fields. */
 void state_fields(struct state *s);
 

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "defined.h"
 #include "enclosed.h"
 #include "flow.h"
 #include "mem.h"
@@ -146,6 +147,18 @@ static void explain_end(struct flow *f, const struct traj_request *rq, enum ode_
     }
 }
 
+/* Columns that no tighter solution was looked for may have larger errors. */
+static void look_beside(const struct flow *f, const struct traj_request *rq, const struct ode_result *o, struct traj_result *r)
+{
+    for (int i = 0; i < o->count * r->columns && rq->beside && o->column_error && !r->shortfall; i++) {
+        int j = i % r->columns;
+        double unit = f->sizes.any ? f->sizes.column[j] : 1, value = fabs(r->value[i]);
+        r->beside = rq->beside[j] && !(o->column_error[i] <= rq->atol * unit + rq->rtol * value);
+        if (r->beside)
+            r->shortfall = "the value of a root near 0 is known to fewer digits than its argument";
+    }
+}
+
 static bool integrate(struct flow *f, const struct traj_request *rq, struct traj_result *r,
                       struct sga_error *err)
 {
@@ -158,6 +171,7 @@ static bool integrate(struct flow *f, const struct traj_request *rq, struct traj
     options.atol = rq->atol;
     options.estimate_global_error = options.refine = !rq->single;
     options.budget = rq->budget;
+    options.output_beside = rq->beside;
     double begin = sga_cpu();
     if (!flow_solve(f, rq, &problem, &start, &options, &o, err))
         return false;
@@ -176,6 +190,7 @@ static bool integrate(struct flow *f, const struct traj_request *rq, struct traj
     r->shortfall = o.shortfall;
     r->error = o.error ? memcpy(sga_malloc((size_t)(o.count + 1) * sizeof *r->error), o.error,
                                 (size_t)o.count * sizeof *r->error) : NULL;
+    look_beside(f, rq, &o, r);
     if (o.error)
         r->column_error = traj_column_errors(o.column_error, o.count, r->columns);
     r->ended = o.end.reason != ODE_NONE;
@@ -329,7 +344,7 @@ static bool solve_cheapest(struct flow *f, const struct sys_system *sys, const s
     }
     if (there) {
         choose(r, &fine);
-    } else if (!needed && (r->shortfall || constraints_lost(r)) && try_precise(f, sys, sol, rq, r, &fine)) {
+    } else if (!needed && ((r->shortfall && !r->beside) || constraints_lost(r)) && try_precise(f, sys, sol, rq, r, &fine)) {
         /* rounding in double: perhaps longer numbers are enough */
         if (fine.shortfall && !lost_by_rounding(r, &fine))
             traj_result_clear(&fine);
@@ -361,8 +376,8 @@ const char *traj_gauge_text(bool conditions, bool rates, bool least_norm)
     return text[conditions][rates][least_norm];
 }
 
-bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
-              struct traj_result *r, struct sga_error *err)
+static bool run_as_is(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+                      struct traj_result *r, struct sga_error *err)
 {
     struct flow f;
     double begin;
@@ -394,6 +409,23 @@ bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, cons
     flow_clear(&f);
     if (!ok)
         traj_result_clear(r);
+    return ok;
+}
+
+bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+              struct traj_result *r, struct sga_error *err)
+{
+    struct defined d;
+    if (!defined_any(sol, rq))
+        return run_as_is(sys, sol, rq, r, err);
+    *r = (struct traj_result){ 0 };
+    defined_init(&d, sys, sol, rq);
+    bool ok = defined_start(&d, err) && run_as_is(&d.system, &d.solution, &d.request, r, err);
+    if (ok) {
+        r->initial = defined_lift(&d, r->initial);
+        r->moved = defined_moved(&d, r->initial, r->moved);
+    }
+    defined_clear(&d);
     return ok;
 }
 
