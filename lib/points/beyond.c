@@ -146,7 +146,7 @@ void points_beyond_check(struct points_beyond *b, const struct points_space *spa
     int kept = known;
     for (int i = known; i < *sides; i++) {
         struct points_point q = { 0 };
-        bool both = b->count && points_pieces_over(b, space, p, side[i], &q) && zero_at(&q, e, list, count) == 1;
+        bool both = points_pieces_over(b, space, p, side[i], &q) && zero_at(&q, e, list, count) == 1;
         points_point_clear(&q);
         if (both)
             continue;
@@ -155,6 +155,26 @@ void points_beyond_check(struct points_beyond *b, const struct points_space *spa
         side[kept++] = side[i];
     }
     *sides = kept;
+}
+
+void points_beyond_pairs(struct points_beyond *b, const struct points_space *space, struct points_point *p, expr_id e,
+                         const expr_id *list, int count, struct points_side **side, int *sides, size_t *cap)
+{
+    struct points_side pair[POINTS_PAIRS][2];
+    int pairs = points_pairs_of((struct expr_store *)space->st, p, e, list, count, b, *side, *sides, pair);
+    for (int i = 0; i < pairs; i++) {
+        struct points_point one = { 0 }, both = { 0 };
+        bool known = false;
+        for (int k = 0; k < *sides; k++)
+            known |= (*side)[k].function == pair[i][0].function || (*side)[k].function == pair[i][1].function;
+        if (!known && points_pieces_over(b, space, p, pair[i][0], &one) && points_pieces_over(b, space, &one, pair[i][1], &both)
+            && zero_at(&both, e, list, count) == 0) {
+            SGA_RESERVE(*side, *cap, *sides + 1);
+            (*side)[(*sides)++] = pair[i][1];
+        }
+        points_point_clear(&one);
+        points_point_clear(&both);
+    }
 }
 
 void points_beyond_sides(struct points_beyond *b, const struct points_space *space, struct points_point *p, expr_id e,

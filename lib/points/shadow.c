@@ -360,6 +360,7 @@ static void note_sides(struct points_shadow *s, expr_id e, enum points_basis bas
     points_beyond_list(&s->beyond, &s->space, s->real);
     points_sides_of(st, s->real, e, s->cone.list, s->cone.count, &s->beyond, &s->side, &s->sides, &s->side_cap);
     points_beyond_check(&s->beyond, &s->space, s->real, e, s->cone.list, s->cone.count, s->side, &s->sides, known);
+    points_beyond_pairs(&s->beyond, &s->space, s->real, e, s->cone.list, s->cone.count, &s->side, &s->sides, &s->side_cap);
     if (basis != POINTS_ZERO_ALGEBRAIC)
         points_beyond_sides(&s->beyond, &s->space, s->real, e, s->cone.list, s->cone.count, &s->side, &s->sides, &s->side_cap);
 }

@@ -105,6 +105,25 @@ static expr_id *put_list(const struct defined *d, const expr_id *from, int count
     return to;
 }
 
+/* Whether e has no value in places that a motion may come to. */
+static bool has_domain(const struct expr_store *st, expr_id e)
+{
+    struct expr_cone cone;
+    bool has = false;
+    expr_cone_init(&cone);
+    expr_cone_of(st, &cone, &e, 1);
+    for (int k = 0; k < cone.count && !has; k++)
+        switch (expr_op_of(st, cone.list[k])) {
+        case EXPR_SQRT: case EXPR_POW: case EXPR_LOG: case EXPR_ASIN: case EXPR_ACOS: case EXPR_ACOSH: case EXPR_ATANH:
+            has = true;
+            break;
+        default:
+            break;
+        }
+    expr_cone_clear(&cone);
+    return has;
+}
+
 /* Whether small errors may become large ones in e. */
 static bool has_root(const struct expr_store *st, expr_id e)
 {
@@ -161,6 +180,12 @@ static void put_in_request(struct defined *d, const struct traj_request *from)
     for (int i = 0; i < to->outputs; i++)
         d->beside[i] = has_root(d->sys->store, d->output[i]);
     to->beside = d->beside;
+    d->valued = sga_malloc(((size_t)d->sol->definitions + 1) * sizeof *d->valued);
+    to->valueds = 0;
+    for (int i = 0; i < d->sol->definitions; i++)
+        if (has_domain(d->sys->store, d->sol->definition[i].value))
+            d->valued[to->valueds++] = d->sol->definition[i].value;
+    to->valued = d->valued;
     to->rate = d->rate;
     to->event = d->event;
     to->integral = d->integral;
@@ -196,6 +221,7 @@ void defined_clear(struct defined *d)
     free(d->integral);
     free(d->exact);
     free(d->map);
+    free(d->valued);
 }
 
 /* Values of expressions at a point of what is left. Where one has none it is NAN or infinite. */

@@ -21,7 +21,7 @@ struct defined {
     struct traj_rate *rate;
     struct traj_event *event;
     unsigned char *beside;         /* by column: a definition with a root */
-    expr_id *output, *integral, *exact, *map;
+    expr_id *output, *integral, *exact, *map, *valued;
 };
 
 /* Whether a motion is that of what is left: not where a rate is asked of a variable that is defined. */

@@ -129,6 +129,19 @@ static bool given_ended(const struct flow *f, const struct traj_request *rq, con
     return f->given.lost >= 0 && fabs(f->given.lost_t - r->ended_t) <= 1e-3 * fabs(way);
 }
 
+/* What has no value beyond the end. */
+static bool say_valued(const struct flow *f, const struct traj_request *rq, struct traj_result *r)
+{
+    struct sga_buf text = { 0 };
+    double way = rq->times[rq->samples - 1] - rq->start;
+    bool said = f->lost_value >= 0 && fabs(f->lost_value_t - r->ended_t) <= 1e-3 * fabs(way)
+                && expr_print(f->sys->store, rq->valued[f->lost_value], 120, &text);
+    if (said)
+        snprintf(r->ended_detail, sizeof r->ended_detail, "beyond this time %s has no value, which one of the equations is solved for a variable by", text.data);
+    sga_buf_free(&text);
+    return said;
+}
+
 /* Endings that the field, its pivots, its denominators or the given equations explain. */
 static void explain_end(struct flow *f, const struct traj_request *rq, enum ode_reason reason, struct traj_result *r)
 {
@@ -136,6 +149,8 @@ static void explain_end(struct flow *f, const struct traj_request *rq, enum ode_
         say_given(f, r);
         return;
     }
+    if (reason == ODE_LEFT_DOMAIN && say_valued(f, rq, r))
+        return;
     if (reason == ODE_SINGULAR)
         say_stratum(f, r);
     else if (reason == ODE_LEFT_DOMAIN && f->field.lost_pole >= 0)
@@ -255,6 +270,18 @@ static bool guided(const struct traj_result *guide, const struct traj_request *r
                        "ask for an earlier stop, or leave trajectory.events out", guide->ended_t, guide->ended_reason);
 }
 
+/* The same, in longer numbers: a sample at the very edge of what must have values may lie beyond it. */
+static void drop_at_edge(const struct traj_request *rq, enum ode_reason reason, struct traj_result *r)
+{
+    double near = rq->rtol * fmax(fabs(r->ended_t), fabs(r->ended_t - rq->start));
+    size_t cols = (size_t)r->columns;
+    while (rq->valueds && reason == ODE_LEFT_DOMAIN && r->rows > 1 && fabs(r->t[r->rows - 1] - r->ended_t) <= near) {
+        r->rows--;
+        for (size_t j = 0; r->digits && j < cols; j++)
+            free(r->digits[(size_t)r->rows * cols + j]);
+    }
+}
+
 static bool precise(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
                     struct precise_limits limits, struct traj_result *r, struct sga_error *err)
 {
@@ -262,6 +289,8 @@ static bool precise(struct flow *f, const struct sys_system *sys, const struct s
     struct traj_result guide = { 0 };
     bool ok = !rq->events || find_events(f, rq, r->initial, &guide, err);
     ok = ok && precise_run(f, sys, sol, rq, rq->events ? &guide : NULL, limits, &reason, r, err);
+    if (ok)
+        drop_at_edge(rq, reason, r);
     if (ok)
         explain_end(f, rq, reason, r);
     ok = ok && (!rq->events || guided(&guide, rq, r, err));

@@ -41,6 +41,7 @@ struct traj_request {
     const struct traj_rate *rate; int rates;
     bool conditions;                       /* gauge conditions are among the system's rows (for the name of the choice) */
     const expr_id *output; int outputs;    /* 0: all variables */
+    const expr_id *valued; int valueds;    /* functions without a value the motion has none either: it ends where one loses it */
     const unsigned char *beside;           /* by output: a root, whose value near 0 is not known as well as its argument: no reason for a tighter solution; or NULL */
     const struct traj_event *event; int events;
     const expr_id *integral; int integrals;   /* functions that should stay what they are at the start */
