@@ -69,7 +69,7 @@ int main(void)
     CHECK(defined((const char *const[]){ "z - min(y, 1)", "y - max(u, -1)", "u - 2*x" }, 3, "yz"), "shape");
     CHECK(defined((const char *const[]){ "u + max(0, u) - x" }, 1, ""), "shape");               /* a loop */
     CHECK(defined((const char *const[]){ "u - sign(u) - sign(x)" }, 1, ""), "shape");           /* whose derivative is 1 */
-    CHECK(defined((const char *const[]){ "u - max(0, x - y)", "y - max(0, u)" }, 2, "y"), "shape");
+    CHECK(defined((const char *const[]){ "u - max(0, x - y)", "y - max(0, u)" }, 2, "u"), "shape");      /* a loop through both */
     CHECK(defined((const char *const[]){ "u*y - abs(x)" }, 1, ""), "shape");                    /* no number */
     CHECK(defined((const char *const[]){ "u - sqrt(x^2 + 1)" }, 1, ""), "shape");               /* smooth */
     CHECK(defined((const char *const[]){ "u - sqrt(x)" }, 1, "u"), "shape");
