@@ -21,6 +21,8 @@ struct candidate {
 struct decision {
     expr_id product;
     int options, chosen;
+    signed char side;             /* not 0: `product` changes its sign at a surface, and the answer rests on a side of it: this one,
+                                   * or the other */
 };
 
 struct route {
