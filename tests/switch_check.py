@@ -53,7 +53,7 @@ class Chain:
         return f"{self.rng.choice([-1, 1])}*{self.rng.randint(1, 6)}/{self.rng.randint(2, 5)}"
 
     def source(self):
-        names = self.states + [n for n, *_ in self.signals]
+        names = self.states + [n for n, text, _ in self.signals if "sign(cos" not in text]     # jumps make no others jump
         name = self.rng.choice(names)
         self.used.add(name)
         return self.rng.choice([name, f"({self.number()}*{name})", f"({name} - sin({self.rng.randint(1, 3)}*t))", f"(1/2 - {name})"])

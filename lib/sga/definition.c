@@ -198,7 +198,7 @@ static bool any_kink(struct search *s)
     return false;
 }
 
-/* Places of what is left; nothing is defined where nothing would be left. */
+/* Places of what is left. */
 static void places(struct definitions *d, const struct sys_system *sys)
 {
     unsigned char *gone = sga_calloc((size_t)(sys->variables + sys->rows) + 1, 1);
@@ -229,7 +229,7 @@ void definitions_find(struct definitions *d, const struct sys_system *system, co
             more = false;
             for (int i = 0; i < system->rows && sga_budget_ok(budget, NULL) && expr_store_ok(s.st); i++) {
                 struct definition now = { 0 };
-                if (s.used[i] || d->count + 1 >= system->variables || !defined_by(&s, i, &now))
+                if (s.used[i] || !defined_by(&s, i, &now))
                     continue;
                 put_in(&s, now);
                 more = true;
