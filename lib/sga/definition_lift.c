@@ -238,3 +238,40 @@ bool definitions_lift(const struct definitions *d, const struct sys_system *syst
     solution->scale = state_sizes(system, &solution->time_unit);
     return expr_store_ok(system->store) && sample(&l, options, shadow) && expr_store_ok(system->store);
 }
+
+/* The system without what is defined, and that put back. *lifted: whether points were found for the whole. */
+static bool solve_left(const struct definitions *d, const struct sys_system *system, const struct sga_options *options,
+                       struct points_shadow *shadow, struct route *route, struct sga_solution *solution, bool *lifted, struct sga_error *err)
+{
+    struct sys_system left;
+    struct sga_options own = *options;
+    double *near = sga_calloc((size_t)system->variables + 1, sizeof *near);
+    definitions_put_in(d, system, &left);
+    for (int j = 0; j < left.variables && options->near; j++)
+        near[j] = options->near[d->variable[j]];
+    own.near = options->near ? near : NULL;
+    bool ok = state_solve_as_is(&left, &own, shadow, route, solution, err);
+    *lifted = ok && definitions_lift(d, system, options, shadow, solution);
+    sys_clear(&left);
+    free(near);
+    return ok;
+}
+
+bool state_solve(const struct sys_system *system, const struct sga_options *options, struct points_shadow *shadow,
+                 struct route *route, struct sga_solution *solution, struct sga_error *err)
+{
+    struct definitions d;
+    bool lifted = false, ok = true;
+    uint64_t seed = shadow->random;
+    definitions_find(&d, system, options->budget);
+    if (d.count)
+        ok = solve_left(&d, system, options, shadow, route, solution, &lifted, err);
+    bool whole = ok && !lifted;
+    if (d.count && whole) {
+        sga_solution_clear(solution);
+        points_shadow_forget(shadow);
+        shadow->random = seed;
+    }
+    definitions_clear(&d);
+    return whole ? state_solve_as_is(system, options, shadow, route, solution, err) : ok;
+}

@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "definition.h"
 #include "mem.h"
 #include "routes.h"
 #include "warnings.h"
@@ -132,9 +131,8 @@ void routes_clear(struct routes *r)
     free(r->pivot);
 }
 
-/* The system as it is. */
-static bool solve_as_is(const struct sys_system *system, const struct sga_options *options,
-                        struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
+bool sga_solve(const struct sys_system *system, const struct sga_options *options,
+               struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
 {
     struct routes r = { .final = -1, .seed = shadow->random };
     bool ok = routes_explore(&r, system, options, shadow, solution, err);
@@ -154,40 +152,4 @@ static bool solve_as_is(const struct sys_system *system, const struct sga_option
         memcpy(err->stage, "sga", 4);
     routes_clear(&r);
     return ok;
-}
-
-/* The system without the variables that equations define, and these put back. *lifted: whether points were found for the whole. */
-static bool solve_left(const struct definitions *d, const struct sys_system *system, const struct sga_options *options,
-                       struct points_shadow *shadow, struct sga_solution *solution, bool *lifted, struct sga_error *err)
-{
-    struct sys_system left;
-    struct sga_options own = *options;
-    double *near = sga_calloc((size_t)system->variables + 1, sizeof *near);
-    definitions_put_in(d, system, &left);
-    for (int j = 0; j < left.variables && options->near; j++)
-        near[j] = options->near[d->variable[j]];
-    own.near = options->near ? near : NULL;
-    bool ok = solve_as_is(&left, &own, shadow, solution, err);
-    *lifted = ok && definitions_lift(d, system, options, shadow, solution);
-    sys_clear(&left);
-    free(near);
-    return ok;
-}
-
-bool sga_solve(const struct sys_system *system, const struct sga_options *options,
-               struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
-{
-    struct definitions d;
-    bool lifted = false, ok = true;
-    uint64_t seed = shadow->random;
-    definitions_find(&d, system, options->budget);
-    if (d.count) {
-        ok = solve_left(&d, system, options, shadow, solution, &lifted, err);
-        if (ok && !lifted)
-            routes_restart(shadow, seed, solution);
-    }
-    definitions_clear(&d);
-    if (!ok || lifted)
-        return ok;
-    return solve_as_is(system, options, shadow, solution, err);
 }

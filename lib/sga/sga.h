@@ -63,19 +63,19 @@ struct sga_branch {
     int before;            /* how many constraints stood when the product was met */
 };
 
+/* A variable that a row defines by a function with switches or roots (definition.h): the reduction and motions are those of the
+ * system with the function in its place. Its row is the constraint of the same number. */
+struct sga_definition {
+    int variable, row;
+    expr_id value;         /* of variables that are not defined, and time */
+};
+
 /* A dense block that was solved as a whole: r velocities from r rows with the matrix S. */
 struct sga_determinant {
     int size;
     expr_id value;         /* a SOLVE node, 0 where det S = 0 (see ech_block_test) */
     int solve;             /* its system in the store; S is the first r rows and columns */
     int *col, *source;     /* by row of S: the velocity, and the row as in struct sga_constraint; owned */
-};
-
-/* A variable that a row defines by a function with switches or roots (definition.h): the reduction and motions are those of the
- * system with the function in its place. Its row is the constraint of the same number. */
-struct sga_definition {
-    int variable, row;
-    expr_id value;         /* of variables that are not defined, and time */
 };
 
 struct sga_solution {

@@ -339,7 +339,7 @@ static void take_sides(struct state *s)
     }
 }
 
-bool state_solve(const struct sys_system *system, const struct sga_options *options, struct points_shadow *shadow,
+bool state_solve_as_is(const struct sys_system *system, const struct sga_options *options, struct points_shadow *shadow,
                  struct route *route, struct sga_solution *solution, struct sga_error *err)
 {
     struct state s;

@@ -105,6 +105,9 @@ void state_combine(struct state *s, const struct candidate *c, struct sga_part *
 /* One run of the reduction along a route, which grows by the decisions that it meets. */
 bool state_solve(const struct sys_system *system, const struct sga_options *options, struct points_shadow *shadow,
                  struct route *route, struct sga_solution *solution, struct sga_error *err);
+/* The same, with all variables among the reduction's, those too that equations define (definition.h). */
+bool state_solve_as_is(const struct sys_system *system, const struct sga_options *options, struct points_shadow *shadow,
+                 struct route *route, struct sga_solution *solution, struct sga_error *err);
 
 /* Natural sizes of the variables for sampling: sga_solution's scale and time_unit. */
 int *state_sizes(const struct sys_system *system, double *time_unit);
