@@ -85,6 +85,9 @@ void points_shadow_forget(struct points_shadow *s);
 struct points_decision points_shadow_zero(struct points_shadow *s, expr_id e);
 /* The height (needed.h) of the constraints and of what is listed as defined, at the first point; worked out once for a set. */
 double points_shadow_height(struct points_shadow *s);
+/* The same for what need not be one thing on all sides: *mixed, where e is 0 here and not beyond a surface that the set
+ * reaches, or (nonzero: asked too) the other way round. Then no side is added unless `accept`. */
+struct points_decision points_shadow_cells(struct points_shadow *s, expr_id e, bool nonzero, bool accept, bool *mixed);
 /* log2 of |e| at the first point (very negative for 0), for choosing pivots. */
 double points_shadow_magnitude(struct points_shadow *s, expr_id e);
 

@@ -44,7 +44,17 @@ void poly_bridge_free(struct poly_bridge *b);
  * that is shorter. False: over budget, *out untouched. */
 bool poly_bridge_normal(struct poly_bridge *b, expr_id e, expr_id *out);
 
-/* The same for one expression. */
+/* An expression equal to e wherever the functions `by` (roots of the bridge too) all vanish, where one was found that is
+ * shorter. False: none, or over budget. `most`, here and below: how many signs, names counted as two, the best text known takes. */
+bool poly_bridge_on_set(struct poly_bridge *b, expr_id e, const expr_id *by, int count, long most, expr_id *out);
+/* e as its zeros: *out is a polynomial with whole coefficients without a common factor, its sign chosen by the terms and
+ * not by the order of names, and e = *scale * *out wherever the functions `by` vanish (*reduced: only there). *scale divides by
+ * e's denominators; the polynomial may vanish where these do. False: over budget, or e is 0 there. */
+bool poly_bridge_zeros(struct poly_bridge *b, expr_id e, const expr_id *by, int count, long most, expr_id *out, expr_id *scale, bool *reduced);
+/* The normal form, unless it is far longer than `most`. */
+bool poly_bridge_normal_within(struct poly_bridge *b, expr_id e, long most, expr_id *out);
+
+/* The normal form of one expression. */
 bool poly_normal(struct expr_store *st, expr_id e, const struct poly_limits *limits, expr_id *out);
 /* For many, with one bridge where the generators allow it: out[i] is the normal form, or
  * e[i] itself where that is over budget. Returns how many were found. */
@@ -106,5 +116,24 @@ bool poly_degree_in(struct expr_store *st, expr_id e, int symbol, const struct p
 /* e = slope * symbol + rest, both free of the symbol. False also where it is not linear. */
 bool poly_linear_in(struct expr_store *st, expr_id e, int symbol, const struct poly_limits *limits,
                     expr_id line[2]);   /* slope, rest */
+
+/* The numerator of e's normal form, to be asked about. NULL: over budget. The caller frees it, before the store. */
+struct poly_numerator;
+struct poly_numerator *poly_numerator_new(struct expr_store *st, expr_id e, const struct poly_limits *limits);
+void poly_numerator_free(struct poly_numerator *n);
+/* Itself, without numeric content and with its first term positive: one text for all multiples. */
+expr_id poly_numerator_shown(struct poly_numerator *n);
+/* As a polynomial in what depends on variables or time: its coefficients, in parameters alone, and for each what its term
+ * depends on (EXPR_HAS_VARIABLE | EXPR_HAS_TIME; 0: the constant term). No coefficients: it is zero. False: over budget. The
+ * caller clears *out (only after true). */
+struct poly_coefficients { expr_id *coefficient; unsigned *of; int count; };
+bool poly_coefficients_of(struct poly_numerator *n, struct poly_coefficients *out);
+void poly_coefficients_clear(struct poly_coefficients *c);
+/* By powers of a symbol or kernel, by its node: coefficient[0 .. degree], malloced. False (nothing to free): over budget, or it is
+ * inside a kernel, or nowhere. */
+bool poly_powers_of(struct poly_numerator *n, expr_id node, expr_id **coefficient, int *degree);
+/* The resultant of the numerators of x and y in a symbol: it vanishes where they have a common zero in it, or both lose their
+ * leading terms. False: over budget, or the symbol is inside a kernel, or in neither. */
+bool poly_resultant(struct expr_store *st, expr_id x, expr_id y, int symbol, const struct poly_limits *limits, expr_id *out);
 
 #endif

@@ -14,6 +14,7 @@ enum { WITNESS_POINTS = 2 };
 struct readback {
     struct expr_store st;
     int *variable, *parameter, time;
+    expr_id *value; int values;      /* by symbol: of parameters that have one in the request */
     expr_id *root;
 };
 
@@ -36,9 +37,42 @@ static int copy_symbol(struct readback *b, const struct expr_store *from, int sy
     return expr_symbol_find(&b->st, s->name, strlen(s->name));
 }
 
+expr_id answer_text_read(struct job *j, const char *text)
+{
+    struct expr_store *st = &j->request.store;
+    struct expr_grammar g = { .derivative = derivative_symbol, .ctx = st, .max_length = 1 << 28, .max_depth = 1 << 20,
+                              .max_exponent = 1L << 30, .max_digits = 1 << 20 };
+    struct sga_error err = { 0 };
+    expr_id e = expr_parse(st, text, &g, &err);
+    expr_id *value = sga_calloc((size_t)st->symbols + 1, sizeof *value);
+    for (int k = 0; k < j->request.knowns; k++)
+        value[j->request.known[k].symbol] = j->request.known[k].value;
+    if (e)
+        expr_substitute(st, &e, 1, value);
+    free(value);
+    return e;
+}
+
+/* A text may call a parameter by its name that has a value: it is read as that. */
+static void known_values(const struct job *j, struct readback *b)
+{
+    const struct expr_store *from = &j->request.store;
+    int most = b->st.symbols + j->request.knowns;
+    expr_id *none = sga_calloc((size_t)from->symbols + 1, sizeof *none);
+    b->value = sga_calloc((size_t)most + 1, sizeof *b->value);
+    for (int k = 0; k < j->request.knowns; k++) {
+        expr_id v = j->request.known[k].value;
+        int s = copy_symbol(b, from, j->request.known[k].symbol);
+        expr_copy(&b->st, from, &v, 1, none);
+        b->value[s] = v;
+    }
+    b->values = b->st.symbols;
+    free(none);
+}
+
 static bool parse_all(struct job *j, struct readback *b)
 {
-    struct expr_grammar g = { .derivative = derivative_symbol, .ctx = &b->st, .max_length = 1 << 28,
+    struct expr_grammar g = { .derivative = derivative_symbol, .ctx = &b->st, .value = b->value, .values = b->values, .max_length = 1 << 28,
                               .max_depth = 1 << 20, .max_exponent = 1L << 30, .max_digits = 1 << 20 };
     const struct expr_names *t = &j->texts;
     int base = b->st.symbols;
@@ -67,6 +101,12 @@ static bool parse_all(struct job *j, struct readback *b)
         return sga_fail(j->err, SGA_E_INTERNAL, "a printed expression does not read back: %s", detail);
     }
     return true;
+}
+
+/* Where the witness looks first: near the guess, but 0 where nothing is given is no place for a root. */
+static const double *witness_near(const struct job *j)
+{
+    return j->near && !(j->solution.definitions && j->shadow.reals) ? j->near : NULL;
 }
 
 /* Acceleration and reaction as printed against the formulas, at a point of W. */
@@ -110,6 +150,7 @@ static bool check_texts(struct job *j)
         b.variable[i] = copy_symbol(&b, sys->store, sys->variable[i].symbol);
     for (int i = 0; i < sys->parameters; i++)
         b.parameter[i] = copy_symbol(&b, sys->store, sys->parameter[i]);
+    known_values(j, &b);
     bool ok = parse_all(j, &b);
     if (ok) {
         bool field = j->solution.field && j->request.want & (REQUEST_VECTOR_FIELD | REQUEST_GAUGE);
@@ -119,12 +160,13 @@ static bool check_texts(struct job *j)
             .time = b.time, .constraint = b.root, .constraints = c, .solution = &j->solution, .field = field ? b.root + c : NULL,
             .gauge = gauge ? b.root + c + n : NULL, .gauges = gauge ? j->solution.free_columns : 0,
         };
-        ok = sga_witness_check(sys, &claim, &j->shadow, j->near, j->near_time, 77, WITNESS_POINTS, &j->budget, &j->witness, j->err);
+        ok = sga_witness_check(sys, &claim, &j->shadow, witness_near(j), j->near_time, 77, WITNESS_POINTS, &j->budget, &j->witness, j->err);
         if (ok && j->mechanical && j->mechanical->has_motion)
             ok = check_motion(j, &b);
     }
     free(b.variable);
     free(b.parameter);
+    free(b.value);
     free(b.root);
     expr_store_clear(&b.st);
     return ok;
@@ -145,7 +187,7 @@ static bool check_handles(struct job *j)
         .time = sys->time, .constraint = constraint, .constraints = c, .solution = &j->solution, .field = j->solution.field,
         .gauge = j->solution.gauge, .gauges = j->solution.gauge ? j->solution.free_columns : 0,
     };
-    bool ok = sga_witness_check(sys, &claim, &j->shadow, j->near, j->near_time, 77, 1, &j->budget, &j->witness, j->err);
+    bool ok = sga_witness_check(sys, &claim, &j->shadow, witness_near(j), j->near_time, 77, 1, &j->budget, &j->witness, j->err);
     free(variable);
     free(constraint);
     return ok;

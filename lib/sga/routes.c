@@ -93,6 +93,21 @@ static bool is_best(const struct routes *r, const struct sga_solution *solution,
     return final > r->final || (final == r->final && final >= 0 && r->best_at >= 0 && solution->verdict < r->verdict);
 }
 
+/* Sides that the last run found its answer, or its failure, to rest on: beyond them another route begins. */
+static void add_sides(struct routes *r, const struct points_shadow *shadow)
+{
+    for (int k = 0; k < shadow->sides; k++) {
+        const struct points_side *side = shadow->side + k;
+        bool known = side->unseen;
+        for (int i = 0; i < r->now.count && !known; i++)
+            known = r->now.at[i].side && r->now.at[i].product == side->function;
+        if (known)
+            continue;
+        SGA_RESERVE(r->now.at, r->now.cap, r->now.count + 1);
+        r->now.at[r->now.count++] = (struct decision){ .product = side->function, .options = 2, .side = (signed char)side->sign };
+    }
+}
+
 /* One run, near a place or where the options say. False: a failure that ends the job. */
 static bool run_one(struct routes *r, const struct sys_system *system, const struct sga_options *options, int place,
                     struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
@@ -100,6 +115,7 @@ static bool run_one(struct routes *r, const struct sys_system *system, const str
     struct sga_error here = { 0 };
     struct sga_options own = routes_options(r, options, place);
     bool ok = state_solve(system, &own, shadow, &r->now, solution, &here);
+    add_sides(r, shadow);
     r->tried++;
     r->now_at = place;
     if (!ok && (!routes_local(here.code) || !expr_store_ok(system->store))) {
@@ -191,10 +207,13 @@ static void keep_elsewhere(struct routes *r, int variables, struct sga_solution 
         }
 }
 
-bool sga_solve(const struct sys_system *system, const struct sga_options *options,
+bool sga_solve(const struct sys_system *system, const struct sga_options *given,
                struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
 {
     struct routes r = { .final = -1, .seed = shadow->random, .explore = true, .best_at = -1, .now_at = -1, .best_run = -1 };
+    struct sga_conditions conditions = { 0 };
+    struct sga_options own = *given, *options = &own;
+    own.conditions = &conditions;
     bool ok = routes_explore(&r, system, options, shadow, solution, err);
     if (ok && r.final < 0 && r.failed) {      /* empty as far as known, but not known of every branch */
         *err = r.error;
@@ -205,14 +224,18 @@ bool sga_solve(const struct sys_system *system, const struct sga_options *option
     } else if (ok && r.final < 0) {
         ok = special_solve(&r, system, options, shadow, solution, err);
     } else if (ok && (r.now_at != r.best_at || !same_route(&r.now, &r.best))) {
-        struct sga_options own = routes_options(&r, options, r.best_at);
+        struct sga_options best = routes_options(&r, options, r.best_at);
         routes_restart(shadow, r.seed, solution);
-        ok = state_solve(system, &own, shadow, &r.best, solution, err);
+        ok = state_solve(system, &best, shadow, &r.best, solution, err);
     }
     if (ok)
         keep_elsewhere(&r, system->variables, solution);
     if (!ok && !err->stage[0])
         memcpy(err->stage, "sga", 4);
+    if (ok)
+        solution->conditions = conditions;
+    else
+        sga_conditions_clear(&conditions);
     routes_clear(&r);
     return ok;
 }
