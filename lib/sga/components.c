@@ -80,7 +80,7 @@ static expr_id another(const struct component_run *r, struct points_point *p, in
 static bool known(const struct components *c, const struct component_run *r, struct points_point *p, int n, expr_id by)
 {
     for (int k = 0; k < c->places; k++)
-        if (c->place[k].set == r->constraint[n - 1] && c->place[k].by == by)
+        if (c->place[k].set == (n ? r->constraint[n - 1] : EXPR_UNDEF) && c->place[k].by == by)
             return true;
     for (int k = 0; k < c->runs; k++) {
         const struct component_run *other = c->run + k;
@@ -104,7 +104,7 @@ static void keep_place(struct components *c, const struct points_space *space, c
     c->place[c->places++] = (struct component_place){
         .x = copy(p->x, (size_t)space->variables, sizeof *p->x), .t = p->t,
         .parameter = copy(p->parameter, (size_t)space->parameters, sizeof *p->parameter),
-        .set = space->constraint[space->constraints - 1], .by = by };
+        .set = space->constraints ? space->constraint[space->constraints - 1] : EXPR_UNDEF, .by = by };
 }
 
 /* Keeps a point a little beside p, where that is on another component too: p may be a special point (a kink, a
@@ -148,6 +148,19 @@ static void search(struct components *c, const struct component_run *r, struct p
     free(opposite);
 }
 
+/* Whether the functions are made with some that are one analytic function on each side of a surface. */
+static bool has_sides(const struct expr_store *st, const expr_id *e, int count)
+{
+    struct expr_cone cone;
+    bool has = false;
+    expr_cone_init(&cone);
+    expr_cone_of(st, &cone, e, count);
+    for (int k = 0; k < cone.count; k++)
+        has |= points_switches(expr_op_of(st, cone.list[k]));
+    expr_cone_clear(&cone);
+    return has;
+}
+
 void components_note(struct components *c, const struct sys_system *system, const struct sga_options *options,
                      const struct sga_solution *sol, const struct points_shadow *shadow, int place, int final)
 {
@@ -166,10 +179,12 @@ void components_note(struct components *c, const struct sys_system *system, cons
     };
     space.defineds = sys_expressions(system, &defined);
     space.defined = defined;
+    bool sided = has_sides(system->store, defined, space.defineds);
     if (sol->one_piece < sol->constraints && sol->constraints > SGA_MOST_COMPONENT_ROWS)
         sga_limit_met(options->budget, SGA_LIMIT_COMPONENT_ROWS);
-    for (int k = sol->one_piece + 1; k <= sol->constraints && sol->constraints <= SGA_MOST_COMPONENT_ROWS; k++)
-        search(c, r, &space, k, shadow->switches ? SIDED_STARTS : STARTS, &random);
+    /* a set of one piece has sides where what is asked on it has */
+    for (int k = sol->one_piece + !sided; k <= sol->constraints && sol->constraints <= SGA_MOST_COMPONENT_ROWS; k++)
+        search(c, r, &space, k, sided ? SIDED_STARTS : STARTS, &random);
     free(defined);
     free(variable);
 }
