@@ -173,15 +173,9 @@ void answer_warn(struct job *j)
     if (j->solved && j->shadow.reals && !proved)
         sga_warn(&j->budget, SGA_W_POINTS_NOT_PROVED, "", "none of the %d points of the constraint set that decisions rest on is proved to lie on it",
                  j->shadow.reals);
-    if (j->solution.not_factored)
-        sga_warn(&j->budget, SGA_W_SEARCH_CUT, "", "a constraint was too large, or too many stood, to look for all branches of a product: "
-                 "another branch may not be listed");
     if (j->solution.sides_not_searched)
         sga_warn(&j->budget, SGA_W_SEARCH_CUT, "", "too many abs, sign, min, max stand in the constraints to look beyond all of them: "
                  "zeros may hold on one side of some only");
-    if (j->strata_skipped)
-        sga_warn(&j->budget, SGA_W_STRATA_NOT_SEARCHED, "", "the search for places where pivots and denominators vanish was cut short: there may be more strata "
-                 "than are listed%s", j->request.strata ? "" : "; \"strata\": \"solve\" gives it ten times as long");
     for (int i = 0; i < j->strata && j->request.strata; i++)
         if (j->stratum[i].state == STRATUM_UNSOLVED)
             sga_warn(&j->budget, SGA_W_STRATA_NOT_SOLVED, "/strata", "some strata could not be solved: each has a problem that says why");

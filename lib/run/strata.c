@@ -7,8 +7,6 @@
 #include "mem.h"
 #include "poly.h"
 
-enum { PIVOT_BYTES = 4000, OFF_VARIABLES = 400, OFF_MOST = 60 };
-
 /* One more function that vanishes on a stratum; false where it is too long to be written. */
 static bool push(struct job *j, struct stratum *s, expr_id e)
 {
@@ -16,8 +14,9 @@ static bool push(struct job *j, struct stratum *s, expr_id e)
     for (int i = 0; i < s->wheres; i++)
         if (s->where[i] == e)
             return true;
-    if (!expr_print(&j->request.store, e, PIVOT_BYTES, &text)) {
+    if (!expr_print(&j->request.store, e, SGA_MOST_STRATUM_BYTES, &text)) {
         sga_buf_free(&text);
+        sga_limit_met(&j->budget, SGA_LIMIT_STRATUM_BYTES);
         return false;
     }
     s->where = sga_realloc(s->where, (size_t)(s->wheres + 1) * sizeof *s->where);
@@ -107,7 +106,9 @@ bool strata_drops(struct job *j, expr_id factor, int starts, struct stratum *as)
 /* Searches of a second kind are for small systems, and so many of them: what is left out is said. */
 static bool too_many(struct job *j, int variables, int *done)
 {
-    bool skip = variables > OFF_VARIABLES || (*done)++ > OFF_MOST;
+    bool large = variables > SGA_MOST_STRATA_OFF_VARIABLES, skip = large || (*done)++ >= SGA_MOST_STRATA_OFF;
+    if (skip)
+        sga_limit_met(&j->budget, large ? SGA_LIMIT_STRATA_OFF_VARIABLES : SGA_LIMIT_STRATA_OFF);
     j->strata_skipped |= skip;
     return skip;
 }

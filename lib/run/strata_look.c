@@ -12,7 +12,7 @@
 enum { LEAST_STEPS = 30 };
 /* All searches of an answer together, in steps times nodes: about a second. Each may take a part of what is
  * left, so that no one that finds nothing takes all. Who asks for strata has ten times as much. */
-static const double MOST_WORK = 3e6, PART = 0.2;
+static const double PART = 0.2;
 /* rows * columns * the smaller: past it singular values take seconds that nobody could stop, and
  * the rank counts as lower: listed, to be safe */
 static const double RANK_WORK = 1e8;
@@ -58,7 +58,7 @@ int strata_rank_at(struct job *j, const struct points_space *space, int rows, in
 /* Newton steps that a search may take on the set of so many functions; 0: no more. */
 static long steps_granted(const struct job *j, double cost)
 {
-    double left = MOST_WORK * (j->request.strata ? 10 : 1) - j->strata_work, steps = PART * left / cost;
+    double left = (j->request.strata ? (double)SGA_MOST_STRATA_SOLVING_WORK : SGA_MOST_STRATA_WORK) - j->strata_work, steps = PART * left / cost;
     return left < LEAST_STEPS * cost ? 0 : (long)fmin(fmax(steps, LEAST_STEPS), 1e9);
 }
 
@@ -118,7 +118,10 @@ static enum points_status search(struct job *j, struct points_space *space, cons
         status = points_find_staged(space, end, stages, spread, &random, 64, p);
     }
     j->strata_work += (double)(granted - (steps > 0 ? steps : 0)) * cost;
-    j->strata_skipped |= steps <= 0 && status == POINTS_NONE;
+    if (steps <= 0 && status == POINTS_NONE) {
+        sga_limit_met(&j->budget, j->request.strata ? SGA_LIMIT_STRATA_SOLVING_WORK : SGA_LIMIT_STRATA_WORK);
+        j->strata_skipped = true;
+    }
     return status;
 }
 

@@ -8,7 +8,7 @@
 #include "strata_case.h"
 
 /* A stratum of a stratum of a stratum ..., and all of them together. */
-enum { DEPTH = 3, MOST = 48 };
+enum { DEPTH = SGA_MOST_STRATA_INSIDE, MOST = SGA_MOST_STRATA_SOLVED };
 
 /* The set that a stratum was reduced to, as it is written. */
 struct reached {
@@ -312,9 +312,15 @@ bool answer_strata_solve(struct job *j)
             continue;
         }
         if (j->depth >= DEPTH)
+{
             refuse(s, "strata inside each other", DEPTH);
+            sga_limit_met(&j->budget, SGA_LIMIT_STRATA_INSIDE);
+        }
         else if (j->tree->solved++ >= MOST)
+{
             refuse(s, "strata", MOST);
+            sga_limit_met(&j->budget, SGA_LIMIT_STRATA_SOLVED);
+        }
         else
             solve_one(j, s, number);
     }

@@ -42,15 +42,18 @@ static void write_parts(struct job *j, struct sga_json *w, const struct sga_part
 /* What was divided by: every pivot that is not a number, assumed not to vanish. */
 static void write_pivots(struct job *j, struct sga_json *w)
 {
-    enum { MOST = 200 };
     const struct sga_solution *sol = &j->solution;
     int written = 0;
     sga_json_key(w, "pivots");
     sga_json_array(w);
-    for (int q = 0; q < sol->pivots && written < MOST; q++) {
+    for (int q = 0; q < sol->pivots; q++) {
         struct sga_buf text = { 0 };
         if (expr_is_const(&j->request.store, sol->pivot[q].value))
             continue;
+        if (written == SGA_MOST_PIVOTS_LISTED) {
+            sga_limit_met(&j->budget, SGA_LIMIT_PIVOTS_LISTED);
+            break;
+        }
         sga_json_object(w);
         if (sol->pivot[q].col >= 0) {       /* else a factor dropped from a constraint */
             sga_json_member_string(w, "velocity_of", answer_variable_name(j, sol->pivot[q].col));

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "mem.h"
+#include "warnings.h"
 #include "parts.h"
 
 /* The field in K, itself or after X0 times its time component was taken away. */
@@ -95,12 +96,14 @@ static enum sym_truth regular(struct sym_work *w, const expr_id *jacobian, int m
 }
 
 /* The determinant of a small matrix as an expression, where the balls do not tell. */
-static expr_id determinant(struct expr_store *st, const expr_id *a, int m)
+static expr_id determinant(struct sym_work *w, const expr_id *a, int m)
 {
-    enum { MOST = 4 };
-    if (m > MOST)
+    struct expr_store *st = w->st;
+    if (m > SGA_MOST_MAP_ROWS) {
+        sga_limit_met(w->budget, SGA_LIMIT_MAP_ROWS);
         return EXPR_UNDEF;
-    expr_id det[1 << MOST];       /* by set of columns: of the first rows */
+    }
+    expr_id det[1 << SGA_MOST_MAP_ROWS];       /* by set of columns: of the first rows */
     det[0] = expr_int(st, 1);
     for (unsigned set = 1; set < 1u << m; set++) {
         int row = __builtin_popcount(set) - 1, sign = row & 1 ? -1 : 1;
@@ -118,10 +121,11 @@ static expr_id determinant(struct expr_store *st, const expr_id *a, int m)
 
 static enum sym_truth diffeomorphism(struct sym_work *w, const expr_id *phi, expr_id *defect)
 {
-    enum { MOST = 60 };
     int m = w->n + 1;
-    if (m > MOST)
+    if (m > SGA_MOST_MAP_VARIABLES) {
+        sga_limit_met(w->budget, SGA_LIMIT_MAP_VARIABLES);
         return SYM_UNKNOWN;
+    }
     expr_id *j = sga_malloc((size_t)(m * m) * sizeof *j), *unit = sga_malloc((size_t)m * sizeof *unit);
     for (int b = 0; b < m; b++) {
         for (int c = 0; c < m; c++)
@@ -138,7 +142,7 @@ static enum sym_truth diffeomorphism(struct sym_work *w, const expr_id *phi, exp
         int small = plain ? w->n : m;
         for (int a = 0; a < small; a++)
             memmove(j + a * small, j + a * m, (size_t)small * sizeof *j);
-        *defect = determinant(w->st, j, small);
+        *defect = determinant(w, j, small);
         enum sym_truth zero = sym_zero(w, *defect);
         truth = zero == SYM_TRUE ? SYM_FALSE : zero == SYM_FALSE ? SYM_TRUE : SYM_UNKNOWN;
     }
