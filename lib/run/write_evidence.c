@@ -216,6 +216,13 @@ void answer_write_evidence(struct job *j, struct sga_json *w)
         write_determinants(j, w);
     sga_json_member_int(w, "redundant_equations", sol->redundant_rows);
     answer_write_restrictions(j, w);
+    if (j->redundants) {
+        sga_json_key(w, "redundant_holonomic");
+        sga_json_array(w);
+        for (int k = 0; k < j->redundants; k++)
+            sga_json_int(w, j->redundant[k]);
+        sga_json_end_array(w);
+    }
     if (j->witnessed) {
         sga_json_key(w, "witness");
         sga_json_object(w);
