@@ -33,7 +33,7 @@ enum stratum_state { STRATUM_LISTED, STRATUM_SOLVED, STRATUM_EMPTY, STRATUM_MERG
 
 /* A set that the answer does not speak of: where a pivot or a factor of a product vanishes. */
 struct stratum {
-    const char *kind;             /* "pivot", "branch", "side", "instant", "domain", "parameter"; static */
+    const char *kind;             /* "pivot", "branch", "side", "instant", "domain", "parameter", "excess"; static */
     expr_id *where; char **text;  /* functions that vanish there, and how they are written */
     int wheres;                   /* 0: described only */
     char *description;            /* or NULL */

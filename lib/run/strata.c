@@ -189,7 +189,7 @@ void strata_factors(struct listing *l, expr_id value, int before)
         return;
     }
     for (int i = 0; i < f.factors; i++)
-        if (!f.factor[i].never_zero)
+        if (!strata_squares(l, f.factor + i, before) && !f.factor[i].never_zero)
             consider(l, f.factor[i].expr, before);
     poly_factors_clear(&f);
 }

@@ -8,6 +8,7 @@
 struct listing {
     struct job *j;
     struct expr_facts facts;
+    int squares;              /* how many sums of squares were looked at */
     int off, moved;           /* how many factors were looked at off the final set, and for special parameters */
     int before, rank;         /* generic rank with the first `before` constraints; -1: not known */
 };
@@ -42,6 +43,11 @@ bool strata_drops(struct job *j, expr_id factor, int starts, struct stratum *as)
 
 /* Lists each factor of value, a pivot chosen on the set of the first `before` constraints, that can vanish. */
 void strata_factors(struct listing *l, expr_id value, int before);
+
+struct poly_factor;
+/* A factor that is a sum of squares: the set where all of them vanish is listed where the rank drops there. False: it is none, and
+ * may vanish as any other function does. */
+bool strata_squares(struct listing *l, const struct poly_factor *factor, int before);
 
 /* Parts of the constraint set on which the answer does not hold, each by a point that satisfies all given equations. To be called before the shadow is asked
  * about anything but the reduction. */

@@ -306,6 +306,8 @@ bool answer_strata_solve(struct job *j)
     int number = ++j->tree->lists;
     for (int i = 0; i < j->strata && !j->tree->cancelled; i++) {
         struct stratum *s = j->stratum + i;
+        if (strcmp(s->kind, "excess") == 0)      /* no solution: that was asked of its point */
+            continue;
         if (!strata_solvable(s) && !strata_is_part(s)) {
             if (!s->wheres)
                 undescribed(s);
