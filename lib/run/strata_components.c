@@ -70,7 +70,9 @@ struct excess { double *x, time; expr_id equation; };
 static void keep_excess(struct job *j, struct points_point *p, struct excess *e)
 {
     size_t n = (size_t)j->request.system.variables;
-    expr_id open = e->x ? EXPR_UNDEF : violated(j, p);
+    const struct sga_solution *sol = &j->solution;
+    bool here = !e->x && points_on_sides(j->request.system.store, &p->ball, sol->side, sol->sides);    /* beyond, strata of kind side speak */
+    expr_id open = here ? violated(j, p) : EXPR_UNDEF;
     if (!open || !arb_is_finite(num_ball_value(&p->ball, open)))
         return;
     e->x = memcpy(sga_malloc(n * sizeof *e->x), p->x, n * sizeof *e->x);
