@@ -8,6 +8,7 @@
 
 #include "larger.h"
 #include "mem.h"
+#include "warnings.h"
 
 int *field_inputs(const struct sys_system *sys)
 {
@@ -83,6 +84,8 @@ bool field_init(struct field *f, const struct sys_system *sys, const struct sga_
                          .manifold = manifold, .lost_pivot = -1, .lost_pole = -1, .generic_rank = n - sol->free_columns };
     choice_make(&f->choice, sys, sol, rq);
     f->fast = !f->choice.why;
+    if (f->choice.field && n > SGA_MOST_ROWS_ASKED && !f->choice.pivots)
+        sga_limit_met(rq->budget, SGA_LIMIT_ROWS_ASKED);
     f->root = f->choice.field ? f->choice.field : sol->field;
     int *inputs = field_inputs(sys);
     expr_id *con = sga_malloc((size_t)(c + 1) * sizeof *con);
