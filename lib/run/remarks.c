@@ -119,7 +119,7 @@ static void warn_count(struct job *j)
                  unknowns, unknowns == 1 ? "" : "s",
                  sol->verdict == SGA_INCONSISTENT ? "" : "; their consequences determine all of them");
     else if (functions)
-        sga_warn(&j->budget, SGA_W_FREE, "/system", "%d equation%s for %d unknown%s, of which some follow from others, leave %d function%s of time to be chosen; "
+        sga_warn(&j->budget, SGA_W_FREE, "/system", "%d equation%s for %d unknown%s leave %d function%s of time to be chosen; "
                  "free %s %s", equations, equations == 1 ? "" : "s", unknowns, unknowns == 1 ? "" : "s", functions, functions > 1 ? "s" : "",
                  strchr(names.data, ',') ? "are among" : "is", names.data);
     if (equations > unknowns)

@@ -8,7 +8,6 @@
 struct listing {
     struct job *j;
     struct expr_facts facts;
-    int squares;              /* how many sums of squares were looked at */
     int off, moved;           /* how many factors were looked at off the final set, and for special parameters */
     int before, rank;         /* generic rank with the first `before` constraints; -1: not known */
 };
@@ -25,6 +24,7 @@ void strata_add(struct job *j, expr_id factor, int before, struct stratum as);
 struct strata_look {
     int c;
     expr_id factor;
+    const expr_id *squared; int squares;   /* the factor is a sum of their squares: they vanish together; or NULL */
     enum strata_moving moving;
     int starts;
     uint64_t seed;            /* of the random starts */

@@ -138,18 +138,20 @@ enum points_status strata_look_at(struct job *j, struct strata_look look, struct
     int values = moving == STRATA_PARAMETERS ? 0 : fixed, moved = sys->parameters - values;
     int extra = moved + (moving == STRATA_TIME);
     int *variable = sga_malloc((size_t)(n + extra) * sizeof *variable);
-    expr_id *con = sga_malloc((size_t)(c + 1) * sizeof *con);
+    int more = look.squares ? look.squares : factor != EXPR_UNDEF;
+    expr_id *con = sga_malloc((size_t)(c + more + 1) * sizeof *con);
     for (int i = 0; i < n; i++)
         variable[i] = sys->variable[i].symbol;
     for (int i = 0; i < extra; i++)
         variable[n + i] = i < moved ? sys->parameter[values + i] : sys->time;
     for (int i = 0; i < c; i++)
         con[i] = j->solution.constraint[i].expr;
-    con[c] = factor;
+    for (int i = 0; i < more; i++)
+        con[c + i] = look.squares ? look.squared[i] : factor;
     struct points_space space = {
         .st = sys->store, .variable = variable, .variables = n + extra, .parameter = sys->parameter,
         .parameters = values, .time = moving == STRATA_TIME ? -1 : sys->time, .constraint = con,
-        .constraints = c + (factor != EXPR_UNDEF), .near = extra || look.far ? NULL : j->near, .near_time = j->near_time,
+        .constraints = c + more, .near = extra || look.far ? NULL : j->near, .near_time = j->near_time,
         .scale = extra ? NULL : j->solution.scale,
         .starts = look.starts, .budget = &j->budget,
     };
@@ -160,7 +162,7 @@ enum points_status strata_look_at(struct job *j, struct strata_look look, struct
     if (c)
         end[stages++] = c;
     if (factor)
-        end[stages++] = c + 1;
+        end[stages++] = c + more;
     const struct points_shadow *shadow = &j->shadow;
     bool final = factor && !extra && shadow->reals && c == j->solution.constraints && shadow->space.constraints == c
                  && shadow->space.variables == n;

@@ -1,6 +1,6 @@
 /* Strata of codimension two and more: zeros of factors that are sums of squares. A point of x^2 + y^2 = 0 is none that Newton's
- * method finds, for the differential vanishes there; what vanishes are x and y, so these say where the stratum is. The
- * set is handed to the reduction as restrictions, which sorts out what depends on the constraints and certifies its points. */
+ * method finds, for the differential vanishes there; what vanishes are x and y, so these say where the stratum is. Where they depend
+ * on the constraints the set is handed to the reduction as restrictions, which sorts that out and certifies its points. */
 #include "strata_listing.h"
 
 #include <stdlib.h>
@@ -9,8 +9,15 @@
 #include "mem.h"
 #include "poly.h"
 
-/* Whether all of the functions vanish somewhere on the set of the first c constraints, where the rank is below `rank`. */
-static bool drops(struct job *j, int c, const expr_id *e, int count, int rank, struct stratum *as)
+static void keep_point(struct stratum *as, const double *x, int n, double t, bool certified)
+{
+    as->point = memcpy(sga_malloc((size_t)n * sizeof *as->point), x, (size_t)n * sizeof *as->point);
+    as->time = t;
+    as->approximate = !certified;
+}
+
+/* The same where the functions depend on the constraints or on each other. */
+static bool drops_reduced(struct job *j, int c, const expr_id *e, int count, int rank, struct stratum *as)
 {
     const struct sys_system *sys = &j->request.system;
     struct sga_options options = { .near = j->near, .near_time = j->near_time, .parameter_near = j->parameter_near, .seed = 1, .budget = &j->budget };
@@ -31,16 +38,31 @@ static bool drops(struct job *j, int c, const expr_id *e, int count, int rank, s
         struct points_space space = shadow.space;
         space.constraint = con;
         lower = strata_rank_at(j, &space, sys->rows, c, shadow.real) < rank;
-        if (lower) {
-            as->point = memcpy(sga_malloc((size_t)sys->variables * sizeof *as->point), shadow.real[0].x, (size_t)sys->variables * sizeof *as->point);
-            as->time = shadow.real[0].t;
-            as->approximate = !shadow.real[0].certified;
-        }
+        if (lower)
+            keep_point(as, shadow.real[0].x, sys->variables, shadow.real[0].t, shadow.real[0].certified);
     }
     points_shadow_clear(&shadow);
     sga_solution_clear(&sol);
     free(only.restriction);
     free(con);
+    return lower;
+}
+
+/* Whether all of the functions, whose squares make the factor, vanish somewhere on the set of the first c constraints, where the rank is
+ * below `rank`: a search like those for other factors; where it only approaches a place, a reduction of the set, if that is small. */
+static bool drops(struct job *j, int c, expr_id factor, const expr_id *e, int count, int rank, struct stratum *as)
+{
+    struct points_point p;
+    int there, n = j->request.system.variables;
+    enum points_status status = strata_look_at(j, (struct strata_look){ .c = c, .factor = factor, .squared = e, .squares = count }, &p, &there);
+    bool lower = status == POINTS_OK && there < rank, small = n + c <= SGA_MOST_SQUARES_REDUCED;
+    if (status == POINTS_IRREGULAR && !small)
+        sga_limit_met(&j->budget, SGA_LIMIT_SQUARES_REDUCED);
+    if (status == POINTS_IRREGULAR)
+        lower = small ? drops_reduced(j, c, e, count, rank, as) : true;     /* listed, to be safe */
+    if (lower && !as->point)
+        keep_point(as, p.x, n, p.t, status == POINTS_OK && p.certified);
+    points_point_clear(&p);
     return lower;
 }
 
@@ -108,15 +130,10 @@ static bool sum_of_squares(struct listing *l, const struct poly_factor *q, int b
     struct stratum as = { .kind = "pivot" };
     expr_id *e = sga_malloc((size_t)(q->radicals + 1) * sizeof *e);
     int count = telling(l, q, e), c = j->solution.constraints;
-    bool skip = count && l->squares++ >= SGA_MOST_STRATA_SQUARES;
-    if (skip) {
-        sga_limit_met(&j->budget, SGA_LIMIT_STRATA_SQUARES);
-        j->strata_skipped = true;
-    }
-    if (count && !skip && !is_listed(j, e, count) && sga_budget_ok(&j->budget, NULL)) {
-        bool found = drops(j, c, e, count, j->request.system.variables - j->solution.free_columns, &as);
+    if (count && !is_listed(j, e, count) && sga_budget_ok(&j->budget, NULL)) {
+        bool found = drops(j, c, q->expr, e, count, j->request.system.variables - j->solution.free_columns, &as);
         if (!found && j->request.strata && before < c && before >= 0)
-            found = as.off = drops(j, before, e, count, rank_before(l, before), &as);
+            found = as.off = drops(j, before, q->expr, e, count, rank_before(l, before), &as);
         if (found)
             list(j, e, count, before, as);
     }
