@@ -238,6 +238,7 @@ void answer_strata(struct job *j)
     if (!empty) {
         strata_determinants(&l);
         strata_domain(&l);
+        strata_lost(&l);
     }
     expr_facts_clear(&l.facts);
 }
