@@ -153,6 +153,9 @@ void expr_cone_clear(struct expr_cone *c);
  * c->list[0..count). Cost: the size of the cone, times log for the sort. */
 void expr_cone_of(const struct expr_store *st, struct expr_cone *c, const expr_id *roots, int nroots);
 
+/* Whether e depends on the symbol; the cone is used for the walk. */
+bool expr_depends(const struct expr_store *st, struct expr_cone *c, expr_id e, int symbol);
+
 /* c->place[e] = position of e in c->list, for the nodes of the list (others: undefined). */
 void expr_cone_index(struct expr_cone *c);
 

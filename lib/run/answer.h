@@ -3,6 +3,7 @@
 #define SGA_RUN_ANSWER_H
 
 #include "buf.h"
+#include "clock.h"
 #include "mech.h"
 #include "operator.h"
 #include "print.h"
@@ -135,7 +136,7 @@ struct job {
     } two_form;
     int *redundant; int redundants;   /* of the form lagrangian: holonomic constraints that follow from others */
     struct mechanical_answer *mechanical;   /* or NULL */
-    struct { double read, reduce, operator_form, mechanical, print, witness, trajectory, tradeoff, structure, symmetries; } seconds;
+    struct stage_clock clock;
     double spent;                 /* seconds of the time granted, before */
     const char *stage;            /* the last that was begun */
     struct sga_error *err;

@@ -97,7 +97,7 @@ bool answer_mechanical(struct job *j)
     struct sga_options options = options_of(j);
     j->mechanical = sga_calloc(1, sizeof *j->mechanical);
     struct mech_fibre *f = &j->mechanical->fibre;
-    double start = sga_now();
+    stage_begin(&j->clock, STAGE_MECHANICAL);
     if (!mech_fibre_find(f, &r->system, in, &options, j->err))
         return false;
     if (f->W.verdict == SGA_INCONSISTENT)
@@ -116,7 +116,6 @@ bool answer_mechanical(struct job *j)
     }
     give_reactions(j, column);
     free(column);
-    j->seconds.mechanical = sga_now() - start;
     return true;
 }
 
@@ -132,7 +131,7 @@ bool answer_mechanical_motion(struct job *j)
 {
     struct mechanical_answer *m = j->mechanical;
     unsigned want = j->request.want;
-    double start = sga_now();
+    stage_begin(&j->clock, STAGE_MECHANICAL);
     if (m->fibre.W.verdict == SGA_INCONSISTENT)
         return true;
     m->determined = is_determined(j);
@@ -155,7 +154,6 @@ bool answer_mechanical_motion(struct job *j)
         if (!sga_budget_ok(&part, NULL) && sga_budget_ok(&j->budget, NULL))
             sga_limit_met(&j->budget, j->depth ? SGA_LIMIT_STRATUM_RANK_SECONDS : SGA_LIMIT_RANK_SECONDS);
     }
-    j->seconds.mechanical += sga_now() - start;
     return sga_budget_ok(&j->budget, j->err);
 }
 

@@ -211,7 +211,10 @@ void answer_strata(struct job *j)
     bool empty = sol->verdict == SGA_INCONSISTENT;
     if (!j->has_texts)
         return;
+    stage_begin(&j->clock, STAGE_STRATA);
     expr_facts_init(&l.facts);
+    expr_cone_init(&l.cone);
+    l.domain = (struct domain){ .system = &j->request.system, .facts = &l.facts, .cone = &l.cone, .budget = &j->budget };
     if (empty && j->request.system.parameters)      /* for which parameters it is a contradiction */
         strata_factors(&l, sol->contradiction, 0);
     for (int i = 0; i < sol->others; i++)
@@ -241,4 +244,5 @@ void answer_strata(struct job *j)
         strata_lost(&l);
     }
     expr_facts_clear(&l.facts);
+    expr_cone_clear(&l.cone);
 }

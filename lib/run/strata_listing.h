@@ -2,12 +2,15 @@
 #ifndef SGA_RUN_STRATA_LISTING_H
 #define SGA_RUN_STRATA_LISTING_H
 
+#include "domain.h"
 #include "facts.h"
 #include "strata_case.h"
 
 struct listing {
     struct job *j;
     struct expr_facts facts;
+    struct expr_cone cone;
+    struct domain domain;     /* where the equations have values */
     int off, moved;           /* how many factors were looked at off the final set, and for special parameters */
     int before, rank;         /* generic rank with the first `before` constraints; -1: not known */
 };

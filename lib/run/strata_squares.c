@@ -128,6 +128,8 @@ static bool sum_of_squares(struct listing *l, const struct poly_factor *q, int b
 {
     struct job *j = l->j;
     struct stratum as = { .kind = "pivot" };
+    if (domain_leaves_out(&l->domain, expr_int(&j->request.store, 1), q->radical, q->radicals, q->radicals))
+        return true;       /* the equations have no value there; what the pivot itself divides by does not matter */
     expr_id *e = sga_malloc((size_t)(q->radicals + 1) * sizeof *e);
     int count = telling(l, q, e), c = j->solution.constraints;
     if (count && !is_listed(j, e, count) && sga_budget_ok(&j->budget, NULL)) {

@@ -120,7 +120,7 @@ bool answer_sweep(struct job *j, const struct sga_solution *s, const struct traj
     struct sga_json w;
     if (!one_for_all(j, s))
         return false;
-    double begin = sga_now();
+    stage_begin(&j->clock, STAGE_TRAJECTORY);
     bool ok = true;
     int moved = 0;
     sga_json_begin(&w, &j->trajectories);
@@ -130,6 +130,5 @@ bool answer_sweep(struct job *j, const struct sga_solution *s, const struct traj
     sga_json_end_array(&w);
     if (moved)
         sga_warn(&j->budget, SGA_W_START_MOVED, "/sweep", "the starts of %d set%s were moved onto the constraints", moved, moved > 1 ? "s" : "");
-    j->seconds.trajectory = sga_now() - begin;
     return ok;
 }
