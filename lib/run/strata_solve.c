@@ -314,18 +314,15 @@ bool answer_strata_solve(struct job *j)
                 undescribed(s);
             continue;
         }
-        if (j->depth >= DEPTH)
-{
+        if (j->depth >= DEPTH) {
             refuse(s, "strata inside each other", DEPTH);
             sga_limit_met(&j->budget, SGA_LIMIT_STRATA_INSIDE);
-        }
-        else if (j->tree->solved++ >= MOST)
-{
+        } else if (j->tree->solved++ >= MOST) {
             refuse(s, "strata", MOST);
             sga_limit_met(&j->budget, SGA_LIMIT_STRATA_SOLVED);
-        }
-        else
+        } else {
             solve_one(j, s, number);
+        }
     }
     bool cancelled = j->tree->cancelled;
     if (cancelled)
