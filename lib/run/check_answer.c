@@ -37,6 +37,22 @@ static int copy_symbol(struct readback *b, const struct expr_store *from, int sy
     return expr_symbol_find(&b->st, s->name, strlen(s->name));
 }
 
+expr_id answer_text_read(struct job *j, const char *text)
+{
+    struct expr_store *st = &j->request.store;
+    struct expr_grammar g = { .derivative = derivative_symbol, .ctx = st, .max_length = 1 << 28, .max_depth = 1 << 20,
+                              .max_exponent = 1L << 30, .max_digits = 1 << 20 };
+    struct sga_error err = { 0 };
+    expr_id e = expr_parse(st, text, &g, &err);
+    expr_id *value = sga_calloc((size_t)st->symbols + 1, sizeof *value);
+    for (int k = 0; k < j->request.knowns; k++)
+        value[j->request.known[k].symbol] = j->request.known[k].value;
+    if (e)
+        expr_substitute(st, &e, 1, value);
+    free(value);
+    return e;
+}
+
 /* A text may call a parameter by its name that has a value: it is read as that. */
 static void known_values(const struct job *j, struct readback *b)
 {

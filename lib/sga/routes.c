@@ -115,10 +115,13 @@ void routes_clear(struct routes *r)
     free(r->pivot);
 }
 
-bool sga_solve(const struct sys_system *system, const struct sga_options *options,
+bool sga_solve(const struct sys_system *system, const struct sga_options *given,
                struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
 {
     struct routes r = { .final = -1, .seed = shadow->random };
+    struct sga_conditions conditions = { 0 };
+    struct sga_options own = *given, *options = &own;
+    own.conditions = &conditions;
     bool ok = routes_explore(&r, system, options, shadow, solution, err);
     if (ok && r.final < 0 && r.failed) {      /* empty as far as known, but not known of every branch */
         *err = r.error;
@@ -134,6 +137,10 @@ bool sga_solve(const struct sys_system *system, const struct sga_options *option
     }
     if (!ok && !err->stage[0])
         memcpy(err->stage, "sga", 4);
+    if (ok)
+        solution->conditions = conditions;
+    else
+        sga_conditions_clear(&conditions);
     routes_clear(&r);
     return ok;
 }

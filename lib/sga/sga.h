@@ -71,6 +71,15 @@ struct sga_determinant {
     int *col, *source;     /* by row of S: the velocity, and the row as in struct sga_constraint; owned */
 };
 
+/* Functions of the symbolic parameters: where all of them vanish the answer may be another one. */
+struct sga_condition {
+    expr_id *function; int functions;
+};
+
+struct sga_conditions {
+    struct sga_condition *at; int count; size_t cap;
+};
+
 struct sga_solution {
     enum sga_verdict verdict;
     int generations;
@@ -101,6 +110,7 @@ struct sga_solution {
     bool not_factored;                 /* some constraint was too large to be searched for branches */
     int redundant_rows;                /* rows of the system that follow from the others (at least) */
     struct sga_vanished *vanished; int vanished_rows;   /* only where options.rows asks for them */
+    struct sga_conditions conditions;  /* of all branches that were looked at; owned */
 };
 
 struct sga_options {
@@ -112,6 +122,7 @@ struct sga_options {
     bool gauge_fields;
     int gauge_nodes;                        /* that they may add (and 100 components for each); beyond it they are left out. 0: no limit */
     bool rows;                              /* keep what became of rows that vanish; needs combinations */
+    struct sga_conditions *conditions;      /* what each run takes for granted of the parameters is added; or NULL */
 };
 
 /* Runs the reduction. The shadow is initialised by the caller and holds points of Pf at
@@ -121,6 +132,7 @@ struct sga_options {
 bool sga_solve(const struct sys_system *system, const struct sga_options *options,
                struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err);
 void sga_solution_clear(struct sga_solution *solution);
+void sga_conditions_clear(struct sga_conditions *conditions);
 
 /* Adds the terms of the rows and restrictions to an estimate of natural sizes (points/scaling.h). */
 struct scaling;

@@ -1,6 +1,6 @@
 /* The main loop of the stabilization general algorithm. */
 #include "block.h"
-#include "state.h"
+#include "conditions.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -13,6 +13,14 @@ const char *sga_verdict_text(enum sga_verdict v)
 {
     static const char *const text[] = { "unique", "underdetermined", "isolated", "inconsistent" };
     return text[v];
+}
+
+void sga_conditions_clear(struct sga_conditions *c)
+{
+    for (int i = 0; i < c->count; i++)
+        free(c->at[i].function);
+    free(c->at);
+    *c = (struct sga_conditions){ 0 };
 }
 
 void sga_solution_clear(struct sga_solution *sol)
@@ -40,6 +48,7 @@ void sga_solution_clear(struct sga_solution *sol)
     for (int i = 0; i < sol->vanished_rows; i++)
         free(sol->vanished[i].part);
     free(sol->vanished);
+    sga_conditions_clear(&sol->conditions);
     *sol = (struct sga_solution){ 0 };
 }
 
@@ -326,6 +335,8 @@ bool state_solve(const struct sys_system *system, const struct sga_options *opti
     }
     if (ok && s.inconsistent && shadow->sides)
         ok = contradiction_on_side(&s);
+    if (ok && options->conditions)
+        conditions_note(&s, options->conditions);
     if (ok)
         conclude(&s);
     else if (!err->stage[0])
