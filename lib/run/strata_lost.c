@@ -10,6 +10,7 @@
 
 #include "mem.h"
 #include "poly.h"
+#include "sides.h"
 
 enum { MOST = SGA_MOST_LOST_PARTS };
 
@@ -76,7 +77,8 @@ static void consider(struct listing *l, expr_id factor, int before, int with, st
     if (again(seen, factor, before))
         return;
     enum points_status status = strata_look_at(j, (struct strata_look){ .c = before, .factor = factor, .far = true, .solvable = &solvable }, &p, &rank);
-    bool lost = status == POINTS_OK && p.certified && solvable && off_set(j, &p, before, with) && rank == general_rank(l, before);
+    bool lost = status == POINTS_OK && p.certified && solvable && points_on_sides(j->request.system.store, &p.ball, j->solution.side, j->solution.sides)
+                && off_set(j, &p, before, with) && rank == general_rank(l, before);
     points_point_clear(&p);
     if (lost)
         strata_add(j, factor, before, (struct stratum){ .kind = "branch" });
