@@ -290,3 +290,34 @@ bool gram_prove(struct poly_bridge *b, const fmpz_mpoly_t f, struct gram_proof *
 {
     return poly_degree(b, f) >= 1 && gram_prove_with(b, f, NULL, 0, 0, out);
 }
+
+/* 1 + the squares of the generators of f */
+static void reznick(struct poly_bridge *b, const fmpz_mpoly_t f, fmpz_mpoly_t out)
+{
+    fmpz_mpoly_t t;
+    fmpz_mpoly_init(t, b->ctx);
+    fmpz_mpoly_one(out, b->ctx);
+    for (int g = 0; g < b->gens; g++)
+        if (fmpz_mpoly_degree_si(f, g, b->ctx) > 0) {
+            fmpz_mpoly_gen(t, g, b->ctx);
+            fmpz_mpoly_mul(t, t, t, b->ctx);
+            fmpz_mpoly_add(out, out, t, b->ctx);
+        }
+    fmpz_mpoly_clear(t, b->ctx);
+}
+
+bool gram_prove_times(struct poly_bridge *b, const fmpz_mpoly_t f, fmpz_mpoly_t multiplier, struct gram_proof *out)
+{
+    enum { LENGTH = 40 };      /* the product is longer */
+    fmpz_mpoly_one(multiplier, b->ctx);
+    if (gram_prove(b, f, out))
+        return true;
+    if (f->length > LENGTH)
+        return false;
+    fmpz_mpoly_t t;
+    fmpz_mpoly_init(t, b->ctx);
+    reznick(b, f, multiplier);
+    bool found = poly_mul(b, t, f, multiplier) && gram_prove(b, t, out);
+    fmpz_mpoly_clear(t, b->ctx);
+    return found;
+}
