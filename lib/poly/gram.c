@@ -317,7 +317,9 @@ bool gram_prove_times(struct poly_bridge *b, const fmpz_mpoly_t f, fmpz_mpoly_t 
     fmpz_mpoly_t t;
     fmpz_mpoly_init(t, b->ctx);
     reznick(b, f, multiplier);
-    bool found = poly_mul(b, t, f, multiplier) && gram_prove(b, t, out);
+    bool found = poly_mul(b, t, f, multiplier) && gram_prove(b, t, out), never = found && out->never;
+    if (found && !never)
+        gram_proof_clear(out);
     fmpz_mpoly_clear(t, b->ctx);
-    return found;
+    return never;
 }

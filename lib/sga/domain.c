@@ -39,6 +39,7 @@ static void know_divisors(struct domain *d)
         return;
     int roots = sys_expressions(d->system, &root);
     divisors_of(d, root, roots, d->divisor, &d->divisors);
+    divisors_of(d, d->system->restriction, d->system->restrictions, d->divisor, &d->divisors);
     free(root);
     d->known = true;
 }
