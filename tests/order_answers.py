@@ -11,6 +11,7 @@ import re
 import mpmath
 
 import linear
+import respell
 from expression import EXACT, Graph, Undefined
 from identities import Answer, Broken
 from symbolic import Derivatives
@@ -39,7 +40,8 @@ class Sets:
         self.rank = d["ambient"] - result["gauge"]["dimension"]
         listed = result.get("strata", [])
         if not any(s["kind"] == "branch" for s in listed):
-            self.found += [("set", env) for env in self.answer.sample(self.nodes, 1)]
+            given = self.given()    # the constraints may vanish on more, where they cut out the set near some points only
+            self.found += [("set", env) for env in self.answer.sample(self.nodes, 1) if all(vanishes(self.answer, e, env) for e in given)]
         for s in [s for s in listed if s.get("where") and s["kind"] in ("pivot", "branch")][:STRATA_UP_TO]:
             self.found += [(s["kind"], env) for env in (self.pivot if s["kind"] == "pivot" else self.branch)(s["where"])]
 
@@ -53,13 +55,15 @@ class Sets:
 
     def branch(self, where):
         """A point that satisfies what is given without derivatives and does not lie on the admissible set."""
-        a, g = self.answer, self.answer.graph
-        d = Derivatives(g)
-        moving = [any(not d.zero(d.of(r, "@" + n)) for n in a.names) for r in a.problem.rows]
-        given = [r for r, m in zip(a.problem.rows, moving) if not m] + a.problem.restrict
-        for env in a.sample(self.new(where) + given, 1):
+        for env in self.answer.sample(self.new(where) + self.given(), 1):
             if not self.on_set(env):
                 yield env
+
+    def given(self):
+        """What is given without derivatives."""
+        a, d = self.answer, Derivatives(self.answer.graph)
+        speeds = [[n for n in a.graph.names([r]) if n.startswith("@")] for r in a.problem.rows]
+        return [r for r, s in zip(a.problem.rows, speeds) if all(d.zero(d.of(r, n)) for n in s)] + a.problem.restrict
 
     def new(self, where):
         """The functions that are not among the constraints."""
@@ -142,25 +146,29 @@ def strata_text(result):
 
 
 def start(base, said, result):
-    """The projected start, in the names and units of the first."""
+    """The projected start, in the names and units of the first. Of two that are as far from the guess (a velocity of which only
+    the square is known) either is right."""
     first, second = (r.get("consistent_initial", {}).get("projected") for r in (base.result, result))
-    if (first is None) != (second is None):
-        return [f"start: {first} became {second}"]
-    out = []
+    if first is None or second is None:
+        return [f"start: {first} became {second}"] if first != second else []
     left_out = base.said.multipliers if chosen_multipliers(base.result) else ()
-    for name, value in (first or {}).items():
+    pairs = []
+    for name, value in first.items():
         bare = name.rstrip("'")
-        if bare in left_out:
-            continue
-        new = said.value(bare, name[len(bare):])
-        if new not in second:
-            out.append(f"start: no {new}")
-            continue
-        got = float(second[new]) * float(said.scale.get(bare, 1))
-        largest = max([1.0] + [abs(float(v)) for v in first.values()])
-        if abs(got - float(value)) > NEAR * largest:
-            out.append(f"start: {name} {float(value):.9g} became {got:.9g}")
-    return out
+        if said.value(bare, name[len(bare):]) not in second:
+            return [f"start: {name} has no value now"]
+        if bare not in left_out:
+            pairs.append((name, float(value), float(second[said.value(bare, name[len(bare):])]) * float(said.scale.get(bare, 1))))
+    largest = max([1.0] + [abs(v) for _, v, _ in pairs])
+    off = [f"start: {n} {v:.9g} became {w:.9g}" for n, v, w in pairs if abs(v - w) > NEAR * largest]
+    return [] if off and tied(base, pairs, largest) else off
+
+
+def tied(base, pairs, largest):
+    """Whether both starts are as far from the given values, and from 0 where none was given."""
+    guess = {n: float(respell.exact(v) or 0) for n, v in base.said.trajectory.get("initial", {}).items()}
+    far = [sum((p[k] - guess.get(p[0], 0)) ** 2 for p in pairs) ** 0.5 for k in (1, 2)]
+    return abs(far[0] - far[1]) < NEAR * largest
 
 
 def chosen_multipliers(result):

@@ -57,8 +57,8 @@ bool traj_consistent(const struct sys_system *sys, const struct sga_solution *so
         r->x = sga_calloc((size_t)n + 1, sizeof *r->x);
         r->derivative = sga_calloc((size_t)n + 1, sizeof *r->derivative);
         r->residual = sga_calloc((size_t)c + 1, sizeof *r->residual);
-        ok = flow_start(&f, sys, sol, rq, r->x, &r->moved, err) && field_begin(&f.field, rq->start, r->x, err)
-             && flow_given(&f, rq, r->x, err) && field_eval(&f.field, rq->start, r->x, r->derivative);
+        ok = flow_start(&f, sys, sol, rq, r->x, &r->moved, err) && flow_given(&f, rq, r->x, err)
+             && field_begin(&f.field, rq->start, r->x, err) && field_eval(&f.field, rq->start, r->x, r->derivative);
         if (ok) {
             memcpy(f.in, r->x, (size_t)n * sizeof *f.in);
             f.in[n] = rq->start;
