@@ -233,9 +233,12 @@ static bool rounded(struct gram_proof *p, const fmpz_mpoly_t f, const struct gra
     for (int k = 0; k < n; k++)
         fmpq_init(exact + k);
     for (size_t d = 0; d < sizeof den / sizeof *den && !ok; d++) {
-        for (int k = 0; k < n; k++)
+        bool finite = true;
+        for (int k = 0; k < n; k++) {
             near[k] = nearbyint(y[k] * unit_of(&p->g, k) * den[d]) / den[d] / unit_of(&p->g, k);
-        if (!gram_inside(parts, near, least > 1e-6 ? -least / 8 : 1e-9))
+            finite = finite && isfinite(near[k]);
+        }
+        if (!finite || !gram_inside(parts, near, least > 1e-6 ? -least / 8 : 1e-9))
             continue;
         for (int k = 0; k < n; k++) {
             exactly(exact + k, nearbyint(y[k] * unit_of(&p->g, k) * den[d]), den[d]);
