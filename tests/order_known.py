@@ -8,6 +8,7 @@ DEPENDENT = "what the others of its generation make follow is decided before the
 UNION = "the part of a union of sets that is solved, and points of small parts"
 START = "the start is projected in one tier"
 DEFINITE = "definite quotients are not seen in every spelling"
+SIZES = "points are looked for in sizes that do not follow the units"
 TINY = "a pivot that never vanishes is listed, or the start taken to lie on it"
 
 KNOWN = [
@@ -21,8 +22,14 @@ KNOWN = [
     (r"^mechanical: (sparse masses|four-bar with redundant joints)", r"^strata: .*pivot", TINY),
     (r"^published: parallelogram with a fifth rod", "irregular_constraint", DEPENDENT),
     (r"^planes of a product", r"^strata: .*branch", UNION),
-    (r"^union|branch|part of", "", UNION),
     (r"^a guess at the instant", "no_motion", START),
+    (r"^irregular: absolute values", "irregular_constraint", SWITCH),
+    (r"^zero: .*(acos|sqrt)", "undecided", SWITCH),
+    (r"^irregular: Motzkin", "irregular_constraint", DEFINITE),
+    (r"^mechanical: hidden constraint on positions", "irregular_constraint", DEPENDENT),
+    (r"^start on all given equations", "irregular_constraint", DEPENDENT),
+    (r"^third: chain of 40 links", "no_real_point", SIZES),
+    (r"^lost part", "no_motion", START),
     (r"^a square of a root", "no_real_point", DEFINITE),
 ]
 

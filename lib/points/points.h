@@ -24,7 +24,6 @@ struct points_side {
 };
 
 enum { POINTS_BITS = 192 };    /* of points at which functions are asked first */
-enum { POINTS_PROOF_ROWS = 5000 };   /* the proof needs a dense inverse: 200 MB; points of more constraints stay uncertified */
 
 /* What is sampled. Nothing here is owned. */
 struct points_space {

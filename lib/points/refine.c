@@ -9,6 +9,7 @@
 #include "mem.h"
 #include "sparse.h"
 #include "triangular.h"
+#include "warnings.h"
 
 enum { MANY_BITS = 600, FEW_ROWS = 24 };     /* from where on, and up to where, steps that double the digits pay */
 
@@ -211,8 +212,10 @@ static bool krawczyk(struct square *q, slong prec)
     const struct points_space *s = q->j->space;
     struct num_ball *ball = &q->p->ball;
     int c = q->c;
-    if (c > POINTS_PROOF_ROWS)
+    if (c > SGA_MOST_PROOF_ROWS) {
+        sga_limit_met(q->j->space->budget, SGA_LIMIT_PROOF_ROWS);
         return false;
+    }
     size_t cc = (size_t)c * (size_t)c;
     double *C = sga_calloc(cc, sizeof *C), *m = sga_calloc((size_t)c, sizeof *m), *rho = sga_calloc((size_t)c, sizeof *rho);
     int *place = sga_malloc((size_t)q->n * sizeof *place);

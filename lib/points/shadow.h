@@ -42,7 +42,6 @@ struct points_zero {
     int constraints;                         /* of the set that it was asked on */
 };
 
-enum { POINTS_ZEROS_KEPT = 100 };
 enum { POINTS_REAL = 2, POINTS_MODULAR = 2 };
 
 struct points_shadow {
@@ -60,7 +59,7 @@ struct points_shadow {
     double height;                           /* of the space's functions (points_height) at the first point; < 0: not asked */
     uint64_t random;
     long count[POINTS_BASES];                /* decisions so far, by basis */
-    struct points_zero *zero; int zeros; size_t zero_cap;   /* each expression once, the first POINTS_ZEROS_KEPT */
+    struct points_zero *zero; int zeros; size_t zero_cap;   /* each expression once, the first SGA_MOST_ZEROS_LISTED */
     int least_digits;                        /* smallest digits of a ZERO_NUMERIC */
     struct points_side *side; int sides; size_t side_cap;   /* that zeros found so far depend on */
     int looked;                              /* nodes of the store seen ... */

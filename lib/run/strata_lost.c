@@ -10,8 +10,9 @@
 
 #include "mem.h"
 #include "poly.h"
+#include "sides.h"
 
-enum { MOST = 40, VARIABLES = 60 };
+enum { MOST = SGA_MOST_LOST_PARTS };
 
 /* The functions that were looked at, each on the set of the first `before` constraints. */
 struct seen { expr_id factor[MOST]; int before[MOST], count; };
@@ -70,12 +71,14 @@ static void consider(struct listing *l, expr_id factor, int before, int with, st
         return;
     if (seen->count == MOST) {
         j->strata_skipped = true;
+        sga_limit_met(&j->budget, SGA_LIMIT_LOST_PARTS);
         return;
     }
     if (again(seen, factor, before))
         return;
     enum points_status status = strata_look_at(j, (struct strata_look){ .c = before, .factor = factor, .far = true, .solvable = &solvable }, &p, &rank);
-    bool lost = status == POINTS_OK && p.certified && solvable && off_set(j, &p, before, with) && rank == general_rank(l, before);
+    bool lost = status == POINTS_OK && p.certified && solvable && points_on_sides(j->request.system.store, &p.ball, j->solution.side, j->solution.sides)
+                && off_set(j, &p, before, with) && rank == general_rank(l, before);
     points_point_clear(&p);
     if (lost)
         strata_add(j, factor, before, (struct stratum){ .kind = "branch" });
@@ -102,9 +105,10 @@ void strata_lost(struct listing *l)
         const struct sga_pivot *p = i < sol->pivots ? sol->pivot + i : sol->dead + (i - sol->pivots);
         if (expr_is_const(&l->j->request.store, p->value))
             continue;
-        if (l->j->request.system.variables > VARIABLES)
+        if (l->j->request.system.variables > SGA_MOST_LOST_PARTS_VARIABLES) {
             l->j->strata_skipped = true;
-        else
+            sga_limit_met(&l->j->budget, SGA_LIMIT_LOST_PARTS_VARIABLES);
+        } else
             factors(l, p->value, p->generation, &seen);
     }
 }

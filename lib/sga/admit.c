@@ -11,6 +11,7 @@
 #include "places.h"
 #include "print.h"
 #include "routes.h"
+#include "warnings.h"
 
 char *state_text(struct state *s, expr_id e)
 {
@@ -192,8 +193,10 @@ static int admit_parts(struct state *s, const struct candidate *c, const struct 
 
 static bool never_on_set(struct state *s, expr_id e)
 {
-    if (s->sol->constraints > 60)
+    if (s->sol->constraints > SGA_MOST_USED_UP) {
+        sga_limit_met(s->options->budget, SGA_LIMIT_USED_UP);
         return false;
+    }
     expr_id reduced = regular_reduced(s, e);
     if (hopeless(s, reduced))
         return true;
@@ -208,7 +211,7 @@ static bool never_by_squares(struct state *s, expr_id e)
 {
     struct poly_limits limits = { .max_terms = 200, .max_bits = 2000, .max_degree = 20, .max_generators = 16, .budget = s->options->budget };
     int c = s->sol->constraints;
-    if (c >= REGULAR_REDUCE)
+    if (c >= SGA_MOST_REDUCED_BY)
         return false;
     expr_id *f = sga_malloc(((size_t)c + 1) * sizeof *f);
     if (c)
@@ -357,7 +360,7 @@ static int admit_together(struct state *s, const struct candidate *cand, int cou
     if (!plain)
         return -1;
     enum points_status status = state_sample(s);
-    if (status == POINTS_OK && (count == 1 || s->sol->constraints > POINTS_PROOF_ROWS || points_shadow_certified(s->shadow)))
+    if (status == POINTS_OK && (count == 1 || s->sol->constraints > SGA_MOST_PROOF_ROWS || points_shadow_certified(s->shadow)))
         return replacements_hold(s, before) ? s->sol->constraints - before : -2;
     pop(s, before);
     if (status == POINTS_STOPPED || state_sample(s) != POINTS_OK) {
@@ -384,7 +387,7 @@ static int by_rank(const void *a, const void *b)
 
 static void order(struct state *s, struct candidate *cand, int count)
 {
-    if (count < 2 || s->sol->constraints + count > REGULAR_REDUCE)
+    if (count < 2 || s->sol->constraints + count > SGA_MOST_REDUCED_BY)
         return;
     struct ranked *sorted = sga_calloc((size_t)count, sizeof *sorted);
     for (int i = 0; i < count; i++) {
