@@ -209,7 +209,8 @@ static void consider(struct listing *l, expr_id factor, int before)
     struct expr_store *st = &l->j->request.store;
     unsigned f = expr_facts_of(&l->facts, st, factor);
     struct stratum as = { .kind = "pivot" };
-    if (f & EXPR_NONZERO || expr_is_const(st, factor) || !sga_budget_ok(&l->j->budget, l->j->err))
+    bool number = !(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME | EXPR_HAS_PARAMETER));     /* 1 - cos(1e-90): decided already */
+    if (f & EXPR_NONZERO || number || !sga_budget_ok(&l->j->budget, l->j->err))
         return;
     if (!(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
         strata_condition(l, &factor, 1);
