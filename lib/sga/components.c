@@ -134,7 +134,7 @@ static void search(struct components *c, const struct component_run *r, struct p
     for (int k = 0; k < starts && sga_budget_ok(space->budget, NULL); k++) {
         struct points_point p;
         space->near = k % 2 ? opposite : NULL;
-        if (points_find(space, k % 2 ? 0.3 : 1 + k / 2, random, POINTS_BITS, &p) == POINTS_OK && p.certified) {
+        if (points_find(space, k % 2 ? 0.3 : 1 + k / 2, random, POINTS_BITS, &p) == POINTS_OK && (p.certified || !n)) {
             for (int i = 0; i < space->variables; i++)
                 opposite[i] = -p.x[i];
             num_ball_extend(&p.ball);
@@ -182,8 +182,8 @@ void components_note(struct components *c, const struct sys_system *system, cons
     bool sided = has_sides(system->store, defined, space.defineds);
     if (sol->one_piece < sol->constraints && sol->constraints > SGA_MOST_COMPONENT_ROWS)
         sga_limit_met(options->budget, SGA_LIMIT_COMPONENT_ROWS);
-    /* a set of one piece has sides where what is asked on it has */
-    for (int k = sol->one_piece + !sided; k <= sol->constraints && sol->constraints <= SGA_MOST_COMPONENT_ROWS; k++)
+    /* where something has sides, so has every set that it is asked on */
+    for (int k = sided ? 0 : sol->one_piece + 1; k <= sol->constraints && sol->constraints <= SGA_MOST_COMPONENT_ROWS; k++)
         search(c, r, &space, k, sided ? SIDED_STARTS : STARTS, &random);
     free(defined);
     free(variable);
