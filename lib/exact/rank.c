@@ -83,6 +83,7 @@ struct agenda {
     struct exact_echelon *e;
     struct moving *row; int rows;
     struct lists length, meet;     /* rows by number of entries, and by column; members may be stale */
+    int *count;                    /* by column: rows that have an entry there */
     int lowest;
 };
 
@@ -108,8 +109,8 @@ static int find(const struct moving *m, int col)
     return -1;
 }
 
-/* row -= factor * pivot row; columns new in it are its last entries, from *fresh on. */
-static void subtract(struct exact_echelon *e, struct moving *m, int pivot, int at, int *fresh)
+/* row -= factor * pivot row; columns new in it are its last entries, from *fresh on. count: by column, or NULL. */
+static void subtract(struct exact_echelon *e, struct moving *m, int pivot, int at, int *fresh, int *count)
 {
     const struct exact_pivot *p = e->pivot + pivot;
     mp_limb_t f = n_mulmod2_preinv(m->entry[at].value, p->inverse, e->mod.n, e->mod.ninv), minus = nmod_neg(f, e->mod);
@@ -139,6 +140,8 @@ static void subtract(struct exact_echelon *e, struct moving *m, int pivot, int a
             m->entry[n++] = m->entry[k];
         else if (e->work[col].value)
             m->entry[n++] = e->work[col];
+        else if (count)
+            count[col]--;
         e->mark[col] = 0;
     }
     if (old == m->entries)
@@ -162,7 +165,7 @@ static void reduce(struct exact_echelon *e, struct moving *m)
         }
         if (first < 0)
             return;
-        subtract(e, m, first, at, &fresh);
+        subtract(e, m, first, at, &fresh, NULL);
     }
 }
 
@@ -183,8 +186,8 @@ static double score(const struct agenda *a, const struct moving *m, const struct
     mp_limb_t v = q->value;
     if (m->entries >= LONG_ROW && fabs(q->size) < MUCH_SMALLER * most)
         return INFINITY;
-    double unit = v == 1 || v == a->e->mod.n - 1 ? 0 : 1, size = fabs(q->size) > 0 ? log2(fabs(q->size)) : -200;
-    return 4.0 * (m->entries - 1) * (a->meet.count[q->col] - 1) + 2 * unit - 1e-3 * fmin(200, fmax(-200, size));
+    double unit = v == 1 || v == a->e->mod.n - 1 ? 0 : 0.2, size = fabs(q->size) > 0 ? log2(fabs(q->size) / most) : -200;
+    return 4.0 * (m->entries - 1) * (a->count[q->col] - 1) + unit - fmin(3, fmax(-3, size));
 }
 
 /* The best pivot among a few of the shortest rows. False: none is left. */
@@ -225,6 +228,8 @@ static void take(struct agenda *a, int i, int at, int given)
     struct moving *m = a->row + i;
     struct exact_entry t = m->entry[at];
     int index = e->pivots;
+    for (int k = 0; k < m->entries; k++)
+        a->count[m->entry[k].col]--;
     m->entry[at] = m->entry[m->entries - 1];
     m->entry[m->entries - 1] = t;        /* the pivot stands behind its row's entries */
     if (!(fabs(t.size) > 0 && isfinite(t.size)))
@@ -239,9 +244,11 @@ static void take(struct agenda *a, int i, int at, int given)
         int r = a->meet.at[t.col][q], where = a->row[r].done ? -1 : find(a->row + r, t.col), fresh;
         if (where < 0)
             continue;
-        subtract(e, a->row + r, index, where, &fresh);
-        for (int k = fresh; k < a->row[r].entries; k++)
+        subtract(e, a->row + r, index, where, &fresh, a->count);
+        for (int k = fresh; k < a->row[r].entries; k++) {
             lists_push(&a->meet, a->row[r].entry[k].col, r);
+            a->count[a->row[r].entry[k].col]++;
+        }
         file_row(a, r);
     }
 }
@@ -271,11 +278,14 @@ bool exact_echelon_add(struct exact_echelon *e, const struct exact_row *const *r
     a.row = sga_calloc((size_t)rows + 1, sizeof *a.row);
     lists_init(&a.length, e->cols);
     lists_init(&a.meet, e->cols);
+    a.count = sga_calloc((size_t)e->cols + 1, sizeof *a.count);
     for (i = 0; i < rows && ok; i++) {
         load(e, row[i], a.row + i);
         reduce(e, a.row + i);
-        for (int k = 0; k < a.row[i].entries; k++)
+        for (int k = 0; k < a.row[i].entries; k++) {
             lists_push(&a.meet, a.row[i].entry[k].col, i);
+            a.count[a.row[i].entry[k].col]++;
+        }
         ok = sga_budget_ok(budget, err);
     }
     for (i = rows - 1; i >= 0; i--)
@@ -291,5 +301,6 @@ bool exact_echelon_add(struct exact_echelon *e, const struct exact_row *const *r
     free(a.row);
     lists_clear(&a.length, e->cols);
     lists_clear(&a.meet, e->cols);
+    free(a.count);
     return ok;
 }
