@@ -233,7 +233,7 @@ static bool settle(struct affine_run *r, struct affine_candidate *c, struct exac
     } else if (z == 0) {
         replace_function(c, rest, factor);
         s->inconsistent = true;
-        s->sol->contradiction = e;
+        s->sol->contradiction = c->from < 0 ? s->sys->restriction[c->restriction] : e;
         snprintf(s->sol->contradiction_why, sizeof s->sol->contradiction_why, "%s%s", used ? "with the earlier constraints used up, " : "",
                  state_hopeless(s, e));
         to_parts(r, c, is_right_side(r, c), &s->sol->contradiction_part, &s->sol->contradiction_parts);
