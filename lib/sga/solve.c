@@ -326,6 +326,7 @@ static void conclude(struct state *s)
             sol->equilibrium = at_rest(s);
     }
     keep_determinants(s);
+    sol->exact = s->affine;
     sol->sides = s->shadow->sides;
     sol->sides_not_searched = s->shadow->beyond.cut_short;
     if (sol->sides)
