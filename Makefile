@@ -4,6 +4,7 @@
 #   make test     install what is missing, build, run every test; ends with N passed, N failed
 #   make kill-test [ROUNDS=100]    kill -9 at random moments, nothing accepted is lost
 #   make many-test [REQUESTS=100000]   no loss, duplicate or mix-up
+#   make order-test [SEEDS=20]         the corpus in other words, each case with so many seeds
 #   make soak-test [SECONDS=600]       memory does not grow
 #   make fuzz [SECONDS=600]        mutated inputs, so long for each target
 #   make bench    ratios against peers in the same run (needs python3-sympy; SUNDIALS is installed for it)
@@ -64,7 +65,7 @@ SERVER_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard server/*.c)) $(B)/server/embedd
 # daemon does; it needs no JSON library. A tradeoff is shown by the same code too.
 CLIENT_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard clients/*.c)) $(addprefix $(B)/server/,scan.o problem.o tradeoff_view.o view.o)
 
-.PHONY: all lib run test unit bench kill-test many-test soak-test fuzz fuzz-build clean deps check-deps
+.PHONY: all lib run test unit bench kill-test many-test order-test soak-test fuzz fuzz-build clean deps check-deps
 all: $(B)/sgad $(B)/sga $(B)/libsga.a
 lib: $(B)/libsga.a
 
@@ -158,6 +159,10 @@ kill-test: deps
 many-test: deps
 	@$(MAKE) --no-print-directory all
 	@PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 tests/api/load.py $(B) many $(or $(REQUESTS),100000)
+# Every case of the corpus asked in other words: nothing of an answer may move.
+order-test: deps
+	@$(MAKE) --no-print-directory all
+	@PYTHONDONTWRITEBYTECODE=1 SGA_TEST_SEEDS=$(or $(SEEDS),20) /usr/bin/python3 tests/order_check.py $(B)
 soak-test: deps
 	@$(MAKE) --no-print-directory all
 	@PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 tests/api/load.py $(B) soak $(or $(SECONDS),600)

@@ -239,6 +239,16 @@ static void put_tradeoff(struct sga_buf *out, struct slice r)
     put_value(out, "", scan_member(t, "advice"), "\n");
 }
 
+static void put_warnings(struct sga_buf *out, struct slice r)
+{
+    struct slice w;
+    const char *cursor = NULL;
+    for (bool first = true; (w = scan_next(scan_member(r, "warnings"), &cursor)).at; first = false) {
+        put_value(out, first ? "\nwarnings\n    " : "    ", scan_member(w, "code"), ": ");
+        put_value(out, "", scan_member(w, "detail"), "\n");
+    }
+}
+
 void pretty_text(struct slice r, struct sga_buf *out)
 {
     put_summary(out, r);
@@ -246,6 +256,7 @@ void pretty_text(struct slice r, struct sga_buf *out)
     put_definitions(out, r);
     put_motion(out, r);
     put_strata(out, r);
+    put_warnings(out, r);
     put_trajectory(out, r);
     put_tradeoff(out, r);
 }

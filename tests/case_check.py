@@ -16,7 +16,7 @@ from table import tables_of
 
 KNOWN = set("verdict ambient generations final index differentiation seed gauge equilibrium variables on off field "
             "parameters near digits error trajectory trajectories strata solved unsolved assumed initial points identities structure primary closed "
-            "redundant sides tradeoff consistent symmetries kronecker operator regular regularity motion kinds zeros".split())
+            "redundant sides tradeoff consistent symmetries kronecker operator regular regularity motion kinds zeros warnings".split())
 
 
 # Where a case comes from: a reference with its year, or "own: why it is there"
@@ -209,6 +209,8 @@ class CaseCheck:
             self.same(name, "redundant restrictions", evidence.get("redundant_restrictions"), expect["redundant"])
         if "kinds" in expect:
             self.same(name, "kinds of strata", sorted(s["kind"] for s in result.get("strata", [])), sorted(expect["kinds"]))
+        if "warnings" in expect:
+            self.warnings(name, expect["warnings"], result["warnings"])
         if "zeros" in expect:
             self.same(name, "zeros of determinants", [d["zeros"] for d in evidence.get("determinants", [])], expect["zeros"])
         if "variables" in expect:
@@ -216,6 +218,13 @@ class CaseCheck:
         if "initial" in expect:
             got = result.get("consistent_initial") or result["trajectory"]["initial"]
             self.close(name, "projected", got["projected"], expect["initial"], 1e-8)
+
+    def warnings(self, name, expect, got):
+        """expect: by code, what a detail says; no other codes."""
+        self.same(name, "warnings", sorted({w["code"] for w in got}), sorted(expect))
+        for code, said in expect.items():
+            for part in said if isinstance(said, list) else [said]:
+                self.tally.check(any(w["code"] == code and part in w["detail"] for w in got), f"{name}: {code} says {part}", str(got))
 
     def operator(self, name, expect, result):
         factors, state = result.get("invariant_factors"), result.get("state", {})

@@ -1,6 +1,7 @@
 """A consistent start against the answer's own constraints: on Pf, nothing held or given moves without need, the nearest
 point where that is asked, velocities that solve the equations, and coordinates that determine the rest."""
 import math
+import re
 
 import linear
 from expression import FLOAT, evaluate
@@ -43,7 +44,8 @@ class ConsistentCheck:
         self.check(set(self.x) == set(names) == set(self.c["derivatives"]), "every variable")
         for n in self.spec.get("hold", []):
             self.check(self.x[n] == initial.get(n, 0), f"{n} is held", self.x[n])
-        moved = math.sqrt(sum(((self.x[n] - v) / max(1, abs(v) / 100)) ** 2 for n, v in initial.items()))
+        units = {n: exact(v) for n, v in expect.get("units", {}).items()}     # natural sizes far from 1
+        moved = math.sqrt(sum(((self.x[n] - v) / max(units.get(n, 1), abs(v) / 100)) ** 2 for n, v in initial.items()))
         self.check(abs(moved - self.c["moved"]) <= 1e-9 * (1 + moved), "moved", (moved, self.c["moved"]))
         self.check(all(abs(v) <= 1e-9 * (1 + max(map(abs, self.x.values()))) for v in self.c["residuals"] if v is not None), "residuals are small", self.c["residuals"])
         if "moved" in expect:
@@ -69,9 +71,14 @@ class ConsistentCheck:
             off = v and max(abs(float(a) - self.c["derivatives"][n]) / (1 + abs(float(a))) for a, n in zip(v, names))
             self.check(v and off < 1e-6, "derivatives", off)
         if self.c["moved"] > 0 and expect.get("nearest", True):
-            # the way back is orthogonal to Pf, as far as values were given
-            back = [(self.x[n] - initial[n]) / max(1, abs(initial[n]) / 100) ** 2 if n in initial else 0.0 for n in names]
-            held = set(self.spec.get("hold", []))
+            # the way back is orthogonal to Pf, as far as values were given and count
+            held, counted = set(self.spec.get("hold", [])), set(initial)
+            follows = {n for n in initial if n in self.follows()}
+            if all(self.x[n] == v for n, v in initial.items() if n not in follows):
+                held |= counted - follows
+            else:
+                counted -= {n for n in follows if self.follows()[n]}
+            back = [(self.x[n] - initial[n]) / max(1, abs(initial[n]) / 100) ** 2 if n in counted else 0.0 for n in names]
             columns = [i for i, n in enumerate(names) if n not in held]
             J = [[d[i] / s for i in columns] for (_, d), s in zip(rows, sizes)]
             b = [back[i] for i in columns]
@@ -79,6 +86,18 @@ class ConsistentCheck:
             y = linear.least_norm(normal, [sum(p * q for p, q in zip(r, b)) for r in J], 1e-12)
             left = y and max(abs(b[i] - sum(y[k] * J[k][i] for k in range(len(J)))) for i in range(len(b)))
             self.check(y is not None and left < 1e-6 * (1 + max(map(abs, b))), "nearest to what was given", left)
+
+    def follows(self):
+        """Variables whose derivative no equation has: whether they are met beside derivatives only."""
+        def has(e, pattern):
+            return re.search(pattern, e) is not None
+        lists = self.request["system"].get("equations", [])
+        out = {}
+        for n in self.answer.names:
+            derivative = rf"\b{re.escape(n)}'|der\(\s*{re.escape(n)}\b"
+            if lists and not n.endswith("'") and not any(has(e, derivative) for e in lists):
+                out[n] = all(has(e, r"'|\bder\(") for e in lists if has(e, rf"\b{re.escape(n)}\b"))
+        return out
 
     def rates(self):
         return {n: self.answer.graph.parse(e) for n, e in self.spec.get("gauge", {}).get("rates", {}).items()}

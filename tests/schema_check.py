@@ -142,6 +142,12 @@ def main():
     problem, result = schemas.validator("problem"), schemas.validator("result")
     tally.check(schemas.faults(problem, {"type": "x", "title": "x", "status": 400, "code": "no_such_code", "detail": "x"}),
                 "the problem schema refuses an unknown code")
+    warned = re.findall(r'^X\(\w+, "(\w+)"', open(os.path.join(ROOT, "lib", "base", "warning.def"), encoding="utf-8").read(), re.M)
+    tally.check(warned == schemas.load("result")["properties"]["warnings"]["items"]["properties"]["code"]["enum"], "warning codes", str(warned))
+    with open(os.path.join(ROOT, "README.md"), encoding="utf-8") as f:
+        readme = f.read()
+    tally.check(all(f"| `{code}` |" in readme for code in warned), "README lists the warning codes", str(warned))
+    tally.check(schemas.faults(result, {"verdict": "unique"}), "an answer without warnings is refused")
     tally.check(schemas.faults(result, {"verdict": "unique", "equilibrium": True}), "equilibrium beside unique is refused")
     tally.check(schemas.faults(result, {"verdict": "unique", "dimensions": {"ambient": 1, "generations": [], "final": None}}),
                 "final null beside unique is refused")

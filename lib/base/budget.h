@@ -7,6 +7,8 @@
 #include "error.h"
 #include "exec.h"
 
+struct sga_warnings;
+
 struct sga_budget {
     double deadline;        /* sga_now() value after which work stops; 0: none */
     double seconds;         /* what was granted, for the message */
@@ -16,6 +18,7 @@ struct sga_budget {
     long max_terms;         /* of one polynomial in normal forms; 0: what each caller thinks right */
     bool (*cancelled)(void *ctx);  /* may be NULL */
     void *cancel_ctx;
+    struct sga_warnings *warnings; /* the job's list (warnings.h); NULL: nobody asks for them */
     struct sga_exec *exec;  /* memory for machine code (exec.h); NULL: formulas are interpreted */
 };
 

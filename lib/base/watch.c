@@ -33,6 +33,7 @@ static _Thread_local struct {
     size_t asked;        /* since the last look */
     size_t base, needed;
     bool over, ending;
+    long count[SGA_COUNTERS];
 } watch;
 
 static _Thread_local bool refused;
@@ -157,6 +158,16 @@ bool sga_watch_memory_ok(struct sga_error *err)
 bool sga_watch_ok(void)
 {
     return sga_budget_ok(watch.budget, NULL);
+}
+
+void sga_watch_count(enum sga_counter what, long more)
+{
+    watch.count[what] += more;
+}
+
+long sga_watch_counted(enum sga_counter what)
+{
+    return watch.count[what];
 }
 
 /* GMP tells sizes that we do not need. */

@@ -39,6 +39,17 @@ bool sga_watch_memory_ok(struct sga_error *err);
  * gives a reason for a failure asks his budget first (sga_budget_ok). A look at the clock, some 50 ns. */
 bool sga_watch_ok(void);
 
+/* What a job has worked, whatever machine it ran on: counted for the thread since its watch began (0 without one), so that a
+ * regression of the amount of work is seen without a clock. */
+enum sga_counter {
+    SGA_COUNT_BALLS,       /* nodes evaluated or differentiated in balls */
+    SGA_COUNT_MODULAR,     /* nodes evaluated modulo a prime */
+    SGA_COUNT_TERMS,       /* terms of polynomials that were multiplied out */
+    SGA_COUNTERS
+};
+void sga_watch_count(enum sga_counter what, long more);
+long sga_watch_counted(enum sga_counter what);
+
 /* For allocators: `size` bytes are about to be asked for; `size` bytes could not be had
  * (does not return). */
 void sga_watch_ask(size_t size);

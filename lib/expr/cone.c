@@ -157,3 +157,12 @@ void expr_copy(struct expr_store *to, const struct expr_store *from, expr_id *ro
     free(became);
     expr_cone_clear(&c);
 }
+
+bool expr_depends(const struct expr_store *st, struct expr_cone *c, expr_id e, int symbol)
+{
+    expr_cone_of(st, c, &e, 1);
+    for (int k = 0; k < c->count; k++)
+        if (c->list[k] == st->symbol[symbol].node)
+            return true;
+    return false;
+}

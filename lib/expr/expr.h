@@ -63,6 +63,7 @@ struct expr_symbol {
     expr_id node;       /* the SYM node of this symbol */
     struct expr_table *table;   /* SIGNAL: its values, borrowed, or NULL where there are none */
     int order;          /* SIGNAL: which derivative of the table */
+    bool mentioned;     /* by some expression that was read */
 };
 
 /* S y = r, dense: matrix has m*m handles by rows, rhs m; SOLVE nodes refer to it.
@@ -151,6 +152,9 @@ void expr_cone_clear(struct expr_cone *c);
 /* All nodes under the given roots, in increasing order (children first), into
  * c->list[0..count). Cost: the size of the cone, times log for the sort. */
 void expr_cone_of(const struct expr_store *st, struct expr_cone *c, const expr_id *roots, int nroots);
+
+/* Whether e depends on the symbol; the cone is used for the walk. */
+bool expr_depends(const struct expr_store *st, struct expr_cone *c, expr_id e, int symbol);
 
 /* c->place[e] = position of e in c->list, for the nodes of the list (others: undefined). */
 void expr_cone_index(struct expr_cone *c);

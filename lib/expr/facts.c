@@ -47,6 +47,40 @@ static unsigned product(unsigned x, unsigned y)
     return s;
 }
 
+/* The factors of a product of products, numbers and signs aside, as far as there is room: what stands in it an even
+ * number of times, (2 x) x or x y x y, is a square. The sign and nonzero of all that is left besides. */
+static unsigned of_product(const struct expr_store *st, expr_id e, const unsigned char *flag)
+{
+    enum { ROOM = 12 };
+    expr_id stack[ROOM], odd[ROOM];
+    int depth = 0, odds = 0;
+    unsigned all = EXPR_NONZERO | EXPR_NONNEGATIVE;
+    stack[depth++] = e;
+    while (depth) {
+        const expr_id top = stack[--depth];
+        const struct expr_node *n = st->node + top;
+        int k = 0;
+        if (n->op == EXPR_MUL && depth + 2 <= ROOM) {
+            stack[depth++] = n->a;
+            stack[depth++] = n->b;
+            continue;
+        }
+        while (k < odds && odd[k] != top)
+            k++;
+        if (k < odds) {
+            all &= ~(unsigned)EXPR_NONZERO | (flag[top] & EXPR_NONZERO);
+            odd[k] = odd[--odds];
+        } else if (odds < ROOM) {
+            odd[odds++] = top;
+        } else {
+            return 0;
+        }
+    }
+    for (int k = 0; k < odds; k++)
+        all = product(all, flag[odd[k]]);
+    return all;
+}
+
 static unsigned of_constant(const fmpq *q)
 {
     int sign = fmpq_sgn(q);
@@ -66,6 +100,7 @@ static unsigned sign_of(const struct expr_store *st, expr_id e, const unsigned c
 {
     const struct expr_node *n = st->node + e;
     unsigned x, y;
+    bool nested;
     switch ((enum expr_op)n->op) {
     case EXPR_CONST: return of_constant(st->constant + n->a);
     case EXPR_PI: case EXPR_UNDEF_OP: return EXPR_NONZERO | EXPR_NONNEGATIVE;
@@ -93,7 +128,10 @@ static unsigned sign_of(const struct expr_store *st, expr_id e, const unsigned c
     switch ((enum expr_op)n->op) {
     case EXPR_ADD: return sum(x, y);
     case EXPR_SUB: return sum(x, negate(y));
-    case EXPR_MUL: return product(x, y);
+    case EXPR_MUL:
+        x = product(x, y);
+        nested = st->node[n->a].op == EXPR_MUL || st->node[n->b].op == EXPR_MUL;
+        return nested && !(x & SIGNS) ? x | of_product(st, e, flag) : x;
     case EXPR_DIV: return product(x, y | EXPR_NONZERO);
     default: return x & y & (SIGNS | EXPR_NONZERO) & ((x & y & SIGNS) ? 0xffu : 0u);
     }

@@ -62,6 +62,8 @@ static int symbol_of(struct parser *p, struct lex_token tok, bool called)
     if (symbol < 0) {
         parse_unknown_name(p->st, p->text, tok, called, p->err);
         parser_fail_here(p, tok.start);
+    } else {
+        p->st->symbol[symbol].mentioned = true;
     }
     return symbol;
 }

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "mem.h"
+#include "watch.h"
 
 void num_ball_init(struct num_ball *b, const struct expr_store *st, slong prec)
 {
@@ -268,6 +269,7 @@ static void eval(struct num_ball *b, expr_id e)
 void num_ball_extend(struct num_ball *b)
 {
     cover(b);
+    sga_watch_count(SGA_COUNT_BALLS, b->st->nodes - b->nodes);
     for (; b->nodes < b->st->nodes; b->nodes++)
         eval(b, b->nodes);
 }
@@ -277,6 +279,7 @@ void num_ball_list(struct num_ball *b, const expr_id *list, int count)
     cover(b);
     drop_solutions(b);
     cover(b);
+    sga_watch_count(SGA_COUNT_BALLS, count);
     for (int i = 0; i < count; i++)
         eval(b, list[i]);
 }

@@ -3,6 +3,8 @@
 
 #include <arb_mat.h>
 
+#include "watch.h"
+
 /* t = value of d e / d (its only child x); u = value of e */
 static void unary_partial(arb_t t, enum expr_op op, const arb_t x, const arb_t u, slong exponent, slong p)
 {
@@ -138,6 +140,7 @@ void num_ball_gradient(struct num_ball *b, expr_id root, const expr_id *list, in
 {
     arb_t t;
     arb_init(t);
+    sga_watch_count(SGA_COUNT_BALLS, count);
     arb_one(adj + root);
     for (int i = count - 1; i >= 0; i--) {
         expr_id e = list[i];

@@ -9,6 +9,7 @@
 #include <stdlib.h>
 
 #include "mem.h"
+#include "watch.h"
 
 /* The least safe primes above 2^60 that are 11 modulo 12, less 2^60: -1 is no square
  * and every residue has one cube root. The unit test proves them. */
@@ -169,6 +170,7 @@ static void eval(struct num_modp *m, expr_id e)
 void num_modp_extend(struct num_modp *m)
 {
     cover(m);
+    sga_watch_count(SGA_COUNT_MODULAR, m->st->nodes - m->nodes);
     for (; m->nodes < m->st->nodes; m->nodes++)
         eval(m, m->nodes);
 }
@@ -182,6 +184,7 @@ void num_modp_list(struct num_modp *m, const expr_id *list, int count)
             free(q->y);
             q->y = NULL;
         }
+    sga_watch_count(SGA_COUNT_MODULAR, count);
     for (int i = 0; i < count; i++)
         eval(m, list[i]);
 }

@@ -156,6 +156,18 @@ static int only_new(struct points_jacobian *j, struct normal *w, const double *r
     return open;
 }
 
+/* The largest variable of row i, 1 at the least: what its residual is compared with. A variable that
+ * the row does not contain says nothing about it, however far it went. */
+static double row_size(const struct points_jacobian *j, int i, const struct points_point *p, const int *scale)
+{
+    double size = 1;
+    for (int k = 0; k < j->cols[i]; k++) {
+        double x = fabs(p->x[j->col[i][k]]);
+        size = fmax(size, scale ? ldexp(x, -scale[j->col[i][k]]) : x);
+    }
+    return size;
+}
+
 /* One Gauss-Newton step: of least norm, or (old not NULL) one that moves only variables
  * that no satisfied constraint contains; `old` (by variable) is worked out at the first
  * such step (old[n] = 0). Returns the largest scaled residual before it, or -1 where the
@@ -181,7 +193,7 @@ static double step(struct points_jacobian *j, struct points_point *p, struct nor
         r[i] = scaled(num_ball_value(&p->ball, s->constraint[i]), e);
         if (!isfinite(r[i]))
             return -1;
-        worst = fmax(worst, fabs(r[i]));
+        worst = fmax(worst, fabs(r[i]) / row_size(j, i, p, scale));
     }
     if (old) {
         int open = only_new(j, w, r, old);
@@ -226,9 +238,6 @@ static int newton(struct points_jacobian *j, struct points_point *p, bool basic)
     int retreats = 0;
     unsigned char *old = basic ? sga_calloc((size_t)n + 1, 1) : NULL;
     for (int k = 0; k < (basic ? BASIC_STEPS : STEPS) && (!s->steps || (*s->steps)-- > 0); k++) {
-        double size = 1;
-        for (int i = 0; i < n; i++)
-            size = fmax(size, p->scaled && s->scale ? ldexp(fabs(p->x[i]), -s->scale[i]) : fabs(p->x[i]));
         memcpy(here, p->x, (size_t)n * sizeof *here);
         double res = step(j, p, &w, old, r, d, &rank);
         if (!sga_budget_ok(s->budget, NULL))
@@ -240,9 +249,9 @@ static int newton(struct points_jacobian *j, struct points_point *p, bool basic)
             continue;
         }
         memcpy(from, here, (size_t)n * sizeof *from);
-        if (old && rank == 0 && res / size >= 1e-12)
+        if (old && rank == 0 && res >= 1e-12)
             break;          /* the new variables alone cannot do it */
-        last = res / size;
+        last = res;
         if (last < 1e-12) {
             result = 1;      /* whether it is regular there, the refinement tells */
             break;

@@ -80,6 +80,30 @@ void points_least_norm_solve(int c, int n, const double *J, int rank, const int 
         reflect(J + (size_t)perm[k] * (size_t)n, beta[k], d, k, n);
 }
 
+/* Q e_(rank + k). */
+void points_least_norm_kernel(int n, const double *J, int rank, const int *perm, const double *work, int k, double *d)
+{
+    memset(d, 0, (size_t)n * sizeof *d);
+    d[rank + k] = 1;
+    for (int i = rank - 1; i >= 0; i--)
+        reflect(J + (size_t)perm[i] * (size_t)n, work[i], d, i, n);
+}
+
+/* R P^T y = -Q^T v. */
+void points_least_norm_multipliers(int c, int n, const double *J, int rank, const int *perm, const double *work, double *v, double *y)
+{
+    const double *R = work + c;
+    for (int i = 0; i < rank; i++)
+        reflect(J + (size_t)perm[i] * (size_t)n, work[i], v, i, n);
+    memset(y, 0, (size_t)c * sizeof *y);
+    for (int i = rank - 1; i >= 0; i--) {
+        double sum = -v[i];
+        for (int k = i + 1; k < rank; k++)
+            sum -= R[(size_t)i * (size_t)c + (size_t)k] * y[perm[k]];
+        y[perm[i]] = sum / R[(size_t)i * (size_t)c + (size_t)i];
+    }
+}
+
 int points_least_norm(int c, int n, double *J, const double *r, double *d, int *perm, double *work)
 {
     int rank = points_least_norm_factor(c, n, J, perm, work);

@@ -11,5 +11,9 @@ int points_least_norm(int c, int n, double *J, const double *r, double *d, int *
 /* The same in two parts: the factors, in J, perm and work; and, as often as asked, d for an r. Costs c^2 n and c n. */
 int points_least_norm_factor(int c, int n, double *J, int *perm, double *work);
 void points_least_norm_solve(int c, int n, const double *J, int rank, const int *perm, const double *work, const double *r, double *d);
+/* From the same factors: d (n) becomes the k-th of the n - rank orthonormal vectors that J maps to 0 (k = -1: the last of those before them); y (c) the least squares
+ * solution of J^T y = -v (0 for rows left out; v, n, is overwritten). Costs c n each. */
+void points_least_norm_kernel(int n, const double *J, int rank, const int *perm, const double *work, int k, double *d);
+void points_least_norm_multipliers(int c, int n, const double *J, int rank, const int *perm, const double *work, double *v, double *y);
 
 #endif

@@ -133,6 +133,30 @@ static void convert_all(struct poly_bridge *b)
     }
 }
 
+static void generators_clear(struct poly_bridge *b)
+{
+    for (int i = 0; i < b->bases; i++)
+        fmpz_mpoly_clear(b->base[i].f, b->ctx);
+    for (int g = 0; g < b->gens; g++) {
+        fmpz_mpoly_clear(b->gen[g].p, b->ctx);
+        fmpz_mpoly_clear(b->gen[g].q, b->ctx);
+        fmpq_clear(b->gen[g].content);
+    }
+}
+
+/* All but the steps, which the next pass begins with. */
+static void forget(struct poly_bridge *b)
+{
+    generators_clear(b);
+    b->bases = b->gens = b->relations = 0;
+    b->finer = false;
+    for (int i = 0; i < b->count; i++) {
+        poly_ratio_clear(b, b->value + i);
+        poly_ratio_init(b, b->value + i);
+        b->mark[i] &= (unsigned char)~POLY_KNOWN;
+    }
+}
+
 struct poly_bridge *poly_bridge_new(struct expr_store *st, const expr_id *roots, int nroots,
                                     const struct poly_limits *limits)
 {
@@ -160,6 +184,10 @@ struct poly_bridge *poly_bridge_new(struct expr_store *st, const expr_id *roots,
         return NULL;
     }
     convert_all(b);
+    for (int again = 0; again < POLY_MAX_STEPS && b->finer; again++) {
+        forget(b);
+        convert_all(b);
+    }
     return b;
 }
 
@@ -169,13 +197,9 @@ void poly_bridge_free(struct poly_bridge *b)
         return;
     for (int i = 0; i < b->count; i++)
         poly_ratio_clear(b, b->value + i);
-    for (int i = 0; i < b->bases; i++)
-        fmpz_mpoly_clear(b->base[i].f, b->ctx);
-    for (int g = 0; g < b->gens; g++) {
-        fmpz_mpoly_clear(b->gen[g].p, b->ctx);
-        fmpz_mpoly_clear(b->gen[g].q, b->ctx);
-        fmpq_clear(b->gen[g].content);
-    }
+    generators_clear(b);
+    for (int i = 0; i < b->steps; i++)
+        fmpq_clear(b->step[i].content);
     fmpz_mpoly_ctx_clear(b->ctx);
     free(b->gen);
     free(b->value);

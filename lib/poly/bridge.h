@@ -12,7 +12,7 @@
 
 #include "poly.h"
 
-enum { POLY_MAX_BASE = 32 };
+enum { POLY_MAX_BASE = 32, POLY_MAX_STEPS = 16 };
 
 enum poly_sign { POLY_ANY, POLY_NONNEGATIVE, POLY_POSITIVE };
 
@@ -43,6 +43,12 @@ struct poly_base {
     bool prime;                        /* known to be irreducible */
 };
 
+/* exp(2 u) and exp(3 u) are powers of exp(u): of which content the generator for a key is to be. */
+struct poly_step {
+    expr_id key;
+    fmpq_t content;
+};
+
 struct poly_bridge {
     struct expr_store *st;
     struct poly_limits limits;         /* filled in, none 0 */
@@ -51,6 +57,9 @@ struct poly_bridge {
     struct poly_generator *gen;
     struct poly_base base[POLY_MAX_BASE];
     int bases;
+    struct poly_step step[POLY_MAX_STEPS];
+    int steps;
+    bool finer;                        /* a step was added or made finer: what was converted before does not know */
     int slots;                         /* nodes of the store at the start */
     int *slot;                         /* by node: 1 + position in list, 0 outside */
     expr_id *list; size_t list_cap; int count;
@@ -105,6 +114,14 @@ bool poly_keeps_sign(struct poly_bridge *b, const fmpz_mpoly_t f);
  * squares after multiplication by what is positive. f vanishes just where the functions of
  * *out (owned by the caller) all do; *never: nowhere. False: not found to be so. */
 bool poly_squares(struct poly_bridge *b, const fmpz_mpoly_t f, expr_id **out, int *count, bool *never);
+
+/* vanish.c: the numerator of e; false: over budget. */
+bool poly_numerator(struct poly_bridge *b, expr_id e, fmpz_mpoly_t out);
+/* What one of given[0 .. n) is solved for with a number as its factor is put into the others and into target (or NULL),
+ * and that one becomes 0; the others are left with the same common zeros. False: over budget. */
+bool poly_use_up(struct poly_bridge *b, fmpz_mpoly_struct *target, fmpz_mpoly_struct *given, int n);
+/* target is zero wherever given[0 .. n) are, as poly_vanishes_with of numerators. */
+bool poly_vanish(struct poly_bridge *b, const fmpz_mpoly_t target, const fmpz_mpoly_struct *const *given, int n);
 
 /* kernel.c: the value of a node that is not a rational operation. */
 bool poly_kernel(struct poly_bridge *b, expr_id e, unsigned depends, struct poly_ratio *r);

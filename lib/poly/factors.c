@@ -1,5 +1,5 @@
 /* Factors of numerators and denominators, with what their terms show about zeros. */
-#include "bridge.h"
+#include "gram.h"
 
 #include <stdlib.h>
 #include <flint/fmpz_mpoly_factor.h>
@@ -45,19 +45,65 @@ static void radicals(struct poly_bridge *b, const fmpz_mpoly_t f, struct poly_fa
     free(exp);
 }
 
-/* Squares that are found by completing them, of f or of -f. */
-static void squares(struct poly_bridge *b, const fmpz_mpoly_t f, struct poly_factor *out)
+/* sign * f as a sum of squares. */
+static void squares(struct poly_bridge *b, const fmpz_mpoly_t f, int sign, struct poly_factor *out)
 {
-    bool never = false, found = poly_squares(b, f, &out->radical, &out->radicals, &never);
-    if (!found) {
-        fmpz_mpoly_t t;
-        fmpz_mpoly_init(t, b->ctx);
-        fmpz_mpoly_neg(t, f, b->ctx);
-        found = poly_squares(b, t, &out->radical, &out->radicals, &never);
-        fmpz_mpoly_clear(t, b->ctx);
-    }
+    bool never = false;
+    fmpz_mpoly_t t;
+    fmpz_mpoly_init(t, b->ctx);
+    fmpz_mpoly_scalar_mul_si(t, f, sign, b->ctx);
+    bool found = poly_squares(b, t, &out->radical, &out->radicals, &never);
+    fmpz_mpoly_clear(t, b->ctx);
     out->never_zero = found && never;
     out->sum_of_even_powers = found && !never;
+}
+
+static bool shows_never(struct poly_bridge *b, const fmpz_mpoly_t f, int depth);
+
+/* f = a + c g with g^2 = p/q: where f is 0, a^2 q - c^2 p is. sqrt(x^2 + 1) - x, times its conjugate, is 1. */
+static bool norm_never(struct poly_bridge *b, const fmpz_mpoly_t f, int g, int depth)
+{
+    fmpz_mpoly_t a, c;
+    fmpz_mpoly_init(a, b->ctx);
+    fmpz_mpoly_init(c, b->ctx);
+    slong var = g;
+    ulong power = 1;
+    fmpz_mpoly_get_coeff_vars_ui(c, f, &var, &power, 1, b->ctx);
+    power = 0;
+    fmpz_mpoly_get_coeff_vars_ui(a, f, &var, &power, 1, b->ctx);
+    bool ok = poly_mul(b, a, a, a) && poly_mul(b, c, c, c) && poly_mul(b, a, a, b->gen[g].q) && poly_mul(b, c, c, b->gen[g].p);
+    fmpz_mpoly_sub(a, a, c, b->ctx);
+    bool never = ok && poly_fits(b, a) && !fmpz_mpoly_is_zero(a, b->ctx)
+                 && (fmpz_mpoly_is_fmpz(a, b->ctx) || shows_never(b, a, depth + 1));
+    fmpz_mpoly_clear(a, b->ctx);
+    fmpz_mpoly_clear(c, b->ctx);
+    return never;
+}
+
+/* Roots and absolute values taken out one after the other. */
+static bool by_norms(struct poly_bridge *b, const fmpz_mpoly_t f, int depth)
+{
+    enum { DEPTH = 3, LENGTH = 60 };
+    bool never = false;
+    for (int g = 0; g < b->gens && !never && depth < DEPTH && f->length <= LENGTH; g++)
+        never = b->gen[g].degree == 2 && b->gen[g].partner < 0 && fmpz_mpoly_degree_si(f, g, b->ctx) == 1 && norm_never(b, f, g, depth);
+    return never;
+}
+
+static bool shows_never(struct poly_bridge *b, const fmpz_mpoly_t f, int depth)
+{
+    struct poly_factor x = { 0 };
+    bool negative;
+    int met;
+    if (poly_sign_of(b, f, &negative) == POLY_POSITIVE || by_norms(b, f, depth))
+        return true;
+    if (gram_changes_sign(b, f, &met) || !met)
+        return false;
+    if (poly_keeps_sign(b, f))
+        return true;
+    squares(b, f, met, &x);
+    free(x.radical);
+    return x.never_zero;
 }
 
 static unsigned depends_of(const struct poly_bridge *b, const fmpz_mpoly_t f)
@@ -78,14 +124,17 @@ static void add_factor(struct poly_bridge *b, struct poly_factors *out, const fm
     struct poly_factor *x = out->factor + out->factors++;
     bool negative;
     enum poly_sign sign = poly_sign_of(b, f, &negative);
+    int met = 0;
+    bool changes = sign == POLY_ANY && gram_changes_sign(b, f, &met);
     *x = (struct poly_factor){
         .expr = poly_show_poly(b, f), .multiplicity = n, .irreducible = irreducible,
-        .depends = depends_of(b, f), .never_zero = sign == POLY_POSITIVE || poly_keeps_sign(b, f) };
+        .depends = depends_of(b, f), .never_zero = sign == POLY_POSITIVE || (!changes && poly_keeps_sign(b, f)) };
     if (sign == POLY_NONNEGATIVE && f->length > 1) {
         x->sum_of_even_powers = true;
         radicals(b, f, x);
-    } else if (sign == POLY_ANY && !x->never_zero) {
-        squares(b, f, x);
+    } else if (sign == POLY_ANY && !changes && met && !x->never_zero) {
+        squares(b, f, met, x);
+        x->never_zero = x->never_zero || (!x->sum_of_even_powers && by_norms(b, f, 0));
     }
 }
 

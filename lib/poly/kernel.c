@@ -225,6 +225,43 @@ static bool one_argument(struct poly_bridge *b, expr_id e, unsigned depends, str
     return ok;
 }
 
+/* The content of the generator for exp(c key): that of the step for the key, made finer where c is no multiple of it. */
+static void step_for(struct poly_bridge *b, expr_id key, const fmpq_t c, fmpq_t content)
+{
+    enum { BITS = 8 };
+    fmpq_t times, most;
+    int i = 0;
+    fmpq_abs(content, c);
+    while (i < b->steps && b->step[i].key != key)
+        i++;
+    if (i >= POLY_MAX_STEPS)
+        return;
+    struct poly_step *s = b->step + i;
+    if (i == b->steps) {
+        *s = (struct poly_step){ .key = key };
+        fmpq_init(s->content);
+        fmpq_set(s->content, content);
+        b->steps++;
+        return;
+    }
+    fmpq_init(times);
+    fmpq_gcd(times, s->content, content);
+    fmpq_init(most);
+    fmpq_set(most, s->content);
+    fmpq_div(most, most, times);
+    bool near = fmpz_bits(fmpq_numref(most)) < BITS;
+    fmpq_div(most, content, times);
+    near = near && fmpz_bits(fmpq_numref(most)) < BITS;
+    if (near && !fmpq_equal(times, s->content)) {
+        fmpq_set(s->content, times);
+        b->finer = true;
+    }
+    if (near)
+        fmpq_set(content, s->content);
+    fmpq_clear(most);
+    fmpq_clear(times);
+}
+
 /* exp(k u) = exp(u)^k: the argument's rational content is split off. */
 static bool exponential(struct poly_bridge *b, expr_id e, unsigned depends, struct poly_ratio *r)
 {
@@ -257,8 +294,12 @@ static bool exponential(struct poly_bridge *b, expr_id e, unsigned depends, stru
             g = i;
     }
     if (ok && g < 0) {
-        int sign = fmpq_sgn(content);
-        fmpq_abs(content, content);
+        fmpq_t own;
+        fmpq_init(own);
+        step_for(b, key, content, own);
+        fmpq_div(times, content, own);
+        fmpq_swap(content, own);
+        fmpq_clear(own);
         expr_id node = expr_fun(b->st, EXPR_EXP, expr_mul(b->st, expr_fmpq(b->st, content), key));
         ok = expr_op_of(b->st, node) == EXPR_EXP;
         if (ok) {
@@ -266,10 +307,8 @@ static bool exponential(struct poly_bridge *b, expr_id e, unsigned depends, stru
                 .node = node, .op = EXPR_EXP, .key = key, .key2 = node, .depends = depends, .sign = POLY_POSITIVE });
             ok = g >= 0;
         }
-        if (ok) {
+        if (ok)
             fmpq_set(b->gen[g].content, content);
-            fmpq_set_si(times, sign, 1);
-        }
     }
     if (ok) {
         struct poly_ratio u;

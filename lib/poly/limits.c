@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "mem.h"
+#include "watch.h"
 
 /* Intermediate polynomials may be this much longer than results: things cancel. */
 enum { SLACK = 4, WORK = 128 };
@@ -67,6 +68,7 @@ bool poly_mul(struct poly_bridge *b, fmpz_mpoly_t out, const fmpz_mpoly_t x, con
         return false;
     if (bits_of(x) + bits_of(y) > (double)b->limits.max_bits || !degrees_fit(b, x, y))
         return false;
+    sga_watch_count(SGA_COUNT_TERMS, (long)products);
     fmpz_mpoly_mul(out, x, y, b->ctx);
     return out->length <= SLACK * b->limits.max_terms;
 }

@@ -78,10 +78,27 @@ bool poly_bridge_numerator_factors(struct poly_bridge *b, expr_id e, struct poly
 bool poly_bridge_denominator_factors(struct poly_bridge *b, expr_id e, struct poly_factors *out);
 void poly_factors_clear(struct poly_factors *f);
 
+/* A proof that e has no real zero: sign * e, or where `factor` is given sign * that factor of e's numerator, is `sum`,
+ * a positive number and squares with positive factors (weights that kernels keep positive, 1 - sin(u)^2, among them). */
+struct poly_certificate { expr_id sum, factor; int sign; };
+/* False: none was found (it may have no zero all the same). */
+bool poly_certificate(struct expr_store *st, expr_id e, const struct poly_limits *limits, struct poly_certificate *out);
+
 /* NO is given only where no kernel and no relation is involved. */
 enum poly_truth { POLY_NO, POLY_YES, POLY_UNKNOWN };
 enum poly_truth poly_is_zero(struct expr_store *st, expr_id e, const struct poly_limits *limits);
 enum poly_truth poly_bridge_is_zero(struct poly_bridge *b, expr_id e);
+
+/* Whether target is shown to be zero wherever given[0 .. n) all are (and it has a value): what one
+ * of these can be solved for is used up, and powers of target are divided. False: not shown.
+ * At most 48 given. Costs that many substitutions into small polynomials. */
+bool poly_vanishes_with(struct expr_store *st, expr_id target, const expr_id *given, int n, const struct poly_limits *limits);
+bool poly_bridge_vanishes_with(struct poly_bridge *b, expr_id target, const expr_id *given, int n);
+
+/* Whether e[0 .. n) are shown to have no common real zero: -1 is a sum of squares plus multiples of them, found and
+ * proved as in poly_certificate after what can be solved for is used up. False: not shown. A small semidefinite
+ * program: up to a second where there are many variables. */
+bool poly_never_together(struct expr_store *st, const expr_id *e, int n, const struct poly_limits *limits);
 
 /* e as a polynomial in one symbol (the rest may be anything): its degree, -1 for zero.
  * False: over budget, or the symbol occurs in the denominator or inside a kernel. */

@@ -1,10 +1,11 @@
 /* Polynomials that are sums of squares though their terms do not show it.
  *
- * Lagrange's reduction, exact: where f = a g^2 + b g + c in a generator g with a > 0,
+ * First Lagrange's reduction, exact and cheap: where f = a g^2 + b g + c in a generator g with a > 0,
  *     4 a f = (2 a g + b)^2 + (4 a c - b^2),
  * so that f >= 0 if the rest is, and f = 0 just where 2 a g + b = 0 and the rest vanish. The
- * rest has one generator less; it is a square, a sum of even powers, or reduced again. */
-#include "bridge.h"
+ * rest has one generator less; it is a square, a sum of even powers, or reduced again. What this
+ * does not show may have an exact Gram matrix (gram.h). */
+#include "gram.h"
 
 #include <stdlib.h>
 #include <flint/fmpz_mpoly_factor.h>
@@ -74,17 +75,23 @@ static bool complete(struct poly_bridge *b, fmpz_mpoly_t f, int g, fmpz_mpoly_t 
     return ok && poly_fits(b, f) && f->length <= TERMS;
 }
 
-/* Without its content, as an expression of the list. */
-static void list(struct poly_bridge *b, fmpz_mpoly_t f, expr_id *out, int *count)
+static void make_primitive(struct poly_bridge *b, fmpz_mpoly_t f)
 {
     fmpz_t c;
     fmpz_init(c);
     poly_content(c, f);
-    fmpz_mpoly_scalar_divexact_fmpz(f, f, c, b->ctx);
+    if (!fmpz_is_zero(c))
+        fmpz_mpoly_scalar_divexact_fmpz(f, f, c, b->ctx);
+    fmpz_clear(c);
+}
+
+/* Without its content, as an expression of the list. */
+static void list(struct poly_bridge *b, fmpz_mpoly_t f, expr_id *out, int *count)
+{
+    make_primitive(b, f);
     if (f->length && fmpz_sgn(f->coeffs) < 0)
         fmpz_mpoly_neg(f, f, b->ctx);
     out[(*count)++] = poly_show_poly(b, f);
-    fmpz_clear(c);
 }
 
 /* Each generator that may vanish in a term, as one product for each term. */
@@ -102,11 +109,8 @@ static void list_terms(struct poly_bridge *b, const fmpz_mpoly_t f, expr_id *out
     free(exp);
 }
 
-bool poly_squares(struct poly_bridge *b, const fmpz_mpoly_t f, expr_id **out, int *count, bool *never)
+static bool by_completing(struct poly_bridge *b, const fmpz_mpoly_t f, expr_id **out, int *count, bool *never)
 {
-    *out = NULL;
-    *count = 0;
-    *never = false;
     long degree = poly_degree(b, f);
     if (f->length < 3 || f->length > TERMS || degree < 2 || degree > DEGREE || degree % 2)
         return false;
@@ -151,4 +155,131 @@ bool poly_squares(struct poly_bridge *b, const fmpz_mpoly_t f, expr_id **out, in
         *count = 0;
     }
     return ok;
+}
+
+/* What vanishes where the squares of a proof do: weight * q, each generator of a product once. */
+struct zeros { fmpz_mpoly_struct *f; int count; };
+
+static void add_zero(struct poly_bridge *b, struct zeros *z, const struct gram_block *k, const fmpz_mpoly_t q)
+{
+    fmpz_mpoly_struct *f = z->f + z->count++;
+    fmpz_mpoly_init(f, b->ctx);
+    fmpz_mpoly_set(f, q, b->ctx);
+    if (!k->positive)
+        fmpz_mpoly_mul(f, f, k->weight, b->ctx);       /* small: f holds its square */
+}
+
+static bool higher(const struct poly_bridge *b, const fmpz_mpoly_t f, const fmpz_mpoly_t g)
+{
+    fmpz_mpoly_t s, t;
+    fmpz_mpoly_init(s, b->ctx);
+    fmpz_mpoly_init(t, b->ctx);
+    fmpz_mpoly_get_term_monomial(s, f, 0, b->ctx);
+    fmpz_mpoly_get_term_monomial(t, g, 0, b->ctx);
+    bool above = fmpz_mpoly_cmp(s, t, b->ctx) > 0;
+    fmpz_mpoly_clear(s, b->ctx);
+    fmpz_mpoly_clear(t, b->ctx);
+    return above;
+}
+
+/* The reduced echelon form of their span over the numbers: x^2 - 1, y^2 - 1 rather than x^2 + y^2 - 2, y^2 - 1. */
+static void echelon(struct poly_bridge *b, struct zeros *z)
+{
+    fmpz_t c, d;
+    fmpz_mpoly_t t;
+    fmpz_init(c);
+    fmpz_init(d);
+    fmpz_mpoly_init(t, b->ctx);
+    for (int i = 0; i < z->count; i++) {
+        for (int k = i + 1; k < z->count; k++)        /* the highest leading monomial first */
+            if (fmpz_mpoly_is_zero(z->f + i, b->ctx)
+                || (!fmpz_mpoly_is_zero(z->f + k, b->ctx) && higher(b, z->f + k, z->f + i)))
+                fmpz_mpoly_swap(z->f + i, z->f + k, b->ctx);
+        if (fmpz_mpoly_is_zero(z->f + i, b->ctx))
+            break;
+        fmpz_mpoly_get_term_monomial(t, z->f + i, 0, b->ctx);
+        for (int k = 0; k < z->count; k++) {
+            if (k == i)
+                continue;
+            fmpz_mpoly_get_coeff_fmpz_monomial(c, z->f + k, t, b->ctx);
+            if (fmpz_is_zero(c))
+                continue;
+            fmpz_neg(c, c);
+            fmpz_mpoly_get_term_coeff_fmpz(d, z->f + i, 0, b->ctx);
+            fmpz_mpoly_scalar_fmma(z->f + k, z->f + k, d, z->f + i, c, b->ctx);
+            make_primitive(b, z->f + k);
+        }
+    }
+    while (z->count && fmpz_mpoly_is_zero(z->f + z->count - 1, b->ctx))
+        fmpz_mpoly_clear(z->f + --z->count, b->ctx);
+    fmpz_clear(c);
+    fmpz_clear(d);
+    fmpz_mpoly_clear(t, b->ctx);
+}
+
+/* Those that vanish with the others are left out, the longest first. */
+static void keep_needed(struct poly_bridge *b, struct zeros *z)
+{
+    const fmpz_mpoly_struct **other = sga_malloc(((size_t)z->count + 1) * sizeof *other);
+    for (int i = 1; i < z->count; i++)
+        for (int k = i; k > 0 && z->f[k].length > z->f[k - 1].length; k--)
+            fmpz_mpoly_swap(z->f + k, z->f + k - 1, b->ctx);
+    for (int i = 0; i < z->count; i++) {
+        int n = 0;
+        for (int k = 0; k < z->count; k++)
+            if (k != i)
+                other[n++] = z->f + k;
+        if (!n || !poly_vanish(b, z->f + i, other, n))
+            continue;
+        for (int k = i; k + 1 < z->count; k++)
+            fmpz_mpoly_swap(z->f + k, z->f + k + 1, b->ctx);
+        fmpz_mpoly_clear(z->f + --z->count, b->ctx);
+        i--;
+    }
+    free(other);
+}
+
+static void collect(struct poly_bridge *b, const struct gram_proof *p, struct zeros *z)
+{
+    for (int k = 0; k < p->g.blocks && p->definite; k++)
+        for (int i = 0; i < p->g.block[k].count; i++)
+            add_zero(b, z, p->g.block + k, p->g.block[k].q + i);
+    for (int i = 0; i < p->squares && !p->definite; i++)
+        add_zero(b, z, p->g.block + p->square[i].block, p->square[i].q);
+    echelon(b, z);
+    keep_needed(b, z);
+}
+
+/* By an exact Gram matrix (gram.h). */
+static bool by_gram(struct poly_bridge *b, const fmpz_mpoly_t f, expr_id **out, int *count, bool *never)
+{
+    struct gram_proof p;
+    if (!gram_prove(b, f, &p))
+        return false;
+    int most = p.squares;
+    for (int k = 0; k < p.g.blocks; k++)
+        most += p.g.block[k].count;
+    struct zeros z = { .f = sga_malloc(((size_t)most + 1) * sizeof *z.f) };
+    *never = p.never;
+    *out = sga_malloc(((size_t)most + 1) * sizeof **out);
+    if (!p.never)
+        collect(b, &p, &z);
+    for (int i = 0; i < z.count; i++) {
+        if (z.f[i].length == 1)
+            list_terms(b, z.f + i, *out, count);
+        else
+            list(b, z.f + i, *out, count);
+        fmpz_mpoly_clear(z.f + i, b->ctx);
+    }
+    free(z.f);
+    gram_proof_clear(&p);
+    return true;
+}
+
+bool poly_squares(struct poly_bridge *b, const fmpz_mpoly_t f, expr_id **out, int *count, bool *never)
+{
+    *out = NULL;
+    *count = 0;
+    *never = false;
+    return by_completing(b, f, out, count, never) || by_gram(b, f, out, count, never);
 }

@@ -24,11 +24,15 @@ bool read_want(struct reader *rd, const json_t *v)
         return true;
     }
     size_t mark = at_member(rd, "want");
+    if (list_size(v) == 0)
+        return at_fail(rd, SGA_E_SCHEMA, "nothing is wanted; leave `want` out for the default");
     for (size_t i = 0; i < list_size(v); i++) {
         size_t here = at_item(rd, v, i);
         int k = read_word(rd, list_item(v, i), want_text, REQUEST_WANTS, "something to want");
         if (k < 0)
             return false;
+        if (rd->r->want & 1u << k)
+            return at_fail(rd, SGA_E_SCHEMA, "\"%s\" is wanted twice", want_text[k]);
         rd->r->want |= 1u << k;
         at_back(rd, here);
     }

@@ -3,6 +3,7 @@
 #define SGA_RUN_ANSWER_H
 
 #include "buf.h"
+#include "clock.h"
 #include "mech.h"
 #include "operator.h"
 #include "print.h"
@@ -12,6 +13,7 @@
 #include "structure.h"
 #include "sym.h"
 #include "trajectory.h"
+#include "warnings.h"
 #include "witness.h"
 
 /* Of the form `operator`. */
@@ -72,6 +74,7 @@ struct job {
     struct request request;
     struct cut cut;
     struct sga_budget budget;
+    struct sga_warnings warnings; /* the budget points to it: of this answer, not of its strata */
     const struct sga_run_options *options;
     struct points_shadow shadow;
     struct sga_solution solution;
@@ -132,7 +135,7 @@ struct job {
         expr_id defect;
     } two_form;
     struct mechanical_answer *mechanical;   /* or NULL */
-    struct { double read, reduce, operator_form, mechanical, print, witness, trajectory, tradeoff, structure, symmetries; } seconds;
+    struct stage_clock clock;
     double spent;                 /* seconds of the time granted, before */
     const char *stage;            /* the last that was begun */
     struct sga_error *err;
@@ -204,6 +207,12 @@ bool answer_write(struct job *j, struct sga_buf *out);
 size_t answer_limit(const struct job *j);
 /* False once out is over that, and the error is set. */
 bool answer_fits(struct job *j, const struct sga_buf *out);
+/* What the answer says beside itself of names that nothing uses, before the system is cut; and of the number of
+ * equations and the start, once all is known. */
+void answer_warn_unused(struct job *j);
+void answer_warn(struct job *j);
+/* Whether some value that trajectory.initial gives is not the one of the start x. */
+bool answer_start_moved(const struct job *j, const double *x);
 bool answer_write_trajectory(struct job *j, struct sga_json *w);
 /* The tables of the system, where it has any, and what the answer uses of them. */
 void answer_write_tables(const struct job *j, struct sga_json *w);

@@ -226,13 +226,12 @@ static bool check_contradiction(struct job *j)
 
 bool answer_witness(struct job *j)
 {
+    stage_begin(&j->clock, STAGE_WITNESS);
     if (j->solution.verdict == SGA_INCONSISTENT) {
         j->witnessed = check_contradiction(j);
-        j->seconds.witness = j->witness.seconds;
         return j->witnessed;
     }
     bool ok = j->has_texts ? check_texts(j) : check_handles(j);
-    j->seconds.witness = j->witness.seconds;
     j->witnessed = ok;
     return ok;
 }

@@ -98,7 +98,7 @@ bool answer_mechanical(struct job *j)
     struct sga_options options = options_of(j);
     j->mechanical = sga_calloc(1, sizeof *j->mechanical);
     struct mech_fibre *f = &j->mechanical->fibre;
-    double start = sga_now();
+    stage_begin(&j->clock, STAGE_MECHANICAL);
     if (!mech_fibre_find(f, &r->system, in, &options, j->err))
         return false;
     if (f->W.verdict == SGA_INCONSISTENT)
@@ -117,7 +117,6 @@ bool answer_mechanical(struct job *j)
     }
     give_reactions(j, column);
     free(column);
-    j->seconds.mechanical = sga_now() - start;
     return true;
 }
 
@@ -133,7 +132,7 @@ bool answer_mechanical_motion(struct job *j)
 {
     struct mechanical_answer *m = j->mechanical;
     unsigned want = j->request.want;
-    double start = sga_now();
+    stage_begin(&j->clock, STAGE_MECHANICAL);
     if (m->fibre.W.verdict == SGA_INCONSISTENT)
         return true;
     m->determined = is_determined(j);
@@ -154,7 +153,6 @@ bool answer_mechanical_motion(struct job *j)
         mech_regularity_find(&m->regularity, &m->fibre, &j->request.mechanical, &options);
         m->has_regularity = true;
     }
-    j->seconds.mechanical += sga_now() - start;
     return sga_budget_ok(&j->budget, j->err);
 }
 

@@ -68,6 +68,7 @@ static bool integrate(struct job *j, const struct sga_solution *solution, struct
 
 static bool run(struct job *j, const struct sga_solution *solution, struct points_shadow *shadow, struct traj_request *r)
 {
+    stage_begin(&j->clock, STAGE_INITIAL);
     answer_integrals(j, solution, shadow, r);
     if (j->request.want & REQUEST_CONSISTENT_INITIAL) {
         j->has_initial = traj_consistent(&j->request.system, solution, r, &j->initial, j->err);
@@ -78,9 +79,8 @@ static bool run(struct job *j, const struct sga_solution *solution, struct point
     if (j->request.want & REQUEST_TRAJECTORY && j->request.sweeps)
         return answer_sweep(j, solution, r);
     if (j->request.want & REQUEST_TRAJECTORY) {
-        double begin = sga_now();
+        stage_begin(&j->clock, STAGE_TRAJECTORY);
         j->has_trajectory = integrate(j, solution, r);
-        j->seconds.trajectory = sga_now() - begin;
         if (!j->has_trajectory)
             return false;
     }

@@ -94,7 +94,7 @@ bool answer_operator(struct job *j)
     struct op_limits limits = { .budget = &j->budget };
     struct op_popov weak = { 0 }, full = { 0 };
     struct ore_matrix P;
-    double start = sga_now();
+    stage_begin(&j->clock, STAGE_OPERATOR);
     j->op = a;
     if (!make_system(j, &a->system))
         return false;
@@ -114,7 +114,6 @@ bool answer_operator(struct job *j)
     op_popov_clear(&weak);
     op_popov_clear(&full);
     ore_matrix_clear(&P);
-    j->seconds.operator_form = sga_now() - start;
     if (!ok && !j->err->stage[0])
         memcpy(j->err->stage, "operator", 9);
     return ok;

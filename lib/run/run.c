@@ -82,6 +82,7 @@ static void set_budget(struct job *j)
         .max_terms = j->request.limits.terms,
         .cancelled = j->options ? j->options->cancelled : NULL,
         .cancel_ctx = j->options ? j->options->ctx : NULL,
+        .warnings = &j->warnings,
         .exec = j->options ? j->options->exec : NULL,
     };
     j->request.store.max_nodes = j->request.limits.nodes;
@@ -180,19 +181,20 @@ static bool solve(struct job *j)
     points_shadow_init(&j->shadow, 20250101);
     j->stage = "sga";            /* as the solver names it in its own errors */
     j->solved = true;
-    return sga_solve(&j->request.system, &options, &j->shadow, &j->solution, j->err);
+    bool ok = sga_solve(&j->request.system, &options, &j->shadow, &j->solution, j->err);
+    j->clock.sampling += j->shadow.seconds_sampling;
+    return ok;
 }
 
 bool answer_reduce(struct job *j)
 {
     if (j->depth)                /* a stratum: its rows are those of the whole, brought to form already */
         return solve(j);
-    double start = sga_now();
+    stage_begin(&j->clock, STAGE_REDUCTION);
     progress(j, "reduction", 0.05);
     bool ok = answer_holonomic(j, answer_primary(j, solve));
     if (ok && !j->primary.has)
         answer_restrictions_kept(j, &j->solution);
-    j->seconds.reduce = sga_now() - start;
     if (ok && j->op && j->request.op.open_sources)
         open_sources(j);
     return ok && answer_two_form(j);
@@ -202,11 +204,10 @@ static bool structure(struct job *j)
 {
     if (!(j->request.want & REQUEST_STRUCTURE) || j->request.op.open_sources)
         return true;
-    double start = sga_now();
+    stage_begin(&j->clock, STAGE_STRUCTURE);
     progress(j, "structure", 0.45);
     j->has_structure = true;
     bool ok = structure_find(&j->request.system, &j->solution, &j->shadow, &j->budget, &j->structure, j->err);
-    j->seconds.structure = sga_now() - start;
     return ok;
 }
 
@@ -232,6 +233,7 @@ void answer_clear(struct job *j)
     free(j->near);
     free(j->parameter_near);
     free(j->scale);
+    sga_warnings_clear(&j->warnings);
     answer_primary_clear(j);
     answer_symmetries_clear(j);
     if (j->solved) {
@@ -301,6 +303,7 @@ static bool within_limits(struct job *j)
  * be looked at after all. */
 static bool run_request(struct job *j, bool tied, struct sga_buf *out, bool *again)
 {
+    answer_warn_unused(j);
     answer_cut(j, tied);
     set_near(j);
     bool ok = check_wants(j) && check_samples(j) && analyse(j);
@@ -319,14 +322,13 @@ static bool run_request(struct job *j, bool tied, struct sga_buf *out, bool *aga
 /* One way through, from the text. */
 static bool run_text(struct job *j, const char *request, size_t length, bool tied, struct sga_buf *out, bool *again)
 {
-    double start = sga_now();
+    stage_begin(&j->clock, STAGE_READ);
     set_budget(j);                 /* the service's; the request's own once it is read */
     sga_watch_begin(&j->budget, j->options && j->options->wall ? wall : NULL, j);
     if (!request_read(&j->request, request, length, j->err)) {
         sga_watch_end();
         return false;
     }
-    j->seconds.read = sga_now() - start;
     set_budget(j);
     bool ok = run_request(j, tied, out, again);
     if (!ok && !*again)

@@ -7,6 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "derive.h"
+#include "facts.h"
 #include "mem.h"
 
 enum { DRAWS = 16, MOST_PARAMETERS = 8, MOST_VARIABLES = 60 };
@@ -16,6 +18,40 @@ struct draws {
     bool found[DRAWS];
     int count, missed;
 };
+
+/* Whether each constraint can be solved for a variable that no earlier one contains, with a slope that is never 0: then
+ * the set has points whatever the parameters are. */
+static bool has_points_always(const struct job *j)
+{
+    const struct sys_system *sys = &j->request.system;
+    struct expr_store *st = sys->store;
+    unsigned char *fresh = sga_calloc((size_t)st->symbols + 1, 1);
+    struct expr_term *term = NULL;
+    size_t cap = 0;
+    struct expr_facts facts;
+    struct expr_cone cone;
+    bool always = true;
+    expr_facts_init(&facts);
+    expr_cone_init(&cone);
+    for (int i = 0; i < sys->variables; i++)
+        fresh[sys->variable[i].symbol] = 1;
+    for (int i = 0; i < j->solution.constraints && always; i++) {
+        expr_id e = j->solution.constraint[i].expr;
+        int n = expr_gradient(st, &cone, e, fresh, &term, &cap);
+        always = false;
+        for (int k = 0; k < n && !always; k++)
+            always = expr_facts_of(&facts, st, term[k].value) & EXPR_NONZERO && !expr_depends(st, &cone, term[k].value, term[k].symbol);
+        expr_cone_of(st, &cone, &e, 1);
+        for (int k = 0; k < cone.count; k++)
+            if (expr_op_of(st, cone.list[k]) == EXPR_SYM)
+                fresh[st->node[cone.list[k]].a] = 0;
+    }
+    free(term);
+    free(fresh);
+    expr_facts_clear(&facts);
+    expr_cone_clear(&cone);
+    return always;
+}
 
 static bool has_parameter(const struct job *j)
 {
@@ -130,8 +166,9 @@ void answer_signs(struct job *j)
     const struct sys_system *sys = &j->request.system;
     struct draws d = { .count = 0 };
     if (!sys->parameters || sys->parameters > MOST_PARAMETERS || sys->variables > MOST_VARIABLES
-        || j->solution.verdict == SGA_INCONSISTENT || !has_parameter(j))
+        || j->solution.verdict == SGA_INCONSISTENT || !has_parameter(j) || has_points_always(j))
         return;
+    stage_begin(&j->clock, STAGE_SIGNS);
     if (draw(j, &d) && d.missed)
         write_draws(j, &d);
 }

@@ -179,6 +179,12 @@ static void consider(struct listing *l, expr_id factor, int before)
         strata_add(l->j, factor, -1, (struct stratum){ .kind = "parameter" });
 }
 
+/* A factor that vanishes only where the equations have no value, as far as squares show. */
+static bool outside(struct listing *l, expr_id value, const struct poly_factor *q)
+{
+    return q->sum_of_even_powers && q->radicals && domain_leaves_out(&l->domain, value, q->radical, q->radicals, q->radicals);
+}
+
 void strata_factors(struct listing *l, expr_id value, int before)
 {
     struct poly_limits limits = { .max_terms = 200, .max_bits = 2000, .max_degree = 40, .max_generators = 24, .budget = &l->j->budget };
@@ -188,7 +194,7 @@ void strata_factors(struct listing *l, expr_id value, int before)
         return;
     }
     for (int i = 0; i < f.factors; i++)
-        if (!f.factor[i].never_zero)
+        if (!f.factor[i].never_zero && !outside(l, value, f.factor + i))
             consider(l, f.factor[i].expr, before);
     poly_factors_clear(&f);
 }
@@ -210,7 +216,10 @@ void answer_strata(struct job *j)
     bool empty = sol->verdict == SGA_INCONSISTENT;
     if (!j->has_texts)
         return;
+    stage_begin(&j->clock, STAGE_STRATA);
     expr_facts_init(&l.facts);
+    expr_cone_init(&l.cone);
+    l.domain = (struct domain){ .system = &j->request.system, .facts = &l.facts, .cone = &l.cone, .budget = &j->budget };
     if (empty && j->request.system.parameters)      /* for which parameters it is a contradiction */
         strata_factors(&l, sol->contradiction, 0);
     for (int i = 0; i < sol->others; i++)
@@ -237,6 +246,8 @@ void answer_strata(struct job *j)
     if (!empty) {
         strata_determinants(&l);
         strata_domain(&l);
+        strata_lost(&l);
     }
     expr_facts_clear(&l.facts);
+    expr_cone_clear(&l.cone);
 }

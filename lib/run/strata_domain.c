@@ -54,10 +54,24 @@ static void factors(struct listing *l, expr_id value, struct looked *looked)
     poly_factors_clear(&f);
 }
 
-/* What must not vanish for the node to have a value; EXPR_UNDEF: nothing. */
-static expr_id denominator(const struct expr_store *st, expr_id e)
+/* Marks what the constraints divide by or take the logarithm of: where it vanishes they have no value, so no point of
+ * their set lies there and none is looked for. The caller frees it. */
+static unsigned char *beyond_set(const struct job *j)
 {
-    return expr_op_of(st, e) == EXPR_LOG ? st->node[e].a : expr_divisor(st, e);
+    const struct expr_store *st = &j->request.store;
+    unsigned char *mark = sga_calloc((size_t)st->nodes, 1);
+    int c = j->solution.constraints;
+    expr_id *con = sga_malloc((size_t)(c + 1) * sizeof *con);
+    struct expr_cone cone;
+    for (int i = 0; i < c; i++)
+        con[i] = j->solution.constraint[i].expr;
+    expr_cone_init(&cone);
+    expr_cone_of(st, &cone, con, c);
+    for (int i = 0; i < cone.count; i++)
+        mark[domain_divisor(st, cone.list[i])] = 1;
+    expr_cone_clear(&cone);
+    free(con);
+    return mark;
 }
 
 void strata_domain(struct listing *l)
@@ -67,12 +81,13 @@ void strata_domain(struct listing *l)
     int found = 0;
     expr_id *root, value[MOST];
     int at = sys_expressions(sys, &root);
+    unsigned char *beyond = beyond_set(l->j);
     struct expr_cone cone;
     expr_cone_init(&cone);
     expr_cone_of(sys->store, &cone, root, at);
     for (int i = 0; i < cone.count; i++) {
-        expr_id d = denominator(sys->store, cone.list[i]);
-        if (!d || expr_is_const(sys->store, d))
+        expr_id d = domain_divisor(sys->store, cone.list[i]);
+        if (!d || beyond[d] || expr_is_const(sys->store, d))
             continue;
         if (found < MOST)
             value[found++] = d;
@@ -80,6 +95,7 @@ void strata_domain(struct listing *l)
             l->j->strata_skipped = true;
     }
     expr_cone_clear(&cone);
+    free(beyond);
     free(root);
     for (int i = 0; i < found; i++)
         factors(l, value[i], &looked);

@@ -2,12 +2,15 @@
 #ifndef SGA_RUN_STRATA_LISTING_H
 #define SGA_RUN_STRATA_LISTING_H
 
+#include "domain.h"
 #include "facts.h"
 #include "strata_case.h"
 
 struct listing {
     struct job *j;
     struct expr_facts facts;
+    struct expr_cone cone;
+    struct domain domain;     /* where the equations have values */
     int off, moved;           /* how many factors were looked at off the final set, and for special parameters */
     int before, rank;         /* generic rank with the first `before` constraints; -1: not known */
 };
@@ -30,6 +33,7 @@ struct strata_look {
     bool far;                 /* anywhere, also where the request says where it starts */
     const struct points_point *from;   /* begin there; or NULL */
     bool point_only;          /* the rank is not asked for: it takes a dense decomposition */
+    bool *solvable;           /* gets whether some velocity solves the equations and is tangent to those constraints there; or NULL */
 };
 
 /* The point, and the rank there; *rank is -1 where an irregular place was approached, or it was not asked for. With
@@ -46,6 +50,9 @@ void strata_factors(struct listing *l, expr_id value, int before);
 /* Parts of the constraint set on which the answer does not hold, each by a point that satisfies all given equations. To be called before the shadow is asked
  * about anything but the reduction. */
 void strata_components(struct listing *l);
+
+/* Parts of the set of a generation that went by because of the pivot that its constraints were divided by. */
+void strata_lost(struct listing *l);
 
 /* Zeros of the determinants of dense blocks, and zeros of denominators of the equations. */
 void strata_determinants(struct listing *l);

@@ -5,6 +5,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "derive.h"
 #include "differentials.h"
 #include "lin_dense.h"
 #include "mem.h"
@@ -17,12 +18,23 @@ static const double MOST_WORK = 3e6, PART = 0.2;
  * the rank counts as lower: listed, to be safe */
 static const double RANK_WORK = 1e8;
 
-int strata_rank_at(struct job *j, const struct points_space *space, int rows, int c, struct points_point *p)
+/* The right side of row i: alpha, or how the constraint changes by time alone, 0 where it does not move. */
+static double right_side(struct job *j, const struct points_space *space, int rows, int i, struct points_point *p)
 {
     const struct sys_system *sys = &j->request.system;
-    int n = sys->variables, m = rows + c;
-    double *M = sga_calloc((size_t)(m + 1) * (size_t)n, sizeof *M);
-    double *sv = sga_calloc((size_t)(m < n ? m : n) + 1, sizeof *sv);
+    expr_id e = i < rows ? sys->row[i].alpha : expr_neg(&j->request.store, expr_diff(&j->request.store, space->constraint[i - rows], sys->time));
+    num_ball_extend(&p->ball);
+    arb_srcptr v = num_ball_value(&p->ball, e);
+    return arb_contains_zero(v) ? 0 : arf_get_d(arb_midref(v), ARF_RND_NEAR);
+}
+
+/* The rank of [A; d xi], with the right side as a further column where asked for; the largest entry of each row, and of that column, is 1. */
+static int rank_at(struct job *j, const struct points_space *space, int rows, int c, bool right, struct points_point *p)
+{
+    const struct sys_system *sys = &j->request.system;
+    int n = sys->variables, m = rows + c, cols = n + right;
+    double *M = sga_calloc((size_t)(m + 1) * (size_t)cols, sizeof *M);
+    double *sv = sga_calloc((size_t)(m < cols ? m : cols) + 1, sizeof *sv), most = 0;
     struct points_space own = *space;
     own.constraints = c;
     own.variables = n;
@@ -34,25 +46,35 @@ int strata_rank_at(struct job *j, const struct points_space *space, int rows, in
     num_ball_extend(&p->ball);
     for (int i = 0; i < m; i++) {
         int len = i < rows ? sys->row[i].entries : jac.cols[i - rows];
-        double *row = M + (size_t)i * (size_t)n, big = 0;
+        double *row = M + (size_t)i * (size_t)cols, big = 0;
         for (int k = 0; k < len; k++) {
             int col = i < rows ? sys->row[i].entry[k].col : jac.col[i - rows][k];
             arb_srcptr v = i < rows ? num_ball_value(&p->ball, sys->row[i].entry[k].value) : jac.entry[i - rows] + k;
             row[col] = arf_get_d(arb_midref(v), ARF_RND_NEAR);
             big = fmax(big, fabs(row[col]));
         }
-        for (int k = 0; k < n && big > 0; k++)
+        if (right)
+            row[n] = right_side(j, space, rows, i, p);
+        for (int k = 0; k < cols && big > 0; k++)
             row[k] /= big;
+        most = right ? fmax(most, fabs(row[n])) : 0;
     }
-    struct lin_dense dense = { .rows = m, .cols = n, .a = M };
+    for (int i = 0; i < m && most > 0; i++)
+        M[(size_t)i * (size_t)cols + (size_t)n] /= most;
+    struct lin_dense dense = { .rows = m, .cols = cols, .a = M };
     int rank = 0;
     if (lin_singular_values(&dense, sv))
-        while (rank < (m < n ? m : n) && sv[rank] > 1e-10 * sv[0])
+        while (rank < (m < cols ? m : cols) && sv[rank] > 1e-10 * sv[0])
             rank++;
     points_jacobian_clear(&jac);
     free(M);
     free(sv);
     return rank;
+}
+
+int strata_rank_at(struct job *j, const struct points_space *space, int rows, int c, struct points_point *p)
+{
+    return rank_at(j, space, rows, c, false, p);
 }
 
 /* Newton steps that a search may take on the set of so many functions; 0: no more. */
@@ -167,6 +189,8 @@ enum points_status strata_look_at(struct job *j, struct strata_look look, struct
                                 ? POINTS_NONE : search(j, &space, known, 5 + look.seed, end, stages, p);
     double rows = sys->rows + c, work = rows * n * fmin(rows, n);
     *rank = status != POINTS_OK || look.point_only ? -1 : work > RANK_WORK ? 0 : strata_rank_at(j, &space, sys->rows, c, p);
+    if (look.solvable)
+        *look.solvable = *rank > 0 && rank_at(j, &space, sys->rows, c, true, p) == *rank;
     free(end);
     free(variable);
     free(con);

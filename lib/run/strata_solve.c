@@ -298,6 +298,7 @@ bool answer_strata_solve(struct job *j)
     bool top = !j->tree;
     if (!j->request.strata || !j->has_texts)
         return true;
+    stage_begin(&j->clock, STAGE_STRATA);
     if (top) {
         j->tree = &own;
         own.restrictions = j->request.system.restrictions;

@@ -71,7 +71,7 @@ static bool at_parameters(struct job *j, const struct sga_solution *s, const str
 }
 
 /* One member. False: the job ends. */
-static bool one(struct job *j, const struct sga_solution *s, struct traj_request *r, const struct request_sweep *m, struct sga_json *w)
+static bool one(struct job *j, const struct sga_solution *s, struct traj_request *r, const struct request_sweep *m, int *moved, struct sga_json *w)
 {
     struct request_trajectory *t = &j->request.trajectory;
     struct request_initial *keep = t->initial;
@@ -98,6 +98,7 @@ static bool one(struct job *j, const struct sga_solution *s, struct traj_request
     if (ok && found) {
         sga_json_object(w);
         write_set(j, m, analysis, w);
+        *moved += answer_start_moved(j, j->trajectory.initial);
         ok = answer_write_motion(j, w);
     } else if (ok) {
         write_error(j, m, w, &err);
@@ -119,13 +120,15 @@ bool answer_sweep(struct job *j, const struct sga_solution *s, const struct traj
     struct sga_json w;
     if (!one_for_all(j, s))
         return false;
-    double begin = sga_now();
+    stage_begin(&j->clock, STAGE_TRAJECTORY);
     bool ok = true;
+    int moved = 0;
     sga_json_begin(&w, &j->trajectories);
     sga_json_array(&w);
     for (int k = 0; k < j->request.sweeps && ok; k++)
-        ok = one(j, s, &r, j->request.sweep + k, &w);
+        ok = one(j, s, &r, j->request.sweep + k, &moved, &w);
     sga_json_end_array(&w);
-    j->seconds.trajectory = sga_now() - begin;
+    if (moved)
+        sga_warn(&j->budget, SGA_W_START_MOVED, "/sweep", "the starts of %d set%s were moved onto the constraints", moved, moved > 1 ? "s" : "");
     return ok;
 }

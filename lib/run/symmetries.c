@@ -109,7 +109,7 @@ bool answer_symmetries(struct job *j)
     const struct request_symmetries *s = &j->request.symmetries;
     if (!(j->request.want & REQUEST_SYMMETRIES) || j->solution.verdict == SGA_INCONSISTENT || j->request.op.open_sources)
         return true;
-    double start = sga_now();
+    stage_begin(&j->clock, STAGE_SYMMETRIES);
     struct sym_request request = {
         .tensor = is_tensor(j), .has_search = s->has_search,
         .search = { .degree = s->degree, .integral_degree = s->integral_degree,
@@ -130,7 +130,6 @@ bool answer_symmetries(struct job *j)
         ok = false;
     }
     j->symmetries.has = ok;
-    j->seconds.symmetries = sga_now() - start;
     return ok;
 }
 

@@ -56,7 +56,7 @@ bool answer_texts(struct job *j)
     unsigned want = j->request.want;
     if (!(want & (REQUEST_CONSTRAINTS | REQUEST_VECTOR_FIELD | REQUEST_GAUGE)))
         return true;
-    double start = sga_now();
+    stage_begin(&j->clock, STAGE_TEXTS);
     int n = j->request.system.variables, c = sol->constraints;
     bool field = sol->field && want & (REQUEST_VECTOR_FIELD | REQUEST_GAUGE), gauge = field && sol->gauge && want & REQUEST_GAUGE;
     int roots = c + (field ? n : 0) + (gauge ? n * sol->free_columns : 0);
@@ -87,7 +87,6 @@ bool answer_texts(struct job *j)
     if (!j->has_texts)
         return sga_fail(j->err, SGA_E_LIMIT_RESULT, "the answer is too large to print (more than 16 MiB); "
                         "ask for less in want, for example [\"index\", \"trajectory\"]");
-    j->seconds.print = sga_now() - start;
     if (!expr_store_ok(&j->request.store)) {
         *j->err = j->request.store.error;
         return false;

@@ -1,9 +1,12 @@
 /* The result object, member by member. */
 #include "tradeoff.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "watch.h"
 
 const char *answer_variable_name(const struct job *j, int variable)
 {
@@ -166,38 +169,43 @@ static void write_gauge(const struct job *j, struct sga_json *w)
     sga_json_end_object(w);
 }
 
-static void write_work(const struct job *j, struct sga_json *w)
+/* Seconds of each stage that ran; the points that the reduction drew are told apart from it. */
+static void write_seconds(struct job *j, struct sga_json *w)
+{
+    struct stage_clock *c = &j->clock;
+    double total = 0;
+    stage_begin(c, STAGE_WRITING);
+    sga_json_key(w, "seconds");
+    sga_json_object(w);
+    for (int k = 0; k < STAGES; k++) {
+        double sampling = k == STAGE_REDUCTION ? fmin(c->sampling, c->seconds[k]) : 0;
+        total += c->seconds[k];
+        if (c->seconds[k] > 0)
+            sga_json_member_double(w, stage_text((enum stage)k), c->seconds[k] - sampling);
+        if (sampling > 0)
+            sga_json_member_double(w, "sampling", sampling);
+    }
+    sga_json_member_double(w, "total", total);
+    sga_json_end_object(w);
+}
+
+/* The amount of work, the same on every machine. */
+static void write_counts(struct sga_json *w)
+{
+    sga_json_key(w, "counts");
+    sga_json_object(w);
+    sga_json_member_int(w, "balls", sga_watch_counted(SGA_COUNT_BALLS));
+    sga_json_member_int(w, "modular", sga_watch_counted(SGA_COUNT_MODULAR));
+    sga_json_member_int(w, "polynomial_terms", sga_watch_counted(SGA_COUNT_TERMS));
+    sga_json_end_object(w);
+}
+
+static void write_work(struct job *j, struct sga_json *w)
 {
     sga_json_key(w, "work");
     sga_json_object(w);
-    sga_json_key(w, "seconds");
-    sga_json_object(w);
-    sga_json_member_double(w, "read", j->seconds.read);
-    sga_json_member_double(w, "reduction", j->seconds.reduce);
-    sga_json_member_double(w, "sampling", j->shadow.seconds_sampling);
-    if (j->op)
-        sga_json_member_double(w, "operator", j->seconds.operator_form);
-    if (j->mechanical)
-        sga_json_member_double(w, "mechanical", j->seconds.mechanical);
-    if (j->has_texts) {
-        sga_json_member_double(w, "print", j->seconds.print);
-    }
-    if (j->witnessed) {
-        sga_json_member_double(w, "witness", j->seconds.witness);
-    }
-    if (j->has_trajectory) {
-        sga_json_member_double(w, "trajectory", j->seconds.trajectory);
-    }
-    if (j->tradeoff) {
-        sga_json_member_double(w, "tradeoff", j->seconds.tradeoff);
-    }
-    if (j->has_structure) {
-        sga_json_member_double(w, "structure", j->seconds.structure);
-    }
-    if (j->symmetries.has) {
-        sga_json_member_double(w, "symmetries", j->seconds.symmetries);
-    }
-    sga_json_end_object(w);
+    write_seconds(j, w);
+    write_counts(w);
     sga_json_member_int(w, "nodes", j->request.store.nodes);
     sga_json_member_int(w, "pivots", j->solution.pivots);
     sga_json_member_int(w, "variables_modelled", j->request.system.variables);
@@ -229,6 +237,7 @@ bool answer_write(struct job *j, struct sga_buf *out)
     struct sga_json json, *w = &json;
     unsigned want = j->request.want;
     bool solvable = j->solution.verdict != SGA_INCONSISTENT;
+    stage_begin(&j->clock, STAGE_WRITING);
     sga_json_begin(w, out);
     sga_json_object(w);
     sga_json_member_string(w, "verdict", sga_verdict_text(j->solution.verdict));
@@ -287,6 +296,9 @@ bool answer_write(struct job *j, struct sga_buf *out)
     if (j->tradeoff)
         answer_write_tradeoff(j, w);
     answer_write_evidence(j, w);
+    answer_warn(j);
+    sga_json_key(w, "warnings");
+    sga_warnings_write(&j->warnings, w);
     write_work(j, w);
     sga_json_end_object(w);
     return answer_fits(j, out);

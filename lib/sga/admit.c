@@ -154,19 +154,6 @@ static int admit_irregular(struct state *s, const struct candidate *c, const dou
 
 static int admit_one(struct state *s, const struct candidate *c, int g);
 
-/* Functions that vanish together, of which one is irregular: one after the other. */
-static int admit_parts(struct state *s, const struct candidate *c, const struct regular_option *o, int g)
-{
-    int before = s->sol->constraints, result = 0;
-    for (int i = 0; i < o->count && result >= 0 && !s->inconsistent; i++) {
-        struct candidate part = *c;
-        part.expr = o->out[i];
-        part.arose = c->arose ? c->arose : c->expr;
-        result = admit_one(s, &part, g);
-    }
-    return result < 0 ? -1 : s->sol->constraints - before;
-}
-
 /* Where a regular function took the place of what arose, the latter must vanish on the
  * new set: a check of the factorisation by the points. */
 static bool replacements_hold(struct state *s, int from)
@@ -184,6 +171,21 @@ static bool replacements_hold(struct state *s, int from)
     return true;
 }
 
+/* Functions that vanish together, of which one is irregular: one after the other. */
+static int admit_parts(struct state *s, const struct candidate *c, const struct regular_option *o, int g)
+{
+    int before = s->sol->constraints, result = 0;
+    for (int i = 0; i < o->count && result >= 0 && !s->inconsistent; i++) {
+        struct candidate part = *c;
+        part.expr = o->out[i];
+        part.arose = c->arose ? c->arose : c->expr;
+        result = admit_one(s, &part, g);
+    }
+    if (result >= 0 && !s->inconsistent && !replacements_hold(s, before))
+        result = -1;
+    return result < 0 ? -1 : s->sol->constraints - before;
+}
+
 static bool never_on_set(struct state *s, expr_id e)
 {
     if (s->sol->constraints > 60)
@@ -194,6 +196,22 @@ static bool never_on_set(struct state *s, expr_id e)
     struct regular r = regular_form(s, reduced);
     bool never = r.answer == REGULAR_NEVER;
     regular_clear(&r);
+    return never;
+}
+
+/* The same by squares: -1 as a sum of them, with multiples of e and of the constraints. */
+static bool never_by_squares(struct state *s, expr_id e)
+{
+    struct poly_limits limits = { .max_terms = 200, .max_bits = 2000, .max_degree = 20, .max_generators = 16, .budget = s->options->budget };
+    int c = s->sol->constraints;
+    if (c >= REGULAR_REDUCE)
+        return false;
+    expr_id *f = sga_malloc(((size_t)c + 1) * sizeof *f);
+    if (c)
+        memcpy(f, s->con, (size_t)c * sizeof *f);
+    f[c] = e;
+    bool never = poly_never_together(s->st, f, c + 1, &limits);
+    free(f);
     return never;
 }
 
@@ -241,6 +259,8 @@ static int refuse(struct state *s, const struct candidate *c, const struct regul
         result = fail_sample(s, c, status);
     else if (place_holds_on_side(s, c->expr))
         result = 0;
+    else if (s->sol->constraints && status == POINTS_NONE && never_by_squares(s, c->expr))
+        result = contradiction(s, c, "it has no real zero on the earlier constraints: -1 is a sum of squares plus multiples of these and of it");
     else if (state_sample(s) != POINTS_OK)
         result = fail_sample(s, c, POINTS_NONE);
     else if (state_locally_constant(s, c->expr))
@@ -253,6 +273,14 @@ static int refuse(struct state *s, const struct candidate *c, const struct regul
         result = fail_sample(s, c, status);
     free(x);
     return result;
+}
+
+/* Algebra shows that it has no zero. */
+static int never(struct state *s, const struct candidate *c, const struct regular *r)
+{
+    char why[sizeof s->sol->contradiction_why];
+    regular_never_text(s, c->expr, r, why, sizeof why);
+    return contradiction(s, c, why);
 }
 
 /* One candidate, the shadow being on the present set. */
@@ -281,10 +309,12 @@ static int admit_one(struct state *s, const struct candidate *c, int g)
         if (status == POINTS_STOPPED)
             break;
     }
-    if (found)
-        result = replacements_hold(s, before) ? s->sol->constraints - before : -1;
+    if (found)      /* what a part arose from vanishes with the other parts: admit_parts looks at it */
+        result = c->arose || replacements_hold(s, before) ? s->sol->constraints - before : -1;
     else if (status == POINTS_IRREGULAR && r.options == 1 && r.option[0].count > 1 && !c->arose && state_sample(s) == POINTS_OK)
         result = admit_parts(s, c, r.option, g);
+    else if (r.answer == REGULAR_NEVER && !r.seen)
+        result = never(s, c, &r);
     else if (r.answer == REGULAR_NEVER)
         result = constant_there(s, c, "it has no real zero on the earlier constraints");
     else

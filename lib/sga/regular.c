@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "ends.h"
 #include "mem.h"
@@ -30,6 +31,7 @@ static struct regular together(struct state *s, const expr_id *f, int count, int
         for (int k = 0; k < all.options; k++)
             for (int m = 0; m < own.options; m++)
                 regular_add_joined(&next, all.option + k, own.option + m);
+        next.seen = all.seen || own.seen;
         regular_clear(&all);
         regular_clear(&own);
         all = next;
@@ -38,8 +40,8 @@ static struct regular together(struct state *s, const expr_id *f, int count, int
 }
 
 /* A factor matters if it depends on variables or time, may vanish, and does not keep one
- * value, not zero, all over the present set. */
-static bool matters(struct state *s, const struct poly_factor *q, int factors)
+ * value, not zero, all over the present set (then *seen is set). */
+static bool matters(struct state *s, const struct poly_factor *q, int factors, bool *seen)
 {
     if (q->never_zero || !(q->depends & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
         return false;
@@ -48,7 +50,9 @@ static bool matters(struct state *s, const struct poly_factor *q, int factors)
             return false;
     if (factors == 1 || !s->sol->constraints)
         return true;
-    return ech_zero(&s->ctx, q->expr) != 0 || !state_locally_constant(s, q->expr);
+    bool dropped = ech_zero(&s->ctx, q->expr) == 0 && state_locally_constant(s, q->expr);
+    *seen |= dropped;
+    return !dropped;
 }
 
 /* A factor in parameters only is taken as not zero, and that is remembered. */
@@ -81,7 +85,7 @@ static void from_factors(struct state *s, expr_id e, struct regular *r, const st
     bool plain = true;       /* one simple factor, nothing else dropped */
     for (int i = 0; i < f->factors; i++) {
         const struct poly_factor *q = f->factor + i;
-        bool in = matters(s, q, f->factors);
+        bool in = matters(s, q, f->factors, &r->seen);
         plain &= in && q->multiplicity == 1;
         if (!q->never_zero && q->depends == EXPR_HAS_PARAMETER)
             assume(s, q->expr);
@@ -164,9 +168,80 @@ static struct regular form_at(struct state *s, expr_id e, int depth)
     return r;
 }
 
+/* Whether the functions of o vanish together, on the present set, only where something has no value. */
+static bool leads_out(struct state *s, expr_id e, const struct regular_option *o)
+{
+    int c = s->sol->constraints, count = o->count;
+    expr_id *f = sga_malloc((size_t)(count + c + s->pendings + 1) * sizeof *f);
+    memcpy(f, o->out, (size_t)count * sizeof *f);
+    for (int i = 0; i < c + s->pendings && count <= DOMAIN_GIVEN; i++)
+        f[count++] = i < c ? s->con[i] : s->pending[i - c];
+    bool out = domain_leaves_out(&s->domain, e, f, o->count, count);
+    free(f);
+    return out;
+}
+
+/* Ways that lead out of where the equations have values are none. */
+static void keep_inside(struct state *s, expr_id e, struct regular *r)
+{
+    int n = 0;
+    for (int i = 0; i < r->options; i++)
+        if (leads_out(s, e, r->option + i))
+            free(r->option[i].out);
+        else
+            r->option[n++] = r->option[i];
+    if (n == r->options)
+        return;
+    r->options = n;
+    r->outside = true;
+    r->answer = n ? REGULAR_REPLACED : REGULAR_NEVER;
+}
+
+/* Whether all that vanishes with a vanishes with b: a is a part of it. */
+static bool part_of(struct state *s, const struct regular_option *a, const struct regular_option *b)
+{
+    struct poly_limits limits = { .max_terms = 100, .max_bits = 2000, .max_degree = 30, .max_generators = 24, .budget = s->options->budget };
+    bool all = a->count > 1;
+    for (int i = 0; i < b->count && all; i++)
+        all = poly_vanishes_with(s->st, b->out[i], a->out, a->count, &limits);
+    return all;
+}
+
+/* Functions that vanish with the others of their way say nothing. */
+static void keep_needed(struct state *s, struct regular_option *o)
+{
+    struct poly_limits limits = { .max_terms = 100, .max_bits = 2000, .max_degree = 30, .max_generators = 24, .budget = s->options->budget };
+    for (int i = o->count - 1; i >= 0 && o->count > 1; i--) {
+        expr_id last = o->out[o->count - 1], e = o->out[i];
+        o->out[i] = last;
+        if (poly_vanishes_with(s->st, e, o->out, o->count - 1, &limits))
+            o->count--;
+        else
+            o->out[i] = e;
+    }
+}
+
+/* Ways that others contain are none of their own. */
+static void keep_largest(struct state *s, struct regular *r)
+{
+    for (int i = 0; i < r->options; i++)
+        keep_needed(s, r->option + i);
+    for (int i = r->options - 1; i >= 0; i--) {
+        bool inside = false;
+        for (int k = 0; k < r->options && !inside; k++)
+            inside = k != i && part_of(s, r->option + i, r->option + k);
+        if (!inside)
+            continue;
+        free(r->option[i].out);
+        memmove(r->option + i, r->option + i + 1, (size_t)(--r->options - i) * sizeof *r->option);
+    }
+}
+
 static struct regular form_of(struct state *s, expr_id e)
 {
     struct regular r = form_at(s, e, 0);
+    keep_inside(s, e, &r);
+    keep_largest(s, &r);
     regular_sort(s, &r);
     if (r.options > 1)
         regular_follow_route(s, e, &r);
@@ -176,6 +251,7 @@ static struct regular form_of(struct state *s, expr_id e)
 struct regular_option regular_nearest(struct state *s, expr_id e, const double *x, double t)
 {
     struct regular r = form_at(s, e, 0);
+    keep_inside(s, e, &r);
     struct regular_option best = { 0 };
     int at = -1;
     double least = INFINITY;
@@ -211,6 +287,7 @@ struct regular regular_form(struct state *s, expr_id e)
         q.answer = REGULAR_REPLACED;
     struct regular *drop = q.answer == REGULAR_KEEP ? &q : &r;
     struct regular take = q.answer == REGULAR_KEEP ? r : q;
+    take.reduced = q.answer != REGULAR_KEEP;
     regular_clear(drop);
     return take;
 }

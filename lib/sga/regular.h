@@ -19,6 +19,9 @@ struct regular_option {
 
 struct regular {
     enum regular_answer answer;
+    bool seen;                                    /* a factor was left out as points showed it, not algebra */
+    bool reduced;                                 /* the form is that of the function with constraints used up */
+    bool outside;                                 /* ways in which it vanishes where the equations have no value were left out */
     struct regular_option *option; int options;   /* nearest to the guess first; owned */
 };
 
@@ -27,6 +30,10 @@ struct regular {
  * branches. The shadow must hold points of the present set. */
 struct regular regular_form(struct state *s, expr_id e);
 void regular_clear(struct regular *r);
+
+/* Why e, whose form r is REGULAR_NEVER with nothing `seen`, has no real zero, with the squares that show it where they
+ * are short. */
+void regular_never_text(struct state *s, expr_id e, const struct regular *r, char *text, size_t size);
 
 /* f at a place (x by variable), parameters at some general value; NaN where it has none. */
 double regular_value(struct state *s, expr_id f, const double *x, double t);

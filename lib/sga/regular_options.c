@@ -107,6 +107,7 @@ void regular_move(struct regular *to, struct regular *from)
 {
     for (int k = 0; k < from->options; k++)
         regular_add(to, from->option[k].out, from->option[k].count);
+    to->seen |= from->seen;
     regular_clear(from);
 }
 

@@ -6,8 +6,7 @@
 
 #include "mem.h"
 #include "routes.h"
-
-enum { ROUTES = 16 };
+#include "warnings.h"
 
 /* The next route: the last decision that has an option left takes it, those after it are
  * forgotten. False where there is none. */
@@ -100,7 +99,9 @@ bool routes_explore(struct routes *r, const struct sys_system *system, const str
         if (final >= 0 && options->near)
             return true;
         r->left = has_next(&r->now);
-        if (!r->left || r->tried >= ROUTES)
+        if (r->left && r->tried >= SGA_MOST_ROUTES)
+            sga_limit_met(options->budget, SGA_LIMIT_ROUTES);
+        if (!r->left || r->tried >= SGA_MOST_ROUTES)
             return true;
         next_route(&r->now);
         routes_restart(shadow, r->seed, solution);
@@ -124,7 +125,7 @@ bool sga_solve(const struct sys_system *system, const struct sga_options *option
         ok = false;
     } else if (ok && r.final < 0 && r.left) {
         ok = sga_fail(err, SGA_E_UNDECIDED, "the constraints have many branches, and the first %d of them are empty; "
-                      "give trajectory.initial on the branch that is meant", ROUTES);
+                      "give trajectory.initial on the branch that is meant", SGA_MOST_ROUTES);
     } else if (ok && r.final < 0) {
         ok = special_solve(&r, system, options, shadow, solution, err);
     } else if (ok && !same_route(&r.now, &r.best)) {

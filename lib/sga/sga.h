@@ -92,7 +92,7 @@ struct sga_solution {
     bool depends_on_time;              /* some row, restriction or constraint depends on t */
     expr_id contradiction;             /* for inconsistent: what would have to vanish */
     struct sga_part *contradiction_part; int contradiction_parts;
-    char contradiction_why[160];
+    char contradiction_why[400];
     struct sga_determinant *determinant; int dense_blocks;   /* assumed not 0; owned */
     int *scale;                        /* by variable, for sampling (points_space), or NULL; owned */
     double time_unit;                  /* for sampling too */

@@ -105,6 +105,7 @@ static void state_init(struct state *s, const struct sys_system *sys, const stru
     expr_flow_init(&s->flow, st);
     expr_facts_init(&s->facts);
     expr_cone_init(&s->cone);
+    s->domain = (struct domain){ .system = sys, .facts = &s->facts, .cone = &s->cone, .budget = options->budget };
     ech_init(&s->ech, n);
     s->parameter_symbol = sys->parameter;
     s->variable = sga_malloc((size_t)n * sizeof *s->variable);

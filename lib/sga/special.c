@@ -7,12 +7,11 @@
 
 #include "mem.h"
 #include "print.h"
-
-enum { DEPTH = 3, PIVOTS = 24 };
+#include "warnings.h"
 
 /* One set of special points: the functions that vanish there. */
 struct place {
-    expr_id at[DEPTH];
+    expr_id at[SGA_MOST_SPECIAL_DEPTH];
     int count;
 };
 
@@ -105,11 +104,13 @@ static void found(struct search *s, const struct place *p, const struct routes *
 }
 
 /* Looks at the zero set of each pivot of runs that ended empty at `place`; depth-first, at
- * most DEPTH deep. False: a failure that ends the job. */
+ * most SGA_MOST_SPECIAL_DEPTH deep. False: a failure that ends the job. */
 static bool look(struct search *s, const struct routes *above, const struct place *place, struct sga_error *err)
 {
     bool ok = true;
-    if (above->pivots && (place->count == DEPTH || above->pivots > PIVOTS)) {
+    bool deep = above->pivots && place->count == SGA_MOST_SPECIAL_DEPTH, many = above->pivots > SGA_MOST_SPECIAL_PIVOTS;
+    if (deep || many) {
+        sga_limit_met(s->options->budget, deep ? SGA_LIMIT_SPECIAL_DEPTH : SGA_LIMIT_SPECIAL_PIVOTS);
         unknown(s, above->pivot[0], "there are too many special points to look at; restrict the system to those that are meant");
         return true;
     }

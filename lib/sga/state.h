@@ -3,6 +3,7 @@
 #define SGA_SGA_STATE_H
 
 #include "derive.h"
+#include "domain.h"
 #include "echelon.h"
 
 /* A function that may become a constraint: where it came from, and how. */
@@ -62,6 +63,7 @@ struct state {
     size_t solved_cap;
     int solved_count;
     bool affine;                          /* the system was reduced as rational matrices (affine.h) */
+    struct domain domain;                 /* what must not vanish for the system to have a value */
     bool inconsistent;
     bool started;                         /* the system's rows are in the echelon form */
     bool restarted;                       /* a pivot died on a smaller set, and they were put in anew */

@@ -9,26 +9,28 @@
 #include <string.h>
 
 #include "differentials.h"
+#include "kinds.h"
 #include "mem.h"
 
-/* What is solved for first: multipliers and other variables whose derivative no equation
- * has, those that a form added before those that the user named; then added variables;
- * the user's own states last. */
+/* What is solved for first: multipliers and other variables whose derivative no equation asks for, then velocities,
+ * coordinates last; of each those that a form added before those that the user named, then the last by name, so that the
+ * choice is the same in every order of the variables. */
 static int *preference(const struct sys_system *sys)
 {
-    int n = sys->variables, count = 0;
-    unsigned char *moves = sga_calloc((size_t)n + 1, 1);
+    int n = sys->variables, count = 0, *by_name = sga_malloc(((size_t)n + 1) * sizeof *by_name);
+    unsigned char *kind = sga_calloc((size_t)n + 1, 1);
     int *order = sga_malloc(((size_t)n + 1) * sizeof *order);
-    for (int i = 0; i < sys->rows; i++)
-        for (int k = 0; k < sys->row[i].entries; k++)
-            moves[sys->row[i].entry[k].col] = 1;
-    for (int class = 0; class < 4; class++)
-        for (int j = n - 1; j >= 0; j--) {
+    sys_kinds(sys, kind);
+    sys_by_name(sys, by_name);
+    for (int class = 0; class < 6; class++)
+        for (int i = n - 1; i >= 0; i--) {
+            int j = by_name[i], late = kind[j] == SYS_COORDINATE ? 2 : kind[j] == SYS_VELOCITY;
             bool own = strcmp(sys->variable[j].role, "variable") == 0 || strcmp(sys->variable[j].role, "coordinate") == 0;
-            if (class == 2 * moves[j] + own)
+            if (class == 2 * late + own)
                 order[count++] = j;
         }
-    free(moves);
+    free(kind);
+    free(by_name);
     return order;
 }
 

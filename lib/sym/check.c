@@ -94,26 +94,49 @@ static enum sym_truth regular(struct sym_work *w, const expr_id *jacobian, int m
     return yes && yes == w->shadow->reals ? SYM_TRUE : SYM_UNKNOWN;
 }
 
-/* The determinant of a small matrix as an expression, where the balls do not tell. */
-static expr_id determinant(struct expr_store *st, const expr_id *a, int m)
+/* A row at or below k whose entry in column k is not zero on Pf: a number where there is one. *all: every other one is zero; -1: none. */
+static int pivot_row(struct sym_work *w, const expr_id *a, int m, int k, bool *all)
 {
-    enum { MOST = 4 };
-    if (m > MOST)
-        return EXPR_UNDEF;
-    expr_id det[1 << MOST];       /* by set of columns: of the first rows */
-    det[0] = expr_int(st, 1);
-    for (unsigned set = 1; set < 1u << m; set++) {
-        int row = __builtin_popcount(set) - 1, sign = row & 1 ? -1 : 1;
-        det[set] = expr_int(st, 0);
-        for (int j = 0; j < m; j++) {
-            if (!(set >> j & 1))
+    *all = true;
+    for (int i = k; i < m; i++)
+        if (expr_is_const(w->st, a[i * m + k]) && !expr_is_zero(w->st, a[i * m + k]))
+            return i;
+    for (int i = k; i < m; i++) {
+        enum sym_truth zero = sym_zero(w, a[i * m + k]);
+        if (zero == SYM_FALSE)
+            return i;
+        *all = *all && zero == SYM_TRUE;
+    }
+    return -1;
+}
+
+/* Is the determinant zero on Pf? By elimination with decided pivots, a overwritten; *defect: a pivot
+ * that could not be decided. Column by column, so that a singular matrix ends at the first that depends on those before. */
+static enum sym_truth singular(struct sym_work *w, expr_id *a, int m, expr_id *defect)
+{
+    struct expr_store *st = w->st;
+    for (int k = 0; k < m; k++) {
+        bool all;
+        int p = pivot_row(w, a, m, k, &all);
+        *defect = a[k * m + k];
+        if (p < 0)
+            return all ? SYM_TRUE : SYM_UNKNOWN;
+        for (int j = 0; j < m && p != k; j++) {
+            expr_id t = a[p * m + j];
+            a[p * m + j] = a[k * m + j];
+            a[k * m + j] = t;
+        }
+        for (int i = k + 1; i < m; i++) {
+            if (expr_is_zero(st, a[i * m + k]))
                 continue;
-            expr_id t = expr_mul(st, a[row * m + j], det[set & ~(1u << j)]);
-            det[set] = sign > 0 ? expr_add(st, det[set], t) : expr_sub(st, det[set], t);
-            sign = -sign;
+            if (!sga_budget_ok(w->budget, NULL))
+                return SYM_UNKNOWN;
+            expr_id f = expr_div(st, a[i * m + k], a[k * m + k]);
+            for (int j = k + 1; j < m; j++)
+                a[i * m + j] = expr_sub(st, a[i * m + j], expr_mul(st, f, a[k * m + j]));
         }
     }
-    return det[(1u << m) - 1];
+    return SYM_FALSE;
 }
 
 static enum sym_truth diffeomorphism(struct sym_work *w, const expr_id *phi, expr_id *defect)
@@ -138,8 +161,7 @@ static enum sym_truth diffeomorphism(struct sym_work *w, const expr_id *phi, exp
         int small = plain ? w->n : m;
         for (int a = 0; a < small; a++)
             memmove(j + a * small, j + a * m, (size_t)small * sizeof *j);
-        *defect = determinant(w->st, j, small);
-        enum sym_truth zero = sym_zero(w, *defect);
+        enum sym_truth zero = singular(w, j, small, defect);
         truth = zero == SYM_TRUE ? SYM_FALSE : zero == SYM_FALSE ? SYM_TRUE : SYM_UNKNOWN;
     }
     free(j);
@@ -191,8 +213,9 @@ void sym_check_map(struct sym_work *w, const expr_id *phi, struct sym_check *out
         }
         sym_note(w, out, "gauge_fields", defect, fields);
         out->symmetry = sym_and(out->tangent, diffeo);
-        if (out->symmetry == SYM_TRUE)
-            out->symmetry = sym_and(solutions, fields);
+        /* what the map makes of solutions off Pf depends on how X0 goes on there */
+        if (out->tangent == SYM_TRUE)
+            out->symmetry = sym_and(diffeo, sym_and(solutions, fields));
     }
     sym_map_preserves(w, phi, subst, out);
     free(subst);

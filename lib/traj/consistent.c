@@ -1,4 +1,4 @@
-/* Consistent initial values: the point of the final set nearest to the guess. */
+/* Consistent initial values: the point of the final set nearest to the guess, tier by tier. */
 #include "consistent.h"
 
 #include <math.h>
@@ -6,14 +6,15 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "kinds.h"
 #include "mem.h"
 #include "print.h"
+#include "tiers.h"
 #include "watch.h"
 
-/* Values that were not given may move this much more easily. */
-static const double LOOSE = 1e3;
-/* What moving them far has to gain. */
-static const double ENOUGH = 0.9;
+/* Dense steps: that many variables, and that many operations for a factorisation. */
+enum { MOST = 150 };
+static const double DEAR = 1e7;
 
 static bool refuse(const struct sys_system *sys, const struct sga_solution *sol, int worst, double residual,
                    bool held, struct sga_error *err)
@@ -35,108 +36,6 @@ static bool refuse(const struct sys_system *sys, const struct sga_solution *sol,
     return false;
 }
 
-/* The values that were given stay, the others adapt, if they can do it alone. A value that
- * was not given is 0 at first, which is often a place where nothing moves (v^2 = x): then
- * a few other starts are tried. */
-static bool keep_given(struct manifold *m, const struct traj_request *rq, double *x)
-{
-    enum { STARTS = 7 };
-    int loose = 0, n = m->n;
-    unsigned char *fixed = sga_calloc((size_t)n + 1, 1);
-    for (int j = 0; j < n; j++) {
-        fixed[j] = rq->given[j] || (rq->held && rq->held[j]);
-        loose += !fixed[j];
-    }
-    double *y = sga_malloc((size_t)(n + 1) * sizeof *y), residual;
-    uint64_t random = 17;
-    bool ok = false, shifted = false;
-    for (int k = 0; k < STARTS && loose > 0 && !ok && sga_watch_ok(); k++) {
-        shifted = k > 0;
-        for (int j = 0; j < n; j++) {
-            double shift = k == 0 ? 0 : k == 1 ? 1 : k == 2 ? -1 : 4 * points_uniform(&random) - 2;
-            y[j] = rq->initial[j] + (fixed[j] ? 0 : shift * m->unit[j]);
-        }
-        ok = manifold_project(m, rq->start, y, NULL, fixed, 40, NULL, &residual, NULL);
-    }
-    if (ok) {
-        memcpy(x, y, (size_t)n * sizeof *y);
-        if (shifted && manifold_nearest(m, rq->start, rq->initial, y, NULL, fixed, 200, NULL, NULL, NULL))
-            memcpy(x, y, (size_t)n * sizeof *y);      /* back as far as it goes */
-    }
-    free(y);
-    free(fixed);
-    return ok;
-}
-
-static double distance(const struct manifold *m, const struct traj_request *rq, const double *scale, const double *x)
-{
-    double sum = 0;
-    for (int j = 0; j < m->n; j++)
-        sum += pow((x[j] - rq->initial[j]) / scale[j], 2);
-    return sqrt(sum);
-}
-
-/* Of the values that were given. */
-static double given_distance(const struct manifold *m, const struct traj_request *rq, const double *scale, const double *x)
-{
-    double sum = 0;
-    for (int j = 0; j < m->n; j++)
-        if (rq->given[j])
-            sum += pow((x[j] - rq->initial[j]) / scale[j], 2);
-    return sqrt(sum);
-}
-
-/* The others move more easily, but not for nothing, which shifts the nearest point by some 1e-6, and by all
- * of the way where a small change of a given value does what only a large one of another does (a stiff spring,
- * a force of constraint in newton). With a guess for them where they are, and moves that cost less and less,
- * the point that is nearest for the given ones alone is approached. */
-static void release_others(struct manifold *m, const struct traj_request *rq, const double *scale, double *x)
-{
-    enum { ROUNDS = 3, LOOSER = 4 };
-    size_t n = (size_t)m->n;
-    double *y = sga_malloc(4 * (n + 1) * sizeof *y), *guess = y + n + 1, *unit = guess + n + 1, *before = unit + n + 1, looser = 1;
-    for (int k = 0; k < ROUNDS + LOOSER && sga_watch_ok(); k++) {
-        looser *= k < ROUNDS ? 1 : LOOSE;
-        if (k == ROUNDS)
-            memcpy(before, x, n * sizeof *x);
-        for (size_t j = 0; j < n; j++) {
-            guess[j] = rq->given[j] ? rq->initial[j] : x[j];
-            unit[j] = rq->given[j] ? scale[j] : scale[j] * looser;
-        }
-        memcpy(y, x, n * sizeof *y);
-        /* the residual is seen in the units of the moves: once more in plain ones */
-        bool ok = manifold_nearest(m, rq->start, guess, y, unit, rq->held, 200, NULL, NULL, NULL)
-                  && (k < ROUNDS || manifold_project(m, rq->start, y, NULL, rq->held, 20, NULL, NULL, NULL))
-                  && given_distance(m, rq, scale, y) < (k < ROUNDS ? 1 : ENOUGH) * given_distance(m, rq, scale, x);
-        if (ok)
-            memcpy(x, y, n * sizeof *y);
-        else if (k < ROUNDS)
-            k = ROUNDS - 1;
-        if (ok && k == ROUNDS + LOOSER - 1)       /* no end of it: what is not given goes to infinity (x*y = 1 near x = 0) */
-            memcpy(x, before, n * sizeof *x);
-    }
-    free(y);
-}
-
-/* Full steps may land on a zero far away. Walk there in short steps too, go on to the
- * nearest point from there, and keep what is nearer to the guess. *moved is left negative
- * where neither way leads to the set. */
-static void shorter_way(struct manifold *m, const struct traj_request *rq, const double *scale, double *x,
-                        bool found, double *moved)
-{
-    double *y = memcpy(sga_malloc((size_t)(m->n + 1) * sizeof *y), rq->initial, (size_t)m->n * sizeof *y);
-    double here = found ? distance(m, rq, scale, x) : INFINITY;
-    *moved = found ? *moved : -1;
-    if (here > 0.3 && manifold_walk(m, rq->start, y, scale, rq->held, 0.2, 200)) {
-        double there = distance(m, rq, scale, y);
-        if (there < 0.999 * here) {
-            memcpy(x, y, (size_t)m->n * sizeof *y);
-            *moved = there;
-        }
-    }
-    free(y);
-}
-
 bool consistent_start(struct manifold *m, const struct sys_system *sys, const struct sga_solution *sol,
                       const struct sizes *sizes, const struct traj_request *rq, const double *elsewhere, double *x, double *moved, struct sga_error *err)
 {
@@ -148,39 +47,19 @@ bool consistent_start(struct manifold *m, const struct sys_system *sys, const st
         return true;
     if (manifold_project(m, rq->start, x, NULL, rq->held, 0, NULL, &residual, NULL))
         return true;          /* on it already */
-    memcpy(x, rq->initial, (size_t)n * sizeof *x);
-    if (keep_given(m, rq, x))
-        return true;
+    bool small = n <= MOST && (double)m->c * m->c * n <= DEAR, any_held = false;
+    bool ok = small ? tiers_start(m, sys, sizes, rq, elsewhere, x) : consistent_large(m, sizes, rq, elsewhere, x);
     double *scale = sga_malloc((size_t)(n + 1) * sizeof *scale);
-    bool any_held = false;
     for (int j = 0; j < n; j++) {
-        scale[j] = sizes_move(sizes, j, rq->initial[j]) * (rq->given[j] ? 1 : LOOSE);
+        scale[j] = sizes_move(sizes, j, rq->initial[j]);
         any_held |= rq->held && rq->held[j];
     }
-    bool ok = manifold_nearest(m, rq->start, NULL, x, scale, rq->held, 200, moved, &residual, &worst);
-    shorter_way(m, rq, scale, x, ok, moved);
-    ok = ok || *moved >= 0;
-    /* the guess may be a place where nothing leads on: start from a known point */
-    for (int k = 0; k < 3 && !ok && elsewhere; k++) {
-        double *from = sga_malloc((size_t)(n + 1) * sizeof *from), r2;
-        int w2;
-        double part = k == 0 ? 0.5 : k == 1 ? 0.9 : 1;
-        for (int j = 0; j < n; j++)
-            from[j] = rq->held && rq->held[j] ? rq->initial[j] : (1 - part) * rq->initial[j] + part * elsewhere[j];
-        ok = manifold_project(m, rq->start, from, scale, rq->held, 80, NULL, &r2, &w2);
-        if (ok) {
-            memcpy(x, from, (size_t)n * sizeof *x);
-            if (manifold_nearest(m, rq->start, rq->initial, from, scale, rq->held, 200, NULL, NULL, NULL))
-                memcpy(x, from, (size_t)n * sizeof *x);
-        }
-        free(from);
-    }
-    if (ok) {
-        release_others(m, rq, scale, x);
-        *moved = given_distance(m, rq, scale, x);
-    }
+    if (ok)
+        *moved = consistent_moved(m, rq, scale, x);
     if (!ok && err) {       /* what is missing at the guess, the best that can be said */
         memcpy(x, rq->initial, (size_t)n * sizeof *x);
+        for (int j = 0; j < n; j++)
+            scale[j] *= rq->given[j] ? 1 : 1e3;
         manifold_project(m, rq->start, x, scale, rq->held, 60, NULL, &residual, &worst);
         if (sga_budget_ok(rq->budget, NULL))
             refuse(sys, sol, worst, residual, any_held, err);

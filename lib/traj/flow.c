@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "all_given.h"
 #include "bands.h"
 #include "consistent.h"
 #include "mem.h"
@@ -254,8 +255,20 @@ static double *known_point(const struct sys_system *sys, const struct sga_soluti
     return x;
 }
 
+/* Whether the given equations without derivatives hold at the start. */
+static bool holds(struct flow *f, const struct traj_request *rq, const double *x)
+{
+    static const double none = 1e-10;      /* the start is on the constraints, whatever error is allowed later */
+    double *scale = sga_malloc((size_t)(f->n + 1) * sizeof *scale);
+    for (int j = 0; j < f->n; j++)
+        scale[j] = none * (f->sizes.weight[j] + fabs(x[j]));
+    bool ok = given_hold(&f->given, rq->start, x, scale);
+    free(scale);
+    return ok;
+}
+
 /* The consistent start; where the guess leads nowhere, from a point that a search finds. */
-bool flow_start(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol,
+static bool on_constraints(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol,
                 const struct traj_request *rq, double *x, double *moved, struct sga_error *err)
 {
     if (consistent_start(&f->manifold, sys, sol, &f->sizes, rq, NULL, x, moved, NULL))
@@ -268,16 +281,20 @@ bool flow_start(struct flow *f, const struct sys_system *sys, const struct sga_s
     return ok;
 }
 
+bool flow_start(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol,
+                const struct traj_request *rq, double *x, double *moved, struct sga_error *err)
+{
+    if (!on_constraints(f, sys, sol, rq, x, moved, err))
+        return false;
+    if (!holds(f, rq, x))
+        all_given_start(f, sys, sol, rq, x, moved);      /* where that fails, flow_given says so */
+    return true;
+}
+
 bool flow_given(struct flow *f, const struct traj_request *rq, const double *x, struct sga_error *err)
 {
-    static const double none = 1e-10;      /* the start is on the constraints, whatever error is allowed later */
     char name[40];
-    double *scale = sga_malloc((size_t)(f->n + 1) * sizeof *scale);
-    for (int j = 0; j < f->n; j++)
-        scale[j] = none * (f->sizes.weight[j] + fabs(x[j]));
-    bool ok = given_hold(&f->given, rq->start, x, scale);
-    free(scale);
-    if (ok)
+    if (holds(f, rq, x))
         return true;
     given_name(&f->given, f->given.lost, name, sizeof name);
     return sga_fail_at(err, SGA_E_NO_MOTION, "/trajectory/initial", "at the consistent start the constraints hold, and %s does not, which was found to follow "

@@ -2,6 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "coordinates.h"
 #include "flow.h"
 #include "mem.h"
 #include "sparse.h"
@@ -31,12 +32,13 @@ int flow_solved(struct flow *f, const struct traj_request *rq, const double *x, 
     return rank;
 }
 
-/* Coordinates of Pf near x. */
+/* Coordinates of Pf near x: those that the constraints can be solved for are taken out, what follows from the others first. */
 static void free_coordinates(struct flow *f, const struct traj_request *rq, struct traj_initial *r)
 {
     int n = f->n;
     unsigned char *solved = sga_calloc((size_t)n + 1, 1);
-    flow_solved(f, rq, r->x, solved);
+    if (!coordinates_solved(&f->manifold, f->sys, rq, r->x, solved))
+        flow_solved(f, rq, r->x, solved);
     r->free = sga_malloc((size_t)(n + 1) * sizeof *r->free);
     for (int j = 0; j < n; j++)
         if (!solved[j])
@@ -55,8 +57,8 @@ bool traj_consistent(const struct sys_system *sys, const struct sga_solution *so
         r->x = sga_calloc((size_t)n + 1, sizeof *r->x);
         r->derivative = sga_calloc((size_t)n + 1, sizeof *r->derivative);
         r->residual = sga_calloc((size_t)c + 1, sizeof *r->residual);
-        ok = flow_start(&f, sys, sol, rq, r->x, &r->moved, err) && field_begin(&f.field, rq->start, r->x, err)
-             && flow_given(&f, rq, r->x, err) && field_eval(&f.field, rq->start, r->x, r->derivative);
+        ok = flow_start(&f, sys, sol, rq, r->x, &r->moved, err) && flow_given(&f, rq, r->x, err)
+             && field_begin(&f.field, rq->start, r->x, err) && field_eval(&f.field, rq->start, r->x, r->derivative);
         if (ok) {
             memcpy(f.in, r->x, (size_t)n * sizeof *f.in);
             f.in[n] = rq->start;

@@ -3,13 +3,17 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "kinds.h"
 #include "mem.h"
 #include "precise.h"
+#include "tiers.h"
 
 #define STEPS 12
 /* A residual that no longer falls may be this large against what it is of. */
 #define STALLED 1e-26
-#define NEAREST_STEPS 400
+#define NEAREST_STEPS 60
+/* A step so short may be as long as the one before. */
+#define SMALL_STEP 1e-25
 /* More constraints than this are not solved for in dense double-double. */
 #define DENSE_MOST 200
 /* Pivots of J J^T this much below the first one are dependent rows. */
@@ -146,16 +150,15 @@ static void solve_symmetric(num_dd *G, num_dd *r, num_dd *w, int c)
     free(order);
 }
 
-/* One step of manifold_nearest in double-double: d = shift - J^T (J J^T)^-1 (r + J shift), in units of scale. */
-static bool nearest_step(struct precise *p, const num_dd *J, const num_dd *shift, num_dd *d)
+/* g (n, in units of scale) less its part normal to the set, in double-double. */
+static void along_set(const struct precise *p, const num_dd *J, const num_dd *g, double *out)
 {
     int n = p->n, c = p->flow->manifold.c;
     num_dd *G = sga_malloc(((size_t)c + 2) * (size_t)c * sizeof *G), *r = G + c * c, *w = r + c;
-    bool ok = true;
     for (int i = 0; i < c; i++) {
-        r[i] = num_jet2_root(p->constraint, i)[0];
+        r[i] = num_dd_of(0);
         for (int j = 0; j < n; j++)
-            r[i] = num_dd_add(r[i], num_dd_mul(J[i * n + j], shift[j]));
+            r[i] = num_dd_add(r[i], num_dd_mul(J[i * n + j], g[j]));
         for (int k = 0; k < c; k++) {
             num_dd s = num_dd_of(0);
             for (int j = 0; j < n; j++)
@@ -164,98 +167,97 @@ static bool nearest_step(struct precise *p, const num_dd *J, const num_dd *shift
         }
     }
     solve_symmetric(G, r, w, c);
-    for (int j = 0; j < n && ok; j++) {
-        d[j] = shift[j];
+    for (int j = 0; j < n; j++) {
+        num_dd d = g[j];
         for (int i = 0; i < c; i++)
-            d[j] = num_dd_sub(d[j], num_dd_mul(J[i * n + j], w[i]));
-        ok = num_dd_finite(d[j]);
+            d = num_dd_sub(d, num_dd_mul(J[i * n + j], w[i]));
+        out[j] = d.hi;
     }
     free(G);
-    return ok;
 }
 
-/* x goes to the point of the set that is nearest to the guess. False: it does not settle. */
-static bool nearest(struct precise *p, const num_dd *guess, const double *scale, const unsigned char *held, num_dd *x)
+/* x, near it, goes to the point of the set that is nearest to the guess in the variables that count: Newton's steps in double
+ * for gradients in double-double. False: it does not settle. */
+static bool nearest(struct precise *p, const num_dd *guess, const double *unit, const struct nearest *q, num_dd *x)
 {
     int n = p->n, c = p->flow->manifold.c;
-    num_dd *J = sga_malloc(((size_t)c * (size_t)n + 2 * (size_t)n) * sizeof *J), *shift = J + c * n, *d = shift + n;
+    num_dd *J = sga_malloc(((size_t)c * (size_t)n + (size_t)n) * sizeof *J), *g = J + c * n;
+    double *xd = sga_malloc(3 * (size_t)n * sizeof *xd), *gradient = xd + n, *step = gradient + n, last = INFINITY, moved, residual;
+    const unsigned char *fixed = q->t->fixed;
     bool ok = false;
     for (int k = 0; k < NEAREST_STEPS && !ok; k++) {
         double length = 0, size = 1e-3;
         for (int j = 0; j < n; j++) {
-            shift[j] = held && held[j] ? num_dd_of(0) : num_dd_div(num_dd_sub(guess[j], x[j]), num_dd_of(scale[j]));
-            size = fmax(size, fabs(x[j].hi) / scale[j]);
+            g[j] = fixed[j] || !(q->weight[j] > 0) ? num_dd_of(0) : num_dd_div(num_dd_sub(x[j], guess[j]), num_dd_of(unit[j]));
+            size = fmax(size, fabs(x[j].hi) / unit[j]);
+            xd[j] = x[j].hi;
         }
-        if (!jacobian(p, p->start, x, scale, held, J) || !residuals(p, p->start, x, 0) || !nearest_step(p, J, shift, d))
+        if (!jacobian(p, p->start, x, unit, fixed, J))
             break;
+        along_set(p, J, g, gradient);
+        nearest_refine(q, xd, gradient, step);
         for (int j = 0; j < n; j++) {
-            if (!held || !held[j])
-                x[j] = num_dd_add(x[j], num_dd_mul_d(d[j], scale[j]));
-            length = fmax(length, fabs(d[j].hi));
+            x[j] = num_dd_add_d(x[j], step[j] * unit[j]);
+            length = fmax(length, fabs(step[j]));
         }
+        if (!(length < last || length < SMALL_STEP) || !precise_project(p, p->start, x, unit, fixed, &moved, &residual))
+            break;
+        last = length;
         ok = length < 100 * NUM_DD_EPSILON * size;
     }
     free(J);
+    free(xd);
     return ok;
 }
 
-/* The point nearest for the given values alone, as consistent.c has it: the guess of the others follows them,
- * which moves the point some 1e-6 as much in each round. */
-static bool nearest_given(struct precise *p, num_dd *guess, const double *scale, num_dd *x)
+/* From x, a start in double: in this stage (tiers.h) what stays is the exact guess, the first tier the nearest point. */
+static bool settle_stage(struct precise *p, const num_dd *guess, const double *x, const double *unit, const unsigned char *kind,
+                         enum tiers_stage stage)
 {
-    enum { ROUNDS = 12 };
-    int n = p->n;
-    bool ok = true, settled = false;
-    num_dd *before = sga_malloc((size_t)n * sizeof *before);
-    for (int k = 0; k < ROUNDS && ok && !settled; k++) {
-        for (int j = 0; j < n; j++) {
-            before[j] = x[j];
-            if (!p->rq->given[j])
-                guess[j] = x[j];
-        }
-        ok = nearest(p, guess, scale, p->rq->held, x);
-        settled = true;
-        for (int j = 0; j < n; j++)
-            settled &= fabs(num_dd_sub(x[j], before[j]).hi) <= 200 * NUM_DD_EPSILON * fmax(scale[j], fabs(x[j].hi));
+    const struct traj_request *rq = p->rq;
+    int n = p->n, *by_name = sga_malloc((size_t)(n + 1) * sizeof *by_name);
+    signed char *tier = sga_malloc((size_t)n + 1);
+    double moved, residual, *weight = sga_malloc((size_t)(n + 1) * sizeof *weight);
+    struct tangent t;
+    tangent_init(&t, &p->flow->manifold, unit);
+    tiers_of(rq, kind, n, stage, tier);
+    for (int j = 0; j < n; j++) {
+        t.fixed[j] = tier[j] < 0;
+        weight[j] = tier[j] == 0;
+        p->x[j] = tier[j] < 0 ? guess[j] : num_dd_of(x[j]);
     }
-    free(before);
-    return ok && settled;
+    tangent_fix(&t);
+    sys_by_name(p->sys, by_name);
+    struct nearest q = { &t, rq->start, rq->initial, weight, by_name };
+    bool ok = precise_project(p, p->start, p->x, unit, t.fixed, &moved, &residual);
+    if (ok && stage != TIERS_KEEP_ALL) {
+        ok = nearest(p, guess, unit, &q, p->x);
+        for (int j = 0; j < n && ok; j++)       /* another point than the double one: that one refined is none */
+            ok = fabs(p->x[j].hi - x[j]) <= 1e-6 * unit[j];
+    }
+    tangent_clear(&t);
+    free(tier);
+    free(weight);
+    free(by_name);
+    return ok;
 }
 
-/* As consistent.c weighs what a value moves by. */
-static double unit_of(const struct precise *p, const struct traj_request *rq, int j)
-{
-    return sizes_move(&p->flow->sizes, j, rq->initial[j]) * (rq->given[j] ? 1 : 1e3);
-}
-
-/* The start: where the double start left what was given as it was, that stays exactly; otherwise
- * the nearest point, and where that is another point than the double one, the double one refined. */
+/* The start: what the double start left as it was given stays exactly; the rest of what was given as near as that lets it. */
 static bool settle_start(struct precise *p, num_dd *guess, const double *x)
 {
     const struct traj_request *rq = p->rq;
     int n = p->n;
-    bool kept = true, ok = false;
-    double moved, residual, *scale = sga_malloc((size_t)n * sizeof *scale);
-    unsigned char *fixed = sga_malloc((size_t)n);
-    for (int j = 0; j < n; j++) {
-        fixed[j] = rq->given[j] || (rq->held && rq->held[j]);
-        kept &= !fixed[j] || x[j] == rq->initial[j];
-        scale[j] = unit_of(p, rq, j);
-    }
+    bool ok = false;
+    double *unit = sga_malloc((size_t)(n + 1) * sizeof *unit);
+    unsigned char *kind = sga_malloc((size_t)n + 1);
+    sys_kinds(p->sys, kind);
     for (int j = 0; j < n; j++)
-        p->x[j] = fixed[j] && kept ? guess[j] : num_dd_of(x[j]);
-    if (kept)
-        ok = precise_project(p, p->start, p->x, NULL, fixed, &moved, &residual);
-    if (!ok && p->flow->manifold.c <= DENSE_MOST) {
-        for (int j = 0; j < n; j++)
-            p->x[j] = rq->held && rq->held[j] ? guess[j] : num_dd_of(x[j]);
-        ok = nearest_given(p, guess, scale, p->x);
-        for (int j = 0; j < n && ok; j++)
-            ok = fabs(p->x[j].hi - x[j]) <= 1e-6 * scale[j];
-        ok = ok && precise_project(p, p->start, p->x, NULL, rq->held, &moved, &residual);
-    }
-    free(scale);
-    free(fixed);
+        unit[j] = sizes_move(&p->flow->sizes, j, rq->initial[j]);
+    for (int k = (int)tiers_stage_of(rq, kind, n, x); k < TIERS_STAGES && !ok; k++)
+        if (k == TIERS_KEEP_ALL || p->flow->manifold.c <= DENSE_MOST)
+            ok = settle_stage(p, guess, x, unit, kind, (enum tiers_stage)k);
+    free(unit);
+    free(kind);
     return ok;
 }
 

@@ -372,8 +372,8 @@ bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, cons
     bool ok = flow_init(&f, sys, sol, rq, err);
     if (ok) {
         r->initial = sga_calloc((size_t)f.n + 1, sizeof *r->initial);
-        ok = flow_start(&f, sys, sol, rq, r->initial, &r->moved, err) && field_begin(&f.field, rq->start, r->initial, err)
-             && flow_given(&f, rq, r->initial, err);
+        ok = flow_start(&f, sys, sol, rq, r->initial, &r->moved, err) && flow_given(&f, rq, r->initial, err)
+             && field_begin(&f.field, rq->start, r->initial, err);
         begin = sga_cpu();
         if (ok && rq->arithmetic == TRAJ_BALL) {
             ok = enclosed_run(&f, sys, sol, rq, r, err);

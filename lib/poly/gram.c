@@ -1,0 +1,292 @@
+/* Sums of squares with an exact proof. */
+#include "gram.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "mem.h"
+
+enum { FACES = 4 };
+
+static void clear_squares(struct gram_proof *p)
+{
+    for (int i = 0; i < p->squares; i++) {
+        fmpq_clear(p->square[i].factor);
+        fmpz_mpoly_clear(p->square[i].q, p->g.b->ctx);
+    }
+    free(p->square);
+    for (int i = 0; i < p->g.multiples && p->multiplier; i++)
+        fmpq_clear(p->multiplier + i);
+    free(p->multiplier);
+    p->square = NULL;
+    p->multiplier = NULL;
+    p->squares = 0;
+}
+
+void gram_proof_clear(struct gram_proof *p)
+{
+    clear_squares(p);
+    gram_clear(&p->g);
+}
+
+/* The affine space in doubles. */
+static void parts_of(const struct gram *g, struct gram_parts *p)
+{
+    int entries = 0;
+    *p = (struct gram_parts){ .blocks = g->blocks, .parts = g->frees + 1 };
+    p->size = sga_malloc(((size_t)g->blocks + 1) * sizeof *p->size);
+    p->start = sga_malloc(((size_t)p->parts + 1) * sizeof *p->start);
+    for (int b = 0; b < g->blocks; b++)
+        p->size[b] = g->block[b].count;
+    double den = fmpz_get_d(g->den);
+    for (int k = 0; k < p->parts; k++) {
+        p->start[k] = entries;
+        int c = k ? g->free_column[k - 1] : g->unknowns;
+        for (int b = 0; b < g->blocks; b++)
+            for (int i = 0, u = g->block[b].first; i < g->block[b].count; i++)
+                for (int j = i; j < g->block[b].count; j++, u++) {
+                    double v = u == c ? 1 : g->row[u] < 0 ? 0 : fmpz_get_d(fmpz_mat_entry(g->R, g->row[u], c)) / den;
+                    if (v == 0)
+                        continue;
+                    v = k == 0 ? v / g->unit[u] : u == c ? 1 : -v * g->unit[c] / g->unit[u];
+                    SGA_RESERVE(p->entry, p->cap, entries + 1);
+                    p->entry[entries++] = (struct gram_entry){ b, i, j, v };
+                }
+    }
+    p->start[p->parts] = entries;
+}
+
+static void parts_clear(struct gram_parts *p)
+{
+    free(p->size);
+    free(p->start);
+    free(p->entry);
+}
+
+/* Q = L D L^T, D >= 0: row i of Q becomes D_i and L_ji (j > i). False: not semidefinite. */
+static bool decompose(fmpq_mat_t Q, bool *definite)
+{
+    int n = (int)fmpq_mat_nrows(Q);
+    fmpq_t t;
+    fmpq_init(t);
+    bool ok = true;
+    for (int k = 0; k < n && ok; k++) {
+        int sign = fmpq_sgn(fmpq_mat_entry(Q, k, k));
+        ok = sign >= 0;
+        *definite &= sign > 0;
+        for (int j = k + 1; j < n && ok; j++) {
+            if (sign == 0) {
+                ok = fmpq_is_zero(fmpq_mat_entry(Q, k, j));
+                continue;
+            }
+            fmpq_div(t, fmpq_mat_entry(Q, k, j), fmpq_mat_entry(Q, k, k));
+            for (int i = j; i < n; i++)
+                fmpq_submul(fmpq_mat_entry(Q, j, i), t, fmpq_mat_entry(Q, k, i));
+        }
+        for (int j = k + 1; j < n && ok && sign; j++)
+            fmpq_div(fmpq_mat_entry(Q, k, j), fmpq_mat_entry(Q, k, j), fmpq_mat_entry(Q, k, k));
+    }
+    fmpq_clear(t);
+    return ok;
+}
+
+/* factor * (q_i + sum over j > i of L_ji q_j)^2 */
+static void add_square(struct gram_proof *p, int block, const fmpq_mat_t Q, int i)
+{
+    const struct gram_block *k = p->g.block + block;
+    struct poly_bridge *b = p->g.b;
+    struct gram_square *s = p->square + p->squares++;
+    fmpz_t all, c;
+    fmpz_mpoly_t t;
+    fmpz_init_set_ui(all, 1);
+    fmpz_init(c);
+    fmpz_mpoly_init(t, b->ctx);
+    fmpq_init(s->factor);
+    fmpz_mpoly_init(s->q, b->ctx);
+    s->block = block;
+    for (int j = i + 1; j < k->count; j++)
+        fmpz_lcm(all, all, fmpq_mat_entry_den(Q, i, j));
+    fmpz_mpoly_scalar_mul_fmpz(s->q, k->q + i, all, b->ctx);
+    for (int j = i + 1; j < k->count; j++) {
+        fmpz_divexact(c, all, fmpq_mat_entry_den(Q, i, j));
+        fmpz_mul(c, c, fmpq_mat_entry_num(Q, i, j));
+        fmpz_mpoly_scalar_mul_fmpz(t, k->q + j, c, b->ctx);
+        fmpz_mpoly_add(s->q, s->q, t, b->ctx);
+    }
+    fmpz_mul(all, all, all);
+    fmpq_div_fmpz(s->factor, fmpq_mat_entry(Q, i, i), all);
+    fmpz_clear(all);
+    fmpz_clear(c);
+    fmpz_mpoly_clear(t, b->ctx);
+}
+
+/* Whether f is what the proof says, multiplied out. */
+static bool holds(struct gram_proof *p, const fmpz_mpoly_t f)
+{
+    struct poly_bridge *b = p->g.b;
+    fmpz_t all, c;
+    fmpz_mpoly_t sum, t;
+    fmpz_init_set_ui(all, 1);
+    fmpz_init(c);
+    fmpz_mpoly_init(sum, b->ctx);
+    fmpz_mpoly_init(t, b->ctx);
+    bool ok = true;
+    for (int i = 0; i < p->squares; i++)
+        fmpz_lcm(all, all, fmpq_denref(p->square[i].factor));
+    for (int i = 0; i < p->g.multiples; i++)
+        fmpz_lcm(all, all, fmpq_denref(p->multiplier + i));
+    for (int i = 0; i < p->squares && ok; i++) {
+        struct gram_square *s = p->square + i;
+        ok = poly_mul(b, t, s->q, s->q) && poly_mul(b, t, t, p->g.block[s->block].weight);
+        fmpz_divexact(c, all, fmpq_denref(s->factor));
+        fmpz_mul(c, c, fmpq_numref(s->factor));
+        fmpz_mpoly_scalar_mul_fmpz(t, t, c, b->ctx);
+        fmpz_mpoly_add(sum, sum, t, b->ctx);
+    }
+    for (int i = 0; i < p->g.multiples; i++) {
+        fmpz_divexact(c, all, fmpq_denref(p->multiplier + i));
+        fmpz_mul(c, c, fmpq_numref(p->multiplier + i));
+        fmpz_mpoly_scalar_mul_fmpz(t, p->g.multiple + i, c, b->ctx);
+        fmpz_mpoly_add(sum, sum, t, b->ctx);
+    }
+    fmpz_mpoly_scalar_mul_fmpz(t, f, all, b->ctx);
+    ok = ok && fmpz_mpoly_equal(sum, t, b->ctx);
+    fmpz_clear(all);
+    fmpz_clear(c);
+    fmpz_mpoly_clear(sum, b->ctx);
+    fmpz_mpoly_clear(t, b->ctx);
+    return ok;
+}
+
+static bool keeps_off(const struct gram_proof *p, int block, const fmpz_mpoly_t q)
+{
+    bool negative;
+    return p->g.block[block].positive && poly_sign_of(p->g.b, q, &negative) == POLY_POSITIVE;
+}
+
+/* Whether something that never vanishes is among what vanishes where f does. */
+static bool keeps_positive(const struct gram_proof *p)
+{
+    bool found = false;
+    for (int i = 0; i < p->squares && !found; i++)
+        found = keeps_off(p, p->square[i].block, p->square[i].q);
+    for (int b = 0; b < p->g.blocks && p->definite; b++)
+        for (int i = 0; i < p->g.block[b].count && !found; i++)
+            found = keeps_off(p, b, p->g.block[b].q + i);
+    return found;
+}
+
+/* The proof at y, exactly. */
+static bool at(struct gram_proof *p, const fmpz_mpoly_t f, const fmpq *y)
+{
+    struct gram *g = &p->g;
+    bool ok = true;
+    int all = 0;
+    for (int b = 0; b < g->blocks; b++)
+        all += g->block[b].count;
+    p->square = sga_calloc((size_t)all + 1, sizeof *p->square);
+    p->squares = 0;
+    p->definite = true;
+    for (int b = 0; b < g->blocks && ok; b++) {
+        int n = g->block[b].count;
+        fmpq_mat_t Q;
+        fmpq_mat_init(Q, n, n);
+        for (int i = 0, u = g->block[b].first; i < n; i++)
+            for (int j = i; j < n; j++, u++)
+                gram_value(g, y, u, fmpq_mat_entry(Q, i, j));
+        ok = decompose(Q, &p->definite);
+        for (int i = 0; i < n && ok; i++)
+            if (!fmpq_is_zero(fmpq_mat_entry(Q, i, i)))
+                add_square(p, b, Q, i);
+        fmpq_mat_clear(Q);
+    }
+    p->multiplier = sga_calloc((size_t)g->multiples + 1, sizeof *p->multiplier);
+    for (int i = 0; i < g->multiples; i++) {
+        fmpq_init(p->multiplier + i);
+        gram_value(g, y, g->unknowns - g->multiples + i, p->multiplier + i);
+    }
+    ok = ok && holds(p, f);
+    p->never = ok && keeps_positive(p);
+    if (!ok)
+        clear_squares(p);
+    return ok;
+}
+
+static double unit_of(const struct gram *g, int free) { return g->unit[g->free_column[free]]; }
+
+static void exactly(fmpq_t out, double numerator, double denominator)
+{
+    fmpz_set_d(fmpq_numref(out), numerator);
+    fmpz_set_d(fmpq_denref(out), denominator);
+    fmpq_canonicalise(out);
+}
+
+/* The point at y with the shortest denominators that stays inside, where the least eigenvalue is `least`: well inside
+ * if there is room, otherwise what is exact decides. */
+static bool rounded(struct gram_proof *p, const fmpz_mpoly_t f, const struct gram_parts *parts, const double *y, double least)
+{
+    static const double den[] = { 1, 2, 3, 4, 6, 12, 24, 60, 120, 0x1p10, 0x1p16, 0x1p24, 0x1p34, 0x1p46 };
+    int n = p->g.frees;
+    bool ok = false;
+    double *near = sga_malloc(((size_t)n + 1) * sizeof *near);
+    fmpq *exact = sga_calloc((size_t)n + 1, sizeof *exact);
+    for (int k = 0; k < n; k++)
+        fmpq_init(exact + k);
+    for (size_t d = 0; d < sizeof den / sizeof *den && !ok; d++) {
+        for (int k = 0; k < n; k++)
+            near[k] = nearbyint(y[k] * unit_of(&p->g, k) * den[d]) / den[d] / unit_of(&p->g, k);
+        if (!gram_inside(parts, near, least > 1e-6 ? -least / 8 : 1e-9))
+            continue;
+        for (int k = 0; k < n; k++) {
+            exactly(exact + k, nearbyint(y[k] * unit_of(&p->g, k) * den[d]), den[d]);
+        }
+        ok = at(p, f, exact);
+    }
+    for (int k = 0; k < n; k++)
+        fmpq_clear(exact + k);
+    free(exact);
+    free(near);
+    return ok;
+}
+
+/* One face: 1 proved, 0 no proof can be had, -1 on a smaller face perhaps. */
+static int on_face(struct gram_proof *p, const fmpz_mpoly_t f)
+{
+    static const struct { double tolerance; int most; } GUESS[] = { { 1e-6, 100 }, { 1e-4, 12 }, { 3e-3, 4 } };
+    static const double OUTSIDE = 1e-5;
+    struct gram_parts parts;
+    int result = 0;
+    if (!gram_space(&p->g, f))
+        return 0;
+    parts_of(&p->g, &parts);
+    double *y = sga_calloc((size_t)parts.parts, sizeof *y);
+    double least = gram_centre(&parts, p->g.b->limits.budget, y);
+    if (least > -OUTSIDE && rounded(p, f, &parts, y, least))
+        result = 1;
+    else if (least > -OUTSIDE)
+        for (int k = 0; k < 3 && !result; k++)
+            result = gram_face(&p->g, &parts, y, GUESS[k].tolerance, GUESS[k].most) ? -1 : 0;
+    free(y);
+    parts_clear(&parts);
+    return result;
+}
+
+bool gram_prove_with(struct poly_bridge *b, const fmpz_mpoly_t f, const fmpz_mpoly_struct *given, int n, int least, struct gram_proof *out)
+{
+    enum { BITS = 400 };
+    *out = (struct gram_proof){ 0 };
+    slong bits = fmpz_mpoly_max_bits(f);
+    if (f->length < 1 || poly_degree(b, f) > GRAM_DEGREE || bits > BITS || -bits > BITS || n > GRAM_GIVEN)
+        return false;
+    int result = gram_init(&out->g, b, f, given, n, least) ? -1 : 0;
+    for (int k = 0; k < FACES && result < 0; k++)
+        result = on_face(out, f);
+    if (result != 1)
+        gram_proof_clear(out);
+    return result == 1;
+}
+
+bool gram_prove(struct poly_bridge *b, const fmpz_mpoly_t f, struct gram_proof *out)
+{
+    return poly_degree(b, f) >= 1 && gram_prove_with(b, f, NULL, 0, 0, out);
+}

@@ -1,0 +1,126 @@
+/* Whether one function is zero wherever others are: generators that one of these is solved for are used up. */
+#include "bridge.h"
+
+#include <stdlib.h>
+
+#include "mem.h"
+
+enum { MOST_GIVEN = 48, POWER = 3 };
+
+bool poly_numerator(struct poly_bridge *b, expr_id e, fmpz_mpoly_t out)
+{
+    const struct poly_ratio *r = poly_value(b, e);
+    struct poly_fraction f;
+    if (!r || !poly_fraction_of(b, r, &f))
+        return false;
+    fmpz_mpoly_set(out, f.num, b->ctx);
+    poly_fraction_clear(b, &f);
+    return true;
+}
+
+/* f = c g + rest with a number c: the generator g, or -1. */
+static int solved_for(struct poly_bridge *b, const fmpz_mpoly_t f, fmpz_mpoly_t c, fmpz_mpoly_t rest)
+{
+    for (int g = 0; g < b->gens; g++) {
+        slong var = g;
+        ulong power = 1;
+        if (fmpz_mpoly_degree_si(f, g, b->ctx) != 1)
+            continue;
+        fmpz_mpoly_get_coeff_vars_ui(c, f, &var, &power, 1, b->ctx);
+        if (!fmpz_mpoly_is_fmpz(c, b->ctx))
+            continue;
+        power = 0;
+        fmpz_mpoly_get_coeff_vars_ui(rest, f, &var, &power, 1, b->ctx);
+        fmpz_mpoly_neg(rest, rest, b->ctx);
+        return g;
+    }
+    return -1;
+}
+
+bool poly_use_up(struct poly_bridge *b, fmpz_mpoly_struct *target, fmpz_mpoly_struct *given, int n)
+{
+    fmpz_mpoly_t c, rest;
+    fmpz_mpoly_init(c, b->ctx);
+    fmpz_mpoly_init(rest, b->ctx);
+    bool ok = true;
+    for (int i = 0; i < n && ok; i++) {
+        int g = -1;
+        for (int k = i; k < n && g < 0; k++) {
+            g = solved_for(b, given + k, c, rest);
+            if (g >= 0)
+                fmpz_mpoly_swap(given + k, given + i, b->ctx);
+        }
+        if (g < 0)
+            break;
+        for (int k = i + 1; k < n && ok; k++)
+            ok = poly_reduce_by(b, given + k, g, 1, rest, c) >= 0;
+        ok = ok && (!target || poly_reduce_by(b, target, g, 1, rest, c) >= 0);
+        fmpz_mpoly_zero(given + i, b->ctx);
+    }
+    fmpz_mpoly_clear(c, b->ctx);
+    fmpz_mpoly_clear(rest, b->ctx);
+    return ok;
+}
+
+/* A power of the target is a multiple of one of those left. */
+static bool multiple(struct poly_bridge *b, const fmpz_mpoly_t target, const fmpz_mpoly_struct *given, int n)
+{
+    fmpz_mpoly_t power, quotient;
+    fmpz_mpoly_init(power, b->ctx);
+    fmpz_mpoly_init(quotient, b->ctx);
+    bool found = false, ok = poly_pow(b, power, target, POWER);
+    for (int i = 0; i < n && ok && !found; i++)
+        found = !fmpz_mpoly_is_zero(given + i, b->ctx) && poly_divides(b, quotient, power, given + i);
+    fmpz_mpoly_clear(power, b->ctx);
+    fmpz_mpoly_clear(quotient, b->ctx);
+    return found;
+}
+
+bool poly_vanish(struct poly_bridge *b, const fmpz_mpoly_t target, const fmpz_mpoly_struct *const *given, int n)
+{
+    fmpz_mpoly_struct *f = sga_malloc(((size_t)n + 1) * sizeof *f);
+    for (int i = 0; i <= n; i++) {
+        fmpz_mpoly_init(f + i, b->ctx);
+        fmpz_mpoly_set(f + i, i < n ? given[i] : target, b->ctx);
+    }
+    bool yes = n <= MOST_GIVEN && poly_use_up(b, f + n, f, n) && (fmpz_mpoly_is_zero(f + n, b->ctx) || multiple(b, f + n, f, n));
+    for (int i = 0; i <= n; i++)
+        fmpz_mpoly_clear(f + i, b->ctx);
+    free(f);
+    return yes;
+}
+
+bool poly_bridge_vanishes_with(struct poly_bridge *b, expr_id target, const expr_id *given, int n)
+{
+    if (n > MOST_GIVEN)
+        return false;
+    fmpz_mpoly_struct *f = sga_malloc(((size_t)n + 1) * sizeof *f);
+    const fmpz_mpoly_struct *known[MOST_GIVEN] = { 0 };
+    for (int i = 0; i <= n; i++)
+        fmpz_mpoly_init(f + i, b->ctx);
+    bool ok = poly_numerator(b, target, f + n);
+    int used = 0;
+    for (int i = 0; i < n && ok; i++)      /* one that is too large is left out */
+        if (poly_numerator(b, given[i], f + used)) {
+            known[used] = f + used;
+            used++;
+        }
+    ok = ok && poly_vanish(b, f + n, known, used);
+    for (int i = 0; i <= n; i++)
+        fmpz_mpoly_clear(f + i, b->ctx);
+    free(f);
+    return ok;
+}
+
+bool poly_vanishes_with(struct expr_store *st, expr_id target, const expr_id *given, int n, const struct poly_limits *limits)
+{
+    expr_id *root = sga_malloc(((size_t)n + 1) * sizeof *root);
+    for (int i = 0; i < n; i++)
+        root[i] = given[i];
+    root[n] = target;
+    struct poly_bridge *b = poly_bridge_new(st, root, n + 1, limits);
+    bool yes = b && poly_bridge_vanishes_with(b, target, given, n);
+    poly_bridge_free(b);
+    free(root);
+    return yes;
+}

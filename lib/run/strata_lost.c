@@ -1,0 +1,110 @@
+/* Parts of a generation's set that a division left out. A left kernel vector of A made with the pivot p is one of full
+ * length times a power of p: (x/z, y/z, 1) stands for (x, y, z), and x y = 0 for x y z = 0. Where p vanishes while the
+ * rank stays, another pivot would have done, and its constraints say which points belong to the set. So the
+ * zeros of each pivot are looked at as points: where the rank is what it is in general, some velocity solves the
+ * equations and is tangent to the earlier constraints, and the constraints of the generation do not hold, another part
+ * of the set was left out. */
+#include "strata_listing.h"
+
+#include <stdlib.h>
+
+#include "mem.h"
+#include "poly.h"
+
+enum { MOST = 40, VARIABLES = 60 };
+
+/* The functions that were looked at, each on the set of the first `before` constraints. */
+struct seen { expr_id factor[MOST]; int before[MOST], count; };
+
+/* How many constraints came before generation g, and with it. */
+static int up_to(const struct sga_solution *sol, int g)
+{
+    int k = 0;
+    while (k < sol->constraints && sol->constraint[k].generation <= g)
+        k++;
+    return k;
+}
+
+static bool again(struct seen *s, expr_id factor, int before)
+{
+    for (int i = 0; i < s->count; i++)
+        if (s->factor[i] == factor && s->before[i] == before)
+            return true;
+    s->factor[s->count] = factor;
+    s->before[s->count++] = before;
+    return false;
+}
+
+/* Whether one of the constraints from..to-1 is not zero at p. */
+static bool off_set(struct job *j, struct points_point *p, int from, int to)
+{
+    num_ball_extend(&p->ball);
+    for (int i = from; i < to; i++) {
+        arb_srcptr v = num_ball_value(&p->ball, j->solution.constraint[i].expr);
+        if (arb_is_finite(v) && !arb_contains_zero(v))
+            return true;
+    }
+    return false;
+}
+
+/* The rank in general on the set of the first `before` constraints. */
+static int general_rank(struct listing *l, int before)
+{
+    struct points_point p;
+    if (l->before != before) {
+        strata_look_at(l->j, (struct strata_look){ .c = before }, &p, &l->rank);
+        points_point_clear(&p);
+        l->before = before;
+    }
+    return l->rank;
+}
+
+static void consider(struct listing *l, expr_id factor, int before, int with, struct seen *seen)
+{
+    struct job *j = l->j;
+    struct points_point p;
+    int rank;
+    bool solvable = false;
+    unsigned f = expr_facts_of(&l->facts, &j->request.store, factor);
+    if (f & EXPR_NONZERO || !(f & EXPR_HAS_VARIABLE) || !sga_budget_ok(&j->budget, j->err))
+        return;
+    if (seen->count == MOST) {
+        j->strata_skipped = true;
+        return;
+    }
+    if (again(seen, factor, before))
+        return;
+    enum points_status status = strata_look_at(j, (struct strata_look){ .c = before, .factor = factor, .far = true, .solvable = &solvable }, &p, &rank);
+    bool lost = status == POINTS_OK && p.certified && solvable && off_set(j, &p, before, with) && rank == general_rank(l, before);
+    points_point_clear(&p);
+    if (lost)
+        strata_add(j, factor, before, (struct stratum){ .kind = "branch" });
+}
+
+static void factors(struct listing *l, expr_id value, int g, struct seen *seen)
+{
+    struct poly_limits limits = { .max_terms = 200, .max_bits = 2000, .max_degree = 40, .max_generators = 24, .budget = &l->j->budget };
+    struct poly_factors f;
+    int before = up_to(&l->j->solution, g - 1), with = up_to(&l->j->solution, g);
+    if (before == with || !poly_numerator_factors(&l->j->request.store, value, &limits, &f))
+        return;
+    for (int i = 0; i < f.factors; i++)
+        if (!f.factor[i].never_zero)
+            consider(l, f.factor[i].expr, before, with, seen);
+    poly_factors_clear(&f);
+}
+
+void strata_lost(struct listing *l)
+{
+    const struct sga_solution *sol = &l->j->solution;
+    struct seen seen = { .count = 0 };
+    for (int i = 0; i < sol->pivots + sol->deads; i++) {
+        const struct sga_pivot *p = i < sol->pivots ? sol->pivot + i : sol->dead + (i - sol->pivots);
+        if (expr_is_const(&l->j->request.store, p->value))
+            continue;
+        if (l->j->request.system.variables > VARIABLES)
+            l->j->strata_skipped = true;
+        else
+            factors(l, p->value, p->generation, &seen);
+    }
+}

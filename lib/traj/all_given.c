@@ -1,0 +1,87 @@
+/* The start on all equations: projections from several places, with rows that depend on each other at the end of them. */
+#include "all_given.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+#include "watch.h"
+
+/* Past it the dense factors of dependent rows take too long. The guess may lie where the further part meets the set, and nothing
+ * leads on: starts go around it, and the nearest point counts. */
+enum { MOST = 200, STARTS = 16 };
+/* Values that were not given may move this much more easily. */
+static const double LOOSE = 1e3;
+
+/* From the k-th start to the nearest point; false: it leads nowhere. */
+static bool nearest_from(struct manifold *m, const struct traj_request *rq, const double *scale, int k, uint64_t *random, double *y, double *moved)
+{
+    for (int j = 0; j < m->n; j++) {
+        double shift = 0.2 * (1 + k / 3) * (2 * points_uniform(random) - 1);
+        y[j] = rq->initial[j] + (k && !(rq->held && rq->held[j]) ? shift * fmax(fabs(rq->initial[j]), m->unit[j]) : 0);
+    }
+    double residual;
+    return manifold_project(m, rq->start, y, scale, rq->held, 60, NULL, &residual, NULL)
+           && manifold_nearest(m, rq->start, rq->initial, y, scale, rq->held, 200, moved, NULL, NULL);
+}
+
+static double given_distance(const struct manifold *m, const struct traj_request *rq, const double *scale, const double *y)
+{
+    double sum = 0;
+    for (int j = 0; j < m->n; j++)
+        if (rq->given[j])
+            sum += pow((y[j] - rq->initial[j]) / scale[j], 2);
+    return sqrt(sum);
+}
+
+/* The best of all starts into x. */
+static bool best(struct manifold *m, struct flow *f, const struct traj_request *rq, double *x, double *moved)
+{
+    size_t n = (size_t)m->n;
+    double *y = sga_malloc(2 * (n + 1) * sizeof *y), *scale = y + n + 1, least = INFINITY;
+    uint64_t random = 23;
+    for (size_t j = 0; j < n; j++)
+        scale[j] = sizes_move(&f->sizes, (int)j, rq->initial[j]) * (rq->given[j] ? 1 : LOOSE);
+    for (int k = 0; k < STARTS && sga_watch_ok(); k++) {
+        double far, given;
+        if (!nearest_from(m, rq, scale, k, &random, y, &far) || (given = given_distance(m, rq, scale, y)) >= least)
+            continue;
+        least = given;
+        memcpy(x, y, n * sizeof *x);
+    }
+    /* dependent rows stop the search early; near a regular point the independent ones tell the nearest to all digits */
+    memcpy(y, x, n * sizeof *y);
+    if (isfinite(least) && manifold_nearest(&f->manifold, rq->start, rq->initial, y, scale, rq->held, 200, NULL, NULL, NULL)
+        && fabs(manifold_residual(m, rq->start, y, NULL, NULL)) < 1e-10 && given_distance(m, rq, scale, y) <= least) {
+        memcpy(x, y, n * sizeof *x);
+        least = given_distance(m, rq, scale, x);
+    }
+    free(y);
+    *moved = isfinite(least) ? least : *moved;
+    return isfinite(least);
+}
+
+bool all_given_start(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+                     double *x, double *moved)
+{
+    struct sga_error none = { 0 };
+    struct sga_solution all = *sol;
+    size_t c = (size_t)sol->constraints, more = (size_t)f->given.count;
+    if (c + more > MOST)
+        return false;
+    all.constraint = sga_calloc(c + more + 1, sizeof *all.constraint);
+    memcpy(all.constraint, sol->constraint, c * sizeof *all.constraint);
+    for (size_t k = 0; k < more; k++)
+        all.constraint[c + k] = (struct sga_constraint){ .expr = f->given.equation[k], .replaced = EXPR_UNDEF };
+    all.constraints = (int)(c + more);
+    struct manifold m;
+    bool ok = manifold_init(&m, sys, &all, NULL, &none);
+    if (ok) {
+        m.unit = f->manifold.unit;
+        ok = best(&m, f, rq, x, moved);
+        manifold_clear(&m);
+    }
+    free(all.constraint);
+    return ok;
+}
