@@ -75,6 +75,7 @@ struct sga_solution {
     enum sga_verdict verdict;
     int generations;
     int *dimension;                    /* by generation: dim P_1 .. */
+    bool exact;                        /* constant coefficients, reduced over the rationals: dimensions and ranks are proved */
     struct sga_constraint *constraint; int constraints;
     struct sga_pivot *pivot; int pivots;
     expr_id *field;                    /* by variable: X with every free function 0 */
@@ -99,7 +100,6 @@ struct sga_solution {
     struct points_side *side; int sides;   /* of surfaces that zero decisions rest on: the answer holds there; owned */
     bool sides_not_searched;           /* some switches of the constraints were not looked beyond */
     bool not_factored;                 /* some constraint was too large to be searched for branches */
-    bool exact;                        /* of constant coefficients, reduced over the rationals: dimensions and ranks are proved */
     int redundant_rows;                /* rows of the system that follow from the others (at least) */
     struct sga_vanished *vanished; int vanished_rows;   /* only where options.rows asks for them */
 };
