@@ -115,7 +115,7 @@ static void put_motion(struct sga_buf *out, struct slice r)
             sga_buf_puts(out, ")");
         }
         sga_buf_puts(out, "\n");
-        put_field(out, scan_member(field, "components"), "    ", "' = ", true);
+        put_field(out, scan_member(field, "components"), "    der(", ") = ", true);
     }
     if (!gauge.at)
         return;

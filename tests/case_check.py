@@ -16,7 +16,7 @@ from table import tables_of
 
 KNOWN = set("verdict ambient generations final index differentiation seed gauge equilibrium variables on off field "
             "parameters near digits error trajectory trajectories strata solved unsolved assumed initial points identities structure primary closed "
-            "redundant sides tradeoff consistent symmetries kronecker operator regular regularity motion kinds zeros warnings".split())
+            "redundant sides tradeoff consistent symmetries kronecker operator regular regularity motion kinds zeros warnings texts".split())
 
 
 # Where a case comes from: a reference with its year, or "own: why it is there"
@@ -97,6 +97,8 @@ class CaseCheck:
             except Broken as e:
                 self.tally.check(False, f"{name}: identities", str(e))
         self.at_points(name, expect, answer)
+        if "texts" in expect and result["verdict"] in ("unique", "isolated"):
+            self.sent_back(name, request, result)
         for s in result.get("strata", []):
             if "point" in s:
                 self.singular(name, request, answer, s)
@@ -182,6 +184,34 @@ class CaseCheck:
         system["parameters"] = {**values, **kept}    # an earlier value may use this parameter
         return {**request, "system": system}
 
+    def texts(self, name, expect, result):
+        """How the answer is written, letter by letter."""
+        if "constraints" in expect:
+            self.same(name, "texts of the constraints", [c["expression"] for c in result["constraints"]], expect["constraints"])
+        components = result.get("vector_field", {}).get("components", {})
+        for key, text in expect.get("field", {}).items():
+            self.same(name, f"text of the component of {key}", components.get(key), text)
+        if "gauge" in expect:
+            self.same(name, "texts of the gauge fields", result["gauge"]["fields"], expect["gauge"])
+        if "pivots" in expect:
+            self.same(name, "texts of the pivots", [p["assumed_not_zero"] for p in result["evidence"]["pivots"]], expect["pivots"])
+
+    def sent_back(self, name, request, result):
+        """The printed field on the printed constraints, with the same parameters, is a system of the same dimension."""
+        plain = {v["name"]: v["name"].replace("'", "_prime") for v in result["variables"]}
+
+        def renamed(text):
+            return re.sub(r"[A-Za-z_][A-Za-z_0-9]*'*", lambda m: plain.get(m[0], m[0]), text)
+        field, n = result["vector_field"]["components"], len(plain)
+        back = {"system": {**{k: request["system"][k] for k in ("parameters", "time") if k in request["system"]}, "form": "quasilinear",
+                           "variables": list(plain.values()), "A": [[int(i == j) for j in range(n)] for i in range(n)],
+                           "alpha": [renamed(field[v]) for v in plain]}, "want": ["index", "constraints"]}
+        if result["constraints"]:
+            back["system"]["restrict"] = [renamed(c["expression"]) for c in result["constraints"]]
+        again, problem = self.solver.solve(back)
+        self.tally.check(again and again["verdict"] in ("unique", "isolated") and again["dimensions"]["final"] == result["dimensions"]["final"],
+                         f"{name}: the answer sent back as a request", problem or again)
+
     def plain(self, name, expect, result):
         dims, index = result.get("dimensions", {}), result.get("index", {})
         where = {"verdict": result.get("verdict"), "ambient": dims.get("ambient"), "generations": dims.get("generations"),
@@ -207,6 +237,8 @@ class CaseCheck:
             self.same(name, "sides", sorted(got), sorted(expect["sides"]))
         if "redundant" in expect:
             self.same(name, "redundant restrictions", evidence.get("redundant_restrictions"), expect["redundant"])
+        if "texts" in expect:
+            self.texts(name, expect["texts"], result)
         if "kinds" in expect:
             self.same(name, "kinds of strata", sorted(s["kind"] for s in result.get("strata", [])), sorted(expect["kinds"]))
         if "warnings" in expect:

@@ -5,7 +5,7 @@ and the tangency of a constraint is d xi v + d_t xi. It claims to be free of v o
 that were known before, once velocities that the equations (and earlier tangencies) determine are inserted;
 what is left is the new constraint, or the contradiction. So at random points of the earlier
 constraints: the coefficients of v must be combinations of the rows of the equations and of the
-tangencies of older generations, and what then remains vanishes where the constraint does, and only there.
+tangencies of older generations, and what then remains is the constraint itself (or what it stands in place of).
 """
 import mpmath
 
@@ -37,7 +37,7 @@ class Combinations:
         return d, dt
 
     def remainder(self, parts, older, env):
-        """What the combination leaves at a point; None where it does not get rid of the velocities."""
+        """What the combination leaves at a point, and how large its terms are; None where it does not get rid of the velocities."""
         a, n = self.a, len(self.a.names)
         v, rest, size = [mpmath.mpf(0)] * n, mpmath.mpf(0), mpmath.mpf(1)
         for p in parts:
@@ -50,13 +50,21 @@ class Combinations:
         rows = [self.linear_in_v(*r, env) for r in self.named.values()] + [self.tangency(k, env) for k in older]
         rows = [r for r in rows if max(abs(x) for x in r[0]) > a.tiny()]
         if max(abs(x) for x in v) <= a.tiny() * size:
-            return rest / size
+            return rest, size
         if not rows:
             return None
         found = linear.solve([[r[0][j] for r in rows] for j in range(n)], [-x for x in v], a.tiny())
         if found is None:
             return None
-        return (rest + sum(m * r[1] for m, r in zip(found[0], rows))) / size
+        extra = [m * r[1] for m, r in zip(found[0], rows)]
+        return rest + sum(extra), max([size] + [abs(x) for x in extra])
+
+    def meant(self, i, env):
+        """What the combination of constraint i is to leave: the constraint itself, or what it stands in place of."""
+        a = self.a
+        text = self.evidence["constraints"][i].get("in_place_of")
+        e = a.graph.parse(text) if text else a.constraints[i][1]
+        return a.graph.values(a.graph.cone([e]), env, EXACT)[e]
 
     def vanishes(self, x):
         return abs(x) <= self.a.tiny()
@@ -64,7 +72,7 @@ class Combinations:
     def constraint(self, i, parts):
         """A message, or None where all is well."""
         a = self.a
-        generation, e = a.constraints[i]
+        generation, _ = a.constraints[i]
         listed = self.evidence["constraints"]
         same = [k for k, c in enumerate(listed) if c.get("in_place_of") and c.get("in_place_of") == listed[i].get("in_place_of")
                 and a.constraints[k][0] == generation] or [i]
@@ -72,18 +80,17 @@ class Combinations:
             return None      # one function stands for several: looked at with the first of them
         before = [c for _, c in a.constraints[:i]]
         older = [k for k, (g, _) in enumerate(a.constraints) if g <= generation - 2]
-        for nodes, should in ((before, False), (before + [a.constraints[k][1] for k in same], True)):
+        for nodes in (before, before + [a.constraints[k][1] for k in same]):
             for env in a.sample(nodes, 2):
                 try:
-                    value = a.row(e, env, a.graph.cone([e]))[0]
+                    value = self.meant(i, env)
                     r = self.remainder(parts, older, env)
                 except Undefined:
                     continue
                 if r is None:
                     return f"the combination of constraint {i} does not get rid of the velocities"
-                lost = abs(r) <= mpmath.mpf(10) ** (-self.a.digits * 9 // 10) and not self.vanishes(value)
-                if should and not self.vanishes(r) or not should and lost:
-                    return f"the combination of constraint {i} leaves {mpmath.nstr(r, 5)} where the constraint is {mpmath.nstr(value, 5)}"
+                if abs(r[0] - value) > a.tiny() * r[1]:
+                    return f"the combination of constraint {i} leaves {mpmath.nstr(r[0], 5)} where the constraint is {mpmath.nstr(value, 5)}"
         return None
 
     def contradiction(self, c):
@@ -103,8 +110,8 @@ class Combinations:
             for youngest in (top - 1, top - 2):
                 older = [k for k, (g, _) in enumerate(a.constraints) if g <= youngest]
                 left.append(self.remainder(c["combination"], older, env))
-            if all(r is None or self.vanishes(r) for r in left):
-                return f"the combination of the contradiction leaves {left}"
+            if all(r is None or abs(r[0] - value) > a.tiny() * r[1] for r in left):
+                return f"the combination of the contradiction leaves {left}, not {mpmath.nstr(value, 5)}"
         return None
 
     def check(self):

@@ -258,7 +258,8 @@ class Problem:
             names += [(f"choice of {self.names[2 * len(user) + k]}", -1) for k in self.redundant]
         elif form == "lagrangian":
             second = system.get("second_order", True)
-            of_q, of_v = [(f"equation of {q}", 1) for q in user], [(("definition" if second else "equation") + f" of {q}'", 1) for q in user]
+            own = 1 if second else -1       # i_X omega - dE along dq is minus the Euler-Lagrange expressions
+            of_q, of_v = [(f"equation of {q}", own) for q in user], [(("definition" if second else "equation") + f" of {q}'", 1) for q in user]
             names = of_v + of_q if second else of_q + of_v
             names += [(f"holonomic[{i}]", -1) for i in range(n - len(names))]
         else:

@@ -135,9 +135,9 @@ COMBINED = {"system": {"form": "quasilinear", "variables": ["x1", "x2", "x3", "x
                        "A": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0]], "alpha": ["0", "x4", "x1 + x3", "x2 + 2*x3"]}}
 
 
-def combined(third="-2", row="row 2", contradiction=None, tangency=1):
+def combined(third="-2", row="row 2", contradiction=None, tangency=1, first="-1"):
     names = COMBINED["system"]["variables"]
-    parts = [[{"equation": row, "factor": "1"}], [{"equation": "row 3", "factor": "1"}],
+    parts = [[{"equation": row, "factor": first}], [{"equation": "row 3", "factor": "-1"}],
              [{"tangency_of": 1, "factor": "1"}, {"tangency_of": 0, "factor": third}]]
     evidence = {"constraints": [{"generation": g, "from": "combination", "combination": p} for g, p in zip((1, 1, 2), parts)]}
     if contradiction:
@@ -151,6 +151,7 @@ def combined(third="-2", row="row 2", contradiction=None, tangency=1):
 def check_combinations(tally):
     against = {"system": {**COMBINED["system"], "alpha": ["0", "1", "x1 + x3", "x2 + 2*x3"]}}
     trials = [("right", COMBINED, combined(), True), ("a wrong factor", COMBINED, combined(third="-3"), False),
+              ("a multiple", COMBINED, combined(first="-2"), False), ("the other sign", COMBINED, combined(first="1"), False),
               ("a factor with a variable", COMBINED, combined(third="-2 + x1"), False), ("a wrong equation", COMBINED, combined(row="row 1"), False),
               ("another constraint's equation", COMBINED, combined(row="row 3"), False),
               ("a right contradiction", against, combined(contradiction="1", tangency=0), True),

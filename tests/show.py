@@ -30,7 +30,7 @@ def main():
             long_line(f"{d['name']} = ", d["expression"])
     print("\nreduced vector field on Pf" + (f" ({', '.join(r['vector_field']['free'])} arbitrary)" if r["vector_field"]["free"] else ""))
     for n in names:
-        long_line(f"{n + chr(39):7}= ", r["vector_field"]["components"].get(n, "0"))
+        long_line(f"{'der(' + n + ')':11}= ", r["vector_field"]["components"].get(n, "0"))
     for k, z in enumerate(r["gauge"]["fields"]):
         print(f"\ngauge field {k + 1} (multiplied by {r['vector_field']['free'][k]})")
         for n in names:

@@ -95,7 +95,7 @@ static expr_id rebuild_solve(struct expr_store *st, const struct expr_store *fro
     return expr_solution(st, index, component);
 }
 
-static expr_id rebuild(struct expr_store *st, const struct expr_store *from, expr_id e, const expr_id *to, const expr_id *map)
+expr_id expr_rebuild(struct expr_store *st, const struct expr_store *from, expr_id e, const expr_id *to, const expr_id *map)
 {
     struct expr_node n = from->node[e];
     switch ((enum expr_op)n.op) {
@@ -127,7 +127,7 @@ void expr_substitute(struct expr_store *st, expr_id *roots, int nroots, const ex
     expr_cone_of(st, &c, roots, nroots);
     expr_id *to = sga_malloc((size_t)st->nodes * sizeof *to);
     for (int i = 0; i < c.count; i++)
-        to[c.list[i]] = rebuild(st, st, c.list[i], to, map);
+        to[c.list[i]] = expr_rebuild(st, st, c.list[i], to, map);
     for (int i = 0; i < nroots; i++)
         roots[i] = to[roots[i]];
     free(to);
@@ -151,7 +151,7 @@ void expr_copy(struct expr_store *to, const struct expr_store *from, expr_id *ro
     expr_cone_of(from, &c, roots, nroots);
     expr_id *became = sga_malloc((size_t)from->nodes * sizeof *became);
     for (int i = 0; i < c.count; i++)
-        became[c.list[i]] = rebuild(to, from, c.list[i], became, map);
+        became[c.list[i]] = expr_rebuild(to, from, c.list[i], became, map);
     for (int i = 0; i < nroots; i++)
         roots[i] = became[roots[i]];
     free(became);

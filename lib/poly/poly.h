@@ -44,7 +44,17 @@ void poly_bridge_free(struct poly_bridge *b);
  * that is shorter. False: over budget, *out untouched. */
 bool poly_bridge_normal(struct poly_bridge *b, expr_id e, expr_id *out);
 
-/* The same for one expression. */
+/* An expression equal to e wherever the functions `by` (roots of the bridge too) all vanish, where one was found that is
+ * shorter. False: none, or over budget. `most`, here and below: how many signs, names counted as two, the best text known takes. */
+bool poly_bridge_on_set(struct poly_bridge *b, expr_id e, const expr_id *by, int count, long most, expr_id *out);
+/* e as its zeros: *out is a polynomial with whole coefficients without a common factor, its sign chosen by the terms and
+ * not by the order of names, and e = *scale * *out wherever the functions `by` vanish (*reduced: only there). *scale divides by
+ * e's denominators; the polynomial may vanish where these do. False: over budget, or e is 0 there. */
+bool poly_bridge_zeros(struct poly_bridge *b, expr_id e, const expr_id *by, int count, long most, expr_id *out, expr_id *scale, bool *reduced);
+/* The normal form, unless it is far longer than `most`. */
+bool poly_bridge_normal_within(struct poly_bridge *b, expr_id e, long most, expr_id *out);
+
+/* The normal form of one expression. */
 bool poly_normal(struct expr_store *st, expr_id e, const struct poly_limits *limits, expr_id *out);
 /* For many, with one bridge where the generators allow it: out[i] is the normal form, or
  * e[i] itself where that is over budget. Returns how many were found. */

@@ -94,6 +94,8 @@ static bool read_all(struct reader *rd, const json_t *v)
         return false;
     set_bounds(rd);
     rd->r->store.max_bits = rd->r->limits.bits;
+    if (rd->by_name)
+        return read_system(rd, system) && store_ok(rd);
     if (!read_sweep_names(rd, sweep) || !read_system(rd, system) || !read_want(rd, want) || !read_sweep_parameters(rd, sweep))
         return false;
     if (!want && trajectory)
@@ -110,22 +112,21 @@ bool request_read(struct request *r, const char *text, size_t length, struct sga
     return request_read_within(r, text, length, NULL, err);
 }
 
-bool request_read_within(struct request *r, const char *text, size_t length, struct request_bounds *bounds, struct sga_error *err)
+static bool read_text(struct reader *rd, const char *text, size_t length)
 {
-    struct sga_error own = { 0 };
-    err = err ? err : &own;
+    struct request *r = rd->r;
+    struct sga_error *err = rd->err;
     defaults(r);
-    struct reader rd = { .r = r, .err = err, .bounds = bounds };
     json_t *v = load_json(text, length, err);
-    bool ok = v && read_all(&rd, v);
+    bool ok = v && read_all(rd, v);
     json_decref(v);
-    sga_buf_free(&rd.at);
-    free(rd.value);
-    json_decref(rd.swept);
-    free(rd.column);
+    sga_buf_free(&rd->at);
+    free(rd->value);
+    json_decref(rd->swept);
+    free(rd->column);
     r->store.max_work_bits = 0;
-    if (bounds)
-        bounds->met = !ok && bounds_met(r, bounds, err->code);
+    if (rd->bounds)
+        rd->bounds->met = !ok && bounds_met(r, rd->bounds, err->code);
     if (!ok) {
         if (err->code != SGA_E_OK && !err->stage[0])
             strcpy(err->stage, "request");
@@ -134,6 +135,19 @@ bool request_read_within(struct request *r, const char *text, size_t length, str
         request_clear(r);
     }
     return ok;
+}
+
+bool request_read_named(struct request *r, const char *text, size_t length, int nodes)
+{
+    struct sga_error ignored = { 0 };
+    struct request_bounds bounds = { .seconds = 1, .nodes = nodes };
+    return read_text(&(struct reader){ .r = r, .err = &ignored, .bounds = &bounds, .by_name = true }, text, length);
+}
+
+bool request_read_within(struct request *r, const char *text, size_t length, struct request_bounds *bounds, struct sga_error *err)
+{
+    struct sga_error own = { 0 };
+    return read_text(&(struct reader){ .r = r, .err = err ? err : &own, .bounds = bounds }, text, length);
 }
 
 static void clear_trajectory(struct request_trajectory *t)
@@ -213,6 +227,7 @@ void request_clear(struct request *r)
 {
     clear_mechanical(&r->mechanical);
     free(r->forces.reaction);
+    free(r->known);
     clear_operator(&r->op);
     clear_trajectory(&r->trajectory);
     clear_symmetries(&r->symmetries);

@@ -100,6 +100,21 @@ static bool read_parameter_values(struct reader *rd, const json_t *parameters, e
     return true;
 }
 
+/* A digit says as much as a name. */
+static bool worth_a_name(const struct expr_store *st, expr_id value)
+{
+    if (!value || !expr_is_const(st, value))
+        return value != EXPR_UNDEF;
+    const fmpq *q = expr_const_value(st, value);
+    return !fmpz_is_one(fmpq_denref(q)) || fmpz_cmp_si(fmpq_numref(q), 9) > 0 || fmpz_cmp_si(fmpq_numref(q), -9) < 0;
+}
+
+static void add_known(struct request *r, int symbol, expr_id value)
+{
+    SGA_RESERVE(r->known, r->known_cap, r->knowns + 1);
+    r->known[r->knowns++] = (struct request_known){ symbol, value };
+}
+
 static bool add_parameters(struct reader *rd, const json_t *parameters, const expr_id *value)
 {
     const char *key;
@@ -115,12 +130,14 @@ static bool add_parameters(struct reader *rd, const json_t *parameters, const ex
             rd->value[rd->grammar.values++] = EXPR_UNDEF;
         rd->grammar.value = rd->value;
         bool swept = json_object_get(rd->swept, key) != NULL;
-        rd->value[symbol] = swept ? EXPR_UNDEF : value[i];
+        rd->value[symbol] = swept || (rd->by_name && worth_a_name(&rd->r->store, value[i])) ? EXPR_UNDEF : value[i];
+        if (value[i] && !swept)
+            add_known(rd->r, symbol, value[i]);
         if (!rd->value[symbol]) {
             sys_add_parameter(&rd->r->system, symbol);
             if (swept)
                 rd->r->swept[rd->r->swept_count++] = (struct request_swept){ symbol, value[i] };
-            else if (!rd->symbolic[0])
+            else if (!rd->symbolic[0] && !value[i])
                 strcpy(rd->symbolic, key);
         }
         i++;

@@ -11,6 +11,7 @@
 
 struct reader {
     struct request_bounds *bounds;   /* narrower limits of who asks; NULL: none */
+    bool by_name;                 /* parameters with values stay symbolic */
     struct request *r;
     struct sga_error *err;
     struct sga_buf at;             /* JSON Pointer of the value being read */

@@ -83,6 +83,12 @@ struct request_trajectory {
     struct request_event *event; int events;
 };
 
+/* A parameter that has a value in the request: expressions were read with the value in its place. */
+struct request_known {
+    int symbol;
+    expr_id value;            /* free of symbols */
+};
+
 /* A parameter that sets of the sweep give: symbolic to the analysis. */
 struct request_swept {
     int symbol;
@@ -162,6 +168,7 @@ struct request {
     struct request_trajectory trajectory;
     struct request_sweep *sweep; int sweeps;   /* 0: one trajectory */
     struct request_swept *swept; int swept_count;
+    struct request_known *known; int knowns; size_t known_cap;
     struct request_accuracy accuracy;
     struct request_limits limits;
     struct request_operator op;
@@ -183,6 +190,9 @@ bool request_read(struct request *r, const char *text, size_t length, struct sga
 /* The same within bounds narrower than the request's own limits. Where it failed by them,
  * `met` is set: then nothing is known against the request. */
 struct request_bounds { double seconds; int nodes; bool met; };
+/* The system alone, parameters that have a value left symbolic, unless it is a whole number of one digit: for texts that
+ * call them by their names. False: it cannot be read so; no reason is given. */
+bool request_read_named(struct request *r, const char *text, size_t length, int nodes);
 bool request_read_within(struct request *r, const char *text, size_t length, struct request_bounds *bounds, struct sga_error *err);
 void request_clear(struct request *r);
 

@@ -86,6 +86,9 @@ struct job {
     bool has_texts;
     int first_field, first_gauge; /* places among the roots */
     expr_id *scale;               /* by constraint: what it was divided by for its text, or EXPR_UNDEF */
+    bool *reduced;                /* by constraint: that holds where those of older generations vanish; NULL: nowhere needed */
+    const char *request_text;     /* or NULL */
+    size_t request_length;
     struct sga_witness witness;
     bool witnessed;
     struct traj_result trajectory;

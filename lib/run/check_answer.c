@@ -14,6 +14,7 @@ enum { WITNESS_POINTS = 2 };
 struct readback {
     struct expr_store st;
     int *variable, *parameter, time;
+    expr_id *value; int values;      /* by symbol: of parameters that have one in the request */
     expr_id *root;
 };
 
@@ -36,9 +37,26 @@ static int copy_symbol(struct readback *b, const struct expr_store *from, int sy
     return expr_symbol_find(&b->st, s->name, strlen(s->name));
 }
 
+/* A text may call a parameter by its name that has a value: it is read as that. */
+static void known_values(const struct job *j, struct readback *b)
+{
+    const struct expr_store *from = &j->request.store;
+    int most = b->st.symbols + j->request.knowns;
+    expr_id *none = sga_calloc((size_t)from->symbols + 1, sizeof *none);
+    b->value = sga_calloc((size_t)most + 1, sizeof *b->value);
+    for (int k = 0; k < j->request.knowns; k++) {
+        expr_id v = j->request.known[k].value;
+        int s = copy_symbol(b, from, j->request.known[k].symbol);
+        expr_copy(&b->st, from, &v, 1, none);
+        b->value[s] = v;
+    }
+    b->values = b->st.symbols;
+    free(none);
+}
+
 static bool parse_all(struct job *j, struct readback *b)
 {
-    struct expr_grammar g = { .derivative = derivative_symbol, .ctx = &b->st, .max_length = 1 << 28,
+    struct expr_grammar g = { .derivative = derivative_symbol, .ctx = &b->st, .value = b->value, .values = b->values, .max_length = 1 << 28,
                               .max_depth = 1 << 20, .max_exponent = 1L << 30, .max_digits = 1 << 20 };
     const struct expr_names *t = &j->texts;
     int base = b->st.symbols;
@@ -122,6 +140,7 @@ static bool check_texts(struct job *j)
         b.variable[i] = copy_symbol(&b, sys->store, sys->variable[i].symbol);
     for (int i = 0; i < sys->parameters; i++)
         b.parameter[i] = copy_symbol(&b, sys->store, sys->parameter[i]);
+    known_values(j, &b);
     bool ok = parse_all(j, &b);
     if (ok) {
         bool field = j->solution.field && j->request.want & (REQUEST_VECTOR_FIELD | REQUEST_GAUGE);
@@ -137,6 +156,7 @@ static bool check_texts(struct job *j)
     }
     free(b.variable);
     free(b.parameter);
+    free(b.value);
     free(b.root);
     expr_store_clear(&b.st);
     return ok;

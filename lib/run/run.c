@@ -233,6 +233,7 @@ void answer_clear(struct job *j)
     free(j->near);
     free(j->parameter_near);
     free(j->scale);
+    free(j->reduced);
     sga_warnings_clear(&j->warnings);
     answer_primary_clear(j);
     answer_symmetries_clear(j);
@@ -323,6 +324,8 @@ static bool run_request(struct job *j, bool tied, struct sga_buf *out, bool *aga
 static bool run_text(struct job *j, const char *request, size_t length, bool tied, struct sga_buf *out, bool *again)
 {
     stage_begin(&j->clock, STAGE_READ);
+    j->request_text = request;
+    j->request_length = length;
     set_budget(j);                 /* the service's; the request's own once it is read */
     sga_watch_begin(&j->budget, j->options && j->options->wall ? wall : NULL, j);
     if (!request_read(&j->request, request, length, j->err)) {

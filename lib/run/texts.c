@@ -1,6 +1,5 @@
-/* Readable texts: the normal form where it is short, else the expression as it arose,
- * with names for what is shared beyond a budget. */
-#include "answer.h"
+/* Readable texts: each function in the lightest form that is cheap to find, with names for what is shared beyond a budget. */
+#include "display.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -8,55 +7,17 @@
 #include "mem.h"
 #include "poly.h"
 
-enum { TEXT_BYTES = 6000, INLINE_NODES = 400 };
+/* Beyond so many nodes an answer is for programs: it is written as it arose. */
+enum { INLINE_NODES = 400, MOST_NODES = 400000 };
+/* Names may be heavier than the numbers that they stand for, by so much. */
+static const double NAMES_SLACK = 1.25;
 
-static size_t text_length(struct job *j, expr_id e)
-{
-    struct sga_buf b = { 0 };
-    size_t n = expr_print(&j->request.store, e, TEXT_BYTES, &b) ? b.len : (size_t)-1;
-    sga_buf_free(&b);
-    return n;
-}
-
-/* root[i] becomes its normal form where that is shorter. */
-static void shorten(struct job *j, expr_id *root, int n)
-{
-    struct sga_budget budget = j->budget;
-    double limit = sga_now() + 2;
-    if (!budget.deadline || budget.deadline > limit)
-        budget.deadline = limit;
-    struct poly_limits limits = { .max_terms = 80, .max_bits = 4000, .max_degree = 60, .max_generators = 32, .budget = &budget };
-    expr_id *normal = sga_malloc((size_t)n * sizeof *normal);
-    poly_normal_all(&j->request.store, root, n, &limits, normal);
-    for (int i = 0; i < n; i++)
-        if (normal[i] != root[i] && text_length(j, normal[i]) <= text_length(j, root[i]))
-            root[i] = normal[i];
-    free(normal);
-}
-
-/* A constraint is a set: where its numerator is one factor and shorter, that is shown,
- * without numeric factors and denominators; *scale is what these come to. */
-static void primitive(struct job *j, expr_id *root, expr_id *scale)
-{
-    struct poly_limits limits = { .max_terms = 200, .max_bits = 4000, .max_degree = 40, .max_generators = 24, .budget = &j->budget };
-    struct poly_factors f;
-    if (!poly_numerator_factors(&j->request.store, *root, &limits, &f))
-        return;
-    if (f.factors == 1 && f.factor[0].multiplicity == 1 && text_length(j, f.factor[0].expr) <= text_length(j, *root)) {
-        *scale = expr_div(&j->request.store, *root, f.factor[0].expr);
-        poly_normal(&j->request.store, *scale, &limits, scale);
-        *root = f.factor[0].expr;
-    }
-    poly_factors_clear(&f);
-}
-
-bool answer_texts(struct job *j)
+/* The roots: constraints, field, gauge fields, then (*values is where they begin) functions of mechanics, which
+ * hold on a larger set. */
+static expr_id *put_roots(struct job *j, int *count, int *values)
 {
     const struct sga_solution *sol = &j->solution;
     unsigned want = j->request.want;
-    if (!(want & (REQUEST_CONSTRAINTS | REQUEST_VECTOR_FIELD | REQUEST_GAUGE)))
-        return true;
-    stage_begin(&j->clock, STAGE_TEXTS);
     int n = j->request.system.variables, c = sol->constraints;
     bool field = sol->field && want & (REQUEST_VECTOR_FIELD | REQUEST_GAUGE), gauge = field && sol->gauge && want & REQUEST_GAUGE;
     int roots = c + (field ? n : 0) + (gauge ? n * sol->free_columns : 0);
@@ -69,6 +30,7 @@ bool answer_texts(struct job *j)
         memcpy(root + c, sol->field, (size_t)n * sizeof *root);
     if (gauge)
         memcpy(root + c + n, sol->gauge, (size_t)n * (size_t)sol->free_columns * sizeof *root);
+    *values = roots;
     if (mech) {
         const expr_id *part[4] = { mech->motion.total, mech->motion.tangent, mech->motion.orthogonal, mech->motion.reaction };
         mech->first_root = roots;
@@ -77,12 +39,87 @@ bool answer_texts(struct job *j)
     }
     j->first_field = c;
     j->first_gauge = c + n;
-    shorten(j, root, roots);
+    *count = roots;
+    return root;
+}
+
+/* What each constraint was divided by for its text, in the request's store: c = scale * text on older generations. */
+static void keep_scales(struct display *d, const struct sheet *own, const struct sheet *s)
+{
+    struct job *j = d->j;
+    struct expr_store *st = &j->request.store;
+    int c = s->constraints;
+    expr_id *back = sga_calloc((size_t)d->st.symbols + 1, sizeof *back);
+    for (int i = 0; i < d->st.symbols; i++)
+        back[i] = st->symbol[i].node;
     j->scale = sga_calloc((size_t)c + 1, sizeof *j->scale);
-    for (int i = 0; i < c && c <= 60; i++)
-        primitive(j, root + i, j->scale + i);
+    j->reduced = sga_calloc((size_t)c + 1, sizeof *j->reduced);
+    for (int i = 0; i < c; i++) {
+        struct sga_error before = d->st.error, kept = st->error;
+        struct poly_limits limits = { .max_terms = 200, .max_bits = 4000, .max_degree = 60, .budget = &j->budget };
+        expr_id e = s->scale[i] ? s->scale[i] : expr_int(&d->st, 1), root = s->root[i];
+        j->reduced[i] = s->reduced[i];
+        display_values(d, &e, 1);
+        display_values(d, &root, 1);
+        if (s != own && e && root) {          /* the same function up to a number */
+            expr_id q = expr_div(&d->st, own->root[i], root);
+            if (q && poly_normal(&d->st, q, &limits, &q))
+                e = expr_mul(&d->st, e, q);
+        }
+        if (e && !expr_is_one(&d->st, e)) {
+            expr_copy(st, &d->st, &e, 1, back);
+            j->scale[i] = e;
+        }
+        d->st.error = before;
+        st->error = kept;
+    }
+    free(back);
+}
+
+/* False: the texts are too large, or have no value. */
+static bool print(struct job *j, struct expr_store *st, const expr_id *root, int roots)
+{
     struct expr_naming naming = { .prefix = "s", .inline_nodes = INLINE_NODES };
-    j->has_texts = expr_print_named(&j->request.store, root, roots, &naming, &j->texts);
+    return expr_print_named(st, root, roots, &naming, &j->texts);
+}
+
+static bool beautiful(struct job *j, const expr_id *root, int roots, int values)
+{
+    struct display d;
+    struct sheet own, named;
+    display_open(&d, j);
+    expr_id *none = sga_calloc((size_t)j->request.store.symbols + 1, sizeof *none);
+    bool ok = display_sheet(&d, &own, &j->request.store, none, root, roots, j->solution.constraint, j->solution.constraints);
+    own.on_set = values;
+    if (ok) {
+        display_choose(&d, &own);
+        const struct sheet *best = &own;
+        if (values == roots && display_by_name(&d, &own, &named)) {
+            display_choose(&d, &named);
+            best = (double)named.weight <= NAMES_SLACK * (double)own.weight ? &named : &own;
+        }
+        ok = expr_store_ok(&d.st) && print(j, &d.st, best->shown, roots);
+        if (ok)
+            keep_scales(&d, &own, best);
+        if (values == roots)
+            display_sheet_clear(&named);
+    }
+    display_sheet_clear(&own);
+    free(none);
+    display_close(&d);
+    return ok;
+}
+
+bool answer_texts(struct job *j)
+{
+    if (!(j->request.want & (REQUEST_CONSTRAINTS | REQUEST_VECTOR_FIELD | REQUEST_GAUGE)))
+        return true;
+    stage_begin(&j->clock, STAGE_TEXTS);
+    int roots, values;
+    expr_id *root = put_roots(j, &roots, &values);
+    j->has_texts = j->request.store.nodes <= MOST_NODES && beautiful(j, root, roots, values);
+    if (!j->has_texts && sga_budget_ok(&j->budget, NULL))
+        j->has_texts = print(j, &j->request.store, root, roots);
     free(root);
     if (!j->has_texts)
         return sga_fail(j->err, SGA_E_LIMIT_RESULT, "the answer is too large to print (more than 16 MiB); "

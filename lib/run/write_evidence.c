@@ -5,19 +5,87 @@
 
 #include "poly.h"
 
-/* The factor of a part. The tangency is that of the constraint as it is printed. */
-static expr_id printed_factor(struct job *j, const struct sga_part *part)
+static const struct poly_limits factor_limits = { .max_terms = 80 };
+
+/* e in normal form where that is found. */
+static expr_id normal_form(struct job *j, expr_id e)
 {
-    struct poly_limits limits = { .max_terms = 80, .budget = &j->budget };
-    expr_id scale = part->row < 0 && j->scale ? j->scale[part->tangency] : EXPR_UNDEF, e = part->factor;
-    if (scale) {
-        e = expr_mul(&j->request.store, e, scale);
-        poly_normal(&j->request.store, e, &limits, &e);
+    struct poly_limits limits = factor_limits;
+    expr_id normal = e;
+    limits.budget = &j->budget;
+    return poly_normal(&j->request.store, e, &limits, &normal) ? normal : e;
+}
+
+/* The factor of a part of a sum that is `divisor` (EXPR_UNDEF: 1) times what is printed. A row leaves alpha - A v, so that left
+ * less right counts with the other sign (`minus`); the tangency is that of the constraint as it is printed. */
+static expr_id printed_factor(struct job *j, const struct sga_part *part, bool minus, expr_id divisor)
+{
+    struct expr_store *st = &j->request.store;
+    expr_id scale = part->row < 0 && j->scale ? j->scale[part->tangency] : EXPR_UNDEF, e = minus ? expr_neg(st, part->factor) : part->factor;
+    if (!scale && !divisor)
+        return e;
+    if (scale)
+        e = expr_mul(st, e, scale);
+    if (divisor)
+        e = expr_div(st, e, divisor);
+    return normal_form(j, e);
+}
+
+/* e = *number times what is returned. */
+static expr_id without_number(const struct expr_store *st, expr_id e, fmpq_t number)
+{
+    fmpq_one(number);
+    for (;;) {
+        const struct expr_node n = st->node[e];
+        if (n.op == EXPR_NEG)
+            fmpq_neg(number, number);
+        else if (n.op == EXPR_MUL && expr_is_const(st, n.a))
+            fmpq_mul(number, number, expr_const_value(st, n.a));
+        else
+            return e;
+        e = n.op == EXPR_NEG ? n.a : n.b;
     }
+}
+
+/* x / y where that is seen to be a number; otherwise EXPR_UNDEF. */
+static expr_id plain_quotient(struct expr_store *st, expr_id x, expr_id y)
+{
+    fmpq_t p, q;
+    fmpq_init(p);
+    fmpq_init(q);
+    expr_id a = without_number(st, x, p), b = without_number(st, y, q), e = EXPR_UNDEF;
+    bool same = a == b, turned = !same && st->node[a].op == EXPR_SUB && st->node[b].op == EXPR_SUB
+         && st->node[a].a == st->node[b].b && st->node[a].b == st->node[b].a;
+    if ((same || turned) && !fmpq_is_zero(q)) {
+        fmpq_div(p, p, q);
+        if (turned)
+            fmpq_neg(p, p);
+        e = expr_fmpq(st, p);
+    }
+    fmpq_clear(p);
+    fmpq_clear(q);
     return e;
 }
 
-static void write_parts(struct job *j, struct sga_json *w, const struct sga_part *part, int parts)
+/* What arose is so many times the function that took its place, and that is never 0 on the set; EXPR_UNDEF: it is not known to be. */
+static expr_id times_replaced(struct job *j, const struct sga_constraint *c)
+{
+    struct expr_store *st = &j->request.store;
+    struct sga_error before = st->error;
+    expr_id plain = plain_quotient(st, c->replaced, c->expr);
+    if (plain)
+        return plain;
+    expr_id q = expr_div(st, c->replaced, c->expr), normal = EXPR_UNDEF;
+    struct poly_limits limits = factor_limits;
+    limits.budget = &j->budget;
+    bool ok = q && poly_normal(st, q, &limits, &normal)
+              && (expr_is_const(st, normal) ? !expr_is_zero(st, normal)
+                  : j->shadow.reals && points_shadow_zero(&j->shadow, normal).basis == POINTS_NONZERO_PROVED);
+    st->error = before;
+    return ok ? normal : EXPR_UNDEF;
+}
+
+static void write_parts(struct job *j, struct sga_json *w, const struct sga_part *part, int parts, expr_id divisor)
 {
     sga_json_array(w);
     for (int k = 0; k < parts; k++) {
@@ -29,7 +97,7 @@ static void write_parts(struct job *j, struct sga_json *w, const struct sga_part
             sga_json_member_int(w, "tangency_of", part[k].tangency);
         }
         sga_json_key(w, "factor");
-        if (expr_print(&j->request.store, printed_factor(j, part + k), 400, &text))
+        if (expr_print(&j->request.store, printed_factor(j, part + k, part[0].row >= 0, divisor), 400, &text))
             sga_json_string(w, text.data);
         else
             sga_json_null(w);
@@ -37,6 +105,32 @@ static void write_parts(struct job *j, struct sga_json *w, const struct sga_part
         sga_buf_free(&text);
     }
     sga_json_end_array(w);
+}
+
+/* The combination that makes the printed constraint, or what it stands for. */
+static void write_constraint(struct job *j, struct sga_json *w, int i)
+{
+    const struct sga_constraint *c = j->solution.constraint + i;
+    struct expr_store *st = &j->request.store;
+    expr_id scale = j->scale ? j->scale[i] : EXPR_UNDEF, times = c->replaced ? times_replaced(j, c) : EXPR_UNDEF;
+    struct sga_buf text = { 0 };
+    bool stands_for = c->replaced && !times, has_text = stands_for && expr_print(st, c->replaced, 4000, &text);
+    expr_id divisor = stands_for ? EXPR_UNDEF : !times ? scale : !scale ? times : expr_mul(st, times, scale);
+    sga_json_object(w);
+    sga_json_member_int(w, "generation", c->generation);
+    sga_json_member_string(w, "from", c->origin == SGA_FROM_RESTRICTION ? "restriction" : "combination");
+    sga_json_key(w, "combination");
+    write_parts(j, w, c->part, stands_for && !has_text ? 0 : c->parts, divisor);
+    if (j->reduced && j->reduced[i])      /* the combination is the constraint there only */
+        sga_json_member_bool(w, "on_constraints", true);
+    if (stands_for) {
+        if (has_text)
+            sga_json_member_string(w, "in_place_of", text.data);
+        if (c->near_point)        /* its other zeros, if any, were not looked for */
+            sga_json_member_bool(w, "near_point_only", true);
+    }
+    sga_buf_free(&text);
+    sga_json_end_object(w);
 }
 
 /* What was divided by: every pivot that is not a number, assumed not to vanish. */
@@ -57,7 +151,7 @@ static void write_pivots(struct job *j, struct sga_json *w)
         }
         sga_json_member_int(w, "generation", sol->pivot[q].generation);
         sga_json_key(w, "assumed_not_zero");
-        if (expr_print(&j->request.store, sol->pivot[q].value, 400, &text))
+        if (expr_print(&j->request.store, normal_form(j, sol->pivot[q].value), 400, &text))
             sga_json_string(w, text.data);
         else
             sga_json_null(w);
@@ -109,7 +203,7 @@ static void write_contradiction(struct job *j, struct sga_json *w, const char *m
         sga_json_null(w);
     sga_json_member_string(w, "why", sol->contradiction_why);
     sga_json_key(w, "combination");
-    write_parts(j, w, sol->contradiction_part, sol->contradiction_parts);
+    write_parts(j, w, sol->contradiction_part, sol->contradiction_parts, EXPR_UNDEF);
     sga_json_end_object(w);
     sga_buf_free(&text);
 }
@@ -153,24 +247,8 @@ void answer_write_evidence(struct job *j, struct sga_json *w)
     sga_json_end_object(w);
     sga_json_key(w, "constraints");
     sga_json_array(w);
-    for (int i = 0; i < sol->constraints; i++) {
-        const struct sga_constraint *c = sol->constraint + i;
-        sga_json_object(w);
-        sga_json_member_int(w, "generation", c->generation);
-        sga_json_member_string(w, "from", c->origin == SGA_FROM_RESTRICTION ? "restriction" : "combination");
-        sga_json_key(w, "combination");
-        write_parts(j, w, c->part, c->parts);
-        if (c->replaced) {
-            struct sga_buf text = { 0 };
-            if (expr_print(&j->request.store, c->replaced, 1000, &text)) {
-                sga_json_member_string(w, "in_place_of", text.data);
-            }
-            if (c->near_point)        /* its other zeros, if any, were not looked for */
-                sga_json_member_bool(w, "near_point_only", true);
-            sga_buf_free(&text);
-        }
-        sga_json_end_object(w);
-    }
+    for (int i = 0; i < sol->constraints; i++)
+        write_constraint(j, w, i);
     sga_json_end_array(w);
     if (j->has_texts && sol->verdict != SGA_INCONSISTENT)
         write_pivots(j, w);
