@@ -167,6 +167,8 @@ class CaseCheck:
     def is_meant(self, want, stratum, answer, expect):
         if "part" in want:
             return not stratum["where"]
+        if "put" in want:
+            return {n: v.replace(" ", "") for n, v in stratum.get("substituted", {}).items()} == want["put"]
         if "parameter" in want:
             return want["parameter"] in stratum.get("substituted", {})
         if "substituted" in stratum:

@@ -117,4 +117,23 @@ bool poly_degree_in(struct expr_store *st, expr_id e, int symbol, const struct p
 bool poly_linear_in(struct expr_store *st, expr_id e, int symbol, const struct poly_limits *limits,
                     expr_id line[2]);   /* slope, rest */
 
+/* The numerator of e's normal form, to be asked about. NULL: over budget. The caller frees it, before the store. */
+struct poly_numerator;
+struct poly_numerator *poly_numerator_new(struct expr_store *st, expr_id e, const struct poly_limits *limits);
+void poly_numerator_free(struct poly_numerator *n);
+/* Itself, without numeric content and with its first term positive: one text for all multiples. */
+expr_id poly_numerator_shown(struct poly_numerator *n);
+/* As a polynomial in what depends on variables or time: its coefficients, in parameters alone, and for each what its term
+ * depends on (EXPR_HAS_VARIABLE | EXPR_HAS_TIME; 0: the constant term). No coefficients: it is zero. False: over budget. The
+ * caller clears *out (only after true). */
+struct poly_coefficients { expr_id *coefficient; unsigned *of; int count; };
+bool poly_coefficients_of(struct poly_numerator *n, struct poly_coefficients *out);
+void poly_coefficients_clear(struct poly_coefficients *c);
+/* By powers of a symbol or kernel, by its node: coefficient[0 .. degree], malloced. False (nothing to free): over budget, or it is
+ * inside a kernel, or nowhere. */
+bool poly_powers_of(struct poly_numerator *n, expr_id node, expr_id **coefficient, int *degree);
+/* The resultant of the numerators of x and y in a symbol: it vanishes where they have a common zero in it, or both lose their
+ * leading terms. False: over budget, or the symbol is inside a kernel, or in neither. */
+bool poly_resultant(struct expr_store *st, expr_id x, expr_id y, int symbol, const struct poly_limits *limits, expr_id *out);
+
 #endif

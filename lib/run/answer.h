@@ -3,6 +3,7 @@
 #define SGA_RUN_ANSWER_H
 
 #include "buf.h"
+#include "cases.h"
 #include "clock.h"
 #include "mech.h"
 #include "operator.h"
@@ -46,7 +47,8 @@ struct stratum {
     struct sga_error error;       /* where it could not be solved */
     struct sga_buf note;          /* EMPTY: why; SAME: JSON list of the functions that vanish at the equal set */
     struct sga_buf also;          /* JSON: the functions of strata that reach the same set */
-    char *parameter, *value;      /* what was substituted for which parameter, or NULL */
+    struct cases_part part;       /* kind "parameter": what is put in for which parameters */
+    struct sga_buf sample;        /* JSON: values of the parameters on it, or empty */
 };
 
 /* Of the form `mechanical`. */
@@ -125,7 +127,12 @@ struct job {
     struct sga_buf signs;         /* JSON: an assumption on signs of parameters, or empty */
     struct strata_tree *tree;     /* of all strata being solved; NULL at the request's own answer until then */
     int depth;                    /* 0: the request's own answer; else a stratum of a stratum ... */
+    int inside;                   /* the same without cases of parameters, of which there are no more inside each other than parameters */
     int parameter_case;           /* which substitution of parameters is being solved; 0: none */
+    const struct job *above;      /* of the answer that this is a stratum of, or NULL; it has the same parameters, or: */
+    bool is_case;                 /* some were put in for this one */
+    const struct cases_part *part;   /* ... with these, borrowed */
+    expr_id *not_zero; int not_zeros;   /* what must not vanish of the parameters */
     struct {                      /* pull-back of the form hamiltonian with restrictions */
         bool has;
         struct form_tangent tangent;
@@ -177,6 +184,9 @@ bool answer_motion(struct job *j);
 bool answer_motion_on_stratum(struct job *j);
 /* Texts of what is wanted: normal forms where they are cheap, named parts otherwise. */
 bool answer_texts(struct job *j);
+/* One printed text without names of parts as an expression of the request's store, parameters that have values put in;
+ * EXPR_UNDEF: it does not read back. */
+expr_id answer_text_read(struct job *j, const char *text);
 /* The check at fresh points, of the printed texts where there are any, read back by the
  * parser; otherwise of the handles. */
 bool answer_witness(struct job *j);

@@ -37,6 +37,22 @@ static int copy_symbol(struct readback *b, const struct expr_store *from, int sy
     return expr_symbol_find(&b->st, s->name, strlen(s->name));
 }
 
+expr_id answer_text_read(struct job *j, const char *text)
+{
+    struct expr_store *st = &j->request.store;
+    struct expr_grammar g = { .derivative = derivative_symbol, .ctx = st, .max_length = 1 << 28, .max_depth = 1 << 20,
+                              .max_exponent = 1L << 30, .max_digits = 1 << 20 };
+    struct sga_error err = { 0 };
+    expr_id e = expr_parse(st, text, &g, &err);
+    expr_id *value = sga_calloc((size_t)st->symbols + 1, sizeof *value);
+    for (int k = 0; k < j->request.knowns; k++)
+        value[j->request.known[k].symbol] = j->request.known[k].value;
+    if (e)
+        expr_substitute(st, &e, 1, value);
+    free(value);
+    return e;
+}
+
 /* A text may call a parameter by its name that has a value: it is read as that. */
 static void known_values(const struct job *j, struct readback *b)
 {
@@ -91,12 +107,13 @@ static bool parse_all(struct job *j, struct readback *b)
  * worked. */
 static const double *witness_near(const struct job *j)
 {
-    return j->near ? j->near : j->shadow.reals ? j->shadow.real[0].x : NULL;
+    bool first = j->near && !(j->solution.definitions && j->shadow.reals);      /* 0 where nothing is given is no place for a root */
+    return first ? j->near : j->shadow.reals ? j->shadow.real[0].x : NULL;
 }
 
 static double witness_time(const struct job *j)
 {
-    return j->near || !j->shadow.reals ? j->near_time : j->shadow.real[0].t;
+    return witness_near(j) == j->near || !j->shadow.reals ? j->near_time : j->shadow.real[0].t;
 }
 
 /* Acceleration and reaction as printed against the formulas, at a point of W. */

@@ -1,6 +1,7 @@
 /* What the algorithm divided by, and where that can vanish. */
 #include "strata_listing.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -35,8 +36,8 @@ static void stratum_clear(struct stratum *s)
     free(s->where);
     free(s->point);
     free(s->description);
-    free(s->parameter);
-    free(s->value);
+    cases_part_clear(&s->part);
+    sga_buf_free(&s->sample);
     sga_buf_free(&s->result);
     sga_buf_free(&s->note);
     sga_buf_free(&s->also);
@@ -51,6 +52,9 @@ void answer_strata_clear(struct job *j)
     j->determinant = NULL;
     j->stratum = NULL;
     j->strata = 0;
+    free(j->not_zero);
+    j->not_zero = NULL;
+    j->not_zeros = 0;
 }
 
 /* A function too long to be written is not left out: the point tells where it vanishes. */
@@ -74,6 +78,22 @@ void strata_add(struct job *j, expr_id factor, int before, struct stratum as)
     for (int i = 0; i < j->strata && ok; i++)
         ok = !factor || !j->stratum[i].wheres || j->stratum[i].where[0] != factor;
     if (!ok) {
+        stratum_clear(&as);
+        return;
+    }
+    j->stratum = sga_realloc(j->stratum, (size_t)(j->strata + 1) * sizeof *j->stratum);
+    j->stratum[j->strata++] = as;
+}
+
+void strata_add_case(struct job *j, struct cases_part *part)
+{
+    struct stratum as = { .kind = "parameter", .part = *part };
+    bool ok = true;
+    *part = (struct cases_part){ 0 };
+    for (int i = 0; i < as.part.wheres && ok; i++)
+        ok = push(j, &as, as.part.where[i]);
+    if (!ok) {
+        sga_limit_met(&j->budget, SGA_LIMIT_PARAMETER_CASES);
         stratum_clear(&as);
         return;
     }
@@ -135,9 +155,28 @@ static bool drops_before(struct listing *l, expr_id factor, int before, struct s
     return lower;
 }
 
+/* Whether the values of the parameters at a point, where these are among the variables, are a case that is listed. A point that is
+ * not proved may only have been approached. */
+static bool in_a_case(struct listing *l, struct points_point *p, bool approached)
+{
+    static const double NEAR = 1e-4;
+    num_ball_extend(&p->ball);
+    for (int i = 0; i < l->cases.parts; i++) {
+        const struct cases_part *c = l->cases.part + i;
+        bool in = true;
+        for (int k = 0; k < c->wheres && in; k++) {
+            arb_srcptr v = num_ball_value(&p->ball, c->where[k]);
+            in = arb_contains_zero(v) || (approached && fabs(arf_get_d(arb_midref(v), ARF_RND_NEAR)) < NEAR);
+        }
+        if (in)
+            return true;
+    }
+    return false;
+}
+
 /* Whether the rank drops where the factor vanishes for special values of the parameters, none
- * of which was met above. */
-static bool drops_for_some(struct listing *l, expr_id factor)
+ * of which was met above; cases of their own are looked at there. as gets the point. */
+static bool drops_for_some(struct listing *l, expr_id factor, struct stratum *as)
 {
     struct points_point p;
     struct job *j = l->j;
@@ -146,9 +185,12 @@ static bool drops_for_some(struct listing *l, expr_id factor)
     if (none || too_many(j, j->request.system.variables, &l->moved))
         return false;
     enum points_status status = strata_look_at(j, (struct strata_look){ .c = j->solution.constraints, .factor = factor, .moving = STRATA_PARAMETERS }, &p, &rank);
+    bool lower = status == POINTS_IRREGULAR || (status == POINTS_OK && rank < j->request.system.variables - j->solution.free_columns);
+    lower = lower && !in_a_case(l, &p, !p.certified);
+    if (lower)
+        keep_point(as, &p, j->request.system.variables);
     points_point_clear(&p);
-    return status == POINTS_IRREGULAR
-           || (status == POINTS_OK && rank < j->request.system.variables - j->solution.free_columns);
+    return lower;
 }
 
 /* A factor in time only: at its zeros the rank may drop for an instant. */
@@ -169,14 +211,14 @@ static void consider(struct listing *l, expr_id factor, int before)
     if (f & EXPR_NONZERO || expr_is_const(st, factor) || !sga_budget_ok(&l->j->budget, l->j->err))
         return;
     if (!(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
-        strata_add(l->j, factor, -1, (struct stratum){ .kind = "parameter" });
+        strata_condition(l, &factor, 1);
     else if (!(f & EXPR_HAS_VARIABLE)) {
         if (l->j->solution.verdict != SGA_INCONSISTENT && instant(l->j, factor))
             strata_add(l->j, factor, -1, (struct stratum){ .kind = "instant" });
     } else if (l->j->solution.verdict != SGA_INCONSISTENT && (strata_drops(l->j, factor, 0, &as) || drops_before(l, factor, before, &as)))
         strata_add(l->j, factor, before, as);
-    else if (l->j->solution.verdict != SGA_INCONSISTENT && drops_for_some(l, factor))
-        strata_add(l->j, factor, -1, (struct stratum){ .kind = "parameter" });
+    else if (l->j->solution.verdict != SGA_INCONSISTENT && drops_for_some(l, factor, &as))
+        strata_add(l->j, factor, before, as);
 }
 
 /* A factor that vanishes only where the equations have no value, as far as squares show. */
@@ -220,8 +262,8 @@ void answer_strata(struct job *j)
     expr_facts_init(&l.facts);
     expr_cone_init(&l.cone);
     l.domain = (struct domain){ .system = &j->request.system, .facts = &l.facts, .cone = &l.cone, .budget = &j->budget };
-    if (empty && j->request.system.parameters)      /* for which parameters it is a contradiction */
-        strata_factors(&l, sol->contradiction, 0);
+    for (int i = 0; i < sol->conditions.count; i++)
+        strata_condition(&l, sol->conditions.at[i].function, sol->conditions.at[i].functions);
     for (int i = 0; i < sol->others; i++)
         if (sol->other[i] != sol->special[0])
             strata_add(j, sol->other[i], -1, (struct stratum){ .kind = "pivot", .off = true });
@@ -248,6 +290,9 @@ void answer_strata(struct job *j)
         strata_domain(&l);
         strata_lost(&l);
     }
+    strata_alike(&l);
+    strata_cases(&l);
+    cases_clear(&l.cases);
     expr_facts_clear(&l.facts);
     expr_cone_clear(&l.cone);
 }

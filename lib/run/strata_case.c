@@ -44,43 +44,6 @@ static void own_copy(struct strata_case *part)
     part->own_rows = true;
 }
 
-/* The parameter that f is affine in, its factor free of variables and never zero if possible;
- * *value is what it equals where f = 0. -1: none. */
-static int solve_for(const struct sys_system *system, expr_id f, expr_id *value)
-{
-    struct expr_store *st = system->store;
-    struct poly_limits limits = { .max_terms = 100, .max_generators = 24 };
-    int best = -1;
-    bool constant = false;
-    for (int k = 0; k < system->parameters && !constant; k++) {
-        int symbol = system->parameter[k];
-        expr_id d = expr_diff(st, f, symbol), rest = f;
-        poly_normal(st, d, &limits, &d);
-        if (expr_is_zero(st, d) || !expr_is_zero(st, expr_diff(st, d, symbol)))
-            continue;
-        constant = expr_is_const(st, d);
-        if (best >= 0 && !constant)
-            continue;
-        expr_id *map = sga_calloc((size_t)st->symbols, sizeof *map);
-        map[symbol] = expr_int(st, 0);
-        expr_substitute(st, &rest, 1, map);
-        free(map);
-        *value = expr_neg(st, expr_div(st, rest, d));
-        poly_normal(st, *value, &limits, value);
-        best = k;
-    }
-    return best;
-}
-
-static bool on_parameters(const struct sys_system *system, expr_id f)
-{
-    struct expr_facts facts;
-    expr_facts_init(&facts);
-    bool yes = !(expr_facts_of(&facts, system->store, f) & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME));
-    expr_facts_clear(&facts);
-    return yes;
-}
-
 static expr_id *replaced(struct expr_store *st, const expr_id *from, int n, const expr_id *map)
 {
     expr_id *to = sga_malloc(((size_t)n + 1) * sizeof *to);
@@ -102,21 +65,30 @@ static void substitute_mechanical(struct strata_case *part, const struct form_me
     to->constraint = replaced(st, from->constraint, from->constraints, map);
 }
 
-/* Rows, restriction and parameters with the k-th parameter replaced. */
-static void substitute(struct strata_case *part, const struct sys_system *system, const struct form_mechanical *mechanical, int k,
-                       expr_id value)
+static bool is_put(const struct cases_part *values, int symbol)
+{
+    for (int i = 0; i < values->puts; i++)
+        if (values->put[i].symbol == symbol)
+            return true;
+    return false;
+}
+
+/* Rows, restriction and parameters with some of the parameters replaced. */
+static void substitute(struct strata_case *part, const struct sys_system *system, const struct form_mechanical *mechanical,
+                       const struct cases_part *values)
 {
     struct expr_store *st = system->store;
     struct sys_system *to = &part->system;
     expr_id *map = sga_calloc((size_t)st->symbols, sizeof *map);
-    map[system->parameter[k]] = value;
+    for (int i = 0; i < values->puts; i++)
+        map[values->put[i].symbol] = values->put[i].value;
     sys_init(to, st);
     to->time = system->time;
     to->square = system->square;
     for (int i = 0; i < system->variables; i++)
         sys_add_variable(to, system->variable[i].symbol, system->variable[i].role);
     for (int i = 0; i < system->parameters; i++)
-        if (i != k)
+        if (!is_put(values, system->parameter[i]))
             sys_add_parameter(to, system->parameter[i]);
     for (int i = 0; i < system->signals; i++)
         sys_add_signal(to, system->signal[i]);
@@ -161,17 +133,10 @@ bool strata_case_make(struct strata_case *part, const struct sys_system *system,
             own_copy(part);
         return true;
     }
-    expr_id value = EXPR_UNDEF;
-    struct sga_buf text = { 0 };
-    int k = on_parameters(system, s->where[0]) ? solve_for(system, s->where[0], &value) : -1;
-    if (k < 0 || !expr_print(system->store, value, 4000, &text)) {
-        sga_buf_free(&text);
-        return sga_fail(err, SGA_E_UNDECIDED, "this is a condition on the parameters on the set of the constraints; it could not be "
-                        "solved for one of them to be substituted; give the parameters values that fulfil it");
-    }
-    s->parameter = strdup(system->store->symbol[system->parameter[k]].name);
-    s->value = sga_buf_take(&text);
-    substitute(part, system, mechanical, k, value);
+    if (!s->part.puts || s->part.open)
+        return sga_fail(err, SGA_E_UNDECIDED, "this condition on the parameters has no solution in closed form that could be "
+                        "substituted; give the parameters values that fulfil it");
+    substitute(part, system, mechanical, &s->part);
     return true;
 }
 

@@ -16,9 +16,8 @@ bool strata_solvable(const struct stratum *s);
 /* Whether it is another part of the constraint set, given by a point: the same system is solved near it. */
 bool strata_is_part(const struct stratum *s);
 
-/* The functions of s->where are added to the restriction; where s is a condition on
- * parameters, it is solved for one of them, which is substituted (noted in s). False:
- * UNDECIDED, where it could not be solved. mechanical: of that form, whose rows and variables
+/* The functions of s->where are added to the restriction; where s is a case of
+ * parameters, those of s->part are put in. False: UNDECIDED, where there are none. mechanical: of that form, whose rows and variables
  * will be changed; otherwise NULL. */
 bool strata_case_make(struct strata_case *part, const struct sys_system *system, const struct form_mechanical *mechanical,
                       struct stratum *s, struct sga_error *err);

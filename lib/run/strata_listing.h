@@ -12,6 +12,7 @@ struct listing {
     struct expr_cone cone;
     struct domain domain;     /* where the equations have values */
     int off, moved;           /* how many factors were looked at off the final set, and for special parameters */
+    struct cases cases;       /* of the parameters, so far */
     int before, rank;         /* generic rank with the first `before` constraints; -1: not known */
 };
 
@@ -46,6 +47,20 @@ bool strata_drops(struct job *j, expr_id factor, int starts, struct stratum *as)
 
 /* Lists each factor of value, a pivot chosen on the set of the first `before` constraints, that can vanish. */
 void strata_factors(struct listing *l, expr_id value, int before);
+
+/* The cases in which functions of the parameters all vanish join the list; parts of others do not. */
+void strata_condition(struct listing *l, const expr_id *function, int functions);
+/* One part more, taken over, unless it lies in one that is listed. */
+void strata_join(struct listing *l, struct cases_part *part);
+/* Where strata are solved: parts where the general answer holds leave the list; what is special inside them joins it. Cost: a
+ * reduction for each. */
+void strata_alike(struct listing *l);
+/* One of them, taken over, as a stratum. */
+void strata_add_case(struct job *j, struct cases_part *part);
+/* e must not vanish. */
+void strata_assume(struct job *j, expr_id e);
+/* The list becomes strata and assumptions. */
+void strata_cases(struct listing *l);
 
 /* Parts of the constraint set on which the answer does not hold, each by a point that satisfies all given equations. To be called before the shadow is asked
  * about anything but the reduction. */

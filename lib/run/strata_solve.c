@@ -8,7 +8,7 @@
 #include "strata_case.h"
 
 /* A stratum of a stratum of a stratum ..., and all of them together. */
-enum { DEPTH = 3, MOST = 48 };
+enum { DEPTH = 3, MOST = 48, MOST_CASES = 96 };
 
 /* The set that a stratum was reduced to, as it is written. */
 struct reached {
@@ -19,7 +19,7 @@ struct reached {
 
 struct strata_tree {
     struct reached *reached; int count; size_t cap;
-    int solved, lists, cases;
+    int solved, lists, cases;      /* cases: of parameters, which are counted apart */
     int restrictions;             /* of the request itself */
     bool cancelled;
 };
@@ -126,7 +126,8 @@ static struct job fresh(const struct job *j, struct sga_error *err)
 {
     return (struct job){ .request = j->request, .budget = j->budget, .options = j->options, .tree = j->tree, .err = err,
                          .stage = j->stage,
-                         .depth = j->depth + 1, .parameter_case = j->parameter_case };
+                         .depth = j->depth + 1, .inside = j->inside, .parameter_case = j->parameter_case,
+                         .above = j->above, .is_case = j->is_case, .part = j->part };
 }
 
 /* Local failures that a better start may mend. */
@@ -229,6 +230,10 @@ bool strata_enter(struct job *j, struct stratum *s, struct strata_frame *f, stru
         return false;
     f->keep = *j;
     *j = fresh(j, err);
+    j->above = &f->keep;
+    j->is_case = s->part.puts > 0;
+    j->inside = f->keep.inside + !j->is_case;
+    j->part = j->is_case ? &s->part : f->keep.part;
     j->on_part = f->keep.on_part || strata_is_part(s);
     j->request.system = f->part.system;
     if (f->part.mechanical.mass)
@@ -253,12 +258,16 @@ static void solve_one(struct job *j, struct stratum *s, int number)
     struct stratum *sibling = j->stratum;
     if (!strata_enter(j, s, &f, &s->error)) {
         s->state = STRATUM_UNSOLVED;
+        if (s->part.wheres)
+            cases_sample(&j->request.system, &s->part, NULL, 0, &s->sample);
         return;
     }
     j->request.want &= REQUEST_CONSTRAINTS | REQUEST_INDEX | REQUEST_VECTOR_FIELD | REQUEST_GAUGE;
-    if (s->parameter)
-        j->parameter_case = ++j->tree->cases;
+    if (s->part.puts)
+        j->parameter_case = j->tree->cases;
     answer_stratum(j, sibling, s, number);
+    if (s->part.wheres)
+        cases_sample(&f.keep.request.system, &s->part, j->not_zero, j->not_zeros, &s->sample);
     strata_leave(j, &f);
     if (!expr_store_ok(&j->request.store)) {      /* what is known already can still be written */
         if (s->error.code == SGA_E_OK)
@@ -312,10 +321,10 @@ bool answer_strata_solve(struct job *j)
                 undescribed(s);
             continue;
         }
-        if (j->depth >= DEPTH)
+        if (!s->part.wheres && j->inside >= DEPTH)
             refuse(s, "strata inside each other", DEPTH);
-        else if (j->tree->solved++ >= MOST)
-            refuse(s, "strata", MOST);
+        else if (s->part.wheres ? j->tree->cases++ >= MOST_CASES : j->tree->solved++ >= MOST)
+            refuse(s, s->part.wheres ? "cases of parameters" : "strata", s->part.wheres ? MOST_CASES : MOST);
         else
             solve_one(j, s, number);
     }

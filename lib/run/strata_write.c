@@ -37,6 +37,35 @@ static void write_described(const struct job *j, struct sga_json *w, const struc
     sga_json_member_bool(w, "point_proved", !s->approximate);
 }
 
+static void write_substituted(const struct job *j, struct sga_json *w, const struct cases_part *part)
+{
+    const struct expr_store *st = &j->request.store;
+    sga_json_key(w, "substituted");
+    sga_json_object(w);
+    for (int i = 0; i < part->puts; i++) {
+        struct sga_buf text = { 0 };
+        if (expr_print(st, part->put[i].value, 0, &text))
+            sga_json_member_string(w, st->symbol[part->put[i].symbol].name, text.data);
+        sga_buf_free(&text);
+    }
+    sga_json_end_object(w);
+}
+
+/* What must not vanish: for this answer, and (in a case of parameters) for what was put in. */
+static void write_not_zero(const struct job *j, struct sga_json *w, const expr_id *e, int count)
+{
+    for (int i = 0; i < count; i++) {
+        struct sga_buf text = { 0 };
+        if (expr_print(&j->request.store, e[i], 0, &text)) {
+            sga_json_object(w);
+            sga_json_member_string(w, "expression", text.data);
+            sga_json_member_string(w, "kind", "not_zero");
+            sga_json_end_object(w);
+        }
+        sga_buf_free(&text);
+    }
+}
+
 static void write_stratum(const struct job *j, struct sga_json *w, const struct stratum *s)
 {
     sga_json_object(w);
@@ -48,11 +77,11 @@ static void write_stratum(const struct job *j, struct sga_json *w, const struct 
     if (s->off) {
         sga_json_member_bool(w, "meets_final_set", false);
     }
-    if (s->parameter) {
-        sga_json_key(w, "substituted");
-        sga_json_object(w);
-        sga_json_member_string(w, s->parameter, s->value);
-        sga_json_end_object(w);
+    if (s->part.puts)
+        write_substituted(j, w, &s->part);
+    if (s->sample.len) {
+        sga_json_key(w, "parameters");
+        sga_json_raw(w, s->sample.data, s->sample.len);
     }
     if (s->also.len) {
         sga_json_key(w, "also");
@@ -86,14 +115,9 @@ void answer_write_strata(const struct job *j, struct sga_json *w)
     sga_json_end_array(w);
     sga_json_key(w, "assumptions");
     sga_json_array(w);
-    for (int i = 0; i < j->strata; i++) {
-        if (strcmp(j->stratum[i].kind, "parameter") != 0)
-            continue;
-        sga_json_object(w);
-        sga_json_member_string(w, "expression", j->stratum[i].text[0]);
-        sga_json_member_string(w, "kind", "not_zero");
-        sga_json_end_object(w);
-    }
+    write_not_zero(j, w, j->not_zero, j->not_zeros);
+    if (j->is_case)
+        write_not_zero(j, w, j->part->excluded, j->part->excludeds);
     if (j->signs.len)
         sga_json_raw(w, j->signs.data, j->signs.len);
     sga_json_end_array(w);

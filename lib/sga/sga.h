@@ -63,12 +63,28 @@ struct sga_branch {
     int before;            /* how many constraints stood when the product was met */
 };
 
+/* A variable that a row defines by a function with switches or roots (definition.h): the reduction and motions are those of the
+ * system with the function in its place. Its row is the constraint of the same number. */
+struct sga_definition {
+    int variable, row;
+    expr_id value;         /* of variables that are not defined, and time */
+};
+
 /* A dense block that was solved as a whole: r velocities from r rows with the matrix S. */
 struct sga_determinant {
     int size;
     expr_id value;         /* a SOLVE node, 0 where det S = 0 (see ech_block_test) */
     int solve;             /* its system in the store; S is the first r rows and columns */
     int *col, *source;     /* by row of S: the velocity, and the row as in struct sga_constraint; owned */
+};
+
+/* Functions of the symbolic parameters: where all of them vanish the answer may be another one. */
+struct sga_condition {
+    expr_id *function; int functions;
+};
+
+struct sga_conditions {
+    struct sga_condition *at; int count; size_t cap;
 };
 
 struct sga_solution {
@@ -100,8 +116,10 @@ struct sga_solution {
     struct points_side *side; int sides;   /* of surfaces that zero decisions rest on: the answer holds there; owned */
     bool sides_not_searched;           /* some switches of the constraints were not looked beyond */
     bool not_factored;                 /* some constraint was too large to be searched for branches */
+    struct sga_definition *definition; int definitions;   /* owned */
     int redundant_rows;                /* rows of the system that follow from the others (at least) */
     struct sga_vanished *vanished; int vanished_rows;   /* only where options.rows asks for them */
+    struct sga_conditions conditions;  /* of all branches that were looked at; owned */
 };
 
 struct sga_options {
@@ -113,6 +131,7 @@ struct sga_options {
     bool gauge_fields;
     int gauge_nodes;                        /* that they may add (and 100 components for each); beyond it they are left out. 0: no limit */
     bool rows;                              /* keep what became of rows that vanish; needs combinations */
+    struct sga_conditions *conditions;      /* what each run takes for granted of the parameters is added; or NULL */
 };
 
 /* Runs the reduction. The shadow is initialised by the caller and holds points of Pf at
@@ -122,6 +141,7 @@ struct sga_options {
 bool sga_solve(const struct sys_system *system, const struct sga_options *options,
                struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err);
 void sga_solution_clear(struct sga_solution *solution);
+void sga_conditions_clear(struct sga_conditions *conditions);
 
 /* Adds the terms of the rows and restrictions to an estimate of natural sizes (points/scaling.h). */
 struct scaling;

@@ -1,7 +1,7 @@
 /* The main loop of the stabilization general algorithm. */
 #include "affine.h"
 #include "block.h"
-#include "state.h"
+#include "conditions.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -16,6 +16,14 @@ const char *sga_verdict_text(enum sga_verdict v)
     return text[v];
 }
 
+void sga_conditions_clear(struct sga_conditions *c)
+{
+    for (int i = 0; i < c->count; i++)
+        free(c->at[i].function);
+    free(c->at);
+    *c = (struct sga_conditions){ 0 };
+}
+
 void sga_solution_clear(struct sga_solution *sol)
 {
     for (int i = 0; i < sol->constraints; i++)
@@ -27,6 +35,7 @@ void sga_solution_clear(struct sga_solution *sol)
     free(sol->determinant);
     free(sol->side);
     free(sol->scale);
+    free(sol->definition);
     free(sol->constraint);
     free(sol->dimension);
     free(sol->pivot);
@@ -41,6 +50,7 @@ void sga_solution_clear(struct sga_solution *sol)
     for (int i = 0; i < sol->vanished_rows; i++)
         free(sol->vanished[i].part);
     free(sol->vanished);
+    sga_conditions_clear(&sol->conditions);
     *sol = (struct sga_solution){ 0 };
 }
 
@@ -91,6 +101,16 @@ static int *natural_sizes(const struct sys_system *sys, const int *variable, dou
     scaling_free(timed);
     scaling_free(plain);
     free(log);
+    return scale;
+}
+
+int *state_sizes(const struct sys_system *sys, double *unit)
+{
+    int *variable = sga_malloc(((size_t)sys->variables + 1) * sizeof *variable);
+    for (int j = 0; j < sys->variables; j++)
+        variable[j] = sys->variable[j].symbol;
+    int *scale = natural_sizes(sys, variable, unit);
+    free(variable);
     return scale;
 }
 
@@ -227,6 +247,8 @@ static bool start(struct state *s, int *added)
     enum points_status status = state_sample_defined(s);
     if (status == POINTS_STOPPED)
         return sga_budget_ok(s->options->budget, s->err);
+    if (status != POINTS_OK && s->shadow->sides)
+        return sga_fail(s->err, SGA_E_NO_REAL_POINT, "no point was found on a side of the equations' switches; give trajectory.initial there");
     if (status != POINTS_OK)
         return sga_fail(s->err, SGA_E_INTERNAL, "no point of the whole space could be made");
     int n = s->sys->restrictions;
@@ -342,12 +364,26 @@ static void conclude(struct state *s)
         sol->pivot[sol->pivots++] = (struct sga_pivot){ -1, s->assumed[q], 0, -1 };
 }
 
-bool state_solve(const struct sys_system *system, const struct sga_options *options, struct points_shadow *shadow,
+/* The sides that the route takes. */
+static void take_sides(struct state *s)
+{
+    struct points_shadow *w = s->shadow;
+    w->sides = 0;
+    for (int i = 0; i < s->route->count; i++) {
+        const struct decision *d = s->route->at + i;
+        if (!d->side)
+            continue;
+        SGA_RESERVE(w->side, w->side_cap, w->sides + 1);
+        w->side[w->sides++] = (struct points_side){ d->product, d->chosen ? -d->side : d->side, false };
+    }
+}
+
+bool state_solve_as_is(const struct sys_system *system, const struct sga_options *options, struct points_shadow *shadow,
                  struct route *route, struct sga_solution *solution, struct sga_error *err)
 {
     struct state s;
     state_init(&s, system, options, shadow, route, solution, err);
-    shadow->sides = 0;
+    take_sides(&s);
     shadow->beyond.cut_short = false;
     struct affine affine;
     s.affine = affine_read(&affine, &s);
@@ -360,6 +396,8 @@ bool state_solve(const struct sys_system *system, const struct sga_options *opti
     }
     if (ok && s.inconsistent && shadow->sides)
         ok = contradiction_on_side(&s);
+    if (ok && options->conditions)
+        conditions_note(&s, options->conditions);
     if (ok)
         conclude(&s);
     else if (!err->stage[0])
