@@ -1,6 +1,7 @@
 /* The reduced echelon form of a growing set of rows. */
 #include "exact_basis.h"
 
+#include <limits.h>
 #include <stdlib.h>
 
 #include "mem.h"
@@ -128,8 +129,7 @@ void exact_basis_add(struct exact_basis *b, const struct exact_row *reduced, int
         if (best < 0 || fmpz_cmpabs(reduced->value + k, reduced->value + best) > 0)
             best = k;
     int col = reduced->col[best];
-    for (int k = 0; k < reduced->entries; k++)
-        exact_row_push(&copy, reduced->col[k], reduced->value + k);
+    exact_row_copy(reduced, INT_MAX, &copy);
     for (int i = 0; i < b->rows; i++)
         clear_column(b, i, &copy, col, columns);
     SGA_RESERVE(b->row, b->row_cap, b->rows + 1);

@@ -17,6 +17,8 @@ struct exact_row {
 void exact_row_clear(struct exact_row *r);
 /* Adds an entry at the end: col is beyond the last one. A value of 0 is left out. */
 void exact_row_push(struct exact_row *r, int col, const fmpz_t value);
+/* The entries in columns before col, as a row (to is empty). */
+void exact_row_copy(const struct exact_row *from, int col, struct exact_row *to);
 /* The greatest common divisor of the entries, and of g before. */
 void exact_row_content(fmpz_t g, const struct exact_row *r);
 /* Every entry divided by d, which divides them. */

@@ -54,6 +54,13 @@ int exact_row_before(const struct exact_row *r, int col)
     return low;
 }
 
+void exact_row_copy(const struct exact_row *from, int col, struct exact_row *to)
+{
+    int n = exact_row_before(from, col);
+    for (int k = 0; k < n; k++)
+        exact_row_push(to, from->col[k], from->value + k);
+}
+
 enum { ENTRY_BITS = 8 };       /* what an entry takes beside its number */
 
 double exact_row_bits(const struct exact_row *r)

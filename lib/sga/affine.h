@@ -77,6 +77,22 @@ struct affine_run {
     bool sampled;                      /* the shadow has points */
 };
 
+/* A function that is to vanish: sum of weight * (A x' - alpha, or a tangency) = function. */
+struct affine_candidate {
+    struct exact_row function;
+    int *source; fmpq *weight; int parts;
+    int from;                      /* the row that ended without velocities, or -1 */
+    int restriction;               /* or -1 */
+};
+
+void affine_candidate_clear(struct affine_candidate *c);
+/* Makes constraints of generation g from candidates: independent of each other and of the earlier ones, which they are
+ * written without where that is shorter. What comes to a function of time is decided: it vanishes, or contradicts (s->inconsistent).
+ * Candidates are moved from. Returns how many were added, or -1 with err or a bad prime. */
+int affine_admit(struct affine_run *r, struct affine_candidate *c, int count, int g);
+/* Of a row of the system, or of rows + a constraint: its row of integers. */
+const struct affine_row *affine_source(const struct affine_run *r, int source);
+
 /* The reduction: fills what `run` in solve.c fills for other systems, and pivots. */
 bool affine_reduce(struct state *s, struct affine *a);
 

@@ -28,12 +28,6 @@ struct lu {
 /* Numbers of so many bits on average are short; below so many in all the field is short in any case. */
 static const double SHORT_BITS = 40, FEW_BITS = 20000, MOST_BITS = 1e9;
 
-static const struct affine_row *row_of(const struct affine_run *r, int source)
-{
-    int rows = r->s->sys->rows;
-    return source < rows ? r->a->row + source : &r->constraint[source - rows]->tangency;
-}
-
 static void met(struct lu *l, int col)
 {
     if (l->met[col])
@@ -63,7 +57,7 @@ static void lu_row(struct lu *l, int q)
 {
     const struct exact_pivot *p = l->r->velocities.pivot + q;
     struct exact_lu_row *to = l->row + q;
-    load(l, row_of(l->r, p->row));
+    load(l, affine_source(l->r, p->row));
     to->factor = sga_malloc(((size_t)p->ops + 1) * sizeof *to->factor);
     for (int k = 0; k < p->ops; k++) {
         const struct exact_lu_row *by = l->row + p->op[k].pivot;
@@ -190,7 +184,7 @@ static void pivot_block(const struct affine_run *r, fmpz_mat_t S)
 {
     const struct exact_echelon *e = &r->velocities;
     for (int q = 0; q < e->pivots; q++) {
-        const struct exact_row *a = &row_of(r, e->pivot[q].row)->a;
+        const struct exact_row *a = &affine_source(r, e->pivot[q].row)->a;
         for (int k = 0; k < a->entries; k++)
             if (e->pivot_of[a->col[k]] >= 0)
                 fmpz_set(fmpz_mat_entry(S, q, e->pivot_of[a->col[k]]), a->value + k);
@@ -301,7 +295,7 @@ static bool fields_written_out(struct affine_run *r, bool gauge)
     fmpz_init_set_ui(den, 1);
     pivot_block(r, S);
     for (int q = 0; q < e->pivots && ok; q++) {
-        const struct affine_row *row = row_of(r, e->pivot[q].row);
+        const struct affine_row *row = affine_source(r, e->pivot[q].row);
         in_coordinates(&c, n, &row->b, right, q);
         for (int f = 0; width + f < all; f++)
             for (int k = 0; k < row->a.entries; k++)
