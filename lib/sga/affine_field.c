@@ -387,6 +387,7 @@ bool affine_fields(struct affine_run *r)
             gauge_fields(&l);
     } else if ((ok = sga_budget_ok(r->s->options->budget, r->s->err))) {
         ok = r->many ? sga_fail(r->s->err, SGA_E_LIMIT_GROWTH, "the numbers of the vector field grow too long") : fields_written_out(r, gauge);
+        sol->written_out = ok;
     }
     lu_clear(&l);
     return ok;
