@@ -10,6 +10,7 @@
 #include "poly.h"
 #include "regular_options.h"
 #include "regular_shape.h"
+#include "warnings.h"
 
 enum { DEPTH = 5 };
 
@@ -19,12 +20,12 @@ static struct regular form_at(struct state *s, expr_id e, int depth);
  * option comes out where one of them never vanishes. */
 static struct regular together(struct state *s, const expr_id *f, int count, int depth)
 {
-    enum { WAYS = 16 };
     struct regular all = { .answer = REGULAR_REPLACED };
     regular_add(&all, NULL, 0);
     for (int i = 0; i < count && all.options; i++) {
         struct regular own = form_at(s, f[i], depth + 1), next = { .answer = REGULAR_REPLACED };
-        if (own.options * all.options > WAYS) {     /* too many: left as it is */
+        if (own.options * all.options > SGA_MOST_REGULAR_WAYS) {     /* too many: left as it is */
+            sga_limit_met(s->options->budget, SGA_LIMIT_REGULAR_WAYS);
             regular_clear(&own);
             regular_add(&own, f + i, 1);
         }
@@ -108,7 +109,7 @@ static void from_factors(struct state *s, expr_id e, struct regular *r, const st
     }
 }
 
-static const struct poly_limits small = { .max_terms = 400, .max_bits = 4000, .max_degree = 60, .max_generators = 24 };
+static const struct poly_limits small = { .max_terms = SGA_MOST_FACTORED_TERMS, .max_bits = 4000, .max_degree = 60, .max_generators = 24 };
 
 /* Part by part: what is too large to factor as a whole. */
 static struct regular from_shape(struct state *s, expr_id e)
@@ -164,6 +165,7 @@ static struct regular form_at(struct state *s, expr_id e, int depth)
     } else {
         r = from_shape(s, e);
         s->sol->not_factored = true;
+        sga_limit_met(s->options->budget, SGA_LIMIT_FACTORED_TERMS);
     }
     return r;
 }
@@ -275,8 +277,11 @@ struct regular regular_form(struct state *s, expr_id e)
 {
     struct regular r = form_of(s, e);
     int c = s->sol->constraints + s->pendings;
-    s->sol->not_factored |= c > REGULAR_REDUCE;
-    if (r.answer != REGULAR_KEEP || c == 0 || c > REGULAR_REDUCE || regular_fresh_graph(s, e)
+    if (c > SGA_MOST_REDUCED_BY) {
+        s->sol->not_factored = true;
+        sga_limit_met(s->options->budget, SGA_LIMIT_REDUCED_BY);
+    }
+    if (r.answer != REGULAR_KEEP || c == 0 || c > SGA_MOST_REDUCED_BY || regular_fresh_graph(s, e)
         || regular_all_affine(s, e))
         return r;
     expr_id reduced = regular_reduced(s, e);
