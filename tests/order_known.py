@@ -6,7 +6,6 @@ import re
 
 DEPENDENT = "what the others of its generation make follow is decided before them, at few points"
 UNION = "the part of a union of sets that is solved, and points of small parts"
-SWITCH = "switches are decided at the points drawn"
 START = "the start is projected in one tier"
 DEFINITE = "definite quotients are not seen in every spelling"
 SIZES = "points are looked for in sizes that do not follow the units"
@@ -15,7 +14,6 @@ TINY = "a pivot that never vanishes is listed, or the start taken to lie on it"
 KNOWN = [
     (r"^random (redundant|overdetermined)", "", DEPENDENT),
     (r"^random (hidden|components)", "", UNION),
-    (r"^random switches", "", SWITCH),
     (r"^random spelled", "", DEFINITE),
     (r"", r"^start: ", START),
     (r"^reducible together", "undecided", UNION),

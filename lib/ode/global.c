@@ -66,7 +66,8 @@ static double sample_error(struct pair *q, const struct ode_result *r, const str
         e = isnan(e) ? INFINITY : e;
         most = sga_larger(most, e);
         q->each[(size_t)k * (size_t)q->columns + (size_t)j] = e;
-        *worst = sga_larger(*worst, e / sga_larger(1e-300, run->o.atol * unit + run->o.rtol * fabs(q->a[j])));
+        if (!run->o.output_beside || !run->o.output_beside[j])
+            *worst = sga_larger(*worst, e / sga_larger(1e-300, run->o.atol * unit + run->o.rtol * fabs(q->a[j])));
     }
     return most;
 }

@@ -165,6 +165,7 @@ struct ode_options {
     double rtol, atol;         /* local error allowed: atol * unit_j + rtol * |x_j| */
     const double *unit;        /* n; typical sizes, > 0; NULL: all 1 */
     const double *output_unit; /* the same of the outputs, where there are some */
+    const unsigned char *output_beside;   /* by output: its errors are told, but no tighter solution is looked for because of them; NULL: none */
     double time_unit;          /* the same of times of events; 0: 1 */
     double first_step;         /* 0: chosen */
     double max_step;           /* 0: none */

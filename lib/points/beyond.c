@@ -146,7 +146,7 @@ void points_beyond_check(struct points_beyond *b, const struct points_space *spa
     int kept = known;
     for (int i = known; i < *sides; i++) {
         struct points_point q = { 0 };
-        bool both = b->count && points_pieces_over(b, space, p, side[i], &q) && zero_at(&q, e, list, count) == 1;
+        bool both = points_pieces_over(b, space, p, side[i], &q) && zero_at(&q, e, list, count) == 1;
         points_point_clear(&q);
         if (both)
             continue;
@@ -155,6 +155,26 @@ void points_beyond_check(struct points_beyond *b, const struct points_space *spa
         side[kept++] = side[i];
     }
     *sides = kept;
+}
+
+void points_beyond_pairs(struct points_beyond *b, const struct points_space *space, struct points_point *p, expr_id e,
+                         const expr_id *list, int count, struct points_side **side, int *sides, size_t *cap)
+{
+    struct points_side pair[POINTS_PAIRS][2];
+    int pairs = points_pairs_of((struct expr_store *)space->st, p, e, list, count, b, *side, *sides, pair);
+    for (int i = 0; i < pairs; i++) {
+        struct points_point one = { 0 }, both = { 0 };
+        bool known = false;
+        for (int k = 0; k < *sides; k++)
+            known |= (*side)[k].function == pair[i][0].function || (*side)[k].function == pair[i][1].function;
+        if (!known && points_pieces_over(b, space, p, pair[i][0], &one) && points_pieces_over(b, space, &one, pair[i][1], &both)
+            && zero_at(&both, e, list, count) == 0) {
+            SGA_RESERVE(*side, *cap, *sides + 1);
+            (*side)[(*sides)++] = pair[i][1];
+        }
+        points_point_clear(&one);
+        points_point_clear(&both);
+    }
 }
 
 void points_beyond_sides(struct points_beyond *b, const struct points_space *space, struct points_point *p, expr_id e,
@@ -175,6 +195,46 @@ void points_beyond_sides(struct points_beyond *b, const struct points_space *spa
         for (int i = 0; i < b->count; i++)
             if (touches[i] && b->at[i].reached == POINTS_NONE_BEYOND)
                 add_side(b->at + i, true, side, sides, cap);
+    }
+    free(touches);
+}
+
+/* By switches that are none of the constraints'. */
+static void own_zeros(struct points_beyond *b, const struct points_space *space, struct points_point *p, expr_id e,
+                      const expr_id *list, int count, struct points_side **side, int *sides, size_t *cap)
+{
+    struct expr_store *st = (struct expr_store *)space->st;
+    for (int k = 0; k < count; k++) {
+        expr_id u = points_switches(expr_op_of(st, list[k])) ? points_surface(st, list[k]) : EXPR_UNDEF;
+        int sign = u && !points_beyond_has(b, u) ? points_sign_at(p, u) : 0;
+        for (int i = 0; i < *sides; i++)
+            sign = (*side)[i].function == u ? 0 : sign;
+        if (!sign)
+            continue;
+        struct points_side from = { u, sign, false };
+        struct points_point q = { 0 };
+        if (points_pieces_over(b, space, p, from, &q) && zero_at(&q, e, list, count) == 1) {
+            SGA_RESERVE(*side, *cap, *sides + 1);
+            (*side)[(*sides)++] = from;
+        }
+        points_point_clear(&q);
+    }
+}
+
+void points_beyond_zeros(struct points_beyond *b, const struct points_space *space, struct points_point *p, expr_id e,
+                         const expr_id *list, int count, struct points_side **side, int *sides, size_t *cap)
+{
+    unsigned char *touches = sga_calloc((size_t)b->count + 1, 1);
+    own_zeros(b, space, p, e, list, count, side, sides, cap);
+    if (b->count && connected(b, space->st, list, count, touches)) {
+        points_pieces_search(b, space, p, touches);
+        for (int k = 0; k < b->pieces; k++) {
+            struct points_piece *q = b->piece + k;
+            if (!touches[q->last] || zero_at(&q->p, e, list, count) != 1 || !points_on_sides(space->st, &q->p.ball, *side, *sides))
+                continue;
+            if (!points_pieces_back(b, space, k) || zero_at(&q->back, e, list, count) != 1)   /* otherwise on another part of a union */
+                add_side(b->at + q->last, false, side, sides, cap);
+        }
     }
     free(touches);
 }

@@ -54,13 +54,21 @@ void points_beyond_clear(struct points_beyond *b);
 bool points_beyond_has(const struct points_beyond *b, expr_id function);
 
 /* The last sides but `known` are of switches of e alone, found by putting in the other branch: drops those beyond which
- * e is 0 at a point of the set all the same, where the constraints have switches too (max(x, -x) = |x|); what the set
+ * e is 0 at a point of the set all the same, as several change together (max(x, -x) = |x|); what the set
  * does not come near to, as far as could be found, is unseen. */
 void points_beyond_check(struct points_beyond *b, const struct points_space *space, struct points_point *p, expr_id e,
                          const expr_id *list, int count, struct points_side *side, int *sides, int known);
+/* e is 0 at p, and with any one of its own switches on the other branch: adds a side for each two that must both change, and can. */
+void points_beyond_pairs(struct points_beyond *b, const struct points_space *space, struct points_point *p, expr_id e,
+                         const expr_id *list, int count, struct points_side **side, int *sides, size_t *cap);
 /* e is 0 on the set near p (list: its cone). Adds to *side the sides on which that rests: e is not 0 at a point beyond,
  * or (unseen) there is none beyond that could be found. Searches beyond each switch that constraints connect with e, once for a set. */
 void points_beyond_sides(struct points_beyond *b, const struct points_space *space, struct points_point *p, expr_id e,
+                         const expr_id *list, int count, struct points_side **side, int *sides, size_t *cap);
+
+/* e is not 0 at p (list: its cone). Adds to *side the sides beyond which it is 0 on the set, of its own switches and of the
+ * constraints'. Searches as above. */
+void points_beyond_zeros(struct points_beyond *b, const struct points_space *space, struct points_point *p, expr_id e,
                          const expr_id *list, int count, struct points_side **side, int *sides, size_t *cap);
 
 #endif

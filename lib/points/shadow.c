@@ -340,20 +340,27 @@ static void keep_zero(struct points_shadow *s, expr_id e, struct points_decision
     s->zero[s->zeros++] = (struct points_zero){ e, d };
 }
 
+static bool any_switches(struct points_shadow *s)
+{
+    const struct expr_store *st = s->space.st;
+    for (; s->looked < st->nodes; s->looked++)
+        s->switches |= points_switches(expr_op_of(st, s->looked));
+    return s->switches && s->reals && expr_store_ok(st);
+}
+
 /* A zero that was found at the points: the sides that it depends on, by switches of its own and, where it does not
  * hold by algebra whatever they are, by those of the constraints. */
 static void note_sides(struct points_shadow *s, expr_id e, enum points_basis basis)
 {
     struct expr_store *st = (struct expr_store *)s->space.st;
-    for (; s->looked < st->nodes; s->looked++)
-        s->switches |= points_switches(expr_op_of(st, s->looked));
-    if (!s->switches || !s->reals || !expr_store_ok(st))
+    if (!any_switches(s))
         return;
     expr_cone_of(st, &s->cone, &e, 1);
     int known = s->sides;
     points_beyond_list(&s->beyond, &s->space, s->real);
     points_sides_of(st, s->real, e, s->cone.list, s->cone.count, &s->beyond, &s->side, &s->sides, &s->side_cap);
     points_beyond_check(&s->beyond, &s->space, s->real, e, s->cone.list, s->cone.count, s->side, &s->sides, known);
+    points_beyond_pairs(&s->beyond, &s->space, s->real, e, s->cone.list, s->cone.count, &s->side, &s->sides, &s->side_cap);
     if (basis != POINTS_ZERO_ALGEBRAIC)
         points_beyond_sides(&s->beyond, &s->space, s->real, e, s->cone.list, s->cone.count, &s->side, &s->sides, &s->side_cap);
 }
@@ -365,6 +372,42 @@ struct points_decision points_shadow_zero(struct points_shadow *s, expr_id e)
     keep_zero(s, e, d);
     if (d.truth == POINTS_ZERO && d.basis != POINTS_EXACT)
         note_sides(s, e, d.basis);
+    if (d.basis == POINTS_ZERO_NUMERIC && d.digits < s->least_digits)
+        s->least_digits = d.digits;
+    return d;
+}
+
+/* Sides of a function that is not 0 at the points beyond which it is. */
+static void note_zeros(struct points_shadow *s, expr_id e)
+{
+    struct expr_store *st = (struct expr_store *)s->space.st;
+    expr_cone_of(st, &s->cone, &e, 1);
+    points_beyond_list(&s->beyond, &s->space, s->real);
+    points_beyond_zeros(&s->beyond, &s->space, s->real, e, s->cone.list, s->cone.count, &s->side, &s->sides, &s->side_cap);
+}
+
+struct points_decision points_shadow_cells(struct points_shadow *s, expr_id e, bool nonzero, bool accept, bool *mixed)
+{
+    struct points_decision d = decide(s, e);
+    int known = s->sides;
+    struct points_side *before = copy_of(s->side, (size_t)known, sizeof *before);
+    bool zero = d.truth == POINTS_ZERO;
+    *mixed = false;
+    if (zero && d.basis != POINTS_EXACT)
+        note_sides(s, e, d.basis);
+    else if (nonzero && d.truth == POINTS_NONZERO && d.basis != POINTS_EXACT && any_switches(s))
+        note_zeros(s, e);
+    for (int i = 0; i < s->sides; i++)
+        *mixed |= (i >= known || before[i].unseen) && !s->side[i].unseen;
+    if (*mixed && !accept) {
+        memcpy(s->side, before, (size_t)known * sizeof *before);
+        s->sides = known;
+    }
+    free(before);
+    if (*mixed && !accept)
+        return d;
+    s->count[d.basis]++;
+    keep_zero(s, e, d);
     if (d.basis == POINTS_ZERO_NUMERIC && d.digits < s->least_digits)
         s->least_digits = d.digits;
     return d;

@@ -79,6 +79,9 @@ void points_shadow_forget(struct points_shadow *s);
 /* Decide whether e is zero on the set. Where that holds on one side of a surface only, the
  * side is added to s->side, and later points are taken on it alone. */
 struct points_decision points_shadow_zero(struct points_shadow *s, expr_id e);
+/* The same for what need not be one thing on all sides: *mixed, where e is 0 here and not beyond a surface that the set
+ * reaches, or (nonzero: asked too) the other way round. Then no side is added unless `accept`. */
+struct points_decision points_shadow_cells(struct points_shadow *s, expr_id e, bool nonzero, bool accept, bool *mixed);
 /* log2 of |e| at the first point (very negative for 0), for choosing pivots. */
 double points_shadow_magnitude(struct points_shadow *s, expr_id e);
 

@@ -82,13 +82,16 @@ static void other_branch(struct num_ball *b, const struct expr_node n, arb_t v)
     }
 }
 
-/* Whether e stays 0 with the other branch of the key's nodes. b is a scratch with values. */
-static bool zero_on_both(struct num_ball *b, expr_id e, const expr_id *list, int count, const struct expr_node key)
+/* Whether e stays 0 with the other branch of the keys' nodes. b is a scratch with values. */
+static bool zero_on_both(struct num_ball *b, expr_id e, const expr_id *list, int count, const struct expr_node *key, int keys)
 {
     for (int k = 0; k < count; k++) {
         num_ball_list(b, list + k, 1);
         const struct expr_node n = b->st->node[list[k]];
-        if (changes_with(n, key))
+        bool changes = false;
+        for (int i = 0; i < keys; i++)
+            changes |= changes_with(n, key[i]);
+        if (changes)
             other_branch(b, n, num_ball_value(b, list[k]));
     }
     arb_srcptr v = num_ball_value(b, e);
@@ -117,6 +120,25 @@ int points_sign_at(struct points_point *p, expr_id u)
     return !arb_is_finite(v) || arb_contains_zero(v) ? 0 : arb_is_positive(v) ? 1 : -1;
 }
 
+/* The sign of a switch's function at p, where it can change, is none of the constraints' and is not listed yet; else 0. */
+static int open_sign(struct expr_store *st, struct expr_facts *facts, struct points_point *p, expr_id u, const struct points_beyond *beyond,
+                     const struct points_side *side, int sides)
+{
+    unsigned f = expr_facts_of(facts, st, u);
+    int sign = f & EXPR_NONZERO || !(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME | EXPR_HAS_PARAMETER)) ? 0 : points_sign_at(p, u);
+    sign = beyond && points_beyond_has(beyond, u) ? 0 : sign;
+    for (int i = 0; i < sides; i++)
+        sign = side[i].function == u ? 0 : sign;
+    return sign;
+}
+
+static void scratch_at(struct num_ball *scratch, const struct expr_store *st, const struct points_point *p)
+{
+    num_ball_init(scratch, st, p->ball.prec);
+    for (int i = 0; i < st->symbols && (size_t)i < p->ball.symbol_cap; i++)
+        num_ball_set(scratch, i, p->ball.symbol + i);
+}
+
 void points_sides_of(struct expr_store *st, struct points_point *p, expr_id e, const expr_id *list, int count,
                      const struct points_beyond *beyond, struct points_side **side, int *sides, size_t *cap)
 {
@@ -128,25 +150,52 @@ void points_sides_of(struct expr_store *st, struct points_point *p, expr_id e, c
         if (!points_switches((enum expr_op)n.op))
             continue;
         expr_id u = surface(st, n);
-        unsigned f = expr_facts_of(&facts, st, u);
-        int sign = f & EXPR_NONZERO || !(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME | EXPR_HAS_PARAMETER)) ? 0 : points_sign_at(p, u);
-        sign = beyond && points_beyond_has(beyond, u) ? 0 : sign;
-        for (int i = 0; i < *sides; i++)
-            sign = (*side)[i].function == u ? 0 : sign;
+        int sign = open_sign(st, &facts, p, u, beyond, *side, *sides);
         if (!sign)
             continue;
-        if (!scratch.st) {
-            num_ball_init(&scratch, st, p->ball.prec);
-            for (int i = 0; i < st->symbols && (size_t)i < p->ball.symbol_cap; i++)
-                num_ball_set(&scratch, i, p->ball.symbol + i);
-        }
-        if (zero_on_both(&scratch, e, list, count, n))
+        if (!scratch.st)
+            scratch_at(&scratch, st, p);
+        if (zero_on_both(&scratch, e, list, count, &n, 1))
             continue;
         SGA_RESERVE(*side, *cap, *sides + 1);
         (*side)[(*sides)++] = (struct points_side){ u, sign, false };
     }
     expr_facts_clear(&facts);
     num_ball_clear(&scratch);
+}
+
+int points_pairs_of(struct expr_store *st, struct points_point *p, expr_id e, const expr_id *list, int count,
+                    const struct points_beyond *beyond, const struct points_side *side, int sides, struct points_side (*pair)[2])
+{
+    struct expr_node key[POINTS_KEYS];
+    struct points_side at[POINTS_KEYS];
+    struct num_ball scratch = { 0 };
+    struct expr_facts facts;
+    int keys = 0, pairs = 0;
+    expr_facts_init(&facts);
+    for (int k = 0; k < count && keys < POINTS_KEYS; k++) {
+        expr_id u = points_surface(st, list[k]);
+        int sign = u ? open_sign(st, &facts, p, u, beyond, side, sides) : 0;
+        for (int i = 0; i < keys; i++)
+            sign = at[i].function == u ? 0 : sign;
+        if (!sign)
+            continue;
+        key[keys] = st->node[list[k]];
+        at[keys++] = (struct points_side){ u, sign, false };
+    }
+    if (keys > 1)
+        scratch_at(&scratch, st, p);
+    for (int i = 0; i < keys; i++)
+        for (int j = i + 1; j < keys; j++) {
+            const struct expr_node two[2] = { key[i], key[j] };
+            if (zero_on_both(&scratch, e, list, count, two, 2))
+                continue;
+            pair[pairs][0] = at[i];
+            pair[pairs++][1] = at[j];
+        }
+    expr_facts_clear(&facts);
+    num_ball_clear(&scratch);
+    return pairs;
 }
 
 bool points_on_sides(const struct expr_store *st, struct num_ball *b, const struct points_side *side, int sides)

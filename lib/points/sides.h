@@ -26,6 +26,12 @@ int points_sign_at(struct points_point *p, expr_id u);
 void points_sides_of(struct expr_store *st, struct points_point *p, expr_id e, const expr_id *list, int count,
                      const struct points_beyond *beyond, struct points_side **side, int *sides, size_t *cap);
 
+/* The same where each switch alone leaves e at 0: pairs of them that do not, together (max(x, 0) max(y, 0)), of the first
+ * POINTS_KEYS switches; room for POINTS_PAIRS. How many. */
+enum { POINTS_KEYS = 8, POINTS_PAIRS = POINTS_KEYS * (POINTS_KEYS - 1) / 2 };
+int points_pairs_of(struct expr_store *st, struct points_point *p, expr_id e, const expr_id *list, int count,
+                    const struct points_beyond *beyond, const struct points_side *side, int sides, struct points_side (*pair)[2]);
+
 /* Whether the point lies on all these sides (true too where one is undecided). */
 bool points_on_sides(const struct expr_store *st, struct num_ball *b, const struct points_side *side, int sides);
 

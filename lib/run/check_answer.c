@@ -107,12 +107,13 @@ static bool parse_all(struct job *j, struct readback *b)
  * worked. */
 static const double *witness_near(const struct job *j)
 {
-    return j->near ? j->near : j->shadow.reals ? j->shadow.real[0].x : NULL;
+    bool first = j->near && !(j->solution.definitions && j->shadow.reals);      /* 0 where nothing is given is no place for a root */
+    return first ? j->near : j->shadow.reals ? j->shadow.real[0].x : NULL;
 }
 
 static double witness_time(const struct job *j)
 {
-    return j->near || !j->shadow.reals ? j->near_time : j->shadow.real[0].t;
+    return witness_near(j) == j->near || !j->shadow.reals ? j->near_time : j->shadow.real[0].t;
 }
 
 /* Acceleration and reaction as printed against the formulas, at a point of W. */

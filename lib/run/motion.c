@@ -54,7 +54,7 @@ static bool integrate(struct job *j, const struct sga_solution *solution, struct
 {
     if (!answer_integrate(j, solution, r, &j->trajectory, j->err))
         return false;
-    if (r->arithmetic != TRAJ_AUTO || r->exact_time || r->events || !j->trajectory.shortfall)
+    if (r->arithmetic != TRAJ_AUTO || r->exact_time || r->events || !j->trajectory.shortfall || j->trajectory.beside)
         return true;
     struct traj_result again;
     struct sga_error ignored = { 0 };

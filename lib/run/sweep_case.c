@@ -68,6 +68,8 @@ static void gather_solution(struct roots *r, const struct sga_solution *s, int n
         append_one(r, s->side[i].function);
     for (int i = 0; i < s->dense_blocks; i++)
         append_one(r, s->determinant[i].value);
+    for (int i = 0; i < s->definitions; i++)
+        append_one(r, s->definition[i].value);
 }
 
 static void *duplicate(const void *from, int count, size_t size)
@@ -139,6 +141,9 @@ static void place_solution(struct sweep_case *c, const struct sga_solution *s, i
         to->side[i].function = *e++;
     for (int i = 0; i < s->dense_blocks; i++)
         to->determinant[i].value = *e++;
+    to->definition = duplicate(s->definition, s->definitions, sizeof *to->definition);
+    for (int i = 0; i < s->definitions; i++)
+        to->definition[i].value = *e++;
 }
 
 static bool all_defined(const expr_id *e, int from, int to, const expr_id *before)
@@ -200,6 +205,7 @@ void sweep_case_clear(struct sweep_case *c)
         free(c->solution.pivot);
         free(c->solution.side);
         free(c->solution.determinant);
+        free(c->solution.definition);
         free(c->solution.field);
         free(c->solution.gauge);
     }

@@ -162,7 +162,10 @@ static bool replacements_hold(struct state *s, int from)
         expr_id old = s->sol->constraint[i].replaced;
         if (!old)
             continue;
-        int z = ech_zero(&s->ctx, old);
+        struct points_shadow *w = s->shadow;
+        int sides = w->sides, z = ech_zero(&s->ctx, old);
+        while (w->sides > sides && w->side[w->sides - 1].unseen)      /* a factor's zeros are zeros of the product, seen or not */
+            w->sides--;
         if (z < 0)
             return false;
         if (z == 0)

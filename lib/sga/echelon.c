@@ -47,16 +47,18 @@ void ech_row_push(struct ech_row *r, int col, expr_id value)
     r->entry[r->entries++] = (struct sys_entry){ col, value };
 }
 
-int ech_zero(const struct ech_context *c, expr_id e)
+static bool may_ask(const struct ech_context *c, expr_id e)
 {
     if (!e || !expr_store_ok(c->st)) {
         if (c->err->code == SGA_E_OK)
             *c->err = c->st->error;
-        return -1;
+        return false;
     }
-    if (!sga_budget_ok(c->budget, c->err))
-        return -1;
-    struct points_decision d = points_shadow_zero(c->shadow, e);
+    return sga_budget_ok(c->budget, c->err);
+}
+
+static int told(const struct ech_context *c, expr_id e, struct points_decision d)
+{
     if (d.truth != POINTS_UNKNOWN)
         return d.truth == POINTS_ZERO;
     struct sga_buf text = { 0 };
@@ -69,6 +71,21 @@ int ech_zero(const struct ech_context *c, expr_id e)
         sga_fail(c->err, SGA_E_UNDECIDED, "could not decide whether %s is zero on the constraint set", text.data);
     sga_buf_free(&text);
     return -1;
+}
+
+int ech_zero(const struct ech_context *c, expr_id e)
+{
+    return may_ask(c, e) ? told(c, e, points_shadow_zero(c->shadow, e)) : -1;
+}
+
+/* Of an entry: 1 it is 0 and may be dropped. One that is 0 here, and not beyond a surface that the set reaches, stays. */
+static int drops(const struct ech_context *c, expr_id e)
+{
+    bool mixed = false;
+    if (!may_ask(c, e))
+        return -1;
+    int z = told(c, e, points_shadow_cells(c->shadow, e, false, false, &mixed));
+    return mixed ? 0 : z;
 }
 
 static void record(const struct ech_context *c, struct ech_row *r, int pivot, expr_id factor)
@@ -107,7 +124,7 @@ static bool subtract(struct echelon *e, const struct ech_context *c, struct ech_
         expr_id t = expr_mul(c->st, f, p->row.entry[k].value);
         if (e->mark[col]) {
             e->work[col] = expr_sub(c->st, e->work[col], t);
-            int z = ech_zero(c, e->work[col]);
+            int z = drops(c, e->work[col]);
             ok = z >= 0;
             if (z == 1)
                 e->work[col] = EXPR_UNDEF;
@@ -138,7 +155,7 @@ static bool reduce(struct echelon *e, const struct ech_context *c, struct ech_ro
 {
     int n = 0;
     for (int k = 0; k < r->entries; k++) {
-        int z = ech_zero(c, r->entry[k].value);
+        int z = drops(c, r->entry[k].value);
         if (z < 0)
             return false;
         if (z == 0)
@@ -168,6 +185,8 @@ struct agenda {
     int **meet; int *meet_len; size_t *meet_cap;          /* by column */
     int cols;
     int lowest;
+    expr_id *mixed; int mixes; size_t mix_cap;            /* entries that are 0 on some sides of the set and not on others */
+    bool sided;                                           /* these are asked now, on the side where the points are */
 };
 
 static void file_row(struct agenda *a, int i)
@@ -216,6 +235,15 @@ static void agenda_clear(struct agenda *a)
     free(a->meet_len);
     free(a->meet_cap);
     free(a->done);
+    free(a->mixed);
+}
+
+static bool is_mixed(const struct agenda *a, expr_id e)
+{
+    for (int i = 0; i < a->mixes; i++)
+        if (a->mixed[i] == e)
+            return true;
+    return false;
 }
 
 /* Constants first, then what never vanishes, then parameters, then the rest. */
@@ -257,7 +285,7 @@ static bool choose(struct agenda *a, const struct ech_context *c, int *out_row, 
         }
         a->bucket_len[len] = kept;
         a->lowest = kept ? len : len + 1;
-        for (int q = kept - 1; q >= 0 && seen < 6; q--, seen++) {
+        for (int q = kept - 1; q >= 0 && (seen < 6 || best == INFINITY); q--, seen++) {
             int i = a->bucket[len][q];
             if (len == 0) {
                 *out_row = i;
@@ -266,6 +294,8 @@ static bool choose(struct agenda *a, const struct ech_context *c, int *out_row, 
             }
             double least = least_pivot(c, a->row + i);
             for (int k = 0; k < len; k++) {
+                if (!a->sided && is_mixed(a, a->row[i].entry[k].value))
+                    continue;
                 double fill = 4.0 * (len - 1) * (a->meet_len[a->row[i].entry[k].col] - 1);
                 double size = points_shadow_magnitude(c->shadow, a->row[i].entry[k].value);
                 double score = fill + 2 * kind_of(c, a->row[i].entry[k].value) - 1e-3 * fmin(200, fmax(-200, size));
@@ -343,6 +373,21 @@ static bool solve_block(struct echelon *e, const struct ech_context *c, struct a
     return ok;
 }
 
+/* The entry that was chosen for a pivot: 0 it is none where the points are not, 1 it is 0, 2 it depends on the side and is
+ * left until nothing else is. */
+static int judge(struct agenda *a, const struct ech_context *c, expr_id e)
+{
+    bool mixed = false;
+    if (!may_ask(c, e))
+        return -1;
+    int z = told(c, e, points_shadow_cells(c->shadow, e, true, a->sided, &mixed));
+    if (z < 0 || !mixed || a->sided)
+        return z;
+    SGA_RESERVE(a->mixed, a->mix_cap, a->mixes + 1);
+    a->mixed[a->mixes++] = e;
+    return 2;
+}
+
 bool ech_eliminate(struct echelon *e, const struct ech_context *c, struct ech_row *row, int rows, int generation)
 {
     for (int i = 0; i < rows; i++)
@@ -351,8 +396,15 @@ bool ech_eliminate(struct echelon *e, const struct ech_context *c, struct ech_ro
     struct agenda a;
     agenda_init(&a, row, rows, e->cols);
     bool ok = true, blocks = true;
-    int i, at;
-    while (ok && choose(&a, c, &i, &at)) {
+    int i = 0, at = -1;
+    while (ok) {
+        if (!choose(&a, c, &i, &at)) {
+            if (a.sided || !a.mixes)
+                break;
+            a.sided = true;           /* nothing else is left: what holds on this side, which is said */
+            a.lowest = 0;
+            continue;
+        }
         if (at >= 0 && blocks && is_block(&a, c, i)) {
             int before = e->pivots;
             ok = solve_block(e, c, &a, generation) && sga_budget_ok(c->budget, c->err);
@@ -360,7 +412,7 @@ bool ech_eliminate(struct echelon *e, const struct ech_context *c, struct ech_ro
             continue;
         }
         if (at >= 0) {
-            int z = ech_zero(c, row[i].entry[at].value);
+            int z = judge(&a, c, row[i].entry[at].value);
             ok = z >= 0;
             if (z == 0) {
                 ok = take(e, c, &a, i, at, generation) && sga_budget_ok(c->budget, c->err);

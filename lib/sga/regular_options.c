@@ -138,11 +138,11 @@ void regular_follow_route(struct state *s, expr_id product, struct regular *r)
 {
     struct route *w = s->route;
     int i = 0, first;
-    while (i < w->count && w->at[i].product != product)
+    while (i < w->count && (w->at[i].side || w->at[i].product != product))
         i++;
     if (i == w->count) {
         SGA_RESERVE(w->at, w->cap, w->count + 1);
-        w->at[w->count++] = (struct decision){ product, r->options, 0 };
+        w->at[w->count++] = (struct decision){ product, r->options, 0, 0 };
     }
     first = w->at[i].chosen < r->options ? w->at[i].chosen : 0;
     for (; first > 0; first--) {

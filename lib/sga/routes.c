@@ -76,12 +76,28 @@ static void keep_pivots(struct routes *r, const struct sys_system *system, const
     expr_facts_clear(&facts);
 }
 
+/* Sides that the last run found its answer, or its failure, to rest on: beyond them another route begins. */
+static void add_sides(struct routes *r, const struct points_shadow *shadow)
+{
+    for (int k = 0; k < shadow->sides; k++) {
+        const struct points_side *side = shadow->side + k;
+        bool known = side->unseen;
+        for (int i = 0; i < r->now.count && !known; i++)
+            known = r->now.at[i].side && r->now.at[i].product == side->function;
+        if (known)
+            continue;
+        SGA_RESERVE(r->now.at, r->now.cap, r->now.count + 1);
+        r->now.at[r->now.count++] = (struct decision){ .product = side->function, .options = 2, .side = (signed char)side->sign };
+    }
+}
+
 bool routes_explore(struct routes *r, const struct sys_system *system, const struct sga_options *options,
                     struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
 {
     for (;;) {
         struct sga_error here = { 0 };
         bool ok = state_solve(system, options, shadow, &r->now, solution, &here);
+        add_sides(r, shadow);
         r->tried++;
         if (!ok && (!is_local(here.code) || !expr_store_ok(system->store))) {
             *err = here;

@@ -63,6 +63,13 @@ struct sga_branch {
     int before;            /* how many constraints stood when the product was met */
 };
 
+/* A variable that a row defines by a function with switches or roots (definition.h): the reduction and motions are those of the
+ * system with the function in its place. Its row is the constraint of the same number. */
+struct sga_definition {
+    int variable, row;
+    expr_id value;         /* of variables that are not defined, and time */
+};
+
 /* A dense block that was solved as a whole: r velocities from r rows with the matrix S. */
 struct sga_determinant {
     int size;
@@ -108,6 +115,7 @@ struct sga_solution {
     struct points_side *side; int sides;   /* of surfaces that zero decisions rest on: the answer holds there; owned */
     bool sides_not_searched;           /* some switches of the constraints were not looked beyond */
     bool not_factored;                 /* some constraint was too large to be searched for branches */
+    struct sga_definition *definition; int definitions;   /* owned */
     int redundant_rows;                /* rows of the system that follow from the others (at least) */
     struct sga_vanished *vanished; int vanished_rows;   /* only where options.rows asks for them */
     struct sga_conditions conditions;  /* of all branches that were looked at; owned */

@@ -34,6 +34,7 @@ void sga_solution_clear(struct sga_solution *sol)
     free(sol->determinant);
     free(sol->side);
     free(sol->scale);
+    free(sol->definition);
     free(sol->constraint);
     free(sol->dimension);
     free(sol->pivot);
@@ -99,6 +100,16 @@ static int *natural_sizes(const struct sys_system *sys, const int *variable, dou
     scaling_free(timed);
     scaling_free(plain);
     free(log);
+    return scale;
+}
+
+int *state_sizes(const struct sys_system *sys, double *unit)
+{
+    int *variable = sga_malloc(((size_t)sys->variables + 1) * sizeof *variable);
+    for (int j = 0; j < sys->variables; j++)
+        variable[j] = sys->variable[j].symbol;
+    int *scale = natural_sizes(sys, variable, unit);
+    free(variable);
     return scale;
 }
 
@@ -206,6 +217,8 @@ static bool start(struct state *s, int *added)
     }
     if (status == POINTS_STOPPED)
         return sga_budget_ok(s->options->budget, s->err);
+    if (status != POINTS_OK && s->shadow->sides)
+        return sga_fail(s->err, SGA_E_NO_REAL_POINT, "no point was found on a side of the equations' switches; give trajectory.initial there");
     if (status != POINTS_OK)
         return sga_fail(s->err, SGA_E_INTERNAL, "no point of the whole space could be made");
     int n = s->sys->restrictions;
@@ -321,12 +334,26 @@ static void conclude(struct state *s)
         sol->pivot[sol->pivots++] = (struct sga_pivot){ -1, s->assumed[q], 0, -1 };
 }
 
-bool state_solve(const struct sys_system *system, const struct sga_options *options, struct points_shadow *shadow,
+/* The sides that the route takes. */
+static void take_sides(struct state *s)
+{
+    struct points_shadow *w = s->shadow;
+    w->sides = 0;
+    for (int i = 0; i < s->route->count; i++) {
+        const struct decision *d = s->route->at + i;
+        if (!d->side)
+            continue;
+        SGA_RESERVE(w->side, w->side_cap, w->sides + 1);
+        w->side[w->sides++] = (struct points_side){ d->product, d->chosen ? -d->side : d->side, false };
+    }
+}
+
+bool state_solve_as_is(const struct sys_system *system, const struct sga_options *options, struct points_shadow *shadow,
                  struct route *route, struct sga_solution *solution, struct sga_error *err)
 {
     struct state s;
     state_init(&s, system, options, shadow, route, solution, err);
-    shadow->sides = 0;
+    take_sides(&s);
     shadow->beyond.cut_short = false;
     bool ok = run(&s);
     if (ok && !expr_store_ok(s.st)) {

@@ -22,6 +22,8 @@ struct candidate {
 struct decision {
     expr_id product;
     int options, chosen;
+    signed char side;             /* not 0: `product` changes its sign at a surface, and the answer rests on a side of it: this one,
+                                   * or the other */
 };
 
 struct route {
@@ -103,6 +105,12 @@ void state_combine(struct state *s, const struct candidate *c, struct sga_part *
 /* One run of the reduction along a route, which grows by the decisions that it meets. */
 bool state_solve(const struct sys_system *system, const struct sga_options *options, struct points_shadow *shadow,
                  struct route *route, struct sga_solution *solution, struct sga_error *err);
+/* The same, with all variables among the reduction's, those too that equations define (definition.h). */
+bool state_solve_as_is(const struct sys_system *system, const struct sga_options *options, struct points_shadow *shadow,
+                 struct route *route, struct sga_solution *solution, struct sga_error *err);
+
+/* Natural sizes of the variables for sampling: sga_solution's scale and time_unit. */
+int *state_sizes(const struct sys_system *system, double *time_unit);
 
 /* X with free functions 0, and the gauge fields. */
 void state_fields(struct state *s);

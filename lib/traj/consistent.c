@@ -13,7 +13,7 @@
 #include "watch.h"
 
 /* Dense steps: that many variables, and that many operations for a factorisation. */
-enum { MOST = 150 };
+enum { MOST = 100 };
 static const double DEAR = 1e7;
 
 static bool refuse(const struct sys_system *sys, const struct sga_solution *sol, int worst, double residual,

@@ -61,17 +61,20 @@ static struct num_tape *general_tape(struct field *f, const int *inputs, struct 
     return t;
 }
 
-static void find_switches(struct field *f, const expr_id *con)
+/* Those of events too: |x| comes to 0 on its kink. */
+static void find_switches(struct field *f, const struct traj_request *rq, const expr_id *con)
 {
     expr_id *root;
     int at = sys_expressions(f->sys, &root);
-    root = sga_realloc(root, (size_t)(at + f->n + f->c + f->rates + 1) * sizeof *root);
+    root = sga_realloc(root, (size_t)(at + f->n + f->c + f->rates + rq->events + 1) * sizeof *root);
     for (int j = 0; j < f->n; j++)
         root[at++] = f->root[j];
     for (int i = 0; i < f->c; i++)
         root[at++] = con[i];
     for (int k = 0; k < f->rates; k++)
         root[at++] = f->rate[k].rate;
+    for (int k = 0; k < rq->events; k++)
+        root[at++] = rq->event[k].expression;
     num_switches_find(&f->switches, f->sys->store, root, at);
     free(root);
 }
@@ -90,7 +93,7 @@ bool field_init(struct field *f, const struct sys_system *sys, const struct sga_
     for (int i = 0; i < c; i++)
         con[i] = sol->constraint[i].expr;
     bool ok = true;
-    find_switches(f, con);
+    find_switches(f, rq, con);
     f->direct = direct_tape(f, sol, inputs, err);
     f->direct_out = sga_malloc((size_t)(n + f->pivots + f->poles + 1) * sizeof(double));
     f->stages = sga_calloc((size_t)(f->pivots + f->poles) * ODE_CODE_CALLS + 1, sizeof *f->stages);

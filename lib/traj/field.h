@@ -18,7 +18,7 @@
  * all of X among the solutions tangent to Pf. */
 struct field {
     int n, rows, c, rates, pivots;
-    struct num_switches switches;     /* of the field, the constraints and the rows, however they are written */
+    struct num_switches switches;     /* of the field, the constraints, the rows and the events, however they are written */
     const struct sys_system *sys;
     const struct traj_rate *rate;
     struct choice choice;

@@ -19,6 +19,7 @@ static bool rhs(void *ctx, double t, const double *x, double *dx)
 {
     struct flow *f = ctx;
     f->given.broken = -1;
+    f->no_value = false;
     return field_eval(&f->field, t, x, dx);
 }
 
@@ -35,6 +36,21 @@ static bool stages(void *ctx, const struct sga_stages *plan, struct sga_stage_co
 static bool code_holds(void *ctx, int calls)
 {
     return field_code_holds(&((const struct flow *)ctx)->field, calls);
+}
+
+bool flow_valued(struct flow *f, double t, const double *x)
+{
+    if (!f->valued)
+        return true;
+    memcpy(f->in, x, (size_t)f->n * sizeof *x);
+    f->in[f->n] = t;
+    f->no_value = !num_tape_eval(f->valued, f->in, f->value);
+    for (int i = 0; i < num_tape_roots(f->valued) && f->no_value; i++)
+        if (!isfinite(f->value[i])) {
+            f->lost_value = i;
+            f->lost_value_t = t;
+        }
+    return !f->no_value;
 }
 
 /* The correction is the least one in units of the error allowed: a rounding of a large
@@ -57,7 +73,7 @@ static bool project(void *ctx, double t, double *x, const double *scale, double 
     }
     *moved /= sqrt(n);
     *residual = f->manifold.c ? f->manifold.raw : 0;
-    return ok && given_hold(&f->given, t, x, scale) && field_follows(&f->field, t, x);
+    return ok && flow_valued(f, t, x) && given_hold(&f->given, t, x, scale) && field_follows(&f->field, t, x);
 }
 
 static bool slope(void *ctx, double t, const double *x, double *value)
@@ -84,6 +100,8 @@ void flow_output(void *ctx, double t, const double *x, double *y)
 static enum ode_reason why(void *ctx)
 {
     struct flow *f = ctx;
+    if (f->no_value)
+        return ODE_LEFT_DOMAIN;
     if (f->given.broken >= 0)
         return ODE_CONSTRAINT_LOST;
     return f->field.rank_lost || f->field.contradiction ? ODE_SINGULAR : ODE_LEFT_DOMAIN;
@@ -176,7 +194,7 @@ bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_so
                const struct traj_request *rq, struct sga_error *err)
 {
     int n = sys->variables;
-    *f = (struct flow){ .n = n, .sys = sys };
+    *f = (struct flow){ .n = n, .sys = sys, .lost_value = -1 };
     sizes_init(&f->sizes, sys, rq);
     f->knot = signals_knots(sys, rq, &f->knots);
     if (!field_init(&f->field, sys, sol, rq, &f->manifold, err) || !manifold_init(&f->manifold, sys, sol, field_switches(&f->field), err))
@@ -189,7 +207,7 @@ bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_so
     if (!signals_continuous(sys, sol, rq, f->field.root, err) || !given_init(&f->given, sys, sol, f->sizes.weight, rq->budget, err))
         return false;
     f->in = sga_malloc((size_t)(n + 1) * sizeof *f->in);
-    if (!rq->outputs && !rq->events && !w)
+    if (!rq->outputs && !rq->events && !rq->valueds && !w)
         return true;
     int *inputs = sga_malloc((size_t)(n + 1) * sizeof *inputs);
     for (int j = 0; j < n; j++)
@@ -197,6 +215,8 @@ bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_so
     inputs[n] = sys->time;
     bool ok = !rq->outputs || (f->output = num_tape_new(sys->store, rq->output, rq->outputs, inputs, n + 1, err));
     ok = ok && (!w || (f->surface = num_tape_new_switched(sys->store, w, w->argument, w->count, inputs, n + 1, err)));
+    ok = ok && (!rq->valueds || (f->valued = num_tape_new(sys->store, rq->valued, rq->valueds, inputs, n + 1, err)));
+    f->value = sga_malloc((size_t)(rq->valueds + 1) * sizeof *f->value);
     ok = ok && (!rq->events || event_tape(f, sys, rq, inputs, err));
     free(inputs);
     return ok;
@@ -215,6 +235,8 @@ void flow_clear(struct flow *f)
     num_tape_free(f->band);
     num_tape_free(f->output);
     num_tape_free(f->event);
+    num_tape_free(f->valued);
+    free(f->value);
     free(f->spec);
     free(f->in);
     free(f->knot);
@@ -339,7 +361,7 @@ struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
 {
     allow_code(f, rq->budget ? rq->budget->exec : NULL);
     return (struct ode_problem){ .n = f->n, .ctx = f, .rhs = rhs, .code = code, .stages = stages, .code_holds = code_holds,
-                                 .project = f->manifold.c || f->given.count ? project : NULL, .why = why,
+                                 .project = f->manifold.c || f->given.count || f->valued ? project : NULL, .why = why,
                                  .pattern = f->field.pattern, .jacobian = f->field.pattern ? slope : NULL,
                                  .taylor = f->field.fast && !f->sys->signals ? taylor : NULL,
                                  .taylor_rtol = series_fast(&f->field) ? FAST_RTOL : 0,

@@ -20,6 +20,11 @@ struct flow {
     struct num_tape *band;        /* see bands.h; the same; NULL: none */
     struct num_tape *output;      /* inputs: variables, time */
     struct num_tape *event;       /* the same */
+    struct num_tape *valued;      /* the same; functions that must have values; NULL: none */
+    double *value;                /* theirs */
+    bool no_value;                /* the last point that was asked for had none, */
+    int lost_value;               /* and which it was that had none last of all, and when; -1: none */
+    double lost_value_t;
     struct ode_event *spec;
     double *in;
     int n, bands;
@@ -43,6 +48,8 @@ bool flow_start(struct flow *f, const struct sys_system *sys, const struct sga_s
 int flow_solved(struct flow *f, const struct traj_request *rq, const double *x, unsigned char *solved);
 /* Whether the given equations hold at the consistent start x: NO_MOTION with err where one does not. */
 bool flow_given(struct flow *f, const struct traj_request *rq, const double *x, struct sga_error *err);
+/* Whether the functions that must have values have them at a point. */
+bool flow_valued(struct flow *f, double t, const double *x);
 /* After field_begin: how the motion is chosen. */
 const char *flow_gauge(const struct flow *f, const struct traj_request *rq);
 /* As ode_problem.noise, looked at where it is asked for first. After field_slope_init. */

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "coordinates.h"
+#include "defined.h"
 #include "flow.h"
 #include "mem.h"
 #include "sparse.h"
@@ -46,8 +47,8 @@ static void free_coordinates(struct flow *f, const struct traj_request *rq, stru
     free(solved);
 }
 
-bool traj_consistent(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
-                     struct traj_initial *r, struct sga_error *err)
+static bool consistent_as_is(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+                             struct traj_initial *r, struct sga_error *err)
 {
     struct flow f;
     *r = (struct traj_initial){ 0 };
@@ -70,6 +71,23 @@ bool traj_consistent(const struct sys_system *sys, const struct sga_solution *so
     flow_clear(&f);
     if (!ok)
         traj_initial_clear(r);
+    return ok;
+}
+
+bool traj_consistent(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+                     struct traj_initial *r, struct sga_error *err)
+{
+    struct defined d;
+    if (!defined_any(sol, rq))
+        return consistent_as_is(sys, sol, rq, r, err);
+    *r = (struct traj_initial){ 0 };
+    defined_init(&d, sys, sol, rq);
+    bool ok = defined_start(&d, err) && consistent_as_is(&d.system, &d.solution, &d.request, r, err);
+    if (ok && !defined_initial(&d, r, err)) {
+        traj_initial_clear(r);
+        ok = false;
+    }
+    defined_clear(&d);
     return ok;
 }
 

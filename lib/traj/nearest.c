@@ -11,7 +11,7 @@
 #include "mem.h"
 #include "watch.h"
 
-enum { STEPS = 100, HALVES = 12, SETTLE = 20 };
+enum { STEPS = 60, HALVES = 12, SETTLE = 20 };
 /* Differences of first derivatives, in units. */
 static const double NUDGE = 1e-5;
 /* What is left of the gradient at an end: of the whole, and in units (rounding of the set). */
@@ -25,6 +25,8 @@ static const double SHORT = 1e-6;
 /* How far to leave a saddle; and how steep the descent from one is at the least. */
 static const double AWAY = 0.3;
 static const double ROUNDING = 1e-15;
+/* Operations of the eigenvectors, times the cube. */
+static const double EIGEN = 100;
 
 /* The model of the sum on the tangent space at x. */
 struct model {
@@ -122,6 +124,7 @@ static bool look(const struct nearest *q, struct model *w, const double *x, cons
     for (int k = 0; k < w->dim && curved; k++)
         for (int i = 0; i < k; i++)
             w->second[k * w->dim + i] = w->second[i * w->dim + k] = (w->second[k * w->dim + i] + w->second[i * w->dim + k]) / 2;
+    t->effort += curved ? EIGEN * w->dim * w->dim * w->dim : 0;
     if (curved)
         lin_symmetric(w->dim, w->second, w->value, w->vector);
     return true;
@@ -238,6 +241,7 @@ static bool at_end(const struct nearest *q, const double *x)
         memset(M + (size_t)rows * (size_t)n, 0, (size_t)n * sizeof *M);
     int rank = rows ? points_least_norm_factor(rows, n, M, perm, work) : 0;
     double whole = dot(g, g, n), along = whole;
+    t->effort += 4.0 * rank * n * (n - rank);
     for (int k = 0; k < n - rank; k++) {
         points_least_norm_kernel(n, M, rank, perm, work, k, v);
         along -= dot(v, g, n) * dot(v, g, n);

@@ -52,6 +52,9 @@ static bool allowed(struct precise_march *m, const struct precise_point *q)
     for (int j = 0; j < m->n; j++)
         m->xd[j] = q->x[j].hi;
     if (field_eval(&f->field, q->t.hi, m->xd, m->fd)) {
+        m->why = ODE_LEFT_DOMAIN;
+        if (!flow_valued(f, q->t.hi, m->xd))
+            return false;
         m->why = ODE_CONSTRAINT_LOST;
         if (!given_hold(&f->given, q->t.hi, m->xd, m->scale) || field_follows(&f->field, q->t.hi, m->xd))
             return f->given.broken < 0;
@@ -65,7 +68,7 @@ static bool given_at(struct precise_march *m, num_dd t, const num_dd *x)
 {
     for (int j = 0; j < m->n; j++)
         m->xd[j] = x[j].hi;
-    return given_hold(&m->p->flow->given, t.hi, m->xd, m->scale);
+    return flow_valued(m->p->flow, t.hi, m->xd) && given_hold(&m->p->flow->given, t.hi, m->xd, m->scale);
 }
 
 /* How far the projection may move a point without spoiling it. */

@@ -88,6 +88,7 @@ double tangent_at(struct tangent *t, double time, const double *x)
     if (worst < 0)
         return -1;
     enlarge(t);
+    t->effort += 2.0 * (t->c + t->bars) * (t->c + t->bars) * t->columns;
     sga_copy(t->r, m->r, t->c);
     for (int i = 0; i < t->c; i++) {
         memset(t->slope, 0, (size_t)t->n * sizeof *t->slope);
@@ -118,6 +119,7 @@ static void spread(const struct tangent *t, const double *v, double *d)
 void tangent_basis(struct tangent *t)
 {
     t->dim = t->columns - t->rank;
+    t->effort += 4.0 * t->rank * t->columns * t->dim;
     for (int k = 0; k < t->dim; k++) {
         points_least_norm_kernel(t->columns, t->J, t->rank, t->perm, t->work, k, t->v);
         spread(t, t->v, t->basis + (size_t)k * (size_t)t->n);

@@ -19,6 +19,7 @@ struct tangent {
     double least;                /* of the factors' pivots; 1 without any */
     double *J, *work, *v, *y; int *perm;
     double *slope;               /* n + 1 */
+    double effort;               /* operations so far, about; for searches that may be longer or shorter */
 };
 
 void tangent_init(struct tangent *t, struct manifold *m, const double *unit);

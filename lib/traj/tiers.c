@@ -25,6 +25,9 @@ static const double ROUNDED = 1e-13;
 /* Steps of a walk, in units. */
 static const double SHORT = 0.2;
 
+/* Operations after which a point that was found is enough: what takes a second, whatever the machine. */
+static const double ENOUGH = 3e8;
+
 enum { SETTLE = 60, WALK = 200, FEW = 6, ROUNDS = 3, LOOSER = 3, STARTS = 8, MORE_STARTS = 16 };
 
 struct search {
@@ -210,11 +213,11 @@ static bool descend(struct search *s, struct found *f, bool all)
     f->ended = true;
     for (int tier = 0; tier < TIERS; tier++) {
         reached[tier] = INFINITY;
-        if (!left || !weigh(s, tier, s->dear ? 1 / (LOOSE * LOOSE) : 0))
+        if (!left || !f->ended || !weigh(s, tier, s->dear ? 1 / (LOOSE * LOOSE) : 0))
             continue;
         left = tangent_at(&s->t, s->rq->start, f->x) >= 0 && s->t.columns > s->t.rank;
         if (left) {
-            f->ended &= nearest_descend(&q, f->x);
+            f->ended = nearest_descend(&q, f->x);
             fix_tier(s, &q, tier, all || s->dear, f->x);
             weigh(s, tier, 0);
             reached[tier] = nearest_sum(&q, f->x);
@@ -263,6 +266,12 @@ static void copy(const struct search *s, struct found *to, const struct found *f
     memcpy(to->score, from->score, sizeof from->score);
     to->any = from->any;
     to->ended = from->ended;
+}
+
+/* Further ways may be tried. */
+static bool goes_on(const struct search *s, const struct found *best)
+{
+    return sga_watch_ok() && !(best->any && s->t.effort > ENOUGH);
 }
 
 /* Whether the new one is taken. */
@@ -318,7 +327,7 @@ static void retreat(struct search *s, struct found *best, struct found *new)
     bool better = true;
     for (int round = 0; round < ROUNDS && better; round++) {
         better = false;
-        for (int i = 0; i < s->t.n && sga_watch_ok(); i++) {
+        for (int i = 0; i < s->t.n && goes_on(s, best); i++) {
             int j = s->by_name[i];
             if (s->tier[j] < 0 || fabs(best->x[j] - s->rq->initial[j]) < FAR * s->unit[j])
                 continue;
@@ -337,7 +346,7 @@ static void retreat(struct search *s, struct found *best, struct found *new)
 static void loosen(struct search *s, struct found *best, struct found *new)
 {
     double cheap = LOOSE;
-    for (int k = 0; k < LOOSER && sga_watch_ok(); k++) {
+    for (int k = 0; k < LOOSER && goes_on(s, best); k++) {
         cheap *= LOOSE;
         memcpy(new->x, s->rq->initial, (size_t)s->t.n * sizeof *new->x);
         if (reach(s, new->x, cheap, INFINITY, SETTLE, NULL)) {
@@ -352,7 +361,7 @@ static void from_guess(struct search *s, struct found *best, struct found *new)
 {
     bool only = false, easy = false;
     s->starts = s->stage >= TIERS_MOVE_ALL ? MORE_STARTS : STARTS;
-    for (int k = 0; k < s->starts && !only && sga_watch_ok(); k++) {
+    for (int k = 0; k < s->starts && !only && goes_on(s, best); k++) {
         bool walk = k == s->starts - 1;
         begin(s, k, best->any ? fmax(1, sqrt(best->score[0])) : 1, new->x);
         if (!reach(s, new->x, LOOSE, walk ? SHORT : INFINITY, walk ? WALK : SETTLE, &easy))
@@ -436,33 +445,39 @@ static void close(struct search *s)
 }
 
 /* Nearest points of a stage; what another one found without an end gives way to one with it. */
-static void try(struct search *s, enum tiers_stage stage, struct found *best, struct found *new)
+static void try(struct search *s, enum tiers_stage stage, struct found *best)
 {
-    bool any = best->any;
+    size_t n = (size_t)s->t.n;
+    struct found here = { .x = sga_malloc((2 * n + 1) * sizeof(double)) }, new = { .x = here.x + n };
     s->stage = stage;
+    s->t.effort = 0;
     tiers_of(s->rq, s->kind, s->t.n, stage, s->tier);
-    (s->elsewhere ? from_elsewhere : from_guess)(s, best, new);
-    if (!any && best->any)
+    (s->elsewhere ? from_elsewhere : from_guess)(s, &here, &new);
+    if (here.any && (!best->any || here.ended)) {
+        copy(s, best, &here);
+        best->any = true;
         s->found_in = stage;
+    }
+    free(here.x);
 }
 
 bool tiers_start(struct manifold *m, const struct sys_system *sys, const struct sizes *sizes, const struct traj_request *rq,
                  const double *elsewhere, double *x)
 {
     struct search s = { .elsewhere = elsewhere };
-    struct found best = { .x = x }, new = { .x = sga_malloc((size_t)(m->n + 1) * sizeof(double)) };
+    struct found best = { .x = x };
     open(&s, m, sys, sizes, rq);
     for (int k = 0; k < TIERS_STAGES && !best.ended; k++)
         if (differs(&s, (enum tiers_stage)k) && (!best.any || k >= TIERS_KEEP_PLACES))
-            try(&s, (enum tiers_stage)k, &best, &new);
+            try(&s, (enum tiers_stage)k, &best);
     if (best.any && !best.ended) {
         s.dear = true;
         best.any = false;
-        try(&s, s.found_in, &best, &new);
+        try(&s, s.found_in, &best);
+        best.any = true;         /* x holds one in any case */
     }
     if (best.any)
         tidy(&s, x);
     close(&s);
-    free(new.x);
     return best.any;
 }

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "defined.h"
 #include "enclosed.h"
 #include "flow.h"
 #include "mem.h"
@@ -128,6 +129,19 @@ static bool given_ended(const struct flow *f, const struct traj_request *rq, con
     return f->given.lost >= 0 && fabs(f->given.lost_t - r->ended_t) <= 1e-3 * fabs(way);
 }
 
+/* What has no value beyond the end. */
+static bool say_valued(const struct flow *f, const struct traj_request *rq, struct traj_result *r)
+{
+    struct sga_buf text = { 0 };
+    double way = rq->times[rq->samples - 1] - rq->start;
+    bool said = f->lost_value >= 0 && fabs(f->lost_value_t - r->ended_t) <= 1e-3 * fabs(way)
+                && expr_print(f->sys->store, rq->valued[f->lost_value], 120, &text);
+    if (said)
+        snprintf(r->ended_detail, sizeof r->ended_detail, "beyond this time %s has no value, which one of the equations is solved for a variable by", text.data);
+    sga_buf_free(&text);
+    return said;
+}
+
 /* Endings that the field, its pivots, its denominators or the given equations explain. */
 static void explain_end(struct flow *f, const struct traj_request *rq, enum ode_reason reason, struct traj_result *r)
 {
@@ -135,6 +149,8 @@ static void explain_end(struct flow *f, const struct traj_request *rq, enum ode_
         say_given(f, r);
         return;
     }
+    if (reason == ODE_LEFT_DOMAIN && say_valued(f, rq, r))
+        return;
     if (reason == ODE_SINGULAR)
         say_stratum(f, r);
     else if (reason == ODE_LEFT_DOMAIN && f->field.lost_pole >= 0)
@@ -143,6 +159,18 @@ static void explain_end(struct flow *f, const struct traj_request *rq, enum ode_
         if (f->field.lost_pole >= 0)
             say_pole(f, true, r);
         look_for_stratum(f, rq, r);
+    }
+}
+
+/* Columns that no tighter solution was looked for may have larger errors. */
+static void look_beside(const struct flow *f, const struct traj_request *rq, const struct ode_result *o, struct traj_result *r)
+{
+    for (int i = 0; i < o->count * r->columns && rq->beside && o->column_error && !r->shortfall; i++) {
+        int j = i % r->columns;
+        double unit = f->sizes.any ? f->sizes.column[j] : 1, value = fabs(r->value[i]);
+        r->beside = rq->beside[j] && !(o->column_error[i] <= rq->atol * unit + rq->rtol * value);
+        if (r->beside)
+            r->shortfall = "the value of a root near 0 is known to fewer digits than its argument";
     }
 }
 
@@ -158,6 +186,7 @@ static bool integrate(struct flow *f, const struct traj_request *rq, struct traj
     options.atol = rq->atol;
     options.estimate_global_error = options.refine = !rq->single;
     options.budget = rq->budget;
+    options.output_beside = rq->beside;
     double begin = sga_cpu();
     if (!flow_solve(f, rq, &problem, &start, &options, &o, err))
         return false;
@@ -176,6 +205,7 @@ static bool integrate(struct flow *f, const struct traj_request *rq, struct traj
     r->shortfall = o.shortfall;
     r->error = o.error ? memcpy(sga_malloc((size_t)(o.count + 1) * sizeof *r->error), o.error,
                                 (size_t)o.count * sizeof *r->error) : NULL;
+    look_beside(f, rq, &o, r);
     if (o.error)
         r->column_error = traj_column_errors(o.column_error, o.count, r->columns);
     r->ended = o.end.reason != ODE_NONE;
@@ -240,6 +270,18 @@ static bool guided(const struct traj_result *guide, const struct traj_request *r
                        "ask for an earlier stop, or leave trajectory.events out", guide->ended_t, guide->ended_reason);
 }
 
+/* The same, in longer numbers: a sample at the very edge of what must have values may lie beyond it. */
+static void drop_at_edge(const struct traj_request *rq, enum ode_reason reason, struct traj_result *r)
+{
+    double near = rq->rtol * fmax(fabs(r->ended_t), fabs(r->ended_t - rq->start));
+    size_t cols = (size_t)r->columns;
+    while (rq->valueds && reason == ODE_LEFT_DOMAIN && r->rows > 1 && fabs(r->t[r->rows - 1] - r->ended_t) <= near) {
+        r->rows--;
+        for (size_t j = 0; r->digits && j < cols; j++)
+            free(r->digits[(size_t)r->rows * cols + j]);
+    }
+}
+
 static bool precise(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
                     struct precise_limits limits, struct traj_result *r, struct sga_error *err)
 {
@@ -247,6 +289,8 @@ static bool precise(struct flow *f, const struct sys_system *sys, const struct s
     struct traj_result guide = { 0 };
     bool ok = !rq->events || find_events(f, rq, r->initial, &guide, err);
     ok = ok && precise_run(f, sys, sol, rq, rq->events ? &guide : NULL, limits, &reason, r, err);
+    if (ok)
+        drop_at_edge(rq, reason, r);
     if (ok)
         explain_end(f, rq, reason, r);
     ok = ok && (!rq->events || guided(&guide, rq, r, err));
@@ -329,7 +373,7 @@ static bool solve_cheapest(struct flow *f, const struct sys_system *sys, const s
     }
     if (there) {
         choose(r, &fine);
-    } else if (!needed && (r->shortfall || constraints_lost(r)) && try_precise(f, sys, sol, rq, r, &fine)) {
+    } else if (!needed && ((r->shortfall && !r->beside) || constraints_lost(r)) && try_precise(f, sys, sol, rq, r, &fine)) {
         /* rounding in double: perhaps longer numbers are enough */
         if (fine.shortfall && !lost_by_rounding(r, &fine))
             traj_result_clear(&fine);
@@ -361,8 +405,8 @@ const char *traj_gauge_text(bool conditions, bool rates, bool least_norm)
     return text[conditions][rates][least_norm];
 }
 
-bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
-              struct traj_result *r, struct sga_error *err)
+static bool run_as_is(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+                      struct traj_result *r, struct sga_error *err)
 {
     struct flow f;
     double begin;
@@ -394,6 +438,23 @@ bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, cons
     flow_clear(&f);
     if (!ok)
         traj_result_clear(r);
+    return ok;
+}
+
+bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+              struct traj_result *r, struct sga_error *err)
+{
+    struct defined d;
+    if (!defined_any(sol, rq))
+        return run_as_is(sys, sol, rq, r, err);
+    *r = (struct traj_result){ 0 };
+    defined_init(&d, sys, sol, rq);
+    bool ok = defined_start(&d, err) && run_as_is(&d.system, &d.solution, &d.request, r, err);
+    if (ok) {
+        r->initial = defined_lift(&d, r->initial);
+        r->moved = defined_moved(&d, r->initial, r->moved);
+    }
+    defined_clear(&d);
     return ok;
 }
 

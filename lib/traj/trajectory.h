@@ -41,6 +41,8 @@ struct traj_request {
     const struct traj_rate *rate; int rates;
     bool conditions;                       /* gauge conditions are among the system's rows (for the name of the choice) */
     const expr_id *output; int outputs;    /* 0: all variables */
+    const expr_id *valued; int valueds;    /* functions without a value the motion has none either: it ends where one loses it */
+    const unsigned char *beside;           /* by output: a root, whose value near 0 is not known as well as its argument: no reason for a tighter solution; or NULL */
     const struct traj_event *event; int events;
     const expr_id *integral; int integrals;   /* functions that should stay what they are at the start */
     double rtol, atol;
@@ -70,6 +72,7 @@ struct traj_result {
     struct traj_drift *drift; /* by integral of the request; NULL: not computed */
     int ended_event;          /* that stopped it, or -1 */
     const char *shortfall;    /* why estimates exceed rtol |value| + atol somewhere, static; NULL where none does */
+    bool beside;              /* only columns that the request calls so do: longer numbers are not tried */
     double residual;          /* largest |constraint| over the samples, each scaled by its gradient */
     /* Where the arithmetic carries more than a double: the rows again, rows x columns decimal
      * texts with all digits that `error` leaves (malloced, each its own; NULL: not a number). */

@@ -31,6 +31,36 @@ static void make(uint64_t *seed, int c, int n, int r, double *J)
         }
 }
 
+static double product(const double *a, const double *b, int n)
+{
+    double sum = 0;
+    for (int j = 0; j < n; j++)
+        sum += a[j] * b[j];
+    return sum;
+}
+
+/* v = what the rows make of it + what they map to 0, by the multipliers and by the vectors of the kernel. */
+static void kernel(int c, int n, const double *J, const double *kept, int rank, const int *perm, const double *work, const double *v)
+{
+    double left[MOST], y[MOST], again[MOST], d[MOST], off = 0;
+    memcpy(again, v, (size_t)n * sizeof *v);
+    memcpy(left, v, (size_t)n * sizeof *v);
+    points_least_norm_multipliers(c, n, kept, rank, perm, work, again, y);
+    for (int i = 0; i < c; i++)
+        for (int j = 0; j < n; j++)
+            left[j] += y[i] * J[i * n + j];
+    for (int k = 0; k < n - rank; k++) {
+        points_least_norm_kernel(n, kept, rank, perm, work, k, d);
+        for (int i = 0; i < c; i++)
+            off = fmax(off, fabs(product(J + i * n, d, n)));
+        double part = product(left, d, n);
+        CHECK(fabs(product(d, d, n) - 1) < 1e-12, "length");
+        for (int j = 0; j < n; j++)
+            left[j] -= part * d[j];
+    }
+    CHECK(off < 1e-10 && product(left, left, n) < 1e-16 * (1 + product(v, v, n)), "the kernel misses by %g, the sum by %g", off, product(left, left, n));
+}
+
 static void one(uint64_t *seed)
 {
     int c = 1 + (int)between(seed, 0, MOST), n = 1 + (int)between(seed, 0, MOST), least = c < n ? c : n;
@@ -63,6 +93,7 @@ static void one(uint64_t *seed)
             along += (to[j] - d[j]) * d[j];
             size += to[j] * to[j];
         }
+        kernel(c, n, J, kept, rank, perm, work, to);
         CHECK(miss < 1e-8 * (1 + size) && fabs(along) < 1e-6 * (1 + size), "misses by %g, along the kernel %g", miss, along);
     }
 }

@@ -1,0 +1,288 @@
+/* Which variables are defined by equations, and the system with these put in. */
+#include "definition.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "facts.h"
+#include "mem.h"
+
+struct search {
+    const struct sys_system *sys;
+    const struct sga_budget *budget;
+    struct expr_store *st;
+    struct definitions *d;
+    struct expr_facts facts;
+    struct expr_cone cone;
+    unsigned char *moves;          /* by variable: its derivative is in some row */
+    unsigned char *used;           /* by row: it is a definition, or no longer asked */
+    int *met;                      /* by variable: how many other equations without derivatives have it */
+    int *column;                   /* by symbol: variable or -1 */
+    expr_id *alpha;                /* by row: with what is defined so far put in */
+    expr_id *map;                  /* by symbol */
+    expr_id *slope; size_t slope_cap;   /* scratch, by place in the cone */
+};
+
+/* Whether the node has several branches, or no derivative where its argument is 0, at places that can be met. */
+static bool is_kink(struct search *s, const struct expr_node n)
+{
+    unsigned f;
+    switch ((enum expr_op)n.op) {
+    case EXPR_MIN: case EXPR_MAX: case EXPR_ASIN: case EXPR_ACOS: case EXPR_ACOSH:
+        return true;
+    case EXPR_ABS: case EXPR_SIGN: case EXPR_SQRT: case EXPR_CBRT: case EXPR_POW:
+        f = expr_facts_of(&s->facts, s->st, n.a);
+        return !(f & EXPR_NONZERO);
+    default:
+        return false;
+    }
+}
+
+/* Whether e has such nodes that depend on variables or time. */
+static bool has_kink(struct search *s, expr_id e)
+{
+    expr_cone_of(s->st, &s->cone, &e, 1);
+    for (int k = 0; k < s->cone.count; k++)
+        if (is_kink(s, s->st->node[s->cone.list[k]])
+            && expr_facts_of(&s->facts, s->st, s->cone.list[k]) & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME))
+            return true;
+    return false;
+}
+
+/* The slope of a node whose children have these: 0 is none, UNDEF is not a number, or not one number. */
+static expr_id slope_of(struct expr_store *st, expr_id e, expr_id a, expr_id b)
+{
+    const struct expr_node n = st->node[e];
+    switch ((enum expr_op)n.op) {
+    case EXPR_ADD: return expr_add(st, a, b);
+    case EXPR_SUB: return expr_sub(st, a, b);
+    case EXPR_NEG: return expr_neg(st, a);
+    case EXPR_MUL: return expr_is_const(st, n.a) ? expr_mul(st, n.a, b) : expr_is_const(st, n.b) ? expr_mul(st, a, n.b) : EXPR_UNDEF;
+    case EXPR_DIV: return expr_is_const(st, n.b) ? expr_div(st, a, n.b) : EXPR_UNDEF;
+    default: return EXPR_UNDEF;
+    }
+}
+
+/* e = slope * symbol + the rest, by e's shape; the constant 0 where the symbol is not in it, UNDEF where it is in it in another way. Derivatives
+ * would not tell: that of sign(v) is 0. The cone is e's, indexed. */
+static expr_id slope_in(struct search *s, expr_id e, int symbol)
+{
+    struct expr_store *st = s->st;
+    expr_id zero = expr_int(st, 0);
+    SGA_RESERVE(s->slope, s->slope_cap, s->cone.count + 1);
+    for (int i = 0; i < s->cone.count; i++) {
+        expr_id at = s->cone.list[i], of[2] = { zero, zero };
+        int children = expr_children(st, at);
+        bool none = true;
+        for (int k = 0; k < children; k++) {
+            expr_id c = s->slope[s->cone.place[expr_child(st, at, k)]];
+            none &= c == zero;
+            if (k < 2)
+                of[k] = c;
+        }
+        if (!children)
+            s->slope[i] = expr_op_of(st, at) == EXPR_SYM && st->node[at].a == symbol ? expr_int(st, 1) : zero;
+        else
+            s->slope[i] = none ? zero : of[0] && of[1] && children <= 2 ? slope_of(st, at, of[0], of[1]) : EXPR_UNDEF;
+    }
+    return s->slope[s->cone.place[e]];
+}
+
+/* Value of the variable by the row: what is left of it with the variable put to 0, over -slope. */
+static expr_id value_of(struct search *s, expr_id e, int symbol, expr_id slope)
+{
+    expr_id rest = e;
+    s->map[symbol] = expr_int(s->st, 0);
+    expr_substitute(s->st, &rest, 1, s->map);
+    s->map[symbol] = EXPR_UNDEF;
+    return expr_neg(s->st, expr_div(s->st, rest, slope));
+}
+
+/* The variable that the row defines, if one: of several the one that the fewest other equations without derivatives have. */
+static bool defined_by(struct search *s, int row, struct definition *best)
+{
+    expr_id e = s->alpha[row];
+    bool found = false;
+    expr_cone_of(s->st, &s->cone, &e, 1);
+    int count = 0, *symbol = sga_malloc(((size_t)s->cone.count + 1) * sizeof *symbol);
+    for (int k = 0; k < s->cone.count; k++)
+        if (expr_op_of(s->st, s->cone.list[k]) == EXPR_SYM)
+            symbol[count++] = s->st->node[s->cone.list[k]].a;
+    for (int k = 0; k < count; k++) {
+        int v = s->column[symbol[k]];
+        if (v < 0 || s->moves[v] || (found && s->met[v] >= s->met[best->variable]))
+            continue;
+        expr_cone_of(s->st, &s->cone, &e, 1);
+        expr_cone_index(&s->cone);
+        expr_id slope = slope_in(s, e, symbol[k]);
+        if (!slope || expr_is_zero(s->st, slope))
+            continue;
+        expr_id value = value_of(s, e, symbol[k], slope);
+        if (!value || !has_kink(s, value))
+            continue;
+        *best = (struct definition){ v, row, value, slope };
+        found = true;
+    }
+    free(symbol);
+    return found;
+}
+
+/* What is defined is put in wherever it is. */
+static void put_in(struct search *s, struct definition now)
+{
+    struct definitions *d = s->d;
+    int symbol = s->sys->variable[now.variable].symbol;
+    s->map[symbol] = now.value;
+    for (int i = 0; i < d->count; i++)
+        expr_substitute(s->st, &d->at[i].value, 1, s->map);
+    for (int i = 0; i < s->sys->rows; i++)
+        if (!s->used[i])
+            expr_substitute(s->st, s->alpha + i, 1, s->map);
+    s->map[symbol] = EXPR_UNDEF;
+    SGA_RESERVE(d->at, d->cap, d->count + 1);
+    d->at[d->count++] = now;
+    s->moves[now.variable] = 1;
+    s->used[now.row] = 1;
+}
+
+static void begin(struct search *s)
+{
+    const struct sys_system *sys = s->sys;
+    int n = sys->variables;
+    s->moves = sga_calloc((size_t)n + 1, 1);
+    s->used = sga_calloc((size_t)sys->rows + 1, 1);
+    s->met = sga_calloc((size_t)n + 1, sizeof *s->met);
+    s->column = sga_malloc(((size_t)s->st->symbols + 1) * sizeof *s->column);
+    s->map = sga_calloc((size_t)s->st->symbols + 1, sizeof *s->map);
+    s->alpha = sga_malloc(((size_t)sys->rows + 1) * sizeof *s->alpha);
+    memset(s->column, -1, (size_t)s->st->symbols * sizeof *s->column);
+    for (int j = 0; j < n; j++)
+        s->column[sys->variable[j].symbol] = j;
+    for (int i = 0; i < sys->rows; i++) {
+        s->alpha[i] = sys->row[i].alpha;
+        s->used[i] = sys->row[i].entries > 0;
+        for (int k = 0; k < sys->row[i].entries; k++)
+            s->moves[sys->row[i].entry[k].col] = 1;
+    }
+    for (int i = 0; i < sys->rows; i++) {
+        if (s->used[i])
+            continue;
+        expr_cone_of(s->st, &s->cone, s->alpha + i, 1);
+        for (int k = 0; k < s->cone.count; k++) {
+            int symbol = expr_op_of(s->st, s->cone.list[k]) == EXPR_SYM ? s->st->node[s->cone.list[k]].a : -1;
+            if (symbol >= 0 && s->column[symbol] >= 0)
+                s->met[s->column[symbol]]++;
+        }
+    }
+}
+
+static void end(struct search *s)
+{
+    expr_facts_clear(&s->facts);
+    expr_cone_clear(&s->cone);
+    free(s->moves);
+    free(s->used);
+    free(s->met);
+    free(s->column);
+    free(s->map);
+    free(s->alpha);
+    free(s->slope);
+}
+
+/* Whether any equation without derivatives has a switch or root: most systems have none. */
+static bool any_kink(struct search *s)
+{
+    for (int i = 0; i < s->sys->rows; i++)
+        if (!s->sys->row[i].entries && has_kink(s, s->sys->row[i].alpha))
+            return true;
+    return false;
+}
+
+/* Places of what is left. */
+static void places(struct definitions *d, const struct sys_system *sys)
+{
+    unsigned char *gone = sga_calloc((size_t)(sys->variables + sys->rows) + 1, 1);
+    int variables = 0, rows = 0;
+    for (int i = 0; i < d->count; i++)
+        gone[d->at[i].variable] = gone[sys->variables + d->at[i].row] = 1;
+    d->variable = sga_malloc(((size_t)sys->variables + 1) * sizeof *d->variable);
+    d->row = sga_malloc(((size_t)sys->rows + 1) * sizeof *d->row);
+    for (int j = 0; j < sys->variables; j++)
+        if (!gone[j])
+            d->variable[variables++] = j;
+    for (int i = 0; i < sys->rows; i++)
+        if (!gone[sys->variables + i])
+            d->row[rows++] = i;
+    free(gone);
+}
+
+void definitions_find(struct definitions *d, const struct sys_system *system, const struct sga_budget *budget)
+{
+    struct search s = { .sys = system, .budget = budget, .st = system->store, .d = d };
+    *d = (struct definitions){ 0 };
+    expr_facts_init(&s.facts);
+    expr_cone_init(&s.cone);
+    if (any_kink(&s)) {
+        begin(&s);
+        bool more = true;
+        while (more && sga_budget_ok(budget, NULL) && expr_store_ok(s.st)) {
+            more = false;
+            for (int i = 0; i < system->rows && sga_budget_ok(budget, NULL) && expr_store_ok(s.st); i++) {
+                struct definition now = { 0 };
+                if (s.used[i] || !defined_by(&s, i, &now))
+                    continue;
+                put_in(&s, now);
+                more = true;
+            }
+        }
+    }
+    end(&s);
+    if (d->count)
+        places(d, system);
+}
+
+void definitions_clear(struct definitions *d)
+{
+    free(d->at);
+    free(d->variable);
+    free(d->row);
+    *d = (struct definitions){ 0 };
+}
+
+void definitions_put_in(const struct definitions *d, const struct sys_system *system, struct sys_system *left)
+{
+    struct expr_store *st = system->store;
+    int variables = system->variables - d->count, *place = sga_malloc(((size_t)system->variables + 1) * sizeof *place);
+    expr_id *map = sga_calloc((size_t)st->symbols + 1, sizeof *map);
+    for (int i = 0; i < d->count; i++)
+        map[system->variable[d->at[i].variable].symbol] = d->at[i].value;
+    sys_init(left, st);
+    left->time = system->time;
+    left->square = system->square;
+    for (int j = 0; j < variables; j++) {
+        place[d->variable[j]] = j;
+        sys_add_variable(left, system->variable[d->variable[j]].symbol, system->variable[d->variable[j]].role);
+    }
+    for (int i = 0; i < system->parameters; i++)
+        sys_add_parameter(left, system->parameter[i]);
+    for (int i = 0; i < system->signals; i++)
+        sys_add_signal(left, system->signal[i]);
+    for (int i = 0; i < system->rows - d->count; i++) {
+        const struct sys_row *r = system->row + d->row[i];
+        expr_id e = r->alpha;
+        expr_substitute(st, &e, 1, map);
+        int row = sys_add_row(left, e, r->source);
+        for (int k = 0; k < r->entries; k++) {
+            e = r->entry[k].value;
+            expr_substitute(st, &e, 1, map);
+            sys_add_entry(left, row, place[r->entry[k].col], e);
+        }
+    }
+    for (int i = 0; i < system->restrictions; i++) {
+        expr_id e = system->restriction[i];
+        expr_substitute(st, &e, 1, map);
+        sys_add_restriction(left, e);
+    }
+    free(map);
+    free(place);
+}

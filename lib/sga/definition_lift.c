@@ -1,0 +1,277 @@
+/* The answer for the system without the variables that equations define becomes that of the whole. */
+#include "definition.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "derive.h"
+#include "facts.h"
+#include "mem.h"
+#include "state.h"
+
+struct lift {
+    const struct definitions *d;
+    const struct sys_system *sys;
+    struct sga_solution *sol;
+    int rows;                      /* of what is left */
+};
+
+/* Of a row of what is left, or rows + a constraint. */
+static int source_of(const struct lift *l, int source)
+{
+    if (source < 0)
+        return source;
+    return source < l->rows ? l->d->row[source] : l->sys->rows + l->d->count + source - l->rows;
+}
+
+static void lift_parts(const struct lift *l, struct sga_part *part, int parts)
+{
+    for (int k = 0; k < parts; k++) {
+        part[k].row = part[k].row < 0 ? -1 : l->d->row[part[k].row];
+        part[k].tangency = part[k].tangency < 0 ? -1 : part[k].tangency + l->d->count;
+    }
+}
+
+static void lift_pivots(const struct lift *l, struct sga_pivot *p, int pivots)
+{
+    for (int q = 0; q < pivots; q++) {
+        p[q].source = source_of(l, p[q].source);
+        p[q].col = p[q].col < 0 ? -1 : l->d->variable[p[q].col];
+    }
+}
+
+/* The definitions come first among the constraints. */
+static void lift_constraints(const struct lift *l, bool combinations)
+{
+    struct sga_solution *s = l->sol;
+    int k = l->d->count;
+    struct sga_constraint *all = sga_calloc((size_t)(k + s->constraints) + 1, sizeof *all);
+    for (int i = 0; i < k; i++) {
+        const struct definition *f = l->d->at + i;
+        expr_id e = l->sys->row[f->row].alpha;
+        all[i] = (struct sga_constraint){ .expr = e, .generation = 1, .origin = SGA_FROM_ROWS, .restriction = -1, .base = e, .source = f->row };
+        if (!combinations)
+            continue;
+        all[i].part = sga_malloc(sizeof *all[i].part);
+        all[i].parts = 1;
+        all[i].part[0] = (struct sga_part){ .row = f->row, .tangency = -1, .factor = expr_int(l->sys->store, 1) };
+    }
+    for (int i = 0; i < s->constraints; i++) {
+        all[k + i] = s->constraint[i];
+        all[k + i].source = source_of(l, s->constraint[i].source);
+        lift_parts(l, all[k + i].part, all[k + i].parts);
+    }
+    free(s->constraint);
+    s->constraint = all;
+    s->constraints += k;
+    lift_parts(l, s->contradiction_part, s->contradiction_parts);
+    for (int i = 0; i < s->branches; i++)
+        s->branch[i].before += k;
+    for (int i = 0; i < s->vanished_rows; i++) {
+        s->vanished[i].source = source_of(l, s->vanished[i].source);
+        lift_parts(l, s->vanished[i].part, s->vanished[i].parts);
+    }
+    if (s->generations || s->verdict == SGA_INCONSISTENT)
+        return;
+    s->dimension = sga_realloc(s->dimension, sizeof *s->dimension);
+    s->dimension[s->generations++] = l->sys->variables - k;
+}
+
+static void lift_elimination(const struct lift *l)
+{
+    struct sga_solution *s = l->sol;
+    lift_pivots(l, s->pivot, s->pivots);
+    lift_pivots(l, s->dead, s->deads);
+    s->pivot = sga_realloc(s->pivot, (size_t)(s->pivots + l->d->count + 1) * sizeof *s->pivot);
+    for (int i = 0; i < l->d->count; i++)
+        s->pivot[s->pivots++] = (struct sga_pivot){ l->d->at[i].variable, l->d->at[i].slope, 2, l->sys->rows + i };
+    for (int q = 0; q < s->dense_blocks; q++)
+        for (int i = 0; i < s->determinant[q].size; i++) {
+            s->determinant[q].col[i] = l->d->variable[s->determinant[q].col[i]];
+            s->determinant[q].source[i] = source_of(l, s->determinant[q].source[i]);
+        }
+    for (int i = 0; i < s->free_columns; i++)
+        s->free_column[i] = l->d->variable[s->free_column[i]];
+}
+
+/* Components by the whole's variables, those that are defined by `defined`; malloced. */
+static void spread(const struct lift *l, const expr_id *left, const expr_id *defined, expr_id *whole)
+{
+    for (int j = 0; j < l->sys->variables - l->d->count; j++)
+        whole[l->d->variable[j]] = left[j];
+    for (int i = 0; i < l->d->count; i++)
+        whole[l->d->at[i].variable] = defined[i];
+}
+
+/* v' = f'(X). */
+static void lift_field(const struct lift *l)
+{
+    const struct sys_system *sys = l->sys;
+    expr_id *whole = sga_malloc(((size_t)sys->variables + 1) * sizeof *whole), *rate = sga_malloc(((size_t)l->d->count + 1) * sizeof *rate);
+    struct expr_flow flow;
+    expr_flow_init(&flow, sys->store);
+    for (int j = 0; j < sys->variables - l->d->count; j++)
+        expr_flow_determine(&flow, sys->variable[l->d->variable[j]].symbol, l->sol->field[j]);
+    for (int i = 0; i < l->d->count; i++)
+        rate[i] = expr_flow_coefficient(&flow, l->d->at[i].value, 1);
+    expr_flow_clear(&flow);
+    spread(l, l->sol->field, rate, whole);
+    free(l->sol->field);
+    free(rate);
+    l->sol->field = whole;
+}
+
+static void lift_gauge(const struct lift *l)
+{
+    const struct sys_system *sys = l->sys;
+    struct expr_store *st = sys->store;
+    int n = sys->variables, left = n - l->d->count, fields = l->sol->free_columns;
+    expr_id *whole = sga_malloc(((size_t)fields * (size_t)n + 1) * sizeof *whole), *along = sga_malloc(((size_t)l->d->count + 1) * sizeof *along);
+    int *place = sga_malloc(((size_t)st->symbols + 1) * sizeof *place);
+    unsigned char *active = sga_calloc((size_t)st->symbols + 1, 1);
+    struct expr_cone cone;
+    struct expr_term *term = NULL;
+    size_t cap = 0;
+    expr_cone_init(&cone);
+    for (int j = 0; j < left; j++) {
+        place[sys->variable[l->d->variable[j]].symbol] = j;
+        active[sys->variable[l->d->variable[j]].symbol] = 1;
+    }
+    for (int f = 0; f < fields; f++) {
+        const expr_id *Y = l->sol->gauge + (size_t)f * (size_t)left;
+        for (int i = 0; i < l->d->count; i++) {
+            int terms = expr_gradient(st, &cone, l->d->at[i].value, active, &term, &cap);
+            along[i] = expr_int(st, 0);
+            for (int k = 0; k < terms; k++)
+                along[i] = expr_add(st, along[i], expr_mul(st, term[k].value, Y[place[term[k].symbol]]));
+        }
+        spread(l, Y, along, whole + (size_t)f * (size_t)n);
+    }
+    expr_cone_clear(&cone);
+    free(term);
+    free(active);
+    free(place);
+    free(along);
+    free(l->sol->gauge);
+    l->sol->gauge = whole;
+}
+
+static void lift_verdict(const struct lift *l)
+{
+    struct sga_solution *s = l->sol;
+    struct expr_facts facts;
+    expr_facts_init(&facts);
+    for (int i = 0; i < l->d->count; i++)
+        s->depends_on_time |= (expr_facts_of(&facts, l->sys->store, l->d->at[i].value) & EXPR_HAS_TIME) != 0;
+    expr_facts_clear(&facts);
+    if (s->verdict == SGA_ISOLATED && s->depends_on_time) {
+        s->verdict = SGA_UNIQUE;
+        s->equilibrium = 0;
+    }
+}
+
+static void keep_definitions(const struct lift *l)
+{
+    struct sga_solution *s = l->sol;
+    s->definition = sga_malloc(((size_t)l->d->count + 1) * sizeof *s->definition);
+    for (int i = 0; i < l->d->count; i++)
+        s->definition[s->definitions++] = (struct sga_definition){ l->d->at[i].variable, l->d->at[i].row, l->d->at[i].value };
+}
+
+/* The first point that the shadow has, with the values of what is defined there. False: it has none. */
+static bool known_point(const struct lift *l, struct points_shadow *shadow, double *x, double *t)
+{
+    if (!shadow->reals)
+        return false;
+    struct points_point *p = shadow->real;
+    num_ball_extend(&p->ball);
+    for (int j = 0; j < l->sys->variables - l->d->count; j++)
+        x[l->d->variable[j]] = p->x[j];
+    for (int i = 0; i < l->d->count; i++)
+        x[l->d->at[i].variable] = arf_get_d(arb_midref(num_ball_value(&p->ball, l->d->at[i].value)), ARF_RND_NEAR);
+    *t = p->t;
+    return true;
+}
+
+/* New points on the whole's final set, near those of what is left. */
+static bool sample(const struct lift *l, const struct sga_options *options, struct points_shadow *shadow)
+{
+    const struct sys_system *sys = l->sys;
+    int n = sys->variables, *variable = sga_malloc(((size_t)n + 1) * sizeof *variable);
+    expr_id *con = sga_malloc(((size_t)l->sol->constraints + 1) * sizeof *con), *defined;
+    double *x = sga_calloc((size_t)n + 1, sizeof *x), t = options->near_time;
+    for (int j = 0; j < n; j++)
+        variable[j] = sys->variable[j].symbol;
+    for (int i = 0; i < l->sol->constraints; i++)
+        con[i] = l->sol->constraint[i].expr;
+    bool near = known_point(l, shadow, x, &t);
+    struct points_space space = {
+        .st = sys->store, .variable = variable, .variables = n, .parameter = sys->parameter, .parameters = sys->parameters,
+        .parameter_near = options->parameter_near, .time = sys->time, .constraint = con, .constraints = l->sol->constraints,
+        .near = near ? x : options->near, .near_time = t, .scale = l->sol->scale, .time_unit = l->sol->time_unit, .budget = options->budget,
+    };
+    space.defineds = sys_expressions(sys, &defined);
+    space.defined = defined;
+    points_shadow_forget(shadow);
+    bool ok = points_shadow_sample(shadow, &space) == POINTS_OK || l->sol->verdict == SGA_INCONSISTENT;
+    shadow->space.near = NULL;         /* these end here */
+    free(x);
+    free(con);
+    free(defined);
+    free(variable);
+    return ok;
+}
+
+bool definitions_lift(const struct definitions *d, const struct sys_system *system, const struct sga_options *options,
+                      struct points_shadow *shadow, struct sga_solution *solution)
+{
+    struct lift l = { d, system, solution, system->rows - d->count };
+    lift_constraints(&l, options->combinations);
+    lift_elimination(&l);
+    lift_verdict(&l);
+    if (solution->field)
+        lift_field(&l);
+    if (solution->gauge)
+        lift_gauge(&l);
+    keep_definitions(&l);
+    free(solution->scale);
+    solution->scale = state_sizes(system, &solution->time_unit);
+    return expr_store_ok(system->store) && sample(&l, options, shadow) && expr_store_ok(system->store);
+}
+
+/* The system without what is defined, and that put back. *lifted: whether points were found for the whole. */
+static bool solve_left(const struct definitions *d, const struct sys_system *system, const struct sga_options *options,
+                       struct points_shadow *shadow, struct route *route, struct sga_solution *solution, bool *lifted, struct sga_error *err)
+{
+    struct sys_system left;
+    struct sga_options own = *options;
+    double *near = sga_calloc((size_t)system->variables + 1, sizeof *near);
+    definitions_put_in(d, system, &left);
+    for (int j = 0; j < left.variables && options->near; j++)
+        near[j] = options->near[d->variable[j]];
+    own.near = options->near ? near : NULL;
+    bool ok = state_solve_as_is(&left, &own, shadow, route, solution, err);
+    *lifted = ok && definitions_lift(d, system, options, shadow, solution);
+    sys_clear(&left);
+    free(near);
+    return ok;
+}
+
+bool state_solve(const struct sys_system *system, const struct sga_options *options, struct points_shadow *shadow,
+                 struct route *route, struct sga_solution *solution, struct sga_error *err)
+{
+    struct definitions d;
+    bool lifted = false, ok = true;
+    uint64_t seed = shadow->random;
+    definitions_find(&d, system, options->budget);
+    if (d.count)
+        ok = solve_left(&d, system, options, shadow, route, solution, &lifted, err);
+    bool whole = ok && !lifted;
+    if (d.count && whole) {
+        sga_solution_clear(solution);
+        points_shadow_forget(shadow);
+        shadow->random = seed;
+    }
+    definitions_clear(&d);
+    return whole ? state_solve_as_is(system, options, shadow, route, solution, err) : ok;
+}
