@@ -6,6 +6,7 @@ import re
 
 DEPENDENT = "what the others of its generation make follow is decided before them, at few points"
 UNION = "the part of a union of sets that is solved, and points of small parts"
+SWITCH = "what a switch or root leaves undecided, where its argument is a named signal"
 START = "the start is projected in one tier"
 DEFINITE = "definite quotients are not seen in every spelling"
 SIZES = "points are looked for in sizes that do not follow the units"
