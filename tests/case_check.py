@@ -119,7 +119,7 @@ class CaseCheck:
         something of it, and so are its strata."""
         solved = []
         for s in result.get("strata", []):
-            if request.get("strata") == "solve" and "constraints" in result and s["kind"] not in ("instant", "domain"):
+            if request.get("strata") == "solve" and "constraints" in result and s["kind"] not in ("instant", "domain", "excess"):
                 self.tally.check(any(k in s for k in ("result", "same_as", "problem")), f"{name}: {s['where']} is solved, or a problem is said")
             if s["kind"] == "branch" and "point" in s:
                 self.satisfies(name, request, {**s["point"], request["system"].get("time", "t"): s["time"]})

@@ -40,7 +40,7 @@ class Answer:
         self.rng = random.Random(seed)
         listed = [v["name"] for v in result["variables"]] if "variables" in result else None
         self.problem = p = Problem(request, listed if request["system"]["form"] == "equations" else None, primary,
-                                   result.get("regularity", {}).get("redundant", ()), result.get("regularity", {}).get("conditions", ()))
+                                   result.get("regularity", {}).get("redundant", ()) or result.get("evidence", {}).get("redundant_holonomic", ()), result.get("regularity", {}).get("conditions", ()))
         self.names = listed or p.names
         if p.form == "mechanical" and not result.get("regularity", {}).get("own_conditions", True):
             p.names += [n for n in self.names if n not in p.names]    # multipliers of conditions that were found

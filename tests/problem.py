@@ -28,8 +28,8 @@ class Problem:
     a node in the variables, time, parameters and velocities "@x". The velocity of x is the symbol "@x"."""
 
     def __init__(self, request, names=None, primary=None, redundant=(), conditions=()):
-        """primary: regular functions with the zeros of restrict, where those are not. redundant: constraints of the form
-        mechanical whose multipliers are chosen; conditions: the answer's own for its multipliers."""
+        """primary: regular functions with the zeros of restrict, where those are not. redundant: constraints of the forms
+        mechanical and lagrangian whose multipliers are chosen; conditions: the answer's own for its multipliers."""
         system = request["system"]
         self.system, self.primary = system, primary
         self.graph = g = Graph()
@@ -54,7 +54,10 @@ class Problem:
         elif self.form == "mechanical":
             self.d = Derivatives(g)
             self._mechanical(system, user, redundant, conditions)
-        elif self.form in ("linear", "control", "hamiltonian", "lagrangian"):
+        elif self.form == "lagrangian":
+            self.d = Derivatives(g)
+            self._lagrangian(system, user, redundant)
+        elif self.form in ("linear", "control", "hamiltonian"):
             self.d = Derivatives(g)
             getattr(self, "_" + self.form)(system, user)
         else:
@@ -209,7 +212,7 @@ class Problem:
             if not d.zero(total):
                 self.rows.append(total)
 
-    def _lagrangian(self, system, user):
+    def _lagrangian(self, system, user, redundant):
         """d/dt dL/dv by the chain rule; or the contraction of sum dq ^ dp, with E differentiated as it is."""
         g, d, n = self.graph, self.d, len(user)
         v = [q + "'" for q in user]
@@ -237,6 +240,8 @@ class Problem:
             self.rows = [d.sub(d.sub(a, d.of(E, z)), d.sub(r, f)) for a, z, r, f in zip(left, user, rate, force)]
             self.rows += [d.sub(a, d.of(E, z)) for a, z in zip(left[n:], v)]
         self.rows += constraints
+        self.redundant = list(redundant)
+        self.rows += [g.sym(multipliers[k]) for k in redundant]
 
     def named(self, pull_back, graph):
         """The equations by the names that answers use: name -> (node, sign) with sign * node = A v - alpha."""
@@ -261,7 +266,8 @@ class Problem:
             own = 1 if second else -1       # i_X omega - dE along dq is minus the Euler-Lagrange expressions
             of_q, of_v = [(f"equation of {q}", own) for q in user], [(("definition" if second else "equation") + f" of {q}'", 1) for q in user]
             names = of_v + of_q if second else of_q + of_v
-            names += [(f"holonomic[{i}]", -1) for i in range(n - len(names))]
+            names += [(f"holonomic[{i}]", -1) for i in range(n - len(names) - len(self.redundant))]
+            names += [(f"choice of {self.names[2 * len(user) + k]}", -1) for k in self.redundant]
         else:
             names = [(f"definition of {v}", 1) for v in self.names if v.endswith("'")]
             names += [(f"equations[{i}]", 1) for i in range(n - len(names))]

@@ -144,6 +144,12 @@ def main():
                 "the problem schema refuses an unknown code")
     warned = re.findall(r'^X\(\w+, "(\w+)"', open(os.path.join(ROOT, "lib", "base", "warning.def"), encoding="utf-8").read(), re.M)
     tally.check(warned == schemas.load("result")["properties"]["warnings"]["items"]["properties"]["code"]["enum"], "warning codes", str(warned))
+    limits = re.findall(r'^X\((\w+), ', open(os.path.join(ROOT, "lib", "base", "limits.def"), encoding="utf-8").read(), re.M)
+    source = "".join(open(p, encoding="utf-8").read() for p in glob.glob(os.path.join(ROOT, "lib", "*", "*.[ch]")))
+    for name in limits:
+        tally.check(f"SGA_LIMIT_{name}" in source, f"the limit {name} raises its warning somewhere")
+        tally.check(f"SGA_MOST_{name}" in source, f"the limit {name} is used by its name")
+    tally.check(len(limits) == len(set(limits)), "each limit stands once", str(limits))
     with open(os.path.join(ROOT, "README.md"), encoding="utf-8") as f:
         readme = f.read()
     tally.check(all(f"| `{code}` |" in readme for code in warned), "README lists the warning codes", str(warned))

@@ -8,7 +8,7 @@
 #include "series.h"
 #include "watch.h"
 
-enum { ORDER = 6, BITS = 53, MOST_SINGULAR = 64 };
+enum { ORDER = 6, BITS = 53 };
 #define LEAST 1e-9         /* of the span */
 #define BESIDE 0.01        /* of the distance to a singular place: shorter pieces are so for reasons of their own */
 #define UNIFORM 8          /* pieces this many times shorter than the longest are no narrower than the rest: steps see what is everywhere */
@@ -22,7 +22,7 @@ struct search {
     struct piece *heap;        /* the largest excess first; those that are done have excess 0 */
     int count;
     double span, small, largest;
-    double singular[MOST_SINGULAR];
+    double *singular; size_t singular_cap;
     int singulars;
 };
 
@@ -126,8 +126,10 @@ bool enc_pieces_find(struct enc_pieces *q, const struct expr_store *st, expr_id 
         struct piece p = pop(&s);
         double middle = p.from + 0.5 * (p.to - p.from);
         if (p.to - p.from < LEAST * s.span) {
-            if (isinf(p.excess) && s.singulars < MOST_SINGULAR)
+            if (isinf(p.excess)) {
+                SGA_RESERVE(s.singular, s.singular_cap, s.singulars + 1);
                 s.singular[s.singulars++] = middle;
+            }
             p.excess = 0;
             push(&s, p);
             continue;
@@ -147,6 +149,7 @@ bool enc_pieces_find(struct enc_pieces *q, const struct expr_store *st, expr_id 
         q->step[i] = step_of(&s, s.heap + i, longest);
     }
     free(s.heap);
+    free(s.singular);
     enc_series_clear(&s.series);
     enc_program_clear(&s.program);
     return true;

@@ -1,5 +1,6 @@
 /* Points of W where the rank of H drops: by Newton's steps from random starts, on W with more equations. */
 #include "drops.h"
+#include "warnings.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -8,7 +9,7 @@
 
 #include "mem.h"
 
-enum { STARTS = 4, BITS = 128, FACTORS_AT_MOST = 64 };
+enum { STARTS = 4, BITS = 128 };
 
 static void keep_point(struct mech_search *s, const struct points_point *p, bool certified, int rank, int augmented)
 {
@@ -116,7 +117,9 @@ void mech_search_factors(struct mech_search *s)
     struct points_space space;
     uint64_t random = 7;
     extend(s, &space, variable, con, near, end, &stages);
-    int own = s->factors < FACTORS_AT_MOST ? s->factors : FACTORS_AT_MOST, all = own + s->f->W.branches;
+    if (s->factors > SGA_MOST_RANK_FACTORS)
+        sga_limit_met(s->options->budget, SGA_LIMIT_RANK_FACTORS);
+    int own = s->factors < SGA_MOST_RANK_FACTORS ? s->factors : SGA_MOST_RANK_FACTORS, all = own + s->f->W.branches;
     for (int k = 0; k < all && c < 2 * s->n; k++) {
         con[c] = k < own ? s->factor[k] : s->f->W.branch[k - own].expr;    /* W is no manifold where branches meet */
         space.constraints = end[stages] = c + 1;

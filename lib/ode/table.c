@@ -10,8 +10,9 @@
 
 #include "march.h"
 #include "mem.h"
+#include "warnings.h"
 
-enum { FIRST_PARTS = 8, MOST_PARTS = 2048, PROBES = 11 };
+enum { FIRST_PARTS = 8, MOST_PARTS = SGA_MOST_TABLE_PARTS, PROBES = 11 };
 #define RESOLVED 1e-3          /* of the range: how well values between nodes are predicted */
 #define EDGE 1e-3              /* of a part: nodes beside the ends, for the slopes there */
 
@@ -98,6 +99,7 @@ void ode_table_fill(struct ode_march *m, struct ode_table *w)
 {
     size_t row = (size_t)w->count * sizeof *w->value;
     int parts = FIRST_PARTS;
+    bool seen;
     for (int i = 1; i < parts; i++)
         put(w, i, ode_table_at(m, w, (double)i / parts));
     put(w, 0, values(m, w, m->t, m->x));
@@ -108,7 +110,10 @@ void ode_table_fill(struct ode_march *m, struct ode_table *w)
         parts *= 2;
         for (int i = 1; i < parts; i += 2)
             put(w, i, ode_table_at(m, w, (double)i / parts));
-    } while (parts < MOST_PARTS && !predicted(m, w, parts));
+        seen = predicted(m, w, parts);
+    } while (parts < MOST_PARTS && !seen);
+    if (!seen)
+        sga_limit_met(m->o->budget, SGA_LIMIT_TABLE_PARTS);
     memmove(w->value + 2 * (size_t)w->count, w->value + (size_t)w->count, (size_t)(parts - 1) * row);
     w->nodes = parts + 3;
     for (int i = 1; i < parts; i++)

@@ -8,8 +8,7 @@
 #include "mem.h"
 #include "sparse.h"
 #include "triangular.h"
-
-enum { PROOF_ROWS = 5000 };     /* the proof needs a dense inverse: 200 MB; past it points stay uncertified */
+#include "warnings.h"
 
 /* Everything about one square subsystem: rows scaled by 2^-exponent. */
 struct square {
@@ -210,8 +209,10 @@ static bool krawczyk(struct square *q, slong prec)
     const struct points_space *s = q->j->space;
     struct num_ball *ball = &q->p->ball;
     int c = q->c;
-    if (c > PROOF_ROWS)
+    if (c > SGA_MOST_PROOF_ROWS) {
+        sga_limit_met(q->j->space->budget, SGA_LIMIT_PROOF_ROWS);
         return false;
+    }
     size_t cc = (size_t)c * (size_t)c;
     double *C = sga_calloc(cc, sizeof *C), *m = sga_calloc((size_t)c, sizeof *m), *rho = sga_calloc((size_t)c, sizeof *rho);
     int *place = sga_malloc((size_t)q->n * sizeof *place);

@@ -7,11 +7,12 @@
 #ifndef SGA_POINTS_SCALING_H
 #define SGA_POINTS_SCALING_H
 
+#include "warnings.h"
 #include "expr.h"
 
 struct scaling;
 /* NULL for more than SCALING_MOST variables. */
-enum { SCALING_MOST = 255 };
+enum { SCALING_MOST = SGA_MOST_SCALED };
 struct scaling *scaling_new(const struct expr_store *st, const int *variable, int variables);
 /* The size of time is an unknown too, and a velocity's size that of its variable over it; otherwise time counts as 1. */
 void scaling_time(struct scaling *w, int symbol);

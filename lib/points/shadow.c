@@ -9,6 +9,7 @@
 #include "needed.h"
 #include "poly.h"
 #include "sides.h"
+#include "warnings.h"
 
 enum { DEEPEST_BITS = 300000 };
 
@@ -331,11 +332,15 @@ static struct points_decision decide(struct points_shadow *s, expr_id e)
 
 static void keep_zero(struct points_shadow *s, expr_id e, struct points_decision d)
 {
-    if (d.truth != POINTS_ZERO || d.basis == POINTS_EXACT || s->zeros >= POINTS_ZEROS_KEPT)
+    if (d.truth != POINTS_ZERO || d.basis == POINTS_EXACT)
         return;
     for (int i = 0; i < s->zeros; i++)
         if (s->zero[i].expr == e)
             return;
+    if (s->zeros >= SGA_MOST_ZEROS_LISTED) {
+        sga_limit_met(s->space.budget, SGA_LIMIT_ZEROS_LISTED);
+        return;
+    }
     SGA_RESERVE(s->zero, s->zero_cap, s->zeros + 1);
     s->zero[s->zeros++] = (struct points_zero){ e, d };
 }

@@ -41,7 +41,6 @@ struct points_zero {
     struct points_decision decision;
 };
 
-enum { POINTS_ZEROS_KEPT = 100 };
 enum { POINTS_REAL = 2, POINTS_MODULAR = 2 };
 
 struct points_shadow {
@@ -58,7 +57,7 @@ struct points_shadow {
     struct expr_cone cone;
     uint64_t random;
     long count[POINTS_BASES];                /* decisions so far, by basis */
-    struct points_zero *zero; int zeros; size_t zero_cap;   /* each expression once, the first POINTS_ZEROS_KEPT */
+    struct points_zero *zero; int zeros; size_t zero_cap;   /* each expression once, the first SGA_MOST_ZEROS_LISTED */
     int least_digits;                        /* smallest digits of a ZERO_NUMERIC */
     struct points_side *side; int sides; size_t side_cap;   /* that zeros found so far depend on */
     int looked;                              /* nodes of the store seen ... */

@@ -74,6 +74,7 @@ bool read_lagrangian(struct reader *rd, const json_t *system)
         form_lagrangian(&rd->r->system, &f);
         rd->r->lagrangian = f.force ? EXPR_UNDEF : l.function;
         rd->r->coordinates = l.n;
+        rd->r->multiplier = l.constraints ? l.multiplier[0] : 0;
     }
     free(l.coordinate);
     free(l.velocity);

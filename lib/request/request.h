@@ -177,6 +177,7 @@ struct request {
     struct request_forces forces;     /* where there are outputs */
     struct request_symmetries symmetries;
     expr_id lagrangian;               /* L(q, v, t), where the form has one and no forces; or EXPR_UNDEF */
+    int multiplier;                   /* of the form lagrangian: the symbol of the first holonomic constraint's multiplier, those of the others follow */
     int coordinates;                  /* of it: the system's variables are q, v, multipliers */
     bool strata;                      /* each stratum shall be solved on its own */
 };

@@ -35,7 +35,7 @@ enum stratum_state { STRATUM_LISTED, STRATUM_SOLVED, STRATUM_EMPTY, STRATUM_MERG
 
 /* A set that the answer does not speak of: where a pivot or a factor of a product vanishes. */
 struct stratum {
-    const char *kind;             /* "pivot", "branch", "side", "instant", "domain", "parameter"; static */
+    const char *kind;             /* "pivot", "branch", "side", "instant", "domain", "parameter", "excess"; static */
     expr_id *where; char **text;  /* functions that vanish there, and how they are written */
     int wheres;                   /* 0: described only */
     char *description;            /* or NULL */
@@ -144,6 +144,7 @@ struct job {
         int variable[3];          /* not closed: this component of d omega */
         expr_id defect;
     } two_form;
+    int *redundant; int redundants;   /* of the form lagrangian: holonomic constraints that follow from others */
     struct mechanical_answer *mechanical;   /* or NULL */
     struct stage_clock clock;
     double spent;                 /* seconds of the time granted, before */
@@ -163,6 +164,9 @@ bool answer_primary(struct job *j, bool (*solve)(struct job *));
 void answer_primary_clear(struct job *j);
 /* Takes and returns whether the reduction succeeded; refuses holonomic constraints that are irregular. */
 bool answer_holonomic(struct job *j, bool ok);
+/* After a reduction that left freedom: holonomic constraints whose differentials depend on those before them on the common
+ * zeros ask nothing more; rows are added that set their multipliers to 0 (j->redundant). True: the system has to be reduced again. */
+bool answer_holonomic_redundant(struct job *j);
 /* Which restrictions a solution's constraints came from. */
 void answer_restrictions_kept(struct job *j, const struct sga_solution *sol);
 /* Is a given 2-form closed? */

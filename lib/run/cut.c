@@ -7,8 +7,6 @@
 #include "mem.h"
 #include "tradeoff.h"
 
-enum { NAMES = 100 };
-
 /* Only the motion is asked for, and of it only outputs. Forms that keep more than the rows, and answers
  * that speak of the whole system, are left as they are. */
 static bool may_cut(const struct request *r)
@@ -247,9 +245,11 @@ void answer_write_cut(const struct job *j, struct sga_json *w)
     sga_json_object(w);
     sga_json_member_int(w, "variables", c->gone);
     sga_json_member_int(w, "equations", c->rows_gone);
+    if (c->gone > SGA_MOST_NAMES_LISTED)
+        sga_limit_met(&j->budget, SGA_LIMIT_NAMES_LISTED);
     sga_json_key(w, "names");
     sga_json_array(w);
-    for (int k = 0; k < c->gone && k < NAMES; k++)
+    for (int k = 0; k < c->gone && k < SGA_MOST_NAMES_LISTED; k++)
         sga_json_string(w, j->request.store.symbol[c->symbol[k]].name);
     sga_json_end_array(w);
     sga_json_member_int(w, "apart", c->apart);

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "derive.h"
+#include "echelon.h"
 #include "mem.h"
 
 static bool is_holonomic(const struct sys_row *r)
@@ -35,6 +36,21 @@ static bool differential_vanishes(struct job *j, struct points_shadow *shadow, e
     return true;
 }
 
+/* The holonomic constraints alone, as restrictions; the caller frees them. row[i]: which row restriction i is. */
+static struct sys_system constraints_alone(const struct job *j, int *row)
+{
+    const struct sys_system *sys = &j->request.system;
+    struct sys_system only = *sys;
+    only.rows = only.restrictions = 0;
+    only.restriction = NULL;
+    for (int i = 0; i < sys->rows; i++)
+        if (is_holonomic(sys->row + i)) {
+            row[only.restrictions] = i;
+            sys_add_restriction(&only, sys->row[i].alpha);
+        }
+    return only;
+}
+
 /* The index of the first constraint that is regular nowhere on the common zeros; -1: none. */
 static int find_irregular(struct job *j, const struct sys_system *only)
 {
@@ -56,19 +72,15 @@ static int find_irregular(struct job *j, const struct sys_system *only)
 
 bool answer_holonomic(struct job *j, bool ok)
 {
-    const struct sys_system *sys = &j->request.system;
-    struct sys_system only = *sys;
     int found = -1;
     if (strcmp(j->request.form, "lagrangian") != 0 || !suspicious(j, ok))
         return ok;
-    only.rows = only.restrictions = 0;
-    only.restriction = NULL;
-    for (int i = 0; i < sys->rows; i++)
-        if (is_holonomic(sys->row + i))
-            sys_add_restriction(&only, sys->row[i].alpha);
+    int *row = sga_malloc(((size_t)j->request.system.rows + 1) * sizeof *row);
+    struct sys_system only = constraints_alone(j, row);
     if (only.restrictions)
         found = find_irregular(j, &only);
     free(only.restriction);
+    free(row);
     if (found < 0)
         return ok;
     *j->err = (struct sga_error){ 0 };
@@ -77,4 +89,101 @@ bool answer_holonomic(struct job *j, bool ok)
     return sga_fail_at(j->err, SGA_E_IRREGULAR, pointer, "the differential of this constraint vanishes wherever the constraint "
                        "holds, so that no reaction can act; write a function with the same zeros whose gradient does not vanish "
                        "on them (x for x^2)");
+}
+
+/* d e as a row over the variables. */
+static void differential(const struct sys_system *sys, expr_id e, struct ech_row *row)
+{
+    *row = (struct ech_row){ .rhs = expr_int(sys->store, 0) };
+    for (int k = 0; k < sys->variables; k++) {
+        expr_id d = expr_diff(sys->store, e, sys->variable[k].symbol);
+        if (!expr_is_zero(sys->store, d))
+            ech_row_push(row, k, d);
+    }
+}
+
+/* Which differentials depend on those before them on the set of the solution. Returns how many do, 0 where the others
+ * do not span what the set leaves out (an irregular set), or where that is not known. */
+static int dependent(struct job *j, const struct sys_system *only, const struct sga_solution *sol, struct points_shadow *shadow, unsigned char *is)
+{
+    struct echelon ech;
+    struct expr_facts facts;
+    struct sga_error err = { 0 };
+    struct ech_context ctx = { .st = only->store, .facts = &facts, .shadow = shadow, .budget = &j->budget, .err = &err };
+    int count = 0;
+    bool ok = shadow->reals > 0;
+    ech_init(&ech, only->variables);
+    expr_facts_init(&facts);
+    for (int i = 0; i < only->restrictions && ok; i++) {
+        struct ech_row row;
+        int before = ech.pivots;
+        differential(only, only->restriction[i], &row);
+        ok = ech_eliminate(&ech, &ctx, &row, 1, 0);
+        is[i] = ech.pivots == before;
+        count += is[i];
+        ech_row_clear(&row);
+    }
+    ok = ok && ech.pivots == sol->constraints;
+    ech_clear(&ech);
+    expr_facts_clear(&facts);
+    return ok ? count : 0;
+}
+
+/* The number in "holonomic[3]". */
+static int number_of(const struct sys_row *r)
+{
+    return atoi(r->source + 10);
+}
+
+/* The multiplier of constraint a is chosen to be 0: reactions and motion do not depend on it. */
+static bool fix_multiplier(struct job *j, int a)
+{
+    struct sys_system *sys = &j->request.system;
+    struct sga_buf source = { 0 };
+    bool there = false;
+    for (int k = 0; k < sys->variables; k++)
+        there |= sys->variable[k].symbol == j->request.multiplier + a;
+    if (!there)          /* cut off: nothing depends on it */
+        return false;
+    expr_id *map = sga_calloc((size_t)sys->store->symbols + 1, sizeof *map);
+    map[j->request.multiplier + a] = expr_int(sys->store, 0);
+    for (int i = 0; i < sys->rows; i++)
+        expr_substitute(sys->store, &sys->row[i].alpha, 1, map);
+    free(map);
+    sga_buf_printf(&source, "choice of %s", sys->store->symbol[j->request.multiplier + a].name);
+    sys_add_row(sys, sys->store->symbol[j->request.multiplier + a].node, source.data);
+    sga_buf_free(&source);
+    sys->square = false;
+    return true;
+}
+
+bool answer_holonomic_redundant(struct job *j)
+{
+    const struct sys_system *sys = &j->request.system;
+    struct sga_options options = { .near = j->near, .near_time = j->near_time, .seed = 1, .budget = &j->budget };
+    struct sga_error err = { 0 };
+    struct points_shadow shadow;
+    struct sga_solution sol;
+    if (strcmp(j->request.form, "lagrangian") != 0)
+        return false;
+    int *row = sga_malloc(((size_t)sys->rows + 1) * sizeof *row), rows = sys->rows;
+    struct sys_system only = constraints_alone(j, row);
+    unsigned char *is = sga_calloc((size_t)only.restrictions + 1, 1);
+    bool fixed = false;
+    points_shadow_init(&shadow, 20250103);
+    if (only.restrictions && sga_solve(&only, &options, &shadow, &sol, &err)) {
+        if (sol.verdict != SGA_INCONSISTENT && dependent(j, &only, &sol, &shadow, is)) {
+            j->redundant = sga_malloc(((size_t)rows + 1) * sizeof *j->redundant);
+            for (int i = 0; i < only.restrictions; i++)
+                if (is[i] && fix_multiplier(j, number_of(sys->row + row[i])))
+                    j->redundant[j->redundants++] = number_of(sys->row + row[i]);
+            fixed = j->redundants > 0;
+        }
+        sga_solution_clear(&sol);
+    }
+    points_shadow_clear(&shadow);
+    free(only.restriction);
+    free(is);
+    free(row);
+    return fixed;
 }

@@ -8,7 +8,6 @@
 
 #include "mem.h"
 
-enum { SEARCH_SECONDS = 5, STRATUM_SECONDS = 1 };
 
 static struct sga_options options_of(const struct job *j)
 {
@@ -146,12 +145,14 @@ bool answer_mechanical_motion(struct job *j)
     if (want & (REQUEST_VECTOR_FIELD | REQUEST_CONSTRAINTS | REQUEST_INDEX | REQUEST_STRUCTURE)) {
         struct sga_options options = options_of(j);
         struct sga_budget part = j->budget;      /* the search must not take the whole job's time */
-        double soon = sga_now() + (j->depth ? STRATUM_SECONDS : SEARCH_SECONDS);
+        double soon = sga_now() + (j->depth ? SGA_MOST_STRATUM_RANK_SECONDS : SGA_MOST_RANK_SECONDS);
         if (!part.deadline || part.deadline > soon)
             part.deadline = soon;
         options.budget = &part;
         mech_regularity_find(&m->regularity, &m->fibre, &j->request.mechanical, &options);
         m->has_regularity = true;
+        if (!sga_budget_ok(&part, NULL) && sga_budget_ok(&j->budget, NULL))
+            sga_limit_met(&j->budget, j->depth ? SGA_LIMIT_STRATUM_RANK_SECONDS : SGA_LIMIT_RANK_SECONDS);
     }
     return sga_budget_ok(&j->budget, j->err);
 }

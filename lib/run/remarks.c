@@ -93,10 +93,12 @@ static void free_names(const struct job *j, struct sga_buf *out)
 static void count_given(const struct job *j, int *equations, int *unknowns)
 {
     const struct sys_system *sys = &j->request.system;
-    int added = 0;
+    int added = 0, chosen = 0;
     for (int k = 0; k < sys->variables && !j->cut.made; k++)
         added += strcmp(sys->variable[k].role, "derivative") == 0;
-    *equations = j->cut.made ? j->cut.rows : sys->rows - added;
+    for (int i = 0; i < sys->rows && !j->cut.made; i++)     /* rows of our own */
+        chosen += strncmp(sys->row[i].source, "choice of ", 10) == 0;
+    *equations = j->cut.made ? j->cut.rows : sys->rows - added - chosen;
     *unknowns = j->cut.made ? j->cut.variables : sys->variables - added;
 }
 
@@ -117,8 +119,9 @@ static void warn_count(struct job *j)
                  unknowns, unknowns == 1 ? "" : "s",
                  sol->verdict == SGA_INCONSISTENT ? "" : "; their consequences determine all of them");
     else if (functions)
-        sga_warn(&j->budget, SGA_W_FREE, "/system", "as many equations as unknowns (%d for %d) or more leave %d function%s of time to be chosen; free %s %s",
-                 equations, unknowns, functions, functions > 1 ? "s" : "", strchr(names.data, ',') ? "are among" : "is", names.data);
+        sga_warn(&j->budget, SGA_W_FREE, "/system", "%d equation%s for %d unknown%s leave %d function%s of time to be chosen; "
+                 "free %s %s", equations, equations == 1 ? "" : "s", unknowns, unknowns == 1 ? "" : "s", functions, functions > 1 ? "s" : "",
+                 strchr(names.data, ',') ? "are among" : "is", names.data);
     if (equations > unknowns)
         sga_warn(&j->budget, SGA_W_MORE_EQUATIONS, "/system", "%d equation%s for %d unknown%s; %d follow%s from the others", equations,
                  equations == 1 ? "" : "s", unknowns, unknowns == 1 ? "" : "s", sol->redundant_rows, sol->redundant_rows == 1 ? "s" : "");
@@ -159,6 +162,16 @@ static void warn_moved(struct job *j, const double *x)
     sga_buf_free(&names);
 }
 
+static void warn_redundant(struct job *j, const char *list, const int *which, int count)
+{
+    char pointer[64];
+    for (int k = 0; k < count; k++) {
+        snprintf(pointer, sizeof pointer, "%s/%d", list, which[k]);
+        sga_warn(&j->budget, SGA_W_REDUNDANT, pointer, "the constraint follows from the others: its multiplier is chosen to be 0, and neither motion nor "
+                 "reaction depends on that");
+    }
+}
+
 void answer_warn(struct job *j)
 {
     if (!j->depth)
@@ -167,21 +180,18 @@ void answer_warn(struct job *j)
         warn_moved(j, j->initial.x);
     if (j->has_trajectory && j->trajectory.initial)
         warn_moved(j, j->trajectory.initial);
+    warn_redundant(j, "/system/holonomic", j->redundant, j->redundants);
+    if (j->mechanical && !j->depth)
+        warn_redundant(j, "/system/constraints", j->mechanical->fibre.redundant, j->mechanical->fibre.redundants);
     int proved = 0;
     for (int k = 0; k < j->shadow.reals; k++)
         proved += j->shadow.real[k].certified;
     if (j->solved && j->shadow.reals && !proved)
         sga_warn(&j->budget, SGA_W_POINTS_NOT_PROVED, "", "none of the %d points of the constraint set that decisions rest on is proved to lie on it",
                  j->shadow.reals);
-    if (j->solution.not_factored)
-        sga_warn(&j->budget, SGA_W_SEARCH_CUT, "", "a constraint was too large, or too many stood, to look for all branches of a product: "
-                 "another branch may not be listed");
     if (j->solution.sides_not_searched)
         sga_warn(&j->budget, SGA_W_SEARCH_CUT, "", "too many abs, sign, min, max stand in the constraints to look beyond all of them: "
                  "zeros may hold on one side of some only");
-    if (j->strata_skipped)
-        sga_warn(&j->budget, SGA_W_STRATA_NOT_SEARCHED, "", "the search for places where pivots and denominators vanish was cut short: there may be more strata "
-                 "than are listed%s", j->request.strata ? "" : "; \"strata\": \"solve\" gives it ten times as long");
     for (int i = 0; i < j->strata && j->request.strata; i++)
         if (j->stratum[i].state == STRATUM_UNSOLVED)
             sga_warn(&j->budget, SGA_W_STRATA_NOT_SOLVED, "/strata", "some strata could not be solved: each has a problem that says why");

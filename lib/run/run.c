@@ -193,6 +193,8 @@ bool answer_reduce(struct job *j)
     stage_begin(&j->clock, STAGE_REDUCTION);
     progress(j, "reduction", 0.05);
     bool ok = answer_holonomic(j, answer_primary(j, solve));
+    if (ok && j->solution.verdict == SGA_UNDERDETERMINED && answer_holonomic_redundant(j))
+        ok = solve(j);
     if (ok && !j->primary.has)
         answer_restrictions_kept(j, &j->solution);
     if (ok && j->op && j->request.op.open_sources)
@@ -233,6 +235,7 @@ void answer_clear(struct job *j)
     free(j->near);
     free(j->parameter_near);
     free(j->scale);
+    free(j->redundant);
     free(j->reduced);
     sga_warnings_clear(&j->warnings);
     answer_primary_clear(j);

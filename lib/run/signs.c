@@ -11,7 +11,7 @@
 #include "facts.h"
 #include "mem.h"
 
-enum { DRAWS = 16, MOST_PARAMETERS = 8, MOST_VARIABLES = 60 };
+enum { DRAWS = 16, MOST_PARAMETERS = SGA_MOST_SIGN_PARAMETERS, MOST_VARIABLES = SGA_MOST_SIGN_VARIABLES };
 
 struct draws {
     double value[DRAWS][MOST_PARAMETERS];
@@ -165,6 +165,12 @@ void answer_signs(struct job *j)
 {
     const struct sys_system *sys = &j->request.system;
     struct draws d = { .count = 0 };
+    if (sys->parameters && j->solution.verdict != SGA_INCONSISTENT && has_parameter(j)) {
+        if (sys->parameters > MOST_PARAMETERS)
+            sga_limit_met(&j->budget, SGA_LIMIT_SIGN_PARAMETERS);
+        if (sys->variables > MOST_VARIABLES)
+            sga_limit_met(&j->budget, SGA_LIMIT_SIGN_VARIABLES);
+    }
     if (!sys->parameters || sys->parameters > MOST_PARAMETERS || sys->variables > MOST_VARIABLES
         || j->solution.verdict == SGA_INCONSISTENT || !has_parameter(j) || has_points_always(j))
         return;

@@ -8,8 +8,6 @@
 #include "mem.h"
 #include "poly.h"
 
-enum { PIVOT_BYTES = 4000, OFF_VARIABLES = 400, OFF_MOST = 60 };
-
 /* One more function that vanishes on a stratum; false where it is too long to be written. */
 static bool push(struct job *j, struct stratum *s, expr_id e)
 {
@@ -17,8 +15,9 @@ static bool push(struct job *j, struct stratum *s, expr_id e)
     for (int i = 0; i < s->wheres; i++)
         if (s->where[i] == e)
             return true;
-    if (!expr_print(&j->request.store, e, PIVOT_BYTES, &text)) {
+    if (!expr_print(&j->request.store, e, SGA_MOST_STRATUM_BYTES, &text)) {
         sga_buf_free(&text);
+        sga_limit_met(&j->budget, SGA_LIMIT_STRATUM_BYTES);
         return false;
     }
     s->where = sga_realloc(s->where, (size_t)(s->wheres + 1) * sizeof *s->where);
@@ -127,7 +126,9 @@ bool strata_drops(struct job *j, expr_id factor, int starts, struct stratum *as)
 /* Searches of a second kind are for small systems, and so many of them: what is left out is said. */
 static bool too_many(struct job *j, int variables, int *done)
 {
-    bool skip = variables > OFF_VARIABLES || (*done)++ > OFF_MOST;
+    bool large = variables > SGA_MOST_STRATA_OFF_VARIABLES, skip = large || (*done)++ >= SGA_MOST_STRATA_OFF;
+    if (skip)
+        sga_limit_met(&j->budget, large ? SGA_LIMIT_STRATA_OFF_VARIABLES : SGA_LIMIT_STRATA_OFF);
     j->strata_skipped |= skip;
     return skip;
 }
@@ -221,12 +222,6 @@ static void consider(struct listing *l, expr_id factor, int before)
         strata_add(l->j, factor, before, as);
 }
 
-/* A factor that vanishes only where the equations have no value, as far as squares show. */
-static bool outside(struct listing *l, expr_id value, const struct poly_factor *q)
-{
-    return q->sum_of_even_powers && q->radicals && domain_leaves_out(&l->domain, value, q->radical, q->radicals, q->radicals);
-}
-
 void strata_factors(struct listing *l, expr_id value, int before)
 {
     struct poly_limits limits = { .max_terms = 200, .max_bits = 2000, .max_degree = 40, .max_generators = 24, .budget = &l->j->budget };
@@ -236,7 +231,7 @@ void strata_factors(struct listing *l, expr_id value, int before)
         return;
     }
     for (int i = 0; i < f.factors; i++)
-        if (!f.factor[i].never_zero && !outside(l, value, f.factor + i))
+        if (!strata_squares(l, f.factor + i, before) && !f.factor[i].never_zero)
             consider(l, f.factor[i].expr, before);
     poly_factors_clear(&f);
 }

@@ -10,7 +10,7 @@
 #include "mem.h"
 #include "sides.h"
 
-enum { STARTS = 5 };
+enum { STARTS = 5, MORE_STARTS = 16 };
 
 /* Whether the function is 0 at the points of the part that was solved. */
 static bool holds_here(struct points_shadow *s, expr_id e)
@@ -62,14 +62,58 @@ static bool meet(struct job *j, struct points_point *p)
     return met;
 }
 
+/* A point of the constraints that leave an equation open, where that does not hold. */
+struct excess { double *x, time; expr_id equation; };
+
+/* The constraints are fewer than the functions that vanish: their common zeros may have a part more (w = x = 0 of w y = x^2, w z = x y, the cone
+ * with x z = y^2 too), of which no point but those on the cone satisfies the equations. */
+static void keep_excess(struct job *j, struct points_point *p, struct excess *e)
+{
+    size_t n = (size_t)j->request.system.variables;
+    const struct sga_solution *sol = &j->solution;
+    bool here = !e->x && points_on_sides(j->request.system.store, &p->ball, sol->side, sol->sides);    /* beyond, strata of kind side speak */
+    expr_id open = here ? violated(j, p) : EXPR_UNDEF;
+    if (!open || !arb_is_finite(num_ball_value(&p->ball, open)))
+        return;
+    e->x = memcpy(sga_malloc(n * sizeof *e->x), p->x, n * sizeof *e->x);
+    e->time = p->t;
+    e->equation = open;
+}
+
+static void list_excess(struct job *j, struct excess *e)
+{
+    struct sga_buf text = { 0 }, equation = { 0 };
+    if (!expr_print(&j->request.store, e->equation, 300, &equation))
+        sga_buf_puts(&equation, "a long expression");
+    sga_buf_printf(&text, "the printed constraints have these zeros too, but %s is not 0 here, which the equations ask: no solution passes; the "
+                   "admissible points are those near which the constraints have the given equations as their consequence", equation.data);
+    strata_add(j, EXPR_UNDEF, -1, (struct stratum){ .kind = "excess", .point = e->x, .time = e->time, .description = sga_buf_take(&text) });
+    sga_buf_free(&equation);
+}
+
 /* From the k-th random start: a point of another part. */
-static bool found(struct job *j, uint64_t k, int zeros, struct points_point *p)
+static bool found(struct job *j, uint64_t k, int zeros, struct points_point *p, struct excess *e)
 {
     const struct sga_solution *sol = &j->solution;
     struct strata_look look = { .c = sol->constraints, .starts = 1, .seed = k, .far = true, .point_only = true };
     int rank;
-    return strata_look_at(j, look, p, &rank) == POINTS_OK && p->certified && broken_at(&j->shadow, p, zeros) && meet(j, p)
-           && broken_at(&j->shadow, p, zeros) && points_on_sides(j->request.system.store, &p->ball, sol->side, sol->sides);
+    if (strata_look_at(j, look, p, &rank) != POINTS_OK || !p->certified || !broken_at(&j->shadow, p, zeros))
+        return false;
+    keep_excess(j, p, e);
+    return meet(j, p) && broken_at(&j->shadow, p, zeros) && points_on_sides(j->request.system.store, &p->ball, sol->side, sol->sides);
+}
+
+/* Given equations without derivatives, and restrictions, of which some are no constraints of their own: they follow from the others
+ * on the part that was solved, perhaps not elsewhere. */
+static bool open_equations(const struct job *j)
+{
+    const struct sys_system *sys = &j->request.system;
+    int given = sys->restrictions, first = 0;
+    for (int i = 0; i < sys->rows; i++)
+        given += !sys->row[i].entries;
+    while (first < j->solution.constraints && j->solution.constraint[first].generation == 1)
+        first++;
+    return given > first;
 }
 
 void strata_components(struct listing *l)
@@ -78,9 +122,11 @@ void strata_components(struct listing *l)
     struct points_shadow *s = &j->shadow;
     int zeros = s->zeros;
     bool done = !s->reals || !zeros || !j->solution.constraints || j->on_part;
-    for (uint64_t k = 1; k <= STARTS && !done && sga_budget_ok(&j->budget, NULL); k++) {
+    struct excess excess = { 0 };
+    uint64_t starts = open_equations(j) ? MORE_STARTS : STARTS;
+    for (uint64_t k = 1; k <= starts && !done && sga_budget_ok(&j->budget, NULL); k++) {
         struct points_point p;
-        done = found(j, k, zeros, &p);
+        done = found(j, k, zeros, &p, &excess);
         if (done) {
             struct stratum as = { .kind = "branch", .description = strdup("another part of the constraint set: functions that vanish on the "
                                   "part that was solved do not vanish here, so that its answer is another one; give trajectory.initial near it") };
@@ -91,4 +137,6 @@ void strata_components(struct listing *l)
         }
         points_point_clear(&p);
     }
+    if (excess.x)
+        list_excess(j, &excess);
 }

@@ -10,7 +10,7 @@
 
 /* Minors of subsets: 2^r of them. A start of a search costs up to 60 r^3 operations on balls, which
  * bounds how many there are. */
-enum { MOST_WRITTEN = 10, MOST_SEARCHED = 24, MOST_STARTS = 8, START_WORK = 8000, NAMED = 12 };
+enum { MOST_WRITTEN = 10, MOST_STARTS = 8, START_WORK = 8000, NAMED = 12 };
 
 /* det S by its minors of the first rows: without divisions, so right where S is singular. */
 static expr_id written_out(struct job *j, const struct sga_determinant *d)
@@ -64,8 +64,10 @@ static const char *search(struct listing *l, const struct sga_determinant *d)
         strata_factors(l, det, 0);
         return "written_out";
     }
-    if (d->size > MOST_SEARCHED)
+    if (d->size > SGA_MOST_DETERMINANT) {
+        sga_limit_met(&j->budget, SGA_LIMIT_DETERMINANT);
         return "not_searched";
+    }
     int starts = START_WORK / (d->size * d->size * d->size);
     starts = starts < 1 ? 1 : starts > MOST_STARTS ? MOST_STARTS : starts;
     if (!strata_drops(j, d->value, starts, &as))

@@ -7,10 +7,14 @@
 #include "mem.h"
 #include "poly.h"
 
-enum { MOST = 60 };
+/* The functions that were considered, or that are to be. */
+struct looked { expr_id *factor; int count; size_t cap; };
 
-/* The functions that were considered. */
-struct looked { expr_id factor[MOST]; int count; };
+static void keep(struct looked *l, expr_id factor)
+{
+    SGA_RESERVE(l->factor, l->cap, l->count + 1);
+    l->factor[l->count++] = factor;
+}
 
 static bool again(const struct looked *looked, expr_id factor)
 {
@@ -28,11 +32,7 @@ static void consider(struct listing *l, expr_id factor, struct looked *looked)
     unsigned f = expr_facts_of(&l->facts, &j->request.store, factor);
     if (f & EXPR_NONZERO || !(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)) || again(looked, factor) || !sga_budget_ok(&j->budget, j->err))
         return;
-    if (looked->count >= MOST) {
-        j->strata_skipped = true;
-        return;
-    }
-    looked->factor[looked->count++] = factor;
+    keep(looked, factor);
     enum strata_moving moving = f & EXPR_HAS_VARIABLE ? STRATA_FIXED : STRATA_TIME;
     enum points_status status = strata_look_at(j, (struct strata_look){ .c = j->solution.constraints, .factor = factor, .moving = moving, .point_only = true }, &p, &rank);
     points_point_clear(&p);
@@ -77,9 +77,8 @@ static unsigned char *beyond_set(const struct job *j)
 void strata_domain(struct listing *l)
 {
     const struct sys_system *sys = &l->j->request.system;
-    struct looked looked = { .count = 0 };
-    int found = 0;
-    expr_id *root, value[MOST];
+    struct looked looked = { .count = 0 }, value = { .count = 0 };
+    expr_id *root;
     int at = sys_expressions(sys, &root);
     unsigned char *beyond = beyond_set(l->j);
     struct expr_cone cone;
@@ -87,16 +86,14 @@ void strata_domain(struct listing *l)
     expr_cone_of(sys->store, &cone, root, at);
     for (int i = 0; i < cone.count; i++) {
         expr_id d = domain_divisor(sys->store, cone.list[i]);
-        if (!d || beyond[d] || expr_is_const(sys->store, d))
-            continue;
-        if (found < MOST)
-            value[found++] = d;
-        else
-            l->j->strata_skipped = true;
+        if (d && !beyond[d] && !expr_is_const(sys->store, d))
+            keep(&value, d);
     }
     expr_cone_clear(&cone);
     free(beyond);
     free(root);
-    for (int i = 0; i < found; i++)
-        factors(l, value[i], &looked);
+    for (int i = 0; i < value.count; i++)
+        factors(l, value.factor[i], &looked);
+    free(value.factor);
+    free(looked.factor);
 }

@@ -28,6 +28,7 @@ void strata_add(struct job *j, expr_id factor, int before, struct stratum as);
 struct strata_look {
     int c;
     expr_id factor;
+    const expr_id *squared; int squares;   /* the factor is a sum of their squares: they vanish together; or NULL */
     enum strata_moving moving;
     int starts;
     uint64_t seed;            /* of the random starts */
@@ -47,6 +48,11 @@ bool strata_drops(struct job *j, expr_id factor, int starts, struct stratum *as)
 
 /* Lists each factor of value, a pivot chosen on the set of the first `before` constraints, that can vanish. */
 void strata_factors(struct listing *l, expr_id value, int before);
+
+struct poly_factor;
+/* A factor that is a sum of squares: the set where all of them vanish is listed where the rank drops there. False: it is none, and
+ * may vanish as any other function does. */
+bool strata_squares(struct listing *l, const struct poly_factor *factor, int before);
 
 /* The cases in which functions of the parameters all vanish join the list; parts of others do not. */
 void strata_condition(struct listing *l, const expr_id *function, int functions);

@@ -13,7 +13,7 @@
 enum { LEAST_STEPS = 30 };
 /* All searches of an answer together, in steps times nodes: about a second. Each may take a part of what is
  * left, so that no one that finds nothing takes all. Who asks for strata has ten times as much. */
-static const double MOST_WORK = 3e6, PART = 0.2;
+static const double PART = 0.2;
 /* rows * columns * the smaller: past it singular values take seconds that nobody could stop, and
  * the rank counts as lower: listed, to be safe */
 static const double RANK_WORK = 1e8;
@@ -80,7 +80,7 @@ int strata_rank_at(struct job *j, const struct points_space *space, int rows, in
 /* Newton steps that a search may take on the set of so many functions; 0: no more. */
 static long steps_granted(const struct job *j, double cost)
 {
-    double left = MOST_WORK * (j->request.strata ? 10 : 1) - j->strata_work, steps = PART * left / cost;
+    double left = (j->request.strata ? (double)SGA_MOST_STRATA_SOLVING_WORK : SGA_MOST_STRATA_WORK) - j->strata_work, steps = PART * left / cost;
     return left < LEAST_STEPS * cost ? 0 : (long)fmin(fmax(steps, LEAST_STEPS), 1e9);
 }
 
@@ -140,7 +140,10 @@ static enum points_status search(struct job *j, struct points_space *space, cons
         status = points_find_staged(space, end, stages, spread, &random, 64, p);
     }
     j->strata_work += (double)(granted - (steps > 0 ? steps : 0)) * cost;
-    j->strata_skipped |= steps <= 0 && status == POINTS_NONE;
+    if (steps <= 0 && status == POINTS_NONE) {
+        sga_limit_met(&j->budget, j->request.strata ? SGA_LIMIT_STRATA_SOLVING_WORK : SGA_LIMIT_STRATA_WORK);
+        j->strata_skipped = true;
+    }
     return status;
 }
 
@@ -157,18 +160,20 @@ enum points_status strata_look_at(struct job *j, struct strata_look look, struct
     int values = moving == STRATA_PARAMETERS ? 0 : fixed, moved = sys->parameters - values;
     int extra = moved + (moving == STRATA_TIME);
     int *variable = sga_malloc((size_t)(n + extra) * sizeof *variable);
-    expr_id *con = sga_malloc((size_t)(c + 1) * sizeof *con);
+    int more = look.squares ? look.squares : factor != EXPR_UNDEF;
+    expr_id *con = sga_malloc((size_t)(c + more + 1) * sizeof *con);
     for (int i = 0; i < n; i++)
         variable[i] = sys->variable[i].symbol;
     for (int i = 0; i < extra; i++)
         variable[n + i] = i < moved ? sys->parameter[values + i] : sys->time;
     for (int i = 0; i < c; i++)
         con[i] = j->solution.constraint[i].expr;
-    con[c] = factor;
+    for (int i = 0; i < more; i++)
+        con[c + i] = look.squares ? look.squared[i] : factor;
     struct points_space space = {
         .st = sys->store, .variable = variable, .variables = n + extra, .parameter = sys->parameter,
         .parameters = values, .time = moving == STRATA_TIME ? -1 : sys->time, .constraint = con,
-        .constraints = c + (factor != EXPR_UNDEF), .near = extra || look.far ? NULL : j->near, .near_time = j->near_time,
+        .constraints = c + more, .near = extra || look.far ? NULL : j->near, .near_time = j->near_time,
         .scale = extra ? NULL : j->solution.scale,
         .starts = look.starts, .budget = &j->budget,
     };
@@ -179,7 +184,7 @@ enum points_status strata_look_at(struct job *j, struct strata_look look, struct
     if (c)
         end[stages++] = c;
     if (factor)
-        end[stages++] = c + 1;
+        end[stages++] = c + more;
     const struct points_shadow *shadow = &j->shadow;
     bool final = factor && !extra && shadow->reals && c == j->solution.constraints && shadow->space.constraints == c
                  && shadow->space.variables == n;

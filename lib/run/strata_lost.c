@@ -12,7 +12,7 @@
 #include "poly.h"
 #include "sides.h"
 
-enum { MOST = 40, VARIABLES = 60 };
+enum { MOST = SGA_MOST_LOST_PARTS };
 
 /* The functions that were looked at, each on the set of the first `before` constraints. */
 struct seen { expr_id factor[MOST]; int before[MOST], count; };
@@ -71,6 +71,7 @@ static void consider(struct listing *l, expr_id factor, int before, int with, st
         return;
     if (seen->count == MOST) {
         j->strata_skipped = true;
+        sga_limit_met(&j->budget, SGA_LIMIT_LOST_PARTS);
         return;
     }
     if (again(seen, factor, before))
@@ -104,9 +105,10 @@ void strata_lost(struct listing *l)
         const struct sga_pivot *p = i < sol->pivots ? sol->pivot + i : sol->dead + (i - sol->pivots);
         if (expr_is_const(&l->j->request.store, p->value))
             continue;
-        if (l->j->request.system.variables > VARIABLES)
+        if (l->j->request.system.variables > SGA_MOST_LOST_PARTS_VARIABLES) {
             l->j->strata_skipped = true;
-        else
+            sga_limit_met(&l->j->budget, SGA_LIMIT_LOST_PARTS_VARIABLES);
+        } else
             factors(l, p->value, p->generation, &seen);
     }
 }

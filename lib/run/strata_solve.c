@@ -8,7 +8,7 @@
 #include "strata_case.h"
 
 /* A stratum of a stratum of a stratum ..., and all of them together. */
-enum { DEPTH = 3, MOST = 48, MOST_CASES = 96 };
+enum { DEPTH = SGA_MOST_STRATA_INSIDE, MOST = SGA_MOST_STRATA_SOLVED, MOST_CASES = SGA_MOST_CASES_SOLVED };
 
 /* The set that a stratum was reduced to, as it is written. */
 struct reached {
@@ -316,17 +316,23 @@ bool answer_strata_solve(struct job *j)
     int number = ++j->tree->lists;
     for (int i = 0; i < j->strata && !j->tree->cancelled; i++) {
         struct stratum *s = j->stratum + i;
+        if (strcmp(s->kind, "excess") == 0)      /* no solution: that was asked of its point */
+            continue;
         if (!strata_solvable(s) && !strata_is_part(s)) {
             if (!s->wheres)
                 undescribed(s);
             continue;
         }
-        if (!s->part.wheres && j->inside >= DEPTH)
+        bool is_case = s->part.wheres > 0;
+        if (!is_case && j->inside >= DEPTH) {
             refuse(s, "strata inside each other", DEPTH);
-        else if (s->part.wheres ? j->tree->cases++ >= MOST_CASES : j->tree->solved++ >= MOST)
-            refuse(s, s->part.wheres ? "cases of parameters" : "strata", s->part.wheres ? MOST_CASES : MOST);
-        else
+            sga_limit_met(&j->budget, SGA_LIMIT_STRATA_INSIDE);
+        } else if (is_case ? j->tree->cases++ >= MOST_CASES : j->tree->solved++ >= MOST) {
+            refuse(s, is_case ? "cases of parameters" : "strata", is_case ? MOST_CASES : MOST);
+            sga_limit_met(&j->budget, is_case ? SGA_LIMIT_CASES_SOLVED : SGA_LIMIT_STRATA_SOLVED);
+        } else {
             solve_one(j, s, number);
+        }
     }
     bool cancelled = j->tree->cancelled;
     if (cancelled)

@@ -7,7 +7,7 @@
 #include "mem.h"
 #include "poly.h"
 
-enum { MOST_CYCLES = 4000, MOST_TANGENT = 100, TEXT_BYTES = 400 };
+enum { MOST_CYCLES = 4000, TEXT_BYTES = 400 };
 
 /* Zero on the whole space: by algebra where that decides, by points of the space otherwise. */
 static enum points_truth zero_everywhere(struct job *j, struct points_shadow *shadow, expr_id e)
@@ -96,9 +96,11 @@ static void write_two_form(struct job *j, struct sga_json *w)
 static void write_tangent(struct job *j, struct sga_json *w)
 {
     int n = j->request.system.variables;
+    if (j->primary.tangent.count > SGA_MOST_TANGENT_LISTED)
+        sga_limit_met(&j->budget, SGA_LIMIT_TANGENT_LISTED);
     sga_json_key(w, "pull_back");
     sga_json_array(w);
-    for (int i = 0; i < j->primary.tangent.count && i < MOST_TANGENT; i++) {
+    for (int i = 0; i < j->primary.tangent.count && i < SGA_MOST_TANGENT_LISTED; i++) {
         const expr_id *v = j->primary.tangent.vector + (size_t)i * (size_t)n;
         sga_json_object(w);
         for (int k = 0; k < n; k++) {

@@ -74,16 +74,27 @@ static void write_dimensions(const struct job *j, struct sga_json *w)
     sga_json_end_object(w);
 }
 
-static void write_index(const struct job *j, struct sga_json *w)
+/* -1: not known, or the solution is not unique. A system that is solved where some functions vanish only is another one. */
+static int differentiation_index(struct job *j)
 {
     const struct sga_solution *sol = &j->solution;
-    bool standard = (sol->verdict == SGA_UNIQUE || sol->verdict == SGA_ISOLATED) && j->request.system.square && !sol->specials;
+    if ((sol->verdict != SGA_UNIQUE && sol->verdict != SGA_ISOLATED) || sol->specials)
+        return -1;
+    if (j->request.system.square)
+        return sol->generations;
+    return j->op ? -1 : structure_index(&j->request.system, sol, &j->shadow, &j->budget);
+}
+
+static void write_index(struct job *j, struct sga_json *w)
+{
+    const struct sga_solution *sol = &j->solution;
+    int differentiation = differentiation_index(j);
     sga_json_key(w, "index");
     sga_json_object(w);
     sga_json_member_int(w, "generations", sol->generations);
     sga_json_key(w, "differentiation");
-    if (standard)
-        sga_json_int(w, sol->generations);
+    if (differentiation >= 0)
+        sga_json_int(w, differentiation);
     else
         sga_json_null(w);
     sga_json_member_int(w, "seed", sol->generations > 0 ? sol->generations - 1 : 0);

@@ -136,15 +136,18 @@ static void write_constraint(struct job *j, struct sga_json *w, int i)
 /* What was divided by: every pivot that is not a number, assumed not to vanish. */
 static void write_pivots(struct job *j, struct sga_json *w)
 {
-    enum { MOST = 200 };
     const struct sga_solution *sol = &j->solution;
     int written = 0;
     sga_json_key(w, "pivots");
     sga_json_array(w);
-    for (int q = 0; q < sol->pivots && written < MOST; q++) {
+    for (int q = 0; q < sol->pivots; q++) {
         struct sga_buf text = { 0 };
         if (expr_is_const(&j->request.store, sol->pivot[q].value))
             continue;
+        if (written == SGA_MOST_PIVOTS_LISTED) {
+            sga_limit_met(&j->budget, SGA_LIMIT_PIVOTS_LISTED);
+            break;
+        }
         sga_json_object(w);
         if (sol->pivot[q].col >= 0) {       /* else a factor dropped from a constraint */
             sga_json_member_string(w, "velocity_of", answer_variable_name(j, sol->pivot[q].col));
@@ -291,6 +294,13 @@ void answer_write_evidence(struct job *j, struct sga_json *w)
         write_determinants(j, w);
     sga_json_member_int(w, "redundant_equations", sol->redundant_rows);
     answer_write_restrictions(j, w);
+    if (j->redundants) {
+        sga_json_key(w, "redundant_holonomic");
+        sga_json_array(w);
+        for (int k = 0; k < j->redundants; k++)
+            sga_json_int(w, j->redundant[k]);
+        sga_json_end_array(w);
+    }
     if (j->witnessed) {
         sga_json_key(w, "witness");
         sga_json_object(w);

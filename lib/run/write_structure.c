@@ -6,7 +6,6 @@
 #include "mem.h"
 
 /* Each of them may list all equations. */
-enum { MOST_DETERMINED = 400 };
 
 /* An expression's text, or null where it is longer than `limit` bytes. */
 static void member_expression(struct job *j, struct sga_json *w, const char *key, expr_id e, size_t limit)
@@ -289,8 +288,10 @@ void answer_write_structure(struct job *j, struct sga_json *w)
         write_initial(j, w);
         write_equations(j, w);
         write_blocks(j, w);
-        if (j->structure.origin && j->request.system.variables <= MOST_DETERMINED)
+        if (j->structure.origin && j->request.system.variables <= SGA_MOST_DETERMINED)
             write_determines(j, w);
+        else if (j->structure.origin)
+            sga_limit_met(&j->budget, SGA_LIMIT_DETERMINED);
         write_motion(j, w);
     }
     sga_json_key(w, "predicted");

@@ -10,6 +10,7 @@
 #include "mem.h"
 #include "places.h"
 #include "print.h"
+#include "warnings.h"
 
 char *state_text(struct state *s, expr_id e)
 {
@@ -191,8 +192,10 @@ static int admit_parts(struct state *s, const struct candidate *c, const struct 
 
 static bool never_on_set(struct state *s, expr_id e)
 {
-    if (s->sol->constraints > 60)
+    if (s->sol->constraints > SGA_MOST_USED_UP) {
+        sga_limit_met(s->options->budget, SGA_LIMIT_USED_UP);
         return false;
+    }
     expr_id reduced = regular_reduced(s, e);
     if (hopeless(s, reduced))
         return true;
@@ -207,7 +210,7 @@ static bool never_by_squares(struct state *s, expr_id e)
 {
     struct poly_limits limits = { .max_terms = 200, .max_bits = 2000, .max_degree = 20, .max_generators = 16, .budget = s->options->budget };
     int c = s->sol->constraints;
-    if (c >= REGULAR_REDUCE)
+    if (c >= SGA_MOST_REDUCED_BY)
         return false;
     expr_id *f = sga_malloc(((size_t)c + 1) * sizeof *f);
     if (c)
@@ -369,7 +372,7 @@ static int admit_together(struct state *s, const struct candidate *cand, int cou
 /* Those that can be used up come first: then the others are seen as they are on the set. */
 static void order(struct state *s, struct candidate *cand, int count)
 {
-    if (count < 2 || s->sol->constraints + count > REGULAR_REDUCE)
+    if (count < 2 || s->sol->constraints + count > SGA_MOST_REDUCED_BY)
         return;
     struct candidate *sorted = sga_malloc((size_t)count * sizeof *sorted);
     unsigned char *last = sga_calloc((size_t)count, 1);

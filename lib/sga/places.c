@@ -7,6 +7,7 @@
 
 #include "mem.h"
 #include "sides.h"
+#include "warnings.h"
 
 enum points_status place_sample_near(struct state *s, const double *x, double t)
 {
@@ -62,7 +63,9 @@ enum points_status place_with(struct state *s, expr_id extra, struct points_poin
 bool place_holds_elsewhere(struct state *s, expr_id e)
 {
     struct points_point p;
-    if (!s->sol->constraints || s->sol->constraints > 60)
+    if (s->sol->constraints > SGA_MOST_ELSEWHERE)
+        sga_limit_met(s->options->budget, SGA_LIMIT_ELSEWHERE);
+    if (!s->sol->constraints || s->sol->constraints > SGA_MOST_ELSEWHERE)
         return false;
     enum points_status status = place_with(s, e, &p);
     bool there = (status == POINTS_IRREGULAR || status == POINTS_OK) && place_sample_near(s, p.x, p.t) == POINTS_OK

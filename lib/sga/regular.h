@@ -46,9 +46,8 @@ bool regular_all_affine(struct state *s, expr_id e);
 
 /* e on the present set with variables eliminated that constraints give with a constant
  * factor, one after the other; equal to e on the set. For showing that e has no zero
- * there. Costs O(c^2) normal forms of small functions: for REGULAR_REDUCE
+ * there. Costs O(c^2) normal forms of small functions: for SGA_MOST_REDUCED_BY
  * constraints at the most. */
-enum { REGULAR_REDUCE = 40 };
 expr_id regular_reduced(struct state *s, expr_id e);
 /* Whether e, or the one function with its zeros, can be used up in this way. */
 bool regular_is_solved(struct state *s, expr_id e);

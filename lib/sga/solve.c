@@ -8,6 +8,7 @@
 
 #include "mem.h"
 #include "scaling.h"
+#include "warnings.h"
 
 const char *sga_verdict_text(enum sga_verdict v)
 {
@@ -206,15 +207,15 @@ static bool in_domain(struct state *s)
     return true;
 }
 
-enum { DOMAIN_TRIES = 64 };
-
 static bool start(struct state *s, int *added)
 {
     enum points_status status = state_sample(s);
-    for (int k = 0; k < DOMAIN_TRIES && status == POINTS_OK && !in_domain(s); k++) {
+    for (int k = 0; k < SGA_MOST_DOMAIN_TRIES && status == POINTS_OK && !in_domain(s); k++) {
         points_shadow_forget(s->shadow);
         status = state_sample(s);
     }
+    if (status == POINTS_OK && !in_domain(s))
+        sga_limit_met(s->options->budget, SGA_LIMIT_DOMAIN_TRIES);
     if (status == POINTS_STOPPED)
         return sga_budget_ok(s->options->budget, s->err);
     if (status != POINTS_OK && s->shadow->sides)

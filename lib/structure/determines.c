@@ -7,9 +7,10 @@
 
 #include "derive.h"
 #include "mem.h"
+#include "warnings.h"
 
 /* Tables of constraints by equations, and lists of free variables, up to this many members. */
-static const size_t LARGEST = 4000000, LONGEST = 200000;
+static const size_t LARGEST = SGA_MOST_ORIGINS, LONGEST = SGA_MOST_FOLLOWED;
 
 /* order[i * width + e]: how often equation e (restriction e - rows) is differentiated in constraint i; -1: not in it. */
 struct orders {
@@ -56,8 +57,10 @@ void structure_origins(struct structure_work *w, struct structure *out)
     int rows = w->sys->rows, c = w->sol->constraints, n = w->sys->variables, count = 0;
     struct orders o = { .rows = rows, .width = rows + w->sys->restrictions };
     size_t cap = 0;
-    if ((size_t)(c + 1) * (size_t)(o.width + 1) > LARGEST || (size_t)(out->blocks + 1) * (size_t)(o.width + 1) > LARGEST)
+    if ((size_t)(c + 1) * (size_t)(o.width + 1) > LARGEST || (size_t)(out->blocks + 1) * (size_t)(o.width + 1) > LARGEST) {
+        sga_limit_met(w->budget, SGA_LIMIT_ORIGINS);
         return;
+    }
     o.order = sga_malloc((size_t)(c + 1) * (size_t)(o.width + 1) * sizeof *o.order);
     memset(o.order, 0xff, (size_t)(c + 1) * (size_t)(o.width + 1) * sizeof *o.order);      /* all -1 */
     o.unknown = sga_calloc((size_t)c + 1, 1);
@@ -129,6 +132,7 @@ void structure_follow(struct structure_work *w, struct structure *out)
         done = i + 1;
     }
     if (done < c) {              /* broken off */
+        sga_limit_met(w->budget, SGA_LIMIT_FOLLOWED);
         free(out->follow);
         out->follow = NULL;
     }

@@ -75,4 +75,10 @@ bool structure_find(const struct sys_system *sys, const struct sga_solution *sol
                     const struct sga_budget *budget, struct structure *out, struct sga_error *err);
 void structure_clear(struct structure *s);
 
+/* The differentiation index of a system whose solution is unique, with any number of equations and with restrictions: the least k
+ * for which F = 0, ..., F^(k) = 0 determine x' as a function of (x, t) at general points of Pf, F the rows and restrictions, constraints
+ * being taken as sets (z^2 = 0 is z = 0). -1: not known. Cost: an elimination of the rows and of the constraints' differentials. */
+int structure_index(const struct sys_system *sys, const struct sga_solution *sol, struct points_shadow *shadow,
+                    const struct sga_budget *budget);
+
 #endif

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "mem.h"
+#include "warnings.h"
 #include "parts.h"
 
 /* The field in K, itself or after X0 times its time component was taken away. */
@@ -141,10 +142,11 @@ static enum sym_truth singular(struct sym_work *w, expr_id *a, int m, expr_id *d
 
 static enum sym_truth diffeomorphism(struct sym_work *w, const expr_id *phi, expr_id *defect)
 {
-    enum { MOST = 60 };
     int m = w->n + 1;
-    if (m > MOST)
+    if (m > SGA_MOST_MAP_VARIABLES) {
+        sga_limit_met(w->budget, SGA_LIMIT_MAP_VARIABLES);
         return SYM_UNKNOWN;
+    }
     expr_id *j = sga_malloc((size_t)(m * m) * sizeof *j), *unit = sga_malloc((size_t)m * sizeof *unit);
     for (int b = 0; b < m; b++) {
         for (int c = 0; c < m; c++)

@@ -3,9 +3,10 @@
 #include <stdlib.h>
 
 #include "mem.h"
+#include "warnings.h"
 #include "parts.h"
 
-enum { MOST_FIELDS = 40, POINTS_AGAIN = 2, FAILURES = 40 };
+enum { POINTS_AGAIN = 2, FAILURES = 40 };
 
 /* Full bracket of two fields, time component too. */
 static void bracket(struct sym_work *w, const expr_id *D, const expr_id *E, expr_id *out)
@@ -122,7 +123,9 @@ static void expand(struct sym_work *w, struct sym_result *r, const struct sym_sp
 bool sym_commutators(struct sym_work *w, struct sym_result *r, struct sga_error *err)
 {
     int m = r->fields, n = w->n + 1;
-    if (m < 2 || m > MOST_FIELDS)
+    if (m > SGA_MOST_COMMUTING)
+        sga_limit_met(w->budget, SGA_LIMIT_COMMUTING);
+    if (m < 2 || m > SGA_MOST_COMMUTING)
         return true;
     size_t pairs = (size_t)m * (size_t)(m - 1) / 2;
     struct sym_space s = { 0 };

@@ -3,16 +3,18 @@
 
 #include "mem.h"
 #include "parts.h"
+#include "warnings.h"
 
 /* [K_i, K_j] in K on Pf. */
 static enum sym_truth gauge_closed(struct sym_work *w)
 {
-    enum { MOST = 40 };
     enum sym_truth all = SYM_TRUE;
     expr_id defect, *v = sga_malloc(((size_t)w->n + 1) * sizeof *v);
-    if (w->gauges > MOST)
+    if (w->gauges > SGA_MOST_GAUGE_CLOSED) {
         all = SYM_UNKNOWN;
-    for (int i = 0; i < w->gauges && all != SYM_FALSE && w->gauges <= MOST; i++)
+        sga_limit_met(w->budget, SGA_LIMIT_GAUGE_CLOSED);
+    }
+    for (int i = 0; i < w->gauges && all != SYM_FALSE && w->gauges <= SGA_MOST_GAUGE_CLOSED; i++)
         for (int j = i + 1; j < w->gauges && all != SYM_FALSE; j++) {
             sym_bracket(w, w->gauge + (size_t)i * (size_t)(w->n + 1), w->gauge + (size_t)j * (size_t)(w->n + 1), v);
             sym_modulo_gauge(w, w->gauge, v);

@@ -6,9 +6,8 @@
 
 #include "derive.h"
 #include "mem.h"
+#include "warnings.h"
 #include "parts.h"
-
-enum { MOST_VARIABLES = 60 };
 
 /* Unknowns: factors of the integrals, then of the fields. Equations: the components of
  * sum c_l dF_l - sum d_k i_{D_k} T along each vector, and the time component sum d_k theta_k. */
@@ -127,7 +126,9 @@ bool sym_noether(struct sym_work *w, const struct sym_request *request, struct s
     struct potential p = { .st = w->st, .rows = (request->vector ? request->vectors : w->n) + 1, .cols = out->integrals + out->fields };
     struct sym_evidence evidence = { 0 };
     struct sym_solutions found;
-    if (w->n > MOST_VARIABLES || !out->integrals || !out->fields)
+    if (w->n > SGA_MOST_NOETHER)
+        sga_limit_met(w->budget, SGA_LIMIT_NOETHER);
+    if (w->n > SGA_MOST_NOETHER || !out->integrals || !out->fields)
         return true;
     prepare(w, request, out, &p);
     struct sym_problem problem = { .cols = p.cols, .node = p.node, .nodes = p.rows * p.cols, .rows = rows, .table = table, .ctx = &p };

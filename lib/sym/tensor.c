@@ -8,8 +8,7 @@
 
 #include "derive.h"
 #include "mem.h"
-
-enum { MOST = 60 };     /* variables: the tensors are written out dense */
+#include "warnings.h"
 
 /* d[i * n + k] = d phi^k / d x_i */
 static expr_id *partials(struct sym_work *w, const expr_id *phi)
@@ -24,7 +23,9 @@ static expr_id *partials(struct sym_work *w, const expr_id *phi)
 
 static bool usable(const struct sym_work *w)
 {
-    return w->tensor && w->n <= MOST;
+    if (w->tensor && w->n > SGA_MOST_TENSOR)
+        sga_limit_met(w->budget, SGA_LIMIT_TENSOR);
+    return w->tensor && w->n <= SGA_MOST_TENSOR;
 }
 
 static void add_product(struct expr_store *st, expr_id *sum, expr_id a, expr_id b)
@@ -136,7 +137,9 @@ void sym_presymplectic(struct sym_work *w, struct sym_result *out)
     struct expr_store *st = w->st;
     int n = w->n;
     out->antisymmetric = out->closed = out->alpha_closed = SYM_UNKNOWN;
-    if (!usable(w) || n > MOST / 2)
+    if (w->tensor && n > SGA_MOST_CLOSED)
+        sga_limit_met(w->budget, SGA_LIMIT_CLOSED);
+    if (!usable(w) || n > SGA_MOST_CLOSED)
         return;
     struct points_shadow space;
     struct points_space all = w->shadow->space;

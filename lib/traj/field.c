@@ -8,6 +8,7 @@
 
 #include "larger.h"
 #include "mem.h"
+#include "warnings.h"
 
 int *field_inputs(const struct sys_system *sys)
 {
@@ -21,29 +22,28 @@ int *field_inputs(const struct sys_system *sys)
 /* What is watched: sides, pivots of the reduction, determinants, pivots of the gauge choice. */
 static struct num_tape *direct_tape(struct field *f, const struct sga_solution *sol, const int *inputs, struct sga_error *err)
 {
-    enum { FACTORS = 8 };      /* of one pivot, at most */
     struct expr_store *st = f->sys->store;
-    size_t most = (size_t)sol->pivots * FACTORS + (size_t)sol->sides + (size_t)sol->dense_blocks + (size_t)f->choice.pivots
-                  + (size_t)f->n + FIELD_MOST_POLES + 1;
-    expr_id *root = sga_malloc(most * sizeof *root);
-    memcpy(root, f->root, (size_t)f->n * sizeof *root);
+    struct field_list l = { 0 };
+    for (int j = 0; j < f->n; j++)
+        field_list_add(&l, f->root[j]);
     for (int i = 0; i < sol->sides; i++)       /* first: beyond these the answer does not hold */
-        root[f->n + f->pivots++] = sol->side[i].function;
-    f->sides = f->pivots;
+        field_list_add(&l, sol->side[i].function);
+    f->sides = sol->sides;
     for (int q = 0; q < sol->pivots; q++)
         if (!expr_is_const(st, sol->pivot[q].value))
-            f->pivots += field_watch_pivot(f, sol->pivot[q].value, root + f->n + f->pivots, FACTORS);
+            field_watch_pivot(f, sol->pivot[q].value, &l);
     for (int q = 0; q < sol->dense_blocks; q++)
-        root[f->n + f->pivots++] = sol->determinant[q].value;
-    f->chosen = f->pivots;
+        field_list_add(&l, sol->determinant[q].value);
+    f->chosen = l.count - f->n;
     for (int q = 0; q < f->choice.pivots; q++)
-        root[f->n + f->pivots++] = f->choice.pivot[q];
-    f->pivot_expr = sga_malloc((size_t)(f->pivots + 1) * sizeof *f->pivot_expr);
-    memcpy(f->pivot_expr, root + f->n, (size_t)f->pivots * sizeof *f->pivot_expr);
-    f->poles = field_find_poles(f);
-    memcpy(root + f->n + f->pivots, f->pole_expr, (size_t)f->poles * sizeof *root);
-    struct num_tape *t = num_tape_new_switched(st, field_switches(f), root, f->n + f->pivots + f->poles, inputs, f->n + 1, err);
-    free(root);
+        field_list_add(&l, f->choice.pivot[q]);
+    f->pivots = l.count - f->n;
+    field_find_poles(f, &l);
+    f->poles = l.count - f->n - f->pivots;
+    struct num_tape *t = num_tape_new_switched(st, field_switches(f), l.e, l.count, inputs, f->n + 1, err);
+    memmove(l.e, l.e + f->n, (size_t)(l.count - f->n) * sizeof *l.e);
+    f->pivot_expr = l.e;
+    f->pole_expr = l.e + f->pivots;
     return t;
 }
 
@@ -87,6 +87,8 @@ bool field_init(struct field *f, const struct sys_system *sys, const struct sga_
                          .manifold = manifold, .lost_pivot = -1, .lost_pole = -1, .generic_rank = n - sol->free_columns };
     choice_make(&f->choice, sys, sol, rq);
     f->fast = !f->choice.why;
+    if (f->choice.field && n > SGA_MOST_ROWS_ASKED && !f->choice.pivots)
+        sga_limit_met(rq->budget, SGA_LIMIT_ROWS_ASKED);
     f->root = f->choice.field ? f->choice.field : sol->field;
     int *inputs = field_inputs(sys);
     expr_id *con = sga_malloc((size_t)(c + 1) * sizeof *con);
@@ -143,7 +145,6 @@ void field_clear(struct field *f)
     free(f->pivot_start);
     free(f->pivot_expr);
     free(f->pivot_side);
-    free(f->pole_expr);
     free(f->pole_side);
     free(f->pole_from);
     free(f->here);

@@ -104,8 +104,11 @@ double field_rows_miss(struct field *f, const double *v, int *row);
 /* The field at in, by whichever way it goes; direct_out is that of the same place. */
 bool field_value(struct field *f, double *v);
 
-/* field_watch.c. Expressions whose zeros are those of a pivot, at most room of them; how many. */
-int field_watch_pivot(struct field *f, expr_id pivot, expr_id *root, int room);
+/* field_watch.c. A list of expressions to be watched, of any length. */
+struct field_list { expr_id *e; int count; size_t cap; };
+void field_list_add(struct field_list *l, expr_id e);
+/* Adds expressions whose zeros are those of a pivot. */
+void field_watch_pivot(struct field *f, expr_id pivot, struct field_list *l);
 /* The sides of pivots' and poles' zeros on which a solution begins; direct_out is that of (t, x). */
 void field_take_sides(struct field *f, double t, const double *x);
 /* On which side of each pivot's and denominator's zeros is (t, x)? direct_out is known. False: beyond a stratum
@@ -123,9 +126,8 @@ bool field_pivots_well(const struct field *f);
  * f->in and direct_out are for that place. */
 double field_place_of_change(struct field *f, int k, double side, double t, const double *x, double near, double *y);
 
-/* pole.c: f->pole_expr, at most so many; returns how many. */
-enum { FIELD_MOST_POLES = 64 };
-int field_find_poles(struct field *f);
+/* pole.c. Adds the denominators of the equations that are not among the list, by factors. Cost: the nodes of the equations. */
+void field_find_poles(struct field *f, struct field_list *l);
 /* Denominator q changed its sign between the last point inside and (t, x): does the field grow like its
  * inverse (or nearly) towards its zeros near there? Then the solution is not continued. */
 bool field_pole_at_change(struct field *f, int q, double t, const double *x);

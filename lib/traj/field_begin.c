@@ -8,6 +8,7 @@
 
 #include "mem.h"
 #include "print.h"
+#include "warnings.h"
 
 /* Remember how large the pivots are where the motion starts. */
 static bool try_direct(struct field *f, double t, const double *x, double *v)
@@ -46,8 +47,8 @@ static void refuse_rates(const struct field *f, int row, double miss, struct sga
                 "most as many rates as there are gauge fields, and only free ones", miss);
 }
 
-/* Up to so many variables the rows are asked at the start, whatever the choice divides by; and how far they may differ. */
-enum { ROWS_ASKED = 300 };
+/* Up to so many variables (field_init says where there are more) the rows are asked at the start, whatever the choice divides by; and how far they may differ. */
+enum { ROWS_ASKED = SGA_MOST_ROWS_ASKED };
 static const double SAME_FIELD = 1e-9;
 
 /* At the start v, with the gauge choice by expressions, is what the rows say, and so is its rank: a pivot of the

@@ -21,22 +21,26 @@ static double least(const struct field *f, int q)
     return q < f->sides ? 0 : PIVOT_SHRUNK * f->pivot_start[q];
 }
 
+void field_list_add(struct field_list *l, expr_id e)
+{
+    SGA_RESERVE(l->e, l->cap, l->count + 1);
+    l->e[l->count++] = e;
+}
+
 /* What is watched for zeros: the factors of each pivot, because x^2 touches 0 where x
  * passes it; the pivot itself where it is too large to factor. */
-int field_watch_pivot(struct field *f, expr_id pivot, expr_id *root, int room)
+void field_watch_pivot(struct field *f, expr_id pivot, struct field_list *l)
 {
     struct poly_limits limits = { .max_terms = 60, .max_degree = 24, .max_generators = 24 };
     struct poly_factors q;
-    int n = 0;
-    if (f->pivots < 64 && poly_numerator_factors(f->sys->store, pivot, &limits, &q)) {
-        for (int i = 0; i < q.factors && n < room; i++)
-            if (!q.factor[i].never_zero && q.factor[i].depends & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME))
-                root[n++] = q.factor[i].expr;
-        poly_factors_clear(&q);
-        return n;
+    if (!poly_numerator_factors(f->sys->store, pivot, &limits, &q)) {
+        field_list_add(l, pivot);
+        return;
     }
-    root[0] = pivot;
-    return 1;
+    for (int i = 0; i < q.factors; i++)
+        if (!q.factor[i].never_zero && q.factor[i].depends & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME))
+            field_list_add(l, q.factor[i].expr);
+    poly_factors_clear(&q);
 }
 
 void field_take_sides(struct field *f, double t, const double *x)

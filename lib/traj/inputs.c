@@ -1,5 +1,6 @@
 /* Inputs: which they are, and their pieces (enclose/pieces.h) put together. */
 #include "inputs.h"
+#include "warnings.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -9,7 +10,7 @@
 #include "pieces.h"
 
 enum { TAME = 8, WILD = 100 };
-enum { MOST_INPUTS = 64, MOST_PIECES = 3000, LEAST_PIECES = 60 };
+enum { MOST_INPUTS = SGA_MOST_INPUTS, MOST_PIECES = SGA_MOST_PIECES, LEAST_PIECES = 60 };
 /* Pieces of all inputs, times operations. */
 static const double MOST_WORK = 60000;
 /* Variation below this part of the largest value is none (as far as the tolerance is above it). */
@@ -147,7 +148,10 @@ void inputs_examine(struct inputs *q, const struct sys_system *sys, const struct
     if (!(from < to) || !isfinite(to - from))
         return;
     int count = find(sys, root, roots, found);
-    q->complete = count < MOST_INPUTS;
+    if (count == MOST_INPUTS) {
+        q->complete = false;
+        sga_limit_met(rq->budget, SGA_LIMIT_INPUTS);
+    }
     for (int k = 0; k < count; k++) {
         struct enc_pieces p;
         double small = fmax(SMALLEST, 0.1 * rq->rtol);
@@ -155,7 +159,10 @@ void inputs_examine(struct inputs *q, const struct sys_system *sys, const struct
             q->complete = false;
             continue;
         }
-        q->complete &= p.complete;
+        if (!p.complete) {
+            q->complete = false;
+            sga_limit_met(rq->budget, SGA_LIMIT_PIECES);
+        }
         if (p.count > 1)
             add(q, &p);
         enc_pieces_clear(&p);

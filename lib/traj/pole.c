@@ -20,52 +20,58 @@ static const double BESIDE = 1e-2;                              /* of the variab
 static const double distance[DISTANCES] = { 1e-3, 1e-5, 1e-7 };  /* in the same units */
 static const double GROWTH = 20;       /* from one distance to the next: beyond |d|^(-2/3) */
 
-static void add(struct field *f, expr_id e, int *count)
+/* By expression: whether it is in the list already. */
+struct known { unsigned char *in; size_t cap; };
+
+static void add(struct known *known, expr_id e, struct field_list *l)
 {
-    for (int i = 0; i < f->pivots; i++)
-        if (f->pivot_expr[i] == e)
-            return;
-    for (int i = 0; i < *count; i++)
-        if (f->pole_expr[i] == e)
-            return;
-    if (*count < FIELD_MOST_POLES)
-        f->pole_expr[(*count)++] = e;
+    size_t before = known->cap;
+    SGA_RESERVE(known->in, known->cap, e + 1);
+    memset(known->in + before, 0, known->cap - before);
+    if (!known->in[e])
+        field_list_add(l, e);
+    known->in[e] = 1;
 }
 
-static void add_factors(struct field *f, expr_id denominator, int *count)
+static void add_factors(struct field *f, expr_id denominator, struct known *known, struct field_list *l)
 {
     struct poly_limits limits = { .max_terms = 60, .max_degree = 24, .max_generators = 24 };
     struct poly_factors q;
     if (!poly_numerator_factors(f->sys->store, denominator, &limits, &q)) {
-        add(f, denominator, count);
+        add(known, denominator, l);
         return;
     }
     for (int i = 0; i < q.factors; i++)
         if (!q.factor[i].never_zero && !q.factor[i].sum_of_even_powers && q.factor[i].depends & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME))
-            add(f, q.factor[i].expr, count);
+            add(known, q.factor[i].expr, l);
     poly_factors_clear(&q);
 }
 
-int field_find_poles(struct field *f)
+void field_find_poles(struct field *f, struct field_list *l)
 {
     const struct sys_system *sys = f->sys;
-    int found = 0, count = 0;
-    expr_id value[FIELD_MOST_POLES], *root;
+    struct field_list watched = { 0 }, divisors = { 0 };
+    struct known known = { 0 }, met = { 0 };
+    expr_id *root;
     int at = sys_expressions(sys, &root);
-    f->pole_expr = sga_malloc(FIELD_MOST_POLES * sizeof *f->pole_expr);
     struct expr_cone cone;
     expr_cone_init(&cone);
     expr_cone_of(sys->store, &cone, root, at);
-    for (int i = 0; i < cone.count && found < FIELD_MOST_POLES; i++) {
+    for (int i = 0; i < cone.count; i++) {
         expr_id d = expr_divisor(sys->store, cone.list[i]);
         if (d && !expr_is_const(sys->store, d))
-            value[found++] = d;
+            add(&met, d, &divisors);
     }
     expr_cone_clear(&cone);
     free(root);
-    for (int i = 0; i < found; i++)
-        add_factors(f, value[i], &count);
-    return count;
+    for (int i = f->n; i < l->count; i++)
+        add(&known, l->e[i], &watched);
+    for (int i = 0; i < divisors.count; i++)
+        add_factors(f, divisors.e[i], &known, l);
+    free(watched.e);
+    free(divisors.e);
+    free(known.in);
+    free(met.in);
 }
 
 /* One question: a point z (variables, time), units, the gradient in these units, values of the field. */

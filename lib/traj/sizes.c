@@ -7,6 +7,7 @@
 
 #include "mem.h"
 #include "scaling.h"
+#include "warnings.h"
 
 /* log2: sizes between are taken for 1; and what doubles hold with room. */
 static const double SMALL = -10, LARGE = 20, ROOM = 6, MOST = 900;
@@ -43,6 +44,8 @@ static void find(struct sizes *s, const struct sys_system *sys, const struct tra
     for (int j = 0; j < n; j++)
         variable[j] = sys->variable[j].symbol;
     struct scaling *w = scaling_new(sys->store, variable, n);
+    if (!w && !rq->own_atol)
+        sga_limit_met(rq->budget, SGA_LIMIT_SCALED);
     if (w) {
         scaling_time(w, sys->time);
         sga_terms(w, sys);

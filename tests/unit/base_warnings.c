@@ -1,0 +1,57 @@
+/* The list of warnings: each once, in the table's order whatever came first; limits say their name and value. */
+#include "check.h"
+
+#include <string.h>
+
+#include "warnings.h"
+
+static char *text_of(struct sga_warnings *w)
+{
+    struct sga_buf out = { 0 };
+    struct sga_json json;
+    sga_json_begin(&json, &out);
+    sga_warnings_write(w, &json);
+    return sga_buf_take(&out);
+}
+
+static void fill(struct sga_budget *b, bool backwards)
+{
+    for (int i = 0; i < 4; i++)
+        switch (backwards ? 3 - i : i) {
+        case 0: sga_warn(b, SGA_W_UNUSED, "/system", "the variable %s", "b"); break;
+        case 1: sga_warn(b, SGA_W_START_MOVED, "/trajectory/initial", "x"); break;
+        case 2: sga_warn(b, SGA_W_UNUSED, "/system", "the variable %s", "a"); break;
+        default: sga_warn(b, SGA_W_UNUSED, "", "the variable %s", "b"); break;
+        }
+    sga_warn(b, SGA_W_UNUSED, "/system", "the variable a");
+}
+
+int main(void)
+{
+    struct sga_warnings one = { 0 }, other = { 0 };
+    struct sga_budget b = { .warnings = &one };
+    sga_warn(NULL, SGA_W_UNUSED, "", "nobody asks");
+    sga_limit_met(&(struct sga_budget){ 0 }, SGA_LIMIT_ROUTES);
+    char *empty = text_of(&one);
+    CHECK(strcmp(empty, "[]") == 0, "%s", empty);
+    fill(&b, false);
+    CHECK(one.count == 4, "%d", one.count);
+    b.warnings = &other;
+    fill(&b, true);
+    char *a = text_of(&one), *c = text_of(&other);
+    CHECK(strcmp(a, c) == 0, "%s %s", a, c);
+    CHECK(strncmp(a, "[{\"code\":\"start_moved\",\"pointer\":\"/trajectory/initial\",\"detail\":\"x\"},{\"code\":\"unused_name\",\"pointer\":\"\"", 90) == 0, "%s", a);
+    for (int k = 0; k < SGA_LIMITS; k++) {
+        sga_warnings_clear(&one);
+        b.warnings = &one;
+        sga_limit_met(&b, (enum sga_limit)k);
+        sga_limit_met(&b, (enum sga_limit)k);
+        CHECK(one.count == 1 && strstr(one.list[0].detail, sga_limit_name((enum sga_limit)k)), "limit %d", k);
+    }
+    free(empty);
+    free(a);
+    free(c);
+    sga_warnings_clear(&one);
+    sga_warnings_clear(&other);
+    return CHECK_END();
+}
