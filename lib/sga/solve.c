@@ -177,7 +177,7 @@ bool state_dimension(struct state *s)
     int limit = s->options->budget && s->options->budget->max_generations ? s->options->budget->max_generations : 1000;
     struct sga_solution *sol = s->sol;
     if (s->held.code != SGA_E_OK)         /* one of its constraints is not known */
-        return;
+        return true;
     sol->dimension = sga_realloc(sol->dimension, (size_t)(sol->generations + 1) * sizeof *sol->dimension);
     sol->dimension[sol->generations++] = s->sys->variables - sol->constraints;
     return sol->generations < limit || sga_fail(s->err, SGA_E_LIMIT_GENERATIONS,
