@@ -8,7 +8,7 @@
 #include "sides.h"
 #include "warnings.h"
 
-enum { STARTS = 3, SIDED_STARTS = 6 };     /* of each set; where it has sides, each is to be met */
+enum { STARTS = 2, SIDED_STARTS = 6 };     /* of each set; where it has sides, each is to be met */
 
 static void *copy(const void *from, size_t count, size_t size)
 {
@@ -125,27 +125,49 @@ static void keep_beside(struct components *c, const struct component_run *r, con
     points_point_clear(&q);
 }
 
-/* One set, the run's first n constraints; every other start is opposite to the point before, where signs are others. */
-static void search(struct components *c, const struct component_run *r, struct points_space *space, int n, int starts, uint64_t *random)
+/* What a search goes along with: points from so many starts, each met by the next set too. */
+struct walk {
+    struct points_point at[SIDED_STARTS];
+    double *opposite;        /* by variable: to the point found last */
+    int starts;
+    bool anew;               /* each set from starts of its own, every other opposite to the point before: its sides are to be met */
+    uint64_t random;
+};
+
+static enum points_status step_to(struct walk *w, struct points_space *space, int k, struct points_point *p)
 {
-    double *opposite = sga_calloc((size_t)space->variables + 1, sizeof *opposite);
+    struct points_point *from = w->at + k;
+    bool walks = !w->anew && from->x;
+    space->before = walks ? from : NULL;
+    space->near = !walks && k % 2 ? w->opposite : NULL;
+    return points_find(space, space->near ? 0.3 : 1 + k / 2, &w->random, POINTS_BITS, p);
+}
+
+/* One set, the run's first n constraints. */
+static void search(struct components *c, const struct component_run *r, struct points_space *space, int n, struct walk *w)
+{
     space->constraint = r->constraint;
     space->constraints = n;
-    for (int k = 0; k < starts && sga_budget_ok(space->budget, NULL); k++) {
+    for (int k = 0; k < w->starts && sga_budget_ok(space->budget, NULL); k++) {
         struct points_point p;
-        space->near = k % 2 ? opposite : NULL;
-        if (points_find(space, k % 2 ? 0.3 : 1 + k / 2, random, POINTS_BITS, &p) == POINTS_OK && (p.certified || !n)) {
-            for (int i = 0; i < space->variables; i++)
-                opposite[i] = -p.x[i];
-            num_ball_extend(&p.ball);
-            expr_id by = another(r, &p, n);
-            if (by && !known(c, r, &p, n, by))
-                keep_beside(c, r, space, &p, n, random);
+        if (step_to(w, space, k, &p) != POINTS_OK || (n && !p.certified)) {
+            points_point_clear(&p);
+            continue;
         }
-        points_point_clear(&p);
+        for (int i = 0; i < space->variables; i++)
+            w->opposite[i] = -p.x[i];
+        num_ball_extend(&p.ball);
+        expr_id by = another(r, &p, n);
+        if (by && !known(c, r, &p, n, by)) {
+            space->near = NULL;
+            space->before = NULL;
+            keep_beside(c, r, space, &p, n, &w->random);
+        }
+        points_point_clear(w->at + k);
+        w->at[k] = p;
     }
     space->near = NULL;
-    free(opposite);
+    space->before = NULL;
 }
 
 /* Whether the functions are made with some that are one analytic function on each side of a surface. */
@@ -167,7 +189,6 @@ void components_note(struct components *c, const struct sys_system *system, cons
     struct component_run *r = keep_run(c, sol, shadow);
     int n = system->variables, *variable = sga_malloc((size_t)(n + 1) * sizeof *variable);
     expr_id *defined;
-    uint64_t random = 41;
     r->place = place;
     r->final = final;
     for (int i = 0; i < n; i++)
@@ -182,9 +203,14 @@ void components_note(struct components *c, const struct sys_system *system, cons
     bool sided = has_sides(system->store, defined, space.defineds);
     if (sol->one_piece < sol->constraints && sol->constraints > SGA_MOST_COMPONENT_ROWS)
         sga_limit_met(options->budget, SGA_LIMIT_COMPONENT_ROWS);
+    struct walk w = { .starts = sided ? SIDED_STARTS : STARTS, .anew = sided, .random = 41 };
+    w.opposite = sga_calloc((size_t)n + 1, sizeof *w.opposite);
     /* where something has sides, so has every set that it is asked on */
     for (int k = sided ? 0 : sol->one_piece + 1; k <= sol->constraints && sol->constraints <= SGA_MOST_COMPONENT_ROWS; k++)
-        search(c, r, &space, k, sided ? SIDED_STARTS : STARTS, &random);
+        search(c, r, &space, k, &w);
+    for (int k = 0; k < w.starts; k++)
+        points_point_clear(w.at + k);
+    free(w.opposite);
     free(defined);
     free(variable);
 }
