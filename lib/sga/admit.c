@@ -371,7 +371,7 @@ static int admit_together(struct state *s, const struct candidate *cand, int cou
 }
 
 /* Those that can be used up come first, then the others are seen as they are on the set; among each the smaller ones:
- * by what they are, not by their places. */
+ * what follows from two others with factors is larger than these, wherever it stands. Affine ones stay as they are. */
 struct ranked {
     struct candidate c;
     int last, size, place;
@@ -382,7 +382,7 @@ static int by_rank(const void *a, const void *b)
     const struct ranked *x = a, *y = b;
     if (x->last != y->last)
         return x->last - y->last;
-    return x->size != y->size ? (x->size > y->size) - (x->size < y->size) : x->place - y->place;
+    return x->size != y->size ? x->size - y->size : x->place - y->place;
 }
 
 static void order(struct state *s, struct candidate *cand, int count)
@@ -390,9 +390,12 @@ static void order(struct state *s, struct candidate *cand, int count)
     if (count < 2 || s->sol->constraints + count > SGA_MOST_REDUCED_BY)
         return;
     struct ranked *sorted = sga_calloc((size_t)count, sizeof *sorted);
+    bool affine = true;
+    for (int i = 0; i < count; i++)
+        affine = affine && regular_all_affine(s, cand[i].expr);
     for (int i = 0; i < count; i++) {
         expr_cone_of(s->st, &s->cone, &cand[i].expr, 1);
-        sorted[i] = (struct ranked){ .c = cand[i], .size = s->cone.count, .place = i };
+        sorted[i] = (struct ranked){ .c = cand[i], .size = affine ? 0 : s->cone.count, .place = i };
     }
     for (int i = 0; i < count && sga_budget_ok(s->options->budget, NULL); i++)
         sorted[i].last = !regular_is_solved(s, cand[i].expr);
@@ -418,37 +421,84 @@ static void keep_failure(struct sga_error *kept, const struct sga_error *other)
         *kept = *other;
 }
 
-/* One by one, those that fail once more after the others: beside more constraints an irregular one may follow from
- * them. What is left then fails, or is held back where a contradiction may show without it. */
+/* Whether e is a union, as it is known on the present set. */
+static bool reducible(struct state *s, expr_id e)
+{
+    struct route *route = s->route;
+    s->route = NULL;             /* a question, no decision */
+    struct regular r = regular_form(s, e);
+    bool is = r.options > 1;
+    regular_clear(&r);
+    s->route = route;
+    return is;
+}
+
+/* Candidates that are admitted one by one. */
+struct admission {
+    const struct candidate *cand;
+    int count, g;
+    unsigned char *done;
+    int *failed;             /* by candidate: beside how many constraints it failed, or -1 */
+    struct sga_error failure;
+};
+
+/* False: a failure that ends the run. */
+static bool try_one(struct state *s, struct admission *a, int i)
+{
+    int before = s->sol->constraints, sides = s->shadow->sides;
+    a->done[i] = admit_one(s, a->cand + i, a->g) >= 0;
+    if (a->done[i])
+        return true;
+    struct sga_error here = *s->err;
+    a->failed[i] = before;
+    keep_failure(&a->failure, &here);
+    if (routes_local(here.code) && expr_store_ok(s->st) && take_back(s, before, sides))
+        return true;
+    *s->err = here;
+    return false;
+}
+
+/* Tries what has not failed beside the present constraints: all that is no union, or the first that is one. Returns
+ * whether something was tried, or -1. */
+static int try_some(struct state *s, struct admission *a, bool unions)
+{
+    int tried = 0;
+    for (int i = 0; i < a->count && !s->inconsistent && !(unions && tried); i++) {
+        if (a->done[i] || a->failed[i] == s->sol->constraints || reducible(s, a->cand[i].expr) != unions)
+            continue;
+        tried = 1;
+        if (!try_one(s, a, i))
+            return -1;
+    }
+    return tried;
+}
+
+/* One by one. Unions wait for the others, on whose set they may follow or be a single set; those that fail are tried once
+ * more beside more constraints, where an irregular one may follow. What is left then fails, or is held back where a
+ * contradiction may show without it. */
 static bool admit_each(struct state *s, const struct candidate *cand, int count, int g)
 {
-    unsigned char *done = sga_calloc((size_t)count + 1, 1);
-    int left = count, last = -1;
-    struct sga_error failure = { 0 };
-    while (left && last != s->sol->constraints && !s->inconsistent && failure.code != SGA_E_INTERNAL) {
-        last = s->sol->constraints;
-        failure = (struct sga_error){ 0 };
-        for (int i = 0; i < count && !s->inconsistent; i++) {
-            int before = s->sol->constraints, sides = s->shadow->sides;
-            if (done[i])
-                continue;
-            done[i] = admit_one(s, cand + i, g) >= 0;
-            left -= done[i];
-            if (done[i])
-                continue;
-            struct sga_error here = *s->err;
-            keep_failure(&failure, &here);
-            if (!routes_local(here.code) || !expr_store_ok(s->st) || !take_back(s, before, sides)) {
-                *s->err = here;
-                free(done);
-                return false;
-            }
-        }
+    struct admission a = { .cand = cand, .count = count, .g = g };
+    a.done = sga_calloc((size_t)count + 1, 1);
+    a.failed = sga_malloc((size_t)(count + 1) * sizeof *a.failed);
+    for (int i = 0; i < count; i++)
+        a.failed[i] = -1;
+    int tried = 1, left = 0;
+    while (tried > 0 && !s->inconsistent) {
+        tried = try_some(s, &a, false);
+        if (!tried && !s->inconsistent)
+            tried = try_some(s, &a, true);
     }
-    free(done);
-    if (left && !s->inconsistent)
-        keep_failure(&s->held, &failure);
-    return true;
+    for (int i = count; i-- > 0; )
+        if (!a.done[i]) {
+            left++;
+            s->sol->stuck = cand[i].expr;
+        }
+    free(a.done);
+    free(a.failed);
+    if (left && tried >= 0 && !s->inconsistent)
+        keep_failure(&s->held, &a.failure);
+    return tried >= 0;
 }
 
 int state_admit(struct state *s, struct candidate *cand, int count, int g)

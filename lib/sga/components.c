@@ -8,7 +8,7 @@
 #include "sides.h"
 #include "warnings.h"
 
-enum { STARTS = 2, SIDED_STARTS = 6 };     /* of each set; where it has sides, each is to be met */
+enum { STARTS = 2, SIDED_STARTS = 6, STUCK_STARTS = 16 };     /* of each set; where it has sides, each is to be met */
 
 static void *copy(const void *from, size_t count, size_t size)
 {
@@ -23,13 +23,14 @@ static struct component_run *keep_run(struct components *c, const struct sga_sol
     SGA_RESERVE(c->run, c->run_cap, c->runs + 1);
     struct component_run *r = c->run + c->runs++;
     *r = (struct component_run){ .constraints = sol->constraints };
-    r->constraint = sga_malloc((size_t)(2 * sol->constraints + 1) * sizeof *r->constraint);
+    r->constraint = sga_malloc((size_t)(2 * sol->constraints + 2) * sizeof *r->constraint);
     r->arose = r->constraint + sol->constraints;
     for (int i = 0; i < sol->constraints; i++) {
         const struct sga_constraint *k = sol->constraint + i;
         r->constraint[i] = k->expr;
         r->arose[i] = k->replaced ? k->replaced : k->expr;
     }
+    r->arose[sol->constraints] = sol->stuck;
     r->zero = sga_malloc((size_t)(shadow->zeros + 1) * sizeof *r->zero);
     for (int i = 0; i < shadow->zeros; i++) {
         if (shadow->zero[i].constraints > sol->constraints)
@@ -71,7 +72,7 @@ static expr_id broken(const struct component_run *r, struct points_point *p, int
 static expr_id another(const struct component_run *r, struct points_point *p, int n)
 {
     expr_id by = broken(r, p, n);
-    if (!by && n < r->constraints && vanishes(p, r->arose[n]) == 1)
+    if (!by && r->arose[n] && vanishes(p, r->arose[n]) == 1)
         by = r->arose[n];
     return by;
 }
@@ -127,7 +128,7 @@ static void keep_beside(struct components *c, const struct component_run *r, con
 
 /* What a search goes along with: points from so many starts, each met by the next set too. */
 struct walk {
-    struct points_point at[SIDED_STARTS];
+    struct points_point at[STUCK_STARTS];
     double *opposite;        /* by variable: to the point found last */
     int starts;
     bool anew;               /* each set from starts of its own, every other opposite to the point before: its sides are to be met */
@@ -203,7 +204,8 @@ void components_note(struct components *c, const struct sys_system *system, cons
     bool sided = has_sides(system->store, defined, space.defineds);
     if (sol->one_piece < sol->constraints && sol->constraints > SGA_MOST_COMPONENT_ROWS)
         sga_limit_met(options->budget, SGA_LIMIT_COMPONENT_ROWS);
-    struct walk w = { .starts = sided ? SIDED_STARTS : STARTS, .anew = sided, .random = 41 };
+    bool stuck = sol->stuck != EXPR_UNDEF;
+    struct walk w = { .starts = stuck ? STUCK_STARTS : sided ? SIDED_STARTS : STARTS, .anew = sided || stuck, .random = 41 };
     w.opposite = sga_calloc((size_t)n + 1, sizeof *w.opposite);
     /* where something has sides, so has every set that it is asked on */
     for (int k = sided ? 0 : sol->one_piece + 1; k <= sol->constraints && sol->constraints <= SGA_MOST_COMPONENT_ROWS; k++)

@@ -282,7 +282,7 @@ static struct regular form_of(struct state *s, expr_id e)
     keep_inside(s, e, &r);
     keep_largest(s, &r);
     regular_sort(s, &r);
-    if (r.options > 1)
+    if (r.options > 1 && s->route)
         regular_follow_route(s, e, &r);
     return r;
 }

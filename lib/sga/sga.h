@@ -123,6 +123,7 @@ struct sga_solution {
     struct points_side *side; int sides;   /* of surfaces that zero decisions rest on: the answer holds there; owned */
     bool sides_not_searched;           /* some switches of the constraints were not looked beyond */
     bool not_factored;                 /* some constraint was too large to be searched for branches */
+    expr_id stuck;                     /* of a run that failed: what could not be made a constraint, or EXPR_UNDEF */
     int one_piece;                     /* the first so many constraints have a set of one piece by their shape: graphs, or affine */
     struct sga_elsewhere *elsewhere; int elsewheres;   /* other components that hold solutions; owned */
     struct sga_definition *definition; int definitions;   /* owned */
