@@ -125,6 +125,16 @@ static bool narrow(const struct work *w, slong prec)
     return all;
 }
 
+static enum answer solve_all(struct work *w, bool backward)
+{
+    int count = w->s->constraints;
+    enum answer answer = YES;
+    memset(w->used, 0, (size_t)w->s->variables);
+    for (int i = 0; i < count && answer == YES; i++)
+        answer = solve_one(w, backward ? count - 1 - i : i);
+    return answer;
+}
+
 bool points_triangular(const struct points_space *s, struct points_point *p, slong prec)
 {
     struct work w = { .s = s, .p = p };
@@ -137,15 +147,15 @@ bool points_triangular(const struct points_space *s, struct points_point *p, slo
         w.variable_of[s->variable[j]] = j;
         mag_zero(arb_radref(p->ball.symbol + s->variable[j]));
     }
-    bool ok = false, more = true;
-    for (slong bits = prec + 40 + 4 * s->constraints; more && bits <= MOST_BITS; bits *= 2) {
-        p->ball.prec = bits;
-        memset(w.used, 0, (size_t)s->variables);
-        enum answer answer = YES;
-        for (int i = 0; i < s->constraints && answer == YES; i++)
-            answer = solve_one(&w, i);
-        ok = answer == YES && narrow(&w, prec);
-        more = !ok && answer != NO;         /* each step multiplies the error that it is given */
+    bool ok = false;
+    for (int way = 0; way < 2 && !ok; way++) {
+        bool more = true;
+        for (slong bits = prec + 40 + 4 * s->constraints; more && bits <= MOST_BITS; bits *= 2) {
+            p->ball.prec = bits;
+            enum answer answer = solve_all(&w, way);
+            ok = answer == YES && narrow(&w, prec);
+            more = !ok && answer != NO;         /* each step multiplies the error that it is given */
+        }
     }
     p->ball.prec = prec;
     for (int j = 0; j < s->variables && ok; j++)

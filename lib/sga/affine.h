@@ -100,5 +100,7 @@ bool affine_reduce(struct state *s, struct affine *a);
 bool affine_fields(struct affine_run *r);
 /* Points for the shadow on the constraints so far, where the system has values. */
 bool affine_sample(struct state *s, int constraints);
+/* The same on all of them; where none are found in the usual way (numbers of all sizes), they are solved for one by one. */
+bool affine_final_points(struct affine_run *r);
 
 #endif

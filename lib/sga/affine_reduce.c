@@ -141,7 +141,7 @@ bool affine_reduce(struct state *s, struct affine *a)
         exact_basis_init(&r.basis, a->n);
         ok = generations(&r);
         if (ok && !s->inconsistent)
-            ok = affine_fields(&r) && affine_sample(s, s->sol->constraints);
+            ok = affine_fields(&r) && affine_final_points(&r);
         if (ok)
             keep_pivots(&r);
         bool again = !ok && r.bad_prime;
