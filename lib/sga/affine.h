@@ -93,6 +93,9 @@ int affine_admit(struct affine_run *r, struct affine_candidate *c, int count, in
 /* Of a row of the system, or of rows + a constraint: its row of integers. */
 const struct affine_row *affine_source(const struct affine_run *r, int source);
 
+/* Of the rows that vanished: those that are combinations of others, as they stand, get that combination. False: stopped. */
+bool affine_explain(struct affine_run *r);
+
 /* The reduction: fills what `run` in solve.c fills for other systems, and pivots. */
 bool affine_reduce(struct state *s, struct affine *a);
 

@@ -93,6 +93,8 @@ static bool generations(struct affine_run *r)
     if (s->inconsistent)
         return true;
     int more = generation(r, 0, s->sys->rows, 1), done = 0;
+    if (more >= 0 && s->sol->vanished_rows && !affine_explain(r))
+        return false;
     for (added = more < 0 ? -1 : added + more; added > 0 && !s->inconsistent; ) {
         if (!state_dimension(s))
             return false;
