@@ -147,7 +147,9 @@ def strata_text(result):
 
 def start(base, said, result):
     """The projected start, in the names and units of the first. Of two that are as far from the guess (a velocity of which only
-    the square is known) either is right."""
+    the square is known) either is right; what is nearest where given values must move is a matter of units."""
+    if "units" in said.done and base.result.get("consistent_initial", {}).get("moved", 0) > NEAR:
+        return []
     first, second = (r.get("consistent_initial", {}).get("projected") for r in (base.result, result))
     if first is None or second is None:
         return [f"start: {first} became {second}"] if first != second else []

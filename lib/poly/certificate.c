@@ -32,19 +32,22 @@ static expr_id sum_of(struct poly_bridge *b, const struct gram_proof *p, const f
 /* f or -f as a sum of squares that is never zero. */
 static bool show(struct poly_bridge *b, const fmpz_mpoly_t f, const fmpz_t scale, struct poly_certificate *out)
 {
-    fmpz_mpoly_t t;
+    fmpz_mpoly_t t, multiplier;
     struct gram_proof p;
     if (gram_changes_sign(b, f, &out->sign) || !out->sign)
         return false;
     fmpz_mpoly_init(t, b->ctx);
+    fmpz_mpoly_init(multiplier, b->ctx);
     fmpz_mpoly_scalar_mul_si(t, f, out->sign, b->ctx);
-    bool ok = gram_prove(b, t, &p);
+    bool ok = gram_prove_times(b, t, multiplier, &p);
     if (ok) {
         out->sum = sum_of(b, &p, scale);
+        out->multiplier = fmpz_mpoly_is_one(multiplier, b->ctx) ? EXPR_UNDEF : poly_show_poly(b, multiplier);
         ok = p.never && out->sum;
         gram_proof_clear(&p);
     }
     fmpz_mpoly_clear(t, b->ctx);
+    fmpz_mpoly_clear(multiplier, b->ctx);
     return ok;
 }
 

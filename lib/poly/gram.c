@@ -233,9 +233,12 @@ static bool rounded(struct gram_proof *p, const fmpz_mpoly_t f, const struct gra
     for (int k = 0; k < n; k++)
         fmpq_init(exact + k);
     for (size_t d = 0; d < sizeof den / sizeof *den && !ok; d++) {
-        for (int k = 0; k < n; k++)
+        bool finite = true;
+        for (int k = 0; k < n; k++) {
             near[k] = nearbyint(y[k] * unit_of(&p->g, k) * den[d]) / den[d] / unit_of(&p->g, k);
-        if (!gram_inside(parts, near, least > 1e-6 ? -least / 8 : 1e-9))
+            finite = finite && isfinite(near[k]);
+        }
+        if (!finite || !gram_inside(parts, near, least > 1e-6 ? -least / 8 : 1e-9))
             continue;
         for (int k = 0; k < n; k++) {
             exactly(exact + k, nearbyint(y[k] * unit_of(&p->g, k) * den[d]), den[d]);
@@ -289,4 +292,37 @@ bool gram_prove_with(struct poly_bridge *b, const fmpz_mpoly_t f, const fmpz_mpo
 bool gram_prove(struct poly_bridge *b, const fmpz_mpoly_t f, struct gram_proof *out)
 {
     return poly_degree(b, f) >= 1 && gram_prove_with(b, f, NULL, 0, 0, out);
+}
+
+/* 1 + the squares of the generators of f */
+static void reznick(struct poly_bridge *b, const fmpz_mpoly_t f, fmpz_mpoly_t out)
+{
+    fmpz_mpoly_t t;
+    fmpz_mpoly_init(t, b->ctx);
+    fmpz_mpoly_one(out, b->ctx);
+    for (int g = 0; g < b->gens; g++)
+        if (fmpz_mpoly_degree_si(f, g, b->ctx) > 0) {
+            fmpz_mpoly_gen(t, g, b->ctx);
+            fmpz_mpoly_mul(t, t, t, b->ctx);
+            fmpz_mpoly_add(out, out, t, b->ctx);
+        }
+    fmpz_mpoly_clear(t, b->ctx);
+}
+
+bool gram_prove_times(struct poly_bridge *b, const fmpz_mpoly_t f, fmpz_mpoly_t multiplier, struct gram_proof *out)
+{
+    enum { LENGTH = 40 };      /* the product is longer */
+    fmpz_mpoly_one(multiplier, b->ctx);
+    if (gram_prove(b, f, out))
+        return true;
+    if (f->length > LENGTH)
+        return false;
+    fmpz_mpoly_t t;
+    fmpz_mpoly_init(t, b->ctx);
+    reznick(b, f, multiplier);
+    bool found = poly_mul(b, t, f, multiplier) && gram_prove(b, t, out), never = found && out->never;
+    if (found && !never)
+        gram_proof_clear(out);
+    fmpz_mpoly_clear(t, b->ctx);
+    return never;
 }

@@ -89,6 +89,10 @@ struct gram_proof {
 /* f = the sum of squares, exactly. False: not found. The caller clears *out after true. */
 bool gram_prove(struct poly_bridge *b, const fmpz_mpoly_t f, struct gram_proof *out);
 void gram_proof_clear(struct gram_proof *p);
+/* The same of f, or of f times 1 + the squares of its generators, which is written to multiplier (1 or that): positive
+ * polynomials that are no sums of squares may be one then (Reznick 1995; Motzkin's and a little). With that only f > 0 is
+ * shown. */
+bool gram_prove_times(struct poly_bridge *b, const fmpz_mpoly_t f, fmpz_mpoly_t multiplier, struct gram_proof *out);
 /* The same where given[0 .. n) are zero, too: f = the sum of squares plus multiples of them. With f = -1 it shows that
  * they have no common real zero (Positivstellensatz). */
 bool gram_prove_with(struct poly_bridge *b, const fmpz_mpoly_t f, const fmpz_mpoly_struct *given, int n, int least, struct gram_proof *out);

@@ -183,6 +183,27 @@ static void know_weight(struct poly_bridge *b, struct known *k, int g, slong con
     k->positive[k->weights++] = positive;
 }
 
+/* What the kind of a generator says of its values. */
+static void know_range(struct poly_bridge *b, struct known *k, int g)
+{
+    const struct poly_generator *q = b->gen + g;
+    switch (q->op) {
+    case EXPR_SIN: case EXPR_COS: case EXPR_TANH:
+        know_weight(b, k, g, 1, -1, 2, q->op == EXPR_TANH);
+        break;
+    case EXPR_COSH:
+        know_weight(b, k, g, -1, 1, 1, false);
+        break;
+    case EXPR_PI:       /* between two of its convergents */
+        know_weight(b, k, g, -333, 106, 1, true);
+        know_weight(b, k, g, 355, -113, 1, true);
+        break;
+    default:
+        if (q->sign != POLY_ANY)
+            know_weight(b, k, g, 0, 1, 1, q->sign == POLY_POSITIVE);
+    }
+}
+
 static void use(const struct poly_bridge *b, const fmpz_mpoly_t f, int *used)
 {
     int *more = sga_calloc((size_t)b->max_gens, sizeof *more);
@@ -207,15 +228,7 @@ static void know(struct poly_bridge *b, const fmpz_mpoly_t f, const fmpz_mpoly_s
         const struct poly_generator *q = b->gen + g;
         if (!used[g] || k->weights > 12 || k->zeros > GRAM_GIVEN + 12)
             continue;
-        bool circular = q->op == EXPR_SIN || q->op == EXPR_COS;
-        if (circular || q->op == EXPR_TANH)
-            know_weight(b, k, g, 1, -1, 2, q->op == EXPR_TANH);
-        else if (q->op == EXPR_COSH)
-            know_weight(b, k, g, -1, 1, 1, false);
-        else if (q->sign != POLY_ANY && q->op != EXPR_PI)
-            know_weight(b, k, g, 0, 1, 1, q->sign == POLY_POSITIVE);
-        else if (q->op == EXPR_PI)
-            know_weight(b, k, g, -3, 1, 1, true);
+        know_range(b, k, g);
         if (!q->degree || (q->partner >= 0 && !used[q->partner]))
             continue;
         fmpz_mpoly_struct *z = k->zero + k->zeros++;
@@ -290,7 +303,7 @@ static bool bounds(struct poly_bridge *b, const fmpz_mpoly_t f, const struct kno
         }
         most[g] = (int)(plain ? d / 2 : (d + 1) / 2);
         most[g] = most[g] < least ? least : most[g];
-        if (g < b->gens && !used[g])
+        if (g < b->gens && (!used[g] || (b->gen[g].op == EXPR_PI && d < 2)))
             most[g] = 0;
     }
     *half = (int)(plain ? degree / 2 : (degree + 1) / 2);

@@ -7,7 +7,7 @@
 
 #include "mem.h"
 
-enum { ALIKE = 12 /* bits that coefficients may differ by and nothing is done */, LARGEST = 200 };
+enum { ALIKE = 12 /* bits that coefficients may differ by and nothing is done */, LARGEST = 400 /* bits of one monomial: products of two stay doubles */ };
 
 /* N x = r (n x n, positive definite, spent), x in r. */
 static void solve(double *N, double *r, int n)
@@ -65,9 +65,10 @@ void gram_sizes(struct gram *g, const fmpz_mpoly_t f)
         for (int i = 0; i < n; i++)
             N[i * n + i] += RIDGE;
         solve(N, r, n);
+        double limit = LARGEST / fmax(1, (double)poly_degree(g->b, f));
         for (int i = 0; i < gens; i++)
-            g->size[i] = (int)nearbyint(fmax(-LARGEST, fmin(LARGEST, r[i])));
-        g->scale = ldexp(1, (int)nearbyint(fmax(-LARGEST, fmin(4 * LARGEST, r[gens]))));
+            g->size[i] = (int)nearbyint(fmax(-limit, fmin(limit, r[i])));
+        g->scale = ldexp(1, (int)nearbyint(fmax(-LARGEST, fmin(LARGEST, r[gens]))));
     }
     free(N);
     free(exp);

@@ -88,9 +88,10 @@ bool poly_bridge_numerator_factors(struct poly_bridge *b, expr_id e, struct poly
 bool poly_bridge_denominator_factors(struct poly_bridge *b, expr_id e, struct poly_factors *out);
 void poly_factors_clear(struct poly_factors *f);
 
-/* A proof that e has no real zero: sign * e, or where `factor` is given sign * that factor of e's numerator, is `sum`,
+/* A proof that e has no real zero: sign * e, or where `factor` is given sign * that factor of e's numerator, times
+ * `multiplier` where that is given (1 plus squares), is `sum`,
  * a positive number and squares with positive factors (weights that kernels keep positive, 1 - sin(u)^2, among them). */
-struct poly_certificate { expr_id sum, factor; int sign; };
+struct poly_certificate { expr_id sum, factor, multiplier; int sign; };
 /* False: none was found (it may have no zero all the same). */
 bool poly_certificate(struct expr_store *st, expr_id e, const struct poly_limits *limits, struct poly_certificate *out);
 

@@ -250,11 +250,15 @@ static void collect(struct poly_bridge *b, const struct gram_proof *p, struct ze
     keep_needed(b, z);
 }
 
-/* By an exact Gram matrix (gram.h). */
+/* By an exact Gram matrix (gram.h), of f or of f times what is positive. */
 static bool by_gram(struct poly_bridge *b, const fmpz_mpoly_t f, expr_id **out, int *count, bool *never)
 {
     struct gram_proof p;
-    if (!gram_prove(b, f, &p))
+    fmpz_mpoly_t multiplier;
+    fmpz_mpoly_init(multiplier, b->ctx);
+    bool found = gram_prove_times(b, f, multiplier, &p);
+    fmpz_mpoly_clear(multiplier, b->ctx);
+    if (!found)
         return false;
     int most = p.squares;
     for (int k = 0; k < p.g.blocks; k++)

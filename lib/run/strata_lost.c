@@ -10,6 +10,7 @@
 
 #include "mem.h"
 #include "poly.h"
+#include "sides.h"
 
 enum { MOST = SGA_MOST_LOST_PARTS };
 
@@ -59,6 +60,21 @@ static int general_rank(struct listing *l, int before)
     return l->rank;
 }
 
+/* The factor, and given equations without derivatives among the constraints before..with-1: no pivot was needed for them. Malloced. */
+static expr_id *together(const struct job *j, expr_id factor, int before, int with, int *count)
+{
+    const struct sys_system *sys = &j->request.system;
+    expr_id *e = sga_malloc((size_t)(with - before + 1) * sizeof *e);
+    e[0] = factor;
+    *count = 1;
+    for (int i = before; i < with; i++) {
+        const struct sga_constraint *k = j->solution.constraint + i;
+        if (k->origin == SGA_FROM_ROWS && k->source >= 0 && k->source < sys->rows && !sys->row[k->source].entries)
+            e[(*count)++] = k->expr;
+    }
+    return e;
+}
+
 static void consider(struct listing *l, expr_id factor, int before, int with, struct seen *seen)
 {
     struct job *j = l->j;
@@ -75,8 +91,13 @@ static void consider(struct listing *l, expr_id factor, int before, int with, st
     }
     if (again(seen, factor, before))
         return;
-    enum points_status status = strata_look_at(j, (struct strata_look){ .c = before, .factor = factor, .far = true, .solvable = &solvable }, &p, &rank);
-    bool lost = status == POINTS_OK && p.certified && solvable && off_set(j, &p, before, with) && rank == general_rank(l, before);
+    int count;
+    expr_id *e = together(j, factor, before, with, &count);
+    struct strata_look look = { .c = before, .factor = factor, .squared = e, .squares = count, .far = true, .solvable = &solvable };
+    enum points_status status = strata_look_at(j, look, &p, &rank);
+    free(e);
+    bool lost = status == POINTS_OK && p.certified && solvable && points_on_sides(j->request.system.store, &p.ball, j->solution.side, j->solution.sides)
+                && off_set(j, &p, before, with) && rank == general_rank(l, before);
     points_point_clear(&p);
     if (lost)
         strata_add(j, factor, before, (struct stratum){ .kind = "branch" });

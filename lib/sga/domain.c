@@ -17,18 +17,69 @@ expr_id domain_divisor(const struct expr_store *st, expr_id e)
     return expr_divisor(st, e);
 }
 
-/* The divisors below the roots that may vanish, each once, as many as there is room for. */
+static bool open_end(const struct expr_store *st, const struct expr_node *n)
+{
+    return n->op == EXPR_POW && (!expr_is_const(st, n->b) || fmpq_sgn(expr_const_value(st, n->b)) <= 0);
+}
+
+/* e = 0 in simpler words, by what it is made of: sqrt(u), abs(u), u^2 are 0 where u is, log(u) where u - 1 is. A product
+ * has two parts: the other one is *other, otherwise EXPR_UNDEF. */
+static expr_id simpler(struct expr_store *st, expr_id e, expr_id *other)
+{
+    const struct expr_node n = st->node[e];
+    *other = EXPR_UNDEF;
+    switch ((enum expr_op)n.op) {
+    case EXPR_MUL:
+        *other = n.b;
+        return n.a;
+    case EXPR_LOG:
+        return expr_sub(st, n.a, expr_int(st, 1));
+    case EXPR_POWI:
+        return n.b > 0 ? n.a : e;
+    case EXPR_POW:
+        return open_end(st, &n) ? e : n.a;
+    case EXPR_NEG: case EXPR_DIV: case EXPR_SQRT: case EXPR_CBRT: case EXPR_ABS: case EXPR_SIGN: case EXPR_SINH:
+    case EXPR_TANH: case EXPR_ASIN: case EXPR_ATAN: case EXPR_ASINH: case EXPR_ATANH:
+        return n.a;
+    default:
+        return e;
+    }
+}
+
+/* e and its factors, those that may vanish, each once, as many as there is room for. */
+static void add_divisor(struct domain *d, expr_id e, expr_id *list, int *count)
+{
+    enum { ROOM = 16 };
+    struct expr_store *st = d->system->store;
+    expr_id stack[ROOM], other;
+    int depth = 0;
+    stack[depth++] = e;
+    while (depth) {
+        expr_id top = stack[--depth], next = top;
+        for (; next && depth < ROOM; top = next) {
+            next = simpler(st, top, &other);
+            if (other)
+                stack[depth++] = other;
+            if (next == top)
+                break;
+        }
+        bool known = !top || expr_is_const(st, top) || expr_facts_of(d->facts, st, top) & EXPR_NONZERO || *count == DOMAIN_MOST;
+        for (int k = 0; k < *count && !known; k++)
+            known = list[k] == top;
+        if (!known)
+            list[(*count)++] = top;
+    }
+}
+
+/* The divisors below the roots. */
 static void divisors_of(struct domain *d, const expr_id *root, int roots, expr_id *list, int *count)
 {
     const struct expr_store *st = d->system->store;
     expr_cone_of(st, d->cone, root, roots);
     for (int i = 0; i < d->cone->count && *count < DOMAIN_MOST; i++) {
         expr_id e = domain_divisor(st, d->cone->list[i]);
-        bool known = !e || expr_is_const(st, e) || expr_facts_of(d->facts, st, e) & EXPR_NONZERO;
-        for (int k = 0; k < *count && !known; k++)
-            known = list[k] == e;
-        if (!known)
-            list[(*count)++] = e;
+        if (e && !expr_is_const(st, e) && !(expr_facts_of(d->facts, st, e) & EXPR_NONZERO))
+            add_divisor(d, e, list, count);
     }
 }
 
@@ -39,6 +90,7 @@ static void know_divisors(struct domain *d)
         return;
     int roots = sys_expressions(d->system, &root);
     divisors_of(d, root, roots, d->divisor, &d->divisors);
+    divisors_of(d, d->system->restriction, d->system->restrictions, d->divisor, &d->divisors);
     free(root);
     d->known = true;
 }

@@ -40,22 +40,6 @@ static struct regular together(struct state *s, const expr_id *f, int count, int
     return all;
 }
 
-/* A factor matters if it depends on variables or time, may vanish, and does not keep one
- * value, not zero, all over the present set (then *seen is set). */
-static bool matters(struct state *s, const struct poly_factor *q, int factors, bool *seen)
-{
-    if (q->never_zero || !(q->depends & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
-        return false;
-    for (int k = 0; k < q->radicals; k++)      /* it would need a relation between parameters */
-        if (!(state_facts(s, q->radical[k]) & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
-            return false;
-    if (factors == 1 || !s->sol->constraints)
-        return true;
-    bool dropped = ech_zero(&s->ctx, q->expr) == 0 && state_locally_constant(s, q->expr);
-    *seen |= dropped;
-    return !dropped;
-}
-
 /* A factor in parameters only is taken as not zero, and that is remembered. */
 static void assume(struct state *s, expr_id factor)
 {
@@ -65,6 +49,38 @@ static void assume(struct state *s, expr_id factor)
     SGA_RESERVE(s->assumed, s->assumed_cap, s->assumptions + 1);
     s->assumed[s->assumptions++] = factor;
 }
+
+/* Whether the factor, a sum of squares, asks for a relation between parameters: it is taken as not there. */
+static bool asks_parameters(struct state *s, const struct poly_factor *q)
+{
+    expr_id sum = expr_int(s->st, 0);
+    int asked = 0, last = -1;
+    for (int k = 0; k < q->radicals; k++)
+        if (!(state_facts(s, q->radical[k]) & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME))) {
+            sum = expr_add(s->st, sum, expr_powi(s->st, q->radical[k], 2));
+            last = k;
+            asked++;
+        }
+    if (asked)
+        assume(s, asked == 1 ? q->radical[last] : sum);
+    return asked > 0;
+}
+
+/* A factor matters if it depends on variables or time, may vanish, and does not keep one
+ * value, not zero, all over the present set (then *seen is set). */
+static bool matters(struct state *s, const struct poly_factor *q, int factors, bool *seen)
+{
+    if (q->never_zero || !(q->depends & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
+        return false;
+    if (asks_parameters(s, q))
+        return false;
+    if (factors == 1 || !s->sol->constraints)
+        return true;
+    bool dropped = ech_zero(&s->ctx, q->expr) == 0 && state_locally_constant(s, q->expr);
+    *seen |= dropped;
+    return !dropped;
+}
+
 /* What f = 0 says of its parts, where that is more than f itself: true, with the options. */
 static bool by_ends(struct state *s, expr_id f, int depth, struct regular *r)
 {
@@ -170,15 +186,36 @@ static struct regular form_at(struct state *s, expr_id e, int depth)
     return r;
 }
 
+/* f without its factors in parameters only; these are assumed not to vanish, if `keep`. */
+static expr_id general(struct state *s, expr_id f, bool keep)
+{
+    struct poly_limits limits = small;
+    struct poly_factors q;
+    limits.budget = s->options->budget;
+    if (!(state_facts(s, f) & EXPR_HAS_PARAMETER) || !poly_numerator_factors(s->st, f, &limits, &q))
+        return f;
+    expr_id out = expr_int(s->st, 1);
+    for (int i = 0; i < q.factors; i++)
+        if (q.factor[i].depends != EXPR_HAS_PARAMETER)
+            out = expr_mul(s->st, out, q.factor[i].expr);
+        else if (keep && !q.factor[i].never_zero)
+            assume(s, q.factor[i].expr);
+    poly_factors_clear(&q);
+    return out;
+}
+
 /* Whether the functions of o vanish together, on the present set, only where something has no value. */
 static bool leads_out(struct state *s, expr_id e, const struct regular_option *o)
 {
-    int c = s->sol->constraints, count = o->count;
-    expr_id *f = sga_malloc((size_t)(count + c + s->pendings + 1) * sizeof *f);
-    memcpy(f, o->out, (size_t)count * sizeof *f);
+    int c = s->sol->constraints, count = 0;
+    expr_id *f = sga_malloc((size_t)(o->count + c + s->pendings + 1) * sizeof *f);
+    for (int i = 0; i < o->count; i++)
+        f[count++] = general(s, o->out[i], false);
     for (int i = 0; i < c + s->pendings && count <= DOMAIN_GIVEN; i++)
         f[count++] = i < c ? s->con[i] : s->pending[i - c];
     bool out = domain_leaves_out(&s->domain, e, f, o->count, count);
+    for (int i = 0; i < o->count && out; i++)
+        general(s, o->out[i], true);
     free(f);
     return out;
 }

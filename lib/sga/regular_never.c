@@ -23,6 +23,11 @@ static void squares(struct state *s, expr_id e, struct sga_buf *text)
     } else {
         sga_buf_puts(text, "it");
     }
+    if (c.multiplier) {
+        sga_buf_puts(text, " times ");
+        if (!expr_print(s->st, c.multiplier, SHORT / 2, text))
+            sga_buf_puts(text, "1 plus squares");
+    }
     sga_buf_puts(text, c.sign > 0 ? " is a sum of squares plus a positive number" : " is minus a sum of squares and a positive number");
     if (expr_print(s->st, c.sum, SHORT, &sum))
         sga_buf_printf(text, c.sign > 0 ? ", %s" : ", -(%s)", sum.data);
