@@ -289,11 +289,10 @@ void display_choose(struct display *d, struct sheet *s)
     s->weight = 0;
     memcpy(s->shown, s->root, (size_t)s->roots * sizeof *s->root);
     expr_collect(&d->st, s->shown, s->roots);
-    bool exact = d->j->solution.exact, written_out = d->j->solution.written_out;      /* no form is lighter */
-    for (int i = 0; i < s->roots; i++)
-        s->weight += written_out || (exact && i < s->constraints) ? weight_of(d, s->shown[i]) : 0;
-    if (!exact)
-        choose_constraints(d, s, &limits);
-    if (!written_out)
-        choose_values(d, s, &limits);
+    for (int i = 0; i < s->roots && d->j->solution.written_out; i++)
+        s->weight += weight_of(d, s->shown[i]);
+    if (d->j->solution.written_out)          /* no form is lighter */
+        return;
+    choose_constraints(d, s, &limits);
+    choose_values(d, s, &limits);
 }
