@@ -1,6 +1,7 @@
 /* Refinement with a double preconditioner, and the proof. */
 #include "refine.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -158,6 +159,12 @@ struct entry {
     double mid, radius;
 };
 
+/* What a sum of so many products in double may be off by, relative to the sum of their sizes and 1. */
+static double rounding(int terms)
+{
+    return (terms + 3) * DBL_EPSILON;
+}
+
 /* m + |I - C J(X)| rho < rho, row by row. */
 static bool contracts(struct square *q, const double *C, const double *m, const double *rho, const int *place)
 {
@@ -165,12 +172,14 @@ static bool contracts(struct square *q, const double *C, const double *m, const 
     for (int k = 0; k < c; k++)
         total += q->j->cols[k];
     struct entry *entry = sga_malloc((size_t)(total + 1) * sizeof *entry);
-    int *start = sga_malloc((size_t)(c + 1) * sizeof *start);
+    int *start = sga_malloc((size_t)(c + 1) * sizeof *start), *terms = sga_calloc((size_t)c + 1, sizeof *terms);
     total = 0;
     for (int k = 0; k < c; k++) {
         start[k] = total;
         for (int l = 0; l < q->j->cols[k]; l++) {
             int at = place[q->j->col[k][l]];
+            if (at >= 0)
+                terms[at]++;
             if (at >= 0)
                 entry[total++] = (struct entry){ at, scaled(arb_midref(q->j->entry[k] + l), q->exponent[k] - scale_of(q, q->j->col[k][l])),
                                                  radius(q->j->entry[k] + l, q->exponent[k] - scale_of(q, q->j->col[k][l])) };
@@ -189,15 +198,16 @@ static bool contracts(struct square *q, const double *C, const double *m, const 
                 continue;
             for (int l = start[k]; l < start[k + 1]; l++) {
                 E[entry[l].at] -= f * entry[l].mid;
-                slack[entry[l].at] += fabs(f) * (entry[l].radius + 1e-12 * fabs(entry[l].mid));
+                slack[entry[l].at] += fabs(f) * (entry[l].radius + rounding(terms[entry[l].at]) * fabs(entry[l].mid));
             }
         }
         double sum = m[i];
         for (int k = 0; k < c; k++)
-            sum += (fabs(E[k]) + slack[k] + 1e-15) * rho[k];
+            sum += (fabs(E[k]) + slack[k] + rounding(terms[k])) * rho[k];
         ok = sum * (1 + 1e-9) < rho[i] && (i % 16 || sga_budget_ok(q->j->space->budget, NULL));
     }
     free(entry);
+    free(terms);
     free(start);
     free(E);
     free(slack);
@@ -266,10 +276,18 @@ static bool krawczyk(struct square *q, slong prec)
  * is proved, the rank is asked once more at the refined point. */
 static bool still_full(struct square *q)
 {
-    for (int i = 0; i < q->c; i++)
-        mag_zero(arb_radref(q->p->ball.symbol + q->j->space->variable[q->lu.pivot_col[i]]));
+    mag_ptr radius = _mag_vec_init(q->n);
+    for (int v = 0; v < q->n; v++) {
+        mag_ptr r = arb_radref(q->p->ball.symbol + q->j->space->variable[v]);
+        mag_set(radius + v, r);
+        mag_zero(r);
+    }
     points_lu_clear(&q->lu);
-    return factor(q);
+    bool full = factor(q);
+    for (int v = 0; v < q->n; v++)       /* what the point is known to, as far as it is known: no theorem, but residuals are to be seen so */
+        mag_swap(radius + v, arb_radref(q->p->ball.symbol + q->j->space->variable[v]));
+    _mag_vec_clear(radius, q->n);
+    return full;
 }
 
 bool points_refine_with(struct points_jacobian *j, struct points_point *p, slong prec)

@@ -93,6 +93,9 @@ int affine_admit(struct affine_run *r, struct affine_candidate *c, int count, in
 /* Of a row of the system, or of rows + a constraint: its row of integers. */
 const struct affine_row *affine_source(const struct affine_run *r, int source);
 
+/* Of the rows that vanished: those that are combinations of others, as they stand, get that combination. False: stopped. */
+bool affine_explain(struct affine_run *r);
+
 /* The reduction: fills what `run` in solve.c fills for other systems, and pivots. */
 bool affine_reduce(struct state *s, struct affine *a);
 
@@ -100,5 +103,7 @@ bool affine_reduce(struct state *s, struct affine *a);
 bool affine_fields(struct affine_run *r);
 /* Points for the shadow on the constraints so far, where the system has values. */
 bool affine_sample(struct state *s, int constraints);
+/* The same on all of them; where none are found in the usual way (numbers of all sizes), they are solved for one by one. */
+bool affine_final_points(struct affine_run *r);
 
 #endif

@@ -93,6 +93,8 @@ static bool generations(struct affine_run *r)
     if (s->inconsistent)
         return true;
     int more = generation(r, 0, s->sys->rows, 1), done = 0;
+    if (more >= 0 && s->sol->vanished_rows && !affine_explain(r))
+        return false;
     for (added = more < 0 ? -1 : added + more; added > 0 && !s->inconsistent; ) {
         if (!state_dimension(s))
             return false;
@@ -141,7 +143,7 @@ bool affine_reduce(struct state *s, struct affine *a)
         exact_basis_init(&r.basis, a->n);
         ok = generations(&r);
         if (ok && !s->inconsistent)
-            ok = affine_fields(&r) && affine_sample(s, s->sol->constraints);
+            ok = affine_fields(&r) && affine_final_points(&r);
         if (ok)
             keep_pivots(&r);
         bool again = !ok && r.bad_prime;
