@@ -288,10 +288,38 @@ static bool at_kink(const struct points_space *s, struct points_point *p)
     return kink;
 }
 
-enum points_status points_find(const struct points_space *s, double spread, uint64_t *random,
-                               slong prec, struct points_point *p)
+/* Whether what is listed as defined has values at the point: one where equations have none (sqrt(x) at x < 0) is a
+ * last resort. */
+static bool in_domain(const struct points_space *s, struct points_point *p)
 {
-    *p = (struct points_point){ .variables = s->variables, .constraints = s->constraints };
+    bool in = true;
+    struct expr_cone cone;
+    expr_cone_init(&cone);
+    if (s->defineds) {
+        expr_cone_of(s->st, &cone, s->defined, s->defineds);
+        num_ball_list(&p->ball, cone.list, cone.count);
+        for (int i = 0; i < s->defineds && in; i++)
+            in = arb_is_finite(num_ball_value(&p->ball, s->defined[i]));
+        num_ball_forget(&p->ball);
+    }
+    expr_cone_clear(&cone);
+    return in;
+}
+
+static enum points_status accepted(const struct points_space *s, struct points_point *p, bool strict, bool *outside)
+{
+    if (!points_on_sides(s->st, &p->ball, s->side, s->sides))
+        return POINTS_NONE;
+    bool out = strict && !in_domain(s, p);
+    *outside |= out;
+    return out ? POINTS_NONE : POINTS_OK;
+}
+
+/* strict: points outside of the domain are passed over, and *outside says that there were some. */
+static enum points_status find(const struct points_space *s, double spread, uint64_t *random, slong prec, bool strict, bool *outside,
+                               struct points_point *p)
+{
+    *p = (struct points_point){ .variables = s->variables, .constraints = s->constraints, .parameters = s->parameters };
     p->x = sga_calloc((size_t)s->variables, sizeof *p->x);
     p->parameter = sga_calloc((size_t)s->parameters, sizeof *p->parameter);
     p->solved = sga_calloc((size_t)s->constraints, sizeof *p->solved);
@@ -317,7 +345,7 @@ enum points_status points_find(const struct points_space *s, double spread, uint
         if (ask)
             points_branches_at(&branches, s, p);
         if (a >= (s->near ? 4 : 1) && s->constraints && points_triangular(s, p, prec)) {
-            status = points_on_sides(s->st, &p->ball, s->side, s->sides) ? POINTS_OK : POINTS_NONE;
+            status = accepted(s, p, strict, outside);
             continue;
         }
         /* from a point of the larger set only what is new must be met: moving new variables
@@ -326,7 +354,7 @@ enum points_status points_find(const struct points_space *s, double spread, uint
         if (got == 1 && ask && !points_branches_kept(&branches, s, p))
             continue;           /* a step went over the change of branch: another start may stay where the guess is */
         if (got == 1 && points_refine_with(&j, p, prec) && (p->certified || !at_kink(s, p)))
-            status = points_on_sides(s->st, &p->ball, s->side, s->sides) ? POINTS_OK : POINTS_NONE;
+            status = accepted(s, p, strict, outside);
         else if (got != 0 && !irregular)
             irregular = memcpy(sga_malloc((size_t)s->variables * sizeof(double)), p->x, (size_t)s->variables * sizeof(double));
         if (a >= 6 && irregular)
@@ -340,6 +368,17 @@ enum points_status points_find(const struct points_space *s, double spread, uint
     points_branches_clear(&branches);
     points_jacobian_clear(&j);
     return status;
+}
+
+enum points_status points_find(const struct points_space *s, double spread, uint64_t *random,
+                               slong prec, struct points_point *p)
+{
+    bool outside = false;
+    enum points_status status = find(s, spread, random, prec, true, &outside, p);
+    if (status == POINTS_OK || status == POINTS_STOPPED || !outside)
+        return status;
+    points_point_clear(p);
+    return find(s, spread, random, prec, false, &outside, p);
 }
 
 enum points_status points_find_staged(const struct points_space *s, const int *end, int stages,
@@ -376,6 +415,25 @@ bool points_refine(const struct points_space *s, struct points_point *p, slong p
     bool ok = points_refine_with(&j, p, prec);
     points_jacobian_clear(&j);
     return ok;
+}
+
+static void *copied(const void *from, int count, size_t size)
+{
+    void *to = sga_malloc((size_t)(count + 1) * size);
+    if (count)
+        memcpy(to, from, (size_t)count * size);
+    return to;
+}
+
+void points_point_copy(struct points_point *to, const struct points_point *from, slong prec)
+{
+    *to = *from;
+    to->x = copied(from->x, from->variables, sizeof *to->x);
+    to->parameter = copied(from->parameter, from->parameters, sizeof *to->parameter);
+    to->solved = copied(from->solved, from->constraints, sizeof *to->solved);
+    num_ball_init(&to->ball, from->ball.st, prec);
+    for (int i = 0; i < from->ball.st->symbols && (size_t)i < from->ball.symbol_cap; i++)
+        num_ball_set(&to->ball, i, from->ball.symbol + i);
 }
 
 void points_point_clear(struct points_point *p)

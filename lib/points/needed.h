@@ -10,8 +10,13 @@
 
 #include "ball.h"
 
+/* How far from 1 what a list of nodes is made of reaches, in bits: its constants, the sizes of its parts, the
+ * arguments of its exponentials. Values are in b. */
+double points_height(struct num_ball *b, const expr_id *list, int count);
+
 /* Bits after the point to which a function must be seen to be 0 before that is believed.
- * `list` is its cone, with values in b. Never less than 300. */
-slong points_needed_bits(struct num_ball *b, const expr_id *list, int count);
+ * `list` is its cone, with values in b; `height` that of the system whose set it is asked on: what the function
+ * itself does not mention comes in through its points. Never less than 300. */
+slong points_needed_bits(struct num_ball *b, const expr_id *list, int count, double height);
 
 #endif

@@ -65,7 +65,7 @@ struct points_point {
     double t;
     double *parameter;         /* by parameter */
     int *solved;               /* by constraint: the variable that was solved for */
-    int variables, constraints;
+    int variables, constraints, parameters;
 };
 
 /* Find one point. `spread` is how far from near (relative to 1 + |near|) the start is
@@ -81,6 +81,8 @@ enum points_status points_find_staged(const struct points_space *space, const in
                                       double spread, uint64_t *random, slong prec, struct points_point *point);
 /* Raise an existing point to more bits (same point). False if it cannot be refined. */
 bool points_refine(const struct points_space *space, struct points_point *point, slong prec);
+/* A copy with values of symbols only, to be worked with at so many bits. */
+void points_point_copy(struct points_point *to, const struct points_point *from, slong prec);
 void points_point_clear(struct points_point *point);
 
 /* splitmix64, and a double in (0, 1) with 30 bits, exact in every arithmetic here. */

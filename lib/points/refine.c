@@ -5,10 +5,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "doubling.h"
 #include "mem.h"
 #include "sparse.h"
 #include "triangular.h"
 #include "warnings.h"
+
+enum { MANY_BITS = 600, FEW_ROWS = 24 };     /* from where on, and up to where, steps that double the digits pay */
 
 /* Everything about one square subsystem: rows scaled by 2^-exponent. */
 struct square {
@@ -259,6 +262,16 @@ static bool krawczyk(struct square *q, slong prec)
     return ok;
 }
 
+/* Differentials that are dependent on the set itself look independent a little beside it: where nothing
+ * is proved, the rank is asked once more at the refined point. */
+static bool still_full(struct square *q)
+{
+    for (int i = 0; i < q->c; i++)
+        mag_zero(arb_radref(q->p->ball.symbol + q->j->space->variable[q->lu.pivot_col[i]]));
+    points_lu_clear(&q->lu);
+    return factor(q);
+}
+
 bool points_refine_with(struct points_jacobian *j, struct points_point *p, slong prec)
 {
     const struct points_space *s = j->space;
@@ -272,11 +285,17 @@ bool points_refine_with(struct points_jacobian *j, struct points_point *p, slong
         mag_zero(arb_radref(p->ball.symbol + s->variable[i]));
     if (p->ball.prec < prec)
         p->ball.prec = prec;
-    bool ok = factor(&q) && iterate(&q, prec);
+    bool ok = factor(&q), many = prec > MANY_BITS && q.c <= FEW_ROWS;
+    if (ok && many && (ok = iterate(&q, MANY_BITS)))
+        points_double_digits(j, p, q.lu.pivot_col, prec);
+    ok = ok && iterate(&q, prec);
     if (ok) {
         for (int i = 0; i < q.c; i++)
             p->solved[q.lu.pivot_row[i]] = q.lu.pivot_col[i];
         p->certified = krawczyk(&q, prec);
+        ok = p->certified || still_full(&q);
+    }
+    if (ok) {
         for (int i = 0; i < q.n; i++)
             p->x[i] = arf_get_d(arb_midref(p->ball.symbol + s->variable[i]), ARF_RND_NEAR);
     }

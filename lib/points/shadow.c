@@ -23,7 +23,7 @@ const char *points_basis_text(enum points_basis basis)
 
 void points_shadow_init(struct points_shadow *s, uint64_t seed)
 {
-    *s = (struct points_shadow){ .random = seed, .least_digits = 1 << 20 };
+    *s = (struct points_shadow){ .random = seed, .least_digits = 1 << 20, .height = -1 };
     expr_cone_init(&s->cone);
 }
 
@@ -43,6 +43,7 @@ void points_shadow_forget(struct points_shadow *s)
     for (int i = 0; i < s->modulars; i++)
         points_modpoint_clear(s->modular + i);
     s->reals = s->modulars = 0;
+    s->height = -1;
     s->modular_tried = false;
     points_beyond_forget(&s->beyond);
 }
@@ -140,6 +141,14 @@ enum points_status points_shadow_sample(struct points_shadow *s, const struct po
     return status;
 }
 
+bool points_shadow_certified(const struct points_shadow *s)
+{
+    bool all = s->reals > 0;
+    for (int k = 0; k < s->reals; k++)
+        all = all && s->real[k].certified;
+    return all;
+}
+
 /* Decimal digits to which a ball that contains 0 is known to be 0. */
 static int digits_of(const arb_t v)
 {
@@ -188,14 +197,7 @@ static bool raise_points(struct points_shadow *s, slong bits)
     const struct points_space *space = &s->space;
     for (int k = 0; k < s->reals; k++) {
         struct points_point *p = s->real + k, *q = s->high + k;
-        *q = *p;
-        q->x = memcpy(sga_malloc((size_t)p->variables * sizeof(double)), p->x, (size_t)p->variables * sizeof(double));
-        q->parameter = memcpy(sga_malloc((size_t)space->parameters * sizeof(double)), p->parameter,
-                              (size_t)space->parameters * sizeof(double));
-        q->solved = memcpy(sga_malloc((size_t)p->constraints * sizeof(int)), p->solved, (size_t)p->constraints * sizeof(int));
-        num_ball_init(&q->ball, space->st, bits);
-        for (int i = 0; i < p->ball.st->symbols && (size_t)i < p->ball.symbol_cap; i++)
-            num_ball_set(&q->ball, i, p->ball.symbol + i);
+        points_point_copy(q, p, bits);
         if (space->constraints && !points_refine(space, q, bits)) {
             for (int i = 0; i <= k; i++)
                 points_point_clear(s->high + i);
@@ -246,14 +248,30 @@ static int modular(struct points_shadow *s, expr_id e)
     return opinion;
 }
 
+double points_shadow_height(struct points_shadow *s)
+{
+    if (s->height < 0 && s->reals) {
+        int n = s->space.constraints + s->space.defineds;
+        expr_id *root = sga_malloc((size_t)(n + 1) * sizeof *root);
+        for (int i = 0; i < n; i++)
+            root[i] = i < s->space.constraints ? s->space.constraint[i] : s->space.defined[i - s->space.constraints];
+        expr_cone_of(s->space.st, &s->cone, root, n);
+        num_ball_extend(&s->real[0].ball);
+        s->height = points_height(&s->real[0].ball, s->cone.list, s->cone.count);
+        free(root);
+    }
+    return s->height;
+}
+
 /* Bits to which e must be seen to be 0 at the points before that is believed. */
 static slong needed_bits(struct points_shadow *s, expr_id e)
 {
     slong need = 0;
+    double height = points_shadow_height(s);
     expr_cone_of(s->space.st, &s->cone, &e, 1);
     for (int k = 0; k < s->reals; k++) {
         num_ball_extend(&s->real[k].ball);
-        slong here = points_needed_bits(&s->real[k].ball, s->cone.list, s->cone.count);
+        slong here = points_needed_bits(&s->real[k].ball, s->cone.list, s->cone.count, height);
         need = here > need ? here : need;
     }
     return need;
@@ -342,7 +360,7 @@ static void keep_zero(struct points_shadow *s, expr_id e, struct points_decision
         return;
     }
     SGA_RESERVE(s->zero, s->zero_cap, s->zeros + 1);
-    s->zero[s->zeros++] = (struct points_zero){ e, d };
+    s->zero[s->zeros++] = (struct points_zero){ e, d, s->space.constraints };
 }
 
 static bool any_switches(struct points_shadow *s)

@@ -39,6 +39,7 @@ struct points_decision {
 struct points_zero {
     expr_id expr;
     struct points_decision decision;
+    int constraints;                         /* of the set that it was asked on */
 };
 
 enum { POINTS_REAL = 2, POINTS_MODULAR = 2 };
@@ -55,6 +56,7 @@ struct points_shadow {
     int modulars;
     bool modular_tried;
     struct expr_cone cone;
+    double height;                           /* of the space's functions (points_height) at the first point; < 0: not asked */
     uint64_t random;
     long count[POINTS_BASES];                /* decisions so far, by basis */
     struct points_zero *zero; int zeros; size_t zero_cap;   /* each expression once, the first SGA_MOST_ZEROS_LISTED */
@@ -73,11 +75,15 @@ void points_shadow_clear(struct points_shadow *s);
  * near space->near where there is one, the others are near the first, so that all lie on
  * one component as a rule. On failure the shadow has no points. */
 enum points_status points_shadow_sample(struct points_shadow *s, const struct points_space *space);
+/* Whether all points are proved to lie on the set, with independent differentials there. */
+bool points_shadow_certified(const struct points_shadow *s);
 /* Drop all points (they will not be starts for the next ones either). */
 void points_shadow_forget(struct points_shadow *s);
 /* Decide whether e is zero on the set. Where that holds on one side of a surface only, the
  * side is added to s->side, and later points are taken on it alone. */
 struct points_decision points_shadow_zero(struct points_shadow *s, expr_id e);
+/* The height (needed.h) of the constraints and of what is listed as defined, at the first point; worked out once for a set. */
+double points_shadow_height(struct points_shadow *s);
 /* The same for what need not be one thing on all sides: *mixed, where e is 0 here and not beyond a surface that the set
  * reaches, or (nonzero: asked too) the other way round. Then no side is added unless `accept`. */
 struct points_decision points_shadow_cells(struct points_shadow *s, expr_id e, bool nonzero, bool accept, bool *mixed);

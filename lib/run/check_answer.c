@@ -103,17 +103,10 @@ static bool parse_all(struct job *j, struct readback *b)
     return true;
 }
 
-/* Fresh points are looked for near the guess, or on the component on which the reduction
- * worked. */
+/* Where the witness looks first: near the guess, but 0 where nothing is given is no place for a root. */
 static const double *witness_near(const struct job *j)
 {
-    bool first = j->near && !(j->solution.definitions && j->shadow.reals);      /* 0 where nothing is given is no place for a root */
-    return first ? j->near : j->shadow.reals ? j->shadow.real[0].x : NULL;
-}
-
-static double witness_time(const struct job *j)
-{
-    return witness_near(j) == j->near || !j->shadow.reals ? j->near_time : j->shadow.real[0].t;
+    return j->near && !(j->solution.definitions && j->shadow.reals) ? j->near : NULL;
 }
 
 /* Acceleration and reaction as printed against the formulas, at a point of W. */
@@ -167,7 +160,7 @@ static bool check_texts(struct job *j)
             .time = b.time, .constraint = b.root, .constraints = c, .solution = &j->solution, .field = field ? b.root + c : NULL,
             .gauge = gauge ? b.root + c + n : NULL, .gauges = gauge ? j->solution.free_columns : 0,
         };
-        ok = sga_witness_check(sys, &claim, witness_near(j), witness_time(j), 77, WITNESS_POINTS, &j->budget, &j->witness, j->err);
+        ok = sga_witness_check(sys, &claim, &j->shadow, witness_near(j), j->near_time, 77, WITNESS_POINTS, &j->budget, &j->witness, j->err);
         if (ok && j->mechanical && j->mechanical->has_motion)
             ok = check_motion(j, &b);
     }
@@ -194,7 +187,7 @@ static bool check_handles(struct job *j)
         .time = sys->time, .constraint = constraint, .constraints = c, .solution = &j->solution, .field = j->solution.field,
         .gauge = j->solution.gauge, .gauges = j->solution.gauge ? j->solution.free_columns : 0,
     };
-    bool ok = sga_witness_check(sys, &claim, witness_near(j), witness_time(j), 77, 1, &j->budget, &j->witness, j->err);
+    bool ok = sga_witness_check(sys, &claim, &j->shadow, witness_near(j), j->near_time, 77, 1, &j->budget, &j->witness, j->err);
     free(variable);
     free(constraint);
     return ok;

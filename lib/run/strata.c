@@ -84,7 +84,7 @@ void strata_add(struct job *j, expr_id factor, int before, struct stratum as)
     j->stratum[j->strata++] = as;
 }
 
-void strata_add_case(struct job *j, struct cases_part *part)
+bool strata_add_case(struct job *j, struct cases_part *part)
 {
     struct stratum as = { .kind = "parameter", .part = *part };
     bool ok = true;
@@ -94,10 +94,11 @@ void strata_add_case(struct job *j, struct cases_part *part)
     if (!ok) {
         sga_limit_met(&j->budget, SGA_LIMIT_PARAMETER_CASES);
         stratum_clear(&as);
-        return;
+        return false;
     }
     j->stratum = sga_realloc(j->stratum, (size_t)(j->strata + 1) * sizeof *j->stratum);
     j->stratum[j->strata++] = as;
+    return true;
 }
 
 static void keep_point(struct stratum *as, const struct points_point *p, int n)
@@ -209,7 +210,8 @@ static void consider(struct listing *l, expr_id factor, int before)
     struct expr_store *st = &l->j->request.store;
     unsigned f = expr_facts_of(&l->facts, st, factor);
     struct stratum as = { .kind = "pivot" };
-    if (f & EXPR_NONZERO || expr_is_const(st, factor) || !sga_budget_ok(&l->j->budget, l->j->err))
+    bool number = !(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME | EXPR_HAS_PARAMETER));     /* 1 - cos(1e-90): decided already */
+    if (f & EXPR_NONZERO || number || !sga_budget_ok(&l->j->budget, l->j->err))
         return;
     if (!(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
         strata_condition(l, &factor, 1);

@@ -111,9 +111,9 @@ static bool alike(struct listing *l, const struct cases_part *part)
 
 void strata_alike(struct listing *l)
 {
-    enum { MOST = 200 };
+    enum { MOST = 200, MOST_VARIABLES = 60 };      /* past which a reduction for each would cost too much: all of them are listed */
     struct job *j = l->j;
-    if (!j->request.strata || j->request.has_mechanical || j->near)
+    if (!j->request.strata || j->request.has_mechanical || j->near || j->request.system.variables > MOST_VARIABLES)
         return;
     struct cases kept = { .part = NULL };
     for (int tries = 0; l->cases.parts && sga_budget_ok(&j->budget, NULL) && tries < MOST; tries++) {

@@ -116,9 +116,24 @@ static bool open_equations(const struct job *j)
     return given > first;
 }
 
+static void list_part(struct job *j, const double *x, double t)
+{
+    struct stratum as = { .kind = "branch", .description = strdup("another part of the constraint set: functions that vanish on the "
+                          "part that was solved do not vanish here, so that its answer is another one; give trajectory.initial near it") };
+    size_t n = (size_t)j->request.system.variables;
+    as.point = memcpy(sga_malloc(n * sizeof *as.point), x, n * sizeof *as.point);
+    as.time = t;
+    strata_add(j, EXPR_UNDEF, -1, as);
+}
+
+/* Those that the reduction knows of (sga.h); where it was told where to look, a search. */
 void strata_components(struct listing *l)
 {
     struct job *j = l->j;
+    for (int i = 0; i < j->solution.elsewheres && !j->on_part; i++)
+        list_part(j, j->solution.elsewhere[i].x, j->solution.elsewhere[i].t);
+    if (j->solution.elsewheres)
+        return;
     struct points_shadow *s = &j->shadow;
     int zeros = s->zeros;
     bool done = !s->reals || !zeros || !j->solution.constraints || j->on_part;
@@ -127,14 +142,8 @@ void strata_components(struct listing *l)
     for (uint64_t k = 1; k <= starts && !done && sga_budget_ok(&j->budget, NULL); k++) {
         struct points_point p;
         done = found(j, k, zeros, &p, &excess);
-        if (done) {
-            struct stratum as = { .kind = "branch", .description = strdup("another part of the constraint set: functions that vanish on the "
-                                  "part that was solved do not vanish here, so that its answer is another one; give trajectory.initial near it") };
-            size_t n = (size_t)j->request.system.variables;
-            as.point = memcpy(sga_malloc(n * sizeof *as.point), p.x, n * sizeof *as.point);
-            as.time = p.t;
-            strata_add(j, EXPR_UNDEF, -1, as);
-        }
+        if (done)
+            list_part(j, p.x, p.t);
         points_point_clear(&p);
     }
     if (excess.x)

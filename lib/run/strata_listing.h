@@ -61,8 +61,8 @@ void strata_join(struct listing *l, struct cases_part *part);
 /* Where strata are solved: parts where the general answer holds leave the list; what is special inside them joins it. Cost: a
  * reduction for each. */
 void strata_alike(struct listing *l);
-/* One of them, taken over, as a stratum. */
-void strata_add_case(struct job *j, struct cases_part *part);
+/* One of them, taken over, as a stratum. False: its functions are too long to be written, for which there is a warning. */
+bool strata_add_case(struct job *j, struct cases_part *part);
 /* e must not vanish. */
 void strata_assume(struct job *j, expr_id e);
 /* The list becomes strata and assumptions. */

@@ -85,8 +85,9 @@ void strata_cases(struct listing *l)
         sga_limit_met(&j->budget, SGA_LIMIT_PARAMETER_CASES);
     for (int i = 0; i < c->parts; i++) {
         struct cases_part *p = c->part + i;
-        strata_assume(j, assumption(&j->request.store, p));
-        strata_add_case(j, p);
+        expr_id e = assumption(&j->request.store, p);
+        if (strata_add_case(j, p))
+            strata_assume(j, e);
     }
     c->parts = 0;
 }

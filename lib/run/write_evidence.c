@@ -305,6 +305,7 @@ void answer_write_evidence(struct job *j, struct sga_json *w)
         sga_json_key(w, "witness");
         sga_json_object(w);
         sga_json_member_int(w, "points", j->witness.points);
+        sga_json_member_int(w, "far", j->witness.far);
         sga_json_member_bool(w, "certified", j->witness.certified);
         sga_json_member_int(w, "digits", j->witness.digits);
         sga_json_member_string(w, "checked", sol->verdict == SGA_INCONSISTENT ? "the contradiction at points of the earlier constraints"

@@ -10,6 +10,7 @@
 #include "mem.h"
 #include "places.h"
 #include "print.h"
+#include "routes.h"
 #include "warnings.h"
 
 char *state_text(struct state *s, expr_id e)
@@ -359,7 +360,7 @@ static int admit_together(struct state *s, const struct candidate *cand, int cou
     if (!plain)
         return -1;
     enum points_status status = state_sample(s);
-    if (status == POINTS_OK)
+    if (status == POINTS_OK && (count == 1 || s->sol->constraints > SGA_MOST_PROOF_ROWS || points_shadow_certified(s->shadow)))
         return replacements_hold(s, before) ? s->sol->constraints - before : -2;
     pop(s, before);
     if (status == POINTS_STOPPED || state_sample(s) != POINTS_OK) {
@@ -369,23 +370,85 @@ static int admit_together(struct state *s, const struct candidate *cand, int cou
     return -1;
 }
 
-/* Those that can be used up come first: then the others are seen as they are on the set. */
+/* Those that can be used up come first, then the others are seen as they are on the set; among each the smaller ones:
+ * by what they are, not by their places. */
+struct ranked {
+    struct candidate c;
+    int last, size, place;
+};
+
+static int by_rank(const void *a, const void *b)
+{
+    const struct ranked *x = a, *y = b;
+    if (x->last != y->last)
+        return x->last - y->last;
+    return x->size != y->size ? (x->size > y->size) - (x->size < y->size) : x->place - y->place;
+}
+
 static void order(struct state *s, struct candidate *cand, int count)
 {
     if (count < 2 || s->sol->constraints + count > SGA_MOST_REDUCED_BY)
         return;
-    struct candidate *sorted = sga_malloc((size_t)count * sizeof *sorted);
-    unsigned char *last = sga_calloc((size_t)count, 1);
-    int n = 0;
+    struct ranked *sorted = sga_calloc((size_t)count, sizeof *sorted);
+    for (int i = 0; i < count; i++) {
+        expr_cone_of(s->st, &s->cone, &cand[i].expr, 1);
+        sorted[i] = (struct ranked){ .c = cand[i], .size = s->cone.count, .place = i };
+    }
     for (int i = 0; i < count && sga_budget_ok(s->options->budget, NULL); i++)
-        last[i] = !regular_is_solved(s, cand[i].expr);
-    for (int pass = 0; pass < 2; pass++)
-        for (int i = 0; i < count; i++)
-            if (last[i] == pass)
-                sorted[n++] = cand[i];
-    memcpy(cand, sorted, (size_t)count * sizeof *cand);
+        sorted[i].last = !regular_is_solved(s, cand[i].expr);
+    qsort(sorted, (size_t)count, sizeof *sorted, by_rank);
+    for (int i = 0; i < count; i++)
+        cand[i] = sorted[i].c;
     free(sorted);
-    free(last);
+}
+
+/* Back to the constraints before a candidate that failed; false where that does not lead back to points. */
+static bool take_back(struct state *s, int constraints, int sides)
+{
+    pop(s, constraints);
+    s->shadow->sides = sides;
+    *s->err = (struct sga_error){ 0 };
+    return state_sample(s) == POINTS_OK;
+}
+
+/* Of several failures the same one is told in whatever order they came. */
+static void keep_failure(struct sga_error *kept, const struct sga_error *other)
+{
+    if (kept->code == SGA_E_OK || other->code < kept->code)
+        *kept = *other;
+}
+
+/* One by one, those that fail once more after the others: beside more constraints an irregular one may follow from
+ * them. What is left then fails, or is held back where a contradiction may show without it. */
+static bool admit_each(struct state *s, const struct candidate *cand, int count, int g)
+{
+    unsigned char *done = sga_calloc((size_t)count + 1, 1);
+    int left = count, last = -1;
+    struct sga_error failure = { 0 };
+    while (left && last != s->sol->constraints && !s->inconsistent && failure.code != SGA_E_INTERNAL) {
+        last = s->sol->constraints;
+        failure = (struct sga_error){ 0 };
+        for (int i = 0; i < count && !s->inconsistent; i++) {
+            int before = s->sol->constraints, sides = s->shadow->sides;
+            if (done[i])
+                continue;
+            done[i] = admit_one(s, cand + i, g) >= 0;
+            left -= done[i];
+            if (done[i])
+                continue;
+            struct sga_error here = *s->err;
+            keep_failure(&failure, &here);
+            if (!routes_local(here.code) || !expr_store_ok(s->st) || !take_back(s, before, sides)) {
+                *s->err = here;
+                free(done);
+                return false;
+            }
+        }
+    }
+    free(done);
+    if (left && !s->inconsistent)
+        keep_failure(&s->held, &failure);
+    return true;
 }
 
 int state_admit(struct state *s, struct candidate *cand, int count, int g)
@@ -397,8 +460,5 @@ int state_admit(struct state *s, struct candidate *cand, int count, int g)
     int added = admit_together(s, cand, count, g);
     if (added != -1)
         return added < 0 ? -1 : added;
-    for (int i = 0; i < count && !s->inconsistent; i++)
-        if (admit_one(s, cand + i, g) < 0)
-            return -1;
-    return s->sol->constraints - before;
+    return admit_each(s, cand, count, g) ? s->sol->constraints - before : -1;
 }

@@ -253,6 +253,16 @@ static void factors(struct work *w, const struct item *it, expr_id e)
     }
 }
 
+/* A number that could not be told from 0 is no condition. */
+static bool has_parameter(const struct work *w, expr_id e)
+{
+    const struct sys_system *sys = w->space.system;
+    bool has = false;
+    for (int i = 0; i < sys->parameters && !has; i++)
+        has = !expr_is_zero(w->space.st, expr_diff(w->space.st, e, sys->parameter[i]));
+    return has;
+}
+
 static void advance(struct work *w, struct item *it)
 {
     if (!it->lefts) {
@@ -263,7 +273,7 @@ static void advance(struct work *w, struct item *it)
     enum cases_truth z = cases_zero(&w->space, e);
     if (z == CASES_ZERO)
         push_item(w, item_copy(it));
-    else if (z != CASES_NEVER)
+    else if (z != CASES_NEVER && has_parameter(w, e))
         factors(w, it, e);
 }
 

@@ -65,7 +65,7 @@ static slong with_bits(struct state *s, struct points_point *p, const expr_id *g
             root[roots++] = grad[i];
     num_ball_extend(&p->ball);
     expr_cone_of(s->st, &s->cone, root, roots);
-    slong need = points_needed_bits(&p->ball, s->cone.list, s->cone.count);
+    slong need = points_needed_bits(&p->ball, s->cone.list, s->cone.count, points_shadow_height(s->shadow));
     free(root);
     if (need > MOST_BITS)
         return 0;

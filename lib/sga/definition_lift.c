@@ -267,6 +267,11 @@ bool state_solve(const struct sys_system *system, const struct sga_options *opti
     if (d.count)
         ok = solve_left(&d, system, options, shadow, route, solution, &lifted, err);
     bool whole = ok && !lifted;
+    if (ok && lifted) {         /* the definitions come first: zeros were asked for on the rest */
+        solution->one_piece += d.count;
+        for (int i = 0; i < shadow->zeros; i++)
+            shadow->zero[i].constraints += d.count;
+    }
     if (d.count && whole) {
         sga_solution_clear(solution);
         points_shadow_forget(shadow);

@@ -41,7 +41,7 @@ static expr_id strip(struct state *s, expr_id e)
     }
 }
 
-static bool depends(struct state *s, expr_id e, int symbol)
+bool regular_depends(struct state *s, expr_id e, int symbol)
 {
     expr_cone_of(s->st, &s->cone, &e, 1);
     for (int k = 0; k < s->cone.count; k++)
@@ -61,7 +61,7 @@ enum graph regular_graph(struct state *s, expr_id e)
         unsigned f = state_facts(s, term[k].value);
         if (!(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
             graph = PLAIN_GRAPH;
-        else if (f & EXPR_NONZERO && !depends(s, term[k].value, term[k].symbol))
+        else if (f & EXPR_NONZERO && !regular_depends(s, term[k].value, term[k].symbol))
             graph = GRAPH;
     }
     free(term);
@@ -129,7 +129,7 @@ bool regular_fresh_graph(struct state *s, expr_id e)
     for (int k = 0; k < n && !fresh; k++) {
         unsigned f = state_facts(s, term[k].value);
         bool plain = !(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME));
-        fresh = plain || (f & EXPR_NONZERO && !depends(s, term[k].value, term[k].symbol));
+        fresh = plain || (f & EXPR_NONZERO && !regular_depends(s, term[k].value, term[k].symbol));
     }
     free(term);
     return fresh;

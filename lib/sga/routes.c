@@ -8,6 +8,8 @@
 #include "routes.h"
 #include "warnings.h"
 
+enum { RESEEDS = 2 };
+
 /* The next route: the last decision that has an option left takes it, those after it are
  * forgotten. False where there is none. */
 static bool next_route(struct route *r)
@@ -44,8 +46,7 @@ static bool same_route(const struct route *a, const struct route *b)
     return same;
 }
 
-/* Failures of one branch, which say nothing about another. */
-static bool is_local(enum sga_code code)
+bool routes_local(enum sga_code code)
 {
     return code == SGA_E_NO_REAL_POINT || code == SGA_E_IRREGULAR || code == SGA_E_UNDECIDED || code == SGA_E_SPLIT;
 }
@@ -55,6 +56,17 @@ void routes_restart(struct points_shadow *shadow, uint64_t seed, struct sga_solu
     sga_solution_clear(solution);
     points_shadow_forget(shadow);
     shadow->random = seed;
+}
+
+struct sga_options routes_options(const struct routes *r, const struct sga_options *options, int place)
+{
+    struct sga_options own = *options;
+    if (place >= 0) {
+        own.near = r->components.place[place].x;
+        own.near_time = r->components.place[place].t;
+        own.parameter_near = r->components.place[place].parameter;
+    }
+    return own;
 }
 
 /* A contradiction is one of general points: what was divided by is remembered. */
@@ -76,6 +88,11 @@ static void keep_pivots(struct routes *r, const struct sys_system *system, const
     expr_facts_clear(&facts);
 }
 
+static bool is_best(const struct routes *r, const struct sga_solution *solution, int final)
+{
+    return final > r->final || (final == r->final && final >= 0 && r->best_at >= 0 && solution->verdict < r->verdict);
+}
+
 /* Sides that the last run found its answer, or its failure, to rest on: beyond them another route begins. */
 static void add_sides(struct routes *r, const struct points_shadow *shadow)
 {
@@ -91,28 +108,45 @@ static void add_sides(struct routes *r, const struct points_shadow *shadow)
     }
 }
 
-bool routes_explore(struct routes *r, const struct sys_system *system, const struct sga_options *options,
+/* One run, near a place or where the options say. False: a failure that ends the job. */
+static bool run_one(struct routes *r, const struct sys_system *system, const struct sga_options *options, int place,
                     struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
 {
+    struct sga_error here = { 0 };
+    struct sga_options own = routes_options(r, options, place);
+    bool ok = state_solve(system, &own, shadow, &r->now, solution, &here);
+    add_sides(r, shadow);
+    r->tried++;
+    r->now_at = place;
+    if (!ok && (!routes_local(here.code) || !expr_store_ok(system->store))) {
+        *err = here;
+        return false;
+    }
+    if (!ok && !r->failed++)
+        r->error = here;
+    if (ok && solution->verdict == SGA_INCONSISTENT)
+        keep_pivots(r, system, solution);
+    int final = ok && solution->verdict != SGA_INCONSISTENT ? system->variables - solution->constraints : -1;
+    if (is_best(r, solution, final)) {
+        r->final = final;
+        r->verdict = solution->verdict;
+        r->best_at = place;
+        r->best_run = r->explore && !options->near ? r->components.runs : -1;
+        copy_route(&r->best, &r->now);
+    }
+    if (r->explore && !options->near)
+        components_note(&r->components, system, options, solution, shadow, place, final);
+    r->ended = final >= 0;
+    return true;
+}
+
+static bool run_products(struct routes *r, const struct sys_system *system, const struct sga_options *options,
+                         struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
+{
     for (;;) {
-        struct sga_error here = { 0 };
-        bool ok = state_solve(system, options, shadow, &r->now, solution, &here);
-        add_sides(r, shadow);
-        r->tried++;
-        if (!ok && (!is_local(here.code) || !expr_store_ok(system->store))) {
-            *err = here;
+        if (!run_one(r, system, options, -1, shadow, solution, err))
             return false;
-        }
-        if (!ok && !r->failed++)
-            r->error = here;
-        if (ok && solution->verdict == SGA_INCONSISTENT)
-            keep_pivots(r, system, solution);
-        int final = ok && solution->verdict != SGA_INCONSISTENT ? system->variables - solution->constraints : -1;
-        if (final > r->final) {
-            r->final = final;
-            copy_route(&r->best, &r->now);
-        }
-        if (final >= 0 && options->near)
+        if (r->ended && options->near)
             return true;
         r->left = has_next(&r->now);
         if (r->left && r->tried >= SGA_MOST_ROUTES)
@@ -124,17 +158,59 @@ bool routes_explore(struct routes *r, const struct sys_system *system, const str
     }
 }
 
+/* Whether it may have been by chance of the points that no route came to an end. */
+static bool unlucky(const struct routes *r)
+{
+    return r->final < 0 && r->failed && r->error.code != SGA_E_NO_REAL_POINT;
+}
+
+bool routes_explore(struct routes *r, const struct sys_system *system, const struct sga_options *options,
+                    struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
+{
+    bool ok = run_products(r, system, options, shadow, solution, err);
+    r->products = r->tried;
+    for (int k = 1; k <= RESEEDS && ok && unlucky(r); k++) {
+        r->now.count = r->failed = r->tried = 0;
+        r->seed += (uint64_t)k;
+        routes_restart(shadow, r->seed, solution);
+        ok = run_products(r, system, options, shadow, solution, err);
+    }
+    /* each place adds its own run, which may find others */
+    for (int k = 0; k < r->components.places && ok; k++) {
+        r->now.count = 0;
+        routes_restart(shadow, r->seed, solution);
+        ok = run_one(r, system, options, k, shadow, solution, err);
+    }
+    return ok;
+}
+
 void routes_clear(struct routes *r)
 {
     free(r->now.at);
     free(r->best.at);
     free(r->pivot);
+    components_clear(&r->components);
+}
+
+/* The components that were not taken, where they hold solutions and the answer does not speak of them. The branches of
+ * products are listed as such. */
+static void keep_elsewhere(struct routes *r, int variables, struct sga_solution *solution)
+{
+    struct components *c = &r->components;
+    solution->elsewhere = sga_calloc((size_t)c->runs + 1, sizeof *solution->elsewhere);
+    for (int k = 0; k < c->runs && r->best_run >= 0; k++)
+        if (c->run[k].final >= 0 && k != r->best_run && (c->run[k].place >= 0 || r->products == 1) && components_apart(c, r->best_run, k)) {
+            struct sga_elsewhere *e = solution->elsewhere + solution->elsewheres++;
+            e->x = memcpy(sga_malloc((size_t)(variables + 1) * sizeof *e->x), c->run[k].point.x, (size_t)variables * sizeof *e->x);
+            e->t = c->run[k].point.t;
+            e->final = c->run[k].final;
+        }
 }
 
 bool sga_solve(const struct sys_system *system, const struct sga_options *given,
                struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
 {
-    struct routes r = { .final = -1, .seed = shadow->random };
+    struct routes r = { .final = -1, .seed = shadow->random, .explore = true, .best_at = -1, .now_at = -1, .best_run = -1 };
     struct sga_conditions conditions = { 0 };
     struct sga_options own = *given, *options = &own;
     own.conditions = &conditions;
@@ -147,10 +223,13 @@ bool sga_solve(const struct sys_system *system, const struct sga_options *given,
                       "give trajectory.initial on the branch that is meant", SGA_MOST_ROUTES);
     } else if (ok && r.final < 0) {
         ok = special_solve(&r, system, options, shadow, solution, err);
-    } else if (ok && !same_route(&r.now, &r.best)) {
+    } else if (ok && (r.now_at != r.best_at || !same_route(&r.now, &r.best))) {
+        struct sga_options best = routes_options(&r, options, r.best_at);
         routes_restart(shadow, r.seed, solution);
-        ok = state_solve(system, options, shadow, &r.best, solution, err);
+        ok = state_solve(system, &best, shadow, &r.best, solution, err);
     }
+    if (ok)
+        keep_elsewhere(&r, system->variables, solution);
     if (!ok && !err->stage[0])
         memcpy(err->stage, "sga", 4);
     if (ok)

@@ -3,6 +3,7 @@
 #ifndef SGA_SGA_ROUTES_H
 #define SGA_SGA_ROUTES_H
 
+#include "components.h"
 #include "state.h"
 
 /* What is known of the routes tried. */
@@ -10,9 +11,16 @@ struct routes {
     struct route now, best;
     int final;                 /* the largest dimension that a route led to; -1: none yet */
     int tried, failed;
+    int products;              /* of those tried, routes through products */
     bool left;                 /* some were not tried */
     struct sga_error error;    /* the first failure of a branch */
     uint64_t seed;
+    bool explore;              /* other components are looked for */
+    struct components components;
+    int best_at, now_at;       /* the place that `best` and `now` are near, or -1 */
+    int best_run;              /* its run among the components', or -1 */
+    enum sga_verdict verdict;  /* of the best */
+    bool ended;                /* the last run led to points */
     expr_id *pivot; int pivots; size_t pivot_cap;   /* what runs that ended empty divided by, where it may vanish */
 };
 
@@ -21,8 +29,12 @@ struct routes {
  * failure that ends the job. */
 bool routes_explore(struct routes *r, const struct sys_system *system, const struct sga_options *options,
                     struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err);
+/* The options near a place of the components; -1: as they are. */
+struct sga_options routes_options(const struct routes *r, const struct sga_options *options, int place);
 /* Back to the state before a run. */
 void routes_restart(struct points_shadow *shadow, uint64_t seed, struct sga_solution *solution);
+/* Failures of one branch, which say nothing about another. */
+bool routes_local(enum sga_code code);
 void routes_clear(struct routes *r);
 
 /* All routes of `above` ended empty, which says something of general points only. The

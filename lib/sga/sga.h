@@ -78,6 +78,12 @@ struct sga_determinant {
     int *col, *source;     /* by row of S: the velocity, and the row as in struct sga_constraint; owned */
 };
 
+/* A point of the final set on another component of the constraints than the one that was solved. */
+struct sga_elsewhere {
+    double *x, t;          /* by variable; owned */
+    int final;             /* its dimension there */
+};
+
 /* Functions of the symbolic parameters: where all of them vanish the answer may be another one. */
 struct sga_condition {
     expr_id *function; int functions;
@@ -115,6 +121,8 @@ struct sga_solution {
     struct points_side *side; int sides;   /* of surfaces that zero decisions rest on: the answer holds there; owned */
     bool sides_not_searched;           /* some switches of the constraints were not looked beyond */
     bool not_factored;                 /* some constraint was too large to be searched for branches */
+    int one_piece;                     /* the first so many constraints have a set of one piece by their shape: graphs, or affine */
+    struct sga_elsewhere *elsewhere; int elsewheres;   /* other components that hold solutions; owned */
     struct sga_definition *definition; int definitions;   /* owned */
     int redundant_rows;                /* rows of the system that follow from the others (at least) */
     struct sga_vanished *vanished; int vanished_rows;   /* only where options.rows asks for them */

@@ -7,7 +7,9 @@
 #include <string.h>
 
 #include "mem.h"
+#include "regular_shape.h"
 #include "scaling.h"
+#include "sides.h"
 #include "warnings.h"
 
 const char *sga_verdict_text(enum sga_verdict v)
@@ -50,6 +52,9 @@ void sga_solution_clear(struct sga_solution *sol)
     for (int i = 0; i < sol->vanished_rows; i++)
         free(sol->vanished[i].part);
     free(sol->vanished);
+    for (int i = 0; i < sol->elsewheres; i++)
+        free(sol->elsewhere[i].x);
+    free(sol->elsewhere);
     sga_conditions_clear(&sol->conditions);
     *sol = (struct sga_solution){ 0 };
 }
@@ -169,6 +174,8 @@ static void state_clear(struct state *s)
 static void note_dimension(struct state *s)
 {
     struct sga_solution *sol = s->sol;
+    if (s->held.code != SGA_E_OK)         /* one of its constraints is not known */
+        return;
     sol->dimension = sga_realloc(sol->dimension, (size_t)(sol->generations + 1) * sizeof *sol->dimension);
     sol->dimension[sol->generations++] = s->sys->variables - sol->constraints;
 }
@@ -232,6 +239,18 @@ static bool start(struct state *s, int *added)
     return *added >= 0;
 }
 
+/* Whether nothing was divided by that may vanish: then a contradiction holds wherever the equations do, and not only at
+ * general points of constraints of which one was held back. */
+static bool divided_safely(struct state *s)
+{
+    bool safe = !s->sol->deads && !s->ech.blocks;
+    for (int q = 0; q < s->ech.pivots && safe; q++)
+        safe = state_facts(s, s->ech.pivot[q].value) & EXPR_NONZERO;
+    for (int i = 0; i < s->sol->constraints && safe; i++)
+        safe = !s->sol->constraint[i].chosen && !s->sol->constraint[i].near_point;
+    return safe;
+}
+
 static bool run(struct state *s)
 {
     int limit = s->options->budget && s->options->budget->max_generations ? s->options->budget->max_generations : 1000;
@@ -255,6 +274,10 @@ static bool run(struct state *s)
         added = state_generation(s, from, done, s->sol->generations + 1);
         if (added < 0)
             return false;
+    }
+    if (s->held.code != SGA_E_OK && !(s->inconsistent && divided_safely(s))) {
+        *s->err = s->held;
+        return false;
     }
     if (!s->inconsistent)
         state_fields(s);
@@ -309,9 +332,42 @@ static void keep_determinants(struct state *s)
     }
 }
 
+/* How many of the first constraints cut out a set of one piece: each is affine like all before it, or has exactly one
+ * zero over each point of the set before it (regular_fresh_graph). */
+static int one_piece(struct state *s)
+{
+    unsigned char *met = sga_calloc((size_t)s->st->symbols, 1);
+    struct expr_term *term = NULL;
+    size_t cap = 0;
+    bool affine = true, fresh = true;
+    int i = 0;
+    state_activate(s);
+    for (; i < s->sol->constraints && (affine || fresh); i++) {
+        int n = expr_gradient(s->st, &s->cone, s->con[i], s->active, &term, &cap);
+        fresh = false;
+        for (int k = 0; k < n; k++) {
+            unsigned f = state_facts(s, term[k].value);
+            bool plain = !(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME));
+            affine = affine && !(f & EXPR_HAS_VARIABLE);
+            fresh = fresh || (!met[term[k].symbol] && (plain || (f & EXPR_NONZERO && !regular_depends(s, term[k].value, term[k].symbol))));
+        }
+        expr_cone_of(s->st, &s->cone, s->con + i, 1);
+        for (int k = 0; k < s->cone.count; k++) {
+            if (expr_op_of(s->st, s->cone.list[k]) == EXPR_SYM)
+                met[s->st->node[s->cone.list[k]].a] = 1;
+            if (points_switches(expr_op_of(s->st, s->cone.list[k])))
+                affine = fresh = false;         /* one piece, but not one analytic function */
+        }
+    }
+    free(term);
+    free(met);
+    return affine || fresh ? i : i - 1;
+}
+
 static void conclude(struct state *s)
 {
     struct sga_solution *sol = s->sol;
+    sol->one_piece = one_piece(s);
     if (s->inconsistent) {
         sol->verdict = SGA_INCONSISTENT;
     } else {
@@ -354,6 +410,7 @@ bool state_solve_as_is(const struct sys_system *system, const struct sga_options
 {
     struct state s;
     state_init(&s, system, options, shadow, route, solution, err);
+    shadow->zeros = 0;
     take_sides(&s);
     shadow->beyond.cut_short = false;
     bool ok = run(&s);

@@ -119,7 +119,7 @@ static bool look(struct search *s, const struct routes *above, const struct plac
         struct sys_system part;
         struct sga_solution solution = { 0 };
         struct points_shadow shadow;
-        struct routes r = { .final = -1, .seed = above->seed };
+        struct routes r = { .final = -1, .seed = above->seed, .best_at = -1, .now_at = -1 };
         here.at[here.count++] = above->pivot[i];
         restrict_to(&part, s->system, here.at, here.count);
         points_shadow_init(&shadow, above->seed);

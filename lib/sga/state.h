@@ -66,6 +66,8 @@ struct state {
     int solved_count;
     struct domain domain;                 /* what must not vanish for the system to have a value */
     bool inconsistent;
+    struct sga_error held;                /* a constraint could not be admitted for this reason: the run goes on without it, as a
+                                           * contradiction of the others stands whatever it says, and fails with it otherwise */
     bool started;                         /* the system's rows are in the echelon form */
     bool restarted;                       /* a pivot died on a smaller set, and they were put in anew */
     bool blocks_lost;                     /* ... and dense blocks with them, whose combinations are not known */

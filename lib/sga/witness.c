@@ -8,14 +8,17 @@
 #include "mem.h"
 #include "signal.h"
 #include "sides.h"
+#include "warnings.h"
 
 /* Balls widen along long eliminations: more bits where the first do not tell. */
 static const slong witness_bits[] = { 160, 640, 2560, 10240, 40960 };
 enum { WITNESS_LEVELS = 5 };
+enum { FAR_TRIES = 6 };         /* for points that the answer speaks of: beyond, points are near those of the reduction */
 
 struct check {
     const struct sys_system *sys;
     const struct sga_claim *claim;
+    const struct points_shadow *shadow;   /* of the reduction, or NULL */
     struct num_ball own;            /* the system's store at the point */
     struct points_point *point;
     struct points_jacobian *jac;
@@ -25,6 +28,7 @@ struct check {
     arb_t sum, term;
     mag_t size, part;
     int digits;
+    const struct sga_budget *budget;
     struct sga_error *err;
     slong prec;
 };
@@ -172,8 +176,24 @@ static bool check_point(struct check *c)
     return ok;
 }
 
-/* Whether the answer speaks of the point: it is on the sides of surfaces that the answer is about, and
- * the equations have values there (sqrt(x) has none where x < 0). */
+/* A ball that contains 0 and is narrow. */
+static bool seems_zero(const arb_t v)
+{
+    return arb_contains_zero(v) && mag_cmp_2exp_si(arb_radref(v), -60) < 0;
+}
+
+/* Whether so few bits do not tell the pivot from 0 at the reduction's own point either. */
+static bool tiny(const struct check *c, expr_id pivot)
+{
+    if (!c->shadow || !c->shadow->reals)
+        return true;
+    struct num_ball *b = &((struct points_shadow *)c->shadow)->real[0].ball;
+    num_ball_extend(b);
+    return arb_contains_zero(num_ball_value(b, pivot));
+}
+
+/* Whether the answer speaks of the point: it is on the sides of surfaces that the answer is about, the equations have
+ * values there (sqrt(x) has none where x < 0), what the reduction took for 0 is, and what it divided by is not. */
 static bool spoken_of(struct check *c)
 {
     const struct sga_solution *sol = c->claim->solution;
@@ -186,8 +206,44 @@ static bool spoken_of(struct check *c)
         for (int k = 0; k < r->entries && in; k++)
             in = arb_is_finite(num_ball_value(&c->own, r->entry[k].value));
     }
+    for (int i = 0; c->shadow && i < c->shadow->zeros && in; i++)
+        in = c->shadow->zero[i].constraints > c->claim->constraints || arb_contains_zero(num_ball_value(&c->own, c->shadow->zero[i].expr));
+    for (int q = 0; q < sol->pivots && in; q++)
+        in = !seems_zero(num_ball_value(&c->own, sol->pivot[q].value)) || tiny(c, sol->pivot[q].value);
     num_ball_clear(&c->own);
     return in;
+}
+
+/* Regular functions that took a constraint's place near the points may have more zeros elsewhere: that is said of them. */
+static bool near_only(const struct sga_solution *sol)
+{
+    bool is = false;
+    for (int i = 0; i < sol->constraints; i++)
+        is |= sol->constraint[i].near_point;
+    return is;
+}
+
+/* The answer does not hold at a far point of its own constraints. */
+static void part_only(struct check *c, const char *why)
+{
+    struct sga_buf at = { 0 };
+    for (int j = 0; j < c->claim->variables && j < 8; j++)
+        sga_buf_printf(&at, "%s%s = %.4g", j ? ", " : "", c->sys->store->symbol[c->sys->variable[j].symbol].name, c->point->x[j]);
+    sga_warn(c->budget, SGA_W_PART_ONLY, "", "near %s: %.200s", at.data, why);
+    sga_buf_free(&at);
+}
+
+/* A point of the claimed set: from a start near the guess, or (far) from one of the witness's own that no point of the
+ * reduction lies near to. */
+static enum points_status draw(const struct points_space *space, const int *end, int stages, int k, bool far, uint64_t *random,
+                               struct points_point *p)
+{
+    struct points_space own = *space;
+    if (far) {
+        own.near = NULL;
+        own.starts = 4;
+    }
+    return points_find_staged(&own, end, stages, own.near ? 0.03 * (k + 1) : 1 + k, random, witness_bits[0], p);
 }
 
 /* check_point with as many bits as it takes. */
@@ -217,7 +273,7 @@ static bool check_levels(struct check *c, const struct points_space *space)
 }
 
 bool sga_witness_check(const struct sys_system *system, const struct sga_claim *claim,
-                       const double *near, double near_time, uint64_t seed, int points,
+                       const struct points_shadow *shadow, const double *near, double near_time, uint64_t seed, int points,
                        const struct sga_budget *budget, struct sga_witness *result, struct sga_error *err)
 {
     double start = sga_now();
@@ -225,11 +281,12 @@ bool sga_witness_check(const struct sys_system *system, const struct sga_claim *
         .st = claim->st, .variable = claim->variable, .variables = claim->variables,
         .parameter = claim->parameter, .parameters = claim->parameters, .time = claim->time,
         .constraint = claim->constraint, .constraints = claim->constraints,
-        .near = near, .near_time = near_time, .scale = claim->solution->scale, .time_unit = claim->solution->time_unit, .budget = budget,
+        .near = near ? near : shadow && shadow->reals ? shadow->real[0].x : NULL,
+        .near_time = near || !shadow || !shadow->reals ? near_time : shadow->real[0].t, .scale = claim->solution->scale, .time_unit = claim->solution->time_unit, .budget = budget,
     };
     struct points_space clock = space;
     struct points_jacobian jac;
-    struct check c = { .sys = system, .claim = claim, .jac = &jac, .digits = 1000, .err = err };
+    struct check c = { .sys = system, .claim = claim, .shadow = shadow, .jac = &jac, .digits = 1000, .budget = budget, .err = err };
     make_clock(&c);
     clock.variable = c.clock;
     clock.variables = c.clocks;
@@ -244,25 +301,36 @@ bool sga_witness_check(const struct sys_system *system, const struct sga_claim *
     int again = 0;
     uint64_t random = seed;
     int *end = sga_calloc((size_t)claim->solution->generations + 1, sizeof *end), stages = sga_stages(claim->solution, end);
+    int fars = near_only(claim->solution) ? 0 : FAR_TRIES;
     for (int k = 0; k < points && ok; k++) {
         struct points_point p;
-        enum points_status status = points_find_staged(&space, end, stages, near ? 0.03 * (k + 1) : 1, &random,
-                                                       witness_bits[0], &p);
+        bool far = k % 2 && fars > 0;
+        enum points_status status = draw(&space, end, stages, k, far, &random, &p);
         c.point = &p;
         if (status == POINTS_STOPPED)
             ok = sga_budget_ok(budget, err);
-        else if (status != POINTS_OK)
+        else if (status != POINTS_OK && !far)
             ok = k > 0 ? true : sga_fail(err, SGA_E_UNDECIDED, "the witness found no fresh point of the final set");
-        if (status == POINTS_OK && !spoken_of(&c)) {
+        if (ok && ((far && status != POINTS_OK) || (status == POINTS_OK && !spoken_of(&c)))) {
             points_point_clear(&p);
-            again++;
-            k -= again < 20;
+            fars -= far;
+            again += !far;
+            k -= far || again < 20;
             continue;
         }
         if (status == POINTS_OK) {
             ok = check_levels(&c, &space);
             result->points += ok;
-            result->certified &= p.certified;
+            result->far += ok && far;
+            result->certified &= p.certified || !ok;
+        }
+        if (!ok && far && (err->code == SGA_E_WITNESS || err->code == SGA_E_UNDECIDED)) {
+            if (err->code == SGA_E_WITNESS)
+                part_only(&c, err->detail);
+            *err = (struct sga_error){ 0 };
+            fars--;
+            k--;
+            ok = true;
         }
         points_point_clear(&p);
     }

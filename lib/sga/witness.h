@@ -21,16 +21,19 @@ struct sga_claim {
 
 struct sga_witness {
     int points;             /* fresh points at which everything held */
-    bool certified;         /* all of them proved to lie on Pf */
+    int far;                /* of them, from starts far from all points that the reduction used */
+    bool certified;         /* all of them proved to lie on Pf, with independent differentials of the constraints */
     int digits;             /* residuals vanish to at least so many digits, relative to their terms */
     double seconds;
 };
 
 /* A X = alpha, tangency of X, gauge fields in ker A and tangent, at `points` fresh points.
  * False with err (WITNESS: contradicted, or UNDECIDED: no fresh point or no value).
- * near as in struct sga_options. */
+ * near as in struct sga_options. Points come from starts of the witness's own: near the guess (without one, near the
+ * shadow's points) and, every other, far from all points that were used. Such a point may lie on another component, where something that the reduction
+ * took for 0 (shadow->zero; NULL: not known) is not: the answer does not speak of it, and it is passed over. */
 bool sga_witness_check(const struct sys_system *system, const struct sga_claim *claim,
-                       const double *near, double near_time, uint64_t seed, int points,
+                       const struct points_shadow *shadow, const double *near, double near_time, uint64_t seed, int points,
                        const struct sga_budget *budget, struct sga_witness *result, struct sga_error *err);
 
 #endif

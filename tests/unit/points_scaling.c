@@ -87,7 +87,7 @@ static slong bits_of(const char *text)
     expr_cone_init(&c);
     expr_cone_of(&st, &c, &e, 1);
     num_ball_list(&b, c.list, c.count);
-    slong need = points_needed_bits(&b, c.list, c.count);
+    slong need = points_needed_bits(&b, c.list, c.count, 0);
     num_ball_clear(&b);
     expr_cone_clear(&c);
     return need;

@@ -1,0 +1,215 @@
+/* Searches for other components, by the zeros of a run. */
+#include "components.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+#include "sides.h"
+#include "warnings.h"
+
+enum { STARTS = 3, SIDED_STARTS = 6 };     /* of each set; where it has sides, each is to be met */
+
+static void *copy(const void *from, size_t count, size_t size)
+{
+    void *to = sga_malloc((count + 1) * size);
+    if (count)
+        memcpy(to, from, count * size);
+    return to;
+}
+
+static struct component_run *keep_run(struct components *c, const struct sga_solution *sol, const struct points_shadow *shadow)
+{
+    SGA_RESERVE(c->run, c->run_cap, c->runs + 1);
+    struct component_run *r = c->run + c->runs++;
+    *r = (struct component_run){ .constraints = sol->constraints };
+    r->constraint = sga_malloc((size_t)(2 * sol->constraints + 1) * sizeof *r->constraint);
+    r->arose = r->constraint + sol->constraints;
+    for (int i = 0; i < sol->constraints; i++) {
+        const struct sga_constraint *k = sol->constraint + i;
+        r->constraint[i] = k->expr;
+        r->arose[i] = k->replaced ? k->replaced : k->expr;
+    }
+    r->zero = sga_malloc((size_t)(shadow->zeros + 1) * sizeof *r->zero);
+    for (int i = 0; i < shadow->zeros; i++) {
+        if (shadow->zero[i].constraints > sol->constraints)
+            continue;
+        r->zero[r->zeros].expr = shadow->zero[i].expr;
+        r->zero[r->zeros++].constraints = shadow->zero[i].constraints;
+    }
+    if (shadow->reals)
+        points_point_copy(&r->point, shadow->real, POINTS_BITS);
+    return r;
+}
+
+/* Of a ball at a point: 1 contains 0, 0 does not, -1 no value. */
+static int vanishes(struct points_point *p, expr_id e)
+{
+    arb_srcptr v = num_ball_value(&p->ball, e);
+    return !arb_is_finite(v) ? -1 : arb_contains_zero(v) != 0;
+}
+
+/* How many of the run's first constraints vanish at the point. */
+static int reaches(const struct component_run *r, struct points_point *p)
+{
+    int n = 0;
+    while (n < r->constraints && vanishes(p, r->constraint[n]) == 1)
+        n++;
+    return n;
+}
+
+/* Something that the run took for 0 on its first so many constraints, and that is not 0 at the point; or EXPR_UNDEF. */
+static expr_id broken(const struct component_run *r, struct points_point *p, int constraints)
+{
+    for (int i = 0; i < r->zeros; i++)
+        if (r->zero[i].constraints <= constraints && vanishes(p, r->zero[i].expr) == 0)
+            return r->zero[i].expr;
+    return EXPR_UNDEF;
+}
+
+/* What tells that p, a general point of the run's first n constraints, is on another component; or EXPR_UNDEF. */
+static expr_id another(const struct component_run *r, struct points_point *p, int n)
+{
+    expr_id by = broken(r, p, n);
+    if (!by && n < r->constraints && vanishes(p, r->arose[n]) == 1)
+        by = r->arose[n];
+    return by;
+}
+
+/* Whether some other run has been where p is, a general point of the first n constraints of run r. */
+static bool known(const struct components *c, const struct component_run *r, struct points_point *p, int n, expr_id by)
+{
+    for (int k = 0; k < c->places; k++)
+        if (c->place[k].set == (n ? r->constraint[n - 1] : EXPR_UNDEF) && c->place[k].by == by)
+            return true;
+    for (int k = 0; k < c->runs; k++) {
+        const struct component_run *other = c->run + k;
+        int same = 0;
+        while (other != r && same < n && same < other->constraints && other->constraint[same] == r->constraint[same])
+            same++;
+        if (same == n ? !another(other, p, n) : other != r && other->constraints && reaches(other, p) >= (n < other->constraints ? n : other->constraints)
+                                                  && !broken(other, p, n))
+            return true;
+    }
+    return false;
+}
+
+static void keep_place(struct components *c, const struct points_space *space, const struct points_point *p, expr_id by)
+{
+    if (c->places >= SGA_MOST_COMPONENTS) {
+        sga_limit_met(space->budget, SGA_LIMIT_COMPONENTS);
+        return;
+    }
+    SGA_RESERVE(c->place, c->place_cap, c->places + 1);
+    c->place[c->places++] = (struct component_place){
+        .x = copy(p->x, (size_t)space->variables, sizeof *p->x), .t = p->t,
+        .parameter = copy(p->parameter, (size_t)space->parameters, sizeof *p->parameter),
+        .set = space->constraints ? space->constraint[space->constraints - 1] : EXPR_UNDEF, .by = by };
+}
+
+/* Keeps a point a little beside p, where that is on another component too: p may be a special point (a kink, a
+ * crossing). */
+static void keep_beside(struct components *c, const struct component_run *r, const struct points_space *space,
+                        const struct points_point *p, int n, uint64_t *random)
+{
+    struct points_space beside = *space;
+    struct points_point q;
+    beside.near = p->x;
+    beside.near_time = p->t;
+    if (points_find(&beside, 0.05, random, POINTS_BITS, &q) == POINTS_OK) {
+        num_ball_extend(&q.ball);
+        expr_id by = another(r, &q, n);
+        if (by && !known(c, r, &q, n, by))
+            keep_place(c, space, &q, by);
+    }
+    points_point_clear(&q);
+}
+
+/* One set, the run's first n constraints; every other start is opposite to the point before, where signs are others. */
+static void search(struct components *c, const struct component_run *r, struct points_space *space, int n, int starts, uint64_t *random)
+{
+    double *opposite = sga_calloc((size_t)space->variables + 1, sizeof *opposite);
+    space->constraint = r->constraint;
+    space->constraints = n;
+    for (int k = 0; k < starts && sga_budget_ok(space->budget, NULL); k++) {
+        struct points_point p;
+        space->near = k % 2 ? opposite : NULL;
+        if (points_find(space, k % 2 ? 0.3 : 1 + k / 2, random, POINTS_BITS, &p) == POINTS_OK && (p.certified || !n)) {
+            for (int i = 0; i < space->variables; i++)
+                opposite[i] = -p.x[i];
+            num_ball_extend(&p.ball);
+            expr_id by = another(r, &p, n);
+            if (by && !known(c, r, &p, n, by))
+                keep_beside(c, r, space, &p, n, random);
+        }
+        points_point_clear(&p);
+    }
+    space->near = NULL;
+    free(opposite);
+}
+
+/* Whether the functions are made with some that are one analytic function on each side of a surface. */
+static bool has_sides(const struct expr_store *st, const expr_id *e, int count)
+{
+    struct expr_cone cone;
+    bool has = false;
+    expr_cone_init(&cone);
+    expr_cone_of(st, &cone, e, count);
+    for (int k = 0; k < cone.count; k++)
+        has |= points_switches(expr_op_of(st, cone.list[k]));
+    expr_cone_clear(&cone);
+    return has;
+}
+
+void components_note(struct components *c, const struct sys_system *system, const struct sga_options *options,
+                     const struct sga_solution *sol, const struct points_shadow *shadow, int place, int final)
+{
+    struct component_run *r = keep_run(c, sol, shadow);
+    int n = system->variables, *variable = sga_malloc((size_t)(n + 1) * sizeof *variable);
+    expr_id *defined;
+    uint64_t random = 41;
+    r->place = place;
+    r->final = final;
+    for (int i = 0; i < n; i++)
+        variable[i] = system->variable[i].symbol;
+    struct points_space space = {
+        .st = system->store, .variable = variable, .variables = n, .parameter = system->parameter, .parameters = system->parameters,
+        .parameter_near = options->parameter_near, .time = system->time, .near_time = options->near_time, .scale = sol->scale,
+        .time_unit = sol->time_unit, .starts = 2, .budget = options->budget,
+    };
+    space.defineds = sys_expressions(system, &defined);
+    space.defined = defined;
+    bool sided = has_sides(system->store, defined, space.defineds);
+    if (sol->one_piece < sol->constraints && sol->constraints > SGA_MOST_COMPONENT_ROWS)
+        sga_limit_met(options->budget, SGA_LIMIT_COMPONENT_ROWS);
+    /* where something has sides, so has every set that it is asked on */
+    for (int k = sided ? 0 : sol->one_piece + 1; k <= sol->constraints && sol->constraints <= SGA_MOST_COMPONENT_ROWS; k++)
+        search(c, r, &space, k, sided ? SIDED_STARTS : STARTS, &random);
+    free(defined);
+    free(variable);
+}
+
+bool components_apart(struct components *c, int of, int k)
+{
+    struct component_run *r = c->run + of;
+    struct points_point *p = &c->run[k].point;
+    if (!p->x)
+        return false;
+    num_ball_extend(&p->ball);
+    return another(r, p, reaches(r, p)) != EXPR_UNDEF;
+}
+
+void components_clear(struct components *c)
+{
+    for (int k = 0; k < c->runs; k++) {
+        free(c->run[k].constraint);
+        free(c->run[k].zero);
+        points_point_clear(&c->run[k].point);
+    }
+    for (int k = 0; k < c->places; k++) {
+        free(c->place[k].x);
+        free(c->place[k].parameter);
+    }
+    free(c->run);
+    free(c->place);
+}
