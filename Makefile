@@ -27,6 +27,7 @@ ALL_CFLAGS := -std=gnu11 $(CFLAGS) $(WARN) $(if $(SAN),-fsanitize=$(SAN) -fno-om
 # Floors: what each folder of lib/ may include. An include from a floor that is not
 # listed does not compile, because only these folders are on the quote path.
 DEPS_base    :=
+DEPS_exact   := base
 DEPS_expr    := base
 DEPS_sys     := expr base
 DEPS_lin     := base
@@ -37,17 +38,17 @@ DEPS_operator := expr base
 DEPS_form    := sys expr base
 DEPS_request := form sys expr base
 DEPS_points  := lin num poly expr base
-DEPS_sga     := points lin num poly sys expr base
-DEPS_sym     := sga points lin num poly sys expr base
+DEPS_sga     := exact points lin num poly sys expr base
+DEPS_sym     := sga exact points lin num poly sys expr base
 DEPS_graph   := base
 DEPS_plot    := base
-DEPS_structure := sga graph points lin num poly sys expr base
+DEPS_structure := sga exact graph points lin num poly sys expr base
 DEPS_ode     := lin base
 DEPS_enclose := num expr base
-DEPS_traj    := enclose ode sga points lin num poly sys expr base
-DEPS_mech    := sga points lin num poly form sys expr base
-DEPS_run     := mech sym structure graph operator pencil traj enclose ode sga points lin num poly request form sys expr base
-FLOORS := base plot graph expr sys lin pencil num poly operator form request points sga mech sym structure ode enclose traj run
+DEPS_traj    := enclose ode sga exact points lin num poly sys expr base
+DEPS_mech    := sga exact points lin num poly form sys expr base
+DEPS_run     := mech sym structure graph operator pencil traj enclose ode sga exact points lin num poly request form sys expr base
+FLOORS := base exact plot graph expr sys lin pencil num poly operator form request points sga mech sym structure ode enclose traj run
 
 # Programs see the public face of the library only.
 SERVER_DEPS := run request form sys expr plot base

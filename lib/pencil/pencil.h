@@ -75,6 +75,7 @@ struct pencil_structure {
     struct pencil_factor *factor; int factors;
     enum pencil_basis basis;   /* of everything above */
     int primes;                /* how many agree */
+    bool no_spectrum;          /* it was asked for, and would take longer than the budget has: left out */
 };
 
 struct pencil_options {

@@ -10,7 +10,7 @@ struct search {
     struct structure_mod reference;   /* of the primes that agree */
     mp_limb_t prime;                  /* the last one */
     int agree;
-    bool spectrum;
+    bool spectrum, gave_up;
     double max_work, work;
     const struct sga_budget *budget;
     struct sga_error *err;

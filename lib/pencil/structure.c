@@ -154,6 +154,7 @@ static void read_off(const struct search *s, struct pencil_structure *out)
                      + sum(out->infinite, out->infinites) + out->finite;
     out->regular = !out->rights && !out->lefts;
     out->primes = s->agree;
+    out->no_spectrum = s->gave_up;
 }
 
 /* Without the means for a proof: the smallest fraction that the residues give, taken when two
@@ -187,14 +188,32 @@ static bool confirm(struct search *s, fmpz_poly_t chi)
     return ok;
 }
 
+/* Seconds of a multiplication in a characteristic polynomial modulo a prime; what its coefficients need may be so much less
+ * than their bound. */
+static const double SECONDS = 2e-9, LUCK = 8;
+
+/* Whether the characteristic polynomial would take longer than the budget has, by its first prime: a structure without it is
+ * an answer, a search that is stopped is none. */
+static bool too_long(const struct search *s, const struct structure_mod *m, double took)
+{
+    double q = m->finite->r, primes = (2 * (q + s->p.joint) + 4) / PRIME_BITS;
+    return s->budget && s->budget->deadline > 0
+           && primes * (2 * q * q * q * SECONDS + took) / LUCK > s->budget->deadline - sga_now();
+}
+
 static bool gather(struct search *s, struct pencil_structure *out)
 {
     struct structure_mod m;
     fmpz_poly_t chi;
     bool proved = false, ok = true;
     do {
+        double begun = sga_now();
         if (!search_next(s, &m))
             return false;
+        if (s->spectrum && !s->agree && too_long(s, &m, sga_now() - begun)) {
+            s->spectrum = false;
+            s->gave_up = true;
+        }
         take(s, &m);
         double need = fmax(bits_of_structure(s), s->spectrum ? 2 * bits_of_polynomial(s) + 4 : 0) + 1;
         proved = (double)s->agree * PRIME_BITS >= need;

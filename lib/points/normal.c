@@ -11,6 +11,8 @@
 #include "sparse.h"
 
 enum { DENSE_ROWS = 24 };
+/* Multiplications of one dense step, seconds; past them the step is a sparse one, of no least norm. */
+static const double DENSE_WORK = 1e9;
 
 static struct lin_sparse *pattern(const struct normal *w)
 {
@@ -76,7 +78,7 @@ int normal_step(struct normal *w, const double *r, double *d)
     if (!w->kkt)
         return dense(w, r, d);
     if (!lin_kkt_factor(w->kkt, w->packed, NULL, NULL))
-        return dense(w, r, d);
+        return (double)w->c * w->c * w->n > DENSE_WORK ? normal_basic_step(w, r, d) : dense(w, r, d);
     lin_kkt_solve(w->kkt, r, NULL, d);
     return w->c;
 }

@@ -48,6 +48,7 @@ struct work {
     size_t shape_cap;
     unsigned char *used;           /* by variable: in a constraint that is solved */
     int *variable_of;              /* by symbol, or -1 */
+    int *turn, *chosen;            /* the order of solving, and by constraint the variable to solve for or -1 (any) */
 };
 
 /* e at v = at */
@@ -101,7 +102,7 @@ static enum answer solve_one(struct work *w, int i)
     for (int k = w->cone.count - 1; k >= 0 && answer == NO; k--) {
         const struct expr_node n = s->st->node[w->cone.list[k]];
         int v = n.op == EXPR_SYM ? w->variable_of[n.a] : -1;
-        if (v < 0 || w->used[v] || shape_in(s->st, &w->cone, n.a, w->shape) != AFFINE)
+        if (v < 0 || w->used[v] || (w->chosen[i] >= 0 && w->chosen[i] != v) || shape_in(s->st, &w->cone, n.a, w->shape) != AFFINE)
             continue;
         answer = solve_for(w, e, v);
         w->p->solved[i] = v;
@@ -125,9 +126,97 @@ static bool narrow(const struct work *w, slong prec)
     return all;
 }
 
+/* Which constraints still to be placed contain a variable: how many, and the exclusive or of their places. */
+struct meets {
+    int count, which;
+};
+
+/* An order that does not depend on that of the constraints: a variable that only one of those left contains, which is
+ * affine in it, is solved for after all others, and that one is set aside; and so on. False where this comes to an
+ * end. */
+static bool by_shape(struct work *w)
+{
+    const struct points_space *s = w->s;
+    int c = s->constraints, n = s->variables, place = c, depth = 0;
+    int **of = sga_calloc((size_t)c + 1, sizeof *of), *len = sga_calloc((size_t)c + 1, sizeof *len);
+    struct meets *meet = sga_calloc((size_t)n + 1, sizeof *meet);
+    size_t total = 1;
+    for (int i = 0; i < c; i++) {
+        expr_cone_of(s->st, &w->cone, s->constraint + i, 1);
+        of[i] = sga_malloc(((size_t)w->cone.count + 1) * sizeof **of);
+        for (int k = 0; k < w->cone.count; k++) {
+            const struct expr_node *e = s->st->node + w->cone.list[k];
+            int v = e->op == EXPR_SYM ? w->variable_of[e->a] : -1;
+            if (v < 0)
+                continue;
+            of[i][len[i]++] = v;
+            meet[v].count++;
+            meet[v].which ^= i;
+        }
+        total += (size_t)len[i];
+        w->chosen[i] = -1;
+    }
+    int *stack = sga_malloc((total + (size_t)n) * sizeof *stack);
+    for (int v = 0; v < n; v++)
+        if (meet[v].count == 1)
+            stack[depth++] = v;
+    while (depth) {
+        int v = stack[--depth], i = meet[v].which;
+        if (meet[v].count != 1)
+            continue;
+        expr_cone_of(s->st, &w->cone, s->constraint + i, 1);
+        expr_cone_index(&w->cone);
+        SGA_RESERVE(w->shape, w->shape_cap, w->cone.count);
+        if (shape_in(s->st, &w->cone, s->variable[v], w->shape) != AFFINE)
+            continue;
+        w->chosen[i] = v;
+        w->turn[--place] = i;
+        for (int k = 0; k < len[i]; k++) {
+            meet[of[i][k]].which ^= i;
+            if (--meet[of[i][k]].count == 1)
+                stack[depth++] = of[i][k];
+        }
+    }
+    for (int i = 0; i < c; i++)
+        free(of[i]);
+    free(of);
+    free(len);
+    free(meet);
+    free(stack);
+    return place == 0;
+}
+
+static bool solve_all(struct work *w, slong prec)
+{
+    const struct points_space *s = w->s;
+    struct points_point *p = w->p;
+    bool ok = false, more = true;
+    for (slong bits = prec + 40 + 4 * s->constraints; more && bits <= MOST_BITS; bits *= 2) {
+        p->ball.prec = bits;
+        memset(w->used, 0, (size_t)s->variables);
+        enum answer answer = YES;
+        for (int i = 0; i < s->constraints && answer == YES; i++)
+            answer = solve_one(w, w->turn[i]);
+        ok = answer == YES && narrow(w, prec);
+        more = !ok && answer != NO;         /* each step multiplies the error that it is given */
+    }
+    return ok;
+}
+
+static bool in_given_order(struct work *w, slong prec)
+{
+    for (int i = 0; i < w->s->constraints; i++) {
+        w->turn[i] = i;
+        w->chosen[i] = -1;
+    }
+    return solve_all(w, prec);
+}
+
 bool points_triangular(const struct points_space *s, struct points_point *p, slong prec)
 {
     struct work w = { .s = s, .p = p };
+    w.turn = sga_malloc((size_t)(s->constraints + 1) * sizeof *w.turn);
+    w.chosen = sga_malloc((size_t)(s->constraints + 1) * sizeof *w.chosen);
     expr_cone_init(&w.cone);
     w.used = sga_calloc((size_t)s->variables + 1, 1);
     w.variable_of = sga_malloc((size_t)s->st->symbols * sizeof *w.variable_of);
@@ -137,16 +226,7 @@ bool points_triangular(const struct points_space *s, struct points_point *p, slo
         w.variable_of[s->variable[j]] = j;
         mag_zero(arb_radref(p->ball.symbol + s->variable[j]));
     }
-    bool ok = false, more = true;
-    for (slong bits = prec + 40 + 4 * s->constraints; more && bits <= MOST_BITS; bits *= 2) {
-        p->ball.prec = bits;
-        memset(w.used, 0, (size_t)s->variables);
-        enum answer answer = YES;
-        for (int i = 0; i < s->constraints && answer == YES; i++)
-            answer = solve_one(&w, i);
-        ok = answer == YES && narrow(&w, prec);
-        more = !ok && answer != NO;         /* each step multiplies the error that it is given */
-    }
+    bool ok = (by_shape(&w) && solve_all(&w, prec)) || in_given_order(&w, prec);
     p->ball.prec = prec;
     for (int j = 0; j < s->variables && ok; j++)
         p->x[j] = arf_get_d(arb_midref(p->ball.symbol + s->variable[j]), ARF_RND_NEAR);
@@ -155,6 +235,8 @@ bool points_triangular(const struct points_space *s, struct points_point *p, slo
     expr_cone_clear(&w.cone);
     free(w.shape);
     free(w.used);
+    free(w.turn);
+    free(w.chosen);
     free(w.variable_of);
     return ok;
 }

@@ -1,7 +1,8 @@
 /* Inside the points folder: points of constraint sets that are graphs over one another.
  *
  * Where constraint i is affine in a variable that no earlier one contains, the set is
- * solved from the first constraint to the last, one division each: no start can miss, and
+ * solved one constraint after the other, one division each; the order follows from what contains what, or is that of
+ * the constraints: no start can miss, and
  * numbers of any size are met (chains x_i' = x_(i+1) + x_i^2 reach 10^(2^n)). The balls are
  * enclosures, so the point is certified. */
 #ifndef SGA_POINTS_TRIANGULAR_H

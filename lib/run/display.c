@@ -289,6 +289,10 @@ void display_choose(struct display *d, struct sheet *s)
     s->weight = 0;
     memcpy(s->shown, s->root, (size_t)s->roots * sizeof *s->root);
     expr_collect(&d->st, s->shown, s->roots);
+    for (int i = 0; i < s->roots && d->j->solution.written_out; i++)
+        s->weight += weight_of(d, s->shown[i]);
+    if (d->j->solution.written_out)          /* no form is lighter */
+        return;
     choose_constraints(d, s, &limits);
     choose_values(d, s, &limits);
 }

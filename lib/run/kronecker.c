@@ -135,16 +135,37 @@ static bool left_out(struct job *j, struct kronecker_system *k, const struct sga
     return false;
 }
 
+static const char *const TOO_LONG = "the eigenvalues were not found within their share of the time; raise limits.seconds";
+
+/* A regular pencil has, among its infinite blocks, as many of size k or more as generation k took off the dimension. Where
+ * the reduction was exact this is a proof. */
+static bool shown_by_reduction(const struct job *j, const struct pencil_structure *s)
+{
+    const struct sga_solution *sol = &j->solution;
+    const struct sys_system *sys = &j->request.system;
+    int before = sys->variables;
+    bool same = sol->exact && s->regular && sys->rows == sys->variables && !sys->restrictions && !sol->free_columns
+                && sol->verdict != SGA_INCONSISTENT && s->nilpotency == sol->generations && s->finite == sys->variables - sol->constraints;
+    for (int k = 0; k < sol->generations && same; k++) {
+        int blocks = 0;
+        while (blocks < s->infinites && s->infinite[blocks] > k)
+            blocks++;
+        same = blocks == before - sol->dimension[k];
+        before = sol->dimension[k];
+    }
+    return same;
+}
+
 /* A few primes tell the indices when the spectrum took too long. */
 static bool write_without_spectrum(struct job *j, struct kronecker_system *k, const struct pencil *p, struct sga_json *w)
 {
     struct pencil_structure s;
     struct pencil_options options = { .budget = &j->budget, .max_work = 1 };
-    struct spectrum e = { .missing = "the eigenvalues were not found within their share of the time; raise limits.seconds" };
+    struct spectrum e = { .missing = TOO_LONG };
     struct sga_error err = { 0 };
     if (!pencil_structure(p, &options, &s, &err))
         return left_out(j, k, &err);
-    write_structure(w, &s, &e, basis_text(&s));
+    write_structure(w, &s, &e, shown_by_reduction(j, &s) ? "proved" : basis_text(&s));
     pencil_structure_clear(&s);
     return true;
 }
@@ -157,7 +178,10 @@ static bool write_exact(struct job *j, struct kronecker_system *k, const struct 
     struct pencil_options options = { .spectrum = true, .budget = &budget };
     struct spectrum e = { .missing = NULL };
     bool ok = pencil_structure(p, &options, &s, &err);
-    if (ok && pencil_eigenvalues(&s, j->request.accuracy.rtol, &budget, &e.value, &e.count, &err)) {
+    if (ok && s.no_spectrum) {
+        e.missing = TOO_LONG;
+        write_structure(w, &s, &e, shown_by_reduction(j, &s) ? "proved" : basis_text(&s));
+    } else if (ok && pencil_eigenvalues(&s, j->request.accuracy.rtol, &budget, &e.value, &e.count, &err)) {
         write_structure(w, &s, &e, basis_text(&s));
         pencil_eigenvalues_clear(e.value, e.count);
     }

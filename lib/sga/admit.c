@@ -84,7 +84,7 @@ static int contradiction(struct state *s, const struct candidate *c, const char 
 }
 
 /* A constraint without variables holds for no x, or for all. */
-static const char *hopeless(struct state *s, expr_id e)
+const char *state_hopeless(struct state *s, expr_id e)
 {
     unsigned f = state_facts(s, e);
     if (!(f & EXPR_HAS_VARIABLE)) {
@@ -198,7 +198,7 @@ static bool never_on_set(struct state *s, expr_id e)
         return false;
     }
     expr_id reduced = regular_reduced(s, e);
-    if (hopeless(s, reduced))
+    if (state_hopeless(s, reduced))
         return true;
     struct regular r = regular_form(s, reduced);
     bool never = r.answer == REGULAR_NEVER;
@@ -298,7 +298,7 @@ static int admit_one(struct state *s, const struct candidate *c, int g)
         return -1;
     if (z == 1)
         return 0;          /* it follows from those admitted before it */
-    const char *why = hopeless(s, c->expr);
+    const char *why = state_hopeless(s, c->expr);
     if (why)
         return contradiction(s, c, why);
     struct regular r = regular_form(s, c->expr);
@@ -340,7 +340,7 @@ static int admit_together(struct state *s, const struct candidate *cand, int cou
     expr_id *pending = sga_malloc((size_t)count * sizeof *pending);
     s->pending = pending;
     for (int i = 0; i < count && plain && (going = sga_budget_ok(s->options->budget, s->err)); i++) {
-        plain = !hopeless(s, cand[i].expr);
+        plain = !state_hopeless(s, cand[i].expr);
         if (plain)
             form[i] = regular_form(s, cand[i].expr);
         plain = plain && form[i].options == 1;

@@ -97,6 +97,8 @@ struct sga_solution {
     enum sga_verdict verdict;
     int generations;
     int *dimension;                    /* by generation: dim P_1 .. */
+    bool exact;                        /* constant coefficients, reduced over the rationals: dimensions and ranks are proved */
+    bool written_out;                  /* ... and constraints and fields are sums of numbers times variables, reduced by the constraints */
     struct sga_constraint *constraint; int constraints;
     struct sga_pivot *pivot; int pivots;
     expr_id *field;                    /* by variable: X with every free function 0 */

@@ -1,4 +1,5 @@
 /* The main loop of the stabilization general algorithm. */
+#include "affine.h"
 #include "block.h"
 #include "conditions.h"
 
@@ -171,13 +172,36 @@ static void state_clear(struct state *s)
     free(s->assumed);
 }
 
-static void note_dimension(struct state *s)
+bool state_dimension(struct state *s)
 {
+    int limit = s->options->budget && s->options->budget->max_generations ? s->options->budget->max_generations : 1000;
     struct sga_solution *sol = s->sol;
     if (s->held.code != SGA_E_OK)         /* one of its constraints is not known */
-        return;
+        return true;
     sol->dimension = sga_realloc(sol->dimension, (size_t)(sol->generations + 1) * sizeof *sol->dimension);
     sol->dimension[sol->generations++] = s->sys->variables - sol->constraints;
+    return sol->generations < limit || sga_fail(s->err, SGA_E_LIMIT_GENERATIONS,
+        "after %d generations new constraints still appear; the limit is limits.generations", limit);
+}
+
+void state_push(struct state *s, const struct sga_constraint *c)
+{
+    struct sga_solution *sol = s->sol;
+    SGA_RESERVE(sol->constraint, s->constraint_cap, sol->constraints + 1);
+    SGA_RESERVE(s->con, s->con_cap, sol->constraints + 1);
+    s->con[sol->constraints] = c->expr;
+    sol->constraint[sol->constraints++] = *c;
+}
+
+void state_forget(struct state *s)
+{
+    struct sga_solution *sol = s->sol;
+    while (sol->constraints)
+        free(sol->constraint[--sol->constraints].part);
+    while (sol->vanished_rows)
+        free(sol->vanished[--sol->vanished_rows].part);
+    sol->generations = sol->redundant_rows = 0;
+    s->inconsistent = false;
 }
 
 static bool depends_on_time(struct state *s)
@@ -214,7 +238,7 @@ static bool in_domain(struct state *s)
     return true;
 }
 
-static bool start(struct state *s, int *added)
+enum points_status state_sample_defined(struct state *s)
 {
     enum points_status status = state_sample(s);
     for (int k = 0; k < SGA_MOST_DOMAIN_TRIES && status == POINTS_OK && !in_domain(s); k++) {
@@ -223,6 +247,12 @@ static bool start(struct state *s, int *added)
     }
     if (status == POINTS_OK && !in_domain(s))
         sga_limit_met(s->options->budget, SGA_LIMIT_DOMAIN_TRIES);
+    return status;
+}
+
+static bool start(struct state *s, int *added)
+{
+    enum points_status status = state_sample_defined(s);
     if (status == POINTS_STOPPED)
         return sga_budget_ok(s->options->budget, s->err);
     if (status != POINTS_OK && s->shadow->sides)
@@ -253,7 +283,6 @@ static bool divided_safely(struct state *s)
 
 static bool run(struct state *s)
 {
-    int limit = s->options->budget && s->options->budget->max_generations ? s->options->budget->max_generations : 1000;
     int added = 0, more, done = 0;
     if (!start(s, &added))
         return false;
@@ -265,10 +294,8 @@ static bool run(struct state *s)
     if (more < 0)
         return false;
     for (added += more; added && !s->inconsistent; ) {
-        note_dimension(s);
-        if (s->sol->generations >= limit)
-            return sga_fail(s->err, SGA_E_LIMIT_GENERATIONS,
-                            "after %d generations new constraints still appear; the limit is limits.generations", limit);
+        if (!state_dimension(s))
+            return false;
         int from = done;
         done = s->sol->constraints;
         added = state_generation(s, from, done, s->sol->generations + 1);
@@ -379,10 +406,13 @@ static void conclude(struct state *s)
             sol->equilibrium = at_rest(s);
     }
     keep_determinants(s);
+    sol->exact = s->affine;
     sol->sides = s->shadow->sides;
     sol->sides_not_searched = s->shadow->beyond.cut_short;
     if (sol->sides)
         sol->side = memcpy(sga_malloc((size_t)sol->sides * sizeof *sol->side), s->shadow->side, (size_t)sol->sides * sizeof *sol->side);
+    if (s->affine)           /* it has listed its pivots */
+        return;
     sol->pivot = sga_malloc((size_t)(s->ech.pivots + s->assumptions + 1) * sizeof *sol->pivot);
     for (int q = 0; q < s->ech.pivots; q++)
         sol->pivot[sol->pivots++] = (struct sga_pivot){ s->ech.pivot[q].col, s->ech.pivot[q].value,
@@ -413,7 +443,11 @@ bool state_solve_as_is(const struct sys_system *system, const struct sga_options
     shadow->zeros = 0;
     take_sides(&s);
     shadow->beyond.cut_short = false;
-    bool ok = run(&s);
+    struct affine affine;
+    s.affine = affine_read(&affine, &s);
+    bool ok = s.affine ? affine_reduce(&s, &affine) : run(&s);
+    if (s.affine)
+        affine_clear(&affine);
     if (ok && !expr_store_ok(s.st)) {
         *err = s.st->error;
         ok = false;

@@ -64,6 +64,7 @@ struct state {
     struct solved_for *solved;            /* what constraints are solved for (eliminate.c) */
     size_t solved_cap;
     int solved_count;
+    bool affine;                          /* the system was reduced as rational matrices (affine.h) */
     struct domain domain;                 /* what must not vanish for the system to have a value */
     bool inconsistent;
     struct sga_error held;                /* a constraint could not be admitted for this reason: the run goes on without it, as a
@@ -87,6 +88,18 @@ enum points_status state_sample(struct state *s);
  * and of the earlier ones, the present points on all of them. Sets s->inconsistent.
  * Returns how many were added, or -1 with err. */
 int state_admit(struct state *s, struct candidate *cand, int count, int g);
+
+/* Why e, not being zero on the present set, has no zeros there that last; NULL where its shape does not say. */
+const char *state_hopeless(struct state *s, expr_id e);
+
+/* A finished constraint, which goes behind the others. */
+void state_push(struct state *s, const struct sga_constraint *c);
+/* All constraints, dimensions and rows that vanished are dropped: the reduction begins anew. */
+void state_forget(struct state *s);
+/* The generation is complete: notes its dimension. False with err: more generations than are allowed. */
+bool state_dimension(struct state *s);
+/* Points of the present set where the whole system has values, if some are found in a number of tries. */
+enum points_status state_sample_defined(struct state *s);
 
 /* Whether e is locally constant in x on the present set: then, not being zero there, it
  * has no zero that lasts. The shadow must hold points of the present set. */

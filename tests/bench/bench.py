@@ -22,6 +22,7 @@ sys.path[:0] = [os.path.dirname(HERE), os.path.join(os.path.dirname(HERE), "api"
 import balls  # noqa: E402
 import cases  # noqa: E402
 import chain  # noqa: E402
+import pencil  # noqa: E402
 import report  # noqa: E402
 import samples  # noqa: E402
 from daemon import Daemon  # noqa: E402
@@ -349,7 +350,7 @@ def main():
         for program in ("measure", "minimal_server", "hammer", "numbers", "tape"):
             os.symlink(os.path.join(folder, program), os.path.join(work, program))
         parts = {"arm": lambda: arm(work), "corpus": lambda: corpus(build, work), "chains": lambda: chains(work),
-                 "operators": lambda: operators(work), "sweep": lambda: sweep(work), "http": lambda: http(build, work),
+                 "pencil": lambda: pencil.run(work, measure, show), "operators": lambda: operators(work), "sweep": lambda: sweep(work), "http": lambda: http(build, work),
                  "workers": lambda: workers(build, work), "samples": lambda: written(build, work), "executors": lambda: executors(work),
                  "balls": lambda: balls.balls(work, measure), "integrators": lambda: integrators(build)}
         for name in sys.argv[2:] or parts:

@@ -1,0 +1,306 @@
+/* Sparse elimination modulo a prime. */
+#include "exact_rank.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include <flint/ulong_extras.h>
+
+#include "mem.h"
+
+void exact_echelon_init(struct exact_echelon *e, int cols, int which)
+{
+    mp_limb_t p = UWORD(1) << 61;
+    *e = (struct exact_echelon){ .cols = cols };
+    for (int k = 0; k <= which; k++)
+        p = n_nextprime(p, 1);
+    nmod_init(&e->mod, p);
+    e->pivot_of = sga_malloc(((size_t)cols + 1) * sizeof *e->pivot_of);
+    for (int j = 0; j < cols; j++)
+        e->pivot_of[j] = -1;
+    exact_sum_init(&e->sum, cols);
+    e->residue = sga_calloc((size_t)cols + 1, sizeof *e->residue);
+    e->small = sga_calloc((size_t)cols + 1, sizeof *e->small);
+    e->work = sga_calloc((size_t)cols + 1, sizeof *e->work);
+    e->mark = sga_calloc((size_t)cols + 1, 1);
+}
+
+void exact_echelon_clear(struct exact_echelon *e)
+{
+    for (int q = 0; q < e->pivots; q++) {
+        free(e->pivot[q].entry);
+        free(e->pivot[q].op);
+    }
+    for (int j = 0; e->residue && j < e->cols; j++)
+        fmpz_clear(e->residue + j);
+    exact_sum_clear(&e->sum);
+    free(e->pivot);
+    free(e->given);
+    free(e->pivot_of);
+    free(e->pivot_of_row);
+    free(e->residue);
+    free(e->small);
+    free(e->is_short);
+    free(e->work);
+    free(e->mark);
+    *e = (struct exact_echelon){ 0 };
+}
+
+/* A row on its way through the elimination. */
+struct moving {
+    struct exact_entry *entry; int entries; size_t cap;
+    struct exact_op *op; int ops; size_t op_cap;
+    bool done;
+};
+
+struct lists {
+    int **at; int *count; size_t *cap;
+};
+
+static void lists_init(struct lists *l, int n)
+{
+    l->at = sga_calloc((size_t)n + 1, sizeof *l->at);
+    l->count = sga_calloc((size_t)n + 1, sizeof *l->count);
+    l->cap = sga_calloc((size_t)n + 1, sizeof *l->cap);
+}
+
+static void lists_push(struct lists *l, int k, int i)
+{
+    SGA_RESERVE(l->at[k], l->cap[k], l->count[k] + 1);
+    l->at[k][l->count[k]++] = i;
+}
+
+static void lists_clear(struct lists *l, int n)
+{
+    for (int k = 0; k <= n; k++)
+        free(l->at[k]);
+    free(l->at);
+    free(l->count);
+    free(l->cap);
+}
+
+struct agenda {
+    struct exact_echelon *e;
+    struct moving *row; int rows;
+    struct lists length, meet;     /* rows by number of entries, and by column; members may be stale */
+    int *count;                    /* by column: rows that have an entry there */
+    int lowest;
+};
+
+static void load(struct exact_echelon *e, const struct exact_row *r, struct moving *m)
+{
+    slong top = 0, exponent;
+    for (int k = 0; k < r->entries; k++)
+        top = fmpz_bits(r->value + k) > (mp_bitcnt_t)top ? (slong)fmpz_bits(r->value + k) : top;
+    SGA_RESERVE(m->entry, m->cap, r->entries + 1);
+    for (int k = 0; k < r->entries; k++) {
+        mp_limb_t v = fmpz_fdiv_ui(r->value + k, e->mod.n);
+        double d = fmpz_get_d_2exp(&exponent, r->value + k);
+        if (v)
+            m->entry[m->entries++] = (struct exact_entry){ r->col[k], v, exponent < top - 1000 ? 0 : ldexp(d, (int)(exponent - top)) };
+    }
+}
+
+static int find(const struct moving *m, int col)
+{
+    for (int k = 0; k < m->entries; k++)
+        if (m->entry[k].col == col)
+            return k;
+    return -1;
+}
+
+/* row -= factor * pivot row; columns new in it are its last entries, from *fresh on. count: by column, or NULL. */
+static void subtract(struct exact_echelon *e, struct moving *m, int pivot, int at, int *fresh, int *count)
+{
+    const struct exact_pivot *p = e->pivot + pivot;
+    mp_limb_t f = n_mulmod2_preinv(m->entry[at].value, p->inverse, e->mod.n, e->mod.ninv), minus = nmod_neg(f, e->mod);
+    double size = m->entry[at].size / p->entry[p->entries].size;
+    m->entry[at] = m->entry[--m->entries];
+    for (int k = 0; k < m->entries; k++) {
+        e->work[m->entry[k].col] = m->entry[k];
+        e->mark[m->entry[k].col] = 1;
+    }
+    int old = m->entries, n = 0;
+    SGA_RESERVE(m->entry, m->cap, old + p->entries);
+    for (int k = 0; k < p->entries; k++) {
+        const struct exact_entry *q = p->entry + k;
+        mp_limb_t t = n_mulmod2_preinv(minus, q->value, e->mod.n, e->mod.ninv);
+        if (!e->mark[q->col]) {
+            m->entry[m->entries++] = (struct exact_entry){ q->col, t, -size * q->size };
+            continue;
+        }
+        e->work[q->col].value = nmod_add(e->work[q->col].value, t, e->mod);
+        e->work[q->col].size -= size * q->size;
+    }
+    for (int k = 0; k < m->entries; k++) {
+        int col = m->entry[k].col;
+        if (k == old)
+            *fresh = n;
+        if (k >= old)
+            m->entry[n++] = m->entry[k];
+        else if (e->work[col].value)
+            m->entry[n++] = e->work[col];
+        else if (count)
+            count[col]--;
+        e->mark[col] = 0;
+    }
+    if (old == m->entries)
+        *fresh = n;
+    m->entries = n;
+    SGA_RESERVE(m->op, m->op_cap, m->ops + 1);
+    m->op[m->ops++] = (struct exact_op){ pivot, f };
+}
+
+/* The pivots so far are used up, in their order. */
+static void reduce(struct exact_echelon *e, struct moving *m)
+{
+    for (;;) {
+        int first = -1, at = -1, fresh;
+        for (int k = 0; k < m->entries; k++) {
+            int q = e->pivot_of[m->entry[k].col];
+            if (q >= 0 && (first < 0 || q < first)) {
+                first = q;
+                at = k;
+            }
+        }
+        if (first < 0)
+            return;
+        subtract(e, m, first, at, &fresh, NULL);
+    }
+}
+
+static void file_row(struct agenda *a, int i)
+{
+    int n = a->row[i].entries;
+    lists_push(&a->length, n, i);
+    a->lowest = n < a->lowest ? n : a->lowest;
+}
+
+/* Numbers much smaller than others of a long row are no pivots: marching through a discrete Laplacian by its
+ * neighbours multiplies errors in each row of the grid (as for functions: sga/echelon.c). */
+enum { LONG_ROW = 4, ROWS_ASKED = 6 };
+static const double MUCH_SMALLER = 0.35;
+
+static double score(const struct agenda *a, const struct moving *m, const struct exact_entry *q, double most)
+{
+    mp_limb_t v = q->value;
+    if (m->entries >= LONG_ROW && fabs(q->size) < MUCH_SMALLER * most)
+        return INFINITY;
+    double unit = v == 1 || v == a->e->mod.n - 1 ? 0 : 0.2, size = fabs(q->size) > 0 ? log2(fabs(q->size) / most) : -200;
+    return 4.0 * (m->entries - 1) * (a->count[q->col] - 1) + unit - fmin(3, fmax(-3, size));
+}
+
+/* The best pivot among a few of the shortest rows. False: none is left. */
+static bool choose(struct agenda *a, int *row, int *at)
+{
+    double best = INFINITY;
+    int seen = 0;
+    for (int n = a->lowest; n <= a->e->cols && best == INFINITY; n++) {
+        int kept = 0;
+        for (int q = 0; q < a->length.count[n]; q++) {
+            int i = a->length.at[n][q];
+            if (!a->row[i].done && a->row[i].entries == n)
+                a->length.at[n][kept++] = i;
+        }
+        a->length.count[n] = kept;
+        a->lowest = kept ? n : n + 1;
+        for (int q = kept - 1; q >= 0 && n && seen < ROWS_ASKED; q--, seen++) {
+            const struct moving *m = a->row + a->length.at[n][q];
+            double most = 0;
+            for (int k = 0; k < n; k++)
+                most = fmax(most, fabs(m->entry[k].size));
+            for (int k = 0; k < n; k++) {
+                double s = score(a, m, m->entry + k, most);
+                if (s < best || best == INFINITY) {
+                    best = fmin(s, 1e300);
+                    *row = a->length.at[n][q];
+                    *at = k;
+                }
+            }
+        }
+    }
+    return best < INFINITY;
+}
+
+static void take(struct agenda *a, int i, int at, int given)
+{
+    struct exact_echelon *e = a->e;
+    struct moving *m = a->row + i;
+    struct exact_entry t = m->entry[at];
+    int index = e->pivots;
+    for (int k = 0; k < m->entries; k++)
+        a->count[m->entry[k].col]--;
+    m->entry[at] = m->entry[m->entries - 1];
+    m->entry[m->entries - 1] = t;        /* the pivot stands behind its row's entries */
+    if (!(fabs(t.size) > 0 && isfinite(t.size)))
+        m->entry[m->entries - 1].size = 1;
+    SGA_RESERVE(e->pivot, e->pivot_cap, index + 1);
+    e->pivot[e->pivots++] = (struct exact_pivot){ .col = t.col, .row = given, .inverse = n_invmod(t.value, e->mod.n),
+                                                  .entry = m->entry, .entries = m->entries - 1, .op = m->op, .ops = m->ops };
+    e->pivot_of[t.col] = index;
+    e->pivot_of_row[given] = index;
+    *m = (struct moving){ .done = true };
+    for (int q = 0; q < a->meet.count[t.col]; q++) {
+        int r = a->meet.at[t.col][q], where = a->row[r].done ? -1 : find(a->row + r, t.col), fresh;
+        if (where < 0)
+            continue;
+        subtract(e, a->row + r, index, where, &fresh, a->count);
+        for (int k = fresh; k < a->row[r].entries; k++) {
+            lists_push(&a->meet, a->row[r].entry[k].col, r);
+            a->count[a->row[r].entry[k].col]++;
+        }
+        file_row(a, r);
+    }
+}
+
+static void number_on(struct exact_echelon *e, const struct exact_row *const *row, int rows)
+{
+    SGA_RESERVE(e->given, e->given_cap, e->givens + rows);
+    SGA_RESERVE(e->pivot_of_row, e->pivot_of_row_cap, e->givens + rows);
+    SGA_RESERVE(e->is_short, e->is_short_cap, e->givens + rows);
+    for (int i = 0; i < rows; i++) {
+        e->is_short[e->givens + i] = true;
+        for (int k = 0; k < row[i]->entries; k++)
+            e->is_short[e->givens + i] &= fmpz_bits(row[i]->value + k) <= EXACT_SHORT;
+        e->given[e->givens + i] = row[i];
+        e->pivot_of_row[e->givens + i] = -1;
+    }
+    e->givens += rows;
+}
+
+bool exact_echelon_add(struct exact_echelon *e, const struct exact_row *const *row, int rows,
+                       const struct sga_budget *budget, struct sga_error *err)
+{
+    struct agenda a = { .e = e, .rows = rows, .lowest = e->cols };
+    int first = e->givens, i, at;
+    bool ok = true;
+    number_on(e, row, rows);
+    a.row = sga_calloc((size_t)rows + 1, sizeof *a.row);
+    lists_init(&a.length, e->cols);
+    lists_init(&a.meet, e->cols);
+    a.count = sga_calloc((size_t)e->cols + 1, sizeof *a.count);
+    for (i = 0; i < rows && ok; i++) {
+        load(e, row[i], a.row + i);
+        reduce(e, a.row + i);
+        for (int k = 0; k < a.row[i].entries; k++) {
+            lists_push(&a.meet, a.row[i].entry[k].col, i);
+            a.count[a.row[i].entry[k].col]++;
+        }
+        ok = sga_budget_ok(budget, err);
+    }
+    for (i = rows - 1; i >= 0; i--)
+        file_row(&a, i);
+    while (ok && choose(&a, &i, &at)) {
+        take(&a, i, at, first + i);
+        ok = sga_budget_ok(budget, err);
+    }
+    for (i = 0; i < rows; i++) {
+        free(a.row[i].entry);
+        free(a.row[i].op);
+    }
+    free(a.row);
+    lists_clear(&a.length, e->cols);
+    lists_clear(&a.meet, e->cols);
+    free(a.count);
+    return ok;
+}
