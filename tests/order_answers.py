@@ -177,7 +177,7 @@ def chosen_multipliers(result):
     """Whether multipliers are a matter of choice: which of dependent constraints is called redundant, or
     which functions stand for an irregular one."""
     regularity = result.get("regularity", {})
-    return bool(regularity.get("conditions") or regularity.get("redundant"))
+    return bool(regularity.get("conditions") or regularity.get("redundant") or result.get("evidence", {}).get("redundant_holonomic"))
 
 
 def sets(base, said, request, result):
