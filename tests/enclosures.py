@@ -147,8 +147,8 @@ def closed_forms(c):
     c.closed("a start that is not given in full", {"form": "equations", "variables": ["x", "y"], "equations": ["x' = -x", "y^2 = 1 + x^2"]},
              ["1", "2"], {"x": "0.1"}, ["x", "abs(y)"], lambda t: [mp.exp(-t) / 10, mp.sqrt(1 + mp.exp(-2 * t) / 100)], 1e-40)
     line = {"form": "equations", "variables": ["x", "y"], "equations": ["x' = 1", "x + 2*y = 3"]}
-    c.closed("given values that must move to the nearest point", line, ["1"], {"x": "1", "y": "1/3"}, ["x", "y"],
-             lambda t: [mp.mpf(19) / 15 + t, mp.mpf(13) / 15 - t / 2], 1e-40)
+    c.closed("an algebraic value that is given follows", line, ["1"], {"x": "1", "y": "1/3"}, ["x", "y"],
+             lambda t: [1 + t, 1 - t / 2], 1e-40)
     c.closed("given values that miss by less than a rounding", line, ["1"], {"x": "1.00000000000000000003", "y": "1"}, ["x"],
              lambda t: [1 + t + mp.mpf("2.4e-20")], 1e-40)
     circle = {"form": "equations", "variables": ["x", "y"], "equations": ["x' = y", "y' = -x", "x^2 + y^2 = 1"]}
