@@ -7,6 +7,7 @@ functions vanish there, and how many strata the same set is cut into, is a matte
 """
 import collections
 import re
+import signal
 
 import mpmath
 
@@ -18,6 +19,7 @@ from symbolic import Derivatives
 
 POINTS_UP_TO = 12      # variables of systems whose sets are compared at points
 STRATA_UP_TO = 4
+SECONDS = 15           # for all points of one comparison
 TINY = re.compile(r"[0-9.]e[-+]?[0-9]{2}|/1" + "0" * 12)    # numbers that the digits of these points do not tell from 0
 NEAR = 1e-6            # of starts, relative
 # what the checkers do not read or cannot evaluate is not compared
@@ -180,7 +182,28 @@ def chosen_multipliers(result):
     return bool(regularity.get("conditions") or regularity.get("redundant") or result.get("evidence", {}).get("redundant_holonomic"))
 
 
+class TooSlow(Exception):
+    pass
+
+
+def too_slow(*_):
+    raise TooSlow
+
+
 def sets(base, said, request, result):
+    """What the points say, as far as they are found within some seconds."""
+    signal.signal(signal.SIGALRM, too_slow)
+    signal.alarm(SECONDS)
+    try:
+        return differing_sets(base, said, request, result)
+    except TooSlow:
+        base.found = base.found or []
+        return []
+    finally:
+        signal.alarm(0)
+
+
+def differing_sets(base, said, request, result):
     """Points of the first's sets lie on the second's; where strata are listed in another way, the other way round too."""
     there = [(kind, with_signals(said, request, translated(said, env))) for kind, env in base.points()]
     out = missed(there, request, result, "first")

@@ -23,6 +23,7 @@ KNOWN = [
     (r"^start on all given equations", "irregular_constraint|witness_failed", UNION),
     (r"^not zero: .*1e-200", "no_motion|^start", TINY),
     (r"^irregular: (to the sixth order|a tangent through the origin|a logarithm at its bottom|Motzkin|a top of two waves)", "irregular_constraint", NAMED),
+    (r"^a fractional power vanishes where its base does", "undecided", NAMED),
     (r"^pulses: ", "undecided|irregular_constraint", NAMED),
     (r"^codimension: ", r"^strata", NAMED),
     (r"^zero: .*(acos|asin|sqrt)", "undecided", NAMED),
