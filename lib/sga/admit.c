@@ -395,7 +395,7 @@ static void order(struct state *s, struct candidate *cand, int count)
         affine = affine && regular_all_affine(s, cand[i].expr);
     for (int i = 0; i < count; i++) {
         expr_cone_of(s->st, &s->cone, &cand[i].expr, 1);
-        sorted[i] = (struct ranked){ .c = cand[i], .size = affine ? 0 : s->cone.count, .place = i };
+        sorted[i] = (struct ranked){ .c = cand[i], .size = affine || s->options->near ? 0 : s->cone.count, .place = i };
     }
     for (int i = 0; i < count && sga_budget_ok(s->options->budget, NULL); i++)
         sorted[i].last = !regular_is_solved(s, cand[i].expr);
