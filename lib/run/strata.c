@@ -142,13 +142,9 @@ static bool drops_before(struct listing *l, expr_id factor, int before, struct s
     int rank, n = l->j->request.system.variables;
     if (!l->j->request.strata || too_many(l->j, n, &l->off))
         return false;
-    if (l->before != before) {
-        strata_look_at(l->j, (struct strata_look){ .c = before }, &p, &l->rank);
-        points_point_clear(&p);
-        l->before = before;
-    }
+    int general = strata_general_rank(l, before);
     enum points_status status = strata_look_at(l->j, (struct strata_look){ .c = before, .factor = factor }, &p, &rank);
-    bool lower = status == POINTS_IRREGULAR || (status == POINTS_OK && rank < l->rank);
+    bool lower = status == POINTS_IRREGULAR || (status == POINTS_OK && rank < general);
     if (lower) {
         as->off = true;
         keep_point(as, &p, n);

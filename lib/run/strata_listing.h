@@ -42,6 +42,9 @@ struct strata_look {
  * STRATA_TIME the point's x has the time after the variables. The caller clears p in every case. */
 enum points_status strata_look_at(struct job *j, struct strata_look look, struct points_point *p, int *rank);
 
+/* The rank at general points of the set of the first `before` constraints; asked once for a set. */
+int strata_general_rank(struct listing *l, int before);
+
 /* Whether a real point of Pf with factor = 0 can be found at which the rank is lower than
  * on Pf in general: otherwise the pivot only happened to vanish there. as gets the point. */
 bool strata_drops(struct job *j, expr_id factor, int starts, struct stratum *as);

@@ -201,3 +201,14 @@ enum points_status strata_look_at(struct job *j, struct strata_look look, struct
     free(con);
     return status;
 }
+
+int strata_general_rank(struct listing *l, int before)
+{
+    struct points_point p;
+    if (l->before != before) {
+        strata_look_at(l->j, (struct strata_look){ .c = before }, &p, &l->rank);
+        points_point_clear(&p);
+        l->before = before;
+    }
+    return l->rank;
+}

@@ -48,18 +48,6 @@ static bool off_set(struct job *j, struct points_point *p, int from, int to)
     return false;
 }
 
-/* The rank in general on the set of the first `before` constraints. */
-static int general_rank(struct listing *l, int before)
-{
-    struct points_point p;
-    if (l->before != before) {
-        strata_look_at(l->j, (struct strata_look){ .c = before }, &p, &l->rank);
-        points_point_clear(&p);
-        l->before = before;
-    }
-    return l->rank;
-}
-
 /* The factor, and given equations without derivatives among the constraints before..with-1: no pivot was needed for them. Malloced. */
 static expr_id *together(const struct job *j, expr_id factor, int before, int with, int *count)
 {
@@ -97,7 +85,7 @@ static void consider(struct listing *l, expr_id factor, int before, int with, st
     enum points_status status = strata_look_at(j, look, &p, &rank);
     free(e);
     bool lost = status == POINTS_OK && p.certified && solvable && points_on_sides(j->request.system.store, &p.ball, j->solution.side, j->solution.sides)
-                && off_set(j, &p, before, with) && rank == general_rank(l, before);
+                && off_set(j, &p, before, with) && rank == strata_general_rank(l, before);
     points_point_clear(&p);
     if (lost)
         strata_add(j, factor, before, (struct stratum){ .kind = "branch" });

@@ -96,18 +96,6 @@ static void list(struct job *j, const expr_id *e, int count, int before, struct 
     strata_add(j, e[0], before, as);
 }
 
-/* The rank on the larger set on which the pivot was chosen. */
-static int rank_before(struct listing *l, int before)
-{
-    struct points_point p;
-    if (l->before != before) {
-        strata_look_at(l->j, (struct strata_look){ .c = before }, &p, &l->rank);
-        points_point_clear(&p);
-        l->before = before;
-    }
-    return l->rank;
-}
-
 /* The functions that do not vanish on all of the final set; 0: the factor is dead, or one of them cannot vanish, or is one of parameters
  * or time alone. */
 static int telling(struct listing *l, const struct poly_factor *q, expr_id *e)
@@ -135,7 +123,7 @@ static bool sum_of_squares(struct listing *l, const struct poly_factor *q, int b
     if (count && !is_listed(j, e, count) && sga_budget_ok(&j->budget, NULL)) {
         bool found = drops(j, c, q->expr, e, count, j->request.system.variables - j->solution.free_columns, &as);
         if (!found && j->request.strata && before < c && before >= 0)
-            found = as.off = drops(j, before, q->expr, e, count, rank_before(l, before), &as);
+            found = as.off = drops(j, before, q->expr, e, count, strata_general_rank(l, before), &as);
         if (found)
             list(j, e, count, before, as);
     }
