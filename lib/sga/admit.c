@@ -1,4 +1,4 @@
-/* From candidates to constraints: regular, independent, and with points. */
+/* From a candidate to constraints: regular, independent, and with points. */
 #include "state.h"
 
 #include <math.h>
@@ -6,11 +6,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "admit.h"
 #include "irregular.h"
 #include "mem.h"
 #include "places.h"
 #include "print.h"
-#include "routes.h"
 #include "warnings.h"
 
 char *state_text(struct state *s, expr_id e)
@@ -68,7 +68,7 @@ static void note_branches(struct state *s, const struct regular *r, int followed
     }
 }
 
-static void pop(struct state *s, int to)
+void admit_pop(struct state *s, int to)
 {
     while (s->sol->constraints > to)
         free(s->sol->constraint[--s->sol->constraints].part);
@@ -141,7 +141,7 @@ static int admit_irregular(struct state *s, const struct candidate *c, const dou
         for (int k = before; k < s->sol->constraints; k++)
             s->sol->constraint[k].near_point = true;
         if (added < 0) {
-            pop(s, before);
+            admit_pop(s, before);
             s->shadow->sides = sides;
         } else if (p[i].whole && s->sol->constraints == before + added && !taken) {
             SGA_RESERVE(s->sol->branch, s->branch_cap, s->sol->branches + 1);
@@ -154,7 +154,6 @@ static int admit_irregular(struct state *s, const struct candidate *c, const dou
     return added >= 0 ? added : fail_sample(s, c, POINTS_IRREGULAR);
 }
 
-static int admit_one(struct state *s, const struct candidate *c, int g);
 
 /* Where a regular function took the place of what arose, the latter must vanish on the
  * new set: a check of the factorisation by the points. */
@@ -290,8 +289,7 @@ static int never(struct state *s, const struct candidate *c, const struct regula
     return contradiction(s, c, why);
 }
 
-/* One candidate, the shadow being on the present set. */
-static int admit_one(struct state *s, const struct candidate *c, int g)
+int admit_one(struct state *s, const struct candidate *c, int g)
 {
     int z = ech_zero(&s->ctx, c->expr);
     if (z < 0)
@@ -312,7 +310,7 @@ static int admit_one(struct state *s, const struct candidate *c, int g)
         if (found)
             note_branches(s, &r, i, before);
         else
-            pop(s, before);
+            admit_pop(s, before);
         if (status == POINTS_STOPPED)
             break;
     }
@@ -330,9 +328,7 @@ static int admit_one(struct state *s, const struct candidate *c, int g)
     return result;
 }
 
-/* All at once: full rank at certified points shows that they are independent. Returns how
- * many constraints were added, -1 where they must be looked at one by one, -2 failed. */
-static int admit_together(struct state *s, const struct candidate *cand, int count, int g)
+int admit_together(struct state *s, const struct candidate *cand, int count, int g)
 {
     int before = s->sol->constraints;
     bool plain = true, going = true;
@@ -362,153 +358,10 @@ static int admit_together(struct state *s, const struct candidate *cand, int cou
     enum points_status status = state_sample(s);
     if (status == POINTS_OK && (count == 1 || s->sol->constraints > SGA_MOST_PROOF_ROWS || points_shadow_certified(s->shadow)))
         return replacements_hold(s, before) ? s->sol->constraints - before : -2;
-    pop(s, before);
+    admit_pop(s, before);
     if (status == POINTS_STOPPED || state_sample(s) != POINTS_OK) {
         fail_sample(s, cand, status);
         return -2;
     }
     return -1;
-}
-
-/* Those that can be used up come first, then the others are seen as they are on the set; among each the smaller ones:
- * what follows from two others with factors is larger than these, wherever it stands. Affine ones stay as they are. */
-struct ranked {
-    struct candidate c;
-    int last, size, place;
-};
-
-static int by_rank(const void *a, const void *b)
-{
-    const struct ranked *x = a, *y = b;
-    if (x->last != y->last)
-        return x->last - y->last;
-    return x->size != y->size ? x->size - y->size : x->place - y->place;
-}
-
-static void order(struct state *s, struct candidate *cand, int count)
-{
-    if (count < 2 || s->sol->constraints + count > SGA_MOST_REDUCED_BY)
-        return;
-    struct ranked *sorted = sga_calloc((size_t)count, sizeof *sorted);
-    bool affine = true;
-    for (int i = 0; i < count; i++)
-        affine = affine && regular_all_affine(s, cand[i].expr);
-    for (int i = 0; i < count; i++) {
-        expr_cone_of(s->st, &s->cone, &cand[i].expr, 1);
-        sorted[i] = (struct ranked){ .c = cand[i], .size = affine || s->options->near ? 0 : s->cone.count, .place = i };
-    }
-    for (int i = 0; i < count && sga_budget_ok(s->options->budget, NULL); i++)
-        sorted[i].last = !regular_is_solved(s, cand[i].expr);
-    qsort(sorted, (size_t)count, sizeof *sorted, by_rank);
-    for (int i = 0; i < count; i++)
-        cand[i] = sorted[i].c;
-    free(sorted);
-}
-
-/* Back to the constraints before a candidate that failed; false where that does not lead back to points. */
-static bool take_back(struct state *s, int constraints, int sides)
-{
-    pop(s, constraints);
-    s->shadow->sides = sides;
-    *s->err = (struct sga_error){ 0 };
-    return state_sample(s) == POINTS_OK;
-}
-
-/* Of several failures the same one is told in whatever order they came. */
-static void keep_failure(struct sga_error *kept, const struct sga_error *other)
-{
-    if (kept->code == SGA_E_OK || other->code < kept->code)
-        *kept = *other;
-}
-
-/* Whether e is a union, as it is known on the present set. */
-static bool reducible(struct state *s, expr_id e)
-{
-    struct route *route = s->route;
-    s->route = NULL;             /* a question, no decision */
-    struct regular r = regular_form(s, e);
-    bool is = r.options > 1;
-    regular_clear(&r);
-    s->route = route;
-    return is;
-}
-
-/* Candidates that are admitted one by one. */
-struct admission {
-    const struct candidate *cand;
-    int count, g;
-    unsigned char *done;
-    int *failed;             /* by candidate: beside how many constraints it failed, or -1 */
-    struct sga_error failure;
-};
-
-/* False: a failure that ends the run. */
-static bool try_one(struct state *s, struct admission *a, int i)
-{
-    int before = s->sol->constraints, sides = s->shadow->sides;
-    a->done[i] = admit_one(s, a->cand + i, a->g) >= 0;
-    if (a->done[i])
-        return true;
-    struct sga_error here = *s->err;
-    a->failed[i] = before;
-    keep_failure(&a->failure, &here);
-    if (routes_local(here.code) && expr_store_ok(s->st) && take_back(s, before, sides))
-        return true;
-    *s->err = here;
-    return false;
-}
-
-/* Tries what has not failed beside the present constraints: all that is no union, or the first that is one. Returns
- * whether something was tried, or -1. */
-static int try_some(struct state *s, struct admission *a, bool unions)
-{
-    int tried = 0;
-    for (int i = 0; i < a->count && !s->inconsistent && !(unions && tried); i++) {
-        if (a->done[i] || a->failed[i] == s->sol->constraints || reducible(s, a->cand[i].expr) != unions)
-            continue;
-        tried = 1;
-        if (!try_one(s, a, i))
-            return -1;
-    }
-    return tried;
-}
-
-/* One by one. Unions wait for the others, on whose set they may follow or be a single set; those that fail are tried once
- * more beside more constraints, where an irregular one may follow. What is left then fails, or is held back where a
- * contradiction may show without it. */
-static bool admit_each(struct state *s, const struct candidate *cand, int count, int g)
-{
-    struct admission a = { .cand = cand, .count = count, .g = g };
-    a.done = sga_calloc((size_t)count + 1, 1);
-    a.failed = sga_malloc((size_t)(count + 1) * sizeof *a.failed);
-    for (int i = 0; i < count; i++)
-        a.failed[i] = -1;
-    int tried = 1, left = 0;
-    while (tried > 0 && !s->inconsistent) {
-        tried = try_some(s, &a, false);
-        if (!tried && !s->inconsistent)
-            tried = try_some(s, &a, true);
-    }
-    for (int i = count; i-- > 0; )
-        if (!a.done[i]) {
-            left++;
-            s->sol->stuck = cand[i].expr;
-        }
-    free(a.done);
-    free(a.failed);
-    if (left && tried >= 0 && !s->inconsistent)
-        keep_failure(&s->held, &a.failure);
-    return tried >= 0;
-}
-
-int state_admit(struct state *s, struct candidate *cand, int count, int g)
-{
-    int before = s->sol->constraints;
-    if (!count)
-        return 0;
-    order(s, cand, count);
-    int added = admit_together(s, cand, count, g);
-    if (added != -1)
-        return added < 0 ? -1 : added;
-    return admit_each(s, cand, count, g) ? s->sol->constraints - before : -1;
 }

@@ -1,0 +1,153 @@
+/* In which order candidates become constraints. What a set is does not depend on it, but what can be seen of it does: a union
+ * may be one set beside the others, an irregular function may follow from them. */
+#include "admit.h"
+
+#include <stdlib.h>
+
+#include "mem.h"
+#include "regular.h"
+#include "routes.h"
+#include "warnings.h"
+
+/* Those that can be used up come first, then the others are seen as they are on the set; among each the smaller ones:
+ * what follows from two others with factors is larger than these, wherever it stands. Affine ones stay as they are. */
+struct ranked {
+    struct candidate c;
+    int last, size, place;
+};
+
+static int by_rank(const void *a, const void *b)
+{
+    const struct ranked *x = a, *y = b;
+    if (x->last != y->last)
+        return x->last - y->last;
+    return x->size != y->size ? x->size - y->size : x->place - y->place;
+}
+
+static void order(struct state *s, struct candidate *cand, int count)
+{
+    if (count < 2 || s->sol->constraints + count > SGA_MOST_REDUCED_BY)
+        return;
+    struct ranked *sorted = sga_calloc((size_t)count, sizeof *sorted);
+    bool affine = true;
+    for (int i = 0; i < count; i++)
+        affine = affine && regular_all_affine(s, cand[i].expr);
+    for (int i = 0; i < count; i++) {
+        expr_cone_of(s->st, &s->cone, &cand[i].expr, 1);
+        sorted[i] = (struct ranked){ .c = cand[i], .size = affine || s->options->near ? 0 : s->cone.count, .place = i };
+    }
+    for (int i = 0; i < count && sga_budget_ok(s->options->budget, NULL); i++)
+        sorted[i].last = !regular_is_solved(s, cand[i].expr);
+    qsort(sorted, (size_t)count, sizeof *sorted, by_rank);
+    for (int i = 0; i < count; i++)
+        cand[i] = sorted[i].c;
+    free(sorted);
+}
+
+/* Back to the constraints before a candidate that failed; false where that does not lead back to points. */
+static bool take_back(struct state *s, int constraints, int sides)
+{
+    admit_pop(s, constraints);
+    s->shadow->sides = sides;
+    *s->err = (struct sga_error){ 0 };
+    return state_sample(s) == POINTS_OK;
+}
+
+/* Of several failures the same one is told in whatever order they came. */
+static void keep_failure(struct sga_error *kept, const struct sga_error *other)
+{
+    if (kept->code == SGA_E_OK || other->code < kept->code)
+        *kept = *other;
+}
+
+/* Whether e is a union, as it is known on the present set. */
+static bool reducible(struct state *s, expr_id e)
+{
+    struct route *route = s->route;
+    s->route = NULL;             /* a question, no decision */
+    struct regular r = regular_form(s, e);
+    bool is = r.options > 1;
+    regular_clear(&r);
+    s->route = route;
+    return is;
+}
+
+/* Candidates that are admitted one by one. */
+struct admission {
+    const struct candidate *cand;
+    int count, g;
+    unsigned char *done;
+    int *failed;             /* by candidate: beside how many constraints it failed, or -1 */
+    struct sga_error failure;
+};
+
+/* False: a failure that ends the run. */
+static bool try_one(struct state *s, struct admission *a, int i)
+{
+    int before = s->sol->constraints, sides = s->shadow->sides;
+    a->done[i] = admit_one(s, a->cand + i, a->g) >= 0;
+    if (a->done[i])
+        return true;
+    struct sga_error here = *s->err;
+    a->failed[i] = before;
+    keep_failure(&a->failure, &here);
+    if (routes_local(here.code) && expr_store_ok(s->st) && take_back(s, before, sides))
+        return true;
+    *s->err = here;
+    return false;
+}
+
+/* Tries what has not failed beside the present constraints: all that is no union, or the first that is one. Returns
+ * whether something was tried, or -1. */
+static int try_some(struct state *s, struct admission *a, bool unions)
+{
+    int tried = 0;
+    for (int i = 0; i < a->count && !s->inconsistent && !(unions && tried); i++) {
+        if (a->done[i] || a->failed[i] == s->sol->constraints || reducible(s, a->cand[i].expr) != unions)
+            continue;
+        tried = 1;
+        if (!try_one(s, a, i))
+            return -1;
+    }
+    return tried;
+}
+
+/* One by one. Unions wait for the others, on whose set they may follow or be a single set; those that fail are tried once
+ * more beside more constraints, where an irregular one may follow. What is left then fails, or is held back where a
+ * contradiction may show without it. */
+static bool admit_each(struct state *s, const struct candidate *cand, int count, int g)
+{
+    struct admission a = { .cand = cand, .count = count, .g = g };
+    a.done = sga_calloc((size_t)count + 1, 1);
+    a.failed = sga_malloc((size_t)(count + 1) * sizeof *a.failed);
+    for (int i = 0; i < count; i++)
+        a.failed[i] = -1;
+    int tried = 1, left = 0;
+    while (tried > 0 && !s->inconsistent) {
+        tried = try_some(s, &a, false);
+        if (!tried && !s->inconsistent)
+            tried = try_some(s, &a, true);
+    }
+    for (int i = count; i-- > 0; )
+        if (!a.done[i]) {
+            left++;
+            s->sol->stuck = cand[i].expr;
+        }
+    free(a.done);
+    free(a.failed);
+    if (left && tried >= 0 && !s->inconsistent)
+        keep_failure(&s->held, &a.failure);
+    return tried >= 0;
+}
+
+int state_admit(struct state *s, struct candidate *cand, int count, int g)
+{
+    int before = s->sol->constraints;
+    if (!count)
+        return 0;
+    order(s, cand, count);
+    int added = admit_together(s, cand, count, g);
+    if (added != -1)
+        return added < 0 ? -1 : added;
+    return admit_each(s, cand, count, g) ? s->sol->constraints - before : -1;
+}
