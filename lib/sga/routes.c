@@ -134,7 +134,7 @@ static bool run_one(struct routes *r, const struct sys_system *system, const str
         r->best_run = r->explore && !options->near ? r->components.runs : -1;
         copy_route(&r->best, &r->now);
     }
-    if (r->explore && (!options->near || !ok))
+    if (r->explore && !options->near)
         components_note(&r->components, system, options, solution, shadow, place, final);
     r->ended = final >= 0;
     return true;
