@@ -3,8 +3,10 @@
 #include "admit.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "mem.h"
+#include "places.h"
 #include "regular.h"
 #include "routes.h"
 #include "warnings.h"
@@ -34,7 +36,7 @@ static void order(struct state *s, struct candidate *cand, int count)
         affine = affine && regular_all_affine(s, cand[i].expr);
     for (int i = 0; i < count; i++) {
         expr_cone_of(s->st, &s->cone, &cand[i].expr, 1);
-        sorted[i] = (struct ranked){ .c = cand[i], .size = affine || s->options->near ? 0 : s->cone.count, .place = i };
+        sorted[i] = (struct ranked){ .c = cand[i], .size = affine ? 0 : s->cone.count, .place = i };
     }
     for (int i = 0; i < count && sga_budget_ok(s->options->budget, NULL); i++)
         sorted[i].last = !regular_is_solved(s, cand[i].expr);
@@ -44,12 +46,35 @@ static void order(struct state *s, struct candidate *cand, int count)
     free(sorted);
 }
 
-/* Back to the constraints before a candidate that failed; false where that does not lead back to points. */
-static bool take_back(struct state *s, int constraints, int sides)
+/* What stands before candidates are tried: constraints, the zeros and sides found on them, and a point. */
+struct stand {
+    int constraints, branches, sides, zeros;
+    double *x, t;            /* by variable; owned, NULL where there is no point */
+};
+
+static struct stand stand_of(const struct state *s)
 {
-    admit_pop(s, constraints);
-    s->shadow->sides = sides;
+    struct stand st = { s->sol->constraints, s->sol->branches, s->shadow->sides, s->shadow->zeros, NULL, 0 };
+    if (s->shadow->reals) {
+        size_t n = (size_t)s->sys->variables;
+        st.x = memcpy(sga_malloc((n + 1) * sizeof *st.x), s->shadow->real[0].x, n * sizeof *st.x);
+        st.t = s->shadow->real[0].t;
+    }
+    return st;
+}
+
+/* Back to it, with points near the one that stood: those of a smaller set, which candidates led to, are special ones. False
+ * where that does not lead back to points. */
+static bool take_back(struct state *s, const struct stand *before)
+{
+    admit_pop(s, before->constraints);
+    s->sol->branches = before->branches;
+    s->shadow->sides = before->sides;
+    s->shadow->zeros = before->zeros;
     *s->err = (struct sga_error){ 0 };
+    if (before->x && place_sample_near(s, before->x, before->t) == POINTS_OK)
+        return true;
+    points_shadow_forget(s->shadow);
     return state_sample(s) == POINTS_OK;
 }
 
@@ -84,17 +109,20 @@ struct admission {
 /* False: a failure that ends the run. */
 static bool try_one(struct state *s, struct admission *a, int i)
 {
-    int before = s->sol->constraints, sides = s->shadow->sides;
+    struct stand before = stand_of(s);
     a->done[i] = admit_one(s, a->cand + i, a->g) >= 0;
-    if (a->done[i])
+    if (a->done[i]) {
+        free(before.x);
         return true;
+    }
     struct sga_error here = *s->err;
-    a->failed[i] = before;
+    a->failed[i] = before.constraints;
     keep_failure(&a->failure, &here);
-    if (routes_local(here.code) && expr_store_ok(s->st) && take_back(s, before, sides))
-        return true;
-    *s->err = here;
-    return false;
+    bool back = routes_local(here.code) && expr_store_ok(s->st) && take_back(s, &before);
+    free(before.x);
+    if (!back)
+        *s->err = here;
+    return back;
 }
 
 /* Tries what has not failed beside the present constraints: all that is no union, or the first that is one. Returns
@@ -113,9 +141,9 @@ static int try_some(struct state *s, struct admission *a, bool unions)
 }
 
 /* One by one. Unions wait for the others, on whose set they may follow or be a single set; those that fail are tried once
- * more beside more constraints, where an irregular one may follow. What is left then fails, or is held back where a
- * contradiction may show without it. */
-static bool admit_each(struct state *s, const struct candidate *cand, int count, int g)
+ * more beside more constraints, where an irregular one may follow. What is left comes first in cand, then; how many, with
+ * the failure, or -1. */
+static int admit_each(struct state *s, struct candidate *cand, int count, int g, struct sga_error *failure)
 {
     struct admission a = { .cand = cand, .count = count, .g = g };
     a.done = sga_calloc((size_t)count + 1, 1);
@@ -128,16 +156,40 @@ static bool admit_each(struct state *s, const struct candidate *cand, int count,
         if (!tried && !s->inconsistent)
             tried = try_some(s, &a, true);
     }
-    for (int i = count; i-- > 0; )
+    for (int i = 0; i < count; i++)
         if (!a.done[i]) {
-            left++;
-            s->sol->stuck = cand[i].expr;
+            struct candidate c = cand[i];
+            memmove(cand + left + 1, cand + left, (size_t)(i - left) * sizeof *cand);
+            cand[left++] = c;
         }
     free(a.done);
     free(a.failed);
-    if (left && tried >= 0 && !s->inconsistent)
-        keep_failure(&s->held, &a.failure);
-    return tried >= 0;
+    *failure = a.failure;
+    return tried < 0 ? -1 : s->inconsistent ? 0 : left;
+}
+
+/* In one order after the other: a set that is regular in one (a circle, then a rod) may not look so in another (a circle that a
+ * point in the middle of a rod just reaches). What was left comes first in the next. Only near a guess: elsewhere the
+ * points of another order may be those of another component, which routes.h looks for. What is left in the end fails, or is held
+ * back where a contradiction may show without it. */
+static bool admit_in_orders(struct state *s, struct candidate *cand, int count, int g)
+{
+    struct stand before = stand_of(s);
+    int left = 1, orders = s->options->near ? 3 : 1;
+    for (int k = 0; k < orders && left > 0; k++) {
+        struct sga_error failure;
+        if (k && !take_back(s, &before)) {
+            left = -1;
+            break;
+        }
+        left = admit_each(s, cand, count, g, &failure);
+        if (left > 0 && k + 1 == orders) {
+            s->sol->stuck = cand[0].expr;
+            keep_failure(&s->held, &failure);
+        }
+    }
+    free(before.x);
+    return left >= 0;
 }
 
 int state_admit(struct state *s, struct candidate *cand, int count, int g)
@@ -149,5 +201,5 @@ int state_admit(struct state *s, struct candidate *cand, int count, int g)
     int added = admit_together(s, cand, count, g);
     if (added != -1)
         return added < 0 ? -1 : added;
-    return admit_each(s, cand, count, g) ? s->sol->constraints - before : -1;
+    return admit_in_orders(s, cand, count, g) ? s->sol->constraints - before : -1;
 }

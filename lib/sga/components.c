@@ -30,7 +30,7 @@ static struct component_run *keep_run(struct components *c, const struct sga_sol
         r->constraint[i] = k->expr;
         r->arose[i] = k->replaced ? k->replaced : k->expr;
     }
-    r->arose[sol->constraints] = sol->stuck;
+    r->arose[sol->constraints] = sol->stuck ? sol->stuck : sol->contradiction;
     r->zero = sga_malloc((size_t)(shadow->zeros + 1) * sizeof *r->zero);
     for (int i = 0; i < shadow->zeros; i++) {
         if (shadow->zero[i].constraints > sol->constraints)
@@ -204,7 +204,7 @@ void components_note(struct components *c, const struct sys_system *system, cons
     bool sided = has_sides(system->store, defined, space.defineds);
     if (sol->one_piece < sol->constraints && sol->constraints > SGA_MOST_COMPONENT_ROWS)
         sga_limit_met(options->budget, SGA_LIMIT_COMPONENT_ROWS);
-    bool stuck = sol->stuck != EXPR_UNDEF;
+    bool stuck = final <= 0;      /* points, or none: what holds more may lie elsewhere */
     struct walk w = { .starts = stuck ? STUCK_STARTS : sided ? SIDED_STARTS : STARTS, .anew = sided || stuck, .random = 41 };
     w.opposite = sga_calloc((size_t)n + 1, sizeof *w.opposite);
     /* where something has sides, so has every set that it is asked on */
