@@ -141,6 +141,7 @@ static enum points_status step_to(struct walk *w, struct points_space *space, in
     bool walks = !w->anew && from->x;
     space->before = walks ? from : NULL;
     space->near = !walks && k % 2 ? w->opposite : NULL;
+    space->by_shape = k % 4 == 0;
     return points_find(space, space->near ? 0.3 : 1 + k / 2, &w->random, POINTS_BITS, p);
 }
 
