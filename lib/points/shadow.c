@@ -69,7 +69,7 @@ static enum points_status sample_reals(struct points_shadow *s, const struct poi
     enum points_status status = POINTS_OK;
     for (int k = 0; k < POINTS_REAL; k++) {
         /* a guess is only a guess: go a little away from it, to a generic point */
-        double spread = k == 0 && !s->space.near ? 1 : 0.05 * (1 + k);
+        double spread = k == 0 && !s->space.near ? 1 : (s->space.near_spread > 0 ? s->space.near_spread : 0.05) * (1 + k);
         space.before = k < befores ? before + k : NULL;
         space.side = s->side;
         space.sides = s->sides;

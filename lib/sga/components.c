@@ -117,7 +117,7 @@ static void keep_beside(struct components *c, const struct component_run *r, con
     struct points_point q;
     beside.near = p->x;
     beside.near_time = p->t;
-    if (points_find(&beside, 0.05, random, POINTS_BITS, &q) == POINTS_OK) {
+    if (points_find(&beside, 0.005, random, POINTS_BITS, &q) == POINTS_OK) {
         num_ball_extend(&q.ball);
         expr_id by = another(r, &q, n);
         if (by && !known(c, r, &q, n, by))

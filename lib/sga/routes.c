@@ -9,6 +9,7 @@
 #include "warnings.h"
 
 enum { RESEEDS = 2 };
+static const double BESIDE = 0.002;      /* of a place, which is a general point: other components may be near */
 
 /* The next route: the last decision that has an option left takes it, those after it are
  * forgotten. False where there is none. */
@@ -64,6 +65,7 @@ struct sga_options routes_options(const struct routes *r, const struct sga_optio
     if (place >= 0) {
         own.near = r->components.place[place].x;
         own.near_time = r->components.place[place].t;
+        own.near_spread = BESIDE;
         own.parameter_near = r->components.place[place].parameter;
     }
     return own;

@@ -134,6 +134,7 @@ struct sga_solution {
 
 struct sga_options {
     const double *near; double near_time;   /* a guess for a point of Pf, or NULL */
+    double near_spread;                     /* as in struct points_space */
     const double *parameter_near;           /* by parameter: one that comes with it, NAN where there is none; or NULL */
     uint64_t seed;
     const struct sga_budget *budget;

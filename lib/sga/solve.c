@@ -145,7 +145,7 @@ static void state_init(struct state *s, const struct sys_system *sys, const stru
     s->determined = sga_calloc((size_t)n, 1);
     s->space = (struct points_space){
         .st = st, .variable = s->variable, .variables = n, .parameter = sys->parameter,
-        .parameters = sys->parameters, .parameter_near = options->parameter_near, .time = sys->time, .near = options->near,
+        .parameters = sys->parameters, .parameter_near = options->parameter_near, .time = sys->time, .near = options->near, .near_spread = options->near_spread,
         .near_time = options->near_time, .budget = options->budget,
     };
     s->space.defineds = sys_expressions(sys, &s->defined);
