@@ -229,7 +229,8 @@ def examples(d, c):
     """The project's examples, and an answer sent back as a request."""
     for name in ("arm", "pendulum", "circuit"):
         with open(os.path.join(ROOT, "etc", "examples", name + ".json"), encoding="utf-8") as f:
-            a = d.ask("POST", "/v1/solve", f.read())
+            asked = f.read()
+        a = d.ask("POST", "/v1/solve", asked)
         c.status(a, 200, name)
         j = c.job(a, name)
         c(j.get("status") == "done" and j["result"]["trajectory"]["ended"] is None, f"example {name}", j.get("error"))
@@ -241,7 +242,7 @@ def examples(d, c):
         free = r["vector_field"]["free"]
         if r.get("definitions"):
             continue
-        back = {"system": {"form": "quasilinear", "variables": names + free,
+        back = {"system": {"form": "quasilinear", "variables": names + free, "parameters": json.loads(asked)["system"].get("parameters", {}),
                            "A": {"rows": len(names), "cols": len(names + free), "entries": [[i, i, 1] for i in range(len(names))]},
                            "alpha": [texts[n] for n in names],
                            "restrict": [k["expression"].replace("'", "_") for k in r["constraints"]]}}
