@@ -91,7 +91,9 @@ static void on_completed(void *cls, struct MHD_Connection *connection, void **co
     *con_cls = NULL;
     double seconds = sga_now() - e->began;
     if (e->begun) {
-        metrics_http(&sv->metrics, route_number(e->route), e->method, e->status, seconds);
+        if (!e->status)    /* nobody is left to answer */
+            metrics_http(&sv->metrics, route_number(e->route), e->method, 0);
+        metrics_http_took(&sv->metrics, seconds);
         log_exchange(e, seconds);
     }
     conn_deadline(e->conn, sga_now() + (double)sv->config.request_timeout);    /* for the next request */

@@ -29,7 +29,7 @@ static void observe(struct histogram *h, double seconds)
     atomic_fetch_add_explicit(&h->microseconds, (unsigned long)(seconds * 1e6), memory_order_relaxed);
 }
 
-void metrics_http(struct metrics *m, int route, const char *method, int status, double seconds)
+void metrics_http(struct metrics *m, int route, const char *method, int status)
 {
     int k = 0, s = 0;
     while (k < METRICS_METHODS - 1 && strcmp(method, methods[k]) != 0)
@@ -37,6 +37,10 @@ void metrics_http(struct metrics *m, int route, const char *method, int status, 
     while (statuses[s] && statuses[s] != status)
         s++;
     atomic_fetch_add_explicit(&m->http[route][k][s], 1, memory_order_relaxed);
+}
+
+void metrics_http_took(struct metrics *m, double seconds)
+{
     observe(&m->request_seconds, seconds);
 }
 

@@ -69,7 +69,10 @@ struct metrics_now {
 };
 
 static inline void metrics_add(struct metrics *m, enum metrics_counter c) { atomic_fetch_add_explicit(&m->counter[c], 1, memory_order_relaxed); }
-void metrics_http(struct metrics *m, int route, const char *method, int status, double seconds);
+/* A request is answered; it is counted before the answer can be read, so that whoever has an answer finds it counted. */
+void metrics_http(struct metrics *m, int route, const char *method, int status);
+/* ... and has ended, its answer sent or given up. */
+void metrics_http_took(struct metrics *m, double seconds);
 void metrics_job(struct metrics *m, enum job_status status, double seconds);
 /* A job moves from one stage, where it was for so long, to another. */
 void metrics_moved(struct metrics *m, enum metrics_stage from, enum metrics_stage to, double seconds);

@@ -2,6 +2,7 @@
 #include "reply.h"
 #include "budget.h"
 #include "problem.h"
+#include "routes.h"
 
 #include <stdarg.h>
 #include <stdio.h>
@@ -30,6 +31,8 @@ enum MHD_Result reply_response(struct exchange *e, int status, const char *type,
     MHD_add_response_header(response, "X-Content-Type-Options", "nosniff");
     for (int i = 0; i < e->headers; i++)
         MHD_add_response_header(response, e->header[i].name, e->header[i].value);
+    if (e->begun && !e->status)
+        metrics_http(&e->service->metrics, route_number(e->route), e->method, status);
     e->status = status;
     conn_deadline(e->conn, sga_now() + (double)e->service->config.send_timeout);
     enum MHD_Result rc = MHD_queue_response(e->connection, (unsigned)status, response);
