@@ -12,6 +12,7 @@ struct search {
     const struct sga_budget *budget;
     struct expr_store *st;
     struct definitions *d;
+    enum definitions_asked asked;
     struct expr_facts facts;
     struct expr_cone cone;
     unsigned char *moves;          /* by variable: its derivative is in some row */
@@ -118,7 +119,7 @@ static bool defined_by(struct search *s, int row, struct definition *best)
         if (!slope || expr_is_zero(s->st, slope))
             continue;
         expr_id value = value_of(s, e, symbol[k], slope);
-        if (!value || !has_kink(s, value))
+        if (!value || (s->asked == DEFINITIONS_KINKED && !has_kink(s, value)))
             continue;
         *best = (struct definition){ v, row, value, slope };
         found = true;
@@ -216,13 +217,13 @@ static void places(struct definitions *d, const struct sys_system *sys)
     free(gone);
 }
 
-void definitions_find(struct definitions *d, const struct sys_system *system, const struct sga_budget *budget)
+void definitions_find(struct definitions *d, const struct sys_system *system, enum definitions_asked asked, const struct sga_budget *budget)
 {
-    struct search s = { .sys = system, .budget = budget, .st = system->store, .d = d };
+    struct search s = { .sys = system, .budget = budget, .st = system->store, .d = d, .asked = asked };
     *d = (struct definitions){ 0 };
     expr_facts_init(&s.facts);
     expr_cone_init(&s.cone);
-    if (any_kink(&s)) {
+    if (asked == DEFINITIONS_ALL || any_kink(&s)) {
         begin(&s);
         bool more = true;
         while (more && sga_budget_ok(budget, NULL) && expr_store_ok(s.st)) {
@@ -249,13 +250,29 @@ void definitions_clear(struct definitions *d)
     *d = (struct definitions){ 0 };
 }
 
+/* The caller frees it. */
+static expr_id *map_of(const struct definitions *d, const struct sys_system *system)
+{
+    expr_id *map = sga_calloc((size_t)system->store->symbols + 1, sizeof *map);
+    for (int i = 0; i < d->count; i++)
+        map[system->variable[d->at[i].variable].symbol] = d->at[i].value;
+    return map;
+}
+
+void definitions_through(const struct definitions *d, const struct sys_system *system, expr_id *e, int count)
+{
+    if (!d->count)
+        return;
+    expr_id *map = map_of(d, system);
+    expr_substitute(system->store, e, count, map);
+    free(map);
+}
+
 void definitions_put_in(const struct definitions *d, const struct sys_system *system, struct sys_system *left)
 {
     struct expr_store *st = system->store;
     int variables = system->variables - d->count, *place = sga_malloc(((size_t)system->variables + 1) * sizeof *place);
-    expr_id *map = sga_calloc((size_t)st->symbols + 1, sizeof *map);
-    for (int i = 0; i < d->count; i++)
-        map[system->variable[d->at[i].variable].symbol] = d->at[i].value;
+    expr_id *map = map_of(d, system);
     sys_init(left, st);
     left->time = system->time;
     left->square = system->square;
