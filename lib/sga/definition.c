@@ -22,6 +22,10 @@ struct search {
     expr_id *alpha;                /* by row: with what is defined so far put in */
     expr_id *map;                  /* by symbol */
     expr_id *slope; size_t slope_cap;   /* scratch, by place in the cone */
+    /* where all are asked for, values stay as their rows have them until the end: */
+    int *by;                       /* by variable: the definition that it has, or -1 */
+    int *first, *variable;         /* the variables of row i are variable[first[i] .. first[i + 1]) */
+    int *seen, turn, *stack;       /* by definition: in this turn; of definitions */
 };
 
 /* Whether the node has several branches, or no derivative where its argument is 0, at places that can be met. */
@@ -99,6 +103,30 @@ static expr_id value_of(struct search *s, expr_id e, int symbol, expr_id slope)
     return expr_neg(s->st, expr_div(s->st, rest, slope));
 }
 
+/* Whether the row has a variable whose value, as known so far, leads back to v. */
+static bool comes_back(struct search *s, int row, int v)
+{
+    int depth = 0;
+    bool back = false;
+    if (!s->by)
+        return false;
+    s->turn++;
+    for (int at = row; !back; ) {
+        for (int k = s->first[at]; k < s->first[at + 1]; k++) {
+            int i = s->by[s->variable[k]];
+            back |= at != row && s->variable[k] == v;
+            if (i >= 0 && s->seen[i] != s->turn) {
+                s->seen[i] = s->turn;
+                s->stack[depth++] = i;
+            }
+        }
+        if (!depth)
+            break;
+        at = s->d->at[s->stack[--depth]].row;
+    }
+    return back;
+}
+
 /* The variable that the row defines, if one: of several the one that the fewest other equations without derivatives have. */
 static bool defined_by(struct search *s, int row, struct definition *best)
 {
@@ -111,7 +139,7 @@ static bool defined_by(struct search *s, int row, struct definition *best)
             symbol[count++] = s->st->node[s->cone.list[k]].a;
     for (int k = 0; k < count; k++) {
         int v = s->column[symbol[k]];
-        if (v < 0 || s->moves[v] || (found && s->met[v] >= s->met[best->variable]))
+        if (v < 0 || s->moves[v] || (found && s->met[v] >= s->met[best->variable]) || comes_back(s, row, v))
             continue;
         expr_cone_of(s->st, &s->cone, &e, 1);
         expr_cone_index(&s->cone);
@@ -144,6 +172,93 @@ static void put_in(struct search *s, struct definition now)
     d->at[d->count++] = now;
     s->moves[now.variable] = 1;
     s->used[now.row] = 1;
+}
+
+/* Which variables the rows without derivatives have. */
+static void list_variables(struct search *s)
+{
+    int n = s->sys->variables, rows = s->sys->rows, count = 0;
+    size_t cap = 0;
+    s->by = sga_malloc(((size_t)n + 1) * sizeof *s->by);
+    s->first = sga_calloc((size_t)rows + 2, sizeof *s->first);
+    s->seen = sga_calloc((size_t)rows + 1, sizeof *s->seen);
+    s->stack = sga_malloc(((size_t)rows + 1) * sizeof *s->stack);
+    for (int j = 0; j < n; j++)
+        s->by[j] = -1;
+    for (int i = 0; i < rows; i++) {
+        s->first[i] = count;
+        expr_cone_of(s->st, &s->cone, s->alpha + i, s->used[i] ? 0 : 1);
+        for (int k = 0; k < s->cone.count; k++) {
+            int symbol = expr_op_of(s->st, s->cone.list[k]) == EXPR_SYM ? s->st->node[s->cone.list[k]].a : -1;
+            if (symbol < 0 || s->column[symbol] < 0)
+                continue;
+            SGA_RESERVE(s->variable, cap, count + 1);
+            s->variable[count++] = s->column[symbol];
+        }
+    }
+    s->first[rows] = count;
+}
+
+/* One more, its value as its row has it. */
+static void note(struct search *s, struct definition now)
+{
+    struct definitions *d = s->d;
+    SGA_RESERVE(d->at, d->cap, d->count + 1);
+    s->by[now.variable] = d->count;
+    d->at[d->count++] = now;
+    s->used[now.row] = 1;
+    s->moves[now.variable] = 1;
+}
+
+/* One that this one uses and that is not final; -1: none. next: where to look on, by definition. */
+static int open_part(struct search *s, int at, const unsigned char *final, int *next)
+{
+    while (next[at] < s->first[s->d->at[at].row + 1]) {
+        int q = s->by[s->variable[next[at]++]];
+        if (q >= 0 && q != at && !final[q])
+            return q;
+    }
+    return -1;
+}
+
+/* Values free of all that is defined, each after those that it uses. */
+static void resolve(struct search *s)
+{
+    struct definitions *d = s->d;
+    unsigned char *final = sga_calloc((size_t)d->count + 1, 1);
+    int *next = sga_malloc(((size_t)d->count + 1) * sizeof *next);
+    for (int i = 0; i < d->count; i++)
+        next[i] = s->first[d->at[i].row];
+    for (int i = 0; i < d->count; i++) {
+        int depth = 0;
+        s->stack[depth++] = i;
+        while (depth) {
+            int at = s->stack[depth - 1], part = final[at] ? -1 : open_part(s, at, final, next);
+            if (part >= 0) {
+                s->stack[depth++] = part;
+                continue;
+            }
+            depth--;
+            if (final[at])
+                continue;
+            expr_substitute(s->st, &d->at[at].value, 1, s->map);
+            s->map[s->sys->variable[d->at[at].variable].symbol] = d->at[at].value;
+            final[at] = 1;
+        }
+    }
+    free(final);
+    free(next);
+}
+
+static void find_all(struct search *s)
+{
+    list_variables(s);
+    for (int i = 0; i < s->sys->rows && sga_budget_ok(s->budget, NULL) && expr_store_ok(s->st); i++) {
+        struct definition now = { 0 };
+        if (!s->used[i] && defined_by(s, i, &now))
+            note(s, now);
+    }
+    resolve(s);
 }
 
 static void begin(struct search *s)
@@ -188,6 +303,11 @@ static void end(struct search *s)
     free(s->map);
     free(s->alpha);
     free(s->slope);
+    free(s->by);
+    free(s->first);
+    free(s->variable);
+    free(s->seen);
+    free(s->stack);
 }
 
 /* Whether any equation without derivatives has a switch or root: most systems have none. */
@@ -223,7 +343,10 @@ void definitions_find(struct definitions *d, const struct sys_system *system, en
     *d = (struct definitions){ 0 };
     expr_facts_init(&s.facts);
     expr_cone_init(&s.cone);
-    if (asked == DEFINITIONS_ALL || any_kink(&s)) {
+    if (asked == DEFINITIONS_ALL) {
+        begin(&s);
+        find_all(&s);
+    } else if (any_kink(&s)) {
         begin(&s);
         bool more = true;
         while (more && sga_budget_ok(budget, NULL) && expr_store_ok(s.st)) {
