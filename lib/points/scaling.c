@@ -8,7 +8,7 @@
 #include "mem.h"
 #include "scaling_rows.h"
 
-enum { DEPTH = 200, EACH = 60, EQUATIONS = 4000, LEAST = 8, MOST = 900, VISITS = 200000 };
+enum { DEPTH = 200, EACH = 60, EQUATIONS = 4000, LEAST = 3, MOST = 900, VISITS = 200000 };
 
 /* A product: coefficient and powers of the unknowns that it has. */
 struct term {

@@ -42,6 +42,7 @@ struct attempt {
 static int solve_through(const struct attempt *a, enum definitions_asked asked, int fewer, bool *ok)
 {
     struct definitions d;
+    uint64_t seed = a->shadow->random;
     bool lifted = false;
     definitions_find(&d, a->system, asked, a->options->budget);
     bool more = d.count > fewer;
@@ -52,6 +53,8 @@ static int solve_through(const struct attempt *a, enum definitions_asked asked, 
             a->shadow->zero[i].constraints += d.count;
     }
     int count = more && (lifted || !*ok) ? d.count : 0;
+    if (more && !count)
+        routes_restart(a->shadow, seed, a->solution);
     definitions_clear(&d);
     return count;
 }
@@ -108,10 +111,8 @@ bool state_solve(const struct sys_system *system, const struct sga_options *opti
     int decisions = route ? route->count : 0;
     bool ok;
     int kinked = solve_through(&a, DEFINITIONS_KINKED, 0, &ok);
-    if (!kinked) {
-        routes_restart(shadow, seed, solution);
+    if (!kinked)
         ok = state_solve_as_is(system, options, shadow, route, solution, err);
-    }
     bool goes_on = !ok && routes_local(err->code) && sga_budget_ok(options->budget, NULL) && expr_store_ok(system->store);
     return ok || (goes_on && see_through(&a, seed, decisions, kinked));
 }
