@@ -7,7 +7,7 @@
 
 #include "mem.h"
 
-enum { ALIKE = 12 /* bits that coefficients may differ by and nothing is done */, LARGEST = 400 /* bits of one monomial: products of two stay doubles */ };
+enum { ALIKE = 4 /* bits that coefficients may differ by and nothing is done */, LARGEST = 400 /* bits of one monomial: products of two stay doubles */ };
 
 /* N x = r (n x n, positive definite, spent), x in r. */
 static void solve(double *N, double *r, int n)

@@ -1,35 +1,13 @@
 /* Which variables are defined by equations, and the system with these put in. */
-#include "definition.h"
+#include "definition_search.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#include "facts.h"
 #include "mem.h"
 
-struct search {
-    const struct sys_system *sys;
-    const struct sga_budget *budget;
-    struct expr_store *st;
-    struct definitions *d;
-    enum definitions_asked asked;
-    struct expr_facts facts;
-    struct expr_cone cone;
-    unsigned char *moves;          /* by variable: its derivative is in some row */
-    unsigned char *used;           /* by row: it is a definition, or no longer asked */
-    int *met;                      /* by variable: how many other equations without derivatives have it */
-    int *column;                   /* by symbol: variable or -1 */
-    expr_id *alpha;                /* by row: with what is defined so far put in */
-    expr_id *map;                  /* by symbol */
-    expr_id *slope; size_t slope_cap;   /* scratch, by place in the cone */
-    /* where all are asked for, values stay as their rows have them until the end: */
-    int *by;                       /* by variable: the definition that it has, or -1 */
-    int *first, *variable;         /* the variables of row i are variable[first[i] .. first[i + 1]) */
-    int *seen, turn, *stack;       /* by definition: in this turn; of definitions */
-};
-
 /* Whether the node has several branches, or no derivative where its argument is 0, at places that can be met. */
-static bool is_kink(struct search *s, const struct expr_node n)
+static bool is_kink(struct definition_search *s, const struct expr_node n)
 {
     unsigned f;
     switch ((enum expr_op)n.op) {
@@ -44,7 +22,7 @@ static bool is_kink(struct search *s, const struct expr_node n)
 }
 
 /* Whether e has such nodes that depend on variables or time. */
-static bool has_kink(struct search *s, expr_id e)
+static bool has_kink(struct definition_search *s, expr_id e)
 {
     expr_cone_of(s->st, &s->cone, &e, 1);
     for (int k = 0; k < s->cone.count; k++)
@@ -70,7 +48,7 @@ static expr_id slope_of(struct expr_store *st, expr_id e, expr_id a, expr_id b)
 
 /* e = slope * symbol + the rest, by e's shape; the constant 0 where the symbol is not in it, UNDEF where it is in it in another way. Derivatives
  * would not tell: that of sign(v) is 0. The cone is e's, indexed. */
-static expr_id slope_in(struct search *s, expr_id e, int symbol)
+static expr_id slope_in(struct definition_search *s, expr_id e, int symbol)
 {
     struct expr_store *st = s->st;
     expr_id zero = expr_int(st, 0);
@@ -94,7 +72,7 @@ static expr_id slope_in(struct search *s, expr_id e, int symbol)
 }
 
 /* Value of the variable by the row: what is left of it with the variable put to 0, over -slope. */
-static expr_id value_of(struct search *s, expr_id e, int symbol, expr_id slope)
+static expr_id value_of(struct definition_search *s, expr_id e, int symbol, expr_id slope)
 {
     expr_id rest = e;
     s->map[symbol] = expr_int(s->st, 0);
@@ -103,32 +81,7 @@ static expr_id value_of(struct search *s, expr_id e, int symbol, expr_id slope)
     return expr_neg(s->st, expr_div(s->st, rest, slope));
 }
 
-/* Whether the row has a variable whose value, as known so far, leads back to v. */
-static bool comes_back(struct search *s, int row, int v)
-{
-    int depth = 0;
-    bool back = false;
-    if (!s->by)
-        return false;
-    s->turn++;
-    for (int at = row; !back; ) {
-        for (int k = s->first[at]; k < s->first[at + 1]; k++) {
-            int i = s->by[s->variable[k]];
-            back |= at != row && s->variable[k] == v;
-            if (i >= 0 && s->seen[i] != s->turn) {
-                s->seen[i] = s->turn;
-                s->stack[depth++] = i;
-            }
-        }
-        if (!depth)
-            break;
-        at = s->d->at[s->stack[--depth]].row;
-    }
-    return back;
-}
-
-/* The variable that the row defines, if one: of several the one that the fewest other equations without derivatives have. */
-static bool defined_by(struct search *s, int row, struct definition *best)
+bool definition_by(struct definition_search *s, int row, struct definition *best)
 {
     expr_id e = s->alpha[row];
     bool found = false;
@@ -139,7 +92,7 @@ static bool defined_by(struct search *s, int row, struct definition *best)
             symbol[count++] = s->st->node[s->cone.list[k]].a;
     for (int k = 0; k < count; k++) {
         int v = s->column[symbol[k]];
-        if (v < 0 || s->moves[v] || (found && s->met[v] >= s->met[best->variable]) || comes_back(s, row, v))
+        if (v < 0 || s->moves[v] || (found && s->met[v] >= s->met[best->variable]) || definition_comes_back(s, row, v))
             continue;
         expr_cone_of(s->st, &s->cone, &e, 1);
         expr_cone_index(&s->cone);
@@ -157,7 +110,7 @@ static bool defined_by(struct search *s, int row, struct definition *best)
 }
 
 /* What is defined is put in wherever it is. */
-static void put_in(struct search *s, struct definition now)
+static void put_in(struct definition_search *s, struct definition now)
 {
     struct definitions *d = s->d;
     int symbol = s->sys->variable[now.variable].symbol;
@@ -174,94 +127,7 @@ static void put_in(struct search *s, struct definition now)
     s->used[now.row] = 1;
 }
 
-/* Which variables the rows without derivatives have. */
-static void list_variables(struct search *s)
-{
-    int n = s->sys->variables, rows = s->sys->rows, count = 0;
-    size_t cap = 0;
-    s->by = sga_malloc(((size_t)n + 1) * sizeof *s->by);
-    s->first = sga_calloc((size_t)rows + 2, sizeof *s->first);
-    s->seen = sga_calloc((size_t)rows + 1, sizeof *s->seen);
-    s->stack = sga_malloc(((size_t)rows + 1) * sizeof *s->stack);
-    for (int j = 0; j < n; j++)
-        s->by[j] = -1;
-    for (int i = 0; i < rows; i++) {
-        s->first[i] = count;
-        expr_cone_of(s->st, &s->cone, s->alpha + i, s->used[i] ? 0 : 1);
-        for (int k = 0; k < s->cone.count; k++) {
-            int symbol = expr_op_of(s->st, s->cone.list[k]) == EXPR_SYM ? s->st->node[s->cone.list[k]].a : -1;
-            if (symbol < 0 || s->column[symbol] < 0)
-                continue;
-            SGA_RESERVE(s->variable, cap, count + 1);
-            s->variable[count++] = s->column[symbol];
-        }
-    }
-    s->first[rows] = count;
-}
-
-/* One more, its value as its row has it. */
-static void note(struct search *s, struct definition now)
-{
-    struct definitions *d = s->d;
-    SGA_RESERVE(d->at, d->cap, d->count + 1);
-    s->by[now.variable] = d->count;
-    d->at[d->count++] = now;
-    s->used[now.row] = 1;
-    s->moves[now.variable] = 1;
-}
-
-/* One that this one uses and that is not final; -1: none. next: where to look on, by definition. */
-static int open_part(struct search *s, int at, const unsigned char *final, int *next)
-{
-    while (next[at] < s->first[s->d->at[at].row + 1]) {
-        int q = s->by[s->variable[next[at]++]];
-        if (q >= 0 && q != at && !final[q])
-            return q;
-    }
-    return -1;
-}
-
-/* Values free of all that is defined, each after those that it uses. */
-static void resolve(struct search *s)
-{
-    struct definitions *d = s->d;
-    unsigned char *final = sga_calloc((size_t)d->count + 1, 1);
-    int *next = sga_malloc(((size_t)d->count + 1) * sizeof *next);
-    for (int i = 0; i < d->count; i++)
-        next[i] = s->first[d->at[i].row];
-    for (int i = 0; i < d->count; i++) {
-        int depth = 0;
-        s->stack[depth++] = i;
-        while (depth) {
-            int at = s->stack[depth - 1], part = final[at] ? -1 : open_part(s, at, final, next);
-            if (part >= 0) {
-                s->stack[depth++] = part;
-                continue;
-            }
-            depth--;
-            if (final[at])
-                continue;
-            expr_substitute(s->st, &d->at[at].value, 1, s->map);
-            s->map[s->sys->variable[d->at[at].variable].symbol] = d->at[at].value;
-            final[at] = 1;
-        }
-    }
-    free(final);
-    free(next);
-}
-
-static void find_all(struct search *s)
-{
-    list_variables(s);
-    for (int i = 0; i < s->sys->rows && sga_budget_ok(s->budget, NULL) && expr_store_ok(s->st); i++) {
-        struct definition now = { 0 };
-        if (!s->used[i] && defined_by(s, i, &now))
-            note(s, now);
-    }
-    resolve(s);
-}
-
-static void begin(struct search *s)
+static void begin(struct definition_search *s)
 {
     const struct sys_system *sys = s->sys;
     int n = sys->variables;
@@ -292,7 +158,7 @@ static void begin(struct search *s)
     }
 }
 
-static void end(struct search *s)
+static void end(struct definition_search *s)
 {
     expr_facts_clear(&s->facts);
     expr_cone_clear(&s->cone);
@@ -311,7 +177,7 @@ static void end(struct search *s)
 }
 
 /* Whether any equation without derivatives has a switch or root: most systems have none. */
-static bool any_kink(struct search *s)
+static bool any_kink(struct definition_search *s)
 {
     for (int i = 0; i < s->sys->rows; i++)
         if (!s->sys->row[i].entries && has_kink(s, s->sys->row[i].alpha))
@@ -339,13 +205,13 @@ static void places(struct definitions *d, const struct sys_system *sys)
 
 void definitions_find(struct definitions *d, const struct sys_system *system, enum definitions_asked asked, const struct sga_budget *budget)
 {
-    struct search s = { .sys = system, .budget = budget, .st = system->store, .d = d, .asked = asked };
+    struct definition_search s = { .sys = system, .budget = budget, .st = system->store, .d = d, .asked = asked };
     *d = (struct definitions){ 0 };
     expr_facts_init(&s.facts);
     expr_cone_init(&s.cone);
     if (asked == DEFINITIONS_ALL) {
         begin(&s);
-        find_all(&s);
+        definition_all(&s);
     } else if (any_kink(&s)) {
         begin(&s);
         bool more = true;
@@ -353,7 +219,7 @@ void definitions_find(struct definitions *d, const struct sys_system *system, en
             more = false;
             for (int i = 0; i < system->rows && sga_budget_ok(budget, NULL) && expr_store_ok(s.st); i++) {
                 struct definition now = { 0 };
-                if (s.used[i] || !defined_by(&s, i, &now))
+                if (s.used[i] || !definition_by(&s, i, &now))
                     continue;
                 put_in(&s, now);
                 more = true;
