@@ -7,7 +7,7 @@
 
 #include "mem.h"
 
-enum { VARIABLES = SCALING_MOST + 1, DEPTH = 200, EQUATIONS = 4000, LEAST = 8, MOST = 900, VISITS = 200000 };
+enum { VARIABLES = SCALING_MOST + 1, DEPTH = 200, EQUATIONS = SGA_MOST_SCALED_TERMS, LEAST = 8, MOST = 900, VISITS = 200000 };
 
 struct term {
     double log;                /* log2 of the coefficient */
@@ -20,7 +20,7 @@ struct scaling {
     bool timed, time_met;
     double *normal, *right;    /* E^T E and -E^T c of the least squares problem */
     struct term first;
-    bool has_first;
+    bool has_first, cut;
     int equations, visits;     /* shared sums are walked over each time: not without end */
     struct later { expr_id e; bool unit; } later[DEPTH]; int laters;   /* inner sums, and arguments */
 };
@@ -70,6 +70,7 @@ void scaling_sum(struct scaling *w)
 
 static void postpone(struct scaling *w, expr_id e, bool unit)
 {
+    w->cut |= w->laters == DEPTH;
     if (w->laters < DEPTH)
         w->later[w->laters++] = (struct later){ e, unit };
 }
@@ -142,8 +143,10 @@ static bool term_of(struct scaling *w, expr_id e, struct term *t)
 /* sum power_j s_j + log = 0, added to the normal equations */
 static void equation(struct scaling *w, const struct term *t)
 {
-    if (w->equations++ > EQUATIONS)
+    if (w->equations++ > EQUATIONS) {
+        w->cut = true;
         return;
+    }
     for (int i = 0; i < w->n; i++) {
         if (t->power[i] == 0)
             continue;
@@ -161,6 +164,7 @@ struct walk {
 
 static bool next_term(struct scaling *w, struct walk *at, struct term *t)
 {
+    w->cut |= at->depth && w->visits >= VISITS;
     while (at->depth && w->visits++ < VISITS) {
         expr_id e = at->stack[--at->depth];
         const struct expr_node n = w->st->node[e];
@@ -212,6 +216,11 @@ void scaling_add(struct scaling *w, expr_id e, int velocity)
     w->laters = 0;
     w->first = keep;
     w->has_first = had;
+}
+
+bool scaling_cut(const struct scaling *w)
+{
+    return w->cut;
 }
 
 void scaling_anchor(struct scaling *w, int j, double log, double weight)
