@@ -92,7 +92,7 @@ static void keep_pivots(struct routes *r, const struct sys_system *system, const
 
 static bool is_best(const struct routes *r, const struct sga_solution *solution, int final)
 {
-    return final > r->final || (final == r->final && final >= 0 && r->best_at >= 0 && solution->verdict < r->verdict);
+    return final > r->final || (final == r->final && final >= 0 && solution->verdict < r->verdict);
 }
 
 /* Sides that the last run found its answer, or its failure, to rest on: beyond them another route begins. */
