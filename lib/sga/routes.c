@@ -64,6 +64,7 @@ struct sga_options routes_options(const struct routes *r, const struct sga_optio
     struct sga_options own = *options;
     if (place >= 0) {
         own.near = r->components.place[place].x;
+        own.near_given = NULL;
         own.near_time = r->components.place[place].t;
         own.near_spread = BESIDE;
         own.parameter_near = r->components.place[place].parameter;
