@@ -14,7 +14,8 @@ struct filling {
     double *near;
     unsigned char *known;          /* by variable */
     expr_id *equation; int equations;
-    int **of, *len, *open;         /* by equation: its variables, how many, how many of them are not known */
+    int **of, *len;                /* by equation: its variables, how many */
+    unsigned char *says; double *value;   /* by equation: what it says of its last open variable (enum says), and that */
     double *sum; int *said;        /* by variable: of the values that equations say in this round, and how many do */
     int *column;                   /* by symbol: variable or -1 */
     struct expr_cone cone;
@@ -45,7 +46,8 @@ static void list_variables(struct filling *f)
 {
     f->of = sga_calloc((size_t)f->equations + 1, sizeof *f->of);
     f->len = sga_calloc((size_t)f->equations + 1, sizeof *f->len);
-    f->open = sga_calloc((size_t)f->equations + 1, sizeof *f->open);
+    f->says = sga_calloc((size_t)f->equations + 1, 1);
+    f->value = sga_calloc((size_t)f->equations + 1, sizeof *f->value);
     for (int i = 0; i < f->equations; i++) {
         expr_cone_of(f->sys->store, &f->cone, f->equation + i, 1);
         f->of[i] = sga_malloc(((size_t)f->cone.count + 1) * sizeof **f->of);
@@ -88,7 +90,8 @@ static void end(struct filling *f)
         free(f->of[i]);
     free(f->of);
     free(f->len);
-    free(f->open);
+    free(f->says);
+    free(f->value);
     free(f->equation);
     free(f->column);
     free(f->sum);
@@ -106,37 +109,67 @@ static double value_with(struct filling *f, expr_id e, int symbol, double v)
     return arb_is_finite(y) ? arf_get_d(arb_midref(y), ARF_RND_NEAR) : NAN;
 }
 
-/* What equation i says of its one variable j that is not known: NaN where it is not affine in it. */
-static double said_of(struct filling *f, int i, int j)
+/* What an equation says of its one variable that is not known. */
+enum says { NOT_ASKED, NOTHING, DEFINES, SAYS_HERE };      /* the slope is a number; or it is one at these values only */
+
+/* e along the variable: value at 0 and slope. False: it is not affine in it. */
+static bool line(struct filling *f, expr_id e, int symbol, double out[2])
 {
-    int symbol = f->sys->variable[j].symbol;
-    expr_id e = f->equation[i];
-    expr_cone_of(f->sys->store, &f->cone, &e, 1);
     double y[4];
     for (int k = 0; k < 4; k++)
         y[k] = value_with(f, e, symbol, k == 3 ? -3.5 : k);
     double slope = y[1] - y[0], size = fabs(y[0]) + fabs(slope);
-    bool affine = fabs(y[2] - y[0] - 2 * slope) <= 1e-9 * size && fabs(y[3] - y[0] + 3.5 * slope) <= 1e-9 * size;
-    num_ball_set_d(&f->ball, symbol, f->near[j]);
-    return affine && fabs(slope) > 1e-9 * fabs(y[0]) ? -y[0] / slope : NAN;
+    out[0] = y[0];
+    out[1] = slope;
+    return fabs(y[2] - y[0] - 2 * slope) <= 1e-9 * size && fabs(y[3] - y[0] + 3.5 * slope) <= 1e-9 * size && fabs(slope) > 1e-9 * fabs(y[0]);
 }
 
-/* Values that equations say now; of several the mean. Returns how many are new. */
-static int round_of(struct filling *f)
+/* Whether the slope is the same where the other variables are elsewhere. */
+static bool is_number(struct filling *f, int i, int j, double slope)
+{
+    double other[2];
+    for (int k = 0; k < f->len[i]; k++) {
+        int v = f->of[i][k];
+        num_ball_set_d(&f->ball, f->sys->variable[v].symbol, 1.21 * f->near[v] + 0.37);
+    }
+    bool same = line(f, f->equation[i], f->sys->variable[j].symbol, other) && fabs(other[1] - slope) <= 1e-9 * fabs(slope);
+    for (int k = 0; k < f->len[i]; k++)
+        num_ball_set_d(&f->ball, f->sys->variable[f->of[i][k]].symbol, f->near[f->of[i][k]]);
+    return same;
+}
+
+static void ask(struct filling *f, int i, int j)
+{
+    double at[2];
+    expr_cone_of(f->sys->store, &f->cone, f->equation + i, 1);
+    bool affine = line(f, f->equation[i], f->sys->variable[j].symbol, at);
+    f->says[i] = !affine ? NOTHING : is_number(f, i, j, at[1]) ? DEFINES : SAYS_HERE;
+    f->value[i] = affine ? -at[0] / at[1] : NAN;
+    num_ball_set_d(&f->ball, f->sys->variable[j].symbol, f->near[j]);
+}
+
+/* The one variable of equation i that is not known; -1: there are none, or several. */
+static int one_open(const struct filling *f, int i)
+{
+    int j = -1, open = 0;
+    for (int k = 0; k < f->len[i]; k++)
+        if (!f->known[f->of[i][k]]) {
+            j = f->of[i][k];
+            open++;
+        }
+    return open == 1 ? j : -1;
+}
+
+/* Values that equations say now, of this kind; of several the mean. Returns how many are new. */
+static int round_of(struct filling *f, enum says kind)
 {
     int new = 0;
     for (int i = 0; i < f->equations; i++) {
-        int j = -1, open = 0;
-        for (int k = 0; k < f->len[i]; k++)
-            if (!f->known[f->of[i][k]]) {
-                j = f->of[i][k];
-                open++;
-            }
-        bool before = f->open[i] == 1;     /* asked in an earlier round, in vain */
-        f->open[i] = open;
-        double v = open == 1 && !before ? said_of(f, i, j) : NAN;
-        if (isfinite(v)) {
-            f->sum[j] += v;
+        int j = f->says[i] == NOTHING ? -1 : one_open(f, i);
+        if (j >= 0 && f->says[i] == NOT_ASKED)
+            ask(f, i, j);
+        if (j >= 0 && f->says[i] == kind && isfinite(f->value[i])) {
+            f->sum[j] += f->value[i];
             f->said[j]++;
         }
     }
@@ -152,6 +185,13 @@ static int round_of(struct filling *f)
     return new;
 }
 
+/* Definitions first: a product is one with the factors that the values make. */
+static void fill(struct filling *f)
+{
+    while (round_of(f, DEFINES) > 0 || round_of(f, SAYS_HERE) > 0)
+        ;
+}
+
 void guess_complete(const struct sys_system *sys, const unsigned char *given, double time, const double *parameter_near, double *near)
 {
     struct filling f = { .sys = sys, .near = near };
@@ -160,12 +200,10 @@ void guess_complete(const struct sys_system *sys, const unsigned char *given, do
     for (int j = 0; j < sys->variables; j++)
         f.known[j] = given[j];
     begin(&f, time, parameter_near);
-    while (round_of(&f) > 0)
-        ;
+    fill(&f);
     for (int j = 0; j < sys->variables; j++)
         f.known[j] |= moving[j];
-    while (round_of(&f) > 0)
-        ;
+    fill(&f);
     end(&f);
     free(moving);
 }

@@ -31,12 +31,13 @@ static void add_given(struct state *s, struct measure *m)
         m->f[m->count++] = sys->restriction[i];
 }
 
-/* A union that is asked about is met by the option itself. */
-static void functions(struct state *s, const struct regular_option *o, expr_id asked, struct measure *m)
+/* The option's alone, or the given equations too: a union that is asked about is met by the option itself. */
+static void functions(struct state *s, const struct regular_option *o, expr_id asked, bool all, struct measure *m)
 {
     int n = 0;
     m->f = sga_malloc((size_t)(o->count + MOST + 2) * sizeof *m->f);
-    add_given(s, m);
+    if (all)
+        add_given(s, m);
     for (int i = 0; i < m->count; i++)
         if (m->f[i] != asked)
             m->f[n++] = m->f[i];
@@ -115,23 +116,29 @@ static double least_move(const struct measure *m, int n)
     return sqrt(sum);
 }
 
-double guess_distance(struct state *s, const struct regular_option *o, expr_id asked)
+/* NaN: there are too many functions. */
+static double measured(struct state *s, const struct regular_option *o, expr_id asked, bool all)
 {
     struct measure m = { 0 };
-    int n = s->sys->variables;
-    if (n > MOST)
-        return regular_option_distance(s, o, s->options->near, s->options->near_time);
-    functions(s, o, asked, &m);
-    double far = INFINITY;
-    if (m.count > MOST) {
-        far = regular_option_distance(s, o, s->options->near, s->options->near_time);
-    } else {
+    functions(s, o, asked, all, &m);
+    double far = NAN;
+    if (m.count <= MOST) {
         units(s, &m);
-        if (differences(s, &m))
-            far = least_move(&m, n);
+        far = differences(s, &m) ? least_move(&m, s->sys->variables) : INFINITY;
     }
     free(m.f);
     free(m.unit);
     free(m.value);
     return far;
+}
+
+/* Equations may contradict the option to first order, and are left out then: it is as far as alone at the least. */
+double guess_distance(struct state *s, const struct regular_option *o, expr_id asked)
+{
+    if (s->sys->variables > MOST)
+        return regular_option_distance(s, o, s->options->near, s->options->near_time);
+    double alone = measured(s, o, asked, false), all = measured(s, o, asked, true);
+    if (isnan(alone))
+        return regular_option_distance(s, o, s->options->near, s->options->near_time);
+    return isnan(all) ? alone : fmax(alone, all);
 }
