@@ -8,7 +8,7 @@
 #include "sides.h"
 #include "warnings.h"
 
-enum { STARTS = 6, SIDED_STARTS = 6, STUCK_STARTS = 16 };     /* of each set; where it has sides, each is to be met */
+enum { STARTS = 3, SIDED_STARTS = 6, STUCK_STARTS = 16 };     /* of each set; where it has sides, each is to be met */
 
 static void *copy(const void *from, size_t count, size_t size)
 {
