@@ -19,11 +19,6 @@ static const int prime_offset[NUM_MODP_PRIMES] = {
     117367, 121027, 121111, 121171, 128671, 128767, 134851, 138967, 139423, 141403, 142243, 143503
 };
 
-/* Safe primes of the same kind with their greatest powers below 2^63. */
-static const struct { unsigned short p, power; } power_of[NUM_MODP_POWERS] = {
-    { 503, 7 }, { 107, 9 }, { 47, 11 }, { 23, 13 }, { 11, 18 }
-};
-
 struct num_modp_solution {
     mp_limb_t *y;     /* NULL: not computed */
     uint8_t flags;
@@ -43,10 +38,12 @@ void num_modp_init(struct num_modp *m, const struct expr_store *st, uint64_t see
     init(m, st, seed, (UWORD(1) << 60) + (mp_limb_t)prime_offset[prime], 1);
 }
 
-void num_modp_init_power(struct num_modp *m, const struct expr_store *st, uint64_t seed, int which)
+void num_modp_init_power(struct num_modp *m, const struct expr_store *st, uint64_t seed, mp_limb_t p)
 {
-    assert(which >= 0 && which < NUM_MODP_POWERS);
-    init(m, st, seed, power_of[which].p, power_of[which].power);
+    int power = 1;
+    for (mp_limb_t n = p; n < (UWORD(1) << 63) / p; n *= p)
+        power++;
+    init(m, st, seed, p, power);
 }
 
 void num_modp_forget(struct num_modp *m)

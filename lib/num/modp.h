@@ -32,7 +32,6 @@
 #include "expr.h"
 
 #define NUM_MODP_PRIMES 48
-#define NUM_MODP_POWERS 5
 
 enum {
     NUM_MODP_BAD = 1,      /* no value here: a division by zero or a missing root, here or below */
@@ -55,8 +54,8 @@ struct num_modp {
 /* prime: 0 .. NUM_MODP_PRIMES-1. The same seed and prime give the same values, always.
  * Symbols start at 0. The store must outlive it. */
 void num_modp_init(struct num_modp *m, const struct expr_store *st, uint64_t seed, int prime);
-/* Modulo a power above 2^57 of one of the small primes 503, 107, 47, 23, 11 (which: 0 .. NUM_MODP_POWERS-1). */
-void num_modp_init_power(struct num_modp *m, const struct expr_store *st, uint64_t seed, int which);
+/* Modulo the greatest power below 2^63 of a small safe prime that is 11 modulo 12: 11, 23, 47, 59, 83, 107, 167, ... */
+void num_modp_init_power(struct num_modp *m, const struct expr_store *st, uint64_t seed, mp_limb_t p);
 void num_modp_clear(struct num_modp *m);
 /* A random residue that depends on the seed and the key only. */
 mp_limb_t num_modp_random(const struct num_modp *m, uint64_t key);

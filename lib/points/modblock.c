@@ -69,7 +69,7 @@ static bool slopes(struct modblock *b, mp_limb_t *slope, mp_limb_t *rest, const 
 
 /* Exact where the block is affine in its unknowns; otherwise the check fails. The base point is random, since 0 is often a
  * place without values. */
-bool modblock_affine(struct modblock *b, uint64_t *random)
+bool modblock_affine(struct modblock *b, bool *affine, uint64_t *random)
 {
     size_t n = (size_t)b->n;
     mp_limb_t *slope = sga_calloc(n * n, sizeof *slope), *rest = sga_calloc(n, sizeof *rest), *base = sga_calloc(n, sizeof *base);
@@ -81,7 +81,9 @@ bool modblock_affine(struct modblock *b, uint64_t *random)
     free(slope);
     free(rest);
     free(base);
-    return ok && modblock_vanishes(b);
+    bool vanishes = ok && modblock_vanishes(b);
+    *affine = vanishes || !ok;
+    return vanishes;
 }
 
 /* Through as many points as its degree needs, and a root modulo the prime. */

@@ -25,8 +25,8 @@ void modblock_end(struct modblock *b);
 /* The unknowns are put in and value[] is filled; false where some have no value. */
 bool modblock_evaluate(struct modblock *b);
 bool modblock_vanishes(struct modblock *b);
-/* True where the unknowns are set so that it vanishes. */
-bool modblock_affine(struct modblock *b, uint64_t *random);
+/* True where the unknowns are set so that it vanishes. *affine: another point may do, should this one not. */
+bool modblock_affine(struct modblock *b, bool *affine, uint64_t *random);
 bool modblock_univariate(struct modblock *b, uint64_t *random);
 /* Modulo powers only: some unknowns are guessed modulo p, each equation is solved for one other or is a check, a guess that
  * fails a check is counted on, and the point that is left is lifted by Hensel's lemma. The block must not hold its unknowns

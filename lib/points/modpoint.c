@@ -2,7 +2,6 @@
  * order in which they determine each other. */
 #include "modpoint.h"
 
-#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -11,10 +10,17 @@
 #include "modblock.h"
 #include "modmatch.h"
 
-enum { TRIES = 4, BLOCK_TRIES = 24, MATCHED_MOST = 400 };
+enum { TRIES = 16, BLOCK_TRIES = 24, MATCHED_MOST = 400 };
 
-/* Nodes that may be worked out for one point modulo powers. */
-enum { WORK_MOST = 4000000 };
+/* Small primes to lift from, by the guesses that a block takes: the more guesses, the smaller; several, since a number
+ * that is algebraic is there modulo some primes only. */
+enum { GUESSES_MOST = 4, SMALL_PRIMES = 5, ROUNDS = 3 };
+static const unsigned short small_prime[GUESSES_MOST + 1][SMALL_PRIMES] = {
+    { 503, 479, 467, 383, 359 }, { 107, 83, 167, 59, 179 }, { 47, 59, 83, 47, 23 }, { 23, 47, 23, 47, 23 }, { 11, 23, 11, 23, 11 }
+};
+
+/* Nodes that may be worked out for one point: so many, and so many times those of the store. */
+enum { WORK_MOST = 4000000, WORK_TIMES = 8 };
 
 /* The square system: constraint i is solved for variable solved[i]; blocks are its strong components, each after those that it uses. */
 struct blocks {
@@ -76,7 +82,7 @@ struct search {
     const struct points_space *s;
     const int *solved;
     int most;                     /* guesses that a block may take at this prime ... */
-    int needs;                    /* ... and what the first one that failed would */
+    int needs;                    /* ... and what the last one would; negative: no number is enough */
     long work;
 };
 
@@ -96,10 +102,13 @@ static bool redraw(const struct modblock *b, const unsigned char *settled, uint6
 
 static bool solve_once(struct search *f, struct modblock *b, uint64_t *random)
 {
-    if (modblock_affine(b, random))
+    bool affine;
+    if (modblock_affine(b, &affine, random))
         return true;
-    if (b->m->power == 1)
+    if (b->m->power == 1) {
+        f->needs = b->n > 1 && !affine;
         return b->n == 1 && modblock_univariate(b, random);
+    }
     f->needs = modblock_guesses(b);
     return f->needs >= 0 && f->needs <= f->most && modblock_tear(b, random);
 }
@@ -144,6 +153,7 @@ static bool try_point(struct search *f, const struct blocks *b, uint64_t *random
         num_modp_set(m, s->parameter[i], points_random(random) % m->mod.n);
     num_modp_set(m, s->time, points_random(random) % m->mod.n);
     num_modp_extend(m);
+    f->work -= s->st->nodes;
     unsigned char *settled = sga_calloc((size_t)s->st->symbols, 1);
     bool ok = true;
     for (int k = 0; k < b->count && ok; k++)
@@ -152,57 +162,77 @@ static bool try_point(struct search *f, const struct blocks *b, uint64_t *random
     return ok && on_the_set(m, s);
 }
 
-/* Modulo prime number `prime`; or, where that is negative, modulo a power of the small prime for `most` guesses. */
-static bool find(struct points_modpoint *p, const struct points_space *s, const int *solved, int prime, int most, int *needs, uint64_t *random)
+/* What is looked for, with what it may cost. */
+struct task {
+    const struct points_space *s;
+    const int *solved;
+    int most, needs;              /* as in struct search */
+    long work;
+    uint64_t *random;
+};
+
+/* Modulo prime number `prime`; or, where that is negative, modulo a power of the small prime. */
+static bool find(struct points_modpoint *p, struct task *t, int prime, mp_limb_t small)
 {
     struct blocks b;
-    find_blocks(&b, s, solved);
+    find_blocks(&b, t->s, t->solved);
     p->value = sga_malloc(sizeof *p->value);
-    uint64_t seed = points_random(random);
+    uint64_t seed = points_random(t->random);
     if (prime >= 0)
-        num_modp_init(p->value, s->st, seed, prime);
+        num_modp_init(p->value, t->s->st, seed, prime);
     else
-        num_modp_init_power(p->value, s->st, seed, most);
-    struct search f = { .m = p->value, .s = s, .solved = solved, .most = most, .work = prime >= 0 ? LONG_MAX : WORK_MOST };
+        num_modp_init_power(p->value, t->s->st, seed, small);
+    struct search f = { .m = p->value, .s = t->s, .solved = t->solved, .most = t->most, .work = t->work };
     bool ok = false;
-    for (int k = 0; k < TRIES && !ok && f.work > 0 && f.needs >= 0 && f.needs <= most; k++)
-        ok = try_point(&f, &b, random);
+    for (int k = 0; k < TRIES && !ok && f.work > 0 && f.needs >= 0 && f.needs <= f.most; k++)
+        ok = try_point(&f, &b, t->random);
     if (!ok)
         points_modpoint_clear(p);
-    *needs = f.needs;
+    t->needs = f.needs;
+    t->work = f.work;
     free(b.order);
     free(b.start);
     return ok;
 }
 
-/* Modulo powers: the prime is the smaller, the more guesses there are to make. */
-static bool find_lifted(struct points_modpoint *p, const struct points_space *s, const int *solved, uint64_t *random)
+static struct task task_of(const struct points_space *s, const int *solved, uint64_t *random)
 {
-    int needs = 0, most = 0;
-    while (!find(p, s, solved, -1, most, &needs, random)) {
-        if (needs <= most || needs >= NUM_MODP_POWERS)
+    return (struct task){ .s = s, .solved = solved, .work = WORK_MOST + (long)WORK_TIMES * s->st->nodes, .random = random };
+}
+
+static bool find_lifted(struct points_modpoint *p, const struct points_space *s, const int *solved, int first, uint64_t *random)
+{
+    struct task t = task_of(s, solved, random);
+    for (int k = 0; k < ROUNDS * SMALL_PRIMES && t.work > 0; k++) {
+        if (find(p, &t, -1, small_prime[t.most][(first + k) % SMALL_PRIMES]))
+            return true;
+        if (t.needs < 0 || t.needs > GUESSES_MOST)
             return false;
-        most = needs;
+        t.most = t.needs > t.most ? t.needs : t.most;
     }
-    return true;
+    return false;
 }
 
 bool points_modpoint_find(struct points_modpoint *p, const struct points_space *s, const int *solved, int prime, uint64_t *random)
 {
-    int needs;
-    if (find(p, s, solved, prime, 0, &needs, random))
+    struct task t = task_of(s, solved, random);
+    if (find(p, &t, prime, 0))
         return true;
     int *shaped = sga_calloc((size_t)s->constraints + 1, sizeof *shaped);
-    bool other = s->constraints <= MATCHED_MOST && points_match_by_shape(s, shaped);
-    bool ok = (other && (find(p, s, shaped, prime, 0, &needs, random) || find_lifted(p, s, shaped, random))) || find_lifted(p, s, solved, random);
+    bool ok = false;
+    if (s->constraints <= MATCHED_MOST && points_match_by_shape(s, shaped)) {
+        t = task_of(s, shaped, random);
+        ok = find(p, &t, prime, 0) || find_lifted(p, s, shaped, prime, random);
+    }
+    ok = ok || find_lifted(p, s, solved, prime, random);
     free(shaped);
     return ok;
 }
 
 bool points_modpoint_find_modulo(struct points_modpoint *p, const struct points_space *s, const int *solved, int prime, uint64_t *random)
 {
-    int needs;
-    return find(p, s, solved, prime, 0, &needs, random);
+    struct task t = task_of(s, solved, random);
+    return find(p, &t, prime, 0);
 }
 
 void points_modpoint_clear(struct points_modpoint *p)
