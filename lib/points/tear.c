@@ -153,6 +153,29 @@ static bool residue(struct plan *p, int i, int j, mp_limb_t v, mp_limb_t *r)
     return !num_modp_bad(b->m, e);
 }
 
+/* The zeros of a polynomial of low degree from its first values, by its differences (C. Babbage's engine). -1: not of that kind, or
+ * without a value there; 0: it has none; 1: the unknown is set to one. */
+static int by_differences(struct plan *p, const struct step *t, mp_limb_t first, mp_limb_t stride)
+{
+    enum { VALUES = 8 };          /* degrees below 7, and one value to see it by */
+    mp_limb_t prime = p->b->m->p, d[VALUES], r;
+    for (int k = 0; k < VALUES; k++)
+        if (!residue(p, t->equation, t->unknown, (first + (mp_limb_t)k * stride) % prime, d + k))
+            return -1;
+    for (int order = 1; order < VALUES; order++)
+        for (int k = VALUES - 1; k >= order; k--)
+            d[k] = n_submod(d[k], d[k - 1], prime);
+    if (d[VALUES - 1])
+        return -1;
+    for (mp_limb_t k = 0; k < prime; k++) {
+        if (d[0] == 0 && residue(p, t->equation, t->unknown, (first + k * stride) % prime, &r) && r == 0)
+            return 1;
+        for (int order = 0; order + 1 < VALUES; order++)
+            d[order] = n_addmod(d[order], d[order + 1], prime);
+    }
+    return 0;
+}
+
 static bool solve_step(struct plan *p, const struct step *t, uint64_t *random)
 {
     mp_limb_t prime = p->b->m->p, r, slope;
@@ -163,10 +186,11 @@ static bool solve_step(struct plan *p, const struct step *t, uint64_t *random)
         return slope && residue(p, t->equation, t->unknown, n_mulmod2(n_negmod(r, prime), n_invmod(slope, prime), prime), &r) && r == 0;
     }
     mp_limb_t first = points_random(random) % prime, stride = 1 + points_random(random) % (prime - 1);
-    for (mp_limb_t k = 0; k < prime; k++)
+    int known = by_differences(p, t, first, stride);
+    for (mp_limb_t k = 0; k < prime && known < 0; k++)
         if (residue(p, t->equation, t->unknown, (first + k * stride) % prime, &r) && r == 0)
             return true;
-    return false;
+    return known > 0;
 }
 
 /* The last guess among those of the set, or -1. */
