@@ -91,7 +91,7 @@ static void start(const struct points_space *s, double spread, uint64_t *random,
     for (int i = 0; i < s->variables; i++) {
         double u = 2 * points_uniform(random) - 1;
         double size = scale ? ldexp(1, scale[i]) : 1;
-        if (s->near && attempt % 3 != 1 && fabs(s->near[i]) > LEAST_SIZE)
+        if (s->near && attempt % 3 != 1 && fabs(s->near[i]) > LEAST_SIZE * size)
             size = fmin(size, fabs(s->near[i]));       /* it may be small because its unit is large */
         if (s->near)
             p->x[i] = box > 0 ? points_short(s->near[i] + box * (size + 0.02 * fabs(s->near[i])) * u) : s->near[i];
@@ -339,7 +339,7 @@ static enum points_status find(const struct points_space *s, double spread, uint
             break;
         p->ball.prec = NEWTON_BITS;
         p->triangular = false;
-        p->scaled = s->scale && (a >= 3 || (a && !s->near)) && a % 3;     /* sizes are a guess: not at every start */
+        p->scaled = s->scale && a % 3 != 2;     /* sizes are a guess: not at every start */
         start(s, spread, random, a, p);
         bool ask = branches.asked && a < BRANCH_STARTS;
         if (ask)
@@ -355,7 +355,7 @@ static enum points_status find(const struct points_space *s, double spread, uint
             continue;           /* a step went over the change of branch: another start may stay where the guess is */
         if (got == 1 && points_refine_with(&j, p, prec) && (p->certified || !at_kink(s, p)))
             status = accepted(s, p, strict, outside);
-        else if (got != 0 && !irregular)
+        else if (got != 0 && !irregular && p->scaled == (s->scale != NULL))      /* in units far from their sizes all is small */
             irregular = memcpy(sga_malloc((size_t)s->variables * sizeof(double)), p->x, (size_t)s->variables * sizeof(double));
         if (a >= 6 && irregular)
             break;

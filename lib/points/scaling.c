@@ -6,22 +6,24 @@
 #include <string.h>
 
 #include "mem.h"
+#include "scaling_rows.h"
 
-enum { VARIABLES = SCALING_MOST + 1, DEPTH = 200, EQUATIONS = 4000, LEAST = 8, MOST = 900, VISITS = 200000 };
+enum { DEPTH = 200, EACH = 60, EQUATIONS = 4000, LEAST = 3, MOST = 900, VISITS = 200000 };
 
+/* A product: coefficient and powers of the unknowns that it has. */
 struct term {
     double log;                /* log2 of the coefficient */
-    double power[VARIABLES];
+    int *unknown; double *power; int count, cap;
 };
 
 struct scaling {
     const struct expr_store *st;
     int n, *index;             /* unknowns: variables, and time where `timed`; by symbol: unknown, or -1 */
     bool timed, time_met;
-    double *normal, *right;    /* E^T E and -E^T c of the least squares problem */
-    struct term first;
+    struct scaling_rows rows;  /* sum power_j s_j = -log, one for each pair of terms */
+    struct term first, now, apart;
     bool has_first;
-    int equations, visits;     /* shared sums are walked over each time: not without end */
+    int visits;                /* shared sums are walked over each time: not without end */
     struct later { expr_id e; bool unit; } later[DEPTH]; int laters;   /* inner sums, and arguments */
 };
 
@@ -37,8 +39,7 @@ struct scaling *scaling_new(const struct expr_store *st, const int *variable, in
         w->index[i] = -1;
     for (int j = 0; j < variables; j++)
         w->index[variable[j]] = j;
-    w->normal = sga_calloc((size_t)(variables + 1) * (size_t)(variables + 1), sizeof *w->normal);
-    w->right = sga_calloc((size_t)variables + 1, sizeof *w->right);
+    scaling_rows_init(&w->rows, variables + 1);
     return w;
 }
 
@@ -48,13 +49,21 @@ void scaling_time(struct scaling *w, int symbol)
     w->index[symbol] = w->n++;
 }
 
+static void term_free(struct term *t)
+{
+    free(t->unknown);
+    free(t->power);
+}
+
 void scaling_free(struct scaling *w)
 {
     if (!w)
         return;
+    scaling_rows_clear(&w->rows);
+    term_free(&w->first);
+    term_free(&w->now);
+    term_free(&w->apart);
     free(w->index);
-    free(w->normal);
-    free(w->right);
     free(w);
 }
 
@@ -87,6 +96,31 @@ static double log_of(const fmpq *q)
     return log - log2(fabs(m)) - (double)e;
 }
 
+static void add_power(struct term *t, int unknown, double p)
+{
+    int k = 0;
+    while (k < t->count && t->unknown[k] != unknown)
+        k++;
+    if (k == t->count) {
+        if (t->count == t->cap) {
+            t->cap = 2 * t->cap + 8;
+            t->unknown = sga_realloc(t->unknown, (size_t)t->cap * sizeof *t->unknown);
+            t->power = sga_realloc(t->power, (size_t)t->cap * sizeof *t->power);
+        }
+        t->unknown[t->count] = unknown;
+        t->power[t->count++] = 0;
+    }
+    t->power[k] += p;
+}
+
+static void copy(struct term *to, const struct term *from)
+{
+    to->log = from->log;
+    to->count = 0;
+    for (int k = 0; k < from->count; k++)
+        add_power(to, from->unknown[k], from->power[k]);
+}
+
 /* The size of a product; of an inner sum that of its first term. */
 static bool term_of(struct scaling *w, expr_id e, struct term *t)
 {
@@ -109,7 +143,7 @@ static bool term_of(struct scaling *w, expr_id e, struct term *t)
         case EXPR_SYM:
             w->time_met |= w->timed && w->index[n.a] == w->n - 1;
             if (w->index[n.a] >= 0)
-                t->power[w->index[n.a]] += p;
+                add_power(t, w->index[n.a], p);
             break;
         case EXPR_MUL: case EXPR_DIV:
             stack[depth].e = n.a;
@@ -139,20 +173,6 @@ static bool term_of(struct scaling *w, expr_id e, struct term *t)
     return true;
 }
 
-/* sum power_j s_j + log = 0, added to the normal equations */
-static void equation(struct scaling *w, const struct term *t)
-{
-    if (w->equations++ > EQUATIONS)
-        return;
-    for (int i = 0; i < w->n; i++) {
-        if (t->power[i] == 0)
-            continue;
-        w->right[i] -= t->power[i] * t->log;
-        for (int j = 0; j < w->n; j++)
-            w->normal[i * w->n + j] += t->power[i] * t->power[j];
-    }
-}
-
 /* The terms of a sum, one after the other. */
 struct walk {
     expr_id stack[DEPTH];
@@ -161,7 +181,7 @@ struct walk {
 
 static bool next_term(struct scaling *w, struct walk *at, struct term *t)
 {
-    while (at->depth && w->visits++ < VISITS) {
+    while (at->depth && w->visits++ < VISITS + EACH * w->n) {
         expr_id e = at->stack[--at->depth];
         const struct expr_node n = w->st->node[e];
         if ((n.op == EXPR_ADD || n.op == EXPR_SUB) && at->depth + 2 <= DEPTH) {
@@ -169,32 +189,39 @@ static bool next_term(struct scaling *w, struct walk *at, struct term *t)
             at->stack[at->depth++] = n.a;
             continue;
         }
-        *t = (struct term){ 0 };
+        t->log = t->count = 0;
         if (term_of(w, e, t))
             return true;
     }
     return false;
 }
 
+/* sum power_j s_j + log = 0 */
+static void equation(struct scaling *w, const struct term *t)
+{
+    if (w->rows.count <= EQUATIONS + EACH * w->n)
+        scaling_rows_add(&w->rows, t->unknown, t->power, t->count, t->log);
+}
+
 static void add_terms(struct scaling *w, expr_id e, int velocity, bool unit)
 {
     struct walk at = { { e }, 1 };
-    struct term t;
-    while (next_term(w, &at, &t)) {
+    struct term *t = &w->now;
+    while (next_term(w, &at, t)) {
         if (velocity >= 0)
-            t.power[velocity] += 1;
+            add_power(t, velocity, 1);
         if (velocity >= 0 && w->timed)
-            t.power[w->n - 1] -= 1;
+            add_power(t, w->n - 1, -1);
         if (unit) {
-            equation(w, &t);
+            equation(w, t);
         } else if (!w->has_first) {
-            w->first = t;
+            copy(&w->first, t);
             w->has_first = true;
         } else {
-            t.log -= w->first.log;
-            for (int j = 0; j < w->n; j++)
-                t.power[j] -= w->first.power[j];
-            equation(w, &t);
+            t->log -= w->first.log;
+            for (int k = 0; k < w->first.count; k++)
+                add_power(t, w->first.unknown[k], -w->first.power[k]);
+            equation(w, t);
         }
     }
 }
@@ -202,34 +229,33 @@ static void add_terms(struct scaling *w, expr_id e, int velocity, bool unit)
 void scaling_add(struct scaling *w, expr_id e, int velocity)
 {
     add_terms(w, e, velocity, false);
-    struct term keep = w->first;
     bool had = w->has_first;
+    copy(&w->apart, &w->first);
     for (int guard = 0; w->laters && guard < DEPTH; guard++) {
         struct later l = w->later[--w->laters];
         w->has_first = false;
         add_terms(w, l.e, -1, l.unit);
     }
     w->laters = 0;
-    w->first = keep;
+    copy(&w->first, &w->apart);
     w->has_first = had;
 }
 
 void scaling_anchor(struct scaling *w, int j, double log, double weight)
 {
-    w->normal[j * w->n + j] += weight * weight;
-    w->right[j] += weight * weight * log;
+    scaling_rows_add(&w->rows, &j, &weight, 1, -weight * log);
 }
 
 double scaling_size(struct scaling *w, expr_id e, const double *log)
 {
     struct walk at = { { e }, 1 };
-    struct term t;
+    struct term *t = &w->now;
     double most = -INFINITY;
     w->visits = 0;
-    while (next_term(w, &at, &t)) {
-        for (int j = 0; j < w->n; j++)
-            t.log += t.power[j] * log[j];
-        most = fmax(most, t.log);
+    while (next_term(w, &at, t)) {
+        for (int k = 0; k < t->count; k++)
+            t->log += t->power[k] * log[t->unknown[k]];
+        most = fmax(most, t->log);
     }
     w->laters = 0;
     return most;
@@ -237,23 +263,7 @@ double scaling_size(struct scaling *w, expr_id e, const double *log)
 
 void scaling_logs(struct scaling *w, double *log)
 {
-    int n = w->n;
-    double *M = w->normal, *b = w->right;
-    for (int i = 0; i < n; i++)
-        M[i * n + i] += 1e-6;          /* what nothing is known of stays near 1 */
-    for (int k = 0; k < n; k++)        /* positive definite: no pivoting */
-        for (int i = k + 1; i < n; i++) {
-            double f = M[i * n + k] / M[k * n + k];
-            for (int j = k; j < n && f != 0; j++)
-                M[i * n + j] -= f * M[k * n + j];
-            b[i] -= f * b[k];
-        }
-    for (int i = n - 1; i >= 0; i--) {
-        for (int j = i + 1; j < n; j++)
-            b[i] -= M[i * n + j] * b[j];
-        b[i] /= M[i * n + i];
-        log[i] = isfinite(b[i]) ? b[i] : 0;
-    }
+    scaling_rows_solve(&w->rows, w->n, log);
 }
 
 int *scaling_rounded(const double *log, int count)

@@ -27,7 +27,7 @@ void scaling_add(struct scaling *w, expr_id e, int velocity);
 void scaling_anchor(struct scaling *w, int j, double log, double weight);
 /* log2 of the largest term of e, for variables of the sizes log[] (time's last); -INFINITY for 0. */
 double scaling_size(struct scaling *w, expr_id e, const double *log);
-/* As scaling_solve, unbounded and never NULL: log[] (one more than variables: time's is the last). */
+/* As scaling_solve, unbounded and never NULL: log[] (by unknown: the variables, then time where that is one). */
 void scaling_logs(struct scaling *w, double *log);
 /* By variable, log2 of its size, bounded so that doubles can hold it; NULL where all are
  * near 1 or nothing is known. The caller frees it. */

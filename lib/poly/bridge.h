@@ -81,6 +81,9 @@ bool poly_gcd(struct poly_bridge *b, fmpz_mpoly_t out, const fmpz_mpoly_t x, con
 /* Number of monomials in the box of f's degrees, at most `cap`; total degree. */
 double poly_box(const struct poly_bridge *b, const fmpz_mpoly_t f);
 long poly_degree(const struct poly_bridge *b, const fmpz_mpoly_t f);
+/* Irreducible for sure, of f without a monomial or a number as a factor: linear in some generator, with a coefficient of one
+ * term (a common factor of both coefficients would be a monomial). */
+bool poly_surely_prime(const struct poly_bridge *b, const fmpz_mpoly_t f);
 /* f = content * f', content > 0; returns it in c. */
 void poly_content(fmpz_t c, const fmpz_mpoly_t f);
 /* Exponents of term i, by generator (room for max_gens). */

@@ -214,11 +214,30 @@ static bool at(struct gram_proof *p, const fmpz_mpoly_t f, const fmpq *y)
 
 static double unit_of(const struct gram *g, int free) { return g->unit[g->free_column[free]]; }
 
-static void exactly(fmpq_t out, double numerator, double denominator)
+/* numerator / denominator * 2^power */
+static void exactly(fmpq_t out, double numerator, double denominator, int power)
 {
     fmpz_set_d(fmpq_numref(out), numerator);
     fmpz_set_d(fmpq_denref(out), denominator);
     fmpq_canonicalise(out);
+    if (power < 0)
+        fmpq_div_2exp(out, out, (ulong)-power);
+    else
+        fmpq_mul_2exp(out, out, (ulong)power);
+}
+
+/* The point near y with these denominators, of the values themselves or (alike) of values in their units, which are powers of 2: near is what
+ * it is in doubles. False: out of range. */
+static bool round_to(const struct gram_proof *p, const double *y, double den, bool alike, double *near, fmpq *exact)
+{
+    for (int k = 0; k < p->g.frees; k++) {
+        double unit = unit_of(&p->g, k), own = alike ? 1 : unit, n = nearbyint(y[k] * own * den);
+        near[k] = n / den / own;
+        if (!isfinite(near[k]) || !isfinite(n))
+            return false;
+        exactly(exact + k, n, den, alike ? ilogb(unit) : 0);
+    }
+    return true;
 }
 
 /* The point at y with the shortest denominators that stays inside, where the least eigenvalue is `least`: well inside
@@ -226,25 +245,18 @@ static void exactly(fmpq_t out, double numerator, double denominator)
 static bool rounded(struct gram_proof *p, const fmpz_mpoly_t f, const struct gram_parts *parts, const double *y, double least)
 {
     static const double den[] = { 1, 2, 3, 4, 6, 12, 24, 60, 120, 0x1p10, 0x1p16, 0x1p24, 0x1p34, 0x1p46 };
+    enum { DENS = sizeof den / sizeof *den };
     int n = p->g.frees;
-    bool ok = false;
+    bool ok = false, uneven = false;
     double *near = sga_malloc(((size_t)n + 1) * sizeof *near);
     fmpq *exact = sga_calloc((size_t)n + 1, sizeof *exact);
-    for (int k = 0; k < n; k++)
+    for (int k = 0; k < n; k++) {
         fmpq_init(exact + k);
-    for (size_t d = 0; d < sizeof den / sizeof *den && !ok; d++) {
-        bool finite = true;
-        for (int k = 0; k < n; k++) {
-            near[k] = nearbyint(y[k] * unit_of(&p->g, k) * den[d]) / den[d] / unit_of(&p->g, k);
-            finite = finite && isfinite(near[k]);
-        }
-        if (!finite || !gram_inside(parts, near, least > 1e-6 ? -least / 8 : 1e-9))
-            continue;
-        for (int k = 0; k < n; k++) {
-            exactly(exact + k, nearbyint(y[k] * unit_of(&p->g, k) * den[d]), den[d]);
-        }
-        ok = at(p, f, exact);
+        uneven |= unit_of(&p->g, k) != 1;
     }
+    for (size_t d = 0; d < (uneven ? 2 : 1) * DENS && !ok; d++)
+        ok = round_to(p, y, den[d % DENS], d >= DENS, near, exact)
+             && gram_inside(parts, near, least > 1e-6 ? -least / 8 : 1e-9) && at(p, f, exact);
     for (int k = 0; k < n; k++)
         fmpq_clear(exact + k);
     free(exact);

@@ -45,8 +45,8 @@ void gram_clear(struct gram *g);
 /* Values of f of both signs where the kernels have values: it is not definite. `sign`: the one sign met, or 0. */
 bool gram_changes_sign(const struct poly_bridge *b, const fmpz_mpoly_t f, int *sign);
 
-/* gram_sizes.c: g->scale and g->size from f. */
-void gram_sizes(struct gram *g, const fmpz_mpoly_t f);
+/* gram_sizes.c: g->scale and g->size from f and what is zero beside it. */
+void gram_sizes(struct gram *g, const fmpz_mpoly_t f, const fmpz_mpoly_struct *given, int count);
 
 /* gram_space.c: all Q that fit f. False: none, or too many unknowns. */
 bool gram_space(struct gram *g, const fmpz_mpoly_t f);

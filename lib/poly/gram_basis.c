@@ -386,7 +386,7 @@ bool gram_init(struct gram *g, struct poly_bridge *b, const fmpz_mpoly_t f, cons
     know(b, f, given, n, &k, used);
     bool ok = f->length <= GRAM_TERMS && blocks_of(g, f, &k, used, least);
     if (ok)
-        gram_sizes(g, f);
+        gram_sizes(g, f, given, n);
     forget(b, &k);
     free(used);
     return ok;

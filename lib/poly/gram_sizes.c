@@ -7,7 +7,7 @@
 
 #include "mem.h"
 
-enum { ALIKE = 12 /* bits that coefficients may differ by and nothing is done */, LARGEST = 400 /* bits of one monomial: products of two stay doubles */ };
+enum { ALIKE = 4 /* bits that coefficients may differ by and nothing is done */, LARGEST = 400 /* bits of one monomial: products of two stay doubles */ };
 
 /* N x = r (n x n, positive definite, spent), x in r. */
 static void solve(double *N, double *r, int n)
@@ -39,37 +39,60 @@ static bool fixed(const struct poly_generator *q)
     return q->op == EXPR_SIN || q->op == EXPR_COS || q->op == EXPR_TANH || q->op == EXPR_COSH || q->op == EXPR_PI;
 }
 
-void gram_sizes(struct gram *g, const fmpz_mpoly_t f)
+/* The least squares problem: sizes of the generators, then the level of each polynomial. */
+struct levels {
+    struct gram *g;
+    int n;
+    double *N, *r, *row, least, most;
+    ulong *exp;
+};
+
+/* All terms of f are near the level that is unknown number `own`. */
+static void take_terms(struct levels *l, const fmpz_mpoly_t f, int own)
 {
-    static const double RIDGE = 1e-3;
-    int gens = g->b->gens, n = gens + 1;
-    double least = INFINITY, most = -INFINITY, *N = sga_calloc((size_t)n * (size_t)(n + 2), sizeof *N), *r = N + n * n, *row = r + n;
-    ulong *exp = sga_malloc((size_t)g->b->max_gens * sizeof *exp);
-    g->size = sga_calloc((size_t)n, sizeof *g->size);
+    const struct poly_bridge *b = l->g->b;
     for (slong t = 0; t < f->length; t++) {
         double bits = bits_of(f->coeffs + t);
-        least = fmin(least, bits);
-        most = fmax(most, bits);
-        poly_exponents(g->b, f, t, exp);
-        for (int i = 0; i < gens; i++)
-            row[i] = fixed(g->b->gen + i) ? 0 : (double)exp[i];
-        row[gens] = -1;
-        for (int i = 0; i < n; i++) {
-            r[i] -= row[i] * bits;
-            for (int j = 0; j < n; j++)
-                N[i * n + j] += row[i] * row[j];
+        l->least = fmin(l->least, bits);
+        l->most = fmax(l->most, bits);
+        poly_exponents(b, f, t, l->exp);
+        for (int i = 0; i < l->n; i++)
+            l->row[i] = i >= b->gens ? -(i == own) : fixed(b->gen + i) ? 0 : (double)l->exp[i];
+        for (int i = 0; i < l->n; i++) {
+            l->r[i] -= l->row[i] * bits;
+            for (int j = 0; j < l->n; j++)
+                l->N[i * l->n + j] += l->row[i] * l->row[j];
         }
     }
-    g->scale = ldexp(1, (int)floor(most));
-    if (most - least > ALIKE) {
-        for (int i = 0; i < n; i++)
-            N[i * n + i] += RIDGE;
-        solve(N, r, n);
-        double limit = LARGEST / fmax(1, (double)poly_degree(g->b, f));
-        for (int i = 0; i < gens; i++)
-            g->size[i] = (int)nearbyint(fmax(-limit, fmin(limit, r[i])));
-        g->scale = ldexp(1, (int)nearbyint(fmax(-LARGEST, fmin(LARGEST, r[gens]))));
+}
+
+void gram_sizes(struct gram *g, const fmpz_mpoly_t f, const fmpz_mpoly_struct *given, int count)
+{
+    static const double RIDGE = 1e-3;
+    struct poly_bridge *b = g->b;
+    int gens = b->gens, n = gens + 1 + count;
+    struct levels l = { .g = g, .n = n, .least = INFINITY, .most = -INFINITY };
+    slong degree = poly_degree(b, f);
+    l.N = sga_calloc((size_t)n * (size_t)(n + 2), sizeof *l.N);
+    l.r = l.N + n * n;
+    l.row = l.r + n;
+    l.exp = sga_malloc((size_t)b->max_gens * sizeof *l.exp);
+    g->size = sga_calloc((size_t)gens + 1, sizeof *g->size);
+    take_terms(&l, f, gens);
+    g->scale = ldexp(1, (int)floor(l.most));
+    for (int k = 0; k < count; k++) {
+        take_terms(&l, given + k, gens + 1 + k);
+        degree = poly_degree(b, given + k) > degree ? poly_degree(b, given + k) : degree;
     }
-    free(N);
-    free(exp);
+    if (l.most - l.least > ALIKE) {
+        for (int i = 0; i < n; i++)
+            l.N[i * n + i] += RIDGE;
+        solve(l.N, l.r, n);
+        double limit = LARGEST / fmax(1, (double)degree);
+        for (int i = 0; i < gens; i++)
+            g->size[i] = (int)nearbyint(fmax(-limit, fmin(limit, l.r[i])));
+        g->scale = ldexp(1, (int)nearbyint(fmax(-LARGEST, fmin(LARGEST, l.r[gens]))));
+    }
+    free(l.N);
+    free(l.exp);
 }

@@ -126,12 +126,22 @@ int gram_size_of(const struct gram *g, const fmpz_mpoly_t q)
     return (int)size;
 }
 
+/* log2 of the first coefficient, about. */
+static int leading_bits(const fmpz_mpoly_struct *q)
+{
+    slong exp = 0;
+    fmpz_get_d_2exp(&exp, q->coeffs);
+    return (int)exp - 1;
+}
+
 /* What 1 is in doubles, by unknown: so that all terms of f are of one size. */
 static void units(struct gram *g)
 {
     g->unit = sga_realloc(g->unit, ((size_t)g->unknowns + 1) * sizeof *g->unit);
     for (int u = 0; u <= g->unknowns; u++)
         g->unit[u] = g->scale;
+    for (int k = 0; k < g->multiples; k++)
+        g->unit[g->unknowns - g->multiples + k] = ldexp(g->scale, -gram_size_of(g, g->multiple + k) - leading_bits(g->multiple + k));
     for (int k = 0, u = 0; k < g->blocks; k++)
         for (int i = 0; i < g->block[k].count; i++)
             for (int j = i; j < g->block[k].count; j++, u++)

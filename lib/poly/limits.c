@@ -10,11 +10,41 @@
 /* Intermediate polynomials may be this much longer than results: things cancel. */
 enum { SLACK = 4, WORK = 128 };
 
+/* Exponents as machine words, where they fit: FLINT's own total degree makes big integers of all of them. */
 long poly_degree(const struct poly_bridge *b, const fmpz_mpoly_t f)
 {
+    enum { GENERATORS = 64 };
+    ulong exp[GENERATORS];
+    slong n = fmpz_mpoly_ctx_nvars(b->ctx);
     if (fmpz_mpoly_is_zero(f, b->ctx))
         return 0;
-    return fmpz_mpoly_total_degree_fits_si(f, b->ctx) ? fmpz_mpoly_total_degree_si(f, b->ctx) : WORD_MAX;
+    if (n > GENERATORS || f->bits > FLINT_BITS / 4)
+        return fmpz_mpoly_total_degree_fits_si(f, b->ctx) ? fmpz_mpoly_total_degree_si(f, b->ctx) : WORD_MAX;
+    ulong most = 0;
+    for (slong i = 0; i < f->length; i++) {
+        ulong degree = 0;
+        poly_exponents(b, f, i, exp);
+        for (slong g = 0; g < n; g++)
+            degree += exp[g];
+        most = degree > most ? degree : most;
+    }
+    return (long)most;
+}
+
+bool poly_surely_prime(const struct poly_bridge *b, const fmpz_mpoly_t f)
+{
+    for (int g = 0; g < b->gens; g++) {
+        int with = 0;
+        ulong highest = 0;
+        for (slong i = 0; i < f->length && highest < 2 && with < 2; i++) {
+            ulong e = fmpz_mpoly_get_term_var_exp_ui(f, i, g, b->ctx);
+            with += e > 0;
+            highest = e > highest ? e : highest;
+        }
+        if (highest == 1 && with == 1)
+            return true;
+    }
+    return false;
 }
 
 static double bits_of(const fmpz_mpoly_t f)

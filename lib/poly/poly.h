@@ -105,6 +105,9 @@ enum poly_truth poly_bridge_is_zero(struct poly_bridge *b, expr_id e);
  * At most 48 given. Costs that many substitutions into small polynomials. */
 bool poly_vanishes_with(struct expr_store *st, expr_id target, const expr_id *given, int n, const struct poly_limits *limits);
 bool poly_bridge_vanishes_with(struct poly_bridge *b, expr_id target, const expr_id *given, int n);
+/* Whether one of several targets is: what is given is converted once. */
+bool poly_any_vanishes_with(struct expr_store *st, const expr_id *target, int targets, const expr_id *given, int n,
+                            const struct poly_limits *limits);
 
 /* Whether e[0 .. n) are shown to have no common real zero: -1 is a sum of squares plus multiples of them, found and
  * proved as in poly_certificate after what can be solved for is used up. False: not shown. A small semidefinite

@@ -161,24 +161,6 @@ bool poly_ratio_mul(struct poly_bridge *b, struct poly_ratio *r, const struct po
     return ok && poly_reduce_ratio(b, r);
 }
 
-/* Irreducible for sure: linear in some generator, with a coefficient of one term (a
- * common factor of both coefficients would be a monomial, and there is none). */
-static bool surely_prime(const struct poly_bridge *b, const fmpz_mpoly_t f)
-{
-    for (int g = 0; g < b->gens; g++) {
-        int with = 0;
-        ulong highest = 0;
-        for (slong i = 0; i < f->length && highest < 2 && with < 2; i++) {
-            ulong e = fmpz_mpoly_get_term_var_exp_ui(f, i, g, b->ctx);
-            with += e > 0;
-            highest = e > highest ? e : highest;
-        }
-        if (highest == 1 && with == 1)
-            return true;
-    }
-    return false;
-}
-
 /* The index of f in the list of denominator factors, or -1 if the list is full. */
 static int base_add(struct poly_bridge *b, const fmpz_mpoly_t f, bool prime)
 {
@@ -233,7 +215,7 @@ static bool decompose(struct poly_bridge *b, fmpz_mpoly_t f, fmpz_t content, int
             power[i]++;
     if (fmpz_mpoly_is_one(f, b->ctx))
         return true;
-    int i = base_add(b, f, surely_prime(b, f));
+    int i = base_add(b, f, poly_surely_prime(b, f));
     if (i >= 0)
         power[i]++;
     return i >= 0;

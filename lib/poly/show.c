@@ -128,7 +128,7 @@ static bool take_monomial(struct poly_bridge *b, fmpz_mpoly_t f, ulong *exp)
  * that is cheap and shorter; otherwise EXPR_UNDEF. */
 static expr_id in_factors(struct poly_bridge *b, const fmpz_mpoly_t f)
 {
-    if (f->length < 3 || f->length > FACTOR_TERMS || poly_degree(b, f) > FACTOR_DEGREE)
+    if (f->length < 3 || f->length > FACTOR_TERMS || poly_degree(b, f) > FACTOR_DEGREE || poly_surely_prime(b, f))
         return EXPR_UNDEF;
     fmpz_mpoly_factor_t fac;
     fmpz_mpoly_factor_init(fac, b->ctx);

@@ -112,15 +112,34 @@ bool poly_bridge_vanishes_with(struct poly_bridge *b, expr_id target, const expr
     return ok;
 }
 
-bool poly_vanishes_with(struct expr_store *st, expr_id target, const expr_id *given, int n, const struct poly_limits *limits)
+/* Whether some target does, asked in one bridge: what is given is converted once. */
+static bool vanishes_some(struct expr_store *st, const expr_id *target, int targets, const expr_id *given, int n, const struct poly_limits *limits,
+                          bool *asked)
 {
-    expr_id *root = sga_malloc(((size_t)n + 1) * sizeof *root);
-    for (int i = 0; i < n; i++)
-        root[i] = given[i];
-    root[n] = target;
-    struct poly_bridge *b = poly_bridge_new(st, root, n + 1, limits);
-    bool yes = b && poly_bridge_vanishes_with(b, target, given, n);
+    expr_id *root = sga_malloc((size_t)(n + targets) * sizeof *root);
+    for (int i = 0; i < n + targets; i++)
+        root[i] = i < n ? given[i] : target[i - n];
+    struct poly_bridge *b = poly_bridge_new(st, root, n + targets, limits);
+    bool yes = false;
+    for (int i = 0; i < targets && b && !yes; i++)
+        yes = poly_bridge_vanishes_with(b, target[i], given, n);
+    *asked = b && b->bases < POLY_MAX_BASE;
     poly_bridge_free(b);
     free(root);
+    return yes;
+}
+
+bool poly_vanishes_with(struct expr_store *st, expr_id target, const expr_id *given, int n, const struct poly_limits *limits)
+{
+    bool asked;
+    return vanishes_some(st, &target, 1, given, n, limits, &asked);
+}
+
+bool poly_any_vanishes_with(struct expr_store *st, const expr_id *target, int targets, const expr_id *given, int n,
+                            const struct poly_limits *limits)
+{
+    bool asked, yes = targets > 0 && vanishes_some(st, target, targets, given, n, limits, &asked);
+    for (int i = 0; i < targets && targets > 1 && !yes && !asked; i++)     /* together they are too many for one */
+        yes = poly_vanishes_with(st, target[i], given, n, limits);
     return yes;
 }

@@ -224,7 +224,7 @@ void strata_factors(struct listing *l, expr_id value, int before)
 {
     struct poly_limits limits = { .max_terms = 200, .max_bits = 2000, .max_degree = 40, .max_generators = 24, .budget = &l->j->budget };
     struct poly_factors f;
-    if (!poly_numerator_factors(&l->j->request.store, value, &limits, &f)) {
+    if (!strata_through(l, value, &limits, &f)) {
         consider(l, value, before);
         return;
     }
@@ -286,6 +286,7 @@ void answer_strata(struct job *j)
     strata_alike(&l);
     strata_cases(&l);
     cases_clear(&l.cases);
+    definitions_clear(&l.names);
     expr_facts_clear(&l.facts);
     expr_cone_clear(&l.cone);
 }

@@ -2,6 +2,7 @@
 #ifndef SGA_RUN_STRATA_LISTING_H
 #define SGA_RUN_STRATA_LISTING_H
 
+#include "definition.h"
 #include "domain.h"
 #include "facts.h"
 #include "strata_case.h"
@@ -13,6 +14,7 @@ struct listing {
     struct domain domain;     /* where the equations have values */
     int off, moved;           /* how many factors were looked at off the final set, and for special parameters */
     struct cases cases;       /* of the parameters, so far */
+    struct definitions names; bool names_known;
     int before, rank;         /* generic rank with the first `before` constraints; -1: not known */
 };
 
@@ -53,6 +55,11 @@ bool strata_drops(struct job *j, expr_id factor, int starts, struct stratum *as)
 void strata_factors(struct listing *l, expr_id value, int before);
 
 struct poly_factor;
+struct poly_factors;
+struct poly_limits;
+/* The factors of a pivot: through the names of its parts where these hide some. False: they are not known. */
+bool strata_through(struct listing *l, expr_id value, const struct poly_limits *limits, struct poly_factors *f);
+
 /* A factor that is a sum of squares: the set where all of them vanish is listed where the rank drops there. False: it is none, and
  * may vanish as any other function does. */
 bool strata_squares(struct listing *l, const struct poly_factor *factor, int before);

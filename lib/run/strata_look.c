@@ -50,7 +50,7 @@ static int rank_at(struct job *j, const struct points_space *space, int rows, in
         for (int k = 0; k < len; k++) {
             int col = i < rows ? sys->row[i].entry[k].col : jac.col[i - rows][k];
             arb_srcptr v = i < rows ? num_ball_value(&p->ball, sys->row[i].entry[k].value) : jac.entry[i - rows] + k;
-            row[col] = arf_get_d(arb_midref(v), ARF_RND_NEAR);
+            row[col] = arb_contains_zero(v) ? 0 : arf_get_d(arb_midref(v), ARF_RND_NEAR);     /* a row of roundings is no row */
             big = fmax(big, fabs(row[col]));
         }
         if (right)

@@ -265,7 +265,7 @@ static int refuse(struct state *s, const struct candidate *c, const struct regul
         result = fail_sample(s, c, status);
     else if (place_holds_on_side(s, c->expr))
         result = 0;
-    else if (s->sol->constraints && status == POINTS_NONE && never_by_squares(s, c->expr))
+    else if (s->sol->constraints && never_by_squares(s, c->expr))
         result = contradiction(s, c, "it has no real zero on the earlier constraints: -1 is a sum of squares plus multiples of these and of it");
     else if (state_sample(s) != POINTS_OK)
         result = fail_sample(s, c, POINTS_NONE);

@@ -1,30 +1,13 @@
 /* Which variables are defined by equations, and the system with these put in. */
-#include "definition.h"
+#include "definition_search.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#include "facts.h"
 #include "mem.h"
 
-struct search {
-    const struct sys_system *sys;
-    const struct sga_budget *budget;
-    struct expr_store *st;
-    struct definitions *d;
-    struct expr_facts facts;
-    struct expr_cone cone;
-    unsigned char *moves;          /* by variable: its derivative is in some row */
-    unsigned char *used;           /* by row: it is a definition, or no longer asked */
-    int *met;                      /* by variable: how many other equations without derivatives have it */
-    int *column;                   /* by symbol: variable or -1 */
-    expr_id *alpha;                /* by row: with what is defined so far put in */
-    expr_id *map;                  /* by symbol */
-    expr_id *slope; size_t slope_cap;   /* scratch, by place in the cone */
-};
-
 /* Whether the node has several branches, or no derivative where its argument is 0, at places that can be met. */
-static bool is_kink(struct search *s, const struct expr_node n)
+static bool is_kink(struct definition_search *s, const struct expr_node n)
 {
     unsigned f;
     switch ((enum expr_op)n.op) {
@@ -39,7 +22,7 @@ static bool is_kink(struct search *s, const struct expr_node n)
 }
 
 /* Whether e has such nodes that depend on variables or time. */
-static bool has_kink(struct search *s, expr_id e)
+static bool has_kink(struct definition_search *s, expr_id e)
 {
     expr_cone_of(s->st, &s->cone, &e, 1);
     for (int k = 0; k < s->cone.count; k++)
@@ -65,7 +48,7 @@ static expr_id slope_of(struct expr_store *st, expr_id e, expr_id a, expr_id b)
 
 /* e = slope * symbol + the rest, by e's shape; the constant 0 where the symbol is not in it, UNDEF where it is in it in another way. Derivatives
  * would not tell: that of sign(v) is 0. The cone is e's, indexed. */
-static expr_id slope_in(struct search *s, expr_id e, int symbol)
+static expr_id slope_in(struct definition_search *s, expr_id e, int symbol)
 {
     struct expr_store *st = s->st;
     expr_id zero = expr_int(st, 0);
@@ -89,7 +72,7 @@ static expr_id slope_in(struct search *s, expr_id e, int symbol)
 }
 
 /* Value of the variable by the row: what is left of it with the variable put to 0, over -slope. */
-static expr_id value_of(struct search *s, expr_id e, int symbol, expr_id slope)
+static expr_id value_of(struct definition_search *s, expr_id e, int symbol, expr_id slope)
 {
     expr_id rest = e;
     s->map[symbol] = expr_int(s->st, 0);
@@ -98,8 +81,7 @@ static expr_id value_of(struct search *s, expr_id e, int symbol, expr_id slope)
     return expr_neg(s->st, expr_div(s->st, rest, slope));
 }
 
-/* The variable that the row defines, if one: of several the one that the fewest other equations without derivatives have. */
-static bool defined_by(struct search *s, int row, struct definition *best)
+bool definition_by(struct definition_search *s, int row, struct definition *best)
 {
     expr_id e = s->alpha[row];
     bool found = false;
@@ -110,7 +92,7 @@ static bool defined_by(struct search *s, int row, struct definition *best)
             symbol[count++] = s->st->node[s->cone.list[k]].a;
     for (int k = 0; k < count; k++) {
         int v = s->column[symbol[k]];
-        if (v < 0 || s->moves[v] || (found && s->met[v] >= s->met[best->variable]))
+        if (v < 0 || s->moves[v] || (found && s->met[v] >= s->met[best->variable]) || definition_comes_back(s, row, v))
             continue;
         expr_cone_of(s->st, &s->cone, &e, 1);
         expr_cone_index(&s->cone);
@@ -118,7 +100,7 @@ static bool defined_by(struct search *s, int row, struct definition *best)
         if (!slope || expr_is_zero(s->st, slope))
             continue;
         expr_id value = value_of(s, e, symbol[k], slope);
-        if (!value || !has_kink(s, value))
+        if (!value || (s->asked == DEFINITIONS_KINKED && !has_kink(s, value)))
             continue;
         *best = (struct definition){ v, row, value, slope };
         found = true;
@@ -128,7 +110,7 @@ static bool defined_by(struct search *s, int row, struct definition *best)
 }
 
 /* What is defined is put in wherever it is. */
-static void put_in(struct search *s, struct definition now)
+static void put_in(struct definition_search *s, struct definition now)
 {
     struct definitions *d = s->d;
     int symbol = s->sys->variable[now.variable].symbol;
@@ -145,7 +127,7 @@ static void put_in(struct search *s, struct definition now)
     s->used[now.row] = 1;
 }
 
-static void begin(struct search *s)
+static void begin(struct definition_search *s)
 {
     const struct sys_system *sys = s->sys;
     int n = sys->variables;
@@ -176,7 +158,7 @@ static void begin(struct search *s)
     }
 }
 
-static void end(struct search *s)
+static void end(struct definition_search *s)
 {
     expr_facts_clear(&s->facts);
     expr_cone_clear(&s->cone);
@@ -187,10 +169,15 @@ static void end(struct search *s)
     free(s->map);
     free(s->alpha);
     free(s->slope);
+    free(s->by);
+    free(s->first);
+    free(s->variable);
+    free(s->seen);
+    free(s->stack);
 }
 
 /* Whether any equation without derivatives has a switch or root: most systems have none. */
-static bool any_kink(struct search *s)
+static bool any_kink(struct definition_search *s)
 {
     for (int i = 0; i < s->sys->rows; i++)
         if (!s->sys->row[i].entries && has_kink(s, s->sys->row[i].alpha))
@@ -216,20 +203,23 @@ static void places(struct definitions *d, const struct sys_system *sys)
     free(gone);
 }
 
-void definitions_find(struct definitions *d, const struct sys_system *system, const struct sga_budget *budget)
+void definitions_find(struct definitions *d, const struct sys_system *system, enum definitions_asked asked, const struct sga_budget *budget)
 {
-    struct search s = { .sys = system, .budget = budget, .st = system->store, .d = d };
+    struct definition_search s = { .sys = system, .budget = budget, .st = system->store, .d = d, .asked = asked };
     *d = (struct definitions){ 0 };
     expr_facts_init(&s.facts);
     expr_cone_init(&s.cone);
-    if (any_kink(&s)) {
+    if (asked == DEFINITIONS_ALL) {
+        begin(&s);
+        definition_all(&s);
+    } else if (any_kink(&s)) {
         begin(&s);
         bool more = true;
         while (more && sga_budget_ok(budget, NULL) && expr_store_ok(s.st)) {
             more = false;
             for (int i = 0; i < system->rows && sga_budget_ok(budget, NULL) && expr_store_ok(s.st); i++) {
                 struct definition now = { 0 };
-                if (s.used[i] || !defined_by(&s, i, &now))
+                if (s.used[i] || !definition_by(&s, i, &now))
                     continue;
                 put_in(&s, now);
                 more = true;
@@ -249,13 +239,29 @@ void definitions_clear(struct definitions *d)
     *d = (struct definitions){ 0 };
 }
 
+/* The caller frees it. */
+static expr_id *map_of(const struct definitions *d, const struct sys_system *system)
+{
+    expr_id *map = sga_calloc((size_t)system->store->symbols + 1, sizeof *map);
+    for (int i = 0; i < d->count; i++)
+        map[system->variable[d->at[i].variable].symbol] = d->at[i].value;
+    return map;
+}
+
+void definitions_through(const struct definitions *d, const struct sys_system *system, expr_id *e, int count)
+{
+    if (!d->count)
+        return;
+    expr_id *map = map_of(d, system);
+    expr_substitute(system->store, e, count, map);
+    free(map);
+}
+
 void definitions_put_in(const struct definitions *d, const struct sys_system *system, struct sys_system *left)
 {
     struct expr_store *st = system->store;
     int variables = system->variables - d->count, *place = sga_malloc(((size_t)system->variables + 1) * sizeof *place);
-    expr_id *map = sga_calloc((size_t)st->symbols + 1, sizeof *map);
-    for (int i = 0; i < d->count; i++)
-        map[system->variable[d->at[i].variable].symbol] = d->at[i].value;
+    expr_id *map = map_of(d, system);
     sys_init(left, st);
     left->time = system->time;
     left->square = system->square;

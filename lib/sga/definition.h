@@ -23,9 +23,17 @@ struct definitions {
     int *variable, *row;           /* of the whole by those of what is left */
 };
 
+enum definitions_asked {
+    DEFINITIONS_KINKED,            /* those whose f has a switch or a root */
+    DEFINITIONS_ALL                /* every variable that an equation gives: what a name hides (that a function is irregular, a square, 0) is
+                                    * seen with these put in */
+};
 /* Those of the system. Costs a walk through its equations, and where there are some, another one for each. */
-void definitions_find(struct definitions *d, const struct sys_system *system, const struct sga_budget *budget);
+void definitions_find(struct definitions *d, const struct sys_system *system, enum definitions_asked asked, const struct sga_budget *budget);
 void definitions_clear(struct definitions *d);
+/* e[0 .. count) through the names: with their values put in for the variables, equal to e wherever the definitions hold. Linear in the
+ * size of the expressions as the store shares them. */
+void definitions_through(const struct definitions *d, const struct sys_system *system, expr_id *e, int count);
 /* The system without them; the caller clears it. */
 void definitions_put_in(const struct definitions *d, const struct sys_system *system, struct sys_system *left);
 /* The solution of what is left becomes that of the system, and the shadow gets points of its final set. False: none were found, or

@@ -124,9 +124,10 @@ bool domain_leaves_out(struct domain *d, expr_id e, const expr_id *f, int own, i
     unsigned char *mark = sga_calloc((size_t)st->symbols + 1, 1);
     symbols(d, f, own, mark, true);
     struct poly_limits limits = { .max_terms = 200, .max_bits = 4000, .max_degree = 40, .max_generators = 24, .budget = d->budget };
-    bool outside = false;
-    for (int i = 0; i < divisors && !outside; i++)
-        outside = symbols(d, list + i, 1, mark, false) && poly_vanishes_with(st, list[i], f, count, &limits);
+    int asked = 0;
+    for (int i = 0; i < divisors; i++)
+        if (symbols(d, list + i, 1, mark, false))
+            list[asked++] = list[i];
     free(mark);
-    return outside;
+    return poly_any_vanishes_with(st, list, asked, f, count, &limits);
 }

@@ -7,7 +7,7 @@
 
 #include "mem.h"
 
-enum { LARGEST_CONE = 300 };
+enum { LARGEST_CONE = 300, MOST_PARTS = 3 };
 
 static struct proposal *add(struct proposal **list, int *count, const expr_id *out, int n)
 {
@@ -73,24 +73,36 @@ static bool passes(struct state *s, const struct expr_cone *cone, expr_id e, exp
     return true;
 }
 
-/* The smallest part through which alone e depends on anything: x + y in sin(x + y) - x - y;
- * e itself if there is none. */
-static expr_id quantity(struct state *s, expr_id e)
+/* The parts through each of which alone e depends on anything, the largest first: 10 x and x in sin(10 x) - 10 x; e itself if there
+ * is none. Returns how many. */
+static int quantities(struct state *s, expr_id e, expr_id part[MOST_PARTS])
 {
     struct expr_cone cone;
-    expr_id found = e;
+    int found = 0;
     expr_cone_init(&cone);
     expr_cone_of(s->st, &cone, &e, 1);
     if (cone.count <= LARGEST_CONE) {
         expr_cone_index(&cone);
         unsigned char *reached = sga_calloc((size_t)cone.count, 1);
-        for (int k = 0; k < cone.count && found == e; k++)
-            if (state_facts(s, cone.list[k]) & EXPR_HAS_VARIABLE && passes(s, &cone, e, cone.list[k], reached))
-                found = cone.list[k];
+        for (int k = cone.count - 1; k >= 0; k--)
+            if (cone.list[k] != e && state_facts(s, cone.list[k]) & EXPR_HAS_VARIABLE && passes(s, &cone, e, cone.list[k], reached)) {
+                if (found == MOST_PARTS)
+                    memmove(part, part + 1, (MOST_PARTS - 1) * sizeof *part);
+                part[found < MOST_PARTS ? found++ : MOST_PARTS - 1] = cone.list[k];
+            }
         free(reached);
     }
     expr_cone_clear(&cone);
+    if (!found)
+        part[found++] = e;
     return found;
+}
+
+/* The smallest of them. */
+static expr_id quantity(struct state *s, expr_id e)
+{
+    expr_id part[MOST_PARTS];
+    return part[quantities(s, e, part) - 1];
 }
 
 /* u - r for simple numbers r near u's value at x: what is approached is known roughly,
@@ -100,8 +112,9 @@ static void simple_roots(struct state *s, expr_id u, const expr_id *d, int n, bo
 {
     enum { ROOTS = 4 };
     double v = regular_value(s, u, x, t);
-    for (int turn = 0, tried = 0; turn < 2 && isfinite(v) && fabs(v) < 1e6; turn++) {
+    for (int turn = 0; turn < 2 && isfinite(v) && fabs(v) < 1e6; turn++) {
         double unit = turn ? M_PI : 1;
+        int tried = 0;
         for (long q = 1; q <= 12 && tried < ROOTS; q++) {
             double p = round(v / unit * (double)q);
             if (fabs(v - p / (double)q * unit) > 5e-3 * (1 + fabs(v)) || (turn && p == 0))
@@ -131,12 +144,13 @@ static void simple_roots(struct state *s, expr_id u, const expr_id *d, int n, bo
 static void exact_roots(struct state *s, expr_id e, const double *x, double t, struct proposal **list, int *count)
 {
     enum { VARIABLES = 3 };
-    expr_id u = quantity(s, e), d[IRREGULAR_ORDER];
-    int tried = 0;
-    for (int j = 0; j < s->sys->variables && u != e && tried < VARIABLES; j++) {
+    expr_id part[MOST_PARTS], d[IRREGULAR_ORDER];
+    int parts = quantities(s, e, part), tried = 0;
+    for (int j = 0; j < s->sys->variables && part[0] != e && tried < VARIABLES; j++) {
         int n = derivatives(s, e, s->variable[j], d);
-        if (n > 1 && tried++ < VARIABLES)
-            simple_roots(s, u, d, n, true, x, t, list, count);
+        tried += n > 1;
+        for (int k = 0; k < parts && n > 1; k++)
+            simple_roots(s, part[k], d, n, true, x, t, list, count);
     }
 }
 

@@ -276,7 +276,7 @@ static void keep_largest(struct state *s, struct regular *r)
     }
 }
 
-static struct regular form_of(struct state *s, expr_id e)
+struct regular regular_alone(struct state *s, expr_id e)
 {
     struct regular r = form_at(s, e, 0);
     keep_inside(s, e, &r);
@@ -307,29 +307,4 @@ struct regular_option regular_nearest(struct state *s, expr_id e, const double *
     }
     regular_clear(&r);
     return best;
-}
-
-/* A function may be a product, or irregular, on the present set only. */
-struct regular regular_form(struct state *s, expr_id e)
-{
-    struct regular r = form_of(s, e);
-    int c = s->sol->constraints + s->pendings;
-    if (c > SGA_MOST_REDUCED_BY) {
-        s->sol->not_factored = true;
-        sga_limit_met(s->options->budget, SGA_LIMIT_REDUCED_BY);
-    }
-    if (r.answer != REGULAR_KEEP || c == 0 || c > SGA_MOST_REDUCED_BY || regular_fresh_graph(s, e)
-        || regular_all_affine(s, e))
-        return r;
-    expr_id reduced = regular_reduced(s, e);
-    if (reduced == e || expr_is_zero(s->st, reduced))
-        return r;
-    struct regular q = form_of(s, reduced);
-    if (q.answer == REGULAR_KEEP && regular_has_poles(s, e) && !regular_has_poles(s, reduced))
-        q.answer = REGULAR_REPLACED;
-    struct regular *drop = q.answer == REGULAR_KEEP ? &q : &r;
-    struct regular take = q.answer == REGULAR_KEEP ? r : q;
-    take.reduced = q.answer != REGULAR_KEEP;
-    regular_clear(drop);
-    return take;
 }

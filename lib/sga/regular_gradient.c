@@ -46,6 +46,14 @@ static int definite_part(double *H, int n, int *picked)
     return ok ? rank : 0;
 }
 
+/* In natural sizes: what is small beside the others must not be a matter of units. */
+static double second_derivative(const struct state *s, struct num_ball *b, expr_id node, int i, int k)
+{
+    const int *scale = s->sol->scale;
+    double v = arf_get_d(arb_midref(num_ball_value(b, node)), ARF_RND_NEAR);
+    return scale ? ldexp(v, scale[i] + scale[k]) : v;
+}
+
 int regular_by_gradient(struct state *s, expr_id e, const double *x, double t, expr_id **out)
 {
     int n = s->sys->variables, rank = 0;
@@ -73,9 +81,10 @@ int regular_by_gradient(struct state *s, expr_id e, const double *x, double t, e
     num_ball_extend(&b);
     double *H = sga_calloc((size_t)n * (size_t)n, sizeof *H);
     int *picked = sga_malloc((size_t)n * sizeof *picked);
-    for (int i = 0; i < n * n; i++)
-        if (node[i])
-            H[i] = arf_get_d(arb_midref(num_ball_value(&b, node[i])), ARF_RND_NEAR);
+    for (int i = 0; i < n; i++)
+        for (int k = 0; k < n; k++)
+            if (node[i * n + k])
+                H[i * n + k] = second_derivative(s, &b, node[i * n + k], i, k);
     rank = definite_part(H, n, picked);
     if (rank) {
         *out = sga_calloc((size_t)rank, sizeof **out);

@@ -4,6 +4,9 @@
 
 #include "regular.h"
 
+/* regular_form of e by itself, whatever the present set is. */
+struct regular regular_alone(struct state *s, expr_id e);
+
 /* Each option once; out (count) is copied. */
 void regular_add(struct regular *r, const expr_id *out, int count);
 /* The functions of both, each once. */

@@ -95,6 +95,15 @@ static bool is_best(const struct routes *r, const struct sga_solution *solution,
     return final > r->final || (final == r->final && final >= 0 && r->best_at >= 0 && solution->verdict < r->verdict);
 }
 
+/* Regular functions took the place of irregular ones near a point. */
+static bool rests_on_points(const struct sga_solution *sol)
+{
+    bool rests = false;
+    for (int i = 0; i < sol->constraints; i++)
+        rests |= sol->constraint[i].near_point;
+    return rests;
+}
+
 /* Sides that the last run found its answer, or its failure, to rest on: beyond them another route begins. */
 static void add_sides(struct routes *r, const struct points_shadow *shadow)
 {
@@ -126,8 +135,10 @@ static bool run_one(struct routes *r, const struct sys_system *system, const str
     }
     if (!ok && !r->failed++)
         r->error = here;
-    if (ok && solution->verdict == SGA_INCONSISTENT)
+    if (ok && solution->verdict == SGA_INCONSISTENT) {
         keep_pivots(r, system, solution);
+        r->beside |= rests_on_points(solution);
+    }
     int final = ok && solution->verdict != SGA_INCONSISTENT ? system->variables - solution->constraints : -1;
     if (is_best(r, solution, final)) {
         r->final = final;
@@ -217,6 +228,12 @@ bool sga_solve(const struct sys_system *system, const struct sga_options *given,
     struct sga_options own = *given, *options = &own;
     own.conditions = &conditions;
     bool ok = routes_explore(&r, system, options, shadow, solution, err);
+    if (ok && r.final < 0 && r.beside && own.near) {      /* nothing near the guess: then anywhere */
+        own.near = NULL;
+        r.now.count = r.failed = r.tried = 0;
+        routes_restart(shadow, r.seed, solution);
+        ok = routes_explore(&r, system, options, shadow, solution, err);
+    }
     if (ok && r.final < 0 && r.failed) {      /* empty as far as known, but not known of every branch */
         *err = r.error;
         ok = false;

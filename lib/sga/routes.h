@@ -21,6 +21,7 @@ struct routes {
     int best_run;              /* its run among the components', or -1 */
     enum sga_verdict verdict;  /* of the best */
     bool ended;                /* the last run led to points */
+    bool beside;               /* some run ended empty on constraints that are known near a point only: elsewhere they may hold more */
     expr_id *pivot; int pivots; size_t pivot_cap;   /* what runs that ended empty divided by, where it may vanish */
 };
 

@@ -83,7 +83,7 @@ void sga_terms(struct scaling *w, const struct sys_system *sys)
     }
 }
 
-enum { MOST_SCALED = 64, NO_TIME = 10, FAR_TIME = 20, MOST_LOG = 900 };     /* variables: beyond, nothing is gained for the cost of the squares; log2 */
+enum { NO_TIME = 10, FAR_TIME = 20, MOST_LOG = 900 };     /* log2 */
 
 /* Natural sizes of the variables, where they lie far from 1. Velocities count as their variables; where the time over which
  * things change turns out far from 1, as these over that, and *unit is that time, if equations have time at all: at times far beyond,
@@ -91,9 +91,9 @@ enum { MOST_SCALED = 64, NO_TIME = 10, FAR_TIME = 20, MOST_LOG = 900 };     /* v
 static int *natural_sizes(const struct sys_system *sys, const int *variable, double *unit)
 {
     *unit = 0;
-    if (sys->variables > MOST_SCALED)
+    if (sys->variables > SCALING_MOST)
         return NULL;
-    double *log = sga_malloc(((size_t)sys->variables + 1) * sizeof *log);
+    double *log = sga_malloc(((size_t)sys->variables + 2) * sizeof *log);
     struct scaling *timed = scaling_new(sys->store, variable, sys->variables), *plain = scaling_new(sys->store, variable, sys->variables);
     scaling_time(timed, sys->time);
     sga_terms(timed, sys);

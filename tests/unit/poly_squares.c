@@ -151,6 +151,11 @@ static void expect_vanishing(const char *target, const char *one, const char *ot
 {
     expr_id given[2] = { parsed(one), parsed(other) };
     CHECK(poly_vanishes_with(&st, parsed(target), given, 2, NULL) == should, "%s with %s, %s", target, one, other);
+    struct poly_limits few = { .max_generators = 3 };     /* too few for both targets in one bridge */
+    expr_id both[2] = { parsed("x^3*y + 17*z + 1"), parsed(target) };
+    CHECK(poly_any_vanishes_with(&st, both, 2, given, 2, NULL) == should, "%s among others", target);
+    CHECK(poly_any_vanishes_with(&st, both, 2, given, 2, &few) == poly_vanishes_with(&st, both[1], given, 2, &few), "%s, one by one", target);
+    CHECK(!poly_any_vanishes_with(&st, both, 0, given, 2, NULL), "no target");
 }
 
 static void expect_certificate(const char *text, int sign)

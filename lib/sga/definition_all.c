@@ -1,0 +1,118 @@
+/* Every variable that an equation gives, without a way back to itself: values stay as their rows have them while they are looked for, and each
+ * is put into the others once, in an order in which that is enough. */
+#include "definition_search.h"
+
+#include <stdlib.h>
+
+#include "mem.h"
+
+/* Whether the row has a variable whose value, as known so far, leads back to v. */
+bool definition_comes_back(struct definition_search *s, int row, int v)
+{
+    int depth = 0;
+    bool back = false;
+    if (!s->by)
+        return false;
+    s->turn++;
+    for (int at = row; !back; ) {
+        for (int k = s->first[at]; k < s->first[at + 1]; k++) {
+            int i = s->by[s->variable[k]];
+            back |= at != row && s->variable[k] == v;
+            if (i >= 0 && s->seen[i] != s->turn) {
+                s->seen[i] = s->turn;
+                s->stack[depth++] = i;
+            }
+        }
+        if (!depth)
+            break;
+        at = s->d->at[s->stack[--depth]].row;
+    }
+    return back;
+}
+
+/* Which variables the rows without derivatives have. */
+static void list_variables(struct definition_search *s)
+{
+    int n = s->sys->variables, rows = s->sys->rows, count = 0;
+    size_t cap = 0;
+    s->by = sga_malloc(((size_t)n + 1) * sizeof *s->by);
+    s->first = sga_calloc((size_t)rows + 2, sizeof *s->first);
+    s->seen = sga_calloc((size_t)rows + 1, sizeof *s->seen);
+    s->stack = sga_malloc(((size_t)rows + 1) * sizeof *s->stack);
+    for (int j = 0; j < n; j++)
+        s->by[j] = -1;
+    for (int i = 0; i < rows; i++) {
+        s->first[i] = count;
+        expr_cone_of(s->st, &s->cone, s->alpha + i, s->used[i] ? 0 : 1);
+        for (int k = 0; k < s->cone.count; k++) {
+            int symbol = expr_op_of(s->st, s->cone.list[k]) == EXPR_SYM ? s->st->node[s->cone.list[k]].a : -1;
+            if (symbol < 0 || s->column[symbol] < 0)
+                continue;
+            SGA_RESERVE(s->variable, cap, count + 1);
+            s->variable[count++] = s->column[symbol];
+        }
+    }
+    s->first[rows] = count;
+}
+
+/* One more, its value as its row has it. */
+static void note(struct definition_search *s, struct definition now)
+{
+    struct definitions *d = s->d;
+    SGA_RESERVE(d->at, d->cap, d->count + 1);
+    s->by[now.variable] = d->count;
+    d->at[d->count++] = now;
+    s->used[now.row] = 1;
+    s->moves[now.variable] = 1;
+}
+
+/* One that this one uses and that is not final; -1: none. next: where to look on, by definition. */
+static int open_part(struct definition_search *s, int at, const unsigned char *final, int *next)
+{
+    while (next[at] < s->first[s->d->at[at].row + 1]) {
+        int q = s->by[s->variable[next[at]++]];
+        if (q >= 0 && q != at && !final[q])
+            return q;
+    }
+    return -1;
+}
+
+/* Values free of all that is defined, each after those that it uses. */
+static void resolve(struct definition_search *s)
+{
+    struct definitions *d = s->d;
+    unsigned char *final = sga_calloc((size_t)d->count + 1, 1);
+    int *next = sga_malloc(((size_t)d->count + 1) * sizeof *next);
+    for (int i = 0; i < d->count; i++)
+        next[i] = s->first[d->at[i].row];
+    for (int i = 0; i < d->count; i++) {
+        int depth = 0;
+        s->stack[depth++] = i;
+        while (depth) {
+            int at = s->stack[depth - 1], part = final[at] ? -1 : open_part(s, at, final, next);
+            if (part >= 0) {
+                s->stack[depth++] = part;
+                continue;
+            }
+            depth--;
+            if (final[at])
+                continue;
+            expr_substitute(s->st, &d->at[at].value, 1, s->map);
+            s->map[s->sys->variable[d->at[at].variable].symbol] = d->at[at].value;
+            final[at] = 1;
+        }
+    }
+    free(final);
+    free(next);
+}
+
+void definition_all(struct definition_search *s)
+{
+    list_variables(s);
+    for (int i = 0; i < s->sys->rows && sga_budget_ok(s->budget, NULL) && expr_store_ok(s->st); i++) {
+        struct definition now = { 0 };
+        if (!s->used[i] && definition_by(s, i, &now))
+            note(s, now);
+    }
+    resolve(s);
+}

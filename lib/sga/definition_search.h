@@ -1,0 +1,38 @@
+/* Inside the sga folder: the search for variables that equations define (definition.h). */
+#ifndef SGA_SGA_DEFINITION_SEARCH_H
+#define SGA_SGA_DEFINITION_SEARCH_H
+
+#include "definition.h"
+#include "facts.h"
+
+struct definition_search {
+    const struct sys_system *sys;
+    const struct sga_budget *budget;
+    struct expr_store *st;
+    struct definitions *d;
+    enum definitions_asked asked;
+    struct expr_facts facts;
+    struct expr_cone cone;
+    unsigned char *moves;          /* by variable: its derivative is in some row */
+    unsigned char *used;           /* by row: it is a definition, or no longer asked */
+    int *met;                      /* by variable: how many other equations without derivatives have it */
+    int *column;                   /* by symbol: variable or -1 */
+    expr_id *alpha;                /* by row: with what is defined so far put in */
+    expr_id *map;                  /* by symbol */
+    expr_id *slope; size_t slope_cap;   /* scratch, by place in the cone */
+    /* where all are asked for, values stay as their rows have them until the end: */
+    int *by;                       /* by variable: the definition that it has, or -1 */
+    int *first, *variable;         /* the variables of row i are variable[first[i] .. first[i + 1]) */
+    int *seen, turn, *stack;       /* by definition: in this turn; of definitions */
+};
+
+/* The variable that the row, with what is put in so far, defines, if one: of several the one that the fewest other equations without
+ * derivatives have. */
+bool definition_by(struct definition_search *s, int row, struct definition *best);
+
+/* definition_all.c: whether the row has a variable whose value, as known so far, leads back to v; false where not all are asked for. */
+bool definition_comes_back(struct definition_search *s, int row, int v);
+/* s->d gets all of them. */
+void definition_all(struct definition_search *s);
+
+#endif

@@ -1,0 +1,118 @@
+/* A run of the reduction with variables that equations define put in: where they have switches, and where a run fails that may have
+ * failed by what names hide. */
+#include "definition.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "mem.h"
+#include "routes.h"
+#include "state.h"
+
+/* The system without what is defined, and that put back. *lifted: whether points were found for the whole. */
+static bool solve_left(const struct definitions *d, const struct sys_system *system, const struct sga_options *options,
+                       struct points_shadow *shadow, struct route *route, struct sga_solution *solution, bool *lifted, struct sga_error *err)
+{
+    struct sys_system left;
+    struct sga_options own = *options;
+    double *near = sga_calloc((size_t)system->variables + 1, sizeof *near);
+    definitions_put_in(d, system, &left);
+    for (int j = 0; j < left.variables && options->near; j++)
+        near[j] = options->near[d->variable[j]];
+    own.near = options->near ? near : NULL;
+    bool ok = state_solve_as_is(&left, &own, shadow, route, solution, err);
+    *lifted = ok && definitions_lift(d, system, options, shadow, solution);
+    sys_clear(&left);
+    free(near);
+    return ok;
+}
+
+/* One way to run: what it leads to. */
+struct attempt {
+    const struct sys_system *system;
+    const struct sga_options *options;
+    struct points_shadow *shadow;
+    struct route *route;
+    struct sga_solution *solution;
+    struct sga_error *err;
+};
+
+/* With variables that equations define put in, where these are more than `fewer`: how many, *ok telling whether the run came to its
+ * end. 0: there are not so many, or points were not found for the whole, and nothing is said. */
+static int solve_through(const struct attempt *a, enum definitions_asked asked, int fewer, bool *ok)
+{
+    struct definitions d;
+    uint64_t seed = a->shadow->random;
+    bool lifted = false;
+    definitions_find(&d, a->system, asked, a->options->budget);
+    bool more = d.count > fewer;
+    *ok = more && solve_left(&d, a->system, a->options, a->shadow, a->route, a->solution, &lifted, a->err);
+    if (lifted) {         /* the definitions come first: zeros were asked for on the rest */
+        a->solution->one_piece += d.count;
+        for (int i = 0; i < a->shadow->zeros; i++)
+            a->shadow->zero[i].constraints += d.count;
+    }
+    int count = more && (lifted || !*ok) ? d.count : 0;
+    if (more && !count)
+        routes_restart(a->shadow, seed, a->solution);
+    definitions_clear(&d);
+    return count;
+}
+
+/* The decisions that a route begins with, as one of its own. */
+static struct route begun(const struct route *route, int decisions)
+{
+    struct route r = { 0 };
+    SGA_RESERVE(r.at, r.cap, decisions + 1);
+    if (decisions)
+        memcpy(r.at, route->at, (size_t)decisions * sizeof *r.at);
+    r.count = decisions;
+    return r;
+}
+
+/* A run failed: what could not be seen may be hidden by names. One with everything put in that is given a name takes its place where it comes
+ * to its end; otherwise all stays as it is. */
+static bool see_through(const struct attempt *a, uint64_t seed, int decisions, int fewer)
+{
+    struct points_shadow shadow;
+    struct sga_solution solution = { 0 };
+    struct sga_error err = { 0 };
+    struct route route = begun(a->route, decisions);
+    struct attempt b = { a->system, a->options, &shadow, a->route ? &route : NULL, &solution, &err };
+    bool ok;
+    points_shadow_init(&shadow, seed);
+    if (solve_through(&b, DEFINITIONS_ALL, fewer, &ok) && ok) {
+        struct points_shadow was = *a->shadow;
+        sga_solution_clear(a->solution);
+        *a->shadow = shadow;
+        *a->solution = solution;
+        *a->err = (struct sga_error){ 0 };
+        shadow = was;
+        solution = (struct sga_solution){ 0 };
+        if (a->route) {
+            struct route first = *a->route;
+            *a->route = route;
+            route = first;
+        }
+    } else {
+        ok = false;
+    }
+    free(route.at);
+    sga_solution_clear(&solution);
+    points_shadow_clear(&shadow);
+    return ok;
+}
+
+bool state_solve(const struct sys_system *system, const struct sga_options *options, struct points_shadow *shadow,
+                 struct route *route, struct sga_solution *solution, struct sga_error *err)
+{
+    struct attempt a = { system, options, shadow, route, solution, err };
+    uint64_t seed = shadow->random;
+    int decisions = route ? route->count : 0;
+    bool ok;
+    int kinked = solve_through(&a, DEFINITIONS_KINKED, 0, &ok);
+    if (!kinked)
+        ok = state_solve_as_is(system, options, shadow, route, solution, err);
+    bool goes_on = !ok && routes_local(err->code) && sga_budget_ok(options->budget, NULL) && expr_store_ok(system->store);
+    return ok || (goes_on && see_through(&a, seed, decisions, kinked));
+}

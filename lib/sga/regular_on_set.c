@@ -1,0 +1,74 @@
+/* Regular forms on the present set: a function may be a product there, or irregular, that is neither by itself. */
+#include "regular.h"
+
+#include <stdlib.h>
+
+#include "regular_options.h"
+#include "regular_shape.h"
+#include "warnings.h"
+
+/* The form of e with the constraints used up, where that says more; KEEP where it does not. */
+static struct regular form_on_set(struct state *s, expr_id e)
+{
+    struct regular keep = { .answer = REGULAR_KEEP };
+    if (regular_fresh_graph(s, e))
+        return keep;
+    expr_id reduced = regular_reduced(s, e);
+    if (reduced == e || expr_is_zero(s->st, reduced))
+        return keep;
+    struct regular q = regular_alone(s, reduced);
+    if (q.answer == REGULAR_KEEP && regular_has_poles(s, e) && !regular_has_poles(s, reduced))
+        q.answer = REGULAR_REPLACED;
+    q.reduced = q.answer != REGULAR_KEEP;
+    return q;
+}
+
+/* A way in which e vanishes may be irregular on the present set, or a union of its own: v = 0 where v = u^2. */
+static void look_at_ways(struct state *s, struct regular *r)
+{
+    struct regular all = { .answer = REGULAR_REPLACED };
+    for (int i = 0; i < r->options; i++) {
+        const struct regular_option *o = r->option + i;
+        struct regular own = { .answer = REGULAR_KEEP };
+        if (o->count == 1)
+            own = form_on_set(s, o->out[0]);
+        all.reduced |= own.answer != REGULAR_KEEP;
+        all.seen |= own.seen;
+        if (own.answer == REGULAR_KEEP) {
+            regular_clear(&own);
+            regular_add(&own, o->out, o->count);
+        }
+        regular_move(&all, &own);
+    }
+    all.seen |= r->seen;
+    all.outside = r->outside;
+    if (all.reduced) {
+        regular_clear(r);
+        *r = all;
+        r->answer = r->options ? REGULAR_REPLACED : REGULAR_NEVER;
+    } else {
+        regular_clear(&all);
+    }
+}
+
+/* A function may be a product, or irregular, on the present set only. */
+struct regular regular_form(struct state *s, expr_id e)
+{
+    struct regular r = regular_alone(s, e);
+    int c = s->sol->constraints + s->pendings;
+    if (c > SGA_MOST_REDUCED_BY) {
+        s->sol->not_factored = true;
+        sga_limit_met(s->options->budget, SGA_LIMIT_REDUCED_BY);
+    }
+    if (r.answer == REGULAR_NEVER || c == 0 || c > SGA_MOST_REDUCED_BY || regular_all_affine(s, e))
+        return r;
+    if (r.answer == REGULAR_REPLACED) {
+        look_at_ways(s, &r);
+        return r;
+    }
+    struct regular q = form_on_set(s, e);
+    struct regular *drop = q.answer == REGULAR_KEEP ? &q : &r;
+    struct regular take = q.answer == REGULAR_KEEP ? r : q;
+    regular_clear(drop);
+    return take;
+}
