@@ -50,7 +50,7 @@ def main():
         ratio(tally, "the circuit beside the pendulum, in balls", balls["circuit"], balls["pendulum"], 2)
         ratio(tally, "the arm beside the pendulum, in terms of polynomials", terms["arm"], terms["pendulum"], 60)
         for name, w in done.items():
-            ratio(tally, f"{name}: each node is evaluated so many times", balls[name], w["nodes"], 150)
+            ratio(tally, f"{name}: each node is evaluated so many times", balls[name], w["nodes"], 200)
     sizes, before = (4, 8, 16, 32), None
     for n in sizes:
         w = work(tally, solver, f"chain of {n}", {"system": chain.request(n)["system"], "want": ["constraints", "index", "vector_field"]})

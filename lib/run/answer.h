@@ -82,6 +82,7 @@ struct job {
     struct sga_solution solution;
     bool solved;
     double *near;                 /* by variable: where the request starts, or NULL */
+    unsigned char *near_given;    /* by variable: its value is the request's, and not what follows from others; NULL: all are */
     double near_time;
     double *parameter_near;       /* by parameter: values of tables there, else NAN; NULL without near or tables */
     struct expr_names texts;      /* roots: constraints, field, gauge fields, in this order */

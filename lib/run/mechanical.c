@@ -35,6 +35,10 @@ static void add_multipliers(struct job *j, int more)
         for (int k = old; k < s->variables; k++)
             j->near[k] = 0;
     }
+    if (j->near_given) {
+        j->near_given = sga_realloc(j->near_given, (size_t)s->variables);
+        memset(j->near_given + old, 0, (size_t)(s->variables - old));
+    }
 }
 
 /* Multipliers of no condition are 0: reactions and motion do not depend on them. */

@@ -9,6 +9,7 @@
 #include "kronecker.h"
 #include "lin.h"
 #include "cut.h"
+#include "guess.h"
 #include "mem.h"
 #include "tradeoff.h"
 #include "watch.h"
@@ -130,13 +131,17 @@ static void set_near(struct job *j)
     for (int k = 0; k < t->initials; k++)
         j->near[t->initial[k].variable] = t->initial[k].value;
     const struct sys_system *s = &j->request.system;
-    if (!j->request.tables)
-        return;
-    j->parameter_near = sga_calloc((size_t)s->parameters + 1, sizeof *j->parameter_near);
-    for (int k = 0; k < s->parameters; k++) {
-        const struct expr_symbol *p = s->store->symbol + s->parameter[k];
-        j->parameter_near[k] = p->table ? expr_table_value(p->table, p->order, t->start) : NAN;
+    if (j->request.tables) {
+        j->parameter_near = sga_calloc((size_t)s->parameters + 1, sizeof *j->parameter_near);
+        for (int k = 0; k < s->parameters; k++) {
+            const struct expr_symbol *p = s->store->symbol + s->parameter[k];
+            j->parameter_near[k] = p->table ? expr_table_value(p->table, p->order, t->start) : NAN;
+        }
     }
+    j->near_given = sga_calloc((size_t)s->variables + 1, 1);
+    for (int k = 0; k < t->initials; k++)
+        j->near_given[t->initial[k].variable] = 1;
+    guess_complete(s, j->near_given, j->near_time, j->parameter_near, j->near);
 }
 
 /* Sources that are only named were left out: what depends on them is not told, and the verdict is
@@ -168,7 +173,7 @@ static bool solve(struct job *j)
     /* motions choose the gauge by expressions, those of other rows where there are conditions */
     bool motion = j->request.want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF) && !j->request.trajectory.conditions;
     struct sga_options options = {
-        .near = j->near, .near_time = j->near_time, .parameter_near = j->parameter_near, .seed = 1, .budget = &j->budget,
+        .near = j->near, .near_given = j->near_given, .near_time = j->near_time, .parameter_near = j->parameter_near, .seed = 1, .budget = &j->budget,
         .combinations = j->request.want & (REQUEST_CONSTRAINTS | REQUEST_STRUCTURE),
         .gauge_fields = j->request.want & (REQUEST_GAUGE | REQUEST_SYMMETRIES) || motion,
         .gauge_nodes = j->request.want & (REQUEST_GAUGE | REQUEST_SYMMETRIES) ? 0 : answer_gauge_nodes(j),
@@ -233,6 +238,7 @@ void answer_clear(struct job *j)
     sga_buf_free(&j->signs);
     sga_buf_free(&j->trajectories);
     free(j->near);
+    free(j->near_given);
     free(j->parameter_near);
     free(j->scale);
     free(j->redundant);
@@ -323,6 +329,14 @@ static bool run_request(struct job *j, bool tied, struct sga_buf *out, bool *aga
     return within_limits(j) && ok;
 }
 
+/* What was not found may be beyond a limit. */
+static void explain_limits(struct job *j)
+{
+    enum sga_code code = j->err->code;
+    if (code == SGA_E_NO_REAL_POINT || code == SGA_E_UNDECIDED || code == SGA_E_IRREGULAR || code == SGA_E_SPLIT)
+        sga_limits_explain(&j->warnings, j->err);
+}
+
 /* One way through, from the text. */
 static bool run_text(struct job *j, const char *request, size_t length, bool tied, struct sga_buf *out, bool *again)
 {
@@ -337,8 +351,10 @@ static bool run_text(struct job *j, const char *request, size_t length, bool tie
     }
     set_budget(j);
     bool ok = run_request(j, tied, out, again);
-    if (!ok && !*again)
+    if (!ok && !*again) {
         name_stage(j->err, j->stage);
+        explain_limits(j);
+    }
     sga_watch_end();
     answer_clear(j);
     request_clear(&j->request);

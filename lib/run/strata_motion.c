@@ -22,6 +22,10 @@ static bool motion_on(struct job *j, struct stratum *s, bool *there, struct sga_
         size_t size = (size_t)j->request.system.variables * sizeof *j->near;
         j->near = memcpy(sga_malloc(size), f.keep.near, size);
     }
+    if (f.keep.near_given) {
+        size_t size = (size_t)j->request.system.variables;
+        j->near_given = memcpy(sga_malloc(size), f.keep.near_given, size);
+    }
     j->near_time = f.keep.near_time;
     j->request.want = (f.keep.request.want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF | REQUEST_CONSISTENT_INITIAL)) | REQUEST_CONSTRAINTS
                       | REQUEST_VECTOR_FIELD;

@@ -28,6 +28,23 @@ enum points_status state_sample(struct state *s)
     return points_shadow_sample(s->shadow, &s->space);
 }
 
+/* Whether what vanished on the set of the first so many constraints vanishes at the present points: otherwise they lie on another
+ * component of it than the decisions so far. */
+static bool on_component(struct state *s, int constraints)
+{
+    struct points_shadow *w = s->shadow;
+    bool on = true;
+    for (int k = 0; k < w->reals && on; k++) {
+        struct num_ball *b = &w->real[k].ball;
+        num_ball_extend(b);
+        for (int i = 0; i < w->zeros && on; i++) {
+            arb_srcptr v = num_ball_value(b, w->zero[i].expr);
+            on = w->zero[i].constraints > constraints || !arb_is_finite(v) || arb_contains_zero(v);
+        }
+    }
+    return on;
+}
+
 static void push(struct state *s, const struct candidate *c, expr_id regular, int g)
 {
     struct sga_solution *sol = s->sol;
@@ -306,6 +323,8 @@ int admit_one(struct state *s, const struct candidate *c, int g)
     for (int i = 0; i < r.options && !found; i++) {      /* the branches of a product in turn */
         push_option(s, c, r.option + i, g);
         status = state_sample(s);
+        if (status == POINTS_OK && !on_component(s, before))
+            status = POINTS_NONE;
         found = status == POINTS_OK;
         if (found)
             note_branches(s, &r, i, before);

@@ -88,13 +88,31 @@ static void keep_failure(struct sga_error *kept, const struct sga_error *other)
 /* Whether e is a union, as it is known on the present set. */
 static bool reducible(struct state *s, expr_id e)
 {
+    struct points_shadow *w = s->shadow;
     struct route *route = s->route;
-    s->route = NULL;             /* a question, no decision */
+    int sides = w->sides, zeros = w->zeros;
+    struct points_side *side = sga_malloc(((size_t)sides + 1) * sizeof *side);
+    if (sides)
+        memcpy(side, w->side, (size_t)sides * sizeof *side);
+    s->route = NULL;             /* a question, no decision: what it rests on is not what the answer rests on */
     struct regular r = regular_form(s, e);
     bool is = r.options > 1;
     regular_clear(&r);
     s->route = route;
+    if (sides)
+        memcpy(w->side, side, (size_t)sides * sizeof *side);
+    w->sides = sides;
+    w->zeros = zeros;
+    free(side);
     return is;
+}
+
+/* Whether e is 0 on the present set on one side of a surface only: on the set of the others it may lie. */
+static bool one_sided(struct state *s, expr_id e)
+{
+    bool mixed = false;
+    points_shadow_cells(s->shadow, e, false, false, &mixed);
+    return mixed;
 }
 
 /* Candidates that are admitted one by one. */
@@ -131,7 +149,7 @@ static int try_some(struct state *s, struct admission *a, bool unions)
 {
     int tried = 0;
     for (int i = 0; i < a->count && !s->inconsistent && !(unions && tried); i++) {
-        if (a->done[i] || a->failed[i] == s->sol->constraints || reducible(s, a->cand[i].expr) != unions)
+        if (a->done[i] || a->failed[i] == s->sol->constraints || (one_sided(s, a->cand[i].expr) || reducible(s, a->cand[i].expr)) != unions)
             continue;
         tried = 1;
         if (!try_one(s, a, i))

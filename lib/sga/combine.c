@@ -46,13 +46,13 @@ void state_combine(struct state *s, const struct candidate *c, struct sga_part *
     size_t cap = 0;
     *part = NULL;
     *parts = 0;
-    add_part(s, part, parts, &cap, c->source, expr_int(st, 1));
+    add_part(s, part, parts, &cap, c->source, c->times ? c->times : expr_int(st, 1));
     if (!c->ops)
         return;
     expr_id *weight = sga_calloc((size_t)s->ech.pivots, sizeof *weight);
     for (int k = 0; k < c->ops; k++) {
-        expr_id *w = weight + c->op[k].pivot;
-        *w = *w ? expr_sub(st, *w, c->op[k].factor) : expr_neg(st, c->op[k].factor);
+        expr_id *w = weight + c->op[k].pivot, f = c->times ? expr_mul(st, c->times, c->op[k].factor) : c->op[k].factor;
+        *w = *w ? expr_sub(st, *w, f) : expr_neg(st, f);
     }
     int block = s->ech.blocks - 1;
     for (int q = s->ech.pivots - 1; q >= 0; q--) {

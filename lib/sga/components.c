@@ -8,7 +8,7 @@
 #include "sides.h"
 #include "warnings.h"
 
-enum { STARTS = 2, SIDED_STARTS = 6, STUCK_STARTS = 16 };     /* of each set; where it has sides, each is to be met */
+enum { STARTS = 3, SIDED_STARTS = 6, STUCK_STARTS = 16 };     /* of each set; where it has sides, each is to be met */
 
 static void *copy(const void *from, size_t count, size_t size)
 {
@@ -185,8 +185,17 @@ static bool has_sides(const struct expr_store *st, const expr_id *e, int count)
     return has;
 }
 
+/* Points of a run among which something vanishes at some and not at others: each is a place of its own. */
+static void keep_split(struct components *c, struct points_space *space, const struct component_run *r, const struct points_shadow *shadow)
+{
+    space->constraint = r->constraint;
+    space->constraints = r->constraints;
+    for (int k = 0; k < shadow->reals && shadow->reals > 1; k++)
+        keep_place(c, space, shadow->real + k, EXPR_UNDEF);
+}
+
 void components_note(struct components *c, const struct sys_system *system, const struct sga_options *options,
-                     const struct sga_solution *sol, const struct points_shadow *shadow, int place, int final)
+                     const struct sga_solution *sol, const struct points_shadow *shadow, int place, int final, bool split)
 {
     struct component_run *r = keep_run(c, sol, shadow);
     int n = system->variables, *variable = sga_malloc((size_t)(n + 1) * sizeof *variable);
@@ -205,6 +214,8 @@ void components_note(struct components *c, const struct sys_system *system, cons
     bool sided = has_sides(system->store, defined, space.defineds);
     if (sol->one_piece < sol->constraints && sol->constraints > SGA_MOST_COMPONENT_ROWS)
         sga_limit_met(options->budget, SGA_LIMIT_COMPONENT_ROWS);
+    if (split && place < 0)
+        keep_split(c, &space, r, shadow);
     bool stuck = final <= 0;      /* points, or none: what holds more may lie elsewhere */
     struct walk w = { .starts = stuck ? STUCK_STARTS : sided ? SIDED_STARTS : STARTS, .anew = sided || stuck, .random = 41 };
     w.opposite = sga_calloc((size_t)n + 1, sizeof *w.opposite);

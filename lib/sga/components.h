@@ -13,6 +13,7 @@
 struct component_place {
     double *x, t;            /* by variable; owned */
     double *parameter;       /* by parameter; owned */
+    bool tried;              /* a run began there */
     expr_id set, by;         /* the last constraint of the set that it is a point of, and the function that told */
 };
 
@@ -31,9 +32,9 @@ struct components {
 };
 
 /* Keeps what a run near a place (-1: none) rested on, and looks for places on other components than those of all runs so
- * far. final: its dimension, or -1. */
+ * far. final: its dimension, or -1. split: it failed as its points lie on several components. */
 void components_note(struct components *c, const struct sys_system *system, const struct sga_options *options,
-                     const struct sga_solution *solution, const struct points_shadow *shadow, int place, int final);
+                     const struct sga_solution *solution, const struct points_shadow *shadow, int place, int final, bool split);
 /* Whether the point of run k lies where run `of` has no say: what the latter rests on does not hold there. */
 bool components_apart(struct components *c, int of, int k);
 void components_clear(struct components *c);

@@ -16,14 +16,19 @@ static bool solve_left(const struct definitions *d, const struct sys_system *sys
     struct sys_system left;
     struct sga_options own = *options;
     double *near = sga_calloc((size_t)system->variables + 1, sizeof *near);
+    unsigned char *given = sga_calloc((size_t)system->variables + 1, 1);
     definitions_put_in(d, system, &left);
-    for (int j = 0; j < left.variables && options->near; j++)
+    for (int j = 0; j < left.variables && options->near; j++) {
         near[j] = options->near[d->variable[j]];
+        given[j] = options->near_given && options->near_given[d->variable[j]];
+    }
     own.near = options->near ? near : NULL;
+    own.near_given = options->near_given ? given : NULL;
     bool ok = state_solve_as_is(&left, &own, shadow, route, solution, err);
     *lifted = ok && definitions_lift(d, system, options, shadow, solution);
     sys_clear(&left);
     free(near);
+    free(given);
     return ok;
 }
 

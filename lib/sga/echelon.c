@@ -78,7 +78,7 @@ int ech_zero(const struct ech_context *c, expr_id e)
     return may_ask(c, e) ? told(c, e, points_shadow_zero(c->shadow, e)) : -1;
 }
 
-/* Of an entry: 1 it is 0 and may be dropped. One that is 0 here, and not beyond a surface that the set reaches, stays. */
+/* Of an entry, or a right side: 1 it is 0 and may be dropped. One that is 0 here, and not beyond a surface that the set reaches, stays. */
 static int drops(const struct ech_context *c, expr_id e)
 {
     bool mixed = false;
@@ -421,7 +421,7 @@ bool ech_eliminate(struct echelon *e, const struct ech_context *c, struct ech_ro
                 file_row(&a, i);
             }
         } else {
-            int z = ech_zero(c, row[i].rhs);
+            int z = drops(c, row[i].rhs);      /* 0 on one side only: whether it is on the set of the others, its admission tells */
             ok = z >= 0;
             if (z == 1) {
                 row[i].rest = row[i].rhs;

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "mem.h"
+#include "primitive.h"
 
 static struct ech_row *system_rows(struct state *s, int extra)
 {
@@ -44,6 +45,7 @@ static int harvest(struct state *s, struct ech_row *row, int rows, struct candid
                 c.order = from->order + 1;
             }
         }
+        primitive_candidate(s, &c);
         (*cand)[count++] = c;
     }
     return count;

@@ -75,7 +75,7 @@ static struct regular form(struct state *s, expr_id e)
 struct regular regular_form(struct state *s, expr_id e)
 {
     struct regular r = form(s, e);
-    regular_sort(s, &r);
+    regular_sort(s, e, &r);
     if (r.options > 1 && s->route)
         regular_follow_route(s, e, &r);
     return r;

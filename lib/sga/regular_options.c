@@ -7,15 +7,20 @@
 
 #include "mem.h"
 
+void regular_ball(struct state *s, const double *x, double t, struct num_ball *b)
+{
+    num_ball_init(b, s->st, 64);
+    for (int i = 0; i < s->sys->parameters; i++)
+        num_ball_set_d(b, s->parameter_symbol[i], 1.25);
+    for (int j = 0; j < s->sys->variables; j++)
+        num_ball_set_d(b, s->variable[j], x[j]);
+    num_ball_set_d(b, s->sys->time, t);
+}
+
 double regular_value(struct state *s, expr_id f, const double *x, double t)
 {
     struct num_ball b;
-    num_ball_init(&b, s->st, 64);
-    for (int i = 0; i < s->sys->parameters; i++)
-        num_ball_set_d(&b, s->parameter_symbol[i], 1.25);
-    for (int j = 0; j < s->sys->variables; j++)
-        num_ball_set_d(&b, s->variable[j], x[j]);
-    num_ball_set_d(&b, s->sys->time, t);
+    regular_ball(s, x, t, &b);
     expr_cone_of(s->st, &s->cone, &f, 1);
     num_ball_list(&b, s->cone.list, s->cone.count);
     double v = arf_get_d(arb_midref(num_ball_value(&b, f)), ARF_RND_NEAR);
@@ -24,7 +29,7 @@ double regular_value(struct state *s, expr_id f, const double *x, double t)
 }
 
 /* What a move of 1 in variable j means near x: as for the nearest consistent start. */
-static double unit_near(const struct state *s, int j, const double *x)
+double regular_unit_near(const struct state *s, int j, const double *x)
 {
     double size = s->space.scale ? ldexp(1, s->space.scale[j]) : 1;
     return fmax(size, fabs(x[j]) / 100);
@@ -42,7 +47,7 @@ static double distance(struct state *s, expr_id f, const double *x, double t)
     for (int i = 0; i < of.count; i++)
         for (int j = 0; j < n && s->st->node[of.list[i]].op == EXPR_SYM; j++)
             if (s->variable[j] == s->st->node[of.list[i]].a) {
-                y[j] = x[j] + STEP * unit_near(s, j, x);
+                y[j] = x[j] + STEP * regular_unit_near(s, j, x);
                 double d = fabs(regular_value(s, f, y, t) - v) / STEP;
                 slope = isfinite(d) ? fmax(slope, d) : slope;
                 y[j] = x[j];
@@ -111,17 +116,11 @@ void regular_move(struct regular *to, struct regular *from)
     regular_clear(from);
 }
 
-/* The same at the guess; infinity without one. */
-static double option_near(struct state *s, const struct regular_option *o)
-{
-    return s->options->near ? regular_option_distance(s, o, s->options->near, s->options->near_time) : INFINITY;
-}
-
-void regular_sort(struct state *s, struct regular *r)
+void regular_sort(struct state *s, expr_id e, struct regular *r)
 {
     double *far = sga_malloc(((size_t)r->options + 1) * sizeof *far);
     for (int i = 0; i < r->options; i++)
-        far[i] = option_near(s, r->option + i);
+        far[i] = s->options->near && r->options > 1 ? guess_distance(s, r->option + i, e) : INFINITY;
     for (int i = 1; i < r->options; i++)
         for (int k = i; k > 0 && far[k] < far[k - 1]; k--) {
             struct regular_option o = r->option[k];

@@ -15,8 +15,15 @@ void regular_add_joined(struct regular *r, const struct regular_option *a, const
 void regular_move(struct regular *to, struct regular *from);
 /* How far a place is from the zeros of o's functions, about, in units of what moves of its coordinates mean. */
 double regular_option_distance(struct state *s, const struct regular_option *o, const double *x, double t);
-/* Nearest to the guess first. */
-void regular_sort(struct state *s, struct regular *r);
+/* About how far the guess must move, first of all in values that were given, for o's functions and the given equations without
+ * derivatives (but for `asked`, of which o is a part). Costs an evaluation for each variable. */
+double guess_distance(struct state *s, const struct regular_option *o, expr_id asked);
+/* What a move of 1 in variable j means near x: as for the nearest consistent start. */
+double regular_unit_near(const struct state *s, int j, const double *x);
+/* A ball at a place, parameters at some general value; the caller clears it. */
+void regular_ball(struct state *s, const double *x, double t, struct num_ball *b);
+/* e's options, nearest to the guess first. */
+void regular_sort(struct state *s, expr_id e, struct regular *r);
 /* Begin with the branch that the route takes; those before it come last. */
 void regular_follow_route(struct state *s, expr_id product, struct regular *r);
 

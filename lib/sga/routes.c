@@ -1,6 +1,7 @@
 /* The branches of products, one route after the other. */
 #include "state.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -8,7 +9,7 @@
 #include "routes.h"
 #include "warnings.h"
 
-enum { RESEEDS = 2 };
+enum { RESEEDS = 2 };      /* what ended in a refusal is begun anew so often: the refusal stands then */
 static const double BESIDE = 0.002;      /* of a place, which is a general point: other components may be near */
 
 /* The next route: the last decision that has an option left takes it, those after it are
@@ -64,6 +65,7 @@ struct sga_options routes_options(const struct routes *r, const struct sga_optio
     struct sga_options own = *options;
     if (place >= 0) {
         own.near = r->components.place[place].x;
+        own.near_given = NULL;
         own.near_time = r->components.place[place].t;
         own.near_spread = BESIDE;
         own.parameter_near = r->components.place[place].parameter;
@@ -92,7 +94,7 @@ static void keep_pivots(struct routes *r, const struct sys_system *system, const
 
 static bool is_best(const struct routes *r, const struct sga_solution *solution, int final)
 {
-    return final > r->final || (final == r->final && final >= 0 && r->best_at >= 0 && solution->verdict < r->verdict);
+    return final > r->final || (final == r->final && final >= 0 && solution->verdict < r->verdict);
 }
 
 /* Regular functions took the place of irregular ones near a point. */
@@ -140,15 +142,16 @@ static bool run_one(struct routes *r, const struct sys_system *system, const str
         r->beside |= rests_on_points(solution);
     }
     int final = ok && solution->verdict != SGA_INCONSISTENT ? system->variables - solution->constraints : -1;
+    bool explore = r->explore && (!options->near || final < 0);      /* near a guess only where nothing is there */
     if (is_best(r, solution, final)) {
         r->final = final;
         r->verdict = solution->verdict;
         r->best_at = place;
-        r->best_run = r->explore && !options->near ? r->components.runs : -1;
+        r->best_run = explore ? r->components.runs : -1;
         copy_route(&r->best, &r->now);
     }
-    if (r->explore && !options->near)
-        components_note(&r->components, system, options, solution, shadow, place, final);
+    if (explore)
+        components_note(&r->components, system, options, solution, shadow, place, final, !ok && here.code == SGA_E_SPLIT);
     r->ended = final >= 0;
     return true;
 }
@@ -177,6 +180,32 @@ static bool unlucky(const struct routes *r)
     return r->final < 0 && r->failed && r->error.code != SGA_E_NO_REAL_POINT;
 }
 
+/* How far a place is from the guess, in the values that were given. */
+static double how_far(const struct component_place *p, int variables, const struct sga_options *o)
+{
+    double sum = 0;
+    for (int j = 0; j < variables; j++)
+        if (!o->near_given || o->near_given[j])
+            sum += pow((p->x[j] - o->near[j]) / fmax(1, fabs(o->near[j])), 2);
+    return sum;
+}
+
+/* A place that was not tried yet; near a guess the nearest, until one leads to points. -1: none. */
+static int next_place(const struct routes *r, int variables, const struct sga_options *options)
+{
+    const struct components *c = &r->components;
+    int next = -1;
+    double least = INFINITY;
+    for (int k = 0; k < c->places && !(options->near && r->final >= 0); k++) {
+        double far = options->near ? how_far(c->place + k, variables, options) : k;
+        if (!c->place[k].tried && far < least) {
+            next = k;
+            least = far;
+        }
+    }
+    return next;
+}
+
 bool routes_explore(struct routes *r, const struct sys_system *system, const struct sga_options *options,
                     struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
 {
@@ -189,7 +218,9 @@ bool routes_explore(struct routes *r, const struct sys_system *system, const str
         ok = run_products(r, system, options, shadow, solution, err);
     }
     /* each place adds its own run, which may find others */
-    for (int k = 0; k < r->components.places && ok; k++) {
+    int k;
+    while (ok && (k = next_place(r, system->variables, options)) >= 0) {
+        r->components.place[k].tried = true;
         r->now.count = 0;
         routes_restart(shadow, r->seed, solution);
         ok = run_one(r, system, options, k, shadow, solution, err);
@@ -230,6 +261,7 @@ bool sga_solve(const struct sys_system *system, const struct sga_options *given,
     bool ok = routes_explore(&r, system, options, shadow, solution, err);
     if (ok && r.final < 0 && r.beside && own.near) {      /* nothing near the guess: then anywhere */
         own.near = NULL;
+        own.near_given = NULL;
         r.now.count = r.failed = r.tried = 0;
         routes_restart(shadow, r.seed, solution);
         ok = routes_explore(&r, system, options, shadow, solution, err);

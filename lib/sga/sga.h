@@ -134,6 +134,7 @@ struct sga_solution {
 
 struct sga_options {
     const double *near; double near_time;   /* a guess for a point of Pf, or NULL */
+    const unsigned char *near_given;        /* by variable: its value in the guess was given; others are free. NULL: all were */
     double near_spread;                     /* as in struct points_space */
     const double *parameter_near;           /* by parameter: one that comes with it, NAN where there is none; or NULL */
     uint64_t seed;

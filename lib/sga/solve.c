@@ -153,7 +153,7 @@ static void state_init(struct state *s, const struct sys_system *sys, const stru
     s->space.scale = sol->scale = natural_sizes(sys, s->variable, &sol->time_unit);
     s->space.time_unit = sol->time_unit;
     s->ctx = (struct ech_context){ .st = st, .facts = &s->facts, .shadow = shadow, .budget = options->budget,
-                                   .record = options->combinations, .err = err };
+                                   .record = true, .err = err };
 }
 
 static void state_clear(struct state *s)

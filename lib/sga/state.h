@@ -11,6 +11,7 @@ struct candidate {
     expr_id expr;
     expr_id base; int order;      /* see struct sga_constraint */
     expr_id arose;                /* what it is a part of, where that was split up; or EXPR_UNDEF */
+    expr_id times;                /* what its combination is multiplied by (primitive.h); EXPR_UNDEF: 1 */
     enum sga_origin origin;
     int source;                   /* of the row it is the right side of; -1 for a restriction */
     int restriction;              /* which one; -1: none */

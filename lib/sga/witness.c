@@ -323,6 +323,10 @@ bool sga_witness_check(const struct sys_system *system, const struct sga_claim *
             fars -= far;
             again += !far;
             k -= far || again < 20;
+            if (again && shadow && shadow->reals) {      /* near the guess another component may be nearer */
+                space.near = shadow->real[0].x;
+                space.near_time = shadow->real[0].t;
+            }
             continue;
         }
         if (status == POINTS_OK) {

@@ -49,6 +49,8 @@ static struct scaling *sizes_of(const struct sys_system *sys, const struct traj_
     if (w) {
         scaling_time(w, sys->time);
         sga_terms(w, sys);
+        if (scaling_cut(w) && !rq->own_atol)
+            sga_limit_met(rq->budget, SGA_LIMIT_SCALED_TERMS);
         given(w, rq, n, weight);
         scaling_logs(w, log);
     }

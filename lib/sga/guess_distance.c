@@ -1,0 +1,149 @@
+/* How far a guess is from a branch, in the values that were given. */
+#include "regular_options.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "guess.h"
+#include "leastnorm.h"
+#include "mem.h"
+#include "warnings.h"
+
+/* A move of 1 counts for so much less where no value was given: of what moves by itself, of what follows from it. */
+static const double MOVING = 0x1p-10, FOLLOWING = 0x1p-20;
+static const double STEP = 0x1p-16;
+enum { MOST = SGA_MOST_GUESS_DISTANCE };     /* functions, and variables: beyond, each option is measured alone */
+
+/* Functions that are to vanish, with the variables in units of what a move counts for. */
+struct measure {
+    expr_id *f; int count;
+    double *unit, *far;            /* by variable: what a move of 1 is, and what it counts for */
+    double *value, *J;             /* by function; and by function and variable */
+};
+
+static void add_given(struct state *s, struct measure *m)
+{
+    const struct sys_system *sys = s->sys;
+    for (int i = 0; i < sys->rows; i++)
+        if (!sys->row[i].entries && m->count <= MOST)
+            m->f[m->count++] = sys->row[i].alpha;
+    for (int i = 0; i < sys->restrictions && m->count <= MOST; i++)
+        m->f[m->count++] = sys->restriction[i];
+}
+
+/* The option's alone, or the given equations too: a union that is asked about is met by the option itself. */
+static void functions(struct state *s, const struct regular_option *o, expr_id asked, bool all, struct measure *m)
+{
+    int n = 0;
+    m->f = sga_malloc((size_t)(o->count + MOST + 2) * sizeof *m->f);
+    if (all)
+        add_given(s, m);
+    for (int i = 0; i < m->count; i++)
+        if (m->f[i] != asked)
+            m->f[n++] = m->f[i];
+    for (int i = 0; i < o->count; i++)
+        m->f[n + i] = o->out[i];
+    m->count = n + o->count;
+}
+
+static void units(struct state *s, struct measure *m)
+{
+    int n = s->sys->variables;
+    const unsigned char *given = s->options->near_given;
+    unsigned char *moving = guess_moving(s->sys);
+    m->unit = sga_malloc(2 * ((size_t)n + 1) * sizeof *m->unit);
+    m->far = m->unit + n + 1;
+    for (int j = 0; j < n; j++) {
+        m->far[j] = !given || given[j] ? 1 : moving[j] ? MOVING : FOLLOWING;
+        m->unit[j] = regular_unit_near(s, j, s->options->near);
+    }
+    free(moving);
+}
+
+static bool values(struct state *s, const struct measure *m, struct num_ball *b, double *out)
+{
+    bool ok = true;
+    num_ball_list(b, s->cone.list, s->cone.count);
+    for (int i = 0; i < m->count; i++) {
+        out[i] = arf_get_d(arb_midref(num_ball_value(b, m->f[i])), ARF_RND_NEAR);
+        ok = ok && isfinite(out[i]);
+    }
+    return ok;
+}
+
+/* Values and differences at the guess; rows to a largest entry of 1. */
+static bool differences(struct state *s, struct measure *m)
+{
+    int n = s->sys->variables, c = m->count;
+    const double *x = s->options->near;
+    struct num_ball b;
+    double *moved = sga_malloc(((size_t)c + 1) * sizeof *moved);
+    m->value = sga_calloc(((size_t)n + 1) * ((size_t)c + 1), sizeof *m->value);
+    m->J = m->value + c;
+    regular_ball(s, x, s->options->near_time, &b);
+    expr_cone_of(s->st, &s->cone, m->f, c);
+    bool ok = values(s, m, &b, m->value);
+    for (int j = 0; j < n && ok; j++) {
+        num_ball_set_d(&b, s->variable[j], x[j] + STEP * m->unit[j]);
+        bool here = values(s, m, &b, moved);
+        num_ball_set_d(&b, s->variable[j], x[j]);
+        for (int i = 0; i < c && here; i++)
+            m->J[(size_t)i * (size_t)n + (size_t)j] = (moved[i] - m->value[i]) / STEP / m->far[j];
+    }
+    num_ball_clear(&b);
+    free(moved);
+    return ok;
+}
+
+/* The least move, to first order, that meets all of them. */
+static double least_move(const struct measure *m, int n)
+{
+    int c = m->count, *perm = sga_malloc(((size_t)c + 1) * sizeof *perm);
+    double *work = sga_malloc((size_t)(c + c * c + n + 1) * sizeof *work), *d = work + c + c * c, sum = 0;
+    for (int i = 0; i < c; i++) {
+        double size = 0, *row = m->J + (size_t)i * (size_t)n;
+        for (int j = 0; j < n; j++)
+            size = fmax(size, fabs(row[j]));
+        for (int j = 0; j < n && size > 0; j++)
+            row[j] /= size;
+        m->value[i] = size > 0 ? m->value[i] / size : 0;
+    }
+    points_least_norm(c, n, m->J, m->value, d, perm, work);
+    for (int j = 0; j < n; j++)
+        sum += d[j] * d[j];
+    free(perm);
+    free(work);
+    return sqrt(sum);
+}
+
+/* NaN: there are too many functions. */
+static double measured(struct state *s, const struct regular_option *o, expr_id asked, bool all)
+{
+    struct measure m = { 0 };
+    functions(s, o, asked, all, &m);
+    double far = NAN;
+    if (m.count <= MOST) {
+        units(s, &m);
+        far = differences(s, &m) ? least_move(&m, s->sys->variables) : INFINITY;
+    }
+    free(m.f);
+    free(m.unit);
+    free(m.value);
+    return far;
+}
+
+/* Equations may contradict the option to first order, and are left out then: it is as far as alone at the least. */
+double guess_distance(struct state *s, const struct regular_option *o, expr_id asked)
+{
+    if (s->sys->variables > MOST) {
+        sga_limit_met(s->options->budget, SGA_LIMIT_GUESS_DISTANCE);
+        return regular_option_distance(s, o, s->options->near, s->options->near_time);
+    }
+    double alone = measured(s, o, asked, false), all = measured(s, o, asked, true);
+    if (isnan(alone) || isnan(all))
+        sga_limit_met(s->options->budget, SGA_LIMIT_GUESS_DISTANCE);
+    if (isnan(alone))
+        return regular_option_distance(s, o, s->options->near, s->options->near_time);
+    return isnan(all) ? alone : fmax(alone, all);
+}

@@ -1,0 +1,117 @@
+/* Common denominators of combinations, and what of them is missing in the candidates that they make. */
+#include "primitive.h"
+
+#include <stdlib.h>
+
+#include "mem.h"
+#include "poly.h"
+#include "warnings.h"
+
+/* A product of powers of factors that may vanish with the variables or time. */
+struct powers {
+    struct { expr_id factor; long power; } *at;
+    int count;
+    size_t cap;
+};
+
+static bool may_vanish(struct state *s, expr_id e)
+{
+    unsigned f = state_facts(s, e);
+    return f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME) && !(f & EXPR_NONZERO);
+}
+
+/* Whether a pivot that may vanish went into c. */
+static bool divided(struct state *s, const struct candidate *c)
+{
+    bool any = false;
+    unsigned char *in = sga_calloc((size_t)s->ech.pivots + 1, 1);
+    for (int k = 0; k < c->ops; k++)
+        in[c->op[k].pivot] = 1;
+    for (int q = s->ech.pivots - 1; q >= 0 && !any; q--) {
+        if (!in[q])
+            continue;
+        any = may_vanish(s, s->ech.pivot[q].value);
+        for (int k = 0; k < s->ech.pivot[q].row.ops; k++)
+            in[s->ech.pivot[q].row.op[k].pivot] = 1;
+    }
+    free(in);
+    return any;
+}
+
+static long *power_of(struct powers *p, expr_id factor)
+{
+    for (int i = 0; i < p->count; i++)
+        if (p->at[i].factor == factor)
+            return &p->at[i].power;
+    SGA_RESERVE(p->at, p->cap, p->count + 1);
+    p->at[p->count].factor = factor;
+    p->at[p->count].power = 0;
+    return &p->at[p->count++].power;
+}
+
+/* The denominator of e joins the common one (or, `less`, what is there is divided by it). False: over budget. */
+static bool denominator(struct state *s, expr_id e, const struct poly_limits *limits, bool less, struct powers *p)
+{
+    struct poly_factors f;
+    if (!poly_denominator_factors(s->st, e, limits, &f))
+        return false;
+    for (int i = 0; i < f.factors; i++) {
+        const struct poly_factor *q = f.factor + i;
+        if (q->never_zero || !(q->depends & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
+            continue;
+        long *power = power_of(p, q->expr);
+        if (less)
+            *power -= q->multiplicity;
+        else if (q->multiplicity > *power)
+            *power = q->multiplicity;
+    }
+    poly_factors_clear(&f);
+    return true;
+}
+
+/* What a vector without common factors says more: a product, 1 where that is nothing. False: over budget. */
+static bool missing(struct state *s, const struct candidate *c, const struct poly_limits *limits, expr_id *product)
+{
+    struct powers p = { 0 };
+    struct sga_part *part;
+    int parts;
+    state_combine(s, c, &part, &parts);
+    bool ok = expr_store_ok(s->st);
+    for (int i = 0; i < parts && ok; i++)
+        ok = denominator(s, part[i].factor, limits, false, &p) && sga_budget_ok(s->options->budget, NULL);
+    ok = ok && denominator(s, c->expr, limits, true, &p);
+    *product = expr_int(s->st, 1);
+    for (int i = 0; i < p.count && ok; i++)
+        if (p.at[i].power > 0)
+            *product = expr_mul(s->st, *product, expr_powi(s->st, p.at[i].factor, p.at[i].power));
+    free(part);
+    free(p.at);
+    return ok;
+}
+
+void primitive_candidate(struct state *s, struct candidate *c)
+{
+    struct poly_limits limits = { .max_terms = 200, .max_bits = 4000, .max_degree = 40, .max_generators = 24, .budget = s->options->budget };
+    expr_id product, whole;
+    if (!c->ops || s->ech.blocks || !divided(s, c))
+        return;
+    if (s->sys->variables > SGA_MOST_LOST_PARTS_VARIABLES) {
+        sga_limit_met(s->options->budget, SGA_LIMIT_LOST_PARTS_VARIABLES);
+        return;
+    }
+    if (!missing(s, c, &limits, &product) || !poly_normal(s->st, expr_mul(s->st, product, c->expr), &limits, &whole))
+        return;
+    if (expr_is_one(s->st, product)) {
+        struct poly_factors f;      /* poles that cancel are none of the constraint */
+        if (!poly_denominator_factors(s->st, c->expr, &limits, &f))
+            return;
+        bool none = !f.factors;
+        poly_factors_clear(&f);
+        if (none)
+            c->expr = c->base = whole;
+        return;
+    }
+    c->expr = c->base = whole;
+    c->order = 0;
+    c->times = product;
+}
