@@ -20,16 +20,45 @@ struct work {
     int *turn, *chosen;            /* the order of solving, and by constraint the variable to solve for or -1 (any) */
 };
 
-/* e at v = at */
-static void value_at(struct work *w, expr_id e, int symbol, long at, arb_t out)
+/* All of the cone at v = 0. */
+static void values_at_zero(struct work *w, int symbol)
 {
-    arb_t v;
-    arb_init(v);
-    arb_set_si(v, at);
-    num_ball_set(&w->p->ball, symbol, v);
+    arb_t zero;
+    arb_init(zero);
+    num_ball_set(&w->p->ball, symbol, zero);
     num_ball_list(&w->p->ball, w->cone.list, w->cone.count);
-    arb_set(out, num_ball_value(&w->p->ball, e));
-    arb_clear(v);
+    arb_clear(zero);
+}
+
+/* The derivative of the cone's last node by v, in which it is affine, from the values: a difference of two values would be lost beside a large
+ * rest (s = cosh(10^6 x)). */
+static void slope_of(struct work *w, arb_t out)
+{
+    const struct expr_store *st = w->s->st;
+    struct num_ball *b = &w->p->ball;
+    int count = w->cone.count;
+    arb_ptr d = _arb_vec_init(count);
+    for (int k = 0; k < count; k++) {
+        const struct expr_node n = st->node[w->cone.list[k]];
+        if (w->shape[k] == POINTS_FREE)
+            continue;
+        arb_srcptr x = n.op == EXPR_SYM ? NULL : d + w->cone.place[n.a];
+        switch ((enum expr_op)n.op) {
+        case EXPR_SYM: arb_one(d + k); break;
+        case EXPR_ADD: arb_add(d + k, x, d + w->cone.place[n.b], b->prec); break;
+        case EXPR_SUB: arb_sub(d + k, x, d + w->cone.place[n.b], b->prec); break;
+        case EXPR_NEG: arb_neg(d + k, x); break;
+        case EXPR_DIV: arb_div(d + k, x, num_ball_value(b, n.b), b->prec); break;
+        default:       /* a product, one side of which is free of v */
+            if (w->shape[w->cone.place[n.a]] != POINTS_FREE)
+                arb_mul(d + k, x, num_ball_value(b, n.b), b->prec);
+            else
+                arb_mul(d + k, num_ball_value(b, n.a), d + w->cone.place[n.b], b->prec);
+            break;
+        }
+    }
+    arb_set(out, d + count - 1);
+    _arb_vec_clear(d, count);
 }
 
 enum answer { NO, YES, MORE_BITS };
@@ -44,9 +73,9 @@ static enum answer solve_for(struct work *w, expr_id e, int variable)
     arb_init(slope);
     arb_init(keep);
     arb_set(keep, b->symbol + symbol);
-    value_at(w, e, symbol, 1, slope);
-    value_at(w, e, symbol, 0, rest);
-    arb_sub(slope, slope, rest, b->prec);
+    values_at_zero(w, symbol);
+    arb_set(rest, num_ball_value(b, e));
+    slope_of(w, slope);
     bool ok = arb_is_finite(rest) && arb_is_finite(slope) && !arb_contains_zero(slope);
     if (ok) {
         arb_div(rest, rest, slope, b->prec);

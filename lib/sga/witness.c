@@ -76,6 +76,28 @@ static arb_ptr claimed(struct check *c, expr_id e)
     return num_ball_value(&c->point->ball, e);
 }
 
+/* What is added up in e counts, too: s - cosh(10^6 x) is 0 beside numbers of any size. */
+static void add_parts(struct check *c, struct num_ball *b, expr_id e)
+{
+    enum { PARTS = 200 };
+    const struct expr_store *st = b->st;
+    expr_id part[PARTS];
+    int parts = 0;
+    for (part[parts++] = e; parts; ) {
+        expr_id at = part[--parts];
+        const struct expr_node n = st->node[at];
+        bool sum = n.op == EXPR_ADD || n.op == EXPR_SUB || n.op == EXPR_NEG;
+        if (!sum || parts + 2 > PARTS) {
+            arb_get_mag(c->part, num_ball_value(b, at));
+            mag_add(c->size, c->size, c->part);
+            continue;
+        }
+        part[parts++] = n.a;
+        if (n.op != EXPR_NEG)
+            part[parts++] = n.b;
+    }
+}
+
 /* rows of A times v (v[j] claimed), minus alpha where inhomogeneous */
 static bool check_rows(struct check *c, const expr_id *v, bool inhomogeneous, const char *what)
 {
@@ -88,8 +110,10 @@ static bool check_rows(struct check *c, const expr_id *v, bool inhomogeneous, co
         begin(c);
         for (int k = 0; k < r->entries; k++)
             add_term(c, num_ball_value(&c->own, r->entry[k].value), claimed(c, v[r->entry[k].col]));
-        if (inhomogeneous)
+        if (inhomogeneous) {
             add_term(c, num_ball_value(&c->own, r->alpha), one);
+            add_parts(c, &c->own, r->alpha);
+        }
         ok = vanishes(c, what, i);
     }
     arb_clear(one);
