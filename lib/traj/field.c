@@ -55,6 +55,7 @@ static struct num_tape *general_tape(struct field *f, const int *inputs, struct 
     root = sga_realloc(root, (size_t)(at + f->rates + 1) * sizeof *root);
     for (int k = 0; k < f->rates; k++)
         root[at++] = f->rate[k].rate;
+    at = field_sums_add(f, &root, at);
     struct num_tape *t = num_tape_new_switched(sys->store, field_switches(f), root, at, inputs, f->n + 1, err);
     f->general_out = sga_malloc((size_t)(at + 1) * sizeof *f->general_out);
     free(root);
@@ -149,6 +150,7 @@ void field_clear(struct field *f)
     free(f->pole_from);
     free(f->here);
     free(f->general_out);
+    free(f->sum);
     free(f->jac_value);
     free(f->in);
     free(f->M);
@@ -183,7 +185,7 @@ double field_rows_miss(struct field *f, const double *v, int *worst_row)
 {
     double worst = 0;
     int at = 0;
-    if (!num_tape_eval(f->general, f->in, f->general_out) || !num_jacobian_eval(f->jac, f->in, NULL, f->jac_value))
+    if (!field_general_values(f) || !num_jacobian_eval(f->jac, f->in, NULL, f->jac_value))
         return INFINITY;
     for (int i = 0; i < f->rows + f->c + f->rates; i++) {
         double sum = 0, big = 0;

@@ -16,6 +16,8 @@
  * with pivots chosen at the point, for the solution of least norm: so a pivot that only
  * happens to vanish stops nothing, and what is left of the gauge freedom is least norm over
  * all of X among the solutions tangent to Pf. */
+struct field_sum { int entry, size; };     /* roots of `general` */
+
 struct field {
     int n, rows, c, rates, pivots;
     struct num_switches switches;     /* of the field, the constraints, the rows and the events, however they are written */
@@ -50,6 +52,7 @@ struct field {
     struct lin_sparse *pattern;       /* of slope */
     struct num_tape *general;         /* roots: entries of A, alpha, rates */
     double *general_out;
+    struct field_sum *sum; int sums;  /* field_sums.c's: entries of A that are sums */
     struct num_tape *con;             /* roots: constraints */
     struct num_jacobian *jac;         /* by variables and time */
     double *jac_value;
@@ -66,6 +69,12 @@ struct field {
     bool contradiction;               /* of the last evaluation that was refused: the rates do not fit any more */
     long evaluations;
 };
+
+/* field_sums.c: behind `at` roots, the sizes of what is added up in those of them that are entries of A and sums (log(x y) - log(x) - log(y));
+ * returns how many roots there are then. */
+int field_sums_add(struct field *f, expr_id **root, int at);
+/* f->general at f->in: an entry that is rounding beside what is added up in it is 0. False: no value. */
+bool field_general_values(struct field *f);
 
 bool field_init(struct field *f, const struct sys_system *sys, const struct sga_solution *sol,
                 const struct traj_request *rq, struct manifold *manifold, struct sga_error *err);

@@ -34,7 +34,7 @@ static bool evaluate(struct field *f, bool *same)
 {
     int at = 0, q = 0;
     *same = f->kept_rank >= 0 && f->asked_unit == f->unit;
-    if (!num_tape_eval(f->general, f->in, f->general_out) || !num_jacobian_eval(f->jac, f->in, NULL, f->jac_value)) {
+    if (!field_general_values(f) || !num_jacobian_eval(f->jac, f->in, NULL, f->jac_value)) {
         f->kept_rank = -1;
         return false;
     }
