@@ -20,9 +20,13 @@ struct scaling {
     const struct expr_store *st;
     int n, *index;             /* unknowns: variables, and time where `timed`; by symbol: unknown, or -1 */
     bool timed, time_met;
-    struct scaling_rows rows;  /* sum power_j s_j = -log, one for each pair of terms */
-    struct term first, now, apart;
+    int *level, levels;        /* by node: the unknown that is the size of a sum, 0: none yet; how many there are, those of rows too */
+    int nodes;
+    struct scaling_rows rows;  /* sum power_j s_j = -log, one for each term of a sum: as large as the sum's level */
+    struct term first, now;
+    int own;                   /* the level of the row that was begun, or 0; first is its only term so far */
     bool has_first, cut;
+    bool plain;                /* sums within products have the size of their first term */
     int visits;                /* shared sums are walked over each time: not without end */
     struct later { expr_id e; bool unit; } later[DEPTH]; int laters;   /* inner sums, and arguments */
 };
@@ -39,9 +43,18 @@ struct scaling *scaling_new(const struct expr_store *st, const int *variable, in
         w->index[i] = -1;
     for (int j = 0; j < variables; j++)
         w->index[variable[j]] = j;
+    w->nodes = st->nodes;
+    w->level = sga_calloc((size_t)w->nodes + 1, sizeof *w->level);
     scaling_rows_init(&w->rows, variables + 1);
     return w;
 }
+
+/* Levels come after variables and time. */
+static int new_level(struct scaling *w)
+{
+    return w->n + w->levels++;
+}
+
 
 void scaling_time(struct scaling *w, int symbol)
 {
@@ -62,8 +75,8 @@ void scaling_free(struct scaling *w)
     scaling_rows_clear(&w->rows);
     term_free(&w->first);
     term_free(&w->now);
-    term_free(&w->apart);
     free(w->index);
+    free(w->level);
     free(w);
 }
 
@@ -75,6 +88,7 @@ bool scaling_has_time(const struct scaling *w)
 void scaling_sum(struct scaling *w)
 {
     w->has_first = false;
+    w->own = 0;
 }
 
 static void postpone(struct scaling *w, expr_id e, bool unit)
@@ -122,7 +136,19 @@ static void copy(struct term *to, const struct term *from)
         add_power(to, from->unknown[k], from->power[k]);
 }
 
-/* The size of a product; of an inner sum that of its first term. */
+/* Its level, an unknown; its terms follow later. 0: as an unknown it comes too late. */
+static int level_of(struct scaling *w, expr_id e)
+{
+    if (w->plain || (int)e >= w->nodes)
+        return 0;
+    if (!w->level[e]) {
+        w->level[e] = new_level(w);
+        postpone(w, e, false);
+    }
+    return w->level[e];
+}
+
+/* The size of a product; an inner sum has its level. */
 static bool term_of(struct scaling *w, expr_id e, struct term *t)
 {
     struct { expr_id e; double p; } stack[DEPTH];
@@ -152,20 +178,21 @@ static bool term_of(struct scaling *w, expr_id e, struct term *t)
             stack[depth].e = n.b;
             stack[depth++].p = n.op == EXPR_MUL ? p : -p;
             break;
-        case EXPR_MIN: case EXPR_MAX:
-            stack[depth].e = expr_is_zero(w->st, n.a) ? n.b : n.a;
-            stack[depth++].p = p;
-            break;
         case EXPR_NEG: case EXPR_ABS:
         case EXPR_SQRT: case EXPR_CBRT: case EXPR_POWI:
             stack[depth].e = n.a;
             stack[depth++].p = n.op == EXPR_SQRT ? p / 2 : n.op == EXPR_CBRT ? p / 3 : n.op == EXPR_POWI ? p * n.b : p;
             break;
-        case EXPR_ADD: case EXPR_SUB:
-            postpone(w, at, false);
-            stack[depth].e = n.a;
+        case EXPR_ADD: case EXPR_SUB: case EXPR_MIN: case EXPR_MAX: {
+            int level = level_of(w, at);
+            if (level) {
+                add_power(t, level, p);
+                break;
+            }
+            stack[depth].e = expr_is_zero(w->st, n.a) ? n.b : n.a;
             stack[depth++].p = p;
             break;
+        }
         default:
             for (int k = 0; k < expr_children(w->st, at) && n.op != EXPR_SOLVE; k++)
                 postpone(w, expr_child(w->st, at, k), true);
@@ -186,7 +213,8 @@ static bool next_term(struct scaling *w, struct walk *at, struct term *t)
     while (at->depth && w->visits++ < VISITS + EACH * w->n) {
         expr_id e = at->stack[--at->depth];
         const struct expr_node n = w->st->node[e];
-        if ((n.op == EXPR_ADD || n.op == EXPR_SUB) && at->depth + 2 <= DEPTH) {
+        bool sum = n.op == EXPR_ADD || n.op == EXPR_SUB || n.op == EXPR_MIN || n.op == EXPR_MAX;
+        if (sum && at->depth + 2 <= DEPTH) {
             at->stack[at->depth++] = n.b;
             at->stack[at->depth++] = n.a;
             continue;
@@ -198,15 +226,18 @@ static bool next_term(struct scaling *w, struct walk *at, struct term *t)
     return false;
 }
 
-/* sum power_j s_j + log = 0 */
-static void equation(struct scaling *w, const struct term *t)
+/* sum power_j s_j + log = the level, if any */
+static void equation(struct scaling *w, struct term *t, int level)
 {
+    if (level)
+        add_power(t, level, -1);
     w->cut |= w->rows.count > EQUATIONS + EACH * w->n;
     if (w->rows.count <= EQUATIONS + EACH * w->n)
         scaling_rows_add(&w->rows, t->unknown, t->power, t->count, t->log);
 }
 
-static void add_terms(struct scaling *w, expr_id e, int velocity, bool unit)
+/* Terms of the row: one alone says nothing. */
+static void add_terms(struct scaling *w, expr_id e, int velocity)
 {
     struct walk at = { { e }, 1 };
     struct term *t = &w->now;
@@ -215,33 +246,29 @@ static void add_terms(struct scaling *w, expr_id e, int velocity, bool unit)
             add_power(t, velocity, 1);
         if (velocity >= 0 && w->timed)
             add_power(t, w->n - 1, -1);
-        if (unit) {
-            equation(w, t);
-        } else if (!w->has_first) {
+        if (!w->has_first) {
             copy(&w->first, t);
             w->has_first = true;
-        } else {
-            t->log -= w->first.log;
-            for (int k = 0; k < w->first.count; k++)
-                add_power(t, w->first.unknown[k], -w->first.power[k]);
-            equation(w, t);
+            continue;
         }
+        if (!w->own) {
+            w->own = new_level(w);
+            equation(w, &w->first, w->own);
+        }
+        equation(w, t, w->own);
     }
 }
 
 void scaling_add(struct scaling *w, expr_id e, int velocity)
 {
-    add_terms(w, e, velocity, false);
-    bool had = w->has_first;
-    copy(&w->apart, &w->first);
-    for (int guard = 0; w->laters && guard < DEPTH; guard++) {
+    add_terms(w, e, velocity);
+    for (long guard = 0; w->laters && guard < VISITS; guard++) {
         struct later l = w->later[--w->laters];
-        w->has_first = false;
-        add_terms(w, l.e, -1, l.unit);
+        struct walk at = { { l.e }, 1 };
+        while (next_term(w, &at, &w->now))
+            equation(w, &w->now, l.unit ? 0 : w->level[l.e]);
     }
     w->laters = 0;
-    copy(&w->first, &w->apart);
-    w->has_first = had;
 }
 
 bool scaling_cut(const struct scaling *w)
@@ -260,6 +287,7 @@ double scaling_size(struct scaling *w, expr_id e, const double *log)
     struct term *t = &w->now;
     double most = -INFINITY;
     w->visits = 0;
+    w->plain = true;
     while (next_term(w, &at, t)) {
         for (int k = 0; k < t->count; k++)
             t->log += t->power[k] * log[t->unknown[k]];
@@ -271,7 +299,10 @@ double scaling_size(struct scaling *w, expr_id e, const double *log)
 
 void scaling_logs(struct scaling *w, double *log)
 {
-    scaling_rows_solve(&w->rows, w->n, log);
+    double *all = sga_malloc((size_t)(w->n + w->levels + 1) * sizeof *all);
+    scaling_rows_solve(&w->rows, w->n + w->levels, all);
+    memcpy(log, all, (size_t)w->n * sizeof *log);
+    free(all);
 }
 
 int *scaling_rounded(const double *log, int count)

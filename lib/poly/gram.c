@@ -294,11 +294,17 @@ bool gram_prove_with(struct poly_bridge *b, const fmpz_mpoly_t f, const fmpz_mpo
     bool ok = gram_within(b, poly_degree(b, f) <= GRAM_DEGREE, SGA_LIMIT_GRAM_DEGREE) && gram_within(b, n <= GRAM_GIVEN, SGA_LIMIT_GRAM_GIVEN);
     if (f->length < 1 || !ok || bits > BITS || -bits > BITS)
         return false;
-    int result = gram_init(&out->g, b, f, given, n, least) ? -1 : 0;
-    for (int k = 0; k < FACES && result < 0; k++)
-        result = on_face(out, f);
-    if (result != 1)
-        gram_proof_clear(out);
+    int result = 0;
+    /* in natural sizes, and where these are no simple numbers, which a face asks for, in those of the coefficients */
+    for (int plain = 0; plain < 2 && result != 1; plain++) {
+        result = gram_init(&out->g, b, f, given, n, least) ? -1 : 0;
+        if (plain && (result == 0 || !gram_sizes_forget(&out->g, f)))
+            result = 0;
+        for (int k = 0; k < FACES && result < 0; k++)
+            result = on_face(out, f);
+        if (result != 1)
+            gram_proof_clear(out);
+    }
     return result == 1;
 }
 
@@ -307,18 +313,31 @@ bool gram_prove(struct poly_bridge *b, const fmpz_mpoly_t f, struct gram_proof *
     return poly_degree(b, f) >= 1 && gram_prove_with(b, f, NULL, 0, 0, out);
 }
 
-/* 1 + the squares of the generators of f */
+/* 1 + the squares of the generators of f, in natural sizes, times a number */
 static void reznick(struct poly_bridge *b, const fmpz_mpoly_t f, fmpz_mpoly_t out)
 {
+    struct gram g = { .b = b };
+    int largest = 0;
     fmpz_mpoly_t t;
+    fmpz_t c;
     fmpz_mpoly_init(t, b->ctx);
-    fmpz_mpoly_one(out, b->ctx);
-    for (int g = 0; g < b->gens; g++)
-        if (fmpz_mpoly_degree_si(f, g, b->ctx) > 0) {
-            fmpz_mpoly_gen(t, g, b->ctx);
+    fmpz_init_set_ui(c, 1);
+    gram_sizes(&g, f, NULL, 0);
+    for (int k = 0; k < b->gens; k++)
+        largest = g.size[k] > largest ? g.size[k] : largest;
+    fmpz_mul_2exp(c, c, (ulong)(2 * largest));
+    fmpz_mpoly_set_fmpz(out, c, b->ctx);
+    for (int k = 0; k < b->gens; k++)
+        if (fmpz_mpoly_degree_si(f, k, b->ctx) > 0) {
+            fmpz_one(c);
+            fmpz_mul_2exp(c, c, (ulong)(2 * (largest - g.size[k])));
+            fmpz_mpoly_gen(t, k, b->ctx);
             fmpz_mpoly_mul(t, t, t, b->ctx);
+            fmpz_mpoly_scalar_mul_fmpz(t, t, c, b->ctx);
             fmpz_mpoly_add(out, out, t, b->ctx);
         }
+    free(g.size);
+    fmpz_clear(c);
     fmpz_mpoly_clear(t, b->ctx);
 }
 

@@ -60,6 +60,8 @@ bool gram_changes_sign(const struct poly_bridge *b, const fmpz_mpoly_t f, int *s
 
 /* gram_sizes.c: g->scale and g->size from f and what is zero beside it. */
 void gram_sizes(struct gram *g, const fmpz_mpoly_t f, const fmpz_mpoly_struct *given, int count);
+/* Back to those of the coefficients as they are. False: they are that, or too far apart for doubles. */
+bool gram_sizes_forget(struct gram *g, const fmpz_mpoly_t f);
 
 /* gram_space.c: all Q that fit f. False: none, or too many unknowns. */
 bool gram_space(struct gram *g, const fmpz_mpoly_t f);

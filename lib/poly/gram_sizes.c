@@ -7,7 +7,7 @@
 
 #include "mem.h"
 
-enum { ALIKE = 4 /* bits that coefficients may differ by and nothing is done */, LARGEST = 400 /* bits of one monomial: products of two stay doubles */ };
+enum { ALIKE = 4 /* bits that coefficients may differ by and nothing is done */, PLAIN = 12 /* and may be left as they are */, LARGEST = 400 /* bits of one monomial: products of two stay doubles */ };
 
 /* N x = r (n x n, positive definite, spent), x in r. */
 static void solve(double *N, double *r, int n)
@@ -95,4 +95,20 @@ void gram_sizes(struct gram *g, const fmpz_mpoly_t f, const fmpz_mpoly_struct *g
     }
     free(l.N);
     free(l.exp);
+}
+
+bool gram_sizes_forget(struct gram *g, const fmpz_mpoly_t f)
+{
+    bool any = false;
+    double least = INFINITY, most = -INFINITY;
+    for (int i = 0; i < g->b->gens; i++) {
+        any |= g->size[i] != 0;
+        g->size[i] = 0;
+    }
+    for (slong t = 0; t < f->length; t++) {
+        least = fmin(least, bits_of(f->coeffs + t));
+        most = fmax(most, bits_of(f->coeffs + t));
+    }
+    g->scale = ldexp(1, (int)floor(most));
+    return any && most - least <= PLAIN;
 }
