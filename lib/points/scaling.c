@@ -23,10 +23,10 @@ struct scaling {
     int *level, levels;        /* by node: the unknown that is the size of a sum, 0: none yet; how many there are, those of rows too */
     int nodes;
     struct scaling_rows rows;  /* sum power_j s_j = -log, one for each term of a sum: as large as the sum's level */
-    struct term first, now;
+    struct term first, now, apart;
     int own;                   /* the level of the row that was begun, or 0; first is its only term so far */
     bool has_first, cut;
-    bool plain;                /* sums within products have the size of their first term */
+    bool even;                 /* see scaling_even; otherwise sums have the size of their first term */
     int visits;                /* shared sums are walked over each time: not without end */
     struct later { expr_id e; bool unit; } later[DEPTH]; int laters;   /* inner sums, and arguments */
 };
@@ -75,6 +75,7 @@ void scaling_free(struct scaling *w)
     scaling_rows_clear(&w->rows);
     term_free(&w->first);
     term_free(&w->now);
+    term_free(&w->apart);
     free(w->index);
     free(w->level);
     free(w);
@@ -139,7 +140,7 @@ static void copy(struct term *to, const struct term *from)
 /* Its level, an unknown; its terms follow later. 0: as an unknown it comes too late. */
 static int level_of(struct scaling *w, expr_id e)
 {
-    if (w->plain || (int)e >= w->nodes)
+    if (!w->even || (int)e >= w->nodes)
         return 0;
     if (!w->level[e]) {
         w->level[e] = new_level(w);
@@ -189,6 +190,8 @@ static bool term_of(struct scaling *w, expr_id e, struct term *t)
                 add_power(t, level, p);
                 break;
             }
+            if (n.op == EXPR_ADD || n.op == EXPR_SUB)
+                postpone(w, at, false);
             stack[depth].e = expr_is_zero(w->st, n.a) ? n.b : n.a;
             stack[depth++].p = p;
             break;
@@ -213,7 +216,7 @@ static bool next_term(struct scaling *w, struct walk *at, struct term *t)
     while (at->depth && w->visits++ < VISITS + EACH * w->n) {
         expr_id e = at->stack[--at->depth];
         const struct expr_node n = w->st->node[e];
-        bool sum = n.op == EXPR_ADD || n.op == EXPR_SUB || n.op == EXPR_MIN || n.op == EXPR_MAX;
+        bool sum = n.op == EXPR_ADD || n.op == EXPR_SUB || (w->even && (n.op == EXPR_MIN || n.op == EXPR_MAX));
         if (sum && at->depth + 2 <= DEPTH) {
             at->stack[at->depth++] = n.b;
             at->stack[at->depth++] = n.a;
@@ -237,6 +240,34 @@ static void equation(struct scaling *w, struct term *t, int level)
 }
 
 /* Terms of the row: one alone says nothing. */
+static void add_even(struct scaling *w, struct term *t)
+{
+    if (!w->has_first) {
+        copy(&w->first, t);
+        w->has_first = true;
+        return;
+    }
+    if (!w->own) {
+        w->own = new_level(w);
+        equation(w, &w->first, w->own);
+    }
+    equation(w, t, w->own);
+}
+
+/* As large as the first term. */
+static void add_by_first(struct scaling *w, struct term *t)
+{
+    if (!w->has_first) {
+        copy(&w->first, t);
+        w->has_first = true;
+        return;
+    }
+    t->log -= w->first.log;
+    for (int k = 0; k < w->first.count; k++)
+        add_power(t, w->first.unknown[k], -w->first.power[k]);
+    equation(w, t, 0);
+}
+
 static void add_terms(struct scaling *w, expr_id e, int velocity)
 {
     struct walk at = { { e }, 1 };
@@ -246,29 +277,37 @@ static void add_terms(struct scaling *w, expr_id e, int velocity)
             add_power(t, velocity, 1);
         if (velocity >= 0 && w->timed)
             add_power(t, w->n - 1, -1);
-        if (!w->has_first) {
-            copy(&w->first, t);
-            w->has_first = true;
-            continue;
-        }
-        if (!w->own) {
-            w->own = new_level(w);
-            equation(w, &w->first, w->own);
-        }
-        equation(w, t, w->own);
+        (w->even ? add_even : add_by_first)(w, t);
     }
+}
+
+/* An inner sum, or an argument. */
+static void add_later(struct scaling *w, struct later l)
+{
+    struct walk at = { { l.e }, 1 };
+    w->has_first = false;
+    while (next_term(w, &at, &w->now))
+        if (l.unit || w->even)
+            equation(w, &w->now, l.unit ? 0 : w->level[l.e]);
+        else
+            add_by_first(w, &w->now);
 }
 
 void scaling_add(struct scaling *w, expr_id e, int velocity)
 {
     add_terms(w, e, velocity);
-    for (long guard = 0; w->laters && guard < VISITS; guard++) {
-        struct later l = w->later[--w->laters];
-        struct walk at = { { l.e }, 1 };
-        while (next_term(w, &at, &w->now))
-            equation(w, &w->now, l.unit ? 0 : w->level[l.e]);
-    }
+    bool had = w->has_first;
+    copy(&w->apart, &w->first);
+    for (long guard = 0; w->laters && guard < (w->even ? VISITS : DEPTH); guard++)
+        add_later(w, w->later[--w->laters]);
     w->laters = 0;
+    copy(&w->first, &w->apart);
+    w->has_first = had;
+}
+
+void scaling_even(struct scaling *w)
+{
+    w->even = true;
 }
 
 bool scaling_cut(const struct scaling *w)
@@ -287,7 +326,7 @@ double scaling_size(struct scaling *w, expr_id e, const double *log)
     struct term *t = &w->now;
     double most = -INFINITY;
     w->visits = 0;
-    w->plain = true;
+    w->even = false;
     while (next_term(w, &at, t)) {
         for (int k = 0; k < t->count; k++)
             t->log += t->power[k] * log[t->unknown[k]];
@@ -300,7 +339,7 @@ double scaling_size(struct scaling *w, expr_id e, const double *log)
 void scaling_logs(struct scaling *w, double *log)
 {
     double *all = sga_malloc((size_t)(w->n + w->levels + 1) * sizeof *all);
-    scaling_rows_solve(&w->rows, w->n + w->levels, all);
+    scaling_rows_solve(&w->rows, w->n + w->levels, w->even, all);
     memcpy(log, all, (size_t)w->n * sizeof *log);
     free(all);
 }

@@ -16,6 +16,9 @@ enum { SCALING_MOST = SGA_MOST_SCALED };
 struct scaling *scaling_new(const struct expr_store *st, const int *variable, int variables);
 /* The size of time is an unknown too, and a velocity's size that of its variable over it; otherwise time counts as 1. */
 void scaling_time(struct scaling *w, int symbol);
+/* All terms of a sum count alike, and one out of all proportion little: what comes out does not depend on their order. To be called after
+ * scaling_time and before anything is added; otherwise each is compared with the first. */
+void scaling_even(struct scaling *w);
 void scaling_free(struct scaling *w);
 /* Whether time was met in what was added. */
 bool scaling_has_time(const struct scaling *w);

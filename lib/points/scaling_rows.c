@@ -3,7 +3,6 @@
 #include "scaling_rows.h"
 
 #include <math.h>
-#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -152,13 +151,13 @@ static bool weigh(const struct scaling_rows *r, const double *log, double *weigh
     return far;
 }
 
-void scaling_rows_solve(const struct scaling_rows *r, int n, double *log)
+void scaling_rows_solve(const struct scaling_rows *r, int n, bool robust, double *log)
 {
     double *weight = sga_malloc(((size_t)r->count + 1) * sizeof *weight);
     bool far = true;
     for (int i = 0; i < r->count; i++)
         weight[i] = 1;
-    for (int k = 0; k <= ROUNDS && far; k++) {
+    for (int k = 0; k <= (robust ? ROUNDS : 0) && far; k++) {
         if (n <= DENSE)
             by_elimination(r, weight, n, log);
         else

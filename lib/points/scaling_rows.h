@@ -2,6 +2,7 @@
 #ifndef SGA_POINTS_SCALING_ROWS_H
 #define SGA_POINTS_SCALING_ROWS_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 struct scaling_rows {
@@ -15,8 +16,8 @@ void scaling_rows_init(struct scaling_rows *r, int rows);
 void scaling_rows_clear(struct scaling_rows *r);
 /* A row without powers is left out. */
 void scaling_rows_add(struct scaling_rows *r, const int *unknown, const double *power, int count, double log);
-/* log[] (n) of least squares, of least norm where the equations leave it open. Cost n^3 up to some dozens of unknowns; beyond,
+/* log[] (n) of least squares, of least norm where the equations leave it open; robust: rows that are far from it count by their distance only. Cost n^3 up to some dozens of unknowns; beyond,
  * some hundred walks through the rows for what is nearly a chain. */
-void scaling_rows_solve(const struct scaling_rows *r, int n, double *log);
+void scaling_rows_solve(const struct scaling_rows *r, int n, bool robust, double *log);
 
 #endif

@@ -96,6 +96,8 @@ static int *natural_sizes(const struct sys_system *sys, const int *variable, dou
     double *log = sga_malloc(((size_t)sys->variables + 2) * sizeof *log);
     struct scaling *timed = scaling_new(sys->store, variable, sys->variables), *plain = scaling_new(sys->store, variable, sys->variables);
     scaling_time(timed, sys->time);
+    scaling_even(timed);
+    scaling_even(plain);
     sga_terms(timed, sys);
     scaling_logs(timed, log);
     double e = log[sys->variables];

@@ -39,8 +39,9 @@ static double unit_of(double log, bool from_zero)
     return log <= SMALL ? power(log) : from_zero && log > LARGE ? power(log - ROOM) : 1;
 }
 
-/* log2 of the sizes into log (n + 1), from the equations and from what is given; NULL: too many variables. The caller frees it. */
-static struct scaling *sizes_of(const struct sys_system *sys, const struct traj_request *rq, int n, double weight, double *log)
+/* log2 of the sizes into log (n + 1), from the equations and from what is given (for the others: where equations leave them open); NULL: too
+ * many variables. The caller frees it. */
+static struct scaling *sizes_of(const struct sys_system *sys, const struct traj_request *rq, int n, bool others, double *log)
 {
     int *variable = sga_malloc((size_t)(n + 1) * sizeof *variable);
     for (int j = 0; j < n; j++)
@@ -48,10 +49,12 @@ static struct scaling *sizes_of(const struct sys_system *sys, const struct traj_
     struct scaling *w = scaling_new(sys->store, variable, n);
     if (w) {
         scaling_time(w, sys->time);
+        if (others)
+            scaling_even(w);
         sga_terms(w, sys);
         if (scaling_cut(w) && !rq->own_atol)
             sga_limit_met(rq->budget, SGA_LIMIT_SCALED_TERMS);
-        given(w, rq, n, weight);
+        given(w, rq, n, others ? HINT : 1);
         scaling_logs(w, log);
     }
     free(variable);
@@ -80,13 +83,13 @@ static void find(struct sizes *s, const struct sys_system *sys, const struct tra
 {
     int n = s->n;
     double *log = sga_malloc((size_t)(n + 2) * sizeof *log);
-    struct scaling *w = sizes_of(sys, rq, n, HINT, log);
+    struct scaling *w = sizes_of(sys, rq, n, true, log);
     if (!w && !rq->own_atol)
         sga_limit_met(rq->budget, SGA_LIMIT_SCALED);
     if (w)
         weigh_others(s, rq, log);
     scaling_free(w);
-    w = sizes_of(sys, rq, n, 1, log);
+    w = sizes_of(sys, rq, n, false, log);
     for (int j = 0; j < n && w; j++)
         if (rq->given[j])
             s->weight[j] = log[j] <= SMALL || log[j] >= LARGE ? power(log[j]) : 1;

@@ -405,11 +405,11 @@ static void tidy(struct search *s, double *x)
 {
     size_t n = (size_t)s->t.n;
     double *y = memcpy(sga_malloc((n + 1) * sizeof *y), x, n * sizeof *x);
-    double before = manifold_residual(s->t.m, s->rq->start, x, s->unit, NULL);
+    double before = manifold_residual(s->t.m, s->rq->start, x, s->loose, NULL);     /* as polish left them */
     for (size_t j = 0; j < n; j++)
         if (fabs(x[j] - s->rq->initial[j]) < ROUNDED * s->unit[j])
             y[j] = s->rq->initial[j];
-    double after = manifold_residual(s->t.m, s->rq->start, y, s->unit, NULL);
+    double after = manifold_residual(s->t.m, s->rq->start, y, s->loose, NULL);
     if (after >= 0 && after <= fmax(before, ROUNDED / 10))
         memcpy(x, y, n * sizeof *x);
     free(y);
@@ -444,6 +444,20 @@ static void close(struct search *s)
     free(s->name);
 }
 
+/* Sizes may have been guessed too large, and roundings are seen in units of them: the last digits in those that variables have. */
+static void polish(struct search *s, double *x)
+{
+    static const double LEAST = 1e-6;
+    tiers_of(s->rq, s->kind, s->t.n, s->found_in, s->tier);
+    s->edges = 0;
+    fix_stayers(s);
+    for (int j = 0; j < s->t.n; j++)
+        s->loose[j] = fmin(s->unit[j], fmax(fabs(x[j]), LEAST * s->unit[j]));
+    s->t.unit = s->loose;
+    tangent_settle(&s->t, s->rq->start, x, INFINITY, FEW, NULL);
+    s->t.unit = s->unit;
+}
+
 /* Nearest points of a stage; what another one found without an end gives way to one with it. */
 static void try(struct search *s, enum tiers_stage stage, struct found *best)
 {
@@ -476,8 +490,10 @@ bool tiers_start(struct manifold *m, const struct sys_system *sys, const struct 
         try(&s, s.found_in, &best);
         best.any = true;         /* x holds one in any case */
     }
-    if (best.any)
+    if (best.any) {
+        polish(&s, x);
         tidy(&s, x);
+    }
     close(&s);
     return best.any;
 }

@@ -16,7 +16,7 @@ static const double ALIKE = 1e-9;
 /* A step so short, in units, is the last one; and what is shorter than this cannot tell any more whether the sum is lower. */
 static const double LAST = 1e-10, SHORT = 1e-6;
 
-enum { SETTLE = 60, STEPS = 100, HALVES = 10, STARTS = 5 };
+enum { SETTLE = 60, STEPS = 100, HALVES = 10, STARTS = 5, POLISH = 6 };
 
 struct large {
     const struct traj_request *rq;
@@ -25,7 +25,7 @@ struct large {
     unsigned char *kind;
     signed char *tier;
     const char **name;
-    enum tiers_stage stage;
+    enum tiers_stage stage, found_in;
 };
 
 struct found {
@@ -194,16 +194,36 @@ static void close(struct large *s)
     free(s->name);
 }
 
+/* As in tiers.c: the last digits in units of what variables are. */
+static void polish(struct large *s, double *x)
+{
+    static const double LEAST = 1e-6;
+    tiers_of(s->rq, s->kind, s->step.m->n, s->found_in, s->tier);
+    for (int j = 0; j < s->step.m->n; j++) {
+        s->step.fixed[j] = s->tier[j] < 0;
+        s->weight[j] = 1;
+        s->to[j] = fmin(s->unit[j], fmax(fabs(x[j]), LEAST * s->unit[j]));
+    }
+    s->step.unit = s->to;
+    sparse_step_settle(&s->step, s->rq->start, x, s->weight, POLISH, NULL);
+    s->step.unit = s->unit;
+}
+
 bool tiers_large_start(struct manifold *m, const struct sys_system *sys, const struct sizes *sizes, const struct traj_request *rq, double *x)
 {
     struct large s = { .rq = rq };
+    bool any = false;
     struct found best = { .x = x }, new = { .x = sga_malloc(((size_t)m->n + 1) * sizeof(double)) };
     open(&s, m, sys, sizes);
     for (int k = 0; k < TIERS_STAGES && !best.ended; k++)
         if (tiers_differ(rq, s.kind, m->n, (enum tiers_stage)k) && (!best.any || k >= TIERS_KEEP_PLACES)) {
             s.stage = (enum tiers_stage)k;
             try(&s, &best, &new);
+            s.found_in = best.any && !any ? s.stage : s.found_in;
+            any = best.any;
         }
+    if (best.any)
+        polish(&s, x);
     close(&s);
     free(new.x);
     return best.any;
