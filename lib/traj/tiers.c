@@ -481,3 +481,17 @@ bool tiers_start(struct manifold *m, const struct sys_system *sys, const struct 
     close(&s);
     return best.any;
 }
+
+bool tiers_descend(struct manifold *m, const struct sys_system *sys, const struct sizes *sizes, const struct traj_request *rq, double *x,
+                   double far[TIERS])
+{
+    struct search s = { .elsewhere = x };
+    struct found f = { .x = x };
+    open(&s, m, sys, sizes, rq);
+    s.stage = tiers_stage_of(rq, s.kind, m->n, x);
+    tiers_of(rq, s.kind, m->n, s.stage, s.tier);
+    complete(&s, &f);
+    memcpy(far, f.score, sizeof f.score);
+    close(&s);
+    return f.ended;
+}
