@@ -122,6 +122,8 @@ static bool come_back(struct search *s, const double *guess, double *x)
         back &= s->weight[j] == 0 || fabs(y[j] - x[j]) <= ALIKE * s->unit[j];
         y[j] = s->weight[j] > 0 ? x[j] : y[j];
     }
+    double before = manifold_residual(s->t.m, s->rq->start, x, s->unit, NULL), after = manifold_residual(s->t.m, s->rq->start, y, s->unit, NULL);
+    back = back && after >= 0 && after <= fmax(before, ROUNDED / 10);      /* values of two points are one only as far as they are the same */
     if (back) {
         memcpy(x, y, n * sizeof *x);
         s->t.bars = 0;
@@ -293,8 +295,9 @@ static bool reach(struct search *s, double *y, double cheap, double longest, int
         s->loose[j] = s->unit[j] * (s->rq->given[j] ? 1 : cheap);
     s->t.unit = s->stage >= TIERS_MOVE_ALL ? s->loose : s->unit;
     bool ok = tangent_settle(&s->t, s->rq->start, y, longest, steps, easy);
+    bool loose = s->t.unit != s->unit;       /* what is left is little in units that are large */
     s->t.unit = s->unit;
-    return ok;
+    return ok && (!loose || tangent_settle(&s->t, s->rq->start, y, INFINITY, SETTLE, NULL));
 }
 
 /* The constraints are affine in what moves, as far as a second point shows. */
