@@ -13,6 +13,7 @@ import cases
 import disguise as d
 from expression import EXACT, Undefined
 from identities import Answer
+from solver import Crash
 from tally import scaled
 
 HONEST = {"undecided", "irregular_constraint", "reducible_constraints", "no_real_point", "time_limit", "limit_exceeded"}
@@ -41,6 +42,8 @@ class Corpus:
                 self.case(case)
             except (d.TooLong, KeyError):      # KeyError: a function that the checkers do not differentiate
                 self.skipped += 1
+            except Crash as e:
+                self.tally.check(False, case["name"], str(e))
         print(f"{self.used} cases, {self.tried} disguises, {self.mapped} with points mapped, {self.fields} with X there, {self.refused} refused, {self.skipped} too long")
         if not patterns:
             self.tally.check(self.used >= 200 and self.mapped >= 150, "the corpus is compared", f"{self.used} cases, {self.mapped} mapped")

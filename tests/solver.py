@@ -27,6 +27,11 @@ class Crash(Exception):
     pass
 
 
+def shortened(text, most=1200):
+    """Its beginning and its end."""
+    return text if len(text) <= most else text[:most // 2] + " [...] " + text[-most // 2:]
+
+
 class Solver:
     def __init__(self, build, seconds=120, number=parse_float):
         """number: how decimals of the answer are read."""
@@ -66,4 +71,4 @@ class Solver:
             place = {"line": int(line), "column": int(column)} if line else {}
             return None, {"code": code, "pointer": pointer or "", "detail": detail.strip(), **place}
         raise Crash(f"exit status {run.returncode}, neither result nor problem: "
-                    f"{run.stdout.decode(errors='replace')[:300]} {run.stderr.decode(errors='replace')[-500:]}")
+                    f"{run.stdout.decode(errors='replace')[:300]} {shortened(run.stderr.decode(errors='replace'))}")

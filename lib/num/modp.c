@@ -3,7 +3,6 @@
 
 #include <flint/fmpq.h>
 #include <flint/fmpz.h>
-#include <flint/nmod_mat.h>
 #include <flint/ulong_extras.h>
 #include <assert.h>
 #include <stdlib.h>
@@ -13,8 +12,11 @@
 
 /* The least safe primes above 2^60 that are 11 modulo 12, less 2^60: -1 is no square
  * and every residue has one cube root. The unit test proves them. */
-static const unsigned short prime_offset[NUM_MODP_PRIMES] = {
-    2731, 7207, 8647, 10183, 11047, 13591, 15331, 26167
+static const int prime_offset[NUM_MODP_PRIMES] = {
+    2731, 7207, 8647, 10183, 11047, 13591, 15331, 26167, 26407, 27043, 31687, 34963,
+    42751, 44683, 51451, 53323, 55963, 56131, 57367, 61051, 61147, 64807, 73291, 75223,
+    77863, 81163, 83287, 83851, 93871, 96163, 106123, 109687, 111763, 111907, 112543, 114847,
+    117367, 121027, 121111, 121171, 128671, 128767, 134851, 138967, 139423, 141403, 142243, 143503
 };
 
 struct num_modp_solution {
@@ -22,11 +24,26 @@ struct num_modp_solution {
     uint8_t flags;
 };
 
+static void init(struct num_modp *m, const struct expr_store *st, uint64_t seed, mp_limb_t p, int power)
+{
+    *m = (struct num_modp){ .st = st, .seed = seed, .p = p, .power = power };
+    mp_limb_t below = n_pow(p, (ulong)power - 1);
+    nmod_init(&m->mod, below * p);
+    m->squares = below * ((p - 1) / 2);
+}
+
 void num_modp_init(struct num_modp *m, const struct expr_store *st, uint64_t seed, int prime)
 {
     assert(prime >= 0 && prime < NUM_MODP_PRIMES);
-    *m = (struct num_modp){ .st = st, .seed = seed };
-    nmod_init(&m->mod, (UWORD(1) << 60) + prime_offset[prime]);
+    init(m, st, seed, (UWORD(1) << 60) + (mp_limb_t)prime_offset[prime], 1);
+}
+
+void num_modp_init_power(struct num_modp *m, const struct expr_store *st, uint64_t seed, mp_limb_t p)
+{
+    int power = 1;
+    for (mp_limb_t n = p; n < (UWORD(1) << 63) / p; n *= p)
+        power++;
+    init(m, st, seed, p, power);
 }
 
 void num_modp_forget(struct num_modp *m)
@@ -70,39 +87,73 @@ bool num_modp_fmpq(const struct num_modp *m, const fmpq *q, mp_limb_t *residue)
 {
     mp_limb_t n = fmpz_fdiv_ui(fmpq_numref(q), m->mod.n), d = fmpz_fdiv_ui(fmpq_denref(q), m->mod.n);
     *residue = 0;
-    if (d == 0)
+    if (!num_modp_unit(m, d))
         return false;
     *residue = d == 1 ? n : nmod_mul(n, n_invmod(d, m->mod.n), m->mod);
     return true;
+}
+
+/* a y = r by elimination with pivots that are units; a (n rows of n) and r are overwritten, r by y. */
+static bool eliminate(const struct num_modp *m, mp_limb_t **a, mp_limb_t *r, int n)
+{
+    for (int j = 0; j < n; j++) {
+        int k = j;
+        while (k < n && !num_modp_unit(m, a[k][j]))
+            k++;
+        if (k == n)
+            return false;
+        mp_limb_t *row = a[k], right = r[k], inverse = n_invmod(row[j], m->mod.n);
+        a[k] = a[j];
+        r[k] = r[j];
+        a[j] = row;
+        r[j] = nmod_mul(right, inverse, m->mod);
+        _nmod_vec_scalar_mul_nmod(row + j, row + j, n - j, inverse, m->mod);
+        for (int i = 0; i < n; i++) {
+            mp_limb_t f = i == j ? 0 : nmod_neg(a[i][j], m->mod);
+            if (!f)
+                continue;
+            _nmod_vec_scalar_addmul_nmod(a[i] + j, row + j, n - j, f, m->mod);
+            r[i] = nmod_add(r[i], nmod_mul(f, r[j], m->mod), m->mod);
+        }
+    }
+    return true;
+}
+
+bool num_modp_solve(const struct num_modp *m, mp_limb_t *a, mp_limb_t *r, int n)
+{
+    mp_limb_t **row = sga_malloc((size_t)(n + 1) * sizeof *row);
+    for (int i = 0; i < n; i++)
+        row[i] = a + (size_t)i * (size_t)n;
+    bool ok = eliminate(m, row, r, n);
+    free(row);
+    return ok;
 }
 
 static void solve(struct num_modp *m, int index)
 {
     const struct expr_solve *s = m->st->solve + index;
     struct num_modp_solution *q = m->solution + index;
-    nmod_mat_t a;
-    mp_limb_t *r = sga_malloc((size_t)s->m * sizeof *r);
-    nmod_mat_init(a, s->m, s->m, m->mod.n);
+    mp_limb_t *a = sga_malloc((size_t)s->m * (size_t)s->m * sizeof *a);
     q->y = sga_calloc((size_t)s->m, sizeof *q->y);
     q->flags = 0;
     for (int i = 0; i < s->m; i++) {
-        r[i] = m->value[s->rhs[i]];
+        q->y[i] = m->value[s->rhs[i]];
         q->flags |= m->flags[s->rhs[i]];
         for (int j = 0; j < s->m; j++) {
-            nmod_mat_entry(a, i, j) = m->value[s->matrix[i * s->m + j]];
+            a[i * s->m + j] = m->value[s->matrix[i * s->m + j]];
             q->flags |= m->flags[s->matrix[i * s->m + j]];
         }
     }
-    if (!(q->flags & NUM_MODP_BAD) && !nmod_mat_solve_vec(q->y, a, r))
+    if (!(q->flags & NUM_MODP_BAD) && !num_modp_solve(m, a, q->y, s->m))
         q->flags |= NUM_MODP_BAD;
-    nmod_mat_clear(a);
-    free(r);
+    free(a);
 }
 
 static bool divide(const struct num_modp *m, mp_limb_t x, mp_limb_t y, mp_limb_t *r)
 {
-    *r = y ? nmod_mul(x, n_invmod(y, m->mod.n), m->mod) : 0;
-    return y != 0;
+    bool unit = num_modp_unit(m, y);
+    *r = unit ? nmod_mul(x, n_invmod(y, m->mod.n), m->mod) : 0;
+    return unit;
 }
 
 static bool integer_power(const struct num_modp *m, mp_limb_t x, long n, mp_limb_t *r)

@@ -1,4 +1,4 @@
-/* Values of the whole store at one point modulo a prime: the fast shadow, and the
+/* Values of the whole store at one point modulo a prime or a power of one: the fast shadow, and the
  * better evidence for algebraic zeros. A nonzero rational function is zero at a random
  * point with probability about degree / p.
  *
@@ -16,6 +16,9 @@
  *   asin, atan, asinh, atanh, sign: odd; acos = pi/2 - asin; abs(u) = u sign(u)
  *   min symmetric; max(a,b) = a + b - min(a,b)
  *   f(0) = 0 or 1 where the real function has that value; log 1 = acosh 1 = 0
+ * Modulo a power of a small prime (num_modp_init_power) the same holds with units in the place of
+ * residues that are not 0: what is divided by the prime is `bad` where it would be divided by, or have a root taken.
+ * Functions of residues without kernels are then truncated p-adic functions, continuous, so that points can be lifted.
  * Other relations between kernels (addition theorems, exp log u = u) do not hold: a
  * nonzero value under a kernel proves nothing (num_modp_kernel), a zero does. */
 #ifndef SGA_NUM_MODP_H
@@ -28,7 +31,7 @@
 
 #include "expr.h"
 
-#define NUM_MODP_PRIMES 8
+#define NUM_MODP_PRIMES 48
 
 enum {
     NUM_MODP_BAD = 1,      /* no value here: a division by zero or a missing root, here or below */
@@ -38,7 +41,9 @@ enum {
 
 struct num_modp {
     const struct expr_store *st;
-    nmod_t mod;
+    nmod_t mod;                                          /* p^power */
+    mp_limb_t p; int power;
+    ulong squares;                                       /* the order of the group of squares of units: odd */
     uint64_t seed;
     mp_limb_t *symbol; int symbols; size_t symbol_cap;   /* residues of the symbols */
     mp_limb_t *value;  int nodes;   size_t value_cap;    /* of nodes 0 .. nodes-1 */
@@ -49,6 +54,8 @@ struct num_modp {
 /* prime: 0 .. NUM_MODP_PRIMES-1. The same seed and prime give the same values, always.
  * Symbols start at 0. The store must outlive it. */
 void num_modp_init(struct num_modp *m, const struct expr_store *st, uint64_t seed, int prime);
+/* Modulo the greatest power below 2^63 of a small safe prime that is 11 modulo 12: 11, 23, 47, 59, 83, 107, 167, ... */
+void num_modp_init_power(struct num_modp *m, const struct expr_store *st, uint64_t seed, mp_limb_t p);
 void num_modp_clear(struct num_modp *m);
 /* A random residue that depends on the seed and the key only. */
 mp_limb_t num_modp_random(const struct num_modp *m, uint64_t key);
@@ -66,6 +73,10 @@ void num_modp_extend(struct num_modp *m);
  * under them must be known. */
 void num_modp_list(struct num_modp *m, const expr_id *list, int count);
 
+/* Whether the residue has an inverse. */
+static inline bool num_modp_unit(const struct num_modp *m, mp_limb_t x) { return m->power == 1 ? x != 0 : x % m->p != 0; }
+/* a y = r for n unknowns, a by rows; both are overwritten, r by y. False where no pivot is a unit (singular modulo p). */
+bool num_modp_solve(const struct num_modp *m, mp_limb_t *a, mp_limb_t *r, int n);
 static inline mp_limb_t num_modp_value(const struct num_modp *m, expr_id e) { return m->value[e]; }
 static inline bool num_modp_bad(const struct num_modp *m, expr_id e) { return m->flags[e] & NUM_MODP_BAD; }
 static inline bool num_modp_kernel(const struct num_modp *m, expr_id e) { return m->flags[e] & NUM_MODP_KERNEL; }

@@ -14,11 +14,11 @@ static uint64_t mix(uint64_t z)
     return z ^ (z >> 31);
 }
 
-/* A residue in 1 .. p-1 that depends on the seed, the function and its arguments. */
+/* A unit that depends on the seed, the function and its arguments. */
 static mp_limb_t generator(const struct num_modp *m, uint64_t op, mp_limb_t x, mp_limb_t y)
 {
     uint64_t h = mix(mix(mix(m->seed ^ mix(op)) ^ x) ^ y);
-    while (h % m->mod.n == 0)
+    while (!num_modp_unit(m, h % m->mod.n))
         h = mix(h);
     return h % m->mod.n;
 }
@@ -81,7 +81,7 @@ static mp_limb_t exponential(const struct num_modp *m, mp_limb_t x)
 
 static bool logarithm(const struct num_modp *m, mp_limb_t x, mp_limb_t *r)
 {
-    if (x == 0)
+    if (!num_modp_unit(m, x))
         return false;
     *r = 0;
     if (x == 1)
@@ -98,8 +98,9 @@ static bool hyperbolic(const struct num_modp *m, enum expr_op op, mp_limb_t x, m
     mp_limb_t e = exponential(m, x), f = invert(m, e);
     mp_limb_t s = nmod_sub(e, f, m->mod), c = nmod_add(e, f, m->mod);
     if (op == EXPR_TANH) {
-        *r = c ? nmod_mul(s, invert(m, c), m->mod) : 0;
-        return c != 0;
+        bool unit = num_modp_unit(m, c);
+        *r = unit ? nmod_mul(s, invert(m, c), m->mod) : 0;
+        return unit;
     }
     *r = nmod_mul(op == EXPR_SINH ? s : c, (m->mod.n + 1) / 2, m->mod);
     return true;
@@ -115,25 +116,26 @@ static mp_limb_t least(const struct num_modp *m, mp_limb_t x, mp_limb_t y)
 /* sqrt, by the power that inverts squaring on the group of squares, is itself a square. */
 static bool square_root(const struct num_modp *m, mp_limb_t x, mp_limb_t *r)
 {
-    *r = nmod_pow_ui(x, (m->mod.n + 1) / 4, m->mod);
+    *r = nmod_pow_ui(x, (m->squares + 1) / 2, m->mod);
     return nmod_mul(*r, *r, m->mod) == x;
 }
 
-static mp_limb_t cube_root(const struct num_modp *m, mp_limb_t x)
+static bool cube_root(const struct num_modp *m, mp_limb_t x, mp_limb_t *r)
 {
-    return nmod_pow_ui(x, n_invmod(3, m->mod.n - 1), m->mod);
+    *r = nmod_pow_ui(x, n_invmod(3, 2 * m->squares), m->mod);
+    return x == 0 || num_modp_unit(m, x);
 }
 
 bool modp_rational_power(const struct num_modp *m, mp_limb_t x, const fmpq *exponent, mp_limb_t *r)
 {
-    ulong q = (m->mod.n - 1) / 2;    /* order of the group of squares, a prime */
+    ulong q = m->squares;
     *r = 0;
     if (x == 0)
         return fmpq_sgn(exponent) > 0;
-    if (n_jacobi((slong)x, m->mod.n) != 1)
+    if (!num_modp_unit(m, x) || n_jacobi((slong)(x % m->p), m->p) != 1)
         return false;
     ulong n = fmpz_fdiv_ui(fmpq_numref(exponent), q), d = fmpz_fdiv_ui(fmpq_denref(exponent), q);
-    if (d == 0)
+    if (n_gcd(d, q) != 1)
         return false;
     *r = nmod_pow_ui(x, n_mulmod2(n, n_invmod(d, q), q), m->mod);
     return true;
@@ -145,16 +147,17 @@ static bool one_argument(const struct num_modp *m, enum expr_op op, mp_limb_t x,
     switch (op) {
     case EXPR_SIN: case EXPR_COS: case EXPR_TAN:
         sine_cosine(m, x, &s, &c);
-        if (op == EXPR_TAN && c)
+        bool unit = num_modp_unit(m, c);
+        if (op == EXPR_TAN && unit)
             s = nmod_mul(s, invert(m, c), m->mod);
         *r = op == EXPR_COS ? c : s;
-        return op != EXPR_TAN || c != 0;
+        return op != EXPR_TAN || unit;
     case EXPR_EXP:  *r = exponential(m, x); return true;
     case EXPR_SINH: case EXPR_COSH: case EXPR_TANH:
         return hyperbolic(m, op, x, r);
     case EXPR_LOG:  return logarithm(m, x, r);
     case EXPR_SQRT: return square_root(m, x, r);
-    case EXPR_CBRT: *r = cube_root(m, x); return true;
+    case EXPR_CBRT: return cube_root(m, x, r);
     case EXPR_ACOS:    /* pi/2 - asin */
         *r = nmod_sub(nmod_mul(modp_pi(m), (m->mod.n + 1) / 2, m->mod), odd(m, EXPR_ASIN, x), m->mod);
         return true;

@@ -55,7 +55,10 @@ static bool factor(struct square *q)
         slong e = -(WORD_MAX / 4);
         bool some = false;        /* not only what is left of a cancellation */
         for (int k = 0; k < len; k++) {
-            finite &= arb_is_finite(j->entry[i] + k) != 0;
+            if (!arb_is_finite(j->entry[i] + k)) {
+                finite = false;
+                continue;
+            }
             some |= !arb_contains_zero(j->entry[i] + k);
             if (!arf_is_zero(arb_midref(j->entry[i] + k))) {
                 slong x = arf_abs_bound_lt_2exp_si(arb_midref(j->entry[i] + k)) + scale_of(q, j->col[i][k]);

@@ -11,8 +11,6 @@
 #include "sides.h"
 #include "warnings.h"
 
-enum { DEEPEST_BITS = 300000 };
-
 const char *points_basis_text(enum points_basis basis)
 {
     static const char *const text[POINTS_BASES] = {
@@ -44,7 +42,7 @@ void points_shadow_forget(struct points_shadow *s)
         points_modpoint_clear(s->modular + i);
     s->reals = s->modulars = 0;
     s->height = -1;
-    s->modular_tried = false;
+    s->modular_over = false;
     points_beyond_forget(&s->beyond);
 }
 
@@ -236,33 +234,44 @@ static struct tally look_high(struct points_shadow *s, expr_id e)
     return t;
 }
 
-/* Modular points are looked for when the first zero question comes up. */
-static void sample_modular(struct points_shadow *s)
+/* One more point modulo a prime; they are looked for when a question comes up. */
+static bool more_modular(struct points_shadow *s)
 {
+    enum { VALUES_MOST = 4000000 };      /* of all points together */
     double start = sga_now();
-    s->modular_tried = true;
-    for (int k = 0; k < POINTS_MODULAR; k++) {
-        if (!points_modpoint_find(s->modular + k, &s->space, s->real[0].solved, &s->random))
-            break;
-        s->modulars++;
-    }
+    if (!s->modulars && !s->modular_over)
+        s->prime = (int)(points_random(&s->random) % NUM_MODP_PRIMES);
+    if (s->modulars >= POINTS_MODULAR_MOST || (s->modulars >= POINTS_MODULAR && s->space.st->nodes > VALUES_MOST / POINTS_MODULAR_MOST))
+        s->modular_over = true;
+    if (s->modular_over)
+        return false;
+    s->modular_over = !points_modpoint_find(s->modular + s->modulars, &s->space, s->real[0].solved, s->prime, &s->random);
+    s->prime = (s->prime + 1) % NUM_MODP_PRIMES;
+    s->modulars += !s->modular_over;
     s->seconds_sampling += sga_now() - start;
+    return !s->modular_over;
 }
 
-/* Modular opinion: 1 zero at all points, 0 nonzero at some, -1 none. */
-static int modular(struct points_shadow *s, expr_id e)
+/* What the modular points say of a function that is 0 at the real ones. */
+struct opinion {
+    int zero, nonzero, none;      /* points */
+};
+
+/* The first points where they agree; where they do not, or roots have no value or another sign, points to the end, until
+ * one says zero. */
+static struct opinion modular(struct points_shadow *s, expr_id e)
 {
-    int opinion = -1;
-    if (!s->modular_tried)
-        sample_modular(s);
-    for (int k = 0; k < s->modulars; k++) {
-        int z = points_modpoint_zero(s->modular + k, e);
-        if (z == 0)
-            return 0;
-        if (z == 1)
-            opinion = 1;
+    struct opinion o = { 0 };
+    for (int k = 0; k < s->modulars || more_modular(s); k++) {
+        bool chance;
+        int z = points_modpoint_zero(s->modular + k, e, &chance);
+        o.zero += z == 1;
+        o.nonzero += z == 0;
+        o.none += z < 0;
+        if (k + 1 >= POINTS_MODULAR && (o.zero || !chance))
+            break;
     }
-    return opinion;
+    return o;
 }
 
 double points_shadow_height(struct points_shadow *s)
@@ -311,11 +320,14 @@ static struct points_decision decide(struct points_shadow *s, expr_id e)
         d.basis = POINTS_EXACT;
         return d;
     }
-    int opinion = -2;
+    struct opinion o = { 0 };
+    bool asked = false;
     for (int l = 0; l < 5; l++) {
         if (l == 4)         /* beyond the usual levels only for what may be that small */
             level[l] = need < 4000 ? 8000 : need + need / 2 + 2000;
-        if (l == 4 && (level[l] > DEEPEST_BITS || d.truth != POINTS_ZERO))
+        if (l == 4 && d.truth == POINTS_ZERO && level[l] > SGA_MOST_DEEPEST_BITS)
+            sga_limit_met(s->space.budget, SGA_LIMIT_DEEPEST_BITS);
+        if (l == 4 && (level[l] > SGA_MOST_DEEPEST_BITS || d.truth != POINTS_ZERO))
             break;
         if (l && !raise_points(s, level[l]))
             break;
@@ -329,21 +341,22 @@ static struct points_decision decide(struct points_shadow *s, expr_id e)
         }
         if (!d.points)
             continue;       /* more bits may give a value */
-        if (opinion == -2)
-            opinion = modular(s, e);
+        if (!asked)
+            o = modular(s, e);
+        asked = true;
         if (t.nonzero) {        /* mixed: more bits, then a split */
             d.truth = POINTS_UNKNOWN;
             continue;
         }
         d.truth = POINTS_ZERO;
-        d.modular = opinion == 1 ? s->modulars : 0;
-        d.basis = opinion == 1 ? POINTS_ZERO_ALGEBRAIC : POINTS_ZERO_NUMERIC;
-        if (opinion == 1 && t.digits >= 20)
+        d.modular = o.zero;
+        d.basis = o.zero ? POINTS_ZERO_ALGEBRAIC : POINTS_ZERO_NUMERIC;
+        if (o.zero && !o.nonzero && t.digits >= 20)
             return d;
         /* a modular point that says no is a serious objection: only many digits overrule it
          * (it may lie on a component without real points, and elementary functions have
          * identities that it does not know) */
-        int enough = opinion == 0 ? 900 : 100;
+        int enough = o.nonzero ? 900 : 100;
         if (!need)
             need = needed_bits(s, e);
         if (t.digits >= enough && t.digits * 3.32 >= (double)need) {
@@ -353,7 +366,7 @@ static struct points_decision decide(struct points_shadow *s, expr_id e)
         }
     }
     /* more bits could not be had: enough only where nothing objects */
-    if (d.truth == POINTS_ZERO && opinion != 0 && d.digits * 3.32 >= (double)need)
+    if (d.truth == POINTS_ZERO && !o.nonzero && d.digits * 3.32 >= (double)need)
         return d;
     if (d.truth == POINTS_ZERO && zero_by_algebra(s, e)) {
         d.basis = POINTS_EXACT;

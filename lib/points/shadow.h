@@ -5,9 +5,10 @@
  *  - NONZERO_PROVED: a ball at a point proved to lie on the set excludes 0. A theorem.
  *  - ZERO_EXACT: the node is the constant 0.
  *  - ZERO_ALGEBRAIC: zero at random points of the constraint variety modulo a 60-bit
- *    prime, with elementary functions as independent generators, and every ball contains
+ *    prime (or a power of a small one), with elementary functions as independent generators, and every ball contains
  *    0 with a small radius. True on the components sampled up to a probability of about
- *    degree / 2^60 per point.
+ *    degree / 2^60 per point. Where the variety has several components, or roots several values, that is some of the
+ *    points and not all: the balls say which, and must be narrow (900 digits).
  *  - ZERO_NUMERIC: every ball contains 0 and is narrower than 10^-digits.
  *  - SPLIT: zero at some points and not at others, at any precision: the set has
  *    several branches.
@@ -42,7 +43,7 @@ struct points_zero {
     int constraints;                         /* of the set that it was asked on */
 };
 
-enum { POINTS_REAL = 2, POINTS_MODULAR = 2 };
+enum { POINTS_REAL = 2, POINTS_MODULAR = 2, POINTS_MODULAR_MOST = 32 };
 
 struct points_shadow {
     struct points_space space;               /* its lists are the next: own copies */
@@ -52,9 +53,10 @@ struct points_shadow {
     int reals;
     struct points_point high[POINTS_REAL];   /* the same points at more bits, when needed */
     slong high_bits;                         /* 0: not made */
-    struct points_modpoint modular[POINTS_MODULAR];
+    struct points_modpoint modular[POINTS_MODULAR_MOST];   /* past the first POINTS_MODULAR only where those have no one opinion */
     int modulars;
-    bool modular_tried;
+    int prime;                               /* of the next of them */
+    bool modular_over;                       /* no more can be found */
     struct expr_cone cone;
     double height;                           /* of the space's functions (points_height) at the first point; < 0: not asked */
     uint64_t random;

@@ -5,40 +5,9 @@
 #include <string.h>
 
 #include "mem.h"
+#include "shape.h"
 
 enum { MOST_BITS = 1 << 18 };
-
-enum shape { FREE, AFFINE, OTHER };
-
-static enum shape larger(enum shape a, enum shape b)
-{
-    return a > b ? a : b;
-}
-
-/* How each node of the list depends on a symbol; shape is by position. */
-static enum shape shape_in(const struct expr_store *st, const struct expr_cone *cone, int symbol, unsigned char *shape)
-{
-    for (int k = 0; k < cone->count; k++) {
-        const struct expr_node n = st->node[cone->list[k]];
-        enum shape s = FREE, x, y;
-        int children = expr_children(st, cone->list[k]);
-        for (int c = 0; c < children; c++)
-            s = larger(s, shape[cone->place[expr_child(st, cone->list[k], c)]]);
-        switch ((enum expr_op)n.op) {
-        case EXPR_SYM: s = n.a == symbol ? AFFINE : FREE; break;
-        case EXPR_ADD: case EXPR_SUB: case EXPR_NEG: break;
-        case EXPR_MUL:
-            x = shape[cone->place[n.a]];
-            y = shape[cone->place[n.b]];
-            s = x && y ? OTHER : larger(x, y);
-            break;
-        case EXPR_DIV: s = shape[cone->place[n.b]] ? OTHER : shape[cone->place[n.a]]; break;
-        default: s = s ? OTHER : FREE; break;
-        }
-        shape[k] = (unsigned char)s;
-    }
-    return shape[cone->count - 1];
-}
 
 struct work {
     const struct points_space *s;
@@ -102,7 +71,7 @@ static enum answer solve_one(struct work *w, int i)
     for (int k = w->cone.count - 1; k >= 0 && answer == NO; k--) {
         const struct expr_node n = s->st->node[w->cone.list[k]];
         int v = n.op == EXPR_SYM ? w->variable_of[n.a] : -1;
-        if (v < 0 || w->used[v] || (w->chosen[i] >= 0 && w->chosen[i] != v) || shape_in(s->st, &w->cone, n.a, w->shape) != AFFINE)
+        if (v < 0 || w->used[v] || (w->chosen[i] >= 0 && w->chosen[i] != v) || points_shape_in(s->st, &w->cone, n.a, w->shape) != POINTS_AFFINE)
             continue;
         answer = solve_for(w, e, v);
         w->p->solved[i] = v;
@@ -167,7 +136,7 @@ static bool by_shape(struct work *w)
         expr_cone_of(s->st, &w->cone, s->constraint + i, 1);
         expr_cone_index(&w->cone);
         SGA_RESERVE(w->shape, w->shape_cap, w->cone.count);
-        if (shape_in(s->st, &w->cone, s->variable[v], w->shape) != AFFINE)
+        if (points_shape_in(s->st, &w->cone, s->variable[v], w->shape) != POINTS_AFFINE)
             continue;
         w->chosen[i] = v;
         w->turn[--place] = i;

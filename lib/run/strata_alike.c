@@ -35,8 +35,11 @@ static bool same_shape(const struct sga_solution *a, const struct sga_solution *
 {
     if (a->verdict == SGA_INCONSISTENT && b->verdict == SGA_INCONSISTENT)
         return a->specials == b->specials;
-    return a->verdict == b->verdict && a->branches == b->branches && replacements(a) == replacements(b) && a->generations == b->generations && a->free_columns == b->free_columns && a->specials == b->specials
-           && memcmp(a->dimension, b->dimension, (size_t)a->generations * sizeof *a->dimension) == 0;
+    if (a->verdict != b->verdict || a->branches != b->branches || replacements(a) != replacements(b))
+        return false;
+    if (a->generations != b->generations || a->free_columns != b->free_columns || a->specials != b->specials)
+        return false;
+    return a->generations == 0 || memcmp(a->dimension, b->dimension, (size_t)a->generations * sizeof *a->dimension) == 0;
 }
 
 static void append(expr_id **list, int *count, const expr_id *more, int n)

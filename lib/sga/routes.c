@@ -9,7 +9,7 @@
 #include "routes.h"
 #include "warnings.h"
 
-enum { RESEEDS = 2 };
+enum { RESEEDS = 2 };      /* what ended in a refusal is begun anew so often: the refusal stands then */
 static const double BESIDE = 0.002;      /* of a place, which is a general point: other components may be near */
 
 /* The next route: the last decision that has an option left takes it, those after it are
@@ -261,6 +261,7 @@ bool sga_solve(const struct sys_system *system, const struct sga_options *given,
     bool ok = routes_explore(&r, system, options, shadow, solution, err);
     if (ok && r.final < 0 && r.beside && own.near) {      /* nothing near the guess: then anywhere */
         own.near = NULL;
+        own.near_given = NULL;
         r.now.count = r.failed = r.tried = 0;
         routes_restart(shadow, r.seed, solution);
         ok = routes_explore(&r, system, options, shadow, solution, err);

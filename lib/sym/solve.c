@@ -12,7 +12,7 @@
 #include "mem.h"
 #include "parts.h"
 
-enum { PRIMES = 4, STEADY = 3, FAILURES = 40, MARGIN_BITS = 12 };
+enum { PRIMES = 4, PRIMES_TRIED = 8, STEADY = 3, FAILURES = 40, MARGIN_BITS = 12 };
 
 static void spaces_init(struct sym_spaces *s, int cols, nmod_t mod)
 {
@@ -312,7 +312,7 @@ bool sym_solve(struct sym_work *w, const struct sym_problem *p, struct sym_solut
     bool ok = true, done = false;
     *out = (struct sym_solutions){ 0 };
     evidence->unknowns = p->cols;
-    for (int prime = 0; prime < NUM_MODP_PRIMES && evidence->primes < PRIMES && ok && !done; prime++) {
+    for (int prime = 0; prime < PRIMES_TRIED && evidence->primes < PRIMES && ok && !done; prime++) {
         struct sym_spaces s;
         bool enough;
         ok = sample(w, p, prime, &random, &s, evidence, &enough, err);

@@ -66,6 +66,15 @@ void tiers_of(const struct traj_request *rq, const unsigned char *kind, int n, e
     }
 }
 
+bool tiers_differ(const struct traj_request *rq, const unsigned char *kind, int n, enum tiers_stage stage)
+{
+    bool states = false, others = false, velocities = false;
+    for (int j = 0; j < n; j++)
+        if (rq->given[j] && !(rq->held && rq->held[j]))
+            *(kind[j] >= SYS_ALGEBRAIC ? &others : kind[j] == SYS_VELOCITY ? &velocities : &states) = true;
+    return stage == TIERS_KEEP_ALL || (stage == TIERS_KEEP_STATES ? others : stage == TIERS_MOVE_ALL ? states || velocities : velocities && states);
+}
+
 enum tiers_stage tiers_stage_of(const struct traj_request *rq, const unsigned char *kind, int n, const double *x)
 {
     enum tiers_stage stage = TIERS_KEEP_ALL;
@@ -295,9 +304,9 @@ static bool reach(struct search *s, double *y, double cheap, double longest, int
         s->loose[j] = s->unit[j] * (s->rq->given[j] ? 1 : cheap);
     s->t.unit = s->stage >= TIERS_MOVE_ALL ? s->loose : s->unit;
     bool ok = tangent_settle(&s->t, s->rq->start, y, longest, steps, easy);
-    bool loose = s->t.unit != s->unit;       /* what is left is little in units that are large */
     s->t.unit = s->unit;
-    return ok && (!loose || tangent_settle(&s->t, s->rq->start, y, INFINITY, SETTLE, NULL));
+    /* residuals were seen in the units of the moves: once more in plain ones */
+    return ok && (s->stage < TIERS_MOVE_ALL || tangent_settle(&s->t, s->rq->start, y, INFINITY, SETTLE, NULL));
 }
 
 /* The constraints are affine in what moves, as far as a second point shows. */
@@ -408,16 +417,6 @@ static void tidy(struct search *s, double *x)
     free(y);
 }
 
-/* A stage that differs from the one before it. */
-static bool differs(const struct search *s, enum tiers_stage stage)
-{
-    bool states = false, others = false, velocities = false;
-    for (int j = 0; j < s->t.n; j++)
-        if (s->rq->given[j] && !(s->rq->held && s->rq->held[j]))
-            *(s->kind[j] >= SYS_ALGEBRAIC ? &others : s->kind[j] == SYS_VELOCITY ? &velocities : &states) = true;
-    return stage == TIERS_KEEP_ALL || (stage == TIERS_KEEP_STATES ? others : stage == TIERS_MOVE_ALL ? states || velocities : velocities && states);
-}
-
 static void open(struct search *s, struct manifold *m, const struct sys_system *sys, const struct sizes *sizes, const struct traj_request *rq)
 {
     size_t n = (size_t)m->n;
@@ -471,7 +470,7 @@ bool tiers_start(struct manifold *m, const struct sys_system *sys, const struct 
     struct found best = { .x = x };
     open(&s, m, sys, sizes, rq);
     for (int k = 0; k < TIERS_STAGES && !best.ended; k++)
-        if (differs(&s, (enum tiers_stage)k) && (!best.any || k >= TIERS_KEEP_PLACES))
+        if (tiers_differ(rq, s.kind, m->n, (enum tiers_stage)k) && (!best.any || k >= TIERS_KEEP_PLACES))
             try(&s, (enum tiers_stage)k, &best);
     if (best.any && !best.ended) {
         s.dear = true;

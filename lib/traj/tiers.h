@@ -22,6 +22,8 @@ enum { TIERS = 6 };
 
 /* By variable: its tier (0 to TIERS - 1), or -1 where it stays. kind: of sys_kinds. */
 void tiers_of(const struct traj_request *rq, const unsigned char *kind, int n, enum tiers_stage stage, signed char *tier);
+/* Whether a stage moves what the one before it does not. */
+bool tiers_differ(const struct traj_request *rq, const unsigned char *kind, int n, enum tiers_stage stage);
 /* The stage that x, a start, was found in. */
 enum tiers_stage tiers_stage_of(const struct traj_request *rq, const unsigned char *kind, int n, const double *x);
 
@@ -32,5 +34,7 @@ bool tiers_start(struct manifold *m, const struct sys_system *sys, const struct 
  * nowhere. *far: the squares of distances by tier. */
 bool tiers_descend(struct manifold *m, const struct sys_system *sys, const struct sizes *sizes, const struct traj_request *rq, double *x,
                    double far[TIERS]);
+/* The same with sparse steps, from the guess: for systems of thousands of variables. Of a tier its variables stay where the tier left them. */
+bool tiers_large_start(struct manifold *m, const struct sys_system *sys, const struct sizes *sizes, const struct traj_request *rq, double *x);
 
 #endif

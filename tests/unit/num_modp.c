@@ -257,6 +257,8 @@ static void undefined(void)
 }
 
 /* S y = r by residuals; a singular one is bad; recomputing a cone follows the symbols. */
+static int singular_powers;      /* random systems without a solution modulo a small prime */
+
 static void solves_and_lists(void)
 {
     enum { M = 5 };
@@ -311,9 +313,57 @@ static void solves_and_lists(void)
     point_clear(&p);
 }
 
+/* Modulo powers of small primes: units in the place of what is not 0. */
+static void powers(mp_limb_t small)
+{
+    struct point p;
+    struct expr_store *st = &p.st;
+    point_init(&p);
+    num_modp_clear(&p.m);
+    num_modp_init_power(&p.m, st, random_next(&rng), small);
+    mp_limb_t n = p.m.mod.n, x, y = num_modp_random(&p.m, 5);
+    CHECK(n == n_pow(p.m.p, (ulong)p.m.power) && n > UWORD(1) << 57 && n < UWORD(1) << 63 && n_is_prime(p.m.p), "modulus %lu", n);
+    CHECK(p.m.p % 12 == 11 && n_is_prime((p.m.p - 1) / 2), "prime %lu", p.m.p);
+    for (int key = 10; !num_modp_unit(&p.m, x = num_modp_random(&p.m, (uint64_t)key)); key++)
+        ;
+    num_modp_set(&p.m, 0, x);
+    num_modp_set(&p.m, 1, y);
+    expr_id three = expr_int(st, 3), square = expr_powi(st, p.x, 2), r = fun(&p, EXPR_SQRT, square), c = fun(&p, EXPR_CBRT, p.x);
+    SAME(expr_powi(st, r, 2), square);
+    SAME(expr_powi(st, c, 3), p.x);
+    SAME(expr_powi(st, expr_pow(st, square, expr_rational(st, 2, 3)), 3), expr_powi(st, p.x, 4));
+    SAME(expr_add(st, expr_powi(st, fun(&p, EXPR_SIN, p.y), 2), expr_powi(st, fun(&p, EXPR_COS, p.y), 2)), p.one);
+    SAME(expr_mul(st, fun(&p, EXPR_EXP, p.y), fun(&p, EXPR_EXP, expr_neg(st, p.y))), p.one);
+    SAME(expr_mul(st, expr_div(st, three, p.x), p.x), three);
+    SAME(expr_mul(st, expr_powi(st, p.x, -3), expr_powi(st, p.x, 3)), p.one);
+    DIFFERENT(expr_powi(st, r, 2), p.one);
+    num_modp_set(&p.m, 0, nmod_mul(y, p.m.p, p.m.mod));      /* no unit any more */
+    num_modp_forget(&p.m);
+    num_modp_extend(&p.m);
+    CHECK(num_modp_bad(&p.m, expr_div(st, three, p.x)) && num_modp_bad(&p.m, c), "divided by a multiple of the prime");
+    enum { SIZE = 5 };
+    mp_limb_t a[SIZE * SIZE], b[SIZE], right[SIZE], matrix[SIZE * SIZE];
+    for (int i = 0; i < SIZE * SIZE; i++)
+        a[i] = matrix[i] = num_modp_random(&p.m, 100 + (uint64_t)i);
+    for (int i = 0; i < SIZE; i++)
+        b[i] = right[i] = num_modp_random(&p.m, 200 + (uint64_t)i);
+    if (num_modp_solve(&p.m, a, b, SIZE)) {
+        for (int i = 0; i < SIZE; i++) {
+            mp_limb_t sum = 0;
+            for (int j = 0; j < SIZE; j++)
+                sum = nmod_add(sum, nmod_mul(matrix[i * SIZE + j], b[j], p.m.mod), p.m.mod);
+            CHECK(sum == right[i], "row %d", i);
+        }
+    } else {
+        singular_powers++;
+    }
+    point_clear(&p);
+}
+
 int main(void)
 {
     rng.state = check_seed(271828);
+    static const mp_limb_t small[] = { 503, 107, 47, 23, 11 };
     int n = check_scale(300), squares = 0;
     for (int i = 0; i < n; i++)
         against_rationals(i % NUM_MODP_PRIMES);
@@ -321,7 +371,9 @@ int main(void)
         kernel_identities();
         squares += roots();
         solves_and_lists();
+        powers(small[i % 5]);
     }
+    CHECK(n < 50 || singular_powers < n / 8, "%d of %d systems are singular modulo a small prime", singular_powers, n);
     CHECK(n < 50 || (squares > n / 4 && squares < 3 * n / 4), "%d of %d random residues are squares", squares, n);
     primes();
     undefined();

@@ -131,7 +131,7 @@ static void deciding(void)
         { "(1 + 1e-300*x) - 1", POINTS_NONZERO, POINTS_NONZERO_PROVED },
         { "(x + 1e-40*y) - x", POINTS_NONZERO, POINTS_NONZERO_PROVED },
         { "exp(pi*sqrt(163)) - 262537412640768744", POINTS_NONZERO, POINTS_NONZERO_PROVED },
-        { "sqrt(5 + 2*sqrt(6)) - sqrt(2) - sqrt(3)", POINTS_ZERO, POINTS_ZERO_NUMERIC },
+        { "sqrt(5 + 2*sqrt(6)) - sqrt(2) - sqrt(3)", POINTS_ZERO, POINTS_ZERO_ALGEBRAIC },
         { "x^2 + y^2", POINTS_NONZERO, POINTS_NONZERO_PROVED },
     };
     ask(xyz, 3, NULL, 0, space, sizeof space / sizeof *space);

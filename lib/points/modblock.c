@@ -1,0 +1,121 @@
+/* Blocks that are affine, and blocks of one unknown. */
+#include "modblock.h"
+
+#include <flint/nmod_poly.h>
+#include <flint/nmod_poly_factor.h>
+#include <stdlib.h>
+
+#include "mem.h"
+
+enum { DEGREE_MOST = 10 };
+
+void modblock_begin(struct modblock *b)
+{
+    expr_id *root = sga_malloc((size_t)b->n * sizeof *root);
+    for (int i = 0; i < b->n; i++)
+        root[i] = b->s->constraint[b->member[i]];
+    expr_cone_init(&b->cone);
+    expr_cone_of(b->s->st, &b->cone, root, b->n);
+    free(root);
+    b->x = sga_calloc((size_t)b->n, sizeof *b->x);
+    b->value = sga_calloc((size_t)b->n, sizeof *b->value);
+}
+
+void modblock_end(struct modblock *b)
+{
+    expr_cone_clear(&b->cone);
+    free(b->x);
+    free(b->value);
+}
+
+bool modblock_evaluate(struct modblock *b)
+{
+    *b->work -= b->cone.count;
+    for (int i = 0; i < b->n; i++)
+        num_modp_set(b->m, b->s->variable[b->solved[b->member[i]]], b->x[i]);
+    num_modp_list(b->m, b->cone.list, b->cone.count);
+    bool ok = true;
+    for (int i = 0; i < b->n; i++) {
+        expr_id e = b->s->constraint[b->member[i]];
+        ok &= !num_modp_bad(b->m, e);
+        b->value[i] = num_modp_value(b->m, e);
+    }
+    return ok;
+}
+
+bool modblock_vanishes(struct modblock *b)
+{
+    bool ok = modblock_evaluate(b);
+    for (int i = 0; i < b->n; i++)
+        ok &= b->value[i] == 0;
+    return ok;
+}
+
+/* The columns of a linear system by differences from a base point. False: no value somewhere. */
+static bool slopes(struct modblock *b, mp_limb_t *slope, mp_limb_t *rest, const mp_limb_t *base)
+{
+    bool ok = modblock_evaluate(b);
+    for (int i = 0; i < b->n; i++)
+        rest[i] = b->value[i];
+    for (int j = 0; j < b->n && ok; j++) {
+        b->x[j] = nmod_add(base[j], 1, b->m->mod);
+        ok = modblock_evaluate(b);
+        for (int i = 0; i < b->n; i++)
+            slope[i * b->n + j] = nmod_sub(b->value[i], rest[i], b->m->mod);
+        b->x[j] = base[j];
+    }
+    return ok;
+}
+
+/* Exact where the block is affine in its unknowns; otherwise the check fails. The base point is random, since 0 is often a
+ * place without values. */
+bool modblock_affine(struct modblock *b, bool *affine, uint64_t *random)
+{
+    size_t n = (size_t)b->n;
+    mp_limb_t *slope = sga_calloc(n * n, sizeof *slope), *rest = sga_calloc(n, sizeof *rest), *base = sga_calloc(n, sizeof *base);
+    for (size_t i = 0; i < n; i++)
+        base[i] = b->x[i] = points_random(random) % b->m->mod.n;
+    bool ok = slopes(b, slope, rest, base) && num_modp_solve(b->m, slope, rest, b->n);
+    for (size_t i = 0; i < n && ok; i++)
+        b->x[i] = nmod_sub(base[i], rest[i], b->m->mod);
+    free(slope);
+    free(rest);
+    free(base);
+    bool vanishes = ok && modblock_vanishes(b);
+    *affine = vanishes || !ok;
+    return vanishes;
+}
+
+/* Through as many points as its degree needs, and a root modulo the prime. */
+bool modblock_univariate(struct modblock *b, uint64_t *random)
+{
+    nmod_t p = b->m->mod;
+    mp_limb_t xs[DEGREE_MOST + 1], ys[DEGREE_MOST + 1];
+    for (int k = 0; k <= DEGREE_MOST; k++) {
+        xs[k] = b->x[0] = points_random(random) % p.n;
+        if (!modblock_evaluate(b))
+            return false;
+        ys[k] = b->value[0];
+    }
+    nmod_poly_t f;
+    nmod_poly_init(f, p.n);
+    nmod_poly_interpolate_nmod_vec(f, xs, ys, DEGREE_MOST + 1);
+    bool ok = false;
+    if (nmod_poly_degree(f) >= 1 && nmod_poly_degree(f) < DEGREE_MOST) {
+        nmod_poly_factor_t fac;
+        nmod_poly_factor_init(fac);
+        nmod_poly_factor(fac, f);
+        slong first = (slong)(points_random(random) % (uint64_t)fac->num);    /* any of the components */
+        for (slong r = 0; r < fac->num && !ok; r++) {
+            slong k = (first + r) % fac->num;
+            if (nmod_poly_degree(fac->p + k) != 1)
+                continue;
+            b->x[0] = nmod_div(nmod_neg(nmod_poly_get_coeff_ui(fac->p + k, 0), p),
+                               nmod_poly_get_coeff_ui(fac->p + k, 1), p);
+            ok = modblock_vanishes(b);
+        }
+        nmod_poly_factor_clear(fac);
+    }
+    nmod_poly_clear(f);
+    return ok;
+}

@@ -1,0 +1,17 @@
+/* Inside the points folder: how an expression depends on one symbol. */
+#ifndef SGA_POINTS_SHAPE_H
+#define SGA_POINTS_SHAPE_H
+
+#include "expr.h"
+
+enum points_shape {
+    POINTS_FREE,       /* not at all */
+    POINTS_AFFINE,     /* slope and rest without it */
+    POINTS_CURVED,     /* by rational operations, roots and rational powers */
+    POINTS_HIDDEN      /* under a function that is none of these */
+};
+
+/* Of each node of an indexed cone, by position in it; returns that of its last node. Cost: the cone. */
+enum points_shape points_shape_in(const struct expr_store *st, const struct expr_cone *cone, int symbol, unsigned char *shape);
+
+#endif
