@@ -131,6 +131,8 @@ static bool come_back(struct search *s, const double *guess, double *x)
         back &= s->weight[j] == 0 || fabs(y[j] - x[j]) <= ALIKE * s->unit[j];
         y[j] = s->weight[j] > 0 ? x[j] : y[j];
     }
+    double before = manifold_residual(s->t.m, s->rq->start, x, s->unit, NULL), after = manifold_residual(s->t.m, s->rq->start, y, s->unit, NULL);
+    back = back && after >= 0 && after <= fmax(before, ROUNDED / 10);      /* values of two points are one only as far as they are the same */
     if (back) {
         memcpy(x, y, n * sizeof *x);
         s->t.bars = 0;
@@ -496,4 +498,18 @@ bool tiers_start(struct manifold *m, const struct sys_system *sys, const struct 
     }
     close(&s);
     return best.any;
+}
+
+bool tiers_descend(struct manifold *m, const struct sys_system *sys, const struct sizes *sizes, const struct traj_request *rq, double *x,
+                   double far[TIERS])
+{
+    struct search s = { .elsewhere = x };
+    struct found f = { .x = x };
+    open(&s, m, sys, sizes, rq);
+    s.stage = tiers_stage_of(rq, s.kind, m->n, x);
+    tiers_of(rq, s.kind, m->n, s.stage, s.tier);
+    complete(&s, &f);
+    memcpy(far, f.score, sizeof f.score);
+    close(&s);
+    return f.ended;
 }
