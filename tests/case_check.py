@@ -77,7 +77,11 @@ class CaseCheck:
         if "type" in problem:    # the object itself, not the line for reading
             fault = schemas.faults(self.problem_schema, problem)
             self.tally.check(not fault, f"{name}: problem schema", fault)
+        for part in expect.get("says", []):      # a refusal has no warnings: limits that were met are part of its text
+            self.tally.check(part in problem.get("detail", ""), f"{name}: the refusal says {part}", str(problem.get("detail")))
         for member, should in expect.items():
+            if member == "says":
+                continue
             allowed = should if isinstance(should, list) else [should]
             self.tally.check(problem.get(member) in allowed, f"{name}: {member}",
                              f"is {problem.get(member)!r}, should be {should!r} ({problem.get('detail')})")

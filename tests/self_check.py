@@ -3,7 +3,9 @@
 The answers are made by the SymPy reduction, so nothing of the C code runs here.
 """
 import copy
+import os
 import random
+import re
 import sys
 from fractions import Fraction
 
@@ -216,8 +218,73 @@ def check_linear(tally):
         tally.check(got["verdict"] == verdict, "the options of the 2x2 system", str(got))
 
 
+# What cuts a search, a list or a number of tries is called so.
+CUTS = set("MOST MAX LIMIT TRIES ROUNDS DEPTH ATTEMPTS STARTS DRAWS PASSES SWEEPS LARGEST LONGEST FAILURES RESEEDS WAYS TERMS DEGREE PARTS "
+           "BYTES MEGABYTES CONE VISITS CANDIDATES DIRECTIONS WORK DEEPER PIECES".split())
+NUMBER = re.compile(r"(?:#define\s+([A-Z][A-Z0-9_]*)\s+|\b([A-Z][A-Z0-9_]*)\s*=\s*)[-(]*[0-9]")
+
+
+def looks_like_cap(name):
+    words = set(name.split("_"))
+    return words & CUTS or (name.endswith("_BITS") and words & {"MOST", "MAX", "WORK"})
+
+
+def numbers_of(lib):
+    """Constants that look like caps and are numbers: {file: names}."""
+    found = {}
+    for folder, _, files in os.walk(lib):
+        for name in files:
+            if name.endswith((".c", ".h")):
+                path = os.path.join(folder, name)
+                with open(path, encoding="utf-8") as f:
+                    text = re.sub(r"/\*.*?\*/", "", f.read(), flags=re.S)
+                names = {a or b for a, b in NUMBER.findall(text) if looks_like_cap(a or b)}
+                if names:
+                    found["lib/" + os.path.relpath(path, lib)] = names
+    return found
+
+
+def not_caps(path):
+    """The list beside this test: {file: {name: why}}."""
+    said = {}
+    with open(path, encoding="utf-8") as f:
+        for line in f:
+            if line.strip() and not line.startswith("#"):
+                what, _, why = line.partition("|")
+                file, *names = what.split()
+                for name in names:
+                    said.setdefault(file, {})[name] = why.strip()
+    return said
+
+
+def check_caps(tally):
+    """No silent caps: a constant that cuts something stands in limits.def and raises its warning, or is listed with a reason."""
+    here = os.path.dirname(os.path.abspath(__file__))
+    lib = os.path.join(os.path.dirname(here), "lib")
+    found, said = numbers_of(lib), not_caps(os.path.join(here, "not_caps.txt"))
+    for file, names in sorted(found.items()):
+        for name in sorted(names):
+            tally.check(said.get(file, {}).get(name), f"{file}: {name} is a cap that no table speaks of",
+                        "put it into lib/base/limits.def and raise it, or say in tests/not_caps.txt why it is none")
+    for file, names in sorted(said.items()):
+        for name in sorted(names):
+            tally.check(name in found.get(file, ()), f"not_caps.txt speaks of {name}, which {file} does not have")
+    with open(os.path.join(lib, "base", "limits.def"), encoding="utf-8") as f:
+        rows = re.findall(r"^X\((\w+), (\d+), (\w+),", f.read(), flags=re.M)
+    code = ""
+    for folder, _, files in os.walk(lib):
+        for name in files:
+            if name.endswith((".c", ".h")):
+                with open(os.path.join(folder, name), encoding="utf-8") as f:
+                    code += f.read()
+    for name, _, _ in rows:
+        tally.check(f"SGA_LIMIT_{name}" in code and f"SGA_MOST_{name}" in code, f"limits.def: {name} is used and raised")
+    tally.check(looks_like_cap("MOST_WAYS") and not looks_like_cap("STALLED"), "what looks like a cap")
+
+
 def main():
     tally = Tally("self")
+    check_caps(tally)
     check_expressions(tally)
     check_linear(tally)
     check_identities(tally)

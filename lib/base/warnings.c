@@ -69,6 +69,34 @@ void sga_limit_met(const struct sga_budget *b, enum sga_limit limit)
     sga_warn(b, limits[limit].warning, "", "%s (limit %s: %ld)", limits[limit].what, limits[limit].name, limits[limit].value);
 }
 
+void sga_limit_open(const struct sga_budget *b, enum sga_limit limit)
+{
+    if (b && b->warnings)
+        b->warnings->open[limit] = true;
+}
+
+static void add_text(struct sga_error *err, const char *before, const char *text)
+{
+    size_t used = strlen(err->detail), more = strlen(before) + strlen(text);
+    if (used + more < sizeof err->detail)
+        sprintf(err->detail + used, "%s%s", before, text);
+}
+
+void sga_limits_explain(const struct sga_warnings *w, struct sga_error *err)
+{
+    int said = 0;
+    for (int i = 0; i < w->count; i++)
+        if (w->list[i].kind == SGA_W_SEARCH_CUT)
+            add_text(err, said++ ? "; " : ". Limits were met: ", w->list[i].detail);
+    for (int k = 0; k < SGA_LIMITS; k++) {
+        char text[400];
+        if (!w->open[k])
+            continue;
+        snprintf(text, sizeof text, "%s (limit %s: %ld)", limits[k].what, limits[k].name, limits[k].value);
+        add_text(err, said++ ? "; " : ". Limits were met: ", text);
+    }
+}
+
 static int by_table(const void *a, const void *b)
 {
     const struct sga_warned *x = a, *y = b;

@@ -32,7 +32,10 @@ enum sga_limit {
 
 /* Each said once: neither code, pointer and detail are those of another. */
 struct sga_warned { enum sga_warning kind; char *pointer, *detail; };
-struct sga_warnings { struct sga_warned *list; int count; size_t cap; };
+struct sga_warnings {
+    struct sga_warned *list; int count; size_t cap;
+    bool open[SGA_LIMITS];         /* met, and what was asked stayed undecided */
+};
 
 void sga_warnings_clear(struct sga_warnings *w);
 
@@ -42,6 +45,10 @@ void sga_warn(const struct sga_budget *b, enum sga_warning kind, const char *poi
     __attribute__((format(printf, 4, 5)));
 /* The limit was met, and that cut something: its warning, with its name, value and what is cut. */
 void sga_limit_met(const struct sga_budget *b, enum sga_limit limit);
+/* The limit of a proof was met: what was asked stays undecided. No warning, as something else may decide it: */
+void sga_limit_open(const struct sga_budget *b, enum sga_limit limit);
+/* these, and the searches that were cut, are said in the text of a refusal, as far as there is room. */
+void sga_limits_explain(const struct sga_warnings *w, struct sga_error *err);
 
 /* The list as JSON: by kind in the table's order, and by detail among one kind, so that it does not depend on what
  * was found first. */

@@ -161,7 +161,7 @@ void points_beyond_pairs(struct points_beyond *b, const struct points_space *spa
                          const expr_id *list, int count, struct points_side **side, int *sides, size_t *cap)
 {
     struct points_side pair[POINTS_PAIRS][2];
-    int pairs = points_pairs_of((struct expr_store *)space->st, p, e, list, count, b, *side, *sides, pair);
+    int pairs = points_pairs_of(space->budget, (struct expr_store *)space->st, p, e, list, count, b, *side, *sides, pair);
     for (int i = 0; i < pairs; i++) {
         struct points_point one = { 0 }, both = { 0 };
         bool known = false;

@@ -7,11 +7,11 @@
 #include <string.h>
 
 #include "mem.h"
+#include "warnings.h"
 
-/* Points beyond two switches and more; how often these are tried. */
-enum { DEEPER = 24, DEEPER_TRIES = 60, STARTS = 4, VALUES = 3, NEAR = -20 };
-/* Of all sets of a reduction, in steps times nodes as in the search for strata: some tenths of a second. */
-static const double ALL_WORK = 4e6;
+enum { STARTS = 4, VALUES = 3, NEAR = -20 };
+/* Of all sets of a reduction, in steps times nodes as in the search for strata. */
+static const double ALL_WORK = SGA_MOST_SIDE_WORK;
 
 /* The values of a switch beyond, against its value here: powers of 2. */
 static const int shift[VALUES] = { -3, 0, -12 };
@@ -221,19 +221,32 @@ static bool leave(struct points_beyond *b, const struct points_space *space, str
     return found;
 }
 
+/* Whether the search beyond several switches may go on. */
+static bool goes_on(struct points_beyond *b, const struct sga_budget *budget, int tries, int most)
+{
+    bool pieces = b->pieces >= most, tried = tries >= SGA_MOST_SIDE_TRIES;
+    if (pieces || tried)
+        sga_limit_met(budget, pieces ? SGA_LIMIT_SIDE_PIECES : SGA_LIMIT_SIDE_TRIES);
+    b->cut_short |= b->work >= ALL_WORK;
+    return !pieces && !tried && b->work < ALL_WORK;
+}
+
 static void search_deeper(struct points_beyond *b, const struct points_space *space, const signed char *own, const unsigned char *asked)
 {
     signed char *sign = sga_malloc((size_t)b->count + 1);
-    int tries = 0, most = b->pieces + DEEPER;
-    for (int k = 0; k < b->pieces && b->pieces < most; k++)
-        for (int i = 0; i < b->count && asked[b->piece[k].last] && b->pieces < most && tries < DEEPER_TRIES && b->work < ALL_WORK; i++) {
+    int tries = 0, most = b->pieces + SGA_MOST_SIDE_PIECES;
+    bool more = true;
+    for (int k = 0; k < b->pieces && more; k++)
+        for (int i = 0; i < b->count && asked[b->piece[k].last] && more; i++) {
             memcpy(sign, b->piece[k].sign, (size_t)b->count);
             if (!asked[i] || sign[i] != own[i])
                 continue;
             sign[i] = (signed char)-sign[i];
             if (known(b, sign))
                 continue;
-            tries++;
+            more = goes_on(b, space->budget, tries++, most);
+            if (!more)
+                break;
             sign[i] = own[i];
             struct points_point from = b->piece[k].p;     /* pieces may move in memory */
             leave(b, space, &from, sign, i, true);

@@ -8,7 +8,7 @@
 #include "mem.h"
 #include "scaling_rows.h"
 
-enum { DEPTH = 200, EACH = 60, EQUATIONS = 4000, LEAST = 3, MOST = 900, VISITS = 200000 };
+enum { DEPTH = 200, EACH = 60, EQUATIONS = SGA_MOST_SCALED_TERMS, LEAST = 3, MOST = 900, VISITS = 200000 };
 
 /* A product: coefficient and powers of the unknowns that it has. */
 struct term {
@@ -22,7 +22,7 @@ struct scaling {
     bool timed, time_met;
     struct scaling_rows rows;  /* sum power_j s_j = -log, one for each pair of terms */
     struct term first, now, apart;
-    bool has_first;
+    bool has_first, cut;
     int visits;                /* shared sums are walked over each time: not without end */
     struct later { expr_id e; bool unit; } later[DEPTH]; int laters;   /* inner sums, and arguments */
 };
@@ -79,6 +79,7 @@ void scaling_sum(struct scaling *w)
 
 static void postpone(struct scaling *w, expr_id e, bool unit)
 {
+    w->cut |= w->laters == DEPTH;
     if (w->laters < DEPTH)
         w->later[w->laters++] = (struct later){ e, unit };
 }
@@ -181,6 +182,7 @@ struct walk {
 
 static bool next_term(struct scaling *w, struct walk *at, struct term *t)
 {
+    w->cut |= at->depth && w->visits >= VISITS + EACH * w->n;
     while (at->depth && w->visits++ < VISITS + EACH * w->n) {
         expr_id e = at->stack[--at->depth];
         const struct expr_node n = w->st->node[e];
@@ -199,6 +201,7 @@ static bool next_term(struct scaling *w, struct walk *at, struct term *t)
 /* sum power_j s_j + log = 0 */
 static void equation(struct scaling *w, const struct term *t)
 {
+    w->cut |= w->rows.count > EQUATIONS + EACH * w->n;
     if (w->rows.count <= EQUATIONS + EACH * w->n)
         scaling_rows_add(&w->rows, t->unknown, t->power, t->count, t->log);
 }
@@ -239,6 +242,11 @@ void scaling_add(struct scaling *w, expr_id e, int velocity)
     w->laters = 0;
     copy(&w->first, &w->apart);
     w->has_first = had;
+}
+
+bool scaling_cut(const struct scaling *w)
+{
+    return w->cut;
 }
 
 void scaling_anchor(struct scaling *w, int j, double log, double weight)

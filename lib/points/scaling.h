@@ -23,6 +23,8 @@ bool scaling_has_time(const struct scaling *w);
 void scaling_sum(struct scaling *w);
 /* The terms of e, times the velocity of a variable (by index; -1: none). */
 void scaling_add(struct scaling *w, expr_id e, int velocity);
+/* Whether some terms were left out: too many. */
+bool scaling_cut(const struct scaling *w);
 /* Variable j (the number of variables: time) is about as large as 2^log, with a weight (an equation's: 1). */
 void scaling_anchor(struct scaling *w, int j, double log, double weight);
 /* log2 of the largest term of e, for variables of the sizes log[] (time's last); -INFINITY for 0. */

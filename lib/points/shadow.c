@@ -11,8 +11,6 @@
 #include "sides.h"
 #include "warnings.h"
 
-enum { DEEPEST_BITS = 300000 };
-
 const char *points_basis_text(enum points_basis basis)
 {
     static const char *const text[POINTS_BASES] = {
@@ -310,7 +308,9 @@ static struct points_decision decide(struct points_shadow *s, expr_id e)
     for (int l = 0; l < 5; l++) {
         if (l == 4)         /* beyond the usual levels only for what may be that small */
             level[l] = need < 4000 ? 8000 : need + need / 2 + 2000;
-        if (l == 4 && (level[l] > DEEPEST_BITS || d.truth != POINTS_ZERO))
+        if (l == 4 && d.truth == POINTS_ZERO && level[l] > SGA_MOST_DEEPEST_BITS)
+            sga_limit_met(s->space.budget, SGA_LIMIT_DEEPEST_BITS);
+        if (l == 4 && (level[l] > SGA_MOST_DEEPEST_BITS || d.truth != POINTS_ZERO))
             break;
         if (l && !raise_points(s, level[l]))
             break;

@@ -164,7 +164,7 @@ void points_sides_of(struct expr_store *st, struct points_point *p, expr_id e, c
     num_ball_clear(&scratch);
 }
 
-int points_pairs_of(struct expr_store *st, struct points_point *p, expr_id e, const expr_id *list, int count,
+int points_pairs_of(const struct sga_budget *budget, struct expr_store *st, struct points_point *p, expr_id e, const expr_id *list, int count,
                     const struct points_beyond *beyond, const struct points_side *side, int sides, struct points_side (*pair)[2])
 {
     struct expr_node key[POINTS_KEYS];
@@ -173,13 +173,17 @@ int points_pairs_of(struct expr_store *st, struct points_point *p, expr_id e, co
     struct expr_facts facts;
     int keys = 0, pairs = 0;
     expr_facts_init(&facts);
-    for (int k = 0; k < count && keys < POINTS_KEYS; k++) {
+    for (int k = 0; k < count; k++) {
         expr_id u = points_surface(st, list[k]);
         int sign = u ? open_sign(st, &facts, p, u, beyond, side, sides) : 0;
         for (int i = 0; i < keys; i++)
             sign = at[i].function == u ? 0 : sign;
         if (!sign)
             continue;
+        if (keys == POINTS_KEYS) {
+            sga_limit_met(budget, SGA_LIMIT_SIDE_PAIRS);
+            break;
+        }
         key[keys] = st->node[list[k]];
         at[keys++] = (struct points_side){ u, sign, false };
     }

@@ -9,6 +9,7 @@
 
 #include "beyond.h"
 #include "points.h"
+#include "warnings.h"
 
 /* Whether the operator is one analytic function on each side of a surface. */
 bool points_switches(enum expr_op op);
@@ -28,8 +29,8 @@ void points_sides_of(struct expr_store *st, struct points_point *p, expr_id e, c
 
 /* The same where each switch alone leaves e at 0: pairs of them that do not, together (max(x, 0) max(y, 0)), of the first
  * POINTS_KEYS switches; room for POINTS_PAIRS. How many. */
-enum { POINTS_KEYS = 8, POINTS_PAIRS = POINTS_KEYS * (POINTS_KEYS - 1) / 2 };
-int points_pairs_of(struct expr_store *st, struct points_point *p, expr_id e, const expr_id *list, int count,
+enum { POINTS_KEYS = SGA_MOST_SIDE_PAIRS, POINTS_PAIRS = POINTS_KEYS * (POINTS_KEYS - 1) / 2 };
+int points_pairs_of(const struct sga_budget *budget, struct expr_store *st, struct points_point *p, expr_id e, const expr_id *list, int count,
                     const struct points_beyond *beyond, const struct points_side *side, int sides, struct points_side (*pair)[2]);
 
 /* Whether the point lies on all these sides (true too where one is undecided). */

@@ -5,7 +5,7 @@
 
 #include "mem.h"
 
-enum { MOST_GIVEN = 48, HIGHEST = 2 /* half the degree of the squares, beyond what the functions ask for */ };
+enum { HIGHEST = 2 /* half the degree of the squares, beyond what the functions ask for */ };
 
 /* Drops zeros; true: one is a number, which has none. */
 static bool settle(struct poly_bridge *b, fmpz_mpoly_struct *f, int *n)
@@ -28,7 +28,7 @@ static bool by_squares(struct poly_bridge *b, const fmpz_mpoly_struct *f, int n)
     struct gram_proof p;
     fmpz_mpoly_t minus_one;
     bool found = false;
-    if (!n || n > GRAM_GIVEN)
+    if (!n || !gram_within(b, n <= GRAM_GIVEN, SGA_LIMIT_GRAM_GIVEN))
         return false;
     fmpz_mpoly_init(minus_one, b->ctx);
     fmpz_mpoly_set_si(minus_one, -1, b->ctx);
@@ -43,7 +43,9 @@ static bool by_squares(struct poly_bridge *b, const fmpz_mpoly_struct *f, int n)
 
 bool poly_never_together(struct expr_store *st, const expr_id *e, int n, const struct poly_limits *limits)
 {
-    struct poly_bridge *b = n > MOST_GIVEN ? NULL : poly_bridge_new(st, e, n, limits);
+    if (n > SGA_MOST_GIVEN_TOGETHER)
+        sga_limit_open(limits ? limits->budget : NULL, SGA_LIMIT_GIVEN_TOGETHER);
+    struct poly_bridge *b = n > SGA_MOST_GIVEN_TOGETHER ? NULL : poly_bridge_new(st, e, n, limits);
     if (!b)
         return false;
     fmpz_mpoly_struct *f = sga_malloc(((size_t)n + 1) * sizeof *f);

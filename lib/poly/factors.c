@@ -7,9 +7,9 @@
 #include "facts.h"
 #include "mem.h"
 
-/* Full factorisation within these, square-free up to more terms, and beyond that the
- * polynomial itself: FLINT cannot be interrupted. */
-enum { FULL_TERMS = 100, FULL_DEGREE = 24, SQUAREFREE_TERMS = 300, SQUAREFREE_DEGREE = 60 };
+/* Full factorisation within these, square-free up to more terms (then factors are not `irreducible`, which callers that look for
+ * branches report), and beyond that none (false): FLINT cannot be interrupted. */
+enum { FULL_TERMS = SGA_MOST_FACTORED_FULLY, FULL_DEGREE = SGA_MOST_FACTORED_DEGREE, SQUAREFREE_TERMS = 300, SQUAREFREE_DEGREE = 60 };
 
 void poly_factors_clear(struct poly_factors *f)
 {
@@ -171,6 +171,7 @@ static bool linear_prime(struct poly_bridge *b, const fmpz_mpoly_t f)
 static bool factor_into(struct poly_bridge *b, struct poly_factors *out, const fmpz_mpoly_t f, long n)
 {
     long degree = poly_degree(b, f);
+    out->longest = f->length > out->longest ? f->length : out->longest;
     bool full = f->length <= FULL_TERMS && degree <= FULL_DEGREE;
     if (!full && (f->length > SQUAREFREE_TERMS || degree > SQUAREFREE_DEGREE))
         return false;

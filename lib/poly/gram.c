@@ -291,7 +291,8 @@ bool gram_prove_with(struct poly_bridge *b, const fmpz_mpoly_t f, const fmpz_mpo
     enum { BITS = 400 };
     *out = (struct gram_proof){ 0 };
     slong bits = fmpz_mpoly_max_bits(f);
-    if (f->length < 1 || poly_degree(b, f) > GRAM_DEGREE || bits > BITS || -bits > BITS || n > GRAM_GIVEN)
+    bool ok = gram_within(b, poly_degree(b, f) <= GRAM_DEGREE, SGA_LIMIT_GRAM_DEGREE) && gram_within(b, n <= GRAM_GIVEN, SGA_LIMIT_GRAM_GIVEN);
+    if (f->length < 1 || !ok || bits > BITS || -bits > BITS)
         return false;
     int result = gram_init(&out->g, b, f, given, n, least) ? -1 : 0;
     for (int k = 0; k < FACES && result < 0; k++)

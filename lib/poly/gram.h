@@ -13,9 +13,22 @@
 #include <flint/fmpz_mat.h>
 
 #include "bridge.h"
+#include "warnings.h"
 
 /* Past these nothing is found: a solve stays below about a second. */
-enum { GRAM_SIZE = 36, GRAM_BLOCKS = 40, GRAM_UNKNOWNS = 700, GRAM_EQUATIONS = 500, GRAM_FREE = 260, GRAM_TERMS = 300, GRAM_DEGREE = 20, GRAM_GIVEN = 16 };
+enum {
+    GRAM_SIZE = SGA_MOST_GRAM_SIZE, GRAM_BLOCKS = SGA_MOST_GRAM_BLOCKS, GRAM_UNKNOWNS = SGA_MOST_GRAM_UNKNOWNS,
+    GRAM_EQUATIONS = SGA_MOST_GRAM_EQUATIONS, GRAM_FREE = SGA_MOST_GRAM_FREE, GRAM_TERMS = SGA_MOST_GRAM_TERMS,
+    GRAM_DEGREE = SGA_MOST_GRAM_DEGREE, GRAM_GIVEN = SGA_MOST_GRAM_GIVEN
+};
+
+/* ok; where it is not, the limit is one that the job has met. */
+static inline bool gram_within(const struct poly_bridge *b, bool ok, enum sga_limit limit)
+{
+    if (!ok)
+        sga_limit_open(b->limits.budget, limit);
+    return ok;
+}
 
 struct gram_block {
     fmpz_mpoly_t weight;

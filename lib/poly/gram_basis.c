@@ -8,7 +8,7 @@
 
 #include "mem.h"
 
-enum { CANDIDATES = 20000, DIRECTIONS = 40 };
+enum { CANDIDATES = SGA_MOST_GRAM_CANDIDATES, DIRECTIONS = 40 };
 
 /* Monomials as exponents by generator. */
 struct list { int gens, count; ulong *exp; };
@@ -263,7 +263,7 @@ static bool add_blocks(struct gram *g, const struct list *l, const struct pariti
     for (int i = 0; i < l->count && ok; i++) {
         if (done[i])
             continue;
-        ok = g->blocks < GRAM_BLOCKS;
+        ok = gram_within(g->b, g->blocks < GRAM_BLOCKS, SGA_LIMIT_GRAM_BLOCKS);
         if (!ok)
             break;
         struct gram_block *k = g->block + g->blocks++;
@@ -279,7 +279,7 @@ static bool add_blocks(struct gram *g, const struct list *l, const struct pariti
             fmpz_mpoly_init(k->q + k->count, g->b->ctx);
             monomial(g->b, k->q + k->count++, at(l, j));
         }
-        ok = k->count <= GRAM_SIZE;
+        ok = gram_within(g->b, k->count <= GRAM_SIZE, SGA_LIMIT_GRAM_SIZE);
     }
     free(done);
     return ok;
@@ -307,7 +307,7 @@ static bool bounds(struct poly_bridge *b, const fmpz_mpoly_t f, const struct kno
             most[g] = 0;
     }
     *half = (int)(plain ? degree / 2 : (degree + 1) / 2);
-    return degree >= 1 && degree <= GRAM_DEGREE && (!plain || degree % 2 == 0);
+    return degree >= 1 && (!plain || degree % 2 == 0) && gram_within(b, degree <= GRAM_DEGREE, SGA_LIMIT_GRAM_DEGREE);
 }
 
 /* Multiples of what is zero, up to the degree of the rest. */
@@ -322,7 +322,8 @@ static bool add_multiples(struct gram *g, const struct known *k, const int *most
             room[v] = 2 * most[v] > d ? (int)(2 * most[v] - d) : 0;
         }
         struct list l = { .gens = b->max_gens };
-        ok = box(&l, room, 0, 2 * half - (int)poly_degree(b, k->zero + i)) && g->multiples + l.count <= GRAM_UNKNOWNS;
+        ok = box(&l, room, 0, 2 * half - (int)poly_degree(b, k->zero + i)) 
+             && gram_within(b, g->multiples + l.count <= GRAM_UNKNOWNS, SGA_LIMIT_GRAM_UNKNOWNS);
         for (int m = 0; m < l.count && ok; m++) {
             g->multiple = sga_realloc(g->multiple, (size_t)(g->multiples + 1) * sizeof *g->multiple);
             fmpz_mpoly_struct *f = g->multiple + g->multiples++;
@@ -357,7 +358,7 @@ static bool blocks_of(struct gram *g, const fmpz_mpoly_t f, const struct known *
         span_poly(b, &p, k->weight + i);
     for (int i = 0; i < k->zeros; i++)
         span_poly(b, &p, k->zero + i);
-    bool ok = b->max_gens <= 64 && bounds(b, f, k, used, least, most, &half) && box(&l, most, 0, half);
+    bool ok = b->max_gens <= 64 && bounds(b, f, k, used, least, most, &half) && gram_within(b, box(&l, most, 0, half), SGA_LIMIT_GRAM_CANDIDATES);
     if (ok && !k->weights && !k->zeros) {
         inside_hull(&l, &s);
         drop_alone(&l, &s);
@@ -384,7 +385,7 @@ bool gram_init(struct gram *g, struct poly_bridge *b, const fmpz_mpoly_t f, cons
     struct known k;
     int *used = sga_calloc((size_t)b->max_gens, sizeof *used);
     know(b, f, given, n, &k, used);
-    bool ok = f->length <= GRAM_TERMS && blocks_of(g, f, &k, used, least);
+    bool ok = gram_within(b, f->length <= GRAM_TERMS, SGA_LIMIT_GRAM_TERMS) && blocks_of(g, f, &k, used, least);
     if (ok)
         gram_sizes(g, f, given, n);
     forget(b, &k);

@@ -66,7 +66,7 @@ static bool monomials_of(const struct gram *g, const fmpz_mpoly_struct *product,
         fmpz_mpoly_add(all, all, t, b->ctx);
     }
     *m = (struct monomials){ .gens = b->max_gens, .count = all->length };
-    bool ok = m->count <= GRAM_EQUATIONS;
+    bool ok = gram_within(b, m->count <= GRAM_EQUATIONS, SGA_LIMIT_GRAM_EQUATIONS);
     if (ok) {
         m->exp = sga_malloc((size_t)(m->count * m->gens + 1) * sizeof *m->exp);
         for (slong i = 0; i < m->count; i++)
@@ -104,7 +104,7 @@ static bool pivots(struct gram *g, slong rank)
             g->row[u] = -1 - g->frees;
             g->free_column[g->frees++] = u;
         }
-    return g->frees <= GRAM_FREE;
+    return gram_within(g->b, g->frees <= GRAM_FREE, SGA_LIMIT_GRAM_FREE);
 }
 
 static void renew(struct gram *g, slong rows)
@@ -157,7 +157,7 @@ bool gram_space(struct gram *g, const fmpz_mpoly_t f)
         u += g->block[k].count * (g->block[k].count + 1) / 2;
     }
     g->unknowns = u + g->multiples;
-    if (g->unknowns > GRAM_UNKNOWNS)
+    if (!gram_within(b, g->unknowns <= GRAM_UNKNOWNS, SGA_LIMIT_GRAM_UNKNOWNS))
         return false;
     fmpz_mpoly_struct *product = sga_malloc(((size_t)g->unknowns + 1) * sizeof *product);
     for (u = 0; u < g->unknowns; u++)

@@ -76,6 +76,7 @@ struct poly_factor {
 struct poly_factors {
     struct poly_factor *factor; int factors;
     int sign;                  /* of the numeric content that was dropped: -1, 0 (e is zero), 1 */
+    long longest;              /* terms of what was factored */
 };
 
 /* Factors of the numerator (denominator) of e's normal form, numeric content dropped.
@@ -102,7 +103,7 @@ enum poly_truth poly_bridge_is_zero(struct poly_bridge *b, expr_id e);
 
 /* Whether target is shown to be zero wherever given[0 .. n) all are (and it has a value): what one
  * of these can be solved for is used up, and powers of target are divided. False: not shown.
- * At most 48 given. Costs that many substitutions into small polynomials. */
+ * At most GIVEN_TOGETHER (limits.def) given. Costs that many substitutions into small polynomials. */
 bool poly_vanishes_with(struct expr_store *st, expr_id target, const expr_id *given, int n, const struct poly_limits *limits);
 bool poly_bridge_vanishes_with(struct poly_bridge *b, expr_id target, const expr_id *given, int n);
 /* Whether one of several targets is: what is given is converted once. */

@@ -4,8 +4,9 @@
 #include <stdlib.h>
 
 #include "mem.h"
+#include "warnings.h"
 
-enum { MOST_GIVEN = 48, POWER = 3 };
+enum { POWER = 3 };
 
 bool poly_numerator(struct poly_bridge *b, expr_id e, fmpz_mpoly_t out)
 {
@@ -83,7 +84,7 @@ bool poly_vanish(struct poly_bridge *b, const fmpz_mpoly_t target, const fmpz_mp
         fmpz_mpoly_init(f + i, b->ctx);
         fmpz_mpoly_set(f + i, i < n ? given[i] : target, b->ctx);
     }
-    bool yes = n <= MOST_GIVEN && poly_use_up(b, f + n, f, n) && (fmpz_mpoly_is_zero(f + n, b->ctx) || multiple(b, f + n, f, n));
+    bool yes = n <= SGA_MOST_GIVEN_TOGETHER && poly_use_up(b, f + n, f, n) && (fmpz_mpoly_is_zero(f + n, b->ctx) || multiple(b, f + n, f, n));
     for (int i = 0; i <= n; i++)
         fmpz_mpoly_clear(f + i, b->ctx);
     free(f);
@@ -92,10 +93,12 @@ bool poly_vanish(struct poly_bridge *b, const fmpz_mpoly_t target, const fmpz_mp
 
 bool poly_bridge_vanishes_with(struct poly_bridge *b, expr_id target, const expr_id *given, int n)
 {
-    if (n > MOST_GIVEN)
+    if (n > SGA_MOST_GIVEN_TOGETHER) {
+        sga_limit_open(b->limits.budget, SGA_LIMIT_GIVEN_TOGETHER);
         return false;
+    }
     fmpz_mpoly_struct *f = sga_malloc(((size_t)n + 1) * sizeof *f);
-    const fmpz_mpoly_struct *known[MOST_GIVEN] = { 0 };
+    const fmpz_mpoly_struct *known[SGA_MOST_GIVEN_TOGETHER] = { 0 };
     for (int i = 0; i <= n; i++)
         fmpz_mpoly_init(f + i, b->ctx);
     bool ok = poly_numerator(b, target, f + n);

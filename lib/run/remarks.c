@@ -190,8 +190,7 @@ void answer_warn(struct job *j)
         sga_warn(&j->budget, SGA_W_POINTS_NOT_PROVED, "", "none of the %d points of the constraint set that decisions rest on is proved to lie on it",
                  j->shadow.reals);
     if (j->solution.sides_not_searched)
-        sga_warn(&j->budget, SGA_W_SEARCH_CUT, "", "too many abs, sign, min, max stand in the constraints to look beyond all of them: "
-                 "zeros may hold on one side of some only");
+        sga_limit_met(&j->budget, SGA_LIMIT_SIDE_WORK);
     for (int i = 0; i < j->strata && j->request.strata; i++)
         if (j->stratum[i].state == STRATUM_UNSOLVED)
             sga_warn(&j->budget, SGA_W_STRATA_NOT_SOLVED, "/strata", "some strata could not be solved: each has a problem that says why");

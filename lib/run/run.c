@@ -329,6 +329,14 @@ static bool run_request(struct job *j, bool tied, struct sga_buf *out, bool *aga
     return within_limits(j) && ok;
 }
 
+/* What was not found may be beyond a limit. */
+static void explain_limits(struct job *j)
+{
+    enum sga_code code = j->err->code;
+    if (code == SGA_E_NO_REAL_POINT || code == SGA_E_UNDECIDED || code == SGA_E_IRREGULAR || code == SGA_E_SPLIT)
+        sga_limits_explain(&j->warnings, j->err);
+}
+
 /* One way through, from the text. */
 static bool run_text(struct job *j, const char *request, size_t length, bool tied, struct sga_buf *out, bool *again)
 {
@@ -343,8 +351,10 @@ static bool run_text(struct job *j, const char *request, size_t length, bool tie
     }
     set_budget(j);
     bool ok = run_request(j, tied, out, again);
-    if (!ok && !*again)
+    if (!ok && !*again) {
         name_stage(j->err, j->stage);
+        explain_limits(j);
+    }
     sga_watch_end();
     answer_clear(j);
     request_clear(&j->request);

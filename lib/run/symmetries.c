@@ -32,7 +32,7 @@ static bool check_all(struct job *j)
     return true;
 }
 
-enum { MOST_DENSE = 60 };
+enum { MOST_DENSE = SGA_MOST_TENSOR };
 
 /* omega_L = sum dq^i ^ d(dL/dv^i) as a dense matrix. */
 static void lagrangian_form(struct job *j, expr_id *T)
@@ -71,8 +71,12 @@ static expr_id *two_form(struct job *j)
 {
     int n = j->request.system.variables;
     bool lagrangian = j->request.lagrangian != EXPR_UNDEF, closed = !j->two_form.checked || j->two_form.closed == 1;
-    if (n > MOST_DENSE || !(lagrangian || (j->primary.has && closed)))
+    if (!(lagrangian || (j->primary.has && closed)))
         return NULL;
+    if (n > MOST_DENSE) {
+        sga_limit_met(&j->budget, SGA_LIMIT_TENSOR);
+        return NULL;
+    }
     expr_id *T = sga_malloc((size_t)(n * n) * sizeof *T), zero = expr_int(&j->request.store, 0);
     for (int i = 0; i < n * n; i++)
         T[i] = zero;
@@ -93,7 +97,7 @@ static expr_id *tangent_vectors(struct job *j, int *count)
 {
     struct expr_store *st = &j->request.store;
     int n = j->request.system.variables, c = j->solution.constraints;
-    if (!c || n > MOST_DENSE || !j->shadow.reals)
+    if (!c || n > MOST_DENSE || !j->shadow.reals)     /* larger ones: two_form() has said so */
         return NULL;
     struct form_zero zero = { vanishes, &j->shadow };
     expr_id *jacobian = sga_malloc((size_t)(c * n) * sizeof *jacobian);

@@ -1,8 +1,6 @@
 /* The member `symmetries` of the result. */
 #include "answer.h"
 
-enum { LONGEST = 20000 };      /* bytes of one expression */
-
 static void member_truth(struct sga_json *w, const char *key, enum sym_truth truth)
 {
     sga_json_key(w, key);
@@ -15,7 +13,10 @@ static void member_truth(struct sga_json *w, const char *key, enum sym_truth tru
 static void expression(struct job *j, struct sga_json *w, expr_id e)
 {
     struct sga_buf text = { 0 };
-    if (e != EXPR_UNDEF && expr_print(&j->request.store, e, LONGEST, &text))
+    bool shown = e != EXPR_UNDEF && expr_print(&j->request.store, e, SGA_MOST_SYMMETRY_BYTES, &text);
+    if (e != EXPR_UNDEF && !shown)
+        sga_limit_met(&j->budget, SGA_LIMIT_SYMMETRY_BYTES);
+    if (shown)
         sga_json_string(w, text.data);
     else
         sga_json_null(w);

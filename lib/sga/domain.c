@@ -63,10 +63,11 @@ static void add_divisor(struct domain *d, expr_id e, expr_id *list, int *count)
             if (next == top)
                 break;
         }
-        bool known = !top || expr_is_const(st, top) || expr_facts_of(d->facts, st, top) & EXPR_NONZERO || *count == DOMAIN_MOST;
+        bool known = !top || expr_is_const(st, top) || expr_facts_of(d->facts, st, top) & EXPR_NONZERO;
         for (int k = 0; k < *count && !known; k++)
             known = list[k] == top;
-        if (!known)
+        d->cut |= !known && *count == DOMAIN_MOST;
+        if (!known && *count < DOMAIN_MOST)
             list[(*count)++] = top;
     }
 }
@@ -75,12 +76,15 @@ static void add_divisor(struct domain *d, expr_id e, expr_id *list, int *count)
 static void divisors_of(struct domain *d, const expr_id *root, int roots, expr_id *list, int *count)
 {
     const struct expr_store *st = d->system->store;
+    bool before = d->cut;
+    d->cut = false;
     expr_cone_of(st, d->cone, root, roots);
-    for (int i = 0; i < d->cone->count && *count < DOMAIN_MOST; i++) {
+    for (int i = 0; i < d->cone->count && !d->cut; i++) {
         expr_id e = domain_divisor(st, d->cone->list[i]);
         if (e && !expr_is_const(st, e) && !(expr_facts_of(d->facts, st, e) & EXPR_NONZERO))
             add_divisor(d, e, list, count);
     }
+    d->cut |= before;
 }
 
 static void know_divisors(struct domain *d)

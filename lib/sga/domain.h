@@ -6,8 +6,9 @@
 #include "budget.h"
 #include "facts.h"
 #include "system.h"
+#include "warnings.h"
 
-enum { DOMAIN_MOST = 24, DOMAIN_GIVEN = 40 };
+enum { DOMAIN_MOST = SGA_MOST_DOMAIN_DIVISORS, DOMAIN_GIVEN = SGA_MOST_DOMAIN_GIVEN };
 
 /* What must not vanish for a system to have a value, found when it is first asked for. All but
  * the list is borrowed. */
@@ -18,6 +19,7 @@ struct domain {
     const struct sga_budget *budget;
     expr_id divisor[DOMAIN_MOST]; int divisors;
     bool known;
+    bool cut;                             /* there are more divisors than were kept */
 };
 
 /* What must not vanish for this node to have a value; EXPR_UNDEF: nothing. */

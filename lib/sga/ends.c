@@ -7,8 +7,9 @@
 #include "ball.h"
 #include "mem.h"
 #include "range.h"
+#include "warnings.h"
 
-enum { WAYS = 8, LARGEST_CONE = 400, STEPS = 2000 };
+enum { WAYS = SGA_MOST_ENDS_WAYS, LARGEST_CONE = 400, STEPS = 2000 };
 
 struct need {
     expr_id node, value;      /* node = value, a constant */
@@ -220,6 +221,8 @@ static enum answer corners(struct work *w, struct way *y, const struct expr_node
         hit[k] = c == 0;
         hits += hit[k];
     }
+    if (hits && w->ways + hits - 1 > WAYS)
+        sga_limit_open(w->s->options->budget, SGA_LIMIT_ENDS_WAYS);
     if (!hits || w->ways + hits - 1 > WAYS)
         return NOT_SO;
     for (int k = 3; k >= 0; k--) {

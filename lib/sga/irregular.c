@@ -6,8 +6,9 @@
 #include <string.h>
 
 #include "mem.h"
+#include "warnings.h"
 
-enum { LARGEST_CONE = 300, MOST_PARTS = 3 };
+enum { LARGEST_CONE = SGA_MOST_IRREGULAR_CONE, MOST_PARTS = 3 };
 
 static struct proposal *add(struct proposal **list, int *count, const expr_id *out, int n)
 {
@@ -42,8 +43,10 @@ static int derivatives(struct state *s, expr_id e, int symbol, expr_id d[IRREGUL
         d[n] = term[0].value;
         poly_normal(s->st, d[n], &limits, d + n);
         expr_cone_of(s->st, &s->cone, d + n, 1);
-        if (s->cone.count > LARGEST_CONE)
+        if (s->cone.count > LARGEST_CONE) {
+            sga_limit_open(s->options->budget, SGA_LIMIT_IRREGULAR_CONE);
             break;
+        }
         n++;
     }
     free(term);

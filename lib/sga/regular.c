@@ -12,7 +12,7 @@
 #include "regular_shape.h"
 #include "warnings.h"
 
-enum { DEPTH = 5 };
+enum { DEPTH = SGA_MOST_REGULAR_DEPTH };
 
 static struct regular form_at(struct state *s, expr_id e, int depth);
 
@@ -103,6 +103,8 @@ static void from_factors(struct state *s, expr_id e, struct regular *r, const st
     for (int i = 0; i < f->factors; i++) {
         const struct poly_factor *q = f->factor + i;
         bool in = matters(s, q, f->factors, &r->seen);
+        if (in && !q->irreducible)
+            sga_limit_met(s->options->budget, f->longest > SGA_MOST_FACTORED_FULLY ? SGA_LIMIT_FACTORED_FULLY : SGA_LIMIT_FACTORED_DEGREE);
         plain &= in && q->multiplicity == 1;
         if (!q->never_zero && q->depends == EXPR_HAS_PARAMETER)
             assume(s, q->expr);
@@ -162,6 +164,8 @@ static struct regular form_at(struct state *s, expr_id e, int depth)
         return r;
     }
     enum graph graph = regular_graph(s, e);
+    if (graph != PLAIN_GRAPH && depth > DEPTH)
+        sga_limit_met(s->options->budget, SGA_LIMIT_REGULAR_DEPTH);
     if (graph == PLAIN_GRAPH || depth > DEPTH) {
         regular_add(&r, &e, 1);
         return r;
@@ -229,6 +233,10 @@ static void keep_inside(struct state *s, expr_id e, struct regular *r)
             free(r->option[i].out);
         else
             r->option[n++] = r->option[i];
+    if (n > 1 && s->domain.cut)
+        sga_limit_met(s->options->budget, SGA_LIMIT_DOMAIN_DIVISORS);
+    if (n > 1 && s->sol->constraints + s->pendings >= SGA_MOST_DOMAIN_GIVEN)
+        sga_limit_met(s->options->budget, SGA_LIMIT_DOMAIN_GIVEN);
     if (n == r->options)
         return;
     r->options = n;

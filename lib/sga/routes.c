@@ -9,7 +9,7 @@
 #include "routes.h"
 #include "warnings.h"
 
-enum { RESEEDS = 2 };
+enum { RESEEDS = 2 };      /* what ended in a refusal is begun anew so often: the refusal stands then */
 static const double BESIDE = 0.002;      /* of a place, which is a general point: other components may be near */
 
 /* The next route: the last decision that has an option left takes it, those after it are

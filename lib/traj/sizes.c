@@ -49,6 +49,8 @@ static void find(struct sizes *s, const struct sys_system *sys, const struct tra
     if (w) {
         scaling_time(w, sys->time);
         sga_terms(w, sys);
+        if (scaling_cut(w) && !rq->own_atol)
+            sga_limit_met(rq->budget, SGA_LIMIT_SCALED_TERMS);
         given(w, rq, n);
         scaling_logs(w, log);
         for (int j = 0; j < n; j++) {

@@ -26,8 +26,33 @@ static void fill(struct sga_budget *b, bool backwards)
     sga_warn(b, SGA_W_UNUSED, "/system", "the variable a");
 }
 
+/* Refusals name what was met, as far as there is room. */
+static void explain(void)
+{
+    struct sga_warnings w = { 0 };
+    struct sga_budget b = { .warnings = &w };
+    struct sga_error err = { .code = SGA_E_UNDECIDED, .detail = "no" };
+    sga_limits_explain(&w, &err);
+    CHECK(strcmp(err.detail, "no") == 0, "%s", err.detail);
+    sga_limit_open(&(struct sga_budget){ 0 }, SGA_LIMIT_GRAM_SIZE);
+    sga_limit_open(&b, SGA_LIMIT_GRAM_SIZE);
+    sga_limit_met(&b, SGA_LIMIT_ROUTES);
+    sga_limit_met(&b, SGA_LIMIT_ZEROS_LISTED);
+    CHECK(w.count == 2, "what stays undecided is no warning: %d", w.count);
+    sga_limits_explain(&w, &err);
+    CHECK(strstr(err.detail, "no. Limits were met: ") == err.detail && strstr(err.detail, "limit ROUTES: 16") && strstr(err.detail, "limit GRAM_SIZE: 36")
+          && !strstr(err.detail, "ZEROS_LISTED"), "%s", err.detail);
+    for (int k = 0; k < SGA_LIMITS; k++)
+        sga_limit_open(&b, (enum sga_limit)k);
+    for (int k = 0; k < 3; k++)
+        sga_limits_explain(&w, &err);
+    CHECK(strlen(err.detail) < sizeof err.detail, "%zu", strlen(err.detail));
+    sga_warnings_clear(&w);
+}
+
 int main(void)
 {
+    explain();
     struct sga_warnings one = { 0 }, other = { 0 };
     struct sga_budget b = { .warnings = &one };
     sga_warn(NULL, SGA_W_UNUSED, "", "nobody asks");
