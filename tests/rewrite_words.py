@@ -10,7 +10,7 @@ def names(rng, said):
     s = said.system
     old = sorted(set(said.user + said.inputs + said.sources()))
     parameters = list(s.get("parameters") or {})
-    taken = {"pi", "der"} | set(s.get("tables") or {}) | said.used()
+    taken = {"pi", "der", said.time} | set(s.get("tables") or {}) | said.used()
     pool = [n for n in ["x", "y", "z", "a1", "b_2", "Omega", "mu", "_u", "w9", "e", "i", "D", "T", "E", "zz", "Q"] if n not in taken]
     pool += [f"q_{k}" for k in range(len(old) + len(parameters) + 1)]
     rng.shuffle(pool)

@@ -119,18 +119,35 @@ static void take_space(struct points_shadow *s, const struct points_space *space
     s->space.defined = s->defined = defined;
 }
 
-enum points_status points_shadow_sample(struct points_shadow *s, const struct points_space *space)
+/* Whether the set is a part of the one that the present points lie on. */
+static bool shrinks(const struct points_shadow *s, const struct points_space *space)
+{
+    bool prefix = s->space.constraints <= space->constraints;
+    for (int i = 0; i < s->space.constraints && prefix; i++)
+        prefix = s->constraint[i] == space->constraint[i];
+    return prefix;
+}
+
+enum points_status points_shadow_sample(struct points_shadow *s, const struct points_space *given)
 {
     double start = sga_now();
-    /* the sets shrink: the last points are good starts */
+    /* where sets shrink the last points are good starts; those of a smaller set are special ones on a larger, and it begins beside them */
+    struct points_space own = *given, *space = &own;
     struct points_point before[POINTS_REAL];
     int befores = s->reals;
+    bool smaller = befores && shrinks(s, given);
+    if (befores && !smaller && !own.near) {
+        own.near = s->real[0].x;
+        own.near_time = s->real[0].t;
+    }
     memcpy(before, s->real, (size_t)befores * sizeof *before);
     drop_high(s);
     s->reals = 0;
     points_shadow_forget(s);
     take_space(s, space);
-    enum points_status status = sample_reals(s, before, befores);
+    enum points_status status = sample_reals(s, before, smaller ? befores : 0);
+    s->space.near = given->near;
+    s->space.near_time = given->near_time;
     for (int k = 0; k < befores; k++)
         points_point_clear(before + k);
     if (status != POINTS_OK)

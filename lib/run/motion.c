@@ -70,6 +70,7 @@ static bool run(struct job *j, const struct sga_solution *solution, struct point
 {
     stage_begin(&j->clock, STAGE_INITIAL);
     answer_integrals(j, solution, shadow, r);
+    r->on = shadow->reals && shadow->real[0].variables == j->request.system.variables ? shadow->real[0].x : NULL;
     if (j->request.want & REQUEST_CONSISTENT_INITIAL) {
         j->has_initial = traj_consistent(&j->request.system, solution, r, &j->initial, j->err);
         if (!j->has_initial)

@@ -8,11 +8,12 @@
 #include "guess.h"
 #include "leastnorm.h"
 #include "mem.h"
+#include "warnings.h"
 
 /* A move of 1 counts for so much less where no value was given: of what moves by itself, of what follows from it. */
 static const double MOVING = 0x1p-10, FOLLOWING = 0x1p-20;
 static const double STEP = 0x1p-16;
-enum { MOST = 64 };     /* functions, and variables: beyond, each option is measured alone */
+enum { MOST = SGA_MOST_GUESS_DISTANCE };     /* functions, and variables: beyond, each option is measured alone */
 
 /* Functions that are to vanish, with the variables in units of what a move counts for. */
 struct measure {
@@ -135,9 +136,13 @@ static double measured(struct state *s, const struct regular_option *o, expr_id 
 /* Equations may contradict the option to first order, and are left out then: it is as far as alone at the least. */
 double guess_distance(struct state *s, const struct regular_option *o, expr_id asked)
 {
-    if (s->sys->variables > MOST)
+    if (s->sys->variables > MOST) {
+        sga_limit_met(s->options->budget, SGA_LIMIT_GUESS_DISTANCE);
         return regular_option_distance(s, o, s->options->near, s->options->near_time);
+    }
     double alone = measured(s, o, asked, false), all = measured(s, o, asked, true);
+    if (isnan(alone) || isnan(all))
+        sga_limit_met(s->options->budget, SGA_LIMIT_GUESS_DISTANCE);
     if (isnan(alone))
         return regular_option_distance(s, o, s->options->near, s->options->near_time);
     return isnan(all) ? alone : fmax(alone, all);

@@ -289,9 +289,6 @@ struct regular regular_alone(struct state *s, expr_id e)
     struct regular r = form_at(s, e, 0);
     keep_inside(s, e, &r);
     keep_largest(s, &r);
-    regular_sort(s, e, &r);
-    if (r.options > 1 && s->route)
-        regular_follow_route(s, e, &r);
     return r;
 }
 

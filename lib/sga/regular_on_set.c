@@ -51,8 +51,7 @@ static void look_at_ways(struct state *s, struct regular *r)
     }
 }
 
-/* A function may be a product, or irregular, on the present set only. */
-struct regular regular_form(struct state *s, expr_id e)
+static struct regular form(struct state *s, expr_id e)
 {
     struct regular r = regular_alone(s, e);
     int c = s->sol->constraints + s->pendings;
@@ -71,4 +70,13 @@ struct regular regular_form(struct state *s, expr_id e)
     struct regular take = q.answer == REGULAR_KEEP ? r : q;
     regular_clear(drop);
     return take;
+}
+
+struct regular regular_form(struct state *s, expr_id e)
+{
+    struct regular r = form(s, e);
+    regular_sort(s, e, &r);
+    if (r.options > 1 && s->route)
+        regular_follow_route(s, e, &r);
+    return r;
 }

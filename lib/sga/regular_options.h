@@ -4,7 +4,7 @@
 
 #include "regular.h"
 
-/* regular_form of e by itself, whatever the present set is. */
+/* regular_form of e by itself, whatever the present set is; the options in no order. */
 struct regular regular_alone(struct state *s, expr_id e);
 
 /* Each option once; out (count) is copied. */

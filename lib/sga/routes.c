@@ -261,6 +261,7 @@ bool sga_solve(const struct sys_system *system, const struct sga_options *given,
     bool ok = routes_explore(&r, system, options, shadow, solution, err);
     if (ok && r.final < 0 && r.beside && own.near) {      /* nothing near the guess: then anywhere */
         own.near = NULL;
+        own.near_given = NULL;
         r.now.count = r.failed = r.tried = 0;
         routes_restart(shadow, r.seed, solution);
         ok = routes_explore(&r, system, options, shadow, solution, err);

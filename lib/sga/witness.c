@@ -279,6 +279,17 @@ static bool check_levels(struct check *c, const struct points_space *space)
     return sga_fail(err, SGA_E_UNDECIDED, "the witness could not refine a point of the final set");
 }
 
+/* Near the guess another component may be nearer, or nothing regular: near the reduction's own points, then. False: that is so already,
+ * or there are none. */
+static bool near_shadow(struct points_space *space, const struct points_shadow *shadow)
+{
+    if (!shadow || !shadow->reals || space->near == shadow->real[0].x)
+        return false;
+    space->near = shadow->real[0].x;
+    space->near_time = shadow->real[0].t;
+    return true;
+}
+
 bool sga_witness_check(const struct sys_system *system, const struct sga_claim *claim,
                        const struct points_shadow *shadow, const double *near, double near_time, uint64_t seed, int points,
                        const struct sga_budget *budget, struct sga_witness *result, struct sga_error *err)
@@ -316,17 +327,19 @@ bool sga_witness_check(const struct sys_system *system, const struct sga_claim *
         c.point = &p;
         if (status == POINTS_STOPPED)
             ok = sga_budget_ok(budget, err);
-        else if (status != POINTS_OK && !far)
+        else if (status != POINTS_OK && !far && near_shadow(&space, shadow)) {
+            points_point_clear(&p);
+            k--;
+            continue;
+        } else if (status != POINTS_OK && !far)
             ok = k > 0 ? true : sga_fail(err, SGA_E_UNDECIDED, "the witness found no fresh point of the final set");
         if (ok && ((far && status != POINTS_OK) || (status == POINTS_OK && !spoken_of(&c)))) {
             points_point_clear(&p);
             fars -= far;
             again += !far;
             k -= far || again < 20;
-            if (again && shadow && shadow->reals) {      /* near the guess another component may be nearer */
-                space.near = shadow->real[0].x;
-                space.near_time = shadow->real[0].t;
-            }
+            if (again)
+                near_shadow(&space, shadow);
             continue;
         }
         if (status == POINTS_OK) {

@@ -6,24 +6,54 @@
 #include <string.h>
 
 #include "mem.h"
+#include "tiers.h"
 #include "watch.h"
 
 /* Past it the dense factors of dependent rows take too long. The guess may lie where the further part meets the set, and nothing
  * leads on: starts go around it, and the nearest point counts. */
-enum { MOST = 200, STARTS = 16 };
+enum { MOST = 200, STARTS = 16, SMALL = 40 };     /* SMALL: variables, for the nearest point of each start to all digits */
 /* Values that were not given may move this much more easily. */
 static const double LOOSE = 1e3;
+/* Of residuals; and of distances that are the same. */
+static const double ON_ALL = 1e-10, ALIKE = 1e-9;
 
-/* From the k-th start to the nearest point; false: it leads nowhere. */
-static bool nearest_from(struct manifold *m, const struct traj_request *rq, const double *scale, int k, uint64_t *random, double *y, double *moved)
+/* From a point of the component that is meant, where the held values are put in. */
+static bool from_component(struct manifold *m, const struct traj_request *rq, const double *scale, double *y)
 {
+    double residual;
+    for (int j = 0; j < m->n; j++)
+        y[j] = rq->held && rq->held[j] ? rq->initial[j] : rq->on[j];
+    return manifold_project(m, rq->start, y, scale, rq->held, 60, NULL, &residual, NULL);
+}
+
+/* From the k-th start to a point where all equations hold; false: it leads nowhere. The last is a point of the component that is meant. */
+static bool reach(struct manifold *m, const struct traj_request *rq, const double *scale, int k, uint64_t *random, double *y)
+{
+    if (k == STARTS)
+        return rq->on && from_component(m, rq, scale, y);
     for (int j = 0; j < m->n; j++) {
         double shift = 0.2 * (1 + k / 3) * (2 * points_uniform(random) - 1);
         y[j] = rq->initial[j] + (k && !(rq->held && rq->held[j]) ? shift * fmax(fabs(rq->initial[j]), m->unit[j]) : 0);
     }
     double residual;
-    return manifold_project(m, rq->start, y, scale, rq->held, 60, NULL, &residual, NULL)
-           && manifold_nearest(m, rq->start, rq->initial, y, scale, rq->held, 200, moved, NULL, NULL);
+    return manifold_project(m, rq->start, y, scale, rq->held, 60, NULL, &residual, NULL);
+}
+
+/* From y, where all equations hold, to the nearest such point: on the independent constraints where these lead along, as dependent rows
+ * stop the search early. */
+static bool nearest_from(struct manifold *m, struct flow *f, const struct sys_system *sys, const struct traj_request *rq, const double *scale,
+                         double *y, double far[TIERS])
+{
+    size_t n = (size_t)m->n;
+    double *z = memcpy(sga_malloc((n + 1) * sizeof *z), y, n * sizeof *y);
+    bool ok = m->n <= SMALL && tiers_descend(&f->manifold, sys, &f->sizes, rq, z, far)
+              && fabs(manifold_residual(m, rq->start, z, NULL, NULL)) < ON_ALL;
+    if (ok)
+        memcpy(y, z, n * sizeof *y);
+    else
+        ok = manifold_nearest(m, rq->start, rq->initial, y, scale, rq->held, 200, NULL, NULL, NULL);
+    free(z);
+    return ok;
 }
 
 static double given_distance(const struct manifold *m, const struct traj_request *rq, const double *scale, const double *y)
@@ -36,26 +66,20 @@ static double given_distance(const struct manifold *m, const struct traj_request
 }
 
 /* The best of all starts into x. */
-static bool best(struct manifold *m, struct flow *f, const struct traj_request *rq, double *x, double *moved)
+static bool best(struct manifold *m, struct flow *f, const struct sys_system *sys, const struct traj_request *rq, double *x, double *moved)
 {
     size_t n = (size_t)m->n;
-    double *y = sga_malloc(2 * (n + 1) * sizeof *y), *scale = y + n + 1, least = INFINITY;
+    double *y = sga_malloc(2 * (n + 1) * sizeof *y), *scale = y + n + 1, least = INFINITY, far[TIERS];
     uint64_t random = 23;
     for (size_t j = 0; j < n; j++)
         scale[j] = sizes_move(&f->sizes, (int)j, rq->initial[j]) * (rq->given[j] ? 1 : LOOSE);
-    for (int k = 0; k < STARTS && sga_watch_ok(); k++) {
-        double far, given;
-        if (!nearest_from(m, rq, scale, k, &random, y, &far) || (given = given_distance(m, rq, scale, y)) >= least)
+    for (int k = STARTS; k >= 0 && sga_watch_ok(); k--) {
+        double given;
+        if (!reach(m, rq, scale, k, &random, y) || !nearest_from(m, f, sys, rq, scale, y, far)
+            || (given = given_distance(m, rq, scale, y)) >= least - ALIKE)
             continue;
         least = given;
         memcpy(x, y, n * sizeof *x);
-    }
-    /* dependent rows stop the search early; near a regular point the independent ones tell the nearest to all digits */
-    memcpy(y, x, n * sizeof *y);
-    if (isfinite(least) && manifold_nearest(&f->manifold, rq->start, rq->initial, y, scale, rq->held, 200, NULL, NULL, NULL)
-        && fabs(manifold_residual(m, rq->start, y, NULL, NULL)) < 1e-10 && given_distance(m, rq, scale, y) <= least) {
-        memcpy(x, y, n * sizeof *x);
-        least = given_distance(m, rq, scale, x);
     }
     free(y);
     *moved = isfinite(least) ? least : *moved;
@@ -79,7 +103,7 @@ bool all_given_start(struct flow *f, const struct sys_system *sys, const struct 
     bool ok = manifold_init(&m, sys, &all, NULL, &none);
     if (ok) {
         m.unit = f->manifold.unit;
-        ok = best(&m, f, rq, x, moved);
+        ok = best(&m, f, sys, rq, x, moved);
         manifold_clear(&m);
     }
     free(all.constraint);

@@ -48,7 +48,8 @@ bool consistent_start(struct manifold *m, const struct sys_system *sys, const st
     if (manifold_project(m, rq->start, x, NULL, rq->held, 0, NULL, &residual, NULL))
         return true;          /* on it already */
     bool small = n <= MOST && (double)m->c * m->c * n <= DEAR, any_held = false;
-    bool ok = small ? tiers_start(m, sys, sizes, rq, elsewhere, x) : consistent_large(m, sizes, rq, elsewhere, x);
+    bool ok = small ? tiers_start(m, sys, sizes, rq, elsewhere, x)
+              : (!elsewhere && tiers_large_start(m, sys, sizes, rq, x)) || consistent_large(m, sizes, rq, elsewhere, x);
     double *scale = sga_malloc((size_t)(n + 1) * sizeof *scale);
     for (int j = 0; j < n; j++) {
         scale[j] = sizes_move(sizes, j, rq->initial[j]);

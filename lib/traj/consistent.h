@@ -10,7 +10,7 @@
  * whose unit for variable j is max(1, |initial_j| / 100), its natural size in the place of 1
  * where that is far from it (sizes.h). Held values stay. elsewhere: some point of the set, a start of last resort, or NULL.
  * *moved: the scaled distance over which given values moved. False: INITIAL, naming the constraint that stays
- * unsatisfied and by how much. Large systems (dense steps would be dear): consistent_large. */
+ * unsatisfied and by how much. Large systems (dense steps would be dear): tiers_large_start, and consistent_large where that finds none. */
 bool consistent_start(struct manifold *m, const struct sys_system *sys, const struct sga_solution *sol,
                       const struct sizes *sizes, const struct traj_request *rq, const double *elsewhere, double *x, double *moved, struct sga_error *err);
 

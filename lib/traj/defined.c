@@ -153,10 +153,12 @@ static void put_in_request(struct defined *d, const struct traj_request *from)
     d->given = sga_calloc((size_t)left + 1, 1);
     d->held = sga_calloc((size_t)left + 1, 1);
     d->exact = sga_calloc((size_t)left + 1, sizeof *d->exact);
+    d->on = sga_calloc((size_t)left + 1, sizeof *d->on);
     for (int j = 0; j < left; j++) {
         int v = d->variable[j];
         d->initial[j] = from->initial[v];
         d->given[j] = from->given[v];
+        d->on[j] = from->on ? from->on[v] : 0;
         d->held[j] = from->held ? from->held[v] : 0;
         d->exact[j] = from->exact_initial ? from->exact_initial[v] : EXPR_UNDEF;
     }
@@ -176,6 +178,7 @@ static void put_in_request(struct defined *d, const struct traj_request *from)
         d->output[i] = put(d, from->outputs ? from->output[i] : d->sys->store->symbol[d->sys->variable[i].symbol].node);
     to->initial = d->initial;
     to->given = d->given;
+    to->on = from->on ? d->on : NULL;
     to->held = from->held ? d->held : NULL;
     for (int i = 0; i < to->outputs; i++)
         d->beside[i] = has_root(d->sys->store, d->output[i]);
@@ -213,6 +216,7 @@ void defined_clear(struct defined *d)
     free(d->variable);
     free(d->initial);
     free(d->given);
+    free(d->on);
     free(d->held);
     free(d->rate);
     free(d->event);

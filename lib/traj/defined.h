@@ -16,7 +16,7 @@ struct defined {
     int *place;                    /* by variable of the whole: that of what is left, or -1 */
     int *variable;                 /* the other way */
     double moved;                  /* where the start was found on the whole's constraints: over which distance; otherwise -1 */
-    double *initial;               /* the request's lists for what is left; owned */
+    double *initial, *on;          /* the request's lists for what is left; owned */
     unsigned char *given, *held;
     struct traj_rate *rate;
     struct traj_event *event;

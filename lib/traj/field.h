@@ -54,6 +54,7 @@ struct field {
     struct num_jacobian *jac;         /* by variables and time */
     double *jac_value;
     double *in;                       /* variables, time */
+    const double *guess; const unsigned char *given;   /* by variable: the request's; borrowed */
     const double *unit;               /* by variable: natural sizes (sizes.h), borrowed; NULL: all 1 */
     double *M, *rhs, *qr;             /* qr: for points_least_norm, with */
     double *kept, *row_size;          /* field_rows.c's: M's entries, what its rows were divided by; */
@@ -97,6 +98,9 @@ void field_load(struct field *f, double t, const double *x);
 /* field_rows.c. v at in from the rows that define the field, of least norm, and their rank. False: they have no value there.
  * Costs the cube of the variables, their square where the rows' matrix is as it was. */
 bool field_general(struct field *f, double *v, int *rank);
+/* The same rank at the start where entries are 0 that roundings, of values and of what of the start was not given, do not tell from it; -1: no value.
+ * Some evaluations, and a factorisation. */
+int field_rank_told(struct field *f);
 /* field.c. The largest |v_j| in natural units, 1 at the least. */
 double field_size(const struct field *f, const double *v);
 /* The largest |row v - right side|, each row divided by its largest entry; *row: which. */

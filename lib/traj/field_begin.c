@@ -92,6 +92,10 @@ bool field_begin(struct field *f, double t, const double *x, struct sga_error *e
     for (int q = 0; q < f->sides && ok; q++)
         if (f->pivot_side[q] != f->solution_side[q].sign && !f->solution_side[q].unseen)
             ok = start_beyond(f, q, err);
+    if (ok && rank == f->rank && f->n <= ROWS_ASKED && !f->rates) {
+        int told = field_rank_told(f);
+        rank = told >= 0 && told < rank ? told : rank;
+    }
     if (!ok && err->code != SGA_E_OK) {
         ;               /* said already */
     } else if (!ok) {

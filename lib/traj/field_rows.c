@@ -11,8 +11,11 @@
 #include "larger.h"
 #include "leastnorm.h"
 #include "mem.h"
+#include "told.h"
 #include "watch.h"
 
+/* Of a value of the start, beside its size: how far it is from the nearest point. */
+static const double FOUND = 1e-14;
 enum { FEW_ROWS = 24 };         /* that are solved in no time */
 
 static void reserve(struct field *f, int m)
@@ -113,4 +116,50 @@ bool field_general(struct field *f, double *v, int *rank)
         if (!isfinite(v[j]))
             return false;
     return true;
+}
+
+/* How much each entry changes with what of the start was found, and not given: the larger of two tries. */
+static bool found_noise(struct field *f, double *noise, int entries)
+{
+    double *here = sga_malloc(((size_t)f->n + 1 + (size_t)entries) * sizeof *here), *first = here + f->n + 1;
+    bool same, ok = evaluate(f, &same);
+    memcpy(here, f->in, (size_t)f->n * sizeof *here);
+    sga_copy(first, f->kept, entries);
+    for (int k = 0; k < 2 && ok; k++) {
+        for (int j = 0; j < f->n; j++) {
+            bool sure = f->given && f->given[j] && here[j] == f->guess[j];
+            double size = fmax(fabs(here[j]), f->unit ? f->unit[j] : 1);
+            f->in[j] = here[j] + (sure ? 0 : FOUND * size * sin(1.3 + 2.1 * j + 0.9 * k));
+        }
+        ok = evaluate(f, &same);
+        for (int q = 0; q < entries && ok; q++)
+            noise[q] = fmax(noise[q], fabs(f->kept[q] - first[q]));
+    }
+    memcpy(f->in, here, (size_t)f->n * sizeof *here);
+    free(here);
+    f->kept_rank = -1;
+    return ok && evaluate(f, &same);
+}
+
+int field_rank_told(struct field *f)
+{
+    int entries = 0, q = 0, m = f->rows + f->c + f->rates;
+    for (int i = 0; i < f->rows; i++)
+        entries += f->sys->row[i].entries;
+    for (int k = 0; k < f->jac->nnz; k++)
+        entries += f->jac->col[k] < f->n;
+    if (!f->M)
+        reserve(f, m);
+    double *noise = sga_calloc((size_t)entries + 1, sizeof *noise);
+    bool ok = found_noise(f, noise, entries);
+    for (int i = 0; i < f->rows && ok; i++)
+        for (int k = 0; k < f->sys->row[i].entries; k++, q++)
+            noise[q] = fmax(noise[q], told_rounding(f->sys, f->sys->row[i].entry[k].value, f->in));
+    for (q = 0; q < entries && ok; q++)
+        if (fabs(f->kept[q]) <= noise[q])
+            f->kept[q] = 0;
+    free(noise);
+    int rank = ok ? factor(f, m, f->unit) : -1;
+    f->kept_rank = -1;
+    return rank;
 }

@@ -13,17 +13,19 @@
 static const double SMALL = -10, LARGE = 20, ROOM = 6, MOST = 900;
 /* The time of the motion says little of that of the equations. */
 static const double TIME_WEIGHT = 0.01;
+/* For values that are not given those that are say little, where equations tell sizes: what begins small need not stay so. */
+static const double HINT = 0.1;
 /* What became larger than its unit by more than this had the wrong one. */
 static const double WRONG = 8;
 
-static void given(struct scaling *w, const struct traj_request *rq, int n)
+static void given(struct scaling *w, const struct traj_request *rq, int n, double weight)
 {
     double span = rq->samples ? fabs(rq->times[rq->samples - 1] - rq->start) : 0;
     for (int j = 0; j < n; j++)
         if (rq->given[j] && rq->initial[j] != 0 && isfinite(rq->initial[j]))
-            scaling_anchor(w, j, log2(fabs(rq->initial[j])), 1);
+            scaling_anchor(w, j, log2(fabs(rq->initial[j])), weight);
     if (span > 0)
-        scaling_anchor(w, n, log2(span), TIME_WEIGHT);
+        scaling_anchor(w, n, log2(span), TIME_WEIGHT * weight);
 }
 
 static double power(double log)
@@ -37,32 +39,64 @@ static double unit_of(double log, bool from_zero)
     return log <= SMALL ? power(log) : from_zero && log > LARGE ? power(log - ROOM) : 1;
 }
 
-static void find(struct sizes *s, const struct sys_system *sys, const struct traj_request *rq)
+/* log2 of the sizes into log (n + 1), from the equations and from what is given; NULL: too many variables. The caller frees it. */
+static struct scaling *sizes_of(const struct sys_system *sys, const struct traj_request *rq, int n, double weight, double *log)
 {
-    int n = s->n, *variable = sga_malloc((size_t)(n + 1) * sizeof *variable);
-    double *log = sga_malloc((size_t)(n + 1) * sizeof *log);
+    int *variable = sga_malloc((size_t)(n + 1) * sizeof *variable);
     for (int j = 0; j < n; j++)
         variable[j] = sys->variable[j].symbol;
     struct scaling *w = scaling_new(sys->store, variable, n);
-    if (!w && !rq->own_atol)
-        sga_limit_met(rq->budget, SGA_LIMIT_SCALED);
     if (w) {
         scaling_time(w, sys->time);
         sga_terms(w, sys);
         if (scaling_cut(w) && !rq->own_atol)
             sga_limit_met(rq->budget, SGA_LIMIT_SCALED_TERMS);
-        given(w, rq, n);
+        given(w, rq, n, weight);
         scaling_logs(w, log);
-        for (int j = 0; j < n; j++) {
-            s->weight[j] = log[j] <= SMALL || log[j] >= LARGE ? power(log[j]) : 1;
-            s->uneven |= s->weight[j] != 1;
-            s->unit[j] = rq->own_atol ? 1 : unit_of(log[j], rq->initial[j] == 0);
-        }
-        for (int k = 0; k < s->columns && !rq->own_atol; k++)
-            s->column[k] = rq->outputs ? unit_of(scaling_size(w, rq->output[k], log), false) : s->unit[k];
     }
-    scaling_free(w);
     free(variable);
+    return w;
+}
+
+/* Of values that were not given. Powers of ten, so that a start does not depend on units: another one, by a power of ten, shifts them by
+ * as much. What is common to all of their fractions says nothing, and is left out: sizes that are alike stay so. */
+static void weigh_others(struct sizes *s, const struct traj_request *rq, const double *log)
+{
+    static const double TEN = 3.321928094887362, FULL = 6.283185307179586;     /* log2 10; of a turn */
+    double x = 0, y = 0, most = 140;
+    for (int j = 0; j < s->n; j++) {
+        x += cos(FULL * log[j] / TEN);
+        y += sin(FULL * log[j] / TEN);
+    }
+    double common = x == 0 && y == 0 ? 0 : atan2(y, x) / FULL;
+    for (int j = 0; j < s->n; j++) {
+        double decade = nearbyint(fmax(-most, fmin(most, log[j] / TEN - common)));
+        if (!rq->given[j])
+            s->weight[j] = pow(10, decade);
+    }
+}
+
+static void find(struct sizes *s, const struct sys_system *sys, const struct traj_request *rq)
+{
+    int n = s->n;
+    double *log = sga_malloc((size_t)(n + 2) * sizeof *log);
+    struct scaling *w = sizes_of(sys, rq, n, HINT, log);
+    if (!w && !rq->own_atol)
+        sga_limit_met(rq->budget, SGA_LIMIT_SCALED);
+    if (w)
+        weigh_others(s, rq, log);
+    scaling_free(w);
+    w = sizes_of(sys, rq, n, 1, log);
+    for (int j = 0; j < n && w; j++)
+        if (rq->given[j])
+            s->weight[j] = log[j] <= SMALL || log[j] >= LARGE ? power(log[j]) : 1;
+    for (int j = 0; j < n; j++)
+        s->uneven |= s->weight[j] != 1;
+    for (int j = 0; j < n && w; j++)
+        s->unit[j] = rq->own_atol ? 1 : unit_of(log[j], rq->initial[j] == 0);
+    for (int k = 0; k < s->columns && w && !rq->own_atol; k++)
+        s->column[k] = rq->outputs ? unit_of(scaling_size(w, rq->output[k], log), false) : s->unit[k];
+    scaling_free(w);
     free(log);
 }
 

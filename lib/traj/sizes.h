@@ -10,7 +10,8 @@
 #include "trajectory.h"
 
 struct sizes {
-    double *weight;            /* by variable: what a move of 1 means for the nearest start; a power of 2 */
+    double *weight;            /* by variable: what a move of 1 means for the nearest start: a power of 10 where no value is given, 1 or a size far
+                                * from it where one is */
     double *unit;              /* by variable: what atol is times; at most 1, but for large variables that begin at 0 */
     double *column;            /* by column of the samples: the same; unit where there are no outputs */
     double time;               /* the same of times of events */

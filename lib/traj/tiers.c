@@ -66,6 +66,15 @@ void tiers_of(const struct traj_request *rq, const unsigned char *kind, int n, e
     }
 }
 
+bool tiers_differ(const struct traj_request *rq, const unsigned char *kind, int n, enum tiers_stage stage)
+{
+    bool states = false, others = false, velocities = false;
+    for (int j = 0; j < n; j++)
+        if (rq->given[j] && !(rq->held && rq->held[j]))
+            *(kind[j] >= SYS_ALGEBRAIC ? &others : kind[j] == SYS_VELOCITY ? &velocities : &states) = true;
+    return stage == TIERS_KEEP_ALL || (stage == TIERS_KEEP_STATES ? others : stage == TIERS_MOVE_ALL ? states || velocities : velocities && states);
+}
+
 enum tiers_stage tiers_stage_of(const struct traj_request *rq, const unsigned char *kind, int n, const double *x)
 {
     enum tiers_stage stage = TIERS_KEEP_ALL;
@@ -122,6 +131,8 @@ static bool come_back(struct search *s, const double *guess, double *x)
         back &= s->weight[j] == 0 || fabs(y[j] - x[j]) <= ALIKE * s->unit[j];
         y[j] = s->weight[j] > 0 ? x[j] : y[j];
     }
+    double before = manifold_residual(s->t.m, s->rq->start, x, s->unit, NULL), after = manifold_residual(s->t.m, s->rq->start, y, s->unit, NULL);
+    back = back && after >= 0 && after <= fmax(before, ROUNDED / 10);      /* values of two points are one only as far as they are the same */
     if (back) {
         memcpy(x, y, n * sizeof *x);
         s->t.bars = 0;
@@ -294,7 +305,8 @@ static bool reach(struct search *s, double *y, double cheap, double longest, int
     s->t.unit = s->stage >= TIERS_MOVE_ALL ? s->loose : s->unit;
     bool ok = tangent_settle(&s->t, s->rq->start, y, longest, steps, easy);
     s->t.unit = s->unit;
-    return ok;
+    /* residuals were seen in the units of the moves: once more in plain ones */
+    return ok && (s->stage < TIERS_MOVE_ALL || tangent_settle(&s->t, s->rq->start, y, INFINITY, SETTLE, NULL));
 }
 
 /* The constraints are affine in what moves, as far as a second point shows. */
@@ -405,16 +417,6 @@ static void tidy(struct search *s, double *x)
     free(y);
 }
 
-/* A stage that differs from the one before it. */
-static bool differs(const struct search *s, enum tiers_stage stage)
-{
-    bool states = false, others = false, velocities = false;
-    for (int j = 0; j < s->t.n; j++)
-        if (s->rq->given[j] && !(s->rq->held && s->rq->held[j]))
-            *(s->kind[j] >= SYS_ALGEBRAIC ? &others : s->kind[j] == SYS_VELOCITY ? &velocities : &states) = true;
-    return stage == TIERS_KEEP_ALL || (stage == TIERS_KEEP_STATES ? others : stage == TIERS_MOVE_ALL ? states || velocities : velocities && states);
-}
-
 static void open(struct search *s, struct manifold *m, const struct sys_system *sys, const struct sizes *sizes, const struct traj_request *rq)
 {
     size_t n = (size_t)m->n;
@@ -468,7 +470,7 @@ bool tiers_start(struct manifold *m, const struct sys_system *sys, const struct 
     struct found best = { .x = x };
     open(&s, m, sys, sizes, rq);
     for (int k = 0; k < TIERS_STAGES && !best.ended; k++)
-        if (differs(&s, (enum tiers_stage)k) && (!best.any || k >= TIERS_KEEP_PLACES))
+        if (tiers_differ(rq, s.kind, m->n, (enum tiers_stage)k) && (!best.any || k >= TIERS_KEEP_PLACES))
             try(&s, (enum tiers_stage)k, &best);
     if (best.any && !best.ended) {
         s.dear = true;
@@ -480,4 +482,18 @@ bool tiers_start(struct manifold *m, const struct sys_system *sys, const struct 
         tidy(&s, x);
     close(&s);
     return best.any;
+}
+
+bool tiers_descend(struct manifold *m, const struct sys_system *sys, const struct sizes *sizes, const struct traj_request *rq, double *x,
+                   double far[TIERS])
+{
+    struct search s = { .elsewhere = x };
+    struct found f = { .x = x };
+    open(&s, m, sys, sizes, rq);
+    s.stage = tiers_stage_of(rq, s.kind, m->n, x);
+    tiers_of(rq, s.kind, m->n, s.stage, s.tier);
+    complete(&s, &f);
+    memcpy(far, f.score, sizeof f.score);
+    close(&s);
+    return f.ended;
 }

@@ -22,11 +22,19 @@ enum { TIERS = 6 };
 
 /* By variable: its tier (0 to TIERS - 1), or -1 where it stays. kind: of sys_kinds. */
 void tiers_of(const struct traj_request *rq, const unsigned char *kind, int n, enum tiers_stage stage, signed char *tier);
+/* Whether a stage moves what the one before it does not. */
+bool tiers_differ(const struct traj_request *rq, const unsigned char *kind, int n, enum tiers_stage stage);
 /* The stage that x, a start, was found in. */
 enum tiers_stage tiers_stage_of(const struct traj_request *rq, const unsigned char *kind, int n, const double *x);
 
 /* x becomes the start. elsewhere: some point of the set to begin at, or NULL: at the guess. False: none was found. */
 bool tiers_start(struct manifold *m, const struct sys_system *sys, const struct sizes *sizes, const struct traj_request *rq,
                  const double *elsewhere, double *x);
+/* From x, a point of the set, to the nearest one that descent along the set leads to, in the tiers of the stage that x is found in. False: it leads
+ * nowhere. *far: the squares of distances by tier. */
+bool tiers_descend(struct manifold *m, const struct sys_system *sys, const struct sizes *sizes, const struct traj_request *rq, double *x,
+                   double far[TIERS]);
+/* The same with sparse steps, from the guess: for systems of thousands of variables. Of a tier its variables stay where the tier left them. */
+bool tiers_large_start(struct manifold *m, const struct sys_system *sys, const struct sizes *sizes, const struct traj_request *rq, double *x);
 
 #endif

@@ -38,6 +38,7 @@ struct traj_request {
     const double *initial;                 /* by variable: the guess; 0 where not given */
     const unsigned char *given;            /* by variable: 1 where the request gave it */
     const unsigned char *held;             /* by variable: the projection must not move it */
+    const double *on;                      /* by variable: a point of the component that the answer is about, or NULL */
     const struct traj_rate *rate; int rates;
     bool conditions;                       /* gauge conditions are among the system's rows (for the name of the choice) */
     const expr_id *output; int outputs;    /* 0: all variables */

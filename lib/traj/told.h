@@ -1,0 +1,11 @@
+/* Inside the traj folder: how far doubles tell a value. */
+#ifndef SGA_TRAJ_TOLD_H
+#define SGA_TRAJ_TOLD_H
+
+#include "system.h"
+
+/* What roundings may be of e, in the store of sys, at `in` (variables, then time): the units in the last place of all that is added up in it,
+ * in whatever order. x - 1 + 1e-200 is not told from x - 1. Costs a walk through e. */
+double told_rounding(const struct sys_system *sys, expr_id e, const double *in);
+
+#endif
