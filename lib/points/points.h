@@ -38,6 +38,7 @@ struct points_space {
     const expr_id *defined; int defineds;     /* functions that should have values at points, too: starts are chosen so */
     const double *near;                       /* by variable: a guess, or NULL */
     double near_time;
+    const signed char *cheap;                 /* by variable: log2 of how much more easily it leaves the guess than others; or NULL */
     double near_spread;                       /* how far from the guess the shadow's points are drawn, relatively; 0: as from a guess that may be special */
     const struct points_point *before;        /* a point of a larger set: tried first, or NULL */
     const int *scale;                         /* by variable: log2 of its natural size, or NULL */
