@@ -363,7 +363,7 @@ static enum points_status find(const struct points_space *s, double spread, uint
         bool ask = branches.asked && a < BRANCH_STARTS;
         if (ask)
             points_branches_at(&branches, s, p);
-        if (a >= (s->near ? 4 : !s->by_shape) && s->constraints && points_triangular(s, p, prec)) {
+        if (a >= (s->by_shape ? 0 : s->near ? 4 : 1) && s->constraints && points_triangular(s, p, prec)) {
             status = accepted(s, p, strict, outside);
             continue;
         }
