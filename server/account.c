@@ -5,7 +5,7 @@
 
 static void turn_hour(struct account *a, double now)
 {
-    if (now - a->hour < ACCOUNT_HOUR)
+    if (a->hour > 0 && now - a->hour < ACCOUNT_HOUR)    /* 0: none has begun, however young the machine's clock is */
         return;
     a->hour = now;
     a->used = 0;

@@ -129,11 +129,16 @@ static void renew_cache(struct store *st)
     }
 }
 
-static bool write_jobs(struct store *st, const struct store_op *ops)
+/* *wrote: rows or, by a probe, the header were written, so that the disk has been heard. */
+static bool write_jobs(struct store *st, const struct store_op *ops, bool *wrote)
 {
-    bool any = false, ok;
-    for (const struct store_op *op = ops; op; op = op->next)
+    bool any = false, probed = false, ok;
+    int before = sqlite3_total_changes(st->queue);
+    *wrote = false;
+    for (const struct store_op *op = ops; op; op = op->next) {
         any |= op->kind != OP_BARRIER && op->kind != OP_TOUCH;
+        probed |= op->kind == OP_PROBE;
+    }
     if (!any)
         return true;
     ok = exec(st->queue, "BEGIN IMMEDIATE");
@@ -141,6 +146,7 @@ static bool write_jobs(struct store *st, const struct store_op *ops)
         ok = apply(st, op);
     if (ok && exec(st->queue, "COMMIT")) {
         metrics_add(st->metrics, METRIC_STORE_COMMITS);
+        *wrote = probed || sqlite3_total_changes(st->queue) != before;
         return true;
     }
     log_event(LOG_L_ERROR, "queue_write_failed", "reason", sqlite3_errmsg(st->queue), NULL);
@@ -166,12 +172,13 @@ static void commit(struct store *st, struct store_op *ops)
     if (atomic_load(&st->cache_broken))
         renew_cache(st);
     bool cached = st->put && put_results(st, ops);
-    bool queued = write_jobs(st, ops);
+    bool wrote, queued = write_jobs(st, ops, &wrote);
     if (cached)
         keep_cache_small(st, ops);
     if (!cached || !queued)
         metrics_add(st->metrics, METRIC_STORE_FAILURES);
-    atomic_store(&st->healthy, queued);
+    if (wrote || !queued)         /* a batch that writes nothing says nothing of the disk */
+        atomic_store(&st->healthy, queued);
     while (ops) {
         struct store_op *op = ops;
         ops = op->next;

@@ -1,9 +1,11 @@
 /* Does a step pass a surface of a switch, and where? See kink.c. */
 #include <float.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "kink.h"
+#include "mem.h"
 
 #define NEAR_ENOUGH 0.02       /* error allowed to a switch that is turned too early or late, in units of the step's */
 #define SHORTER 0.1            /* of a step that is too long to see what the motion does at its start */
@@ -11,6 +13,7 @@
 #define HARMLESS 1.0           /* the same, after TRIES tries */
 #define TRIES 4                /* tries to end a step on the surface */
 #define MOST_TRIES 12
+#define GRAVE 1e-9             /* of a step: to a place where the motion ends */
 #define PARTS_FIRST 0.41       /* see cut_at */
 
 /* All surfaces are so far that no motion at the rates at both ends gets there. */
@@ -103,17 +106,34 @@ static double crossing(struct ode_march *m, int e)
     return s * k->rate[e] * m->direction > 0 ? -1 : 0;
 }
 
+/* Turned at the step's end, with all that this turns: the field there into f. 0: there is none, -1: they turn each other without end. */
+static int turned_field(struct ode_march *m, int e, double *f)
+{
+    struct ode_kinks *k = m->kinks;
+    size_t n = (size_t)m->p->n, c = (size_t)k->count;
+    double *x = sga_malloc((n + c + 1) * sizeof *x), *g = x + n;
+    signed char *side = memcpy(sga_malloc(c + 1), k->side, c);
+    memcpy(x, m->x1, n * sizeof *x);
+    kinks_values(m, m->t1, x, g);
+    k->side[e] = (signed char)-k->side[e];
+    int known = !kinks_carry(m, m->t1, x, g) ? -1 : ode_eval(&m->field, m->t1, x, f);
+    memcpy(k->side, side, c);
+    kinks_hold(m);
+    kinks_values(m, m->t1, m->x1, k->g1);
+    free(x);
+    free(side);
+    return known;
+}
+
 /* The step ends `rest` (of time) from the surface of e. What turning the switch there instead of on it does to the
  * motion, in units of the error allowed. */
 static double harm(struct ode_march *m, int e, double rest)
 {
     struct ode_kinks *k = m->kinks;
     double sum = 0;
-    k->side[e] = (signed char)-k->side[e];
-    kinks_hold(m);
-    bool known = ode_eval(&m->field, m->t1, m->x1, k->f);
-    k->side[e] = (signed char)-k->side[e];
-    kinks_hold(m);
+    int known = turned_field(m, e, k->f);
+    if (known < 0)
+        return rest / (GRAVE * fabs(m->step.h));
     for (int j = 0; known && j < m->p->n; j++) {
         double a = rest * (k->f[j] - m->f1[j]) / ode_allowed(m->o->rtol, m->o->atol, m->unit[j], m->x[j], m->x1[j]);
         sum += a * a;

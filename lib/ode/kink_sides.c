@@ -1,6 +1,7 @@
 /* Switches at a point: on which side of its surface each is held, and how it is turned there. See kink.c. */
 #include <float.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "kink.h"
@@ -98,31 +99,6 @@ void kinks_set_scale(struct ode_march *m, double h)
         k->scale = since > 0 ? fmin(h, since) : h;
 }
 
-bool kinks_take_sides(struct ode_march *m)
-{
-    struct ode_kinks *k = m->kinks;
-    memset(k->side, 0, (size_t)k->count);
-    k->limit = k->short_h = 0;
-    k->natural = false;
-    kinks_hold(m);
-    kinks_grains(m, m->t, m->x);
-    for (int e = 0; e < k->count; e++) {
-        double g = value(m, e, m->t, m->x), least = k->least[e];
-        k->fresh[e] = !(fabs(g) > least);
-        k->side[e] = (signed char)(!isfinite(g) ? 0 : k->fresh[e] ? side_taken(m, e, PROBE * k->scale * m->direction, least) : g > 0 ? 1 : -1);
-        kinks_hold(m);
-    }
-    if (!ode_eval(&m->field, m->t, m->x, m->f)) {      /* a side without values at its edge */
-        for (int e = 0; e < k->count; e++)
-            k->side[e] = k->fresh[e] ? 0 : k->side[e];
-        kinks_hold(m);
-        if (!ode_eval(&m->field, m->t, m->x, m->f))
-            return false;
-    }
-    look(m);
-    return true;
-}
-
 static bool end_sliding(struct ode_march *m)
 {
     ode_end_at(m, ODE_NOT_SMOOTH, "the field jumps where the argument of a sign changes its sign, and points there from both sides: "
@@ -130,20 +106,54 @@ static bool end_sliding(struct ode_march *m)
     return false;
 }
 
-/* The field at the present point, by the sides that are held now. The point lies near the surface only: on the constraints of the other
- * side it may lie a little elsewhere, which steps would take for a loss of the constraints. False: it has no value. */
+/* On the constraints of other sides a point near the surface may lie a little elsewhere, which steps would take for a loss of the
+ * constraints; where they jump, algebraic variables are solved for anew. Where neither is possible x stays. */
+static void put_on_set(struct ode_march *m, double t, double *x)
+{
+    double residual, *old;
+    if (!m->p->project)
+        return;
+    old = sga_malloc(((size_t)m->p->n + 1) * sizeof *old);
+    sga_copy(old, x, m->p->n);
+    if (!ode_settle(m, t, x, MOVES, &residual)) {
+        sga_copy(x, old, m->p->n);
+        if (m->p->jump)
+            m->p->jump(m->p->ctx, t, x);
+    }
+    free(old);
+}
+
+bool kinks_carry(struct ode_march *m, double t, double *x, double *g)
+{
+    struct ode_kinks *k = m->kinks;
+    for (int round = 0; round <= 2 * k->count + 2; round++) {
+        int turned = 0;
+        kinks_hold(m);
+        put_on_set(m, t, x);
+        kinks_values(m, t, x, k->g1);
+        for (int e = 0; e < k->count; e++) {
+            double now = k->g1[e], jump = fabs(now - g[e]);
+            g[e] = now;
+            if (!(k->side[e] * now < -k->doubt[e]) || !(jump > 0.5 * fabs(now)))
+                continue;
+            k->side[e] = (signed char)-k->side[e];
+            turned++;
+        }
+        if (!turned)
+            return true;
+    }
+    return false;
+}
+
+/* The field at the present point, by the sides that are held now. False: it has no value. */
 static bool evaluate(struct ode_march *m)
 {
     struct ode_kinks *k = m->kinks;
-    double residual;
     kinks_hold(m);
-    if (m->p->project) {
-        sga_copy(k->mid, m->x, m->p->n);
-        if (!ode_settle(m, m->t, m->x, MOVES, &residual))
-            sga_copy(m->x, k->mid, m->p->n);
-        for (int j = 0; j < m->p->n; j++)
-            m->carry[j] = m->x[j] == k->mid[j] ? m->carry[j] : 0;
-    }
+    sga_copy(k->mid, m->x, m->p->n);
+    put_on_set(m, m->t, m->x);
+    for (int j = 0; m->p->project && j < m->p->n; j++)
+        m->carry[j] = m->x[j] == k->mid[j] ? m->carry[j] : 0;
     return ode_eval(&m->field, m->t, m->x, m->f);
 }
 
@@ -161,6 +171,57 @@ static bool evaluate_turned(struct ode_march *m)
     return false;
 }
 
+/* After some were turned, and the field evaluated: what that turns. k->g: what the arguments were. False: the motion ends. */
+static bool carry_through(struct ode_march *m)
+{
+    struct ode_kinks *k = m->kinks;
+    signed char *before = memcpy(sga_malloc((size_t)k->count + 1), k->side, (size_t)k->count);
+    bool ok = kinks_carry(m, m->t, m->x, k->g);
+    for (int e = 0; e < k->count; e++) {
+        bool turned = k->side[e] != before[e];
+        k->fresh[e] = turned ? 0 : k->fresh[e];
+        m->res->stats.kinks += turned;
+    }
+    free(before);
+    if (!ok) {
+        ode_end_at(m, ODE_NOT_SMOOTH, "a switch jumps here and turns others, which turn it, or each other, back: on no sides do all arguments "
+                   "have the signs that their switches are taken with");
+        return false;
+    }
+    if (evaluate(m))
+        return true;
+    ode_end_at(m, m->field.why, "the vector field has no value beyond this time");
+    return false;
+}
+
+bool kinks_take_sides(struct ode_march *m)
+{
+    struct ode_kinks *k = m->kinks;
+    memset(k->side, 0, (size_t)k->count);
+    k->limit = k->short_h = 0;
+    k->natural = false;
+    kinks_hold(m);
+    kinks_grains(m, m->t, m->x);
+    bool jumps = false;
+    for (int e = 0; e < k->count; e++) {
+        double g = value(m, e, m->t, m->x), least = k->least[e];
+        k->fresh[e] = !(fabs(g) > least);
+        k->side[e] = (signed char)(!isfinite(g) ? 0 : k->fresh[e] ? side_taken(m, e, PROBE * k->scale * m->direction, least) : g > 0 ? 1 : -1);
+        jumps |= k->fresh[e] && k->side[e] && m->p->jump;
+        kinks_hold(m);
+    }
+    kinks_values(m, m->t, m->x, k->g);
+    if (!(jumps ? evaluate(m) && carry_through(m) : ode_eval(&m->field, m->t, m->x, m->f))) {      /* a side without values at its edge */
+        for (int e = 0; e < k->count; e++)
+            k->side[e] = k->fresh[e] ? 0 : k->side[e];
+        kinks_hold(m);
+        if (!ode_eval(&m->field, m->t, m->x, m->f))
+            return false;
+    }
+    look(m);
+    return true;
+}
+
 /* The pending switches, at the present point, which is on their surfaces, all together. slides: the field before led
  * to one of these, and the one beyond leads back to it. False: the motion ends. */
 static bool turn_together(struct ode_march *m, bool *slides)
@@ -172,7 +233,7 @@ static bool turn_together(struct ode_march *m, bool *slides)
         k->old[e] = k->pending[e] ? change_ahead(m, e, m->f, d, false) : 0;
     for (int e = 0; e < k->count; e++)
         k->side[e] = (signed char)(k->pending[e] ? -k->side[e] : k->side[e]);
-    if (!evaluate_turned(m))
+    if (!evaluate_turned(m) || !carry_through(m))
         return false;
     *slides = false;
     for (int e = 0; e < k->count; e++) {
@@ -199,6 +260,31 @@ static void join(struct ode_march *m)
     }
 }
 
+/* The pending ones; where the motion would slide then, not all at once, but the first alone. */
+static bool turn_some(struct ode_march *m, int first, bool *slides)
+{
+    struct ode_kinks *k = m->kinks;
+    size_t n = (size_t)m->p->n, c = (size_t)k->count;
+    double *x = memcpy(sga_malloc((n + 1) * sizeof *x), m->x, n * sizeof *x);
+    signed char *side = memcpy(sga_malloc(c + 1), k->side, c);
+    bool ok = turn_together(m, slides);
+    if (ok && *slides) {
+        memcpy(k->side, side, c);
+        memcpy(m->x, x, n * sizeof *x);
+        memset(k->pending, 0, c);
+        ok = evaluate(m) || end_sliding(m);
+        if (ok) {
+            join(m);
+            memset(k->pending, 0, c);
+            k->pending[first] = TURN;
+            ok = turn_together(m, slides);
+        }
+    }
+    free(x);
+    free(side);
+    return ok;
+}
+
 bool kinks_turn(struct ode_march *m)
 {
     struct ode_kinks *k = m->kinks;
@@ -216,18 +302,8 @@ bool kinks_turn(struct ode_march *m)
     k->limit = k->short_h = 0;
     if (m->method->forget)
         m->method->forget(m->state);
-    if (!turn_together(m, &slides))
+    if (all > 1 ? !turn_some(m, first, &slides) : !turn_together(m, &slides))
         return false;
-    if (slides && all > 1) {       /* not all at once, then: that one alone */
-        for (int e = 0; e < k->count; e++)
-            k->side[e] = (signed char)(k->pending[e] && k->side[e] ? -k->side[e] : k->side[e]);
-        memset(k->pending, 0, (size_t)k->count);
-        if (!evaluate(m))
-            return end_sliding(m);
-        k->pending[first] = TURN;
-        if (!turn_together(m, &slides))
-            return false;
-    }
     for (int e = 0; e < k->count; e++) {
         m->res->stats.kinks += k->pending[e];
         k->fresh[e] |= k->pending[e];

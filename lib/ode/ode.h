@@ -100,6 +100,9 @@ struct ode_problem {
      * False: it cannot (x may then hold anything). */
     bool (*project)(void *ctx, double t, double *x, const double *scale, double *moved,
                     double *residual);
+    /* Switches were turned, and the constraints jumped: what may jump too (variables that no equation differentiates) is solved for
+     * anew, the rest stays. False: it cannot, and x is as it was. NULL: nothing may jump. */
+    bool (*jump)(void *ctx, double t, double *x);
     /* The largest |xi_i(t, x)|, for problems without `project` that have constraints to be
      * watched. May be NULL. */
     double (*residual)(void *ctx, double t, const double *x);

@@ -8,7 +8,7 @@
 #include "modp.h"
 #include "points.h"
 
-enum { MODBLOCK_MOST = 48 };      /* unknowns of a block */
+enum { MODBLOCK_MOST = 400, TEAR_MOST = 48 };      /* unknowns of a block, and of one that is torn */
 
 struct modblock {
     struct num_modp *m;
@@ -32,6 +32,8 @@ bool modblock_univariate(struct modblock *b, uint64_t *random);
  * fails a check is counted on, and the point that is left is lifted by Hensel's lemma. The block must not hold its unknowns
  * under functions that are not algebraic. Cost: about p^g evaluations for g guesses. */
 bool modblock_tear(struct modblock *b, uint64_t *random);
+/* Modulo powers only: the point modulo p that the unknowns have now is lifted, if it is one. */
+bool modblock_lift(struct modblock *b);
 /* How many guesses that would take; -1: it cannot be done. */
 int modblock_guesses(struct modblock *b);
 

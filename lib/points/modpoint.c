@@ -2,6 +2,7 @@
  * order in which they determine each other. */
 #include "modpoint.h"
 
+#include <flint/fmpq.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -83,6 +84,7 @@ struct search {
     const int *solved;
     int most;                     /* guesses that a block may take at this prime ... */
     int needs;                    /* ... and what the last one would; negative: no number is enough */
+    bool guided;                  /* points near the space's guess, which may lie on the set itself */
     long work;
 };
 
@@ -100,11 +102,33 @@ static bool redraw(const struct modblock *b, const unsigned char *settled, uint6
     return any;
 }
 
+/* The guess for a variable modulo p^k, if it has a residue there. */
+static bool near_residue(const struct search *f, int variable, mp_limb_t *residue)
+{
+    fmpq_t q;
+    arf_t near;
+    fmpq_init(q);
+    arf_init(near);
+    arf_set_d(near, f->s->near[variable]);
+    bool ok = arf_is_finite(near);
+    if (ok)
+        arf_get_fmpq(q, near);
+    ok = ok && num_modp_fmpq(f->m, q, residue);
+    arf_clear(near);
+    fmpq_clear(q);
+    return ok;
+}
+
 static bool solve_once(struct search *f, struct modblock *b, uint64_t *random)
 {
     bool affine;
     if (modblock_affine(b, &affine, random))
         return true;
+    if (f->guided) {
+        for (int i = 0; i < b->n; i++)
+            near_residue(f, b->solved[b->member[i]], b->x + i);
+        return modblock_lift(b);
+    }
     if (b->m->power == 1) {
         f->needs = b->n > 1 && !affine;
         return b->n == 1 && modblock_univariate(b, random);
@@ -115,8 +139,10 @@ static bool solve_once(struct search *f, struct modblock *b, uint64_t *random)
 
 static bool solve_block(struct search *f, const int *member, int n, unsigned char *settled, uint64_t *random)
 {
-    if (n > MODBLOCK_MOST)
+    if (n > MODBLOCK_MOST) {
+        f->needs = -1;
         return false;
+    }
     struct modblock b = { .m = f->m, .s = f->s, .solved = f->solved, .member = member, .n = n, .work = &f->work };
     modblock_begin(&b);
     bool ok = false;
@@ -147,8 +173,12 @@ static bool try_point(struct search *f, const struct blocks *b, uint64_t *random
     struct num_modp *m = f->m;
     const struct points_space *s = f->s;
     num_modp_forget(m);
-    for (int i = 0; i < s->variables; i++)
-        num_modp_set(m, s->variable[i], points_random(random) % m->mod.n);
+    for (int i = 0; i < s->variables; i++) {
+        mp_limb_t x = points_random(random) % m->mod.n, near;
+        if (f->guided && near_residue(f, i, &near))      /* a general point of its p-adic neighbourhood */
+            x = nmod_add(near, nmod_mul(x, m->p, m->mod), m->mod);
+        num_modp_set(m, s->variable[i], x);
+    }
     for (int i = 0; i < s->parameters; i++)
         num_modp_set(m, s->parameter[i], points_random(random) % m->mod.n);
     num_modp_set(m, s->time, points_random(random) % m->mod.n);
@@ -167,6 +197,7 @@ struct task {
     const struct points_space *s;
     const int *solved;
     int most, needs;              /* as in struct search */
+    bool guided;
     long work;
     uint64_t *random;
 };
@@ -182,7 +213,7 @@ static bool find(struct points_modpoint *p, struct task *t, int prime, mp_limb_t
         num_modp_init(p->value, t->s->st, seed, prime);
     else
         num_modp_init_power(p->value, t->s->st, seed, small);
-    struct search f = { .m = p->value, .s = t->s, .solved = t->solved, .most = t->most, .work = t->work };
+    struct search f = { .m = p->value, .s = t->s, .solved = t->solved, .most = t->most, .guided = t->guided, .work = t->work };
     bool ok = false;
     for (int k = 0; k < TRIES && !ok && f.work > 0 && f.needs >= 0 && f.needs <= f.most; k++)
         ok = try_point(&f, &b, t->random);
@@ -213,6 +244,17 @@ static bool find_lifted(struct points_modpoint *p, const struct points_space *s,
     return false;
 }
 
+/* From the guess, where it is a point of the set. */
+static bool find_near(struct points_modpoint *p, const struct points_space *s, const int *solved, int first, uint64_t *random)
+{
+    struct task t = task_of(s, solved, random);
+    t.guided = true;
+    bool ok = false;
+    for (int k = 0; k < SMALL_PRIMES && s->near && !ok && t.work > 0; k++)
+        ok = find(p, &t, -1, small_prime[0][(first + k) % SMALL_PRIMES]);
+    return ok;
+}
+
 bool points_modpoint_find(struct points_modpoint *p, const struct points_space *s, const int *solved, int prime, uint64_t *random)
 {
     struct task t = task_of(s, solved, random);
@@ -224,7 +266,7 @@ bool points_modpoint_find(struct points_modpoint *p, const struct points_space *
         t = task_of(s, shaped, random);
         ok = find(p, &t, prime, 0) || find_lifted(p, s, shaped, prime, random);
     }
-    ok = ok || find_lifted(p, s, solved, prime, random);
+    ok = ok || find_lifted(p, s, solved, prime, random) || find_near(p, s, solved, prime, random);
     free(shaped);
     return ok;
 }

@@ -27,9 +27,9 @@ struct plan {
     unsigned char *shape;          /* n by n: of unknown j in equation i */
     expr_id **moving; int *moves;  /* by equation: its nodes that any unknown changes */
     struct step *step; int steps, guesses;
-    int at[MODBLOCK_MOST];         /* by guess: its step */
-    mp_limb_t first[MODBLOCK_MOST], stride[MODBLOCK_MOST], tried[MODBLOCK_MOST];
-    uint64_t failures[MODBLOCK_MOST];      /* by guess: what its failures follow from, itself left out */
+    int at[TEAR_MOST];         /* by guess: its step */
+    mp_limb_t first[TEAR_MOST], stride[TEAR_MOST], tried[TEAR_MOST];
+    uint64_t failures[TEAR_MOST];      /* by guess: what its failures follow from, itself left out */
 };
 
 static void clear_plan(struct plan *p)
@@ -102,9 +102,9 @@ static void guess(struct plan *p, int j, uint64_t *follows)
 
 static void make_plan(struct plan *p)
 {
-    int n = p->b->n, uses[MODBLOCK_MOST] = { 0 };
-    unsigned char known[MODBLOCK_MOST] = { 0 }, done[MODBLOCK_MOST] = { 0 };
-    uint64_t follows[MODBLOCK_MOST] = { 0 };
+    int n = p->b->n, uses[TEAR_MOST] = { 0 };
+    unsigned char known[TEAR_MOST] = { 0 }, done[TEAR_MOST] = { 0 };
+    uint64_t follows[TEAR_MOST] = { 0 };
     for (int i = 0; i < n * n; i++)
         uses[i % n] += p->shape[i] != POINTS_FREE;
     for (int round = 0; round < n; round++) {
@@ -250,14 +250,16 @@ static bool search(struct plan *p, uint64_t *random)
     return true;
 }
 
-/* From a point modulo p to one modulo its power. False where the Jacobian is singular modulo p. */
-static bool lift(struct modblock *b)
+/* False where it is none, or the Jacobian is singular modulo p. */
+bool modblock_lift(struct modblock *b)
 {
     size_t n = (size_t)b->n;
     mp_limb_t top = b->m->mod.n / b->m->p;
     mp_limb_t *slope = sga_calloc(n * n, sizeof *slope), *work = sga_calloc(n * n, sizeof *work), *r = sga_calloc(n, sizeof *r);
     bool ok = modblock_evaluate(b);
     memcpy(r, b->value, n * sizeof *r);
+    for (size_t i = 0; i < n; i++)
+        ok = ok && r[i] % b->m->p == 0;
     for (size_t j = 0; j < n && ok; j++) {
         mp_limb_t here = b->x[j];
         b->x[j] = nmod_add(here, top, b->m->mod);
@@ -290,7 +292,7 @@ bool modblock_tear(struct modblock *b, uint64_t *random)
     if (ok) {
         make_plan(&p);
         modblock_evaluate(b);      /* what the unknowns do not change */
-        ok = search(&p, random) && lift(b);
+        ok = search(&p, random) && modblock_lift(b);
     }
     clear_plan(&p);
     return ok;
@@ -299,6 +301,8 @@ bool modblock_tear(struct modblock *b, uint64_t *random)
 int modblock_guesses(struct modblock *b)
 {
     struct plan p;
+    if (b->n > TEAR_MOST)
+        return -1;
     bool ok = look(&p, b);
     if (ok)
         make_plan(&p);

@@ -4,10 +4,9 @@
 
 #include "answer.h"
 
-/* Shares what it does not change with the system that it was made from. */
+/* The mechanical part shares what it does not change with the request. */
 struct strata_case {
-    struct sys_system system;
-    bool own_rows;
+    struct sys_system system;            /* owned */
     struct form_mechanical mechanical;   /* of that form, with the parameter replaced too; mass NULL: nothing was */
 };
 

@@ -160,20 +160,11 @@ bool affine_function(struct affine *a, expr_id e, struct exact_row *out, fmpz_t 
     return ok;
 }
 
-/* Row i: both sides to integers without a common factor. */
-static bool read_row(struct affine *a, int i)
+/* Both sides of a row, over their denominators la and lb, to integers without a common factor. */
+static void to_integers(struct affine_row *to, fmpz_t la, fmpz_t lb)
 {
-    const struct sys_row *r = a->sys->row + i;
-    struct affine_row *to = a->row + i;
-    struct terms left = { 0 };
-    fmpz_t la, lb, m;
-    fmpz_init(la);
-    fmpz_init(lb);
+    fmpz_t m;
     fmpz_init(m);
-    for (int k = 0; k < r->entries; k++)
-        add_term(&left, r->entry[k].col, expr_const_value(a->st, r->entry[k].value));
-    to_row(&left, &to->a, la);
-    bool ok = affine_function(a, r->alpha, &to->b, lb);
     fmpz_lcm(m, la, lb);
     fmpz_divexact(la, m, la);
     fmpz_divexact(lb, m, lb);
@@ -189,9 +180,26 @@ static bool read_row(struct affine *a, int i)
     exact_row_divide(&to->a, la);
     exact_row_divide(&to->b, la);
     fmpq_set_fmpz_frac(&to->scale, m, la);
+    fmpz_clear(m);
+}
+
+/* False where the right side is not affine, or has no value. */
+static bool read_row(struct affine *a, int i)
+{
+    const struct sys_row *r = a->sys->row + i;
+    struct affine_row *to = a->row + i;
+    struct terms left = { 0 };
+    fmpz_t la, lb;
+    fmpz_init(la);
+    fmpz_init(lb);
+    for (int k = 0; k < r->entries; k++)
+        add_term(&left, r->entry[k].col, expr_const_value(a->st, r->entry[k].value));
+    to_row(&left, &to->a, la);
+    bool ok = affine_function(a, r->alpha, &to->b, lb);
+    if (ok)
+        to_integers(to, la, lb);
     fmpz_clear(la);
     fmpz_clear(lb);
-    fmpz_clear(m);
     return ok;
 }
 

@@ -259,36 +259,8 @@ void definitions_through(const struct definitions *d, const struct sys_system *s
 
 void definitions_put_in(const struct definitions *d, const struct sys_system *system, struct sys_system *left)
 {
-    struct expr_store *st = system->store;
-    int variables = system->variables - d->count, *place = sga_malloc(((size_t)system->variables + 1) * sizeof *place);
     expr_id *map = map_of(d, system);
-    sys_init(left, st);
-    left->time = system->time;
-    left->square = system->square;
-    for (int j = 0; j < variables; j++) {
-        place[d->variable[j]] = j;
-        sys_add_variable(left, system->variable[d->variable[j]].symbol, system->variable[d->variable[j]].role);
-    }
-    for (int i = 0; i < system->parameters; i++)
-        sys_add_parameter(left, system->parameter[i]);
-    for (int i = 0; i < system->signals; i++)
-        sys_add_signal(left, system->signal[i]);
-    for (int i = 0; i < system->rows - d->count; i++) {
-        const struct sys_row *r = system->row + d->row[i];
-        expr_id e = r->alpha;
-        expr_substitute(st, &e, 1, map);
-        int row = sys_add_row(left, e, r->source);
-        for (int k = 0; k < r->entries; k++) {
-            e = r->entry[k].value;
-            expr_substitute(st, &e, 1, map);
-            sys_add_entry(left, row, place[r->entry[k].col], e);
-        }
-    }
-    for (int i = 0; i < system->restrictions; i++) {
-        expr_id e = system->restriction[i];
-        expr_substitute(st, &e, 1, map);
-        sys_add_restriction(left, e);
-    }
+    struct sys_part part = { d->variable, system->variables - d->count, d->row, system->rows - d->count };
+    sys_copy_part(left, system, &part, map);
     free(map);
-    free(place);
 }

@@ -92,6 +92,7 @@ static void keep_pivots(struct routes *r, const struct sys_system *system, const
     expr_facts_clear(&facts);
 }
 
+/* Of the largest dimension; of two alike the one that leaves less free. */
 static bool is_best(const struct routes *r, const struct sga_solution *solution, int final)
 {
     return final > r->final || (final == r->final && final >= 0 && solution->verdict < r->verdict);

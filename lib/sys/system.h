@@ -48,6 +48,17 @@ void sys_add_entry(struct sys_system *s, int row, int col, expr_id value);
 void sys_add_restriction(struct sys_system *s, expr_id e);
 void sys_add_parameter(struct sys_system *s, int symbol);
 void sys_add_signal(struct sys_system *s, int symbol);
+/* Some of the variables and rows of a system, by index. */
+struct sys_part {
+    const int *variable; int variables;
+    const int *row;      int rows;
+};
+
+/* A system of its own with everything that `from` has, over the same store. */
+void sys_copy(struct sys_system *to, const struct sys_system *from);
+/* The same with some of its variables and rows only (part; NULL: all; the rows must hold no others of the variables), and with map[symbol] put
+ * in wherever it is not 0 (NULL: nothing is); parameters that are replaced are left out. */
+void sys_copy_part(struct sys_system *to, const struct sys_system *from, const struct sys_part *part, const expr_id *map);
 /* The entries of each row and its right side, row by row, into *list (malloced). Returns how many. */
 int sys_expressions(const struct sys_system *s, expr_id **list);
 

@@ -77,6 +77,12 @@ static bool project(void *ctx, double t, double *x, const double *scale, double 
     return ok && flow_valued(f, t, x) && given_hold(&f->given, t, x, scale) && field_follows(&f->field, t, x);
 }
 
+static bool jump(void *ctx, double t, double *x)
+{
+    struct flow *f = ctx;
+    return manifold_jump(&f->manifold, t, x, f->moving) && flow_valued(f, t, x) && field_follows(&f->field, t, x);
+}
+
 static bool slope(void *ctx, double t, const double *x, double *value)
 {
     struct flow *f = ctx;
@@ -208,6 +214,10 @@ bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_so
     if (!signals_continuous(sys, sol, rq, f->field.root, err) || !given_init(&f->given, sys, sol, f->sizes.weight, rq->budget, err))
         return false;
     f->in = sga_malloc((size_t)(n + 1) * sizeof *f->in);
+    f->moving = sga_calloc((size_t)n + 1, 1);
+    for (int i = 0; i < sys->rows; i++)
+        for (int k = 0; k < sys->row[i].entries; k++)
+            f->moving[sys->row[i].entry[k].col] = 1;
     if (!rq->outputs && !rq->events && !rq->valueds && !w)
         return true;
     int *inputs = sga_malloc((size_t)(n + 1) * sizeof *inputs);
@@ -230,6 +240,7 @@ void flow_clear(struct flow *f)
     series_clear(&f->series);
     given_clear(&f->given);
     free(f->noise);
+    free(f->moving);
     inputs_clear(&f->inputs);
     sizes_clear(&f->sizes);
     num_tape_free(f->surface);
@@ -364,6 +375,7 @@ struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
     allow_code(f, rq->budget ? rq->budget->exec : NULL);
     return (struct ode_problem){ .n = f->n, .ctx = f, .rhs = rhs, .code = code, .stages = stages, .code_holds = code_holds,
                                  .project = f->manifold.c || f->given.count || f->valued ? project : NULL, .why = why,
+                                 .jump = f->manifold.c && !f->given.count ? jump : NULL,
                                  .pattern = f->field.pattern, .jacobian = f->field.pattern ? slope : NULL,
                                  .taylor = f->field.fast && !f->sys->signals ? taylor : NULL,
                                  .taylor_rtol = series_fast(&f->field) ? FAST_RTOL : 0,

@@ -31,6 +31,7 @@ struct flow {
     const struct sys_system *sys;
     struct inputs inputs;
     struct sizes sizes;
+    unsigned char *moving;        /* n: variables that some equation differentiates: they do not jump */
     double *noise;                /* n: see flow_noise; NULL until it is asked for */
     double *knot; int knots;      /* of the tables, inside the motion's times, in its order */
 };

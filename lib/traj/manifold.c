@@ -83,6 +83,12 @@ static const double STALLED = 1e-11;
 /* Steps shorter than so many roundings of the largest variable leave the gradients as they are. */
 static const double NEARBY = 1e9;
 
+static void aim(struct manifold *m)
+{
+    for (int i = 0; i < m->c && m->target; i++)
+        m->r[i] -= m->target[i];
+}
+
 double manifold_residual(struct manifold *m, double t, const double *x, const double *scale, const unsigned char *held)
 {
     sga_copy(m->in, x, m->n);
@@ -90,6 +96,7 @@ double manifold_residual(struct manifold *m, double t, const double *x, const do
     if (!num_jacobian_eval(m->jac, m->in, m->r, m->value))
         return -1;
     double worst = 0;
+    aim(m);
     m->raw = m->plain = 0;
     for (int i = 0; i < m->c; i++) {
         double big = 0, slope = 0, *row = m->step.value[i];
@@ -126,6 +133,7 @@ static double residual_nearby(struct manifold *m, const double *x)
         m->in[j] = x[j];
     if (!num_tape_eval(m->tape, m->in, m->r))
         return INFINITY;
+    aim(m);
     m->raw = m->plain = 0;
     for (int i = 0; i < m->c; i++) {
         double r = fabs(m->r[i]);

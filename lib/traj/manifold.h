@@ -16,6 +16,7 @@ struct manifold {
     struct normal step;
     int **col, *cols;              /* the pattern, by row */
     double *d, *shift;
+    double *target;                /* by constraint: what it is to be instead of 0, for manifold_jump; otherwise NULL */
     double *big, *slope;           /* by constraint: largest entry of its gradient, scaled and not, where it was formed last */
     double plain;                  /* largest |xi_i| over its largest derivative in units of m->unit, of the last evaluation */
     double raw;                    /* largest |xi_i| of the last evaluation, unscaled */
@@ -45,6 +46,10 @@ bool manifold_project(struct manifold *m, double t, double *x, const double *sca
  * cheap. False: it is left to manifold_project, from the point as it was. m->raw is the residual, *moved
  * the scaled length of what was added. */
 bool manifold_chord(struct manifold *m, double t, double *x, const double *scale, double *moved);
+
+/* x, whose constraints have jumped, moves to the set, held variables staying: the others follow as the loss falls evenly to 0.
+ * False, and x as it was: they would have to jump on the way, or there is no such point. */
+bool manifold_jump(struct manifold *m, double t, double *x, const unsigned char *held);
 
 /* As manifold_project with steps that are at most `longest` in each scaled variable: it stays on the
  * side where it began, where full steps may fly far (from 1.5 to a zero of sin). */

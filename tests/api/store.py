@@ -189,6 +189,9 @@ def no_room(build, c):
         resource.prlimit(d.process.pid, resource.RLIMIT_FSIZE, (0, resource.RLIM_INFINITY))
         c.problem(d.ask("POST", "/v1/jobs", trivial()), 503, "store_failed", "a job without room for it")
         c(until(d, 503), "not ready without room")
+        for _ in range(20):           # what only reads brings no readiness back
+            c.status(d.get("/v1/jobs"), 200, "a list without room")
+            c.status(d.get("/readyz"), 503, "still not ready without room")
         c.status(d.get("/healthz"), 200, "healthy without room")
         a = d.ask("POST", "/v1/solve", trivial())
         c(a.status in (200, 503), "solving without room", (a.status, a.body[:200]))

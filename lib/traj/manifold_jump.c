@@ -1,0 +1,64 @@
+/* From one value of algebraic variables to another, where a jump of the constraints leaves no point of the set near.
+ *
+ * s + s^3 = u has one s for each u; s^3 - s = u has up to three, and which one follows a jump of u is told by how u gets
+ * there: what the constraints have lost falls evenly to 0, as if the jump were a fast ramp, and the values follow without
+ * a jump of their own. Past a fold they cannot: then there is no answer. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "manifold.h"
+#include "mem.h"
+
+static const double SHORTEST = 1e-5;     /* of the ramp */
+static const double BENDS = 0.25;        /* of a part's length, its middle may lie beside the straight line */
+
+/* What is left of the loss at the place `along` (0 to 1), solved for from x. */
+static bool solve(struct manifold *m, double t, const double *lost, double along, const unsigned char *held, const double *from, double *x)
+{
+    memcpy(x, from, (size_t)m->n * sizeof *x);
+    for (int i = 0; i < m->c; i++)
+        m->target[i] = (1 - along) * lost[i];
+    return manifold_project(m, t, x, NULL, held, 20, NULL, NULL, NULL);
+}
+
+/* Whether x to y is a small part of a smooth way: its middle lies in its middle. */
+static bool smooth(const struct manifold *m, const double *x, const double *middle, const double *y)
+{
+    double length = 0, off = 0;
+    for (int j = 0; j < m->n; j++) {
+        length = fmax(length, fabs(y[j] - x[j]) / m->unit[j]);
+        off = fmax(off, fabs(middle[j] - (x[j] + y[j]) / 2) / m->unit[j]);
+    }
+    return off <= BENDS * length || length < 1e-12;
+}
+
+bool manifold_jump(struct manifold *m, double t, double *x, const unsigned char *held)
+{
+    size_t n = (size_t)m->n, c = (size_t)m->c;
+    double *lost = sga_malloc((c + 1) * sizeof *lost), *y = sga_malloc((3 * n + 1) * sizeof *y), *middle = y + n, *at = middle + n;
+    double along = 0, part = 0.25;
+    memcpy(m->in, x, n * sizeof *x);
+    m->in[n] = t;
+    bool ok = num_tape_eval(m->tape, m->in, lost);
+    m->target = sga_calloc(c + 1, sizeof *m->target);
+    memcpy(at, x, n * sizeof *x);
+    while (ok && along < 1) {
+        double to = fmin(1, along + part);
+        if (solve(m, t, lost, to, held, at, y) && solve(m, t, lost, (along + to) / 2, held, at, middle) && smooth(m, at, middle, y)) {
+            memcpy(at, y, n * sizeof *y);
+            along = to;
+            part *= 2;
+        } else {
+            part /= 2;
+            ok = part > SHORTEST;
+        }
+    }
+    free(m->target);
+    m->target = NULL;
+    if (ok)
+        memcpy(x, at, n * sizeof *x);
+    free(lost);
+    free(y);
+    return ok;
+}
