@@ -42,15 +42,20 @@ static bool by_shape(const struct flow *f, const struct sys_system *sys, const s
     return ok;
 }
 
-/* From y, on or near the component, with the held values put in. */
+/* From y, on or near the component, with the held values put in: the nearest point, or y itself where the descent leaves the component. */
 static bool nearest_from(struct flow *f, const struct sys_system *sys, const struct traj_request *rq, double *y)
 {
-    double far[TIERS], residual;
-    for (int j = 0; j < f->n; j++)
+    size_t n = (size_t)f->n;
+    double far[TIERS], residual, *z = sga_malloc((n + 1) * sizeof *z);
+    for (size_t j = 0; j < n; j++)
         y[j] = rq->held && rq->held[j] ? rq->initial[j] : y[j];
-    return manifold_project(&f->manifold, rq->start, y, NULL, rq->held, 60, NULL, &residual, NULL) && !drops(f, rq, y)
-           && tiers_descend(&f->manifold, sys, &f->sizes, rq, y, far)
-           && fabs(manifold_residual(&f->manifold, rq->start, y, NULL, NULL)) < ON && !drops(f, rq, y);
+    bool ok = manifold_project(&f->manifold, rq->start, y, NULL, rq->held, 60, NULL, &residual, NULL) && !drops(f, rq, y);
+    memcpy(z, y, n * sizeof *z);
+    if (ok && tiers_descend(&f->manifold, sys, &f->sizes, rq, z, far) && fabs(manifold_residual(&f->manifold, rq->start, z, NULL, NULL)) < ON
+        && !drops(f, rq, z))
+        memcpy(y, z, n * sizeof *z);
+    free(z);
+    return ok;
 }
 
 void component_start(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
