@@ -14,7 +14,7 @@
 #include "sides.h"
 #include "triangular.h"
 
-enum { STARTS = 24, POSITIVE_STARTS = 10, STEPS = 60, BASIC_STEPS = 12, RETREATS = 20, NEWTON_BITS = 80, BRANCH_STARTS = 3 };
+enum { STARTS = 24, POSITIVE_STARTS = 10, STEPS = 60, BASIC_STEPS = 12, RETREATS = 20, NEWTON_BITS = 80, BRANCH_STARTS = 3, FEW = 40 };
 
 uint64_t points_random(uint64_t *state)
 {
@@ -168,6 +168,20 @@ static double row_size(const struct points_jacobian *j, int i, const struct poin
     return size;
 }
 
+/* Row i and its residual where some variables move more easily, the row's largest entry as large as before. */
+static void loosen_row(const struct points_jacobian *j, struct normal *w, int i, const signed char *cheap, double *r)
+{
+    double before = 0, after = 0;
+    for (int k = 0; k < j->cols[i]; k++) {
+        before = fmax(before, fabs(w->value[i][k]));
+        w->value[i][k] = ldexp(w->value[i][k], cheap[j->col[i][k]]);
+        after = fmax(after, fabs(w->value[i][k]));
+    }
+    for (int k = 0; k < j->cols[i] && after > 0; k++)
+        w->value[i][k] *= before / after;
+    r[i] *= after > 0 ? before / after : 1;
+}
+
 /* One Gauss-Newton step: of least norm, or (old not NULL) one that moves only variables
  * that no satisfied constraint contains; `old` (by variable) is worked out at the first
  * such step (old[n] = 0). Returns the largest scaled residual before it, or -1 where the
@@ -176,6 +190,7 @@ static double step(struct points_jacobian *j, struct points_point *p, struct nor
 {
     const struct points_space *s = j->space;
     const int *scale = p->scaled ? s->scale : NULL;
+    const signed char *cheap = s->near ? s->cheap : NULL;
     int c = s->constraints, n = s->variables;
     points_jacobian_values(j, &p->ball);
     for (int i = 0; i < c; i++)
@@ -194,6 +209,8 @@ static double step(struct points_jacobian *j, struct points_point *p, struct nor
         if (!isfinite(r[i]))
             return -1;
         worst = fmax(worst, fabs(r[i]) / row_size(j, i, p, scale));
+        if (cheap)
+            loosen_row(j, w, i, cheap, r);
     }
     if (old) {
         int open = only_new(j, w, r, old);
@@ -201,6 +218,8 @@ static double step(struct points_jacobian *j, struct points_point *p, struct nor
     } else {
         *rank = normal_step(w, r, d);
     }
+    for (int i = 0; i < n && cheap; i++)
+        d[i] = ldexp(d[i], cheap[i]);
     double len = 0, size = 1;
     for (int i = 0; i < n; i++) {
         len = fmax(len, fabs(d[i]));
@@ -344,13 +363,13 @@ static enum points_status find(const struct points_space *s, double spread, uint
         bool ask = branches.asked && a < BRANCH_STARTS;
         if (ask)
             points_branches_at(&branches, s, p);
-        if (a >= (s->near ? 4 : !s->by_shape) && s->constraints && points_triangular(s, p, prec)) {
+        if (a >= (s->by_shape ? 0 : s->near ? 4 : 1) && s->constraints && points_triangular(s, p, prec)) {
             status = accepted(s, p, strict, outside);
             continue;
         }
         /* from a point of the larger set only what is new must be met: moving new variables
          * alone often does that at once */
-        int got = s->constraints ? newton(&j, p, s->before && a == 0) : 1;
+        int got = s->constraints ? newton(&j, p, s->before && a == 0 && !(s->cheap && s->near && s->variables <= FEW)) : 1;
         if (got == 1 && ask && !points_branches_kept(&branches, s, p))
             continue;           /* a step went over the change of branch: another start may stay where the guess is */
         if (got == 1 && points_refine_with(&j, p, prec) && (p->certified || !at_kink(s, p)))

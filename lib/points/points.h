@@ -38,11 +38,12 @@ struct points_space {
     const expr_id *defined; int defineds;     /* functions that should have values at points, too: starts are chosen so */
     const double *near;                       /* by variable: a guess, or NULL */
     double near_time;
+    const signed char *cheap;                 /* by variable: log2 of how much more easily it leaves the guess than others; or NULL */
     double near_spread;                       /* how far from the guess the shadow's points are drawn, relatively; 0: as from a guess that may be special */
     const struct points_point *before;        /* a point of a larger set: tried first, or NULL */
     const int *scale;                         /* by variable: log2 of its natural size, or NULL */
     double time_unit;                         /* over which equations change with time, where that is far from 1; 0: 1 */
-    bool by_shape;                            /* without a guess the set is solved variable by variable (triangular.h) from the first start on,
+    bool by_shape;                            /* the set is solved variable by variable (triangular.h) from the first start on,
                                                * and not by steps, which go to the part that is nearest */
     int starts;                               /* random ones to try; 0: the usual number */
     long *steps;                              /* Newton steps left, counted down: none is found past them; NULL: any number */

@@ -151,7 +151,7 @@ static int admit_irregular(struct state *s, const struct candidate *c, const dou
     for (int i = 0; i < count; i++) {
         for (int k = 0; k < p[i].count && added < 0; k++)
             push(s, c, p[i].out[k], g);
-        if (added < 0 && place_sample_near(s, x, t) == POINTS_OK
+        if (added < 0 && place_sample_near(s, x, t) == POINTS_OK && on_component(s, before)
             && points_shadow_zero(s->shadow, c->expr).truth == POINTS_ZERO
             && (!p[i].derivatives || order_holds(s, p + i)) && (p[i].exact || place_vanishes_far(s, c->expr)))
             added = p[i].count;
@@ -375,6 +375,8 @@ int admit_together(struct state *s, const struct candidate *cand, int count, int
     if (!plain)
         return -1;
     enum points_status status = state_sample(s);
+    if (status == POINTS_OK && !on_component(s, before))
+        status = POINTS_NONE;
     if (status == POINTS_OK && (count == 1 || s->sol->constraints > SGA_MOST_PROOF_ROWS || points_shadow_certified(s->shadow)))
         return replacements_hold(s, before) ? s->sol->constraints - before : -2;
     admit_pop(s, before);

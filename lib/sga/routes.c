@@ -122,13 +122,23 @@ static void add_sides(struct routes *r, const struct points_shadow *shadow)
     }
 }
 
+/* Isolated points that are not proved to be some: where branches meet, the constraints of each are met by steps, and by nothing else. */
+static bool no_points(const struct sga_solution *sol, const struct points_shadow *shadow, struct sga_error *err)
+{
+    if (sol->verdict != SGA_ISOLATED || rests_on_points(sol) || !shadow->reals || points_shadow_certified(shadow))
+        return false;
+    sga_fail(err, SGA_E_IRREGULAR, "the constraints hold at isolated points where their differentials depend on each other, as where branches "
+             "of the set meet; write the constraints in a form whose gradients are independent there");
+    return true;
+}
+
 /* One run, near a place or where the options say. False: a failure that ends the job. */
 static bool run_one(struct routes *r, const struct sys_system *system, const struct sga_options *options, int place,
                     struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
 {
     struct sga_error here = { 0 };
     struct sga_options own = routes_options(r, options, place);
-    bool ok = state_solve(system, &own, shadow, &r->now, solution, &here);
+    bool ok = state_solve(system, &own, shadow, &r->now, solution, &here) && !no_points(solution, shadow, &here);
     add_sides(r, shadow);
     r->tried++;
     r->now_at = place;

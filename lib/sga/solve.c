@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "guess.h"
 #include "mem.h"
 #include "regular_shape.h"
 #include "scaling.h"
@@ -122,6 +123,18 @@ int *state_sizes(const struct sys_system *sys, double *unit)
     return scale;
 }
 
+/* What was not given leaves the guess first; what follows from others, as names of signals do, before what moves by itself. */
+static signed char *move_cheaply(const struct sys_system *sys, const unsigned char *given)
+{
+    enum { MOVING = 5, FOLLOWING = 10 };
+    signed char *cheap = sga_calloc((size_t)sys->variables + 1, 1);
+    unsigned char *moving = guess_moving(sys);
+    for (int j = 0; j < sys->variables; j++)
+        cheap[j] = given[j] ? 0 : moving[j] ? MOVING : FOLLOWING;
+    free(moving);
+    return cheap;
+}
+
 static void state_init(struct state *s, const struct sys_system *sys, const struct sga_options *options,
                        struct points_shadow *shadow, struct route *route, struct sga_solution *sol, struct sga_error *err)
 {
@@ -154,6 +167,8 @@ static void state_init(struct state *s, const struct sys_system *sys, const stru
     s->space.defined = s->defined;
     s->space.scale = sol->scale = natural_sizes(sys, s->variable, &sol->time_unit);
     s->space.time_unit = sol->time_unit;
+    if (options->near && options->near_given)
+        s->space.cheap = s->cheap = move_cheaply(sys, options->near_given);
     s->ctx = (struct ech_context){ .st = st, .facts = &s->facts, .shadow = shadow, .budget = options->budget,
                                    .record = true, .err = err };
 }
@@ -165,6 +180,7 @@ static void state_clear(struct state *s)
     expr_cone_clear(&s->cone);
     ech_clear(&s->ech);
     free(s->variable);
+    free(s->cheap);
     free(s->defined);
     free(s->column);
     free(s->determined);

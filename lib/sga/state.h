@@ -45,6 +45,7 @@ struct state {
     struct points_shadow *shadow;
     struct points_space space;
     int *variable;                        /* symbols, for the space */
+    signed char *cheap;                   /* by variable, for the space; NULL: all alike */
     const int *parameter_symbol;          /* borrowed from the system */
     expr_id *defined;                     /* the system's expressions, for the space */
     expr_id *con; size_t con_cap;         /* the constraints' expressions, for the space */

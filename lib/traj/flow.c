@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "all_given.h"
+#include "component_start.h"
 #include "bands.h"
 #include "consistent.h"
 #include "mem.h"
@@ -321,6 +322,7 @@ bool flow_start(struct flow *f, const struct sys_system *sys, const struct sga_s
         return false;
     if (!holds(f, rq, x))
         all_given_start(f, sys, sol, rq, x, moved);      /* where that fails, flow_given says so */
+    component_start(f, sys, sol, rq, x, moved);
     return true;
 }
 

@@ -1,0 +1,80 @@
+/* From the component to the guess, not from the guess to whatever is nearest. */
+#include "component_start.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "consistent.h"
+#include "mem.h"
+#include "tiers.h"
+
+enum { MOST = 40 };      /* variables: descent to all digits is dense */
+static const double ON = 1e-10;
+
+static bool drops(struct flow *f, const struct traj_request *rq, const double *x)
+{
+    field_load(&f->field, rq->start, x);
+    int told = field_rank_told(&f->field);
+    return told >= 0 && told < f->field.generic_rank;
+}
+
+/* The constraints solved variable by variable, the others as they were guessed. */
+static bool by_shape(const struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, double *y)
+{
+    int n = f->n, *variable = sga_malloc((size_t)(n + 1) * sizeof *variable);
+    expr_id *con = sga_malloc((size_t)(sol->constraints + 1) * sizeof *con);
+    for (int j = 0; j < n; j++)
+        variable[j] = sys->variable[j].symbol;
+    for (int i = 0; i < sol->constraints; i++)
+        con[i] = sol->constraint[i].expr;
+    struct points_space space = { .st = sys->store, .variable = variable, .variables = n, .time = sys->time, .constraint = con,
+                                  .constraints = sol->constraints, .near = rq->initial, .near_time = rq->start, .starts = 1, .by_shape = true,
+                                  .budget = rq->budget };
+    struct points_point p;
+    uint64_t random = 5;
+    bool ok = points_find(&space, 0, &random, 64, &p) == POINTS_OK && p.triangular;
+    if (ok)
+        memcpy(y, p.x, (size_t)n * sizeof *y);
+    points_point_clear(&p);
+    free(variable);
+    free(con);
+    return ok;
+}
+
+/* From y, on or near the component, with the held values put in: the nearest point, or y itself where the descent leaves the component. */
+static bool nearest_from(struct flow *f, const struct sys_system *sys, const struct traj_request *rq, double *y)
+{
+    size_t n = (size_t)f->n;
+    double far[TIERS], residual, *z = sga_malloc((n + 1) * sizeof *z);
+    for (size_t j = 0; j < n; j++)
+        y[j] = rq->held && rq->held[j] ? rq->initial[j] : y[j];
+    bool ok = manifold_project(&f->manifold, rq->start, y, NULL, rq->held, 60, NULL, &residual, NULL) && !drops(f, rq, y);
+    memcpy(z, y, n * sizeof *z);
+    if (ok && tiers_descend(&f->manifold, sys, &f->sizes, rq, z, far) && fabs(manifold_residual(&f->manifold, rq->start, z, NULL, NULL)) < ON
+        && !drops(f, rq, z))
+        memcpy(y, z, n * sizeof *z);
+    free(z);
+    return ok;
+}
+
+void component_start(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+                     double *x, double *moved)
+{
+    size_t n = (size_t)f->n;
+    if (!rq->on || !(*moved > ON) || f->n > MOST || f->manifold.c == 0 || rq->rates || !drops(f, rq, x))
+        return;
+    double *y = sga_malloc(2 * (n + 1) * sizeof *y), *scale = y + n + 1;
+    bool ok = !sys->parameters && by_shape(f, sys, sol, rq, y) && nearest_from(f, sys, rq, y);
+    if (!ok) {
+        memcpy(y, rq->on, n * sizeof *y);
+        ok = nearest_from(f, sys, rq, y);
+    }
+    if (ok) {
+        for (size_t j = 0; j < n; j++)
+            scale[j] = sizes_move(&f->sizes, (int)j, rq->initial[j]);
+        memcpy(x, y, n * sizeof *x);
+        *moved = consistent_moved(&f->manifold, rq, scale, x);
+    }
+    free(y);
+}
