@@ -33,7 +33,7 @@ static bool defined(const char *const *equation, int equations, const char *expe
     sys_add_entry(&sys, 0, 0, expr_int(&st, 1));
     for (int i = 0; i < equations; i++)
         sys_add_row(&sys, parsed(&st, equation[i]), "row");
-    definitions_find(&d, &sys, NULL);
+    definitions_find(&d, &sys, DEFINITIONS_KINKED, NULL);
     for (int j = 0; j < 4; j++)
         for (int i = 0; i < d.count; i++)
             if (d.at[i].variable == j)
