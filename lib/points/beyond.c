@@ -62,6 +62,9 @@ static int join(struct points_beyond *b, const struct expr_store *st, const expr
 static void add_switch(struct points_beyond *b, struct expr_store *st, struct expr_facts *facts, struct points_point *p, expr_id node, int group)
 {
     expr_id u = points_surface(st, node);
+    bool root = expr_op_of(st, node) == EXPR_SQRT;
+    for (int i = 0; i < b->count; i++)
+        b->at[i].root |= root && b->at[i].function == u;
     unsigned f = u ? expr_facts_of(facts, st, u) : EXPR_NONZERO;
     unsigned sees = f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME | EXPR_HAS_PARAMETER);
     if (f & EXPR_NONZERO || !sees || points_beyond_has(b, u))
@@ -71,7 +74,7 @@ static void add_switch(struct points_beyond *b, struct expr_store *st, struct ex
         return;             /* undecided: the set may lie in the surface */
     SGA_RESERVE(b->at, b->cap, b->count + 1);
     b->at[b->count++] = (struct points_switch){ .function = u, .sign = (signed char)sign, .group = group,
-                                                .fixed = sees == EXPR_HAS_PARAMETER, .timed = sees & EXPR_HAS_TIME };
+                                                .fixed = sees == EXPR_HAS_PARAMETER, .timed = sees & EXPR_HAS_TIME, .root = root };
 }
 
 void points_beyond_list(struct points_beyond *b, const struct points_space *space, struct points_point *p)
@@ -104,8 +107,8 @@ void points_beyond_list(struct points_beyond *b, const struct points_space *spac
     free(variable);
 }
 
-/* Whether constraints connect e with each switch: by switch into touches. False: with none. */
-static bool connected(struct points_beyond *b, const struct expr_store *st, const expr_id *list, int count, unsigned char *touches)
+/* Whether constraints connect e with each switch (roots: of a square root): by switch into touches. False: with none. */
+static bool connected(struct points_beyond *b, const struct expr_store *st, const expr_id *list, int count, bool roots, unsigned char *touches)
 {
     bool any = false;
     for (int k = 0; k < count; k++) {
@@ -114,7 +117,7 @@ static bool connected(struct points_beyond *b, const struct expr_store *st, cons
             continue;
         int g = points_beyond_group(b, symbol);
         for (int i = 0; i < b->count; i++)
-            any |= touches[i] |= points_beyond_group(b, b->at[i].group) == g;
+            any |= touches[i] |= (!roots || b->at[i].root) && points_beyond_group(b, b->at[i].group) == g;
     }
     return any;
 }
@@ -178,10 +181,10 @@ void points_beyond_pairs(struct points_beyond *b, const struct points_space *spa
 }
 
 void points_beyond_sides(struct points_beyond *b, const struct points_space *space, struct points_point *p, expr_id e,
-                         const expr_id *list, int count, struct points_side **side, int *sides, size_t *cap)
+                         const expr_id *list, int count, bool roots, struct points_side **side, int *sides, size_t *cap)
 {
     unsigned char *touches = sga_calloc((size_t)b->count + 1, 1);
-    if (b->count && connected(b, space->st, list, count, touches)) {
+    if (b->count && connected(b, space->st, list, count, roots, touches)) {
         points_pieces_search(b, space, p, touches);
         for (int k = 0; k < b->pieces; k++) {
             struct points_piece *q = b->piece + k;
@@ -226,7 +229,7 @@ void points_beyond_zeros(struct points_beyond *b, const struct points_space *spa
 {
     unsigned char *touches = sga_calloc((size_t)b->count + 1, 1);
     own_zeros(b, space, p, e, list, count, side, sides, cap);
-    if (b->count && connected(b, space->st, list, count, touches)) {
+    if (b->count && connected(b, space->st, list, count, false, touches)) {
         points_pieces_search(b, space, p, touches);
         for (int k = 0; k < b->pieces; k++) {
             struct points_piece *q = b->piece + k;

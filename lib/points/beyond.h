@@ -28,6 +28,7 @@ struct points_switch {
     int group;                     /* of variables that constraints connect, as points_beyond.group says */
     bool fixed;                    /* it depends on parameters alone, and is passed by changing these */
     bool timed;
+    bool root;                     /* of a square: modulo a prime it is this or that root */
     enum points_reached reached;
 };
 
@@ -62,9 +63,10 @@ void points_beyond_check(struct points_beyond *b, const struct points_space *spa
 void points_beyond_pairs(struct points_beyond *b, const struct points_space *space, struct points_point *p, expr_id e,
                          const expr_id *list, int count, struct points_side **side, int *sides, size_t *cap);
 /* e is 0 on the set near p (list: its cone). Adds to *side the sides on which that rests: e is not 0 at a point beyond,
- * or (unseen) there is none beyond that could be found. Searches beyond each switch that constraints connect with e, once for a set. */
+ * or (unseen) there is none beyond that could be found. Searches beyond each switch that constraints connect with e, once for a set.
+ * roots: only beyond those of square roots. */
 void points_beyond_sides(struct points_beyond *b, const struct points_space *space, struct points_point *p, expr_id e,
-                         const expr_id *list, int count, struct points_side **side, int *sides, size_t *cap);
+                         const expr_id *list, int count, bool roots, struct points_side **side, int *sides, size_t *cap);
 
 /* e is not 0 at p (list: its cone). Adds to *side the sides beyond which it is 0 on the set, of its own switches and of the
  * constraints'. Searches as above. */

@@ -402,7 +402,7 @@ static bool any_switches(struct points_shadow *s)
 }
 
 /* A zero that was found at the points: the sides that it depends on, by switches of its own and, where it does not
- * hold by algebra whatever they are, by those of the constraints. */
+ * hold by algebra whatever they are (roots have one sign or the other modulo a prime), by those of the constraints. */
 static void note_sides(struct points_shadow *s, expr_id e, enum points_basis basis)
 {
     struct expr_store *st = (struct expr_store *)s->space.st;
@@ -414,8 +414,8 @@ static void note_sides(struct points_shadow *s, expr_id e, enum points_basis bas
     points_sides_of(st, s->real, e, s->cone.list, s->cone.count, &s->beyond, &s->side, &s->sides, &s->side_cap);
     points_beyond_check(&s->beyond, &s->space, s->real, e, s->cone.list, s->cone.count, s->side, &s->sides, known);
     points_beyond_pairs(&s->beyond, &s->space, s->real, e, s->cone.list, s->cone.count, &s->side, &s->sides, &s->side_cap);
-    if (basis != POINTS_ZERO_ALGEBRAIC)
-        points_beyond_sides(&s->beyond, &s->space, s->real, e, s->cone.list, s->cone.count, &s->side, &s->sides, &s->side_cap);
+    points_beyond_sides(&s->beyond, &s->space, s->real, e, s->cone.list, s->cone.count, basis == POINTS_ZERO_ALGEBRAIC, &s->side, &s->sides,
+                        &s->side_cap);
 }
 
 struct points_decision points_shadow_zero(struct points_shadow *s, expr_id e)

@@ -18,7 +18,7 @@ struct step {
     expr_id value;            /* what it equals; EXPR_UNDEF: it goes by the resultant with ... */
     expr_id function;         /* ... the constraint, in the variables that were left */
     expr_id slope;            /* that was divided by */
-    bool ready, used;         /* whether the variable has been chosen, and was eliminated somewhere */
+    bool ready, used;         /* whether the variable has been chosen, and its going matters to another function */
 };
 
 struct chain {
@@ -185,10 +185,34 @@ static expr_id eliminated(struct chain *c, expr_id g, int to)
     return g;
 }
 
+static bool share_variables(struct chain *c, expr_id f, expr_id g)
+{
+    for (int j = 0; j < c->s->sys->variables; j++)
+        if (contains(c, f, c->s->variable[j]) && contains(c, g, c->s->variable[j]))
+            return true;
+    return false;
+}
+
+/* Where the slope of an earlier constraint vanishes, the variables that are left in it are bound: together with f, which has some of
+ * them, they may be bound twice. */
+static void meet_earlier(struct chain *c, expr_id f)
+{
+    for (int i = 0; i < c->steps; i++) {
+        struct step *p = c->step + i;
+        if (p->used || !p->function || !(state_facts(c->s, p->function) & EXPR_HAS_PARAMETER) || !share_variables(c, f, p->function))
+            continue;
+        if (!p->ready)
+            choose(c, p);
+        p->used = p->symbol >= 0;
+    }
+}
+
 static void add_step(struct chain *c, int i)
 {
     struct state *s = c->s;
     expr_id f = eliminated(c, s->con[i], i), from = s->sol->constraint[i].replaced;
+    if (f)
+        meet_earlier(c, f);
     c->step[c->steps++] = (struct step){ .symbol = -1, .function = f, .ready = !f };
     if (!f)
         too_large(c);
