@@ -9,6 +9,7 @@
 #include "warnings.h"
 
 enum { STARTS = 3, SIDED_STARTS = 6, STUCK_STARTS = 16 };     /* of each set; where it has sides, each is to be met */
+enum { OFF_ZEROS = 4, OFF_STARTS = 2 };                       /* of each set off what vanished on it */
 
 static void *copy(const void *from, size_t count, size_t size)
 {
@@ -36,6 +37,7 @@ static struct component_run *keep_run(struct components *c, const struct sga_sol
         if (shadow->zero[i].constraints > sol->constraints)
             continue;
         r->zero[r->zeros].expr = shadow->zero[i].expr;
+        r->zero[r->zeros].open = shadow->zero[i].decision.modular < POINTS_MODULAR;
         r->zero[r->zeros++].constraints = shadow->zero[i].constraints;
     }
     if (shadow->reals)
@@ -145,6 +147,45 @@ static enum points_status step_to(struct walk *w, struct points_space *space, in
     return points_find(space, space->near ? 0.3 : 1 + k / 2, &w->random, POINTS_BITS, p);
 }
 
+/* p, a point of the run's first n constraints: where something tells that it is on another component, a place beside it is kept. */
+static void arrive(struct components *c, const struct component_run *r, struct points_space *space, int n, struct points_point *p, uint64_t *random)
+{
+    num_ball_extend(&p->ball);
+    expr_id by = another(r, p, n);
+    if (by && !known(c, r, p, n, by)) {
+        space->near = NULL;
+        space->before = NULL;
+        keep_beside(c, r, space, p, n, random);
+    }
+}
+
+/* Points where a zero of the run, which no algebra proves, does not vanish: those of f = 0 off z = 0 are zeros of f/z, and as a rule
+ * nothing else is, so that Newton's method does not come to the component that is known. */
+static void search_off(struct components *c, const struct component_run *r, struct points_space *space, int n, struct walk *w)
+{
+    struct expr_store *st = (struct expr_store *)space->st;
+    expr_id *off = sga_malloc(((size_t)n + 1) * sizeof *off);
+    int asked = 0;
+    for (int i = 0; i < r->zeros && asked < OFF_ZEROS; i++) {
+        if (!r->zero[i].open || r->zero[i].constraints != n || !n)
+            continue;
+        asked++;
+        for (int k = 0; k < n; k++)
+            off[k] = expr_div(st, r->constraint[k], r->zero[i].expr);
+        for (int k = 0; k < OFF_STARTS && expr_store_ok(st) && sga_budget_ok(space->budget, NULL); k++) {
+            struct points_point p;
+            space->constraint = off;
+            space->by_shape = false;
+            bool found = points_find(space, 1 + k, &w->random, POINTS_BITS, &p) == POINTS_OK && p.certified;
+            space->constraint = r->constraint;
+            if (found)
+                arrive(c, r, space, n, &p, &w->random);
+            points_point_clear(&p);
+        }
+    }
+    free(off);
+}
+
 /* One set, the run's first n constraints. */
 static void search(struct components *c, const struct component_run *r, struct points_space *space, int n, struct walk *w)
 {
@@ -158,18 +199,13 @@ static void search(struct components *c, const struct component_run *r, struct p
         }
         for (int i = 0; i < space->variables; i++)
             w->opposite[i] = -p.x[i];
-        num_ball_extend(&p.ball);
-        expr_id by = another(r, &p, n);
-        if (by && !known(c, r, &p, n, by)) {
-            space->near = NULL;
-            space->before = NULL;
-            keep_beside(c, r, space, &p, n, &w->random);
-        }
+        arrive(c, r, space, n, &p, &w->random);
         points_point_clear(w->at + k);
         w->at[k] = p;
     }
     space->near = NULL;
     space->before = NULL;
+    search_off(c, r, space, n, w);
 }
 
 /* Whether the functions are made with some that are one analytic function on each side of a surface. */

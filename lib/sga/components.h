@@ -20,7 +20,7 @@ struct component_place {
 /* What a run rested on: its constraints, what was 0 on how many of them, and a point of its final set. Owned. */
 struct component_run {
     expr_id *constraint, *arose; int constraints;   /* arose: what each stands for, and at the end what could not be admitted, or contradicted them, or EXPR_UNDEF */
-    struct { expr_id expr; int constraints; } *zero; int zeros;
+    struct { expr_id expr; int constraints; bool open; } *zero; int zeros;      /* open: no algebra says that it is one all over */
     struct points_point point;
     int place;               /* that it was run near, or -1 */
     int final;               /* its dimension; -1: it has no final set */

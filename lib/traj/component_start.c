@@ -42,8 +42,9 @@ static bool by_shape(const struct flow *f, const struct sys_system *sys, const s
     return ok;
 }
 
-/* From y, on or near the component, with the held values put in: the nearest point, or y itself where the descent leaves the component. */
-static bool nearest_from(struct flow *f, const struct sys_system *sys, const struct traj_request *rq, double *y)
+/* From y, on or near the component, with the held values put in: the nearest point; or, if y is as good as any, y itself where the descent leaves
+ * the component. */
+static bool nearest_from(struct flow *f, const struct sys_system *sys, const struct traj_request *rq, bool good, double *y)
 {
     size_t n = (size_t)f->n;
     double far[TIERS], residual, *z = sga_malloc((n + 1) * sizeof *z);
@@ -54,6 +55,8 @@ static bool nearest_from(struct flow *f, const struct sys_system *sys, const str
     if (ok && tiers_descend(&f->manifold, sys, &f->sizes, rq, z, far) && fabs(manifold_residual(&f->manifold, rq->start, z, NULL, NULL)) < ON
         && !drops(f, rq, z))
         memcpy(y, z, n * sizeof *z);
+    else
+        ok = ok && good;
     free(z);
     return ok;
 }
@@ -65,10 +68,10 @@ void component_start(struct flow *f, const struct sys_system *sys, const struct 
     if (!rq->on || !(*moved > ON) || f->n > MOST || f->manifold.c == 0 || rq->rates || !drops(f, rq, x))
         return;
     double *y = sga_malloc(2 * (n + 1) * sizeof *y), *scale = y + n + 1;
-    bool ok = !sys->parameters && by_shape(f, sys, sol, rq, y) && nearest_from(f, sys, rq, y);
+    bool ok = !sys->parameters && by_shape(f, sys, sol, rq, y) && nearest_from(f, sys, rq, true, y);
     if (!ok) {
         memcpy(y, rq->on, n * sizeof *y);
-        ok = nearest_from(f, sys, rq, y);
+        ok = nearest_from(f, sys, rq, false, y);
     }
     if (ok) {
         for (size_t j = 0; j < n; j++)

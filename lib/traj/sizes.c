@@ -28,6 +28,14 @@ static void given(struct scaling *w, const struct traj_request *rq, int n, doubl
         scaling_anchor(w, n, log2(span), TIME_WEIGHT * weight);
 }
 
+/* What is given is not far smaller than it is. */
+static void at_least_given(const struct traj_request *rq, int n, double *log)
+{
+    for (int j = 0; j < n; j++)
+        if (rq->given[j] && rq->initial[j] != 0 && isfinite(rq->initial[j]))
+            log[j] = fmax(log[j], log2(fabs(rq->initial[j])) + SMALL);
+}
+
 static double power(double log)
 {
     return ldexp(1, (int)lrint(fmax(-MOST, fmin(MOST, log))));
@@ -56,6 +64,7 @@ static struct scaling *sizes_of(const struct sys_system *sys, const struct traj_
             sga_limit_met(rq->budget, SGA_LIMIT_SCALED_TERMS);
         given(w, rq, n, others ? HINT : 1);
         scaling_logs(w, log);
+        at_least_given(rq, n, log);
     }
     free(variable);
     return w;
