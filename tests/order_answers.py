@@ -149,13 +149,16 @@ def strata_text(result):
 
 def start(base, said, result):
     """The projected start, in the names and units of the first. Of two that are as far from the guess (a velocity of which only
-    the square is known) either is right; what is nearest where given values must move is a matter of units."""
+    the square is known) either is right; what is nearest where given values must move is a matter of units. What nothing determines is
+    small, signals that have a name with the rest: then it is another one."""
     if "units" in said.done and base.result.get("consistent_initial", {}).get("moved", 0) > NEAR:
         return []
     first, second = (r.get("consistent_initial", {}).get("projected") for r in (base.result, result))
     if first is None or second is None:
         return [f"start: {first} became {second}"] if first != second else []
-    left_out = base.said.multipliers if chosen_multipliers(base.result) else ()
+    left_out = set(base.said.multipliers if chosen_multipliers(base.result) else ())
+    if "signals" in said.done:
+        left_out |= undetermined(base)
     pairs = []
     for name, value in first.items():
         bare = name.rstrip("'")
@@ -166,6 +169,15 @@ def start(base, said, result):
     largest = max([1.0] + [abs(v) for _, v, _ in pairs])
     off = [f"start: {n} {v:.9g} became {w:.9g}" for n, v, w in pairs if abs(v - w) > NEAR * largest]
     return [] if off and tied(base, pairs, largest) else off
+
+
+def undetermined(base):
+    """What was not given, where an unknown without a derivative may have any value."""
+    answer = Answer(base.plain, base.result)
+    given = base.said.trajectory.get("initial", {})
+    moving = {n[1:] for n in answer.graph.names(answer.problem.rows) if n.startswith("@")}
+    free = set(base.result["consistent_initial"]["free"]) - moving - set(given)
+    return {n.rstrip("'") for n in answer.names if n not in given} if free else set()
 
 
 def tied(base, pairs, largest):

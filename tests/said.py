@@ -207,7 +207,7 @@ def rename_start(said, new):
     def put(n):
         return respell.rename(n, new)
     if isinstance(t.get("initial"), dict):
-        t["initial"] = {put(k): v for k, v in t["initial"].items()}
+        t["initial"] = {put(k): put(v) for k, v in t["initial"].items()}
     if "hold" in t:
         t["hold"] = [put(n) for n in as_list(t["hold"])]
     g = t.get("gauge") or {}

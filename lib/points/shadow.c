@@ -170,7 +170,7 @@ static int digits_of(const arb_t v)
     mag_t m;
     mag_init(m);
     arb_get_mag(m, v);
-    int d = mag_is_zero(m) ? 100000 : (int)(-mag_get_d_log2_approx(m) * 0.30103);
+    int d = mag_is_zero(m) ? 100000 : (int)fmax(-1e6, fmin(1e6, -mag_get_d_log2_approx(m) * 0.30103));
     mag_clear(m);
     return d;
 }

@@ -1,6 +1,7 @@
 /* Identities at fresh points of Pf. */
 #include "witness.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -48,6 +49,12 @@ static void begin(struct check *c)
     mag_zero(c->size);
 }
 
+/* Of a value of that size; not 0. exp(-10^8 x^2) has more digits than an int counts. */
+static int digits_of(const mag_t size)
+{
+    return (int)fmax(-1e6, fmin(1e6, -mag_get_d_log2_approx(size) * 0.30103));
+}
+
 /* The residual must contain 0, and be narrow beside its terms, or by itself (a single
  * term that vanishes, such as a constraint that is an equation). */
 static bool vanishes(struct check *c, const char *what, int index)
@@ -59,9 +66,9 @@ static bool vanishes(struct check *c, const char *what, int index)
     arb_get_mag(c->part, c->sum);
     int digits = 1000;
     if (!mag_is_zero(c->part)) {
-        digits = (int)(-mag_get_d_log2_approx(c->part) * 0.30103);
+        digits = digits_of(c->part);
         mag_div(c->part, c->part, c->size);
-        int relative = (int)(-mag_get_d_log2_approx(c->part) * 0.30103);
+        int relative = digits_of(c->part);
         digits = relative > digits ? relative : digits;
     }
     if (digits < c->digits)

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "derive.h"
 #include "mem.h"
 
 static bool has_role(const struct sys_system *s, int j, const char *role)
@@ -62,15 +63,14 @@ static int defines(const struct sys_system *s, const int *place, const struct sy
     return v;
 }
 
-/* By variable: in how many rows and restrictions it is, and whether in one without derivatives. */
+/* By variable: in how many rows and restrictions it is, and in how many without derivatives. */
 struct met {
-    int *count;
-    unsigned char *bare;
+    int *count, *bare;
 };
 
 static struct met occurrences(const struct sys_system *s, const int *place)
 {
-    struct met met = { sga_calloc((size_t)s->variables + 1, sizeof(int)), sga_calloc((size_t)s->variables + 1, 1) };
+    struct met met = { sga_calloc((size_t)s->variables + 1, sizeof(int)), sga_calloc((size_t)s->variables + 1, sizeof(int)) };
     int *last = sga_calloc((size_t)s->variables + 1, sizeof *last);
     struct expr_cone cone;
     expr_cone_init(&cone);
@@ -88,7 +88,7 @@ static struct met occurrences(const struct sys_system *s, const int *place)
             if (j >= 0 && last[j] != i + 1) {
                 last[j] = i + 1;
                 met.count[j]++;
-                met.bare[j] |= entries == 0;
+                met.bare[j] += entries == 0;
             }
         }
         free(root);
@@ -106,6 +106,61 @@ static int *asked_for(const struct sys_system *s)
         for (int k = 0; k < s->row[i].entries; k++)
             rows[s->row[i].entry[k].col]++;
     return rows;
+}
+
+/* Which variables e has, each once, into list. Returns how many. */
+static int variables_in(const struct sys_system *s, const int *place, struct expr_cone *cone, expr_id e, int *list)
+{
+    int n = 0;
+    expr_cone_of(s->store, cone, &e, 1);
+    for (int k = 0; k < cone->count; k++) {
+        const struct expr_node *v = s->store->node + cone->list[k];
+        int j = v->op == EXPR_SYM ? place[v->a] : -1;
+        if (j >= 0)
+            list[n++] = j;
+    }
+    return n;
+}
+
+/* Whether the row without derivatives gives a name to something that is met beside derivatives only: a variable w that no row asks the
+ * derivative of, number * w + the rest, and w is in no other row without derivatives. */
+static bool only_names(const struct sys_system *s, const struct met *met, const int *rows, int i, const int *list, int count)
+{
+    for (int k = 0; k < count; k++) {
+        int w = list[k];
+        if (rows[w] || met->bare[w] != 1 || met->count[w] < 2)
+            continue;
+        expr_id slope = expr_diff(s->store, s->row[i].alpha, s->variable[w].symbol);
+        if (slope && expr_is_const(s->store, slope) && !expr_is_zero(s->store, slope))
+            return true;
+    }
+    return false;
+}
+
+/* Rows that only give names do not count as rows without derivatives: a multiplier in a force that has a name is one. */
+static void see_through_names(const struct sys_system *s, const int *place, const int *rows, struct met *met)
+{
+    unsigned char *seen = sga_calloc((size_t)s->rows + 1, 1);
+    int *list = sga_malloc((size_t)(s->variables + 1) * sizeof *list);
+    struct expr_cone cone;
+    expr_cone_init(&cone);
+    for (bool more = true; more;) {
+        more = false;
+        for (int i = 0; i < s->rows; i++) {
+            if (seen[i] || s->row[i].entries)
+                continue;
+            int count = variables_in(s, place, &cone, s->row[i].alpha, list);
+            if (!only_names(s, met, rows, i, list, count))
+                continue;
+            for (int k = 0; k < count; k++)
+                met->bare[list[k]]--;
+            seen[i] = 1;
+            more = true;
+        }
+    }
+    expr_cone_clear(&cone);
+    free(list);
+    free(seen);
 }
 
 /* Rows that define what nothing else asks for. */
@@ -155,6 +210,7 @@ void sys_kinds(const struct sys_system *s, unsigned char *kind)
     unsigned char *slack = sga_calloc((size_t)s->variables + 1, 1);
     struct met met = occurrences(s, place);
     drop_definitions(s, place, met.count, rows, slack);
+    see_through_names(s, place, rows, &met);
     for (int j = 0; j < s->variables; j++) {
         bool added = has_role(s, j, "multiplier") || has_role(s, j, "input");
         if (added || slack[j] || (rows[j] == 0 && !velocity_by_role(s, j)))

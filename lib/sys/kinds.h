@@ -8,7 +8,7 @@ enum sys_kind {
     SYS_COORDINATE,     /* its derivative enters the equations */
     SYS_VELOCITY,       /* of another one: by its role, or by a row x' = v (times a positive number) */
     SYS_ALGEBRAIC,      /* its derivative is asked for by no equation */
-    SYS_MULTIPLIER      /* so too, and it is met only beside derivatives: multipliers, inputs */
+    SYS_MULTIPLIER      /* so too, and it is met only beside derivatives, or in what is: multipliers, inputs, forces that have a name */
 };
 
 /* kind[j] for each variable. A row that only defines a velocity which nothing else asks for (that of a multiplier among the

@@ -79,5 +79,24 @@ int main(void)
     row(&o, u, expr_add(&o.st, expr_mul(&o.st, o.v[l], o.v[x]), o.v[w]));
     row(&o, -1, expr_sub(&o.st, o.v[x], expr_int(&o.st, 1)));
     end(&o, "cmvmm");
+    begin(&o);          /* y'' = f, f = 3 - 2 l y, and an output h = x^2 that nothing else has */
+    x = add(&o, "x", "variable"), y = add(&o, "y", "variable"), u = add(&o, "u", "variable"), v = add(&o, "v", "variable");
+    l = add(&o, "l", "variable");
+    int f = add(&o, "f", "variable"), h = add(&o, "h", "variable");
+    row(&o, x, o.v[u]);
+    row(&o, y, o.v[v]);
+    row(&o, u, expr_mul(&o.st, o.v[l], o.v[x]));
+    row(&o, v, o.v[f]);
+    row(&o, -1, expr_sub(&o.st, o.v[f], expr_sub(&o.st, expr_int(&o.st, 3), expr_mul(&o.st, expr_int(&o.st, 2), expr_mul(&o.st, o.v[l], o.v[y])))));
+    row(&o, -1, expr_sub(&o.st, expr_powi(&o.st, o.v[x], 2), o.v[h]));
+    row(&o, -1, expr_sub(&o.st, expr_mul(&o.st, o.v[x], o.v[y]), expr_int(&o.st, 1)));
+    end(&o, "ccvvmma");
+
+    begin(&o);          /* the same with f' asked for by nothing, and l in an equation of its own too */
+    x = add(&o, "x", "variable"), l = add(&o, "l", "variable"), f = add(&o, "f", "variable");
+    row(&o, x, o.v[f]);
+    row(&o, -1, expr_sub(&o.st, o.v[f], o.v[l]));
+    row(&o, -1, expr_sub(&o.st, expr_powi(&o.st, o.v[l], 3), o.v[x]));
+    end(&o, "cam");
     return CHECK_END();
 }
