@@ -83,7 +83,10 @@ bool regular_all_affine(struct state *s, expr_id e)
 bool regular_is_solved(struct state *s, expr_id e)
 {
     expr_id slope;
+    struct route *route = s->route;
+    s->route = NULL;             /* a question, no decision */
     struct regular r = regular_form(s, e);
+    s->route = route;
     bool solved = r.options == 1 && r.option[0].count == 1 && solved_symbol(s, r.option[0].out[0], &slope) >= 0;
     regular_clear(&r);
     return solved;

@@ -143,6 +143,8 @@ void regular_follow_route(struct state *s, expr_id product, struct regular *r)
         SGA_RESERVE(w->at, w->cap, w->count + 1);
         w->at[w->count++] = (struct decision){ product, r->options, 0, 0 };
     }
+    if (w->at[i].options < r->options)       /* on a smaller set it falls into more */
+        w->at[i].options = r->options;
     first = w->at[i].chosen < r->options ? w->at[i].chosen : 0;
     for (; first > 0; first--) {
         struct regular_option o = r->option[0];
