@@ -122,19 +122,34 @@ static int variables_in(const struct sys_system *s, const int *place, struct exp
     return n;
 }
 
-/* Whether the row without derivatives gives a name to something that is met beside derivatives only: a variable w that no row asks the
- * derivative of, number * w + the rest, and w is in no other row without derivatives. */
+/* Whether the row is number * w + the rest, and w a variable that no row asks the derivative of. */
+static bool may_name(const struct sys_system *s, const int *rows, int i, int w)
+{
+    expr_id slope = rows[w] ? EXPR_UNDEF : expr_diff(s->store, s->row[i].alpha, s->variable[w].symbol);
+    return slope && expr_is_const(s->store, slope) && !expr_is_zero(s->store, slope);
+}
+
+/* Whether the row without derivatives gives a name to something that is met beside derivatives only, and in no other row without them. */
 static bool only_names(const struct sys_system *s, const struct met *met, const int *rows, int i, const int *list, int count)
 {
-    for (int k = 0; k < count; k++) {
-        int w = list[k];
-        if (rows[w] || met->bare[w] != 1 || met->count[w] < 2)
-            continue;
-        expr_id slope = expr_diff(s->store, s->row[i].alpha, s->variable[w].symbol);
-        if (slope && expr_is_const(s->store, slope) && !expr_is_zero(s->store, slope))
-            return true;
-    }
-    return false;
+    bool only = false;
+    for (int k = 0; k < count && !only; k++)
+        only = met->bare[list[k]] == 1 && met->count[list[k]] > 1 && may_name(s, rows, i, list[k]);
+    return only;
+}
+
+/* A name for what rows without derivatives have, too, is no multiplier. Whether one was found. */
+static bool name_for_bare(const struct sys_system *s, struct met *met, const int *rows, int i, const int *list, int count)
+{
+    bool bare = false, more = false;
+    for (int k = 0; k < count; k++)
+        bare |= !rows[list[k]] && met->bare[list[k]] > 0;
+    for (int k = 0; k < count && bare; k++)
+        if (met->bare[list[k]] == 0 && may_name(s, rows, i, list[k])) {
+            met->bare[list[k]] = 1;
+            more = true;
+        }
+    return more;
 }
 
 /* Rows that only give names do not count as rows without derivatives: a multiplier in a force that has a name is one. */
@@ -144,20 +159,23 @@ static void see_through_names(const struct sys_system *s, const int *place, cons
     int *list = sga_malloc((size_t)(s->variables + 1) * sizeof *list);
     struct expr_cone cone;
     expr_cone_init(&cone);
-    for (bool more = true; more;) {
-        more = false;
-        for (int i = 0; i < s->rows; i++) {
-            if (seen[i] || s->row[i].entries)
-                continue;
-            int count = variables_in(s, place, &cone, s->row[i].alpha, list);
-            if (!only_names(s, met, rows, i, list, count))
-                continue;
-            for (int k = 0; k < count; k++)
-                met->bare[list[k]]--;
-            seen[i] = 1;
-            more = true;
+    for (int names = 1; names >= 0; names--)      /* first rows that name, then what they name */
+        for (bool more = true; more;) {
+            more = false;
+            for (int i = 0; i < s->rows; i++) {
+                if (s->row[i].entries || seen[i] == names)
+                    continue;
+                int count = variables_in(s, place, &cone, s->row[i].alpha, list);
+                if (!names) {
+                    more |= name_for_bare(s, met, rows, i, list, count);
+                } else if (only_names(s, met, rows, i, list, count)) {
+                    for (int k = 0; k < count; k++)
+                        met->bare[list[k]]--;
+                    seen[i] = 1;
+                    more = true;
+                }
+            }
         }
-    }
     expr_cone_clear(&cone);
     free(list);
     free(seen);

@@ -92,11 +92,11 @@ int main(void)
     row(&o, -1, expr_sub(&o.st, expr_mul(&o.st, o.v[x], o.v[y]), expr_int(&o.st, 1)));
     end(&o, "ccvvmma");
 
-    begin(&o);          /* the same with f' asked for by nothing, and l in an equation of its own too */
+    begin(&o);          /* f is a name for l, which is in an equation of its own too */
     x = add(&o, "x", "variable"), l = add(&o, "l", "variable"), f = add(&o, "f", "variable");
     row(&o, x, o.v[f]);
     row(&o, -1, expr_sub(&o.st, o.v[f], o.v[l]));
     row(&o, -1, expr_sub(&o.st, expr_powi(&o.st, o.v[l], 3), o.v[x]));
-    end(&o, "cam");
+    end(&o, "caa");
     return CHECK_END();
 }
