@@ -217,12 +217,19 @@ def sets(base, said, request, result):
 
 def differing_sets(base, said, request, result):
     """Points of the first's sets lie on the second's; where strata are listed in another way, the other way round too."""
+    if cut(base.result) or cut(result):      # they say that they do not cover all
+        return []
     there = [(kind, with_signals(said, request, translated(said, env))) for kind, env in base.points()]
     out = missed(there, request, result, "first")
     if kinds(base.result) != kinds(result):
         back = [(kind, given_back(said, env)) for kind, env in points_of(request, result)]
         out += missed(back, base.plain, base.result, "second")
     return out
+
+
+def cut(result):
+    """Whether a limit ended the search for branches."""
+    return any(w["code"] == "search_cut" for w in result.get("warnings", []))
 
 
 def missed(points, request, result, whose):

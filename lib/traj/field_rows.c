@@ -141,6 +141,16 @@ static bool found_noise(struct field *f, double *noise, int entries)
     return ok && evaluate(f, &same);
 }
 
+/* Whether the entries of A are numbers. */
+static bool all_constant(const struct field *f)
+{
+    bool constant = true;
+    for (int i = 0; i < f->rows; i++)
+        for (int k = 0; k < f->sys->row[i].entries; k++)
+            constant &= expr_is_const(f->sys->store, f->sys->row[i].entry[k].value);
+    return constant;
+}
+
 int field_rank_told(struct field *f)
 {
     int entries = 0, q = 0, m = f->rows + f->c + f->rates;
@@ -152,9 +162,13 @@ int field_rank_told(struct field *f)
         reserve(f, m);
     double *noise = sga_calloc((size_t)entries + 1, sizeof *noise);
     bool ok = found_noise(f, noise, entries);
+    struct definitions names = { 0 };
+    if (ok && !all_constant(f))
+        definitions_find(&names, f->sys, DEFINITIONS_ALL, NULL);
     for (int i = 0; i < f->rows && ok; i++)
         for (int k = 0; k < f->sys->row[i].entries; k++, q++)
-            noise[q] = fmax(noise[q], told_rounding(f->sys, f->sys->row[i].entry[k].value, f->in));
+            noise[q] = fmax(noise[q], told_rounding(f->sys, &names, f->sys->row[i].entry[k].value, f->in));
+    definitions_clear(&names);
     for (q = 0; q < entries && ok; q++)
         if (fabs(f->kept[q]) <= noise[q])
             f->kept[q] = 0;

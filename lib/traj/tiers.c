@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "guess.h"
 #include "kinds.h"
 #include "larger.h"
 #include "mem.h"
@@ -40,6 +41,7 @@ struct search {
     int *by_name;
     const char **name;
     const double *elsewhere;
+    double *filled;          /* the guess, with what equations say of values that were not given */
     int starts;
     int edges;               /* directions barred from the start: see edge_on */
     enum tiers_stage stage, found_in;
@@ -94,10 +96,12 @@ static double scatter(const char *name, int turn)
 }
 
 /* The k-th place to begin at: the guess, to both sides of it in every variable that was not given, some by names, farther where
- * given values move too; the guess again, for a walk. wide: how far given values move, as far as it is known. */
+ * given values move too; the guess again, for a walk; and with what equations say. wide: how far given values move, as far as it is known. */
 static void begin(const struct search *s, int k, double wide, double *y)
 {
-    for (int j = 0; j < s->t.n; j++) {
+    if (k == s->starts)
+        memcpy(y, s->filled, (size_t)s->t.n * sizeof *y);
+    for (int j = 0; j < s->t.n && k < s->starts; j++) {
         double shift = k == 0 || k == s->starts - 1 ? 0 : k == 1 ? 1 : k == 2 ? -1 : scatter(s->name[j], k);
         double reach = !s->rq->given[j] ? 1 : k < FEW ? 0 : wide;
         y[j] = s->rq->initial[j] + (s->tier[j] >= 0 ? shift * reach * s->unit[j] : 0);
@@ -373,7 +377,7 @@ static void from_guess(struct search *s, struct found *best, struct found *new)
 {
     bool only = false, easy = false;
     s->starts = s->stage >= TIERS_MOVE_ALL ? MORE_STARTS : STARTS;
-    for (int k = 0; k < s->starts && !only && goes_on(s, best); k++) {
+    for (int k = 0; k <= s->starts && !only && goes_on(s, best); k++) {
         bool walk = k == s->starts - 1;
         begin(s, k, best->any ? fmax(1, sqrt(best->score[0])) : 1, new->x);
         if (!reach(s, new->x, LOOSE, walk ? SHORT : INFINITY, walk ? WALK : SETTLE, &easy))
@@ -421,9 +425,11 @@ static void open(struct search *s, struct manifold *m, const struct sys_system *
 {
     size_t n = (size_t)m->n;
     s->rq = rq;
-    s->unit = sga_malloc((3 * n + 1) * sizeof *s->unit);
+    s->unit = sga_malloc((4 * n + 1) * sizeof *s->unit);
     s->loose = s->unit + n;
     s->weight = s->loose + n;
+    s->filled = memcpy(s->weight + n, rq->initial, n * sizeof *s->filled);
+    guess_complete(sys, rq->given, rq->start, NULL, s->filled);
     s->kind = sga_malloc(2 * n + 1);
     s->tier = (signed char *)s->kind + n;
     s->by_name = sga_malloc((n + 1) * sizeof *s->by_name);

@@ -9,6 +9,8 @@
 #include "mem.h"
 
 enum { BITS = 64 };
+/* What is solved for has more roundings than what is evaluated. */
+static const double SOLVED = 4;
 
 /* Of a node, from its children's values and magnitudes. */
 static double magnitude(const struct expr_store *st, const struct expr_cone *cone, int k, const double *value, const double *large)
@@ -23,26 +25,37 @@ static double magnitude(const struct expr_store *st, const struct expr_cone *con
     }
 }
 
-double told_rounding(const struct sys_system *sys, expr_id e, const double *in)
+/* Of e at what the ball was set to; names: of variables that count as what defines them, or NULL. */
+static double magnitude_of(const struct sys_system *sys, const struct definitions *names, struct num_ball *b, expr_id e)
 {
     const struct expr_store *st = sys->store;
     struct expr_cone cone;
-    struct num_ball b;
     expr_cone_init(&cone);
     expr_cone_of(st, &cone, &e, 1);
     expr_cone_index(&cone);
-    num_ball_init(&b, st, BITS);
+    num_ball_list(b, cone.list, cone.count);
+    double *value = sga_malloc((2 * (size_t)cone.count + 1) * sizeof *value), *large = value + cone.count;
+    for (int k = 0; k < cone.count; k++)
+        value[k] = arf_get_d(arb_midref(num_ball_value(b, cone.list[k])), ARF_RND_NEAR);
+    for (int k = 0; k < cone.count; k++) {
+        large[k] = magnitude(st, &cone, k, value, large);
+        for (int i = 0; names && i < names->count; i++)
+            if (expr_op_of(st, cone.list[k]) == EXPR_SYM && st->node[cone.list[k]].a == sys->variable[names->at[i].variable].symbol)
+                large[k] = fmax(large[k], SOLVED * magnitude_of(sys, NULL, b, names->at[i].value));
+    }
+    double all = large[cone.count - 1];
+    free(value);
+    expr_cone_clear(&cone);
+    return all;
+}
+
+double told_rounding(const struct sys_system *sys, const struct definitions *names, expr_id e, const double *in)
+{
+    struct num_ball b;
+    num_ball_init(&b, sys->store, BITS);
     for (int j = 0; j <= sys->variables; j++)
         num_ball_set_d(&b, j < sys->variables ? sys->variable[j].symbol : sys->time, in[j]);
-    num_ball_list(&b, cone.list, cone.count);
-    double *value = sga_malloc((2 * (size_t)cone.count + 1) * sizeof *value), *large = value + cone.count;
-    for (int k = 0; k < cone.count; k++) {
-        value[k] = arf_get_d(arb_midref(num_ball_value(&b, cone.list[k])), ARF_RND_NEAR);
-        large[k] = magnitude(st, &cone, k, value, large);
-    }
-    double rounding = DBL_EPSILON * large[cone.count - 1];
-    free(value);
+    double rounding = DBL_EPSILON * magnitude_of(sys, names, &b, e);
     num_ball_clear(&b);
-    expr_cone_clear(&cone);
     return isfinite(rounding) ? rounding : 0;
 }
