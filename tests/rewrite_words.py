@@ -12,7 +12,7 @@ def names(rng, said):
     parameters = list(s.get("parameters") or {})
     taken = {"pi", "der", said.time} | set(s.get("tables") or {}) | said.used()
     pool = [n for n in ["x", "y", "z", "a1", "b_2", "Omega", "mu", "_u", "w9", "e", "i", "D", "T", "E", "zz", "Q"] if n not in taken]
-    pool += [f"q_{k}" for k in range(len(old) + len(parameters) + 1)]
+    pool += [n for n in (f"q_{k}" for k in range(len(old) + len(parameters) + 2)) if n != said.time]
     rng.shuffle(pool)
     if rng.random() < 0.5:
         fresh = [f"v{k:03d}" for k in range(len(old))][::-1]
