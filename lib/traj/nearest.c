@@ -20,6 +20,8 @@ static const double LEVEL = 1e-6, TINY = 1e-9;
 static const double FAINT = 1e-11;
 /* Second derivatives below this are differences of nothing, beside the 1 that a variable's own distance has. */
 static const double FLAT = 1e-6;
+/* Rounding of them. */
+static const double NOISE = 1e-10;
 /* A step so short is Newton's own, and the sum cannot tell any more whether it is lower. */
 static const double SHORT = 1e-6;
 /* How far to leave a saddle; and how steep the descent from one is at the least. */
@@ -139,17 +141,31 @@ static void along(const struct nearest *q, const struct model *w, int k, double 
             p[j] += factor * w->vector[k * w->dim + i] * t->basis[(size_t)i * (size_t)t->n + (size_t)j];
 }
 
+/* Whether the sum bends along the k-th eigenvector: where this moves what counts by little beside what is free of charge (a force that has
+ * a name, of a stiff spring), it bends by as little. */
+static bool bends(const struct nearest *q, const struct model *w, int k, double *p)
+{
+    double counts = 0;
+    memset(p, 0, (size_t)q->t->n * sizeof *p);
+    along(q, w, k, 1, p);
+    for (int j = 0; j < q->t->n; j++)
+        counts += q->weight[j] * p[j] * p[j];
+    return fabs(w->value[k]) > fmax(NOISE, FLAT * fmin(1, counts));
+}
+
 /* Newton's step, downwards where the sum bends down too; directions in which it is flat are left alone. */
 static void newton(const struct nearest *q, const struct model *w, double *p)
 {
+    double *v = sga_malloc(((size_t)q->t->n + 1) * sizeof *v);
     memset(p, 0, (size_t)q->t->n * sizeof *p);
     for (int k = 0; k < w->dim; k++) {
         double g = dot(w->vector + (size_t)k * (size_t)w->dim, w->gradient, w->dim);
-        if (fabs(w->value[k]) > FLAT)
+        if (bends(q, w, k, v))
             along(q, w, k, -g / fabs(w->value[k]), p);
         else if (fabs(g) > FLAT * w->size)
             along(q, w, k, -g, p);
     }
+    free(v);
 }
 
 /* Of both ways along p the one on which the first variable by name grows. */
@@ -323,9 +339,7 @@ void nearest_bar(const struct nearest *q, const double *x, bool edge)
     gradient_of(q, x, w.full);
     if (look(q, &w, x, w.full, true))
         for (int k = 0; k < w.dim; k++)
-            if (fabs(w.value[k]) > FLAT) {
-                memset(p, 0, (size_t)n * sizeof *p);
-                along(q, &w, k, 1, p);
+            if (bends(q, &w, k, p)) {
                 if (!edge || moves_none(q, p))
                     bar(q, &w, k, p);
             }
