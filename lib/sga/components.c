@@ -9,7 +9,7 @@
 #include "warnings.h"
 
 enum { STARTS = 3, SIDED_STARTS = 6, STUCK_STARTS = 16 };     /* of each set; where it has sides, each is to be met */
-enum { OFF_ZEROS = 4, OFF_STARTS = 2 };                       /* of each set off what vanished on it */
+enum { OFF_ZEROS = 4, OFF_STARTS = 4 };                       /* of each set off what vanished on it */
 
 static void *copy(const void *from, size_t count, size_t size)
 {
@@ -159,8 +159,8 @@ static void arrive(struct components *c, const struct component_run *r, struct p
     }
 }
 
-/* Points where a zero of the run, which no algebra proves, does not vanish: those of f = 0 off z = 0 are zeros of f/z, and as a rule
- * nothing else is, so that Newton's method does not come to the component that is known. */
+/* Points where a zero of the run, which no algebra proves, does not vanish: those of f = 0 off z = 0, f the last constraint, are zeros of f/z,
+ * and as a rule nothing else is, so that Newton's method does not come to the component that is known. */
 static void search_off(struct components *c, const struct component_run *r, struct points_space *space, int n, struct walk *w)
 {
     struct expr_store *st = (struct expr_store *)space->st;
@@ -171,13 +171,16 @@ static void search_off(struct components *c, const struct component_run *r, stru
             continue;
         asked++;
         for (int k = 0; k < n; k++)
-            off[k] = expr_div(st, r->constraint[k], r->zero[i].expr);
+            off[k] = k + 1 < n ? r->constraint[k] : expr_div(st, r->constraint[k], r->zero[i].expr);
         for (int k = 0; k < OFF_STARTS && expr_store_ok(st) && sga_budget_ok(space->budget, NULL); k++) {
             struct points_point p;
             space->constraint = off;
             space->by_shape = false;
-            bool found = points_find(space, 1 + k, &w->random, POINTS_BITS, &p) == POINTS_OK && p.certified;
+            space->near = k % 2 && r->point.x ? r->point.x : NULL;      /* beside what is known, too */
+            space->near_time = r->point.t;
+            bool found = points_find(space, space->near ? 0.5 * k : 1 + k, &w->random, POINTS_BITS, &p) == POINTS_OK && p.certified;
             space->constraint = r->constraint;
+            space->near = NULL;
             if (found)
                 arrive(c, r, space, n, &p, &w->random);
             points_point_clear(&p);
