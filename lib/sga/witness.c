@@ -28,6 +28,7 @@ struct check {
     int *rate;                      /* derivatives; of time -1 */
     arb_t sum, term;
     mag_t size, part;
+    slong slope;                    /* log2 of what the residual is small beside, too; 0 at the least */
     int digits;
     const struct sga_budget *budget;
     struct sga_error *err;
@@ -47,6 +48,7 @@ static void begin(struct check *c)
 {
     arb_zero(c->sum);
     mag_zero(c->size);
+    c->slope = 0;
 }
 
 /* Of a value of that size; not 0. exp(-10^8 x^2) has more digits than an int counts. */
@@ -56,7 +58,7 @@ static int digits_of(const mag_t size)
 }
 
 /* The residual must contain 0, and be narrow beside its terms, or by itself (a single
- * term that vanishes, such as a constraint that is an equation). */
+ * term that vanishes, such as a constraint that is an equation) and beside what it changes by. */
 static bool vanishes(struct check *c, const char *what, int index)
 {
     if (!arb_is_finite(c->sum))
@@ -66,9 +68,10 @@ static bool vanishes(struct check *c, const char *what, int index)
     arb_get_mag(c->part, c->sum);
     int digits = 1000;
     if (!mag_is_zero(c->part)) {
+        mag_div(c->size, c->part, c->size);
+        mag_mul_2exp_si(c->part, c->part, -c->slope);
         digits = digits_of(c->part);
-        mag_div(c->part, c->part, c->size);
-        int relative = digits_of(c->part);
+        int relative = digits_of(c->size);
         digits = relative > digits ? relative : digits;
     }
     if (digits < c->digits)
@@ -133,6 +136,20 @@ static bool moves(const struct check *c, expr_id v)
     return !expr_is_zero(c->claim->st, v);
 }
 
+/* What the constraint changes by where a variable of it moves by its natural size: that a residual is small beside this says the same
+ * of any multiple of the constraint (x - exp(-10^8 t^2) and x exp(10^8 t^2) - 1). */
+static void note_slopes(struct check *c, int constraint)
+{
+    const int *scale = c->claim->solution->scale;
+    for (int k = 0; k < c->jac->cols[constraint]; k++) {
+        arb_srcptr slope = c->jac->entry[constraint] + k;
+        if (!arb_is_finite(slope) || arb_contains_zero(slope))
+            continue;
+        slong e = arf_abs_bound_lt_2exp_si(arb_midref(slope)) - 1 + (scale ? scale[c->jac->col[constraint][k]] : 0);
+        c->slope = e > c->slope ? e : c->slope;
+    }
+}
+
 static bool check_tangency(struct check *c, const expr_id *v, bool inhomogeneous, const char *what)
 {
     arb_t one;
@@ -149,6 +166,7 @@ static bool check_tangency(struct check *c, const expr_id *v, bool inhomogeneous
                 int rate = c->rate[c->time.col[i][k]];
                 add_term(c, c->time.entry[i] + k, rate < 0 ? one : c->point->ball.symbol + rate);
             }
+        note_slopes(c, i);
         ok = vanishes(c, what, i);
     }
     arb_clear(one);
