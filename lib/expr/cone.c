@@ -152,6 +152,24 @@ void expr_substitute(struct expr_store *st, expr_id *roots, int nroots, const ex
     expr_cone_clear(&c);
 }
 
+expr_id expr_replace(struct expr_store *st, expr_id root, const expr_id *by)
+{
+    struct expr_cone c;
+    expr_cone_init(&c);
+    expr_cone_of(st, &c, &root, 1);
+    expr_id *to = sga_calloc((size_t)st->nodes + 1, sizeof *to), *none = sga_calloc((size_t)st->symbols + 1, sizeof *none);
+    int nodes = st->nodes;          /* those that are made here are nowhere in the cone */
+    for (int i = 0; i < c.count; i++) {
+        expr_id e = c.list[i], new = by[e];
+        to[e] = !new ? expr_rebuild(st, st, e, to, none) : new < nodes && to[new] ? to[new] : new;
+    }
+    expr_id out = to[root];
+    free(to);
+    free(none);
+    expr_cone_clear(&c);
+    return out;
+}
+
 void expr_copy_symbols(struct expr_store *to, const struct expr_store *from)
 {
     for (int i = 0; i < from->symbols; i++) {

@@ -163,6 +163,10 @@ void expr_cone_index(struct expr_cone *c);
  * become map[i] (map has st->symbols entries). Roots are replaced in place. */
 void expr_substitute(struct expr_store *st, expr_id *roots, int nroots, const expr_id *map);
 
+/* The root with nodes e of its cone that have by[e] != 0 replaced by that (by has an entry for each node of the
+ * store), in which nodes are replaced too where it is in the cone itself. */
+expr_id expr_replace(struct expr_store *st, expr_id root, const expr_id *by);
+
 /* The symbols of another store, under the same indices, into one without any. */
 void expr_copy_symbols(struct expr_store *to, const struct expr_store *from);
 /* Copies of roots into that store, in place, with symbols i that have map[i] != 0 (nodes of

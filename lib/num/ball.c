@@ -120,64 +120,42 @@ static void cube_root(arb_t r, const arb_t x, slong prec)
     arb_clear(u);
 }
 
-/* Where a ball reaches out of a function's domain [from, to] but not wholly, the function
- * has a value only for what is inside: r is x cut down to that. NaN beyond stays NaN. */
-static void cut_to(arb_t r, const arb_t x, const long *from, const long *to, slong prec)
+/* The ends of x, moved to those of a function's domain [from, to] that they lie beyond. False: all of x is outside. */
+static bool cut_to(arf_t low, arf_t high, const arb_t x, const long *from, const long *to, slong prec)
 {
-    arb_set(r, x);
-    if (!arb_is_finite(x))
-        return;
-    arf_t low, high;
-    arf_init(low);
-    arf_init(high);
     arb_get_lbound_arf(low, x, prec);
     arb_get_ubound_arf(high, x, prec);
-    bool cut = false;
-    if (from && arf_cmp_si(low, *from) < 0 && arf_cmp_si(high, *from) >= 0) {
-        arf_set_si(low, *from);
-        cut = true;
-    }
-    if (to && arf_cmp_si(high, *to) > 0 && arf_cmp_si(low, *to) <= 0) {
-        arf_set_si(high, *to);
-        cut = true;
-    }
-    if (cut)
-        arb_set_interval_arf(r, low, high, prec);
-    arf_clear(low);
-    arf_clear(high);
-}
-
-/* A function on the part of x that lies in its domain. The ends of a cut ball are taken
- * apart, since a midpoint and radius may not be exactly inside: f is monotone there. */
-static void on_domain(arb_t r, const arb_t x, const long *from, const long *to, slong prec,
-                      void (*f)(arb_t, const arb_t, slong))
-{
-    f(r, x, prec);
-    if (arb_is_finite(r) || !arb_is_finite(x))
-        return;
-    arb_t c, end;
-    arf_t low, high;
-    arb_init(c);
-    arb_init(end);
-    arf_init(low);
-    arf_init(high);
-    cut_to(c, x, from, to, prec);
-    arb_get_lbound_arf(low, c, prec);
-    arb_get_ubound_arf(high, c, prec);
+    if ((from && arf_cmp_si(high, *from) < 0) || (to && arf_cmp_si(low, *to) > 0))
+        return false;
     if (from && arf_cmp_si(low, *from) < 0)
         arf_set_si(low, *from);
     if (to && arf_cmp_si(high, *to) > 0)
         arf_set_si(high, *to);
-    bool inside = (!from || arf_cmp_si(high, *from) >= 0) && (!to || arf_cmp_si(low, *to) <= 0) && !arb_equal(c, x);
-    if (inside) {
-        arb_set_arf(c, low);
-        f(c, c, prec);
+    return true;
+}
+
+/* A function on the part of x that lies in its domain: where a ball reaches out of that but not wholly, it has a value only for what is
+ * inside; NaN beyond stays NaN. The ends are taken apart, since a midpoint and radius may not be exactly inside, or f not see that they are:
+ * it is monotone there. Of an end just inside it needs twice the bits (1 - x^2 at 1 - 2^-80). */
+static void on_domain(arb_t r, const arb_t x, const long *from, const long *to, slong prec,
+                      void (*f)(arb_t, const arb_t, slong))
+{
+    arf_t low, high;
+    f(r, x, prec);
+    if (arb_is_finite(r) || !arb_is_finite(x))
+        return;
+    arf_init(low);
+    arf_init(high);
+    if (cut_to(low, high, x, from, to, prec)) {
+        arb_t end;
+        arb_init(end);
+        arb_set_arf(r, low);
+        f(r, r, 2 * prec + 20);
         arb_set_arf(end, high);
-        f(end, end, prec);
-        arb_union(r, c, end, prec);
+        f(end, end, 2 * prec + 20);
+        arb_union(r, r, end, prec);
+        arb_clear(end);
     }
-    arb_clear(c);
-    arb_clear(end);
     arf_clear(low);
     arf_clear(high);
 }

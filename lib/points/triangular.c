@@ -210,9 +210,19 @@ static bool in_given_order(struct work *w, slong prec)
     return solve_all(w, prec);
 }
 
+/* The variables' balls, to go back to: a start that this way does not lead on from is one for steps, which go by p->x. The caller clears it. */
+static arb_ptr kept(const struct points_space *s, const struct points_point *p)
+{
+    arb_ptr v = _arb_vec_init(s->variables);
+    for (int j = 0; j < s->variables; j++)
+        arb_set(v + j, p->ball.symbol + s->variable[j]);
+    return v;
+}
+
 bool points_triangular(const struct points_space *s, struct points_point *p, slong prec)
 {
     struct work w = { .s = s, .p = p };
+    arb_ptr before = kept(s, p);
     w.turn = sga_malloc((size_t)(s->constraints + 1) * sizeof *w.turn);
     w.chosen = sga_malloc((size_t)(s->constraints + 1) * sizeof *w.chosen);
     expr_cone_init(&w.cone);
@@ -226,8 +236,13 @@ bool points_triangular(const struct points_space *s, struct points_point *p, slo
     }
     bool ok = (by_shape(&w) && solve_all(&w, prec)) || in_given_order(&w, prec);
     p->ball.prec = prec;
-    for (int j = 0; j < s->variables && ok; j++)
-        p->x[j] = arf_get_d(arb_midref(p->ball.symbol + s->variable[j]), ARF_RND_NEAR);
+    for (int j = 0; j < s->variables; j++) {
+        if (ok)
+            p->x[j] = arf_get_d(arb_midref(p->ball.symbol + s->variable[j]), ARF_RND_NEAR);
+        else
+            num_ball_set(&p->ball, s->variable[j], before + j);
+    }
+    _arb_vec_clear(before, s->variables);
     p->certified = p->triangular = ok;
     num_ball_forget(&p->ball);
     expr_cone_clear(&w.cone);

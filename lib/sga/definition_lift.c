@@ -1,5 +1,5 @@
 /* The answer for the system without the variables that equations define becomes that of the whole. */
-#include "definition.h"
+#include "definition_flat.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -14,44 +14,26 @@ struct lift {
     const struct sys_system *sys;
     struct sga_solution *sol;
     int rows;                      /* of what is left */
-    unsigned char *flat;           /* by definition: its value is 0 on the set, where it has no derivative */
+    expr_id *value;                /* by definition: its function, or where that has no derivative one that is equal on the set */
+    unsigned char *plain;          /* by definition: the row has no derivative there, and `v - value` is the constraint */
 };
-
-/* Whether f has a derivative by each of its variables at the point. */
-static bool has_slopes(const struct lift *l, expr_id f, struct num_ball *b)
-{
-    const struct sys_system *sys = l->sys;
-    unsigned char *active = sga_calloc((size_t)sys->store->symbols + 1, 1);
-    struct expr_cone cone;
-    struct expr_term *term = NULL;
-    size_t cap = 0;
-    bool all = true;
-    expr_cone_init(&cone);
-    for (int j = 0; j < sys->variables; j++)
-        active[sys->variable[j].symbol] = 1;
-    int terms = expr_gradient(sys->store, &cone, f, active, &term, &cap);
-    num_ball_extend(b);
-    for (int k = 0; k < terms && all; k++)
-        all = arb_is_finite(num_ball_value(b, term[k].value));
-    expr_cone_clear(&cone);
-    free(term);
-    free(active);
-    return all;
-}
 
 /* s = sqrt(x y) where x stays 0: the variable itself is the constraint. Only where the set is that of the first generation, on which
  * definitions are listed. */
-static void find_flat(struct lift *l, struct points_shadow *shadow)
+static void find_values(struct lift *l, struct points_shadow *shadow)
 {
-    l->flat = sga_calloc((size_t)l->d->count + 1, 1);
-    if (l->sol->generations > 1 || !shadow->reals || l->sol->verdict == SGA_INCONSISTENT)
-        return;
-    for (int i = 0; i < l->d->count; i++) {
-        expr_id f = l->d->at[i].value;
-        if (has_slopes(l, f, &shadow->real[0].ball))
+    const struct definitions *d = l->d;
+    bool ask = l->sol->generations <= 1 && shadow->reals && l->sol->verdict != SGA_INCONSISTENT;
+    l->value = sga_calloc((size_t)d->count + 1, sizeof *l->value);
+    l->plain = sga_calloc((size_t)d->count + 1, 1);
+    for (int i = 0; i < d->count; i++) {
+        const struct definition *f = d->at + i;
+        l->value[i] = f->value;
+        if (!ask)
             continue;
-        struct points_decision z = points_shadow_zero(shadow, f);
-        l->flat[i] = z.truth == POINTS_ZERO && (z.basis == POINTS_ZERO_ALGEBRAIC || z.basis == POINTS_EXACT);
+        if (!definition_smooth(d, l->sys, shadow, f->value))
+            l->value[i] = definition_flattened(d, l->sys, shadow, f->value);
+        l->plain[i] = l->value[i] != f->value || !definition_smooth(d, l->sys, shadow, l->sys->row[f->row].alpha);
     }
 }
 
@@ -89,9 +71,10 @@ static void lift_constraints(const struct lift *l, bool combinations)
         const struct definition *f = l->d->at + i;
         expr_id e = l->sys->row[f->row].alpha;
         all[i] = (struct sga_constraint){ .expr = e, .generation = 1, .origin = SGA_FROM_ROWS, .restriction = -1, .base = e, .source = f->row };
-        if (l->flat[i]) {
+        if (l->plain[i]) {
+            expr_id v = l->sys->store->symbol[l->sys->variable[f->variable].symbol].node;
             all[i].replaced = e;
-            all[i].expr = all[i].base = l->sys->store->symbol[l->sys->variable[f->variable].symbol].node;
+            all[i].expr = all[i].base = expr_sub(l->sys->store, v, l->value[i]);
         }
         if (!combinations)
             continue;
@@ -156,7 +139,7 @@ static void lift_field(const struct lift *l)
     for (int j = 0; j < sys->variables - l->d->count; j++)
         expr_flow_determine(&flow, sys->variable[l->d->variable[j]].symbol, l->sol->field[j]);
     for (int i = 0; i < l->d->count; i++)
-        rate[i] = l->flat[i] ? expr_int(sys->store, 0) : expr_flow_coefficient(&flow, l->d->at[i].value, 1);
+        rate[i] = expr_flow_coefficient(&flow, l->value[i], 1);
     expr_flow_clear(&flow);
     spread(l, l->sol->field, rate, whole);
     free(l->sol->field);
@@ -183,9 +166,9 @@ static void lift_gauge(const struct lift *l)
     for (int f = 0; f < fields; f++) {
         const expr_id *Y = l->sol->gauge + (size_t)f * (size_t)left;
         for (int i = 0; i < l->d->count; i++) {
-            int terms = expr_gradient(st, &cone, l->d->at[i].value, active, &term, &cap);
+            int terms = expr_gradient(st, &cone, l->value[i], active, &term, &cap);
             along[i] = expr_int(st, 0);
-            for (int k = 0; k < terms && !l->flat[i]; k++)
+            for (int k = 0; k < terms; k++)
                 along[i] = expr_add(st, along[i], expr_mul(st, term[k].value, Y[place[term[k].symbol]]));
         }
         spread(l, Y, along, whole + (size_t)f * (size_t)n);
@@ -268,8 +251,8 @@ static bool sample(const struct lift *l, const struct sga_options *options, stru
 bool definitions_lift(const struct definitions *d, const struct sys_system *system, const struct sga_options *options,
                       struct points_shadow *shadow, struct sga_solution *solution)
 {
-    struct lift l = { d, system, solution, system->rows - d->count, NULL };
-    find_flat(&l, shadow);
+    struct lift l = { d, system, solution, system->rows - d->count, NULL, NULL };
+    find_values(&l, shadow);
     lift_constraints(&l, options->combinations);
     lift_elimination(&l);
     lift_verdict(&l);
@@ -278,7 +261,8 @@ bool definitions_lift(const struct definitions *d, const struct sys_system *syst
     if (solution->gauge)
         lift_gauge(&l);
     keep_definitions(&l);
-    free(l.flat);
+    free(l.value);
+    free(l.plain);
     free(solution->scale);
     solution->scale = state_sizes(system, &solution->time_unit);
     return expr_store_ok(system->store) && sample(&l, options, shadow) && expr_store_ok(system->store);

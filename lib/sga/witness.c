@@ -13,7 +13,7 @@
 
 /* Balls widen along long eliminations: more bits where the first do not tell. */
 static const slong witness_bits[] = { 160, 640, 2560, 10240, 40960 };
-enum { WITNESS_LEVELS = 5 };
+enum { WITNESS_LEVELS = 5, LEAST_DIGITS = 8 };
 enum { FAR_TRIES = 6 };         /* for points that the answer speaks of: beyond, points are near those of the reduction */
 
 struct check {
@@ -28,6 +28,8 @@ struct check {
     int *rate;                      /* derivatives; of time -1 */
     arb_t sum, term;
     mag_t size, part;
+    slong slope;                    /* log2 of what the constraint changes by; 0 at the least */
+    bool last, beside;              /* no more bits can be had: what is small beside that is enough; and it was needed */
     int digits;
     const struct sga_budget *budget;
     struct sga_error *err;
@@ -47,6 +49,7 @@ static void begin(struct check *c)
 {
     arb_zero(c->sum);
     mag_zero(c->size);
+    c->slope = 0;
 }
 
 /* Of a value of that size; not 0. exp(-10^8 x^2) has more digits than an int counts. */
@@ -56,7 +59,7 @@ static int digits_of(const mag_t size)
 }
 
 /* The residual must contain 0, and be narrow beside its terms, or by itself (a single
- * term that vanishes, such as a constraint that is an equation). */
+ * term that vanishes, such as a constraint that is an equation); with the most bits, beside what it changes by. */
 static bool vanishes(struct check *c, const char *what, int index)
 {
     if (!arb_is_finite(c->sum))
@@ -67,13 +70,18 @@ static bool vanishes(struct check *c, const char *what, int index)
     int digits = 1000;
     if (!mag_is_zero(c->part)) {
         digits = digits_of(c->part);
-        mag_div(c->part, c->part, c->size);
-        int relative = digits_of(c->part);
+        mag_div(c->size, c->part, c->size);
+        int relative = digits_of(c->size);
         digits = relative > digits ? relative : digits;
+        if (digits < LEAST_DIGITS && c->last) {
+            mag_mul_2exp_si(c->part, c->part, -c->slope);
+            digits = digits_of(c->part);
+            c->beside = true;
+        }
     }
     if (digits < c->digits)
         c->digits = digits;
-    if (digits < 8)
+    if (digits < LEAST_DIGITS)
         return sga_fail(c->err, SGA_E_UNDECIDED, "the witness knows %s %d to %d digits only at a point of the final set", what, index + 1, digits);
     return true;
 }
@@ -133,6 +141,20 @@ static bool moves(const struct check *c, expr_id v)
     return !expr_is_zero(c->claim->st, v);
 }
 
+/* What the constraint changes by where a variable of it moves by its natural size: that a residual is small beside this says the same
+ * of any multiple of the constraint (x - exp(-10^8 t^2) and x exp(10^8 t^2) - 1). */
+static void note_slopes(struct check *c, int constraint)
+{
+    const int *scale = c->claim->solution->scale;
+    for (int k = 0; k < c->jac->cols[constraint]; k++) {
+        arb_srcptr slope = c->jac->entry[constraint] + k;
+        if (!arb_is_finite(slope) || arb_contains_zero(slope))
+            continue;
+        slong e = arf_abs_bound_lt_2exp_si(arb_midref(slope)) - 1 + (scale ? scale[c->jac->col[constraint][k]] : 0);
+        c->slope = e > c->slope ? e : c->slope;
+    }
+}
+
 static bool check_tangency(struct check *c, const expr_id *v, bool inhomogeneous, const char *what)
 {
     arb_t one;
@@ -149,6 +171,7 @@ static bool check_tangency(struct check *c, const expr_id *v, bool inhomogeneous
                 int rate = c->rate[c->time.col[i][k]];
                 add_term(c, c->time.entry[i] + k, rate < 0 ? one : c->point->ball.symbol + rate);
             }
+        note_slopes(c, i);
         ok = vanishes(c, what, i);
     }
     arb_clear(one);
@@ -284,6 +307,37 @@ static enum points_status draw(const struct points_space *space, const int *end,
     return points_find_staged(&own, end, stages, own.near ? 0.03 * (k + 1) : 1 + k, random, witness_bits[0], p);
 }
 
+/* q = exp(-10^8 x^2) is known to so many digits of 1, and not of itself, where steps met it: solved variable by variable, it may be known to
+ * digits of its own, and an answer that is wrong by a part of it is seen. False: it is. */
+static bool check_closely(struct check *c, const struct points_space *space)
+{
+    struct points_space own = *space;
+    struct points_point here, *point = c->point;
+    struct sga_error found = { 0 }, *err = c->err;
+    uint64_t random = 1;
+    int digits = c->digits;
+    own.near = point->x;
+    own.near_time = point->t;
+    own.parameter_value = point->parameter;
+    own.by_shape = true;
+    own.starts = 1;
+    bool solved = points_find(&own, 0, &random, witness_bits[0], &here) == POINTS_OK && here.certified, ok = true;
+    if (solved) {
+        c->point = &here;
+        c->err = &found;
+        c->last = false;
+        c->prec = witness_bits[0];
+        ok = !spoken_of(c) || check_point(c) || found.code != SGA_E_WITNESS;
+    }
+    points_point_clear(&here);
+    c->point = point;
+    c->err = err;
+    c->digits = digits;
+    if (!ok)
+        *err = found;
+    return ok;
+}
+
 /* check_point with as many bits as it takes. */
 static bool check_levels(struct check *c, const struct points_space *space)
 {
@@ -294,11 +348,13 @@ static bool check_levels(struct check *c, const struct points_space *space)
         if (l && !points_refine(space, c->point, witness_bits[l]))
             break;
         c->prec = witness_bits[l];
+        c->last = l + 1 == WITNESS_LEVELS;
+        c->beside = false;
         c->err = &here;
         bool ok = check_point(c);
         c->err = err;
         if (ok)
-            return true;
+            return !c->beside || check_closely(c, space);
         /* a point that is not certified may miss the set by what was found: more bits tell */
         bool sure = here.code != SGA_E_UNDECIDED && (c->point->certified || here.code != SGA_E_WITNESS);
         if (sure || l + 1 == WITNESS_LEVELS) {
