@@ -59,7 +59,7 @@ static struct regular form(struct state *s, expr_id e)
         s->sol->not_factored = true;
         sga_limit_met(s->options->budget, SGA_LIMIT_REDUCED_BY);
     }
-    if (r.answer == REGULAR_NEVER || c == 0 || c > SGA_MOST_REDUCED_BY || regular_all_affine(s, e))
+    if (r.answer == REGULAR_NEVER || c == 0 || c > SGA_MOST_REDUCED_BY || (regular_all_affine(s, e) && !(state_facts(s, e) & EXPR_HAS_TIME)))
         return r;
     if (r.answer == REGULAR_REPLACED) {
         look_at_ways(s, &r);
