@@ -78,6 +78,18 @@ static bool signs_fit(const struct points_space *s)
     return true;
 }
 
+/* In (0, 1), for a symbol at a start: by its name where that is asked for, else the next one. */
+static double draw(const struct points_space *s, int symbol, uint64_t turn, uint64_t *random)
+{
+    if (!s->by_name)
+        return points_uniform(random);
+    uint64_t h = 1469598103934665603u;
+    for (const char *name = s->st->symbol[symbol].name; *name; name++)
+        h = (h ^ (unsigned char)*name) * 1099511628211u;
+    h ^= turn;
+    return points_uniform(&h);
+}
+
 static void start(const struct points_space *s, double spread, uint64_t *random, int attempt, struct points_point *p)
 {
     if (s->before && attempt <= 1 && signs_fit(s)) {
@@ -88,8 +100,9 @@ static void start(const struct points_space *s, double spread, uint64_t *random,
     const int *scale = p->scaled ? s->scale : NULL;
     if (attempt > 8)
         box = fmax(box, 0.1) * (1 + 0.5 * (attempt - 8));
+    uint64_t turn = s->by_name ? points_random(random) : 0;
     for (int i = 0; i < s->variables; i++) {
-        double u = 2 * points_uniform(random) - 1;
+        double u = 2 * draw(s, s->variable[i], turn, random) - 1;
         double size = scale ? ldexp(1, scale[i]) : 1;
         if (s->near && attempt % 3 != 1 && fabs(s->near[i]) > LEAST_SIZE * size)
             size = fmin(size, fabs(s->near[i]));       /* it may be small because its unit is large */

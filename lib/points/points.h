@@ -46,6 +46,7 @@ struct points_space {
     bool by_shape;                            /* the set is solved variable by variable (triangular.h) from the first start on,
                                                * and not by steps, which go to the part that is nearest */
     int starts;                               /* random ones to try; 0: the usual number */
+    bool by_name;                             /* starts are drawn by the names of variables, whatever their order */
     long *steps;                              /* Newton steps left, counted down: none is found past them; NULL: any number */
     const struct points_side *side; int sides;   /* points on other sides are not taken */
     bool same_branches;                       /* nor, of the first few starts near a guess, those where abs, sign, min, max of the

@@ -10,7 +10,9 @@
 #include "lin_dense.h"
 #include "mem.h"
 
-enum { LEAST_STEPS = 30 };
+enum { LEAST_STEPS = 30, NEAR_STARTS = 8, FAR_STARTS = 12 };
+/* How far from a guess to begin. */
+static const double NEAR = 0.2;
 /* All searches of an answer together, in steps times nodes: about a second. Each may take a part of what is
  * left, so that no one that finds nothing takes all. Who asks for strata has ten times as much. */
 static const double PART = 0.2;
@@ -119,11 +121,30 @@ static bool constant_there(struct job *j, expr_id e)
     return same.truth == POINTS_ZERO && (same.basis == POINTS_ZERO_ALGEBRAIC || same.basis == POINTS_EXACT);
 }
 
+/* Stage by stage from so many starts; those of a guess first, then others anywhere: the stratum may lie on the other side of the
+ * set, and a search that finds nothing is to end before its steps do in a small system, in whatever order it was written. */
+static enum points_status staged(struct points_space *space, uint64_t seed, const int *end, int stages, struct points_point *p)
+{
+    uint64_t random = seed;
+    if (space->starts || !space->near)
+        return points_find_staged(space, end, stages, space->near ? NEAR : 1, &random, 64, p);
+    struct points_space from = *space;
+    from.starts = NEAR_STARTS;
+    enum points_status status = points_find_staged(&from, end, stages, NEAR, &random, 64, p);
+    if (status != POINTS_NONE || *space->steps <= 0)
+        return status;
+    points_point_clear(p);
+    from.near = NULL;
+    from.starts = FAR_STARTS;
+    random = seed;
+    return points_find_staged(&from, end, stages, 1, &random, 64, p);
+}
+
 /* Within the steps granted: from the known point of the final set (NULL: none), then stage by stage. */
 static enum points_status search(struct job *j, struct points_space *space, const struct points_point *known, uint64_t seed,
                                  const int *end, int stages, struct points_point *p)
 {
-    double spread = space->near ? 0.2 : 1, cost = step_cost(space->st, space->constraint, space->constraints, space->variables);
+    double spread = space->near ? NEAR : 1, cost = step_cost(space->st, space->constraint, space->constraints, space->variables);
     long granted = steps_granted(j, cost), steps = granted;
     uint64_t random = seed;
     enum points_status status = POINTS_NONE;
@@ -133,11 +154,10 @@ static enum points_status search(struct job *j, struct points_space *space, cons
         from.before = known;
         from.starts = 3;
         status = points_find(&from, spread, &random, 64, p);
-        random = seed;
     }
     if (granted && status != POINTS_OK && status != POINTS_STOPPED) {
         points_point_clear(p);
-        status = points_find_staged(space, end, stages, spread, &random, 64, p);
+        status = staged(space, seed, end, stages, p);
     }
     j->strata_work += (double)(granted - (steps > 0 ? steps : 0)) * cost;
     if (steps <= 0 && status == POINTS_NONE) {
@@ -175,7 +195,7 @@ enum points_status strata_look_at(struct job *j, struct strata_look look, struct
         .parameters = values, .time = moving == STRATA_TIME ? -1 : sys->time, .constraint = con,
         .constraints = c + more, .near = extra || look.far ? NULL : j->near, .near_time = j->near_time,
         .scale = extra ? NULL : j->solution.scale,
-        .starts = look.starts, .budget = &j->budget,
+        .starts = look.starts, .by_name = true, .budget = &j->budget,
     };
     int *end = sga_calloc((size_t)j->solution.generations + 3, sizeof *end), stages = 0;
     sga_stages(&j->solution, end);

@@ -3,7 +3,9 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
+#include "at_start.h"
 #include "block.h"
 #include "mem.h"
 #include "print.h"
@@ -187,6 +189,8 @@ struct agenda {
     int lowest;
     expr_id *mixed; int mixes; size_t mix_cap;            /* entries that are 0 on some sides of the set and not on others */
     bool sided;                                           /* these are asked now, on the side where the points are */
+    struct at_start start;
+    unsigned char *idle; size_t idle_cap;                 /* by expression: 1 it is no zero where a motion is to start, 2 it is; 0 not asked */
 };
 
 static void file_row(struct agenda *a, int i)
@@ -236,6 +240,22 @@ static void agenda_clear(struct agenda *a)
     free(a->meet_cap);
     free(a->done);
     free(a->mixed);
+    free(a->idle);
+    at_start_clear(&a->start);
+}
+
+/* Whether e, which is no zero in general, is one where a motion is to start. */
+static bool is_idle(struct agenda *a, const struct ech_context *c, expr_id e)
+{
+    size_t had = a->idle_cap, need = (size_t)e + 1;
+    if (!a->start.known)
+        return false;
+    SGA_RESERVE(a->idle, a->idle_cap, need);
+    if (a->idle_cap > had)
+        memset(a->idle + had, 0, a->idle_cap - had);
+    if (!a->idle[e])
+        a->idle[e] = at_start_vanishes(&a->start, c, e) ? 2 : 1;
+    return a->idle[e] == 2;
 }
 
 static bool is_mixed(const struct agenda *a, expr_id e)
@@ -246,6 +266,9 @@ static bool is_mixed(const struct agenda *a, expr_id e)
     return false;
 }
 
+/* The last kind of pivots; and an entry that is 0 where a motion is to start comes after those of the same rows that are not. */
+enum { ANY = 6, IDLE = 10000000 };
+
 /* Constants first, then what never vanishes, then parameters, then the rest. */
 static int kind_of(const struct ech_context *c, expr_id e)
 {
@@ -254,7 +277,7 @@ static int kind_of(const struct ech_context *c, expr_id e)
         return expr_is_one(c->st, e) || expr_is_int(c->st, e, -1) ? 0 : 1;
     if (!(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
         return 2;
-    return f & EXPR_NONZERO ? 3 : 6;
+    return f & EXPR_NONZERO ? 3 : ANY;
 }
 
 /* Numbers much smaller than others of a long row are no pivots: marching through a discrete Laplacian by its
@@ -298,7 +321,10 @@ static bool choose(struct agenda *a, const struct ech_context *c, int *out_row, 
                     continue;
                 double fill = 4.0 * (len - 1) * (a->meet_len[a->row[i].entry[k].col] - 1);
                 double size = points_shadow_magnitude(c->shadow, a->row[i].entry[k].value);
-                double score = fill + 2 * kind_of(c, a->row[i].entry[k].value) - 1e-3 * fmin(200, fmax(-200, size));
+                int kind = kind_of(c, a->row[i].entry[k].value);
+                double score = fill + 2 * kind - 1e-3 * fmin(200, fmax(-200, size));
+                if (kind == ANY && is_idle(a, c, a->row[i].entry[k].value))
+                    score += IDLE;
                 if (score < best && !(size < least && expr_is_const(c->st, a->row[i].entry[k].value))) {
                     best = score;
                     *out_row = i;
@@ -395,6 +421,7 @@ bool ech_eliminate(struct echelon *e, const struct ech_context *c, struct ech_ro
             return false;
     struct agenda a;
     agenda_init(&a, row, rows, e->cols);
+    at_start_init(&a.start, c);
     bool ok = true, blocks = true;
     int i = 0, at = -1;
     while (ok) {

@@ -46,6 +46,8 @@ struct ech_context {
     struct expr_store *st;
     struct expr_facts *facts;
     struct points_shadow *shadow;
+    const double *near; double near_time;    /* by variable: where a motion is to start; or NULL */
+    const unsigned char *near_given;         /* by variable: that value was given; NULL: all were */
     const struct sga_budget *budget;
     bool record;           /* keep the operations, for the combinations */
     struct sga_error *err;

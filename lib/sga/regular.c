@@ -74,7 +74,7 @@ static bool matters(struct state *s, const struct poly_factor *q, int factors, b
         return false;
     if (asks_parameters(s, q))
         return false;
-    if (factors == 1 || !s->sol->constraints)
+    if (factors == 1 || !s->sol->constraints || !(q->depends & EXPR_HAS_VARIABLE))      /* at instants only, whatever stands */
         return true;
     bool dropped = ech_zero(&s->ctx, q->expr) == 0 && state_locally_constant(s, q->expr);
     *seen |= dropped;

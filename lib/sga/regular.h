@@ -41,7 +41,7 @@ double regular_value(struct state *s, expr_id f, const double *x, double t);
 struct regular_option regular_nearest(struct state *s, expr_id e, const double *x, double t);
 
 /* e and all constraints, pending ones too, are affine in the variables: then nothing can be
- * a product or irregular on the present set only. */
+ * a product or irregular on the present set only, but for factors of time ((t - 1) x = y on y = 0). */
 bool regular_all_affine(struct state *s, expr_id e);
 
 /* e on the present set with variables eliminated that constraints give with a constant

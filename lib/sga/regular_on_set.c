@@ -51,6 +51,17 @@ static void look_at_ways(struct state *s, struct regular *r)
     }
 }
 
+/* Whether time is in e or in a constraint: affine functions have products of it with others then. */
+static bool timed(struct state *s, expr_id e)
+{
+    unsigned facts = state_facts(s, e);
+    for (int i = 0; i < s->sol->constraints; i++)
+        facts |= state_facts(s, s->con[i]);
+    for (int i = 0; i < s->pendings; i++)
+        facts |= state_facts(s, s->pending[i]);
+    return facts & EXPR_HAS_TIME;
+}
+
 static struct regular form(struct state *s, expr_id e)
 {
     struct regular r = regular_alone(s, e);
@@ -59,7 +70,7 @@ static struct regular form(struct state *s, expr_id e)
         s->sol->not_factored = true;
         sga_limit_met(s->options->budget, SGA_LIMIT_REDUCED_BY);
     }
-    if (r.answer == REGULAR_NEVER || c == 0 || c > SGA_MOST_REDUCED_BY || regular_all_affine(s, e))
+    if (r.answer == REGULAR_NEVER || c == 0 || c > SGA_MOST_REDUCED_BY || (regular_all_affine(s, e) && !timed(s, e)))
         return r;
     if (r.answer == REGULAR_REPLACED) {
         look_at_ways(s, &r);
