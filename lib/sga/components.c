@@ -159,24 +159,45 @@ static void arrive(struct components *c, const struct component_run *r, struct p
     }
 }
 
-/* Points where a zero of the run, which no algebra proves, does not vanish: those of f = 0 off z = 0, f the last constraint, are zeros of f/z,
- * and as a rule nothing else is, so that Newton's method does not come to the component that is known. */
+/* Parts of the first n constraints that are 0 at the run's point, and zeros of the run that no algebra proves: each once. Returns how many. */
+static int vanishing(const struct component_run *r, struct points_space *space, int n, expr_id *list, int most)
+{
+    struct expr_cone cone;
+    int count = 0;
+    expr_cone_init(&cone);
+    expr_cone_of(space->st, &cone, r->constraint, n);
+    num_ball_extend((struct num_ball *)&r->point.ball);
+    for (int k = 0; k < cone.count && count < most; k++) {
+        expr_id e = cone.list[k];
+        bool constraint = expr_is_const(space->st, e);
+        for (int i = 0; i < n; i++)
+            constraint |= e == r->constraint[i];
+        if (!constraint && vanishes((struct points_point *)&r->point, e) == 1)
+            list[count++] = e;
+    }
+    for (int i = 0; i < r->zeros && count < most; i++)
+        if (r->zero[i].open && r->zero[i].constraints == n)
+            list[count++] = r->zero[i].expr;
+    expr_cone_clear(&cone);
+    return count;
+}
+
+/* Points where something that is 0 at those known is not: those of f = 0 off z = 0, f the last constraint, are zeros of f/z, and as a rule
+ * nothing else is, so that Newton's method does not come to the component that is known. */
 static void search_off(struct components *c, const struct component_run *r, struct points_space *space, int n, struct walk *w)
 {
     struct expr_store *st = (struct expr_store *)space->st;
-    expr_id *off = sga_malloc(((size_t)n + 1) * sizeof *off);
-    int asked = 0;
-    for (int i = 0; i < r->zeros && asked < OFF_ZEROS; i++) {
-        if (!r->zero[i].open || r->zero[i].constraints != n || !n)
-            continue;
-        asked++;
-        for (int k = 0; k < n; k++)
-            off[k] = k + 1 < n ? r->constraint[k] : expr_div(st, r->constraint[k], r->zero[i].expr);
+    expr_id zero[OFF_ZEROS], *off = sga_malloc(((size_t)n + 1) * sizeof *off);
+    int zeros = n && r->point.x ? vanishing(r, space, n, zero, OFF_ZEROS) : 0;
+    if (n)
+        memcpy(off, r->constraint, (size_t)n * sizeof *off);
+    for (int i = 0; i < zeros; i++) {
+        off[n - 1] = expr_div(st, r->constraint[n - 1], zero[i]);
         for (int k = 0; k < OFF_STARTS && expr_store_ok(st) && sga_budget_ok(space->budget, NULL); k++) {
             struct points_point p;
             space->constraint = off;
             space->by_shape = false;
-            space->near = k % 2 && r->point.x ? r->point.x : NULL;      /* beside what is known, too */
+            space->near = k % 2 ? r->point.x : NULL;      /* beside what is known, too */
             space->near_time = r->point.t;
             bool found = points_find(space, space->near ? 0.5 * k : 1 + k, &w->random, POINTS_BITS, &p) == POINTS_OK && p.certified;
             space->constraint = r->constraint;
@@ -187,6 +208,15 @@ static void search_off(struct components *c, const struct component_run *r, stru
         }
     }
     free(off);
+}
+
+/* Whether something was found to be 0 on the run's first n constraints at points only. */
+static bool any_open(const struct component_run *r, int n)
+{
+    bool any = false;
+    for (int i = 0; i < r->zeros; i++)
+        any |= r->zero[i].open && r->zero[i].constraints == n;
+    return any;
 }
 
 /* One set, the run's first n constraints. */
@@ -208,7 +238,8 @@ static void search(struct components *c, const struct component_run *r, struct p
     }
     space->near = NULL;
     space->before = NULL;
-    search_off(c, r, space, n, w);
+    if (any_open(r, n))
+        search_off(c, r, space, n, w);
 }
 
 /* Whether the functions are made with some that are one analytic function on each side of a surface. */

@@ -267,7 +267,7 @@ static bool is_mixed(const struct agenda *a, expr_id e)
 }
 
 /* The last kind of pivots; and an entry that is 0 where a motion is to start comes after those of the same rows that are not. */
-enum { ANY = 6, IDLE = 10000000 };
+enum { ANY = 6, IDLE = 1 };
 
 /* Constants first, then what never vanishes, then parameters, then the rest. */
 static int kind_of(const struct ech_context *c, expr_id e)
