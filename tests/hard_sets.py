@@ -26,7 +26,7 @@ POINT = {"x": "7/10", "y": "2/5", "z": "3/10"}
 def listed():
     path = os.path.join(ROOT, "tests", "cases", "zero_identities.json")
     with open(path, encoding="utf-8") as f:
-        return [c["name"].split(": ", 1) for c in json.load(f)]
+        return [c["name"].split(": ", 1) for c in json.load(f) if c["name"].startswith(("zero: ", "not zero: "))]
 
 
 def value(text, digits, env):

@@ -389,7 +389,7 @@ static enum points_status find(const struct points_space *s, double spread, uint
             status = accepted(s, p, strict, outside);
         else if (got != 0 && !irregular && p->scaled == (s->scale != NULL))      /* in units far from their sizes all is small */
             irregular = memcpy(sga_malloc((size_t)s->variables * sizeof(double)), p->x, (size_t)s->variables * sizeof(double));
-        if (a >= 6 && irregular)
+        if (a >= 12 && irregular)
             break;
     }
     if (status == POINTS_NONE && irregular) {

@@ -56,6 +56,8 @@ void points_shadow_clear(struct points_shadow *s)
     free(s->parameter);
     free(s->constraint);
     free(s->defined);
+    free(s->cheap);
+    free(s->near);
     expr_cone_clear(&s->cone);
 }
 
@@ -108,8 +110,10 @@ static void take_space(struct points_shadow *s, const struct points_space *space
     int *parameter = copy_of(space->parameter, (size_t)space->parameters, sizeof *parameter);
     expr_id *constraint = copy_of(space->constraint, (size_t)space->constraints, sizeof *constraint);
     expr_id *defined = copy_of(space->defined, (size_t)space->defineds, sizeof *defined);
+    signed char *cheap = space->cheap ? copy_of(space->cheap, (size_t)space->variables, sizeof *cheap) : NULL;
     s->space = *space;
     free(s->defined);
+    free(s->cheap);
     free(s->variable);
     free(s->parameter);
     free(s->constraint);
@@ -117,6 +121,16 @@ static void take_space(struct points_shadow *s, const struct points_space *space
     s->space.parameter = s->parameter = parameter;
     s->space.constraint = s->constraint = constraint;
     s->space.defined = s->defined = defined;
+    s->space.cheap = s->cheap = cheap;
+}
+
+/* The guess of the space, which is gone before the shadow is, as a rule. */
+static void take_guess(struct points_shadow *s, const struct points_space *given)
+{
+    double *near = given->near ? copy_of(given->near, (size_t)given->variables, sizeof *near) : NULL;
+    free(s->near);
+    s->space.near = s->near = near;
+    s->space.near_time = given->near_time;
 }
 
 /* Whether the set is a part of the one that the present points lie on. */
@@ -146,8 +160,7 @@ enum points_status points_shadow_sample(struct points_shadow *s, const struct po
     points_shadow_forget(s);
     take_space(s, space);
     enum points_status status = sample_reals(s, before, smaller ? befores : 0);
-    s->space.near = given->near;
-    s->space.near_time = given->near_time;
+    take_guess(s, given);
     for (int k = 0; k < befores; k++)
         points_point_clear(before + k);
     if (status != POINTS_OK)

@@ -49,6 +49,8 @@ struct points_shadow {
     struct points_space space;               /* its lists are the next: own copies */
     int *variable, *parameter;
     expr_id *constraint, *defined;
+    signed char *cheap;
+    double *near;
     struct points_point real[POINTS_REAL];
     int reals;
     struct points_point high[POINTS_REAL];   /* the same points at more bits, when needed */
@@ -72,7 +74,7 @@ struct points_shadow {
 
 void points_shadow_init(struct points_shadow *s, uint64_t seed);
 void points_shadow_clear(struct points_shadow *s);
-/* New points on the set of `space` (copied with its variables, parameters and constraints; what
+/* New points on the set of `space` (copied with its variables, parameters, constraints, guess and what moves cheaply; what
  * else it points to must stay). The first is
  * near space->near where there is one, the others are near the first, so that all lie on
  * one component as a rule. On failure the shadow has no points. */
