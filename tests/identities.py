@@ -83,7 +83,8 @@ class Answer:
         for n in self.names:
             env[n] = mpmath.mpf(self.rng.randint(-9999, 9999)) / 10000 * spread
             if n in self.near:
-                env[n] = evaluate(str(self.near[n])) + env[n] / 10
+                near = evaluate(str(self.near[n]))
+                env[n] = near + env[n] / 10 * min(1, max(abs(near), mpmath.mpf("0.01")))
         return env
 
     def row(self, e, env, cone):

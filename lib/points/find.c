@@ -203,7 +203,7 @@ static double step(struct points_jacobian *j, struct points_point *p, struct nor
 {
     const struct points_space *s = j->space;
     const int *scale = p->scaled ? s->scale : NULL;
-    const signed char *cheap = s->near ? s->cheap : NULL;
+    const signed char *cheap = p->cheaply ? s->cheap : NULL;
     int c = s->constraints, n = s->variables;
     points_jacobian_values(j, &p->ball);
     for (int i = 0; i < c; i++)
@@ -372,6 +372,7 @@ static enum points_status find(const struct points_space *s, double spread, uint
         p->ball.prec = NEWTON_BITS;
         p->triangular = false;
         p->scaled = s->scale && a % 3 != 2;     /* sizes are a guess: not at every start */
+        p->cheaply = s->near && s->cheap && a % 4 != 3;     /* what was given may have to move (x = 3 on a circle) */
         start(s, spread, random, a, p);
         bool ask = branches.asked && a < BRANCH_STARTS;
         if (ask)
@@ -389,7 +390,7 @@ static enum points_status find(const struct points_space *s, double spread, uint
             status = accepted(s, p, strict, outside);
         else if (got != 0 && !irregular && p->scaled == (s->scale != NULL))      /* in units far from their sizes all is small */
             irregular = memcpy(sga_malloc((size_t)s->variables * sizeof(double)), p->x, (size_t)s->variables * sizeof(double));
-        if (a >= 12 && irregular)
+        if (a >= (s->near ? 12 : 6) && irregular)     /* near a guess the first starts are beside it, where nothing regular may be */
             break;
     }
     if (status == POINTS_NONE && irregular) {

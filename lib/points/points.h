@@ -65,6 +65,7 @@ struct points_point {
     struct num_ball ball;      /* symbols are set; values of nodes extend on demand */
     bool certified;
     bool scaled;               /* found with the space's scale, and refined with it */
+    bool cheaply;               /* some variables moved more easily than others from its start */
     bool triangular;           /* solved variable by variable: refined in the same way */
     double *x;                 /* by variable, midpoints (may be 0 or inf if out of range) */
     double t;

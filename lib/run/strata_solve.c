@@ -157,6 +157,16 @@ static bool pull_back_holds(struct job *j)
                        "the pulled-back equations do not say everything there; restrict to it in another way");
 }
 
+/* A part that was solved is known by a point of its final set: near one of a larger set other parts may be nearer. */
+static void take_final_point(const struct job *j, struct stratum *s)
+{
+    const struct points_shadow *w = &j->shadow;
+    if (!w->reals || !points_shadow_certified(w) || w->space.variables != j->request.system.variables)
+        return;
+    memcpy(s->point, w->real[0].x, (size_t)w->space.variables * sizeof *s->point);
+    s->time = w->real[0].t;
+}
+
 static void answer_stratum(struct job *j, struct stratum *sibling, struct stratum *s, int number)
 {
     const struct sga_solution *sol = &j->solution;
@@ -199,6 +209,8 @@ static void answer_stratum(struct job *j, struct stratum *sibling, struct stratu
     ok = ok && answer_witness(j) && answer_strata_solve(j);
     ok = ok && answer_write(j, &s->result);
     s->state = ok ? STRATUM_SOLVED : STRATUM_UNSOLVED;
+    if (ok && strata_is_part(s))
+        take_final_point(j, s);
 }
 
 bool strata_mechanical(struct job *j, struct sga_error *err)

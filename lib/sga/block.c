@@ -4,7 +4,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "at_start.h"
 #include "mem.h"
 
 struct block {
@@ -42,108 +41,49 @@ static void gather(struct block *b, const struct echelon *e, const struct ech_ro
     free(place);
 }
 
-/* Entries beside the largest of their rows that are smaller than this are 0 where a motion starts. */
-#define FAINT 1e-9
-
-/* By row, so that a factor of an equation plays no part. */
-static void by_largest(const struct block *b, arb_ptr v, slong prec)
-{
-    arb_t most;
-    arb_init(most);
-    for (int i = 0; i < b->m; i++) {
-        arb_ptr row = v + (size_t)i * (size_t)b->n;
-        arb_zero(most);
-        for (int j = 0; j < b->n; j++)
-            if (arb_is_finite(row + j) && arf_cmpabs(arb_midref(row + j), arb_midref(most)) > 0)
-                arf_set(arb_midref(most), arb_midref(row + j));
-        for (int j = 0; j < b->n && !arb_is_zero(most); j++)
-            arb_div(row + j, row + j, most, prec);
-    }
-    arb_clear(most);
-}
-
-/* The entries where a motion is to start, by row too; 0 where no start is known. */
-static double *start_values(const struct block *b, const struct ech_context *c)
-{
-    size_t size = (size_t)b->m * (size_t)b->n;
-    double *w = sga_calloc(size + 1, sizeof *w);
-    struct at_start start;
-    at_start_init(&start, c);
-    for (int i = 0; i < b->m && start.known; i++) {
-        double *row = w + (size_t)i * (size_t)b->n, most = 0;
-        const expr_id *at = b->at + (size_t)i * (size_t)b->n;
-        for (int j = 0; j < b->n; j++) {
-            row[j] = at[j] ? at_start_value(&start, at[j]) : 0;
-            most = fmax(most, fabs(row[j]));
-        }
-        for (int j = 0; j < b->n && most > 0; j++)
-            row[j] /= most;
-    }
-    at_start_clear(&start);
-    return w;
-}
-
-/* The largest entry that is left, of those that are one at the start too where there are any. False: none is left. */
-static bool largest(const struct block *b, arb_srcptr v, const double *w, int *row, int *col)
-{
-    bool alive = false;
-    *row = -1;
-    for (int i = 0; i < b->m; i++)
-        for (int j = 0; j < b->n && !b->row_used[i]; j++) {
-            size_t k = (size_t)i * (size_t)b->n + (size_t)j, at = (size_t)*row * (size_t)b->n + (size_t)*col;
-            if (b->col_used[j] || arb_contains_zero(v + k) || !arb_is_finite(v + k))
-                continue;
-            bool here = fabs(w[k]) > FAINT;
-            if (*row < 0 || here > alive || (here == alive && arf_cmpabs(arb_midref(v + k), arb_midref(v + at)) > 0)) {
-                *row = i;
-                *col = j;
-                alive = here;
-            }
-        }
-    return *row >= 0;
-}
-
-/* Row i less what the pivot row has of it, at the point and at the start. */
-static void use_up(const struct block *b, arb_ptr v, double *w, int p, int q, int i, slong prec)
-{
-    arb_ptr r = v + (size_t)i * (size_t)b->n, pivot = v + (size_t)p * (size_t)b->n;
-    double *x = w + (size_t)i * (size_t)b->n, *y = w + (size_t)p * (size_t)b->n, g = fabs(y[q]) > FAINT ? x[q] / y[q] : 0;
-    arb_t f;
-    arb_init(f);
-    arb_div(f, r + q, pivot + q, prec);
-    for (int j = 0; j < b->n; j++)
-        if (!b->col_used[j]) {
-            arb_submul(r + j, f, pivot + j, prec);
-            x[j] -= g * y[j];
-        }
-    arb_clear(f);
-}
-
-/* Full pivoting on the values in balls at the first point: a pivot ball that excludes 0 shows that one more row and column are
- * independent there, so in general. Several choices may do: a motion can start from one only that is regular at its
- * start (velocities are 0 at rest), so that these come first. */
+/* Full pivoting on the values in balls at the first point: a pivot ball that excludes 0
+ * shows that one more row and column are independent there, so in general. */
 static bool choose(struct block *b, const struct ech_context *c)
 {
     struct num_ball *ball = &c->shadow->real[0].ball;
     bool ok;
-    int p = -1, q = -1;
     size_t size = (size_t)b->m * (size_t)b->n;
     arb_ptr v = _arb_vec_init((slong)size);
+    arb_t f;
+    arb_init(f);
     num_ball_extend(ball);
     for (size_t i = 0; i < size; i++)
         if (b->at[i])
             arb_set(v + i, num_ball_value(ball, b->at[i]));
-    by_largest(b, v, ball->prec);
-    double *w = start_values(b, c);
-    while ((ok = sga_budget_ok(c->budget, c->err)) && largest(b, v, w, &p, &q)) {
+    while ((ok = sga_budget_ok(c->budget, c->err))) {
+        int p = -1, q = -1;
+        for (int i = 0; i < b->m; i++)
+            for (int j = 0; j < b->n && !b->row_used[i]; j++) {
+                size_t k = (size_t)i * (size_t)b->n + (size_t)j;
+                if (b->col_used[j] || arb_contains_zero(v + k) || !arb_is_finite(v + k))
+                    continue;
+                if (p < 0 || arf_cmpabs(arb_midref(v + k), arb_midref(v + (size_t)p * (size_t)b->n + (size_t)q)) > 0) {
+                    p = i;
+                    q = j;
+                }
+            }
+        if (p < 0)
+            break;
         b->row_used[p] = b->col_used[q] = 1;
         b->rows[b->rank] = p;
         b->cols[b->rank++] = q;
-        for (int i = 0; i < b->m; i++)
-            if (!b->row_used[i] && !arb_is_zero(v + (size_t)i * (size_t)b->n + q))
-                use_up(b, v, w, p, q, i, ball->prec);
+        arb_srcptr pivot = v + (size_t)p * (size_t)b->n;
+        for (int i = 0; i < b->m; i++) {
+            arb_ptr r = v + (size_t)i * (size_t)b->n;
+            if (b->row_used[i] || arb_is_zero(r + q))
+                continue;
+            arb_div(f, r + q, pivot + q, ball->prec);
+            for (int j = 0; j < b->n; j++)
+                if (!b->col_used[j])
+                    arb_submul(r + j, f, pivot + j, ball->prec);
+        }
     }
-    free(w);
+    arb_clear(f);
     _arb_vec_clear(v, (slong)size);
     return ok;
 }
