@@ -270,7 +270,8 @@ bool sga_solve(const struct sys_system *system, const struct sga_options *given,
     struct sga_options own = *given, *options = &own;
     own.conditions = &conditions;
     bool ok = routes_explore(&r, system, options, shadow, solution, err);
-    if (ok && r.final < 0 && r.beside && own.near) {      /* nothing near the guess: then anywhere */
+    bool split = r.failed && r.error.code == SGA_E_SPLIT;        /* where branches meet nothing is regular */
+    if (ok && r.final < 0 && (r.beside || split) && own.near) {  /* nothing near the guess: then anywhere */
         own.near = NULL;
         own.near_given = NULL;
         r.now.count = r.failed = r.tried = 0;
