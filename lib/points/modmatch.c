@@ -71,7 +71,7 @@ static int left_in(const struct match *m, int i, int *best)
 
 static int next_constraint(const struct match *m, int *place)
 {
-    int next = -1, least = 0, cost = 0, best;
+    int next = -1, least = 0, cost = 0, best = -1;
     for (int i = 0; i < m->s->constraints; i++) {
         int left = m->done[i] ? -1 : left_in(m, i, &best), worth = best < 0 ? 0 : against(m, best);
         if (left < 0 || (next >= 0 && (left > least || (left == least && worth >= cost))))
