@@ -108,7 +108,7 @@ static void make_plan(struct plan *p)
     for (int i = 0; i < n * n; i++)
         uses[i % n] += p->shape[i] != POINTS_FREE;
     for (int round = 0; round < n; round++) {
-        int next = -1, least = 0, solve = -1, best;
+        int next = -1, least = 0, solve = -1, best = -1;
         bool affine = false;
         for (int i = 0; i < n; i++) {
             int left = done[i] ? -1 : left_in(p, i, known, uses, &best);
