@@ -9,6 +9,7 @@
 #include "warnings.h"
 
 enum { STARTS = 3, SIDED_STARTS = 6, STUCK_STARTS = 16 };     /* of each set; where it has sides, each is to be met */
+static const double BESIDE = 0.005;
 enum { OFF_ZEROS = 4, OFF_STARTS = 4 };                       /* of each set off what vanished on it */
 
 static void *copy(const void *from, size_t count, size_t size)
@@ -119,13 +120,26 @@ static void keep_beside(struct components *c, const struct component_run *r, con
     struct points_point q;
     beside.near = p->x;
     beside.near_time = p->t;
-    if (points_find(&beside, 0.005, random, POINTS_BITS, &q) == POINTS_OK) {
+    if (points_find(&beside, BESIDE, random, POINTS_BITS, &q) == POINTS_OK) {
         num_ball_extend(&q.ball);
         expr_id by = another(r, &q, n);
         if (by && !known(c, r, &q, n, by))
             keep_place(c, space, &q, by);
     }
     points_point_clear(&q);
+}
+
+/* p, where the differentials of the run's first n constraints depend on each other: it may be on a component of the n - 1 before on which
+ * the last one holds by itself. */
+static void depend(struct components *c, const struct component_run *r, struct points_space *space, int n, const struct points_point *p,
+                   uint64_t *random)
+{
+    const double *near = space->near;
+    space->constraints = n - 1;
+    space->before = NULL;
+    keep_beside(c, r, space, p, n - 1, random);
+    space->constraints = n;
+    space->near = near;
 }
 
 /* What a search goes along with: points from so many starts, each met by the next set too. */
@@ -226,7 +240,10 @@ static void search(struct components *c, const struct component_run *r, struct p
     space->constraints = n;
     for (int k = 0; k < w->starts && sga_budget_ok(space->budget, NULL); k++) {
         struct points_point p;
-        if (step_to(w, space, k, &p) != POINTS_OK || (n && !p.certified)) {
+        enum points_status status = step_to(w, space, k, &p);
+        if (status != POINTS_OK || (n && !p.certified)) {
+            if (status == POINTS_IRREGULAR && n)
+                depend(c, r, space, n, &p, &w->random);
             points_point_clear(&p);
             continue;
         }
@@ -264,24 +281,36 @@ static void keep_split(struct components *c, struct points_space *space, const s
         keep_place(c, space, shadow->real + k, EXPR_UNDEF);
 }
 
+/* Where the points of a search lie: to be ended by end_space. */
+static struct points_space space_of(const struct sys_system *system, const struct sga_options *options, const struct sga_solution *sol)
+{
+    int n = system->variables, *variable = sga_malloc((size_t)(n + 1) * sizeof *variable);
+    expr_id *defined;
+    int defineds = sys_expressions(system, &defined);
+    for (int i = 0; i < n; i++)
+        variable[i] = system->variable[i].symbol;
+    return (struct points_space){
+        .st = system->store, .variable = variable, .variables = n, .parameter = system->parameter, .parameters = system->parameters,
+        .parameter_near = options->parameter_near, .time = system->time, .near_time = options->near_time, .scale = sol->scale,
+        .time_unit = sol->time_unit, .starts = 2, .budget = options->budget, .defined = defined, .defineds = defineds,
+    };
+}
+
+static void end_space(struct points_space *space)
+{
+    free((void *)space->variable);
+    free((void *)space->defined);
+}
+
 void components_note(struct components *c, const struct sys_system *system, const struct sga_options *options,
                      const struct sga_solution *sol, const struct points_shadow *shadow, int place, int final, bool split)
 {
     struct component_run *r = keep_run(c, sol, shadow);
-    int n = system->variables, *variable = sga_malloc((size_t)(n + 1) * sizeof *variable);
-    expr_id *defined;
+    int n = system->variables;
     r->place = place;
     r->final = final;
-    for (int i = 0; i < n; i++)
-        variable[i] = system->variable[i].symbol;
-    struct points_space space = {
-        .st = system->store, .variable = variable, .variables = n, .parameter = system->parameter, .parameters = system->parameters,
-        .parameter_near = options->parameter_near, .time = system->time, .near_time = options->near_time, .scale = sol->scale,
-        .time_unit = sol->time_unit, .starts = 2, .budget = options->budget,
-    };
-    space.defineds = sys_expressions(system, &defined);
-    space.defined = defined;
-    bool sided = has_sides(system->store, defined, space.defineds);
+    struct points_space space = space_of(system, options, sol);
+    bool sided = has_sides(system->store, space.defined, space.defineds);
     if (sol->one_piece < sol->constraints && sol->constraints > SGA_MOST_COMPONENT_ROWS)
         sga_limit_met(options->budget, SGA_LIMIT_COMPONENT_ROWS);
     if (split && place < 0)
@@ -295,18 +324,42 @@ void components_note(struct components *c, const struct sys_system *system, cons
     for (int k = 0; k < w.starts; k++)
         points_point_clear(w.at + k);
     free(w.opposite);
-    free(defined);
-    free(variable);
+    end_space(&space);
 }
 
-bool components_apart(struct components *c, int of, int k)
+/* The same beside p, on the run's first n constraints: p may be special there, since constraints of its own run hold too. */
+static bool apart_beside(const struct component_run *r, struct points_space *space, const struct points_point *p, int n)
+{
+    struct points_point q;
+    uint64_t random = 43;
+    space->constraint = r->constraint;
+    space->constraints = n;
+    space->near = p->x;
+    space->near_time = p->t;
+    bool apart = false;
+    if (points_find(space, BESIDE, &random, POINTS_BITS, &q) == POINTS_OK && q.certified) {
+        num_ball_extend(&q.ball);
+        apart = another(r, &q, n) != EXPR_UNDEF;
+    }
+    points_point_clear(&q);
+    return apart;
+}
+
+bool components_apart(struct components *c, const struct sys_system *system, const struct sga_options *options,
+                      const struct sga_solution *sol, int of, int k)
 {
     struct component_run *r = c->run + of;
     struct points_point *p = &c->run[k].point;
     if (!p->x)
         return false;
     num_ball_extend(&p->ball);
-    return another(r, p, reaches(r, p)) != EXPR_UNDEF;
+    int n = reaches(r, p);
+    if (another(r, p, n))
+        return true;
+    struct points_space space = space_of(system, options, sol);
+    bool apart = n > 0 && apart_beside(r, &space, p, n);
+    end_space(&space);
+    return apart;
 }
 
 void components_clear(struct components *c)

@@ -35,8 +35,10 @@ struct components {
  * far. final: its dimension, or -1. split: it failed as its points lie on several components. */
 void components_note(struct components *c, const struct sys_system *system, const struct sga_options *options,
                      const struct sga_solution *solution, const struct points_shadow *shadow, int place, int final, bool split);
-/* Whether the point of run k lies where run `of` has no say: what the latter rests on does not hold there. */
-bool components_apart(struct components *c, int of, int k);
+/* Whether the point of run k lies where run `of` has no say: what the latter rests on does not hold there, or nearby on its
+ * constraints (k's own may hold there too). */
+bool components_apart(struct components *c, const struct sys_system *system, const struct sga_options *options,
+                      const struct sga_solution *solution, int of, int k);
 void components_clear(struct components *c);
 
 #endif

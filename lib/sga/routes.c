@@ -249,14 +249,16 @@ void routes_clear(struct routes *r)
 
 /* The components that were not taken, where they hold solutions and the answer does not speak of them. The branches of
  * products are listed as such. */
-static void keep_elsewhere(struct routes *r, int variables, struct sga_solution *solution)
+static void keep_elsewhere(struct routes *r, const struct sys_system *system, const struct sga_options *options, struct sga_solution *solution)
 {
     struct components *c = &r->components;
+    size_t variables = (size_t)system->variables;
     solution->elsewhere = sga_calloc((size_t)c->runs + 1, sizeof *solution->elsewhere);
     for (int k = 0; k < c->runs && r->best_run >= 0; k++)
-        if (c->run[k].final >= 0 && k != r->best_run && (c->run[k].place >= 0 || r->products == 1) && components_apart(c, r->best_run, k)) {
+        if (c->run[k].final >= 0 && k != r->best_run && (c->run[k].place >= 0 || r->products == 1)
+            && components_apart(c, system, options, solution, r->best_run, k)) {
             struct sga_elsewhere *e = solution->elsewhere + solution->elsewheres++;
-            e->x = memcpy(sga_malloc((size_t)(variables + 1) * sizeof *e->x), c->run[k].point.x, (size_t)variables * sizeof *e->x);
+            e->x = memcpy(sga_malloc((variables + 1) * sizeof *e->x), c->run[k].point.x, variables * sizeof *e->x);
             e->t = c->run[k].point.t;
             e->final = c->run[k].final;
         }
@@ -292,7 +294,7 @@ bool sga_solve(const struct sys_system *system, const struct sga_options *given,
         ok = state_solve(system, &best, shadow, &r.best, solution, err);
     }
     if (ok)
-        keep_elsewhere(&r, system->variables, solution);
+        keep_elsewhere(&r, system, options, solution);
     if (!ok && !err->stage[0])
         memcpy(err->stage, "sga", 4);
     if (ok)

@@ -79,6 +79,7 @@ void manifold_clear(struct manifold *m)
 
 /* A residual that no longer falls may be this large, in units of the variables. */
 static const double STALLED = 1e-11;
+static const double ROUNDING = 8e-16;
 
 /* Steps shorter than so many roundings of the largest variable leave the gradients as they are. */
 static const double NEARBY = 1e9;
@@ -160,7 +161,23 @@ static double floor_of(const struct manifold *m, const double *x, const double *
     double size = 1e-3;
     for (int j = 0; j < m->n; j++)
         size = sga_larger(size, fabs(x[j]) / (scale ? scale : m->unit)[j]);
-    return 8e-16 * size;
+    return ROUNDING * size;
+}
+
+/* Each constraint's own terms may be so much smaller than the largest variable in its unit. */
+static const double OWN_TERMS = 1e3;
+
+bool manifold_settled(const struct manifold *m, const double *x, const double *scale, double residual)
+{
+    double floor = floor_of(m, x, scale);
+    bool settled = residual <= floor;
+    for (int i = 0; i < m->c && settled && floor > ROUNDING; i++) {
+        double own = 1e-3;
+        for (int k = 0; k < m->cols[i]; k++)
+            own = sga_larger(own, fabs(m->value[m->jac->start[i] + k] * x[m->col[i][k]]) / m->big[i]);
+        settled = fabs(m->r[i]) <= OWN_TERMS * ROUNDING * own;
+    }
+    return settled;
 }
 
 /* x += damp * d in units of scale, held columns left; returns the scaled length. */
@@ -199,7 +216,7 @@ bool manifold_project(struct manifold *m, double t, double *x, const double *sca
     bool ok = false;
     for (int k = 0; res >= 0 && may_go_on(m, k); k++) {
         /* at rounding level, or as near to it as the conditioning lets it come */
-        ok = res <= floor_of(m, x, scale) || (m->plain < STALLED && (k == steps || res >= 0.5 * last));
+        ok = manifold_settled(m, x, scale, res) || (m->plain < STALLED && (k == steps || res >= 0.5 * last));
         if (ok || k == steps)
             break;
         last = res;
@@ -208,7 +225,7 @@ bool manifold_project(struct manifold *m, double t, double *x, const double *sca
             break;
         double damp = 1, length = take_step(m, x, scale, held, 1);
         double floor = floor_of(m, x, scale);
-        if (length < NEARBY * floor && (res = residual_nearby(m, x)) <= floor) {
+        if (length < NEARBY * floor && manifold_settled(m, x, scale, res = residual_nearby(m, x))) {
             total += length;
             ok = true;
             break;

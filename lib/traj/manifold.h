@@ -34,6 +34,10 @@ void manifold_clear(struct manifold *m);
  * columns 0. */
 double manifold_residual(struct manifold *m, double t, const double *x, const double *scale, const unsigned char *held);
 
+/* Whether that residual, the last one of manifold_residual, is what rounding leaves at x: of the largest variable in its unit, and of
+ * each constraint's own terms, which a variable of quite another size says nothing of. */
+bool manifold_settled(const struct manifold *m, const double *x, const double *scale, double residual);
+
 /* The searches below look at the watch (watch.h), and fail past a limit. */
 
 /* Move x onto the set by Gauss-Newton steps of least scaled norm. False if it does not get

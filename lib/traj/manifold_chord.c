@@ -6,6 +6,7 @@
 
 #include <math.h>
 
+#include "larger.h"
 #include "mem.h"
 
 enum { CHORDS = 4 };
@@ -13,6 +14,7 @@ enum { CHORDS = 4 };
  * for normal equations. */
 #define DEPENDENT 1e-10
 #define ROUNDING 8e-16
+#define OWN_TERMS 1e3       /* as in manifold_settled */
 
 /* The largest |x_j| / scale_j; one division, whatever n is. */
 static double size_of(const double *x, const double *scale, int n)
@@ -30,15 +32,17 @@ static double size_of(const double *x, const double *scale, int n)
 /* Rows in units of scale, compact by the pattern, in m->value; and the residual that each constraint may keep. */
 static void scale_rows(struct manifold *m, const double *x, const double *scale)
 {
-    double size = ROUNDING * size_of(x, scale, m->n);
+    double size = size_of(x, scale, m->n);
     for (int i = 0; i < m->c; i++) {
-        double big = 0;
+        double big = 0, own = 0;
+        for (int k = m->jac->start[i]; k < m->jac->start[i + 1] && size > 1; k++)
+            own = sga_larger(own, fabs(m->value[k] * x[m->jac->col[k]]));
         for (int k = m->jac->start[i]; k < m->jac->start[i + 1]; k++) {
             double v = m->value[k] * scale[m->jac->col[k]], a = fabs(v);
             m->value[k] = v;
             big = a > big ? a : big;
         }
-        m->chord.most[i] = size * big;
+        m->chord.most[i] = ROUNDING * (size > 1 ? fmin(size * big, OWN_TERMS * fmax(own, 1e-3 * big)) : size * big);
     }
 }
 

@@ -113,15 +113,6 @@ double sparse_step_find(struct sparse_step *s, double t, const double *x, const 
     return worst;
 }
 
-/* Rounding level of a scaled residual at x. */
-static double floor_of(const struct sparse_step *s, const double *x)
-{
-    double size = 1e-3;
-    for (int j = 0; j < s->m->n; j++)
-        size = sga_larger(size, fabs(x[j]) / s->unit[j]);
-    return 8e-16 * size;
-}
-
 static double move(const struct sparse_step *s, double *x, const double *d, double part)
 {
     double sum = 0;
@@ -142,7 +133,7 @@ bool sparse_step_settle(struct sparse_step *s, double t, double *x, const double
     for (int k = 0; more && sga_watch_ok(); k++) {
         bool step;
         double res = sparse_step_find(s, t, y, weight, NULL, d, &step), part = 1;
-        ok = res >= 0 && (res <= floor_of(s, y) || (s->m->plain < STALLED && (k == steps || res >= 0.5 * last)));
+        ok = res >= 0 && (manifold_settled(s->m, y, s->unit, res) || (s->m->plain < STALLED && (k == steps || res >= 0.5 * last)));
         more = !ok && step && k < steps && res >= 0;
         if (!more)
             break;

@@ -180,15 +180,6 @@ bool tangent_gradient(struct tangent *t, double time, const double *x, const dou
     return true;
 }
 
-/* Rounding level of a scaled residual at x. */
-static double floor_of(const struct tangent *t, const double *x)
-{
-    double size = 1e-3;
-    for (int j = 0; j < t->n; j++)
-        size = sga_larger(size, fabs(x[j]) / t->unit[j]);
-    return 8e-16 * size;
-}
-
 static double length_of(const struct tangent *t, const double *d, double *most)
 {
     double sum = 0;
@@ -227,7 +218,7 @@ bool tangent_settle(struct tangent *t, double time, double *x, double longest, i
     int beyond = 0, idle = 0;
     bool ok = false;
     for (int k = 0; res >= 0 && !ok && sga_watch_ok(); k++) {
-        ok = res <= floor_of(t, y) || (t->m->plain < STALLED && res >= 0.5 * last);
+        ok = manifold_settled(t->m, y, t->unit, res) || (t->m->plain < STALLED && res >= 0.5 * last);
         if (ok || k == steps)
             break;
         double left = tangent_normal(t, d), length = length_of(t, d, &most);
