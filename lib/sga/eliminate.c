@@ -110,6 +110,16 @@ static void substitute_normal(struct state *s, expr_id *e, int n, const expr_id 
     free(was);
 }
 
+/* What x is where f = 0, which is slope x + rest. The rest is f at x = 0: without x, also where its normal form is too large. */
+static expr_id value_of(struct state *s, int x, expr_id f, expr_id slope, expr_id *map)
+{
+    expr_id rest = f;
+    map[x] = expr_int(s->st, 0);
+    expr_substitute(s->st, &rest, 1, map);
+    map[x] = EXPR_UNDEF;
+    return rest ? expr_neg(s->st, expr_div(s->st, rest, slope)) : expr_sub(s->st, s->st->symbol[x].node, expr_div(s->st, f, slope));
+}
+
 expr_id regular_reduced(struct state *s, expr_id e)
 {
     int own = s->sol->constraints, c = own + s->pendings, symbols = s->st->symbols;
@@ -128,7 +138,7 @@ expr_id regular_reduced(struct state *s, expr_id e)
         if (x < 0)
             continue;
         memset(map, 0, (size_t)symbols * sizeof *map);
-        map[x] = expr_sub(s->st, s->st->symbol[x].node, expr_div(s->st, left[i], slope));
+        map[x] = value_of(s, x, left[i], slope, map);
         poly_normal(s->st, map[x], &limits, &map[x]);
         substitute_normal(s, left + i + 1, c - i, map, is_normal + i + 1, &limits);
     }
