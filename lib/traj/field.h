@@ -61,8 +61,8 @@ struct field {
     const double *unit;               /* by variable: natural sizes (sizes.h), borrowed; NULL: all 1 */
     double *M, *rhs, *qr;             /* qr: for points_least_norm, with */
     double *kept, *row_size;          /* field_rows.c's: M's entries, what its rows were divided by; */
-    int kept_rank, solved_rank;       /* the rank of the rows, -1: no factors are kept; and that of these, */
-    const double *kept_unit, *asked_unit;     /* which are for v in these units, `unit` being that */
+    int kept_rank;                    /* the rank of the rows, -1: no factors are kept; */
+    const double *kept_unit;          /* these are for v in these units */
     int *perm;
     int generic_rank;                 /* of the system at general points of Pf */
     int rank;                         /* what it must be; a loss of it is a stratum */

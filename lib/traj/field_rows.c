@@ -36,7 +36,7 @@ static void reserve(struct field *f, int m)
 static bool evaluate(struct field *f, bool *same)
 {
     int at = 0, q = 0;
-    *same = f->kept_rank >= 0 && f->asked_unit == f->unit;
+    *same = f->kept_rank >= 0 && f->kept_unit == f->unit;
     if (!field_general_values(f) || !num_jacobian_eval(f->jac, f->in, NULL, f->jac_value)) {
         f->kept_rank = -1;
         return false;
@@ -63,9 +63,10 @@ static bool evaluate(struct field *f, bool *same)
     return true;
 }
 
-/* f->kept as a dense matrix for v over unit (NULL: v), each row divided by its largest entry, and its factors. */
-static int factor(struct field *f, int m, const double *unit)
+/* f->kept as a dense matrix for v over its units, each row divided by its largest entry, and its factors. */
+static int factor(struct field *f, int m)
 {
+    const double *unit = f->unit;
     size_t n = (size_t)f->n;
     int q = 0;
     memset(f->M, 0, (size_t)m * n * sizeof *f->M);
@@ -92,6 +93,40 @@ static int factor(struct field *f, int m, const double *unit)
     return points_least_norm_factor(m, f->n, f->M, f->perm, f->qr);
 }
 
+static double times(const double *a, const double *b, int n)
+{
+    double sum = 0;
+    for (int j = 0; j < n; j++)
+        sum += a[j] * b[j];
+    return sum;
+}
+
+/* From least norm in units to Euclid's: v without its part along what the rows leave open. */
+static void shorten(struct field *f, double *v)
+{
+    size_t n = (size_t)f->n;
+    int open = f->n - f->kept_rank;
+    double *kernel = sga_malloc(((size_t)open * n + 1) * sizeof *kernel);
+    for (int k = 0; k < open; k++) {
+        double *d = kernel + (size_t)k * n;
+        points_least_norm_kernel(f->n, f->M, f->kept_rank, f->perm, f->qr, k, d);
+        for (size_t j = 0; j < n; j++)
+            d[j] *= f->kept_unit[j];
+        for (int twice = 0; twice < 2; twice++)
+            for (int i = 0; i < k; i++) {
+                double along = times(d, kernel + (size_t)i * n, f->n);
+                for (size_t j = 0; j < n; j++)
+                    d[j] -= along * kernel[(size_t)i * n + j];
+            }
+        double size = sqrt(times(d, d, f->n)), along = times(v, d, f->n) / size;
+        for (size_t j = 0; j < n && size > 0; j++) {
+            d[j] /= size;
+            v[j] -= along * d[j];
+        }
+    }
+    free(kernel);
+}
+
 bool field_general(struct field *f, double *v, int *rank)
 {
     int m = f->rows + f->c + f->rates;
@@ -100,18 +135,16 @@ bool field_general(struct field *f, double *v, int *rank)
         reserve(f, m);
     if ((f->rows + f->c > FEW_ROWS && !sga_watch_ok()) || !evaluate(f, &same))
         return false;
-    if (!same) {
-        f->asked_unit = f->unit;
-        f->kept_rank = f->solved_rank = factor(f, m, f->unit);
-        if (f->unit && f->kept_rank < f->n)            /* the rank is seen in natural units, the least norm is Euclid's */
-            f->solved_rank = factor(f, m, NULL);
-    }
+    if (!same)
+        f->kept_rank = factor(f, m);
     for (int i = 0; i < m; i++)
         f->rhs[i] /= f->row_size[i];
     *rank = f->kept_rank;
-    points_least_norm_solve(m, f->n, f->M, f->solved_rank, f->perm, f->qr, f->rhs, v);
+    points_least_norm_solve(m, f->n, f->M, f->kept_rank, f->perm, f->qr, f->rhs, v);
     for (int j = 0; j < f->n && f->kept_unit; j++)
         v[j] *= f->kept_unit[j];
+    if (f->kept_unit && f->kept_rank < f->n)
+        shorten(f, v);
     for (int j = 0; j < f->n; j++)
         if (!isfinite(v[j]))
             return false;
@@ -173,7 +206,7 @@ int field_rank_told(struct field *f)
         if (fabs(f->kept[q]) <= noise[q])
             f->kept[q] = 0;
     free(noise);
-    int rank = ok ? factor(f, m, f->unit) : -1;
+    int rank = ok ? factor(f, m) : -1;
     f->kept_rank = -1;
     return rank;
 }
