@@ -306,6 +306,21 @@ static int never(struct state *s, const struct candidate *c, const struct regula
     return contradiction(s, c, why);
 }
 
+/* The last constraint, pushed as it arose, led to no points: in normal form on the set before it, the same function there, sums that cancel
+ * and what it is solved for are seen. POINTS_NONE where that says no more. */
+static enum points_status sample_reduced(struct state *s, const struct candidate *c, int g)
+{
+    int before = s->sol->constraints - 1;
+    expr_id e = s->con[before];
+    if (before >= SGA_MOST_REDUCED_BY)
+        return POINTS_NONE;
+    admit_pop(s, before);
+    expr_id reduced = regular_reduced(s, e);
+    bool says = reduced != e && state_facts(s, reduced) & EXPR_HAS_VARIABLE;
+    push(s, c, says ? reduced : e, g);
+    return says ? state_sample(s) : POINTS_NONE;
+}
+
 int admit_one(struct state *s, const struct candidate *c, int g)
 {
     int z = ech_zero(&s->ctx, c->expr);
@@ -323,6 +338,8 @@ int admit_one(struct state *s, const struct candidate *c, int g)
     for (int i = 0; i < r.options && !found; i++) {      /* the branches of a product in turn */
         push_option(s, c, r.option + i, g);
         status = state_sample(s);
+        if (status == POINTS_NONE && r.option[i].count == 1)
+            status = sample_reduced(s, c, g);
         if (status == POINTS_OK && !on_component(s, before))
             status = POINTS_NONE;
         found = status == POINTS_OK;
