@@ -160,6 +160,7 @@ enum points_status points_shadow_sample(struct points_shadow *s, const struct po
     points_shadow_forget(s);
     take_space(s, space);
     enum points_status status = sample_reals(s, before, smaller ? befores : 0);
+    s->chance = ~s->random;
     take_guess(s, given);
     for (int k = 0; k < befores; k++)
         points_point_clear(before + k);
@@ -251,15 +252,19 @@ static struct tally look_high(struct points_shadow *s, expr_id e)
 static bool more_modular(struct points_shadow *s)
 {
     enum { VALUES_MOST = 4000000 };      /* of all points together */
+    enum { PRIMES = 4 };
     double start = sga_now();
     if (!s->modulars && !s->modular_over)
-        s->prime = (int)(points_random(&s->random) % NUM_MODP_PRIMES);
+        s->prime = (int)(points_random(&s->chance) % NUM_MODP_PRIMES);
     if (s->modulars >= POINTS_MODULAR_MOST || (s->modulars >= POINTS_MODULAR && s->space.st->nodes > VALUES_MOST / POINTS_MODULAR_MOST))
         s->modular_over = true;
     if (s->modular_over)
         return false;
-    s->modular_over = !points_modpoint_find(s->modular + s->modulars, &s->space, s->real[0].solved, s->prime, &s->random);
-    s->prime = (s->prime + 1) % NUM_MODP_PRIMES;
+    s->modular_over = true;
+    for (int k = 0; k < PRIMES && s->modular_over; k++) {      /* a number that is a root has a residue for some primes only */
+        s->modular_over = !points_modpoint_find(s->modular + s->modulars, &s->space, s->real[0].solved, s->prime, &s->chance);
+        s->prime = (s->prime + 1) % NUM_MODP_PRIMES;
+    }
     s->modulars += !s->modular_over;
     s->seconds_sampling += sga_now() - start;
     return !s->modular_over;

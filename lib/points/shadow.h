@@ -61,7 +61,7 @@ struct points_shadow {
     bool modular_over;                       /* no more can be found */
     struct expr_cone cone;
     double height;                           /* of the space's functions (points_height) at the first point; < 0: not asked */
-    uint64_t random;
+    uint64_t random, chance;                 /* chance: of modular points, so that real ones do not depend on what was asked before */
     long count[POINTS_BASES];                /* decisions so far, by basis */
     struct points_zero *zero; int zeros; size_t zero_cap;   /* each expression once, the first SGA_MOST_ZEROS_LISTED */
     int least_digits;                        /* smallest digits of a ZERO_NUMERIC */

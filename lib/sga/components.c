@@ -330,7 +330,7 @@ void components_note(struct components *c, const struct sys_system *system, cons
 /* The same beside p, on the run's first n constraints: p may be special there, since constraints of its own run hold too. */
 static bool apart_beside(const struct component_run *r, struct points_space *space, const struct points_point *p, int n)
 {
-    struct points_point q;
+    struct points_point q = { 0 };
     uint64_t random = 43;
     space->constraint = r->constraint;
     space->constraints = n;
@@ -357,7 +357,8 @@ bool components_apart(struct components *c, const struct sys_system *system, con
     if (another(r, p, n))
         return true;
     struct points_space space = space_of(system, options, sol);
-    bool apart = n > 0 && apart_beside(r, &space, p, n);
+    bool apart = n > 0 && points_on_sides(system->store, &p->ball, sol->side, sol->sides)        /* beyond them strata of kind side speak */
+                 && apart_beside(r, &space, p, n);
     end_space(&space);
     return apart;
 }

@@ -126,7 +126,8 @@ expr_id regular_reduced(struct state *s, expr_id e)
     expr_id *map = sga_calloc((size_t)symbols, sizeof *map);
     expr_id *left = sga_malloc((size_t)(c + 1) * sizeof *left);
     unsigned char *is_normal = sga_calloc((size_t)c + 1, 1);
-    struct poly_limits limits = { .max_terms = 400, .max_generators = 24, .budget = s->options->budget };
+    /* no product of more than can be factored is written out */
+    struct poly_limits limits = { .max_terms = 400, .max_degree = REGULAR_DEGREE, .max_generators = 24, .budget = s->options->budget };
     if (own)
         memcpy(left, s->con, (size_t)own * sizeof *left);
     for (int i = own; i < c; i++)

@@ -127,7 +127,7 @@ static void from_factors(struct state *s, expr_id e, struct regular *r, const st
     }
 }
 
-static const struct poly_limits small = { .max_terms = SGA_MOST_FACTORED_TERMS, .max_bits = 4000, .max_degree = 60, .max_generators = 24 };
+static const struct poly_limits small = { .max_terms = SGA_MOST_FACTORED_TERMS, .max_bits = 4000, .max_degree = REGULAR_DEGREE, .max_generators = 24 };
 
 /* Part by part: what is too large to factor as a whole. */
 static struct regular from_shape(struct state *s, expr_id e)

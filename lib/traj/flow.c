@@ -320,6 +320,7 @@ bool flow_start(struct flow *f, const struct sys_system *sys, const struct sga_s
 {
     if (!on_constraints(f, sys, sol, rq, x, moved, err))
         return false;
+    sizes_met(&f->sizes, x);
     if (!holds(f, rq, x))
         all_given_start(f, sys, sol, rq, x, moved);      /* where that fails, flow_given says so */
     component_start(f, sys, sol, rq, x, moved);

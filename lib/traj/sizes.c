@@ -160,6 +160,13 @@ bool sizes_grow(struct sizes *s, const double *variable, const double *column)
     return any;
 }
 
+void sizes_met(struct sizes *s, const double *x)
+{
+    for (int j = 0; j < s->n && s->uneven; j++)
+        if (x[j] != 0 && isfinite(x[j]))
+            s->weight[j] = fmax(s->weight[j], power(log2(fabs(x[j])) + SMALL));
+}
+
 double sizes_move(const struct sizes *s, int j, double value)
 {
     return fmax(s->weight[j], fabs(value) / 100);

@@ -26,6 +26,8 @@ void sizes_clear(struct sizes *s);
 /* Units that are far smaller than what their variables and columns became (size: by variable, grown: by column; may be one) grow
  * to it. Whether any did. */
 bool sizes_grow(struct sizes *s, const double *variable, const double *column);
+/* Weights that are far smaller than where the motion starts (x, by variable) grow to it. */
+void sizes_met(struct sizes *s, const double *x);
 /* The unit of a value that moves from `value` towards consistency (weights alone, or its own size where that is large). */
 double sizes_move(const struct sizes *s, int j, double value);
 
