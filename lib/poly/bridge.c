@@ -56,6 +56,21 @@ static bool is_kernel(enum expr_op op)
     return op == EXPR_PI || op == EXPR_SYM || op == EXPR_POW || op >= EXPR_SIN;
 }
 
+/* A context is a table for each size of a word, and nothing that is owned: those of few variables are made once. */
+static void context(fmpz_mpoly_ctx_t ctx, int variables)
+{
+    enum { KEPT = 32 };
+    static _Thread_local struct { bool made; fmpz_mpoly_ctx_t is; } kept[KEPT];
+    if (variables >= KEPT) {
+        fmpz_mpoly_ctx_init(ctx, variables, ORD_LEX);
+        return;
+    }
+    if (!kept[variables].made)
+        fmpz_mpoly_ctx_init(kept[variables].is, variables, ORD_LEX);
+    kept[variables].made = true;
+    *ctx = *kept[variables].is;
+}
+
 /* On what each node depends, where both sin or cos and tan stand on one argument, and
  * how many generators there can be at most. */
 static int survey(struct poly_bridge *b)
@@ -173,7 +188,7 @@ struct poly_bridge *poly_bridge_new(struct expr_store *st, const expr_id *roots,
         b->count = 0;
         b->max_gens = 0;
     }
-    fmpz_mpoly_ctx_init(b->ctx, b->max_gens + 1, ORD_LEX);
+    context(b->ctx, b->max_gens + 1);
     b->max_gens++;      /* FLINT wants one variable at least */
     b->gen = sga_calloc((size_t)b->max_gens, sizeof *b->gen);
     b->value = sga_calloc((size_t)b->count + 1, sizeof *b->value);

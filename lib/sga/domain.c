@@ -5,6 +5,8 @@
 #include <string.h>
 
 #include "mem.h"
+#include "modmatch.h"
+#include "modpoint.h"
 #include "poly.h"
 
 expr_id domain_divisor(const struct expr_store *st, expr_id e)
@@ -115,6 +117,30 @@ static bool symbols(struct domain *d, const expr_id *root, int roots, unsigned c
     return any;
 }
 
+/* Whether none of the functions is zero at some point, modulo a prime, where f[0 .. count) are: then none vanishes with them. Without
+ * algebra, and said of algebraic functions only. */
+static bool apart_somewhere(const struct domain *d, const expr_id *list, int n, const expr_id *f, int count)
+{
+    const struct sys_system *sys = d->system;
+    int *variable = sga_malloc(((size_t)sys->variables + (size_t)count + 2) * sizeof *variable), *solved = variable + sys->variables + 1;
+    for (int j = 0; j < sys->variables; j++)
+        variable[j] = sys->variable[j].symbol;
+    struct points_space space = { .st = sys->store, .variable = variable, .variables = sys->variables, .parameter = sys->parameter,
+                                  .parameters = sys->parameters, .time = sys->time, .constraint = f, .constraints = count, .budget = d->budget };
+    struct points_modpoint p = { 0 };
+    uint64_t random = 71;
+    bool apart = points_match_by_shape(&space, solved) && points_modpoint_find_modulo(&p, &space, solved, 5, &random);
+    for (int i = 0; i < n && apart; i++) {
+        bool chance;
+        apart = points_modpoint_zero(&p, list[i], &chance) == 0 && !num_modp_kernel(p.value, list[i]);
+    }
+    for (int i = 0; i < count && apart; i++)
+        apart = !num_modp_kernel(p.value, f[i]);
+    points_modpoint_clear(&p);
+    free(variable);
+    return apart;
+}
+
 bool domain_leaves_out(struct domain *d, expr_id e, const expr_id *f, int own, int count)
 {
     struct expr_store *st = d->system->store;
@@ -133,5 +159,5 @@ bool domain_leaves_out(struct domain *d, expr_id e, const expr_id *f, int own, i
         if (symbols(d, list + i, 1, mark, false))
             list[asked++] = list[i];
     free(mark);
-    return poly_any_vanishes_with(st, list, asked, f, count, &limits);
+    return asked && !apart_somewhere(d, list, asked, f, count) && poly_any_vanishes_with(st, list, asked, f, count, &limits);
 }

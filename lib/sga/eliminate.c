@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "mem.h"
+#include "modp.h"
 
 /* Whether v has different values at the two points: then it is no constant. */
 static bool varies(struct state *s, expr_id v)
@@ -18,13 +19,46 @@ static bool varies(struct state *s, expr_id v)
     return !arb_overlaps(num_ball_value(&w->real[0].ball, v), num_ball_value(&w->real[1].ball, v));
 }
 
+/* Two points anywhere, modulo a prime, with the same parameters. */
+struct pair { struct num_modp at[2]; struct expr_cone cone; };
+
+static void pair_init(struct pair *p, const struct state *s)
+{
+    expr_cone_init(&p->cone);
+    for (int k = 0; k < 2; k++) {
+        struct num_modp *m = p->at + k;
+        num_modp_init(m, s->st, 29, 11);
+        for (int i = 0; i < s->st->symbols; i++)
+            num_modp_set(m, i, num_modp_random(m, (uint64_t)i + (s->st->symbol[i].kind == EXPR_PARAMETER ? 0 : (uint64_t)(k + 1) << 32)));
+    }
+}
+
+static void pair_clear(struct pair *p)
+{
+    expr_cone_clear(&p->cone);
+    for (int k = 0; k < 2; k++)
+        num_modp_clear(p->at + k);
+}
+
+/* Whether v, an algebraic function, has different values at the two: then it does not depend on parameters only. */
+static bool pair_varies(struct pair *p, const struct state *s, expr_id v)
+{
+    expr_cone_of(s->st, &p->cone, &v, 1);
+    for (int k = 0; k < 2; k++)
+        num_modp_list(p->at + k, p->cone.list, p->cone.count);
+    for (int k = 0; k < 2; k++)
+        if (num_modp_bad(p->at + k, v) || num_modp_kernel(p->at + k, v) || num_modp_branch(p->at + k, v))
+            return false;
+    return num_modp_value(p->at, v) != num_modp_value(p->at + 1, v);
+}
+
 /* A slope that is a constant or depends on parameters only, and is not 0: its normal form,
  * since it may only look as if it depended on something. */
-static bool constant_slope(struct state *s, expr_id v, expr_id *slope)
+static bool constant_slope(struct state *s, struct pair *pair, expr_id v, expr_id *slope)
 {
     struct poly_limits limits = { .max_terms = 100, .max_generators = 24, .budget = s->options->budget };
     bool depends = state_facts(s, v) & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME);
-    if (depends && !s->sys->parameters && varies(s, v))
+    if (depends && ((!s->sys->parameters && varies(s, v)) || pair_varies(pair, s, v)))
         return false;
     if (depends)
         poly_normal(s->st, v, &limits, &v);
@@ -41,9 +75,12 @@ static int search_symbol(struct state *s, expr_id e, expr_id *slope, bool *affin
     *affine = true;
     for (int k = 0; k < n; k++)
         *affine &= !(state_facts(s, term[k].value) & EXPR_HAS_VARIABLE);
+    struct pair pair;
+    pair_init(&pair, s);
     for (int k = 0; k < n && found < 0; k++)
-        if (constant_slope(s, term[k].value, slope))
+        if (constant_slope(s, &pair, term[k].value, slope))
             found = term[k].symbol;
+    pair_clear(&pair);
     free(term);
     return found;
 }
