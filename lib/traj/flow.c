@@ -266,7 +266,7 @@ static double *known_point(const struct sys_system *sys, const struct sga_soluti
         con[i] = sol->constraint[i].expr;
     struct points_space space = { .st = sys->store, .variable = variable, .variables = n, .time = sys->time,
                                   .constraint = con, .constraints = sol->constraints, .near = rq->initial,
-                                  .near_time = rq->start, .budget = rq->budget };
+                                  .near_time = rq->start, .scale = sol->scale, .time_unit = sol->time_unit, .budget = rq->budget };
     double *value = sga_calloc((size_t)sys->parameters + 1, sizeof *value);
     for (int i = 0; i < sys->parameters; i++) {
         const struct expr_symbol *s = sys->store->symbol + sys->parameter[i];
