@@ -240,6 +240,11 @@ static bool sample(const struct lift *l, const struct sga_options *options, stru
     space.defined = defined;
     points_shadow_forget(shadow);
     bool ok = points_shadow_sample(shadow, &space) == POINTS_OK || l->sol->verdict == SGA_INCONSISTENT;
+    if (!ok && space.near) {           /* what is defined has no value there */
+        space.near = NULL;
+        points_shadow_forget(shadow);
+        ok = points_shadow_sample(shadow, &space) == POINTS_OK;
+    }
     shadow->space.near = NULL;         /* these end here */
     free(x);
     free(con);

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "definition.h"
+#include "edges.h"
 #include "facts.h"
 #include "flow.h"
 #include "mem.h"
@@ -269,7 +270,7 @@ static bool asked(const struct defined *d, int v)
     return d->rq->given[v] || (d->rq->held && d->rq->held[v]);
 }
 
-/* Whether the start of what is left has the values that are given of what is defined. */
+/* Whether what is defined has values at the start of what is left, those that are given. */
 static bool fits(const struct defined *d, struct sga_error *ignored)
 {
     struct flow f;
@@ -281,7 +282,7 @@ static bool fits(const struct defined *d, struct sga_error *ignored)
     x = defined_lift(d, x);
     for (int i = 0; i < d->sol->definitions && ok; i++) {
         int v = d->sol->definition[i].variable;
-        ok = !asked(d, v) || fabs(x[v] - d->rq->initial[v]) <= MET * (1 + fabs(x[v]));
+        ok = isfinite(x[v]) && (!asked(d, v) || fabs(x[v] - d->rq->initial[v]) <= MET * (1 + fabs(x[v])));
     }
     free(x);
     return ok;
@@ -314,9 +315,10 @@ bool defined_start(struct defined *d, struct sga_error *err)
         any |= asked(d, v);
         held |= d->rq->held && d->rq->held[v];
     }
-    if (!any || fits(d, &ignored))
+    if ((!any && !d->request.valueds) || fits(d, &ignored))
         return true;
-    return start_of_whole(d, held ? err : &ignored) || !held;
+    bool ok = any && start_of_whole(d, held ? err : &ignored);
+    return edges_start(d, ok ? d->moved : INFINITY) || ok || !held;
 }
 
 double defined_moved(const struct defined *d, const double *x, double moved)
