@@ -207,7 +207,7 @@ bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_so
     if (!field_init(&f->field, sys, sol, rq, &f->manifold, err) || !manifold_init(&f->manifold, sys, sol, field_switches(&f->field), err))
         return false;
     f->manifold.unit = f->sizes.weight;
-    f->field.unit = f->sizes.uneven ? f->sizes.weight : NULL;
+    f->field.unit = f->sizes.uneven_rows ? f->sizes.row : NULL;
     const struct num_switches *w = field_switches(&f->field);
     if (!look_for_pulses(f, sol, rq, err))
         return false;
@@ -321,6 +321,7 @@ bool flow_start(struct flow *f, const struct sys_system *sys, const struct sga_s
     if (!on_constraints(f, sys, sol, rq, x, moved, err))
         return false;
     sizes_met(&f->sizes, x);
+    f->field.unit = f->sizes.uneven_rows ? f->sizes.row : NULL;
     if (!holds(f, rq, x))
         all_given_start(f, sys, sol, rq, x, moved);      /* where that fails, flow_given says so */
     component_start(f, sys, sol, rq, x, moved);

@@ -126,12 +126,15 @@ void sizes_init(struct sizes *s, const struct sys_system *sys, const struct traj
     int n = sys->variables, columns = rq->outputs ? rq->outputs : n;
     double span = rq->samples ? fabs(rq->times[rq->samples - 1] - rq->start) : 0;
     *s = (struct sizes){ .n = n, .columns = columns, .time = rq->own_atol || span == 0 ? 1 : fmin(1, span) };
-    s->weight = sga_malloc((2 * (size_t)n + (size_t)columns + 1) * sizeof *s->weight);
+    s->weight = sga_malloc((3 * (size_t)n + (size_t)columns + 1) * sizeof *s->weight);
     s->unit = s->weight + n;
     s->column = s->unit + n;
+    s->row = s->column + columns;
     for (int j = 0; j < 2 * n + columns; j++)
         s->weight[j] = 1;
     find(s, sys, rq);
+    memcpy(s->row, s->weight, (size_t)n * sizeof *s->row);
+    s->uneven_rows = s->uneven;
     look(s);
 }
 
@@ -162,9 +165,15 @@ bool sizes_grow(struct sizes *s, const double *variable, const double *column)
 
 void sizes_met(struct sizes *s, const double *x)
 {
-    for (int j = 0; j < s->n && s->uneven; j++)
-        if (x[j] != 0 && isfinite(x[j]))
-            s->weight[j] = fmax(s->weight[j], power(log2(fabs(x[j])) + SMALL));
+    bool large = s->uneven;
+    for (int j = 0; j < s->n; j++) {
+        double own = x[j] != 0 && isfinite(x[j]) ? power(log2(fabs(x[j])) + SMALL) : 0;
+        if (s->uneven)
+            s->weight[j] = fmax(s->weight[j], own);
+        s->row[j] = fmax(s->weight[j], own);
+        large |= own > power(LARGE + SMALL) * s->weight[j];
+    }
+    s->uneven_rows = large;
 }
 
 double sizes_move(const struct sizes *s, int j, double value)

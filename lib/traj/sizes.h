@@ -14,10 +14,11 @@ struct sizes {
                                 * from it where one is */
     double *unit;              /* by variable: what atol is times; at most 1, but for large variables that begin at 0 */
     double *column;            /* by column of the samples: the same; unit where there are no outputs */
+    double *row;               /* by variable: what the rows that define the field are solved in units of */
     double time;               /* the same of times of events */
     int n, columns;
     bool any;                  /* some unit is not 1 */
-    bool uneven;               /* some weight is not 1 */
+    bool uneven, uneven_rows;  /* some weight, and some of `row`, is not 1 */
 };
 
 /* All 1 for more than SCALING_MOST variables. Units are 1 where the request gives atol. */
@@ -26,7 +27,7 @@ void sizes_clear(struct sizes *s);
 /* Units that are far smaller than what their variables and columns became (size: by variable, grown: by column; may be one) grow
  * to it. Whether any did. */
 bool sizes_grow(struct sizes *s, const double *variable, const double *column);
-/* Weights that are far smaller than where the motion starts (x, by variable) grow to it. */
+/* Weights that are far smaller than where the motion starts (x, by variable) grow to it; where it starts at large values, so does `row`. */
 void sizes_met(struct sizes *s, const double *x);
 /* The unit of a value that moves from `value` towards consistency (weights alone, or its own size where that is large). */
 double sizes_move(const struct sizes *s, int j, double value);
