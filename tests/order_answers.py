@@ -22,6 +22,7 @@ STRATA_UP_TO = 4
 SECONDS = 15           # for all points of one comparison
 TINY = re.compile(r"[0-9.]e[-+]?[0-9]{2}|/1" + "0" * 12)    # numbers that the digits of these points do not tell from 0
 NEAR = 1e-6            # of starts, relative
+MOVED = 1e-12          # past rounding: stiff multipliers are as much as 1e12 times a place
 # what the checkers do not read or cannot evaluate is not compared
 ODD = (Broken, Undefined, KeyError, ValueError, TypeError, NotImplementedError, RecursionError, OverflowError, ZeroDivisionError, IndexError)
 
@@ -151,7 +152,7 @@ def start(base, said, result):
     """The projected start, in the names and units of the first. Of two that are as far from the guess (a velocity of which only
     the square is known) either is right; what is nearest where given values must move is a matter of units. What nothing determines is
     small, signals that have a name with the rest: then it is another one."""
-    if "units" in said.done and base.result.get("consistent_initial", {}).get("moved", 0) > NEAR:
+    if "units" in said.done and base.result.get("consistent_initial", {}).get("moved", 0) > MOVED:
         return []
     first, second = (r.get("consistent_initial", {}).get("projected") for r in (base.result, result))
     if first is None or second is None:

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "kinds.h"
 #include "larger.h"
 #include "leastnorm.h"
 #include "mem.h"
@@ -155,14 +156,17 @@ bool field_general(struct field *f, double *v, int *rank)
 static bool found_noise(struct field *f, double *noise, int entries)
 {
     double *here = sga_malloc(((size_t)f->n + 1 + (size_t)entries) * sizeof *here), *first = here + f->n + 1;
+    int *by_name = sga_malloc(((size_t)f->n + 1) * sizeof *by_name);
+    sys_by_name(f->sys, by_name);
     bool same, ok = evaluate(f, &same);
     memcpy(here, f->in, (size_t)f->n * sizeof *here);
     sga_copy(first, f->kept, entries);
     for (int k = 0; k < 2 && ok; k++) {
-        for (int j = 0; j < f->n; j++) {
+        for (int i = 0; i < f->n; i++) {
+            int j = by_name[i];
             bool sure = f->given && f->given[j] && here[j] == f->guess[j];
             double size = fmax(fabs(here[j]), f->unit ? f->unit[j] : 1);
-            f->in[j] = here[j] + (sure ? 0 : FOUND * size * sin(1.3 + 2.1 * j + 0.9 * k));
+            f->in[j] = here[j] + (sure ? 0 : FOUND * size * sin(1.3 + 2.1 * i + 0.9 * k));
         }
         ok = evaluate(f, &same);
         for (int q = 0; q < entries && ok; q++)
@@ -170,6 +174,7 @@ static bool found_noise(struct field *f, double *noise, int entries)
     }
     memcpy(f->in, here, (size_t)f->n * sizeof *here);
     free(here);
+    free(by_name);
     f->kept_rank = -1;
     return ok && evaluate(f, &same);
 }
