@@ -59,7 +59,7 @@ SERVER_LIBS := -lmicrohttpd -lsqlite3 -lgnutls -lseccomp -lpthread
 CLIENT_LIBS := -lgnutls
 
 LIB_SRC := $(foreach f,$(FLOORS),$(wildcard lib/$(f)/*.c))
-LIB_OBJ := $(LIB_SRC:%.c=$(B)/%.o)
+LIB_OBJ := $(LIB_SRC:%.c=$(B)/%.o) $(B)/lib/run/version.o
 SERVER_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard server/*.c)) $(B)/server/embedded.o
 # The client takes results apart with the daemon's JSON scanner, and writes problems as the
 # daemon does; it needs no JSON library. A tradeoff is shown by the same code too.
@@ -90,6 +90,15 @@ $(B)/clients/%.o: clients/%.c
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_CFLAGS) -iquote clients -iquote server $(foreach d,$(CLIENT_DEPS),-iquote lib/$(d)) -c $< -o $@
 
+# The version changes with everything that answers come from: old ones are not given for new ones.
+VERSION := 0.1.0
+ANSWERS := $(sort $(foreach f,$(FLOORS),$(wildcard lib/$(f)/*.[ch] lib/$(f)/*.def)))
+$(B)/lib/run/version.c: lib/run/version.sh Makefile $(ANSWERS)
+	@mkdir -p $(@D)
+	sh lib/run/version.sh $(VERSION) $(ANSWERS) > $@
+$(B)/lib/run/version.o: $(B)/lib/run/version.c
+	$(Q)$(CC) $(ALL_CFLAGS) -iquote lib/run -iquote lib/base -c $< -o $@
+
 $(B)/libsga.a: $(LIB_OBJ)
 	@rm -f $@
 	$(Q)ar rcs $@ $^
@@ -104,7 +113,7 @@ UNIT_BIN := $(UNIT_SRC:tests/unit/%.c=$(B)/unit/%)
 # FLOOR_memory.c stands between the code and malloc, to let allocations fail.
 FAILING := -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc
 floor_of = $(firstword $(subst _, ,$(notdir $(1))))
-floor_obj = $(foreach d,$(1) $(DEPS_$(1)),$(patsubst %.c,$(B)/%.o,$(wildcard lib/$(d)/*.c)))
+floor_obj = $(foreach d,$(1) $(DEPS_$(1)),$(patsubst %.c,$(B)/%.o,$(wildcard lib/$(d)/*.c))) $(if $(filter run,$(1)),$(B)/lib/run/version.o)
 define unit_rules
 $(B)/unit/$(notdir $(basename $(1))): $(1) $(call floor_obj,$(call floor_of,$(1)))
 	@mkdir -p $$(@D)

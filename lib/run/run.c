@@ -14,11 +14,6 @@
 #include "tradeoff.h"
 #include "watch.h"
 
-const char *sga_version(void)
-{
-    return "0.1.0";
-}
-
 void sga_init(void)
 {
     lin_init();

@@ -46,7 +46,8 @@ bool sga_run(const char *request, size_t length, const struct sga_run_options *o
  * (the key of the cache is its SHA-256). */
 bool sga_check(const char *request, size_t length, struct sga_buf *out, struct sga_error *err);
 
-/* Changes when answers change, so that old cached answers are not given. */
+/* "0.1.0+9f2c...": the product's version, and a digest of the sources of lib/, with which answers may change: jobs are named by it, so
+ * that old cached answers are not given. Static. Made by lib/run/version.sh. */
 const char *sga_version(void);
 
 #endif

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "ball.h"
 #include "kinds.h"
 #include "mem.h"
 #include "print.h"
@@ -16,14 +17,34 @@
 enum { MOST = 100 };
 static const double DEAR = 1e7;
 
-static bool refuse(const struct sys_system *sys, const struct sga_solution *sol, int worst, double residual,
+/* Whether all constraints have values at the guess, in numbers of any size. */
+static bool has_values(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq)
+{
+    struct num_ball b;
+    bool all = true;
+    num_ball_init(&b, sys->store, 64);
+    for (int j = 0; j < sys->variables; j++)
+        num_ball_set_d(&b, sys->variable[j].symbol, rq->initial[j]);
+    num_ball_set_d(&b, sys->time, rq->start);
+    num_ball_extend(&b);
+    for (int i = 0; i < sol->constraints && all; i++)
+        all = arb_is_finite(num_ball_value(&b, sol->constraint[i].expr));
+    num_ball_clear(&b);
+    return all;
+}
+
+static bool refuse(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, int worst, double residual,
                    bool held, struct sga_error *err)
 {
     struct sga_buf text = { 0 };
     if (worst < 0 || !expr_print(sys->store, sol->constraint[worst].expr, 300, &text))
         sga_buf_puts(&text, "(a long expression)");
     int g = worst >= 0 ? sol->constraint[worst].generation : 0;
-    if (residual < 0)
+    if (residual < 0 && has_values(sys, sol, rq))
+        sga_fail_at(err, SGA_E_INITIAL, "/trajectory/initial",
+                    "the initial values cannot be projected: a constraint has a value or a slope there that is too large for numbers in double; start "
+                    "elsewhere, or write the equations without a name for what is so large");
+    else if (residual < 0)
         sga_fail_at(err, SGA_E_INITIAL, "/trajectory/initial",
                     "the initial values cannot be projected: the constraints have no value there; start inside their domain");
     else
@@ -63,7 +84,7 @@ bool consistent_start(struct manifold *m, const struct sys_system *sys, const st
             scale[j] *= rq->given[j] ? 1 : 1e3;
         manifold_project(m, rq->start, x, scale, rq->held, 60, NULL, &residual, &worst);
         if (sga_budget_ok(rq->budget, NULL))
-            refuse(sys, sol, worst, residual, any_held, err);
+            refuse(sys, sol, rq, worst, residual, any_held, err);
     }
     free(scale);
     return sga_budget_ok(rq->budget, err) && ok;      /* past a limit the search was not finished, whatever it found */

@@ -165,7 +165,7 @@ static double floor_of(const struct manifold *m, const double *x, const double *
 }
 
 /* Each constraint's own terms may be so much smaller than the largest variable in its unit. */
-static const double OWN_TERMS = 1e3;
+static const double OWN_SIZE = 1e3;
 
 bool manifold_settled(const struct manifold *m, const double *x, const double *scale, double residual)
 {
@@ -175,7 +175,7 @@ bool manifold_settled(const struct manifold *m, const double *x, const double *s
         double own = 1e-3;
         for (int k = 0; k < m->cols[i]; k++)
             own = sga_larger(own, fabs(m->value[m->jac->start[i] + k] * x[m->col[i][k]]) / m->big[i]);
-        settled = fabs(m->r[i]) <= OWN_TERMS * ROUNDING * own;
+        settled = fabs(m->r[i]) <= OWN_SIZE * ROUNDING * own;
     }
     return settled;
 }

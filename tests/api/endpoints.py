@@ -1,5 +1,7 @@
 """Every endpoint as it is meant to be used."""
 import csv
+import glob
+import hashlib
 import json
 import os
 import re
@@ -11,13 +13,30 @@ from common import moving, trivial
 from tally import ROOT
 
 
+PRODUCT = "0.1.0"
+
+
+def sources():
+    """A digest of all that answers may change with, as lib/run/version.sh has it."""
+    files = sorted(f for end in ("*.c", "*.h", "*.def") for f in glob.glob(os.path.join("lib", "*", end), root_dir=ROOT))
+    whole = hashlib.sha256()
+    for f in files:
+        with open(os.path.join(ROOT, f), "rb") as source:
+            whole.update(source.read())
+    return whole.hexdigest()[:12]
+
+
 def about(d, c):
     for path, status in (("/healthz", "ok"), ("/readyz", "ready")):
         a = d.get(path)
         c.status(a, 200, path)
         c(a.json().get("status") == status, path, a.body)
     version = d.get("/version").json()
-    c(version["name"] == "sgad" and version["version"], "version", version)
+    c(version["name"] == "sgad" and version["version"] == f"{PRODUCT}+{sources()}", "version: the product's, and what answers come from", version)
+    request = trivial()
+    job = d.ask("POST", "/v1/jobs", request).json()["id"]
+    text = json.dumps(request, sort_keys=True, separators=(",", ":"))
+    c(job == hashlib.sha256(f"{version['version']}\n{text}".encode()).hexdigest()[:len(job)], "jobs of other versions have other names", job)
     for name in schemas.NAMES:
         a = d.get("/v1/schema/" + name)
         c.status(a, 200, f"schema {name}")
