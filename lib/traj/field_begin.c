@@ -101,8 +101,8 @@ bool field_begin(struct field *f, double t, const double *x, struct sga_error *e
     } else if (!ok) {
         sga_fail(err, SGA_E_NO_MOTION, "the equations have no value at the consistent start; start inside their domain");
     } else if (rank < f->rank) {
-        ok = sga_fail(err, SGA_E_NO_MOTION, "the consistent start lies on a stratum where the rank drops from %d to %d, "
-                      "so that the motion is not determined there; start elsewhere", f->rank, rank);
+        ok = sga_fail(err, SGA_E_NO_MOTION, "at the consistent start the rank is %d as far as numbers in double tell, and %d elsewhere: it lies on a "
+                      "stratum, where the motion is not determined, or too near to one; start elsewhere", rank, f->rank);
     } else {
         double size = field_size(f, v), worst = field_rows_miss(f, v, &bad);
         if (f->fast && worst > 1e-9 * size && field_general(f, v, &rank) && rank == f->rank) {
