@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "mem.h"
+#include "range.h"
 
 /* Whether the node has several branches, or no derivative where its argument is 0, at places that can be met. */
 static bool is_kink(struct definition_search *s, const struct expr_node n)
@@ -102,7 +103,7 @@ bool definition_by(struct definition_search *s, int row, struct definition *best
         expr_id value = value_of(s, e, symbol[k], slope);
         if (!value || (s->asked == DEFINITIONS_KINKED && !has_kink(s, value)))
             continue;
-        *best = (struct definition){ v, row, value, slope };
+        *best = (struct definition){ v, row, value, slope, s->factor[row], s->factor[row] ? s->rest[row] : EXPR_UNDEF };
         found = true;
     }
     free(symbol);
@@ -127,6 +128,68 @@ static void put_in(struct definition_search *s, struct definition now)
     s->used[now.row] = 1;
 }
 
+/* Whether the bound is beyond 0 on its side: 1 above, -1 below. */
+static bool beyond(struct definition_search *s, expr_id bound, bool taken, int side)
+{
+    int c = bound ? range_compare(s->st, bound, expr_int(s->st, 0)) : RANGE_UNKNOWN;
+    return c == side || (c == 0 && !taken);
+}
+
+/* Whether e is nowhere 0, by facts or by its range. */
+static bool never_zero(struct definition_search *s, expr_id e)
+{
+    if (expr_facts_of(&s->facts, s->st, e) & EXPR_NONZERO)
+        return true;
+    expr_cone_of(s->st, &s->cone, &e, 1);
+    expr_cone_index(&s->cone);
+    struct range *range = sga_calloc((size_t)s->cone.count + 1, sizeof *range), r;
+    range_of_list(s->st, &s->facts, s->cone.list, s->cone.count, s->cone.place, range);
+    r = range[s->cone.place[e]];
+    free(range);
+    return beyond(s, r.lo, r.lo_in, 1) || beyond(s, r.hi, r.hi_in, -1);
+}
+
+/* Whether e is nowhere 0, and nowhere without a value. */
+static bool harmless(struct definition_search *s, expr_id e)
+{
+    if (!never_zero(s, e))
+        return false;
+    bool total = true;
+    expr_cone_of(s->st, &s->cone, &e, 1);
+    for (int k = 0; k < s->cone.count && total; k++)
+        switch (expr_op_of(s->st, s->cone.list[k])) {
+        case EXPR_CONST: case EXPR_SYM: case EXPR_PI: case EXPR_ADD: case EXPR_SUB: case EXPR_NEG: case EXPR_MUL: case EXPR_ABS: case EXPR_MIN:
+        case EXPR_MAX: case EXPR_SIN: case EXPR_COS: case EXPR_EXP: case EXPR_SINH: case EXPR_COSH: case EXPR_TANH: case EXPR_ATAN: case EXPR_ASINH:
+            break;
+        case EXPR_POWI:
+            total = s->st->node[s->cone.list[k]].b > 0;
+            break;
+        default:
+            total = false;
+        }
+    return total;
+}
+
+/* The row without factors that say nothing. */
+static void split_factor(struct definition_search *s, int row)
+{
+    expr_id e = s->sys->row[row].alpha, factor = EXPR_UNDEF;
+    for (bool more = true; more; ) {
+        const struct expr_node n = s->st->node[e];
+        expr_id off = n.op == EXPR_NEG ? expr_int(s->st, -1)
+                      : n.op != EXPR_MUL || expr_is_const(s->st, n.a) || expr_is_const(s->st, n.b) ? EXPR_UNDEF
+                      : harmless(s, n.a) ? n.a : harmless(s, n.b) ? n.b : EXPR_UNDEF;
+        more = off != EXPR_UNDEF;
+        if (more) {
+            e = n.op == EXPR_NEG || off != n.a ? n.a : n.b;
+            factor = factor ? expr_mul(s->st, factor, off) : off;
+        }
+    }
+    bool any = factor && !expr_is_const(s->st, factor);
+    s->factor[row] = any ? factor : EXPR_UNDEF;
+    s->rest[row] = any ? e : s->sys->row[row].alpha;
+}
+
 static void begin(struct definition_search *s)
 {
     const struct sys_system *sys = s->sys;
@@ -137,12 +200,15 @@ static void begin(struct definition_search *s)
     s->column = sga_malloc(((size_t)s->st->symbols + 1) * sizeof *s->column);
     s->map = sga_calloc((size_t)s->st->symbols + 1, sizeof *s->map);
     s->alpha = sga_malloc(((size_t)sys->rows + 1) * sizeof *s->alpha);
+    s->factor = sga_calloc((size_t)sys->rows + 1, sizeof *s->factor);
+    s->rest = sga_calloc((size_t)sys->rows + 1, sizeof *s->rest);
     memset(s->column, -1, (size_t)s->st->symbols * sizeof *s->column);
     for (int j = 0; j < n; j++)
         s->column[sys->variable[j].symbol] = j;
     for (int i = 0; i < sys->rows; i++) {
-        s->alpha[i] = sys->row[i].alpha;
         s->used[i] = sys->row[i].entries > 0;
+        split_factor(s, i);
+        s->alpha[i] = s->rest[i];
         for (int k = 0; k < sys->row[i].entries; k++)
             s->moves[sys->row[i].entry[k].col] = 1;
     }
@@ -168,6 +234,8 @@ static void end(struct definition_search *s)
     free(s->column);
     free(s->map);
     free(s->alpha);
+    free(s->factor);
+    free(s->rest);
     free(s->slope);
     free(s->by);
     free(s->first);

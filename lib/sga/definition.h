@@ -1,4 +1,5 @@
-/* Variables that an equation defines: an equation without derivatives c v = f(others), c a number, where v' occurs in no
+/* Variables that an equation defines: an equation without derivatives c v = f(others), c a number, or such a difference times
+ * a factor that is nowhere 0, where v' occurs in no
  * equation and f has a switch or a root (abs, sign, min, max, sqrt, cbrt, real powers, asin, acos, acosh). As equations they would
  * make the answer depend on the side on which points happen to lie, and their differentials are nothing where f has none;
  * with f put in for v before the reduction, and v put back after it, a signal that has a name is one that has none. Where v is
@@ -16,6 +17,7 @@ struct definition {
     int row;                       /* of the system */
     expr_id value;                 /* f, free of all variables that are defined */
     expr_id slope;                 /* c as the row has it */
+    expr_id factor, rest;          /* the row is factor * rest, and the factor has a value and is not 0 anywhere; UNDEF: it is the rest */
 };
 
 struct definitions {

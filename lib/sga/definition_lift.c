@@ -70,7 +70,9 @@ static void lift_constraints(const struct lift *l, bool combinations)
     for (int i = 0; i < k; i++) {
         const struct definition *f = l->d->at + i;
         expr_id e = l->sys->row[f->row].alpha;
-        all[i] = (struct sga_constraint){ .expr = e, .generation = 1, .origin = SGA_FROM_ROWS, .restriction = -1, .base = e, .source = f->row };
+        expr_id own = f->rest ? f->rest : e;
+        all[i] = (struct sga_constraint){ .expr = own, .generation = 1, .origin = SGA_FROM_ROWS, .restriction = -1, .base = own, .source = f->row,
+                                          .replaced = f->rest ? e : EXPR_UNDEF };
         if (l->plain[i]) {
             expr_id v = l->sys->store->symbol[l->sys->variable[f->variable].symbol].node;
             all[i].replaced = e;
@@ -80,7 +82,7 @@ static void lift_constraints(const struct lift *l, bool combinations)
             continue;
         all[i].part = sga_malloc(sizeof *all[i].part);
         all[i].parts = 1;
-        all[i].part[0] = (struct sga_part){ .row = f->row, .tangency = -1, .factor = expr_int(l->sys->store, 1) };
+        all[i].part[0] = (struct sga_part){ .row = f->row, .tangency = -1, .factor = expr_int(l->sys->store, 1) };     /* of what was replaced */
     }
     for (int i = 0; i < s->constraints; i++) {
         all[k + i] = s->constraint[i];
@@ -103,6 +105,12 @@ static void lift_constraints(const struct lift *l, bool combinations)
     s->dimension[s->generations++] = l->sys->variables - k;
 }
 
+/* Of its row, where that is 0. */
+static expr_id slope_of(const struct lift *l, const struct definition *f)
+{
+    return f->factor ? expr_mul(l->sys->store, f->slope, f->factor) : f->slope;
+}
+
 static void lift_elimination(const struct lift *l)
 {
     struct sga_solution *s = l->sol;
@@ -110,7 +118,7 @@ static void lift_elimination(const struct lift *l)
     lift_pivots(l, s->dead, s->deads);
     s->pivot = sga_realloc(s->pivot, (size_t)(s->pivots + l->d->count + 1) * sizeof *s->pivot);
     for (int i = 0; i < l->d->count; i++)
-        s->pivot[s->pivots++] = (struct sga_pivot){ l->d->at[i].variable, l->d->at[i].slope, 2, l->sys->rows + i };
+        s->pivot[s->pivots++] = (struct sga_pivot){ l->d->at[i].variable, slope_of(l, l->d->at + i), 2, l->sys->rows + i };
     for (int q = 0; q < s->dense_blocks; q++)
         for (int i = 0; i < s->determinant[q].size; i++) {
             s->determinant[q].col[i] = l->d->variable[s->determinant[q].col[i]];

@@ -17,7 +17,8 @@ struct definition_search {
     unsigned char *used;           /* by row: it is a definition, or no longer asked */
     int *met;                      /* by variable: how many other equations without derivatives have it */
     int *column;                   /* by symbol: variable or -1 */
-    expr_id *alpha;                /* by row: with what is defined so far put in */
+    expr_id *factor, *rest;        /* by row: see struct definition; rest is the row where there is no factor */
+    expr_id *alpha;                /* by row: the rest with what is defined so far put in */
     expr_id *map;                  /* by symbol */
     expr_id *slope; size_t slope_cap;   /* scratch, by place in the cone */
     /* where all are asked for, values stay as their rows have them until the end: */

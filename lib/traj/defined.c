@@ -41,7 +41,7 @@ static void put_in_system(struct defined *d, const struct sga_solution *sol)
     d->map = sga_calloc((size_t)sys->store->symbols + 1, sizeof *d->map);
     for (int i = 0; i < sol->definitions; i++) {
         const struct sga_definition *f = sol->definition + i;
-        at[i] = (struct definition){ f->variable, f->row, f->value, EXPR_UNDEF };
+        at[i] = (struct definition){ .variable = f->variable, .row = f->row, .value = f->value };
         d->map[sys->variable[f->variable].symbol] = f->value;
         d->place[f->variable] = -1;
         gone[f->row] = 1;
