@@ -97,10 +97,13 @@ bool definition_by(struct definition_search *s, int row, struct definition *best
             continue;
         expr_cone_of(s->st, &s->cone, &e, 1);
         expr_cone_index(&s->cone);
-        expr_id slope = slope_in(s, e, symbol[k]);
-        if (!slope || expr_is_zero(s->st, slope))
+        expr_id slope = slope_in(s, e, symbol[k]), value = EXPR_UNDEF;
+        if (slope && expr_is_zero(s->st, slope))
             continue;
-        expr_id value = value_of(s, e, symbol[k], slope);
+        if (slope)
+            value = value_of(s, e, symbol[k], slope);
+        else if (s->asked != DEFINITIONS_KINKED || !definition_bent(s, e, symbol[k], &value, &slope))
+            continue;
         if (!value || (s->asked == DEFINITIONS_KINKED && !has_kink(s, value)))
             continue;
         *best = (struct definition){ v, row, value, slope, s->factor[row], s->factor[row] ? s->rest[row] : EXPR_UNDEF };

@@ -31,6 +31,10 @@ struct definition_search {
  * derivatives have. */
 bool definition_by(struct definition_search *s, int row, struct definition *best);
 
+/* definition_bent.c: e = p (v - c) + q |v - c| + rest with numbers p, q and c, |q| < |p|, rises or falls with v throughout: v where e = 0, in
+ * *value; the slope of e is p + q sign(v - c). The cone is e's, indexed. False: e is not that. */
+bool definition_bent(struct definition_search *s, expr_id e, int symbol, expr_id *value, expr_id *slope);
+
 /* definition_all.c: whether the row has a variable whose value, as known so far, leads back to v; false where not all are asked for. */
 bool definition_comes_back(struct definition_search *s, int row, int v);
 /* s->d gets all of them. */
