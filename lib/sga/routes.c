@@ -273,8 +273,7 @@ bool sga_solve(const struct sys_system *system, const struct sga_options *given,
     struct sga_options own = *given, *options = &own;
     own.conditions = &conditions;
     bool ok = routes_explore(&r, system, options, shadow, solution, err);
-    bool split = r.failed && (r.error.code == SGA_E_SPLIT || r.error.code == SGA_E_IRREGULAR);        /* where branches meet nothing is regular */
-    if (ok && r.final < 0 && (r.beside || split) && own.near) {  /* nothing near the guess: then anywhere */
+    if (ok && r.final < 0 && (r.beside || r.failed) && own.near) {  /* nothing near the guess, or nothing regular: then anywhere */
         own.near = NULL;
         own.near_given = NULL;
         r.now.count = r.failed = r.tried = 0;
