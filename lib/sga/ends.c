@@ -108,7 +108,8 @@ enum answer { DONE, NEVER, NOT_SO };     /* taken apart; no solution; nothing fo
 /* a op b = v where one of the two is a constant. */
 static enum answer arithmetic(struct work *w, struct way *y, const struct expr_node n, expr_id v)
 {
-    bool ca = n.op != EXPR_NEG && constant(w, n.a), cb = n.op != EXPR_NEG && constant(w, n.b);
+    bool two = n.op == EXPR_ADD || n.op == EXPR_SUB || n.op == EXPR_MUL || n.op == EXPR_DIV;      /* b of a power is no node */
+    bool ca = two && constant(w, n.a), cb = two && constant(w, n.b);
     struct expr_store *st = w->st;
     switch ((enum expr_op)n.op) {
     case EXPR_NEG: ask(y, n.a, expr_neg(st, v)); return DONE;
