@@ -33,6 +33,14 @@ void num_ball_extend(struct num_ball *b);
 void num_ball_list(struct num_ball *b, const expr_id *list, int count);
 static inline arb_ptr num_ball_value(struct num_ball *b, expr_id e) { return b->value + e; }
 
+/* A bound of log2 |x|, x finite; sums of a few of them stay in a word, however large or small x is. */
+static inline slong num_ball_log2(const arf_t x)
+{
+    const slong most = WORD_MAX / 16;
+    slong e = arf_abs_bound_lt_2exp_si(x);
+    return e > most ? most : e < -most ? -most : e;
+}
+
 /* Gradient of `root` by one reverse sweep over `list` (its cone, values known): adds
  * nothing, overwrites grad[col_of_symbol[s]] for symbols with col_of_symbol[s] >= 0.
  * scratch must hold st->nodes balls, all zero; it is left all zero. */

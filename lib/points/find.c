@@ -133,7 +133,7 @@ static slong row_exponent(const struct points_jacobian *j, int i, const int *sca
         arb_srcptr v = j->entry[i] + k;
         if (!arb_is_finite(v) || arf_is_zero(arb_midref(v)))
             continue;
-        slong x = arf_abs_bound_lt_2exp_si(arb_midref(v)) + (scale ? scale[j->col[i][k]] : 0);
+        slong x = num_ball_log2(arb_midref(v)) + (scale ? scale[j->col[i][k]] : 0);
         if (x > e)
             e = x;
     }

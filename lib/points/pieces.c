@@ -157,7 +157,7 @@ static slong exponent_at(const struct points_space *space, struct points_point *
     expr_cone_init(&cone);
     expr_cone_of(space->st, &cone, &u, 1);
     num_ball_list(&p->ball, cone.list, cone.count);
-    slong e = arf_abs_bound_lt_2exp_si(arb_midref(num_ball_value(&p->ball, u)));
+    slong e = num_ball_log2(arb_midref(num_ball_value(&p->ball, u)));
     num_ball_forget(&p->ball);
     expr_cone_clear(&cone);
     return e < -400 ? -400 : e > 400 ? 400 : e;

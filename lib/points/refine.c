@@ -61,7 +61,7 @@ static bool factor(struct square *q)
             }
             some |= !arb_contains_zero(j->entry[i] + k);
             if (!arf_is_zero(arb_midref(j->entry[i] + k))) {
-                slong x = arf_abs_bound_lt_2exp_si(arb_midref(j->entry[i] + k)) + scale_of(q, j->col[i][k]);
+                slong x = num_ball_log2(arb_midref(j->entry[i] + k)) + scale_of(q, j->col[i][k]);
                 e = x > e ? x : e;
             }
         }
@@ -85,7 +85,7 @@ static slong correction(struct square *q)
         arb_srcptr v = num_ball_value(&q->p->ball, q->j->space->constraint[i]);
         if (arf_is_zero(arb_midref(v)) || !arb_is_finite(v))
             continue;
-        slong e = arf_abs_bound_lt_2exp_si(arb_midref(v)) - q->exponent[i];
+        slong e = num_ball_log2(arb_midref(v)) - q->exponent[i];
         shift = e > shift ? e : shift;
     }
     for (int i = 0; i < q->c; i++)
@@ -116,7 +116,7 @@ static bool iterate(struct square *q, slong prec)
             if (arf_is_zero(d))
                 continue;
             arf_mul_2exp_si(d, d, shift);
-            slong e = arf_abs_bound_lt_2exp_si(d);       /* of the scaled unknown */
+            slong e = num_ball_log2(d);       /* of the scaled unknown */
             arf_mul_2exp_si(d, d, scale_of(q, v));
             size = e > size ? e : size;
             arb_ptr sym = ball->symbol + s->variable[v];

@@ -150,7 +150,7 @@ static void note_slopes(struct check *c, int constraint)
         arb_srcptr slope = c->jac->entry[constraint] + k;
         if (!arb_is_finite(slope) || arb_contains_zero(slope))
             continue;
-        slong e = arf_abs_bound_lt_2exp_si(arb_midref(slope)) - 1 + (scale ? scale[c->jac->col[constraint][k]] : 0);
+        slong e = num_ball_log2(arb_midref(slope)) - 1 + (scale ? scale[c->jac->col[constraint][k]] : 0);
         c->slope = e > c->slope ? e : c->slope;
     }
 }

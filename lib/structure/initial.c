@@ -55,7 +55,7 @@ static void gather(struct columns *a, const struct points_jacobian *j, int n)
         slong e = -(WORD_MAX / 4);
         for (int k = 0; k < j->cols[i]; k++)
             if (!arf_is_zero(arb_midref(j->entry[i] + k)) && arb_is_finite(j->entry[i] + k)) {
-                slong x = arf_abs_bound_lt_2exp_si(arb_midref(j->entry[i] + k));
+                slong x = num_ball_log2(arb_midref(j->entry[i] + k));
                 e = x > e ? x : e;
             }
         for (int k = 0; k < j->cols[i]; k++) {
