@@ -67,7 +67,11 @@ int main(void)
     CHECK(defined((const char *const[]){ "u - x", "y - max(0, u)" }, 2, "y"), "shape");
     CHECK(defined((const char *const[]){ "y - u", "3*u - abs(x)/2" }, 2, "uy"), "shape");
     CHECK(defined((const char *const[]){ "z - min(y, 1)", "y - max(u, -1)", "u - 2*x" }, 3, "yz"), "shape");
-    CHECK(defined((const char *const[]){ "u + max(0, u) - x" }, 1, ""), "shape");               /* a loop */
+    CHECK(defined((const char *const[]){ "u + max(0, u) - x" }, 1, "u"), "shape");              /* rises throughout */
+    CHECK(defined((const char *const[]){ "u - 2*max(0, u) - x" }, 1, ""), "shape");             /* turns back */
+    CHECK(defined((const char *const[]){ "u + max(0, u) + max(1, u) - x" }, 1, ""), "shape");   /* turns at two places */
+    CHECK(defined((const char *const[]){ "(u - abs(x))*(2 + sin(u))" }, 1, "u"), "shape");      /* a factor that is nowhere 0 */
+    CHECK(defined((const char *const[]){ "(u - abs(x))*sin(u)" }, 1, ""), "shape");
     CHECK(defined((const char *const[]){ "u - sign(u) - sign(x)" }, 1, ""), "shape");           /* whose derivative is 1 */
     CHECK(defined((const char *const[]){ "u - max(0, x - y)", "y - max(0, u)" }, 2, "u"), "shape");      /* a loop through both */
     CHECK(defined((const char *const[]){ "u*y - abs(x)" }, 1, ""), "shape");                    /* no number */
