@@ -64,8 +64,8 @@ static bool evaluate(struct field *f, bool *same)
     return true;
 }
 
-/* f->kept as a dense matrix for v over its units, each row divided by its largest entry, and its factors. */
-static int factor(struct field *f, int m)
+/* f->kept as a dense matrix for v over its units, each row divided by its largest entry. */
+static void fill(struct field *f, int m)
 {
     const double *unit = f->unit;
     size_t n = (size_t)f->n;
@@ -90,8 +90,39 @@ static int factor(struct field *f, int m)
         for (size_t j = 0; j < n; j++)
             row[j] /= f->row_size[i];
     }
-    f->kept_unit = unit;
+}
+
+static int factor(struct field *f, int m)
+{
+    fill(f, m);
+    f->kept_unit = f->unit;
     return points_least_norm_factor(m, f->n, f->M, f->perm, f->qr);
+}
+
+/* The rank with each column in a unit of its own, which is that of f->kept without roundings: natural units may be far off. */
+static int balanced_rank(struct field *f, int m)
+{
+    enum { SWEEPS = 3 };
+    size_t n = (size_t)f->n;
+    double *unit = sga_malloc((n + 1) * sizeof *unit);
+    const double *natural = f->unit;
+    for (size_t j = 0; j < n; j++)
+        unit[j] = natural ? natural[j] : 1;
+    f->unit = unit;
+    for (int k = 0; k < SWEEPS; k++) {
+        fill(f, m);
+        for (size_t j = 0; j < n; j++) {
+            double big = 0;
+            for (size_t i = 0; i < (size_t)m; i++)
+                big = sga_larger(big, fabs(f->M[i * n + j]));
+            unit[j] /= big > 0 ? big : 1;
+        }
+    }
+    int rank = factor(f, m);
+    f->unit = natural;
+    f->kept_rank = -1;
+    free(unit);
+    return rank;
 }
 
 static double times(const double *a, const double *b, int n)
@@ -211,7 +242,7 @@ int field_rank_told(struct field *f)
         if (fabs(f->kept[q]) <= noise[q])
             f->kept[q] = 0;
     free(noise);
-    int rank = ok ? factor(f, m) : -1;
+    int rank = ok ? factor(f, m) : -1, balanced = ok && rank < f->generic_rank ? balanced_rank(f, m) : rank;
     f->kept_rank = -1;
-    return rank;
+    return balanced > rank ? balanced : rank;
 }
