@@ -10,6 +10,7 @@
 
 enum { STARTS = 3, SIDED_STARTS = 6, STUCK_STARTS = 16 };     /* of each set; where it has sides, each is to be met */
 static const double BESIDE = 0.005;
+enum { BESIDE_STARTS = 6 };                                    /* where constraints depend */
 enum { OFF_ZEROS = 4, OFF_STARTS = 4 };                       /* of each set off what vanished on it */
 
 static void *copy(const void *from, size_t count, size_t size)
@@ -112,21 +113,23 @@ static void keep_place(struct components *c, const struct points_space *space, c
 }
 
 /* Keeps a point a little beside p, where that is on another component too: p may be a special point (a kink, a
- * crossing). */
-static void keep_beside(struct components *c, const struct component_run *r, const struct points_space *space,
+ * crossing). Whether it is on one. */
+static bool keep_beside(struct components *c, const struct component_run *r, const struct points_space *space,
                         const struct points_point *p, int n, uint64_t *random)
 {
     struct points_space beside = *space;
     struct points_point q;
+    expr_id by = EXPR_UNDEF;
     beside.near = p->x;
     beside.near_time = p->t;
     if (points_find(&beside, BESIDE, random, POINTS_BITS, &q) == POINTS_OK) {
         num_ball_extend(&q.ball);
-        expr_id by = another(r, &q, n);
+        by = another(r, &q, n);
         if (by && !known(c, r, &q, n, by))
             keep_place(c, space, &q, by);
     }
     points_point_clear(&q);
+    return by != EXPR_UNDEF;
 }
 
 /* p, where the differentials of the run's first n constraints depend on each other: it may be on a component of the n - 1 before on which
@@ -135,9 +138,11 @@ static void depend(struct components *c, const struct component_run *r, struct p
                    uint64_t *random)
 {
     const double *near = space->near;
+    bool there = false;
     space->constraints = n - 1;
     space->before = NULL;
-    keep_beside(c, r, space, p, n - 1, random);
+    for (int k = 0; k < BESIDE_STARTS && !there; k++)        /* other components may go through p, or near it */
+        there = keep_beside(c, r, space, p, n - 1, random);
     space->constraints = n;
     space->near = near;
 }
