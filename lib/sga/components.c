@@ -112,22 +112,28 @@ static void keep_place(struct components *c, const struct points_space *space, c
         .set = space->constraints ? space->constraint[space->constraints - 1] : EXPR_UNDEF, .by = by };
 }
 
-/* Keeps a point a little beside p, where that is on another component too: p may be a special point (a kink, a
- * crossing). Whether it is on one. */
+/* q becomes a point a little beside p on the space's constraints, the run's first n: what tells that it is on another component, or EXPR_UNDEF. p
+ * may be a special point (a kink, a crossing, one on which constraints of another run hold too). */
+static expr_id another_beside(const struct component_run *r, const struct points_space *space, const struct points_point *p, int n,
+                              uint64_t *random, struct points_point *q)
+{
+    struct points_space beside = *space;
+    beside.near = p->x;
+    beside.near_time = p->t;
+    if (points_find(&beside, BESIDE, random, POINTS_BITS, q) != POINTS_OK)
+        return EXPR_UNDEF;
+    num_ball_extend(&q->ball);
+    return another(r, q, n);
+}
+
+/* Keeps such a point as a place. Whether it is on another component. */
 static bool keep_beside(struct components *c, const struct component_run *r, const struct points_space *space,
                         const struct points_point *p, int n, uint64_t *random)
 {
-    struct points_space beside = *space;
     struct points_point q;
-    expr_id by = EXPR_UNDEF;
-    beside.near = p->x;
-    beside.near_time = p->t;
-    if (points_find(&beside, BESIDE, random, POINTS_BITS, &q) == POINTS_OK) {
-        num_ball_extend(&q.ball);
-        by = another(r, &q, n);
-        if (by && !known(c, r, &q, n, by))
-            keep_place(c, space, &q, by);
-    }
+    expr_id by = another_beside(r, space, p, n, random, &q);
+    if (by && !known(c, r, &q, n, by))
+        keep_place(c, space, &q, by);
     points_point_clear(&q);
     return by != EXPR_UNDEF;
 }
@@ -332,24 +338,6 @@ void components_note(struct components *c, const struct sys_system *system, cons
     end_space(&space);
 }
 
-/* The same beside p, on the run's first n constraints: p may be special there, since constraints of its own run hold too. */
-static bool apart_beside(const struct component_run *r, struct points_space *space, const struct points_point *p, int n)
-{
-    struct points_point q = { 0 };
-    uint64_t random = 43;
-    space->constraint = r->constraint;
-    space->constraints = n;
-    space->near = p->x;
-    space->near_time = p->t;
-    bool apart = false;
-    if (points_find(space, BESIDE, &random, POINTS_BITS, &q) == POINTS_OK && q.certified) {
-        num_ball_extend(&q.ball);
-        apart = another(r, &q, n) != EXPR_UNDEF;
-    }
-    points_point_clear(&q);
-    return apart;
-}
-
 bool components_apart(struct components *c, const struct sys_system *system, const struct sga_options *options,
                       const struct sga_solution *sol, int of, int k)
 {
@@ -361,9 +349,15 @@ bool components_apart(struct components *c, const struct sys_system *system, con
     int n = reaches(r, p);
     if (another(r, p, n))
         return true;
+    if (!n || !points_on_sides(system->store, &p->ball, sol->side, sol->sides))        /* beyond them strata of kind side speak */
+        return false;
     struct points_space space = space_of(system, options, sol);
-    bool apart = n > 0 && points_on_sides(system->store, &p->ball, sol->side, sol->sides)        /* beyond them strata of kind side speak */
-                 && apart_beside(r, &space, p, n);
+    struct points_point q;
+    uint64_t random = 43;
+    space.constraint = r->constraint;
+    space.constraints = n;
+    bool apart = another_beside(r, &space, p, n, &random, &q) && q.certified;
+    points_point_clear(&q);
     end_space(&space);
     return apart;
 }

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cases.h"
 #include "mem.h"
 #include "modp.h"
 
@@ -147,13 +148,12 @@ static void substitute_normal(struct state *s, expr_id *e, int n, const expr_id 
     free(was);
 }
 
-/* What x is where f = 0, which is slope x + rest. The rest is f at x = 0: without x, also where its normal form is too large. */
-static expr_id value_of(struct state *s, int x, expr_id f, expr_id slope, expr_id *map)
+/* What x is where f = 0, which is slope x + rest. The rest is f at x = 0: without x, also where its normal form is too large. It may have
+ * no value as it is written there, (x^2 + x y)/x: then x is left to the normal form. */
+static expr_id value_of(struct state *s, int x, expr_id f, expr_id slope)
 {
-    expr_id rest = f;
-    map[x] = expr_int(s->st, 0);
-    expr_substitute(s->st, &rest, 1, map);
-    map[x] = EXPR_UNDEF;
+    struct cases_put zero = { x, expr_int(s->st, 0) };
+    expr_id rest = cases_at(s->st, f, &zero, 1);
     return rest ? expr_neg(s->st, expr_div(s->st, rest, slope)) : expr_sub(s->st, s->st->symbol[x].node, expr_div(s->st, f, slope));
 }
 
@@ -176,7 +176,7 @@ expr_id regular_reduced(struct state *s, expr_id e)
         if (x < 0)
             continue;
         memset(map, 0, (size_t)symbols * sizeof *map);
-        map[x] = value_of(s, x, left[i], slope, map);
+        map[x] = value_of(s, x, left[i], slope);
         poly_normal(s->st, map[x], &limits, &map[x]);
         substitute_normal(s, left + i + 1, c - i, map, is_normal + i + 1, &limits);
     }

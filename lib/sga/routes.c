@@ -58,7 +58,6 @@ void routes_restart(struct points_shadow *shadow, uint64_t seed, struct sga_solu
     sga_solution_clear(solution);
     points_shadow_forget(shadow);
     shadow->random = seed;       /* the same points again */
-    shadow->prime = 0;
 }
 
 struct sga_options routes_options(const struct routes *r, const struct sga_options *options, int place)

@@ -6,17 +6,19 @@
 #include <string.h>
 
 #include "consistent.h"
+#include "kinds.h"
 #include "mem.h"
 #include "warnings.h"
 
 enum { MOST = SGA_MOST_EDGES };
-/* As near as that the end itself is meant: searches come to it slowly, as the slopes grow without bound. */
-static const double ALIKE = 1e-6;
+/* Distances that roundings do not tell apart. Where an end is the nearest point all others are farther. */
+static const double ALIKE = 1e-12;
 
 struct edges {
     struct defined *d;
     expr_id argument[MOST]; int count;
     double *x, *best, least;
+    bool any;              /* best is one of these: until then `least` is what is to be beaten */
 };
 
 /* Arguments of roots in what is defined, with the definitions put in. */
@@ -58,6 +60,20 @@ static double moved_to(const struct defined *d, const double *x, double moved)
     return far;
 }
 
+/* Whether x takes the place of the best: it is nearer, or as near with the larger value of the first variable, by name, that differs. */
+static bool is_better(const struct edges *e, const double *x, double far)
+{
+    if (!e->any || fabs(far - e->least) > ALIKE * e->least)
+        return far < e->least * (1 + ALIKE);
+    int n = e->d->system.variables, *by_name = sga_malloc(((size_t)n + 1) * sizeof *by_name), i = 0;
+    sys_by_name(&e->d->system, by_name);
+    while (i < n && x[by_name[i]] == e->best[by_name[i]])
+        i++;
+    bool better = i < n && x[by_name[i]] > e->best[by_name[i]];
+    free(by_name);
+    return better;
+}
+
 /* The start with these arguments at 0, where it is the best so far. */
 static void with_zeros(struct edges *e, const expr_id *argument, int count)
 {
@@ -80,7 +96,8 @@ static void with_zeros(struct edges *e, const expr_id *argument, int count)
     m.unit = sizes.weight;
     ok = ok && consistent_start(&m, &d->system, &more, &sizes, &d->request, NULL, e->x, &moved, &ignored);
     far = ok ? moved_to(d, e->x, moved) : INFINITY;
-    if (far < e->least * (1 + ALIKE)) {
+    if (isfinite(far) && is_better(e, e->x, far)) {
+        e->any = true;
         e->least = far;
         memcpy(e->best, e->x, n * sizeof *e->best);
     }
@@ -104,13 +121,12 @@ bool edges_start(struct defined *d, double moved)
         with_zeros(&e, e.argument + i, 1);
     if (e.count > 1)
         with_zeros(&e, e.argument, e.count);
-    bool taken = e.least < moved * (1 + ALIKE) && e.least != moved;
-    d->moved = taken ? e.least : before;
+    d->moved = e.any ? e.least : before;
     for (size_t j = 0; j < n; j++) {
-        double at = taken ? e.best[j] : known[j];
+        double at = e.any ? e.best[j] : known[j];
         d->exact[j] = at == d->initial[j] ? d->exact[j] : EXPR_UNDEF;
         d->initial[j] = at;
     }
     free(e.x);
-    return taken;
+    return e.any;
 }

@@ -79,7 +79,6 @@ void manifold_clear(struct manifold *m)
 
 /* A residual that no longer falls may be this large, in units of the variables. */
 static const double STALLED = 1e-11;
-static const double ROUNDING = 8e-16;
 
 /* Steps shorter than so many roundings of the largest variable leave the gradients as they are. */
 static const double NEARBY = 1e9;
@@ -161,21 +160,18 @@ static double floor_of(const struct manifold *m, const double *x, const double *
     double size = 1e-3;
     for (int j = 0; j < m->n; j++)
         size = sga_larger(size, fabs(x[j]) / (scale ? scale : m->unit)[j]);
-    return ROUNDING * size;
+    return MANIFOLD_ROUNDING * size;
 }
-
-/* Each constraint's own terms may be so much smaller than the largest variable in its unit. */
-static const double OWN_SIZE = 1e3;
 
 bool manifold_settled(const struct manifold *m, const double *x, const double *scale, double residual)
 {
     double floor = floor_of(m, x, scale);
     bool settled = residual <= floor;
-    for (int i = 0; i < m->c && settled && floor > ROUNDING; i++) {
+    for (int i = 0; i < m->c && settled && floor > MANIFOLD_ROUNDING; i++) {
         double own = 1e-3;
         for (int k = 0; k < m->cols[i]; k++)
             own = sga_larger(own, fabs(m->value[m->jac->start[i] + k] * x[m->col[i][k]]) / m->big[i]);
-        settled = fabs(m->r[i]) <= OWN_SIZE * ROUNDING * own;
+        settled = fabs(m->r[i]) <= MANIFOLD_OWN * MANIFOLD_ROUNDING * own;
     }
     return settled;
 }

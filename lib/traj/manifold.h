@@ -34,6 +34,10 @@ void manifold_clear(struct manifold *m);
  * columns 0. */
 double manifold_residual(struct manifold *m, double t, const double *x, const double *scale, const unsigned char *held);
 
+/* Rounding of a scaled residual, times the largest variable in its unit; and how much smaller a constraint's own terms may be than that. */
+#define MANIFOLD_ROUNDING 8e-16
+#define MANIFOLD_OWN 1e3
+
 /* Whether that residual, the last one of manifold_residual, is what rounding leaves at x: of the largest variable in its unit, and of
  * each constraint's own terms, which a variable of quite another size says nothing of. */
 bool manifold_settled(const struct manifold *m, const double *x, const double *scale, double residual);

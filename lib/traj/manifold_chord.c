@@ -13,8 +13,6 @@ enum { CHORDS = 4 };
 /* A pivot that elimination has made this much smaller: the rows are too near to dependent
  * for normal equations. */
 #define DEPENDENT 1e-10
-#define ROUNDING 8e-16
-#define OWN_SIZE 1e3       /* as in manifold_settled */
 
 /* The largest |x_j| / scale_j; one division, whatever n is. */
 static double size_of(const double *x, const double *scale, int n)
@@ -42,7 +40,7 @@ static void scale_rows(struct manifold *m, const double *x, const double *scale)
             m->value[k] = v;
             big = a > big ? a : big;
         }
-        m->chord.most[i] = ROUNDING * (size > 1 ? fmin(size * big, OWN_SIZE * fmax(own, 1e-3 * big)) : size * big);
+        m->chord.most[i] = MANIFOLD_ROUNDING * (size > 1 ? fmin(size * big, MANIFOLD_OWN * fmax(own, 1e-3 * big)) : size * big);
     }
 }
 
