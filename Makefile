@@ -95,7 +95,7 @@ VERSION := 0.1.0
 ANSWERS := $(sort $(foreach f,$(FLOORS),$(wildcard lib/$(f)/*.[ch] lib/$(f)/*.def)))
 $(B)/lib/run/version.c: lib/run/version.sh Makefile $(ANSWERS)
 	@mkdir -p $(@D)
-	sh lib/run/version.sh $(VERSION) $(ANSWERS) > $@
+	@sh lib/run/version.sh $(VERSION) $(ANSWERS) > $@
 $(B)/lib/run/version.o: $(B)/lib/run/version.c
 	$(Q)$(CC) $(ALL_CFLAGS) -iquote lib/run -iquote lib/base -c $< -o $@
 

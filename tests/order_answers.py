@@ -19,6 +19,7 @@ from symbolic import Derivatives
 
 POINTS_UP_TO = 12      # variables of systems whose sets are compared at points
 STRATA_UP_TO = 4
+DIGITS = 60            # in which points are carried over: of signals that are 10^15 times a difference, too
 SECONDS = 15           # for all points of one comparison
 TINY = re.compile(r"[0-9.]e[-+]?[0-9]{2}|/1" + "0" * 12)    # numbers that the digits of these points do not tell from 0
 NEAR = 1e-6            # of starts, relative
@@ -77,7 +78,7 @@ class Sets:
 
 
 def vanishes(answer, e, env):
-    with mpmath.workdps(60):
+    with mpmath.workdps(DIGITS):
         value, slope, _, _ = answer.row(e, env, answer.graph.cone([e]))
         size = max([abs(a * env[n]) for a, n in zip(slope, answer.names)] + [max(abs(a) for a in slope)] + [mpmath.mpf(10) ** -12])
         return abs(value) <= size * mpmath.mpf(10) ** -9
@@ -222,17 +223,18 @@ def differing_sets(base, said, request, result):
     """Points of the first's sets lie on the second's; where strata are listed in another way, the other way round too."""
     if cut(base.result) or cut(result):      # they say that they do not cover all
         return []
-    there = [(kind, with_signals(said, request, translated(said, env))) for kind, env in base.points()]
-    out = missed(there, request, result, "first")
-    if kinds(base.result) != kinds(result):
-        back = [(kind, given_back(said, env)) for kind, env in points_of(request, result)]
-        out += missed(back, base.plain, base.result, "second")
-    return out
+    with mpmath.workdps(DIGITS):
+        there = [(kind, with_signals(said, request, translated(said, env))) for kind, env in base.points()]
+        out = missed(there, request, result, "first")
+        if kinds(base.result) != kinds(result):
+            back = [(kind, given_back(said, env)) for kind, env in points_of(request, result)]
+            out += missed(back, base.plain, base.result, "second")
+        return out
 
 
-def cut(result):
-    """Whether a limit ended the search for branches."""
-    return any(w["code"] == "search_cut" for w in result.get("warnings", []))
+def cut(result, code="search_cut"):
+    """Whether a limit ended the search for branches, or for strata."""
+    return any(w["code"] == code for w in result.get("warnings", []))
 
 
 def missed(points, request, result, whose):
@@ -246,7 +248,7 @@ def missed(points, request, result, whose):
             off = [str(c["expression"])[:150] for e, c in asked if not vanishes(new, e, env)]
             if kind == "set" and off:
                 out.append(f"set: {off} not zero at a point of the {whose}'s")
-            elif kind != "set" and not (kind == "branch" and not off) and not listed(new, env):
+            elif kind != "set" and not cut(result, "strata_not_searched") and not (kind == "branch" and not off) and not listed(new, env):
                 out.append(f"strata: a point of a {kind} of the {whose} ({strata_text(result)} in the other)")
         except ODD:
             pass

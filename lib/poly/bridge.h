@@ -118,6 +118,9 @@ bool poly_keeps_sign(struct poly_bridge *b, const fmpz_mpoly_t f);
  * *out (owned by the caller) all do; *never: nowhere. False: not found to be so. */
 bool poly_squares(struct poly_bridge *b, const fmpz_mpoly_t f, expr_id **out, int *count, bool *never);
 
+/* coefficients.c: the generator that is this node, which stands in no other generator; -1: none. */
+int poly_generator_of(const struct poly_bridge *b, expr_id node);
+
 /* vanish.c: the numerator of e; false: over budget. */
 bool poly_numerator(struct poly_bridge *b, expr_id e, fmpz_mpoly_t out);
 /* What one of given[0 .. n) is solved for with a number as its factor is put into the others and into target (or NULL),

@@ -137,8 +137,7 @@ bool poly_coefficients_of(struct poly_numerator *n, struct poly_coefficients *ou
     return ok;
 }
 
-/* The generator that is this node, which stands in no other generator; -1: none. */
-static int generator_of(const struct poly_bridge *b, expr_id node)
+int poly_generator_of(const struct poly_bridge *b, expr_id node)
 {
     struct expr_cone cone;
     int at = -1;
@@ -172,7 +171,7 @@ bool poly_resultant(struct expr_store *st, expr_id x, expr_id y, int symbol, con
     struct poly_bridge *b = poly_bridge_new(st, roots, 2, limits);
     const struct poly_ratio *p = b ? poly_value(b, x) : NULL, *q = b ? poly_value(b, y) : NULL;
     bool ok = p && q;
-    int at = ok ? generator_of(b, st->symbol[symbol].node) : -1;
+    int at = ok ? poly_generator_of(b, st->symbol[symbol].node) : -1;
     if (at >= 0 && poly_fraction_of(b, p, &f)) {
         ok = poly_fraction_of(b, q, &g);
         if (ok) {
@@ -198,7 +197,7 @@ bool poly_powers_of(struct poly_numerator *n, expr_id node, expr_id **coefficien
 {
     struct poly_bridge *b = n->b;
     struct sga_error before = b->st->error;
-    int at = generator_of(b, node);
+    int at = poly_generator_of(b, node);
     *coefficient = NULL;
     *degree = -1;
     if (at < 0)

@@ -141,4 +141,14 @@ bool poly_powers_of(struct poly_numerator *n, expr_id node, expr_id **coefficien
  * leading terms. False: over budget, or the symbol is inside a kernel, or in neither. */
 bool poly_resultant(struct expr_store *st, expr_id x, expr_id y, int symbol, const struct poly_limits *limits, expr_id *out);
 
+/* Sets of polynomials, in the numerators of e[0 .. n), whose common zeros together hold every part of the zeros of e that is cut out by
+ * n of them or fewer: each of 0 .. n irreducible polynomials that can be solved one after the other, as a rule. They may hold more: a
+ * polynomial that is not linear in what it is solved for has roots that the others do not have. By factors, by leading
+ * coefficients that vanish or not, and by resultants (Wu 1986; Wang, Elimination methods, 2001, chapter 2). Kernels are taken as independent of
+ * each other, and parameters as general. False: over budget. Not all chains, where there are many. The caller clears *out. */
+struct poly_chain { expr_id *poly; int count; };
+struct poly_chains { struct poly_chain *chain; int chains; size_t cap; };
+bool poly_chains_of(struct expr_store *st, const expr_id *e, int n, const struct poly_limits *limits, struct poly_chains *out);
+void poly_chains_clear(struct poly_chains *c);
+
 #endif

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "mem.h"
+#include "poly.h"
 #include "sides.h"
 #include "warnings.h"
 
@@ -12,6 +13,7 @@ enum { STARTS = 3, SIDED_STARTS = 6, STUCK_STARTS = 16 };     /* of each set; wh
 static const double BESIDE = 0.005;
 enum { BESIDE_STARTS = 6 };                                    /* where constraints depend */
 enum { OFF_ZEROS = 4, OFF_STARTS = 4 };                       /* of each set off what vanished on it */
+enum { CHAIN_TERMS = 200 };                                   /* of a polynomial that is split */
 
 static void *copy(const void *from, size_t count, size_t size)
 {
@@ -158,7 +160,8 @@ struct walk {
     struct points_point at[STUCK_STARTS];
     double *opposite;        /* by variable: to the point found last */
     int starts;
-    bool anew;               /* each set from starts of its own, every other opposite to the point before: its sides are to be met */
+    bool anew;               /* each set from starts of its own */
+    bool sided;              /* every other start opposite to the point before: its sides are to be met */
     uint64_t random;
 };
 
@@ -167,7 +170,7 @@ static enum points_status step_to(struct walk *w, struct points_space *space, in
     struct points_point *from = w->at + k;
     bool walks = !w->anew && from->x;
     space->before = walks ? from : NULL;
-    space->near = !walks && k % 2 ? w->opposite : NULL;
+    space->near = w->sided && k % 2 ? w->opposite : NULL;
     space->by_shape = k % 4 == 0;
     return points_find(space, space->near ? 0.3 : 1 + k / 2, &w->random, POINTS_BITS, p);
 }
@@ -235,6 +238,38 @@ static void search_off(struct components *c, const struct component_run *r, stru
     free(off);
 }
 
+/* Points of the parts that algebra splits the set into: those of a part on which the next constraint holds by itself are as a rule few among those
+ * that steps lead to. */
+static void search_chains(struct components *c, const struct component_run *r, struct points_space *space, int n, struct walk *w)
+{
+    struct expr_store *st = (struct expr_store *)space->st;
+    struct poly_limits limits = { .max_terms = CHAIN_TERMS, .budget = space->budget };
+    struct poly_chains chains;
+    if (n < 2 || !poly_chains_of(st, r->constraint, n, &limits, &chains))
+        return;
+    for (int k = 0; k < chains.chains && chains.chains > 1; k++) {
+        struct points_point p, q;
+        space->constraint = chains.chain[k].poly;
+        space->constraints = chains.chain[k].count;
+        space->near = NULL;
+        space->by_shape = true;
+        enum points_status status = points_find(space, 1, &w->random, POINTS_BITS, &p);
+        space->constraint = r->constraint;
+        space->constraints = n;
+        space->by_shape = false;
+        if (status == POINTS_OK) {
+            space->near = p.x;
+            space->near_time = p.t;
+            if (points_find(space, 0, &w->random, POINTS_BITS, &q) == POINTS_OK && q.certified)
+                arrive(c, r, space, n, &q, &w->random);
+            space->near = NULL;
+            points_point_clear(&q);
+        }
+        points_point_clear(&p);
+    }
+    poly_chains_clear(&chains);
+}
+
 /* Whether something was found to be 0 on the run's first n constraints at points only. */
 static bool any_open(const struct component_run *r, int n)
 {
@@ -268,6 +303,7 @@ static void search(struct components *c, const struct component_run *r, struct p
     space->before = NULL;
     if (any_open(r, n))
         search_off(c, r, space, n, w);
+    search_chains(c, r, space, n, w);
 }
 
 /* Whether the functions are made with some that are one analytic function on each side of a surface. */
@@ -327,7 +363,8 @@ void components_note(struct components *c, const struct sys_system *system, cons
     if (split && place < 0)
         keep_split(c, &space, r, shadow);
     bool stuck = final <= 0;      /* points, or none: what holds more may lie elsewhere */
-    struct walk w = { .starts = stuck ? STUCK_STARTS : sided ? SIDED_STARTS : STARTS, .anew = sided || stuck, .random = 41 };
+    struct walk w = { .starts = stuck ? STUCK_STARTS : sided ? SIDED_STARTS : STARTS, .anew = sided || stuck, .sided = sided,
+                      .random = 41 };
     w.opposite = sga_calloc((size_t)n + 1, sizeof *w.opposite);
     /* where something has sides, so has every set that it is asked on */
     for (int k = sided ? 0 : sol->one_piece + 1; k <= sol->constraints && sol->constraints <= SGA_MOST_COMPONENT_ROWS; k++)

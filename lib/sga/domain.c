@@ -117,6 +117,22 @@ static bool symbols(struct domain *d, const expr_id *root, int roots, unsigned c
     return any;
 }
 
+/* Marks what f[0 .. own) are made with, and what is tied to it by the others. */
+static void mark_tied(struct domain *d, const expr_id *f, int own, int count, unsigned char *mark)
+{
+    bool more = true, *in = sga_calloc((size_t)count + 1, sizeof *in);
+    symbols(d, f, own, mark, true);
+    while (more) {
+        more = false;
+        for (int i = own; i < count; i++)
+            if (!in[i] && symbols(d, f + i, 1, mark, false)) {
+                symbols(d, f + i, 1, mark, true);
+                in[i] = more = true;
+            }
+    }
+    free(in);
+}
+
 /* Whether none of the functions is zero at some point, modulo a prime, where f[0 .. count) are: then none vanishes with them. Without
  * algebra, and said of algebraic functions only. */
 static bool apart_somewhere(const struct domain *d, const expr_id *list, int n, const expr_id *f, int count)
@@ -152,7 +168,7 @@ bool domain_leaves_out(struct domain *d, expr_id e, const expr_id *f, int own, i
     if (!divisors || !own || count > DOMAIN_GIVEN)
         return false;
     unsigned char *mark = sga_calloc((size_t)st->symbols + 1, 1);
-    symbols(d, f, own, mark, true);
+    mark_tied(d, f, own, count, mark);
     struct poly_limits limits = { .max_terms = 200, .max_bits = 4000, .max_degree = 40, .max_generators = 24, .budget = d->budget };
     int asked = 0;
     for (int i = 0; i < divisors; i++)

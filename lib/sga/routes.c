@@ -11,6 +11,7 @@
 
 enum { RESEEDS = 2 };      /* what ended in a refusal is begun anew so often: the refusal stands then */
 static const double BESIDE = 0.002;      /* of a place, which is a general point: other components may be near */
+static const double AT_GUESS = 1e-6;     /* relative to 1 at the least */
 
 /* The next route: the last decision that has an option left takes it, those after it are
  * forgotten. False where there is none. */
@@ -132,6 +133,16 @@ static bool no_points(const struct sga_solution *sol, const struct points_shadow
     return true;
 }
 
+/* Whether a run near a guess ended at a point, and not at the guess: another component may have it. */
+static bool point_elsewhere(const struct sys_system *system, const struct sga_options *o, const struct points_shadow *shadow,
+                            const struct sga_solution *sol, int final)
+{
+    bool away = false;
+    for (int j = 0; j < system->variables && final == 0 && sol->verdict == SGA_ISOLATED && shadow->reals; j++)
+        away |= (!o->near_given || o->near_given[j]) && fabs(shadow->real[0].x[j] - o->near[j]) > AT_GUESS * fmax(1, fabs(o->near[j]));
+    return away;
+}
+
 /* One run, near a place or where the options say. False: a failure that ends the job. */
 static bool run_one(struct routes *r, const struct sys_system *system, const struct sga_options *options, int place,
                     struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
@@ -153,7 +164,8 @@ static bool run_one(struct routes *r, const struct sys_system *system, const str
         r->beside |= rests_on_points(solution);
     }
     int final = ok && solution->verdict != SGA_INCONSISTENT ? system->variables - solution->constraints : -1;
-    bool explore = r->explore && (!options->near || final < 0);      /* near a guess only where nothing is there */
+    /* near a guess only where nothing is there */
+    bool explore = r->explore && (!options->near || final < 0 || point_elsewhere(system, options, shadow, solution, final));
     if (is_best(r, solution, final)) {
         r->final = final;
         r->verdict = solution->verdict;
@@ -207,7 +219,7 @@ static int next_place(const struct routes *r, int variables, const struct sga_op
     const struct components *c = &r->components;
     int next = -1;
     double least = INFINITY;
-    for (int k = 0; k < c->places && !(options->near && r->final >= 0); k++) {
+    for (int k = 0; k < c->places && !(options->near && (r->final > 0 || (r->final == 0 && !c->runs))); k++) {
         double far = options->near ? how_far(c->place + k, variables, options) : k;
         if (!c->place[k].tried && far < least) {
             next = k;
