@@ -1,5 +1,7 @@
 # sgad: build, run, test. `make` builds build/sgad, build/sga and build/libsga.a.
 #
+#   make install  programs, library, header, manual pages, examples: PREFIX=/usr/local, DESTDIR=
+#   make shared   the library for other programs only: build/lib/libsga.so.0, build/lib/libsga.a
 #   make run      install what is missing, build, start a daemon, solve the arm, show it
 #   make test     install what is missing, build, run every test; ends with N passed, N failed
 #   make kill-test [ROUNDS=100]    kill -9 at random moments, nothing accepted is lost
@@ -22,7 +24,7 @@ OPT ?= -O2 -g
 # gcc takes lengths of FLINT's contexts for too short where the thread sanitizer is on.
 WARN := $(if $(filter thread,$(SAN)),-Wno-stringop-overread) -Wall -Wextra -Wshadow -Wstrict-prototypes -Wmissing-prototypes -Wpointer-arith -Wvla $(if $(filter 1,$(WERROR)),-Werror)
 CFLAGS ?= $(OPT)
-ALL_CFLAGS := -std=gnu11 $(CFLAGS) $(WARN) $(if $(SAN),-fsanitize=$(SAN) -fno-omit-frame-pointer -fno-sanitize-recover=all) -ffp-contract=off -MMD -MP
+ALL_CFLAGS := -std=gnu11 $(CFLAGS) $(WARN) $(if $(SAN),-fsanitize=$(SAN) -fno-omit-frame-pointer -fno-sanitize-recover=all) -ffp-contract=off -fPIC -fvisibility=hidden -MMD -MP
 
 # Floors: what each folder of lib/ may include. An include from a floor that is not
 # listed does not compile, because only these folders are on the quote path.
@@ -47,8 +49,9 @@ DEPS_ode     := lin base
 DEPS_enclose := num expr base
 DEPS_traj    := enclose ode sga exact points graph lin num poly sys expr base
 DEPS_mech    := sga exact points graph lin num poly form sys expr base
+DEPS_face    := run base
 DEPS_run     := mech sym structure graph operator pencil traj enclose ode sga exact points lin num poly request form sys expr base
-FLOORS := base exact plot graph expr sys lin pencil num poly operator form request points sga mech sym structure ode enclose traj run
+FLOORS := base exact plot graph expr sys lin pencil num poly operator form request points sga mech sym structure ode enclose traj run face
 
 # Programs see the public face of the library only.
 SERVER_DEPS := run request form sys expr plot base
@@ -65,18 +68,24 @@ SERVER_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard server/*.c)) $(B)/server/embedd
 # daemon does; it needs no JSON library. A tradeoff is shown by the same code too.
 CLIENT_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard clients/*.c)) $(addprefix $(B)/server/,scan.o problem.o tradeoff_view.o view.o)
 
-.PHONY: all lib run test unit bench kill-test many-test order-test soak-test fuzz fuzz-build clean deps check-deps
+.PHONY: all lib shared install uninstall FORCE run test unit bench kill-test many-test order-test soak-test fuzz fuzz-build clean deps check-deps
 all: $(B)/sgad $(B)/sga $(B)/libsga.a
 lib: $(B)/libsga.a
 
+# Objects of other flags are none of these.
+$(B)/flags: FORCE
+	@mkdir -p $(@D)
+	@echo '$(CC) $(ALL_CFLAGS)' | cmp -s - $@ || echo '$(CC) $(ALL_CFLAGS)' > $@
+FORCE:
+
 define floor_rules
-$(B)/lib/$(1)/%.o: lib/$(1)/%.c
+$(B)/lib/$(1)/%.o: lib/$(1)/%.c $(B)/flags
 	@mkdir -p $$(@D)
-	$(Q)$(CC) $(ALL_CFLAGS) -iquote lib/$(1) $(foreach d,$(DEPS_$(1)),-iquote lib/$(d)) -c $$< -o $$@
+	$(Q)$(CC) $(ALL_CFLAGS) -iquote lib/$(1) $(if $(filter face,$(1)),-iquote include) $(foreach d,$(DEPS_$(1)),-iquote lib/$(d)) -c $$< -o $$@
 endef
 $(foreach f,$(FLOORS),$(eval $(call floor_rules,$(f))))
 
-$(B)/server/%.o: server/%.c
+$(B)/server/%.o: server/%.c $(B)/flags
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_CFLAGS) -iquote server $(foreach d,$(SERVER_DEPS),-iquote lib/$(d)) -c $< -o $@
 # The schema is part of the program: it serves what it was built with.
@@ -86,7 +95,7 @@ $(B)/server/embedded.c: server/embed.sh $(EMBEDDED)
 	sh server/embed.sh $(EMBEDDED) > $@
 $(B)/server/embedded.o: $(B)/server/embedded.c server/embed.h
 	$(Q)$(CC) $(ALL_CFLAGS) -iquote server -c $< -o $@
-$(B)/clients/%.o: clients/%.c
+$(B)/clients/%.o: clients/%.c $(B)/flags
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_CFLAGS) -iquote clients -iquote server $(foreach d,$(CLIENT_DEPS),-iquote lib/$(d)) -c $< -o $@
 
@@ -97,7 +106,7 @@ $(B)/lib/run/version.c: lib/run/version.sh Makefile $(ANSWERS)
 	@mkdir -p $(@D)
 	@sh lib/run/version.sh $(VERSION) $(ANSWERS) > $@
 $(B)/lib/run/version.o: $(B)/lib/run/version.c
-	$(Q)$(CC) $(ALL_CFLAGS) -iquote lib/run -iquote lib/base -c $< -o $@
+	$(Q)$(CC) $(ALL_CFLAGS) -iquote include -c $< -o $@
 
 $(B)/libsga.a: $(LIB_OBJ)
 	@rm -f $@
@@ -106,6 +115,47 @@ $(B)/sgad: $(SERVER_OBJ) $(B)/libsga.a
 	$(Q)$(CC) $(ALL_CFLAGS) -o $@ $(SERVER_OBJ) $(B)/libsga.a $(LIBS) $(SERVER_LIBS)
 $(B)/sga: $(CLIENT_OBJ) $(B)/libsga.a
 	$(Q)$(CC) $(ALL_CFLAGS) -o $@ $(CLIENT_OBJ) $(B)/libsga.a $(LIBS) $(CLIENT_LIBS)
+
+# For other programs: what include/sga.h declares, and no other name. The static library is one object, so that its inner names are
+# nobody's: with lists of libraries only (LIBS) it needs no others.
+MAP := lib/face/sga.map
+SOVERSION := 0
+PUBLIC := $(shell sed -n 's/^ *\(sga_[a-z_]*\);$$/\1/p' $(MAP))
+shared: $(B)/lib/libsga.so.$(VERSION) $(B)/lib/libsga.a
+$(B)/lib/libsga.so.$(VERSION): $(LIB_OBJ) $(MAP)
+	$(Q)$(CC) $(ALL_CFLAGS) -shared -Wl,-soname,libsga.so.$(SOVERSION) -Wl,--version-script=$(MAP) -Wl,-z,defs -o $@ $(LIB_OBJ) $(LIBS) -lpthread
+	@ln -sf libsga.so.$(VERSION) $(B)/lib/libsga.so.$(SOVERSION)
+	@ln -sf libsga.so.$(SOVERSION) $(B)/lib/libsga.so
+$(B)/lib/libsga.a: $(LIB_OBJ) $(MAP)
+	@rm -f $@
+	$(Q)ld -r -o $(B)/lib/libsga.o $(LIB_OBJ)
+	$(Q)objcopy $(PUBLIC:%=--keep-global-symbol=%) $(B)/lib/libsga.o
+	$(Q)ar rcs $@ $(B)/lib/libsga.o
+
+PREFIX ?= /usr/local
+DESTDIR ?=
+BINDIR ?= $(PREFIX)/bin
+LIBDIR ?= $(PREFIX)/lib
+INCLUDEDIR ?= $(PREFIX)/include
+MANDIR ?= $(PREFIX)/share/man
+DOCDIR ?= $(PREFIX)/share/doc/sga
+MAN := $(wildcard etc/man/*)
+install: all shared
+	install -d $(DESTDIR)$(BINDIR) $(DESTDIR)$(LIBDIR)/pkgconfig $(DESTDIR)$(INCLUDEDIR) $(DESTDIR)$(DOCDIR)/examples $(DESTDIR)$(DOCDIR)/schema
+	install $(B)/sgad $(B)/sga $(DESTDIR)$(BINDIR)
+	install -m 644 $(B)/lib/libsga.so.$(VERSION) $(B)/lib/libsga.a $(DESTDIR)$(LIBDIR)
+	ln -sf libsga.so.$(VERSION) $(DESTDIR)$(LIBDIR)/libsga.so.$(SOVERSION)
+	ln -sf libsga.so.$(SOVERSION) $(DESTDIR)$(LIBDIR)/libsga.so
+	install -m 644 include/sga.h $(DESTDIR)$(INCLUDEDIR)
+	sed -e 's|@LIBDIR@|$(LIBDIR)|; s|@INCLUDEDIR@|$(INCLUDEDIR)|; s|@VERSION@|$(VERSION)|; s|@LIBS@|$(LIBS) -lpthread|' etc/sga.pc.in > $(DESTDIR)$(LIBDIR)/pkgconfig/sga.pc
+	for m in $(MAN); do install -d $(DESTDIR)$(MANDIR)/man$${m##*.} && install -m 644 $$m $(DESTDIR)$(MANDIR)/man$${m##*.} || exit 1; done
+	install -m 644 README.md CHANGELOG.md LICENSE $(DESTDIR)$(DOCDIR)
+	install -m 644 schema/*.json $(DESTDIR)$(DOCDIR)/schema
+	install -m 644 etc/examples/*.json etc/examples/*.c $(DESTDIR)$(DOCDIR)/examples
+uninstall:
+	rm -f $(DESTDIR)$(BINDIR)/sgad $(DESTDIR)$(BINDIR)/sga $(DESTDIR)$(LIBDIR)/libsga.* $(DESTDIR)$(LIBDIR)/pkgconfig/sga.pc $(DESTDIR)$(INCLUDEDIR)/sga.h
+	for m in $(MAN); do rm -f $(DESTDIR)$(MANDIR)/man$${m##*.}/$${m##*/} || exit 1; done
+	rm -rf $(DESTDIR)$(DOCDIR)
 
 # Unit tests: tests/unit/FOLDER_what.c is linked with its folder's floors only.
 UNIT_SRC := $(if $(FLOOR),$(wildcard tests/unit/$(FLOOR)_*.c),$(wildcard tests/unit/*.c))
@@ -117,7 +167,7 @@ floor_obj = $(foreach d,$(1) $(DEPS_$(1)),$(patsubst %.c,$(B)/%.o,$(wildcard lib
 define unit_rules
 $(B)/unit/$(notdir $(basename $(1))): $(1) $(call floor_obj,$(call floor_of,$(1)))
 	@mkdir -p $$(@D)
-	$(Q)$(CC) $(ALL_CFLAGS) -iquote tests/unit $(foreach d,$(call floor_of,$(1)) $(DEPS_$(call floor_of,$(1))),-iquote lib/$(d)) -o $$@ $(1) $(call floor_obj,$(call floor_of,$(1))) $(LIBS) $(if $(findstring _memory,$(1)),$(FAILING))
+	$(Q)$(CC) $(ALL_CFLAGS) -iquote tests/unit $(if $(filter face,$(call floor_of,$(1))),-iquote include) $(foreach d,$(call floor_of,$(1)) $(DEPS_$(call floor_of,$(1))),-iquote lib/$(d)) -o $$@ $(1) $(call floor_obj,$(call floor_of,$(1))) $(LIBS) $(if $(findstring _memory,$(1)),$(FAILING))
 endef
 $(foreach u,$(wildcard tests/unit/*.c),$(eval $(call unit_rules,$(u))))
 unit: $(UNIT_BIN)

@@ -39,7 +39,7 @@ static void *work(void *arg)
 {
     struct checks *cs = arg;
     for (struct exchange *e; (e = next(cs));) {
-        e->check.ok = sga_check((const char *)e->body, e->length, &e->check.canonical, &e->check.err);
+        e->check.ok = sga_canonical((const char *)e->body, e->length, &e->check.canonical, &e->check.err);
         e->check.done = true;
         MHD_resume_connection(e->connection);     /* from here on it is another thread's */
     }

@@ -146,7 +146,7 @@ static enum MHD_Result post(struct exchange *e, long seconds)
         return busy(e, "There is not enough memory to read a request at this moment.");
     if (sv->checks && e->length > CHECKS_INLINE)
         return checks_submit(sv->checks, e) ? MHD_YES : busy(e, "Many requests wait to be read already.");
-    e->check.ok = sga_check((const char *)e->body, e->length, &e->check.canonical, &e->check.err);
+    e->check.ok = sga_canonical((const char *)e->body, e->length, &e->check.canonical, &e->check.err);
     return checked(e, seconds);
 }
 

@@ -6,7 +6,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* For a body of so many bytes, within the bounds of sga_check. Costs two system calls. */
+/* For a body of so many bytes, within the bounds of sga_canonical. Costs two system calls. */
 bool room_for_reading(size_t body);
 
 #endif

@@ -172,20 +172,29 @@ def start(base, said, result):
             pairs.append((name, float(value), float(second[said.value(bare, name[len(bare):])]) * float(said.scale.get(bare, 1))))
     largest = max([1.0] + [abs(v) for _, v, _ in pairs])
     off = [f"start: {n} {v:.9g} became {w:.9g}" for n, v, w in pairs if abs(v - w) > NEAR * largest]
-    return [] if off and tied(base, pairs, largest) else off
+    return [] if off and tied(base, pairs, largest, "signals" in said.done) else off
+
+
+def moving_of(base):
+    """The unknowns that have derivatives."""
+    answer = Answer(base.plain, base.result)
+    return {n[1:].rstrip("'") for n in answer.graph.names(answer.problem.rows) if n.startswith("@")}
 
 
 def undetermined(base):
     """What was not given, where an unknown without a derivative may have any value."""
     answer = Answer(base.plain, base.result)
     given = base.said.trajectory.get("initial", {})
-    moving = {n[1:] for n in answer.graph.names(answer.problem.rows) if n.startswith("@")}
-    free = set(base.result["consistent_initial"]["free"]) - moving - set(given)
+    free = set(base.result["consistent_initial"]["free"]) - moving_of(base) - set(given)
     return {n.rstrip("'") for n in answer.names if n not in given} if free else set()
 
 
-def tied(base, pairs, largest):
-    """Whether both starts are as far from the given values, and from 0 where none was given."""
+def tied(base, pairs, largest, named):
+    """Whether both starts are as far from the given values, and from 0 where none was given. Algebraic variables are free of
+    charge, so that where some have got a name the small ones are others: of branches that differ in them alone either is right."""
+    if named:
+        moving = moving_of(base)
+        pairs = [p for p in pairs if p[0].rstrip("'") in moving or p[0] in base.said.trajectory.get("initial", {})]
     guess = {n: float(respell.exact(v) or 0) for n, v in base.said.trajectory.get("initial", {}).items()}
     far = [sum((p[k] - guess.get(p[0], 0)) ** 2 for p in pairs) ** 0.5 for k in (1, 2)]
     return abs(far[0] - far[1]) < NEAR * largest

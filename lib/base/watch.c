@@ -187,6 +187,10 @@ void sga_watch_init(void)
 {
     if (statm < 0)
         statm = open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
+}
+
+void sga_watch_hook(void)
+{
     mp_set_memory_functions(sga_malloc, gmp_realloc, gmp_free);
     __flint_set_memory_functions(sga_malloc, sga_calloc, sga_realloc, free);
 }

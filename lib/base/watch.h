@@ -21,8 +21,10 @@
 /* The last words of a process: it must not return. */
 typedef void sga_wall(void *ctx, const struct sga_error *err);
 
-/* Once in a process, before the first watch: measuring, and the hooks of GMP and FLINT. */
+/* Once in a process, before the first watch: measuring. */
 void sga_watch_init(void);
+/* The allocators of GMP and FLINT become ours: before they have allocated anything. */
+void sga_watch_hook(void);
 
 /* budget is borrowed until sga_watch_end. wall may be NULL: then the process aborts where
  * memory ends, as it does without a watch. */

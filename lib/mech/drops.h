@@ -10,7 +10,7 @@ struct mech_search {
     struct mech_regularity *r;
     struct mech_fibre *f;
     const struct form_mechanical *in;
-    const struct sga_options *options;
+    const struct reduction_options *options;
     struct expr_store *st;
     struct expr_facts facts;
     expr_id *factor; int factors; size_t factor_cap;

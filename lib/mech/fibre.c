@@ -221,7 +221,7 @@ static bool find_conditions(struct mech_fibre *f, const struct form_mechanical *
 }
 
 static bool reduce(struct mech_fibre *f, const struct sys_system *system, const struct form_mechanical *in, bool restricted,
-                   const struct sga_options *options, struct sga_error *err)
+                   const struct reduction_options *options, struct sga_error *err)
 {
     *f = (struct mech_fibre){ .solved = true };
     sys_init(&f->kinematics, system->store);
@@ -232,17 +232,17 @@ static bool reduce(struct mech_fibre *f, const struct sys_system *system, const 
         sys_add_restriction(&f->kinematics, system->restriction[i]);
     form_kinematics(&f->kinematics, in);
     points_shadow_init(&f->shadow, 20250103);
-    struct sga_options own = *options;
+    struct reduction_options own = *options;
     own.gauge_fields = own.combinations = false;
-    return sga_solve(&f->kinematics, &own, &f->shadow, &f->W, err);
+    return sga_reduce(&f->kinematics, &own, &f->shadow, &f->W, err);
 }
 
 bool mech_fibre_find(struct mech_fibre *f, const struct sys_system *system, const struct form_mechanical *in,
-                     const struct sga_options *options, struct sga_error *err)
+                     const struct reduction_options *options, struct sga_error *err)
 {
     int general = in->coordinates;
     if (system->restrictions) {
-        struct sga_options anywhere = *options;
+        struct reduction_options anywhere = *options;
         anywhere.near = NULL;
         bool ok = reduce(f, system, in, false, &anywhere, err);
         general -= f->W.free_columns;

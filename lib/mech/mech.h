@@ -10,7 +10,7 @@
 #define SGA_MECH_MECH_H
 
 #include "form.h"
-#include "sga.h"
+#include "reduction.h"
 
 struct mech_fibre {
     struct sys_system kinematics;        /* X' = eta, 0 = h */
@@ -30,11 +30,11 @@ struct mech_fibre {
 
 /* Runs the reduction on the constraints and chooses the conditions. Where the system is restricted to a
  * subset, W is that subset, and the conditions are those of the whole W's fibre over it (remark 4 of the source: a subsystem
- * keeps the reactions of the system). NOT_SUPPORTED where that fibre has no tangent space. options as in sga_solve,
+ * keeps the reactions of the system). NOT_SUPPORTED where that fibre has no tangent space. options as in sga_reduce,
  * near by coordinate and velocity. False with err; UNDECIDED where the rank of H could not be told at the
  * points found. Cost: a reduction, and cubic in the number of constraints. */
 bool mech_fibre_find(struct mech_fibre *f, const struct sys_system *system, const struct form_mechanical *in,
-                     const struct sga_options *options, struct sga_error *err);
+                     const struct reduction_options *options, struct sga_error *err);
 void mech_fibre_clear(struct mech_fibre *f);
 
 /* By coordinate; the tangent and the orthogonal part add up to the total. */
@@ -65,7 +65,7 @@ struct mech_regularity {
 /* First by proof (no factor of a pivot can vanish, or the Gram determinant cannot), then by a search for
  * points of W with c^T H = 0, |c| = 1. Adds symbols for c to the store. */
 void mech_regularity_find(struct mech_regularity *r, struct mech_fibre *f, const struct form_mechanical *in,
-                          const struct sga_options *options);
+                          const struct reduction_options *options);
 void mech_regularity_clear(struct mech_regularity *r);
 
 #endif

@@ -138,7 +138,7 @@ static bool proved_full(struct mech_search *s)
 }
 
 void mech_regularity_find(struct mech_regularity *r, struct mech_fibre *f, const struct form_mechanical *in,
-                          const struct sga_options *options)
+                          const struct reduction_options *options)
 {
     struct mech_search s = { .r = r, .f = f, .in = in, .options = options, .st = f->kinematics.store, .all_never_zero = true,
                         .n = in->coordinates, .m = f->conditions };

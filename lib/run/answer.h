@@ -10,7 +10,7 @@
 #include "print.h"
 #include "request.h"
 #include "run.h"
-#include "sga.h"
+#include "reduction.h"
 #include "structure.h"
 #include "sym.h"
 #include "trajectory.h"

@@ -54,13 +54,13 @@ static struct sys_system constraints_alone(const struct job *j, int *row)
 /* The index of the first constraint that is regular nowhere on the common zeros; -1: none. */
 static int find_irregular(struct job *j, const struct sys_system *only)
 {
-    struct sga_options options = { .near = j->near, .near_time = j->near_time, .seed = 1, .budget = &j->budget };
+    struct reduction_options options = { .near = j->near, .near_time = j->near_time, .seed = 1, .budget = &j->budget };
     struct sga_error err = { 0 };
     struct points_shadow shadow;
     struct sga_solution sol;
     int found = -1;
     points_shadow_init(&shadow, 20250101);
-    if (sga_solve(only, &options, &shadow, &sol, &err) && sol.verdict != SGA_INCONSISTENT)
+    if (sga_reduce(only, &options, &shadow, &sol, &err) && sol.verdict != SGA_INCONSISTENT)
         for (int i = 0; i < sol.constraints && found < 0; i++)
             if (sol.constraint[i].replaced && sol.constraint[i].restriction >= 0
                 && differential_vanishes(j, &shadow, sol.constraint[i].replaced))
@@ -160,7 +160,7 @@ static bool fix_multiplier(struct job *j, int a)
 bool answer_holonomic_redundant(struct job *j)
 {
     const struct sys_system *sys = &j->request.system;
-    struct sga_options options = { .near = j->near, .near_time = j->near_time, .seed = 1, .budget = &j->budget };
+    struct reduction_options options = { .near = j->near, .near_time = j->near_time, .seed = 1, .budget = &j->budget };
     struct sga_error err = { 0 };
     struct points_shadow shadow;
     struct sga_solution sol;
@@ -171,7 +171,7 @@ bool answer_holonomic_redundant(struct job *j)
     unsigned char *is = sga_calloc((size_t)only.restrictions + 1, 1);
     bool fixed = false;
     points_shadow_init(&shadow, 20250103);
-    if (only.restrictions && sga_solve(&only, &options, &shadow, &sol, &err)) {
+    if (only.restrictions && sga_reduce(&only, &options, &shadow, &sol, &err)) {
         if (sol.verdict != SGA_INCONSISTENT && dependent(j, &only, &sol, &shadow, is)) {
             j->redundant = sga_malloc(((size_t)rows + 1) * sizeof *j->redundant);
             for (int i = 0; i < only.restrictions; i++)

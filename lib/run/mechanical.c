@@ -9,9 +9,9 @@
 #include "mem.h"
 
 
-static struct sga_options options_of(const struct job *j)
+static struct reduction_options options_of(const struct job *j)
 {
-    return (struct sga_options){ .near = j->near, .near_time = j->near_time, .seed = 3, .budget = &j->budget };
+    return (struct reduction_options){ .near = j->near, .near_time = j->near_time, .seed = 3, .budget = &j->budget };
 }
 
 /* More conditions than constraints: names for their multipliers, by the rule of the reader. */
@@ -98,7 +98,7 @@ bool answer_mechanical(struct job *j)
 {
     struct request *r = &j->request;
     const struct form_mechanical *in = &r->mechanical;
-    struct sga_options options = options_of(j);
+    struct reduction_options options = options_of(j);
     j->mechanical = sga_calloc(1, sizeof *j->mechanical);
     struct mech_fibre *f = &j->mechanical->fibre;
     stage_begin(&j->clock, STAGE_MECHANICAL);
@@ -147,7 +147,7 @@ bool answer_mechanical_motion(struct job *j)
     else if (m->has_motion)
         mech_motion_of(&m->motion, &m->fibre, &j->request.mechanical, j->solution.field + j->request.mechanical.coordinates);
     if (want & (REQUEST_VECTOR_FIELD | REQUEST_CONSTRAINTS | REQUEST_INDEX | REQUEST_STRUCTURE)) {
-        struct sga_options options = options_of(j);
+        struct reduction_options options = options_of(j);
         struct sga_budget part = j->budget;      /* the search must not take the whole job's time */
         double soon = sga_now() + (j->depth ? SGA_MOST_STRATUM_RANK_SECONDS : SGA_MOST_RANK_SECONDS);
         if (!part.deadline || part.deadline > soon)

@@ -48,11 +48,11 @@ static void drop_rows(struct sys_system *sys)
 /* M0 alone: every velocity is free. */
 static bool find_m0(struct job *j, struct attempt *a)
 {
-    struct sga_options options = { .near = j->near, .near_time = j->near_time, .seed = 1, .budget = &j->budget };
+    struct reduction_options options = { .near = j->near, .near_time = j->near_time, .seed = 1, .budget = &j->budget };
     points_shadow_init(&a->shadow, 20250101);
     drop_rows(&j->request.system);
     set_restrictions(&j->request.system, a->given, a->givens);
-    return sga_solve(&j->request.system, &options, &a->shadow, &a->solution, j->err);
+    return sga_reduce(&j->request.system, &options, &a->shadow, &a->solution, j->err);
 }
 
 static void pull_back(struct job *j, struct attempt *a)

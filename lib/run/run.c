@@ -14,10 +14,16 @@
 #include "tradeoff.h"
 #include "watch.h"
 
-void sga_init(void)
+void sga_init_guest(void)
 {
     lin_init();
     sga_watch_init();
+}
+
+void sga_init(void)
+{
+    sga_init_guest();
+    sga_watch_hook();
     request_init();
 }
 
@@ -25,7 +31,7 @@ void sga_init(void)
 static const double CHECK_SECONDS = 1;
 enum { CHECK_NODES = 2000000 };
 
-bool sga_check(const char *request, size_t length, struct sga_buf *out, struct sga_error *err)
+bool sga_canonical(const char *request, size_t length, struct sga_buf *out, struct sga_error *err)
 {
     struct request r;
     struct request_bounds bounds = { .seconds = CHECK_SECONDS, .nodes = CHECK_NODES };
@@ -167,7 +173,7 @@ static bool solve(struct job *j)
 {
     /* motions choose the gauge by expressions, those of other rows where there are conditions */
     bool motion = j->request.want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF) && !j->request.trajectory.conditions;
-    struct sga_options options = {
+    struct reduction_options options = {
         .near = j->near, .near_given = j->near_given, .near_time = j->near_time, .parameter_near = j->parameter_near, .seed = 1, .budget = &j->budget,
         .combinations = j->request.want & (REQUEST_CONSTRAINTS | REQUEST_STRUCTURE),
         .gauge_fields = j->request.want & (REQUEST_GAUGE | REQUEST_SYMMETRIES) || motion,
@@ -181,7 +187,7 @@ static bool solve(struct job *j)
     points_shadow_init(&j->shadow, 20250101);
     j->stage = "sga";            /* as the solver names it in its own errors */
     j->solved = true;
-    bool ok = sga_solve(&j->request.system, &options, &j->shadow, &j->solution, j->err);
+    bool ok = sga_reduce(&j->request.system, &options, &j->shadow, &j->solution, j->err);
     j->clock.sampling += j->shadow.seconds_sampling;
     return ok;
 }

@@ -33,6 +33,9 @@ struct sga_run_options {
 /* Once in every process that calls sga_run, before the first call: the numerical
  * libraries' error handlers must not end the process. */
 void sga_init(void);
+/* The same for a process that is somebody else's: the allocators of GMP, FLINT and jansson stay what they are. What these ask for is
+ * not counted while it is asked for, and where memory ends the process aborts. */
+void sga_init_guest(void);
 
 /* Appends the result to out and returns true; on failure fills err and leaves out
  * unspecified. Cost: the whole job. */
@@ -44,7 +47,7 @@ bool sga_run(const char *request, size_t length, const struct sga_run_options *o
  * two million nodes counts as good. On success appends the canonical request to out: compact
  * JSON with sorted keys, equal for requests that mean the same member by member
  * (the key of the cache is its SHA-256). */
-bool sga_check(const char *request, size_t length, struct sga_buf *out, struct sga_error *err);
+bool sga_canonical(const char *request, size_t length, struct sga_buf *out, struct sga_error *err);
 
 /* "0.1.0+9f2c...": the product's version, and a digest of the sources of lib/, with which answers may change: jobs are named by it, so
  * that old cached answers are not given. Static. Made by lib/run/version.sh. */

@@ -97,11 +97,11 @@ static bool alike(struct listing *l, const struct cases_part *part)
     struct sga_error err = { 0 }, *own = &j->request.store.error, before = *own;
     if (!part->puts || part->open || !printed(j, part) || !strata_case_make(&at, &j->request.system, NULL, &as, &err))
         return false;
-    struct sga_options options = { .seed = 1, .budget = &j->budget };
+    struct reduction_options options = { .seed = 1, .budget = &j->budget };
     struct points_shadow shadow;
     struct sga_solution sol = { 0 };
     points_shadow_init(&shadow, 20250101);
-    bool same = expr_store_ok(&j->request.store) && sga_solve(&at.system, &options, &shadow, &sol, &err) && same_shape(&j->solution, &sol);
+    bool same = expr_store_ok(&j->request.store) && sga_reduce(&at.system, &options, &shadow, &sol, &err) && same_shape(&j->solution, &sol);
     if (same)
         descend(l, part, &at.system, &sol);
     sga_solution_clear(&sol);

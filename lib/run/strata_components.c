@@ -126,7 +126,7 @@ static void list_part(struct job *j, const double *x, double t)
     strata_add(j, EXPR_UNDEF, -1, as);
 }
 
-/* Those that the reduction knows of (sga.h); where it was told where to look, a search. */
+/* Those that the reduction knows of (reduction.h); where it was told where to look, a search. */
 void strata_components(struct listing *l)
 {
     struct job *j = l->j;

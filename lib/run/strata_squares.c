@@ -20,7 +20,7 @@ static void keep_point(struct stratum *as, const double *x, int n, double t, boo
 static bool drops_reduced(struct job *j, int c, const expr_id *e, int count, int rank, struct stratum *as)
 {
     const struct sys_system *sys = &j->request.system;
-    struct sga_options options = { .near = j->near, .near_time = j->near_time, .parameter_near = j->parameter_near, .seed = 1, .budget = &j->budget };
+    struct reduction_options options = { .near = j->near, .near_time = j->near_time, .parameter_near = j->parameter_near, .seed = 1, .budget = &j->budget };
     struct sys_system only = *sys;
     struct points_shadow shadow;
     struct sga_solution sol = { 0 };
@@ -34,7 +34,7 @@ static bool drops_reduced(struct job *j, int c, const expr_id *e, int count, int
     for (int i = 0; i < c; i++)
         con[i] = j->solution.constraint[i].expr;
     points_shadow_init(&shadow, 20250104);
-    if (sga_solve(&only, &options, &shadow, &sol, &err) && sol.verdict != SGA_INCONSISTENT && shadow.reals) {
+    if (sga_reduce(&only, &options, &shadow, &sol, &err) && sol.verdict != SGA_INCONSISTENT && shadow.reals) {
         struct points_space space = shadow.space;
         space.constraint = con;
         lower = strata_rank_at(j, &space, sys->rows, c, shadow.real) < rank;

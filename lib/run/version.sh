@@ -4,5 +4,5 @@
 # usage: version.sh VERSION FILE ... > version.c
 version=$1
 shift
-printf '/* Made by lib/run/version.sh. */\n#include "run.h"\n\nconst char *sga_version(void)\n{\n    return "%s+%s";\n}\n' \
+printf '/* Made by lib/run/version.sh. */\n#include "sga.h"\n\nconst char *sga_version(void)\n{\n    return "%s+%s";\n}\n' \
     "$version" "$(cat "$@" | sha256sum | cut -c 1-12)"

@@ -346,7 +346,7 @@ enum { COMPONENTS = 100 };
 
 static bool wants_gauge(const struct affine_run *r)
 {
-    const struct sga_options *o = r->s->options;
+    const struct reduction_options *o = r->s->options;
     double components = (double)r->s->sol->free_columns * r->a->n;
     return o->gauge_fields && components > 0 && (!o->gauge_nodes || components <= (double)COMPONENTS * o->gauge_nodes);
 }

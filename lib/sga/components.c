@@ -329,7 +329,7 @@ static void keep_split(struct components *c, struct points_space *space, const s
 }
 
 /* Where the points of a search lie: to be ended by end_space. */
-static struct points_space space_of(const struct sys_system *system, const struct sga_options *options, const struct sga_solution *sol)
+static struct points_space space_of(const struct sys_system *system, const struct reduction_options *options, const struct sga_solution *sol)
 {
     int n = system->variables, *variable = sga_malloc((size_t)(n + 1) * sizeof *variable);
     expr_id *defined;
@@ -349,7 +349,7 @@ static void end_space(struct points_space *space)
     free((void *)space->defined);
 }
 
-void components_note(struct components *c, const struct sys_system *system, const struct sga_options *options,
+void components_note(struct components *c, const struct sys_system *system, const struct reduction_options *options,
                      const struct sga_solution *sol, const struct points_shadow *shadow, int place, int final, bool split)
 {
     struct component_run *r = keep_run(c, sol, shadow);
@@ -375,7 +375,7 @@ void components_note(struct components *c, const struct sys_system *system, cons
     end_space(&space);
 }
 
-bool components_apart(struct components *c, const struct sys_system *system, const struct sga_options *options,
+bool components_apart(struct components *c, const struct sys_system *system, const struct reduction_options *options,
                       const struct sga_solution *sol, int of, int k)
 {
     struct component_run *r = c->run + of;

@@ -7,7 +7,7 @@
 #ifndef SGA_SGA_COMPONENTS_H
 #define SGA_SGA_COMPONENTS_H
 
-#include "sga.h"
+#include "reduction.h"
 
 /* A point of a component that no run was on. */
 struct component_place {
@@ -33,11 +33,11 @@ struct components {
 
 /* Keeps what a run near a place (-1: none) rested on, and looks for places on other components than those of all runs so
  * far. final: its dimension, or -1. split: it failed as its points lie on several components. */
-void components_note(struct components *c, const struct sys_system *system, const struct sga_options *options,
+void components_note(struct components *c, const struct sys_system *system, const struct reduction_options *options,
                      const struct sga_solution *solution, const struct points_shadow *shadow, int place, int final, bool split);
 /* Whether the point of run k lies where run `of` has no say: what the latter rests on does not hold there, or nearby on its
  * constraints (k's own may hold there too). */
-bool components_apart(struct components *c, const struct sys_system *system, const struct sga_options *options,
+bool components_apart(struct components *c, const struct sys_system *system, const struct reduction_options *options,
                       const struct sga_solution *solution, int of, int k);
 void components_clear(struct components *c);
 

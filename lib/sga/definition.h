@@ -10,7 +10,7 @@
 #ifndef SGA_SGA_DEFINITION_H
 #define SGA_SGA_DEFINITION_H
 
-#include "sga.h"
+#include "reduction.h"
 
 struct definition {
     int variable;
@@ -40,7 +40,7 @@ void definitions_through(const struct definitions *d, const struct sys_system *s
 void definitions_put_in(const struct definitions *d, const struct sys_system *system, struct sys_system *left);
 /* The solution of what is left becomes that of the system, and the shadow gets points of its final set. False: none were found, or
  * the store is full. */
-bool definitions_lift(const struct definitions *d, const struct sys_system *system, const struct sga_options *options,
+bool definitions_lift(const struct definitions *d, const struct sys_system *system, const struct reduction_options *options,
                       struct points_shadow *shadow, struct sga_solution *solution);
 
 #endif

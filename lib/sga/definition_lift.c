@@ -228,7 +228,7 @@ static bool known_point(const struct lift *l, struct points_shadow *shadow, doub
 }
 
 /* New points on the whole's final set, near those of what is left. */
-static bool sample(const struct lift *l, const struct sga_options *options, struct points_shadow *shadow)
+static bool sample(const struct lift *l, const struct reduction_options *options, struct points_shadow *shadow)
 {
     const struct sys_system *sys = l->sys;
     int n = sys->variables, *variable = sga_malloc(((size_t)n + 1) * sizeof *variable);
@@ -261,7 +261,7 @@ static bool sample(const struct lift *l, const struct sga_options *options, stru
     return ok;
 }
 
-bool definitions_lift(const struct definitions *d, const struct sys_system *system, const struct sga_options *options,
+bool definitions_lift(const struct definitions *d, const struct sys_system *system, const struct reduction_options *options,
                       struct points_shadow *shadow, struct sga_solution *solution)
 {
     struct lift l = { d, system, solution, system->rows - d->count, NULL, NULL };

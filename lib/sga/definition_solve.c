@@ -10,11 +10,11 @@
 #include "state.h"
 
 /* The system without what is defined, and that put back. *lifted: whether points were found for the whole. */
-static bool solve_left(const struct definitions *d, const struct sys_system *system, const struct sga_options *options,
+static bool solve_left(const struct definitions *d, const struct sys_system *system, const struct reduction_options *options,
                        struct points_shadow *shadow, struct route *route, struct sga_solution *solution, bool *lifted, struct sga_error *err)
 {
     struct sys_system left;
-    struct sga_options own = *options;
+    struct reduction_options own = *options;
     double *near = sga_calloc((size_t)system->variables + 1, sizeof *near);
     unsigned char *given = sga_calloc((size_t)system->variables + 1, 1);
     definitions_put_in(d, system, &left);
@@ -35,7 +35,7 @@ static bool solve_left(const struct definitions *d, const struct sys_system *sys
 /* One way to run: what it leads to. */
 struct attempt {
     const struct sys_system *system;
-    const struct sga_options *options;
+    const struct reduction_options *options;
     struct points_shadow *shadow;
     struct route *route;
     struct sga_solution *solution;
@@ -108,7 +108,7 @@ static bool see_through(const struct attempt *a, uint64_t seed, int decisions, i
     return ok;
 }
 
-bool state_solve(const struct sys_system *system, const struct sga_options *options, struct points_shadow *shadow,
+bool state_solve(const struct sys_system *system, const struct reduction_options *options, struct points_shadow *shadow,
                  struct route *route, struct sga_solution *solution, struct sga_error *err)
 {
     struct attempt a = { system, options, shadow, route, solution, err };

@@ -3,7 +3,7 @@
 #define SGA_SGA_ECHELON_H
 
 #include "facts.h"
-#include "sga.h"
+#include "reduction.h"
 
 struct ech_op {
     int pivot;             /* index of the pivot row that was subtracted ... */

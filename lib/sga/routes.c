@@ -61,9 +61,9 @@ void routes_restart(struct points_shadow *shadow, uint64_t seed, struct sga_solu
     shadow->random = seed;       /* the same points again */
 }
 
-struct sga_options routes_options(const struct routes *r, const struct sga_options *options, int place)
+struct reduction_options routes_options(const struct routes *r, const struct reduction_options *options, int place)
 {
-    struct sga_options own = *options;
+    struct reduction_options own = *options;
     if (place >= 0) {
         own.near = r->components.place[place].x;
         own.near_given = NULL;
@@ -134,7 +134,7 @@ static bool no_points(const struct sga_solution *sol, const struct points_shadow
 }
 
 /* Whether a run near a guess ended at a point, and not at the guess: another component may have it. */
-static bool point_elsewhere(const struct sys_system *system, const struct sga_options *o, const struct points_shadow *shadow,
+static bool point_elsewhere(const struct sys_system *system, const struct reduction_options *o, const struct points_shadow *shadow,
                             const struct sga_solution *sol, int final)
 {
     bool away = false;
@@ -144,11 +144,11 @@ static bool point_elsewhere(const struct sys_system *system, const struct sga_op
 }
 
 /* One run, near a place or where the options say. False: a failure that ends the job. */
-static bool run_one(struct routes *r, const struct sys_system *system, const struct sga_options *options, int place,
+static bool run_one(struct routes *r, const struct sys_system *system, const struct reduction_options *options, int place,
                     struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
 {
     struct sga_error here = { 0 };
-    struct sga_options own = routes_options(r, options, place);
+    struct reduction_options own = routes_options(r, options, place);
     bool ok = state_solve(system, &own, shadow, &r->now, solution, &here) && !no_points(solution, shadow, &here);
     add_sides(r, shadow);
     r->tried++;
@@ -179,7 +179,7 @@ static bool run_one(struct routes *r, const struct sys_system *system, const str
     return true;
 }
 
-static bool run_products(struct routes *r, const struct sys_system *system, const struct sga_options *options,
+static bool run_products(struct routes *r, const struct sys_system *system, const struct reduction_options *options,
                          struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
 {
     for (;;) {
@@ -204,7 +204,7 @@ static bool unlucky(const struct routes *r)
 }
 
 /* How far a place is from the guess, in the values that were given. */
-static double how_far(const struct component_place *p, int variables, const struct sga_options *o)
+static double how_far(const struct component_place *p, int variables, const struct reduction_options *o)
 {
     double sum = 0;
     for (int j = 0; j < variables; j++)
@@ -214,7 +214,7 @@ static double how_far(const struct component_place *p, int variables, const stru
 }
 
 /* A place that was not tried yet; near a guess the nearest, until one leads to points. -1: none. */
-static int next_place(const struct routes *r, int variables, const struct sga_options *options)
+static int next_place(const struct routes *r, int variables, const struct reduction_options *options)
 {
     const struct components *c = &r->components;
     int next = -1;
@@ -229,7 +229,7 @@ static int next_place(const struct routes *r, int variables, const struct sga_op
     return next;
 }
 
-bool routes_explore(struct routes *r, const struct sys_system *system, const struct sga_options *options,
+bool routes_explore(struct routes *r, const struct sys_system *system, const struct reduction_options *options,
                     struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
 {
     bool ok = run_products(r, system, options, shadow, solution, err);
@@ -261,7 +261,7 @@ void routes_clear(struct routes *r)
 
 /* The components that were not taken, where they hold solutions and the answer does not speak of them. The branches of
  * products are listed as such. */
-static void keep_elsewhere(struct routes *r, const struct sys_system *system, const struct sga_options *options, struct sga_solution *solution)
+static void keep_elsewhere(struct routes *r, const struct sys_system *system, const struct reduction_options *options, struct sga_solution *solution)
 {
     struct components *c = &r->components;
     size_t variables = (size_t)system->variables;
@@ -276,12 +276,12 @@ static void keep_elsewhere(struct routes *r, const struct sys_system *system, co
         }
 }
 
-bool sga_solve(const struct sys_system *system, const struct sga_options *given,
+bool sga_reduce(const struct sys_system *system, const struct reduction_options *given,
                struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
 {
     struct routes r = { .final = -1, .seed = shadow->random, .explore = true, .best_at = -1, .now_at = -1, .best_run = -1 };
     struct sga_conditions conditions = { 0 };
-    struct sga_options own = *given, *options = &own;
+    struct reduction_options own = *given, *options = &own;
     own.conditions = &conditions;
     bool ok = routes_explore(&r, system, options, shadow, solution, err);
     if (ok && r.final < 0 && (r.beside || r.failed) && own.near) {  /* nothing near the guess, or nothing regular: then anywhere */
@@ -300,7 +300,7 @@ bool sga_solve(const struct sys_system *system, const struct sga_options *given,
     } else if (ok && r.final < 0) {
         ok = special_solve(&r, system, options, shadow, solution, err);
     } else if (ok && (r.now_at != r.best_at || !same_route(&r.now, &r.best))) {
-        struct sga_options best = routes_options(&r, options, r.best_at);
+        struct reduction_options best = routes_options(&r, options, r.best_at);
         routes_restart(shadow, r.seed, solution);
         ok = state_solve(system, &best, shadow, &r.best, solution, err);
     }

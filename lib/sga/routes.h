@@ -28,10 +28,10 @@ struct routes {
 /* Run routes until one leads to points (with a guess) or all are known (without: the
  * largest set is the generic one). The caller sets final to -1 and the seed. False: a
  * failure that ends the job. */
-bool routes_explore(struct routes *r, const struct sys_system *system, const struct sga_options *options,
+bool routes_explore(struct routes *r, const struct sys_system *system, const struct reduction_options *options,
                     struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err);
 /* The options near a place of the components; -1: as they are. */
-struct sga_options routes_options(const struct routes *r, const struct sga_options *options, int place);
+struct reduction_options routes_options(const struct routes *r, const struct reduction_options *options, int place);
 /* Back to the state before a run. */
 void routes_restart(struct points_shadow *shadow, uint64_t seed, struct sga_solution *solution);
 /* Failures of one branch, which say nothing about another. */
@@ -42,7 +42,7 @@ void routes_clear(struct routes *r);
  * zero sets of what was divided by are looked at, and theirs in turn: where one holds
  * solutions, the largest of them (the one the guess lies on, if there is one) becomes the
  * solution; where none does, the contradiction stands. False: not known of some of them. */
-bool special_solve(const struct routes *above, const struct sys_system *system, const struct sga_options *options,
+bool special_solve(const struct routes *above, const struct sys_system *system, const struct reduction_options *options,
                    struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err);
 
 #endif

@@ -135,7 +135,7 @@ static signed char *move_cheaply(const struct sys_system *sys, const unsigned ch
     return cheap;
 }
 
-static void state_init(struct state *s, const struct sys_system *sys, const struct sga_options *options,
+static void state_init(struct state *s, const struct sys_system *sys, const struct reduction_options *options,
                        struct points_shadow *shadow, struct route *route, struct sga_solution *sol, struct sga_error *err)
 {
     int n = sys->variables;
@@ -453,7 +453,7 @@ static void take_sides(struct state *s)
     }
 }
 
-bool state_solve_as_is(const struct sys_system *system, const struct sga_options *options, struct points_shadow *shadow,
+bool state_solve_as_is(const struct sys_system *system, const struct reduction_options *options, struct points_shadow *shadow,
                  struct route *route, struct sga_solution *solution, struct sga_error *err)
 {
     struct state s;

@@ -17,7 +17,7 @@ struct place {
 
 struct search {
     const struct sys_system *system;
-    const struct sga_options *options;
+    const struct reduction_options *options;
     struct place best;
     struct route route;
     int final;                  /* dimension of the best place's final set; -1: none yet */
@@ -164,7 +164,7 @@ static bool take(struct search *s, uint64_t seed, struct points_shadow *shadow, 
     return ok;
 }
 
-bool special_solve(const struct routes *above, const struct sys_system *system, const struct sga_options *options,
+bool special_solve(const struct routes *above, const struct sys_system *system, const struct reduction_options *options,
                    struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
 {
     struct search s = { .system = system, .options = options, .final = -1 };

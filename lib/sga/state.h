@@ -40,7 +40,7 @@ struct solved_for {
 
 struct state {
     const struct sys_system *sys;
-    const struct sga_options *options;
+    const struct reduction_options *options;
     struct expr_store *st;
     struct points_shadow *shadow;
     struct points_space space;
@@ -120,10 +120,10 @@ unsigned state_facts(struct state *s, expr_id e);
 void state_combine(struct state *s, const struct candidate *c, struct sga_part **part, int *parts);
 
 /* One run of the reduction along a route, which grows by the decisions that it meets. */
-bool state_solve(const struct sys_system *system, const struct sga_options *options, struct points_shadow *shadow,
+bool state_solve(const struct sys_system *system, const struct reduction_options *options, struct points_shadow *shadow,
                  struct route *route, struct sga_solution *solution, struct sga_error *err);
 /* The same, with all variables among the reduction's, those too that equations define (definition.h). */
-bool state_solve_as_is(const struct sys_system *system, const struct sga_options *options, struct points_shadow *shadow,
+bool state_solve_as_is(const struct sys_system *system, const struct reduction_options *options, struct points_shadow *shadow,
                  struct route *route, struct sga_solution *solution, struct sga_error *err);
 
 /* Natural sizes of the variables for sampling: sga_solution's scale and time_unit. */

@@ -4,7 +4,7 @@
 #ifndef SGA_SGA_WITNESS_H
 #define SGA_SGA_WITNESS_H
 
-#include "sga.h"
+#include "reduction.h"
 
 /* What is checked. The expressions may live in another store than the system (for
  * example parsed back from the printed answer), with equal symbol names. */
@@ -29,7 +29,7 @@ struct sga_witness {
 
 /* A X = alpha, tangency of X, gauge fields in ker A and tangent, at `points` fresh points.
  * False with err (WITNESS: contradicted, or UNDECIDED: no fresh point or no value).
- * near as in struct sga_options. Points come from starts of the witness's own: near the guess (without one, near the
+ * near as in struct reduction_options. Points come from starts of the witness's own: near the guess (without one, near the
  * shadow's points) and, every other, far from all points that were used. Such a point may lie on another component, where something that the reduction
  * took for 0 (shadow->zero; NULL: not known) is not: the answer does not speak of it, and it is passed over. */
 bool sga_witness_check(const struct sys_system *system, const struct sga_claim *claim,

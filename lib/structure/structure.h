@@ -9,7 +9,7 @@
 #define SGA_STRUCTURE_STRUCTURE_H
 
 #include "graph.h"
-#include "sga.h"
+#include "reduction.h"
 
 enum structure_role {
     STRUCTURE_DERIVATIVE,     /* gives the derivative of `variable` */

@@ -14,7 +14,7 @@
 #ifndef SGA_SYM_SYM_H
 #define SGA_SYM_SYM_H
 
-#include "sga.h"
+#include "reduction.h"
 
 enum sym_truth { SYM_FALSE, SYM_TRUE, SYM_UNKNOWN };
 

@@ -8,7 +8,7 @@
 #define SGA_TRAJ_GIVEN_H
 
 #include "jacobian.h"
-#include "sga.h"
+#include "reduction.h"
 
 struct given {
     int count;                     /* equations that are none of the constraints themselves */

@@ -4,7 +4,7 @@
 
 #include "jacobian.h"
 #include "normal.h"
-#include "sga.h"
+#include "reduction.h"
 #include "switches.h"
 
 struct manifold {

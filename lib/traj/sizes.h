@@ -6,7 +6,7 @@
 #ifndef SGA_TRAJ_SIZES_H
 #define SGA_TRAJ_SIZES_H
 
-#include "sga.h"
+#include "reduction.h"
 #include "trajectory.h"
 
 struct sizes {

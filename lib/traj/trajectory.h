@@ -3,7 +3,7 @@
 #ifndef SGA_TRAJ_TRAJECTORY_H
 #define SGA_TRAJ_TRAJECTORY_H
 
-#include "sga.h"
+#include "reduction.h"
 
 struct traj_rate {
     int variable;

@@ -124,6 +124,7 @@ static void past_the_deadline(void)
 int main(void)
 {
     sga_watch_init();
+    sga_watch_hook();
     asked();
     at_the_wall();
     inside_a_library();

@@ -84,7 +84,7 @@ static void check_one(const char *const *force, const char *const *constraint, i
     struct mech_motion m;
     struct mech_regularity r;
     struct sga_budget budget = { .max_generations = 20 };
-    struct sga_options options = { .seed = 1, .budget = &budget };
+    struct reduction_options options = { .seed = 1, .budget = &budget };
     struct sga_error err = { 0 };
     begin(force, constraint, constraints);
     CHECK(mech_fibre_find(&f, &s, &in, &options, &err));

@@ -144,6 +144,7 @@ static const struct { const char *name, *text; } requests[] = {
 int main(void)
 {
     sga_watch_init();
+    sga_watch_hook();
     request_init();
     for (size_t i = 0; i < sizeof requests / sizeof *requests; i++)
         every_one(requests[i].name, read_request, requests[i].text);

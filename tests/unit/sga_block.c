@@ -1,6 +1,6 @@
 /* Dense blocks: the combination behind a constraint that came out of one multiplies out. */
 #include "check.h"
-#include "sga.h"
+#include "reduction.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -95,11 +95,11 @@ static void test_combination(uint64_t seed)
     struct sga_solution sol = { 0 };
     struct sga_error err = { 0 };
     struct sga_budget budget = { .max_generations = 1 };
-    struct sga_options options = { .seed = 1, .combinations = true, .budget = &budget };
+    struct reduction_options options = { .seed = 1, .combinations = true, .budget = &budget };
     make_system(&st, &sys, N + 1, seed);
     points_shadow_init(&shadow, seed);
     /* the limit of one generation ends it: what was found so far is looked at */
-    sga_solve(&sys, &options, &shadow, &sol, &err);
+    sga_reduce(&sys, &options, &shadow, &sol, &err);
     CHECK(sol.constraints >= 1 && sol.constraint[0].generation == 1);
     if (sol.constraints >= 1)
         check_combination(&st, &sys, sol.constraint);

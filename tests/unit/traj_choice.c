@@ -168,11 +168,11 @@ static int random_case(uint64_t seed)
     struct sga_solution sol = { 0 };
     struct sga_error err = { 0 };
     struct sga_budget budget = { 0 };
-    struct sga_options options = { .seed = 1, .budget = &budget, .gauge_fields = true };
+    struct reduction_options options = { .seed = 1, .budget = &budget, .gauge_fields = true };
     int n = 3 + pick(&w, MOST - 3), free = 1 + pick(&w, n - 2), algebraic = pick(&w, 2), by_expressions = 0;
     make(&w, n, n - free - algebraic > 0 ? n - free - algebraic : 1, algebraic);
     points_shadow_init(&shadow, seed);
-    if (sga_solve(&w.sys, &options, &shadow, &sol, &err) && sol.verdict != SGA_INCONSISTENT && sol.free_columns) {
+    if (sga_reduce(&w.sys, &options, &shadow, &sol, &err) && sol.verdict != SGA_INCONSISTENT && sol.free_columns) {
         struct traj_rate rate[MOST];
         int rates = pick(&w, sol.free_columns + 2);
         choose_rates(&w, rate, rates < n ? rates : n);

@@ -76,10 +76,10 @@ static void own_start(struct own *w)
     }
     w->motion = (struct traj_request){.start = t->start, .times = t->times, .samples = t->samples, .initial = initial,
                                       .given = given, .held = calloc((size_t)n + 1, 1), .outputs = t->outputs, .output = t->output};
-    struct sga_options options = {.near = initial, .near_time = t->start, .seed = 1, .gauge_fields = true};
+    struct reduction_options options = {.near = initial, .near_time = t->start, .seed = 1, .gauge_fields = true};
     points_shadow_init(&w->shadow, 20250101);
     w->x = calloc((size_t)n + 1, sizeof *w->x);
-    if (!sga_solve(&w->request.system, &options, &w->shadow, &w->solution, &err) ||
+    if (!sga_reduce(&w->request.system, &options, &w->shadow, &w->solution, &err) ||
         !flow_init(&w->flow, &w->request.system, &w->solution, &w->motion, &err) ||
         !flow_start(&w->flow, &w->request.system, &w->solution, &w->motion, w->x, &moved, &err) ||
         !field_begin(&w->flow.field, t->start, w->x, &err) || !field_slope_init(&w->flow.field, &err))

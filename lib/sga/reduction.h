@@ -8,8 +8,8 @@
  * carries it: a row that vanishes on P_k with a right side that does not is a new
  * constraint; columns without a pivot at the end are the gauge freedom. Every zero, rank
  * and pivot is decided by the shadow at certified points of P_k, and recorded. */
-#ifndef SGA_SGA_SGA_H
-#define SGA_SGA_SGA_H
+#ifndef SGA_SGA_REDUCTION_H
+#define SGA_SGA_REDUCTION_H
 
 #include "budget.h"
 #include "shadow.h"
@@ -132,7 +132,7 @@ struct sga_solution {
     struct sga_conditions conditions;  /* of all branches that were looked at; owned */
 };
 
-struct sga_options {
+struct reduction_options {
     const double *near; double near_time;   /* a guess for a point of Pf, or NULL */
     const unsigned char *near_given;        /* by variable: its value in the guess was given; others are free. NULL: all were */
     double near_spread;                     /* as in struct points_space */
@@ -150,7 +150,7 @@ struct sga_options {
  * the end (unless inconsistent). False with err filled where the job fails; a verdict is
  * a result, not an error. Cost: near linear in the nonzeros where elimination does not
  * fill in. */
-bool sga_solve(const struct sys_system *system, const struct sga_options *options,
+bool sga_reduce(const struct sys_system *system, const struct reduction_options *options,
                struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err);
 void sga_solution_clear(struct sga_solution *solution);
 void sga_conditions_clear(struct sga_conditions *conditions);

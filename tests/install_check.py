@@ -1,0 +1,204 @@
+"""What `make install` gives to others: install_check.py BUILD_DIR
+
+Installed into an empty folder, as a package is. From there, and from there alone: the example in C is built against the shared
+and the static library by what pkg-config says, and gives the closed form; the libraries show the names of sga.h and no
+others; the header is C and C++; a host keeps its allocators of GMP and FLINT, calls from two threads, cancels and frees
+everything; manual pages are well formed; uninstalling leaves nothing.
+"""
+import os
+import re
+import subprocess
+import sys
+import tempfile
+
+from tally import Tally
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+PREFIX = "/usr"
+HOST = r'''
+#include <flint/flint.h>
+#include <gmp.h>
+#include <pthread.h>
+#include <sga.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static long calls;
+static void *mine(size_t n) { calls++; return malloc(n); }
+static void *again(void *p, size_t before, size_t n) { (void)before; calls++; return realloc(p, n); }
+static void gone(void *p, size_t n) { (void)n; free(p); }
+static int stop(void *context) { (void)context; return 1; }
+
+static const char *const request = "{\"system\": {\"form\": \"equations\", \"variables\": [\"x\", \"y\"], \"equations\": [\"x' = y\", \"x^2 + y^2 = 2/3\"]}}";
+
+static const char *const wrong = "{\"system\": {\"form\": \"equations\", \"variables\": [\"x\"], \"equations\": [\"x' = (x\"]}}";
+static const char *const spaced = " {\"system\" : {\"variables\": [\"x\"], \"form\": \"equations\", \"equations\": [\"x' = 1\"]}}";
+
+static void *solve(void *out)
+{
+    sga_answer *a = sga_solve(request, strlen(request), NULL);
+    *(sga_answer **)out = a;
+    flint_cleanup();
+    return NULL;
+}
+
+/* The answer without what tells the time. */
+static size_t until_work(const sga_answer *a)
+{
+    const char *at = strstr(sga_answer_text(a), "\"work\"");
+    return at ? (size_t)(at - sga_answer_text(a)) : 0;
+}
+
+int main(void)
+{
+    void *(*m)(size_t), *(*r)(void *, size_t, size_t);
+    void (*f)(void *, size_t);
+    mp_set_memory_functions(mine, again, gone);
+    sga_answer *a[2], *b;
+    pthread_t t[2];
+    for (int i = 0; i < 2; i++)
+        pthread_create(t + i, NULL, solve, a + i);
+    for (int i = 0; i < 2; i++)
+        pthread_join(t[i], NULL);
+    mp_get_memory_functions(&m, &r, &f);
+    printf("own allocators: %d, used: %d\n", m == mine && r == again && f == gone, calls > 0);
+    printf("solved: %d %d, alike: %d\n", sga_answer_ok(a[0]), sga_answer_ok(a[1]),
+           until_work(a[0]) > 0 && until_work(a[0]) == until_work(a[1]) && memcmp(sga_answer_text(a[0]), sga_answer_text(a[1]), until_work(a[0])) == 0);
+    for (int i = 0; i < 2; i++)
+        sga_answer_free(a[i]);
+    sga_options o = { .size = sizeof o };
+    o.cancelled = stop;
+    b = sga_solve(request, strlen(request), &o);
+    printf("cancelled: %s\n", sga_answer_code(b));
+    sga_answer_free(b);
+    b = sga_solve(wrong, strlen(wrong), NULL);
+    printf("wrong: %s at %s, column %d\n", sga_answer_code(b), sga_answer_pointer(b), sga_answer_column(b));
+    sga_answer_free(b);
+    b = sga_check(spaced, strlen(spaced));
+    printf("canonical: %d %s\n", sga_answer_ok(b), sga_answer_text(b));
+    sga_answer_free(b);
+    sga_answer_free(NULL);
+    printf("api: %d\n", sga_api() == SGA_API);
+    flint_cleanup();
+    return 0;
+}
+'''
+
+
+def run(*command, env=None, **more):
+    return subprocess.run(command, capture_output=True, text=True, env={**os.environ, **(env or {})}, timeout=600, **more)
+
+
+def exported(text):
+    return {line.split()[-1].split("@")[0] for line in text.splitlines() if re.search(r" [TDBRWV] ", line)} - {"SGA_1"}
+
+
+class Installed:
+    def __init__(self, tally, dest):
+        self.tally, self.dest = tally, dest
+        self.lib = os.path.join(dest, "usr/lib")
+        self.env = {"PKG_CONFIG_PATH": os.path.join(self.lib, "pkgconfig"), "PKG_CONFIG_SYSROOT_DIR": dest, "PKG_CONFIG_LIBDIR": "/usr/lib/x86_64-linux-gnu/pkgconfig"}
+
+    def flags(self, *more):
+        found = run("pkg-config", "--cflags", "--libs", *more, "sga", env=self.env)
+        self.tally.check(found.returncode == 0, "pkg-config", found.stderr)
+        return found.stdout.split()
+
+    def build(self, source, name, static, *flags):
+        out = os.path.join(self.dest, name)
+        # the shared library is not there to be taken
+        libs = [f if f != "-lsga" else "-l:libsga.a" for f in self.flags("--static")] if static else self.flags()
+        made = run("gcc", "-std=c11", "-Wall", "-Wextra", "-Werror", source, "-o", out, *libs, *flags)
+        self.tally.check(made.returncode == 0, f"{name} is built", made.stderr[-600:])
+        return run(out, env={"LD_LIBRARY_PATH": self.lib}) if made.returncode == 0 else None
+
+    def names(self):
+        with open(os.path.join(self.dest, "usr/include/sga.h"), encoding="utf-8") as f:
+            declared = set(re.findall(r"^SGA_PUBLIC .*?\b(sga_\w+)\(", f.read(), re.M))
+        shared = exported(run("nm", "-D", "--defined-only", os.path.join(self.lib, "libsga.so.0")).stdout)
+        static = exported(run("nm", "-g", "--defined-only", os.path.join(self.lib, "libsga.a")).stdout)
+        self.tally.check(len(declared) > 10 and shared == declared, "names of the shared library", str(shared ^ declared)[:300])
+        self.tally.check(static == declared, "names of the static library", str(static ^ declared)[:300])
+        soname = run("objdump", "-p", os.path.join(self.lib, "libsga.so")).stdout
+        self.tally.check("SONAME               libsga.so.0" in soname, "soname", soname[:300])
+
+    def header(self):
+        for language, compiler in (("c", "gcc -std=c99 -pedantic"), ("c++", "g++ -std=c++11 -pedantic")):
+            made = run(*compiler.split(), "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-x", language, "-I", os.path.join(self.dest, "usr/include"), "-",
+                       input="#include <sga.h>\nint main(void) { return sga_api() - SGA_API; }\n")
+            self.tally.check(made.returncode == 0, f"the header is {language}", made.stderr[:300])
+
+    def host(self):
+        source = os.path.join(self.dest, "host.c")
+        with open(source, "w", encoding="utf-8") as f:
+            f.write(HOST)
+        for static in (False, True):
+            said = self.build(source, f"host{static:d}", static, "-lflint", "-lgmp", "-lpthread")
+            if said is None:
+                continue
+            for line in ("own allocators: 1, used: 1", "solved: 1 1, alike: 1", "cancelled: cancelled", "wrong: expression_syntax at /system/equations/0, column 6",
+                         'canonical: 1 {"system":{"equations":["x\' = 1"],"form":"equations","variables":["x"]}}', "api: 1"):
+                self.tally.check(line in said.stdout.splitlines(), f"host: {line}", said.stdout + said.stderr[:300])
+            self.tally.check(said.returncode == 0, "host ends well", said.stderr[:300])
+        leaks = run("valgrind", "--quiet", "--error-exitcode=9", "--leak-check=full", "--errors-for-leak-kinds=definite", os.path.join(self.dest, "host0"),
+                    env={"LD_LIBRARY_PATH": self.lib})
+        self.tally.check(leaks.returncode == 0, "host frees all", leaks.stderr[-600:])
+
+    def example(self):
+        source = os.path.join(self.dest, "usr/share/doc/sga/examples/pendulum.c")
+        for static in (False, True):
+            said = self.build(source, f"pendulum{static:d}", static, "-ljansson")
+            # x'' = -l x, y'' = -l y - g from rest at (1, 0), integrated by the angle, 30 digits
+            self.tally.check(said is not None and said.stdout == f"constraints: 3, index 3\nx(1) = {X:.6f}, y(1) = {Y:.6f}\n", "the example", said and said.stdout + said.stderr)
+
+    def pages(self):
+        folder = os.path.join(self.dest, "usr/share/man")
+        found = [os.path.join(at, f) for at, _, files in os.walk(folder) for f in files]
+        self.tally.check({os.path.basename(f) for f in found} >= {"sga.1", "sga.3", "sgad.8", "sgad.conf.5"}, "manual pages", str(found))
+        for page in found:
+            read = run("groff", "-man", "-Tutf8", "-ww", "-z", page)
+            self.tally.check(read.returncode == 0 and not read.stderr, os.path.basename(page), read.stderr[:300])
+        with open(os.path.join(folder, "man3/sga.3"), encoding="utf-8") as f:
+            text = f.read()
+        for name in exported(run("nm", "-D", "--defined-only", os.path.join(self.lib, "libsga.so.0")).stdout):
+            self.tally.check(re.search(rf"\b{name}\(", text), f"sga(3) names {name}")
+
+
+def pendulum():
+    """x(1) and y(1) by elliptic functions: theta'' = -g sin(theta), theta from straight down, pi/2 at rest."""
+    import mpmath
+    with mpmath.workdps(30):
+        g, k = mpmath.mpf("9.81"), mpmath.sin(mpmath.pi / 4)
+        s = k * mpmath.ellipfun("sn", mpmath.ellipk(k ** 2) - mpmath.sqrt(g), m=k ** 2)      # sin(theta/2)
+        theta = 2 * mpmath.asin(s)
+        return mpmath.sin(theta), -mpmath.cos(theta)
+
+
+X, Y = map(float, pendulum())
+
+
+def main():
+    tally = Tally("install")
+    build = sys.argv[1]
+    # the build folder's own flags, so that nothing is made anew
+    with tempfile.TemporaryDirectory() as dest:
+        made = run("make", "-C", ROOT, "--no-print-directory", f"PREFIX={PREFIX}", f"DESTDIR={dest}", f"B={build}", "install")
+        tally.check(made.returncode == 0, "make install", made.stderr[-800:])
+        i = Installed(tally, dest)
+        i.names()
+        i.header()
+        i.example()
+        i.host()
+        i.pages()
+        for program in ("sga", "sgad"):
+            said = run(os.path.join(dest, "usr/bin", program), "version" if program == "sga" else "--help")
+            tally.check(said.returncode == 0, f"{program} runs", said.stderr[:300])
+        gone = run("make", "-C", ROOT, "--no-print-directory", f"PREFIX={PREFIX}", f"DESTDIR={dest}", f"B={build}", "uninstall")
+        left = [os.path.join(at, f) for at, _, files in os.walk(os.path.join(dest, "usr")) for f in files]
+        tally.check(gone.returncode == 0 and not left, "make uninstall", str(left) + gone.stderr[:300])
+    return tally.end()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
