@@ -23,6 +23,7 @@ DIGITS = 60            # in which points are carried over: of signals that are 1
 SECONDS = 15           # for all points of one comparison
 TINY = re.compile(r"[0-9.]e[-+]?[0-9]{2}|/1" + "0" * 12)    # numbers that the digits of these points do not tell from 0
 NEAR = 1e-6            # of starts, relative
+BEYOND_DOUBLE = "too large for numbers in double|as far as numbers in double tell"
 MOVED = 1e-12          # past rounding: stiff multipliers are as much as 1e12 times a place
 # what the checkers do not read or cannot evaluate is not compared
 ODD = (Broken, Undefined, KeyError, ValueError, TypeError, NotImplementedError, RecursionError, OverflowError, ZeroDivisionError, IndexError)
@@ -132,8 +133,8 @@ def differences(base, said, request, result, problem):
     if problem or base.problem:
         first = base.problem["code"] if base.problem else base.result["verdict"]
         second = problem["code"] if problem else result["verdict"]
-        if problem and "signals" in said.done and "too large for numbers in double" in problem["detail"]:
-            return []     # a name has made a variable of what no sample can show
+        if "signals" in said.done and any(p and re.search(BEYOND_DOUBLE, p["detail"]) for p in (problem, base.problem)):
+            return []     # a name makes a variable of what no sample can show, or of what its rounding hides
         return [] if first == second else [f"{first} became {second}" + (f" ({problem['detail'][:150]})" if problem else "")
                                            + (f" (was: {base.problem['detail'][:150]})" if base.problem else "")]
     should, is_ = expected(base, said), numbers(result)

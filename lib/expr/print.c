@@ -302,3 +302,35 @@ bool expr_print(const struct expr_store *st, expr_id e, size_t max_bytes, struct
         out->data[start] = 0;
     return false;
 }
+
+char *expr_text(const struct expr_store *st, expr_id e, size_t max_bytes)
+{
+    struct sga_buf text = { 0 };
+    if (!e || !expr_print(st, e, max_bytes, &text))
+        sga_buf_puts(&text, "(a long expression)");
+    return sga_buf_take(&text);
+}
+
+bool expr_json(const struct expr_store *st, expr_id e, size_t max_bytes, struct sga_json *w)
+{
+    struct sga_buf text = { 0 };
+    bool shown = e && expr_print(st, e, max_bytes, &text);
+    if (shown)
+        sga_json_string(w, text.data);
+    else
+        sga_json_null(w);
+    sga_buf_free(&text);
+    return shown;
+}
+
+void expr_json_list(const struct expr_store *st, const expr_id *e, int count, size_t max_bytes, struct sga_json *w)
+{
+    sga_json_array(w);
+    for (int i = 0; i < count; i++) {
+        struct sga_buf text = { 0 };
+        if (expr_print(st, e[i], max_bytes, &text))
+            sga_json_string(w, text.data);
+        sga_buf_free(&text);
+    }
+    sga_json_end_array(w);
+}

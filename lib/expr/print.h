@@ -17,6 +17,13 @@
  * log of the longest sum. No recursion. */
 bool expr_print(const struct expr_store *st, expr_id e, size_t max_bytes, struct sga_buf *out);
 
+/* For messages: its text, or, where expr_print would fail, "(a long expression)". The caller frees it. EXPR_UNDEF is allowed. */
+char *expr_text(const struct expr_store *st, expr_id e, size_t max_bytes);
+/* For results: its text as a JSON string, or null where expr_print would fail or e is EXPR_UNDEF; false: null. */
+bool expr_json(const struct expr_store *st, expr_id e, size_t max_bytes, struct sga_json *w);
+/* A list of those that are short enough, as a JSON array of strings. */
+void expr_json_list(const struct expr_store *st, const expr_id *e, int count, size_t max_bytes, struct sga_json *w);
+
 /* Named subexpressions, for a set of roots that share much. Every node that is used
  * more than once and whose tree has more than `inline_nodes` nodes becomes a name
  * (prefix + number, skipping names that are symbols). SOLVE nodes are written as the

@@ -1,5 +1,7 @@
 /* Points of W where the rank of H drops: by Newton's steps from random starts, on W with more equations. */
 #include "drops.h"
+#include "seeds.h"
+#include "set_points.h"
 #include "warnings.h"
 
 #include <math.h>
@@ -88,49 +90,37 @@ static bool drops_on(struct mech_search *s, const struct points_space *space, do
     return found;
 }
 
-/* The set W with more functions and more variables. */
-static void extend(const struct mech_search *s, struct points_space *space, int *variable, expr_id *con, double *near, int *end, int *stages)
+/* The set W with room for more functions and variables; near: of as many, the caller frees it. */
+static void extend(const struct mech_search *s, int variables, int functions, struct set_points *on, double **near)
 {
-    const struct sys_system *k = &s->f->kinematics;
-    int c = s->f->W.constraints;
-    for (int i = 0; i < 2 * s->n; i++)
-        variable[i] = k->variable[i].symbol;
-    for (int i = 0; i < c; i++)
-        con[i] = s->f->W.constraint[i].expr;
+    *near = sga_calloc((size_t)(2 * s->n + variables) + 1, sizeof **near);
     if (s->options->near)
-        memcpy(near, s->options->near, (size_t)(2 * s->n) * sizeof *near);
-    *stages = sga_stages(&s->f->W, end);
-    *space = (struct points_space){
-        .st = s->st, .variable = variable, .variables = 2 * s->n, .parameter = k->parameter, .parameters = k->parameters,
-        .time = k->time, .constraint = con, .constraints = c, .near = s->options->near ? near : NULL,
-        .near_time = s->options->near_time, .budget = s->options->budget,
-    };
+        memcpy(*near, s->options->near, (size_t)(2 * s->n) * sizeof **near);
+    set_points_init(on, &s->f->kinematics, &s->f->W, s->f->W.constraints, variables, functions);
+    on->space.near = s->options->near ? *near : NULL;
+    on->space.near_time = s->options->near_time;
+    on->space.budget = s->options->budget;
 }
 
 void mech_search_factors(struct mech_search *s)
 {
-    int c = s->f->W.constraints, stages;
-    int *variable = sga_calloc((size_t)(2 * s->n) + 1, sizeof *variable);
-    int *end = sga_calloc((size_t)s->f->W.generations + 2, sizeof *end);
-    expr_id *con = sga_calloc((size_t)c + 2, sizeof *con);
-    double *near = sga_calloc((size_t)(2 * s->n) + 1, sizeof *near);
-    struct points_space space;
-    uint64_t random = 7;
-    extend(s, &space, variable, con, near, end, &stages);
+    int c = s->f->W.constraints;
+    double *near;
+    struct set_points on;
+    uint64_t random = SGA_SEED_DROPS;
+    extend(s, 0, 1, &on, &near);
     if (s->factors > SGA_MOST_RANK_FACTORS)
         sga_limit_met(s->options->budget, SGA_LIMIT_RANK_FACTORS);
     int own = s->factors < SGA_MOST_RANK_FACTORS ? s->factors : SGA_MOST_RANK_FACTORS, all = own + s->f->W.branches;
     for (int k = 0; k < all && c < 2 * s->n; k++) {
-        con[c] = k < own ? s->factor[k] : s->f->W.branch[k - own].expr;    /* W is no manifold where branches meet */
-        space.constraints = end[stages] = c + 1;
-        if (drops_on(s, &space, space.near ? 0.2 : 1, &random, end, stages + 1, k < own ? RANK_OF_H : ANY_POINT)) {
+        on.constraint[c] = k < own ? s->factor[k] : s->f->W.branch[k - own].expr;    /* W is no manifold where branches meet */
+        on.space.constraints = on.end[on.stages] = c + 1;
+        if (drops_on(s, &on.space, on.space.near ? 0.2 : 1, &random, on.end, on.stages + 1, k < own ? RANK_OF_H : ANY_POINT)) {
             s->r->where = sga_realloc(s->r->where, (size_t)(s->r->wheres + 1) * sizeof *s->r->where);
-            s->r->where[s->r->wheres++] = con[c];
+            s->r->where[s->r->wheres++] = on.constraint[c];
         }
     }
-    free(variable);
-    free(end);
-    free(con);
+    set_points_clear(&on);
     free(near);
 }
 
@@ -171,31 +161,27 @@ static int kernel_equations(const struct mech_search *s, const int *unit, expr_i
 void mech_search_kernels(struct mech_search *s)
 {
     struct expr_store *st = s->st;
-    int n = s->n, units = s->m + (s->simple ? 0 : n), c = s->f->W.constraints, stages;
-    int *variable = sga_calloc((size_t)(2 * n + units) + 1, sizeof *variable);
-    int *end = sga_calloc((size_t)s->f->W.generations + 2, sizeof *end);
-    expr_id *con = sga_calloc((size_t)(c + n + s->m) + 2, sizeof *con), norm = expr_int(st, -1);
-    double *near = sga_calloc((size_t)(2 * n + units) + 1, sizeof *near);
-    struct points_space space;
-    uint64_t random = 11;
-    extend(s, &space, variable, con, near, end, &stages);
+    int n = s->n, units = s->m + (s->simple ? 0 : n), c = s->f->W.constraints;
+    expr_id norm = expr_int(st, -1);
+    double *near;
+    struct set_points on;
+    uint64_t random = SGA_SEED_DROPS_AGAIN;
+    extend(s, units, n + s->m + 1, &on, &near);
     for (int i = 0; i < units; i++) {
-        variable[2 * n + i] = add_unit(s, i);
-        norm = expr_add(st, norm, expr_powi(st, st->symbol[variable[2 * n + i]].node, 2));
+        on.variable[2 * n + i] = add_unit(s, i);
+        norm = expr_add(st, norm, expr_powi(st, st->symbol[on.variable[2 * n + i]].node, 2));
     }
-    int total = c + kernel_equations(s, variable + 2 * n, con + c);
-    con[total++] = norm;
-    space.variables = 2 * n + units;
-    space.constraints = end[stages] = total;
-    bool found = space.constraints > space.variables;      /* nothing to look for: W itself is points */
+    int total = c + kernel_equations(s, on.variable + 2 * n, on.constraint + c);
+    on.constraint[total++] = norm;
+    on.space.variables = 2 * n + units;
+    on.space.constraints = on.end[on.stages] = total;
+    bool found = on.space.constraints > on.space.variables;      /* nothing to look for: W itself is points */
     for (int k = 0; k < STARTS && !found; k++) {
         if (k >= STARTS / 2)
-            space.near = NULL;
-        found = drops_on(s, &space, space.near ? 0.2 * (k + 1) : 1 + k, &random, end, stages + 1,
+            on.space.near = NULL;
+        found = drops_on(s, &on.space, on.space.near ? 0.2 * (k + 1) : 1 + k, &random, on.end, on.stages + 1,
                          s->simple ? RANK_OF_H : RANK_OF_WHOLE);
     }
-    free(variable);
-    free(end);
-    free(con);
+    set_points_clear(&on);
     free(near);
 }

@@ -15,8 +15,7 @@ enum { GRAM_AT_MOST = 3 };
 
 static struct poly_limits limits_of(const struct mech_search *s)
 {
-    return (struct poly_limits){ .max_terms = 300, .max_bits = 4000, .max_degree = 40, .max_generators = 24,
-                                 .budget = s->options->budget };
+    return poly_limits_of(POLY_AMPLE, s->options->budget);
 }
 
 static bool never_zero(struct mech_search *s, expr_id e)

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "mem.h"
+#include "seeds.h"
 #include "warnings.h"
 
 enum { STARTS = 4, VALUES = 3, NEAR = -20 };
@@ -130,7 +131,7 @@ static bool pass(struct points_beyond *b, struct passage *q, expr_id u, int sign
     expr_cone_of(st, &cone, q->constraint, q->space.constraints);
     double cost = cone.count + 20.0 * (q->space.constraints + q->space.variables);
     long granted = (long)fmax(0, fmin(STARTS * 60, (ALL_WORK - b->work) / cost)), steps = granted;
-    uint64_t random = 11;
+    uint64_t random = SGA_SEED_CELLS;
     q->space.steps = &steps;
     q->space.before = &q->before;
     q->space.side = side;

@@ -324,8 +324,7 @@ static slong needed_bits(struct points_shadow *s, expr_id e)
 /* The last resort: a zero by algebra, whatever the points say. */
 static bool zero_by_algebra(struct points_shadow *s, expr_id e)
 {
-    struct poly_limits limits = { .max_terms = 400, .max_bits = 20000, .max_degree = 60, .max_generators = 24,
-                                  .budget = s->space.budget };
+    struct poly_limits limits = poly_limits_of(POLY_AMPLE, s->space.budget);
     return poly_is_zero((struct expr_store *)s->space.st, e, &limits) == POLY_YES;
 }
 

@@ -20,7 +20,7 @@ bool points_switches(enum expr_op op)
 /* sqrt(u): where u is a square, its root, which changes sign; otherwise u itself. */
 static expr_id root_of(struct expr_store *st, expr_id u)
 {
-    struct poly_limits limits = { .max_terms = 60, .max_degree = 16, .max_generators = 12 };
+    struct poly_limits limits = poly_limits_of(POLY_GLANCE, NULL);
     struct poly_factors f;
     expr_id root = expr_int(st, 1);
     if (!poly_numerator_factors(st, u, &limits, &f))

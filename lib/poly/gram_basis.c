@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "mem.h"
+#include "seeds.h"
 
 enum { CANDIDATES = SGA_MOST_GRAM_CANDIDATES, DIRECTIONS = 40 };
 
@@ -36,7 +37,7 @@ static slong along(const ulong *exp, const int *direction, int gens)
 static void inside_hull(struct list *l, const struct list *f)
 {
     int *direction = sga_calloc((size_t)l->gens, sizeof *direction), gens = l->gens;
-    unsigned random = 12345;
+    unsigned random = SGA_SEED_GRAM_DIRECTIONS;
     for (int k = 0; k < gens * gens + DIRECTIONS; k++) {
         for (int g = 0; g < gens; g++) {
             random = random * 1103515245u + 12345u;

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "mem.h"
+#include "seeds.h"
 
 enum { PLACES = 64 };
 
@@ -73,7 +74,7 @@ static bool draw(const struct poly_bridge *b, double *x, ulong *exp, int k, uint
 bool gram_changes_sign(const struct poly_bridge *b, const fmpz_mpoly_t f, int *sign)
 {
     static const double CLEAR = 1e-9;
-    uint64_t random = 0x9e3779b97f4a7c15ul;
+    uint64_t random = SGA_SEED_GRAM_SAMPLES;
     double *x = sga_calloc((size_t)b->max_gens, sizeof *x), size;
     ulong *exp = sga_malloc((size_t)b->max_gens * sizeof *exp);
     bool changes = false;

@@ -10,6 +10,18 @@
 /* Intermediate polynomials may be this much longer than results: things cancel. */
 enum { SLACK = 4, WORK = 128 };
 
+struct poly_limits poly_limits_of(enum poly_size size, const struct sga_budget *budget)
+{
+    static const struct poly_limits table[] = {
+#define X(name, terms, bits, degree, generators, why) { terms, bits, degree, generators, NULL },
+        POLY_SIZE_TABLE(X)
+#undef X
+    };
+    struct poly_limits limits = table[size];
+    limits.budget = budget;
+    return limits;
+}
+
 /* Exponents as machine words, where they fit: FLINT's own total degree makes big integers of all of them. */
 long poly_degree(const struct poly_bridge *b, const fmpz_mpoly_t f)
 {

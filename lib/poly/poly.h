@@ -30,6 +30,21 @@ struct poly_limits {
     const struct sga_budget *budget;   /* deadline and cancelling; may be NULL */
 };
 
+/* How much a question is worth. What is past its size is refused, and points, or another proof, decide.
+ *    size      terms   bits  degree  generators */
+#define POLY_SIZE_TABLE(X) \
+    X(GLANCE,      60,  2000,     24,  24, "asked of every function of a list, or at each start of a motion: a tenth of a millisecond") \
+    X(SHOWN,       80,  4000,     60,  32, "forms to read: nobody reads longer ones") \
+    X(SMALL,      100,  2000,     30,  24, "asked for every pair, or with others used up, which multiplies the terms") \
+    X(MODEST,     200,  4000,     40,  24, "a question of its own: milliseconds") \
+    X(AMPLE,      400, 20000,     60,  24, "what an answer rests on: factors of constraints, zeros that points leave open")
+enum poly_size {
+#define X(name, terms, bits, degree, generators, why) POLY_##name,
+    POLY_SIZE_TABLE(X)
+#undef X
+};
+struct poly_limits poly_limits_of(enum poly_size size, const struct sga_budget *budget);
+
 /* A set of roots prepared together: one list of generators, each shared node converted
  * once. limits may be NULL (all defaults) and need not outlive the call. NULL where the
  * generators alone are over the limit. The caller frees it, before the store. The store

@@ -8,6 +8,8 @@
 
 #include "mem.h"
 #include "parse.h"
+#include "seeds.h"
+#include "set_points.h"
 
 enum { WITNESS_POINTS = 2 };
 
@@ -216,30 +218,26 @@ static bool seems_zero(const struct points_space *space, struct points_point *p,
  * constraints. */
 static bool check_contradiction(struct job *j)
 {
-    const struct sys_system *sys = &j->request.system;
-    int n = sys->variables, c = j->solution.constraints;
+    const struct sga_solution *sol = &j->solution;
     double begin = sga_now();
-    int *variable = sga_malloc((size_t)(n + 1) * sizeof *variable);
-    expr_id *constraint = sga_malloc((size_t)(c + 1) * sizeof *constraint);
-    int *end = sga_calloc((size_t)j->solution.generations + 2, sizeof *end), stages = sga_stages(&j->solution, end);
-    for (int i = 0; i < n; i++)
-        variable[i] = sys->variable[i].symbol;
-    for (int i = 0; i < c; i++)
-        constraint[i] = j->solution.constraint[i].expr;
-    struct points_space space = {
-        .st = sys->store, .variable = variable, .variables = n, .parameter = sys->parameter, .parameters = sys->parameters,
-        .time = sys->time, .constraint = constraint, .constraints = c, .near = j->near, .near_time = j->near_time,
-        .scale = j->solution.scale, .time_unit = j->solution.time_unit, .side = j->solution.side, .sides = j->solution.sides, .budget = &j->budget,
-    };
+    struct set_points on;
+    set_points_init(&on, &j->request.system, sol, sol->constraints, 0, 0);
+    on.space.near = j->near;
+    on.space.near_time = j->near_time;
+    on.space.scale = sol->scale;
+    on.space.time_unit = sol->time_unit;
+    on.space.side = sol->side;
+    on.space.sides = sol->sides;
+    on.space.budget = &j->budget;
     bool ok = true;
-    uint64_t random = 78;
+    uint64_t random = SGA_SEED_WITNESS;
     j->witness = (struct sga_witness){ .certified = true, .digits = 40 };
     for (int k = 0; k < WITNESS_POINTS && ok; k++) {
         struct points_point p;
-        if (points_find_staged(&space, end, stages, j->near ? 0.04 * (k + 1) : 1, &random, 192, &p) == POINTS_OK) {
+        if (points_find_staged(&on.space, on.end, on.stages, j->near ? 0.04 * (k + 1) : 1, &random, 192, &p) == POINTS_OK) {
             j->witness.points++;
             j->witness.certified &= p.certified;
-            if (seems_zero(&space, &p, j->solution.contradiction))
+            if (seems_zero(&on.space, &p, sol->contradiction))
                 ok = sga_fail(j->err, SGA_E_WITNESS, "the witness found a point at which what was called a contradiction vanishes");
         }
         points_point_clear(&p);
@@ -247,9 +245,7 @@ static bool check_contradiction(struct job *j)
     if (ok && !j->witness.points)
         ok = sga_budget_ok(&j->budget, j->err)
              && sga_fail(j->err, SGA_E_UNDECIDED, "the witness found no fresh point of the constraints before the contradiction");
-    free(variable);
-    free(constraint);
-    free(end);
+    set_points_clear(&on);
     j->witness.seconds = sga_now() - begin;
     return ok;
 }

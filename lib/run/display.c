@@ -12,7 +12,6 @@
 
 /* Texts of this length are not weighed; polynomials for display, and for the zeros of one constraint, stay within these. */
 enum { TEXT_BYTES = 6000, MOST_ZEROS = 60, MOST_SETS = 40 };
-static const struct poly_limits forms = { .max_terms = 80, .max_bits = 4000, .max_degree = 60, .max_generators = 32 };
 static const double FORM_SECONDS = 2;
 /* A constraint's zeros may be a little heavier than how it arose: whole coefficients without denominators read better. */
 static const double ZEROS_SLACK = 1.25;
@@ -284,7 +283,7 @@ void display_choose(struct display *d, struct sheet *s)
     double limit = sga_now() + FORM_SECONDS;
     if (!budget.deadline || budget.deadline > limit)
         budget.deadline = limit;
-    struct poly_limits limits = forms;
+    struct poly_limits limits = poly_limits_of(POLY_SHOWN, NULL);
     limits.budget = &budget;
     s->weight = 0;
     memcpy(s->shown, s->root, (size_t)s->roots * sizeof *s->root);

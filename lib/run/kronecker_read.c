@@ -44,7 +44,7 @@ static bool refuse_text(struct linear_reader *r, const char *source, expr_id e, 
 
 static expr_id simplified(struct linear_reader *r, expr_id e)
 {
-    struct poly_limits limits = { .max_generators = 24, .budget = &r->j->budget };
+    struct poly_limits limits = poly_limits_of(POLY_AMPLE, &r->j->budget);
     expr_id out;
     return poly_normal(&r->j->request.store, e, &limits, &out) ? out : e;
 }

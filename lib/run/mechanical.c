@@ -7,11 +7,12 @@
 #include <string.h>
 
 #include "mem.h"
+#include "seeds.h"
 
 
 static struct reduction_options options_of(const struct job *j)
 {
-    return (struct reduction_options){ .near = j->near, .near_time = j->near_time, .seed = 3, .budget = &j->budget };
+    return (struct reduction_options){ .near = j->near, .near_time = j->near_time, .seed = SGA_SEED_FIBRE, .budget = &j->budget };
 }
 
 /* More conditions than constraints: names for their multipliers, by the rule of the reader. */
@@ -239,14 +240,7 @@ static void write_regularity(struct job *j, struct sga_json *w)
         sga_json_int(w, m->fibre.redundant[k]);
     sga_json_end_array(w);
     sga_json_key(w, "where");
-    sga_json_array(w);
-    for (int k = 0; k < r->wheres; k++) {
-        struct sga_buf text = { 0 };
-        if (expr_print(&j->request.store, r->where[k], 4000, &text))
-            sga_json_string(w, text.data);
-        sga_buf_free(&text);
-    }
-    sga_json_end_array(w);
+    expr_json_list(&j->request.store, r->where, r->wheres, 4000, w);
     if (r->point)
         write_point(j, w);
     sga_json_end_object(w);

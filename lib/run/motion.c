@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "mem.h"
+#include "seeds.h"
 #include "sweep.h"
 #include "tradeoff.h"
 
@@ -21,7 +22,7 @@ static bool with_conditions(struct job *j, struct sga_solution *solution, struct
         snprintf(source, sizeof source, "trajectory.gauge.conditions[%d]", k);
         sys_add_row(&j->request.system, t->condition[k], source);
     }
-    struct reduction_options options = { .near = j->near, .near_given = j->near_given, .near_time = j->near_time, .parameter_near = j->parameter_near, .seed = 2, .budget = &j->budget,
+    struct reduction_options options = { .near = j->near, .near_given = j->near_given, .near_time = j->near_time, .parameter_near = j->parameter_near, .seed = SGA_SEED_MOTION, .budget = &j->budget,
                                    .gauge_fields = j->request.want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF), .gauge_nodes = answer_gauge_nodes(j) };
     points_shadow_init(shadow, 20250102);
     if (!sga_reduce(&j->request.system, &options, shadow, solution, j->err)) {

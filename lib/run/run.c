@@ -11,6 +11,7 @@
 #include "cut.h"
 #include "guess.h"
 #include "mem.h"
+#include "seeds.h"
 #include "tradeoff.h"
 #include "watch.h"
 
@@ -174,7 +175,7 @@ static bool solve(struct job *j)
     /* motions choose the gauge by expressions, those of other rows where there are conditions */
     bool motion = j->request.want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF) && !j->request.trajectory.conditions;
     struct reduction_options options = {
-        .near = j->near, .near_given = j->near_given, .near_time = j->near_time, .parameter_near = j->parameter_near, .seed = 1, .budget = &j->budget,
+        .near = j->near, .near_given = j->near_given, .near_time = j->near_time, .parameter_near = j->parameter_near, .seed = SGA_SEED_REDUCTION, .budget = &j->budget,
         .combinations = j->request.want & (REQUEST_CONSTRAINTS | REQUEST_STRUCTURE),
         .gauge_fields = j->request.want & (REQUEST_GAUGE | REQUEST_SYMMETRIES) || motion,
         .gauge_nodes = j->request.want & (REQUEST_GAUGE | REQUEST_SYMMETRIES) ? 0 : answer_gauge_nodes(j),

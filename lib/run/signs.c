@@ -10,6 +10,8 @@
 #include "derive.h"
 #include "facts.h"
 #include "mem.h"
+#include "seeds.h"
+#include "set_points.h"
 
 enum { DRAWS = 16, MOST_PARAMETERS = SGA_MOST_SIGN_PARAMETERS, MOST_VARIABLES = SGA_MOST_SIGN_VARIABLES };
 
@@ -73,26 +75,16 @@ static bool has_parameter(const struct job *j)
  * was no time to find out. */
 static bool point_at(struct job *j, const double *value, uint64_t *random, bool *asked)
 {
-    const struct sys_system *sys = &j->request.system;
-    int n = sys->variables, c = j->solution.constraints;
-    int *variable = sga_malloc((size_t)n * sizeof *variable), *end = sga_calloc((size_t)j->solution.generations + 1, sizeof *end);
-    expr_id *con = sga_malloc((size_t)(c + 1) * sizeof *con);
-    for (int i = 0; i < n; i++)
-        variable[i] = sys->variable[i].symbol;
-    for (int i = 0; i < c; i++)
-        con[i] = j->solution.constraint[i].expr;
-    struct points_space space = {
-        .st = sys->store, .variable = variable, .variables = n, .parameter = sys->parameter, .parameters = sys->parameters,
-        .parameter_value = value, .time = sys->time, .constraint = con, .constraints = c, .near = j->near,
-        .near_time = j->near_time, .budget = &j->budget,
-    };
+    struct set_points on;
     struct points_point p;
-    int stages = sga_stages(&j->solution, end);
-    enum points_status status = points_find_staged(&space, end, stages, 1, random, 64, &p);
+    set_points_init(&on, &j->request.system, &j->solution, j->solution.constraints, 0, 0);
+    on.space.parameter_value = value;
+    on.space.near = j->near;
+    on.space.near_time = j->near_time;
+    on.space.budget = &j->budget;
+    enum points_status status = points_find_staged(&on.space, on.end, on.stages, 1, random, 64, &p);
     points_point_clear(&p);
-    free(variable);
-    free(end);
-    free(con);
+    set_points_clear(&on);
     *asked = status != POINTS_STOPPED;
     return status == POINTS_OK || status == POINTS_IRREGULAR;
 }
@@ -100,7 +92,7 @@ static bool point_at(struct job *j, const double *value, uint64_t *random, bool 
 /* The first draw is positive throughout; signs are random then, sizes from 1/3 to 3. */
 static bool draw(struct job *j, struct draws *d)
 {
-    uint64_t random = 77;
+    uint64_t random = SGA_SEED_SIGNS;
     bool asked = true;
     int n = j->request.system.parameters;
     for (int k = 0; k < DRAWS && asked; k++) {

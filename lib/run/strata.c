@@ -222,7 +222,7 @@ static void consider(struct listing *l, expr_id factor, int before)
 
 void strata_factors(struct listing *l, expr_id value, int before)
 {
-    struct poly_limits limits = { .max_terms = 200, .max_bits = 2000, .max_degree = 40, .max_generators = 24, .budget = &l->j->budget };
+    struct poly_limits limits = poly_limits_of(POLY_MODEST, &l->j->budget);
     struct poly_factors f;
     if (!strata_through(l, value, &limits, &f)) {
         consider(l, value, before);

@@ -8,6 +8,7 @@
 
 #include "mem.h"
 #include "poly.h"
+#include "seeds.h"
 
 /* Whether everything that is printed has a value at the part: read from the texts, as their divisors are not those of the reduction. */
 static bool printed(struct job *j, const struct cases_part *part)
@@ -53,7 +54,7 @@ static void append(expr_id **list, int *count, const expr_id *more, int n)
 static bool composed(struct job *j, const struct cases_part *outer, struct cases_part *inner)
 {
     struct expr_store *st = &j->request.store;
-    struct poly_limits limits = { .max_terms = 200, .budget = &j->budget };
+    struct poly_limits limits = poly_limits_of(POLY_MODEST, &j->budget);
     struct cases_part to = cases_copy(outer);
     bool ok = true;
     append(&to.where, &to.wheres, inner->where, inner->wheres);
@@ -97,7 +98,7 @@ static bool alike(struct listing *l, const struct cases_part *part)
     struct sga_error err = { 0 }, *own = &j->request.store.error, before = *own;
     if (!part->puts || part->open || !printed(j, part) || !strata_case_make(&at, &j->request.system, NULL, &as, &err))
         return false;
-    struct reduction_options options = { .seed = 1, .budget = &j->budget };
+    struct reduction_options options = { .seed = SGA_SEED_REDUCTION, .budget = &j->budget };
     struct points_shadow shadow;
     struct sga_solution sol = { 0 };
     points_shadow_init(&shadow, 20250101);

@@ -82,13 +82,12 @@ static void keep_excess(struct job *j, struct points_point *p, struct excess *e)
 
 static void list_excess(struct job *j, struct excess *e)
 {
-    struct sga_buf text = { 0 }, equation = { 0 };
-    if (!expr_print(&j->request.store, e->equation, 300, &equation))
-        sga_buf_puts(&equation, "a long expression");
+    struct sga_buf text = { 0 };
+    char *equation = expr_text(&j->request.store, e->equation, 300);
     sga_buf_printf(&text, "the printed constraints have these zeros too, but %s is not 0 here, which the equations ask: no solution passes; the "
-                   "admissible points are those near which the constraints have the given equations as their consequence", equation.data);
+                   "admissible points are those near which the constraints have the given equations as their consequence", equation);
     strata_add(j, EXPR_UNDEF, -1, (struct stratum){ .kind = "excess", .point = e->x, .time = e->time, .description = sga_buf_take(&text) });
-    sga_buf_free(&equation);
+    free(equation);
 }
 
 /* From the k-th random start: a point of another part. */

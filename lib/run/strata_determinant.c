@@ -16,7 +16,7 @@ enum { MOST_WRITTEN = 10, MOST_STARTS = 8, START_WORK = 8000, NAMED = 12 };
 static expr_id written_out(struct job *j, const struct sga_determinant *d)
 {
     struct expr_store *st = &j->request.store;
-    struct poly_limits limits = { .max_terms = 200, .max_bits = 2000, .max_degree = 40, .max_generators = 24, .budget = &j->budget };
+    struct poly_limits limits = poly_limits_of(POLY_MODEST, &j->budget);
     int r = d->size;
     uint32_t all = (uint32_t)1 << r;
     expr_id *minor = sga_calloc(all, sizeof *minor), det;

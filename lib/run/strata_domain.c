@@ -42,7 +42,7 @@ static void consider(struct listing *l, expr_id factor, struct looked *looked)
 
 static void factors(struct listing *l, expr_id value, struct looked *looked)
 {
-    struct poly_limits limits = { .max_terms = 200, .max_bits = 2000, .max_degree = 40, .max_generators = 24, .budget = &l->j->budget };
+    struct poly_limits limits = poly_limits_of(POLY_MODEST, &l->j->budget);
     struct poly_factors f;
     if (!poly_numerator_factors(&l->j->request.store, value, &limits, &f)) {
         consider(l, value, looked);

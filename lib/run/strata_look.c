@@ -9,6 +9,7 @@
 #include "differentials.h"
 #include "lin_dense.h"
 #include "mem.h"
+#include "set_points.h"
 
 enum { LEAST_STEPS = 30, NEAR_STARTS = 8, FAR_STARTS = 12 };
 /* How far from a guess to begin. */
@@ -179,46 +180,38 @@ enum points_status strata_look_at(struct job *j, struct strata_look look, struct
         fixed++;
     int values = moving == STRATA_PARAMETERS ? 0 : fixed, moved = sys->parameters - values;
     int extra = moved + (moving == STRATA_TIME);
-    int *variable = sga_malloc((size_t)(n + extra) * sizeof *variable);
     int more = look.squares ? look.squares : factor != EXPR_UNDEF;
-    expr_id *con = sga_malloc((size_t)(c + more + 1) * sizeof *con);
-    for (int i = 0; i < n; i++)
-        variable[i] = sys->variable[i].symbol;
+    struct set_points on;
+    set_points_init(&on, sys, &j->solution, c, extra, more);
     for (int i = 0; i < extra; i++)
-        variable[n + i] = i < moved ? sys->parameter[values + i] : sys->time;
-    for (int i = 0; i < c; i++)
-        con[i] = j->solution.constraint[i].expr;
+        on.variable[n + i] = i < moved ? sys->parameter[values + i] : sys->time;
     for (int i = 0; i < more; i++)
-        con[c + i] = look.squares ? look.squared[i] : factor;
-    struct points_space space = {
-        .st = sys->store, .variable = variable, .variables = n + extra, .parameter = sys->parameter,
-        .parameters = values, .time = moving == STRATA_TIME ? -1 : sys->time, .constraint = con,
-        .constraints = c + more, .near = extra || look.far ? NULL : j->near, .near_time = j->near_time,
-        .scale = extra ? NULL : j->solution.scale,
-        .starts = look.starts, .by_name = true, .budget = &j->budget,
-    };
-    int *end = sga_calloc((size_t)j->solution.generations + 3, sizeof *end), stages = 0;
-    sga_stages(&j->solution, end);
-    while (stages < j->solution.generations && end[stages] < c)
-        stages++;
-    if (c)
-        end[stages++] = c;
+        on.constraint[c + i] = look.squares ? look.squared[i] : factor;
+    struct points_space *space = &on.space;
+    space->variables += extra;
+    space->parameters = values;
+    space->time = moving == STRATA_TIME ? -1 : sys->time;
+    space->constraints += more;
+    space->near = extra || look.far ? NULL : j->near;
+    space->near_time = j->near_time;
+    space->scale = extra ? NULL : j->solution.scale;
+    space->starts = look.starts;
+    space->by_name = true;
+    space->budget = &j->budget;
     if (factor)
-        end[stages++] = c + more;
+        on.end[on.stages++] = c + more;
     const struct points_shadow *shadow = &j->shadow;
     bool final = factor && !extra && shadow->reals && c == j->solution.constraints && shadow->space.constraints == c
                  && shadow->space.variables == n;
     *p = (struct points_point){ 0 };
     const struct points_point *known = look.from ? look.from : final ? shadow->real : NULL;
     enum points_status status = final && !look.from && constant_there(j, factor)
-                                ? POINTS_NONE : search(j, &space, known, 5 + look.seed, end, stages, p);
+                                ? POINTS_NONE : search(j, space, known, 5 + look.seed, on.end, on.stages, p);
     double rows = sys->rows + c, work = rows * n * fmin(rows, n);
-    *rank = status != POINTS_OK || look.point_only ? -1 : work > RANK_WORK ? 0 : strata_rank_at(j, &space, sys->rows, c, p);
+    *rank = status != POINTS_OK || look.point_only ? -1 : work > RANK_WORK ? 0 : strata_rank_at(j, space, sys->rows, c, p);
     if (look.solvable)
-        *look.solvable = *rank > 0 && rank_at(j, &space, sys->rows, c, true, p) == *rank;
-    free(end);
-    free(variable);
-    free(con);
+        *look.solvable = *rank > 0 && rank_at(j, space, sys->rows, c, true, p) == *rank;
+    set_points_clear(&on);
     return status;
 }
 

@@ -93,7 +93,7 @@ static void consider(struct listing *l, expr_id factor, int before, int with, st
 
 static void factors(struct listing *l, expr_id value, int g, struct seen *seen)
 {
-    struct poly_limits limits = { .max_terms = 200, .max_bits = 2000, .max_degree = 40, .max_generators = 24, .budget = &l->j->budget };
+    struct poly_limits limits = poly_limits_of(POLY_MODEST, &l->j->budget);
     struct poly_factors f;
     int before = up_to(&l->j->solution, g - 1), with = up_to(&l->j->solution, g);
     if (before == with || !poly_numerator_factors(&l->j->request.store, value, &limits, &f))

@@ -62,14 +62,7 @@ static void whole_where(const struct job *j, struct sga_buf *out)
 {
     struct sga_json w;
     sga_json_begin(&w, out);
-    sga_json_array(&w);
-    for (int i = 0; i < j->request.system.restrictions; i++) {
-        struct sga_buf text = { 0 };
-        if (expr_print(&j->request.store, j->request.system.restriction[i], 4000, &text))
-            sga_json_string(&w, text.data);
-        sga_buf_free(&text);
-    }
-    sga_json_end_array(&w);
+    expr_json_list(&j->request.store, j->request.system.restriction, j->request.system.restrictions, 4000, &w);
 }
 
 /* Takes over key, which may be NULL. */

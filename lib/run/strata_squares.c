@@ -8,6 +8,7 @@
 
 #include "mem.h"
 #include "poly.h"
+#include "seeds.h"
 
 static void keep_point(struct stratum *as, const double *x, int n, double t, bool certified)
 {
@@ -20,7 +21,7 @@ static void keep_point(struct stratum *as, const double *x, int n, double t, boo
 static bool drops_reduced(struct job *j, int c, const expr_id *e, int count, int rank, struct stratum *as)
 {
     const struct sys_system *sys = &j->request.system;
-    struct reduction_options options = { .near = j->near, .near_time = j->near_time, .parameter_near = j->parameter_near, .seed = 1, .budget = &j->budget };
+    struct reduction_options options = { .near = j->near, .near_time = j->near_time, .parameter_near = j->parameter_near, .seed = SGA_SEED_REDUCTION, .budget = &j->budget };
     struct sys_system only = *sys;
     struct points_shadow shadow;
     struct sga_solution sol = { 0 };
@@ -134,7 +135,7 @@ static bool sum_of_squares(struct listing *l, const struct poly_factor *q, int b
 bool strata_squares(struct listing *l, const struct poly_factor *q, int before)
 {
     struct expr_store *st = &l->j->request.store;
-    struct poly_limits limits = { .max_terms = 200, .max_bits = 2000, .max_degree = 40, .max_generators = 24, .budget = &l->j->budget };
+    struct poly_limits limits = poly_limits_of(POLY_MODEST, &l->j->budget);
     struct poly_factors f;
     if (l->j->solution.verdict == SGA_INCONSISTENT)
         return false;

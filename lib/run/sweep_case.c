@@ -9,6 +9,8 @@
 #include "facts.h"
 #include "mem.h"
 #include "poly.h"
+#include "seeds.h"
+#include "set_points.h"
 #include "sparse.h"
 
 /* Balls around a point of the final set have this relative radius; beside it the differentials are told to be independent. */
@@ -256,17 +258,11 @@ static bool all_nonzero(struct num_ball *b, const expr_id *e, int n)
 
 static bool independent(struct sweep_case *c, struct num_ball *b)
 {
-    const struct sys_system *s = &c->system;
-    int n = s->variables, count = c->solution.constraints;
-    int *variable = sga_malloc((size_t)(n + 1) * sizeof *variable);
-    expr_id *con = sga_malloc((size_t)(count + 1) * sizeof *con);
-    for (int i = 0; i < n; i++)
-        variable[i] = s->variable[i].symbol;
-    for (int i = 0; i < count; i++)
-        con[i] = c->solution.constraint[i].expr;
-    struct points_space space = { .st = &c->store, .variable = variable, .variables = n, .constraint = con, .constraints = count };
+    int n = c->system.variables, count = c->solution.constraints;
+    struct set_points on;
     struct points_jacobian jac;
-    points_jacobian_init(&jac, &space);
+    set_points_init(&on, &c->system, &c->solution, count, 0, 0);
+    points_jacobian_init(&jac, &on.space);
     points_jacobian_values(&jac, b);
     points_jacobian_entries(&jac, b);
     struct points_row *row = sga_calloc((size_t)count + 1, sizeof *row);
@@ -294,15 +290,14 @@ static bool independent(struct sweep_case *c, struct num_ball *b)
     ok = ok && lu.rank == count;
     points_lu_clear(&lu);
     points_jacobian_clear(&jac);
-    free(variable);
-    free(con);
+    set_points_clear(&on);
     return ok;
 }
 
 /* Some constraint is a product at these parameters: then a start may choose among the branches. */
 static bool splits(const struct sweep_case *c)
 {
-    struct poly_limits limits = { .max_terms = 60, .max_degree = 24, .max_generators = 24 };
+    struct poly_limits limits = poly_limits_of(POLY_GLANCE, NULL);
     struct poly_factors q;
     int moving = 0;
     for (int i = 0; i < c->solution.constraints && moving < 2; i++) {
@@ -345,7 +340,7 @@ bool sweep_case_solve(struct sweep_case *c, struct job *j, const double *near, s
     if (j->primary.has || j->mechanical || j->op)
         return sga_fail(err, SGA_E_NOT_SUPPORTED, "at these parameters the analysis for general ones does not hold, and this form is "
                         "prepared for general ones; send these values as a request of their own");
-    struct reduction_options options = { .near = near, .near_time = c->request.start, .parameter_near = j->parameter_near, .seed = 1,
+    struct reduction_options options = { .near = near, .near_time = c->request.start, .parameter_near = j->parameter_near, .seed = SGA_SEED_REDUCTION,
                                    .budget = &j->budget, .gauge_fields = true, .gauge_nodes = answer_gauge_nodes(j) };
     if (j->parameter_near)       /* those of the tables come last */
         options.parameter_near += j->request.system.parameters - c->system.parameters;

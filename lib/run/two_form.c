@@ -12,7 +12,7 @@ enum { MOST_CYCLES = 4000, TEXT_BYTES = 400 };
 /* Zero on the whole space: by algebra where that decides, by points of the space otherwise. */
 static enum points_truth zero_everywhere(struct job *j, struct points_shadow *shadow, expr_id e)
 {
-    struct poly_limits limits = { .budget = &j->budget };
+    struct poly_limits limits = poly_limits_of(POLY_AMPLE, &j->budget);
     enum poly_truth t = poly_is_zero(&j->request.store, e, &limits);
     if (t != POLY_UNKNOWN)
         return t == POLY_YES ? POINTS_ZERO : POINTS_NONZERO;
@@ -59,16 +59,11 @@ bool answer_two_form(struct job *j)
 
 static void write_text(struct job *j, struct sga_json *w, expr_id e)
 {
-    struct poly_limits limits = { .max_terms = 200, .budget = &j->budget };
-    struct sga_buf text = { 0 };
+    struct poly_limits limits = poly_limits_of(POLY_MODEST, &j->budget);
     expr_id normal;
     if (poly_normal(&j->request.store, e, &limits, &normal))
         e = normal;
-    if (expr_print(&j->request.store, e, TEXT_BYTES, &text))
-        sga_json_string(w, text.data);
-    else
-        sga_json_null(w);
-    sga_buf_free(&text);
+    expr_json(&j->request.store, e, TEXT_BYTES, w);
 }
 
 static void write_two_form(struct job *j, struct sga_json *w)

@@ -44,14 +44,7 @@ static void write_variables(const struct job *j, struct sga_json *w)
 static void write_where(const struct job *j, struct sga_json *w)
 {
     sga_json_key(w, "where");
-    sga_json_array(w);
-    for (int i = 0; i < j->solution.specials; i++) {
-        struct sga_buf text = { 0 };
-        if (expr_print(&j->request.store, j->solution.special[i], 4000, &text))
-            sga_json_string(w, text.data);
-        sga_buf_free(&text);
-    }
-    sga_json_end_array(w);
+    expr_json_list(&j->request.store, j->solution.special, j->solution.specials, 4000, w);
 }
 
 static void write_dimensions(const struct job *j, struct sga_json *w)

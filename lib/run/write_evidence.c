@@ -5,12 +5,11 @@
 
 #include "poly.h"
 
-static const struct poly_limits factor_limits = { .max_terms = 80 };
 
 /* e in normal form where that is found. */
 static expr_id normal_form(struct job *j, expr_id e)
 {
-    struct poly_limits limits = factor_limits;
+    struct poly_limits limits = poly_limits_of(POLY_SHOWN, NULL);
     expr_id normal = e;
     limits.budget = &j->budget;
     return poly_normal(&j->request.store, e, &limits, &normal) ? normal : e;
@@ -76,7 +75,7 @@ static expr_id times_replaced(struct job *j, const struct sga_constraint *c)
     if (plain)
         return plain;
     expr_id q = expr_div(st, c->replaced, c->expr), normal = EXPR_UNDEF;
-    struct poly_limits limits = factor_limits;
+    struct poly_limits limits = poly_limits_of(POLY_SHOWN, NULL);
     limits.budget = &j->budget;
     bool ok = q && poly_normal(st, q, &limits, &normal)
               && (expr_is_const(st, normal) ? !expr_is_zero(st, normal)
@@ -89,7 +88,6 @@ static void write_parts(struct job *j, struct sga_json *w, const struct sga_part
 {
     sga_json_array(w);
     for (int k = 0; k < parts; k++) {
-        struct sga_buf text = { 0 };
         sga_json_object(w);
         if (part[k].row >= 0) {
             sga_json_member_string(w, "equation", j->request.system.row[part[k].row].source);
@@ -97,12 +95,8 @@ static void write_parts(struct job *j, struct sga_json *w, const struct sga_part
             sga_json_member_int(w, "tangency_of", part[k].tangency);
         }
         sga_json_key(w, "factor");
-        if (expr_print(&j->request.store, printed_factor(j, part + k, part[0].row >= 0, divisor), 400, &text))
-            sga_json_string(w, text.data);
-        else
-            sga_json_null(w);
+        expr_json(&j->request.store, printed_factor(j, part + k, part[0].row >= 0, divisor), 400, w);
         sga_json_end_object(w);
-        sga_buf_free(&text);
     }
     sga_json_end_array(w);
 }
@@ -141,7 +135,6 @@ static void write_pivots(struct job *j, struct sga_json *w)
     sga_json_key(w, "pivots");
     sga_json_array(w);
     for (int q = 0; q < sol->pivots; q++) {
-        struct sga_buf text = { 0 };
         if (expr_is_const(&j->request.store, sol->pivot[q].value))
             continue;
         if (written == SGA_MOST_PIVOTS_LISTED) {
@@ -154,15 +147,11 @@ static void write_pivots(struct job *j, struct sga_json *w)
         }
         sga_json_member_int(w, "generation", sol->pivot[q].generation);
         sga_json_key(w, "assumed_not_zero");
-        if (expr_print(&j->request.store, normal_form(j, sol->pivot[q].value), 400, &text))
-            sga_json_string(w, text.data);
-        else
-            sga_json_null(w);
+        expr_json(&j->request.store, normal_form(j, sol->pivot[q].value), 400, w);
         sga_json_key(w, "basis");
         struct points_decision d = points_shadow_zero(&j->shadow, sol->pivot[q].value);
         sga_json_string(w, points_basis_text(d.basis));
         sga_json_end_object(w);
-        sga_buf_free(&text);
         written++;
     }
     sga_json_end_array(w);
@@ -175,19 +164,14 @@ static void write_zeros(struct job *j, struct sga_json *w)
     sga_json_array(w);
     for (int i = 0; i < j->shadow.zeros; i++) {
         const struct points_zero *z = j->shadow.zero + i;
-        struct sga_buf text = { 0 };
         sga_json_object(w);
         sga_json_key(w, "expression");
-        if (expr_print(&j->request.store, z->expr, 400, &text))
-            sga_json_string(w, text.data);
-        else
-            sga_json_null(w);
+        expr_json(&j->request.store, z->expr, 400, w);
         sga_json_member_string(w, "basis", points_basis_text(z->decision.basis));
         sga_json_member_int(w, "digits", z->decision.digits);
         sga_json_member_int(w, "real_points", z->decision.points);
         sga_json_member_int(w, "modular_points", z->decision.modular);
         sga_json_end_object(w);
-        sga_buf_free(&text);
     }
     sga_json_end_array(w);
 }
@@ -196,19 +180,14 @@ static void write_zeros(struct job *j, struct sga_json *w)
 static void write_contradiction(struct job *j, struct sga_json *w, const char *member)
 {
     const struct sga_solution *sol = &j->solution;
-    struct sga_buf text = { 0 };
     sga_json_key(w, member);
     sga_json_object(w);
     sga_json_key(w, "expression");
-    if (sol->contradiction && expr_print(&j->request.store, sol->contradiction, 4000, &text))
-        sga_json_string(w, text.data);
-    else
-        sga_json_null(w);
+    expr_json(&j->request.store, sol->contradiction, 4000, w);
     sga_json_member_string(w, "why", sol->contradiction_why);
     sga_json_key(w, "combination");
     write_parts(j, w, sol->contradiction_part, sol->contradiction_parts, EXPR_UNDEF);
     sga_json_end_object(w);
-    sga_buf_free(&text);
 }
 
 /* What became of the search for zeros of each dense block's determinant. */
@@ -266,17 +245,12 @@ void answer_write_evidence(struct job *j, struct sga_json *w)
         sga_json_key(w, "sides");
         sga_json_array(w);
         for (int i = 0; i < sol->sides; i++) {
-            struct sga_buf text = { 0 };
             sga_json_object(w);
             sga_json_key(w, "function");
-            if (expr_print(&j->request.store, sol->side[i].function, 1000, &text))
-                sga_json_string(w, text.data);
-            else
-                sga_json_null(w);
+            expr_json(&j->request.store, sol->side[i].function, 1000, w);
             sga_json_member_string(w, "sign", sol->side[i].sign > 0 ? "positive" : "negative");
             sga_json_member_string(w, "beyond", sol->side[i].unseen ? "not_found" : "other");
             sga_json_end_object(w);
-            sga_buf_free(&text);
         }
         sga_json_end_array(w);
     }

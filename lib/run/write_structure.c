@@ -10,13 +10,8 @@
 /* An expression's text, or null where it is longer than `limit` bytes. */
 static void member_expression(struct job *j, struct sga_json *w, const char *key, expr_id e, size_t limit)
 {
-    struct sga_buf text = { 0 };
     sga_json_key(w, key);
-    if (expr_print(&j->request.store, e, limit, &text))
-        sga_json_string(w, text.data);
-    else
-        sga_json_null(w);
-    sga_buf_free(&text);
+    expr_json(&j->request.store, e, limit, w);
 }
 
 /* Whether the velocity's name is a variable of its own (order reduction). */

@@ -12,15 +12,8 @@ static void member_truth(struct sga_json *w, const char *key, enum sym_truth tru
 
 static void expression(struct job *j, struct sga_json *w, expr_id e)
 {
-    struct sga_buf text = { 0 };
-    bool shown = e != EXPR_UNDEF && expr_print(&j->request.store, e, SGA_MOST_SYMMETRY_BYTES, &text);
-    if (e != EXPR_UNDEF && !shown)
+    if (!expr_json(&j->request.store, e, SGA_MOST_SYMMETRY_BYTES, w) && e != EXPR_UNDEF)
         sga_limit_met(&j->budget, SGA_LIMIT_SYMMETRY_BYTES);
-    if (shown)
-        sga_json_string(w, text.data);
-    else
-        sga_json_null(w);
-    sga_buf_free(&text);
 }
 
 static const char *component_name(const struct job *j, int k)

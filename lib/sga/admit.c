@@ -15,10 +15,7 @@
 
 char *state_text(struct state *s, expr_id e)
 {
-    struct sga_buf text = { 0 };
-    if (!expr_print(s->st, e, 300, &text))
-        sga_buf_puts(&text, "(a long expression)");
-    return sga_buf_take(&text);
+    return expr_text(s->st, e, 300);
 }
 
 enum points_status state_sample(struct state *s)
@@ -225,7 +222,7 @@ static bool never_on_set(struct state *s, expr_id e)
 /* The same by squares: -1 as a sum of them, with multiples of e and of the constraints. */
 static bool never_by_squares(struct state *s, expr_id e)
 {
-    struct poly_limits limits = { .max_terms = 200, .max_bits = 2000, .max_degree = 20, .max_generators = 16, .budget = s->options->budget };
+    struct poly_limits limits = poly_limits_of(POLY_MODEST, s->options->budget);
     int c = s->sol->constraints;
     if (c >= SGA_MOST_REDUCED_BY)
         return false;

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "mem.h"
+#include "seeds.h"
 
 struct block {
     int m, n;             /* rows, columns that occur */
@@ -200,7 +201,7 @@ static expr_id border(struct expr_store *st, uint64_t *random)
 expr_id ech_block_test(struct expr_store *st, const struct ech_dense *block, int *solve)
 {
     int r = block->size, n = r + 1;
-    uint64_t random = 4;
+    uint64_t random = SGA_SEED_BLOCK;
     expr_id *T = sga_malloc((size_t)n * (size_t)n * sizeof *T), *w = sga_malloc((size_t)n * sizeof *w);
     for (int i = 0; i < n; i++) {
         for (int k = 0; k < n; k++)

@@ -14,7 +14,7 @@ struct cases_space cases_space_of(const struct sys_system *system, const struct 
 {
     return (struct cases_space){
         .st = system->store, .system = system,
-        .limits = { .max_terms = 200, .max_bits = 4000, .max_degree = 40, .max_generators = 24, .budget = budget },
+        .limits = poly_limits_of(POLY_MODEST, budget),
     };
 }
 

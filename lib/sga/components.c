@@ -6,6 +6,8 @@
 
 #include "mem.h"
 #include "poly.h"
+#include "seeds.h"
+#include "set_points.h"
 #include "sides.h"
 #include "warnings.h"
 
@@ -13,7 +15,6 @@ enum { STARTS = 3, SIDED_STARTS = 6, STUCK_STARTS = 16 };     /* of each set; wh
 static const double BESIDE = 0.005;
 enum { BESIDE_STARTS = 6 };                                    /* where constraints depend */
 enum { OFF_ZEROS = 4, OFF_STARTS = 4 };                       /* of each set off what vanished on it */
-enum { CHAIN_TERMS = 200 };                                   /* of a polynomial that is split */
 
 static void *copy(const void *from, size_t count, size_t size)
 {
@@ -243,7 +244,7 @@ static void search_off(struct components *c, const struct component_run *r, stru
 static void search_chains(struct components *c, const struct component_run *r, struct points_space *space, int n, struct walk *w)
 {
     struct expr_store *st = (struct expr_store *)space->st;
-    struct poly_limits limits = { .max_terms = CHAIN_TERMS, .budget = space->budget };
+    struct poly_limits limits = poly_limits_of(POLY_MODEST, space->budget);
     struct poly_chains chains;
     if (n < 2 || !poly_chains_of(st, r->constraint, n, &limits, &chains))
         return;
@@ -329,24 +330,24 @@ static void keep_split(struct components *c, struct points_space *space, const s
 }
 
 /* Where the points of a search lie: to be ended by end_space. */
-static struct points_space space_of(const struct sys_system *system, const struct reduction_options *options, const struct sga_solution *sol)
+static void begin_space(struct set_points *on, const struct sys_system *system, const struct reduction_options *options, const struct sga_solution *sol)
 {
-    int n = system->variables, *variable = sga_malloc((size_t)(n + 1) * sizeof *variable);
     expr_id *defined;
-    int defineds = sys_expressions(system, &defined);
-    for (int i = 0; i < n; i++)
-        variable[i] = system->variable[i].symbol;
-    return (struct points_space){
-        .st = system->store, .variable = variable, .variables = n, .parameter = system->parameter, .parameters = system->parameters,
-        .parameter_near = options->parameter_near, .time = system->time, .near_time = options->near_time, .scale = sol->scale,
-        .time_unit = sol->time_unit, .starts = 2, .budget = options->budget, .defined = defined, .defineds = defineds,
-    };
+    set_points_init(on, system, NULL, 0, 0, 0);
+    on->space.parameter_near = options->parameter_near;
+    on->space.near_time = options->near_time;
+    on->space.scale = sol->scale;
+    on->space.time_unit = sol->time_unit;
+    on->space.starts = 2;
+    on->space.budget = options->budget;
+    on->space.defineds = sys_expressions(system, &defined);
+    on->space.defined = defined;
 }
 
-static void end_space(struct points_space *space)
+static void end_space(struct set_points *on)
 {
-    free((void *)space->variable);
-    free((void *)space->defined);
+    free((void *)on->space.defined);
+    set_points_clear(on);
 }
 
 void components_note(struct components *c, const struct sys_system *system, const struct reduction_options *options,
@@ -356,23 +357,24 @@ void components_note(struct components *c, const struct sys_system *system, cons
     int n = system->variables;
     r->place = place;
     r->final = final;
-    struct points_space space = space_of(system, options, sol);
-    bool sided = has_sides(system->store, space.defined, space.defineds);
+    struct set_points on;
+    begin_space(&on, system, options, sol);
+    bool sided = has_sides(system->store, on.space.defined, on.space.defineds);
     if (sol->one_piece < sol->constraints && sol->constraints > SGA_MOST_COMPONENT_ROWS)
         sga_limit_met(options->budget, SGA_LIMIT_COMPONENT_ROWS);
     if (split && place < 0)
-        keep_split(c, &space, r, shadow);
+        keep_split(c, &on.space, r, shadow);
     bool stuck = final <= 0;      /* points, or none: what holds more may lie elsewhere */
     struct walk w = { .starts = stuck ? STUCK_STARTS : sided ? SIDED_STARTS : STARTS, .anew = sided || stuck, .sided = sided,
-                      .random = 41 };
+                      .random = SGA_SEED_COMPONENTS };
     w.opposite = sga_calloc((size_t)n + 1, sizeof *w.opposite);
     /* where something has sides, so has every set that it is asked on */
     for (int k = sided ? 0 : sol->one_piece + 1; k <= sol->constraints && sol->constraints <= SGA_MOST_COMPONENT_ROWS; k++)
-        search(c, r, &space, k, &w);
+        search(c, r, &on.space, k, &w);
     for (int k = 0; k < w.starts; k++)
         points_point_clear(w.at + k);
     free(w.opposite);
-    end_space(&space);
+    end_space(&on);
 }
 
 bool components_apart(struct components *c, const struct sys_system *system, const struct reduction_options *options,
@@ -388,14 +390,15 @@ bool components_apart(struct components *c, const struct sys_system *system, con
         return true;
     if (!n || !points_on_sides(system->store, &p->ball, sol->side, sol->sides))        /* beyond them strata of kind side speak */
         return false;
-    struct points_space space = space_of(system, options, sol);
+    struct set_points on;
     struct points_point q;
-    uint64_t random = 43;
-    space.constraint = r->constraint;
-    space.constraints = n;
-    bool apart = another_beside(r, &space, p, n, &random, &q) && q.certified;
+    begin_space(&on, system, options, sol);
+    uint64_t random = SGA_SEED_BESIDE;
+    on.space.constraint = r->constraint;
+    on.space.constraints = n;
+    bool apart = another_beside(r, &on.space, p, n, &random, &q) && q.certified;
     points_point_clear(&q);
-    end_space(&space);
+    end_space(&on);
     return apart;
 }
 

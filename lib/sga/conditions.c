@@ -291,7 +291,7 @@ void conditions_note(struct state *s, struct sga_conditions *to)
         sga_limit_met(s->options->budget, SGA_LIMIT_CONDITIONED);
         return;
     }
-    c.limits = (struct poly_limits){ .max_terms = 300, .max_bits = 4000, .max_degree = 60, .max_generators = 24, .budget = s->options->budget };
+    c.limits = poly_limits_of(POLY_AMPLE, s->options->budget);
     c.step = sga_calloc((size_t)sol->constraints + 1, sizeof *c.step);
     for (int i = 0; i < sol->constraints; i++)
         add_step(&c, i);

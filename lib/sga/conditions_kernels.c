@@ -134,7 +134,7 @@ static void look(struct kernels *w, expr_id argument)
 void conditions_kernels(struct state *s, struct sga_conditions *to, expr_id g, unsigned of)
 {
     struct kernels w = { .s = s, .to = to, .of = of };
-    w.limits = (struct poly_limits){ .max_terms = 100, .max_degree = 20, .max_generators = 24, .budget = s->options->budget };
+    w.limits = poly_limits_of(POLY_SMALL, s->options->budget);
     SGA_RESERVE(w.list, w.cap, 1);
     w.list[w.count++] = (struct special){ .g = g };
     for (; w.done < w.count; w.done++) {

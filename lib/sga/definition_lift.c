@@ -7,6 +7,7 @@
 #include "derive.h"
 #include "facts.h"
 #include "mem.h"
+#include "set_points.h"
 #include "state.h"
 
 struct lift {
@@ -231,33 +232,29 @@ static bool known_point(const struct lift *l, struct points_shadow *shadow, doub
 static bool sample(const struct lift *l, const struct reduction_options *options, struct points_shadow *shadow)
 {
     const struct sys_system *sys = l->sys;
-    int n = sys->variables, *variable = sga_malloc(((size_t)n + 1) * sizeof *variable);
-    expr_id *con = sga_malloc(((size_t)l->sol->constraints + 1) * sizeof *con), *defined;
-    double *x = sga_calloc((size_t)n + 1, sizeof *x), t = options->near_time;
-    for (int j = 0; j < n; j++)
-        variable[j] = sys->variable[j].symbol;
-    for (int i = 0; i < l->sol->constraints; i++)
-        con[i] = l->sol->constraint[i].expr;
-    bool near = known_point(l, shadow, x, &t);
-    struct points_space space = {
-        .st = sys->store, .variable = variable, .variables = n, .parameter = sys->parameter, .parameters = sys->parameters,
-        .parameter_near = options->parameter_near, .time = sys->time, .constraint = con, .constraints = l->sol->constraints,
-        .near = near ? x : options->near, .near_time = t, .scale = l->sol->scale, .time_unit = l->sol->time_unit, .budget = options->budget,
-    };
-    space.defineds = sys_expressions(sys, &defined);
-    space.defined = defined;
+    double *x = sga_calloc((size_t)sys->variables + 1, sizeof *x), t = options->near_time;
+    expr_id *defined;
+    struct set_points on;
+    set_points_init(&on, sys, l->sol, l->sol->constraints, 0, 0);
+    on.space.near = known_point(l, shadow, x, &t) ? x : options->near;
+    on.space.near_time = t;
+    on.space.parameter_near = options->parameter_near;
+    on.space.scale = l->sol->scale;
+    on.space.time_unit = l->sol->time_unit;
+    on.space.budget = options->budget;
+    on.space.defineds = sys_expressions(sys, &defined);
+    on.space.defined = defined;
     points_shadow_forget(shadow);
-    bool ok = points_shadow_sample(shadow, &space) == POINTS_OK || l->sol->verdict == SGA_INCONSISTENT;
-    if (!ok && space.near) {           /* what is defined has no value there */
-        space.near = NULL;
+    bool ok = points_shadow_sample(shadow, &on.space) == POINTS_OK || l->sol->verdict == SGA_INCONSISTENT;
+    if (!ok && on.space.near) {           /* what is defined has no value there */
+        on.space.near = NULL;
         points_shadow_forget(shadow);
-        ok = points_shadow_sample(shadow, &space) == POINTS_OK;
+        ok = points_shadow_sample(shadow, &on.space) == POINTS_OK;
     }
     shadow->space.near = NULL;         /* these end here */
+    set_points_clear(&on);
     free(x);
-    free(con);
     free(defined);
-    free(variable);
     return ok;
 }
 

@@ -8,6 +8,8 @@
 #include "modmatch.h"
 #include "modpoint.h"
 #include "poly.h"
+#include "seeds.h"
+#include "set_points.h"
 
 expr_id domain_divisor(const struct expr_store *st, expr_id e)
 {
@@ -137,15 +139,15 @@ static void mark_tied(struct domain *d, const expr_id *f, int own, int count, un
  * algebra, and said of algebraic functions only. */
 static bool apart_somewhere(const struct domain *d, const expr_id *list, int n, const expr_id *f, int count)
 {
-    const struct sys_system *sys = d->system;
-    int *variable = sga_malloc(((size_t)sys->variables + (size_t)count + 2) * sizeof *variable), *solved = variable + sys->variables + 1;
-    for (int j = 0; j < sys->variables; j++)
-        variable[j] = sys->variable[j].symbol;
-    struct points_space space = { .st = sys->store, .variable = variable, .variables = sys->variables, .parameter = sys->parameter,
-                                  .parameters = sys->parameters, .time = sys->time, .constraint = f, .constraints = count, .budget = d->budget };
+    int *solved = sga_malloc(((size_t)count + 1) * sizeof *solved);
+    struct set_points on;
     struct points_modpoint p = { 0 };
-    uint64_t random = 71;
-    bool apart = points_match_by_shape(&space, solved) && points_modpoint_find_modulo(&p, &space, solved, 5, &random);
+    set_points_init(&on, d->system, NULL, 0, 0, 0);
+    on.space.constraint = f;
+    on.space.constraints = count;
+    on.space.budget = d->budget;
+    uint64_t random = SGA_SEED_DOMAIN;
+    bool apart = points_match_by_shape(&on.space, solved) && points_modpoint_find_modulo(&p, &on.space, solved, 5, &random);
     for (int i = 0; i < n && apart; i++) {
         bool chance;
         apart = points_modpoint_zero(&p, list[i], &chance) == 0 && !num_modp_kernel(p.value, list[i]);
@@ -153,7 +155,8 @@ static bool apart_somewhere(const struct domain *d, const expr_id *list, int n, 
     for (int i = 0; i < count && apart; i++)
         apart = !num_modp_kernel(p.value, f[i]);
     points_modpoint_clear(&p);
-    free(variable);
+    set_points_clear(&on);
+    free(solved);
     return apart;
 }
 
@@ -169,7 +172,7 @@ bool domain_leaves_out(struct domain *d, expr_id e, const expr_id *f, int own, i
         return false;
     unsigned char *mark = sga_calloc((size_t)st->symbols + 1, 1);
     mark_tied(d, f, own, count, mark);
-    struct poly_limits limits = { .max_terms = 200, .max_bits = 4000, .max_degree = 40, .max_generators = 24, .budget = d->budget };
+    struct poly_limits limits = poly_limits_of(POLY_MODEST, d->budget);
     int asked = 0;
     for (int i = 0; i < divisors; i++)
         if (symbols(d, list + i, 1, mark, false))

@@ -63,15 +63,13 @@ static int told(const struct ech_context *c, expr_id e, struct points_decision d
 {
     if (d.truth != POINTS_UNKNOWN)
         return d.truth == POINTS_ZERO;
-    struct sga_buf text = { 0 };
-    if (!expr_print(c->st, e, 300, &text))
-        sga_buf_printf(&text, "(an expression of more than 300 characters)");
+    char *text = expr_text(c->st, e, 300);
     if (d.basis == POINTS_IS_SPLIT)
         sga_fail(c->err, SGA_E_SPLIT, "the constraint set has several branches: %s vanishes on some and not on others; "
-                 "give trajectory.initial on the branch that is meant", text.data);
+                 "give trajectory.initial on the branch that is meant", text);
     else
-        sga_fail(c->err, SGA_E_UNDECIDED, "could not decide whether %s is zero on the constraint set", text.data);
-    sga_buf_free(&text);
+        sga_fail(c->err, SGA_E_UNDECIDED, "could not decide whether %s is zero on the constraint set", text);
+    free(text);
     return -1;
 }
 

@@ -57,7 +57,7 @@ static bool pair_varies(struct pair *p, const struct state *s, expr_id v)
  * since it may only look as if it depended on something. */
 static bool constant_slope(struct state *s, struct pair *pair, expr_id v, expr_id *slope)
 {
-    struct poly_limits limits = { .max_terms = 100, .max_generators = 24, .budget = s->options->budget };
+    struct poly_limits limits = poly_limits_of(POLY_SMALL, s->options->budget);
     bool depends = state_facts(s, v) & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME);
     if (depends && ((!s->sys->parameters && varies(s, v)) || pair_varies(pair, s, v)))
         return false;
@@ -164,7 +164,7 @@ expr_id regular_reduced(struct state *s, expr_id e)
     expr_id *left = sga_malloc((size_t)(c + 1) * sizeof *left);
     unsigned char *is_normal = sga_calloc((size_t)c + 1, 1);
     /* no product of more than can be factored is written out */
-    struct poly_limits limits = { .max_terms = 400, .max_degree = REGULAR_DEGREE, .max_generators = 24, .budget = s->options->budget };
+    struct poly_limits limits = poly_limits_of(POLY_AMPLE, s->options->budget);
     if (own)
         memcpy(left, s->con, (size_t)own * sizeof *left);
     for (int i = own; i < c; i++)

@@ -32,7 +32,7 @@ static int derivatives(struct state *s, expr_id e, int symbol, expr_id d[IRREGUL
     struct expr_term *term = NULL;
     size_t cap = 0;
     int n = 0;
-    struct poly_limits limits = { .max_terms = 200, .max_generators = 16, .budget = s->options->budget };
+    struct poly_limits limits = poly_limits_of(POLY_MODEST, s->options->budget);
     SGA_RESERVE(s->active, s->active_cap, s->st->symbols);
     memset(s->active, 0, (size_t)s->st->symbols);
     s->active[symbol] = 1;

@@ -91,7 +91,7 @@ static bool missing(struct state *s, const struct candidate *c, const struct pol
 
 void primitive_candidate(struct state *s, struct candidate *c)
 {
-    struct poly_limits limits = { .max_terms = 200, .max_bits = 4000, .max_degree = 40, .max_generators = 24, .budget = s->options->budget };
+    struct poly_limits limits = poly_limits_of(POLY_MODEST, s->options->budget);
     expr_id product, whole;
     if (!c->ops || s->ech.blocks || !divided(s, c))
         return;

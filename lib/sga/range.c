@@ -29,7 +29,7 @@ int range_compare(struct expr_store *st, expr_id a, expr_id b)
     bool near = arb_is_finite(v) && arb_contains_zero(v);
     num_ball_clear(&ball);
     expr_cone_clear(&cone);
-    struct poly_limits limits = { .max_terms = 100, .max_generators = 12 };
+    struct poly_limits limits = poly_limits_of(POLY_SMALL, NULL);
     return near && poly_is_zero(st, d, &limits) == POLY_YES ? 0 : sign;
 }
 

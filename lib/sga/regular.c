@@ -127,7 +127,12 @@ static void from_factors(struct state *s, expr_id e, struct regular *r, const st
     }
 }
 
-static const struct poly_limits small = { .max_terms = SGA_MOST_FACTORED_TERMS, .max_bits = 4000, .max_degree = REGULAR_DEGREE, .max_generators = 24 };
+static struct poly_limits factoring(const struct state *s)
+{
+    struct poly_limits limits = poly_limits_of(POLY_AMPLE, s->options->budget);
+    limits.max_terms = SGA_MOST_FACTORED_TERMS;
+    return limits;
+}
 
 /* Part by part: what is too large to factor as a whole. */
 static struct regular from_shape(struct state *s, expr_id e)
@@ -137,10 +142,9 @@ static struct regular from_shape(struct state *s, expr_id e)
     expr_id part[PARTS];
     int parts = regular_shape_factors(s, e, part, PARTS);
     for (int i = 0; i < parts; i++) {
-        struct poly_limits limits = small;
+        struct poly_limits limits = factoring(s);
         struct poly_factors f;
-        limits.budget = s->options->budget;
-        if (parts > 1 && poly_numerator_factors(s->st, part[i], &limits, &f)) {
+            if (parts > 1 && poly_numerator_factors(s->st, part[i], &limits, &f)) {
             struct regular q = { .answer = REGULAR_KEEP };
             from_factors(s, part[i], &q, &f, DEPTH);
             poly_factors_clear(&f);
@@ -174,9 +178,8 @@ static struct regular form_at(struct state *s, expr_id e, int depth)
         r.answer = r.options ? REGULAR_REPLACED : REGULAR_NEVER;
         return r;
     }
-    struct poly_limits limits = small;
+    struct poly_limits limits = factoring(s);
     struct poly_factors f;
-    limits.budget = s->options->budget;
     if (poly_numerator_factors(s->st, e, &limits, &f)) {
         from_factors(s, e, &r, &f, depth);
         poly_factors_clear(&f);
@@ -193,9 +196,8 @@ static struct regular form_at(struct state *s, expr_id e, int depth)
 /* f without its factors in parameters only; these are assumed not to vanish, if `keep`. */
 static expr_id general(struct state *s, expr_id f, bool keep)
 {
-    struct poly_limits limits = small;
+    struct poly_limits limits = factoring(s);
     struct poly_factors q;
-    limits.budget = s->options->budget;
     if (!(state_facts(s, f) & EXPR_HAS_PARAMETER) || !poly_numerator_factors(s->st, f, &limits, &q))
         return f;
     expr_id out = expr_int(s->st, 1);
@@ -247,7 +249,7 @@ static void keep_inside(struct state *s, expr_id e, struct regular *r)
 /* Whether all that vanishes with a vanishes with b: a is a part of it. */
 static bool part_of(struct state *s, const struct regular_option *a, const struct regular_option *b)
 {
-    struct poly_limits limits = { .max_terms = 100, .max_bits = 2000, .max_degree = 30, .max_generators = 24, .budget = s->options->budget };
+    struct poly_limits limits = poly_limits_of(POLY_SMALL, s->options->budget);
     bool all = a->count > 1;
     for (int i = 0; i < b->count && all; i++)
         all = poly_vanishes_with(s->st, b->out[i], a->out, a->count, &limits);
@@ -257,7 +259,7 @@ static bool part_of(struct state *s, const struct regular_option *a, const struc
 /* Functions that vanish with the others of their way say nothing. */
 static void keep_needed(struct state *s, struct regular_option *o)
 {
-    struct poly_limits limits = { .max_terms = 100, .max_bits = 2000, .max_degree = 30, .max_generators = 24, .budget = s->options->budget };
+    struct poly_limits limits = poly_limits_of(POLY_SMALL, s->options->budget);
     for (int i = o->count - 1; i >= 0 && o->count > 1; i--) {
         expr_id last = o->out[o->count - 1], e = o->out[i];
         o->out[i] = last;

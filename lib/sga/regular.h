@@ -5,8 +5,6 @@
 #include "poly.h"
 #include "state.h"
 
-enum { REGULAR_DEGREE = 60 };      /* of a polynomial that is factored */
-
 enum regular_answer {
     REGULAR_KEEP,          /* as it is (or nothing better is known) */
     REGULAR_REPLACED,      /* the options together have the same real zeros on the present set */

@@ -10,7 +10,7 @@ enum { SHORT = 220 };
 /* ": it is a sum of squares plus a positive number, 3/4*y^2 + (x - 1/2*y)^2 + 1"; nothing where no such sum is found. */
 static void squares(struct state *s, expr_id e, struct sga_buf *text)
 {
-    struct poly_limits limits = { .max_terms = 200, .max_bits = 2000, .max_degree = 40, .max_generators = 24, .budget = s->options->budget };
+    struct poly_limits limits = poly_limits_of(POLY_MODEST, s->options->budget);
     struct poly_certificate c;
     struct sga_buf sum = { 0 };
     if (!poly_certificate(s->st, e, &limits, &c))

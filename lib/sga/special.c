@@ -26,14 +26,6 @@ struct search {
     struct sga_error unknown;   /* of the first place that could not be decided */
 };
 
-static char *store_text(const struct expr_store *st, expr_id e)
-{
-    struct sga_buf text = { 0 };
-    if (!expr_print(st, e, 300, &text))
-        sga_buf_puts(&text, "(a long expression)");
-    return sga_buf_take(&text);
-}
-
 static bool near_place(const struct search *s, const struct place *p)
 {
     const struct sys_system *sys = s->system;
@@ -80,7 +72,7 @@ static void keep_other(struct search *s, expr_id e)
 
 static void unknown(struct search *s, expr_id e, const char *why)
 {
-    char *text = store_text(s->system->store, e);
+    char *text = expr_text(s->system->store, e, 300);
     if (s->unknown.code == SGA_E_OK)
         sga_fail(&s->unknown, SGA_E_UNDECIDED, "at general points the equations contradict each other; what holds where "
                  "%s vanishes could not be found: %.200s", text, why);

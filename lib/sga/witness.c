@@ -7,6 +7,7 @@
 
 #include "differentials.h"
 #include "mem.h"
+#include "seeds.h"
 #include "signal.h"
 #include "sides.h"
 #include "warnings.h"
@@ -314,7 +315,7 @@ static bool check_closely(struct check *c, const struct points_space *space)
     struct points_space own = *space;
     struct points_point here, *point = c->point;
     struct sga_error found = { 0 }, *err = c->err;
-    uint64_t random = 1;
+    uint64_t random = SGA_SEED_WITNESS_DRAWS;
     int digits = c->digits;
     own.near = point->x;
     own.near_time = point->t;

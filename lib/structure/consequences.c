@@ -71,7 +71,7 @@ static bool from_equations(const struct structure_work *w, const struct sga_cons
 static bool quotient(struct structure_work *w, expr_id rest, expr_id c, expr_id *factor)
 {
     struct expr_store *st = w->sys->store;
-    struct poly_limits limits = { .max_terms = 200, .max_generators = 24, .budget = w->budget };
+    struct poly_limits limits = poly_limits_of(POLY_MODEST, w->budget);
     expr_id q;
     if (!poly_normal(st, expr_div(st, rest, c), &limits, &q) || !expr_store_ok(st))
         return false;
@@ -225,7 +225,7 @@ static bool sums_vanish(struct structure_work *w, const struct sga_part *part, i
 
 static void simplify(struct structure_work *w, struct sga_part *part, int *parts)
 {
-    struct poly_limits limits = { .max_terms = 60, .max_generators = 24, .budget = w->budget };
+    struct poly_limits limits = poly_limits_of(POLY_GLANCE, w->budget);
     int kept = 0;
     for (int k = 0; k < *parts; k++) {
         poly_normal(w->sys->store, part[k].factor, &limits, &part[k].factor);

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "mem.h"
+#include "seeds.h"
 #include "warnings.h"
 #include "parts.h"
 
@@ -18,7 +19,7 @@ static void bracket(struct sym_work *w, const expr_id *D, const expr_id *E, expr
 /* One row for each component at each point: values of the fields, then of the brackets. */
 static bool sample(struct sym_work *w, const struct sym_result *r, const expr_id *brackets, struct sym_space *s)
 {
-    uint64_t random = 20250930;
+    uint64_t random = SGA_SEED_SYM_COMMUTATORS;
     int steady = 0, failures = 0, n = w->n + 1, cols = r->fields + r->commutators;
     mp_limb_t *v = sga_malloc(((size_t)cols + 1) * sizeof *v);
     while (steady < POINTS_AGAIN && failures < FAILURES && sga_budget_ok(w->budget, NULL)) {

@@ -7,6 +7,7 @@
 
 #include "mem.h"
 #include "parts.h"
+#include "seeds.h"
 
 enum { PRECISION = 384, GOOD = 200, ZERO = 100, STEADY = 3, FAILURES = 20, MOST_BITS = 40, MOST_ENTRIES = 60000 };
 
@@ -174,7 +175,7 @@ static bool add_point(struct real *r, struct num_ball *ball)
 /* Points until the ranks stay. False where the budget ends. */
 static bool sample(struct sym_work *w, struct real *r, bool *enough, struct sga_error *err)
 {
-    uint64_t random = 20261121;
+    uint64_t random = SGA_SEED_SYM_REAL;
     int steady = 0, failures = 0;
     int *end = sga_calloc((size_t)w->sol->generations + 2, sizeof *end), stages = sga_stages(w->sol, end);
     struct points_space space = w->shadow->space;

@@ -11,6 +11,7 @@
 #include "derive.h"
 #include "mem.h"
 #include "parts.h"
+#include "seeds.h"
 
 enum { PRIMES = 4, PRIMES_TRIED = 8, STEADY = 3, FAILURES = 40, MARGIN_BITS = 12 };
 
@@ -307,7 +308,7 @@ static bool solve_real(struct sym_work *w, const struct sym_problem *p, struct s
 bool sym_solve(struct sym_work *w, const struct sym_problem *p, struct sym_solutions *out, struct sym_evidence *evidence,
                struct sga_error *err)
 {
-    uint64_t random = 20250901;
+    uint64_t random = SGA_SEED_SYM_SOLVE;
     struct lift lift = { 0 };
     bool ok = true, done = false;
     *out = (struct sym_solutions){ 0 };

@@ -76,7 +76,7 @@ enum sym_truth sym_all_zero(struct sym_work *w, const expr_id *e, int n, expr_id
 
 enum sym_truth sym_note(struct sym_work *w, struct sym_check *c, const char *condition, expr_id e, enum sym_truth truth)
 {
-    struct poly_limits limits = { .max_terms = 200, .max_generators = 32, .budget = w->budget };
+    struct poly_limits limits = poly_limits_of(POLY_MODEST, w->budget);
     if (truth != SYM_TRUE && c->defects < SYM_DEFECTS) {
         if (e != EXPR_UNDEF)
             poly_normal(w->st, e, &limits, &e);

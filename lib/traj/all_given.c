@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "mem.h"
+#include "seeds.h"
 #include "tiers.h"
 #include "watch.h"
 
@@ -70,7 +71,7 @@ static bool best(struct manifold *m, struct flow *f, const struct sys_system *sy
 {
     size_t n = (size_t)m->n;
     double *y = sga_malloc(2 * (n + 1) * sizeof *y), *scale = y + n + 1, least = INFINITY, far[TIERS];
-    uint64_t random = 23;
+    uint64_t random = SGA_SEED_ALL_GIVEN;
     for (size_t j = 0; j < n; j++)
         scale[j] = sizes_move(&f->sizes, (int)j, rq->initial[j]) * (rq->given[j] ? 1 : LOOSE);
     for (int k = STARTS; k >= 0 && sga_watch_ok(); k--) {

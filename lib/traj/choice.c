@@ -37,7 +37,7 @@ static bool room(const struct builder *b)
 /* Zero for certain. */
 static bool vanishes(const struct builder *b, expr_id e)
 {
-    struct poly_limits limits = { .max_terms = 200, .max_degree = 40, .max_generators = 24 };
+    struct poly_limits limits = poly_limits_of(POLY_MODEST, NULL);
     return expr_is_zero(b->st, e) || (!expr_is_const(b->st, e) && poly_is_zero(b->st, e, &limits) == POLY_YES);
 }
 

@@ -7,6 +7,8 @@
 
 #include "consistent.h"
 #include "mem.h"
+#include "seeds.h"
+#include "set_points.h"
 #include "tiers.h"
 
 enum { MOST = 40 };      /* variables: descent to all digits is dense */
@@ -22,23 +24,21 @@ static bool drops(struct flow *f, const struct traj_request *rq, const double *x
 /* The constraints solved variable by variable, the others as they were guessed. */
 static bool by_shape(const struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, double *y)
 {
-    int n = f->n, *variable = sga_malloc((size_t)(n + 1) * sizeof *variable);
-    expr_id *con = sga_malloc((size_t)(sol->constraints + 1) * sizeof *con);
-    for (int j = 0; j < n; j++)
-        variable[j] = sys->variable[j].symbol;
-    for (int i = 0; i < sol->constraints; i++)
-        con[i] = sol->constraint[i].expr;
-    struct points_space space = { .st = sys->store, .variable = variable, .variables = n, .time = sys->time, .constraint = con,
-                                  .constraints = sol->constraints, .near = rq->initial, .near_time = rq->start, .starts = 1, .by_shape = true,
-                                  .budget = rq->budget };
+    struct set_points on;
     struct points_point p;
-    uint64_t random = 5;
-    bool ok = points_find(&space, 0, &random, 64, &p) == POINTS_OK && p.triangular;
+    set_points_init(&on, sys, sol, sol->constraints, 0, 0);
+    on.space.parameters = 0;
+    on.space.near = rq->initial;
+    on.space.near_time = rq->start;
+    on.space.starts = 1;
+    on.space.by_shape = true;
+    on.space.budget = rq->budget;
+    uint64_t random = SGA_SEED_COMPONENT_START;
+    bool ok = points_find(&on.space, 0, &random, 64, &p) == POINTS_OK && p.triangular;
     if (ok)
-        memcpy(y, p.x, (size_t)n * sizeof *y);
+        memcpy(y, p.x, (size_t)f->n * sizeof *y);
     points_point_clear(&p);
-    free(variable);
-    free(con);
+    set_points_clear(&on);
     return ok;
 }
 

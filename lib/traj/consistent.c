@@ -36,9 +36,7 @@ static bool has_values(const struct sys_system *sys, const struct sga_solution *
 static bool refuse(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, int worst, double residual,
                    bool held, struct sga_error *err)
 {
-    struct sga_buf text = { 0 };
-    if (worst < 0 || !expr_print(sys->store, sol->constraint[worst].expr, 300, &text))
-        sga_buf_puts(&text, "(a long expression)");
+    char *text = expr_text(sys->store, worst < 0 ? EXPR_UNDEF : sol->constraint[worst].expr, 300);
     int g = worst >= 0 ? sol->constraint[worst].generation : 0;
     if (residual < 0 && has_values(sys, sol, rq))
         sga_fail_at(err, SGA_E_INITIAL, "/trajectory/initial",
@@ -51,9 +49,9 @@ static bool refuse(const struct sys_system *sys, const struct sga_solution *sol,
         sga_fail_at(err, SGA_E_INITIAL, "/trajectory/initial",
                     "the initial values cannot be projected onto the final constraint set%s: the constraint %s = 0 "
                     "(number %d, generation %d) is left with the residual %.3g; change initial%s",
-                    held ? " with the held values" : "", text.data, worst + 1, g, residual, held ? " or hold" : "");
+                    held ? " with the held values" : "", text, worst + 1, g, residual, held ? " or hold" : "");
     memcpy(err->stage, "initial", 8);
-    sga_buf_free(&text);
+    free(text);
     return false;
 }
 

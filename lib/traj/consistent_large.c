@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "mem.h"
+#include "seeds.h"
 #include "watch.h"
 
 /* Values that were not given may move this much more easily. */
@@ -26,7 +27,7 @@ static bool keep_given(struct manifold *m, const struct traj_request *rq, double
         loose += !fixed[j];
     }
     double *y = sga_malloc((size_t)(n + 1) * sizeof *y), residual;
-    uint64_t random = 17;
+    uint64_t random = SGA_SEED_LARGE_START;
     bool ok = false, shifted = false;
     for (int k = 0; k < STARTS && loose > 0 && !ok && sga_watch_ok(); k++) {
         shifted = k > 0;

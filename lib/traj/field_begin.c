@@ -27,12 +27,10 @@ static bool try_direct(struct field *f, double t, const double *x, double *v)
 /* The start lies where the answer says nothing. */
 static bool start_beyond(struct field *f, int q, struct sga_error *err)
 {
-    struct sga_buf text = { 0 };
-    if (!expr_print(f->sys->store, f->solution_side[q].function, 200, &text))
-        sga_buf_puts(&text, "a long expression");
+    char *text = expr_text(f->sys->store, f->solution_side[q].function, 200);
     sga_fail(err, SGA_E_NO_MOTION, "the constraints hold where %s %s 0 only, and the consistent start is not there; "
-             "give trajectory.initial on that side", text.data, f->solution_side[q].sign > 0 ? ">" : "<");
-    sga_buf_free(&text);
+             "give trajectory.initial on that side", text, f->solution_side[q].sign > 0 ? ">" : "<");
+    free(text);
     return false;
 }
 

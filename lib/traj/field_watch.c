@@ -31,7 +31,7 @@ void field_list_add(struct field_list *l, expr_id e)
  * passes it; the pivot itself where it is too large to factor. */
 void field_watch_pivot(struct field *f, expr_id pivot, struct field_list *l)
 {
-    struct poly_limits limits = { .max_terms = 60, .max_degree = 24, .max_generators = 24 };
+    struct poly_limits limits = poly_limits_of(POLY_GLANCE, NULL);
     struct poly_factors q;
     if (!poly_numerator_factors(f->sys->store, pivot, &limits, &q)) {
         field_list_add(l, pivot);

@@ -10,6 +10,8 @@
 #include "bands.h"
 #include "consistent.h"
 #include "mem.h"
+#include "seeds.h"
+#include "set_points.h"
 #include "signals.h"
 #include "table.h"
 
@@ -257,35 +259,24 @@ void flow_clear(struct flow *f)
 /* Some point of the set, for a start of last resort: found by a fresh search. */
 static double *known_point(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq)
 {
-    int n = sys->variables;
-    int *variable = sga_malloc((size_t)(n + 1) * sizeof *variable);
-    expr_id *con = sga_malloc((size_t)(sol->constraints + 1) * sizeof *con);
-    for (int j = 0; j < n; j++)
-        variable[j] = sys->variable[j].symbol;
-    for (int i = 0; i < sol->constraints; i++)
-        con[i] = sol->constraint[i].expr;
-    struct points_space space = { .st = sys->store, .variable = variable, .variables = n, .time = sys->time,
-                                  .constraint = con, .constraints = sol->constraints, .near = rq->initial,
-                                  .near_time = rq->start, .scale = sol->scale, .time_unit = sol->time_unit, .budget = rq->budget };
-    double *value = sga_calloc((size_t)sys->parameters + 1, sizeof *value);
-    for (int i = 0; i < sys->parameters; i++) {
-        const struct expr_symbol *s = sys->store->symbol + sys->parameter[i];
-        value[i] = s->table ? expr_table_value(s->table, s->order, rq->start) : 0;
-    }
-    space.parameter = sys->parameter;
-    space.parameters = sys->parameters;
-    space.parameter_value = value;
+    size_t bytes = (size_t)sys->variables * sizeof(double);
+    double *value = set_points_tables(sys, rq->start);
+    struct set_points on;
     struct points_point p;
-    uint64_t random = 3;
+    set_points_init(&on, sys, sol, sol->constraints, 0, 0);
+    on.space.near = rq->initial;
+    on.space.near_time = rq->start;
+    on.space.scale = sol->scale;
+    on.space.time_unit = sol->time_unit;
+    on.space.budget = rq->budget;
+    on.space.parameter_value = value;
+    uint64_t random = SGA_SEED_MOTION_START;
     double *x = NULL;
-    int *end = sga_calloc((size_t)sol->generations + 1, sizeof *end), stages = sga_stages(sol, end);
-    if (points_find_staged(&space, end, stages, 0, &random, 64, &p) == POINTS_OK)
-        x = memcpy(sga_malloc((size_t)n * sizeof *x), p.x, (size_t)n * sizeof *x);
+    if (points_find_staged(&on.space, on.end, on.stages, 0, &random, 64, &p) == POINTS_OK)
+        x = memcpy(sga_malloc(bytes), p.x, bytes);
     points_point_clear(&p);
-    free(end);
+    set_points_clear(&on);
     free(value);
-    free(variable);
-    free(con);
     return x;
 }
 

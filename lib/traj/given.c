@@ -7,6 +7,8 @@
 #include <string.h>
 
 #include "mem.h"
+#include "seeds.h"
+#include "set_points.h"
 #include "sides.h"
 #include "table.h"
 
@@ -106,26 +108,20 @@ static bool is_near(const struct given *g, const struct points_point *p)
 static int proved(struct given *g, expr_id e)
 {
     const struct sys_system *sys = g->sys;
-    int n = sys->variables, c = g->sol->constraints, holds = -1;
-    double t = g->in[n], *value = sga_calloc((size_t)sys->parameters + 1, sizeof *value);
-    int *variable = sga_malloc((size_t)(n + 1) * sizeof *variable);
-    expr_id *con = sga_malloc((size_t)(c + 1) * sizeof *con);
-    for (int j = 0; j < n; j++)
-        variable[j] = sys->variable[j].symbol;
-    for (int i = 0; i < c; i++)
-        con[i] = g->sol->constraint[i].expr;
-    for (int i = 0; i < sys->parameters; i++) {
-        const struct expr_symbol *s = sys->store->symbol + sys->parameter[i];
-        value[i] = s->table ? expr_table_value(s->table, s->order, t) : 0;
-    }
-    struct points_space space = { .st = sys->store, .variable = variable, .variables = n, .parameter = sys->parameter,
-                                  .parameters = sys->parameters, .parameter_value = value, .time = sys->time, .constraint = con,
-                                  .constraints = c, .near = g->in, .near_time = t, .starts = 1, .budget = g->budget };
+    int holds = -1;
+    double t = g->in[sys->variables], *value = set_points_tables(sys, t);
+    struct set_points on;
     struct points_point p;
+    set_points_init(&on, sys, g->sol, g->sol->constraints, 0, 0);
+    on.space.parameter_value = value;
+    on.space.near = g->in;
+    on.space.near_time = t;
+    on.space.starts = 1;
+    on.space.budget = g->budget;
     struct expr_cone cone;
-    uint64_t random = 7;
+    uint64_t random = SGA_SEED_REDUNDANT;
     expr_cone_init(&cone);
-    if (points_find(&space, 0, &random, POINTS_BITS, &p) == POINTS_OK && p.certified && is_near(g, &p)) {
+    if (points_find(&on.space, 0, &random, POINTS_BITS, &p) == POINTS_OK && p.certified && is_near(g, &p)) {
         expr_cone_of(sys->store, &cone, &e, 1);
         num_ball_list(&p.ball, cone.list, cone.count);
         arb_srcptr v = num_ball_value(&p.ball, e);
@@ -133,8 +129,7 @@ static int proved(struct given *g, expr_id e)
     }
     points_point_clear(&p);
     expr_cone_clear(&cone);
-    free(variable);
-    free(con);
+    set_points_clear(&on);
     free(value);
     return holds;
 }

@@ -13,6 +13,7 @@
 #include "field.h"
 #include "mem.h"
 #include "poly.h"
+#include "seeds.h"
 #include "watch.h"
 
 enum { ASKED = 3, DISTANCES = 3, NEWTON = 12 };
@@ -35,7 +36,7 @@ static void add(struct known *known, expr_id e, struct field_list *l)
 
 static void add_factors(struct field *f, expr_id denominator, struct known *known, struct field_list *l)
 {
-    struct poly_limits limits = { .max_terms = 60, .max_degree = 24, .max_generators = 24 };
+    struct poly_limits limits = poly_limits_of(POLY_GLANCE, NULL);
     struct poly_factors q;
     if (!poly_numerator_factors(f->sys->store, denominator, &limits, &q)) {
         add(known, denominator, l);
@@ -168,7 +169,7 @@ bool field_pole_at_change(struct field *f, int q, double t, const double *x)
     double *room = sga_calloc((5 + DISTANCES) * n, sizeof *room), *y = room;
     struct asked a = { f, q, room + n, room + 2 * n, room + 3 * n, room + 4 * n, { room + 5 * n, room + 6 * n, room + 7 * n } };
     double at = field_place_of_change(f, f->pivots + q, f->pole_side[q], t, x, 0.1 * BESIDE, y);
-    unsigned random = 12345;
+    unsigned random = SGA_SEED_POLE;
     int votes = 0;
     units(&a, y, at);
     for (int k = 0; k < ASKED; k++) {
