@@ -12,6 +12,7 @@
 #include "larger.h"
 #include "march.h"
 #include "mem.h"
+#include "tolerance.h"
 
 /* The comparison solution is at least this much looser than the one delivered. */
 #define LOOSER 10.0
@@ -60,6 +61,7 @@ static double sample_error(struct pair *q, const struct ode_result *r, const str
         outputs(q, t, other->samples + at, q->b);
     else      /* it stopped shortly before, at an event */
         outputs(q, other->end.t, other->happened_x + (size_t)(other->happened - 1) * (size_t)r->n, q->b);
+    const struct sga_tolerance asked = { run->o.rtol, run->o.atol };
     for (int j = 0; j < q->columns; j++) {
         double unit = !run->p->output ? run->unit[j] : run->o.output_unit ? run->o.output_unit[j] : 1;
         double e = q->factor * fabs(q->a[j] - q->b[j]) + 4 * DBL_EPSILON * fabs(q->a[j]);
@@ -67,7 +69,7 @@ static double sample_error(struct pair *q, const struct ode_result *r, const str
         most = sga_larger(most, e);
         q->each[(size_t)k * (size_t)q->columns + (size_t)j] = e;
         if (!run->o.output_beside || !run->o.output_beside[j])
-            *worst = sga_larger(*worst, e / sga_larger(1e-300, run->o.atol * unit + run->o.rtol * fabs(q->a[j])));
+            *worst = sga_larger(*worst, sga_error_ratio(e, asked, unit, q->a[j]));
     }
     return most;
 }
@@ -91,6 +93,7 @@ static double difference(const struct ode_result *a, const struct ode_result *b,
 /* Of the times of events. A difference can pass through 0 here too. A touch has no time as sharp as the tolerances. */
 static void event_errors(const struct ode_run *run, double factor, struct ode_result *res, const struct ode_result *other, bool alike)
 {
+    const struct sga_tolerance asked = { run->o.rtol, run->o.atol };
     double time_unit = run->o.time_unit > 0 ? run->o.time_unit : 1;
     for (int i = 0; i < res->happened && alike; i++) {
         struct ode_happening *h = res->happening + i;
@@ -98,7 +101,7 @@ static void event_errors(const struct ode_run *run, double factor, struct ode_re
         double raw = difference(res, other, i), near = fmax(difference(res, other, i - 1), difference(res, other, i + 1));
         h->error = factor * fmax(raw, fmin(near, NEIGHBOUR * raw)) + 4 * DBL_EPSILON * fmax(size, res->stats.largest_step);
         if (h->crossing)
-            res->worst = fmax(res->worst, h->error / fmax(run->o.atol * time_unit + run->o.rtol * size, 1e-300));
+            res->worst = fmax(res->worst, sga_error_ratio(h->error, asked, time_unit, size));
     }
 }
 

@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "ode.h"
+#include "tolerance.h"
 
 /* The field with its evaluations counted, and refusals remembered. */
 struct ode_field {
@@ -128,7 +129,7 @@ static inline double ode_allowed(double rtol, double atol, double unit, double a
 {
     double p = fabs(a), q = fabs(b), size = p > q ? p : q;
     /* 7e-15: less than some 30 roundings cannot be asked for; 1e-200: never 0 */
-    double asked = atol * unit + rtol * size, least = 7e-15 * size;
+    double asked = sga_allowed((struct sga_tolerance){ rtol, atol }, unit, size), least = 7e-15 * size;
     asked = asked > least ? asked : least;
     return asked > 1e-200 ? asked : 1e-200;
 }

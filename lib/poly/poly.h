@@ -36,6 +36,7 @@ struct poly_limits {
     X(GLANCE,      60,  2000,     24,  24, "asked of every function of a list, or at each start of a motion: a tenth of a millisecond") \
     X(SHOWN,       80,  4000,     60,  32, "forms to read: nobody reads longer ones") \
     X(SMALL,      100,  2000,     30,  24, "asked for every pair, or with others used up, which multiplies the terms") \
+    X(READ,       200,  4000,     60,  48, "texts of an answer, in which parameters stand by name") \
     X(MODEST,     200,  4000,     40,  24, "a question of its own: milliseconds") \
     X(AMPLE,      400, 20000,     60,  24, "what an answer rests on: factors of constraints, zeros that points leave open")
 enum poly_size {

@@ -146,7 +146,7 @@ static bool match_constraints(struct display *d, const struct sheet *own, struct
 static bool take_over(struct display *d, const struct job *n, const struct sheet *own, struct sheet *s)
 {
     const struct sga_solution *sol = &n->solution;
-    struct poly_limits limits = poly_limits_of(POLY_MODEST, &n->budget);
+    struct poly_limits limits = poly_limits_of(POLY_READ, &n->budget);
     int roots = own->on_set;
     expr_id *map = by_symbol(d, &n->request.store), *root = sga_malloc(((size_t)own->roots + 1) * sizeof *root);
     bool ok = map != NULL;

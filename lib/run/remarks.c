@@ -5,6 +5,7 @@
 
 #include "answer.h"
 #include "mem.h"
+#include "tolerance.h"
 
 /* "a, b, c", and how many more there are. */
 enum { NAMED = 12 };
@@ -130,7 +131,8 @@ static void warn_count(struct job *j)
 
 static bool moved(const struct job *j, const struct request_initial *given, const double *x)
 {
-    return fabs(x[given->variable] - given->value) > j->request.accuracy.atol + j->request.accuracy.rtol * fabs(given->value);
+    struct sga_tolerance asked = { j->request.accuracy.rtol, j->request.accuracy.atol };
+    return fabs(x[given->variable] - given->value) > sga_allowed(asked, 1, given->value);
 }
 
 bool answer_start_moved(const struct job *j, const double *x)

@@ -56,7 +56,7 @@ static void keep_scales(struct display *d, const struct sheet *own, const struct
     j->reduced = sga_calloc((size_t)c + 1, sizeof *j->reduced);
     for (int i = 0; i < c; i++) {
         struct sga_error before = d->st.error, kept = st->error;
-        struct poly_limits limits = poly_limits_of(POLY_MODEST, &j->budget);
+        struct poly_limits limits = poly_limits_of(POLY_READ, &j->budget);
         expr_id e = s->scale[i] ? s->scale[i] : expr_int(&d->st, 1), root = s->root[i];
         j->reduced[i] = s->reduced[i];
         display_values(d, &e, 1);

@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "mem.h"
+#include "tolerance.h"
 
 /* A solution with its estimate takes about so many times one alone. */
 static const double SOLUTIONS = 4;
@@ -211,11 +212,11 @@ static bool same_end(const struct tradeoff_row *row, const struct tradeoff_best 
 /* Each sample within rtol |value| + atol, whatever the best solution is wrong by. */
 static bool within(const struct tradeoff_row *row, const struct tradeoff_best *b, double rtol, double atol)
 {
+    const struct sga_tolerance asked = { rtol, atol };
     for (int i = 0; i < row->values.rows && i < b->values.rows; i++)
         for (int j = 0; j < b->values.columns; j++) {
             size_t at = (size_t)i * (size_t)b->values.columns + (size_t)j;
-            double allowed = atol * b->unit[j] + rtol * fabs(b->values.value[at].hi);
-            if (!(distance(row->values.value[at], b->values.value[at]) + b->doubt[j] <= allowed))
+            if (!(distance(row->values.value[at], b->values.value[at]) + b->doubt[j] <= sga_allowed(asked, b->unit[j], b->values.value[at].hi)))
                 return false;
         }
     return true;

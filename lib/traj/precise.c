@@ -10,6 +10,7 @@
 
 #include "collocation.h"
 #include "mem.h"
+#include "tolerance.h"
 
 #define LOOSER 10.0
 #define LOOSEST 1e4
@@ -96,13 +97,13 @@ static void set_errors(const struct precise *p, struct outcome *a, const struct 
     a->column_error = sga_calloc((size_t)rows * (size_t)cols + 1, sizeof *a->column_error);
     a->error = sga_calloc((size_t)rows + 1, sizeof *a->error);
     double *row = sga_calloc((size_t)rows + 1, sizeof *row);
+    const struct sga_tolerance asked = { p->rq->rtol, p->rq->atol };
     a->worst = rows > b->path.count ? INFINITY : 0;
     for (int k = 0; k < rows; k++)
         for (int j = 0; j < cols; j++) {
             double e = a->column_error[k * cols + j] = raw_error(a, b, factor, k, j);
             row[k] = fmax(row[k], e);
-            double allowed = p->rq->atol * p->flow->sizes.column[j] + p->rq->rtol * fabs(a->value[k * cols + j].hi);
-            a->worst = fmax(a->worst, e / fmax(allowed, 1e-300));
+            a->worst = fmax(a->worst, sga_error_ratio(e, asked, p->flow->sizes.column[j], a->value[k * cols + j].hi));
         }
     for (int k = 0; k < rows; k++) {
         double before = k > 0 ? row[k - 1] : 0, after = k + 1 < rows && isfinite(row[k + 1]) ? row[k + 1] : 0;

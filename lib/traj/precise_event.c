@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "mem.h"
+#include "tolerance.h"
 #include "watch.h"
 #include "precise_march.h"
 
@@ -270,7 +271,7 @@ double precise_event_errors(const struct precise *p, struct precise_path *a, con
         }
         a->event[i].error = alike ? factor * fmax(raw, fmin(near, NEIGHBOUR * raw)) + a->event[i].floor + 16 * NUM_DD_EPSILON * size : INFINITY;
         if (a->event[i].direction)
-            worst = fmax(worst, a->event[i].error / fmax(p->rq->atol * p->flow->sizes.time + p->rq->rtol * size, 1e-300));
+            worst = fmax(worst, sga_error_ratio(a->event[i].error, (struct sga_tolerance){ p->rq->rtol, p->rq->atol }, p->flow->sizes.time, size));
     }
     return worst;
 }

@@ -7,6 +7,7 @@
 
 #include "mem.h"
 #include "precise_march.h"
+#include "tolerance.h"
 
 /* Steps this small against the time passed end a march that shrinks them. */
 #define SMALLEST 1e-25
@@ -24,7 +25,7 @@
 void precise_set_scale(struct precise_march *m, const num_dd *x)
 {
     for (int j = 0; j < m->n; j++)
-        m->scale[j] = fmax(m->atol * m->p->flow->sizes.unit[j] + m->rtol * fabs(x[j].hi), 1e-300);
+        m->scale[j] = fmax(sga_allowed((struct sga_tolerance){ m->rtol, m->atol }, m->p->flow->sizes.unit[j], x[j].hi), 1e-300);
 }
 
 /* Root mean square in units of the error allowed; v may be so large that squares overflow. */

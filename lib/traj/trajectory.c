@@ -12,6 +12,7 @@
 #include "mem.h"
 #include "precise.h"
 #include "print.h"
+#include "tolerance.h"
 
 /* Where a motion ends at a place that was located to a tolerance, a sample nearer to it than that cannot be said to
  * lie before it. */
@@ -167,8 +168,8 @@ static void look_beside(const struct flow *f, const struct traj_request *rq, con
 {
     for (int i = 0; i < o->count * r->columns && rq->beside && o->column_error && !r->shortfall; i++) {
         int j = i % r->columns;
-        double unit = f->sizes.any ? f->sizes.column[j] : 1, value = fabs(r->value[i]);
-        r->beside = rq->beside[j] && !(o->column_error[i] <= rq->atol * unit + rq->rtol * value);
+        double unit = f->sizes.any ? f->sizes.column[j] : 1;
+        r->beside = rq->beside[j] && !(o->column_error[i] <= sga_allowed((struct sga_tolerance){ rq->rtol, rq->atol }, unit, r->value[i]));
         if (r->beside)
             r->shortfall = "the value of a root near 0 is known to fewer digits than its argument";
     }
