@@ -1,5 +1,5 @@
-/* A tiny test runner: every check counts, a failure prints its place and goes on.
- * main() ends with `return CHECK_END();`, which prints "N passed, N failed". */
+/* A tiny test runner. A place that is checked counts once, however often a loop comes by and as long as it holds each time; every
+ * failure counts, prints its place and goes on. main() ends with `return CHECK_END();`, which prints "N passed, N failed". */
 #ifndef TESTS_UNIT_CHECK_H
 #define TESTS_UNIT_CHECK_H
 
@@ -10,8 +10,10 @@ static int check_passed, check_failed;
 
 #define CHECK(cond, ...) \
     do { \
+        static int check_seen; \
         if (cond) { \
-            check_passed++; \
+            check_passed += !check_seen; \
+            check_seen = 1; \
         } else { \
             check_failed++; \
             printf("%s:%d: %s", __FILE__, __LINE__, #cond); \
