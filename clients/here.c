@@ -1,7 +1,7 @@
 /* Solving in process: the library's face, nothing more. */
 #include "exec.h"
 #include "problem.h"
-#include "request.h"
+#include "solve.h"
 #include "run.h"
 #include "scan.h"
 

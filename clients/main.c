@@ -1,6 +1,6 @@
 /* sga: solves a request, here or by a daemon, and prints the result. */
 #include "pretty.h"
-#include "request.h"
+#include "solve.h"
 #include "run.h"
 #include "save.h"
 #include "top.h"

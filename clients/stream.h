@@ -6,7 +6,7 @@
 #include <stddef.h>
 #include <sys/types.h>
 
-#include "http.h"
+#include "http_client.h"
 
 struct stream {
     int fd;

@@ -1,7 +1,7 @@
 /* The picture is made of /metrics alone: counters become rates between two looks. */
 #include "top.h"
 #include "budget.h"
-#include "http.h"
+#include "http_client.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -4,7 +4,7 @@
  * select fails past FD_SETSIZE, and one thread alone has long tails. A handler that must
  * wait suspends its connection; the jobs table resumes it. */
 #include "http.h"
-#include "admit.h"
+#include "admission.h"
 #include "budget.h"
 #include "caller.h"
 #include "listen.h"

@@ -1,7 +1,7 @@
 /* sgad: reads settings, starts the parts from the bottom up, waits for a signal, and takes
  * them down in the opposite order.
  *
- * A request's way through the code: http.c (bytes) -> admit.c -> routes.c -> post.c ->
+ * A request's way through the code: http.c (bytes) -> admission.c -> routes.c -> post.c ->
  * the library's check (checks.c) -> jobs.c (queue) -> worker.c -> child_main.c -> the library's run ->
  * jobs_run.c (end) -> store.c (disk), recent.c (memory) -> reply.c. */
 #include "budget.h"

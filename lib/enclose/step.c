@@ -5,7 +5,7 @@
 #include <stdlib.h>
 
 #include "mem.h"
-#include "range.h"
+#include "branches_hold.h"
 #include "scale.h"
 #include "watch.h"
 
@@ -186,7 +186,7 @@ static enum outcome over_set(struct enc_step *w, const arb_t t, int order, doubl
     }
     if (!enc_tail_find(&w->rough_tail, fabs(h)))
         return TAILS;
-    if (!enc_range_holds(&w->rough_tail, h, w->fields, &w->bad))
+    if (!enc_branches_hold(&w->rough_tail, h, w->fields, &w->bad))
         return BRANCHES;
     w->h = h;
     return jacobian(w) && sharp(w) ? GOOD : TAILS;

@@ -18,7 +18,7 @@
  * i <= N and i / m <= 1 beyond; sqrt: 2 v0 w + w^2 = a - v0^2 for v = v0 + w) gives T_m(f) <= Phi_f(T) with what T is by then: <= tau
  * by induction. A convergent formal solution is a solution, where the field has a value all the way: denominators and matrices have inverses,
  * |tau(v) / v| < 1 for roots, and functions that are given by differential equations are what they are at the start while no
- * branch point is met (range.h).
+ * branch point is met (branches_hold.h).
  *
  * The same for derivatives with respect to the start: they are slots with linear rules. Norms of this kind: Hungria,
  * Lessard, Mireles James, Rigorous numerics for analytic solutions of differential equations: the radii polynomial approach, Math.

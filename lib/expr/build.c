@@ -1,5 +1,5 @@
 /* Constructors: local simplification, exact constants, nothing expanded. */
-#include "store.h"
+#include "raw_nodes.h"
 
 #include <flint/fmpz.h>
 

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 
 #include "mem.h"
-#include "store.h"
+#include "raw_nodes.h"
 
 /* Sums and products longer than this stay as they are; of one power, too. */
 enum { MOST = 64, MOST_EXPONENT = 64 };

@@ -1,5 +1,5 @@
 /* Walks over part of the graph: cones and substitution, without recursion. */
-#include "store.h"
+#include "raw_nodes.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 /* The store: nodes, constants, symbols, hash-consing, and the sticky error. */
-#include "store.h"
+#include "raw_nodes.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -2,7 +2,7 @@
  * (-1)^k det(rows, S without its k-th column) is annihilated by every row (Cramer; the rows of the
  * m + 1 square matrix with one row doubled). Where the rows are independent some minor does
  * not vanish, and the vectors that contain it span the kernel. */
-#include "tangent.h"
+#include "cofactors.h"
 
 #include <stdint.h>
 #include <stdlib.h>

@@ -63,7 +63,7 @@ void form_control(struct sys_system *s, const struct form_control *in);
  * H goes on outside (Gotay, Nester & Hinds, J. Math. Phys. 19 (1978) 2388).
  *
  * The vectors are made without division, except by constants; they may be more than a basis, so
- * that they span the kernel at every point where the differentials are independent (tangent.h).
+ * that they span the kernel at every point where the differentials are independent (cofactors.c).
  * For that the restrictions must be regular and independent on their zeros: p^2, or p said
  * twice in other words, has differentials that vanish there. */
 struct form_zero {

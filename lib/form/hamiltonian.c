@@ -6,7 +6,7 @@
 #include "derive.h"
 #include "form.h"
 #include "mem.h"
-#include "tangent.h"
+#include "cofactors.h"
 
 /* Row i of Omega^T x' = grad H, before any restriction. */
 struct equation {

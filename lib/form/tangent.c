@@ -1,5 +1,5 @@
 /* The kernel of a matrix of expressions: constant pivots first, then block by block. */
-#include "tangent.h"
+#include "cofactors.h"
 
 #include <stdlib.h>
 #include <string.h>

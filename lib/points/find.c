@@ -7,7 +7,7 @@
 
 #include "branches.h"
 #include "differentials.h"
-#include "domain.h"
+#include "into_domain.h"
 #include "normal.h"
 #include "mem.h"
 #include "refine.h"

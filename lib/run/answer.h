@@ -4,7 +4,7 @@
 
 #include "buf.h"
 #include "cases.h"
-#include "clock.h"
+#include "stage_clock.h"
 #include "mech.h"
 #include "operator.h"
 #include "print.h"

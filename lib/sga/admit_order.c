@@ -8,7 +8,7 @@
 #include "mem.h"
 #include "places.h"
 #include "regular.h"
-#include "routes.h"
+#include "product_routes.h"
 #include "warnings.h"
 
 /* Those that can be used up come first, then the others are seen as they are on the set; among each the smaller ones:
@@ -188,7 +188,7 @@ static int admit_each(struct state *s, struct candidate *cand, int count, int g,
 
 /* In one order after the other: a set that is regular in one (a circle, then a rod) may not look so in another (a circle that a
  * point in the middle of a rod just reaches). What was left comes first in the next. Only near a guess: elsewhere the
- * points of another order may be those of another component, which routes.h looks for. What is left in the end fails, or is held
+ * points of another order may be those of another component, which product_routes.h looks for. What is left in the end fails, or is held
  * back where a contradiction may show without it. */
 static bool admit_in_orders(struct state *s, struct candidate *cand, int count, int g)
 {

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "mem.h"
-#include "routes.h"
+#include "product_routes.h"
 #include "state.h"
 
 /* The system without what is defined, and that put back. *lifted: whether points were found for the whole. */

@@ -1,5 +1,5 @@
 /* Systems that contradict themselves at general points may have solutions at special ones. */
-#include "routes.h"
+#include "product_routes.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,5 +1,5 @@
 /* Incidence by value, blocks in solution order, and what each variable's motion needs. */
-#include "parts.h"
+#include "structure_work.h"
 
 #include <stdlib.h>
 #include <string.h>

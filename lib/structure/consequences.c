@@ -1,6 +1,6 @@
 /* The role of each equation, and for those that follow from others the combination, read
  * back from the elimination and checked before it is told. */
-#include "parts.h"
+#include "structure_work.h"
 
 #include <stdlib.h>
 #include <string.h>

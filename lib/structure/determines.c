@@ -1,6 +1,6 @@
 /* Which equations determine what: each block of velocities traced back to the equations of the
  * request, with how often they were differentiated, and each determined initial value to the free ones. */
-#include "parts.h"
+#include "structure_work.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 /* The stages of the structure, on one finished reduction. */
-#include "parts.h"
+#include "structure_work.h"
 
 #include <stdlib.h>
 

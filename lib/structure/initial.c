@@ -2,7 +2,7 @@
  * where the constraints' differential with respect to the others is regular. The others
  * are taken greedily, column by column in the order of preference (the greedy basis of a
  * matroid is the best one), by elimination in doubles; a proof in balls decides. */
-#include "parts.h"
+#include "structure_work.h"
 
 #include <math.h>
 #include <stdlib.h>

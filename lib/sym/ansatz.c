@@ -3,7 +3,7 @@
 
 #include "derive.h"
 #include "mem.h"
-#include "parts.h"
+#include "sym_work.h"
 
 /* The product of the variables that index names (nondecreasing, `degree` of them). */
 static expr_id monomial(struct sym_work *w, const int *index, int degree)

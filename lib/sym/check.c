@@ -6,7 +6,7 @@
 
 #include "mem.h"
 #include "warnings.h"
-#include "parts.h"
+#include "sym_work.h"
 
 /* The field in K, itself or after X0 times its time component was taken away. */
 static enum sym_truth in_gauge(struct sym_work *w, const expr_id *D)

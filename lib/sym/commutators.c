@@ -5,7 +5,7 @@
 #include "mem.h"
 #include "seeds.h"
 #include "warnings.h"
-#include "parts.h"
+#include "sym_work.h"
 
 enum { POINTS_AGAIN = 2, FAILURES = 40 };
 

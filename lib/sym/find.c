@@ -2,7 +2,7 @@
 #include <stdlib.h>
 
 #include "mem.h"
-#include "parts.h"
+#include "sym_work.h"
 #include "warnings.h"
 
 /* [K_i, K_j] in K on Pf. */

@@ -3,7 +3,7 @@
 #include <stdlib.h>
 
 #include "mem.h"
-#include "parts.h"
+#include "sym_work.h"
 
 enum { MOST_UNKNOWNS = 1200 };
 

@@ -7,7 +7,7 @@
 #include "derive.h"
 #include "mem.h"
 #include "warnings.h"
-#include "parts.h"
+#include "sym_work.h"
 
 /* Unknowns: factors of the integrals, then of the fields. Equations: the components of
  * sum c_l dF_l - sum d_k i_{D_k} T along each vector, and the time component sum d_k theta_k. */

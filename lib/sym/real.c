@@ -6,7 +6,7 @@
 #include <stdlib.h>
 
 #include "mem.h"
-#include "parts.h"
+#include "sym_work.h"
 #include "seeds.h"
 
 enum { PRECISION = 384, GOOD = 200, ZERO = 100, STEADY = 3, FAILURES = 20, MOST_BITS = 40, MOST_ENTRIES = 60000 };

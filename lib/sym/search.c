@@ -5,7 +5,7 @@
 
 #include "derive.h"
 #include "mem.h"
-#include "parts.h"
+#include "sym_work.h"
 
 enum { MOST_UNKNOWNS = 1200, MOST_VARIABLES = 200 };
 

@@ -10,7 +10,7 @@
 
 #include "derive.h"
 #include "mem.h"
-#include "parts.h"
+#include "sym_work.h"
 #include "seeds.h"
 
 enum { PRIMES = 4, PRIMES_TRIED = 8, STEADY = 3, FAILURES = 40, MARGIN_BITS = 12 };

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "mem.h"
-#include "parts.h"
+#include "sym_work.h"
 
 void sym_space_init(struct sym_space *s, int cols, nmod_t mod)
 {

@@ -2,7 +2,7 @@
  * of A belong to the variables. Sufficient for a symmetry, not necessary (theorem 3).
  *     (L_D T)_ij = D(A_ij) + A_kj d_i D^k + A_ik d_j D^k
  *     (L_D alpha)_i = D(alpha_i) + alpha_k d_i D^k */
-#include "parts.h"
+#include "sym_work.h"
 
 #include <stdlib.h>
 

@@ -1,5 +1,5 @@
 /* Derivatives along fields, brackets, and the part of a vector outside the gauge fields. */
-#include "parts.h"
+#include "sym_work.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -7,7 +7,7 @@
 #include "inputs.h"
 #include "manifold.h"
 #include "ode.h"
-#include "series.h"
+#include "flow_series.h"
 #include "sizes.h"
 #include "trajectory.h"
 

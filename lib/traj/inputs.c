@@ -1,4 +1,4 @@
-/* Inputs: which they are, and their pieces (enclose/pieces.h) put together. */
+/* Inputs: which they are, and their pieces (enclose/smooth_pieces.h) put together. */
 #include "inputs.h"
 #include "warnings.h"
 
@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "mem.h"
-#include "pieces.h"
+#include "smooth_pieces.h"
 
 enum { TAME = 8, WILD = 100 };
 enum { MOST_INPUTS = SGA_MOST_INPUTS, MOST_PIECES = SGA_MOST_PIECES, LEAST_PIECES = 60 };

@@ -6,7 +6,7 @@
 #include "derive.h"
 #include "form.h"
 #include "probe.h"
-#include "tangent.h"
+#include "cofactors.h"
 
 enum { K = 3, N = 2 * K };
 

@@ -1,5 +1,5 @@
 /* Row spaces modulo a prime: kernels against multiplication, reduction against membership. */
-#include "parts.h"
+#include "sym_work.h"
 
 #include <string.h>
 

@@ -1,5 +1,5 @@
 /* Values over parts of a step. */
-#include "range.h"
+#include "branches_hold.h"
 
 enum { BITS = 64, PARTS = 32 };
 
@@ -84,7 +84,7 @@ static bool off_cut(const struct enc_tail *t, double h, int y, int x)
     return ok;
 }
 
-bool enc_range_holds(const struct enc_tail *t, double h, int fields, int *bad)
+bool enc_branches_hold(const struct enc_tail *t, double h, int fields, int *bad)
 {
     const struct enc_program *p = t->s->p;
     *bad = -1;

@@ -1,7 +1,7 @@
 /* Which requests are let in: what the HTTP library would accept although two readers of the
  * same bytes could disagree about it, and who may ask. */
-#ifndef SERVER_ADMIT_H
-#define SERVER_ADMIT_H
+#ifndef SERVER_ADMISSION_H
+#define SERVER_ADMISSION_H
 
 #include "error.h"
 #include "exchange.h"

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "mem.h"
-#include "routes.h"
+#include "product_routes.h"
 #include "warnings.h"
 
 enum { RESEEDS = 2 };      /* what ended in a refusal is begun anew so often: the refusal stands then */

@@ -1,7 +1,7 @@
 /* A random start lies outside of the domain of roots and logarithms half of the time for each
  * of them, so that starts are not drawn again as a whole: node by node, from the leaves up, the
  * variables of one without a value are. */
-#include "domain.h"
+#include "into_domain.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,6 +1,6 @@
 /* Inside the points folder: starts at which functions have values. */
-#ifndef SGA_POINTS_DOMAIN_H
-#define SGA_POINTS_DOMAIN_H
+#ifndef SGA_POINTS_INTO_DOMAIN_H
+#define SGA_POINTS_INTO_DOMAIN_H
 
 #include "points.h"
 

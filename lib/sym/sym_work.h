@@ -1,6 +1,6 @@
 /* Inside the folder: the work on one reduced system. */
-#ifndef SGA_SYM_PARTS_H
-#define SGA_SYM_PARTS_H
+#ifndef SGA_SYM_SYM_WORK_H
+#define SGA_SYM_SYM_WORK_H
 
 #include <flint/fmpq.h>
 

@@ -1,6 +1,6 @@
 /* Inside the traj folder: Taylor coefficients along the flow. */
-#ifndef SGA_TRAJ_SERIES_H
-#define SGA_TRAJ_SERIES_H
+#ifndef SGA_TRAJ_FLOW_SERIES_H
+#define SGA_TRAJ_FLOW_SERIES_H
 
 #include "field.h"
 #include "jet.h"

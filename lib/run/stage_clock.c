@@ -1,5 +1,5 @@
 /* What each stage of a job takes. */
-#include "clock.h"
+#include "stage_clock.h"
 
 #include "budget.h"
 

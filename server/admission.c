@@ -6,7 +6,7 @@
  * The library does not show the line `: x`, but it leaves names and values where they came in:
  * between them lie just `: ` and CR LF in what clients commonly send. A request with anything
  * else between is answered, and is the last one of its connection. */
-#include "admit.h"
+#include "admission.h"
 
 #include <stdio.h>
 #include <stdlib.h>

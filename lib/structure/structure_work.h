@@ -1,6 +1,6 @@
 /* Inside the structure folder. */
-#ifndef SGA_STRUCTURE_PARTS_H
-#define SGA_STRUCTURE_PARTS_H
+#ifndef SGA_STRUCTURE_STRUCTURE_WORK_H
+#define SGA_STRUCTURE_STRUCTURE_WORK_H
 
 #include "structure.h"
 

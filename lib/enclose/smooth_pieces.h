@@ -6,8 +6,8 @@
  *     |C_p| r^p <= max(sum_{0<k<p} |c_k| r^k, small * the largest value seen)
  * so that what cannot be seen from the middle is no more than what can, or little at all. Others are halved, the
  * worst first. A pulse anywhere on a piece is in C_p, however narrow it is. */
-#ifndef SGA_ENCLOSE_PIECES_H
-#define SGA_ENCLOSE_PIECES_H
+#ifndef SGA_ENCLOSE_SMOOTH_PIECES_H
+#define SGA_ENCLOSE_SMOOTH_PIECES_H
 
 #include <stdbool.h>
 

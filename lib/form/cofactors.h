@@ -1,6 +1,6 @@
 /* Inside the form folder only: vectors tangent to the zero set of functions. */
-#ifndef SGA_FORM_TANGENT_H
-#define SGA_FORM_TANGENT_H
+#ifndef SGA_FORM_COFACTORS_H
+#define SGA_FORM_COFACTORS_H
 
 #include "form.h"
 

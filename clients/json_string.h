@@ -1,6 +1,6 @@
 /* JSON strings as text. */
-#ifndef CLIENTS_TEXT_H
-#define CLIENTS_TEXT_H
+#ifndef CLIENTS_JSON_STRING_H
+#define CLIENTS_JSON_STRING_H
 
 #include "buf.h"
 #include "scan.h"

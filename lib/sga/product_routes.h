@@ -1,7 +1,7 @@
 /* Inside the sga folder: the branches of products, and the special points of a system that
  * contradicts itself at general ones. */
-#ifndef SGA_SGA_ROUTES_H
-#define SGA_SGA_ROUTES_H
+#ifndef SGA_SGA_PRODUCT_ROUTES_H
+#define SGA_SGA_PRODUCT_ROUTES_H
 
 #include "components.h"
 #include "state.h"

@@ -1,5 +1,5 @@
 /* Taylor coefficients along the flow, from the expressions of the reduced field. */
-#include "series.h"
+#include "flow_series.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,6 +1,6 @@
 /* Inside the expression folder only: nodes made raw, and made again. */
-#ifndef SGA_EXPR_STORE_H
-#define SGA_EXPR_STORE_H
+#ifndef SGA_EXPR_RAW_NODES_H
+#define SGA_EXPR_RAW_NODES_H
 
 #include "expr.h"
 

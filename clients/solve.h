@@ -1,6 +1,6 @@
 /* A solved request, wherever it was solved: here in the process, or by a daemon. */
-#ifndef CLIENTS_REQUEST_H
-#define CLIENTS_REQUEST_H
+#ifndef CLIENTS_SOLVE_H
+#define CLIENTS_SOLVE_H
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -17,7 +17,7 @@ struct answer {
 /* Runs the request in this process. Where a library call runs past memory or time and cannot
  * be left, `stuck` is called with the problem in a: it ends the process. */
 bool solve_here(const char *request, size_t length, struct answer *a, void (*stuck)(const struct answer *a));
-/* Posts it to a daemon's address (http.h) and waits, at most so many seconds (0: as long as it takes). */
+/* Posts it to a daemon's address (http_client.h) and waits, at most so many seconds (0: as long as it takes). */
 bool solve_there(const char *url, const char *request, size_t length, double seconds, struct answer *a);
 
 #endif

@@ -1,6 +1,6 @@
 /* A small HTTP/1.1 client: one request on one connection, over TCP, TLS or a UNIX socket. */
-#ifndef CLIENTS_HTTP_H
-#define CLIENTS_HTTP_H
+#ifndef CLIENTS_HTTP_CLIENT_H
+#define CLIENTS_HTTP_CLIENT_H
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -1,5 +1,5 @@
 /* Division of a time span by how a function of time varies. */
-#include "pieces.h"
+#include "smooth_pieces.h"
 
 #include <math.h>
 #include <stdlib.h>

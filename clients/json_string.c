@@ -1,5 +1,5 @@
 /* JSON strings as text: escapes are undone, \u as UTF-8. */
-#include "text.h"
+#include "json_string.h"
 
 #include <stdlib.h>
 #include <string.h>

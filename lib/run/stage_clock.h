@@ -2,8 +2,8 @@
  *
  * At every moment one stage runs, and its time is counted once: what they took adds up to the
  * whole. A stage that begins inside another one puts it off until it ends. */
-#ifndef SGA_RUN_CLOCK_H
-#define SGA_RUN_CLOCK_H
+#ifndef SGA_RUN_STAGE_CLOCK_H
+#define SGA_RUN_STAGE_CLOCK_H
 
 /* The one table: symbol, member of `work.seconds`. */
 #define STAGE_TABLE(X) \

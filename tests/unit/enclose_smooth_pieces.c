@@ -2,7 +2,7 @@
 #include <math.h>
 
 #include "check.h"
-#include "pieces.h"
+#include "smooth_pieces.h"
 
 static struct expr_store st;
 static expr_id t;

@@ -1,5 +1,5 @@
 /* HTTP by hand: the reply is read to its end, then taken apart. */
-#include "http.h"
+#include "http_client.h"
 #include "stream.h"
 
 #include <stdio.h>
