@@ -4,6 +4,10 @@
 #   make shared   the library for other programs only: build/lib/libsga.so.0, build/lib/libsga.a
 #   make run      install what is missing, build, start a daemon, solve the arm, show it
 #   make test     install what is missing, build, run every test; ends with N passed, N failed
+#   make quick    something about everything in a minute: samples of all suites
+#   make lint     clang's warnings, gcc's analyzer where bytes from outside are read
+#   make coverage [SUITES="unit cases"]     which lines the tests come by, by folder
+#   make mutants [FOLDERS="sga traj"] [MUTANTS=40]     small errors put into the code: which ones no test sees
 #   make kill-test [ROUNDS=100]    kill -9 at random moments, nothing accepted is lost
 #   make many-test [REQUESTS=100000]   no loss, duplicate or mix-up
 #   make order-test [SEEDS=20]         the corpus in other words, each case with so many seeds
@@ -68,7 +72,7 @@ SERVER_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard server/*.c)) $(B)/server/embedd
 # daemon does; it needs no JSON library. A tradeoff is shown by the same code too.
 CLIENT_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard clients/*.c)) $(addprefix $(B)/server/,scan.o problem.o tradeoff_view.o view.o)
 
-.PHONY: all lib shared install uninstall FORCE run test unit bench kill-test many-test order-test soak-test fuzz fuzz-build clean deps check-deps
+.PHONY: all lib shared install uninstall FORCE run test quick units lint coverage mutants unit bench kill-test many-test order-test soak-test fuzz fuzz-build clean deps check-deps
 all: $(B)/sgad $(B)/sga $(B)/libsga.a
 lib: $(B)/libsga.a
 
@@ -170,6 +174,7 @@ $(B)/unit/$(notdir $(basename $(1))): $(1) $(call floor_obj,$(call floor_of,$(1)
 	$(Q)$(CC) $(ALL_CFLAGS) -iquote tests/unit $(if $(filter face,$(call floor_of,$(1))),-iquote include) $(foreach d,$(call floor_of,$(1)) $(DEPS_$(call floor_of,$(1))),-iquote lib/$(d)) -o $$@ $(1) $(call floor_obj,$(call floor_of,$(1))) $(LIBS) $(if $(findstring _memory,$(1)),$(FAILING))
 endef
 $(foreach u,$(wildcard tests/unit/*.c),$(eval $(call unit_rules,$(u))))
+units: $(UNIT_BIN)
 unit: $(UNIT_BIN)
 	@for u in $(UNIT_BIN); do echo "# $$u"; $$u || exit 1; done
 
@@ -206,6 +211,19 @@ run: deps
 test: deps
 	@$(MAKE) --no-print-directory all $(UNIT_BIN)
 	@tests/run $(B)
+quick: deps
+	@$(MAKE) --no-print-directory all units
+	@SGA_TEST_SCALE=0.02 SGA_TEST_EVERY=20 tests/run $(B) unit self schema work cases hard errors units tables cut order exact operator symmetry service
+# What a second compiler sees; and gcc's analyzer on the floors that read what strangers send.
+lint: deps
+	@tests/lint
+coverage: deps
+	@$(MAKE) --no-print-directory B=build-coverage CFLAGS="-O1 -g --coverage -fprofile-update=atomic" all units
+	@find build-coverage -name '*.gcda' -delete
+	@tests/run build-coverage $(or $(SUITES),unit self cases hard parameters tables operator mechanical symmetry service) | tail -n 30
+	@/usr/bin/python3 tests/coverage.py build-coverage
+mutants: deps
+	@/usr/bin/python3 tests/mutate.py build-mutants $(or $(MUTANTS),40) $(FOLDERS)
 bench: deps
 	@$(MAKE) --no-print-directory all
 	@tests/bench/run $(B)

@@ -9,6 +9,7 @@
 #include "warnings.h"
 
 enum { LARGEST_CONE = SGA_MOST_IRREGULAR_CONE, MOST_PARTS = 3 };
+static const double NEAR_ROOT = 5e-3;
 
 static struct proposal *add(struct proposal **list, int *count, const expr_id *out, int n)
 {
@@ -108,6 +109,22 @@ static expr_id quantity(struct state *s, expr_id e)
     return part[quantities(s, e, part) - 1];
 }
 
+/* The largest of what u's variables add to it near x: what a difference of large terms is small beside. */
+static double terms_of(struct state *s, expr_id u, double v, const double *x, double t)
+{
+    static const double STEP = 0x1p-16;
+    int n = s->sys->variables;
+    double most = 0, *y = memcpy(sga_malloc((size_t)(n + 1) * sizeof *y), x, (size_t)n * sizeof *y);
+    for (int j = 0; j < n; j++) {
+        y[j] = x[j] * (1 + STEP);
+        double d = x[j] != 0 ? fabs(regular_value(s, u, y, t) - v) / STEP : 0;
+        most = isfinite(d) ? fmax(most, d) : most;
+        y[j] = x[j];
+    }
+    free(y);
+    return most;
+}
+
 /* u - r for simple numbers r near u's value at x: what is approached is known roughly,
  * since zeros of high order attract slowly. d: the derivatives that are to tell. */
 static void simple_roots(struct state *s, expr_id u, const expr_id *d, int n, bool exact, const double *x, double t,
@@ -115,12 +132,14 @@ static void simple_roots(struct state *s, expr_id u, const expr_id *d, int n, bo
 {
     enum { ROOTS = 4 };
     double v = regular_value(s, u, x, t);
+    if (isfinite(v) && fabs(v) < NEAR_ROOT * terms_of(s, u, v, x, t))
+        v = 0;
     for (int turn = 0; turn < 2 && isfinite(v) && fabs(v) < 1e6; turn++) {
         double unit = turn ? M_PI : 1;
         int tried = 0;
         for (long q = 1; q <= 12 && tried < ROOTS; q++) {
             double p = round(v / unit * (double)q);
-            if (fabs(v - p / (double)q * unit) > 5e-3 * (1 + fabs(v)) || (turn && p == 0))
+            if (fabs(v - p / (double)q * unit) > NEAR_ROOT * (1 + fabs(v)) || (turn && p == 0))
                 continue;
             expr_id r = expr_rational(s->st, (long)p, q);
             if (turn)

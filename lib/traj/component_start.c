@@ -10,9 +10,10 @@
 #include "seeds.h"
 #include "set_points.h"
 #include "tiers.h"
+#include "watch.h"
 
 enum { MOST = 40 };      /* variables: descent to all digits is dense */
-static const double ON = 1e-10;
+static const double ON = 1e-10, SHORTEST = 1.0 / 64;
 
 static bool drops(struct flow *f, const struct traj_request *rq, const double *x)
 {
@@ -42,18 +43,49 @@ static bool by_shape(const struct flow *f, const struct sys_system *sys, const s
     return ok;
 }
 
+/* z, on the component, descends to what is nearest to the guess. False: it left the component. */
+static bool descends(struct flow *f, const struct sys_system *sys, const struct traj_request *rq, double *z)
+{
+    double far[TIERS];
+    return tiers_descend(&f->manifold, sys, &f->sizes, rq, z, far) && fabs(manifold_residual(&f->manifold, rq->start, z, NULL, NULL)) < ON && !drops(f, rq, z);
+}
+
+/* The same while the guess itself comes from y to where it is, so that each descent is short and none goes over to another component. */
+static bool follows(struct flow *f, const struct sys_system *sys, const struct traj_request *rq, const double *y, double *z)
+{
+    size_t n = (size_t)f->n;
+    double at = 0, step = 0.25, *target = sga_malloc(2 * (n + 1) * sizeof *target), *next = target + n + 1;
+    struct traj_request own = *rq;
+    own.initial = target;
+    memcpy(z, y, n * sizeof *z);
+    while (at < 1 && step > SHORTEST && sga_watch_ok()) {
+        double to = fmin(1, at + step);
+        for (size_t j = 0; j < n; j++)
+            target[j] = to < 1 ? y[j] + to * (rq->initial[j] - y[j]) : rq->initial[j];
+        memcpy(next, z, n * sizeof *next);
+        if (descends(f, sys, &own, next)) {
+            memcpy(z, next, n * sizeof *z);
+            at = to;
+            step *= 2;
+        } else {
+            step /= 2;
+        }
+    }
+    free(target);
+    return at == 1;
+}
+
 /* From y, on or near the component, with the held values put in: the nearest point; or, if y is as good as any, y itself where the descent leaves
  * the component. */
 static bool nearest_from(struct flow *f, const struct sys_system *sys, const struct traj_request *rq, bool good, double *y)
 {
     size_t n = (size_t)f->n;
-    double far[TIERS], residual, *z = sga_malloc((n + 1) * sizeof *z);
+    double residual, *z = sga_malloc((n + 1) * sizeof *z);
     for (size_t j = 0; j < n; j++)
         y[j] = rq->held && rq->held[j] ? rq->initial[j] : y[j];
     bool ok = manifold_project(&f->manifold, rq->start, y, NULL, rq->held, 60, NULL, &residual, NULL) && !drops(f, rq, y);
     memcpy(z, y, n * sizeof *z);
-    if (ok && tiers_descend(&f->manifold, sys, &f->sizes, rq, z, far) && fabs(manifold_residual(&f->manifold, rq->start, z, NULL, NULL)) < ON
-        && !drops(f, rq, z))
+    if (ok && (descends(f, sys, rq, z) || follows(f, sys, rq, y, z)))
         memcpy(y, z, n * sizeof *z);
     else
         ok = ok && good;

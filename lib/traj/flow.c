@@ -272,7 +272,13 @@ static double *known_point(const struct sys_system *sys, const struct sga_soluti
     on.space.parameter_value = value;
     uint64_t random = SGA_SEED_MOTION_START;
     double *x = NULL;
-    if (points_find_staged(&on.space, on.end, on.stages, 0, &random, 64, &p) == POINTS_OK)
+    enum points_status status = points_find_staged(&on.space, on.end, on.stages, 0, &random, 64, &p);
+    if (status == POINTS_NONE || status == POINTS_IRREGULAR) {       /* a pole may be between: anywhere */
+        points_point_clear(&p);
+        on.space.near = NULL;
+        status = points_find_staged(&on.space, on.end, on.stages, 1, &random, 64, &p);
+    }
+    if (status == POINTS_OK)
         x = memcpy(sga_malloc(bytes), p.x, bytes);
     points_point_clear(&p);
     set_points_clear(&on);

@@ -1,0 +1,94 @@
+"""Small errors put into the code, one at a time: mutate.py BUILD_DIR COUNT [FOLDER...]
+
+Each is a change of one operator, constant or condition in a copy of the sources (folders of lib/; sga, traj, points, ode, poly and
+request unless named). What is built of it must fail some test: the unit tests of its folder, then every tenth case, then starts and
+irregular sets at a small scale. What no test sees is printed: a test is missing there, or the code does not matter. SGA_TEST_SEED
+repeats a run. Ends with the share of errors that were seen; a run that takes far longer than the right code counts as seen.
+"""
+import os
+import random
+import re
+import shutil
+import subprocess
+import sys
+
+from tally import ROOT, seed
+
+FOLDERS = ["sga", "traj", "points", "ode", "poly", "request"]
+CHANGES = [(r" < ", " <= "), (r" <= ", " < "), (r" > ", " >= "), (r" >= ", " > "), (r" == ", " != "), (r" != ", " == "), (r" \+ ", " - "), (r" - ", " + "),
+           (r" \* ", " / "), (r" && ", " || "), (r" \|\| ", " && "), (r"\bif \(!", "if ("), (r"\breturn true;", "return false;"),
+           (r"\breturn false;", "return true;"), (r"\+\+", "--"), (r" \+= ", " -= "), (r"\b1\b", "2"), (r"\b0\b", "1"), (r"\bfmax\(", "fmin("), (r"\bcontinue;", ";")]
+SKIP = re.compile(r"^\s*(\*|/\*|//|#|enum|struct|static const|[A-Z_]+\()|sga_fail|snprintf|printf|sizeof|\"")
+COMPILE, TEST = 240, 400
+
+
+def run(command, cwd, limit, env=None):
+    try:
+        return subprocess.run(command, cwd=cwd, capture_output=True, timeout=limit, check=False, env={**os.environ, **(env or {})}).returncode
+    except subprocess.TimeoutExpired:
+        return None
+
+
+def sites(tree, folders):
+    for folder in folders:
+        at = os.path.join(tree, "lib", folder)
+        for name in sorted(os.listdir(at)):
+            if not name.endswith(".c"):
+                continue
+            with open(os.path.join(at, name), encoding="utf-8") as f:
+                text = f.read().split("\n")
+            for k, line in enumerate(text):
+                code = line.split("/*")[0]
+                if SKIP.search(line) or not code.strip():
+                    continue
+                for pattern, to in CHANGES:
+                    for m in re.finditer(pattern, code):
+                        yield os.path.join("lib", folder, name), k, m.start(), m.end(), to
+
+
+def seen(tree, build, folder):
+    """By what the change was seen; "" where nothing saw it; None where it does not compile."""
+    made = run(["make", "-s", "-j2", f"B={build}", f"FLOOR={folder}", "all", "units"], tree, COMPILE)
+    if made != 0:
+        return None
+    env = {"SGA_TEST_SCALE": "0.1", "SGA_TEST_EVERY": "10", "PYTHONDONTWRITEBYTECODE": "1"}
+    python = "/usr/bin/python3"
+    units = [f for f in sorted(os.listdir(os.path.join(tree, build, "unit"))) if f.startswith(folder + "_") and "." not in f]
+    for name, command in [(f"unit {u}", [os.path.join(tree, build, "unit", u)]) for u in units] + [
+            ("cases", [python, "tests/cases.py", build]), ("start", [python, "tests/start_check.py", build]), ("hard", [python, "tests/hard_sets.py", build])]:
+        if run(command, tree, TEST, env) != 0:
+            return name
+    return ""
+
+
+def main():
+    tree, count = os.path.abspath(sys.argv[1]), int(sys.argv[2])
+    folders, rng = sys.argv[3:] or FOLDERS, random.Random(seed(20261123))
+    shutil.rmtree(tree, ignore_errors=True)
+    shutil.copytree(ROOT, tree, ignore=shutil.ignore_patterns("build*", ".git"))
+    listed, tried, survived = list(sites(tree, folders)), 0, []
+    for folder in folders:
+        if seen(tree, "build", folder) != "":
+            sys.exit(f"the right code fails tests of {folder}")
+    while tried < count and listed:
+        path, k, a, b, to = listed.pop(rng.randrange(len(listed)))
+        with open(os.path.join(tree, path), encoding="utf-8") as f:
+            right = f.read()
+        lines = right.split("\n")
+        was, lines[k] = lines[k], lines[k][:a] + to + lines[k][b:]
+        with open(os.path.join(tree, path), "w", encoding="utf-8") as f:
+            f.write("\n".join(lines))
+        by = seen(tree, "build", path.split("/")[1])
+        with open(os.path.join(tree, path), "w", encoding="utf-8") as f:
+            f.write(right)
+        if by is None:
+            continue
+        tried += 1
+        print(f"{path}:{k + 1}: {'seen by ' + by if by else 'NOT SEEN'}: {was.strip()}  ->  {lines[k].strip()}", flush=True)
+        survived += [path] * (not by)
+    print(f"{tried - len(survived)} of {tried} errors were seen by a test ({100 * (tried - len(survived)) / max(tried, 1):.0f} %), {', '.join(folders)}")
+    return 0 if tried else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
