@@ -3,7 +3,7 @@
 #include "problem.h"
 #include "solve.h"
 #include "run.h"
-#include "scan.h"
+#include "json_scan.h"
 
 #include <signal.h>
 #include <stdio.h>

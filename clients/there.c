@@ -2,7 +2,7 @@
 #include "budget.h"
 #include "http_client.h"
 #include "solve.h"
-#include "scan.h"
+#include "json_scan.h"
 #include "json_string.h"
 
 #include <stdio.h>

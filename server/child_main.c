@@ -5,7 +5,7 @@
 #include "exec.h"
 #include "run.h"
 #include "sandbox.h"
-#include "wire.h"
+#include "child_wire.h"
 
 #include <poll.h>
 #include <signal.h>

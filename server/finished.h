@@ -6,7 +6,7 @@
 #include <stddef.h>
 
 #include "job.h"
-#include "scan.h"
+#include "json_scan.h"
 
 struct finished {
     atomic_int refs;

@@ -5,7 +5,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "account.h"
+#include "quota.h"
 #include "buf.h"
 #include "digest.h"
 

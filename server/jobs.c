@@ -8,14 +8,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-struct jobs *jobs_new(const struct config *c, struct store *st, struct recent *recent, struct metrics *m, struct jobs_hooks hooks)
+struct jobs *jobs_new(const struct config *c, struct store *st, struct memory_cache *memory_cache, struct metrics *m, struct jobs_hooks hooks)
 {
     struct jobs *js = calloc(1, sizeof *js);
     if (!js)
         return NULL;
     js->config = c;
     js->store = st;
-    js->recent = recent;
+    js->memory_cache = memory_cache;
     js->metrics = m;
     js->hooks = hooks;
     pthread_mutex_init(&js->lock, NULL);
@@ -119,7 +119,7 @@ static enum submit submit_new(struct jobs *js, struct submission *s)
 {
     if (no_room(js, s->length))
         return SUBMIT_FULL;
-    if ((s->quota = account_full(s->account, s->length, sga_now(), &s->retry)))
+    if ((s->quota = quota_full(s->account, s->length, sga_now(), &s->retry)))
         return SUBMIT_QUOTA;
     struct job *fresh = jobs_make(js, s->id, s->account);
     if (!fresh)
@@ -141,7 +141,7 @@ static enum submit submit_new(struct jobs *js, struct submission *s)
     if (*at)
         forget(at);            /* it failed before; its end is on its way to the disk */
     *jobs_place(js, s->id) = fresh;
-    recent_drop(js->recent, s->id);
+    memory_cache_drop(js->memory_cache, s->id);
     job_ref(fresh);            /* the caller's */
     s->job = fresh;
     fresh->account->alive++;
@@ -155,7 +155,7 @@ enum submit jobs_submit(struct jobs *js, struct submission *s)
     enum submit outcome;
     pthread_mutex_lock(&js->lock);
     struct job *old = *jobs_place(js, s->id);
-    struct finished *f = old ? finished_ref(old->finished) : recent_by_id(js->recent, s->id);
+    struct finished *f = old ? finished_ref(old->finished) : memory_cache_by_id(js->memory_cache, s->id);
     if (f && f->status == JOB_DONE) {
         s->finished = f;
         f = NULL;

@@ -15,13 +15,13 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "account.h"
+#include "quota.h"
 #include "config.h"
 #include "error.h"
 #include "finished.h"
 #include "job.h"
 #include "metrics.h"
-#include "recent.h"
+#include "memory_cache.h"
 #include "store.h"
 
 struct jobs;
@@ -32,7 +32,7 @@ struct jobs_hooks {
     void (*resume)(void *connection);
 };
 
-struct jobs *jobs_new(const struct config *c, struct store *st, struct recent *recent, struct metrics *m, struct jobs_hooks hooks);
+struct jobs *jobs_new(const struct config *c, struct store *st, struct memory_cache *memory_cache, struct metrics *m, struct jobs_hooks hooks);
 /* Takes over what the store holds from before. Before workers start. */
 bool jobs_recover(struct jobs *js, char *why, size_t size);
 void jobs_free(struct jobs *js);

@@ -41,7 +41,7 @@ struct jobs {
     pthread_cond_t work;
     const struct config *config;
     struct store *store;
-    struct recent *recent;
+    struct memory_cache *memory_cache;
     struct metrics *metrics;
     struct jobs_hooks hooks;
     struct job *bucket[JOBS_BUCKETS];

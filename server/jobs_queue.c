@@ -88,7 +88,7 @@ void jobs_settle(struct job *job, double seconds)
 {
     jobs_stage(job, STAGE_NONE);
     job->account->alive--;
-    account_ran(job->account, seconds, sga_now());
+    quota_ran(job->account, seconds, sga_now());
 }
 
 struct account *jobs_account(struct jobs *js, const char *name, const struct quota *quota)

@@ -148,7 +148,7 @@ void jobs_end(struct jobs *js, struct job *job, enum job_status status, const st
     job->event++;
     /* Under the lock: a new run of the same id must come later in the store's order, and
      * must not have its text replaced by this one. */
-    recent_put(js->recent, f);
+    memory_cache_put(js->memory_cache, f);
     bool given = store_end(js->store, &job->row, f->result, end_stored, job);
     jobs_notify(js, job);
     pthread_mutex_unlock(&js->lock);

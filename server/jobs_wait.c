@@ -21,7 +21,7 @@ static bool satisfied(const struct job *job, const struct waiter *w)
 static bool room(const struct jobs *js, const struct waiter *w)
 {
     return w->kind == WAIT_STORED
-        || ((!w->account || account_may_wait(w->account))
+        || ((!w->account || quota_may_wait(w->account))
             && (w->kind == WAIT_ENDED ? js->waiters < (unsigned long)js->config->waiters
                                       : js->streams < (unsigned long)js->config->streams));
 }
@@ -63,7 +63,7 @@ bool jobs_wait(struct jobs *js, struct job *job, struct waiter *w)
 bool jobs_may_wait(struct jobs *js, const struct account *account)
 {
     pthread_mutex_lock(&js->lock);
-    bool may = account_may_wait(account);
+    bool may = quota_may_wait(account);
     pthread_mutex_unlock(&js->lock);
     return may;
 }

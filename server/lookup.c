@@ -30,7 +30,7 @@ static enum lookup from_store(struct service *sv, const char *id, struct finishe
     else if (row.status == JOB_DONE) {
         finished_book(*finished, &sv->reply_bytes);
         store_touch(sv->store, id, clock_ms());
-        recent_put(sv->recent, *finished);      /* other ends may be replaced by a new run */
+        memory_cache_put(sv->memory_cache, *finished);      /* other ends may be replaced by a new run */
     }
     free(text);
     free(row.error);
@@ -89,7 +89,7 @@ enum lookup lookup_job(struct service *sv, const char *id, struct job **job, str
         *finished = look.finished;
         return LOOKUP_RECENT;
     }
-    if ((*finished = recent_by_id(sv->recent, id)))
+    if ((*finished = memory_cache_by_id(sv->memory_cache, id)))
         return LOOKUP_RECENT;
     return from_store(sv, id, finished);
 }

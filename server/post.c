@@ -4,10 +4,10 @@
  * checks it and makes the canonical text, whose digest is the job's id. A reply that
  * carries the end of a job does not wait for the disk; a 202 does. */
 #include "budget.h"
-#include "checks.h"
+#include "check_threads.h"
 #include "lookup.h"
 #include "reply.h"
-#include "room.h"
+#include "memory_room.h"
 #include "routes.h"
 #include "run.h"
 
@@ -85,7 +85,7 @@ static enum MHD_Result submit(struct exchange *e, const unsigned char *sum, stru
     size_t length = canonical->len;
     exchange_free_body(e);            /* who waits holds no memory for what is known already */
     digest_id(id, sga_version(), canonical->data, length);
-    recent_alias(sv->recent, sum, id);
+    memory_cache_alias(sv->memory_cache, sum, id);
     enum lookup found = lookup_job(sv, id, &e->job, &f);
     if (f && f->status == JOB_DONE)
         return hit(e, f, found == LOOKUP_STORED ? METRIC_CACHE_STORE : METRIC_CACHE_MEMORY);
@@ -139,13 +139,13 @@ static enum MHD_Result post(struct exchange *e, long seconds)
     if (e->check.done)
         return checked(e, seconds);   /* resumed too */
     digest(e->check.sum, e->body, e->length);
-    struct finished *f = recent_by_body(sv->recent, e->check.sum);
+    struct finished *f = memory_cache_by_body(sv->memory_cache, e->check.sum);
     if (f)
         return hit(e, f, METRIC_CACHE_MEMORY);
     if (!room_for_reading(e->length))
         return busy(e, "There is not enough memory to read a request at this moment.");
-    if (sv->checks && e->length > CHECKS_INLINE)
-        return checks_submit(sv->checks, e) ? MHD_YES : busy(e, "Many requests wait to be read already.");
+    if (sv->check_threads && e->length > CHECK_THREADS_INLINE)
+        return check_threads_submit(sv->check_threads, e) ? MHD_YES : busy(e, "Many requests wait to be read already.");
     e->check.ok = sga_canonical((const char *)e->body, e->length, &e->check.canonical, &e->check.err);
     return checked(e, seconds);
 }

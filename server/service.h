@@ -9,20 +9,20 @@
 #include "jobs.h"
 #include "listen.h"
 #include "metrics.h"
-#include "recent.h"
+#include "memory_cache.h"
 #include "store.h"
 #include "tokens.h"
 
-struct checks;
+struct check_threads;
 
 struct service {
     struct config config;
     struct metrics metrics;
     struct store *store;
-    struct recent *recent;
+    struct memory_cache *memory_cache;
     struct jobs *jobs;
     struct conns *conns;
-    struct checks *checks;          /* NULL: requests are checked where they come in */
+    struct check_threads *check_threads;   /* NULL: requests are checked where they come in */
     struct tokens *tokens;          /* NULL where access is open */
     struct account *everyone;       /* of requests without a token */
     const struct listeners *listeners;   /* whose hosts the service answers to; NULL: none */

@@ -18,7 +18,7 @@
 #include <stdint.h>
 
 #include "job.h"
-#include "scan.h"
+#include "json_scan.h"
 
 struct store;
 struct metrics;

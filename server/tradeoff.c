@@ -1,14 +1,14 @@
 /* GET /v1/jobs/ID/tradeoff: speed against accuracy as JSON, as a table, or as an image. */
-#include "piece.h"
+#include "result_part.h"
 #include "routes.h"
 #include "tradeoff_view.h"
 
 enum { AS_JSON, AS_CSV, AS_SVG, FORMATS };
 
-static const struct piece_format formats[FORMATS] = {
+static const struct result_part_format formats[FORMATS] = {
     [AS_JSON] = { "json", TYPE_JSON }, [AS_CSV] = { "csv", "text/csv" }, [AS_SVG] = { "svg", "image/svg+xml" },
 };
-static const struct piece_kind kind = { "tradeoff", NULL, formats, FORMATS, "json, csv or svg", SGA_E_NO_TRADEOFF,
+static const struct result_part_kind kind = { "tradeoff", NULL, formats, FORMATS, "json, csv or svg", SGA_E_NO_TRADEOFF,
                                         "The request of this job asked for no tradeoff." };
 
 enum MHD_Result handle_tradeoff(struct exchange *e)
@@ -18,10 +18,10 @@ enum MHD_Result handle_tradeoff(struct exchange *e)
     struct sga_buf out = { 0 };
     enum MHD_Result rc;
     int format;
-    if (!piece_find(e, &kind, &f, &tradeoff, &format, &rc))
+    if (!result_part_find(e, &kind, &f, &tradeoff, &format, &rc))
         return rc;
     if (format == AS_JSON)
-        return piece_send(e, f, tradeoff);
+        return result_part_send(e, f, tradeoff);
     if (format == AS_CSV)
         tradeoff_csv(tradeoff, &out);
     else

@@ -1,18 +1,18 @@
 /* GET /v1/jobs/ID/trajectory: the samples alone. As JSON they are a piece of the finished
  * text and are sent as it stands; as CSV and NDJSON they are streamed line by line. */
-#include "piece.h"
+#include "result_part.h"
 #include "routes.h"
 #include "view.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-static const struct piece_format formats[VIEW_FORMATS] = {
+static const struct result_part_format formats[VIEW_FORMATS] = {
     [VIEW_JSON] = { "json", TYPE_JSON },
     [VIEW_CSV] = { "csv", "text/csv" },
     [VIEW_NDJSON] = { "ndjson", "application/x-ndjson" },
 };
-static const struct piece_kind kind = { "trajectory", "trajectories", formats, VIEW_FORMATS, "json, csv or ndjson", SGA_E_NO_TRAJECTORY,
+static const struct result_part_kind kind = { "trajectory", "trajectories", formats, VIEW_FORMATS, "json, csv or ndjson", SGA_E_NO_TRAJECTORY,
                                         "The request of this job asked for no trajectory." };
 
 struct flow {
@@ -75,7 +75,7 @@ enum MHD_Result handle_trajectory(struct exchange *e)
     struct slice trajectory;
     enum MHD_Result rc;
     int format;
-    if (!piece_find(e, &kind, &f, &trajectory, &format, &rc))
+    if (!result_part_find(e, &kind, &f, &trajectory, &format, &rc))
         return rc;
-    return format == VIEW_JSON ? piece_send(e, f, trajectory) : send_lines(e, f, (enum view_format)format, trajectory);
+    return format == VIEW_JSON ? result_part_send(e, f, trajectory) : send_lines(e, f, (enum view_format)format, trajectory);
 }

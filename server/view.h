@@ -3,7 +3,7 @@
 #define SERVER_VIEW_H
 
 #include "buf.h"
-#include "scan.h"
+#include "json_scan.h"
 
 enum view_format { VIEW_JSON, VIEW_CSV, VIEW_NDJSON, VIEW_FORMATS };
 

@@ -8,8 +8,8 @@
 #include "budget.h"
 #include "child.h"
 #include "log.h"
-#include "scan.h"
-#include "wire.h"
+#include "json_scan.h"
+#include "child_wire.h"
 
 #include <errno.h>
 #include <poll.h>

@@ -1,5 +1,5 @@
 /* Quotas. The seconds are counted in hours that begin with the first job of each. */
-#include "account.h"
+#include "quota.h"
 
 #include <stddef.h>
 
@@ -11,7 +11,7 @@ static void turn_hour(struct account *a, double now)
     a->used = 0;
 }
 
-const char *account_full(struct account *a, unsigned long bytes, double now, long *retry)
+const char *quota_full(struct account *a, unsigned long bytes, double now, long *retry)
 {
     const struct quota *q = &a->quota;
     *retry = 5;
@@ -27,13 +27,13 @@ const char *account_full(struct account *a, unsigned long bytes, double now, lon
     return NULL;
 }
 
-void account_ran(struct account *a, double seconds, double now)
+void quota_ran(struct account *a, double seconds, double now)
 {
     turn_hour(a, now);
     a->used += seconds;
 }
 
-bool account_may_wait(const struct account *a)
+bool quota_may_wait(const struct account *a)
 {
     return !a->quota.waiters || a->waiting < (unsigned long)a->quota.waiters;
 }

@@ -1,7 +1,7 @@
 /* Messages between a worker and its child process: a header, then so many bytes.
  * Both ends are the same program on the same machine, so the header is a plain struct. */
-#ifndef SERVER_WIRE_H
-#define SERVER_WIRE_H
+#ifndef SERVER_CHILD_WIRE_H
+#define SERVER_CHILD_WIRE_H
 
 #include <stdbool.h>
 #include <stddef.h>

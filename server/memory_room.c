@@ -1,5 +1,5 @@
 /* Asking for memory and giving it back: what malloc would refuse a moment later is refused now. */
-#include "room.h"
+#include "memory_room.h"
 
 #include <sys/mman.h>
 

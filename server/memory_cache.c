@@ -3,7 +3,7 @@
  *
  * Invariants under the lock: every entry is in its bucket and in the list; bytes is the
  * sum over the list. */
-#include "recent.h"
+#include "memory_cache.h"
 
 #include <pthread.h>
 #include <stdlib.h>
@@ -21,7 +21,7 @@ struct alias {
     char id[ID_LENGTH + 1];      /* empty: unused */
 };
 
-struct recent {
+struct memory_cache {
     pthread_mutex_t lock;
     size_t bytes, max_bytes;
     struct entry *newest, *oldest;
@@ -29,9 +29,9 @@ struct recent {
     struct alias alias[ALIASES];
 };
 
-struct recent *recent_new(size_t bytes)
+struct memory_cache *memory_cache_new(size_t bytes)
 {
-    struct recent *r = calloc(1, sizeof *r);
+    struct memory_cache *r = calloc(1, sizeof *r);
     if (!r)
         return NULL;
     pthread_mutex_init(&r->lock, NULL);
@@ -39,7 +39,7 @@ struct recent *recent_new(size_t bytes)
     return r;
 }
 
-static struct entry **place(struct recent *r, const char *id)
+static struct entry **place(struct memory_cache *r, const char *id)
 {
     unsigned h = 2166136261u;
     for (int i = 0; i < ID_LENGTH; i++)
@@ -50,13 +50,13 @@ static struct entry **place(struct recent *r, const char *id)
     return e;
 }
 
-static void unlink_entry(struct recent *r, struct entry *e)
+static void unlink_entry(struct memory_cache *r, struct entry *e)
 {
     *(e->newer ? &e->newer->older : &r->newest) = e->older;
     *(e->older ? &e->older->newer : &r->oldest) = e->newer;
 }
 
-static void link_newest(struct recent *r, struct entry *e)
+static void link_newest(struct memory_cache *r, struct entry *e)
 {
     e->newer = NULL;
     e->older = r->newest;
@@ -69,7 +69,7 @@ static size_t cost(const struct finished *f)
     return f->len + ENTRY_COST;
 }
 
-static void remove_entry(struct recent *r, struct entry **at)
+static void remove_entry(struct memory_cache *r, struct entry **at)
 {
     struct entry *e = *at;
     *at = e->chain;
@@ -79,7 +79,7 @@ static void remove_entry(struct recent *r, struct entry **at)
     free(e);
 }
 
-static struct finished *get(struct recent *r, const char *id)
+static struct finished *get(struct memory_cache *r, const char *id)
 {
     struct entry *e = *place(r, id);
     if (!e)
@@ -91,7 +91,7 @@ static struct finished *get(struct recent *r, const char *id)
     return finished_ref(e->f);
 }
 
-struct finished *recent_by_id(struct recent *r, const char *id)
+struct finished *memory_cache_by_id(struct memory_cache *r, const char *id)
 {
     pthread_mutex_lock(&r->lock);
     struct finished *f = get(r, id);
@@ -99,12 +99,12 @@ struct finished *recent_by_id(struct recent *r, const char *id)
     return f;
 }
 
-static struct alias *alias_of(struct recent *r, const unsigned char *sum)
+static struct alias *alias_of(struct memory_cache *r, const unsigned char *sum)
 {
     return &r->alias[(sum[0] | (unsigned)sum[1] << 8) % ALIASES];
 }
 
-struct finished *recent_by_body(struct recent *r, const unsigned char sum[DIGEST_BYTES])
+struct finished *memory_cache_by_body(struct memory_cache *r, const unsigned char sum[DIGEST_BYTES])
 {
     pthread_mutex_lock(&r->lock);
     struct alias *a = alias_of(r, sum);
@@ -117,7 +117,7 @@ struct finished *recent_by_body(struct recent *r, const unsigned char sum[DIGEST
     return f;
 }
 
-void recent_alias(struct recent *r, const unsigned char sum[DIGEST_BYTES], const char *id)
+void memory_cache_alias(struct memory_cache *r, const unsigned char sum[DIGEST_BYTES], const char *id)
 {
     pthread_mutex_lock(&r->lock);
     struct alias *a = alias_of(r, sum);
@@ -126,7 +126,7 @@ void recent_alias(struct recent *r, const unsigned char sum[DIGEST_BYTES], const
     pthread_mutex_unlock(&r->lock);
 }
 
-void recent_put(struct recent *r, struct finished *f)
+void memory_cache_put(struct memory_cache *r, struct finished *f)
 {
     if (cost(f) > r->max_bytes / 4)
         return;
@@ -147,7 +147,7 @@ void recent_put(struct recent *r, struct finished *f)
     pthread_mutex_unlock(&r->lock);
 }
 
-void recent_drop(struct recent *r, const char *id)
+void memory_cache_drop(struct memory_cache *r, const char *id)
 {
     pthread_mutex_lock(&r->lock);
     struct entry **at = place(r, id);
@@ -156,7 +156,7 @@ void recent_drop(struct recent *r, const char *id)
     pthread_mutex_unlock(&r->lock);
 }
 
-void recent_free(struct recent *r)
+void memory_cache_free(struct memory_cache *r)
 {
     if (!r)
         return;

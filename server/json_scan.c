@@ -1,5 +1,5 @@
 /* A JSON scanner: brackets are counted, strings are skipped, nothing is built. */
-#include "scan.h"
+#include "json_scan.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 /* Whole reads and writes on a stream socket. */
-#include "wire.h"
+#include "child_wire.h"
 
 #include <errno.h>
 #include <sys/socket.h>

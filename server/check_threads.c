@@ -1,6 +1,6 @@
 /* A bounded queue of exchanges and two threads. A suspended exchange is not freed, and nobody
  * else looks at it until it is resumed. */
-#include "checks.h"
+#include "check_threads.h"
 #include "exchange.h"
 #include "run.h"
 
@@ -9,7 +9,7 @@
 
 enum { THREADS = 2, MOST = 64 };
 
-struct checks {
+struct check_threads {
     pthread_mutex_t lock;            /* guards all below but the threads */
     pthread_cond_t work;
     struct exchange *first, **last;
@@ -19,7 +19,7 @@ struct checks {
     int threads;
 };
 
-static struct exchange *next(struct checks *cs)
+static struct exchange *next(struct check_threads *cs)
 {
     pthread_mutex_lock(&cs->lock);
     while (!cs->first && !cs->closed)
@@ -37,7 +37,7 @@ static struct exchange *next(struct checks *cs)
 
 static void *work(void *arg)
 {
-    struct checks *cs = arg;
+    struct check_threads *cs = arg;
     for (struct exchange *e; (e = next(cs));) {
         e->check.ok = sga_canonical((const char *)e->body, e->length, &e->check.canonical, &e->check.err);
         e->check.done = true;
@@ -46,9 +46,9 @@ static void *work(void *arg)
     return NULL;
 }
 
-struct checks *checks_new(void)
+struct check_threads *check_threads_new(void)
 {
-    struct checks *cs = calloc(1, sizeof *cs);
+    struct check_threads *cs = calloc(1, sizeof *cs);
     if (!cs)
         return NULL;
     pthread_mutex_init(&cs->lock, NULL);
@@ -58,11 +58,11 @@ struct checks *checks_new(void)
         cs->threads++;
     if (cs->threads > 0)
         return cs;
-    checks_free(cs);
+    check_threads_free(cs);
     return NULL;
 }
 
-bool checks_submit(struct checks *cs, struct exchange *e)
+bool check_threads_submit(struct check_threads *cs, struct exchange *e)
 {
     pthread_mutex_lock(&cs->lock);
     bool taken = !cs->closed && cs->count < MOST;
@@ -79,7 +79,7 @@ bool checks_submit(struct checks *cs, struct exchange *e)
     return taken;
 }
 
-void checks_close(struct checks *cs)
+void check_threads_close(struct check_threads *cs)
 {
     pthread_mutex_lock(&cs->lock);
     cs->closed = true;
@@ -100,7 +100,7 @@ void checks_close(struct checks *cs)
     cs->threads = 0;
 }
 
-void checks_free(struct checks *cs)
+void check_threads_free(struct check_threads *cs)
 {
     if (!cs)
         return;

@@ -1,8 +1,8 @@
 /* Finding values in JSON that this program wrote itself (canonical requests, results),
  * without a tree. A slice points into the text. On text that is not JSON the answers
  * are empty slices, never a read past the end. No recursion; linear cost. */
-#ifndef SERVER_SCAN_H
-#define SERVER_SCAN_H
+#ifndef SERVER_JSON_SCAN_H
+#define SERVER_JSON_SCAN_H
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -1,7 +1,7 @@
 /* Is there memory for what a request may need while it is read? The exact arithmetic below the
  * reader cannot bear a failed allocation: it ends the process. */
-#ifndef SERVER_ROOM_H
-#define SERVER_ROOM_H
+#ifndef SERVER_MEMORY_ROOM_H
+#define SERVER_MEMORY_ROOM_H
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -1,5 +1,5 @@
 /* A member of a result as a resource: which format, where it is, or why it is not there. */
-#include "piece.h"
+#include "result_part.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -7,9 +7,9 @@
 #include "prefer.h"
 
 /* By ?format=, else by Accept. -1: refused, and *rc is the reply's. */
-static int choose(struct exchange *e, const struct piece_kind *kind, enum MHD_Result *rc)
+static int choose(struct exchange *e, const struct result_part_kind *kind, enum MHD_Result *rc)
 {
-    const char *name = exchange_query(e, "format"), *types[PIECE_FORMATS];
+    const char *name = exchange_query(e, "format"), *types[RESULT_PART_FORMATS];
     for (int i = 0; i < kind->formats; i++) {
         types[i] = kind->format[i].type;
         if (name && strcmp(name, kind->format[i].name) == 0)
@@ -35,16 +35,17 @@ static void release(void *cls)
     finished_unref(cls);
 }
 
-enum MHD_Result piece_send(struct exchange *e, struct finished *f, struct slice piece)
+enum MHD_Result result_part_send(struct exchange *e, struct finished *f, struct slice part)
 {
-    struct MHD_IoVec part = { piece.at, piece.len };
-    struct MHD_Response *r = MHD_create_response_from_iovec(&part, 1, release, f);
+    struct MHD_IoVec whole = { part.at, part.len };
+    struct MHD_Response *r = MHD_create_response_from_iovec(&whole, 1, release, f);
     if (!r)
         finished_unref(f);
     return reply_response(e, 200, TYPE_JSON, r);
 }
 
-bool piece_find(struct exchange *e, const struct piece_kind *kind, struct finished **out, struct slice *piece, int *format, enum MHD_Result *rc)
+bool result_part_find(struct exchange *e, const struct result_part_kind *kind, struct finished **out, struct slice *part,
+                      int *format, enum MHD_Result *rc)
 {
     struct finished *f = NULL;
     if ((*format = choose(e, kind, rc)) < 0)
@@ -59,11 +60,11 @@ bool piece_find(struct exchange *e, const struct piece_kind *kind, struct finish
         *rc = reply_lookup(e, found);
         return false;
     }
-    *piece = f->result.at ? scan_member(f->result, kind->member) : (struct slice){ NULL, 0 };
-    bool list = kind->list && !piece->at && f->result.at;
+    *part = f->result.at ? scan_member(f->result, kind->member) : (struct slice){ NULL, 0 };
+    bool list = kind->list && !part->at && f->result.at;
     if (list)
-        *piece = scan_member(f->result, kind->list);
-    if (!piece->at || *piece->at != (list ? '[' : '{')) {
+        *part = scan_member(f->result, kind->list);
+    if (!part->at || *part->at != (list ? '[' : '{')) {
         bool done = f->status == JOB_DONE;
         finished_unref(f);
         *rc = reply_error(e, kind->missing, "%s", done ? kind->not_asked : "The job has no result.");

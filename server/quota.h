@@ -1,7 +1,7 @@
 /* On whose account jobs run: what each token may hold at one time, and its own place in the
  * queue. Guarded by the lock of the jobs table, but for what is fixed. */
-#ifndef SERVER_ACCOUNT_H
-#define SERVER_ACCOUNT_H
+#ifndef SERVER_QUOTA_H
+#define SERVER_QUOTA_H
 
 #include <stdbool.h>
 
@@ -31,9 +31,9 @@ enum { ACCOUNT_HOUR = 3600 };
 
 /* Which quota a further job of so many bytes would break, in words; NULL: none. *retry gets
  * the seconds after which it is worth trying again. */
-const char *account_full(struct account *a, unsigned long bytes, double now, long *retry);
+const char *quota_full(struct account *a, unsigned long bytes, double now, long *retry);
 /* A job of the account ran for so long. */
-void account_ran(struct account *a, double seconds, double now);
-bool account_may_wait(const struct account *a);
+void quota_ran(struct account *a, double seconds, double now);
+bool quota_may_wait(const struct account *a);
 
 #endif
