@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "mem.h"
-#include "places.h"
+#include "place_search.h"
 #include "regular.h"
 #include "product_routes.h"
 #include "warnings.h"

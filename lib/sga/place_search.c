@@ -1,5 +1,5 @@
 /* Searches of the present set for places where a function vanishes. */
-#include "places.h"
+#include "place_search.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -5,24 +5,24 @@
  * own end: 2 - cos x - cos y = 0 means cos x = 1 and cos y = 1, which means sin(x/2) = 0
  * and sin(y/2) = 0. Exact: ranges have constants as ends, and two ends are taken as equal
  * only where that is shown. */
-#ifndef SGA_SGA_ENDS_H
-#define SGA_SGA_ENDS_H
+#ifndef SGA_SGA_TAKE_APART_H
+#define SGA_SGA_TAKE_APART_H
 
 #include "state.h"
 
 /* One way in which f can vanish: functions that vanish together. */
-struct ends_option {
+struct take_apart_option {
     expr_id *out; int count; size_t cap;
 };
 
-struct ends {
-    struct ends_option *option; int options;   /* none: f has no real zero */
+struct take_apart {
+    struct take_apart_option *option; int options;   /* none: f has no real zero */
     bool changed;                              /* not just f itself */
 };
 
 /* Nothing is found out of functions with large cones: then the only option is f. The
  * caller clears it. */
-struct ends ends_of(struct state *s, expr_id f);
-void ends_clear(struct ends *e);
+struct take_apart take_apart_of(struct state *s, expr_id f);
+void take_apart_clear(struct take_apart *e);
 
 #endif

@@ -5,8 +5,8 @@
  * bounded by what it is made of: its constants, the magnitudes of its parts, the arguments
  * of its exponentials (the witness conjectures of Richardson, and of van der Hoeven, in
  * practical form). */
-#ifndef SGA_POINTS_NEEDED_H
-#define SGA_POINTS_NEEDED_H
+#ifndef SGA_POINTS_NEEDED_BITS_H
+#define SGA_POINTS_NEEDED_BITS_H
 
 #include "ball.h"
 

@@ -1,5 +1,5 @@
 /* Equations taken apart from the outside, with a list of ways kept in hand. */
-#include "ends.h"
+#include "take_apart.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -18,7 +18,7 @@ struct need {
 /* One way under work: what is still to be taken apart, and what came out. */
 struct way {
     struct need *need; int needs; size_t cap;
-    struct ends_option out;
+    struct take_apart_option out;
 };
 
 struct work {
@@ -314,10 +314,10 @@ static bool run(struct work *w)
     return steps < STEPS && expr_store_ok(w->st);
 }
 
-struct ends ends_of(struct state *s, expr_id f)
+struct take_apart take_apart_of(struct state *s, expr_id f)
 {
     struct work w = { .s = s, .st = s->st };
-    struct ends e = { 0 };
+    struct take_apart e = { 0 };
     struct sga_error before = s->st->error;
     bool ok = false;
     expr_cone_init(&w.cone);
@@ -351,10 +351,10 @@ struct ends ends_of(struct state *s, expr_id f)
     return e;
 }
 
-void ends_clear(struct ends *e)
+void take_apart_clear(struct take_apart *e)
 {
     for (int i = 0; i < e->options; i++)
         free(e->option[i].out);
     free(e->option);
-    *e = (struct ends){ 0 };
+    *e = (struct take_apart){ 0 };
 }

@@ -156,8 +156,8 @@ static bool take(struct search *s, uint64_t seed, struct points_shadow *shadow, 
     return ok;
 }
 
-bool special_solve(const struct routes *above, const struct sys_system *system, const struct reduction_options *options,
-                   struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
+bool special_points_solve(const struct routes *above, const struct sys_system *system, const struct reduction_options *options,
+                          struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
 {
     struct search s = { .system = system, .options = options, .final = -1 };
     struct place everywhere = { .count = 0 };

@@ -1,7 +1,7 @@
 /* Inside the sga folder: searches of the present set for places where a function vanishes.
  * None of them is exhaustive; what they find is certified by points of the set. */
-#ifndef SGA_SGA_PLACES_H
-#define SGA_SGA_PLACES_H
+#ifndef SGA_SGA_PLACE_SEARCH_H
+#define SGA_SGA_PLACE_SEARCH_H
 
 #include "state.h"
 

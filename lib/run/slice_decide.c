@@ -1,8 +1,8 @@
-/* The graph of equations and variables, and what can be left out of it. See cut.h. */
+/* The graph of equations and variables, and what can be left out of it. See slice.h. */
 #include <stdlib.h>
 #include <string.h>
 
-#include "cut.h"
+#include "slice.h"
 #include "derive.h"
 #include "graph.h"
 #include "mem.h"
@@ -249,12 +249,12 @@ static void end(struct work *w)
 }
 
 /* What stands in the work, as the caller wants it. Rows that mention no variable are kept. */
-static bool give(const struct work *w, const bool *reached, struct cut_parts *p)
+static bool give(const struct work *w, const bool *reached, struct slice_parts *p)
 {
     bool less = false;
-    *p = (struct cut_parts){ .variable = sga_malloc((size_t)w->n + 1), .row = sga_malloc((size_t)w->rows + 1) };
+    *p = (struct slice_parts){ .variable = sga_malloc((size_t)w->n + 1), .row = sga_malloc((size_t)w->rows + 1) };
     for (int j = 0; j < w->n; j++) {
-        p->variable[j] = (unsigned char)(w->kept[j] ? CUT_KEPT : reached[j] ? CUT_FOLLOWS : CUT_APART);
+        p->variable[j] = (unsigned char)(w->kept[j] ? SLICE_KEPT : reached[j] ? SLICE_FOLLOWS : SLICE_APART);
         less |= !w->kept[j];
     }
     for (int r = 0; r < w->rows; r++) {
@@ -266,7 +266,7 @@ static bool give(const struct work *w, const bool *reached, struct cut_parts *p)
     return less;
 }
 
-bool cut_decide(const struct sys_system *sys, const struct cut_wish *wish, struct cut_parts *parts)
+bool slice_decide(const struct sys_system *sys, const struct slice_wish *wish, struct slice_parts *parts)
 {
     struct work w;
     begin(&w, sys);
@@ -291,13 +291,13 @@ bool cut_decide(const struct sys_system *sys, const struct cut_wish *wish, struc
     free(reached);
     end(&w);
     if (!less)
-        cut_parts_clear(parts);
+        slice_parts_clear(parts);
     return less;
 }
 
-void cut_parts_clear(struct cut_parts *p)
+void slice_parts_clear(struct slice_parts *p)
 {
     free(p->variable);
     free(p->row);
-    *p = (struct cut_parts){ 0 };
+    *p = (struct slice_parts){ 0 };
 }

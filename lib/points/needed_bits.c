@@ -1,5 +1,5 @@
 /* Digits that a numeric zero takes, from the size of what it is made of. */
-#include "needed.h"
+#include "needed_bits.h"
 
 #include <math.h>
 

@@ -1,5 +1,5 @@
-/* A job's system and request, cut to what the outputs depend on. */
-#include "cut.h"
+/* A job's system and request, sliced to what the outputs depend on. */
+#include "slice.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -9,7 +9,7 @@
 
 /* Only the motion is asked for, and of it only outputs. Forms that keep more than the rows, and answers
  * that speak of the whole system, are left as they are. */
-static bool may_cut(const struct request *r)
+static bool may_slice(const struct request *r)
 {
     static const unsigned motion = REQUEST_TRAJECTORY | REQUEST_CONSISTENT_INITIAL | REQUEST_TRADEOFF;
     const struct form_hamiltonian *h = r->hamiltonian;
@@ -76,26 +76,26 @@ static void find_needed(const struct job *j, unsigned char *needed)
 }
 
 /* Names and given values of what goes. */
-static void note(struct job *j, const struct cut_parts *p)
+static void note(struct job *j, const struct slice_parts *p)
 {
     const struct sys_system *sys = &j->request.system;
-    struct cut *c = &j->cut;
+    struct model_slice *c = &j->slice;
     c->made = true;
     c->tied = p->tied;
     c->variables = sys->variables;
     c->rows = sys->rows + sys->restrictions;
     c->symbol = sga_malloc((size_t)(sys->variables + 1) * sizeof *c->symbol);
     for (int v = 0; v < sys->variables; v++) {
-        if (p->variable[v] == CUT_KEPT)
+        if (p->variable[v] == SLICE_KEPT)
             continue;
         c->symbol[c->gone++] = sys->variable[v].symbol;
-        c->apart += p->variable[v] == CUT_APART;
+        c->apart += p->variable[v] == SLICE_APART;
     }
     for (int r = 0; r < c->rows; r++)
         c->rows_gone += !p->row[r];
 }
 
-static void cut_system(struct sys_system *sys, const struct cut_parts *p, const int *place)
+static void slice_system(struct sys_system *sys, const struct slice_parts *p, const int *place)
 {
     int rows = 0, restrictions = 0, variables = 0;
     for (int r = 0; r < sys->rows; r++) {
@@ -124,7 +124,7 @@ static void cut_system(struct sys_system *sys, const struct cut_parts *p, const 
 }
 
 /* The given values of what is kept; those of what goes into `out`, where it is not NULL. */
-static void cut_initial(struct request_initial *list, int *count, const int *place, const struct sys_system *sys, struct cut *out)
+static void slice_initial(struct request_initial *list, int *count, const int *place, const struct sys_system *sys, struct model_slice *out)
 {
     int kept = 0;
     for (int k = 0; k < *count; k++) {
@@ -136,7 +136,7 @@ static void cut_initial(struct request_initial *list, int *count, const int *pla
         }
         if (out) {
             out->given = sga_realloc(out->given, (size_t)(out->givens + 1) * sizeof *out->given);
-            out->given[out->givens++] = (struct cut_given){ sys->variable[i.variable].symbol, i.value };
+            out->given[out->givens++] = (struct slice_given){ sys->variable[i.variable].symbol, i.value };
         }
         free(i.text);
     }
@@ -145,7 +145,7 @@ static void cut_initial(struct request_initial *list, int *count, const int *pla
 
 /* Of the form's own parts those that belong to what is kept: the system's variables are coordinates, velocities and
  * multipliers, its rows definitions, equations and constraints (form_mechanical). */
-static void cut_mechanical(struct request *r, const struct cut_parts *p, const int *place)
+static void slice_mechanical(struct request *r, const struct slice_parts *p, const int *place)
 {
     struct form_mechanical *m = &r->mechanical;
     int n = m->coordinates, coordinates = 0, constraints = 0;
@@ -173,25 +173,25 @@ static void cut_mechanical(struct request *r, const struct cut_parts *p, const i
     m->masses = masses;
 }
 
-static void cut_request(struct job *j, const int *place)
+static void slice_request(struct job *j, const int *place)
 {
     struct request *r = &j->request;
     struct request_trajectory *t = &r->trajectory;
-    cut_initial(t->initial, &t->initials, place, &r->system, &j->cut);
+    slice_initial(t->initial, &t->initials, place, &r->system, &j->slice);
     for (int k = 0; k < t->holds; k++)
         t->hold[k] = place[t->hold[k]];
     for (int k = 0; k < t->rates; k++)
         t->rate[k].variable = place[t->rate[k].variable];
     for (int k = 0; k < r->sweeps; k++)
-        cut_initial(r->sweep[k].initial, &r->sweep[k].initials, place, &r->system, NULL);
+        slice_initial(r->sweep[k].initial, &r->sweep[k].initials, place, &r->system, NULL);
 }
 
-void answer_cut(struct job *j, bool tied)
+void answer_slice(struct job *j, bool tied)
 {
     struct request_trajectory *t = &j->request.trajectory;
     size_t n = (size_t)j->request.system.variables + 1;
-    struct cut_parts parts;
-    if (!may_cut(&j->request))
+    struct slice_parts parts;
+    if (!may_slice(&j->request))
         return;
     unsigned char *needed = sga_calloc(n, 1), *fixed = sga_calloc(n, 1), *stays = sga_calloc(n, 1);
     find_needed(j, needed);
@@ -203,17 +203,17 @@ void answer_cut(struct job *j, bool tied)
         for (int k = 0; k < j->request.sweep[s].initials; k++)
             stays[j->request.sweep[s].initial[k].variable] = 1;
     /* the geometry of a mechanical system's constraints belongs to a whole part of it */
-    struct cut_wish wish = { needed, fixed, stays, j->request.has_mechanical };
-    if (cut_decide(&j->request.system, &wish, &parts)) {
+    struct slice_wish wish = { needed, fixed, stays, j->request.has_mechanical };
+    if (slice_decide(&j->request.system, &wish, &parts)) {
         int *place = sga_malloc(n * sizeof *place), kept = 0;
         for (int v = 0; v < j->request.system.variables; v++)
-            place[v] = parts.variable[v] == CUT_KEPT ? kept++ : -1;
+            place[v] = parts.variable[v] == SLICE_KEPT ? kept++ : -1;
         note(j, &parts);
         if (j->request.has_mechanical)
-            cut_mechanical(&j->request, &parts, place);
-        cut_request(j, place);
-        cut_system(&j->request.system, &parts, place);
-        cut_parts_clear(&parts);
+            slice_mechanical(&j->request, &parts, place);
+        slice_request(j, place);
+        slice_system(&j->request.system, &parts, place);
+        slice_parts_clear(&parts);
         free(place);
     }
     free(needed);
@@ -221,24 +221,24 @@ void answer_cut(struct job *j, bool tied)
     free(stays);
 }
 
-bool answer_cut_holds(const struct job *j)
+bool answer_slice_holds(const struct job *j)
 {
-    if (!j->cut.made || !j->cut.tied)
+    if (!j->slice.made || !j->slice.tied)
         return true;
     double moved = j->has_trajectory ? j->trajectory.moved : j->has_initial ? j->initial.moved : j->tradeoff ? j->tradeoff->moved : 0;
     return moved == 0 && j->solution.free_columns == 0;
 }
 
-void answer_cut_clear(struct job *j)
+void answer_slice_clear(struct job *j)
 {
-    free(j->cut.symbol);
-    free(j->cut.given);
-    j->cut = (struct cut){ 0 };
+    free(j->slice.symbol);
+    free(j->slice.given);
+    j->slice = (struct model_slice){ 0 };
 }
 
-void answer_write_cut(const struct job *j, struct sga_json *w)
+void answer_write_slice(const struct job *j, struct sga_json *w)
 {
-    const struct cut *c = &j->cut;
+    const struct model_slice *c = &j->slice;
     if (!c->made)
         return;
     sga_json_key(w, "not_modelled");
@@ -259,9 +259,9 @@ void answer_write_cut(const struct job *j, struct sga_json *w)
     sga_json_end_object(w);
 }
 
-void answer_write_cut_start(const struct job *j, struct sga_json *w)
+void answer_write_slice_start(const struct job *j, struct sga_json *w)
 {
-    const struct cut *c = &j->cut;
+    const struct model_slice *c = &j->slice;
     if (!c->givens)
         return;
     sga_json_key(w, "not_modelled");
