@@ -3,7 +3,7 @@
 #define SGA_TRAJ_FLOW_H
 
 #include "field.h"
-#include "given.h"
+#include "redundant.h"
 #include "inputs.h"
 #include "manifold.h"
 #include "ode.h"

@@ -1,5 +1,5 @@
 /* Given equations that the reduction took for consequences, at points of a motion. */
-#include "given.h"
+#include "redundant.h"
 
 #include <math.h>
 #include <stdio.h>

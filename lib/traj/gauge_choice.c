@@ -1,5 +1,5 @@
-/* Rates and least norm by elimination in the free functions: see choice.h. */
-#include "choice.h"
+/* Rates and least norm by elimination in the free functions: see gauge_choice.h. */
+#include "gauge_choice.h"
 
 #include <limits.h>
 #include <stdlib.h>
@@ -81,7 +81,7 @@ static bool choose(struct builder *b, const struct traj_request *rq, const unsig
 }
 
 /* The rates one after the other: each uses up one gauge field. False: c->why, or no room. */
-static bool fix_rates(struct builder *b, const struct traj_request *rq, struct choice *c)
+static bool fix_rates(struct builder *b, const struct traj_request *rq, struct gauge_choice *c)
 {
     struct expr_store *st = b->st;
     unsigned char *done = sga_calloc((size_t)rq->rates + 1, 1);
@@ -219,7 +219,7 @@ static bool least_norm(const struct builder *b)
     return ok;
 }
 
-static bool build(struct builder *b, const struct traj_request *rq, struct choice *c)
+static bool build(struct builder *b, const struct traj_request *rq, struct gauge_choice *c)
 {
     if (fix_rates(b, rq, c) && least_norm(b) && room(b))
         return true;
@@ -228,10 +228,10 @@ static bool build(struct builder *b, const struct traj_request *rq, struct choic
     return false;
 }
 
-void choice_make(struct choice *c, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq)
+void gauge_choice_make(struct gauge_choice *c, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq)
 {
     struct expr_store *st = sys->store;
-    *c = (struct choice){ 0 };
+    *c = (struct gauge_choice){ 0 };
     if (!sol->free_columns && !rq->rates)
         return;
     if (sol->free_columns && !sol->gauge) {
@@ -262,9 +262,9 @@ void choice_make(struct choice *c, const struct sys_system *sys, const struct sg
     free(b.used);
 }
 
-void choice_clear(struct choice *c)
+void gauge_choice_clear(struct gauge_choice *c)
 {
     free(c->field);
     free(c->pivot);
-    *c = (struct choice){ 0 };
+    *c = (struct gauge_choice){ 0 };
 }

@@ -1,11 +1,11 @@
-/* Inside the traj folder: the given equations without derivatives, kept in view along a motion.
+/* Inside the traj folder: given equations without derivatives that were found redundant, kept in view along a motion.
  *
  * The reduction takes some of them for consequences of others, and they are, where it looked: a motion that comes to
  * another part of the constraint set, over a change of branch or through a place where the set crosses itself, may leave
  * them. Points of a motion lie on the constraints; whether these equations hold there too is asked of doubles
  * first, and where that leaves a doubt of a point proved to lie on the constraints, in balls. */
-#ifndef SGA_TRAJ_GIVEN_H
-#define SGA_TRAJ_GIVEN_H
+#ifndef SGA_TRAJ_REDUNDANT_H
+#define SGA_TRAJ_REDUNDANT_H
 
 #include "jacobian.h"
 #include "reduction.h"

@@ -7,12 +7,12 @@
  * The echelon form of the equations holds, so that the new rows have to be reduced in the unknowns u alone: the
  * system that they make is as large as the freedom, whatever the number of variables. What comes out is that solution
  * of least Euclidean norm, over all of v, which field_general finds from the rows themselves. */
-#ifndef SGA_TRAJ_CHOICE_H
-#define SGA_TRAJ_CHOICE_H
+#ifndef SGA_TRAJ_GAUGE_CHOICE_H
+#define SGA_TRAJ_GAUGE_CHOICE_H
 
 #include "trajectory.h"
 
-struct choice {
+struct gauge_choice {
     expr_id *field;              /* n: the field with the choice in it; NULL: there is none as expressions */
     expr_id *pivot; int pivots;  /* what its rates divide by; none is a number */
     int fixed;                   /* independent rates */
@@ -21,7 +21,7 @@ struct choice {
 
 /* The nodes are added to the system's store, a limited number of them unless the arithmetic is balls, which have no
  * other way. Cost: the nonzero entries of the gauge fields times their number. */
-void choice_make(struct choice *c, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq);
-void choice_clear(struct choice *c);
+void gauge_choice_make(struct gauge_choice *c, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq);
+void gauge_choice_clear(struct gauge_choice *c);
 
 #endif
