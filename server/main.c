@@ -1,9 +1,9 @@
 /* sgad: reads settings, starts the parts from the bottom up, waits for a signal, and takes
  * them down in the opposite order.
  *
- * A request's way through the code: http.c (bytes) -> admission.c -> routes.c -> post.c ->
- * the library's check (check_threads.c) -> jobs.c (queue) -> worker.c -> child_main.c -> the library's run ->
- * jobs_run.c (end) -> store.c (disk), memory_cache.c (memory) -> reply.c. */
+ * A request's way through the code: http/http.c (bytes) -> admission.c -> routes.c -> handlers/post.c -> the library's
+ * check (exchange/check_threads.c) -> jobs/jobs.c (queue) -> worker.c -> child/child_main.c -> the library's run ->
+ * jobs/jobs_run.c (end) -> store/store.c (disk), memory_cache.c (memory) -> exchange/reply.c. */
 #include "budget.h"
 #include "check_threads.h"
 #include "child.h"

@@ -2,10 +2,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "slice.h"
 #include "derive.h"
 #include "graph.h"
 #include "mem.h"
+#include "slice.h"
 
 /* Lists by row, one after the other. */
 struct lists {

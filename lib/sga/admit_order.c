@@ -7,8 +7,8 @@
 
 #include "mem.h"
 #include "place_search.h"
-#include "regular.h"
 #include "product_routes.h"
+#include "regular.h"
 #include "warnings.h"
 
 /* Those that can be used up come first, then the others are seen as they are on the set; among each the smaller ones:

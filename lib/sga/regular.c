@@ -5,11 +5,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "take_apart.h"
 #include "mem.h"
 #include "poly.h"
 #include "regular_options.h"
 #include "regular_shape.h"
+#include "take_apart.h"
 #include "warnings.h"
 
 enum { DEPTH = SGA_MOST_REGULAR_DEPTH };

@@ -5,9 +5,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "quota.h"
 #include "buf.h"
 #include "digest.h"
+#include "quota.h"
 
 #define JOB_STATUS_TABLE(X) \
     X(QUEUED, "queued") X(RUNNING, "running") X(DONE, "done") X(FAILED, "failed") X(CANCELLED, "cancelled")

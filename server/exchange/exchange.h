@@ -15,6 +15,7 @@ struct exchange {
     struct MHD_Connection *connection;
     struct conn *conn;
     const struct route *route;       /* NULL until it is known */
+    int route_number;                /* in the metrics */
     char request_id[72];
     char method[16];
     char traceparent[64];            /* "" where there is none */

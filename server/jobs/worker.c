@@ -7,9 +7,9 @@
 #include "worker.h"
 #include "budget.h"
 #include "child.h"
-#include "log.h"
-#include "json_scan.h"
 #include "child_wire.h"
+#include "json_scan.h"
+#include "log.h"
 
 #include <errno.h>
 #include <poll.h>

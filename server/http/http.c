@@ -58,6 +58,7 @@ static void *on_request_line(void *cls, const char *uri, struct MHD_Connection *
     e->service = sv;
     e->connection = connection;
     e->began = sga_now();
+    e->route_number = route_number(NULL);
     size_t path = strcspn(uri, "?");
     const char *zero = strstr(uri, "%00");
     e->bad_path = zero && (size_t)(zero - uri) < path;
@@ -75,7 +76,7 @@ static void log_exchange(const struct exchange *e, double seconds)
     snprintf(status, sizeof status, "%d", e->status);
     snprintf(took, sizeof took, "%.6f", seconds);
     log_event(level, "request", "request_id", e->request_id, "method", e->method,
-              "route", route_names[route_number(e->route)], "status", status, "seconds", took,
+              "route", route_names[e->route_number], "status", status, "seconds", took,
               "job", e->job ? job_id(e->job) : NULL, "token", e->account && *e->account->name ? e->account->name : NULL,
               "traceparent", *e->traceparent ? e->traceparent : NULL, NULL);
 }
@@ -92,7 +93,7 @@ static void on_completed(void *cls, struct MHD_Connection *connection, void **co
     double seconds = sga_now() - e->began;
     if (e->begun) {
         if (!e->status)    /* nobody is left to answer */
-            metrics_http(&sv->metrics, route_number(e->route), e->method, 0);
+            metrics_http(&sv->metrics, e->route_number, e->method, 0);
         metrics_http_took(&sv->metrics, seconds);
         log_exchange(e, seconds);
     }
@@ -124,6 +125,7 @@ static void name_request(struct exchange *e)
 static bool find_route(struct exchange *e, const char *path, struct sga_error *err)
 {
     e->route = route_find(path, e->segment, sizeof e->segment);
+    e->route_number = route_number(e->route);
     if (!e->route)
         return sga_fail(err, SGA_E_NOT_FOUND, "There is nothing at this path. /openapi.json lists what there is.");
     if (!route_handler(e->route, e->method)) {
@@ -303,6 +305,7 @@ struct http *http_start(struct service *sv, char *why, size_t size)
     if (!h)
         return NULL;
     h->service = sv;
+    sv->route_names = route_names;
     if (start_parts(h, why, size))
         return h;
     stop_daemons(h);

@@ -1,8 +1,8 @@
 /* What the service says about itself: health, readiness, metrics, schema, version. */
 #include "digest.h"
 #include "embed.h"
+#include "handlers.h"
 #include "reply.h"
-#include "routes.h"
 #include "run.h"
 
 #include <stdio.h>
@@ -48,7 +48,7 @@ enum MHD_Result handle_metrics(struct exchange *e)
     jobs_count(sv->jobs, &counts);
     struct metrics_now now = { counts.queued, counts.running, counts.queue_bytes, counts.waiters, counts.streams,
                                conns_count(sv->conns), store_healthy(sv->store), obstacle(sv, &counts) == SGA_E_OK };
-    metrics_write(&sv->metrics, &now, route_names, &b);
+    metrics_write(&sv->metrics, &now, sv->route_names, &b);
     reply_header(e, "Cache-Control", "no-store");
     return reply_buf(e, 200, "text/plain; version=0.0.4; charset=utf-8", &b);
 }

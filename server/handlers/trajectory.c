@@ -1,7 +1,7 @@
 /* GET /v1/jobs/ID/trajectory: the samples alone. As JSON they are a piece of the finished
  * text and are sent as it stands; as CSV and NDJSON they are streamed line by line. */
+#include "handlers.h"
 #include "result_part.h"
-#include "routes.h"
 #include "view.h"
 
 #include <stdlib.h>

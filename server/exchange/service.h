@@ -8,8 +8,8 @@
 #include "conns.h"
 #include "jobs.h"
 #include "listen.h"
-#include "metrics.h"
 #include "memory_cache.h"
+#include "metrics.h"
 #include "store.h"
 #include "tokens.h"
 
@@ -25,6 +25,7 @@ struct service {
     struct check_threads *check_threads;   /* NULL: requests are checked where they come in */
     struct tokens *tokens;          /* NULL where access is open */
     struct account *everyone;       /* of requests without a token */
+    const char *const *route_names;   /* by number, for the metrics; NULL at the end */
     const struct listeners *listeners;   /* whose hosts the service answers to; NULL: none */
     atomic_long exchanges;          /* requests begun and not completed */
     atomic_long body_bytes;         /* of request bodies in memory */

@@ -5,10 +5,10 @@
  * carries the end of a job does not wait for the disk; a 202 does. */
 #include "budget.h"
 #include "check_threads.h"
+#include "handlers.h"
 #include "lookup.h"
-#include "reply.h"
 #include "memory_room.h"
-#include "routes.h"
+#include "reply.h"
 #include "run.h"
 
 #include <stdio.h>

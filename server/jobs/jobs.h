@@ -15,13 +15,13 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "quota.h"
 #include "config.h"
 #include "error.h"
 #include "finished.h"
 #include "job.h"
-#include "metrics.h"
 #include "memory_cache.h"
+#include "metrics.h"
+#include "quota.h"
 #include "store.h"
 
 struct jobs;

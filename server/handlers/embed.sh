@@ -1,7 +1,7 @@
 #!/bin/sh
 # Writes C that holds the given JSON files as string constants, by base name.
 # usage: embed.sh FILE ... > embedded.c
-printf '/* Made by server/embed.sh. */\n#include "embed.h"\n\n'
+printf '/* Made by server/handlers/embed.sh. */\n#include "embed.h"\n\n'
 n=0
 for f in "$@"; do
     printf 'static const char file_%d[] =\n' "$n"

@@ -1,4 +1,4 @@
-/* Files of schema/, put into the program when it is built (server/embed.sh). */
+/* Files of schema/, put into the program when it is built (embed.sh). */
 #ifndef SERVER_EMBED_H
 #define SERVER_EMBED_H
 

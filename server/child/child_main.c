@@ -2,10 +2,10 @@
 #define _GNU_SOURCE    /* close_range */
 #include "child.h"
 #include "budget.h"
+#include "child_wire.h"
 #include "exec.h"
 #include "run.h"
 #include "sandbox.h"
-#include "child_wire.h"
 
 #include <poll.h>
 #include <signal.h>

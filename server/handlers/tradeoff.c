@@ -1,6 +1,6 @@
 /* GET /v1/jobs/ID/tradeoff: speed against accuracy as JSON, as a table, or as an image. */
+#include "handlers.h"
 #include "result_part.h"
-#include "routes.h"
 #include "tradeoff_view.h"
 
 enum { AS_JSON, AS_CSV, AS_SVG, FORMATS };

@@ -2,9 +2,9 @@
  * that one, and those with the scope admin, may cancel it and find it in the list. Who knows its
  * id knows the request (the id is a digest of it), and may read the job. */
 #include "budget.h"
+#include "handlers.h"
 #include "lookup.h"
 #include "reply.h"
-#include "routes.h"
 
 #include <inttypes.h>
 #include <stdio.h>

@@ -3,9 +3,9 @@
 #define SERVER_RESULT_PART_H
 
 #include "finished.h"
+#include "json_scan.h"
 #include "lookup.h"
 #include "reply.h"
-#include "json_scan.h"
 
 struct result_part_format {
     const char *name, *type;      /* of ?format= and of Accept; the first one is the default */

@@ -2,9 +2,9 @@
  * client has not seen, then one `end` event with the job (without its result), id "end". A
  * client that comes back with Last-Event-ID: end gets 204, which tells it to stop. */
 #include "budget.h"
+#include "handlers.h"
 #include "lookup.h"
 #include "reply.h"
-#include "routes.h"
 
 #include <inttypes.h>
 #include <stdio.h>

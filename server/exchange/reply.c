@@ -2,7 +2,6 @@
 #include "reply.h"
 #include "budget.h"
 #include "problem.h"
-#include "routes.h"
 
 #include <stdarg.h>
 #include <stdio.h>
@@ -32,7 +31,7 @@ enum MHD_Result reply_response(struct exchange *e, int status, const char *type,
     for (int i = 0; i < e->headers; i++)
         MHD_add_response_header(response, e->header[i].name, e->header[i].value);
     if (e->begun && !e->status)
-        metrics_http(&e->service->metrics, route_number(e->route), e->method, status);
+        metrics_http(&e->service->metrics, e->route_number, e->method, status);
     e->status = status;
     conn_deadline(e->conn, sga_now() + (double)e->service->config.send_timeout);
     enum MHD_Result rc = MHD_queue_response(e->connection, (unsigned)status, response);
