@@ -57,9 +57,26 @@ DEPS_face    := run base
 DEPS_run     := mech sym structure graph operator pencil traj enclose ode sga exact points lin num poly request form sys expr base
 FLOORS := base exact plot graph expr sys lin pencil num poly operator form request points sga mech sym structure ode enclose traj run face
 
-# Programs see the public face of the library only.
-SERVER_DEPS := run request form sys expr plot base
-CLIENT_DEPS := run plot base
+# The floors of server/, in the same way; of the library they see the public face. main.c sees all of them.
+DEPS_tools     := base
+DEPS_settings  :=
+DEPS_formats   := tools plot base
+DEPS_records   := tools base
+DEPS_store     := records tools base
+DEPS_child     := settings run base
+DEPS_jobs      := child store records settings tools base
+DEPS_access    := jobs store records settings tools base
+DEPS_net       := settings
+DEPS_exchange  := net access jobs store records settings tools run base
+DEPS_handlers  := formats exchange net access jobs store records settings tools run base
+DEPS_http      := handlers exchange net access jobs store records settings tools base
+DEPS_admin     := access records settings tools
+SERVER_FLOORS := tools settings formats records store child jobs access net exchange handlers http admin
+SERVER_DEPS := $(SERVER_FLOORS) run base
+CLIENT_DEPS := formats tools run plot base
+
+# Folders of server/ or lib/ as places that includes are looked for in.
+quote = $(foreach d,$(1),-iquote $(if $(filter $(d),$(SERVER_FLOORS)),server,lib)/$(d))
 
 LIBS := -lflint-arb -lflint -lmpfr -lgmp -lklu -lamd -lcolamd -lbtf -lsuitesparseconfig -lgsl -lgslcblas -ljansson -lm
 SERVER_LIBS := -lmicrohttpd -lsqlite3 -lgnutls -lseccomp -lpthread
@@ -67,10 +84,11 @@ CLIENT_LIBS := -lgnutls
 
 LIB_SRC := $(foreach f,$(FLOORS),$(wildcard lib/$(f)/*.c))
 LIB_OBJ := $(LIB_SRC:%.c=$(B)/%.o) $(B)/lib/run/version.o
-SERVER_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard server/*.c)) $(B)/server/embedded.o
+SERVER_SRC := server/main.c $(foreach f,$(SERVER_FLOORS),$(wildcard server/$(f)/*.c))
+SERVER_OBJ := $(SERVER_SRC:%.c=$(B)/%.o) $(B)/server/embedded.o
 # The client takes results apart with the daemon's JSON scanner, and writes problems as the
 # daemon does; it needs no JSON library. A tradeoff is shown by the same code too.
-CLIENT_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard clients/*.c)) $(addprefix $(B)/server/,scan.o problem.o tradeoff_view.o view.o)
+CLIENT_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard clients/*.c)) $(addprefix $(B)/server/,tools/json_scan.o tools/problem.o formats/tradeoff_view.o formats/view.o)
 
 .PHONY: all lib shared install uninstall FORCE run test quick units lint coverage mutants unit bench kill-test many-test order-test soak-test fuzz fuzz-build clean deps check-deps
 all: $(B)/sgad $(B)/sga $(B)/libsga.a
@@ -89,19 +107,25 @@ $(B)/lib/$(1)/%.o: lib/$(1)/%.c $(B)/flags
 endef
 $(foreach f,$(FLOORS),$(eval $(call floor_rules,$(f))))
 
-$(B)/server/%.o: server/%.c $(B)/flags
+define server_rules
+$(B)/server/$(1)/%.o: server/$(1)/%.c $(B)/flags
+	@mkdir -p $$(@D)
+	$(Q)$(CC) $(ALL_CFLAGS) $(call quote,$(1) $(DEPS_$(1))) -c $$< -o $$@
+endef
+$(foreach f,$(SERVER_FLOORS),$(eval $(call server_rules,$(f))))
+$(B)/server/main.o: server/main.c $(B)/flags
 	@mkdir -p $(@D)
-	$(Q)$(CC) $(ALL_CFLAGS) -iquote server $(foreach d,$(SERVER_DEPS),-iquote lib/$(d)) -c $< -o $@
+	$(Q)$(CC) $(ALL_CFLAGS) $(call quote,$(SERVER_DEPS)) -c $< -o $@
 # The schema is part of the program: it serves what it was built with.
 EMBEDDED := $(sort $(wildcard schema/*.json))
-$(B)/server/embedded.c: server/embed.sh $(EMBEDDED)
+$(B)/server/embedded.c: server/handlers/embed.sh $(EMBEDDED)
 	@mkdir -p $(@D)
-	sh server/embed.sh $(EMBEDDED) > $@
-$(B)/server/embedded.o: $(B)/server/embedded.c server/embed.h
-	$(Q)$(CC) $(ALL_CFLAGS) -iquote server -c $< -o $@
+	sh server/handlers/embed.sh $(EMBEDDED) > $@
+$(B)/server/embedded.o: $(B)/server/embedded.c server/handlers/embed.h
+	$(Q)$(CC) $(ALL_CFLAGS) $(call quote,handlers) -c $< -o $@
 $(B)/clients/%.o: clients/%.c $(B)/flags
 	@mkdir -p $(@D)
-	$(Q)$(CC) $(ALL_CFLAGS) -iquote clients -iquote server $(foreach d,$(CLIENT_DEPS),-iquote lib/$(d)) -c $< -o $@
+	$(Q)$(CC) $(ALL_CFLAGS) -iquote clients $(call quote,$(CLIENT_DEPS)) -c $< -o $@
 
 # The version changes with everything that answers come from: old ones are not given for new ones.
 VERSION := 0.1.0
@@ -184,19 +208,22 @@ unit: $(UNIT_BIN)
 FUZZ := expression request admission store
 FUZZ_FLAGS := $(ALL_CFLAGS) $(if $(LIBFUZZER),,-fsanitize-coverage=trace-pc)
 FUZZ_OBJ := $(foreach d,request $(DEPS_request),$(patsubst %.c,$(B)/fuzz/%.o,$(wildcard lib/$(d)/*.c)))
-FUZZ_SERVER_OBJ := $(patsubst %.c,$(B)/fuzz/%.o,$(filter-out server/main.c,$(wildcard server/*.c))) $(B)/server/embedded.o
+FUZZ_SERVER_OBJ := $(patsubst %.c,$(B)/fuzz/%.o,$(filter-out server/main.c,$(SERVER_SRC))) $(B)/server/embedded.o
 define fuzz_floor_rules
 $(B)/fuzz/lib/$(1)/%.o: lib/$(1)/%.c
 	@mkdir -p $$(@D)
 	$(Q)$(CC) $(FUZZ_FLAGS) -iquote lib/$(1) $(foreach d,$(DEPS_$(1)),-iquote lib/$(d)) -c $$< -o $$@
 endef
 $(foreach f,request $(DEPS_request),$(eval $(call fuzz_floor_rules,$(f))))
-$(B)/fuzz/server/%.o: server/%.c
-	@mkdir -p $(@D)
-	$(Q)$(CC) $(FUZZ_FLAGS) -iquote server $(foreach d,$(SERVER_DEPS),-iquote lib/$(d)) -c $< -o $@
+define fuzz_server_rules
+$(B)/fuzz/server/$(1)/%.o: server/$(1)/%.c
+	@mkdir -p $$(@D)
+	$(Q)$(CC) $(FUZZ_FLAGS) $(call quote,$(1) $(DEPS_$(1))) -c $$< -o $$@
+endef
+$(foreach f,$(SERVER_FLOORS),$(eval $(call fuzz_server_rules,$(f))))
 $(B)/fuzz/%.o: tests/fuzz/%.c
 	@mkdir -p $(@D)
-	$(Q)$(CC) $(ALL_CFLAGS) -iquote tests/fuzz -iquote server $(foreach d,$(SERVER_DEPS),-iquote lib/$(d)) -c $< -o $@
+	$(Q)$(CC) $(ALL_CFLAGS) -iquote tests/fuzz $(call quote,$(SERVER_DEPS) request form sys expr) -c $< -o $@
 $(B)/fuzz/expression $(B)/fuzz/request: $(B)/fuzz/%: $(B)/fuzz/%.o $(FUZZ_OBJ)
 $(B)/fuzz/admission $(B)/fuzz/store: $(B)/fuzz/%: $(B)/fuzz/%.o $(FUZZ_SERVER_OBJ) $(FUZZ_OBJ)
 $(FUZZ:%=$(B)/fuzz/%): $(if $(LIBFUZZER),,$(B)/fuzz/driver.o) $(B)/libsga.a

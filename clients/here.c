@@ -1,9 +1,9 @@
 /* Solving in process: the library's face, nothing more. */
 #include "exec.h"
+#include "json_scan.h"
 #include "problem.h"
-#include "solve.h"
 #include "run.h"
-#include "scan.h"
+#include "solve.h"
 
 #include <signal.h>
 #include <stdio.h>

@@ -3,7 +3,7 @@
 #define CLIENTS_JSON_STRING_H
 
 #include "buf.h"
-#include "scan.h"
+#include "json_scan.h"
 
 /* Appends what a JSON string says; any other value as it stands. */
 void string_put(struct sga_buf *out, struct slice value);

@@ -1,8 +1,8 @@
 /* sga: solves a request, here or by a daemon, and prints the result. */
 #include "pretty.h"
-#include "solve.h"
 #include "run.h"
 #include "save.h"
+#include "solve.h"
 #include "top.h"
 
 #include <errno.h>

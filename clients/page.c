@@ -1,6 +1,6 @@
 /* A result as text to read. Expressions stand as they are in the result. */
-#include "pretty.h"
 #include "json_string.h"
+#include "pretty.h"
 
 #include <math.h>
 #include <stdlib.h>

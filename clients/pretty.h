@@ -3,7 +3,7 @@
 #define CLIENTS_PRETTY_H
 
 #include "buf.h"
-#include "scan.h"
+#include "json_scan.h"
 
 /* The same JSON with line breaks; lists of plain values stay on one line. No digit changes. */
 void pretty_json(struct slice value, struct sga_buf *out);

@@ -4,7 +4,7 @@
 
 #include <stdbool.h>
 
-#include "scan.h"
+#include "json_scan.h"
 
 /* Writes it as CSV and as an SVG image, where a name is not NULL. False: the result has none, or a file
  * cannot be written; said on standard error. */

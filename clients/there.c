@@ -1,9 +1,9 @@
 /* Solving by a daemon: post, and where the answer is 202, ask again until the job ends. */
 #include "budget.h"
 #include "http_client.h"
-#include "solve.h"
-#include "scan.h"
+#include "json_scan.h"
 #include "json_string.h"
+#include "solve.h"
 
 #include <stdio.h>
 #include <string.h>

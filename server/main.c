@@ -1,11 +1,11 @@
 /* sgad: reads settings, starts the parts from the bottom up, waits for a signal, and takes
  * them down in the opposite order.
  *
- * A request's way through the code: http.c (bytes) -> admission.c -> routes.c -> post.c ->
- * the library's check (checks.c) -> jobs.c (queue) -> worker.c -> child_main.c -> the library's run ->
- * jobs_run.c (end) -> store.c (disk), recent.c (memory) -> reply.c. */
+ * A request's way through the code: http/http.c (bytes) -> admission.c -> routes.c -> handlers/post.c -> the library's
+ * check (exchange/check_threads.c) -> jobs/jobs.c (queue) -> worker.c -> child/child_main.c -> the library's run ->
+ * jobs/jobs_run.c (end) -> store/store.c (disk), memory_cache.c (memory) -> exchange/reply.c. */
 #include "budget.h"
-#include "checks.h"
+#include "check_threads.h"
 #include "child.h"
 #include "command.h"
 #include "http.h"
@@ -66,14 +66,14 @@ static bool start(struct parts *p, char *why, size_t size)
     struct jobs_hooks hooks = { suspend, resume };
     snprintf(why, size, "out of memory");
     return (sv->conns = conns_new())
-        && (sv->recent = recent_new((size_t)sv->config.cache_memory))
+        && (sv->memory_cache = memory_cache_new((size_t)sv->config.cache_memory))
         && (sv->store = store_open(sv->config.state, &sv->metrics, why, size))
         && (store_limit(sv->store, &sv->config.cache_disk), true)
-        && (sv->jobs = jobs_new(&sv->config, sv->store, sv->recent, &sv->metrics, hooks))
+        && (sv->jobs = jobs_new(&sv->config, sv->store, sv->memory_cache, &sv->metrics, hooks))
         && (sv->everyone = jobs_account(sv->jobs, "", &(struct quota){ 0 }))
         && jobs_recover(sv->jobs, why, size)
         && start_tokens(sv, why, size)
-        && (sv->checks = checks_new())
+        && (sv->check_threads = check_threads_new())
         && (p->http = http_start(sv, why, size))
         && (p->workers = workers_start(&sv->config, sv->jobs, &sv->metrics));
 }
@@ -92,16 +92,16 @@ static void stop(struct parts *p)
         jobs_stop_running(sv->jobs);
         workers_join(p->workers);
         jobs_close_waiters(sv->jobs);
-        if (sv->checks)
-            checks_close(sv->checks);
+        if (sv->check_threads)
+            check_threads_close(sv->check_threads);
     }
     if (p->http)
         http_stop(p->http);
-    checks_free(sv->checks);
+    check_threads_free(sv->check_threads);
     tokens_free(sv->tokens);
     store_close(sv->store);
     jobs_free(sv->jobs);
-    recent_free(sv->recent);
+    memory_cache_free(sv->memory_cache);
     conns_free(sv->conns);
 }
 

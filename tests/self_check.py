@@ -282,9 +282,23 @@ def check_caps(tally):
     tally.check(looks_like_cap("MOST_WAYS") and not looks_like_cap("STALLED"), "what looks like a cap")
 
 
+def check_headers(tally):
+    """A header's name tells which one is meant: no two of the product have the same."""
+    root = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+    where = {}
+    for top in ("lib", "server", "clients", "include"):
+        for folder, _, files in os.walk(os.path.join(root, top)):
+            for name in files:
+                if name.endswith(".h"):
+                    where.setdefault(name, []).append(os.path.relpath(folder, root))
+    twice = {name: folders for name, folders in where.items() if len(folders) > 1}
+    tally.check(len(where) > 200 and not twice, f"headers with the same name: {twice}")
+
+
 def main():
     tally = Tally("self")
     check_caps(tally)
+    check_headers(tally)
     check_expressions(tally)
     check_linear(tally)
     check_identities(tally)

@@ -4,8 +4,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "mem.h"
 #include "branches_hold.h"
+#include "mem.h"
 #include "scale.h"
 #include "watch.h"
 

@@ -3,10 +3,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "cofactors.h"
 #include "derive.h"
 #include "form.h"
 #include "mem.h"
-#include "cofactors.h"
 
 /* Row i of Omega^T x' = grad H, before any restriction. */
 struct equation {

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "mem.h"
-#include "needed.h"
+#include "needed_bits.h"
 #include "poly.h"
 #include "sides.h"
 #include "warnings.h"

@@ -86,7 +86,7 @@ void points_shadow_forget(struct points_shadow *s);
 /* Decide whether e is zero on the set. Where that holds on one side of a surface only, the
  * side is added to s->side, and later points are taken on it alone. */
 struct points_decision points_shadow_zero(struct points_shadow *s, expr_id e);
-/* The height (needed.h) of the constraints and of what is listed as defined, at the first point; worked out once for a set. */
+/* The height (needed_bits.h) of the constraints and of what is listed as defined, at the first point; worked out once for a set. */
 double points_shadow_height(struct points_shadow *s);
 /* The same for what need not be one thing on all sides: *mixed, where e is 0 here and not beyond a surface that the set
  * reaches, or (nonzero: asked too) the other way round. Then no side is added unless `accept`. */

@@ -62,19 +62,19 @@ struct mechanical_answer {
     bool has_regularity;
 };
 
-/* What of the request's system is not modelled, because the outputs do not depend on it (cut.h). */
-struct cut_given { int symbol; double value; };
-struct cut {
+/* What of the request's system is not modelled, because the outputs do not depend on it (slice.h). */
+struct slice_given { int symbol; double value; };
+struct model_slice {
     bool made, tied;
     int variables, rows;          /* of the whole system, restrictions among the rows */
     int gone, apart, rows_gone;
     int *symbol;                  /* of the variables that are gone */
-    struct cut_given *given; int givens;   /* initial values for them */
+    struct slice_given *given; int givens;   /* initial values for them */
 };
 
 struct job {
     struct request request;
-    struct cut cut;
+    struct model_slice slice;
     struct sga_budget budget;
     struct sga_warnings warnings; /* the budget points to it: of this answer, not of its strata */
     const struct sga_run_options *options;

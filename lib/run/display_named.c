@@ -181,7 +181,7 @@ bool display_by_name(struct display *d, const struct sheet *own, struct sheet *b
     struct job *j = d->j;
     struct sga_error ignored = { 0 };
     *by_name = (struct sheet){ 0 };
-    if (j->depth || !j->request_text || !j->request.knowns || j->cut.made || j->op || j->mechanical
+    if (j->depth || !j->request_text || !j->request.knowns || j->slice.made || j->op || j->mechanical
         || j->request.system.variables > MOST_VARIABLES || j->request.store.nodes > MOST_NODES)
         return false;
     struct job n = { .options = NULL, .err = &ignored, .stage = "texts", .budget = own_budget(j), .near = j->near, .near_time = j->near_time };

@@ -95,12 +95,12 @@ static void count_given(const struct job *j, int *equations, int *unknowns)
 {
     const struct sys_system *sys = &j->request.system;
     int added = 0, chosen = 0;
-    for (int k = 0; k < sys->variables && !j->cut.made; k++)
+    for (int k = 0; k < sys->variables && !j->slice.made; k++)
         added += strcmp(sys->variable[k].role, "derivative") == 0;
-    for (int i = 0; i < sys->rows && !j->cut.made; i++)     /* rows of our own */
+    for (int i = 0; i < sys->rows && !j->slice.made; i++)     /* rows of our own */
         chosen += strncmp(sys->row[i].source, "choice of ", 10) == 0;
-    *equations = j->cut.made ? j->cut.rows : sys->rows - added - chosen;
-    *unknowns = j->cut.made ? j->cut.variables : sys->variables - added;
+    *equations = j->slice.made ? j->slice.rows : sys->rows - added - chosen;
+    *unknowns = j->slice.made ? j->slice.variables : sys->variables - added;
 }
 
 static void warn_count(struct job *j)

@@ -8,7 +8,7 @@
 
 #include "kronecker.h"
 #include "lin.h"
-#include "cut.h"
+#include "slice.h"
 #include "guess.h"
 #include "mem.h"
 #include "seeds.h"
@@ -232,7 +232,7 @@ void answer_clear(struct job *j)
     if (j->has_initial)
         traj_initial_clear(&j->initial);
     answer_tradeoff_clear(j->tradeoff);
-    answer_cut_clear(j);
+    answer_slice_clear(j);
     answer_strata_clear(j);
     answer_operator_clear(j);
     answer_mechanical_clear(j);
@@ -316,12 +316,12 @@ static bool within_limits(struct job *j)
 static bool run_request(struct job *j, bool tied, struct sga_buf *out, bool *again)
 {
     answer_warn_unused(j);
-    answer_cut(j, tied);
+    answer_slice(j, tied);
     set_near(j);
     bool ok = check_wants(j) && check_samples(j) && analyse(j);
-    *again = ok && !answer_cut_holds(j);
+    *again = ok && !answer_slice_holds(j);
     ok = ok && !*again && follow(j);
-    *again |= ok && !answer_cut_holds(j);
+    *again |= ok && !answer_slice_holds(j);
     if (*again)
         return false;
     if (ok) {

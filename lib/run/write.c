@@ -213,7 +213,7 @@ static void write_work(struct job *j, struct sga_json *w)
     sga_json_member_int(w, "nodes", j->request.store.nodes);
     sga_json_member_int(w, "pivots", j->solution.pivots);
     sga_json_member_int(w, "variables_modelled", j->request.system.variables);
-    sga_json_member_int(w, "variables", j->cut.made ? j->cut.variables : j->request.system.variables);
+    sga_json_member_int(w, "variables", j->slice.made ? j->slice.variables : j->request.system.variables);
     if (j->has_trajectory) {
         sga_json_member_int(w, "steps", j->trajectory.steps);
         sga_json_member_int(w, "rejected_steps", j->trajectory.rejected);

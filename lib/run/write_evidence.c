@@ -1,5 +1,5 @@
 /* The member `evidence`: what each decision rests on, and the combinations behind the constraints. */
-#include "cut.h"
+#include "slice.h"
 
 #include <string.h>
 
@@ -209,7 +209,7 @@ void answer_write_evidence(struct job *j, struct sga_json *w)
     const struct sga_solution *sol = &j->solution;
     sga_json_key(w, "evidence");
     sga_json_object(w);
-    answer_write_cut(j, w);
+    answer_write_slice(j, w);
     sga_json_key(w, "decisions");
     sga_json_object(w);
     for (int k = 0; k < POINTS_BASES; k++) {

@@ -1,7 +1,7 @@
 /* The trajectory's part of the result. */
 #include <string.h>
 
-#include "cut.h"
+#include "slice.h"
 #include "sweep.h"
 
 static void write_columns(const struct job *j, struct sga_json *w)
@@ -153,7 +153,7 @@ static void write_start(const struct job *j, struct sga_json *w, const double *p
     sga_json_end_object(w);
     write_values(j, w, "projected", projected);
     sga_json_member_double(w, "moved", moved);
-    answer_write_cut_start(j, w);
+    answer_write_slice_start(j, w);
 }
 
 void answer_write_initial(const struct job *j, struct sga_json *w)

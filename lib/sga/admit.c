@@ -9,7 +9,7 @@
 #include "admit.h"
 #include "irregular.h"
 #include "mem.h"
-#include "places.h"
+#include "place_search.h"
 #include "print.h"
 #include "warnings.h"
 

@@ -6,9 +6,9 @@
 #include <string.h>
 
 #include "mem.h"
-#include "places.h"
-#include "regular.h"
+#include "place_search.h"
 #include "product_routes.h"
+#include "regular.h"
 #include "warnings.h"
 
 /* Those that can be used up come first, then the others are seen as they are on the set; among each the smaller ones:

@@ -7,7 +7,7 @@
 #include <arb_mat.h>
 
 #include "mem.h"
-#include "needed.h"
+#include "needed_bits.h"
 
 /* Whether d_x e lies in the span of the constraints' differentials at point p:
  * 1 yes (every residue's ball contains 0), 0 no, -1 no value. */

@@ -298,7 +298,7 @@ bool sga_reduce(const struct sys_system *system, const struct reduction_options 
         ok = sga_fail(err, SGA_E_UNDECIDED, "the constraints have many branches, and the first %d of them are empty; "
                       "give trajectory.initial on the branch that is meant", SGA_MOST_ROUTES);
     } else if (ok && r.final < 0) {
-        ok = special_solve(&r, system, options, shadow, solution, err);
+        ok = special_points_solve(&r, system, options, shadow, solution, err);
     } else if (ok && (r.now_at != r.best_at || !same_route(&r.now, &r.best))) {
         struct reduction_options best = routes_options(&r, options, r.best_at);
         routes_restart(shadow, r.seed, solution);

@@ -42,7 +42,7 @@ void routes_clear(struct routes *r);
  * zero sets of what was divided by are looked at, and theirs in turn: where one holds
  * solutions, the largest of them (the one the guess lies on, if there is one) becomes the
  * solution; where none does, the contradiction stands. False: not known of some of them. */
-bool special_solve(const struct routes *above, const struct sys_system *system, const struct reduction_options *options,
-                   struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err);
+bool special_points_solve(const struct routes *above, const struct sys_system *system, const struct reduction_options *options,
+                          struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err);
 
 #endif

@@ -5,11 +5,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "ends.h"
 #include "mem.h"
 #include "poly.h"
 #include "regular_options.h"
 #include "regular_shape.h"
+#include "take_apart.h"
 #include "warnings.h"
 
 enum { DEPTH = SGA_MOST_REGULAR_DEPTH };
@@ -84,7 +84,7 @@ static bool matters(struct state *s, const struct poly_factor *q, int factors, b
 /* What f = 0 says of its parts, where that is more than f itself: true, with the options. */
 static bool by_ends(struct state *s, expr_id f, int depth, struct regular *r)
 {
-    struct ends e = ends_of(s, f);
+    struct take_apart e = take_apart_of(s, f);
     bool changed = e.changed;
     for (int i = 0; i < e.options; i++)
         changed = changed && e.option[i].count > 0;
@@ -92,7 +92,7 @@ static bool by_ends(struct state *s, expr_id f, int depth, struct regular *r)
         struct regular sub = together(s, e.option[i].out, e.option[i].count, depth);
         regular_move(r, &sub);
     }
-    ends_clear(&e);
+    take_apart_clear(&e);
     return changed;
 }
 

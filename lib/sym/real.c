@@ -6,8 +6,8 @@
 #include <stdlib.h>
 
 #include "mem.h"
-#include "sym_work.h"
 #include "seeds.h"
+#include "sym_work.h"
 
 enum { PRECISION = 384, GOOD = 200, ZERO = 100, STEADY = 3, FAILURES = 20, MOST_BITS = 40, MOST_ENTRIES = 60000 };
 

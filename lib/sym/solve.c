@@ -10,8 +10,8 @@
 
 #include "derive.h"
 #include "mem.h"
-#include "sym_work.h"
 #include "seeds.h"
+#include "sym_work.h"
 
 enum { PRIMES = 4, PRIMES_TRIED = 8, STEADY = 3, FAILURES = 40, MARGIN_BITS = 12 };
 

@@ -86,7 +86,7 @@ bool field_init(struct field *f, const struct sys_system *sys, const struct sga_
     int n = sys->variables, c = sol->constraints;
     *f = (struct field){ .solution_side = sol->side, .n = n, .rows = sys->rows, .c = c, .rates = rq->rates, .rate = rq->rate, .guess = rq->initial, .given = rq->given, .sys = sys, .rank = -1,
                          .manifold = manifold, .lost_pivot = -1, .lost_pole = -1, .generic_rank = n - sol->free_columns };
-    choice_make(&f->choice, sys, sol, rq);
+    gauge_choice_make(&f->choice, sys, sol, rq);
     f->fast = !f->choice.why;
     if (f->choice.field && n > SGA_MOST_ROWS_ASKED && !f->choice.pivots)
         sga_limit_met(rq->budget, SGA_LIMIT_ROWS_ASKED);
@@ -139,7 +139,7 @@ void field_clear(struct field *f)
     num_jacobian_free(f->slope);
     num_tape_free(f->plain);
     lin_sparse_free(f->pattern);
-    choice_clear(&f->choice);
+    gauge_choice_clear(&f->choice);
     num_switches_clear(&f->switches);
     free(f->direct_out);
     free(f->stages);

@@ -2,7 +2,7 @@
 #ifndef SGA_TRAJ_FIELD_H
 #define SGA_TRAJ_FIELD_H
 
-#include "choice.h"
+#include "gauge_choice.h"
 #include "jacobian.h"
 #include "lin_sparse.h"
 #include "manifold.h"
@@ -10,7 +10,7 @@
 #include "trajectory.h"
 
 /* Two ways to the same vector. The fast one evaluates the expressions of the reduced
- * field, with the gauge choice in them (choice.h); it is used where there are such expressions and no
+ * field, with the gauge choice in them (gauge_choice.h); it is used where there are such expressions and no
  * pivot has come near 0. The general one solves the rows that define the field,
  *     A v = alpha, d xi v = -d_t xi, v_j = rate_j,
  * with pivots chosen at the point, for the solution of least norm: so a pivot that only
@@ -23,7 +23,7 @@ struct field {
     struct num_switches switches;     /* of the field, the constraints, the rows and the events, however they are written */
     const struct sys_system *sys;
     const struct traj_rate *rate;
-    struct choice choice;
+    struct gauge_choice choice;
     const expr_id *root;              /* n: the field as expressions, of choice or of the solution; borrowed */
     int chosen;                       /* pivots from this one on are those of the choice: their zeros end nothing */
     bool fast;                        /* the expressions may be used */

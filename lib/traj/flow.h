@@ -3,11 +3,11 @@
 #define SGA_TRAJ_FLOW_H
 
 #include "field.h"
-#include "given.h"
+#include "flow_series.h"
 #include "inputs.h"
 #include "manifold.h"
 #include "ode.h"
-#include "flow_series.h"
+#include "redundant.h"
 #include "sizes.h"
 #include "trajectory.h"
 

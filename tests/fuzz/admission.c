@@ -14,7 +14,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "checks.h"
+#include "check_threads.h"
 #include "folder.h"
 #include "fuzz.h"
 #include "http.h"
@@ -55,11 +55,11 @@ int LLVMFuzzerInitialize(int *argc, char ***argv)
     log_open(LOG_L_ERROR);
     sga_init();
     FUZZ_REQUIRE(config_read(&sv->config, sizeof args / sizeof *args, args, why, sizeof why) == CONFIG_OK, "%s", why);
-    bool ok = (sv->conns = conns_new()) && (sv->recent = recent_new((size_t)sv->config.cache_memory))
+    bool ok = (sv->conns = conns_new()) && (sv->memory_cache = memory_cache_new((size_t)sv->config.cache_memory))
         && (sv->store = store_open(sv->config.state, &sv->metrics, why, sizeof why))
         && (store_limit(sv->store, &sv->config.cache_disk), true)
-        && (sv->jobs = jobs_new(&sv->config, sv->store, sv->recent, &sv->metrics, hooks))
-        && (sv->everyone = jobs_account(sv->jobs, "", &(struct quota){ 0 })) && (sv->checks = checks_new()) && (http = http_start(sv, why, sizeof why));
+        && (sv->jobs = jobs_new(&sv->config, sv->store, sv->memory_cache, &sv->metrics, hooks))
+        && (sv->everyone = jobs_account(sv->jobs, "", &(struct quota){ 0 })) && (sv->check_threads = check_threads_new()) && (http = http_start(sv, why, sizeof why));
     FUZZ_REQUIRE(ok, "%s", why);
     return 0;
 }
@@ -69,12 +69,12 @@ void fuzz_end(void)
     struct service *sv = &service;
     jobs_drain(sv->jobs);
     jobs_close_waiters(sv->jobs);
-    checks_close(sv->checks);
+    check_threads_close(sv->check_threads);
     http_stop(http);
-    checks_free(sv->checks);
+    check_threads_free(sv->check_threads);
     store_close(sv->store);
     jobs_free(sv->jobs);
-    recent_free(sv->recent);
+    memory_cache_free(sv->memory_cache);
     conns_free(sv->conns);
     folder_empty(sv->config.state, 1);
     config_free(&sv->config);

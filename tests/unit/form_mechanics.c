@@ -3,10 +3,10 @@
 #include <stdlib.h>
 
 #include "check.h"
+#include "cofactors.h"
 #include "derive.h"
 #include "form.h"
 #include "probe.h"
-#include "cofactors.h"
 
 enum { K = 3, N = 2 * K };
 

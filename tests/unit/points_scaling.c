@@ -5,7 +5,7 @@
 #include <stdlib.h>
 
 #include "check.h"
-#include "needed.h"
+#include "needed_bits.h"
 #include "parse.h"
 #include "points.h"
 #include "triangular.h"

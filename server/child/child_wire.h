@@ -1,0 +1,35 @@
+/* Messages between a worker and its child process: a header, then so many bytes.
+ * Both ends are the same program on the same machine, so the header is a plain struct. */
+#ifndef SERVER_CHILD_WIRE_H
+#define SERVER_CHILD_WIRE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+enum wire_type {
+    WIRE_RUN = 'R',         /* to the child: a canonical request */
+    WIRE_CANCEL = 'C',      /* to the child: stop; empty */
+    WIRE_PROGRESS = 'P',    /* from it: struct wire_progress */
+    WIRE_DONE = 'D',        /* from it: the result's text */
+    WIRE_ERROR = 'E',       /* from it: struct sga_error */
+    WIRE_UNSAFE = 'U',      /* from it: why it could not confine itself; it ends with this */
+    WIRE_LAST = 'L'         /* from it: struct sga_error, and it ends with this */
+};
+
+struct wire_header {
+    uint32_t type;
+    uint32_t length;
+    uint64_t resident;      /* from the child: the most memory it ever had, bytes */
+};
+
+struct wire_progress {
+    char stage[32];
+    double fraction;
+};
+
+/* Blocking, whole. False: the other end is gone (or errno says). */
+bool wire_send(int fd, enum wire_type type, uint64_t resident, const void *data, size_t length);
+bool wire_read(int fd, void *data, size_t length);
+
+#endif

@@ -1,0 +1,134 @@
+/* Replies. */
+#include "reply.h"
+#include "budget.h"
+#include "problem.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+void reply_header(struct exchange *e, const char *name, const char *fmt, ...)
+{
+    if (e->headers == EXCHANGE_HEADERS)
+        abort();
+    va_list ap;
+    va_start(ap, fmt);
+    e->header[e->headers].name = name;
+    vsnprintf(e->header[e->headers].value, sizeof e->header->value, fmt, ap);
+    va_end(ap);
+    e->headers++;
+}
+
+enum MHD_Result reply_response(struct exchange *e, int status, const char *type, struct MHD_Response *response)
+{
+    if (!response)
+        return MHD_NO;
+    if (type)
+        MHD_add_response_header(response, "Content-Type", type);
+    MHD_add_response_header(response, "X-Request-Id", e->request_id);
+    MHD_add_response_header(response, "X-Content-Type-Options", "nosniff");
+    for (int i = 0; i < e->headers; i++)
+        MHD_add_response_header(response, e->header[i].name, e->header[i].value);
+    if (e->begun && !e->status)
+        metrics_http(&e->service->metrics, e->route_number, e->method, status);
+    e->status = status;
+    conn_deadline(e->conn, sga_now() + (double)e->service->config.send_timeout);
+    enum MHD_Result rc = MHD_queue_response(e->connection, (unsigned)status, response);
+    MHD_destroy_response(response);
+    return rc;
+}
+
+enum MHD_Result reply_buf(struct exchange *e, int status, const char *type, struct sga_buf *b)
+{
+    size_t length = b->len;
+    char *text = sga_buf_take(b);
+    struct MHD_Response *r = MHD_create_response_from_buffer(length, text, MHD_RESPMEM_MUST_FREE);
+    if (!r)
+        free(text);
+    return reply_response(e, status, type, r);
+}
+
+enum MHD_Result reply_static(struct exchange *e, int status, const char *type, const char *text, size_t length)
+{
+    return reply_response(e, status, type, MHD_create_response_from_buffer(length, (void *)(uintptr_t)text, MHD_RESPMEM_PERSISTENT));
+}
+
+enum MHD_Result reply_empty(struct exchange *e, int status)
+{
+    return reply_static(e, status, NULL, "", 0);
+}
+
+enum MHD_Result reply_problem(struct exchange *e, const struct sga_error *err)
+{
+    struct sga_buf b = { 0 };
+    struct sga_json w;
+    metrics_refused(&e->service->metrics, err->code);
+    sga_json_begin(&w, &b);
+    problem_write(&w, err);
+    return reply_buf(e, sga_code_status(err->code), "application/problem+json", &b);
+}
+
+enum MHD_Result reply_error(struct exchange *e, enum sga_code code, const char *fmt, ...)
+{
+    struct sga_error err = { .code = code };
+    va_list ap;
+    va_start(ap, fmt);
+    vsnprintf(err.detail, sizeof err.detail, fmt, ap);
+    va_end(ap);
+    return reply_problem(e, &err);
+}
+
+enum MHD_Result reply_lookup(struct exchange *e, enum lookup outcome)
+{
+    struct sga_error err = lookup_error(outcome);
+    if (outcome == LOOKUP_BUSY)
+        reply_header(e, "Retry-After", "2");
+    return reply_problem(e, &err);
+}
+
+static void release(void *cls)
+{
+    finished_unref(cls);
+}
+
+enum MHD_Result reply_finished(struct exchange *e, int status, struct finished *f, bool cached)
+{
+    static const char yes[] = "true", no[] = "false";
+    struct MHD_IoVec part[3] = {
+        { f->text, f->cached_at },
+        { cached ? yes : no, cached ? sizeof yes - 1 : sizeof no - 1 },
+        { f->text + f->cached_at + sizeof no - 1, f->len - f->cached_at - (sizeof no - 1) },
+    };
+    reply_header(e, "Cache-Control", "no-cache");
+    struct MHD_Response *r = MHD_create_response_from_iovec(part, 3, release, f);
+    if (!r)
+        finished_unref(f);
+    return reply_response(e, status, TYPE_JSON, r);
+}
+
+enum MHD_Result reply_job(struct exchange *e, int status, const struct job_look *look)
+{
+    struct sga_buf b = { 0 };
+    struct sga_json w;
+    sga_json_begin(&w, &b);
+    job_write(&w, &look->row, &look->progress);
+    reply_header(e, "Cache-Control", "no-store");
+    return reply_buf(e, status, TYPE_JSON, &b);
+}
+
+/* The list of RFC 9110, 13.1.2: entity tags with commas, or *; W/ makes no difference here. */
+bool reply_matches(struct exchange *e, const char *etag)
+{
+    const char *given = exchange_header(e, "If-None-Match");
+    size_t n = strlen(etag);
+    for (const char *p = given; p && *p;) {
+        p += strspn(p, ", \t");
+        if (*p == '*' || strncmp(p, etag, n) == 0 || (strncmp(p, "W/", 2) == 0 && strncmp(p + 2, etag, n) == 0))
+            return true;
+        p += strncmp(p, "W/", 2) == 0 ? 2 : 0;
+        const char *close = *p == '"' ? strchr(p + 1, '"') : NULL;
+        p = close ? close + 1 : p + strcspn(p, ",");
+    }
+    return false;
+}

@@ -1,0 +1,194 @@
+/* GET and DELETE of jobs, and their list. A job belongs to the token that submitted it first:
+ * that one, and those with the scope admin, may cancel it and find it in the list. Who knows its
+ * id knows the request (the id is a digest of it), and may read the job. */
+#include "budget.h"
+#include "handlers.h"
+#include "lookup.h"
+#include "reply.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { PAGE = 50, PAGE_MAX = 500, CANCEL_SECONDS = 3, STORE_SECONDS = 30 };
+
+/* Takes over the reference. */
+static enum MHD_Result ended(struct exchange *e, struct finished *f)
+{
+    reply_header(e, "ETag", "%s", f->etag);
+    if (!reply_matches(e, f->etag))
+        return reply_finished(e, 200, f, false);
+    finished_unref(f);
+    return reply_empty(e, 304);
+}
+
+/* A job that had not ended when it was found. */
+static enum MHD_Result living(struct exchange *e)
+{
+    struct job_look look;
+    if (e->wait_seconds > 0 && exchange_wait(e, WAIT_ENDED, e->wait_until))
+        return MHD_YES;
+    jobs_look(e->service->jobs, e->job, &look);
+    if (e->wait_seconds > 0)
+        reply_header(e, "Preference-Applied", "wait=%ld", e->wait_seconds);
+    if (look.finished)
+        return ended(e, look.finished);
+    reply_header(e, "Retry-After", "1");
+    return reply_job(e, 200, &look);
+}
+
+enum MHD_Result handle_get_job(struct exchange *e)
+{
+    struct finished *f = NULL;
+    if (e->job)
+        return living(e);             /* resumed */
+    enum lookup found = lookup_or_run(e->service, e->account, e->segment, &e->job, &f);
+    if (f)
+        return ended(e, f);
+    if (found != LOOKUP_LIVE)
+        return reply_lookup(e, found);
+    exchange_prefer(e, 0);
+    return living(e);
+}
+
+/* A job that was asked to stop, once it has or its time is over. */
+static enum MHD_Result cancelled(struct exchange *e)
+{
+    struct job_look look;
+    if (exchange_wait(e, WAIT_ENDED, e->wait_until))
+        return MHD_YES;
+    jobs_look(e->service->jobs, e->job, &look);
+    if (!look.finished)
+        return reply_job(e, 202, &look);
+    if (look.finished->status == JOB_CANCELLED)
+        return reply_finished(e, 200, look.finished, false);
+    enum job_status status = look.finished->status;
+    finished_unref(look.finished);
+    return reply_error(e, SGA_E_JOB_ENDED, "The job has ended already; its status is %s.", job_status_text(status));
+}
+
+enum MHD_Result handle_delete(struct exchange *e)
+{
+    struct finished *f = NULL;
+    struct job *job = NULL;
+    if (e->job)
+        return cancelled(e);          /* resumed */
+    enum lookup found = lookup_job(e->service, e->segment, &job, &f);
+    job_unref(job);
+    if (f) {
+        enum job_status status = f->status;
+        finished_unref(f);
+        return reply_error(e, SGA_E_JOB_ENDED, "The job has ended already; its status is %s.", job_status_text(status));
+    }
+    if (found != LOOKUP_LIVE)
+        return reply_lookup(e, found);
+    enum cancel outcome = jobs_cancel(e->service->jobs, e->segment, e->scopes & SCOPE_ADMIN ? NULL : e->account, &e->job);
+    if (outcome == CANCEL_NOT_YOURS)
+        return reply_error(e, SGA_E_SCOPE, "Another token submitted this job; to cancel it takes the scope admin.");
+    if (outcome == CANCEL_UNKNOWN)
+        return reply_error(e, SGA_E_JOB_ENDED, "The job has ended already.");
+    e->wait_until = sga_now() + CANCEL_SECONDS;
+    return cancelled(e);
+}
+
+static bool number(const char *text, int64_t low, int64_t high, int64_t *out)
+{
+    char *end;
+    if (!*text || strspn(text, "0123456789") != strlen(text) || strlen(text) > 18)
+        return false;
+    *out = strtoll(text, &end, 10);
+    return *out >= low && *out <= high;
+}
+
+static bool read_statuses(const char *text, unsigned *out)
+{
+    *out = 0;
+    for (const char *p = text; *p;) {
+        size_t n = strcspn(p, ",");
+        enum job_status s = job_status_from_text(p, n);
+        if (s == JOB_STATUSES)
+            return false;
+        *out |= 1u << s;
+        p += n + (p[n] == ',');
+    }
+    return *out != 0;
+}
+
+static bool read_query(struct exchange *e, struct store_query *q, struct sga_error *err)
+{
+    const char *limit = exchange_query(e, "limit"), *cursor = exchange_query(e, "cursor"), *status = exchange_query(e, "status");
+    int64_t n = PAGE;
+    *q = (struct store_query){ .statuses = (1u << JOB_STATUSES) - 1 };
+    if (limit && !number(limit, 1, PAGE_MAX, &n))
+        return sga_fail(err, SGA_E_BAD_REQUEST, "limit must be a whole number from 1 to %d.", PAGE_MAX);
+    if (cursor && !number(cursor, 1, INT64_MAX, &q->before))
+        return sga_fail(err, SGA_E_BAD_REQUEST, "cursor must be the `next` of an earlier page.");
+    if (status && !read_statuses(status, &q->statuses))
+        return sga_fail(err, SGA_E_BAD_REQUEST, "status must be one or more of queued, running, done, failed, cancelled, separated by commas.");
+    q->limit = (int)n;
+    q->owner = e->scopes & SCOPE_ADMIN ? NULL : e->account->name;
+    return true;
+}
+
+static void write_item(struct exchange *e, struct sga_json *w, const struct job_row *row)
+{
+    struct job *live = row->status == JOB_RUNNING ? jobs_find(e->service->jobs, row->id) : NULL;
+    struct job_look look;
+    if (!live) {
+        job_write(w, row, NULL);
+        return;
+    }
+    jobs_look(e->service->jobs, live, &look);
+    job_write(w, row, look.row.status == JOB_RUNNING ? &look.progress : NULL);
+    finished_unref(look.finished);
+    job_unref(live);
+}
+
+static enum MHD_Result write_page(struct exchange *e, const struct store_page *page, const struct store_query *q)
+{
+    struct sga_buf b = { 0 };
+    struct sga_json w;
+    sga_json_begin(&w, &b);
+    sga_json_object(&w);
+    sga_json_key(&w, "jobs");
+    sga_json_array(&w);
+    for (int i = 0; i < page->rows; i++)
+        write_item(e, &w, &page->row[i]);
+    sga_json_end_array(&w);
+    sga_json_key(&w, "next");
+    if (page->more) {
+        char cursor[32];
+        snprintf(cursor, sizeof cursor, "%" PRId64, page->row[page->rows - 1].seq);
+        sga_json_string(&w, cursor);
+        const char *status = exchange_query(e, "status");
+        reply_header(e, "Link", "</v1/jobs?limit=%d&cursor=%s%s%s>; rel=\"next\"", q->limit, cursor,
+                     status ? "&status=" : "", status ? status : "");
+    } else {
+        sga_json_null(&w);
+    }
+    sga_json_end_object(&w);
+    reply_header(e, "Cache-Control", "no-store");
+    return reply_buf(e, 200, TYPE_JSON, &b);
+}
+
+/* The list is read from the store; what was told to clients before is on disk first. */
+enum MHD_Result handle_list(struct exchange *e)
+{
+    struct store_query q;
+    struct store_page page;
+    struct sga_error err = { 0 };
+    if (!read_query(e, &q, &err))
+        return reply_problem(e, &err);
+    if (!e->job) {
+        if (!(e->job = jobs_barrier(e->service->jobs)))
+            return MHD_NO;
+        if (exchange_wait(e, WAIT_STORED, sga_now() + STORE_SECONDS))
+            return MHD_YES;
+    }
+    if (store_list(e->service->store, &q, &page) != STORE_FOUND)
+        return reply_error(e, SGA_E_STORE, "The jobs cannot be read from the store.");
+    enum MHD_Result rc = write_page(e, &page, &q);
+    store_page_free(&page);
+    return rc;
+}

@@ -1,0 +1,254 @@
+/* The table of living jobs: making, finding, submitting. */
+#include "jobs_parts.h"
+#include "budget.h"
+#include "clock.h"
+#include "log.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct jobs *jobs_new(const struct config *c, struct store *st, struct memory_cache *memory_cache, struct metrics *m, struct jobs_hooks hooks)
+{
+    struct jobs *js = calloc(1, sizeof *js);
+    if (!js)
+        return NULL;
+    js->config = c;
+    js->store = st;
+    js->memory_cache = memory_cache;
+    js->metrics = m;
+    js->hooks = hooks;
+    pthread_mutex_init(&js->lock, NULL);
+    pthread_cond_init(&js->work, NULL);
+    static const struct quota none;
+    if ((js->everyone = jobs_account(js, "", &none)))
+        return js;
+    jobs_free(js);
+    return NULL;
+}
+
+struct job *jobs_make(struct jobs *js, const char *id, struct account *account)
+{
+    struct job *job = calloc(1, sizeof *job);
+    if (!job)
+        return NULL;
+    atomic_init(&job->refs, 1);
+    snprintf(job->row.id, sizeof job->row.id, "%s", id);
+    snprintf(job->progress.stage, sizeof job->progress.stage, "queued");
+    job->event = 1;
+    job->wake_fd = -1;
+    job->stage = STAGE_NONE;
+    job->account = account;
+    snprintf(job->row.owner, sizeof job->row.owner, "%s", account->name);
+    job->table = js;
+    return job;
+}
+
+void job_ref(struct job *job)
+{
+    atomic_fetch_add(&job->refs, 1);
+}
+
+void job_unref(struct job *job)
+{
+    if (!job || atomic_fetch_sub(&job->refs, 1) != 1)
+        return;
+    free(job->row.error);
+    free(job->request);
+    finished_unref(job->finished);
+    free(job);
+}
+
+const char *job_id(const struct job *job)
+{
+    return job->row.id;
+}
+
+struct job **jobs_place(struct jobs *js, const char *id)
+{
+    unsigned h = 2166136261u;
+    for (int i = 0; i < ID_LENGTH; i++)
+        h = (h ^ (unsigned char)id[i]) * 16777619u;
+    struct job **j = &js->bucket[h % JOBS_BUCKETS];
+    while (*j && memcmp((*j)->row.id, id, ID_LENGTH) != 0)
+        j = &(*j)->chain;
+    return j;
+}
+
+/* The table's own reference goes with it. */
+static void forget(struct job **at)
+{
+    struct job *job = *at;
+    *at = job->chain;
+    job->chain = NULL;
+    if (job->unsaved)
+        job->table->unsaved--;
+    job->unsaved = false;
+    job_unref(job);
+}
+
+/* The row of a new job is on disk, or could not be put there. */
+static void stored(void *ctx, bool ok)
+{
+    struct job *job = ctx;
+    struct jobs *js = job->table;
+    bool lost = false;
+    pthread_mutex_lock(&js->lock);
+    job->stored = ok ? 1 : -1;
+    if (!ok && job->queued) {
+        jobs_dequeue(js, job);
+        lost = true;
+    }
+    jobs_notify(js, job);
+    pthread_mutex_unlock(&js->lock);
+    if (lost) {
+        struct sga_error err = { .code = SGA_E_STORE, .stage = "queue" };
+        snprintf(err.detail, sizeof err.detail, "The job could not be written to the store.");
+        jobs_end(js, job, JOB_FAILED, &err, NULL, 0);
+    }
+    job_unref(job);
+}
+
+static bool no_room(const struct jobs *js, size_t length)
+{
+    return js->queue_count >= (unsigned long)js->config->queue
+        || js->queue_bytes + length > (unsigned long)js->config->queue_bytes;
+}
+
+static enum submit submit_new(struct jobs *js, struct submission *s)
+{
+    if (no_room(js, s->length))
+        return SUBMIT_FULL;
+    if ((s->quota = quota_full(s->account, s->length, sga_now(), &s->retry)))
+        return SUBMIT_QUOTA;
+    struct job *fresh = jobs_make(js, s->id, s->account);
+    if (!fresh)
+        return SUBMIT_NO_MEMORY;
+    fresh->row.created = clock_ms();
+    if (s->owner)
+        snprintf(fresh->row.owner, sizeof fresh->row.owner, "%s", s->owner);
+    snprintf(fresh->request_id, sizeof fresh->request_id, "%s", s->request_id);
+    snprintf(fresh->traceparent, sizeof fresh->traceparent, "%s", s->traceparent);
+    job_ref(fresh);            /* the store's, given back by stored() */
+    if (!store_insert(js->store, &fresh->row, s->request, s->length, stored, fresh)) {
+        free(fresh);
+        return SUBMIT_NO_MEMORY;
+    }
+    fresh->request = s->request;
+    fresh->request_length = s->length;
+    s->request = NULL;
+    struct job **at = jobs_place(js, s->id);
+    if (*at)
+        forget(at);            /* it failed before; its end is on its way to the disk */
+    *jobs_place(js, s->id) = fresh;
+    memory_cache_drop(js->memory_cache, s->id);
+    job_ref(fresh);            /* the caller's */
+    s->job = fresh;
+    fresh->account->alive++;
+    jobs_enqueue(js, fresh);
+    metrics_add(js->metrics, METRIC_JOBS_NEW);
+    return SUBMIT_NEW;
+}
+
+enum submit jobs_submit(struct jobs *js, struct submission *s)
+{
+    enum submit outcome;
+    pthread_mutex_lock(&js->lock);
+    struct job *old = *jobs_place(js, s->id);
+    struct finished *f = old ? finished_ref(old->finished) : memory_cache_by_id(js->memory_cache, s->id);
+    if (f && f->status == JOB_DONE) {
+        s->finished = f;
+        f = NULL;
+        outcome = SUBMIT_DONE;
+    } else if (js->draining) {
+        outcome = SUBMIT_DRAINING;
+    } else if (old && !old->finished) {
+        job_ref(old);
+        s->job = old;
+        outcome = SUBMIT_JOINED;
+        metrics_add(js->metrics, METRIC_JOBS_JOINED);
+    } else {
+        outcome = submit_new(js, s);
+    }
+    pthread_mutex_unlock(&js->lock);
+    finished_unref(f);
+    return outcome;
+}
+
+struct job *jobs_find(struct jobs *js, const char *id)
+{
+    pthread_mutex_lock(&js->lock);
+    struct job *job = *jobs_place(js, id);
+    if (job)
+        job_ref(job);
+    pthread_mutex_unlock(&js->lock);
+    return job;
+}
+
+void jobs_look(struct jobs *js, struct job *job, struct job_look *look)
+{
+    pthread_mutex_lock(&js->lock);
+    *look = (struct job_look){ .row = job->row, .progress = job->progress, .event = job->event,
+                               .finished = finished_ref(job->finished), .stored = job->stored };
+    look->row.error = NULL;
+    pthread_mutex_unlock(&js->lock);
+}
+
+void jobs_count(struct jobs *js, struct jobs_counts *out)
+{
+    pthread_mutex_lock(&js->lock);
+    *out = (struct jobs_counts){ js->queue_count, js->running, js->queue_bytes, js->waiters, js->streams, no_room(js, 0) };
+    pthread_mutex_unlock(&js->lock);
+}
+
+/* A queued job of an earlier life, on its owner's account: the quota follows once the tokens
+ * are read. Its request stays on disk until it runs. */
+static void recover_one(void *ctx, const struct job_row *row)
+{
+    static const struct quota none;
+    struct jobs *js = ctx;
+    struct account *account = jobs_account(js, row->owner, &none);
+    struct job *job = account ? jobs_make(js, row->id, account) : NULL;
+    if (!job)
+        abort();
+    job->row = *row;
+    job->row.error = NULL;
+    job->stored = 1;
+    *jobs_place(js, row->id) = job;
+    job->account->alive++;
+    if (row->attempts < JOBS_TRIES) {
+        jobs_enqueue(js, job);
+        return;
+    }
+    struct sga_error err = { .code = SGA_E_WORKER_DIED, .stage = "queue" };
+    snprintf(err.detail, sizeof err.detail, "The service ended %d times while this job ran; it is not tried again.", row->attempts);
+    jobs_end(js, job, JOB_FAILED, &err, NULL, 0);
+}
+
+bool jobs_recover(struct jobs *js, char *why, size_t size)
+{
+    if (!store_recover(js->store, recover_one, js, why, size))
+        return false;
+    if (js->queue_count) {
+        char count[32];
+        snprintf(count, sizeof count, "%lu", js->queue_count);
+        log_event(LOG_L_INFO, "jobs_recovered", "count", count, NULL);
+    }
+    return true;
+}
+
+void jobs_free(struct jobs *js)
+{
+    if (!js)
+        return;
+    for (int i = 0; i < JOBS_BUCKETS; i++)
+        while (js->bucket[i])
+            forget(&js->bucket[i]);
+    for (struct account *a = js->accounts, *next; a; a = next) {
+        next = a->next;
+        free(a);
+    }
+    pthread_cond_destroy(&js->work);
+    pthread_mutex_destroy(&js->lock);
+    free(js);
+}

@@ -1,0 +1,137 @@
+/* The jobs that have not ended, or whose end is not on disk yet: a table by id, a bounded
+ * queue, and those who wait. One lock guards all of it; it is held for moments only.
+ *
+ * A job is a wait point: an HTTP request whose connection is suspended stands in its list
+ * and is resumed once what it waits for has come, its deadline has passed, or the service
+ * closes. Who suspends and resumes is given as hooks, so that nothing here knows HTTP.
+ *
+ *   queued -> running -> done | failed | cancelled      (ended: its text is made, never changes)
+ *
+ * Order on disk: the row, its start, its result, its end. The 202 waits for the row. */
+#ifndef SERVER_JOBS_H
+#define SERVER_JOBS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "config.h"
+#include "error.h"
+#include "finished.h"
+#include "job.h"
+#include "memory_cache.h"
+#include "metrics.h"
+#include "quota.h"
+#include "store.h"
+
+struct jobs;
+struct job;
+
+struct jobs_hooks {
+    void (*suspend)(void *connection);
+    void (*resume)(void *connection);
+};
+
+struct jobs *jobs_new(const struct config *c, struct store *st, struct memory_cache *memory_cache, struct metrics *m, struct jobs_hooks hooks);
+/* Takes over what the store holds from before. Before workers start. */
+bool jobs_recover(struct jobs *js, char *why, size_t size);
+void jobs_free(struct jobs *js);
+
+/* The account of this name, made where there is none, with its quota set anew. It lives as
+ * long as the table. NULL: no memory. "" is that of requests without a token. */
+struct account *jobs_account(struct jobs *js, const char *name, const struct quota *quota);
+
+/* -- Asking -- */
+
+enum submit { SUBMIT_NEW, SUBMIT_JOINED, SUBMIT_DONE, SUBMIT_FULL, SUBMIT_QUOTA, SUBMIT_DRAINING, SUBMIT_NO_MEMORY };
+
+struct submission {
+    const char *id;
+    char *request;                  /* canonical, malloc'ed; taken over and set to NULL by SUBMIT_NEW */
+    size_t length;
+    struct account *account;
+    const char *owner;              /* whose job it is; NULL: the account's */
+    const char *request_id, *traceparent;   /* for the log */
+    /* the answer */
+    struct job *job;                /* a reference, of SUBMIT_NEW and SUBMIT_JOINED */
+    struct finished *finished;      /* a reference, of SUBMIT_DONE */
+    const char *quota;              /* of SUBMIT_QUOTA: which one, in words */
+    long retry;                     /* and after how many seconds to try again */
+};
+/* A request that was found good. It becomes a job unless the same one is alive; one that
+ * failed or was cancelled is run again. */
+enum submit jobs_submit(struct jobs *js, struct submission *s);
+
+/* A living job with a reference, or NULL. */
+struct job *jobs_find(struct jobs *js, const char *id);
+void job_ref(struct job *job);
+void job_unref(struct job *job);          /* NULL is allowed */
+
+struct job_look {
+    struct job_row row;                   /* without error */
+    struct job_progress progress;
+    uint64_t event;                       /* grows with each change */
+    struct finished *finished;            /* a reference, once it has ended */
+    int stored;                           /* 1: its row is on disk; -1: that failed; 0: not yet */
+};
+void jobs_look(struct jobs *js, struct job *job, struct job_look *look);
+
+enum cancel { CANCEL_ENDED_NOW, CANCEL_ASKED, CANCEL_TOO_LATE, CANCEL_UNKNOWN, CANCEL_NOT_YOURS };
+/* Ends a queued job, asks a running one to stop. by: the account that asks, for a job that it
+ * owns; NULL may cancel the jobs of all. *job gets a reference unless it is unknown or another's. */
+enum cancel jobs_cancel(struct jobs *js, const char *id, const struct account *by, struct job **job);
+
+/* -- Waiting -- */
+
+enum wait_kind { WAIT_STORED, WAIT_ENDED, WAIT_EVENT };
+
+struct waiter {
+    void *connection;
+    struct account *account;
+    enum wait_kind kind;
+    uint64_t seen;            /* WAIT_EVENT: the event known already */
+    double deadline;          /* sga_now() */
+    bool waiting;
+    struct job *job;
+    struct waiter *prev, *next, *all_prev, *all_next;
+};
+
+/* True: the connection was suspended and will be resumed, once. False: there is no need
+ * to wait (any more), or no room: go on with what jobs_look says. The caller holds a
+ * reference to the job meanwhile. */
+bool jobs_wait(struct jobs *js, struct job *job, struct waiter *w);
+/* Whether the account's quota has room for one more that waits: an answer for now, jobs_wait asks again. */
+bool jobs_may_wait(struct jobs *js, const struct account *account);
+/* A job-like wait point that counts as stored once all that was written before is. */
+struct job *jobs_barrier(struct jobs *js);
+/* Resumes whose deadline has passed. */
+void jobs_tick(struct jobs *js, double now);
+
+/* -- Running: for workers -- */
+
+/* Blocks for the next job; NULL once the service drains. wake_fd is an eventfd that is
+ * written to when the job is to be cancelled or the service stops. */
+struct job *jobs_claim(struct jobs *js, int wake_fd);
+/* The canonical request; read from the store where it is not in memory. NULL: lost. */
+const char *jobs_request(struct jobs *js, struct job *job, size_t *length);
+const char *job_id(const struct job *job);
+bool jobs_cancelled(struct jobs *js, struct job *job);
+void jobs_progress(struct jobs *js, struct job *job, const char *stage, double fraction);
+/* The end: result text, or err. One of them. Takes no ownership. */
+void jobs_done(struct jobs *js, struct job *job, const char *result, size_t length);
+void jobs_failed(struct jobs *js, struct job *job, const struct sga_error *err);
+/* Back to the queue on disk, for the next start of the service. */
+void jobs_requeue(struct jobs *js, struct job *job);
+
+/* -- Ending -- */
+
+void jobs_drain(struct jobs *js);               /* no new jobs, no claims */
+bool jobs_draining(struct jobs *js);
+void jobs_close_waiters(struct jobs *js);       /* resumes all; nobody may wait from now on */
+void jobs_stop_running(struct jobs *js);        /* workers give their jobs back */
+bool jobs_stopping(struct jobs *js);
+
+struct jobs_counts { unsigned long queued, running, queue_bytes, waiters, streams; bool full; };
+void jobs_count(struct jobs *js, struct jobs_counts *out);
+
+#endif

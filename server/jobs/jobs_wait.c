@@ -1,0 +1,139 @@
+/* Those who wait for jobs. Suspending and linking happen under the lock, and so does
+ * resuming: a connection is resumed exactly once for each time it was suspended. */
+#include "jobs_parts.h"
+#include "budget.h"
+
+#include <stdlib.h>
+
+static const double RETRY_SECONDS = 1;     /* of a store that fails */
+
+static bool satisfied(const struct job *job, const struct waiter *w)
+{
+    switch (w->kind) {
+    case WAIT_STORED: return job->stored != 0;
+    case WAIT_ENDED: return job->finished != NULL;
+    default: return job->event != w->seen;
+    }
+}
+
+/* The bound is on what clients hold open. The disk always answers, so who waits for it
+ * is not counted. */
+static bool room(const struct jobs *js, const struct waiter *w)
+{
+    return w->kind == WAIT_STORED
+        || ((!w->account || quota_may_wait(w->account))
+            && (w->kind == WAIT_ENDED ? js->waiters < (unsigned long)js->config->waiters
+                                      : js->streams < (unsigned long)js->config->streams));
+}
+
+static void count(struct jobs *js, const struct waiter *w, long by)
+{
+    if (w->kind != WAIT_STORED && w->account)
+        w->account->waiting += (unsigned long)by;
+    if (w->kind == WAIT_ENDED)
+        js->waiters += (unsigned long)by;
+    else if (w->kind == WAIT_EVENT)
+        js->streams += (unsigned long)by;
+}
+
+bool jobs_wait(struct jobs *js, struct job *job, struct waiter *w)
+{
+    pthread_mutex_lock(&js->lock);
+    bool wait = !satisfied(job, w) && !js->closed && w->deadline > sga_now() && room(js, w);
+    if (wait) {
+        w->job = job;
+        w->waiting = true;
+        w->prev = NULL;
+        w->next = job->waiters;
+        if (w->next)
+            w->next->prev = w;
+        job->waiters = w;
+        w->all_prev = NULL;
+        w->all_next = js->all;
+        if (w->all_next)
+            w->all_next->all_prev = w;
+        js->all = w;
+        count(js, w, 1);
+        js->hooks.suspend(w->connection);
+    }
+    pthread_mutex_unlock(&js->lock);
+    return wait;
+}
+
+bool jobs_may_wait(struct jobs *js, const struct account *account)
+{
+    pthread_mutex_lock(&js->lock);
+    bool may = quota_may_wait(account);
+    pthread_mutex_unlock(&js->lock);
+    return may;
+}
+
+static void resume(struct jobs *js, struct waiter *w)
+{
+    *(w->prev ? &w->prev->next : &w->job->waiters) = w->next;
+    if (w->next)
+        w->next->prev = w->prev;
+    *(w->all_prev ? &w->all_prev->all_next : &js->all) = w->all_next;
+    if (w->all_next)
+        w->all_next->all_prev = w->all_prev;
+    w->waiting = false;
+    count(js, w, -1);
+    js->hooks.resume(w->connection);
+}
+
+void jobs_notify(struct jobs *js, struct job *job)
+{
+    for (struct waiter *w = job->waiters, *next; w; w = next) {
+        next = w->next;
+        if (satisfied(job, w))
+            resume(js, w);
+    }
+}
+
+void jobs_tick(struct jobs *js, double now)
+{
+    pthread_mutex_lock(&js->lock);
+    for (struct waiter *w = js->all, *next; w; w = next) {
+        next = w->all_next;
+        if (w->deadline <= now)
+            resume(js, w);
+    }
+    if (now >= js->retry_at && (js->unsaved || !store_healthy(js->store))) {
+        js->retry_at = now + RETRY_SECONDS;
+        store_probe(js->store);
+        jobs_save_again(js);
+    }
+    pthread_mutex_unlock(&js->lock);
+}
+
+void jobs_close_waiters(struct jobs *js)
+{
+    pthread_mutex_lock(&js->lock);
+    js->closed = true;
+    while (js->all)
+        resume(js, js->all);
+    pthread_mutex_unlock(&js->lock);
+}
+
+static void barrier_done(void *ctx, bool ok)
+{
+    struct job *job = ctx;
+    struct jobs *js = job->table;
+    pthread_mutex_lock(&js->lock);
+    job->stored = ok ? 1 : -1;
+    jobs_notify(js, job);
+    pthread_mutex_unlock(&js->lock);
+    job_unref(job);
+}
+
+struct job *jobs_barrier(struct jobs *js)
+{
+    struct job *job = jobs_make(js, "", js->everyone);
+    if (!job)
+        return NULL;
+    job_ref(job);
+    if (store_barrier(js->store, barrier_done, job))
+        return job;
+    free(job);
+    return NULL;
+}

@@ -1,0 +1,39 @@
+/* On whose account jobs run: what each token may hold at one time, and its own place in the
+ * queue. Guarded by the lock of the jobs table, but for what is fixed. */
+#ifndef SERVER_QUOTA_H
+#define SERVER_QUOTA_H
+
+#include <stdbool.h>
+
+enum { ACCOUNT_NAME = 64 };
+
+/* 0: no limit but the service's own. */
+struct quota {
+    long jobs;            /* that wait or run */
+    long bytes;           /* of the requests that wait */
+    long waiters;         /* requests that wait for a job, and event streams */
+    long seconds;         /* of running, in one hour */
+};
+
+struct job;
+
+struct account {
+    char name[ACCOUNT_NAME];         /* of the token, "" where none is needed; fixed */
+    struct quota quota;
+    unsigned long alive, bytes, waiting;
+    double hour, used;               /* start of the hour that is counted; seconds run in it */
+    struct job *front, *back;        /* its queue */
+    struct account *ring_next, *ring_prev;   /* those whose queue is not empty */
+    struct account *next;            /* all */
+};
+
+enum { ACCOUNT_HOUR = 3600 };
+
+/* Which quota a further job of so many bytes would break, in words; NULL: none. *retry gets
+ * the seconds after which it is worth trying again. */
+const char *quota_full(struct account *a, unsigned long bytes, double now, long *retry);
+/* A job of the account ran for so long. */
+void quota_ran(struct account *a, double seconds, double now);
+bool quota_may_wait(const struct account *a);
+
+#endif
