@@ -10,12 +10,14 @@
 #include "kinds.h"
 #include "mem.h"
 #include "print.h"
+#include "seeds.h"
+#include "set_points.h"
 #include "tiers.h"
 #include "watch.h"
 
 /* Dense steps: that many variables, and that many operations for a factorisation. */
-enum { MOST = 100 };
-static const double DEAR = 1e7;
+enum { MOST = 100, FEW_STARTS = 4 };
+static const double DEAR = 1e7, HUGE_NUMBER = 1e300;
 
 /* Whether all constraints have values at the guess, in numbers of any size. */
 static bool has_values(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq)
@@ -33,12 +35,36 @@ static bool has_values(const struct sys_system *sys, const struct sga_solution *
     return all;
 }
 
+/* Whether they hold at a point with numbers that no double has (s = cosh(10^6 x)). */
+static bool beyond_double(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq)
+{
+    double *value = set_points_tables(sys, rq->start);
+    bool beyond = false;
+    struct set_points on;
+    struct points_point p;
+    uint64_t random = SGA_SEED_MOTION_START;
+    set_points_init(&on, sys, sol, sol->constraints, 0, 0);
+    on.space.near = rq->initial;
+    on.space.near_time = rq->start;
+    on.space.by_shape = true;
+    on.space.starts = FEW_STARTS;
+    on.space.parameter_value = value;
+    on.space.budget = rq->budget;
+    if (points_find(&on.space, 0, &random, 64, &p) == POINTS_OK)
+        for (int j = 0; j < sys->variables; j++)
+            beyond |= !isfinite(p.x[j]) || fabs(p.x[j]) > HUGE_NUMBER;
+    points_point_clear(&p);
+    set_points_clear(&on);
+    free(value);
+    return beyond;
+}
+
 static bool refuse(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, int worst, double residual,
                    bool held, struct sga_error *err)
 {
     char *text = expr_text(sys->store, worst < 0 ? EXPR_UNDEF : sol->constraint[worst].expr, 300);
     int g = worst >= 0 ? sol->constraint[worst].generation : 0;
-    if (residual < 0 && has_values(sys, sol, rq))
+    if (residual < 0 && (has_values(sys, sol, rq) || beyond_double(sys, sol, rq)))
         sga_fail_at(err, SGA_E_INITIAL, "/trajectory/initial",
                     "the initial values cannot be projected: a constraint has a value or a slope there that is too large for numbers in double; start "
                     "elsewhere, or write the equations without a name for what is so large");
