@@ -7,6 +7,7 @@ Each page doc/NAME.md that has a part doc/parts/NAME.md is that text with its li
     {{members result:/properties/trajectory events/items}}   and under them those of the objects named
     {{count request:/$defs/tables/maxProperties}}    a number of a schema, in digits
     {{errors}} {{warnings}} {{limits}}               the tables of lib/base (error.h, warning.def, limits.def)
+    {{forms}} {{functions}}                          the forms of a system; the functions of expressions (lib/expr/expr.h)
 
 The schemas, those tables and doc/parts/errors.json (cause and cure of each code) are the only sources. The anchors of
 schema/problem.json, which the member `type` of a problem points to, are made from the same table. With --check nothing is written:
@@ -249,7 +250,18 @@ def limits(_):
                  [(f"`{name}`", f"{int(value):,}", f"`{codes[w]}`", prose(what), prose(why)) for name, value, w, what, why in definitions("limits.def")])
 
 
-FILLS = {"members": members, "count": count, "errors": errors, "error_list": error_list, "warnings": warnings, "limits": limits}
+def functions(_):
+    """Names of functions, from the table of operators."""
+    rows = re.findall(r'X\(\w+,\s*"([a-z]\w*)",\s*([12])\)', text_of("lib", "expr", "expr.h"))
+    return " ".join(name for name, _ in rows)
+
+
+def forms(documents):
+    defs = documents["request"]["$defs"]
+    return table(("`form`", "the system"), [(f"[`{name}`](#{name})", prose(defs[name]["title"])) for name in defs["system"]["properties"]["form"]["enum"]])
+
+
+FILLS = {"functions": functions, "forms": forms, "members": members, "count": count, "errors": errors, "error_list": error_list, "warnings": warnings, "limits": limits}
 
 
 def filled(documents, text):
