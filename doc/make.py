@@ -6,6 +6,7 @@ Each page doc/NAME.md that has a part doc/parts/NAME.md is that text with its li
     {{members request:/$defs/trajectory}}            a table of the members of an object: type, default, meaning
     {{members result:/properties/trajectory events/items}}   and under them those of the objects named
     {{count request:/$defs/tables/maxProperties}}    a number of a schema, in digits
+    {{constant lib/expr/parse.c DEFAULT_DEPTH}}      a number of the sources; {{setting NAME}} of the daemon, {{limit NAME}} of limits.def
     {{errors}} {{warnings}} {{limits}}               the tables of lib/base (error.h, warning.def, limits.def)
     {{forms}} {{functions}}                          the forms of a system; the functions of expressions (lib/expr/expr.h)
 
@@ -196,6 +197,28 @@ def count(documents, place):
     return f"{value:,}" if isinstance(value, int) else str(value)
 
 
+# Numbers of the sources
+
+def constant(_, path, name):
+    """NAME = number, or a << b."""
+    found = re.search(rf"\b{name} = (\d+)(?: << (\d+))?", text_of(path))
+    if not found:
+        raise SystemExit(f"doc/make.py: {path} has no {name}")
+    return f"{int(found[1]) << int(found[2] or 0):,}"
+
+
+def setting(_, name):
+    """The default of a setting in bytes."""
+    found = re.search(rf'\("{name}", \w+, (\d+) \* MB,', text_of("server", "settings.c"))
+    if not found:
+        raise SystemExit(f"doc/make.py: there is no setting {name} in MB")
+    return f"{found[1]} MiB"
+
+
+def limit(_, name):
+    return next(f"{int(row[1]):,}" for row in definitions("limits.def") if row[0] == name)
+
+
 # The tables of lib/base
 
 def strings(text):
@@ -261,7 +284,8 @@ def forms(documents):
     return table(("`form`", "the system"), [(f"[`{name}`](#{name})", prose(defs[name]["title"])) for name in defs["system"]["properties"]["form"]["enum"]])
 
 
-FILLS = {"functions": functions, "forms": forms, "members": members, "count": count, "errors": errors, "error_list": error_list, "warnings": warnings, "limits": limits}
+FILLS = {"functions": functions, "forms": forms, "members": members, "count": count, "errors": errors, "error_list": error_list, "warnings": warnings, "limits": limits, "constant": constant, "setting": setting,
+         "limit": limit}
 
 
 def filled(documents, text):
