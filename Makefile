@@ -169,7 +169,7 @@ MANDIR ?= $(PREFIX)/share/man
 DOCDIR ?= $(PREFIX)/share/doc/sga
 MAN := $(wildcard etc/man/*)
 install: all shared
-	install -d $(DESTDIR)$(BINDIR) $(DESTDIR)$(LIBDIR)/pkgconfig $(DESTDIR)$(INCLUDEDIR) $(DESTDIR)$(DOCDIR)/examples $(DESTDIR)$(DOCDIR)/schema
+	install -d $(DESTDIR)$(BINDIR) $(DESTDIR)$(LIBDIR)/pkgconfig $(DESTDIR)$(INCLUDEDIR) $(DESTDIR)$(DOCDIR)/doc $(DESTDIR)$(DOCDIR)/examples $(DESTDIR)$(DOCDIR)/schema
 	install $(B)/sgad $(B)/sga $(DESTDIR)$(BINDIR)
 	install -m 644 $(B)/lib/libsga.so.$(VERSION) $(B)/lib/libsga.a $(DESTDIR)$(LIBDIR)
 	ln -sf libsga.so.$(VERSION) $(DESTDIR)$(LIBDIR)/libsga.so.$(SOVERSION)
@@ -178,6 +178,7 @@ install: all shared
 	sed -e 's|@LIBDIR@|$(LIBDIR)|; s|@INCLUDEDIR@|$(INCLUDEDIR)|; s|@VERSION@|$(VERSION)|; s|@LIBS@|$(LIBS) -lpthread|' etc/sga.pc.in > $(DESTDIR)$(LIBDIR)/pkgconfig/sga.pc
 	for m in $(MAN); do install -d $(DESTDIR)$(MANDIR)/man$${m##*.} && install -m 644 $$m $(DESTDIR)$(MANDIR)/man$${m##*.} || exit 1; done
 	install -m 644 README.md CHANGELOG.md LICENSE $(DESTDIR)$(DOCDIR)
+	install -m 644 doc/*.md $(DESTDIR)$(DOCDIR)/doc
 	install -m 644 schema/*.json $(DESTDIR)$(DOCDIR)/schema
 	install -m 644 etc/examples/*.json etc/examples/*.c $(DESTDIR)$(DOCDIR)/examples
 uninstall:

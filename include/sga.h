@@ -68,7 +68,7 @@ SGA_PUBLIC sga_answer *sga_check(const char *request, size_t length);
 SGA_PUBLIC int sga_answer_ok(const sga_answer *a);                 /* 1: text is the result; 0: what follows says why there is none */
 SGA_PUBLIC const char *sga_answer_text(const sga_answer *a);       /* JSON, or "" */
 SGA_PUBLIC size_t sga_answer_length(const sga_answer *a);          /* bytes of it */
-SGA_PUBLIC const char *sga_answer_code(const sga_answer *a);       /* "ok", or a code of the table in README, "expression_syntax" */
+SGA_PUBLIC const char *sga_answer_code(const sga_answer *a);       /* "ok", or a code of doc/errors.md, "expression_syntax" */
 SGA_PUBLIC const char *sga_answer_title(const sga_answer *a);      /* the code in words */
 SGA_PUBLIC const char *sga_answer_detail(const sga_answer *a);     /* what is wrong, where, and what to change */
 SGA_PUBLIC const char *sga_answer_pointer(const sga_answer *a);    /* JSON Pointer into the request, or "" */

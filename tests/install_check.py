@@ -159,6 +159,8 @@ class Installed:
         for page in found:
             read = run("groff", "-man", "-Tutf8", "-ww", "-z", page)
             self.tally.check(read.returncode == 0 and not read.stderr, os.path.basename(page), read.stderr[:300])
+        for page in ("README.md", "doc/tutorial.md", "doc/errors.md"):
+            self.tally.check(os.path.exists(os.path.join(self.dest, "usr/share/doc/sga", page)), f"{page} is installed")
         with open(os.path.join(folder, "man3/sga.3"), encoding="utf-8") as f:
             text = f.read()
         for name in exported(run("nm", "-D", "--defined-only", os.path.join(self.lib, "libsga.so.0")).stdout):

@@ -150,9 +150,9 @@ def main():
         tally.check(f"SGA_LIMIT_{name}" in source, f"the limit {name} raises its warning somewhere")
         tally.check(f"SGA_MOST_{name}" in source, f"the limit {name} is used by its name")
     tally.check(len(limits) == len(set(limits)), "each limit stands once", str(limits))
-    with open(os.path.join(ROOT, "README.md"), encoding="utf-8") as f:
-        readme = f.read()
-    tally.check(all(f"| `{code}` |" in readme for code in warned), "README lists the warning codes", str(warned))
+    with open(os.path.join(ROOT, "doc", "limits.md"), encoding="utf-8") as f:
+        listed = f.read()
+    tally.check(all(f"| `{code}` |" in listed for code in warned), "doc/limits.md lists the warning codes", str(warned))
     tally.check(schemas.faults(result, {"verdict": "unique"}), "an answer without warnings is refused")
     tally.check(schemas.faults(result, {"verdict": "unique", "equilibrium": True}), "equilibrium beside unique is refused")
     tally.check(schemas.faults(result, {"verdict": "unique", "dimensions": {"ambient": 1, "generations": [], "final": None}}),

@@ -17,11 +17,11 @@ def request(name, want, arithmetic, tolerance):
             "accuracy": {"rtol": tolerance, "atol": tolerance, "arithmetic": arithmetic}}
 
 
-def balls(folder, measure):
+def balls(folder, measure, show):
     """measure(folder, request, runs): {"best": CPU seconds}"""
     print("ball arithmetic beside double at 1e-10 (CPU time)")
     for name in EQUATIONS:
         analysis = measure(folder, request(name, "consistent_initial", "double", 1e-10), 20)["best"]
         seconds = [measure(folder, request(name, "trajectory", a, tol), 20 if a == "double" else 2)["best"] - analysis for a, tol in RUNS]
-        print(f"  {name}: double {1e3 * seconds[0]:.2f} ms; ball "
-              + ", ".join(f"{tol:g}: {s / seconds[0]:.0f} times" for (_, tol), s in zip(RUNS[1:], seconds[1:])), flush=True)
+        for (_, tolerance), took in zip(RUNS[1:], seconds[1:]):
+            show(f"{name}: ball at {tolerance:g} / double", f"{took / seconds[0]:.0f}", note=f"{1e3 * took:.1f} ms, {1e3 * seconds[0]:.2f} ms")

@@ -25,12 +25,19 @@ import chain  # noqa: E402
 import pencil  # noqa: E402
 import report  # noqa: E402
 import samples  # noqa: E402
+import tiers  # noqa: E402
 from daemon import Daemon  # noqa: E402
 
 LINES = []
+FIGURES = {}       # by part: (what, figure, what it is made of)
 
 
-def show(what, value, target, ok, note=""):
+def show(what, value, target=None, ok=True, note=""):
+    """A figure; target: what it should be, None where nothing is asked of it."""
+    FIGURES[list(FIGURES)[-1]].append((what, value, note))
+    if target is None:
+        print(f"  {what}: {value}  {note}", flush=True)
+        return
     LINES.append((what, value, target, "PASS" if ok else "FALL SHORT", note))
     print(f"  {what}: {value} (target {target}) {'PASS' if ok else 'FALL SHORT'}  {note}", flush=True)
 
@@ -81,7 +88,7 @@ def chains(folder):
     sizes, found = (10, 20, 50, 100), {}
     for n in sizes:
         found[n] = measure(folder, chain.request(n), 3 if n < 50 else 1)
-        print(f"  N = {n:3}: {found[n]['best']:8.3f} s {found[n]['peak_kib'] / 1024:8.1f} MiB", flush=True)
+        show(f"N = {n}", f"{found[n]['best']:.3f} s", note=f"{found[n]['peak_kib'] / 1024:.1f} MiB")
     span = math.log(sizes[-1] / sizes[0])
     time_ = math.log(found[sizes[-1]]["best"] / found[sizes[0]]["best"]) / span
     memory = math.log(found[sizes[-1]]["peak_kib"] / found[sizes[0]]["peak_kib"]) / span
@@ -296,6 +303,27 @@ def workers(build, folder):
              f"median {1e3 * statistics.median(busy):.2f} ms, without jobs {1e3 * statistics.median(quiet):.2f} ms")
 
 
+def interpreted(build):
+    print("whole trajectories without machine code, over the same with it")
+    kepler = {"form": "equations", "variables": ["x", "y"], "equations": ["x'' = -x/(x^2 + y^2)^(3/2)", "y'' = -y/(x^2 + y^2)^(3/2)"]}
+    pendulum = {"form": "equations", "variables": ["x", "y", "l"], "equations": ["x'' = -l*x", "y'' = -l*y - 10", "x^2 + y^2 = 1"]}
+    robertson = {"form": "equations", "variables": ["a", "b", "c"],
+                 "equations": ["a' = -a/25 + 10^4*b*c", "b' = a/25 - 10^4*b*c - 3*10^7*b^2", "a + b + c = 1"]}
+    fine = {"rtol": 1e-10, "atol": 1e-10}
+    runs = {"pendulum": {"system": pendulum, "accuracy": fine, "trajectory": {"stop": 100, "samples": 2, "initial": {"x": 1, "y": 0}}},
+            "Kepler orbit": {"system": kepler, "accuracy": fine, "trajectory": {"stop": 200, "samples": 2, "initial": {"x": 1, "y": 0, "x'": 0, "y'": "4/5"}}},
+            "chain of ten pendulums": chain.request(10, stop="2"),
+            "Robertson's reactions": {"system": robertson, "trajectory": {"stop": 1e9, "samples": 2, "initial": {"a": 1, "b": 0, "c": 0}}}}
+
+    def seconds(request, *flags):
+        run = subprocess.run([os.path.join(build, "sga"), "solve", "-", "--json", *flags], input=json.dumps({**request, "want": ["trajectory"]}),
+                             capture_output=True, text=True, timeout=600, check=True)
+        return json.loads(run.stdout)["work"]["seconds"]["trajectory"]
+    for name, request in runs.items():
+        slow, fast = (min(seconds(request, *flags) for _ in range(5)) for flags in (["--interpret-only"], []))
+        show(f"{name}: interpreted / machine code", f"{slow / fast:.1f}", note=f"{1e3 * slow:.1f} ms, {1e3 * fast:.1f} ms")
+
+
 def written(build, folder):
     with Daemon(build, "--log-level", "warn", "--workers", "1") as d:
         samples.run(d, folder, show)
@@ -338,7 +366,7 @@ def integrators(build):
         curves, stiff = report.read([f])
     for kind, digits, method, target, mean, count, only, missed in report.lines(curves, stiff):
         what = f"{'stiff' if kind else 'smooth'}, {digits} digits: {'ours' if method == 'ours' else 'with estimate'} / best peer"
-        show(what, f"{mean:.2f}", f"<= {target}" if target else "-", target is None or mean <= target,
+        show(what, f"{mean:.2f}", f"<= {target}" if target else None, target is None or mean <= target,
              f"{count} problems; {only} reached by ours only, {missed} by peers only")
 
 
@@ -352,13 +380,21 @@ def main():
         parts = {"arm": lambda: arm(work), "corpus": lambda: corpus(build, work), "chains": lambda: chains(work),
                  "pencil": lambda: pencil.run(work, measure, show), "operators": lambda: operators(work), "sweep": lambda: sweep(work), "http": lambda: http(build, work),
                  "workers": lambda: workers(build, work), "samples": lambda: written(build, work), "executors": lambda: executors(work),
-                 "balls": lambda: balls.balls(work, measure), "integrators": lambda: integrators(build)}
+                 "interpreted": lambda: interpreted(build), "balls": lambda: balls.balls(work, measure, show), "tiers": lambda: tiers.run(build, show),
+                 "integrators": lambda: integrators(build)}
+        if sys.argv[2:] == ["--parts"]:
+            print(*parts)
+            return 0
         for name in sys.argv[2:] or parts:
+            FIGURES[name] = []
             try:
                 parts[name]()
             except Exception as e:    # one broken part does not hide the others
                 broken = 1
                 print(f"  broken: {type(e).__name__}: {e}", flush=True)
+    if "SGA_BENCH_FIGURES" in os.environ:      # for tests/bench/figures
+        with open(os.environ["SGA_BENCH_FIGURES"], "w", encoding="utf-8") as f:
+            json.dump(FIGURES, f)
     print()
     for what, value, target, verdict, note in LINES:
         print(f"{what:46} {value:>10} {target:>10}  {verdict:10} {note}")

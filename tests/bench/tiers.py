@@ -1,4 +1,4 @@
-"""What a tier of accuracy costs: tiers.py BUILD_DIR
+"""What a tier of accuracy costs.
 
 Over the references that are not stiff: the time of a trajectory by Taylor series in double-double over that in double at
 the same tolerance, and at finer ones; over the stiff ones, of one by implicit steps; and of a motion kept on its first integral over the same motion left alone. Each
@@ -55,20 +55,17 @@ def load(name):
         return json.load(f)
 
 
-def main():
-    solver = Solver(sys.argv[1])
+def run(build, show):
+    print("double-double beside double, and projections")
+    solver = Solver(build)
     cases = [c for c in load("trajectory_reference.json") if not any(word in c["name"] for word in STIFF)]
-    print(f"double-double over double, taylor at 1e-10: {longer(solver, cases, 1e-10, 1e-10):.1f}")
+    show("double-double / double, taylor at 1e-10", f"{longer(solver, cases, 1e-10, 1e-10):.1f}")
     for tolerance in (1e-16, 1e-20, 1e-28):
-        print(f"double-double at {tolerance:g} over double at 1e-10: {longer(solver, cases, tolerance, 1e-10):.1f}")
+        show(f"double-double at {tolerance:g} / double at 1e-10", f"{longer(solver, cases, tolerance, 1e-10):.1f}")
     stiff = [c for c in load("double_double_stiff.json") if not any(word in c["name"] for word in NOT_COMPARED)]
     for tolerance in (1e-16, 1e-20, 1e-28):
-        print(f"double-double at {tolerance:g} over double at 1e-10, stiff: {longer(solver, stiff, tolerance, 1e-10, 'auto'):.1f}")
+        show(f"stiff: double-double at {tolerance:g} / double at 1e-10", f"{longer(solver, stiff, tolerance, 1e-10, 'auto'):.1f}")
     for accuracy in ({"rtol": 1e-8, "atol": 1e-8, "method": "dop853"}, {"rtol": 1e-11, "atol": 1e-11, "method": "taylor"},
                      {"rtol": 1e-20, "atol": 1e-20, "arithmetic": "double-double"}):
-        print(f"projection on one constraint, {accuracy.get('method', accuracy.get('arithmetic'))} at {accuracy['rtol']:g}: "
-              f"{projection(solver, accuracy):.2f} of the time without")
-
-
-if __name__ == "__main__":
-    main()
+        show(f"projected on one constraint / left alone, {accuracy.get('method', accuracy.get('arithmetic'))} at {accuracy['rtol']:g}",
+             f"{projection(solver, accuracy):.2f}")
