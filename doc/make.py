@@ -209,7 +209,7 @@ def constant(_, path, name):
 
 def setting(_, name):
     """The default of a setting in bytes."""
-    found = re.search(rf'\("{name}", \w+, (\d+) \* MB,', text_of("server", "settings.c"))
+    found = re.search(rf'\("{name}", \w+, (\d+) \* MB,', text_of("server", "settings", "settings.c"))
     if not found:
         raise SystemExit(f"doc/make.py: there is no setting {name} in MB")
     return f"{found[1]} MiB"
