@@ -135,6 +135,8 @@ def differences(base, said, request, result, problem):
         second = problem["code"] if problem else result["verdict"]
         if "signals" in said.done and any(p and re.search(BEYOND_DOUBLE, p["detail"]) for p in (problem, base.problem)):
             return []     # a name makes a variable of what no sample can show, or of what its rounding hides
+        if "units" in said.done and problem and problem["code"] == "no_motion" and (base.result or {}).get("consistent_initial", {}).get("moved", 0) > MOVED:
+            return []     # what is nearest is another point in other units: one at which the rank drops is refused, rightly
         return [] if first == second else [f"{first} became {second}" + (f" ({problem['detail'][:150]})" if problem else "")
                                            + (f" (was: {base.problem['detail'][:150]})" if base.problem else "")]
     should, is_ = expected(base, said), numbers(result)

@@ -81,59 +81,72 @@ struct job {
     struct points_shadow shadow;
     struct sga_solution solution;
     bool solved;
-    double *near;                 /* by variable: where the request starts, or NULL */
-    unsigned char *near_given;    /* by variable: its value is the request's, and not what follows from others; NULL: all are */
-    double near_time;
-    double *parameter_near;       /* by parameter: values of tables there, else NAN; NULL without near or tables */
-    struct expr_names texts;      /* roots: constraints, field, gauge fields, in this order */
-    bool has_texts;
-    int first_field, first_gauge; /* places among the roots */
-    expr_id *scale;               /* by constraint: what it was divided by for its text, or EXPR_UNDEF */
-    bool *reduced;                /* by constraint: that holds where those of older generations vanish; NULL: nowhere needed */
+    struct {                      /* where the request starts: a hint for which component is meant */
+        double *x;                /* by variable, or NULL */
+        unsigned char *given;     /* by variable: its value is the request's, and not what follows from others; NULL: all are */
+        double time;
+        double *parameter;        /* by parameter: values of tables there, else NAN; NULL without x or tables */
+    } start;
+    struct {
+        struct expr_names names;  /* roots: constraints, field, gauge fields, in this order */
+        bool has;
+        int first_field, first_gauge;   /* places among the roots */
+        expr_id *scale;           /* by constraint: what it was divided by for its text, or EXPR_UNDEF */
+        bool *reduced;            /* by constraint: that holds where those of older generations vanish; NULL: nowhere needed */
+    } texts;
     const char *request_text;     /* or NULL */
     size_t request_length;
-    struct sga_witness witness;
-    bool witnessed;
-    struct traj_result trajectory;
-    bool has_trajectory;
-    struct sga_buf trajectories;  /* JSON: those of a sweep, or empty */
+    struct { struct sga_witness result; bool has; } witness;
+    struct {
+        struct traj_result result;
+        bool has;
+        struct sga_buf sweep;     /* JSON: those of a sweep, or empty */
+    } trajectory;
     struct tradeoff *tradeoff;    /* or NULL */
-    struct traj_initial initial;
-    bool has_initial;
+    struct {
+        struct traj_initial result;
+        bool has;
+        int residuals;            /* constraints of the solution that it belongs to */
+    } initial;
     struct {                      /* whose drift is reported */
         expr_id *expr;
         int *given;               /* index into the request's, or -1: the energy */
         enum points_truth *truth; /* POINTS_ZERO: constant along the motion */
         int count;
     } integrals;
-    struct structure structure;
-    bool has_structure;
+    struct {
+        struct structure found;
+        bool has;
+        struct sga_buf kronecker; /* JSON value of the member, where structure is wanted */
+        bool is_linear;           /* and it is a structure, not a reason */
+    } structure;
     struct {
         struct sym_work *work;
         struct sym_check *check;  /* by candidate of the request */
         struct sym_result found;
         bool has, time;
     } symmetries;
-    int initial_residuals;        /* constraints of the solution that it belongs to */
-    bool on_part;                 /* a part of a union is solved, given by a point: other parts are not looked for */
-    int moves_on;                 /* 1 + the stratum that the trajectory lies on; 0: none */
-    struct stratum *stratum;
-    int strata;
-    double strata_work;           /* what searches for them have cost: Newton steps times the nodes that each evaluates */
-    bool strata_skipped;          /* zeros of some functions were not, or not fully, looked for */
-    const char **determinant;     /* by dense block: what became of the search for its zeros; static texts; or NULL */
-    struct sga_buf kronecker;     /* JSON value of the member, where structure is wanted */
-    bool is_linear;               /* and it is a structure, not a reason */
+    struct {
+        struct stratum *at;
+        int count;
+        double work;              /* what searches for them have cost: Newton steps times the nodes that each evaluates */
+        bool skipped;             /* zeros of some functions were not, or not fully, looked for */
+        const char **determinant; /* by dense block: what became of the search for its zeros; static texts; or NULL */
+        struct strata_tree *tree; /* of all strata being solved; NULL at the request's own answer until then */
+        int moves_on;             /* 1 + the stratum that the trajectory lies on; 0: none */
+    } strata;
+    struct {                      /* of a job that answers a stratum of another one; all 0: the request's own answer */
+        int depth;                /* a stratum of a stratum ... */
+        int inside;               /* the same without cases of parameters, of which there are no more inside each other than parameters */
+        int parameter_case;       /* which substitution of parameters is being solved; 0: none */
+        const struct job *above;  /* of the answer that this is a stratum of, or NULL; it has the same parameters, or: */
+        bool is_case;             /* some were put in for this one */
+        const struct cases_part *part;   /* ... with these, borrowed */
+        expr_id *not_zero; int not_zeros;   /* what must not vanish of the parameters */
+        bool on_part;             /* a part of a union is solved, given by a point: other parts are not looked for */
+    } place;
     struct operator_answer *op;   /* or NULL */
     struct sga_buf signs;         /* JSON: an assumption on signs of parameters, or empty */
-    struct strata_tree *tree;     /* of all strata being solved; NULL at the request's own answer until then */
-    int depth;                    /* 0: the request's own answer; else a stratum of a stratum ... */
-    int inside;                   /* the same without cases of parameters, of which there are no more inside each other than parameters */
-    int parameter_case;           /* which substitution of parameters is being solved; 0: none */
-    const struct job *above;      /* of the answer that this is a stratum of, or NULL; it has the same parameters, or: */
-    bool is_case;                 /* some were put in for this one */
-    const struct cases_part *part;   /* ... with these, borrowed */
-    expr_id *not_zero; int not_zeros;   /* what must not vanish of the parameters */
     struct {                      /* pull-back of the form hamiltonian with restrictions */
         bool has;
         struct form_tangent tangent;

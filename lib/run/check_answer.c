@@ -76,7 +76,7 @@ static bool parse_all(struct job *j, struct readback *b)
 {
     struct expr_grammar g = { .derivative = derivative_symbol, .ctx = &b->st, .value = b->value, .values = b->values, .max_length = 1 << 28,
                               .max_depth = 1 << 20, .max_exponent = 1L << 30, .max_digits = 1 << 20 };
-    const struct expr_names *t = &j->texts;
+    const struct expr_names *t = &j->texts.names;
     int base = b->st.symbols;
     expr_id *meaning = sga_calloc((size_t)(base + t->count + 1), sizeof *meaning);
     bool ok = true;
@@ -108,7 +108,7 @@ static bool parse_all(struct job *j, struct readback *b)
 /* Where the witness looks first: near the guess, but 0 where nothing is given is no place for a root. */
 static const double *witness_near(const struct job *j)
 {
-    return j->near && !(j->solution.definitions && j->shadow.reals) ? j->near : NULL;
+    return j->start.x && !(j->solution.definitions && j->shadow.reals) ? j->start.x : NULL;
 }
 
 /* Acceleration and reaction as printed against the formulas, at a point of W. */
@@ -146,7 +146,7 @@ static bool check_texts(struct job *j)
     expr_store_init(&b.st);
     b.variable = sga_malloc((size_t)(n + 1) * sizeof *b.variable);
     b.parameter = sga_malloc((size_t)(sys->parameters + 1) * sizeof *b.parameter);
-    b.root = sga_calloc((size_t)(j->texts.roots + 1), sizeof *b.root);
+    b.root = sga_calloc((size_t)(j->texts.names.roots + 1), sizeof *b.root);
     b.time = copy_symbol(&b, sys->store, sys->time);
     for (int i = 0; i < n; i++)
         b.variable[i] = copy_symbol(&b, sys->store, sys->variable[i].symbol);
@@ -162,7 +162,7 @@ static bool check_texts(struct job *j)
             .time = b.time, .constraint = b.root, .constraints = c, .solution = &j->solution, .field = field ? b.root + c : NULL,
             .gauge = gauge ? b.root + c + n : NULL, .gauges = gauge ? j->solution.free_columns : 0,
         };
-        ok = sga_witness_check(sys, &claim, &j->shadow, witness_near(j), j->near_time, 77, WITNESS_POINTS, &j->budget, &j->witness, j->err);
+        ok = sga_witness_check(sys, &claim, &j->shadow, witness_near(j), j->start.time, 77, WITNESS_POINTS, &j->budget, &j->witness.result, j->err);
         if (ok && j->mechanical && j->mechanical->has_motion)
             ok = check_motion(j, &b);
     }
@@ -189,7 +189,7 @@ static bool check_handles(struct job *j)
         .time = sys->time, .constraint = constraint, .constraints = c, .solution = &j->solution, .field = j->solution.field,
         .gauge = j->solution.gauge, .gauges = j->solution.gauge ? j->solution.free_columns : 0,
     };
-    bool ok = sga_witness_check(sys, &claim, &j->shadow, witness_near(j), j->near_time, 77, 1, &j->budget, &j->witness, j->err);
+    bool ok = sga_witness_check(sys, &claim, &j->shadow, witness_near(j), j->start.time, 77, 1, &j->budget, &j->witness.result, j->err);
     free(variable);
     free(constraint);
     return ok;
@@ -222,8 +222,8 @@ static bool check_contradiction(struct job *j)
     double begin = sga_now();
     struct set_points on;
     set_points_init(&on, &j->request.system, sol, sol->constraints, 0, 0);
-    on.space.near = j->near;
-    on.space.near_time = j->near_time;
+    on.space.near = j->start.x;
+    on.space.near_time = j->start.time;
     on.space.scale = sol->scale;
     on.space.time_unit = sol->time_unit;
     on.space.side = sol->side;
@@ -231,22 +231,22 @@ static bool check_contradiction(struct job *j)
     on.space.budget = &j->budget;
     bool ok = true;
     uint64_t random = SGA_SEED_WITNESS;
-    j->witness = (struct sga_witness){ .certified = true, .digits = 40 };
+    j->witness.result = (struct sga_witness){ .certified = true, .digits = 40 };
     for (int k = 0; k < WITNESS_POINTS && ok; k++) {
         struct points_point p;
-        if (points_find_staged(&on.space, on.end, on.stages, j->near ? 0.04 * (k + 1) : 1, &random, 192, &p) == POINTS_OK) {
-            j->witness.points++;
-            j->witness.certified &= p.certified;
+        if (points_find_staged(&on.space, on.end, on.stages, j->start.x ? 0.04 * (k + 1) : 1, &random, 192, &p) == POINTS_OK) {
+            j->witness.result.points++;
+            j->witness.result.certified &= p.certified;
             if (seems_zero(&on.space, &p, sol->contradiction))
                 ok = sga_fail(j->err, SGA_E_WITNESS, "the witness found a point at which what was called a contradiction vanishes");
         }
         points_point_clear(&p);
     }
-    if (ok && !j->witness.points)
+    if (ok && !j->witness.result.points)
         ok = sga_budget_ok(&j->budget, j->err)
              && sga_fail(j->err, SGA_E_UNDECIDED, "the witness found no fresh point of the constraints before the contradiction");
     set_points_clear(&on);
-    j->witness.seconds = sga_now() - begin;
+    j->witness.result.seconds = sga_now() - begin;
     return ok;
 }
 
@@ -254,10 +254,10 @@ bool answer_witness(struct job *j)
 {
     stage_begin(&j->clock, STAGE_WITNESS);
     if (j->solution.verdict == SGA_INCONSISTENT) {
-        j->witnessed = check_contradiction(j);
-        return j->witnessed;
+        j->witness.has = check_contradiction(j);
+        return j->witness.has;
     }
-    bool ok = j->has_texts ? check_texts(j) : check_handles(j);
-    j->witnessed = ok;
+    bool ok = j->texts.has ? check_texts(j) : check_handles(j);
+    j->witness.has = ok;
     return ok;
 }

@@ -181,17 +181,17 @@ bool display_by_name(struct display *d, const struct sheet *own, struct sheet *b
     struct job *j = d->j;
     struct sga_error ignored = { 0 };
     *by_name = (struct sheet){ 0 };
-    if (j->depth || !j->request_text || !j->request.knowns || j->slice.made || j->op || j->mechanical
+    if (j->place.depth || !j->request_text || !j->request.knowns || j->slice.made || j->op || j->mechanical
         || j->request.system.variables > MOST_VARIABLES || j->request.store.nodes > MOST_NODES)
         return false;
-    struct job n = { .options = NULL, .err = &ignored, .stage = "texts", .budget = own_budget(j), .near = j->near, .near_time = j->near_time };
+    struct job n = { .options = NULL, .err = &ignored, .stage = "texts", .budget = own_budget(j), .start = { .x = j->start.x, .time = j->start.time } };
     if (!request_read_named(&n.request, j->request_text, j->request_length, MOST_NODES))
         return false;
     n.request.want = REQUEST_VECTOR_FIELD | REQUEST_GAUGE;
     bool ok = has_names(j, &n.request) && same_variables(j, &n);
-    n.parameter_near = values_near(j, &n.request.system);
+    n.start.parameter = values_near(j, &n.request.system);
     ok = ok && answer_reduce(&n) && same_shape(&j->solution, &n.solution) && take_over(d, &n, own, by_name);
-    n.near = NULL;
+    n.start.x = NULL;
     answer_clear(&n);
     request_clear(&n.request);
     return ok;

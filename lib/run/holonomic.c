@@ -55,7 +55,7 @@ static struct sys_system constraints_alone(const struct job *j, int *row)
 /* The index of the first constraint that is regular nowhere on the common zeros; -1: none. */
 static int find_irregular(struct job *j, const struct sys_system *only)
 {
-    struct reduction_options options = { .near = j->near, .near_time = j->near_time, .seed = SGA_SEED_REDUCTION, .budget = &j->budget };
+    struct reduction_options options = { .near = j->start.x, .near_time = j->start.time, .seed = SGA_SEED_REDUCTION, .budget = &j->budget };
     struct sga_error err = { 0 };
     struct points_shadow shadow;
     struct sga_solution sol;
@@ -161,7 +161,7 @@ static bool fix_multiplier(struct job *j, int a)
 bool answer_holonomic_redundant(struct job *j)
 {
     const struct sys_system *sys = &j->request.system;
-    struct reduction_options options = { .near = j->near, .near_time = j->near_time, .seed = SGA_SEED_REDUCTION, .budget = &j->budget };
+    struct reduction_options options = { .near = j->start.x, .near_time = j->start.time, .seed = SGA_SEED_REDUCTION, .budget = &j->budget };
     struct sga_error err = { 0 };
     struct points_shadow shadow;
     struct sga_solution sol;

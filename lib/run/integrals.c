@@ -108,7 +108,7 @@ void answer_integrals_clear(struct job *j)
 
 void answer_write_drift(const struct job *j, struct sga_json *w)
 {
-    const struct traj_result *r = &j->trajectory;
+    const struct traj_result *r = &j->trajectory.result;
     if (!r->drift)
         return;
     sga_json_key(w, "drift");

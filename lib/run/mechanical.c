@@ -12,7 +12,7 @@
 
 static struct reduction_options options_of(const struct job *j)
 {
-    return (struct reduction_options){ .near = j->near, .near_time = j->near_time, .seed = SGA_SEED_FIBRE, .budget = &j->budget };
+    return (struct reduction_options){ .near = j->start.x, .near_time = j->start.time, .seed = SGA_SEED_FIBRE, .budget = &j->budget };
 }
 
 /* More conditions than constraints: names for their multipliers, by the rule of the reader. */
@@ -31,14 +31,14 @@ static void add_multipliers(struct job *j, int more)
         sys_add_variable(s, expr_symbol_find(st, name.data, name.len), "multiplier");
     }
     sga_buf_free(&name);
-    if (j->near) {
-        j->near = sga_realloc(j->near, (size_t)s->variables * sizeof *j->near);
+    if (j->start.x) {
+        j->start.x = sga_realloc(j->start.x, (size_t)s->variables * sizeof *j->start.x);
         for (int k = old; k < s->variables; k++)
-            j->near[k] = 0;
+            j->start.x[k] = 0;
     }
-    if (j->near_given) {
-        j->near_given = sga_realloc(j->near_given, (size_t)s->variables);
-        memset(j->near_given + old, 0, (size_t)(s->variables - old));
+    if (j->start.given) {
+        j->start.given = sga_realloc(j->start.given, (size_t)s->variables);
+        memset(j->start.given + old, 0, (size_t)(s->variables - old));
     }
 }
 
@@ -150,14 +150,14 @@ bool answer_mechanical_motion(struct job *j)
     if (want & (REQUEST_VECTOR_FIELD | REQUEST_CONSTRAINTS | REQUEST_INDEX | REQUEST_STRUCTURE)) {
         struct reduction_options options = options_of(j);
         struct sga_budget part = j->budget;      /* the search must not take the whole job's time */
-        double soon = sga_now() + (j->depth ? SGA_MOST_STRATUM_RANK_SECONDS : SGA_MOST_RANK_SECONDS);
+        double soon = sga_now() + (j->place.depth ? SGA_MOST_STRATUM_RANK_SECONDS : SGA_MOST_RANK_SECONDS);
         if (!part.deadline || part.deadline > soon)
             part.deadline = soon;
         options.budget = &part;
         mech_regularity_find(&m->regularity, &m->fibre, &j->request.mechanical, &options);
         m->has_regularity = true;
         if (!sga_budget_ok(&part, NULL) && sga_budget_ok(&j->budget, NULL))
-            sga_limit_met(&j->budget, j->depth ? SGA_LIMIT_STRATUM_RANK_SECONDS : SGA_LIMIT_RANK_SECONDS);
+            sga_limit_met(&j->budget, j->place.depth ? SGA_LIMIT_STRATUM_RANK_SECONDS : SGA_LIMIT_RANK_SECONDS);
     }
     return sga_budget_ok(&j->budget, j->err);
 }
@@ -178,7 +178,7 @@ static void write_list(const struct job *j, struct sga_json *w, const char *key,
     sga_json_key(w, key);
     sga_json_array(w);
     for (int i = 0; i < j->request.mechanical.coordinates; i++)
-        sga_json_string(w, j->texts.root[first + i]);
+        sga_json_string(w, j->texts.names.root[first + i]);
     sga_json_end_array(w);
 }
 

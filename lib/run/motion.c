@@ -22,7 +22,7 @@ static bool with_conditions(struct job *j, struct sga_solution *solution, struct
         snprintf(source, sizeof source, "trajectory.gauge.conditions[%d]", k);
         sys_add_row(&j->request.system, t->condition[k], source);
     }
-    struct reduction_options options = { .near = j->near, .near_given = j->near_given, .near_time = j->near_time, .parameter_near = j->parameter_near, .seed = SGA_SEED_MOTION, .budget = &j->budget,
+    struct reduction_options options = { .near = j->start.x, .near_given = j->start.given, .near_time = j->start.time, .parameter_near = j->start.parameter, .seed = SGA_SEED_MOTION, .budget = &j->budget,
                                    .gauge_fields = j->request.want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF), .gauge_nodes = answer_gauge_nodes(j) };
     points_shadow_init(shadow, 20250102);
     if (!sga_reduce(&j->request.system, &options, shadow, solution, j->err)) {
@@ -53,16 +53,16 @@ static void exact_values(struct job *j, struct traj_request *r)
 /* Where double turns out not to suffice, exact values are made after all, and longer numbers are tried. */
 static bool integrate(struct job *j, const struct sga_solution *solution, struct traj_request *r)
 {
-    if (!answer_integrate(j, solution, r, &j->trajectory, j->err))
+    if (!answer_integrate(j, solution, r, &j->trajectory.result, j->err))
         return false;
-    if (r->arithmetic != TRAJ_AUTO || r->exact_time || r->events || !j->trajectory.shortfall || j->trajectory.beside)
+    if (r->arithmetic != TRAJ_AUTO || r->exact_time || r->events || !j->trajectory.result.shortfall || j->trajectory.result.beside)
         return true;
     struct traj_result again;
     struct sga_error ignored = { 0 };
     exact_values(j, r);
     if (expr_store_ok(&j->request.store) && answer_integrate(j, solution, r, &again, &ignored)) {
-        traj_result_clear(&j->trajectory);
-        j->trajectory = again;
+        traj_result_clear(&j->trajectory.result);
+        j->trajectory.result = again;
     }
     return sga_budget_ok(&j->budget, j->err);
 }
@@ -73,17 +73,17 @@ static bool run(struct job *j, const struct sga_solution *solution, struct point
     answer_integrals(j, solution, shadow, r);
     r->on = shadow->reals && shadow->real[0].variables == j->request.system.variables ? shadow->real[0].x : NULL;
     if (j->request.want & REQUEST_CONSISTENT_INITIAL) {
-        j->has_initial = traj_consistent(&j->request.system, solution, r, &j->initial, j->err);
-        if (!j->has_initial)
+        j->initial.has = traj_consistent(&j->request.system, solution, r, &j->initial.result, j->err);
+        if (!j->initial.has)
             return false;
-        j->initial_residuals = solution->constraints;
+        j->initial.residuals = solution->constraints;
     }
     if (j->request.want & REQUEST_TRAJECTORY && j->request.sweeps)
         return answer_sweep(j, solution, r);
     if (j->request.want & REQUEST_TRAJECTORY) {
         stage_begin(&j->clock, STAGE_TRAJECTORY);
-        j->has_trajectory = integrate(j, solution, r);
-        if (!j->has_trajectory)
+        j->trajectory.has = integrate(j, solution, r);
+        if (!j->trajectory.has)
             return false;
     }
     return !(j->request.want & REQUEST_TRADEOFF) || answer_tradeoff(j, solution, r);

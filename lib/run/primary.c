@@ -49,7 +49,7 @@ static void drop_rows(struct sys_system *sys)
 /* M0 alone: every velocity is free. */
 static bool find_m0(struct job *j, struct attempt *a)
 {
-    struct reduction_options options = { .near = j->near, .near_time = j->near_time, .seed = SGA_SEED_REDUCTION, .budget = &j->budget };
+    struct reduction_options options = { .near = j->start.x, .near_time = j->start.time, .seed = SGA_SEED_REDUCTION, .budget = &j->budget };
     points_shadow_init(&a->shadow, 20250101);
     drop_rows(&j->request.system);
     set_restrictions(&j->request.system, a->given, a->givens);

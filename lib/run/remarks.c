@@ -176,14 +176,14 @@ static void warn_redundant(struct job *j, const char *list, const int *which, in
 
 void answer_warn(struct job *j)
 {
-    if (!j->depth)
+    if (!j->place.depth)
         warn_count(j);
-    if (j->has_initial)
-        warn_moved(j, j->initial.x);
-    if (j->has_trajectory && j->trajectory.initial)
-        warn_moved(j, j->trajectory.initial);
+    if (j->initial.has)
+        warn_moved(j, j->initial.result.x);
+    if (j->trajectory.has && j->trajectory.result.initial)
+        warn_moved(j, j->trajectory.result.initial);
     warn_redundant(j, "/system/holonomic", j->redundant, j->redundants);
-    if (j->mechanical && !j->depth)
+    if (j->mechanical && !j->place.depth)
         warn_redundant(j, "/system/constraints", j->mechanical->fibre.redundant, j->mechanical->fibre.redundants);
     int proved = 0;
     for (int k = 0; k < j->shadow.reals; k++)
@@ -193,7 +193,7 @@ void answer_warn(struct job *j)
                  j->shadow.reals);
     if (j->solution.sides_not_searched)
         sga_limit_met(&j->budget, SGA_LIMIT_SIDE_WORK);
-    for (int i = 0; i < j->strata && j->request.strata; i++)
-        if (j->stratum[i].state == STRATUM_UNSOLVED)
+    for (int i = 0; i < j->strata.count && j->request.strata; i++)
+        if (j->strata.at[i].state == STRATUM_UNSOLVED)
             sga_warn(&j->budget, SGA_W_STRATA_NOT_SOLVED, "/strata", "some strata could not be solved: each has a problem that says why");
 }

@@ -126,24 +126,24 @@ static bool check_samples(struct job *j)
 static void set_near(struct job *j)
 {
     const struct request_trajectory *t = &j->request.trajectory;
-    j->near_time = t->start;
+    j->start.time = t->start;
     if (!t->initials)
         return;
-    j->near = sga_calloc((size_t)j->request.system.variables, sizeof *j->near);
+    j->start.x = sga_calloc((size_t)j->request.system.variables, sizeof *j->start.x);
     for (int k = 0; k < t->initials; k++)
-        j->near[t->initial[k].variable] = t->initial[k].value;
+        j->start.x[t->initial[k].variable] = t->initial[k].value;
     const struct sys_system *s = &j->request.system;
     if (j->request.tables) {
-        j->parameter_near = sga_calloc((size_t)s->parameters + 1, sizeof *j->parameter_near);
+        j->start.parameter = sga_calloc((size_t)s->parameters + 1, sizeof *j->start.parameter);
         for (int k = 0; k < s->parameters; k++) {
             const struct expr_symbol *p = s->store->symbol + s->parameter[k];
-            j->parameter_near[k] = p->table ? expr_table_value(p->table, p->order, t->start) : NAN;
+            j->start.parameter[k] = p->table ? expr_table_value(p->table, p->order, t->start) : NAN;
         }
     }
-    j->near_given = sga_calloc((size_t)s->variables + 1, 1);
+    j->start.given = sga_calloc((size_t)s->variables + 1, 1);
     for (int k = 0; k < t->initials; k++)
-        j->near_given[t->initial[k].variable] = 1;
-    guess_complete(s, j->near_given, j->near_time, j->parameter_near, j->near);
+        j->start.given[t->initial[k].variable] = 1;
+    guess_complete(s, j->start.given, j->start.time, j->start.parameter, j->start.x);
 }
 
 /* Sources that are only named were left out: what depends on them is not told, and the verdict is
@@ -175,7 +175,7 @@ static bool solve(struct job *j)
     /* motions choose the gauge by expressions, those of other rows where there are conditions */
     bool motion = j->request.want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF) && !j->request.trajectory.conditions;
     struct reduction_options options = {
-        .near = j->near, .near_given = j->near_given, .near_time = j->near_time, .parameter_near = j->parameter_near, .seed = SGA_SEED_REDUCTION, .budget = &j->budget,
+        .near = j->start.x, .near_given = j->start.given, .near_time = j->start.time, .parameter_near = j->start.parameter, .seed = SGA_SEED_REDUCTION, .budget = &j->budget,
         .combinations = j->request.want & (REQUEST_CONSTRAINTS | REQUEST_STRUCTURE),
         .gauge_fields = j->request.want & (REQUEST_GAUGE | REQUEST_SYMMETRIES) || motion,
         .gauge_nodes = j->request.want & (REQUEST_GAUGE | REQUEST_SYMMETRIES) ? 0 : answer_gauge_nodes(j),
@@ -195,7 +195,7 @@ static bool solve(struct job *j)
 
 bool answer_reduce(struct job *j)
 {
-    if (j->depth)                /* a stratum: its rows are those of the whole, brought to form already */
+    if (j->place.depth)                /* a stratum: its rows are those of the whole, brought to form already */
         return solve(j);
     stage_begin(&j->clock, STAGE_REDUCTION);
     progress(j, "reduction", 0.05);
@@ -215,36 +215,36 @@ static bool structure(struct job *j)
         return true;
     stage_begin(&j->clock, STAGE_STRUCTURE);
     progress(j, "structure", 0.45);
-    j->has_structure = true;
-    bool ok = structure_find(&j->request.system, &j->solution, &j->shadow, &j->budget, &j->structure, j->err);
+    j->structure.has = true;
+    bool ok = structure_find(&j->request.system, &j->solution, &j->shadow, &j->budget, &j->structure.found, j->err);
     return ok;
 }
 
 void answer_clear(struct job *j)
 {
-    if (j->has_structure)
-        structure_clear(&j->structure);
-    if (j->has_texts)
-        expr_names_clear(&j->texts);
-    if (j->has_trajectory)
-        traj_result_clear(&j->trajectory);
+    if (j->structure.has)
+        structure_clear(&j->structure.found);
+    if (j->texts.has)
+        expr_names_clear(&j->texts.names);
+    if (j->trajectory.has)
+        traj_result_clear(&j->trajectory.result);
     answer_integrals_clear(j);
-    if (j->has_initial)
-        traj_initial_clear(&j->initial);
+    if (j->initial.has)
+        traj_initial_clear(&j->initial.result);
     answer_tradeoff_clear(j->tradeoff);
     answer_slice_clear(j);
     answer_strata_clear(j);
     answer_operator_clear(j);
     answer_mechanical_clear(j);
-    sga_buf_free(&j->kronecker);
+    sga_buf_free(&j->structure.kronecker);
     sga_buf_free(&j->signs);
-    sga_buf_free(&j->trajectories);
-    free(j->near);
-    free(j->near_given);
-    free(j->parameter_near);
-    free(j->scale);
+    sga_buf_free(&j->trajectory.sweep);
+    free(j->start.x);
+    free(j->start.given);
+    free(j->start.parameter);
+    free(j->texts.scale);
     free(j->redundant);
-    free(j->reduced);
+    free(j->texts.reduced);
     sga_warnings_clear(&j->warnings);
     answer_primary_clear(j);
     answer_symmetries_clear(j);
@@ -288,7 +288,7 @@ static bool analyse(struct job *j)
         if (!answer_symmetries(j))
             return false;
     }
-    return !(j->request.want & REQUEST_STRUCTURE || (j->op && j->op->system.order <= 1)) || kronecker_text(j, &j->kronecker, &j->is_linear);
+    return !(j->request.want & REQUEST_STRUCTURE || (j->op && j->op->system.order <= 1)) || kronecker_text(j, &j->structure.kronecker, &j->structure.is_linear);
 }
 
 /* What is followed. */

@@ -79,8 +79,8 @@ static bool point_at(struct job *j, const double *value, uint64_t *random, bool 
     struct points_point p;
     set_points_init(&on, &j->request.system, &j->solution, j->solution.constraints, 0, 0);
     on.space.parameter_value = value;
-    on.space.near = j->near;
-    on.space.near_time = j->near_time;
+    on.space.near = j->start.x;
+    on.space.near_time = j->start.time;
     on.space.budget = &j->budget;
     enum points_status status = points_find_staged(&on.space, on.end, on.stages, 1, random, 64, &p);
     points_point_clear(&p);

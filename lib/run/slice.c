@@ -225,7 +225,7 @@ bool answer_slice_holds(const struct job *j)
 {
     if (!j->slice.made || !j->slice.tied)
         return true;
-    double moved = j->has_trajectory ? j->trajectory.moved : j->has_initial ? j->initial.moved : j->tradeoff ? j->tradeoff->moved : 0;
+    double moved = j->trajectory.has ? j->trajectory.result.moved : j->initial.has ? j->initial.result.moved : j->tradeoff ? j->tradeoff->moved : 0;
     return moved == 0 && j->solution.free_columns == 0;
 }
 

@@ -44,16 +44,16 @@ static void stratum_clear(struct stratum *s)
 
 void answer_strata_clear(struct job *j)
 {
-    for (int i = 0; i < j->strata; i++)
-        stratum_clear(j->stratum + i);
-    free(j->stratum);
-    free(j->determinant);
-    j->determinant = NULL;
-    j->stratum = NULL;
-    j->strata = 0;
-    free(j->not_zero);
-    j->not_zero = NULL;
-    j->not_zeros = 0;
+    for (int i = 0; i < j->strata.count; i++)
+        stratum_clear(j->strata.at + i);
+    free(j->strata.at);
+    free(j->strata.determinant);
+    j->strata.determinant = NULL;
+    j->strata.at = NULL;
+    j->strata.count = 0;
+    free(j->place.not_zero);
+    j->place.not_zero = NULL;
+    j->place.not_zeros = 0;
 }
 
 /* A function too long to be written is not left out: the point tells where it vanishes. */
@@ -74,14 +74,14 @@ void strata_add(struct job *j, expr_id factor, int before, struct stratum as)
             ok = push(j, &as, sol->constraint[i].expr);
     for (int i = 0; i < sol->specials && ok && before >= 0 && !as.description; i++)
         ok = push(j, &as, sol->special[i]);
-    for (int i = 0; i < j->strata && ok; i++)
-        ok = !factor || !j->stratum[i].wheres || j->stratum[i].where[0] != factor;
+    for (int i = 0; i < j->strata.count && ok; i++)
+        ok = !factor || !j->strata.at[i].wheres || j->strata.at[i].where[0] != factor;
     if (!ok) {
         stratum_clear(&as);
         return;
     }
-    j->stratum = sga_realloc(j->stratum, (size_t)(j->strata + 1) * sizeof *j->stratum);
-    j->stratum[j->strata++] = as;
+    j->strata.at = sga_realloc(j->strata.at, (size_t)(j->strata.count + 1) * sizeof *j->strata.at);
+    j->strata.at[j->strata.count++] = as;
 }
 
 bool strata_add_case(struct job *j, struct cases_part *part)
@@ -96,8 +96,8 @@ bool strata_add_case(struct job *j, struct cases_part *part)
         stratum_clear(&as);
         return false;
     }
-    j->stratum = sga_realloc(j->stratum, (size_t)(j->strata + 1) * sizeof *j->stratum);
-    j->stratum[j->strata++] = as;
+    j->strata.at = sga_realloc(j->strata.at, (size_t)(j->strata.count + 1) * sizeof *j->strata.at);
+    j->strata.at[j->strata.count++] = as;
     return true;
 }
 
@@ -130,7 +130,7 @@ static bool too_many(struct job *j, int variables, int *done)
     bool large = variables > SGA_MOST_STRATA_OFF_VARIABLES, skip = large || (*done)++ >= SGA_MOST_STRATA_OFF;
     if (skip)
         sga_limit_met(&j->budget, large ? SGA_LIMIT_STRATA_OFF_VARIABLES : SGA_LIMIT_STRATA_OFF);
-    j->strata_skipped |= skip;
+    j->strata.skipped |= skip;
     return skip;
 }
 
@@ -249,7 +249,7 @@ void answer_strata(struct job *j)
     struct listing l = { .j = j, .before = -1, .rank = -1 };
     const struct sga_solution *sol = &j->solution;
     bool empty = sol->verdict == SGA_INCONSISTENT;
-    if (!j->has_texts)
+    if (!j->texts.has)
         return;
     stage_begin(&j->clock, STAGE_STRATA);
     expr_facts_init(&l.facts);

@@ -14,9 +14,9 @@
 static bool printed(struct job *j, const struct cases_part *part)
 {
     struct expr_store *st = &j->request.store;
-    bool ok = j->texts.count == 0;
-    for (int i = 0; i < j->texts.roots && ok; i++) {
-        expr_id e = answer_text_read(j, j->texts.root[i]);
+    bool ok = j->texts.names.count == 0;
+    for (int i = 0; i < j->texts.names.roots && ok; i++) {
+        expr_id e = answer_text_read(j, j->texts.names.root[i]);
         ok = e && cases_at(st, e, part->put, part->puts);
     }
     return ok;
@@ -117,7 +117,7 @@ void strata_alike(struct listing *l)
 {
     enum { MOST = 200, MOST_VARIABLES = 60 };      /* past which a reduction for each would cost too much: all of them are listed */
     struct job *j = l->j;
-    if (!j->request.strata || j->request.has_mechanical || j->near || j->request.system.variables > MOST_VARIABLES)
+    if (!j->request.strata || j->request.has_mechanical || j->start.x || j->request.system.variables > MOST_VARIABLES)
         return;
     struct cases kept = { .part = NULL };
     for (int tries = 0; l->cases.parts && sga_budget_ok(&j->budget, NULL) && tries < MOST; tries++) {

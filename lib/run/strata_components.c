@@ -129,13 +129,13 @@ static void list_part(struct job *j, const double *x, double t)
 void strata_components(struct listing *l)
 {
     struct job *j = l->j;
-    for (int i = 0; i < j->solution.elsewheres && !j->on_part; i++)
+    for (int i = 0; i < j->solution.elsewheres && !j->place.on_part; i++)
         list_part(j, j->solution.elsewhere[i].x, j->solution.elsewhere[i].t);
     if (j->solution.elsewheres)
         return;
     struct points_shadow *s = &j->shadow;
     int zeros = s->zeros;
-    bool done = !s->reals || !zeros || !j->solution.constraints || j->on_part;
+    bool done = !s->reals || !zeros || !j->solution.constraints || j->place.on_part;
     struct excess excess = { 0 };
     uint64_t starts = open_equations(j) ? MORE_STARTS : STARTS;
     for (uint64_t k = 1; k <= starts && !done && sga_budget_ok(&j->budget, NULL); k++) {

@@ -81,7 +81,7 @@ void strata_determinants(struct listing *l)
 {
     struct job *j = l->j;
     int blocks = j->solution.dense_blocks;
-    j->determinant = sga_calloc((size_t)blocks + 1, sizeof *j->determinant);
+    j->strata.determinant = sga_calloc((size_t)blocks + 1, sizeof *j->strata.determinant);
     for (int q = 0; q < blocks; q++)
-        j->determinant[q] = sga_budget_ok(&j->budget, j->err) ? search(l, j->solution.determinant + q) : "not_searched";
+        j->strata.determinant[q] = sga_budget_ok(&j->budget, j->err) ? search(l, j->solution.determinant + q) : "not_searched";
 }

@@ -83,7 +83,7 @@ int strata_rank_at(struct job *j, const struct points_space *space, int rows, in
 /* Newton steps that a search may take on the set of so many functions; 0: no more. */
 static long steps_granted(const struct job *j, double cost)
 {
-    double left = (j->request.strata ? (double)SGA_MOST_STRATA_SOLVING_WORK : SGA_MOST_STRATA_WORK) - j->strata_work, steps = PART * left / cost;
+    double left = (j->request.strata ? (double)SGA_MOST_STRATA_SOLVING_WORK : SGA_MOST_STRATA_WORK) - j->strata.work, steps = PART * left / cost;
     return left < LEAST_STEPS * cost ? 0 : (long)fmin(fmax(steps, LEAST_STEPS), 1e9);
 }
 
@@ -160,10 +160,10 @@ static enum points_status search(struct job *j, struct points_space *space, cons
         points_point_clear(p);
         status = staged(space, seed, end, stages, p);
     }
-    j->strata_work += (double)(granted - (steps > 0 ? steps : 0)) * cost;
+    j->strata.work += (double)(granted - (steps > 0 ? steps : 0)) * cost;
     if (steps <= 0 && status == POINTS_NONE) {
         sga_limit_met(&j->budget, j->request.strata ? SGA_LIMIT_STRATA_SOLVING_WORK : SGA_LIMIT_STRATA_WORK);
-        j->strata_skipped = true;
+        j->strata.skipped = true;
     }
     return status;
 }
@@ -192,8 +192,8 @@ enum points_status strata_look_at(struct job *j, struct strata_look look, struct
     space->parameters = values;
     space->time = moving == STRATA_TIME ? -1 : sys->time;
     space->constraints += more;
-    space->near = extra || look.far ? NULL : j->near;
-    space->near_time = j->near_time;
+    space->near = extra || look.far ? NULL : j->start.x;
+    space->near_time = j->start.time;
     space->scale = extra ? NULL : j->solution.scale;
     space->starts = look.starts;
     space->by_name = true;

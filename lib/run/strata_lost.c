@@ -73,7 +73,7 @@ static void consider(struct listing *l, expr_id factor, int before, int with, st
     if (f & EXPR_NONZERO || !(f & EXPR_HAS_VARIABLE) || !sga_budget_ok(&j->budget, j->err))
         return;
     if (seen->count == MOST) {
-        j->strata_skipped = true;
+        j->strata.skipped = true;
         sga_limit_met(&j->budget, SGA_LIMIT_LOST_PARTS);
         return;
     }
@@ -113,7 +113,7 @@ void strata_lost(struct listing *l)
         if (expr_is_const(&l->j->request.store, p->value))
             continue;
         if (l->j->request.system.variables > SGA_MOST_LOST_PARTS_VARIABLES) {
-            l->j->strata_skipped = true;
+            l->j->strata.skipped = true;
             sga_limit_met(&l->j->budget, SGA_LIMIT_LOST_PARTS_VARIABLES);
         } else
             factors(l, p->value, p->generation, &seen);

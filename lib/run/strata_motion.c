@@ -18,28 +18,25 @@ static bool motion_on(struct job *j, struct stratum *s, bool *there, struct sga_
     struct strata_frame f;
     if (!strata_enter(j, s, &f, err))
         return false;
-    if (f.keep.near) {
-        size_t size = (size_t)j->request.system.variables * sizeof *j->near;
-        j->near = memcpy(sga_malloc(size), f.keep.near, size);
+    if (f.keep.start.x) {
+        size_t size = (size_t)j->request.system.variables * sizeof *j->start.x;
+        j->start.x = memcpy(sga_malloc(size), f.keep.start.x, size);
     }
-    if (f.keep.near_given) {
+    if (f.keep.start.given) {
         size_t size = (size_t)j->request.system.variables;
-        j->near_given = memcpy(sga_malloc(size), f.keep.near_given, size);
+        j->start.given = memcpy(sga_malloc(size), f.keep.start.given, size);
     }
-    j->near_time = f.keep.near_time;
+    j->start.time = f.keep.start.time;
     j->request.want = (f.keep.request.want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF | REQUEST_CONSISTENT_INITIAL)) | REQUEST_CONSTRAINTS
                       | REQUEST_VECTOR_FIELD;
     bool ok = strata_mechanical(j, err) && answer_reduce(j) && answer_texts(j) && answer_witness(j) && answer_motion(j);
-    double moved = j->has_trajectory ? j->trajectory.moved : j->has_initial ? j->initial.moved : j->tradeoff ? j->tradeoff->moved : 1;
+    double moved = j->trajectory.has ? j->trajectory.result.moved : j->initial.has ? j->initial.result.moved : j->tradeoff ? j->tradeoff->moved : 1;
     *there = ok && moved <= ON_STRATUM;
     if (*there) {
         f.keep.trajectory = j->trajectory;
-        f.keep.has_trajectory = j->has_trajectory;
         f.keep.initial = j->initial;
-        f.keep.has_initial = j->has_initial;
-        f.keep.initial_residuals = j->initial_residuals;
         f.keep.tradeoff = j->tradeoff;
-        j->has_trajectory = j->has_initial = false;
+        j->trajectory.has = j->initial.has = false;
         j->tradeoff = NULL;
     }
     strata_leave(j, &f);
@@ -71,20 +68,20 @@ static void list_strata(struct job *j)
 bool answer_motion_on_stratum(struct job *j)
 {
     struct sga_error first = *j->err;
-    bool own_texts = !j->has_texts;
+    bool own_texts = !j->texts.has;
     if (own_texts)
         list_strata(j);
     struct sga_buf said = { 0 };
-    if (j->has_trajectory)
-        traj_result_clear(&j->trajectory);
-    if (j->has_initial)
-        traj_initial_clear(&j->initial);
+    if (j->trajectory.has)
+        traj_result_clear(&j->trajectory.result);
+    if (j->initial.has)
+        traj_initial_clear(&j->initial.result);
     answer_tradeoff_clear(j->tradeoff);
     j->tradeoff = NULL;
-    j->has_trajectory = j->has_initial = false;
+    j->trajectory.has = j->initial.has = false;
     bool done = false;
-    for (int i = 0; i < j->strata && !done; i++) {
-        struct stratum *s = j->stratum + i;
+    for (int i = 0; i < j->strata.count && !done; i++) {
+        struct stratum *s = j->strata.at + i;
         struct sga_error err = { 0 };
         bool there = false;
         if (strcmp(s->kind, "parameter") == 0 || !strata_solvable(s))
@@ -95,15 +92,15 @@ bool answer_motion_on_stratum(struct job *j)
         }
         bool ok = motion_on(j, s, &there, &err);
         if (ok && there) {
-            j->moves_on = i + 1;
+            j->strata.moves_on = i + 1;
             done = true;
         } else {
             say(&said, s, ok ? "the start lies elsewhere" : err.detail);
         }
     }
-    if (own_texts && j->has_texts) {         /* nothing else is written of them */
-        expr_names_clear(&j->texts);
-        j->has_texts = false;
+    if (own_texts && j->texts.has) {         /* nothing else is written of them */
+        expr_names_clear(&j->texts.names);
+        j->texts.has = false;
     }
     if (done) {
         *j->err = (struct sga_error){ 0 };

@@ -9,9 +9,9 @@
 /* Whether the part was looked at where this answer is a stratum of: with the same parameters it is no case of its own. */
 static bool ruled_out(const struct job *j, const struct cases_part *part)
 {
-    for (const struct job *a = j; a->above && !a->is_case; a = a->above)
-        for (int i = 0; i < a->above->strata; i++) {
-            const struct stratum *s = a->above->stratum + i;
+    for (const struct job *a = j; a->place.above && !a->place.is_case; a = a->place.above)
+        for (int i = 0; i < a->place.above->strata.count; i++) {
+            const struct stratum *s = a->place.above->strata.at + i;
             if (s->part.wheres && cases_within(&j->request.system, part, &s->part))
                 return true;
         }
@@ -49,7 +49,7 @@ void strata_condition(struct listing *l, const expr_id *function, int functions)
 {
     struct job *j = l->j;
     struct cases found;
-    const struct cases_part *above = j->part;
+    const struct cases_part *above = j->place.part;
     cases_of(&j->request.system, function, functions, above ? above->excluded : NULL, above ? above->excludeds : 0, &j->budget, &found);
     for (int i = 0; i < found.parts; i++)
         strata_join(l, found.part + i);
@@ -70,11 +70,11 @@ static expr_id assumption(struct expr_store *st, const struct cases_part *p)
 
 void strata_assume(struct job *j, expr_id e)
 {
-    for (int i = 0; i < j->not_zeros; i++)
-        if (j->not_zero[i] == e)
+    for (int i = 0; i < j->place.not_zeros; i++)
+        if (j->place.not_zero[i] == e)
             return;
-    j->not_zero = sga_realloc(j->not_zero, ((size_t)j->not_zeros + 1) * sizeof *j->not_zero);
-    j->not_zero[j->not_zeros++] = e;
+    j->place.not_zero = sga_realloc(j->place.not_zero, ((size_t)j->place.not_zeros + 1) * sizeof *j->place.not_zero);
+    j->place.not_zero[j->place.not_zeros++] = e;
 }
 
 void strata_cases(struct listing *l)

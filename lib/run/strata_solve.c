@@ -35,13 +35,13 @@ static char *key_of(const struct job *j)
 {
     struct sga_buf key = { 0 };
     int c = j->solution.constraints;
-    if (j->texts.count || j->solution.verdict == SGA_INCONSISTENT)
+    if (j->texts.names.count || j->solution.verdict == SGA_INCONSISTENT)
         return NULL;
     const char **text = sga_malloc((size_t)(c + 1) * sizeof *text);
     for (int i = 0; i < c; i++)
-        text[i] = j->texts.root[i];
+        text[i] = j->texts.names.root[i];
     qsort(text, (size_t)c, sizeof *text, by_text);
-    sga_buf_printf(&key, "%d", j->parameter_case);
+    sga_buf_printf(&key, "%d", j->place.parameter_case);
     for (int i = 0; i < c; i++)
         sga_buf_printf(&key, "|%s", text[i]);
     free(text);
@@ -68,7 +68,7 @@ static void whole_where(const struct job *j, struct sga_buf *out)
 /* Takes over key, which may be NULL. */
 static void note_set(const struct job *j, char *key, int number, int index)
 {
-    struct strata_tree *tree = j->tree;
+    struct strata_tree *tree = j->strata.tree;
     if (!key)
         return;
     SGA_RESERVE(tree->reached, tree->cap, tree->count + 1);
@@ -81,7 +81,7 @@ static void note_set(const struct job *j, char *key, int number, int index)
  * that list. Whether its set was reached before: then that is noted instead. */
 static bool known_set(struct job *j, struct stratum *sibling, struct stratum *to, int number)
 {
-    struct strata_tree *tree = j->tree;
+    struct strata_tree *tree = j->strata.tree;
     char *key = key_of(j);
     for (int i = 0; i < tree->count && key; i++) {
         struct reached *r = tree->reached + i;
@@ -109,18 +109,19 @@ static bool known_set(struct job *j, struct stratum *sibling, struct stratum *to
 /* The reduction and all that is written of it, near a guess or not. */
 static bool reduce(struct job *j, double *near, double time)
 {
-    j->near = near;
-    j->near_time = time;
+    j->start.x = near;
+    j->start.time = time;
     return answer_reduce(j);
 }
 
-/* A job that shares the request (whose system is the stratum's) and nothing else. */
+/* A job that shares the request (whose system is the stratum's) and its place among strata, and nothing else. */
 static struct job fresh(const struct job *j, struct sga_error *err)
 {
-    return (struct job){ .request = j->request, .budget = j->budget, .options = j->options, .tree = j->tree, .err = err,
-                         .stage = j->stage,
-                         .depth = j->depth + 1, .inside = j->inside, .parameter_case = j->parameter_case,
-                         .above = j->above, .is_case = j->is_case, .part = j->part };
+    struct job own = { .request = j->request, .budget = j->budget, .options = j->options, .strata = { .tree = j->strata.tree }, .err = err,
+                       .stage = j->stage, .place = j->place };
+    own.place.not_zero = NULL;
+    own.place.not_zeros = 0;
+    return own;
 }
 
 /* Local failures that a better start may mend. */
@@ -134,18 +135,18 @@ static bool no_point(enum sga_code code)
 static bool pull_back_holds(struct job *j)
 {
     const struct sys_system *sys = &j->request.system;
-    if (strcmp(j->request.form, "hamiltonian") != 0 || !j->tree->restrictions || !j->shadow.reals)
+    if (strcmp(j->request.form, "hamiltonian") != 0 || !j->strata.tree->restrictions || !j->shadow.reals)
         return true;
     struct points_space space = j->shadow.space;
     space.constraint = sys->restriction;
-    space.constraints = j->tree->restrictions;
+    space.constraints = j->strata.tree->restrictions;
     int *variable = sga_malloc((size_t)sys->variables * sizeof *variable);
     for (int i = 0; i < sys->variables; i++)
         variable[i] = sys->variable[i].symbol;
     space.variable = variable;
-    int rank = strata_rank_at(j, &space, 0, j->tree->restrictions, &j->shadow.real[0]);
+    int rank = strata_rank_at(j, &space, 0, j->strata.tree->restrictions, &j->shadow.real[0]);
     free(variable);
-    return rank == j->tree->restrictions
+    return rank == j->strata.tree->restrictions
            || sga_fail(j->err, SGA_E_IRREGULAR, "the differentials of the functions in restrict are dependent on this stratum, so "
                        "the pulled-back equations do not say everything there; restrict to it in another way");
 }
@@ -170,7 +171,6 @@ static void answer_stratum(struct job *j, struct stratum *sibling, struct stratu
                       (size_t)j->request.system.variables * sizeof *near);
     bool ok = strata_mechanical(j, j->err) && reduce(j, near, s->time);
     if (!ok && no_point(j->err->code) && s->point && !near) {
-        int depth = j->depth;
         first = *j->err;
         struct sga_error *err = j->err;
         struct mechanical_answer *mechanical = j->mechanical;
@@ -178,7 +178,6 @@ static void answer_stratum(struct job *j, struct stratum *sibling, struct stratu
         j->mechanical = NULL;
         answer_clear(j);
         *j = fresh(j, err);
-        j->depth = depth;
         j->mechanical = mechanical;
         near = sga_malloc((size_t)j->request.system.variables * sizeof *near);
         memcpy(near, s->point, (size_t)j->request.system.variables * sizeof *near);
@@ -235,11 +234,12 @@ bool strata_enter(struct job *j, struct stratum *s, struct strata_frame *f, stru
         return false;
     f->keep = *j;
     *j = fresh(j, err);
-    j->above = &f->keep;
-    j->is_case = s->part.puts > 0;
-    j->inside = f->keep.inside + !j->is_case;
-    j->part = j->is_case ? &s->part : f->keep.part;
-    j->on_part = f->keep.on_part || strata_is_part(s);
+    j->place.depth++;
+    j->place.above = &f->keep;
+    j->place.is_case = s->part.puts > 0;
+    j->place.inside = f->keep.place.inside + !j->place.is_case;
+    j->place.part = j->place.is_case ? &s->part : f->keep.place.part;
+    j->place.on_part = f->keep.place.on_part || strata_is_part(s);
     j->request.system = f->part.system;
     if (f->part.mechanical.mass)
         j->request.mechanical = f->part.mechanical;
@@ -260,7 +260,7 @@ void strata_leave(struct job *j, struct strata_frame *f)
 static void solve_one(struct job *j, struct stratum *s, int number)
 {
     struct strata_frame f;
-    struct stratum *sibling = j->stratum;
+    struct stratum *sibling = j->strata.at;
     if (!strata_enter(j, s, &f, &s->error)) {
         s->state = STRATUM_UNSOLVED;
         if (s->part.wheres)
@@ -269,10 +269,10 @@ static void solve_one(struct job *j, struct stratum *s, int number)
     }
     j->request.want &= REQUEST_CONSTRAINTS | REQUEST_INDEX | REQUEST_VECTOR_FIELD | REQUEST_GAUGE;
     if (s->part.puts)
-        j->parameter_case = j->tree->cases;
+        j->place.parameter_case = j->strata.tree->cases;
     answer_stratum(j, sibling, s, number);
     if (s->part.wheres)
-        cases_sample(&f.keep.request.system, &s->part, j->not_zero, j->not_zeros, &s->sample);
+        cases_sample(&f.keep.request.system, &s->part, j->place.not_zero, j->place.not_zeros, &s->sample);
     strata_leave(j, &f);
     if (!expr_store_ok(&j->request.store)) {      /* what is known already can still be written */
         if (s->error.code == SGA_E_OK)
@@ -280,7 +280,7 @@ static void solve_one(struct job *j, struct stratum *s, int number)
         s->state = STRATUM_UNSOLVED;
         j->request.store.error = (struct sga_error){ 0 };
     }
-    j->tree->cancelled |= s->error.code == SGA_E_CANCELLED;
+    j->strata.tree->cancelled |= s->error.code == SGA_E_CANCELLED;
 }
 
 static void tree_clear(struct strata_tree *tree)
@@ -309,18 +309,18 @@ static void undescribed(struct stratum *s)
 bool answer_strata_solve(struct job *j)
 {
     struct strata_tree own = { 0 };
-    bool top = !j->tree;
-    if (!j->request.strata || !j->has_texts)
+    bool top = !j->strata.tree;
+    if (!j->request.strata || !j->texts.has)
         return true;
     stage_begin(&j->clock, STAGE_STRATA);
     if (top) {
-        j->tree = &own;
+        j->strata.tree = &own;
         own.restrictions = j->request.system.restrictions;
         note_set(j, key_of(j), 0, -1);
     }
-    int number = ++j->tree->lists;
-    for (int i = 0; i < j->strata && !j->tree->cancelled; i++) {
-        struct stratum *s = j->stratum + i;
+    int number = ++j->strata.tree->lists;
+    for (int i = 0; i < j->strata.count && !j->strata.tree->cancelled; i++) {
+        struct stratum *s = j->strata.at + i;
         if (strcmp(s->kind, "excess") == 0)      /* no solution: that was asked of its point */
             continue;
         if (!strata_solvable(s) && !strata_is_part(s)) {
@@ -329,22 +329,22 @@ bool answer_strata_solve(struct job *j)
             continue;
         }
         bool is_case = s->part.wheres > 0;
-        if (!is_case && j->inside >= DEPTH) {
+        if (!is_case && j->place.inside >= DEPTH) {
             refuse(s, "strata inside each other", DEPTH);
             sga_limit_met(&j->budget, SGA_LIMIT_STRATA_INSIDE);
-        } else if (is_case ? j->tree->cases++ >= MOST_CASES : j->tree->solved++ >= MOST) {
+        } else if (is_case ? j->strata.tree->cases++ >= MOST_CASES : j->strata.tree->solved++ >= MOST) {
             refuse(s, is_case ? "cases of parameters" : "strata", is_case ? MOST_CASES : MOST);
             sga_limit_met(&j->budget, is_case ? SGA_LIMIT_CASES_SOLVED : SGA_LIMIT_STRATA_SOLVED);
         } else {
             solve_one(j, s, number);
         }
     }
-    bool cancelled = j->tree->cancelled;
+    bool cancelled = j->strata.tree->cancelled;
     if (cancelled)
         sga_fail(j->err, SGA_E_CANCELLED, "the job was cancelled");
     if (top) {
         tree_clear(&own);
-        j->tree = NULL;
+        j->strata.tree = NULL;
     }
     return !cancelled;
 }

@@ -21,7 +21,7 @@ static void keep_point(struct stratum *as, const double *x, int n, double t, boo
 static bool drops_reduced(struct job *j, int c, const expr_id *e, int count, int rank, struct stratum *as)
 {
     const struct sys_system *sys = &j->request.system;
-    struct reduction_options options = { .near = j->near, .near_time = j->near_time, .parameter_near = j->parameter_near, .seed = SGA_SEED_REDUCTION, .budget = &j->budget };
+    struct reduction_options options = { .near = j->start.x, .near_time = j->start.time, .parameter_near = j->start.parameter, .seed = SGA_SEED_REDUCTION, .budget = &j->budget };
     struct sys_system only = *sys;
     struct points_shadow shadow;
     struct sga_solution sol = { 0 };
@@ -69,11 +69,11 @@ static bool drops(struct job *j, int c, expr_id factor, const expr_id *e, int co
 
 static bool is_listed(const struct job *j, const expr_id *e, int count)
 {
-    for (int i = 0; i < j->strata; i++) {
+    for (int i = 0; i < j->strata.count; i++) {
         int same = 0;
         for (int k = 0; k < count; k++)
-            for (int m = 0; m < j->stratum[i].wheres; m++)
-                same += j->stratum[i].where[m] == e[k];
+            for (int m = 0; m < j->strata.at[i].wheres; m++)
+                same += j->strata.at[i].where[m] == e[k];
         if (same == count)
             return true;
     }

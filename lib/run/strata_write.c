@@ -105,8 +105,8 @@ void answer_write_strata(const struct job *j, struct sga_json *w)
 {
     sga_json_key(w, "strata");
     sga_json_array(w);
-    for (int i = 0; i < j->strata; i++) {
-        const struct stratum *s = j->stratum + i;
+    for (int i = 0; i < j->strata.count; i++) {
+        const struct stratum *s = j->strata.at + i;
         bool parameter = strcmp(s->kind, "parameter") == 0;
         bool hidden = s->state == STRATUM_EMPTY || s->state == STRATUM_MERGED || s->state == STRATUM_SKIPPED;
         if (!hidden && !(parameter && s->state == STRATUM_LISTED))
@@ -115,9 +115,9 @@ void answer_write_strata(const struct job *j, struct sga_json *w)
     sga_json_end_array(w);
     sga_json_key(w, "assumptions");
     sga_json_array(w);
-    write_not_zero(j, w, j->not_zero, j->not_zeros);
-    if (j->is_case)
-        write_not_zero(j, w, j->part->excluded, j->part->excludeds);
+    write_not_zero(j, w, j->place.not_zero, j->place.not_zeros);
+    if (j->place.is_case)
+        write_not_zero(j, w, j->place.part->excluded, j->place.part->excludeds);
     if (j->signs.len)
         sga_json_raw(w, j->signs.data, j->signs.len);
     sga_json_end_array(w);
@@ -126,14 +126,14 @@ void answer_write_strata(const struct job *j, struct sga_json *w)
 void answer_write_empty_strata(const struct job *j, struct sga_json *w)
 {
     bool any = false;
-    for (int i = 0; i < j->strata; i++)
-        any |= j->stratum[i].state == STRATUM_EMPTY;
+    for (int i = 0; i < j->strata.count; i++)
+        any |= j->strata.at[i].state == STRATUM_EMPTY;
     if (!any)
         return;
     sga_json_key(w, "empty_strata");
     sga_json_array(w);
-    for (int i = 0; i < j->strata; i++) {
-        const struct stratum *s = j->stratum + i;
+    for (int i = 0; i < j->strata.count; i++) {
+        const struct stratum *s = j->strata.at + i;
         if (s->state != STRATUM_EMPTY)
             continue;
         sga_json_object(w);

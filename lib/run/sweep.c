@@ -15,8 +15,8 @@ static bool one_for_all(struct job *j, const struct sga_solution *s)
     bool several = s->branches > 0;
     for (int i = 0; i < s->constraints; i++)
         several |= s->constraint[i].chosen || s->constraint[i].near_point;
-    for (int i = 0; i < j->strata; i++)
-        several |= !strcmp(j->stratum[i].kind, "branch");
+    for (int i = 0; i < j->strata.count; i++)
+        several |= !strcmp(j->strata.at[i].kind, "branch");
     return !several || sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/sweep", "the constraints have branches, so that starts "
                                    "need analyses of their own; send one request for each");
 }
@@ -56,15 +56,15 @@ static bool at_parameters(struct job *j, const struct sga_solution *s, const str
     struct sweep_case c;
     struct sga_error general = { 0 };
     bool ok = sweep_case_make(&c, j, s, r, m, err);
-    bool found = ok && c.solved && traj_run(&c.system, &c.solution, &c.request, &j->trajectory, &general);
+    bool found = ok && c.solved && traj_run(&c.system, &c.solution, &c.request, &j->trajectory.result, &general);
     *analysis = "shared";
-    if (found && !sweep_case_holds(&c, j->trajectory.initial)) {
-        traj_result_clear(&j->trajectory);
+    if (found && !sweep_case_holds(&c, j->trajectory.result.initial)) {
+        traj_result_clear(&j->trajectory.result);
         found = false;
     }
     if (ok && !found && sga_budget_ok(&j->budget, j->err)) {
         *analysis = "own";
-        found = sweep_case_solve(&c, j, r->initial, err) && traj_run(&c.system, &c.own, &c.request, &j->trajectory, err);
+        found = sweep_case_solve(&c, j, r->initial, err) && traj_run(&c.system, &c.own, &c.request, &j->trajectory.result, err);
     }
     sweep_case_clear(&c);
     return found;
@@ -91,14 +91,14 @@ static bool one(struct job *j, const struct sga_solution *s, struct traj_request
     r->initial = initial;
     r->given = given;
     bool found = j->request.swept_count ? at_parameters(j, s, r, m, &analysis, &err)
-                                        : answer_integrate(j, s, r, &j->trajectory, &err);
+                                        : answer_integrate(j, s, r, &j->trajectory.result, &err);
     bool ok = sga_budget_ok(&j->budget, j->err);
     t->initial = m->initial;
     t->initials = m->initials;
     if (ok && found) {
         sga_json_object(w);
         write_set(j, m, analysis, w);
-        *moved += answer_start_moved(j, j->trajectory.initial);
+        *moved += answer_start_moved(j, j->trajectory.result.initial);
         ok = answer_write_motion(j, w);
     } else if (ok) {
         write_error(j, m, w, &err);
@@ -106,7 +106,7 @@ static bool one(struct job *j, const struct sga_solution *s, struct traj_request
     t->initial = keep;
     t->initials = keeps;
     if (found)
-        traj_result_clear(&j->trajectory);
+        traj_result_clear(&j->trajectory.result);
     r->exact_initial = exact_before;
     free(exact);
     free(initial);
@@ -123,7 +123,7 @@ bool answer_sweep(struct job *j, const struct sga_solution *s, const struct traj
     stage_begin(&j->clock, STAGE_TRAJECTORY);
     bool ok = true;
     int moved = 0;
-    sga_json_begin(&w, &j->trajectories);
+    sga_json_begin(&w, &j->trajectory.sweep);
     sga_json_array(&w);
     for (int k = 0; k < j->request.sweeps && ok; k++)
         ok = one(j, s, &r, j->request.sweep + k, &moved, &w);

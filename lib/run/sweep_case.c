@@ -340,9 +340,9 @@ bool sweep_case_solve(struct sweep_case *c, struct job *j, const double *near, s
     if (j->primary.has || j->mechanical || j->op)
         return sga_fail(err, SGA_E_NOT_SUPPORTED, "at these parameters the analysis for general ones does not hold, and this form is "
                         "prepared for general ones; send these values as a request of their own");
-    struct reduction_options options = { .near = near, .near_time = c->request.start, .parameter_near = j->parameter_near, .seed = SGA_SEED_REDUCTION,
+    struct reduction_options options = { .near = near, .near_time = c->request.start, .parameter_near = j->start.parameter, .seed = SGA_SEED_REDUCTION,
                                    .budget = &j->budget, .gauge_fields = true, .gauge_nodes = answer_gauge_nodes(j) };
-    if (j->parameter_near)       /* those of the tables come last */
+    if (j->start.parameter)       /* those of the tables come last */
         options.parameter_near += j->request.system.parameters - c->system.parameters;
     points_shadow_init(&c->shadow, 20250101);
     c->has_own = true;

@@ -37,8 +37,8 @@ static expr_id *put_roots(struct job *j, int *count, int *values)
         for (int k = 0; k < 4; k++, roots += parts)
             memcpy(root + roots, part[k], (size_t)parts * sizeof *root);
     }
-    j->first_field = c;
-    j->first_gauge = c + n;
+    j->texts.first_field = c;
+    j->texts.first_gauge = c + n;
     *count = roots;
     return root;
 }
@@ -52,13 +52,13 @@ static void keep_scales(struct display *d, const struct sheet *own, const struct
     expr_id *back = sga_calloc((size_t)d->st.symbols + 1, sizeof *back);
     for (int i = 0; i < d->st.symbols; i++)
         back[i] = st->symbol[i].node;
-    j->scale = sga_calloc((size_t)c + 1, sizeof *j->scale);
-    j->reduced = sga_calloc((size_t)c + 1, sizeof *j->reduced);
+    j->texts.scale = sga_calloc((size_t)c + 1, sizeof *j->texts.scale);
+    j->texts.reduced = sga_calloc((size_t)c + 1, sizeof *j->texts.reduced);
     for (int i = 0; i < c; i++) {
         struct sga_error before = d->st.error, kept = st->error;
         struct poly_limits limits = poly_limits_of(POLY_READ, &j->budget);
         expr_id e = s->scale[i] ? s->scale[i] : expr_int(&d->st, 1), root = s->root[i];
-        j->reduced[i] = s->reduced[i];
+        j->texts.reduced[i] = s->reduced[i];
         display_values(d, &e, 1);
         display_values(d, &root, 1);
         if (s != own && e && root) {          /* the same function up to a number */
@@ -68,7 +68,7 @@ static void keep_scales(struct display *d, const struct sheet *own, const struct
         }
         if (e && !expr_is_one(&d->st, e)) {
             expr_copy(st, &d->st, &e, 1, back);
-            j->scale[i] = e;
+            j->texts.scale[i] = e;
         }
         d->st.error = before;
         st->error = kept;
@@ -80,7 +80,7 @@ static void keep_scales(struct display *d, const struct sheet *own, const struct
 static bool print(struct job *j, struct expr_store *st, const expr_id *root, int roots)
 {
     struct expr_naming naming = { .prefix = "s", .inline_nodes = INLINE_NODES };
-    return expr_print_named(st, root, roots, &naming, &j->texts);
+    return expr_print_named(st, root, roots, &naming, &j->texts.names);
 }
 
 static bool beautiful(struct job *j, const expr_id *root, int roots, int values)
@@ -117,11 +117,11 @@ bool answer_texts(struct job *j)
     stage_begin(&j->clock, STAGE_TEXTS);
     int roots, values;
     expr_id *root = put_roots(j, &roots, &values);
-    j->has_texts = j->request.store.nodes <= MOST_NODES && beautiful(j, root, roots, values);
-    if (!j->has_texts && sga_budget_ok(&j->budget, NULL))
-        j->has_texts = print(j, &j->request.store, root, roots);
+    j->texts.has = j->request.store.nodes <= MOST_NODES && beautiful(j, root, roots, values);
+    if (!j->texts.has && sga_budget_ok(&j->budget, NULL))
+        j->texts.has = print(j, &j->request.store, root, roots);
     free(root);
-    if (!j->has_texts)
+    if (!j->texts.has)
         return sga_fail(j->err, SGA_E_LIMIT_RESULT, "the answer is too large to print (more than 16 MiB); "
                         "ask for less in want, for example [\"index\", \"trajectory\"]");
     if (!expr_store_ok(&j->request.store)) {

@@ -21,7 +21,7 @@ static enum points_truth zero_everywhere(struct job *j, struct points_shadow *sh
     if (!shadow->reals) {
         struct points_space space = {
             .st = sys->store, .variable = h->variable, .variables = h->variables, .parameter = sys->parameter,
-            .parameters = sys->parameters, .time = sys->time, .near = j->near, .near_time = j->near_time, .budget = &j->budget,
+            .parameters = sys->parameters, .time = sys->time, .near = j->start.x, .near_time = j->start.time, .budget = &j->budget,
         };
         if (points_shadow_sample(shadow, &space) != POINTS_OK)
             return POINTS_UNKNOWN;

@@ -103,14 +103,14 @@ static void write_index(struct job *j, struct sga_json *w)
 
 static void write_definitions(const struct job *j, struct sga_json *w)
 {
-    if (!j->texts.count)
+    if (!j->texts.names.count)
         return;
     sga_json_key(w, "definitions");
     sga_json_array(w);
-    for (int i = 0; i < j->texts.count; i++) {
+    for (int i = 0; i < j->texts.names.count; i++) {
         sga_json_object(w);
-        sga_json_member_string(w, "name", j->texts.name[i]);
-        sga_json_member_string(w, "expression", j->texts.text[i]);
+        sga_json_member_string(w, "name", j->texts.names.name[i]);
+        sga_json_member_string(w, "expression", j->texts.names.text[i]);
         sga_json_end_object(w);
     }
     sga_json_end_array(w);
@@ -123,7 +123,7 @@ static void write_constraints(const struct job *j, struct sga_json *w)
     for (int i = 0; i < j->solution.constraints; i++) {
         sga_json_object(w);
         sga_json_member_int(w, "generation", j->solution.constraint[i].generation);
-        sga_json_member_string(w, "expression", j->texts.root[i]);
+        sga_json_member_string(w, "expression", j->texts.names.root[i]);
         sga_json_end_object(w);
     }
     sga_json_end_array(w);
@@ -134,7 +134,7 @@ static void write_components(const struct job *j, struct sga_json *w, int first,
 {
     sga_json_object(w);
     for (int i = 0; i < j->request.system.variables; i++) {
-        const char *text = j->texts.root[first + i];
+        const char *text = j->texts.names.root[first + i];
         if (sparse && strcmp(text, "0") == 0)
             continue;
         sga_json_key(w, answer_variable_name(j, i));
@@ -148,7 +148,7 @@ static void write_field(const struct job *j, struct sga_json *w)
     sga_json_key(w, "vector_field");
     sga_json_object(w);
     sga_json_key(w, "components");
-    write_components(j, w, j->first_field, false);
+    write_components(j, w, j->texts.first_field, false);
     sga_json_key(w, "free");
     sga_json_array(w);
     for (int k = 0; k < j->solution.free_columns; k++) {
@@ -168,7 +168,7 @@ static void write_gauge(const struct job *j, struct sga_json *w)
     sga_json_key(w, "fields");
     sga_json_array(w);
     for (int k = 0; k < j->solution.free_columns; k++)
-        write_components(j, w, j->first_gauge + k * j->request.system.variables, true);
+        write_components(j, w, j->texts.first_gauge + k * j->request.system.variables, true);
     sga_json_end_array(w);
     sga_json_end_object(w);
 }
@@ -214,10 +214,10 @@ static void write_work(struct job *j, struct sga_json *w)
     sga_json_member_int(w, "pivots", j->solution.pivots);
     sga_json_member_int(w, "variables_modelled", j->request.system.variables);
     sga_json_member_int(w, "variables", j->slice.made ? j->slice.variables : j->request.system.variables);
-    if (j->has_trajectory) {
-        sga_json_member_int(w, "steps", j->trajectory.steps);
-        sga_json_member_int(w, "rejected_steps", j->trajectory.rejected);
-        sga_json_member_int(w, "evaluations", j->trajectory.evaluations);
+    if (j->trajectory.has) {
+        sga_json_member_int(w, "steps", j->trajectory.result.steps);
+        sga_json_member_int(w, "rejected_steps", j->trajectory.result.rejected);
+        sga_json_member_int(w, "evaluations", j->trajectory.result.evaluations);
     }
     sga_json_end_object(w);
 }
@@ -278,24 +278,24 @@ bool answer_write(struct job *j, struct sga_buf *out)
         sga_json_key(w, "structure");
         sga_json_object(w);
         sga_json_key(w, "kronecker");
-        sga_json_raw(w, j->kronecker.data, j->kronecker.len);
-        if (j->has_structure)
+        sga_json_raw(w, j->structure.kronecker.data, j->structure.kronecker.len);
+        if (j->structure.has)
             answer_write_structure(j, w);
         sga_json_end_object(w);
     }
-    if (j->is_linear) {
+    if (j->structure.is_linear) {
         sga_json_key(w, "kronecker");
-        sga_json_raw(w, j->kronecker.data, j->kronecker.len);
+        sga_json_raw(w, j->structure.kronecker.data, j->structure.kronecker.len);
     }
     if (want & REQUEST_SYMMETRIES)
         answer_write_symmetries(j, w);
-    if (j->has_initial)
+    if (j->initial.has)
         answer_write_initial(j, w);
-    if (j->trajectories.len) {
+    if (j->trajectory.sweep.len) {
         sga_json_key(w, "trajectories");
-        sga_json_raw(w, j->trajectories.data, j->trajectories.len);
+        sga_json_raw(w, j->trajectory.sweep.data, j->trajectory.sweep.len);
     }
-    if (j->has_trajectory && !answer_write_trajectory(j, w))
+    if (j->trajectory.has && !answer_write_trajectory(j, w))
         return false;
     if (j->tradeoff)
         answer_write_tradeoff(j, w);

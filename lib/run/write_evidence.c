@@ -20,7 +20,7 @@ static expr_id normal_form(struct job *j, expr_id e)
 static expr_id printed_factor(struct job *j, const struct sga_part *part, bool minus, expr_id divisor)
 {
     struct expr_store *st = &j->request.store;
-    expr_id scale = part->row < 0 && j->scale ? j->scale[part->tangency] : EXPR_UNDEF, e = minus ? expr_neg(st, part->factor) : part->factor;
+    expr_id scale = part->row < 0 && j->texts.scale ? j->texts.scale[part->tangency] : EXPR_UNDEF, e = minus ? expr_neg(st, part->factor) : part->factor;
     if (!scale && !divisor)
         return e;
     if (scale)
@@ -106,7 +106,7 @@ static void write_constraint(struct job *j, struct sga_json *w, int i)
 {
     const struct sga_constraint *c = j->solution.constraint + i;
     struct expr_store *st = &j->request.store;
-    expr_id scale = j->scale ? j->scale[i] : EXPR_UNDEF, times = c->replaced ? times_replaced(j, c) : EXPR_UNDEF;
+    expr_id scale = j->texts.scale ? j->texts.scale[i] : EXPR_UNDEF, times = c->replaced ? times_replaced(j, c) : EXPR_UNDEF;
     struct sga_buf text = { 0 };
     bool stands_for = c->replaced && !times, has_text = stands_for && expr_print(st, c->replaced, 4000, &text);
     expr_id divisor = stands_for ? EXPR_UNDEF : !times ? scale : !scale ? times : expr_mul(st, times, scale);
@@ -115,7 +115,7 @@ static void write_constraint(struct job *j, struct sga_json *w, int i)
     sga_json_member_string(w, "from", c->origin == SGA_FROM_RESTRICTION ? "restriction" : "combination");
     sga_json_key(w, "combination");
     write_parts(j, w, c->part, stands_for && !has_text ? 0 : c->parts, divisor);
-    if (j->reduced && j->reduced[i])      /* the combination is the constraint there only */
+    if (j->texts.reduced && j->texts.reduced[i])      /* the combination is the constraint there only */
         sga_json_member_bool(w, "on_constraints", true);
     if (stands_for) {
         if (has_text)
@@ -198,7 +198,7 @@ static void write_determinants(const struct job *j, struct sga_json *w)
     for (int q = 0; q < j->solution.dense_blocks; q++) {
         sga_json_object(w);
         sga_json_member_int(w, "size", j->solution.determinant[q].size);
-        sga_json_member_string(w, "zeros", j->determinant[q]);
+        sga_json_member_string(w, "zeros", j->strata.determinant[q]);
         sga_json_end_object(w);
     }
     sga_json_end_array(w);
@@ -232,9 +232,9 @@ void answer_write_evidence(struct job *j, struct sga_json *w)
     for (int i = 0; i < sol->constraints; i++)
         write_constraint(j, w, i);
     sga_json_end_array(w);
-    if (j->has_texts && sol->verdict != SGA_INCONSISTENT)
+    if (j->texts.has && sol->verdict != SGA_INCONSISTENT)
         write_pivots(j, w);
-    if (j->has_texts)
+    if (j->texts.has)
         write_zeros(j, w);
     if (sol->verdict == SGA_INCONSISTENT)
         write_contradiction(j, w, "contradiction");
@@ -259,12 +259,12 @@ void answer_write_evidence(struct job *j, struct sga_json *w)
     if (sol->not_factored) {      /* a branch may have gone unseen */
         sga_json_member_bool(w, "factors_not_searched", true);
     }
-    if (j->strata_skipped)        /* what vanishes there is not among the strata */
+    if (j->strata.skipped)        /* what vanishes there is not among the strata */
         sga_json_member_bool(w, "strata_not_searched", true);
     if (sol->dense_blocks) {      /* their zeros are not among the strata */
         sga_json_member_int(w, "determinants_assumed_not_zero", sol->dense_blocks);
     }
-    if (sol->dense_blocks && j->determinant)
+    if (sol->dense_blocks && j->strata.determinant)
         write_determinants(j, w);
     sga_json_member_int(w, "redundant_equations", sol->redundant_rows);
     answer_write_restrictions(j, w);
@@ -275,15 +275,15 @@ void answer_write_evidence(struct job *j, struct sga_json *w)
             sga_json_int(w, j->redundant[k]);
         sga_json_end_array(w);
     }
-    if (j->witnessed) {
+    if (j->witness.has) {
         sga_json_key(w, "witness");
         sga_json_object(w);
-        sga_json_member_int(w, "points", j->witness.points);
-        sga_json_member_int(w, "far", j->witness.far);
-        sga_json_member_bool(w, "certified", j->witness.certified);
-        sga_json_member_int(w, "digits", j->witness.digits);
+        sga_json_member_int(w, "points", j->witness.result.points);
+        sga_json_member_int(w, "far", j->witness.result.far);
+        sga_json_member_bool(w, "certified", j->witness.result.certified);
+        sga_json_member_int(w, "digits", j->witness.result.digits);
         sga_json_member_string(w, "checked", sol->verdict == SGA_INCONSISTENT ? "the contradiction at points of the earlier constraints"
-                           : j->has_texts ? "the printed expressions, read back" : "the expressions");
+                           : j->texts.has ? "the printed expressions, read back" : "the expressions");
         sga_json_end_object(w);
     }
     sga_json_end_object(w);

@@ -62,7 +62,7 @@ static void write_names(const struct job *j, struct sga_json *w, const char *key
 
 static void write_initial(const struct job *j, struct sga_json *w)
 {
-    const struct structure *s = &j->structure;
+    const struct structure *s = &j->structure.found;
     const struct sga_solution *sol = &j->solution;
     sga_json_key(w, "degrees_of_freedom");
     sga_json_object(w);
@@ -132,7 +132,7 @@ static void write_consequence(struct job *j, struct sga_json *w, const struct st
 
 static void write_equations(struct job *j, struct sga_json *w)
 {
-    const struct structure *s = &j->structure;
+    const struct structure *s = &j->structure.found;
     int rows = j->request.system.rows;
     sga_json_key(w, "equations");
     sga_json_array(w);
@@ -176,7 +176,7 @@ static void write_origin(const struct job *j, struct sga_json *w, int source)
 
 static void write_blocks(const struct job *j, struct sga_json *w)
 {
-    const struct structure *s = &j->structure;
+    const struct structure *s = &j->structure.found;
     int n = j->request.system.variables, *first = sga_calloc((size_t)s->blocks + 3, sizeof *first);
     int *member = sga_malloc(((size_t)n + 1) * sizeof *member);
     for (int k = 0; k < n; k++)              /* block -1, the free ones, comes first */
@@ -208,7 +208,7 @@ static void write_blocks(const struct job *j, struct sga_json *w)
 /* Which equations, differentiated how often, determine the derivatives of each block. */
 static void write_determines(const struct job *j, struct sga_json *w)
 {
-    const struct structure *s = &j->structure;
+    const struct structure *s = &j->structure.found;
     sga_json_key(w, "determines");
     sga_json_array(w);
     for (int i = 0; i < j->request.system.variables; i++) {
@@ -239,7 +239,7 @@ static void write_determines(const struct job *j, struct sga_json *w)
 
 static void write_motion(const struct job *j, struct sga_json *w)
 {
-    const struct structure *s = &j->structure;
+    const struct structure *s = &j->structure.found;
     sga_json_key(w, "motion");
     sga_json_array(w);
     for (int q = 0; q < s->motion.groups; q++) {
@@ -258,7 +258,7 @@ static void write_motion(const struct job *j, struct sga_json *w)
 /* Members of one coarse part: equations by index, variables by name. */
 static void write_part(const struct job *j, struct sga_json *w, const char *key, enum graph_part part)
 {
-    const struct structure *s = &j->structure;
+    const struct structure *s = &j->structure.found;
     sga_json_key(w, key);
     sga_json_object(w);
     sga_json_key(w, "equations");
@@ -283,15 +283,15 @@ void answer_write_structure(struct job *j, struct sga_json *w)
         write_initial(j, w);
         write_equations(j, w);
         write_blocks(j, w);
-        if (j->structure.origin && j->request.system.variables <= SGA_MOST_DETERMINED)
+        if (j->structure.found.origin && j->request.system.variables <= SGA_MOST_DETERMINED)
             write_determines(j, w);
-        else if (j->structure.origin)
+        else if (j->structure.found.origin)
             sga_limit_met(&j->budget, SGA_LIMIT_DETERMINED);
         write_motion(j, w);
     }
     sga_json_key(w, "predicted");
     sga_json_object(w);
-    sga_json_member_int(w, "structural_rank", j->structure.structural_rank);
+    sga_json_member_int(w, "structural_rank", j->structure.found.structural_rank);
     write_part(j, w, "overdetermined", GRAPH_OVER);
     write_part(j, w, "underdetermined", GRAPH_UNDER);
     sga_json_end_object(w);

@@ -35,7 +35,7 @@ static void write_number(const struct traj_result *r, size_t place, struct sga_j
 
 static bool write_rows(struct job *j, struct sga_json *w)
 {
-    const struct traj_result *r = &j->trajectory;
+    const struct traj_result *r = &j->trajectory.result;
     sga_json_key(w, "rows");
     sga_json_array(w);
     for (int i = 0; i < r->rows; i++) {
@@ -101,7 +101,7 @@ static void write_errors(const struct traj_result *r, struct sga_json *w)
 static bool write_events(struct job *j, struct sga_json *w)
 {
     static const char *const directions[] = { "down", "touch", "up" };
-    const struct traj_result *r = &j->trajectory;
+    const struct traj_result *r = &j->trajectory.result;
     const struct request_trajectory *t = &j->request.trajectory;
     if (!t->events)
         return true;
@@ -158,7 +158,7 @@ static void write_start(const struct job *j, struct sga_json *w, const double *p
 
 void answer_write_initial(const struct job *j, struct sga_json *w)
 {
-    const struct traj_initial *r = &j->initial;
+    const struct traj_initial *r = &j->initial.result;
     sga_json_key(w, "consistent_initial");
     sga_json_object(w);
     write_start(j, w, r->x, r->moved);
@@ -171,7 +171,7 @@ void answer_write_initial(const struct job *j, struct sga_json *w)
     sga_json_end_array(w);
     sga_json_key(w, "residuals");
     sga_json_array(w);
-    for (int k = 0; k < j->initial_residuals; k++)
+    for (int k = 0; k < j->initial.residuals; k++)
         sga_json_double(w, r->residual[k]);
     sga_json_end_array(w);
     sga_json_end_object(w);
@@ -186,9 +186,9 @@ bool answer_write_trajectory(struct job *j, struct sga_json *w)
 
 bool answer_write_motion(struct job *j, struct sga_json *w)
 {
-    const struct traj_result *r = &j->trajectory;
-    if (j->moves_on) {
-        const struct stratum *s = j->stratum + (j->moves_on - 1);
+    const struct traj_result *r = &j->trajectory.result;
+    if (j->strata.moves_on) {
+        const struct stratum *s = j->strata.at + (j->strata.moves_on - 1);
         sga_json_key(w, "stratum");
         sga_json_array(w);
         for (int k = 0; k < s->wheres; k++)

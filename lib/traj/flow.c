@@ -286,10 +286,13 @@ static double *known_point(const struct sys_system *sys, const struct sga_soluti
     return x;
 }
 
+/* The start is on the constraints, whatever error is allowed later: a given equation that is missed by more than the second does not hold there; one
+ * that is missed by more than the first may be met nearer (where parts of the set cross, another one is near). */
+static const double SHARP = 1e-12, LOOSE = 1e-10;
+
 /* Whether the given equations without derivatives hold at the start. */
-static bool holds(struct flow *f, const struct traj_request *rq, const double *x)
+static bool holds(struct flow *f, const struct traj_request *rq, const double *x, double none)
 {
-    static const double none = 1e-10;      /* the start is on the constraints, whatever error is allowed later */
     double *scale = sga_malloc((size_t)(f->n + 1) * sizeof *scale);
     for (int j = 0; j < f->n; j++)
         scale[j] = none * (f->sizes.weight[j] + fabs(x[j]));
@@ -319,7 +322,7 @@ bool flow_start(struct flow *f, const struct sys_system *sys, const struct sga_s
         return false;
     sizes_met(&f->sizes, x);
     f->field.unit = f->sizes.uneven_rows ? f->sizes.row : NULL;
-    if (!holds(f, rq, x))
+    if (!holds(f, rq, x, SHARP))
         all_given_start(f, sys, sol, rq, x, moved);      /* where that fails, flow_given says so */
     component_start(f, sys, sol, rq, x, moved);
     return true;
@@ -328,7 +331,7 @@ bool flow_start(struct flow *f, const struct sys_system *sys, const struct sga_s
 bool flow_given(struct flow *f, const struct traj_request *rq, const double *x, struct sga_error *err)
 {
     char name[40];
-    if (holds(f, rq, x))
+    if (holds(f, rq, x, LOOSE))
         return true;
     given_name(&f->given, f->given.lost, name, sizeof name);
     return sga_fail_at(err, SGA_E_NO_MOTION, "/trajectory/initial", "at the consistent start the constraints hold, and %s does not, which was found to follow "
