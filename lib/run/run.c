@@ -198,7 +198,6 @@ bool answer_reduce(struct job *j)
     if (j->place.depth)                /* a stratum: its rows are those of the whole, brought to form already */
         return solve(j);
     stage_begin(&j->clock, STAGE_REDUCTION);
-    progress(j, "reduction", 0.05);
     bool ok = answer_holonomic(j, answer_primary(j, solve));
     if (ok && j->solution.verdict == SGA_UNDERDETERMINED && answer_holonomic_redundant(j))
         ok = solve(j);
@@ -211,94 +210,153 @@ bool answer_reduce(struct job *j)
 
 static bool structure(struct job *j)
 {
-    if (!(j->request.want & REQUEST_STRUCTURE) || j->request.op.open_sources)
-        return true;
     stage_begin(&j->clock, STAGE_STRUCTURE);
-    progress(j, "structure", 0.45);
     j->structure.has = true;
-    bool ok = structure_find(&j->request.system, &j->solution, &j->shadow, &j->budget, &j->structure.found, j->err);
-    return ok;
+    return structure_find(&j->request.system, &j->solution, &j->shadow, &j->budget, &j->structure.found, j->err);
 }
 
-void answer_clear(struct job *j)
+static void structure_free(struct job *j)
 {
     if (j->structure.has)
         structure_clear(&j->structure.found);
-    if (j->texts.has)
-        expr_names_clear(&j->texts.names);
-    if (j->trajectory.has)
-        traj_result_clear(&j->trajectory.result);
-    answer_integrals_clear(j);
-    if (j->initial.has)
-        traj_initial_clear(&j->initial.result);
-    answer_tradeoff_clear(j->tradeoff);
-    answer_slice_clear(j);
-    answer_strata_clear(j);
-    answer_operator_clear(j);
-    answer_mechanical_clear(j);
     sga_buf_free(&j->structure.kronecker);
-    sga_buf_free(&j->signs);
-    sga_buf_free(&j->trajectory.sweep);
-    free(j->start.x);
-    free(j->start.given);
-    free(j->start.parameter);
-    free(j->texts.scale);
+}
+
+static bool kronecker(struct job *j)
+{
+    return kronecker_text(j, &j->structure.kronecker, &j->structure.is_linear);
+}
+
+static void reduction_clear(struct job *j)
+{
     free(j->redundant);
-    free(j->texts.reduced);
-    sga_warnings_clear(&j->warnings);
     answer_primary_clear(j);
-    answer_symmetries_clear(j);
     if (j->solved) {
         points_shadow_clear(&j->shadow);
         sga_solution_clear(&j->solution);
     }
 }
 
-static bool mechanical_form(struct job *j)
+static void texts_clear(struct job *j)
 {
-    if (!j->request.has_mechanical)
-        return true;
-    progress(j, "mechanical", 0.04);
-    return answer_mechanical(j);
+    if (j->texts.has)
+        expr_names_clear(&j->texts.names);
+    free(j->texts.scale);
+    free(j->texts.reduced);
 }
 
-static bool operator_form(struct job *j)
+static bool strata(struct job *j)
 {
-    j->stage = "operator";
-    return !j->request.op.has || answer_operator(j);
-}
-
-/* What is said of the system: reduction, texts, strata, witness, structure, symmetries. */
-static bool analyse(struct job *j)
-{
-    if (!operator_form(j) || !mechanical_form(j) || !answer_reduce(j) || (j->mechanical && !answer_mechanical_motion(j)))
-        return false;
-    progress(j, "texts", 0.4);
-    if (!answer_texts(j))
-        return false;
     answer_strata(j);
-    answer_signs(j);
-    if (!sga_budget_ok(&j->budget, j->err))
-        return false;
-    progress(j, "witness", 0.45);
-    if (!answer_witness(j) || !structure(j))
-        return false;
-    if (j->request.want & REQUEST_SYMMETRIES) {
-        progress(j, "symmetries", 0.48);
-        if (!answer_symmetries(j))
-            return false;
-    }
-    return !(j->request.want & REQUEST_STRUCTURE || (j->op && j->op->system.order <= 1)) || kronecker_text(j, &j->structure.kronecker, &j->structure.is_linear);
+    return true;
 }
 
-/* What is followed. */
-static bool follow(struct job *j)
+static bool signs(struct job *j)
 {
-    progress(j, "trajectory", 0.5);
+    answer_signs(j);
+    return sga_budget_ok(&j->budget, j->err);
+}
+
+static void signs_clear(struct job *j)
+{
+    sga_buf_free(&j->signs);
+}
+
+static bool motion(struct job *j)
+{
     bool ok = answer_motion(j);
     if (!ok && j->err->code == SGA_E_NO_MOTION && j->solution.verdict != SGA_INCONSISTENT)
         ok = answer_motion_on_stratum(j);
-    return ok && answer_strata_solve(j);
+    return ok;
+}
+
+static void motion_clear(struct job *j)
+{
+    if (j->trajectory.has)
+        traj_result_clear(&j->trajectory.result);
+    sga_buf_free(&j->trajectory.sweep);
+    answer_integrals_clear(j);
+    if (j->initial.has)
+        traj_initial_clear(&j->initial.result);
+    answer_tradeoff_clear(j->tradeoff);
+}
+
+static bool has_operator(const struct job *j)
+{
+    return j->request.op.has;
+}
+
+static bool has_mechanical(const struct job *j)
+{
+    return j->request.has_mechanical;
+}
+
+static bool wants_structure(const struct job *j)
+{
+    return j->request.want & REQUEST_STRUCTURE && !j->request.op.open_sources;
+}
+
+static bool wants_symmetries(const struct job *j)
+{
+    return j->request.want & REQUEST_SYMMETRIES;
+}
+
+static bool wants_kronecker(const struct job *j)
+{
+    return j->request.want & REQUEST_STRUCTURE || (j->op && j->op->system.order <= 1);
+}
+
+/* What a job goes through, in this order: what is said of the system, and, from FOLLOW on, what is followed. */
+static const struct job_stage {
+    const char *name;                      /* of progress and of errors */
+    double at;                             /* of the whole, where it begins; negative: it is not shown */
+    bool (*wanted)(const struct job *j);   /* NULL: always */
+    bool (*run)(struct job *j);            /* false: the job ends with j->err */
+    void (*clear)(struct job *j);          /* what it has in the job, whether it ran or not; NULL: nothing of its own */
+} stages[] = {
+    { "operator",   -1,   has_operator,     answer_operator,          answer_operator_clear },
+    { "mechanical", 0.04, has_mechanical,   answer_mechanical,        answer_mechanical_clear },
+    { "reduction",  0.05, NULL,             answer_reduce,            reduction_clear },
+    { "sga",        -1,   has_mechanical,   answer_mechanical_motion, NULL },
+    { "texts",      0.4,  NULL,             answer_texts,             texts_clear },
+    { "texts",      -1,   NULL,             strata,                   answer_strata_clear },
+    { "texts",      -1,   NULL,             signs,                    signs_clear },
+    { "witness",    0.45, NULL,             answer_witness,           NULL },
+    { "structure",  0.45, wants_structure,  structure,                structure_free },
+    { "symmetries", 0.48, wants_symmetries, answer_symmetries,        answer_symmetries_clear },
+    { "structure",  -1,   wants_kronecker,  kronecker,                NULL },
+    { "trajectory", 0.5,  NULL,             motion,                   motion_clear },
+    { "trajectory", -1,   NULL,             answer_strata_solve,      NULL },
+};
+enum { ALL_STAGES = sizeof stages / sizeof *stages, FOLLOW = 11 };
+_Static_assert(ALL_STAGES == 13, "FOLLOW is the place of the trajectory");
+
+static bool run_stages(struct job *j, int from, int to)
+{
+    bool ok = true;
+    for (int k = from; k < to && ok; k++) {
+        const struct job_stage *s = stages + k;
+        if (s->wanted && !s->wanted(j))
+            continue;
+        if (s->at >= 0)
+            progress(j, s->name, s->at);
+        else
+            j->stage = s->name;
+        ok = s->run(j);
+    }
+    return ok;
+}
+
+void answer_clear(struct job *j)
+{
+    for (int k = ALL_STAGES - 1; k >= 0; k--)
+        if (stages[k].clear)
+            stages[k].clear(j);
+    answer_slice_clear(j);
+    free(j->start.x);
+    free(j->start.given);
+    free(j->start.parameter);
+    sga_warnings_clear(&j->warnings);
 }
 
 /* Past a limit nothing is an answer any more; nor is a refusal, for what failed may have been stopped (watch.h). */
@@ -318,9 +376,9 @@ static bool run_request(struct job *j, bool tied, struct sga_buf *out, bool *aga
     answer_warn_unused(j);
     answer_slice(j, tied);
     set_near(j);
-    bool ok = check_wants(j) && check_samples(j) && analyse(j);
+    bool ok = check_wants(j) && check_samples(j) && run_stages(j, 0, FOLLOW);
     *again = ok && !answer_slice_holds(j);
-    ok = ok && !*again && follow(j);
+    ok = ok && !*again && run_stages(j, FOLLOW, ALL_STAGES);
     *again |= ok && !answer_slice_holds(j);
     if (*again)
         return false;
