@@ -59,6 +59,36 @@ static bool may_ask(const struct ech_context *c, expr_id e)
     return sga_budget_ok(c->budget, c->err);
 }
 
+/* The first part of e that has no value at a point that was found; or EXPR_UNDEF. */
+static expr_id without_value(const struct ech_context *c, expr_id e)
+{
+    struct expr_cone cone;
+    expr_id first = EXPR_UNDEF;
+    expr_cone_init(&cone);
+    expr_cone_of(c->st, &cone, &e, 1);
+    for (int k = 0; k < c->shadow->reals && !first; k++) {
+        struct num_ball *b = &c->shadow->real[k].ball;
+        num_ball_list(b, cone.list, cone.count);
+        for (int i = 0; i < cone.count && !first; i++)
+            first = arb_is_finite(num_ball_value(b, cone.list[i])) ? EXPR_UNDEF : cone.list[i];
+        num_ball_forget(b);
+    }
+    expr_cone_clear(&cone);
+    return first;
+}
+
+static void undecided(const struct ech_context *c, expr_id e, const char *text)
+{
+    expr_id part = without_value(c, e);
+    char *why = part ? expr_text(c->st, part, 300) : NULL;
+    if (why)
+        sga_fail(c->err, SGA_E_UNDECIDED, "could not decide whether %s is zero on the constraint set: %s has no value at a point that was "
+                 "found there; give trajectory.initial where all equations have values, if they have anywhere", text, why);
+    else
+        sga_fail(c->err, SGA_E_UNDECIDED, "could not decide whether %s is zero on the constraint set", text);
+    free(why);
+}
+
 static int told(const struct ech_context *c, expr_id e, struct points_decision d)
 {
     if (d.truth != POINTS_UNKNOWN)
@@ -68,7 +98,7 @@ static int told(const struct ech_context *c, expr_id e, struct points_decision d
         sga_fail(c->err, SGA_E_SPLIT, "the constraint set has several branches: %s vanishes on some and not on others; "
                  "give trajectory.initial on the branch that is meant", text);
     else
-        sga_fail(c->err, SGA_E_UNDECIDED, "could not decide whether %s is zero on the constraint set", text);
+        undecided(c, e, text);
     free(text);
     return -1;
 }
