@@ -249,7 +249,7 @@ coverage: deps
 	@$(MAKE) --no-print-directory B=build-coverage CFLAGS="-O1 -g --coverage -fprofile-update=atomic" all units
 	@find build-coverage -name '*.gcda' -delete
 	@tests/run build-coverage $(or $(SUITES),unit self cases hard parameters tables operator mechanical symmetry service) | tail -n 30
-	@/usr/bin/python3 tests/coverage.py build-coverage
+	@/usr/bin/python3 tests/coverage.py build-coverage --write
 mutants: deps
 	@/usr/bin/python3 tests/mutate.py build-mutants $(or $(MUTANTS),40) $(FOLDERS)
 bench: deps

@@ -1,7 +1,7 @@
-"""Which lines were run, by folder: coverage.py BUILD_DIR [FOLDER]
+"""Which lines were run, by folder: coverage.py BUILD_DIR [--write | FOLDER]
 
-Reads what a build with --coverage counted (make coverage). With a folder: the functions in it that never ran. Lines of the
-daemon's children are not counted: their sandbox lets them write no files.
+Reads what a build with --coverage counted (make coverage). With a folder: the functions in it that never ran. --write puts the table
+into doc/developer.md. Lines of the daemon's children are not counted: their sandbox lets them write no files.
 """
 import collections
 import gzip
@@ -10,6 +10,8 @@ import os
 import subprocess
 import sys
 import tempfile
+
+import developer_figures
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
@@ -43,9 +45,12 @@ def main():
         at[1] += sum(n > 0 for n in found.values())
         at[2] += len(functions[path])
         at[3] += sum(n > 0 for n in functions[path].values())
-    print("| folder | lines | run | functions | run |\n| --- | --- | --- | --- | --- |")
+    table = ["| folder | lines | run | functions | run |", "| --- | --- | --- | --- | --- |"]
     for folder, (a, b, c, d) in sorted(folders.items()) + [("all", [sum(v[k] for v in folders.values()) for k in range(4)])]:
-        print(f"| `{folder}` | {a} | {100 * b / max(a, 1):.0f} % | {c} | {100 * d / max(c, 1):.0f} % |")
+        table.append(f"| `{folder}` | {a} | {100 * b / max(a, 1):.0f} % | {c} | {100 * d / max(c, 1):.0f} % |")
+    print("\n".join(table))
+    if sys.argv[2:] == ["--write"]:
+        return 0 if developer_figures.rewrite("coverage", table) else 1
     for path in sorted(functions) if len(sys.argv) > 2 else []:
         if path.startswith(sys.argv[2]):
             never = [name for name, n in functions[path].items() if not n]

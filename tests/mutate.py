@@ -3,7 +3,7 @@
 Each is a change of one operator, constant or condition in a copy of the sources (folders of lib/; sga, traj, points, ode, poly and
 request unless named). What is built of it must fail some test: the unit tests of its folder, then every tenth case, then starts and
 irregular sets at a small scale. What no test sees is printed: a test is missing there, or the code does not matter. SGA_TEST_SEED
-repeats a run. Ends with the share of errors that were seen; a run that takes far longer than the right code counts as seen.
+repeats a run. Ends with the share of errors that were seen, which it puts into doc/developer.md; a run that takes far longer than the right code counts as seen.
 """
 import os
 import random
@@ -12,6 +12,7 @@ import shutil
 import subprocess
 import sys
 
+import developer_figures
 from tally import ROOT, seed
 
 FOLDERS = ["sga", "traj", "points", "ode", "poly", "request"]
@@ -86,7 +87,9 @@ def main():
         tried += 1
         print(f"{path}:{k + 1}: {'seen by ' + by if by else 'NOT SEEN'}: {was.strip()}  ->  {lines[k].strip()}", flush=True)
         survived += [path] * (not by)
-    print(f"{tried - len(survived)} of {tried} errors were seen by a test ({100 * (tried - len(survived)) / max(tried, 1):.0f} %), {', '.join(folders)}")
+    said = f"{tried - len(survived)} of {tried} errors were seen by a test ({100 * (tried - len(survived)) / max(tried, 1):.0f} %): {', '.join(folders)}."
+    print(said)
+    developer_figures.rewrite("mutants", [said])
     return 0 if tried else 1
 
 
