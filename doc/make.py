@@ -275,7 +275,7 @@ def limits(_):
 
 def functions(_):
     """Names of functions, from the table of operators."""
-    rows = re.findall(r'X\(\w+,\s*"([a-z]\w*)",\s*([12])\)', text_of("lib", "expr", "expr.h"))
+    rows = re.findall(r'X\(\w+,\s*"([a-z]\w*)",\s*([12]),', text_of("lib", "expr", "expr.h"))
     return " ".join(name for name, _ in rows)
 
 

@@ -298,8 +298,7 @@ expr_id expr_pow(ST, expr_id a, expr_id b)
 
 static bool is_odd(enum expr_op op)
 {
-    return op == EXPR_SIN || op == EXPR_TAN || op == EXPR_ASIN || op == EXPR_ATAN || op == EXPR_SINH
-        || op == EXPR_TANH || op == EXPR_ASINH || op == EXPR_ATANH || op == EXPR_CBRT;
+    return expr_op_traits(op) & EXPR_IS_ODD && !(expr_op_traits(op) & EXPR_HAS_BRANCHES);
 }
 
 /* Functions of exact constants that are exact constants. */

@@ -20,24 +20,52 @@ typedef int32_t expr_id;
 #define EXPR_UNDEF ((expr_id)0)     /* node 0 of every store: has no value */
 
 /* The one table of operators. Columns: symbol, text in the grammar, arguments. */
+/* What an operator is like, whatever its arguments are. */
+enum expr_trait {
+    EXPR_IS_TOTAL     = 1,       /* has a value for all real arguments */
+    EXPR_IS_ODD       = 2,       /* f(-x) = -f(x) */
+    EXPR_IS_EVEN      = 4,
+    EXPR_IS_RISING    = 8,       /* f(x) has the sign of x, and is 0 at 0 only */
+    EXPR_IS_ABOVE     = 16,      /* f >= 0 */
+    EXPR_IS_NOT_ZERO  = 32,
+    EXPR_HAS_BRANCHES = 64,      /* is one analytic function on each side of a surface */
+    EXPR_HAS_END      = 128,     /* has no value beyond an end of its argument */
+    EXPR_IS_STEEP     = 256,     /* has no derivative at an end, or at 0 */
+    EXPR_FOLDS        = 512,     /* is one of the roots of an equation that has others */
+    EXPR_BENDS_AT_0   = 1024     /* what is said of branches and steepness is so where the argument is 0, and nowhere else */
+};
+
+/*    symbol   text, arguments, traits, symbol of a function that undoes it everywhere */
 #define EXPR_OP_TABLE(X) \
-    X(UNDEF_OP, "undefined", 0) /* no value */ \
-    X(CONST, "", 0)          /* exact rational, a = index of the constant */ \
-    X(PI,    "pi", 0) \
-    X(SYM,   "", 0)          /* a = symbol index */ \
-    X(ADD,   "+", 2) X(SUB, "-", 2) X(MUL, "*", 2) X(DIV, "/", 2) X(NEG, "-", 1) \
-    X(POWI,  "^", 1)         /* a ^ b, b an integer stored in the node, |b| >= 2 */ \
-    X(POW,   "^", 2)         /* real power of a base > 0: exp(b log a) */ \
-    X(SIN, "sin", 1) X(COS, "cos", 1) X(TAN, "tan", 1) \
-    X(ASIN, "asin", 1) X(ACOS, "acos", 1) X(ATAN, "atan", 1) X(ATAN2, "atan2", 2) \
-    X(SINH, "sinh", 1) X(COSH, "cosh", 1) X(TANH, "tanh", 1) \
-    X(ASINH, "asinh", 1) X(ACOSH, "acosh", 1) X(ATANH, "atanh", 1) \
-    X(EXP, "exp", 1) X(LOG, "log", 1) X(SQRT, "sqrt", 1) X(CBRT, "cbrt", 1) \
-    X(ABS, "abs", 1) X(SIGN, "sign", 1) X(MIN, "min", 2) X(MAX, "max", 2) \
-    X(SOLVE, "", 0)          /* component b of the solution of linear solve a */
+    X(UNDEF_OP, "undefined", 0, 0, UNDEF_OP) /* no value */ \
+    X(CONST, "", 0, EXPR_IS_TOTAL, UNDEF_OP) /* exact rational, a = index of the constant */ \
+    X(PI,    "pi", 0, EXPR_IS_TOTAL, UNDEF_OP) \
+    X(SYM,   "", 0, EXPR_IS_TOTAL, UNDEF_OP) /* a = symbol index */ \
+    X(ADD,   "+", 2, EXPR_IS_TOTAL, UNDEF_OP) X(SUB, "-", 2, EXPR_IS_TOTAL, UNDEF_OP) X(MUL, "*", 2, EXPR_IS_TOTAL, UNDEF_OP) \
+    X(DIV, "/", 2, 0, UNDEF_OP) X(NEG, "-", 1, EXPR_IS_TOTAL | EXPR_IS_ODD, UNDEF_OP) \
+    X(POWI,  "^", 1, 0, UNDEF_OP)            /* a ^ b, b an integer stored in the node, |b| >= 2 */ \
+    X(POW,   "^", 2, EXPR_IS_ABOVE | EXPR_HAS_END | EXPR_IS_STEEP | EXPR_BENDS_AT_0, UNDEF_OP) /* real power of a base > 0: exp(b log a) */ \
+    X(SIN, "sin", 1, EXPR_IS_TOTAL | EXPR_IS_ODD, UNDEF_OP) X(COS, "cos", 1, EXPR_IS_TOTAL | EXPR_IS_EVEN, UNDEF_OP) \
+    X(TAN, "tan", 1, EXPR_IS_ODD, UNDEF_OP) \
+    X(ASIN, "asin", 1, EXPR_IS_ODD | EXPR_HAS_END | EXPR_IS_STEEP | EXPR_FOLDS, SIN) \
+    X(ACOS, "acos", 1, EXPR_IS_ABOVE | EXPR_HAS_END | EXPR_IS_STEEP | EXPR_FOLDS, COS) \
+    X(ATAN, "atan", 1, EXPR_IS_TOTAL | EXPR_IS_ODD | EXPR_IS_RISING, TAN) X(ATAN2, "atan2", 2, 0, UNDEF_OP) \
+    X(SINH, "sinh", 1, EXPR_IS_TOTAL | EXPR_IS_ODD | EXPR_IS_RISING, ASINH) \
+    X(COSH, "cosh", 1, EXPR_IS_TOTAL | EXPR_IS_EVEN | EXPR_IS_ABOVE | EXPR_IS_NOT_ZERO, UNDEF_OP) \
+    X(TANH, "tanh", 1, EXPR_IS_TOTAL | EXPR_IS_ODD | EXPR_IS_RISING, UNDEF_OP) \
+    X(ASINH, "asinh", 1, EXPR_IS_TOTAL | EXPR_IS_ODD | EXPR_IS_RISING, SINH) \
+    X(ACOSH, "acosh", 1, EXPR_IS_ABOVE | EXPR_HAS_END | EXPR_IS_STEEP | EXPR_FOLDS, COSH) \
+    X(ATANH, "atanh", 1, EXPR_IS_ODD | EXPR_HAS_END, TANH) \
+    X(EXP, "exp", 1, EXPR_IS_TOTAL | EXPR_IS_ABOVE | EXPR_IS_NOT_ZERO, UNDEF_OP) X(LOG, "log", 1, EXPR_HAS_END, EXP) \
+    X(SQRT, "sqrt", 1, EXPR_IS_ABOVE | EXPR_HAS_END | EXPR_IS_STEEP | EXPR_FOLDS | EXPR_BENDS_AT_0, UNDEF_OP) \
+    X(CBRT, "cbrt", 1, EXPR_IS_ODD | EXPR_IS_RISING | EXPR_IS_STEEP | EXPR_BENDS_AT_0, UNDEF_OP) \
+    X(ABS, "abs", 1, EXPR_IS_TOTAL | EXPR_IS_EVEN | EXPR_IS_ABOVE | EXPR_HAS_BRANCHES | EXPR_BENDS_AT_0, UNDEF_OP) \
+    X(SIGN, "sign", 1, EXPR_IS_ODD | EXPR_IS_RISING | EXPR_HAS_BRANCHES | EXPR_BENDS_AT_0, UNDEF_OP) \
+    X(MIN, "min", 2, EXPR_IS_TOTAL | EXPR_HAS_BRANCHES, UNDEF_OP) X(MAX, "max", 2, EXPR_IS_TOTAL | EXPR_HAS_BRANCHES, UNDEF_OP) \
+    X(SOLVE, "", 0, 0, UNDEF_OP)             /* component b of the solution of linear solve a */
 
 enum expr_op {
-#define X(sym, text, args) EXPR_##sym,
+#define X(sym, text, args, traits, undo) EXPR_##sym,
     EXPR_OP_TABLE(X)
 #undef X
     EXPR_OP_COUNT
@@ -99,6 +127,8 @@ bool expr_store_work(struct expr_store *st, long nodes);
 /* Operator facts from the table. */
 const char *expr_op_text(enum expr_op op);
 int expr_op_args(enum expr_op op);
+unsigned expr_op_traits(enum expr_op op);            /* EXPR_IS_*, EXPR_HAS_*, ... */
+enum expr_op expr_op_undone(enum expr_op op);        /* g with g(f(x)) = x wherever f has a value; EXPR_UNDEF_OP: none */
 /* What e divides by; EXPR_UNDEF where it is no quotient or negative power. */
 expr_id expr_divisor(const struct expr_store *st, expr_id e);
 /* The function with this name (sin, atan2, ...); EXPR_UNDEF_OP if there is none. */

@@ -114,14 +114,13 @@ static unsigned sign_of(const struct expr_store *st, expr_id e, const unsigned c
             return EXPR_NONNEGATIVE | (x & EXPR_NONZERO) | (n->b < 0 ? EXPR_NONZERO : 0u);
         return (x & (SIGNS | EXPR_NONZERO)) | (n->b < 0 ? EXPR_NONZERO : 0u);
     case EXPR_NEG: return negate(x);
-    case EXPR_ABS: case EXPR_SQRT: return EXPR_NONNEGATIVE | (x & EXPR_NONZERO);
-    case EXPR_EXP: case EXPR_COSH: return EXPR_NONNEGATIVE | EXPR_NONZERO;
-    case EXPR_POW: return EXPR_NONNEGATIVE | (x & EXPR_NONZERO);      /* 0^(1/3) is 0 */
-    case EXPR_SINH: case EXPR_TANH: case EXPR_ASINH: case EXPR_ATAN: case EXPR_CBRT: case EXPR_SIGN:
-        return x & (SIGNS | EXPR_NONZERO);
-    case EXPR_ACOS: case EXPR_ACOSH: return EXPR_NONNEGATIVE;
     default: break;
     }
+    unsigned is = expr_op_traits((enum expr_op)n->op);
+    if (is & EXPR_IS_ABOVE)        /* 0^(1/3) is 0 */
+        return EXPR_NONNEGATIVE | (is & EXPR_IS_NOT_ZERO ? EXPR_NONZERO : 0u) | (is & EXPR_BENDS_AT_0 ? x & EXPR_NONZERO : 0u);
+    if (is & EXPR_IS_RISING)
+        return x & (SIGNS | EXPR_NONZERO);
     if (expr_op_args((enum expr_op)n->op) < 2)
         return 0;
     y = flag[n->b];

@@ -13,14 +13,18 @@ enum { LOOK_EVERY = 20000 };     /* nodes: some tenths of a millisecond */
 static const struct {
     const char *text;
     int args;
+    unsigned traits;
+    enum expr_op undone;
 } op_table[EXPR_OP_COUNT] = {
-#define X(sym, text, args) [EXPR_##sym] = { text, args },
+#define X(sym, text, args, traits, undone) [EXPR_##sym] = { text, args, traits, EXPR_##undone },
     EXPR_OP_TABLE(X)
 #undef X
 };
 
 const char *expr_op_text(enum expr_op op) { return op_table[op].text; }
 int expr_op_args(enum expr_op op) { return op_table[op].args; }
+unsigned expr_op_traits(enum expr_op op) { return op_table[op].traits; }
+enum expr_op expr_op_undone(enum expr_op op) { return op_table[op].undone; }
 
 enum expr_op expr_function(const char *name, size_t len)
 {

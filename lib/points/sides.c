@@ -9,12 +9,7 @@
 
 bool points_switches(enum expr_op op)
 {
-    switch (op) {
-    case EXPR_ABS: case EXPR_SIGN: case EXPR_MIN: case EXPR_MAX: case EXPR_SQRT: case EXPR_ASIN: case EXPR_ACOS: case EXPR_ACOSH:
-        return true;
-    default:
-        return false;
-    }
+    return expr_op_traits(op) & (EXPR_HAS_BRANCHES | EXPR_FOLDS);
 }
 
 /* sqrt(u): where u is a square, its root, which changes sign; otherwise u itself. */

@@ -91,13 +91,12 @@ static bool opaque(struct poly_bridge *b, expr_id e, unsigned depends, struct po
 
 static bool odd(enum expr_op op)
 {
-    return op == EXPR_SIN || op == EXPR_TAN || op == EXPR_ASIN || op == EXPR_ATAN || op == EXPR_SINH
-        || op == EXPR_TANH || op == EXPR_ASINH || op == EXPR_ATANH || op == EXPR_CBRT || op == EXPR_SIGN;
+    return expr_op_traits(op) & EXPR_IS_ODD;
 }
 
 static bool even(enum expr_op op)
 {
-    return op == EXPR_COS || op == EXPR_COSH || op == EXPR_ABS;
+    return expr_op_traits(op) & EXPR_IS_EVEN;
 }
 
 /* The denominator of a fraction as one polynomial, scale included. */
@@ -146,12 +145,13 @@ static void relate_pair(struct poly_bridge *b, enum expr_op s_op, enum expr_op c
 
 static enum poly_sign sign_of_function(struct poly_bridge *b, enum expr_op op, const struct argument *a)
 {
-    if (op == EXPR_EXP || op == EXPR_COSH)
-        return POLY_POSITIVE;
-    if (op == EXPR_ACOS || op == EXPR_ACOSH)
-        return POLY_NONNEGATIVE;
-    if (op != EXPR_SQRT && op != EXPR_ABS && op != EXPR_POW)      /* 0^(1/3) is 0 */
+    unsigned is = expr_op_traits(op);
+    if (!(is & EXPR_IS_ABOVE))
         return POLY_ANY;
+    if (is & EXPR_IS_NOT_ZERO)
+        return POLY_POSITIVE;
+    if (!(is & EXPR_BENDS_AT_0))
+        return POLY_NONNEGATIVE;
     bool negative;
     if (a->normal && poly_sign_of(b, a->fraction.num, &negative) == POLY_POSITIVE)
         return POLY_POSITIVE;

@@ -10,16 +10,10 @@
 /* Whether the node has several branches, or no derivative where its argument is 0, at places that can be met. */
 static bool is_kink(struct definition_search *s, const struct expr_node n)
 {
-    unsigned f;
-    switch ((enum expr_op)n.op) {
-    case EXPR_MIN: case EXPR_MAX: case EXPR_ASIN: case EXPR_ACOS: case EXPR_ACOSH:
-        return true;
-    case EXPR_ABS: case EXPR_SIGN: case EXPR_SQRT: case EXPR_CBRT: case EXPR_POW:
-        f = expr_facts_of(&s->facts, s->st, n.a);
-        return !(f & EXPR_NONZERO);
-    default:
+    unsigned is = expr_op_traits((enum expr_op)n.op);
+    if (!(is & (EXPR_HAS_BRANCHES | EXPR_IS_STEEP)))
         return false;
-    }
+    return !(is & EXPR_BENDS_AT_0) || !(expr_facts_of(&s->facts, s->st, n.a) & EXPR_NONZERO);
 }
 
 /* Whether e has such nodes that depend on variables or time. */
@@ -159,17 +153,10 @@ static bool harmless(struct definition_search *s, expr_id e)
         return false;
     bool total = true;
     expr_cone_of(s->st, &s->cone, &e, 1);
-    for (int k = 0; k < s->cone.count && total; k++)
-        switch (expr_op_of(s->st, s->cone.list[k])) {
-        case EXPR_CONST: case EXPR_SYM: case EXPR_PI: case EXPR_ADD: case EXPR_SUB: case EXPR_NEG: case EXPR_MUL: case EXPR_ABS: case EXPR_MIN:
-        case EXPR_MAX: case EXPR_SIN: case EXPR_COS: case EXPR_EXP: case EXPR_SINH: case EXPR_COSH: case EXPR_TANH: case EXPR_ATAN: case EXPR_ASINH:
-            break;
-        case EXPR_POWI:
-            total = s->st->node[s->cone.list[k]].b > 0;
-            break;
-        default:
-            total = false;
-        }
+    for (int k = 0; k < s->cone.count && total; k++) {
+        const struct expr_node n = s->st->node[s->cone.list[k]];
+        total = n.op == EXPR_POWI ? n.b > 0 : (expr_op_traits((enum expr_op)n.op) & EXPR_IS_TOTAL) != 0;
+    }
     return total;
 }
 

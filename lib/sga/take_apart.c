@@ -156,19 +156,16 @@ static enum answer inverse(struct work *w, struct way *y, const struct expr_node
     struct expr_store *st = w->st;
     int sign = sign_of(w, v);
     bool zero = sign == 0, known = sign != RANGE_UNKNOWN;
+    enum expr_op undone = expr_op_undone((enum expr_op)n.op);
+    if (undone) {
+        ask(y, n.a, expr_fun(st, undone, v));
+        return DONE;
+    }
     switch ((enum expr_op)n.op) {
     case EXPR_EXP: if (sign != 1) return NOT_SO; ask(y, n.a, expr_fun(st, EXPR_LOG, v)); return DONE;
-    case EXPR_LOG: ask(y, n.a, expr_fun(st, EXPR_EXP, v)); return DONE;
     case EXPR_SQRT: if (!known) return NOT_SO; ask(y, n.a, expr_powi(st, v, 2)); return DONE;
     case EXPR_CBRT: ask(y, n.a, expr_powi(st, v, 3)); return DONE;
-    case EXPR_SINH: ask(y, n.a, expr_fun(st, EXPR_ASINH, v)); return DONE;
-    case EXPR_ASINH: ask(y, n.a, expr_fun(st, EXPR_SINH, v)); return DONE;
     case EXPR_TANH: if (!zero) return NOT_SO; ask(y, n.a, v); return DONE;
-    case EXPR_ATANH: ask(y, n.a, expr_fun(st, EXPR_TANH, v)); return DONE;
-    case EXPR_ASIN: ask(y, n.a, expr_fun(st, EXPR_SIN, v)); return DONE;
-    case EXPR_ACOS: ask(y, n.a, expr_fun(st, EXPR_COS, v)); return DONE;
-    case EXPR_ACOSH: ask(y, n.a, expr_fun(st, EXPR_COSH, v)); return DONE;
-    case EXPR_ATAN: ask(y, n.a, expr_fun(st, EXPR_TAN, v)); return DONE;
     case EXPR_ABS: case EXPR_SIGN: if (!zero) return NOT_SO; ask(y, n.a, v); return DONE;
     case EXPR_POWI:
         if (n.b <= 0 || !zero)

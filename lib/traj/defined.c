@@ -114,13 +114,7 @@ static bool has_domain(const struct expr_store *st, expr_id e)
     expr_cone_init(&cone);
     expr_cone_of(st, &cone, &e, 1);
     for (int k = 0; k < cone.count && !has; k++)
-        switch (expr_op_of(st, cone.list[k])) {
-        case EXPR_SQRT: case EXPR_POW: case EXPR_LOG: case EXPR_ASIN: case EXPR_ACOS: case EXPR_ACOSH: case EXPR_ATANH:
-            has = true;
-            break;
-        default:
-            break;
-        }
+        has = expr_op_traits(expr_op_of(st, cone.list[k])) & EXPR_HAS_END;
     expr_cone_clear(&cone);
     return has;
 }
@@ -135,9 +129,7 @@ static bool has_root(const struct expr_store *st, expr_id e)
     expr_facts_init(&facts);
     expr_cone_of(st, &cone, &e, 1);
     for (int k = 0; k < cone.count && !has; k++) {
-        enum expr_op op = expr_op_of(st, cone.list[k]);
-        bool root = op == EXPR_SQRT || op == EXPR_CBRT || op == EXPR_POW || op == EXPR_ASIN || op == EXPR_ACOS || op == EXPR_ACOSH;
-        has = root && !(expr_facts_of(&facts, st, st->node[cone.list[k]].a) & EXPR_NONZERO)
+        has = expr_op_traits(expr_op_of(st, cone.list[k])) & EXPR_IS_STEEP && !(expr_facts_of(&facts, st, st->node[cone.list[k]].a) & EXPR_NONZERO)
               && expr_facts_of(&facts, st, cone.list[k]) & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME);
     }
     expr_facts_clear(&facts);

@@ -1,0 +1,72 @@
+/* The table of operators: each trait against values of the function, at many arguments. */
+#include <math.h>
+
+#include "check.h"
+#include "expr.h"
+#include "value.h"
+
+static double at(enum expr_op op, double x)
+{
+    return op == EXPR_POW ? pow(x, 0.5) : expr_function_value(op, x);
+}
+
+static void one(enum expr_op op, double x)
+{
+    unsigned is = expr_op_traits(op);
+    const char *name = expr_op_text(op);
+    double v = at(op, x), w = at(op, -x), near = 1e-12 * (1 + fabs(v));
+    CHECK(!(is & EXPR_IS_TOTAL) || isfinite(v), "%s(%g) has no value", name, x);
+    if (!isfinite(v))
+        return;
+    CHECK(!(is & EXPR_IS_ODD) || fabs(v + w) <= near, "%s(-%g)", name, x);
+    CHECK(!(is & EXPR_IS_EVEN) || fabs(v - w) <= near, "%s(-%g)", name, x);
+    CHECK(!(is & EXPR_IS_RISING) || (v > 0) - (v < 0) == (x > 0) - (x < 0), "%s(%g) has another sign", name, x);
+    CHECK(!(is & EXPR_IS_ABOVE) || v >= 0, "%s(%g) < 0", name, x);
+    CHECK(!(is & EXPR_IS_NOT_ZERO) || v != 0, "%s(%g) = 0", name, x);
+    enum expr_op undone = expr_op_undone(op);
+    CHECK(!undone || fabs(at(undone, v) - x) <= 1e-9 * (1 + fabs(x)), "%s undoes %s at %g", expr_op_text(undone), name, x);
+}
+
+/* Where it ends: some argument has a value, and another has none. */
+static void end(enum expr_op op)
+{
+    bool some = false, none = false;
+    for (double x = -4; x <= 4; x += 0.125) {
+        some |= isfinite(at(op, x));
+        none |= !isfinite(at(op, x));
+    }
+    CHECK(some, "%s has values", expr_op_text(op));
+    CHECK(((expr_op_traits(op) & EXPR_HAS_END) != 0) == none || op == EXPR_TAN, "%s: an end", expr_op_text(op));
+}
+
+/* Slopes at the ends of arguments, and at 0, against those a little inside. */
+static void steep(enum expr_op op)
+{
+    static const double places[] = { -1, 0, 1 };
+    bool found = false;
+    for (int i = 0; i < 3; i++)
+        for (int side = -1; side <= 1; side += 2) {
+            double h = 1e-10 * side, d = (at(op, places[i] + h) - at(op, places[i])) / h, v = at(op, places[i]);
+            found |= isfinite(v) && fabs(d) > 1e4;
+        }
+    unsigned is = expr_op_traits(op);
+    CHECK(((is & EXPR_IS_STEEP) != 0) == found || op == EXPR_SIGN, "%s: steep", expr_op_text(op));
+}
+
+int main(void)
+{
+    int functions = 0;
+    for (int op = EXPR_SIN; op < EXPR_SOLVE; op++) {
+        if (expr_op_args((enum expr_op)op) != 1)
+            continue;
+        functions++;
+        for (double x = -3.875; x < 4; x += 0.0625)
+            one((enum expr_op)op, x);
+        end((enum expr_op)op);
+        steep((enum expr_op)op);
+    }
+    CHECK(functions == 18, "%d functions", functions);
+    end(EXPR_POW);
+    steep(EXPR_POW);
+    return CHECK_END();
+}
