@@ -38,7 +38,7 @@ def main():
     lines, functions = counted(sys.argv[1])
     folders = collections.defaultdict(lambda: [0, 0, 0, 0])
     for path, found in lines.items():
-        if path.startswith("..") or path.startswith("tests"):
+        if path.startswith(("..", "tests", "build")):
             continue
         at = folders[os.path.dirname(path)]
         at[0] += len(found)
