@@ -121,6 +121,10 @@ void expr_store_init(struct expr_store *st);
 void expr_store_clear(struct expr_store *st);
 static inline bool expr_store_ok(const struct expr_store *st) { return st->error.code == SGA_E_OK; }
 
+/* Whether the nodes from `from` on keep the store's rules: children below parents, operators and symbols of the tables. Asserted where
+ * a stage of a job ends. */
+bool expr_store_sane(const struct expr_store *st, int from);
+
 /* So many nodes are about to be made or walked over: looks at the clock from time to time. */
 bool expr_store_work(struct expr_store *st, long nodes);
 

@@ -302,3 +302,27 @@ expr_id expr_child(const struct expr_store *st, expr_id e, int k)
     }
     return k == 0 ? n->a : n->b;
 }
+
+static bool node_sane(const struct expr_store *st, int e)
+{
+    const struct expr_node n = st->node[e];
+    if (n.op >= EXPR_OP_COUNT)
+        return false;
+    switch ((enum expr_op)n.op) {
+    case EXPR_UNDEF_OP: case EXPR_PI: return true;
+    case EXPR_CONST: return n.a >= 0 && n.a < st->constants;
+    case EXPR_SYM: return n.a >= 0 && n.a < st->symbols && st->symbol[n.a].node == e;
+    case EXPR_SOLVE: return n.a >= 0 && n.a < st->solves && n.b >= 0 && n.b < st->solve[n.a].m;
+    default: break;
+    }
+    bool two = op_table[n.op].args == 2;
+    return n.a > 0 && n.a < e && (!two || (n.b > 0 && n.b < e));
+}
+
+bool expr_store_sane(const struct expr_store *st, int from)
+{
+    bool sane = st->nodes >= 0 && (size_t)st->nodes <= st->node_cap;
+    for (int e = from > 0 ? from : 0; e < st->nodes && sane; e++)
+        sane = node_sane(st, e);
+    return sane;
+}

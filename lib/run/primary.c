@@ -82,10 +82,17 @@ static void carry_over(struct job *j, const struct attempt *a)
     struct sga_solution *sol = &j->solution;
     const struct sga_solution *m0 = &a->solution;
     int spare = j->primary.tangent.count - (j->request.system.variables - m0->constraints);
-    for (int i = 0; i < sol->constraints; i++)
-        for (int k = 0; k < m0->constraints && sol->constraint[i].origin == SGA_FROM_RESTRICTION; k++)
-            if (sol->constraint[i].expr == m0->constraint[k].expr)
-                sol->constraint[i].replaced = m0->constraint[k].replaced;
+    for (int i = 0; i < sol->constraints; i++) {
+        struct sga_constraint *c = sol->constraint + i;
+        int from = c->restriction, regular = 0;        /* one of the regular functions: it is the answer's as what that came from */
+        for (int k = 0; k < m0->constraints && c->origin == SGA_FROM_RESTRICTION; k++) {
+            const struct sga_constraint *own = m0->constraint + k;
+            if (c->expr == own->expr)
+                c->replaced = own->replaced;
+            if (own->origin == SGA_FROM_RESTRICTION && regular++ == from)
+                c->restriction = own->restriction < a->originals ? own->restriction : -1;
+        }
+    }
     sol->branch = sga_realloc(sol->branch, ((size_t)(sol->branches + m0->branches) + 1) * sizeof *sol->branch);
     for (int i = 0; i < m0->branches; i++)
         sol->branch[sol->branches++] = m0->branch[i];

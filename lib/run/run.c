@@ -1,6 +1,7 @@
 /* One request, stage by stage: read, reduce, print, witness, integrate, write. */
 #include "answer.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -331,6 +332,13 @@ static const struct job_stage {
 enum { ALL_STAGES = sizeof stages / sizeof *stages, FOLLOW = 11 };
 _Static_assert(ALL_STAGES == 13, "FOLLOW is the place of the trajectory");
 
+/* What every stage keeps: the store, the system, and the solution where there is one. */
+static bool job_sane(const struct job *j, int nodes)
+{
+    return expr_store_sane(&j->request.store, nodes) && sys_sane(&j->request.system)
+           && (!j->solved || sga_solution_sane(&j->request.system, &j->solution));
+}
+
 static bool run_stages(struct job *j, int from, int to)
 {
     bool ok = true;
@@ -342,7 +350,9 @@ static bool run_stages(struct job *j, int from, int to)
             progress(j, s->name, s->at);
         else
             j->stage = s->name;
+        int nodes = j->request.store.nodes;
         ok = s->run(j);
+        assert(!ok || job_sane(j, nodes));
     }
     return ok;
 }

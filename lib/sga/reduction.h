@@ -153,6 +153,9 @@ struct reduction_options {
 bool sga_reduce(const struct sys_system *system, const struct reduction_options *options,
                struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err);
 void sga_solution_clear(struct sga_solution *solution);
+/* Whether a solution keeps its own rules: generations rise, dimensions fall, pivots, parts and free columns are of the system, fields are
+ * complete. Asserted where a stage of a job ends. */
+bool sga_solution_sane(const struct sys_system *system, const struct sga_solution *solution);
 void sga_conditions_clear(struct sga_conditions *conditions);
 
 /* Adds the terms of the rows and restrictions to an estimate of natural sizes (points/scaling.h). */

@@ -127,3 +127,30 @@ int sys_expressions(const struct sys_system *s, expr_id **list)
     }
     return at;
 }
+
+static bool row_sane(const struct sys_system *s, const struct sys_row *r)
+{
+    bool sane = r->alpha > 0 && r->alpha < s->store->nodes;
+    for (int k = 0; k < r->entries && sane; k++)
+        sane = r->entry[k].col >= (k ? r->entry[k - 1].col + 1 : 0) && r->entry[k].col < s->variables
+               && r->entry[k].value > 0 && r->entry[k].value < s->store->nodes && !expr_is_zero(s->store, r->entry[k].value);
+    return sane;
+}
+
+bool sys_sane(const struct sys_system *s)
+{
+    bool sane = s->time >= 0 && s->time < s->store->symbols;
+    unsigned char *met = sga_calloc((size_t)s->store->symbols + 1, 1);
+    for (int j = 0; j < s->variables && sane; j++) {
+        int symbol = s->variable[j].symbol;
+        sane = symbol >= 0 && symbol < s->store->symbols && !met[symbol]++;
+    }
+    for (int i = 0; i < s->parameters && sane; i++)
+        sane = s->parameter[i] >= 0 && s->parameter[i] < s->store->symbols && !met[s->parameter[i]]++;
+    for (int i = 0; i < s->rows && sane; i++)
+        sane = row_sane(s, s->row + i);
+    for (int i = 0; i < s->restrictions && sane; i++)
+        sane = s->restriction[i] > 0 && s->restriction[i] < s->store->nodes;
+    free(met);
+    return sane;
+}

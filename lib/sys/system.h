@@ -59,6 +59,9 @@ void sys_copy(struct sys_system *to, const struct sys_system *from);
 /* The same with some of its variables and rows only (part; NULL: all; the rows must hold no others of the variables), and with map[symbol] put
  * in wherever it is not 0 (NULL: nothing is); parameters that are replaced are left out. */
 void sys_copy_part(struct sys_system *to, const struct sys_system *from, const struct sys_part *part, const expr_id *map);
+/* Whether variables are symbols that differ, and rows hold entries at rising columns within them, none of them the constant 0. Asserted where a
+ * stage of a job ends. */
+bool sys_sane(const struct sys_system *s);
 /* The entries of each row and its right side, row by row, into *list (malloced). Returns how many. */
 int sys_expressions(const struct sys_system *s, expr_id **list);
 
