@@ -60,6 +60,8 @@ class Corpus:
         sides = bool(result.get("evidence", {}).get("sides"))
         if (branches or sides) and not guess:    # which branch, or which side, is solved then is not a matter of the equations
             return
+        if any(s.get("kind") == "excess" for s in result.get("strata", [])):    # the constraints have zeros of which the field says nothing
+            return
         names, system = d.of_request(request, [v["name"] for v in result["variables"]] if "variables" in result else None)
         if not system.A or not names:
             return
