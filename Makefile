@@ -103,7 +103,7 @@ FORCE:
 define floor_rules
 $(B)/lib/$(1)/%.o: lib/$(1)/%.c $(B)/flags
 	@mkdir -p $$(@D)
-	$(Q)$(CC) $(ALL_CFLAGS) -iquote lib/$(1) $(if $(filter face,$(1)),-iquote include) $(foreach d,$(DEPS_$(1)),-iquote lib/$(d)) -c $$< -o $$@
+	$(Q)$(CC) $(ALL_CFLAGS) -iquote lib/$(1) $(foreach d,$(DEPS_$(1)),-iquote lib/$(d)) -c $$< -o $$@
 endef
 $(foreach f,$(FLOORS),$(eval $(call floor_rules,$(f))))
 
@@ -134,7 +134,7 @@ $(B)/lib/run/version.c: lib/run/version.sh Makefile $(ANSWERS)
 	@mkdir -p $(@D)
 	@sh lib/run/version.sh $(VERSION) $(ANSWERS) > $@
 $(B)/lib/run/version.o: $(B)/lib/run/version.c
-	$(Q)$(CC) $(ALL_CFLAGS) -iquote include -c $< -o $@
+	$(Q)$(CC) $(ALL_CFLAGS) -iquote lib/face -c $< -o $@
 
 $(B)/libsga.a: $(LIB_OBJ)
 	@rm -f $@
@@ -144,7 +144,7 @@ $(B)/sgad: $(SERVER_OBJ) $(B)/libsga.a
 $(B)/sga: $(CLIENT_OBJ) $(B)/libsga.a
 	$(Q)$(CC) $(ALL_CFLAGS) -o $@ $(CLIENT_OBJ) $(B)/libsga.a $(LIBS) $(CLIENT_LIBS)
 
-# For other programs: what include/sga.h declares, and no other name. The static library is one object, so that its inner names are
+# For other programs: what lib/face/sga.h declares, and no other name. The static library is one object, so that its inner names are
 # nobody's: with lists of libraries only (LIBS) it needs no others.
 MAP := lib/face/sga.map
 SOVERSION := 0
@@ -174,7 +174,7 @@ install: all shared
 	install -m 644 $(B)/lib/libsga.so.$(VERSION) $(B)/lib/libsga.a $(DESTDIR)$(LIBDIR)
 	ln -sf libsga.so.$(VERSION) $(DESTDIR)$(LIBDIR)/libsga.so.$(SOVERSION)
 	ln -sf libsga.so.$(SOVERSION) $(DESTDIR)$(LIBDIR)/libsga.so
-	install -m 644 include/sga.h $(DESTDIR)$(INCLUDEDIR)
+	install -m 644 lib/face/sga.h $(DESTDIR)$(INCLUDEDIR)
 	sed -e 's|@LIBDIR@|$(LIBDIR)|; s|@INCLUDEDIR@|$(INCLUDEDIR)|; s|@VERSION@|$(VERSION)|; s|@LIBS@|$(LIBS) -lpthread|' etc/sga.pc.in > $(DESTDIR)$(LIBDIR)/pkgconfig/sga.pc
 	for m in $(MAN); do install -d $(DESTDIR)$(MANDIR)/man$${m##*.} && install -m 644 $$m $(DESTDIR)$(MANDIR)/man$${m##*.} || exit 1; done
 	install -m 644 README.md CHANGELOG.md LICENSE $(DESTDIR)$(DOCDIR)
@@ -196,7 +196,7 @@ floor_obj = $(foreach d,$(1) $(DEPS_$(1)),$(patsubst %.c,$(B)/%.o,$(wildcard lib
 define unit_rules
 $(B)/unit/$(notdir $(basename $(1))): $(1) $(call floor_obj,$(call floor_of,$(1)))
 	@mkdir -p $$(@D)
-	$(Q)$(CC) $(ALL_CFLAGS) -iquote tests/unit $(if $(filter face,$(call floor_of,$(1))),-iquote include) $(foreach d,$(call floor_of,$(1)) $(DEPS_$(call floor_of,$(1))),-iquote lib/$(d)) -o $$@ $(1) $(call floor_obj,$(call floor_of,$(1))) $(LIBS) $(if $(findstring _memory,$(1)),$(FAILING))
+	$(Q)$(CC) $(ALL_CFLAGS) -iquote tests/unit $(foreach d,$(call floor_of,$(1)) $(DEPS_$(call floor_of,$(1))),-iquote lib/$(d)) -o $$@ $(1) $(call floor_obj,$(call floor_of,$(1))) $(LIBS) $(if $(findstring _memory,$(1)),$(FAILING))
 endef
 $(foreach u,$(wildcard tests/unit/*.c),$(eval $(call unit_rules,$(u))))
 units: $(UNIT_BIN)
@@ -248,7 +248,7 @@ lint: deps
 coverage: deps
 	@$(MAKE) --no-print-directory B=build-coverage CFLAGS="-O1 -g --coverage -fprofile-update=atomic" all units
 	@find build-coverage -name '*.gcda' -delete
-	@tests/run build-coverage $(or $(SUITES),unit self cases hard parameters tables operator mechanical symmetry service) | tail -n 30
+	@tests/run build-coverage $(or $(SUITES),unit self cases hard parameters operator mechanical symmetry service) | tail -n 30
 	@/usr/bin/python3 tests/coverage.py build-coverage --write
 mutants: deps
 	@/usr/bin/python3 tests/mutate.py build-mutants $(or $(MUTANTS),40) $(FOLDERS)

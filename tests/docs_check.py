@@ -196,7 +196,7 @@ class Commands:
 def compiles(build, snippet):
     """A snippet of C, as the body of a function."""
     program = f"#include <sga.h>\n#include <stdio.h>\n#include <string.h>\nvoid snippet(const char *text);\nvoid snippet(const char *text)\n{{\n{snippet}}}\n"
-    return subprocess.run(["gcc", "-std=c11", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-I", os.path.join(ROOT, "include"), "-x", "c", "-"],
+    return subprocess.run(["gcc", "-std=c11", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-I", os.path.join(ROOT, "lib", "face"), "-x", "c", "-"],
                           input=program, capture_output=True, text=True, check=False)
 
 

@@ -135,7 +135,7 @@ def differences(base, said, request, result, problem):
         second = problem["code"] if problem else result["verdict"]
         if "signals" in said.done and any(p and re.search(BEYOND_DOUBLE, p["detail"]) for p in (problem, base.problem)):
             return []     # a name makes a variable of what no sample can show, or of what its rounding hides
-        if "units" in said.done and problem and problem["code"] == "no_motion" and (base.result or {}).get("consistent_initial", {}).get("moved", 0) > MOVED:
+        if "units" in said.done and problem and problem["code"] == "no_motion" and "rank drops" in problem["detail"] and (base.result or {}).get("consistent_initial", {}).get("moved", 0) > MOVED:
             return []     # what is nearest is another point in other units: one at which the rank drops is refused, rightly
         return [] if first == second else [f"{first} became {second}" + (f" ({problem['detail'][:150]})" if problem else "")
                                            + (f" (was: {base.problem['detail'][:150]})" if base.problem else "")]
@@ -178,6 +178,20 @@ def start(base, said, result):
     return [] if off and tied(base, pairs, largest, "signals" in said.done) else off
 
 
+def on_first(base, pairs):
+    """Whether the second start satisfies what is given without derivatives, and, where the first speaks of no other branch, the
+    constraints that it printed."""
+    sets = Sets(base.result)
+    sets.answer = Answer(base.plain, base.result, digits=30)
+    env = {name: mpmath.mpf(second) for name, _, second in pairs}
+    env[base.said.first_time] = mpmath.mpf(str(base.said.trajectory.get("start", 0)))
+    branches = any(s["kind"] == "branch" for s in base.result.get("strata", []))
+    try:
+        return all(vanishes(sets.answer, e, env) for e in sets.given() + ([] if branches else [e for _, e in sets.answer.constraints]))
+    except ODD:
+        return False
+
+
 def moving_of(base):
     """The unknowns that have derivatives."""
     answer = Answer(base.plain, base.result)
@@ -194,8 +208,11 @@ def undetermined(base):
 
 def tied(base, pairs, largest, named):
     """Whether both starts are as far from the given values, and from 0 where none was given. Algebraic variables are free of
-    charge, so that where some have got a name the small ones are others: of branches that differ in them alone either is right."""
+    charge, so that where some have got a name the small ones are others: of branches that differ in them alone either is right, if
+    it satisfies the first's equations."""
     if named:
+        if not on_first(base, pairs):
+            return False
         moving = moving_of(base)
         pairs = [p for p in pairs if p[0].rstrip("'") in moving or p[0] in base.said.trajectory.get("initial", {})]
     guess = {n: float(respell.exact(v) or 0) for n, v in base.said.trajectory.get("initial", {}).items()}

@@ -286,7 +286,7 @@ def check_headers(tally):
     """A header's name tells which one is meant: no two of the product have the same."""
     root = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
     where = {}
-    for top in ("lib", "server", "clients", "include"):
+    for top in ("lib", "server", "clients"):
         for folder, _, files in os.walk(os.path.join(root, top)):
             for name in files:
                 if name.endswith(".h"):

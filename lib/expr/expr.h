@@ -132,7 +132,8 @@ bool expr_store_work(struct expr_store *st, long nodes);
 const char *expr_op_text(enum expr_op op);
 int expr_op_args(enum expr_op op);
 unsigned expr_op_traits(enum expr_op op);            /* EXPR_IS_*, EXPR_HAS_*, ... */
-enum expr_op expr_op_undone(enum expr_op op);        /* g with g(f(x)) = x wherever f has a value; EXPR_UNDEF_OP: none */
+/* g with x = g(f(x)) wherever f has a value; EXPR_UNDEF_OP: none that is asked for without a look at f's value (exp, tanh, sqrt). */
+enum expr_op expr_op_undone(enum expr_op op);
 /* What e divides by; EXPR_UNDEF where it is no quotient or negative power. */
 expr_id expr_divisor(const struct expr_store *st, expr_id e);
 /* The function with this name (sin, atan2, ...); EXPR_UNDEF_OP if there is none. */

@@ -161,7 +161,7 @@ bool poly_resultant(struct expr_store *st, expr_id x, expr_id y, int symbol, con
  * n of them or fewer: each of 0 .. n irreducible polynomials that can be solved one after the other, as a rule. They may hold more: a
  * polynomial that is not linear in what it is solved for has roots that the others do not have. By factors, by leading
  * coefficients that vanish or not, and by resultants (Wu 1986; Wang, Elimination methods, 2001, chapter 2). Kernels are taken as independent of
- * each other, and parameters as general. False: over budget. Not all chains, where there are many. The caller clears *out. */
+ * each other, and parameters as general. False: over budget. A help for searches, no proof: cases that grow too large, or are too many, are left out without a word. The caller clears *out. */
 struct poly_chain { expr_id *poly; int count; };
 struct poly_chains { struct poly_chain *chain; int chains; size_t cap; };
 bool poly_chains_of(struct expr_store *st, const expr_id *e, int n, const struct poly_limits *limits, struct poly_chains *out);

@@ -307,30 +307,30 @@ static bool wants_kronecker(const struct job *j)
     return j->request.want & REQUEST_STRUCTURE || (j->op && j->op->system.order <= 1);
 }
 
-/* What a job goes through, in this order: what is said of the system, and, from FOLLOW on, what is followed. */
+/* What a job goes through, in this order: what is said of the system, and then what follows it along a motion. */
 static const struct job_stage {
     const char *name;                      /* of progress and of errors */
     double at;                             /* of the whole, where it begins; negative: it is not shown */
+    bool follows;                          /* runs once all that is said is known not to rest on what was left out (slice.h) */
     bool (*wanted)(const struct job *j);   /* NULL: always */
     bool (*run)(struct job *j);            /* false: the job ends with j->err */
     void (*clear)(struct job *j);          /* what it has in the job, whether it ran or not; NULL: nothing of its own */
 } stages[] = {
-    { "operator",   -1,   has_operator,     answer_operator,          answer_operator_clear },
-    { "mechanical", 0.04, has_mechanical,   answer_mechanical,        answer_mechanical_clear },
-    { "reduction",  0.05, NULL,             answer_reduce,            reduction_clear },
-    { "sga",        -1,   has_mechanical,   answer_mechanical_motion, NULL },
-    { "texts",      0.4,  NULL,             answer_texts,             texts_clear },
-    { "texts",      -1,   NULL,             strata,                   answer_strata_clear },
-    { "texts",      -1,   NULL,             signs,                    signs_clear },
-    { "witness",    0.45, NULL,             answer_witness,           NULL },
-    { "structure",  0.45, wants_structure,  structure,                structure_free },
-    { "symmetries", 0.48, wants_symmetries, answer_symmetries,        answer_symmetries_clear },
-    { "structure",  -1,   wants_kronecker,  kronecker,                NULL },
-    { "trajectory", 0.5,  NULL,             motion,                   motion_clear },
-    { "trajectory", -1,   NULL,             answer_strata_solve,      NULL },
+    { "operator",   -1,   false, has_operator,     answer_operator,          answer_operator_clear },
+    { "mechanical", 0.04, false, has_mechanical,   answer_mechanical,        answer_mechanical_clear },
+    { "reduction",  0.05, false, NULL,             answer_reduce,            reduction_clear },
+    { "sga",        -1,   false, has_mechanical,   answer_mechanical_motion, NULL },
+    { "texts",      0.4,  false, NULL,             answer_texts,             texts_clear },
+    { "texts",      -1,   false, NULL,             strata,                   answer_strata_clear },
+    { "texts",      -1,   false, NULL,             signs,                    signs_clear },
+    { "witness",    0.45, false, NULL,             answer_witness,           NULL },
+    { "structure",  0.45, false, wants_structure,  structure,                structure_free },
+    { "symmetries", 0.48, false, wants_symmetries, answer_symmetries,        answer_symmetries_clear },
+    { "structure",  -1,   false, wants_kronecker,  kronecker,                NULL },
+    { "trajectory", 0.5,  true,  NULL,             motion,                   motion_clear },
+    { "trajectory", -1,   true,  NULL,             answer_strata_solve,      NULL },
 };
-enum { ALL_STAGES = sizeof stages / sizeof *stages, FOLLOW = 11 };
-_Static_assert(ALL_STAGES == 13, "FOLLOW is the place of the trajectory");
+enum { ALL_STAGES = sizeof stages / sizeof *stages };
 
 /* What every stage keeps: the store, the system, and the solution where there is one. */
 static bool job_sane(const struct job *j, int nodes)
@@ -339,12 +339,12 @@ static bool job_sane(const struct job *j, int nodes)
            && (!j->solved || sga_solution_sane(&j->request.system, &j->solution));
 }
 
-static bool run_stages(struct job *j, int from, int to)
+static bool run_stages(struct job *j, bool follows)
 {
     bool ok = true;
-    for (int k = from; k < to && ok; k++) {
+    for (int k = 0; k < ALL_STAGES && ok; k++) {
         const struct job_stage *s = stages + k;
-        if (s->wanted && !s->wanted(j))
+        if (s->follows != follows || (s->wanted && !s->wanted(j)))
             continue;
         if (s->at >= 0)
             progress(j, s->name, s->at);
@@ -386,9 +386,9 @@ static bool run_request(struct job *j, bool tied, struct sga_buf *out, bool *aga
     answer_warn_unused(j);
     answer_slice(j, tied);
     set_near(j);
-    bool ok = check_wants(j) && check_samples(j) && run_stages(j, 0, FOLLOW);
+    bool ok = check_wants(j) && check_samples(j) && run_stages(j, false);
     *again = ok && !answer_slice_holds(j);
-    ok = ok && !*again && run_stages(j, FOLLOW, ALL_STAGES);
+    ok = ok && !*again && run_stages(j, true);
     *again |= ok && !answer_slice_holds(j);
     if (*again)
         return false;

@@ -11,7 +11,7 @@
 
 enum { RESEEDS = 2 };      /* what ended in a refusal is begun anew so often: the refusal stands then */
 static const double BESIDE = 0.002;      /* of a place, which is a general point: other components may be near */
-static const double AT_GUESS = 1e-6;     /* relative to 1 at the least */
+static const double AT_GUESS = 1e-6;     /* relative to the variable, or to its natural size */
 
 /* The next route: the last decision that has an option left takes it, those after it are
  * forgotten. False where there is none. */
@@ -139,7 +139,8 @@ static bool point_elsewhere(const struct sys_system *system, const struct reduct
 {
     bool away = false;
     for (int j = 0; j < system->variables && final == 0 && sol->verdict == SGA_ISOLATED && shadow->reals; j++)
-        away |= (!o->near_given || o->near_given[j]) && fabs(shadow->real[0].x[j] - o->near[j]) > AT_GUESS * fmax(1, fabs(o->near[j]));
+        away |= (!o->near_given || o->near_given[j])
+                && fabs(shadow->real[0].x[j] - o->near[j]) > AT_GUESS * fmax(sol->scale ? ldexp(1, sol->scale[j]) : 1, fabs(o->near[j]));
     return away;
 }
 

@@ -162,9 +162,9 @@ void sga_conditions_clear(struct sga_conditions *conditions);
 struct scaling;
 void sga_terms(struct scaling *sizes, const struct sys_system *system);
 
-/* The generations as stages for points_find_staged: end[k] (room for `generations`) is the
- * number of constraints of the first k + 1 generations. Returns how many stages. */
-int sga_stages(const struct sga_solution *solution, int *end);
+/* The generations of the first `constraints` as stages for points_find_staged: end[k] (room for `generations`) is the
+ * number of them of the first k + 1 generations. Returns how many stages. */
+int sga_stages(const struct sga_solution *solution, int constraints, int *end);
 
 const char *sga_verdict_text(enum sga_verdict verdict);
 

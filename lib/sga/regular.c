@@ -144,7 +144,7 @@ static struct regular from_shape(struct state *s, expr_id e)
     for (int i = 0; i < parts; i++) {
         struct poly_limits limits = factoring(s);
         struct poly_factors f;
-            if (parts > 1 && poly_numerator_factors(s->st, part[i], &limits, &f)) {
+        if (parts > 1 && poly_numerator_factors(s->st, part[i], &limits, &f)) {
             struct regular q = { .answer = REGULAR_KEEP };
             from_factors(s, part[i], &q, &f, DEPTH);
             poly_factors_clear(&f);

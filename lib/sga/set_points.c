@@ -13,14 +13,11 @@ void set_points_init(struct set_points *p, const struct sys_system *sys, const s
     p->variable = sga_malloc((size_t)(n + more_variables + 1) * sizeof *p->variable);
     p->constraint = sga_malloc((size_t)(constraints + more_constraints + 1) * sizeof *p->constraint);
     p->end = sga_calloc((size_t)generations + 3, sizeof *p->end);
-    p->stages = 0;
+    p->stages = sol ? sga_stages(sol, constraints, p->end) : 0;
     for (int j = 0; j < n; j++)
         p->variable[j] = sys->variable[j].symbol;
-    for (int i = 0; i < constraints; i++) {
+    for (int i = 0; i < constraints; i++)
         p->constraint[i] = sol->constraint[i].expr;
-        if (i + 1 == constraints || sol->constraint[i + 1].generation != sol->constraint[i].generation)
-            p->end[p->stages++] = i + 1;
-    }
     p->space = (struct points_space){
         .st = sys->store, .variable = p->variable, .variables = n, .parameter = sys->parameter, .parameters = sys->parameters,
         .time = sys->time, .constraint = p->constraint, .constraints = constraints };

@@ -61,11 +61,11 @@ void sga_solution_clear(struct sga_solution *sol)
     *sol = (struct sga_solution){ 0 };
 }
 
-int sga_stages(const struct sga_solution *sol, int *end)
+int sga_stages(const struct sga_solution *sol, int constraints, int *end)
 {
     int stages = 0;
-    for (int i = 0; i < sol->constraints; i++)
-        if (i + 1 == sol->constraints || sol->constraint[i + 1].generation != sol->constraint[i].generation)
+    for (int i = 0; i < constraints; i++)
+        if (i + 1 == constraints || sol->constraint[i + 1].generation != sol->constraint[i].generation)
             end[stages++] = i + 1;
     return stages;
 }

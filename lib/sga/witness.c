@@ -406,7 +406,7 @@ bool sga_witness_check(const struct sys_system *system, const struct sga_claim *
     bool ok = true;
     int again = 0;
     uint64_t random = seed;
-    int *end = sga_calloc((size_t)claim->solution->generations + 1, sizeof *end), stages = sga_stages(claim->solution, end);
+    int *end = sga_calloc((size_t)claim->solution->generations + 1, sizeof *end), stages = sga_stages(claim->solution, claim->solution->constraints, end);
     int fars = near_only(claim->solution) ? 0 : FAR_TRIES;
     for (int k = 0; k < points && ok; k++) {
         struct points_point p;

@@ -177,7 +177,7 @@ static bool sample(struct sym_work *w, struct real *r, bool *enough, struct sga_
 {
     uint64_t random = SGA_SEED_SYM_REAL;
     int steady = 0, failures = 0;
-    int *end = sga_calloc((size_t)w->sol->generations + 2, sizeof *end), stages = sga_stages(w->sol, end);
+    int *end = sga_calloc((size_t)w->sol->generations + 2, sizeof *end), stages = sga_stages(w->sol, w->sol->constraints, end);
     struct points_space space = w->shadow->space;
     while (steady < STEADY && failures < FAILURES) {
         int before = r->equation.rank + r->trivial.rank + r->gauge.rank;

@@ -13,7 +13,6 @@
 #include "seeds.h"
 #include "set_points.h"
 #include "signals.h"
-#include "table.h"
 
 /* From here on series are faster than other methods where they are short programs: measured over the references. */
 #define FAST_RTOL 1.1e-7

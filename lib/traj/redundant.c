@@ -10,7 +10,6 @@
 #include "seeds.h"
 #include "set_points.h"
 #include "sides.h"
-#include "table.h"
 
 /* Times the error allowed. Below it nothing is said; above the second something is, where balls cannot tell. */
 static const double DOUBT = 10, SURE = 1e3;

@@ -53,6 +53,21 @@ static void steep(enum expr_op op)
     CHECK(((is & EXPR_IS_STEEP) != 0) == found || op == EXPR_SIGN, "%s: steep", expr_op_text(op));
 }
 
+/* Two analytic functions that meet at 0, or jump there; one of several roots: what undoes it comes back to another one. */
+static void branches(enum expr_op op)
+{
+    static const double h = 1e-10;
+    unsigned is = expr_op_traits(op);
+    double up = at(op, h), down = at(op, -h), bend = (up + down - 2 * at(op, 0)) / h;
+    bool meet = isfinite(bend) && (fabs(up - down) > 0.1 || fabs(bend) > 0.1), other = op == EXPR_SQRT;
+    CHECK(((is & EXPR_HAS_BRANCHES) != 0) == meet, "%s: branches", expr_op_text(op));
+    for (double x = -4; x <= 4 && expr_op_undone(op); x += 0.125) {
+        double back = at(op, at(expr_op_undone(op), x));
+        other |= isfinite(back) && fabs(back - x) > 1e-6;
+    }
+    CHECK(!(is & EXPR_FOLDS) || other, "%s: one of several roots", expr_op_text(op));
+}
+
 int main(void)
 {
     int functions = 0;
@@ -64,6 +79,7 @@ int main(void)
             one((enum expr_op)op, x);
         end((enum expr_op)op);
         steep((enum expr_op)op);
+        branches((enum expr_op)op);
     }
     CHECK(functions == 18, "%d functions", functions);
     end(EXPR_POW);

@@ -7,8 +7,7 @@
 #include <string.h>
 #include <flint/flint.h>
 
-#include "check.h"
-#include "parse.h"
+#include "check_read.h"
 #include "reduction.h"
 
 enum { MODEL_ROWS = 12, MODEL_VARIABLES = 12 };
@@ -31,10 +30,7 @@ struct model {
 
 static inline expr_id model_read(struct model *m, const char *text)
 {
-    struct sga_error err = { 0 };
-    expr_id e = expr_parse(&m->st, text, NULL, &err);
-    CHECK(e, "%s: %s", text, err.detail);
-    return e;
+    return check_read(&m->st, text);
 }
 
 static inline int model_names(struct model *m, const char *names, enum expr_symbol_kind kind, char list[][16])

@@ -3,18 +3,14 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "check.h"
-#include "parse.h"
+#include "check_read.h"
 #include "poly.h"
 
 static struct expr_store st;
 
 static expr_id read(const char *text)
 {
-    struct sga_error err = { 0 };
-    expr_id e = expr_parse(&st, text, NULL, &err);
-    CHECK(e, "%s: %s", text, err.detail);
-    return e;
+    return check_read(&st, text);
 }
 
 enum { GIVEN = 4, POINTS = 5 };

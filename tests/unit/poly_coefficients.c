@@ -2,9 +2,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "check.h"
+#include "check_read.h"
 #include "facts.h"
-#include "parse.h"
 #include "poly.h"
 #include "print.h"
 
@@ -12,10 +11,7 @@ static struct expr_store st;
 
 static expr_id read(const char *text)
 {
-    struct sga_error err = { 0 };
-    expr_id e = expr_parse(&st, text, NULL, &err);
-    CHECK(e, "%s: %s", text, err.detail);
-    return e;
+    return check_read(&st, text);
 }
 
 static int symbol(const char *name)

@@ -1,9 +1,8 @@
 /* Factors: known ones, products put together again, what is said about zeros. */
 #include <string.h>
 
-#include "check.h"
+#include "check_read.h"
 #include "facts.h"
-#include "parse.h"
 #include "poly.h"
 #include "print.h"
 
@@ -18,10 +17,7 @@ static unsigned next(unsigned n)
 
 static expr_id read(const char *text)
 {
-    struct sga_error err = { 0 };
-    expr_id e = expr_parse(&st, text, NULL, &err);
-    CHECK(e, "%s: %s", text, err.detail);
-    return e;
+    return check_read(&st, text);
 }
 
 /* "factor^multiplicity, ..." sorted by nothing: looked for one by one. */

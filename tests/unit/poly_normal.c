@@ -3,8 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "check.h"
-#include "parse.h"
+#include "check_read.h"
 #include "poly.h"
 #include "print.h"
 
@@ -20,10 +19,7 @@ static unsigned next(unsigned n)
 
 static expr_id read(const char *text)
 {
-    struct sga_error err = { 0 };
-    expr_id e = expr_parse(&st, text, NULL, &err);
-    CHECK(e, "%s: %s", text, err.detail);
-    return e;
+    return check_read(&st, text);
 }
 
 static char *text_of(expr_id e)

@@ -1,8 +1,7 @@
 /* Values and zeros on a set: known texts, and random functions at exact points of the set. */
 #include <string.h>
 
-#include "check.h"
-#include "parse.h"
+#include "check_read.h"
 #include "poly.h"
 #include "print.h"
 #include "random_expr.h"
@@ -12,10 +11,7 @@ enum { MOST = 1000000 };
 
 static expr_id read(const char *text)
 {
-    struct sga_error err = { 0 };
-    expr_id e = expr_parse(&st, text, NULL, &err);
-    CHECK(e, "%s: %s", text, err.detail);
-    return e;
+    return check_read(&st, text);
 }
 
 static void is_text(const char *from, expr_id e, const char *to)

@@ -3,8 +3,7 @@
 #include <string.h>
 
 #include "cases.h"
-#include "check.h"
-#include "parse.h"
+#include "check_read.h"
 #include "print.h"
 
 static struct expr_store st;
@@ -12,10 +11,7 @@ static struct sys_system sys;
 
 static expr_id read(const char *text)
 {
-    struct sga_error err = { 0 };
-    expr_id e = expr_parse(&st, text, NULL, &err);
-    CHECK(e, "%s: %s", text, err.detail);
-    return e;
+    return check_read(&st, text);
 }
 
 /* "a=...; b=..." of each part, by the place it was found. */

@@ -91,6 +91,8 @@ def reduced(build, case):
             local[f"_{i}_"] = symbol[n]
         return sympy.parse_expr(words.replace("^", "**"), local_dict=local, transformations=(sympy.parsing.sympy_parser.rationalize,)
                                 + sympy.parsing.sympy_parser.standard_transformations)
+    for n, v in (request["system"].get("parameters") or {}).items():      # the answer has them by name
+        symbol[n] = read(str(v))
     for d in result.get("definitions") or []:
         symbol[d["name"]] = read(d["expression"])
     field = [read(result["vector_field"]["components"][n]) for n in names]
