@@ -53,9 +53,22 @@ DEPS_ode     := lin base
 DEPS_enclose := num expr base
 DEPS_traj    := enclose ode sga exact points graph lin num poly sys expr base
 DEPS_mech    := sga exact points graph lin num poly form sys expr base
+# A request's rooms: its stages in the order in which they run, above what all of them are about (job); the table of stages on top.
 DEPS_face    := run base
-DEPS_run     := mech sym structure graph operator pencil traj enclose ode sga exact points lin num poly request form sys expr base
-FLOORS := base exact plot graph expr sys lin pencil num poly operator form request points sga mech sym structure ode enclose traj run face
+BELOW_run    := mech sym structure graph operator pencil traj enclose ode sga exact points lin num poly request form sys expr base
+DEPS_run/job := $(BELOW_run)
+DEPS_run/model := run/job $(BELOW_run)
+DEPS_run/slice := run/job $(BELOW_run)
+DEPS_run/texts := run/slice run/model run/job $(BELOW_run)
+DEPS_run/strata := run/texts run/model run/job $(BELOW_run)
+DEPS_run/properties := run/strata run/texts run/model run/job $(BELOW_run)
+DEPS_run/motion := run/model run/job $(BELOW_run)
+DEPS_run/tradeoff := run/motion run/job $(BELOW_run)
+DEPS_run/write := run/tradeoff run/motion run/properties run/strata run/texts run/slice run/model run/job $(BELOW_run)
+DEPS_run/sweep := run/write run/motion run/strata run/model run/job $(BELOW_run)
+DEPS_run/follow := run/sweep $(DEPS_run/write) run/write
+DEPS_run     := run/follow $(DEPS_run/follow)
+FLOORS := base exact plot graph expr sys lin pencil num poly operator form request points sga mech sym structure ode enclose traj run/job run/model run/slice run/texts run/strata run/properties run/motion run/tradeoff run/write run/sweep run/follow run face
 
 # The floors of server/, in the same way; of the library they see the public face. main.c sees all of them.
 DEPS_tools     := base
@@ -67,10 +80,10 @@ DEPS_child     := settings run base
 DEPS_jobs      := child store records settings tools base
 DEPS_access    := jobs store records settings tools base
 DEPS_net       := settings
-DEPS_exchange  := net access jobs store records settings tools run base
+DEPS_exchange  := child net access jobs store records settings tools run base
 DEPS_handlers  := formats exchange net access jobs store records settings tools run base
 DEPS_http      := handlers exchange net access jobs store records settings tools base
-DEPS_admin     := access records settings tools
+DEPS_admin     := access store records settings tools
 SERVER_FLOORS := tools settings formats records store child jobs access net exchange handlers http admin
 SERVER_DEPS := $(SERVER_FLOORS) run base
 CLIENT_DEPS := formats tools run plot base

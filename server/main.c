@@ -1,7 +1,7 @@
 /* sgad: reads settings, starts the parts from the bottom up, waits for a signal, and takes
  * them down in the opposite order.
  *
- * A request's way through the code: http/http.c (bytes) -> admission.c -> routes.c -> handlers/post.c -> the library's
+ * A request's way through the code: http/http.c (bytes) -> admission.c -> routes.c -> handlers/post.c -> a child's
  * check (exchange/check_threads.c) -> jobs/jobs.c (queue) -> worker.c -> child/child_main.c -> the library's run ->
  * jobs/jobs_run.c (end) -> store/store.c (disk), memory_cache.c (memory) -> exchange/reply.c. */
 #include "budget.h"
@@ -24,7 +24,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-enum { USAGE = 2 };
+enum { USAGE = 2, STORE_SECONDS = 2 };
 
 /* What main starts, in this order. */
 struct parts {
@@ -73,24 +73,43 @@ static bool start(struct parts *p, char *why, size_t size)
         && (sv->everyone = jobs_account(sv->jobs, "", &(struct quota){ 0 }))
         && jobs_recover(sv->jobs, why, size)
         && start_tokens(sv, why, size)
-        && (sv->check_threads = check_threads_new())
+        && (sv->check_threads = check_threads_new(sv))
         && (p->http = http_start(sv, why, size))
         && (p->workers = workers_start(&sv->config, sv->jobs, &sv->metrics));
 }
 
+/* For running jobs, until the time is over; with patience for as long as they take, unless one more signal asks for haste. */
+static void let_end(struct parts *p, const sigset_t *signals, bool patient)
+{
+    struct service *sv = &p->service;
+    struct jobs_counts counts;
+    static const struct timespec tenth = { .tv_nsec = 100000000 };
+    double until = sga_now() + (double)sv->config.grace;
+    for (jobs_count(sv->jobs, &counts); counts.running && (patient || sga_now() < until); jobs_count(sv->jobs, &counts)) {
+        int number = patient ? sigtimedwait(signals, NULL, &tenth) : 0;
+        if (!patient)
+            usleep(10000);
+        if (number == SIGTERM || number == SIGINT) {
+            patient = false;
+            until = sga_now() + (double)sv->config.grace;
+        }
+    }
+}
+
 /* Running jobs get their grace; then they go back to the queue on disk. Who waits is
  * answered, the HTTP side stops with nobody suspended, and last of all the store. */
-static void stop(struct parts *p)
+static void stop(struct parts *p, const sigset_t *signals, bool patient)
 {
     struct service *sv = &p->service;
     struct jobs_counts counts;
     if (sv->jobs) {
         jobs_drain(sv->jobs);
-        double until = sga_now() + (double)sv->config.grace;
-        for (jobs_count(sv->jobs, &counts); counts.running && sga_now() < until; jobs_count(sv->jobs, &counts))
-            usleep(10000);
+        let_end(p, signals, patient);
         jobs_stop_running(sv->jobs);
         workers_join(p->workers);
+        double until = sga_now() + STORE_SECONDS;
+        for (jobs_count(sv->jobs, &counts); counts.ending && sga_now() < until; jobs_count(sv->jobs, &counts))
+            usleep(10000);       /* who waits for an end that is on its way to the disk gets it */
         jobs_close_waiters(sv->jobs);
         if (sv->check_threads)
             check_threads_close(sv->check_threads);
@@ -105,7 +124,7 @@ static void stop(struct parts *p)
     conns_free(sv->conns);
 }
 
-/* SIGHUP: the limits and the tokens anew. Settings that are wrong change nothing. */
+/* SIGHUP: the limits, the tokens and the certificate anew. Settings that are wrong change nothing. */
 static void reload(struct parts *p)
 {
     struct service *sv = &p->service;
@@ -118,35 +137,39 @@ static void reload(struct parts *p)
         log_event(LOG_L_INFO, "reloaded", "needs_restart", *restart ? restart : NULL, NULL);
     }
     config_free(&fresh);
+    http_renew(p->http);
     if (sv->tokens && !tokens_refresh(sv->tokens, true, why, sizeof why))
         log_event(LOG_L_ERROR, "tokens_not_read", "reason", why, NULL);
 }
 
-static void wait_for_signal(struct parts *p, const sigset_t *set)
+/* The signal by which the service is to end. */
+static int wait_for_signal(struct parts *p, const sigset_t *set)
 {
     int number;
     while (sigwait(set, &number) != 0 || number == SIGHUP)
         if (number == SIGHUP)
             reload(p);
     log_event(LOG_L_INFO, "draining", "signal", strsignal(number), NULL);
+    return number;
 }
 
 static int serve(struct parts *p, const sigset_t *signals)
 {
     char why[512];
-    int status = 0;
+    int status = 0, number = SIGTERM;
     if (start(p, why, sizeof why)) {
         printf("listening on %s\n", http_url(p->http));
         fflush(stdout);
         log_event(LOG_L_INFO, "started", "version", sga_version(), "state", p->service.config.state, NULL);
-        wait_for_signal(p, signals);
+        number = wait_for_signal(p, signals);
     } else {
         fprintf(stderr, "sgad: %s\n", why);
         status = 1;
     }
-    stop(p);
+    stop(p, signals, number == SIGUSR1);
     if (status == 0)
         log_event(LOG_L_INFO, "stopped", NULL);
+    log_close();
     return status;
 }
 
@@ -192,7 +215,6 @@ int main(int argc, char **argv)
         return USAGE;
     }
     log_level_from_text(c->log_level, &level);
-    log_open(level);
     raise_descriptor_limit();
     sga_init();
     gnutls_rnd(GNUTLS_RND_NONCE, &parts.service.request_prefix, sizeof parts.service.request_prefix);
@@ -202,9 +224,11 @@ int main(int argc, char **argv)
     sigaddset(&signals, SIGTERM);
     sigaddset(&signals, SIGINT);
     sigaddset(&signals, SIGHUP);
+    sigaddset(&signals, SIGUSR1);
     pthread_sigmask(SIG_BLOCK, &signals, NULL);
     signal(SIGPIPE, SIG_IGN);
     signal(SIGXFSZ, SIG_IGN);       /* a full quota is an error of the write, no end */
+    log_open(level);
     status = serve(&parts, &signals);
     config_free(c);
     return status;

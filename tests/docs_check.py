@@ -249,7 +249,7 @@ def check_types(tally, daemon):
 
 def check_endpoints(tally):
     """The table of the README has every path of the daemon, and no other."""
-    paths = re.findall(r'^    X\("([^"]+)",\s*\w+,\s*(\w+),\s*(\w+),\s*(\w+)\)', text_of("server/http/routes.c"), re.M)
+    paths = re.findall(r'^    X\("([^"]+)",\s*\w+,\s*(\w+),\s*(\w+),\s*(\w+), "[\w ]*"\)', text_of("server/http/routes.c"), re.M)
     section = text_of("README.md").partition("## Endpoints\n")[2].partition("\n## ")[0]
     named, verb = set(), ""
     for word in re.findall(r"`((?:[A-Z]+ )?/[^`]*)`", "\n".join(line.split("|")[1] for line in section.splitlines() if line.startswith("| `"))):

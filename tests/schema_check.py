@@ -145,7 +145,7 @@ def main():
     warned = re.findall(r'^X\(\w+, "(\w+)"', open(os.path.join(ROOT, "lib", "base", "warning.def"), encoding="utf-8").read(), re.M)
     tally.check(warned == schemas.load("result")["properties"]["warnings"]["items"]["properties"]["code"]["enum"], "warning codes", str(warned))
     limits = re.findall(r'^X\((\w+), ', open(os.path.join(ROOT, "lib", "base", "limits.def"), encoding="utf-8").read(), re.M)
-    source = "".join(open(p, encoding="utf-8").read() for p in glob.glob(os.path.join(ROOT, "lib", "*", "*.[ch]")))
+    source = "".join(open(p, encoding="utf-8").read() for p in glob.glob(os.path.join(ROOT, "lib", "**", "*.[ch]"), recursive=True))
     for name in limits:
         tally.check(f"SGA_LIMIT_{name}" in source, f"the limit {name} raises its warning somewhere")
         tally.check(f"SGA_MOST_{name}" in source, f"the limit {name} is used by its name")

@@ -3,6 +3,7 @@
 The answers are made by the SymPy reduction, so nothing of the C code runs here.
 """
 import copy
+import glob
 import os
 import random
 import re
@@ -19,7 +20,7 @@ import sympy_check
 from combination import Combinations
 from expression import EXACT, FLOAT, Graph, Syntax, Undefined, evaluate
 from identities import Answer, Broken
-from tally import Tally
+from tally import ROOT, Tally
 
 # By hand, for SymPy's way leads over a square root.
 PENDULUM = {"constraints": ["x^2 + y^2 - 4", "x*u + y*v", "u^2 + v^2 - 10*y - 4*lambda"],
@@ -295,9 +296,34 @@ def check_headers(tally):
     tally.check(len(where) > 200 and not twice, f"headers with the same name: {twice}")
 
 
+def early_ends(text):
+    """Names that end with their block of code, where a way out comes before what sets them: their end would read what was never written."""
+    lines = text.split("\n")
+    for n, line in enumerate(lines):
+        declared = re.match(r"\s+SGA_(?:ENDS\(\w+\)|FREED) (?:const |unsigned |struct )*\w+ (.*);$", line)
+        for name in re.split(r",\s*", declared.group(1)) if declared and "=" not in line else ():
+            name = name.strip().lstrip("*").split("[")[0]
+            for later in lines[n + 1:]:
+                if re.search(rf"\b{name}\b", later):
+                    break
+                if re.search(r"\b(return|continue|break|goto)\b", later) or later == "}":
+                    yield n + 1, name
+                    break
+
+
+def check_ends(tally):
+    sample = "void f(void)\n{\n    SGA_ENDS(x_clear) struct x %s;\n    if (g())\n        return;\n    x_init(&a);\n}\n"
+    tally.check(list(early_ends(sample % "a")) == [(3, "a")] and not list(early_ends(sample % "a = { 0 }")), "a way out before the start is seen")
+    for path in glob.glob(os.path.join(ROOT, "lib", "**", "*.c"), recursive=True):
+        with open(path, encoding="utf-8") as source:
+            early = list(early_ends(source.read()))
+        tally.check(not early, f"{os.path.relpath(path, ROOT)}: may end before it is set: {early}")
+
+
 def main():
     tally = Tally("self")
     check_caps(tally)
+    check_ends(tally)
     check_headers(tally)
     check_expressions(tally)
     check_linear(tally)

@@ -1,4 +1,5 @@
 #include "budget.h"
+#include "error.h"
 #include "watch.h"
 
 #include <time.h>

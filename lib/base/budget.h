@@ -4,9 +4,8 @@
 
 #include <stdbool.h>
 #include <stddef.h>
-#include "error.h"
-#include "exec.h"
 
+struct sga_error;
 struct sga_warnings;
 
 struct sga_budget {

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "error.h"
 #include "mem.h"
 
 static const char *const code[SGA_WARNINGS] = {

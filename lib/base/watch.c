@@ -11,6 +11,8 @@
 #include <flint/flint.h>
 #include <gmp.h>
 
+#include "budget.h"
+#include "error.h"
 #include "mem.h"
 
 enum { LOOK_EVERY = 1 << 20 };

@@ -16,7 +16,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "budget.h"
+struct sga_budget;
+struct sga_error;
 
 /* The last words of a process: it must not return. */
 typedef void sga_wall(void *ctx, const struct sga_error *err);

@@ -1,4 +1,8 @@
 /* Values over parts of a step. */
+#include <assert.h>
+
+#include "arb_ends.h"
+#include "arena.h"
 #include "branches_hold.h"
 
 enum { BITS = 64, PARTS = 32 };
@@ -6,30 +10,23 @@ enum { BITS = 64, PARTS = 32 };
 /* f on the part k of the way, into r. */
 static void over(arb_t r, const struct enc_tail *t, int slot, double h, int k)
 {
-    arb_t s;
-    arb_init(s);
+    SGA_ENDS(arb_end) arb_t s = { 0 };
     arb_set_d(s, h);
     arb_mul_si(s, s, 2 * k + 1, BITS);
     arb_div_ui(s, s, 2 * PARTS, BITS);
-    mag_t half;
-    mag_init(half);
+    SGA_ENDS(mag_end) mag_t half = { 0 };
     mag_set_d(half, h < 0 ? -h : h);
     mag_div_ui(half, half, 2 * PARTS);
     arb_add_error_mag(s, half);
     _arb_poly_evaluate(r, enc_series_of(t->s, slot), t->order + 1, s, BITS);
     arb_add_error_mag(r, t->tau + slot);
-    mag_clear(half);
-    arb_clear(s);
 }
 
 /* |f_0| > |f - f_0| of f, or of f - g (g < 0: none). */
 static bool far_from_zero(const struct enc_tail *t, int f, int g)
 {
-    arb_t d;
-    mag_t move, low;
-    arb_init(d);
-    mag_init(move);
-    mag_init(low);
+    SGA_ENDS(arb_end) arb_t d = { 0 };
+    SGA_ENDS(mag_end) mag_t move = { 0 }, low = { 0 };
     arb_set(d, enc_series_of(t->s, f));
     mag_add(move, enc_tail_rest(t, f) + 1, t->tau + f);
     if (g >= 0) {
@@ -38,20 +35,14 @@ static bool far_from_zero(const struct enc_tail *t, int f, int g)
         mag_add(move, move, t->tau + g);
     }
     arb_get_mag_lower(low, d);
-    bool ok = mag_cmp(low, move) > 0;
-    arb_clear(d);
-    mag_clear(move);
-    mag_clear(low);
-    return ok;
+    return mag_cmp(low, move) > 0;
 }
 
 static bool never_zero(const struct enc_tail *t, double h, int f, int g)
 {
     if (far_from_zero(t, f, g))
         return true;
-    arb_t a, b;
-    arb_init(a);
-    arb_init(b);
+    SGA_ENDS(arb_end) arb_t a = { 0 }, b = { 0 };
     bool ok = true;
     for (int k = 0; k < PARTS && ok; k++) {
         over(a, t, f, h, k);
@@ -61,16 +52,13 @@ static bool never_zero(const struct enc_tail *t, double h, int f, int g)
         }
         ok = arb_is_finite(a) && !arb_contains_zero(a);
     }
-    arb_clear(a);
-    arb_clear(b);
     return ok;
 }
 
 /* Off the cut of the argument of x + i y. */
 static bool off_cut(const struct enc_tail *t, double h, int y, int x)
 {
-    arb_t a;
-    arb_init(a);
+    SGA_ENDS(arb_end) arb_t a = { 0 };
     bool ok = true;
     for (int k = 0; k < PARTS && ok; k++) {
         over(a, t, x, h, k);
@@ -80,12 +68,12 @@ static bool off_cut(const struct enc_tail *t, double h, int y, int x)
             ok = arb_is_finite(a) && !arb_contains_zero(a);
         }
     }
-    arb_clear(a);
     return ok;
 }
 
 bool enc_branches_hold(const struct enc_tail *t, double h, int fields, int *bad)
 {
+    assert(fields >= 0 && fields <= t->s->p->slots);
     const struct enc_program *p = t->s->p;
     *bad = -1;
     for (int i = 0; i < p->slots; i++) {

@@ -7,7 +7,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arb_ends.h"
+#include "arena.h"
 #include "buf.h"
+#include "flint_ends.h"
 #include "mem.h"
 
 double enclose_above(const mag_t m)
@@ -22,14 +25,12 @@ double enclose_above(const mag_t m)
 static long unit_of(const arb_t x, slong prec)
 {
     double finest = -HUGE_VAL, log10_2 = 0.30103;
-    mag_t m;
-    mag_init(m);
+    SGA_ENDS(mag_end) mag_t m = { 0 };
     arf_get_mag(m, arb_midref(x));
     if (!mag_is_zero(m))
         finest = floor((mag_get_d_log2_approx(m) - (double)prec) * log10_2);
     if (!mag_is_zero(arb_radref(x)))
         finest = fmax(finest, floor(mag_get_d_log2_approx(arb_radref(x)) * log10_2) - 1);
-    mag_clear(m);
     return (long)finest;
 }
 
@@ -44,7 +45,7 @@ static void set_power(arb_t r, long e, slong prec)
 /* N 10^e in plain digits where that is short, otherwise as d.dddE+x. */
 static char *text_of(const fmpz_t N, long e)
 {
-    struct sga_buf out = { 0 };
+    SGA_ENDS(sga_buf_free) struct sga_buf out = { 0 };
     char *digits = fmpz_get_str(NULL, 10, N), *d = digits + (*digits == '-');
     long count = (long)strlen(d), point = count + e;      /* the decimal point stands after so many digits */
     if (*digits == '-')
@@ -71,9 +72,7 @@ static char *text_of(const fmpz_t N, long e)
         sga_buf_puts(&out, exponent);
     }
     flint_free(digits);
-    char *text = sga_strdup(out.data);
-    sga_buf_free(&out);
-    return text;
+    return sga_strdup(out.data);
 }
 
 char *enclose_decimal(const arb_t x, slong prec, double *radius)
@@ -87,13 +86,9 @@ char *enclose_decimal(const arb_t x, slong prec, double *radius)
     }
     long e = unit_of(x, prec);
     slong bits = 2 * prec + 128 + (slong)labs(e);
-    arb_t u, d;
-    fmpz_t N;
-    mag_t far;
-    arb_init(u);
-    arb_init(d);
-    fmpz_init(N);
-    mag_init(far);
+    SGA_ENDS(arb_end) arb_t u = { 0 }, d = { 0 };
+    SGA_ENDS(fmpz_end) fmpz_t N = { 0 };
+    SGA_ENDS(mag_end) mag_t far = { 0 };
     set_power(u, e, bits);
     arb_get_mid_arb(d, x);
     arb_div(d, d, u, bits);
@@ -102,10 +97,5 @@ char *enclose_decimal(const arb_t x, slong prec, double *radius)
     arb_sub(d, d, x, bits);
     arb_get_mag(far, d);
     *radius = enclose_above(far);
-    char *text = fmpz_is_zero(N) ? sga_strdup("0") : text_of(N, e);
-    arb_clear(u);
-    arb_clear(d);
-    fmpz_clear(N);
-    mag_clear(far);
-    return text;
+    return fmpz_is_zero(N) ? sga_strdup("0") : text_of(N, e);
 }

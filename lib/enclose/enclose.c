@@ -1,10 +1,14 @@
 /* From the start to the last sample, step by step. */
 #include "enclose.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arb_ends.h"
+#include "arena.h"
+#include "budget.h"
 #include "lohner.h"
 #include "mem.h"
 
@@ -28,12 +32,9 @@ static void to_sample(struct walk *w, int i)
 /* A double, >= |a|. */
 static double above(const arb_t a)
 {
-    mag_t m;
-    mag_init(m);
+    SGA_ENDS(mag_end) mag_t m = { 0 };
     arb_get_mag(m, a);
-    double d = mag_get_d(m) * (1 + 0x1p-40);
-    mag_clear(m);
-    return d;
+    return mag_get_d(m) * (1 + 0x1p-40);
 }
 
 /* The samples within the step. */
@@ -58,8 +59,7 @@ static void say_failure(const struct walk *w, struct enclose_end *end)
 static void march(struct walk *w, const struct sga_budget *budget, arb_ptr box, struct enclose_end *end)
 {
     const struct enclose_path *path = w->path;
-    arb_t h;
-    arb_init(h);
+    SGA_ENDS(arb_end) arb_t h = { 0 };
     for (;;) {
         arb_add(w->t, path->t0, w->past, path->prec + 64);
         end->t = arf_get_d(arb_midref(w->t), ARF_RND_NEAR);
@@ -93,7 +93,6 @@ static void march(struct walk *w, const struct sga_budget *budget, arb_ptr box, 
         arb_add(w->past, w->past, h, ARF_PREC_EXACT);
         end->steps++;
     }
-    arb_clear(h);
 }
 
 /* Samples at the start need no step. */
@@ -111,15 +110,15 @@ static void at_start(struct walk *w, arb_ptr box, struct enclose_end *end)
 bool enclose_run(const struct enclose_problem *q, const struct enclose_path *path, arb_ptr box,
                  struct enclose_end *end, struct sga_error *err)
 {
+    assert(q->n > 0 && q->nonzeros >= 0);
     int n = q->n, roots = n + q->nonzeros;
-    struct enc_program p;
-    expr_id *root = sga_malloc((size_t)(roots + 1) * sizeof *root);
+    SGA_ENDS(enc_program_clear) struct enc_program p;
+    SGA_FREED expr_id *root = sga_malloc((size_t)(roots + 1) * sizeof *root);
     memcpy(root, q->field, (size_t)n * sizeof *root);
     if (q->nonzeros)
         memcpy(root + n, q->nonzero, (size_t)q->nonzeros * sizeof *root);
     *end = (struct enclose_end){ .which = -1 };
     bool ok = enc_program_init(&p, q->st, root, roots, q->variable, n, q->time, err);
-    free(root);
     if (ok) {
         struct walk w = { .path = path };
         enc_step_init(&w.step, &p, n);
@@ -141,6 +140,5 @@ bool enclose_run(const struct enclose_problem *q, const struct enclose_path *pat
         enc_set_clear(&w.set);
         enc_step_clear(&w.step);
     }
-    enc_program_clear(&p);
     return ok;
 }

@@ -10,7 +10,6 @@
 #include <arb.h>
 #include <stdbool.h>
 
-#include "budget.h"
 #include "expr.h"
 
 struct enclose_problem {

@@ -1,8 +1,11 @@
 /* Inverses of series, with as few coefficients as serve. */
 #include "inverse.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
+#include "arb_ends.h"
+#include "arena.h"
 #include "mem.h"
 #include "tail.h"
 #include "watch.h"
@@ -79,8 +82,7 @@ static void extend(struct enc_inverse *v, arb_srcptr f, int M)
 static void measure(struct enc_inverse *v, const struct enc_tail *t, int slot, int M)
 {
     mag_srcptr rest = enc_tail_rest(t, slot);
-    mag_t a;
-    mag_init(a);
+    SGA_ENDS(mag_end) mag_t a = { 0 };
     mag_zero(v->norm);
     mag_zero(v->error);
     for (int i = 0; i <= M; i++) {
@@ -89,11 +91,11 @@ static void measure(struct enc_inverse *v, const struct enc_tail *t, int slot, i
         mag_add(v->norm, v->norm, a);
         mag_addmul(v->error, a, rest + (M + 1 - i));
     }
-    mag_clear(a);
 }
 
 bool enc_inverse_find(struct enc_tail *t, int slot)
 {
+    assert(slot >= 0 && slot < t->s->p->slots);
     struct enc_inverse *v = t->inverse.scalar + slot;
     for (int M = 0;; M = M ? 2 * M : 3) {
         extend(v, enc_series_of(t->s, slot), M);
@@ -107,16 +109,12 @@ bool enc_inverse_find(struct enc_tail *t, int slot)
 
 void enc_inverse_bound(mag_t r, const struct enc_inverse *v, const mag_t tau)
 {
-    mag_t e, one;
-    mag_init(e);
-    mag_init(one);
+    SGA_ENDS(mag_end) mag_t e = { 0 }, one = { 0 };
     mag_set(e, v->error);
     mag_addmul(e, v->norm, tau);
     mag_one(one);
     mag_sub_lower(one, one, e);
     mag_div(r, v->norm, one);       /* infinite where one is 0 */
-    mag_clear(e);
-    mag_clear(one);
 }
 
 /* Q_k = -(sum_{i >= 1} Q_{k - i} S_i) Q_0. False: the time is over. */
@@ -125,7 +123,7 @@ static bool extend_matrix(struct enc_matrix_inverse *w, const struct enc_series 
     const struct enc_system *q = s->p->system + system;
     int m = q->m;
     bool ok = true;
-    arb_mat_t sum;
+    SGA_ENDS(arb_mat_end) arb_mat_t sum;
     arb_mat_init(sum, m, m);
     for (int k = w->known; k <= M && ok; k++) {
         if (k == 0) {
@@ -146,7 +144,6 @@ static bool extend_matrix(struct enc_matrix_inverse *w, const struct enc_series 
         arb_mat_mul(w->Q + k, sum, w->Q, BITS);
     }
     w->known = !ok ? 0 : M + 1 > w->known ? M + 1 : w->known;
-    arb_mat_clear(sum);
     return ok;
 }
 
@@ -154,8 +151,7 @@ static void measure_matrix(struct enc_matrix_inverse *w, const struct enc_tail *
 {
     const struct enc_system *q = t->s->p->system + system;
     int m = q->m;
-    mag_t a;
-    mag_init(a);
+    SGA_ENDS(mag_end) mag_t a = { 0 };
     for (int k = 0; k < m * m; k++) {
         mag_zero(w->norm + k);
         mag_zero(w->error + k);
@@ -169,24 +165,21 @@ static void measure_matrix(struct enc_matrix_inverse *w, const struct enc_tail *
                 for (int c = 0; c < m; c++)
                     mag_addmul(w->error + r * m + c, a, enc_tail_rest(t, q->matrix[j * m + c]) + (M + 1 - i));
             }
-    mag_clear(a);
 }
 
 /* Whether E is small: the trace of E^2 does not depend on units. A guess only. */
 static bool small(const struct enc_matrix_inverse *w, int m)
 {
-    mag_t trace;
-    mag_init(trace);
+    SGA_ENDS(mag_end) mag_t trace = { 0 };
     for (int i = 0; i < m; i++)
         for (int j = 0; j < m; j++)
             mag_addmul(trace, w->error + i * m + j, w->error + j * m + i);
-    bool ok = mag_cmp_2exp_si(trace, -4) <= 0;
-    mag_clear(trace);
-    return ok;
+    return mag_cmp_2exp_si(trace, -4) <= 0;
 }
 
 bool enc_inverse_matrix(struct enc_tail *t, int system)
 {
+    assert(system >= 0 && system < t->s->p->systems);
     struct enc_matrix_inverse *w = t->inverse.matrix + system;
     int m = t->s->p->system[system].m;
     for (int M = 0;; M = M ? 2 * M : 3) {
@@ -208,8 +201,7 @@ static void apply(mag_ptr e, const struct enc_tail *t, int system, mag_srcptr v)
     const struct enc_system *q = t->s->p->system + system;
     const struct enc_matrix_inverse *w = t->inverse.matrix + system;
     int m = q->m;
-    mag_t a;
-    mag_init(a);
+    SGA_ENDS(mag_end) mag_t a = { 0 };
     for (int i = 0; i < m; i++)
         mag_zero(e + i);
     for (int j = 0; j < m; j++) {
@@ -221,14 +213,14 @@ static void apply(mag_ptr e, const struct enc_tail *t, int system, mag_srcptr v)
             mag_addmul(e + i, w->error + i * m + j, v + j);
         }
     }
-    mag_clear(a);
 }
 
 /* v = 1 + |E| v, from 1 on, comes to |E| v < v where it converges. */
 bool enc_inverse_regular(const struct enc_tail *t, int system)
 {
     int m = t->s->p->system[system].m;
-    mag_ptr v = _mag_vec_init(m), e = _mag_vec_init(m);
+    SGA_ARENA(mem);
+    mag_ptr v = mags_take(&mem, m), e = mags_take(&mem, m);
     bool below = false;
     for (int i = 0; i < m; i++)
         mag_one(v + i);
@@ -245,7 +237,5 @@ bool enc_inverse_regular(const struct enc_tail *t, int system)
             e = other;
         }
     }
-    _mag_vec_clear(v, m);
-    _mag_vec_clear(e, m);
     return below;
 }

@@ -1,4 +1,8 @@
 /* The set after a step, and boxes in between. */
+#include <assert.h>
+
+#include "arb_ends.h"
+#include "arena.h"
 #include "lohner.h"
 
 /* Many polynomials at one place: its powers once, for dot products. */
@@ -12,9 +16,7 @@ static arb_ptr powers(const arb_t s, int order, slong prec)
 /* y = phi_s(x). */
 static void centre(const struct enc_step *w, const arb_t s, arb_ptr y)
 {
-    mag_t tail, e;
-    mag_init(tail);
-    mag_init(e);
+    SGA_ENDS(mag_end) mag_t tail = { 0 }, e = { 0 };
     enc_tail_shrink(tail, &w->point_tail, s);
     int terms = w->point.order + 1;
     arb_ptr power = powers(s, w->point.order, w->prec + 10);
@@ -24,19 +26,15 @@ static void centre(const struct enc_step *w, const arb_t s, arb_ptr y)
         arb_add_error_mag(y + i, e);
     }
     _arb_vec_clear(power, terms);
-    mag_clear(tail);
-    mag_clear(e);
 }
 
 /* B = J(s) A. */
 static void linear_part(const struct enc_step *w, const struct enc_set *set, const arb_t s, arb_mat_t B)
 {
     int n = set->n;
-    mag_t tail, e;
-    mag_init(tail);
-    mag_init(e);
+    SGA_ENDS(mag_end) mag_t tail = { 0 }, e = { 0 };
     enc_tail_shrink(tail, &w->rough_tail, s);
-    arb_mat_t J;
+    SGA_ENDS(arb_mat_end) arb_mat_t J;
     arb_mat_init(J, n, n);
     int terms = w->rough.order + 1;
     arb_ptr power = powers(s, w->rough.order, ENC_ROUGH_BITS);
@@ -49,18 +47,15 @@ static void linear_part(const struct enc_step *w, const struct enc_set *set, con
         }
     _arb_vec_clear(power, terms);
     arb_mat_mul(B, J, set->A, ENC_ROUGH_BITS);
-    arb_mat_clear(J);
-    mag_clear(tail);
-    mag_clear(e);
 }
 
 void enc_step_at(const struct enc_step *w, const struct enc_set *set, const arb_t s, arb_ptr box)
 {
+    assert(set->n == w->p->n);
     int n = set->n;
-    arb_mat_t B;
+    SGA_ENDS(arb_mat_end) arb_mat_t B;
     arb_mat_init(B, n, n);
-    mag_t a;
-    mag_init(a);
+    SGA_ENDS(mag_end) mag_t a = { 0 };
     centre(w, s, box);
     linear_part(w, set, s, B);
     for (int i = 0; i < n; i++)
@@ -69,24 +64,19 @@ void enc_step_at(const struct enc_step *w, const struct enc_set *set, const arb_
             mag_mul(a, a, set->radius + k);
             arb_add_error_mag(box + i, a);
         }
-    arb_mat_clear(B);
-    mag_clear(a);
 }
 
 bool enc_step_take(const struct enc_step *w, struct enc_set *set)
 {
+    assert(set->n == w->p->n);
     int n = set->n;
-    arb_ptr y = _arb_vec_init(n);
-    arb_mat_t B;
-    arb_t s;
-    arb_init(s);
+    SGA_ARENA(mem);
+    arb_ptr y = arbs_take(&mem, n);
+    SGA_ENDS(arb_mat_end) arb_mat_t B;
+    SGA_ENDS(arb_end) arb_t s = { 0 };
     arb_mat_init(B, n, n);
     arb_set_d(s, w->h);
     centre(w, s, y);
     linear_part(w, set, s, B);
-    bool ok = enc_set_move(set, y, B, w->size);
-    arb_mat_clear(B);
-    arb_clear(s);
-    _arb_vec_clear(y, n);
-    return ok;
+    return enc_set_move(set, y, B, w->size);
 }

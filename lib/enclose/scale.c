@@ -1,7 +1,11 @@
 /* Magnitudes. */
 #include "scale.h"
 
+#include <assert.h>
 #include <math.h>
+
+#include "arb_ends.h"
+#include "arena.h"
 
 static double log2_of_mag(mag_srcptr m)
 {
@@ -10,12 +14,9 @@ static double log2_of_mag(mag_srcptr m)
 
 static double log2_of(const arb_t x)
 {
-    mag_t m;
-    mag_init(m);
+    SGA_ENDS(mag_end) mag_t m = { 0 };
     arb_get_mag(m, x);
-    double d = log2_of_mag(m);
-    mag_clear(m);
-    return d;
+    return log2_of_mag(m);
 }
 
 /* Of variable j by coefficient k. One whose series only begins in its second half (y_k' = y_1 y_(k-1) from 0) says nothing. */
@@ -31,6 +32,7 @@ static double step_by(arb_srcptr c, int k, double bits, double least)
 
 double enc_scale_step(const struct enc_series *s, mag_srcptr width, double bits, double slack)
 {
+    assert(bits > 0 && s->order >= 0);
     double best = HUGE_VAL;
     for (int j = 0; j < s->p->n; j++)
         for (int k = s->order > 1 ? s->order - 1 : 1; k <= s->order; k++)
@@ -41,8 +43,7 @@ double enc_scale_step(const struct enc_series *s, mag_srcptr width, double bits,
 static void scale_slot(const struct enc_tail *t, mag_ptr m, int i)
 {
     const struct enc_code *c = t->s->p->code + i;
-    mag_t u;
-    mag_init(u);
+    SGA_ENDS(mag_end) mag_t u = { 0 };
     switch (c->op) {
     case ENC_ADD: case ENC_SUB: mag_add(m + i, m + c->a, m + c->b); break;
     case ENC_NEG: mag_set(m + i, m + c->a); break;
@@ -56,7 +57,6 @@ static void scale_slot(const struct enc_tail *t, mag_ptr m, int i)
         /* fall through */
     default: mag_set(m + i, enc_tail_rest(t, i)); break;
     }
-    mag_clear(u);
 }
 
 void enc_scale_of(const struct enc_tail *t, mag_ptr m, double *log2_scale)

@@ -1,8 +1,11 @@
 /* The recurrences, coefficient by coefficient. */
 #include "series.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
+#include "arb_ends.h"
+#include "arena.h"
 #include "mem.h"
 #include "watch.h"
 
@@ -57,6 +60,7 @@ static arb_ptr scaled_of(const struct enc_series *s, int slot)
 
 void enc_convolve(arb_t r, const arb_t r0, bool minus, arb_srcptr x, arb_srcptr y, slong top, slong len, slong prec)
 {
+    assert(top >= len - 1);
     arb_dot(r, r0, minus, x, 1, len > 0 ? y + top : y, -1, len > 0 ? len : 0, prec);
 }
 
@@ -76,8 +80,7 @@ static void sum_fun(struct enc_series *s, int i, slong k)
 static void choose(struct enc_series *s, int i)
 {
     const struct enc_code *c = s->p->code + i;
-    arb_t d;
-    arb_init(d);
+    SGA_ENDS(arb_end) arb_t d = { 0 };
     if (c->fun == EXPR_MIN || c->fun == EXPR_MAX)
         arb_sub(d, enc_series_of(s, c->a), enc_series_of(s, c->b), s->prec);
     else
@@ -89,7 +92,6 @@ static void choose(struct enc_series *s, int i)
     case EXPR_MIN:  s->choice[i] = (signed char)(sign < 0 ? 1 : sign > 0 ? 2 : 0); break;
     default:        s->choice[i] = (signed char)(sign > 0 ? 1 : sign < 0 ? 2 : 0); break;
     }
-    arb_clear(d);
 }
 
 void enc_follow(arb_t r, int choice, const arb_t a, const arb_t b, bool constant)
@@ -108,7 +110,8 @@ void enc_follow(arb_t r, int choice, const arb_t a, const arb_t b, bool constant
 static void solve(struct enc_series *s, const struct enc_system *q, arb_mat_struct *inverse, slong k)
 {
     int m = q->m;
-    arb_ptr r = _arb_vec_init(m);
+    SGA_ARENA(mem);
+    arb_ptr r = arbs_take(&mem, m);
     for (int i = 0; i < m; i++) {
         arb_set(r + i, enc_series_of(s, q->rhs[i]) + k);
         for (int j = 0; j < m; j++) {
@@ -123,7 +126,6 @@ static void solve(struct enc_series *s, const struct enc_system *q, arb_mat_stru
         arb_mat_indeterminate(inverse);
     for (int i = 0; i < m; i++)
         arb_dot(enc_series_of(s, q->first + i) + k, NULL, 0, inverse->rows[i], 1, r, 1, m, s->prec);
-    _arb_vec_clear(r, m);
 }
 
 static void first(struct enc_series *s, int i)
@@ -208,6 +210,7 @@ static void begin(struct enc_series *s, arb_srcptr x, const arb_t t)
 
 bool enc_series_run(struct enc_series *s, arb_srcptr x, const arb_t t, int order, slong prec)
 {
+    assert(order >= 0 && prec > 1);
     const struct enc_program *p = s->p;
     bool ok = true;
     reserve(s, order);

@@ -1,16 +1,20 @@
 /* The set { x + A r }: from a box, and from an affine image with a new, well-conditioned A. */
 #include "lohner.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arb_ends.h"
+#include "arena.h"
 #include "mem.h"
 
 enum { BITS = ENC_ROUGH_BITS };
 
 void enc_set_init(struct enc_set *s, int n)
 {
+    assert(n > 0);
     *s = (struct enc_set){ .n = n, .x = _arb_vec_init(n), .radius = _mag_vec_init(n) };
     arb_mat_init(s->A, n, n);
 }
@@ -36,8 +40,7 @@ void enc_set_box(struct enc_set *s, arb_srcptr box)
 
 void enc_set_width(const struct enc_set *s, mag_ptr width)
 {
-    mag_t a;
-    mag_init(a);
+    SGA_ENDS(mag_end) mag_t a = { 0 };
     for (int j = 0; j < s->n; j++) {
         mag_zero(width + j);
         for (int k = 0; k < s->n; k++) {
@@ -45,7 +48,6 @@ void enc_set_width(const struct enc_set *s, mag_ptr width)
             mag_addmul(width + j, a, s->radius + k);
         }
     }
-    mag_clear(a);
 }
 
 /* The columns of M (n x n by columns, scaled doubles) by modified Gram-Schmidt, twice for each: Q in place. A column that is
@@ -95,11 +97,9 @@ static int longer_first(const void *a, const void *b)
 static void sorted_columns(const struct enc_set *s, const arb_mat_t B, const int *unit, double *M)
 {
     int n = s->n;
-    struct column *c = sga_malloc((size_t)n * sizeof *c);
-    arf_t v;
-    mag_t a;
-    arf_init(v);
-    mag_init(a);
+    SGA_FREED struct column *c = sga_malloc((size_t)n * sizeof *c);
+    SGA_ENDS(arf_end) arf_t v = { 0 };
+    SGA_ENDS(mag_end) mag_t a = { 0 };
     for (int k = 0; k < n; k++) {
         c[k].index = k;
         mag_init(c[k].size);
@@ -125,21 +125,18 @@ static void sorted_columns(const struct enc_set *s, const arb_mat_t B, const int
     }
     for (int k = 0; k < n; k++)
         mag_clear(c[k].size);
-    free(c);
-    arf_clear(v);
-    mag_clear(a);
 }
 
 /* radius = |inverse B| radius + |inverse| |rest|. */
 static void new_radius(struct enc_set *s, const arb_mat_t inverse, const arb_mat_t B, const arb_srcptr y)
 {
     int n = s->n;
-    arb_mat_t G;
+    SGA_ENDS(arb_mat_end) arb_mat_t G;
     arb_mat_init(G, n, n);
     arb_mat_mul(G, inverse, B, BITS);
-    mag_ptr r = _mag_vec_init(n);
-    mag_t a;
-    mag_init(a);
+    SGA_ARENA(mem);
+    mag_ptr r = mags_take(&mem, n);
+    SGA_ENDS(mag_end) mag_t a = { 0 };
     for (int i = 0; i < n; i++)
         for (int k = 0; k < n; k++) {
             arb_get_mag(a, arb_mat_entry(G, i, k));
@@ -149,22 +146,21 @@ static void new_radius(struct enc_set *s, const arb_mat_t inverse, const arb_mat
         }
     for (int i = 0; i < n; i++)
         mag_swap(s->radius + i, r + i);
-    _mag_vec_clear(r, n);
-    mag_clear(a);
-    arb_mat_clear(G);
 }
 
 bool enc_set_move(struct enc_set *s, arb_srcptr y, const arb_mat_t B, const double *size)
 {
+    assert(arb_mat_nrows(B) == s->n && arb_mat_ncols(B) == s->n);
     int n = s->n;
     size_t nn = (size_t)n * (size_t)n;
-    double *M = sga_malloc((nn + 1) * sizeof *M);
-    int *unit = sga_malloc((size_t)(n + 1) * sizeof *unit);
+    SGA_ARENA(mem);
+    double *M = sga_take(&mem, (nn + 1) * sizeof *M);
+    int *unit = sga_take(&mem, (size_t)(n + 1) * sizeof *unit);
     for (int i = 0; i < n; i++)
         unit[i] = size[i] > 0 ? ilogb(size[i]) : 0;
     sorted_columns(s, B, unit, M);
     orthonormal(M, n);
-    arb_mat_t A, inverse;
+    SGA_ENDS(arb_mat_end) arb_mat_t A, inverse;
     arb_mat_init(A, n, n);
     arb_mat_init(inverse, n, n);
     for (int i = 0; i < n; i++)
@@ -180,9 +176,5 @@ bool enc_set_move(struct enc_set *s, arb_srcptr y, const arb_mat_t B, const doub
     arb_mat_swap(s->A, A);
     for (int i = 0; i < n; i++)
         ok = ok && !mag_is_inf(s->radius + i) && arb_is_finite(s->x + i);
-    arb_mat_clear(A);
-    arb_mat_clear(inverse);
-    free(M);
-    free(unit);
     return ok;
 }

@@ -1,9 +1,12 @@
 /* Division of a time span by how a function of time varies. */
 #include "smooth_pieces.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 
+#include "arb_ends.h"
+#include "arena.h"
 #include "mem.h"
 #include "series.h"
 #include "watch.h"
@@ -58,20 +61,16 @@ static struct piece pop(struct search *s)
 static double size(const struct search *s, int k, bool upper)
 {
     arb_srcptr c = enc_series_of(&s->series, s->program.root[0]) + k;
-    mag_t m;
-    mag_init(m);
+    SGA_ENDS(mag_end) mag_t m = { 0 };
     if (upper)
         arb_get_mag(m, c);
-    double v = upper ? mag_get_d(m) : fabs(arf_get_d(arb_midref(c), ARF_RND_NEAR));
-    mag_clear(m);
-    return v;
+    return upper ? mag_get_d(m) : fabs(arf_get_d(arb_midref(c), ARF_RND_NEAR));
 }
 
 static double measure(struct search *s, double from, double to)
 {
     double radius = 0.5 * (to - from), middle = from + radius, seen = 0, power = 1, hidden;
-    arb_t t;
-    arb_init(t);
+    SGA_ENDS(arb_end) arb_t t = { 0 };
     arb_set_d(t, middle);
     bool here = enc_series_run(&s->series, NULL, t, ORDER - 1, BITS);
     for (int k = 0; k < ORDER && here; k++, power *= radius) {
@@ -81,7 +80,6 @@ static double measure(struct search *s, double from, double to)
     }
     mag_set_d(arb_radref(t), radius);
     bool all = enc_series_run(&s->series, NULL, t, ORDER, BITS);
-    arb_clear(t);
     hidden = all ? size(s, ORDER, true) * pow(radius, ORDER) : INFINITY;
     if (!here && to - from < OUTSIDE * s->span)
         return 0;
@@ -111,6 +109,7 @@ static double step_of(const struct search *s, const struct piece *p, double long
 bool enc_pieces_find(struct enc_pieces *q, const struct expr_store *st, expr_id u, int time, double from, double to, double small,
                      int most)
 {
+    assert(from <= to && most > 0);
     struct sga_error ignored = { 0 };
     struct search s = { .span = to - from, .small = small };
     *q = (struct enc_pieces){ 0 };

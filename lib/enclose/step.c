@@ -1,9 +1,12 @@
 /* How far one step goes: the choice of its length, and the proof that it holds. */
 #include "lohner.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 
+#include "arb_ends.h"
+#include "arena.h"
 #include "branches_hold.h"
 #include "mem.h"
 #include "scale.h"
@@ -63,16 +66,16 @@ static double short_number(double h)
 static double excess(const struct enc_step *w)
 {
     int n = w->p->n;
-    double most = -HUGE_VAL, *scale = sga_malloc((size_t)(n + 1) * sizeof *scale);
-    mag_ptr scratch = _mag_vec_init(w->p->slots);
+    double most = -HUGE_VAL;
+    SGA_FREED double *scale = sga_malloc((size_t)(n + 1) * sizeof *scale);
+    SGA_ARENA(mem);
+    mag_ptr scratch = mags_take(&mem, w->p->slots);
     enc_scale_of(&w->point_tail, scratch, scale);
     for (int j = 0; j < n; j++)
         if (!mag_is_zero(w->point_tail.tau + j)) {
             double allowed = fmax(scale[j] - (double)w->prec, mag_get_d_log2_approx(w->width + j) - SLACK_BITS);
             most = fmax(most, mag_get_d_log2_approx(w->point_tail.tau + j) - allowed);
         }
-    _mag_vec_clear(scratch, w->p->slots);
-    free(scale);
     return most;
 }
 
@@ -142,14 +145,11 @@ static bool sharp(const struct enc_step *w)
 {
     int n = w->p->n;
     bool ok = true;
-    mag_t added, whole, a;
-    mag_init(added);
-    mag_init(whole);
-    mag_init(a);
+    SGA_ENDS(mag_end) mag_t added = { 0 }, whole = { 0 }, a = { 0 };
     int terms = w->rough.order + 1;
-    arb_ptr power = _arb_vec_init(terms);
-    arb_t v;
-    arb_init(v);
+    SGA_ARENA(mem);
+    arb_ptr power = arbs_take(&mem, terms);
+    SGA_ENDS(arb_end) arb_t v = { 0 };
     arb_set_d(v, w->h);
     _arb_vec_set_powers(power, v, terms, ENC_ROUGH_BITS);
     for (int i = 0; i < n && ok; i++) {
@@ -164,11 +164,6 @@ static bool sharp(const struct enc_step *w)
         mag_mul_2exp_si(whole, whole, -GROWTH_BITS);
         ok = mag_cmp(added, whole) <= 0;
     }
-    mag_clear(added);
-    mag_clear(whole);
-    mag_clear(a);
-    arb_clear(v);
-    _arb_vec_clear(power, terms);
     return ok;
 }
 
@@ -232,6 +227,7 @@ static bool from_set(struct enc_step *w, const arb_t t, double sign, double leas
 
 bool enc_step_make(struct enc_step *w, const struct enc_set *set, const arb_t t, double most, double least, slong prec)
 {
+    assert(set->n == w->p->n && prec > 1);
     w->prec = prec;
     w->bad = -1;
     w->failure = ENC_STEP_SHORT;

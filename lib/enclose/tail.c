@@ -1,8 +1,11 @@
 /* Tails of the values: sizes, sweeps of Phi until it asks for no more, and what must stand at the end. */
 #include "tail.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
+#include "arb_ends.h"
+#include "arena.h"
 #include "mem.h"
 #include "watch.h"
 
@@ -67,6 +70,7 @@ static void reserve(struct enc_tail *t, int order)
 
 void enc_tail_begin(struct enc_tail *t, const struct enc_series *s)
 {
+    assert(s->order >= 0);
     t->s = s;
     t->order = s->order;
     reserve(t, s->order);
@@ -75,6 +79,7 @@ void enc_tail_begin(struct enc_tail *t, const struct enc_series *s)
 
 void enc_tail_overlap(mag_t r, mag_srcptr size, mag_srcptr rest, int last)
 {
+    assert(last >= -1);
     mag_zero(r);
     for (int i = 0; i <= last; i++)
         mag_addmul(r, size + i, rest + (last + 1 - i));
@@ -114,11 +119,9 @@ static void all_sizes(struct enc_tail *t)
         enc_tail_sizes(enc_tail_size(t, i), enc_tail_rest(t, i), enc_series_of(t->s, i), t->power, t->order);
         mag_zero(t->moment + i);
         for (int k = 1; k <= t->order && p->code[i].scaled; k++) {
-            mag_t a;
-            mag_init(a);
+            SGA_ENDS(mag_end) mag_t a = { 0 };
             mag_mul_ui(a, enc_tail_size(t, i) + k, (ulong)k);
             mag_add(t->moment + i, t->moment + i, a);
-            mag_clear(a);
         }
     }
 }
@@ -128,8 +131,7 @@ static int sweep(struct enc_tail *t, int which)
 {
     const struct enc_program *p = t->s->p;
     int grown = 0;
-    mag_t r;
-    mag_init(r);
+    SGA_ENDS(mag_end) mag_t r = { 0 };
     for (int i = p->n + 1; i < p->slots + p->n && grown >= 0; i++) {
         int slot = i < p->slots ? i : i - p->slots;      /* variables last */
         if (slot >= p->n && !p->code[slot].varies)
@@ -137,7 +139,6 @@ static int sweep(struct enc_tail *t, int which)
         enc_tail_phi(r, t, slot);
         grown = mag_is_inf(r) || (i % ENC_LOOK == 0 && !sga_watch_ok()) ? -1 : enc_tail_grow(t->tau + slot, r, which >= ENC_PLAIN && t->loop[slot]) ? 1 : grown;
     }
-    mag_clear(r);
     return grown;
 }
 
@@ -145,9 +146,7 @@ static int sweep(struct enc_tail *t, int which)
 static bool stands(const struct enc_tail *t)
 {
     const struct enc_program *p = t->s->p;
-    mag_t u, none;
-    mag_init(u);
-    mag_init(none);
+    SGA_ENDS(mag_end) mag_t u = { 0 }, none = { 0 };
     bool ok = true;
     for (int i = 0; i < p->slots && ok; i++)
         if (p->code[i].op == ENC_SQRT && p->code[i].varies) {
@@ -157,13 +156,12 @@ static bool stands(const struct enc_tail *t)
         }
     for (int k = 0; k < p->systems && ok; k++)
         ok = enc_inverse_regular(t, k);
-    mag_clear(u);
-    mag_clear(none);
     return ok;
 }
 
 bool enc_tail_find(struct enc_tail *t, double R)
 {
+    assert(R > 0);
     const struct enc_program *p = t->s->p;
     t->R = R;
     all_sizes(t);
@@ -182,13 +180,11 @@ bool enc_tail_find(struct enc_tail *t, double R)
 
 void enc_tail_shrink(mag_t r, const struct enc_tail *t, const arb_t s)
 {
-    mag_t R;
-    mag_init(R);
+    SGA_ENDS(mag_end) mag_t R = { 0 };
     arb_get_mag(r, s);
     mag_set_d_lower(R, t->R);
     mag_div(r, r, R);
     if (mag_cmp_2exp_si(r, 0) > 0)
         mag_one(r);
     mag_pow_ui(r, r, (ulong)t->order + 1);
-    mag_clear(R);
 }

@@ -4,18 +4,18 @@
  *   K(a, db) + K(b, da);   i (tau(da) + K(v, db) + P(b, dv) + tau(b) [dv]);   i / 2 (tau(da) + 2 (P(v, dv) + tau(v) [dv]));   K(g, dx);
  *   |Q| e + E tau(dy),  e_i = tau(dr_i) + sum_j (K(y_j, dS_ij) + P(S_ij, dy_j) + tau(S_ij) [dy_j]),
  * all i of series with their tails, and of variables as for values. */
+#include "arb_ends.h"
+#include "arena.h"
 #include "tail.h"
 #include "watch.h"
 
 /* The part of K that does not depend on tails of derivatives; and the other one, added. */
 static void begin_product(mag_t r, const struct enc_tail *t, int f, int dg)
 {
-    mag_t a;
-    mag_init(a);
+    SGA_ENDS(mag_end) mag_t a = { 0 };
     enc_tail_overlap(a, enc_tail_dsize(t, dg), enc_tail_rest(t, f), t->order);
     mag_add(r, r, a);
     mag_addmul(r, t->tau + f, enc_tail_drest(t, dg));
-    mag_clear(a);
 }
 
 static void end_product(mag_t r, const struct enc_tail *t, int f, int dg)
@@ -65,8 +65,7 @@ static void solve(mag_t r, const struct enc_tail *t, int system, int component)
     const struct enc_system *q = t->s->p->system + system;
     const struct enc_matrix_inverse *w = t->inverse.matrix + system;
     int m = q->m;
-    mag_t e;
-    mag_init(e);
+    SGA_ENDS(mag_end) mag_t e = { 0 };
     mag_zero(r);
     for (int i = 0; i < m; i++) {
         mag_add(e, t->dfixed + q->first + i, t->dtau + q->rhs[i]);
@@ -78,15 +77,13 @@ static void solve(mag_t r, const struct enc_tail *t, int system, int component)
         mag_addmul(r, w->norm + component * m + i, e);
         mag_addmul(r, w->error + component * m + i, t->dtau + q->first + i);
     }
-    mag_clear(e);
 }
 
 static void phi(mag_t r, const struct enc_tail *t, int i)
 {
     const struct enc_code *c = t->s->p->code + i;
     mag_srcptr a = t->dtau + c->a, b = t->dtau + c->b;
-    mag_t u;
-    mag_init(u);
+    SGA_ENDS(mag_end) mag_t u = { 0 };
     mag_set(r, t->dfixed + i);
     switch (c->op) {
     case ENC_ADD: case ENC_SUB: mag_add(r, a, b); break;
@@ -123,19 +120,16 @@ static void phi(mag_t r, const struct enc_tail *t, int i)
     case ENC_SOLVE: solve(r, t, c->a, c->b); break;
     default: break;
     }
-    mag_clear(u);
 }
 
 static void integrate(mag_t r, const struct enc_tail *t, int j)
 {
     int X = t->s->p->root[j];
-    mag_t R;
-    mag_init(R);
+    SGA_ENDS(mag_end) mag_t R = { 0 };
     mag_set_d(R, t->R);
     mag_add(r, enc_tail_dsize(t, X) + t->order, t->dtau + X);
     mag_mul(r, r, R);
     mag_div_ui(r, r, (ulong)t->order + 1);
-    mag_clear(R);
 }
 
 static bool wanted(const struct enc_code *c)
@@ -147,8 +141,7 @@ static int sweep(struct enc_tail *t, int which)
 {
     const struct enc_program *p = t->s->p;
     int grown = 0;
-    mag_t r;
-    mag_init(r);
+    SGA_ENDS(mag_end) mag_t r = { 0 };
     for (int i = p->n + 1; i < p->slots + p->n && grown >= 0; i++) {
         int slot = i < p->slots ? i : i - p->slots;
         if (!wanted(p->code + slot))
@@ -159,7 +152,6 @@ static int sweep(struct enc_tail *t, int which)
             phi(r, t, slot);
         grown = mag_is_inf(r) || (i % ENC_LOOK == 0 && !sga_watch_ok()) ? -1 : enc_tail_grow(t->dtau + slot, r, which >= ENC_PLAIN && t->loop[slot]) ? 1 : grown;
     }
-    mag_clear(r);
     return grown;
 }
 

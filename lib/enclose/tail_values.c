@@ -1,22 +1,25 @@
 /* Phi of the values, slot by slot: the rules of tail.h. */
+#include <assert.h>
+
+#include "arb_ends.h"
+#include "arena.h"
 #include "tail.h"
 
 /* sum_{1 <= i <= N} i |x_i| R^i sum_{N - i < l <= N} |g_l| R^l */
 static void weighted(mag_t r, const struct enc_tail *t, int x, int g)
 {
     mag_srcptr size = enc_tail_size(t, x), rest = enc_tail_rest(t, g);
-    mag_t a;
-    mag_init(a);
+    SGA_ENDS(mag_end) mag_t a = { 0 };
     for (int i = 1; i <= t->order; i++) {
         mag_mul_ui(a, size + i, (ulong)i);
         mag_addmul(r, a, rest + (t->order + 1 - i));
     }
-    mag_clear(a);
 }
 
 /* What does not depend on tau, and inverses. */
 bool enc_tail_prepare(struct enc_tail *t, int i)
 {
+    assert(i >= 0 && i < t->s->p->slots);
     const struct enc_code *c = t->s->p->code + i;
     mag_ptr r = t->fixed + i;
     mag_zero(r);
@@ -52,14 +55,12 @@ bool enc_tail_prepare(struct enc_tail *t, int i)
 /* What depends on tau for u' = g x': tau(x) ([g] + tau(g)) + moment(x) tau(g) / (N + 1), and its fixed part, not yet divided, from the caller. */
 static void integral(mag_t r, const struct enc_tail *t, int x, int g)
 {
-    mag_t a;
-    mag_init(a);
+    SGA_ENDS(mag_end) mag_t a = { 0 };
     mag_mul(a, t->moment + x, t->tau + g);
     mag_div_ui(a, a, (ulong)t->order + 1);
     mag_add(r, r, a);
     mag_add(a, enc_tail_rest(t, g), t->tau + g);
     mag_addmul(r, a, t->tau + x);
-    mag_clear(a);
 }
 
 /* e_i of row i, then component c = sum |Q_ci| e_i + E_ci tau(y_i). */
@@ -68,9 +69,7 @@ static void solve(mag_t r, const struct enc_tail *t, int system, int component)
     const struct enc_system *q = t->s->p->system + system;
     const struct enc_matrix_inverse *w = t->inverse.matrix + system;
     int m = q->m;
-    mag_t e, E;
-    mag_init(e);
-    mag_init(E);
+    SGA_ENDS(mag_end) mag_t e = { 0 }, E = { 0 };
     mag_zero(r);
     for (int i = 0; i < m; i++) {
         mag_add(e, t->fixed + q->first + i, t->tau + q->rhs[i]);
@@ -83,21 +82,17 @@ static void solve(mag_t r, const struct enc_tail *t, int system, int component)
         mag_addmul(r, w->norm + component * m + i, e);
         mag_addmul(r, w->error + component * m + i, t->tau + q->first + i);
     }
-    mag_clear(e);
-    mag_clear(E);
 }
 
 /* R / (N + 1) (|X_N| R^N + tau(X)) */
 static void integrate(mag_t r, const struct enc_tail *t, int j)
 {
     int X = t->s->p->root[j];
-    mag_t R;
-    mag_init(R);
+    SGA_ENDS(mag_end) mag_t R = { 0 };
     mag_set_d(R, t->R);
     mag_add(r, enc_tail_size(t, X) + t->order, t->tau + X);
     mag_mul(r, r, R);
     mag_div_ui(r, r, (ulong)t->order + 1);
-    mag_clear(R);
 }
 
 void enc_tail_phi(mag_t r, const struct enc_tail *t, int i)
@@ -108,8 +103,7 @@ void enc_tail_phi(mag_t r, const struct enc_tail *t, int i)
     }
     const struct enc_code *c = t->s->p->code + i;
     mag_srcptr a = t->tau + c->a, b = t->tau + c->b;
-    mag_t u;
-    mag_init(u);
+    SGA_ENDS(mag_end) mag_t u = { 0 };
     mag_zero(r);
     switch (c->op) {
     case ENC_ADD: case ENC_SUB: mag_add(r, a, b); break;
@@ -150,5 +144,4 @@ void enc_tail_phi(mag_t r, const struct enc_tail *t, int i)
     case ENC_SOLVE: solve(r, t, c->a, c->b); break;
     default: break;
     }
-    mag_clear(u);
 }

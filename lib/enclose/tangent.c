@@ -1,5 +1,9 @@
 /* Derivatives of the coefficients with respect to the start. They are linear: that of a product is two convolutions,
  * that of f(x) one with f'(x). */
+#include <assert.h>
+
+#include "arb_ends.h"
+#include "arena.h"
 #include "series.h"
 #include "watch.h"
 
@@ -20,7 +24,8 @@ static void solve_along(struct enc_series *s, int index, slong k)
 {
     const struct enc_system *q = s->p->system + index;
     int m = q->m;
-    arb_ptr r = _arb_vec_init(m);
+    SGA_ARENA(mem);
+    arb_ptr r = arbs_take(&mem, m);
     for (int i = 0; i < m; i++) {
         arb_set(r + i, enc_series_tangent(s, q->rhs[i]) + k);
         for (int j = 0; j < m; j++) {
@@ -32,7 +37,6 @@ static void solve_along(struct enc_series *s, int index, slong k)
     }
     for (int i = 0; i < m; i++)
         arb_dot(enc_series_tangent(s, q->first + i) + k, NULL, 0, (s->inverse + index)->rows[i], 1, r, 1, m, s->prec);
-    _arb_vec_clear(r, m);
 }
 
 /* Derivatives are linear: those of a product are two convolutions, of f(x) one with f'(x). */
@@ -129,6 +133,7 @@ bool enc_series_slope(struct enc_series *s, int direction)
 
 bool enc_series_along(struct enc_series *s, int direction)
 {
+    assert(direction >= 0 && direction < s->p->n);
     const struct enc_program *p = s->p;
     begin_along(s, direction);
     bool ok = true;

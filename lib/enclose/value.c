@@ -19,20 +19,9 @@ static void cube_root(arb_t r, const arb_t x, slong prec)
 static void function(arb_t r, enum expr_op f, arb_srcptr x, arb_srcptr y, slong p)
 {
     switch (f) {
-    case EXPR_SIN:   arb_sin(r, x, p); break;
-    case EXPR_COS:   arb_cos(r, x, p); break;
-    case EXPR_TAN:   arb_tan(r, x, p); break;
-    case EXPR_ASIN:  arb_asin(r, x, p); break;
-    case EXPR_ACOS:  arb_acos(r, x, p); break;
-    case EXPR_ATAN:  arb_atan(r, x, p); break;
-    case EXPR_SINH:  arb_sinh(r, x, p); break;
-    case EXPR_COSH:  arb_cosh(r, x, p); break;
-    case EXPR_TANH:  arb_tanh(r, x, p); break;
-    case EXPR_ASINH: arb_asinh(r, x, p); break;
-    case EXPR_ACOSH: arb_acosh(r, x, p); break;
-    case EXPR_ATANH: arb_atanh(r, x, p); break;
-    case EXPR_EXP:   arb_exp(r, x, p); break;
-    case EXPR_LOG:   arb_log(r, x, p); break;
+#define X(sym, name) case EXPR_##sym: arb_##name(r, x, p); break;
+    EXPR_ELEMENTARY_TABLE(X)
+#undef X
     case EXPR_CBRT:  cube_root(r, x, p); break;
     case EXPR_POW:   arb_pow(r, x, y, p); break;
     case EXPR_ABS:   arb_abs(r, x); break;

@@ -1,8 +1,12 @@
 /* Interval Newton for the consistent start. */
 #include "enclose.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
+#include "arb_ends.h"
+#include "arena.h"
+#include "budget.h"
 #include "mem.h"
 #include "series.h"
 
@@ -39,8 +43,7 @@ static slong newton_step(struct newton *w, arb_ptr x, const arb_t t)
     slong size = WORD_MIN;
     if (!values(w, x, t) || !arb_mat_approx_inv(w->C, w->J, w->prec))
         return WORD_MAX;
-    arb_t d;
-    arb_init(d);
+    SGA_ENDS(arb_end) arb_t d = { 0 };
     for (int i = 0; i < w->c; i++) {
         arb_ptr u = x + w->column[i];
         arb_dot(d, NULL, 0, w->C->rows[i], 1, w->f, 1, w->c, w->prec);
@@ -51,7 +54,6 @@ static slong newton_step(struct newton *w, arb_ptr x, const arb_t t)
         arb_sub(u, u, d, w->prec);
         mag_zero(arb_radref(u));
     }
-    arb_clear(d);
     return size;
 }
 
@@ -64,15 +66,13 @@ static bool reaches(struct newton *w, arb_ptr x, const arb_t t, arb_srcptr radiu
     if (!values(w, x, t))
         return false;
     arb_mat_mul(E, w->C, w->J, w->prec);
-    arb_t k;
-    arb_init(k);
+    SGA_ENDS(arb_end) arb_t k = { 0 };
     for (int i = 0; i < c; i++) {
         arb_sub_ui(arb_mat_entry(E, i, i), arb_mat_entry(E, i, i), 1, w->prec);
         arb_dot(k, NULL, 0, E->rows[i], 1, radius, 1, c, w->prec);
         arb_sub(k, k, shift + i, w->prec);
         arb_get_mag(reach + i, k);
     }
-    arb_clear(k);
     return true;
 }
 
@@ -82,21 +82,20 @@ static bool proves(struct newton *w, arb_ptr x, const arb_t t)
 {
     int c = w->c;
     arb_ptr radius = _arb_vec_init(c), shift = _arb_vec_init(c);
-    mag_ptr reach = _mag_vec_init(c);
-    arb_mat_t E;
+    SGA_ARENA(mem);
+    mag_ptr reach = mags_take(&mem, c);
+    SGA_ENDS(arb_mat_end) arb_mat_t E;
     arb_mat_init(E, c, c);
     bool ok = values(w, x, t) && arb_mat_approx_inv(w->C, w->J, w->prec), inside = false;
     for (int i = 0; i < c && ok; i++) {
         arb_dot(shift + i, NULL, 0, w->C->rows[i], 1, w->f, 1, c, w->prec);
         arb_get_mag(arb_radref(radius + i), shift + i);
         mag_mul_2exp_si(arb_radref(radius + i), arb_radref(radius + i), 1);
-        mag_t least;            /* not flat */
-        mag_init(least);
+        SGA_ENDS(mag_end) mag_t least = { 0 };            /* not flat */
         arb_get_mag(least, x + w->column[i]);
         mag_mul_2exp_si(least, least, 8 - w->prec);
         mag_add(arb_radref(radius + i), arb_radref(radius + i), least);
         mag_add_ui_2exp_si(arb_radref(radius + i), arb_radref(radius + i), 1, -2 * w->prec);
-        mag_clear(least);
     }
     for (int turn = 0; turn < WIDENINGS && ok && !inside; turn++) {
         ok = reaches(w, x, t, radius, shift, E, reach);
@@ -109,8 +108,6 @@ static bool proves(struct newton *w, arb_ptr x, const arb_t t)
         for (int i = 0; i < c && ok && !inside; i++)
             mag_max(arb_radref(radius + i), arb_radref(radius + i), reach + i);
     }
-    arb_mat_clear(E);
-    _mag_vec_clear(reach, c);
     _arb_vec_clear(radius, c);
     _arb_vec_clear(shift, c);
     return ok && inside;
@@ -119,7 +116,8 @@ static bool proves(struct newton *w, arb_ptr x, const arb_t t)
 bool enclose_zero(const struct enclose_problem *q, const expr_id *function, int functions, const arb_t t,
                   const unsigned char *solved, slong prec, arb_ptr x, struct sga_error *err)
 {
-    struct enc_program p;
+    assert(functions <= q->n && prec > 1);
+    SGA_ENDS(enc_program_clear) struct enc_program p;
     struct newton w = { .prec = prec + 20 };
     bool ok = enc_program_init(&p, q->st, function, functions, q->variable, q->n, q->time, err);
     if (ok) {
@@ -150,6 +148,5 @@ bool enclose_zero(const struct enclose_problem *q, const expr_id *function, int 
         enc_series_clear(&w.s);
         free(w.column);
     }
-    enc_program_clear(&p);
     return ok;
 }

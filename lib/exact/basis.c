@@ -1,9 +1,12 @@
 /* The reduced echelon form of a growing set of rows. */
 #include "exact_basis.h"
 
+#include <assert.h>
 #include <limits.h>
 #include <stdlib.h>
 
+#include "arena.h"
+#include "flint_ends.h"
 #include "mem.h"
 
 void exact_basis_init(struct exact_basis *b, int linear)
@@ -26,8 +29,7 @@ void exact_basis_clear(struct exact_basis *b)
 
 void exact_primitive(struct exact_row *r, fmpq_t factor)
 {
-    fmpz_t g;
-    fmpz_init(g);
+    SGA_ENDS(fmpz_end) fmpz_t g = { 0 };
     exact_row_content(g, r);
     if (r->entries && fmpz_sgn(r->value) < 0)
         fmpz_neg(g, g);
@@ -35,7 +37,6 @@ void exact_primitive(struct exact_row *r, fmpq_t factor)
         exact_row_divide(r, g);
         fmpq_div_fmpz(factor, factor, g);
     }
-    fmpz_clear(g);
 }
 
 static const fmpz *entry_at(const struct exact_row *r, int col)
@@ -48,8 +49,7 @@ static const fmpz *entry_at(const struct exact_row *r, int col)
 static bool common(const struct exact_basis *b, const struct exact_row *r, fmpz_t d)
 {
     bool met = false;
-    fmpz_t g;
-    fmpz_init(g);
+    SGA_ENDS(fmpz_end) fmpz_t g = { 0 };
     fmpz_one(d);
     for (int k = 0; k < r->entries && r->col[k] < b->linear; k++) {
         int i = b->row_of[r->col[k]];
@@ -61,16 +61,13 @@ static bool common(const struct exact_basis *b, const struct exact_row *r, fmpz_
         fmpz_lcm(d, d, g);
         met = true;
     }
-    fmpz_clear(g);
     return met;
 }
 
 void exact_basis_reduce(const struct exact_basis *b, const struct exact_row *r, int columns, struct exact_row *out, fmpq_t factor, bool *met)
 {
-    struct exact_sum sum;
-    fmpz_t d, f;
-    fmpz_init(d);
-    fmpz_init(f);
+    SGA_ENDS(exact_sum_clear) struct exact_sum sum;
+    SGA_ENDS(fmpz_end) fmpz_t d = { 0 }, f = { 0 };
     exact_sum_init(&sum, columns);
     *met = common(b, r, d);
     exact_sum_add(&sum, r, d);
@@ -83,11 +80,8 @@ void exact_basis_reduce(const struct exact_basis *b, const struct exact_row *r, 
         exact_sum_subtract(&sum, b->row + i, f);
     }
     exact_sum_take(&sum, out);
-    exact_sum_clear(&sum);
     fmpq_set_fmpz(factor, d);
     exact_primitive(out, factor);
-    fmpz_clear(d);
-    fmpz_clear(f);
 }
 
 /* row i without column col, by the row that has its pivot there. */
@@ -96,14 +90,10 @@ static void clear_column(struct exact_basis *b, int i, const struct exact_row *b
     const fmpz *mine = entry_at(b->row + i, col), *theirs = entry_at(by, col);
     if (!mine)
         return;
-    struct exact_sum sum;
+    SGA_ENDS(exact_sum_clear) struct exact_sum sum;
     struct exact_row out = { 0 };
-    fmpz_t x, y, g;
-    fmpq_t unused;
-    fmpz_init(x);
-    fmpz_init(y);
-    fmpz_init(g);
-    fmpq_init(unused);
+    SGA_ENDS(fmpz_end) fmpz_t x = { 0 }, y = { 0 }, g = { 0 };
+    SGA_ENDS(fmpq_end) fmpq_t unused = { { 0, 1 } };
     fmpz_gcd(g, mine, theirs);
     fmpz_divexact(x, theirs, g);
     fmpz_divexact(y, mine, g);
@@ -111,14 +101,9 @@ static void clear_column(struct exact_basis *b, int i, const struct exact_row *b
     exact_sum_add(&sum, b->row + i, x);
     exact_sum_subtract(&sum, by, y);
     exact_sum_take(&sum, &out);
-    exact_sum_clear(&sum);
     exact_primitive(&out, unused);
     exact_row_clear(b->row + i);
     b->row[i] = out;
-    fmpq_clear(unused);
-    fmpz_clear(x);
-    fmpz_clear(y);
-    fmpz_clear(g);
 }
 
 void exact_basis_add(struct exact_basis *b, const struct exact_row *reduced, int columns)
@@ -128,7 +113,9 @@ void exact_basis_add(struct exact_basis *b, const struct exact_row *reduced, int
     for (int k = 0; k < reduced->entries && reduced->col[k] < b->linear; k++)
         if (best < 0 || fmpz_cmpabs(reduced->value + k, reduced->value + best) > 0)
             best = k;
+    assert(best >= 0);
     int col = reduced->col[best];
+    assert(b->row_of[col] < 0 && b->rows < b->linear);
     exact_row_copy(reduced, INT_MAX, &copy);
     for (int i = 0; i < b->rows; i++)
         clear_column(b, i, &copy, col, columns);

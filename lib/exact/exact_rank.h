@@ -12,8 +12,12 @@
 
 #include <flint/nmod_vec.h>
 
+#include "arena.h"
 #include "budget.h"
 #include "exact_row.h"
+
+struct sga_budget;
+struct sga_error;
 
 struct exact_entry {
     int col;
@@ -36,6 +40,7 @@ struct exact_pivot {
 enum { EXACT_SHORT = 40 };     /* bits: sums of such entries times digits of 61 bits fit 128 bits, 2^25 of them */
 
 struct exact_echelon {
+    struct sga_arena mem;      /* of all vectors but those of pivot rows */
     int cols;
     nmod_t mod;
     const struct exact_row **given; int givens; size_t given_cap;   /* borrowed */

@@ -6,9 +6,13 @@
 #include <flint/fmpq.h>
 #include <flint/ulong_extras.h>
 
+#include "arena.h"
+#include "budget.h"
+#include "flint_ends.h"
 #include "mem.h"
 
 struct lift {
+    struct sga_arena mem;
     struct exact_echelon *e;
     const struct exact_row *b;
     bool whole;
@@ -81,24 +85,21 @@ static void take_off(struct lift *l, int q, fmpz_t s)
 static void subtract_wide(fmpz_t v, __int128 d)
 {
     unsigned __int128 size = d < 0 ? -(unsigned __int128)d : (unsigned __int128)d;
-    fmpz_t t;
-    fmpz_init(t);
+    SGA_ENDS(fmpz_end) fmpz_t t = { 0 };
     fmpz_set_uiui(t, (mp_limb_t)(size >> 64), (mp_limb_t)size);
     if (d < 0)
         fmpz_add(v, v, t);
     else
         fmpz_sub(v, v, t);
-    fmpz_clear(t);
 }
 
 /* residue = (residue - z rows) / p. 1: it is 0, 0: not, -1: p does not divide it. */
 static int next_residue(struct lift *l)
 {
     struct exact_echelon *e = l->e;
-    fmpz_t s;
+    SGA_ENDS(fmpz_end) fmpz_t s = { 0 };
     bool zero = true;
     int result = 0;
-    fmpz_init(s);
     for (int q = 0; q < e->pivots; q++)
         if (l->z[q])
             take_off(l, q, s);
@@ -119,20 +120,17 @@ static int next_residue(struct lift *l)
             result = -1;
         zero = zero && fmpz_is_zero(v);
     }
-    fmpz_clear(s);
     return result < 0 ? -1 : zero;
 }
 
 /* y mod m, the one nearest to 0. */
 static void nearest(fmpz_t y, const fmpz_t m)
 {
-    fmpz_t twice;
-    fmpz_init(twice);
+    SGA_ENDS(fmpz_end) fmpz_t twice = { 0 };
     fmpz_mod(y, y, m);
     fmpz_mul_2exp(twice, y, 1);
     if (fmpz_cmp(twice, m) > 0)
         fmpz_sub(y, y, m);
-    fmpz_clear(twice);
 }
 
 enum { SLACK_BITS = 24 };      /* by which a number must be shorter than chance would have it */
@@ -142,12 +140,9 @@ static bool denominator(struct lift *l, fmpz_t den)
 {
     struct exact_echelon *e = l->e;
     mp_bitcnt_t half = (fmpz_bits(l->power) - SLACK_BITS) / 2;
-    fmpz_t y, bound;
-    fmpq_t r;
+    SGA_ENDS(fmpz_end) fmpz_t y = { 0 }, bound = { 0 };
+    SGA_ENDS(fmpq_end) fmpq_t r = { { 0, 1 } };
     bool ok = true;
-    fmpz_init(y);
-    fmpz_init(bound);
-    fmpq_init(r);
     fmpz_setbit(bound, half);
     fmpz_one(den);
     for (int q = 0; q < e->pivots && ok; q++) {
@@ -163,9 +158,6 @@ static bool denominator(struct lift *l, fmpz_t den)
             fmpz_mul(den, den, fmpq_denref(r));
         ok = ok && fmpz_bits(den) <= half;
     }
-    fmpz_clear(y);
-    fmpz_clear(bound);
-    fmpq_clear(r);
     return ok;
 }
 
@@ -173,9 +165,8 @@ static bool denominator(struct lift *l, fmpz_t den)
 static bool holds(struct lift *l, struct exact_combination *c)
 {
     struct exact_echelon *e = l->e;
-    fmpz_t y;
+    SGA_ENDS(fmpz_end) fmpz_t y = { 0 };
     bool zero = true;
-    fmpz_init(y);
     for (int k = 0; k < c->count; k++)
         fmpz_clear(c->factor + k);
     c->count = 0;
@@ -196,17 +187,16 @@ static bool holds(struct lift *l, struct exact_combination *c)
         zero = fmpz_is_zero(e->sum.value + j) || (!l->whole && e->pivot_of[j] < 0);
     }
     exact_sum_reset(&e->sum);
-    fmpz_clear(y);
     return zero;
 }
 
 static void lift_init(struct lift *l, struct exact_echelon *e)
 {
     size_t n = (size_t)e->pivots + 1;
-    l->w = sga_malloc(((size_t)e->cols + 1) * sizeof *l->w);
-    l->z = sga_malloc(n * sizeof *l->z);
-    l->used = sga_calloc(n, 1);
-    l->sum = sga_calloc(n, sizeof *l->sum);
+    l->w = sga_take(&l->mem, ((size_t)e->cols + 1) * sizeof *l->w);
+    l->z = sga_take(&l->mem, n * sizeof *l->z);
+    l->used = sga_zeros(&l->mem, n, 1);
+    l->sum = sga_zeros(&l->mem, n, sizeof *l->sum);
     fmpz_init_set_ui(l->power, 1);
     for (int j = 0; j < e->cols; j++)
         fmpz_zero(e->residue + j);
@@ -219,17 +209,14 @@ static void lift_clear(struct lift *l)
 {
     for (int q = 0; q < l->e->pivots; q++)
         fmpz_clear(l->sum + q);
-    free(l->w);
-    free(l->z);
-    free(l->used);
-    free(l->sum);
+    sga_arena_end(&l->mem);
     fmpz_clear(l->power);
 }
 
 enum exact_found exact_combine(struct exact_echelon *e, const struct exact_row *b, bool whole, struct exact_combination *c,
                                const struct sga_budget *budget, struct sga_error *err)
 {
-    struct lift l = { .e = e, .b = b, .whole = whole };
+    SGA_ENDS(lift_clear) struct lift l = { .e = e, .b = b, .whole = whole };
     enum exact_found found = EXACT_NO;
     *c = (struct exact_combination){ .count = 0 };
     fmpz_init_set_ui(c->den, 1);
@@ -253,6 +240,5 @@ enum exact_found exact_combine(struct exact_echelon *e, const struct exact_row *
         }
         look += k == look ? 1 + k / 3 : 0;
     }
-    lift_clear(&l);
     return found;
 }

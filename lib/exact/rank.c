@@ -1,11 +1,14 @@
 /* Sparse elimination modulo a prime. */
 #include "exact_rank.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 
 #include <flint/ulong_extras.h>
 
+#include "arena.h"
+#include "budget.h"
 #include "mem.h"
 
 void exact_echelon_init(struct exact_echelon *e, int cols, int which)
@@ -15,14 +18,14 @@ void exact_echelon_init(struct exact_echelon *e, int cols, int which)
     for (int k = 0; k <= which; k++)
         p = n_nextprime(p, 1);
     nmod_init(&e->mod, p);
-    e->pivot_of = sga_malloc(((size_t)cols + 1) * sizeof *e->pivot_of);
+    e->pivot_of = sga_take(&e->mem, ((size_t)cols + 1) * sizeof *e->pivot_of);
     for (int j = 0; j < cols; j++)
         e->pivot_of[j] = -1;
     exact_sum_init(&e->sum, cols);
-    e->residue = sga_calloc((size_t)cols + 1, sizeof *e->residue);
-    e->small = sga_calloc((size_t)cols + 1, sizeof *e->small);
-    e->work = sga_calloc((size_t)cols + 1, sizeof *e->work);
-    e->mark = sga_calloc((size_t)cols + 1, 1);
+    e->residue = sga_zeros(&e->mem, (size_t)cols + 1, sizeof *e->residue);
+    e->small = sga_zeros(&e->mem, (size_t)cols + 1, sizeof *e->small);
+    e->work = sga_zeros(&e->mem, (size_t)cols + 1, sizeof *e->work);
+    e->mark = sga_zeros(&e->mem, (size_t)cols + 1, 1);
 }
 
 void exact_echelon_clear(struct exact_echelon *e)
@@ -34,15 +37,7 @@ void exact_echelon_clear(struct exact_echelon *e)
     for (int j = 0; e->residue && j < e->cols; j++)
         fmpz_clear(e->residue + j);
     exact_sum_clear(&e->sum);
-    free(e->pivot);
-    free(e->given);
-    free(e->pivot_of);
-    free(e->pivot_of_row);
-    free(e->residue);
-    free(e->small);
-    free(e->is_short);
-    free(e->work);
-    free(e->mark);
+    sga_arena_end(&e->mem);
     *e = (struct exact_echelon){ 0 };
 }
 
@@ -54,29 +49,22 @@ struct moving {
 };
 
 struct lists {
+    struct sga_arena *mem;
     int **at; int *count; size_t *cap;
 };
 
-static void lists_init(struct lists *l, int n)
+static void lists_init(struct lists *l, struct sga_arena *mem, int n)
 {
-    l->at = sga_calloc((size_t)n + 1, sizeof *l->at);
-    l->count = sga_calloc((size_t)n + 1, sizeof *l->count);
-    l->cap = sga_calloc((size_t)n + 1, sizeof *l->cap);
+    l->mem = mem;
+    l->at = sga_zeros(mem, (size_t)n + 1, sizeof *l->at);
+    l->count = sga_zeros(mem, (size_t)n + 1, sizeof *l->count);
+    l->cap = sga_zeros(mem, (size_t)n + 1, sizeof *l->cap);
 }
 
 static void lists_push(struct lists *l, int k, int i)
 {
-    SGA_RESERVE(l->at[k], l->cap[k], l->count[k] + 1);
+    SGA_RESERVE_IN(l->mem, l->at[k], l->cap[k], l->count[k] + 1);
     l->at[k][l->count[k]++] = i;
-}
-
-static void lists_clear(struct lists *l, int n)
-{
-    for (int k = 0; k <= n; k++)
-        free(l->at[k]);
-    free(l->at);
-    free(l->count);
-    free(l->cap);
 }
 
 struct agenda {
@@ -113,6 +101,7 @@ static int find(const struct moving *m, int col)
 static void subtract(struct exact_echelon *e, struct moving *m, int pivot, int at, int *fresh, int *count)
 {
     const struct exact_pivot *p = e->pivot + pivot;
+    assert(m->entry[at].col == p->col);
     mp_limb_t f = n_mulmod2_preinv(m->entry[at].value, p->inverse, e->mod.n, e->mod.ninv), minus = nmod_neg(f, e->mod);
     double size = m->entry[at].size / p->entry[p->entries].size;
     m->entry[at] = m->entry[--m->entries];
@@ -228,13 +217,14 @@ static void take(struct agenda *a, int i, int at, int given)
     struct moving *m = a->row + i;
     struct exact_entry t = m->entry[at];
     int index = e->pivots;
+    assert(t.value && e->pivot_of[t.col] < 0 && e->pivot_of_row[given] < 0);
     for (int k = 0; k < m->entries; k++)
         a->count[m->entry[k].col]--;
     m->entry[at] = m->entry[m->entries - 1];
     m->entry[m->entries - 1] = t;        /* the pivot stands behind its row's entries */
     if (!(fabs(t.size) > 0 && isfinite(t.size)))
         m->entry[m->entries - 1].size = 1;
-    SGA_RESERVE(e->pivot, e->pivot_cap, index + 1);
+    SGA_RESERVE_IN(&e->mem, e->pivot, e->pivot_cap, index + 1);
     e->pivot[e->pivots++] = (struct exact_pivot){ .col = t.col, .row = given, .inverse = n_invmod(t.value, e->mod.n),
                                                   .entry = m->entry, .entries = m->entries - 1, .op = m->op, .ops = m->ops };
     e->pivot_of[t.col] = index;
@@ -255,9 +245,9 @@ static void take(struct agenda *a, int i, int at, int given)
 
 static void number_on(struct exact_echelon *e, const struct exact_row *const *row, int rows)
 {
-    SGA_RESERVE(e->given, e->given_cap, e->givens + rows);
-    SGA_RESERVE(e->pivot_of_row, e->pivot_of_row_cap, e->givens + rows);
-    SGA_RESERVE(e->is_short, e->is_short_cap, e->givens + rows);
+    SGA_RESERVE_IN(&e->mem, e->given, e->given_cap, e->givens + rows);
+    SGA_RESERVE_IN(&e->mem, e->pivot_of_row, e->pivot_of_row_cap, e->givens + rows);
+    SGA_RESERVE_IN(&e->mem, e->is_short, e->is_short_cap, e->givens + rows);
     for (int i = 0; i < rows; i++) {
         e->is_short[e->givens + i] = true;
         for (int k = 0; k < row[i]->entries; k++)
@@ -268,17 +258,27 @@ static void number_on(struct exact_echelon *e, const struct exact_row *const *ro
     e->givens += rows;
 }
 
+/* Each pivot has its column and its row to itself. Linear. */
+static bool echelon_sane(const struct exact_echelon *e)
+{
+    bool sane = e->pivots <= e->cols && e->pivots <= e->givens;
+    for (int q = 0; q < e->pivots && sane; q++)
+        sane = e->pivot_of[e->pivot[q].col] == q && e->pivot_of_row[e->pivot[q].row] == q;
+    return sane;
+}
+
 bool exact_echelon_add(struct exact_echelon *e, const struct exact_row *const *row, int rows,
                        const struct sga_budget *budget, struct sga_error *err)
 {
+    SGA_ARENA(mem);
     struct agenda a = { .e = e, .rows = rows, .lowest = e->cols };
     int first = e->givens, i, at;
     bool ok = true;
     number_on(e, row, rows);
-    a.row = sga_calloc((size_t)rows + 1, sizeof *a.row);
-    lists_init(&a.length, e->cols);
-    lists_init(&a.meet, e->cols);
-    a.count = sga_calloc((size_t)e->cols + 1, sizeof *a.count);
+    a.row = sga_zeros(&mem, (size_t)rows + 1, sizeof *a.row);
+    lists_init(&a.length, &mem, e->cols);
+    lists_init(&a.meet, &mem, e->cols);
+    a.count = sga_zeros(&mem, (size_t)e->cols + 1, sizeof *a.count);
     for (i = 0; i < rows && ok; i++) {
         load(e, row[i], a.row + i);
         reduce(e, a.row + i);
@@ -298,9 +298,6 @@ bool exact_echelon_add(struct exact_echelon *e, const struct exact_row *const *r
         free(a.row[i].entry);
         free(a.row[i].op);
     }
-    free(a.row);
-    lists_clear(&a.length, e->cols);
-    lists_clear(&a.meet, e->cols);
-    free(a.count);
+    assert(echelon_sane(e));
     return ok;
 }

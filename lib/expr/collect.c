@@ -4,7 +4,8 @@
 
 #include <stdlib.h>
 
-#include "mem.h"
+#include "arena.h"
+#include "flint_ends.h"
 #include "raw_nodes.h"
 
 /* Sums and products longer than this stay as they are; of one power, too. */
@@ -35,11 +36,9 @@ static bool raise_by(fmpq_t r, const fmpq_t x, long n)
 {
     if (n > MOST_EXPONENT || n < -MOST_EXPONENT || (n < 0 && fmpq_is_zero(x)))
         return false;
-    fmpq_t p;
-    fmpq_init(p);
+    SGA_ENDS(fmpq_end) fmpq_t p = { { 0, 1 } };
     fmpq_pow_si(p, x, n);
     fmpq_mul(r, r, p);
-    fmpq_clear(p);
     return true;
 }
 
@@ -118,11 +117,9 @@ static expr_id times(struct expr_store *st, const fmpq_t number, expr_id e)
 {
     if (fmpq_sgn(number) >= 0)
         return expr_mul(st, expr_fmpq(st, number), e);
-    fmpq_t minus;
-    fmpq_init(minus);
+    SGA_ENDS(fmpq_end) fmpq_t minus = { { 0, 1 } };
     fmpq_neg(minus, number);
     e = expr_neg(st, expr_mul(st, expr_fmpq(st, minus), e));
-    fmpq_clear(minus);
     return e;
 }
 
@@ -310,11 +307,12 @@ static void mark_tops(const struct expr_store *st, const struct expr_cone *c, co
 
 void expr_collect(struct expr_store *st, expr_id *root, int roots)
 {
-    struct expr_cone c;
+    SGA_ENDS(expr_cone_clear) struct expr_cone c;
     struct sga_error before = st->error;
     int nodes = st->nodes;
-    unsigned char *top = sga_calloc((size_t)nodes, 1);
-    expr_id *to = sga_malloc((size_t)nodes * sizeof *to), *none = sga_calloc((size_t)st->symbols + 1, sizeof *none);
+    SGA_ARENA(mem);
+    unsigned char *top = sga_zeros(&mem, (size_t)nodes, 1);
+    expr_id *to = sga_take(&mem, (size_t)nodes * sizeof *to), *none = sga_zeros(&mem, (size_t)st->symbols + 1, sizeof *none);
     expr_cone_init(&c);
     expr_cone_of(st, &c, root, roots);
     mark_tops(st, &c, root, roots, top);
@@ -330,10 +328,6 @@ void expr_collect(struct expr_store *st, expr_id *root, int roots)
     }
     for (int i = 0; i < roots; i++)
         root[i] = to[root[i]];
-    expr_cone_clear(&c);
-    free(none);
-    free(top);
-    free(to);
 }
 
 expr_id expr_collect_times(struct expr_store *st, const fmpq_t number, expr_id e)

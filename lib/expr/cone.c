@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
 
 void expr_cone_init(struct expr_cone *c)
@@ -88,7 +89,8 @@ static expr_id rebuild_solve(struct expr_store *st, const struct expr_store *fro
 {
     int index = from->node[e].a, m = from->solve[index].m;
     size_t mm = (size_t)m * (size_t)m;
-    expr_id *matrix = sga_malloc(mm * sizeof *matrix), *rhs = sga_malloc((size_t)m * sizeof *rhs);
+    SGA_ARENA(mem);
+    expr_id *matrix = sga_take(&mem, mm * sizeof *matrix), *rhs = sga_take(&mem, (size_t)m * sizeof *rhs);
     bool same = st == from;
     for (size_t i = 0; i < mm; i++) {
         matrix[i] = to[from->solve[index].matrix[i]];
@@ -108,8 +110,6 @@ static expr_id rebuild_solve(struct expr_store *st, const struct expr_store *fro
         else
             index = expr_solve_add(st, m, matrix, rhs);
     }
-    free(matrix);
-    free(rhs);
     return expr_solution(st, index, component);
 }
 
@@ -140,34 +140,29 @@ expr_id expr_rebuild(struct expr_store *st, const struct expr_store *from, expr_
 
 void expr_substitute(struct expr_store *st, expr_id *roots, int nroots, const expr_id *map)
 {
-    struct expr_cone c;
+    SGA_ENDS(expr_cone_clear) struct expr_cone c;
     expr_cone_init(&c);
     expr_cone_of(st, &c, roots, nroots);
-    expr_id *to = sga_malloc((size_t)st->nodes * sizeof *to);
+    SGA_FREED expr_id *to = sga_malloc((size_t)st->nodes * sizeof *to);
     for (int i = 0; i < c.count; i++)
         to[c.list[i]] = expr_rebuild(st, st, c.list[i], to, map);
     for (int i = 0; i < nroots; i++)
         roots[i] = to[roots[i]];
-    free(to);
-    expr_cone_clear(&c);
 }
 
 expr_id expr_replace(struct expr_store *st, expr_id root, const expr_id *by)
 {
-    struct expr_cone c;
+    SGA_ENDS(expr_cone_clear) struct expr_cone c;
     expr_cone_init(&c);
     expr_cone_of(st, &c, &root, 1);
-    expr_id *to = sga_calloc((size_t)st->nodes + 1, sizeof *to), *none = sga_calloc((size_t)st->symbols + 1, sizeof *none);
+    SGA_ARENA(mem);
+    expr_id *to = sga_zeros(&mem, (size_t)st->nodes + 1, sizeof *to), *none = sga_zeros(&mem, (size_t)st->symbols + 1, sizeof *none);
     int nodes = st->nodes;          /* those that are made here are nowhere in the cone */
     for (int i = 0; i < c.count; i++) {
         expr_id e = c.list[i], new = by[e];
         to[e] = !new ? expr_rebuild(st, st, e, to, none) : new < nodes && to[new] ? to[new] : new;
     }
-    expr_id out = to[root];
-    free(to);
-    free(none);
-    expr_cone_clear(&c);
-    return out;
+    return to[root];
 }
 
 void expr_copy_symbols(struct expr_store *to, const struct expr_store *from)
@@ -182,16 +177,14 @@ void expr_copy_symbols(struct expr_store *to, const struct expr_store *from)
 
 void expr_copy(struct expr_store *to, const struct expr_store *from, expr_id *roots, int nroots, const expr_id *map)
 {
-    struct expr_cone c;
+    SGA_ENDS(expr_cone_clear) struct expr_cone c;
     expr_cone_init(&c);
     expr_cone_of(from, &c, roots, nroots);
-    expr_id *became = sga_malloc((size_t)from->nodes * sizeof *became);
+    SGA_FREED expr_id *became = sga_malloc((size_t)from->nodes * sizeof *became);
     for (int i = 0; i < c.count; i++)
         became[c.list[i]] = expr_rebuild(to, from, c.list[i], became, map);
     for (int i = 0; i < nroots; i++)
         roots[i] = became[roots[i]];
-    free(became);
-    expr_cone_clear(&c);
 }
 
 bool expr_depends(const struct expr_store *st, struct expr_cone *c, expr_id e, int symbol)

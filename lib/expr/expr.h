@@ -19,7 +19,6 @@
 typedef int32_t expr_id;
 #define EXPR_UNDEF ((expr_id)0)     /* node 0 of every store: has no value */
 
-/* The one table of operators. Columns: symbol, text in the grammar, arguments. */
 /* What an operator is like, whatever its arguments are. */
 enum expr_trait {
     EXPR_IS_TOTAL     = 1,       /* has a value for all real arguments */
@@ -35,7 +34,8 @@ enum expr_trait {
     EXPR_BENDS_AT_0   = 1024     /* what is said of branches and steepness is so where the argument is 0, and nowhere else */
 };
 
-/*    symbol   text, arguments, traits, symbol of a function that undoes it everywhere */
+/* The one table of operators:
+ *    symbol, text in the grammar, arguments, traits, symbol of a function that undoes it everywhere */
 #define EXPR_OP_TABLE(X) \
     X(UNDEF_OP, "undefined", 0, 0, UNDEF_OP) /* no value */ \
     X(CONST, "", 0, EXPR_IS_TOTAL, UNDEF_OP) /* exact rational, a = index of the constant */ \
@@ -63,6 +63,11 @@ enum expr_trait {
     X(SIGN, "sign", 1, EXPR_IS_ODD | EXPR_IS_RISING | EXPR_HAS_BRANCHES | EXPR_BENDS_AT_0, UNDEF_OP) \
     X(MIN, "min", 2, EXPR_IS_TOTAL | EXPR_HAS_BRANCHES, UNDEF_OP) X(MAX, "max", 2, EXPR_IS_TOTAL | EXPR_HAS_BRANCHES, UNDEF_OP) \
     X(SOLVE, "", 0, 0, UNDEF_OP)             /* component b of the solution of linear solve a */
+
+/* The functions of one argument that libm, MPFR and Arb all have, under the same name: symbol, name. */
+#define EXPR_ELEMENTARY_TABLE(X) \
+    X(SIN, sin) X(COS, cos) X(TAN, tan) X(ASIN, asin) X(ACOS, acos) X(ATAN, atan) X(SINH, sinh) X(COSH, cosh) \
+    X(TANH, tanh) X(ASINH, asinh) X(ACOSH, acosh) X(ATANH, atanh) X(EXP, exp) X(LOG, log)
 
 enum expr_op {
 #define X(sym, text, args, traits, undo) EXPR_##sym,

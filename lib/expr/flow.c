@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
 #include "signal.h"
 
@@ -124,7 +125,7 @@ static int lift_solve(struct expr_flow *f, int solve, int m)
             return f->lift[i].result;
     struct expr_store *st = f->st;
     int n = st->solve[solve].m;
-    expr_id *r = sga_malloc((size_t)n * sizeof *r);
+    SGA_FREED expr_id *r = sga_malloc((size_t)n * sizeof *r);
     for (int i = 0; i < n; i++) {
         r[i] = get(f, st->solve[solve].rhs[i], m);
         for (int k = 1; k <= m; k++) {
@@ -135,7 +136,6 @@ static int lift_solve(struct expr_flow *f, int solve, int m)
         }
     }
     int result = expr_solve_add(st, n, st->solve[solve].matrix, r);
-    free(r);
     SGA_RESERVE(f->lift, f->lift_cap, f->lifts + 1);
     f->lift[f->lifts].solve = solve;
     f->lift[f->lifts].order = m;

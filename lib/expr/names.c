@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
+#include "buf.h"
 #include "mem.h"
 #include "names_solve.h"
 #include "print_text.h"
@@ -25,7 +27,8 @@ static int mark(struct naming *n)
 {
     const struct expr_store *st = n->st;
     int inline_nodes = n->how && n->how->inline_nodes ? n->how->inline_nodes : 8, count = 0;
-    int *uses = sga_calloc((size_t)st->nodes, sizeof *uses), *size = sga_calloc((size_t)st->nodes, sizeof *size);
+    SGA_ARENA(mem);
+    int *uses = sga_zeros(&mem, (size_t)st->nodes, sizeof *uses), *size = sga_zeros(&mem, (size_t)st->nodes, sizeof *size);
     for (int i = 0; i < n->cone.count; i++)
         for (int k = 0, m = expr_children(st, n->cone.list[i]); k < m; k++)
             uses[expr_child(st, n->cone.list[i], k)]++;
@@ -44,8 +47,6 @@ static int mark(struct naming *n)
             count++;
         }
     }
-    free(uses);
-    free(size);
     return count;
 }
 
@@ -65,7 +66,7 @@ static void number(struct naming *n, int count)
 {
     const char *prefix = n->how && n->how->prefix ? n->how->prefix : "s";
     long last = (long)count + n->st->symbols, next = 1;
-    unsigned char *taken = sga_calloc((size_t)last + 2, 1);
+    SGA_FREED unsigned char *taken = sga_calloc((size_t)last + 2, 1);
     for (int i = 0; i < n->st->symbols; i++) {
         long v = number_of(n->st->symbol[i].name, prefix);
         if (v <= last)
@@ -82,7 +83,6 @@ static void number(struct naming *n, int count)
         free(n->name[e]);
         n->name[e] = sga_buf_take(&text);
     }
-    free(taken);
 }
 
 static bool write_text(struct naming *n, expr_id e, char **out)

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
 
 struct elimination {
@@ -132,13 +133,14 @@ static bool unchanged(const struct expr_store *st, expr_id e, const expr_id *to)
 
 bool expr_write_out_solves(struct expr_store *st, expr_id *roots, int nroots)
 {
-    struct expr_cone c;
+    SGA_ENDS(expr_cone_clear) struct expr_cone c;
     expr_cone_init(&c);
     expr_cone_of(st, &c, roots, nroots);
     bool ok = true;
     if (has_solve(st, &c)) {
-        expr_id *to = sga_malloc((size_t)st->nodes * sizeof *to);
-        expr_id **solution = sga_calloc((size_t)st->solves + 1, sizeof *solution);
+        SGA_ARENA(mem);
+        expr_id *to = sga_take(&mem, (size_t)st->nodes * sizeof *to);
+        expr_id **solution = sga_zeros(&mem, (size_t)st->solves + 1, sizeof *solution);
         for (int i = 0; ok && i < c.count; i++) {
             expr_id e = c.list[i];
             const struct expr_node n = st->node[e];
@@ -157,9 +159,6 @@ bool expr_write_out_solves(struct expr_store *st, expr_id *roots, int nroots)
             roots[i] = to[roots[i]];
         for (int i = 0; i < st->solves; i++)
             free(solution[i]);
-        free(solution);
-        free(to);
     }
-    expr_cone_clear(&c);
     return ok;
 }

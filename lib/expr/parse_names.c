@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "lex.h"
 #include "suggest.h"
 
 /* Spellings of other languages and books. */

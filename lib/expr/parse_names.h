@@ -3,7 +3,8 @@
 #define SGA_EXPR_PARSE_NAMES_H
 
 #include "expr.h"
-#include "lex.h"
+
+struct lex_token;
 
 /* Fills err for a name that is neither symbol nor function: not a number (NaN,
  * Infinity), another language's spelling, or unknown with the nearest known name.

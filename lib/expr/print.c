@@ -5,6 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
+#include "buf.h"
+#include "flint_ends.h"
 #include "mem.h"
 #include "print_text.h"
 
@@ -84,10 +87,9 @@ static void push_integer(struct printer *p, const fmpz_t z)
 
 static void push_exponent(struct printer *p, int n)
 {
-    fmpz_t z;
+    SGA_ENDS(fmpz_end) fmpz_t z;
     fmpz_init_set_si(z, n);
     push_integer(p, z);
-    fmpz_clear(z);
     push_text(p, "^");
 }
 
@@ -313,13 +315,12 @@ char *expr_text(const struct expr_store *st, expr_id e, size_t max_bytes)
 
 bool expr_json(const struct expr_store *st, expr_id e, size_t max_bytes, struct sga_json *w)
 {
-    struct sga_buf text = { 0 };
+    SGA_ENDS(sga_buf_free) struct sga_buf text = { 0 };
     bool shown = e && expr_print(st, e, max_bytes, &text);
     if (shown)
         sga_json_string(w, text.data);
     else
         sga_json_null(w);
-    sga_buf_free(&text);
     return shown;
 }
 
@@ -327,10 +328,9 @@ void expr_json_list(const struct expr_store *st, const expr_id *e, int count, si
 {
     sga_json_array(w);
     for (int i = 0; i < count; i++) {
-        struct sga_buf text = { 0 };
+        SGA_ENDS(sga_buf_free) struct sga_buf text = { 0 };
         if (expr_print(st, e[i], max_bytes, &text))
             sga_json_string(w, text.data);
-        sga_buf_free(&text);
     }
     sga_json_end_array(w);
 }

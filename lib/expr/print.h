@@ -8,8 +8,10 @@
 #ifndef SGA_EXPR_PRINT_H
 #define SGA_EXPR_PRINT_H
 
-#include "buf.h"
 #include "expr.h"
+
+struct sga_buf;
+struct sga_json;
 
 /* One expression without names: the whole tree. Returns false, and writes nothing, if
  * the text would be longer than max_bytes (0: 1 MiB), or if e depends on a SOLVE node

@@ -7,6 +7,7 @@
 
 #include <stdlib.h>
 
+#include "arena.h"
 #include "mem.h"
 
 void print_product_init(struct print_product *p)
@@ -124,7 +125,7 @@ void print_product_sort(struct print_product *p, const struct expr_store *st)
     size_t n = (size_t)p->count;
     if (n < 2)
         return;
-    struct print_factor *other = sga_malloc(n * sizeof *other);
+    SGA_FREED struct print_factor *other = sga_malloc(n * sizeof *other);
     for (size_t run = 1; run < n; run *= 2) {
         for (size_t low = 0; low < n; low += 2 * run) {
             size_t mid = low + run < n ? low + run : n, high = low + 2 * run < n ? low + 2 * run : n;
@@ -135,7 +136,6 @@ void print_product_sort(struct print_product *p, const struct expr_store *st)
         for (size_t k = 0; k < n; k++)
             p->factor[k] = other[k];
     }
-    free(other);
 }
 
 void print_product_degrees(const struct print_product *p, const struct expr_store *st, long *variables, long *all)

@@ -2,8 +2,9 @@
 #ifndef SGA_EXPR_PRINT_TEXT_H
 #define SGA_EXPR_PRINT_TEXT_H
 
-#include "buf.h"
 #include "expr.h"
+
+struct sga_buf;
 
 struct print_request {
     const struct expr_store *st;

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "buf.h"
 #include "derive.h"
 #include "mem.h"
@@ -26,17 +27,15 @@ expr_id expr_signal_add(struct expr_store *st, const char *name, struct expr_tab
 
 int expr_signal_next(const struct expr_store *st, int symbol)
 {
-    struct sga_buf name = { 0 };
+    SGA_ENDS(sga_buf_free) struct sga_buf name = { 0 };
     sga_buf_printf(&name, "%s'", st->symbol[symbol].name);
-    int next = expr_symbol_find(st, name.data, name.len);
-    sga_buf_free(&name);
-    return next;
+    return expr_symbol_find(st, name.data, name.len);
 }
 
 expr_id expr_signal_rate(struct expr_store *st, int symbol)
 {
     const struct expr_symbol s = st->symbol[symbol];
-    struct sga_buf name = { 0 };
+    SGA_ENDS(sga_buf_free) struct sga_buf name = { 0 };
     sga_buf_printf(&name, "%s'", s.name);
     int next = expr_symbol_find(st, name.data, name.len);
     expr_id e = next >= 0 ? st->symbol[next].node : EXPR_UNDEF;
@@ -45,7 +44,6 @@ expr_id expr_signal_rate(struct expr_store *st, int symbol)
                  "of time instead of a table", s.name, s.order);
     else if (!e)
         e = add(st, name.data, s.table, s.order + 1);
-    sga_buf_free(&name);
     return e;
 }
 
@@ -64,10 +62,10 @@ expr_id expr_signal_coefficient(struct expr_store *st, int symbol, int m)
 
 expr_id expr_time_partial(struct expr_store *st, expr_id e, int time)
 {
-    struct expr_cone cone;
-    struct expr_term *term = NULL;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    SGA_FREED struct expr_term *term = NULL;
     size_t cap = 0;
-    unsigned char *active = sga_calloc((size_t)st->symbols + 1, 1);
+    SGA_FREED unsigned char *active = sga_calloc((size_t)st->symbols + 1, 1);
     for (int i = 0; i < st->symbols; i++)
         active[i] = i == time || st->symbol[i].kind == EXPR_SIGNAL;
     expr_cone_init(&cone);
@@ -77,8 +75,5 @@ expr_id expr_time_partial(struct expr_store *st, expr_id e, int time)
         expr_id rate = term[k].symbol == time ? expr_int(st, 1) : expr_signal_rate(st, term[k].symbol);
         sum = rate ? expr_add(st, sum, expr_mul(st, term[k].value, rate)) : EXPR_UNDEF;
     }
-    expr_cone_clear(&cone);
-    free(term);
-    free(active);
     return expr_store_ok(st) ? sum : EXPR_UNDEF;
 }

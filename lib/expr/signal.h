@@ -6,7 +6,6 @@
 #define SGA_EXPR_SIGNAL_H
 
 #include "expr.h"
-#include "table.h"
 
 enum { EXPR_SIGNAL_ORDERS = 64 };      /* derivatives of a signal, at most */
 

@@ -5,13 +5,15 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
 
 /* Slopes s at the knots of the spline without knots at the second and the last but one, by
  * elimination in the tridiagonal system that says that second derivatives are continuous. */
 static void slopes(int n, const double *h, const double *chord, double *s)
 {
-    double *diagonal = sga_malloc((size_t)n * sizeof *diagonal), *upper = sga_malloc((size_t)n * sizeof *upper);
+    SGA_ARENA(mem);
+    double *diagonal = sga_take(&mem, (size_t)n * sizeof *diagonal), *upper = sga_take(&mem, (size_t)n * sizeof *upper);
     double a = h[0] + h[1], b = h[n - 2] + h[n - 3];
     diagonal[0] = h[1];
     upper[0] = a;
@@ -27,8 +29,6 @@ static void slopes(int n, const double *h, const double *chord, double *s)
     }
     for (int i = n - 1; i >= 0; i--)
         s[i] = (s[i] - (i < n - 1 ? upper[i] * s[i + 1] : 0)) / diagonal[i];
-    free(diagonal);
-    free(upper);
 }
 
 /* Of the parabola through three knots. */
@@ -46,7 +46,8 @@ struct expr_table *expr_table_new(enum expr_interpolation kind, int n, const dou
     *u = (struct expr_table){ .kind = kind, .knots = n, .at = -1 };
     u->time = memcpy(sga_malloc((size_t)n * sizeof *u->time), time, (size_t)n * sizeof *u->time);
     u->piece = sga_calloc((size_t)n, sizeof *u->piece);
-    double *h = sga_malloc(3 * (size_t)n * sizeof *h), *chord = h + n, *s = chord + n;
+    SGA_FREED double *h = sga_malloc(3 * (size_t)n * sizeof *h);
+    double *chord = h + n, *s = chord + n;
     for (int i = 0; i + 1 < n; i++) {
         h[i] = time[i + 1] - time[i];
         chord[i] = (value[i + 1] - value[i]) / h[i];
@@ -64,7 +65,6 @@ struct expr_table *expr_table_new(enum expr_interpolation kind, int n, const dou
         u->piece[i][2] = (chord[i] - s[i]) / h[i] - bend;
         u->piece[i][3] = bend / h[i];
     }
-    free(h);
     return u;
 }
 

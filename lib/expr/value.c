@@ -9,20 +9,9 @@
 double expr_function_value(enum expr_op op, double a)
 {
     switch (op) {
-    case EXPR_SIN:   return sin(a);
-    case EXPR_COS:   return cos(a);
-    case EXPR_TAN:   return tan(a);
-    case EXPR_ASIN:  return asin(a);
-    case EXPR_ACOS:  return acos(a);
-    case EXPR_ATAN:  return atan(a);
-    case EXPR_SINH:  return sinh(a);
-    case EXPR_COSH:  return cosh(a);
-    case EXPR_TANH:  return tanh(a);
-    case EXPR_ASINH: return asinh(a);
-    case EXPR_ACOSH: return acosh(a);
-    case EXPR_ATANH: return atanh(a);
-    case EXPR_EXP:   return exp(a);
-    case EXPR_LOG:   return log(a);
+#define X(sym, name) case EXPR_##sym: return name(a);
+    EXPR_ELEMENTARY_TABLE(X)
+#undef X
     case EXPR_SQRT:  return sqrt(a);
     case EXPR_CBRT:  return cbrt(a);
     case EXPR_ABS:   return fabs(a);

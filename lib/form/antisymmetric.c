@@ -1,6 +1,8 @@
 /* A 2-form's matrix is antisymmetric: entries against those across the diagonal. */
+#include <assert.h>
 #include <stdlib.h>
 
+#include "arena.h"
 #include "form.h"
 #include "mem.h"
 #include "probe.h"
@@ -22,11 +24,12 @@ static int by_place(const void *a, const void *b)
 
 size_t form_not_antisymmetric(struct expr_store *st, const struct form_matrix *m)
 {
-    struct place *p = sga_malloc((m->entries + 1) * sizeof *p);
-    struct form_probe probe;
+    SGA_FREED struct place *p = sga_malloc((m->entries + 1) * sizeof *p);
+    SGA_ENDS(form_probe_clear) struct form_probe probe;
     size_t bad = m->entries;
     for (size_t k = 0; k < m->entries; k++) {
         int i = m->entry[k].row, j = m->entry[k].col;
+        assert(i < m->rows && j < m->cols);
         p[k] = (struct place){ i < j ? i : j, i < j ? j : i, k };
     }
     qsort(p, m->entries, sizeof *p, by_place);
@@ -38,7 +41,5 @@ size_t form_not_antisymmetric(struct expr_store *st, const struct form_matrix *m
         if (!form_probe_zero(&probe, st, sum))
             bad = p[k].entry;
     }
-    form_probe_clear(&probe);
-    free(p);
     return bad;
 }

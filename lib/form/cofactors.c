@@ -7,6 +7,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 
+#include "arena.h"
 #include "mem.h"
 
 enum { MOST_COLUMNS = 16 };
@@ -50,7 +51,7 @@ bool form_cofactors(struct expr_store *st, expr_id *const *row, int rows, const 
 {
     if (n > MOST_COLUMNS || choose(n, rows + 1) > FORM_COFACTORS)
         return false;
-    expr_id *minor = all_minors(st, row, rows, col, n);
+    SGA_FREED expr_id *minor = all_minors(st, row, rows, col, n);
     long most = *count + choose(n, rows + 1);
     *out = sga_realloc(*out, ((size_t)most * (size_t)cols + 1) * sizeof **out);
     for (uint32_t s = 0; s < (uint32_t)1 << n; s++) {
@@ -69,6 +70,5 @@ bool form_cofactors(struct expr_store *st, expr_id *const *row, int rows, const 
         }
         *count += some;
     }
-    free(minor);
     return true;
 }

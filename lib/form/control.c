@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "buf.h"
 #include "form.h"
 #include "mem.h"
@@ -13,7 +14,7 @@ void form_control(struct sys_system *s, const struct form_control *in)
     struct expr_store *st = s->store;
     int n = in->variables;
     assert(in->G.rows == in->inputs && in->G.cols == n);
-    expr_id *alpha = sga_malloc((size_t)n * sizeof *alpha + 1);
+    SGA_FREED expr_id *alpha = sga_malloc((size_t)n * sizeof *alpha + 1);
     memcpy(alpha, in->F, (size_t)n * sizeof *alpha);
     for (size_t k = 0; k < in->G.entries; k++) {
         const struct form_entry *e = in->G.entry + k;
@@ -35,6 +36,5 @@ void form_control(struct sys_system *s, const struct form_control *in)
         sys_add_row(s, in->constraint[i], source.data);
     }
     sga_buf_free(&source);
-    free(alpha);
     s->square = in->constraints == in->inputs;
 }

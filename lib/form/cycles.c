@@ -2,6 +2,7 @@
  * (d omega)_ijk = d_i omega_jk + d_j omega_ki + d_k omega_ij, for i < j < k. */
 #include <stdlib.h>
 
+#include "arena.h"
 #include "derive.h"
 #include "form.h"
 #include "mem.h"
@@ -37,11 +38,11 @@ static struct piece place(struct expr_store *st, int m, int r, int c, expr_id va
 bool form_cycles(struct expr_store *st, const int *variable, int variables, const struct form_matrix *omega, int most,
                  struct form_cycle **cycle, int *cycles)
 {
-    struct piece *piece = NULL;
-    struct expr_term *term = NULL;
-    struct expr_cone cone;
+    SGA_FREED struct piece *piece = NULL;
+    SGA_FREED struct expr_term *term = NULL;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
     size_t pieces = 0, cap = 0, term_cap = 0;
-    unsigned char *active = sga_calloc((size_t)st->symbols + 1, 1);
+    SGA_FREED unsigned char *active = sga_calloc((size_t)st->symbols + 1, 1);
     for (int i = 0; i < variables; i++)
         active[variable[i]] = 1;
     expr_cone_init(&cone);
@@ -70,9 +71,5 @@ bool form_cycles(struct expr_store *st, const int *variable, int variables, cons
             (*cycle)[(*cycles)++] = (struct form_cycle){ piece[a].i, piece[a].j, piece[a].k, piece[a].term };
         }
     }
-    free(piece);
-    free(term);
-    free(active);
-    expr_cone_clear(&cone);
     return pieces <= 3 * (size_t)most;
 }

@@ -2,7 +2,7 @@
 #ifndef SGA_FORM_DERIVATIVES_H
 #define SGA_FORM_DERIVATIVES_H
 
-#include "equations.h"
+struct form_equations;
 
 int form_derivative_symbol(struct form_equations *f, int u, int order);
 

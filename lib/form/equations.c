@@ -1,9 +1,11 @@
 /* What the reader of implicit equations needs: unknowns and their derivatives' symbols. */
 #include "equations.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "buf.h"
 #include "derivatives.h"
 #include "derive.h"
@@ -54,15 +56,15 @@ void form_equations_unknown(struct form_equations *f, int symbol)
  * store's error. */
 int form_derivative_symbol(struct form_equations *f, int u, int order)
 {
+    assert(u >= 0 && u < f->unknowns && order >= 0 && order <= FORM_MAX_ORDER);
     int *symbol = &f->unknown[u].symbol[order];
     if (*symbol >= 0)
         return *symbol;
-    struct sga_buf name = { 0 };
+    SGA_ENDS(sga_buf_free) struct sga_buf name = { 0 };
     sga_buf_puts(&name, f->store->symbol[f->unknown[u].symbol[0]].name);
     for (int k = 0; k < order; k++)
         sga_buf_put(&name, "'", 1);
     expr_id e = expr_symbol_add(f->store, name.data, EXPR_VELOCITY);
-    sga_buf_free(&name);
     if (!e)
         return -1;
     *symbol = f->store->node[e].a;
@@ -83,10 +85,10 @@ expr_id form_equations_total(void *ctx, expr_id e)
 {
     struct form_equations *f = ctx;
     struct expr_store *st = f->store;
-    struct expr_cone cone;
-    struct expr_term *term = NULL;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    SGA_FREED struct expr_term *term = NULL;
     size_t cap = 0;
-    unsigned char *active = sga_calloc((size_t)st->symbols + 1, 1);
+    SGA_FREED unsigned char *active = sga_calloc((size_t)st->symbols + 1, 1);
     for (int i = 0; i < st->symbols; i++)
         active[i] = i < f->known && f->owner[i] >= 0;
     expr_cone_init(&cone);
@@ -100,9 +102,6 @@ expr_id form_equations_total(void *ctx, expr_id e)
         int next = order > FORM_MAX_ORDER ? -1 : form_derivative_symbol(f, f->owner[s], order);
         sum = next < 0 ? EXPR_UNDEF : expr_add(st, sum, expr_mul(st, term[k].value, st->symbol[next].node));
     }
-    expr_cone_clear(&cone);
-    free(term);
-    free(active);
     return sum;
 }
 

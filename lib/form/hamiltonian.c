@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "arena.h"
 #include "cofactors.h"
 #include "derive.h"
 #include "form.h"
@@ -30,22 +31,22 @@ static void transpose(struct equation *q, const struct form_entry *entry, size_t
 
 static void canonical(struct equation *q, struct expr_store *st, int n)
 {
-    struct form_entry *omega = sga_malloc(((size_t)n + 1) * sizeof *omega);
+    SGA_FREED struct form_entry *omega = sga_malloc(((size_t)n + 1) * sizeof *omega);
     for (int i = 0; i < n / 2; i++) {
         omega[2 * i] = (struct form_entry){ i, n / 2 + i, expr_int(st, 1) };
         omega[2 * i + 1] = (struct form_entry){ n / 2 + i, i, expr_int(st, -1) };
     }
     transpose(q, omega, (size_t)n, n);
-    free(omega);
 }
 
 /* The gradient of e by variable, dense. */
 static void gradient(struct sys_system *s, struct expr_cone *cone, expr_id e, expr_id *out)
 {
     struct expr_store *st = s->store;
-    unsigned char *active = sga_calloc((size_t)st->symbols + 1, 1);
-    int *column = sga_calloc((size_t)st->symbols + 1, sizeof *column);
-    struct expr_term *term = NULL;
+    SGA_ARENA(mem);
+    unsigned char *active = sga_zeros(&mem, (size_t)st->symbols + 1, 1);
+    int *column = sga_zeros(&mem, (size_t)st->symbols + 1, sizeof *column);
+    SGA_FREED struct expr_term *term = NULL;
     size_t cap = 0;
     for (int j = 0; j < s->variables; j++) {
         active[s->variable[j].symbol] = 1;
@@ -55,9 +56,6 @@ static void gradient(struct sys_system *s, struct expr_cone *cone, expr_id e, ex
     int n = expr_gradient(st, cone, e, active, &term, &cap);
     for (int k = 0; k < n; k++)
         out[column[term[k].symbol]] = term[k].value;
-    free(term);
-    free(active);
-    free(column);
 }
 
 static void add_row(struct sys_system *s, const struct equation *q, const expr_id *weight, int n, int number)
@@ -90,13 +88,12 @@ static void add_pulled_back(struct sys_system *s, struct expr_cone *cone, const 
                             const struct form_hamiltonian *in, struct form_tangent *out)
 {
     int n = in->variables;
-    expr_id *jacobian = sga_calloc((size_t)in->restrictions * (size_t)n + 1, sizeof *jacobian);
+    SGA_FREED expr_id *jacobian = sga_calloc((size_t)in->restrictions * (size_t)n + 1, sizeof *jacobian);
     for (int i = 0; i < in->restrictions; i++)
         gradient(s, cone, in->restriction[i], jacobian + (size_t)i * (size_t)n);
     out->vector = form_kernel(s->store, jacobian, in->restrictions, n, in->zero, &out->count);
     for (int i = 0; i < out->count; i++)
         add_row(s, q, out->vector + (size_t)i * (size_t)n, n, i);
-    free(jacobian);
 }
 
 void form_hamiltonian_space(struct sys_system *s, const struct form_hamiltonian *in)
@@ -113,7 +110,7 @@ void form_hamiltonian_rows(struct sys_system *s, const struct form_hamiltonian *
     int n = in->variables;
     struct equation q = { 0 };
     struct form_tangent tangent = { 0 };
-    struct expr_cone cone;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
     expr_cone_init(&cone);
     if (in->omega) {
         assert(in->omega->rows == n && in->omega->cols == n);
@@ -135,5 +132,4 @@ void form_hamiltonian_rows(struct sys_system *s, const struct form_hamiltonian *
     free(q.entry);
     free(q.first);
     free(q.gradient);
-    expr_cone_clear(&cone);
 }

@@ -3,8 +3,10 @@
  * With p = dL/dv, P = dp/dq and W = dp/dv, the equation i_X omega_L = dE_L reads
  *   along dq:  W v' + (P - P^T) q' = dL/dq - P^T v - dp/dt,   along dv:  W q' = W v,
  * and with q' = v its first part becomes  W v' = dL/dq - P v - dp/dt. */
+#include <assert.h>
 #include <stdlib.h>
 
+#include "arena.h"
 #include "buf.h"
 #include "derive.h"
 #include "form.h"
@@ -25,10 +27,9 @@ struct motion {
 
 static void add_named_row(struct motion *m, const char *what, int symbol)
 {
-    struct sga_buf source = { 0 };
+    SGA_ENDS(sga_buf_free) struct sga_buf source = { 0 };
     sga_buf_printf(&source, "%s %s", what, m->st->symbol[symbol].name);
     sys_add_row(m->s, expr_int(m->st, 0), source.data);
-    sga_buf_free(&source);
 }
 
 static void begin(struct motion *m)
@@ -105,7 +106,7 @@ static void add_momentum(struct motion *m, int i, expr_id p)
 static void add_constraint(struct motion *m, int a)
 {
     struct expr_store *st = m->st;
-    struct sga_buf source = { 0 };
+    SGA_ENDS(sga_buf_free) struct sga_buf source = { 0 };
     expr_id lambda = st->symbol[m->in->multiplier[a]].node;
     int terms = expr_gradient(st, &m->cone, m->in->constraint[a], m->active, &m->term, &m->cap);
     for (int k = 0; k < terms; k++) {
@@ -114,13 +115,13 @@ static void add_constraint(struct motion *m, int a)
     }
     sga_buf_printf(&source, "holonomic[%d]", a);
     sys_add_row(m->s, m->in->constraint[a], source.data);
-    sga_buf_free(&source);
 }
 
 void form_lagrangian(struct sys_system *s, const struct form_lagrangian *in)
 {
+    assert(in->coordinates > 0 && in->constraints >= 0);
     struct motion m = { .in = in, .s = s, .st = s->store };
-    expr_id *momentum = sga_calloc((size_t)in->coordinates + 1, sizeof *momentum);
+    SGA_FREED expr_id *momentum = sga_calloc((size_t)in->coordinates + 1, sizeof *momentum);
     expr_cone_init(&m.cone);
     begin(&m);
     differentiate_lagrangian(&m, momentum);
@@ -139,7 +140,6 @@ void form_lagrangian(struct sys_system *s, const struct form_lagrangian *in)
         s->row[m.first + i].alpha = m.alpha[i];
     s->square = true;
     expr_cone_clear(&m.cone);
-    free(momentum);
     free(m.active);
     free(m.column);
     free(m.alpha);

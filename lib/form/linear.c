@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "arena.h"
 #include "form.h"
 #include "mem.h"
 
@@ -14,8 +15,9 @@ static void add_product(struct expr_store *st, expr_id *sum, expr_id a, expr_id 
 /* A - C D: the entries of D by rows, by counting, so that each entry of C meets its row only. */
 static void subtract_feedback(struct sys_system *s, const struct form_matrix *C, const struct form_matrix *D)
 {
-    size_t *first = sga_calloc((size_t)D->rows + 2, sizeof *first);
-    size_t *sorted = sga_malloc((D->entries + 1) * sizeof *sorted);
+    SGA_ARENA(mem);
+    size_t *first = sga_zeros(&mem, (size_t)D->rows + 2, sizeof *first);
+    size_t *sorted = sga_take(&mem, (D->entries + 1) * sizeof *sorted);
     for (size_t k = 0; k < D->entries; k++)
         first[D->entry[k].row + 2]++;
     for (int i = 2; i <= D->rows; i++)
@@ -29,14 +31,12 @@ static void subtract_feedback(struct sys_system *s, const struct form_matrix *C,
             sys_add_entry(s, c->row, d->col, expr_neg(s->store, expr_mul(s->store, c->value, d->value)));
         }
     }
-    free(first);
-    free(sorted);
 }
 
 void form_linear(struct sys_system *s, const struct form_linear *in)
 {
     struct expr_store *st = s->store;
-    expr_id *alpha = sga_malloc(((size_t)in->A.rows + 1) * sizeof *alpha);
+    SGA_FREED expr_id *alpha = sga_malloc(((size_t)in->A.rows + 1) * sizeof *alpha);
     assert(in->A.cols == in->variables && in->B.rows == in->A.rows && in->B.cols == in->variables);
     for (int j = 0; j < in->variables; j++)
         sys_add_variable(s, in->variable[j], "variable");
@@ -62,5 +62,4 @@ void form_linear(struct sys_system *s, const struct form_linear *in)
     if (in->D.rows)
         subtract_feedback(s, &in->C, &in->D);
     s->square = in->A.rows == in->variables + in->inputs;
-    free(alpha);
 }

@@ -3,8 +3,10 @@
  * Source: A. Szatkowski, On the dynamic spaces and on the equations of motion of nonlinear
  * nonholonomic mechanical systems, Arch. Mech. 42 (1990) 151-174, definition 3: the reaction lies in the orthogonal
  * complement of the fibre's tangent space, which the rows of H span. */
+#include <assert.h>
 #include <stdlib.h>
 
+#include "arena.h"
 #include "buf.h"
 #include "derive.h"
 #include "form.h"
@@ -18,10 +20,9 @@ static expr_id node_of(const struct sys_system *s, int symbol)
 
 static void add_named_row(struct sys_system *s, expr_id alpha, const char *what, int symbol)
 {
-    struct sga_buf source = { 0 };
+    SGA_ENDS(sga_buf_free) struct sga_buf source = { 0 };
     sga_buf_printf(&source, "%s %s", what, s->store->symbol[symbol].name);
     sys_add_row(s, alpha, source.data);
-    sga_buf_free(&source);
 }
 
 /* 1 for the symbols given; the caller frees it. */
@@ -36,26 +37,21 @@ static unsigned char *mark(const struct sys_system *s, const int *symbol, int n)
 expr_id form_fibre_condition(const struct sys_system *s, const struct form_mechanical *in, expr_id h)
 {
     struct expr_store *st = s->store;
-    struct expr_cone cone;
-    struct expr_term *term = NULL;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    SGA_FREED struct expr_term *term = NULL;
     size_t cap = 0;
-    unsigned char *velocity = mark(s, in->velocity, in->coordinates);
+    SGA_FREED unsigned char *velocity = mark(s, in->velocity, in->coordinates);
     expr_cone_init(&cone);
     if (!expr_gradient(st, &cone, h, velocity, &term, &cap)) {
-        unsigned char *coordinate = mark(s, in->coordinate, in->coordinates);
+        SGA_FREED unsigned char *coordinate = mark(s, in->coordinate, in->coordinates);
         int terms = expr_gradient(st, &cone, h, coordinate, &term, &cap);
-        int *place = sga_calloc((size_t)st->symbols + 1, sizeof *place);
+        SGA_FREED int *place = sga_calloc((size_t)st->symbols + 1, sizeof *place);
         h = expr_time_partial(st, h, s->time);
         for (int i = 0; i < in->coordinates; i++)
             place[in->coordinate[i]] = i;
         for (int k = 0; k < terms; k++)
             h = expr_add(st, h, expr_mul(st, term[k].value, node_of(s, in->velocity[place[term[k].symbol]])));
-        free(place);
-        free(coordinate);
     }
-    expr_cone_clear(&cone);
-    free(velocity);
-    free(term);
     return h;
 }
 
@@ -70,10 +66,9 @@ static void add_definitions(struct sys_system *s, const struct form_mechanical *
 static void add_constraints(struct sys_system *s, const struct form_mechanical *in)
 {
     for (int i = 0; i < in->constraints; i++) {
-        struct sga_buf source = { 0 };
+        SGA_ENDS(sga_buf_free) struct sga_buf source = { 0 };
         sga_buf_printf(&source, "constraints[%d]", i);
         sys_add_row(s, in->constraint[i], source.data);
-        sga_buf_free(&source);
     }
 }
 
@@ -81,11 +76,11 @@ static void add_constraints(struct sys_system *s, const struct form_mechanical *
 static void add_reaction(struct sys_system *s, const struct form_mechanical *in, int first, expr_id condition, int column)
 {
     struct expr_store *st = s->store;
-    struct expr_cone cone;
-    struct expr_term *term = NULL;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    SGA_FREED struct expr_term *term = NULL;
     size_t cap = 0;
-    unsigned char *velocity = mark(s, in->velocity, in->coordinates);
-    int *place = sga_calloc((size_t)st->symbols + 1, sizeof *place);
+    SGA_FREED unsigned char *velocity = mark(s, in->velocity, in->coordinates);
+    SGA_FREED int *place = sga_calloc((size_t)st->symbols + 1, sizeof *place);
     for (int i = 0; i < in->coordinates; i++)
         place[in->velocity[i]] = i;
     expr_cone_init(&cone);
@@ -94,10 +89,6 @@ static void add_reaction(struct sys_system *s, const struct form_mechanical *in,
         expr_id *alpha = &s->row[first + place[term[k].symbol]].alpha;
         *alpha = expr_add(st, *alpha, expr_mul(st, term[k].value, node_of(s, s->variable[column].symbol)));
     }
-    expr_cone_clear(&cone);
-    free(velocity);
-    free(place);
-    free(term);
 }
 
 void form_mechanical_rows(struct sys_system *s, const struct form_mechanical *in, const expr_id *condition,
@@ -107,6 +98,7 @@ void form_mechanical_rows(struct sys_system *s, const struct form_mechanical *in
     int first = s->rows;
     for (int i = 0; i < in->coordinates; i++)
         add_named_row(s, in->force[i], "equation of", in->coordinate[i]);
+    assert(s->rows == first + in->coordinates);
     for (size_t k = 0; k < in->masses; k++)
         sys_add_entry(s, first + in->mass[k].row, in->coordinates + in->mass[k].col, in->mass[k].value);
     for (int i = 0; i < conditions; i++)
@@ -124,8 +116,9 @@ static void add_state(struct sys_system *s, const struct form_mechanical *in)
 
 void form_mechanical(struct sys_system *s, const struct form_mechanical *in)
 {
-    expr_id *condition = sga_calloc((size_t)in->constraints + 1, sizeof *condition);
-    int *column = sga_calloc((size_t)in->constraints + 1, sizeof *column);
+    SGA_ARENA(mem);
+    expr_id *condition = sga_zeros(&mem, (size_t)in->constraints + 1, sizeof *condition);
+    int *column = sga_zeros(&mem, (size_t)in->constraints + 1, sizeof *column);
     add_state(s, in);
     for (int i = 0; i < in->constraints; i++) {
         sys_add_variable(s, in->multiplier[i], "multiplier");
@@ -134,8 +127,6 @@ void form_mechanical(struct sys_system *s, const struct form_mechanical *in)
     }
     form_mechanical_rows(s, in, condition, column, in->constraints);
     s->square = s->restrictions == 0;
-    free(condition);
-    free(column);
 }
 
 void form_kinematics(struct sys_system *s, const struct form_mechanical *in)

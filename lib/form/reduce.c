@@ -7,10 +7,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "buf.h"
 #include "derivatives.h"
 #include "derive.h"
+#include "equations.h"
 #include "mem.h"
+#include "system.h"
 
 struct reduction {
     struct form_equations *f;
@@ -67,7 +70,7 @@ static void mark_tops(struct reduction *r)
 /* r->term[first[i] .. first[i+1]): the gradient of equation i in the tops. */
 static void find_gradients(struct reduction *r)
 {
-    struct expr_term *one = NULL;
+    SGA_FREED struct expr_term *one = NULL;
     size_t cap = 0;
     r->first = sga_calloc((size_t)r->f->equations + 1, sizeof *r->first);
     for (int i = 0; i < r->f->equations; i++) {
@@ -78,7 +81,6 @@ static void find_gradients(struct reduction *r)
         r->terms += (size_t)n;
         r->first[i + 1] = r->terms;
     }
-    free(one);
 }
 
 static void prolong(struct reduction *r, int symbol)
@@ -99,7 +101,7 @@ static void prolong_in_cone(struct reduction *r)
 /* sign(x') has the derivative 0 and is not linear: the gradient does not show it. */
 static void prolong_steps(struct reduction *r)
 {
-    expr_id *step = NULL;
+    SGA_FREED expr_id *step = NULL;
     size_t cap = 0;
     int steps = 0;
     expr_cone_of(r->st, &r->cone, r->f->equation, r->f->equations);
@@ -110,14 +112,13 @@ static void prolong_steps(struct reduction *r)
         }
     expr_cone_of(r->st, &r->cone, step, steps);
     prolong_in_cone(r);
-    free(step);
 }
 
 /* Prolong every top whose own coefficient depends on it (pass 0), then those whose
  * coefficient depends on another top that is left, with that one (pass 1). */
 static void prolong_nonlinear(struct reduction *r, int pass)
 {
-    unsigned char *found = sga_calloc((size_t)r->st->symbols + 1, 1);
+    SGA_FREED unsigned char *found = sga_calloc((size_t)r->st->symbols + 1, 1);
     for (size_t k = 0; k < r->terms; k++) {
         int v = r->term[k].symbol;
         if (!r->top[v])
@@ -132,17 +133,15 @@ static void prolong_nonlinear(struct reduction *r, int pass)
     for (int j = 0; j < r->st->symbols; j++)
         if (found[j])
             prolong(r, j);
-    free(found);
 }
 
 static void set_tops_to_zero(struct reduction *r, expr_id *roots, int nroots)
 {
-    expr_id *map = sga_calloc((size_t)r->st->symbols + 1, sizeof *map);
+    SGA_FREED expr_id *map = sga_calloc((size_t)r->st->symbols + 1, sizeof *map);
     expr_id zero = expr_int(r->st, 0);
     for (int j = 0; j < r->st->symbols; j++)
         map[j] = r->top[j] ? zero : EXPR_UNDEF;
     expr_substitute(r->st, roots, nroots, map);
-    free(map);
 }
 
 static void find_rests(struct reduction *r)
@@ -193,7 +192,7 @@ static int *columns(const struct reduction *r)
 
 static void add_rows(struct reduction *r)
 {
-    int *column = columns(r);
+    SGA_FREED int *column = columns(r);
     for (int i = 0; i < r->f->equations; i++) {
         char source[40];
         snprintf(source, sizeof source, "equations[%d]", i);
@@ -216,7 +215,6 @@ static void add_rows(struct reduction *r)
         }
     }
     sga_buf_free(&source);
-    free(column);
 }
 
 bool form_equations_reduce(struct form_equations *f, struct sys_system *s, int max_variables, struct sga_error *err)

@@ -1,9 +1,11 @@
 /* The kernel of a matrix of expressions: constant pivots first, then block by block. */
 #include "cofactors.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
 #include "probe.h"
 
@@ -176,8 +178,9 @@ static bool all_vanish(struct elimination *e, int from)
 /* The vectors of a block whose rows stand from `first` to `last`, over its own columns. */
 static void solve_block(struct elimination *e, int block, int first, int last)
 {
-    int *col = sga_malloc(((size_t)e->cols + 1) * sizeof *col), n = 0, before = e->count;
-    expr_id **row = sga_malloc(((size_t)(last - first) + 1) * sizeof *row);
+    SGA_ARENA(mem);
+    int *col = sga_take(&mem, ((size_t)e->cols + 1) * sizeof *col), n = 0, before = e->count;
+    expr_id **row = sga_take(&mem, ((size_t)(last - first) + 1) * sizeof *row);
     for (int j = 0; j < e->cols; j++)
         if (e->block[j] == block && !e->is_pivot[j])
             col[n++] = j;
@@ -193,8 +196,6 @@ static void solve_block(struct elimination *e, int block, int first, int last)
                 free_vector(e, col[k], first, e->rank);
     }
     e->rank = last;
-    free(col);
-    free(row);
 }
 
 /* Blocks one after the other; each draws its rows together. */
@@ -235,6 +236,7 @@ static void lift(struct elimination *e)
 
 expr_id *form_kernel(struct expr_store *st, expr_id *matrix, int rows, int cols, const struct form_zero *zero, int *count)
 {
+    assert(rows >= 0 && cols > 0);
     struct elimination e = { .st = st, .a = matrix, .rows = rows, .cols = cols, .zero = zero };
     e.column = sga_calloc((size_t)rows + 1, sizeof *e.column);
     e.is_pivot = sga_calloc((size_t)cols + 1, 1);

@@ -1,6 +1,7 @@
 /* Hopcroft and Karp: shortest augmenting paths, a whole layer of them at a time. */
 #include "graph.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -88,5 +89,6 @@ int graph_match(const struct graph *g, int *col_of_row, int *row_of_col)
     free(s.depth);
     free(s.next);
     free(s.list);
+    assert(size <= g->rows && size <= g->cols);
     return size;
 }

@@ -4,6 +4,7 @@
 
 #include <stdlib.h>
 
+#include "arena.h"
 #include "mem.h"
 
 /* The graph by columns. */
@@ -26,7 +27,8 @@ static void transpose(const struct graph *g, int **start, int **to)
 static void reach(const struct graph *g, const int *own, const int *other, enum graph_part part,
                   enum graph_part *own_part, enum graph_part *other_part)
 {
-    int *list = sga_malloc(((size_t)g->rows + 1) * sizeof *list), tail = 0;
+    SGA_FREED int *list = sga_malloc(((size_t)g->rows + 1) * sizeof *list);
+    int tail = 0;
     for (int i = 0; i < g->rows; i++)
         if (own[i] < 0) {
             own_part[i] = part;
@@ -43,13 +45,12 @@ static void reach(const struct graph *g, const int *own, const int *other, enum 
             list[tail++] = other[j];
         }
     }
-    free(list);
 }
 
 void graph_coarse(const struct graph *g, const int *col_of_row, const int *row_of_col,
                   enum graph_part *row_part, enum graph_part *col_part)
 {
-    int *start, *to;
+    SGA_FREED int *start = NULL, *to = NULL;
     for (int i = 0; i < g->rows; i++)
         row_part[i] = GRAPH_WELL;
     for (int j = 0; j < g->cols; j++)
@@ -58,6 +59,4 @@ void graph_coarse(const struct graph *g, const int *col_of_row, const int *row_o
     transpose(g, &start, &to);
     struct graph t = { g->cols, g->rows, start, to };
     reach(&t, row_of_col, col_of_row, GRAPH_UNDER, col_part, row_part);
-    free(start);
-    free(to);
 }

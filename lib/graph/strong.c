@@ -1,8 +1,10 @@
 /* Tarjan's strong components with an explicit stack, and the block-triangular form. */
 #include "graph.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
+#include "arena.h"
 #include "mem.h"
 
 struct tarjan {
@@ -69,16 +71,18 @@ int graph_strong(const struct graph *g, int *component)
     free(t.edge);
     free(t.call);
     free(t.open);
+    assert(t.found <= g->rows && !t.calls);
     return t.found;
 }
 
 int graph_blocks(const struct graph *g, const int *col_of_row, const int *row_of_col, int *block)
 {
     int rows = 0, edges = 0;
-    int *place = sga_malloc(((size_t)g->rows + 1) * sizeof *place);
-    int *start = sga_malloc(((size_t)g->rows + 2) * sizeof *start);
-    int *to = sga_malloc(((size_t)g->start[g->rows] + 1) * sizeof *to);
-    int *component = sga_malloc(((size_t)g->rows + 1) * sizeof *component);
+    SGA_ARENA(mem);
+    int *place = sga_take(&mem, ((size_t)g->rows + 1) * sizeof *place);
+    int *start = sga_take(&mem, ((size_t)g->rows + 2) * sizeof *start);
+    int *to = sga_take(&mem, ((size_t)g->start[g->rows] + 1) * sizeof *to);
+    int *component = sga_take(&mem, ((size_t)g->rows + 1) * sizeof *component);
     for (int i = 0; i < g->rows; i++)
         place[i] = col_of_row[i] >= 0 ? rows++ : -1;
     rows = 0;
@@ -94,9 +98,6 @@ int graph_blocks(const struct graph *g, const int *col_of_row, const int *row_of
     int found = graph_strong(&(struct graph){ rows, rows, start, to }, component);
     for (int i = 0; i < g->rows; i++)
         block[i] = place[i] < 0 ? -1 : component[place[i]];
-    free(place);
-    free(start);
-    free(to);
-    free(component);
+    assert(found <= rows);
     return found;
 }

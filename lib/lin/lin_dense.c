@@ -8,6 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
+#include "lin_sparse.h"
 #include "mem.h"
 
 /* A = U S V^T with A tall; a wide matrix is stored transposed, and U and V trade places. */
@@ -166,8 +168,9 @@ bool lin_correction_dense(const struct lin_correction *p, double rtol, double *d
                           struct lin_least *out)
 {
     int c = p->J->rows, n = p->J->cols;
-    double *a = sga_calloc((size_t)c * (size_t)n + 1, sizeof *a);
-    double *b = sga_calloc((size_t)c + 1, sizeof *b);
+    SGA_ARENA(mem);
+    double *a = sga_zeros(&mem, (size_t)c * (size_t)n + 1, sizeof *a);
+    double *b = sga_zeros(&mem, (size_t)c + 1, sizeof *b);
     for (int i = 0; i < c; i++)
         b[i] = scaled_row(p, i, a + (size_t)i * (size_t)n);
     struct lin_dense A = {c, n, a};
@@ -178,7 +181,5 @@ bool lin_correction_dense(const struct lin_correction *p, double rtol, double *d
         else
             d[j] = d[j] / (p->w ? p->w[j] : 1) + (p->g && ok ? p->g[j] : 0);
     }
-    free(a);
-    free(b);
     return ok;
 }

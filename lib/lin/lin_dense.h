@@ -6,7 +6,6 @@
 #define SGA_LIN_DENSE_H
 
 #include <stdbool.h>
-#include "lin_sparse.h"
 
 struct lin_dense {
     int rows, cols;

@@ -6,6 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
+#include "lin_lu.h"
+#include "lin_sparse.h"
 #include "mem.h"
 
 /* Below this ratio of pivots the condition of J is looked at itself. */
@@ -16,6 +19,7 @@
 #define SINGULAR 1e-13
 
 struct lin_kkt {
+    struct sga_arena mem;
     int c, n;
     struct lin_sparse *J;     /* pattern, and scaled values D J W^-1 */
     struct lin_sparse *K;     /* the stationarity system's pattern and values */
@@ -34,9 +38,10 @@ static struct lin_sparse *kkt_pattern(struct lin_kkt *k)
     const struct lin_sparse *J = k->J;
     int n = k->n, c = k->c, nz = J->ptr[c];
     int count = n + 2 * nz, at = 0;
-    int *row = sga_malloc(((size_t)count + 1) * sizeof *row);
-    int *col = sga_malloc(((size_t)count + 1) * sizeof *col);
-    int *place = sga_malloc(((size_t)count + 1) * sizeof *place);
+    SGA_ARENA(mem);
+    int *row = sga_take(&mem, ((size_t)count + 1) * sizeof *row);
+    int *col = sga_take(&mem, ((size_t)count + 1) * sizeof *col);
+    int *place = sga_take(&mem, ((size_t)count + 1) * sizeof *place);
     for (int j = 0; j < n; j++, at++)
         row[at] = col[at] = j;
     for (int i = 0; i < c; i++)
@@ -49,9 +54,6 @@ static struct lin_sparse *kkt_pattern(struct lin_kkt *k)
         k->upper[e] = place[n + 2 * e];
         k->lower[e] = place[n + 2 * e + 1];
     }
-    free(row);
-    free(col);
-    free(place);
     return K;
 }
 
@@ -62,13 +64,13 @@ struct lin_kkt *lin_kkt_new(const struct lin_sparse *J)
     k->n = J->cols;
     k->J = lin_sparse_new(J->rows, J->cols, J->ptr, J->col);
     size_t nz = (size_t)J->ptr[J->rows] + 1;
-    k->upper = sga_malloc(nz * sizeof *k->upper);
-    k->lower = sga_malloc(nz * sizeof *k->lower);
+    k->upper = sga_take(&k->mem, nz * sizeof *k->upper);
+    k->lower = sga_take(&k->mem, nz * sizeof *k->lower);
     k->K = kkt_pattern(k);
     k->lu = lin_lu_new(k->K);
-    k->unit = sga_calloc((size_t)k->n + 1, sizeof *k->unit);
-    k->row = sga_calloc((size_t)k->c + 1, sizeof *k->row);
-    k->v = sga_calloc(3 * ((size_t)k->n + (size_t)k->c) + 1, sizeof *k->v);
+    k->unit = sga_zeros(&k->mem, (size_t)k->n + 1, sizeof *k->unit);
+    k->row = sga_zeros(&k->mem, (size_t)k->c + 1, sizeof *k->row);
+    k->v = sga_zeros(&k->mem, 3 * ((size_t)k->n + (size_t)k->c) + 1, sizeof *k->v);
     return k;
 }
 
@@ -79,11 +81,7 @@ void lin_kkt_free(struct lin_kkt *k)
     lin_lu_free(k->lu);
     lin_sparse_free(k->K);
     lin_sparse_free(k->J);
-    free(k->upper);
-    free(k->lower);
-    free(k->unit);
-    free(k->row);
-    free(k->v);
+    sga_arena_end(&k->mem);
     free(k);
 }
 
@@ -150,7 +148,8 @@ static double normalise(int n, double *v)
 /* Largest singular value of the scaled J: power iteration on J J^T from v (c). */
 static double largest_singular(const struct lin_kkt *k, double *v)
 {
-    double *u = sga_malloc(((size_t)k->n + 1) * sizeof *u), s = 0;
+    SGA_FREED double *u = sga_malloc(((size_t)k->n + 1) * sizeof *u);
+    double s = 0;
     for (int turn = 0; turn < 4; turn++) {
         lin_sparse_transpose_times(k->J, v, u);
         s = 0;
@@ -159,7 +158,6 @@ static double largest_singular(const struct lin_kkt *k, double *v)
         lin_sparse_times(k->J, u, v);
         normalise(k->c, v);
     }
-    free(u);
     return sqrt(s);
 }
 
@@ -200,12 +198,11 @@ static double condition(struct lin_kkt *k)
 {
     if (k->c == 0)
         return 1;
-    double *v = sga_malloc((size_t)k->c * sizeof *v);
+    SGA_FREED double *v = sga_malloc((size_t)k->c * sizeof *v);
     start_vector(k->c, v);
     double large = largest_singular(k, v);
     start_vector(k->c, v);
     double small = smallest_singular(k, v);
-    free(v);
     /* rows of norm 1 bound the largest singular value from below */
     return small > 0 ? fmin(1, small / fmax(large, 1)) : 0;
 }

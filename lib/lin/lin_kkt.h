@@ -17,9 +17,9 @@
 #define SGA_LIN_KKT_H
 
 #include <stdbool.h>
-#include "lin_lu.h"
 
 struct lin_kkt;
+struct lin_sparse;
 
 /* For this pattern of J (copied). Freed with lin_kkt_free (NULL is allowed). c = 0 and
  * n = 0 are allowed. */

@@ -10,6 +10,7 @@
 #include <string.h>
 #include <suitesparse/klu.h>
 
+#include "lin_sparse.h"
 #include "mem.h"
 
 /* Pivots are kept while the entries of U stay below this many times those of A, or

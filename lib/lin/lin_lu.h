@@ -5,9 +5,9 @@
 #define SGA_LIN_LU_H
 
 #include <stdbool.h>
-#include "lin_sparse.h"
 
 struct lin_lu;
+struct lin_sparse;
 
 /* Copies and orders the pattern of a square matrix. Freed with lin_lu_free (NULL is
  * allowed). A matrix of size 0 is allowed and regular. */

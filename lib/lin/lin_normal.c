@@ -5,6 +5,8 @@
 #include <string.h>
 #include <suitesparse/amd.h>
 
+#include "arena.h"
+#include "lin_sparse.h"
 #include "mem.h"
 
 /* What is left of a row's squared length once the rows before it are taken out. */
@@ -16,6 +18,7 @@ enum { MOST_PRODUCTS = 48, MOST_FILL = 16, FREE = 2000 };
 struct product { int j, a, b; };
 
 struct lin_normal {
+    struct sga_arena mem;
     int c, n;
     struct lin_sparse *J;          /* the pattern */
     int *order;                    /* row k of L is row order[k] of J */
@@ -66,7 +69,9 @@ static bool too_many_products(const struct lin_sparse *J, const struct transpose
 static bool find_order(struct lin_normal *s, const struct transpose *t)
 {
     const struct lin_sparse *J = s->J;
-    int *ptr = sga_calloc((size_t)s->c + 1, sizeof *ptr), *to = NULL, *seen = sga_malloc(((size_t)s->c + 1) * sizeof *seen), count = 0;
+    SGA_ARENA(mem);
+    int *ptr = sga_zeros(&mem, (size_t)s->c + 1, sizeof *ptr), *to = NULL, *seen = sga_take(&mem, ((size_t)s->c + 1) * sizeof *seen);
+    int count = 0;
     size_t cap = 0;
     memset(seen, -1, ((size_t)s->c + 1) * sizeof *seen);
     for (int i = 0; i < s->c; i++) {
@@ -81,9 +86,7 @@ static bool find_order(struct lin_normal *s, const struct transpose *t)
         ptr[i + 1] = count;
     }
     bool ok = count > 0 && amd_order(s->c, ptr, to, s->order, NULL, NULL) >= AMD_OK;
-    free(ptr);
     free(to);
-    free(seen);
     return ok;
 }
 
@@ -91,7 +94,8 @@ static bool find_order(struct lin_normal *s, const struct transpose *t)
 static void list_products(struct lin_normal *s, const struct transpose *t)
 {
     const struct lin_sparse *J = s->J;
-    int *rank = sga_malloc(((size_t)s->c + 1) * sizeof *rank), count = 0;
+    SGA_FREED int *rank = sga_malloc(((size_t)s->c + 1) * sizeof *rank);
+    int count = 0;
     size_t cap = 0;
     for (int k = 0; k < s->c; k++)
         rank[s->order[k]] = k;
@@ -106,7 +110,6 @@ static void list_products(struct lin_normal *s, const struct transpose *t)
             }
         s->from[k + 1] = count;
     }
-    free(rank);
 }
 
 /* The columns of row k of L: from each column of J J^T up the elimination tree. Calls with `row`
@@ -131,7 +134,8 @@ static void find_rows(struct lin_normal *s, int *parent, int *seen, int *fill, i
 static bool find_pattern(struct lin_normal *s)
 {
     size_t c = (size_t)s->c + 1;
-    int *parent = sga_malloc(c * sizeof *parent), *seen = sga_malloc(c * sizeof *seen), *fill = sga_calloc(c, sizeof *fill);
+    SGA_ARENA(mem);
+    int *parent = sga_take(&mem, c * sizeof *parent), *seen = sga_take(&mem, c * sizeof *seen), *fill = sga_zeros(&mem, c, sizeof *fill);
     memset(seen, -1, c * sizeof *seen);
     find_rows(s, parent, seen, fill, NULL);
     double all = 0;
@@ -142,10 +146,10 @@ static bool find_pattern(struct lin_normal *s)
         size_t nz = (size_t)all + 1;
         for (int i = 0; i < s->c; i++)
             s->column[i + 1] = s->column[i] + fill[i];
-        s->row = sga_malloc(nz * sizeof *s->row);
-        s->at = sga_malloc(nz * sizeof *s->at);
-        s->place = sga_malloc(nz * sizeof *s->place);
-        s->L = sga_calloc(nz, sizeof *s->L);
+        s->row = sga_take(&s->mem, nz * sizeof *s->row);
+        s->at = sga_take(&s->mem, nz * sizeof *s->at);
+        s->place = sga_take(&s->mem, nz * sizeof *s->place);
+        s->L = sga_zeros(&s->mem, nz, sizeof *s->L);
         memset(seen, -1, c * sizeof *seen);
         memset(fill, 0, c * sizeof *fill);
         find_rows(s, parent, seen, fill, s->row);
@@ -162,9 +166,6 @@ static bool find_pattern(struct lin_normal *s)
                 s->place[to] = q;
             }
     }
-    free(parent);
-    free(seen);
-    free(fill);
     return ok;
 }
 
@@ -172,22 +173,21 @@ struct lin_normal *lin_normal_new(const struct lin_sparse *J)
 {
     struct lin_normal *s = sga_calloc(1, sizeof *s);
     size_t c = (size_t)J->rows + 1;
-    struct transpose t = transpose(J);
+    SGA_ENDS(transpose_clear) struct transpose t = transpose(J);
     s->c = J->rows;
     s->n = J->cols;
     s->J = lin_sparse_new(J->rows, J->cols, J->ptr, J->col);
-    s->order = sga_malloc(c * sizeof *s->order);
-    s->from = sga_calloc(c, sizeof *s->from);
-    s->column = sga_calloc(c, sizeof *s->column);
-    s->left = sga_calloc(c, sizeof *s->left);
-    s->D = sga_calloc(c, sizeof *s->D);
-    s->y = sga_calloc(c, sizeof *s->y);
+    s->order = sga_take(&s->mem, c * sizeof *s->order);
+    s->from = sga_zeros(&s->mem, c, sizeof *s->from);
+    s->column = sga_zeros(&s->mem, c, sizeof *s->column);
+    s->left = sga_zeros(&s->mem, c, sizeof *s->left);
+    s->D = sga_zeros(&s->mem, c, sizeof *s->D);
+    s->y = sga_zeros(&s->mem, c, sizeof *s->y);
     bool ok = !too_many_products(J, &t) && find_order(s, &t);
     if (ok) {
         list_products(s, &t);
         ok = find_pattern(s);
     }
-    transpose_clear(&t);
     if (ok)
         return s;
     lin_normal_free(s);
@@ -199,17 +199,8 @@ void lin_normal_free(struct lin_normal *s)
     if (!s)
         return;
     lin_sparse_free(s->J);
-    free(s->order);
-    free(s->from);
     free(s->product);
-    free(s->column);
-    free(s->row);
-    free(s->left);
-    free(s->at);
-    free(s->place);
-    free(s->L);
-    free(s->D);
-    free(s->y);
+    sga_arena_end(&s->mem);
     free(s);
 }
 

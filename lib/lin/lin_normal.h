@@ -9,9 +9,9 @@
 #define SGA_LIN_NORMAL_H
 
 #include <stdbool.h>
-#include "lin_sparse.h"
 
 struct lin_normal;
+struct lin_sparse;
 
 /* For this pattern of J (copied). NULL where J J^T or L would be much fuller than J. Freed with
  * lin_normal_free (NULL is allowed). */

@@ -9,6 +9,8 @@
 #include <string.h>
 #include <suitesparse/klu.h>
 
+#include "arena.h"
+#include "lin_sparse.h"
 #include "mem.h"
 
 #define DENSE_ALWAYS 30        /* unknowns up to which elimination is dense */
@@ -40,7 +42,8 @@ struct lin_shift {
 static void order(struct lin_shift *s)
 {
     int n = s->n, nnz = s->J->ptr[n], count = nnz + n;
-    int *row = sga_malloc(((size_t)count + 1) * sizeof *row), *col = sga_malloc(((size_t)count + 1) * sizeof *col);
+    SGA_FREED int *row = sga_malloc(((size_t)count + 1) * sizeof *row);
+    int *col = sga_malloc(((size_t)count + 1) * sizeof *col);
     int *place = sga_malloc(((size_t)count + 1) * sizeof *place);
     for (int i = 0; i < n; i++) {
         for (int k = s->J->ptr[i]; k < s->J->ptr[i + 1]; k++) {
@@ -52,7 +55,6 @@ static void order(struct lin_shift *s)
     s->M = lin_sparse_from_entries(n, n, count, row, col, place);
     s->place = place;
     s->diagonal = place + nnz;
-    free(row);
     free(col);
     klu_defaults(&s->common);
     s->symbolic = klu_analyze(n, s->M->ptr, s->M->col, &s->common);
@@ -348,14 +350,13 @@ void lin_shift_sizes(struct lin_shift *s, const double *size)
 /* 1 where the permutation is even. */
 static int parity(const int *p, int n)
 {
-    unsigned char *seen = sga_calloc((size_t)n + 1, 1);
+    SGA_FREED unsigned char *seen = sga_calloc((size_t)n + 1, 1);
     int sign = 1;
     for (int i = 0; i < n; i++)
         for (int j = i, length = 0; !seen[j]; j = p[j], length++) {
             seen[j] = 1;
             sign = length > 0 ? -sign : sign;
         }
-    free(seen);
     return sign;
 }
 

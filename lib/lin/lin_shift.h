@@ -6,11 +6,11 @@
 #define SGA_LIN_SHIFT_H
 
 #include <stdbool.h>
-#include "lin_sparse.h"
 
 enum { LIN_SHIFTS = 4 };           /* shift 0 is the real one */
 
 struct lin_shift;
+struct lin_sparse;
 
 /* For this square pattern (copied). Freed with lin_shift_free (NULL is allowed). */
 struct lin_shift *lin_shift_new(const struct lin_sparse *pattern);

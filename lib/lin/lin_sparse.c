@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
 
 static struct lin_sparse *allocate(int rows, int cols, int count)
@@ -20,7 +21,7 @@ static struct lin_sparse *allocate(int rows, int cols, int count)
 
 static void assert_sound(const struct lin_sparse *a)
 {
-    int *seen = sga_calloc((size_t)a->cols + 1, sizeof *seen);
+    SGA_FREED int *seen = sga_calloc((size_t)a->cols + 1, sizeof *seen);
     for (int i = 0; i < a->rows; i++) {
         assert(a->ptr[i] <= a->ptr[i + 1]);
         for (int k = a->ptr[i]; k < a->ptr[i + 1]; k++) {
@@ -29,7 +30,6 @@ static void assert_sound(const struct lin_sparse *a)
             seen[a->col[k]] = i + 1;
         }
     }
-    free(seen);
 }
 
 struct lin_sparse *lin_sparse_new(int rows, int cols, const int *ptr, const int *col)
@@ -62,11 +62,10 @@ static void sort_by_row(int rows, int count, const int *row, int *start, int *or
         start[row[k] + 1]++;
     for (int i = 0; i < rows; i++)
         start[i + 1] += start[i];
-    int *next = sga_malloc(((size_t)rows + 1) * sizeof *next);
+    SGA_FREED int *next = sga_malloc(((size_t)rows + 1) * sizeof *next);
     memcpy(next, start, ((size_t)rows + 1) * sizeof *next);
     for (int k = 0; k < count; k++)
         order[next[row[k]]++] = k;
-    free(next);
 }
 
 struct lin_sparse *lin_sparse_from_entries(int rows, int cols, int count,
@@ -75,9 +74,10 @@ struct lin_sparse *lin_sparse_from_entries(int rows, int cols, int count,
     for (int k = 0; k < count; k++)
         assert(row[k] >= 0 && row[k] < rows && column[k] >= 0 && column[k] < cols);
     struct lin_sparse *a = allocate(rows, cols, count);
-    int *start = sga_calloc((size_t)rows + 1, sizeof *start);
-    int *order = sga_malloc(((size_t)count + 1) * sizeof *order);
-    int *where = sga_malloc(((size_t)cols + 1) * sizeof *where);  /* entry of this row */
+    SGA_ARENA(mem);
+    int *start = sga_zeros(&mem, (size_t)rows + 1, sizeof *start);
+    int *order = sga_take(&mem, ((size_t)count + 1) * sizeof *order);
+    int *where = sga_take(&mem, ((size_t)cols + 1) * sizeof *where);  /* entry of this row */
     sort_by_row(rows, count, row, start, order);
     for (int j = 0; j < cols; j++)
         where[j] = -1;
@@ -95,9 +95,6 @@ struct lin_sparse *lin_sparse_from_entries(int rows, int cols, int count,
         }
     }
     a->ptr[rows] = used;
-    free(start);
-    free(order);
-    free(where);
     return a;
 }
 

@@ -4,11 +4,14 @@
 #include "set_points.h"
 #include "warnings.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
+#include "form.h"
 #include "mem.h"
 
 enum { STARTS = 4, BITS = 128 };
@@ -44,7 +47,7 @@ static bool place(const struct mech_search *s, const struct points_space *space,
         num_ball_set_d(ball, space->parameter[i], p->parameter[i]);
     num_ball_set_d(ball, space->time, p->t);
     num_ball_extend(ball);
-    struct expr_cone cone;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
     expr_cone_init(&cone);
     for (int i = 0; i < space->constraints && on; i++) {
         double size = 0;
@@ -53,7 +56,6 @@ static bool place(const struct mech_search *s, const struct points_space *space,
             size = fmax(size, value_of(ball, cone.list[k]));
         on = value_of(ball, space->constraint[i]) <= fmax(1e-8 * size, 1e-12);
     }
-    expr_cone_clear(&cone);
     return on;
 }
 
@@ -64,7 +66,7 @@ enum aim { RANK_OF_H, RANK_OF_WHOLE, ANY_POINT };
 static bool drops_on(struct mech_search *s, const struct points_space *space, double spread, uint64_t *random, const int *end, int stages,
                      enum aim aim)
 {
-    struct points_point p;
+    SGA_ENDS(points_point_clear) struct points_point p;
     enum points_status status = points_find_staged(space, end, stages, spread, random, BITS, &p);
     struct num_ball ball = { 0 }, *at = NULL;
     double tolerance = status == POINTS_OK ? 1e-10 : 1e-5;
@@ -86,7 +88,6 @@ static bool drops_on(struct mech_search *s, const struct points_space *space, do
     }
     if (at == &ball || status == POINTS_IRREGULAR)
         num_ball_clear(&ball);
-    points_point_clear(&p);
     return found;
 }
 
@@ -105,8 +106,8 @@ static void extend(const struct mech_search *s, int variables, int functions, st
 void mech_search_factors(struct mech_search *s)
 {
     int c = s->f->W.constraints;
-    double *near;
-    struct set_points on;
+    SGA_FREED double *near = NULL;
+    SGA_ENDS(set_points_clear) struct set_points on;
     uint64_t random = SGA_SEED_DROPS;
     extend(s, 0, 1, &on, &near);
     if (s->factors > SGA_MOST_RANK_FACTORS)
@@ -120,8 +121,6 @@ void mech_search_factors(struct mech_search *s)
             s->r->where[s->r->wheres++] = on.constraint[c];
         }
     }
-    set_points_clear(&on);
-    free(near);
 }
 
 /* c_1, ..., c_m under names that no request can have. */
@@ -155,6 +154,7 @@ static int kernel_equations(const struct mech_search *s, const int *unit, expr_i
             con[added] = expr_add(st, con[added], expr_mul(st, mech_entry(s, i, j), st->symbol[unit[s->m + j]].node));
         added++;
     }
+    assert(added <= s->n + s->m);
     return added;
 }
 
@@ -163,8 +163,8 @@ void mech_search_kernels(struct mech_search *s)
     struct expr_store *st = s->st;
     int n = s->n, units = s->m + (s->simple ? 0 : n), c = s->f->W.constraints;
     expr_id norm = expr_int(st, -1);
-    double *near;
-    struct set_points on;
+    SGA_FREED double *near = NULL;
+    SGA_ENDS(set_points_clear) struct set_points on;
     uint64_t random = SGA_SEED_DROPS_AGAIN;
     extend(s, units, n + s->m + 1, &on, &near);
     for (int i = 0; i < units; i++) {
@@ -182,6 +182,4 @@ void mech_search_kernels(struct mech_search *s)
         found = drops_on(s, &on.space, on.space.near ? 0.2 * (k + 1) : 1 + k, &random, on.end, on.stages + 1,
                          s->simple ? RANK_OF_H : RANK_OF_WHOLE);
     }
-    set_points_clear(&on);
-    free(near);
 }

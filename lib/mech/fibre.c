@@ -4,10 +4,14 @@
  * must be the rank that the reduction decided. */
 #include "mech.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arb_ends.h"
+#include "arena.h"
 #include "derive.h"
+#include "form.h"
 #include "mem.h"
 #include "signal.h"
 
@@ -16,10 +20,11 @@ static expr_id *differentials(struct expr_store *st, const struct form_mechanica
 {
     int n = in->coordinates;
     expr_id *H = sga_malloc(((size_t)count * (size_t)n + 1) * sizeof *H);
-    unsigned char *active = sga_calloc((size_t)st->symbols + 1, 1);
-    int *place = sga_calloc((size_t)st->symbols + 1, sizeof *place);
-    struct expr_cone cone;
-    struct expr_term *term = NULL;
+    SGA_ARENA(mem);
+    unsigned char *active = sga_zeros(&mem, (size_t)st->symbols + 1, 1);
+    int *place = sga_zeros(&mem, (size_t)st->symbols + 1, sizeof *place);
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    SGA_FREED struct expr_term *term = NULL;
     size_t cap = 0;
     for (int i = 0; i < n; i++) {
         active[in->velocity[i]] = 1;
@@ -34,10 +39,6 @@ static expr_id *differentials(struct expr_store *st, const struct form_mechanica
         for (int k = 0; k < terms; k++)
             row[place[term[k].symbol]] = term[k].value;
     }
-    expr_cone_clear(&cone);
-    free(term);
-    free(active);
-    free(place);
     return H;
 }
 
@@ -46,10 +47,11 @@ static expr_id *drifts(const struct sys_system *s, const struct form_mechanical 
 {
     struct expr_store *st = s->store;
     expr_id *rate = sga_malloc((size_t)(count + 1) * sizeof *rate);
-    unsigned char *active = sga_calloc((size_t)st->symbols + 1, 1);
-    int *velocity = sga_calloc((size_t)st->symbols + 1, sizeof *velocity);
-    struct expr_cone cone;
-    struct expr_term *term = NULL;
+    SGA_ARENA(mem);
+    unsigned char *active = sga_zeros(&mem, (size_t)st->symbols + 1, 1);
+    int *velocity = sga_zeros(&mem, (size_t)st->symbols + 1, sizeof *velocity);
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    SGA_FREED struct expr_term *term = NULL;
     size_t cap = 0;
     for (int i = 0; i < in->coordinates; i++) {
         active[in->coordinate[i]] = 1;
@@ -62,10 +64,6 @@ static expr_id *drifts(const struct sys_system *s, const struct form_mechanical 
         for (int k = 0; k < terms; k++)
             rate[i] = expr_add(st, rate[i], expr_mul(st, term[k].value, st->symbol[velocity[term[k].symbol]].node));
     }
-    expr_cone_clear(&cone);
-    free(term);
-    free(active);
-    free(velocity);
     return rate;
 }
 
@@ -79,8 +77,7 @@ struct rows {
 /* row (n balls) -= what the kept rows explain; kept too if an entry surely differs from 0. */
 static bool keep_row(struct rows *r, arb_ptr row)
 {
-    arb_t f;
-    arb_init(f);
+    SGA_ENDS(arb_end) arb_t f = { 0 };
     for (int k = 0; k < r->kept; k++) {
         arb_srcptr old = r->a + (size_t)k * (size_t)r->n;
         if (arb_is_zero(row + r->pivot[k]))
@@ -92,7 +89,6 @@ static bool keep_row(struct rows *r, arb_ptr row)
                 arb_addmul(row + j, f, old + j, r->prec);
         arb_zero(row + r->pivot[k]);
     }
-    arb_clear(f);
     int best = -1;
     for (int j = 0; j < r->n; j++)
         if (arb_is_finite(row + j) && !arb_contains_zero(row + j)
@@ -111,14 +107,14 @@ static int choose_at(struct points_point *p, const expr_id *H, int count, int n,
     int room = count < n ? count : n;
     struct rows r = { .a = _arb_vec_init((slong)(room + 1) * n), .pivot = sga_calloc((size_t)room + 1, sizeof(int)), .n = n,
                       .prec = POINTS_BITS };
-    arb_ptr row = _arb_vec_init(n);
+    SGA_ARENA(mem);
+    arb_ptr row = arbs_take(&mem, n);
     num_ball_extend(&p->ball);
     for (int i = 0; i < count; i++) {
         for (int j = 0; j < n; j++)
             arb_set(row + j, num_ball_value(&p->ball, H[(size_t)i * (size_t)n + (size_t)j]));
         chosen[i] = r.kept < n && keep_row(&r, row);
     }
-    _arb_vec_clear(row, n);
     _arb_vec_clear(r.a, (slong)(room + 1) * n);
     free(r.pivot);
     return r.kept;
@@ -127,16 +123,15 @@ static int choose_at(struct points_point *p, const expr_id *H, int count, int n,
 /* The best choice over the points of W. */
 static int choose(struct mech_fibre *f, const expr_id *H, int count, int n, unsigned char *chosen)
 {
-    unsigned char *now = sga_calloc((size_t)count + 1, 1);
+    SGA_FREED unsigned char *now = sga_calloc((size_t)count + 1, 1);
     int best = 0;
-    for (int k = 0; k < f->shadow.reals; k++) {
-        int kept = choose_at(f->shadow.real + k, H, count, n, now);
+    for (int k = 0; k < f->oracle.reals; k++) {
+        int kept = choose_at(f->oracle.real + k, H, count, n, now);
         if (kept > best) {
             best = kept;
             memcpy(chosen, now, (size_t)count);
         }
     }
-    free(now);
     return best;
 }
 
@@ -162,11 +157,12 @@ static bool restricted_conditions(struct mech_fibre *f, const struct form_mechan
     int c = 0;
     while (c < f->W.constraints && f->W.constraint[c].generation == 1)
         c++;
-    expr_id *function = sga_calloc((size_t)c + 1, sizeof *function);
-    unsigned char *chosen = sga_calloc((size_t)c + 1, 1);
+    SGA_ARENA(mem);
+    expr_id *function = sga_zeros(&mem, (size_t)c + 1, sizeof *function);
+    unsigned char *chosen = sga_zeros(&mem, (size_t)c + 1, 1);
     for (int i = 0; i < c; i++)
         function[i] = f->W.constraint[i].expr;
-    expr_id *H = differentials(f->kinematics.store, in, function, c);
+    SGA_FREED expr_id *H = differentials(f->kinematics.store, in, function, c);
     f->condition = sga_calloc((size_t)c + 1, sizeof *f->condition);
     f->constraint = sga_calloc((size_t)c + 1, sizeof *f->constraint);
     bool ok = choose(f, H, c, in->coordinates, chosen) <= general;
@@ -175,9 +171,6 @@ static bool restricted_conditions(struct mech_fibre *f, const struct form_mechan
     else
         sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/system/restrict", "on this set the velocities that the constraints leave have no "
                     "tangent space, as branches meet there: which reactions act is not defined");
-    free(function);
-    free(chosen);
-    free(H);
     return ok;
 }
 
@@ -185,8 +178,9 @@ static bool restricted_conditions(struct mech_fibre *f, const struct form_mechan
 static bool find_conditions(struct mech_fibre *f, const struct form_mechanical *in, int rank, struct sga_error *err)
 {
     int m = in->constraints, c = f->W.constraints, most = m > c ? m : c;
-    expr_id *function = sga_calloc((size_t)most + 1, sizeof *function), *H;
-    unsigned char *chosen = sga_calloc((size_t)most + 1, 1);
+    SGA_ARENA(mem);
+    expr_id *function = sga_zeros(&mem, (size_t)most + 1, sizeof *function), *H;
+    unsigned char *chosen = sga_zeros(&mem, (size_t)most + 1, 1);
     f->condition = sga_calloc((size_t)most + 1, sizeof *f->condition);
     f->constraint = sga_calloc((size_t)most + 1, sizeof *f->constraint);
     f->redundant = sga_calloc((size_t)m + 1, sizeof *f->redundant);
@@ -215,8 +209,6 @@ static bool find_conditions(struct mech_fibre *f, const struct form_mechanical *
     else
         sga_fail_at(err, SGA_E_UNDECIDED, "/system/constraints", "the constraints leave %d conditions on the acceleration, but %d "
                     "independent ones were found at points of the configuration space", rank, kept);
-    free(function);
-    free(chosen);
     return ok;
 }
 
@@ -231,10 +223,10 @@ static bool reduce(struct mech_fibre *f, const struct sys_system *system, const 
     for (int i = 0; i < system->restrictions && restricted; i++)
         sys_add_restriction(&f->kinematics, system->restriction[i]);
     form_kinematics(&f->kinematics, in);
-    points_shadow_init(&f->shadow, 20250103);
+    points_oracle_init(&f->oracle, 20250103);
     struct reduction_options own = *options;
     own.gauge_fields = own.combinations = false;
-    return sga_reduce(&f->kinematics, &own, &f->shadow, &f->W, err);
+    return sga_reduce(&f->kinematics, &own, &f->oracle, &f->W, err);
 }
 
 bool mech_fibre_find(struct mech_fibre *f, const struct sys_system *system, const struct form_mechanical *in,
@@ -256,13 +248,14 @@ bool mech_fibre_find(struct mech_fibre *f, const struct sys_system *system, cons
         return true;
     return system->restrictions ? restricted_conditions(f, in, general, err)
                                 : find_conditions(f, in, in->coordinates - f->W.free_columns, err);
+    assert(f->solved);
 }
 
 void mech_fibre_clear(struct mech_fibre *f)
 {
     if (!f->solved)
         return;
-    points_shadow_clear(&f->shadow);
+    points_oracle_clear(&f->oracle);
     sga_solution_clear(&f->W);
     sys_clear(&f->kinematics);
     free(f->condition);

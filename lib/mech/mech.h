@@ -9,13 +9,16 @@
 #ifndef SGA_MECH_MECH_H
 #define SGA_MECH_MECH_H
 
-#include "form.h"
+#include "oracle.h"
 #include "reduction.h"
+#include "system.h"
+
+struct form_mechanical;
 
 struct mech_fibre {
     struct sys_system kinematics;        /* X' = eta, 0 = h */
     struct sga_solution W;               /* its constraints are W; empty where inconsistent */
-    struct points_shadow shadow;         /* points of W */
+    struct points_oracle oracle;         /* points of W */
     bool solved;
     /* Functions whose differentials along the fibre are independent on W and span what is possible: H
      * has these rows. own: they are the request's constraints (or the derivatives of these), so that their multipliers

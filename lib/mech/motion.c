@@ -4,8 +4,11 @@
  * as conditions; otherwise accelerations and multipliers are solved for together. */
 #include "mech.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
+#include "arena.h"
+#include "form.h"
 #include "mem.h"
 
 struct motion {
@@ -93,7 +96,9 @@ static void react(const struct motion *m, const expr_id *lambda, expr_id *reacti
 static void by_multipliers(const struct motion *m, const expr_id *w, struct mech_motion *out)
 {
     struct expr_store *st = m->st;
-    expr_id *S = gram(m, w), *b = sga_malloc((size_t)(m->r + 1) * sizeof *b), *lambda = sga_calloc((size_t)m->r + 1, sizeof *lambda);
+    SGA_ARENA(mem);
+    SGA_FREED expr_id *S = gram(m, w);
+    expr_id *b = sga_take(&mem, (size_t)(m->r + 1) * sizeof *b), *lambda = sga_zeros(&mem, (size_t)m->r + 1, sizeof *lambda);
     for (int i = 0; i < m->r; i++) {
         b[i] = m->f->rate[i];
         for (int j = 0; j < m->n; j++)
@@ -104,9 +109,6 @@ static void by_multipliers(const struct motion *m, const expr_id *w, struct mech
     react(m, lambda, out->reaction);
     for (int j = 0; j < m->n; j++)
         out->total[j] = expr_mul(st, w[j], expr_add(st, m->in->force[j], out->reaction[j]));
-    free(S);
-    free(b);
-    free(lambda);
 }
 
 /* [M, -H^T; H, 0] (xi, lambda) = (F, -rate) */
@@ -114,8 +116,9 @@ static void together(const struct motion *m, struct mech_motion *out)
 {
     struct expr_store *st = m->st;
     int n = m->n, size = n + m->r;
-    expr_id *K = sga_malloc(((size_t)size * (size_t)size + 1) * sizeof *K);
-    expr_id *b = sga_malloc((size_t)(size + 1) * sizeof *b), *y = sga_calloc((size_t)size + 1, sizeof *y);
+    SGA_ARENA(mem);
+    expr_id *K = sga_take(&mem, ((size_t)size * (size_t)size + 1) * sizeof *K);
+    expr_id *b = sga_take(&mem, (size_t)(size + 1) * sizeof *b), *y = sga_zeros(&mem, (size_t)size + 1, sizeof *y);
     for (int i = 0; i < size * size; i++)
         K[i] = expr_int(st, 0);
     for (size_t k = 0; k < m->in->masses; k++) {
@@ -135,23 +138,18 @@ static void together(const struct motion *m, struct mech_motion *out)
     for (int j = 0; j < n; j++)
         out->total[j] = y[j];
     react(m, y + n, out->reaction);
-    free(K);
-    free(b);
-    free(y);
 }
 
 static void split(const struct motion *m, struct mech_motion *out)
 {
     struct expr_store *st = m->st;
-    expr_id *G = gram(m, NULL), *y = sga_calloc((size_t)m->r + 1, sizeof *y);
+    SGA_FREED expr_id *G = gram(m, NULL), *y = sga_calloc((size_t)m->r + 1, sizeof *y);
     solve(st, m->r, G, m->f->rate, y);
     react(m, y, out->orthogonal);
     for (int j = 0; j < m->n; j++) {
         out->orthogonal[j] = expr_neg(st, out->orthogonal[j]);
         out->tangent[j] = expr_sub(st, out->total[j], out->orthogonal[j]);
     }
-    free(G);
-    free(y);
 }
 
 static struct motion begin(struct mech_motion *out, const struct mech_fibre *f, const struct form_mechanical *in)
@@ -164,18 +162,19 @@ static struct motion begin(struct mech_motion *out, const struct mech_fibre *f, 
 
 void mech_motion_find(struct mech_motion *out, const struct mech_fibre *f, const struct form_mechanical *in)
 {
+    assert(f->solved);
     struct motion m = begin(out, f, in);
-    expr_id *w = inverse_masses(&m);
+    SGA_FREED expr_id *w = inverse_masses(&m);
     if (w)
         by_multipliers(&m, w, out);
     else
         together(&m, out);
     split(&m, out);
-    free(w);
 }
 
 void mech_motion_of(struct mech_motion *out, const struct mech_fibre *f, const struct form_mechanical *in, const expr_id *total)
 {
+    assert(f->solved);
     struct motion m = begin(out, f, in);
     for (int j = 0; j < m.n; j++) {
         out->total[j] = total[j];

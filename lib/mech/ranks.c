@@ -1,28 +1,49 @@
 /* Ranks at a point. */
 #include "drops.h"
 
+#include <assert.h>
+#include <math.h>
 #include <stdlib.h>
 
+#include "arena.h"
+#include "form.h"
 #include "lin_dense.h"
 #include "mem.h"
 
-static int rank_of(const double *a, int rows, int cols, double tolerance)
+/* Singular values above the tolerance times the largest or 1; *least: what that was (0 on entry), or is taken to be. */
+static int rank_of(const double *a, int rows, int cols, double tolerance, double *least)
 {
     struct lin_dense dense = { .rows = rows, .cols = cols, .a = a };
     int small = rows < cols ? rows : cols, rank = 0;
-    double *sv = sga_calloc((size_t)small + 1, sizeof *sv);
-    if (lin_singular_values(&dense, sv))
-        while (rank < small && sv[rank] > tolerance * (sv[0] > 1 ? sv[0] : 1))
-            rank++;
-    free(sv);
+    SGA_FREED double *sv = sga_calloc((size_t)small + 1, sizeof *sv);
+    bool ok = lin_singular_values(&dense, sv);
+    if (!*least)
+        *least = tolerance * (sv[0] > 1 ? sv[0] : 1);
+    while (ok && rank < small && sv[rank] > *least)
+        rank++;
     return rank;
+}
+
+/* The last column of a wide matrix shrinks to the size of the others, if it is larger: ranks stay. */
+static void shrink_last(double *wide, int rows, int cols)
+{
+    double most = 1, last = 0;
+    for (int k = 0; k < rows * cols; k++)
+        if (k % cols == cols - 1)
+            last = fmax(last, fabs(wide[k]));
+        else
+            most = fmax(most, fabs(wide[k]));
+    for (int i = 0; i < rows && last > most; i++)
+        wide[i * cols + cols - 1] *= most / last;
 }
 
 /* Ranks of H and of [H, -rate] at the symbols of a ball. */
 void mech_ranks_at(const struct mech_search *s, struct num_ball *ball, double tolerance, int *rank, int *augmented)
 {
     int n = s->n, m = s->m;
-    double *H = sga_calloc((size_t)m * (size_t)n + 1, sizeof *H), *wide = sga_calloc((size_t)m * (size_t)(n + 1) + 1, sizeof *wide);
+    SGA_ARENA(mem);
+    double *H = sga_zeros(&mem, (size_t)m * (size_t)n + 1, sizeof *H);
+    double *wide = sga_zeros(&mem, (size_t)m * (size_t)(n + 1) + 1, sizeof *wide);
     num_ball_extend(ball);
     for (int i = 0; i < m; i++) {
         double b = arf_get_d(arb_midref(num_ball_value(ball, s->f->rate[i])), ARF_RND_NEAR);
@@ -32,17 +53,21 @@ void mech_ranks_at(const struct mech_search *s, struct num_ball *ball, double to
         }
         wide[(size_t)i * (size_t)(n + 1) + (size_t)n] = -b;
     }
-    *rank = rank_of(H, m, n, tolerance);
-    *augmented = rank_of(wide, m, n + 1, tolerance);
-    free(H);
-    free(wide);
+    double least = 0;
+    shrink_last(wide, m, n + 1);
+    *rank = rank_of(H, m, n, tolerance, &least);
+    *augmented = rank_of(wide, m, n + 1, tolerance, &least);      /* values interlace: it is no less above the same bound */
+    if (*augmented < *rank)        /* but for roundings at the bound itself */
+        *augmented = *rank;
+    assert(*augmented <= n + 1);
 }
 
 /* M and H as one matrix, for its rank at a point: full is n + m. */
 int mech_whole_rank_at(const struct mech_search *s, struct num_ball *ball, double tolerance)
 {
+    assert(tolerance > 0);
     int n = s->n, size = n + s->m;
-    double *K = sga_calloc((size_t)size * (size_t)size + 1, sizeof *K);
+    SGA_FREED double *K = sga_calloc((size_t)size * (size_t)size + 1, sizeof *K);
     num_ball_extend(ball);
     for (size_t k = 0; k < s->in->masses; k++)
         K[(size_t)s->in->mass[k].row * (size_t)size + (size_t)s->in->mass[k].col]
@@ -51,7 +76,6 @@ int mech_whole_rank_at(const struct mech_search *s, struct num_ball *ball, doubl
         for (int j = 0; j < n; j++)
             K[(size_t)(n + i) * (size_t)size + (size_t)j] = K[(size_t)j * (size_t)size + (size_t)(n + i)]
                 = arf_get_d(arb_midref(num_ball_value(ball, mech_entry(s, i, j))), ARF_RND_NEAR);
-    int rank = rank_of(K, size, size, tolerance);
-    free(K);
-    return rank;
+    double least = 0;
+    return rank_of(K, size, size, tolerance, &least);
 }

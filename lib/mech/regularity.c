@@ -6,8 +6,11 @@
  * themselves. */
 #include "drops.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
+#include "arena.h"
+#include "form.h"
 #include "mem.h"
 #include "poly.h"
 
@@ -106,7 +109,7 @@ static bool pivots_are_of_H(const struct mech_search *s)
 /* Where a condition has no derivative a proof by its differential says nothing. */
 static bool has_kinks(const struct mech_search *s)
 {
-    struct expr_cone cone;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
     bool kinks = false;
     expr_cone_init(&cone);
     expr_cone_of(s->st, &cone, s->f->condition, s->m);
@@ -114,7 +117,6 @@ static bool has_kinks(const struct mech_search *s)
         enum expr_op op = expr_op_of(s->st, cone.list[i]);
         kinks = op == EXPR_ABS || op == EXPR_SIGN || op == EXPR_MIN || op == EXPR_MAX || op == EXPR_CBRT;
     }
-    expr_cone_clear(&cone);
     return kinks;
 }
 
@@ -139,6 +141,7 @@ static bool proved_full(struct mech_search *s)
 void mech_regularity_find(struct mech_regularity *r, struct mech_fibre *f, const struct form_mechanical *in,
                           const struct reduction_options *options)
 {
+    assert(f->solved && f->conditions >= 0);
     struct mech_search s = { .r = r, .f = f, .in = in, .options = options, .st = f->kinematics.store, .all_never_zero = true,
                         .n = in->coordinates, .m = f->conditions };
     *r = (struct mech_regularity){ .full = MECH_FULL_PROVED };

@@ -6,6 +6,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "arb_ends.h"
+#include "arena.h"
 #include "lu.h"
 #include "mem.h"
 
@@ -14,8 +16,7 @@ enum { BITS = 256, NEWTON = 3, SCAN = 60 };
 /* p (last + 1): P_0 .. P_last at x in [-1, 1]. */
 static void legendre(arb_ptr p, int last, const arb_t x)
 {
-    arb_t v;
-    arb_init(v);
+    SGA_ENDS(arb_end) arb_t v = { 0 };
     arb_one(p);
     arb_set(p + 1, x);
     for (int k = 1; k < last; k++) {
@@ -24,7 +25,6 @@ static void legendre(arb_ptr p, int last, const arb_t x)
         arb_submul_si(v, p + k - 1, k, BITS);
         arb_div_si(p + k + 1, v, k + 1, BITS);
     }
-    arb_clear(v);
 }
 
 /* (P_s - P_(s-1)) / (x - 1): its zeros are the nodes but 1. */
@@ -42,12 +42,9 @@ static double radau_value(int s, double x)
 /* x becomes the zero of P_s - P_(s-1) near x0; s P_s: (x^2 - 1) P_s' = s (x P_s - P_(s-1)). */
 static void polish(arb_t x, double x0, int s)
 {
-    arb_ptr p = _arb_vec_init(s + 1);
-    arb_t f, d, e, square;
-    arb_init(f);
-    arb_init(d);
-    arb_init(e);
-    arb_init(square);
+    SGA_ARENA(mem);
+    arb_ptr p = arbs_take(&mem, s + 1);
+    SGA_ENDS(arb_end) arb_t f = { 0 }, d = { 0 }, e = { 0 }, square = { 0 };
     arb_set_d(x, x0);
     for (int k = 0; k < NEWTON; k++) {
         legendre(p, s, x);
@@ -67,11 +64,6 @@ static void polish(arb_t x, double x0, int s)
     }
     assert(fabs(arf_get_d(arb_midref(x), ARF_RND_NEAR) - x0) < 1e-9);
     assert(arf_cmpabs_2exp_si(arb_midref(f), -BITS / 2) < 0);     /* the last step: converged */
-    _arb_vec_clear(p, s + 1);
-    arb_clear(f);
-    arb_clear(d);
-    arb_clear(e);
-    arb_clear(square);
 }
 
 /* x (s): the nodes on [-1, 1], ascending. */
@@ -112,10 +104,9 @@ static num_dd rounded(const arb_t a)
 static void make_formula(struct num_radau *r, arb_srcptr x)
 {
     int s = r->s, perm[NUM_RADAU_MOST];
-    arb_ptr value = _arb_vec_init((slong)s * (s + 1)), integral = _arb_vec_init((slong)s * s);
-    arb_t sum, b;
-    arb_init(sum);
-    arb_init(b);
+    SGA_ARENA(mem);
+    arb_ptr value = arbs_take(&mem, (slong)s * (s + 1)), integral = arbs_take(&mem, (slong)s * s);
+    SGA_ENDS(arb_end) arb_t sum = { 0 }, b = { 0 };
     for (int i = 0; i < s; i++) {
         arb_ptr p = value + (slong)i * (s + 1), to = integral + (slong)i * s;
         legendre(p, s, x + i);
@@ -140,7 +131,8 @@ static void make_formula(struct num_radau *r, arb_srcptr x)
             r->A[i * s + j] = rounded(sum);
         }
     }
-    double *lu = sga_malloc((size_t)s * (size_t)s * sizeof *lu), unit[NUM_RADAU_MOST], column[NUM_RADAU_MOST];
+    SGA_FREED double *lu = sga_malloc((size_t)s * (size_t)s * sizeof *lu);
+    double unit[NUM_RADAU_MOST], column[NUM_RADAU_MOST];
     for (int k = 0; k < s * s; k++)
         lu[k] = r->A[k].hi;
     bool ok = num_lu_factor(lu, perm, s);
@@ -152,11 +144,6 @@ static void make_formula(struct num_radau *r, arb_srcptr x)
         for (int i = 0; i < s; i++)
             r->inverse[i * s + j] = column[i];
     }
-    free(lu);
-    _arb_vec_clear(value, (slong)s * (s + 1));
-    _arb_vec_clear(integral, (slong)s * s);
-    arb_clear(sum);
-    arb_clear(b);
 }
 
 /* The leading coefficient of P_k on [-1, 1]. */
@@ -175,7 +162,8 @@ static void leading(arb_t a, int k)
 static void make_polynomial(struct num_radau *r, arb_srcptr x)
 {
     int s = r->s;
-    arb_ptr node = _arb_vec_init(s + 1);
+    SGA_ARENA(mem);
+    arb_ptr node = arbs_take(&mem, s + 1);
     arb_t w, d, first, second, one, two, lead[NUM_RADAU_TAIL];
     arb_t *const own[] = { &w, &d, &first, &second, &one, &two, lead, lead + 1, lead + 2 };
     for (size_t k = 0; k < sizeof own / sizeof *own; k++)
@@ -216,7 +204,6 @@ static void make_polynomial(struct num_radau *r, arb_srcptr x)
         arb_div(d, d, lead[2], BITS);
         r->tail[2 * s + i - 1] = rounded(d);
     }
-    _arb_vec_clear(node, s + 1);
     for (size_t k = 0; k < sizeof own / sizeof *own; k++)
         arb_clear(*own[k]);
 }
@@ -232,7 +219,8 @@ struct num_radau *num_radau_new(int s)
     r->inverse = sga_calloc(n * n, sizeof *r->inverse);
     r->bary = sga_calloc(n + 1, sizeof *r->bary);
     r->tail = sga_calloc(NUM_RADAU_TAIL * n, sizeof *r->tail);
-    arb_ptr x = _arb_vec_init(s);
+    SGA_ARENA(mem);
+    arb_ptr x = arbs_take(&mem, s);
     arb_t c;
     arb_init(c);
     find_nodes(x, s);
@@ -244,7 +232,7 @@ struct num_radau *num_radau_new(int s)
     make_formula(r, x);
     make_polynomial(r, x);
     arb_clear(c);
-    _arb_vec_clear(x, s);
+    assert(r->c[s - 1].hi == 1 && r->c[0].hi > 0);
     return r;
 }
 
@@ -262,6 +250,7 @@ void num_radau_free(struct num_radau *r)
 
 void num_radau_weights(const struct num_radau *r, num_dd theta, num_dd *weight)
 {
+    assert(r->s >= NUM_RADAU_LEAST && r->s <= NUM_RADAU_MOST);
     num_dd sum = num_dd_of(0);
     int exact = -1;
     for (int i = -1; i < r->s; i++) {

@@ -45,20 +45,9 @@ num_dd num_dd_sqrt(num_dd a)
 static void evaluate(enum expr_op op, mpfr_t y, const mpfr_t x)
 {
     switch (op) {
-    case EXPR_SIN:   mpfr_sin(y, x, MPFR_RNDN); break;
-    case EXPR_COS:   mpfr_cos(y, x, MPFR_RNDN); break;
-    case EXPR_TAN:   mpfr_tan(y, x, MPFR_RNDN); break;
-    case EXPR_ASIN:  mpfr_asin(y, x, MPFR_RNDN); break;
-    case EXPR_ACOS:  mpfr_acos(y, x, MPFR_RNDN); break;
-    case EXPR_ATAN:  mpfr_atan(y, x, MPFR_RNDN); break;
-    case EXPR_SINH:  mpfr_sinh(y, x, MPFR_RNDN); break;
-    case EXPR_COSH:  mpfr_cosh(y, x, MPFR_RNDN); break;
-    case EXPR_TANH:  mpfr_tanh(y, x, MPFR_RNDN); break;
-    case EXPR_ASINH: mpfr_asinh(y, x, MPFR_RNDN); break;
-    case EXPR_ACOSH: mpfr_acosh(y, x, MPFR_RNDN); break;
-    case EXPR_ATANH: mpfr_atanh(y, x, MPFR_RNDN); break;
-    case EXPR_EXP:   mpfr_exp(y, x, MPFR_RNDN); break;
-    case EXPR_LOG:   mpfr_log(y, x, MPFR_RNDN); break;
+#define X(sym, name) case EXPR_##sym: mpfr_##name(y, x, MPFR_RNDN); break;
+    EXPR_ELEMENTARY_TABLE(X)
+#undef X
     case EXPR_SQRT:  mpfr_sqrt(y, x, MPFR_RNDN); break;
     case EXPR_CBRT:  mpfr_cbrt(y, x, MPFR_RNDN); break;
     default:         mpfr_set_nan(y); break;

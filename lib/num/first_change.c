@@ -1,6 +1,7 @@
 /* Intervals of (0, 1] are halved until the Bernstein coefficients show no change of sign or one; the left half comes first. */
 #include "first_change.h"
 
+#include <assert.h>
 #include <math.h>
 
 enum { DEPTH = 64, INTERVALS = 400 };
@@ -47,6 +48,7 @@ static int variations(const double *e, const double *size, int k)
 
 bool num_first_change(const double *c, int k, double *work, double *low, double *high)
 {
+    assert(k >= 0);
     double from[DEPTH] = { 0 }, to[DEPTH] = { 1 };
     for (int q = 0; q <= k; q++)
         if (!isfinite(c[q]))

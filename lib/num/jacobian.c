@@ -1,8 +1,11 @@
 /* Finding the pattern of a Jacobian, and which way to accumulate it. */
 #include "jacobian_plan.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
+#include "arena.h"
+#include "jacobian.h"
 #include "mem.h"
 
 /* A graph over ids: the neighbours of i are to[start[i]] .. to[start[i+1]-1]. */
@@ -147,8 +150,8 @@ static void make_lists(struct num_jacobian_plan *p, int cols, const struct graph
     struct jacobian_lists *l = &p->lists;
     size_t cap = 0;
     int count = 0;
-    l->start = sga_calloc((size_t)n + 1, sizeof *l->start);
-    l->all = sga_calloc((size_t)n + 1, 1);
+    l->start = sga_zeros(&p->mem, (size_t)n + 1, sizeof *l->start);
+    l->all = sga_zeros(&p->mem, (size_t)n + 1, 1);
     for (int i = 0; i < n; i++) {
         walk_from(w, g, p->forward ? i : p->root[i]);
         l->all[i] = w->count > p->steps / 2 && p->steps > 16;
@@ -168,9 +171,9 @@ static void make_lists(struct num_jacobian_plan *p, int cols, const struct graph
 static void transpose_pattern(struct num_jacobian *j)
 {
     struct num_jacobian_plan *p = j->plan;
-    p->by_col = sga_calloc((size_t)j->cols + 2, sizeof *p->by_col);
-    p->entry = sga_malloc(((size_t)j->nnz + 1) * sizeof *p->entry);
-    p->entry_row = sga_malloc(((size_t)j->nnz + 1) * sizeof *p->entry_row);
+    p->by_col = sga_zeros(&p->mem, (size_t)j->cols + 2, sizeof *p->by_col);
+    p->entry = sga_take(&p->mem, ((size_t)j->nnz + 1) * sizeof *p->entry);
+    p->entry_row = sga_take(&p->mem, ((size_t)j->nnz + 1) * sizeof *p->entry_row);
     for (int i = 0; i < j->nnz; i++)
         p->by_col[j->col[i] + 2]++;
     for (int c = 0; c < j->cols; c++)
@@ -187,7 +190,7 @@ static void transpose_pattern(struct num_jacobian *j)
 static void choose(struct num_jacobian *j)
 {
     struct num_jacobian_plan *p = j->plan;
-    struct graph down = graph_down(p, j->cols), up = graph_reversed(&down);
+    SGA_ENDS(graph_clear) struct graph down = graph_down(p, j->cols), up = graph_reversed(&down);
     struct walk w = { 0 };
     w.stamp = sga_calloc((size_t)down.nodes, sizeof *w.stamp);
     w.met = sga_malloc((size_t)down.nodes * sizeof *w.met);
@@ -197,8 +200,17 @@ static void choose(struct num_jacobian *j)
     transpose_pattern(j);
     free(w.stamp);
     free(w.met);
-    graph_clear(&down);
-    graph_clear(&up);
+}
+
+bool num_jacobian_sane(const struct num_jacobian *j)
+{
+    bool sane = j->start[0] == 0 && j->start[j->rows] == j->nnz;
+    for (int r = 0; r < j->rows && sane; r++) {
+        sane = j->start[r] <= j->start[r + 1];
+        for (int k = j->start[r]; k < j->start[r + 1] && sane; k++)
+            sane = j->col[k] >= (k > j->start[r] ? j->col[k - 1] + 1 : 0) && j->col[k] < j->cols;
+    }
+    return sane;
 }
 
 struct num_jacobian *num_jacobian_new(struct num_tape *t, const int *columns, int ncolumns)
@@ -210,8 +222,9 @@ struct num_jacobian *num_jacobian_new(struct num_tape *t, const int *columns, in
     j->cols = columns ? ncolumns : t->ninputs;
     jacobian_steps(j, columns);
     choose(j);
-    j->plan->sweep = sga_calloc((size_t)j->plan->sink + 1, sizeof *j->plan->sweep);
-    j->plan->out = sga_calloc((size_t)j->rows + 1, sizeof *j->plan->out);
+    j->plan->sweep = sga_zeros(&j->plan->mem, (size_t)j->plan->sink + 1, sizeof *j->plan->sweep);
+    j->plan->out = sga_zeros(&j->plan->mem, (size_t)j->rows + 1, sizeof *j->plan->out);
+    assert(num_jacobian_sane(j));
     return j;
 }
 
@@ -219,25 +232,10 @@ void num_jacobian_free(struct num_jacobian *j)
 {
     if (!j)
         return;
-    struct num_jacobian_plan *p = j->plan;
+    SGA_FREED struct num_jacobian_plan *p = j->plan;
     num_tape_free(p->code);
-    for (int k = 0; k < p->solves; k++) {
-        free(p->solve[k].edge);
-        free(p->solve[k].bar);
-        free(p->solve[k].work);
-    }
-    free(p->solve);
-    free(p->step);
-    free(p->root);
-    free(p->lists.start);
+    sga_arena_end(&p->mem);
     free(p->lists.item);
-    free(p->lists.all);
-    free(p->by_col);
-    free(p->entry);
-    free(p->entry_row);
-    free(p->sweep);
-    free(p->out);
-    free(p);
     free(j->start);
     free(j->col);
     free(j);

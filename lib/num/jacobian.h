@@ -20,6 +20,8 @@ struct num_jacobian {
 /* Rows are the tape's roots; column j is input columns[j] (a position in the tape's
  * inputs, none twice). columns NULL: all inputs in order (ncolumns is ignored). The tape must outlive it. */
 struct num_jacobian *num_jacobian_new(struct num_tape *t, const int *columns, int ncolumns);
+/* Rows one after the other, columns increasing within each. Linear; asserted of new ones. */
+bool num_jacobian_sane(const struct num_jacobian *j);
 void num_jacobian_free(struct num_jacobian *j);
 
 /* Values at the point `in`, in the order of `col`; out (may be NULL) takes the roots'

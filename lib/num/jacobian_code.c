@@ -11,6 +11,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
+#include "jacobian.h"
 #include "jacobian_plan.h"
 #include "mem.h"
 
@@ -206,7 +208,7 @@ static void make(struct maker *m)
     const struct num_tape *from = m->p->tape;
     const struct num_jacobian *j = m->j;
     struct num_tape *t = m->t;
-    struct factor *value = sga_malloc(((size_t)j->nnz + 1) * sizeof *value);
+    SGA_FREED struct factor *value = sga_malloc(((size_t)j->nnz + 1) * sizeof *value);
     t->ninputs = from->ninputs;
     t->nroots = j->rows + j->nnz;
     t->first_roots = j->rows;
@@ -230,7 +232,6 @@ static void make(struct maker *m)
     for (int i = 0; i < j->nnz; i++)
         t->root[j->rows + i] = finish(m, value[i]);
     settle(m);
-    free(value);
 }
 
 bool jacobian_may_be_code(const struct num_jacobian *j)

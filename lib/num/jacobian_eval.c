@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "jacobian.h"
 #include "lu.h"
 #include "tape_jit.h"
 

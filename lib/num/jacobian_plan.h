@@ -6,8 +6,11 @@
 #ifndef SGA_NUM_JACOBIAN_PLAN_H
 #define SGA_NUM_JACOBIAN_PLAN_H
 
+#include "arena.h"
 #include "jacobian.h"
 #include "tape_code.h"
+
+struct num_jacobian;
 
 struct jacobian_step {
     int32_t op, slot;
@@ -33,6 +36,7 @@ struct jacobian_lists {
 };
 
 struct num_jacobian_plan {
+    struct sga_arena mem;      /* of all vectors below but lists.item */
     struct num_tape *tape;
     int steps, sink;
     struct jacobian_step *step;

@@ -1,9 +1,12 @@
 /* The part of a tape that a Jacobian runs over: instructions that depend on a column. */
 #include "jacobian_plan.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
+#include "jacobian.h"
 #include "mem.h"
 
 static void add_solve(struct num_jacobian_plan *p, int index, const int *id, int own)
@@ -17,13 +20,13 @@ static void add_solve(struct num_jacobian_plan *p, int index, const int *id, int
             int from = id[col < 0 ? s->rhs[row] : s->matrix[row * s->m + col]];
             if (from == p->sink)
                 continue;
-            SGA_RESERVE(q->edge, cap, q->edges + 1);
+            SGA_RESERVE_IN(&p->mem, q->edge, cap, q->edges + 1);
             q->edge[q->edges].row = row;
             q->edge[q->edges].col = col;
             q->edge[q->edges++].id = from;
         }
-    q->bar = sga_calloc((size_t)s->m, sizeof *q->bar);
-    q->work = sga_calloc((size_t)s->m, sizeof *q->work);
+    q->bar = sga_zeros(&p->mem, (size_t)s->m, sizeof *q->bar);
+    q->work = sga_zeros(&p->mem, (size_t)s->m, sizeof *q->work);
 }
 
 static bool solve_active(const struct tape_solve *s, const int *id, int sink)
@@ -64,14 +67,16 @@ void jacobian_steps(struct num_jacobian *j, const int *columns)
 {
     struct num_jacobian_plan *p = j->plan;
     const struct num_tape *t = p->tape;
-    int *id = sga_malloc(((size_t)t->slots + 1) * sizeof *id);
+    SGA_FREED int *id = sga_malloc(((size_t)t->slots + 1) * sizeof *id);
+    assert(j->cols >= 0 && j->rows == t->nroots);
     memset(id, -1, ((size_t)t->slots + 1) * sizeof *id);
     for (int c = 0; c < j->cols; c++)
         id[columns ? columns[c] : c] = c;
-    p->step = sga_malloc(((size_t)t->ncode + 1) * sizeof *p->step);
+    p->step = sga_take(&p->mem, ((size_t)t->ncode + 1) * sizeof *p->step);
     for (int slot = t->code_slot + t->nstatic; slot < t->slots; slot++)
         add_step(p, j->cols, slot, id);
     p->sink = j->cols + p->steps;
+    assert(p->steps <= t->ncode - t->nstatic);
     for (int slot = 0; slot < t->slots; slot++)
         id[slot] = id[slot] < 0 ? p->sink : id[slot];
     for (int i = 0; i < p->steps; i++) {
@@ -82,11 +87,10 @@ void jacobian_steps(struct num_jacobian *j, const int *columns)
         s->b = s->b < 0 ? p->sink : s->b;
     }
     p->solves = t->nsolves;
-    p->solve = sga_calloc((size_t)p->solves + 1, sizeof *p->solve);
+    p->solve = sga_zeros(&p->mem, (size_t)p->solves + 1, sizeof *p->solve);
     for (int k = 0; k < p->solves; k++)
         add_solve(p, k, id, id[t->solve[k].slot]);
-    p->root = sga_malloc(((size_t)t->nroots + 1) * sizeof *p->root);
+    p->root = sga_take(&p->mem, ((size_t)t->nroots + 1) * sizeof *p->root);
     for (int r = 0; r < t->nroots; r++)
         p->root[r] = id[t->root[r]];
-    free(id);
 }

@@ -1,6 +1,7 @@
 /* Series in double; the recurrences are in jet_kernel.h. */
 #include "jet.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -68,6 +69,7 @@ static void num_jet_run(struct num_jet *j, int k, int from, int to);
 
 bool num_jet_along(struct num_jet *j, int count, int order, double t, double scale, double *series)
 {
+    assert(order >= 1 && order <= j->order && count >= 0);
     struct jet_machine *m = &j->machine;
     if (!m->asked) {
         m->asked = true;
@@ -98,6 +100,7 @@ bool num_jet_along(struct num_jet *j, int count, int order, double t, double sca
 
 void num_jet_hold(struct num_jet *j, const struct num_tape *t)
 {
+    assert(t->ninputs == j->plan.inputs && t->nroots == j->plan.roots);
     for (int i = 0; i < t->nheld; i++)
         for (int k = t->held[i].slot; k < t->held[i].slot + 3; k++)
             j->row[(size_t)(j->plan.first_constant + k - t->ninputs) * j->stride] = t->value[k];

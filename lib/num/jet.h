@@ -15,7 +15,9 @@
 #define SGA_NUM_JET_H
 
 #include "dd.h"
-#include "tape.h"
+
+struct num_tape;
+struct sga_exec;
 
 struct num_jet;      /* in double */
 struct num_jet2;     /* in double-double */

@@ -7,10 +7,12 @@
  * (Jorba and Zou), so that nothing is left of it beyond. */
 #include "jet_code.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
 
 enum { MOST_ACTS = 1 << 17, DIVIDED = 5, A = JET_SPARE, WIDE = 8 };
@@ -285,7 +287,8 @@ static void look(struct jet_maker *m, int count)
 /* x_{k+1} = scale f_k / (k + 1) */
 static void onward(struct jet_maker *m, int count)
 {
-    int next = m->k + 1, *at = sga_malloc(((size_t)count + 1) * sizeof *at);
+    int next = m->k + 1;
+    SGA_FREED int *at = sga_malloc(((size_t)count + 1) * sizeof *at);
     for (int i = 0; i < count; i++) {
         int r = at[i] = jet_fresh(m), row = m->p->root[i];
         if (m->degree[row] >= m->k) {
@@ -304,7 +307,6 @@ static void onward(struct jet_maker *m, int count)
     m->k = next;
     for (int i = count > JET_RING_END - JET_RING ? count - (JET_RING_END - JET_RING) : 0; i < count; i++)
         jet_hold(m, at[i], i);
-    free(at);
 }
 
 static bool write_code(struct jet_maker *m, int count, int order, const int *inverse)
@@ -367,9 +369,11 @@ bool jet_series_make(struct jet_series *q, const struct jet_plan *p, int order, 
     int even = (order + 2) / 2 * 2;
     if (p->inputs != count + 1 || p->roots < count || order < 1 || (double)p->rows * even > MOST_ACTS)
         return false;
+    assert(even >= order && even % 2 == 0);
     size_t rows = (size_t)p->rows + 1;
-    int *memory = sga_calloc(5 * rows + (size_t)p->count + 1, sizeof *memory), *inverse = memory + 5 * rows;
-    unsigned char *flags = sga_calloc(2 * rows, 1);
+    SGA_ARENA(mem);
+    int *memory = sga_zeros(&mem, 5 * rows + (size_t)p->count + 1, sizeof *memory), *inverse = memory + 5 * rows;
+    unsigned char *flags = sga_zeros(&mem, 2 * rows, 1);
     struct jet_maker m = { .p = p, .stride = even, .degree = memory, .reversed = memory + rows, .held = memory + 2 * rows,
                            .made = memory + 3 * rows, .last = memory + 4 * rows, .lasting = flags, .owed = flags + rows, .ring = JET_RING };
     memset(m.reversed, -1, 2 * rows * sizeof *m.reversed);
@@ -388,7 +392,5 @@ bool jet_series_make(struct jet_series *q, const struct jet_plan *p, int order, 
     } else {
         free(m.act);
     }
-    free(flags);
-    free(memory);
     return ok;
 }

@@ -6,6 +6,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "arena.h"
+#include "exec.h"
 #include "mem.h"
 #include "tape_code.h"
 #include "value.h"
@@ -176,7 +178,8 @@ static void compile(struct jet_machine *m)
 {
     const struct jet_series *q = &m->series;
     struct x64 x = { 0 };
-    size_t *begin = sga_calloc(2 * (size_t)q->most + 4, sizeof *begin), *leave = begin + q->most + 2;
+    SGA_FREED size_t *begin = sga_calloc(2 * (size_t)q->most + 4, sizeof *begin);
+    size_t *leave = begin + q->most + 2;
     for (int n = JET_PAIRS_FROM; n <= q->most + 1; n++) {
         begin[n] = x.count;
         routine(&x, n);
@@ -197,7 +200,6 @@ static void compile(struct jet_machine *m)
     m->base = x.count < MOST_BYTES ? sga_exec_add(m->memory, x.byte, x.count) : NULL;
     if (m->base)
         m->run = (void (*)(double *, double *, double *, long))((uintptr_t)m->base + entry);
-    free(begin);
     free(x.byte);
 }
 

@@ -2,7 +2,6 @@
 #ifndef SGA_NUM_JET_MACHINE_H
 #define SGA_NUM_JET_MACHINE_H
 
-#include "exec.h"
 #include "jet_code.h"
 
 struct jet_machine {

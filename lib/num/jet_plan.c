@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "mem.h"
+#include "tape_code.h"
 
 struct planner {
     struct jet_plan *p;

@@ -3,7 +3,8 @@
 #define SGA_NUM_JET_PLAN_H
 
 #include "dd.h"
-#include "tape_code.h"
+
+struct num_tape;
 
 enum jet_op {
     JET_ADD, JET_SUB, JET_NEG, JET_MUL, JET_SQUARE, JET_DIV,

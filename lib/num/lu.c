@@ -1,6 +1,7 @@
 /* Dense LU with partial pivoting (Golub & Van Loan, algorithm 3.4.1, by rows). */
 #include "lu.h"
 
+#include <assert.h>
 #include <math.h>
 
 static void swap_rows(double *a, int *perm, int m, int i, int j)
@@ -13,6 +14,17 @@ static void swap_rows(double *a, int *perm, int m, int i, int j)
     int t = perm[i];
     perm[i] = perm[j];
     perm[j] = t;
+}
+
+/* Each row once. */
+static bool is_permutation(const int *perm, int m)
+{
+    long sum = 0, squares = 0;
+    for (int i = 0; i < m; i++) {
+        sum += perm[i] - i;
+        squares += (long)perm[i] * perm[i] - (long)i * i;
+    }
+    return sum == 0 && squares == 0;
 }
 
 bool num_lu_factor(double *a, int *perm, int m)
@@ -39,6 +51,7 @@ bool num_lu_factor(double *a, int *perm, int m)
                 row[j] -= l * u[j];
         }
     }
+    assert(is_permutation(perm, m));
     return true;
 }
 

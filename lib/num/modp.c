@@ -7,6 +7,7 @@
 #include <assert.h>
 #include <stdlib.h>
 
+#include "arena.h"
 #include "mem.h"
 #include "watch.h"
 
@@ -44,6 +45,7 @@ void num_modp_init_power(struct num_modp *m, const struct expr_store *st, uint64
     for (mp_limb_t n = p; n < (UWORD(1) << 63) / p; n *= p)
         power++;
     init(m, st, seed, p, power);
+    assert(power >= 1 && power < 64);
 }
 
 void num_modp_forget(struct num_modp *m)
@@ -66,6 +68,7 @@ void num_modp_clear(struct num_modp *m)
 
 void num_modp_set(struct num_modp *m, int symbol, mp_limb_t residue)
 {
+    assert(residue < m->mod.n);
     SGA_RESERVE(m->symbol, m->symbol_cap, symbol + 1);
     while (m->symbols <= symbol)
         m->symbol[m->symbols++] = 0;
@@ -90,6 +93,7 @@ bool num_modp_fmpq(const struct num_modp *m, const fmpq *q, mp_limb_t *residue)
     if (!num_modp_unit(m, d))
         return false;
     *residue = d == 1 ? n : nmod_mul(n, n_invmod(d, m->mod.n), m->mod);
+    assert(*residue < m->mod.n);
     return true;
 }
 
@@ -121,19 +125,17 @@ static bool eliminate(const struct num_modp *m, mp_limb_t **a, mp_limb_t *r, int
 
 bool num_modp_solve(const struct num_modp *m, mp_limb_t *a, mp_limb_t *r, int n)
 {
-    mp_limb_t **row = sga_malloc((size_t)(n + 1) * sizeof *row);
+    SGA_FREED mp_limb_t **row = sga_malloc((size_t)(n + 1) * sizeof *row);
     for (int i = 0; i < n; i++)
         row[i] = a + (size_t)i * (size_t)n;
-    bool ok = eliminate(m, row, r, n);
-    free(row);
-    return ok;
+    return eliminate(m, row, r, n);
 }
 
 static void solve(struct num_modp *m, int index)
 {
     const struct expr_solve *s = m->st->solve + index;
     struct num_modp_solution *q = m->solution + index;
-    mp_limb_t *a = sga_malloc((size_t)s->m * (size_t)s->m * sizeof *a);
+    SGA_FREED mp_limb_t *a = sga_malloc((size_t)s->m * (size_t)s->m * sizeof *a);
     q->y = sga_calloc((size_t)s->m, sizeof *q->y);
     q->flags = 0;
     for (int i = 0; i < s->m; i++) {
@@ -146,7 +148,6 @@ static void solve(struct num_modp *m, int index)
     }
     if (!(q->flags & NUM_MODP_BAD) && !num_modp_solve(m, a, q->y, s->m))
         q->flags |= NUM_MODP_BAD;
-    free(a);
 }
 
 static bool divide(const struct num_modp *m, mp_limb_t x, mp_limb_t y, mp_limb_t *r)
@@ -224,6 +225,7 @@ void num_modp_extend(struct num_modp *m)
     sga_watch_count(SGA_COUNT_MODULAR, m->st->nodes - m->nodes);
     for (; m->nodes < m->st->nodes; m->nodes++)
         eval(m, m->nodes);
+    assert(m->nodes == m->st->nodes);
 }
 
 void num_modp_list(struct num_modp *m, const expr_id *list, int count)

@@ -1,4 +1,4 @@
-/* Values of the whole store at one point modulo a prime or a power of one: the fast shadow, and the
+/* Values of the whole store at one point modulo a prime or a power of one: the fast oracle, and the
  * better evidence for algebraic zeros. A nonzero rational function is zero at a random
  * point with probability about degree / p.
  *

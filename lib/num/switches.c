@@ -1,9 +1,11 @@
 /* Finding switches in expressions. */
 #include "switches.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "facts.h"
 #include "mem.h"
 
@@ -27,8 +29,8 @@ static int number_of(struct num_switches *w, struct arguments *a, expr_id argume
 
 void num_switches_find(struct num_switches *w, struct expr_store *st, const expr_id *root, int roots)
 {
-    struct expr_cone cone;
-    struct expr_facts facts;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    SGA_ENDS(expr_facts_clear) struct expr_facts facts;
     struct arguments arguments = { 0 };
     size_t cap = 0;
     *w = (struct num_switches){ 0 };
@@ -51,10 +53,10 @@ void num_switches_find(struct num_switches *w, struct expr_store *st, const expr
             memset(w->of, -1, (size_t)w->nodes * sizeof *w->of);
         }
         w->of[e] = number_of(w, &arguments, g, &cap);
+        assert(w->of[e] >= 0 && w->of[e] < w->count);
     }
     free(arguments.number);
-    expr_cone_clear(&cone);
-    expr_facts_clear(&facts);
+    assert(!w->count == !w->of);
 }
 
 void num_switches_clear(struct num_switches *w)

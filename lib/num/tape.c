@@ -6,10 +6,12 @@
  * components and right sides. */
 #include "tape_code.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "dd.h"
 #include "mem.h"
 #include "switches.h"
@@ -35,6 +37,7 @@ static bool place_inputs(struct builder *b, const int *inputs)
 {
     b->time = -1;
     for (int i = 0; i < b->t->ninputs; i++) {
+        assert(b->slot[b->st->symbol[inputs[i]].node] < 0);
         b->slot[b->st->symbol[inputs[i]].node] = i;
         if (b->st->symbol[inputs[i]].kind == EXPR_TIME)
             b->time = i;
@@ -276,6 +279,7 @@ void num_tape_hold(struct num_tape *t, const signed char *side)
         const struct tape_switch *w = t->held + i;
         double *c = t->value + w->slot;
         int s = side ? side[w->of] : 0;
+        assert(s >= -1 && s <= 1);
         c[0] = s > 0 ? beyond : 0;
         c[1] = s < 0 ? beyond : 0;
         c[2] = c[0] - c[1];
@@ -283,11 +287,24 @@ void num_tape_hold(struct num_tape *t, const signed char *side)
     tape_forget_time(t);
 }
 
+/* Single assignment: an instruction reads slots before its own, and roots are slots. Linear. */
+static bool tape_sane(const struct num_tape *t)
+{
+    bool sane = t->slots == t->code_slot + t->ncode && t->nstatic <= t->ntimed && t->ntimed <= t->ncode && t->ninputs <= t->code_slot;
+    for (int i = 0; i < t->ncode && sane; i++)
+        if (t->code[i].op < EXPR_OP_COUNT)
+            sane = t->code[i].a >= 0 && t->code[i].a < t->code_slot + i
+                   && (!tape_reads_two(t->code[i].op) || (t->code[i].b >= 0 && t->code[i].b < t->code_slot + i));
+    for (int r = 0; r < t->nroots && sane; r++)
+        sane = t->root[r] >= 0 && t->root[r] < t->slots;
+    return sane;
+}
+
 struct num_tape *num_tape_new_switched(const struct expr_store *st, const struct num_switches *w, const expr_id *roots, int nroots,
                                        const int *inputs, int ninputs, struct sga_error *err)
 {
     struct num_tape *t = sga_calloc(1, sizeof *t);
-    struct builder b = { .st = st, .t = t, .switches = w, .err = err };
+    SGA_ENDS(builder_clear) struct builder b = { .st = st, .t = t, .switches = w, .err = err };
     t->ninputs = ninputs;
     t->nroots = t->first_roots = nroots;
     builder_init(&b);
@@ -299,11 +316,11 @@ struct num_tape *num_tape_new_switched(const struct expr_store *st, const struct
         emit_code(&b);
         fill(&b, roots);
     }
-    builder_clear(&b);
     if (!ok) {
         num_tape_free(t);
         return NULL;
     }
+    assert(tape_sane(t));
     return t;
 }
 

@@ -13,12 +13,13 @@
 
 #include <stdbool.h>
 
-#include "exec.h"
 #include "error.h"
 #include "expr.h"
-#include "stages.h"
 
 struct num_tape;
+struct sga_exec;
+struct sga_stage_code;
+struct sga_stages;
 
 /* Compile roots[0..nroots). in[i] of an evaluation is the value of symbol inputs[i]
  * (an index into st->symbol; no index twice). NULL, with err, where a root uses a symbol that is not

@@ -5,7 +5,6 @@
 
 #include <stdint.h>
 
-#include "table.h"
 #include "tape.h"
 
 /* Beyond the operators of the store: */

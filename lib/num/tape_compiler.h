@@ -6,7 +6,6 @@
 
 #include <limits.h>
 
-#include "tape_code.h"
 #include "x64.h"
 
 enum { REGISTERS = 15, SCRATCH = 15, NONE = -1, NEVER = INT_MAX, OWN_SLOTS = 5 };

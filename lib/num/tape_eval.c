@@ -5,7 +5,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "exec.h"
 #include "lu.h"
+#include "table.h"
 #include "tape_jit.h"
 #include "tape_stages.h"
 
@@ -54,21 +56,10 @@ void tape_run(struct num_tape *t, int from, int to)
         case EXPR_POW:   *w = tape_real_power(v[c->a], v[c->b]); break;
         case TAPE_SINCOS: sincos(v[c->a], w, w + 1); break;
         case TAPE_PAIRED: break;
-        case EXPR_SIN:   *w = sin(v[c->a]); break;
-        case EXPR_COS:   *w = cos(v[c->a]); break;
-        case EXPR_TAN:   *w = tan(v[c->a]); break;
-        case EXPR_ASIN:  *w = asin(v[c->a]); break;
-        case EXPR_ACOS:  *w = acos(v[c->a]); break;
-        case EXPR_ATAN:  *w = atan(v[c->a]); break;
+#define X(sym, name) case EXPR_##sym: *w = name(v[c->a]); break;
+        EXPR_ELEMENTARY_TABLE(X)
+#undef X
         case EXPR_ATAN2: *w = atan2(v[c->a], v[c->b]); break;
-        case EXPR_SINH:  *w = sinh(v[c->a]); break;
-        case EXPR_COSH:  *w = cosh(v[c->a]); break;
-        case EXPR_TANH:  *w = tanh(v[c->a]); break;
-        case EXPR_ASINH: *w = asinh(v[c->a]); break;
-        case EXPR_ACOSH: *w = acosh(v[c->a]); break;
-        case EXPR_ATANH: *w = atanh(v[c->a]); break;
-        case EXPR_EXP:   *w = exp(v[c->a]); break;
-        case EXPR_LOG:   *w = log(v[c->a]); break;
         case EXPR_SQRT:  *w = sqrt(v[c->a]); break;
         case EXPR_CBRT:  *w = cbrt(v[c->a]); break;
         case EXPR_ABS:   *w = fabs(v[c->a]); break;

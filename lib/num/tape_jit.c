@@ -10,10 +10,12 @@
 #define _GNU_SOURCE    /* sincos */
 #include "tape_jit.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "exec.h"
 #include "mem.h"
 #include "tape_compiler.h"
 
@@ -39,9 +41,10 @@ static void op_slot(struct compiler *c, enum x64_sd op, int to, int slot)
 }
 
 static double (*const function[EXPR_OP_COUNT])(double) = {
-    [EXPR_SIN] = sin, [EXPR_COS] = cos, [EXPR_TAN] = tan, [EXPR_ASIN] = asin, [EXPR_ACOS] = acos,
-    [EXPR_ATAN] = atan, [EXPR_SINH] = sinh, [EXPR_COSH] = cosh, [EXPR_TANH] = tanh, [EXPR_ASINH] = asinh,
-    [EXPR_ACOSH] = acosh, [EXPR_ATANH] = atanh, [EXPR_EXP] = exp, [EXPR_LOG] = log, [EXPR_CBRT] = cbrt,
+#define X(sym, name) [EXPR_##sym] = name,
+    EXPR_ELEMENTARY_TABLE(X)
+#undef X
+    [EXPR_CBRT] = cbrt,
     [EXPR_SIGN] = tape_sign,
 };
 static double (*const function2[EXPR_OP_COUNT])(double, double) = {
@@ -83,10 +86,12 @@ void compiler_find_uses(struct compiler *c, int from)
         if (two)
             c->next[q->b] = i;
     }
+    assert(from <= t->ncode);
 }
 
 void compiler_release(struct compiler *c, int reg)
 {
+    assert(reg >= 0 && reg < REGISTERS);
     if (c->held[reg] != NONE)
         c->where[c->held[reg]] = NONE;
     c->held[reg] = NONE;
@@ -103,6 +108,7 @@ static void save(struct compiler *c, int reg)
 
 void compiler_bind(struct compiler *c, int reg, int slot)
 {
+    assert(reg >= 0 && reg < REGISTERS && slot >= 0);
     c->held[reg] = slot;
     c->where[slot] = (signed char)reg;
 }
@@ -330,6 +336,7 @@ static bool in_line(int op)
 
 void compiler_instruction(struct compiler *c, int i)
 {
+    assert(i >= 0 && i < c->t->ncode);
     const struct tape_code *q = c->t->code + i;
     switch (q->op) {
     case EXPR_ADD: binary(c, i, X64_ADD, q->a, q->b); break;

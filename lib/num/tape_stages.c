@@ -7,12 +7,16 @@
  * the bit whether this runs or the stages one by one. */
 #include "tape_stages.h"
 
+#include <assert.h>
 #include <float.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "exec.h"
 #include "mem.h"
+#include "tape.h"
+#include "tape_code.h"
 #include "tape_compiler.h"
 
 /* Beyond so many instructions the code is no longer quick to fetch, and what it saves is little
@@ -250,6 +254,7 @@ static long steps_before(int instructions, const struct sga_stages *plan, int n)
 
 bool num_tape_stages(struct num_tape *t, int first, const struct sga_stages *plan, struct sga_stage_code *code)
 {
+    assert(plan->count >= 1);
     struct tape_stages *q = t->stages[plan->aside];
     if (!q || !same(&q->plan, plan)) {
         drop(t, plan->aside);
@@ -265,6 +270,7 @@ bool num_tape_stages(struct num_tape *t, int first, const struct sga_stages *pla
         if (q->refused)
             return false;
     }
+    assert(q->run && !q->refused);
     *code = (struct sga_stage_code){ .run = q->run, .slots = t->value, .place = q->place, .time = q->place + TIMES_AT, .needs_time = q->needs_time };
     return true;
 }

@@ -3,7 +3,8 @@
 #define SGA_NUM_TAPE_STAGES_H
 
 #include "stages.h"
-#include "tape_code.h"
+
+struct num_tape;
 
 struct tape_stages {
     struct sga_stages plan;    /* what it is for */

@@ -1,6 +1,7 @@
 /* Encoding of single instructions. */
 #include "x64.h"
 
+#include <assert.h>
 #include <string.h>
 
 #include "mem.h"
@@ -153,6 +154,7 @@ void x64_return(struct x64 *c) { put1(c, 0xC3); }
 
 void x64_call_back(struct x64 *c, size_t offset)
 {
+    assert(offset <= c->count);
     int32_t distance = (int32_t)((ptrdiff_t)offset - (ptrdiff_t)(c->count + 5));
     put1(c, 0xE8);
     put(c, &distance, sizeof distance);
@@ -160,6 +162,7 @@ void x64_call_back(struct x64 *c, size_t offset)
 
 size_t x64_leave_if(struct x64 *c, int number)
 {
+    assert(number >= 0);
     unsigned char code[] = { 0x49, 0x81, 0xFE, 0, 0, 0, 0, 0x0F, 0x84, 0, 0, 0, 0 };   /* cmp r14, imm32; je rel32 */
     memcpy(code + 3, &number, sizeof number);
     put(c, code, sizeof code);
@@ -168,6 +171,7 @@ size_t x64_leave_if(struct x64 *c, int number)
 
 void x64_arrive(struct x64 *c, size_t jump)
 {
+    assert(jump <= c->count && jump >= sizeof(int32_t));
     int32_t distance = (int32_t)(c->count - jump);
     memcpy(c->byte + jump - sizeof distance, &distance, sizeof distance);
 }

@@ -5,6 +5,8 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "method.h"
+
 #define SAFETY 0.9
 #define INTEGRAL_GAIN 0.04     /* 0 would be the plain controller */
 #define SHRINK_MOST (1.0 / 3)

@@ -3,7 +3,9 @@
 #define SGA_ODE_CONTROL_H
 
 #include <stdbool.h>
-#include "method.h"
+
+struct ode_field;
+struct ode_step;
 
 /* A proportional-integral controller, and a predictive one that follows the trend of the
  * last two steps (Gustafsson; Hairer, Wanner, IV.2 and IV.8); the smaller step is taken,

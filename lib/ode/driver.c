@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "budget.h"
+#include "error.h"
 #include "larger.h"
 #include "march.h"
 #include "mem.h"

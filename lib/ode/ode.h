@@ -15,10 +15,10 @@
 
 #include <stdbool.h>
 #include <stddef.h>
-#include "budget.h"
-#include "error.h"
-#include "lin_sparse.h"
-#include "stages.h"
+
+struct sga_error;
+struct sga_stage_code;
+struct sga_stages;
 
 /* Why a solution ended before the last time asked for. The text is what results show. */
 #define ODE_REASON_TABLE(X) \

@@ -17,7 +17,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "lin_shift.h"
+#include "lin_sparse.h"
 #include "mem.h"
+#include "radau_tables.h"
 
 #define KEEP_JACOBIAN 1e-3     /* contraction below which the Jacobian is still good */
 #define KEEP_STEP_MOST 1.2     /* growth that is not worth a factorisation */

@@ -3,9 +3,7 @@
 #ifndef SGA_ODE_RADAU_H
 #define SGA_ODE_RADAU_H
 
-#include "lin_shift.h"
 #include "partials.h"
-#include "radau_tables.h"
 
 struct radau {
     int n;

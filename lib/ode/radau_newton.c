@@ -7,7 +7,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "lin_shift.h"
 #include "radau.h"
+#include "radau_tables.h"
 #include "watch.h"
 
 /* The iteration ends when its error is below this part of the error allowed. */

@@ -2,6 +2,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "error.h"
 #include "march.h"
 #include "mem.h"
 

@@ -12,6 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "lin_sparse.h"
 #include "march.h"
 #include "mem.h"
 #include "radau.h"

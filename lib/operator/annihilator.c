@@ -3,7 +3,10 @@
 
 #include <stdlib.h>
 
+#include "arena.h"
 #include "cyclic.h"
+#include "error.h"
+#include "flint_ends.h"
 #include "mem.h"
 
 /* The k-th combination to try for W with a 1 at m: sparse ones with small coefficients first. */
@@ -32,15 +35,14 @@ static void candidate(struct ratio_matrix *w, int m, int k)
 static bool find_cyclic(struct cyclic *c, const struct op_state *x, const struct op_limits *limits, struct sga_error *err)
 {
     int r = x->H.rows;
-    struct ratio_matrix row;
     ratio_matrix_init(&c->w, 1, r);
     for (int k = 0; k < 12 * r + 12; k++)
         for (c->m = 0; c->m < r; c->m++) {
             candidate(&c->w, c->m, k);
+            SGA_ENDS(ratio_matrix_clear) struct ratio_matrix row;
             ratio_matrix_init(&row, 1, x->n);
             ratio_matrix_addmul(&row, &c->w, &x->H);
             bool yes = op_is_cyclic(&x->F, &row);
-            ratio_matrix_clear(&row);
             if (yes)
                 return true;
             if (!op_within(limits, NULL, err))
@@ -70,7 +72,7 @@ static bool affordable(const struct op_state *x, const struct op_limits *limits,
 static bool annihilate(struct cyclic *c, const struct op_state *x)
 {
     int n = x->n, r = x->H.rows;
-    struct ratio_matrix K, v, next = { 0 }, right, solution = { 0 };
+    SGA_ENDS(ratio_matrix_clear) struct ratio_matrix K, v, next = { 0 }, right, solution = { 0 };
     ratio_matrix_init(&K, n, n);               /* transposed: columns are w, Dw, ... */
     ratio_matrix_init(&right, n, r + 1);       /* columns: the unknowns, then D^n w */
     ratio_matrix_init(&v, 1, n);
@@ -87,13 +89,12 @@ static bool annihilate(struct cyclic *c, const struct op_state *x)
             fmpz_poly_q_set(ratio_at(&right, j, i), ratio_at(&x->H, i, j));
     bool ok = ratio_matrix_solve(&solution, &K, &right);
     if (ok) {                                  /* e w = 0, multiplied out */
-        struct ratio_matrix sum;
+        SGA_ENDS(ratio_matrix_clear) struct ratio_matrix sum;
         ratio_matrix_init(&sum, n, r + 1);
         ratio_matrix_addmul(&sum, &K, &solution);
         ok = ratio_matrix_equal(&sum, &right);
-        ratio_matrix_clear(&sum);
     }
-    fmpz_poly_q_t a;
+    SGA_ENDS(fmpz_poly_q_end) fmpz_poly_q_t a;
     fmpz_poly_q_init(a);
     for (int l = 0; l < n && ok; l++) {
         for (int i = 0; i < r; i++)
@@ -103,12 +104,6 @@ static bool annihilate(struct cyclic *c, const struct op_state *x)
     }
     fmpz_poly_q_one(a);
     ore_add_term(&c->e, a, n);
-    fmpz_poly_q_clear(a);
-    ratio_matrix_clear(&K);
-    ratio_matrix_clear(&v);
-    ratio_matrix_clear(&next);
-    ratio_matrix_clear(&right);
-    ratio_matrix_clear(&solution);
     return ok;
 }
 

@@ -5,6 +5,8 @@
 
 #include <flint/nmod_poly.h>
 
+#include "arena.h"
+#include "flint_ends.h"
 #include "mem.h"
 
 enum { PLACES = 8 };
@@ -13,7 +15,7 @@ static const ulong prime = 1152921504606846883UL;      /* the largest below 2^60
 /* The series of a in t - place modulo t^length; false where the denominator vanishes there. */
 static bool expand(nmod_poly_t out, const fmpz_poly_q_struct *a, ulong place, long length)
 {
-    nmod_poly_t num, den;
+    SGA_ENDS(nmod_poly_end) nmod_poly_t num, den;
     nmod_poly_init(num, prime);
     nmod_poly_init(den, prime);
     fmpz_poly_get_nmod_poly(num, fmpz_poly_q_numref(a));
@@ -23,8 +25,6 @@ static bool expand(nmod_poly_t out, const fmpz_poly_q_struct *a, ulong place, lo
     bool ok = nmod_poly_get_coeff_ui(den, 0) != 0;
     if (ok)
         nmod_poly_div_series(out, num, den, length);
-    nmod_poly_clear(num);
-    nmod_poly_clear(den);
     return ok;
 }
 
@@ -56,8 +56,8 @@ static bool full_at(const struct ratio_matrix *F, const struct ratio_matrix *w, 
 {
     int n = F->rows;
     nmod_poly_struct *f = new_series((long)n * n), *v = new_series(n), *next = new_series(n);
-    nmod_mat_t K;
-    nmod_poly_t p;
+    SGA_ENDS(nmod_mat_end) nmod_mat_t K;
+    SGA_ENDS(nmod_poly_end) nmod_poly_t p;
     nmod_mat_init(K, n, n, prime);
     nmod_poly_init(p, prime);
     bool ok = expand_all(f, F, place, n) && expand_all(v, w, place, n);
@@ -77,8 +77,6 @@ static bool full_at(const struct ratio_matrix *F, const struct ratio_matrix *w, 
         next = keep;
     }
     *full = ok && nmod_mat_rank(K) == n;
-    nmod_poly_clear(p);
-    nmod_mat_clear(K);
     free_series(f, (long)n * n);
     free_series(v, n);
     free_series(next, n);

@@ -6,6 +6,7 @@
 
 #include <flint/fmpq.h>
 
+#include "arena.h"
 #include "mem.h"
 
 enum { MAX_DEGREE = 1000 };
@@ -73,11 +74,11 @@ int op_from_exprs(fmpz_poly_q_struct *out, const struct expr_store *st, const ex
 {
     int k = 0;
     for (; k < n; k++) {                       /* one by one: the first that fails is told apart */
-        struct expr_cone cone;
+        SGA_ENDS(expr_cone_clear) struct expr_cone cone;
         expr_cone_init(&cone);
         expr_cone_of(st, &cone, e + k, 1);
         expr_cone_index(&cone);
-        fmpz_poly_q_struct *value = sga_malloc(((size_t)cone.count + 1) * sizeof *value);
+        SGA_FREED fmpz_poly_q_struct *value = sga_malloc(((size_t)cone.count + 1) * sizeof *value);
         bool ok = true;
         for (int i = 0; i < cone.count; i++)
             fmpz_poly_q_init(value + i);
@@ -87,8 +88,6 @@ int op_from_exprs(fmpz_poly_q_struct *out, const struct expr_store *st, const ex
             fmpz_poly_q_set(out + k, value + cone.place[e[k]]);
         for (int i = 0; i < cone.count; i++)
             fmpz_poly_q_clear(value + i);
-        free(value);
-        expr_cone_clear(&cone);
         if (!ok)
             break;
     }

@@ -10,6 +10,8 @@
 
 #include <stdlib.h>
 
+#include "arena.h"
+#include "error.h"
 #include "mem.h"
 #include "split.h"
 
@@ -17,7 +19,8 @@
 static void right_transformation(struct ore_matrix *V, struct ore_matrix *inverse, const struct cyclic *c)
 {
     int r = c->w.cols;
-    struct ore w, minus;
+    struct ore w;
+    SGA_ENDS(ore_clear) struct ore minus;
     ore_init(&w);
     ore_init(&minus);
     ore_matrix_identity(V, r);
@@ -41,7 +44,6 @@ static void right_transformation(struct ore_matrix *V, struct ore_matrix *invers
         ore_matrix_swap_rows(inverse, i, i + 1);
     }
     ore_clear(&w);
-    ore_clear(&minus);
 }
 
 /* U with U P V = diag(1, .., 1, e): rows of diag V^{-1} divided by the Popov form. */
@@ -49,7 +51,7 @@ static bool left_transformation(struct ore_matrix *U, const struct op_popov *p, 
                                 const struct ore *e, const struct op_limits *limits, struct sga_error *err)
 {
     int r = inverse->rows;
-    struct ore_matrix Q, row = { 0 };
+    SGA_ENDS(ore_matrix_clear) struct ore_matrix Q, row = { 0 };
     bool ok = true;
     ore_matrix_init(&Q, r, r);
     ore_matrix_set(&row, inverse);
@@ -63,15 +65,13 @@ static bool left_transformation(struct ore_matrix *U, const struct op_popov *p, 
     }
     if (ok)
         ore_matrix_mul(U, &Q, &p->U);
-    ore_matrix_clear(&Q);
-    ore_matrix_clear(&row);
     return ok;
 }
 
 /* U^{-1} = P V diag^{-1}: the last column divided by e on the right. */
 static bool left_inverse(struct ore_matrix *inverse, const struct ore_matrix *P, const struct ore_matrix *V, const struct ore *e)
 {
-    struct ore rest;
+    SGA_ENDS(ore_clear) struct ore rest;
     bool ok = true;
     ore_init(&rest);
     ore_matrix_mul(inverse, P, V);
@@ -80,7 +80,6 @@ static bool left_inverse(struct ore_matrix *inverse, const struct ore_matrix *P,
         ore_divide_right(x, &rest, x, e);
         ok = ore_is_zero(&rest);
     }
-    ore_clear(&rest);
     return ok;
 }
 
@@ -88,7 +87,7 @@ static bool left_inverse(struct ore_matrix *inverse, const struct ore_matrix *P,
 static bool full_form(struct op_jacobson *f, const struct op_popov *p, const struct ore_matrix *P, const struct op_state *x,
                       const struct op_limits *limits, struct sga_error *err)
 {
-    struct cyclic c;
+    SGA_ENDS(op_annihilator_clear) struct cyclic c;
     bool ok = op_annihilator_find(&c, x, limits, err);
     f->rank = P->rows;
     ore_swap(&f->e, &c.e);
@@ -99,14 +98,13 @@ static bool full_form(struct op_jacobson *f, const struct op_popov *p, const str
     }
     if (ok && f->transformations && !left_inverse(&f->U_inverse, P, &f->V, &f->e))
         ok = sga_fail(err, SGA_E_WITNESS, "the last invariant factor does not divide its column: this is a bug");
-    op_annihilator_clear(&c);
     return ok;
 }
 
 /* m = diag(m, identity) with n rows */
 static void border(struct ore_matrix *m, int n)
 {
-    struct ore_matrix big;
+    SGA_ENDS(ore_matrix_clear) struct ore_matrix big;
     ore_matrix_init(&big, n, n);
     for (int i = 0; i < n; i++)
         for (int j = 0; j < n; j++) {
@@ -116,15 +114,13 @@ static void border(struct ore_matrix *m, int n)
                 ore_one(ore_at(&big, i, j));
         }
     ore_matrix_swap(m, &big);
-    ore_matrix_clear(&big);
 }
 
 static void multiply_into(struct ore_matrix *to, const struct ore_matrix *a, const struct ore_matrix *b)
 {
-    struct ore_matrix r = { 0 };
+    SGA_ENDS(ore_matrix_clear) struct ore_matrix r = { 0 };
     ore_matrix_mul(&r, a, b);
     ore_matrix_swap(to, &r);
-    ore_matrix_clear(&r);
 }
 
 /* m diag(1, .., 1, e, 0, .., 0) */
@@ -142,7 +138,7 @@ static void times_diagonal(struct ore_matrix *m, const struct op_jacobson *f)
 /* P V = U^{-1} diag, U U^{-1} = 1, V V^{-1} = 1: together U P V = diag. */
 static bool multiplies_out(const struct op_jacobson *f, const struct ore_matrix *P)
 {
-    struct ore_matrix a = { 0 }, b = { 0 };
+    SGA_ENDS(ore_matrix_clear) struct ore_matrix a = { 0 }, b = { 0 };
     ore_matrix_mul(&a, P, &f->V);
     ore_matrix_set(&b, &f->U_inverse);
     times_diagonal(&b, f);
@@ -150,8 +146,6 @@ static bool multiplies_out(const struct op_jacobson *f, const struct ore_matrix 
     ore_matrix_mul(&a, &f->U, &f->U_inverse);
     ore_matrix_mul(&b, &f->V, &f->V_inverse);
     ok = ok && ore_matrix_is_identity(&a) && ore_matrix_is_identity(&b);
-    ore_matrix_clear(&a);
-    ore_matrix_clear(&b);
     return ok;
 }
 
@@ -173,10 +167,10 @@ static void as_system(struct op_system *s, const struct ore_matrix *R)
 /* What is not torsion is split off first. */
 static bool split_form(struct op_jacobson *f, const struct ore_matrix *P, const struct op_limits *limits, struct sga_error *err)
 {
-    struct op_split split = { 0 };
-    struct op_system part = { 0 };
-    struct op_popov popov = { 0 };
-    struct op_state state = { 0 };
+    SGA_ENDS(op_split_clear) struct op_split split = { 0 };
+    SGA_ENDS(op_system_clear) struct op_system part = { 0 };
+    SGA_ENDS(op_popov_clear) struct op_popov popov = { 0 };
+    SGA_ENDS(op_state_clear) struct op_state state = { 0 };
     bool ok = op_split_off(&split, P, limits, err);
     f->transformations = true;
     if (ok && split.rank) {
@@ -196,23 +190,18 @@ static bool split_form(struct op_jacobson *f, const struct ore_matrix *P, const 
         multiply_into(&f->V_inverse, &f->V_inverse, &split.V_inverse);
         ok = op_within(limits, &f->U, err);
     }
-    op_state_clear(&state);
-    op_popov_clear(&popov);
-    op_system_clear(&part);
-    op_split_clear(&split);
     return ok;
 }
 
 bool op_jacobson_form(struct op_jacobson *f, const struct op_system *s, const struct op_popov *full, const struct op_state *x,
                       const struct op_limits *limits, struct sga_error *err)
 {
-    struct ore_matrix P;
+    SGA_ENDS(ore_matrix_clear) struct ore_matrix P;
     *f = (struct op_jacobson){ 0 };
     op_system_matrix(s, &P);
     bool ok = full ? full_form(f, full, &P, x, limits, err) : split_form(f, &P, limits, err);
     if (ok && f->transformations && !multiplies_out(f, &P))
         ok = sga_fail(err, SGA_E_WITNESS, "the Jacobson form does not multiply out: this is a bug");
-    ore_matrix_clear(&P);
     if (!ok)
         op_jacobson_clear(f);
     return ok;

@@ -8,6 +8,9 @@
 
 #include <stdlib.h>
 
+#include "arena.h"
+#include "error.h"
+#include "flint_ends.h"
 #include "mem.h"
 
 /* binom(-i, k) for k >= 0 and any i */
@@ -25,11 +28,10 @@ static void binomial(fmpz_t c, int i, int k)
 /* out[n0 + k] += binom(-i, k) a^(k), k = 0 .. as long as n0 + k < count: the terms of s^{-i} a */
 static void shifted(fmpz_poly_q_struct **out, int n0, int count, const fmpz_poly_q_t a, int i)
 {
-    fmpz_poly_q_t d, p;
-    fmpz_t c;
+    SGA_ENDS(fmpz_poly_q_end) fmpz_poly_q_t d, p;
+    SGA_ENDS(fmpz_end) fmpz_t c = { 0 };
     fmpz_poly_q_init(d);
     fmpz_poly_q_init(p);
-    fmpz_init(c);
     fmpz_poly_q_set(d, a);
     for (int k = 0; n0 + k < count && !fmpz_poly_q_is_zero(d); k++) {
         binomial(c, i, k);
@@ -42,9 +44,6 @@ static void shifted(fmpz_poly_q_struct **out, int n0, int count, const fmpz_poly
             fmpz_poly_q_add(out[n0 + k], out[n0 + k], p);
         fmpz_poly_q_derivative(d, d);
     }
-    fmpz_clear(c);
-    fmpz_poly_q_clear(p);
-    fmpz_poly_q_clear(d);
 }
 
 /* series[n] of count matrices: rows of m multiplied by s^{-d_i} from the left, where the term
@@ -52,7 +51,7 @@ static void shifted(fmpz_poly_q_struct **out, int n0, int count, const fmpz_poly
 static struct ratio_matrix *left_shift(const struct ore_matrix *m, const int *d, int lead, int count)
 {
     struct ratio_matrix *series = sga_calloc((size_t)count + 1, sizeof *series);
-    fmpz_poly_q_struct **out = sga_malloc((size_t)(count + 1) * sizeof *out);
+    SGA_FREED fmpz_poly_q_struct **out = sga_malloc((size_t)(count + 1) * sizeof *out);
     for (int n = 0; n < count; n++)
         ratio_matrix_init(series + n, m->rows, m->cols);
     for (int i = 0; i < m->rows; i++)
@@ -62,7 +61,6 @@ static struct ratio_matrix *left_shift(const struct ore_matrix *m, const int *d,
             for (int l = 0; l < ore_at(m, i, j)->len; l++)
                 shifted(out, lead + d[i] - l, count, ore_at(m, i, j)->a + l, d[i]);
         }
-    free(out);
     return series;
 }
 
@@ -70,26 +68,22 @@ static struct ratio_matrix *left_shift(const struct ore_matrix *m, const int *d,
 static void series_mul(struct ratio_matrix *out, int count, const struct ratio_matrix *M, int from, int shift,
                        const struct ratio_matrix *X)
 {
-    struct ratio_matrix d = { 0 };
-    fmpz_t c;
-    fmpz_init(c);
+    SGA_ENDS(ratio_matrix_clear) struct ratio_matrix d = { 0 };
+    SGA_ENDS(fmpz_end) fmpz_t c = { 0 };
     for (int j = 0; j < count; j++) {
         ratio_matrix_set(&d, X + j);
         for (int k = 0; j + k < count; k++) {
             for (int i = from; i + j + k < count; i++) {
-                struct ratio_matrix p = { 0 };
+                SGA_ENDS(ratio_matrix_clear) struct ratio_matrix p = { 0 };
                 binomial(c, i + shift, k);
                 ratio_matrix_init(&p, M[i].rows, d.cols);
                 ratio_matrix_addmul(&p, M + i, &d);
                 ratio_matrix_scale(&p, fmpz_get_si(c));
                 ratio_matrix_add(out + i + j + k, &p);
-                ratio_matrix_clear(&p);
             }
             ratio_matrix_derive(&d, &d);
         }
     }
-    fmpz_clear(c);
-    ratio_matrix_clear(&d);
 }
 
 /* X = T^{-1}, count terms */
@@ -97,35 +91,29 @@ static bool invert_series(struct ratio_matrix *X, const struct ratio_matrix *M, 
                           struct sga_error *err)
 {
     int n = M[0].rows;
-    struct ratio_matrix one;
+    SGA_ENDS(ratio_matrix_clear) struct ratio_matrix one;
     ratio_matrix_init(&one, n, n);
     for (int i = 0; i < n; i++)
         fmpz_poly_q_one(ratio_at(&one, i, i));
     bool ok = ratio_matrix_solve(X, M, &one);
-    ratio_matrix_clear(&one);
     for (int m = 1; m < count && ok; m++) {
-        struct ratio_matrix sum, d = { 0 };
-        fmpz_t c;
-        fmpz_init(c);
+        SGA_ENDS(ratio_matrix_clear) struct ratio_matrix sum, d = { 0 };
+        SGA_ENDS(fmpz_end) fmpz_t c = { 0 };
         ratio_matrix_init(&sum, n, n);
         for (int j = 0; j < m; j++) {
             ratio_matrix_set(&d, X + j);
             for (int k = 0; j + k < m; k++) {
                 int i = m - j - k;
-                struct ratio_matrix p;
+                SGA_ENDS(ratio_matrix_clear) struct ratio_matrix p;
                 binomial(c, i, k);
                 ratio_matrix_init(&p, n, n);
                 ratio_matrix_addmul(&p, M + i, &d);
                 ratio_matrix_scale(&p, -fmpz_get_si(c));
                 ratio_matrix_add(&sum, &p);
-                ratio_matrix_clear(&p);
                 ratio_matrix_derive(&d, &d);
             }
         }
         ok = ratio_matrix_solve(X + m, M, &sum) && op_within(limits, NULL, err);
-        ratio_matrix_clear(&sum);
-        ratio_matrix_clear(&d);
-        fmpz_clear(c);
     }
     return ok;
 }
@@ -160,7 +148,7 @@ static bool multiplies_out(const struct op_laurent *g, const struct op_system *s
 bool op_laurent_series(struct op_laurent *g, const struct op_system *s, const struct op_popov *weak, int bound,
                        int terms, const struct op_limits *limits, struct sga_error *err)
 {
-    struct ore_matrix W = { 0 };
+    SGA_ENDS(ore_matrix_clear) struct ore_matrix W = { 0 };
     *g = (struct op_laurent){ 0 };
     op_right_side(&W, s, weak);
     int first = 0;                             /* the series may start at s^{-first} */
@@ -171,10 +159,8 @@ bool op_laurent_series(struct op_laurent *g, const struct op_system *s, const st
                 first = weak->order[i] - ore_order(ore_at(&W, i, j));
                 any = true;
             }
-    if (!any) {
-        ore_matrix_clear(&W);
+    if (!any)
         return true;
-    }
     terms = terms > s->order - bound + 1 ? terms : s->order - bound + 1;    /* so that B is among the products */
     int count = (bound > first ? bound - first : 0) + terms;
     struct ratio_matrix *M = left_shift(&weak->R, weak->order, 0, count);
@@ -204,7 +190,6 @@ bool op_laurent_series(struct op_laurent *g, const struct op_system *s, const st
     clear_series(Y, count);
     clear_series(X, count);
     clear_series(out, count);
-    ore_matrix_clear(&W);
     if (!ok)
         op_laurent_clear(g);
     return ok;

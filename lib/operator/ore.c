@@ -1,8 +1,11 @@
 /* Arithmetic of k[D]: sums, products, adjoints. */
 #include "ore.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
+#include "arena.h"
+#include "flint_ends.h"
 #include "mem.h"
 
 void ore_init(struct ore *x)
@@ -35,8 +38,14 @@ static void trim(struct ore *x, int n)
     x->len = n;
 }
 
+bool ore_sane(const struct ore *x)
+{
+    return x->len >= 0 && x->len <= x->cap && (!x->len || !fmpz_poly_q_is_zero(x->a + x->len - 1));
+}
+
 void ore_set(struct ore *x, const struct ore *y)
 {
+    assert(ore_sane(y));
     if (x == y)
         return;
     fit(x, y->len);
@@ -74,6 +83,7 @@ void ore_add_term(struct ore *x, const fmpz_poly_q_t a, int k)
     fit(x, k + 1);
     fmpz_poly_q_add(x->a + k, x->a + k, a);
     trim(x, x->len > k + 1 ? x->len : k + 1);
+    assert(ore_sane(x));
 }
 
 bool ore_equal(const struct ore *x, const struct ore *y)
@@ -87,18 +97,16 @@ bool ore_equal(const struct ore *x, const struct ore *y)
 static void combine(struct ore *x, const struct ore *y, const struct ore *z,
                     void (*op)(fmpz_poly_q_t, const fmpz_poly_q_t, const fmpz_poly_q_t))
 {
-    struct ore r;
+    SGA_ENDS(ore_clear) struct ore r;
     int n = y->len > z->len ? y->len : z->len;
     ore_init(&r);
     fit(&r, n);
-    fmpz_poly_q_t none;
+    SGA_ENDS(fmpz_poly_q_end) fmpz_poly_q_t none;
     fmpz_poly_q_init(none);
     for (int i = 0; i < n; i++)
         op(r.a + i, i < y->len ? y->a + i : none, i < z->len ? z->a + i : none);
-    fmpz_poly_q_clear(none);
     trim(&r, n);
     ore_swap(x, &r);
-    ore_clear(&r);
 }
 
 void ore_add(struct ore *x, const struct ore *y, const struct ore *z)
@@ -116,6 +124,7 @@ void ore_scale(struct ore *x, const fmpz_poly_q_t a)
     for (int i = 0; i < x->len; i++)
         fmpz_poly_q_mul(x->a + i, a, x->a + i);
     trim(x, x->len);
+    assert(ore_sane(x));
 }
 
 void ore_derive(struct ore *x)
@@ -138,11 +147,12 @@ void ore_derive(struct ore *x)
     }
     fmpz_poly_q_clear(d);
     x->len = n + 1;
+    assert(ore_sane(x));
 }
 
 static void accumulate(struct ore *x, const struct ore *y, const struct ore *z, bool minus)
 {
-    struct ore power, sum;
+    SGA_ENDS(ore_clear) struct ore power = { 0 }, sum = { 0 };
     fmpz_poly_q_t c, p;
     if (ore_is_zero(y) || ore_is_zero(z))
         return;
@@ -171,8 +181,6 @@ static void accumulate(struct ore *x, const struct ore *y, const struct ore *z, 
     ore_swap(x, &sum);
     fmpz_poly_q_clear(p);
     fmpz_poly_q_clear(c);
-    ore_clear(&power);
-    ore_clear(&sum);
 }
 
 void ore_addmul(struct ore *x, const struct ore *y, const struct ore *z)
@@ -187,16 +195,16 @@ void ore_submul(struct ore *x, const struct ore *y, const struct ore *z)
 
 void ore_mul(struct ore *x, const struct ore *y, const struct ore *z)
 {
-    struct ore r;
+    SGA_ENDS(ore_clear) struct ore r;
     ore_init(&r);
     accumulate(&r, y, z, false);
     ore_swap(x, &r);
-    ore_clear(&r);
+    assert(ore_sane(x));
 }
 
 void ore_adjoint(struct ore *x, const struct ore *y)
 {
-    struct ore r;
+    SGA_ENDS(ore_clear) struct ore r;
     ore_init(&r);
     for (int i = y->len - 1; i >= 0; i--) {  /* Horner: r = -D r + a_i */
         ore_derive(&r);
@@ -205,7 +213,7 @@ void ore_adjoint(struct ore *x, const struct ore *y)
         ore_add_term(&r, y->a + i, 0);
     }
     ore_swap(x, &r);
-    ore_clear(&r);
+    assert(ore_sane(x));
 }
 
 size_t ore_size(const struct ore *x)

@@ -19,6 +19,8 @@ struct ore {
 
 void ore_init(struct ore *x);
 void ore_clear(struct ore *x);
+/* The leading coefficient is not 0. */
+bool ore_sane(const struct ore *x);
 void ore_set(struct ore *x, const struct ore *y);
 void ore_swap(struct ore *x, struct ore *y);
 void ore_zero(struct ore *x);

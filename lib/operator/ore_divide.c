@@ -1,11 +1,16 @@
 /* Division on either side and the Euclidean algorithm in k[D]. */
+#include <assert.h>
+
+#include "arena.h"
+#include "flint_ends.h"
 #include "ore.h"
 
 /* One kind of division; `left`: b stands left of the quotient. */
 static void divide(struct ore *q, struct ore *r, const struct ore *a, const struct ore *b, bool left)
 {
-    struct ore rest, quotient, term;
-    fmpz_poly_q_t c;
+    assert(!ore_is_zero(b));
+    SGA_ENDS(ore_clear) struct ore rest, quotient, term;
+    SGA_ENDS(fmpz_poly_q_end) fmpz_poly_q_t c;
     ore_init(&rest);
     ore_init(&quotient);
     ore_init(&term);
@@ -24,10 +29,7 @@ static void divide(struct ore *q, struct ore *r, const struct ore *a, const stru
     }
     ore_swap(q, &quotient);
     ore_swap(r, &rest);
-    fmpz_poly_q_clear(c);
-    ore_clear(&term);
-    ore_clear(&quotient);
-    ore_clear(&rest);
+    assert(ore_order(r) < ore_order(b) || r == q);
 }
 
 void ore_divide_right(struct ore *q, struct ore *r, const struct ore *a, const struct ore *b)
@@ -57,7 +59,8 @@ static void make_monic(struct ore *x, struct ore *u, struct ore *v)
 
 void ore_gcrd(struct ore *g, struct ore *u, struct ore *v, struct ore *m, const struct ore *a, const struct ore *b)
 {
-    struct ore r[2], s[2], t[2], q, rest;      /* r[i] = s[i] a + t[i] b */
+    struct ore r[2], s[2], t[2];
+    SGA_ENDS(ore_clear) struct ore q, rest;      /* r[i] = s[i] a + t[i] b */
     for (int i = 0; i < 2; i++) {
         ore_init(r + i);
         ore_init(s + i);
@@ -95,6 +98,4 @@ void ore_gcrd(struct ore *g, struct ore *u, struct ore *v, struct ore *m, const 
         ore_clear(s + i);
         ore_clear(t + i);
     }
-    ore_clear(&q);
-    ore_clear(&rest);
 }

@@ -1,8 +1,10 @@
 /* Matrices over k[D]: products, adjoints, elementary operations. */
 #include "ore_matrix.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
+#include "arena.h"
 #include "mem.h"
 
 void ore_matrix_init(struct ore_matrix *m, int rows, int cols)
@@ -59,15 +61,14 @@ bool ore_matrix_equal(const struct ore_matrix *a, const struct ore_matrix *b)
 
 bool ore_matrix_is_identity(const struct ore_matrix *a)
 {
-    struct ore_matrix one = { 0 };
+    SGA_ENDS(ore_matrix_clear) struct ore_matrix one = { 0 };
     ore_matrix_identity(&one, a->rows);
-    bool yes = ore_matrix_equal(a, &one);
-    ore_matrix_clear(&one);
-    return yes;
+    return ore_matrix_equal(a, &one);
 }
 
 void ore_matrix_mul(struct ore_matrix *m, const struct ore_matrix *a, const struct ore_matrix *b)
 {
+    assert(a->cols == b->rows && m != a && m != b);
     resize(m, a->rows, b->cols);
     for (int i = 0; i < a->rows; i++)
         for (int j = 0; j < b->cols; j++)
@@ -77,23 +78,24 @@ void ore_matrix_mul(struct ore_matrix *m, const struct ore_matrix *a, const stru
 
 void ore_matrix_adjoint(struct ore_matrix *m, const struct ore_matrix *a)
 {
-    struct ore_matrix r = { 0 };
+    SGA_ENDS(ore_matrix_clear) struct ore_matrix r = { 0 };
     ore_matrix_init(&r, a->cols, a->rows);
     for (int i = 0; i < a->rows; i++)
         for (int j = 0; j < a->cols; j++)
             ore_adjoint(ore_at(&r, j, i), ore_at(a, i, j));
     ore_matrix_swap(m, &r);
-    ore_matrix_clear(&r);
 }
 
 void ore_matrix_add_row(struct ore_matrix *m, int i, const struct ore *q, int j)
 {
+    assert(i != j);
     for (int k = 0; k < m->cols; k++)
         ore_addmul(ore_at(m, i, k), q, ore_at(m, j, k));
 }
 
 void ore_matrix_sub_col(struct ore_matrix *m, int j, const struct ore *q, int i)
 {
+    assert(i != j);
     for (int k = 0; k < m->rows; k++)
         ore_submul(ore_at(m, k, j), ore_at(m, k, i), q);
 }
@@ -118,12 +120,11 @@ void ore_matrix_scale_row(struct ore_matrix *m, int i, const fmpz_poly_q_t c)
 
 void ore_matrix_scale_col(struct ore_matrix *m, int i, const fmpz_poly_q_t c)
 {
-    struct ore factor;
+    SGA_ENDS(ore_clear) struct ore factor;
     ore_init(&factor);
     ore_add_term(&factor, c, 0);
     for (int k = 0; k < m->rows; k++)
         ore_mul(ore_at(m, k, i), ore_at(m, k, i), &factor);
-    ore_clear(&factor);
 }
 
 int ore_matrix_order(const struct ore_matrix *m)

@@ -1,9 +1,14 @@
 /* Row reduction over k[D]. */
 #include "popov.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
+#include "budget.h"
+#include "error.h"
+#include "flint_ends.h"
 #include "mem.h"
 
 bool op_within(const struct op_limits *l, const struct ore_matrix *m, struct sga_error *err)
@@ -29,9 +34,7 @@ static int find_pivot(const struct ore_matrix *m, int i)
 /* c = lcm of the denominators / gcd of the numerators of a row; false for a zero row */
 static bool row_content(fmpz_poly_q_t c, const struct ore_matrix *m, int i)
 {
-    fmpz_poly_t g, l;
-    fmpz_poly_init(g);
-    fmpz_poly_init(l);
+    SGA_ENDS(fmpz_poly_end) fmpz_poly_t g = { 0 }, l = { 0 };
     fmpz_poly_one(l);
     for (int j = 0; j < m->cols; j++) {
         const struct ore *x = ore_at(m, i, j);
@@ -50,8 +53,6 @@ static bool row_content(fmpz_poly_q_t c, const struct ore_matrix *m, int i)
         fmpz_poly_set(fmpz_poly_q_denref(c), g);
         fmpz_poly_q_canonicalise(c);
     }
-    fmpz_poly_clear(g);
-    fmpz_poly_clear(l);
     return any;
 }
 
@@ -62,21 +63,19 @@ static void scale(struct op_popov *p, int i, const fmpz_poly_q_t c)
     ore_matrix_scale_row(&p->R, i, c);
     ore_matrix_scale_row(&p->U, i, c);
     if (p->inverse.cols) {
-        fmpz_poly_q_t d;
+        SGA_ENDS(fmpz_poly_q_end) fmpz_poly_q_t d;
         fmpz_poly_q_init(d);
         fmpz_poly_q_inv(d, c);
         ore_matrix_scale_col(&p->inverse, i, d);
-        fmpz_poly_q_clear(d);
     }
 }
 
 static void make_primitive(struct op_popov *p, int i)
 {
-    fmpz_poly_q_t c;
+    SGA_ENDS(fmpz_poly_q_end) fmpz_poly_q_t c;
     fmpz_poly_q_init(c);
     if (row_content(c, &p->R, i))
         scale(p, i, c);
-    fmpz_poly_q_clear(c);
 }
 
 /* row i += q row j throughout */
@@ -93,8 +92,8 @@ static void add_row(struct op_popov *p, int i, const struct ore *q, int j)
 static void eliminate(struct op_popov *p, int i, int j, int col)
 {
     const struct ore *x = ore_at(&p->R, i, col), *y = ore_at(&p->R, j, col);
-    fmpz_poly_q_t ratio, b;
-    struct ore q;
+    SGA_ENDS(fmpz_poly_q_end) fmpz_poly_q_t ratio, b;
+    SGA_ENDS(ore_clear) struct ore q;
     ore_init(&q);
     fmpz_poly_q_init(ratio);
     fmpz_poly_q_init(b);
@@ -107,9 +106,6 @@ static void eliminate(struct op_popov *p, int i, int j, int col)
     ore_add_term(&q, ratio, ore_order(ore_at(&p->R, i, col)) - ore_order(y));
     add_row(p, i, &q, j);
     make_primitive(p, i);
-    ore_clear(&q);
-    fmpz_poly_q_clear(ratio);
-    fmpz_poly_q_clear(b);
 }
 
 /* Two rows with the same pivot column: the one of larger order (larger size) first. */
@@ -203,7 +199,8 @@ static int worst(const struct op_popov *p, int i)
 
 bool op_popov_finish(struct op_popov *p, const struct op_limits *limits, struct sga_error *err)
 {
-    fmpz_poly_q_t c;
+    assert(p->rank <= p->R.rows);
+    SGA_ENDS(fmpz_poly_q_end) fmpz_poly_q_t c;
     bool ok = true;
     for (int i = 0; i < p->rank && ok; i++)
         for (int k; ok && (k = worst(p, i)) >= 0; ok = op_within(limits, &p->R, err) && op_within(limits, &p->U, err))
@@ -213,7 +210,6 @@ bool op_popov_finish(struct op_popov *p, const struct op_limits *limits, struct 
         fmpz_poly_q_inv(c, ore_leading(ore_at(&p->R, i, p->pivot[i])));
         scale(p, i, c);
     }
-    fmpz_poly_q_clear(c);
     if (!ok)
         op_popov_clear(p);
     return ok;
@@ -221,7 +217,7 @@ bool op_popov_finish(struct op_popov *p, const struct op_limits *limits, struct 
 
 void op_popov_reduce(const struct op_popov *p, struct ore *a, struct ore *q)
 {
-    struct ore term;
+    SGA_ENDS(ore_clear) struct ore term;
     ore_init(&term);
     for (int i = 0; i < p->rank; i++)
         ore_zero(q + i);
@@ -240,7 +236,6 @@ void op_popov_reduce(const struct op_popov *p, struct ore *a, struct ore *q)
         for (int j = 0; j < p->R.cols; j++)
             ore_submul(a + j, &term, ore_at(&p->R, at, j));
     }
-    ore_clear(&term);
 }
 
 void op_popov_clear(struct op_popov *p)

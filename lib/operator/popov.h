@@ -11,8 +11,9 @@
 #ifndef SGA_OPERATOR_POPOV_H
 #define SGA_OPERATOR_POPOV_H
 
-#include "budget.h"
 #include "ore_matrix.h"
+
+struct sga_error;
 
 /* What one analysis may use. */
 struct op_limits {

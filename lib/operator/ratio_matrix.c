@@ -1,10 +1,13 @@
 /* Matrices over Q(t): sums, products, linear systems. */
 #include "ratio_matrix.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
 #include <flint/fmpz_poly_mat.h>
 
+#include "arena.h"
+#include "flint_ends.h"
 #include "mem.h"
 
 void ratio_matrix_init(struct ratio_matrix *m, int rows, int cols)
@@ -66,12 +69,14 @@ void ratio_matrix_derive(struct ratio_matrix *m, const struct ratio_matrix *a)
 
 void ratio_matrix_add(struct ratio_matrix *m, const struct ratio_matrix *a)
 {
+    assert(m->rows == a->rows && m->cols == a->cols);
     for (int k = 0; k < m->rows * m->cols; k++)
         fmpz_poly_q_add(m->e + k, m->e + k, a->e + k);
 }
 
 void ratio_matrix_sub(struct ratio_matrix *m, const struct ratio_matrix *a)
 {
+    assert(m->rows == a->rows && m->cols == a->cols);
     for (int k = 0; k < m->rows * m->cols; k++)
         fmpz_poly_q_sub(m->e + k, m->e + k, a->e + k);
 }
@@ -84,7 +89,8 @@ void ratio_matrix_scale(struct ratio_matrix *m, long factor)
 
 void ratio_matrix_addmul(struct ratio_matrix *m, const struct ratio_matrix *a, const struct ratio_matrix *b)
 {
-    fmpz_poly_q_t p;
+    assert(a->cols == b->rows && m->rows == a->rows && m->cols == b->cols);
+    SGA_ENDS(fmpz_poly_q_end) fmpz_poly_q_t p;
     fmpz_poly_q_init(p);
     for (int i = 0; i < a->rows; i++)
         for (int k = 0; k < a->cols; k++) {
@@ -97,7 +103,6 @@ void ratio_matrix_addmul(struct ratio_matrix *m, const struct ratio_matrix *a, c
                 fmpz_poly_q_add(ratio_at(m, i, j), ratio_at(m, i, j), p);
             }
         }
-    fmpz_poly_q_clear(p);
 }
 
 /* Column j of m as polynomials over l, the lcm of its denominators. */
@@ -118,7 +123,7 @@ static void column_over(fmpz_poly_mat_t out, fmpz_poly_t l, const struct ratio_m
 static void scale_back(struct ratio_matrix *x, const fmpz_poly_mat_t X, const fmpz_poly_t den, const fmpz_poly_struct *k,
                        const fmpz_poly_struct *l)
 {
-    fmpz_poly_q_t f;
+    SGA_ENDS(fmpz_poly_q_end) fmpz_poly_q_t f;
     fmpz_poly_q_init(f);
     for (int i = 0; i < x->rows; i++)
         for (int j = 0; j < x->cols; j++) {
@@ -131,7 +136,6 @@ static void scale_back(struct ratio_matrix *x, const fmpz_poly_mat_t X, const fm
             fmpz_poly_q_canonicalise(f);
             fmpz_poly_q_mul(to, to, f);
         }
-    fmpz_poly_q_clear(f);
 }
 
 static fmpz_poly_struct *new_polys(int n)
@@ -151,14 +155,14 @@ static void free_polys(fmpz_poly_struct *p, int n)
 
 bool ratio_matrix_solve(struct ratio_matrix *x, const struct ratio_matrix *a, const struct ratio_matrix *b)
 {
-    fmpz_poly_mat_t A, B, X;
-    fmpz_poly_t den;
+    assert(a->rows == a->cols && b->rows == a->rows);
+    SGA_ENDS(fmpz_poly_mat_end) fmpz_poly_mat_t A, B, X;
+    SGA_ENDS(fmpz_poly_end) fmpz_poly_t den = { 0 };
     int n = a->rows, cols = b->cols;
     fmpz_poly_struct *k = new_polys(n), *l = new_polys(cols);
     fmpz_poly_mat_init(A, n, n);
     fmpz_poly_mat_init(B, n, cols);
     fmpz_poly_mat_init(X, n, cols);
-    fmpz_poly_init(den);
     fmpz_poly_one(den);
     for (int j = 0; j < n; j++)
         column_over(A, k + j, a, j);
@@ -166,17 +170,12 @@ bool ratio_matrix_solve(struct ratio_matrix *x, const struct ratio_matrix *a, co
         column_over(B, l + j, b, j);
     bool ok = n == 0 || fmpz_poly_mat_solve(X, den, A, B);
     if (ok) {
-        struct ratio_matrix r;
+        SGA_ENDS(ratio_matrix_clear) struct ratio_matrix r;
         ratio_matrix_init(&r, n, cols);
         scale_back(&r, X, den, k, l);
         ratio_matrix_swap(x, &r);
-        ratio_matrix_clear(&r);
     }
     free_polys(k, n);
     free_polys(l, cols);
-    fmpz_poly_clear(den);
-    fmpz_poly_mat_clear(X);
-    fmpz_poly_mat_clear(B);
-    fmpz_poly_mat_clear(A);
     return ok;
 }

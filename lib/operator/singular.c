@@ -12,31 +12,28 @@
 #include <flint/fmpq_poly.h>
 #include <flint/fmpz_poly_factor.h>
 
+#include "arena.h"
+#include "flint_ends.h"
 #include "mem.h"
 
 enum { FINE_BITS = 64 };
 
 static int sign_at(const fmpz_poly_t p, const fmpq_t x)
 {
-    fmpq_t v;
-    fmpq_init(v);
+    SGA_ENDS(fmpq_end) fmpq_t v = { { 0, 1 } };
     fmpz_poly_evaluate_fmpq(v, p, x);
-    int s = fmpq_sgn(v);
-    fmpq_clear(v);
-    return s;
+    return fmpq_sgn(v);
 }
 
 /* Number of real roots in (a, b]: those of the polynomial moved to (0, b - a], by Sturm. */
 static long roots_between(const fmpz_poly_t p, const fmpq_t a, const fmpq_t b)
 {
-    fmpq_poly_t q, line;
-    fmpz_poly_t moved;
-    fmpq_t width;
+    SGA_ENDS(fmpq_poly_end) fmpq_poly_t q, line;
+    SGA_ENDS(fmpz_poly_end) fmpz_poly_t moved = { 0 };
+    SGA_ENDS(fmpq_end) fmpq_t width = { { 0, 1 } };
     long zero, positive, count;
     fmpq_poly_init(q);
     fmpq_poly_init(line);
-    fmpz_poly_init(moved);
-    fmpq_init(width);
     /* roots in (a, b] of p are positive roots of p(a + (b - a) / (1 + s)), s >= 0: s = 0 is b */
     fmpq_sub(width, b, a);
     fmpq_poly_set_fmpz_poly(q, p);
@@ -45,8 +42,7 @@ static long roots_between(const fmpz_poly_t p, const fmpq_t a, const fmpq_t b)
     fmpq_poly_compose(q, q, line);             /* now (0, 1] */
     fmpq_poly_get_numerator(moved, q);
     fmpz_poly_reverse(moved, moved, fmpz_poly_length(moved));     /* [1, oo); a root 0 of q is lost, as it must */
-    fmpz_poly_t one;
-    fmpz_poly_init(one);
+    SGA_ENDS(fmpz_poly_end) fmpz_poly_t one = { 0 };
     fmpz_poly_set_coeff_si(one, 0, 1);
     fmpz_poly_set_coeff_si(one, 1, 1);
     fmpz_poly_compose(moved, moved, one);      /* [0, oo) */
@@ -58,24 +54,17 @@ static long roots_between(const fmpz_poly_t p, const fmpq_t a, const fmpq_t b)
     if (fmpz_poly_degree(moved) > 0)
         _fmpz_poly_num_real_roots_sturm(&negative, &positive, moved->coeffs, moved->length);
     count = zero + positive;
-    fmpz_poly_clear(one);
-    fmpq_clear(width);
-    fmpz_poly_clear(moved);
-    fmpq_poly_clear(line);
-    fmpq_poly_clear(q);
     return count;
 }
 
 /* A power of two beyond every real root. */
 static void bound(fmpq_t b, const fmpz_poly_t p)
 {
-    fmpz_t r;
-    fmpz_init(r);
+    SGA_ENDS(fmpz_end) fmpz_t r = { 0 };
     fmpz_poly_bound_roots(r, p);
     fmpz_add_ui(r, r, 1);
     fmpz_set(fmpq_numref(b), r);
     fmpz_one(fmpq_denref(b));
-    fmpz_clear(r);
 }
 
 static void add_root(struct op_singular_times *s, const fmpz_poly_t p, const fmpq_t low, const fmpq_t high, enum op_lost lost,
@@ -90,10 +79,7 @@ static void add_root(struct op_singular_times *s, const fmpz_poly_t p, const fmp
     fmpq_init(r->high);
     fmpq_set(r->low, low);
     fmpq_set(r->high, high);
-    fmpq_t middle, width, size;
-    fmpq_init(middle);
-    fmpq_init(width);
-    fmpq_init(size);
+    SGA_ENDS(fmpq_end) fmpq_t middle = { { 0, 1 } }, width = { { 0, 1 } }, size = { { 0, 1 } };
     for (;;) {                                 /* one simple root in (low, high]: signs differ, or it is high */
         fmpq_sub(width, r->high, r->low);
         fmpq_mul_2exp(width, width, FINE_BITS);
@@ -117,9 +103,6 @@ static void add_root(struct op_singular_times *s, const fmpz_poly_t p, const fmp
     fmpq_get_mpfr(nearest, r->high, MPFR_RNDN);
     r->t = mpfr_get_d(nearest, MPFR_RNDN);
     mpfr_clear(nearest);
-    fmpq_clear(middle);
-    fmpq_clear(width);
-    fmpq_clear(size);
 }
 
 /* Intervals that hold one root each, by bisection with a list of those still open. */
@@ -198,26 +181,20 @@ static void denominators(fmpz_poly_t den, const struct ratio_matrix *m)
 
 void op_singular_find(struct op_singular_times *s, const struct ratio_matrix *leading)
 {
-    fmpz_poly_t den, num;
+    SGA_ENDS(fmpz_poly_end) fmpz_poly_t den = { 0 }, num = { 0 };
     *s = (struct op_singular_times){ 0 };
-    fmpz_poly_init(den);
-    fmpz_poly_init(num);
     fmpz_poly_one(den);
     denominators(den, leading);
     for (int k = 0; k < leading->rows * leading->cols; k++)
         fmpz_poly_gcd(num, num, fmpz_poly_q_numref(leading->e + k));
     roots_of(s, den, OP_POLE);
     roots_of(s, num, OP_ZERO);
-    fmpz_poly_clear(den);
-    fmpz_poly_clear(num);
 }
 
 void op_singular_coefficients(struct op_singular_times *s, const struct op_system *system, const struct op_state *x)
 {
-    fmpz_poly_t own, state;
+    SGA_ENDS(fmpz_poly_end) fmpz_poly_t own = { 0 }, state = { 0 };
     *s = (struct op_singular_times){ 0 };
-    fmpz_poly_init(own);
-    fmpz_poly_init(state);
     fmpz_poly_one(own);
     fmpz_poly_one(state);
     for (int k = 0; k <= system->order; k++)
@@ -230,8 +207,6 @@ void op_singular_coefficients(struct op_singular_times *s, const struct op_syste
         denominators(state, x->J + v);
     fmpz_poly_gcd(own, own, state);
     roots_of(s, own, OP_COEFFICIENT);
-    fmpz_poly_clear(own);
-    fmpz_poly_clear(state);
 }
 
 void op_singular_clear(struct op_singular_times *s)

@@ -7,6 +7,8 @@
 
 #include <stdlib.h>
 
+#include "arena.h"
+#include "error.h"
 #include "mem.h"
 
 struct raw {                       /* before the derivatives of e leave the dynamics */
@@ -35,13 +37,12 @@ void op_system_matrix(const struct op_system *s, struct ore_matrix *m)
 
 void op_right_side(struct ore_matrix *W, const struct op_system *s, const struct op_popov *p)
 {
-    struct ore_matrix B;
+    SGA_ENDS(ore_matrix_clear) struct ore_matrix B;
     ore_matrix_init(&B, s->unknowns, s->sources);
     for (int k = 0; k < s->unknowns * s->sources; k++)
         if (!fmpz_poly_q_is_zero(s->B.e + k))
             ore_add_term(B.e + k, s->B.e + k, 0);
     ore_matrix_mul(W, &p->U, &B);
-    ore_matrix_clear(&B);
 }
 
 /* row of m = - (terms of row j of R below the pivots), in the components of x */
@@ -77,21 +78,22 @@ static void read_off(struct op_state *x, struct raw *r, const struct op_popov *p
 /* x + G_a e^(a-1) in place of x, a = top, .., 1 */
 static void lower_sources(struct op_state *x, struct raw *r)
 {
-    struct ratio_matrix d = { 0 };
+    SGA_ENDS(ratio_matrix_clear) struct ratio_matrix d = { 0 };
     for (int a = r->top; a > 0; a--) {
         ratio_matrix_addmul(r->G + a - 1, &x->F, r->G + a);
         ratio_matrix_derive(&d, r->G + a);
         ratio_matrix_sub(r->G + a - 1, &d);
         ratio_matrix_addmul(r->J + a - 1, &x->H, r->G + a);
     }
-    ratio_matrix_clear(&d);
 }
 
 /* sum A_i y^(i) = B e, with y^(i) = H_i x + sum J_iv e^(v) */
 static bool substitute(const struct op_state *x, const struct op_system *s)
 {
     int top = x->degree + s->order + 2;
-    struct ratio_matrix H = { 0 }, d = { 0 }, left, *J = sga_calloc((size_t)top, sizeof *J), *sum = sga_calloc((size_t)top, sizeof *sum);
+    SGA_ARENA(mem);
+    SGA_ENDS(ratio_matrix_clear) struct ratio_matrix H = { 0 }, d = { 0 }, left;
+    struct ratio_matrix *J = sga_zeros(&mem, (size_t)top, sizeof *J), *sum = sga_zeros(&mem, (size_t)top, sizeof *sum);
     ratio_matrix_init(&left, s->unknowns, x->n);
     ratio_matrix_set(&H, &x->H);
     for (int v = 0; v < top; v++) {
@@ -123,18 +125,13 @@ static bool substitute(const struct op_state *x, const struct op_system *s)
         ratio_matrix_clear(J + v);
         ratio_matrix_clear(sum + v);
     }
-    free(J);
-    free(sum);
-    ratio_matrix_clear(&H);
-    ratio_matrix_clear(&d);
-    ratio_matrix_clear(&left);
     return ok;
 }
 
 bool op_state_form(struct op_state *x, const struct op_system *s, const struct op_popov *p,
                    const struct op_limits *limits, struct sga_error *err)
 {
-    struct ore_matrix W = { 0 };
+    SGA_ENDS(ore_matrix_clear) struct ore_matrix W = { 0 };
     struct raw r = { .base = sga_calloc((size_t)s->unknowns + 1, sizeof *r.base) };
     *x = (struct op_state){ 0 };
     for (int j = 0; j < s->unknowns; j++) {
@@ -164,7 +161,6 @@ bool op_state_form(struct op_state *x, const struct op_system *s, const struct o
         ratio_matrix_clear(r.G + v);
     free(r.G);
     free(r.base);
-    ore_matrix_clear(&W);
     bool ok = op_within(limits, NULL, err);
     if (ok && !substitute(x, s))
         ok = sga_fail(err, SGA_E_WITNESS, "the state form does not satisfy the system: this is a bug");
@@ -181,7 +177,7 @@ bool op_state_leading(const struct op_state *x, int *order, struct ratio_matrix 
         ratio_matrix_set(leading, x->J + x->degree);
         return true;
     }
-    struct ratio_matrix H = { 0 }, d = { 0 };
+    SGA_ENDS(ratio_matrix_clear) struct ratio_matrix H = { 0 }, d = { 0 };
     bool found = false;
     ratio_matrix_set(&H, &x->H);
     for (int k = 1; k <= x->n && !found; k++) {
@@ -194,8 +190,6 @@ bool op_state_leading(const struct op_state *x, int *order, struct ratio_matrix 
         ratio_matrix_addmul(&d, &H, &x->F);
         ratio_matrix_swap(&H, &d);
     }
-    ratio_matrix_clear(&H);
-    ratio_matrix_clear(&d);
     if (!found)
         ratio_matrix_clear(leading);
     return found;

@@ -3,6 +3,10 @@
 
 #include <flint/flint.h>
 
+#include "arena.h"
+#include "buf.h"
+#include "flint_ends.h"
+
 static void put_integer(struct sga_buf *out, const fmpz_t v)
 {
     char *s = fmpz_get_str(NULL, 10, v);
@@ -19,9 +23,8 @@ static void put_power(struct sga_buf *out, const char *time, long k)
 
 void op_text_polynomial(struct sga_buf *out, const fmpz_poly_t p, const char *time)
 {
-    fmpz_t c;
+    SGA_ENDS(fmpz_end) fmpz_t c = { 0 };
     bool first = true;
-    fmpz_init(c);
     for (long k = fmpz_poly_degree(p); k >= 0; k--) {
         fmpz_poly_get_coeff_fmpz(c, p, k);
         if (fmpz_is_zero(c))
@@ -39,7 +42,6 @@ void op_text_polynomial(struct sga_buf *out, const fmpz_poly_t p, const char *ti
     }
     if (first)
         sga_buf_puts(out, "0");
-    fmpz_clear(c);
 }
 
 static long terms(const fmpz_poly_t p)

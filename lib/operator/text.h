@@ -4,7 +4,7 @@
 
 #include <flint/fmpz_poly_q.h>
 
-#include "buf.h"
+struct sga_buf;
 
 /* Appends p, highest power first: "3*t^2 - t + 1". */
 void op_text_polynomial(struct sga_buf *out, const fmpz_poly_t p, const char *time);

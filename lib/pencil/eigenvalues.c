@@ -1,8 +1,11 @@
 /* All eigenvalues with as many digits as are asked, and as it takes to tell them apart. */
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
+#include "budget.h"
 #include "mem.h"
 #include "pencil.h"
 #include "roots.h"
@@ -33,14 +36,13 @@ static int by_text(const void *x, const void *y)
 
 static bool all_differ(const struct pencil_eigenvalue *e, int n)
 {
-    const struct pencil_eigenvalue **sorted = sga_malloc((size_t)(n + 1) * sizeof *sorted);
+    SGA_FREED const struct pencil_eigenvalue **sorted = sga_malloc((size_t)(n + 1) * sizeof *sorted);
     bool differ = true;
     for (int i = 0; i < n; i++)
         sorted[i] = e + i;
     qsort(sorted, (size_t)n, sizeof *sorted, by_text);
     for (int i = 0; i + 1 < n; i++)
         differ = differ && by_text(sorted + i, sorted + i + 1) != 0;
-    free(sorted);
     return differ;
 }
 
@@ -64,23 +66,22 @@ static struct pencil_eigenvalue *texts(const struct root_list *l, slong digits, 
 bool pencil_eigenvalues(const struct pencil_structure *s, double rtol, const struct sga_budget *budget,
                         struct pencil_eigenvalue **out, int *count, struct sga_error *err)
 {
+    assert(rtol > 0);
     slong digits = rtol >= 1e-15 ? 0 : (slong)ceil(-log10(rtol)) + 1;
     slong precision = digits ? (slong)((double)digits * 3.4) + 64 : 128;
     for (;;) {
-        struct root_list l = { .count = 0 };
+        SGA_ENDS(root_list_clear) struct root_list l = { .count = 0 };
         struct pencil_eigenvalue *e;
         for (int i = 0; i < s->factors; i++) {
-            if (budget && !sga_budget_ok(budget, err)) {
-                root_list_clear(&l);
+            if (budget && !sga_budget_ok(budget, err))
                 return false;
-            }
             root_list_of(&l, s->factor[i].f, i, precision);
         }
         if (l.count)
             qsort(l.root, (size_t)l.count, sizeof *l.root, by_value);
         e = texts(&l, digits, precision);
         *count = l.count;
-        root_list_clear(&l);
+        assert(*count >= s->factors);
         if (e && (!*count || all_differ(e, *count))) {
             *out = e;
             return true;

@@ -3,9 +3,12 @@
  * integers. So 1e150 and 1e-150 cost nothing where they are only a choice of units. */
 #include "integral.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 
+#include "arena.h"
+#include "flint_ends.h"
 #include "mem.h"
 
 struct loose {
@@ -50,13 +53,14 @@ static int gather(const struct pencil *p, struct loose *out)
     }
     if (kept && fmpq_is_zero(&out[kept - 1].value))
         fmpq_clear(&out[--kept].value);
+    assert(kept <= n);
     return kept;
 }
 
 /* Divides each column (or row) by its content. True where something changed. */
 static bool scale(struct loose *e, int entries, int lines, bool columns)
 {
-    fmpq *content = sga_calloc((size_t)lines + 1, sizeof *content);
+    SGA_FREED fmpq *content = sga_calloc((size_t)lines + 1, sizeof *content);
     bool changed = false;
     for (int i = 0; i < lines; i++)
         fmpq_init(content + i);
@@ -78,7 +82,6 @@ static bool scale(struct loose *e, int entries, int lines, bool columns)
     }
     for (int i = 0; i < lines; i++)
         fmpq_clear(content + i);
-    free(content);
     return changed;
 }
 
@@ -92,10 +95,7 @@ static double log2_of(const fmpz_t n)
 
 static void bound(struct integral *p)
 {
-    fmpz_t apart, joint, sum;
-    fmpz_init(apart);
-    fmpz_init(joint);
-    fmpz_init(sum);
+    SGA_ENDS(fmpz_end) fmpz_t apart = { 0 }, joint = { 0 }, sum = { 0 };
     p->apart = p->joint = 0;
     for (int i = 0; i < p->entries; ) {
         int row = p->entry[i].row;
@@ -116,14 +116,11 @@ static void bound(struct integral *p)
         p->apart += 0.5 * log2_of(apart);
         p->joint += 0.5 * log2_of(joint);
     }
-    fmpz_clear(apart);
-    fmpz_clear(joint);
-    fmpz_clear(sum);
 }
 
 void integral_init(struct integral *p, const struct pencil *given)
 {
-    struct loose *e = sga_calloc((size_t)given->A.entries + (size_t)given->B.entries + 1, sizeof *e);
+    SGA_FREED struct loose *e = sga_calloc((size_t)given->A.entries + (size_t)given->B.entries + 1, sizeof *e);
     int n = gather(given, e);
     for (int pass = 0; pass < 6; pass++) {
         bool columns = scale(e, n, given->cols, true);
@@ -138,7 +135,6 @@ void integral_init(struct integral *p, const struct pencil *given)
         fmpz_set(&p->entry[i].value, fmpq_numref(&e[i].value));   /* the rows came last: integers */
         fmpq_clear(&e[i].value);
     }
-    free(e);
     bound(p);
 }
 

@@ -8,11 +8,14 @@
  *     { (x_0, .., x_(d-1)) : A x_(i+1) = B x_i,  sum c_i A x_i + c_d B x_(d-1) = 0 },
  * f^K = sum c_i s^i, a matrix whose minors are below 2^(d apart) |c|^rows: primes past that prove it.
  * (A singular part adds a dimension that does not depend on f; an infinite one adds none.) */
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 
 #include <flint/fmpz_poly_factor.h>
 
+#include "arena.h"
+#include "flint_ends.h"
 #include "mem.h"
 #include "spectrum.h"
 
@@ -44,15 +47,13 @@ static bool evaluate(nmod_mat_t out, const fmpz_poly_t f, const nmod_mat_t J, do
 {
     slong d = fmpz_poly_degree(f), n = J->r;
     mp_limb_t p = J->mod.n;
-    nmod_mat_t t;
+    SGA_ENDS(nmod_mat_end) nmod_mat_t t;
     nmod_mat_init(t, n, n, p);
     nmod_mat_zero(out);
     for (slong k = d; k >= 0; k--) {
         mp_limb_t c = fmpz_fdiv_ui(f->coeffs + k, p);
-        if (k == d && !c) {
-            nmod_mat_clear(t);
+        if (k == d && !c)
             return false;
-        }
         if (k < d - 1) {
             nmod_mat_mul(t, out, J);
             nmod_mat_swap(t, out);
@@ -65,7 +66,6 @@ static bool evaluate(nmod_mat_t out, const fmpz_poly_t f, const nmod_mat_t J, do
             for (slong i = 0; i < n; i++)
                 out->rows[i][i] = n_addmod(out->rows[i][i], c, p);
     }
-    nmod_mat_clear(t);
     return true;
 }
 
@@ -76,7 +76,7 @@ static int nullities(const struct pencil_factor *f, const nmod_mat_t J, int *out
     slong n = J->r, d = fmpz_poly_degree(f->f), full = d * f->multiplicity;
     int steps = 0;
     double cube = (double)n * (double)n * (double)n;
-    nmod_mat_t g, power, t;
+    SGA_ENDS(nmod_mat_end) nmod_mat_t g, power, t;
     nmod_mat_init(g, n, n, J->mod.n);
     nmod_mat_init(power, n, n, J->mod.n);
     nmod_mat_init(t, n, n, J->mod.n);
@@ -97,21 +97,16 @@ static int nullities(const struct pencil_factor *f, const nmod_mat_t J, int *out
             *work += cube;
         }
     }
-    nmod_mat_clear(g);
-    nmod_mat_clear(power);
-    nmod_mat_clear(t);
     return steps;
 }
 
 /* Is f(J) of nullity deg f, one block at each root? True is proved. */
 static bool one_block(struct search *s, const fmpz_poly_t f)
 {
-    nmod_mat_t g;
+    SGA_ENDS(nmod_mat_end) nmod_mat_t g;
     const nmod_mat_struct *J = s->reference.finite;
     nmod_mat_init(g, J->r, J->r, J->mod.n);
-    bool one = evaluate(g, f, J, &s->work) && J->r - nmod_mat_rank(g) == fmpz_poly_degree(f);
-    nmod_mat_clear(g);
-    return one;
+    return evaluate(g, f, J, &s->work) && J->r - nmod_mat_rank(g) == fmpz_poly_degree(f);
 }
 
 static void add_check(struct checks *c, int factor)
@@ -137,21 +132,14 @@ static void split(struct search *s, struct pencil_structure *out, struct checks 
 /* Bits of the minors whose vanishing the nullities rest on. */
 static double bits_of(const struct search *s, const struct pencil_factor *f, int steps)
 {
-    fmpz_poly_t power;
-    fmpz_t norm, square;
+    SGA_ENDS(fmpz_poly_end) fmpz_poly_t power = { 0 };
+    SGA_ENDS(fmpz_end) fmpz_t norm = { 0 };
     slong e;
-    fmpz_poly_init(power);
-    fmpz_init(norm);
-    fmpz_init(square);
     fmpz_poly_pow(power, f->f, (ulong)steps);
     for (slong i = 0; i < fmpz_poly_length(power); i++)
         fmpz_addmul(norm, power->coeffs + i, power->coeffs + i);
     double lead = fmpz_get_d_2exp(&e, norm);
-    double bits = (double)fmpz_poly_degree(power) * s->p.apart + s->p.rows * 0.5 * (log2(lead) + (double)e + 1e-9);
-    fmpz_poly_clear(power);
-    fmpz_clear(norm);
-    fmpz_clear(square);
-    return bits;
+    return (double)fmpz_poly_degree(power) * s->p.apart + s->p.rows * 0.5 * (log2(lead) + (double)e + 1e-9);
 }
 
 /* One prime's word on a check: -1 more generic than before (taken over), 0 the same, 1 to be
@@ -208,6 +196,7 @@ static void blocks(const struct check *c, struct pencil_factor *f)
 {
     int d = (int)fmpz_poly_degree(f->f), *size = f->block;
     f->blocks = c->nullity[0] / d;
+    assert(c->nullity[0] % d == 0 && f->blocks > 0);
     for (int i = 0; i < f->blocks; i++)
         size[i] = 0;
     for (int k = 0; k < c->steps; k++)
@@ -253,8 +242,7 @@ int pencil_invariant_factors(const struct pencil_structure *s)
 
 void pencil_invariant_factor(const struct pencil_structure *s, int k, fmpz_poly_t out)
 {
-    fmpz_poly_t t;
-    fmpz_poly_init(t);
+    SGA_ENDS(fmpz_poly_end) fmpz_poly_t t = { 0 };
     fmpz_poly_one(out);
     for (int i = 0; i < s->factors; i++) {
         if (k >= s->factor[i].blocks)
@@ -262,5 +250,4 @@ void pencil_invariant_factor(const struct pencil_structure *s, int k, fmpz_poly_
         fmpz_poly_pow(t, s->factor[i].f, (ulong)s->factor[i].block[k]);
         fmpz_poly_mul(out, out, t);
     }
-    fmpz_poly_clear(t);
 }

@@ -1,6 +1,7 @@
 /* A pencil as it is given: two lists of entries. */
 #include "pencil.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
 #include "mem.h"
@@ -26,6 +27,7 @@ void pencil_clear(struct pencil *p)
 
 void pencil_add(struct pencil_matrix *m, int row, int col, const fmpq_t value)
 {
+    assert(row >= 0 && col >= 0);
     SGA_RESERVE(m->entry, m->cap, (size_t)m->entries + 1);
     struct pencil_entry *e = m->entry + m->entries++;
     e->row = row;

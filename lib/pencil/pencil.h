@@ -28,7 +28,7 @@
 #include <flint/fmpq.h>
 #include <flint/fmpz_poly.h>
 
-#include "budget.h"
+struct sga_error;
 
 struct pencil_entry {
     int row, col;
@@ -90,6 +90,8 @@ struct pencil_options {
 enum { PENCIL_MAX = 2000 };
 bool pencil_structure(const struct pencil *p, const struct pencil_options *options,
                       struct pencil_structure *out, struct sga_error *err);
+/* As many minimal indices as rows and columns have beside the rank, and all lists in their order. Linear. */
+bool pencil_structure_sane(const struct pencil *p, const struct pencil_structure *s);
 void pencil_structure_clear(struct pencil_structure *s);
 
 /* Invariant factors over Q[s] that are not 1, in number and one by one: k = 0 is the last one (the

@@ -13,7 +13,10 @@
 
 #include <arb_fmpz_poly.h>
 
+#include "arb_ends.h"
+#include "arena.h"
 #include "buf.h"
+#include "flint_ends.h"
 #include "mem.h"
 
 enum { TIE_BITS = 256 };
@@ -48,23 +51,20 @@ static acb_ptr isolate(const fmpz_poly_t f, slong precision)
 /* f = g * rest, where g has the roots z of f for which -z is a root too. */
 static void symmetric_part(const fmpz_poly_t f, fmpz_poly_t g, fmpz_poly_t rest)
 {
-    fmpz_poly_t mirrored;
-    fmpz_poly_init(mirrored);
+    SGA_ENDS(fmpz_poly_end) fmpz_poly_t mirrored = { 0 };
     fmpz_poly_set(mirrored, f);
     for (slong i = 1; i < fmpz_poly_length(f); i += 2)
         fmpz_neg(mirrored->coeffs + i, mirrored->coeffs + i);
     fmpz_poly_gcd(g, f, mirrored);
     fmpz_poly_div(rest, f, g);
-    fmpz_poly_clear(mirrored);
 }
 
 /* The roots of g = h(s^2) or s h(s^2): square roots, along the axes exactly. */
 static void symmetric_roots(struct root_list *l, const fmpz_poly_t g, int factor, slong precision)
 {
-    fmpz_poly_t h;
+    SGA_ENDS(fmpz_poly_end) fmpz_poly_t h = { 0 };
     acb_t z;
     slong d = fmpz_poly_degree(g), odd = d & 1;
-    fmpz_poly_init(h);
     acb_init(z);
     for (slong i = odd; i <= d; i += 2)
         fmpz_poly_set_coeff_fmpz(h, i / 2, g->coeffs + i);
@@ -88,14 +88,11 @@ static void symmetric_roots(struct root_list *l, const fmpz_poly_t g, int factor
     }
     _acb_vec_clear(y, d / 2 > 0 ? d / 2 : 1);
     acb_clear(z);
-    fmpz_poly_clear(h);
 }
 
 void root_list_of(struct root_list *l, const fmpz_poly_t f, int factor, slong precision)
 {
-    fmpz_poly_t g, rest;
-    fmpz_poly_init(g);
-    fmpz_poly_init(rest);
+    SGA_ENDS(fmpz_poly_end) fmpz_poly_t g = { 0 }, rest = { 0 };
     symmetric_part(f, g, rest);
     if (fmpz_poly_degree(g) > 0)
         symmetric_roots(l, g, factor, precision);
@@ -104,19 +101,15 @@ void root_list_of(struct root_list *l, const fmpz_poly_t f, int factor, slong pr
     for (slong i = 0; i < d; i++)
         add(l, roots + i, factor);
     _acb_vec_clear(roots, d > 0 ? d : 1);
-    fmpz_poly_clear(g);
-    fmpz_poly_clear(rest);
 }
 
 /* Decimal digits of an exact binary number, rounded to nearest; 0 < digits. */
 static char *decimal(const arf_t x, slong digits)
 {
-    arb_t ball;
-    arb_init(ball);
+    SGA_ENDS(arb_end) arb_t ball = { 0 };
     arb_set_arf(ball, x);
     char *s = arb_get_str(ball, digits, ARB_STR_NO_RADIUS), *copy = sga_strdup(s);
     flint_free(s);
-    arb_clear(ball);
     return copy;
 }
 
@@ -142,15 +135,14 @@ static char *text(const arf_t x, slong digits)
 /* NULL: the ball is too wide for so many digits (0: a double). */
 char *root_text(const arb_t x, slong digits, slong precision)
 {
-    arf_t lower, upper;
-    char *a = NULL, *b = NULL;
+    SGA_ENDS(arf_end) arf_t lower = { 0 }, upper = { 0 };
+    char *a = NULL;
+    SGA_FREED char *b = NULL;
     slong goal = digits ? (slong)((double)digits * 3.33) + 8 : 64;
     if (arb_is_zero(x))
         return sga_strdup("0");
     if (arb_contains_zero(x))
         return NULL;
-    arf_init(lower);
-    arf_init(upper);
     arb_get_lbound_arf(lower, x, precision + 64);
     arb_get_ubound_arf(upper, x, precision + 64);
     a = text(lower, digits);
@@ -160,8 +152,5 @@ char *root_text(const arb_t x, slong digits, slong precision)
         free(a);
         a = NULL;
     }
-    free(b);
-    arf_clear(lower);
-    arf_clear(upper);
     return a;
 }

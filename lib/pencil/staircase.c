@@ -13,9 +13,12 @@
  * the finite part stays. Each pivot costs one update of the matrix, so all steps together are cubic. */
 #include "staircase.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
+#include "budget.h"
 #include "mem.h"
 
 /* rows x cols, a pointer for each row so that rows go without copying. */
@@ -111,7 +114,7 @@ static int echelon(struct grid *ab, int cols, int *pivot, mp_limb_t p, double *w
 /* From the echelon form: columns of B in the order pivots, then the others less F times the pivots. */
 static void to_plant(const struct grid *ab, int n, const int *pivot, int rank, struct plant *g)
 {
-    char *is_pivot = sga_calloc((size_t)n + 1, 1);
+    SGA_FREED char *is_pivot = sga_calloc((size_t)n + 1, 1);
     int u = rank;
     g->q = rank;
     g->s = ab->rows - rank;
@@ -138,21 +141,18 @@ static void to_plant(const struct grid *ab, int n, const int *pivot, int rank, s
         }
         u++;
     }
-    free(is_pivot);
 }
 
 static bool start(const struct integral *p, struct plant *g, const struct sga_budget *budget, struct sga_error *err)
 {
-    struct grid ab;
-    int *pivot = sga_calloc((size_t)p->cols + 1, sizeof *pivot);
+    SGA_ENDS(grid_clear) struct grid ab;
+    SGA_FREED int *pivot = sga_calloc((size_t)p->cols + 1, sizeof *pivot);
     grid_init(&ab, p->rows, 2 * p->cols);
     for (int i = 0; i < p->entries; i++)
         ab.row[p->entry[i].row][p->entry[i].col + (p->entry[i].b ? p->cols : 0)] = fmpz_fdiv_ui(&p->entry[i].value, g->p);
     int rank = echelon(&ab, p->cols, pivot, g->p, &g->work, budget, err);
     if (rank >= 0)
         to_plant(&ab, p->cols, pivot, rank, g);
-    grid_clear(&ab);
-    free(pivot);
     return rank >= 0;
 }
 
@@ -195,7 +195,7 @@ static void eliminate(struct plant *g, struct elimination *e, int row, int col)
 static void pivots(struct plant *g, struct elimination *e)
 {
     int n = g->q + g->k, rows = g->q + g->s;
-    char *done = sga_calloc((size_t)g->k + 1, 1);
+    SGA_FREED char *done = sga_calloc((size_t)g->k + 1, 1);
     for (int c = 0; c < g->k; c++) {
         int i = find_pivot(e, g->q, rows, g->q + c);
         if (i < 0)
@@ -212,14 +212,13 @@ static void pivots(struct plant *g, struct elimination *e)
         e->place[e->above++] = i;
         eliminate(g, e, i, g->q + c);
     }
-    free(done);
 }
 
 /* What is left, in the new coordinates. */
 static void compact(struct plant *g, const struct elimination *e)
 {
     int q = g->q - e->above, s = g->s - e->below, n = g->q + g->k, to = 0;
-    int *keep = sga_calloc((size_t)q + 1, sizeof *keep);
+    SGA_FREED int *keep = sga_calloc((size_t)q + 1, sizeof *keep);
     struct grid m;
     for (int i = 0, j = 0; i < g->q; i++)
         if (!e->gone[i])
@@ -244,7 +243,6 @@ static void compact(struct plant *g, const struct elimination *e)
             g->work += e->above;
         }
     }
-    free(keep);
     grid_clear(&g->m);
     g->m = m;
     g->q = q;
@@ -254,13 +252,14 @@ static void compact(struct plant *g, const struct elimination *e)
 
 static void step(struct plant *g, struct staircase *out)
 {
+    SGA_ARENA(mem);
     struct elimination e = { .above = 0 };
     int rows = g->q + g->s, n = g->q + g->k;
     grid_init(&e.w, rows, n + g->k);
     for (int i = 0; i < rows; i++)
         memcpy(e.w.row[i], g->m.row[i], (size_t)n * sizeof **e.w.row);
-    e.gone = sga_calloc((size_t)rows + 1, 1);
-    e.place = sga_calloc((size_t)g->k + 1, sizeof *e.place);
+    e.gone = sga_zeros(&mem, (size_t)rows + 1, 1);
+    e.place = sga_zeros(&mem, (size_t)g->k + 1, sizeof *e.place);
     pivots(g, &e);
     SGA_RESERVE(out->nullity, out->nullity_cap, (size_t)out->steps + 1);
     SGA_RESERVE(out->rank, out->rank_cap, (size_t)out->steps + 1);
@@ -269,8 +268,6 @@ static void step(struct plant *g, struct staircase *out)
     compact(g, &e);
     g->work += (double)rows * n;
     grid_clear(&e.w);
-    free(e.gone);
-    free(e.place);
 }
 
 static bool deflate(struct plant *g, struct staircase *out, const struct sga_budget *budget, struct sga_error *err)
@@ -333,6 +330,7 @@ static int compare(const struct staircase *a, const struct staircase *b)
     for (int k = 0; k < a->steps || k < b->steps; k++) {
         int na = k < a->steps ? a->nullity[k] : 0, nb = k < b->steps ? b->nullity[k] : 0;
         int ra = k < a->steps ? a->rank[k] : 0, rb = k < b->steps ? b->rank[k] : 0;
+        assert(na >= ra && nb >= rb);
         if (na != nb)
             return na < nb ? -1 : 1;
         if (ra != rb)

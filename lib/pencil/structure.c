@@ -9,12 +9,17 @@
  * The characteristic polynomial, primitive, divides a nonzero minor of s A - B in Z[s]: its
  * coefficients are below 2^(degree + joint) (Mignotte), and the primes that agree on the structure all
  * see its residue, because they see all of the minors' common divisor, infinite part included. */
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include <flint/fmpq_poly.h>
 
+#include "arena.h"
+#include "budget.h"
+#include "error.h"
+#include "flint_ends.h"
 #include "mem.h"
 #include "spectrum.h"
 
@@ -59,12 +64,11 @@ static void take(struct search *s, struct structure_mod *m)
     }
     if (s->spectrum) {
         double q = m->finite->r;
-        nmod_poly_t chi;
+        SGA_ENDS(nmod_poly_end) nmod_poly_t chi;
         nmod_poly_init(chi, s->prime);
         nmod_mat_charpoly_danilevsky(chi, m->finite);
         fmpz_poly_CRT_ui(s->residue, s->residue, s->modulus, chi, 0);
         fmpz_mul_ui(s->modulus, s->modulus, s->prime);
-        nmod_poly_clear(chi);
         s->work += 2 * q * q * q;
     }
     if (s->agree++)
@@ -75,14 +79,11 @@ static void take(struct search *s, struct structure_mod *m)
 
 bool spectrum_lift(const struct search *s, double bits, fmpz_poly_t out)
 {
-    fmpz_t bound, twice;
-    fmpq_poly_t q;
-    fmpq_t c;
+    SGA_ENDS(fmpz_end) fmpz_t bound = { 0 }, twice = { 0 };
+    SGA_ENDS(fmpq_poly_end) fmpq_poly_t q;
+    SGA_ENDS(fmpq_end) fmpq_t c = { { 0, 1 } };
     bool ok = true;
-    fmpz_init(bound);
-    fmpz_init(twice);
     fmpq_poly_init(q);
-    fmpq_init(c);
     if (bits < 0) {                             /* as large as the primes allow */
         fmpz_fdiv_q_2exp(twice, s->modulus, 1);
         fmpz_sqrt(bound, twice);
@@ -101,10 +102,6 @@ bool spectrum_lift(const struct search *s, double bits, fmpz_poly_t out)
         fmpq_poly_get_numerator(out, q);
         fmpz_poly_primitive_part(out, out);
     }
-    fmpz_clear(bound);
-    fmpz_clear(twice);
-    fmpq_poly_clear(q);
-    fmpq_clear(c);
     return ok;
 }
 
@@ -162,9 +159,8 @@ static void read_off(const struct search *s, struct pencil_structure *out)
 static bool confirm(struct search *s, fmpz_poly_t chi)
 {
     struct structure_mod m;
-    fmpz_poly_t again;
+    SGA_ENDS(fmpz_poly_end) fmpz_poly_t again = { 0 };
     bool same = false, ok = true;
-    fmpz_poly_init(again);
     int wait = 4;
     while (ok && !same) {
         while (ok && s->agree < wait) {
@@ -184,7 +180,6 @@ static bool confirm(struct search *s, fmpz_poly_t chi)
         same = ok && spectrum_lift(s, -1, again) && fmpz_poly_equal(chi, again);
         wait = s->agree + 1 + s->agree / 4;
     }
-    fmpz_poly_clear(again);
     return ok;
 }
 
@@ -204,7 +199,7 @@ static bool too_long(const struct search *s, const struct structure_mod *m, doub
 static bool gather(struct search *s, struct pencil_structure *out)
 {
     struct structure_mod m;
-    fmpz_poly_t chi;
+    SGA_ENDS(fmpz_poly_end) fmpz_poly_t chi = { 0 };
     bool proved = false, ok = true;
     do {
         double begun = sga_now();
@@ -221,7 +216,6 @@ static bool gather(struct search *s, struct pencil_structure *out)
             break;
     } while (!proved);
     out->basis = proved ? PENCIL_PROVED : PENCIL_MODULAR;
-    fmpz_poly_init(chi);
     if (s->spectrum) {
         if (!proved || !spectrum_lift(s, bits_of_polynomial(s), chi)) {
             out->basis = PENCIL_MODULAR;
@@ -229,10 +223,22 @@ static bool gather(struct search *s, struct pencil_structure *out)
         }
         ok = ok && spectrum_factors(s, chi, out);
     }
-    fmpz_poly_clear(chi);
     if (ok)
         read_off(s, out);
     return ok;
+}
+
+bool pencil_structure_sane(const struct pencil *p, const struct pencil_structure *s)
+{
+    bool sane = s->normal_rank >= 0 && s->normal_rank <= p->rows && s->normal_rank <= p->cols && s->finite <= s->normal_rank
+                && s->rights == p->cols - s->normal_rank && s->lefts == p->rows - s->normal_rank;
+    for (int i = 1; i < s->rights && sane; i++)
+        sane = s->right[i - 1] <= s->right[i];
+    for (int i = 1; i < s->lefts && sane; i++)
+        sane = s->left[i - 1] <= s->left[i];
+    for (int i = 1; i < s->infinites && sane; i++)
+        sane = s->infinite[i - 1] >= s->infinite[i];
+    return sane && s->nilpotency == (s->infinites ? s->infinite[0] : 0);
 }
 
 bool pencil_structure(const struct pencil *p, const struct pencil_options *options,
@@ -250,6 +256,8 @@ bool pencil_structure(const struct pencil *p, const struct pencil_options *optio
     fmpz_init_set_ui(s.modulus, 1);
     fmpz_poly_init(s.residue);
     bool ok = gather(&s, out);
+    assert(!ok || pencil_structure_sane(p, out));
+    assert(!ok || out->primes > 0);
     if (s.agree)
         structure_mod_clear(&s.reference);
     fmpz_poly_clear(s.residue);

@@ -1,10 +1,12 @@
 /* Work-precision diagrams and the like: axes by decades, marks, legend. */
 #include "plot.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "buf.h"
 #include "plot_text.h"
 
 /* Pixels: the field of the curves, and the room around it. */
@@ -35,6 +37,7 @@ static bool shown(const struct plot_point *q)
 
 static double place_log(const struct axis *a, double decade)
 {
+    assert(a->high > a->low);
     return a->from + a->length * (decade - a->low) / (a->high - a->low);
 }
 
@@ -172,6 +175,7 @@ void plot_svg(const struct plot *p, struct sga_buf *out)
     int lines = p->curves + (p->bound_label != NULL), needed = TOP + 24 + LEGEND_LINE * lines;
     int height = needed > HEIGHT ? needed : HEIGHT;
     set_axes(&s);
+    assert(height >= HEIGHT && lines >= p->curves);
     sga_buf_printf(out, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%d\" height=\"%d\" "
                    "viewBox=\"0 0 %d %d\" role=\"img\" font-family=\"sans-serif\" font-size=\"13\">\n<title>", WIDTH, height, WIDTH, height);
     plot_escape(p->title, out);

@@ -7,7 +7,7 @@
 
 #include <stdbool.h>
 
-#include "buf.h"
+struct sga_buf;
 
 struct plot_point {
     double x, y;               /* points with a coordinate that is not positive and finite are not shown */

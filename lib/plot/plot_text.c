@@ -1,6 +1,8 @@
 /* Text in XML. */
 #include "plot_text.h"
 
+#include "buf.h"
+
 /* The length of the UTF-8 character at s, 0 where there is none that XML allows. */
 static int character(const unsigned char *s)
 {

@@ -2,7 +2,7 @@
 #ifndef SGA_PLOT_PLOT_TEXT_H
 #define SGA_PLOT_PLOT_TEXT_H
 
-#include "buf.h"
+struct sga_buf;
 
 /* Appends UTF-8 text as character data; characters that XML 1.0 does not allow are left out, and so is
  * what is not UTF-8. */

@@ -1,9 +1,12 @@
 /* Switches of the constraints, and on which sides of them a zero holds. */
 #include "beyond.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
+#include "facts.h"
 #include "mem.h"
 #include "pieces.h"
 #include "sides.h"
@@ -39,6 +42,7 @@ bool points_beyond_has(const struct points_beyond *b, expr_id function)
 
 int points_beyond_group(struct points_beyond *b, int symbol)
 {
+    assert(b->group[symbol] >= 0 && b->group[symbol] < b->symbols);
     while (b->group[symbol] != symbol)
         symbol = b->group[symbol] = b->group[b->group[symbol]];
     return symbol;
@@ -80,14 +84,14 @@ static void add_switch(struct points_beyond *b, struct expr_store *st, struct ex
 void points_beyond_list(struct points_beyond *b, const struct points_space *space, struct points_point *p)
 {
     struct expr_store *st = (struct expr_store *)space->st;
-    struct expr_cone cone;
-    struct expr_facts facts;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone = { 0 };
+    SGA_ENDS(expr_facts_clear) struct expr_facts facts = { 0 };
     if (b->listed)
         return;
     b->listed = true;
     b->symbols = st->symbols;
     b->group = sga_realloc(b->group, (size_t)(st->symbols + 1) * sizeof *b->group);
-    unsigned char *variable = sga_calloc((size_t)st->symbols + 1, 1);
+    SGA_FREED unsigned char *variable = sga_calloc((size_t)st->symbols + 1, 1);
     for (int i = 0; i < st->symbols; i++)
         b->group[i] = i;
     for (int i = 0; i < space->variables; i++)
@@ -102,9 +106,6 @@ void points_beyond_list(struct points_beyond *b, const struct points_space *spac
             if (points_switches(expr_op_of(st, cone.list[k])))
                 add_switch(b, st, &facts, p, cone.list[k], group);
     }
-    expr_cone_clear(&cone);
-    expr_facts_clear(&facts);
-    free(variable);
 }
 
 /* Whether constraints connect e with each switch (roots: of a square root): by switch into touches. False: with none. */
@@ -146,6 +147,7 @@ static void add_side(const struct points_switch *w, bool unseen, struct points_s
 void points_beyond_check(struct points_beyond *b, const struct points_space *space, struct points_point *p, expr_id e,
                          const expr_id *list, int count, struct points_side *side, int *sides, int known)
 {
+    assert(known >= 0 && known <= *sides);
     int kept = known;
     for (int i = known; i < *sides; i++) {
         struct points_point q = { 0 };
@@ -166,7 +168,7 @@ void points_beyond_pairs(struct points_beyond *b, const struct points_space *spa
     struct points_side pair[POINTS_PAIRS][2];
     int pairs = points_pairs_of(space->budget, (struct expr_store *)space->st, p, e, list, count, b, *side, *sides, pair);
     for (int i = 0; i < pairs; i++) {
-        struct points_point one = { 0 }, both = { 0 };
+        SGA_ENDS(points_point_clear) struct points_point one = { 0 }, both = { 0 };
         bool known = false;
         for (int k = 0; k < *sides; k++)
             known |= (*side)[k].function == pair[i][0].function || (*side)[k].function == pair[i][1].function;
@@ -175,15 +177,13 @@ void points_beyond_pairs(struct points_beyond *b, const struct points_space *spa
             SGA_RESERVE(*side, *cap, *sides + 1);
             (*side)[(*sides)++] = pair[i][1];
         }
-        points_point_clear(&one);
-        points_point_clear(&both);
     }
 }
 
 void points_beyond_sides(struct points_beyond *b, const struct points_space *space, struct points_point *p, expr_id e,
                          const expr_id *list, int count, bool roots, struct points_side **side, int *sides, size_t *cap)
 {
-    unsigned char *touches = sga_calloc((size_t)b->count + 1, 1);
+    SGA_FREED unsigned char *touches = sga_calloc((size_t)b->count + 1, 1);
     if (b->count && connected(b, space->st, list, count, roots, touches)) {
         points_pieces_search(b, space, p, touches);
         for (int k = 0; k < b->pieces; k++) {
@@ -199,7 +199,6 @@ void points_beyond_sides(struct points_beyond *b, const struct points_space *spa
             if (touches[i] && b->at[i].reached == POINTS_NONE_BEYOND)
                 add_side(b->at + i, true, side, sides, cap);
     }
-    free(touches);
 }
 
 /* By switches that are none of the constraints'. */
@@ -215,19 +214,18 @@ static void own_zeros(struct points_beyond *b, const struct points_space *space,
         if (!sign)
             continue;
         struct points_side from = { u, sign, false };
-        struct points_point q = { 0 };
+        SGA_ENDS(points_point_clear) struct points_point q = { 0 };
         if (points_pieces_over(b, space, p, from, &q) && zero_at(&q, e, list, count) == 1) {
             SGA_RESERVE(*side, *cap, *sides + 1);
             (*side)[(*sides)++] = from;
         }
-        points_point_clear(&q);
     }
 }
 
 void points_beyond_zeros(struct points_beyond *b, const struct points_space *space, struct points_point *p, expr_id e,
                          const expr_id *list, int count, struct points_side **side, int *sides, size_t *cap)
 {
-    unsigned char *touches = sga_calloc((size_t)b->count + 1, 1);
+    SGA_FREED unsigned char *touches = sga_calloc((size_t)b->count + 1, 1);
     own_zeros(b, space, p, e, list, count, side, sides, cap);
     if (b->count && connected(b, space->st, list, count, false, touches)) {
         points_pieces_search(b, space, p, touches);
@@ -239,5 +237,4 @@ void points_beyond_zeros(struct points_beyond *b, const struct points_space *spa
                 add_side(b->at + q->last, false, side, sides, cap);
         }
     }
-    free(touches);
 }

@@ -8,7 +8,6 @@
 #ifndef SGA_POINTS_BEYOND_H
 #define SGA_POINTS_BEYOND_H
 
-#include "facts.h"
 #include "points.h"
 
 /* A point of the set where some switches are on other sides than at the first point. */

@@ -1,8 +1,11 @@
 /* Branches of abs, sign, min, max at points. */
 #include "branches.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
+#include "arb_ends.h"
+#include "arena.h"
 #include "mem.h"
 
 /* log2: nearer to a change of branch a point is on neither. */
@@ -10,11 +13,10 @@ enum { NEAR_KINK = -30 };
 
 void points_branches_at(struct points_branches *b, const struct points_space *s, struct points_point *p)
 {
-    arb_t d;
+    SGA_ENDS(arb_end) arb_t d = { 0 };
     signed char *swap = b->before;
     b->before = b->now;
     b->now = swap;
-    arb_init(d);
     num_ball_list(&p->ball, b->cone.list, b->cone.count);
     for (int k = 0; k < b->cone.count; k++) {
         const struct expr_node n = s->st->node[b->cone.list[k]];
@@ -29,7 +31,6 @@ void points_branches_at(struct points_branches *b, const struct points_space *s,
             b->now[k] = arb_is_positive(d) ? 1 : -1;
     }
     num_ball_forget(&p->ball);
-    arb_clear(d);
 }
 
 void points_branches_init(struct points_branches *b, const struct points_space *s)
@@ -51,6 +52,7 @@ void points_branches_init(struct points_branches *b, const struct points_space *
 
 bool points_branches_kept(struct points_branches *b, const struct points_space *s, struct points_point *p)
 {
+    assert(!b->cone.count || (b->now && b->before));
     points_branches_at(b, s, p);
     for (int k = 0; k < b->cone.count; k++)
         if (b->before[k] && b->before[k] != b->now[k])

@@ -2,10 +2,12 @@
 #ifndef SGA_POINTS_DIFFERENTIALS_H
 #define SGA_POINTS_DIFFERENTIALS_H
 
+#include "arena.h"
 #include "points.h"
 
 /* The constraints' cones, and a sparse Jacobian by rows with ball values. */
 struct points_jacobian {
+    struct sga_arena mem;          /* of all below but the cone's */
     const struct points_space *space;
     struct expr_cone all;          /* cone of all constraints */
     expr_id **cone; int *cone_len; /* by constraint */

@@ -1,9 +1,13 @@
 /* Steps of full precision. */
 #include "doubling.h"
 
+#include <assert.h>
 #include <arb_mat.h>
 #include <stdlib.h>
 
+#include "arb_ends.h"
+#include "arena.h"
+#include "budget.h"
 #include "mem.h"
 
 enum { FROM_BITS = 120 };
@@ -36,8 +40,10 @@ static void move(struct points_jacobian *j, struct num_ball *ball, const int *so
 
 void points_double_digits(struct points_jacobian *j, struct points_point *p, const int *solved, slong prec)
 {
-    int c = j->space->constraints, *place = sga_malloc((size_t)(j->space->variables + 1) * sizeof *place);
-    arb_mat_t J, r, d;
+    assert(prec > 1 && p->constraints == j->space->constraints);
+    int c = j->space->constraints;
+    SGA_FREED int *place = sga_malloc((size_t)(j->space->variables + 1) * sizeof *place);
+    SGA_ENDS(arb_mat_end) arb_mat_t J, r, d;
     arb_mat_init(J, c, c);
     arb_mat_init(r, c, 1);
     arb_mat_init(d, c, 1);
@@ -53,8 +59,4 @@ void points_double_digits(struct points_jacobian *j, struct points_point *p, con
         if (ok)
             move(j, &p->ball, solved, d, prec);
     }
-    arb_mat_clear(J);
-    arb_mat_clear(r);
-    arb_mat_clear(d);
-    free(place);
 }

@@ -1,10 +1,13 @@
 /* Finding a point: starts, Gauss-Newton, and the order of the stages. */
 #include "points.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arb_ends.h"
+#include "arena.h"
 #include "branches.h"
 #include "differentials.h"
 #include "into_domain.h"
@@ -142,12 +145,9 @@ static slong row_exponent(const struct points_jacobian *j, int i, const int *sca
 
 static double scaled(const arb_t v, slong exponent)
 {
-    arf_t t;
-    arf_init(t);
+    SGA_ENDS(arf_end) arf_t t = { 0 };
     arf_mul_2exp_si(t, arb_midref(v), -exponent);
-    double d = arf_get_d(t, ARF_RND_NEAR);
-    arf_clear(t);
-    return d;
+    return arf_get_d(t, ARF_RND_NEAR);
 }
 
 /* Blank the columns of variables that satisfied constraints contain. Returns how many
@@ -263,12 +263,13 @@ static int newton(struct points_jacobian *j, struct points_point *p, bool basic)
 {
     const struct points_space *s = j->space;
     int c = s->constraints, n = s->variables, rank = c, result = 0;
-    struct normal w;
+    SGA_ENDS(normal_clear) struct normal w;
     normal_init(&w, c, n, j->col, j->cols);
-    double *r = sga_malloc((size_t)c * sizeof *r), *d = sga_malloc((size_t)n * sizeof *d);
-    double *from = sga_malloc(2 * ((size_t)n + 1) * sizeof *from), *here = from + n + 1, last = INFINITY;
+    SGA_ARENA(mem);
+    double *r = sga_take(&mem, (size_t)c * sizeof *r), *d = sga_take(&mem, (size_t)n * sizeof *d);
+    double *from = sga_take(&mem, 2 * ((size_t)n + 1) * sizeof *from), *here = from + n + 1, last = INFINITY;
     int retreats = 0;
-    unsigned char *old = basic ? sga_calloc((size_t)n + 1, 1) : NULL;
+    SGA_FREED unsigned char *old = basic ? sga_calloc((size_t)n + 1, 1) : NULL;
     for (int k = 0; k < (basic ? BASIC_STEPS : STEPS) && (!s->steps || (*s->steps)-- > 0); k++) {
         memcpy(here, p->x, (size_t)n * sizeof *here);
         double res = step(j, p, &w, old, r, d, &rank);
@@ -291,11 +292,6 @@ static int newton(struct points_jacobian *j, struct points_point *p, bool basic)
     }
     if (result == 0 && !basic && last < 1e-4)
         result = -1;
-    normal_clear(&w);
-    free(old);
-    free(from);
-    free(r);
-    free(d);
     return result;
 }
 
@@ -303,7 +299,7 @@ static int newton(struct points_jacobian *j, struct points_point *p, bool basic)
  * that its differential there is none. */
 static bool at_kink(const struct points_space *s, struct points_point *p)
 {
-    struct expr_cone cone;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
     bool kink = false;
     expr_cone_init(&cone);
     expr_cone_of(s->st, &cone, s->constraint, s->constraints);
@@ -316,7 +312,6 @@ static bool at_kink(const struct points_space *s, struct points_point *p)
             kink = arb_overlaps(num_ball_value(&p->ball, n.a), num_ball_value(&p->ball, n.b));
     }
     num_ball_forget(&p->ball);
-    expr_cone_clear(&cone);
     return kink;
 }
 
@@ -325,7 +320,7 @@ static bool at_kink(const struct points_space *s, struct points_point *p)
 static bool in_domain(const struct points_space *s, struct points_point *p)
 {
     bool in = true;
-    struct expr_cone cone;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
     expr_cone_init(&cone);
     if (s->defineds) {
         expr_cone_of(s->st, &cone, s->defined, s->defineds);
@@ -334,7 +329,6 @@ static bool in_domain(const struct points_space *s, struct points_point *p)
             in = arb_is_finite(num_ball_value(&p->ball, s->defined[i]));
         num_ball_forget(&p->ball);
     }
-    expr_cone_clear(&cone);
     return in;
 }
 
@@ -356,11 +350,11 @@ static enum points_status find(const struct points_space *s, double spread, uint
     p->parameter = sga_calloc((size_t)s->parameters, sizeof *p->parameter);
     p->solved = sga_calloc((size_t)s->constraints, sizeof *p->solved);
     num_ball_init(&p->ball, s->st, NEWTON_BITS);
-    struct points_jacobian j;
+    SGA_ENDS(points_jacobian_clear) struct points_jacobian j;
     points_jacobian_init(&j, s);
     enum points_status status = POINTS_NONE;
-    double *irregular = NULL;
-    struct points_branches branches;
+    SGA_FREED double *irregular = NULL;
+    SGA_ENDS(points_branches_clear) struct points_branches branches;
     points_branches_init(&branches, s);
     for (int a = 0; a < (s->starts ? s->starts : STARTS) && status != POINTS_OK; a++) {
         if (!sga_budget_ok(s->budget, NULL)) {
@@ -397,10 +391,16 @@ static enum points_status find(const struct points_space *s, double spread, uint
         status = POINTS_IRREGULAR;
         memcpy(p->x, irregular, (size_t)s->variables * sizeof(double));
     }
-    free(irregular);
-    points_branches_clear(&branches);
-    points_jacobian_clear(&j);
     return status;
+}
+
+/* What a point that was found has: numbers of bits, and as many solved variables as constraints, each one of the space. */
+static bool point_sane(const struct points_space *s, const struct points_point *p)
+{
+    bool sane = p->variables == s->variables && p->constraints == s->constraints && p->ball.prec > 1;
+    for (int i = 0; i < s->constraints && sane; i++)
+        sane = p->solved[i] >= 0 && p->solved[i] < s->variables;
+    return sane;
 }
 
 enum points_status points_find(const struct points_space *s, double spread, uint64_t *random,
@@ -408,6 +408,7 @@ enum points_status points_find(const struct points_space *s, double spread, uint
 {
     bool outside = false;
     enum points_status status = find(s, spread, random, prec, true, &outside, p);
+    assert(status != POINTS_OK || point_sane(s, p));
     if (status == POINTS_OK || status == POINTS_STOPPED || !outside)
         return status;
     points_point_clear(p);
@@ -422,6 +423,7 @@ enum points_status points_find_staged(const struct points_space *s, const int *e
     enum points_status status = POINTS_OK;
     *p = (struct points_point){ 0 };
     for (int k = 0; k < stages && status == POINTS_OK; k++) {
+    assert(end[k] >= (k ? end[k - 1] : 0) && end[k] <= s->constraints);
         part.constraints = end[k];
         part.before = before.x ? &before : NULL;
         points_point_clear(p);
@@ -443,11 +445,10 @@ enum points_status points_find_staged(const struct points_space *s, const int *e
 
 bool points_refine(const struct points_space *s, struct points_point *p, slong prec)
 {
-    struct points_jacobian j;
+    assert(p->constraints == s->constraints && p->variables == s->variables);
+    SGA_ENDS(points_jacobian_clear) struct points_jacobian j;
     points_jacobian_init(&j, s);
-    bool ok = points_refine_with(&j, p, prec);
-    points_jacobian_clear(&j);
-    return ok;
+    return points_refine_with(&j, p, prec);
 }
 
 static void *copied(const void *from, int count, size_t size)
@@ -460,6 +461,7 @@ static void *copied(const void *from, int count, size_t size)
 
 void points_point_copy(struct points_point *to, const struct points_point *from, slong prec)
 {
+    assert(from->x && prec > 1);
     *to = *from;
     to->x = copied(from->x, from->variables, sizeof *to->x);
     to->parameter = copied(from->parameter, from->parameters, sizeof *to->parameter);

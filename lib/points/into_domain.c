@@ -6,6 +6,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "arena.h"
+#include "budget.h"
 #include "mem.h"
 
 enum { PASSES = 16, TRIES = 40, WORK = 60, LEAST_WORK = 5000 };
@@ -72,7 +74,7 @@ static void mend(struct domain *d, expr_id node)
 static void begin(struct domain *d)
 {
     const struct points_space *s = d->s;
-    expr_id *root = sga_malloc((size_t)(s->constraints + s->defineds + 1) * sizeof *root);
+    SGA_FREED expr_id *root = sga_malloc((size_t)(s->constraints + s->defineds + 1) * sizeof *root);
     int roots = 0;
     for (int i = 0; i < s->constraints; i++)
         root[roots++] = s->constraint[i];
@@ -82,7 +84,6 @@ static void begin(struct domain *d)
     expr_cone_init(&d->part);
     expr_cone_init(&d->inner);
     expr_cone_of(s->st, &d->all, root, roots);
-    free(root);
     d->work = LEAST_WORK + (double)WORK * d->all.count;
     d->column = sga_malloc((size_t)(s->st->symbols + 1) * sizeof *d->column);
     for (int i = 0; i < s->st->symbols; i++)

@@ -1,6 +1,7 @@
 /* Least-norm solution by a pivoted QR of the transpose. */
 #include "leastnorm.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -66,6 +67,7 @@ int points_least_norm_factor(int c, int n, double *J, int *perm, double *work)
 /* R^T z = -P^T r, then d = Q z. */
 void points_least_norm_solve(int c, int n, const double *J, int rank, const int *perm, const double *work, const double *r, double *d)
 {
+    assert(rank >= 0 && rank <= c && rank <= n);
     const double *beta = work, *R = work + c;
     memset(d, 0, (size_t)n * sizeof *d);
     for (int k = 0; k < rank; k++)
@@ -83,6 +85,7 @@ void points_least_norm_solve(int c, int n, const double *J, int rank, const int 
 /* Q e_(rank + k). */
 void points_least_norm_kernel(int n, const double *J, int rank, const int *perm, const double *work, int k, double *d)
 {
+    assert(rank + k >= 0 && rank + k < n);
     memset(d, 0, (size_t)n * sizeof *d);
     d[rank + k] = 1;
     for (int i = rank - 1; i >= 0; i--)
@@ -108,5 +111,6 @@ int points_least_norm(int c, int n, double *J, const double *r, double *d, int *
 {
     int rank = points_least_norm_factor(c, n, J, perm, work);
     points_least_norm_solve(c, n, J, rank, perm, work, r, d);
+    assert(rank <= c && rank <= n);
     return rank;
 }

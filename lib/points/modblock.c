@@ -1,22 +1,26 @@
 /* Blocks that are affine, and blocks of one unknown. */
 #include "modblock.h"
 
+#include <assert.h>
 #include <flint/nmod_poly.h>
 #include <flint/nmod_poly_factor.h>
 #include <stdlib.h>
 
+#include "arena.h"
+#include "flint_ends.h"
 #include "mem.h"
+#include "modp.h"
 
 enum { DEGREE_MOST = 10 };
 
 void modblock_begin(struct modblock *b)
 {
-    expr_id *root = sga_malloc((size_t)b->n * sizeof *root);
+    assert(b->n > 0);
+    SGA_FREED expr_id *root = sga_malloc((size_t)b->n * sizeof *root);
     for (int i = 0; i < b->n; i++)
         root[i] = b->s->constraint[b->member[i]];
     expr_cone_init(&b->cone);
     expr_cone_of(b->s->st, &b->cone, root, b->n);
-    free(root);
     b->x = sga_calloc((size_t)b->n, sizeof *b->x);
     b->value = sga_calloc((size_t)b->n, sizeof *b->value);
 }
@@ -31,8 +35,10 @@ void modblock_end(struct modblock *b)
 bool modblock_evaluate(struct modblock *b)
 {
     *b->work -= b->cone.count;
-    for (int i = 0; i < b->n; i++)
+    for (int i = 0; i < b->n; i++) {
+        assert(b->x[i] < b->m->mod.n);
         num_modp_set(b->m, b->s->variable[b->solved[b->member[i]]], b->x[i]);
+    }
     num_modp_list(b->m, b->cone.list, b->cone.count);
     bool ok = true;
     for (int i = 0; i < b->n; i++) {
@@ -72,15 +78,14 @@ static bool slopes(struct modblock *b, mp_limb_t *slope, mp_limb_t *rest, const 
 bool modblock_affine(struct modblock *b, bool *affine, uint64_t *random)
 {
     size_t n = (size_t)b->n;
-    mp_limb_t *slope = sga_calloc(n * n, sizeof *slope), *rest = sga_calloc(n, sizeof *rest), *base = sga_calloc(n, sizeof *base);
+    SGA_ARENA(mem);
+    mp_limb_t *slope = sga_zeros(&mem, n * n, sizeof *slope), *rest = sga_zeros(&mem, n, sizeof *rest);
+    mp_limb_t *base = sga_zeros(&mem, n, sizeof *base);
     for (size_t i = 0; i < n; i++)
         base[i] = b->x[i] = points_random(random) % b->m->mod.n;
     bool ok = slopes(b, slope, rest, base) && num_modp_solve(b->m, slope, rest, b->n);
     for (size_t i = 0; i < n && ok; i++)
         b->x[i] = nmod_sub(base[i], rest[i], b->m->mod);
-    free(slope);
-    free(rest);
-    free(base);
     bool vanishes = ok && modblock_vanishes(b);
     *affine = vanishes || !ok;
     return vanishes;
@@ -89,6 +94,7 @@ bool modblock_affine(struct modblock *b, bool *affine, uint64_t *random)
 /* Through as many points as its degree needs, and a root modulo the prime. */
 bool modblock_univariate(struct modblock *b, uint64_t *random)
 {
+    assert(b->n == 1);
     nmod_t p = b->m->mod;
     mp_limb_t xs[DEGREE_MOST + 1], ys[DEGREE_MOST + 1];
     for (int k = 0; k <= DEGREE_MOST; k++) {
@@ -97,7 +103,7 @@ bool modblock_univariate(struct modblock *b, uint64_t *random)
             return false;
         ys[k] = b->value[0];
     }
-    nmod_poly_t f;
+    SGA_ENDS(nmod_poly_end) nmod_poly_t f;
     nmod_poly_init(f, p.n);
     nmod_poly_interpolate_nmod_vec(f, xs, ys, DEGREE_MOST + 1);
     bool ok = false;
@@ -116,6 +122,5 @@ bool modblock_univariate(struct modblock *b, uint64_t *random)
         }
         nmod_poly_factor_clear(fac);
     }
-    nmod_poly_clear(f);
     return ok;
 }

@@ -5,7 +5,6 @@
 #ifndef SGA_POINTS_MODBLOCK_H
 #define SGA_POINTS_MODBLOCK_H
 
-#include "modp.h"
 #include "points.h"
 
 enum { MODBLOCK_MOST = 400, TEAR_MOST = 48 };      /* unknowns of a block, and of one that is torn */

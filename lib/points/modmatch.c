@@ -4,12 +4,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
 #include "shape.h"
 
 enum { UNKNOWN = -2, GUESSED = -1 };
 
 struct match {
+    struct sga_arena *mem;
     const struct points_space *s;
     int *start, *variable; size_t cap; int held;   /* by constraint: the variables that it contains ... */
     unsigned char *shape;                          /* ... and how */
@@ -22,8 +24,8 @@ struct match {
 static void read_shapes(struct match *m, int *variable_of)
 {
     const struct points_space *s = m->s;
-    struct expr_cone cone;
-    unsigned char *here = NULL;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    SGA_FREED unsigned char *here = NULL;
     size_t here_cap = 0, shape_cap = 0;
     expr_cone_init(&cone);
     for (int i = 0; i < s->constraints; i++) {
@@ -36,16 +38,14 @@ static void read_shapes(struct match *m, int *variable_of)
             int v = n.op == EXPR_SYM ? variable_of[n.a] : -1;
             if (v < 0)
                 continue;
-            SGA_RESERVE(m->variable, m->cap, m->held + 1);
-            SGA_RESERVE(m->shape, shape_cap, m->held + 1);
+            SGA_RESERVE_IN(m->mem, m->variable, m->cap, m->held + 1);
+            SGA_RESERVE_IN(m->mem, m->shape, shape_cap, m->held + 1);
             m->shape[m->held] = (unsigned char)points_shape_in(s->st, &cone, n.a, here);
             m->hidden[v] |= m->shape[m->held] == POINTS_HIDDEN;
             m->variable[m->held++] = v;
         }
     }
     m->start[s->constraints] = m->held;
-    expr_cone_clear(&cone);
-    free(here);
 }
 
 /* What speaks against solving for the variable at this place. */
@@ -87,8 +87,9 @@ static int next_constraint(const struct match *m, int *place)
 /* The last free variable that constraint i follows from; -1: there is none. */
 static int tie(const struct match *m, int i)
 {
-    int c = m->s->constraints, depth = 0, best = -1, *stack = sga_malloc(((size_t)c + 1) * sizeof *stack);
-    unsigned char *seen = sga_calloc((size_t)c + 1, 1);
+    SGA_ARENA(mem);
+    int c = m->s->constraints, depth = 0, best = -1, *stack = sga_take(&mem, ((size_t)c + 1) * sizeof *stack);
+    unsigned char *seen = sga_zeros(&mem, (size_t)c + 1, 1);
     stack[depth++] = i;
     seen[i] = 1;
     while (depth) {
@@ -103,8 +104,6 @@ static int tie(const struct match *m, int i)
                 best = v;
         }
     }
-    free(stack);
-    free(seen);
     return best;
 }
 
@@ -128,9 +127,11 @@ static bool match_next(struct match *m)
 bool points_match_by_shape(const struct points_space *s, int *solved)
 {
     size_t c = (size_t)s->constraints + 1, n = (size_t)s->variables + 1;
-    struct match m = { .s = s, .solved = solved, .start = sga_calloc(c, sizeof *m.start), .hidden = sga_calloc(n, 1), .by = sga_malloc(n * sizeof *m.by),
-                       .since = sga_calloc(n, sizeof *m.since), .tied = sga_calloc(n, 1), .done = sga_calloc(c, 1) };
-    int *variable_of = sga_malloc(((size_t)s->st->symbols + 1) * sizeof *variable_of);
+    SGA_ARENA(mem);
+    struct match m = { .mem = &mem, .s = s, .solved = solved, .start = sga_zeros(&mem, c, sizeof *m.start), .hidden = sga_zeros(&mem, n, 1),
+                       .by = sga_take(&mem, n * sizeof *m.by), .since = sga_zeros(&mem, n, sizeof *m.since), .tied = sga_zeros(&mem, n, 1),
+                       .done = sga_zeros(&mem, c, 1) };
+    int *variable_of = sga_take(&mem, ((size_t)s->st->symbols + 1) * sizeof *variable_of);
     for (int i = 0; i < s->st->symbols; i++)
         variable_of[i] = -1;
     for (int j = 0; j < s->variables; j++) {
@@ -141,14 +142,5 @@ bool points_match_by_shape(const struct points_space *s, int *solved)
     bool ok = true;
     for (int k = 0; k < s->constraints && ok; k++)
         ok = match_next(&m);
-    free(variable_of);
-    free(m.start);
-    free(m.variable);
-    free(m.shape);
-    free(m.hidden);
-    free(m.by);
-    free(m.since);
-    free(m.tied);
-    free(m.done);
     return ok;
 }

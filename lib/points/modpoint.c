@@ -2,10 +2,14 @@
  * order in which they determine each other. */
 #include "modpoint.h"
 
+#include <assert.h>
 #include <flint/fmpq.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arb_ends.h"
+#include "arena.h"
+#include "flint_ends.h"
 #include "graph.h"
 #include "mem.h"
 #include "modblock.h"
@@ -33,14 +37,14 @@ static struct graph uses_of(const struct points_space *s, const int *solved, int
 {
     int c = s->constraints, count = 0;
     size_t cap = 0;
-    int *by_symbol = sga_malloc(((size_t)s->st->symbols + 1) * sizeof *by_symbol);
+    SGA_FREED int *by_symbol = sga_malloc(((size_t)s->st->symbols + 1) * sizeof *by_symbol);
     for (int i = 0; i < s->st->symbols; i++)
         by_symbol[i] = -1;
     for (int i = 0; i < c; i++)
         by_symbol[s->variable[solved[i]]] = i;
     *start = sga_calloc((size_t)c + 1, sizeof **start);
     *to = NULL;
-    struct expr_cone cone;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
     expr_cone_init(&cone);
     for (int i = 0; i < c; i++) {
         expr_cone_of(s->st, &cone, s->constraint + i, 1);
@@ -53,16 +57,15 @@ static struct graph uses_of(const struct points_space *s, const int *solved, int
         }
         (*start)[i + 1] = count;
     }
-    expr_cone_clear(&cone);
-    free(by_symbol);
     return (struct graph){ c, c, *start, *to };
 }
 
 static void find_blocks(struct blocks *b, const struct points_space *s, const int *solved)
 {
-    int c = s->constraints, *start, *to;
+    int c = s->constraints;
+    SGA_FREED int *start = NULL, *to = NULL;
     struct graph g = uses_of(s, solved, &start, &to);
-    int *component = sga_calloc((size_t)c + 1, sizeof *component);
+    SGA_FREED int *component = sga_calloc((size_t)c + 1, sizeof *component);
     b->count = graph_strong(&g, component);
     b->order = sga_calloc((size_t)c + 1, sizeof *b->order);
     b->start = sga_calloc((size_t)b->count + 2, sizeof *b->start);
@@ -72,9 +75,6 @@ static void find_blocks(struct blocks *b, const struct points_space *s, const in
         b->start[k] += b->start[k - 1];
     for (int i = 0; i < c; i++)
         b->order[b->start[component[i] + 1]++] = i;
-    free(component);
-    free(start);
-    free(to);
 }
 
 /* A point in the making. */
@@ -105,17 +105,13 @@ static bool redraw(const struct modblock *b, const unsigned char *settled, uint6
 /* The guess for a variable modulo p^k, if it has a residue there. */
 static bool near_residue(const struct search *f, int variable, mp_limb_t *residue)
 {
-    fmpq_t q;
-    arf_t near;
-    fmpq_init(q);
-    arf_init(near);
+    SGA_ENDS(fmpq_end) fmpq_t q = { { 0, 1 } };
+    SGA_ENDS(arf_end) arf_t near = { 0 };
     arf_set_d(near, f->s->near[variable]);
     bool ok = arf_is_finite(near);
     if (ok)
         arf_get_fmpq(q, near);
     ok = ok && num_modp_fmpq(f->m, q, residue);
-    arf_clear(near);
-    fmpq_clear(q);
     return ok;
 }
 
@@ -184,11 +180,10 @@ static bool try_point(struct search *f, const struct blocks *b, uint64_t *random
     num_modp_set(m, s->time, points_random(random) % m->mod.n);
     num_modp_extend(m);
     f->work -= s->st->nodes;
-    unsigned char *settled = sga_calloc((size_t)s->st->symbols, 1);
+    SGA_FREED unsigned char *settled = sga_calloc((size_t)s->st->symbols, 1);
     bool ok = true;
     for (int k = 0; k < b->count && ok; k++)
         ok = solve_block(f, b->order + b->start[k], b->start[k + 1] - b->start[k], settled, random);
-    free(settled);
     return ok && on_the_set(m, s);
 }
 
@@ -260,14 +255,13 @@ bool points_modpoint_find(struct points_modpoint *p, const struct points_space *
     struct task t = task_of(s, solved, random);
     if (find(p, &t, prime, 0))
         return true;
-    int *shaped = sga_calloc((size_t)s->constraints + 1, sizeof *shaped);
+    SGA_FREED int *shaped = sga_calloc((size_t)s->constraints + 1, sizeof *shaped);
     bool ok = false;
     if (s->constraints <= MATCHED_MOST && points_match_by_shape(s, shaped)) {
         t = task_of(s, shaped, random);
         ok = find(p, &t, prime, 0) || find_lifted(p, s, shaped, prime, random);
     }
     ok = ok || find_lifted(p, s, solved, prime, random) || find_near(p, s, solved, prime, random);
-    free(shaped);
     return ok;
 }
 
@@ -287,6 +281,7 @@ void points_modpoint_clear(struct points_modpoint *p)
 
 int points_modpoint_zero(struct points_modpoint *p, expr_id e, bool *chance)
 {
+    assert(e < p->value->st->nodes);
     num_modp_extend(p->value);
     bool bad = num_modp_bad(p->value, e);
     *chance = !num_modp_kernel(p->value, e) && (num_modp_branch(p->value, e) || !bad);

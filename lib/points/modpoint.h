@@ -3,8 +3,9 @@
 #ifndef SGA_POINTS_MODPOINT_H
 #define SGA_POINTS_MODPOINT_H
 
-#include "points.h"
 #include "modp.h"
+
+struct points_space;
 
 struct points_modpoint {
     struct num_modp *value;

@@ -3,6 +3,9 @@
 
 #include <math.h>
 
+#include "arb_ends.h"
+#include "arena.h"
+
 enum { LEAST = 300, CONSTANTS = 3000 };
 
 static double most(double a, double b)
@@ -15,12 +18,9 @@ static double magnitude(const arb_t v)
 {
     if (!arb_is_finite(v) || arb_contains_zero(v))
         return 0;
-    mag_t m;
-    mag_init(m);
+    SGA_ENDS(mag_end) mag_t m = { 0 };
     arb_get_mag(m, v);
-    double e = fabs(mag_get_d_log2_approx(m));
-    mag_clear(m);
-    return e;
+    return fabs(mag_get_d_log2_approx(m));
 }
 
 static double exponential(struct num_ball *b, const struct expr_node *n)

@@ -1,12 +1,15 @@
 /* Least-norm steps: dense for small systems, sparse for larger ones. */
 #include "normal.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "leastnorm.h"
 #include "lin_kkt.h"
 #include "lin_normal.h"
+#include "lin_sparse.h"
 #include "mem.h"
 #include "sparse.h"
 
@@ -16,15 +19,14 @@ static const double DENSE_WORK = 1e9;
 
 static struct lin_sparse *pattern(const struct normal *w)
 {
-    int *ptr = sga_calloc((size_t)w->c + 1, sizeof *ptr);
+    SGA_ARENA(mem);
+    int *ptr = sga_zeros(&mem, (size_t)w->c + 1, sizeof *ptr);
     for (int i = 0; i < w->c; i++)
         ptr[i + 1] = ptr[i] + w->cols[i];
-    int *all = sga_malloc((size_t)(ptr[w->c] + 1) * sizeof *all);
+    int *all = sga_take(&mem, (size_t)(ptr[w->c] + 1) * sizeof *all);
     for (int i = 0; i < w->c; i++)
         memcpy(all + ptr[i], w->col[i], (size_t)w->cols[i] * sizeof *all);
     struct lin_sparse *J = lin_sparse_new(w->c, w->n, ptr, all);
-    free(ptr);
-    free(all);
     return J;
 }
 
@@ -34,8 +36,8 @@ void normal_init(struct normal *w, int c, int n, int *const *col, const int *col
     *w = (struct normal){ .c = c, .n = n, .col = col, .cols = cols };
     for (int i = 0; i < c; i++)
         entries += (size_t)cols[i];
-    w->packed = sga_calloc(entries + 1, sizeof *w->packed);
-    w->value = sga_calloc((size_t)c + 1, sizeof *w->value);
+    w->packed = sga_zeros(&w->mem, entries + 1, sizeof *w->packed);
+    w->value = sga_zeros(&w->mem, (size_t)c + 1, sizeof *w->value);
     for (int i = 0; i < c; i++) {
         w->value[i] = w->packed + at;
         at += (size_t)cols[i];
@@ -49,22 +51,18 @@ void normal_init(struct normal *w, int c, int n, int *const *col, const int *col
 
 void normal_clear(struct normal *w)
 {
-    free(w->value);
-    free(w->packed);
+    sga_arena_end(&w->mem);
     lin_kkt_free(w->kkt);
     lin_normal_free(w->quick);
-    free(w->dense);
-    free(w->work);
-    free(w->perm);
 }
 
 static int dense(struct normal *w, const double *r, double *d)
 {
     size_t c = (size_t)w->c, n = (size_t)w->n;
     if (!w->dense) {
-        w->dense = sga_malloc((c * n + 1) * sizeof *w->dense);
-        w->work = sga_malloc((c + c * c + 1) * sizeof *w->work);
-        w->perm = sga_malloc((c + 1) * sizeof *w->perm);
+        w->dense = sga_take(&w->mem, (c * n + 1) * sizeof *w->dense);
+        w->work = sga_take(&w->mem, (c + c * c + 1) * sizeof *w->work);
+        w->perm = sga_take(&w->mem, (c + 1) * sizeof *w->perm);
     }
     memset(w->dense, 0, c * n * sizeof *w->dense);
     for (size_t i = 0; i < c; i++)
@@ -97,7 +95,7 @@ int normal_quick_step(struct normal *w, const double *r, double *d)
 int normal_basic_step(struct normal *w, const double *r, double *d)
 {
     struct points_row *row = sga_calloc((size_t)w->c + 1, sizeof *row);
-    double *b = sga_malloc((size_t)(w->c + 1) * sizeof *b);
+    SGA_FREED double *b = sga_malloc((size_t)(w->c + 1) * sizeof *b);
     for (int i = 0; i < w->c; i++) {
         row[i].cap = w->cols[i];
         row[i].col = sga_malloc((size_t)(w->cols[i] + 1) * sizeof(int));
@@ -110,12 +108,10 @@ int normal_basic_step(struct normal *w, const double *r, double *d)
         }
         b[i] = -r[i];
     }
-    struct points_lu lu;
+    SGA_ENDS(points_lu_clear) struct points_lu lu;
     points_lu_factor(&lu, row, w->c, w->n, 1e-10);
     memset(d, 0, (size_t)w->n * sizeof *d);
     points_lu_solve(&lu, b, d);
-    int rank = lu.rank;
-    points_lu_clear(&lu);
-    free(b);
-    return rank;
+    assert(lu.rank <= w->c);
+    return lu.rank;
 }

@@ -2,12 +2,15 @@
 #ifndef SGA_POINTS_NORMAL_H
 #define SGA_POINTS_NORMAL_H
 
+#include "arena.h"
+
 #include <stdbool.h>
 
 struct lin_kkt;
 struct lin_normal;
 
 struct normal {
+    struct sga_arena mem;               /* of its vectors */
     int c, n;
     int *const *col; const int *cols;   /* borrowed: structural columns by row */
     double **value;                     /* by row, in that order: filled by the caller */

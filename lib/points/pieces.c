@@ -2,10 +2,14 @@
  * more constraint, and Newton steps go there from a point that is known. */
 #include "pieces.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
+#include "facts.h"
+#include "flint_ends.h"
 #include "mem.h"
 #include "seeds.h"
 #include "warnings.h"
@@ -95,13 +99,12 @@ static void end(struct passage *q)
 static void complete(const struct passage *q, struct points_point *p)
 {
     const struct expr_store *st = q->space.st;
-    unsigned char *moved = sga_calloc((size_t)st->symbols + 1, 1);
+    SGA_FREED unsigned char *moved = sga_calloc((size_t)st->symbols + 1, 1);
     for (int i = 0; i < q->space.variables; i++)
         moved[q->variable[i]] = 1;
     for (int i = 0; i < st->symbols && (size_t)i < q->from->ball.symbol_cap; i++)
         if (!moved[i])
             num_ball_set(&p->ball, i, q->from->ball.symbol + i);
-    free(moved);
 }
 
 /* What the system is made of has values there. */
@@ -121,10 +124,9 @@ static bool pass(struct points_beyond *b, struct passage *q, expr_id u, int sign
                  const struct points_side *side, int sides, struct points_point *p)
 {
     struct expr_store *st = (struct expr_store *)q->space.st;
-    struct expr_cone cone;
-    fmpq_t value;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    SGA_ENDS(fmpq_end) fmpq_t value = { { 0, 1 } };
     expr_cone_init(&cone);
-    fmpq_init(value);
     fmpq_set_si(value, sign, 1);
     exponent < 0 ? fmpq_div_2exp(value, value, (ulong)-exponent) : fmpq_mul_2exp(value, value, (ulong)exponent);
     q->constraint[q->space.constraints - 1] = expr_sub(st, u, expr_fmpq(st, value));
@@ -146,21 +148,18 @@ static bool pass(struct points_beyond *b, struct passage *q, expr_id u, int sign
     b->denied = !ok && (granted < STARTS * 60 && steps <= 0);
     if (!ok)
         points_point_clear(p);
-    expr_cone_clear(&cone);
-    fmpq_clear(value);
     return ok;
 }
 
 /* How large u is at the point: log2. */
 static slong exponent_at(const struct points_space *space, struct points_point *p, expr_id u)
 {
-    struct expr_cone cone;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
     expr_cone_init(&cone);
     expr_cone_of(space->st, &cone, &u, 1);
     num_ball_list(&p->ball, cone.list, cone.count);
     slong e = num_ball_log2(arb_midref(num_ball_value(&p->ball, u)));
     num_ball_forget(&p->ball);
-    expr_cone_clear(&cone);
     return e < -400 ? -400 : e > 400 ? 400 : e;
 }
 
@@ -187,7 +186,7 @@ static bool known(const struct points_beyond *b, const signed char *sign)
 static void keep(struct points_beyond *b, const struct points_space *space, struct points_point *p, int last)
 {
     signed char *sign = sga_malloc((size_t)b->count + 1);
-    struct expr_cone cone;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
     expr_cone_init(&cone);
     for (int i = 0; i < b->count; i++) {
         expr_cone_of(space->st, &cone, &b->at[i].function, 1);
@@ -196,7 +195,6 @@ static void keep(struct points_beyond *b, const struct points_space *space, stru
         sign[i] = arb_is_positive(v) ? 1 : arb_is_negative(v) ? -1 : 0;
         num_ball_forget(&p->ball);
     }
-    expr_cone_clear(&cone);
     SGA_RESERVE(b->piece, b->piece_cap, b->pieces + 1);
     b->piece[b->pieces++] = (struct points_piece){ .p = *p, .sign = sign, .last = last };
 }
@@ -206,7 +204,7 @@ static bool leave(struct points_beyond *b, const struct points_space *space, str
 {
     const struct points_switch *w = b->at + i;
     struct passage q = begin(b, space, w, from);
-    struct points_side *side = sga_malloc((size_t)(b->count + 1) * sizeof *side);
+    SGA_FREED struct points_side *side = sga_malloc((size_t)(b->count + 1) * sizeof *side);
     int sides = other_sides(b, sign, i, side);
     slong e = exponent_at(space, from, w->function);
     struct points_point p;
@@ -218,7 +216,6 @@ static bool leave(struct points_beyond *b, const struct points_space *space, str
     if (found)
         keep(b, space, &p, i);
     end(&q);
-    free(side);
     return found;
 }
 
@@ -234,7 +231,7 @@ static bool goes_on(struct points_beyond *b, const struct sga_budget *budget, in
 
 static void search_deeper(struct points_beyond *b, const struct points_space *space, const signed char *own, const unsigned char *asked)
 {
-    signed char *sign = sga_malloc((size_t)b->count + 1);
+    SGA_FREED signed char *sign = sga_malloc((size_t)b->count + 1);
     int tries = 0, most = b->pieces + SGA_MOST_SIDE_PIECES;
     bool more = true;
     for (int k = 0; k < b->pieces && more; k++)
@@ -253,12 +250,11 @@ static void search_deeper(struct points_beyond *b, const struct points_space *sp
             leave(b, space, &from, sign, i, true);
             b->piece[k].p = from;
         }
-    free(sign);
 }
 
 void points_pieces_search(struct points_beyond *b, const struct points_space *space, struct points_point *p, const unsigned char *asked)
 {
-    signed char *own = sga_malloc((size_t)b->count + 1);
+    SGA_FREED signed char *own = sga_malloc((size_t)b->count + 1);
     bool fresh = false;
     for (int i = 0; i < b->count; i++)
         own[i] = b->at[i].sign;
@@ -273,16 +269,14 @@ void points_pieces_search(struct points_beyond *b, const struct points_space *sp
     }
     if (fresh)
         search_deeper(b, space, own, asked);
-    free(own);
 }
 
 /* A switch that is none of the constraints'. */
 static struct points_switch alone(const struct points_space *space, struct points_side from)
 {
-    struct expr_facts facts;
+    SGA_ENDS(expr_facts_clear) struct expr_facts facts;
     expr_facts_init(&facts);
     unsigned sees = expr_facts_of(&facts, space->st, from.function) & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME | EXPR_HAS_PARAMETER);
-    expr_facts_clear(&facts);
     return (struct points_switch){ .function = from.function, .sign = (signed char)from.sign, .fixed = sees == EXPR_HAS_PARAMETER,
                                    .timed = sees & EXPR_HAS_TIME, .group = -1 };
 }
@@ -292,7 +286,7 @@ bool points_pieces_over(struct points_beyond *b, const struct points_space *spac
 {
     struct points_switch w = alone(space, from);
     struct passage way = begin(b, space, &w, p);
-    struct points_side *side = sga_malloc((size_t)(b->count + 1) * sizeof *side);
+    SGA_FREED struct points_side *side = sga_malloc((size_t)(b->count + 1) * sizeof *side);
     slong e = exponent_at(space, p, w.function);
     bool found = false;
     *q = (struct points_point){ 0 };
@@ -300,7 +294,6 @@ bool points_pieces_over(struct points_beyond *b, const struct points_space *spac
         side[i] = (struct points_side){ b->at[i].function, b->at[i].sign, false };
     for (int k = 0; k < 2 * VALUES && !found; k++)      /* at first with the constraints' switches as they are; they may have the same surface */
         found = pass(b, &way, w.function, -w.sign, e + shift[k % VALUES], side, k < VALUES ? b->count : 0, q);
-    free(side);
     end(&way);
     return found;
 }
@@ -317,16 +310,16 @@ bool points_pieces_near(struct points_beyond *b, const struct points_space *spac
 
 bool points_pieces_back(struct points_beyond *b, const struct points_space *space, int k)
 {
+    assert(k >= 0 && k < b->pieces && b->piece[k].last < b->count);
     struct points_piece *piece = b->piece + k;
     if (piece->backed)
         return piece->backed > 0;
     const struct points_switch *w = b->at + piece->last;
     struct passage q = begin(b, space, w, &piece->p);
-    struct points_side *side = sga_malloc((size_t)(b->count + 1) * sizeof *side);
+    SGA_FREED struct points_side *side = sga_malloc((size_t)(b->count + 1) * sizeof *side);
     int sides = other_sides(b, piece->sign, piece->last, side);
     slong e = exponent_at(space, &piece->p, w->function);
     piece->backed = pass(b, &q, w->function, -piece->sign[piece->last], e, side, sides, &piece->back) ? 1 : -1;
     end(&q);
-    free(side);
     return piece->backed > 0;
 }

@@ -13,7 +13,6 @@
 #include <stdint.h>
 
 #include "ball.h"
-#include "budget.h"
 #include "expr.h"
 
 /* The answer holds where the function has this sign: 1 or -1. */
@@ -39,7 +38,7 @@ struct points_space {
     const double *near;                       /* by variable: a guess, or NULL */
     double near_time;
     const signed char *cheap;                 /* by variable: log2 of how much more easily it leaves the guess than others; or NULL */
-    double near_spread;                       /* how far from the guess the shadow's points are drawn, relatively; 0: as from a guess that may be special */
+    double near_spread;                       /* how far from the guess the oracle's points are drawn, relatively; 0: as from a guess that may be special */
     const struct points_point *before;        /* a point of a larger set: tried first, or NULL */
     const int *scale;                         /* by variable: log2 of its natural size, or NULL */
     double time_unit;                         /* over which equations change with time, where that is far from 1; 0: 1 */

@@ -1,11 +1,14 @@
 /* Refinement with a double preconditioner, and the proof. */
 #include "refine.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arb_ends.h"
+#include "arena.h"
 #include "doubling.h"
 #include "mem.h"
 #include "sparse.h"
@@ -32,12 +35,9 @@ static slong scale_of(const struct square *q, int variable)
 
 static double scaled(const arf_t v, slong exponent)
 {
-    arf_t t;
-    arf_init(t);
+    SGA_ENDS(arf_end) arf_t t = { 0 };
     arf_mul_2exp_si(t, v, -exponent);
-    double d = arf_get_d(t, ARF_RND_NEAR);
-    arf_clear(t);
-    return d;
+    return arf_get_d(t, ARF_RND_NEAR);
 }
 
 static bool factor(struct square *q)
@@ -137,23 +137,17 @@ out:
 /* Upper bound of |v| * 2^-exponent as a double. */
 static double bound(const arb_t v, slong exponent)
 {
-    mag_t m;
-    mag_init(m);
+    SGA_ENDS(mag_end) mag_t m = { 0 };
     arb_get_mag(m, v);
     mag_mul_2exp_si(m, m, -exponent);
-    double d = mag_get_d(m);
-    mag_clear(m);
-    return d;
+    return mag_get_d(m);
 }
 
 static double radius(const arb_t v, slong exponent)
 {
-    mag_t m;
-    mag_init(m);
+    SGA_ENDS(mag_end) mag_t m = { 0 };
     mag_mul_2exp_si(m, arb_radref(v), -exponent);
-    double d = mag_get_d(m);
-    mag_clear(m);
-    return d;
+    return mag_get_d(m);
 }
 
 /* The entries of J(X) in the solved columns, as doubles with bounds. */
@@ -174,8 +168,9 @@ static bool contracts(struct square *q, const double *C, const double *m, const 
     int c = q->c, total = 0;
     for (int k = 0; k < c; k++)
         total += q->j->cols[k];
-    struct entry *entry = sga_malloc((size_t)(total + 1) * sizeof *entry);
-    int *start = sga_malloc((size_t)(c + 1) * sizeof *start), *terms = sga_calloc((size_t)c + 1, sizeof *terms);
+    SGA_ARENA(mem);
+    struct entry *entry = sga_take(&mem, (size_t)(total + 1) * sizeof *entry);
+    int *start = sga_take(&mem, (size_t)(c + 1) * sizeof *start), *terms = sga_zeros(&mem, (size_t)c + 1, sizeof *terms);
     total = 0;
     for (int k = 0; k < c; k++) {
         start[k] = total;
@@ -189,7 +184,7 @@ static bool contracts(struct square *q, const double *C, const double *m, const 
         }
     }
     start[c] = total;
-    double *E = sga_malloc((size_t)(c + 1) * sizeof *E), *slack = sga_malloc((size_t)(c + 1) * sizeof *slack);
+    double *E = sga_take(&mem, (size_t)(c + 1) * sizeof *E), *slack = sga_take(&mem, (size_t)(c + 1) * sizeof *slack);
     bool ok = true;
     for (int i = 0; i < c && ok; i++) {
         memset(E, 0, (size_t)c * sizeof *E);
@@ -209,11 +204,6 @@ static bool contracts(struct square *q, const double *C, const double *m, const 
             sum += (fabs(E[k]) + slack[k] + rounding(terms[k])) * rho[k];
         ok = sum * (1 + 1e-9) < rho[i] && (i % 16 || sga_budget_ok(q->j->space->budget, NULL));
     }
-    free(entry);
-    free(terms);
-    free(start);
-    free(E);
-    free(slack);
     return ok;
 }
 
@@ -230,8 +220,10 @@ static bool krawczyk(struct square *q, slong prec)
         return false;
     }
     size_t cc = (size_t)c * (size_t)c;
-    double *C = sga_calloc(cc, sizeof *C), *m = sga_calloc((size_t)c, sizeof *m), *rho = sga_calloc((size_t)c, sizeof *rho);
-    int *place = sga_malloc((size_t)q->n * sizeof *place);
+    SGA_ARENA(mem);
+    SGA_FREED double *C = sga_calloc(cc, sizeof *C);
+    double *m = sga_zeros(&mem, (size_t)c, sizeof *m), *rho = sga_zeros(&mem, (size_t)c, sizeof *rho);
+    int *place = sga_take(&mem, (size_t)q->n * sizeof *place);
     bool ok = true;
     for (int v = 0; v < q->n; v++)
         place[v] = -1;
@@ -268,10 +260,6 @@ static bool krawczyk(struct square *q, slong prec)
         points_jacobian_entries(q->j, ball);
     }
     ok = ok && contracts(q, C, m, rho, place);
-    free(C);
-    free(m);
-    free(rho);
-    free(place);
     return ok;
 }
 
@@ -279,7 +267,8 @@ static bool krawczyk(struct square *q, slong prec)
  * is proved, the rank is asked once more at the refined point. */
 static bool still_full(struct square *q)
 {
-    mag_ptr radius = _mag_vec_init(q->n);
+    SGA_ARENA(mem);
+    mag_ptr radius = mags_take(&mem, q->n);
     for (int v = 0; v < q->n; v++) {
         mag_ptr r = arb_radref(q->p->ball.symbol + q->j->space->variable[v]);
         mag_set(radius + v, r);
@@ -289,12 +278,12 @@ static bool still_full(struct square *q)
     bool full = factor(q);
     for (int v = 0; v < q->n; v++)       /* what the point is known to, as far as it is known: no theorem, but residuals are to be seen so */
         mag_swap(radius + v, arb_radref(q->p->ball.symbol + q->j->space->variable[v]));
-    _mag_vec_clear(radius, q->n);
     return full;
 }
 
 bool points_refine_with(struct points_jacobian *j, struct points_point *p, slong prec)
 {
+    assert(prec > 1);
     const struct points_space *s = j->space;
     if (p->triangular)
         return points_triangular(s, p, prec);

@@ -1,10 +1,12 @@
 /* Sizes of variables from the terms of the equations. */
 #include "scaling.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
 #include "scaling_rows.h"
 
@@ -58,6 +60,7 @@ static int new_level(struct scaling *w)
 
 void scaling_time(struct scaling *w, int symbol)
 {
+    assert(!w->timed && w->index[symbol] < 0);
     w->timed = true;
     w->index[symbol] = w->n++;
 }
@@ -317,6 +320,7 @@ bool scaling_cut(const struct scaling *w)
 
 void scaling_anchor(struct scaling *w, int j, double log, double weight)
 {
+    assert(j >= 0 && j < w->n && weight > 0);
     scaling_rows_add(&w->rows, &j, &weight, 1, -weight * log);
 }
 
@@ -338,10 +342,9 @@ double scaling_size(struct scaling *w, expr_id e, const double *log)
 
 void scaling_logs(struct scaling *w, double *log)
 {
-    double *all = sga_malloc((size_t)(w->n + w->levels + 1) * sizeof *all);
+    SGA_FREED double *all = sga_malloc((size_t)(w->n + w->levels + 1) * sizeof *all);
     scaling_rows_solve(&w->rows, w->n + w->levels, w->even, all);
     memcpy(log, all, (size_t)w->n * sizeof *log);
-    free(all);
 }
 
 int *scaling_rounded(const double *log, int count)
@@ -349,6 +352,7 @@ int *scaling_rounded(const double *log, int count)
     int *scale = sga_malloc((size_t)(count + 1) * sizeof *scale), largest = 0;
     for (int i = 0; i < count; i++) {
         scale[i] = (int)lrint(fmax(-MOST, fmin(MOST, log[i])));
+        assert(abs(scale[i]) <= MOST);
         largest = abs(scale[i]) > largest ? abs(scale[i]) : largest;
     }
     if (largest >= LEAST)
@@ -359,9 +363,8 @@ int *scaling_rounded(const double *log, int count)
 
 int *scaling_solve(struct scaling *w)
 {
-    double *log = sga_malloc((size_t)(w->n + 1) * sizeof *log);
+    SGA_FREED double *log = sga_malloc((size_t)(w->n + 1) * sizeof *log);
     scaling_logs(w, log);
     int *scale = scaling_rounded(log, w->n);
-    free(log);
     return scale;
 }

@@ -2,10 +2,12 @@
  * (Hestenes & Stiefel 1952; the size of a variable is wanted to a factor of 2, not to digits). */
 #include "scaling_rows.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
 
 enum { DENSE = 100, LEAST_STEPS = 500, ROUNDS = 6 };
@@ -50,6 +52,7 @@ void scaling_rows_add(struct scaling_rows *r, const int *unknown, const double *
     SGA_RESERVE(r->log, r->log_cap, r->count + 1);
     r->log[r->count] = log;
     r->start[++r->count] = at;
+    assert(r->start[r->count] >= at && r->start[r->count] <= at + count);
 }
 
 /* y = E^T W E x + DAMP x, W the rows' weights */
@@ -90,7 +93,8 @@ static double dot(const double *a, const double *b, int n)
 
 static void by_gradients(const struct scaling_rows *r, const double *weight, int n, double *log)
 {
-    double *g = sga_malloc(5 * (size_t)n * sizeof *g), *diagonal = g + n, *p = diagonal + n, *z = p + n, *Ap = z + n;
+    SGA_FREED double *g = sga_malloc(5 * (size_t)n * sizeof *g);
+    double *diagonal = g + n, *p = diagonal + n, *z = p + n, *Ap = z + n;
     memset(log, 0, (size_t)n * sizeof *log);
     right_side(r, weight, n, g, diagonal);
     for (int j = 0; j < n; j++)
@@ -108,13 +112,13 @@ static void by_gradients(const struct scaling_rows *r, const double *weight, int
         for (int j = 0; j < n; j++)
             p[j] = z[j] + rho / last * p[j];
     }
-    free(g);
 }
 
 /* Positive definite: no pivoting. */
 static void by_elimination(const struct scaling_rows *r, const double *weight, int n, double *log)
 {
-    double *M = sga_calloc((size_t)n * (size_t)n + 2 * (size_t)n + 1, sizeof *M), *b = M + (size_t)n * (size_t)n;
+    SGA_FREED double *M = sga_calloc((size_t)n * (size_t)n + 2 * (size_t)n + 1, sizeof *M);
+    double *b = M + (size_t)n * (size_t)n;
     right_side(r, weight, n, b, b + n);
     for (int i = 0; i < r->count; i++)
         for (int k = r->start[i]; k < r->start[i + 1]; k++)
@@ -134,7 +138,6 @@ static void by_elimination(const struct scaling_rows *r, const double *weight, i
             b[i] -= M[i * n + j] * log[j];
         log[i] = b[i] / M[i * n + i];
     }
-    free(M);
 }
 
 /* Weights by what each row is missed by. Whether any row is far from it. */
@@ -153,7 +156,7 @@ static bool weigh(const struct scaling_rows *r, const double *log, double *weigh
 
 void scaling_rows_solve(const struct scaling_rows *r, int n, bool robust, double *log)
 {
-    double *weight = sga_malloc(((size_t)r->count + 1) * sizeof *weight);
+    SGA_FREED double *weight = sga_malloc(((size_t)r->count + 1) * sizeof *weight);
     bool far = true;
     for (int i = 0; i < r->count; i++)
         weight[i] = 1;
@@ -167,5 +170,4 @@ void scaling_rows_solve(const struct scaling_rows *r, int n, bool robust, double
                 log[j] = 0;
         far = weigh(r, log, weight);
     }
-    free(weight);
 }

@@ -1,6 +1,8 @@
 /* Shapes from the leaves up. */
 #include "shape.h"
 
+#include "expr.h"
+
 static enum points_shape larger(enum points_shape a, enum points_shape b)
 {
     return a > b ? a : b;

@@ -2,7 +2,8 @@
 #ifndef SGA_POINTS_SHAPE_H
 #define SGA_POINTS_SHAPE_H
 
-#include "expr.h"
+struct expr_cone;
+struct expr_store;
 
 enum points_shape {
     POINTS_FREE,       /* not at all */

@@ -3,6 +3,7 @@
 
 #include <stdlib.h>
 
+#include "beyond.h"
 #include "facts.h"
 #include "mem.h"
 #include "poly.h"

@@ -7,9 +7,10 @@
 #ifndef SGA_POINTS_SIDES_H
 #define SGA_POINTS_SIDES_H
 
-#include "beyond.h"
 #include "points.h"
 #include "warnings.h"
+
+struct points_beyond;
 
 /* Whether the operator is one analytic function on each side of a surface. */
 bool points_switches(enum expr_op op);

@@ -2,6 +2,7 @@
  * columns with lists of the rows that meet them, both allowed to hold stale members. */
 #include "sparse.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -189,6 +190,7 @@ void points_lu_factor(struct points_lu *lu, struct points_row *row, int rows, in
     free(w.norm);
     free(w.value);
     free(w.count);
+    assert(lu->rank <= rows && lu->rank <= cols);
 }
 
 void points_lu_clear(struct points_lu *lu)
@@ -206,6 +208,7 @@ void points_lu_clear(struct points_lu *lu)
 
 void points_lu_solve(const struct points_lu *lu, double *b, double *x)
 {
+    assert(lu->rank <= lu->rows && lu->rank <= lu->cols);
     for (int k = 0; k < lu->ops; k++)
         b[lu->op[k].row] -= lu->op[k].factor * b[lu->pivot_row[lu->op[k].step]];
     for (int s = lu->rank - 1; s >= 0; s--) {

@@ -30,7 +30,7 @@ struct points_lu {
 void points_lu_factor(struct points_lu *lu, struct points_row *row, int rows, int cols, double tiny);
 void points_lu_clear(struct points_lu *lu);
 /* Solve J x = b with x zero outside the pivot columns; b (rows) is overwritten, x (cols)
- * must be zero on entry. Needs rank == rows. */
+ * must be zero on entry. Rows without a pivot (rank < rows) are left as they come out. */
 void points_lu_solve(const struct points_lu *lu, double *b, double *x);
 
 #endif

@@ -6,10 +6,13 @@
  * backjumping; P. Prosser, Comput. Intell. 9 (1993) 268). The p-adic point is the limit of x - J^-1 f(x) with J modulo p. */
 #include "modblock.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
+#include "modp.h"
 #include "shape.h"
 
 enum kind { GUESS, SOLVE, CHECK };
@@ -48,8 +51,8 @@ static bool look(struct plan *p, struct modblock *b)
     size_t n = (size_t)b->n;
     *p = (struct plan){ .b = b, .shape = sga_calloc(n * n, 1), .moving = sga_calloc(n, sizeof *p->moving), .moves = sga_calloc(n, sizeof *p->moves),
                         .step = sga_calloc(2 * n, sizeof *p->step) };
-    struct expr_cone cone;
-    unsigned char *here = NULL, *any = NULL;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    SGA_FREED unsigned char *here = NULL, *any = NULL;
     size_t here_cap = 0, any_cap = 0;
     bool seen = true;
     expr_cone_init(&cone);
@@ -70,9 +73,6 @@ static bool look(struct plan *p, struct modblock *b)
             if (any[k])
                 p->moving[i][p->moves[i]++] = cone.list[k];
     }
-    expr_cone_clear(&cone);
-    free(here);
-    free(any);
     return seen;
 }
 
@@ -255,7 +255,10 @@ bool modblock_lift(struct modblock *b)
 {
     size_t n = (size_t)b->n;
     mp_limb_t top = b->m->mod.n / b->m->p;
-    mp_limb_t *slope = sga_calloc(n * n, sizeof *slope), *work = sga_calloc(n * n, sizeof *work), *r = sga_calloc(n, sizeof *r);
+    assert(b->m->power > 1 || top == 1);
+    SGA_ARENA(mem);
+    mp_limb_t *slope = sga_zeros(&mem, n * n, sizeof *slope), *work = sga_zeros(&mem, n * n, sizeof *work);
+    mp_limb_t *r = sga_zeros(&mem, n, sizeof *r);
     bool ok = modblock_evaluate(b);
     memcpy(r, b->value, n * sizeof *r);
     for (size_t i = 0; i < n; i++)
@@ -279,34 +282,28 @@ bool modblock_lift(struct modblock *b)
     }
     for (size_t i = 0; i < n; i++)
         ok = ok && b->value[i] == 0;
-    free(slope);
-    free(work);
-    free(r);
     return ok;
 }
 
 bool modblock_tear(struct modblock *b, uint64_t *random)
 {
-    struct plan p;
+    SGA_ENDS(clear_plan) struct plan p;
     bool ok = look(&p, b);
     if (ok) {
         make_plan(&p);
         modblock_evaluate(b);      /* what the unknowns do not change */
         ok = search(&p, random) && modblock_lift(b);
     }
-    clear_plan(&p);
     return ok;
 }
 
 int modblock_guesses(struct modblock *b)
 {
-    struct plan p;
     if (b->n > TEAR_MOST)
         return -1;
+    SGA_ENDS(clear_plan) struct plan p;
     bool ok = look(&p, b);
     if (ok)
         make_plan(&p);
-    int guesses = ok ? p.guesses : -1;
-    clear_plan(&p);
-    return guesses;
+    return ok ? p.guesses : -1;
 }

@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arb_ends.h"
+#include "arena.h"
 #include "mem.h"
 #include "shape.h"
 
@@ -23,11 +25,9 @@ struct work {
 /* All of the cone at v = 0. */
 static void values_at_zero(struct work *w, int symbol)
 {
-    arb_t zero;
-    arb_init(zero);
+    SGA_ENDS(arb_end) arb_t zero = { 0 };
     num_ball_set(&w->p->ball, symbol, zero);
     num_ball_list(&w->p->ball, w->cone.list, w->cone.count);
-    arb_clear(zero);
 }
 
 /* The derivative of the cone's last node by v, in which it is affine, from the values: a difference of two values would be lost beside a large
@@ -37,7 +37,8 @@ static void slope_of(struct work *w, arb_t out)
     const struct expr_store *st = w->s->st;
     struct num_ball *b = &w->p->ball;
     int count = w->cone.count;
-    arb_ptr d = _arb_vec_init(count);
+    SGA_ARENA(mem);
+    arb_ptr d = arbs_take(&mem, count);
     for (int k = 0; k < count; k++) {
         const struct expr_node n = st->node[w->cone.list[k]];
         if (w->shape[k] == POINTS_FREE)
@@ -58,7 +59,6 @@ static void slope_of(struct work *w, arb_t out)
         }
     }
     arb_set(out, d + count - 1);
-    _arb_vec_clear(d, count);
 }
 
 enum answer { NO, YES, MORE_BITS };
@@ -68,10 +68,7 @@ static enum answer solve_for(struct work *w, expr_id e, int variable)
 {
     int symbol = w->s->variable[variable];
     struct num_ball *b = &w->p->ball;
-    arb_t rest, slope, keep;
-    arb_init(rest);
-    arb_init(slope);
-    arb_init(keep);
+    SGA_ENDS(arb_end) arb_t rest = { 0 }, slope = { 0 }, keep = { 0 };
     arb_set(keep, b->symbol + symbol);
     values_at_zero(w, symbol);
     arb_set(rest, num_ball_value(b, e));
@@ -83,9 +80,6 @@ static enum answer solve_for(struct work *w, expr_id e, int variable)
     }
     bool wide = !ok && (!arb_is_finite(slope) || mag_cmp_2exp_si(arb_radref(slope), -30) > 0);
     num_ball_set(b, symbol, ok ? rest : keep);
-    arb_clear(rest);
-    arb_clear(slope);
-    arb_clear(keep);
     return ok ? YES : wide ? MORE_BITS : NO;
 }
 
@@ -136,12 +130,13 @@ static bool by_shape(struct work *w)
 {
     const struct points_space *s = w->s;
     int c = s->constraints, n = s->variables, place = c, depth = 0;
-    int **of = sga_calloc((size_t)c + 1, sizeof *of), *len = sga_calloc((size_t)c + 1, sizeof *len);
-    struct meets *meet = sga_calloc((size_t)n + 1, sizeof *meet);
+    SGA_ARENA(mem);
+    int **of = sga_zeros(&mem, (size_t)c + 1, sizeof *of), *len = sga_zeros(&mem, (size_t)c + 1, sizeof *len);
+    struct meets *meet = sga_zeros(&mem, (size_t)n + 1, sizeof *meet);
     size_t total = 1;
     for (int i = 0; i < c; i++) {
         expr_cone_of(s->st, &w->cone, s->constraint + i, 1);
-        of[i] = sga_malloc(((size_t)w->cone.count + 1) * sizeof **of);
+        of[i] = sga_take(&mem, ((size_t)w->cone.count + 1) * sizeof **of);
         for (int k = 0; k < w->cone.count; k++) {
             const struct expr_node *e = s->st->node + w->cone.list[k];
             int v = e->op == EXPR_SYM ? w->variable_of[e->a] : -1;
@@ -154,7 +149,7 @@ static bool by_shape(struct work *w)
         total += (size_t)len[i];
         w->chosen[i] = -1;
     }
-    int *stack = sga_malloc((total + (size_t)n) * sizeof *stack);
+    int *stack = sga_take(&mem, (total + (size_t)n) * sizeof *stack);
     for (int v = 0; v < n; v++)
         if (meet[v].count == 1)
             stack[depth++] = v;
@@ -175,12 +170,6 @@ static bool by_shape(struct work *w)
                 stack[depth++] = of[i][k];
         }
     }
-    for (int i = 0; i < c; i++)
-        free(of[i]);
-    free(of);
-    free(len);
-    free(meet);
-    free(stack);
     return place == 0;
 }
 
@@ -211,9 +200,9 @@ static bool in_given_order(struct work *w, slong prec)
 }
 
 /* The variables' balls, to go back to: a start that this way does not lead on from is one for steps, which go by p->x. The caller clears it. */
-static arb_ptr kept(const struct points_space *s, const struct points_point *p)
+static arb_ptr kept(struct sga_arena *mem, const struct points_space *s, const struct points_point *p)
 {
-    arb_ptr v = _arb_vec_init(s->variables);
+    arb_ptr v = arbs_take(mem, s->variables);
     for (int j = 0; j < s->variables; j++)
         arb_set(v + j, p->ball.symbol + s->variable[j]);
     return v;
@@ -221,13 +210,14 @@ static arb_ptr kept(const struct points_space *s, const struct points_point *p)
 
 bool points_triangular(const struct points_space *s, struct points_point *p, slong prec)
 {
+    SGA_ARENA(mem);
     struct work w = { .s = s, .p = p };
-    arb_ptr before = kept(s, p);
-    w.turn = sga_malloc((size_t)(s->constraints + 1) * sizeof *w.turn);
-    w.chosen = sga_malloc((size_t)(s->constraints + 1) * sizeof *w.chosen);
+    arb_ptr before = kept(&mem, s, p);
+    w.turn = sga_take(&mem, (size_t)(s->constraints + 1) * sizeof *w.turn);
+    w.chosen = sga_take(&mem, (size_t)(s->constraints + 1) * sizeof *w.chosen);
     expr_cone_init(&w.cone);
-    w.used = sga_calloc((size_t)s->variables + 1, 1);
-    w.variable_of = sga_malloc((size_t)s->st->symbols * sizeof *w.variable_of);
+    w.used = sga_zeros(&mem, (size_t)s->variables + 1, 1);
+    w.variable_of = sga_take(&mem, (size_t)s->st->symbols * sizeof *w.variable_of);
     for (int i = 0; i < s->st->symbols; i++)
         w.variable_of[i] = -1;
     for (int j = 0; j < s->variables; j++) {
@@ -242,14 +232,9 @@ bool points_triangular(const struct points_space *s, struct points_point *p, slo
         else
             num_ball_set(&p->ball, s->variable[j], before + j);
     }
-    _arb_vec_clear(before, s->variables);
     p->certified = p->triangular = ok;
     num_ball_forget(&p->ball);
     expr_cone_clear(&w.cone);
     free(w.shape);
-    free(w.used);
-    free(w.turn);
-    free(w.chosen);
-    free(w.variable_of);
     return ok;
 }

@@ -3,6 +3,7 @@
 
 #include <stdlib.h>
 
+#include "budget.h"
 #include "facts.h"
 #include "mem.h"
 
@@ -29,7 +30,7 @@ static void visit(struct poly_bridge *b, expr_id e)
     if (b->slot[e])
         return;
     b->slot[e] = 1;
-    SGA_RESERVE(b->list, b->list_cap, b->count + 1);
+    SGA_RESERVE_IN(&b->mem, b->list, b->list_cap, b->count + 1);
     b->list[b->count++] = e;
 }
 
@@ -179,10 +180,10 @@ struct poly_bridge *poly_bridge_new(struct expr_store *st, const expr_id *roots,
     b->st = st;
     b->limits = filled(limits);
     b->slots = st->nodes;
-    b->slot = sga_calloc((size_t)st->nodes, sizeof *b->slot);
+    b->slot = sga_zeros(&b->mem, (size_t)st->nodes, sizeof *b->slot);
     collect(b, roots, nroots);
-    b->mark = sga_calloc((size_t)b->count + 1, 1);
-    b->depends = sga_calloc((size_t)b->count + 1, 1);
+    b->mark = sga_zeros(&b->mem, (size_t)b->count + 1, 1);
+    b->depends = sga_zeros(&b->mem, (size_t)b->count + 1, 1);
     b->max_gens = survey(b);
     if (b->max_gens > b->limits.max_generators) {
         b->count = 0;
@@ -190,8 +191,8 @@ struct poly_bridge *poly_bridge_new(struct expr_store *st, const expr_id *roots,
     }
     context(b->ctx, b->max_gens + 1);
     b->max_gens++;      /* FLINT wants one variable at least */
-    b->gen = sga_calloc((size_t)b->max_gens, sizeof *b->gen);
-    b->value = sga_calloc((size_t)b->count + 1, sizeof *b->value);
+    b->gen = sga_zeros(&b->mem, (size_t)b->max_gens, sizeof *b->gen);
+    b->value = sga_zeros(&b->mem, (size_t)b->count + 1, sizeof *b->value);
     for (int i = 0; i < b->count; i++)
         poly_ratio_init(b, b->value + i);
     if (b->count == 0 && nroots > 0) {
@@ -206,6 +207,11 @@ struct poly_bridge *poly_bridge_new(struct expr_store *st, const expr_id *roots,
     return b;
 }
 
+void poly_bridge_end(struct poly_bridge **b)
+{
+    poly_bridge_free(*b);
+}
+
 void poly_bridge_free(struct poly_bridge *b)
 {
     if (!b)
@@ -216,11 +222,6 @@ void poly_bridge_free(struct poly_bridge *b)
     for (int i = 0; i < b->steps; i++)
         fmpq_clear(b->step[i].content);
     fmpz_mpoly_ctx_clear(b->ctx);
-    free(b->gen);
-    free(b->value);
-    free(b->depends);
-    free(b->mark);
-    free(b->list);
-    free(b->slot);
+    sga_arena_end(&b->mem);
     free(b);
 }

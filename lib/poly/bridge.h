@@ -10,6 +10,7 @@
 
 #include <flint/fmpz_mpoly.h>
 
+#include "arena.h"
 #include "poly.h"
 
 enum { POLY_MAX_BASE = 32, POLY_MAX_STEPS = 16 };
@@ -50,6 +51,7 @@ struct poly_step {
 };
 
 struct poly_bridge {
+    struct sga_arena mem;              /* of all vectors below */
     struct expr_store *st;
     struct poly_limits limits;         /* filled in, none 0 */
     fmpz_mpoly_ctx_t ctx;
@@ -92,6 +94,8 @@ void poly_exponents(const struct poly_bridge *b, const fmpz_mpoly_t f, slong i, 
 /* ratio.c: all return false where a limit is met (then r is a valid ratio of no meaning). */
 void poly_ratio_init(const struct poly_bridge *b, struct poly_ratio *r);
 void poly_ratio_clear(const struct poly_bridge *b, struct poly_ratio *r);
+/* The scale is positive, and powers of denominators are not negative. Linear in the denominators. */
+bool poly_ratio_sane(const struct poly_bridge *b, const struct poly_ratio *r);
 void poly_ratio_set(const struct poly_bridge *b, struct poly_ratio *r, const struct poly_ratio *x);
 void poly_ratio_fmpq(const struct poly_bridge *b, struct poly_ratio *r, const fmpq_t q);
 void poly_ratio_gen(const struct poly_bridge *b, struct poly_ratio *r, int gen);
@@ -140,6 +144,8 @@ struct poly_fraction {
     struct poly_power { fmpz_mpoly_t f; long n; } *den; int dens; size_t den_cap;
 };
 bool poly_fraction_of(struct poly_bridge *b, const struct poly_ratio *r, struct poly_fraction *f);
+/* The scale is positive, denominators have positive powers and leading terms. Linear in the denominators. */
+bool poly_fraction_sane(const struct poly_fraction *f);
 void poly_fraction_clear(const struct poly_bridge *b, struct poly_fraction *f);
 
 /* show.c: as expressions of the store. */

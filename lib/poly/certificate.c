@@ -4,18 +4,19 @@
 #include <stdlib.h>
 #include <flint/fmpz_mpoly_factor.h>
 
+#include "arena.h"
+#include "flint_ends.h"
+#include "mpoly_take.h"
+
 /* factor * weight * q^2 / scale */
 static expr_id term(struct poly_bridge *b, const struct gram_proof *p, int i, const fmpz_t scale)
 {
     const struct gram_square *s = p->square + i;
     struct expr_store *st = b->st;
-    fmpq_t c;
-    fmpq_init(c);
+    SGA_ENDS(fmpq_end) fmpq_t c = { { 0, 1 } };
     fmpq_div_fmpz(c, s->factor, scale);
     expr_id q = expr_powi(st, poly_show_poly(b, s->q), 2), w = poly_show_poly(b, p->g.block[s->block].weight);
-    expr_id e = expr_mul(st, expr_fmpq(st, c), expr_mul(st, w, q));
-    fmpq_clear(c);
-    return e;
+    return expr_mul(st, expr_fmpq(st, c), expr_mul(st, w, q));
 }
 
 /* The sum, what is no number first. */
@@ -32,12 +33,11 @@ static expr_id sum_of(struct poly_bridge *b, const struct gram_proof *p, const f
 /* f or -f as a sum of squares that is never zero. */
 static bool show(struct poly_bridge *b, const fmpz_mpoly_t f, const fmpz_t scale, struct poly_certificate *out)
 {
-    fmpz_mpoly_t t, multiplier;
+    SGA_ARENA(mem);
     struct gram_proof p;
     if (gram_changes_sign(b, f, &out->sign) || !out->sign)
         return false;
-    fmpz_mpoly_init(t, b->ctx);
-    fmpz_mpoly_init(multiplier, b->ctx);
+    fmpz_mpoly_struct *t = mpoly_take(&mem, b->ctx), *multiplier = mpoly_take(&mem, b->ctx);
     fmpz_mpoly_scalar_mul_si(t, f, out->sign, b->ctx);
     bool ok = gram_prove_times(b, t, multiplier, &p);
     if (ok) {
@@ -46,8 +46,6 @@ static bool show(struct poly_bridge *b, const fmpz_mpoly_t f, const fmpz_t scale
         ok = p.never && out->sum;
         gram_proof_clear(&p);
     }
-    fmpz_mpoly_clear(t, b->ctx);
-    fmpz_mpoly_clear(multiplier, b->ctx);
     return ok;
 }
 
@@ -56,7 +54,7 @@ static bool show_factor(struct poly_bridge *b, const fmpz_mpoly_t f, struct poly
 {
     enum { TERMS = 100, DEGREE = 24 };
     fmpz_mpoly_factor_t fac;
-    fmpz_t one;
+    SGA_ENDS(fmpz_end) fmpz_t one = { 0 };
     bool found = false, negative;
     if (f->length > TERMS || poly_degree(b, f) > DEGREE)
         return false;
@@ -69,13 +67,12 @@ static bool show_factor(struct poly_bridge *b, const fmpz_mpoly_t f, struct poly
             out->factor = poly_show_poly(b, fac->poly + i);
     }
     fmpz_mpoly_factor_clear(fac, b->ctx);
-    fmpz_clear(one);
     return found;
 }
 
 bool poly_certificate(struct expr_store *st, expr_id e, const struct poly_limits *limits, struct poly_certificate *out)
 {
-    struct poly_bridge *b = poly_bridge_new(st, &e, 1, limits);
+    SGA_ENDS(poly_bridge_end) struct poly_bridge *b = poly_bridge_new(st, &e, 1, limits);
     struct sga_error before = st->error;
     struct poly_fraction f;
     *out = (struct poly_certificate){ 0 };
@@ -87,6 +84,5 @@ bool poly_certificate(struct expr_store *st, expr_id e, const struct poly_limits
     }
     ok = ok && expr_store_ok(st);
     st->error = before;
-    poly_bridge_free(b);
     return ok;
 }

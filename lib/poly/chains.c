@@ -1,12 +1,16 @@
 /* Zeros of several polynomials, split by factors and by what elimination divides by. */
 #include "bridge.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 #include <flint/fmpz_mpoly_factor.h>
 
+#include "arena.h"
+#include "budget.h"
 #include "facts.h"
 #include "mem.h"
+#include "mpoly_take.h"
 
 /* Larger ones are not split: starts are drawn anywhere, too, so that nothing is cut by these. */
 enum { MOST_GIVEN = 12, MOST_CASES = 160, MOST_CHAINS = 24, SPLIT_TERMS = 60, SPLIT_DEGREE = 12 };
@@ -33,6 +37,7 @@ static void push(const struct poly_bridge *b, struct polys *p, const fmpz_mpoly_
 
 static void drop(const struct poly_bridge *b, struct polys *p, int i)
 {
+    assert(i >= 0 && i < p->count);
     fmpz_mpoly_swap(p->f + i, p->f + p->count - 1, b->ctx);
     fmpz_mpoly_clear(p->f + --p->count, b->ctx);
 }
@@ -113,6 +118,7 @@ static bool factors(const struct splitting *s, const struct chain_case *c, const
 
 static void keep_chain(struct splitting *s, const struct chain_case *c)
 {
+    assert(c->open.count == 0);
     struct poly_chains *out = s->out;
     if (out->chains >= MOST_CHAINS || c->solved.count > s->most)
         return;
@@ -131,6 +137,7 @@ static void one_of(struct splitting *s, const struct chain_case *c, bool open, i
 {
     for (int k = 0; k < which->count; k++) {
         struct chain_case own = copy_case(s->b, c);
+        assert(i < (open ? own.open.count : own.solved.count));
         fmpz_mpoly_set((open ? own.open.f : own.solved.f) + i, which->f + k, s->b->ctx);
         for (int h = 0; h < k; h++)
             push(s->b, &own.apart, which->f + h);
@@ -192,23 +199,21 @@ static void leading(const struct splitting *s, const fmpz_mpoly_t f, int g, slon
 {
     slong var = g;
     ulong power = (ulong)d;
-    fmpz_mpoly_t top;
-    fmpz_mpoly_init(top, s->b->ctx);
+    SGA_ARENA(mem);
+    fmpz_mpoly_struct *top = mpoly_take(&mem, s->b->ctx);
     fmpz_mpoly_get_coeff_vars_ui(lead, f, &var, &power, 1, s->b->ctx);
     fmpz_mpoly_gen(top, g, s->b->ctx);
     if (fmpz_mpoly_pow_ui(top, top, power, s->b->ctx))
         fmpz_mpoly_mul(top, top, lead, s->b->ctx);
     fmpz_mpoly_sub(rest, f, top, s->b->ctx);
-    fmpz_mpoly_clear(top, s->b->ctx);
 }
 
 /* The case where p's leading coefficient in g vanishes, and from now on it does not. */
 static void by_leading(struct splitting *s, struct chain_case *c, int at, int g)
 {
     struct polys which = { 0 };
-    fmpz_mpoly_t lead, rest;
-    fmpz_mpoly_init(lead, s->b->ctx);
-    fmpz_mpoly_init(rest, s->b->ctx);
+    SGA_ARENA(mem);
+    fmpz_mpoly_struct *lead = mpoly_take(&mem, s->b->ctx), *rest = mpoly_take(&mem, s->b->ctx);
     leading(s, c->open.f + at, g, fmpz_mpoly_degree_si(c->open.f + at, g, s->b->ctx), lead, rest);
     if (factors(s, c, lead, &which) && which.count) {
         struct chain_case own = copy_case(s->b, c);
@@ -220,8 +225,6 @@ static void by_leading(struct splitting *s, struct chain_case *c, int at, int g)
             push(s->b, &c->apart, which.f + k);
     }
     clear_polys(s->b, &which);
-    fmpz_mpoly_clear(lead, s->b->ctx);
-    fmpz_mpoly_clear(rest, s->b->ctx);
 }
 
 /* Without g: the resultant with p. False: too large. */
@@ -229,12 +232,11 @@ static bool eliminate(struct splitting *s, fmpz_mpoly_t f, const fmpz_mpoly_t p,
 {
     if (fmpz_mpoly_degree_si(f, g, s->b->ctx) <= 0)
         return true;
-    fmpz_mpoly_t r;
-    fmpz_mpoly_init(r, s->b->ctx);
+    SGA_ARENA(mem);
+    fmpz_mpoly_struct *r = mpoly_take(&mem, s->b->ctx);
     bool ok = small(s, f) && small(s, p) && fmpz_mpoly_resultant(r, f, p, g, s->b->ctx) && poly_fits(s->b, r);
     if (ok)
         fmpz_mpoly_swap(f, r, s->b->ctx);
-    fmpz_mpoly_clear(r, s->b->ctx);
     return ok;
 }
 
@@ -280,8 +282,8 @@ static void with(struct splitting *s, const struct chain_case *c, const fmpz_mpo
 static bool fall_apart_together(struct splitting *s, struct chain_case *c)
 {
     bool done = false;
-    fmpz_mpoly_t r;
-    fmpz_mpoly_init(r, s->b->ctx);
+    SGA_ARENA(mem);
+    fmpz_mpoly_struct *r = mpoly_take(&mem, s->b->ctx);
     for (int i = 0; i < c->solved.count && !done; i++)
         for (int k = i + 1; k < c->solved.count && !done; k++)
             for (int g = 0; g < s->b->gens && !done; g++) {
@@ -294,7 +296,6 @@ static bool fall_apart_together(struct splitting *s, struct chain_case *c)
                     with(s, c, which.f + h);
                 clear_polys(s->b, &which);
             }
-    fmpz_mpoly_clear(r, s->b->ctx);
     return done;
 }
 
@@ -326,7 +327,7 @@ bool poly_chains_of(struct expr_store *st, const expr_id *e, int count, const st
 {
     struct sga_error before = st->error;
     *out = (struct poly_chains){ 0 };
-    struct poly_bridge *b = count <= MOST_GIVEN ? poly_bridge_new(st, e, count, limits) : NULL;
+    SGA_ENDS(poly_bridge_end) struct poly_bridge *b = count <= MOST_GIVEN ? poly_bridge_new(st, e, count, limits) : NULL;
     if (!b)
         return false;
     struct splitting s = { .b = b, .most = count, .out = out };
@@ -335,19 +336,17 @@ bool poly_chains_of(struct expr_store *st, const expr_id *e, int count, const st
     for (int g = 0; g < b->gens; g++)
         s.unknown[g] = b->gen[g].op == EXPR_SYM && b->gen[g].depends & EXPR_HAS_VARIABLE && poly_generator_of(b, b->gen[g].node) == g;
     bool ok = true;
-    fmpz_mpoly_t f;
-    fmpz_mpoly_init(f, b->ctx);
+    SGA_ARENA(mem);
+    fmpz_mpoly_struct *f = mpoly_take(&mem, b->ctx);
     for (int i = 0; i < count && ok; i++) {
         ok = poly_numerator(b, e[i], f) && small(&s, f);
         if (ok)
             push(b, &all.open, f);
     }
-    fmpz_mpoly_clear(f, b->ctx);
     if (ok)
         split(&s, &all);
     clear_case(b, &all);
     free(s.unknown);
-    poly_bridge_free(b);
     ok = ok && expr_store_ok(st);
     st->error = before;
     if (!ok)

@@ -1,11 +1,15 @@
 /* Coefficients in parameters, and resultants. */
 #include "bridge.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "facts.h"
+#include "flint_ends.h"
 #include "mem.h"
+#include "mpoly_take.h"
 
 enum { MOST_TERMS = 400, RESULTANT_TERMS = 60, RESULTANT_DEGREE = 12 };
 
@@ -46,8 +50,9 @@ static struct monomial *place_of(const struct poly_bridge *b, struct monomial *m
 
 static void collect(struct poly_bridge *b, const fmpz_mpoly_t f, struct poly_coefficients *out)
 {
-    struct monomial *m = sga_malloc(((size_t)f->length + 1) * sizeof *m);
-    ulong *moving = sga_calloc((size_t)b->max_gens, sizeof *moving), *fixed = sga_calloc((size_t)b->max_gens, sizeof *fixed);
+    SGA_ARENA(mem);
+    struct monomial *m = sga_take(&mem, ((size_t)f->length + 1) * sizeof *m);
+    ulong *moving = sga_zeros(&mem, (size_t)b->max_gens, sizeof *moving), *fixed = sga_zeros(&mem, (size_t)b->max_gens, sizeof *fixed);
     int count = 0;
     for (slong i = 0; i < f->length; i++) {
         poly_exponents(b, f, i, fixed);
@@ -68,9 +73,6 @@ static void collect(struct poly_bridge *b, const fmpz_mpoly_t f, struct poly_coe
         fmpz_mpoly_clear(m[i].sum, b->ctx);
         free(m[i].exp);
     }
-    free(m);
-    free(moving);
-    free(fixed);
 }
 
 struct poly_numerator {
@@ -106,19 +108,17 @@ expr_id poly_numerator_shown(struct poly_numerator *n)
 {
     struct poly_bridge *b = n->b;
     fmpz_mpoly_t f;
-    fmpz_t c;
+    SGA_ENDS(fmpz_end) fmpz_t c = { 0 };
     expr_id e = expr_int(b->st, 0);
     if (!n->f.num->length)
         return e;
     fmpz_mpoly_init(f, b->ctx);
-    fmpz_init(c);
     poly_content(c, n->f.num);
     if (fmpz_sgn(n->f.num->coeffs) < 0)
         fmpz_neg(c, c);
     fmpz_mpoly_scalar_divexact_fmpz(f, n->f.num, c, b->ctx);
     e = poly_show_poly(b, f);
     fmpz_mpoly_clear(f, b->ctx);
-    fmpz_clear(c);
     return e;
 }
 
@@ -139,7 +139,7 @@ bool poly_coefficients_of(struct poly_numerator *n, struct poly_coefficients *ou
 
 int poly_generator_of(const struct poly_bridge *b, expr_id node)
 {
-    struct expr_cone cone;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
     int at = -1;
     bool inside = false;
     expr_cone_init(&cone);
@@ -154,7 +154,6 @@ int poly_generator_of(const struct poly_bridge *b, expr_id node)
         for (int i = 0; i < cone.count; i++)
             inside = inside || cone.list[i] == node;
     }
-    expr_cone_clear(&cone);
     return inside ? -1 : at;
 }
 
@@ -168,19 +167,18 @@ bool poly_resultant(struct expr_store *st, expr_id x, expr_id y, int symbol, con
     struct sga_error before = st->error;
     struct poly_fraction f, g;
     expr_id roots[2] = { x, y };
-    struct poly_bridge *b = poly_bridge_new(st, roots, 2, limits);
+    SGA_ENDS(poly_bridge_end) struct poly_bridge *b = poly_bridge_new(st, roots, 2, limits);
     const struct poly_ratio *p = b ? poly_value(b, x) : NULL, *q = b ? poly_value(b, y) : NULL;
     bool ok = p && q;
     int at = ok ? poly_generator_of(b, st->symbol[symbol].node) : -1;
     if (at >= 0 && poly_fraction_of(b, p, &f)) {
         ok = poly_fraction_of(b, q, &g);
         if (ok) {
-            fmpz_mpoly_t r;
-            fmpz_mpoly_init(r, b->ctx);
+            SGA_ARENA(mem);
+            fmpz_mpoly_struct *r = mpoly_take(&mem, b->ctx);
             ok = small(b, f.num) && small(b, g.num) && fmpz_mpoly_resultant(r, f.num, g.num, at, b->ctx) && poly_fits(b, r);
             if (ok)
                 *out = poly_show_poly(b, r);
-            fmpz_mpoly_clear(r, b->ctx);
             poly_fraction_clear(b, &g);
         }
         poly_fraction_clear(b, &f);
@@ -188,7 +186,6 @@ bool poly_resultant(struct expr_store *st, expr_id x, expr_id y, int symbol, con
     } else {
         ok = false;
     }
-    poly_bridge_free(b);
     st->error = before;
     return ok;
 }
@@ -203,16 +200,16 @@ bool poly_powers_of(struct poly_numerator *n, expr_id node, expr_id **coefficien
     if (at < 0)
         return false;
     slong top = fmpz_mpoly_degree_si(n->f.num, at, b->ctx), var = at;
+    assert(!fmpz_mpoly_is_zero(n->f.num, b->ctx) || top < 0);
     *coefficient = sga_malloc(((size_t)(top < 0 ? 0 : top) + 1) * sizeof **coefficient);
-    fmpz_mpoly_t c;
-    fmpz_mpoly_init(c, b->ctx);
+    SGA_ARENA(mem);
+    fmpz_mpoly_struct *c = mpoly_take(&mem, b->ctx);
     for (slong k = 0; k <= top; k++) {
         ulong power = (ulong)k;
         fmpz_mpoly_get_coeff_vars_ui(c, n->f.num, &var, &power, 1, b->ctx);
         (*coefficient)[k] = poly_show_poly(b, c);
     }
     *degree = (int)top;
-    fmpz_mpoly_clear(c, b->ctx);
     bool ok = expr_store_ok(b->st);
     b->st->error = before;
     if (!ok) {

@@ -3,7 +3,9 @@
 
 #include <stdlib.h>
 
+#include "arena.h"
 #include "mem.h"
+#include "mpoly_take.h"
 
 enum { HIGHEST = 2 /* half the degree of the squares, beyond what the functions ask for */ };
 
@@ -26,18 +28,17 @@ static bool settle(struct poly_bridge *b, fmpz_mpoly_struct *f, int *n)
 static bool by_squares(struct poly_bridge *b, const fmpz_mpoly_struct *f, int n)
 {
     struct gram_proof p;
-    fmpz_mpoly_t minus_one;
+    SGA_ARENA(mem);
     bool found = false;
     if (!n || !gram_within(b, n <= GRAM_GIVEN, SGA_LIMIT_GRAM_GIVEN))
         return false;
-    fmpz_mpoly_init(minus_one, b->ctx);
+    fmpz_mpoly_struct *minus_one = mpoly_take(&mem, b->ctx);
     fmpz_mpoly_set_si(minus_one, -1, b->ctx);
     for (int least = 1; least <= HIGHEST && !found; least++) {
         found = gram_prove_with(b, minus_one, f, n, least, &p);
         if (found)
             gram_proof_clear(&p);
     }
-    fmpz_mpoly_clear(minus_one, b->ctx);
     return found;
 }
 
@@ -45,10 +46,10 @@ bool poly_never_together(struct expr_store *st, const expr_id *e, int n, const s
 {
     if (n > SGA_MOST_GIVEN_TOGETHER)
         sga_limit_open(limits ? limits->budget : NULL, SGA_LIMIT_GIVEN_TOGETHER);
-    struct poly_bridge *b = n > SGA_MOST_GIVEN_TOGETHER ? NULL : poly_bridge_new(st, e, n, limits);
+    SGA_ENDS(poly_bridge_end) struct poly_bridge *b = n > SGA_MOST_GIVEN_TOGETHER ? NULL : poly_bridge_new(st, e, n, limits);
     if (!b)
         return false;
-    fmpz_mpoly_struct *f = sga_malloc(((size_t)n + 1) * sizeof *f);
+    SGA_FREED fmpz_mpoly_struct *f = sga_malloc(((size_t)n + 1) * sizeof *f);
     int used = 0, left;
     for (int i = 0; i < n; i++)
         fmpz_mpoly_init(f + i, b->ctx);
@@ -58,7 +59,5 @@ bool poly_never_together(struct expr_store *st, const expr_id *e, int n, const s
     bool never = poly_use_up(b, NULL, f, used) && (settle(b, f, &left) || by_squares(b, f, left));
     for (int i = 0; i < n; i++)
         fmpz_mpoly_clear(f + i, b->ctx);
-    free(f);
-    poly_bridge_free(b);
     return never;
 }

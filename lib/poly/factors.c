@@ -1,15 +1,26 @@
 /* Factors of numerators and denominators, with what their terms show about zeros. */
 #include "gram.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <flint/fmpz_mpoly_factor.h>
 
+#include "arena.h"
 #include "facts.h"
 #include "mem.h"
+#include "mpoly_take.h"
 
 /* Full factorisation within these, square-free up to more terms (then factors are not `irreducible`, which callers that look for
  * branches report), and beyond that none (false): FLINT cannot be interrupted. */
 enum { FULL_TERMS = SGA_MOST_FACTORED_FULLY, FULL_DEGREE = SGA_MOST_FACTORED_DEGREE, SQUAREFREE_TERMS = 300, SQUAREFREE_DEGREE = 60 };
+
+static bool factors_sane(const struct poly_factors *f)
+{
+    bool sane = f->sign >= -1 && f->sign <= 1;
+    for (int i = 0; i < f->factors && sane; i++)
+        sane = f->factor[i].expr && f->factor[i].multiplicity > 0 && f->factor[i].radicals >= 0;
+    return sane;
+}
 
 void poly_factors_clear(struct poly_factors *f)
 {
@@ -31,7 +42,7 @@ static expr_id radical_of(struct poly_bridge *b, const ulong *exp)
 
 static void radicals(struct poly_bridge *b, const fmpz_mpoly_t f, struct poly_factor *out)
 {
-    ulong *exp = sga_malloc((size_t)b->max_gens * sizeof *exp);
+    SGA_FREED ulong *exp = sga_malloc((size_t)b->max_gens * sizeof *exp);
     out->radical = sga_malloc((size_t)f->length * sizeof *out->radical);
     for (slong i = 0; i < f->length; i++) {
         poly_exponents(b, f, i, exp);
@@ -42,18 +53,16 @@ static void radicals(struct poly_bridge *b, const fmpz_mpoly_t f, struct poly_fa
         if (!again)
             out->radical[out->radicals++] = e;
     }
-    free(exp);
 }
 
 /* sign * f as a sum of squares. */
 static void squares(struct poly_bridge *b, const fmpz_mpoly_t f, int sign, struct poly_factor *out)
 {
     bool never = false;
-    fmpz_mpoly_t t;
-    fmpz_mpoly_init(t, b->ctx);
+    SGA_ARENA(mem);
+    fmpz_mpoly_struct *t = mpoly_take(&mem, b->ctx);
     fmpz_mpoly_scalar_mul_si(t, f, sign, b->ctx);
     bool found = poly_squares(b, t, &out->radical, &out->radicals, &never);
-    fmpz_mpoly_clear(t, b->ctx);
     out->never_zero = found && never;
     out->sum_of_even_powers = found && !never;
 }
@@ -63,9 +72,8 @@ static bool shows_never(struct poly_bridge *b, const fmpz_mpoly_t f, int depth);
 /* f = a + c g with g^2 = p/q: where f is 0, a^2 q - c^2 p is. sqrt(x^2 + 1) - x, times its conjugate, is 1. */
 static bool norm_never(struct poly_bridge *b, const fmpz_mpoly_t f, int g, int depth)
 {
-    fmpz_mpoly_t a, c;
-    fmpz_mpoly_init(a, b->ctx);
-    fmpz_mpoly_init(c, b->ctx);
+    SGA_ARENA(mem);
+    fmpz_mpoly_struct *a = mpoly_take(&mem, b->ctx), *c = mpoly_take(&mem, b->ctx);
     slong var = g;
     ulong power = 1;
     fmpz_mpoly_get_coeff_vars_ui(c, f, &var, &power, 1, b->ctx);
@@ -75,8 +83,6 @@ static bool norm_never(struct poly_bridge *b, const fmpz_mpoly_t f, int g, int d
     fmpz_mpoly_sub(a, a, c, b->ctx);
     bool never = ok && poly_fits(b, a) && !fmpz_mpoly_is_zero(a, b->ctx)
                  && (fmpz_mpoly_is_fmpz(a, b->ctx) || shows_never(b, a, depth + 1));
-    fmpz_mpoly_clear(a, b->ctx);
-    fmpz_mpoly_clear(c, b->ctx);
     return never;
 }
 
@@ -108,13 +114,12 @@ static bool shows_never(struct poly_bridge *b, const fmpz_mpoly_t f, int depth)
 
 static unsigned depends_of(const struct poly_bridge *b, const fmpz_mpoly_t f)
 {
-    int *used = sga_calloc((size_t)b->max_gens, sizeof *used);
+    SGA_FREED int *used = sga_calloc((size_t)b->max_gens, sizeof *used);
     unsigned d = 0;
     fmpz_mpoly_used_vars(used, f, b->ctx);
     for (int g = 0; g < b->gens; g++)
         if (used[g])
             d |= b->gen[g].depends;
-    free(used);
     return d;
 }
 
@@ -143,11 +148,9 @@ static void add_factor(struct poly_bridge *b, struct poly_factors *out, const fm
  * factorisation. */
 static bool linear_prime(struct poly_bridge *b, const fmpz_mpoly_t f)
 {
-    slong *degree = sga_malloc((size_t)b->max_gens * sizeof *degree);
-    fmpz_mpoly_t slope, rest, common;
-    fmpz_mpoly_init(slope, b->ctx);
-    fmpz_mpoly_init(rest, b->ctx);
-    fmpz_mpoly_init(common, b->ctx);
+    SGA_FREED slong *degree = sga_malloc((size_t)b->max_gens * sizeof *degree);
+    SGA_ARENA(mem);
+    fmpz_mpoly_struct *slope = mpoly_take(&mem, b->ctx), *rest = mpoly_take(&mem, b->ctx), *common = mpoly_take(&mem, b->ctx);
     fmpz_mpoly_degrees_si(degree, f, b->ctx);
     bool prime = false;
     for (int g = 0; g < b->gens; g++) {
@@ -161,10 +164,6 @@ static bool linear_prime(struct poly_bridge *b, const fmpz_mpoly_t f)
         prime = poly_gcd(b, common, slope, rest) && fmpz_mpoly_is_one(common, b->ctx);
         break;
     }
-    free(degree);
-    fmpz_mpoly_clear(slope, b->ctx);
-    fmpz_mpoly_clear(rest, b->ctx);
-    fmpz_mpoly_clear(common, b->ctx);
     return prime;
 }
 
@@ -176,8 +175,8 @@ static bool factor_into(struct poly_bridge *b, struct poly_factors *out, const f
     if (!full && (f->length > SQUAREFREE_TERMS || degree > SQUAREFREE_DEGREE))
         return false;
     if (f->length > 1 && linear_prime(b, f)) {
-        fmpz_mpoly_t p;
-        fmpz_mpoly_init(p, b->ctx);
+        SGA_ARENA(mem);
+        fmpz_mpoly_struct *p = mpoly_take(&mem, b->ctx);
         if (fmpz_sgn(f->coeffs) > 0) {
             fmpz_mpoly_set(p, f, b->ctx);
         } else {
@@ -185,7 +184,6 @@ static bool factor_into(struct poly_bridge *b, struct poly_factors *out, const f
             out->sign = n % 2 ? -out->sign : out->sign;
         }
         add_factor(b, out, p, n, true);
-        fmpz_mpoly_clear(p, b->ctx);
         return true;
     }
     fmpz_mpoly_factor_t fac;
@@ -211,6 +209,7 @@ static bool finish(struct poly_bridge *b, struct poly_factors *out, bool ok, str
     b->st->error = before;
     if (!ok)
         poly_factors_clear(out);
+    assert(!ok || factors_sane(out));
     return ok;
 }
 
@@ -248,16 +247,12 @@ bool poly_bridge_denominator_factors(struct poly_bridge *b, expr_id e, struct po
 
 bool poly_numerator_factors(struct expr_store *st, expr_id e, const struct poly_limits *limits, struct poly_factors *out)
 {
-    struct poly_bridge *b = poly_bridge_new(st, &e, 1, limits);
-    bool ok = b && poly_bridge_numerator_factors(b, e, out);
-    poly_bridge_free(b);
-    return ok;
+    SGA_ENDS(poly_bridge_end) struct poly_bridge *b = poly_bridge_new(st, &e, 1, limits);
+    return b && poly_bridge_numerator_factors(b, e, out);
 }
 
 bool poly_denominator_factors(struct expr_store *st, expr_id e, const struct poly_limits *limits, struct poly_factors *out)
 {
-    struct poly_bridge *b = poly_bridge_new(st, &e, 1, limits);
-    bool ok = b && poly_bridge_denominator_factors(b, e, out);
-    poly_bridge_free(b);
-    return ok;
+    SGA_ENDS(poly_bridge_end) struct poly_bridge *b = poly_bridge_new(st, &e, 1, limits);
+    return b && poly_bridge_denominator_factors(b, e, out);
 }

@@ -5,9 +5,13 @@
  * polynomial shorter: 1 - cos(x)^2 is shown, and cancelled, as sin(x)^2. */
 #include "bridge.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
+#include "arena.h"
+#include "flint_ends.h"
 #include "mem.h"
+#include "mpoly_take.h"
 
 static void den_push(const struct poly_bridge *b, struct poly_fraction *f, const fmpz_mpoly_t p, long n)
 {
@@ -37,8 +41,7 @@ void poly_fraction_clear(const struct poly_bridge *b, struct poly_fraction *f)
  * contents move to the numerator and the scale. */
 static bool settle(struct poly_bridge *b, struct poly_fraction *f)
 {
-    fmpz_t c;
-    fmpz_init(c);
+    SGA_ENDS(fmpz_end) fmpz_t c = { 0 };
     bool ok = true;
     for (int i = f->dens - 1; ok && i >= 0; i--) {
         struct poly_power *d = f->den + i;
@@ -65,7 +68,6 @@ static bool settle(struct poly_bridge *b, struct poly_fraction *f)
         fmpz_mpoly_scalar_divexact_fmpz(f->num, f->num, c, b->ctx);
         fmpz_divexact(f->scale, f->scale, c);
     }
-    fmpz_clear(c);
     return ok && (long)fmpz_bits(f->scale) <= b->limits.max_bits;
 }
 
@@ -89,8 +91,8 @@ static bool known_prime(const struct poly_bridge *b, const fmpz_mpoly_t d)
 /* Common factors that are proper factors of a denominator factor: it is split. */
 static bool cancel_common(struct poly_bridge *b, struct poly_fraction *f)
 {
-    fmpz_mpoly_t g;
-    fmpz_mpoly_init(g, b->ctx);
+    SGA_ARENA(mem);
+    fmpz_mpoly_struct *g = mpoly_take(&mem, b->ctx);
     bool ok = true;
     for (int i = 0; ok && i < f->dens; i++) {
         if (f->den[i].n == 0 || known_prime(b, f->den[i].f))
@@ -104,27 +106,24 @@ static bool cancel_common(struct poly_bridge *b, struct poly_fraction *f)
             den_push(b, f, g, f->den[i].n - 1);
         i--;        /* what is left of this factor may have more in common */
     }
-    fmpz_mpoly_clear(g, b->ctx);
     return ok;
 }
 
 /* Replaces f by the shorter of f and f with cos^2 -> 1 - sin^2. */
 static void shorten(struct poly_bridge *b, fmpz_mpoly_t f, int c, const fmpz_mpoly_t p, const fmpz_mpoly_t one)
 {
-    fmpz_mpoly_t g;
-    fmpz_mpoly_init(g, b->ctx);
+    SGA_ARENA(mem);
+    fmpz_mpoly_struct *g = mpoly_take(&mem, b->ctx);
     fmpz_mpoly_set(g, f, b->ctx);
     if (poly_reduce_by(b, g, c, 2, p, one) > 0 && g->length < f->length)
         fmpz_mpoly_swap(f, g, b->ctx);
-    fmpz_mpoly_clear(g, b->ctx);
 }
 
 static bool shorten_pairs(struct poly_bridge *b, struct poly_fraction *f)
 {
     bool any = false;
-    fmpz_mpoly_t p, one;
-    fmpz_mpoly_init(p, b->ctx);
-    fmpz_mpoly_init(one, b->ctx);
+    SGA_ARENA(mem);
+    fmpz_mpoly_struct *p = mpoly_take(&mem, b->ctx), *one = mpoly_take(&mem, b->ctx);
     fmpz_mpoly_one(one, b->ctx);
     for (int s = 0; s < b->gens; s++) {
         int c = b->gen[s].partner;
@@ -141,8 +140,6 @@ static bool shorten_pairs(struct poly_bridge *b, struct poly_fraction *f)
         for (int i = 0; i < f->dens; i++)
             shorten(b, f->den[i].f, c, p, one);
     }
-    fmpz_mpoly_clear(p, b->ctx);
-    fmpz_mpoly_clear(one, b->ctx);
     return any;
 }
 
@@ -151,9 +148,8 @@ static bool shorten_pairs(struct poly_bridge *b, struct poly_fraction *f)
 static bool raise_roots(struct poly_bridge *b, struct poly_fraction *f)
 {
     bool changed = false;
-    fmpz_mpoly_t n, q;
-    fmpz_mpoly_init(n, b->ctx);
-    fmpz_mpoly_init(q, b->ctx);
+    SGA_ARENA(mem);
+    fmpz_mpoly_struct *n = mpoly_take(&mem, b->ctx), *q = mpoly_take(&mem, b->ctx);
     for (int i = 0; i < f->dens; i++) {
         for (int g = 0; g < b->gens; g++) {
             const struct poly_generator *x = b->gen + g;
@@ -169,8 +165,6 @@ static bool raise_roots(struct poly_bridge *b, struct poly_fraction *f)
             }
         }
     }
-    fmpz_mpoly_clear(n, b->ctx);
-    fmpz_mpoly_clear(q, b->ctx);
     return changed;
 }
 
@@ -187,6 +181,14 @@ static bool lowest_terms(struct poly_bridge *b, struct poly_fraction *f)
     if (b->relations > 0 && f->dens > 0 && raise_roots(b, f))
         cancel_exact(b, f);
     return settle(b, f);
+}
+
+bool poly_fraction_sane(const struct poly_fraction *f)
+{
+    bool sane = fmpz_sgn(f->scale) > 0;
+    for (int i = 0; i < f->dens && sane; i++)
+        sane = f->den[i].n > 0 && f->den[i].f->length > 0 && fmpz_sgn(f->den[i].f->coeffs) > 0;
+    return sane;
 }
 
 bool poly_fraction_of(struct poly_bridge *b, const struct poly_ratio *r, struct poly_fraction *f)
@@ -209,5 +211,6 @@ bool poly_fraction_of(struct poly_bridge *b, const struct poly_ratio *r, struct 
     poly_ratio_clear(b, &u);
     if (!ok)
         poly_fraction_clear(b, f);
+    assert(!ok || poly_fraction_sane(f));
     return ok;
 }

@@ -1,10 +1,14 @@
 /* Sums of squares with an exact proof. */
 #include "gram.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 
+#include "arena.h"
+#include "flint_ends.h"
 #include "mem.h"
+#include "mpoly_take.h"
 
 enum { FACES = 4 };
 
@@ -32,6 +36,7 @@ void gram_proof_clear(struct gram_proof *p)
 /* The affine space in doubles. */
 static void parts_of(const struct gram *g, struct gram_parts *p)
 {
+    assert(g->frees >= 0 && g->frees <= g->unknowns);
     int entries = 0;
     *p = (struct gram_parts){ .blocks = g->blocks, .parts = g->frees + 1 };
     p->size = sga_malloc(((size_t)g->blocks + 1) * sizeof *p->size);
@@ -67,8 +72,7 @@ static void parts_clear(struct gram_parts *p)
 static bool decompose(fmpq_mat_t Q, bool *definite)
 {
     int n = (int)fmpq_mat_nrows(Q);
-    fmpq_t t;
-    fmpq_init(t);
+    SGA_ENDS(fmpq_end) fmpq_t t = { { 0, 1 } };
     bool ok = true;
     for (int k = 0; k < n && ok; k++) {
         int sign = fmpq_sgn(fmpq_mat_entry(Q, k, k));
@@ -86,7 +90,6 @@ static bool decompose(fmpq_mat_t Q, bool *definite)
         for (int j = k + 1; j < n && ok && sign; j++)
             fmpq_div(fmpq_mat_entry(Q, k, j), fmpq_mat_entry(Q, k, j), fmpq_mat_entry(Q, k, k));
     }
-    fmpq_clear(t);
     return ok;
 }
 
@@ -96,11 +99,10 @@ static void add_square(struct gram_proof *p, int block, const fmpq_mat_t Q, int 
     const struct gram_block *k = p->g.block + block;
     struct poly_bridge *b = p->g.b;
     struct gram_square *s = p->square + p->squares++;
-    fmpz_t all, c;
-    fmpz_mpoly_t t;
+    SGA_ENDS(fmpz_end) fmpz_t all, c = { 0 };
+    SGA_ARENA(mem);
     fmpz_init_set_ui(all, 1);
-    fmpz_init(c);
-    fmpz_mpoly_init(t, b->ctx);
+    fmpz_mpoly_struct *t = mpoly_take(&mem, b->ctx);
     fmpq_init(s->factor);
     fmpz_mpoly_init(s->q, b->ctx);
     s->block = block;
@@ -115,21 +117,16 @@ static void add_square(struct gram_proof *p, int block, const fmpq_mat_t Q, int 
     }
     fmpz_mul(all, all, all);
     fmpq_div_fmpz(s->factor, fmpq_mat_entry(Q, i, i), all);
-    fmpz_clear(all);
-    fmpz_clear(c);
-    fmpz_mpoly_clear(t, b->ctx);
 }
 
 /* Whether f is what the proof says, multiplied out. */
 static bool holds(struct gram_proof *p, const fmpz_mpoly_t f)
 {
     struct poly_bridge *b = p->g.b;
-    fmpz_t all, c;
-    fmpz_mpoly_t sum, t;
+    SGA_ENDS(fmpz_end) fmpz_t all, c = { 0 };
+    SGA_ARENA(mem);
     fmpz_init_set_ui(all, 1);
-    fmpz_init(c);
-    fmpz_mpoly_init(sum, b->ctx);
-    fmpz_mpoly_init(t, b->ctx);
+    fmpz_mpoly_struct *sum = mpoly_take(&mem, b->ctx), *t = mpoly_take(&mem, b->ctx);
     bool ok = true;
     for (int i = 0; i < p->squares; i++)
         fmpz_lcm(all, all, fmpq_denref(p->square[i].factor));
@@ -151,10 +148,6 @@ static bool holds(struct gram_proof *p, const fmpz_mpoly_t f)
     }
     fmpz_mpoly_scalar_mul_fmpz(t, f, all, b->ctx);
     ok = ok && fmpz_mpoly_equal(sum, t, b->ctx);
-    fmpz_clear(all);
-    fmpz_clear(c);
-    fmpz_mpoly_clear(sum, b->ctx);
-    fmpz_mpoly_clear(t, b->ctx);
     return ok;
 }
 
@@ -189,7 +182,7 @@ static bool at(struct gram_proof *p, const fmpz_mpoly_t f, const fmpq *y)
     p->definite = true;
     for (int b = 0; b < g->blocks && ok; b++) {
         int n = g->block[b].count;
-        fmpq_mat_t Q;
+        SGA_ENDS(fmpq_mat_end) fmpq_mat_t Q;
         fmpq_mat_init(Q, n, n);
         for (int i = 0, u = g->block[b].first; i < n; i++)
             for (int j = i; j < n; j++, u++)
@@ -198,7 +191,6 @@ static bool at(struct gram_proof *p, const fmpz_mpoly_t f, const fmpq *y)
         for (int i = 0; i < n && ok; i++)
             if (!fmpq_is_zero(fmpq_mat_entry(Q, i, i)))
                 add_square(p, b, Q, i);
-        fmpq_mat_clear(Q);
     }
     p->multiplier = sga_calloc((size_t)g->multiples + 1, sizeof *p->multiplier);
     for (int i = 0; i < g->multiples; i++) {
@@ -248,8 +240,9 @@ static bool rounded(struct gram_proof *p, const fmpz_mpoly_t f, const struct gra
     enum { DENS = sizeof den / sizeof *den };
     int n = p->g.frees;
     bool ok = false, uneven = false;
-    double *near = sga_malloc(((size_t)n + 1) * sizeof *near);
-    fmpq *exact = sga_calloc((size_t)n + 1, sizeof *exact);
+    SGA_ARENA(mem);
+    double *near = sga_take(&mem, ((size_t)n + 1) * sizeof *near);
+    fmpq *exact = sga_zeros(&mem, (size_t)n + 1, sizeof *exact);
     for (int k = 0; k < n; k++) {
         fmpq_init(exact + k);
         uneven |= unit_of(&p->g, k) != 1;
@@ -259,8 +252,6 @@ static bool rounded(struct gram_proof *p, const fmpz_mpoly_t f, const struct gra
              && gram_inside(parts, near, least > 1e-6 ? -least / 8 : 1e-9) && at(p, f, exact);
     for (int k = 0; k < n; k++)
         fmpq_clear(exact + k);
-    free(exact);
-    free(near);
     return ok;
 }
 
@@ -269,21 +260,28 @@ static int on_face(struct gram_proof *p, const fmpz_mpoly_t f)
 {
     static const struct { double tolerance; int most; } GUESS[] = { { 1e-6, 100 }, { 1e-4, 12 }, { 3e-3, 4 } };
     static const double OUTSIDE = 1e-5;
-    struct gram_parts parts;
+    SGA_ENDS(parts_clear) struct gram_parts parts = { 0 };
     int result = 0;
     if (!gram_space(&p->g, f))
         return 0;
     parts_of(&p->g, &parts);
-    double *y = sga_calloc((size_t)parts.parts, sizeof *y);
+    SGA_FREED double *y = sga_calloc((size_t)parts.parts, sizeof *y);
     double least = gram_centre(&parts, p->g.b->limits.budget, y);
     if (least > -OUTSIDE && rounded(p, f, &parts, y, least))
         result = 1;
     else if (least > -OUTSIDE)
         for (int k = 0; k < 3 && !result; k++)
             result = gram_face(&p->g, &parts, y, GUESS[k].tolerance, GUESS[k].most) ? -1 : 0;
-    free(y);
-    parts_clear(&parts);
     return result;
+}
+
+/* Positive factors of squares, each of a block. */
+static bool proof_sane(const struct gram_proof *p)
+{
+    bool sane = true;
+    for (int i = 0; i < p->squares && sane; i++)
+        sane = fmpq_sgn(p->square[i].factor) > 0 && p->square[i].block >= 0 && p->square[i].block < p->g.blocks;
+    return sane;
 }
 
 bool gram_prove_with(struct poly_bridge *b, const fmpz_mpoly_t f, const fmpz_mpoly_struct *given, int n, int least, struct gram_proof *out)
@@ -305,6 +303,7 @@ bool gram_prove_with(struct poly_bridge *b, const fmpz_mpoly_t f, const fmpz_mpo
         if (result != 1)
             gram_proof_clear(out);
     }
+    assert(result != 1 || proof_sane(out));
     return result == 1;
 }
 
@@ -318,9 +317,9 @@ static void reznick(struct poly_bridge *b, const fmpz_mpoly_t f, fmpz_mpoly_t ou
 {
     struct gram g = { .b = b };
     int largest = 0;
-    fmpz_mpoly_t t;
-    fmpz_t c;
-    fmpz_mpoly_init(t, b->ctx);
+    SGA_ARENA(mem);
+    SGA_ENDS(fmpz_end) fmpz_t c;
+    fmpz_mpoly_struct *t = mpoly_take(&mem, b->ctx);
     fmpz_init_set_ui(c, 1);
     gram_sizes(&g, f, NULL, 0);
     for (int k = 0; k < b->gens; k++)
@@ -337,8 +336,6 @@ static void reznick(struct poly_bridge *b, const fmpz_mpoly_t f, fmpz_mpoly_t ou
             fmpz_mpoly_add(out, out, t, b->ctx);
         }
     free(g.size);
-    fmpz_clear(c);
-    fmpz_mpoly_clear(t, b->ctx);
 }
 
 bool gram_prove_times(struct poly_bridge *b, const fmpz_mpoly_t f, fmpz_mpoly_t multiplier, struct gram_proof *out)
@@ -349,12 +346,11 @@ bool gram_prove_times(struct poly_bridge *b, const fmpz_mpoly_t f, fmpz_mpoly_t 
         return true;
     if (f->length > LENGTH)
         return false;
-    fmpz_mpoly_t t;
-    fmpz_mpoly_init(t, b->ctx);
+    SGA_ARENA(mem);
+    fmpz_mpoly_struct *t = mpoly_take(&mem, b->ctx);
     reznick(b, f, multiplier);
     bool found = poly_mul(b, t, f, multiplier) && gram_prove(b, t, out), never = found && out->never;
     if (found && !never)
         gram_proof_clear(out);
-    fmpz_mpoly_clear(t, b->ctx);
     return never;
 }

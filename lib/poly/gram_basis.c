@@ -6,7 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
+#include "mpoly_take.h"
 #include "seeds.h"
 
 enum { CANDIDATES = SGA_MOST_GRAM_CANDIDATES, DIRECTIONS = 40 };
@@ -36,7 +38,8 @@ static slong along(const ulong *exp, const int *direction, int gens)
  * axes, and others that are fixed at random. Too few leave too many candidates in, which costs time only. */
 static void inside_hull(struct list *l, const struct list *f)
 {
-    int *direction = sga_calloc((size_t)l->gens, sizeof *direction), gens = l->gens;
+    SGA_FREED int *direction = sga_calloc((size_t)l->gens, sizeof *direction);
+    int gens = l->gens;
     unsigned random = SGA_SEED_GRAM_DIRECTIONS;
     for (int k = 0; k < gens * gens + DIRECTIONS; k++) {
         for (int g = 0; g < gens; g++) {
@@ -57,14 +60,13 @@ static void inside_hull(struct list *l, const struct list *f)
         }
         l->count = n;
     }
-    free(direction);
 }
 
 /* All monomials within most[] (by generator), of total degree lo .. hi, in descending order. False: too many. */
 static bool box(struct list *l, const int *most, int lo, int hi)
 {
     int gens = l->gens, total = 0;
-    ulong *e = sga_calloc((size_t)gens, sizeof *e);
+    SGA_FREED ulong *e = sga_calloc((size_t)gens, sizeof *e);
     double all = 1;
     for (int g = 0; g < gens; g++) {
         all *= most[g] + 1;
@@ -87,7 +89,6 @@ static bool box(struct list *l, const int *most, int lo, int hi)
         e[g]--;
         total--;
     }
-    free(e);
     return ok;
 }
 
@@ -106,14 +107,13 @@ static bool alone(const struct list *l, int m, const struct list *f)
     for (int i = 0; i < f->count; i++)
         if (is_sum(at(l, m), at(l, m), at(f, i), gens))
             return false;
-    ulong *twice = sga_malloc((size_t)gens * sizeof *twice);
+    SGA_FREED ulong *twice = sga_malloc((size_t)gens * sizeof *twice);
     bool cancelled = false;
     for (int g = 0; g < gens; g++)
         twice[g] = 2 * at(l, m)[g];
     for (int i = 0; i < l->count && !cancelled; i++)
         for (int j = i + 1; j < l->count && !cancelled; j++)
             cancelled = is_sum(at(l, i), at(l, j), twice, gens);
-    free(twice);
     return !cancelled;
 }
 
@@ -207,11 +207,10 @@ static void know_range(struct poly_bridge *b, struct known *k, int g)
 
 static void use(const struct poly_bridge *b, const fmpz_mpoly_t f, int *used)
 {
-    int *more = sga_calloc((size_t)b->max_gens, sizeof *more);
+    SGA_FREED int *more = sga_calloc((size_t)b->max_gens, sizeof *more);
     fmpz_mpoly_used_vars(more, f, b->ctx);
     for (int i = 0; i < b->gens; i++)
         used[i] |= more[i];
-    free(more);
 }
 
 /* Of the generators that f and what is given as zero are made of, and those that their relations speak of; used[] is
@@ -259,7 +258,7 @@ static void monomial(struct poly_bridge *b, fmpz_mpoly_t out, const ulong *exp)
 /* The monomials of l in blocks by parity, with a weight. False: too large. */
 static bool add_blocks(struct gram *g, const struct list *l, const struct parities *p, const fmpz_mpoly_t weight, bool positive)
 {
-    unsigned char *done = sga_calloc((size_t)l->count + 1, 1);
+    SGA_FREED unsigned char *done = sga_calloc((size_t)l->count + 1, 1);
     bool ok = true;
     for (int i = 0; i < l->count && ok; i++) {
         if (done[i])
@@ -282,7 +281,6 @@ static bool add_blocks(struct gram *g, const struct list *l, const struct pariti
         }
         ok = gram_within(g->b, k->count <= GRAM_SIZE, SGA_LIMIT_GRAM_SIZE);
     }
-    free(done);
     return ok;
 }
 
@@ -315,7 +313,7 @@ static bool bounds(struct poly_bridge *b, const fmpz_mpoly_t f, const struct kno
 static bool add_multiples(struct gram *g, const struct known *k, const int *most, int half)
 {
     struct poly_bridge *b = g->b;
-    int *room = sga_malloc((size_t)b->max_gens * sizeof *room);
+    SGA_FREED int *room = sga_malloc((size_t)b->max_gens * sizeof *room);
     bool ok = true;
     for (int i = 0; i < k->zeros && ok; i++) {
         for (int v = 0; v < b->max_gens; v++) {
@@ -334,7 +332,6 @@ static bool add_multiples(struct gram *g, const struct known *k, const int *most
         }
         free(l.exp);
     }
-    free(room);
     return ok;
 }
 
@@ -350,9 +347,10 @@ static bool blocks_of(struct gram *g, const fmpz_mpoly_t f, const struct known *
     struct poly_bridge *b = g->b;
     struct list s = support(b, f), l = { .gens = b->max_gens };
     struct parities p = { .rows = 0 };
-    int *most = sga_malloc((size_t)b->max_gens * sizeof *most), half;
-    fmpz_mpoly_t one;
-    fmpz_mpoly_init(one, b->ctx);
+    SGA_FREED int *most = sga_malloc((size_t)b->max_gens * sizeof *most);
+    int half;
+    SGA_ARENA(mem);
+    fmpz_mpoly_struct *one = mpoly_take(&mem, b->ctx);
     fmpz_mpoly_one(one, b->ctx);
     span(&p, &s);
     for (int i = 0; i < k->weights; i++)
@@ -371,8 +369,6 @@ static bool blocks_of(struct gram *g, const fmpz_mpoly_t f, const struct known *
         free(w.exp);
     }
     ok = ok && add_multiples(g, k, most, half);
-    fmpz_mpoly_clear(one, b->ctx);
-    free(most);
     free(s.exp);
     free(l.exp);
     return ok;
@@ -384,13 +380,12 @@ bool gram_init(struct gram *g, struct poly_bridge *b, const fmpz_mpoly_t f, cons
     fmpz_mat_init(g->R, 0, 0);
     fmpz_init(g->den);
     struct known k;
-    int *used = sga_calloc((size_t)b->max_gens, sizeof *used);
+    SGA_FREED int *used = sga_calloc((size_t)b->max_gens, sizeof *used);
     know(b, f, given, n, &k, used);
     bool ok = gram_within(b, f->length <= GRAM_TERMS, SGA_LIMIT_GRAM_TERMS) && blocks_of(g, f, &k, used, least);
     if (ok)
         gram_sizes(g, f, given, n);
     forget(b, &k);
-    free(used);
     return ok;
 }
 

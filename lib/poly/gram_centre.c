@@ -4,9 +4,11 @@
  * Nesterov and Nemirovski's barrier (Boyd and Vandenberghe, Convex Optimization, chapter 11). */
 #include "gram.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 
+#include "arena.h"
 #include "mem.h"
 
 struct work {
@@ -231,19 +233,21 @@ static double start_of(const struct gram_parts *p)
 
 double gram_centre(const struct gram_parts *p, const struct sga_budget *budget, double *y)
 {
+    SGA_ARENA(mem);
     struct work w = { .p = p, .budget = budget, .n = p->parts };
     int n = w.n, largest = 1;
-    w.S = sga_calloc((size_t)p->blocks + 1, sizeof *w.S);
-    w.inverse = sga_calloc((size_t)p->blocks + 1, sizeof *w.inverse);
+    assert(n >= 1 && p->start[0] == 0);
+    w.S = sga_zeros(&mem, (size_t)p->blocks + 1, sizeof *w.S);
+    w.inverse = sga_zeros(&mem, (size_t)p->blocks + 1, sizeof *w.inverse);
     for (int b = 0; b < p->blocks; b++) {
-        w.S[b] = sga_calloc((size_t)(p->size[b] * p->size[b]) + 1, sizeof **w.S);
-        w.inverse[b] = sga_calloc((size_t)(p->size[b] * p->size[b]) + 1, sizeof **w.S);
+        w.S[b] = sga_zeros(&mem, (size_t)(p->size[b] * p->size[b]) + 1, sizeof **w.S);
+        w.inverse[b] = sga_zeros(&mem, (size_t)(p->size[b] * p->size[b]) + 1, sizeof **w.S);
         largest = p->size[b] > largest ? p->size[b] : largest;
         w.order += p->size[b];
     }
-    w.M = sga_calloc((size_t)(largest * largest), sizeof *w.M);
-    w.H = sga_calloc((size_t)(n * n), sizeof *w.H);
-    w.g = sga_calloc(4 * (size_t)n, sizeof *w.g);
+    w.M = sga_zeros(&mem, (size_t)(largest * largest), sizeof *w.M);
+    w.H = sga_zeros(&mem, (size_t)(n * n), sizeof *w.H);
+    w.g = sga_zeros(&mem, 4 * (size_t)n, sizeof *w.g);
     w.d = w.g + n;
     w.try = w.d + n;
     double *z = w.try + n, t;
@@ -260,20 +264,12 @@ double gram_centre(const struct gram_parts *p, const struct sga_budget *budget, 
     t = budget && !sga_budget_ok(budget, NULL) ? NAN : z[n - 1];
     for (int k = 0; k < n - 1; k++)
         y[k] = z[k];
-    for (int b = 0; b < p->blocks; b++) {
-        free(w.S[b]);
-        free(w.inverse[b]);
-    }
-    free(w.S);
-    free(w.inverse);
-    free(w.M);
-    free(w.H);
-    free(w.g);
     return -t;
 }
 
 void gram_matrix(const struct gram_parts *p, const double *y, int block, double *Q)
 {
+    assert(block >= 0 && block < p->blocks);
     int n = p->size[block];
     for (int i = 0; i < n * n; i++)
         Q[i] = 0;
@@ -294,12 +290,11 @@ bool gram_inside(const struct gram_parts *p, const double *y, double t)
     bool inside = true;
     for (int b = 0; b < p->blocks && inside; b++) {
         int n = p->size[b];
-        double *Q = sga_malloc((size_t)(n * n + 1) * sizeof *Q);
+        SGA_FREED double *Q = sga_malloc((size_t)(n * n + 1) * sizeof *Q);
         gram_matrix(p, y, b, Q);
         for (int i = 0; i < n; i++)
             Q[i * n + i] += t;
         inside = cholesky(Q, n);
-        free(Q);
     }
     return inside;
 }

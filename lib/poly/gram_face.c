@@ -6,7 +6,10 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "arena.h"
+#include "flint_ends.h"
 #include "mem.h"
+#include "mpoly_take.h"
 
 /* How many of the ascending eigenvalues are 0: below the widest gap among small ones. */
 static int kernel_of(const double *value, int n)
@@ -67,9 +70,9 @@ static bool rational(double v, double tolerance, int most, slong *p, slong *q)
 static bool combine(struct poly_bridge *b, const struct gram_block *k, const double *V, int rows, const int *pivot, int c,
                     double tolerance, int most, fmpz_mpoly_t out)
 {
-    fmpz_mpoly_t t;
+    SGA_ARENA(mem);
     slong p, q, all = 1;
-    fmpz_mpoly_init(t, b->ctx);
+    fmpz_mpoly_struct *t = mpoly_take(&mem, b->ctx);
     fmpz_mpoly_set(out, k->q + c, b->ctx);
     bool ok = true;
     for (int r = 0; r < rows && ok; r++) {
@@ -82,13 +85,10 @@ static bool combine(struct poly_bridge *b, const struct gram_block *k, const dou
         fmpz_mpoly_sub(out, out, t, b->ctx);
         all *= q;
     }
-    fmpz_t content;
-    fmpz_init(content);
+    SGA_ENDS(fmpz_end) fmpz_t content = { 0 };
     poly_content(content, out);
     if (ok && !fmpz_is_zero(content))
         fmpz_mpoly_scalar_divexact_fmpz(out, out, content, b->ctx);
-    fmpz_clear(content);
-    fmpz_mpoly_clear(t, b->ctx);
     return ok;
 }
 
@@ -124,11 +124,10 @@ static int shorten(const struct gram *g, struct gram_block *k, double *V, int ro
         ok = combine(b, k, V, rows, pivot, c, tolerance, most, q + kept++);
     }
     free(pivot);
-    fmpz_mpoly_struct *drop = ok ? k->q : q;
+    SGA_FREED fmpz_mpoly_struct *drop = ok ? k->q : q;
     int drops = ok ? n : kept;
     for (int i = 0; i < drops; i++)
         fmpz_mpoly_clear(drop + i, b->ctx);
-    free(drop);
     if (!ok)
         return 0;
     k->q = q;
@@ -143,7 +142,8 @@ int gram_face(struct gram *g, const struct gram_parts *p, const double *y, doubl
         int n = g->block[b].count;
         if (!n)
             continue;
-        double *Q = sga_malloc((2 * (size_t)n * (size_t)n + (size_t)n) * sizeof *Q), *V = Q + n * n, *value = V + n * n;
+        SGA_FREED double *Q = sga_malloc((2 * (size_t)n * (size_t)n + (size_t)n) * sizeof *Q);
+        double *V = Q + n * n, *value = V + n * n;
         gram_matrix(p, y, b, Q);
         gram_eigen(Q, n, value, V);
         int kernel = kernel_of(value, n);
@@ -151,7 +151,6 @@ int gram_face(struct gram *g, const struct gram_parts *p, const double *y, doubl
             for (int i = 0; i < n; i++)
                 Q[r * n + i] = V[i * n + r];
         lost += kernel ? shorten(g, g->block + b, Q, kernel, tolerance, most) : 0;
-        free(Q);
     }
     return lost;
 }

@@ -5,7 +5,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 
-#include "mem.h"
+#include "arena.h"
 #include "seeds.h"
 
 enum { PLACES = 64 };
@@ -75,8 +75,9 @@ bool gram_changes_sign(const struct poly_bridge *b, const fmpz_mpoly_t f, int *s
 {
     static const double CLEAR = 1e-9;
     uint64_t random = SGA_SEED_GRAM_SAMPLES;
-    double *x = sga_calloc((size_t)b->max_gens, sizeof *x), size;
-    ulong *exp = sga_malloc((size_t)b->max_gens * sizeof *exp);
+    SGA_ARENA(mem);
+    double *x = sga_zeros(&mem, (size_t)b->max_gens, sizeof *x), size;
+    ulong *exp = sga_take(&mem, (size_t)b->max_gens * sizeof *exp);
     bool changes = false;
     *sign = 0;
     for (int k = 0; k < PLACES && !changes; k++) {
@@ -87,7 +88,5 @@ bool gram_changes_sign(const struct poly_bridge *b, const fmpz_mpoly_t f, int *s
         changes = here && *sign && here != *sign;
         *sign = here && !*sign ? here : *sign;
     }
-    free(x);
-    free(exp);
     return changes;
 }

@@ -1,5 +1,6 @@
 /* Natural sizes of the generators of a polynomial: powers of two s and h such that log2 |c| + e s is near h
  * for all terms c g^e, by least squares. Doubles then see 10^6 x^4 + 10^-6 y^4 as x^4 + y^4. */
+#include "arena.h"
 #include "gram.h"
 
 #include <math.h>
@@ -71,12 +72,13 @@ void gram_sizes(struct gram *g, const fmpz_mpoly_t f, const fmpz_mpoly_struct *g
     static const double RIDGE = 1e-3;
     struct poly_bridge *b = g->b;
     int gens = b->gens, n = gens + 1 + count;
+    SGA_ARENA(mem);
     struct levels l = { .g = g, .n = n, .least = INFINITY, .most = -INFINITY };
     slong degree = poly_degree(b, f);
-    l.N = sga_calloc((size_t)n * (size_t)(n + 2), sizeof *l.N);
+    l.N = sga_zeros(&mem, (size_t)n * (size_t)(n + 2), sizeof *l.N);
     l.r = l.N + n * n;
     l.row = l.r + n;
-    l.exp = sga_malloc((size_t)b->max_gens * sizeof *l.exp);
+    l.exp = sga_take(&mem, (size_t)b->max_gens * sizeof *l.exp);
     g->size = sga_calloc((size_t)gens + 1, sizeof *g->size);
     take_terms(&l, f, gens);
     g->scale = ldexp(1, (int)floor(l.most));
@@ -93,8 +95,6 @@ void gram_sizes(struct gram *g, const fmpz_mpoly_t f, const fmpz_mpoly_struct *g
             g->size[i] = (int)nearbyint(fmax(-limit, fmin(limit, l.r[i])));
         g->scale = ldexp(1, (int)nearbyint(fmax(-LARGEST, fmin(LARGEST, l.r[gens]))));
     }
-    free(l.N);
-    free(l.exp);
 }
 
 bool gram_sizes_forget(struct gram *g, const fmpz_mpoly_t f)

@@ -1,10 +1,14 @@
 /* The affine space of all Gram matrices of a polynomial, by exact elimination. */
 #include "gram.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 
+#include "arena.h"
+#include "flint_ends.h"
 #include "mem.h"
+#include "mpoly_take.h"
 
 /* Monomials that occur, as exponents, in descending order. */
 struct monomials { int gens; slong count; ulong *exp; };
@@ -56,9 +60,8 @@ static bool products(struct gram *g, fmpz_mpoly_struct *product)
 static bool monomials_of(const struct gram *g, const fmpz_mpoly_struct *product, const fmpz_mpoly_t f, struct monomials *m)
 {
     struct poly_bridge *b = g->b;
-    fmpz_mpoly_t all, t;
-    fmpz_mpoly_init(all, b->ctx);
-    fmpz_mpoly_init(t, b->ctx);
+    SGA_ARENA(mem);
+    fmpz_mpoly_struct *all = mpoly_take(&mem, b->ctx), *t = mpoly_take(&mem, b->ctx);
     for (int u = 0; u <= g->unknowns; u++) {
         fmpz_mpoly_set(t, u < g->unknowns ? product + u : f, b->ctx);
         for (slong i = 0; i < t->length; i++)
@@ -72,8 +75,6 @@ static bool monomials_of(const struct gram *g, const fmpz_mpoly_struct *product,
         for (slong i = 0; i < m->count; i++)
             poly_exponents(b, all, i, m->exp + i * m->gens);
     }
-    fmpz_mpoly_clear(all, b->ctx);
-    fmpz_mpoly_clear(t, b->ctx);
     return ok;
 }
 
@@ -117,12 +118,11 @@ static void renew(struct gram *g, slong rows)
 
 int gram_size_of(const struct gram *g, const fmpz_mpoly_t q)
 {
-    ulong *exp = sga_malloc((size_t)g->b->max_gens * sizeof *exp);
+    SGA_FREED ulong *exp = sga_malloc((size_t)g->b->max_gens * sizeof *exp);
     slong size = 0;
     poly_exponents(g->b, q, 0, exp);
     for (int i = 0; i < g->b->gens; i++)
         size += (slong)exp[i] * g->size[i];
-    free(exp);
     return (int)size;
 }
 
@@ -159,36 +159,34 @@ bool gram_space(struct gram *g, const fmpz_mpoly_t f)
     g->unknowns = u + g->multiples;
     if (!gram_within(b, g->unknowns <= GRAM_UNKNOWNS, SGA_LIMIT_GRAM_UNKNOWNS))
         return false;
-    fmpz_mpoly_struct *product = sga_malloc(((size_t)g->unknowns + 1) * sizeof *product);
+    SGA_FREED fmpz_mpoly_struct *product = sga_malloc(((size_t)g->unknowns + 1) * sizeof *product);
     for (u = 0; u < g->unknowns; u++)
         fmpz_mpoly_init(product + u, b->ctx);
     struct monomials m = { 0 };
     bool ok = products(g, product) && monomials_of(g, product, f, &m);
     if (ok) {
-        ulong *exp = sga_malloc((size_t)b->max_gens * sizeof *exp);
+        SGA_FREED ulong *exp = sga_malloc((size_t)b->max_gens * sizeof *exp);
         renew(g, m.count);
         for (u = 0; u < g->unknowns; u++)
             column(g, &m, product + u, u, g->R, exp);
         column(g, &m, f, g->unknowns, g->R, exp);
         ok = pivots(g, fmpz_mat_rref(g->R, g->den, g->R));
         units(g);
-        free(exp);
     }
     for (u = 0; u < g->unknowns; u++)
         fmpz_mpoly_clear(product + u, b->ctx);
-    free(product);
     free(m.exp);
     return ok;
 }
 
 void gram_value(const struct gram *g, const fmpq *y, int u, fmpq_t out)
 {
+    assert(u >= 0 && u < g->unknowns);
     if (g->row[u] < 0) {
         fmpq_set(out, y + (-1 - g->row[u]));
         return;
     }
-    fmpq_t t;
-    fmpq_init(t);
+    SGA_ENDS(fmpq_end) fmpq_t t = { { 0, 1 } };
     fmpq_set_fmpz(out, fmpz_mat_entry(g->R, g->row[u], g->unknowns));
     for (int k = 0; k < g->frees; k++) {
         const fmpz *c = fmpz_mat_entry(g->R, g->row[u], g->free_column[k]);
@@ -198,5 +196,4 @@ void gram_value(const struct gram *g, const fmpq *y, int u, fmpq_t out)
         fmpq_sub(out, out, t);
     }
     fmpq_div_fmpz(out, out, g->den);
-    fmpq_clear(t);
 }

@@ -1,7 +1,12 @@
 /* Generators: symbols and kernels, found again by their normalised arguments. */
+#include <assert.h>
+
 #include "bridge.h"
 
+#include "arena.h"
 #include "facts.h"
+#include "flint_ends.h"
+#include "mpoly_take.h"
 
 enum { LARGEST_ROOT = 64, OPAQUE = -1 /* as second key */ };
 
@@ -53,6 +58,7 @@ static int find(const struct poly_bridge *b, enum expr_op op, expr_id key, expr_
 
 int poly_generator_add(struct poly_bridge *b, struct poly_generator g)
 {
+    assert(g.degree >= 0 && g.root >= 0);
     if (b->gens == b->max_gens)
         return -1;
     g.partner = g.in_base = -1;
@@ -102,13 +108,12 @@ static bool even(enum expr_op op)
 /* The denominator of a fraction as one polynomial, scale included. */
 static bool whole_denominator(struct poly_bridge *b, const struct poly_fraction *f, fmpz_mpoly_t q)
 {
-    fmpz_mpoly_t t;
-    fmpz_mpoly_init(t, b->ctx);
+    SGA_ARENA(mem);
+    fmpz_mpoly_struct *t = mpoly_take(&mem, b->ctx);
     fmpz_mpoly_set_fmpz(q, f->scale, b->ctx);
     bool ok = true;
     for (int i = 0; ok && i < f->dens; i++)
         ok = poly_pow(b, t, f->den[i].f, f->den[i].n) && poly_mul(b, q, q, t);
-    fmpz_mpoly_clear(t, b->ctx);
     return ok;
 }
 
@@ -229,7 +234,7 @@ static bool one_argument(struct poly_bridge *b, expr_id e, unsigned depends, str
 static void step_for(struct poly_bridge *b, expr_id key, const fmpq_t c, fmpq_t content)
 {
     enum { BITS = 8 };
-    fmpq_t times, most;
+    SGA_ENDS(fmpq_end) fmpq_t times = { { 0, 1 } }, most = { { 0, 1 } };
     int i = 0;
     fmpq_abs(content, c);
     while (i < b->steps && b->step[i].key != key)
@@ -244,9 +249,7 @@ static void step_for(struct poly_bridge *b, expr_id key, const fmpq_t c, fmpq_t 
         b->steps++;
         return;
     }
-    fmpq_init(times);
     fmpq_gcd(times, s->content, content);
-    fmpq_init(most);
     fmpq_set(most, s->content);
     fmpq_div(most, most, times);
     bool near = fmpz_bits(fmpq_numref(most)) < BITS;
@@ -258,8 +261,6 @@ static void step_for(struct poly_bridge *b, expr_id key, const fmpq_t c, fmpq_t 
     }
     if (near)
         fmpq_set(content, s->content);
-    fmpq_clear(most);
-    fmpq_clear(times);
 }
 
 /* exp(k u) = exp(u)^k: the argument's rational content is split off. */
@@ -269,9 +270,7 @@ static bool exponential(struct poly_bridge *b, expr_id e, unsigned depends, stru
     argument_of(b, b->st->node[e].a, &a);
     bool ok = a.normal && a.fraction.num->length > 0;
     expr_id key = EXPR_UNDEF;
-    fmpq_t content, times;
-    fmpq_init(content);
-    fmpq_init(times);
+    SGA_ENDS(fmpq_end) fmpq_t content = { { 0, 1 } }, times = { { 0, 1 } };
     if (ok) {
         struct poly_fraction *f = &a.fraction;
         poly_content(fmpq_numref(content), f->num);
@@ -294,12 +293,10 @@ static bool exponential(struct poly_bridge *b, expr_id e, unsigned depends, stru
             g = i;
     }
     if (ok && g < 0) {
-        fmpq_t own;
-        fmpq_init(own);
+        SGA_ENDS(fmpq_end) fmpq_t own = { { 0, 1 } };
         step_for(b, key, content, own);
         fmpq_div(times, content, own);
         fmpq_swap(content, own);
-        fmpq_clear(own);
         expr_id node = expr_fun(b->st, EXPR_EXP, expr_mul(b->st, expr_fmpq(b->st, content), key));
         ok = expr_op_of(b->st, node) == EXPR_EXP;
         if (ok) {
@@ -317,8 +314,6 @@ static bool exponential(struct poly_bridge *b, expr_id e, unsigned depends, stru
         ok = poly_ratio_pow(b, r, &u, fmpz_get_si(fmpq_numref(times)));
         poly_ratio_clear(b, &u);
     }
-    fmpq_clear(content);
-    fmpq_clear(times);
     argument_clear(b, &a);
     return ok;
 }

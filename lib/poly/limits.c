@@ -1,10 +1,13 @@
 /* Sizes estimated before work is done: FLINT neither stops nor fails, it aborts. */
 #include "bridge.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 
+#include "arena.h"
 #include "mem.h"
+#include "mpoly_take.h"
 #include "watch.h"
 
 /* Intermediate polynomials may be this much longer than results: things cancel. */
@@ -19,6 +22,7 @@ struct poly_limits poly_limits_of(enum poly_size size, const struct sga_budget *
     };
     struct poly_limits limits = table[size];
     limits.budget = budget;
+    assert(limits.max_terms > 0 && limits.max_degree > 0);
     return limits;
 }
 
@@ -76,12 +80,13 @@ void poly_content(fmpz_t c, const fmpz_mpoly_t f)
 
 void poly_exponents(const struct poly_bridge *b, const fmpz_mpoly_t f, slong i, ulong *exp)
 {
+    assert(i >= 0 && i < f->length);
     fmpz_mpoly_get_term_exp_ui(exp, f, i, b->ctx);
 }
 
 double poly_box(const struct poly_bridge *b, const fmpz_mpoly_t f)
 {
-    slong *degree = sga_malloc((size_t)b->max_gens * sizeof *degree);
+    SGA_FREED slong *degree = sga_malloc((size_t)b->max_gens * sizeof *degree);
     double box = 1;
     if (fmpz_mpoly_degrees_fit_si(f, b->ctx)) {
         fmpz_mpoly_degrees_si(degree, f, b->ctx);
@@ -90,7 +95,6 @@ double poly_box(const struct poly_bridge *b, const fmpz_mpoly_t f)
     } else {
         box = INFINITY;
     }
-    free(degree);
     return box;
 }
 
@@ -128,16 +132,16 @@ static double log_power_terms(const struct poly_bridge *b, const fmpz_mpoly_t x,
     double terms = log_binomial(n, (double)x->length - 1), box = 0;
     if (!fmpz_mpoly_degrees_fit_si(x, b->ctx))
         return terms;
-    slong *degree = sga_malloc((size_t)b->max_gens * sizeof *degree);
+    SGA_FREED slong *degree = sga_malloc((size_t)b->max_gens * sizeof *degree);
     fmpz_mpoly_degrees_si(degree, x, b->ctx);
     for (int i = 0; i < b->gens; i++)
         box += log((double)degree[i] * n + 1);
-    free(degree);
     return fmin(terms, box);
 }
 
 bool poly_pow(struct poly_bridge *b, fmpz_mpoly_t out, const fmpz_mpoly_t x, long n)
 {
+    assert(n >= 0);
     if (x->length > 1 && log_power_terms(b, x, (double)n) > log((double)(SLACK * b->limits.max_terms)))
         return false;
     if ((double)poly_degree(b, x) * (double)n > (double)b->limits.max_degree
@@ -148,6 +152,7 @@ bool poly_pow(struct poly_bridge *b, fmpz_mpoly_t out, const fmpz_mpoly_t x, lon
 
 bool poly_divides(struct poly_bridge *b, fmpz_mpoly_t out, const fmpz_mpoly_t x, const fmpz_mpoly_t y)
 {
+    assert(y->length > 0);
     if (y->length > 1) {
         /* a wrong guess may grow a long quotient before it is found out */
         if (y->length > 2 && (x->bits > 8 || poly_degree(b, x) > 60) && poly_box(b, x) > 1e5)
@@ -155,12 +160,11 @@ bool poly_divides(struct poly_bridge *b, fmpz_mpoly_t out, const fmpz_mpoly_t x,
         if (x->length < 2)
             return false;
     }
-    fmpz_mpoly_t q;         /* FLINT sets it to zero where the division is not exact */
-    fmpz_mpoly_init(q, b->ctx);
+    SGA_ARENA(mem);
+    fmpz_mpoly_struct *q = mpoly_take(&mem, b->ctx);
     bool exact = fmpz_mpoly_divides(q, x, y, b->ctx);
     if (exact)
         fmpz_mpoly_swap(out, q, b->ctx);
-    fmpz_mpoly_clear(q, b->ctx);
     return exact;
 }
 

@@ -7,11 +7,16 @@
  * count every name as two signs, so nothing depends on how names are spelt. */
 #include "bridge.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
+#include "buf.h"
 #include "facts.h"
+#include "flint_ends.h"
 #include "mem.h"
+#include "mpoly_take.h"
 #include "print.h"
 
 /* Of what is tried: f, and each g. */
@@ -43,14 +48,12 @@ static long length_of(const struct poly_bridge *b, const fmpz_mpoly_t f, ulong *
 /* f without its content, which multiplies `scale`. */
 static void strip(struct poly_bridge *b, fmpz_mpoly_t f, fmpq_t scale)
 {
-    fmpz_t c;
-    fmpz_init(c);
+    SGA_ENDS(fmpz_end) fmpz_t c = { 0 };
     if (f->length) {
         poly_content(c, f);
         fmpz_mpoly_scalar_divexact_fmpz(f, f, c, b->ctx);
         fmpq_mul_fmpz(scale, scale, c);
     }
-    fmpz_clear(c);
 }
 
 /* q: the multiples of the term m = coeff * x^exp that f has, over x^exp. False: none. */
@@ -84,16 +87,13 @@ static bool moves(const struct poly_bridge *b, const ulong *m)
 /* The best step of f by one of the set's functions: f = scale f' on the set. False: none shortens it. */
 static bool step(struct poly_bridge *b, fmpz_mpoly_t f, fmpq_t scale, fmpz_mpoly_struct *set, int count)
 {
-    ulong *m = sga_malloc(2 * (size_t)b->max_gens * sizeof *m), *exp = m + b->max_gens;
-    fmpz_mpoly_t q, p, best;
-    fmpq_t by, best_by;
+    SGA_FREED ulong *m = sga_malloc(2 * (size_t)b->max_gens * sizeof *m);
+    ulong *exp = m + b->max_gens;
+    SGA_ARENA(mem);
+    SGA_ENDS(fmpq_end) fmpq_t by = { { 0, 1 } }, best_by = { { 0, 1 } };
     long least = length_of(b, f, exp);
     bool found = false;
-    fmpz_mpoly_init(q, b->ctx);
-    fmpz_mpoly_init(p, b->ctx);
-    fmpz_mpoly_init(best, b->ctx);
-    fmpq_init(by);
-    fmpq_init(best_by);
+    fmpz_mpoly_struct *q = mpoly_take(&mem, b->ctx), *p = mpoly_take(&mem, b->ctx), *best = mpoly_take(&mem, b->ctx);
     for (int k = 0; k < count; k++)
         for (slong i = 0; i < set[k].length; i++) {
             poly_exponents(b, set + k, i, m);
@@ -116,12 +116,7 @@ static bool step(struct poly_bridge *b, fmpz_mpoly_t f, fmpq_t scale, fmpz_mpoly
         fmpz_mpoly_swap(f, best, b->ctx);
         fmpq_mul(scale, scale, best_by);
     }
-    fmpz_mpoly_clear(q, b->ctx);
-    fmpz_mpoly_clear(p, b->ctx);
-    fmpz_mpoly_clear(best, b->ctx);
-    fmpq_clear(by);
-    fmpq_clear(best_by);
-    free(m);
+    assert(!found || (best_by->num != 0 && length_of(b, f, exp) == least));
     return found;
 }
 
@@ -143,15 +138,13 @@ static int set_of(struct poly_bridge *b, const expr_id *by, int count, fmpz_mpol
         struct poly_fraction f;
         if (!r || !poly_fraction_of(b, r, &f))
             continue;
-        fmpq_t ignored;
-        fmpq_init(ignored);
+        SGA_ENDS(fmpq_end) fmpq_t ignored = { { 0, 1 } };
         if (f.num->length && f.num->length <= G_TERMS) {
             fmpz_mpoly_init(set + n, b->ctx);
             fmpz_mpoly_set(set + n, f.num, b->ctx);
             strip(b, set + n, ignored);
             n++;
         }
-        fmpq_clear(ignored);
         poly_fraction_clear(b, &f);
     }
     return n;
@@ -166,29 +159,26 @@ static void set_clear(struct poly_bridge *b, fmpz_mpoly_struct *set, int count)
 /* The fraction's denominators as one polynomial; false: too large. */
 static bool below(struct poly_bridge *b, const struct poly_fraction *f, fmpz_mpoly_t den)
 {
-    fmpz_mpoly_t p;
+    SGA_ARENA(mem);
     bool ok = true;
     fmpz_mpoly_one(den, b->ctx);
-    fmpz_mpoly_init(p, b->ctx);
+    fmpz_mpoly_struct *p = mpoly_take(&mem, b->ctx);
     for (int i = 0; i < f->dens && ok; i++)
         ok = poly_pow(b, p, f->den[i].f, f->den[i].n) && poly_mul(b, den, den, p);
-    fmpz_mpoly_clear(p, b->ctx);
     return ok;
 }
 
 /* scale * num / den as an expression in lowest terms. */
 static bool show_fraction(struct poly_bridge *b, fmpz_mpoly_t num, fmpz_mpoly_t den, fmpq_t scale, expr_id *out)
 {
-    fmpz_mpoly_t g;
-    fmpz_mpoly_init(g, b->ctx);
+    SGA_ARENA(mem);
+    fmpz_mpoly_struct *g = mpoly_take(&mem, b->ctx);
     bool ok = !fmpz_mpoly_is_zero(den, b->ctx);
     if (ok && num->length && !fmpz_mpoly_is_fmpz(den, b->ctx) && poly_gcd(b, g, num, den) && !fmpz_mpoly_is_fmpz(g, b->ctx))
         ok = fmpz_mpoly_divides(num, num, g, b->ctx) && fmpz_mpoly_divides(den, den, g, b->ctx);
-    fmpz_mpoly_clear(g, b->ctx);
     if (!ok)
         return false;
-    fmpq_t below_by;
-    fmpq_init(below_by);
+    SGA_ENDS(fmpq_end) fmpq_t below_by = { { 0, 1 } };
     fmpq_one(below_by);
     strip(b, num, scale);
     strip(b, den, below_by);
@@ -209,18 +199,16 @@ static bool show_fraction(struct poly_bridge *b, fmpz_mpoly_t num, fmpz_mpoly_t 
     fmpz_mpoly_clear(power.f, b->ctx);
     fmpz_mpoly_clear(f.num, b->ctx);
     fmpz_clear(f.scale);
-    fmpq_clear(below_by);
     return ok;
 }
 
 /* The same of a fraction, each factor of the denominator as a sum. */
 static long fraction_length(const struct poly_bridge *b, const struct poly_fraction *f)
 {
-    ulong *exp = sga_malloc((size_t)b->max_gens * sizeof *exp);
+    SGA_FREED ulong *exp = sga_malloc((size_t)b->max_gens * sizeof *exp);
     long n = length_of(b, f->num, exp);
     for (int i = 0; i < f->dens; i++)
         n += length_of(b, f->den[i].f, exp);
-    free(exp);
     return n;
 }
 
@@ -241,13 +229,11 @@ bool poly_bridge_on_set(struct poly_bridge *b, expr_id e, const expr_id *by, int
     struct poly_fraction f;
     if (!count || !r || !poly_fraction_of(b, r, &f))
         return false;
-    fmpz_mpoly_struct *set = sga_malloc(MOST_SET * sizeof *set);
+    SGA_FREED fmpz_mpoly_struct *set = sga_malloc(MOST_SET * sizeof *set);
     int n = set_of(b, by, count, set);
-    fmpz_mpoly_t den;
-    fmpq_t scale, down;
-    fmpz_mpoly_init(den, b->ctx);
-    fmpq_init(scale);
-    fmpq_init(down);
+    SGA_ARENA(mem);
+    SGA_ENDS(fmpq_end) fmpq_t scale = { { 0, 1 } }, down = { { 0, 1 } };
+    fmpz_mpoly_struct *den = mpoly_take(&mem, b->ctx);
     fmpq_set_si(scale, 1, 1);
     fmpq_one(down);
     fmpq_div_fmpz(scale, scale, f.scale);
@@ -259,10 +245,6 @@ bool poly_bridge_on_set(struct poly_bridge *b, expr_id e, const expr_id *by, int
         ok = (above || under) && show_fraction(b, f.num, den, scale, out);
     }
     set_clear(b, set, n);
-    free(set);
-    fmpz_mpoly_clear(den, b->ctx);
-    fmpq_clear(scale);
-    fmpq_clear(down);
     poly_fraction_clear(b, &f);
     return ok;
 }
@@ -275,7 +257,7 @@ static int by_text(const void *x, const void *y)
 
 static char *monomial_text(const struct poly_bridge *b, const fmpz_mpoly_t f, slong i, ulong *exp)
 {
-    char **part = sga_calloc((size_t)b->max_gens, sizeof *part);
+    SGA_FREED char **part = sga_calloc((size_t)b->max_gens, sizeof *part);
     struct sga_buf all = { 0 };
     int n = 0;
     poly_exponents(b, f, i, exp);
@@ -292,14 +274,14 @@ static char *monomial_text(const struct poly_bridge *b, const fmpz_mpoly_t f, sl
         sga_buf_puts(&all, part[k]);
         free(part[k]);
     }
-    free(part);
     return sga_buf_take(&all);
 }
 
 /* The sign of f: that of most of its terms, else of those of highest degree, else of the first by name. */
 static int sign_of(const struct poly_bridge *b, const fmpz_mpoly_t f)
 {
-    ulong *exp = sga_malloc((size_t)b->max_gens * sizeof *exp), highest = 0;
+    SGA_FREED ulong *exp = sga_malloc((size_t)b->max_gens * sizeof *exp);
+    ulong highest = 0;
     long most = 0, top = 0;
     char *first = NULL;
     int sign = 0;
@@ -328,7 +310,6 @@ static int sign_of(const struct poly_bridge *b, const fmpz_mpoly_t f)
         }
     }
     free(first);
-    free(exp);
     return sign < 0 ? -1 : 1;
 }
 
@@ -347,10 +328,9 @@ bool poly_bridge_zeros(struct poly_bridge *b, expr_id e, const expr_id *by, int 
     struct poly_fraction f;
     if (!r || !poly_fraction_of(b, r, &f))
         return false;
-    fmpz_mpoly_struct *set = sga_malloc(MOST_SET * sizeof *set);
+    SGA_FREED fmpz_mpoly_struct *set = sga_malloc(MOST_SET * sizeof *set);
     int n = set_of(b, by, count, set);
-    fmpq_t s;
-    fmpq_init(s);
+    SGA_ENDS(fmpq_end) fmpq_t s = { { 0, 1 } };
     fmpq_one(s);
     fmpq_div_fmpz(s, s, f.scale);
     bool ok = f.num->length && fraction_length(b, &f) <= REDUCED * most;
@@ -372,8 +352,6 @@ bool poly_bridge_zeros(struct poly_bridge *b, expr_id e, const expr_id *by, int 
         b->st->error = before;
     }
     set_clear(b, set, n);
-    free(set);
-    fmpq_clear(s);
     poly_fraction_clear(b, &f);
     return ok;
 }

@@ -19,7 +19,6 @@
 #ifndef SGA_POLY_POLY_H
 #define SGA_POLY_POLY_H
 
-#include "budget.h"
 #include "expr.h"
 
 struct poly_limits {
@@ -54,6 +53,8 @@ struct poly_bridge;
 struct poly_bridge *poly_bridge_new(struct expr_store *st, const expr_id *roots, int nroots,
                                     const struct poly_limits *limits);
 void poly_bridge_free(struct poly_bridge *b);
+/* The same, for SGA_ENDS. */
+void poly_bridge_end(struct poly_bridge **b);
 
 /* The normal form of a node under the bridge's roots, as an expression equal to it
  * wherever it has a value: a fraction in lowest terms, with common factors shown where

@@ -1,5 +1,10 @@
 /* Arithmetic of values that share one list of denominator factors. */
+#include <assert.h>
+
+#include "arena.h"
 #include "bridge.h"
+#include "flint_ends.h"
+#include "mpoly_take.h"
 
 void poly_ratio_init(const struct poly_bridge *b, struct poly_ratio *r)
 {
@@ -20,6 +25,14 @@ static void copy_powers(const struct poly_bridge *b, int *to, const int *from)
         to[i] = from[i];
 }
 
+bool poly_ratio_sane(const struct poly_bridge *b, const struct poly_ratio *r)
+{
+    bool sane = fmpz_sgn(r->scale) > 0;
+    for (int i = 0; i < b->bases && sane; i++)
+        sane = r->power[i] >= 0;
+    return sane;
+}
+
 void poly_ratio_set(const struct poly_bridge *b, struct poly_ratio *r, const struct poly_ratio *x)
 {
     fmpz_mpoly_set(r->num, x->num, b->ctx);
@@ -38,10 +51,12 @@ void poly_ratio_fmpq(const struct poly_bridge *b, struct poly_ratio *r, const fm
     fmpz_mpoly_set_fmpz(r->num, fmpq_numref(q), b->ctx);
     fmpz_set(r->scale, fmpq_denref(q));
     no_powers(b, r);
+    assert(fmpz_sgn(r->scale) > 0);
 }
 
 void poly_ratio_gen(const struct poly_bridge *b, struct poly_ratio *r, int gen)
 {
+    assert(gen >= 0 && gen < b->gens);
     fmpz_mpoly_gen(r->num, gen, b->ctx);
     fmpz_one(r->scale);
     no_powers(b, r);
@@ -54,7 +69,7 @@ static void tidy(struct poly_bridge *b, struct poly_ratio *r)
         fmpz_one(r->scale);
         no_powers(b, r);
     } else if (!fmpz_is_one(r->scale)) {
-        fmpz_t c;
+        SGA_ENDS(fmpz_end) fmpz_t c;
         fmpz_init_set(c, r->scale);
         for (slong i = 0; i < r->num->length && !fmpz_is_one(c); i++)
             fmpz_gcd(c, c, r->num->coeffs + i);
@@ -62,7 +77,6 @@ static void tidy(struct poly_bridge *b, struct poly_ratio *r)
             fmpz_mpoly_scalar_divexact_fmpz(r->num, r->num, c, b->ctx);
             fmpz_divexact(r->scale, r->scale, c);
         }
-        fmpz_clear(c);
     }
 }
 
@@ -94,6 +108,7 @@ static bool add_plain(struct poly_bridge *b, struct poly_ratio *r, const struct 
 bool poly_ratio_add(struct poly_bridge *b, struct poly_ratio *r, const struct poly_ratio *x,
                     const struct poly_ratio *y, bool subtract)
 {
+    assert(poly_ratio_sane(b, x) && poly_ratio_sane(b, y));
     struct poly_ratio u, v;
     bool ok = true, same = fmpz_equal(x->scale, y->scale);
     for (int i = 0; i < b->bases; i++)
@@ -103,8 +118,7 @@ bool poly_ratio_add(struct poly_bridge *b, struct poly_ratio *r, const struct po
         copy_powers(b, r->power, x->power);
         ok = add_plain(b, r, x, y, subtract);
     } else {
-        fmpz_t g;
-        fmpz_init(g);
+        SGA_ENDS(fmpz_end) fmpz_t g = { 0 };
         poly_ratio_init(b, &u);
         poly_ratio_init(b, &v);
         fmpz_gcd(g, x->scale, y->scale);
@@ -121,7 +135,6 @@ bool poly_ratio_add(struct poly_bridge *b, struct poly_ratio *r, const struct po
         ok = ok && add_plain(b, r, &u, &v, subtract);
         poly_ratio_clear(b, &u);
         poly_ratio_clear(b, &v);
-        fmpz_clear(g);
     }
     if (!ok)
         return false;
@@ -134,6 +147,7 @@ bool poly_ratio_add(struct poly_bridge *b, struct poly_ratio *r, const struct po
 
 bool poly_ratio_mul(struct poly_bridge *b, struct poly_ratio *r, const struct poly_ratio *x, const struct poly_ratio *y)
 {
+    assert(poly_ratio_sane(b, x) && poly_ratio_sane(b, y));
     if (fmpz_mpoly_is_zero(x->num, b->ctx) || fmpz_mpoly_is_zero(y->num, b->ctx)) {
         fmpz_mpoly_zero(r->num, b->ctx);
         tidy(b, r);
@@ -176,11 +190,10 @@ static int base_add(struct poly_bridge *b, const fmpz_mpoly_t f, bool prime)
 static int base_of_generator(struct poly_bridge *b, int g)
 {
     if (b->gen[g].in_base < 0) {
-        fmpz_mpoly_t x;
-        fmpz_mpoly_init(x, b->ctx);
+        SGA_ARENA(mem);
+        fmpz_mpoly_struct *x = mpoly_take(&mem, b->ctx);
         fmpz_mpoly_gen(x, g, b->ctx);
         b->gen[g].in_base = base_add(b, x, true);
-        fmpz_mpoly_clear(x, b->ctx);
     }
     return b->gen[g].in_base;
 }
@@ -204,11 +217,10 @@ static bool decompose(struct poly_bridge *b, fmpz_mpoly_t f, fmpz_t content, int
         if (i < 0 || least > (ulong)b->limits.max_degree)
             return false;
         power[i] += (int)least;
-        fmpz_mpoly_t m;
-        fmpz_mpoly_init(m, b->ctx);
+        SGA_ARENA(mem);
+        fmpz_mpoly_struct *m = mpoly_take(&mem, b->ctx);
         fmpz_mpoly_pow_ui(m, b->base[i].f, least, b->ctx);
         fmpz_mpoly_divides(f, f, m, b->ctx);
-        fmpz_mpoly_clear(m, b->ctx);
     }
     for (int i = 0; i < b->bases && !fmpz_mpoly_is_one(f, b->ctx); i++)
         while (b->base[i].f->length > 1 && poly_divides(b, f, f, b->base[i].f))
@@ -224,11 +236,10 @@ static bool decompose(struct poly_bridge *b, fmpz_mpoly_t f, fmpz_t content, int
 /* r = 1 / x for x reduced by all relations (so that it is zero only if it looks so). */
 static bool inverse(struct poly_bridge *b, struct poly_ratio *r, const struct poly_ratio *x)
 {
-    fmpz_t content;
-    fmpz_mpoly_t f;
+    SGA_ENDS(fmpz_end) fmpz_t content = { 0 };
+    SGA_ARENA(mem);
     int below[POLY_MAX_BASE] = { 0 };
-    fmpz_init(content);
-    fmpz_mpoly_init(f, b->ctx);
+    fmpz_mpoly_struct *f = mpoly_take(&mem, b->ctx);
     fmpz_mpoly_set(f, x->num, b->ctx);
     bool ok = decompose(b, f, content, below);
     if (ok) {
@@ -243,8 +254,6 @@ static bool inverse(struct poly_bridge *b, struct poly_ratio *r, const struct po
         }
         tidy(b, r);
     }
-    fmpz_mpoly_clear(f, b->ctx);
-    fmpz_clear(content);
     return ok;
 }
 
@@ -255,11 +264,13 @@ bool poly_ratio_inv(struct poly_bridge *b, struct poly_ratio *r, const struct po
     poly_ratio_set(b, &u, x);
     bool ok = poly_reduce_ratio(b, &u) && !fmpz_mpoly_is_zero(u.num, b->ctx) && inverse(b, r, &u);
     poly_ratio_clear(b, &u);
+    assert(!ok || poly_ratio_sane(b, r));
     return ok;
 }
 
 bool poly_ratio_pow(struct poly_bridge *b, struct poly_ratio *r, const struct poly_ratio *x, long n)
 {
+    assert(poly_ratio_sane(b, x));
     if (n < 0) {
         struct poly_ratio u;
         poly_ratio_init(b, &u);

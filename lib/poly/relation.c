@@ -1,16 +1,19 @@
 /* Relations between generators, and signs that the terms of a polynomial show. */
 #include "bridge.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
+#include "arena.h"
 #include "mem.h"
+#include "mpoly_take.h"
 
 /* out += coeff * g^low * p^k * q^(most - k) */
 static bool add_part(struct poly_bridge *b, fmpz_mpoly_t out, fmpz_mpoly_t coeff, int g, long low,
                      const fmpz_mpoly_t p, long k, const fmpz_mpoly_t q, long most)
 {
-    fmpz_mpoly_t t;
-    fmpz_mpoly_init(t, b->ctx);
+    SGA_ARENA(mem);
+    fmpz_mpoly_struct *t = mpoly_take(&mem, b->ctx);
     bool ok = true;
     if (low > 0) {
         fmpz_mpoly_gen(t, g, b->ctx);
@@ -21,7 +24,6 @@ static bool add_part(struct poly_bridge *b, fmpz_mpoly_t out, fmpz_mpoly_t coeff
         ok = poly_pow(b, t, p, k) && poly_mul(b, coeff, coeff, t);
     if (ok && most > k && !fmpz_mpoly_is_one(q, b->ctx))
         ok = poly_pow(b, t, q, most - k) && poly_mul(b, coeff, coeff, t);
-    fmpz_mpoly_clear(t, b->ctx);
     if (ok)
         fmpz_mpoly_add(out, out, coeff, b->ctx);
     return ok && poly_fits(b, out);
@@ -29,16 +31,16 @@ static bool add_part(struct poly_bridge *b, fmpz_mpoly_t out, fmpz_mpoly_t coeff
 
 long poly_reduce_by(struct poly_bridge *b, fmpz_mpoly_t f, int g, int degree, const fmpz_mpoly_t p, const fmpz_mpoly_t q)
 {
+    assert(g >= 0 && g < b->gens && degree > 0);
     if (!fmpz_mpoly_degrees_fit_si(f, b->ctx))
         return -1;
     long most = fmpz_mpoly_degree_si(f, g, b->ctx) / degree;
     if (most <= 0)
         return 0;
     fmpz_mpoly_univar_t u;
-    fmpz_mpoly_t out, coeff;
+    SGA_ARENA(mem);
     fmpz_mpoly_univar_init(u, b->ctx);
-    fmpz_mpoly_init(out, b->ctx);
-    fmpz_mpoly_init(coeff, b->ctx);
+    fmpz_mpoly_struct *out = mpoly_take(&mem, b->ctx), *coeff = mpoly_take(&mem, b->ctx);
     fmpz_mpoly_to_univar(u, f, g, b->ctx);
     bool ok = true;
     for (slong i = 0; ok && i < fmpz_mpoly_univar_length(u, b->ctx); i++) {
@@ -49,8 +51,6 @@ long poly_reduce_by(struct poly_bridge *b, fmpz_mpoly_t f, int g, int degree, co
     if (ok)
         fmpz_mpoly_swap(f, out, b->ctx);
     fmpz_mpoly_univar_clear(u, b->ctx);
-    fmpz_mpoly_clear(out, b->ctx);
-    fmpz_mpoly_clear(coeff, b->ctx);
     return ok ? most : -1;
 }
 
@@ -105,7 +105,7 @@ static enum poly_sign term_sign(const struct poly_bridge *b, const ulong *exp)
 enum poly_sign poly_sign_of(const struct poly_bridge *b, const fmpz_mpoly_t f, bool *negative)
 {
     enum poly_sign all = POLY_NONNEGATIVE;
-    ulong *exp = sga_malloc((size_t)b->max_gens * sizeof *exp);
+    SGA_FREED ulong *exp = sga_malloc((size_t)b->max_gens * sizeof *exp);
     *negative = f->length > 0 && fmpz_sgn(f->coeffs) < 0;
     for (slong i = 0; i < f->length && all != POLY_ANY; i++) {
         poly_exponents(b, f, i, exp);
@@ -115,6 +115,5 @@ enum poly_sign poly_sign_of(const struct poly_bridge *b, const fmpz_mpoly_t f, b
         else if (s == POLY_POSITIVE)
             all = POLY_POSITIVE;
     }
-    free(exp);
     return all;
 }

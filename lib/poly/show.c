@@ -4,23 +4,27 @@
  * fraction, never a multiple of it. */
 #include "bridge.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 #include <flint/fmpz_mpoly_factor.h>
 
+#include "arena.h"
+#include "flint_ends.h"
 #include "mem.h"
+#include "mpoly_take.h"
 
 /* Factoring for display is tried within these only: it must stay cheap. */
 enum { FACTOR_TERMS = 24, FACTOR_DEGREE = 8 };
 
 expr_id poly_show_power(struct poly_bridge *b, int gen, long n)
 {
+    assert(gen >= 0 && gen < b->gens);
     const struct poly_generator *g = b->gen + gen;
     expr_id e = EXPR_UNDEF;
     if (n == 1 || (g->root == 0 && fmpq_is_zero(g->content)))
         return expr_powi(b->st, g->node, n);
-    fmpq_t q;
-    fmpq_init(q);
+    SGA_ENDS(fmpq_end) fmpq_t q = { { 0, 1 } };
     if (g->root) {
         fmpq_set_si(q, n, (ulong)g->root);
         e = expr_pow(b->st, g->base, expr_fmpq(b->st, q));
@@ -28,7 +32,6 @@ expr_id poly_show_power(struct poly_bridge *b, int gen, long n)
         fmpq_mul_si(q, g->content, n);
         e = expr_fun(b->st, EXPR_EXP, expr_mul(b->st, expr_fmpq(b->st, q), g->key));
     }
-    fmpq_clear(q);
     return e;
 }
 
@@ -44,10 +47,10 @@ static expr_id monomial(struct poly_bridge *b, const ulong *exp)
 /* scale * f as a sum, its first terms first. */
 static expr_id sum_of(struct poly_bridge *b, const fmpz_mpoly_t f, const fmpq_t scale)
 {
-    expr_id *term = sga_malloc(((size_t)f->length + 1) * sizeof *term);
-    ulong *exp = sga_malloc((size_t)b->max_gens * sizeof *exp);
-    fmpq_t c;
-    fmpq_init(c);
+    SGA_ARENA(mem);
+    expr_id *term = sga_take(&mem, ((size_t)f->length + 1) * sizeof *term);
+    ulong *exp = sga_take(&mem, (size_t)b->max_gens * sizeof *exp);
+    SGA_ENDS(fmpq_end) fmpq_t c = { { 0, 1 } };
     for (slong i = 0; i < f->length; i++) {
         poly_exponents(b, f, i, exp);
         fmpq_mul_fmpz(c, scale, f->coeffs + i);
@@ -59,23 +62,17 @@ static expr_id sum_of(struct poly_bridge *b, const fmpz_mpoly_t f, const fmpq_t 
             term[i] = expr_mul(b->st, expr_fmpq(b->st, c), m);
         }
     }
-    fmpq_clear(c);
     expr_id e = f->length ? term[f->length - 1] : expr_int(b->st, 0);
     for (slong i = f->length - 1; i-- > 0;)
         e = expr_add(b->st, term[i], e);
-    free(term);
-    free(exp);
     return e;
 }
 
 expr_id poly_show_poly(struct poly_bridge *b, const fmpz_mpoly_t f)
 {
-    fmpq_t one;
-    fmpq_init(one);
+    SGA_ENDS(fmpq_end) fmpq_t one = { { 0, 1 } };
     fmpq_set_si(one, 1, 1);
-    expr_id e = sum_of(b, f, one);
-    fmpq_clear(one);
-    return e;
+    return sum_of(b, f, one);
 }
 
 static long digits(const fmpz_t c)
@@ -86,7 +83,7 @@ static long digits(const fmpz_t c)
 /* About how many characters f takes as a sum. */
 static long length_of(const struct poly_bridge *b, const fmpz_mpoly_t f)
 {
-    ulong *exp = sga_malloc((size_t)b->max_gens * sizeof *exp);
+    SGA_FREED ulong *exp = sga_malloc((size_t)b->max_gens * sizeof *exp);
     long n = 0;
     for (slong i = 0; i < f->length; i++) {
         poly_exponents(b, f, i, exp);
@@ -96,14 +93,13 @@ static long length_of(const struct poly_bridge *b, const fmpz_mpoly_t f)
                 n += (b->gen[g].op == EXPR_SYM ? (long)strlen(b->st->symbol[b->st->node[b->gen[g].node].a].name) : 6)
                     + (exp[g] > 1 ? 3 : 1);
     }
-    free(exp);
     return n;
 }
 
 /* The monomial that all terms share, into exp; f is divided by it. True if there is one. */
 static bool take_monomial(struct poly_bridge *b, fmpz_mpoly_t f, ulong *exp)
 {
-    ulong *e = sga_malloc((size_t)b->max_gens * sizeof *e);
+    SGA_FREED ulong *e = sga_malloc((size_t)b->max_gens * sizeof *e);
     bool any = false;
     poly_exponents(b, f, 0, exp);
     for (slong i = 1; i < f->length; i++) {
@@ -114,13 +110,11 @@ static bool take_monomial(struct poly_bridge *b, fmpz_mpoly_t f, ulong *exp)
     for (int g = 0; g < b->max_gens; g++)
         any = any || exp[g];
     if (any) {
-        fmpz_mpoly_t m;
-        fmpz_mpoly_init(m, b->ctx);
+        SGA_ARENA(mem);
+        fmpz_mpoly_struct *m = mpoly_take(&mem, b->ctx);
         fmpz_mpoly_set_coeff_si_ui(m, 1, exp, b->ctx);
         fmpz_mpoly_divides(f, f, m, b->ctx);
-        fmpz_mpoly_clear(m, b->ctx);
     }
-    free(e);
     return any;
 }
 
@@ -150,32 +144,27 @@ static expr_id in_factors(struct poly_bridge *b, const fmpz_mpoly_t f)
 /* A primitive polynomial as a product of a monomial and a sum, or of factors. */
 static expr_id product_of(struct poly_bridge *b, const fmpz_mpoly_t f)
 {
-    fmpz_mpoly_t rest;
-    ulong *exp = sga_calloc((size_t)b->max_gens, sizeof *exp);
-    fmpz_mpoly_init(rest, b->ctx);
+    SGA_ARENA(mem);
+    SGA_FREED ulong *exp = sga_calloc((size_t)b->max_gens, sizeof *exp);
+    fmpz_mpoly_struct *rest = mpoly_take(&mem, b->ctx);
     fmpz_mpoly_set(rest, f, b->ctx);
     take_monomial(b, rest, exp);
     expr_id sum = in_factors(b, rest);
     if (!sum)
         sum = poly_show_poly(b, rest);
-    expr_id e = expr_mul(b->st, monomial(b, exp), sum);
-    fmpz_mpoly_clear(rest, b->ctx);
-    free(exp);
-    return e;
+    return expr_mul(b->st, monomial(b, exp), sum);
 }
 
 /* The rational content in front, or spread over the terms: what is shorter. */
 static expr_id polynomial(struct poly_bridge *b, const fmpz_mpoly_t f, const fmpq_t content)
 {
     long front = digits(fmpq_numref(content)) + digits(fmpq_denref(content)) + 3, spread = 0;
-    fmpq_t c;
-    fmpq_init(c);
+    SGA_ENDS(fmpq_end) fmpq_t c = { { 0, 1 } };
     for (slong i = 0; i < f->length; i++) {
         fmpq_mul_fmpz(c, content, f->coeffs + i);
         spread += digits(fmpq_numref(c)) + (fmpz_is_one(fmpq_denref(c)) ? 0 : 1 + digits(fmpq_denref(c)));
         front += digits(f->coeffs + i);
     }
-    fmpq_clear(c);
     expr_id product = product_of(b, f);
     enum expr_op op = expr_op_of(b->st, product);
     bool is_sum = op == EXPR_ADD || op == EXPR_SUB || op == EXPR_NEG;
@@ -212,11 +201,11 @@ static expr_id denominator(struct poly_bridge *b, const struct poly_fraction *f,
 
 bool poly_show(struct poly_bridge *b, const struct poly_fraction *f, expr_id *out)
 {
+    assert(poly_fraction_sane(f));
     struct sga_error before = b->st->error;
-    fmpz_mpoly_t primitive;
-    fmpq_t content;
-    fmpq_init(content);
-    fmpz_mpoly_init(primitive, b->ctx);
+    SGA_ARENA(mem);
+    SGA_ENDS(fmpq_end) fmpq_t content = { { 0, 1 } };
+    fmpz_mpoly_struct *primitive = mpoly_take(&mem, b->ctx);
     expr_id e = expr_int(b->st, 0), above;
     if (f->num->length > 0) {
         poly_content(fmpq_numref(content), f->num);
@@ -233,8 +222,6 @@ bool poly_show(struct poly_bridge *b, const struct poly_fraction *f, expr_id *ou
     }
     bool ok = expr_store_ok(b->st) && e != EXPR_UNDEF;
     b->st->error = before;
-    fmpz_mpoly_clear(primitive, b->ctx);
-    fmpq_clear(content);
     if (ok)
         *out = e;
     return ok;

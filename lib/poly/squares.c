@@ -7,10 +7,14 @@
  * does not show may have an exact Gram matrix (gram.h). */
 #include "gram.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <flint/fmpz_mpoly_factor.h>
 
+#include "arena.h"
+#include "flint_ends.h"
 #include "mem.h"
+#include "mpoly_take.h"
 
 enum { TERMS = 200, DEGREE = 16, ROUNDS = 12 };
 
@@ -36,8 +40,8 @@ static bool root_of(struct poly_bridge *b, const fmpz_mpoly_t f, fmpz_mpoly_t ro
 static int quadratic_in(struct poly_bridge *b, const fmpz_mpoly_t f, fmpz_mpoly_t part[3])
 {
     int found = -1;
-    fmpz_mpoly_t t;
-    fmpz_mpoly_init(t, b->ctx);
+    SGA_ARENA(mem);
+    fmpz_mpoly_struct *t = mpoly_take(&mem, b->ctx);
     for (int g = 0; g < b->gens; g++) {
         bool negative;
         if (fmpz_mpoly_degree_si(f, g, b->ctx) != 2)
@@ -55,15 +59,14 @@ static int quadratic_in(struct poly_bridge *b, const fmpz_mpoly_t f, fmpz_mpoly_
         for (power = 0; power < 2; power++)
             fmpz_mpoly_get_coeff_vars_ui(part[power], f, &var, &power, 1, b->ctx);
     }
-    fmpz_mpoly_clear(t, b->ctx);
     return found;
 }
 
 /* square = 2 a g + b, f = 4 a c - b^2 */
 static bool complete(struct poly_bridge *b, fmpz_mpoly_t f, int g, fmpz_mpoly_t part[3], fmpz_mpoly_t square)
 {
-    fmpz_mpoly_t t;
-    fmpz_mpoly_init(t, b->ctx);
+    SGA_ARENA(mem);
+    fmpz_mpoly_struct *t = mpoly_take(&mem, b->ctx);
     fmpz_mpoly_gen(t, g, b->ctx);
     bool ok = poly_mul(b, square, part[2], t);
     fmpz_mpoly_scalar_mul_si(square, square, 2, b->ctx);
@@ -71,18 +74,15 @@ static bool complete(struct poly_bridge *b, fmpz_mpoly_t f, int g, fmpz_mpoly_t 
     ok = ok && poly_mul(b, f, part[2], part[0]) && poly_mul(b, t, part[1], part[1]);
     fmpz_mpoly_scalar_mul_si(f, f, 4, b->ctx);
     fmpz_mpoly_sub(f, f, t, b->ctx);
-    fmpz_mpoly_clear(t, b->ctx);
     return ok && poly_fits(b, f) && f->length <= TERMS;
 }
 
 static void make_primitive(struct poly_bridge *b, fmpz_mpoly_t f)
 {
-    fmpz_t c;
-    fmpz_init(c);
+    SGA_ENDS(fmpz_end) fmpz_t c = { 0 };
     poly_content(c, f);
     if (!fmpz_is_zero(c))
         fmpz_mpoly_scalar_divexact_fmpz(f, f, c, b->ctx);
-    fmpz_clear(c);
 }
 
 /* Without its content, as an expression of the list. */
@@ -97,7 +97,7 @@ static void list(struct poly_bridge *b, fmpz_mpoly_t f, expr_id *out, int *count
 /* Each generator that may vanish in a term, as one product for each term. */
 static void list_terms(struct poly_bridge *b, const fmpz_mpoly_t f, expr_id *out, int *count)
 {
-    ulong *exp = sga_malloc((size_t)b->max_gens * sizeof *exp);
+    SGA_FREED ulong *exp = sga_malloc((size_t)b->max_gens * sizeof *exp);
     for (slong i = 0; i < f->length; i++) {
         expr_id e = expr_int(b->st, 1);
         poly_exponents(b, f, i, exp);
@@ -106,7 +106,6 @@ static void list_terms(struct poly_bridge *b, const fmpz_mpoly_t f, expr_id *out
                 e = expr_mul(b->st, e, b->gen[g].node);
         out[(*count)++] = e;
     }
-    free(exp);
 }
 
 static bool by_completing(struct poly_bridge *b, const fmpz_mpoly_t f, expr_id **out, int *count, bool *never)
@@ -114,9 +113,9 @@ static bool by_completing(struct poly_bridge *b, const fmpz_mpoly_t f, expr_id *
     long degree = poly_degree(b, f);
     if (f->length < 3 || f->length > TERMS || degree < 2 || degree > DEGREE || degree % 2)
         return false;
-    fmpz_mpoly_t rest, square, part[3];
-    fmpz_mpoly_init(rest, b->ctx);
-    fmpz_mpoly_init(square, b->ctx);
+    SGA_ARENA(mem);
+    fmpz_mpoly_t part[3];
+    fmpz_mpoly_struct *rest = mpoly_take(&mem, b->ctx), *square = mpoly_take(&mem, b->ctx);
     for (int k = 0; k < 3; k++)
         fmpz_mpoly_init(part[k], b->ctx);
     fmpz_mpoly_set(rest, f, b->ctx);
@@ -145,8 +144,6 @@ static bool by_completing(struct poly_bridge *b, const fmpz_mpoly_t f, expr_id *
             break;
         list(b, square, *out, count);
     }
-    fmpz_mpoly_clear(rest, b->ctx);
-    fmpz_mpoly_clear(square, b->ctx);
     for (int k = 0; k < 3; k++)
         fmpz_mpoly_clear(part[k], b->ctx);
     if (!ok) {
@@ -171,25 +168,19 @@ static void add_zero(struct poly_bridge *b, struct zeros *z, const struct gram_b
 
 static bool higher(const struct poly_bridge *b, const fmpz_mpoly_t f, const fmpz_mpoly_t g)
 {
-    fmpz_mpoly_t s, t;
-    fmpz_mpoly_init(s, b->ctx);
-    fmpz_mpoly_init(t, b->ctx);
+    SGA_ARENA(mem);
+    fmpz_mpoly_struct *s = mpoly_take(&mem, b->ctx), *t = mpoly_take(&mem, b->ctx);
     fmpz_mpoly_get_term_monomial(s, f, 0, b->ctx);
     fmpz_mpoly_get_term_monomial(t, g, 0, b->ctx);
-    bool above = fmpz_mpoly_cmp(s, t, b->ctx) > 0;
-    fmpz_mpoly_clear(s, b->ctx);
-    fmpz_mpoly_clear(t, b->ctx);
-    return above;
+    return fmpz_mpoly_cmp(s, t, b->ctx) > 0;
 }
 
 /* The reduced echelon form of their span over the numbers: x^2 - 1, y^2 - 1 rather than x^2 + y^2 - 2, y^2 - 1. */
 static void echelon(struct poly_bridge *b, struct zeros *z)
 {
-    fmpz_t c, d;
-    fmpz_mpoly_t t;
-    fmpz_init(c);
-    fmpz_init(d);
-    fmpz_mpoly_init(t, b->ctx);
+    SGA_ENDS(fmpz_end) fmpz_t c = { 0 }, d = { 0 };
+    SGA_ARENA(mem);
+    fmpz_mpoly_struct *t = mpoly_take(&mem, b->ctx);
     for (int i = 0; i < z->count; i++) {
         for (int k = i + 1; k < z->count; k++)        /* the highest leading monomial first */
             if (fmpz_mpoly_is_zero(z->f + i, b->ctx)
@@ -212,15 +203,12 @@ static void echelon(struct poly_bridge *b, struct zeros *z)
     }
     while (z->count && fmpz_mpoly_is_zero(z->f + z->count - 1, b->ctx))
         fmpz_mpoly_clear(z->f + --z->count, b->ctx);
-    fmpz_clear(c);
-    fmpz_clear(d);
-    fmpz_mpoly_clear(t, b->ctx);
 }
 
 /* Those that vanish with the others are left out, the longest first. */
 static void keep_needed(struct poly_bridge *b, struct zeros *z)
 {
-    const fmpz_mpoly_struct **other = sga_malloc(((size_t)z->count + 1) * sizeof *other);
+    SGA_FREED const fmpz_mpoly_struct **other = sga_malloc(((size_t)z->count + 1) * sizeof *other);
     for (int i = 1; i < z->count; i++)
         for (int k = i; k > 0 && z->f[k].length > z->f[k - 1].length; k--)
             fmpz_mpoly_swap(z->f + k, z->f + k - 1, b->ctx);
@@ -236,7 +224,6 @@ static void keep_needed(struct poly_bridge *b, struct zeros *z)
         fmpz_mpoly_clear(z->f + --z->count, b->ctx);
         i--;
     }
-    free(other);
 }
 
 static void collect(struct poly_bridge *b, const struct gram_proof *p, struct zeros *z)
@@ -254,10 +241,9 @@ static void collect(struct poly_bridge *b, const struct gram_proof *p, struct ze
 static bool by_gram(struct poly_bridge *b, const fmpz_mpoly_t f, expr_id **out, int *count, bool *never)
 {
     struct gram_proof p;
-    fmpz_mpoly_t multiplier;
-    fmpz_mpoly_init(multiplier, b->ctx);
+    SGA_ARENA(mem);
+    fmpz_mpoly_struct *multiplier = mpoly_take(&mem, b->ctx);
     bool found = gram_prove_times(b, f, multiplier, &p);
-    fmpz_mpoly_clear(multiplier, b->ctx);
     if (!found)
         return false;
     int most = p.squares;
@@ -285,5 +271,7 @@ bool poly_squares(struct poly_bridge *b, const fmpz_mpoly_t f, expr_id **out, in
     *out = NULL;
     *count = 0;
     *never = false;
-    return by_completing(b, f, out, count, never) || by_gram(b, f, out, count, never);
+    bool found = by_completing(b, f, out, count, never) || by_gram(b, f, out, count, never);
+    assert(!found || *never || *count > 0);
+    return found;
 }

@@ -3,7 +3,9 @@
 
 #include <stdlib.h>
 
+#include "arena.h"
 #include "mem.h"
+#include "mpoly_take.h"
 #include "warnings.h"
 
 enum { POWER = 3 };
@@ -40,9 +42,8 @@ static int solved_for(struct poly_bridge *b, const fmpz_mpoly_t f, fmpz_mpoly_t 
 
 bool poly_use_up(struct poly_bridge *b, fmpz_mpoly_struct *target, fmpz_mpoly_struct *given, int n)
 {
-    fmpz_mpoly_t c, rest;
-    fmpz_mpoly_init(c, b->ctx);
-    fmpz_mpoly_init(rest, b->ctx);
+    SGA_ARENA(mem);
+    fmpz_mpoly_struct *c = mpoly_take(&mem, b->ctx), *rest = mpoly_take(&mem, b->ctx);
     bool ok = true;
     for (int i = 0; i < n && ok; i++) {
         int g = -1;
@@ -58,28 +59,23 @@ bool poly_use_up(struct poly_bridge *b, fmpz_mpoly_struct *target, fmpz_mpoly_st
         ok = ok && (!target || poly_reduce_by(b, target, g, 1, rest, c) >= 0);
         fmpz_mpoly_zero(given + i, b->ctx);
     }
-    fmpz_mpoly_clear(c, b->ctx);
-    fmpz_mpoly_clear(rest, b->ctx);
     return ok;
 }
 
 /* A power of the target is a multiple of one of those left. */
 static bool multiple(struct poly_bridge *b, const fmpz_mpoly_t target, const fmpz_mpoly_struct *given, int n)
 {
-    fmpz_mpoly_t power, quotient;
-    fmpz_mpoly_init(power, b->ctx);
-    fmpz_mpoly_init(quotient, b->ctx);
+    SGA_ARENA(mem);
+    fmpz_mpoly_struct *power = mpoly_take(&mem, b->ctx), *quotient = mpoly_take(&mem, b->ctx);
     bool found = false, ok = poly_pow(b, power, target, POWER);
     for (int i = 0; i < n && ok && !found; i++)
         found = !fmpz_mpoly_is_zero(given + i, b->ctx) && poly_divides(b, quotient, power, given + i);
-    fmpz_mpoly_clear(power, b->ctx);
-    fmpz_mpoly_clear(quotient, b->ctx);
     return found;
 }
 
 bool poly_vanish(struct poly_bridge *b, const fmpz_mpoly_t target, const fmpz_mpoly_struct *const *given, int n)
 {
-    fmpz_mpoly_struct *f = sga_malloc(((size_t)n + 1) * sizeof *f);
+    SGA_FREED fmpz_mpoly_struct *f = sga_malloc(((size_t)n + 1) * sizeof *f);
     for (int i = 0; i <= n; i++) {
         fmpz_mpoly_init(f + i, b->ctx);
         fmpz_mpoly_set(f + i, i < n ? given[i] : target, b->ctx);
@@ -87,7 +83,6 @@ bool poly_vanish(struct poly_bridge *b, const fmpz_mpoly_t target, const fmpz_mp
     bool yes = n <= SGA_MOST_GIVEN_TOGETHER && poly_use_up(b, f + n, f, n) && (fmpz_mpoly_is_zero(f + n, b->ctx) || multiple(b, f + n, f, n));
     for (int i = 0; i <= n; i++)
         fmpz_mpoly_clear(f + i, b->ctx);
-    free(f);
     return yes;
 }
 
@@ -97,7 +92,7 @@ bool poly_bridge_vanishes_with(struct poly_bridge *b, expr_id target, const expr
         sga_limit_open(b->limits.budget, SGA_LIMIT_GIVEN_TOGETHER);
         return false;
     }
-    fmpz_mpoly_struct *f = sga_malloc(((size_t)n + 1) * sizeof *f);
+    SGA_FREED fmpz_mpoly_struct *f = sga_malloc(((size_t)n + 1) * sizeof *f);
     const fmpz_mpoly_struct *known[SGA_MOST_GIVEN_TOGETHER] = { 0 };
     for (int i = 0; i <= n; i++)
         fmpz_mpoly_init(f + i, b->ctx);
@@ -111,7 +106,6 @@ bool poly_bridge_vanishes_with(struct poly_bridge *b, expr_id target, const expr
     ok = ok && poly_vanish(b, f + n, known, used);
     for (int i = 0; i <= n; i++)
         fmpz_mpoly_clear(f + i, b->ctx);
-    free(f);
     return ok;
 }
 
@@ -119,16 +113,14 @@ bool poly_bridge_vanishes_with(struct poly_bridge *b, expr_id target, const expr
 static bool vanishes_some(struct expr_store *st, const expr_id *target, int targets, const expr_id *given, int n, const struct poly_limits *limits,
                           bool *asked)
 {
-    expr_id *root = sga_malloc((size_t)(n + targets) * sizeof *root);
+    SGA_FREED expr_id *root = sga_malloc((size_t)(n + targets) * sizeof *root);
     for (int i = 0; i < n + targets; i++)
         root[i] = i < n ? given[i] : target[i - n];
-    struct poly_bridge *b = poly_bridge_new(st, root, n + targets, limits);
+    SGA_ENDS(poly_bridge_end) struct poly_bridge *b = poly_bridge_new(st, root, n + targets, limits);
     bool yes = false;
     for (int i = 0; i < targets && b && !yes; i++)
         yes = poly_bridge_vanishes_with(b, target[i], given, n);
     *asked = b && b->bases < POLY_MAX_BASE;
-    poly_bridge_free(b);
-    free(root);
     return yes;
 }
 

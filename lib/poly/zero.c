@@ -1,4 +1,5 @@
 /* Zero or not, and shape in one symbol. */
+#include "arena.h"
 #include "bridge.h"
 
 static bool any_kernel(const struct poly_bridge *b)
@@ -30,10 +31,8 @@ enum poly_truth poly_bridge_is_zero(struct poly_bridge *b, expr_id e)
 
 enum poly_truth poly_is_zero(struct expr_store *st, expr_id e, const struct poly_limits *limits)
 {
-    struct poly_bridge *b = poly_bridge_new(st, &e, 1, limits);
-    enum poly_truth t = b ? poly_bridge_is_zero(b, e) : POLY_UNKNOWN;
-    poly_bridge_free(b);
-    return t;
+    SGA_ENDS(poly_bridge_end) struct poly_bridge *b = poly_bridge_new(st, &e, 1, limits);
+    return b ? poly_bridge_is_zero(b, e) : POLY_UNKNOWN;
 }
 
 /* The generator of a symbol, or -1 if it does not occur. */
@@ -68,12 +67,11 @@ static bool polynomial_in(struct poly_bridge *b, expr_id e, int symbol, struct p
     *g = generator_of(b, symbol);
     if (*g < 0)
         return true;
-    struct expr_cone cone;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
     expr_cone_init(&cone);
     bool ok = !below_kernel(b, *g, f->num, &cone) && fmpz_mpoly_degrees_fit_si(f->num, b->ctx);
     for (int i = 0; ok && i < f->dens; i++)
         ok = fmpz_mpoly_degree_si(f->den[i].f, *g, b->ctx) == 0 && !below_kernel(b, *g, f->den[i].f, &cone);
-    expr_cone_clear(&cone);
     if (!ok)
         poly_fraction_clear(b, f);
     return ok;
@@ -88,7 +86,7 @@ static long degree_of(const struct poly_bridge *b, const struct poly_fraction *f
 
 bool poly_degree_in(struct expr_store *st, expr_id e, int symbol, const struct poly_limits *limits, long *degree)
 {
-    struct poly_bridge *b = poly_bridge_new(st, &e, 1, limits);
+    SGA_ENDS(poly_bridge_end) struct poly_bridge *b = poly_bridge_new(st, &e, 1, limits);
     struct poly_fraction f;
     int g;
     bool ok = b && polynomial_in(b, e, symbol, &f, &g);
@@ -96,13 +94,12 @@ bool poly_degree_in(struct expr_store *st, expr_id e, int symbol, const struct p
         *degree = degree_of(b, &f, g);
         poly_fraction_clear(b, &f);
     }
-    poly_bridge_free(b);
     return ok;
 }
 
 bool poly_linear_in(struct expr_store *st, expr_id e, int symbol, const struct poly_limits *limits, expr_id line[2])
 {
-    struct poly_bridge *b = poly_bridge_new(st, &e, 1, limits);
+    SGA_ENDS(poly_bridge_end) struct poly_bridge *b = poly_bridge_new(st, &e, 1, limits);
     struct poly_fraction f;
     int g;
     bool ok = b && polynomial_in(b, e, symbol, &f, &g);
@@ -121,6 +118,5 @@ bool poly_linear_in(struct expr_store *st, expr_id e, int symbol, const struct p
         }
         poly_fraction_clear(b, &f);
     }
-    poly_bridge_free(b);
     return ok;
 }

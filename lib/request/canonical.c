@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
 #include "reader.h"
 
@@ -23,7 +24,7 @@ static void write_value(struct sga_buf *out, const json_t *v);
 static void write_object(struct sga_buf *out, const json_t *v)
 {
     size_t n = 0;
-    const char **key = sga_malloc((json_object_size(v) + 1) * sizeof *key);
+    SGA_FREED const char **key = sga_malloc((json_object_size(v) + 1) * sizeof *key);
     for (void *i = json_object_iter((json_t *)v); i; i = json_object_iter_next((json_t *)v, i))
         key[n++] = json_object_iter_key(i);
     qsort(key, n, sizeof *key, by_key);
@@ -36,7 +37,6 @@ static void write_object(struct sga_buf *out, const json_t *v)
         write_value(out, json_object_get(v, key[i]));
     }
     sga_buf_put(out, "}", 1);
-    free(key);
 }
 
 static void write_value(struct sga_buf *out, const json_t *v)

@@ -6,6 +6,7 @@
 #include <string.h>
 #include <strings.h>
 
+#include "arena.h"
 #include "mem.h"
 #include "reader.h"
 #include "watch.h"
@@ -85,12 +86,11 @@ static bool check_number(struct scan *s)
     n = s->at - start;
     if (s->at < s->length && is_letter(s->text[s->at]))
         return check_word(s);           /* -Infinity; anything else is the parser's to refuse */
-    char *copy = sga_malloc(n + 1);
+    SGA_FREED char *copy = sga_malloc(n + 1);
     memcpy(copy, s->text + start, n);
     copy[n] = 0;
     double v = strtod(copy, NULL);
     bool long_integer = !real && n >= 19 && fabs(v) >= 9223372036854775808.0 && strcmp(copy, "-9223372036854775808") != 0;
-    free(copy);
     if (nonzero && v == 0)
         return fail(s, start, SGA_E_JSON_NUMBER, "a number is so small that a double holds it as 0; send it as a "
                                                  "string: strings are exact");

@@ -1,8 +1,10 @@
 /* Names: new ones are checked, given ones are looked up. */
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "reader.h"
 #include "suggest.h"
 
@@ -55,14 +57,14 @@ static int column_of(const struct reader *rd, int symbol)
 
 expr_id state_derivative(void *ctx, int symbol, int order)
 {
+    assert(symbol >= 0 && symbol < ((struct reader *)ctx)->r->store.symbols && order > 0);
     struct reader *rd = ctx;
     const struct expr_store *st = &rd->r->store;
-    struct sga_buf name = { 0 };
+    SGA_ENDS(sga_buf_free) struct sga_buf name = { 0 };
     sga_buf_puts(&name, st->symbol[symbol].name);
     for (int k = 0; k < order; k++)
         sga_buf_put(&name, "'", 1);
     int s = expr_symbol_find(st, name.data, name.len);
-    sga_buf_free(&name);
     return column_of(rd, s) >= 0 ? st->symbol[s].node : EXPR_UNDEF;
 }
 

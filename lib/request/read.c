@@ -1,10 +1,12 @@
 /* The whole request, member by member. */
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "budget.h"
 #include "mem.h"
 #include "reader.h"
+#include "table.h"
 
 /* Reading alone may make so many bits of exact numbers: seconds of work, 32 MB. */
 static const double WORK_BITS = 268435456;
@@ -112,6 +114,19 @@ bool request_read(struct request *r, const char *text, size_t length, struct sga
     return request_read_within(r, text, length, NULL, err);
 }
 
+bool request_sane(const struct request *r)
+{
+    const struct request_trajectory *t = &r->trajectory;
+    bool sane = sys_sane(&r->system) && (!r->sweeps || r->want & REQUEST_TRAJECTORY) && r->accuracy.rtol > 0 && r->accuracy.atol > 0;
+    for (int i = 0; i < t->initials && sane; i++)
+        sane = t->initial[i].variable > (i ? t->initial[i - 1].variable : -1) && t->initial[i].variable < r->system.variables;
+    for (int i = 0; i < t->rates && sane; i++)
+        sane = t->rate[i].variable > (i ? t->rate[i - 1].variable : -1) && t->rate[i].variable < r->system.variables;
+    for (int k = 1; k < t->samples && sane && t->times; k++)
+        sane = (t->times[k] > t->times[k - 1]) == (t->times[1] > t->times[0]) && t->times[k] != t->times[k - 1];
+    return sane;
+}
+
 static bool read_text(struct reader *rd, const char *text, size_t length)
 {
     struct request *r = rd->r;
@@ -123,10 +138,11 @@ static bool read_text(struct reader *rd, const char *text, size_t length)
     sga_buf_free(&rd->at);
     free(rd->value);
     json_decref(rd->swept);
-    free(rd->column);
+    sga_arena_end(&rd->mem);
     r->store.max_work_bits = 0;
     if (rd->bounds)
         rd->bounds->met = !ok && bounds_met(r, rd->bounds, err->code);
+    assert(!ok || request_sane(r));
     if (!ok) {
         if (err->code != SGA_E_OK && !err->stage[0])
             strcpy(err->stage, "request");
@@ -150,105 +166,13 @@ bool request_read_within(struct request *r, const char *text, size_t length, str
     return read_text(&(struct reader){ .r = r, .err = err ? err : &own, .bounds = bounds }, text, length);
 }
 
-static void clear_trajectory(struct request_trajectory *t)
-{
-    for (int i = 0; i < t->initials; i++)
-        free(t->initial[i].text);
-    for (int i = 0; i < t->outputs; i++)
-        free(t->output_text[i]);
-    for (int i = 0; i < t->rates; i++)
-        free(t->rate[i].text);
-    for (int i = 0; i < t->conditions; i++)
-        free(t->condition_text[i]);
-    for (int i = 0; i < t->integrals; i++)
-        free(t->integral_text[i]);
-    for (int i = 0; i < t->events; i++) {
-        free(t->event[i].name);
-        free(t->event[i].text);
-    }
-    free(t->event);
-    free(t->times);
-    free(t->exact_times);
-    free(t->initial);
-    free(t->hold);
-    free(t->output);
-    free(t->output_text);
-    free(t->rate);
-    free(t->condition);
-    free(t->condition_text);
-    free(t->integral);
-    free(t->integral_text);
-}
-
-static void clear_symmetries(struct request_symmetries *s)
-{
-    for (int k = 0; k < s->checks; k++) {
-        free(s->check[k].name);
-        free(s->check[k].component);
-    }
-    free(s->check);
-    free(s->function);
-}
-
-static void clear_operator(struct request_operator *op)
-{
-    for (int k = 0; k < op->sources && op->source_name; k++)
-        free(op->source_name[k]);
-    free(op->source_name);
-    free(op->unknown);
-    free(op->source);
-    free(op->A);
-    free(op->B);
-}
-
-static void clear_hamiltonian(struct form_hamiltonian *h)
-{
-    if (!h)
-        return;
-    if (h->omega)
-        free((void *)h->omega->entry);
-    free((void *)h->omega);
-    free((void *)h->variable);
-    free((void *)h->restriction);
-    free(h);
-}
-
-static void clear_mechanical(struct form_mechanical *m)
-{
-    free(m->coordinate);
-    free(m->velocity);
-    free(m->multiplier);
-    free(m->mass);
-    free(m->force);
-    free(m->constraint);
-}
-
 void request_clear(struct request *r)
 {
-    clear_mechanical(&r->mechanical);
-    free(r->forces.reaction);
-    free(r->known);
-    clear_operator(&r->op);
-    clear_trajectory(&r->trajectory);
-    clear_symmetries(&r->symmetries);
-    for (int k = 0; k < r->sweeps; k++) {
-        for (int i = 0; i < r->sweep[k].initials; i++)
-            free(r->sweep[k].initial[i].text);
-        free(r->sweep[k].initial);
-        free(r->sweep[k].parameter);
-        free(r->sweep[k].parameter_value);
-    }
-    free(r->sweep);
-    free(r->swept);
-    for (int k = 0; k < r->tables; k++) {
-        free(r->table[k].name);
+    for (int k = 0; k < r->tables; k++)
         expr_table_free(r->table[k].values);
-    }
-    free(r->table);
+    free(r->known);
     sys_clear(&r->system);
     expr_store_clear(&r->store);
-    free(r->name);
-    free(r->accuracy.method);
-    clear_hamiltonian(r->hamiltonian);
+    sga_arena_end(&r->mem);
     *r = (struct request){ 0 };
 }

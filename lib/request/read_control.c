@@ -17,7 +17,8 @@ bool read_control(struct reader *rd, const json_t *system)
     struct form_control f = { 0 };
     struct read_matrix G = { .name = "G", .per_row = "inputs", .per_col = "variables" };
     expr_id *F = NULL, *constraint = NULL;
-    int *input = NULL, given = 0;
+    int *input = NULL;
+    int given = 0;
     int *variable = read_variables(rd, system, "variables", &f.variables);
     if (variable)
         input = read_variables(rd, system, "inputs", &f.inputs);
@@ -34,10 +35,5 @@ bool read_control(struct reader *rd, const json_t *system)
         f.constraint = constraint;
         form_control(&rd->r->system, &f);
     }
-    free(variable);
-    free(input);
-    free(F);
-    free(G.entry);
-    free(constraint);
     return ok;
 }

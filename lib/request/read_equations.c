@@ -1,6 +1,8 @@
 /* The form `equations`: texts left = right, of any order. */
 #include <stdlib.h>
 
+#include "arena.h"
+#include "equations.h"
 #include "reader.h"
 
 static bool read_equation(struct reader *rd, struct form_equations *f, const json_t *v)
@@ -47,7 +49,7 @@ static bool read_list(struct reader *rd, struct form_equations *f, const json_t 
 
 bool read_equations(struct reader *rd, const json_t *system)
 {
-    struct form_equations f;
+    SGA_ENDS(form_equations_clear) struct form_equations f = { 0 };
     int variables;
     int *variable = read_variables(rd, system, "variables", &variables);
     if (!variable)
@@ -55,8 +57,5 @@ bool read_equations(struct reader *rd, const json_t *system)
     form_equations_init(&f, &rd->r->store);
     for (int i = 0; i < variables; i++)
         form_equations_unknown(&f, variable[i]);
-    free(variable);
-    bool ok = read_list(rd, &f, system);
-    form_equations_clear(&f);
-    return ok;
+    return read_list(rd, &f, system);
 }

@@ -1,4 +1,5 @@
 /* The member `trajectory.events`: functions whose zeros along the motion are looked for. */
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -52,10 +53,11 @@ static bool read_event(struct reader *rd, const json_t *v)
     if (!(e->expression = read_expression(rd, expression, &e->text)))
         return false;
     at_back(rd, mark);
-    e->name = sga_strdup(text);
+    e->name = sga_take_text(&rd->r->mem, text);
     e->direction = direction == 2 ? -1 : direction;
     e->stop = action == 1;
     t->events++;
+    assert(e->direction >= -1 && e->direction <= 1);
     return true;
 }
 
@@ -66,12 +68,13 @@ bool read_events(struct reader *rd, const json_t *v)
         return expected(rd, "a list of events", v);
     if (json_array_size(v) > REQUEST_MAX_EVENTS)
         return at_fail(rd, SGA_E_SCHEMA, "there are %zu events; the limit is %d", json_array_size(v), REQUEST_MAX_EVENTS);
-    t->event = sga_calloc(json_array_size(v) + 1, sizeof *t->event);
+    t->event = sga_zeros(&rd->r->mem, json_array_size(v) + 1, sizeof *t->event);
     for (size_t i = 0; i < json_array_size(v); i++) {
         size_t mark = at_item(rd, v, i);
         if (!read_event(rd, json_array_get(v, i)))
             return false;
         at_back(rd, mark);
     }
+    assert(t->events <= REQUEST_MAX_EVENTS);
     return true;
 }

@@ -1,4 +1,5 @@
 /* The form `hamiltonian`: the function, the 2-form (canonical if left out), restrictions. */
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -80,14 +81,16 @@ static bool check_size(struct reader *rd, int variables, int restrictions)
                    restrictions, variables, MAX_DENSE);
 }
 
-/* What the form keeps, on the heap. */
-static struct form_hamiltonian *keep(const struct form_hamiltonian *f, const struct form_matrix *omega)
+/* What the form keeps. */
+static struct form_hamiltonian *keep(struct sga_arena *mem, const struct form_hamiltonian *f, const struct form_matrix *omega)
 {
-    struct form_hamiltonian *h = sga_malloc(sizeof *h);
+    assert(f->variables > 0 && (!omega || (omega->rows == f->variables && omega->cols == f->variables)));
+    struct form_hamiltonian *h = sga_take(mem, sizeof *h);
     *h = *f;
     if (omega) {
-        struct form_matrix *m = sga_malloc(sizeof *m);
+        struct form_matrix *m = sga_take(mem, sizeof *m);
         *m = *omega;
+        m->entry = read_matrix_kept(mem, omega->entry, omega->entries);
         h->omega = m;
     }
     return h;
@@ -102,17 +105,13 @@ bool read_hamiltonian(struct reader *rd, const json_t *system)
     bool ok = variable && read_function(rd, system, &f.hamiltonian) && read_two_form(rd, system, &omega, variable, f.variables)
         && read_expression_list(rd, system, "restrict", &restriction, &f.restrictions)
         && check_size(rd, f.variables, f.restrictions);
-    if (!ok) {
-        free(variable);
-        free(omega.entry);
-        free(restriction);
+    if (!ok)
         return false;
-    }
     struct form_matrix m = { .rows = f.variables, .cols = f.variables, .entry = omega.entry, .entries = omega.entries };
     f.variable = variable;
     f.restriction = restriction;
     f.restrictions = f.restrictions > 0 ? f.restrictions : 0;
-    rd->r->hamiltonian = keep(&f, json_object_get(system, "omega") ? &m : NULL);
+    rd->r->hamiltonian = keep(&rd->r->mem, &f, json_object_get(system, "omega") ? &m : NULL);
     form_hamiltonian_space(&rd->r->system, rd->r->hamiltonian);
     if (!f.restrictions)
         form_hamiltonian_rows(&rd->r->system, rd->r->hamiltonian, NULL);

@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "form.h"
-#include "mem.h"
 #include "reader.h"
 
 struct lagrangian {
@@ -76,10 +75,5 @@ bool read_lagrangian(struct reader *rd, const json_t *system)
         rd->r->coordinates = l.n;
         rd->r->multiplier = l.constraints ? l.multiplier[0] : 0;
     }
-    free(l.coordinate);
-    free(l.velocity);
-    free(l.multiplier);
-    free(l.force);
-    free(l.constraint);
     return ok;
 }

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
 #include "parse.h"
 #include "reader.h"
@@ -61,8 +62,8 @@ static bool read_inputs(struct reader *rd, struct linear *l, const json_t *syste
     if (feedback && n != (size_t)l->D.rows)
         return at_fail(rd, SGA_E_SHAPE, "there are %zu inputs, but D has %d rows", n, l->D.rows);
     l->inputs = (int)n;
-    l->u = sga_calloc(n + 1, sizeof *l->u);
-    l->input = sga_calloc(n + 1, sizeof *l->input);
+    l->u = sga_zeros(&rd->r->mem, n + 1, sizeof *l->u);
+    l->input = sga_zeros(&rd->r->mem, n + 1, sizeof *l->input);
     for (size_t j = 0; j < n; j++) {
         size_t here = at_item(rd, v, j);
         const json_t *item = list_item(v, j);
@@ -128,12 +129,5 @@ bool read_linear(struct reader *rd, const json_t *system)
                                  .C = matrix(&l.C), .D = matrix(&l.D), .u = l.u, .input = l.input, .inputs = l.free };
         form_linear(&rd->r->system, &f);
     }
-    free(variable);
-    free(l.A.entry);
-    free(l.B.entry);
-    free(l.C.entry);
-    free(l.D.entry);
-    free(l.u);
-    free(l.input);
     return ok;
 }

@@ -1,7 +1,7 @@
 /* Matrices and lists of expressions, as several forms have them. */
+#include <assert.h>
 #include <stdlib.h>
 
-#include "mem.h"
 #include "reader.h"
 
 /* A constant has no symbols but parameters. */
@@ -12,6 +12,7 @@ static bool is_constant(const struct expr_store *st, expr_id e)
 
 static bool add_entry(struct reader *rd, struct read_matrix *m, int row, int col, const json_t *v)
 {
+    assert(row >= 0 && col >= 0 && col < m->cols);
     expr_id e = read_expression(rd, v, NULL);
     if (!e)
         return false;
@@ -19,7 +20,7 @@ static bool add_entry(struct reader *rd, struct read_matrix *m, int row, int col
         return at_fail(rd, SGA_E_SCHEMA, "an entry of %s is a constant: numbers and parameters only", m->name);
     if (expr_is_zero(&rd->r->store, e))
         return true;
-    SGA_RESERVE(m->entry, m->cap, m->entries + 1);
+    SGA_RESERVE_IN(&rd->mem, m->entry, m->cap, m->entries + 1);
     m->entry[m->entries++] = (struct form_entry){ .row = row, .col = col, .value = e };
     return true;
 }
@@ -167,6 +168,14 @@ bool read_matrix_rows(struct reader *rd, const json_t *system, const char *membe
     return true;
 }
 
+struct form_entry *read_matrix_kept(struct sga_arena *mem, const struct form_entry *entry, size_t entries)
+{
+    struct form_entry *kept = sga_take(mem, (entries + 1) * sizeof *kept);
+    for (size_t k = 0; k < entries; k++)
+        kept[k] = entry[k];
+    return kept;
+}
+
 bool read_expression_list(struct reader *rd, const json_t *system, const char *member, expr_id **list, int *count)
 {
     const json_t *v = json_object_get(system, member);
@@ -177,7 +186,7 @@ bool read_expression_list(struct reader *rd, const json_t *system, const char *m
     size_t mark = at_member(rd, member), n = list_size(v);
     if (n > 16u * REQUEST_MAX_VARIABLES)
         return at_fail(rd, SGA_E_LIMIT_VARIABLES, "there are %zu entries; the limit is %d", n, 16 * REQUEST_MAX_VARIABLES);
-    *list = sga_calloc(n + 1, sizeof **list);
+    *list = sga_zeros(&rd->r->mem, n + 1, sizeof **list);
     for (size_t i = 0; i < n; i++) {
         size_t here = at_item(rd, v, i);
         if (!((*list)[i] = read_expression(rd, list_item(v, i), NULL)))

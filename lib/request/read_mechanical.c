@@ -3,8 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "form.h"
-#include "mem.h"
 #include "reader.h"
 
 static bool read_masses(struct reader *rd, const json_t *system, struct form_mechanical *m)
@@ -17,7 +17,7 @@ static bool read_masses(struct reader *rd, const json_t *system, struct form_mec
     bool nested = json_is_object(v) || (json_is_array(v) && json_array_size(v) && json_is_array(json_array_get(v, 0)));
     if (nested) {
         bool ok = read_matrix(rd, system, &matrix);
-        m->mass = matrix.entry;
+        m->mass = read_matrix_kept(&rd->r->mem, matrix.entry, matrix.entries);
         m->masses = matrix.entries;
         return ok;
     }
@@ -29,10 +29,9 @@ static bool read_masses(struct reader *rd, const json_t *system, struct form_mec
         ok = at_fail(rd, SGA_E_SHAPE, "there are %d masses, but %d coordinates; give one for each, or a matrix as a list of rows",
                      count, m->coordinates);
     }
-    m->mass = sga_calloc((size_t)m->coordinates + 1, sizeof *m->mass);
+    m->mass = sga_zeros(&rd->r->mem, (size_t)m->coordinates + 1, sizeof *m->mass);
     for (int i = 0; ok && i < count; i++)
         m->mass[m->masses++] = (struct form_entry){ i, i, list[i] };
-    free(list);
     return ok;
 }
 
@@ -55,7 +54,6 @@ static bool read_restrict(struct reader *rd, const json_t *system)
     bool ok = read_expression_list(rd, system, "restrict", &list, &count);
     for (int i = 0; ok && i < count; i++)
         sys_add_restriction(&rd->r->system, list[i]);
-    free(list);
     return ok;
 }
 
@@ -92,12 +90,11 @@ bool read_mechanical(struct reader *rd, const json_t *system)
 static expr_id output_name(struct reader *rd, const char *prefix, const char *name)
 {
     struct expr_store *st = &rd->r->store;
-    struct sga_buf text = { 0 };
+    SGA_ENDS(sga_buf_free) struct sga_buf text = { 0 };
     expr_id e = EXPR_UNDEF;
     sga_buf_printf(&text, "%s%s", prefix, name);
     if (expr_symbol_find(st, text.data, text.len) < 0)
         e = expr_symbol_add(st, text.data, EXPR_FREE);
-    sga_buf_free(&text);
     return e;
 }
 
@@ -106,7 +103,7 @@ void read_mechanical_outputs(struct reader *rd)
     struct request *r = rd->r;
     struct request_forces *f = &r->forces;
     int n = r->mechanical.coordinates;
-    f->reaction = sga_calloc((size_t)n + 1, sizeof *f->reaction);
+    f->reaction = sga_zeros(&rd->r->mem, (size_t)n + 1, sizeof *f->reaction);
     for (int i = 0; i < n; i++)
         f->reaction[i] = output_name(rd, "reaction_", r->store.symbol[r->mechanical.coordinate[i]].name);
     f->power = output_name(rd, "reaction_", "power");

@@ -4,9 +4,12 @@
  * handed to the form `equations`, so that the reduction runs on it like on any other. A
  * source that is only named stands for any function: the reduction then runs with it
  * left out, which changes no rank. */
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
+#include "equations.h"
 #include "mem.h"
 #include "reader.h"
 
@@ -38,7 +41,6 @@ static bool read_dense(struct reader *rd, const json_t *v, const char *name, exp
         ok = ok || at_fail(rd, SGA_E_SCHEMA, "the entries of %s are rational functions of time alone", name);
         *to = expr_add(&rd->r->store, *to, m.entry[k].value);
     }
-    free(m.entry);
     return ok;
 }
 
@@ -53,8 +55,9 @@ static bool read_coefficients(struct reader *rd, const json_t *system, struct re
     if (n > FORM_MAX_ORDER + 1)
         return at_fail(rd, SGA_E_LIMIT_VARIABLES, "the order is %zu; the limit is %d", n - 1, FORM_MAX_ORDER);
     op->order = (int)n - 1;
+    assert(op->order >= 0 && op->unknowns > 0);
     size_t square = (size_t)op->unknowns * (size_t)op->unknowns;
-    op->A = sga_calloc(n * square + 1, sizeof *op->A);
+    op->A = sga_zeros(&rd->r->mem, n * square + 1, sizeof *op->A);
     for (size_t k = 0; k < n; k++) {
         size_t here = at_index(rd, k);
         if (!read_dense(rd, json_array_get(v, k), "coefficients", op->A + k * square, op->unknowns, op->unknowns, "unknowns"))
@@ -71,7 +74,7 @@ static bool read_source(struct reader *rd, struct request_operator *op, const js
     const char *s = json_string_value(v);
     if (s && is_identifier(s) && !expr_reserved(s) && expr_symbol_find(&rd->r->store, s, strlen(s)) < 0) {
         op->source[k] = EXPR_UNDEF;
-        op->source_name[k] = sga_strdup(s);
+        op->source_name[k] = sga_take_text(&rd->r->mem, s);
         op->open_sources = true;
         return true;
     }
@@ -81,12 +84,12 @@ static bool read_source(struct reader *rd, struct request_operator *op, const js
                || at_fail(rd, SGA_E_SCHEMA, "a source is a new name or a function of time"));
 }
 
-static void default_sources(struct request_operator *op)
+static void default_sources(struct sga_arena *mem, struct request_operator *op)
 {
     for (int k = 0; k < op->sources; k++) {
         char name[32];
         snprintf(name, sizeof name, "e%d", k + 1);
-        op->source_name[k] = sga_strdup(name);
+        op->source_name[k] = sga_take_text(mem, name);
     }
     op->open_sources = op->sources > 0;
 }
@@ -104,9 +107,9 @@ static bool read_sources(struct reader *rd, const json_t *system, struct request
         op->sources = (int)json_integer_value(json_object_get(B, "cols"));
     if (op->sources > REQUEST_MAX_VARIABLES || op->sources < 0)
         return at_fail(rd, SGA_E_LIMIT_VARIABLES, "there are %d sources; the limit is %d", op->sources, REQUEST_MAX_VARIABLES);
-    op->source = sga_calloc((size_t)op->sources + 1, sizeof *op->source);
-    op->source_name = sga_calloc((size_t)op->sources + 1, sizeof *op->source_name);
-    op->B = sga_calloc((size_t)p * (size_t)op->sources + 1, sizeof *op->B);
+    op->source = sga_zeros(&rd->r->mem, (size_t)op->sources + 1, sizeof *op->source);
+    op->source_name = sga_zeros(&rd->r->mem, (size_t)op->sources + 1, sizeof *op->source_name);
+    op->B = sga_zeros(&rd->r->mem, (size_t)p * (size_t)op->sources + 1, sizeof *op->B);
     size_t mark = rd->at.len;
     if (B) {
         at_member(rd, "B");
@@ -121,7 +124,7 @@ static bool read_sources(struct reader *rd, const json_t *system, struct request
             op->B[k] = expr_int(&rd->r->store, k % (p + 1) == 0);
     }
     if (!sources) {
-        default_sources(op);
+        default_sources(&rd->r->mem, op);
         return true;
     }
     at_member(rd, "sources");
@@ -139,7 +142,7 @@ static bool read_sources(struct reader *rd, const json_t *system, struct request
 static bool as_equations(struct reader *rd, const struct request_operator *op)
 {
     struct expr_store *st = &rd->r->store;
-    struct form_equations f;
+    SGA_ENDS(form_equations_clear) struct form_equations f;
     int p = op->unknowns;
     form_equations_init(&f, st);
     for (int j = 0; j < p; j++)
@@ -159,9 +162,7 @@ static bool as_equations(struct reader *rd, const struct request_operator *op)
                 sum = expr_sub(st, sum, expr_mul(st, op->B[(size_t)i * (size_t)op->sources + (size_t)j], op->source[j]));
         form_equations_add(&f, sum);
     }
-    bool ok = form_equations_reduce(&f, &rd->r->system, REQUEST_MAX_VARIABLES, rd->err);
-    form_equations_clear(&f);
-    return ok;
+    return form_equations_reduce(&f, &rd->r->system, REQUEST_MAX_VARIABLES, rd->err);
 }
 
 bool read_operator(struct reader *rd, const json_t *system)

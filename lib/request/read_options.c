@@ -77,7 +77,7 @@ static bool read_method(struct reader *rd, const json_t *v)
         return false;
     if (!*name || strlen(name) > REQUEST_MAX_NAME)
         return at_fail(rd, SGA_E_SCHEMA, "the name of a method has 1 to %d bytes, not %zu", REQUEST_MAX_NAME, strlen(name));
-    rd->r->accuracy.method = sga_strdup(name);
+    rd->r->accuracy.method = sga_take_text(&rd->r->mem, name);
     at_back(rd, mark);
     return true;
 }

@@ -43,9 +43,5 @@ bool read_quasilinear(struct reader *rd, const json_t *system)
         q.restrictions = restrictions > 0 ? restrictions : 0;
         form_quasilinear(&rd->r->system, &q);
     }
-    free(variable);
-    free(alpha);
-    free(restriction);
-    free(m.entry);
     return ok;
 }

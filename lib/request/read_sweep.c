@@ -1,7 +1,9 @@
 /* The member `sweep`: starts and parameters of trajectories that share one analysis. */
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
 #include "reader.h"
 
@@ -25,7 +27,7 @@ bool read_sweep_names(struct reader *rd, const json_t *v)
     }
     if (!ok)
         return sga_fail(rd->err, SGA_E_LIMIT_MEMORY, "no memory is left to read the request; send a smaller one, or try again later");
-    rd->r->swept = sga_calloc(json_object_size(rd->swept) + 1, sizeof *rd->r->swept);
+    rd->r->swept = sga_zeros(&rd->r->mem, json_object_size(rd->swept) + 1, sizeof *rd->r->swept);
     return true;
 }
 
@@ -35,8 +37,8 @@ static bool read_values(struct reader *rd, const json_t *v, struct request_sweep
     const struct request *r = rd->r;
     const char *key;
     json_t *item;
-    one->parameter = sga_calloc((size_t)r->swept_count + 1, sizeof *one->parameter);
-    one->parameter_value = sga_calloc((size_t)r->swept_count + 1, sizeof *one->parameter_value);
+    one->parameter = sga_zeros(&rd->r->mem, (size_t)r->swept_count + 1, sizeof *one->parameter);
+    one->parameter_value = sga_zeros(&rd->r->mem, (size_t)r->swept_count + 1, sizeof *one->parameter_value);
     for (int i = 0; i < r->swept_count; i++)
         one->parameter[i] = r->swept[i].value;
     size_t mark = at_member(rd, "parameters");
@@ -77,7 +79,7 @@ bool read_sweep_parameters(struct reader *rd, const json_t *v)
     if (n * (json_object_size(rd->swept) + 1) > MOST_VALUES)
         return at_fail(rd, SGA_E_SCHEMA, "%zu sets of %zu parameters are too many; the limit is %d values", n, json_object_size(rd->swept),
                        MOST_VALUES);
-    r->sweep = sga_calloc(n, sizeof *r->sweep);
+    r->sweep = sga_zeros(&rd->r->mem, n, sizeof *r->sweep);
     r->sweeps = (int)n;
     if (!json_object_size(rd->swept)) {
         at_back(rd, mark);
@@ -100,6 +102,7 @@ bool read_sweep_parameters(struct reader *rd, const json_t *v)
 void sweep_bind(struct reader *rd, int k)
 {
     const struct request *r = rd->r;
+    assert(k < rd->r->sweeps);
     for (int i = 0; i < r->swept_count; i++) {
         expr_id own = k < 0 ? r->swept[i].value : EXPR_UNDEF;
         rd->value[r->swept[i].symbol] = own ? own : r->sweep[k < 0 ? 0 : k].parameter[i];
@@ -115,9 +118,11 @@ void sweep_unbind(struct reader *rd)
 /* The values of trajectory.initial that this member does not give; they may depend on parameters that it does. */
 static bool inherit(struct reader *rd, const unsigned char *taken, struct request_sweep *s)
 {
+    assert(s->initials <= rd->r->system.variables);
     const struct request_trajectory *t = &rd->r->trajectory;
     struct expr_store *st = &rd->r->store;
-    s->initial = sga_realloc(s->initial, (size_t)(s->initials + t->initials + 1) * sizeof *s->initial);
+    size_t cap = (size_t)s->initials;
+    SGA_RESERVE_IN(&rd->r->mem, s->initial, cap, s->initials + t->initials + 1);
     for (int i = 0; i < t->initials; i++) {
         if (taken[t->initial[i].variable])
             continue;
@@ -132,6 +137,7 @@ static bool inherit(struct reader *rd, const unsigned char *taken, struct reques
                            t->initial[i].text);
     }
     qsort(s->initial, (size_t)s->initials, sizeof *s->initial, by_variable);
+    assert(s->initials <= rd->r->system.variables);
     return true;
 }
 
@@ -162,14 +168,13 @@ bool read_sweep(struct reader *rd, const json_t *v)
     if (json_array_size(v) * (size_t)(rd->r->trajectory.initials + 1) > MOST_VALUES)
         return at_fail(rd, SGA_E_SCHEMA, "%zu sets with %d values from trajectory.initial are too many; the limit is %d values",
                        json_array_size(v), rd->r->trajectory.initials, MOST_VALUES);
-    unsigned char *taken = sga_malloc((size_t)rd->r->system.variables + 1);
+    SGA_FREED unsigned char *taken = sga_malloc((size_t)rd->r->system.variables + 1);
     bool ok = true;
     for (size_t i = 0; ok && i < json_array_size(v); i++) {
         size_t here = at_item(rd, v, i);
         if ((ok = read_member(rd, json_array_get(v, i), taken, (int)i)))
             at_back(rd, here);
     }
-    free(taken);
     if (ok)
         at_back(rd, mark);
     return ok;

@@ -2,6 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
 #include "reader.h"
 
@@ -18,7 +19,7 @@ static bool read_components(struct reader *rd, const json_t *v, struct request_c
     int n = rd->r->system.variables;
     if (!json_is_object(v))
         return expected(rd, "an object of variables and expressions", v);
-    unsigned char *taken = sga_calloc((size_t)n + 1, 1);
+    SGA_FREED unsigned char *taken = sga_calloc((size_t)n + 1, 1);
     bool ok = true;
     const char *key;
     json_t *item;
@@ -33,7 +34,6 @@ static bool read_components(struct reader *rd, const json_t *v, struct request_c
         taken[k] = 1;
         at_back(rd, mark);
     }
-    free(taken);
     return ok;
 }
 
@@ -55,9 +55,9 @@ static bool read_candidate(struct reader *rd, const json_t *v, struct request_ca
     if (!field == !map)
         return at_fail(rd, field ? SGA_E_SCHEMA : SGA_E_MISSING_MEMBER,
                        "give either \"field\" (an infinitesimal symmetry) or \"map\" (a diffeomorphism)");
-    c->name = sga_strdup(text);
+    c->name = sga_take_text(&rd->r->mem, text);
     c->is_map = map != NULL;
-    c->component = sga_calloc((size_t)n + 1, sizeof *c->component);
+    c->component = sga_zeros(&rd->r->mem, (size_t)n + 1, sizeof *c->component);
     for (int k = 0; k <= n; k++) {
         int symbol = k < n ? rd->r->system.variable[k].symbol : rd->r->system.time;
         c->component[k] = c->is_map ? st->symbol[symbol].node : expr_int(st, 0);
@@ -76,7 +76,7 @@ static bool read_checks(struct reader *rd, const json_t *v)
         return expected(rd, "a list", v);
     if (json_array_size(v) > MOST_CHECKS)
         return at_fail(rd, SGA_E_LIMIT_VARIABLES, "there are %zu candidates; the limit is %d", json_array_size(v), MOST_CHECKS);
-    s->check = sga_calloc(json_array_size(v) + 1, sizeof *s->check);
+    s->check = sga_zeros(&rd->r->mem, json_array_size(v) + 1, sizeof *s->check);
     for (size_t i = 0; i < json_array_size(v); i++) {
         size_t mark = at_index(rd, i);
         s->checks++;

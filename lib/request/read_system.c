@@ -2,6 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "form.h"
 #include "mem.h"
 #include "reader.h"
@@ -34,7 +35,7 @@ enum { FORMS = sizeof form_table / sizeof *form_table };
 static const struct form_kind *read_form(struct reader *rd, const json_t *system)
 {
     const char *word[FORMS];
-    struct sga_buf ready = { 0 };
+    SGA_ENDS(sga_buf_free) struct sga_buf ready = { 0 };
     for (int i = 0; i < FORMS; i++) {
         word[i] = form_table[i].name;
         if (form_table[i].read)
@@ -51,7 +52,6 @@ static const struct form_kind *read_form(struct reader *rd, const json_t *system
         }
         at_back(rd, mark);
     }
-    sga_buf_free(&ready);
     return k < 0 ? NULL : form_table + k;
 }
 
@@ -154,7 +154,7 @@ static bool read_parameters_and_time(struct reader *rd, const json_t *system)
     size_t mark = at_member(rd, "parameters");
     if (!json_is_object(parameters))
         return expected(rd, "an object of names and values", parameters);
-    expr_id *value = sga_calloc(json_object_size(parameters) + 1, sizeof *value);
+    SGA_FREED expr_id *value = sga_calloc(json_object_size(parameters) + 1, sizeof *value);
     bool ok = read_parameter_values(rd, parameters, value);
     if (ok) {
         at_back(rd, mark);
@@ -164,7 +164,6 @@ static bool read_parameters_and_time(struct reader *rd, const json_t *system)
         at_member(rd, "parameters");
         ok = add_parameters(rd, parameters, value);
     }
-    free(value);
     if (ok)
         at_back(rd, mark);
     return ok;
@@ -181,14 +180,12 @@ int *read_variables(struct reader *rd, const json_t *system, const char *member,
                NULL;
     if (n == 0)
         return at_fail(rd, SGA_E_EMPTY_SYSTEM, "a system needs at least one variable"), NULL;
-    int *symbol = sga_malloc(n * sizeof *symbol);
+    int *symbol = sga_take(&rd->r->mem, n * sizeof *symbol);
     for (size_t i = 0; i < n; i++) {
         size_t here = at_item(rd, v, i);
         symbol[i] = read_new_name(rd, list_item(v, i), EXPR_VARIABLE);
-        if (symbol[i] < 0) {
-            free(symbol);
+        if (symbol[i] < 0)
             return NULL;
-        }
         at_back(rd, here);
     }
     at_back(rd, mark);
@@ -200,7 +197,7 @@ static void index_columns(struct reader *rd)
 {
     const struct sys_system *s = &rd->r->system;
     rd->columns = rd->r->store.symbols;
-    rd->column = sga_malloc(((size_t)rd->columns + 1) * sizeof *rd->column);
+    rd->column = sga_take(&rd->mem, ((size_t)rd->columns + 1) * sizeof *rd->column);
     for (int i = 0; i < rd->columns; i++)
         rd->column[i] = -1;
     for (int j = 0; j < s->variables; j++)
@@ -221,7 +218,7 @@ bool read_system(struct reader *rd, const json_t *v)
         size_t here = at_member(rd, "name");
         if (!read_string(rd, name))
             return false;
-        rd->r->name = sga_strdup(json_string_value(name));
+        rd->r->name = sga_take_text(&rd->r->mem, json_string_value(name));
         at_back(rd, here);
     }
     if (!read_parameters_and_time(rd, v) || !read_tables(rd, v) || !form->read(rd, v))

@@ -2,15 +2,18 @@
  *
  * Algebra knows a table as a name u whose derivatives are u', u'', ... and of which nothing else
  * is known: what it finds holds for every function u. The samples are met by numbers only. */
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
 #include "reader.h"
 #include "signal.h"
+#include "table.h"
 
-/* A list of numbers; the caller frees it. NULL with an error. */
+/* A list of numbers that ends with the reading; NULL with an error. */
 static double *read_numbers(struct reader *rd, const json_t *table, const char *member, int *count)
 {
     const json_t *v = need_member(rd, table, member);
@@ -21,7 +24,7 @@ static double *read_numbers(struct reader *rd, const json_t *table, const char *
         return expected(rd, "a list of numbers", v), NULL;
     if (n < 2 || n > REQUEST_MAX_KNOTS)
         return at_fail(rd, SGA_E_SHAPE, "there are %zu %s; a table has 2 to %d", n, member, REQUEST_MAX_KNOTS), NULL;
-    double *x = sga_malloc(n * sizeof *x);
+    double *x = sga_take(&rd->mem, n * sizeof *x);
     for (size_t i = 0; i < n; i++) {
         const json_t *item = json_array_get(v, i);
         if (json_is_number(item)) {            /* a table is long: no detour by exact numbers */
@@ -29,10 +32,8 @@ static double *read_numbers(struct reader *rd, const json_t *table, const char *
             continue;
         }
         size_t here = at_index(rd, i);
-        if (!read_value(rd, item, x + i, NULL)) {
-            free(x);
+        if (!read_value(rd, item, x + i, NULL))
             return NULL;
-        }
         at_back(rd, here);
     }
     at_back(rd, mark);
@@ -42,6 +43,7 @@ static double *read_numbers(struct reader *rd, const json_t *table, const char *
 
 static bool increasing(struct reader *rd, const double *time, int n)
 {
+    assert(n >= 2);
     for (int i = 1; i < n; i++)
         if (!(time[i] > time[i - 1])) {
             at_member(rd, "times");
@@ -88,8 +90,6 @@ static bool read_table(struct reader *rd, const json_t *v, struct request_table 
         t->values = expr_table_new((enum expr_interpolation)kind, n, time, value);
         ok = usable(rd, t->values);
     }
-    free(time);
-    free(value);
     return ok;
 }
 
@@ -103,7 +103,7 @@ bool read_tables(struct reader *rd, const json_t *system)
         return expected(rd, "an object of names and tables", v);
     if (json_object_size(v) > REQUEST_MAX_TABLES)
         return at_fail(rd, SGA_E_SCHEMA, "there are %zu tables; the limit is %d", json_object_size(v), REQUEST_MAX_TABLES);
-    rd->r->table = sga_calloc(json_object_size(v) + 1, sizeof *rd->r->table);
+    rd->r->table = sga_zeros(&rd->r->mem, json_object_size(v) + 1, sizeof *rd->r->table);
     const char *key;
     json_t *item;
     json_object_foreach((json_t *)v, key, item) {
@@ -112,7 +112,7 @@ bool read_tables(struct reader *rd, const json_t *system)
         int symbol = new_name(rd, key, EXPR_SIGNAL);
         if (symbol < 0)
             return false;
-        t->name = sga_strdup(key);
+        t->name = sga_take_text(&rd->r->mem, key);
         rd->r->tables++;
         if (!read_table(rd, item, t))
             return false;

@@ -1,8 +1,10 @@
 /* The member `trajectory`: when, from where, what to give, how to fix the gauge. */
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
 #include "reader.h"
 
@@ -44,10 +46,11 @@ static bool spread_samples(struct reader *rd, const json_t *v, double stop)
         return at_fail(rd, SGA_E_SCHEMA, "from start %.17g to stop %.17g there is no room for %ld different times",
                        t->start, stop, n);
     }
-    t->times = sga_malloc((size_t)n * sizeof *t->times);
+    t->times = sga_take(&rd->r->mem, (size_t)n * sizeof *t->times);
     for (long i = 0; i < n; i++)
         t->times[i] = i == n - 1 ? stop : evenly(t->start, stop, i, n - 1);
     t->samples = (int)n;
+    assert(t->times[n - 1] == stop);
     return true;
 }
 
@@ -57,8 +60,8 @@ static bool read_times(struct reader *rd, const json_t *v, bool has_start)
     size_t mark = at_member(rd, "times"), n = list_size(v);
     if (n < 1 || n > REQUEST_MAX_SAMPLES)
         return at_fail(rd, SGA_E_SCHEMA, "there are %zu times; there must be 1 to %d", n, REQUEST_MAX_SAMPLES);
-    t->times = sga_malloc(n * sizeof *t->times);
-    t->exact_times = sga_malloc(n * sizeof *t->exact_times);
+    t->times = sga_take(&rd->r->mem, n * sizeof *t->times);
+    t->exact_times = sga_take(&rd->r->mem, n * sizeof *t->exact_times);
     for (size_t i = 0; i < n; i++) {
         size_t here = at_item(rd, v, i);
         if (!read_exact(rd, list_item(v, i), t->times + i, t->exact_times + i, NULL))
@@ -129,7 +132,7 @@ bool read_initial(struct reader *rd, const json_t *v, unsigned char *taken, stru
 {
     if (!json_is_object(v))
         return expected(rd, "an object of variables and values", v);
-    *list = sga_calloc(json_object_size(v) + 1, sizeof **list);
+    *list = sga_zeros(&rd->r->mem, json_object_size(v) + 1, sizeof **list);
     const char *key;
     json_t *item;
     json_object_foreach((json_t *)v, key, item) {
@@ -148,7 +151,7 @@ bool read_initial(struct reader *rd, const json_t *v, unsigned char *taken, stru
 static bool read_hold(struct reader *rd, const json_t *v, unsigned char *taken)
 {
     struct request_trajectory *t = &rd->r->trajectory;
-    t->hold = sga_calloc(list_size(v) + 1, sizeof *t->hold);
+    t->hold = sga_zeros(&rd->r->mem, list_size(v) + 1, sizeof *t->hold);
     for (size_t i = 0; i < list_size(v); i++) {
         size_t mark = at_item(rd, v, i);
         const char *name = read_string(rd, list_item(v, i));
@@ -168,8 +171,8 @@ static bool read_expressions(struct reader *rd, const json_t *v, expr_id **e, ch
     if (n > 16u * REQUEST_MAX_VARIABLES)
         return at_fail(rd, SGA_E_LIMIT_VARIABLES, "there are %zu expressions; the limit is %d", n,
                        16 * REQUEST_MAX_VARIABLES);
-    *e = sga_calloc(n + 1, sizeof **e);
-    *text = sga_calloc(n + 1, sizeof **text);
+    *e = sga_zeros(&rd->r->mem, n + 1, sizeof **e);
+    *text = sga_zeros(&rd->r->mem, n + 1, sizeof **text);
     for (size_t i = 0; i < n; i++) {
         size_t mark = at_item(rd, v, i);
         if (!((*e)[i] = read_expression(rd, list_item(v, i), *text + i)))
@@ -185,7 +188,7 @@ static bool read_rates(struct reader *rd, const json_t *v, unsigned char *taken)
     struct request_trajectory *t = &rd->r->trajectory;
     if (!json_is_object(v))
         return expected(rd, "an object of variables and their derivatives", v);
-    t->rate = sga_calloc(json_object_size(v) + 1, sizeof *t->rate);
+    t->rate = sga_zeros(&rd->r->mem, json_object_size(v) + 1, sizeof *t->rate);
     const char *key;
     json_t *item;
     json_object_foreach((json_t *)v, key, item) {
@@ -224,7 +227,7 @@ static bool read_where(struct reader *rd, const json_t *v)
 {
     struct request_trajectory *t = &rd->r->trajectory;
     size_t n = (size_t)rd->r->system.variables;
-    unsigned char *taken = sga_malloc(n + 1);
+    SGA_FREED unsigned char *taken = sga_malloc(n + 1);
     const json_t *m;
     bool ok = true;
     size_t mark = rd->at.len;
@@ -266,7 +269,6 @@ static bool read_where(struct reader *rd, const json_t *v)
     }
     if (ok)
         at_back(rd, mark);
-    free(taken);
     return ok;
 }
 
@@ -284,6 +286,7 @@ bool read_trajectory(struct reader *rd, const json_t *v)
 expr_id request_exact_time(struct request *r, int k)
 {
     const struct request_trajectory *t = &r->trajectory;
+    assert(k >= 0 && k < t->samples);
     struct expr_store *st = &r->store;
     if (t->exact_times)
         return t->exact_times[k];

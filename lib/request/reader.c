@@ -1,12 +1,14 @@
 /* Strict access to JSON values, with the pointer of the place. */
 #include "reader.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
 #include "suggest.h"
 
@@ -34,6 +36,7 @@ size_t at_index(struct reader *rd, size_t index)
 
 void at_back(struct reader *rd, size_t mark)
 {
+    assert(mark <= rd->at.len);
     rd->at.len = mark;
     if (rd->at.data)
         rd->at.data[mark] = 0;
@@ -41,6 +44,7 @@ void at_back(struct reader *rd, size_t mark)
 
 bool at_fail(struct reader *rd, enum sga_code code, const char *fmt, ...)
 {
+    assert(code != SGA_E_OK);
     char text[sizeof rd->err->detail];
     va_list ap;
     va_start(ap, fmt);
@@ -82,7 +86,7 @@ bool only_members(struct reader *rd, const json_t *v, const char *const *allowed
             continue;
         struct suggest s;
         suggest_begin(&s, key, strlen(key));
-        struct sga_buf known = { 0 };
+        SGA_ENDS(sga_buf_free) struct sga_buf known = { 0 };
         for (a = allowed; *a; a++) {
             suggest_offer(&s, *a);
             sga_buf_printf(&known, "%s%s", known.len ? ", " : "", *a);
@@ -92,7 +96,6 @@ bool only_members(struct reader *rd, const json_t *v, const char *const *allowed
             at_fail(rd, SGA_E_UNKNOWN_MEMBER, "the member \"%.60s\" is not known; did you mean \"%s\"?", key, s.best);
         else
             at_fail(rd, SGA_E_UNKNOWN_MEMBER, "the member \"%.60s\" is not known here; known are %.500s", key, known.data);
-        sga_buf_free(&known);
         return false;
     }
     return true;
@@ -151,7 +154,7 @@ expr_id read_expression(struct reader *rd, const json_t *v, char **text)
         if (rd->err && !rd->err->pointer[0] && rd->at.data)
             snprintf(rd->err->pointer, sizeof rd->err->pointer, "%s", rd->at.data);
     } else if (text) {
-        *text = sga_strdup(s);
+        *text = sga_take_text(&rd->r->mem, s);
     }
     return e;
 }
@@ -165,8 +168,6 @@ bool read_exact(struct reader *rd, const json_t *v, double *out, expr_id *exact,
                                rd->symbolic[0] ? " and parameters that have a value" : " and parameters"));
     if (ok && text)
         *text = own;
-    else
-        free(own);
     if (exact)
         *exact = e;
     return ok;
@@ -190,6 +191,7 @@ bool read_number(struct reader *rd, const json_t *v, double low, double high, do
 
 bool read_integer(struct reader *rd, const json_t *v, long low, long high, long *out)
 {
+    assert(low <= high);
     double d = json_is_number(v) ? json_number_value(v) : NAN;
     if (!(d == floor(d)) || isinf(d))
         return expected(rd, "an integer", v);
@@ -216,17 +218,16 @@ const char *read_string(struct reader *rd, const json_t *v)
 
 int read_word(struct reader *rd, const json_t *v, const char *const *word, int n, const char *what)
 {
+    assert(n > 0);
     const char *s = read_string(rd, v);
     if (!s)
         return -1;
     struct suggest near;
     suggest_begin(&near, s, strlen(s));
-    struct sga_buf known = { 0 };
+    SGA_ENDS(sga_buf_free) struct sga_buf known = { 0 };
     for (int i = 0; i < n; i++) {
-        if (strcmp(word[i], s) == 0) {
-            sga_buf_free(&known);
+        if (strcmp(word[i], s) == 0)
             return i;
-        }
         suggest_offer(&near, word[i]);
         sga_buf_printf(&known, "%s\"%s\"", i ? ", " : "", word[i]);
     }
@@ -234,6 +235,5 @@ int read_word(struct reader *rd, const json_t *v, const char *const *word, int n
         at_fail(rd, SGA_E_SCHEMA, "\"%.60s\" is not %s; did you mean \"%s\"?", s, what, near.best);
     else
         at_fail(rd, SGA_E_SCHEMA, "\"%.60s\" is not %s; known are %.500s", s, what, known.data);
-    sga_buf_free(&known);
     return -1;
 }

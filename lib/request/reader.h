@@ -4,7 +4,7 @@
 
 #include <jansson.h>
 
-#include "equations.h"
+#include "buf.h"
 #include "form.h"
 #include "parse.h"
 #include "request.h"
@@ -13,6 +13,7 @@ struct reader {
     struct request_bounds *bounds;   /* narrower limits of who asks; NULL: none */
     bool by_name;                 /* parameters with values stay symbolic */
     struct request *r;
+    struct sga_arena mem;         /* what ends with the reading; what the request keeps is taken from its own */
     struct sga_error *err;
     struct sga_buf at;             /* JSON Pointer of the value being read */
     struct expr_grammar grammar;   /* with the parameters' values */
@@ -46,7 +47,7 @@ const json_t *list_item(const json_t *v, size_t i);
 size_t at_item(struct reader *rd, const json_t *list, size_t i);
 
 /* Values. The text of an expression (a string, or a number as its decimal) goes to
- * *text where text is not NULL; the caller frees it. */
+ * *text where text is not NULL; it is the request's. */
 expr_id read_expression(struct reader *rd, const json_t *v, char **text);
 bool read_number(struct reader *rd, const json_t *v, double low, double high, double *out);
 /* A constant: a number or an exact string, of constants and valued parameters. */
@@ -107,7 +108,7 @@ struct form_kind {
 };
 bool read_quasilinear(struct reader *rd, const json_t *system);
 bool read_equations(struct reader *rd, const json_t *system);
-/* The member `variables` as new symbols; caller frees. NULL on failure. */
+/* The member `variables` as new symbols, the request's. NULL on failure. */
 int *read_variables(struct reader *rd, const json_t *system, const char *member, int *count);
 
 bool read_linear(struct reader *rd, const json_t *system);
@@ -122,14 +123,14 @@ void read_mechanical_outputs(struct reader *rd);
 /* velocities.c. For struct expr_grammar: q' of a coordinate q, and nothing higher. */
 expr_id read_velocity_of(void *ctx, int symbol, int order);
 /* New variables q' for coordinates; lambda1, lambda2, ... (a name that is taken gets underscores).
- * NULL with the store's error; the caller frees them. */
+ * NULL with the store's error; they are the request's. */
 int *read_make_velocities(struct reader *rd, const int *coordinate, int n);
 int *read_make_multipliers(struct reader *rd, int n);
 /* Whether q, q' and the multipliers are as few variables as are allowed. */
 bool read_motion_fits(struct reader *rd, int coordinates, int multipliers);
 
 /* read_matrix.c: a member that is a matrix, dense or sparse, of a size that is known.
- * The caller frees entry, also after a failure. */
+ * They end with the reading. */
 struct read_matrix {
     const char *name;                     /* the member */
     int rows, cols;
@@ -144,7 +145,9 @@ bool read_matrix(struct reader *rd, const json_t *system, struct read_matrix *m)
 bool read_matrix_value(struct reader *rd, const json_t *v, struct read_matrix *m);
 /* How many rows the member has as it is written. One flat list of `cols` entries is one row. */
 bool read_matrix_rows(struct reader *rd, const json_t *system, const char *member, int cols, int *rows);
-/* A list of expressions under a member; caller frees, also after a failure. count -1: the
+/* Entries that the request keeps. */
+struct form_entry *read_matrix_kept(struct sga_arena *mem, const struct form_entry *entry, size_t entries);
+/* A list of expressions under a member, the request's. count -1: the
  * member is absent. */
 bool read_expression_list(struct reader *rd, const json_t *system, const char *member, expr_id **list, int *count);
 

@@ -10,10 +10,12 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+#include "arena.h"
 #include "buf.h"
 #include "form.h"
 #include "system.h"
-#include "table.h"
+
+struct sga_buf;
 
 /* What can be wanted: symbol, name. The bit of a symbol is 1u << its place. */
 #define REQUEST_WANT_TABLE(X) \
@@ -157,6 +159,7 @@ struct request_symmetries {
 };
 
 struct request {
+    struct sga_arena mem;             /* what it points to but the store, the system and the tables */
     struct expr_store store;
     struct sys_system system;         /* in store */
     struct request_table *table; int tables;
@@ -195,6 +198,8 @@ struct request_bounds { double seconds; int nodes; bool met; };
  * call them by their names. False: it cannot be read so; no reason is given. */
 bool request_read_named(struct request *r, const char *text, size_t length, int nodes);
 bool request_read_within(struct request *r, const char *text, size_t length, struct request_bounds *bounds, struct sga_error *err);
+/* The system's own rules; starts and rates in the order of the variables, times one way. Linear; asserted where reading ends. */
+bool request_sane(const struct request *r);
 void request_clear(struct request *r);
 
 /* The same JSON, compact, members sorted, numbers in their shortest form (1.0 and 1e0 are 1):

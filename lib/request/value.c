@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "arena.h"
 #include "mem.h"
 #include "reader.h"
 #include "value.h"
@@ -44,10 +45,10 @@ bool constant_value(const struct expr_store *st, expr_id e, double *out)
         *out = expr_nearest_double(expr_const_value(st, e));
         return isfinite(*out);
     }
-    struct expr_cone c;
+    SGA_ENDS(expr_cone_clear) struct expr_cone c;
     expr_cone_init(&c);
     expr_cone_of(st, &c, &e, 1);
-    double *v = sga_malloc((size_t)(c.count + 1) * sizeof *v);
+    SGA_FREED double *v = sga_malloc((size_t)(c.count + 1) * sizeof *v);
     for (int i = 0; i < c.count; i++) {
         const struct expr_node *n = st->node + c.list[i];
         int args = n->op == EXPR_SYM || n->op == EXPR_SOLVE ? 0 : expr_op_args((enum expr_op)n->op);
@@ -58,14 +59,12 @@ bool constant_value(const struct expr_store *st, expr_id e, double *out)
             v[i] = n->op == EXPR_POWI ? pow(a, n->b) : apply((enum expr_op)n->op, a, b);
     }
     *out = v[c.count - 1];
-    free(v);
-    expr_cone_clear(&c);
     return isfinite(*out);
 }
 
 unsigned symbol_kinds(const struct expr_store *st, expr_id e)
 {
-    struct expr_cone c;
+    SGA_ENDS(expr_cone_clear) struct expr_cone c;
     unsigned kinds = 0;
     expr_cone_init(&c);
     expr_cone_of(st, &c, &e, 1);
@@ -74,6 +73,5 @@ unsigned symbol_kinds(const struct expr_store *st, expr_id e)
         if (n->op == EXPR_SYM)
             kinds |= 1u << st->symbol[n->a].kind;
     }
-    expr_cone_clear(&c);
     return kinds;
 }

@@ -1,4 +1,5 @@
 /* Names that the mechanical forms add: velocities q', multipliers lambda1, lambda2, ... */
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -21,13 +22,12 @@ expr_id read_velocity_of(void *ctx, int symbol, int order)
 int *read_make_velocities(struct reader *rd, const int *coordinate, int n)
 {
     struct expr_store *st = &rd->r->store;
-    int *velocity = sga_calloc((size_t)n + 1, sizeof *velocity);
+    int *velocity = sga_zeros(&rd->r->mem, (size_t)n + 1, sizeof *velocity);
     for (int i = 0; i < n; i++) {
         char name[REQUEST_MAX_NAME + 2];
         snprintf(name, sizeof name, "%s'", st->symbol[coordinate[i]].name);
         expr_id e = expr_symbol_add(st, name, EXPR_VARIABLE);
         if (!e) {
-            free(velocity);
             store_ok(rd);
             return NULL;
         }
@@ -38,6 +38,7 @@ int *read_make_velocities(struct reader *rd, const int *coordinate, int n)
 
 bool read_motion_fits(struct reader *rd, int coordinates, int multipliers)
 {
+    assert(coordinates > 0 && multipliers >= 0);
     long count = 2L * coordinates + multipliers;
     return count <= REQUEST_MAX_VARIABLES
            || at_fail(rd, SGA_E_LIMIT_VARIABLES, "the system of first order has %ld variables; the limit is %d", count,
@@ -47,9 +48,9 @@ bool read_motion_fits(struct reader *rd, int coordinates, int multipliers)
 int *read_make_multipliers(struct reader *rd, int n)
 {
     struct expr_store *st = &rd->r->store;
-    struct sga_buf name = { 0 };
+    SGA_ENDS(sga_buf_free) struct sga_buf name = { 0 };
     bool ok = true;
-    int *multiplier = sga_calloc((size_t)n + 1, sizeof *multiplier);
+    int *multiplier = sga_zeros(&rd->r->mem, (size_t)n + 1, sizeof *multiplier);
     for (int i = 0; i < n && ok; i++) {
         sga_buf_clear(&name);
         sga_buf_printf(&name, "lambda%d", i + 1);
@@ -59,10 +60,8 @@ int *read_make_multipliers(struct reader *rd, int n)
         ok = e != EXPR_UNDEF;
         multiplier[i] = ok ? st->node[e].a : -1;
     }
-    sga_buf_free(&name);
     if (ok)
         return multiplier;
-    free(multiplier);
     store_ok(rd);
     return NULL;
 }

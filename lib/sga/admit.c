@@ -1,16 +1,23 @@
 /* From a candidate to constraints: regular, independent, and with points. */
 #include "state.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "admit.h"
+#include "arena.h"
+#include "ball.h"
 #include "irregular.h"
 #include "mem.h"
 #include "place_search.h"
+#include "points.h"
+#include "poly.h"
 #include "print.h"
+#include "reduction.h"
+#include "oracle.h"
 #include "warnings.h"
 
 char *state_text(struct state *s, expr_id e)
@@ -22,14 +29,14 @@ enum points_status state_sample(struct state *s)
 {
     s->space.constraint = s->con;
     s->space.constraints = s->sol->constraints;
-    return points_shadow_sample(s->shadow, &s->space);
+    return points_oracle_sample(s->oracle, &s->space);
 }
 
 /* Whether what vanished on the set of the first so many constraints vanishes at the present points: otherwise they lie on another
  * component of it than the decisions so far. */
 static bool on_component(struct state *s, int constraints)
 {
-    struct points_shadow *w = s->shadow;
+    struct points_oracle *w = s->oracle;
     bool on = true;
     for (int k = 0; k < w->reals && on; k++) {
         struct num_ball *b = &w->real[k].ball;
@@ -44,9 +51,10 @@ static bool on_component(struct state *s, int constraints)
 
 static void push(struct state *s, const struct candidate *c, expr_id regular, int g)
 {
+    assert(g >= 1 && (!s->sol->constraints || s->sol->constraint[s->sol->constraints - 1].generation <= g));
     struct sga_solution *sol = s->sol;
     SGA_RESERVE(sol->constraint, s->constraint_cap, sol->constraints + 1);
-    SGA_RESERVE(s->con, s->con_cap, sol->constraints + 1);
+    SGA_RESERVE_IN(&s->mem, s->con, s->con_cap, sol->constraints + 1);
     struct sga_constraint *k = sol->constraint + sol->constraints;
     bool same = regular == c->expr && !c->arose;
     *k = (struct sga_constraint){ .expr = regular, .generation = g, .origin = c->origin, .source = c->source,
@@ -67,6 +75,7 @@ static void push_option(struct state *s, const struct candidate *c, const struct
 /* The branches of a product that are not followed. */
 static void note_branches(struct state *s, const struct regular *r, int followed, int before)
 {
+    assert(followed < r->options && before <= s->sol->constraints);
     for (int i = before; i < s->sol->constraints; i++)
         s->sol->constraint[i].chosen = r->options > 1;
     SGA_RESERVE(s->sol->branch, s->branch_cap, s->sol->branches + r->options + 1);
@@ -84,12 +93,14 @@ static void note_branches(struct state *s, const struct regular *r, int followed
 
 void admit_pop(struct state *s, int to)
 {
+    assert(to >= 0 && to <= s->sol->constraints);
     while (s->sol->constraints > to)
         free(s->sol->constraint[--s->sol->constraints].part);
 }
 
 static int contradiction(struct state *s, const struct candidate *c, const char *why)
 {
+    assert(c->expr && why[0]);
     s->inconsistent = true;
     s->sol->contradiction = c->expr;
     snprintf(s->sol->contradiction_why, sizeof s->sol->contradiction_why, "%s", why);
@@ -112,7 +123,7 @@ const char *state_hopeless(struct state *s, expr_id e)
 
 static int fail_sample(struct state *s, const struct candidate *c, enum points_status status)
 {
-    char *text = state_text(s, c->expr);
+    SGA_FREED char *text = state_text(s, c->expr);
     if (status == POINTS_STOPPED)
         sga_budget_ok(s->options->budget, s->err);
     else if (status == POINTS_IRREGULAR)
@@ -122,7 +133,6 @@ static int fail_sample(struct state *s, const struct candidate *c, enum points_s
     else
         sga_fail(s->err, SGA_E_NO_REAL_POINT, "no real point was found on which the constraint %s holds with the earlier "
                  "ones (this is not a proof that there is none); give trajectory.initial near such a point", text);
-    free(text);
     return -1;
 }
 
@@ -131,7 +141,7 @@ static int fail_sample(struct state *s, const struct candidate *c, enum points_s
 static bool order_holds(struct state *s, const struct proposal *p)
 {
     for (int k = 0; k < p->derivatives; k++) {
-        enum points_truth z = points_shadow_zero(s->shadow, p->derivative[k]).truth;
+        enum points_truth z = points_oracle_zero(s->oracle, p->derivative[k]).truth;
         if (z != POINTS_ZERO)
             return z == POINTS_NONZERO && k > 0;
     }
@@ -141,22 +151,22 @@ static bool order_holds(struct state *s, const struct proposal *p)
 /* The constraint c turned out irregular near x: try what may take its place there. */
 static int admit_irregular(struct state *s, const struct candidate *c, const double *x, double t, int g)
 {
-    struct proposal *p = NULL;
+    SGA_FREED struct proposal *p = NULL;
     int count = irregular_proposals(s, c->expr, x, t, &p), before = s->sol->constraints, added = -1;
     bool taken = false;
-    int sides = s->shadow->sides;
+    int sides = s->oracle->sides;
     for (int i = 0; i < count; i++) {
         for (int k = 0; k < p[i].count && added < 0; k++)
             push(s, c, p[i].out[k], g);
         if (added < 0 && place_sample_near(s, x, t) == POINTS_OK && on_component(s, before)
-            && points_shadow_zero(s->shadow, c->expr).truth == POINTS_ZERO
+            && points_oracle_zero(s->oracle, c->expr).truth == POINTS_ZERO
             && (!p[i].derivatives || order_holds(s, p + i)) && (p[i].exact || place_vanishes_far(s, c->expr)))
             added = p[i].count;
         for (int k = before; k < s->sol->constraints; k++)
             s->sol->constraint[k].near_point = true;
         if (added < 0) {
             admit_pop(s, before);
-            s->shadow->sides = sides;
+            s->oracle->sides = sides;
         } else if (p[i].whole && s->sol->constraints == before + added && !taken) {
             SGA_RESERVE(s->sol->branch, s->branch_cap, s->sol->branches + 1);
             s->sol->branch[s->sol->branches++] = (struct sga_branch){ p[i].whole, before };
@@ -164,7 +174,6 @@ static int admit_irregular(struct state *s, const struct candidate *c, const dou
         taken = added >= 0;
         irregular_clear(p + i);
     }
-    free(p);
     return added >= 0 ? added : fail_sample(s, c, POINTS_IRREGULAR);
 }
 
@@ -177,7 +186,7 @@ static bool replacements_hold(struct state *s, int from)
         expr_id old = s->sol->constraint[i].replaced;
         if (!old)
             continue;
-        struct points_shadow *w = s->shadow;
+        struct points_oracle *w = s->oracle;
         int sides = w->sides, z = ech_zero(&s->ctx, old);
         while (w->sides > sides && w->side[w->sides - 1].unseen)      /* a factor's zeros are zeros of the product, seen or not */
             w->sides--;
@@ -213,10 +222,8 @@ static bool never_on_set(struct state *s, expr_id e)
     expr_id reduced = regular_reduced(s, e);
     if (state_hopeless(s, reduced))
         return true;
-    struct regular r = regular_form(s, reduced);
-    bool never = r.answer == REGULAR_NEVER;
-    regular_clear(&r);
-    return never;
+    SGA_ENDS(regular_clear) struct regular r = regular_form(s, reduced);
+    return r.answer == REGULAR_NEVER;
 }
 
 /* The same by squares: -1 as a sum of them, with multiples of e and of the constraints. */
@@ -226,13 +233,11 @@ static bool never_by_squares(struct state *s, expr_id e)
     int c = s->sol->constraints;
     if (c >= SGA_MOST_REDUCED_BY)
         return false;
-    expr_id *f = sga_malloc(((size_t)c + 1) * sizeof *f);
+    SGA_FREED expr_id *f = sga_malloc(((size_t)c + 1) * sizeof *f);
     if (c)
         memcpy(f, s->con, (size_t)c * sizeof *f);
     f[c] = e;
-    bool never = poly_never_together(s->st, f, c + 1, &limits);
-    free(f);
-    return never;
+    return poly_never_together(s->st, f, c + 1, &limits);
 }
 
 /* Whether e is made with functions that change their branch: what holds near the points
@@ -251,7 +256,7 @@ static bool has_branches(struct state *s, expr_id e)
 /* c keeps one value, not zero, along the branch of the present set that the points lie on. */
 static int constant_there(struct state *s, const struct candidate *c, const char *why)
 {
-    char *text;
+    SGA_FREED char *text = NULL;
     if (has_branches(s, c->expr))
         return fail_sample(s, c, POINTS_NONE);
     if (!place_holds_elsewhere(s, c->expr))
@@ -259,21 +264,20 @@ static int constant_there(struct state *s, const struct candidate *c, const char
     text = state_text(s, c->expr);
     sga_fail(s->err, SGA_E_SPLIT, "the constraint set has several branches, and %s = 0 holds on some of them only; "
              "write the constraints so that they cut out those alone", text);
-    free(text);
     return -1;
 }
 
 /* No option led to points: say what can be said. `status` is that of the last one. */
 static int refuse(struct state *s, const struct candidate *c, const struct regular *r, enum points_status status, int g)
 {
-    double *x = NULL, t = 0;
+    SGA_FREED double *x = NULL;
+    double t = 0;
     int result = -1;
     if (status == POINTS_IRREGULAR) {     /* the place that was approached */
-        struct points_point p;
+        SGA_ENDS(points_point_clear) struct points_point p;
         place_with(s, r->option[0].out[0], &p);
         x = memcpy(sga_malloc((size_t)p.variables * sizeof *x), p.x, (size_t)p.variables * sizeof *x);
         t = p.t;
-        points_point_clear(&p);
     }
     if (status == POINTS_STOPPED)
         result = fail_sample(s, c, status);
@@ -291,7 +295,6 @@ static int refuse(struct state *s, const struct candidate *c, const struct regul
         result = admit_irregular(s, c, x, t, g);
     else
         result = fail_sample(s, c, status);
-    free(x);
     return result;
 }
 
@@ -328,7 +331,8 @@ int admit_one(struct state *s, const struct candidate *c, int g)
     const char *why = state_hopeless(s, c->expr);
     if (why)
         return contradiction(s, c, why);
-    struct regular r = regular_form(s, c->expr);
+    SGA_ENDS(regular_clear) struct regular r = regular_form(s, c->expr);
+    assert(regular_sane(&r));
     int before = s->sol->constraints, result = -1;
     enum points_status status = POINTS_NONE;
     bool found = false;
@@ -357,16 +361,17 @@ int admit_one(struct state *s, const struct candidate *c, int g)
         result = constant_there(s, c, "it has no real zero on the earlier constraints");
     else
         result = refuse(s, c, &r, status, g);
-    regular_clear(&r);
     return result;
 }
 
 int admit_together(struct state *s, const struct candidate *cand, int count, int g)
 {
+    assert(count > 0);
     int before = s->sol->constraints;
     bool plain = true, going = true;
-    struct regular *form = sga_calloc((size_t)count, sizeof *form);
-    expr_id *pending = sga_malloc((size_t)count * sizeof *pending);
+    SGA_ARENA(mem);
+    struct regular *form = sga_zeros(&mem, (size_t)count, sizeof *form);
+    expr_id *pending = sga_take(&mem, (size_t)count * sizeof *pending);
     s->pending = pending;
     for (int i = 0; i < count && plain && (going = sga_budget_ok(s->options->budget, s->err)); i++) {
         plain = !state_hopeless(s, cand[i].expr);
@@ -382,8 +387,6 @@ int admit_together(struct state *s, const struct candidate *cand, int count, int
     }
     s->pending = NULL;
     s->pendings = 0;
-    free(pending);
-    free(form);
     if (!going)
         return -2;
     if (!plain)
@@ -391,7 +394,7 @@ int admit_together(struct state *s, const struct candidate *cand, int count, int
     enum points_status status = state_sample(s);
     if (status == POINTS_OK && !on_component(s, before))
         status = POINTS_NONE;
-    if (status == POINTS_OK && (count == 1 || s->sol->constraints > SGA_MOST_PROOF_ROWS || points_shadow_certified(s->shadow)))
+    if (status == POINTS_OK && (count == 1 || s->sol->constraints > SGA_MOST_PROOF_ROWS || points_oracle_certified(s->oracle)))
         return replacements_hold(s, before) ? s->sol->constraints - before : -2;
     admit_pop(s, before);
     if (status == POINTS_STOPPED || state_sample(s) != POINTS_OK) {

@@ -2,9 +2,10 @@
 #ifndef SGA_SGA_ADMIT_H
 #define SGA_SGA_ADMIT_H
 
-#include "state.h"
+struct candidate;
+struct state;
 
-/* One candidate, the shadow being on the present set, as constraints of generation g. Returns how many were added, or -1 with
+/* One candidate, the oracle being on the present set, as constraints of generation g. Returns how many were added, or -1 with
  * the error; s->inconsistent where it contradicts the set. */
 int admit_one(struct state *s, const struct candidate *c, int g);
 /* All at once: full rank at certified points shows that they are independent. Returns how

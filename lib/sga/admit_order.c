@@ -2,12 +2,16 @@
  * may be one set beside the others, an irregular function may follow from them. */
 #include "admit.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
+#include "oracle.h"
 #include "place_search.h"
 #include "product_routes.h"
+#include "reduction.h"
 #include "regular.h"
 #include "warnings.h"
 
@@ -30,7 +34,7 @@ static void order(struct state *s, struct candidate *cand, int count)
 {
     if (count < 2 || s->sol->constraints + count > SGA_MOST_REDUCED_BY)
         return;
-    struct ranked *sorted = sga_calloc((size_t)count, sizeof *sorted);
+    SGA_FREED struct ranked *sorted = sga_calloc((size_t)count, sizeof *sorted);
     bool affine = true;
     for (int i = 0; i < count; i++)
         affine = affine && regular_all_affine(s, cand[i].expr);
@@ -43,7 +47,6 @@ static void order(struct state *s, struct candidate *cand, int count)
     qsort(sorted, (size_t)count, sizeof *sorted, by_rank);
     for (int i = 0; i < count; i++)
         cand[i] = sorted[i].c;
-    free(sorted);
 }
 
 /* What stands before candidates are tried: constraints, the zeros and sides found on them, and a point. */
@@ -54,11 +57,11 @@ struct stand {
 
 static struct stand stand_of(const struct state *s)
 {
-    struct stand st = { s->sol->constraints, s->sol->branches, s->shadow->sides, s->shadow->zeros, NULL, 0 };
-    if (s->shadow->reals) {
+    struct stand st = { s->sol->constraints, s->sol->branches, s->oracle->sides, s->oracle->zeros, NULL, 0 };
+    if (s->oracle->reals) {
         size_t n = (size_t)s->sys->variables;
-        st.x = memcpy(sga_malloc((n + 1) * sizeof *st.x), s->shadow->real[0].x, n * sizeof *st.x);
-        st.t = s->shadow->real[0].t;
+        st.x = memcpy(sga_malloc((n + 1) * sizeof *st.x), s->oracle->real[0].x, n * sizeof *st.x);
+        st.t = s->oracle->real[0].t;
     }
     return st;
 }
@@ -67,14 +70,15 @@ static struct stand stand_of(const struct state *s)
  * where that does not lead back to points. */
 static bool take_back(struct state *s, const struct stand *before)
 {
+    assert(before->constraints <= s->sol->constraints && before->branches <= s->sol->branches);
     admit_pop(s, before->constraints);
     s->sol->branches = before->branches;
-    s->shadow->sides = before->sides;
-    s->shadow->zeros = before->zeros;
+    s->oracle->sides = before->sides;
+    s->oracle->zeros = before->zeros;
     *s->err = (struct sga_error){ 0 };
     if (before->x && place_sample_near(s, before->x, before->t) == POINTS_OK)
         return true;
-    points_shadow_forget(s->shadow);
+    points_oracle_forget(s->oracle);
     return state_sample(s) == POINTS_OK;
 }
 
@@ -88,22 +92,20 @@ static void keep_failure(struct sga_error *kept, const struct sga_error *other)
 /* Whether e is a union, as it is known on the present set. */
 static bool reducible(struct state *s, expr_id e)
 {
-    struct points_shadow *w = s->shadow;
+    struct points_oracle *w = s->oracle;
     struct route *route = s->route;
     int sides = w->sides, zeros = w->zeros;
-    struct points_side *side = sga_malloc(((size_t)sides + 1) * sizeof *side);
+    SGA_FREED struct points_side *side = sga_malloc(((size_t)sides + 1) * sizeof *side);
     if (sides)
         memcpy(side, w->side, (size_t)sides * sizeof *side);
     s->route = NULL;             /* a question, no decision: what it rests on is not what the answer rests on */
-    struct regular r = regular_form(s, e);
+    SGA_ENDS(regular_clear) struct regular r = regular_form(s, e);
     bool is = r.options > 1;
-    regular_clear(&r);
     s->route = route;
     if (sides)
         memcpy(w->side, side, (size_t)sides * sizeof *side);
     w->sides = sides;
     w->zeros = zeros;
-    free(side);
     return is;
 }
 
@@ -111,7 +113,7 @@ static bool reducible(struct state *s, expr_id e)
 static bool one_sided(struct state *s, expr_id e)
 {
     bool mixed = false;
-    points_shadow_cells(s->shadow, e, false, false, &mixed);
+    points_oracle_cells(s->oracle, e, false, false, &mixed);
     return mixed;
 }
 

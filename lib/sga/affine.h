@@ -2,7 +2,7 @@
  *
  * Such a system is a list of integer rows. Its reduction needs no points: every P_k is an affine
  * subspace, every rank one of rational numbers (exact/exact_rank.h), and only functions of time and
- * parameters alone are asked of the shadow whether they are zero. Right sides are rows over the
+ * parameters alone are asked of the oracle whether they are zero. Right sides are rows over the
  * variables and over atoms: 1, and functions that are no sums (sin(t), a table's value, a symbol). */
 #ifndef SGA_SGA_AFFINE_H
 #define SGA_SGA_AFFINE_H
@@ -74,7 +74,7 @@ struct affine_run {
     bool many;
     struct affine_constraint **constraint; int constraints; size_t constraint_cap;
     bool bad_prime;
-    bool sampled;                      /* the shadow has points */
+    bool sampled;                      /* the oracle has points */
 };
 
 /* A function that is to vanish: sum of weight * (A x' - alpha, or a tangency) = function. */
@@ -101,7 +101,7 @@ bool affine_reduce(struct state *s, struct affine *a);
 
 /* The vector field and the gauge fields. */
 bool affine_fields(struct affine_run *r);
-/* Points for the shadow on the constraints so far, where the system has values. */
+/* Points for the oracle on the constraints so far, where the system has values. */
 bool affine_sample(struct state *s, int constraints);
 /* The same on all of them; where none are found in the usual way (numbers of all sizes), they are solved for one by one. */
 bool affine_final_points(struct affine_run *r);

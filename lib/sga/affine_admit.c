@@ -1,12 +1,17 @@
 /* Which candidates become constraints of an affine system. */
 #include "affine.h"
 
+#include <assert.h>
 #include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
+#include "flint_ends.h"
 #include "mem.h"
+#include "oracle.h"
+#include "reduction.h"
 
 /* Where so many constraints stand together they are taken as they come, with sparse pivots for all at once. */
 enum { ONE_BY_ONE = 300 };
@@ -29,30 +34,25 @@ static void weigh(struct affine_candidate *c, const fmpq_t factor)
 
 static void primitive(struct affine_candidate *c)
 {
-    fmpq_t factor;
-    fmpq_init(factor);
+    SGA_ENDS(fmpq_end) fmpq_t factor = { { 0, 1 } };
     fmpq_one(factor);
     exact_primitive(&c->function, factor);
     weigh(c, factor);
-    fmpq_clear(factor);
 }
 
 /* den * function - sum of factor * constraint, which agrees with den * function on these. */
 static void less_constraints(struct affine_run *r, const struct affine_candidate *c, const struct exact_combination *k, struct exact_row *out)
 {
-    struct exact_sum sum;
+    SGA_ENDS(exact_sum_clear) struct exact_sum sum;
     exact_sum_init(&sum, r->a->n + r->a->atoms);
     exact_sum_add(&sum, &c->function, k->den);
-    fmpz_t f;
-    fmpz_init(f);
+    SGA_ENDS(fmpz_end) fmpz_t f = { 0 };
     for (int q = 0; q < k->count; q++) {
         const struct affine_constraint *of = r->constraint[r->set.pivot[k->pivot[q]].row];
         fmpz_mul(f, k->factor + q, fmpq_numref(&of->tangency.scale));     /* the rows of `set` are the tangencies' */
         exact_sum_subtract(&sum, &of->function, f);
     }
-    fmpz_clear(f);
     exact_sum_take(&sum, out);
-    exact_sum_clear(&sum);
 }
 
 /* `by` = factor times the function on the constraints so far takes its place; it is moved from. */
@@ -86,8 +86,7 @@ static bool is_right_side(const struct affine_run *r, const struct affine_candid
 /* Its tangency: d xi x' = -d_t xi. */
 static void make_tangency(struct affine_run *r, struct affine_constraint *k)
 {
-    fmpz_t den;
-    fmpz_init(den);
+    SGA_ENDS(fmpz_end) fmpz_t den = { 0 };
     exact_row_copy(&k->function, r->a->n, &k->tangency.a);
     affine_rate(r->a, &k->function, &k->tangency.b, den);
     for (int q = 0; q < k->tangency.a.entries; q++)
@@ -96,7 +95,6 @@ static void make_tangency(struct affine_run *r, struct affine_constraint *k)
         fmpz_neg(k->tangency.b.value + q, k->tangency.b.value + q);
     fmpq_init(&k->tangency.scale);
     fmpq_set_fmpz(&k->tangency.scale, den);
-    fmpz_clear(den);
 }
 
 /* c becomes a constraint of generation g; it is moved from. */
@@ -123,7 +121,7 @@ static int is_zero(struct affine_run *r, const struct exact_row *f, expr_id *e)
 {
     *e = affine_expression(r->a, f);
     if (!f->entries || (f->entries == 1 && f->col[0] == r->a->n)) {
-        r->s->shadow->count[POINTS_EXACT]++;
+        r->s->oracle->count[POINTS_EXACT]++;
         return !f->entries;
     }
     if (!r->sampled && !affine_sample(r->s, 0))
@@ -135,20 +133,15 @@ static int is_zero(struct affine_run *r, const struct exact_row *f, expr_id *e)
 /* c, whose weights are made such that its own row counts once: what is left of that row on the right. */
 static expr_id once(struct affine_run *r, struct affine_candidate *c)
 {
-    fmpq_t own;
-    fmpz_t den;
-    fmpq_init(own);
-    fmpz_init(den);
+    SGA_ENDS(fmpq_end) fmpq_t own = { { 0, 1 } };
+    SGA_ENDS(fmpz_end) fmpz_t den = { 0 };
     fmpq_neg(own, c->weight);
     for (int k = c->parts - 1; k >= 0; k--)
         fmpq_div(c->weight + k, c->weight + k, c->weight);
     fmpz_set(den, fmpq_numref(own));
     for (int k = 0; k < c->function.entries; k++)
         fmpz_mul(c->function.value + k, c->function.value + k, fmpq_denref(own));
-    expr_id e = affine_expression_from(r->a, &c->function, 0, den);
-    fmpq_clear(own);
-    fmpz_clear(den);
-    return e;
+    return affine_expression_from(r->a, &c->function, 0, den);
 }
 
 static void note_vanished(struct affine_run *r, struct affine_candidate *c, int before, int g)
@@ -190,8 +183,8 @@ static bool settle(struct affine_run *r, struct affine_candidate *c, struct exac
  * time if it is one. *constant says so. False: stopped. */
 static bool on_set(struct affine_run *r, const struct affine_candidate *c, struct exact_row *out, fmpq_t factor, bool *constant, bool *used)
 {
-    struct exact_row linear = { 0 };
-    struct exact_combination k;
+    SGA_ENDS(exact_row_clear) struct exact_row linear = { 0 };
+    SGA_ENDS(exact_combination_clear) struct exact_combination k = { 0 };
     enum exact_found found = EXACT_YES;
     if (!r->many) {
         exact_basis_reduce(&r->basis, &c->function, r->a->n + r->a->atoms, out, factor, used);
@@ -207,8 +200,6 @@ static bool on_set(struct affine_run *r, const struct affine_candidate *c, struc
         fmpq_set_fmpz(factor, k.den);
         exact_primitive(out, factor);
     }
-    exact_combination_clear(&k);
-    exact_row_clear(&linear);
     return found != EXACT_STOPPED;
 }
 
@@ -220,6 +211,7 @@ static bool enter(struct affine_run *r, const struct affine_constraint *k, const
         exact_basis_add(&r->basis, reduced, r->a->n + r->a->atoms);
         return true;
     }
+    assert(r->set.givens == r->constraints - 1);
     if (!exact_echelon_add(&r->set, &row, 1, r->s->options->budget, r->s->err))
         return false;
     r->bad_prime |= r->set.pivot_of_row[r->constraints - 1] < 0;
@@ -229,33 +221,30 @@ static bool enter(struct affine_run *r, const struct affine_constraint *k, const
 /* One candidate after those before it. 1 added, 0 not (or a contradiction), -1 failed or a bad prime. */
 static int admit_one(struct affine_run *r, struct affine_candidate *c, int before, int g)
 {
-    struct exact_row rest = { 0 };
-    fmpq_t factor;
+    SGA_ENDS(exact_row_clear) struct exact_row rest = { 0 };
+    SGA_ENDS(fmpq_end) fmpq_t factor = { { 0, 1 } };
     bool constant, used;
     int added = -1;
-    fmpq_init(factor);
     primitive(c);
     if (on_set(r, c, &rest, factor, &constant, &used) && constant) {
         added = settle(r, c, &rest, factor, used, before, g) ? 0 : -1;
     } else if (r->s->err->code == SGA_E_OK) {
-        struct exact_row reduced = { 0 };
+        SGA_ENDS(exact_row_clear) struct exact_row reduced = { 0 };
         exact_row_copy(&rest, INT_MAX, &reduced);
         if (!r->many && used && exact_row_bits(&rest) <= exact_row_bits(&c->function))
             replace_function(c, &rest, factor);
         added = enter(r, keep(r, c, g), &reduced) ? 1 : -1;
-        exact_row_clear(&reduced);
     }
-    exact_row_clear(&rest);
-    fmpq_clear(factor);
     return added;
 }
 
 /* Many candidates: which are independent is found for all of them at once. Those that are come first in `c`. */
 static bool independent_first(struct affine_run *r, struct affine_candidate *c, int count, int *independent)
 {
-    struct exact_echelon trial;
-    struct exact_row *linear = sga_calloc((size_t)(r->constraints + count) + 1, sizeof *linear);
-    const struct exact_row **row = sga_malloc(((size_t)(r->constraints + count) + 1) * sizeof *row);
+    SGA_ENDS(exact_echelon_clear) struct exact_echelon trial;
+    SGA_ARENA(mem);
+    struct exact_row *linear = sga_zeros(&mem, (size_t)(r->constraints + count) + 1, sizeof *linear);
+    const struct exact_row **row = sga_take(&mem, ((size_t)(r->constraints + count) + 1) * sizeof *row);
     for (int i = 0; i < r->constraints; i++)
         row[i] = &r->constraint[i]->tangency.a;
     for (int i = 0; i < count; i++) {
@@ -266,7 +255,7 @@ static bool independent_first(struct affine_run *r, struct affine_candidate *c, 
     exact_echelon_init(&trial, r->a->n, 0);
     bool ok = exact_echelon_add(&trial, row, r->constraints, r->s->options->budget, r->s->err)
               && exact_echelon_add(&trial, row + r->constraints, count, r->s->options->budget, r->s->err);
-    struct affine_candidate *sorted = sga_malloc(((size_t)count + 1) * sizeof *sorted);
+    struct affine_candidate *sorted = sga_take(&mem, ((size_t)count + 1) * sizeof *sorted);
     int n = 0;
     for (int pass = 0; pass < 2; pass++) {
         for (int i = 0; i < count && ok; i++)
@@ -278,44 +267,42 @@ static bool independent_first(struct affine_run *r, struct affine_candidate *c, 
         memcpy(c, sorted, (size_t)count * sizeof *c);
     for (int i = 0; i < count; i++)
         exact_row_clear(linear + i);
-    free(sorted);
-    free(linear);
-    free(row);
-    exact_echelon_clear(&trial);
     return ok;
 }
 
 /* Those that were found independent, with pivots chosen for all of them together. */
 static int admit_together(struct affine_run *r, struct affine_candidate *c, int count, int g)
 {
-    const struct exact_row **row = sga_malloc(((size_t)count + 1) * sizeof *row);
+    SGA_FREED const struct exact_row **row = sga_malloc(((size_t)count + 1) * sizeof *row);
     int first = r->constraints, added = -1;
+    assert(r->many && r->set.givens == first);
     for (int i = 0; i < count; i++)
         row[i] = &keep(r, c + i, g)->tangency.a;
     if (exact_echelon_add(&r->set, row, count, r->s->options->budget, r->s->err))
         added = count;
     for (int i = first; i < r->constraints && added >= 0; i++)
         r->bad_prime |= r->set.pivot_of_row[i] < 0;
-    free(row);
     return r->bad_prime ? -1 : added;
 }
 
 /* From here on constraints are many. */
 static bool become_many(struct affine_run *r)
 {
-    const struct exact_row **row = sga_malloc(((size_t)r->constraints + 1) * sizeof *row);
+    SGA_FREED const struct exact_row **row = sga_malloc(((size_t)r->constraints + 1) * sizeof *row);
     for (int i = 0; i < r->constraints; i++)
         row[i] = &r->constraint[i]->tangency.a;
     bool ok = r->many || exact_echelon_add(&r->set, row, r->constraints, r->s->options->budget, r->s->err);
     for (int i = 0; i < r->constraints && ok && !r->many; i++)
         r->bad_prime |= r->set.pivot_of_row[i] < 0;
     r->many = true;
-    free(row);
+    assert(!ok || r->set.givens >= r->constraints);
     return ok && !r->bad_prime;
 }
 
 int affine_admit(struct affine_run *r, struct affine_candidate *c, int count, int g)
 {
+    assert(r->constraints == r->s->sol->constraints);
+    assert(g >= 1 && count >= 0);
     int together = 0, sum = 0;
     int before = r->constraints ? r->s->sol->constraint[r->constraints - 1].generation : 0;
     if (r->constraints + count > ONE_BY_ONE) {

@@ -7,7 +7,10 @@
 #include <limits.h>
 #include <stdlib.h>
 
+#include "arena.h"
+#include "flint_ends.h"
 #include "mem.h"
+#include "reduction.h"
 
 /* Both sides beside each other. */
 static void whole_row(const struct affine *a, int i, struct exact_row *out)
@@ -22,8 +25,7 @@ static void whole_row(const struct affine *a, int i, struct exact_row *out)
 static void take(struct affine_run *r, struct sga_vanished *v, const struct exact_echelon *e, const int *row, const struct exact_combination *k)
 {
     struct expr_store *st = r->s->st;
-    fmpq_t f;
-    fmpq_init(f);
+    SGA_ENDS(fmpq_end) fmpq_t f = { { 0, 1 } };
     free(v->part);
     v->part = sga_malloc(((size_t)k->count + 1) * sizeof *v->part);
     v->parts = 0;
@@ -38,20 +40,20 @@ static void take(struct affine_run *r, struct sga_vanished *v, const struct exac
     }
     v->rest = expr_int(st, 0);
     v->generation = 0;
-    fmpq_clear(f);
 }
 
 bool affine_explain(struct affine_run *r)
 {
     struct sga_solution *sol = r->s->sol;
     int rows = r->s->sys->rows, others = 0;
-    unsigned char *gone = sga_calloc((size_t)rows + 1, 1);
+    SGA_ARENA(mem);
+    unsigned char *gone = sga_zeros(&mem, (size_t)rows + 1, 1);
     for (int k = 0; k < sol->vanished_rows; k++)
         if (sol->vanished[k].source < rows)
             gone[sol->vanished[k].source] = 1;
-    struct exact_row *whole = sga_calloc((size_t)rows + 1, sizeof *whole);
-    const struct exact_row **list = sga_malloc(((size_t)rows + 1) * sizeof *list);
-    int *row = sga_malloc(((size_t)rows + 1) * sizeof *row);
+    struct exact_row *whole = sga_zeros(&mem, (size_t)rows + 1, sizeof *whole);
+    const struct exact_row **list = sga_take(&mem, ((size_t)rows + 1) * sizeof *list);
+    int *row = sga_take(&mem, ((size_t)rows + 1) * sizeof *row);
     for (int i = 0; i < rows; i++) {
         whole_row(r->a, i, whole + i);
         if (gone[i])
@@ -59,26 +61,20 @@ bool affine_explain(struct affine_run *r)
         list[others] = whole + i;
         row[others++] = i;
     }
-    struct exact_echelon e;
+    SGA_ENDS(exact_echelon_clear) struct exact_echelon e;
     exact_echelon_init(&e, 2 * r->a->n + r->a->atoms, 0);
     bool ok = exact_echelon_add(&e, list, others, r->s->options->budget, r->s->err);
     for (int k = 0; k < sol->vanished_rows && ok; k++) {
         struct sga_vanished *v = sol->vanished + k;
-        struct exact_combination c;
         if (v->source >= rows)
             continue;
+        SGA_ENDS(exact_combination_clear) struct exact_combination c;
         enum exact_found found = exact_combine(&e, whole + v->source, true, &c, r->s->options->budget, r->s->err);
         if (found == EXACT_YES)
             take(r, v, &e, row, &c);
         ok = found != EXACT_STOPPED;
-        exact_combination_clear(&c);
     }
-    exact_echelon_clear(&e);
     for (int i = 0; i < rows; i++)
         exact_row_clear(whole + i);
-    free(whole);
-    free(list);
-    free(row);
-    free(gone);
     return ok;
 }

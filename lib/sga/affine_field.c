@@ -5,11 +5,15 @@
  * final set, whose coefficients are as short as that set allows. */
 #include "affine.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
 #include <flint/fmpq_mat.h>
 
+#include "arena.h"
+#include "flint_ends.h"
 #include "mem.h"
+#include "reduction.h"
 
 /* One pivot row over the rationals: entries behind the pivot, operations as in the modular one. */
 struct exact_lu_row {
@@ -135,6 +139,7 @@ static void lu_clear(struct lu *l)
 /* The right side of a row as it was given; of a tangency -d_t xi. */
 static expr_id right_side(struct affine_run *r, int source)
 {
+    assert(source >= 0 && source < r->s->sys->rows + r->constraints);
     int rows = r->s->sys->rows;
     if (source < rows)
         return r->s->sys->row[source].alpha;
@@ -151,7 +156,7 @@ static void field_by_substitution(struct lu *l, expr_id *v)
 {
     struct expr_store *st = l->r->s->st;
     struct exact_echelon *e = &l->r->velocities;
-    expr_id *rhs = sga_malloc(((size_t)e->pivots + 1) * sizeof *rhs);
+    SGA_FREED expr_id *rhs = sga_malloc(((size_t)e->pivots + 1) * sizeof *rhs);
     for (int q = 0; q < e->pivots; q++) {
         rhs[q] = right_side(l->r, e->pivot[q].row);
         for (int k = 0; k < e->pivot[q].ops; k++)
@@ -163,7 +168,6 @@ static void field_by_substitution(struct lu *l, expr_id *v)
             x = expr_sub(st, x, times(st, l->row[q].value + k, v[l->row[q].col[k]]));
         v[e->pivot[q].col] = expr_div(st, x, expr_fmpq(st, &l->row[q].pivot));
     }
-    free(rhs);
 }
 
 /* A x' = 0 with x'_free = 1 and the other free ones 0. */
@@ -206,10 +210,12 @@ static const fmpz *pivot_of(const struct exact_basis *b, int i)
 
 static void coordinates_make(struct coordinates *c, const struct affine_run *r)
 {
+    assert(r->basis.rows <= r->a->n);
     *c = (struct coordinates){ .place = sga_malloc(((size_t)r->a->n + 1) * sizeof *c->place), .atoms = r->a->atoms, .basis = &r->basis };
     fmpz_init_set_ui(c->den, 1);
     for (int j = 0; j < r->a->n; j++)
         c->place[j] = r->basis.row_of[j] >= 0 ? -1 - r->basis.row_of[j] : c->count++;
+    assert(c->count == r->a->n - r->basis.rows);
     for (int i = 0; i < r->basis.rows; i++)
         fmpz_lcm(c->den, c->den, pivot_of(&r->basis, i));
 }
@@ -233,8 +239,7 @@ static void add_coordinates(const struct coordinates *c, int n, const struct exa
 /* b in coordinates, times c->den, into row q of out. */
 static void in_coordinates(const struct coordinates *c, int n, const struct exact_row *b, fmpz_mat_t out, int q)
 {
-    fmpz_t f;
-    fmpz_init(f);
+    SGA_ENDS(fmpz_end) fmpz_t f = { 0 };
     add_coordinates(c, n, b, c->den, out, q);
     for (int k = 0; k < b->entries && b->col[k] < n; k++) {
         int i = -1 - c->place[b->col[k]];
@@ -245,16 +250,14 @@ static void in_coordinates(const struct coordinates *c, int n, const struct exac
         fmpz_neg(f, f);
         add_coordinates(c, n, c->basis->row + i, f, out, q);
     }
-    fmpz_clear(f);
 }
 
 /* Row q of m over den as an expression. */
 static expr_id written(const struct affine_run *r, const struct coordinates *c, const fmpz_mat_t m, int q, const fmpz_t den)
 {
-    struct exact_row row = { 0 };
-    fmpz_t g, d;
+    SGA_ENDS(exact_row_clear) struct exact_row row = { 0 };
+    SGA_ENDS(fmpz_end) fmpz_t g, d = { 0 };
     fmpz_init_set(g, den);
-    fmpz_init(d);
     for (int j = 0; j < r->a->n; j++)
         if (c->place[j] >= 0)
             exact_row_push(&row, j, fmpz_mat_entry(m, q, c->place[j]));
@@ -267,14 +270,9 @@ static expr_id written(const struct affine_run *r, const struct coordinates *c, 
     fmpz_divexact(d, den, g);
     expr_id e = affine_expression(r->a, &row);
     struct expr_store *st = r->s->st;
-    fmpq_t q_;
-    fmpq_init(q_);
+    SGA_ENDS(fmpq_end) fmpq_t q_ = { { 0, 1 } };
     fmpq_set_fmpz(q_, d);
     e = fmpz_is_one(d) ? e : expr_div(st, e, expr_fmpq(st, q_));
-    fmpq_clear(q_);
-    fmpz_clear(g);
-    fmpz_clear(d);
-    exact_row_clear(&row);
     return e;
 }
 
@@ -283,12 +281,12 @@ static bool fields_written_out(struct affine_run *r, bool gauge)
 {
     const struct exact_echelon *e = &r->velocities;
     struct sga_solution *sol = r->s->sol;
-    struct coordinates c;
+    SGA_ENDS(coordinates_clear) struct coordinates c;
     bool ok = true;
     coordinates_make(&c, r);
     int n = r->a->n, width = c.count + c.atoms, all = width + (gauge ? sol->free_columns : 0);
-    fmpz_mat_t S, right, X;
-    fmpz_t den;
+    SGA_ENDS(fmpz_mat_end) fmpz_mat_t S, right, X;
+    SGA_ENDS(fmpz_end) fmpz_t den;
     fmpz_mat_init(S, e->pivots, e->pivots);
     fmpz_mat_init(right, e->pivots, all);
     fmpz_mat_init(X, e->pivots, all);
@@ -303,8 +301,7 @@ static bool fields_written_out(struct affine_run *r, bool gauge)
                     fmpz_neg(fmpz_mat_entry(right, q, width + f), row->a.value + k);
     }
     ok = ok && (!e->pivots || fmpz_mat_solve(X, den, S, right));
-    fmpq_t v;
-    fmpq_init(v);
+    SGA_ENDS(fmpq_end) fmpq_t v = { { 0, 1 } };
     for (int q = 0; q < e->pivots && ok; q++)
         for (int f = 0; width + f < all; f++) {
             fmpq_set_fmpz_frac(v, fmpz_mat_entry(X, q, width + f), den);
@@ -313,12 +310,6 @@ static bool fields_written_out(struct affine_run *r, bool gauge)
     fmpz_mul(den, den, c.den);
     for (int q = 0; q < e->pivots && ok; q++)
         sol->field[e->pivot[q].col] = written(r, &c, X, q, den);
-    fmpq_clear(v);
-    fmpz_clear(den);
-    fmpz_mat_clear(S);
-    fmpz_mat_clear(right);
-    fmpz_mat_clear(X);
-    coordinates_clear(&c);
     return ok || sga_fail(r->s->err, SGA_E_INTERNAL, "a matrix of full rank modulo a prime was found singular");
 }
 
@@ -326,7 +317,7 @@ static void gauge_fields(struct lu *l)
 {
     struct sga_solution *sol = l->r->s->sol;
     int n = l->r->a->n;
-    fmpq *v = sga_malloc(((size_t)n + 1) * sizeof *v);
+    SGA_FREED fmpq *v = sga_malloc(((size_t)n + 1) * sizeof *v);
     for (int j = 0; j < n; j++)
         fmpq_init(v + j);
     for (int f = 0; f < sol->free_columns; f++) {
@@ -338,7 +329,6 @@ static void gauge_fields(struct lu *l)
     }
     for (int j = 0; j < n; j++)
         fmpq_clear(v + j);
-    free(v);
 }
 
 /* Components of gauge fields for each node that they may add, as in fields.c. */
@@ -362,13 +352,14 @@ static bool at_rest(const struct affine_run *r)
 
 bool affine_fields(struct affine_run *r)
 {
+    assert(!r->s->inconsistent && r->velocities.pivots <= r->a->n);
     struct sga_solution *sol = r->s->sol;
     int n = r->a->n;
-    struct lu l;
     sol->free_column = sga_malloc(((size_t)n + 1) * sizeof *sol->free_column);
     for (int j = 0; j < n; j++)
         if (r->velocities.pivot_of[j] < 0)
             sol->free_column[sol->free_columns++] = j;
+    assert(sol->free_columns == n - r->velocities.pivots);
     sol->field = sga_malloc(((size_t)n + 1) * sizeof *sol->field);
     for (int j = 0; j < n; j++)
         sol->field[j] = expr_int(r->s->st, 0);
@@ -381,6 +372,7 @@ bool affine_fields(struct affine_run *r)
     }
     if (at_rest(r))
         return true;
+    SGA_ENDS(lu_clear) struct lu l;
     if (lu_make(&l, r)) {
         field_by_substitution(&l, sol->field);
         if (gauge)
@@ -389,6 +381,5 @@ bool affine_fields(struct affine_run *r)
         ok = r->many ? sga_fail(r->s->err, SGA_E_LIMIT_GROWTH, "the numbers of the vector field grow too long") : fields_written_out(r, gauge);
         sol->written_out = ok;
     }
-    lu_clear(&l);
     return ok;
 }

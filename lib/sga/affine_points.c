@@ -3,7 +3,13 @@
 
 #include <stdlib.h>
 
+#include "arb_ends.h"
+#include "arena.h"
+#include "ball.h"
 #include "mem.h"
+#include "oracle.h"
+#include "points.h"
+#include "reduction.h"
 
 bool affine_sample(struct state *s, int constraints)
 {
@@ -23,7 +29,7 @@ bool affine_sample(struct state *s, int constraints)
 static void choose_free(struct affine_run *r, struct points_point *p)
 {
     const struct points_space *space = &r->s->space;
-    uint64_t *random = &r->s->shadow->random;
+    uint64_t *random = &r->s->oracle->random;
     for (int j = 0; j < r->a->n; j++) {
         double u = points_uniform(random) - 0.5, x = space->near ? space->near[j] : 0;
         p->x[j] = points_short(x + u * (space->near ? 0.1 * (1 + (x < 0 ? -x : x)) : 3));
@@ -42,10 +48,8 @@ static void choose_free(struct affine_run *r, struct points_point *p)
 static bool solve_pivots(struct affine_run *r, struct points_point *p)
 {
     const struct points_space *space = &r->s->space;
-    arb_t sum, c;
+    SGA_ENDS(arb_end) arb_t sum = { 0 }, c = { 0 };
     bool ok = true;
-    arb_init(sum);
-    arb_init(c);
     num_ball_extend(&p->ball);
     for (int i = 0; i < r->basis.rows && ok; i++) {
         const struct exact_row *f = r->basis.row + i;
@@ -66,8 +70,6 @@ static bool solve_pivots(struct affine_run *r, struct points_point *p)
         p->solved[i] = r->basis.pivot[i];
     }
     num_ball_forget(&p->ball);
-    arb_clear(sum);
-    arb_clear(c);
     return ok;
 }
 
@@ -91,15 +93,15 @@ bool affine_final_points(struct affine_run *r)
         return true;
     if (s->err->code != SGA_E_NO_REAL_POINT || r->many)
         return false;
-    points_shadow_forget(s->shadow);
+    points_oracle_forget(s->oracle);
     bool ok = true;
     for (int k = 0; k < POINTS_REAL && ok; k++) {
-        ok = exact_point(r, s->shadow->real + k);
-        s->shadow->reals++;
+        ok = exact_point(r, s->oracle->real + k);
+        s->oracle->reals++;
     }
     if (ok)
         *s->err = before;
     else
-        points_shadow_forget(s->shadow);
+        points_oracle_forget(s->oracle);
     return ok;
 }

@@ -1,10 +1,14 @@
 /* Which systems are affine with rational coefficients, and their rows. */
 #include "affine.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
+#include "flint_ends.h"
 #include "mem.h"
+#include "reduction.h"
 #include "signal.h"
 
 /* A coefficient on its way into a row. */
@@ -36,9 +40,7 @@ static int by_column(const void *x, const void *y)
 /* The terms as integers over one denominator; equal columns add up. The terms end. */
 static void to_row(struct terms *t, struct exact_row *out, fmpz_t den)
 {
-    fmpz_t v, sum;
-    fmpz_init(v);
-    fmpz_init(sum);
+    SGA_ENDS(fmpz_end) fmpz_t v = { 0 }, sum = { 0 };
     fmpz_one(den);
     if (t->count)
         qsort(t->term, (size_t)t->count, sizeof *t->term, by_column);
@@ -55,8 +57,6 @@ static void to_row(struct terms *t, struct exact_row *out, fmpz_t den)
     for (int k = 0; k < t->count; k++)
         fmpq_clear(&t->term[k].value);
     free(t->term);
-    fmpz_clear(v);
-    fmpz_clear(sum);
 }
 
 static int atom_index(struct affine *a, expr_id e)
@@ -157,14 +157,14 @@ bool affine_function(struct affine *a, expr_id e, struct exact_row *out, fmpz_t 
         fmpq_clear(w.weight + k);
     free(w.weight);
     to_row(&w.terms, out, den);
+    assert(!ok || fmpz_sgn(den) > 0);
     return ok;
 }
 
 /* Both sides of a row, over their denominators la and lb, to integers without a common factor. */
 static void to_integers(struct affine_row *to, fmpz_t la, fmpz_t lb)
 {
-    fmpz_t m;
-    fmpz_init(m);
+    SGA_ENDS(fmpz_end) fmpz_t m = { 0 };
     fmpz_lcm(m, la, lb);
     fmpz_divexact(la, m, la);
     fmpz_divexact(lb, m, lb);
@@ -180,7 +180,6 @@ static void to_integers(struct affine_row *to, fmpz_t la, fmpz_t lb)
     exact_row_divide(&to->a, la);
     exact_row_divide(&to->b, la);
     fmpq_set_fmpz_frac(&to->scale, m, la);
-    fmpz_clear(m);
 }
 
 /* False where the right side is not affine, or has no value. */
@@ -189,30 +188,24 @@ static bool read_row(struct affine *a, int i)
     const struct sys_row *r = a->sys->row + i;
     struct affine_row *to = a->row + i;
     struct terms left = { 0 };
-    fmpz_t la, lb;
-    fmpz_init(la);
-    fmpz_init(lb);
+    SGA_ENDS(fmpz_end) fmpz_t la = { 0 }, lb = { 0 };
     for (int k = 0; k < r->entries; k++)
         add_term(&left, r->entry[k].col, expr_const_value(a->st, r->entry[k].value));
     to_row(&left, &to->a, la);
     bool ok = affine_function(a, r->alpha, &to->b, lb);
     if (ok)
         to_integers(to, la, lb);
-    fmpz_clear(la);
-    fmpz_clear(lb);
     return ok;
 }
 
 static bool read_restriction(struct affine *a, int i)
 {
-    fmpz_t g;
-    fmpz_init(g);
+    SGA_ENDS(fmpz_end) fmpz_t g = { 0 };
     bool ok = affine_function(a, a->sys->restriction[i], a->restriction + i, g);
     fmpz_zero(g);
     exact_row_content(g, a->restriction + i);
     if (!fmpz_is_zero(g))
         exact_row_divide(a->restriction + i, g);
-    fmpz_clear(g);
     return ok;
 }
 
@@ -235,6 +228,7 @@ bool affine_read(struct affine *a, struct state *s)
     a->row = sga_calloc((size_t)sys->rows + 1, sizeof *a->row);
     a->restriction = sga_calloc((size_t)sys->restrictions + 1, sizeof *a->restriction);
     atom_index(a, expr_int(a->st, 1));
+    assert(a->atoms == 1);
     for (int i = 0; i < sys->rows; i++)
         fmpq_init(&a->row[i].scale);
     bool ok = true;
@@ -280,9 +274,8 @@ static void higher(struct affine *a, int k)
 {
     expr_id base = a->atom[k].order ? a->atom[k].base : a->atom[k].expr;
     int order = a->atom[k].order + 1;
-    fmpq_t f;
-    fmpz_t one;
-    fmpq_init(f);
+    SGA_ENDS(fmpq_end) fmpq_t f = { { 0, 1 } };
+    SGA_ENDS(fmpz_end) fmpz_t one;
     fmpz_init_set_ui(one, 1);
     fmpz_fac_ui(fmpq_numref(f), (ulong)order);
     expr_id e = expr_mul(a->st, expr_fmpq(a->st, f), expr_flow_coefficient(a->flow, base, order));
@@ -294,14 +287,11 @@ static void higher(struct affine *a, int k)
         }
         exact_row_push(&a->atom[k].rate.row, m, one);
     }
-    fmpq_clear(f);
-    fmpz_clear(one);
 }
 
 static void find_rate(struct affine *a, int k)
 {
     struct exact_row r = { 0 };
-    fmpz_t den;
     a->atom[k].rate.known = true;
     if (!a->atom[k].order) {
         expr_id d = expr_time_partial(a->st, a->atom[k].expr, a->sys->time);
@@ -309,12 +299,11 @@ static void find_rate(struct affine *a, int k)
             return;            /* the store is full, which the caller asks for in the end */
         expr_cone_of(a->st, &a->cone, &d, 1);
         if (a->cone.count <= PLAIN_NODES) {
-            fmpz_init(den);
+            SGA_ENDS(fmpz_end) fmpz_t den = { 0 };
             affine_function(a, d, &r, den);
             fmpz_set(&a->atom[k].rate.den, den);
             for (int q = 0; q < r.entries; q++)
                 exact_row_push(&a->atom[k].rate.row, r.col[q] - a->n, r.value + q);
-            fmpz_clear(den);
             exact_row_clear(&r);
             return;
         }
@@ -325,8 +314,7 @@ static void find_rate(struct affine *a, int k)
 void affine_rate(struct affine *a, const struct exact_row *r, struct exact_row *out, fmpz_t den)
 {
     struct terms t = { 0 };
-    fmpq_t v;
-    fmpq_init(v);
+    SGA_ENDS(fmpq_end) fmpq_t v = { { 0, 1 } };
     for (int q = exact_row_before(r, a->n); q < r->entries; q++) {
         int k = r->col[q] - a->n;
         if (!a->atom[k].rate.known)
@@ -340,15 +328,13 @@ void affine_rate(struct affine *a, const struct exact_row *r, struct exact_row *
         }
     }
     to_row(&t, out, den);
-    fmpq_clear(v);
 }
 
 expr_id affine_expression_from(struct affine *a, const struct exact_row *r, int from, const fmpz_t den)
 {
     struct expr_store *st = a->st;
     expr_id e = expr_int(st, 0);
-    fmpq_t v;
-    fmpq_init(v);
+    SGA_ENDS(fmpq_end) fmpq_t v = { { 0, 1 } };
     int first = exact_row_before(r, from), constant = -1;
     for (int k = first; k <= r->entries; k++) {
         int q = k < r->entries ? k : constant;      /* the number comes last */
@@ -364,15 +350,12 @@ expr_id affine_expression_from(struct affine *a, const struct exact_row *r, int 
         expr_id t = expr_mul(st, expr_fmpq(st, v), x);
         e = expr_is_zero(st, e) ? minus ? expr_neg(st, t) : t : minus ? expr_sub(st, e, t) : expr_add(st, e, t);
     }
-    fmpq_clear(v);
     return e;
 }
 
 expr_id affine_expression(struct affine *a, const struct exact_row *r)
 {
-    fmpz_t one;
+    SGA_ENDS(fmpz_end) fmpz_t one;
     fmpz_init_set_ui(one, 1);
-    expr_id e = affine_expression_from(a, r, 0, one);
-    fmpz_clear(one);
-    return e;
+    return affine_expression_from(a, r, 0, one);
 }

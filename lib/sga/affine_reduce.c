@@ -1,9 +1,13 @@
 /* The generations of an affine system, over the rationals. */
 #include "affine.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
+#include "arena.h"
 #include "mem.h"
+#include "oracle.h"
+#include "reduction.h"
 
 const struct affine_row *affine_source(const struct affine_run *r, int source)
 {
@@ -24,7 +28,7 @@ static void add_part(struct affine_candidate *c, int source, const fmpz_t factor
 /* The row `source` is a combination of pivot rows: what is left of it on the right. 1, or 0 with err or a bad prime. */
 static bool dependent_row(struct affine_run *r, int source, struct exact_sum *sum, struct affine_candidate *c)
 {
-    struct exact_combination k;
+    SGA_ENDS(exact_combination_clear) struct exact_combination k;
     const struct affine_row *own = affine_source(r, source);
     enum exact_found found = exact_combine(&r->velocities, &own->a, true, &k, r->s->options->budget, r->s->err);
     r->bad_prime |= found == EXACT_NO;
@@ -41,16 +45,16 @@ static bool dependent_row(struct affine_run *r, int source, struct exact_sum *su
         }
         exact_sum_take(sum, &c->function);
     }
-    exact_combination_clear(&k);
     return found == EXACT_YES;
 }
 
 /* The rows from `first` on enter the elimination; what it leaves of some is admitted as generation g. */
 static int generation(struct affine_run *r, int first, int count, int g)
 {
-    struct affine_candidate *c = sga_calloc((size_t)count + 1, sizeof *c);
-    const struct exact_row **row = sga_malloc(((size_t)count + 1) * sizeof *row);
-    struct exact_sum sum;
+    SGA_ARENA(mem);
+    struct affine_candidate *c = sga_zeros(&mem, (size_t)count + 1, sizeof *c);
+    const struct exact_row **row = sga_take(&mem, ((size_t)count + 1) * sizeof *row);
+    SGA_ENDS(exact_sum_clear) struct exact_sum sum;
     int n = 0;
     for (int i = 0; i < count; i++)
         row[i] = &affine_source(r, first + i)->a;
@@ -59,19 +63,16 @@ static int generation(struct affine_run *r, int first, int count, int g)
     for (int i = first; i < first + count && ok; i++)
         if (r->velocities.pivot_of_row[i] < 0)
             ok = dependent_row(r, i, &sum, c + n++);
-    exact_sum_clear(&sum);
     int added = ok ? affine_admit(r, c, n, g) : -1;
     for (int i = 0; i < n; i++)
         affine_candidate_clear(c + i);
-    free(c);
-    free(row);
     return added;
 }
 
 static int restrictions(struct affine_run *r)
 {
     int n = r->s->sys->restrictions;
-    struct affine_candidate *c = sga_calloc((size_t)n + 1, sizeof *c);
+    SGA_FREED struct affine_candidate *c = sga_calloc((size_t)n + 1, sizeof *c);
     for (int i = 0; i < n; i++) {
         c[i] = (struct affine_candidate){ .from = -1, .restriction = i };
         exact_row_copy(r->a->restriction + i, r->a->n + r->a->atoms, &c[i].function);
@@ -79,7 +80,6 @@ static int restrictions(struct affine_run *r)
     int added = affine_admit(r, c, n, 1);
     for (int i = 0; i < n; i++)
         affine_candidate_clear(c + i);
-    free(c);
     return added;
 }
 
@@ -102,11 +102,13 @@ static bool generations(struct affine_run *r)
         done = r->constraints;
         added = generation(r, s->sys->rows + from, done - from, s->sol->generations + 1);
     }
+    assert(r->constraints <= r->a->n);
     return added >= 0;
 }
 
 static void keep_pivots(struct affine_run *r)
 {
+    assert(r->velocities.pivots <= r->a->n);
     struct sga_solution *sol = r->s->sol;
     int rows = r->s->sys->rows;
     sol->pivot = sga_malloc(((size_t)r->velocities.pivots + 1) * sizeof *sol->pivot);
@@ -115,7 +117,7 @@ static void keep_pivots(struct affine_run *r)
         int g = p->row < rows ? 1 : sol->constraint[p->row - rows].generation + 1;
         sol->pivot[sol->pivots++] = (struct sga_pivot){ p->col, expr_int(r->s->st, 1), g, p->row };
     }
-    r->s->shadow->count[POINTS_EXACT] += r->velocities.givens + r->constraints;
+    r->s->oracle->count[POINTS_EXACT] += r->velocities.givens + r->constraints;
 }
 
 static void run_clear(struct affine_run *r)
@@ -137,7 +139,7 @@ bool affine_reduce(struct state *s, struct affine *a)
 {
     bool ok = false;
     for (int which = 0; ; which++) {
-        struct affine_run r = { .s = s, .a = a };
+        SGA_ENDS(run_clear) struct affine_run r = { .s = s, .a = a };
         exact_echelon_init(&r.velocities, a->n, which);
         exact_echelon_init(&r.set, a->n, which);
         exact_basis_init(&r.basis, a->n);
@@ -147,7 +149,7 @@ bool affine_reduce(struct state *s, struct affine *a)
         if (ok)
             keep_pivots(&r);
         bool again = !ok && r.bad_prime;
-        run_clear(&r);
+        assert(!ok || r.constraints == s->sol->constraints);
         if (!again)
             return ok;
         state_forget(s);

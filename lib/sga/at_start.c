@@ -3,15 +3,20 @@
 
 #include <math.h>
 
+#include "ball.h"
+#include "echelon.h"
+#include "oracle.h"
+#include "points.h"
+
 enum { BITS = 64 };
 /* log2, beside the value in general. */
 static const double FAINT = -30;
 
 void at_start_init(struct at_start *a, const struct ech_context *c)
 {
-    const struct points_space *space = &c->shadow->space;
-    const struct points_point *p = c->shadow->real;
-    *a = (struct at_start){ .known = c->near && c->shadow->reals };
+    const struct points_space *space = &c->oracle->space;
+    const struct points_point *p = c->oracle->real;
+    *a = (struct at_start){ .known = c->near && c->oracle->reals };
     if (!a->known)
         return;
     num_ball_init(&a->ball, c->st, BITS);
@@ -41,5 +46,5 @@ double at_start_value(struct at_start *a, expr_id e)
 
 bool at_start_vanishes(struct at_start *a, const struct ech_context *c, expr_id e)
 {
-    return a->known && !(log2(fabs(at_start_value(a, e))) > points_shadow_magnitude(c->shadow, e) + FAINT);
+    return a->known && !(log2(fabs(at_start_value(a, e))) > points_oracle_magnitude(c->oracle, e) + FAINT);
 }

@@ -3,7 +3,9 @@
 #ifndef SGA_SGA_AT_START_H
 #define SGA_SGA_AT_START_H
 
-#include "echelon.h"
+#include "ball.h"
+
+struct ech_context;
 
 struct at_start {
     struct num_ball ball;

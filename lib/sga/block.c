@@ -1,11 +1,19 @@
 /* Dense blocks: pivots by value, solutions as SOLVE nodes. */
 #include "block.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 
+#include "arb_ends.h"
+#include "arena.h"
+#include "ball.h"
+#include "budget.h"
 #include "mem.h"
+#include "oracle.h"
+#include "points.h"
 #include "seeds.h"
+#include "system.h"
 
 struct block {
     int m, n;             /* rows, columns that occur */
@@ -18,7 +26,7 @@ struct block {
 
 static void gather(struct block *b, const struct echelon *e, const struct ech_row *row, const int *index, int m)
 {
-    int *place = sga_malloc((size_t)e->cols * sizeof *place);
+    SGA_FREED int *place = sga_malloc((size_t)e->cols * sizeof *place);
     *b = (struct block){ .m = m };
     b->col = sga_malloc((size_t)e->cols * sizeof *b->col);
     for (int j = 0; j < e->cols; j++)
@@ -39,19 +47,18 @@ static void gather(struct block *b, const struct echelon *e, const struct ech_ro
     b->cols = sga_malloc((size_t)m * sizeof *b->cols);
     b->row_used = sga_calloc((size_t)m, 1);
     b->col_used = sga_calloc((size_t)b->n, 1);
-    free(place);
 }
 
 /* Full pivoting on the values in balls at the first point: a pivot ball that excludes 0
  * shows that one more row and column are independent there, so in general. */
 static bool choose(struct block *b, const struct ech_context *c)
 {
-    struct num_ball *ball = &c->shadow->real[0].ball;
+    struct num_ball *ball = &c->oracle->real[0].ball;
     bool ok;
     size_t size = (size_t)b->m * (size_t)b->n;
-    arb_ptr v = _arb_vec_init((slong)size);
-    arb_t f;
-    arb_init(f);
+    SGA_ARENA(mem);
+    arb_ptr v = arbs_take(&mem, (slong)size);
+    SGA_ENDS(arb_end) arb_t f = { 0 };
     num_ball_extend(ball);
     for (size_t i = 0; i < size; i++)
         if (b->at[i])
@@ -84,8 +91,6 @@ static bool choose(struct block *b, const struct ech_context *c)
                     arb_submul(r + j, f, pivot + j, ball->prec);
         }
     }
-    arb_clear(f);
-    _arb_vec_clear(v, (slong)size);
     return ok;
 }
 
@@ -94,16 +99,15 @@ static bool choose(struct block *b, const struct ech_context *c)
 static int solve_for(struct block *b, const struct ech_context *c, const expr_id *S, const struct ech_row *row,
                      const int *index, int j)
 {
-    expr_id *r = sga_malloc((size_t)b->rank * sizeof *r);
+    SGA_FREED expr_id *r = sga_malloc((size_t)b->rank * sizeof *r);
     bool any = false;
+    assert(b->rank > 0 && b->rank <= b->m && b->rank <= b->n);
     for (int k = 0; k < b->rank; k++) {
         expr_id v = j < 0 ? row[index[b->rows[k]]].rhs : b->at[(size_t)b->rows[k] * (size_t)b->n + (size_t)j];
         r[k] = v ? v : expr_int(c->st, 0);
         any |= !expr_is_zero(c->st, r[k]);
     }
-    int s = any ? expr_solve_add(c->st, b->rank, S, r) : -1;
-    free(r);
-    return s;
+    return any ? expr_solve_add(c->st, b->rank, S, r) : -1;
 }
 
 /* value - sum over the chosen columns of E[i, B] times the solution */
@@ -121,7 +125,8 @@ static expr_id left_over(struct block *b, const struct ech_context *c, int i, ex
 static bool rewrite(struct block *b, struct echelon *e, const struct ech_context *c, struct ech_row *row,
                     const int *index, int generation)
 {
-    int r = b->rank, first = e->pivots, *solve = sga_malloc((size_t)(b->n + 1) * sizeof *solve);
+    int r = b->rank, first = e->pivots;
+    SGA_FREED int *solve = sga_malloc((size_t)(b->n + 1) * sizeof *solve);
     expr_id *S = sga_malloc((size_t)r * (size_t)r * sizeof *S);
     for (int i = 0; i < r; i++)
         for (int k = 0; k < r; k++) {
@@ -173,7 +178,6 @@ static bool rewrite(struct block *b, struct echelon *e, const struct ech_context
         e->block[e->blocks++] = (struct ech_dense){ first, r, S };
     else
         free(S);
-    free(solve);
     return ok;
 }
 
@@ -202,29 +206,28 @@ expr_id ech_block_test(struct expr_store *st, const struct ech_dense *block, int
 {
     int r = block->size, n = r + 1;
     uint64_t random = SGA_SEED_BLOCK;
-    expr_id *T = sga_malloc((size_t)n * (size_t)n * sizeof *T), *w = sga_malloc((size_t)n * sizeof *w);
+    SGA_ARENA(mem);
+    expr_id *T = sga_take(&mem, (size_t)n * (size_t)n * sizeof *T), *w = sga_take(&mem, (size_t)n * sizeof *w);
     for (int i = 0; i < n; i++) {
         for (int k = 0; k < n; k++)
             T[i * n + k] = i < r && k < r ? block->matrix[i * r + k] : i < r || k < r ? border(st, &random) : expr_int(st, 0);
         w[i] = expr_int(st, i == r);
     }
     *solve = expr_solve_add(st, n, T, w);
-    free(T);
-    free(w);
     return expr_solution(st, *solve, r);
 }
 
-bool ech_blocks_stand(const struct echelon *e, struct points_shadow *shadow)
+bool ech_blocks_stand(const struct echelon *e, struct points_oracle *oracle)
 {
     bool stand = true;
-    for (int q = 0; q < e->blocks && stand && shadow->reals; q++) {
+    for (int q = 0; q < e->blocks && stand && oracle->reals; q++) {
         int r = e->block[q].size;
         struct block b = { .m = r, .n = r, .at = e->block[q].matrix };
         b.rows = sga_malloc((size_t)r * sizeof *b.rows);
         b.cols = sga_malloc((size_t)r * sizeof *b.cols);
         b.row_used = sga_calloc((size_t)r, 1);
         b.col_used = sga_calloc((size_t)r, 1);
-        struct ech_context c = { .shadow = shadow };
+        struct ech_context c = { .oracle = oracle };
         stand = choose(&b, &c) && b.rank == r;
         free(b.rows);
         free(b.cols);

@@ -20,6 +20,6 @@ bool ech_block(struct echelon *e, const struct ech_context *c, struct ech_row *r
 expr_id ech_block_test(struct expr_store *st, const struct ech_dense *block, int *solve);
 
 /* Whether the matrix of each block is still regular at the first of the present points. */
-bool ech_blocks_stand(const struct echelon *e, struct points_shadow *shadow);
+bool ech_blocks_stand(const struct echelon *e, struct points_oracle *oracle);
 
 #endif

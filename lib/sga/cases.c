@@ -1,12 +1,15 @@
 /* Conditions on parameters, part by part: a triangular decomposition of small polynomial systems over the real numbers. */
 #include "cases.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "derive.h"
 #include "mem.h"
 #include "poly.h"
+#include "system.h"
 #include "warnings.h"
 #include "cases_solve.h"
 
@@ -92,6 +95,7 @@ static void push_item(struct work *w, struct item it)
 /* The parameter is put in, in what was put before too. False: something that was excluded vanishes. */
 static bool put_in(struct work *w, struct cases_part *p, struct cases_put put)
 {
+    assert(put.value);
     int n = 0;
     for (int i = 0; i < p->puts; i++)
         p->put[i].value = cases_replace(&w->space, p->put[i].value, &put, 1);
@@ -191,8 +195,19 @@ static void together(struct work *w, const struct item *it, const struct poly_fa
     push_item(w, next);
 }
 
+/* Parameters are put in once each, and a part that is open keeps the function that has no zero in closed form. */
+static bool part_sane(const struct cases_part *p)
+{
+    bool sane = !p->open || p->wheres > 0;
+    for (int i = 0; i < p->puts && sane; i++)
+        for (int k = 0; k < i && sane; k++)
+            sane = p->put[i].symbol != p->put[k].symbol;
+    return sane;
+}
+
 static void finish(struct work *w, struct item *it)
 {
+    assert(part_sane(&it->part));
     struct cases *out = w->out;
     out->part = sga_realloc(out->part, ((size_t)out->parts + 1) * sizeof *out->part);
     out->part[out->parts++] = it->part;
@@ -265,6 +280,7 @@ static bool has_parameter(const struct work *w, expr_id e)
 
 static void advance(struct work *w, struct item *it)
 {
+    assert(it->lefts >= 0);
     if (!it->lefts) {
         finish(w, it);
         return;
@@ -326,9 +342,8 @@ void cases_of(const struct sys_system *system, const expr_id *function, int func
     first.part.excludeds = excludeds;
     push_item(&w, first);
     while (w.items && sga_budget_ok(budget, NULL) && expr_store_ok(system->store)) {
-        struct item it = w.item[--w.items];
+        SGA_ENDS(item_clear) struct item it = w.item[--w.items];
         advance(&w, &it);
-        item_clear(&it);
     }
     out->cut |= w.items > 0;
     while (w.items)

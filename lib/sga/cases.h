@@ -2,9 +2,11 @@
 #ifndef SGA_RUN_CASES_H
 #define SGA_RUN_CASES_H
 
-#include "budget.h"
-#include "buf.h"
-#include "system.h"
+#include "expr.h"
+
+struct sga_budget;
+struct sga_buf;
+struct sys_system;
 
 struct cases_put { int symbol; expr_id value; };    /* value is free of all symbols that are replaced */
 

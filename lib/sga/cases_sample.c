@@ -2,10 +2,16 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arb_ends.h"
+#include "arena.h"
 #include "ball.h"
+#include "buf.h"
+#include "cases.h"
 #include "cases_solve.h"
+#include "flint_ends.h"
 #include "mem.h"
 #include "print.h"
+#include "system.h"
 
 enum { TRIES = 60, BITS = 192, DIGITS = 20, GRID = 64, HALVINGS = 80 };
 
@@ -21,8 +27,7 @@ static expr_id draw(struct expr_store *st, int parameter, int attempt)
 /* Values of a number; false: it has none. */
 static bool number(const struct cases_space *s, expr_id e, arb_t v)
 {
-    struct expr_cone cone;
-    struct num_ball b;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone = { 0 };
     bool ok = e != EXPR_UNDEF;
     if (!ok)
         return false;
@@ -31,34 +36,27 @@ static bool number(const struct cases_space *s, expr_id e, arb_t v)
     for (int i = 0; i < cone.count; i++)
         ok = ok && expr_op_of(s->st, cone.list[i]) != EXPR_SYM;
     if (ok) {
+        SGA_ENDS(num_ball_clear) struct num_ball b;
         num_ball_init(&b, s->st, BITS);
         num_ball_list(&b, cone.list, cone.count);
         arb_set(v, num_ball_value(&b, e));
         ok = arb_is_finite(v);
-        num_ball_clear(&b);
     }
-    expr_cone_clear(&cone);
     return ok;
 }
 
 static int sign_at(const struct cases_space *s, expr_id e)
 {
-    arb_t v;
-    arb_init(v);
-    int sign = !number(s, e, v) ? 0 : arb_is_positive(v) ? 1 : arb_is_negative(v) ? -1 : 0;
-    arb_clear(v);
-    return sign;
+    SGA_ENDS(arb_end) arb_t v = { 0 };
+    return !number(s, e, v) ? 0 : arb_is_positive(v) ? 1 : arb_is_negative(v) ? -1 : 0;
 }
 
 /* The bound of v, rounded outward to a decimal. */
 static void write_bound(struct sga_json *w, const arb_t v, bool upper)
 {
-    arb_t scaled;
-    arf_t x;
-    fmpz_t n, ten;
-    arb_init(scaled);
-    arf_init(x);
-    fmpz_init(n);
+    SGA_ENDS(arb_end) arb_t scaled = { 0 };
+    SGA_ENDS(arf_end) arf_t x = { 0 };
+    SGA_ENDS(fmpz_end) fmpz_t n = { 0 }, ten;
     fmpz_init_set_ui(ten, 10);
     fmpz_pow_ui(ten, ten, DIGITS);
     arb_mul_fmpz(scaled, v, ten, BITS + 80);
@@ -67,7 +65,7 @@ static void write_bound(struct sga_json *w, const arb_t v, bool upper)
     else
         arb_get_lbound_arf(x, scaled, BITS + 80);
     arf_get_fmpz(n, x, upper ? ARF_RND_CEIL : ARF_RND_FLOOR);
-    struct sga_buf text = { 0 };
+    SGA_ENDS(sga_buf_free) struct sga_buf text = { 0 };
     bool negative = fmpz_sgn(n) < 0;
     fmpz_abs(n, n);
     char *digits = fmpz_get_str(NULL, 10, n);
@@ -78,11 +76,6 @@ static void write_bound(struct sga_json *w, const arb_t v, bool upper)
     sga_buf_puts(&text, digits + whole);
     sga_json_string(w, text.data);
     flint_free(digits);
-    sga_buf_free(&text);
-    fmpz_clear(n);
-    fmpz_clear(ten);
-    arf_clear(x);
-    arb_clear(scaled);
 }
 
 static void write_interval(struct sga_json *w, const arb_t v)
@@ -109,9 +102,7 @@ static bool bracket(const struct cases_space *s, expr_id f, int symbol, arb_t v)
     }
     if (!found)
         return false;
-    fmpq_t a, h;
-    fmpq_init(a);
-    fmpq_init(h);
+    SGA_ENDS(fmpq_end) fmpq_t a = { { 0, 1 } }, h = { { 0, 1 } };
     fmpq_set_si(a, lo, 8);
     fmpq_set_si(h, 1, 8);
     for (int i = 0; i < HALVINGS; i++) {
@@ -121,15 +112,11 @@ static bool bracket(const struct cases_space *s, expr_id f, int symbol, arb_t v)
         if (sign != before)
             fmpq_sub(a, a, h);
     }
-    arb_t end;
-    arb_init(end);
+    SGA_ENDS(arb_end) arb_t end = { 0 };
     arb_set_fmpq(v, a, BITS);
     fmpq_add(a, a, h);
     arb_set_fmpq(end, a, BITS);
     arb_union(v, v, end, BITS);
-    arb_clear(end);
-    fmpq_clear(a);
-    fmpq_clear(h);
     return true;
 }
 
@@ -172,10 +159,8 @@ static bool draw_all(const struct cases_space *s, const struct cases_part *part,
     }
     for (int k = 0; k < part->puts; k++) {
         expr_id v = cases_at(s->st, part->put[k].value, x->all, drawn);
-        arb_t ball;
-        arb_init(ball);
+        SGA_ENDS(arb_end) arb_t ball = { 0 };
         bool ok = part->open || number(s, v, ball);
-        arb_clear(ball);
         if (!ok)
             return false;
         x->all[x->n++] = (struct cases_put){ part->put[k].symbol, v };
@@ -190,9 +175,8 @@ static bool write_sample(const struct cases_space *s, const struct sample *x, st
     sga_json_begin(&w, json);
     sga_json_object(&w);
     for (int i = 0; i < x->n && ok; i++) {
-        struct sga_buf text = { 0 };
-        arb_t v;
-        arb_init(v);
+        SGA_ENDS(sga_buf_free) struct sga_buf text = { 0 };
+        SGA_ENDS(arb_end) arb_t v = { 0 };
         sga_json_key(&w, s->st->symbol[x->all[i].symbol].name);
         if (x->all[i].symbol == x->bracketed) {
             write_interval(&w, x->interval);
@@ -202,8 +186,6 @@ static bool write_sample(const struct cases_space *s, const struct sample *x, st
             ok = number(s, x->all[i].value, v);
             write_interval(&w, v);
         }
-        arb_clear(v);
-        sga_buf_free(&text);
     }
     sga_json_end_object(&w);
     if (!ok)

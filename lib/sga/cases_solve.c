@@ -4,9 +4,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "ball.h"
-#include "facts.h"
+#include "cases.h"
+#include "flint_ends.h"
 #include "mem.h"
+#include "system.h"
 
 enum { BITS = 256, ENOUGH = 100000 };
 
@@ -23,11 +26,10 @@ expr_id cases_at(struct expr_store *st, expr_id e, const struct cases_put *put, 
     struct sga_error before = st->error;
     if (!e || !puts)
         return e;
-    expr_id *map = sga_calloc((size_t)st->symbols, sizeof *map);
+    SGA_FREED expr_id *map = sga_calloc((size_t)st->symbols, sizeof *map);
     for (int i = 0; i < puts; i++)
         map[put[i].symbol] = put[i].value;
     expr_substitute(st, &e, 1, map);
-    free(map);
     if (st->error.code == SGA_E_EXPR_UNDEFINED) {     /* a denominator vanishes there */
         st->error = before;
         return EXPR_UNDEF;
@@ -47,8 +49,7 @@ expr_id cases_replace(const struct cases_space *s, expr_id e, const struct cases
 /* The sign of a number: 1, -1, or 0 where it is not known, or no number. */
 static int sign_of(const struct cases_space *s, expr_id e)
 {
-    struct expr_cone cone;
-    struct num_ball b;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
     int sign = 0;
     bool number = e != EXPR_UNDEF;
     expr_cone_init(&cone);
@@ -56,13 +57,12 @@ static int sign_of(const struct cases_space *s, expr_id e)
     for (int i = 0; i < cone.count; i++)
         number = number && expr_op_of(s->st, cone.list[i]) != EXPR_SYM;
     if (number) {
+        SGA_ENDS(num_ball_clear) struct num_ball b;
         num_ball_init(&b, s->st, BITS);
         num_ball_list(&b, cone.list, cone.count);
         arb_srcptr v = num_ball_value(&b, e);
         sign = !arb_is_finite(v) ? 0 : arb_is_positive(v) ? 1 : arb_is_negative(v) ? -1 : 0;
-        num_ball_clear(&b);
     }
-    expr_cone_clear(&cone);
     return sign;
 }
 
@@ -152,10 +152,9 @@ static void add_roots(const struct cases_space *s, struct cases_roots *r, expr_i
 
 static void third_of(fmpq_t out, const fmpq_t x)
 {
-    fmpz_t three;
+    SGA_ENDS(fmpz_end) fmpz_t three;
     fmpz_init_set_ui(three, 3);
     fmpq_div_fmpz(out, x, three);
-    fmpz_clear(three);
 }
 
 /* The real roots of a cubic with rational coefficients, x = u - b/(3 a): Cardano's where there is one, Viete's where there
@@ -163,15 +162,12 @@ static void third_of(fmpq_t out, const fmpq_t x)
 static void solve_cubic(const struct cases_space *s, const struct shape *p, struct cases_roots *r)
 {
     struct expr_store *st = s->st;
-    fmpq_t a[3], P, Q, D, t;
+    fmpq_t a[3];
+    SGA_ENDS(fmpq_end) fmpq_t P = { { 0, 1 } }, Q = { { 0, 1 } }, D = { { 0, 1 } }, t = { { 0, 1 } };
     for (int i = 0; i < 3; i++) {
         fmpq_init(a[i]);
         fmpq_div(a[i], expr_const_value(st, p->k[i]), expr_const_value(st, p->k[3]));
     }
-    fmpq_init(P);
-    fmpq_init(Q);
-    fmpq_init(D);
-    fmpq_init(t);
     third_of(t, a[2]);                    /* x^3 + a2 x^2 + a1 x + a0, t = a2/3: P = a1 - 3 t^2, Q = 2 t^3 - t a1 + a0 */
     fmpq_mul(D, t, t);
     fmpq_mul_si(P, D, -3);
@@ -200,10 +196,6 @@ static void solve_cubic(const struct cases_space *s, const struct shape *p, stru
     }
     for (int i = 0; i < 3; i++)
         fmpq_clear(a[i]);
-    fmpq_clear(P);
-    fmpq_clear(Q);
-    fmpq_clear(D);
-    fmpq_clear(t);
 }
 
 static void solve_shape(const struct cases_space *s, const struct shape *p, struct cases_roots *r)
@@ -251,7 +243,7 @@ static expr_id inverse(const struct cases_space *s, enum expr_op op, expr_id w, 
 static bool solve_kernel(const struct cases_space *s, struct poly_numerator *n, expr_id f, struct cases_roots *r)
 {
     struct expr_store *st = s->st;
-    struct expr_cone cone;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
     bool solved = false;
     expr_cone_init(&cone);
     expr_cone_of(st, &cone, &f, 1);
@@ -273,7 +265,6 @@ static bool solve_kernel(const struct cases_space *s, struct poly_numerator *n, 
         solved = u || never;
         free(k);
     }
-    expr_cone_clear(&cone);
     return solved;
 }
 

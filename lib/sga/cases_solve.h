@@ -2,8 +2,9 @@
 #ifndef SGA_RUN_CASES_SOLVE_H
 #define SGA_RUN_CASES_SOLVE_H
 
-#include "cases.h"
 #include "poly.h"
+
+struct cases_put;
 
 struct cases_space {
     struct expr_store *st;

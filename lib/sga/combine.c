@@ -1,9 +1,12 @@
 /* Which combination of equations and tangencies made a constraint. */
 #include "state.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
+#include "arena.h"
 #include "mem.h"
+#include "reduction.h"
 
 static void add_part(struct state *s, struct sga_part **part, int *parts, size_t *cap, int source, expr_id factor)
 {
@@ -19,13 +22,15 @@ static void add_part(struct state *s, struct sga_part **part, int *parts, size_t
  * S^-T w on the latter. */
 static void through_block(struct state *s, const struct ech_dense *b, expr_id *weight)
 {
+    assert(b->first + b->size <= s->ech.pivots);
     int r = b->size;
     bool any = false;
     for (int k = 0; k < r; k++)
         any |= weight[b->first + k] != EXPR_UNDEF;
     if (!any)
         return;
-    expr_id *T = sga_malloc((size_t)r * (size_t)r * sizeof *T), *w = sga_malloc((size_t)r * sizeof *w);
+    SGA_ARENA(mem);
+    expr_id *T = sga_take(&mem, (size_t)r * (size_t)r * sizeof *T), *w = sga_take(&mem, (size_t)r * sizeof *w);
     for (int i = 0; i < r; i++)
         for (int k = 0; k < r; k++)
             T[k * r + i] = b->matrix[i * r + k];
@@ -34,8 +39,6 @@ static void through_block(struct state *s, const struct ech_dense *b, expr_id *w
     int solve = expr_solve_add(s->st, r, T, w);
     for (int k = 0; k < r; k++)
         weight[b->first + k] = expr_solution(s->st, solve, k);
-    free(T);
-    free(w);
 }
 
 /* A row is its source minus the sum of factor * pivot row, and a pivot row is made of
@@ -49,8 +52,9 @@ void state_combine(struct state *s, const struct candidate *c, struct sga_part *
     add_part(s, part, parts, &cap, c->source, c->times ? c->times : expr_int(st, 1));
     if (!c->ops)
         return;
-    expr_id *weight = sga_calloc((size_t)s->ech.pivots, sizeof *weight);
+    SGA_FREED expr_id *weight = sga_calloc((size_t)s->ech.pivots, sizeof *weight);
     for (int k = 0; k < c->ops; k++) {
+    assert(c->op[k].pivot < s->ech.pivots);
         expr_id *w = weight + c->op[k].pivot, f = c->times ? expr_mul(st, c->times, c->op[k].factor) : c->op[k].factor;
         *w = *w ? expr_sub(st, *w, f) : expr_neg(st, f);
     }
@@ -70,5 +74,4 @@ void state_combine(struct state *s, const struct candidate *c, struct sga_part *
             *w = *w ? expr_sub(st, *w, t) : expr_neg(st, t);
         }
     }
-    free(weight);
 }

@@ -1,14 +1,19 @@
 /* Searches for other components, by the zeros of a run. */
 #include "components.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
+#include "oracle.h"
 #include "poly.h"
+#include "reduction.h"
 #include "seeds.h"
 #include "set_points.h"
 #include "sides.h"
+#include "system.h"
 #include "warnings.h"
 
 enum { STARTS = 3, SIDED_STARTS = 6, STUCK_STARTS = 16 };     /* of each set; where it has sides, each is to be met */
@@ -24,7 +29,7 @@ static void *copy(const void *from, size_t count, size_t size)
     return to;
 }
 
-static struct component_run *keep_run(struct components *c, const struct sga_solution *sol, const struct points_shadow *shadow)
+static struct component_run *keep_run(struct components *c, const struct sga_solution *sol, const struct points_oracle *oracle)
 {
     SGA_RESERVE(c->run, c->run_cap, c->runs + 1);
     struct component_run *r = c->run + c->runs++;
@@ -37,16 +42,16 @@ static struct component_run *keep_run(struct components *c, const struct sga_sol
         r->arose[i] = k->replaced ? k->replaced : k->expr;
     }
     r->arose[sol->constraints] = sol->stuck ? sol->stuck : sol->contradiction;
-    r->zero = sga_malloc((size_t)(shadow->zeros + 1) * sizeof *r->zero);
-    for (int i = 0; i < shadow->zeros; i++) {
-        if (shadow->zero[i].constraints > sol->constraints)
+    r->zero = sga_malloc((size_t)(oracle->zeros + 1) * sizeof *r->zero);
+    for (int i = 0; i < oracle->zeros; i++) {
+        if (oracle->zero[i].constraints > sol->constraints)
             continue;
-        r->zero[r->zeros].expr = shadow->zero[i].expr;
-        r->zero[r->zeros].open = shadow->zero[i].decision.modular < POINTS_MODULAR;
-        r->zero[r->zeros++].constraints = shadow->zero[i].constraints;
+        r->zero[r->zeros].expr = oracle->zero[i].expr;
+        r->zero[r->zeros].open = oracle->zero[i].decision.modular < POINTS_MODULAR;
+        r->zero[r->zeros++].constraints = oracle->zero[i].constraints;
     }
-    if (shadow->reals)
-        points_point_copy(&r->point, shadow->real, POINTS_BITS);
+    if (oracle->reals)
+        points_point_copy(&r->point, oracle->real, POINTS_BITS);
     return r;
 }
 
@@ -63,6 +68,7 @@ static int reaches(const struct component_run *r, struct points_point *p)
     int n = 0;
     while (n < r->constraints && vanishes(p, r->constraint[n]) == 1)
         n++;
+    assert(n <= r->constraints);
     return n;
 }
 
@@ -79,6 +85,7 @@ static expr_id broken(const struct component_run *r, struct points_point *p, int
 static expr_id another(const struct component_run *r, struct points_point *p, int n)
 {
     expr_id by = broken(r, p, n);
+    assert(n <= r->constraints);
     if (!by && r->arose[n] && vanishes(p, r->arose[n]) == 1)
         by = r->arose[n];
     return by;
@@ -109,6 +116,7 @@ static void keep_place(struct components *c, const struct points_space *space, c
         return;
     }
     SGA_RESERVE(c->place, c->place_cap, c->places + 1);
+    assert(p->x);
     c->place[c->places++] = (struct component_place){
         .x = copy(p->x, (size_t)space->variables, sizeof *p->x), .t = p->t,
         .parameter = copy(p->parameter, (size_t)space->parameters, sizeof *p->parameter),
@@ -133,11 +141,10 @@ static expr_id another_beside(const struct component_run *r, const struct points
 static bool keep_beside(struct components *c, const struct component_run *r, const struct points_space *space,
                         const struct points_point *p, int n, uint64_t *random)
 {
-    struct points_point q;
+    SGA_ENDS(points_point_clear) struct points_point q;
     expr_id by = another_beside(r, space, p, n, random, &q);
     if (by && !known(c, r, &q, n, by))
         keep_place(c, space, &q, by);
-    points_point_clear(&q);
     return by != EXPR_UNDEF;
 }
 
@@ -191,7 +198,7 @@ static void arrive(struct components *c, const struct component_run *r, struct p
 /* Parts of the first n constraints that are 0 at the run's point, and zeros of the run that no algebra proves: each once. Returns how many. */
 static int vanishing(const struct component_run *r, struct points_space *space, int n, expr_id *list, int most)
 {
-    struct expr_cone cone;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
     int count = 0;
     expr_cone_init(&cone);
     expr_cone_of(space->st, &cone, r->constraint, n);
@@ -207,7 +214,6 @@ static int vanishing(const struct component_run *r, struct points_space *space, 
     for (int i = 0; i < r->zeros && count < most; i++)
         if (r->zero[i].open && r->zero[i].constraints == n)
             list[count++] = r->zero[i].expr;
-    expr_cone_clear(&cone);
     return count;
 }
 
@@ -216,14 +222,15 @@ static int vanishing(const struct component_run *r, struct points_space *space, 
 static void search_off(struct components *c, const struct component_run *r, struct points_space *space, int n, struct walk *w)
 {
     struct expr_store *st = (struct expr_store *)space->st;
-    expr_id zero[OFF_ZEROS], *off = sga_malloc(((size_t)n + 1) * sizeof *off);
+    expr_id zero[OFF_ZEROS];
+    SGA_FREED expr_id *off = sga_malloc(((size_t)n + 1) * sizeof *off);
     int zeros = n && r->point.x ? vanishing(r, space, n, zero, OFF_ZEROS) : 0;
     if (n)
         memcpy(off, r->constraint, (size_t)n * sizeof *off);
     for (int i = 0; i < zeros; i++) {
         off[n - 1] = expr_div(st, r->constraint[n - 1], zero[i]);
         for (int k = 0; k < OFF_STARTS && expr_store_ok(st) && sga_budget_ok(space->budget, NULL); k++) {
-            struct points_point p;
+            SGA_ENDS(points_point_clear) struct points_point p;
             space->constraint = off;
             space->by_shape = false;
             space->near = k % 2 ? r->point.x : NULL;      /* beside what is known, too */
@@ -233,10 +240,8 @@ static void search_off(struct components *c, const struct component_run *r, stru
             space->near = NULL;
             if (found)
                 arrive(c, r, space, n, &p, &w->random);
-            points_point_clear(&p);
         }
     }
-    free(off);
 }
 
 /* Points of the parts that algebra splits the set into: those of a part on which the next constraint holds by itself are as a rule few among those
@@ -249,7 +254,7 @@ static void search_chains(struct components *c, const struct component_run *r, s
     if (n < 2 || !poly_chains_of(st, r->constraint, n, &limits, &chains))
         return;
     for (int k = 0; k < chains.chains && chains.chains > 1; k++) {
-        struct points_point p, q;
+        SGA_ENDS(points_point_clear) struct points_point p;
         space->constraint = chains.chain[k].poly;
         space->constraints = chains.chain[k].count;
         space->near = NULL;
@@ -261,12 +266,11 @@ static void search_chains(struct components *c, const struct component_run *r, s
         if (status == POINTS_OK) {
             space->near = p.x;
             space->near_time = p.t;
+            SGA_ENDS(points_point_clear) struct points_point q;
             if (points_find(space, 0, &w->random, POINTS_BITS, &q) == POINTS_OK && q.certified)
                 arrive(c, r, space, n, &q, &w->random);
             space->near = NULL;
-            points_point_clear(&q);
         }
-        points_point_clear(&p);
     }
     poly_chains_clear(&chains);
 }
@@ -310,23 +314,22 @@ static void search(struct components *c, const struct component_run *r, struct p
 /* Whether the functions are made with some that are one analytic function on each side of a surface. */
 static bool has_sides(const struct expr_store *st, const expr_id *e, int count)
 {
-    struct expr_cone cone;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
     bool has = false;
     expr_cone_init(&cone);
     expr_cone_of(st, &cone, e, count);
     for (int k = 0; k < cone.count; k++)
         has |= points_switches(expr_op_of(st, cone.list[k]));
-    expr_cone_clear(&cone);
     return has;
 }
 
 /* Points of a run among which something vanishes at some and not at others: each is a place of its own. */
-static void keep_split(struct components *c, struct points_space *space, const struct component_run *r, const struct points_shadow *shadow)
+static void keep_split(struct components *c, struct points_space *space, const struct component_run *r, const struct points_oracle *oracle)
 {
     space->constraint = r->constraint;
     space->constraints = r->constraints;
-    for (int k = 0; k < shadow->reals && shadow->reals > 1; k++)
-        keep_place(c, space, shadow->real + k, EXPR_UNDEF);
+    for (int k = 0; k < oracle->reals && oracle->reals > 1; k++)
+        keep_place(c, space, oracle->real + k, EXPR_UNDEF);
 }
 
 /* Where the points of a search lie: to be ended by end_space. */
@@ -351,10 +354,11 @@ static void end_space(struct set_points *on)
 }
 
 void components_note(struct components *c, const struct sys_system *system, const struct reduction_options *options,
-                     const struct sga_solution *sol, const struct points_shadow *shadow, int place, int final, bool split)
+                     const struct sga_solution *sol, const struct points_oracle *oracle, int place, int final, bool split)
 {
-    struct component_run *r = keep_run(c, sol, shadow);
+    struct component_run *r = keep_run(c, sol, oracle);
     int n = system->variables;
+    assert(place < c->places && final >= -1 && final <= n);
     r->place = place;
     r->final = final;
     struct set_points on;
@@ -363,7 +367,7 @@ void components_note(struct components *c, const struct sys_system *system, cons
     if (sol->one_piece < sol->constraints && sol->constraints > SGA_MOST_COMPONENT_ROWS)
         sga_limit_met(options->budget, SGA_LIMIT_COMPONENT_ROWS);
     if (split && place < 0)
-        keep_split(c, &on.space, r, shadow);
+        keep_split(c, &on.space, r, oracle);
     bool stuck = final <= 0;      /* points, or none: what holds more may lie elsewhere */
     struct walk w = { .starts = stuck ? STUCK_STARTS : sided ? SIDED_STARTS : STARTS, .anew = sided || stuck, .sided = sided,
                       .random = SGA_SEED_COMPONENTS };
@@ -380,6 +384,7 @@ void components_note(struct components *c, const struct sys_system *system, cons
 bool components_apart(struct components *c, const struct sys_system *system, const struct reduction_options *options,
                       const struct sga_solution *sol, int of, int k)
 {
+    assert(of >= 0 && of < c->runs && k >= 0 && k < c->runs);
     struct component_run *r = c->run + of;
     struct points_point *p = &c->run[k].point;
     if (!p->x)
@@ -391,13 +396,12 @@ bool components_apart(struct components *c, const struct sys_system *system, con
     if (!n || !points_on_sides(system->store, &p->ball, sol->side, sol->sides))        /* beyond them strata of kind side speak */
         return false;
     struct set_points on;
-    struct points_point q;
+    SGA_ENDS(points_point_clear) struct points_point q;
     begin_space(&on, system, options, sol);
     uint64_t random = SGA_SEED_BESIDE;
     on.space.constraint = r->constraint;
     on.space.constraints = n;
     bool apart = another_beside(r, &on.space, p, n, &random, &q) && q.certified;
-    points_point_clear(&q);
     end_space(&on);
     return apart;
 }

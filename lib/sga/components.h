@@ -7,7 +7,12 @@
 #ifndef SGA_SGA_COMPONENTS_H
 #define SGA_SGA_COMPONENTS_H
 
-#include "reduction.h"
+#include "points.h"
+
+struct points_oracle;
+struct reduction_options;
+struct sga_solution;
+struct sys_system;
 
 /* A point of a component that no run was on. */
 struct component_place {
@@ -34,7 +39,7 @@ struct components {
 /* Keeps what a run near a place (-1: none) rested on, and looks for places on other components than those of all runs so
  * far. final: its dimension, or -1. split: it failed as its points lie on several components. */
 void components_note(struct components *c, const struct sys_system *system, const struct reduction_options *options,
-                     const struct sga_solution *solution, const struct points_shadow *shadow, int place, int final, bool split);
+                     const struct sga_solution *solution, const struct points_oracle *oracle, int place, int final, bool split);
 /* Whether the point of run k lies where run `of` has no say: what the latter rests on does not hold there, or nearby on its
  * constraints (k's own may hold there too). */
 bool components_apart(struct components *c, const struct sys_system *system, const struct reduction_options *options,

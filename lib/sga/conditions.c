@@ -9,8 +9,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
 #include "poly.h"
+#include "reduction.h"
+#include "state.h"
 #include "warnings.h"
 
 struct step {
@@ -109,10 +112,9 @@ static bool contains(struct chain *c, expr_id e, int symbol)
 static expr_id replaced(struct chain *c, expr_id e, int symbol, expr_id value)
 {
     struct expr_store *st = c->s->st;
-    expr_id *map = sga_calloc((size_t)st->symbols, sizeof *map);
+    SGA_FREED expr_id *map = sga_calloc((size_t)st->symbols, sizeof *map);
     map[symbol] = value;
     expr_substitute(st, &e, 1, map);
-    free(map);
     return e;
 }
 
@@ -225,7 +227,7 @@ static void add_step(struct chain *c, int i)
 static bool plain(struct chain *c, expr_id f)
 {
     struct state *s = c->s;
-    struct expr_term *term = NULL;
+    SGA_FREED struct expr_term *term = NULL;
     size_t cap = 0;
     bool affine = true, graph = false;
     state_activate(s);
@@ -236,7 +238,6 @@ static bool plain(struct chain *c, expr_id f)
         affine = affine && fixed;
         graph = graph || (fixed && (d & EXPR_NONZERO || !(d & EXPR_HAS_PARAMETER)));
     }
-    free(term);
     return affine || graph;
 }
 

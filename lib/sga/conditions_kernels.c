@@ -4,9 +4,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "cases.h"
 #include "mem.h"
 #include "poly.h"
+#include "reduction.h"
+#include "state.h"
 #include "warnings.h"
 
 /* A function for special values: what vanishes for these, and the function as it is then. */
@@ -38,7 +41,8 @@ static int arguments(struct kernels *w, expr_id g, expr_id **out)
     int n = 0;
     *out = NULL;
     expr_cone_of(st, &s->cone, &g, 1);
-    int first = 0, *op = sga_malloc(((size_t)s->cone.count + 1) * sizeof *op);
+    int first = 0;
+    SGA_FREED int *op = sga_malloc(((size_t)s->cone.count + 1) * sizeof *op);
     for (int i = 0; i < s->cone.count; i++) {
         const struct expr_node node = st->node[s->cone.list[i]];
         bool power = node.op == EXPR_POW;
@@ -56,7 +60,6 @@ static int arguments(struct kernels *w, expr_id g, expr_id **out)
             (*out)[n++] = expr_sub(st, (*out)[first], (*out)[k]);
             (*out)[n++] = expr_add(st, (*out)[first], (*out)[k]);
         }
-    free(op);
     return n;
 }
 
@@ -100,13 +103,12 @@ static void note_special(struct kernels *w, const struct special *p)
     struct poly_numerator *n = poly_numerator_new(s->st, p->g, &w->limits);
     if (n && poly_coefficients_of(n, &k)) {
         int count = p->wheres;
-        expr_id *f = sga_malloc(((size_t)(count + k.count) + 1) * sizeof *f);
+        SGA_FREED expr_id *f = sga_malloc(((size_t)(count + k.count) + 1) * sizeof *f);
         memcpy(f, p->where, (size_t)count * sizeof *f);
         for (int i = 0; i < k.count; i++)
             if (!w->of || k.of[i] & w->of)
                 f[count++] = k.coefficient[i];
         conditions_add(w->to, s->st, &s->facts, f, count);
-        free(f);
         poly_coefficients_clear(&k);
     }
     poly_numerator_free(n);
@@ -117,9 +119,9 @@ static void look(struct kernels *w, expr_id argument)
 {
     struct state *s = w->s;
     struct special p = w->list[w->done];
-    expr_id *f;
+    SGA_FREED expr_id *f = NULL;
     int count = at_rest(w, argument, &f);
-    struct cases c = { .part = NULL };
+    SGA_ENDS(cases_clear) struct cases c = { .part = NULL };
     if (count > 0)
         cases_of(s->sys, f, count, NULL, 0, s->options->budget, &c);
     for (int i = 0; i < c.parts; i++) {
@@ -127,8 +129,6 @@ static void look(struct kernels *w, expr_id argument)
         if (g)
             push(w, &p, c.part + i, g);
     }
-    cases_clear(&c);
-    free(f);
 }
 
 void conditions_kernels(struct state *s, struct sga_conditions *to, expr_id g, unsigned of)
@@ -138,13 +138,12 @@ void conditions_kernels(struct state *s, struct sga_conditions *to, expr_id g, u
     SGA_RESERVE(w.list, w.cap, 1);
     w.list[w.count++] = (struct special){ .g = g };
     for (; w.done < w.count; w.done++) {
-        expr_id *argument;
+        SGA_FREED expr_id *argument = NULL;
         int n = arguments(&w, w.list[w.done].g, &argument);
         if (w.done)
             note_special(&w, w.list + w.done);
         for (int i = 0; i < n; i++)
             look(&w, argument[i]);
-        free(argument);
     }
     for (int i = 0; i < w.count; i++)
         free(w.list[i].where);

@@ -6,8 +6,13 @@
 
 #include <arb_mat.h>
 
+#include "arb_ends.h"
+#include "arena.h"
 #include "mem.h"
 #include "needed_bits.h"
+#include "oracle.h"
+#include "points.h"
+#include "reduction.h"
 
 /* Whether d_x e lies in the span of the constraints' differentials at point p:
  * 1 yes (every residue's ball contains 0), 0 no, -1 no value. */
@@ -15,7 +20,7 @@ static int dependent_at(struct state *s, struct points_point *p, const expr_id *
 {
     int c = s->sol->constraints, n = s->sys->variables;
     num_ball_extend(&p->ball);
-    arb_mat_t B, b, y;
+    SGA_ENDS(arb_mat_end) arb_mat_t B, b, y;
     arb_mat_init(B, c, c);
     arb_mat_init(b, c, 1);
     arb_mat_init(y, c, 1);
@@ -27,8 +32,7 @@ static int dependent_at(struct state *s, struct points_point *p, const expr_id *
             arb_set(arb_mat_entry(b, i, 0), num_ball_value(&p->ball, grad[(size_t)c * (size_t)n + (size_t)p->solved[i]]));
     }
     int result = arb_mat_solve(y, B, b, p->ball.prec) ? 1 : -1;
-    arb_t r;
-    arb_init(r);
+    SGA_ENDS(arb_end) arb_t r = { 0 };
     for (int j = 0; j < n && result == 1; j++) {
         expr_id g = grad[(size_t)c * (size_t)n + (size_t)j];
         if (g)
@@ -43,10 +47,6 @@ static int dependent_at(struct state *s, struct points_point *p, const expr_id *
         else if (!arb_contains_zero(r))
             result = 0;
     }
-    arb_clear(r);
-    arb_mat_clear(B);
-    arb_mat_clear(b);
-    arb_mat_clear(y);
     return result;
 }
 
@@ -58,15 +58,14 @@ static slong with_bits(struct state *s, struct points_point *p, const expr_id *g
     struct points_space space = s->space;
     space.constraint = s->con;
     space.constraints = s->sol->constraints;
-    expr_id *root = sga_malloc((size_t)(count + 1) * sizeof *root);
+    SGA_FREED expr_id *root = sga_malloc((size_t)(count + 1) * sizeof *root);
     int roots = 0;
     for (int i = 0; i < count; i++)
         if (grad[i])
             root[roots++] = grad[i];
     num_ball_extend(&p->ball);
     expr_cone_of(s->st, &s->cone, root, roots);
-    slong need = points_needed_bits(&p->ball, s->cone.list, s->cone.count, points_shadow_height(s->shadow));
-    free(root);
+    slong need = points_needed_bits(&p->ball, s->cone.list, s->cone.count, points_oracle_height(s->oracle));
     if (need > MOST_BITS)
         return 0;
     if (space.constraints && !points_refine(&space, p, 2 * need))
@@ -78,7 +77,7 @@ static slong with_bits(struct state *s, struct points_point *p, const expr_id *g
 
 void state_activate(struct state *s)
 {
-    SGA_RESERVE(s->active, s->active_cap, s->st->symbols);
+    SGA_RESERVE_IN(&s->mem, s->active, s->active_cap, s->st->symbols);
     memset(s->active, 0, (size_t)s->st->symbols);
     for (int j = 0; j < s->sys->variables; j++)
         s->active[s->variable[j]] = 1;
@@ -93,22 +92,20 @@ bool state_locally_constant(struct state *s, expr_id e)
 {
     int c = s->sol->constraints, n = s->sys->variables;
     state_activate(s);
-    expr_id *grad = sga_calloc((size_t)(c + 1) * (size_t)n, sizeof *grad);
-    struct expr_term *term = NULL;
+    SGA_FREED expr_id *grad = sga_calloc((size_t)(c + 1) * (size_t)n, sizeof *grad);
+    SGA_FREED struct expr_term *term = NULL;
     size_t cap = 0;
     for (int k = 0; k <= c; k++) {
         int m = expr_gradient(s->st, &s->cone, k < c ? s->con[k] : e, s->active, &term, &cap);
         for (int i = 0; i < m; i++)
             grad[(size_t)k * (size_t)n + (size_t)s->column[term[i].symbol]] = term[i].value;
     }
-    free(term);
-    bool all = s->shadow->reals > 0;
-    for (int k = 0; k < s->shadow->reals && all; k++)       /* few bits first: they tell most that vary */
-        all = dependent_at(s, s->shadow->real + k, grad, 60) == 1;
-    for (int k = 0; k < s->shadow->reals && all; k++) {
-        slong need = with_bits(s, s->shadow->real + k, grad, (c + 1) * n);
-        all = need && dependent_at(s, s->shadow->real + k, grad, need) == 1;
+    bool all = s->oracle->reals > 0;
+    for (int k = 0; k < s->oracle->reals && all; k++)       /* few bits first: they tell most that vary */
+        all = dependent_at(s, s->oracle->real + k, grad, 60) == 1;
+    for (int k = 0; k < s->oracle->reals && all; k++) {
+        slong need = with_bits(s, s->oracle->real + k, grad, (c + 1) * n);
+        all = need && dependent_at(s, s->oracle->real + k, grad, need) == 1;
     }
-    free(grad);
     return all;
 }

@@ -1,11 +1,15 @@
 /* Which variables are defined by equations, and the system with these put in. */
 #include "definition_search.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
+#include "budget.h"
 #include "mem.h"
 #include "range.h"
+#include "system.h"
 
 /* Whether the node has several branches, or no derivative where its argument is 0, at places that can be met. */
 static bool is_kink(struct definition_search *s, const struct expr_node n)
@@ -47,7 +51,7 @@ static expr_id slope_in(struct definition_search *s, expr_id e, int symbol)
 {
     struct expr_store *st = s->st;
     expr_id zero = expr_int(st, 0);
-    SGA_RESERVE(s->slope, s->slope_cap, s->cone.count + 1);
+    SGA_RESERVE_IN(&s->mem, s->slope, s->slope_cap, s->cone.count + 1);
     for (int i = 0; i < s->cone.count; i++) {
         expr_id at = s->cone.list[i], of[2] = { zero, zero };
         int children = expr_children(st, at);
@@ -81,7 +85,8 @@ bool definition_by(struct definition_search *s, int row, struct definition *best
     expr_id e = s->alpha[row];
     bool found = false;
     expr_cone_of(s->st, &s->cone, &e, 1);
-    int count = 0, *symbol = sga_malloc(((size_t)s->cone.count + 1) * sizeof *symbol);
+    int count = 0;
+    SGA_FREED int *symbol = sga_malloc(((size_t)s->cone.count + 1) * sizeof *symbol);
     for (int k = 0; k < s->cone.count; k++)
         if (expr_op_of(s->st, s->cone.list[k]) == EXPR_SYM)
             symbol[count++] = s->st->node[s->cone.list[k]].a;
@@ -103,7 +108,6 @@ bool definition_by(struct definition_search *s, int row, struct definition *best
         *best = (struct definition){ v, row, value, slope, s->factor[row], s->factor[row] ? s->rest[row] : EXPR_UNDEF };
         found = true;
     }
-    free(symbol);
     return found;
 }
 
@@ -119,7 +123,7 @@ static void put_in(struct definition_search *s, struct definition now)
         if (!s->used[i])
             expr_substitute(s->st, s->alpha + i, 1, s->map);
     s->map[symbol] = EXPR_UNDEF;
-    SGA_RESERVE(d->at, d->cap, d->count + 1);
+    SGA_RESERVE_IN(&d->mem, d->at, d->cap, d->count + 1);
     d->at[d->count++] = now;
     s->moves[now.variable] = 1;
     s->used[now.row] = 1;
@@ -139,10 +143,10 @@ static bool never_zero(struct definition_search *s, expr_id e)
         return true;
     expr_cone_of(s->st, &s->cone, &e, 1);
     expr_cone_index(&s->cone);
-    struct range *range = sga_calloc((size_t)s->cone.count + 1, sizeof *range), r;
+    SGA_FREED struct range *range = sga_calloc((size_t)s->cone.count + 1, sizeof *range);
+    struct range r;
     range_of_list(s->st, &s->facts, s->cone.list, s->cone.count, s->cone.place, range);
     r = range[s->cone.place[e]];
-    free(range);
     return beyond(s, r.lo, r.lo_in, 1) || beyond(s, r.hi, r.hi_in, -1);
 }
 
@@ -184,14 +188,14 @@ static void begin(struct definition_search *s)
 {
     const struct sys_system *sys = s->sys;
     int n = sys->variables;
-    s->moves = sga_calloc((size_t)n + 1, 1);
-    s->used = sga_calloc((size_t)sys->rows + 1, 1);
-    s->met = sga_calloc((size_t)n + 1, sizeof *s->met);
-    s->column = sga_malloc(((size_t)s->st->symbols + 1) * sizeof *s->column);
-    s->map = sga_calloc((size_t)s->st->symbols + 1, sizeof *s->map);
-    s->alpha = sga_malloc(((size_t)sys->rows + 1) * sizeof *s->alpha);
-    s->factor = sga_calloc((size_t)sys->rows + 1, sizeof *s->factor);
-    s->rest = sga_calloc((size_t)sys->rows + 1, sizeof *s->rest);
+    s->moves = sga_zeros(&s->mem, (size_t)n + 1, 1);
+    s->used = sga_zeros(&s->mem, (size_t)sys->rows + 1, 1);
+    s->met = sga_zeros(&s->mem, (size_t)n + 1, sizeof *s->met);
+    s->column = sga_take(&s->mem, ((size_t)s->st->symbols + 1) * sizeof *s->column);
+    s->map = sga_zeros(&s->mem, (size_t)s->st->symbols + 1, sizeof *s->map);
+    s->alpha = sga_take(&s->mem, ((size_t)sys->rows + 1) * sizeof *s->alpha);
+    s->factor = sga_zeros(&s->mem, (size_t)sys->rows + 1, sizeof *s->factor);
+    s->rest = sga_zeros(&s->mem, (size_t)sys->rows + 1, sizeof *s->rest);
     memset(s->column, -1, (size_t)s->st->symbols * sizeof *s->column);
     for (int j = 0; j < n; j++)
         s->column[sys->variable[j].symbol] = j;
@@ -218,20 +222,7 @@ static void end(struct definition_search *s)
 {
     expr_facts_clear(&s->facts);
     expr_cone_clear(&s->cone);
-    free(s->moves);
-    free(s->used);
-    free(s->met);
-    free(s->column);
-    free(s->map);
-    free(s->alpha);
-    free(s->factor);
-    free(s->rest);
-    free(s->slope);
-    free(s->by);
-    free(s->first);
-    free(s->variable);
-    free(s->seen);
-    free(s->stack);
+    sga_arena_end(&s->mem);
 }
 
 /* Whether any equation without derivatives has a switch or root: most systems have none. */
@@ -246,19 +237,20 @@ static bool any_kink(struct definition_search *s)
 /* Places of what is left. */
 static void places(struct definitions *d, const struct sys_system *sys)
 {
-    unsigned char *gone = sga_calloc((size_t)(sys->variables + sys->rows) + 1, 1);
+    SGA_FREED unsigned char *gone = sga_calloc((size_t)(sys->variables + sys->rows) + 1, 1);
     int variables = 0, rows = 0;
     for (int i = 0; i < d->count; i++)
         gone[d->at[i].variable] = gone[sys->variables + d->at[i].row] = 1;
-    d->variable = sga_malloc(((size_t)sys->variables + 1) * sizeof *d->variable);
-    d->row = sga_malloc(((size_t)sys->rows + 1) * sizeof *d->row);
+    d->variable = sga_take(&d->mem, ((size_t)sys->variables + 1) * sizeof *d->variable);
+    d->row = sga_take(&d->mem, ((size_t)sys->rows + 1) * sizeof *d->row);
+    assert(d->count <= sys->rows && d->count <= sys->variables);
     for (int j = 0; j < sys->variables; j++)
         if (!gone[j])
             d->variable[variables++] = j;
     for (int i = 0; i < sys->rows; i++)
         if (!gone[sys->variables + i])
             d->row[rows++] = i;
-    free(gone);
+    assert(variables == sys->variables - d->count && rows == sys->rows - d->count);
 }
 
 void definitions_find(struct definitions *d, const struct sys_system *system, enum definitions_asked asked, const struct sga_budget *budget)
@@ -291,9 +283,7 @@ void definitions_find(struct definitions *d, const struct sys_system *system, en
 
 void definitions_clear(struct definitions *d)
 {
-    free(d->at);
-    free(d->variable);
-    free(d->row);
+    sga_arena_end(&d->mem);
     *d = (struct definitions){ 0 };
 }
 
@@ -310,15 +300,13 @@ void definitions_through(const struct definitions *d, const struct sys_system *s
 {
     if (!d->count)
         return;
-    expr_id *map = map_of(d, system);
+    SGA_FREED expr_id *map = map_of(d, system);
     expr_substitute(system->store, e, count, map);
-    free(map);
 }
 
 void definitions_put_in(const struct definitions *d, const struct sys_system *system, struct sys_system *left)
 {
-    expr_id *map = map_of(d, system);
+    SGA_FREED expr_id *map = map_of(d, system);
     struct sys_part part = { d->variable, system->variables - d->count, d->row, system->rows - d->count };
     sys_copy_part(left, system, &part, map);
-    free(map);
 }

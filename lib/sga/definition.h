@@ -10,7 +10,14 @@
 #ifndef SGA_SGA_DEFINITION_H
 #define SGA_SGA_DEFINITION_H
 
+#include "arena.h"
+#include "expr.h"
 #include "reduction.h"
+struct points_oracle;
+struct reduction_options;
+struct sga_budget;
+struct sga_solution;
+struct sys_system;
 
 struct definition {
     int variable;
@@ -21,6 +28,7 @@ struct definition {
 };
 
 struct definitions {
+    struct sga_arena mem;          /* of its vectors */
     struct definition *at; int count; size_t cap;
     int *variable, *row;           /* of the whole by those of what is left */
 };
@@ -38,9 +46,9 @@ void definitions_clear(struct definitions *d);
 void definitions_through(const struct definitions *d, const struct sys_system *system, expr_id *e, int count);
 /* The system without them; the caller clears it. */
 void definitions_put_in(const struct definitions *d, const struct sys_system *system, struct sys_system *left);
-/* The solution of what is left becomes that of the system, and the shadow gets points of its final set. False: none were found, or
+/* The solution of what is left becomes that of the system, and the oracle gets points of its final set. False: none were found, or
  * the store is full. */
 bool definitions_lift(const struct definitions *d, const struct sys_system *system, const struct reduction_options *options,
-                      struct points_shadow *shadow, struct sga_solution *solution);
+                      struct points_oracle *oracle, struct sga_solution *solution);
 
 #endif

@@ -2,9 +2,13 @@
  * is put into the others once, in an order in which that is enough. */
 #include "definition_search.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
+#include "arena.h"
+#include "budget.h"
 #include "mem.h"
+#include "system.h"
 
 /* Whether the row has a variable whose value, as known so far, leads back to v. */
 bool definition_comes_back(struct definition_search *s, int row, int v)
@@ -35,10 +39,10 @@ static void list_variables(struct definition_search *s)
 {
     int n = s->sys->variables, rows = s->sys->rows, count = 0;
     size_t cap = 0;
-    s->by = sga_malloc(((size_t)n + 1) * sizeof *s->by);
-    s->first = sga_calloc((size_t)rows + 2, sizeof *s->first);
-    s->seen = sga_calloc((size_t)rows + 1, sizeof *s->seen);
-    s->stack = sga_malloc(((size_t)rows + 1) * sizeof *s->stack);
+    s->by = sga_take(&s->mem, ((size_t)n + 1) * sizeof *s->by);
+    s->first = sga_zeros(&s->mem, (size_t)rows + 2, sizeof *s->first);
+    s->seen = sga_zeros(&s->mem, (size_t)rows + 1, sizeof *s->seen);
+    s->stack = sga_take(&s->mem, ((size_t)rows + 1) * sizeof *s->stack);
     for (int j = 0; j < n; j++)
         s->by[j] = -1;
     for (int i = 0; i < rows; i++) {
@@ -48,7 +52,7 @@ static void list_variables(struct definition_search *s)
             int symbol = expr_op_of(s->st, s->cone.list[k]) == EXPR_SYM ? s->st->node[s->cone.list[k]].a : -1;
             if (symbol < 0 || s->column[symbol] < 0)
                 continue;
-            SGA_RESERVE(s->variable, cap, count + 1);
+            SGA_RESERVE_IN(&s->mem, s->variable, cap, count + 1);
             s->variable[count++] = s->column[symbol];
         }
     }
@@ -58,8 +62,9 @@ static void list_variables(struct definition_search *s)
 /* One more, its value as its row has it. */
 static void note(struct definition_search *s, struct definition now)
 {
+    assert(s->by[now.variable] < 0 && !s->used[now.row]);
     struct definitions *d = s->d;
-    SGA_RESERVE(d->at, d->cap, d->count + 1);
+    SGA_RESERVE_IN(&d->mem, d->at, d->cap, d->count + 1);
     s->by[now.variable] = d->count;
     d->at[d->count++] = now;
     s->used[now.row] = 1;
@@ -81,8 +86,9 @@ static int open_part(struct definition_search *s, int at, const unsigned char *f
 static void resolve(struct definition_search *s)
 {
     struct definitions *d = s->d;
-    unsigned char *final = sga_calloc((size_t)d->count + 1, 1);
-    int *next = sga_malloc(((size_t)d->count + 1) * sizeof *next);
+    SGA_ARENA(mem);
+    unsigned char *final = sga_zeros(&mem, (size_t)d->count + 1, 1);
+    int *next = sga_take(&mem, ((size_t)d->count + 1) * sizeof *next);
     for (int i = 0; i < d->count; i++)
         next[i] = s->first[d->at[i].row];
     for (int i = 0; i < d->count; i++) {
@@ -91,6 +97,7 @@ static void resolve(struct definition_search *s)
         while (depth) {
             int at = s->stack[depth - 1], part = final[at] ? -1 : open_part(s, at, final, next);
             if (part >= 0) {
+                assert(depth < d->count);
                 s->stack[depth++] = part;
                 continue;
             }
@@ -102,8 +109,6 @@ static void resolve(struct definition_search *s)
             final[at] = 1;
         }
     }
-    free(final);
-    free(next);
 }
 
 void definition_all(struct definition_search *s)

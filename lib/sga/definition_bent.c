@@ -3,6 +3,7 @@
 
 #include <stdlib.h>
 
+#include "arena.h"
 #include "mem.h"
 
 /* By node: p v + q |v - c| + rest with numbers p, q and c, the same c for all; UNDEF: it is not that. */
@@ -67,7 +68,8 @@ bool definition_bent(struct definition_search *s, expr_id e, int symbol, expr_id
     struct expr_store *st = s->st;
     expr_id zero = expr_int(st, 0), c = EXPR_UNDEF;
     int count = s->cone.count;
-    struct bent *at = sga_calloc((size_t)count + 1, sizeof *at), r;
+    SGA_FREED struct bent *at = sga_calloc((size_t)count + 1, sizeof *at);
+    struct bent r;
     for (int i = 0; i < count; i++) {
         expr_id node = s->cone.list[i];
         struct bent of[2] = { { zero, zero }, { zero, zero } };
@@ -85,7 +87,6 @@ bool definition_bent(struct definition_search *s, expr_id e, int symbol, expr_id
             at[i] = !in ? (struct bent){ zero, zero } : known ? bent_of(s, node, symbol, of[0], of[1], &c) : (struct bent){ EXPR_UNDEF, EXPR_UNDEF };
     }
     r = at[s->cone.place[e]];
-    free(at);
     if (!is_number(st, r.p, r.q) || !c || fmpq_is_zero(expr_const_value(st, r.q)))
         return false;
     expr_id squares = expr_sub(st, expr_powi(st, r.p, 2), expr_powi(st, r.q, 2)), w = e;

@@ -3,8 +3,11 @@
 
 #include <stdlib.h>
 
+#include "ball.h"
 #include "derive.h"
 #include "mem.h"
+#include "oracle.h"
+#include "system.h"
 
 /* Whether the node's branch changes at the point: a derivative by one side of it says nothing. */
 static bool changes(const struct definitions *d, const struct sys_system *sys, struct num_ball *b, const struct expr_node n)
@@ -42,9 +45,9 @@ static bool has_gradient(const struct definitions *d, const struct sys_system *s
     return all;
 }
 
-bool definition_smooth(const struct definitions *d, const struct sys_system *sys, struct points_shadow *shadow, expr_id e)
+bool definition_smooth(const struct definitions *d, const struct sys_system *sys, struct points_oracle *oracle, expr_id e)
 {
-    struct num_ball *b = &shadow->real[0].ball;
+    struct num_ball *b = &oracle->real[0].ball;
     struct expr_cone cone;
     bool smooth = true;
     expr_cone_init(&cone);
@@ -55,12 +58,12 @@ bool definition_smooth(const struct definitions *d, const struct sys_system *sys
     return smooth && has_gradient(d, sys, b, e);
 }
 
-static bool vanishes(struct points_shadow *shadow, expr_id e)
+static bool vanishes(struct points_oracle *oracle, expr_id e)
 {
-    num_ball_extend(&shadow->real[0].ball);
-    if (!arb_contains_zero(num_ball_value(&shadow->real[0].ball, e)))
+    num_ball_extend(&oracle->real[0].ball);
+    if (!arb_contains_zero(num_ball_value(&oracle->real[0].ball, e)))
         return false;
-    struct points_decision z = points_shadow_zero(shadow, e);
+    struct points_decision z = points_oracle_zero(oracle, e);
     return z.truth == POINTS_ZERO && (z.basis == POINTS_ZERO_ALGEBRAIC || z.basis == POINTS_EXACT);
 }
 
@@ -71,40 +74,40 @@ static expr_id right_angles(struct expr_store *st, int count)
 }
 
 /* What an arc keeps where its argument stays at 1, or at -1; UNDEF where it does neither. */
-static expr_id arc_end(struct expr_store *st, struct points_shadow *shadow, const struct expr_node n)
+static expr_id arc_end(struct expr_store *st, struct points_oracle *oracle, const struct expr_node n)
 {
     expr_id one = expr_int(st, 1);
-    if (vanishes(shadow, expr_sub(st, n.a, one)))
+    if (vanishes(oracle, expr_sub(st, n.a, one)))
         return n.op == EXPR_ASIN ? right_angles(st, 1) : expr_int(st, 0);
-    if (n.op != EXPR_ACOSH && vanishes(shadow, expr_add(st, n.a, one)))
+    if (n.op != EXPR_ACOSH && vanishes(oracle, expr_add(st, n.a, one)))
         return right_angles(st, n.op == EXPR_ASIN ? -1 : 2);
     return EXPR_UNDEF;
 }
 
 /* The value that the node keeps on the set, as a function that has derivatives; UNDEF where it does not stay at an end. */
-static expr_id end_of(struct expr_store *st, struct points_shadow *shadow, expr_id e)
+static expr_id end_of(struct expr_store *st, struct points_oracle *oracle, expr_id e)
 {
     const struct expr_node n = st->node[e];
     switch ((enum expr_op)n.op) {
     case EXPR_ABS: case EXPR_SIGN: case EXPR_SQRT: case EXPR_CBRT:
-        return vanishes(shadow, n.a) ? expr_int(st, 0) : EXPR_UNDEF;
+        return vanishes(oracle, n.a) ? expr_int(st, 0) : EXPR_UNDEF;
     case EXPR_POW:         /* x^0 is another matter */
-        return vanishes(shadow, n.a) && vanishes(shadow, e) ? expr_int(st, 0) : EXPR_UNDEF;
+        return vanishes(oracle, n.a) && vanishes(oracle, e) ? expr_int(st, 0) : EXPR_UNDEF;
     case EXPR_MIN: case EXPR_MAX:
-        return vanishes(shadow, expr_sub(st, n.a, n.b)) ? n.a : EXPR_UNDEF;
+        return vanishes(oracle, expr_sub(st, n.a, n.b)) ? n.a : EXPR_UNDEF;
     case EXPR_ASIN: case EXPR_ACOS: case EXPR_ACOSH:
-        return arc_end(st, shadow, n);
+        return arc_end(st, oracle, n);
     default:
         return EXPR_UNDEF;
     }
 }
 
 /* By node of the store: what takes the place of those of the cone. malloced. */
-static expr_id *ends_of(struct expr_store *st, struct points_shadow *shadow, const struct expr_cone *cone)
+static expr_id *ends_of(struct expr_store *st, struct points_oracle *oracle, const struct expr_cone *cone)
 {
     expr_id *end = sga_calloc((size_t)cone->count + 1, sizeof *end);
     for (int k = 0; k < cone->count; k++)
-        end[k] = end_of(st, shadow, cone->list[k]);
+        end[k] = end_of(st, oracle, cone->list[k]);
     expr_id *by = sga_calloc((size_t)st->nodes + 1, sizeof *by);       /* questions made nodes: only now is it known how many */
     for (int k = 0; k < cone->count; k++)
         by[cone->list[k]] = end[k];
@@ -112,14 +115,14 @@ static expr_id *ends_of(struct expr_store *st, struct points_shadow *shadow, con
     return by;
 }
 
-expr_id definition_flattened(const struct definitions *d, const struct sys_system *sys, struct points_shadow *shadow, expr_id f)
+expr_id definition_flattened(const struct definitions *d, const struct sys_system *sys, struct points_oracle *oracle, expr_id f)
 {
     struct expr_store *st = sys->store;
     struct expr_cone cone;
     expr_cone_init(&cone);
     expr_cone_of(st, &cone, &f, 1);
-    expr_id *by = ends_of(st, shadow, &cone), flat = expr_replace(st, f, by);
+    expr_id *by = ends_of(st, oracle, &cone), flat = expr_replace(st, f, by);
     free(by);
     expr_cone_clear(&cone);
-    return flat && definition_smooth(d, sys, shadow, flat) ? flat : f;
+    return flat && definition_smooth(d, sys, oracle, flat) ? flat : f;
 }

@@ -4,12 +4,12 @@
 
 #include "definition.h"
 
-/* Whether e, with what is defined put in, has a derivative by each variable at the shadow's first point. */
-bool definition_smooth(const struct definitions *d, const struct sys_system *system, struct points_shadow *shadow, expr_id e);
+/* Whether e, with what is defined put in, has a derivative by each variable at the oracle's first point. */
+bool definition_smooth(const struct definitions *d, const struct sys_system *system, struct points_oracle *oracle, expr_id e);
 
-/* A function equal to f on the set of the shadow's points, in which switches and roots that stay at their ends there are put
+/* A function equal to f on the set of the oracle's points, in which switches and roots that stay at their ends there are put
  * as the values that they keep (abs(g) as 0 where g is 0, max(g, h) as g where g is h); f itself where that gives none with
  * derivatives. Only what vanishes by algebra counts. */
-expr_id definition_flattened(const struct definitions *d, const struct sys_system *system, struct points_shadow *shadow, expr_id f);
+expr_id definition_flattened(const struct definitions *d, const struct sys_system *system, struct points_oracle *oracle, expr_id f);
 
 #endif

@@ -1,16 +1,22 @@
 /* The answer for the system without the variables that equations define becomes that of the whole. */
 #include "definition_flat.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "derive.h"
 #include "facts.h"
 #include "mem.h"
+#include "natural.h"
+#include "oracle.h"
+#include "reduction.h"
 #include "set_points.h"
 #include "state.h"
 
 struct lift {
+    struct sga_arena mem;          /* of value and plain */
     const struct definitions *d;
     const struct sys_system *sys;
     struct sga_solution *sol;
@@ -21,20 +27,20 @@ struct lift {
 
 /* s = sqrt(x y) where x stays 0: the variable itself is the constraint. Only where the set is that of the first generation, on which
  * definitions are listed. */
-static void find_values(struct lift *l, struct points_shadow *shadow)
+static void find_values(struct lift *l, struct points_oracle *oracle)
 {
     const struct definitions *d = l->d;
-    bool ask = l->sol->generations <= 1 && shadow->reals && l->sol->verdict != SGA_INCONSISTENT;
-    l->value = sga_calloc((size_t)d->count + 1, sizeof *l->value);
-    l->plain = sga_calloc((size_t)d->count + 1, 1);
+    bool ask = l->sol->generations <= 1 && oracle->reals && l->sol->verdict != SGA_INCONSISTENT;
+    l->value = sga_zeros(&l->mem, (size_t)d->count + 1, sizeof *l->value);
+    l->plain = sga_zeros(&l->mem, (size_t)d->count + 1, 1);
     for (int i = 0; i < d->count; i++) {
         const struct definition *f = d->at + i;
         l->value[i] = f->value;
         if (!ask)
             continue;
-        if (!definition_smooth(d, l->sys, shadow, f->value))
-            l->value[i] = definition_flattened(d, l->sys, shadow, f->value);
-        l->plain[i] = l->value[i] != f->value || !definition_smooth(d, l->sys, shadow, l->sys->row[f->row].alpha);
+        if (!definition_smooth(d, l->sys, oracle, f->value))
+            l->value[i] = definition_flattened(d, l->sys, oracle, f->value);
+        l->plain[i] = l->value[i] != f->value || !definition_smooth(d, l->sys, oracle, l->sys->row[f->row].alpha);
     }
 }
 
@@ -65,6 +71,7 @@ static void lift_pivots(const struct lift *l, struct sga_pivot *p, int pivots)
 /* The definitions come first among the constraints. */
 static void lift_constraints(const struct lift *l, bool combinations)
 {
+    assert(l->sol->constraints <= l->sys->variables - l->d->count + (l->sol->verdict == SGA_INCONSISTENT));
     struct sga_solution *s = l->sol;
     int k = l->d->count;
     struct sga_constraint *all = sga_calloc((size_t)(k + s->constraints) + 1, sizeof *all);
@@ -142,17 +149,16 @@ static void spread(const struct lift *l, const expr_id *left, const expr_id *def
 static void lift_field(const struct lift *l)
 {
     const struct sys_system *sys = l->sys;
-    expr_id *whole = sga_malloc(((size_t)sys->variables + 1) * sizeof *whole), *rate = sga_malloc(((size_t)l->d->count + 1) * sizeof *rate);
-    struct expr_flow flow;
+    expr_id *whole = sga_malloc(((size_t)sys->variables + 1) * sizeof *whole);
+    SGA_FREED expr_id *rate = sga_malloc(((size_t)l->d->count + 1) * sizeof *rate);
+    SGA_ENDS(expr_flow_clear) struct expr_flow flow;
     expr_flow_init(&flow, sys->store);
     for (int j = 0; j < sys->variables - l->d->count; j++)
         expr_flow_determine(&flow, sys->variable[l->d->variable[j]].symbol, l->sol->field[j]);
     for (int i = 0; i < l->d->count; i++)
         rate[i] = expr_flow_coefficient(&flow, l->value[i], 1);
-    expr_flow_clear(&flow);
     spread(l, l->sol->field, rate, whole);
     free(l->sol->field);
-    free(rate);
     l->sol->field = whole;
 }
 
@@ -161,11 +167,13 @@ static void lift_gauge(const struct lift *l)
     const struct sys_system *sys = l->sys;
     struct expr_store *st = sys->store;
     int n = sys->variables, left = n - l->d->count, fields = l->sol->free_columns;
-    expr_id *whole = sga_malloc(((size_t)fields * (size_t)n + 1) * sizeof *whole), *along = sga_malloc(((size_t)l->d->count + 1) * sizeof *along);
-    int *place = sga_malloc(((size_t)st->symbols + 1) * sizeof *place);
-    unsigned char *active = sga_calloc((size_t)st->symbols + 1, 1);
-    struct expr_cone cone;
-    struct expr_term *term = NULL;
+    SGA_ARENA(mem);
+    expr_id *whole = sga_malloc(((size_t)fields * (size_t)n + 1) * sizeof *whole);
+    expr_id *along = sga_take(&mem, ((size_t)l->d->count + 1) * sizeof *along);
+    int *place = sga_take(&mem, ((size_t)st->symbols + 1) * sizeof *place);
+    unsigned char *active = sga_zeros(&mem, (size_t)st->symbols + 1, 1);
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    SGA_FREED struct expr_term *term = NULL;
     size_t cap = 0;
     expr_cone_init(&cone);
     for (int j = 0; j < left; j++) {
@@ -182,11 +190,6 @@ static void lift_gauge(const struct lift *l)
         }
         spread(l, Y, along, whole + (size_t)f * (size_t)n);
     }
-    expr_cone_clear(&cone);
-    free(term);
-    free(active);
-    free(place);
-    free(along);
     free(l->sol->gauge);
     l->sol->gauge = whole;
 }
@@ -194,11 +197,10 @@ static void lift_gauge(const struct lift *l)
 static void lift_verdict(const struct lift *l)
 {
     struct sga_solution *s = l->sol;
-    struct expr_facts facts;
+    SGA_ENDS(expr_facts_clear) struct expr_facts facts;
     expr_facts_init(&facts);
     for (int i = 0; i < l->d->count; i++)
         s->depends_on_time |= (expr_facts_of(&facts, l->sys->store, l->d->at[i].value) & EXPR_HAS_TIME) != 0;
-    expr_facts_clear(&facts);
     if (s->verdict == SGA_ISOLATED && s->depends_on_time) {
         s->verdict = SGA_UNIQUE;
         s->equilibrium = 0;
@@ -213,12 +215,12 @@ static void keep_definitions(const struct lift *l)
         s->definition[s->definitions++] = (struct sga_definition){ l->d->at[i].variable, l->d->at[i].row, l->d->at[i].value };
 }
 
-/* The first point that the shadow has, with the values of what is defined there. False: it has none. */
-static bool known_point(const struct lift *l, struct points_shadow *shadow, double *x, double *t)
+/* The first point that the oracle has, with the values of what is defined there. False: it has none. */
+static bool known_point(const struct lift *l, struct points_oracle *oracle, double *x, double *t)
 {
-    if (!shadow->reals)
+    if (!oracle->reals)
         return false;
-    struct points_point *p = shadow->real;
+    struct points_point *p = oracle->real;
     num_ball_extend(&p->ball);
     for (int j = 0; j < l->sys->variables - l->d->count; j++)
         x[l->d->variable[j]] = p->x[j];
@@ -229,14 +231,15 @@ static bool known_point(const struct lift *l, struct points_shadow *shadow, doub
 }
 
 /* New points on the whole's final set, near those of what is left. */
-static bool sample(const struct lift *l, const struct reduction_options *options, struct points_shadow *shadow)
+static bool sample(const struct lift *l, const struct reduction_options *options, struct points_oracle *oracle)
 {
     const struct sys_system *sys = l->sys;
-    double *x = sga_calloc((size_t)sys->variables + 1, sizeof *x), t = options->near_time;
-    expr_id *defined;
-    struct set_points on;
+    SGA_FREED double *x = sga_calloc((size_t)sys->variables + 1, sizeof *x);
+    double t = options->near_time;
+    SGA_FREED expr_id *defined = NULL;
+    SGA_ENDS(set_points_clear) struct set_points on;
     set_points_init(&on, sys, l->sol, l->sol->constraints, 0, 0);
-    on.space.near = known_point(l, shadow, x, &t) ? x : options->near;
+    on.space.near = known_point(l, oracle, x, &t) ? x : options->near;
     on.space.near_time = t;
     on.space.parameter_near = options->parameter_near;
     on.space.scale = l->sol->scale;
@@ -244,25 +247,23 @@ static bool sample(const struct lift *l, const struct reduction_options *options
     on.space.budget = options->budget;
     on.space.defineds = sys_expressions(sys, &defined);
     on.space.defined = defined;
-    points_shadow_forget(shadow);
-    bool ok = points_shadow_sample(shadow, &on.space) == POINTS_OK || l->sol->verdict == SGA_INCONSISTENT;
+    points_oracle_forget(oracle);
+    bool ok = points_oracle_sample(oracle, &on.space) == POINTS_OK || l->sol->verdict == SGA_INCONSISTENT;
     if (!ok && on.space.near) {           /* what is defined has no value there */
         on.space.near = NULL;
-        points_shadow_forget(shadow);
-        ok = points_shadow_sample(shadow, &on.space) == POINTS_OK;
+        points_oracle_forget(oracle);
+        ok = points_oracle_sample(oracle, &on.space) == POINTS_OK;
     }
-    shadow->space.near = NULL;         /* these end here */
-    set_points_clear(&on);
-    free(x);
-    free(defined);
+    oracle->space.near = NULL;         /* these end here */
     return ok;
 }
 
 bool definitions_lift(const struct definitions *d, const struct sys_system *system, const struct reduction_options *options,
-                      struct points_shadow *shadow, struct sga_solution *solution)
+                      struct points_oracle *oracle, struct sga_solution *solution)
 {
-    struct lift l = { d, system, solution, system->rows - d->count, NULL, NULL };
-    find_values(&l, shadow);
+    assert(d->count > 0 && d->count <= system->rows && d->count <= system->variables);
+    struct lift l = { .d = d, .sys = system, .sol = solution, .rows = system->rows - d->count };
+    find_values(&l, oracle);
     lift_constraints(&l, options->combinations);
     lift_elimination(&l);
     lift_verdict(&l);
@@ -271,9 +272,8 @@ bool definitions_lift(const struct definitions *d, const struct sys_system *syst
     if (solution->gauge)
         lift_gauge(&l);
     keep_definitions(&l);
-    free(l.value);
-    free(l.plain);
+    sga_arena_end(&l.mem);
     free(solution->scale);
-    solution->scale = state_sizes(system, &solution->time_unit);
-    return expr_store_ok(system->store) && sample(&l, options, shadow) && expr_store_ok(system->store);
+    solution->scale = natural_sizes(system, &solution->time_unit);
+    return expr_store_ok(system->store) && sample(&l, options, oracle) && expr_store_ok(system->store);
 }

@@ -6,6 +6,7 @@
 #include "facts.h"
 
 struct definition_search {
+    struct sga_arena mem;          /* of all vectors below */
     const struct sys_system *sys;
     const struct sga_budget *budget;
     struct expr_store *st;

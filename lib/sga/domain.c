@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
+#include "facts.h"
 #include "mem.h"
 #include "modmatch.h"
 #include "modpoint.h"
@@ -93,13 +95,12 @@ static void divisors_of(struct domain *d, const expr_id *root, int roots, expr_i
 
 static void know_divisors(struct domain *d)
 {
-    expr_id *root;
+    SGA_FREED expr_id *root = NULL;
     if (d->known)
         return;
     int roots = sys_expressions(d->system, &root);
     divisors_of(d, root, roots, d->divisor, &d->divisors);
     divisors_of(d, d->system->restriction, d->system->restrictions, d->divisor, &d->divisors);
-    free(root);
     d->known = true;
 }
 
@@ -122,7 +123,8 @@ static bool symbols(struct domain *d, const expr_id *root, int roots, unsigned c
 /* Marks what f[0 .. own) are made with, and what is tied to it by the others. */
 static void mark_tied(struct domain *d, const expr_id *f, int own, int count, unsigned char *mark)
 {
-    bool more = true, *in = sga_calloc((size_t)count + 1, sizeof *in);
+    bool more = true;
+    SGA_FREED bool *in = sga_calloc((size_t)count + 1, sizeof *in);
     symbols(d, f, own, mark, true);
     while (more) {
         more = false;
@@ -132,16 +134,15 @@ static void mark_tied(struct domain *d, const expr_id *f, int own, int count, un
                 in[i] = more = true;
             }
     }
-    free(in);
 }
 
 /* Whether none of the functions is zero at some point, modulo a prime, where f[0 .. count) are: then none vanishes with them. Without
  * algebra, and said of algebraic functions only. */
 static bool apart_somewhere(const struct domain *d, const expr_id *list, int n, const expr_id *f, int count)
 {
-    int *solved = sga_malloc(((size_t)count + 1) * sizeof *solved);
-    struct set_points on;
-    struct points_modpoint p = { 0 };
+    SGA_FREED int *solved = sga_malloc(((size_t)count + 1) * sizeof *solved);
+    SGA_ENDS(set_points_clear) struct set_points on;
+    SGA_ENDS(points_modpoint_clear) struct points_modpoint p = { 0 };
     set_points_init(&on, d->system, NULL, 0, 0, 0);
     on.space.constraint = f;
     on.space.constraints = count;
@@ -154,9 +155,6 @@ static bool apart_somewhere(const struct domain *d, const expr_id *list, int n, 
     }
     for (int i = 0; i < count && apart; i++)
         apart = !num_modp_kernel(p.value, f[i]);
-    points_modpoint_clear(&p);
-    set_points_clear(&on);
-    free(solved);
     return apart;
 }
 
@@ -170,13 +168,12 @@ bool domain_leaves_out(struct domain *d, expr_id e, const expr_id *f, int own, i
     divisors_of(d, &e, 1, list, &divisors);
     if (!divisors || !own || count > DOMAIN_GIVEN)
         return false;
-    unsigned char *mark = sga_calloc((size_t)st->symbols + 1, 1);
+    SGA_FREED unsigned char *mark = sga_calloc((size_t)st->symbols + 1, 1);
     mark_tied(d, f, own, count, mark);
     struct poly_limits limits = poly_limits_of(POLY_MODEST, d->budget);
     int asked = 0;
     for (int i = 0; i < divisors; i++)
         if (symbols(d, list + i, 1, mark, false))
             list[asked++] = list[i];
-    free(mark);
     return asked && !apart_somewhere(d, list, asked, f, count) && poly_any_vanishes_with(st, list, asked, f, count, &limits);
 }

@@ -4,7 +4,6 @@
 #define SGA_SGA_DOMAIN_H
 
 #include "budget.h"
-#include "facts.h"
 #include "system.h"
 #include "warnings.h"
 

@@ -1,14 +1,21 @@
-/* Sparse elimination over node handles, with pivots decided by the shadow. */
+/* Sparse elimination over node handles, with pivots decided by the oracle. */
 #include "echelon.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "at_start.h"
+#include "ball.h"
 #include "block.h"
+#include "budget.h"
+#include "facts.h"
 #include "mem.h"
+#include "oracle.h"
 #include "print.h"
+#include "system.h"
 
 void ech_init(struct echelon *e, int cols)
 {
@@ -45,6 +52,7 @@ void ech_clear(struct echelon *e)
 
 void ech_row_push(struct ech_row *r, int col, expr_id value)
 {
+    assert(col >= 0);
     SGA_RESERVE(r->entry, r->cap, r->entries + 1);
     r->entry[r->entries++] = (struct sys_entry){ col, value };
 }
@@ -62,50 +70,47 @@ static bool may_ask(const struct ech_context *c, expr_id e)
 /* The first part of e that has no value at a point that was found; or EXPR_UNDEF. */
 static expr_id without_value(const struct ech_context *c, expr_id e)
 {
-    struct expr_cone cone;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
     expr_id first = EXPR_UNDEF;
     expr_cone_init(&cone);
     expr_cone_of(c->st, &cone, &e, 1);
-    for (int k = 0; k < c->shadow->reals && !first; k++) {
-        struct num_ball *b = &c->shadow->real[k].ball;
+    for (int k = 0; k < c->oracle->reals && !first; k++) {
+        struct num_ball *b = &c->oracle->real[k].ball;
         num_ball_list(b, cone.list, cone.count);
         for (int i = 0; i < cone.count && !first; i++)
             first = arb_is_finite(num_ball_value(b, cone.list[i])) ? EXPR_UNDEF : cone.list[i];
         num_ball_forget(b);
     }
-    expr_cone_clear(&cone);
     return first;
 }
 
 static void undecided(const struct ech_context *c, expr_id e, const char *text)
 {
     expr_id part = without_value(c, e);
-    char *why = part ? expr_text(c->st, part, 300) : NULL;
+    SGA_FREED char *why = part ? expr_text(c->st, part, 300) : NULL;
     if (why)
         sga_fail(c->err, SGA_E_UNDECIDED, "could not decide whether %s is zero on the constraint set: %s has no value at a point that was "
                  "found there; give trajectory.initial where all equations have values, if they have anywhere", text, why);
     else
         sga_fail(c->err, SGA_E_UNDECIDED, "could not decide whether %s is zero on the constraint set", text);
-    free(why);
 }
 
 static int told(const struct ech_context *c, expr_id e, struct points_decision d)
 {
     if (d.truth != POINTS_UNKNOWN)
         return d.truth == POINTS_ZERO;
-    char *text = expr_text(c->st, e, 300);
+    SGA_FREED char *text = expr_text(c->st, e, 300);
     if (d.basis == POINTS_IS_SPLIT)
         sga_fail(c->err, SGA_E_SPLIT, "the constraint set has several branches: %s vanishes on some and not on others; "
                  "give trajectory.initial on the branch that is meant", text);
     else
         undecided(c, e, text);
-    free(text);
     return -1;
 }
 
 int ech_zero(const struct ech_context *c, expr_id e)
 {
-    return may_ask(c, e) ? told(c, e, points_shadow_zero(c->shadow, e)) : -1;
+    return may_ask(c, e) ? told(c, e, points_oracle_zero(c->oracle, e)) : -1;
 }
 
 /* Of an entry, or a right side: 1 it is 0 and may be dropped. One that is 0 here, and not beyond a surface that the set reaches, stays. */
@@ -114,7 +119,7 @@ static int drops(const struct ech_context *c, expr_id e)
     bool mixed = false;
     if (!may_ask(c, e))
         return -1;
-    int z = told(c, e, points_shadow_cells(c->shadow, e, false, false, &mixed));
+    int z = told(c, e, points_oracle_cells(c->oracle, e, false, false, &mixed));
     return mixed ? 0 : z;
 }
 
@@ -140,6 +145,7 @@ static bool subtract(struct echelon *e, const struct ech_context *c, struct ech_
 {
     const struct ech_pivot *p = e->pivot + pivot;
     int at = find(r, p->col), fresh = 0;
+    assert(at >= 0);
     expr_id f = expr_div(c->st, r->entry[at].value, p->value);
     bool ok = true;
     r->entry[at] = r->entry[--r->entries];
@@ -174,6 +180,7 @@ static bool subtract(struct echelon *e, const struct ech_context *c, struct ech_
         e->mark[col] = 0;
     }
     r->entries = n;
+    assert(r->entries >= 0 && find(r, p->col) < 0);
     r->rhs = expr_sub(c->st, r->rhs, expr_mul(c->st, f, p->row.rhs));
     record(c, r, pivot, f);
     *filled = fresh;
@@ -208,6 +215,7 @@ static bool reduce(struct echelon *e, const struct ech_context *c, struct ech_ro
 
 /* Rows by length, and which rows meet a column; both lists may hold stale members. */
 struct agenda {
+    struct sga_arena mem;
     struct ech_row *row;
     int rows;
     unsigned char *done;
@@ -224,7 +232,8 @@ struct agenda {
 static void file_row(struct agenda *a, int i)
 {
     int len = a->row[i].entries;
-    SGA_RESERVE(a->bucket[len], a->bucket_cap[len], a->bucket_len[len] + 1);
+    assert(len <= a->cols && !a->done[i]);
+    SGA_RESERVE_IN(&a->mem, a->bucket[len], a->bucket_cap[len], a->bucket_len[len] + 1);
     a->bucket[len][a->bucket_len[len]++] = i;
     if (len < a->lowest)
         a->lowest = len;
@@ -232,7 +241,8 @@ static void file_row(struct agenda *a, int i)
 
 static void file_column(struct agenda *a, int col, int i)
 {
-    SGA_RESERVE(a->meet[col], a->meet_cap[col], a->meet_len[col] + 1);
+    assert(col < a->cols);
+    SGA_RESERVE_IN(&a->mem, a->meet[col], a->meet_cap[col], a->meet_len[col] + 1);
     a->meet[col][a->meet_len[col]++] = i;
 }
 
@@ -240,13 +250,13 @@ static void agenda_init(struct agenda *a, struct ech_row *row, int rows, int col
 {
     size_t lens = (size_t)cols + 1;
     *a = (struct agenda){ .row = row, .rows = rows, .cols = cols, .lowest = cols };
-    a->done = sga_calloc((size_t)rows, 1);
-    a->bucket = sga_calloc(lens, sizeof *a->bucket);
-    a->bucket_len = sga_calloc(lens, sizeof *a->bucket_len);
-    a->bucket_cap = sga_calloc(lens, sizeof *a->bucket_cap);
-    a->meet = sga_calloc(lens, sizeof *a->meet);
-    a->meet_len = sga_calloc(lens, sizeof *a->meet_len);
-    a->meet_cap = sga_calloc(lens, sizeof *a->meet_cap);
+    a->done = sga_zeros(&a->mem, (size_t)rows, 1);
+    a->bucket = sga_zeros(&a->mem, lens, sizeof *a->bucket);
+    a->bucket_len = sga_zeros(&a->mem, lens, sizeof *a->bucket_len);
+    a->bucket_cap = sga_zeros(&a->mem, lens, sizeof *a->bucket_cap);
+    a->meet = sga_zeros(&a->mem, lens, sizeof *a->meet);
+    a->meet_len = sga_zeros(&a->mem, lens, sizeof *a->meet_len);
+    a->meet_cap = sga_zeros(&a->mem, lens, sizeof *a->meet_cap);
     for (int i = rows - 1; i >= 0; i--)
         file_row(a, i);
     for (int i = 0; i < rows; i++)
@@ -256,19 +266,7 @@ static void agenda_init(struct agenda *a, struct ech_row *row, int rows, int col
 
 static void agenda_clear(struct agenda *a)
 {
-    for (int i = 0; i <= a->cols; i++) {
-        free(a->bucket[i]);
-        free(a->meet[i]);
-    }
-    free(a->bucket);
-    free(a->bucket_len);
-    free(a->bucket_cap);
-    free(a->meet);
-    free(a->meet_len);
-    free(a->meet_cap);
-    free(a->done);
-    free(a->mixed);
-    free(a->idle);
+    sga_arena_end(&a->mem);
     at_start_clear(&a->start);
 }
 
@@ -278,7 +276,7 @@ static bool is_idle(struct agenda *a, const struct ech_context *c, expr_id e)
     size_t had = a->idle_cap, need = (size_t)e + 1;
     if (!a->start.known)
         return false;
-    SGA_RESERVE(a->idle, a->idle_cap, need);
+    SGA_RESERVE_IN(&a->mem, a->idle, a->idle_cap, need);
     if (a->idle_cap > had)
         memset(a->idle + had, 0, a->idle_cap - had);
     if (!a->idle[e])
@@ -318,7 +316,7 @@ static double least_pivot(const struct ech_context *c, const struct ech_row *r)
     double most = -INFINITY;
     for (int k = 0; k < r->entries && r->entries >= LONG_ROW; k++)
         if (expr_is_const(c->st, r->entry[k].value))
-            most = fmax(most, points_shadow_magnitude(c->shadow, r->entry[k].value));
+            most = fmax(most, points_oracle_magnitude(c->oracle, r->entry[k].value));
     return most - MUCH_SMALLER;
 }
 
@@ -348,7 +346,7 @@ static bool choose(struct agenda *a, const struct ech_context *c, int *out_row, 
                 if (!a->sided && is_mixed(a, a->row[i].entry[k].value))
                     continue;
                 double fill = 4.0 * (len - 1) * (a->meet_len[a->row[i].entry[k].col] - 1);
-                double size = points_shadow_magnitude(c->shadow, a->row[i].entry[k].value);
+                double size = points_oracle_magnitude(c->oracle, a->row[i].entry[k].value);
                 int kind = kind_of(c, a->row[i].entry[k].value);
                 double score = fill + 2 * kind - 1e-3 * fmin(200, fmax(-200, size));
                 if (kind == ANY && is_idle(a, c, a->row[i].entry[k].value))
@@ -368,6 +366,7 @@ static bool choose(struct agenda *a, const struct ech_context *c, int *out_row, 
 static bool take(struct echelon *e, const struct ech_context *c, struct agenda *a, int i, int at, int generation)
 {
     int col = a->row[i].entry[at].col, index = e->pivots;
+    assert(e->pivot_of[col] < 0);
     SGA_RESERVE(e->pivot, e->pivot_cap, e->pivots + 1);
     e->pivot[e->pivots++] = (struct ech_pivot){ col, a->row[i].entry[at].value, generation, a->row[i] };
     e->pivot_of[col] = index;
@@ -409,7 +408,8 @@ static bool is_block(const struct agenda *a, const struct ech_context *c, int i)
 /* Hand the rest over, and file what is left of it anew. */
 static bool solve_block(struct echelon *e, const struct ech_context *c, struct agenda *a, int generation)
 {
-    int *index = sga_malloc((size_t)a->rows * sizeof *index), m = 0;
+    SGA_FREED int *index = sga_malloc((size_t)a->rows * sizeof *index);
+    int m = 0;
     for (int r = 0; r < a->rows; r++)
         if (!a->done[r] && a->row[r].entries)
             index[m++] = r;
@@ -423,7 +423,6 @@ static bool solve_block(struct echelon *e, const struct ech_context *c, struct a
         for (int q = 0; q < r->entries; q++)
             file_column(a, r->entry[q].col, index[k]);
     }
-    free(index);
     return ok;
 }
 
@@ -434,20 +433,31 @@ static int judge(struct agenda *a, const struct ech_context *c, expr_id e)
     bool mixed = false;
     if (!may_ask(c, e))
         return -1;
-    int z = told(c, e, points_shadow_cells(c->shadow, e, true, a->sided, &mixed));
+    int z = told(c, e, points_oracle_cells(c->oracle, e, true, a->sided, &mixed));
     if (z < 0 || !mixed || a->sided)
         return z;
-    SGA_RESERVE(a->mixed, a->mix_cap, a->mixes + 1);
+    SGA_RESERVE_IN(&a->mem, a->mixed, a->mix_cap, a->mixes + 1);
     a->mixed[a->mixes++] = e;
     return 2;
 }
 
+bool ech_sane(const struct echelon *e)
+{
+    bool sane = e->pivots <= e->cols;
+    for (int q = 0; q < e->pivots && sane; q++)
+        sane = e->pivot_of[e->pivot[q].col] == q && e->pivot[q].row.entries > 0 && e->pivot[q].value;
+    for (int b = 0; b < e->blocks && sane; b++)
+        sane = e->block[b].first >= 0 && e->block[b].first + e->block[b].size <= e->pivots;
+    return sane;
+}
+
 bool ech_eliminate(struct echelon *e, const struct ech_context *c, struct ech_row *row, int rows, int generation)
 {
+    assert(ech_sane(e));
     for (int i = 0; i < rows; i++)
         if (!reduce(e, c, row + i) || !sga_budget_ok(c->budget, c->err))
             return false;
-    struct agenda a;
+    SGA_ENDS(agenda_clear) struct agenda a;
     agenda_init(&a, row, rows, e->cols);
     at_start_init(&a.start, c);
     bool ok = true, blocks = true;
@@ -485,6 +495,6 @@ bool ech_eliminate(struct echelon *e, const struct ech_context *c, struct ech_ro
             a.done[i] = 1;
         }
     }
-    agenda_clear(&a);
+    assert(!ok || ech_sane(e));
     return ok;
 }

@@ -2,8 +2,12 @@
 #ifndef SGA_SGA_ECHELON_H
 #define SGA_SGA_ECHELON_H
 
-#include "facts.h"
-#include "reduction.h"
+#include "expr.h"
+
+struct expr_facts;
+struct points_oracle;
+struct sga_budget;
+struct sys_entry;
 
 struct ech_op {
     int pivot;             /* index of the pivot row that was subtracted ... */
@@ -45,7 +49,7 @@ struct echelon {
 struct ech_context {
     struct expr_store *st;
     struct expr_facts *facts;
-    struct points_shadow *shadow;
+    struct points_oracle *oracle;
     const double *near; double near_time;    /* by variable: where a motion is to start; or NULL */
     const unsigned char *near_given;         /* by variable: that value was given; NULL: all were */
     const struct sga_budget *budget;
@@ -55,6 +59,8 @@ struct ech_context {
 
 void ech_init(struct echelon *e, int cols);
 void ech_clear(struct echelon *e);
+/* Each pivot has its column to itself and its row still holds it; blocks are of pivots. Linear in the pivots. */
+bool ech_sane(const struct echelon *e);
 void ech_row_clear(struct ech_row *row);
 void ech_row_push(struct ech_row *row, int col, expr_id value);
 

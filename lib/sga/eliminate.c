@@ -5,14 +5,19 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
+#include "ball.h"
 #include "cases.h"
 #include "mem.h"
 #include "modp.h"
+#include "oracle.h"
+#include "poly.h"
+#include "reduction.h"
 
 /* Whether v has different values at the two points: then it is no constant. */
 static bool varies(struct state *s, expr_id v)
 {
-    struct points_shadow *w = s->shadow;
+    struct points_oracle *w = s->oracle;
     if (w->reals < 2)
         return false;
     num_ball_extend(&w->real[0].ball);
@@ -70,19 +75,17 @@ static bool constant_slope(struct state *s, struct pair *pair, expr_id v, expr_i
 static int search_symbol(struct state *s, expr_id e, expr_id *slope, bool *affine)
 {
     state_activate(s);
-    struct expr_term *term = NULL;
+    SGA_FREED struct expr_term *term = NULL;
     size_t cap = 0;
     int n = expr_gradient(s->st, &s->cone, e, s->active, &term, &cap), found = -1;
     *affine = true;
     for (int k = 0; k < n; k++)
         *affine &= !(state_facts(s, term[k].value) & EXPR_HAS_VARIABLE);
-    struct pair pair;
+    SGA_ENDS(pair_clear) struct pair pair;
     pair_init(&pair, s);
     for (int k = 0; k < n && found < 0; k++)
         if (constant_slope(s, &pair, term[k].value, slope))
             found = term[k].symbol;
-    pair_clear(&pair);
-    free(term);
     return found;
 }
 
@@ -95,7 +98,7 @@ static const struct solved_for *solved_for(struct state *s, expr_id e)
             return s->solved + k;
     struct solved_for f = { .expr = e };
     f.symbol = search_symbol(s, e, &f.slope, &f.affine);
-    SGA_RESERVE(s->solved, s->solved_cap, s->solved_count + 1);
+    SGA_RESERVE_IN(&s->mem, s->solved, s->solved_cap, s->solved_count + 1);
     s->solved[s->solved_count] = f;
     return s->solved + s->solved_count++;
 }
@@ -123,17 +126,16 @@ bool regular_is_solved(struct state *s, expr_id e)
     expr_id slope;
     struct route *route = s->route;
     s->route = NULL;             /* a question, no decision */
-    struct regular r = regular_form(s, e);
+    SGA_ENDS(regular_clear) struct regular r = regular_form(s, e);
     s->route = route;
-    bool solved = r.options == 1 && r.option[0].count == 1 && solved_symbol(s, r.option[0].out[0], &slope) >= 0;
-    regular_clear(&r);
-    return solved;
+    return r.options == 1 && r.option[0].count == 1 && solved_symbol(s, r.option[0].out[0], &slope) >= 0;
 }
 
 /* Puts map into e[0 .. n), and brings what it changed, and what never was, to normal forms. */
 static void substitute_normal(struct state *s, expr_id *e, int n, const expr_id *map, unsigned char *is_normal, const struct poly_limits *limits)
 {
-    expr_id *was = sga_malloc(3 * (size_t)n * sizeof *was), *open = was + n, *normal = open + n;
+    SGA_FREED expr_id *was = sga_malloc(3 * (size_t)n * sizeof *was);
+    expr_id *open = was + n, *normal = open + n;
     int opens = 0;
     memcpy(was, e, (size_t)n * sizeof *was);
     expr_substitute(s->st, e, n, map);
@@ -145,7 +147,6 @@ static void substitute_normal(struct state *s, expr_id *e, int n, const expr_id 
         if (e[i] != was[i] || !is_normal[i])
             e[i] = normal[k++];
     memset(is_normal, 1, (size_t)n);
-    free(was);
 }
 
 /* What x is where f = 0, which is slope x + rest. The rest is f at x = 0: without x, also where its normal form is too large. It may have
@@ -160,9 +161,10 @@ static expr_id value_of(struct state *s, int x, expr_id f, expr_id slope)
 expr_id regular_reduced(struct state *s, expr_id e)
 {
     int own = s->sol->constraints, c = own + s->pendings, symbols = s->st->symbols;
-    expr_id *map = sga_calloc((size_t)symbols, sizeof *map);
-    expr_id *left = sga_malloc((size_t)(c + 1) * sizeof *left);
-    unsigned char *is_normal = sga_calloc((size_t)c + 1, 1);
+    SGA_ARENA(mem);
+    expr_id *map = sga_zeros(&mem, (size_t)symbols, sizeof *map);
+    expr_id *left = sga_take(&mem, (size_t)(c + 1) * sizeof *left);
+    unsigned char *is_normal = sga_zeros(&mem, (size_t)c + 1, 1);
     /* no product of more than can be factored is written out */
     struct poly_limits limits = poly_limits_of(POLY_AMPLE, s->options->budget);
     if (own)
@@ -181,8 +183,5 @@ expr_id regular_reduced(struct state *s, expr_id e)
         substitute_normal(s, left + i + 1, c - i, map, is_normal + i + 1, &limits);
     }
     e = left[c];
-    free(map);
-    free(left);
-    free(is_normal);
     return e;
 }

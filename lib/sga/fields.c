@@ -1,9 +1,11 @@
 /* The reduced vector field and the gauge fields, by back substitution. */
 #include "state.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
 #include "mem.h"
+#include "reduction.h"
 
 /* v_j for every pivot column, given v on the free columns; rhs counted with factor 0 or 1. False: the store has more
  * nodes than `most` (0: no limit). */
@@ -59,6 +61,7 @@ void state_fields(struct state *s)
     for (int j = 0; j < n; j++)
         if (s->ech.pivot_of[j] < 0)
             sol->free_column[sol->free_columns++] = j;
+    assert(sol->free_columns == n - s->ech.pivots);
     sol->field = sga_malloc((size_t)n * sizeof *sol->field);
     for (int j = 0; j < n; j++)
         sol->field[j] = expr_int(s->st, 0);

@@ -3,11 +3,14 @@
 #include "block.h"
 #include "state.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
 #include "primitive.h"
+#include "reduction.h"
 
 static struct ech_row *system_rows(struct state *s, int extra)
 {
@@ -29,6 +32,7 @@ static int harvest(struct state *s, struct ech_row *row, int rows, struct candid
     *cand = sga_malloc((size_t)(rows + 1) * sizeof **cand);
     for (int i = 0; i < rows; i++) {
         struct ech_row *r = row + i;
+        assert(r->source >= 0 && r->source < s->sys->rows + s->sol->constraints);
         if (!r->rhs || r->entries)
             continue;
         if (expr_is_zero(s->st, r->rhs))
@@ -79,7 +83,7 @@ static unsigned char *rows_used(const struct sga_solution *sol, int rows)
 static void note_vanished(struct state *s, const struct ech_row *row, int rows, int before, int g)
 {
     struct sga_solution *sol = s->sol;
-    unsigned char *used = rows_used(sol, s->sys->rows);
+    SGA_FREED unsigned char *used = rows_used(sol, s->sys->rows);
     for (int i = 0; i < rows; i++) {
         const struct ech_row *r = row + i;
         bool own = r->source < s->sys->rows;
@@ -98,7 +102,6 @@ static void note_vanished(struct state *s, const struct ech_row *row, int rows, 
         struct candidate c = { .expr = v->rest, .source = r->source, .restriction = -1, .op = r->op, .ops = r->ops };
         state_combine(s, &c, &v->part, &v->parts);
     }
-    free(used);
 }
 
 /* Every pivot so far, asked again at the points of the smaller set: 1 all stand, 0 one
@@ -110,12 +113,13 @@ static int pivots_stand(struct state *s)
         if (z)
             return z < 0 ? -1 : 0;
     }
-    return ech_blocks_stand(&s->ech, s->shadow);
+    return ech_blocks_stand(&s->ech, s->oracle);
 }
 
 /* Begin the echelon form anew: all rows are pending again. */
 static void forget_pivots(struct state *s)
 {
+    assert(ech_sane(&s->ech));
     struct sga_solution *sol = s->sol;
     sol->dead = sga_realloc(sol->dead, (size_t)(sol->deads + s->ech.pivots + 1) * sizeof *sol->dead);
     for (int q = 0; q < s->ech.pivots; q++)
@@ -158,12 +162,11 @@ static int round_of(struct state *s, int from, int to, int g)
         state_tangency(s, i, row + rows++);
     if (ech_eliminate(&s->ech, &s->ctx, row, rows, g)) {
         state_determine(s);
-        struct candidate *cand;
+        SGA_FREED struct candidate *cand = NULL;
         int count = harvest(s, row, rows, &cand);
         added = state_admit(s, cand, count, g);
         if (added >= 0 && !s->inconsistent)
             note_vanished(s, row, rows, before, g);
-        free(cand);
     }
     free_rows(row, rows);
     if (added >= 0 && !expr_store_ok(s->st)) {
@@ -175,6 +178,8 @@ static int round_of(struct state *s, int from, int to, int g)
 
 int state_generation(struct state *s, int from, int to, int g)
 {
+    assert(from <= to && to <= s->sol->constraints);
+    assert(g >= 1);
     int added = round_of(s, from, to, g), more = added;
     while (more > 0 && !s->inconsistent) {
         int stand = pivots_stand(s);

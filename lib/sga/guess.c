@@ -4,12 +4,15 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "arena.h"
 #include "ball.h"
 #include "mem.h"
+#include "system.h"
 
 enum { BITS = 64 };
 
 struct filling {
+    struct sga_arena mem;
     const struct sys_system *sys;
     double *near;
     unsigned char *known;          /* by variable */
@@ -34,7 +37,7 @@ unsigned char *guess_moving(const struct sys_system *sys)
 static void list_equations(struct filling *f)
 {
     const struct sys_system *sys = f->sys;
-    f->equation = sga_malloc(((size_t)(sys->rows + sys->restrictions) + 1) * sizeof *f->equation);
+    f->equation = sga_take(&f->mem, ((size_t)(sys->rows + sys->restrictions) + 1) * sizeof *f->equation);
     for (int i = 0; i < sys->rows; i++)
         if (!sys->row[i].entries)
             f->equation[f->equations++] = sys->row[i].alpha;
@@ -44,13 +47,13 @@ static void list_equations(struct filling *f)
 
 static void list_variables(struct filling *f)
 {
-    f->of = sga_calloc((size_t)f->equations + 1, sizeof *f->of);
-    f->len = sga_calloc((size_t)f->equations + 1, sizeof *f->len);
-    f->says = sga_calloc((size_t)f->equations + 1, 1);
-    f->value = sga_calloc((size_t)f->equations + 1, sizeof *f->value);
+    f->of = sga_zeros(&f->mem, (size_t)f->equations + 1, sizeof *f->of);
+    f->len = sga_zeros(&f->mem, (size_t)f->equations + 1, sizeof *f->len);
+    f->says = sga_zeros(&f->mem, (size_t)f->equations + 1, 1);
+    f->value = sga_zeros(&f->mem, (size_t)f->equations + 1, sizeof *f->value);
     for (int i = 0; i < f->equations; i++) {
         expr_cone_of(f->sys->store, &f->cone, f->equation + i, 1);
-        f->of[i] = sga_malloc(((size_t)f->cone.count + 1) * sizeof **f->of);
+        f->of[i] = sga_take(&f->mem, ((size_t)f->cone.count + 1) * sizeof **f->of);
         for (int k = 0; k < f->cone.count; k++) {
             const struct expr_node *n = f->sys->store->node + f->cone.list[k];
             if (n->op == EXPR_SYM && f->column[n->a] >= 0)
@@ -63,13 +66,13 @@ static void begin(struct filling *f, double time, const double *parameter_near)
 {
     const struct sys_system *sys = f->sys;
     struct expr_store *st = sys->store;
-    f->column = sga_malloc(((size_t)st->symbols + 1) * sizeof *f->column);
+    f->column = sga_take(&f->mem, ((size_t)st->symbols + 1) * sizeof *f->column);
     for (int i = 0; i < st->symbols; i++)
         f->column[i] = -1;
     for (int j = 0; j < sys->variables; j++)
         f->column[sys->variable[j].symbol] = j;
-    f->sum = sga_calloc((size_t)sys->variables + 1, sizeof *f->sum);
-    f->said = sga_calloc((size_t)sys->variables + 1, sizeof *f->said);
+    f->sum = sga_zeros(&f->mem, (size_t)sys->variables + 1, sizeof *f->sum);
+    f->said = sga_zeros(&f->mem, (size_t)sys->variables + 1, sizeof *f->said);
     expr_cone_init(&f->cone);
     num_ball_init(&f->ball, st, BITS);
     list_equations(f);
@@ -86,17 +89,7 @@ static void begin(struct filling *f, double time, const double *parameter_near)
 
 static void end(struct filling *f)
 {
-    for (int i = 0; i < f->equations; i++)
-        free(f->of[i]);
-    free(f->of);
-    free(f->len);
-    free(f->says);
-    free(f->value);
-    free(f->equation);
-    free(f->column);
-    free(f->sum);
-    free(f->said);
-    free(f->known);
+    sga_arena_end(&f->mem);
     num_ball_clear(&f->ball);
     expr_cone_clear(&f->cone);
 }
@@ -195,8 +188,8 @@ static void fill(struct filling *f)
 void guess_complete(const struct sys_system *sys, const unsigned char *given, double time, const double *parameter_near, double *near)
 {
     struct filling f = { .sys = sys, .near = near };
-    unsigned char *moving = guess_moving(sys);
-    f.known = sga_calloc((size_t)sys->variables + 1, 1);
+    SGA_FREED unsigned char *moving = guess_moving(sys);
+    f.known = sga_zeros(&f.mem, (size_t)sys->variables + 1, 1);
     for (int j = 0; j < sys->variables; j++)
         f.known[j] = given[j];
     begin(&f, time, parameter_near);
@@ -205,5 +198,4 @@ void guess_complete(const struct sys_system *sys, const unsigned char *given, do
         f.known[j] |= moving[j];
     fill(&f);
     end(&f);
-    free(moving);
 }

@@ -2,7 +2,7 @@
 #ifndef SGA_SGA_GUESS_H
 #define SGA_SGA_GUESS_H
 
-#include "system.h"
+struct sys_system;
 
 /* Fills near (by variable) where given is 0: what an equation without derivatives (or a restriction) that is affine in it says, once all
  * else in it is known; where that comes to an end what moves by itself stays at 0, then the rest; and so on. The same in

@@ -5,9 +5,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
+#include "ball.h"
 #include "guess.h"
 #include "leastnorm.h"
 #include "mem.h"
+#include "reduction.h"
 #include "warnings.h"
 
 /* A move of 1 counts for so much less where no value was given: of what moves by itself, of what follows from it. */
@@ -51,14 +54,13 @@ static void units(struct state *s, struct measure *m)
 {
     int n = s->sys->variables;
     const unsigned char *given = s->options->near_given;
-    unsigned char *moving = guess_moving(s->sys);
+    SGA_FREED unsigned char *moving = guess_moving(s->sys);
     m->unit = sga_malloc(2 * ((size_t)n + 1) * sizeof *m->unit);
     m->far = m->unit + n + 1;
     for (int j = 0; j < n; j++) {
         m->far[j] = !given || given[j] ? 1 : moving[j] ? MOVING : FOLLOWING;
         m->unit[j] = regular_unit_near(s, j, s->options->near);
     }
-    free(moving);
 }
 
 static bool values(struct state *s, const struct measure *m, struct num_ball *b, double *out)
@@ -77,8 +79,8 @@ static bool differences(struct state *s, struct measure *m)
 {
     int n = s->sys->variables, c = m->count;
     const double *x = s->options->near;
-    struct num_ball b;
-    double *moved = sga_malloc(((size_t)c + 1) * sizeof *moved);
+    SGA_ENDS(num_ball_clear) struct num_ball b;
+    SGA_FREED double *moved = sga_malloc(((size_t)c + 1) * sizeof *moved);
     m->value = sga_calloc(((size_t)n + 1) * ((size_t)c + 1), sizeof *m->value);
     m->J = m->value + c;
     regular_ball(s, x, s->options->near_time, &b);
@@ -91,16 +93,15 @@ static bool differences(struct state *s, struct measure *m)
         for (int i = 0; i < c && here; i++)
             m->J[(size_t)i * (size_t)n + (size_t)j] = (moved[i] - m->value[i]) / STEP / m->far[j];
     }
-    num_ball_clear(&b);
-    free(moved);
     return ok;
 }
 
 /* The least move, to first order, that meets all of them. */
 static double least_move(const struct measure *m, int n)
 {
-    int c = m->count, *perm = sga_malloc(((size_t)c + 1) * sizeof *perm);
-    double *work = sga_malloc((size_t)(c + c * c + n + 1) * sizeof *work), *d = work + c + c * c, sum = 0;
+    SGA_ARENA(mem);
+    int c = m->count, *perm = sga_take(&mem, ((size_t)c + 1) * sizeof *perm);
+    double *work = sga_take(&mem, (size_t)(c + c * c + n + 1) * sizeof *work), *d = work + c + c * c, sum = 0;
     for (int i = 0; i < c; i++) {
         double size = 0, *row = m->J + (size_t)i * (size_t)n;
         for (int j = 0; j < n; j++)
@@ -112,8 +113,6 @@ static double least_move(const struct measure *m, int n)
     points_least_norm(c, n, m->J, m->value, d, perm, work);
     for (int j = 0; j < n; j++)
         sum += d[j] * d[j];
-    free(perm);
-    free(work);
     return sqrt(sum);
 }
 

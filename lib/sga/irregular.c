@@ -1,11 +1,15 @@
 /* Zeros of higher order: exact roots of functions of one quantity, and derivatives. */
 #include "irregular.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
+#include "poly.h"
+#include "reduction.h"
 #include "warnings.h"
 
 enum { LARGEST_CONE = SGA_MOST_IRREGULAR_CONE, MOST_PARTS = 3 };
@@ -30,11 +34,11 @@ void irregular_clear(struct proposal *p)
 /* e, de/dx, d2e/dx2, ... as far as they stay small; returns how many. */
 static int derivatives(struct state *s, expr_id e, int symbol, expr_id d[IRREGULAR_ORDER])
 {
-    struct expr_term *term = NULL;
+    SGA_FREED struct expr_term *term = NULL;
     size_t cap = 0;
     int n = 0;
     struct poly_limits limits = poly_limits_of(POLY_MODEST, s->options->budget);
-    SGA_RESERVE(s->active, s->active_cap, s->st->symbols);
+    SGA_RESERVE_IN(&s->mem, s->active, s->active_cap, s->st->symbols);
     memset(s->active, 0, (size_t)s->st->symbols);
     s->active[symbol] = 1;
     d[n++] = e;
@@ -50,7 +54,7 @@ static int derivatives(struct state *s, expr_id e, int symbol, expr_id d[IRREGUL
         }
         n++;
     }
-    free(term);
+    assert(n >= 1 && n <= IRREGULAR_ORDER);
     return n;
 }
 
@@ -81,22 +85,20 @@ static bool passes(struct state *s, const struct expr_cone *cone, expr_id e, exp
  * is none. Returns how many. */
 static int quantities(struct state *s, expr_id e, expr_id part[MOST_PARTS])
 {
-    struct expr_cone cone;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
     int found = 0;
     expr_cone_init(&cone);
     expr_cone_of(s->st, &cone, &e, 1);
     if (cone.count <= LARGEST_CONE) {
         expr_cone_index(&cone);
-        unsigned char *reached = sga_calloc((size_t)cone.count, 1);
+        SGA_FREED unsigned char *reached = sga_calloc((size_t)cone.count, 1);
         for (int k = cone.count - 1; k >= 0; k--)
             if (cone.list[k] != e && state_facts(s, cone.list[k]) & EXPR_HAS_VARIABLE && passes(s, &cone, e, cone.list[k], reached)) {
                 if (found == MOST_PARTS)
                     memmove(part, part + 1, (MOST_PARTS - 1) * sizeof *part);
                 part[found < MOST_PARTS ? found++ : MOST_PARTS - 1] = cone.list[k];
             }
-        free(reached);
     }
-    expr_cone_clear(&cone);
     if (!found)
         part[found++] = e;
     return found;
@@ -114,14 +116,14 @@ static double terms_of(struct state *s, expr_id u, double v, const double *x, do
 {
     static const double STEP = 0x1p-16;
     int n = s->sys->variables;
-    double most = 0, *y = memcpy(sga_malloc((size_t)(n + 1) * sizeof *y), x, (size_t)n * sizeof *y);
+    double most = 0;
+    SGA_FREED double *y = memcpy(sga_malloc((size_t)(n + 1) * sizeof *y), x, (size_t)n * sizeof *y);
     for (int j = 0; j < n; j++) {
         y[j] = x[j] * (1 + STEP);
         double d = x[j] != 0 ? fabs(regular_value(s, u, y, t) - v) / STEP : 0;
         most = isfinite(d) ? fmax(most, d) : most;
         y[j] = x[j];
     }
-    free(y);
     return most;
 }
 
@@ -180,7 +182,7 @@ static void exact_roots(struct state *s, expr_id e, const double *x, double t, s
  * that vanishes at x. */
 static void gradient(struct state *s, expr_id e, const double *x, double t, struct proposal **list, int *count)
 {
-    expr_id *part = NULL, *out = NULL;
+    SGA_FREED expr_id *part = NULL, *out = NULL;
     int parts = regular_by_gradient(s, e, x, t, &part), n = 0;
     size_t cap = 0;
     for (int i = 0; i < parts; i++) {
@@ -200,8 +202,6 @@ static void gradient(struct state *s, expr_id e, const double *x, double t, stru
         add(list, count, out, n);
     if (parts)
         add(list, count, part, parts);
-    free(out);
-    free(part);
 }
 
 /* A derivative of e of order m - 1 along one variable, for zeros of order m. */

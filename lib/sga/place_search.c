@@ -5,16 +5,20 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
+#include "oracle.h"
+#include "points.h"
+#include "reduction.h"
 #include "sides.h"
 #include "warnings.h"
 
 enum points_status place_sample_near(struct state *s, const double *x, double t)
 {
     struct points_space keep = s->space;
-    uint64_t random = s->shadow->random;
-    points_shadow_forget(s->shadow);
-    s->shadow->random = random;
+    uint64_t random = s->oracle->random;
+    points_oracle_forget(s->oracle);
+    s->oracle->random = random;
     s->space.near = x;
     s->space.near_time = t;
     enum points_status status = state_sample(s);
@@ -26,7 +30,7 @@ enum points_status place_sample_near(struct state *s, const double *x, double t)
 bool place_vanishes_far(struct state *s, expr_id e)
 {
     struct points_space space = s->space;
-    uint64_t random = s->shadow->random;
+    uint64_t random = s->oracle->random;
     bool all = true;
     space.near = NULL;
     space.before = NULL;
@@ -34,12 +38,11 @@ bool place_vanishes_far(struct state *s, expr_id e)
     for (int j = 0; j < space.variables && space.scale; j++)
         size = fmax(size, ldexp(1, space.scale[j]));
     for (int k = 0; k < 8 && all; k++) {
-        struct points_point p;
+        SGA_ENDS(points_point_clear) struct points_point p;
         if (points_find(&space, (1 + k) * (k % 2 ? size : 1), &random, POINTS_BITS, &p) == POINTS_OK) {
             num_ball_extend(&p.ball);
             all = arb_contains_zero(num_ball_value(&p.ball, e));
         }
-        points_point_clear(&p);
     }
     return all;
 }
@@ -47,22 +50,20 @@ bool place_vanishes_far(struct state *s, expr_id e)
 enum points_status place_with(struct state *s, expr_id extra, struct points_point *p)
 {
     struct points_space space = s->space;
-    uint64_t random = s->shadow->random;
+    uint64_t random = s->oracle->random;
     int c = s->sol->constraints;
-    expr_id *con = sga_malloc((size_t)(c + 1) * sizeof *con);
+    SGA_FREED expr_id *con = sga_malloc((size_t)(c + 1) * sizeof *con);
     if (c)
         memcpy(con, s->con, (size_t)c * sizeof *con);
     con[c] = extra;
     space.constraint = con;
     space.constraints = c + 1;
-    enum points_status status = points_find(&space, space.near ? 0 : 1, &random, POINTS_BITS, p);
-    free(con);
-    return status;
+    return points_find(&space, space.near ? 0 : 1, &random, POINTS_BITS, p);
 }
 
 bool place_holds_elsewhere(struct state *s, expr_id e)
 {
-    struct points_point p;
+    SGA_ENDS(points_point_clear) struct points_point p = { 0 };
     if (s->sol->constraints > SGA_MOST_ELSEWHERE)
         sga_limit_met(s->options->budget, SGA_LIMIT_ELSEWHERE);
     if (!s->sol->constraints || s->sol->constraints > SGA_MOST_ELSEWHERE)
@@ -70,9 +71,8 @@ bool place_holds_elsewhere(struct state *s, expr_id e)
     enum points_status status = place_with(s, e, &p);
     bool there = (status == POINTS_IRREGULAR || status == POINTS_OK) && place_sample_near(s, p.x, p.t) == POINTS_OK
                  && ech_zero(&s->ctx, e) == 1;
-    points_point_clear(&p);
     if (!there && state_sample(s) != POINTS_OK)
-        points_shadow_forget(s->shadow);
+        points_oracle_forget(s->oracle);
     return there;
 }
 
@@ -92,22 +92,21 @@ bool place_holds_on_side(struct state *s, expr_id e)
     if (!has_sides(s, e))
         return false;
     struct points_space space = s->space;
-    uint64_t random = s->shadow->random;
-    int sides = s->shadow->sides;
+    uint64_t random = s->oracle->random;
+    int sides = s->oracle->sides;
     space.constraint = s->con;
     space.constraints = s->sol->constraints;
     space.before = NULL;
     bool found = false;
     for (int k = 0; k < TRIES && !found; k++) {
-        struct points_point p;
+        SGA_ENDS(points_point_clear) struct points_point p;
         if (points_find(&space, space.near ? 0.05 * k : 1 + 0.5 * k, &random, POINTS_BITS, &p) == POINTS_OK) {
             num_ball_extend(&p.ball);
             if (arb_contains_zero(num_ball_value(&p.ball, e)) && place_sample_near(s, p.x, p.t) == POINTS_OK)
-                found = points_shadow_zero(s->shadow, e).truth == POINTS_ZERO && s->shadow->sides > sides;
+                found = points_oracle_zero(s->oracle, e).truth == POINTS_ZERO && s->oracle->sides > sides;
             if (!found)
-                s->shadow->sides = sides;
+                s->oracle->sides = sides;
         }
-        points_point_clear(&p);
     }
     return found;
 }

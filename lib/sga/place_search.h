@@ -8,7 +8,7 @@
 /* A point of the present set where `extra` vanishes too, or (IRREGULAR) the place that was
  * approached. *p is to be cleared whatever the status. */
 enum points_status place_with(struct state *s, expr_id extra, struct points_point *p);
-/* New points of the shadow near a place; its present points are not used as starts. */
+/* New points of the oracle near a place; its present points are not used as starts. */
 enum points_status place_sample_near(struct state *s, const double *x, double t);
 /* Gradient components may vanish where e does not, far from where they were tried: look
  * for such a place on the present set. True: none was found. */

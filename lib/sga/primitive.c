@@ -3,8 +3,12 @@
 
 #include <stdlib.h>
 
+#include "arena.h"
+#include "facts.h"
 #include "mem.h"
 #include "poly.h"
+#include "reduction.h"
+#include "state.h"
 #include "warnings.h"
 
 /* A product of powers of factors that may vanish with the variables or time. */
@@ -24,7 +28,7 @@ static bool may_vanish(struct state *s, expr_id e)
 static bool divided(struct state *s, const struct candidate *c)
 {
     bool any = false;
-    unsigned char *in = sga_calloc((size_t)s->ech.pivots + 1, 1);
+    SGA_FREED unsigned char *in = sga_calloc((size_t)s->ech.pivots + 1, 1);
     for (int k = 0; k < c->ops; k++)
         in[c->op[k].pivot] = 1;
     for (int q = s->ech.pivots - 1; q >= 0 && !any; q--) {
@@ -34,7 +38,6 @@ static bool divided(struct state *s, const struct candidate *c)
         for (int k = 0; k < s->ech.pivot[q].row.ops; k++)
             in[s->ech.pivot[q].row.op[k].pivot] = 1;
     }
-    free(in);
     return any;
 }
 
@@ -52,7 +55,7 @@ static long *power_of(struct powers *p, expr_id factor)
 /* The denominator of e joins the common one (or, `less`, what is there is divided by it). False: over budget. */
 static bool denominator(struct state *s, expr_id e, const struct poly_limits *limits, bool less, struct powers *p)
 {
-    struct poly_factors f;
+    SGA_ENDS(poly_factors_clear) struct poly_factors f = { 0 };
     if (!poly_denominator_factors(s->st, e, limits, &f))
         return false;
     for (int i = 0; i < f.factors; i++) {
@@ -65,7 +68,6 @@ static bool denominator(struct state *s, expr_id e, const struct poly_limits *li
         else if (q->multiplicity > *power)
             *power = q->multiplicity;
     }
-    poly_factors_clear(&f);
     return true;
 }
 
@@ -73,7 +75,7 @@ static bool denominator(struct state *s, expr_id e, const struct poly_limits *li
 static bool missing(struct state *s, const struct candidate *c, const struct poly_limits *limits, expr_id *product)
 {
     struct powers p = { 0 };
-    struct sga_part *part;
+    SGA_FREED struct sga_part *part = NULL;
     int parts;
     state_combine(s, c, &part, &parts);
     bool ok = expr_store_ok(s->st);
@@ -84,7 +86,6 @@ static bool missing(struct state *s, const struct candidate *c, const struct pol
     for (int i = 0; i < p.count && ok; i++)
         if (p.at[i].power > 0)
             *product = expr_mul(s->st, *product, expr_powi(s->st, p.at[i].factor, p.at[i].power));
-    free(part);
     free(p.at);
     return ok;
 }
@@ -102,11 +103,10 @@ void primitive_candidate(struct state *s, struct candidate *c)
     if (!missing(s, c, &limits, &product) || !poly_normal(s->st, expr_mul(s->st, product, c->expr), &limits, &whole))
         return;
     if (expr_is_one(s->st, product)) {
-        struct poly_factors f;      /* poles that cancel are none of the constraint */
+        SGA_ENDS(poly_factors_clear) struct poly_factors f = { 0 };      /* poles that cancel are none of the constraint */
         if (!poly_denominator_factors(s->st, c->expr, &limits, &f))
             return;
         bool none = !f.factors;
-        poly_factors_clear(&f);
         if (none)
             c->expr = c->base = whole;
         return;

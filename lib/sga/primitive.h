@@ -2,7 +2,8 @@
 #ifndef SGA_SGA_PRIMITIVE_H
 #define SGA_SGA_PRIMITIVE_H
 
-#include "state.h"
+struct candidate;
+struct state;
 
 /* A left kernel vector that was made by dividing by pivots says nothing where these vanish; one of full length without a common
  * factor says what holds there too: (1, -1) on the rows z u' = z, z u' = z x gives z (1 - x) = 0, and z = 0 is a part of the set. Where

@@ -1,12 +1,16 @@
 /* The branches of products, one route after the other. */
 #include "state.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
 #include "product_routes.h"
+#include "reduction.h"
+#include "oracle.h"
 #include "warnings.h"
 
 enum { RESEEDS = 2 };      /* what ended in a refusal is begun anew so often: the refusal stands then */
@@ -54,17 +58,18 @@ bool routes_local(enum sga_code code)
     return code == SGA_E_NO_REAL_POINT || code == SGA_E_IRREGULAR || code == SGA_E_UNDECIDED || code == SGA_E_SPLIT;
 }
 
-void routes_restart(struct points_shadow *shadow, uint64_t seed, struct sga_solution *solution)
+void routes_restart(struct points_oracle *oracle, uint64_t seed, struct sga_solution *solution)
 {
     sga_solution_clear(solution);
-    points_shadow_forget(shadow);
-    shadow->random = seed;       /* the same points again */
+    points_oracle_forget(oracle);
+    oracle->random = seed;       /* the same points again */
 }
 
 struct reduction_options routes_options(const struct routes *r, const struct reduction_options *options, int place)
 {
     struct reduction_options own = *options;
     if (place >= 0) {
+    assert(place < r->components.places);
         own.near = r->components.place[place].x;
         own.near_given = NULL;
         own.near_time = r->components.place[place].t;
@@ -77,7 +82,7 @@ struct reduction_options routes_options(const struct routes *r, const struct red
 /* A contradiction is one of general points: what was divided by is remembered. */
 static void keep_pivots(struct routes *r, const struct sys_system *system, const struct sga_solution *solution)
 {
-    struct expr_facts facts;
+    SGA_ENDS(expr_facts_clear) struct expr_facts facts;
     expr_facts_init(&facts);
     for (int q = 0; q < solution->pivots + solution->deads; q++) {
         expr_id v = q < solution->pivots ? solution->pivot[q].value : solution->dead[q - solution->pivots].value;
@@ -90,7 +95,6 @@ static void keep_pivots(struct routes *r, const struct sys_system *system, const
         SGA_RESERVE(r->pivot, r->pivot_cap, r->pivots + 1);
         r->pivot[r->pivots++] = v;
     }
-    expr_facts_clear(&facts);
 }
 
 /* Of the largest dimension; of two alike the one that leaves less free. */
@@ -109,10 +113,10 @@ static bool rests_on_points(const struct sga_solution *sol)
 }
 
 /* Sides that the last run found its answer, or its failure, to rest on: beyond them another route begins. */
-static void add_sides(struct routes *r, const struct points_shadow *shadow)
+static void add_sides(struct routes *r, const struct points_oracle *oracle)
 {
-    for (int k = 0; k < shadow->sides; k++) {
-        const struct points_side *side = shadow->side + k;
+    for (int k = 0; k < oracle->sides; k++) {
+        const struct points_side *side = oracle->side + k;
         bool known = side->unseen;
         for (int i = 0; i < r->now.count && !known; i++)
             known = r->now.at[i].side && r->now.at[i].product == side->function;
@@ -124,9 +128,9 @@ static void add_sides(struct routes *r, const struct points_shadow *shadow)
 }
 
 /* Isolated points that are not proved to be some: where branches meet, the constraints of each are met by steps, and by nothing else. */
-static bool no_points(const struct sga_solution *sol, const struct points_shadow *shadow, struct sga_error *err)
+static bool no_points(const struct sga_solution *sol, const struct points_oracle *oracle, struct sga_error *err)
 {
-    if (sol->verdict != SGA_ISOLATED || rests_on_points(sol) || !shadow->reals || points_shadow_certified(shadow))
+    if (sol->verdict != SGA_ISOLATED || rests_on_points(sol) || !oracle->reals || points_oracle_certified(oracle))
         return false;
     sga_fail(err, SGA_E_IRREGULAR, "the constraints hold at isolated points where their differentials depend on each other, as where branches "
              "of the set meet; write the constraints in a form whose gradients are independent there");
@@ -134,24 +138,24 @@ static bool no_points(const struct sga_solution *sol, const struct points_shadow
 }
 
 /* Whether a run near a guess ended at a point, and not at the guess: another component may have it. */
-static bool point_elsewhere(const struct sys_system *system, const struct reduction_options *o, const struct points_shadow *shadow,
+static bool point_elsewhere(const struct sys_system *system, const struct reduction_options *o, const struct points_oracle *oracle,
                             const struct sga_solution *sol, int final)
 {
     bool away = false;
-    for (int j = 0; j < system->variables && final == 0 && sol->verdict == SGA_ISOLATED && shadow->reals; j++)
+    for (int j = 0; j < system->variables && final == 0 && sol->verdict == SGA_ISOLATED && oracle->reals; j++)
         away |= (!o->near_given || o->near_given[j])
-                && fabs(shadow->real[0].x[j] - o->near[j]) > AT_GUESS * fmax(sol->scale ? ldexp(1, sol->scale[j]) : 1, fabs(o->near[j]));
+                && fabs(oracle->real[0].x[j] - o->near[j]) > AT_GUESS * fmax(sol->scale ? ldexp(1, sol->scale[j]) : 1, fabs(o->near[j]));
     return away;
 }
 
 /* One run, near a place or where the options say. False: a failure that ends the job. */
 static bool run_one(struct routes *r, const struct sys_system *system, const struct reduction_options *options, int place,
-                    struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
+                    struct points_oracle *oracle, struct sga_solution *solution, struct sga_error *err)
 {
     struct sga_error here = { 0 };
     struct reduction_options own = routes_options(r, options, place);
-    bool ok = state_solve(system, &own, shadow, &r->now, solution, &here) && !no_points(solution, shadow, &here);
-    add_sides(r, shadow);
+    bool ok = state_solve(system, &own, oracle, &r->now, solution, &here) && !no_points(solution, oracle, &here);
+    add_sides(r, oracle);
     r->tried++;
     r->now_at = place;
     if (!ok && (!routes_local(here.code) || !expr_store_ok(system->store))) {
@@ -166,7 +170,7 @@ static bool run_one(struct routes *r, const struct sys_system *system, const str
     }
     int final = ok && solution->verdict != SGA_INCONSISTENT ? system->variables - solution->constraints : -1;
     /* near a guess only where nothing is there */
-    bool explore = r->explore && (!options->near || final < 0 || point_elsewhere(system, options, shadow, solution, final));
+    bool explore = r->explore && (!options->near || final < 0 || point_elsewhere(system, options, oracle, solution, final));
     if (is_best(r, solution, final)) {
         r->final = final;
         r->verdict = solution->verdict;
@@ -175,16 +179,16 @@ static bool run_one(struct routes *r, const struct sys_system *system, const str
         copy_route(&r->best, &r->now);
     }
     if (explore)
-        components_note(&r->components, system, options, solution, shadow, place, final, !ok && here.code == SGA_E_SPLIT);
+        components_note(&r->components, system, options, solution, oracle, place, final, !ok && here.code == SGA_E_SPLIT);
     r->ended = final >= 0;
     return true;
 }
 
 static bool run_products(struct routes *r, const struct sys_system *system, const struct reduction_options *options,
-                         struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
+                         struct points_oracle *oracle, struct sga_solution *solution, struct sga_error *err)
 {
     for (;;) {
-        if (!run_one(r, system, options, -1, shadow, solution, err))
+        if (!run_one(r, system, options, -1, oracle, solution, err))
             return false;
         if (r->ended && options->near)
             return true;
@@ -194,7 +198,7 @@ static bool run_products(struct routes *r, const struct sys_system *system, cons
         if (!r->left || r->tried >= SGA_MOST_ROUTES)
             return true;
         next_route(&r->now);
-        routes_restart(shadow, r->seed, solution);
+        routes_restart(oracle, r->seed, solution);
     }
 }
 
@@ -231,23 +235,23 @@ static int next_place(const struct routes *r, int variables, const struct reduct
 }
 
 bool routes_explore(struct routes *r, const struct sys_system *system, const struct reduction_options *options,
-                    struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
+                    struct points_oracle *oracle, struct sga_solution *solution, struct sga_error *err)
 {
-    bool ok = run_products(r, system, options, shadow, solution, err);
+    bool ok = run_products(r, system, options, oracle, solution, err);
     r->products = r->tried;
     for (int k = 1; k <= RESEEDS && ok && unlucky(r); k++) {
         r->now.count = r->failed = r->tried = 0;
         r->seed += (uint64_t)k;
-        routes_restart(shadow, r->seed, solution);
-        ok = run_products(r, system, options, shadow, solution, err);
+        routes_restart(oracle, r->seed, solution);
+        ok = run_products(r, system, options, oracle, solution, err);
     }
     /* each place adds its own run, which may find others */
     int k;
     while (ok && (k = next_place(r, system->variables, options)) >= 0) {
         r->components.place[k].tried = true;
         r->now.count = 0;
-        routes_restart(shadow, r->seed, solution);
-        ok = run_one(r, system, options, k, shadow, solution, err);
+        routes_restart(oracle, r->seed, solution);
+        ok = run_one(r, system, options, k, oracle, solution, err);
     }
     return ok;
 }
@@ -278,19 +282,20 @@ static void keep_elsewhere(struct routes *r, const struct sys_system *system, co
 }
 
 bool sga_reduce(const struct sys_system *system, const struct reduction_options *given,
-               struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
+               struct points_oracle *oracle, struct sga_solution *solution, struct sga_error *err)
 {
-    struct routes r = { .final = -1, .seed = shadow->random, .explore = true, .best_at = -1, .now_at = -1, .best_run = -1 };
+    SGA_ENDS(routes_clear) struct routes r = { .final = -1, .seed = oracle->random, .explore = true,
+                                                   .best_at = -1, .now_at = -1, .best_run = -1 };
     struct sga_conditions conditions = { 0 };
     struct reduction_options own = *given, *options = &own;
     own.conditions = &conditions;
-    bool ok = routes_explore(&r, system, options, shadow, solution, err);
+    bool ok = routes_explore(&r, system, options, oracle, solution, err);
     if (ok && r.final < 0 && (r.beside || r.failed) && own.near) {  /* nothing near the guess, or nothing regular: then anywhere */
         own.near = NULL;
         own.near_given = NULL;
         r.now.count = r.failed = r.tried = 0;
-        routes_restart(shadow, r.seed, solution);
-        ok = routes_explore(&r, system, options, shadow, solution, err);
+        routes_restart(oracle, r.seed, solution);
+        ok = routes_explore(&r, system, options, oracle, solution, err);
     }
     if (ok && r.final < 0 && r.failed) {      /* empty as far as known, but not known of every branch */
         *err = r.error;
@@ -299,11 +304,11 @@ bool sga_reduce(const struct sys_system *system, const struct reduction_options 
         ok = sga_fail(err, SGA_E_UNDECIDED, "the constraints have many branches, and the first %d of them are empty; "
                       "give trajectory.initial on the branch that is meant", SGA_MOST_ROUTES);
     } else if (ok && r.final < 0) {
-        ok = special_points_solve(&r, system, options, shadow, solution, err);
+        ok = special_points_solve(&r, system, options, oracle, solution, err);
     } else if (ok && (r.now_at != r.best_at || !same_route(&r.now, &r.best))) {
         struct reduction_options best = routes_options(&r, options, r.best_at);
-        routes_restart(shadow, r.seed, solution);
-        ok = state_solve(system, &best, shadow, &r.best, solution, err);
+        routes_restart(oracle, r.seed, solution);
+        ok = state_solve(system, &best, oracle, &r.best, solution, err);
     }
     if (ok)
         keep_elsewhere(&r, system, options, solution);
@@ -313,6 +318,5 @@ bool sga_reduce(const struct sys_system *system, const struct reduction_options 
         solution->conditions = conditions;
     else
         sga_conditions_clear(&conditions);
-    routes_clear(&r);
     return ok;
 }

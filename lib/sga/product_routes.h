@@ -4,6 +4,7 @@
 #define SGA_SGA_PRODUCT_ROUTES_H
 
 #include "components.h"
+#include "reduction.h"
 #include "state.h"
 
 /* What is known of the routes tried. */
@@ -29,11 +30,11 @@ struct routes {
  * largest set is the generic one). The caller sets final to -1 and the seed. False: a
  * failure that ends the job. */
 bool routes_explore(struct routes *r, const struct sys_system *system, const struct reduction_options *options,
-                    struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err);
+                    struct points_oracle *oracle, struct sga_solution *solution, struct sga_error *err);
 /* The options near a place of the components; -1: as they are. */
 struct reduction_options routes_options(const struct routes *r, const struct reduction_options *options, int place);
 /* Back to the state before a run. */
-void routes_restart(struct points_shadow *shadow, uint64_t seed, struct sga_solution *solution);
+void routes_restart(struct points_oracle *oracle, uint64_t seed, struct sga_solution *solution);
 /* Failures of one branch, which say nothing about another. */
 bool routes_local(enum sga_code code);
 void routes_clear(struct routes *r);
@@ -43,6 +44,6 @@ void routes_clear(struct routes *r);
  * solutions, the largest of them (the one the guess lies on, if there is one) becomes the
  * solution; where none does, the contradiction stands. False: not known of some of them. */
 bool special_points_solve(const struct routes *above, const struct sys_system *system, const struct reduction_options *options,
-                          struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err);
+                          struct points_oracle *oracle, struct sga_solution *solution, struct sga_error *err);
 
 #endif

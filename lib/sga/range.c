@@ -4,7 +4,6 @@
 #include <stdlib.h>
 
 #include "ball.h"
-#include "mem.h"
 #include "poly.h"
 
 static const struct range everything = { EXPR_UNDEF, EXPR_UNDEF, false, false };

@@ -7,13 +7,18 @@
  * until nothing changes. One echelon form of the stacked rows [A; d xi | alpha; -d_t xi]
  * carries it: a row that vanishes on P_k with a right side that does not is a new
  * constraint; columns without a pivot at the end are the gauge freedom. Every zero, rank
- * and pivot is decided by the shadow at certified points of P_k, and recorded. */
+ * and pivot is decided by the oracle at certified points of P_k, and recorded. */
 #ifndef SGA_SGA_REDUCTION_H
 #define SGA_SGA_REDUCTION_H
 
-#include "budget.h"
-#include "shadow.h"
-#include "system.h"
+#include <stdint.h>
+
+#include "expr.h"
+
+struct points_oracle;
+struct points_side;
+struct sga_budget;
+struct sys_system;
 
 enum sga_verdict { SGA_UNIQUE, SGA_UNDERDETERMINED, SGA_ISOLATED, SGA_INCONSISTENT };
 
@@ -146,21 +151,17 @@ struct reduction_options {
     struct sga_conditions *conditions;      /* what each run takes for granted of the parameters is added; or NULL */
 };
 
-/* Runs the reduction. The shadow is initialised by the caller and holds points of Pf at
+/* Runs the reduction. The oracle is initialised by the caller and holds points of Pf at
  * the end (unless inconsistent). False with err filled where the job fails; a verdict is
  * a result, not an error. Cost: near linear in the nonzeros where elimination does not
  * fill in. */
 bool sga_reduce(const struct sys_system *system, const struct reduction_options *options,
-               struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err);
+               struct points_oracle *oracle, struct sga_solution *solution, struct sga_error *err);
 void sga_solution_clear(struct sga_solution *solution);
 /* Whether a solution keeps its own rules: generations rise, dimensions fall, pivots, parts and free columns are of the system, fields are
  * complete. Asserted where a stage of a job ends. */
 bool sga_solution_sane(const struct sys_system *system, const struct sga_solution *solution);
 void sga_conditions_clear(struct sga_conditions *conditions);
-
-/* Adds the terms of the rows and restrictions to an estimate of natural sizes (points/scaling.h). */
-struct scaling;
-void sga_terms(struct scaling *sizes, const struct sys_system *system);
 
 /* The generations of the first `constraints` as stages for points_find_staged: end[k] (room for `generations`) is the
  * number of them of the first k + 1 generations. Returns how many stages. */

@@ -5,8 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
 #include "poly.h"
+#include "reduction.h"
 #include "regular_options.h"
 #include "regular_shape.h"
 #include "take_apart.h"
@@ -46,7 +48,7 @@ static void assume(struct state *s, expr_id factor)
     for (int i = 0; i < s->assumptions; i++)
         if (s->assumed[i] == factor)
             return;
-    SGA_RESERVE(s->assumed, s->assumed_cap, s->assumptions + 1);
+    SGA_RESERVE_IN(&s->mem, s->assumed, s->assumed_cap, s->assumptions + 1);
     s->assumed[s->assumptions++] = factor;
 }
 
@@ -84,7 +86,7 @@ static bool matters(struct state *s, const struct poly_factor *q, int factors, b
 /* What f = 0 says of its parts, where that is more than f itself: true, with the options. */
 static bool by_ends(struct state *s, expr_id f, int depth, struct regular *r)
 {
-    struct take_apart e = take_apart_of(s, f);
+    SGA_ENDS(take_apart_clear) struct take_apart e = take_apart_of(s, f);
     bool changed = e.changed;
     for (int i = 0; i < e.options; i++)
         changed = changed && e.option[i].count > 0;
@@ -92,7 +94,6 @@ static bool by_ends(struct state *s, expr_id f, int depth, struct regular *r)
         struct regular sub = together(s, e.option[i].out, e.option[i].count, depth);
         regular_move(r, &sub);
     }
-    take_apart_clear(&e);
     return changed;
 }
 
@@ -197,7 +198,7 @@ static struct regular form_at(struct state *s, expr_id e, int depth)
 static expr_id general(struct state *s, expr_id f, bool keep)
 {
     struct poly_limits limits = factoring(s);
-    struct poly_factors q;
+    SGA_ENDS(poly_factors_clear) struct poly_factors q = { 0 };
     if (!(state_facts(s, f) & EXPR_HAS_PARAMETER) || !poly_numerator_factors(s->st, f, &limits, &q))
         return f;
     expr_id out = expr_int(s->st, 1);
@@ -206,7 +207,6 @@ static expr_id general(struct state *s, expr_id f, bool keep)
             out = expr_mul(s->st, out, q.factor[i].expr);
         else if (keep && !q.factor[i].never_zero)
             assume(s, q.factor[i].expr);
-    poly_factors_clear(&q);
     return out;
 }
 
@@ -214,7 +214,7 @@ static expr_id general(struct state *s, expr_id f, bool keep)
 static bool leads_out(struct state *s, expr_id e, const struct regular_option *o)
 {
     int c = s->sol->constraints, count = 0;
-    expr_id *f = sga_malloc((size_t)(o->count + c + s->pendings + 1) * sizeof *f);
+    SGA_FREED expr_id *f = sga_malloc((size_t)(o->count + c + s->pendings + 1) * sizeof *f);
     for (int i = 0; i < o->count; i++)
         f[count++] = general(s, o->out[i], false);
     for (int i = 0; i < c + s->pendings && count <= DOMAIN_GIVEN; i++)
@@ -222,7 +222,6 @@ static bool leads_out(struct state *s, expr_id e, const struct regular_option *o
     bool out = domain_leaves_out(&s->domain, e, f, o->count, count);
     for (int i = 0; i < o->count && out; i++)
         general(s, o->out[i], true);
-    free(f);
     return out;
 }
 
@@ -296,7 +295,7 @@ struct regular regular_alone(struct state *s, expr_id e)
 
 struct regular_option regular_nearest(struct state *s, expr_id e, const double *x, double t)
 {
-    struct regular r = form_at(s, e, 0);
+    SGA_ENDS(regular_clear) struct regular r = form_at(s, e, 0);
     keep_inside(s, e, &r);
     struct regular_option best = { 0 };
     int at = -1;
@@ -312,6 +311,5 @@ struct regular_option regular_nearest(struct state *s, expr_id e, const double *
         best = r.option[at];
         r.option[at].out = NULL;
     }
-    regular_clear(&r);
     return best;
 }

@@ -2,7 +2,6 @@
 #ifndef SGA_SGA_REGULAR_H
 #define SGA_SGA_REGULAR_H
 
-#include "poly.h"
 #include "state.h"
 
 enum regular_answer {
@@ -27,9 +26,11 @@ struct regular {
 
 /* Square-free part; factors that vanish nowhere, or nowhere on the present set, dropped; a
  * sum of even powers split into what must vanish together; a product split into its
- * branches. The shadow must hold points of the present set. */
+ * branches. The oracle must hold points of the present set. */
 struct regular regular_form(struct state *s, expr_id e);
 void regular_clear(struct regular *r);
+/* What has no zeros has no options, and an option has functions. Linear in the options. */
+bool regular_sane(const struct regular *r);
 
 /* Why e, whose form r is REGULAR_NEVER with nothing `seen`, has no real zero, with the squares that show it where they
  * are short. */

@@ -4,7 +4,10 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "arena.h"
+#include "ball.h"
 #include "mem.h"
+#include "reduction.h"
 
 /* Symmetric elimination of H (n x n) with diagonal pivots: the indices of the pivots, in
  * picked; 0 where H is not semidefinite to about 1e-3 of its largest entry. */
@@ -12,7 +15,7 @@ static int definite_part(double *H, int n, int *picked)
 {
     double scale = 0;
     int rank = 0, sign = 0;
-    unsigned char *used = sga_calloc((size_t)n, 1);
+    SGA_FREED unsigned char *used = sga_calloc((size_t)n, 1);
     for (int i = 0; i < n * n; i++)
         scale = fmax(scale, fabs(H[i]));
     bool ok = isfinite(scale) && scale > 0;
@@ -42,7 +45,6 @@ static int definite_part(double *H, int n, int *picked)
                 if (!used[i] && !used[j])
                     H[i * n + j] -= H[i * n + p] * H[p * n + j] / H[p * n + p];
     }
-    free(used);
     return ok ? rank : 0;
 }
 
@@ -61,17 +63,18 @@ int regular_by_gradient(struct state *s, expr_id e, const double *x, double t, e
     if (n > 60)
         return 0;
     state_activate(s);
-    struct expr_term *first = NULL, *second = NULL;
+    SGA_FREED struct expr_term *first = NULL, *second = NULL;
     size_t cap1 = 0, cap2 = 0;
     int count = expr_gradient(s->st, &s->cone, e, s->active, &first, &cap1);
-    expr_id *node = sga_calloc((size_t)n * (size_t)n, sizeof *node);
+    SGA_ARENA(mem);
+    expr_id *node = sga_zeros(&mem, (size_t)n * (size_t)n, sizeof *node);
     for (int i = 0; i < count; i++) {
         int row = s->column[first[i].symbol];
         int m = expr_gradient(s->st, &s->cone, first[i].value, s->active, &second, &cap2);
         for (int k = 0; k < m; k++)
             node[row * n + s->column[second[k].symbol]] = second[k].value;
     }
-    struct num_ball b;
+    SGA_ENDS(num_ball_clear) struct num_ball b;
     num_ball_init(&b, s->st, 64);
     for (int i = 0; i < s->sys->parameters; i++)
         num_ball_set_d(&b, s->parameter_symbol[i], 1.25);
@@ -79,8 +82,8 @@ int regular_by_gradient(struct state *s, expr_id e, const double *x, double t, e
         num_ball_set_d(&b, s->variable[j], x[j]);
     num_ball_set_d(&b, s->sys->time, t);
     num_ball_extend(&b);
-    double *H = sga_calloc((size_t)n * (size_t)n, sizeof *H);
-    int *picked = sga_malloc((size_t)n * sizeof *picked);
+    double *H = sga_zeros(&mem, (size_t)n * (size_t)n, sizeof *H);
+    int *picked = sga_take(&mem, (size_t)n * sizeof *picked);
     for (int i = 0; i < n; i++)
         for (int k = 0; k < n; k++)
             if (node[i * n + k])
@@ -93,11 +96,5 @@ int regular_by_gradient(struct state *s, expr_id e, const double *x, double t, e
                 if (s->column[first[k].symbol] == picked[i])
                     (*out)[i] = first[k].value;
     }
-    num_ball_clear(&b);
-    free(first);
-    free(second);
-    free(node);
-    free(H);
-    free(picked);
     return rank;
 }

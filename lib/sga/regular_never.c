@@ -3,7 +3,10 @@
 
 #include <stdio.h>
 
+#include "arena.h"
+#include "poly.h"
 #include "print.h"
+#include "reduction.h"
 
 enum { SHORT = 220 };
 
@@ -12,7 +15,7 @@ static void squares(struct state *s, expr_id e, struct sga_buf *text)
 {
     struct poly_limits limits = poly_limits_of(POLY_MODEST, s->options->budget);
     struct poly_certificate c;
-    struct sga_buf sum = { 0 };
+    SGA_ENDS(sga_buf_free) struct sga_buf sum = { 0 };
     if (!poly_certificate(s->st, e, &limits, &c))
         return;
     sga_buf_puts(text, ": ");
@@ -31,17 +34,15 @@ static void squares(struct state *s, expr_id e, struct sga_buf *text)
     sga_buf_puts(text, c.sign > 0 ? " is a sum of squares plus a positive number" : " is minus a sum of squares and a positive number");
     if (expr_print(s->st, c.sum, SHORT, &sum))
         sga_buf_printf(text, c.sign > 0 ? ", %s" : ", -(%s)", sum.data);
-    sga_buf_free(&sum);
 }
 
 void regular_never_text(struct state *s, expr_id e, const struct regular *r, char *text, size_t size)
 {
-    struct sga_buf out = { 0 };
+    SGA_ENDS(sga_buf_free) struct sga_buf out = { 0 };
     if (r->reduced)
         sga_buf_puts(&out, "with the earlier constraints used up, ");
     sga_buf_puts(&out, r->outside ? "it has no real zero where the equations have values" : "it has no real zero");
     if (!r->outside)
         squares(s, r->reduced ? regular_reduced(s, e) : e, &out);
     snprintf(text, size, "%s", out.data);
-    sga_buf_free(&out);
 }

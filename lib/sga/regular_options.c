@@ -1,11 +1,16 @@
 /* Lists of the ways in which a constraint can vanish. */
 #include "regular_options.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
+#include "ball.h"
 #include "mem.h"
+#include "reduction.h"
+#include "state.h"
 
 void regular_ball(struct state *s, const double *x, double t, struct num_ball *b)
 {
@@ -19,13 +24,11 @@ void regular_ball(struct state *s, const double *x, double t, struct num_ball *b
 
 double regular_value(struct state *s, expr_id f, const double *x, double t)
 {
-    struct num_ball b;
+    SGA_ENDS(num_ball_clear) struct num_ball b;
     regular_ball(s, x, t, &b);
     expr_cone_of(s->st, &s->cone, &f, 1);
     num_ball_list(&b, s->cone.list, s->cone.count);
-    double v = arf_get_d(arb_midref(num_ball_value(&b, f)), ARF_RND_NEAR);
-    num_ball_clear(&b);
-    return v;
+    return arf_get_d(arb_midref(num_ball_value(&b, f)), ARF_RND_NEAR);
 }
 
 /* What a move of 1 in variable j means near x: as for the nearest consistent start. */
@@ -40,8 +43,9 @@ static double distance(struct state *s, expr_id f, const double *x, double t)
 {
     static const double STEP = 0x1p-16;
     int n = s->sys->variables;
-    double v = regular_value(s, f, x, t), slope = 0, *y = memcpy(sga_malloc((size_t)(n + 1) * sizeof *y), x, (size_t)n * sizeof *y);
-    struct expr_cone of;
+    double v = regular_value(s, f, x, t), slope = 0;
+    SGA_FREED double *y = memcpy(sga_malloc((size_t)(n + 1) * sizeof *y), x, (size_t)n * sizeof *y);
+    SGA_ENDS(expr_cone_clear) struct expr_cone of;
     expr_cone_init(&of);
     expr_cone_of(s->st, &of, &f, 1);
     for (int i = 0; i < of.count; i++)
@@ -52,8 +56,6 @@ static double distance(struct state *s, expr_id f, const double *x, double t)
                 slope = isfinite(d) ? fmax(slope, d) : slope;
                 y[j] = x[j];
             }
-    expr_cone_clear(&of);
-    free(y);
     return slope > 0 ? fabs(v) / slope : fabs(v);
 }
 
@@ -95,7 +97,7 @@ void regular_add(struct regular *r, const expr_id *out, int count)
 void regular_add_joined(struct regular *r, const struct regular_option *a, const struct regular_option *b)
 {
     int n = 0;
-    expr_id *out = sga_malloc((size_t)(a->count + b->count + 1) * sizeof *out);
+    SGA_FREED expr_id *out = sga_malloc((size_t)(a->count + b->count + 1) * sizeof *out);
     for (int i = 0; i < a->count + b->count; i++) {
         expr_id f = i < a->count ? a->out[i] : b->out[i - a->count];
         bool known = false;
@@ -105,7 +107,6 @@ void regular_add_joined(struct regular *r, const struct regular_option *a, const
             out[n++] = f;
     }
     regular_add(r, out, n);
-    free(out);
 }
 
 void regular_move(struct regular *to, struct regular *from)
@@ -118,7 +119,7 @@ void regular_move(struct regular *to, struct regular *from)
 
 void regular_sort(struct state *s, expr_id e, struct regular *r)
 {
-    double *far = sga_malloc(((size_t)r->options + 1) * sizeof *far);
+    SGA_FREED double *far = sga_malloc(((size_t)r->options + 1) * sizeof *far);
     for (int i = 0; i < r->options; i++)
         far[i] = s->options->near && r->options > 1 ? guess_distance(s, r->option + i, e) : INFINITY;
     for (int i = 1; i < r->options; i++)
@@ -130,7 +131,6 @@ void regular_sort(struct state *s, expr_id e, struct regular *r)
             far[k] = far[k - 1];
             far[k - 1] = d;
         }
-    free(far);
 }
 
 void regular_follow_route(struct state *s, expr_id product, struct regular *r)
@@ -151,6 +151,14 @@ void regular_follow_route(struct state *s, expr_id product, struct regular *r)
         memmove(r->option, r->option + 1, (size_t)(r->options - 1) * sizeof o);
         r->option[r->options - 1] = o;
     }
+}
+
+bool regular_sane(const struct regular *r)
+{
+    bool sane = r->answer != REGULAR_NEVER || !r->options;
+    for (int i = 0; i < r->options && sane; i++)
+        sane = r->option[i].count > 0;
+    return sane;
 }
 
 void regular_clear(struct regular *r)

@@ -3,7 +3,9 @@
 
 #include <stdlib.h>
 
+#include "arena.h"
 #include "mem.h"
+#include "reduction.h"
 
 /* What can be taken off without changing the real zeros: signs, powers, roots, absolute
  * values, odd monotone functions, factors and denominators that never vanish. */
@@ -53,7 +55,7 @@ bool regular_depends(struct state *s, expr_id e, int symbol)
 enum graph regular_graph(struct state *s, expr_id e)
 {
     state_activate(s);
-    struct expr_term *term = NULL;
+    SGA_FREED struct expr_term *term = NULL;
     size_t cap = 0;
     int n = expr_gradient(s->st, &s->cone, e, s->active, &term, &cap);
     enum graph graph = NOT_GRAPH;
@@ -64,7 +66,6 @@ enum graph regular_graph(struct state *s, expr_id e)
         else if (f & EXPR_NONZERO && !regular_depends(s, term[k].value, term[k].symbol))
             graph = GRAPH;
     }
-    free(term);
     return graph;
 }
 
@@ -110,7 +111,7 @@ bool regular_has_poles(struct state *s, expr_id e)
 
 bool regular_fresh_graph(struct state *s, expr_id e)
 {
-    struct expr_term *term = NULL;
+    SGA_FREED struct expr_term *term = NULL;
     size_t cap = 0;
     state_activate(s);
     for (int pass = 0; pass < 2; pass++) {
@@ -131,6 +132,5 @@ bool regular_fresh_graph(struct state *s, expr_id e)
         bool plain = !(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME));
         fresh = plain || (f & EXPR_NONZERO && !regular_depends(s, term[k].value, term[k].symbol));
     }
-    free(term);
     return fresh;
 }

@@ -1,14 +1,18 @@
 /* Where points of a system's sets lie. */
 #include "set_points.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
 #include "mem.h"
+#include "reduction.h"
+#include "system.h"
 #include "table.h"
 
 void set_points_init(struct set_points *p, const struct sys_system *sys, const struct sga_solution *sol, int constraints, int more_variables,
                      int more_constraints)
 {
+    assert(!constraints || constraints <= sol->constraints);
     int n = sys->variables, generations = sol ? sol->generations : 0;
     p->variable = sga_malloc((size_t)(n + more_variables + 1) * sizeof *p->variable);
     p->constraint = sga_malloc((size_t)(constraints + more_constraints + 1) * sizeof *p->constraint);
@@ -21,6 +25,7 @@ void set_points_init(struct set_points *p, const struct sys_system *sys, const s
     p->space = (struct points_space){
         .st = sys->store, .variable = p->variable, .variables = n, .parameter = sys->parameter, .parameters = sys->parameters,
         .time = sys->time, .constraint = p->constraint, .constraints = constraints };
+    assert(p->stages <= generations + 1);
 }
 
 void set_points_clear(struct set_points *p)

@@ -2,7 +2,10 @@
 #ifndef SGA_SGA_SET_POINTS_H
 #define SGA_SGA_SET_POINTS_H
 
-#include "reduction.h"
+#include "points.h"
+
+struct sga_solution;
+struct sys_system;
 
 /* What a search of points is asked with: the caller adds to `space` where to look (near, starts, scale, budget, ...), and may put as many
  * symbols and functions of his own behind the system's as there is room for, and counts them in. Owned. */

@@ -1,5 +1,6 @@
 /* The rules of a solution. */
 #include "reduction.h"
+#include "system.h"
 
 static bool parts_sane(const struct sys_system *sys, const struct sga_part *part, int parts, int constraints)
 {

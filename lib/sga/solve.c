@@ -3,15 +3,21 @@
 #include "block.h"
 #include "conditions.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "guess.h"
 #include "mem.h"
+#include "natural.h"
+#include "oracle.h"
+#include "reduction.h"
 #include "regular_shape.h"
 #include "scaling.h"
 #include "sides.h"
+#include "state.h"
 #include "warnings.h"
 
 const char *sga_verdict_text(enum sga_verdict v)
@@ -63,84 +69,32 @@ void sga_solution_clear(struct sga_solution *sol)
 
 int sga_stages(const struct sga_solution *sol, int constraints, int *end)
 {
+    assert(constraints <= sol->constraints);
     int stages = 0;
     for (int i = 0; i < constraints; i++)
         if (i + 1 == constraints || sol->constraint[i + 1].generation != sol->constraint[i].generation)
             end[stages++] = i + 1;
+    assert(stages <= constraints && (!stages || end[stages - 1] == constraints));
     return stages;
 }
 
-void sga_terms(struct scaling *w, const struct sys_system *sys)
-{
-    for (int i = 0; i < sys->rows; i++) {
-        scaling_sum(w);
-        scaling_add(w, sys->row[i].alpha, -1);
-        for (int k = 0; k < sys->row[i].entries; k++)
-            scaling_add(w, sys->row[i].entry[k].value, sys->row[i].entry[k].col);
-    }
-    for (int i = 0; i < sys->restrictions; i++) {
-        scaling_sum(w);
-        scaling_add(w, sys->restriction[i], -1);
-    }
-}
-
-enum { NO_TIME = 10, FAR_TIME = 20, MOST_LOG = 900 };     /* log2 */
-
-/* Natural sizes of the variables, where they lie far from 1. Velocities count as their variables; where the time over which
- * things change turns out far from 1, as these over that, and *unit is that time, if equations have time at all: at times far beyond,
- * exponentials of it have no size that could be computed with. Otherwise *unit is 0. */
-static int *natural_sizes(const struct sys_system *sys, const int *variable, double *unit)
-{
-    *unit = 0;
-    if (sys->variables > SCALING_MOST)
-        return NULL;
-    double *log = sga_malloc(((size_t)sys->variables + 2) * sizeof *log);
-    struct scaling *timed = scaling_new(sys->store, variable, sys->variables), *plain = scaling_new(sys->store, variable, sys->variables);
-    scaling_time(timed, sys->time);
-    scaling_even(timed);
-    scaling_even(plain);
-    sga_terms(timed, sys);
-    scaling_logs(timed, log);
-    double e = log[sys->variables];
-    bool far = fabs(e) >= FAR_TIME;
-    if (fabs(e) >= NO_TIME && scaling_has_time(timed))
-        *unit = ldexp(1, (int)lrint(fmax(-MOST_LOG, fmin(MOST_LOG, e))));
-    sga_terms(plain, sys);
-    int *scale = far ? scaling_rounded(log, sys->variables) : scaling_solve(plain);
-    scaling_free(timed);
-    scaling_free(plain);
-    free(log);
-    return scale;
-}
-
-int *state_sizes(const struct sys_system *sys, double *unit)
-{
-    int *variable = sga_malloc(((size_t)sys->variables + 1) * sizeof *variable);
-    for (int j = 0; j < sys->variables; j++)
-        variable[j] = sys->variable[j].symbol;
-    int *scale = natural_sizes(sys, variable, unit);
-    free(variable);
-    return scale;
-}
-
 /* What was not given leaves the guess first; what follows from others, as names of signals do, before what moves by itself. */
-static signed char *move_cheaply(const struct sys_system *sys, const unsigned char *given)
+static signed char *move_cheaply(struct sga_arena *mem, const struct sys_system *sys, const unsigned char *given)
 {
     enum { MOVING = 5, FOLLOWING = 10 };
-    signed char *cheap = sga_calloc((size_t)sys->variables + 1, 1);
-    unsigned char *moving = guess_moving(sys);
+    signed char *cheap = sga_zeros(mem, (size_t)sys->variables + 1, 1);
+    SGA_FREED unsigned char *moving = guess_moving(sys);
     for (int j = 0; j < sys->variables; j++)
         cheap[j] = given[j] ? 0 : moving[j] ? MOVING : FOLLOWING;
-    free(moving);
     return cheap;
 }
 
 static void state_init(struct state *s, const struct sys_system *sys, const struct reduction_options *options,
-                       struct points_shadow *shadow, struct route *route, struct sga_solution *sol, struct sga_error *err)
+                       struct points_oracle *oracle, struct route *route, struct sga_solution *sol, struct sga_error *err)
 {
     int n = sys->variables;
     struct expr_store *st = sys->store;
-    *s = (struct state){ .sys = sys, .options = options, .st = st, .shadow = shadow, .sol = sol, .err = err,
+    *s = (struct state){ .sys = sys, .options = options, .st = st, .oracle = oracle, .sol = sol, .err = err,
                          .route = route };
     *sol = (struct sga_solution){ 0 };
     expr_flow_init(&s->flow, st);
@@ -149,27 +103,27 @@ static void state_init(struct state *s, const struct sys_system *sys, const stru
     s->domain = (struct domain){ .system = sys, .facts = &s->facts, .cone = &s->cone, .budget = options->budget };
     ech_init(&s->ech, n);
     s->parameter_symbol = sys->parameter;
-    s->variable = sga_malloc((size_t)n * sizeof *s->variable);
-    s->column = sga_malloc((size_t)st->symbols * sizeof *s->column);
+    s->variable = sga_take(&s->mem, (size_t)n * sizeof *s->variable);
+    s->column = sga_take(&s->mem, (size_t)st->symbols * sizeof *s->column);
     for (int i = 0; i < st->symbols; i++)
         s->column[i] = -1;
     for (int j = 0; j < n; j++) {
         s->variable[j] = sys->variable[j].symbol;
         s->column[s->variable[j]] = j;
     }
-    s->determined = sga_calloc((size_t)n, 1);
+    s->determined = sga_zeros(&s->mem, (size_t)n, 1);
     s->space = (struct points_space){
         .st = st, .variable = s->variable, .variables = n, .parameter = sys->parameter,
         .parameters = sys->parameters, .parameter_near = options->parameter_near, .time = sys->time, .near = options->near, .near_spread = options->near_spread,
         .near_time = options->near_time, .budget = options->budget,
     };
     s->space.defineds = sys_expressions(sys, &s->defined);
-    s->space.defined = s->defined;
-    s->space.scale = sol->scale = natural_sizes(sys, s->variable, &sol->time_unit);
+    s->space.defined = sga_keep(&s->mem, s->defined);
+    s->space.scale = sol->scale = natural_sizes(sys, &sol->time_unit);
     s->space.time_unit = sol->time_unit;
     if (options->near && options->near_given)
-        s->space.cheap = s->cheap = move_cheaply(sys, options->near_given);
-    s->ctx = (struct ech_context){ .st = st, .facts = &s->facts, .shadow = shadow, .near = options->near, .near_given = options->near_given, .near_time = options->near_time, .budget = options->budget,
+        s->space.cheap = s->cheap = move_cheaply(&s->mem, sys, options->near_given);
+    s->ctx = (struct ech_context){ .st = st, .facts = &s->facts, .oracle = oracle, .near = options->near, .near_given = options->near_given, .near_time = options->near_time, .budget = options->budget,
                                    .record = true, .err = err };
 }
 
@@ -179,15 +133,7 @@ static void state_clear(struct state *s)
     expr_facts_clear(&s->facts);
     expr_cone_clear(&s->cone);
     ech_clear(&s->ech);
-    free(s->variable);
-    free(s->cheap);
-    free(s->defined);
-    free(s->column);
-    free(s->determined);
-    free(s->active);
-    free(s->solved);
-    free(s->con);
-    free(s->assumed);
+    sga_arena_end(&s->mem);
 }
 
 bool state_dimension(struct state *s)
@@ -198,15 +144,17 @@ bool state_dimension(struct state *s)
         return true;
     sol->dimension = sga_realloc(sol->dimension, (size_t)(sol->generations + 1) * sizeof *sol->dimension);
     sol->dimension[sol->generations++] = s->sys->variables - sol->constraints;
+    assert(sol->generations == 1 || sol->dimension[sol->generations - 1] < sol->dimension[sol->generations - 2]);
     return sol->generations < limit || sga_fail(s->err, SGA_E_LIMIT_GENERATIONS,
         "after %d generations new constraints still appear; the limit is limits.generations", limit);
 }
 
 void state_push(struct state *s, const struct sga_constraint *c)
 {
+    assert(c->expr && c->generation >= 1);
     struct sga_solution *sol = s->sol;
     SGA_RESERVE(sol->constraint, s->constraint_cap, sol->constraints + 1);
-    SGA_RESERVE(s->con, s->con_cap, sol->constraints + 1);
+    SGA_RESERVE_IN(&s->mem, s->con, s->con_cap, sol->constraints + 1);
     s->con[sol->constraints] = c->expr;
     sol->constraint[sol->constraints++] = *c;
 }
@@ -238,8 +186,8 @@ static bool depends_on_time(struct state *s)
 /* Whether everything in the system has a value at the present points. */
 static bool in_domain(struct state *s)
 {
-    for (int k = 0; k < s->shadow->reals; k++) {
-        struct num_ball *b = &s->shadow->real[k].ball;
+    for (int k = 0; k < s->oracle->reals; k++) {
+        struct num_ball *b = &s->oracle->real[k].ball;
         num_ball_extend(b);
         for (int i = 0; i < s->sys->rows; i++) {
             const struct sys_row *r = s->sys->row + i;
@@ -260,7 +208,7 @@ enum points_status state_sample_defined(struct state *s)
 {
     enum points_status status = state_sample(s);
     for (int k = 0; k < SGA_MOST_DOMAIN_TRIES && status == POINTS_OK && !in_domain(s); k++) {
-        points_shadow_forget(s->shadow);
+        points_oracle_forget(s->oracle);
         status = state_sample(s);
     }
     if (status == POINTS_OK && !in_domain(s))
@@ -273,17 +221,16 @@ static bool start(struct state *s, int *added)
     enum points_status status = state_sample_defined(s);
     if (status == POINTS_STOPPED)
         return sga_budget_ok(s->options->budget, s->err);
-    if (status != POINTS_OK && s->shadow->sides)
+    if (status != POINTS_OK && s->oracle->sides)
         return sga_fail(s->err, SGA_E_NO_REAL_POINT, "no point was found on a side of the equations' switches; give trajectory.initial there");
     if (status != POINTS_OK)
         return sga_fail(s->err, SGA_E_INTERNAL, "no point of the whole space could be made");
     int n = s->sys->restrictions;
-    struct candidate *cand = sga_calloc((size_t)n + 1, sizeof *cand);
+    SGA_FREED struct candidate *cand = sga_calloc((size_t)n + 1, sizeof *cand);
     for (int i = 0; i < n; i++)
         cand[i] = (struct candidate){ .expr = s->sys->restriction[i], .base = s->sys->restriction[i],
                                       .origin = SGA_FROM_RESTRICTION, .source = -1, .restriction = i };
     *added = n ? state_admit(s, cand, n, 1) : 0;
-    free(cand);
     return *added >= 0;
 }
 
@@ -333,17 +280,16 @@ static bool run(struct state *s)
  * lie. */
 static bool contradiction_on_side(struct state *s)
 {
-    const struct points_side *side = s->shadow->side;
+    const struct points_side *side = s->oracle->side;
     int k = 0;
-    while (k < s->shadow->sides && side[k].unseen)
+    while (k < s->oracle->sides && side[k].unseen)
         k++;
-    if (k == s->shadow->sides)
+    if (k == s->oracle->sides)
         return true;
     side += k;
-    char *text = state_text(s, side->function);
+    SGA_FREED char *text = state_text(s, side->function);
     sga_fail(s->err, SGA_E_SPLIT, "where %s %s 0 the equations contradict each other; what holds on the other side was not "
              "looked at; give trajectory.initial there, or write the system for the side that is meant", text, side->sign > 0 ? ">" : "<");
-    free(text);
     return false;
 }
 
@@ -352,7 +298,7 @@ static int at_rest(struct state *s)
 {
     int rest = 1;
     for (int i = 0; i < s->sys->variables && rest == 1; i++) {
-        struct points_decision d = points_shadow_zero(s->shadow, s->sol->field[i]);
+        struct points_decision d = points_oracle_zero(s->oracle, s->sol->field[i]);
         rest = d.truth == POINTS_ZERO ? 1 : d.truth == POINTS_NONZERO ? 0 : -1;
     }
     return rest;
@@ -360,6 +306,7 @@ static int at_rest(struct state *s)
 
 static void keep_determinants(struct state *s)
 {
+    assert(ech_sane(&s->ech));
     struct sga_solution *sol = s->sol;
     sol->dense_blocks = s->ech.blocks;
     sol->determinant = sga_calloc((size_t)s->ech.blocks + 1, sizeof *sol->determinant);
@@ -381,8 +328,8 @@ static void keep_determinants(struct state *s)
  * zero over each point of the set before it (regular_fresh_graph). */
 static int one_piece(struct state *s)
 {
-    unsigned char *met = sga_calloc((size_t)s->st->symbols, 1);
-    struct expr_term *term = NULL;
+    SGA_FREED unsigned char *met = sga_calloc((size_t)s->st->symbols, 1);
+    SGA_FREED struct expr_term *term = NULL;
     size_t cap = 0;
     bool affine = true, fresh = true;
     int i = 0;
@@ -404,8 +351,6 @@ static int one_piece(struct state *s)
                 affine = fresh = false;         /* one piece, but not one analytic function */
         }
     }
-    free(term);
-    free(met);
     return affine || fresh ? i : i - 1;
 }
 
@@ -425,10 +370,10 @@ static void conclude(struct state *s)
     }
     keep_determinants(s);
     sol->exact = s->affine;
-    sol->sides = s->shadow->sides;
-    sol->sides_not_searched = s->shadow->beyond.cut_short;
+    sol->sides = s->oracle->sides;
+    sol->sides_not_searched = points_oracle_cut_short(s->oracle);
     if (sol->sides)
-        sol->side = memcpy(sga_malloc((size_t)sol->sides * sizeof *sol->side), s->shadow->side, (size_t)sol->sides * sizeof *sol->side);
+        sol->side = memcpy(sga_malloc((size_t)sol->sides * sizeof *sol->side), s->oracle->side, (size_t)sol->sides * sizeof *sol->side);
     if (s->affine)           /* it has listed its pivots */
         return;
     sol->pivot = sga_malloc((size_t)(s->ech.pivots + s->assumptions + 1) * sizeof *sol->pivot);
@@ -442,7 +387,7 @@ static void conclude(struct state *s)
 /* The sides that the route takes. */
 static void take_sides(struct state *s)
 {
-    struct points_shadow *w = s->shadow;
+    struct points_oracle *w = s->oracle;
     w->sides = 0;
     for (int i = 0; i < s->route->count; i++) {
         const struct decision *d = s->route->at + i;
@@ -453,14 +398,14 @@ static void take_sides(struct state *s)
     }
 }
 
-bool state_solve_as_is(const struct sys_system *system, const struct reduction_options *options, struct points_shadow *shadow,
+bool state_solve_as_is(const struct sys_system *system, const struct reduction_options *options, struct points_oracle *oracle,
                  struct route *route, struct sga_solution *solution, struct sga_error *err)
 {
-    struct state s;
-    state_init(&s, system, options, shadow, route, solution, err);
-    shadow->zeros = 0;
+    SGA_ENDS(state_clear) struct state s;
+    state_init(&s, system, options, oracle, route, solution, err);
+    oracle->zeros = 0;
     take_sides(&s);
-    shadow->beyond.cut_short = false;
+    points_oracle_forget_cut(oracle);
     struct affine affine;
     s.affine = affine_read(&affine, &s);
     bool ok = s.affine ? affine_reduce(&s, &affine) : run(&s);
@@ -470,7 +415,7 @@ bool state_solve_as_is(const struct sys_system *system, const struct reduction_o
         *err = s.st->error;
         ok = false;
     }
-    if (ok && s.inconsistent && shadow->sides)
+    if (ok && s.inconsistent && oracle->sides)
         ok = contradiction_on_side(&s);
     if (ok && options->conditions)
         conditions_note(&s, options->conditions);
@@ -478,6 +423,6 @@ bool state_solve_as_is(const struct sys_system *system, const struct reduction_o
         conclude(&s);
     else if (!err->stage[0])
         memcpy(err->stage, "sga", 4);
-    state_clear(&s);
+    assert(!ok || sga_solution_sane(system, solution));
     return ok;
 }

@@ -1,12 +1,16 @@
 /* Systems that contradict themselves at general points may have solutions at special ones. */
 #include "product_routes.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
+#include "oracle.h"
 #include "print.h"
+#include "reduction.h"
 #include "warnings.h"
 
 /* One set of special points: the functions that vanish there. */
@@ -31,8 +35,8 @@ static bool near_place(const struct search *s, const struct place *p)
     const struct sys_system *sys = s->system;
     if (!s->options->near)
         return false;
-    struct expr_cone cone;
-    struct num_ball b;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    SGA_ENDS(num_ball_clear) struct num_ball b;
     bool on = true;
     expr_cone_init(&cone);
     num_ball_init(&b, sys->store, 64);
@@ -45,8 +49,6 @@ static bool near_place(const struct search *s, const struct place *p)
     num_ball_list(&b, cone.list, cone.count);
     for (int i = 0; i < p->count; i++)
         on = on && fabs(arf_get_d(arb_midref(num_ball_value(&b, p->at[i])), ARF_RND_NEAR)) < 1e-9;
-    num_ball_clear(&b);
-    expr_cone_clear(&cone);
     return on;
 }
 
@@ -72,12 +74,11 @@ static void keep_other(struct search *s, expr_id e)
 
 static void unknown(struct search *s, expr_id e, const char *why)
 {
-    char *text = expr_text(s->system->store, e, 300);
+    SGA_FREED char *text = expr_text(s->system->store, e, 300);
     if (s->unknown.code == SGA_E_OK)
         sga_fail(&s->unknown, SGA_E_UNDECIDED, "at general points the equations contradict each other; what holds where "
                  "%s vanishes could not be found: %.200s", text, why);
     keep_other(s, e);
-    free(text);
 }
 
 static void found(struct search *s, const struct place *p, const struct routes *r)
@@ -107,38 +108,37 @@ static bool look(struct search *s, const struct routes *above, const struct plac
         return true;
     }
     for (int i = 0; i < above->pivots && ok; i++) {
+        assert(place->count < SGA_MOST_SPECIAL_DEPTH);
         struct place here = *place;
         struct sys_system part;
-        struct sga_solution solution = { 0 };
-        struct points_shadow shadow;
-        struct routes r = { .final = -1, .seed = above->seed, .best_at = -1, .now_at = -1 };
+        SGA_ENDS(sga_solution_clear) struct sga_solution solution = { 0 };
+        SGA_ENDS(points_oracle_clear) struct points_oracle oracle;
+        SGA_ENDS(routes_clear) struct routes r = { .final = -1, .seed = above->seed, .best_at = -1, .now_at = -1 };
         here.at[here.count++] = above->pivot[i];
         restrict_to(&part, s->system, here.at, here.count);
-        points_shadow_init(&shadow, above->seed);
-        ok = routes_explore(&r, &part, s->options, &shadow, &solution, err);
-        points_shadow_clear(&shadow);
+        points_oracle_init(&oracle, above->seed);
+        ok = routes_explore(&r, &part, s->options, &oracle, &solution, err);
         if (ok && r.final >= 0)
             found(s, &here, &r);
         else if (ok && ((r.failed && r.error.code != SGA_E_NO_REAL_POINT) || r.left))
             unknown(s, here.at[0], r.error.detail);
         else if (ok)
             ok = look(s, &r, &here, err);
-        sga_solution_clear(&solution);
-        routes_clear(&r);
         free(part.restriction);
     }
     return ok;
 }
 
 /* Run the best place once more, for its solution. */
-static bool take(struct search *s, uint64_t seed, struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
+static bool take(struct search *s, uint64_t seed, struct points_oracle *oracle, struct sga_solution *solution, struct sga_error *err)
 {
     struct sys_system part;
-    struct sga_solution general = *solution;      /* its contradiction is kept */
+    assert(s->best.count > 0 && s->final >= 0);
+    SGA_ENDS(sga_solution_clear) struct sga_solution general = *solution;      /* its contradiction is kept */
     *solution = (struct sga_solution){ 0 };
     restrict_to(&part, s->system, s->best.at, s->best.count);
-    routes_restart(shadow, seed, solution);
-    bool ok = state_solve(&part, s->options, shadow, &s->route, solution, err);
+    routes_restart(oracle, seed, solution);
+    bool ok = state_solve(&part, s->options, oracle, &s->route, solution, err);
     free(part.restriction);
     if (ok) {
         solution->contradiction = general.contradiction;
@@ -152,18 +152,17 @@ static bool take(struct search *s, uint64_t seed, struct points_shadow *shadow, 
         solution->others = s->others;
         s->other = NULL;
     }
-    sga_solution_clear(&general);
     return ok;
 }
 
 bool special_points_solve(const struct routes *above, const struct sys_system *system, const struct reduction_options *options,
-                          struct points_shadow *shadow, struct sga_solution *solution, struct sga_error *err)
+                          struct points_oracle *oracle, struct sga_solution *solution, struct sga_error *err)
 {
     struct search s = { .system = system, .options = options, .final = -1 };
     struct place everywhere = { .count = 0 };
     bool ok = look(&s, above, &everywhere, err);
     if (ok && s.final >= 0) {
-        ok = take(&s, above->seed, shadow, solution, err);
+        ok = take(&s, above->seed, oracle, solution, err);
     } else if (ok && s.unknown.code != SGA_E_OK) {
         *err = s.unknown;
         ok = false;

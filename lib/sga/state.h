@@ -2,9 +2,13 @@
 #ifndef SGA_SGA_STATE_H
 #define SGA_SGA_STATE_H
 
+#include "arena.h"
 #include "derive.h"
 #include "domain.h"
 #include "echelon.h"
+#include "facts.h"
+#include "points.h"
+#include "reduction.h"
 
 /* A function that may become a constraint: where it came from, and how. */
 struct candidate {
@@ -39,10 +43,11 @@ struct solved_for {
 };
 
 struct state {
+    struct sga_arena mem;                 /* of all vectors below that are not borrowed */
     const struct sys_system *sys;
     const struct reduction_options *options;
     struct expr_store *st;
-    struct points_shadow *shadow;
+    struct points_oracle *oracle;
     struct points_space space;
     int *variable;                        /* symbols, for the space */
     signed char *cheap;                   /* by variable, for the space; NULL: all alike */
@@ -104,7 +109,7 @@ bool state_dimension(struct state *s);
 enum points_status state_sample_defined(struct state *s);
 
 /* Whether e is locally constant in x on the present set: then, not being zero there, it
- * has no zero that lasts. The shadow must hold points of the present set. */
+ * has no zero that lasts. The oracle must hold points of the present set. */
 bool state_locally_constant(struct state *s, expr_id e);
 /* P_g from the rows of the system and the tangency to the first `to` constraints (those
  * before `from` are in the echelon form already). On the smaller set a pivot may vanish:
@@ -120,14 +125,11 @@ unsigned state_facts(struct state *s, expr_id e);
 void state_combine(struct state *s, const struct candidate *c, struct sga_part **part, int *parts);
 
 /* One run of the reduction along a route, which grows by the decisions that it meets. */
-bool state_solve(const struct sys_system *system, const struct reduction_options *options, struct points_shadow *shadow,
+bool state_solve(const struct sys_system *system, const struct reduction_options *options, struct points_oracle *oracle,
                  struct route *route, struct sga_solution *solution, struct sga_error *err);
 /* The same, with all variables among the reduction's, those too that equations define (definition.h). */
-bool state_solve_as_is(const struct sys_system *system, const struct reduction_options *options, struct points_shadow *shadow,
+bool state_solve_as_is(const struct sys_system *system, const struct reduction_options *options, struct points_oracle *oracle,
                  struct route *route, struct sga_solution *solution, struct sga_error *err);
-
-/* Natural sizes of the variables for sampling: sga_solution's scale and time_unit. */
-int *state_sizes(const struct sys_system *system, double *time_unit);
 
 /* X with free functions 0, and the gauge fields. */
 void state_fields(struct state *s);

@@ -4,9 +4,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arb_ends.h"
+#include "arena.h"
 #include "ball.h"
+#include "flint_ends.h"
 #include "mem.h"
 #include "range.h"
+#include "reduction.h"
 #include "warnings.h"
 
 enum { WAYS = SGA_MOST_ENDS_WAYS, LARGEST_CONE = 400, STEPS = 2000 };
@@ -57,13 +61,11 @@ static expr_id simple(struct expr_store *st, expr_id v)
 {
     if (!v || expr_is_const(st, v))
         return v;
-    struct num_ball b;
-    struct expr_cone cone;
-    arb_t t;
-    fmpz_t n;
+    SGA_ENDS(num_ball_clear) struct num_ball b;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    SGA_ENDS(arb_end) arb_t t = { 0 };
+    SGA_ENDS(fmpz_end) fmpz_t n = { 0 };
     expr_id r = v;
-    arb_init(t);
-    fmpz_init(n);
     expr_cone_init(&cone);
     expr_cone_of(st, &cone, &v, 1);
     num_ball_init(&b, st, 600);
@@ -73,10 +75,6 @@ static expr_id simple(struct expr_store *st, expr_id v)
         if (arb_is_finite(t) && mag_cmp_2exp_si(arb_radref(t), -500) < 0 && arb_get_unique_fmpz(n, t) && fmpz_bits(n) < 30)
             r = expr_rational(st, fmpz_get_si(n), q);
     }
-    num_ball_clear(&b);
-    expr_cone_clear(&cone);
-    fmpz_clear(n);
-    arb_clear(t);
     return r;
 }
 

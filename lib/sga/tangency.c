@@ -1,10 +1,13 @@
 /* Tangency rows, and which velocities are determined. */
 #include "state.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
+#include "reduction.h"
 
 static long factorial(int n)
 {
@@ -30,6 +33,7 @@ static expr_id derivative(struct state *s, const struct sga_constraint *c, expr_
 
 void state_tangency(struct state *s, int i, struct ech_row *row)
 {
+    assert(i >= 0 && i < s->sol->constraints);
     *row = (struct ech_row){ .source = s->sys->rows + i };
     const struct sga_constraint *c = s->sol->constraint + i;
     expr_id base;
@@ -37,16 +41,15 @@ void state_tangency(struct state *s, int i, struct ech_row *row)
     row->rhs = expr_neg(s->st, derivative(s, c, &base, &order));
     if (!expr_flow_tainted(&s->flow, c->expr))
         return;
-    SGA_RESERVE(s->active, s->active_cap, s->st->symbols);
+    SGA_RESERVE_IN(&s->mem, s->active, s->active_cap, s->st->symbols);
     memset(s->active, 0, (size_t)s->st->symbols);
     for (int j = 0; j < s->sys->variables; j++)
         s->active[s->variable[j]] = !s->determined[j];
-    struct expr_term *term = NULL;
+    SGA_FREED struct expr_term *term = NULL;
     size_t cap = 0;
     int n = expr_gradient(s->st, &s->cone, c->expr, s->active, &term, &cap);
     for (int k = 0; k < n; k++)
         ech_row_push(row, s->column[term[k].symbol], term[k].value);
-    free(term);
 }
 
 void state_determine(struct state *s)

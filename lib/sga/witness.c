@@ -1,15 +1,21 @@
 /* Identities at fresh points of Pf. */
 #include "witness.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arb_ends.h"
+#include "arena.h"
 #include "differentials.h"
 #include "mem.h"
+#include "oracle.h"
+#include "reduction.h"
 #include "seeds.h"
-#include "signal.h"
 #include "sides.h"
+#include "signal.h"
+#include "system.h"
 #include "warnings.h"
 
 /* Balls widen along long eliminations: more bits where the first do not tell. */
@@ -20,7 +26,7 @@ enum { FAR_TRIES = 6 };         /* for points that the answer speaks of: beyond,
 struct check {
     const struct sys_system *sys;
     const struct sga_claim *claim;
-    const struct points_shadow *shadow;   /* of the reduction, or NULL */
+    const struct points_oracle *oracle;   /* of the reduction, or NULL */
     struct num_ball own;            /* the system's store at the point */
     struct points_point *point;
     struct points_jacobian *jac;
@@ -84,6 +90,7 @@ static bool vanishes(struct check *c, const char *what, int index)
         c->digits = digits;
     if (digits < LEAST_DIGITS)
         return sga_fail(c->err, SGA_E_UNDECIDED, "the witness knows %s %d to %d digits only at a point of the final set", what, index + 1, digits);
+    assert(digits >= LEAST_DIGITS && c->digits <= digits);
     return true;
 }
 
@@ -117,8 +124,7 @@ static void add_parts(struct check *c, struct num_ball *b, expr_id e)
 /* rows of A times v (v[j] claimed), minus alpha where inhomogeneous */
 static bool check_rows(struct check *c, const expr_id *v, bool inhomogeneous, const char *what)
 {
-    arb_t one;
-    arb_init(one);
+    SGA_ENDS(arb_end) arb_t one = { 0 };
     arb_set_si(one, -1);
     bool ok = true;
     for (int i = 0; i < c->sys->rows && ok; i++) {
@@ -132,7 +138,6 @@ static bool check_rows(struct check *c, const expr_id *v, bool inhomogeneous, co
         }
         ok = vanishes(c, what, i);
     }
-    arb_clear(one);
     return ok;
 }
 
@@ -158,8 +163,7 @@ static void note_slopes(struct check *c, int constraint)
 
 static bool check_tangency(struct check *c, const expr_id *v, bool inhomogeneous, const char *what)
 {
-    arb_t one;
-    arb_init(one);
+    SGA_ENDS(arb_end) arb_t one = { 0 };
     arb_one(one);
     bool ok = true;
     for (int i = 0; i < c->claim->constraints && ok; i++) {
@@ -175,7 +179,6 @@ static bool check_tangency(struct check *c, const expr_id *v, bool inhomogeneous
         note_slopes(c, i);
         ok = vanishes(c, what, i);
     }
-    arb_clear(one);
     return ok;
 }
 
@@ -247,9 +250,9 @@ static bool seems_zero(const arb_t v)
 /* Whether so few bits do not tell the pivot from 0 at the reduction's own point either. */
 static bool tiny(const struct check *c, expr_id pivot)
 {
-    if (!c->shadow || !c->shadow->reals)
+    if (!c->oracle || !c->oracle->reals)
         return true;
-    struct num_ball *b = &((struct points_shadow *)c->shadow)->real[0].ball;
+    struct num_ball *b = &((struct points_oracle *)c->oracle)->real[0].ball;
     num_ball_extend(b);
     return arb_contains_zero(num_ball_value(b, pivot));
 }
@@ -268,8 +271,8 @@ static bool spoken_of(struct check *c)
         for (int k = 0; k < r->entries && in; k++)
             in = arb_is_finite(num_ball_value(&c->own, r->entry[k].value));
     }
-    for (int i = 0; c->shadow && i < c->shadow->zeros && in; i++)
-        in = c->shadow->zero[i].constraints > c->claim->constraints || arb_contains_zero(num_ball_value(&c->own, c->shadow->zero[i].expr));
+    for (int i = 0; c->oracle && i < c->oracle->zeros && in; i++)
+        in = c->oracle->zero[i].constraints > c->claim->constraints || arb_contains_zero(num_ball_value(&c->own, c->oracle->zero[i].expr));
     for (int q = 0; q < sol->pivots && in; q++)
         in = !seems_zero(num_ball_value(&c->own, sol->pivot[q].value)) || tiny(c, sol->pivot[q].value);
     num_ball_clear(&c->own);
@@ -288,11 +291,10 @@ static bool near_only(const struct sga_solution *sol)
 /* The answer does not hold at a far point of its own constraints. */
 static void part_only(struct check *c, const char *why)
 {
-    struct sga_buf at = { 0 };
+    SGA_ENDS(sga_buf_free) struct sga_buf at = { 0 };
     for (int j = 0; j < c->claim->variables && j < 8; j++)
         sga_buf_printf(&at, "%s%s = %.4g", j ? ", " : "", c->sys->store->symbol[c->sys->variable[j].symbol].name, c->point->x[j]);
     sga_warn(c->budget, SGA_W_PART_ONLY, "", "near %s: %.200s", at.data, why);
-    sga_buf_free(&at);
 }
 
 /* A point of the claimed set: from a start near the guess, or (far) from one of the witness's own that no point of the
@@ -313,7 +315,8 @@ static enum points_status draw(const struct points_space *space, const int *end,
 static bool check_closely(struct check *c, const struct points_space *space)
 {
     struct points_space own = *space;
-    struct points_point here, *point = c->point;
+    SGA_ENDS(points_point_clear) struct points_point here;
+    struct points_point *point = c->point;
     struct sga_error found = { 0 }, *err = c->err;
     uint64_t random = SGA_SEED_WITNESS_DRAWS;
     int digits = c->digits;
@@ -330,7 +333,6 @@ static bool check_closely(struct check *c, const struct points_space *space)
         c->prec = witness_bits[0];
         ok = !spoken_of(c) || check_point(c) || found.code != SGA_E_WITNESS;
     }
-    points_point_clear(&here);
     c->point = point;
     c->err = err;
     c->digits = digits;
@@ -369,17 +371,17 @@ static bool check_levels(struct check *c, const struct points_space *space)
 
 /* Near the guess another component may be nearer, or nothing regular: near the reduction's own points, then. False: that is so already,
  * or there are none. */
-static bool near_shadow(struct points_space *space, const struct points_shadow *shadow)
+static bool near_oracle(struct points_space *space, const struct points_oracle *oracle)
 {
-    if (!shadow || !shadow->reals || space->near == shadow->real[0].x)
+    if (!oracle || !oracle->reals || space->near == oracle->real[0].x)
         return false;
-    space->near = shadow->real[0].x;
-    space->near_time = shadow->real[0].t;
+    space->near = oracle->real[0].x;
+    space->near_time = oracle->real[0].t;
     return true;
 }
 
 bool sga_witness_check(const struct sys_system *system, const struct sga_claim *claim,
-                       const struct points_shadow *shadow, const double *near, double near_time, uint64_t seed, int points,
+                       const struct points_oracle *oracle, const double *near, double near_time, uint64_t seed, int points,
                        const struct sga_budget *budget, struct sga_witness *result, struct sga_error *err)
 {
     double start = sga_now();
@@ -387,12 +389,12 @@ bool sga_witness_check(const struct sys_system *system, const struct sga_claim *
         .st = claim->st, .variable = claim->variable, .variables = claim->variables,
         .parameter = claim->parameter, .parameters = claim->parameters, .time = claim->time,
         .constraint = claim->constraint, .constraints = claim->constraints,
-        .near = near ? near : shadow && shadow->reals ? shadow->real[0].x : NULL,
-        .near_time = near || !shadow || !shadow->reals ? near_time : shadow->real[0].t, .scale = claim->solution->scale, .time_unit = claim->solution->time_unit, .budget = budget,
+        .near = near ? near : oracle && oracle->reals ? oracle->real[0].x : NULL,
+        .near_time = near || !oracle || !oracle->reals ? near_time : oracle->real[0].t, .scale = claim->solution->scale, .time_unit = claim->solution->time_unit, .budget = budget,
     };
     struct points_space clock = space;
-    struct points_jacobian jac;
-    struct check c = { .sys = system, .claim = claim, .shadow = shadow, .jac = &jac, .digits = 1000, .budget = budget, .err = err };
+    SGA_ENDS(points_jacobian_clear) struct points_jacobian jac;
+    struct check c = { .sys = system, .claim = claim, .oracle = oracle, .jac = &jac, .digits = 1000, .budget = budget, .err = err };
     make_clock(&c);
     clock.variable = c.clock;
     clock.variables = c.clocks;
@@ -406,7 +408,8 @@ bool sga_witness_check(const struct sys_system *system, const struct sga_claim *
     bool ok = true;
     int again = 0;
     uint64_t random = seed;
-    int *end = sga_calloc((size_t)claim->solution->generations + 1, sizeof *end), stages = sga_stages(claim->solution, claim->solution->constraints, end);
+    SGA_FREED int *end = sga_calloc((size_t)claim->solution->generations + 1, sizeof *end);
+    int stages = sga_stages(claim->solution, claim->solution->constraints, end);
     int fars = near_only(claim->solution) ? 0 : FAR_TRIES;
     for (int k = 0; k < points && ok; k++) {
         struct points_point p;
@@ -415,7 +418,7 @@ bool sga_witness_check(const struct sys_system *system, const struct sga_claim *
         c.point = &p;
         if (status == POINTS_STOPPED)
             ok = sga_budget_ok(budget, err);
-        else if (status != POINTS_OK && !far && near_shadow(&space, shadow)) {
+        else if (status != POINTS_OK && !far && near_oracle(&space, oracle)) {
             points_point_clear(&p);
             k--;
             continue;
@@ -427,7 +430,7 @@ bool sga_witness_check(const struct sys_system *system, const struct sga_claim *
             again += !far;
             k -= far || again < 20;
             if (again)
-                near_shadow(&space, shadow);
+                near_oracle(&space, oracle);
             continue;
         }
         if (status == POINTS_OK) {
@@ -448,14 +451,12 @@ bool sga_witness_check(const struct sys_system *system, const struct sga_claim *
     }
     if (ok && again && !result->points)
         ok = sga_fail(err, SGA_E_UNDECIDED, "the witness found no fresh point of the final set where the equations have a value");
-    free(end);
     free(c.clock);
     free(c.rate);
     arb_clear(c.sum);
     arb_clear(c.term);
     mag_clear(c.size);
     mag_clear(c.part);
-    points_jacobian_clear(&jac);
     points_jacobian_clear(&c.time);
     result->digits = c.digits;
     result->seconds = sga_now() - start;

@@ -4,7 +4,12 @@
 #ifndef SGA_SGA_WITNESS_H
 #define SGA_SGA_WITNESS_H
 
-#include "reduction.h"
+#include "expr.h"
+
+struct points_oracle;
+struct sga_budget;
+struct sga_solution;
+struct sys_system;
 
 /* What is checked. The expressions may live in another store than the system (for
  * example parsed back from the printed answer), with equal symbol names. */
@@ -30,10 +35,10 @@ struct sga_witness {
 /* A X = alpha, tangency of X, gauge fields in ker A and tangent, at `points` fresh points.
  * False with err (WITNESS: contradicted, or UNDECIDED: no fresh point or no value).
  * near as in struct reduction_options. Points come from starts of the witness's own: near the guess (without one, near the
- * shadow's points) and, every other, far from all points that were used. Such a point may lie on another component, where something that the reduction
- * took for 0 (shadow->zero; NULL: not known) is not: the answer does not speak of it, and it is passed over. */
+ * oracle's points) and, every other, far from all points that were used. Such a point may lie on another component, where something that the reduction
+ * took for 0 (oracle->zero; NULL: not known) is not: the answer does not speak of it, and it is passed over. */
 bool sga_witness_check(const struct sys_system *system, const struct sga_claim *claim,
-                       const struct points_shadow *shadow, const double *near, double near_time, uint64_t seed, int points,
+                       const struct points_oracle *oracle, const double *near, double near_time, uint64_t seed, int points,
                        const struct sga_budget *budget, struct sga_witness *result, struct sga_error *err);
 
 #endif

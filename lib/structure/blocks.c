@@ -1,11 +1,18 @@
 /* Incidence by value, blocks in solution order, and what each variable's motion needs. */
 #include "structure_work.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "derive.h"
+#include "graph.h"
 #include "mem.h"
+#include "oracle.h"
+#include "reduction.h"
+#include "structure.h"
+#include "system.h"
 
 struct incidence {
     int *start, *to;
@@ -38,7 +45,7 @@ static void clear(struct incidence *a)
 /* An entry that vanishes on Pf is none. */
 static bool present(struct structure_work *w, expr_id e)
 {
-    return points_shadow_zero(w->shadow, e).truth != POINTS_ZERO;
+    return points_oracle_zero(w->oracle, e).truth != POINTS_ZERO;
 }
 
 /* Variables that e is made with, each once (mark is by variable: the row that saw it). */
@@ -69,8 +76,8 @@ static int *fresh_marks(int n)
 static void predict(struct structure_work *w, struct structure *out)
 {
     int rows = w->sys->rows, n = w->sys->variables;
-    struct incidence a;
-    int *mark = fresh_marks(n);
+    SGA_ENDS(clear) struct incidence a;
+    SGA_FREED int *mark = fresh_marks(n);
     begin(&a, rows);
     for (int i = 0; i < rows; i++) {
         const struct sys_row *r = w->sys->row + i;
@@ -85,22 +92,19 @@ static void predict(struct structure_work *w, struct structure *out)
         end_row(&a);
     }
     struct graph g = { rows, n, a.start, a.to };
-    int *of_row = sga_malloc(((size_t)rows + 1) * sizeof *of_row), *of_col = sga_malloc(((size_t)n + 1) * sizeof *of_col);
-    out->row_part = sga_malloc(((size_t)rows + 1) * sizeof *out->row_part);
-    out->col_part = sga_malloc(((size_t)n + 1) * sizeof *out->col_part);
+    SGA_ARENA(mem);
+    int *of_row = sga_take(&mem, ((size_t)rows + 1) * sizeof *of_row), *of_col = sga_take(&mem, ((size_t)n + 1) * sizeof *of_col);
+    out->row_part = sga_take(&out->mem, ((size_t)rows + 1) * sizeof *out->row_part);
+    out->col_part = sga_take(&out->mem, ((size_t)n + 1) * sizeof *out->col_part);
     out->structural_rank = graph_match(&g, of_row, of_col);
     graph_coarse(&g, of_row, of_col, out->row_part, out->col_part);
-    free(of_row);
-    free(of_col);
-    free(mark);
-    clear(&a);
 }
 
 /* The equations that became pivots, over the velocities; need: what else they are made with. */
 static void motion_rows(struct structure_work *w, const int *source, int rows, struct incidence *a, struct incidence *need)
 {
-    int *mark = fresh_marks(w->sys->variables);
-    struct expr_term *term = NULL;
+    SGA_FREED int *mark = fresh_marks(w->sys->variables);
+    SGA_FREED struct expr_term *term = NULL;
     size_t cap = 0;
     begin(a, rows);
     begin(need, rows);
@@ -124,28 +128,27 @@ static void motion_rows(struct structure_work *w, const int *source, int rows, s
         end_row(a);
         end_row(need);
     }
-    free(term);
-    free(mark);
 }
 
 /* Members of each class, in order. */
-static void group(const int *of, int n, int groups, struct structure_group *g)
+static void group(struct sga_arena *mem, const int *of, int n, int groups, struct structure_group *g)
 {
     g->groups = groups;
-    g->first = sga_calloc((size_t)groups + 2, sizeof *g->first);
-    g->member = sga_malloc(((size_t)n + 1) * sizeof *g->member);
+    g->first = sga_zeros(mem, (size_t)groups + 2, sizeof *g->first);
+    g->member = sga_take(mem, ((size_t)n + 1) * sizeof *g->member);
     for (int j = 0; j < n; j++)
         g->first[of[j] + 2]++;
     for (int k = 2; k <= groups + 1; k++)
         g->first[k] += g->first[k - 1];
     for (int j = 0; j < n; j++)
         g->member[g->first[of[j] + 1]++] = j;
+    assert(groups == 0 || g->first[groups] == n);
 }
 
 /* Variable v needs whatever is in the equation that v' is matched with. */
 static void motion(struct structure *out, const struct incidence *a, const struct incidence *need, const int *of_col, int n)
 {
-    struct incidence v;
+    SGA_ENDS(clear) struct incidence v;
     begin(&v, n);
     for (int j = 0; j < n; j++) {
         int i = of_col[j];
@@ -155,10 +158,10 @@ static void motion(struct structure *out, const struct incidence *a, const struc
             push(&v, need->to[k]);
         end_row(&v);
     }
-    out->motion_group = sga_malloc(((size_t)n + 1) * sizeof(int));
+    out->motion_group = sga_take(&out->mem, ((size_t)n + 1) * sizeof(int));
     int groups = graph_strong(&(struct graph){ n, n, v.start, v.to }, out->motion_group);
-    group(out->motion_group, n, groups, &out->motion);
-    int *mark = fresh_marks(groups);
+    group(&out->mem, out->motion_group, n, groups, &out->motion);
+    SGA_FREED int *mark = fresh_marks(groups);
     struct incidence g;
     begin(&g, groups);
     for (int q = 0; q < groups; q++) {
@@ -174,10 +177,8 @@ static void motion(struct structure *out, const struct incidence *a, const struc
         }
         end_row(&g);
     }
-    out->need_first = g.start;
-    out->need = g.to;
-    free(mark);
-    clear(&v);
+    out->need_first = sga_keep(&out->mem, g.start);
+    out->need = sga_keep(&out->mem, g.to);
 }
 
 void structure_blocks(struct structure_work *w, struct structure *out)
@@ -186,28 +187,23 @@ void structure_blocks(struct structure_work *w, struct structure *out)
     predict(w, out);
     if (w->sol->verdict == SGA_INCONSISTENT)
         return;
-    int *source = sga_malloc(((size_t)w->sol->pivots + 1) * sizeof *source);
+    SGA_ARENA(mem);
+    int *source = sga_take(&mem, ((size_t)w->sol->pivots + 1) * sizeof *source);
     for (int q = 0; q < w->sol->pivots; q++)
         if (w->sol->pivot[q].col >= 0)
             source[rows++] = w->sol->pivot[q].source;
-    struct incidence a, need;
+    SGA_ENDS(clear) struct incidence a, need;
     motion_rows(w, source, rows, &a, &need);
     struct graph g = { rows, n, a.start, a.to };
-    int *of_row = sga_malloc(((size_t)rows + 1) * sizeof *of_row), *of_col = sga_malloc(((size_t)n + 1) * sizeof *of_col);
-    int *block = sga_malloc(((size_t)rows + 1) * sizeof *block);
+    int *of_row = sga_take(&mem, ((size_t)rows + 1) * sizeof *of_row), *of_col = sga_take(&mem, ((size_t)n + 1) * sizeof *of_col);
+    int *block = sga_take(&mem, ((size_t)rows + 1) * sizeof *block);
     graph_match(&g, of_row, of_col);
     out->blocks = graph_blocks(&g, of_row, of_col, block);
-    out->block = sga_malloc(((size_t)n + 1) * sizeof *out->block);
-    out->matched = sga_malloc(((size_t)n + 1) * sizeof *out->matched);
+    out->block = sga_take(&out->mem, ((size_t)n + 1) * sizeof *out->block);
+    out->matched = sga_take(&out->mem, ((size_t)n + 1) * sizeof *out->matched);
     for (int j = 0; j < n; j++) {
         out->block[j] = of_col[j] < 0 ? -1 : block[of_col[j]];
         out->matched[j] = of_col[j] < 0 ? -1 : source[of_col[j]];
     }
     motion(out, &a, &need, of_col, n);
-    free(source);
-    free(of_row);
-    free(of_col);
-    free(block);
-    clear(&a);
-    clear(&need);
 }

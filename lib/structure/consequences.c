@@ -5,26 +5,34 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
+#include "ball.h"
 #include "derive.h"
 #include "echelon.h"
+#include "facts.h"
 #include "mem.h"
+#include "oracle.h"
+#include "points.h"
 #include "poly.h"
+#include "reduction.h"
+#include "structure.h"
+#include "system.h"
 
 int structure_zero_everywhere(struct structure_work *w, expr_id e)
 {
     if (expr_is_zero(w->sys->store, e))
         return 1;
     if (!w->space_state) {
-        struct points_space space = w->shadow->space;
+        struct points_space space = w->oracle->space;
         space.constraint = NULL;
         space.constraints = 0;
         space.near = NULL;
         space.before = NULL;
-        w->space_state = points_shadow_sample(&w->space, &space) == POINTS_OK ? 1 : -1;
+        w->space_state = points_oracle_sample(&w->space, &space) == POINTS_OK ? 1 : -1;
     }
     if (w->space_state < 0)
         return -1;
-    struct points_decision d = points_shadow_zero(&w->space, e);
+    struct points_decision d = points_oracle_zero(&w->space, e);
     return d.truth == POINTS_UNKNOWN ? -1 : d.truth == POINTS_ZERO;
 }
 
@@ -32,7 +40,7 @@ static int zero_on_final(struct structure_work *w, expr_id e)
 {
     if (expr_is_zero(w->sys->store, e))
         return 1;
-    struct points_decision d = points_shadow_zero(w->shadow, e);
+    struct points_decision d = points_oracle_zero(w->oracle, e);
     return d.truth == POINTS_UNKNOWN ? -1 : d.truth == POINTS_ZERO;
 }
 
@@ -75,8 +83,8 @@ static bool quotient(struct structure_work *w, expr_id rest, expr_id c, expr_id 
     expr_id q;
     if (!poly_normal(st, expr_div(st, rest, c), &limits, &q) || !expr_store_ok(st))
         return false;
-    num_ball_extend(&w->shadow->real[0].ball);
-    if (!arb_is_finite(num_ball_value(&w->shadow->real[0].ball, q)))
+    num_ball_extend(&w->oracle->real[0].ball);
+    if (!arb_is_finite(num_ball_value(&w->oracle->real[0].ball, q)))
         return false;
     *factor = q;
     return structure_zero_everywhere(w, expr_sub(st, rest, expr_mul(st, q, c))) == 1;
@@ -94,23 +102,22 @@ struct functions {
 
 static void gradient_row(struct structure_work *w, expr_id e, int source, struct ech_row *row)
 {
-    struct expr_term *term = NULL;
+    SGA_FREED struct expr_term *term = NULL;
     size_t cap = 0;
     int n = expr_gradient(w->sys->store, &w->cone, e, w->active, &term, &cap);
     *row = (struct ech_row){ .rhs = e, .source = source };
     for (int k = 0; k < n; k++)
         ech_row_push(row, w->column[term[k].symbol], term[k].value);
-    free(term);
 }
 
 static void prepare(struct structure_work *w, struct functions *f)
 {
     int count = 0, c = w->sol->constraints;
-    struct ech_row *row = sga_calloc((size_t)c + 1, sizeof *row);
+    SGA_FREED struct ech_row *row = sga_calloc((size_t)c + 1, sizeof *row);
     f->ready = true;
     ech_init(&f->ech, w->sys->variables);
     expr_facts_init(&f->facts);
-    f->ctx = (struct ech_context){ .st = w->sys->store, .facts = &f->facts, .shadow = &w->space, .budget = w->budget,
+    f->ctx = (struct ech_context){ .st = w->sys->store, .facts = &f->facts, .oracle = &w->space, .budget = w->budget,
                                    .record = true, .err = &f->err };
     for (int i = 0; i < c; i++)
         if (from_equations(w, w->sol->constraint + i))
@@ -119,20 +126,19 @@ static void prepare(struct structure_work *w, struct functions *f)
                 || !ech_eliminate(&f->ech, &f->ctx, row, count, 0);
     for (int i = 0; i < count; i++)
         ech_row_clear(row + i);
-    free(row);
 }
 
 /* rest = sum of factor[i] * constraint i, identically. */
 static bool express(struct structure_work *w, struct functions *f, expr_id rest, expr_id *factor)
 {
     struct expr_store *st = w->sys->store;
-    struct ech_row row;
+    SGA_ENDS(ech_row_clear) struct ech_row row = { 0 };
     if (!f->ready)
         prepare(w, f);
     if (f->failed)
         return false;
     gradient_row(w, rest, -1, &row);
-    expr_id *weight = sga_calloc((size_t)f->ech.pivots + 1, sizeof *weight);
+    SGA_FREED expr_id *weight = sga_calloc((size_t)f->ech.pivots + 1, sizeof *weight);
     int before = f->ech.pivots;
     f->err = (struct sga_error){ 0 };
     bool ok = ech_eliminate(&f->ech, &f->ctx, &row, 1, 0);
@@ -154,8 +160,6 @@ static bool express(struct structure_work *w, struct functions *f, expr_id rest,
             *v = *v ? expr_sub(st, *v, t) : expr_neg(st, t);
         }
     }
-    ech_row_clear(&row);
-    free(weight);
     return ok;
 }
 
@@ -182,7 +186,7 @@ static bool take_rest(struct structure_work *w, struct functions *f, struct weig
     }
     if (done)
         return true;
-    expr_id *factor = sga_calloc((size_t)c + 1, sizeof *factor);
+    SGA_FREED expr_id *factor = sga_calloc((size_t)c + 1, sizeof *factor);
     done = express(w, f, rest, factor);
     if (f->failed) {
         functions_clear(f);
@@ -191,7 +195,6 @@ static bool take_rest(struct structure_work *w, struct functions *f, struct weig
     for (int i = 0; i < c && done; i++)
         if (factor[i])
             done = add_parts(w, s, w->sol->constraint[i].part, w->sol->constraint[i].parts, expr_neg(st, factor[i]));
-    free(factor);
     return done;
 }
 
@@ -201,8 +204,9 @@ static bool sums_vanish(struct structure_work *w, const struct sga_part *part, i
 {
     struct expr_store *st = w->sys->store;
     int n = w->sys->variables, count = 0;
-    expr_id *sum = sga_calloc((size_t)n + 1, sizeof *sum), alpha = expr_int(st, 0);
-    int *list = sga_malloc(((size_t)n + 1) * sizeof *list);
+    SGA_ARENA(mem);
+    expr_id *sum = sga_zeros(&mem, (size_t)n + 1, sizeof *sum), alpha = expr_int(st, 0);
+    int *list = sga_take(&mem, ((size_t)n + 1) * sizeof *list);
     bool ok = true;
     for (int k = 0; k < parts; k++) {
         const struct sys_row *r = w->sys->row + part[k].row;
@@ -218,8 +222,6 @@ static bool sums_vanish(struct structure_work *w, const struct sga_part *part, i
     for (int k = 0; k < count && ok; k++)
         ok = zero(w, sum[list[k]]) == 1;
     ok = ok && zero(w, alpha) == 1;
-    free(sum);
-    free(list);
     return ok;
 }
 
@@ -235,28 +237,26 @@ static void simplify(struct structure_work *w, struct sga_part *part, int *parts
     *parts = kept;
 }
 
-static void combine(struct structure_work *w, struct functions *f, struct structure_equation *e)
+static void combine(struct structure_work *w, struct functions *f, struct sga_arena *mem, struct structure_equation *e)
 {
     const struct sga_vanished *v = w->sol->vanished + e->vanished;
     size_t rows = (size_t)w->sys->rows + 1;
-    struct weights s = { sga_calloc(rows, sizeof *s.of), sga_malloc(rows * sizeof *s.list), 0 };
+    SGA_ARENA(own);
+    struct weights s = { sga_zeros(&own, rows, sizeof *s.of), sga_take(&own, rows * sizeof *s.list), 0 };
     bool whole = add_parts(w, &s, v->part, v->parts, expr_int(w->sys->store, 1));
     if (whole) {
         take_rest(w, f, &s, v->rest);
-        e->part = sga_malloc(((size_t)s.count + 1) * sizeof *e->part);
+        e->part = sga_take(mem, ((size_t)s.count + 1) * sizeof *e->part);
         for (int k = 0; k < s.count; k++)
             e->part[e->parts++] = (struct sga_part){ .row = s.list[k], .tangency = -1, .factor = s.of[s.list[k]] };
         simplify(w, e->part, &e->parts);
         e->everywhere = sums_vanish(w, e->part, e->parts, structure_zero_everywhere);
         if (!e->everywhere && !sums_vanish(w, e->part, e->parts, zero_on_final)) {
-            free(e->part);       /* dense blocks keep no record of what they did */
-            e->part = NULL;
+            e->part = NULL;      /* dense blocks keep no record of what they did */
             e->parts = 0;
         }
     }
     e->holds_on = e->everywhere ? 0 : v->generation;
-    free(s.of);
-    free(s.list);
 }
 
 /* The derivative of constraint j gives nothing new: its rest may be a multiple of another
@@ -285,9 +285,9 @@ static void derivative_implies(struct structure_work *w, struct structure *out, 
 void structure_equations(struct structure_work *w, struct structure *out)
 {
     int rows = w->sys->rows, c = w->sol->constraints;
-    struct functions f = { 0 };
+    SGA_ENDS(functions_clear) struct functions f = { 0 };
     out->equations = rows + c;
-    out->equation = sga_calloc((size_t)(rows + c) + 1, sizeof *out->equation);
+    out->equation = sga_zeros(&out->mem, (size_t)(rows + c) + 1, sizeof *out->equation);
     for (int i = 0; i < rows + c; i++)
         out->equation[i] = (struct structure_equation){ .source = i, .role = STRUCTURE_USED, .variable = -1,
                                                         .constraint = -1, .vanished = -1, .derivative_of = -1 };
@@ -312,9 +312,8 @@ void structure_equations(struct structure_work *w, struct structure *out)
     }
     for (int i = 0; i < rows; i++)
         if (out->equation[i].role == STRUCTURE_CONSEQUENCE)
-            combine(w, &f, out->equation + i);
+            combine(w, &f, &out->mem, out->equation + i);
     for (int k = 0; k < w->sol->vanished_rows; k++)
         if (w->sol->vanished[k].source >= rows)
             derivative_implies(w, out, w->sol->vanished + k);
-    functions_clear(&f);
 }

@@ -2,11 +2,16 @@
  * request, with how often they were differentiated, and each determined initial value to the free ones. */
 #include "structure_work.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "derive.h"
 #include "mem.h"
+#include "reduction.h"
+#include "structure.h"
+#include "system.h"
 #include "warnings.h"
 
 /* Tables of constraints by equations, and lists of free variables, up to this many members. */
@@ -61,31 +66,31 @@ void structure_origins(struct structure_work *w, struct structure *out)
         sga_limit_met(w->budget, SGA_LIMIT_ORIGINS);
         return;
     }
-    o.order = sga_malloc((size_t)(c + 1) * (size_t)(o.width + 1) * sizeof *o.order);
+    SGA_ARENA(mem);
+    o.order = sga_take(&mem, (size_t)(c + 1) * (size_t)(o.width + 1) * sizeof *o.order);
     memset(o.order, 0xff, (size_t)(c + 1) * (size_t)(o.width + 1) * sizeof *o.order);      /* all -1 */
-    o.unknown = sga_calloc((size_t)c + 1, 1);
+    o.unknown = sga_zeros(&mem, (size_t)c + 1, 1);
     trace(w, &o);
-    int *own = sga_malloc(((size_t)out->blocks + 1) * ((size_t)o.width + 1) * sizeof *own);
+    assert(o.width >= rows);
+    int *own = sga_take(&mem, ((size_t)out->blocks + 1) * ((size_t)o.width + 1) * sizeof *own);
     memset(own, 0xff, ((size_t)out->blocks + 1) * ((size_t)o.width + 1) * sizeof *own);
-    out->origin_unknown = sga_calloc((size_t)out->blocks + 1, 1);
-    out->origin_first = sga_calloc((size_t)out->blocks + 2, sizeof *out->origin_first);
+    out->origin_unknown = sga_zeros(&out->mem, (size_t)out->blocks + 1, 1);
+    out->origin_first = sga_zeros(&out->mem, (size_t)out->blocks + 2, sizeof *out->origin_first);
     for (int j = 0; j < n; j++)
         if (out->block[j] >= 0)
             add_source(&o, own + (size_t)out->block[j] * (size_t)o.width, out->origin_unknown + out->block[j], out->matched[j]);
-    SGA_RESERVE(out->origin, cap, 1);
+    SGA_RESERVE_IN(&out->mem, out->origin, cap, 1);
     for (int b = 0; b < out->blocks; b++) {
         const int *at = own + (size_t)b * (size_t)o.width;
         for (int e = 0; e < o.width; e++) {
             if (at[e] < 0)
                 continue;
-            SGA_RESERVE(out->origin, cap, count + 1);
+            SGA_RESERVE_IN(&out->mem, out->origin, cap, count + 1);
             out->origin[count++] = (struct structure_origin){ e < rows ? e : -1, e < rows ? -1 : e - rows, at[e] };
         }
         out->origin_first[b + 1] = count;
     }
-    free(own);
-    free(o.order);
-    free(o.unknown);
+    assert(out->origin_first[out->blocks] == count);
 }
 
 /* Through the constraints that the other variables in a constraint are solved for with. */
@@ -95,9 +100,11 @@ void structure_follow(struct structure_work *w, struct structure *out)
     size_t cap = 0, edge_cap = 0;
     if (!out->has_initial)
         return;
-    int *by = sga_malloc(((size_t)n + 1) * sizeof *by), *seen = sga_calloc((size_t)n + 1, sizeof *seen);
-    int *stack = sga_malloc(((size_t)n + 1) * sizeof *stack), *first = sga_calloc((size_t)c + 2, sizeof *first), *edge = NULL;
-    struct expr_term *term = NULL;
+    SGA_ARENA(mem);
+    int *by = sga_take(&mem, ((size_t)n + 1) * sizeof *by), *seen = sga_zeros(&mem, (size_t)n + 1, sizeof *seen);
+    int *stack = sga_take(&mem, ((size_t)n + 1) * sizeof *stack), *first = sga_zeros(&mem, (size_t)c + 2, sizeof *first);
+    SGA_FREED int *edge = NULL;
+    SGA_FREED struct expr_term *term = NULL;
     size_t term_cap = 0;
     for (int j = 0; j < n; j++)
         by[j] = -1;
@@ -110,8 +117,8 @@ void structure_follow(struct structure_work *w, struct structure *out)
         }
         first[i + 1] = edges;
     }
-    out->follow_first = sga_calloc((size_t)c + 2, sizeof *out->follow_first);
-    SGA_RESERVE(out->follow, cap, 1);
+    out->follow_first = sga_zeros(&out->mem, (size_t)c + 2, sizeof *out->follow_first);
+    SGA_RESERVE_IN(&out->mem, out->follow, cap, 1);
     for (int i = 0; i < c && (size_t)count < LONGEST && sga_budget_ok(w->budget, NULL); i++) {
         int top = 0;
         stack[top++] = out->solved_for[i];
@@ -119,7 +126,7 @@ void structure_follow(struct structure_work *w, struct structure *out)
         while (top) {
             int v = stack[--top], k = by[v];
             if (k < 0) {
-                SGA_RESERVE(out->follow, cap, count + 1);
+                SGA_RESERVE_IN(&out->mem, out->follow, cap, count + 1);
                 out->follow[count++] = v;
             }
             for (int q = k < 0 ? 0 : first[k]; q < (k < 0 ? 0 : first[k + 1]); q++)
@@ -131,15 +138,9 @@ void structure_follow(struct structure_work *w, struct structure *out)
         out->follow_first[i + 1] = count;
         done = i + 1;
     }
+    assert(done <= c && out->follow_first[done] == count);
     if (done < c) {              /* broken off */
         sga_limit_met(w->budget, SGA_LIMIT_FOLLOWED);
-        free(out->follow);
         out->follow = NULL;
     }
-    free(term);
-    free(edge);
-    free(first);
-    free(stack);
-    free(seen);
-    free(by);
 }

@@ -7,11 +7,17 @@
  * consequences of the others; for square systems it is the number of generations. */
 #include "structure.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
+#include "arena.h"
 #include "derive.h"
 #include "echelon.h"
+#include "facts.h"
 #include "mem.h"
+#include "oracle.h"
+#include "reduction.h"
+#include "system.h"
 
 struct asked {
     const struct sys_system *sys;
@@ -23,13 +29,13 @@ struct asked {
     unsigned char *active;
 };
 
-static void init(struct asked *a, struct expr_facts *facts, struct points_shadow *shadow, const struct sga_budget *budget, struct sga_error *err)
+static void init(struct asked *a, struct expr_facts *facts, struct points_oracle *oracle, const struct sga_budget *budget, struct sga_error *err)
 {
     struct expr_store *st = a->sys->store;
     ech_init(&a->ech, a->sys->variables);
     expr_cone_init(&a->cone);
     expr_facts_init(facts);
-    a->ctx = (struct ech_context){ .st = st, .facts = facts, .shadow = shadow, .budget = budget, .err = err };
+    a->ctx = (struct ech_context){ .st = st, .facts = facts, .oracle = oracle, .budget = budget, .err = err };
     a->column = sga_malloc(((size_t)st->symbols + 1) * sizeof *a->column);
     a->active = sga_calloc((size_t)st->symbols + 1, 1);
     for (int i = 0; i < st->symbols; i++)
@@ -54,7 +60,7 @@ static struct ech_row *rows_of(struct asked *a, int g, int *count)
 {
     struct expr_store *st = a->sys->store;
     struct ech_row *row = sga_calloc((size_t)(g ? a->sol->constraints : a->sys->rows) + 1, sizeof *row);
-    struct expr_term *term = NULL;
+    SGA_FREED struct expr_term *term = NULL;
     size_t cap = 0;
     *count = 0;
     for (int i = 0; i < a->sys->rows && !g; i++) {
@@ -72,29 +78,28 @@ static struct ech_row *rows_of(struct asked *a, int g, int *count)
         for (int k = 0; k < n; k++)
             ech_row_push(r, a->column[term[k].symbol], term[k].value);
     }
-    free(term);
     return row;
 }
 
-int structure_index(const struct sys_system *sys, const struct sga_solution *sol, struct points_shadow *shadow,
+int structure_index(const struct sys_system *sys, const struct sga_solution *sol, struct points_oracle *oracle,
                     const struct sga_budget *budget)
 {
     struct asked a = { .sys = sys, .sol = sol };
     struct expr_facts facts;
     struct sga_error err = { 0 };
     int index = -1;
-    bool ok = shadow->reals > 0;
-    init(&a, &facts, shadow, budget, &err);
+    bool ok = oracle->reals > 0;
+    init(&a, &facts, oracle, budget, &err);
     for (int g = 0; g <= sol->generations && ok && index < 0; g++) {
         int count;
-        struct ech_row *row = rows_of(&a, g, &count);
+        SGA_FREED struct ech_row *row = rows_of(&a, g, &count);
         ok = ech_eliminate(&a.ech, &a.ctx, row, count, g);
         if (ok && a.ech.pivots == sys->variables)
             index = g;
         for (int i = 0; i < count; i++)
             ech_row_clear(row + i);
-        free(row);
     }
     clear(&a, &facts);
+    assert(index >= -1);
     return index;
 }

@@ -4,21 +4,29 @@
  * matroid is the best one), by elimination in doubles; a proof in balls decides. */
 #include "structure_work.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arb_ends.h"
+#include "arena.h"
 #include "differentials.h"
 #include "kinds.h"
 #include "mem.h"
+#include "oracle.h"
+#include "reduction.h"
+#include "structure.h"
+#include "system.h"
 
 /* What is solved for first: multipliers and other variables whose derivative no equation asks for, then velocities,
  * coordinates last; of each those that a form added before those that the user named, then the last by name, so that the
  * choice is the same in every order of the variables. */
 static int *preference(const struct sys_system *sys)
 {
-    int n = sys->variables, count = 0, *by_name = sga_malloc(((size_t)n + 1) * sizeof *by_name);
-    unsigned char *kind = sga_calloc((size_t)n + 1, 1);
+    SGA_ARENA(mem);
+    int n = sys->variables, count = 0, *by_name = sga_take(&mem, ((size_t)n + 1) * sizeof *by_name);
+    unsigned char *kind = sga_zeros(&mem, (size_t)n + 1, 1);
     int *order = sga_malloc(((size_t)n + 1) * sizeof *order);
     sys_kinds(sys, kind);
     sys_by_name(sys, by_name);
@@ -29,8 +37,6 @@ static int *preference(const struct sys_system *sys)
             if (class == 2 * late + own)
                 order[count++] = j;
         }
-    free(kind);
-    free(by_name);
     return order;
 }
 
@@ -40,15 +46,15 @@ struct columns {
     double *value;
 };
 
-static void gather(struct columns *a, const struct points_jacobian *j, int n)
+static void gather(struct sga_arena *mem, struct columns *a, const struct points_jacobian *j, int n)
 {
     int c = j->space->constraints, total = 0;
-    a->first = sga_calloc((size_t)n + 2, sizeof *a->first);
+    a->first = sga_zeros(mem, (size_t)n + 2, sizeof *a->first);
     for (int i = 0; i < c; i++)
         for (int k = 0; k < j->cols[i]; k++, total++)
             a->first[j->col[i][k] + 2]++;
-    a->row = sga_malloc(((size_t)total + 1) * sizeof *a->row);
-    a->value = sga_malloc(((size_t)total + 1) * sizeof *a->value);
+    a->row = sga_take(mem, ((size_t)total + 1) * sizeof *a->row);
+    a->value = sga_take(mem, ((size_t)total + 1) * sizeof *a->value);
     for (int k = 2; k <= n + 1; k++)
         a->first[k] += a->first[k - 1];
     for (int i = 0; i < c; i++) {
@@ -59,13 +65,11 @@ static void gather(struct columns *a, const struct points_jacobian *j, int n)
                 e = x > e ? x : e;
             }
         for (int k = 0; k < j->cols[i]; k++) {
-            arf_t t;
-            arf_init(t);
+            SGA_ENDS(arf_end) arf_t t = { 0 };
             arf_mul_2exp_si(t, arb_midref(j->entry[i] + k), -e);
             int at = a->first[j->col[i][k] + 1]++;
             a->row[at] = i;
             a->value[at] = arb_is_finite(j->entry[i] + k) ? arf_get_d(t, ARF_RND_NEAR) : 0;
-            arf_clear(t);
         }
     }
 }
@@ -105,11 +109,12 @@ static int heap_pop(int *heap, int *count)
  * `order`. Returns how many were found. */
 static int choose(const struct columns *a, const int *order, int n, int c, int *variable, int *sequence)
 {
-    struct step *step = sga_calloc((size_t)c + 1, sizeof *step);
-    int *step_of = sga_malloc(((size_t)c + 1) * sizeof *step_of), *list = sga_malloc(((size_t)c + 1) * sizeof *list);
-    int *heap = sga_malloc(((size_t)c + 1) * sizeof *heap);
-    double *work = sga_calloc((size_t)c + 1, sizeof *work);
-    unsigned char *mark = sga_calloc((size_t)c + 1, 1);
+    SGA_ARENA(mem);
+    struct step *step = sga_zeros(&mem, (size_t)c + 1, sizeof *step);
+    int *step_of = sga_take(&mem, ((size_t)c + 1) * sizeof *step_of), *list = sga_take(&mem, ((size_t)c + 1) * sizeof *list);
+    int *heap = sga_take(&mem, ((size_t)c + 1) * sizeof *heap);
+    double *work = sga_zeros(&mem, (size_t)c + 1, sizeof *work);
+    unsigned char *mark = sga_zeros(&mem, (size_t)c + 1, 1);
     int found = 0;
     for (int i = 0; i < c; i++)
         step_of[i] = variable[i] = -1;
@@ -146,8 +151,8 @@ static int choose(const struct columns *a, const int *order, int n, int c, int *
         if (best >= 0 && fabs(work[best]) > 1e-10 * size && work[best] != 0) {
             struct step *s = step + found;
             s->row = best;
-            s->at = sga_malloc((size_t)count * sizeof *s->at);
-            s->factor = sga_malloc((size_t)count * sizeof *s->factor);
+            s->at = sga_take(&mem, (size_t)count * sizeof *s->at);
+            s->factor = sga_take(&mem, (size_t)count * sizeof *s->factor);
             for (int k = 0; k < count; k++)
                 if (list[k] != best && step_of[list[k]] < 0 && work[list[k]] != 0) {
                     s->at[s->count] = list[k];
@@ -160,16 +165,6 @@ static int choose(const struct columns *a, const int *order, int n, int c, int *
         for (int k = 0; k < count; k++)
             mark[list[k]] = 0;
     }
-    for (int i = 0; i < found; i++) {
-        free(step[i].at);
-        free(step[i].factor);
-    }
-    free(step);
-    free(step_of);
-    free(list);
-    free(heap);
-    free(work);
-    free(mark);
     return found;
 }
 
@@ -177,13 +172,15 @@ static int choose(const struct columns *a, const int *order, int n, int c, int *
  * was found: where every pivot excludes 0 their matrix is regular at the point. */
 static bool proved(const struct points_jacobian *j, int n, slong prec, const int *variable, const int *sequence)
 {
+    assert(j->space->constraints <= n);
     int c = j->space->constraints;
-    struct ball_step { int row, count, *at; arb_ptr factor; } *step = sga_calloc((size_t)c + 1, sizeof *step);
-    int *place = sga_malloc(((size_t)n + 1) * sizeof *place), *step_of = sga_malloc(((size_t)c + 1) * sizeof *step_of);
-    int *list = sga_malloc(((size_t)c + 1) * sizeof *list), *heap = sga_malloc(((size_t)c + 1) * sizeof *heap);
-    int *first = sga_calloc((size_t)c + 2, sizeof *first), *row, *entry, total = 0, done = 0;
-    unsigned char *mark = sga_calloc((size_t)c + 1, 1);
-    arb_ptr work = _arb_vec_init(c);
+    SGA_ARENA(mem);
+    struct ball_step { int row, count, *at; arb_ptr factor; } *step = sga_zeros(&mem, (size_t)c + 1, sizeof *step);
+    int *place = sga_take(&mem, ((size_t)n + 1) * sizeof *place), *step_of = sga_take(&mem, ((size_t)c + 1) * sizeof *step_of);
+    int *list = sga_take(&mem, ((size_t)c + 1) * sizeof *list), *heap = sga_take(&mem, ((size_t)c + 1) * sizeof *heap);
+    int *first = sga_zeros(&mem, (size_t)c + 2, sizeof *first), *row, *entry, total = 0;
+    unsigned char *mark = sga_zeros(&mem, (size_t)c + 1, 1);
+    arb_ptr work = arbs_take(&mem, c);
     bool ok = true;
     for (int i = 0; i < n; i++)
         place[i] = -1;
@@ -199,9 +196,9 @@ static bool proved(const struct points_jacobian *j, int n, slong prec, const int
             }
     for (int k = 0; k < c; k++)
         first[k + 1] += first[k];
-    row = sga_malloc(((size_t)total + 1) * sizeof *row);
-    entry = sga_malloc(((size_t)total + 1) * sizeof *entry);
-    int *fill = memcpy(sga_malloc(((size_t)c + 1) * sizeof *fill), first, ((size_t)c + 1) * sizeof *fill);
+    row = sga_take(&mem, ((size_t)total + 1) * sizeof *row);
+    entry = sga_take(&mem, ((size_t)total + 1) * sizeof *entry);
+    int *fill = memcpy(sga_take(&mem, ((size_t)c + 1) * sizeof *fill), first, ((size_t)c + 1) * sizeof *fill);
     for (int i = 0; i < c; i++)
         for (int k = 0; k < j->cols[i]; k++) {
             int q = place[j->col[i][k]];
@@ -210,7 +207,7 @@ static bool proved(const struct points_jacobian *j, int n, slong prec, const int
                 entry[fill[q]++] = k;
             }
         }
-    for (int q = 0; q < c && ok; q++, done++) {
+    for (int q = 0; q < c && ok; q++) {
         int count = 0, heaped = 0;
         for (int k = first[q]; k < first[q + 1]; k++) {
             int i = row[k];
@@ -237,8 +234,8 @@ static bool proved(const struct points_jacobian *j, int n, slong prec, const int
         struct ball_step *s = step + q;
         s->row = sequence[q];
         ok = mark[s->row] && arb_is_finite(work + s->row) && !arb_contains_zero(work + s->row);
-        s->at = sga_malloc(((size_t)count + 1) * sizeof *s->at);
-        s->factor = _arb_vec_init(count);
+        s->at = sga_take(&mem, ((size_t)count + 1) * sizeof *s->at);
+        s->factor = arbs_take(&mem, count);
         for (int k = 0; k < count; k++) {
             if (ok && step_of[list[k]] > q) {
                 arb_div(s->factor + s->count, work + list[k], work + s->row, prec);
@@ -247,60 +244,38 @@ static bool proved(const struct points_jacobian *j, int n, slong prec, const int
         }
         for (int k = 0; k < count; k++)
             mark[list[k]] = 0;
-        fill[q] = count;                     /* how many balls the step holds */
     }
-    for (int q = 0; q < done; q++) {
-        free(step[q].at);
-        _arb_vec_clear(step[q].factor, fill[q]);
-    }
-    _arb_vec_clear(work, c);
-    free(step);
-    free(place);
-    free(step_of);
-    free(list);
-    free(heap);
-    free(first);
-    free(row);
-    free(entry);
-    free(fill);
-    free(mark);
     return ok;
 }
 
 void structure_initial(struct structure_work *w, struct structure *out)
 {
     int n = w->sys->variables, c = w->sol->constraints;
-    unsigned char *taken = sga_calloc((size_t)n + 1, 1);
-    out->free_initial = sga_malloc(((size_t)n + 1) * sizeof *out->free_initial);
-    out->solved_for = sga_malloc(((size_t)c + 1) * sizeof *out->solved_for);
+    SGA_FREED unsigned char *taken = sga_calloc((size_t)n + 1, 1);
+    out->free_initial = sga_take(&out->mem, ((size_t)n + 1) * sizeof *out->free_initial);
+    out->solved_for = sga_take(&out->mem, ((size_t)c + 1) * sizeof *out->solved_for);
     out->has_initial = c == 0;
     if (c) {
-        int *order = preference(w->sys), *sequence = sga_malloc(((size_t)c + 1) * sizeof *sequence);
-        for (int k = 0; k < w->shadow->reals && !out->has_initial; k++) {
-            struct points_point *p = w->shadow->real + k;
+        SGA_FREED int *order = preference(w->sys), *sequence = sga_malloc(((size_t)c + 1) * sizeof *sequence);
+        for (int k = 0; k < w->oracle->reals && !out->has_initial; k++) {
+            struct points_point *p = w->oracle->real + k;
             struct columns a;
-            struct points_jacobian j;
             if (!p->certified)
                 continue;
+            SGA_ARENA(mem);
+            SGA_ENDS(points_jacobian_clear) struct points_jacobian j;
             num_ball_extend(&p->ball);
-            points_jacobian_init(&j, &w->shadow->space);
+            points_jacobian_init(&j, &w->oracle->space);
             points_jacobian_values(&j, &p->ball);
             points_jacobian_entries(&j, &p->ball);
-            gather(&a, &j, n);
+            gather(&mem, &a, &j, n);
             out->has_initial = choose(&a, order, n, c, out->solved_for, sequence) == c
                                && proved(&j, n, p->ball.prec, out->solved_for, sequence);
-            points_jacobian_clear(&j);
-            free(a.first);
-            free(a.row);
-            free(a.value);
         }
-        free(order);
-        free(sequence);
     }
     for (int i = 0; i < c && out->has_initial; i++)
         taken[out->solved_for[i]] = 1;
     for (int j = 0; j < n && out->has_initial; j++)
         if (!taken[j])
             out->free_initial[out->frees++] = j;
-    free(taken);
 }

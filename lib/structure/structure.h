@@ -2,14 +2,21 @@
  * what each equation is good for, which equations are consequences of which, and the
  * blocks in which the motion can be solved.
  *
- * Works on a finished reduction (sga_options.rows was set) and its shadow. Ranks and
+ * Works on a finished reduction (sga_options.rows was set) and its oracle. Ranks and
  * zeros are decided by values at certified points; only `predicted` rests on the pattern
  * of the request's equations alone. */
 #ifndef SGA_STRUCTURE_STRUCTURE_H
 #define SGA_STRUCTURE_STRUCTURE_H
 
+#include "arena.h"
+#include "expr.h"
 #include "graph.h"
 #include "reduction.h"
+struct points_oracle;
+struct sga_budget;
+struct sga_part;
+struct sga_solution;
+struct sys_system;
 
 enum structure_role {
     STRUCTURE_DERIVATIVE,     /* gives the derivative of `variable` */
@@ -45,6 +52,7 @@ struct structure_origin {
 };
 
 struct structure {
+    struct sga_arena mem;          /* all of what follows */
     bool has_initial;
     int *free_initial; int frees;  /* variables: local coordinates of Pf near its certified points */
     int *solved_for;               /* by constraint: the variable that follows from it (with the others) */
@@ -70,15 +78,17 @@ struct structure {
 };
 
 /* False only where the budget ends or the store is full; what cannot be decided is left
- * unknown in its member. The shadow must not be used after structure_clear. Near linear in the nonzeros of the equations as a rule. */
-bool structure_find(const struct sys_system *sys, const struct sga_solution *sol, struct points_shadow *shadow,
+ * unknown in its member. The oracle must not be used after structure_clear. Near linear in the nonzeros of the equations as a rule. */
+bool structure_find(const struct sys_system *sys, const struct sga_solution *sol, struct points_oracle *oracle,
                     const struct sga_budget *budget, struct structure *out, struct sga_error *err);
+/* Blocks, matched equations and solved variables are of the system, and each constraint has a variable of its own. Linear. */
+bool structure_sane(const struct sys_system *sys, const struct sga_solution *sol, const struct structure *s);
 void structure_clear(struct structure *s);
 
 /* The differentiation index of a system whose solution is unique, with any number of equations and with restrictions: the least k
  * for which F = 0, ..., F^(k) = 0 determine x' as a function of (x, t) at general points of Pf, F the rows and restrictions, constraints
  * being taken as sets (z^2 = 0 is z = 0). -1: not known. Cost: an elimination of the rows and of the constraints' differentials. */
-int structure_index(const struct sys_system *sys, const struct sga_solution *sol, struct points_shadow *shadow,
+int structure_index(const struct sys_system *sys, const struct sga_solution *sol, struct points_oracle *oracle,
                     const struct sga_budget *budget);
 
 #endif

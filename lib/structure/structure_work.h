@@ -2,15 +2,19 @@
 #ifndef SGA_STRUCTURE_STRUCTURE_WORK_H
 #define SGA_STRUCTURE_STRUCTURE_WORK_H
 
-#include "structure.h"
+#include "arena.h"
+#include "oracle.h"
+
+struct structure;
 
 struct structure_work {
     const struct sys_system *sys;
     const struct sga_solution *sol;
-    struct points_shadow *shadow;          /* on Pf */
-    struct points_shadow space;            /* on the whole space; sampled when first asked */
+    struct points_oracle *oracle;          /* on Pf */
+    struct points_oracle space;            /* on the whole space; sampled when first asked */
     int space_state;                       /* 0 not asked, 1 there, -1 cannot be had */
     const struct sga_budget *budget;
+    struct sga_arena mem;                  /* of column and active */
     struct expr_cone cone;
     int *column;                           /* by symbol: variable or -1 */
     int symbols;

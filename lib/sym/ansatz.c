@@ -1,9 +1,12 @@
 /* The functions that a search combines: those of the request, and monomials. */
+#include <assert.h>
 #include <stdlib.h>
 
+#include "arena.h"
 #include "derive.h"
 #include "mem.h"
 #include "sym_work.h"
+#include "system.h"
 
 /* The product of the variables that index names (nondecreasing, `degree` of them). */
 static expr_id monomial(struct sym_work *w, const int *index, int degree)
@@ -52,7 +55,7 @@ bool sym_ansatz_init(struct sym_work *w, const struct sym_search *s, int degree,
     a->f = sga_malloc(room * sizeof *a->f);
     for (int k = 0; k < s->functions; k++)
         a->f[a->count++] = s->function[k];
-    int *index = sga_calloc((size_t)degree + 1, sizeof *index);
+    SGA_FREED int *index = sga_calloc((size_t)degree + 1, sizeof *index);
     for (int d = degree; d >= 0; d--) {
         for (int k = 0; k < d; k++)
             index[k] = 0;
@@ -60,11 +63,11 @@ bool sym_ansatz_init(struct sym_work *w, const struct sym_search *s, int degree,
             a->f[a->count++] = monomial(w, index, d);
         while (next(index, d, m));
     }
-    free(index);
     a->d = sga_malloc((size_t)a->count * n * sizeof *a->d);
     for (int k = 0; k < a->count; k++)
         for (size_t b = 0; b < n; b++)
             a->d[(size_t)k * n + b] = expr_diff(w->st, a->f[k], b < n - 1 ? w->variable[b] : w->sys->time);
+    assert(a->count <= limit);
     return true;
 }
 

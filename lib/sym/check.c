@@ -4,20 +4,25 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arb_ends.h"
+#include "arena.h"
+#include "ball.h"
 #include "mem.h"
-#include "warnings.h"
+#include "oracle.h"
+#include "reduction.h"
 #include "sym_work.h"
+#include "system.h"
+#include "warnings.h"
 
 /* The field in K, itself or after X0 times its time component was taken away. */
 static enum sym_truth in_gauge(struct sym_work *w, const expr_id *D)
 {
     size_t n = (size_t)w->n;
-    expr_id defect, *v = sga_malloc((n + 1) * sizeof *v);
+    expr_id defect;
+    SGA_FREED expr_id *v = sga_malloc((n + 1) * sizeof *v);
     memcpy(v, D, (n + 1) * sizeof *v);
     sym_modulo_gauge(w, w->gauge, v);
-    enum sym_truth truth = sym_all_zero(w, v, w->n + 1, &defect);
-    free(v);
-    return truth;
+    return sym_all_zero(w, v, w->n + 1, &defect);
 }
 
 static enum sym_truth tangent(struct sym_work *w, const expr_id *D, expr_id *defect)
@@ -36,12 +41,10 @@ static enum sym_truth tangent(struct sym_work *w, const expr_id *D, expr_id *def
 /* [D, Y] + Y(theta) X0 in K. */
 static enum sym_truth keeps(struct sym_work *w, const expr_id *D, const expr_id *Y, expr_id *defect)
 {
-    expr_id *v = sga_malloc(((size_t)w->n + 1) * sizeof *v);
+    SGA_FREED expr_id *v = sga_malloc(((size_t)w->n + 1) * sizeof *v);
     sym_bracket(w, D, Y, v);
     sym_modulo_gauge(w, w->gauge, v);
-    enum sym_truth truth = sym_all_zero(w, v, w->n, defect);
-    free(v);
-    return truth;
+    return sym_all_zero(w, v, w->n, defect);
 }
 
 static void unknown(struct sym_check *out)
@@ -77,22 +80,19 @@ void sym_check_field(struct sym_work *w, const expr_id *D, struct sym_check *out
 static enum sym_truth regular(struct sym_work *w, const expr_id *jacobian, int m)
 {
     int yes = 0;
-    for (int p = 0; p < w->shadow->reals; p++) {
-        struct num_ball *b = &w->shadow->real[p].ball;
+    for (int p = 0; p < w->oracle->reals; p++) {
+        struct num_ball *b = &w->oracle->real[p].ball;
         num_ball_extend(b);
-        arb_mat_t a;
-        arb_t det;
+        SGA_ENDS(arb_mat_end) arb_mat_t a;
+        SGA_ENDS(arb_end) arb_t det = { 0 };
         arb_mat_init(a, m, m);
-        arb_init(det);
         for (int i = 0; i < m; i++)
             for (int j = 0; j < m; j++)
                 arb_set(arb_mat_entry(a, i, j), num_ball_value(b, jacobian[i * m + j]));
         arb_mat_det(det, a, b->prec);
         yes += arb_is_finite(det) && !arb_contains_zero(det);
-        arb_clear(det);
-        arb_mat_clear(a);
     }
-    return yes && yes == w->shadow->reals ? SYM_TRUE : SYM_UNKNOWN;
+    return yes && yes == w->oracle->reals ? SYM_TRUE : SYM_UNKNOWN;
 }
 
 /* A row at or below k whose entry in column k is not zero on Pf: a number where there is one. *all: every other one is zero; -1: none. */
@@ -147,7 +147,8 @@ static enum sym_truth diffeomorphism(struct sym_work *w, const expr_id *phi, exp
         sga_limit_met(w->budget, SGA_LIMIT_MAP_VARIABLES);
         return SYM_UNKNOWN;
     }
-    expr_id *j = sga_malloc((size_t)(m * m) * sizeof *j), *unit = sga_malloc((size_t)m * sizeof *unit);
+    SGA_ARENA(mem);
+    expr_id *j = sga_take(&mem, (size_t)(m * m) * sizeof *j), *unit = sga_take(&mem, (size_t)m * sizeof *unit);
     for (int b = 0; b < m; b++) {
         for (int c = 0; c < m; c++)
             unit[c] = expr_int(w->st, b == c);
@@ -166,8 +167,6 @@ static enum sym_truth diffeomorphism(struct sym_work *w, const expr_id *phi, exp
         enum sym_truth zero = singular(w, j, small, defect);
         truth = zero == SYM_TRUE ? SYM_FALSE : zero == SYM_FALSE ? SYM_TRUE : SYM_UNKNOWN;
     }
-    free(j);
-    free(unit);
     return truth;
 }
 
@@ -176,20 +175,20 @@ static enum sym_truth maps(struct sym_work *w, const expr_id *phi, const expr_id
                            const expr_id *gauge, expr_id *defect)
 {
     struct expr_store *st = w->st;
-    expr_id *v = sga_malloc(((size_t)w->n + 1) * sizeof *v), slow = sym_derive(w, Y, phi[w->n]);
+    SGA_FREED expr_id *v = sga_malloc(((size_t)w->n + 1) * sizeof *v);
+    expr_id slow = sym_derive(w, Y, phi[w->n]);
     for (int a = 0; a < w->n; a++)
         v[a] = expr_sub(st, sym_derive(w, Y, phi[a]), expr_mul(st, slow, field[a]));
     sym_modulo_gauge(w, gauge, v);
-    enum sym_truth truth = sym_all_zero(w, v, w->n, defect);
-    free(v);
-    return truth;
+    return sym_all_zero(w, v, w->n, defect);
 }
 
 void sym_check_map(struct sym_work *w, const expr_id *phi, struct sym_check *out)
 {
     size_t n = (size_t)w->n, g = (size_t)w->gauges, c = (size_t)w->sol->constraints;
-    expr_id defect = EXPR_UNDEF, *subst = sga_calloc((size_t)w->st->symbols + 1, sizeof *subst);
-    expr_id *there = sga_malloc(((n + 1) * (g + 1) + c + 1) * sizeof *there);
+    SGA_ARENA(mem);
+    expr_id defect = EXPR_UNDEF, *subst = sga_zeros(&mem, (size_t)w->st->symbols + 1, sizeof *subst);
+    expr_id *there = sga_take(&mem, ((n + 1) * (g + 1) + c + 1) * sizeof *there);
     unknown(out);
     for (size_t j = 0; j < n; j++)
         subst[w->variable[j]] = phi[j];
@@ -220,6 +219,4 @@ void sym_check_map(struct sym_work *w, const expr_id *phi, struct sym_check *out
             out->symmetry = sym_and(diffeo, sym_and(solutions, fields));
     }
     sym_map_preserves(w, phi, subst, out);
-    free(subst);
-    free(there);
 }

@@ -1,8 +1,13 @@
 /* [D_i, D_j] as combinations of the fields found, on Pf: coefficients from values modulo a
  * prime, each confirmed by the oracle. */
+#include <assert.h>
 #include <stdlib.h>
 
+#include "arena.h"
+#include "flint_ends.h"
 #include "mem.h"
+#include "modp.h"
+#include "modpoint.h"
 #include "seeds.h"
 #include "warnings.h"
 #include "sym_work.h"
@@ -21,7 +26,7 @@ static bool sample(struct sym_work *w, const struct sym_result *r, const expr_id
 {
     uint64_t random = SGA_SEED_SYM_COMMUTATORS;
     int steady = 0, failures = 0, n = w->n + 1, cols = r->fields + r->commutators;
-    mp_limb_t *v = sga_malloc(((size_t)cols + 1) * sizeof *v);
+    SGA_FREED mp_limb_t *v = sga_malloc(((size_t)cols + 1) * sizeof *v);
     while (steady < POINTS_AGAIN && failures < FAILURES && sga_budget_ok(w->budget, NULL)) {
         struct points_modpoint at;
         if (!sym_modpoint(w, 0, &random, &at)) {
@@ -46,7 +51,6 @@ static bool sample(struct sym_work *w, const struct sym_result *r, const expr_id
         steady = bad || s->rank != before ? 0 : steady + 1;
         points_modpoint_clear(&at);
     }
-    free(v);
     return steady >= POINTS_AGAIN;
 }
 
@@ -90,13 +94,10 @@ static bool sample_real(struct sym_work *w, const struct sym_result *r, const ex
 
 static bool rational(mp_limb_t residue, mp_limb_t prime, fmpq_t q)
 {
-    fmpz_t a, m;
+    SGA_ENDS(fmpz_end) fmpz_t a, m;
     fmpz_init_set_ui(a, residue);
     fmpz_init_set_ui(m, prime);
-    bool ok = fmpq_reconstruct_fmpz(q, a, m);
-    fmpz_clear(a);
-    fmpz_clear(m);
-    return ok;
+    return fmpq_reconstruct_fmpz(q, a, m);
 }
 
 /* The coefficients of pair c, where its column follows from the fields' columns. */
@@ -104,8 +105,7 @@ static void expand(struct sym_work *w, struct sym_result *r, const struct sym_sp
 {
     struct sym_commutator *p = r->commutator + c;
     int n = w->n + 1;
-    fmpq_t q;
-    fmpq_init(q);
+    SGA_ENDS(fmpq_end) fmpq_t q = { { 0, 1 } };
     p->factor = sga_malloc(((size_t)r->fields + 1) * sizeof *p->factor);
     p->closed = true;
     for (int k = 0; k < r->fields && p->closed; k++) {
@@ -118,7 +118,6 @@ static void expand(struct sym_work *w, struct sym_result *r, const struct sym_sp
             rest = expr_sub(w->st, rest, expr_mul(w->st, p->factor[k], r->field[k].component[a]));
         p->closed = sym_zero(w, rest) == SYM_TRUE;
     }
-    fmpq_clear(q);
 }
 
 bool sym_commutators(struct sym_work *w, struct sym_result *r, struct sga_error *err)
@@ -129,8 +128,8 @@ bool sym_commutators(struct sym_work *w, struct sym_result *r, struct sga_error 
     if (m < 2 || m > SGA_MOST_COMMUTING)
         return true;
     size_t pairs = (size_t)m * (size_t)(m - 1) / 2;
-    struct sym_space s = { 0 };
-    expr_id *value = sga_malloc(pairs * (size_t)n * sizeof *value);
+    SGA_ENDS(sym_space_clear) struct sym_space s = { 0 };
+    SGA_FREED expr_id *value = sga_malloc(pairs * (size_t)n * sizeof *value);
     r->commutator = sga_calloc(pairs, sizeof *r->commutator);
     for (int i = 0; i < m; i++)
         for (int j = i + 1; j < m; j++) {
@@ -142,7 +141,6 @@ bool sym_commutators(struct sym_work *w, struct sym_result *r, struct sga_error 
         for (int c = 0; c < r->commutators && sga_budget_ok(w->budget, NULL); c++)
             expand(w, r, &s, c, value + c * n);
     }
-    sym_space_clear(&s);
-    free(value);
+    assert(r->commutators <= m * (m - 1) / 2);
     return sga_budget_ok(w->budget, err);
 }

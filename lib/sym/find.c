@@ -1,15 +1,20 @@
 /* The stages in their order. */
 #include <stdlib.h>
 
+#include "arena.h"
 #include "mem.h"
+#include "oracle.h"
+#include "reduction.h"
 #include "sym_work.h"
+#include "system.h"
 #include "warnings.h"
 
 /* [K_i, K_j] in K on Pf. */
 static enum sym_truth gauge_closed(struct sym_work *w)
 {
     enum sym_truth all = SYM_TRUE;
-    expr_id defect, *v = sga_malloc(((size_t)w->n + 1) * sizeof *v);
+    expr_id defect;
+    SGA_FREED expr_id *v = sga_malloc(((size_t)w->n + 1) * sizeof *v);
     if (w->gauges > SGA_MOST_GAUGE_CLOSED) {
         all = SYM_UNKNOWN;
         sga_limit_met(w->budget, SGA_LIMIT_GAUGE_CLOSED);
@@ -20,7 +25,6 @@ static enum sym_truth gauge_closed(struct sym_work *w)
             sym_modulo_gauge(w, w->gauge, v);
             all = sym_and(all, sym_all_zero(w, v, w->n, &defect));
         }
-    free(v);
     return all;
 }
 
@@ -41,7 +45,7 @@ bool sym_find(struct sym_work *w, const struct sym_request *request, struct sym_
     sym_presymplectic(w, out);
     out->gauge_closed = gauge_closed(w);
     bool ok = true;
-    if (request->has_search && w->sol->field && w->shadow->reals) {
+    if (request->has_search && w->sol->field && w->oracle->reals) {
         ok = sym_search_fields(w, &request->search, out, err) && sym_search_integrals(w, &request->search, out, err)
              && sym_commutators(w, out, err) && ((out->closed != SYM_TRUE && !request->form) || sym_noether(w, request, out, err));
     } else if (request->has_search) {

@@ -2,7 +2,9 @@
  * derivative in time) and K(F) = 0 on Pf, modulo what is constant on Pf. */
 #include <stdlib.h>
 
+#include "budget.h"
 #include "mem.h"
+#include "modp.h"
 #include "sym_work.h"
 
 enum { MOST_UNKNOWNS = 1200 };

@@ -1,11 +1,14 @@
 /* Noether's theorem on a closed 2-form T: first integrals F and symmetries D with dF = i_D T
  * on Pf, among the combinations of what was found that do not move time. Where the equations were pulled back
  * to a submanifold, dF = i_D T is asked along the vectors tangent to it only. */
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "derive.h"
 #include "mem.h"
+#include "modp.h"
 #include "warnings.h"
 #include "sym_work.h"
 
@@ -74,6 +77,7 @@ static bool confirmed(struct sym_work *w, const struct potential *p, const fmpq 
 
 static void add(struct sym_work *w, struct sym_result *out, const fmpq *c, const expr_id *field)
 {
+    assert(out->integrals > 0 && out->fields > 0);
     struct sym_noether *r = out->noether + out->noethers++;
     r->integral = sym_combination(w, c, out->integral, out->integrals, 1);
     r->component = sga_malloc(((size_t)w->n + 1) * sizeof *r->component);
@@ -134,12 +138,11 @@ bool sym_noether(struct sym_work *w, const struct sym_request *request, struct s
     struct sym_problem problem = { .cols = p.cols, .node = p.node, .nodes = p.rows * p.cols, .rows = rows, .table = table, .ctx = &p };
     bool ok = expr_store_ok(w->st) && sym_solve(w, &problem, &found, &evidence, err);
     if (ok) {
-        expr_id *field = all_fields(w, out);
+        SGA_FREED expr_id *field = all_fields(w, out);
         out->noether = sga_calloc((size_t)found.count + 1, sizeof *out->noether);
         for (int k = 0; k < found.count; k++)
             if (confirmed(w, &p, found.value + (slong)k * found.cols, out->integrals))
                 add(w, out, found.value + (slong)k * found.cols, field);
-        free(field);
         sym_solutions_clear(&found);
     }
     free(p.node);

@@ -5,7 +5,15 @@
  * what comes out is checked like every other candidate. */
 #include <stdlib.h>
 
+#include "arb_ends.h"
+#include "arena.h"
+#include "ball.h"
+#include "budget.h"
+#include "flint_ends.h"
 #include "mem.h"
+#include "oracle.h"
+#include "points.h"
+#include "reduction.h"
 #include "seeds.h"
 #include "sym_work.h"
 
@@ -38,15 +46,13 @@ static bool tiny(const arb_t x)
 /* v -= v[j] row_j; radii are dropped: what they would say is not used. */
 static void subtract(const struct echelon *e, arb_ptr v, int j)
 {
-    arb_t f;
-    arb_init(f);
+    SGA_ENDS(arb_end) arb_t f = { 0 };
     arb_set(f, v + j);
     for (int k = j; k < e->cols; k++) {
         arb_submul(v + k, f, e->row[j] + k, PRECISION);
         mag_zero(arb_radref(v + k));
     }
     arb_zero(v + j);
-    arb_clear(f);
 }
 
 /* Takes v (of largest entry 1) where it is independent. */
@@ -82,29 +88,22 @@ static void finish(struct echelon *e)
 /* The simplest fraction that near, where it is simple. */
 static bool rational(fmpq_t q, const arb_t x)
 {
-    fmpq_t low, high, eps;
-    fmpq_init(low);
-    fmpq_init(high);
-    fmpq_init(eps);
+    SGA_ENDS(fmpq_end) fmpq_t low = { { 0, 1 } }, high = { { 0, 1 } }, eps = { { 0, 1 } };
     fmpq_set_si(eps, 1, 1);
     fmpq_div_2exp(eps, eps, ZERO);
     arf_get_fmpq(low, arb_midref(x));
     fmpq_add(high, low, eps);
     fmpq_sub(low, low, eps);
     fmpq_simplest_between(q, low, high);
-    fmpq_clear(low);
-    fmpq_clear(high);
-    fmpq_clear(eps);
     return fmpz_bits(fmpq_numref(q)) + fmpz_bits(fmpq_denref(q)) <= MOST_BITS;
 }
 
 /* The rows modulo the prime of s. */
 static bool reduce(const struct echelon *e, struct sym_space *s)
 {
-    mp_limb_t *v = sga_malloc(((size_t)e->cols + 1) * sizeof *v);
-    fmpq_t q;
+    SGA_FREED mp_limb_t *v = sga_malloc(((size_t)e->cols + 1) * sizeof *v);
+    SGA_ENDS(fmpq_end) fmpq_t q = { { 0, 1 } };
     bool ok = true;
-    fmpq_init(q);
     for (int j = 0; j < e->cols && ok; j++) {
         for (int k = 0; k < e->cols && e->row[j] && ok; k++) {
             ok = rational(q, e->row[j] + k);
@@ -114,8 +113,6 @@ static bool reduce(const struct echelon *e, struct sym_space *s)
         if (e->row[j] && ok)
             sym_space_insert(s, v);
     }
-    fmpq_clear(q);
-    free(v);
     return ok;
 }
 
@@ -177,23 +174,20 @@ static bool sample(struct sym_work *w, struct real *r, bool *enough, struct sga_
 {
     uint64_t random = SGA_SEED_SYM_REAL;
     int steady = 0, failures = 0;
-    int *end = sga_calloc((size_t)w->sol->generations + 2, sizeof *end), stages = sga_stages(w->sol, w->sol->constraints, end);
-    struct points_space space = w->shadow->space;
+    SGA_FREED int *end = sga_calloc((size_t)w->sol->generations + 2, sizeof *end);
+    int stages = sga_stages(w->sol, w->sol->constraints, end);
+    struct points_space space = w->oracle->space;
     while (steady < STEADY && failures < FAILURES) {
         int before = r->equation.rank + r->trivial.rank + r->gauge.rank;
-        struct points_point p;
-        if (!sga_budget_ok(w->budget, err)) {
-            free(end);
+        SGA_ENDS(points_point_clear) struct points_point p = { 0 };
+        if (!sga_budget_ok(w->budget, err))
             return false;
-        }
         enum points_status status = points_find_staged(&space, end, stages, space.near ? 0.3 : 1, &random, PRECISION, &p);
         if (status == POINTS_OK && p.certified && add_point(r, &p.ball))
             steady = r->equation.rank + r->trivial.rank + r->gauge.rank == before ? steady + 1 : 0;
         else
             failures++;
-        points_point_clear(&p);
     }
-    free(end);
     *enough = steady >= STEADY;
     return true;
 }
@@ -201,16 +195,14 @@ static bool sample(struct sym_work *w, struct real *r, bool *enough, struct sga_
 bool sym_real_spaces(struct sym_work *w, const struct sym_problem *p, struct sym_spaces *s, struct sym_evidence *evidence,
                      bool *enough, struct sga_error *err)
 {
-    struct sym_table t = { 0 };
+    SGA_ENDS(sym_table_clear) struct sym_table t = { 0 };
     struct real r = { .t = &t, .cols = p->cols };
     nmod_t mod;
     nmod_init(&mod, n_nextprime(UWORD(1) << 59, 1));
     *enough = false;
     *s = (struct sym_spaces){ 0 };
-    if (!p->table || !p->table(p->ctx, MOST_ENTRIES, &t) || !expr_store_ok(w->st)) {
-        sym_table_clear(&t);
+    if (!p->table || !p->table(p->ctx, MOST_ENTRIES, &t) || !expr_store_ok(w->st))
         return true;
-    }
     echelon_init(&r.equation, p->cols);
     echelon_init(&r.trivial, p->cols);
     echelon_init(&r.gauge, p->cols);
@@ -233,7 +225,6 @@ bool sym_real_spaces(struct sym_work *w, const struct sym_problem *p, struct sym
     echelon_clear(&r.gauge);
     _arb_vec_clear(r.v, p->cols);
     _arb_vec_clear(r.first, p->cols);
-    sym_table_clear(&t);
     return ok;
 }
 

@@ -3,14 +3,20 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
+#include "budget.h"
 #include "derive.h"
 #include "mem.h"
+#include "modp.h"
+#include "reduction.h"
 #include "sym_work.h"
+#include "system.h"
 
 enum { MOST_UNKNOWNS = 1200, MOST_VARIABLES = 200 };
 
 /* Everything that the equations ask for, as nodes. */
 struct determining {
+    struct sga_arena mem;
     struct sym_work *w;
     struct sym_ansatz a;
     int m, cols;               /* components; functions times components */
@@ -120,7 +126,8 @@ static bool table(void *ctx, int most, struct sym_table *t)
     t->gauges = w->gauges ? d->m : 0;
     if ((double)(t->equations + t->trivials + t->gauges) * (double)cols > most)
         return false;
-    expr_id zero = expr_int(w->st, 0), *D = sga_malloc((n + 1) * sizeof *D), *v = sga_malloc((n + 1) * sizeof *v);
+    SGA_ARENA(mem);
+    expr_id zero = expr_int(w->st, 0), *D = sga_take(&mem, (n + 1) * sizeof *D), *v = sga_take(&mem, (n + 1) * sizeof *v);
     t->equation = sga_malloc(((size_t)t->equations * cols + 1) * sizeof *t->equation);
     t->trivial = sga_malloc(((size_t)t->trivials * cols + 1) * sizeof *t->trivial);
     t->gauge = sga_malloc(((size_t)t->gauges * cols + 1) * sizeof *t->gauge);
@@ -144,8 +151,6 @@ static bool table(void *ctx, int most, struct sym_table *t)
         for (size_t a = 0; a < (size_t)t->gauges; a++)
             t->gauge[a * cols + k] = D[a];
     }
-    free(D);
-    free(v);
     return true;
 }
 
@@ -159,10 +164,10 @@ static void prepare(struct determining *d)
 {
     struct sym_work *w = d->w;
     size_t n = (size_t)w->n, c = (size_t)w->sol->constraints, g = (size_t)w->gauges + 1, f = (size_t)d->a.count;
-    d->tangent = sga_malloc((c * (n + 1) + 1) * sizeof *d->tangent);
-    d->field = sga_malloc((g * n * (n + 1) + 1) * sizeof *d->field);
-    d->node = sga_malloc((c * (n + 1) + g * (n + 1) * (n + 1) + f * (n + 2) + 1) * sizeof *d->node);
-    d->v = sga_malloc((n + 1) * (size_t)d->cols * sizeof *d->v);
+    d->tangent = sga_take(&d->mem, (c * (n + 1) + 1) * sizeof *d->tangent);
+    d->field = sga_take(&d->mem, (g * n * (n + 1) + 1) * sizeof *d->field);
+    d->node = sga_take(&d->mem, (c * (n + 1) + g * (n + 1) * (n + 1) + f * (n + 2) + 1) * sizeof *d->node);
+    d->v = sga_take(&d->mem, (n + 1) * (size_t)d->cols * sizeof *d->v);
     for (size_t b = 0; b <= n; b++) {
         int symbol = b < n ? w->variable[b] : w->sys->time;
         for (size_t i = 0; i < c; i++)
@@ -184,13 +189,12 @@ static void prepare(struct determining *d)
 static enum sym_truth along_motion(struct sym_work *w, const expr_id *D)
 {
     size_t n = (size_t)w->n;
-    expr_id defect, *v = sga_malloc((n + 1) * sizeof *v);
+    expr_id defect;
+    SGA_FREED expr_id *v = sga_malloc((n + 1) * sizeof *v);
     for (size_t a = 0; a < n; a++)
         v[a] = expr_sub(w->st, D[a], expr_mul(w->st, D[n], w->field[a]));
     sym_modulo_gauge(w, w->gauge, v);
-    enum sym_truth truth = sym_all_zero(w, v, w->n, &defect);
-    free(v);
-    return truth;
+    return sym_all_zero(w, v, w->n, &defect);
 }
 
 /* A candidate becomes a field of the result where the check confirms it. */
@@ -238,9 +242,6 @@ bool sym_search_fields(struct sym_work *w, const struct sym_search *s, struct sy
         sym_solutions_clear(&found);
     }
     sym_ansatz_clear(&d.a);
-    free(d.tangent);
-    free(d.field);
-    free(d.node);
-    free(d.v);
+    sga_arena_end(&d.mem);
     return ok;
 }

@@ -4,12 +4,21 @@
  * no fewer than the rational ones, so a basis whose every member is confirmed afterwards is
  * complete. Coefficients come from their residues modulo one or more 60-bit primes (Chinese
  * remainders, rational reconstruction); a wrong guess does not pass the check that follows. */
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
+#include "ball.h"
+#include "budget.h"
 #include "derive.h"
 #include "mem.h"
+#include "modp.h"
+#include "modpoint.h"
+#include "oracle.h"
+#include "points.h"
+#include "reduction.h"
 #include "seeds.h"
 #include "sym_work.h"
 
@@ -35,11 +44,11 @@ static void spaces_clear(struct sym_spaces *s)
 static void choose_solved(struct sym_work *w, uint64_t *random)
 {
     int c = w->sol->constraints, n = w->n;
-    double *a = sga_calloc((size_t)c * (size_t)n + 1, sizeof *a);
-    num_ball_extend(&w->shadow->real[0].ball);
+    SGA_FREED double *a = sga_calloc((size_t)c * (size_t)n + 1, sizeof *a);
+    num_ball_extend(&w->oracle->real[0].ball);
     for (int i = 0; i < c; i++)
         for (int j = 0; j < n; j++)
-            a[i * n + j] = arf_get_d(arb_midref(num_ball_value(&w->shadow->real[0].ball, w->differential[i * n + j])), ARF_RND_NEAR);
+            a[i * n + j] = arf_get_d(arb_midref(num_ball_value(&w->oracle->real[0].ball, w->differential[i * n + j])), ARF_RND_NEAR);
     for (int i = 0; i < c; i++) {
         int best = -1;
         double most = 0, weight = 0;
@@ -64,23 +73,23 @@ static void choose_solved(struct sym_work *w, uint64_t *random)
     for (int i = 0; i < c; i++)
         for (int k = 0; k < i; k++)
             if (w->solved[i] == w->solved[k])
-                memcpy(w->solved, w->shadow->real[0].solved, (size_t)c * sizeof *w->solved);
-    free(a);
+                memcpy(w->solved, w->oracle->real[0].solved, (size_t)c * sizeof *w->solved);
 }
 
 bool sym_modpoint(struct sym_work *w, int prime, uint64_t *random, struct points_modpoint *at)
 {
+    assert(w->oracle->reals > 0);
     enum { MOST_VARIABLES = 400 };
     int c = w->sol->constraints;
     if (!w->solved) {
-        w->solved = sga_malloc(((size_t)c + 1) * sizeof *w->solved);
-        memcpy(w->solved, w->shadow->real[0].solved, (size_t)c * sizeof *w->solved);
+        w->solved = sga_take(&w->mem, ((size_t)c + 1) * sizeof *w->solved);
+        memcpy(w->solved, w->oracle->real[0].solved, (size_t)c * sizeof *w->solved);
     }
-    if (points_modpoint_find_modulo(at, &w->shadow->space, w->solved, prime, random))
+    if (points_modpoint_find_modulo(at, &w->oracle->space, w->solved, prime, random))
         return true;
     if (c && w->n <= MOST_VARIABLES) {
         if (!w->differential) {
-            w->differential = sga_malloc((size_t)(c * w->n) * sizeof *w->differential);
+            w->differential = sga_take(&w->mem, (size_t)(c * w->n) * sizeof *w->differential);
             for (int i = 0; i < c * w->n; i++)
                 w->differential[i] = expr_diff(w->st, w->constraint[i / w->n], w->variable[i % w->n]);
         }
@@ -136,7 +145,7 @@ static bool sample(struct sym_work *w, const struct sym_problem *p, int prime, u
 static void complement(const struct sym_space *from, const struct sym_space *base, const struct sym_space *other,
                        struct sym_space *to)
 {
-    mp_limb_t *v = sga_malloc(((size_t)from->cols + 1) * sizeof *v);
+    SGA_FREED mp_limb_t *v = sga_malloc(((size_t)from->cols + 1) * sizeof *v);
     sym_space_init(to, from->cols, from->mod);
     for (int j = 0; j < from->cols; j++) {
         if (!from->row[j])
@@ -148,35 +157,31 @@ static void complement(const struct sym_space *from, const struct sym_space *bas
         sym_space_insert(to, v);
     }
     sym_space_finish(to);
-    free(v);
 }
 
 /* The solutions modulo p: the distinguished ones modulo the trivial ones, then the others. */
 static void bases(const struct sym_problem *p, struct sym_spaces *s, struct sym_space *special, struct sym_space *rest)
 {
-    struct sym_space trivial, all, both;
+    SGA_ENDS(sym_space_clear) struct sym_space trivial, all;
     sym_space_finish(&s->equation);
     sym_space_finish(&s->trivial);
     sym_space_kernel(&s->equation, &all);
     sym_space_kernel(&s->trivial, &trivial);
     if (p->split) {
-        mp_limb_t *v = sga_malloc(((size_t)p->cols + 1) * sizeof *v);
+        SGA_FREED mp_limb_t *v = sga_malloc(((size_t)p->cols + 1) * sizeof *v);
         for (int j = 0; j < p->cols; j++)
             if (s->equation.row[j]) {
                 memcpy(v, s->equation.row[j], (size_t)p->cols * sizeof *v);
                 sym_space_insert(&s->gauge, v);
             }
         sym_space_finish(&s->gauge);
+        SGA_ENDS(sym_space_clear) struct sym_space both;
         sym_space_kernel(&s->gauge, &both);
         complement(&both, &trivial, NULL, special);
-        sym_space_clear(&both);
-        free(v);
     } else {
         sym_space_init(special, p->cols, all.mod);
     }
     complement(&all, &trivial, special, rest);
-    sym_space_clear(&trivial);
-    sym_space_clear(&all);
 }
 
 /* Residues of the present guess: rows of integers modulo `product`. */
@@ -280,15 +285,13 @@ void sym_solutions_clear(struct sym_solutions *s)
 /* One prime's spaces to the guess; true where all of it is rational. */
 static bool add_prime(const struct sym_problem *p, struct sym_spaces *s, struct lift *lift, struct sym_solutions *out)
 {
-    struct sym_space special, rest;
+    SGA_ENDS(sym_space_clear) struct sym_space special, rest;
     bases(p, s, &special, &rest);
     if (lift->started && !same_shape(lift, &special, &rest))
         lift_clear(lift);           /* one of the primes was unlucky */
     if (!lift->started)
         lift_start(lift, &special, &rest);
     lift_add(lift, &special, &rest);
-    sym_space_clear(&special);
-    sym_space_clear(&rest);
     return reconstruct(lift, out);
 }
 
@@ -296,25 +299,24 @@ static bool add_prime(const struct sym_problem *p, struct sym_spaces *s, struct 
 static bool solve_real(struct sym_work *w, const struct sym_problem *p, struct sym_solutions *out, struct sym_evidence *evidence,
                        bool *done, struct sga_error *err)
 {
-    struct sym_spaces s;
-    struct lift lift = { 0 };
+    SGA_ENDS(spaces_clear) struct sym_spaces s;
+    SGA_ENDS(lift_clear) struct lift lift = { 0 };
     bool enough, ok = sym_real_spaces(w, p, &s, evidence, &enough, err);
     *done = ok && enough && add_prime(p, &s, &lift, out);
-    lift_clear(&lift);
-    spaces_clear(&s);
     return ok;
 }
 
 bool sym_solve(struct sym_work *w, const struct sym_problem *p, struct sym_solutions *out, struct sym_evidence *evidence,
                struct sga_error *err)
 {
+    assert(p->cols > 0);
     uint64_t random = SGA_SEED_SYM_SOLVE;
-    struct lift lift = { 0 };
+    SGA_ENDS(lift_clear) struct lift lift = { 0 };
     bool ok = true, done = false;
     *out = (struct sym_solutions){ 0 };
     evidence->unknowns = p->cols;
     for (int prime = 0; prime < PRIMES_TRIED && evidence->primes < PRIMES && ok && !done; prime++) {
-        struct sym_spaces s;
+        SGA_ENDS(spaces_clear) struct sym_spaces s;
         bool enough;
         ok = sample(w, p, prime, &random, &s, evidence, &enough, err);
         if (ok && enough) {
@@ -322,7 +324,6 @@ bool sym_solve(struct sym_work *w, const struct sym_problem *p, struct sym_solut
             evidence->primes++;
             evidence->points += s.points;
         }
-        spaces_clear(&s);
         if (prime + 1 == PRIMES && !evidence->primes && w->sol->constraints && !evidence->kernels)
             break;             /* it is the constraints that cannot be met, not a missing root */
     }
@@ -333,6 +334,6 @@ bool sym_solve(struct sym_work *w, const struct sym_problem *p, struct sym_solut
     if (ok && !done)
         evidence->why_not = evidence->irrational ? "some coefficients are not rational numbers of moderate size" : evidence->primes
             ? "some coefficients are not rational numbers of moderate size" : "no random points of the constraint set modulo a prime were found at which all functions have values";
-    lift_clear(&lift);
+    assert(!ok || (out->count <= out->room && out->distinguished <= out->count));
     return ok;
 }

@@ -1,7 +1,9 @@
 /* Rows modulo a prime in echelon form, kept by pivot column. */
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
 #include "sym_work.h"
 
@@ -47,17 +49,30 @@ bool sym_space_insert(struct sym_space *s, mp_limb_t *v)
     return false;
 }
 
+bool sym_space_sane(const struct sym_space *s)
+{
+    int rank = 0;
+    bool sane = true;
+    for (int j = 0; j < s->cols && sane; j++) {
+        rank += s->row[j] != NULL;
+        sane = !s->row[j] || s->row[j][j] == 1;
+    }
+    return sane && rank == s->rank;
+}
+
 void sym_space_finish(struct sym_space *s)
 {
     for (int j = s->cols - 1; j >= 0; j--)
         for (int k = j + 1; k < s->cols && s->row[j]; k++)
             if (s->row[k] && s->row[j][k])
                 subtract(s, s->row[j], k, k);
+    assert(sym_space_sane(s));
 }
 
 void sym_space_kernel(const struct sym_space *s, struct sym_space *out)
 {
-    mp_limb_t *v = sga_malloc(((size_t)s->cols + 1) * sizeof *v);
+    assert(sym_space_sane(s));
+    SGA_FREED mp_limb_t *v = sga_malloc(((size_t)s->cols + 1) * sizeof *v);
     sym_space_init(out, s->cols, s->mod);
     for (int f = 0; f < s->cols; f++) {
         if (s->row[f])
@@ -70,5 +85,5 @@ void sym_space_kernel(const struct sym_space *s, struct sym_space *out)
         sym_space_insert(out, v);
     }
     sym_space_finish(out);
-    free(v);
+    assert(sym_space_sane(out) && out->rank == s->cols - s->rank);
 }

@@ -10,11 +10,16 @@
  * diffeomorphism that takes Pf into Pf, and D(phi) Y - Y(tau) X0(phi) lies in K(phi) for the
  * same Y. That T and alpha are preserved is sufficient only (theorem 3), and told apart.
  *
- * Works on a finished reduction and its shadow; the points of the shadow decide. */
+ * Works on a finished reduction and its oracle; the points of the oracle decide. */
 #ifndef SGA_SYM_SYM_H
 #define SGA_SYM_SYM_H
 
-#include "reduction.h"
+#include "expr.h"
+
+struct points_oracle;
+struct sga_budget;
+struct sga_solution;
+struct sys_system;
 
 enum sym_truth { SYM_FALSE, SYM_TRUE, SYM_UNKNOWN };
 
@@ -89,10 +94,10 @@ struct sym_result {
 };
 
 /* The verdict must not be inconsistent. False where the budget ends, the store is full, or the
- * search has too many unknowns (LIMIT_VARIABLES). The shadow must not be used after
+ * search has too many unknowns (LIMIT_VARIABLES). The oracle must not be used after
  * sym_free. The work of a search is cubic in its unknowns. */
 struct sym_work;
-struct sym_work *sym_new(const struct sys_system *sys, const struct sga_solution *sol, struct points_shadow *shadow,
+struct sym_work *sym_new(const struct sys_system *sys, const struct sga_solution *sol, struct points_oracle *oracle,
                          const struct sga_budget *budget, bool tensor);
 void sym_free(struct sym_work *w);
 /* component: by variable, then time. For a field 0 where nothing is said; for a map the

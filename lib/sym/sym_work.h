@@ -4,13 +4,18 @@
 
 #include <flint/fmpq.h>
 
+#include "arena.h"
 #include "facts.h"
 #include "sym.h"
 
+struct num_modp;
+struct points_modpoint;
+
 struct sym_work {
+    struct sga_arena mem;      /* of all vectors below */
     const struct sys_system *sys;
     const struct sga_solution *sol;
-    struct points_shadow *shadow;
+    struct points_oracle *oracle;
     const struct sga_budget *budget;
     struct expr_store *st;
     struct expr_cone cone;
@@ -18,7 +23,7 @@ struct sym_work {
     int *column;               /* by symbol: variable, n for time */
     int n;
     bool tensor;
-    int *variable; expr_id *constraint;   /* of the shadow's space */
+    int *variable; expr_id *constraint;   /* of the oracle's space */
     expr_id *field;            /* n + 1: X0, then 1 for time */
     expr_id *gauge;            /* by gauge field, n + 1 each: the field, then 0 */
     int gauges;
@@ -61,6 +66,8 @@ void sym_space_clear(struct sym_space *s);
 bool sym_space_insert(struct sym_space *s, mp_limb_t *v);
 void sym_space_reduce(const struct sym_space *s, mp_limb_t *v);
 /* Every pivot column gets 0 in the other rows. */
+/* By pivot column a row with 1 there, rank of them. Linear in the columns. */
+bool sym_space_sane(const struct sym_space *s);
 void sym_space_finish(struct sym_space *s);
 /* The vectors that all rows annihilate, as rows of `out` (initialised here, finished). s is finished. */
 void sym_space_kernel(const struct sym_space *s, struct sym_space *out);

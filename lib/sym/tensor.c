@@ -6,8 +6,11 @@
 
 #include <stdlib.h>
 
+#include "arena.h"
 #include "derive.h"
 #include "mem.h"
+#include "oracle.h"
+#include "system.h"
 #include "warnings.h"
 
 /* d[i * n + k] = d phi^k / d x_i */
@@ -50,7 +53,8 @@ void sym_field_preserves(struct sym_work *w, const expr_id *D, struct sym_check 
     int n = w->n;
     if (!usable(w) || !expr_is_const(st, D[n]))
         return;
-    expr_id *d = partials(w, D), *T = sga_malloc((size_t)(n * n + n + 1) * sizeof *T), *alpha = T + n * n;
+    SGA_FREED expr_id *d = partials(w, D), *T = sga_malloc((size_t)(n * n + n + 1) * sizeof *T);
+    expr_id *alpha = T + n * n;
     for (int i = 0; i < n * n; i++)
         T[i] = expr_int(st, 0);
     for (int k = 0; k < n; k++) {
@@ -70,8 +74,6 @@ void sym_field_preserves(struct sym_work *w, const expr_id *D, struct sym_check 
             add_product(st, alpha + i, w->sys->row[k].alpha, d[i * n + k]);
     }
     report(w, c, T, alpha);
-    free(d);
-    free(T);
 }
 
 void sym_map_preserves(struct sym_work *w, const expr_id *phi, const expr_id *subst, struct sym_check *c)
@@ -80,7 +82,8 @@ void sym_map_preserves(struct sym_work *w, const expr_id *phi, const expr_id *su
     int n = w->n;
     if (!usable(w) || phi[n] != st->symbol[w->sys->time].node)
         return;
-    expr_id *d = partials(w, phi), *T = sga_malloc((size_t)(n * n + n + 1) * sizeof *T), *alpha = T + n * n;
+    SGA_FREED expr_id *d = partials(w, phi), *T = sga_malloc((size_t)(n * n + n + 1) * sizeof *T);
+    expr_id *alpha = T + n * n;
     for (int i = 0; i < n * n; i++)
         T[i] = expr_neg(st, sym_entry(w, i / n, i % n));
     for (int i = 0; i < n; i++)
@@ -101,22 +104,20 @@ void sym_map_preserves(struct sym_work *w, const expr_id *phi, const expr_id *su
         }
     }
     report(w, c, T, alpha);
-    free(d);
-    free(T);
 }
 
-/* Zero on all of M, at points of a shadow of its own. */
-static enum sym_truth vanish(struct points_shadow *space, struct expr_store *st, expr_id e)
+/* Zero on all of M, at points of a oracle of its own. */
+static enum sym_truth vanish(struct points_oracle *space, struct expr_store *st, expr_id e)
 {
     if (expr_is_zero(st, e))
         return SYM_TRUE;
     if (!space->reals)
         return SYM_UNKNOWN;
-    struct points_decision d = points_shadow_zero(space, e);
+    struct points_decision d = points_oracle_zero(space, e);
     return d.truth == POINTS_ZERO ? SYM_TRUE : d.truth == POINTS_NONZERO ? SYM_FALSE : SYM_UNKNOWN;
 }
 
-static enum sym_truth closed_form(struct sym_work *w, struct points_shadow *space)
+static enum sym_truth closed_form(struct sym_work *w, struct points_oracle *space)
 {
     struct expr_store *st = w->st;
     int n = w->n;
@@ -141,12 +142,12 @@ void sym_presymplectic(struct sym_work *w, struct sym_result *out)
         sga_limit_met(w->budget, SGA_LIMIT_CLOSED);
     if (!usable(w) || n > SGA_MOST_CLOSED)
         return;
-    struct points_shadow space;
-    struct points_space all = w->shadow->space;
+    SGA_ENDS(points_oracle_clear) struct points_oracle space;
+    struct points_space all = w->oracle->space;
     all.constraint = NULL;
     all.constraints = 0;
-    points_shadow_init(&space, 20250815);
-    points_shadow_sample(&space, &all);
+    points_oracle_init(&space, 20250815);
+    points_oracle_sample(&space, &all);
     out->antisymmetric = out->alpha_closed = SYM_TRUE;
     for (int i = 0; i < n; i++)
         for (int j = i; j < n; j++) {
@@ -159,5 +160,4 @@ void sym_presymplectic(struct sym_work *w, struct sym_result *out)
                 out->alpha_closed = sym_and(out->alpha_closed, vanish(&space, st, curl));
         }
     out->closed = out->antisymmetric == SYM_TRUE ? closed_form(w, &space) : SYM_UNKNOWN;
-    points_shadow_clear(&space);
 }

@@ -1,22 +1,28 @@
 /* Derivatives along fields, brackets, and the part of a vector outside the gauge fields. */
 #include "sym_work.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
+#include "budget.h"
 #include "derive.h"
 #include "mem.h"
+#include "oracle.h"
+#include "points.h"
 #include "poly.h"
+#include "reduction.h"
+#include "system.h"
 
 expr_id sym_derive(struct sym_work *w, const expr_id *D, expr_id f)
 {
-    struct expr_term *term = NULL;
+    SGA_FREED struct expr_term *term = NULL;
     size_t cap = 0;
     expr_id sum = expr_int(w->st, 0);
     int count = expr_gradient(w->st, &w->cone, f, w->active, &term, &cap);
     for (int k = 0; k < count; k++)
         sum = expr_add(w->st, sum, expr_mul(w->st, D[w->column[term[k].symbol]], term[k].value));
-    free(term);
     return sum;
 }
 
@@ -31,6 +37,7 @@ void sym_bracket(struct sym_work *w, const expr_id *D, const expr_id *Y, expr_id
 
 void sym_modulo_gauge(struct sym_work *w, const expr_id *gauge, expr_id *v)
 {
+    assert(w->gauges <= w->sol->free_columns);
     struct expr_store *st = w->st;
     for (int k = 0; k < w->gauges; k++) {
         expr_id part = v[w->sol->free_column[k]];
@@ -56,9 +63,9 @@ enum sym_truth sym_zero(struct sym_work *w, expr_id e)
 {
     if (expr_is_zero(w->st, e))
         return SYM_TRUE;
-    if (e == EXPR_UNDEF || !w->shadow->reals)
+    if (e == EXPR_UNDEF || !w->oracle->reals)
         return SYM_UNKNOWN;
-    struct points_decision d = points_shadow_zero(w->shadow, e);
+    struct points_decision d = points_oracle_zero(w->oracle, e);
     return d.truth == POINTS_ZERO ? SYM_TRUE : d.truth == POINTS_NONZERO ? SYM_FALSE : SYM_UNKNOWN;
 }
 
@@ -82,11 +89,13 @@ enum sym_truth sym_note(struct sym_work *w, struct sym_check *c, const char *con
             poly_normal(w->st, e, &limits, &e);
         c->defect[c->defects++] = (struct sym_defect){ condition, e, truth == SYM_FALSE };
     }
+    assert(c->defects <= SYM_DEFECTS);
     return truth;
 }
 
 expr_id sym_entry(struct sym_work *w, int i, int j)
 {
+    assert(i >= 0 && i < w->sys->rows && j < w->n);
     const struct sys_row *r = w->sys->row + i;
     for (int k = 0; k < r->entries; k++)
         if (r->entry[k].col == j)
@@ -94,17 +103,17 @@ expr_id sym_entry(struct sym_work *w, int i, int j)
     return expr_int(w->st, 0);
 }
 
-/* The reduction is over, and so are the arrays that its shadow knew. */
+/* The reduction is over, and so are the arrays that its oracle knew. */
 static void set_space(struct sym_work *w)
 {
     const struct sga_solution *sol = w->sol;
-    w->variable = sga_malloc(((size_t)w->n + 1) * sizeof *w->variable);
-    w->constraint = sga_malloc(((size_t)sol->constraints + 1) * sizeof *w->constraint);
+    w->variable = sga_take(&w->mem, ((size_t)w->n + 1) * sizeof *w->variable);
+    w->constraint = sga_take(&w->mem, ((size_t)sol->constraints + 1) * sizeof *w->constraint);
     for (int j = 0; j < w->n; j++)
         w->variable[j] = w->sys->variable[j].symbol;
     for (int i = 0; i < sol->constraints; i++)
         w->constraint[i] = sol->constraint[i].expr;
-    struct points_space *space = &w->shadow->space;
+    struct points_space *space = &w->oracle->space;
     space->variable = w->variable;
     space->variables = w->n;
     space->parameter = w->sys->parameter;
@@ -118,9 +127,9 @@ static void set_fields(struct sym_work *w)
 {
     size_t n = (size_t)w->n;
     w->gauges = w->sol->gauge ? w->sol->free_columns : 0;
-    w->field = sga_malloc((n + 1) * sizeof *w->field);
-    w->gauge = sga_malloc((n + 1) * (size_t)(w->gauges + 1) * sizeof *w->gauge);
-    w->is_free = sga_calloc(n + 1, 1);
+    w->field = sga_take(&w->mem, (n + 1) * sizeof *w->field);
+    w->gauge = sga_take(&w->mem, (n + 1) * (size_t)(w->gauges + 1) * sizeof *w->gauge);
+    w->is_free = sga_zeros(&w->mem, n + 1, 1);
     for (size_t a = 0; a < n; a++)
         w->field[a] = w->sol->field ? w->sol->field[a] : expr_int(w->st, 0);
     w->field[n] = expr_int(w->st, 1);
@@ -131,16 +140,16 @@ static void set_fields(struct sym_work *w)
     }
 }
 
-struct sym_work *sym_new(const struct sys_system *sys, const struct sga_solution *sol, struct points_shadow *shadow,
+struct sym_work *sym_new(const struct sys_system *sys, const struct sga_solution *sol, struct points_oracle *oracle,
                          const struct sga_budget *budget, bool tensor)
 {
     struct sym_work *w = sga_calloc(1, sizeof *w);
-    *w = (struct sym_work){ .sys = sys, .sol = sol, .shadow = shadow, .budget = budget, .st = sys->store,
+    *w = (struct sym_work){ .sys = sys, .sol = sol, .oracle = oracle, .budget = budget, .st = sys->store,
                             .n = sys->variables, .tensor = tensor && sys->rows == sys->variables };
     size_t symbols = (size_t)w->st->symbols + 1;
     expr_cone_init(&w->cone);
-    w->active = sga_calloc(symbols, 1);
-    w->column = sga_calloc(symbols, sizeof *w->column);
+    w->active = sga_zeros(&w->mem, symbols, 1);
+    w->column = sga_zeros(&w->mem, symbols, sizeof *w->column);
     for (int j = 0; j < w->n; j++) {
         w->active[sys->variable[j].symbol] = 1;
         w->column[sys->variable[j].symbol] = j;
@@ -157,14 +166,6 @@ void sym_free(struct sym_work *w)
     if (!w)
         return;
     expr_cone_clear(&w->cone);
-    free(w->active);
-    free(w->column);
-    free(w->variable);
-    free(w->constraint);
-    free(w->field);
-    free(w->gauge);
-    free(w->is_free);
-    free(w->solved);
-    free(w->differential);
+    sga_arena_end(&w->mem);
     free(w);
 }

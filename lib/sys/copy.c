@@ -1,6 +1,8 @@
 /* Copies of systems, whole or in part, with symbols replaced. */
+#include <assert.h>
 #include <stdlib.h>
 
+#include "arena.h"
 #include "mem.h"
 #include "system.h"
 
@@ -15,7 +17,7 @@ void sys_copy_part(struct sys_system *to, const struct sys_system *from, const s
 {
     struct expr_store *st = from->store;
     int variables = part ? part->variables : from->variables, rows = part ? part->rows : from->rows;
-    int *place = sga_malloc(((size_t)from->variables + 1) * sizeof *place);
+    SGA_FREED int *place = sga_malloc(((size_t)from->variables + 1) * sizeof *place);
     sys_init(to, st);
     to->time = from->time;
     to->square = from->square;
@@ -37,7 +39,7 @@ void sys_copy_part(struct sys_system *to, const struct sys_system *from, const s
     }
     for (int i = 0; i < from->restrictions; i++)
         sys_add_restriction(to, replaced(st, from->restriction[i], map));
-    free(place);
+    assert(to->rows == rows && to->variables == variables);
 }
 
 void sys_copy(struct sys_system *to, const struct sys_system *from)

@@ -4,8 +4,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "derive.h"
 #include "mem.h"
+#include "system.h"
 
 static bool has_role(const struct sys_system *s, int j, const char *role)
 {
@@ -71,13 +73,13 @@ struct met {
 static struct met occurrences(const struct sys_system *s, const int *place)
 {
     struct met met = { sga_calloc((size_t)s->variables + 1, sizeof(int)), sga_calloc((size_t)s->variables + 1, sizeof(int)) };
-    int *last = sga_calloc((size_t)s->variables + 1, sizeof *last);
-    struct expr_cone cone;
+    SGA_FREED int *last = sga_calloc((size_t)s->variables + 1, sizeof *last);
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
     expr_cone_init(&cone);
     for (int i = 0; i < s->rows + s->restrictions; i++) {
         const struct sys_row *row = i < s->rows ? s->row + i : NULL;
         int entries = row ? row->entries : 0;
-        expr_id *root = sga_malloc((size_t)(entries + 1) * sizeof *root);
+        SGA_FREED expr_id *root = sga_malloc((size_t)(entries + 1) * sizeof *root);
         for (int k = 0; k < entries; k++)
             root[k] = row->entry[k].value;
         root[entries] = row ? row->alpha : s->restriction[i - s->rows];
@@ -91,10 +93,7 @@ static struct met occurrences(const struct sys_system *s, const int *place)
                 met.bare[j] += entries == 0;
             }
         }
-        free(root);
     }
-    expr_cone_clear(&cone);
-    free(last);
     return met;
 }
 
@@ -155,9 +154,10 @@ static bool name_for_bare(const struct sys_system *s, struct met *met, const int
 /* Rows that only give names do not count as rows without derivatives: a multiplier in a force that has a name is one. */
 static void see_through_names(const struct sys_system *s, const int *place, const int *rows, struct met *met)
 {
-    unsigned char *seen = sga_calloc((size_t)s->rows + 1, 1);
-    int *list = sga_malloc((size_t)(s->variables + 1) * sizeof *list);
-    struct expr_cone cone;
+    SGA_ARENA(mem);
+    unsigned char *seen = sga_zeros(&mem, (size_t)s->rows + 1, 1);
+    int *list = sga_take(&mem, (size_t)(s->variables + 1) * sizeof *list);
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
     expr_cone_init(&cone);
     for (int names = 1; names >= 0; names--)      /* first rows that name, then what they name */
         for (bool more = true; more;) {
@@ -176,9 +176,6 @@ static void see_through_names(const struct sys_system *s, const int *place, cons
                 }
             }
         }
-    expr_cone_clear(&cone);
-    free(list);
-    free(seen);
 }
 
 /* Rows that define what nothing else asks for. */
@@ -196,8 +193,10 @@ static void drop_definitions(const struct sys_system *s, const int *place, const
 /* Definitions x' = v as a graph: what is left when sources and ends are taken off again and again lies on circles. */
 static void find_velocities(const struct sys_system *s, const int *place, unsigned char *kind)
 {
-    int n = s->variables, edges = 0, *from = sga_malloc((size_t)(s->rows + 1) * sizeof *from), *to = sga_malloc((size_t)(s->rows + 1) * sizeof *to);
-    int *in = sga_calloc((size_t)n + 1, sizeof *in);
+    SGA_ARENA(mem);
+    int n = s->variables, edges = 0, *from = sga_take(&mem, (size_t)(s->rows + 1) * sizeof *from);
+    int *to = sga_take(&mem, (size_t)(s->rows + 1) * sizeof *to);
+    int *in = sga_zeros(&mem, (size_t)n + 1, sizeof *in);
     for (int i = 0; i < s->rows; i++) {
         int of, v = defines(s, place, s->row + i, &of);
         if (v < 0 || kind[v] >= SYS_ALGEBRAIC)
@@ -217,15 +216,12 @@ static void find_velocities(const struct sys_system *s, const int *place, unsign
                 from[e] = -1;
             }
     }
-    free(from);
-    free(to);
-    free(in);
 }
 
 void sys_kinds(const struct sys_system *s, unsigned char *kind)
 {
-    int *place = places(s), *rows = asked_for(s);
-    unsigned char *slack = sga_calloc((size_t)s->variables + 1, 1);
+    SGA_FREED int *place = places(s), *rows = asked_for(s);
+    SGA_FREED unsigned char *slack = sga_calloc((size_t)s->variables + 1, 1);
     struct met met = occurrences(s, place);
     drop_definitions(s, place, met.count, rows, slack);
     see_through_names(s, place, rows, &met);
@@ -237,9 +233,6 @@ void sys_kinds(const struct sys_system *s, unsigned char *kind)
             kind[j] = velocity_by_role(s, j) ? SYS_VELOCITY : SYS_COORDINATE;
     }
     find_velocities(s, place, kind);
-    free(place);
-    free(rows);
-    free(slack);
     free(met.count);
     free(met.bare);
 }
@@ -257,11 +250,10 @@ static int by_name(const void *a, const void *b)
 void sys_by_name(const struct sys_system *s, int *order)
 {
     size_t n = (size_t)s->variables;
-    struct named *list = sga_malloc((n + 1) * sizeof *list);
+    SGA_FREED struct named *list = sga_malloc((n + 1) * sizeof *list);
     for (size_t j = 0; j < n; j++)
         list[j] = (struct named){ s->store->symbol[s->variable[j].symbol].name, (int)j };
     qsort(list, n, sizeof *list, by_name);
     for (size_t j = 0; j < n; j++)
         order[j] = list[j].place;
-    free(list);
 }

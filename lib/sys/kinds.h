@@ -2,7 +2,7 @@
 #ifndef SGA_SYS_KINDS_H
 #define SGA_SYS_KINDS_H
 
-#include "system.h"
+struct sys_system;
 
 enum sys_kind {
     SYS_COORDINATE,     /* its derivative enters the equations */

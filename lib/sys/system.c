@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
 
 /* The arrays of a system carry a count and no capacity: they grow when the count is
@@ -48,6 +49,7 @@ void sys_clear(struct sys_system *s)
 
 void sys_add_variable(struct sys_system *s, int symbol, const char *role)
 {
+    assert(symbol >= 0 && symbol < s->store->symbols);
     GROW(s->variable, s->variables);
     s->variable[s->variables++] = (struct sys_variable){ .symbol = symbol, .role = role };
 }
@@ -104,6 +106,7 @@ void sys_add_restriction(struct sys_system *s, expr_id e)
 
 void sys_add_parameter(struct sys_system *s, int symbol)
 {
+    assert(symbol >= 0 && symbol < s->store->symbols);
     GROW(s->parameter, s->parameters);
     s->parameter[s->parameters++] = symbol;
 }
@@ -140,7 +143,7 @@ static bool row_sane(const struct sys_system *s, const struct sys_row *r)
 bool sys_sane(const struct sys_system *s)
 {
     bool sane = s->time >= 0 && s->time < s->store->symbols;
-    unsigned char *met = sga_calloc((size_t)s->store->symbols + 1, 1);
+    SGA_FREED unsigned char *met = sga_calloc((size_t)s->store->symbols + 1, 1);
     for (int j = 0; j < s->variables && sane; j++) {
         int symbol = s->variable[j].symbol;
         sane = symbol >= 0 && symbol < s->store->symbols && !met[symbol]++;
@@ -151,6 +154,5 @@ bool sys_sane(const struct sys_system *s)
         sane = row_sane(s, s->row + i);
     for (int i = 0; i < s->restrictions && sane; i++)
         sane = s->restriction[i] > 0 && s->restriction[i] < s->store->nodes;
-    free(met);
     return sane;
 }

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "mem.h"
+#include "points.h"
 #include "seeds.h"
 #include "tiers.h"
 #include "watch.h"

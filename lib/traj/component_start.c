@@ -6,9 +6,15 @@
 #include <string.h>
 
 #include "consistent.h"
+#include "field.h"
+#include "flow.h"
+#include "manifold.h"
 #include "mem.h"
+#include "reduction.h"
 #include "seeds.h"
 #include "set_points.h"
+#include "sizes.h"
+#include "system.h"
 #include "tiers.h"
 #include "watch.h"
 

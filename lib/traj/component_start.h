@@ -2,7 +2,10 @@
 #ifndef SGA_TRAJ_COMPONENT_START_H
 #define SGA_TRAJ_COMPONENT_START_H
 
-#include "flow.h"
+struct flow;
+struct sga_solution;
+struct sys_system;
+struct traj_request;
 
 /* The constraints of a set that is a union vanish on its other components too (x y = exp(x) - 1 is a curve and the line x = 0), and the point
  * nearest to the guess may lie on one of these, where the rank drops. x, such a start, which was moved from the guess, becomes the

@@ -7,13 +7,16 @@
 #include <string.h>
 
 #include "ball.h"
-#include "kinds.h"
+#include "budget.h"
+#include "manifold.h"
 #include "mem.h"
 #include "print.h"
+#include "reduction.h"
 #include "seeds.h"
 #include "set_points.h"
+#include "sizes.h"
+#include "system.h"
 #include "tiers.h"
-#include "watch.h"
 
 /* Dense steps: that many variables, and that many operations for a factorisation. */
 enum { MOST = 100, FEW_STARTS = 4 };

@@ -2,9 +2,10 @@
 #ifndef SGA_TRAJ_CONSISTENT_H
 #define SGA_TRAJ_CONSISTENT_H
 
-#include "manifold.h"
-#include "sizes.h"
 #include "trajectory.h"
+
+struct manifold;
+struct sizes;
 
 /* x becomes the point of the final set nearest to rq->initial at rq->start, tier by tier (tiers.h), in the norm
  * whose unit for variable j is max(1, |initial_j| / 100), its natural size in the place of 1

@@ -5,8 +5,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "manifold.h"
 #include "mem.h"
+#include "points.h"
 #include "seeds.h"
+#include "sizes.h"
 #include "watch.h"
 
 /* Values that were not given may move this much more easily. */

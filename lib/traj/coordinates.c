@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "kinds.h"
+#include "manifold.h"
 #include "mem.h"
 
 static const double DEAR = 1e8;

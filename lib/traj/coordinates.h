@@ -2,8 +2,9 @@
 #ifndef SGA_TRAJ_COORDINATES_H
 #define SGA_TRAJ_COORDINATES_H
 
-#include "manifold.h"
 #include "trajectory.h"
+
+struct manifold;
 
 /* solved[j] (n, zero on entry) becomes 1 for variables that the constraints can be solved for near x, as many as there are
  * independent constraints: multipliers and algebraic variables first, then velocities, then coordinates (sys/kinds.h), of each

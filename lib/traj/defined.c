@@ -10,6 +10,8 @@
 #include "facts.h"
 #include "flow.h"
 #include "mem.h"
+#include "system.h"
+#include "tape.h"
 
 /* Given values are met up to this, relative to 1 + |value|. */
 static const double MET = 1e-10;

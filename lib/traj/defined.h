@@ -4,6 +4,8 @@
 #ifndef SGA_TRAJ_DEFINED_H
 #define SGA_TRAJ_DEFINED_H
 
+#include "reduction.h"
+#include "system.h"
 #include "trajectory.h"
 
 struct defined {

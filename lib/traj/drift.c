@@ -5,7 +5,10 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "budget.h"
 #include "mem.h"
+#include "system.h"
+#include "tape.h"
 
 static void look(struct traj_drift *d, double t, double value)
 {

@@ -7,7 +7,9 @@
 
 #include "consistent.h"
 #include "kinds.h"
+#include "manifold.h"
 #include "mem.h"
+#include "sizes.h"
 #include "warnings.h"
 
 enum { MOST = SGA_MOST_EDGES };

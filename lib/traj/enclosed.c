@@ -7,8 +7,15 @@
 #include <string.h>
 
 #include "ball.h"
+#include "budget.h"
+#include "buf.h"
+#include "flow.h"
 #include "mem.h"
+#include "points.h"
 #include "print.h"
+#include "reduction.h"
+#include "system.h"
+#include "trajectory.h"
 
 enum { FIRST_EXTRA = 48, LEAST_BITS = 80, MOST_BITS = 10000 };
 

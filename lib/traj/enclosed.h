@@ -3,7 +3,13 @@
 #define SGA_TRAJ_ENCLOSED_H
 
 #include "enclose.h"
-#include "flow.h"
+
+struct flow;
+struct sga_solution;
+struct sizes;
+struct sys_system;
+struct traj_request;
+struct traj_result;
 
 /* Boxes that are proved to hold the solution at the samples, with radii within the tolerances,
  * at as many bits as that takes. r->initial holds the consistent start in double, and its exact meaning is that of

@@ -11,6 +11,9 @@
 
 #include "derive.h"
 #include "mem.h"
+#include "reduction.h"
+#include "sizes.h"
+#include "trajectory.h"
 
 /* A double as a constant of the store. */
 static expr_id exact(struct expr_store *st, double v)

@@ -6,7 +6,15 @@
 #include <string.h>
 
 #include "ball.h"
+#include "budget.h"
+#include "field.h"
+#include "flow.h"
+#include "gauge_choice.h"
 #include "mem.h"
+#include "points.h"
+#include "reduction.h"
+#include "system.h"
+#include "trajectory.h"
 
 /* The proved point may be this far from where double arithmetic came to rest, beside 1 + |x|. */
 static const double SAME_POINT = 1e-6;

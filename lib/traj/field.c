@@ -6,8 +6,16 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "jacobian.h"
 #include "larger.h"
+#include "lin_sparse.h"
 #include "mem.h"
+#include "ode.h"
+#include "points.h"
+#include "reduction.h"
+#include "stages.h"
+#include "system.h"
+#include "tape.h"
 #include "warnings.h"
 
 int *field_inputs(const struct sys_system *sys)

@@ -3,11 +3,12 @@
 #define SGA_TRAJ_FIELD_H
 
 #include "gauge_choice.h"
-#include "jacobian.h"
-#include "lin_sparse.h"
-#include "manifold.h"
-#include "ode.h"
+#include "switches.h"
 #include "trajectory.h"
+
+struct ode_code;
+struct sga_stage_code;
+struct sga_stages;
 
 /* Two ways to the same vector. The fast one evaluates the expressions of the reduced
  * field, with the gauge choice in them (gauge_choice.h); it is used where there are such expressions and no

@@ -7,7 +7,10 @@
 #include <string.h>
 
 #include "mem.h"
+#include "points.h"
 #include "print.h"
+#include "system.h"
+#include "tape.h"
 #include "warnings.h"
 
 /* Remember how large the pivots are where the motion starts. */

@@ -8,10 +8,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "definition.h"
+#include "jacobian.h"
 #include "kinds.h"
 #include "larger.h"
 #include "leastnorm.h"
 #include "mem.h"
+#include "system.h"
 #include "told.h"
 #include "watch.h"
 

@@ -7,7 +7,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "jacobian.h"
+#include "lin_sparse.h"
 #include "mem.h"
+#include "system.h"
+#include "tape.h"
 
 bool field_slope_init(struct field *f, struct sga_error *err)
 {

@@ -4,6 +4,8 @@
 
 #include "field.h"
 #include "mem.h"
+#include "system.h"
+#include "tape.h"
 
 /* Of what is added up. */
 static const double ROUNDING = 1e-14;

@@ -8,8 +8,12 @@
 #include <string.h>
 
 #include "facts.h"
+#include "manifold.h"
 #include "mem.h"
+#include "points.h"
 #include "poly.h"
+#include "system.h"
+#include "tape.h"
 #include "watch.h"
 
 /* A pivot this much smaller than at the start hands over to the general way. */

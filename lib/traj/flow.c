@@ -6,13 +6,18 @@
 #include <string.h>
 
 #include "all_given.h"
+#include "budget.h"
 #include "component_start.h"
 #include "bands.h"
 #include "consistent.h"
+#include "jacobian.h"
 #include "mem.h"
+#include "ode.h"
 #include "seeds.h"
 #include "set_points.h"
 #include "signals.h"
+#include "system.h"
+#include "tape.h"
 
 /* From here on series are faster than other methods where they are short programs: measured over the references. */
 #define FAST_RTOL 1.1e-7

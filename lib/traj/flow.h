@@ -6,10 +6,14 @@
 #include "flow_series.h"
 #include "inputs.h"
 #include "manifold.h"
-#include "ode.h"
 #include "redundant.h"
 #include "sizes.h"
 #include "trajectory.h"
+
+struct ode_options;
+struct ode_problem;
+struct ode_result;
+struct ode_start;
 
 struct flow {
     struct manifold manifold;

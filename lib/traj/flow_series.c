@@ -4,7 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "field.h"
 #include "mem.h"
+#include "tape.h"
 
 enum { HEADROOM = 4 };         /* for the tighter solution that errors are estimated by */
 enum { SHORT = 50 };           /* operations: with more, those of an order take longer than the rest of a step */

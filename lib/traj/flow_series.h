@@ -2,8 +2,9 @@
 #ifndef SGA_TRAJ_FLOW_SERIES_H
 #define SGA_TRAJ_FLOW_SERIES_H
 
-#include "field.h"
 #include "jet.h"
+
+struct field;
 
 struct series {
     struct num_jet *jet;

@@ -8,6 +8,8 @@
 #include "facts.h"
 #include "mem.h"
 #include "poly.h"
+#include "reduction.h"
+#include "system.h"
 
 /* Nodes that a choice may add. Evaluating so many takes about as long as solving a hundred dense rows. */
 enum { MOST_NODES = 100000 };

@@ -7,6 +7,7 @@
 #include "flow.h"
 #include "mem.h"
 #include "sparse.h"
+#include "tape.h"
 
 /* The elimination of the differentials decides. */
 int flow_solved(struct flow *f, const struct traj_request *rq, const double *x, unsigned char *solved)

@@ -7,7 +7,9 @@
 #include <string.h>
 
 #include "mem.h"
+#include "ode.h"
 #include "smooth_pieces.h"
+#include "system.h"
 
 enum { TAME = 8, WILD = 100 };
 enum { MOST_INPUTS = SGA_MOST_INPUTS, MOST_PIECES = SGA_MOST_PIECES, LEAST_PIECES = 60 };

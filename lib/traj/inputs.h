@@ -3,7 +3,6 @@
 #ifndef SGA_TRAJ_INPUTS_H
 #define SGA_TRAJ_INPUTS_H
 
-#include "ode.h"
 #include "trajectory.h"
 
 struct inputs {

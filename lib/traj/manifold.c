@@ -5,8 +5,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "jacobian.h"
 #include "larger.h"
 #include "mem.h"
+#include "reduction.h"
+#include "system.h"
+#include "tape.h"
 #include "watch.h"
 
 enum { CHORD_ROWS = 24 };

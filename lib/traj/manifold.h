@@ -2,10 +2,12 @@
 #ifndef SGA_TRAJ_MANIFOLD_H
 #define SGA_TRAJ_MANIFOLD_H
 
-#include "jacobian.h"
 #include "normal.h"
-#include "reduction.h"
-#include "switches.h"
+
+struct num_switches;
+struct sga_error;
+struct sga_solution;
+struct sys_system;
 
 struct manifold {
     int n, c;

@@ -6,8 +6,10 @@
 
 #include <math.h>
 
+#include "jacobian.h"
 #include "larger.h"
 #include "mem.h"
+#include "tape.h"
 
 enum { CHORDS = 4 };
 /* A pivot that elimination has made this much smaller: the rows are too near to dependent

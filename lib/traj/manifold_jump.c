@@ -9,6 +9,7 @@
 
 #include "manifold.h"
 #include "mem.h"
+#include "tape.h"
 
 static const double SHORTEST = 1e-5;     /* of the ramp */
 static const double BENDS = 0.25;        /* of a part's length, its middle may lie beside the straight line */

@@ -5,7 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "larger.h"
 #include "leastnorm.h"
 #include "lin_symmetric.h"
 #include "mem.h"

@@ -7,6 +7,8 @@
 
 #include "flow.h"
 #include "mem.h"
+#include "system.h"
+#include "tape.h"
 
 enum { PLACES = 6 };
 static const double BESIDE = 1e-3;     /* of the variables: roundings differ from place to place */

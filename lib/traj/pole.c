@@ -11,9 +11,12 @@
 
 #include "facts.h"
 #include "field.h"
+#include "manifold.h"
 #include "mem.h"
 #include "poly.h"
 #include "seeds.h"
+#include "system.h"
+#include "tape.h"
 #include "watch.h"
 
 enum { ASKED = 3, DISTANCES = 3, NEWTON = 12 };

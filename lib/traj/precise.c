@@ -8,9 +8,15 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "budget.h"
 #include "collocation.h"
+#include "field.h"
+#include "flow.h"
 #include "mem.h"
+#include "system.h"
+#include "tape.h"
 #include "tolerance.h"
+#include "trajectory.h"
 
 #define LOOSER 10.0
 #define LOOSEST 1e4

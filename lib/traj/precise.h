@@ -8,8 +8,10 @@
 #ifndef SGA_TRAJ_PRECISE_H
 #define SGA_TRAJ_PRECISE_H
 
-#include "flow.h"
 #include "jet.h"
+#include "ode.h"
+
+struct field;
 
 /* What each solution may take. */
 struct precise_limits {

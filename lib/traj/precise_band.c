@@ -3,8 +3,10 @@
 #include <stdlib.h>
 
 #include "band.h"
+#include "flow.h"
 #include "mem.h"
 #include "precise_march.h"
+#include "tape.h"
 
 static const double PROBE = 1e-4;          /* of a step: for the rates at its ends */
 

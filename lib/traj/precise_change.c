@@ -3,8 +3,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "field.h"
+#include "flow.h"
 #include "mem.h"
 #include "precise_series.h"
+#include "tape.h"
 
 #define SMALL 1e-28            /* of the other coefficients: no direction */
 #define ROUNDINGS 64.0         /* of the state, in an argument */

@@ -12,8 +12,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "field.h"
+#include "flow.h"
+#include "lin_sparse.h"
 #include "mem.h"
 #include "precise_march.h"
+#include "trajectory.h"
 
 #define TRY_AFTER 30
 #define MANY_LEFT 100.0        /* steps to the last time, for a trial to be worth its work */

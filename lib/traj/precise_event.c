@@ -7,8 +7,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "flow.h"
 #include "mem.h"
 #include "tolerance.h"
+#include "trajectory.h"
 #include "watch.h"
 #include "precise_march.h"
 

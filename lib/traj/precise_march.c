@@ -5,9 +5,15 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "budget.h"
+#include "field.h"
+#include "flow.h"
+#include "inputs.h"
 #include "mem.h"
 #include "precise_march.h"
+#include "redundant.h"
 #include "tolerance.h"
+#include "trajectory.h"
 
 /* Steps this small against the time passed end a march that shrinks them. */
 #define SMALLEST 1e-25

@@ -3,7 +3,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "collocation.h"
 #include "lin_lu.h"
+#include "lin_sparse.h"
 #include "lu.h"
 #include "mem.h"
 #include "precise_stages.h"

@@ -3,9 +3,18 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "flow.h"
+#include "jacobian.h"
 #include "kinds.h"
+#include "manifold.h"
 #include "mem.h"
+#include "nearest.h"
+#include "normal.h"
 #include "precise.h"
+#include "sizes.h"
+#include "system.h"
+#include "tangent.h"
+#include "tape.h"
 #include "tiers.h"
 
 #define STEPS 12

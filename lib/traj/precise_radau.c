@@ -9,8 +9,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "collocation.h"
+#include "field.h"
+#include "flow.h"
 #include "mem.h"
 #include "precise_stages.h"
+#include "trajectory.h"
 
 #define LEAST_STAGES 5
 #define MOST_STAGES 24

@@ -13,8 +13,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "flow.h"
 #include "mem.h"
 #include "precise_series.h"
+#include "tape.h"
 
 #define AWAKE 1e4              /* roundings: a switch that was not held is off its surface */
 

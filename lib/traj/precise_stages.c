@@ -5,7 +5,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "budget.h"
+#include "collocation.h"
+#include "field.h"
+#include "flow.h"
+#include "jacobian.h"
+#include "lin_sparse.h"
 #include "mem.h"
+#include "trajectory.h"
 
 #define MOST_ITERATIONS 30
 #define MOST_MATRICES 6        /* for one step, in the second part */

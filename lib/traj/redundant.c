@@ -6,10 +6,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "jacobian.h"
 #include "mem.h"
 #include "seeds.h"
 #include "set_points.h"
 #include "sides.h"
+#include "system.h"
+#include "tape.h"
 
 /* Times the error allowed. Below it nothing is said; above the second something is, where balls cannot tell. */
 static const double DOUBT = 10, SURE = 1e3;

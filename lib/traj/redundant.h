@@ -7,7 +7,6 @@
 #ifndef SGA_TRAJ_REDUNDANT_H
 #define SGA_TRAJ_REDUNDANT_H
 
-#include "jacobian.h"
 #include "reduction.h"
 
 struct given {

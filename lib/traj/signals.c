@@ -6,8 +6,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "buf.h"
 #include "mem.h"
 #include "print.h"
+#include "reduction.h"
+#include "system.h"
 #include "table.h"
 
 /* The first symbol among roots that is a derivative of a table higher by more than `beyond` than what

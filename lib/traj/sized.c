@@ -4,6 +4,7 @@
 
 #include "flow.h"
 #include "mem.h"
+#include "ode.h"
 
 double *traj_column_errors(const double *error, int rows, int columns)
 {

@@ -6,7 +6,9 @@
 #include <string.h>
 
 #include "mem.h"
+#include "natural.h"
 #include "scaling.h"
+#include "system.h"
 #include "warnings.h"
 
 /* log2: sizes between are taken for 1; and what doubles hold with room. */
@@ -51,22 +53,14 @@ static double unit_of(double log, bool from_zero)
  * many variables. The caller frees it. */
 static struct scaling *sizes_of(const struct sys_system *sys, const struct traj_request *rq, int n, bool others, double *log)
 {
-    int *variable = sga_malloc((size_t)(n + 1) * sizeof *variable);
-    for (int j = 0; j < n; j++)
-        variable[j] = sys->variable[j].symbol;
-    struct scaling *w = scaling_new(sys->store, variable, n);
+    struct scaling *w = natural_scaling(sys, true, others);
     if (w) {
-        scaling_time(w, sys->time);
-        if (others)
-            scaling_even(w);
-        sga_terms(w, sys);
         if (scaling_cut(w) && !rq->own_atol)
             sga_limit_met(rq->budget, SGA_LIMIT_SCALED_TERMS);
         given(w, rq, n, others ? HINT : 1);
         scaling_logs(w, log);
         at_least_given(rq, n, log);
     }
-    free(variable);
     return w;
 }
 

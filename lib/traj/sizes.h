@@ -6,7 +6,6 @@
 #ifndef SGA_TRAJ_SIZES_H
 #define SGA_TRAJ_SIZES_H
 
-#include "reduction.h"
 #include "trajectory.h"
 
 struct sizes {

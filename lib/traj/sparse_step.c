@@ -5,7 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "larger.h"
+#include "jacobian.h"
+#include "lin_kkt.h"
+#include "lin_sparse.h"
 #include "mem.h"
 #include "sparse.h"
 #include "watch.h"

@@ -2,7 +2,6 @@
 #ifndef SGA_TRAJ_SPARSE_STEP_H
 #define SGA_TRAJ_SPARSE_STEP_H
 
-#include "lin_kkt.h"
 #include "manifold.h"
 
 struct sparse_step {

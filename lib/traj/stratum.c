@@ -8,6 +8,8 @@
 #include "field.h"
 #include "mem.h"
 #include "signal.h"
+#include "system.h"
+#include "tape.h"
 
 /* Variables this much larger than where the motion started are on their way to infinity. */
 static const double GROWN = 1e3;

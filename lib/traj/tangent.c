@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "jacobian.h"
 #include "larger.h"
 #include "leastnorm.h"
 #include "mem.h"

@@ -6,9 +6,16 @@
 #include <string.h>
 
 #include "guess.h"
+#include "jacobian.h"
 #include "kinds.h"
 #include "larger.h"
+#include "manifold.h"
 #include "mem.h"
+#include "nearest.h"
+#include "points.h"
+#include "sizes.h"
+#include "system.h"
+#include "tangent.h"
 #include "watch.h"
 
 /* Towards the set, values that were not given move this much more easily. */

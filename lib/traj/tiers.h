@@ -12,9 +12,10 @@
 #ifndef SGA_TRAJ_TIERS_H
 #define SGA_TRAJ_TIERS_H
 
-#include "nearest.h"
-#include "sizes.h"
 #include "trajectory.h"
+
+struct manifold;
+struct sizes;
 
 /* What stays where it was given. */
 enum tiers_stage { TIERS_KEEP_ALL, TIERS_KEEP_STATES, TIERS_MOVE_ALL, TIERS_KEEP_PLACES, TIERS_MOVE_PLACES, TIERS_STAGES };

@@ -5,7 +5,10 @@
 
 #include "kinds.h"
 #include "mem.h"
+#include "points.h"
+#include "sizes.h"
 #include "sparse_step.h"
+#include "system.h"
 #include "tiers.h"
 #include "watch.h"
 

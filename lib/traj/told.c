@@ -6,7 +6,9 @@
 #include <stdlib.h>
 
 #include "ball.h"
+#include "definition.h"
 #include "mem.h"
+#include "system.h"
 
 enum { BITS = 64 };
 /* What is solved for has more roundings than what is evaluated. */

@@ -6,12 +6,17 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "budget.h"
+#include "buf.h"
 #include "defined.h"
 #include "enclosed.h"
 #include "flow.h"
 #include "mem.h"
+#include "points.h"
 #include "precise.h"
 #include "print.h"
+#include "system.h"
+#include "tape.h"
 #include "tolerance.h"
 
 /* Where a motion ends at a place that was located to a tolerance, a sample nearer to it than that cannot be said to

@@ -3,7 +3,12 @@
 #ifndef SGA_TRAJ_TRAJECTORY_H
 #define SGA_TRAJ_TRAJECTORY_H
 
-#include "reduction.h"
+#include "expr.h"
+
+struct points_oracle;
+struct sga_budget;
+struct sga_solution;
+struct sys_system;
 
 struct traj_rate {
     int variable;

@@ -9,7 +9,7 @@
 bool command_run(int argc, char **argv, int *status)
 {
     static const struct { const char *name; int (*run)(int, char **); } commands[] = {
-        { "token", command_token }, { "backup", command_backup }, { "check", command_check },
+        { "token", command_token }, { "backup", command_backup }, { "restore", command_restore }, { "prune", command_prune }, { "check", command_check },
     };
     for (size_t i = 0; argc > 1 && i < sizeof commands / sizeof *commands; i++)
         if (strcmp(argv[1], commands[i].name) == 0) {

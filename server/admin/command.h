@@ -1,4 +1,4 @@
-/* What the program sgad does besides serving: `sgad token`, `sgad backup`, `sgad check`. */
+/* What the program sgad does besides serving: `sgad token`, `sgad backup`, `sgad restore`, `sgad check`, `sgad prune`. */
 #ifndef SERVER_COMMAND_H
 #define SERVER_COMMAND_H
 
@@ -18,6 +18,8 @@ char *command_state(const char *state, const char *config);
 
 int command_token(int argc, char **argv);      /* command_token.c */
 int command_backup(int argc, char **argv);     /* command_store.c */
+int command_restore(int argc, char **argv);
 int command_check(int argc, char **argv);
+int command_prune(int argc, char **argv);      /* command_prune.c */
 
 #endif

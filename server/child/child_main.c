@@ -1,4 +1,4 @@
-/* The child's side: one request after another, each by sga_run. */
+/* The child's side: one request after another, each run or only checked. */
 #define _GNU_SOURCE    /* close_range */
 #include "child.h"
 #include "budget.h"
@@ -47,7 +47,7 @@ static bool confine(pid_t parent, size_t memory, const struct sga_exec *exec)
     signal(SIGINT, SIG_IGN);         /* a terminal's ^C goes to the whole group: the parent decides */
     signal(SIGTERM, SIG_IGN);
     if (sandbox_enter(&s, why, sizeof why))
-        return true;
+        return wire_send(SOCKET, WIRE_READY, 0, NULL, 0);
     wire_send(SOCKET, WIRE_UNSAFE, 0, why, strlen(why));
     return false;
 }
@@ -115,6 +115,17 @@ static bool run(const char *request, size_t length, const struct allowance *allo
     return sent;
 }
 
+static bool check(const char *request, size_t length)
+{
+    struct sga_buf out = { 0 };
+    struct sga_error err = { 0 };
+    bool ok = sga_canonical(request, length, &out, &err);
+    bool sent = ok ? wire_send(SOCKET, WIRE_DONE, resident(), out.data, out.len)
+                   : wire_send(SOCKET, WIRE_ERROR, resident(), &err, sizeof err);
+    sga_buf_free(&out);
+    return sent;
+}
+
 /* Until the socket is closed; the exit code. */
 static int serve(const struct allowance *allowed)
 {
@@ -123,10 +134,10 @@ static int serve(const struct allowance *allowed)
         if (h.type == WIRE_CANCEL)
             continue;                /* it came after the end of its job */
         char *request = malloc((size_t)h.length + 1);
-        if (h.type != WIRE_RUN || !request || !wire_read(SOCKET, request, h.length))
+        if ((h.type != WIRE_RUN && h.type != WIRE_CHECK) || !request || !wire_read(SOCKET, request, h.length))
             return 1;
         request[h.length] = 0;
-        bool sent = run(request, h.length, allowed);
+        bool sent = h.type == WIRE_RUN ? run(request, h.length, allowed) : check(request, h.length);
         free(request);
         if (!sent)
             return 0;

@@ -9,10 +9,12 @@
 
 enum wire_type {
     WIRE_RUN = 'R',         /* to the child: a canonical request */
+    WIRE_CHECK = 'Q',       /* to the child: a request to read and check; the canonical one is its WIRE_DONE */
     WIRE_CANCEL = 'C',      /* to the child: stop; empty */
     WIRE_PROGRESS = 'P',    /* from it: struct wire_progress */
     WIRE_DONE = 'D',        /* from it: the result's text */
     WIRE_ERROR = 'E',       /* from it: struct sga_error */
+    WIRE_READY = 'Y',       /* from it, once: it has confined itself and waits for requests; empty */
     WIRE_UNSAFE = 'U',      /* from it: why it could not confine itself; it ends with this */
     WIRE_LAST = 'L'         /* from it: struct sga_error, and it ends with this */
 };

@@ -57,17 +57,30 @@ static bool limit_resources(const struct sandbox *s, char *why, size_t size)
         && limit(RLIMIT_MEMLOCK, 0, why, size) && (!s->memory || limit(RLIMIT_AS, s->memory, why, size));
 }
 
+/* Of a kernel that is newer than its headers: the attributes of ruleset by the versions of Landlock,
+ * each of which adds rights at the upper end of its words, and words. A kernel refuses what it does not know. */
+struct ruleset { uint64_t files, network, scopes; };
+
+static const struct { uint64_t files, network, scopes; size_t size; } landlock[] = {
+    [1] = { 0x1fff, 0, 0, 8 },       /* execute, write, read, list, remove, make */
+    [2] = { 0x3fff, 0, 0, 8 },       /* refer */
+    [3] = { 0x7fff, 0, 0, 8 },       /* truncate */
+    [4] = { 0x7fff, 3, 0, 16 },      /* TCP: bind, connect */
+    [5] = { 0xffff, 3, 0, 16 },      /* ioctl of devices */
+    [6] = { 0xffff, 3, 3, 24 },      /* abstract sockets and signals to those outside */
+};
+enum { LANDLOCK_KNOWN = sizeof landlock / sizeof *landlock - 1 };
+
 /* All accesses that this kernel can handle, and no rule: none is left. */
 static void forbid_files(void)
 {
     long version = syscall(SYS_landlock_create_ruleset, NULL, 0, LANDLOCK_CREATE_RULESET_VERSION);
     if (version < 1 || SANITIZED)
         return;
-    struct landlock_ruleset_attr all = { .handled_access_fs = LANDLOCK_ACCESS_FS_EXECUTE | LANDLOCK_ACCESS_FS_WRITE_FILE
-        | LANDLOCK_ACCESS_FS_READ_FILE | LANDLOCK_ACCESS_FS_READ_DIR | LANDLOCK_ACCESS_FS_REMOVE_DIR | LANDLOCK_ACCESS_FS_REMOVE_FILE
-        | LANDLOCK_ACCESS_FS_MAKE_CHAR | LANDLOCK_ACCESS_FS_MAKE_DIR | LANDLOCK_ACCESS_FS_MAKE_REG | LANDLOCK_ACCESS_FS_MAKE_SOCK
-        | LANDLOCK_ACCESS_FS_MAKE_FIFO | LANDLOCK_ACCESS_FS_MAKE_BLOCK | LANDLOCK_ACCESS_FS_MAKE_SYM };
-    int fd = (int)syscall(SYS_landlock_create_ruleset, &all, sizeof all, 0);
+    if (version > LANDLOCK_KNOWN)
+        version = LANDLOCK_KNOWN;
+    struct ruleset all = { landlock[version].files, landlock[version].network, landlock[version].scopes };
+    int fd = (int)syscall(SYS_landlock_create_ruleset, &all, landlock[version].size, 0);
     if (fd < 0)
         return;
     syscall(SYS_landlock_restrict_self, fd, 0);

@@ -1,5 +1,6 @@
-/* Threads that read and check requests, so that no reading keeps an HTTP thread, with all its
- * connections, from the others: a short text can mean a second of work. */
+/* Threads that have requests read and checked, each by a child process in its sandbox: a short
+ * text can mean a second of work, and its exact arithmetic can end a process. No HTTP thread
+ * reads a request, so none is kept from its other connections. */
 #ifndef SERVER_CHECK_THREADS_H
 #define SERVER_CHECK_THREADS_H
 
@@ -7,15 +8,15 @@
 
 struct check_threads;
 struct exchange;
+struct service;
 
-enum { CHECK_THREADS_INLINE = 1024 };      /* bodies up to so many bytes are checked where they are */
-
-/* NULL where threads or memory are missing. */
-struct check_threads *check_threads_new(void);
-/* Suspends the connection, checks e->body into e->check, and resumes it, once. False: closed,
- * or as many wait already as may; then nothing has happened. */
+/* Starts threads and children with the settings of the service. NULL where threads or memory are missing. */
+struct check_threads *check_threads_new(struct service *sv);
+/* Suspends the connection, has e->body checked into e->check, and resumes it, once. Accounts
+ * take turns, and each pays for its seconds. False: closed, or as many wait already as may, in
+ * all or of this account; then nothing has happened. */
 bool check_threads_submit(struct check_threads *cs, struct exchange *e);
-/* Those that wait are resumed unchecked, those at work end their check; no more are taken. */
+/* Those that wait or are at work are resumed unchecked; no more are taken. */
 void check_threads_close(struct check_threads *cs);
 void check_threads_free(struct check_threads *cs);           /* closed before; NULL is allowed */
 

@@ -50,6 +50,8 @@ struct exchange {
     bool preferred;                  /* the client said how long to wait */
     long wait_seconds;               /* granted */
     double wait_until;
+    bool withdrawn;                  /* its interest is: only the disk is waited for */
+    double stored_until;             /* how long it waits for the disk; 0: not asked yet */
 };
 
 /* A header of the request; NULL where there is none. */

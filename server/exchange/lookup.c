@@ -58,10 +58,16 @@ static enum lookup revive(struct service *sv, struct account *account, const cha
     case SUBMIT_DONE:
         outcome = LOOKUP_RECENT;
         break;
+    case SUBMIT_FULL:
+    case SUBMIT_QUOTA:
+        outcome = LOOKUP_FULL;
+        break;
     default:
         break;
     }
     free(s.request);
+    if (s.job)
+        jobs_load_interests(sv->jobs, s.job);
     *job = s.job;
     *finished = s.finished;
     return outcome;
@@ -96,11 +102,14 @@ enum lookup lookup_job(struct service *sv, const char *id, struct job **job, str
 
 struct sga_error lookup_error(enum lookup outcome)
 {
-    struct sga_error err = { .code = outcome == LOOKUP_BROKEN ? SGA_E_STORE : outcome == LOOKUP_BUSY ? SGA_E_BUSY : SGA_E_NOT_FOUND };
+    struct sga_error err = { .code = outcome == LOOKUP_BROKEN ? SGA_E_STORE : outcome == LOOKUP_BUSY ? SGA_E_BUSY
+                                     : outcome == LOOKUP_FULL ? SGA_E_QUEUE_FULL : SGA_E_NOT_FOUND };
     snprintf(err.detail, sizeof err.detail, "%s",
              outcome == LOOKUP_BROKEN ? "The job cannot be read from the store."
              : outcome == LOOKUP_BUSY ? "The results that are being sent take as much memory as they may. Try again soon."
-             : outcome == LOOKUP_GONE ? "The result of this job is no longer stored. Post the request again."
+             : outcome == LOOKUP_FULL ? "The result of this job is no longer stored, and the queue or a quota is full, so that it cannot be "
+                                        "computed again now. Try again later."
+             : outcome == LOOKUP_GONE ? "The result of this job is no longer stored. Post its request again, with a token that has the scope submit."
              : "There is no job with this id.");
     return err;
 }

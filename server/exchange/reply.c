@@ -82,9 +82,24 @@ enum MHD_Result reply_error(struct exchange *e, enum sga_code code, const char *
 enum MHD_Result reply_lookup(struct exchange *e, enum lookup outcome)
 {
     struct sga_error err = lookup_error(outcome);
-    if (outcome == LOOKUP_BUSY)
-        reply_header(e, "Retry-After", "2");
+    if (outcome == LOOKUP_BUSY || outcome == LOOKUP_FULL)
+        reply_header(e, "Retry-After", "%d", outcome == LOOKUP_BUSY ? 2 : 5);
     return reply_problem(e, &err);
+}
+
+bool exchange_sees(struct exchange *e)
+{
+    struct service *sv = e->service;
+    return !config_isolated(&sv->config) || e->scopes & SCOPE_ADMIN || jobs_asked(sv->jobs, e->segment, e->account)
+        || store_owned(sv->store, e->segment, e->account->name) == STORE_FOUND;
+}
+
+enum lookup exchange_lookup(struct exchange *e, struct finished **f)
+{
+    if (!exchange_sees(e))
+        return LOOKUP_NONE;
+    return e->scopes & SCOPE_SUBMIT ? lookup_or_run(e->service, e->account, e->segment, &e->job, f)
+                                    : lookup_job(e->service, e->segment, &e->job, f);
 }
 
 static void release(void *cls)

@@ -25,6 +25,11 @@ enum MHD_Result reply_error(struct exchange *e, enum sga_code code, const char *
 enum MHD_Result reply_finished(struct exchange *e, int status, struct finished *f, bool cached);
 /* A job that has not ended: its present state. */
 enum MHD_Result reply_job(struct exchange *e, int status, const struct job_look *look);
+/* May the caller know of the job of the path? Where jobs are each token's own, of those only that it
+ * asked for, or as an administrator. */
+bool exchange_sees(struct exchange *e);
+/* The job of the path: made again where its result is gone, for who may submit. */
+enum lookup exchange_lookup(struct exchange *e, struct finished **f);
 /* A job that was looked up and cannot be given. */
 enum MHD_Result reply_lookup(struct exchange *e, enum lookup outcome);
 /* Does If-None-Match name this tag? */

@@ -22,7 +22,7 @@ struct service {
     struct memory_cache *memory_cache;
     struct jobs *jobs;
     struct conns *conns;
-    struct check_threads *check_threads;   /* NULL: requests are checked where they come in */
+    struct check_threads *check_threads;
     struct tokens *tokens;          /* NULL where access is open */
     struct account *everyone;       /* of requests without a token */
     const char *const *route_names;   /* by number, for the metrics; NULL at the end */

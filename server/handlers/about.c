@@ -2,8 +2,10 @@
 #include "digest.h"
 #include "embed.h"
 #include "handlers.h"
+#include "log.h"
 #include "reply.h"
 #include "run.h"
+#include "tls.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -26,6 +28,8 @@ static enum sga_code obstacle(struct service *sv, const struct jobs_counts *coun
         return SGA_E_DRAINING;
     if (!store_healthy(sv->store))
         return SGA_E_STORE;
+    if (counts->idle)
+        return SGA_E_WORKER_DIED;
     return counts->full ? SGA_E_QUEUE_FULL : SGA_E_OK;
 }
 
@@ -37,6 +41,8 @@ enum MHD_Result handle_ready(struct exchange *e)
     if (code == SGA_E_OK)
         return reply_text(e, "{\"status\":\"ready\"}");
     reply_header(e, "Retry-After", "5");
+    if (code == SGA_E_WORKER_DIED)
+        return reply_error(e, SGA_E_BUSY, "No process can be started to run jobs: they wait. The service's log says why.");
     return reply_error(e, code, "No jobs are accepted at present.");
 }
 
@@ -47,7 +53,8 @@ enum MHD_Result handle_metrics(struct exchange *e)
     struct jobs_counts counts;
     jobs_count(sv->jobs, &counts);
     struct metrics_now now = { counts.queued, counts.running, counts.queue_bytes, counts.waiters, counts.streams,
-                               conns_count(sv->conns), store_healthy(sv->store), obstacle(sv, &counts) == SGA_E_OK };
+                               conns_count(sv->conns), store_healthy(sv->store), obstacle(sv, &counts) == SGA_E_OK, log_dropped(),
+                               counts.ending, counts.ending_bytes, (unsigned long)tls_expires() };
     metrics_write(&sv->metrics, &now, sv->route_names, &b);
     reply_header(e, "Cache-Control", "no-store");
     return reply_buf(e, 200, "text/plain; version=0.0.4; charset=utf-8", &b);

@@ -126,7 +126,7 @@ enum MHD_Result handle_events(struct exchange *e)
 {
     struct finished *f = NULL;
     struct jobs_counts counts;
-    enum lookup found = lookup_or_run(e->service, e->account, e->segment, &e->job, &f);
+    enum lookup found = exchange_lookup(e, &f);
     if (f)
         return ended(e, f);
     if (found != LOOKUP_LIVE)

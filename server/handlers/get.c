@@ -1,6 +1,6 @@
-/* GET and DELETE of jobs, and their list. A job belongs to the token that submitted it first:
- * that one, and those with the scope admin, may cancel it and find it in the list. Who knows its
- * id knows the request (the id is a digest of it), and may read the job. */
+/* GET and DELETE of jobs, and their list. A job belongs to the tokens that asked for it: each finds
+ * it in its list and may withdraw; it is cancelled where nobody else wants it, or by the scope
+ * admin. Who knows its id knows the request (the id is a digest of it), and may read the job. */
 #include "budget.h"
 #include "handlers.h"
 #include "lookup.h"
@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PAGE = 50, PAGE_MAX = 500, CANCEL_SECONDS = 3, STORE_SECONDS = 30 };
+enum { PAGE = 50, PAGE_MAX = 500, CANCEL_SECONDS = 3 };
 
 /* Takes over the reference. */
 static enum MHD_Result ended(struct exchange *e, struct finished *f)
@@ -43,7 +43,7 @@ enum MHD_Result handle_get_job(struct exchange *e)
     struct finished *f = NULL;
     if (e->job)
         return living(e);             /* resumed */
-    enum lookup found = lookup_or_run(e->service, e->account, e->segment, &e->job, &f);
+    enum lookup found = exchange_lookup(e, &f);
     if (f)
         return ended(e, f);
     if (found != LOOKUP_LIVE)
@@ -68,26 +68,63 @@ static enum MHD_Result cancelled(struct exchange *e)
     return reply_error(e, SGA_E_JOB_ENDED, "The job has ended already; its status is %s.", job_status_text(status));
 }
 
+/* An interest that was withdrawn, once that is on disk. */
+static enum MHD_Result withdrawn(struct exchange *e)
+{
+    struct job_look look;
+    if (!e->withdrawn) {
+        e->withdrawn = true;
+        job_unref(e->job);
+        if (!(e->job = jobs_barrier(e->service->jobs)))
+            return MHD_NO;
+        e->wait_until = sga_now() + (double)e->service->config.store_timeout;
+    }
+    if (exchange_wait(e, WAIT_STORED, e->wait_until))
+        return MHD_YES;
+    jobs_look(e->service->jobs, e->job, &look);
+    return look.stored == 1 ? reply_empty(e, 204) : reply_error(e, SGA_E_STORE, "That could not be written to the store. Try again later.");
+}
+
+/* A job that has ended: one's own place in the list goes. Where there are no tokens, and for
+ * administrators who did not ask for it themselves, the job does. */
+static enum MHD_Result delete_ended(struct exchange *e, enum job_status status)
+{
+    struct service *sv = e->service;
+    bool own = store_owned(sv->store, e->segment, e->account->name) == STORE_FOUND;
+    if (sv->tokens && own) {
+        jobs_drop_interest(sv->jobs, e->segment, e->account);
+        return withdrawn(e);
+    }
+    if (!sv->tokens || e->scopes & SCOPE_ADMIN) {
+        store_forget(sv->store, e->segment);
+        memory_cache_drop(sv->memory_cache, e->segment);
+        return withdrawn(e);
+    }
+    return reply_error(e, SGA_E_JOB_ENDED, "The job has ended already, and is not in this token's list; its status is %s.", job_status_text(status));
+}
+
 enum MHD_Result handle_delete(struct exchange *e)
 {
     struct finished *f = NULL;
     struct job *job = NULL;
-    if (e->job)
-        return cancelled(e);          /* resumed */
-    enum lookup found = lookup_job(e->service, e->segment, &job, &f);
+    if (e->job)                       /* resumed */
+        return e->withdrawn ? withdrawn(e) : cancelled(e);
+    enum lookup found = exchange_sees(e) ? lookup_job(e->service, e->segment, &job, &f) : LOOKUP_NONE;
     job_unref(job);
-    if (f) {
-        enum job_status status = f->status;
+    if (f || found == LOOKUP_GONE) {
+        enum job_status status = f ? f->status : JOB_DONE;
         finished_unref(f);
-        return reply_error(e, SGA_E_JOB_ENDED, "The job has ended already; its status is %s.", job_status_text(status));
+        return delete_ended(e, status);
     }
     if (found != LOOKUP_LIVE)
         return reply_lookup(e, found);
     enum cancel outcome = jobs_cancel(e->service->jobs, e->segment, e->scopes & SCOPE_ADMIN ? NULL : e->account, &e->job);
     if (outcome == CANCEL_NOT_YOURS)
-        return reply_error(e, SGA_E_SCOPE, "Another token submitted this job; to cancel it takes the scope admin.");
+        return reply_error(e, SGA_E_SCOPE, "This token did not ask for the job; to cancel it takes the scope admin.");
     if (outcome == CANCEL_UNKNOWN)
         return reply_error(e, SGA_E_JOB_ENDED, "The job has ended already.");
+    if (outcome == CANCEL_WITHDRAWN)
+        return withdrawn(e);
     e->wait_until = sga_now() + CANCEL_SECONDS;
     return cancelled(e);
 }
@@ -183,7 +220,7 @@ enum MHD_Result handle_list(struct exchange *e)
     if (!e->job) {
         if (!(e->job = jobs_barrier(e->service->jobs)))
             return MHD_NO;
-        if (exchange_wait(e, WAIT_STORED, sga_now() + STORE_SECONDS))
+        if (exchange_wait(e, WAIT_STORED, sga_now() + (double)e->service->config.store_timeout))
             return MHD_YES;
     }
     if (store_list(e->service->store, &q, &page) != STORE_FOUND)

@@ -1,8 +1,8 @@
 /* POST /v1/jobs and POST /v1/solve: from bytes to a job, or to its finished answer.
  *
- * A body seen before is answered from memory without reading it. Otherwise the library
- * checks it and makes the canonical text, whose digest is the job's id. A reply that
- * carries the end of a job does not wait for the disk; a 202 does. */
+ * A body seen before is answered from memory without reading it. Otherwise a child process
+ * checks it and makes the canonical text, whose digest is the job's id. A 202 waits for the
+ * job's row on disk, the end of a job for that end: what was said stays true over a crash. */
 #include "budget.h"
 #include "check_threads.h"
 #include "handlers.h"
@@ -15,46 +15,57 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SOLVE_SECONDS = 30, STORE_SECONDS = 60, RETRY_SECONDS = 1, FULL_SECONDS = 5 };
+enum { SOLVE_SECONDS = 30, RETRY_SECONDS = 1, FULL_SECONDS = 5 };
 
 static enum MHD_Result hit(struct exchange *e, struct finished *f, enum metrics_counter from)
 {
     metrics_add(&e->service->metrics, from);
+    if (*e->account->name)
+        jobs_note(e->service->jobs, f->id, e->account);
     reply_header(e, "Location", "/v1/jobs/%s", f->id);
     reply_header(e, "ETag", "%s", f->etag);
     return reply_finished(e, 200, f, true);
 }
 
+/* The end of a job, which the client waited for or was faster than its 202. Takes over the reference. */
+static enum MHD_Result ended(struct exchange *e, struct finished *f)
+{
+    reply_header(e, "Location", "/v1/jobs/%s", f->id);
+    reply_header(e, "ETag", "%s", f->etag);
+    return reply_finished(e, e->wait_seconds > 0 ? 200 : 202, f, false);
+}
+
+/* The job could not be kept. Who waited for an answer gets it all the same, without a Location. */
+static enum MHD_Result not_stored(struct exchange *e, struct finished *f)
+{
+    if (f && f->status == JOB_DONE && e->wait_seconds > 0)
+        return reply_finished(e, 200, f, false);
+    finished_unref(f);
+    reply_header(e, "Retry-After", "%d", RETRY_SECONDS);
+    return jobs_draining(e->service->jobs) ? reply_error(e, SGA_E_DRAINING, "The service is shutting down and could not keep the job.")
+                                           : reply_error(e, SGA_E_STORE, "The job could not be written to the store.");
+}
+
 /* The job in its present state: its end, or 202 once its row is on disk. */
 static enum MHD_Result answer(struct exchange *e)
 {
-    struct service *sv = e->service;
+    struct job_look look;
     if (e->wait_seconds > 0 && exchange_wait(e, WAIT_ENDED, e->wait_until))
         return MHD_YES;
-    struct job_look look;
-    jobs_look(sv->jobs, e->job, &look);
-    /* A 202 is a promise, also where the job was faster than the disk. */
-    if (look.stored == 0 && (!look.finished || e->wait_seconds <= 0)) {
-        finished_unref(look.finished);
-        if (exchange_wait(e, WAIT_STORED, sga_now() + STORE_SECONDS))
-            return MHD_YES;
-        jobs_look(sv->jobs, e->job, &look);
-    }
-    reply_header(e, "Location", "/v1/jobs/%s", look.row.id);
+    if (!e->stored_until)             /* once: a disk that stands still ends in a 503 */
+        e->stored_until = sga_now() + (double)e->service->config.store_timeout;
+    if (exchange_wait(e, WAIT_STORED, e->stored_until))
+        return MHD_YES;
+    jobs_look(e->service->jobs, e->job, &look);
     if (e->preferred)
         reply_header(e, "Preference-Applied", "wait=%ld", e->wait_seconds);
-    if (look.finished) {
-        reply_header(e, "ETag", "%s", look.finished->etag);
-        /* Who did not wait is told 202 in any case, once the row is on disk. */
-        if (e->wait_seconds > 0 || look.stored == 1)
-            return reply_finished(e, e->wait_seconds > 0 ? 200 : 202, look.finished, false);
-        finished_unref(look.finished);
-    }
+    if (look.stored != 1)
+        return not_stored(e, look.finished);
+    if (look.finished)
+        return ended(e, look.finished);
+    reply_header(e, "Location", "/v1/jobs/%s", look.row.id);
     reply_header(e, "Retry-After", "%d", RETRY_SECONDS);
-    if (look.stored == 1)
-        return reply_job(e, 202, &look);
-    return jobs_draining(sv->jobs) ? reply_error(e, SGA_E_DRAINING, "The service is shutting down and could not keep the job.")
-                                   : reply_error(e, SGA_E_STORE, "The job could not be written to the store.");
+    return reply_job(e, 202, &look);
 }
 
 static enum MHD_Result refuse(struct exchange *e, enum submit why, const struct submission *s)
@@ -76,6 +87,23 @@ static enum MHD_Result refuse(struct exchange *e, enum submit why, const struct 
     }
 }
 
+/* Jobs that are each token's own have its name in theirs; so have the digests of bodies. */
+static void name_job(struct exchange *e, char id[ID_LENGTH + 1], const struct sga_buf *canonical)
+{
+    char version[ACCOUNT_NAME + 160];
+    bool own = config_isolated(&e->service->config);
+    snprintf(version, sizeof version, "%s%s%s", sga_version(), own ? " for " : "", own ? e->account->name : "");
+    digest_id(id, version, canonical->data, canonical->len);
+}
+
+static void name_body(struct exchange *e)
+{
+    if (config_isolated(&e->service->config))
+        digest_kept(e->check.sum, e->account->name, e->body, e->length);
+    else
+        digest(e->check.sum, e->body, e->length);
+}
+
 /* A checked request: answered, refused, or a job in e->job. */
 static enum MHD_Result submit(struct exchange *e, const unsigned char *sum, struct sga_buf *canonical)
 {
@@ -84,7 +112,7 @@ static enum MHD_Result submit(struct exchange *e, const unsigned char *sum, stru
     struct finished *f = NULL;
     size_t length = canonical->len;
     exchange_free_body(e);            /* who waits holds no memory for what is known already */
-    digest_id(id, sga_version(), canonical->data, length);
+    name_job(e, id, canonical);
     memory_cache_alias(sv->memory_cache, sum, id);
     enum lookup found = lookup_job(sv, id, &e->job, &f);
     if (f && f->status == JOB_DONE)
@@ -115,12 +143,12 @@ static enum MHD_Result busy(struct exchange *e, const char *why)
     return reply_error(e, SGA_E_BUSY, "%s Try again soon.", why);
 }
 
-/* The body was checked: here, or on another thread. */
+/* The body was checked, by a child. */
 static enum MHD_Result checked(struct exchange *e, long seconds)
 {
     exchange_prefer(e, seconds);
     if (!e->check.ok) {
-        if (e->check.err.code == SGA_E_DRAINING)
+        if (e->check.err.code == SGA_E_DRAINING || e->check.err.code == SGA_E_BUSY)
             reply_header(e, "Retry-After", "%d", FULL_SECONDS);
         return reply_problem(e, &e->check.err);
     }
@@ -138,16 +166,13 @@ static enum MHD_Result post(struct exchange *e, long seconds)
         return answer(e);             /* resumed */
     if (e->check.done)
         return checked(e, seconds);   /* resumed too */
-    digest(e->check.sum, e->body, e->length);
+    name_body(e);
     struct finished *f = memory_cache_by_body(sv->memory_cache, e->check.sum);
     if (f)
         return hit(e, f, METRIC_CACHE_MEMORY);
     if (!room_for_reading(e->length))
         return busy(e, "There is not enough memory to read a request at this moment.");
-    if (sv->check_threads && e->length > CHECK_THREADS_INLINE)
-        return check_threads_submit(sv->check_threads, e) ? MHD_YES : busy(e, "Many requests wait to be read already.");
-    e->check.ok = sga_canonical((const char *)e->body, e->length, &e->check.canonical, &e->check.err);
-    return checked(e, seconds);
+    return check_threads_submit(sv->check_threads, e) ? MHD_YES : busy(e, "Many requests wait to be read already.");
 }
 
 enum MHD_Result handle_post_job(struct exchange *e)

@@ -50,7 +50,7 @@ bool result_part_find(struct exchange *e, const struct result_part_kind *kind, s
     struct finished *f = NULL;
     if ((*format = choose(e, kind, rc)) < 0)
         return false;
-    enum lookup found = lookup_or_run(e->service, e->account, e->segment, &e->job, &f);
+    enum lookup found = exchange_lookup(e, &f);
     if (found == LOOKUP_LIVE) {
         reply_header(e, "Retry-After", "1");
         *rc = reply_error(e, kind->missing, "The job has not ended yet.");

@@ -14,7 +14,7 @@
 #include <strings.h>
 
 struct seen {
-    int host, length, coding;
+    int host, length, coding, origins;
     const char *host_value, *coding_value, *origin;
     const char *end;             /* of the header before */
     bool bad_name, odd;
@@ -41,6 +41,7 @@ static enum MHD_Result look(void *cls, enum MHD_ValueKind kind, const char *name
         s->coding++;
         s->coding_value = value;
     } else if (strcasecmp(name, "Origin") == 0) {
+        s->origins++;
         s->origin = value;
     }
     return MHD_YES;
@@ -113,9 +114,70 @@ bool admit(struct exchange *e, const char *begin, struct sga_error *err)
         return sga_fail(err, SGA_E_BAD_REQUEST, "The only transfer encoding known is chunked.");
     if (!s.host_value || !known_authority(e->service, s.host_value))
         return sga_fail(err, SGA_E_FORBIDDEN_HOST, "The Host header names a host that is not served. Names are added with --allow-host.");
+    if (s.origins > 1)
+        return sga_fail(err, SGA_E_BAD_REQUEST, "There is more than one Origin header.");
     if (s.origin && !known_origin(e->service, s.origin))
         return sga_fail(err, SGA_E_FORBIDDEN_HOST, "Pages of this origin may not use the service.");
     return true;
+}
+
+struct parameters {
+    const char *known;           /* names, separated by blanks */
+    const char *unknown, *twice;
+    unsigned long seen;          /* bit set, by place in known */
+};
+
+/* The place of the name in the list; -1. */
+static int place(const char *known, const char *name)
+{
+    size_t n = strlen(name);
+    int at = 0;
+    for (const char *p = known; *p; at++) {
+        size_t k = strcspn(p, " ");
+        if (k == n && memcmp(p, name, n) == 0)
+            return at;
+        p += k + (p[k] == ' ');
+    }
+    return -1;
+}
+
+static enum MHD_Result parameter(void *cls, enum MHD_ValueKind kind, const char *name, const char *value)
+{
+    struct parameters *p = cls;
+    (void)kind;
+    (void)value;
+    int at = place(p->known, name);
+    if (at < 0)
+        p->unknown = name;
+    else if (p->seen & 1ul << at)
+        p->twice = name;
+    else
+        p->seen |= 1ul << at;
+    return MHD_YES;
+}
+
+bool admit_query(struct exchange *e, const char *known, struct sga_error *err)
+{
+    struct parameters p = { .known = known };
+    MHD_get_connection_values(e->connection, MHD_GET_ARGUMENT_KIND, parameter, &p);
+    if (p.unknown && !*known)
+        return sga_fail(err, SGA_E_BAD_REQUEST, "This path takes no query, such as `%.60s`.", p.unknown);
+    if (p.unknown)
+        return sga_fail(err, SGA_E_BAD_REQUEST, "The query has the parameter `%.60s`; this path knows only: %s.", p.unknown, known);
+    return !p.twice || sga_fail(err, SGA_E_BAD_REQUEST, "The query has the parameter `%.60s` twice.", p.twice);
+}
+
+/* Bodies are JSON in UTF-8, as they are. */
+static bool plain_body(struct exchange *e, const char *type, struct sga_error *err)
+{
+    const char *coding = exchange_header(e, "Content-Encoding"), *charset = strchr(type, ';');
+    if (coding && strcasecmp(coding, "identity") != 0)
+        return sga_fail(err, SGA_E_MEDIA_TYPE, "The Content-Encoding `%.60s` is not known: a request is sent as it is.", coding);
+    if (!charset)
+        return true;
+    charset += 1 + strspn(charset + 1, " \t");
+    bool utf8 = strcasecmp(charset, "charset=utf-8") == 0 || strcasecmp(charset, "charset=\"utf-8\"") == 0 || !*charset;
+    return utf8 || sga_fail(err, SGA_E_MEDIA_TYPE, "A request is sent in UTF-8: `%.60s` is not known.", charset);
 }
 
 bool admit_body(struct exchange *e, struct sga_error *err)
@@ -124,6 +186,8 @@ bool admit_body(struct exchange *e, struct sga_error *err)
     size_t n = type ? strcspn(type, "; \t") : 0;
     if (n != 16 || strncasecmp(type, "application/json", 16) != 0)
         return sga_fail(err, SGA_E_MEDIA_TYPE, "A request is sent with Content-Type: application/json.");
+    if (!plain_body(e, type, err))
+        return false;
     if (length && strtoull(length, NULL, 10) > (unsigned long long)e->service->config.body_limit)
         return sga_fail(err, SGA_E_BODY_TOO_LARGE, "The body may have at most %ld bytes.", atomic_load(&e->service->config.body_limit));
     return true;

@@ -15,7 +15,10 @@ enum { ADMIT_DROP_FACTOR = 4 };
  * at most four times the limit and the client does not wait for our leave (Expect). Replying
  * at once costs the connection, and many clients never see such a reply. */
 bool admit_drop(struct exchange *e);
-/* For requests with a body that is a job: type and announced size. */
+/* Has the query only parameters of this list (names with blanks between), each once? What is not
+ * known is refused: a misspelt filter would give everything. */
+bool admit_query(struct exchange *e, const char *known, struct sga_error *err);
+/* For requests with a body that is a job: type, coding and announced size. */
 bool admit_body(struct exchange *e, struct sga_error *err);
 
 #endif

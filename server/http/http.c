@@ -1,4 +1,4 @@
-/* The HTTP library: its options, its callbacks, and the thread that keeps the time.
+/* The HTTP library: its options and its callbacks.
  *
  * Internal polling with two threads and poll: epoll mode goes silent at 128 connections,
  * select fails past FD_SETSIZE, and one thread alone has long tails. A handler that must
@@ -12,6 +12,7 @@
 #include "log.h"
 #include "reply.h"
 #include "routes.h"
+#include "ticker.h"
 
 #include <pthread.h>
 #include <stdio.h>
@@ -20,15 +21,13 @@
 #include <strings.h>
 #include <unistd.h>
 
-enum { POOL = 2, TICK_MS = 50, CUT_MS = 1000, STOP_MS = 5000, BUSY_SECONDS = 2 };
+enum { POOL = 2, CUT_MS = 1000, STOP_MS = 5000, BUSY_SECONDS = 2 };
 
 struct http {
     struct service *service;
     struct MHD_Daemon *daemon[LISTEN_MOST];      /* one for each listening socket */
-    pthread_t ticker;
-    atomic_bool stop;
+    struct ticker ticker;
     struct listeners listeners;
-    struct tls tls;
     char url[LISTEN_MOST * 322];
 };
 
@@ -121,9 +120,19 @@ static void name_request(struct exchange *e)
         strcpy(e->traceparent, trace);
 }
 
+/* The path of a target in absolute form (RFC 9112, 3.2.2), as proxies send it. Its host counts as
+ * little as its scheme: the Host header was looked at. */
+static const char *without_authority(const char *target)
+{
+    size_t scheme = strncasecmp(target, "http://", 7) == 0 ? 7 : strncasecmp(target, "https://", 8) == 0 ? 8 : 0;
+    const char *slash = scheme ? strchr(target + scheme, '/') : target;
+    return slash ? slash : "/";
+}
+
 /* Finds what answers this path and method. False with err filled. */
 static bool find_route(struct exchange *e, const char *path, struct sga_error *err)
 {
+    path = without_authority(path);
     e->route = route_find(path, e->segment, sizeof e->segment);
     e->route_number = route_number(e->route);
     if (!e->route)
@@ -134,7 +143,7 @@ static bool find_route(struct exchange *e, const char *path, struct sga_error *e
         reply_header(e, "Allow", "%s", allow);
         return sga_fail(err, SGA_E_METHOD, "This path allows %s.", allow);
     }
-    if (!caller_admit(e, route_scope(e->route, e->method), err))
+    if (!caller_admit(e, route_scope(e->route, e->method), err) || !admit_query(e, e->route->query, err))
         return false;
     return strcmp(e->method, "POST") != 0 || admit_body(e, err);
 }
@@ -212,27 +221,6 @@ static enum MHD_Result on_request(void *cls, struct MHD_Connection *connection, 
 
 /* -- Starting and stopping -- */
 
-static void *tick(void *arg)
-{
-    struct http *h = arg;
-    struct service *sv = h->service;
-    double look_at_tokens = 0;
-    while (!atomic_load(&h->stop)) {
-        double now = sga_now();
-        if (sv->tokens && now >= look_at_tokens) {
-            char why[512];
-            if (!tokens_refresh(sv->tokens, false, why, sizeof why))
-                log_event(LOG_L_ERROR, "tokens_not_read", "reason", why, NULL);
-            look_at_tokens = now + 1;
-        }
-        jobs_tick(sv->jobs, now);
-        for (int cut = conns_reap(sv->conns, now, 0); cut > 0; cut--)
-            metrics_add(&sv->metrics, METRIC_REAPED);
-        usleep(TICK_MS * 1000);
-    }
-    return NULL;
-}
-
 static void log_library(void *cls, const char *fmt, va_list ap)
 {
     char text[512];
@@ -244,11 +232,10 @@ static void log_library(void *cls, const char *fmt, va_list ap)
 static struct MHD_Daemon *start_daemon(struct http *h, const struct listening *l)
 {
     struct service *sv = h->service;
-    bool secure = h->tls.cert && !l->local;
+    bool secure = tls_on() && !l->local;
     unsigned flags = MHD_USE_POLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ITC | MHD_USE_ERROR_LOG;
     struct MHD_OptionItem tls[] = {
-        { MHD_OPTION_HTTPS_MEM_CERT, 0, h->tls.cert },
-        { MHD_OPTION_HTTPS_MEM_KEY, 0, h->tls.key },
+        { MHD_OPTION_HTTPS_CERT_CALLBACK, 0, tls_retrieve() },
         { MHD_OPTION_HTTPS_PRIORITIES, 0, (void *)(uintptr_t)TLS_PRIORITIES },
         { MHD_OPTION_END, 0, NULL },
     }, none[] = { { MHD_OPTION_END, 0, NULL } };
@@ -257,6 +244,7 @@ static struct MHD_Daemon *start_daemon(struct http *h, const struct listening *l
                             MHD_OPTION_LISTEN_SOCKET, l->fd,
                             MHD_OPTION_THREAD_POOL_SIZE, (unsigned)POOL,
                             MHD_OPTION_CONNECTION_LIMIT, (unsigned)sv->config.connections,
+                            MHD_OPTION_PER_IP_CONNECTION_LIMIT, (unsigned)sv->config.address_connections,
                             MHD_OPTION_CONNECTION_TIMEOUT, (unsigned)sv->config.idle_timeout,
                             MHD_OPTION_STRICT_FOR_CLIENT, 1,
                             MHD_OPTION_NOTIFY_CONNECTION, on_connection, sv,
@@ -281,7 +269,7 @@ static void stop_daemons(struct http *h)
 static bool start_parts(struct http *h, char *why, size_t size)
 {
     struct service *sv = h->service;
-    if (!tls_read(&sv->config, &h->tls, why, size) || !listen_open(&sv->config, &h->listeners, why, size))
+    if (!tls_open(&sv->config, why, size) || !listen_open(&sv->config, &h->listeners, why, size))
         return false;
     sv->listeners = &h->listeners;
     for (int i = 0; i < h->listeners.count; i++) {
@@ -293,7 +281,7 @@ static bool start_parts(struct http *h, char *why, size_t size)
             return false;
         }
     }
-    if (pthread_create(&h->ticker, NULL, tick, h) == 0)
+    if (ticker_start(&h->ticker, sv))
         return true;
     snprintf(why, size, "no thread can be started");
     return false;
@@ -311,9 +299,14 @@ struct http *http_start(struct service *sv, char *why, size_t size)
     stop_daemons(h);
     sv->listeners = NULL;
     listen_close(&h->listeners);
-    tls_free(&h->tls);
+    tls_close();
     free(h);
     return NULL;
+}
+
+void http_renew(struct http *h)
+{
+    atomic_store(&h->ticker.renew, true);
 }
 
 const char *http_url(const struct http *h)
@@ -331,12 +324,11 @@ void http_stop(struct http *h)
             conns_reap(sv->conns, sga_now(), 1);
         usleep(10000);
     }
-    atomic_store(&h->stop, true);
-    pthread_join(h->ticker, NULL);
+    ticker_stop(&h->ticker);
     for (int i = 0; i < h->listeners.count; i++)
         MHD_stop_daemon(h->daemon[i]);
     sv->listeners = NULL;
     listen_close(&h->listeners);
-    tls_free(&h->tls);
+    tls_close();
     free(h);
 }

@@ -15,6 +15,8 @@ struct http *http_start(struct service *sv, char *why, size_t size);
  * are cut), and stops. Nobody may be suspended by then: waiters have been closed. */
 void http_stop(struct http *h);
 /* Where it listens, for people. */
+/* Reads the certificate anew, soon. */
+void http_renew(struct http *h);
 const char *http_url(const struct http *h);
 
 #endif

@@ -1,33 +1,33 @@
-/* Paths, with the scope that reading them needs (0: none, for probes and descriptions). The
- * order is that of the metrics' labels. */
+/* Paths, with the scope that reading them needs (0: none, for probes and descriptions), and the
+ * parameters that they take. The order is that of the metrics' labels. */
 #include "routes.h"
 
 #include <stdio.h>
 #include <string.h>
 
 #define ROUTES(X) \
-    X("/v1/jobs",              SCOPE_READ, handle_list,       handle_post_job, NULL) \
-    X("/v1/solve",             SCOPE_READ, NULL,              handle_solve,    NULL) \
-    X("/v1/jobs/*",            SCOPE_READ, handle_get_job,    NULL,            handle_delete) \
-    X("/v1/jobs/*/events",     SCOPE_READ, handle_events,     NULL,            NULL) \
-    X("/v1/jobs/*/trajectory", SCOPE_READ, handle_trajectory, NULL,            NULL) \
-    X("/v1/jobs/*/tradeoff",   SCOPE_READ, handle_tradeoff,   NULL,            NULL) \
-    X("/healthz",              0,          handle_health,     NULL,            NULL) \
-    X("/readyz",               0,          handle_ready,      NULL,            NULL) \
-    X("/metrics",              SCOPE_READ, handle_metrics,    NULL,            NULL) \
-    X("/openapi.json",         0,          handle_openapi,    NULL,            NULL) \
-    X("/v1/schema/*",          0,          handle_schema,     NULL,            NULL) \
-    X("/version",              0,          handle_version,    NULL,            NULL)
+    X("/v1/jobs",              SCOPE_READ, handle_list,       handle_post_job, NULL, "limit cursor status") \
+    X("/v1/solve",             SCOPE_READ, NULL,              handle_solve,    NULL, "") \
+    X("/v1/jobs/*",            SCOPE_READ, handle_get_job,    NULL,            handle_delete, "") \
+    X("/v1/jobs/*/events",     SCOPE_READ, handle_events,     NULL,            NULL, "") \
+    X("/v1/jobs/*/trajectory", SCOPE_READ, handle_trajectory, NULL,            NULL, "format") \
+    X("/v1/jobs/*/tradeoff",   SCOPE_READ, handle_tradeoff,   NULL,            NULL, "format") \
+    X("/healthz",              0,          handle_health,     NULL,            NULL, "") \
+    X("/readyz",               0,          handle_ready,      NULL,            NULL, "") \
+    X("/metrics",              SCOPE_READ, handle_metrics,    NULL,            NULL, "") \
+    X("/openapi.json",         0,          handle_openapi,    NULL,            NULL, "") \
+    X("/v1/schema/*",          0,          handle_schema,     NULL,            NULL, "") \
+    X("/version",              0,          handle_version,    NULL,            NULL, "")
 
 static const struct route routes[] = {
-#define X(pattern, scope, get, post, remove) { pattern, scope, get, post, remove },
+#define X(pattern, scope, get, post, remove, query) { pattern, scope, get, post, remove, query },
     ROUTES(X)
 #undef X
 };
 enum { COUNT = sizeof routes / sizeof *routes };
 
 const char *const route_names[] = {
-#define X(pattern, scope, get, post, remove) pattern,
+#define X(pattern, scope, get, post, remove, query) pattern,
     ROUTES(X)
 #undef X
     "other", NULL

@@ -8,6 +8,7 @@ struct route {
     const char *pattern;      /* "*" is one segment of any text */
     unsigned scope;           /* of GET; POST and DELETE need `submit` */
     handler *get, *post, *remove;
+    const char *query;        /* parameters that it knows, with blanks between */
 };
 
 /* The route of a path, with the text of its "*" in segment[size]; NULL: none. */

@@ -54,7 +54,10 @@ void job_unref(struct job *job)
     if (!job || atomic_fetch_sub(&job->refs, 1) != 1)
         return;
     free(job->row.error);
+    free(job->end.error);
     free(job->request);
+    jobs_free_interests(job);
+    finished_unref(job->ending);
     finished_unref(job->finished);
     free(job);
 }
@@ -62,6 +65,11 @@ void job_unref(struct job *job)
 const char *job_id(const struct job *job)
 {
     return job->row.id;
+}
+
+const struct account *job_account(const struct job *job)
+{
+    return job->account;
 }
 
 struct job **jobs_place(struct jobs *js, const char *id)
@@ -81,9 +89,6 @@ static void forget(struct job **at)
     struct job *job = *at;
     *at = job->chain;
     job->chain = NULL;
-    if (job->unsaved)
-        job->table->unsaved--;
-    job->unsaved = false;
     job_unref(job);
 }
 
@@ -115,11 +120,24 @@ static bool no_room(const struct jobs *js, size_t length)
         || js->queue_bytes + length > (unsigned long)js->config->queue_bytes;
 }
 
+/* No token takes more than its share of the queue, whatever its own quotas are. */
+static bool over_share(const struct jobs *js, struct submission *s)
+{
+    double share = 0.01 * (double)js->config->token_queue;
+    bool over = s->account != js->everyone && (double)s->account->alive + 1 > share * (double)js->config->queue + 1;
+    if (over) {
+        s->quota = "places in the queue";
+        s->retry = 5;
+    }
+    return over;
+}
+
 static enum submit submit_new(struct jobs *js, struct submission *s)
 {
+    double seconds = jobs_seconds(js->config, s->request, s->length);
     if (no_room(js, s->length))
         return SUBMIT_FULL;
-    if ((s->quota = quota_full(s->account, s->length, sga_now(), &s->retry)))
+    if (over_share(js, s) || (s->quota = quota_full(s->account, s->length, seconds, sga_now(), &s->retry)))
         return SUBMIT_QUOTA;
     struct job *fresh = jobs_make(js, s->id, s->account);
     if (!fresh)
@@ -129,22 +147,26 @@ static enum submit submit_new(struct jobs *js, struct submission *s)
         snprintf(fresh->row.owner, sizeof fresh->row.owner, "%s", s->owner);
     snprintf(fresh->request_id, sizeof fresh->request_id, "%s", s->request_id);
     snprintf(fresh->traceparent, sizeof fresh->traceparent, "%s", s->traceparent);
+    fresh->row.seconds = (int64_t)seconds + 1;
+    if (!s->owner) {           /* first: whoever finds the job on disk finds who asked for it */
+        jobs_add_interest(fresh, s->account);
+        store_join(js->store, s->id, s->account->name);
+    }
     job_ref(fresh);            /* the store's, given back by stored() */
     if (!store_insert(js->store, &fresh->row, s->request, s->length, stored, fresh)) {
+        jobs_free_interests(fresh);
         free(fresh);
         return SUBMIT_NO_MEMORY;
     }
     fresh->request = s->request;
     fresh->request_length = s->length;
     s->request = NULL;
-    struct job **at = jobs_place(js, s->id);
-    if (*at)
-        forget(at);            /* it failed before; its end is on its way to the disk */
     *jobs_place(js, s->id) = fresh;
     memory_cache_drop(js->memory_cache, s->id);
     job_ref(fresh);            /* the caller's */
     s->job = fresh;
     fresh->account->alive++;
+    fresh->account->reserved += (double)fresh->row.seconds;
     jobs_enqueue(js, fresh);
     metrics_add(js->metrics, METRIC_JOBS_NEW);
     return SUBMIT_NEW;
@@ -155,16 +177,18 @@ enum submit jobs_submit(struct jobs *js, struct submission *s)
     enum submit outcome;
     pthread_mutex_lock(&js->lock);
     struct job *old = *jobs_place(js, s->id);
-    struct finished *f = old ? finished_ref(old->finished) : memory_cache_by_id(js->memory_cache, s->id);
+    struct finished *f = old ? NULL : memory_cache_by_id(js->memory_cache, s->id);
     if (f && f->status == JOB_DONE) {
         s->finished = f;
         f = NULL;
         outcome = SUBMIT_DONE;
     } else if (js->draining) {
         outcome = SUBMIT_DRAINING;
-    } else if (old && !old->finished) {
+    } else if (old) {
         job_ref(old);
         s->job = old;
+        if (!s->owner)
+            jobs_join(js, old, s->account);
         outcome = SUBMIT_JOINED;
         metrics_add(js->metrics, METRIC_JOBS_JOINED);
     } else {
@@ -189,7 +213,7 @@ void jobs_look(struct jobs *js, struct job *job, struct job_look *look)
 {
     pthread_mutex_lock(&js->lock);
     *look = (struct job_look){ .row = job->row, .progress = job->progress, .event = job->event,
-                               .finished = finished_ref(job->finished), .stored = job->stored };
+                               .finished = finished_ref(job->finished), .stored = job->joining ? 0 : job->stored };
     look->row.error = NULL;
     pthread_mutex_unlock(&js->lock);
 }
@@ -197,7 +221,8 @@ void jobs_look(struct jobs *js, struct job *job, struct job_look *look)
 void jobs_count(struct jobs *js, struct jobs_counts *out)
 {
     pthread_mutex_lock(&js->lock);
-    *out = (struct jobs_counts){ js->queue_count, js->running, js->queue_bytes, js->waiters, js->streams, no_room(js, 0) };
+    *out = (struct jobs_counts){ js->queue_count, js->running, js->queue_bytes, js->waiters, js->streams, js->ending, js->ending_bytes, no_room(js, 0),
+                                 js->unable >= atomic_load(&js->config->workers) };
     pthread_mutex_unlock(&js->lock);
 }
 
@@ -214,21 +239,39 @@ static void recover_one(void *ctx, const struct job_row *row)
     job->row = *row;
     job->row.error = NULL;
     job->stored = 1;
+    bool again = row->attempts < JOBS_TRIES;
+    jobs_load_interests(js, job);
+    pthread_mutex_lock(&js->lock);    /* the end of an earlier one may come from the disk meanwhile */
     *jobs_place(js, row->id) = job;
     job->account->alive++;
-    if (row->attempts < JOBS_TRIES) {
+    job->account->reserved += (double)job->row.seconds;
+    if (again)
         jobs_enqueue(js, job);
+    pthread_mutex_unlock(&js->lock);
+    if (again)
         return;
-    }
     struct sga_error err = { .code = SGA_E_WORKER_DIED, .stage = "queue" };
     snprintf(err.detail, sizeof err.detail, "The service ended %d times while this job ran; it is not tried again.", row->attempts);
     jobs_end(js, job, JOB_FAILED, &err, NULL, 0);
+}
+
+static void recover_used(void *ctx, const char *owner, int64_t ms)
+{
+    static const struct quota none;
+    struct jobs *js = ctx;
+    struct account *account = jobs_account_of(js, owner ? owner : "", &none);
+    if (account && ms > 0)
+        jobs_charge(js, account, 1e-3 * (double)ms);
 }
 
 bool jobs_recover(struct jobs *js, char *why, size_t size)
 {
     if (!store_recover(js->store, recover_one, js, why, size))
         return false;
+    if (!store_used(js->store, clock_ms() - 1000 * (int64_t)ACCOUNT_HOUR, recover_used, js)) {
+        snprintf(why, size, "the queue cannot be read");
+        return false;
+    }
     if (js->queue_count) {
         char count[32];
         snprintf(count, sizeof count, "%lu", js->queue_count);

@@ -7,7 +7,9 @@
  *
  *   queued -> running -> done | failed | cancelled      (ended: its text is made, never changes)
  *
- * Order on disk: the row, its start, its result, its end. The 202 waits for the row. */
+ * Order on disk: the row, its start, its result, its end. The 202 waits for the row, whoever is
+ * told of an end for the end; one whose row could not be written ends for those who wait only.
+ * Ends that wait for the disk take memory: past the setting unsaved-memory no job is started. */
 #ifndef SERVER_JOBS_H
 #define SERVER_JOBS_H
 
@@ -41,6 +43,11 @@ void jobs_free(struct jobs *js);
  * long as the table. NULL: no memory. "" is that of requests without a token. */
 struct account *jobs_account(struct jobs *js, const char *name, const struct quota *quota);
 
+/* The same, but one that is there keeps its quota. */
+struct account *jobs_account_of(struct jobs *js, const char *name, const struct quota *quota);
+/* The account used the machine for so long, for something that is no job. */
+void jobs_charge(struct jobs *js, struct account *account, double seconds);
+
 /* -- Asking -- */
 
 enum submit { SUBMIT_NEW, SUBMIT_JOINED, SUBMIT_DONE, SUBMIT_FULL, SUBMIT_QUOTA, SUBMIT_DRAINING, SUBMIT_NO_MEMORY };
@@ -62,6 +69,16 @@ struct submission {
  * failed or was cancelled is run again. */
 enum submit jobs_submit(struct jobs *js, struct submission *s);
 
+/* The account asked for a job that is done: it stands in its list. Costs a write the first time
+ * only, and waits for none. */
+void jobs_note(struct jobs *js, const char *id, const struct account *account);
+/* ... and does not want it there any more; on disk once a barrier after it is. */
+void jobs_drop_interest(struct jobs *js, const char *id, const struct account *account);
+/* Did the account ask for this job, which has not ended? */
+bool jobs_asked(struct jobs *js, const char *id, const struct account *account);
+/* Those who asked for the job before, as the store knows them. */
+void jobs_load_interests(struct jobs *js, struct job *job);
+
 /* A living job with a reference, or NULL. */
 struct job *jobs_find(struct jobs *js, const char *id);
 void job_ref(struct job *job);
@@ -76,9 +93,10 @@ struct job_look {
 };
 void jobs_look(struct jobs *js, struct job *job, struct job_look *look);
 
-enum cancel { CANCEL_ENDED_NOW, CANCEL_ASKED, CANCEL_TOO_LATE, CANCEL_UNKNOWN, CANCEL_NOT_YOURS };
-/* Ends a queued job, asks a running one to stop. by: the account that asks, for a job that it
- * owns; NULL may cancel the jobs of all. *job gets a reference unless it is unknown or another's. */
+enum cancel { CANCEL_ENDED_NOW, CANCEL_ASKED, CANCEL_WITHDRAWN, CANCEL_TOO_LATE, CANCEL_UNKNOWN, CANCEL_NOT_YOURS };
+/* Withdraws the interest of the account `by`, where others have one too; else ends a queued job,
+ * asks a running one to stop. NULL may cancel the jobs of all. *job gets a reference unless it is
+ * unknown or another's. */
 enum cancel jobs_cancel(struct jobs *js, const char *id, const struct account *by, struct job **job);
 
 /* -- Waiting -- */
@@ -114,14 +132,23 @@ void jobs_tick(struct jobs *js, double now);
 struct job *jobs_claim(struct jobs *js, int wake_fd);
 /* The canonical request; read from the store where it is not in memory. NULL: lost. */
 const char *jobs_request(struct jobs *js, struct job *job, size_t *length);
+/* How long the canonical request may run: its own limit, within the service's. */
+double jobs_seconds(const struct config *c, const char *request, size_t length);
 const char *job_id(const struct job *job);
+const struct account *job_account(const struct job *job);       /* on which it runs; fixed */
 bool jobs_cancelled(struct jobs *js, struct job *job);
 void jobs_progress(struct jobs *js, struct job *job, const char *stage, double fraction);
 /* The end: result text, or err. One of them. Takes no ownership. */
 void jobs_done(struct jobs *js, struct job *job, const char *result, size_t length);
 void jobs_failed(struct jobs *js, struct job *job, const struct sga_error *err);
-/* Back to the queue on disk, for the next start of the service. */
+/* Back to the front of its queue, here and on disk, as if it had not been taken. One that was
+ * cancelled meanwhile ends. */
 void jobs_requeue(struct jobs *js, struct job *job);
+/* The same for a job whose process was killed, which counts as an attempt: once. False: it was
+ * done before, and the job is the caller's to end. */
+bool jobs_try_again(struct jobs *js, struct job *job);
+/* A worker tells that no child can be started for it (any more, or again). */
+void jobs_worker_unable(struct jobs *js, bool unable);
 
 /* -- Ending -- */
 
@@ -131,7 +158,12 @@ void jobs_close_waiters(struct jobs *js);       /* resumes all; nobody may wait 
 void jobs_stop_running(struct jobs *js);        /* workers give their jobs back */
 bool jobs_stopping(struct jobs *js);
 
-struct jobs_counts { unsigned long queued, running, queue_bytes, waiters, streams; bool full; };
+struct jobs_counts {
+    unsigned long queued, running, queue_bytes, waiters, streams;
+    unsigned long ending, ending_bytes;       /* whose end is on its way to the disk */
+    bool full;                /* the queue is */
+    bool idle;                /* no worker can run anything */
+};
 void jobs_count(struct jobs *js, struct jobs_counts *out);
 
 #endif

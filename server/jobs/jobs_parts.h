@@ -7,27 +7,36 @@
 
 #include "jobs.h"
 
-enum { JOBS_BUCKETS = 8192, JOBS_TRIES = 3 };
+enum { JOBS_BUCKETS = 8192, JOBS_TRIES = 3, JOBS_NOTED = 4096 };
 
-/* All but refs, and row and request as said, is guarded by the lock of the table. */
+/* All but refs, and row and request as said, is guarded by the lock of the table.
+ *
+ * An end is told to nobody before it is on disk, so that no crash takes it back: until then the
+ * job is shown as it was, at the stage "storing". */
 struct job {
     atomic_int refs;
-    struct job_row row;              /* its end is written once, under the lock */
+    struct job_row row;              /* as everybody may see it; its end is written once, under the lock */
+    struct job_row end;              /* how it ended, on its way to the disk */
+    struct finished *ending;         /* the same as text; NULL: it has not ended, or is told */
     char *request;                   /* canonical; NULL: on disk only. Fixed once running */
     size_t request_length;
     struct job_progress progress;
     enum metrics_stage stage;        /* for the metrics, with the time since when */
     double stage_since;
+    double began;                    /* sga_now() of its start; 0: it did not run. The clock of the day may step */
     char request_id[72], traceparent[64];    /* of the request that made it, "" for one of an earlier life */
     uint64_t event;
     int stored;
     bool cancel;
-    bool unsaved;                    /* its end could not be written: tried again */
+    bool killed;                     /* its process was, once */
+    bool unsaved;                    /* its end could not be written: tried again. ending stays */
     int wake_fd;                     /* of the worker that runs it; -1 */
     struct finished *finished;
     struct waiter *waiters;
     struct job *chain;               /* in its bucket */
-    struct account *account;         /* on which it waits and runs */
+    struct account *account;         /* on which it waits and runs; fixed once it runs */
+    struct interest *interests;      /* who asked for it, each once */
+    int joining;                     /* of those, how many are not on disk yet */
     struct job *ahead, *behind;      /* in the queue of its account */
     bool queued;                     /* stands in the queue */
     struct jobs *table;
@@ -35,7 +44,7 @@ struct job {
 
 /* Invariants under the lock: queue_count and queue_bytes are those of all accounts' lists;
  * an account is in the ring exactly while its list is not empty; a job in the queue has status queued and is in the table; each waiter is in
- * its job's list and in `all`. */
+ * its job's list and in `all`; a job in the table has not ended, as far as anybody was told. */
 struct jobs {
     pthread_mutex_t lock;
     pthread_cond_t work;
@@ -47,17 +56,38 @@ struct jobs {
     struct job *bucket[JOBS_BUCKETS];
     struct account *accounts, *everyone, *turn;   /* all; of those without a token; the next of the ring */
     unsigned long queue_count, queue_bytes, running;
+    long unable;                     /* workers without a child */
     struct waiter *all;
     unsigned long waiters, streams;
+    uint32_t noted[JOBS_NOTED];      /* digests of interests in ended jobs that were written lately */
     unsigned long unsaved;           /* how many jobs are */
+    unsigned long ending, ending_bytes;    /* jobs with an end that is not on disk, and what they take */
+    unsigned long prunes;
     double retry_at;                 /* sga_now() */
     bool draining, closed, stopping;
 };
 
 struct job *jobs_make(struct jobs *js, const char *id, struct account *account);
 struct job **jobs_place(struct jobs *js, const char *id);
+struct interest {
+    struct account *account;
+    struct interest *next;
+};
+
+/* -- jobs_interest.c, under the lock -- */
+bool jobs_interested(const struct job *job, const struct account *account);
+/* In memory only; nothing where it stands already or memory ends. */
+void jobs_add_interest(struct job *job, struct account *account);
+/* In memory and on disk; who waits for the job's 202 waits for it too. */
+void jobs_join(struct jobs *js, struct job *job, struct account *account);
+/* Takes the interest away. A job that waits goes on to the account of another. */
+void jobs_withdraw(struct jobs *js, struct job *job, const struct account *account);
+void jobs_free_interests(struct job *job);
+
 /* -- jobs_queue.c, under the lock -- */
 void jobs_enqueue(struct jobs *js, struct job *job);
+/* At the front: whose turn it was already. */
+void jobs_enqueue_first(struct jobs *js, struct job *job);
 void jobs_dequeue(struct jobs *js, struct job *job);
 /* Takes the job whose turn it is out of the queue; NULL: none waits. */
 struct job *jobs_next(struct jobs *js);

@@ -43,6 +43,16 @@ void jobs_stage(struct job *job, enum metrics_stage stage)
     job->stage_since = now;
 }
 
+static void entered(struct jobs *js, struct job *job)
+{
+    job->account->bytes += job->request_length;
+    job->queued = true;
+    jobs_stage(job, STAGE_QUEUED);
+    js->queue_count++;
+    js->queue_bytes += job->request_length;
+    pthread_cond_signal(&js->work);
+}
+
 void jobs_enqueue(struct jobs *js, struct job *job)
 {
     struct account *a = job->account;
@@ -52,12 +62,19 @@ void jobs_enqueue(struct jobs *js, struct job *job)
     job->behind = NULL;
     *(a->back ? &a->back->behind : &a->front) = job;
     a->back = job;
-    a->bytes += job->request_length;
-    job->queued = true;
-    jobs_stage(job, STAGE_QUEUED);
-    js->queue_count++;
-    js->queue_bytes += job->request_length;
-    pthread_cond_signal(&js->work);
+    entered(js, job);
+}
+
+void jobs_enqueue_first(struct jobs *js, struct job *job)
+{
+    struct account *a = job->account;
+    if (!a->front)
+        enter_ring(js, a);
+    job->behind = a->front;
+    job->ahead = NULL;
+    *(a->front ? &a->front->ahead : &a->back) = job;
+    a->front = job;
+    entered(js, job);
 }
 
 void jobs_dequeue(struct jobs *js, struct job *job)
@@ -73,9 +90,19 @@ void jobs_dequeue(struct jobs *js, struct job *job)
     js->queue_bytes -= job->request_length;
 }
 
+static bool may_run(const struct jobs *js, const struct account *a)
+{
+    long workers = js->config->workers, share = workers * js->config->token_workers / 100;
+    return a == js->everyone || a->running < (unsigned long)(share > 1 ? share : 1);
+}
+
+/* Of those whose turn it is, the first that may have one more worker. */
 struct job *jobs_next(struct jobs *js)
 {
     struct account *a = js->turn;
+    for (bool round = false; a && !may_run(js, a); round = true, a = a->ring_next)
+        if (round && a == js->turn)
+            return NULL;
     if (!a)
         return NULL;
     struct job *job = a->front;
@@ -88,22 +115,46 @@ void jobs_settle(struct job *job, double seconds)
 {
     jobs_stage(job, STAGE_NONE);
     job->account->alive--;
+    job->account->reserved -= (double)job->row.seconds;
     quota_ran(job->account, seconds, sga_now());
+}
+
+void jobs_charge(struct jobs *js, struct account *account, double seconds)
+{
+    pthread_mutex_lock(&js->lock);
+    quota_ran(account, seconds, sga_now());
+    pthread_mutex_unlock(&js->lock);
+}
+
+/* Under the lock. */
+static struct account *account_named(struct jobs *js, const char *name, const struct quota *quota, bool set)
+{
+    struct account *a = js->accounts;
+    while (a && strcmp(a->name, name) != 0)
+        a = a->next;
+    bool fresh = !a;
+    if (fresh && (a = calloc(1, sizeof *a))) {
+        snprintf(a->name, sizeof a->name, "%s", name);
+        a->next = js->accounts;
+        js->accounts = a;
+    }
+    if (a && (fresh || set))
+        a->quota = *quota;
+    return a;
 }
 
 struct account *jobs_account(struct jobs *js, const char *name, const struct quota *quota)
 {
     pthread_mutex_lock(&js->lock);
-    struct account *a = js->accounts;
-    while (a && strcmp(a->name, name) != 0)
-        a = a->next;
-    if (!a && (a = calloc(1, sizeof *a))) {
-        snprintf(a->name, sizeof a->name, "%s", name);
-        a->next = js->accounts;
-        js->accounts = a;
-    }
-    if (a)
-        a->quota = *quota;
+    struct account *a = account_named(js, name, quota, true);
+    pthread_mutex_unlock(&js->lock);
+    return a;
+}
+
+struct account *jobs_account_of(struct jobs *js, const char *name, const struct quota *quota)
+{
+    pthread_mutex_lock(&js->lock);
+    struct account *a = account_named(js, name, quota, false);
     pthread_mutex_unlock(&js->lock);
     return a;
 }

@@ -2,6 +2,7 @@
  * resuming: a connection is resumed exactly once for each time it was suspended. */
 #include "jobs_parts.h"
 #include "budget.h"
+#include "clock.h"
 
 #include <stdlib.h>
 
@@ -10,7 +11,7 @@ static const double RETRY_SECONDS = 1;     /* of a store that fails */
 static bool satisfied(const struct job *job, const struct waiter *w)
 {
     switch (w->kind) {
-    case WAIT_STORED: return job->stored != 0;
+    case WAIT_STORED: return job->stored != 0 && !job->joining;
     case WAIT_ENDED: return job->finished != NULL;
     default: return job->event != w->seen;
     }
@@ -90,6 +91,16 @@ void jobs_notify(struct jobs *js, struct job *job)
     }
 }
 
+/* Every second by age; by number ten times more rarely, since that counts what is kept. */
+static void prune(struct jobs *js)
+{
+    long days = js->config->keep_days, keep = js->config->keep_jobs;
+    int64_t before = days ? clock_ms() - days * (int64_t)86400000 : 0;
+    bool count = keep && js->prunes++ % 10 == 0;
+    if (before || count)
+        store_prune(js->store, before, count ? keep : 0);
+}
+
 void jobs_tick(struct jobs *js, double now)
 {
     pthread_mutex_lock(&js->lock);
@@ -98,10 +109,13 @@ void jobs_tick(struct jobs *js, double now)
         if (w->deadline <= now)
             resume(js, w);
     }
-    if (now >= js->retry_at && (js->unsaved || !store_healthy(js->store))) {
+    if (now >= js->retry_at) {
         js->retry_at = now + RETRY_SECONDS;
-        store_probe(js->store);
+        store_look(js->store);
+        if (!store_healthy(js->store))
+            store_probe(js->store);
         jobs_save_again(js);
+        prune(js);
     }
     pthread_mutex_unlock(&js->lock);
 }

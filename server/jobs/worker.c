@@ -1,5 +1,8 @@
 /* One worker: a thread and its child process, for as long as the service lives.
  *
+ * A worker takes a job once it has a child that has confined itself: where none can be started
+ * jobs wait, and the service is not ready while that holds for all workers.
+ *
  * The child is watched while it runs: its messages, the eventfd by which a cancellation
  * or the end of the service makes itself known, and the deadline, whichever comes first.
  * The library keeps the job's own time limit; the deadline here is for one that does not
@@ -7,23 +10,24 @@
 #include "worker.h"
 #include "budget.h"
 #include "child.h"
-#include "child_wire.h"
-#include "json_scan.h"
+#include "child_inbox.h"
 #include "log.h"
 
 #include <errno.h>
 #include <poll.h>
 #include <pthread.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/eventfd.h>
-#include <sys/socket.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
-static const double DEFAULT_SECONDS = 30;        /* of a request that sets no limit */
 static const double DEADLINE_GRACE = 5, CANCEL_GRACE = 0.8;
-enum { FAT = 512 << 20 };                        /* a child that grew past this is replaced */
+/* A child that grew past FAT bytes is replaced. */
+enum { FAT = 512 << 20, LOOK_MS = 20 };
+static const double PAUSE_LEAST = 0.1, PAUSE_MOST = 5;    /* between attempts to start one */
 
 struct worker {
     pthread_t thread;
@@ -31,7 +35,9 @@ struct worker {
     struct jobs *jobs;
     struct metrics *metrics;
     struct child child;
+    const struct account *serves;    /* whose jobs the child has run; NULL: nobody's yet */
     int wake;                        /* eventfd */
+    bool unable;                     /* no child can be started: jobs wait */
 };
 
 struct workers {
@@ -39,60 +45,33 @@ struct workers {
     struct worker worker[];
 };
 
-/* A message as far as it has come. */
-struct inbox {
-    struct wire_header head;
-    size_t head_len, len;
-    char *data;                      /* head.length bytes and a 0 */
-};
-
-enum received { RECEIVED_PART, RECEIVED_WHOLE, RECEIVED_END, RECEIVED_TOO_LARGE };
-
-static enum received receive(struct inbox *in, int fd, size_t limit)
+static bool ending(void *jobs)
 {
-    if (in->head_len < sizeof in->head) {
-        ssize_t n = recv(fd, (char *)&in->head + in->head_len, sizeof in->head - in->head_len, MSG_DONTWAIT);
-        if (n <= 0)
-            return n < 0 && (errno == EAGAIN || errno == EINTR) ? RECEIVED_PART : RECEIVED_END;
-        in->head_len += (size_t)n;
-        if (in->head_len < sizeof in->head)
-            return RECEIVED_PART;
-        if (in->head.length > limit || !(in->data = malloc((size_t)in->head.length + 1)))
-            return RECEIVED_TOO_LARGE;
-        in->data[in->head.length] = 0;
-        in->len = 0;
-    }
-    while (in->len < in->head.length) {
-        ssize_t n = recv(fd, in->data + in->len, in->head.length - in->len, MSG_DONTWAIT);
-        if (n <= 0)
-            return n < 0 && (errno == EAGAIN || errno == EINTR) ? RECEIVED_PART : RECEIVED_END;
-        in->len += (size_t)n;
-    }
-    return RECEIVED_WHOLE;
+    return jobs_draining(jobs);
 }
 
-static void inbox_clear(struct inbox *in)
+/* Another child for the one that is there, or none. */
+static bool replace_child(struct worker *w)
 {
-    free(in->data);
-    *in = (struct inbox){ 0 };
+    char why[256];
+    bool started = child_renew(&w->child, CHILD_JOB, w->config, (struct child_patience){ ending, w->jobs }, why, sizeof why);
+    if (!started)
+        log_event(LOG_L_ERROR, "child_not_started", "reason", why, NULL);
+    metrics_add(w->metrics, started ? METRIC_CHILD_STARTS : METRIC_CHILD_FAILURES);
+    w->serves = NULL;
+    if (started == w->unable)
+        jobs_worker_unable(w->jobs, w->unable = !started);
+    return started;
 }
 
-static void replace_child(struct worker *w)
+/* Comes back with a child, however long that takes, or with false where the service drains. */
+static bool have_child(struct worker *w)
 {
-    char how[128];
-    child_end(&w->child, how, sizeof how);
-    if (child_start(&w->child, w->config))
-        metrics_add(w->metrics, METRIC_CHILD_STARTS);
-    else
-        log_event(LOG_L_ERROR, "child_not_started", "reason", strerror(errno), NULL);
-}
-
-static double allowed_seconds(const struct worker *w, const char *request, size_t length)
-{
-    struct slice limits = scan_member(scan_value(request, request + length), "limits");
-    double seconds = scan_number(scan_member(limits, "seconds"), DEFAULT_SECONDS);
-    double most = (double)w->config->max_seconds;
-    return seconds > 0 && seconds < most ? seconds : most;
+    for (double pause = PAUSE_LEAST; !child_lives(&w->child) && !replace_child(w); pause = pause < PAUSE_MOST / 2 ? 2 * pause : PAUSE_MOST)
+        for (double until = sga_now() + pause; sga_now() < until; usleep(LOOK_MS * 1000))
+            if (jobs_draining(w->jobs))
+                return false;
+    return true;
 }
 
 static void fail(struct worker *w, struct job *job, enum sga_code code, const char *detail)
@@ -102,12 +81,17 @@ static void fail(struct worker *w, struct job *job, enum sga_code code, const ch
     jobs_failed(w->jobs, job, &err);
 }
 
+/* A process that somebody else killed, as the system does where memory ends, is no fault of the
+ * job for certain: it runs once more. */
 static void child_died(struct worker *w, struct job *job)
 {
     char how[128] = "unknown", detail[400];
-    child_end(&w->child, how, sizeof how);
+    int status = child_end(&w->child, how, sizeof how);
     metrics_add(w->metrics, METRIC_CHILD_DEATHS);
-    log_event(LOG_L_WARN, "child_died", "job", job_id(job), "how", how, NULL);
+    log_event(LOG_L_WARN, "child_died", "job", job_id(job), "how", how,
+              "said", *w->child.said ? w->child.said : NULL, NULL);
+    if (WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL && jobs_try_again(w->jobs, job))
+        return;
     snprintf(detail, sizeof detail, "The process that ran the job ended by %s, most often because the computation "
              "needed more memory than it may have. Ask for less in `want`, or for fewer samples.", how);
     fail(w, job, SGA_E_WORKER_DIED, detail);
@@ -121,18 +105,10 @@ static void kill_child(struct worker *w, struct job *job, const char *why)
     child_end(&w->child, how, sizeof how);
 }
 
-/* An error object from the child: trusted no further than its size. */
-static void child_failed(struct worker *w, struct job *job, const struct inbox *in)
+static void child_failed(struct worker *w, struct job *job, const struct child_inbox *in)
 {
     struct sga_error err;
-    if (in->head.length != sizeof err) {
-        fail(w, job, SGA_E_INTERNAL, "The process that ran the job gave a malformed error.");
-        return;
-    }
-    memcpy(&err, in->data, sizeof err);
-    err.detail[sizeof err.detail - 1] = err.pointer[sizeof err.pointer - 1] = err.stage[sizeof err.stage - 1] = 0;
-    if (err.code <= SGA_E_OK || err.code >= SGA_E_COUNT)
-        err.code = SGA_E_INTERNAL;
+    child_error(in, &err);
     jobs_failed(w->jobs, job, &err);
 }
 
@@ -146,9 +122,10 @@ static void child_walled(struct worker *w, const struct job *job)
 }
 
 /* A whole message; true once it has ended the job. */
-static bool handle(struct worker *w, struct job *job, struct inbox *in)
+static bool handle(struct worker *w, struct job *job, struct child_inbox *in)
 {
     bool ended = true;
+    char how[128];
     if (in->head.type == WIRE_PROGRESS && in->head.length == sizeof(struct wire_progress)) {
         struct wire_progress p;
         memcpy(&p, in->data, sizeof p);
@@ -161,17 +138,13 @@ static bool handle(struct worker *w, struct job *job, struct inbox *in)
         if (in->head.type == WIRE_LAST)
             child_walled(w, job);
         child_failed(w, job, in);
-    } else if (in->head.type == WIRE_UNSAFE) {
-        kill_child(w, job, in->data);
-        fail(w, job, SGA_E_WORKER_DIED, "The process that should run the job could not confine itself, so it was not run; "
-             "the service's log says why.");
     } else {
         kill_child(w, job, "malformed message");
         fail(w, job, SGA_E_INTERNAL, "The process that ran the job gave a malformed message.");
     }
     if (ended && w->child.pid && in->head.resident > FAT)
-        replace_child(w);
-    inbox_clear(in);
+        child_end(&w->child, how, sizeof how);
+    child_inbox_clear(in);
     return ended;
 }
 
@@ -201,7 +174,7 @@ static void out_of_time(struct worker *w, struct job *job)
     const char *request = jobs_request(w->jobs, job, &length);
     char detail[200];
     snprintf(detail, sizeof detail, "The limit of %g seconds was reached, and %g seconds later the job had not come to an end. "
-             "Raise limits.seconds, or ask for less in want.", request ? allowed_seconds(w, request, length) : 0.0, DEADLINE_GRACE);
+             "Raise limits.seconds, or ask for less in want.", request ? jobs_seconds(w->config, request, length) : 0.0, DEADLINE_GRACE);
     fail(w, job, SGA_E_LIMIT_SECONDS, detail);
 }
 
@@ -224,7 +197,7 @@ static void too_large(struct worker *w, struct job *job, size_t length)
 
 static void watch(struct worker *w, struct job *job, double deadline)
 {
-    struct inbox in = { .data = NULL };
+    struct child_inbox in = { .data = NULL };
     bool cancelling = false;
     for (bool first = true;; first = false) {
         struct pollfd p[2] = { { .fd = w->child.fd, .events = POLLIN }, { .fd = w->wake, .events = POLLIN } };
@@ -240,7 +213,7 @@ static void watch(struct worker *w, struct job *job, double deadline)
             break;
         if (!p[0].revents)
             continue;
-        enum received r = receive(&in, w->child.fd, (size_t)w->config->result_limit);
+        enum received r = child_receive(&in, w->child.fd, (size_t)w->config->result_limit);
         if (r == RECEIVED_WHOLE && handle(w, job, &in))
             break;
         if (r == RECEIVED_END) {
@@ -253,7 +226,7 @@ static void watch(struct worker *w, struct job *job, double deadline)
             break;
         }
     }
-    inbox_clear(&in);
+    child_inbox_clear(&in);
 }
 
 static void run_job(struct worker *w, struct job *job)
@@ -265,28 +238,25 @@ static void run_job(struct worker *w, struct job *job)
         return;
     }
     log_event(LOG_L_DEBUG, "job_started", "job", job_id(job), NULL);
-    /* A child that died while it was idle is no fault of this job. */
-    struct pollfd p = { .fd = w->child.fd, .events = POLLIN };
-    if (!w->child.pid || poll(&p, 1, 0) != 0)
-        replace_child(w);
-    if (!w->child.pid) {
-        fail(w, job, SGA_E_WORKER_DIED, "No process could be started to run the job.");
+    /* A child that died while it was idle is no fault of this job, and none that can be started neither. */
+    const struct account *account = job_account(job);
+    bool another = w->serves && w->serves != account;      /* nothing of one token's job is there for the next one's */
+    if ((another || !child_lives(&w->child)) && !replace_child(w)) {
+        jobs_requeue(w->jobs, job);
         return;
     }
-    double deadline = sga_now() + allowed_seconds(w, request, length) + DEADLINE_GRACE;
+    w->serves = account;
+    double deadline = sga_now() + jobs_seconds(w->config, request, length) + DEADLINE_GRACE;
     if (!wire_send(w->child.fd, WIRE_RUN, 0, request, length))
         child_died(w, job);
     else
         watch(w, job, deadline);
-    if (!w->child.pid && !jobs_draining(w->jobs))
-        replace_child(w);
 }
 
 static void *worker_main(void *arg)
 {
     struct worker *w = arg;
-    replace_child(w);
-    for (struct job *job; (job = jobs_claim(w->jobs, w->wake));) {
+    for (struct job *job; have_child(w) && (job = jobs_claim(w->jobs, w->wake));) {
         run_job(w, job);
         job_unref(job);
     }

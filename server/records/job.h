@@ -32,7 +32,8 @@ struct job_row {
     int attempts;                /* how often a run was begun before */
     int64_t created, started, finished;
     char *error;                 /* problem object of a job that failed; owned, or NULL */
-    char owner[ACCOUNT_NAME];    /* name of the token that submitted it; "" where none was needed */
+    char owner[ACCOUNT_NAME];    /* name of the token on whose account it runs; "" where none was needed */
+    int64_t seconds;             /* that it may run, as reserved when it was accepted */
 };
 
 /* How far a running job is. */

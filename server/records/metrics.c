@@ -139,10 +139,14 @@ static void write_gauges(const struct metrics_now *now, struct sga_buf *out)
     sga_buf_printf(out, "sgad_jobs{status=\"queued\"} %lu\nsgad_jobs{status=\"running\"} %lu\n", now->queued, now->running);
     gauge(out, "queue_depth", "Jobs that wait for a worker", now->queued);
     gauge(out, "queue_bytes", "Bytes of the requests that wait", now->queue_bytes);
+    gauge(out, "unsaved_jobs", "Jobs whose end is on its way to the disk", now->ending);
+    gauge(out, "unsaved_bytes", "Bytes of their results", now->ending_bytes);
     gauge(out, "waiters", "Requests that wait for a job", now->waiters);
     gauge(out, "event_streams", "Open event streams", now->streams);
     gauge(out, "connections", "Open connections", now->connections);
     gauge(out, "store_healthy", "1 where the last write to the store succeeded", now->store_healthy);
+    if (now->certificate_expires)
+        gauge(out, "certificate_expiry_timestamp_seconds", "When the certificate ends, in seconds since 1970", now->certificate_expires);
     gauge(out, "ready", "1 where jobs are accepted", now->ready);
 }
 
@@ -154,6 +158,8 @@ void metrics_write(const struct metrics *m, const struct metrics_now *now, const
             head(out, counters[i].name, "counter", counters[i].help);
         sga_buf_printf(out, "sgad_%s %lu\n", counters[i].name, atomic_load(&m->counter[i]));
     }
+    head(out, "log_dropped_total", "counter", "Log lines dropped because nobody read them fast enough");
+    sga_buf_printf(out, "sgad_log_dropped_total %lu\n", now->log_dropped);
     head(out, "jobs_ended_total", "counter", "Jobs that ended, by their last state");
     for (int s = JOB_DONE; s < JOB_STATUSES; s++)
         sga_buf_printf(out, "sgad_jobs_ended_total{status=\"%s\"} %lu\n", job_status_text((enum job_status)s), atomic_load(&m->ended[s]));

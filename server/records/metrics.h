@@ -17,12 +17,14 @@
     X(JOBS_NEW,          "jobs_accepted_total",           "Jobs put into the queue") \
     X(JOBS_JOINED,       "jobs_joined_total",             "Requests that met their own job waiting or running") \
     X(CHILD_STARTS,      "child_starts_total",            "Child processes started") \
+    X(CHILD_FAILURES,    "child_start_failures_total",    "Child processes that could not be started or confined") \
     X(CHILD_DEATHS,      "child_deaths_total",            "Child processes that died while they ran a job") \
     X(CHILD_KILLS,       "child_kills_total",             "Child processes killed past a deadline or after a cancellation") \
     X(CHILD_WALLS,       "child_walls_total",             "Child processes that ended themselves at the wall of memory or time") \
     X(STORE_COMMITS,     "store_commits_total",           "Transactions committed to the queue file") \
     X(STORE_FAILURES,    "store_failures_total",          "Transactions that failed") \
     X(EVICTED,           "results_evicted_total",         "Results dropped because they took too much room") \
+    X(PRUNED,            "jobs_pruned_total",             "Ended jobs removed because of their age or number") \
     X(REAPED,            "connections_reaped_total",      "Connections cut at a deadline") \
     X(LOST_CONNECTIONS,  "connections_refused_total",     "Connections refused for lack of memory")
 
@@ -66,6 +68,8 @@ struct metrics {
 struct metrics_now {
     unsigned long queued, running, queue_bytes, waiters, streams, connections;
     bool store_healthy, ready;
+    unsigned long log_dropped, ending, ending_bytes;
+    unsigned long certificate_expires;        /* seconds since 1970; 0: there is none */
 };
 
 static inline void metrics_add(struct metrics *m, enum metrics_counter c) { atomic_fetch_add_explicit(&m->counter[c], 1, memory_order_relaxed); }

@@ -11,7 +11,7 @@ static void turn_hour(struct account *a, double now)
     a->used = 0;
 }
 
-const char *quota_full(struct account *a, unsigned long bytes, double now, long *retry)
+const char *quota_full(struct account *a, unsigned long bytes, double seconds, double now, long *retry)
 {
     const struct quota *q = &a->quota;
     *retry = 5;
@@ -20,9 +20,11 @@ const char *quota_full(struct account *a, unsigned long bytes, double now, long 
     if (q->bytes && a->bytes + bytes > (unsigned long)q->bytes)
         return "bytes of requests that wait";
     turn_hour(a, now);
-    if (q->seconds && a->used >= (double)q->seconds) {
-        *retry = (long)(a->hour + ACCOUNT_HOUR - now) + 1;
-        return "seconds of running in an hour";
+    double taken = a->used + a->reserved;
+    if (q->seconds && (a->used >= (double)q->seconds || (taken > 0 && taken + seconds > (double)q->seconds))) {
+        if (a->used > 0)
+            *retry = (long)(a->hour + ACCOUNT_HOUR - now) + 1;
+        return "seconds of running in an hour, those that its waiting jobs may need included";
     }
     return NULL;
 }

@@ -22,16 +22,21 @@ struct account {
     struct quota quota;
     unsigned long alive, bytes, waiting;
     double hour, used;               /* start of the hour that is counted; seconds run in it */
+    double reserved;                 /* that its jobs which have not ended may still run */
+    unsigned long running;
     struct job *front, *back;        /* its queue */
     struct account *ring_next, *ring_prev;   /* those whose queue is not empty */
     struct account *next;            /* all */
+    unsigned long checked;           /* its last turn among requests that are checked; of their lock */
 };
 
 enum { ACCOUNT_HOUR = 3600 };
 
-/* Which quota a further job of so many bytes would break, in words; NULL: none. *retry gets
- * the seconds after which it is worth trying again. */
-const char *quota_full(struct account *a, unsigned long bytes, double now, long *retry);
+/* Which quota a further job of so many bytes, which may run for so long, would break, in words;
+ * NULL: none. Seconds are reserved until the job has ended, so that the hour's quota holds
+ * however many jobs wait; alone, a job may run also where its limit is above the quota.
+ * *retry gets the seconds after which it is worth trying again. */
+const char *quota_full(struct account *a, unsigned long bytes, double seconds, double now, long *retry);
 /* A job of the account ran for so long. */
 void quota_ran(struct account *a, double seconds, double now);
 bool quota_may_wait(const struct account *a);

@@ -168,13 +168,18 @@ static bool one_of(const char *value, const char *const *allowed)
 /* What no single setting can tell. */
 static bool consistent(const struct config *c, char *why, size_t size)
 {
-    static const char *const levels[] = { "error", "warn", "info", "debug", NULL }, *const accesses[] = { "open", "tokens", NULL };
+    static const char *const levels[] = { "error", "warn", "info", "debug", NULL }, *const accesses[] = { "open", "tokens", NULL },
+        *const isolations[] = { "none", "token", NULL };
     if (!c->listen || !c->state)
         snprintf(why, size, "%s is required", c->listen ? "--state" : "--listen");
     else if (!one_of(c->log_level, levels))
         snprintf(why, size, "log-level must be error, warn, info or debug, not '%s'", c->log_level);
     else if (!one_of(c->access, accesses))
         snprintf(why, size, "access must be open or tokens, not '%s'", c->access);
+    else if (!one_of(c->isolation, isolations))
+        snprintf(why, size, "isolation must be none or token, not '%s'", c->isolation);
+    else if (strcmp(c->isolation, "token") == 0 && !config_tokens(c))
+        snprintf(why, size, "isolation = token needs access = tokens");
     else if (!c->tls_cert != !c->tls_key)
         snprintf(why, size, "tls-cert and tls-key belong together; %s is missing", c->tls_cert ? "tls-key" : "tls-cert");
     else if (c->tls_cert && access(c->tls_cert, R_OK) != 0)
@@ -235,6 +240,11 @@ void config_take_live(struct config *c, const struct config *fresh, char *restar
 bool config_tokens(const struct config *c)
 {
     return strcmp(c->access, "tokens") == 0;
+}
+
+bool config_isolated(const struct config *c)
+{
+    return config_tokens(c) && strcmp(c->isolation, "token") == 0;
 }
 
 void config_free(struct config *c)

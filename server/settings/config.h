@@ -10,16 +10,17 @@
 /* What each one means stands in settings.c. Texts are fixed once threads run; numbers may
  * be changed by a reload while other threads read them. */
 struct config {
-    char *listen, *state, *access, *tls_cert, *tls_key, *allow_host, *log_level;
+    char *listen, *state, *access, *tls_cert, *tls_key, *allow_host, *isolation, *log_level;
     atomic_long remote_plain, remote_open, interpret_only;
     atomic_long workers;          /* threads that run jobs, each with a child process */
-    atomic_long queue, queue_bytes;
+    atomic_long queue, queue_bytes, token_queue, token_workers;
     atomic_long body_limit, child_memory, result_limit;
     atomic_long max_seconds, max_wait;
-    atomic_long waiters, streams, connections;
-    atomic_long idle_timeout, request_timeout, send_timeout, stream_timeout;
+    atomic_long waiters, streams, connections, address_connections;
+    atomic_long idle_timeout, request_timeout, send_timeout, stream_timeout, store_timeout;
     atomic_long grace;
-    atomic_long cache_memory, cache_disk, body_memory, reply_memory;
+    atomic_long cache_memory, cache_disk, body_memory, reply_memory, unsaved_memory;
+    atomic_long keep_days, keep_jobs;
 };
 
 enum config_result { CONFIG_OK, CONFIG_HELP, CONFIG_VERSION, CONFIG_CHECK, CONFIG_PRINT, CONFIG_SAMPLE, CONFIG_BAD };
@@ -32,6 +33,7 @@ void config_free(struct config *c);
  * settings that differ and need a new start go to restart, separated by blanks. */
 void config_take_live(struct config *c, const struct config *fresh, char *restart, size_t size);
 bool config_tokens(const struct config *c);      /* access = tokens */
+bool config_isolated(const struct config *c);    /* ... and isolation = token */
 
 /* -- config_print.c -- */
 

@@ -13,7 +13,25 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { SCHEMA_VERSION = 3, PATH_SIZE = 4096 };
+enum { SCHEMA_VERSION = 6, PATH_SIZE = 4096 };
+
+/* Since version 4: bytes that only probe the disk. */
+#define FROM_3 "CREATE TABLE filler(one INTEGER PRIMARY KEY, bytes BLOB NOT NULL);" FROM_4
+/* Since version 5: who asked for a job, each with a place in his own list, and with the status of
+ * the job beside it, so that a list costs what it shows; the seconds that a job may run. */
+#define FROM_4 \
+    "CREATE TABLE interests(seq INTEGER PRIMARY KEY AUTOINCREMENT, id TEXT NOT NULL, owner TEXT NOT NULL," \
+    " status INTEGER NOT NULL, UNIQUE(id, owner));" \
+    "CREATE INDEX interests_of_owner ON interests(owner, seq);" \
+    "CREATE INDEX interests_by_status ON interests(owner, status, seq);" \
+    "CREATE TRIGGER job_made AFTER INSERT ON jobs BEGIN UPDATE interests SET status = new.status WHERE id = new.id; END;" \
+    "CREATE TRIGGER job_moved AFTER UPDATE OF status ON jobs BEGIN UPDATE interests SET status = new.status WHERE id = new.id; END;" \
+    "CREATE TRIGGER job_gone AFTER DELETE ON jobs BEGIN DELETE FROM interests WHERE id = old.id; END;" \
+    "INSERT INTO interests(id, owner, status) SELECT id, owner, status FROM jobs ORDER BY seq;" \
+    "ALTER TABLE jobs ADD COLUMN seconds INTEGER NOT NULL DEFAULT 0;" FROM_5
+/* Since version 6: ended jobs by the time of their end, for those that are removed. */
+#define FROM_5 "CREATE INDEX jobs_by_end ON jobs(finished) WHERE status >= 2;"
+#define FROM_2 "ALTER TABLE jobs ADD COLUMN owner TEXT NOT NULL DEFAULT '';UPDATE jobs SET sum=kept(id, request);" FROM_3
 
 /* sum is the digest of the id and the request or result: SQLite does not notice a changed byte
  * inside a text. No row is without, as a changed byte can also make a column NULL. owner: the name of the token that submitted the job.
@@ -30,11 +48,15 @@ static const struct { const char *name, *synchronous, *make[SCHEMA_VERSION]; } f
         " error TEXT,"
         " sum BLOB,"
         " owner TEXT NOT NULL DEFAULT '');"
-        "CREATE INDEX jobs_by_status ON jobs(status, seq);",
-        "ALTER TABLE jobs ADD COLUMN sum BLOB;ALTER TABLE jobs ADD COLUMN owner TEXT NOT NULL DEFAULT '';UPDATE jobs SET sum=kept(id, request);",
-        "ALTER TABLE jobs ADD COLUMN owner TEXT NOT NULL DEFAULT '';UPDATE jobs SET sum=kept(id, request);" } },
+        "CREATE INDEX jobs_by_status ON jobs(status, seq);" FROM_3,
+        "ALTER TABLE jobs ADD COLUMN sum BLOB;" FROM_2,
+        FROM_2,
+        FROM_3,
+        FROM_4,
+        FROM_5 } },
     [FILE_CACHE] = { "cache.db", "PRAGMA synchronous=NORMAL", {
-        "CREATE TABLE results(id TEXT PRIMARY KEY, made INTEGER NOT NULL, result BLOB NOT NULL, sum BLOB NOT NULL);" } },
+        "CREATE TABLE results(id TEXT PRIMARY KEY, made INTEGER NOT NULL, result BLOB NOT NULL, sum BLOB NOT NULL);",
+        [3] = "", [4] = "", [5] = "" } },
 };
 
 int store_file_lock(const char *folder, char *why, size_t size)
@@ -116,7 +138,7 @@ static bool prepare_file(sqlite3 *db, enum store_file which, const char *path, b
     if (ok && version > 0 && which == FILE_QUEUE)
         ok = sound = quick_check(db);
     if (ok && version < SCHEMA_VERSION) {
-        char sql[1024];
+        char sql[4096];
         snprintf(sql, sizeof sql, "BEGIN;%sPRAGMA user_version=%d;COMMIT", files[which].make[version], SCHEMA_VERSION);
         ok = sqlite3_create_function(db, "kept", 2, SQLITE_UTF8, NULL, kept, NULL, NULL) == SQLITE_OK && exec(db, sql);
     }
@@ -124,7 +146,7 @@ static bool prepare_file(sqlite3 *db, enum store_file which, const char *path, b
     *damaged = !ok && (!sound || code == SQLITE_CORRUPT || code == SQLITE_NOTADB);
     if (!ok)
         snprintf(why, size, "%s cannot be used: %s%s", path, !sound ? "its content is damaged" : sqlite3_errmsg(db),
-                 *damaged && which == FILE_QUEUE ? "; restore it from a backup, or move it away to start with an empty queue" : "");
+                 *damaged && which == FILE_QUEUE ? "; restore it from a backup, or move the whole folder away to start with an empty queue" : "");
     return ok;
 }
 
@@ -155,10 +177,11 @@ static void drop(const char *path)
     }
 }
 
-bool store_file_touch(sqlite3 *db)
+bool store_file_fill(sqlite3 *db, size_t bytes)
 {
-    char sql[64];
-    snprintf(sql, sizeof sql, "PRAGMA user_version=%d", SCHEMA_VERSION);
+    char sql[80] = "DELETE FROM filler";
+    if (bytes)
+        snprintf(sql, sizeof sql, "INSERT OR REPLACE INTO filler VALUES(1, zeroblob(%zu))", bytes);
     return exec(db, sql);
 }
 

@@ -15,8 +15,8 @@ sqlite3 *store_file_open(const char *folder, enum store_file which, bool write, 
 sqlite3 *store_file_fresh(const char *folder, enum store_file which, char *why, size_t size);
 /* Its user_version; -1 where that cannot be read. */
 int store_file_version(sqlite3 *db);
-/* Inside a transaction: writes a page without changing anything. */
-bool store_file_touch(sqlite3 *db);
+/* Writes so many bytes that mean nothing, in place of those before; 0 takes them away. */
+bool store_file_fill(sqlite3 *db, size_t bytes);
 /* Does this result code say that the file itself is broken? */
 bool store_file_broken(int code);
 /* Takes a lock on the folder, making it if it is missing; a descriptor or -1. */

@@ -19,10 +19,7 @@ bool store_readers_open(struct store *st, const char *folder, char *why, size_t 
         bool ok = (r->queue = store_file_open(folder, FILE_QUEUE, false, why, size))
             && (r->job = store_file_prepare(r->queue, "SELECT " STORE_ROW_COLUMNS " FROM jobs WHERE id=?1", why, size))
             && (r->request = store_file_prepare(r->queue, "SELECT request, sum FROM jobs WHERE id=?1", why, size))
-            && (r->list = store_file_prepare(r->queue, "SELECT " STORE_ROW_COLUMNS " FROM jobs WHERE seq < ?1"
-                                             " AND ((1 << status) & ?2) AND (?4 IS NULL OR owner = ?4) ORDER BY seq DESC LIMIT ?3", why, size))
-            && (r->list_one = store_file_prepare(r->queue, "SELECT " STORE_ROW_COLUMNS " FROM jobs WHERE seq < ?1"
-                                                 " AND status = ?2 AND (?4 IS NULL OR owner = ?4) ORDER BY seq DESC LIMIT ?3", why, size))
+            && store_list_prepare(r, why, size)
             && open_cache(r, folder, why, size);
         if (!ok)
             return false;
@@ -49,7 +46,7 @@ void store_readers_close(struct store *st)
 {
     for (int i = 0; i < STORE_READERS; i++) {
         struct store_reader *r = &st->reader[i];
-        sqlite3_stmt *const statements[] = { r->job, r->request, r->list, r->list_one, r->result };
+        sqlite3_stmt *const statements[] = { r->job, r->request, r->list, r->list_one, r->mine, r->mine_one, r->owners, r->owned, r->result };
         for (size_t k = 0; k < sizeof statements / sizeof *statements; k++)
             sqlite3_finalize(statements[k]);
         sqlite3_close(r->queue);
@@ -57,7 +54,7 @@ void store_readers_close(struct store *st)
     }
 }
 
-static struct store_reader *borrow(struct store *st)
+struct store_reader *store_borrow(struct store *st)
 {
     struct store_reader *r = NULL;
     pthread_mutex_lock(&st->read_lock);
@@ -74,7 +71,7 @@ static struct store_reader *borrow(struct store *st)
     return r;
 }
 
-static void give_back(struct store *st, struct store_reader *r)
+void store_give_back(struct store *st, struct store_reader *r)
 {
     pthread_mutex_lock(&st->read_lock);
     r->busy = false;
@@ -97,6 +94,7 @@ bool store_read_row(sqlite3_stmt *s, struct job_row *row)
     row->created = sqlite3_column_int64(s, 4);
     row->started = sqlite3_column_int64(s, 5);
     row->finished = sqlite3_column_int64(s, 6);
+    row->seconds = sqlite3_column_int64(s, 9);
     snprintf(row->owner, sizeof row->owner, "%s", owner ? owner : "");
     return !error || (row->error = strdup(error));
 }
@@ -130,7 +128,7 @@ static enum store_answer answer(int rc, bool taken)
 
 enum store_answer store_job(struct store *st, const char *id, struct job_row *row)
 {
-    struct store_reader *r = borrow(st);
+    struct store_reader *r = store_borrow(st);
     sqlite3_bind_text(r->job, 1, id, -1, SQLITE_STATIC);
     int rc = sqlite3_step(r->job);
     bool taken = rc == SQLITE_ROW && store_read_row(r->job, row);
@@ -140,7 +138,7 @@ enum store_answer store_job(struct store *st, const char *id, struct job_row *ro
         taken = false;
     }
     sqlite3_reset(r->job);
-    give_back(st, r);
+    store_give_back(st, r);
     return answer(rc, taken);
 }
 
@@ -159,9 +157,9 @@ static enum store_answer blob(sqlite3_stmt *s, const char *id, char **text, size
 enum store_answer store_request(struct store *st, const char *id, char **text, size_t *length)
 {
     int rc;
-    struct store_reader *r = borrow(st);
+    struct store_reader *r = store_borrow(st);
     enum store_answer a = blob(r->request, id, text, length, &rc);
-    give_back(st, r);
+    store_give_back(st, r);
     if (a == STORE_BROKEN)
         log_event(LOG_L_ERROR, "request_not_read", "job", id, "reason", sqlite3_errstr(rc), NULL);
     return a;
@@ -170,9 +168,9 @@ enum store_answer store_request(struct store *st, const char *id, char **text, s
 enum store_answer store_result(struct store *st, const char *id, char **text, size_t *length)
 {
     int rc = SQLITE_CORRUPT;
-    struct store_reader *r = borrow(st);
+    struct store_reader *r = store_borrow(st);
     enum store_answer a = renew(st, r) ? blob(r->result, id, text, length, &rc) : STORE_NONE;
-    give_back(st, r);
+    store_give_back(st, r);
     if (a == STORE_BROKEN && rc != SQLITE_ROW) {
         log_event(LOG_L_WARN, "result_not_read", "job", id, "reason", sqlite3_errstr(rc), NULL);
         if (store_file_broken(rc))
@@ -180,43 +178,4 @@ enum store_answer store_result(struct store *st, const char *id, char **text, si
         return STORE_NONE;
     }
     return a;
-}
-
-enum store_answer store_list(struct store *st, const struct store_query *q, struct store_page *page)
-{
-    int limit = q->limit;
-    *page = (struct store_page){ .row = calloc((size_t)limit + 1, sizeof *page->row) };
-    if (!page->row)
-        return STORE_BROKEN;
-    struct store_reader *r = borrow(st);
-    /* One status alone has an index; a set is filtered along the way. */
-    bool one = __builtin_popcount(q->statuses) == 1;
-    sqlite3_stmt *s = one ? r->list_one : r->list;
-    sqlite3_bind_int64(s, 1, q->before ? q->before : INT64_MAX);
-    sqlite3_bind_int64(s, 2, one ? __builtin_ctz(q->statuses) : (int64_t)q->statuses);
-    sqlite3_bind_int(s, 3, limit + 1);       /* one more tells whether there are more */
-    sqlite3_bind_text(s, 4, q->owner, -1, SQLITE_STATIC);    /* NULL binds NULL */
-    int rc = SQLITE_DONE;
-    while (page->rows <= limit && (rc = sqlite3_step(s)) == SQLITE_ROW)
-        if (!store_read_row(s, &page->row[page->rows++]))
-            break;
-    sqlite3_reset(s);
-    sqlite3_bind_null(s, 4);
-    give_back(st, r);
-    if (page->rows > limit) {
-        page->more = true;
-        free(page->row[--page->rows].error);
-    } else if (rc != SQLITE_DONE) {
-        store_page_free(page);
-        return STORE_BROKEN;
-    }
-    return STORE_FOUND;
-}
-
-void store_page_free(struct store_page *page)
-{
-    for (int i = 0; i < page->rows; i++)
-        free(page->row[i].error);
-    free(page->row);
-    *page = (struct store_page){ 0 };
 }

@@ -20,3 +20,9 @@ void clock_text(char *out, int64_t ms)
     size_t n = strftime(out, CLOCK_TEXT, "%Y-%m-%dT%H:%M:%S", &tm);
     snprintf(out + n, CLOCK_TEXT - n, ".%03dZ", (int)(ms % 1000));
 }
+
+int64_t clock_after(int64_t earlier)
+{
+    int64_t now = clock_ms();
+    return now > earlier ? now : earlier;
+}

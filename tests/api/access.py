@@ -130,26 +130,31 @@ def quotas(build, c):
 
 
 def owners(build, c):
-    """A job is its submitter's, also in the next life of the daemon; who knows its id may read it."""
+    """A job is theirs who asked for it, also in the next life of the daemon: each lists it, none ends it for the others."""
     with Daemon(build, "--access", "tokens", "--workers", "1") as d:
-        ann, bob, boss = (bearer(new_token(build, d, n, *more)) for n, more in (("ann", ["--jobs", "2"]), ("bob", []), ("boss", ["--scope", "admin"])))
-        c(until(lambda: d.ask("GET", "/v1/jobs", headers=boss).status == 200), "tokens are there")
+        ann, bob, boss, eve = (bearer(new_token(build, d, n, *more)) for n, more in (
+            ("ann", ["--jobs", "2"]), ("bob", []), ("boss", ["--scope", "admin"]), ("eve", [])))
+        c(until(lambda: d.ask("GET", "/v1/jobs", headers=eve).status == 200), "tokens are there")
 
         def listed(who, query=""):
             return [j["id"] for j in d.ask("GET", "/v1/jobs" + query, headers=who).json()["jobs"]]
-        request = slow()
+        request, both = slow(), trivial()
         hers = d.ask("POST", "/v1/jobs", request, ann).json()["id"]
-        waits = d.ask("POST", "/v1/jobs", trivial(), ann).json()["id"]
+        c(until(lambda: d.ask("GET", "/v1/jobs/" + hers, headers=ann).json()["status"] == "running"), "it runs")
+        waits = d.ask("POST", "/v1/jobs", both, ann).json()["id"]
         his = d.ask("POST", "/v1/jobs", trivial(), bob).json()["id"]
         c(d.ask("POST", "/v1/jobs", request, bob).json()["id"] == hers, "the same request is the same job")
+        c(d.ask("POST", "/v1/jobs", both, bob).json()["id"] == waits, "also where it waits")
 
         def looks(label):
-            c(listed(ann) == [waits, hers] and listed(bob) == [his] and listed(boss) == [his, waits, hers], f"{label}: each lists its own, admin all",
-              (listed(ann), listed(bob), listed(boss)))
-            c(listed(bob, "?status=running") == [] and listed(ann, "?limit=1") == [waits], f"{label}: filters and pages too")
-            c.status(d.ask("GET", "/v1/jobs/" + hers, headers=bob), 200, f"{label}: reading by id")
-            c.problem(d.ask("DELETE", "/v1/jobs/" + hers, headers=bob), 403, "insufficient_scope", f"{label}: cancelling another's job")
-            c.problem(d.ask("DELETE", "/v1/jobs/" + waits, headers=bob), 403, "insufficient_scope", f"{label}: cancelling another's waiting job")
+            c(listed(ann) == [waits, hers] and listed(bob) == [waits, hers, his], f"{label}: each lists what it asked for", (listed(ann), listed(bob)))
+            c(listed(boss) == [his, waits, hers], f"{label}: admin lists all", listed(boss))
+            c(listed(bob, "?status=running") == [hers] and listed(bob, "?status=queued,running&limit=2") == [waits, hers], f"{label}: filters",
+              listed(bob, "?status=queued,running&limit=2"))
+            c(listed(ann, "?limit=1") == [waits], f"{label}: pages")
+            c.status(d.ask("GET", "/v1/jobs/" + hers, headers=eve), 200, f"{label}: reading by id")
+            c.problem(d.ask("DELETE", "/v1/jobs/" + hers, headers=eve), 403, "insufficient_scope", f"{label}: cancelling another's job")
+            c.problem(d.ask("DELETE", "/v1/jobs/" + his, headers=ann), 403, "insufficient_scope", f"{label}: cancelling another's waiting job")
             c.problem(d.ask("POST", "/v1/jobs", trivial(), ann), 429, "quota_exceeded", f"{label}: a third job of two")
         looks("at first")
         d.process.kill()
@@ -157,8 +162,121 @@ def owners(build, c):
         d.start()
         c(until(lambda: d.ask("GET", "/v1/jobs/" + hers, headers=ann).json().get("status") == "running"), "it runs again")
         looks("after a crash")
-        c.status(d.ask("DELETE", "/v1/jobs/" + hers, headers=ann), (200, 202), "after a crash: cancelling one's own")
-        c.status(d.ask("DELETE", "/v1/jobs/" + hers, headers=bob), 409, "an ended job is nobody's to cancel")
+        for id_ in (waits, hers):
+            c.status(d.ask("DELETE", "/v1/jobs/" + id_, headers=ann), 204, "one of two withdraws")
+            c(d.ask("GET", "/v1/jobs/" + id_, headers=bob).json()["status"] in ("queued", "running"), "the other's job goes on")
+        c(listed(ann) == [] and listed(bob) == [waits, hers, his], "it is in the other's list only", (listed(ann), listed(bob)))
+        d.process.kill()
+        d.ended()
+        d.start()
+        c(listed(ann) == [] and listed(bob) == [waits, hers, his], "also after a crash", (listed(ann), listed(bob)))
+        c.status(d.ask("DELETE", "/v1/jobs/" + hers, headers=bob), (200, 202), "the last one cancels")
+        for id_ in (waits, his):
+            c(until(lambda i=id_: d.ask("GET", "/v1/jobs/" + i, headers=bob).json()["status"] == "done"), "what waited runs")
+        c(until(lambda: d.ask("POST", "/v1/jobs", both, eve).status == 200), "a third finds the answer")
+        c(until(lambda: listed(eve) == [waits]), "and finds it in its list", listed(eve))
+        c.problem(d.ask("DELETE", "/v1/jobs/" + waits, headers=ann), 409, "job_ended", "an ended job of others")
+        c.status(d.ask("DELETE", "/v1/jobs/" + waits, headers=bob), 204, "taking an ended job from one's list")
+        c(waits not in listed(bob) and waits in listed(eve), "from one's own only", (listed(bob), listed(eve)))
+        c.status(d.ask("DELETE", "/v1/jobs/" + waits, headers=boss), 204, "an administrator removes it")
+        c(waits not in listed(eve) and d.ask("GET", "/v1/jobs/" + waits, headers=eve).status == 404, "for all")
+
+
+def isolated(build, c):
+    """isolation = token: nobody can tell what others asked."""
+    with Daemon(build, "--access", "tokens", "--isolation", "token", "--workers", "2") as d:
+        ann, bob, boss = bearer(new_token(build, d, "ann")), bearer(new_token(build, d, "bob")), bearer(new_token(build, d, "boss", "--scope", "admin"))
+        c(until(lambda: d.ask("GET", "/v1/jobs", headers=boss).status == 200), "tokens are there")
+        for request in (trivial(), slow()):
+            one, two = (d.ask("POST", "/v1/jobs", request, who).json() for who in (ann, bob))
+            c(one["id"] != two["id"], "each token has a job of its own", (one, two))
+            for path in ("", "/events", "/trajectory", "/tradeoff"):
+                c.problem(d.ask("GET", f"/v1/jobs/{one['id']}{path}", headers=bob), 404, "not_found", f"another's job{path}")
+            c.problem(d.ask("DELETE", "/v1/jobs/" + one["id"], headers=bob), 404, "not_found", "cancelling another's job")
+            c.status(d.ask("GET", "/v1/jobs/" + one["id"], headers=ann), 200, "one's own")
+            c.status(d.ask("GET", "/v1/jobs/" + one["id"], headers=boss), 200, "an administrator sees it")
+            for who, job in ((ann, one), (bob, two)):
+                c.status(d.ask("DELETE", "/v1/jobs/" + job["id"], headers=who), (200, 202, 204), "one's own can be cancelled")
+        request = trivial()
+        first = d.ask("POST", "/v1/solve", request, ann)
+        c.status(first, 200, "solved for one")
+        again_, other = d.ask("POST", "/v1/solve", request, ann).json(), d.ask("POST", "/v1/solve", request, bob).json()
+        c(again_["cached"] is True and other["cached"] is False, "the answer is cached for that one only", (again_["cached"], other["cached"]))
+        c(again_["result"]["vector_field"] == other["result"]["vector_field"], "and the same for the other")
+    run = sgad(build, "--check-config", "--listen", "127.0.0.1:0", "--state", "x", "--isolation", "token")
+    c(run.returncode == 2 and "access = tokens" in run.stderr, "isolation without tokens", run.stderr)
+
+
+def crowd_of_one(build, c):
+    """One address does not hold all connections."""
+    with Daemon(build, "--address-connections", "5") as d:
+        held = []
+        try:
+            for _ in range(5):
+                held.append(socket.create_connection(("127.0.0.1", d.port), timeout=10))
+                held[-1].sendall(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n")
+                c(held[-1].recv(100).startswith(b"HTTP/1.1 200"), "within the limit")
+            with socket.create_connection(("127.0.0.1", d.port), timeout=10) as more:
+                try:
+                    more.sendall(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n")
+                    out = more.recv(100)
+                except OSError:
+                    out = b""
+                c(out == b"", "one more is closed", out)
+        finally:
+            for s in held:
+                s.close()
+        def served():
+            try:
+                return d.get("/healthz").status == 200
+            except (OSError, http.client.HTTPException):
+                return False
+        c(until(served), "room again")
+
+
+def reading_only(build, c):
+    """Who may only read starts no work: a result that is gone says how to get it again."""
+    with Daemon(build, "--access", "tokens", "--workers", "1", "--cache-memory", "0") as d:
+        ann, eve = bearer(new_token(build, d, "ann")), bearer(new_token(build, d, "eve", "--scope", "read"))
+        c(until(lambda: d.ask("GET", "/v1/jobs", headers=eve).status == 200), "tokens are there")
+        request = trivial()
+        id_ = d.ask("POST", "/v1/solve", request, ann).json()["id"]
+        c.status(d.ask("GET", "/v1/jobs/" + id_, headers=eve), 200, "reading")
+        d.stop()
+        for name in os.listdir(os.path.join(d.state, "sgad")):
+            if name.startswith("cache.db"):
+                os.remove(os.path.join(d.state, "sgad", name))
+        d.start()
+        for path in ("", "/events", "/trajectory"):
+            a = d.ask("GET", f"/v1/jobs/{id_}{path}", headers=eve)
+            c("submit" in c.problem(a, 404, "not_found", "a result that is gone")["detail"], "what to do is said", a.body)
+        a = d.ask("GET", "/metrics", headers=eve).body.decode()
+        c("sgad_jobs_accepted_total 0\n" in a, "nothing was started")
+        c.status(d.ask("GET", "/v1/jobs/" + id_, headers=ann), 200, "who may submit")
+        c(until(lambda: d.ask("GET", "/v1/jobs/" + id_, headers=eve).json().get("status") == "done"), "has it made again")
+
+
+def shares(build, c):
+    """No token holds the whole queue or all workers; seconds are reserved, and kept over a restart."""
+    with Daemon(build, "--access", "tokens", "--workers", "2", "--queue", "10", "--token-queue", "50", "--token-workers", "50") as d:
+        ann, bob, few = bearer(new_token(build, d, "ann")), bearer(new_token(build, d, "bob")), bearer(new_token(build, d, "few", "--seconds", "200"))
+        c(until(lambda: d.ask("GET", "/v1/jobs", headers=few).status == 200), "tokens are there")
+        answers = [d.ask("POST", "/v1/jobs", slow(), ann) for _ in range(12)]
+        taken = [a.json()["id"] for a in answers if a.status == 202]
+        c(4 <= len(taken) <= 6, "one token gets half of the queue", len(taken))
+        c.problem(answers[-1], 429, "quota_exceeded", "not more")
+        c(d.ask("POST", "/v1/solve", trivial(), bob).json()["status"] == "done", "the other finds a place and a worker")
+        for id_ in taken:
+            c.status(d.ask("DELETE", "/v1/jobs/" + id_, headers=ann), (200, 202), "cancelling")
+        first = d.ask("POST", "/v1/jobs", slow(100), few)
+        c.status(first, 202, "100 seconds of 200")
+        c.problem(d.ask("POST", "/v1/jobs", slow(150), few), 429, "quota_exceeded", "150 more are reserved already")
+        d.process.kill()
+        d.ended()
+        d.start()
+        c.problem(d.ask("POST", "/v1/jobs", slow(150), few), 429, "quota_exceeded", "also after a crash")
+        c.status(d.ask("DELETE", "/v1/jobs/" + first.json()["id"], headers=few), (200, 202), "cancelling")
+        c(until(lambda: d.ask("POST", "/v1/jobs", slow(150), few).status == 202), "what was not used is given back")
 
 
 def turns(build, c):
@@ -201,6 +319,39 @@ def finish(p):
     return p.returncode, err
 
 
+def shown(port):
+    """The certificate that a new connection gets, and its end by the metrics."""
+    any_ = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    any_.check_hostname, any_.verify_mode = False, ssl.CERT_NONE
+    with socket.create_connection(("127.0.0.1", port), timeout=10) as s, any_.wrap_socket(s) as t:
+        t.sendall(b"GET /metrics HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")
+        text = b"".join(iter(lambda: t.recv(65536), b"")).decode()
+        found = re.search(r"^sgad_certificate_expiry_timestamp_seconds (\d+)$", text, re.M)
+        return t.getpeercert(True), int(found[1]) if found else 0
+
+
+def renewal(p, port, folder, cert, key, c):
+    """A certificate that is renewed is shown after SIGHUP, also to those who are connected already by their next connection."""
+    first, ends = shown(port)
+    c(86400 < ends - time.time() < 3 * 86400, "its end is a metric", ends)
+    with open(cert, "rb") as f, open(key, "rb") as g:
+        was = f.read(), g.read()
+    with open(cert, "wb") as f:
+        f.write(b"no certificate")
+    p.send_signal(signal.SIGHUP)
+    time.sleep(0.3)
+    c(shown(port)[0] == first, "what is no certificate changes nothing")
+    fresh = certificate(folder, "renewed")
+    for new, old in zip(fresh, (cert, key)):
+        shutil.copyfile(new, old)
+    p.send_signal(signal.SIGHUP)
+    c(until(lambda: shown(port)[0] != first), "SIGHUP: the renewed one is shown")
+    for text, name in zip(was, (cert, key)):
+        with open(name, "wb") as f:
+            f.write(text)
+    c(until(lambda: shown(port)[0] == first, 30), "by time of the file: also without a signal")
+
+
 def tls(build, c):
     with tempfile.TemporaryDirectory() as folder:
         cert, key = certificate(folder)
@@ -241,6 +392,16 @@ def tls(build, c):
             run = subprocess.run([os.path.join(build, "sga"), "solve", path, "--server", "http://host.invalid"], capture_output=True, timeout=60,
                                  check=False, text=True, env={**os.environ, "SGA_TOKEN": "secret"})
             c(run.returncode == 1 and "token is not sent" in run.stderr, "a token is not sent in the clear", run.stderr)
+            for suite in ("AES128-SHA", "AES128-GCM-SHA256", "AES256-CCM", "ECDHE-ECDSA-AES128-SHA", "ECDHE-ECDSA-AES256-SHA384", "ECDHE-ECDSA-AES128-CCM"):
+                weak = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+                weak.check_hostname, weak.verify_mode, weak.maximum_version = False, ssl.CERT_NONE, ssl.TLSVersion.TLSv1_2
+                weak.set_ciphers(suite + ":@SECLEVEL=0")
+                try:
+                    with socket.create_connection(("127.0.0.1", port), timeout=10) as s, weak.wrap_socket(s):
+                        c(False, f"{suite} is refused")
+                except (ssl.SSLError, OSError):
+                    c(True, f"{suite} is refused")
+            renewal(p, port, folder, cert, key, c)
             old = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
             old.check_hostname, old.verify_mode = False, ssl.CERT_NONE
             old.set_ciphers("ALL:@SECLEVEL=0")
@@ -452,6 +613,22 @@ def upkeep(build, c):
             c(get(after["id"])[0] == 404, "what came later is not in it")
         finally:
             c(finish(p)[0] == 0, "ends with 0")
+        c(not os.path.exists(folder + ".partial"), "nothing half is left")
+        with open(os.path.join(state, "instance"), encoding="ascii") as f, open(os.path.join(folder, "instance"), encoding="ascii") as g:
+            c(f.read() == g.read(), "the name of the state goes with it")
+        fresh = os.path.join(d.state, "restored")
+        run = sgad(build, "restore", folder, "--state", fresh)
+        c(run.returncode == 0 and sorted(os.listdir(fresh))[0] == "cache.db", "restore", run.stderr)
+        c(sgad(build, "restore", folder, "--state", fresh).returncode == 1, "a state is never overwritten")
+        for name, sql in (("queue.db", "UPDATE jobs SET request = CAST(request AS TEXT) || ' '"), ("cache.db", "UPDATE results SET result = x'7b7d'")):
+            with sqlite3.connect(os.path.join(fresh, name)) as db:
+                db.execute(sql)
+            db.close()
+            run = sgad(build, "check", "--state", fresh)
+            c(run.returncode == 1 and f"{name}: the text of job " in run.stdout, f"check verifies the digests in {name}", run.stdout)
+        run = sgad(build, "backup", folder + "3", "--state", fresh)
+        c(run.returncode == 1 and "damaged" in run.stderr and not os.path.exists(folder + "3") and not os.path.exists(folder + "3.partial"),
+          "a backup of what is damaged is none", run.stderr)
         for name, bad in (("queue.db", 1), ("cache.db", 1)):
             path = os.path.join(folder, name)
             db = sqlite3.connect(path)
@@ -482,4 +659,4 @@ def unit(_, c):
         c(level and float(level[1]) < 2.5, "sgad.service: exposure below 2.5", run.stdout[-200:] + run.stderr)
 
 
-ALL = [tokens, quotas, owners, turns, tls, remote, sockets, several, settings, upkeep, unit]
+ALL = [tokens, quotas, owners, isolated, crowd_of_one, reading_only, shares, turns, tls, remote, sockets, several, settings, upkeep, unit]

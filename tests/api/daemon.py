@@ -14,8 +14,9 @@ import time
 class Daemon:
     """Used as a context: starts with an own state folder, stops the process that it started."""
 
-    def __init__(self, build, *flags, state=None):
-        self.build, self.flags = build, flags
+    def __init__(self, build, *flags, state=None, env=None, stderr=None):
+        """env: added to the environment; stderr: a descriptor instead of the file that errors() reads."""
+        self.build, self.flags, self.env, self.stderr = build, flags, env, stderr
         self.own = state is None
         self.state = state or tempfile.mkdtemp(prefix="sgad-test-")
         self.process = self.port = None
@@ -40,7 +41,9 @@ class Daemon:
         os.makedirs(os.path.join(self.state, "sgad"), exist_ok=True)
         self.process = subprocess.Popen(
             [os.path.join(self.build, "sgad"), "--listen", "127.0.0.1:0", "--state", os.path.join(self.state, "sgad"),
-             *os.environ.get("SGA_TEST_DAEMON_FLAGS", "").split(), *self.flags], stdout=subprocess.PIPE, stderr=self.log, start_new_session=True)
+             *os.environ.get("SGA_TEST_DAEMON_FLAGS", "").split(), *self.flags],
+            stdout=subprocess.PIPE, stderr=self.log if self.stderr is None else self.stderr, env={**os.environ, **(self.env or {})},
+            start_new_session=True)
         line = self.process.stdout.readline().decode()
         if not line.startswith("listening on http://127.0.0.1:"):
             raise RuntimeError(f"the daemon said {line!r}: {self.errors()}")
@@ -115,7 +118,8 @@ class Daemon:
             time.sleep(0.02)
         raise RuntimeError(f"job {id_} did not end: {job}")
 
-    def children(self):
+    def children(self, role=""):
+        """Its children: all, or those that run jobs (sgad-job) or check requests (sgad-check)."""
         found = []
         for task in os.listdir(f"/proc/{self.process.pid}/task"):
             try:
@@ -123,7 +127,15 @@ class Daemon:
                     found += [int(p) for p in f.read().split()]
             except OSError:
                 pass
-        return found
+        return [pid for pid in found if self.role(pid).startswith(role)]
+
+    @staticmethod
+    def role(pid):
+        try:
+            with open(f"/proc/{pid}/cmdline", encoding="ascii") as f:
+                return f.read().split("\0")[0]
+        except OSError:
+            return "gone"
 
     def cpu(self):
         """CPU seconds of the process so far, without its children."""

@@ -18,7 +18,7 @@ PRODUCT = "0.1.0"
 
 def sources():
     """A digest of all that answers may change with, as lib/run/version.sh has it."""
-    files = sorted(f for end in ("*.c", "*.h", "*.def") for f in glob.glob(os.path.join("lib", "*", end), root_dir=ROOT))
+    files = sorted(f for end in ("*.c", "*.h", "*.def") for f in glob.glob(os.path.join("lib", "**", end), root_dir=ROOT, recursive=True))
     whole = hashlib.sha256()
     for f in files:
         with open(os.path.join(ROOT, f), "rb") as source:

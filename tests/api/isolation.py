@@ -60,7 +60,7 @@ def child(build, c):
         for _ in range(4):
             c(d.ask("POST", "/v1/solve", trivial()).json()["status"] == "done", "a job inside the sandbox")
         pids = d.children()
-        c(len(pids) == 2, "a child for each worker", pids)
+        c(len(pids) == 4, "a child for each worker, and two that check requests", pids)
         for pid in pids:
             s = confined(pid) if not sanitized(build) else status(pid)
             if not sanitized(build):
@@ -68,11 +68,38 @@ def child(build, c):
                 names = [os.readlink(f"/proc/{pid}/fd/{fd}") for fd in sorted(os.listdir(f"/proc/{pid}/fd"))]
                 c(len(names) <= 5 and names[0] == names[1] == "/dev/null" and names[3].startswith("socket:"),
                   "the child has its socket and no other descriptor to speak of", names)
+                c(names[2].startswith("pipe:"), "what it says goes into a pipe of its own", names)
+                with open(f"/proc/{pid}/environ", "rb") as f:
+                    c(f.read().strip(b"\0") == b"", "and no environment")
         # without its parent it is gone, however the parent ended
         d.process.send_signal(signal.SIGKILL)
         d.ended()
         for pid in pids:
             c(gone(pid), "no child outlives its parent", pid)
+
+
+def token(d, name):
+    run = subprocess.run([os.path.join(d.build, "sgad"), "token", "create", "--state", os.path.join(d.state, "sgad"), "--name", name],
+                         capture_output=True, check=True)
+    return {"Authorization": "Bearer " + run.stdout.decode().strip()}
+
+
+def apart(build, c):
+    """A child that ran or read what one token sent is not there for the next one's."""
+    with Daemon(build, "--workers", "1", "--access", "tokens") as d:
+        ann, bob = token(d, "ann"), token(d, "bob")
+        while 401 in (d.get("/v1/jobs", **ann).status, d.get("/v1/jobs", **bob).status):      # noticed within two seconds
+            time.sleep(0.05)
+        for who in (ann, ann, bob):
+            c(d.ask("POST", "/v1/solve", trivial(), who).json()["status"] == "done", "a job")
+        before = set(d.children())
+        c(d.ask("POST", "/v1/solve", trivial(), bob).json()["status"] == "done", "another job of the same token")
+        c(len(before & set(d.children())) >= 2, "may have the same processes", (before, d.children()))
+        started = d.children()
+        for _ in range(4):                # both readers and the worker come by
+            c(d.ask("POST", "/v1/solve", trivial(), ann).json()["status"] == "done", "a job of the other")
+            c(d.ask("POST", "/v1/solve", trivial(), bob).json()["status"] == "done", "and back")
+        c(len(set(started) & set(d.children())) <= 1, "another token's job has another process", (started, d.children()))
 
 
 def executors(build, c):
@@ -88,4 +115,4 @@ def executors(build, c):
     c(found[0] and len(found[0]) == 41 and found[0] == found[1], "machine code changes no digit", [f and f[-1] for f in found])
 
 
-ALL = [trials, child, executors]
+ALL = [trials, child, apart, executors]

@@ -32,7 +32,9 @@ def cancel(build, c):
         a = d.ask("DELETE", "/v1/jobs/" + first)
         c(a.status in (200, 202), "cancelling a running job", d.get("/v1/jobs/" + first).body)
         c(d.wait(first, 20)["status"] == "cancelled", "a running job is cancelled")
-        c.problem(d.ask("DELETE", "/v1/jobs/" + first), 409, "job_ended", "cancelling twice")
+        c.status(d.ask("DELETE", "/v1/jobs/" + first), 204, "once more removes it")
+        c.problem(d.get("/v1/jobs/" + first), 404, "not_found", "a job that was removed")
+        c(first not in [j["id"] for j in d.get("/v1/jobs").json()["jobs"]], "nor is it in the list")
         job = c.job(d.ask("POST", "/v1/solve", trivial()), "after cancelling")
         c(job.get("status") == "done", "the worker goes on after a cancelled job", job)
 
@@ -136,6 +138,40 @@ def shutdown(build, c):
         c.status(d.ask("DELETE", "/v1/jobs/" + id_), (200, 202), "cancel")
 
 
+def drained(build, c):
+    """SIGUSR1: what runs may end, however short the grace; nothing new is taken; what waits is there at the next start."""
+    with Daemon(build, "--workers", "1", "--grace", "0") as d:
+        for hasty in (False, True):
+            going = d.ask("POST", "/v1/jobs", slow(120 if hasty else 3)).json()["id"]
+            c(running(d, going), "a job runs")
+            waits = d.ask("POST", "/v1/jobs", trivial()).json()["id"]
+            d.process.send_signal(signal.SIGUSR1)
+            end = time.monotonic() + 30
+            while d.get("/readyz").status != 503 and time.monotonic() < end:
+                time.sleep(0.02)
+            c.problem(d.get("/readyz"), 503, "draining", "not ready while it drains")
+            c.problem(d.ask("POST", "/v1/jobs", trivial()), 503, "draining", "no new job while it drains")
+            c.status(d.get("/v1/jobs/" + going), 200, "jobs can be read while it drains")
+            if hasty:
+                d.process.send_signal(signal.SIGTERM)
+            c(d.ended(60) == 0, "it ends with 0 by itself")
+            d.start()
+            job = d.get("/v1/jobs/" + going).json()
+            c(job["status"] in (("queued", "running") if hasty else ("done", "failed")), "what ran has ended" if not hasty else "in haste it goes back", job)
+            d.ask("DELETE", "/v1/jobs/" + going)
+            c(d.wait(waits)["status"] == "done", "what waited runs in the next life")
+
+
+def slow_children(build, c):
+    """Children that stand still, even before they have said a word, hold up no end."""
+    for _ in range(3):
+        with Daemon(build, "--workers", "2", "--grace", "0") as d:
+            for pid in d.children("sgad-"):       # not those that have not begun to be one
+                os.kill(pid, signal.SIGSTOP)
+            begun = time.monotonic()
+            c(d.stop(60) == 0 and time.monotonic() - begun < 25, "it ends beside children that stand still", time.monotonic() - begun)
+
+
 def crashed(build, c):
     """A daemon that is killed loses no job that it took."""
     with Daemon(build, "--workers", "1") as d:
@@ -192,4 +228,4 @@ def client(build, c):
         c(gone.returncode not in (0, -11, -6) and gone.stderr, "sga solve: no daemon there", gone.stderr)
 
 
-ALL = [cancel, full, crowd, killed, restart, shutdown, crashed, second, client]
+ALL = [cancel, full, crowd, killed, restart, shutdown, drained, slow_children, crashed, second, client]

@@ -191,7 +191,7 @@ def stopped(build, c):
             id_ = d.ask("POST", "/v1/jobs", slow(seconds)).json()["id"]
             while d.get("/v1/jobs/" + id_).json()["status"] == "queued":
                 time.sleep(0.02)
-            for pid in d.children():    # of the daemon that this test started
+            for pid in d.children("sgad-job"):    # of the daemon that this test started
                 os.kill(pid, signal.SIGSTOP)
             return id_
         error = d.wait(hang(0.5), 60).get("error", {})
@@ -218,7 +218,7 @@ def no_memory(build, c):
         c.status(d.ask("POST", "/v1/solve", done), 200, "with memory")
         with open(f"/proc/{d.process.pid}/statm", encoding="ascii") as f:
             now = int(f.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")
-        resource.prlimit(d.process.pid, resource.RLIMIT_AS, (now + (32 << 20), resource.RLIM_INFINITY))
+        resource.prlimit(d.process.pid, resource.RLIMIT_AS, (now + (4 << 20), resource.RLIM_INFINITY))
         a = d.ask("POST", "/v1/solve", trivial())
         c.problem(a, 503, "busy", "without memory")
         c("retry-after" in a.headers, "without memory: Retry-After", a.headers)
@@ -228,4 +228,30 @@ def no_memory(build, c):
         c.status(d.ask("POST", "/v1/solve", trivial()), 200, "with memory again")
 
 
-ALL = [no_memory, ended, maxima, refused, reading, stopped]
+def hostile(build, c):
+    """Short bodies that take a second to read: they are read one beside another, not by who answers the others."""
+    body = {"system": {"form": "equations", "variables": ["x"], "name": "", "equations": ["der(sin(cos(x^9*t))/exp(x*t), 30) = 0"]}}
+    with Daemon(build, "--workers", "1") as d:
+        known = trivial()
+        d.ask("POST", "/v1/solve", known)
+        before, answers = d.cpu(), []
+
+        def ask(k):
+            answers.append(d.ask("POST", "/v1/jobs", {"system": {**body["system"], "name": str(k)}}, seconds=120).status)
+        threads = [threading.Thread(target=ask, args=(k,)) for k in range(8)]
+        for t in threads:
+            t.start()
+        while len(answers) < 8:
+            c.status(d.get("/healthz"), 200, "a health check beside hostile bodies")
+            c.status(d.ask("POST", "/v1/solve", known), 200, "a hit beside hostile bodies")
+            time.sleep(0.05)
+        for t in threads:
+            t.join()
+        c(set(answers) <= {202, 422}, "they are answered", answers)
+        c(d.cpu() - before < 2, "and cost the daemon's own process nothing to speak of", d.cpu() - before)
+        for pid in d.children():          # children of the daemon that this test started
+            os.kill(pid, signal.SIGKILL)
+        c.status(d.ask("POST", "/v1/jobs", trivial()), 202, "a reader that was killed is replaced")
+
+
+ALL = [hostile, no_memory, ended, maxima, refused, reading, stopped]

@@ -80,10 +80,28 @@ def failed(d, c):
     again = d.get("/v1/jobs/" + job["id"]).json()
     c(again["error"] == error, "failed job: by its id", again)
     c.problem(d.get(f"/v1/jobs/{job['id']}/trajectory"), 409, "no_trajectory", "trajectory of a failed job")
-    c.problem(d.ask("DELETE", "/v1/jobs/" + job["id"]), 409, "job_ended", "cancelling an ended job")
+    c.status(d.ask("DELETE", "/v1/jobs/" + job["id"]), 204, "removing an ended job")
     job = d.ask("POST", "/v1/solve", slow(0.5)).json()
     ended = (job.get("result", {}).get("trajectory", {}).get("ended") or {}).get("reason")
     c("time_limit" in (ended, job.get("error", {}).get("code")), "time limit", job)
+
+
+def unknown_words(d, c):
+    """What is not known is refused: parameters, codings, second origins. A target may name its host."""
+    for path in ("/v1/jobs?limt=3", "/v1/jobs?limit=3&limit=4", "/v1/jobs/" + "0" * 32 + "?format=csv", "/healthz?x=1"):
+        c.problem(d.get(path), 400, "bad_request", path)
+    c("limit" in d.get("/v1/jobs?limt=3").json()["detail"], "the known ones are named")
+    for name, value in (("Content-Encoding", "gzip"), ("Content-Type", "application/json; charset=utf-16")):
+        c.problem(d.ask("POST", "/v1/jobs", trivial(), {name: value}), 415, "unsupported_media_type", value)
+    for name, value in (("Content-Encoding", "identity"), ("Content-Type", "application/json; charset=UTF-8")):
+        c.status(d.ask("POST", "/v1/jobs", trivial(), {name: value}), 202, value)
+    host = f"Host: 127.0.0.1:{d.port}\r\n"
+    out, _ = d.raw(f"GET /v1/jobs HTTP/1.1\r\n{host}Origin: http://localhost\r\nOrigin: http://elsewhere.example\r\nConnection: close\r\n\r\n".encode())
+    c(out.startswith(b"HTTP/1.1 400"), "two origins", out[:200])
+    out, _ = d.raw(f"GET http://127.0.0.1:{d.port}/healthz HTTP/1.1\r\n{host}Connection: close\r\n\r\n".encode())
+    c(out.startswith(b"HTTP/1.1 200"), "a target in absolute form", out[:200])
+    out, _ = d.raw(f"GET http://127.0.0.1:{d.port} HTTP/1.1\r\n{host}Connection: close\r\n\r\n".encode())
+    c(out.startswith(b"HTTP/1.1 404"), "one without a path", out[:200])
 
 
 def smuggling(d, c):
@@ -125,4 +143,4 @@ def smuggling(d, c):
     c.status(d.get("/healthz"), 200, "alive")
 
 
-ALL = [bodies, large, paths, hosts, failed, smuggling]
+ALL = [bodies, large, paths, hosts, failed, unknown_words, smuggling]

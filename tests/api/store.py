@@ -112,7 +112,7 @@ def damaged(build, c):
         db.close()
         refused(d, c, "a newer queue", "newer sgad")
         with sqlite3.connect(path(d, "queue.db")) as db:
-            db.execute("PRAGMA user_version=3")
+            db.execute("PRAGMA user_version=6")
             bad = waiting[70003]
             db.execute("UPDATE jobs SET request=replace(request, '70003', '90009') WHERE id=?", (bad,))
         db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
@@ -130,13 +130,111 @@ def damaged(build, c):
             for place in range(4096, f.seek(0, 2), 4096):
                 f.seek(place)
                 f.write(random.Random(place).randbytes(4096))
-        refused(d, c, "a damaged queue", "move it away")
+        refused(d, c, "a damaged queue", "move the whole folder away")
         shutil.rmtree(os.path.join(d.state, "sgad"))
         shutil.copytree(os.path.join(d.state, "kept"), os.path.join(d.state, "sgad"))
         d.start()
         d.ask("DELETE", "/v1/jobs/" + blocker)
         for k, id_ in waiting.items():
             c(d.wait(id_)["status"] == "done", "a restored queue runs")
+
+
+def lost(build, c):
+    """A queue that is missing or empty in a folder that was in use, as where a volume is not mounted."""
+    with Daemon(build, "--workers", "1") as d:
+        folder = os.path.join(d.state, "sgad")
+        some_jobs(d, 2)
+        d.stop()
+        with open(path(d, "instance"), encoding="ascii") as f:
+            name = f.read()
+        c(len(name) == 33 and set(name.strip()) <= set("0123456789abcdef"), "the state has a name of its own", name)
+        for k, word in ((0, "missing"), (1, "empty")):
+            os.rename(path(d, "queue.db"), path(d, "kept"))
+            if k:
+                with open(path(d, "queue.db"), "wb"):
+                    pass
+            run = subprocess.run([os.path.join(build, "sgad"), "--listen", "127.0.0.1:0", "--state", folder],
+                                 capture_output=True, timeout=30, check=False)
+            c(run.returncode == 1 and word in run.stderr.decode(), f"a queue that is {word} is refused", run.stderr)
+            c(os.path.exists(path(d, "queue.db")) == bool(k), "and no other is made")
+            os.replace(path(d, "kept"), path(d, "queue.db"))
+        os.remove(path(d, "instance"))      # as before it was written
+        d.start()
+        c(os.path.exists(path(d, "instance")), "a folder without a name gets one")
+
+
+def gone(build, c):
+    """The folder goes away under the daemon: no 202 into nothing, and all is well once it is back."""
+    with Daemon(build, "--workers", "1") as d:
+        folder = os.path.join(d.state, "sgad")
+        done = some_jobs(d, 2)
+        os.rename(folder, folder + ".away")
+        c.problem(d.ask("POST", "/v1/jobs", trivial()), 503, "store_failed", "a job without the folder")
+        c.status(d.get("/readyz"), 503, "not ready without the folder")
+        c.status(d.get("/healthz"), 200, "healthy without the folder")
+        os.rename(folder + ".away", folder)
+        c(until(d, 200), "ready with the folder again")
+        a = d.ask("POST", "/v1/jobs", trivial())
+        c.status(a, 202, "a job with the folder again")
+        d.process.kill()
+        d.ended()
+        d.start()
+        c(d.wait(a.json()["id"])["status"] == "done", "it is there after a crash")
+        again(d, c, done, "the folder went away")
+
+
+def listed(d):
+    return [j["id"] for j in d.get("/v1/jobs?limit=500").json()["jobs"]]
+
+
+def kept(build, c):
+    """Ended jobs go by age and number; what waits or runs stays."""
+    with Daemon(build, "--workers", "1", "--keep-days", "3", "--keep-jobs", "4") as d:
+        ids = list(some_jobs(d, 8))
+        going = d.ask("POST", "/v1/jobs", slow()).json()["id"]
+        end = time.monotonic() + 60
+        while len(listed(d)) > 5 and time.monotonic() < end:
+            time.sleep(0.1)
+        c(set(listed(d)) == {going, *ids[-4:]}, "the latest are kept, and what has not ended", (listed(d), ids))
+        with sqlite3.connect(path(d, "queue.db")) as db:        # between two writes of the daemon's
+            db.execute("UPDATE jobs SET finished = finished - 4 * 86400000, created = 1, started = 1 WHERE id IN (?, ?)", ids[-4:-2])
+        db.close()
+        while len(listed(d)) > 3 and time.monotonic() < end:
+            time.sleep(0.1)
+        c(set(listed(d)) == {going, *ids[-2:]}, "old ones go", listed(d))
+        run = [os.path.join(build, "sgad"), "prune", "--state", os.path.join(d.state, "sgad")]
+        for wrong in ([], ["--older", "3"], ["--keep", "x"], ["--other", "1"]):
+            c(subprocess.run(run + wrong, capture_output=True, check=False).returncode == 2, f"refused: prune {wrong}")
+        a = subprocess.run(run + ["--keep", "1"], capture_output=True, check=False)
+        c(a.returncode == 1 and b"in use" in a.stderr, "not beside a daemon", a.stderr)
+        d.stop()
+        a = subprocess.run(run + ["--keep", "1", "--older", "30d"], capture_output=True, check=False)
+        c(a.returncode == 0, "prune", a.stderr)
+        d.start()
+        c(set(listed(d)) == {going, ids[-1]}, "one is left, and what has not ended", listed(d))
+
+
+def long_list(build, c):
+    """A short list among very many jobs costs what it shows."""
+    with Daemon(build, "--workers", "1") as d:
+        some_jobs(d, 1)
+        d.stop()
+        with sqlite3.connect(path(d, "queue.db")) as db:
+            db.execute("WITH RECURSIVE n(k) AS (SELECT 1 UNION ALL SELECT k+1 FROM n WHERE k < 200000) INSERT INTO jobs(id, status, attempts, created,"
+                       " started, finished, request, sum, owner) SELECT printf('%032x', k), 2, 0, 1, 1, 1, x'7b7d', x'00', 'many' FROM n")
+            db.execute("INSERT INTO interests(id, owner, status) SELECT id, owner, status FROM jobs WHERE owner = 'many'")
+            plans = [str(db.execute("EXPLAIN QUERY PLAN " + q).fetchall()) for q in (
+                "SELECT * FROM interests i JOIN jobs j ON j.id = i.id WHERE i.seq < 9 AND i.owner = 'x' ORDER BY i.seq DESC LIMIT 5",
+                "SELECT * FROM interests i JOIN jobs j ON j.id = i.id WHERE i.seq < 9 AND i.owner = 'x' AND i.status = 3 ORDER BY i.seq DESC LIMIT 5",
+                "SELECT * FROM jobs WHERE seq < 9 AND status = 3 ORDER BY seq DESC LIMIT 5")]
+        db.close()
+        c(not any("SCAN" in p or "TEMP B-TREE" in p for p in plans), "no list scans or sorts", plans)
+        d.start()
+        before = d.cpu()
+        for query in ("", "?status=failed", "?status=queued,failed", "?status=done&limit=500"):
+            for _ in range(10):
+                c.status(d.get("/v1/jobs" + query), 200, "a list")
+        c(d.cpu() - before < 1, "lists among 200,000 jobs", d.cpu() - before)
 
 
 def older(build, c):
@@ -153,6 +251,8 @@ def older(build, c):
                     if name == "queue.db":
                         db.execute(change)
                         db.execute("ALTER TABLE jobs DROP COLUMN owner")
+                        db.executescript("DROP TABLE filler; DROP INDEX jobs_by_end; DROP TRIGGER job_made; DROP TRIGGER job_moved; DROP TRIGGER job_gone;"
+                                         "DROP TABLE interests; ALTER TABLE jobs DROP COLUMN seconds")
                     db.execute(f"PRAGMA user_version={version}")
                 db.close()
             d.start()
@@ -163,7 +263,7 @@ def older(build, c):
             again(d, c, jobs, f"a queue of version {version}")
             d.stop()
             with sqlite3.connect(path(d, "queue.db")) as db:
-                c(db.execute("PRAGMA user_version").fetchone()[0] == 3, f"a queue of version {version}: its version after")
+                c(db.execute("PRAGMA user_version").fetchone()[0] == 6, f"a queue of version {version}: its version after")
             db.close()
             d.start()
 
@@ -196,16 +296,17 @@ def no_room(build, c):
         a = d.ask("POST", "/v1/solve", trivial())
         c(a.status in (200, 503), "solving without room", (a.status, a.body[:200]))
         again(d, c, done, "without room")
-        ended = d.wait(going)
-        c(ended["status"] in ("done", "failed"), "a running job ends without room", ended)
-        time.sleep(0.3)
-        c(d.get("/v1/jobs/" + going).json()["finished"] == ended["finished"], "its end is kept in memory")
+        end = time.monotonic() + 60
+        while (job := d.get("/v1/jobs/" + going).json())["progress"]["stage"] != "storing" and time.monotonic() < end:
+            time.sleep(0.02)
+        c(job["status"] == "running" and job["progress"]["stage"] == "storing", "the end of a job is not told before it is on disk", job)
         resource.prlimit(d.process.pid, resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
         c(until(d, 200), "ready again")
         a = d.ask("POST", "/v1/jobs", trivial())
         c.status(a, 202, "a job with room again")
         d.wait(a.json()["id"])
-        time.sleep(2.5)               # ends that were held back are tried each second
+        ended = d.wait(going)         # ends that were held back are tried each second
+        c(ended["status"] in ("done", "failed"), "a job that ran without room has ended", ended)
         d.process.kill()
         d.ended()
         d.start()
@@ -240,12 +341,15 @@ def small_disk(build, c):
                     c.problem(a, 503, "store_failed", "a job on a full disk")
             c(accepted and refusals, "some fit, some do not", (len(accepted), refusals))
             again(d, c, done, "full disk")
-            for id_ in accepted:
-                c(d.wait(id_)["status"] == "done", "what was accepted ends on a full disk")
+            c(until(d, 503), "not ready on a full disk")
+            for k in range(20):           # small writes that still fit bring no readiness back
+                d.ask("POST", "/v1/jobs", trivial(90000 + k))
+                c.status(d.get("/readyz"), 503, "still not ready on a full disk")
             d.process.kill()
             d.ended()
-            subprocess.run(["mount", "-o", "remount,size=64m", folder], check=True)
             d.start()
+            again(d, c, done, "started on a full disk")
+            subprocess.run(["mount", "-o", "remount,size=64m", folder], check=True)
             for id_ in accepted:
                 c(d.wait(id_)["status"] == "done", "what was accepted is there after a full disk")
             c(until(d, 200), "ready with a larger disk")
@@ -261,4 +365,4 @@ def small_disk(build, c):
         os.rmdir(folder)
 
 
-ALL = [dropped, flipped, damaged, older, no_room, small_disk]
+ALL = [dropped, flipped, damaged, lost, gone, kept, long_list, older, no_room, small_disk]

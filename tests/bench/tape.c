@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "budget.h"
+#include "exec.h"
 #include "jacobian.h"
 
 /* Accelerations of n masses; inputs[0 .. n) are the positions. */

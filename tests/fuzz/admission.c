@@ -15,6 +15,7 @@
 #include <unistd.h>
 
 #include "check_threads.h"
+#include "child.h"
 #include "folder.h"
 #include "fuzz.h"
 #include "http.h"
@@ -36,6 +37,13 @@ static char folder[64], place[80];
 
 static void suspend(void *connection) { MHD_suspend_connection(connection); }
 static void resume(void *connection) { MHD_resume_connection(connection); }
+
+/* Requests are checked by children, which are the same program. */
+__attribute__((constructor)) static void be_child(int argc, char **argv)
+{
+    if (argc > 1 && strcmp(argv[1], CHILD_FLAG) == 0)
+        _exit(child_main(argc, argv));
+}
 
 int LLVMFuzzerInitialize(int *argc, char ***argv)
 {
@@ -59,7 +67,7 @@ int LLVMFuzzerInitialize(int *argc, char ***argv)
         && (sv->store = store_open(sv->config.state, &sv->metrics, why, sizeof why))
         && (store_limit(sv->store, &sv->config.cache_disk), true)
         && (sv->jobs = jobs_new(&sv->config, sv->store, sv->memory_cache, &sv->metrics, hooks))
-        && (sv->everyone = jobs_account(sv->jobs, "", &(struct quota){ 0 })) && (sv->check_threads = check_threads_new()) && (http = http_start(sv, why, sizeof why));
+        && (sv->everyone = jobs_account(sv->jobs, "", &(struct quota){ 0 })) && (sv->check_threads = check_threads_new(sv)) && (http = http_start(sv, why, sizeof why));
     FUZZ_REQUIRE(ok, "%s", why);
     return 0;
 }

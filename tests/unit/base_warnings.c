@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "error.h"
 #include "warnings.h"
 
 static char *text_of(struct sga_warnings *w)

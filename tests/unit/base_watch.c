@@ -6,7 +6,9 @@
 #include <string.h>
 #include <flint/fmpz.h>
 
+#include "budget.h"
 #include "check.h"
+#include "error.h"
 #include "mem.h"
 #include "watch.h"
 

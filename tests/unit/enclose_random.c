@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "buf.h"
 #include "check.h"
 #include "enclose.h"
 #include "print.h"

@@ -1,6 +1,7 @@
 /* Like terms together: known texts, and the same values at exact points. */
 #include <string.h>
 
+#include "buf.h"
 #include "check.h"
 #include "collect.h"
 #include "parse.h"

@@ -2,6 +2,7 @@
 #include <string.h>
 #include <math.h>
 
+#include "buf.h"
 #include "check.h"
 #include "parse.h"
 #include "print.h"

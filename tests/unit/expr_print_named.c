@@ -2,6 +2,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "buf.h"
 #include "check.h"
 #include "parse.h"
 #include "print.h"

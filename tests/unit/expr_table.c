@@ -4,6 +4,7 @@
 #include "check.h"
 #include "parse.h"
 #include "signal.h"
+#include "table.h"
 
 static unsigned long state;
 

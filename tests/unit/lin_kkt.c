@@ -9,6 +9,7 @@
 #include "lin.h"
 #include "lin_dense.h"
 #include "lin_lu.h"
+#include "lin_sparse.h"
 
 static unsigned long state;
 static double uniform(void)

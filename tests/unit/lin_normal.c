@@ -5,6 +5,7 @@
 
 #include "check.h"
 #include "lin_dense.h"
+#include "lin_sparse.h"
 
 static unsigned long state;
 static double uniform(void)

@@ -5,6 +5,7 @@
 
 #include "check.h"
 #include "lin_shift.h"
+#include "lin_sparse.h"
 #include "mem.h"
 
 static unsigned long state;

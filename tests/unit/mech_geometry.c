@@ -3,7 +3,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "budget.h"
 #include "check.h"
+#include "form.h"
 #include "mech.h"
 #include "parse.h"
 
@@ -72,7 +74,7 @@ static void end(void)
 
 static double at(struct mech_fibre *f, expr_id e)
 {
-    struct num_ball *b = &f->shadow.real[0].ball;
+    struct num_ball *b = &f->oracle.real[0].ball;
     num_ball_extend(b);
     return arf_get_d(arb_midref(num_ball_value(b, e)), ARF_RND_NEAR);
 }

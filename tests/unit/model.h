@@ -7,8 +7,11 @@
 #include <string.h>
 #include <flint/flint.h>
 
+#include "budget.h"
 #include "check_read.h"
+#include "oracle.h"
 #include "reduction.h"
+#include "system.h"
 
 enum { MODEL_ROWS = 12, MODEL_VARIABLES = 12 };
 
@@ -22,7 +25,7 @@ struct model_text {
 struct model {
     struct expr_store st;
     struct sys_system sys;
-    struct points_shadow shadow;
+    struct points_oracle oracle;
     struct sga_solution sol;
     struct sga_error err;
     struct sga_budget budget;
@@ -83,27 +86,27 @@ static inline void model_begin(struct model *m, const struct model_text *t, cons
     }
     for (int i = 0; t->restriction[i]; i++)
         sys_add_restriction(&m->sys, model_read(m, t->restriction[i]));
-    points_shadow_init(&m->shadow, 20250101);
+    points_oracle_init(&m->oracle, 20250101);
 }
 
 static inline bool model_reduce(struct model *m, const double *near)
 {
     struct reduction_options options = { .near = near, .seed = 1, .combinations = true, .gauge_fields = true, .rows = true, .budget = &m->budget };
-    return sga_reduce(&m->sys, &options, &m->shadow, &m->sol, &m->err);
+    return sga_reduce(&m->sys, &options, &m->oracle, &m->sol, &m->err);
 }
 
 static inline void model_end(struct model *m)
 {
-    points_shadow_clear(&m->shadow);
+    points_oracle_clear(&m->oracle);
     sga_solution_clear(&m->sol);
     sys_clear(&m->sys);
     expr_store_clear(&m->st);
 }
 
-/* Zero all over the final set, as far as the shadow's points tell. */
+/* Zero all over the final set, as far as the oracle's points tell. */
 static inline bool model_zero(struct model *m, expr_id e)
 {
-    return points_shadow_zero(&m->shadow, e).truth == POINTS_ZERO;
+    return points_oracle_zero(&m->oracle, e).truth == POINTS_ZERO;
 }
 
 static inline expr_id model_dot(struct model *m, int row, const expr_id *v)

@@ -9,6 +9,8 @@
 #include "derive.h"
 #include "jet.h"
 #include "parse.h"
+#include "tape.h"
+#include "tape_code.h"
 
 enum { ORDER = 7, VARIABLES = 3 };
 static struct expr_store st;

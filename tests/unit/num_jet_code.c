@@ -11,6 +11,8 @@
 #include "exec.h"
 #include "jet.h"
 #include "parse.h"
+#include "tape.h"
+#include "tape_code.h"
 
 enum { ORDER = 25, RUNS = 40, VARIABLES = 3 };
 static struct expr_store st;

@@ -16,6 +16,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "exec.h"
 #include "jacobian.h"
 #include "random_expr.h"
 #include "table.h"

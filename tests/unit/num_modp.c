@@ -1,4 +1,4 @@
-/* The shadow modulo p against exact rational evaluation reduced modulo p, and the
+/* The oracle modulo p against exact rational evaluation reduced modulo p, and the
  * identities that its kernels promise. */
 #include "check.h"
 

@@ -5,7 +5,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "exec.h"
 #include "random_expr.h"
+#include "stages.h"
 #include "table.h"
 #include "tape.h"
 

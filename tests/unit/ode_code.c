@@ -5,6 +5,7 @@
 
 #include "check.h"
 #include "ode.h"
+#include "stages.h"
 
 enum { N = 9, SAMPLES = 4 };
 

@@ -2,6 +2,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "budget.h"
 #include "check.h"
 #include "ode.h"
 

@@ -3,6 +3,8 @@
 #include <string.h>
 
 #include "check.h"
+#include "error.h"
+#include "lin_sparse.h"
 #include "mem.h"
 #include "radau_tables.h"
 #include "stiff_problems.h"

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "check.h"
+#include "error.h"
 #include "ode.h"
 
 static bool oscillator(void *ctx, double t, const double *x, double *dx)

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "check.h"
+#include "error.h"
 #include "ode.h"
 
 enum which { CIRCLE, POLE, LATE, TURN, GAPS };

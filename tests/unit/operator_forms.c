@@ -6,6 +6,7 @@
 
 #include <flint/fmpq.h>
 
+#include "error.h"
 #include "operator.h"
 
 static uint64_t state;

@@ -4,7 +4,9 @@
 
 #include <flint/ulong_extras.h>
 
+#include "budget.h"
 #include "check.h"
+#include "error.h"
 #include "pencil.h"
 
 /* One number of the pencil, from text. */

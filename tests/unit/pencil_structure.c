@@ -5,6 +5,7 @@
 #include <flint/fmpq_mat.h>
 
 #include "check.h"
+#include "error.h"
 #include "mem.h"
 #include "pencil.h"
 

@@ -1,8 +1,9 @@
 /* On which sides of the constraints' switches a zero holds: the sides that are known for each system, by hand, and the
  * values of the zero at points of the set found by this test on either side of them. */
+#include "beyond.h"
 #include "check.h"
+#include "oracle.h"
 #include "parse.h"
-#include "shadow.h"
 
 #include <string.h>
 
@@ -78,10 +79,10 @@ static void sides_of(const struct example *q)
     expr_id e = parse(q->zero);
     struct points_space space = { .st = &st, .variable = variable, .variables = variables, .parameter = &parameter, .parameters = 1,
                                   .constraint = con, .constraints = c, .near = q->near, .near_time = q->t };
-    struct points_shadow s;
-    points_shadow_init(&s, 5);
-    CHECK(points_shadow_sample(&s, &space) == POINTS_OK, "%s: no points", q->zero);
-    struct points_decision d = points_shadow_zero(&s, e);
+    struct points_oracle s;
+    points_oracle_init(&s, 5);
+    CHECK(points_oracle_sample(&s, &space) == POINTS_OK, "%s: no points", q->zero);
+    struct points_decision d = points_oracle_zero(&s, e);
     CHECK(d.truth == POINTS_ZERO, "%s is 0 on the set", q->zero);
     while (want < MOST && q->side[want])
         want++;
@@ -92,13 +93,13 @@ static void sides_of(const struct example *q)
         CHECK(s.side[k].function == parse(text + 1) && s.side[k].sign == (text[0] == '+' ? 1 : -1) && s.side[k].unseen == unseen, "%s: side %s",
               q->zero, q->side[k]);
     }
-    CHECK((s.beyond.work > 0) == q->searched, "%s: points beyond were looked for: %g", q->zero, s.beyond.work);
-    CHECK(!s.beyond.cut_short, "%s: all of them", q->zero);
+    CHECK((s.beyond->work > 0) == q->searched, "%s: points beyond were looked for: %g", q->zero, s.beyond->work);
+    CHECK(!s.beyond->cut_short, "%s: all of them", q->zero);
     /* a second zero of the same set costs no second search */
-    double work = s.beyond.work;
-    points_shadow_zero(&s, expr_mul(&st, e, parse("1 + x^2")));
-    CHECK(s.beyond.work == work || !q->side[0], "%s: searched once", q->zero);
-    points_shadow_clear(&s);
+    double work = s.beyond->work;
+    points_oracle_zero(&s, expr_mul(&st, e, parse("1 + x^2")));
+    CHECK(s.beyond->work == work || !q->side[0], "%s: searched once", q->zero);
+    points_oracle_clear(&s);
     expr_store_clear(&st);
 }
 
@@ -112,14 +113,14 @@ static void too_many(void)
     con[0] = expr_sub(&st, sum, expr_mul(&st, parse("x"), expr_fun(&st, EXPR_ABS, parse("w"))));
     double near[4] = { 0.3, 0, 1, 1 };
     struct points_space space = { .st = &st, .variable = variable, .variables = variables, .constraint = con, .constraints = 1, .near = near };
-    struct points_shadow s;
-    points_shadow_init(&s, 5);
-    CHECK(points_shadow_sample(&s, &space) == POINTS_OK, "points on a set of 401 switches");
+    struct points_oracle s;
+    points_oracle_init(&s, 5);
+    CHECK(points_oracle_sample(&s, &space) == POINTS_OK, "points on a set of 401 switches");
     expr_id e = expr_mul(&st, parse("z"), expr_sub(&st, sum, parse("x*w")));
-    CHECK(points_shadow_zero(&s, e).truth == POINTS_ZERO, "it is 0 near the points");
-    CHECK(s.beyond.cut_short, "not all switches were looked at");
-    CHECK(s.beyond.work < 8e6, "within the bound: %g", s.beyond.work);
-    points_shadow_clear(&s);
+    CHECK(points_oracle_zero(&s, e).truth == POINTS_ZERO, "it is 0 near the points");
+    CHECK(s.beyond->cut_short, "not all switches were looked at");
+    CHECK(s.beyond->work < 8e6, "within the bound: %g", s.beyond->work);
+    points_oracle_clear(&s);
     expr_store_clear(&st);
 }
 

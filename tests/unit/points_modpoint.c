@@ -2,6 +2,7 @@
 #include "check.h"
 #include "modpoint.h"
 #include "parse.h"
+#include "points.h"
 
 #include <string.h>
 

@@ -1,8 +1,8 @@
 /* Points and the zero oracle: what is found, what is proved, and what each decision rests
  * on; identities that hold, near misses that do not. */
 #include "check.h"
+#include "oracle.h"
 #include "parse.h"
-#include "shadow.h"
 
 #include <math.h>
 #include <string.h>
@@ -101,17 +101,17 @@ static void ask(const char *const *name, int n, const char *const *con, int coun
     for (int i = 0; i < count; i++)
         c[i] = parse(con[i]);
     struct points_space s = space_of(c, count);
-    struct points_shadow shadow;
-    points_shadow_init(&shadow, 7);
-    CHECK(points_shadow_sample(&shadow, &s) == POINTS_OK);
+    struct points_oracle oracle;
+    points_oracle_init(&oracle, 7);
+    CHECK(points_oracle_sample(&oracle, &s) == POINTS_OK);
     for (int i = 0; i < questions; i++) {
-        struct points_decision d = points_shadow_zero(&shadow, parse(q[i].text));
+        struct points_decision d = points_oracle_zero(&oracle, parse(q[i].text));
         CHECK(d.truth == q[i].truth, "%s: truth %d", q[i].text, d.truth);
         CHECK(d.basis == q[i].basis, "%s: %s", q[i].text, points_basis_text(d.basis));
         if (d.basis == POINTS_ZERO_NUMERIC)
             CHECK(d.digits >= 100, "%s: %d digits", q[i].text, d.digits);
     }
-    points_shadow_clear(&shadow);
+    points_oracle_clear(&oracle);
     expr_store_clear(&st);
 }
 

@@ -1,6 +1,7 @@
 /* Factors: known ones, products put together again, what is said about zeros. */
 #include <string.h>
 
+#include "buf.h"
 #include "check_read.h"
 #include "facts.h"
 #include "poly.h"

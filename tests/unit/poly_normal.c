@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "budget.h"
+#include "buf.h"
 #include "check_read.h"
 #include "poly.h"
 #include "print.h"

@@ -1,6 +1,7 @@
 /* Values and zeros on a set: known texts, and random functions at exact points of the set. */
 #include <string.h>
 
+#include "buf.h"
 #include "check_read.h"
 #include "poly.h"
 #include "print.h"

@@ -7,6 +7,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "budget.h"
+#include "buf.h"
 #include "check.h"
 #include "parse.h"
 #include "print.h"

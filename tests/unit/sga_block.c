@@ -1,6 +1,11 @@
 /* Dense blocks: the combination behind a constraint that came out of one multiplies out. */
+#include "ball.h"
+#include "budget.h"
 #include "check.h"
+#include "oracle.h"
+#include "points.h"
 #include "reduction.h"
+#include "system.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -91,19 +96,19 @@ static void test_combination(uint64_t seed)
 {
     struct expr_store st;
     struct sys_system sys;
-    struct points_shadow shadow;
+    struct points_oracle oracle;
     struct sga_solution sol = { 0 };
     struct sga_error err = { 0 };
     struct sga_budget budget = { .max_generations = 1 };
     struct reduction_options options = { .seed = 1, .combinations = true, .budget = &budget };
     make_system(&st, &sys, N + 1, seed);
-    points_shadow_init(&shadow, seed);
+    points_oracle_init(&oracle, seed);
     /* the limit of one generation ends it: what was found so far is looked at */
-    sga_reduce(&sys, &options, &shadow, &sol, &err);
+    sga_reduce(&sys, &options, &oracle, &sol, &err);
     CHECK(sol.constraints >= 1 && sol.constraint[0].generation == 1);
     if (sol.constraints >= 1)
         check_combination(&st, &sys, sol.constraint);
-    points_shadow_clear(&shadow);
+    points_oracle_clear(&oracle);
     sga_solution_clear(&sol);
     sys_clear(&sys);
     expr_store_clear(&st);

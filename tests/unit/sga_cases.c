@@ -2,9 +2,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "buf.h"
 #include "cases.h"
 #include "check_read.h"
 #include "print.h"
+#include "system.h"
 
 static struct expr_store st;
 static struct sys_system sys;

@@ -6,6 +6,7 @@
 #include "check.h"
 #include "facts.h"
 #include "parse.h"
+#include "system.h"
 
 static expr_id parsed(struct expr_store *st, const char *text)
 {

@@ -1,5 +1,8 @@
 /* The witness: right claims pass at fresh points, claims that are spoilt in any part do not. */
 #include "model.h"
+#include "oracle.h"
+#include "points.h"
+#include "system.h"
 #include "witness.h"
 
 static const struct model_text systems[] = {
@@ -33,7 +36,7 @@ static void claim_of(struct model *m, int *variable, struct spoilt *s)
 static bool passes(struct model *m, const struct spoilt *s, struct sga_witness *result)
 {
     struct sga_error err = { 0 };
-    bool ok = sga_witness_check(&m->sys, &s->claim, &m->shadow, NULL, 0, 99, 4, &m->budget, result, &err);
+    bool ok = sga_witness_check(&m->sys, &s->claim, &m->oracle, NULL, 0, 99, 4, &m->budget, result, &err);
     CHECK(ok || err.code == SGA_E_WITNESS || err.code == SGA_E_UNDECIDED, "%s", err.detail);
     return ok;
 }

@@ -1,7 +1,10 @@
 /* What the reduction says about the structure: free starts count the dimension and determine the rest, every equation has a role, blocks
  * give every velocity once; the differentiation index of systems in Hessenberg form. */
 #include "model.h"
+#include "oracle.h"
+#include "points.h"
 #include "structure.h"
+#include "system.h"
 
 struct known { const char *name; struct model_text text; int index, redundant; };      /* redundant -1: of which equations is a matter of choice */
 
@@ -21,8 +24,8 @@ static void check(const struct known *k, const int *variables, const int *rows)
     struct sga_error err = { 0 };
     model_begin(&m, &k->text, variables, rows);
     CHECK(model_reduce(&m, NULL), "%s: %s", k->name, m.err.detail);
-    CHECK(structure_index(&m.sys, &m.sol, &m.shadow, &m.budget) == k->index, "%s: index", k->name);
-    CHECK(structure_find(&m.sys, &m.sol, &m.shadow, &m.budget, &s, &err), "%s: %s", k->name, err.detail);
+    CHECK(structure_index(&m.sys, &m.sol, &m.oracle, &m.budget) == k->index, "%s: index", k->name);
+    CHECK(structure_find(&m.sys, &m.sol, &m.oracle, &m.budget, &s, &err), "%s: %s", k->name, err.detail);
     int n = m.sys.variables, c = m.sol.constraints, follow = 0, consequences = 0, velocities = 0;
     bool *of = calloc((size_t)n + 1, 1), distinct = true;
     for (int i = 0; i < s.frees; i++) {

@@ -1,7 +1,10 @@
 /* Symmetries of systems that have known ones: fields and maps that are, that are not, and that move no solution; searches find all of
  * an ansatz, and what they find passes the check. */
 #include "model.h"
+#include "oracle.h"
+#include "points.h"
 #include "sym.h"
+#include "system.h"
 
 static const struct model_text oscillator = { "x y", "", { { "x:1", "y" }, { "y:1", "-x" } }, { 0 } };
 static const struct model_text circle = { "x y z", "", { { "x:1", "y*z" }, { "y:1", "-x*z" }, { "", "z - x^2 - y^2" } }, { 0 } };
@@ -32,7 +35,7 @@ static void ask(const struct asked *a)
     expr_id component[4];
     model_begin(&m, a->text, NULL, NULL);
     CHECK(model_reduce(&m, NULL), "%s", m.err.detail);
-    struct sym_work *w = sym_new(&m.sys, &m.sol, &m.shadow, &m.budget, false);
+    struct sym_work *w = sym_new(&m.sys, &m.sol, &m.oracle, &m.budget, false);
     for (int j = 0; j <= m.sys.variables; j++)
         component[j] = model_read(&m, a->component[j]);
     (a->map ? sym_check_map : sym_check_field)(w, component, &r);
@@ -52,7 +55,7 @@ static void search(void)
     struct sym_request request = { .has_search = true, .search = { .degree = 1, .integral_degree = 2 } };
     model_begin(&m, &oscillator, NULL, NULL);
     CHECK(model_reduce(&m, NULL), "%s", m.err.detail);
-    struct sym_work *w = sym_new(&m.sys, &m.sol, &m.shadow, &m.budget, false);
+    struct sym_work *w = sym_new(&m.sys, &m.sol, &m.oracle, &m.budget, false);
     CHECK(sym_find(w, &request, &found, &err), "%s", err.detail);
     CHECK(found.fields == 2 && found.of_fields.complete, "%d fields", found.fields);
     CHECK(found.integrals == 1 && model_zero(&m, expr_sub(&m.st, found.integral[0], model_read(&m, "x^2 + y^2"))), "%d integrals", found.integrals);

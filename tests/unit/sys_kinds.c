@@ -2,7 +2,9 @@
 #include <string.h>
 
 #include "check.h"
+#include "expr.h"
 #include "kinds.h"
+#include "system.h"
 
 struct one {
     struct expr_store st;

@@ -52,15 +52,20 @@ static void lists(void)
 {
     struct expr_store st;
     struct sys_system s;
+    int symbol[40];
     expr_store_init(&st);
     sys_init(&s, &st);
     for (int i = 0; i < 40; i++) {
         sys_add_restriction(&s, expr_int(&st, i));
-        sys_add_parameter(&s, i);
+        char name[16];
+        snprintf(name, sizeof name, "p%d", i);
+        expr_id e = expr_symbol_add(&st, name, EXPR_PARAMETER);
+        symbol[i] = st.node[e].a;
+        sys_add_parameter(&s, symbol[i]);
     }
     bool kept = s.restrictions == 40 && s.parameters == 40;
     for (int i = 0; i < 40; i++)
-        kept = kept && expr_is_int(&st, s.restriction[i], i) && s.parameter[i] == i;
+        kept = kept && expr_is_int(&st, s.restriction[i], i) && s.parameter[i] == symbol[i];
     CHECK(kept, "lists keep what they get");
     char source[] = "row 3";
     sys_add_row(&s, expr_int(&st, 1), source);

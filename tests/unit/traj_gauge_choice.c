@@ -1,7 +1,12 @@
 /* The gauge choice as a part of the field against the equations themselves: random systems with freedom left, with
  * rates and without, followed both ways. The second way knows no gauge fields (they are taken away from the
  * solution): it solves all rows at every evaluation, for the solution of least norm. */
+#include "budget.h"
 #include "check.h"
+#include "oracle.h"
+#include "points.h"
+#include "reduction.h"
+#include "system.h"
 #include "trajectory.h"
 
 #include <math.h>
@@ -164,22 +169,22 @@ static int random_case(uint64_t seed)
 {
     static const char *const methods[] = { "dop853", "radau", "tsit5" };
     struct world w = { .random = seed };
-    struct points_shadow shadow;
+    struct points_oracle oracle;
     struct sga_solution sol = { 0 };
     struct sga_error err = { 0 };
     struct sga_budget budget = { 0 };
     struct reduction_options options = { .seed = 1, .budget = &budget, .gauge_fields = true };
     int n = 3 + pick(&w, MOST - 3), free = 1 + pick(&w, n - 2), algebraic = pick(&w, 2), by_expressions = 0;
     make(&w, n, n - free - algebraic > 0 ? n - free - algebraic : 1, algebraic);
-    points_shadow_init(&shadow, seed);
-    if (sga_reduce(&w.sys, &options, &shadow, &sol, &err) && sol.verdict != SGA_INCONSISTENT && sol.free_columns) {
+    points_oracle_init(&oracle, seed);
+    if (sga_reduce(&w.sys, &options, &oracle, &sol, &err) && sol.verdict != SGA_INCONSISTENT && sol.free_columns) {
         struct traj_rate rate[MOST];
         int rates = pick(&w, sol.free_columns + 2);
         choose_rates(&w, rate, rates < n ? rates : n);
         by_expressions = compare(&w, &sol, rate, rates < n ? rates : n, methods[pick(&w, 3)]);
     }
     sga_solution_clear(&sol);
-    points_shadow_clear(&shadow);
+    points_oracle_clear(&oracle);
     clear(&w);
     return by_expressions;
 }

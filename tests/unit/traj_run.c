@@ -4,6 +4,9 @@
 
 #include <math.h>
 
+#include "oracle.h"
+#include "points.h"
+#include "system.h"
 #include "trajectory.h"
 
 static const struct model_text oscillator = { "x y", "", { { "x:1", "y" }, { "y:1", "-x" } }, { 0 } };

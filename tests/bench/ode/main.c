@@ -15,10 +15,13 @@
 #include <time.h>
 
 #include <gsl/gsl_errno.h>
+#include "budget.h"
 #include "exec.h"
 #include "flow.h"
+#include "ode.h"
 #include "problem.h"
 #include "request.h"
+#include "oracle.h"
 
 static double least_time = 0.05;      /* of repetitions together */
 enum { SLOW = 1 };                    /* seconds of one solution beyond which tighter ones are left out */
@@ -49,7 +52,7 @@ static double error_of(const struct problem *p, const struct outcome *o)
 /* Ours: the system reduced once. */
 struct own {
     struct request request;
-    struct points_shadow shadow;
+    struct points_oracle oracle;
     struct sga_solution solution;
     struct flow flow;
     struct traj_request motion;
@@ -77,9 +80,9 @@ static void own_start(struct own *w)
     w->motion = (struct traj_request){.start = t->start, .times = t->times, .samples = t->samples, .initial = initial,
                                       .given = given, .held = calloc((size_t)n + 1, 1), .outputs = t->outputs, .output = t->output};
     struct reduction_options options = {.near = initial, .near_time = t->start, .seed = 1, .gauge_fields = true};
-    points_shadow_init(&w->shadow, 20250101);
+    points_oracle_init(&w->oracle, 20250101);
     w->x = calloc((size_t)n + 1, sizeof *w->x);
-    if (!sga_reduce(&w->request.system, &options, &w->shadow, &w->solution, &err) ||
+    if (!sga_reduce(&w->request.system, &options, &w->oracle, &w->solution, &err) ||
         !flow_init(&w->flow, &w->request.system, &w->solution, &w->motion, &err) ||
         !flow_start(&w->flow, &w->request.system, &w->solution, &w->motion, w->x, &moved, &err) ||
         !field_begin(&w->flow.field, t->start, w->x, &err) || !field_slope_init(&w->flow.field, &err))

@@ -1,0 +1,192 @@
+/* From the reduction to numbers: consistent start, trajectory, gauge conditions. */
+#include "run_job.h"
+
+#include <assert.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "arena.h"
+#include "follow.h"
+#include "integrate.h"
+#include "mem.h"
+#include "oracle.h"
+#include "reduction.h"
+#include "request.h"
+#include "seeds.h"
+#include "sweep.h"
+#include "system.h"
+#include "tradeoff.h"
+
+/* Down to this the automatic choice is double, and stays it. */
+static const double DOUBLE_SUFFICES = 1e-9;
+
+/* Gauge conditions are equations without derivatives: with them the same reduction is run
+ * once more, and what it leaves is integrated. */
+static bool with_conditions(struct job *j, struct sga_solution *solution, struct points_oracle *oracle)
+{
+    const struct request_trajectory *t = &j->request->trajectory;
+    for (int k = 0; k < t->conditions; k++) {
+        char source[64];
+        snprintf(source, sizeof source, "trajectory.gauge.conditions[%d]", k);
+        sys_add_row(&j->request->system, t->condition[k], source);
+    }
+    struct reduction_options options = { .near = j->start.x, .near_given = j->start.given, .near_time = j->start.time, .parameter_near = j->start.parameter, .seed = SGA_SEED_MOTION, .budget = &j->budget,
+                                   .gauge_fields = j->request->want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF), .gauge_nodes = answer_gauge_nodes(j) };
+    points_oracle_init(oracle, 20250102);
+    if (!sga_reduce(&j->request->system, &options, oracle, solution, j->err)) {
+        snprintf(j->err->pointer, sizeof j->err->pointer, "/trajectory/gauge/conditions");
+        return false;
+    }
+    if (solution->verdict == SGA_INCONSISTENT && !j->request->swept_count)
+        return sga_fail_at(j->err, SGA_E_GAUGE, "/trajectory/gauge/conditions",
+                           "the gauge conditions contradict the system: %s", solution->contradiction_why);
+    return true;
+}
+
+/* What longer arithmetics start from: constants where doubles would be rounded. */
+static void exact_values(struct job *j, struct traj_request *r)
+{
+    const struct request_trajectory *t = &j->request->trajectory;
+    expr_id *initial = sga_calloc((size_t)j->request->system.variables + 1, sizeof *initial);
+    expr_id *time = sga_malloc((size_t)(t->samples + 1) * sizeof *time);
+    for (int k = 0; k < t->initials; k++)
+        initial[t->initial[k].variable] = t->initial[k].exact;
+    for (int k = 0; k < t->samples; k++)
+        time[k] = request_exact_time(j->request, k);
+    r->exact_start = t->exact_start;
+    r->exact_initial = initial;
+    r->exact_time = time;
+}
+
+/* Where double turns out not to suffice, exact values are made after all, and longer numbers are tried. */
+static bool integrate(struct job *j, const struct sga_solution *solution, struct traj_request *r)
+{
+    j->trajectory = sga_zeros(&j->mem, 1, sizeof *j->trajectory);
+    if (!answer_integrate(j, solution, r, j->trajectory, j->err)) {
+        j->trajectory = NULL;
+        return false;
+    }
+    if (r->arithmetic != TRAJ_AUTO || r->exact_time || r->events || !j->trajectory->shortfall || j->trajectory->beside)
+        return true;
+    struct traj_result again;
+    struct sga_error ignored = { 0 };
+    exact_values(j, r);
+    if (expr_store_ok(&j->request->store) && answer_integrate(j, solution, r, &again, &ignored)) {
+        traj_result_clear(j->trajectory);
+        *j->trajectory = again;
+    }
+    return sga_budget_ok(&j->budget, j->err);
+}
+
+static bool start(struct job *j, const struct sga_solution *solution, struct traj_request *r)
+{
+    j->initial = sga_zeros(&j->mem, 1, sizeof *j->initial);
+    if (traj_consistent(&j->request->system, solution, r, j->initial, j->err))
+        return true;
+    j->initial = NULL;
+    return false;
+}
+
+static bool run(struct job *j, const struct sga_solution *solution, struct points_oracle *oracle, struct traj_request *r)
+{
+    stage_begin(&j->clock, STAGE_INITIAL);
+    answer_integrals(j, solution, oracle, r);
+    r->on = oracle->reals && oracle->real[0].variables == j->request->system.variables ? oracle->real[0].x : NULL;
+    if (j->request->want & REQUEST_CONSISTENT_INITIAL) {
+        if (!start(j, solution, r))
+            return false;
+        j->initial_residuals = solution->constraints;
+    }
+    if (j->request->want & REQUEST_TRAJECTORY && j->request->sweeps)
+        return answer_sweep(j, solution, r);
+    if (j->request->want & REQUEST_TRAJECTORY) {
+        stage_begin(&j->clock, STAGE_TRAJECTORY);
+        if (!integrate(j, solution, r))
+            return false;
+    }
+    return !(j->request->want & REQUEST_TRADEOFF) || answer_tradeoff(j, solution, r);
+}
+
+bool answer_own_motion(struct job *j)
+{
+    const struct request_trajectory *t = &j->request->trajectory;
+    if (!(j->request->want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF | REQUEST_CONSISTENT_INITIAL)))
+        return true;
+    if (j->solution->verdict == SGA_INCONSISTENT && !j->request->swept_count)
+        return sga_fail_at(j->err, SGA_E_NO_MOTION, "/trajectory", "the system is inconsistent: no point satisfies it, "
+                           "so there is no trajectory; leave trajectory out of want to see why");
+    int n = j->request->system.variables;
+    SGA_ARENA(mem);
+    double *initial = sga_zeros(&mem, (size_t)n, sizeof *initial);
+    unsigned char *given = sga_zeros(&mem, (size_t)n, 1), *held = sga_zeros(&mem, (size_t)n, 1);
+    struct traj_rate *rate = sga_zeros(&mem, (size_t)t->rates + 1, sizeof *rate);
+    for (int k = 0; k < t->initials; k++) {
+        initial[t->initial[k].variable] = t->initial[k].value;
+        given[t->initial[k].variable] = 1;
+    }
+    for (int k = 0; k < t->holds; k++)
+        held[t->hold[k]] = 1;
+    struct traj_event *event = sga_zeros(&mem, (size_t)t->events + 1, sizeof *event);
+    for (int k = 0; k < t->events; k++)
+        event[k] = (struct traj_event){ t->event[k].expression, t->event[k].direction, t->event[k].stop };
+    for (int k = 0; k < t->rates; k++)
+        rate[k] = (struct traj_rate){ t->rate[k].variable, t->rate[k].rate };
+    struct traj_request r = {
+        .start = t->start, .times = t->times, .samples = t->samples, .initial = initial, .given = given, .held = held,
+        .rate = rate, .rates = t->rates, .conditions = t->conditions > 0, .output = t->output, .outputs = t->outputs,
+        .event = event, .events = t->events,
+        .rtol = j->request->accuracy.rtol, .atol = j->request->accuracy.atol, .own_atol = j->request->accuracy.own_atol,
+        .method = j->request->accuracy.method, .arithmetic = (enum traj_arithmetic)j->request->accuracy.arithmetic,
+        .budget = &j->budget,
+    };
+    bool tradeoff = j->request->want & REQUEST_TRADEOFF;
+    if (j->request->tables && r.arithmetic == TRAJ_AUTO)
+        r.arithmetic = TRAJ_DOUBLE;      /* what they are interpolated in */
+    if (r.arithmetic != TRAJ_DOUBLE && (tradeoff || r.arithmetic != TRAJ_AUTO || r.rtol < DOUBLE_SUFFICES))
+        exact_values(j, &r);
+    bool ok;
+    if (t->conditions) {
+        struct sga_solution solution = { 0 };
+        struct points_oracle oracle;
+        ok = with_conditions(j, &solution, &oracle) && run(j, &solution, &oracle, &r);
+        points_oracle_clear(&oracle);
+        sga_solution_clear(&solution);
+    } else {
+        ok = run(j, j->solution, j->oracle, &r);
+    }
+    free((expr_id *)r.exact_initial);
+    free((expr_id *)r.exact_time);
+    return ok;
+}
+
+bool answer_motion(struct job *j)
+{
+    bool ok = answer_own_motion(j);
+    if (!ok && j->err->code == SGA_E_NO_MOTION && j->solution->verdict != SGA_INCONSISTENT)
+        ok = answer_motion_on_stratum(j);
+    return ok;
+}
+
+double answer_moved(const struct job *j, double otherwise)
+{
+    assert(!j->trajectory || j->trajectory->moved >= 0);
+    return j->trajectory ? j->trajectory->moved : j->initial ? j->initial->moved : j->tradeoff ? j->tradeoff->moved : otherwise;
+}
+
+void answer_motion_drop(struct job *j)
+{
+    if (j->trajectory)
+        traj_result_clear(j->trajectory);
+    if (j->initial)
+        traj_initial_clear(j->initial);
+    answer_tradeoff_clear(j->tradeoff);
+    j->trajectory = NULL;
+    j->initial = NULL;
+    j->tradeoff = NULL;
+}
+
+void answer_motion_clear(struct job *j)
+{
+    answer_motion_drop(j);
+    sga_buf_free(&j->sweep);
+}

@@ -1,0 +1,104 @@
+/* What is asked of a job everywhere; the list of stages as it runs. */
+#include "run_job.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdlib.h>
+
+#include "reduction.h"
+#include "request.h"
+#include "system.h"
+#include "tolerance.h"
+#include "warnings.h"
+
+void job_progress(struct job *j, const char *stage, double fraction)
+{
+    j->stage = stage;
+    if (j->host.progress)
+        j->host.progress(j->host.ctx, stage, fraction);
+}
+
+/* What every stage keeps: the store, the system, and the solution where there is one. */
+static bool job_sane(const struct job *j, int nodes)
+{
+    return expr_store_sane(&j->request->store, nodes) && sys_sane(&j->request->system)
+           && (!j->solution || sga_solution_sane(&j->request->system, j->solution));
+}
+
+bool job_run(struct job *j, bool follows)
+{
+    bool ok = true;
+    for (const struct job_stage *s = j->stages; s->name && ok; s++) {
+        if (s->follows != follows || (s->wanted && !s->wanted(j)))
+            continue;
+        if (s->at >= 0)
+            job_progress(j, s->name, s->at);
+        else
+            j->stage = s->name;
+        int nodes = j->request->store.nodes;
+        ok = s->run(j);
+        assert(!ok || job_sane(j, nodes));
+    }
+    return ok;
+}
+
+void job_clear(struct job *j)
+{
+    assert(j->stages && j->place.depth >= j->place.inside);
+    const struct job_stage *s = j->stages;
+    while (s->name)
+        s++;
+    while (s-- != j->stages)
+        if (s->clear)
+            s->clear(j);
+    sga_warnings_clear(j->warnings);
+    sga_arena_end(&j->mem);
+}
+
+const char *answer_variable_name(const struct job *j, int variable)
+{
+    assert(variable >= 0 && variable < j->request->system.variables);
+    return j->request->store.symbol[j->request->system.variable[variable].symbol].name;
+}
+
+size_t answer_limit(const struct job *j)
+{
+    return j->host.most_result ? j->host.most_result : (size_t)1 << 30;
+}
+
+bool answer_fits(struct job *j, const struct sga_buf *out)
+{
+    size_t limit = answer_limit(j);
+    if (out->len <= limit)
+        return true;
+    return sga_fail(j->err, SGA_E_LIMIT_RESULT, "the result has more than %.1f MB (%.1f MB were written); ask for fewer samples, "
+                    "or for less in want", (double)limit * 0x1p-20, (double)out->len * 0x1p-20);
+}
+
+bool answer_value_moved(const struct job *j, const struct request_initial *given, const double *x)
+{
+    struct sga_tolerance asked = { j->request->accuracy.rtol, j->request->accuracy.atol };
+    return fabs(x[given->variable] - given->value) > sga_allowed(asked, 1, given->value);
+}
+
+bool answer_start_moved(const struct job *j, const double *x)
+{
+    const struct request_trajectory *t = &j->request->trajectory;
+    for (int k = 0; k < t->initials; k++)
+        if (answer_value_moved(j, t->initial + k, x))
+            return true;
+    return false;
+}
+
+/* Gauge fields that only a motion needs may take so many nodes: solved for numerically, a large choice takes less. */
+enum { MOTION_GAUGE_NODES = 100000 };
+
+int answer_gauge_nodes(const struct job *j)
+{
+    const struct expr_store *st = &j->request->store;
+    int left = st->max_nodes ? (st->max_nodes - st->nodes) / 4 : MOTION_GAUGE_NODES;
+    if (j->request->accuracy.arithmetic == REQUEST_BALL)
+        return 0;
+    return left < 1 ? 1 : left < MOTION_GAUGE_NODES ? left : MOTION_GAUGE_NODES;
+}
+

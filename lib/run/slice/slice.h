@@ -1,0 +1,53 @@
+/* Inside the run folder: of the system only what the outputs depend on. */
+#ifndef SGA_RUN_SLICE_H
+#define SGA_RUN_SLICE_H
+
+#include <stdbool.h>
+
+struct job;
+struct sys_system;
+
+/* What becomes of each variable and row. */
+struct slice_parts {
+    unsigned char *variable;      /* by variable of the system: enum slice_fate */
+    unsigned char *row;           /* by row, then by restriction: kept? */
+    bool tied;                    /* see slice_decide */
+};
+enum slice_fate { SLICE_KEPT, SLICE_APART, SLICE_FOLLOWS };
+
+/* Which part of a system the motion of some variables depends on.
+ *
+ * Equations and variables that no chain of equations links to what is needed are SLICE_APART: the system is
+ * a product, each part has its motions whatever the others do. Of the rest, equations are left out, one
+ * for each variable that SLICE_FOLLOWS, where they can be solved for these variables one after the other, given
+ * any motion of what is kept: c v' = f, or 0 = c v + g with a number c that is not 0, g without v, and no circle
+ * among those of the second kind. So they ask nothing of what is kept, wherever f and g have values.
+ *
+ * Equations 0 = c v + g do link the projection of a guess, and least norms: `tied` says that some was left out which
+ * mentions what is kept. They are only where each kept variable in them is among the `fixed`; then nothing changes if
+ * the fixed ones are not moved by the projection, and if the motion is unique.
+ *
+ * apart_only: nothing is left out that follows.
+ *
+ * needed, fixed, stays (of a variable that is determined by an equation 0 = c v + g: it is kept all the same): by
+ * variable. Cost: the sizes of the rows' graphs, and one gradient for each row without velocities. False: nothing
+ * can be left out; then there is nothing to free. */
+struct slice_wish { const unsigned char *needed, *fixed, *stays; bool apart_only; };
+bool slice_decide(const struct sys_system *system, const struct slice_wish *wish, struct slice_parts *parts);
+void slice_parts_clear(struct slice_parts *parts);
+
+/* What of a request's system is not modelled, because the outputs do not depend on it. */
+struct slice_given { int symbol; double value; };
+struct model_slice {
+    bool tied;
+    int variables, rows;          /* of the whole system, restrictions among the rows */
+    int gone, apart, rows_gone;
+    int *symbol;                  /* of the variables that are gone */
+    struct slice_given *given; int givens;   /* initial values for them */
+};
+
+/* Of the job's system only what its request depends on is kept, where nothing else is asked of it: j->slice, NULL where that is all. tied:
+ * see above, may equations be left out where it has to be judged afterwards whether the motion is that of the whole system? */
+void answer_slice(struct job *j, bool tied);
+
+#endif

@@ -1,0 +1,52 @@
+/* The table of stages. */
+#include "stage_list.h"
+
+#include "follow.h"
+#include "run_job.h"
+#include "properties.h"
+#include "reduce.h"
+#include "request.h"
+#include "strata.h"
+#include "texts.h"
+
+static bool has_operator(const struct job *j)
+{
+    return j->request->op.has;
+}
+
+static bool has_mechanical(const struct job *j)
+{
+    return j->request->has_mechanical;
+}
+
+static bool wants_structure(const struct job *j)
+{
+    return j->request->want & REQUEST_STRUCTURE && !j->request->op.open_sources;
+}
+
+static bool wants_symmetries(const struct job *j)
+{
+    return j->request->want & REQUEST_SYMMETRIES;
+}
+
+static bool wants_kronecker(const struct job *j)
+{
+    return j->request->want & REQUEST_STRUCTURE || answer_operator_is_pencil(j);
+}
+
+const struct job_stage job_stages[] = {
+    { "operator",   -1,   false, has_operator,     answer_operator,          answer_operator_clear },
+    { "mechanical", 0.04, false, has_mechanical,   answer_mechanical,        answer_mechanical_clear },
+    { "reduction",  0.05, false, NULL,             answer_reduce,            answer_reduce_clear },
+    { "sga",        -1,   false, has_mechanical,   answer_mechanical_motion, NULL },
+    { "texts",      0.4,  false, NULL,             answer_texts,             answer_texts_clear },
+    { "texts",      -1,   false, NULL,             answer_strata,            answer_strata_clear },
+    { "texts",      -1,   false, NULL,             answer_signs,             answer_signs_clear },
+    { "witness",    0.45, false, NULL,             answer_witness,           answer_witness_clear },
+    { "structure",  0.45, false, wants_structure,  answer_structure,         answer_structure_clear },
+    { "symmetries", 0.48, false, wants_symmetries, answer_symmetries,        answer_symmetries_clear },
+    { "structure",  -1,   false, wants_kronecker,  answer_kronecker,         NULL },
+    { "trajectory", 0.5,  true,  NULL,             answer_motion,            answer_motion_clear },
+    { "trajectory", -1,   true,  NULL,             answer_strata_solve,      NULL },
+    { 0 },
+};

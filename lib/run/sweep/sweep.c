@@ -1,0 +1,149 @@
+/* One analysis, many trajectories: the sets of initial values and parameters of `sweep`, each with its own end
+ * or error. */
+#include "sweep.h"
+
+#include <assert.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "arena.h"
+#include "budget.h"
+#include "buf.h"
+#include "integrate.h"
+#include "run_job.h"
+#include "mem.h"
+#include "request.h"
+#include "stage_clock.h"
+#include "stratum.h"
+#include "sweep_case.h"
+#include "warnings.h"
+#include "write.h"
+
+/* The reduction follows the branch, and takes the regular functions, that lie nearest to where
+ * the request starts: with other starts they would be others. */
+static bool one_for_all(struct job *j, const struct sga_solution *s)
+{
+    bool several = s->branches > 0;
+    for (int i = 0; i < s->constraints; i++)
+        several |= s->constraint[i].chosen || s->constraint[i].near_point;
+    for (int i = 0; i < j->strata.count; i++)
+        several |= !strcmp(j->strata.at[i].kind, "branch");
+    return !several || sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/sweep", "the constraints have branches, so that starts "
+                                   "need analyses of their own; send one request for each");
+}
+
+/* What a member of the result begins with, where parameters are swept. */
+static void write_set(const struct job *j, const struct request_sweep *m, const char *analysis, struct sga_json *w)
+{
+    const struct request *r = j->request;
+    if (!r->swept_count)
+        return;
+    sga_json_key(w, "parameters");
+    sga_json_object(w);
+    for (int i = 0; i < r->swept_count; i++)
+        sga_json_member_double(w, r->store.symbol[r->swept[i].symbol].name, m->parameter_value[i]);
+    sga_json_end_object(w);
+    if (analysis)
+        sga_json_member_string(w, "analysis", analysis);
+}
+
+static void write_error(const struct job *j, const struct request_sweep *m, struct sga_json *w, const struct sga_error *e)
+{
+    sga_json_object(w);
+    write_set(j, m, NULL, w);
+    sga_json_key(w, "error");
+    sga_json_object(w);
+    sga_json_member_string(w, "code", sga_code_text(e->code));
+    sga_json_member_string(w, "detail", e->detail);
+    sga_json_end_object(w);
+    sga_json_end_object(w);
+}
+
+/* The trajectory of a set of parameters: from the general analysis where that holds, otherwise from one of the system at
+ * these values. *analysis: from which. */
+static bool at_parameters(struct job *j, const struct sga_solution *s, const struct traj_request *r, const struct request_sweep *m,
+                          const char **analysis, struct sga_error *err)
+{
+    struct sweep_case c;
+    struct sga_error general = { 0 };
+    bool ok = sweep_case_make(&c, j, s, r, m, err);
+    bool found = ok && c.solved && traj_run(&c.system, &c.solution, &c.request, j->trajectory, &general);
+    *analysis = "shared";
+    if (found && !sweep_case_holds(&c, j->trajectory->initial)) {
+        traj_result_clear(j->trajectory);
+        found = false;
+    }
+    if (ok && !found && sga_budget_ok(&j->budget, j->err)) {
+        *analysis = "own";
+        found = sweep_case_solve(&c, j, r->initial, err) && traj_run(&c.system, &c.own, &c.request, j->trajectory, err);
+    }
+    sweep_case_clear(&c);
+    return found;
+}
+
+/* One member. False: the job ends. */
+static bool one(struct job *j, const struct sga_solution *s, struct traj_request *r, const struct request_sweep *m, int *moved, struct sga_json *w)
+{
+    struct request_trajectory *t = &j->request->trajectory;
+    struct request_initial *keep = t->initial;
+    int keeps = t->initials, n = j->request->system.variables;
+    double *initial = sga_calloc((size_t)n, sizeof *initial);
+    unsigned char *given = sga_calloc((size_t)n, 1);
+    SGA_ARENA(mem);
+    expr_id *exact = sga_zeros(&mem, (size_t)n + 1, sizeof *exact);
+    const expr_id *exact_before = r->exact_initial;
+    const char *analysis = NULL;
+    struct sga_error err = { 0 };
+    for (int k = 0; k < m->initials; k++) {
+        initial[m->initial[k].variable] = m->initial[k].value;
+        given[m->initial[k].variable] = 1;
+        exact[m->initial[k].variable] = m->initial[k].exact;
+    }
+    r->exact_initial = exact_before ? exact : NULL;
+    r->initial = initial;
+    r->given = given;
+    bool found = j->request->swept_count ? at_parameters(j, s, r, m, &analysis, &err)
+                                        : answer_integrate(j, s, r, j->trajectory, &err);
+    bool ok = sga_budget_ok(&j->budget, j->err);
+    t->initial = m->initial;
+    t->initials = m->initials;
+    if (ok && found) {
+        sga_json_object(w);
+        write_set(j, m, analysis, w);
+        *moved += answer_start_moved(j, j->trajectory->initial);
+        ok = answer_write_motion(j, w);
+    } else if (ok) {
+        write_error(j, m, w, &err);
+    }
+    t->initial = keep;
+    t->initials = keeps;
+    if (found)
+        traj_result_clear(j->trajectory);
+    r->exact_initial = exact_before;
+    free(initial);
+    free(given);
+    return ok && answer_fits(j, w->out);
+}
+
+bool answer_sweep(struct job *j, const struct sga_solution *s, const struct traj_request *request)
+{
+    struct traj_request r = *request;
+    struct sga_json w;
+    assert(j->request->sweeps > 0 && !j->trajectory);
+    if (!one_for_all(j, s))
+        return false;
+    stage_begin(&j->clock, STAGE_TRAJECTORY);
+    bool ok = true;
+    int moved = 0;
+    struct traj_result result;               /* of one after the other */
+    j->trajectory = &result;
+    sga_json_begin(&w, &j->sweep);
+    sga_json_array(&w);
+    for (int k = 0; k < j->request->sweeps && ok; k++)
+        ok = one(j, s, &r, j->request->sweep + k, &moved, &w);
+    sga_json_end_array(&w);
+    j->trajectory = NULL;
+    if (moved)
+        sga_warn(&j->budget, SGA_W_START_MOVED, "/sweep", "the starts of %d set%s were moved onto the constraints", moved, moved > 1 ? "s" : "");
+    return ok;
+}

@@ -1,0 +1,41 @@
+/* The result object. */
+#ifndef SGA_RUN_WRITE_H
+#define SGA_RUN_WRITE_H
+
+#include <stdbool.h>
+
+struct job;
+struct sga_buf;
+struct sga_json;
+
+/* Appends the result to out. False: over answer_limit, memory or time. */
+bool answer_write(struct job *j, struct sga_buf *out);
+
+/* Its parts. */
+void answer_write_operator(const struct job *j, struct sga_json *w);
+void answer_write_mechanical(struct job *j, struct sga_json *w);
+void answer_write_restrictions(struct job *j, struct sga_json *w);
+void answer_write_drift(const struct job *j, struct sga_json *w);
+void answer_write_strata(const struct job *j, struct sga_json *w);
+void answer_write_empty_strata(const struct job *j, struct sga_json *w);
+void answer_write_evidence(struct job *j, struct sga_json *w);
+void answer_write_initial(const struct job *j, struct sga_json *w);
+bool answer_write_trajectory(struct job *j, struct sga_json *w);
+/* The members of an object that is open, and its end: those of j->trajectory. */
+bool answer_write_motion(struct job *j, struct sga_json *w);
+/* Members of evidence, and of a start: what was not modelled. Nothing where all was. */
+void answer_write_slice(const struct job *j, struct sga_json *w);
+void answer_write_slice_start(const struct job *j, struct sga_json *w);
+/* The tables of the system, where it has any, and what the answer uses of them. */
+void answer_write_tables(const struct job *j, struct sga_json *w);
+void answer_write_tradeoff(const struct job *j, struct sga_json *w);
+/* Members of the object `structure`, which is open; needs the structure. */
+void answer_write_structure(struct job *j, struct sga_json *w);
+void answer_write_symmetries(struct job *j, struct sga_json *w);
+
+/* What the answer says beside itself of names that nothing uses, before the system is cut; and of the number of
+ * equations and the start, once all is known. */
+void answer_warn_unused(struct job *j);
+void answer_warn(struct job *j);
+
+#endif

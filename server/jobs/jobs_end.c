@@ -1,0 +1,142 @@
+/* The one way to end: the end is made, goes to the disk, and then is everybody's. */
+#include "jobs_parts.h"
+#include "budget.h"
+#include "clock.h"
+#include "log.h"
+#include "problem.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+static size_t ending_size(const struct job *job)
+{
+    return sizeof *job + job->ending->len + job->request_length;
+}
+
+/* Under the lock: everybody may know of the end. */
+static void publish(struct jobs *js, struct job *job)
+{
+    js->ending--;
+    js->ending_bytes -= ending_size(job);
+    job->row.status = job->end.status;      /* one by one: others read the id without the lock */
+    job->row.finished = job->end.finished;
+    job->row.error = job->end.error;
+    job->end.error = NULL;
+    job->finished = job->ending;
+    job->ending = NULL;
+    job->event++;
+    if (job->stored == 1)
+        memory_cache_put(js->memory_cache, job->finished);
+    jobs_notify(js, job);
+    pthread_cond_broadcast(&js->work);       /* workers that waited for the disk */
+}
+
+/* The end is on disk: readers of the store know the job from now on. It stays in the table, where
+ * it is found, until the disk takes it; one whose row was never on disk has nothing to keep. */
+static void end_stored(void *ctx, bool ok)
+{
+    struct job *job = ctx;
+    struct jobs *js = job->table;
+    pthread_mutex_lock(&js->lock);
+    bool over = ok || job->stored != 1;
+    if (over) {
+        publish(js, job);
+        *jobs_place(js, job->row.id) = job->chain;
+    } else {
+        job->unsaved = true;
+        js->unsaved++;
+    }
+    pthread_mutex_unlock(&js->lock);
+    if (over)
+        job_unref(job);
+    job_unref(job);
+}
+
+/* Under the lock: the end goes to the disk, now or as soon as there is memory for the order. */
+static void save_end(struct jobs *js, struct job *job)
+{
+    job_ref(job);
+    if (store_end(js->store, &job->end, job->ending->result, end_stored, job))
+        return;
+    atomic_fetch_sub(&job->refs, 1);         /* never the last: the table has one */
+    job->unsaved = true;
+    js->unsaved++;
+}
+
+void jobs_save_again(struct jobs *js)
+{
+    for (int i = 0; i < JOBS_BUCKETS && js->unsaved; i++)
+        for (struct job *job = js->bucket[i]; job; job = job->chain) {
+            if (!job->unsaved)
+                continue;
+            job->unsaved = false;
+            js->unsaved--;
+            save_end(js, job);
+        }
+}
+
+static struct finished *make_text(struct job_row *row, struct slice text)
+{
+    struct finished *f = finished_make(row, text);
+    if (f)
+        return f;
+    struct sga_error err = { .code = SGA_E_LIMIT_MEMORY, .stage = "result" };
+    row->status = JOB_FAILED;
+    free(row->error);
+    row->error = problem_text(&err);
+    f = finished_make(row, (struct slice){ NULL, 0 });
+    if (!f)
+        abort();         /* not even a few hundred bytes: the queue on disk is safe */
+    return f;
+}
+
+static void log_end(const struct job *job, const struct job_row *row, const struct sga_error *err, double ran)
+{
+    char seconds[32];
+    snprintf(seconds, sizeof seconds, "%.3f", ran);
+    log_event(LOG_L_INFO, "job_ended", "job", row->id, "status", job_status_text(row->status), "seconds", seconds,
+              "code", err ? sga_code_text(err->code) : NULL, "token", *job->account->name ? job->account->name : NULL,
+              "request_id", *job->request_id ? job->request_id : NULL,
+              "traceparent", *job->traceparent ? job->traceparent : NULL, NULL);
+}
+
+void jobs_end(struct jobs *js, struct job *job, enum job_status status, const struct sga_error *err, const char *result, size_t length)
+{
+    struct job_row row = job->row;
+    row.status = status;
+    row.finished = clock_after(row.started ? row.started : row.created);
+    double ran = job->began ? sga_now() - job->began : 0;
+    row.error = err ? problem_text(err) : NULL;
+    struct slice text = { result, length };
+    if (status != JOB_DONE)           /* a job that failed keeps its request */
+        text = (struct slice){ job->request, job->request ? job->request_length : 0 };
+    struct finished *f = make_text(&row, text);
+    log_end(job, &row, err, ran);
+    metrics_job(js->metrics, row.status, ran);
+    pthread_mutex_lock(&js->lock);
+    if (job->row.status == JOB_RUNNING)
+        js->running--, job->account->running--;
+    pthread_cond_broadcast(&js->work);       /* its account may have another worker */
+    jobs_settle(job, ran);
+    job->end = row;
+    job->ending = f;
+    job->wake_fd = -1;
+    snprintf(job->progress.stage, sizeof job->progress.stage, "storing");
+    job->progress.fraction = 1;
+    job->event++;
+    js->ending++;
+    js->ending_bytes += ending_size(job);
+    jobs_notify(js, job);
+    save_end(js, job);
+    pthread_mutex_unlock(&js->lock);
+}
+
+void jobs_done(struct jobs *js, struct job *job, const char *result, size_t length)
+{
+    jobs_end(js, job, JOB_DONE, NULL, result, length);
+}
+
+void jobs_failed(struct jobs *js, struct job *job, const struct sga_error *err)
+{
+    jobs_end(js, job, err->code == SGA_E_CANCELLED ? JOB_CANCELLED : JOB_FAILED, err, NULL, 0);
+}

@@ -1,0 +1,112 @@
+/* Writing cache.db, on a thread of its own: results are large, and a disk may be slow. */
+#include "store_parts.h"
+#include "log.h"
+#include "metrics.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+static bool put_results(struct store *st, const struct store_op *ops)
+{
+    bool any = false, ok = true;
+    for (const struct store_op *op = ops; op; op = op->next)
+        any |= op->kind == OP_END && op->text.at;
+    if (!any)
+        return true;
+    ok = store_exec(st->cache, "BEGIN IMMEDIATE");
+    for (const struct store_op *op = ops; ok && op; op = op->next) {
+        if (op->kind != OP_END || !op->text.at)
+            continue;
+        store_bind_text(st->put, 1, op->row.id);
+        sqlite3_bind_int64(st->put, 2, op->row.finished);
+        sqlite3_bind_blob64(st->put, 3, op->text.at, op->text.len, SQLITE_STATIC);
+        store_bind_sum(st->put, 4, op->row.id, op->text);
+        ok = store_step(st->put);
+    }
+    if (ok && store_exec(st->cache, "COMMIT"))
+        return true;
+    if (store_file_broken(sqlite3_errcode(st->cache)))
+        atomic_store(&st->cache_broken, true);
+    log_event(LOG_L_ERROR, "cache_write_failed", "reason", sqlite3_errmsg(st->cache), NULL);
+    store_exec(st->cache, "ROLLBACK");
+    return false;
+}
+
+static bool prepare_put(struct store *st, char *why, size_t size)
+{
+    snprintf(why, size, "a table is missing");
+    return store_evict_prepare(st)
+        && (st->put = store_file_prepare(st->cache, "INSERT OR REPLACE INTO results(id, made, result, sum) VALUES(?1, ?2, ?3, ?4)", why, size));
+}
+
+static bool fresh_cache(struct store *st, char *why, size_t size)
+{
+    sqlite3_finalize(st->put);
+    sqlite3_close(st->cache);
+    st->put = NULL;
+    return (st->cache = store_file_fresh(st->folder, FILE_CACHE, why, size)) && prepare_put(st, why, size);
+}
+
+/* A cache whose tables are not what they should be is damaged too. */
+bool store_cache_prepare(struct store *st, char *why, size_t size)
+{
+    if (prepare_put(st, why, size))
+        return true;
+    log_event(LOG_L_WARN, "cache_dropped", "reason", why, NULL);
+    return fresh_cache(st, why, size);
+}
+
+/* A cache that broke while it was in use. Readers open the new file when they notice. */
+static void renew_cache(struct store *st)
+{
+    char why[512];
+    if (fresh_cache(st, why, sizeof why)) {
+        atomic_store(&st->cache_broken, false);
+        atomic_fetch_add(&st->cache_age, 1);
+        log_event(LOG_L_WARN, "cache_dropped", "reason", "it was damaged", NULL);
+    } else {
+        log_event(LOG_L_ERROR, "cache_not_opened", "reason", why, NULL);
+    }
+}
+
+static void keep_cache_small(struct store *st, const struct store_op *ops)
+{
+    bool grown = false;
+    for (const struct store_op *op = ops; op; op = op->next) {
+        grown |= op->kind == OP_END && op->text.at;
+        if (op->kind == OP_TOUCH)
+            store_evict_touch(st, &op->row);
+    }
+    if (grown)
+        store_evict(st);
+}
+
+/* Those of the list that the queue is to have, in their order; the others are freed. */
+static struct store_op *for_queue(struct store_op *ops)
+{
+    struct store_op *first = NULL, **last = &first;
+    for (struct store_op *next; ops; ops = next) {
+        next = ops->next;
+        ops->next = NULL;
+        if (ops->kind == OP_TOUCH) {
+            free(ops);
+        } else {
+            *last = ops;
+            last = &ops->next;
+        }
+    }
+    return first;
+}
+
+/* A result that could not be kept is only a cache miss later: the end still stands. */
+void store_cache_commit(struct store *st, struct store_op *ops)
+{
+    if (atomic_load(&st->cache_broken))
+        renew_cache(st);
+    bool cached = st->put && put_results(st, ops);
+    if (cached)
+        keep_cache_small(st, ops);
+    else
+        metrics_add(st->metrics, METRIC_STORE_FAILURES);
+    store_writer_give(&st->queue_writer, for_queue(ops));
+}

@@ -1,0 +1,208 @@
+"""Faults of the environment: what was promised stays promised, and the service goes on.
+
+The shim (shim.c, compiled here) stands between the daemon and the C library."""
+import contextlib
+import os
+import re
+import signal
+import subprocess
+import tempfile
+import time
+
+from common import slow, trivial
+from daemon import Daemon
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+
+
+def sanitized(build):
+    """Sanitizers want to be loaded before all else: there the shim is left out."""
+    return "-" in os.path.basename(os.path.normpath(build))
+
+
+class Shim:
+    """Faults that are switched by `set`; `env` is for the daemon."""
+
+    def __init__(self, folder):
+        self.library, self.file = os.path.join(folder, "shim.so"), os.path.join(folder, "faults")
+        subprocess.run(["cc", "-shared", "-fPIC", "-O1", "-o", self.library, os.path.join(HERE, "shim.c"), "-ldl"], check=True)
+        self.env = {"LD_PRELOAD": self.library, "SHIM_FILE": self.file}
+        self.set()
+
+    def set(self, **faults):
+        with open(self.file + ".new", "w", encoding="ascii") as f:
+            f.write("".join(f"{name} {value}\n" for name, value in faults.items()))
+        os.rename(self.file + ".new", self.file)
+
+
+@contextlib.contextmanager
+def shim():
+    with tempfile.TemporaryDirectory(prefix="sgad-shim-") as folder:
+        yield Shim(folder)
+
+
+def metric(d, name):
+    found = re.search(rf"^sgad_{re.escape(name)} (\S+)$", d.get("/metrics").body.decode(), re.M)
+    return float(found[1]) if found else None
+
+
+def unread_log(build, c):
+    """Nobody reads the log: requests go on, and what was dropped is counted and told."""
+    reader, writer = os.pipe()
+    try:
+        with Daemon(build, stderr=writer) as d:
+            asked, seen = 0, set()
+            while asked < 20000 and not metric(d, "log_dropped_total"):
+                seen |= {d.get("/v1/jobs/" + "a" * 32).status for _ in range(200)}
+                asked += 200
+            c(seen == {404}, "requests while nobody reads the log", seen)
+            c(metric(d, "log_dropped_total"), "lines that nobody reads are dropped and counted", asked)
+            c.status(d.get("/healthz"), 200, "healthy while nobody reads the log")
+            c(d.ask("POST", "/v1/solve", trivial()).json()["status"] == "done", "a job while nobody reads the log")
+            c(d.stop() == 0, "it ends while nobody reads the log")
+    finally:
+        os.close(reader)
+        os.close(writer)
+
+
+def until(condition, seconds=60):
+    """Whether it comes true within a bound that only a failing test meets."""
+    end = time.monotonic() + seconds
+    while not condition():
+        if time.monotonic() > end:
+            return False
+        time.sleep(0.02)
+    return True
+
+
+def status_of(d, id_):
+    return d.get("/v1/jobs/" + id_).json()["status"]
+
+
+def kill_children(d, role="sgad-job"):
+    for pid in d.children(role):          # children of the daemon that this test started
+        os.kill(pid, signal.SIGKILL)
+
+
+def no_children(build, c):
+    """No process can be started: jobs wait, the service is not ready, and all ends well afterwards."""
+    if sanitized(build):
+        return
+    with shim() as s, Daemon(build, "--workers", "2", env=s.env) as d:
+        going = [d.ask("POST", "/v1/jobs", slow()).json()["id"] for _ in range(2)]
+        c(until(lambda: all(status_of(d, i) == "running" for i in going)), "both workers run a job")
+        waiting = [d.ask("POST", "/v1/jobs", trivial()).json()["id"] for _ in range(20)]
+        s.set(spawn=1)
+        kill_children(d)
+        c(until(lambda: d.get("/readyz").status == 503), "not ready without a process")
+        c(until(lambda: metric(d, "child_start_failures_total") >= 4), "starting one is tried again")
+        c({status_of(d, i) for i in going + waiting} == {"queued"}, "without a process jobs wait")
+        c.status(d.ask("POST", "/v1/jobs", trivial()), 202, "a job without a process to run it")
+        kill_children(d, "sgad-check")
+        c.problem(d.ask("POST", "/v1/jobs", trivial()), 503, "busy", "a job without a process to check it")
+        for id_ in going:
+            c.status(d.ask("DELETE", "/v1/jobs/" + id_), 200, "what was taken back can be cancelled")
+        s.set()
+        c({d.wait(i)["status"] for i in waiting} == {"done"}, "with processes again they run")
+        c(until(lambda: d.get("/readyz").status == 200), "ready again")
+
+
+def killed_once(build, c):
+    """A process that is killed once, as where the machine's memory ends, fails no job; twice does."""
+    with Daemon(build, "--workers", "1") as d:
+        for kills, code in ((1, "cancelled"), (2, "worker_died")):
+            before = metric(d, "child_deaths_total")
+            id_ = d.ask("POST", "/v1/jobs", slow()).json()["id"]
+            for k in range(kills):
+                c(until(lambda: status_of(d, id_) == "running" and metric(d, "child_deaths_total") == before + k), f"it runs after {k} kills")
+                kill_children(d)
+            c(until(lambda: metric(d, "child_deaths_total") == before + kills), "the death is seen")
+            if kills == 1:
+                c(until(lambda: status_of(d, id_) == "running"), "a job whose process was killed once runs again")
+                c.status(d.ask("DELETE", "/v1/jobs/" + id_), 200, "and can be cancelled")
+            c(d.wait(id_).get("error", {}).get("code") == code, f"a job whose process was killed {kills} times")
+
+
+def crash(d):
+    d.process.kill()
+    d.ended()
+    d.start()
+
+
+def told_ends(build, c):
+    """What a client was told to have ended, has: on a slow disk, over kill -9 the moment after."""
+    if sanitized(build):
+        return
+    with shim() as s, Daemon(build, "--workers", "1", env=s.env) as d:
+        for _ in range(4):
+            going = d.ask("POST", "/v1/jobs", slow()).json()["id"]
+            behind = d.ask("POST", "/v1/jobs", trivial()).json()["id"]
+            c(until(lambda i=going: status_of(d, i) == "running"), "a job runs")
+            s.set(write=30)
+            a = d.ask("DELETE", "/v1/jobs/" + behind)
+            c.status(a, 200, "a waiting job is cancelled")
+            s.set()
+            crash(d)
+            job = d.get("/v1/jobs/" + behind).json()
+            c(job["status"] == "cancelled" and job["finished"] == a.json()["finished"], "a cancellation stays over a crash", job)
+            d.ask("DELETE", "/v1/jobs/" + going)
+            s.set(write=30)
+            a = d.ask("POST", "/v1/solve", trivial())
+            c(a.status == 200 and a.json()["status"] == "done", "an answer on a slow disk", a.body[:200])
+            s.set()
+            crash(d)
+            b = d.get("/v1/jobs/" + a.json()["id"])
+            c(b.headers.get("etag") == a.headers["etag"], "an end stays over a crash", (a.headers, b.status, b.headers))
+
+
+def large(k):
+    """A result of about a megabyte."""
+    return {"system": {"form": "equations", "variables": ["x", "y"], "equations": ["x' = y", f"y' = -{k}*x"]}, "want": ["trajectory"],
+            "trajectory": {"start": 0, "stop": 1, "samples": 20000, "initial": {"x": 0, "y": k}}}
+
+
+def slow_disk(build, c):
+    """Results come faster than the disk takes them: they are few in memory, and a 202 does not wait for them."""
+    if sanitized(build):
+        return
+    limit = 2 << 20
+    with shim() as s, Daemon(build, "--workers", "2", "--cache-memory", "0", "--unsaved-memory", str(limit), env=s.env) as d:
+        s.set(write=1)
+        ids = [d.ask("POST", "/v1/jobs", large(k)).json()["id"] for k in range(1, 8)]
+        most, quick = 0, False
+        while any(status_of(d, i) in ("queued", "running") for i in ids):
+            most = max(most, metric(d, "unsaved_bytes"))
+            if most > 0 and not quick:
+                c.status(d.ask("POST", "/v1/jobs", trivial()), 202, "a job beside results on their way")
+                quick = metric(d, "unsaved_bytes") > 0
+        c(quick, "its 202 does not wait for them")
+        c(0 < most < limit + 3 * (2 << 20), "results that wait for the disk are few", most)
+        c(all(status_of(d, i) == "done" for i in ids), "all end")
+
+
+def standing_disk(build, c):
+    """A disk that does not come back: the post is answered all the same."""
+    if sanitized(build):
+        return
+    with shim() as s, Daemon(build, "--store-timeout", "1", env=s.env) as d:
+        s.set(write=4000)
+        a = d.ask("POST", "/v1/jobs", trivial(), seconds=50)
+        c.problem(a, 503, "store_failed", "a job on a disk that stands still")
+        s.set()
+
+
+def clock_back(build, c):
+    """The clock of the day is put back while a job runs: times stay in order, durations are those that passed."""
+    if sanitized(build):
+        return
+    with shim() as s, Daemon(build, "--workers", "1", env=s.env) as d:
+        id_ = d.ask("POST", "/v1/jobs", slow()).json()["id"]
+        c(until(lambda: status_of(d, id_) == "running"), "a job runs")
+        s.set(clock=-7200)
+        d.ask("DELETE", "/v1/jobs/" + id_)
+        job = d.wait(id_)
+        c(job["created"] <= job["started"] <= job["finished"], "times are in order", job)
+        c(0 <= metric(d, "job_duration_seconds_sum") < 600, "the duration is that which passed", metric(d, "job_duration_seconds_sum"))
+
+
+ALL = [unread_log, no_children, killed_once, told_ends, slow_disk, standing_disk, clock_back]
