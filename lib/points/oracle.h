@@ -85,6 +85,10 @@ enum points_status points_oracle_sample(struct points_oracle *s, const struct po
 bool points_oracle_certified(const struct points_oracle *s);
 /* Drop all points (they will not be starts for the next ones either). */
 void points_oracle_forget(struct points_oracle *s);
+/* s->high: the points once more, refined to `bits` where they have fewer (s->high_bits); false: they cannot be, and there are
+ * none. What was raised is evaluated at full length by each decision that asks for it: lowered drops it. */
+bool points_oracle_raise(struct points_oracle *s, slong bits);
+void points_oracle_lower(struct points_oracle *s);
 /* Decide whether e is zero on the set. Where that holds on one side of a surface only, the
  * side is added to s->side, and later points are taken on it alone. */
 struct points_decision points_oracle_zero(struct points_oracle *s, expr_id e);
