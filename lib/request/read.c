@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "budget.h"
-#include "mem.h"
 #include "reader.h"
 #include "table.h"
 

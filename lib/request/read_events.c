@@ -3,7 +3,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "mem.h"
 #include "reader.h"
 
 /* The place of a member's word in a table; 0 where it is left out; -1 with err. */

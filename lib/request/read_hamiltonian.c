@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "form.h"
-#include "mem.h"
 #include "reader.h"
 
 static bool check_antisymmetric(struct reader *rd, const struct read_matrix *m)

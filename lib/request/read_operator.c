@@ -10,7 +10,6 @@
 
 #include "arena.h"
 #include "equations.h"
-#include "mem.h"
 #include "reader.h"
 
 static bool only_time(const struct expr_store *st, expr_id e)

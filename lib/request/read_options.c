@@ -2,7 +2,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "mem.h"
 #include "reader.h"
 
 static const char *const want_text[REQUEST_WANTS] = {

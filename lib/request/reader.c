@@ -9,7 +9,6 @@
 #include <string.h>
 
 #include "arena.h"
-#include "mem.h"
 #include "suggest.h"
 
 size_t at_member(struct reader *rd, const char *key)

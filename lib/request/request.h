@@ -11,7 +11,6 @@
 #include <stddef.h>
 
 #include "arena.h"
-#include "buf.h"
 #include "form.h"
 #include "system.h"
 

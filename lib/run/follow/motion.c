@@ -10,6 +10,7 @@
 #include "integrate.h"
 #include "mem.h"
 #include "oracle.h"
+#include "points.h"
 #include "reduction.h"
 #include "request.h"
 #include "seeds.h"

@@ -5,7 +5,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "mem.h"
 #include "operator_answer.h"
 #include "oracle.h"
 #include "reduction.h"

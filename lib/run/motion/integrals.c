@@ -12,7 +12,6 @@
 #include "arena.h"
 #include "derive.h"
 #include "job_integrals.h"
-#include "mem.h"
 #include "oracle.h"
 #include "reduction.h"
 #include "request.h"

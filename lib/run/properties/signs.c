@@ -11,7 +11,7 @@
 #include "arena.h"
 #include "derive.h"
 #include "facts.h"
-#include "mem.h"
+#include "points_random.h"
 #include "properties.h"
 #include "reduction.h"
 #include "request.h"

@@ -5,7 +5,6 @@
 
 #include "run_job.h"
 #include "kronecker.h"
-#include "mem.h"
 #include "request.h"
 #include "structure.h"
 

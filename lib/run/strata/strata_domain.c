@@ -8,7 +8,6 @@
 #include "run_job.h"
 #include "mem.h"
 #include "poly.h"
-#include "reduction.h"
 #include "request.h"
 
 /* The functions that were considered, or that are to be. */

@@ -11,7 +11,6 @@
 #include "job_texts.h"
 #include "mechanical_answer.h"
 #include "mem.h"
-#include "oracle.h"
 #include "parse.h"
 #include "print.h"
 #include "reduction.h"

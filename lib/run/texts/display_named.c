@@ -7,7 +7,6 @@
 
 #include "arena.h"
 #include "budget.h"
-#include "facts.h"
 #include "mem.h"
 #include "oracle.h"
 #include "poly.h"

@@ -6,7 +6,7 @@
 
 #include "mechanical_answer.h"
 #include "mem.h"
-#include "oracle.h"
+#include "points.h"
 #include "reduction.h"
 #include "request.h"
 #include "run_job.h"
