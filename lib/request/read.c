@@ -101,7 +101,7 @@ static bool read_all(struct reader *rd, const json_t *v)
         return false;
     if (!want && trajectory)
         rd->r->want |= REQUEST_TRAJECTORY;
-    if (rd->r->has_mechanical && trajectory)
+    if (rd->r->mechanical && trajectory)
         read_mechanical_outputs(rd);
     return check_wants(rd, trajectory, symmetries)
         && (!trajectory || read_trajectory(rd, trajectory)) && (!sweep || read_sweep(rd, sweep)) && (!accuracy || read_accuracy(rd, accuracy))

@@ -11,7 +11,6 @@
 #include <stddef.h>
 
 #include "arena.h"
-#include "form.h"
 #include "system.h"
 
 struct sga_buf;
@@ -174,8 +173,7 @@ struct request {
     struct request_accuracy accuracy;
     struct request_limits limits;
     struct request_operator op;
-    bool has_mechanical;
-    struct form_mechanical mechanical;
+    struct form_mechanical *mechanical;     /* of that form, else NULL */
     struct request_forces forces;     /* where there are outputs */
     struct request_symmetries symmetries;
     expr_id lagrangian;               /* L(q, v, t), where the form has one and no forces; or EXPR_UNDEF */

@@ -11,6 +11,7 @@
 #include "reduction.h"
 #include "request.h"
 #include "slice.h"
+#include "stage_clock.h"
 #include "stage_list.h"
 #include "warnings.h"
 #include "watch.h"
@@ -143,7 +144,8 @@ static bool run_text(struct run *r, const char *request, size_t length, bool tie
     struct job *j = &r->job;
     j->request = &own;
     j->warnings = &warnings;
-    stage_begin(&j->clock, STAGE_READ);
+    j->clock = sga_zeros(&j->mem, 1, sizeof *j->clock);
+    stage_begin(j->clock, STAGE_READ);
     j->request_text = request;
     j->request_length = length;
     set_budget(r);                 /* the service's; the request's own once it is read */

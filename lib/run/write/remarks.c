@@ -58,7 +58,7 @@ static unsigned char *in_equations(const struct sys_system *sys)
 static void unused_variables(struct job *j)
 {
     const struct sys_system *sys = &j->request->system;
-    if (j->request->hamiltonian || j->request->has_mechanical || j->request->op.has || !sys->rows)
+    if (j->request->hamiltonian || j->request->mechanical || j->request->op.has || !sys->rows)
         return;      /* rows that are made later, or have all of them */
     unsigned char *in = in_equations(sys);
     for (int k = 0; k < sys->variables; k++)

@@ -1,6 +1,7 @@
 /* Of the form hamiltonian: its 2-form and restrictions. */
 #include "write.h"
 
+#include "form.h"
 #include "run_job.h"
 #include "poly.h"
 #include "print.h"
