@@ -45,6 +45,8 @@ static void write_links(struct sga_json *w, const char *id)
     sga_json_key(w, "self"), sga_json_string(w, path);
     snprintf(path, sizeof path, "/v1/jobs/%s/events", id);
     sga_json_key(w, "events"), sga_json_string(w, path);
+    snprintf(path, sizeof path, "/v1/jobs/%s/request", id);
+    sga_json_key(w, "request"), sga_json_string(w, path);
     snprintf(path, sizeof path, "/v1/jobs/%s/trajectory", id);
     sga_json_key(w, "trajectory"), sga_json_string(w, path);
     sga_json_end_object(w);

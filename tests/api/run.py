@@ -7,6 +7,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [HERE, os.path.dirname(HERE)]
 
 import access  # noqa: E402
+import check  # noqa: E402
 import endpoints  # noqa: E402
 import faults  # noqa: E402
 import isolation  # noqa: E402
@@ -36,7 +37,7 @@ def main():
     tally, build = Tally("api"), build_folder()
     checks = Checks(tally)
     chosen = sys.argv[2:]
-    shared = [t for t in endpoints.ALL + refusals.ALL if not chosen or t.__name__ in chosen]
+    shared = [t for t in endpoints.ALL + check.ALL + refusals.ALL if not chosen or t.__name__ in chosen]
     if shared:
         with Daemon(build) as d:
             for test in shared:
