@@ -98,7 +98,7 @@ CLIENT_LIBS := -lgnutls
 LIB_SRC := $(foreach f,$(FLOORS),$(wildcard lib/$(f)/*.c))
 LIB_OBJ := $(LIB_SRC:%.c=$(B)/%.o) $(B)/lib/run/version.o
 SERVER_SRC := server/main.c $(foreach f,$(SERVER_FLOORS),$(wildcard server/$(f)/*.c))
-SERVER_OBJ := $(SERVER_SRC:%.c=$(B)/%.o) $(B)/server/embedded.o
+SERVER_OBJ := $(SERVER_SRC:%.c=$(B)/%.o) $(B)/server/embedded.o $(B)/server/page_files.o
 # The client takes results apart with the daemon's JSON scanner, and writes problems as the
 # daemon does; it needs no JSON library. A tradeoff is shown by the same code too.
 CLIENT_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard clients/*.c)) $(addprefix $(B)/server/,tools/json_scan.o formats/tradeoff_view.o formats/view.o)
@@ -134,6 +134,13 @@ EMBEDDED := $(sort $(wildcard schema/*.json))
 $(B)/server/embedded.c: server/handlers/embed.sh $(EMBEDDED)
 	@mkdir -p $(@D)
 	sh server/handlers/embed.sh $(EMBEDDED) > $@
+# So is the page: its files as they are, and packed.
+PAGE := $(sort $(wildcard clients/page/*.html clients/page/*.css clients/page/*.js clients/page/*.svg clients/page/uplot/*.js clients/page/uplot/*.css etc/examples/*.json))
+$(B)/server/page_files.c: server/handlers/page.sh $(PAGE)
+	@mkdir -p $(@D)
+	sh server/handlers/page.sh $(PAGE) > $@ || { rm -f $@; exit 1; }
+$(B)/server/page_files.o: $(B)/server/page_files.c server/handlers/page_files.h
+	$(Q)$(CC) $(ALL_CFLAGS) $(call quote,handlers) -c $< -o $@
 $(B)/server/embedded.o: $(B)/server/embedded.c server/handlers/embed.h
 	$(Q)$(CC) $(ALL_CFLAGS) $(call quote,handlers) -c $< -o $@
 $(B)/clients/%.o: clients/%.c $(B)/flags
@@ -222,7 +229,7 @@ unit: $(UNIT_BIN)
 FUZZ := expression request admission store
 FUZZ_FLAGS := $(ALL_CFLAGS) $(if $(LIBFUZZER),,-fsanitize-coverage=trace-pc)
 FUZZ_OBJ := $(foreach d,request $(DEPS_request),$(patsubst %.c,$(B)/fuzz/%.o,$(wildcard lib/$(d)/*.c)))
-FUZZ_SERVER_OBJ := $(patsubst %.c,$(B)/fuzz/%.o,$(filter-out server/main.c,$(SERVER_SRC))) $(B)/server/embedded.o
+FUZZ_SERVER_OBJ := $(patsubst %.c,$(B)/fuzz/%.o,$(filter-out server/main.c,$(SERVER_SRC))) $(B)/server/embedded.o $(B)/server/page_files.o
 define fuzz_floor_rules
 $(B)/fuzz/lib/$(1)/%.o: lib/$(1)/%.c
 	@mkdir -p $$(@D)

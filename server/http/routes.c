@@ -19,6 +19,8 @@
     X("/metrics",              SCOPE_READ, handle_metrics,    NULL,            NULL, "") \
     X("/openapi.json",         0,          handle_openapi,    NULL,            NULL, "") \
     X("/v1/schema/*",          0,          handle_schema,     NULL,            NULL, "") \
+    X("/",                     0,          handle_page,       NULL,            NULL, "") \
+    X("/page/*",               0,          handle_page,       NULL,            NULL, "") \
     X("/version",              0,          handle_version,    NULL,            NULL, "")
 
 static const struct route routes[] = {

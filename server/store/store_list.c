@@ -2,20 +2,33 @@
  * statuses is merged from lists of one status each, so that no rows are passed over. */
 #include "store_parts.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 
-#define MINE "SELECT j.id, i.seq, j.status, j.attempts, j.created, j.started, j.finished, j.error, j.owner, j.seconds" \
+/* What a request calls its system, and its form; of a long one they are not looked for: a page of them is read while others wait. */
+#define SHORT(request) "CASE WHEN length(" request ") <= 16384 AND json_valid(CAST(" request " AS TEXT)) THEN CAST(" request " AS TEXT) END"
+#define CALLED(request) ", json_extract(" SHORT(request) ", '$.system.name'), json_extract(" SHORT(request) ", '$.system.form')"
+#define LISTED STORE_ROW_COLUMNS CALLED("request")
+#define MINE "SELECT j.id, i.seq, j.status, j.attempts, j.created, j.started, j.finished, j.error, j.owner, j.seconds" CALLED("j.request") \
              " FROM interests i JOIN jobs j ON j.id = i.id WHERE i.seq < ?1 AND i.owner = ?4 "
 
 bool store_list_prepare(struct store_reader *r, char *why, size_t size)
 {
     sqlite3 *q = r->queue;
-    return (r->list = store_file_prepare(q, "SELECT " STORE_ROW_COLUMNS " FROM jobs WHERE seq < ?1 ORDER BY seq DESC LIMIT ?3", why, size))
-        && (r->list_one = store_file_prepare(q, "SELECT " STORE_ROW_COLUMNS " FROM jobs WHERE seq < ?1 AND status = ?2 ORDER BY seq DESC LIMIT ?3", why, size))
+    return (r->list = store_file_prepare(q, "SELECT " LISTED " FROM jobs WHERE seq < ?1 ORDER BY seq DESC LIMIT ?3", why, size))
+        && (r->list_one = store_file_prepare(q, "SELECT " LISTED " FROM jobs WHERE seq < ?1 AND status = ?2 ORDER BY seq DESC LIMIT ?3", why, size))
         && (r->mine = store_file_prepare(q, MINE "ORDER BY i.seq DESC LIMIT ?3", why, size))
         && (r->mine_one = store_file_prepare(q, MINE "AND i.status = ?2 ORDER BY i.seq DESC LIMIT ?3", why, size))
         && (r->owners = store_file_prepare(q, "SELECT owner FROM interests WHERE id = ?1", why, size))
         && (r->owned = store_file_prepare(q, "SELECT 1 FROM interests WHERE id = ?1 AND owner = ?2", why, size));
+}
+
+static void read_called(sqlite3_stmt *s, struct job_row *row)
+{
+    const char *name = (const char *)sqlite3_column_text(s, 10), *form = (const char *)sqlite3_column_text(s, 11);
+    row->listed = true;
+    snprintf(row->name, sizeof row->name, "%s", name ? name : "");
+    snprintf(row->form, sizeof row->form, "%s", form ? form : "");
 }
 
 /* Appends the rows of one statement. status: -1 where it has none. */
@@ -28,11 +41,14 @@ static int add(sqlite3_stmt *s, const struct store_query *q, int status, struct 
     sqlite3_bind_int(s, 3, q->limit + 1);
     if (q->owner)
         sqlite3_bind_text(s, 4, q->owner, -1, SQLITE_STATIC);
-    while ((rc = sqlite3_step(s)) == SQLITE_ROW && page->rows < most)
-        if (!store_read_row(s, &page->row[page->rows++])) {
+    while ((rc = sqlite3_step(s)) == SQLITE_ROW && page->rows < most) {
+        struct job_row *row = &page->row[page->rows++];
+        if (!store_read_row(s, row)) {
             rc = SQLITE_CORRUPT;
             break;
         }
+        read_called(s, row);
+    }
     sqlite3_reset(s);
     sqlite3_clear_bindings(s);
     return rc;

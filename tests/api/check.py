@@ -123,4 +123,23 @@ def request_of_job(d, c):
     c.problem(d.get("/v1/jobs/x/request"), 404, "not_found", "request of no id")
 
 
-ALL = [check_all, check_bodies, check_warnings, check_hints, check_corpus, check_same_variables, request_of_job]
+def list_names(d, c):
+    request = moving()
+    for name in ("a pendulum", "\u00e9" * 200, None):
+        if name:
+            request["system"]["name"] = name
+        else:
+            request["system"].pop("name")
+        id_ = d.ask("POST", "/v1/jobs", request).json()["id"]
+        a = d.get("/v1/jobs?limit=5")
+        row = next(j for j in a.json()["jobs"] if j["id"] == id_)
+        c(not schemas.faults(schemas.validator("openapi#JobList"), a.json()), "list schema", a.body[:300])
+        c(row["form"] == "equations" and (row["name"] == name if not name or len(name) < 40 else name.startswith(row["name"]) and row["name"]), "lists have names and forms", row)
+    long = {**request, "trajectory": {**request["trajectory"], "outputs": ["x"] * 9000}}
+    long["system"]["name"] = "long"
+    id_ = d.ask("POST", "/v1/jobs", long).json()["id"]
+    row = next(j for j in d.get("/v1/jobs?limit=5").json()["jobs"] if j["id"] == id_)
+    c(row["name"] is None and row["form"] is None, "a long request is not read for a list", row)
+
+
+ALL = [list_names, check_all, check_bodies, check_warnings, check_hints, check_corpus, check_same_variables, request_of_job]
