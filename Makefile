@@ -2,6 +2,7 @@
 #
 #   make install  programs, library, header, manual pages, examples: PREFIX=/usr/local, DESTDIR=
 #   make shared   the library for other programs only: build/lib/libsga.so.0, build/lib/libsga.a
+#   make python   the Python client as a wheel: build/python/
 #   make run      install what is missing, build, start a daemon, solve the arm, show it
 #   make test     install what is missing, build, run every test; ends with N passed, N failed
 #   make quick    something about everything in a minute: samples of all suites
@@ -103,9 +104,12 @@ SERVER_OBJ := $(SERVER_SRC:%.c=$(B)/%.o) $(B)/server/embedded.o $(B)/server/page
 # daemon does; it needs no JSON library. A tradeoff is shown by the same code too.
 CLIENT_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard clients/*.c)) $(addprefix $(B)/server/,tools/json_scan.o formats/tradeoff_view.o formats/view.o)
 
-.PHONY: all lib shared install uninstall FORCE run test quick units lint coverage mutants unit bench kill-test many-test order-test soak-test fuzz fuzz-build clean deps check-deps
+.PHONY: all lib python shared install uninstall FORCE run test quick units lint coverage mutants unit bench kill-test many-test order-test soak-test fuzz fuzz-build clean deps check-deps
 all: $(B)/sgad $(B)/sga $(B)/libsga.a
 lib: $(B)/libsga.a
+# The Python client as a wheel, by the standard library alone.
+python:
+	@/usr/bin/python3 clients/python/backend.py $(B)/python
 
 # Objects of other flags are none of these.
 $(B)/flags: FORCE

@@ -208,7 +208,8 @@ def check_blocks(tally, build):
         for page in pages():
             answer, what = None, ""       # of the block before
             for language, block in FENCE.findall(text_of(page)):
-                tally.check(language in LANGUAGES, f"{page}: blocks have a language that is looked at", f"{language!r}: {block[:60]}")
+                ours = language in LANGUAGES or (page == "doc/python.md" and language in ("python", "text"))      # the suite python runs these
+                tally.check(ours, f"{page}: blocks have a language that is looked at", f"{language!r}: {block[:60]}")
                 if language == "sh":
                     said = commands.run(page, block)
                     answer, what = None, block.strip().splitlines()[0]

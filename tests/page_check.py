@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
+import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(HERE, "api"))
@@ -35,6 +36,8 @@ def main():
         made = subprocess.run([os.path.join(build, "sgad"), "token", "create", "--state", os.path.join(guarded.state, "sgad"), "--name", "page",
                                "--scope", "submit,read"], capture_output=True, text=True, check=True)
         token = next(w for w in made.stdout.split() if w.startswith("sgad_"))
+        while guarded.get("/v1/jobs", Authorization="Bearer " + token).status != 200:      # a daemon notices new tokens after a while
+            time.sleep(0.1)
         done = subprocess.run(["node", os.path.join(HERE, "page", "check.mjs"), d.url(), guarded.url(), token, place, os.path.join(place, "pictures")], check=False)
         return done.returncode
 
