@@ -105,14 +105,17 @@ static bool read_all(struct reader *rd, const json_t *v)
     if (rd->by_name)
         return read_system(rd, system) && store_ok(rd);
     bool stands = read_sweep_names(rd, sweep) && read_system(rd, system);
-    if (!part(rd, stands) || !part(rd, read_want(rd, want)) || (stands && !part(rd, read_sweep_parameters(rd, sweep))))
+    if (!part(rd, stands) || !part(rd, read_want(rd, want)))
+        return false;
+    bool sets = stands && read_sweep_parameters(rd, sweep);       /* what starts from values of parameters that cannot be read is not read */
+    if (stands && !part(rd, sets))
         return false;
     if (!want && trajectory)
         rd->r->want |= REQUEST_TRAJECTORY;
     if (stands && rd->r->has_mechanical && trajectory)
         read_mechanical_outputs(rd);
     return part(rd, check_wants(rd, trajectory, symmetries))
-        && (!trajectory || !stands || part(rd, read_trajectory(rd, trajectory))) && (!sweep || !stands || part(rd, read_sweep(rd, sweep)))
+        && (!trajectory || !sets || part(rd, read_trajectory(rd, trajectory))) && (!sweep || !sets || part(rd, read_sweep(rd, sweep)))
         && (!accuracy || part(rd, read_accuracy(rd, accuracy))) && (!symmetries || !stands || part(rd, read_symmetries(rd, symmetries)))
         && (!strata || part(rd, read_strata(rd, strata))) && (!stands || read_tables_end(rd)) && store_ok(rd);
 }
