@@ -171,7 +171,16 @@ function problem(job) {
   const e = job.error ?? { detail: `The job was ${job.status}.` };
   return [h("div", { class: "card" }, h("div", { class: "verdict error" }, e.title ?? job.status), h("p", {}, e.detail ?? ""),
     h("dl", { class: "facts" }, [["code", e.code], ["stage", e.stage], ["at", e.pointer], ["column", e.column]].filter(([, v]) => v).map(([k, v]) => [h("dt", {}, k), h("dd", {}, String(v))]),
-      e.type ? [h("dt", {}, "cause and cure"), h("dd", {}, h("a", { href: e.type }, e.type))] : null))];
+      e.code ? [h("dt", {}, "cause and cure"), cure(e.code)] : null))];
+}
+
+// What the service's own description says of a code: it stands where `type` leads.
+let codes = null;
+function cure(code) {
+  const place = h("dd", {}, "…");
+  codes ??= json("/v1/schema/problem");
+  codes.then(s => replace(place, (s.$defs?.[code]?.description ?? "not described").replace(/^Status \d+\. /, "")), () => { codes = null; replace(place, "cannot be read now"); });
+  return place;
 }
 
 function plots(result) {

@@ -79,6 +79,7 @@ void job_write_open(struct sga_json *w, const struct job_row *row, const struct 
     if (row->listed) {
         write_text(w, "name", row->name);
         write_text(w, "form", row->form);
+        write_text(w, "verdict", row->verdict);
     }
     sga_json_key(w, "cached");
     if (cached_at)

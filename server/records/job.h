@@ -35,6 +35,7 @@ struct job_row {
     char owner[ACCOUNT_NAME];    /* name of the token on whose account it runs; "" where none was needed */
     bool listed;                 /* in a list, which says what it is about: */
     char name[96], form[16];     /* of its system; "" where there is none, or the request is long */
+    char verdict[24];            /* "" unless it is done and its result is stored */
     int64_t seconds;             /* that it may run, as reserved when it was accepted */
 };
 

@@ -32,7 +32,7 @@ static void read_called(sqlite3_stmt *s, struct job_row *row)
 }
 
 /* Appends the rows of one statement. status: -1 where it has none. */
-static int add(sqlite3_stmt *s, const struct store_query *q, int status, struct store_page *page)
+static int add(struct store_reader *r, sqlite3_stmt *s, const struct store_query *q, int status, struct store_page *page)
 {
     int rc, most = page->rows + q->limit + 1;       /* one more tells whether there are more */
     sqlite3_bind_int64(s, 1, q->before ? q->before : INT64_MAX);
@@ -48,6 +48,7 @@ static int add(sqlite3_stmt *s, const struct store_query *q, int status, struct 
             break;
         }
         read_called(s, row);
+        store_read_verdict(r, row);
     }
     sqlite3_reset(s);
     sqlite3_clear_bindings(s);
@@ -65,7 +66,7 @@ static int add_set(struct store_reader *r, const struct store_query *q, struct s
     int rc = SQLITE_DONE;
     for (int status = 0; rc == SQLITE_DONE && status < JOB_STATUSES; status++)
         if (q->statuses & 1u << status)
-            rc = add(q->owner ? r->mine_one : r->list_one, q, status, page);
+            rc = add(r, q->owner ? r->mine_one : r->list_one, q, status, page);
     qsort(page->row, (size_t)page->rows, sizeof *page->row, newest_first);
     return rc;
 }
@@ -77,7 +78,7 @@ enum store_answer store_list(struct store *st, const struct store_query *q, stru
     if (!page->row)
         return STORE_BROKEN;
     struct store_reader *r = store_borrow(st);
-    int rc = all ? add(q->owner ? r->mine : r->list, q, -1, page) : add_set(r, q, page);
+    int rc = all ? add(r, q->owner ? r->mine : r->list, q, -1, page) : add_set(r, q, page);
     store_give_back(st, r);
     if (rc != SQLITE_DONE) {
         store_page_free(page);

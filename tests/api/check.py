@@ -135,10 +135,16 @@ def list_names(d, c):
         row = next(j for j in a.json()["jobs"] if j["id"] == id_)
         c(not schemas.faults(schemas.validator("openapi#JobList"), a.json()), "list schema", a.body[:300])
         c(row["form"] == "equations" and (row["name"] == name if not name or len(name) < 40 else name.startswith(row["name"]) and row["name"]), "lists have names and forms", row)
+    done = d.ask("POST", "/v1/solve", moving()).json()
+    row = next(j for j in d.get("/v1/jobs?status=done&limit=5").json()["jobs"] if j["id"] == done["id"])
+    c(row["verdict"] == done["result"]["verdict"] == "unique", "lists have verdicts", row)
     long = {**request, "trajectory": {**request["trajectory"], "outputs": ["x"] * 9000}}
     long["system"]["name"] = "long"
     id_ = d.ask("POST", "/v1/jobs", long).json()["id"]
     row = next(j for j in d.get("/v1/jobs?limit=5").json()["jobs"] if j["id"] == id_)
+    failed = d.ask("POST", "/v1/solve", {**moving(), "trajectory": {"stop": 1, "initial": {"x": 5, "y": 5000}, "hold": ["x", "y"]}}).json()
+    bad = next(j for j in d.get("/v1/jobs?status=failed&limit=5").json()["jobs"] if j["id"] == failed["id"])
+    c(bad["verdict"] is None, "a failed job has none", bad)
     c(row["name"] is None and row["form"] is None, "a long request is not read for a list", row)
 
 

@@ -175,6 +175,25 @@ async function stopping(browser) {
   await page.context().close();
 }
 
+async function refusals(browser) {
+  const { page, log } = await open(browser, url);
+  await page.click("input[value=json] + span");
+  await page.fill("textarea", JSON.stringify({ system: { form: "equations", variables: ["x", "y"], equations: ["x' = y", "y' = -x", "x^2 + y^2 = 1"] }, trajectory: { stop: 1, initial: { x: 5, y: 5 }, hold: ["x", "y"] } }));
+  await page.waitForSelector("#said.fine");
+  await run(page);
+  await page.waitForFunction(() => /Cure:/.test(document.querySelector("#panel-Answer").textContent));
+  check(/inconsistent_initial/.test(await text(page, "#panel-Answer")), "a job that failed says why, with cause and cure", await text(page, "#panel-Answer"));
+  await page.fill("textarea", '{"system": {"form": "equations", "variables": ["<img src=x onerror=alert(1)>"], "equations": ["x = 1"]}}');
+  await page.waitForSelector("#said.wrong");
+  check((await page.$$("#problems img")).length === 0 && (await text(page, "#problems")).includes("<img"), "text of the service stays text");
+  await page.route("**/v1/check", r => r.abort());
+  await page.fill("textarea", "{}");
+  await page.waitForFunction(() => /cannot be reached/.test(document.querySelector("#said").textContent));
+  check(true, "without the service the page says so");
+  check(log.filter(l => !/ERR_FAILED/.test(l)).length === 0, "refusals: no errors", log);
+  await page.context().close();
+}
+
 async function tokens(browser) {
   const { page, log } = await open(browser, guarded);
   await page.selectOption("#examples", "cawley");
@@ -225,7 +244,7 @@ async function looks(browser) {
 }
 
 const browser = await chromium.launch({ executablePath: process.env.CHROMIUM || "/usr/bin/chromium", args: ["--no-sandbox", "--disable-gpu"] });
-for (const part of [examples, marks, ways, stopping, tokens, looks])
+for (const part of [examples, marks, ways, stopping, refusals, tokens, looks])
   try { await part(browser); } catch (e) { check(false, part.name, String(e.stack ?? e)); }
 await browser.close();
 console.log(`${passed} passed, ${failed} failed`);
