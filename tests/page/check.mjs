@@ -160,6 +160,24 @@ async function ways(browser) {
 const SLOW = `{"system": {"form": "equations", "variables": ["x"], "equations": ["x'' = -1001*x + (${Array.from({ length: 400 }, (_, k) => `sin(x + ${k})`).join(" + ")})*1e-15"]},
  "want": ["trajectory"], "trajectory": {"stop": 8000, "samples": 2, "initial": {"x": 1, "x'": 0}}, "limits": {"seconds": 120}}`;
 
+// What the documents show is taken, and each line does what they say.
+async function documented(browser) {
+  const { page, log } = await open(browser, url);
+  const shown = /```text\n([^]*?)```/.exec(readFileSync(join(import.meta.dirname ?? new URL(".", import.meta.url).pathname, "../../doc/page.md"), "utf8"))[1];
+  await page.fill("textarea", shown);
+  await page.waitForSelector("#said.fine");
+  await run(page);
+  const posted = await page.evaluate(id => fetch(`/v1/jobs/${id}/request`).then(r => r.json()), JSON.parse(await text(page, "#panel-Raw pre")).id);
+  const should = { accuracy: { rtol: "1e-9" }, system: { equations: ["x'' = -lam*x", "y'' = -lam*y - g", "x^2 + y^2 = L^2"], form: "equations", name: "pendulum", parameters: { L: "1/2", g: "9.81" }, variables: ["x", "lam", "y"] },
+    trajectory: { hold: ["x"], initial: { x: "1/2", y: 0 }, outputs: ["x", "y", "x^2 + y^2"], samples: 201, start: 0, stop: 10 } };
+  check(JSON.stringify(posted) === JSON.stringify(should), "the lines of doc/page.md are this request", posted);
+  await tab(page, "Plots");
+  await page.waitForSelector("#panel-Plots .u-over");
+  check((await page.$$eval("#panel-Plots input[type=checkbox]", all => all.length)) === 3, "its outputs are the columns");
+  check(log.length === 0, "documented: no errors", log);
+  await page.context().close();
+}
+
 async function stopping(browser) {
   const { page, log } = await open(browser, url);
   await page.click("input[value=json] + span");
@@ -244,7 +262,7 @@ async function looks(browser) {
 }
 
 const browser = await chromium.launch({ executablePath: process.env.CHROMIUM || "/usr/bin/chromium", args: ["--no-sandbox", "--disable-gpu"] });
-for (const part of [examples, marks, ways, stopping, refusals, tokens, looks])
+for (const part of [examples, marks, ways, documented, stopping, refusals, tokens, looks])
   try { await part(browser); } catch (e) { check(false, part.name, String(e.stack ?? e)); }
 await browser.close();
 console.log(`${passed} passed, ${failed} failed`);
