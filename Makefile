@@ -191,6 +191,7 @@ LIBDIR ?= $(PREFIX)/lib
 INCLUDEDIR ?= $(PREFIX)/include
 MANDIR ?= $(PREFIX)/share/man
 DOCDIR ?= $(PREFIX)/share/doc/sga
+COMPLETIONS ?= $(PREFIX)/share/bash-completion/completions
 MAN := $(wildcard etc/man/*)
 install: all shared
 	install -d $(DESTDIR)$(BINDIR) $(DESTDIR)$(LIBDIR)/pkgconfig $(DESTDIR)$(INCLUDEDIR) $(DESTDIR)$(DOCDIR)/doc $(DESTDIR)$(DOCDIR)/examples $(DESTDIR)$(DOCDIR)/schema
@@ -201,6 +202,7 @@ install: all shared
 	install -m 644 lib/face/sga.h $(DESTDIR)$(INCLUDEDIR)
 	sed -e 's|@LIBDIR@|$(LIBDIR)|; s|@INCLUDEDIR@|$(INCLUDEDIR)|; s|@VERSION@|$(VERSION)|; s|@LIBS@|$(LIBS) -lpthread|' etc/sga.pc.in > $(DESTDIR)$(LIBDIR)/pkgconfig/sga.pc
 	for m in $(MAN); do install -d $(DESTDIR)$(MANDIR)/man$${m##*.} && install -m 644 $$m $(DESTDIR)$(MANDIR)/man$${m##*.} || exit 1; done
+	install -d $(DESTDIR)$(COMPLETIONS) && install -m 644 etc/completion/sga $(DESTDIR)$(COMPLETIONS)/sga && ln -sf sga $(DESTDIR)$(COMPLETIONS)/sgad
 	install -m 644 README.md CHANGELOG.md LICENSE $(DESTDIR)$(DOCDIR)
 	install -m 644 doc/*.md $(DESTDIR)$(DOCDIR)/doc
 	install -m 644 schema/*.json $(DESTDIR)$(DOCDIR)/schema
@@ -208,6 +210,7 @@ install: all shared
 uninstall:
 	rm -f $(DESTDIR)$(BINDIR)/sgad $(DESTDIR)$(BINDIR)/sga $(DESTDIR)$(LIBDIR)/libsga.* $(DESTDIR)$(LIBDIR)/pkgconfig/sga.pc $(DESTDIR)$(INCLUDEDIR)/sga.h
 	for m in $(MAN); do rm -f $(DESTDIR)$(MANDIR)/man$${m##*.}/$${m##*/} || exit 1; done
+	rm -f $(DESTDIR)$(COMPLETIONS)/sga $(DESTDIR)$(COMPLETIONS)/sgad
 	rm -rf $(DESTDIR)$(DOCDIR)
 
 # Unit tests: tests/unit/FOLDER_what.c is linked with its folder's floors only.
