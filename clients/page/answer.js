@@ -88,10 +88,10 @@ function given(request, place) {
 function origin(result, request, made) {
   if (made?.from === "restriction") return [h("p", { class: "step" }, "given as a restriction")];
   return (made?.combination ?? []).map((part, i) => {
-    const word = i ? "plus " : "= ", times = part.factor === "1" ? null : [" times ", math(part.factor)];
-    if (part.tangency_of !== undefined) return h("p", { class: "step" }, word, "the derivative along the motion of ", math(result.constraints[part.tangency_of]?.expression ?? "", "0"), times);
+    const word = [i ? "plus " : "made of ", part.factor === "1" ? null : [math(part.factor), " times "]];
+    if (part.tangency_of !== undefined) return h("p", { class: "step" }, word, "the derivative along the motion of ", math(result.constraints[part.tangency_of]?.expression ?? "", "0"));
     const text = given(request, part.equation);
-    return h("p", { class: "step" }, word, text ? [math(text.replace(/(==|~)/, "=")), h("span", { class: "soft" }, ` (${part.equation})`)] : part.equation, times);
+    return h("p", { class: "step" }, word, text ? [math(text.replace(/(==|~)/, "=")), h("span", { class: "soft" }, ` (${part.equation})`)] : part.equation);
   });
 }
 

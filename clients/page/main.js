@@ -1,5 +1,5 @@
 // The page: an editor whose text is checked while it is typed, a job, and its answer. It holds nothing that the service does not have.
-import { $, h, replace } from "./dom.js";
+import { $, h, pretty, replace } from "./dom.js";
 import { Problem, ask, follow, json } from "./api.js";
 import { Editor } from "./editor.js";
 import { EXAMPLES } from "./examples.js";
@@ -42,7 +42,7 @@ function setMode(to) {
 
 function show(request, as) {
   const text = as === "plain" ? plain.write(request) : null;
-  editor.set(text ?? JSON.stringify(request, null, 2), text ? "plain" : "json");
+  editor.set(text ?? pretty(request), text ? "plain" : "json");
   setMode(mode());
   $("name").value = request.system?.name ?? "";
   lines(request);

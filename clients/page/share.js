@@ -1,4 +1,6 @@
 // The same request elsewhere: links, and texts for a shell, Python and Octave.
+import { pretty } from "./dom.js";
+
 const PART = 8000;      // bytes of a link that mail and chat programs pass on
 
 async function through(stream, bytes) {
@@ -27,7 +29,7 @@ export async function link(id, text) {
 const indent = (text, by) => text.replaceAll("\n", "\n" + by);
 
 export function snippets(request, token) {
-  const text = JSON.stringify(request, null, 2), at = location.origin;
+  const text = pretty(request), at = location.origin;
   const python = indent(text, "").replace(/\bnull\b/g, "None").replace(/\btrue\b/g, "True").replace(/\bfalse\b/g, "False");
   return {
     curl: `curl -s -H 'Content-Type: application/json'${token ? ' -H "Authorization: Bearer $TOKEN"' : ""} --data @- ${at}/v1/solve <<'END'\n${text}\nEND\n`,

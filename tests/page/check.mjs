@@ -56,6 +56,10 @@ async function examples(browser) {
   for (const name of names) {
     const request = await page.evaluate(n => fetch(`/page/${n}.json`).then(r => r.json()), name);
     await choose(page, name);
+    await page.click("input[value=json] + span");
+    const typed = JSON.parse(await page.inputValue("textarea"));
+    check(request.system.form === "equations" && request.trajectory ? typed.system.equations.join() === request.system.equations.join() : JSON.stringify(typed) === JSON.stringify(request), `${name}: the editor has the example`, typed);
+    await page.waitForSelector("#said.fine");
     await run(page);
     const shown = JSON.parse(await text(page, "#panel-Raw pre")), posted = await page.evaluate(id => fetch(`/v1/jobs/${id}/request`).then(r => r.json()), shown.id);
     check(shown.status === "done" && shown.result.verdict === await text(page, "#panel-Answer .verdict"), `${name}: the verdict is shown`, shown.error);
