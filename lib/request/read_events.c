@@ -70,7 +70,7 @@ bool read_events(struct reader *rd, const json_t *v)
     t->event = sga_zeros(&rd->r->mem, json_array_size(v) + 1, sizeof *t->event);
     for (size_t i = 0; i < json_array_size(v); i++) {
         size_t mark = at_item(rd, v, i);
-        if (!read_event(rd, json_array_get(v, i)))
+        if (!read_event(rd, json_array_get(v, i)) && !at_pass(rd, mark))
             return false;
         at_back(rd, mark);
     }

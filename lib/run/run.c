@@ -30,14 +30,10 @@ void sga_init(void)
     request_init();
 }
 
-/* What checking may take; a request that needs more is judged where it runs. */
-static const double CHECK_SECONDS = 1;
-enum { CHECK_NODES = 2000000 };
-
 bool sga_canonical(const char *request, size_t length, struct sga_buf *out, struct sga_error *err)
 {
     struct request r;
-    struct request_bounds bounds = { .seconds = CHECK_SECONDS, .nodes = CHECK_NODES };
+    struct request_bounds bounds = { .seconds = REQUEST_CHECK_SECONDS, .nodes = REQUEST_CHECK_NODES };
     struct sga_error own = { 0 };
     err = err ? err : &own;
     if (request_read_within(&r, request, length, &bounds, err))

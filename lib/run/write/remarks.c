@@ -100,8 +100,8 @@ static void free_names(const struct job *j, struct sga_buf *out)
     and_more(out, count);
 }
 
-/* Equations and unknowns as they were given: derivatives of the order reduction have an equation each, and are not counted. */
-static void count_given(const struct job *j, int *equations, int *unknowns)
+/* Derivatives of the order reduction have an equation each, and are not counted. */
+void answer_count_given(const struct job *j, int *equations, int *unknowns)
 {
     assert(!j->slice || j->slice->variables >= j->request->system.variables);
     const struct sys_system *sys = &j->request->system;
@@ -121,7 +121,7 @@ static void warn_count(struct job *j)
     struct sga_buf names = { 0 };
     if (j->op)
         return;
-    count_given(j, &equations, &unknowns);
+    answer_count_given(j, &equations, &unknowns);
     free_names(j, &names);
     if (equations < unknowns && functions)
         sga_warn(&j->budget, SGA_W_FEWER_EQUATIONS, "/system", "%d equation%s for %d unknown%s: %d function%s of time can be chosen; free %s %s", equations,

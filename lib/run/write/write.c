@@ -35,7 +35,7 @@ static void free_name(const struct job *j, int k, char *out, size_t size)
     }
 }
 
-static void write_variables(const struct job *j, struct sga_json *w)
+void answer_write_variables(const struct job *j, struct sga_json *w)
 {
     sga_json_key(w, "variables");
     sga_json_array(w);
@@ -252,7 +252,7 @@ bool answer_write(struct job *j, struct sga_buf *out)
     if (j->request->name) {
         sga_json_member_string(w, "name", j->request->name);
     }
-    write_variables(j, w);
+    answer_write_variables(j, w);
     if (j->solution->specials)
         write_where(j, w);
     write_dimensions(j, w);
