@@ -19,11 +19,10 @@
 #include <flint/flint.h>
 
 #include "points_space.h"
+#include "points_truth.h"
 
 struct points_beyond;
 struct points_modpoint;
-
-enum points_truth { POINTS_NONZERO, POINTS_ZERO, POINTS_UNKNOWN };
 
 enum points_basis {
     POINTS_EXACT, POINTS_NONZERO_PROVED, POINTS_NONZERO_NUMERIC,

@@ -2,6 +2,7 @@
  * how many unknowns. Reading alone: no rank is asked for. */
 #include "run.h"
 
+#include "budget.h"
 #include "problem.h"
 #include "request.h"
 #include "run_job.h"
@@ -32,10 +33,10 @@ static const char *plural(int n)
 static void warn_count(const struct job *j, int equations, int unknowns)
 {
     if (equations < unknowns)
-        sga_warn(&j->budget, SGA_W_FEWER_EQUATIONS, "/system", "%d equation%s for %d unknown%s: some stay free, unless their consequences determine them",
+        sga_warn(j->budget, SGA_W_FEWER_EQUATIONS, "/system", "%d equation%s for %d unknown%s: some stay free, unless their consequences determine them",
                  equations, plural(equations), unknowns, plural(unknowns));
     if (equations > unknowns)
-        sga_warn(&j->budget, SGA_W_MORE_EQUATIONS, "/system", "%d equation%s for %d unknown%s: some follow from the others, or they contradict each other",
+        sga_warn(j->budget, SGA_W_MORE_EQUATIONS, "/system", "%d equation%s for %d unknown%s: some follow from the others, or they contradict each other",
                  equations, plural(equations), unknowns, plural(unknowns));
 }
 
@@ -89,11 +90,12 @@ void sga_review(const char *request, size_t length, struct sga_buf *out)
     struct request_faults faults;
     struct request_bounds bounds = { .seconds = REQUEST_CHECK_SECONDS, .nodes = REQUEST_CHECK_NODES };
     struct sga_warnings warnings = { 0 };
-    struct job j = { .request = &r, .warnings = &warnings, .budget = { .warnings = &warnings } };
+    struct sga_budget budget = { .warnings = &warnings };
+    struct job j = { .request = &r, .warnings = &warnings, .budget = &budget };
     struct sga_json w;
     bool good = request_read_all(&r, request, length, &bounds, &faults), stands = good && !bounds.met;
     if (faults.cut)
-        sga_limit_met(&j.budget, SGA_LIMIT_FAULTS);
+        sga_limit_met(&budget, SGA_LIMIT_FAULTS);
     sga_json_begin(&w, out);
     sga_json_object(&w);
     sga_json_key(&w, "valid");

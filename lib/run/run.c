@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "budget.h"
 #include "follow.h"
 #include "lin.h"
 #include "reduction.h"
@@ -74,7 +75,7 @@ static void set_budget(struct run *r)
     double seconds = j->request->limits.seconds > 0 ? fmin(j->request->limits.seconds, most) : most;
     double memory = o->max_memory ? (double)o->max_memory : MAX_MEMORY;
     double megabytes = j->request->limits.megabytes > 0 ? j->request->limits.megabytes : DEFAULT_MEGABYTES;
-    j->budget = (struct sga_budget){
+    *j->budget = (struct sga_budget){
         .deadline = sga_now() + seconds - j->spent, .seconds = seconds,
         .max_generations = j->request->limits.generations,
         .max_memory = (size_t)fmin(megabytes * 0x1p20, memory),
@@ -85,7 +86,7 @@ static void set_budget(struct run *r)
         .exec = o->exec,
     };
     j->request->store.max_nodes = j->request->limits.nodes;
-    j->request->store.deadline = j->budget.deadline;
+    j->request->store.deadline = j->budget->deadline;
     j->request->store.seconds = seconds;
 }
 
@@ -94,9 +95,9 @@ static bool within_limits(struct job *j)
 {
     enum sga_code code = j->err->code;
     bool said = code == SGA_E_LIMIT_SECONDS || code == SGA_E_LIMIT_MEMORY || code == SGA_E_CANCELLED;
-    if (!said && !sga_budget_ok(&j->budget, NULL))
+    if (!said && !job_has_left(j))
         *j->err = (struct sga_error){ 0 };
-    return sga_budget_ok(&j->budget, j->err);
+    return job_goes_on(j);
 }
 
 /* After the reduction, and after the motion: it is that of the whole system. */
@@ -141,11 +142,12 @@ static bool run_text(struct run *r, const char *request, size_t length, bool tie
     j->request = &own;
     j->warnings = &warnings;
     j->clock = sga_zeros(&j->mem, 1, sizeof *j->clock);
+    j->budget = sga_zeros(&j->mem, 1, sizeof *j->budget);
     stage_begin(j->clock, STAGE_READ);
     j->request_text = request;
     j->request_length = length;
     set_budget(r);                 /* the service's; the request's own once it is read */
-    sga_watch_begin(&j->budget, r->options->wall ? wall : NULL, r);
+    sga_watch_begin(j->budget, r->options->wall ? wall : NULL, r);
     if (!request_read(&own, request, length, j->err)) {
         sga_watch_end();
         return false;

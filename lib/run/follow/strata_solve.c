@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "budget.h"
 #include "cases.h"
 #include "follow.h"
 #include "job_texts.h"
@@ -137,12 +138,15 @@ static bool reduce(struct job *j, double *near, double time)
 /* A job that shares the request (whose system is the stratum's) and its place among strata, and nothing else: its warnings are its own. */
 static struct job fresh(const struct job *j, struct sga_error *err)
 {
-    struct job own = { .request = j->request, .budget = j->budget, .host = j->host, .stages = j->stages, .strata = { .tree = j->strata.tree },
+    struct job own = { .request = j->request, .host = j->host, .stages = j->stages, .strata = { .tree = j->strata.tree },
                        .err = err, .stage = j->stage, .place = j->place };
     own.place.not_zero = NULL;
     own.place.not_zeros = 0;
     own.clock = sga_zeros(&own.mem, 1, sizeof *own.clock);
-    own.warnings = own.budget.warnings = sga_zeros(&own.mem, 1, sizeof *own.warnings);
+    own.warnings = sga_zeros(&own.mem, 1, sizeof *own.warnings);
+    own.budget = sga_zeros(&own.mem, 1, sizeof *own.budget);
+    *own.budget = *j->budget;
+    own.budget->warnings = own.warnings;
     return own;
 }
 
@@ -357,10 +361,10 @@ bool answer_strata_solve(struct job *j)
         bool is_case = s->part.wheres > 0;
         if (!is_case && j->place.inside >= DEPTH) {
             refuse(s, "strata inside each other", DEPTH);
-            sga_limit_met(&j->budget, SGA_LIMIT_STRATA_INSIDE);
+            sga_limit_met(j->budget, SGA_LIMIT_STRATA_INSIDE);
         } else if (is_case ? j->strata.tree->cases++ >= MOST_CASES : j->strata.tree->solved++ >= MOST) {
             refuse(s, is_case ? "cases of parameters" : "strata", is_case ? MOST_CASES : MOST);
-            sga_limit_met(&j->budget, is_case ? SGA_LIMIT_CASES_SOLVED : SGA_LIMIT_STRATA_SOLVED);
+            sga_limit_met(j->budget, is_case ? SGA_LIMIT_CASES_SOLVED : SGA_LIMIT_STRATA_SOLVED);
         } else {
             solve_one(j, s, number);
         }

@@ -7,6 +7,8 @@
 #include <string.h>
 
 #include "arena.h"
+#include "budget.h"
+#include "buf.h"
 #include "form.h"
 #include "mech.h"
 #include "mechanical_answer.h"
@@ -21,7 +23,7 @@
 
 static struct reduction_options options_of(const struct job *j)
 {
-    return (struct reduction_options){ .near = j->start.x, .near_time = j->start.time, .seed = SGA_SEED_FIBRE, .budget = &j->budget };
+    return (struct reduction_options){ .near = j->start.x, .near_time = j->start.time, .seed = SGA_SEED_FIBRE, .budget = j->budget };
 }
 
 /* More conditions than constraints: names for their multipliers, by the rule of the reader. */
@@ -115,7 +117,7 @@ bool answer_mechanical(struct job *j)
     stage_begin(j->clock, STAGE_MECHANICAL);
     if (!mech_fibre_find(f, &r->system, in, &options, j->err))
         return false;
-    if (f->W.verdict == SGA_INCONSISTENT)
+    if (f->W->verdict == SGA_INCONSISTENT)
         return true;
     int multipliers = r->system.variables - 2 * in->coordinates;
     if (f->conditions > multipliers)
@@ -138,7 +140,7 @@ bool answer_mechanical(struct job *j)
 static bool is_determined(const struct job *j)
 {
     const struct sga_solution *sol = j->solution;
-    int W = 2 * j->request->mechanical->coordinates - j->mechanical->fibre.W.constraints;
+    int W = 2 * j->request->mechanical->coordinates - j->mechanical->fibre.W->constraints;
     return sol->verdict != SGA_INCONSISTENT && sol->free_columns == 0 && j->request->system.variables - sol->constraints == W;
 }
 
@@ -147,7 +149,7 @@ bool answer_mechanical_motion(struct job *j)
     struct mechanical_answer *m = j->mechanical;
     unsigned want = j->request->want;
     stage_begin(j->clock, STAGE_MECHANICAL);
-    if (m->fibre.W.verdict == SGA_INCONSISTENT)
+    if (m->fibre.W->verdict == SGA_INCONSISTENT)
         return true;
     m->determined = is_determined(j);
     bool unique = j->solution->verdict == SGA_UNIQUE || j->solution->verdict == SGA_ISOLATED;
@@ -159,17 +161,17 @@ bool answer_mechanical_motion(struct job *j)
         mech_motion_of(&m->motion, &m->fibre, j->request->mechanical, j->solution->field + j->request->mechanical->coordinates);
     if (want & (REQUEST_VECTOR_FIELD | REQUEST_CONSTRAINTS | REQUEST_INDEX | REQUEST_STRUCTURE)) {
         struct reduction_options options = options_of(j);
-        struct sga_budget part = j->budget;      /* the search must not take the whole job's time */
+        struct sga_budget part = *j->budget;      /* the search must not take the whole job's time */
         double soon = sga_now() + (j->place.depth ? SGA_MOST_STRATUM_RANK_SECONDS : SGA_MOST_RANK_SECONDS);
         if (!part.deadline || part.deadline > soon)
             part.deadline = soon;
         options.budget = &part;
         mech_regularity_find(&m->regularity, &m->fibre, j->request->mechanical, &options);
         m->has_regularity = true;
-        if (!sga_budget_ok(&part, NULL) && sga_budget_ok(&j->budget, NULL))
-            sga_limit_met(&j->budget, j->place.depth ? SGA_LIMIT_STRATUM_RANK_SECONDS : SGA_LIMIT_RANK_SECONDS);
+        if (!sga_budget_ok(&part, NULL) && job_has_left(j))
+            sga_limit_met(j->budget, j->place.depth ? SGA_LIMIT_STRATUM_RANK_SECONDS : SGA_LIMIT_RANK_SECONDS);
     }
-    return sga_budget_ok(&j->budget, j->err);
+    return job_goes_on(j);
 }
 
 void answer_mechanical_clear(struct job *j)

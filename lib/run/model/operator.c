@@ -101,7 +101,7 @@ static bool transfer(struct job *j, struct operator_answer *a, const struct op_p
 bool answer_operator(struct job *j)
 {
     struct operator_answer *a = sga_calloc(1, sizeof *a);
-    struct op_limits limits = { .budget = &j->budget };
+    struct op_limits limits = { .budget = j->budget };
     struct op_popov weak = { 0 }, full = { 0 };
     struct ore_matrix P;
     stage_begin(j->clock, STAGE_OPERATOR);

@@ -34,7 +34,7 @@ static bool push(struct job *j, struct stratum *s, expr_id e)
             return true;
     if (!expr_print(&j->request->store, e, SGA_MOST_STRATUM_BYTES, &text)) {
         sga_buf_free(&text);
-        sga_limit_met(&j->budget, SGA_LIMIT_STRATUM_BYTES);
+        sga_limit_met(j->budget, SGA_LIMIT_STRATUM_BYTES);
         return false;
     }
     s->where = sga_realloc(s->where, (size_t)(s->wheres + 1) * sizeof *s->where);
@@ -119,7 +119,7 @@ bool strata_add_case(struct job *j, struct cases_part *part)
     for (int i = 0; i < as.part.wheres && ok; i++)
         ok = push(j, &as, as.part.where[i]);
     if (!ok) {
-        sga_limit_met(&j->budget, SGA_LIMIT_PARAMETER_CASES);
+        sga_limit_met(j->budget, SGA_LIMIT_PARAMETER_CASES);
         stratum_clear(&as);
         return false;
     }
@@ -156,7 +156,7 @@ static bool too_many(struct job *j, int variables, int *done)
 {
     bool large = variables > SGA_MOST_STRATA_OFF_VARIABLES, skip = large || (*done)++ >= SGA_MOST_STRATA_OFF;
     if (skip)
-        sga_limit_met(&j->budget, large ? SGA_LIMIT_STRATA_OFF_VARIABLES : SGA_LIMIT_STRATA_OFF);
+        sga_limit_met(j->budget, large ? SGA_LIMIT_STRATA_OFF_VARIABLES : SGA_LIMIT_STRATA_OFF);
     j->strata.skipped |= skip;
     return skip;
 }
@@ -234,7 +234,7 @@ static void consider(struct listing *l, expr_id factor, int before)
     unsigned f = expr_facts_of(l->facts, st, factor);
     struct stratum as = { .kind = "pivot" };
     bool number = !(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME | EXPR_HAS_PARAMETER));     /* 1 - cos(1e-90): decided already */
-    if (f & EXPR_NONZERO || number || !sga_budget_ok(&l->j->budget, l->j->err))
+    if (f & EXPR_NONZERO || number || !job_goes_on(l->j))
         return;
     if (!(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
         strata_condition(l, &factor, 1);
@@ -249,7 +249,7 @@ static void consider(struct listing *l, expr_id factor, int before)
 
 void strata_factors(struct listing *l, expr_id value, int before)
 {
-    struct poly_limits limits = poly_limits_of(POLY_MODEST, &l->j->budget);
+    struct poly_limits limits = poly_limits_of(POLY_MODEST, l->j->budget);
     struct poly_factors f;
     if (!strata_through(l, value, &limits, &f)) {
         consider(l, value, before);
@@ -286,7 +286,7 @@ static void list_strata(struct job *j)
     stage_begin(j->clock, STAGE_STRATA);
     expr_facts_init(&facts);
     expr_cone_init(&l.cone);
-    domain = (struct domain){ .system = &j->request->system, .facts = &facts, .cone = &l.cone, .budget = &j->budget };
+    domain = (struct domain){ .system = &j->request->system, .facts = &facts, .cone = &l.cone, .budget = j->budget };
     for (int i = 0; i < sol->conditions.count; i++)
         strata_condition(&l, sol->conditions.at[i].function, sol->conditions.at[i].functions);
     for (int i = 0; i < sol->others; i++)

@@ -75,11 +75,11 @@ static void consider(struct listing *l, expr_id factor, int before, int with, st
     int rank;
     bool solvable = false;
     unsigned f = expr_facts_of(l->facts, &j->request->store, factor);
-    if (f & EXPR_NONZERO || !(f & EXPR_HAS_VARIABLE) || !sga_budget_ok(&j->budget, j->err))
+    if (f & EXPR_NONZERO || !(f & EXPR_HAS_VARIABLE) || !job_goes_on(j))
         return;
     if (seen->count == MOST) {
         j->strata.skipped = true;
-        sga_limit_met(&j->budget, SGA_LIMIT_LOST_PARTS);
+        sga_limit_met(j->budget, SGA_LIMIT_LOST_PARTS);
         return;
     }
     if (again(seen, factor, before))
@@ -98,7 +98,7 @@ static void consider(struct listing *l, expr_id factor, int before, int with, st
 
 static void factors(struct listing *l, expr_id value, int g, struct seen *seen)
 {
-    struct poly_limits limits = poly_limits_of(POLY_MODEST, &l->j->budget);
+    struct poly_limits limits = poly_limits_of(POLY_MODEST, l->j->budget);
     struct poly_factors f;
     int before = up_to(l->j->solution, g - 1), with = up_to(l->j->solution, g);
     if (before == with || !poly_numerator_factors(&l->j->request->store, value, &limits, &f))
@@ -119,7 +119,7 @@ void strata_lost(struct listing *l)
             continue;
         if (l->j->request->system.variables > SGA_MOST_LOST_PARTS_VARIABLES) {
             l->j->strata.skipped = true;
-            sga_limit_met(&l->j->budget, SGA_LIMIT_LOST_PARTS_VARIABLES);
+            sga_limit_met(l->j->budget, SGA_LIMIT_LOST_PARTS_VARIABLES);
         } else
             factors(l, p->value, p->generation, &seen);
     }

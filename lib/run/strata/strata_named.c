@@ -9,7 +9,7 @@
 static const struct definitions *names(struct listing *l)
 {
     if (!l->names_known)
-        definitions_find(l->names, &l->j->request->system, DEFINITIONS_ALL, &l->j->budget);
+        definitions_find(l->names, &l->j->request->system, DEFINITIONS_ALL, l->j->budget);
     l->names_known = true;
     return l->names;
 }

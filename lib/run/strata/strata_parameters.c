@@ -58,7 +58,7 @@ void strata_condition(struct listing *l, const expr_id *function, int functions)
     struct job *j = l->j;
     struct cases found;
     const struct cases_part *above = j->place.part;
-    cases_of(&j->request->system, function, functions, above ? above->excluded : NULL, above ? above->excludeds : 0, &j->budget, &found);
+    cases_of(&j->request->system, function, functions, above ? above->excluded : NULL, above ? above->excludeds : 0, j->budget, &found);
     for (int i = 0; i < found.parts; i++)
         strata_join(l, found.part + i);
     l->cases->cut |= found.cut;
@@ -90,7 +90,7 @@ void strata_cases(struct listing *l)
     struct job *j = l->j;
     struct cases *c = l->cases;
     if (c->cut)
-        sga_limit_met(&j->budget, SGA_LIMIT_PARAMETER_CASES);
+        sga_limit_met(j->budget, SGA_LIMIT_PARAMETER_CASES);
     for (int i = 0; i < c->parts; i++) {
         struct cases_part *p = c->part + i;
         expr_id e = assumption(&j->request->store, p);

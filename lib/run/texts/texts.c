@@ -8,7 +8,6 @@
 #include <string.h>
 
 #include "arena.h"
-#include "budget.h"
 #include "form.h"
 #include "run_job.h"
 #include "job_texts.h"
@@ -72,7 +71,7 @@ static void keep_scales(struct display *d, const struct sheet *own, const struct
     j->texts->reduced = sga_zeros(&j->mem, (size_t)c + 1, sizeof *j->texts->reduced);
     for (int i = 0; i < c; i++) {
         struct sga_error before = d->st.error, kept = st->error;
-        struct poly_limits limits = poly_limits_of(POLY_READ, &j->budget);
+        struct poly_limits limits = poly_limits_of(POLY_READ, j->budget);
         expr_id e = s->scale[i] ? s->scale[i] : expr_int(&d->st, 1), root = s->root[i];
         j->texts->reduced[i] = s->reduced[i];
         display_values(d, &e, 1);
@@ -135,7 +134,7 @@ bool answer_texts(struct job *j)
     j->texts = sga_zeros(&j->mem, 1, sizeof *j->texts);
     expr_id *root = put_roots(j, &roots, &values);
     j->texts->has = j->request->store.nodes <= MOST_NODES && beautiful(j, root, roots, values);
-    if (!j->texts->has && sga_budget_ok(&j->budget, NULL))
+    if (!j->texts->has && job_has_left(j))
         j->texts->has = print(j, &j->request->store, root, roots);
     free(root);
     if (!j->texts->has)
@@ -145,7 +144,7 @@ bool answer_texts(struct job *j)
         *j->err = j->request->store.error;
         return false;
     }
-    return sga_budget_ok(&j->budget, j->err);
+    return job_goes_on(j);
 }
 
 void answer_texts_clear(struct job *j)

@@ -83,7 +83,7 @@ static int differentiation_index(struct job *j)
         return -1;
     if (j->request->system.square)
         return sol->generations;
-    return j->op ? -1 : structure_index(&j->request->system, sol, j->oracle, &j->budget);
+    return j->op ? -1 : structure_index(&j->request->system, sol, j->oracle, j->budget);
 }
 
 static void write_index(struct job *j, struct sga_json *w)
@@ -275,22 +275,22 @@ bool answer_write(struct job *j, struct sga_buf *out)
         sga_json_key(w, "structure");
         sga_json_object(w);
         sga_json_key(w, "kronecker");
-        sga_json_raw(w, j->kronecker.data, j->kronecker.len);
+        sga_json_raw(w, j->kronecker, strlen(j->kronecker));
         if (j->structure)
             answer_write_structure(j, w);
         sga_json_end_object(w);
     }
     if (j->kronecker_is_linear) {
         sga_json_key(w, "kronecker");
-        sga_json_raw(w, j->kronecker.data, j->kronecker.len);
+        sga_json_raw(w, j->kronecker, strlen(j->kronecker));
     }
     if (want & REQUEST_SYMMETRIES)
         answer_write_symmetries(j, w);
     if (j->initial)
         answer_write_initial(j, w);
-    if (j->sweep.len) {
+    if (j->sweep) {
         sga_json_key(w, "trajectories");
-        sga_json_raw(w, j->sweep.data, j->sweep.len);
+        sga_json_raw(w, j->sweep, strlen(j->sweep));
     }
     if (j->trajectory && !answer_write_trajectory(j, w))
         return false;

@@ -3,7 +3,9 @@
 
 #include "write.h"
 
+#include "buf.h"
 #include "form.h"
+#include "reduction.h"
 #include "run_job.h"
 #include "job_texts.h"
 #include "mechanical_answer.h"
@@ -28,7 +30,7 @@ static void write_point(const struct job *j, struct sga_json *w)
     sga_json_object(w);
     for (int i = 0; i < 2 * j->request->mechanical->coordinates; i++)
         sga_json_member_double(w, s->store->symbol[s->variable[i].symbol].name, r->point[i]);
-    if (j->mechanical->fibre.W.depends_on_time)
+    if (j->mechanical->fibre.W->depends_on_time)
         sga_json_member_double(w, s->store->symbol[s->time].name, r->t);
     sga_json_end_object(w);
     sga_json_member_bool(w, "certified", r->certified);
@@ -63,7 +65,7 @@ static void write_regularity(struct job *j, struct sga_json *w)
     sga_json_member_bool(w, "regular", m->determined && full);
     sga_json_key(w, "regularity");
     sga_json_object(w);
-    sga_json_member_int(w, "configuration", 2 * j->request->mechanical->coordinates - m->fibre.W.constraints);
+    sga_json_member_int(w, "configuration", 2 * j->request->mechanical->coordinates - m->fibre.W->constraints);
     sga_json_member_bool(w, "determined", m->determined);
     sga_json_member_int(w, "rank", m->fibre.conditions);
     sga_json_member_bool(w, "full_rank", full);
