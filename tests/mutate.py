@@ -74,8 +74,9 @@ def main():
     shutil.copytree(ROOT, tree, ignore=lambda at, names: [n for n in names if at == ROOT and (n.startswith("build") or n == ".git")])
     listed, tried, survived = list(sites(tree, folders)), 0, []
     for folder in folders:
-        if seen(tree, "build", folder) != "":
-            sys.exit(f"the right code fails tests of {folder}")
+        by = seen(tree, "build", folder)
+        if by != "":
+            sys.exit(f"the right code fails tests of {folder}: {by or 'it does not compile'}")
     while tried < count and listed:
         path, k, a, b, to = listed.pop(rng.randrange(len(listed)))
         with open(os.path.join(tree, path), encoding="utf-8") as f:
