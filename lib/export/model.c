@@ -1,12 +1,16 @@
 /* Texts to nodes. Names such as x'' are symbols of that name: the order reduction made variables of them. */
 #include "model.h"
 
+#include "budget.h"
 #include "derive.h"
 #include "parse.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+/* An export is made while a client waits: what an answer of many megabytes would need beyond these is refused. */
+enum { EXPORT_NODES = 4000000, EXPORT_SECONDS = 10 };
 
 static expr_id primed(void *ctx, int symbol, int order)
 {
@@ -134,6 +138,9 @@ bool export_model_read(struct export_model *m, const struct export_source *s, st
 {
     *m = (struct export_model){ .source = s };
     expr_store_init(&m->store);
+    m->store.max_nodes = EXPORT_NODES;
+    m->store.seconds = EXPORT_SECONDS;
+    m->store.deadline = sga_now() + EXPORT_SECONDS;
     m->symbol = sga_zeros(&m->memory, (size_t)(1 + s->variables + s->parameters + s->definitions), sizeof *m->symbol);
     if (!name_all(m, err) || !read_values(m, err) || !read_texts(m, err))
         return false;
