@@ -29,6 +29,12 @@ OWN = {
                                   "equations": ["x'' = -lam*x", "y'' = -lam*y - g", "x^2 + y^2 = L^2"]}},
     "another time": {"system": {"form": "equations", "variables": ["t", "u"], "time": "s", "equations": ["t' = u", "t = sin(s)/3"]}},
 }
+# Shared parts with names, and a parameter that a sweep varies.
+TURNS = "*".join(f"(2 + sin(x + {k}*y))" for k in range(1, 9))
+OWN["definitions"] = {"system": {"form": "equations", "variables": ["x", "y", "z"],
+                                 "equations": [f"x' = y + ({TURNS})*z", f"y' = ({TURNS})^2 - z*({TURNS})", f"z*({TURNS}) = x + ({TURNS})^3"]}}
+OWN["sweep"] = {**OWN["free parameter"], "sweep": [{"parameters": {"g": 1}}, {"parameters": {"g": 2}}], "trajectory": {"stop": 1, "initial": {"x": 1, "y": 0}}}
+OWN["sweep"]["system"] = {**OWN["sweep"]["system"], "parameters": {"g": "9.81", "L": "2"}}
 EXAMPLES = ("arm", "bead", "circuit", "pendulum", "sleigh", "sliding", "cawley", "ladder")
 
 
@@ -94,8 +100,8 @@ class Oracle:
         self.names = [v["name"] for v in result["variables"]]
         self.time = request["system"].get("time", "t")
         parameters = request["system"].get("parameters", {})
-        self.arguments = [k for k, v in parameters.items() if v is None]
-        self.fixed = {k: self.value_of(v) for k, v in parameters.items() if v is not None}
+        self.arguments = [k for k, v in parameters.items() if v is None or any(k in s.get("parameters", {}) for s in request.get("sweep", []))]
+        self.fixed = {k: self.value_of(v) for k, v in parameters.items() if k not in self.arguments}
         for d in result.get("definitions", []):
             self.graph.define(d["name"], d["expression"])
         self.constraints = [self.graph.parse(c["expression"]) for c in result["constraints"]]
