@@ -216,6 +216,22 @@ def one(tally, build, folder, name, request, rng):
         held.motion(result["trajectory"], rng)
 
 
+def no_number(tally, build, folder):
+    """Where a part has no value the field has none: C says NaN, Python raises."""
+    request = {"system": {"form": "equations", "variables": ["x", "y"], "equations": ["x' = min(log(x), 1) + max(2, sqrt(x))", "y' = max(x^y, 0)"]}}
+    path = os.path.join(folder, "none.json")
+    with open(path, "w", encoding="utf-8") as f:
+        json.dump(request, f)
+    c = CSource(folder, "none", code(build, path, "c").stdout, (2, 0, 0, 0))
+    dx = c.field(0.0, [-1.0, 0.5], [], [])
+    tally.check(all(v != v for v in dx), "C: no value where there is none", dx)
+    try:
+        said = python_source(folder, "none", code(build, path, "python").stdout).field(0.0, [-1.0, 0.5])
+    except ValueError:
+        said = None
+    tally.check(said is None, "Python: no value where there is none", said)
+
+
 def refusals(tally, build, folder):
     def refused(name, request, status, word):
         path = os.path.join(folder, "refused.json")
@@ -246,6 +262,7 @@ def main():
                 one(tally, build, folder, name, request, rng)
             except Exception as e:    # an error in one is one failure; the others go on
                 tally.check(False, name, f"{type(e).__name__}: {e}")
+        no_number(tally, build, folder)
         refusals(tally, build, folder)
     return tally.end()
 

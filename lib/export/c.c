@@ -44,7 +44,10 @@ static const char prototypes[] =
     " * The number of steps, or -1: it did not converge, and x is wherever it came to. */\n"
     "int sga_project(double t, double *x, const double *p, double tolerance, double *work);\n\n"
     "static inline double sga_sign(double a) { return a > 0 ? 1.0 : a < 0 ? -1.0 : a; }\n"
-    "static inline double sga_power(double a, double b) { return a < 0 ? sqrt(-1.0) : pow(a, b); }\n\n";
+    "static inline double sga_power(double a, double b) { return a < 0 ? sqrt(-1.0) : pow(a, b); }\n"
+    "/* Unlike fmin and fmax: where an argument is no number, neither is the result. */\n"
+    "static inline double sga_least(double a, double b) { return a < b ? a : b <= a ? b : a + b; }\n"
+    "static inline double sga_greatest(double a, double b) { return a > b ? a : b >= a ? b : a + b; }\n\n";
 
 static bool function(struct export_model *m, const char *head, const char *size, const char *array,
                      bool (*lines)(struct export_model *, enum export_language, struct sga_buf *, struct sga_error *), struct sga_buf *out, struct sga_error *err)
@@ -115,7 +118,8 @@ bool export_c(struct export_model *m, struct sga_buf *out, struct sga_error *err
         return false;
     sga_buf_puts(out, prototypes);
     bool ok = function(m, "void sga_constraints(double t, const double *x, const double *p, double *c)", NULL, "c", export_constraint_lines, out, err) &&
-              function(m, "void sga_jacobian(double t, const double *x, const double *p, double *J)", "SGA_CONSTRAINTS*SGA_VARIABLES", "J", export_jacobian_lines, out, err) &&
+              function(m, "void sga_jacobian(double t, const double *x, const double *p, double *J)",
+                       "SGA_CONSTRAINTS*SGA_VARIABLES", "J", export_jacobian_lines, out, err) &&
               function(m, "void sga_gauge_fields(double t, const double *x, const double *p, double *G)", "SGA_GAUGE*SGA_VARIABLES", "G", export_gauge_lines, out, err) &&
               function(m, "void sga_field(double t, const double *x, const double *f, const double *p, double *dx)", NULL, "f", export_field_lines, out, err);
     sga_buf_puts(out, projection);

@@ -23,8 +23,8 @@
     X(ATANH, BINDS_ALL, F("atanh"), BINDS_ALL, F("math.atanh")) X(EXP, BINDS_ALL, F("exp"), BINDS_ALL, F("math.exp")) \
     X(LOG, BINDS_ALL, F("log"), BINDS_ALL, F("math.log")) X(SQRT, BINDS_ALL, F("sqrt"), BINDS_ALL, F("math.sqrt")) \
     X(CBRT, BINDS_ALL, F("cbrt"), BINDS_ALL, F("_cbrt")) X(ABS, BINDS_ALL, F("fabs"), BINDS_ALL, F("abs")) \
-    X(SIGN, BINDS_ALL, F("sga_sign"), BINDS_ALL, F("_sign")) X(MIN, BINDS_ALL, G("fmin"), BINDS_ALL, G("min")) \
-    X(MAX, BINDS_ALL, G("fmax"), BINDS_ALL, G("max"))
+    X(SIGN, BINDS_ALL, F("sga_sign"), BINDS_ALL, F("_sign")) X(MIN, BINDS_ALL, G("sga_least"), BINDS_ALL, G("min")) \
+    X(MAX, BINDS_ALL, G("sga_greatest"), BINDS_ALL, G("max"))
 
 static const struct export_pattern patterns[EXPR_OP_COUNT][EXPORT_LANGUAGES] = {
 #define X(op, c_binds, c, python_binds, python) [EXPR_##op] = { [EXPORT_C] = { c_binds, c }, [EXPORT_PYTHON] = { python_binds, python } },

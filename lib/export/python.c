@@ -45,7 +45,7 @@ static bool head(struct export_model *m, struct sga_buf *out, struct sga_error *
         return false;
     sga_buf_puts(out, "\n\n"
                       "def _sign(a):\n    return math.copysign(1.0, a) if a else a\n\n\n"
-                      "def _power(a, b):\n    return math.pow(a, b) if a >= 0 else math.nan\n\n\n"
+                      "def _power(a, b):\n    if a < 0:\n        raise ValueError(\"a real power of a negative number\")\n    return math.pow(a, b)\n\n\n"
                       "def _cbrt(a):\n"
                       "    if a == 0 or not math.isfinite(a):\n        return a\n"
                       "    r = math.copysign(abs(a)**(1/3), a)\n    return r - (r - a/(r*r))/3\n\n\n");
