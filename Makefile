@@ -49,6 +49,7 @@ DEPS_sga     := exact points graph lin num poly sys expr base
 DEPS_sym     := sga exact points graph lin num poly sys expr base
 DEPS_graph   := base
 DEPS_plot    := base
+DEPS_export  := expr base
 DEPS_structure := sga exact graph points lin num poly sys expr base
 DEPS_ode     := lin base
 DEPS_enclose := num expr base
@@ -69,12 +70,12 @@ DEPS_run/write := run/tradeoff run/motion run/properties run/strata run/texts ru
 DEPS_run/sweep := run/write run/motion run/strata run/model run/job $(BELOW_run)
 DEPS_run/follow := run/sweep $(DEPS_run/write) run/write
 DEPS_run     := run/follow $(DEPS_run/follow)
-FLOORS := base exact plot graph expr sys lin pencil num poly operator form request points sga mech sym structure ode enclose traj run/job run/model run/slice run/texts run/strata run/properties run/motion run/tradeoff run/write run/sweep run/follow run face
+FLOORS := base exact plot graph expr export sys lin pencil num poly operator form request points sga mech sym structure ode enclose traj run/job run/model run/slice run/texts run/strata run/properties run/motion run/tradeoff run/write run/sweep run/follow run face
 
 # The floors of server/, in the same way; of the library they see the public face. main.c sees all of them.
 DEPS_tools     := base
 DEPS_settings  :=
-DEPS_formats   := tools plot base
+DEPS_formats   := tools plot export base
 DEPS_records   := tools base
 DEPS_store     := records tools base
 DEPS_child     := settings run base
@@ -82,12 +83,12 @@ DEPS_jobs      := child store records settings tools base
 DEPS_access    := jobs store records settings tools base
 DEPS_net       := settings
 DEPS_exchange  := child net access jobs store records settings tools run base
-DEPS_handlers  := formats exchange net access jobs store records settings tools run base
+DEPS_handlers  := formats export exchange net access jobs store records settings tools run base
 DEPS_http      := handlers exchange net access jobs store records settings tools base
 DEPS_admin     := access store records settings tools
 SERVER_FLOORS := tools settings formats records store child jobs access net exchange handlers http admin
 SERVER_DEPS := $(SERVER_FLOORS) run base
-CLIENT_DEPS := formats tools run plot base
+CLIENT_DEPS := formats tools run plot export base
 
 # Folders of server/ or lib/ as places that includes are looked for in.
 quote = $(foreach d,$(1),-iquote $(if $(filter $(d),$(SERVER_FLOORS)),server,lib)/$(d))
@@ -102,7 +103,7 @@ SERVER_SRC := server/main.c $(foreach f,$(SERVER_FLOORS),$(wildcard server/$(f)/
 SERVER_OBJ := $(SERVER_SRC:%.c=$(B)/%.o) $(B)/server/embedded.o $(B)/server/page_files.o
 # The client takes results apart with the daemon's JSON scanner, and writes problems as the
 # daemon does; it needs no JSON library. A tradeoff is shown by the same code too.
-CLIENT_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard clients/*.c)) $(addprefix $(B)/server/,tools/json_scan.o formats/tradeoff_view.o formats/view.o)
+CLIENT_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard clients/*.c)) $(addprefix $(B)/server/,tools/json_scan.o formats/code_view.o formats/tradeoff_view.o formats/view.o)
 
 .PHONY: all lib python shared install uninstall FORCE run test quick units lint coverage mutants unit bench kill-test many-test order-test soak-test fuzz fuzz-build clean deps check-deps
 all: $(B)/sgad $(B)/sga $(B)/libsga.a

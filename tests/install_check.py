@@ -170,7 +170,7 @@ class Installed:
     def completion(self):
         """What a shell offers, by the installed file and programs alone."""
         script = ('source "$1"; PATH=$2:$PATH; shift 2; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _sga; printf "%s\\n" "${COMPREPLY[@]}"')
-        for words, wanted, but in ((("sga", ""), {"solve", "top"}, {"token"}), (("sga", "solve", "--t"), {"--text", "--tradeoff-csv"}, {"--json"}),
+        for words, wanted, but in ((("sga", ""), {"solve", "code", "top"}, {"token"}), (("sga", "code", "--language", ""), {"c", "python"}, {"--text"}), (("sga", "solve", "--t"), {"--text", "--tradeoff-csv"}, {"--json"}),
                                    (("sgad", "--"), {"--listen", "--ui", "--config"}, {"--text"}), (("sgad", "--ui", ""), {"yes", "no"}, {"open"}),
                                    (("sgad", "token", "cr"), {"create"}, {"list"}), (("sga", "solve", "etc/examples/pen"), {"etc/examples/pendulum.json"}, {"etc/examples/arm.json"}),
                                    (("sga", "solve", "--zz"), {""}, {"--text"})):
