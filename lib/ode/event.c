@@ -1,6 +1,6 @@
 /* Events: places where a function of time and state passes 0, found on the dense output.
  *
- * In each step the functions are tabulated on the step's polynomial (table.c). A change
+ * In each step the functions are tabulated on the step's polynomial (table.c), at their extremes too (extremes.c). A change
  * of sign is located to the rounding of time. Between
  * three values of one sign with the least in the middle, the minimum is searched: deeper
  * than the error allowed makes beyond 0 it is two passages, within it a touch. */
@@ -117,7 +117,7 @@ static void dip(struct ode_march *m, int e, int i, struct track *k)
     /* what a parabola says; far from 0 it need not be looked at */
     double p = s - a, q = b - s, slope = ((g - ga) / p * q + (gb - g) / q * p) / (p + q);
     double curve = ((gb - g) / q - (g - ga) / p) / (p + q), reach = curve != 0 ? slope * slope / (4 * curve) : 0;
-    if (k->sign * (g - reach) > 0.5 * fabs(g))
+    if (k->sign * (g - reach) > 0.5 * fabs(g) && fabs(g) > 0.5 * fmin(fabs(ga), fabs(gb)))
         return;
     for (int r = 0; r < 80 && b - a > 1e-9 * (right - left); r++) {
         double u = b - s > s - a ? s + golden * (b - s) : s - golden * (s - a), gu = value_at(m, e, u);
@@ -169,6 +169,8 @@ static void scan(struct ode_march *m, int e)
             k->touched = false;
         if (!k->sign) {
             k->sign = fabs(v) > k->least ? (v > 0 ? 1 : -1) : 0;
+        } else if (i > 0 && !k->touched && v * k->sign < 0 && last * k->sign > 0 && after * k->sign > 0) {
+            dip(m, e, i, k);           /* its lowest place is a node */
         } else if (v * k->sign < 0) {
             /* the last value may be 0 itself, where it was a node */
             if (!k->touched)
@@ -233,6 +235,7 @@ enum ode_refusal ode_watch_step(struct ode_march *m, int *through)
     memcpy(w->next, w->now, (size_t)w->count * sizeof *w->now);
     w->places = 0;
     ode_table_fill(m, &w->table);
+    ode_table_monotone(m, &w->table);
     for (int e = 0; e < w->count; e++)
         scan(m, e);
     if (w->places)

@@ -153,10 +153,13 @@ bool ode_late_start(const struct ode_run *run, struct ode_start *late);
 
 /* table.c: functions along the present step, after dense_begin. */
 struct ode_table {
-    int count, nodes;
+    int count, nodes, room;
     double *theta, *value;     /* nodes; nodes x count */
     double *g, *x;             /* one of each: those of ode_table_at */
     double *low, *high;        /* ranges over the nodes */
+    double *turn;              /* extremes.c's: where functions turn */
+    size_t turn_room;
+    int turns;
     void (*function)(void *ctx, double t, const double *x, double *g);
 };
 void ode_table_init(struct ode_table *w, int count, int n, void (*function)(void *, double, const double *, double *));
@@ -165,6 +168,11 @@ void ode_table_clear(struct ode_table *w);
 double *ode_table_at(struct ode_march *m, struct ode_table *w, double theta);
 /* Nodes in equal distances, and one beside each end; the values at the ends are those of the states there. */
 void ode_table_fill(struct ode_march *m, struct ode_table *w);
+/* After that: nodes where any of the functions has an extreme inside the step, so that each is monotone between them as far as
+ * its values are known to rounding. Cost: some 20 evaluations, more where functions vary faster than polynomials of degree 16. */
+void ode_table_monotone(struct ode_march *m, struct ode_table *w);
+/* extremes.c: these places into w->turn, ascending; w->low and w->high are known. */
+void ode_table_turns(struct ode_march *m, struct ode_table *w);
 /* Where function e changes its sign between a and b, to the rounding of time. */
 double ode_table_root(struct ode_march *m, struct ode_table *w, int e, double a, double ga, double b, double gb);
 

@@ -1,0 +1,162 @@
+/* Where functions along a step turn: between neighbours of these places each of them is monotone, so that a change of sign
+ * or a touch of 0 cannot hide between nodes of a table, however close others are (products, clusters).
+ *
+ * Each function is interpolated in Chebyshev points; the step is halved where the coefficients do not fall to rounding. Zeros
+ * of the derivative are isolated by bounds: |c_0| above the sum of the others leaves no zero, the same of the second
+ * derivative one at the most (Boyd, Solving Transcendental Equations, SIAM 2014, chapters 2 and 3). */
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "march.h"
+#include "mem.h"
+
+enum { N = 16, HALVINGS = 6, SPLITS = 24 };     /* degree; of a step; of a piece: 1e-7 of it */
+#define PI 3.14159265358979323846
+#define NOISE (64 * DBL_EPSILON)                /* of the largest value: what coefficients fall to */
+
+struct piece { double a, b, c[N + 1]; };
+
+/* Coefficients from values at cos(pi k/N). */
+static void from_values(const double *v, double *c)
+{
+    for (int j = 0; j <= N; j++) {
+        double sum = 0;
+        for (int k = 0; k <= N; k++)
+            sum += v[k] * cos(PI * (j * k % (2 * N)) / N) * (k == 0 || k == N ? 0.5 : 1);
+        c[j] = sum * (j == 0 || j == N ? 1.0 : 2.0) / N;
+    }
+}
+
+/* Clenshaw's sum at u in [-1, 1]. */
+static double at(const double *c, double u)
+{
+    double b1 = 0, b2 = 0;
+    for (int j = N; j > 0; j--) {
+        double b = c[j] + 2 * u * b1 - b2;
+        b2 = b1;
+        b1 = b;
+    }
+    return c[0] + u * b1 - b2;
+}
+
+static void derivative(const double *c, double *d)
+{
+    d[N] = 0;
+    for (int j = N; j > 0; j--)
+        d[j - 1] = 2 * j * c[j] + (j + 1 <= N ? d[j + 1] : 0);
+    d[0] *= 0.5;
+}
+
+static double rest(const double *c)
+{
+    double sum = 0;
+    for (int j = 1; j <= N; j++)
+        sum += fabs(c[j]);
+    return sum;
+}
+
+static void add(struct ode_table *w, double theta)
+{
+    SGA_RESERVE(w->turn, w->turn_room, w->turns + 1);
+    w->turn[w->turns++] = theta;
+}
+
+static double bisect(const struct piece *p)
+{
+    double a = -1, b = 1;
+    bool up = at(p->c, 1) > 0;
+    for (int k = 0; k < 52; k++) {
+        double u = 0.5 * (a + b);
+        *((at(p->c, u) > 0) == up ? &b : &a) = u;
+    }
+    return p->a + 0.5 * (p->b - p->a) * (1 + b);
+}
+
+static void half(const struct piece *p, int side, struct piece *q)
+{
+    double v[N + 1], middle = 0.5 * (p->a + p->b);
+    for (int k = 0; k <= N; k++)
+        v[k] = at(p->c, 0.5 * (cos(PI * k / N) + side));
+    from_values(v, q->c);
+    q->a = side < 0 ? p->a : middle;
+    q->b = side < 0 ? middle : p->b;
+}
+
+/* Zeros of a derivative; what is below `noise` all over a piece is none. */
+static void isolate(struct ode_table *w, const struct piece *first, double noise)
+{
+    struct { struct piece p; int depth; } stack[SPLITS + 2];
+    int count = 1;
+    stack[0].p = *first;
+    stack[0].depth = 0;
+    while (count > 0) {
+        struct piece p = stack[--count].p;
+        int depth = stack[count].depth;
+        double d[N + 1], others = rest(p.c);
+        if (fabs(p.c[0]) > others || fabs(p.c[0]) + others <= noise)
+            continue;
+        derivative(p.c, d);
+        if (fabs(d[0]) > rest(d)) {
+            if (at(p.c, -1) * at(p.c, 1) <= 0)
+                add(w, bisect(&p));
+        } else if (depth == SPLITS) {
+            add(w, 0.5 * (p.a + p.b));
+        } else {
+            for (int side = 1; side >= -1; side -= 2, count++) {
+                half(&p, side, &stack[count].p);
+                stack[count].depth = depth + 1;
+            }
+        }
+    }
+}
+
+/* Every function over [a, b]; false: some is not resolved there. */
+static bool look(struct ode_march *m, struct ode_table *w, double a, double b, bool last)
+{
+    double *v = sga_malloc((N + 1) * (size_t)w->count * sizeof *v);
+    bool resolved = true;
+    int before = w->turns;
+    for (int k = 0; k <= N; k++) {
+        const double *g = ode_table_at(m, w, a + 0.5 * (b - a) * (1 + cos(PI * k / N)));
+        for (int e = 0; e < w->count; e++)
+            v[e * (N + 1) + k] = g[e];
+    }
+    for (int e = 0; e < w->count && resolved; e++) {
+        struct piece p = { .a = a, .b = b }, slope = p;
+        double noise = NOISE * fmax(fabs(w->low[e]), fabs(w->high[e]));
+        from_values(v + e * (N + 1), p.c);
+        if (!isfinite(fabs(p.c[0]) + rest(p.c)))
+            continue;
+        resolved = last || fabs(p.c[N]) + fabs(p.c[N - 1]) + fabs(p.c[N - 2]) <= noise;
+        derivative(p.c, slope.c);
+        if (resolved)
+            isolate(w, &slope, N * noise);
+    }
+    if (!resolved)
+        w->turns = before;
+    free(v);
+    return resolved;
+}
+
+static int ascending(const void *a, const void *b)
+{
+    const double *p = a, *q = b;
+    return (*p > *q) - (*p < *q);
+}
+
+void ode_table_turns(struct ode_march *m, struct ode_table *w)
+{
+    double a = 0, width = 1;
+    w->turns = 0;
+    while (a < 1) {
+        while (!look(m, w, a, a + width, width <= ldexp(1, -HALVINGS)))
+            width *= 0.5;
+        a += width;
+        while (width < 1 && fmod(a, 2 * width) == 0)       /* as wide again as the halves before were */
+            width *= 2;
+    }
+    if (w->turns)
+        qsort(w->turn, (size_t)w->turns, sizeof *w->turn, ascending);
+}
