@@ -14,6 +14,7 @@
 
 enum { FIRST_PARTS = 8, MOST_PARTS = SGA_MOST_TABLE_PARTS, PROBES = 11 };
 #define RESOLVED 1e-3          /* of the range: how well values between nodes are predicted */
+#define SAME 1e-7              /* of a step: extremes of several functions at one place make one node */
 #define EDGE 1e-3              /* of a part: nodes beside the ends, for the slopes there */
 
 void ode_table_init(struct ode_table *w, int count, int n, void (*function)(void *, double, const double *, double *))
@@ -153,7 +154,7 @@ void ode_table_monotone(struct ode_march *m, struct ode_table *w)
         double theta = w->turn[k];
         while (at < w->nodes - 1 && w->theta[at] < theta)
             at++;
-        if (theta > w->theta[at - 1] && theta < w->theta[at] && w->theta[at - 1] > 0 && w->theta[at] < 1)
+        if (theta - w->theta[at - 1] > SAME && w->theta[at] - theta > SAME && w->theta[at - 1] > 0 && w->theta[at] < 1)
             insert(m, w, at, theta);
     }
 }
