@@ -74,7 +74,6 @@ void field_keep_sides(struct field *f, double t, const double *x)
     sga_copy(f->home + f->n, f->pivot_side, f->pivots);
     sga_copy(f->home + f->n + f->pivots, f->pole_side, f->poles);
     f->home_t = t;
-    f->lost_pivot = f->lost_pole = -1;
 }
 
 void field_forget_trial(struct field *f)
