@@ -10,9 +10,11 @@
 
 #include "arb_ends.h"
 #include "arena.h"
+#include "ball.h"
 #include "derive.h"
 #include "form.h"
 #include "mem.h"
+#include "points.h"
 #include "signal.h"
 
 /* H row by row as expressions. */

@@ -1,6 +1,5 @@
 /* Before the first stage. */
 #include "guess.h"
-#include "mem.h"
 #include "request.h"
 #include "stage_list.h"
 #include "system.h"

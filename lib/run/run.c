@@ -11,6 +11,7 @@
 #include "reduction.h"
 #include "request.h"
 #include "slice.h"
+#include "stage_clock.h"
 #include "stage_list.h"
 #include "warnings.h"
 #include "watch.h"
@@ -29,14 +30,10 @@ void sga_init(void)
     request_init();
 }
 
-/* What checking may take; a request that needs more is judged where it runs. */
-static const double CHECK_SECONDS = 1;
-enum { CHECK_NODES = 2000000 };
-
 bool sga_canonical(const char *request, size_t length, struct sga_buf *out, struct sga_error *err)
 {
     struct request r;
-    struct request_bounds bounds = { .seconds = CHECK_SECONDS, .nodes = CHECK_NODES };
+    struct request_bounds bounds = { .seconds = REQUEST_CHECK_SECONDS, .nodes = REQUEST_CHECK_NODES };
     struct sga_error own = { 0 };
     err = err ? err : &own;
     if (request_read_within(&r, request, length, &bounds, err))
@@ -143,7 +140,8 @@ static bool run_text(struct run *r, const char *request, size_t length, bool tie
     struct job *j = &r->job;
     j->request = &own;
     j->warnings = &warnings;
-    stage_begin(&j->clock, STAGE_READ);
+    j->clock = sga_zeros(&j->mem, 1, sizeof *j->clock);
+    stage_begin(j->clock, STAGE_READ);
     j->request_text = request;
     j->request_length = length;
     set_budget(r);                 /* the service's; the request's own once it is read */

@@ -7,6 +7,7 @@
 #include "derive.h"
 #include "mem.h"
 #include "oracle.h"
+#include "points.h"
 #include "system.h"
 
 /* Whether the node's branch changes at the point: a derivative by one side of it says nothing. */

@@ -7,6 +7,7 @@
 
 #include "mem.h"
 #include "points.h"
+#include "points_random.h"
 #include "seeds.h"
 #include "tiers.h"
 #include "watch.h"

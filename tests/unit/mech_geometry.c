@@ -4,10 +4,12 @@
 #include <string.h>
 
 #include "budget.h"
+#include "ball.h"
 #include "check.h"
 #include "form.h"
 #include "mech.h"
 #include "parse.h"
+#include "points.h"
 
 static struct expr_store st;
 static struct sys_system s;

@@ -10,9 +10,11 @@
 #include "integrate.h"
 #include "mem.h"
 #include "oracle.h"
+#include "points.h"
 #include "reduction.h"
 #include "request.h"
 #include "seeds.h"
+#include "stage_clock.h"
 #include "sweep.h"
 #include "system.h"
 #include "tradeoff.h"
@@ -89,7 +91,7 @@ static bool start(struct job *j, const struct sga_solution *solution, struct tra
 
 static bool run(struct job *j, const struct sga_solution *solution, struct points_oracle *oracle, struct traj_request *r)
 {
-    stage_begin(&j->clock, STAGE_INITIAL);
+    stage_begin(j->clock, STAGE_INITIAL);
     answer_integrals(j, solution, oracle, r);
     r->on = oracle->reals && oracle->real[0].variables == j->request->system.variables ? oracle->real[0].x : NULL;
     if (j->request->want & REQUEST_CONSISTENT_INITIAL) {
@@ -100,7 +102,7 @@ static bool run(struct job *j, const struct sga_solution *solution, struct point
     if (j->request->want & REQUEST_TRAJECTORY && j->request->sweeps)
         return answer_sweep(j, solution, r);
     if (j->request->want & REQUEST_TRAJECTORY) {
-        stage_begin(&j->clock, STAGE_TRAJECTORY);
+        stage_begin(j->clock, STAGE_TRAJECTORY);
         if (!integrate(j, solution, r))
             return false;
     }

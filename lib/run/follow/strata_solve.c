@@ -17,6 +17,7 @@
 #include "reduce.h"
 #include "reduction.h"
 #include "request.h"
+#include "stage_clock.h"
 #include "strata.h"
 #include "strata_case.h"
 #include "stratum.h"
@@ -140,6 +141,7 @@ static struct job fresh(const struct job *j, struct sga_error *err)
                        .err = err, .stage = j->stage, .place = j->place };
     own.place.not_zero = NULL;
     own.place.not_zeros = 0;
+    own.clock = sga_zeros(&own.mem, 1, sizeof *own.clock);
     own.warnings = own.budget.warnings = sga_zeros(&own.mem, 1, sizeof *own.warnings);
     return own;
 }
@@ -230,11 +232,11 @@ bool strata_mechanical(struct job *j, struct sga_error *err)
 {
     const struct sys_system *sys = &j->request->system;
     struct expr_store *st = &j->request->store;
-    if (!j->request->has_mechanical)
+    if (!j->request->mechanical)
         return true;
     SGA_ARENA(mem);
     unsigned char *multiplier = sga_zeros(&mem, (size_t)st->symbols + 1, 1);
-    for (int k = 2 * j->request->mechanical.coordinates; k < sys->variables; k++)
+    for (int k = 2 * j->request->mechanical->coordinates; k < sys->variables; k++)
         multiplier[sys->variable[k].symbol] = 1;
     bool of_multipliers = false;
     struct expr_cone cone;
@@ -251,7 +253,7 @@ bool strata_mechanical(struct job *j, struct sga_error *err)
 
 bool strata_enter(struct job *j, struct stratum *s, struct strata_frame *f, struct sga_error *err)
 {
-    if (!strata_case_make(&f->part, &j->request->system, j->request->has_mechanical ? &j->request->mechanical : NULL, s, err))
+    if (!strata_case_make(&f->part, &j->request->system, j->request->mechanical, s, err))
         return false;
     assert(j->place.inside <= j->place.depth && (!j->place.is_case || j->place.part));
     f->keep = *j;
@@ -265,7 +267,7 @@ bool strata_enter(struct job *j, struct stratum *s, struct strata_frame *f, stru
     f->request = *j->request;
     j->request->system = f->part.system;
     if (f->part.mechanical.mass)
-        j->request->mechanical = f->part.mechanical;
+        j->request->mechanical = &f->part.mechanical;
     j->request->name = NULL;
     return true;
 }
@@ -336,7 +338,7 @@ bool answer_strata_solve(struct job *j)
     bool top = !j->strata.tree;
     if (!j->request->strata || !texts_written(j))
         return true;
-    stage_begin(&j->clock, STAGE_STRATA);
+    stage_begin(j->clock, STAGE_STRATA);
     if (top) {
         j->strata.tree = &own;
         own.restrictions = j->request->system.restrictions;

@@ -11,7 +11,6 @@
 #include "budget.h"
 #include "buf.h"
 #include "expr.h"
-#include "stage_clock.h"
 
 struct cases_part;
 struct form_tangent;
@@ -59,7 +58,7 @@ struct job {
     struct sga_budget budget;
     struct sga_warnings *warnings;   /* the budget points to it: of this answer, not of its strata; or NULL */
     struct sga_arena mem;         /* what stages keep, until the job is cleared */
-    struct stage_clock clock;
+    struct stage_clock *clock;    /* in mem: of this answer, not of its strata */
     double spent;                 /* seconds of the time granted, before */
     const char *stage;            /* the last that was begun */
     struct sga_error *err;

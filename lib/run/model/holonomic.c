@@ -11,7 +11,6 @@
 #include "derive.h"
 #include "echelon.h"
 #include "facts.h"
-#include "mem.h"
 #include "oracle.h"
 #include "reduce.h"
 #include "reduction.h"

@@ -6,7 +6,6 @@
 
 #include "form.h"
 #include "oracle.h"
-#include "points.h"
 #include "poly.h"
 #include "reduce.h"
 #include "request.h"

@@ -11,12 +11,13 @@
 #include "arena.h"
 #include "derive.h"
 #include "facts.h"
-#include "mem.h"
+#include "points_random.h"
 #include "properties.h"
 #include "reduction.h"
 #include "request.h"
 #include "seeds.h"
 #include "set_points.h"
+#include "stage_clock.h"
 #include "system.h"
 #include "warnings.h"
 
@@ -174,7 +175,7 @@ static void find_signs(struct job *j)
     if (!sys->parameters || sys->parameters > MOST_PARAMETERS || sys->variables > MOST_VARIABLES
         || j->solution->verdict == SGA_INCONSISTENT || !has_parameter(j) || has_points_always(j))
         return;
-    stage_begin(&j->clock, STAGE_SIGNS);
+    stage_begin(j->clock, STAGE_SIGNS);
     if (draw(j, &d) && d.missed)
         write_draws(j, &d);
 }

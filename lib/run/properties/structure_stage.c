@@ -5,13 +5,13 @@
 
 #include "run_job.h"
 #include "kronecker.h"
-#include "mem.h"
 #include "request.h"
+#include "stage_clock.h"
 #include "structure.h"
 
 bool answer_structure(struct job *j)
 {
-    stage_begin(&j->clock, STAGE_STRUCTURE);
+    stage_begin(j->clock, STAGE_STRUCTURE);
     j->structure = sga_zeros(&j->mem, 1, sizeof *j->structure);
     return structure_find(&j->request->system, j->solution, j->oracle, &j->budget, j->structure, j->err);
 }

@@ -14,6 +14,7 @@
 #include "properties.h"
 #include "reduction.h"
 #include "request.h"
+#include "stage_clock.h"
 #include "sym.h"
 #include "system.h"
 #include "warnings.h"
@@ -125,7 +126,7 @@ bool answer_symmetries(struct job *j)
     j->symmetries = sga_zeros(&j->mem, 1, sizeof *j->symmetries);      /* empty where nothing can be said */
     if (!(j->request->want & REQUEST_SYMMETRIES) || j->solution->verdict == SGA_INCONSISTENT || j->request->op.open_sources)
         return true;
-    stage_begin(&j->clock, STAGE_SYMMETRIES);
+    stage_begin(j->clock, STAGE_SYMMETRIES);
     struct sym_request request = {
         .tensor = is_tensor(j), .has_search = s->has_search,
         .search = { .degree = s->degree, .integral_degree = s->integral_degree,

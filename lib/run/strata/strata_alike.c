@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cases.h"
 #include "job_texts.h"
 #include "mem.h"
 #include "oracle.h"
@@ -15,6 +16,7 @@
 #include "run_job.h"
 #include "seeds.h"
 #include "strata_case.h"
+#include "stratum.h"
 #include "texts.h"
 
 /* Whether everything that is printed has a value at the part: read from the texts, as their divisors are not those of the reduction. */
@@ -91,7 +93,7 @@ static void descend(struct listing *l, const struct cases_part *part, const stru
         for (int k = 0; k < found.parts; k++)
             if (composed(j, part, found.part + k))
                 strata_join(l, found.part + k);
-        l->cases.cut |= found.cut;
+        l->cases->cut |= found.cut;
         cases_clear(&found);
     }
 }
@@ -124,13 +126,13 @@ void strata_alike(struct listing *l)
 {
     enum { MOST = 200, MOST_VARIABLES = 60 };      /* past which a reduction for each would cost too much: all of them are listed */
     struct job *j = l->j;
-    if (!j->request->strata || j->request->has_mechanical || j->start.x || j->request->system.variables > MOST_VARIABLES)
+    if (!j->request->strata || j->request->mechanical || j->start.x || j->request->system.variables > MOST_VARIABLES)
         return;
     struct cases kept = { .part = NULL };
-    for (int tries = 0; l->cases.parts && sga_budget_ok(&j->budget, NULL) && tries < MOST; tries++) {
-        struct cases_part part = l->cases.part[0];
-        l->cases.parts--;
-        memmove(l->cases.part, l->cases.part + 1, (size_t)l->cases.parts * sizeof part);
+    for (int tries = 0; l->cases->parts && sga_budget_ok(&j->budget, NULL) && tries < MOST; tries++) {
+        struct cases_part part = l->cases->part[0];
+        l->cases->parts--;
+        memmove(l->cases->part, l->cases->part + 1, (size_t)l->cases->parts * sizeof part);
         if (alike(l, &part)) {
             cases_part_clear(&part);
             continue;

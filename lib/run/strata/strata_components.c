@@ -14,6 +14,7 @@
 #include "request.h"
 #include "run_job.h"
 #include "sides.h"
+#include "stratum.h"
 
 enum { STARTS = 5, MORE_STARTS = 16 };
 

@@ -12,6 +12,8 @@
 #include "poly.h"
 #include "reduction.h"
 #include "request.h"
+#include "stratum.h"
+#include "warnings.h"
 
 /* Minors of subsets: 2^r of them. A start of a search costs up to 60 r^3 operations on balls, which
  * bounds how many there are. */

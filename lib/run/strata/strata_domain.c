@@ -5,11 +5,15 @@
 #include <stdlib.h>
 
 #include "arena.h"
+#include "domain.h"
+#include "facts.h"
+#include "points.h"
+#include "reduction.h"
 #include "run_job.h"
 #include "mem.h"
 #include "poly.h"
-#include "reduction.h"
 #include "request.h"
+#include "stratum.h"
 
 /* The functions that were considered, or that are to be. */
 struct looked { expr_id *factor; int count; size_t cap; };
@@ -33,7 +37,7 @@ static void consider(struct listing *l, expr_id factor, struct looked *looked)
     struct job *j = l->j;
     struct points_point p;
     int rank;
-    unsigned f = expr_facts_of(&l->facts, &j->request->store, factor);
+    unsigned f = expr_facts_of(l->facts, &j->request->store, factor);
     if (f & EXPR_NONZERO || !(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)) || again(looked, factor) || !sga_budget_ok(&j->budget, j->err))
         return;
     keep(looked, factor);

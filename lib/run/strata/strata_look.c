@@ -10,13 +10,13 @@
 #include "derive.h"
 #include "differentials.h"
 #include "lin_dense.h"
-#include "mem.h"
 #include "oracle.h"
 #include "reduction.h"
 #include "request.h"
 #include "run_job.h"
 #include "set_points.h"
 #include "strata_case.h"
+#include "warnings.h"
 
 enum { LEAST_STEPS = 30, NEAR_STARTS = 8, FAR_STARTS = 12 };
 /* How far from a guess to begin. */

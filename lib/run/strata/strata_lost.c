@@ -8,12 +8,14 @@
 
 #include <stdlib.h>
 
+#include "facts.h"
 #include "run_job.h"
 #include "mem.h"
 #include "poly.h"
 #include "reduction.h"
 #include "request.h"
 #include "sides.h"
+#include "stratum.h"
 
 enum { MOST = SGA_MOST_LOST_PARTS };
 
@@ -72,7 +74,7 @@ static void consider(struct listing *l, expr_id factor, int before, int with, st
     struct points_point p;
     int rank;
     bool solvable = false;
-    unsigned f = expr_facts_of(&l->facts, &j->request->store, factor);
+    unsigned f = expr_facts_of(l->facts, &j->request->store, factor);
     if (f & EXPR_NONZERO || !(f & EXPR_HAS_VARIABLE) || !sga_budget_ok(&j->budget, j->err))
         return;
     if (seen->count == MOST) {

@@ -8,8 +8,11 @@
 #include <string.h>
 
 #include "arena.h"
+#include "domain.h"
+#include "facts.h"
 #include "mem.h"
 #include "oracle.h"
+#include "points.h"
 #include "poly.h"
 #include "print.h"
 #include "reduction.h"
@@ -17,6 +20,8 @@
 #include "run_job.h"
 #include "seeds.h"
 #include "strata_case.h"
+#include "stratum.h"
+#include "warnings.h"
 
 static void keep_point(struct stratum *as, const double *x, int n, double t, bool certified)
 {
@@ -112,7 +117,7 @@ static int telling(struct listing *l, const struct poly_factor *q, expr_id *e)
     struct job *j = l->j;
     int count = 0;
     for (int k = 0; k < q->radicals; k++) {
-        unsigned f = expr_facts_of(&l->facts, &j->request->store, q->radical[k]);
+        unsigned f = expr_facts_of(l->facts, &j->request->store, q->radical[k]);
         if (f & EXPR_NONZERO || !(f & EXPR_HAS_VARIABLE))
             return 0;
         if (!j->oracle->reals || points_oracle_zero(j->oracle, q->radical[k]).truth != POINTS_ZERO)
@@ -125,7 +130,7 @@ static bool sum_of_squares(struct listing *l, const struct poly_factor *q, int b
 {
     struct job *j = l->j;
     struct stratum as = { .kind = "pivot" };
-    if (domain_leaves_out(&l->domain, expr_int(&j->request->store, 1), q->radical, q->radicals, q->radicals))
+    if (domain_leaves_out(l->domain, expr_int(&j->request->store, 1), q->radical, q->radicals, q->radicals))
         return true;       /* the equations have no value there; what the pivot itself divides by does not matter */
     SGA_ARENA(mem);
     expr_id *e = sga_take(&mem, (size_t)(q->radicals + 1) * sizeof *e);

@@ -132,7 +132,7 @@ bool answer_sweep(struct job *j, const struct sga_solution *s, const struct traj
     assert(j->request->sweeps > 0 && !j->trajectory);
     if (!one_for_all(j, s))
         return false;
-    stage_begin(&j->clock, STAGE_TRAJECTORY);
+    stage_begin(j->clock, STAGE_TRAJECTORY);
     bool ok = true;
     int moved = 0;
     struct traj_result result;               /* of one after the other */

@@ -8,16 +8,17 @@
 #include <string.h>
 
 #include "arena.h"
+#include "form.h"
 #include "job_texts.h"
 #include "mechanical_answer.h"
 #include "mem.h"
-#include "oracle.h"
 #include "parse.h"
 #include "print.h"
 #include "reduction.h"
 #include "request.h"
 #include "seeds.h"
 #include "set_points.h"
+#include "stage_clock.h"
 #include "system.h"
 #include "texts.h"
 #include "witness.h"
@@ -125,10 +126,10 @@ static const double *witness_near(const struct job *j)
 /* Acceleration and reaction as printed against the formulas, at a point of W. */
 static bool check_motion(struct job *j, struct readback *b)
 {
-    assert(j->mechanical->has_motion && j->mechanical->first_root + 4 * j->request->mechanical.coordinates <= j->texts->names.roots);
+    assert(j->mechanical->has_motion && j->mechanical->first_root + 4 * j->request->mechanical->coordinates <= j->texts->names.roots);
     struct mechanical_answer *m = j->mechanical;
     struct expr_store *st = &j->request->store;
-    int n = j->request->mechanical.coordinates;
+    int n = j->request->mechanical->coordinates;
     const expr_id *part[4] = { m->motion.total, m->motion.tangent, m->motion.orthogonal, m->motion.reaction };
     struct num_ball *here = &m->fibre.oracle.real[0].ball, there;
     bool ok = true;
@@ -265,7 +266,7 @@ static bool check_contradiction(struct job *j)
 bool answer_witness(struct job *j)
 {
     assert(j->solution && j->oracle);         /* the reduction comes before its witness */
-    stage_begin(&j->clock, STAGE_WITNESS);
+    stage_begin(j->clock, STAGE_WITNESS);
     answer_witness_clear(j);
     j->witness = sga_zeros(&j->mem, 1, sizeof *j->witness);
     bool ok = j->solution->verdict == SGA_INCONSISTENT ? check_contradiction(j) : texts_written(j) ? check_texts(j) : check_handles(j);

@@ -7,7 +7,6 @@
 
 #include "arena.h"
 #include "budget.h"
-#include "facts.h"
 #include "mem.h"
 #include "oracle.h"
 #include "poly.h"
@@ -15,6 +14,7 @@
 #include "reduction.h"
 #include "request.h"
 #include "run_job.h"
+#include "stage_clock.h"
 #include "system.h"
 
 /* Larger systems are shown with numbers: the second reduction should cost no more than is gained. */
@@ -25,7 +25,7 @@ static const double LEAST_SECONDS = 0.5, TIMES = 3, PART_OF_LEFT = 0.25;
 static struct sga_budget own_budget(const struct job *j)
 {
     struct sga_budget b = j->budget;
-    double now = sga_now(), seconds = LEAST_SECONDS + TIMES * j->clock.seconds[STAGE_REDUCTION];
+    double now = sga_now(), seconds = LEAST_SECONDS + TIMES * j->clock->seconds[STAGE_REDUCTION];
     if (b.deadline)
         seconds = fmin(seconds, PART_OF_LEFT * (b.deadline - now));
     b.deadline = now + fmax(seconds, 0);
@@ -193,8 +193,11 @@ bool display_by_name(struct display *d, const struct sheet *own, struct sheet *b
         return false;
     struct request again;
     struct job n = { .err = &ignored, .stage = "texts", .budget = own_budget(j), .request = &again, .start = { .x = j->start.x, .time = j->start.time } };
-    if (!request_read_named(n.request, j->request_text, j->request_length, MOST_NODES))
+    n.clock = sga_zeros(&n.mem, 1, sizeof *n.clock);
+    if (!request_read_named(n.request, j->request_text, j->request_length, MOST_NODES)) {
+        sga_arena_end(&n.mem);
         return false;
+    }
     n.request->want = REQUEST_VECTOR_FIELD | REQUEST_GAUGE;
     bool ok = has_names(j, n.request) && same_variables(j, &n);
     n.start.parameter = values_near(j, &n.request->system, &n.mem);

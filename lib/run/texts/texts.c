@@ -9,6 +9,7 @@
 
 #include "arena.h"
 #include "budget.h"
+#include "form.h"
 #include "run_job.h"
 #include "job_texts.h"
 #include "mechanical_answer.h"
@@ -34,7 +35,7 @@ static expr_id *put_roots(struct job *j, int *count, int *values)
     bool field = sol->field && want & (REQUEST_VECTOR_FIELD | REQUEST_GAUGE), gauge = field && sol->gauge && want & REQUEST_GAUGE;
     int roots = c + (field ? n : 0) + (gauge ? n * sol->free_columns : 0);
     struct mechanical_answer *mech = j->mechanical && j->mechanical->has_motion ? j->mechanical : NULL;
-    int parts = mech ? j->request->mechanical.coordinates : 0;
+    int parts = mech ? j->request->mechanical->coordinates : 0;
     expr_id *root = sga_malloc((size_t)(roots + 4 * parts + 1) * sizeof *root);
     for (int i = 0; i < c; i++)
         root[i] = sol->constraint[i].expr;
@@ -128,7 +129,7 @@ bool answer_texts(struct job *j)
 {
     if (!(j->request->want & (REQUEST_CONSTRAINTS | REQUEST_VECTOR_FIELD | REQUEST_GAUGE)))
         return true;
-    stage_begin(&j->clock, STAGE_TEXTS);
+    stage_begin(j->clock, STAGE_TEXTS);
     int roots, values;
     answer_texts_clear(j);
     j->texts = sga_zeros(&j->mem, 1, sizeof *j->texts);

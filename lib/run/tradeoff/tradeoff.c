@@ -42,7 +42,7 @@ bool answer_tradeoff(struct job *j, const struct sga_solution *solution, const s
 {
     const struct request_accuracy *a = &j->request->accuracy;
     double begin = sga_now(), left = j->budget.deadline ? j->budget.deadline - begin : 30;
-    stage_begin(&j->clock, STAGE_TRADEOFF);
+    stage_begin(j->clock, STAGE_TRADEOFF);
     struct tradeoff *t = sga_calloc(1, sizeof *t);
     struct tradeoff_run u = { .j = j, .solution = solution, .request = *request, .t = t,
                               .end = begin + PART * left };

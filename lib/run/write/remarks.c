@@ -6,7 +6,7 @@
 
 #include "mechanical_answer.h"
 #include "mem.h"
-#include "oracle.h"
+#include "points.h"
 #include "reduction.h"
 #include "request.h"
 #include "run_job.h"
@@ -58,7 +58,7 @@ static unsigned char *in_equations(const struct sys_system *sys)
 static void unused_variables(struct job *j)
 {
     const struct sys_system *sys = &j->request->system;
-    if (j->request->hamiltonian || j->request->has_mechanical || j->request->op.has || !sys->rows)
+    if (j->request->hamiltonian || j->request->mechanical || j->request->op.has || !sys->rows)
         return;      /* rows that are made later, or have all of them */
     unsigned char *in = in_equations(sys);
     for (int k = 0; k < sys->variables; k++)
@@ -100,8 +100,8 @@ static void free_names(const struct job *j, struct sga_buf *out)
     and_more(out, count);
 }
 
-/* Equations and unknowns as they were given: derivatives of the order reduction have an equation each, and are not counted. */
-static void count_given(const struct job *j, int *equations, int *unknowns)
+/* Derivatives of the order reduction have an equation each, and are not counted. */
+void answer_count_given(const struct job *j, int *equations, int *unknowns)
 {
     assert(!j->slice || j->slice->variables >= j->request->system.variables);
     const struct sys_system *sys = &j->request->system;
@@ -121,7 +121,7 @@ static void warn_count(struct job *j)
     struct sga_buf names = { 0 };
     if (j->op)
         return;
-    count_given(j, &equations, &unknowns);
+    answer_count_given(j, &equations, &unknowns);
     free_names(j, &names);
     if (equations < unknowns && functions)
         sga_warn(&j->budget, SGA_W_FEWER_EQUATIONS, "/system", "%d equation%s for %d unknown%s: %d function%s of time can be chosen; free %s %s", equations,

@@ -35,7 +35,7 @@ static void free_name(const struct job *j, int k, char *out, size_t size)
     }
 }
 
-static void write_variables(const struct job *j, struct sga_json *w)
+void answer_write_variables(const struct job *j, struct sga_json *w)
 {
     sga_json_key(w, "variables");
     sga_json_array(w);
@@ -186,7 +186,7 @@ static void write_gauge(const struct job *j, struct sga_json *w)
 /* Seconds of each stage that ran; the points that the reduction drew are told apart from it. */
 static void write_seconds(struct job *j, struct sga_json *w)
 {
-    struct stage_clock *c = &j->clock;
+    struct stage_clock *c = j->clock;
     double total = 0;
     stage_begin(c, STAGE_WRITING);
     sga_json_key(w, "seconds");
@@ -238,7 +238,7 @@ bool answer_write(struct job *j, struct sga_buf *out)
     struct sga_json json, *w = &json;
     unsigned want = j->request->want;
     bool solvable = j->solution->verdict != SGA_INCONSISTENT;
-    stage_begin(&j->clock, STAGE_WRITING);
+    stage_begin(j->clock, STAGE_WRITING);
     sga_json_begin(w, out);
     sga_json_object(w);
     sga_json_member_string(w, "verdict", sga_verdict_text(j->solution->verdict));
@@ -252,7 +252,7 @@ bool answer_write(struct job *j, struct sga_buf *out)
     if (j->request->name) {
         sga_json_member_string(w, "name", j->request->name);
     }
-    write_variables(j, w);
+    answer_write_variables(j, w);
     if (j->solution->specials)
         write_where(j, w);
     write_dimensions(j, w);

@@ -6,6 +6,7 @@
 #include "buf.h"
 #include "job_texts.h"
 #include "oracle.h"
+#include "points.h"
 #include "poly.h"
 #include "print.h"
 #include "reduction.h"

@@ -4,7 +4,6 @@
 #include <stdlib.h>
 
 #include "arena.h"
-#include "mem.h"
 #include "reduction.h"
 #include "request.h"
 #include "table.h"
