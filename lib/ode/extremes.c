@@ -12,19 +12,37 @@
 #include "march.h"
 #include "mem.h"
 
-enum { N = 16, HALVINGS = 6, SPLITS = 24 };     /* degree; of a step; of a piece: 1e-7 of it */
-#define PI 3.14159265358979323846
+/* Degree; halvings of a step, and of a piece (to 1e-7 of it); bisections of the place of an extreme (1e-9 of a piece: at an
+ * extreme values change by the square). Not resolved after HALVINGS are kinks and noise, which are looked at as they stand, and
+ * waves of more than 30 lengths in a step, of which the coefficients still tell the extremes as far as table.c follows. */
+enum { N = 16, HALVINGS = 6, SPLITS = 24, BISECTIONS = 30 };
 #define NOISE (64 * DBL_EPSILON)                /* of the largest value: what coefficients fall to */
+#define FAR 2.0                                 /* so many times as large as its changes a function does not come near 0, */
+#define CLEAR 1e-3                              /* where the coefficients show these changes, up to a part of them */
 
 struct piece { double a, b, c[N + 1]; };
 
-/* Coefficients from values at cos(pi k/N). */
+/* cos(pi k/N) */
+static const double WAVE[2 * N] = {
+    1, 0.98078528040323044913, 0.92387953251128675613, 0.83146961230254523708, 0.7071067811865475244, 0.55557023301960222474, 0.38268343236508977173, 0.19509032201612826785,
+    0, -0.19509032201612826785, -0.38268343236508977173, -0.55557023301960222474, -0.7071067811865475244, -0.83146961230254523708, -0.92387953251128675613, -0.98078528040323044913,
+    -1, -0.98078528040323044913, -0.92387953251128675613, -0.83146961230254523708, -0.7071067811865475244, -0.55557023301960222474, -0.38268343236508977173, -0.19509032201612826785,
+    0, 0.19509032201612826785, 0.38268343236508977173, 0.55557023301960222474, 0.7071067811865475244, 0.83146961230254523708, 0.92387953251128675613, 0.98078528040323044913,
+};
+
+/* Coefficients from values at cos(pi k/N): the even ones from sums of values at u and -u, the odd ones from differences. */
 static void from_values(const double *v, double *c)
 {
+    double folded[2][N / 2 + 1];
+    for (int k = 0; k <= N / 2; k++) {
+        double end = k == 0 || k == N / 2 ? 0.5 : 1;       /* the middle stands twice */
+        folded[0][k] = end * (v[k] + v[N - k]);
+        folded[1][k] = end * (v[k] - v[N - k]);
+    }
     for (int j = 0; j <= N; j++) {
         double sum = 0;
-        for (int k = 0; k <= N; k++)
-            sum += v[k] * cos(PI * (j * k % (2 * N)) / N) * (k == 0 || k == N ? 0.5 : 1);
+        for (int k = 0; k <= N / 2; k++)
+            sum += folded[j & 1][k] * WAVE[j * k & (2 * N - 1)];
         c[j] = sum * (j == 0 || j == N ? 1.0 : 2.0) / N;
     }
 }
@@ -67,7 +85,7 @@ static double bisect(const struct piece *p)
 {
     double a = -1, b = 1;
     bool up = at(p->c, 1) > 0;
-    for (int k = 0; k < 52; k++) {
+    for (int k = 0; k < BISECTIONS; k++) {
         double u = 0.5 * (a + b);
         *((at(p->c, u) > 0) == up ? &b : &a) = u;
     }
@@ -78,7 +96,7 @@ static void half(const struct piece *p, int side, struct piece *q)
 {
     double v[N + 1], middle = 0.5 * (p->a + p->b);
     for (int k = 0; k <= N; k++)
-        v[k] = at(p->c, 0.5 * (cos(PI * k / N) + side));
+        v[k] = at(p->c, 0.5 * (WAVE[k] + side));
     from_values(v, q->c);
     q->a = side < 0 ? p->a : middle;
     q->b = side < 0 ? middle : p->b;
@@ -119,7 +137,7 @@ static bool look(struct ode_march *m, struct ode_table *w, double a, double b, b
     bool resolved = true;
     int before = w->turns;
     for (int k = 0; k <= N; k++) {
-        const double *g = ode_table_at(m, w, a + 0.5 * (b - a) * (1 + cos(PI * k / N)));
+        const double *g = ode_table_at(m, w, a + 0.5 * (b - a) * (1 + WAVE[k]));
         for (int e = 0; e < w->count; e++)
             v[e * (N + 1) + k] = g[e];
     }
@@ -127,9 +145,10 @@ static bool look(struct ode_march *m, struct ode_table *w, double a, double b, b
         struct piece p = { .a = a, .b = b }, slope = p;
         double noise = NOISE * fmax(fabs(w->low[e]), fabs(w->high[e]));
         from_values(v + e * (N + 1), p.c);
-        if (!isfinite(fabs(p.c[0]) + rest(p.c)))
+        double others = rest(p.c), tail = fabs(p.c[N]) + fabs(p.c[N - 1]) + fabs(p.c[N - 2]);
+        if (!isfinite(fabs(p.c[0]) + others) || (fabs(p.c[0]) > FAR * others && tail <= CLEAR * others + noise))
             continue;
-        resolved = last || fabs(p.c[N]) + fabs(p.c[N - 1]) + fabs(p.c[N - 2]) <= noise;
+        resolved = last || tail <= noise;
         derivative(p.c, slope.c);
         if (resolved)
             isolate(w, &slope, N * noise);
