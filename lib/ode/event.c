@@ -119,7 +119,8 @@ static void dip(struct ode_march *m, int e, int i, struct track *k)
     double curve = ((gb - g) / q - (g - ga) / p) / (p + q), reach = curve != 0 ? slope * slope / (4 * curve) : 0;
     if (k->sign * (g - reach) > 0.5 * fabs(g) && fabs(g) > 0.5 * fmin(fabs(ga), fabs(gb)))
         return;
-    for (int r = 0; r < 80 && b - a > 1e-9 * (right - left); r++) {
+    double least = 2 * DBL_EPSILON * fmax(fabs(m->t), fabs(m->t1)) / fabs(m->step.h);      /* to the rounding of time */
+    for (int r = 0; r < 80 && b - a > fmax(least, DBL_EPSILON); r++) {
         double u = b - s > s - a ? s + golden * (b - s) : s - golden * (s - a), gu = value_at(m, e, u);
         bool better = k->sign * gu < k->sign * g;
         if (better == (u > s))
@@ -133,6 +134,7 @@ static void dip(struct ode_march *m, int e, int i, struct track *k)
     }
     value_at(m, e, s);
     double *x = w->x, t = m->t + (s * m->step.h + m->t_low), unsure = doubt(m, e, t, x);
+    unsure += fmax(fabs(value_at(m, e, a) - g), fabs(value_at(m, e, b) - g));              /* the place is not known better */
     if (k->sign * g < -unsure) {
         add(m, e, ode_table_root(m, &m->watch->table, e, left, ga, s, g), -k->sign);
         add(m, e, ode_table_root(m, &m->watch->table, e, s, g, right, gb), k->sign);
@@ -179,7 +181,7 @@ static void scan(struct ode_march *m, int e)
             k->touched = false;
             if (i + 1 == w->nodes && fabs(v) <= (k->least = doubt(m, e, m->t1, m->x1)))
                 k->touched = true;      /* the next step begins on it: that is no second event */
-        } else if (!k->touched && fabs(v) < fabs(before) && fabs(v) <= fabs(after) && after * k->sign >= 0) {
+        } else if (!k->touched && fabs(v) < fabs(before) && fabs(v) <= fabs(after) && before * k->sign >= 0 && after * k->sign >= 0) {
             if (i > 0) {
                 dip(m, e, i, k);
             } else if (fabs(v) <= (k->least = doubt(m, e, m->t, m->x))) {
