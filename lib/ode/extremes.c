@@ -17,6 +17,7 @@
  * waves of more than 30 lengths in a step, of which the coefficients still tell the extremes as far as table.c follows. */
 enum { N = 16, HALVINGS = 6, SPLITS = 24, BISECTIONS = 30 };
 #define NOISE (64 * DBL_EPSILON)                /* of the largest value: what coefficients fall to */
+#define FEW_DIGITS 1e-8                         /* the same where factors have lost digits of their own */
 #define FAR 2.0                                 /* so many times as large as its changes a function does not come near 0, */
 #define CLEAR 1e-3                              /* where the coefficients show these changes, up to a part of them */
 
@@ -102,8 +103,15 @@ static void half(const struct piece *p, int side, struct piece *q)
     q->b = side < 0 ? middle : p->b;
 }
 
-/* Zeros of a derivative; what is below `noise` all over a piece is none. */
-static void isolate(struct ode_table *w, const struct piece *first, double noise)
+static void keep(struct ode_table *w, const struct piece *p, int e, double most)
+{
+    SGA_RESERVE(w->quiet, w->quiet_room, w->quiets + 1);
+    w->quiet[w->quiets++] = (struct ode_quiet){ .a = p->a, .b = p->b, .most = most, .event = e };
+}
+
+/* Zeros of the derivative of a function whose largest value is `most`; where that is below `noise` all over a piece nothing is
+ * seen yet. */
+static void isolate(struct ode_table *w, const struct piece *first, int e, double most, double noise)
 {
     struct { struct piece p; int depth; } stack[SPLITS + 2];
     int count = 1;
@@ -113,8 +121,12 @@ static void isolate(struct ode_table *w, const struct piece *first, double noise
         struct piece p = stack[--count].p;
         int depth = stack[count].depth;
         double d[N + 1], others = rest(p.c);
-        if (fabs(p.c[0]) > others || fabs(p.c[0]) + others <= noise)
+        if (fabs(p.c[0]) > others)
             continue;
+        if (fabs(p.c[0]) + others <= noise) {
+            keep(w, &p, e, most);
+            continue;
+        }
         derivative(p.c, d);
         if (fabs(d[0]) > rest(d)) {
             if (at(p.c, -1) * at(p.c, 1) <= 0)
@@ -130,33 +142,64 @@ static void isolate(struct ode_table *w, const struct piece *first, double noise
     }
 }
 
+enum seen { UNRESOLVED, NOT_NEAR, RESOLVED };
+
+/* The function whose values at the Chebyshev points of the piece these are, `noise` being what they are uncertain by. */
+static enum seen expand(const double *v, struct piece *p, double noise)
+{
+    from_values(v, p->c);
+    double others = rest(p->c), tail = fabs(p->c[N]) + fabs(p->c[N - 1]) + fabs(p->c[N - 2]);
+    if (!isfinite(fabs(p->c[0]) + others) || (fabs(p->c[0]) > FAR * others && tail <= CLEAR * others + noise))
+        return NOT_NEAR;
+    return tail <= noise ? RESOLVED : UNRESOLVED;
+}
+
+static void turns_of(struct ode_table *w, const struct piece *p, int e, double most, double noise)
+{
+    struct piece slope = *p;
+    derivative(p->c, slope.c);
+    isolate(w, &slope, e, most, N * noise);
+}
+
 /* Every function over [a, b]; false: some is not resolved there. */
 static bool look(struct ode_march *m, struct ode_table *w, double a, double b, bool last)
 {
     double *v = sga_malloc((N + 1) * (size_t)w->count * sizeof *v);
     bool resolved = true;
-    int before = w->turns;
+    int turns = w->turns, quiets = w->quiets;
     for (int k = 0; k <= N; k++) {
         const double *g = ode_table_at(m, w, a + 0.5 * (b - a) * (1 + WAVE[k]));
         for (int e = 0; e < w->count; e++)
             v[e * (N + 1) + k] = g[e];
     }
     for (int e = 0; e < w->count && resolved; e++) {
-        struct piece p = { .a = a, .b = b }, slope = p;
-        double noise = NOISE * fmax(fabs(w->low[e]), fabs(w->high[e]));
-        from_values(v + e * (N + 1), p.c);
-        double others = rest(p.c), tail = fabs(p.c[N]) + fabs(p.c[N - 1]) + fabs(p.c[N - 2]);
-        if (!isfinite(fabs(p.c[0]) + others) || (fabs(p.c[0]) > FAR * others && tail <= CLEAR * others + noise))
-            continue;
-        resolved = last || tail <= noise;
-        derivative(p.c, slope.c);
-        if (resolved)
-            isolate(w, &slope, N * noise);
+        struct piece p = { .a = a, .b = b };
+        double most = fmax(fabs(w->low[e]), fabs(w->high[e]));
+        enum seen s = expand(v + e * (N + 1), &p, NOISE * most);
+        resolved = last || s != UNRESOLVED;
+        if (resolved && s != NOT_NEAR)
+            turns_of(w, &p, e, most, NOISE * most);
     }
-    if (!resolved)
-        w->turns = before;
+    if (!resolved) {
+        w->turns = turns;
+        w->quiets = quiets;
+    }
     free(v);
     return resolved;
+}
+
+/* Where all that is seen of a function is below rounding of its largest value: a product of factors that are all small there
+ * still has digits of its own (FEW_DIGITS). A sum has none, and is noise. */
+static void look_again(struct ode_march *m, struct ode_table *w, struct ode_quiet q)
+{
+    double v[N + 1], most = 0;
+    struct piece p = { .a = q.a, .b = q.b };
+    for (int k = 0; k <= N; k++) {
+        v[k] = ode_table_at(m, w, q.a + 0.5 * (q.b - q.a) * (1 + WAVE[k]))[q.event];
+        most = fmax(most, fabs(v[k]));
+    }
+    if (most > 0 && most <= CLEAR * q.most && expand(v, &p, FEW_DIGITS * most) == RESOLVED)
+        turns_of(w, &p, q.event, most, FEW_DIGITS * most);
 }
 
 static int ascending(const void *a, const void *b)
@@ -168,7 +211,7 @@ static int ascending(const void *a, const void *b)
 void ode_table_turns(struct ode_march *m, struct ode_table *w)
 {
     double a = 0, width = 1;
-    w->turns = 0;
+    w->turns = w->quiets = 0;
     while (a < 1) {
         while (!look(m, w, a, a + width, width <= ldexp(1, -HALVINGS)))
             width *= 0.5;
@@ -176,6 +219,8 @@ void ode_table_turns(struct ode_march *m, struct ode_table *w)
         while (width < 1 && fmod(a, 2 * width) == 0)       /* as wide again as the halves before were */
             width *= 2;
     }
+    for (int k = 0; k < w->quiets; k++)        /* which may add to them */
+        look_again(m, w, w->quiet[k]);
     if (w->turns)
         qsort(w->turn, (size_t)w->turns, sizeof *w->turn, ascending);
 }

@@ -151,6 +151,9 @@ bool ode_late_error(struct ode_march *m);
  * something; its times are the caller's to free. Else false. */
 bool ode_late_start(const struct ode_run *run, struct ode_start *late);
 
+/* extremes.c: a function seems not to change from a to b, as far as rounding of its largest value, `most`, tells. */
+struct ode_quiet { double a, b, most; int event; };
+
 /* table.c: functions along the present step, after dense_begin. */
 struct ode_table {
     int count, nodes, room;
@@ -158,8 +161,9 @@ struct ode_table {
     double *g, *x;             /* one of each: those of ode_table_at */
     double *low, *high;        /* ranges over the nodes */
     double *turn;              /* extremes.c's: where functions turn */
-    size_t turn_room;
-    int turns;
+    struct ode_quiet *quiet;
+    size_t turn_room, quiet_room;
+    int turns, quiets;
     void (*function)(void *ctx, double t, const double *x, double *g);
 };
 void ode_table_init(struct ode_table *w, int count, int n, void (*function)(void *, double, const double *, double *));

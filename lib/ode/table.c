@@ -36,6 +36,7 @@ void ode_table_clear(struct ode_table *w)
     free(w->value);
     free(w->g);
     free(w->turn);
+    free(w->quiet);
 }
 
 static double *values(struct ode_march *m, struct ode_table *w, double t, const double *x)
