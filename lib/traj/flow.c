@@ -376,9 +376,13 @@ const char *flow_gauge(const struct flow *f, const struct traj_request *rq)
     return traj_gauge_text(rq->conditions, rq->rates > 0, f->field.rank < f->n);
 }
 
+static void taken(void *ctx, double t, const double *x) { field_keep_sides(&((struct flow *)ctx)->field, t, x); }
+static void refused(void *ctx) { field_forget_trial(&((struct flow *)ctx)->field); }
+
 struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
 {
     allow_code(f, rq->budget ? rq->budget->exec : NULL);
+    bool watched = f->field.pivots || f->field.poles;
     return (struct ode_problem){ .n = f->n, .ctx = f, .rhs = rhs, .code = code, .stages = stages, .code_holds = code_holds,
                                  .project = f->manifold.c || f->given.count || f->valued ? project : NULL, .why = why,
                                  .jump = f->manifold.c && !f->given.count ? jump : NULL,
@@ -386,6 +390,7 @@ struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
                                  .taylor = f->field.fast && !f->sys->signals ? taylor : NULL,
                                  .taylor_rtol = series_fast(&f->field) ? FAST_RTOL : 0,
                                  .breaks = f->knot, .break_count = f->knots, .enter = f->sys->signals ? enter : NULL,
+                                 .taken = watched ? taken : NULL, .refused = watched ? refused : NULL,
                                  .switches = f->field.switches.count, .switching = surfaces, .hold = flow_hold,
                                  .piece = f->inputs.piece, .pieces = f->inputs.count,
                                  .noise = flow_noise, .bands = f->bands, .band = band,
