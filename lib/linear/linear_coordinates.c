@@ -21,6 +21,7 @@ static const char *name_of(const struct linear_request *rq, int variable)
     return rq->sys->store->symbol[rq->sys->variable[variable].symbol].name;
 }
 
+/* By index of an input, -1: none. */
 static int input_of(const struct linear_request *rq, int variable)
 {
     for (int k = 0; k < rq->inputs; k++)
@@ -144,7 +145,8 @@ bool linear_coordinates_choose(struct linear_coordinates *c, struct sga_arena *m
     assert(linear_cols(J) >= n && rows == rq->sol->constraints);
     unsigned char *moving = sga_zeros(mem, (size_t)n + 1, 1), *allowed = sga_zeros(mem, (size_t)n + 1, 1), *taken = sga_zeros(mem, (size_t)n + 1, 1);
     double *m = doubles(mem, J, n);
-    *c = (struct linear_coordinates){ .follow = sga_take(mem, ((size_t)rows + 1) * sizeof *c->follow), .state = sga_take(mem, ((size_t)n + 1) * sizeof *c->state) };
+    *c = (struct linear_coordinates){ .follow = sga_take(mem, ((size_t)rows + 1) * sizeof *c->follow), .state = sga_take(mem, ((size_t)n + 1) * sizeof *c->state),
+                                      .moving = -1 };
     for (int j = 0; j < n; j++)
         allowed[j] = (moving[j] = moves(rq, j)) && input_of(rq, j) < 0;
     if (!check_inputs(rq, place, moving, err))
@@ -164,9 +166,8 @@ bool linear_coordinates_choose(struct linear_coordinates *c, struct sga_arena *m
     for (int j = 0; j < n; j++) {
         if (taken[j] || input_of(rq, j) >= 0)
             continue;
-        if (moving[j])
-            return sga_fail_at(err, SGA_E_IMPROPER, "/linearization/inputs", "%.100s moves with the derivative of an input, and no coordinates without it were "
-                               "found: take it as an input itself, or ask \"transfer\"", name_of(rq, j));
+        if (moving[j] && c->moving < 0)
+            c->moving = j;
         c->state[c->states++] = j;
     }
     return true;

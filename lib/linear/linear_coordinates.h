@@ -8,6 +8,7 @@
 struct linear_coordinates {
     int *follow; int follows;  /* solved for, in no order */
     int *state; int states;
+    int moving;                /* a state that moves with the derivatives of inputs, -1: none does */
 };
 
 /* By the differentials J of the constraints at a point (constraints x variables, and more columns) and the gauge there: refuses inputs

@@ -13,6 +13,7 @@
 #include "seeds.h"
 #include "set_points.h"
 #include "system.h"
+#include "value.h"
 
 /* A fraction stands for a double within this, relative to 1 and itself: what Newton's method leaves of a consistent start. A value that is
  * far from all of them is not moved. */
@@ -51,7 +52,7 @@ static bool set_exact(struct linear_place *p, const struct sys_system *sys, cons
     for (int j = 0; j < sys->variables; j++) {
         expr_id given = g->exact ? g->exact[j] : EXPR_UNDEF;
         bool stayed = given && expr_is_const(p->st, given)
-                      && fabs(fmpq_get_d(expr_const_value(p->st, given)) - g->x[j]) <= ROUNDING * fmax(1, fabs(g->x[j]));
+                      && fabs(expr_nearest_double(expr_const_value(p->st, given)) - g->x[j]) <= ROUNDING * fmax(1, fabs(g->x[j]));
         if (!(p->map[sys->variable[j].symbol] = stayed ? given : number(p->st, g->x[j])))
             return false;
     }
@@ -92,7 +93,7 @@ static bool take_exact(struct linear_place *p, const struct sys_system *sys, con
         arb_set_fmpq(v, q, LINEAR_BITS);
         num_ball_set(&p->ball, symbol, v);
         if (j < sys->variables)
-            p->x[j] = fmpq_get_d(q);
+            p->x[j] = expr_nearest_double(q);
     }
     p->t = g->t;
     set_parameters(p, sys);

@@ -10,6 +10,7 @@
 #include "flint_ends.h"
 #include "linear_coordinates.h"
 #include "linear_gradients.h"
+#include "linear_held.h"
 #include "reduction.h"
 #include "system.h"
 
@@ -23,7 +24,8 @@ struct work {
     struct linear_gradients g;
     struct linear_coordinates c;
     expr_id *constraint, *dconstraint;
-    expr_id *rate, *drate;     /* by state: X */
+    const expr_id *field;      /* X, inputs held */
+    expr_id *rate, *drate;     /* of it, by state */
     expr_id *doutput;
     struct sga_error *err;
 };
@@ -104,7 +106,7 @@ static void gather_rates(struct work *w)
 {
     w->rate = sga_zeros(&w->mem, (size_t)w->c.states + 1, sizeof *w->rate);
     for (int k = 0; k < w->c.states; k++)
-        w->rate[k] = w->rq->sol->field[w->c.state[k]];
+        w->rate[k] = w->field[w->c.state[k]];
     w->drate = linear_gradients_of(&w->g, &w->mem, w->rate, w->c.states);
 }
 
@@ -116,7 +118,7 @@ static bool check_rates(struct work *w)
     name = name ? name : linear_gradients_rate(rq, w->rate, w->c.states);
     name = name ? name : linear_gradients_rate(rq, rq->output, rq->outputs);
     return !name || sga_fail_at(w->err, SGA_E_IMPROPER, "/linearization/inputs", "the derivative of %.100s enters the reduced motion: there is no state form from it "
-                                "alone; ask \"transfer\", or give that derivative as a table of its own", name);
+                                "alone; give that derivative as a table of its own", name);
 }
 
 /* The matrices at the place, which is known. */
@@ -130,6 +132,9 @@ static bool state_form(struct work *w)
         return no_value(w, "a constraint has");
     }
     bool ok = linear_coordinates_choose(&w->c, &w->mem, rq, &l->place, &J, w->err);
+    w->field = ok ? linear_held_field(&w->mem, rq, &l->place) : NULL;
+    if (ok && !w->field)
+        ok = sga_fail_at(w->err, SGA_E_UNDECIDED, "/linearization/at", "the motion with the inputs held has no form at this point; choose another");
     if (ok) {
         gather_rates(w);
         ok = check_rates(w) && tangent(w, &J, &phi);
@@ -230,7 +235,7 @@ static void gather_rows(struct work *w, expr_id *entry, expr_id *gradient)
             const expr_id *d = linear_gradients_of(&w->g, &w->mem, &r->entry[k].value, 1);
             for (int j = 0; j < cols; j++)
                 if (d[j]) {
-                    expr_id product = expr_mul(st, d[j], w->rq->sol->field[r->entry[k].col]);
+                    expr_id product = expr_mul(st, d[j], w->field[r->entry[k].col]);
                     to[j] = to[j] ? expr_sub(st, to[j], product) : expr_neg(st, product);
                 }
         }
@@ -290,6 +295,27 @@ static bool descriptor_form(struct work *w)
     return ok || no_value(w, "an equation has");
 }
 
+/* dz' = A dz + B du + b du' is that of z - b u without du'. */
+static bool shift(struct work *w)
+{
+    struct linearization *l = w->l;
+    struct linear_matrix product;
+    linear_matrix_clear(&l->shift);
+    if (!linear_held_shift(w->rq, &l->place, w->c.state, w->c.states, &l->shift))
+        return no_value(w, "a gauge field has");
+    l->shifted = true;
+    if (!l->constant && l->equilibrium != 1)
+        return sga_fail_at(w->err, SGA_E_IMPROPER, "/linearization/inputs", "%.100s moves with the derivative of an input, and the point is not shown to be an "
+                           "equilibrium: linearize at one, or take what moves as an input", w->rq->sys->store->symbol[w->rq->sys->variable[w->c.moving].symbol].name);
+    linear_matrix_product(&product, &l->A, &l->shift);
+    linear_matrix_add(&l->B, &product, false);
+    linear_matrix_clear(&product);
+    linear_matrix_product(&product, &l->C, &l->shift);
+    linear_matrix_add(&l->D, &product, false);
+    linear_matrix_clear(&product);
+    return true;
+}
+
 static void begin(struct work *w)
 {
     const struct linear_request *rq = w->rq;
@@ -313,6 +339,8 @@ static bool run(struct work *w, const struct linear_guess *guess)
         return false;
     l->constant = only_constants(rq->sys->store, w->dconstraint, rq->sol->constraints * w->g.cols)
                   && only_constants(rq->sys->store, w->drate, w->c.states * w->g.cols);
+    if (w->c.moving >= 0 && !shift(w))
+        return false;
     l->states = w->c.states;
     l->state = sga_take(&l->mem, ((size_t)l->states + 1) * sizeof *l->state);
     memcpy(l->state, w->c.state, (size_t)l->states * sizeof *l->state);
@@ -323,7 +351,7 @@ static bool run(struct work *w, const struct linear_guess *guess)
 bool linearize(struct linearization *l, const struct linear_request *rq, const struct linear_guess *guess, struct sga_error *err)
 {
     struct work w = { .l = l, .rq = rq, .err = err };
-    struct linear_matrix *const all[] = { &l->A, &l->B, &l->C, &l->D, &l->E, &l->DA, &l->DB, &l->DC, &l->DD };
+    struct linear_matrix *const all[] = { &l->A, &l->B, &l->C, &l->D, &l->E, &l->DA, &l->DB, &l->DC, &l->DD, &l->shift };
     *l = (struct linearization){ .equilibrium = -1 };
     for (size_t k = 0; k < sizeof all / sizeof *all; k++)
         linear_matrix_init(all[k], 0, 0);
@@ -336,7 +364,7 @@ bool linearize(struct linearization *l, const struct linear_request *rq, const s
 
 void linearization_clear(struct linearization *l)
 {
-    struct linear_matrix *const all[] = { &l->A, &l->B, &l->C, &l->D, &l->E, &l->DA, &l->DB, &l->DC, &l->DD };
+    struct linear_matrix *const all[] = { &l->A, &l->B, &l->C, &l->D, &l->E, &l->DA, &l->DB, &l->DC, &l->DD, &l->shift };
     for (size_t k = 0; k < sizeof all / sizeof *all; k++)
         linear_matrix_clear(all[k]);
     linear_place_clear(&l->place);

@@ -4,8 +4,9 @@
  * from them and from the inputs w that are tables: xi(z, y, u, w, t) = 0. With X the reduced field,
  *     dz' = A dz + B du,   [A B] = dX_z/dx Phi,   d(out) = C dz + D du,   [C D] = d(out)/dx Phi,
  * where Phi = d(z, y, u, w)/d(z, u, w) spans the tangent space, from d xi Phi = 0, and du stands for the inputs of both kinds in the order
- * given. Deviations are at equal times. Free functions of the motion (the gauge) are the derivatives of inputs: they must be as many, and
- * must not move z. About an equilibrium A has the finite eigenvalues of the pencil of the given equations,
+ * given. Deviations are at equal times. Free functions of the motion (the gauge) are the derivatives of inputs: they must be as many, and X is
+ * the field that holds the inputs. Where states move with these derivatives all the same, z' = X_z + b u', the state is z - b u (with b at the
+ * point: so about equilibria, and for constant coefficients, only). About an equilibrium A has the finite eigenvalues of the pencil of the given equations,
  *     E x' = A x + B u,   E = A(x, t),   A = d(alpha - A v)/dx,   v = X,
  * linearized too; elsewhere A is that of the deviation from the motion in these coordinates, and depends on their choice.
  * (Compare Campbell, Linearization of DAEs along trajectories, ZAMP 46 (1995) 70.) */
@@ -45,6 +46,8 @@ struct linearization {
     int *variable; int variables;   /* columns of E and DA: all but the inputs */
     int rows;                  /* of the given equations, restrictions last */
     struct linear_matrix A, B, C, D;
+    bool shifted;
+    struct linear_matrix shift;   /* b, states x inputs */
     struct linear_matrix E, DA, DB, DC, DD;   /* of the given equations */
 };
 

@@ -76,6 +76,8 @@ static void write_state(const struct job *j, const struct linearization *l, stru
     sga_json_key(w, "state");
     sga_json_object(w);
     write_names(j, w, "names", l->state, l->states);
+    if (l->shifted)
+        write_matrix(w, "shift", &l->shift);
     write_matrix(w, "A", &l->A);
     write_matrix(w, "B", &l->B);
     write_matrix(w, "C", &l->C);
@@ -142,7 +144,7 @@ static void write_stable(struct sga_json *w, enum linear_stability s)
 
 static double matrix_error(const struct linearization *l)
 {
-    const struct linear_matrix *const all[] = { &l->A, &l->B, &l->C, &l->D, &l->E, &l->DA, &l->DB, &l->DC, &l->DD };
+    const struct linear_matrix *const all[] = { &l->A, &l->B, &l->C, &l->D, &l->E, &l->DA, &l->DB, &l->DC, &l->DD, &l->shift };
     double worst = 0;
     for (size_t k = 0; k < sizeof all / sizeof *all; k++)
         worst = all[k]->exact ? worst : fmax(worst, linear_matrix_error(all[k]));
@@ -152,7 +154,7 @@ static double matrix_error(const struct linearization *l)
 static void write_evidence(const struct linearization *l, const struct linear_modes *m, bool at_point, struct sga_json *w)
 {
     static const char *const basis[] = { "exact", "proved", "numeric" };
-    bool exact = l->A.exact && l->B.exact && l->C.exact && l->D.exact;
+    bool exact = l->A.exact && l->B.exact && l->C.exact && l->D.exact && l->shift.exact;
     sga_json_key(w, "evidence");
     sga_json_object(w);
     if (at_point)
