@@ -56,6 +56,35 @@ expr_id *linear_gradients_of(const struct linear_gradients *g, struct sga_arena 
     return out;
 }
 
+static bool is_rational(enum expr_op op)
+{
+    return op == EXPR_ADD || op == EXPR_SUB || op == EXPR_MUL || op == EXPR_DIV || op == EXPR_NEG || op == EXPR_POWI;
+}
+
+bool linear_gradients_affine(const struct linear_gradients *g, const expr_id *e, int count, const expr_id *table)
+{
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    SGA_ARENA(mem);
+    unsigned char *depends = sga_zeros(&mem, (size_t)g->st->nodes + 1, 1);
+    for (int i = 0; i < count * g->cols; i++)
+        if (table[i] && !expr_is_const(g->st, table[i]))
+            return false;
+    expr_cone_init(&cone);
+    expr_cone_of(g->st, &cone, e, count);
+    for (int k = 0; k < cone.count; k++) {
+        expr_id node = cone.list[k];
+        enum expr_op op = expr_op_of(g->st, node);
+        int children = expr_children(g->st, node);
+        if (op == EXPR_SYM)
+            depends[node] = g->active[g->st->node[node].a];
+        for (int c = 0; c < children; c++)
+            depends[node] |= depends[expr_child(g->st, node, c)];
+        if (depends[node] && op != EXPR_SYM && !is_rational(op))
+            return false;
+    }
+    return true;
+}
+
 const char *linear_gradients_rate(const struct linear_request *rq, const expr_id *e, int count)
 {
     const struct expr_store *st = rq->sys->store;

@@ -210,3 +210,24 @@ bool linear_place_matrix(struct linear_place *p, const expr_id *e, int rows, int
     }
     return finite;
 }
+
+static bool changes(struct linear_place *p, const struct expr_node *n)
+{
+    arb_srcptr a = num_ball_value(&p->ball, n->a);
+    if (n->op == EXPR_ABS || n->op == EXPR_SIGN)
+        return arb_contains_zero(a);
+    return (n->op == EXPR_MIN || n->op == EXPR_MAX) && arb_overlaps(a, num_ball_value(&p->ball, n->b));
+}
+
+bool linear_place_smooth(struct linear_place *p, const expr_id *e, int count)
+{
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    expr_cone_init(&cone);
+    expr_cone_of(p->st, &cone, e, count);
+    num_ball_forget(&p->ball);
+    num_ball_list(&p->ball, cone.list, cone.count);
+    for (int k = 0; k < cone.count; k++)
+        if (changes(p, p->st->node + cone.list[k]))
+            return false;
+    return true;
+}

@@ -42,4 +42,8 @@ void linear_place_clear(struct linear_place *p);
  * cone of all of them, once. */
 bool linear_place_matrix(struct linear_place *p, const expr_id *e, int rows, int cols, struct linear_matrix *out);
 
+/* Whether no abs, sign, min or max in the expressions may change its branch at the point: there they have no derivative, whatever
+ * their gradients say. */
+bool linear_place_smooth(struct linear_place *p, const expr_id *e, int count);
+
 #endif

@@ -35,14 +35,6 @@ static bool no_value(struct work *w, const char *what)
     return sga_fail_at(w->err, SGA_E_EXPR_UNDEFINED, "/linearization/at", "%s no derivative at this point; choose another", what);
 }
 
-static bool only_constants(const struct expr_store *st, const expr_id *e, int count)
-{
-    for (int i = 0; i < count; i++)
-        if (e[i] && !expr_is_const(st, e[i]))
-            return false;
-    return true;
-}
-
 /* d(z, y, u, w)/d(z, inputs), a row for each column of the gradients. */
 static bool tangent(struct work *w, const struct linear_matrix *J, struct linear_matrix *phi)
 {
@@ -121,6 +113,16 @@ static bool check_rates(struct work *w)
                                 "alone; give that derivative as a table of its own", name);
 }
 
+static bool check_smooth(struct work *w)
+{
+    const struct linear_request *rq = w->rq;
+    struct linear_place *p = &w->l->place;
+    return (linear_place_smooth(p, w->constraint, rq->sol->constraints) && linear_place_smooth(p, w->rate, w->c.states)
+            && linear_place_smooth(p, rq->output, rq->outputs))
+        || sga_fail_at(w->err, SGA_E_UNDECIDED, "/linearization/at", "abs, sign, min or max changes its branch at this point, so that there is no one "
+                       "linearization; choose a point on one side");
+}
+
 /* The matrices at the place, which is known. */
 static bool state_form(struct work *w)
 {
@@ -137,7 +139,7 @@ static bool state_form(struct work *w)
         ok = sga_fail_at(w->err, SGA_E_UNDECIDED, "/linearization/at", "the motion with the inputs held has no form at this point; choose another");
     if (ok) {
         gather_rates(w);
-        ok = check_rates(w) && tangent(w, &J, &phi);
+        ok = check_rates(w) && check_smooth(w) && tangent(w, &J, &phi);
         if (ok)
             ok = (times_tangent(w, w->drate, w->c.states, &phi, &l->A, &l->B) || no_value(w, "the reduced field has"))
               && (times_tangent(w, w->doutput, rq->outputs, &phi, &l->C, &l->D) || no_value(w, "an output has"));
@@ -269,6 +271,20 @@ static void take_columns(struct linear_matrix *out, const struct linear_matrix *
     linear_matrix_columns(out, m, col, cols);
 }
 
+/* F: columns of E for inputs that are variables, 0 for tables, whose derivatives are none of x'. */
+static void take_rates(struct linearization *l, const struct linear_request *rq, const struct linear_matrix *E)
+{
+    linear_matrix_clear(&l->F);
+    linear_matrix_init(&l->F, linear_rows(E), rq->inputs);
+    l->F.exact = E->exact;
+    for (int k = 0; k < rq->inputs; k++)
+        for (int i = 0; i < linear_rows(E) && rq->input[k].variable >= 0; i++) {
+            fmpq_set(fmpq_mat_entry(l->F.q, i, k), fmpq_mat_entry(E->q, i, rq->input[k].variable));
+            arb_set(arb_mat_entry(l->F.b, i, k), arb_mat_entry(E->b, i, rq->input[k].variable));
+            l->rates |= !arb_is_zero(arb_mat_entry(l->F.b, i, k));
+        }
+}
+
 static bool descriptor_form(struct work *w)
 {
     const struct linear_request *rq = w->rq;
@@ -285,6 +301,7 @@ static bool descriptor_form(struct work *w)
     ok = linear_place_matrix(&l->place, gradient, l->rows, cols, &F) && ok;
     ok = linear_place_matrix(&l->place, w->doutput, rq->outputs, cols, &out) && ok;
     take_columns(&l->E, &E, l->variable, l->variables);
+    take_rates(l, rq, &E);
     take_columns(&l->DA, &F, l->variable, l->variables);
     take_columns(&l->DB, &F, input, rq->inputs);
     take_columns(&l->DC, &out, l->variable, l->variables);
@@ -337,8 +354,8 @@ static bool run(struct work *w, const struct linear_guess *guess)
         return sga_fail_at(w->err, SGA_E_UNDECIDED, "/linearization/at", "no point of the final set was found where the start was computed; choose another");
     if (!state_form(w) || !settle(w, guess) || !descriptor_form(w))
         return false;
-    l->constant = only_constants(rq->sys->store, w->dconstraint, rq->sol->constraints * w->g.cols)
-                  && only_constants(rq->sys->store, w->drate, w->c.states * w->g.cols);
+    l->constant = linear_gradients_affine(&w->g, w->constraint, rq->sol->constraints, w->dconstraint)
+                  && linear_gradients_affine(&w->g, w->rate, w->c.states, w->drate);
     if (w->c.moving >= 0 && !shift(w))
         return false;
     l->states = w->c.states;
@@ -348,23 +365,67 @@ static bool run(struct work *w, const struct linear_guess *guess)
     return expr_store_ok(rq->sys->store) || sga_fail(w->err, rq->sys->store->error.code, "%s", rq->sys->store->error.detail);
 }
 
-bool linearize(struct linearization *l, const struct linear_request *rq, const struct linear_guess *guess, struct sga_error *err)
+static void empty(struct linearization *l)
 {
-    struct work w = { .l = l, .rq = rq, .err = err };
-    struct linear_matrix *const all[] = { &l->A, &l->B, &l->C, &l->D, &l->E, &l->DA, &l->DB, &l->DC, &l->DD, &l->shift };
+    struct linear_matrix *const all[] = { &l->A, &l->B, &l->C, &l->D, &l->E, &l->F, &l->DA, &l->DB, &l->DC, &l->DD, &l->shift };
     *l = (struct linearization){ .equilibrium = -1 };
     for (size_t k = 0; k < sizeof all / sizeof *all; k++)
         linear_matrix_init(all[k], 0, 0);
-    if (rq->sys->variables > LINEAR_MOST)
-        return sga_fail(err, SGA_E_LIMIT_VARIABLES, "the system has %d variables; it is linearized up to %d", rq->sys->variables, LINEAR_MOST);
-    bool ok = run(&w, guess);
+}
+
+static bool fits(const struct linear_request *rq, struct sga_error *err)
+{
+    return rq->sys->variables <= LINEAR_MOST
+        || sga_fail(err, SGA_E_LIMIT_VARIABLES, "the system has %d variables; it is linearized up to %d", rq->sys->variables, LINEAR_MOST);
+}
+
+/* Entries, right sides and restrictions, with their gradients: affine right sides, and entries that are numbers. */
+static bool given(struct work *w, bool *constant)
+{
+    const struct linear_request *rq = w->rq;
+    const struct sys_system *sys = rq->sys;
+    SGA_ARENA(mem);
+    expr_id *right = sga_take(&mem, ((size_t)sys->rows + (size_t)sys->restrictions + 1) * sizeof *right);
+    int count = sys->rows + sys->restrictions;
+    bool numbers = true;
+    for (int i = 0; i < sys->rows; i++) {
+        right[i] = sys->row[i].alpha;
+        for (int k = 0; k < sys->row[i].entries; k++)
+            numbers = numbers && expr_is_const(sys->store, sys->row[i].entry[k].value);
+    }
+    if (sys->restrictions)
+        memcpy(right + sys->rows, sys->restriction, (size_t)sys->restrictions * sizeof *right);
+    linear_gradients_init(&w->g, &w->mem, rq);
+    w->doutput = linear_gradients_of(&w->g, &w->mem, rq->output, rq->outputs);
+    *constant = numbers && linear_gradients_affine(&w->g, right, count, linear_gradients_of(&w->g, &w->mem, right, count))
+                && linear_gradients_affine(&w->g, rq->output, rq->outputs, w->doutput) && !linear_gradients_rate(rq, right, count)
+                && !linear_gradients_rate(rq, rq->output, rq->outputs);
+    w->l->place.st = sys->store;
+    w->l->constant = *constant;
+    return !*constant || descriptor_form(w);
+}
+
+bool linear_given(struct linearization *l, const struct linear_request *rq, bool *constant, struct sga_error *err)
+{
+    struct work w = { .l = l, .rq = rq, .err = err };
+    empty(l);
+    bool ok = fits(rq, err) && given(&w, constant);
+    sga_arena_end(&w.mem);
+    return ok;
+}
+
+bool linearize(struct linearization *l, const struct linear_request *rq, const struct linear_guess *guess, struct sga_error *err)
+{
+    struct work w = { .l = l, .rq = rq, .err = err };
+    empty(l);
+    bool ok = fits(rq, err) && run(&w, guess);
     sga_arena_end(&w.mem);
     return ok;
 }
 
 void linearization_clear(struct linearization *l)
 {
-    struct linear_matrix *const all[] = { &l->A, &l->B, &l->C, &l->D, &l->E, &l->DA, &l->DB, &l->DC, &l->DD, &l->shift };
+    struct linear_matrix *const all[] = { &l->A, &l->B, &l->C, &l->D, &l->E, &l->F, &l->DA, &l->DB, &l->DC, &l->DD, &l->shift };
     for (size_t k = 0; k < sizeof all / sizeof *all; k++)
         linear_matrix_clear(all[k]);
     linear_place_clear(&l->place);

@@ -7,7 +7,7 @@
  * given. Deviations are at equal times. Free functions of the motion (the gauge) are the derivatives of inputs: they must be as many, and X is
  * the field that holds the inputs. Where states move with these derivatives all the same, z' = X_z + b u', the state is z - b u (with b at the
  * point: so about equilibria, and for constant coefficients, only). About an equilibrium A has the finite eigenvalues of the pencil of the given equations,
- *     E x' = A x + B u,   E = A(x, t),   A = d(alpha - A v)/dx,   v = X,
+ *     E x' + F u' = A x + B u,   E = A(x, t),   A = d(alpha - A v)/dx,   v = X,
  * linearized too; elsewhere A is that of the deviation from the motion in these coordinates, and depends on their choice.
  * (Compare Campbell, Linearization of DAEs along trajectories, ZAMP 46 (1995) 70.) */
 #ifndef SGA_LINEAR_LINEARIZE_H
@@ -48,7 +48,8 @@ struct linearization {
     struct linear_matrix A, B, C, D;
     bool shifted;
     struct linear_matrix shift;   /* b, states x inputs */
-    struct linear_matrix E, DA, DB, DC, DD;   /* of the given equations */
+    struct linear_matrix E, F, DA, DB, DC, DD;   /* of the given equations; F is 0 as a rule */
+    bool rates;                /* F is not 0 */
 };
 
 enum { LINEAR_MOST = 300 };    /* variables: matrices are dense, and their entries balls of 192 bits */
@@ -57,6 +58,9 @@ enum { LINEAR_MOST = 300 };    /* variables: matrices are dense, and their entri
  * cannot be chosen), IMPROPER (a state moves with an input's derivative), UNDECIDED, a limit. linearization_clear is due in every case. Cost: gradients of the
  * constraints, the field and the rows; the cube of the variables. */
 bool linearize(struct linearization *l, const struct linear_request *rq, const struct linear_guess *guess, struct sga_error *err);
+/* The given equations alone, where all of their entries are rational numbers: E, F, DA, DB, DC, DD and their names, no point, nothing of the reduction.
+ * *constant tells; nothing is refused but by limits. */
+bool linear_given(struct linearization *l, const struct linear_request *rq, bool *constant, struct sga_error *err);
 void linearization_clear(struct linearization *l);
 
 #endif

@@ -87,6 +87,8 @@ static void write_state(const struct job *j, const struct linearization *l, stru
     sga_json_object(w);
     write_names(j, w, "names", l->variable, l->variables);
     write_matrix(w, "E", &l->E);
+    if (l->rates)
+        write_matrix(w, "F", &l->F);
     write_matrix(w, "A", &l->DA);
     write_matrix(w, "B", &l->DB);
     write_matrix(w, "C", &l->DC);
@@ -144,7 +146,7 @@ static void write_stable(struct sga_json *w, enum linear_stability s)
 
 static double matrix_error(const struct linearization *l)
 {
-    const struct linear_matrix *const all[] = { &l->A, &l->B, &l->C, &l->D, &l->E, &l->DA, &l->DB, &l->DC, &l->DD, &l->shift };
+    const struct linear_matrix *const all[] = { &l->A, &l->B, &l->C, &l->D, &l->E, &l->F, &l->DA, &l->DB, &l->DC, &l->DD, &l->shift };
     double worst = 0;
     for (size_t k = 0; k < sizeof all / sizeof *all; k++)
         worst = all[k]->exact ? worst : fmax(worst, linear_matrix_error(all[k]));
