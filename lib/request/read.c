@@ -20,6 +20,14 @@ static void defaults(struct request *r)
     r->store.max_work_bits = WORK_BITS;
 }
 
+static bool needs_value(struct reader *rd, const char *what)
+{
+    at_member(rd, "system");
+    at_member(rd, "parameters");
+    at_member(rd, rd->symbolic);
+    return at_fail(rd, SGA_E_SCHEMA, "%s needs the value of the parameter \"%s\", which is null", what, rd->symbolic);
+}
+
 /* What is wanted against what is given. */
 static bool check_wants(struct reader *rd, const json_t *trajectory, const json_t *symmetries)
 {
@@ -27,6 +35,8 @@ static bool check_wants(struct reader *rd, const json_t *trajectory, const json_
     if (r->want & REQUEST_SYMMETRIES && !symmetries)
         return at_fail(rd, SGA_E_MISSING_MEMBER, "\"symmetries\" is wanted, but the member \"symmetries\" is missing; "
                        "it says what to check and what to search");
+    if (r->want & REQUEST_LINEARIZATION && rd->symbolic[0])
+        return needs_value(rd, "a linearization");
     unsigned needs = r->want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF | REQUEST_CONSISTENT_INITIAL);
     if (!needs)
         return true;
@@ -34,15 +44,9 @@ static bool check_wants(struct reader *rd, const json_t *trajectory, const json_
         return at_fail(rd, SGA_E_MISSING_MEMBER, "\"%s\" is wanted, but the member \"trajectory\" is missing",
                        r->want & REQUEST_TRAJECTORY ? "trajectory" : r->want & REQUEST_TRADEOFF ? "tradeoff"
                                                                                                : "consistent_initial");
-    if (rd->symbolic[0]) {
-        at_member(rd, "system");
-        at_member(rd, "parameters");
-        at_member(rd, rd->symbolic);
-        return at_fail(rd, SGA_E_SCHEMA, "%s needs the value of the parameter \"%s\", which is null",
-                       needs & REQUEST_TRAJECTORY ? "a trajectory" : needs & REQUEST_TRADEOFF ? "a tradeoff"
-                                                                                            : "a consistent start",
-                       rd->symbolic);
-    }
+    if (rd->symbolic[0])
+        return needs_value(rd, needs & REQUEST_TRAJECTORY ? "a trajectory" : needs & REQUEST_TRADEOFF ? "a tradeoff"
+                                                                                                  : "a consistent start");
     return true;
 }
 
@@ -90,12 +94,13 @@ static bool part(struct reader *rd, bool ok)
 static bool read_all(struct reader *rd, const json_t *v)
 {
     static const char *const members[] = { "system", "want", "symmetries", "trajectory", "accuracy", "limits", "strata", "sweep",
-                                           NULL };
+                                           "linearization", NULL };
     if (!only_members(rd, v, members))
         return false;
     const json_t *limits = json_object_get(v, "limits"), *accuracy = json_object_get(v, "accuracy");
     const json_t *trajectory = json_object_get(v, "trajectory"), *symmetries = json_object_get(v, "symmetries");
     const json_t *want = json_object_get(v, "want"), *strata = json_object_get(v, "strata"), *sweep = json_object_get(v, "sweep");
+    const json_t *linearization = json_object_get(v, "linearization");
     const json_t *system = need_member(rd, v, "system");
     if (!system || (limits && !part(rd, read_limits(rd, limits))))
         return false;
@@ -111,11 +116,14 @@ static bool read_all(struct reader *rd, const json_t *v)
         return false;
     if (!want && trajectory)
         rd->r->want |= REQUEST_TRAJECTORY;
+    if (!want && linearization)
+        rd->r->want |= REQUEST_LINEARIZATION;
     if (stands && rd->r->mechanical && trajectory)
         read_mechanical_outputs(rd);
     return part(rd, check_wants(rd, trajectory, symmetries))
         && (!trajectory || !sets || part(rd, read_trajectory(rd, trajectory))) && (!sweep || !sets || part(rd, read_sweep(rd, sweep)))
         && (!accuracy || part(rd, read_accuracy(rd, accuracy))) && (!symmetries || !stands || part(rd, read_symmetries(rd, symmetries)))
+        && (!linearization || !stands || part(rd, read_linearization(rd, linearization)))
         && (!strata || part(rd, read_strata(rd, strata))) && (!stands || read_tables_end(rd)) && store_ok(rd);
 }
 

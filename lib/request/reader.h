@@ -96,6 +96,9 @@ bool read_system(struct reader *rd, const json_t *v);
 bool read_want(struct reader *rd, const json_t *v);
 bool read_trajectory(struct reader *rd, const json_t *v);
 bool read_symmetries(struct reader *rd, const json_t *v);
+/* read_linearization.c; read_ports.c: its members `inputs` and `outputs`, of an object at the present place. */
+bool read_linearization(struct reader *rd, const json_t *v);
+bool read_ports(struct reader *rd, const json_t *v, struct request_ports *ports);
 /* read_sweep.c: before the system: which parameters are swept. After it: their values. With the trajectory: starts. */
 bool read_sweep_names(struct reader *rd, const json_t *v);
 bool read_sweep_parameters(struct reader *rd, const json_t *v);

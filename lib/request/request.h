@@ -19,7 +19,7 @@ struct sga_buf;
 #define REQUEST_WANT_TABLE(X) \
     X(CONSTRAINTS, "constraints") X(INDEX, "index") X(VECTOR_FIELD, "vector_field") \
     X(GAUGE, "gauge") X(CONSISTENT_INITIAL, "consistent_initial") X(SYMMETRIES, "symmetries") \
-    X(STRUCTURE, "structure") X(TRAJECTORY, "trajectory") X(TRADEOFF, "tradeoff")
+    X(STRUCTURE, "structure") X(TRAJECTORY, "trajectory") X(TRADEOFF, "tradeoff") X(LINEARIZATION, "linearization")
 
 enum {
 #define X(sym, text) REQUEST_PLACE_##sym,
@@ -147,6 +147,34 @@ struct request_candidate {
     expr_id *component;       /* by variable, then time; what is not given is 0, or the identity */
 };
 
+/* What goes in and what comes out of a linearization. */
+struct request_input {
+    const char *name;
+    int variable;             /* index into system.variable, or -1: */
+    int signal;               /* the symbol of a table, or -1 */
+};
+
+struct request_ports {
+    bool says_inputs;         /* they were given; otherwise they are the variables with the role "input" */
+    struct request_input *input; int inputs;
+    expr_id *output; char **output_text; int outputs;
+};
+
+/* Where to linearize, beside a start or samples. */
+struct request_place {
+    double time;
+    struct request_initial *initial; int initials;   /* in the order of the variables */
+};
+
+enum request_at { REQUEST_AT_START, REQUEST_AT_SAMPLES, REQUEST_AT_PLACES };
+
+struct request_linearization {
+    bool has;
+    enum request_at at;
+    struct request_place *place; int places;
+    struct request_ports ports;
+};
+
 struct request_symmetries {
     struct request_candidate *check; int checks;
     bool has_search;
@@ -176,6 +204,7 @@ struct request {
     struct form_mechanical *mechanical;     /* of that form, else NULL */
     struct request_forces forces;     /* where there are outputs */
     struct request_symmetries symmetries;
+    struct request_linearization linearization;
     expr_id lagrangian;               /* L(q, v, t), where the form has one and no forces; or EXPR_UNDEF */
     int multiplier;                   /* of the form lagrangian: the symbol of the first holonomic constraint's multiplier, those of the others follow */
     int coordinates;                  /* of it: the system's variables are q, v, multipliers */
@@ -226,6 +255,8 @@ enum {
     REQUEST_MAX_TABLES = 64,
     REQUEST_MAX_KNOTS = 100000,       /* of one table */
     REQUEST_MAX_INTEGRALS = 64,
+    REQUEST_MAX_PORTS = 1000,         /* inputs, outputs of a linearization */
+    REQUEST_MAX_PLACES = 1000,        /* where to linearize */
     REQUEST_MAX_BITS = 1 << 17,       /* of one exact number */
     REQUEST_MAX_NAME = 128,           /* bytes of a name */
     REQUEST_MAX_DEPTH = 64            /* of nested JSON */

@@ -1,6 +1,7 @@
 /* The table of stages. */
 #include "stage_list.h"
 
+#include "ask.h"
 #include "follow.h"
 #include "run_job.h"
 #include "properties.h"
@@ -34,6 +35,11 @@ static bool wants_kronecker(const struct job *j)
     return j->request->want & REQUEST_STRUCTURE || answer_operator_is_pencil(j);
 }
 
+static bool wants_linearization(const struct job *j)
+{
+    return j->request->want & REQUEST_LINEARIZATION && !j->place.depth;
+}
+
 const struct job_stage job_stages[] = {
     { "operator",   -1,   false, has_operator,     answer_operator,          answer_operator_clear },
     { "mechanical", 0.04, false, has_mechanical,   answer_mechanical,        answer_mechanical_clear },
@@ -47,6 +53,7 @@ const struct job_stage job_stages[] = {
     { "symmetries", 0.48, false, wants_symmetries, answer_symmetries,        answer_symmetries_clear },
     { "structure",  -1,   false, wants_kronecker,  answer_kronecker,         NULL },
     { "trajectory", 0.5,  true,  NULL,             answer_motion,            answer_motion_clear },
+    { "linearization", 0.9, true, wants_linearization, answer_linearization, answer_ask_clear },
     { "trajectory", -1,   true,  NULL,             answer_strata_solve,      NULL },
     { 0 },
 };

@@ -4,6 +4,7 @@
 
 #include "arena.h"
 
+#include <assert.h>
 #include <string.h>
 
 struct reader {
@@ -27,10 +28,14 @@ static const char *text_of(struct reader *r, struct slice v)
 {
     if (!v.at || *v.at == 'n')
         return NULL;
-    if (*v.at == '"')
-        v = (struct slice){ v.at + 1, v.len - 2 };
+    const char *from = v.at;
+    if (*from == '"') {
+        from++;
+        v.len -= 2;
+    }
     char *text = sga_take(&r->mem, v.len + 1);
-    memcpy(text, v.at, v.len);
+    assert(text);
+    memcpy(text, from, v.len);
     text[v.len] = 0;
     return text;
 }

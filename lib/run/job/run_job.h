@@ -12,6 +12,7 @@
 
 struct cases_part;
 struct form_tangent;
+struct job_ask;
 struct job_integrals;
 struct job_symmetries;
 struct job_texts;
@@ -113,6 +114,7 @@ struct job {
     struct traj_result *trajectory;
     char *sweep;                  /* JSON: those of a sweep, or NULL */
     struct tradeoff *tradeoff;
+    struct job_ask *ask;          /* linearization and what else is asked of the reduced system */
 };
 
 /* Runs the stages that follow what is said, or the others. False: j->err. */

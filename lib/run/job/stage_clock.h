@@ -20,6 +20,7 @@
     X(INITIAL, "initial") \
     X(TRAJECTORY, "trajectory") \
     X(TRADEOFF, "tradeoff") \
+    X(LINEARIZATION, "linearization") \
     X(WRITING, "writing")
 
 enum stage {

@@ -43,11 +43,12 @@ static bool solve(struct job *j)
 {
     /* motions choose the gauge by expressions, those of other rows where there are conditions */
     bool motion = j->request->want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF) && !j->request->trajectory.conditions;
+    bool fields = j->request->want & (REQUEST_GAUGE | REQUEST_SYMMETRIES | REQUEST_LINEARIZATION);
     struct reduction_options options = {
         .near = j->start.x, .near_given = j->start.given, .near_time = j->start.time, .parameter_near = j->start.parameter, .seed = SGA_SEED_REDUCTION, .budget = j->budget,
         .combinations = j->request->want & (REQUEST_CONSTRAINTS | REQUEST_STRUCTURE),
-        .gauge_fields = j->request->want & (REQUEST_GAUGE | REQUEST_SYMMETRIES) || motion,
-        .gauge_nodes = j->request->want & (REQUEST_GAUGE | REQUEST_SYMMETRIES) ? 0 : answer_gauge_nodes(j),
+        .gauge_fields = fields || motion,
+        .gauge_nodes = fields ? 0 : answer_gauge_nodes(j),
         .rows = j->request->want & REQUEST_STRUCTURE,
     };
     drop_solution(j);

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "ask.h"
 #include "run_job.h"
 #include "job_texts.h"
 #include "print.h"
@@ -296,6 +297,10 @@ bool answer_write(struct job *j, struct sga_buf *out)
         return false;
     if (j->tradeoff)
         answer_write_tradeoff(j, w);
+    if (j->ask && j->ask->linearization.len) {
+        sga_json_key(w, "linearization");
+        sga_json_raw(w, j->ask->linearization.data, j->ask->linearization.len);
+    }
     answer_write_evidence(j, w);
     answer_warn(j);
     sga_json_key(w, "warnings");

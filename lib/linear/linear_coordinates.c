@@ -1,0 +1,174 @@
+/* The choice of states: what moves with an input's derivative must follow from the constraints; of the others those follow whose
+ * differentials the constraints determine best, the last named ones first. */
+#include "linear_coordinates.h"
+
+#include <assert.h>
+#include <math.h>
+#include <string.h>
+
+#include "error.h"
+#include "oracle.h"
+#include "reduction.h"
+#include "system.h"
+
+/* A pivot is as good as the best one when it is this large beside it: then the later variable is taken. */
+static const double AS_GOOD = 0.1;
+/* What elimination in doubles leaves of a column that is none. */
+static const double NOTHING = 1e-10;
+
+static const char *name_of(const struct linear_request *rq, int variable)
+{
+    return rq->sys->store->symbol[rq->sys->variable[variable].symbol].name;
+}
+
+/* By index of an input, -1: none. */
+static int input_of(const struct linear_request *rq, int variable)
+{
+    for (int k = 0; k < rq->inputs; k++)
+        if (rq->input[k].variable == variable)
+            return k;
+    return -1;
+}
+
+/* Is variable j moved by free functions, on Pf? */
+static bool moves(const struct linear_request *rq, int j)
+{
+    const struct sga_solution *sol = rq->sol;
+    for (int k = 0; k < sol->free_columns; k++) {
+        expr_id e = sol->gauge[(size_t)k * (size_t)rq->sys->variables + (size_t)j];
+        if (!expr_is_zero(rq->sys->store, e) && points_oracle_zero(rq->oracle, e).truth != POINTS_ZERO)
+            return true;
+    }
+    return false;
+}
+
+/* Up to a few names of what moves and is no input. */
+static bool refuse_freedom(const struct linear_request *rq, const unsigned char *moving, int left, struct sga_error *err)
+{
+    char names[300] = "";
+    int listed = 0;
+    for (int j = 0; j < rq->sys->variables; j++) {
+        size_t n = strlen(names);
+        if (!moving[j] || input_of(rq, j) >= 0 || listed++ >= 8)
+            continue;
+        snprintf(names + n, sizeof names - n, "%s%.40s", n ? ", " : "", name_of(rq, j));
+    }
+    return sga_fail_at(err, SGA_E_INPUTS, "/linearization/inputs", "the equations leave %d function%s of time to be chosen that no input names; it moves %s: name "
+                       "inputs among them in linearization.inputs, or add equations that determine them", left, left == 1 ? "" : "s", names);
+}
+
+/* The gauge's components of the inputs that are variables, a row each. */
+static bool input_gauge(const struct linear_request *rq, struct linear_place *place, struct linear_matrix *out)
+{
+    SGA_ARENA(mem);
+    int g = rq->sol->free_columns, rows = 0;
+    expr_id *e = sga_zeros(&mem, (size_t)rq->inputs * (size_t)g + 1, sizeof *e);
+    for (int i = 0; i < rq->inputs; i++) {
+        for (int k = 0; k < g && rq->input[i].variable >= 0; k++)
+            e[rows * g + k] = rq->sol->gauge[(size_t)k * (size_t)rq->sys->variables + (size_t)rq->input[i].variable];
+        rows += rq->input[i].variable >= 0;
+    }
+    return linear_place_matrix(place, e, rows, g, out);
+}
+
+/* Inputs are the freedom: as many, and each can be chosen. */
+static bool check_inputs(const struct linear_request *rq, struct linear_place *place, const unsigned char *moving, struct sga_error *err)
+{
+    struct linear_matrix g;
+    int least = 0;
+    bool ok = input_gauge(rq, place, &g) || sga_fail(err, SGA_E_UNDECIDED, "the gauge fields have no value at the point");
+    int inputs = linear_rows(&g);
+    bool known = ok && linear_matrix_rank(&g, &least);
+    linear_matrix_clear(&g);
+    if (!ok)
+        return false;
+    for (int i = 0; i < rq->inputs; i++)
+        if (rq->input[i].variable >= 0 && !moving[rq->input[i].variable])
+            return sga_fail_at(err, SGA_E_INPUTS, "/linearization/inputs", "%.100s cannot be chosen as a function of time: its derivative is determined on the final "
+                               "set; name what is left free%s", rq->input[i].name,
+                               rq->sol->free_columns ? " (gauge says what moves)" : " (nothing is; give it as a table, or leave it out)");
+    if (least < inputs)
+        return sga_fail_at(err, known ? SGA_E_INPUTS : SGA_E_UNDECIDED, "/linearization/inputs", "the inputs cannot be chosen independently of each other: %d of "
+                           "%d can%s", least, inputs, known ? "" : ", as far as is known");
+    return least == rq->sol->free_columns || refuse_freedom(rq, moving, rq->sol->free_columns - least, err);
+}
+
+static double *doubles(struct sga_arena *mem, const struct linear_matrix *J, int cols)
+{
+    double *m = sga_take(mem, ((size_t)linear_rows(J) * (size_t)cols + 1) * sizeof *m);
+    for (int i = 0; i < linear_rows(J); i++) {
+        double size = 0;
+        for (int k = 0; k < cols; k++)
+            size = fmax(size, fabs(m[i * cols + k] = linear_matrix_double(J, i, k)));
+        for (int k = 0; k < cols && size > 0; k++)
+            m[i * cols + k] /= size;
+    }
+    return m;
+}
+
+/* The entry to divide by, of rows that are left and columns that are allowed; false: there is none. */
+static bool pivot(const double *m, int rows, int cols, int from, const unsigned char *allowed, int *row, int *col)
+{
+    double best = NOTHING;
+    for (int i = from; i < rows; i++)
+        for (int k = 0; k < cols; k++)
+            if (allowed[k])
+                best = fmax(best, fabs(m[i * cols + k]));
+    for (int k = cols - 1; k >= 0; k--)
+        for (int i = from; i < rows && allowed[k]; i++)
+            if (fabs(m[i * cols + k]) > NOTHING && fabs(m[i * cols + k]) >= AS_GOOD * best) {
+                *row = i;
+                *col = k;
+                return true;
+            }
+    return false;
+}
+
+static void eliminate(double *m, int rows, int cols, int at, int row, int col)
+{
+    for (int k = 0; k < cols; k++) {
+        double t = m[at * cols + k];
+        m[at * cols + k] = m[row * cols + k];
+        m[row * cols + k] = t;
+    }
+    for (int i = at + 1; i < rows; i++) {
+        double f = m[i * cols + col] / m[at * cols + col];
+        for (int k = 0; k < cols && f != 0; k++)
+            m[i * cols + k] -= f * m[at * cols + k];
+    }
+}
+
+bool linear_coordinates_choose(struct linear_coordinates *c, struct sga_arena *mem, const struct linear_request *rq, struct linear_place *place,
+                               const struct linear_matrix *J, struct sga_error *err)
+{
+    int n = rq->sys->variables, rows = linear_rows(J), row = 0, col = 0;
+    assert(linear_cols(J) >= n && rows == rq->sol->constraints);
+    unsigned char *moving = sga_zeros(mem, (size_t)n + 1, 1), *allowed = sga_zeros(mem, (size_t)n + 1, 1), *taken = sga_zeros(mem, (size_t)n + 1, 1);
+    double *m = doubles(mem, J, n);
+    *c = (struct linear_coordinates){ .follow = sga_take(mem, ((size_t)rows + 1) * sizeof *c->follow), .state = sga_take(mem, ((size_t)n + 1) * sizeof *c->state),
+                                      .moving = -1 };
+    for (int j = 0; j < n; j++)
+        allowed[j] = (moving[j] = moves(rq, j)) && input_of(rq, j) < 0;
+    if (!check_inputs(rq, place, moving, err))
+        return false;
+    for (int part = 0; part < 2; part++) {      /* what moves with inputs, then all others */
+        while (c->follows < rows && pivot(m, rows, n, c->follows, allowed, &row, &col)) {
+            eliminate(m, rows, n, c->follows, row, col);
+            c->follow[c->follows++] = col;
+            allowed[col] = 0;
+            taken[col] = 1;
+        }
+        for (int j = 0; j < n; j++)
+            allowed[j] = !taken[j] && input_of(rq, j) < 0;
+    }
+    if (c->follows < rows)
+        return sga_fail_at(err, SGA_E_UNDECIDED, "/linearization/at", "the differentials of the constraints were not found to be independent at this point; choose another");
+    for (int j = 0; j < n; j++) {
+        if (taken[j] || input_of(rq, j) >= 0)
+            continue;
+        if (moving[j] && c->moving < 0)
+            c->moving = j;
+        c->state[c->states++] = j;
+    }
+    return true;
+}

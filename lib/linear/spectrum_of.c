@@ -1,0 +1,177 @@
+/* Eigenvalues: by the pencil's exact structure, or in discs. */
+#include "spectrum_of.h"
+
+#include <acb_mat.h>
+#include <assert.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "arb_ends.h"
+#include "buf.h"
+#include "pencil.h"
+
+SGA_END_BY(acb_mat_end, acb_mat_t, acb_mat_clear)
+
+/* Eigenvalues are written as doubles where their nearest double is enough. */
+static const double DOUBLE = 1e-15;
+
+static enum spectrum_side side_of_text(const char *re)
+{
+    return strcmp(re, "0") == 0 ? SPECTRUM_AXIS : re[0] == '-' ? SPECTRUM_LEFT : SPECTRUM_RIGHT;
+}
+
+static void add_entries(struct pencil_matrix *to, const struct linear_matrix *m)
+{
+    for (int i = 0; i < linear_rows(m); i++)
+        for (int k = 0; k < linear_cols(m); k++)
+            if (!fmpq_is_zero(fmpq_mat_entry(m->q, i, k)))
+                pencil_add(to, i, k, fmpq_mat_entry(m->q, i, k));
+}
+
+static void take(struct spectrum_of *s, const struct pencil_structure *p, const struct pencil_eigenvalue *e, int count)
+{
+    s->value = sga_zeros(&s->mem, (size_t)count + 1, sizeof *s->value);
+    s->exact = true;
+    for (int i = 0; i < count; i++) {
+        const struct pencil_factor *f = p->factor + e[i].factor;
+        s->value[i] = (struct spectrum_value){
+            .re = sga_take_text(&s->mem, e[i].re), .im = sga_take_text(&s->mem, e[i].im), .multiplicity = f->multiplicity,
+            .block = f->blocks ? f->block[0] : 0, .side = side_of_text(e[i].re), .size = hypot(strtod(e[i].re, NULL), strtod(e[i].im, NULL)) };
+        s->total += f->multiplicity;
+    }
+    s->count = count;
+}
+
+bool spectrum_of_pencil(struct spectrum_of *s, const struct linear_matrix *E, const struct linear_matrix *F, const struct sga_budget *budget,
+                        struct sga_error *err)
+{
+    assert(E->exact && F->exact && linear_rows(E) == linear_rows(F) && linear_cols(E) == linear_cols(F));
+    struct pencil p;
+    struct pencil_structure structure;
+    struct pencil_options options = { .spectrum = true, .budget = budget };
+    struct pencil_eigenvalue *e = NULL;
+    int count = 0;
+    *s = (struct spectrum_of){ .exact = true };
+    if (!linear_rows(E) || !linear_cols(E))
+        return true;
+    pencil_init(&p, linear_rows(E), linear_cols(E));
+    add_entries(&p.A, E);
+    add_entries(&p.B, F);
+    bool ok = pencil_structure(&p, &options, &structure, err);
+    pencil_clear(&p);
+    if (!ok)
+        return false;
+    if (structure.no_spectrum)
+        s->missing = "the eigenvalues would take longer than the time that is left; raise limits.seconds";
+    else
+        ok = pencil_eigenvalues(&structure, DOUBLE, budget, &e, &count, err);
+    if (ok && !s->missing) {
+        take(s, &structure, e, count);
+        pencil_eigenvalues_clear(e, count);
+    }
+    pencil_structure_clear(&structure);
+    return ok;
+}
+
+static int by_value(const void *x, const void *y)
+{
+    const acb_struct *a = x, *b = y;
+    int c = arf_cmp(arb_midref(acb_realref(a)), arb_midref(acb_realref(b)));
+    return c ? c : arf_cmp(arb_midref(acb_imagref(a)), arb_midref(acb_imagref(b)));
+}
+
+/* The double nearest to the middle, 0 where the ball has it; *error grows to what it may be off by. */
+static double written(const arb_t x, double *error)
+{
+    SGA_ENDS(arb_end) arb_t off = { 0 };
+    SGA_ENDS(mag_end) mag_t size = { 0 };
+    double v = arb_contains_zero(x) ? 0 : arf_get_d(arb_midref(x), ARF_RND_NEAR);
+    arb_set_d(off, v);
+    arb_sub(off, x, off, LINEAR_BITS);
+    arb_get_mag(size, off);
+    *error = fmax(*error, mag_get_d(size));
+    return v;
+}
+
+static char *number(struct spectrum_of *s, const arb_t x)
+{
+    char text[32];
+    sga_format_double(text, written(x, &s->error));
+    return sga_take_text(&s->mem, text);
+}
+
+static enum spectrum_side side_of_ball(const arb_t re)
+{
+    return arb_is_positive(re) ? SPECTRUM_RIGHT : arb_is_negative(re) ? SPECTRUM_LEFT : arb_is_zero(re) ? SPECTRUM_AXIS : SPECTRUM_UNKNOWN;
+}
+
+/* Discs that overlap are one: their hull holds as many eigenvalues as they are. */
+static void take_discs(struct spectrum_of *s, acb_ptr e, int n)
+{
+    s->value = sga_zeros(&s->mem, (size_t)n + 1, sizeof *s->value);
+    s->total = n;
+    SGA_ARENA(mem);
+    unsigned char *gone = sga_zeros(&mem, (size_t)n + 1, 1);
+    for (int i = 0; i < n; i++) {
+        int together = 1;
+        if (gone[i])
+            continue;
+        for (int k = i + 1; k < n; k++)
+            if (!gone[k] && acb_overlaps(e + i, e + k)) {
+                acb_union(e + i, e + i, e + k, LINEAR_BITS);
+                gone[k] = 1;
+                together++;
+                k = i;             /* the hull may reach others */
+            }
+        s->value[s->count++] = (struct spectrum_value){
+            .re = number(s, acb_realref(e + i)), .im = number(s, acb_imagref(e + i)), .multiplicity = together,
+            .block = together == 1, .side = side_of_ball(acb_realref(e + i)),
+            .size = hypot(arf_get_d(arb_midref(acb_realref(e + i)), ARF_RND_NEAR), arf_get_d(arb_midref(acb_imagref(e + i)), ARF_RND_NEAR)) };
+    }
+}
+
+static bool enclose(acb_ptr e, const struct linear_matrix *A)
+{
+    int n = linear_rows(A);
+    SGA_ENDS(acb_mat_end) acb_mat_t M, R;
+    acb_mat_init(M, n, n);
+    acb_mat_init(R, n, n);
+    acb_mat_set_arb_mat(M, A->b);
+    acb_ptr near = _acb_vec_init(n);
+    acb_mat_approx_eig_qr(near, NULL, R, M, NULL, 0, LINEAR_BITS);
+    bool ok = acb_mat_eig_multiple(e, M, near, R, LINEAR_BITS);
+    _acb_vec_clear(near, n);
+    return ok;
+}
+
+bool spectrum_of_matrix(struct spectrum_of *s, const struct linear_matrix *A, const struct sga_budget *budget, struct sga_error *err)
+{
+    int n = linear_rows(A);
+    assert(n == linear_cols(A));
+    if (A->exact) {
+        struct linear_matrix one;
+        linear_matrix_init(&one, n, n);
+        fmpq_mat_one(one.q);
+        linear_matrix_enclose(&one);
+        bool ok = spectrum_of_pencil(s, &one, A, budget, err);
+        linear_matrix_clear(&one);
+        return ok;
+    }
+    *s = (struct spectrum_of){ .exact = false };
+    acb_ptr e = _acb_vec_init(n);
+    if (enclose(e, A)) {
+        qsort(e, (size_t)n, sizeof *e, by_value);
+        take_discs(s, e, n);
+    } else {
+        s->missing = "the eigenvalues could not be enclosed";
+    }
+    _acb_vec_clear(e, n);
+    return true;
+}
+
+void spectrum_of_clear(struct spectrum_of *s)
+{
+    sga_arena_end(&s->mem);
+    *s = (struct spectrum_of){ .count = 0 };
+}

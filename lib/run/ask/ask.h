@@ -1,0 +1,20 @@
+/* Questions that are asked of a reduced system, as texts of the result. */
+#ifndef SGA_RUN_ASK_H
+#define SGA_RUN_ASK_H
+
+#include <stdbool.h>
+
+#include "buf.h"
+
+struct job;
+
+/* JSON values of the members, or empty. */
+struct job_ask {
+    struct sga_buf linearization;
+};
+
+/* Where wanted: the linearization at the start, at samples, or at places. */
+bool answer_linearization(struct job *j);
+void answer_ask_clear(struct job *j);
+
+#endif

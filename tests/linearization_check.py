@@ -1,0 +1,209 @@
+"""Linearizations by other routes: linearization_check.py BUILD_DIR
+
+- every case of tests/cases/linearization.json: about an equilibrium, or where all is constant, the state form and the given equations have one
+  transfer matrix at random s, and their finite eigenvalues are the same in number and place; elsewhere A and B are difference quotients of
+  the reduced field at consistent starts beside the point;
+- random descriptor systems that were built from their modes: eigenvalues, what inputs reach and outputs show, and transfer matrices in
+  rational arithmetic;
+- computed motions beside an equilibrium against exp(A t);
+Refusals are cases as others are.
+"""
+import json
+import os
+import random
+import sys
+from fractions import Fraction
+
+import mpmath
+import sympy
+
+import schemas
+from solver import Solver
+from tally import ROOT, Tally, build_folder, scaled, seed
+
+mpmath.mp.dps = 30
+
+
+def numbers(M, cols):
+    """Exact texts as fractions, doubles as they are; a matrix of SymPy, which has a shape without rows or columns too."""
+    return sympy.Matrix(len(M), cols, [sympy.Rational(x) if isinstance(x, str) else sympy.Float(repr(float(x)), 30) for row in M for x in row])
+
+
+class Form:
+    def __init__(self, item, member):
+        form, n, m = item[member], len(item[member]["names"]), len(item["inputs"])
+        self.A, self.B = numbers(form["A"], n), numbers(form["B"], m)
+        self.C, self.D = numbers(form["C"], n), numbers(form["D"], m)
+        self.E = numbers(form["E"], n) if "E" in form else sympy.eye(n)
+        self.exact = all(isinstance(x, str) for k in "EABCD" if k in form for row in form[k] for x in row)
+
+    def transfer(self, s):
+        """C (s E - A)^-1 B + D; None: there is none, or more than one."""
+        M, n = s * self.E - self.A, self.A.cols
+        if M.rows != n:
+            if not self.exact or M.rank() < n:
+                return None
+            solution = (M.T * M).LUsolve(M.T * self.B)
+        elif n == 0:
+            return self.D
+        else:
+            solution = M.LUsolve(self.B) if self.B.cols else self.B
+        return self.C * solution + self.D
+
+
+def close(a, b, tolerance):
+    return all(abs(x - y) <= tolerance * (1 + abs(x)) for x, y in zip(a, b))
+
+
+class Check:
+    def __init__(self):
+        self.tally, self.solver, self.schema = Tally("linearization"), Solver(build_folder(), number=float), schemas.validator("result")
+
+    def solve(self, label, request):
+        result, problem = self.solver.solve(request)
+        if not self.tally.check(result is not None, label, str(problem)):
+            return None
+        fault = schemas.faults(self.schema, result)
+        self.tally.check(not fault, f"{label}: schema", fault)
+        return result
+
+    def eigenvalues(self, label, item, given):
+        """det(s E - A) has as many roots as there are states, and vanishes at each."""
+        if given.A.rows != given.A.cols or not given.exact or not given.A.rows:
+            return
+        s = sympy.Symbol("s")
+        det = sympy.Poly((s * given.E - given.A).det(method="berkowitz"), s)
+        total = sum(e[2] for e in item["eigenvalues"])
+        self.tally.check(det.degree() == total == len(item["state"]["names"]), f"{label}: how many eigenvalues", f"{det.degree()}, {total}")
+        roots = [r for r, k in sympy.roots(det, multiple=False).items() for _ in range(k)] if det.degree() <= 2 else \
+            [r for f, k in det.factor_list()[1] for r in sympy.Poly(f, s).nroots(n=25, maxsteps=200) for _ in range(k)]
+        mine = sorted([complex(*e[:2]) for e in item["eigenvalues"] for _ in range(e[2])], key=lambda z: (round(z.real, 8), round(z.imag, 8)))
+        theirs = sorted([complex(r) for r in roots], key=lambda z: (round(z.real, 8), round(z.imag, 8)))
+        self.tally.check(close(mine, theirs, 1e-12), f"{label}: eigenvalues", f"{mine}, {theirs}")
+
+    def one_transfer(self, label, item):
+        state, given = Form(item, "state"), Form(item, "descriptor")
+        for _ in range(2):
+            s = sympy.Rational(random.randint(1, 500), 23) + sympy.Rational(1, 29)    # no eigenvalue of a small matrix of small numbers
+            a, b = state.transfer(s), given.transfer(s)
+            if b is None:
+                return
+            exact = state.exact and given.exact
+            same = a == b if exact else close(a, b, 1e-11)
+            self.tally.check(same, f"{label}: transfer matrix at {s}", f"{a}, {b}")
+        if label.startswith("linearization"):    # of what was built they are known
+            self.eigenvalues(label, item, given)
+
+    def quotients(self, label, request, item):
+        """A, B as difference quotients of the reduced field at starts where states and inputs are held."""
+        names, inputs = item["state"]["names"], [u for u in item["inputs"] if u in item["point"]]
+        h = 1e-5
+        for col, name in enumerate(names + inputs):
+            rates = []
+            for sign in (1, -1):
+                start = {**item["point"], name: item["point"][name] + sign * h}
+                side = {"system": request["system"], "want": ["consistent_initial"],
+                        "trajectory": {"start": item["t"], "initial": start, "hold": names + inputs}}
+                result = self.solve(f"{label}: beside", side)
+                if result is None:
+                    return
+                rates.append(result["consistent_initial"]["derivatives"])
+            form = item["state"]["A"] if col < len(names) else item["state"]["B"]
+            k = col if col < len(names) else item["inputs"].index(name)
+            for row, z in enumerate(names):
+                expected = (rates[0][z] - rates[1][z]) / (2 * h)
+                value = float(Fraction(form[row][k])) if isinstance(form[row][k], str) else form[row][k]
+                self.tally.check(abs(value - expected) <= 1e-6 * (1 + abs(value)), f"{label}: d({z}')/d({name})", f"{value}, {expected}")
+
+    def case(self, case):
+        name, request = case["name"], case["request"]
+        result = self.solve(name, request)
+        if result is None:
+            return
+        for k, item in enumerate(result["linearization"]):
+            label = f"{name} [{k}]"
+            self.tally.check(len(item["state"]["names"]) == result["dimensions"]["final"] - sum(u in [v["name"] for v in result["variables"]] for u in item["inputs"]),
+                             f"{label}: states")
+            if item["evidence"]["constant"] or item["evidence"]["equilibrium"]:
+                self.one_transfer(label, item)
+            if item["point"] is not None:
+                self.quotients(label, request, item)
+            for path, value in case["expect"]["linearization"].items():
+                at = item
+                for key in path.split("."):
+                    at = at[key]
+                self.tally.check(at == value, f"{label}: {path}", f"is {at!r}, should be {value!r}")
+        if case["expect"].get("linear_motion"):
+            self.motion(name, request, result["linearization"][0])
+
+    def built(self, k):
+        """A descriptor system of known modes: P diag(I, N) Q x' = P diag(J, I) Q x + P [B1; B2] u with N B2 = 0, so that it is proper."""
+        n, fast, m, p = random.randint(1, 4), random.randint(0, 3), random.randint(1, 2), random.randint(1, 2)
+        size = n + fast
+        modes = [random.randint(-4, 3) for _ in range(n)]
+        J = sympy.diag(*modes)
+        N = sympy.zeros(fast, fast)
+        for i in range(fast - 1):
+            N[i, i + 1] = random.choice([0, 1])
+        B1 = sympy.Matrix(n, m, lambda *_: random.randint(-2, 2))
+        B2 = sympy.Matrix(fast, m, lambda i, j: 0 if i and N[i - 1, i] else random.randint(-2, 2))
+        C = sympy.Matrix(p, n, lambda *_: random.randint(-2, 2))
+        C2 = sympy.Matrix(p, fast, lambda *_: random.randint(-2, 2))
+        while True:
+            P, Q = (sympy.Matrix(size, size, lambda *_: random.randint(-2, 2)) for _ in range(2))
+            if P.det() and Q.det():
+                break
+        E, A, B = P * sympy.diag(sympy.eye(n), N) * Q, P * sympy.diag(J, sympy.eye(fast)) * Q, P * B1.col_join(B2)
+        out = C.row_join(C2) * Q
+        names, inputs = [f"x{i}" for i in range(size)], [f"u{i}" for i in range(m)]
+        request = {"system": {"form": "linear", "variables": names, "A": [[str(x) for x in E.row(i)] for i in range(size)],
+                              "B": [[str(x) for x in A.row(i)] for i in range(size)], "C": [[str(x) for x in B.row(i)] for i in range(size)], "inputs": inputs},
+                   "want": ["linearization"],
+                   "linearization": {"outputs": [" + ".join(f"({out[i, j]})*x{j}" for j in range(size)) for i in range(p)]}}
+        label = f"built {k}"
+        result = self.solve(label, request)
+        if result is None:
+            return
+        item = result["linearization"][0]
+        expected = sorted([e, 0, modes.count(e)] for e in set(modes))
+        self.tally.check(item["eigenvalues"] == expected, f"{label}: modes", f"{item['eigenvalues']}, {expected}")
+        self.one_transfer(label, item)
+        for member, part, M in (("controllable", "uncontrollable", B1), ("observable", "unobservable", C.T)):
+            missed = []
+            for e in sorted(set(modes)):
+                rows = M.extract([i for i in range(n) if modes[i] == e], list(range(M.cols)))
+                left = rows.rows - rows.rank()
+                if left:
+                    missed.append([e, 0, left])
+            got = item[member]
+            self.tally.check(got["dimension"] == n - sum(x[2] for x in missed) and got[part] == missed, f"{label}: {member}", f"{got}, {missed}")
+        stability = "unstable" if max(modes) > 0 else "asymptotic" if max(modes) < 0 else "marginal"
+        self.tally.check(item["stability"] == stability and item["stable"] == (stability != "unstable"), f"{label}: stability", str(item["stability"]))
+
+    def motion(self, name, request, item):
+        """A motion from beside the equilibrium is exp(A t) of the deviation, to second order."""
+        names, d, stop = item["state"]["names"], 1e-5, 0.7
+        start = {**item["point"], names[0]: item["point"][names[0]] + d}
+        result = self.solve(f"{name}: motion", {"system": request["system"], "want": ["trajectory"], "accuracy": {"rtol": 1e-12},
+                                                "trajectory": {"stop": stop, "samples": 2, "initial": start, "hold": names, "outputs": names}})
+        if result is None:
+            return
+        A = mpmath.matrix([[mpmath.mpf(Fraction(x).numerator) / Fraction(x).denominator if isinstance(x, str) else x for x in row] for row in item["state"]["A"]])
+        column = mpmath.expm(A * stop)[:, 0]
+        for k, z in enumerate(names):
+            moved = (result["trajectory"]["rows"][-1][k + 1] - item["point"][z]) / d
+            self.tally.check(abs(moved - column[k]) < 1e-3, f"{name}: exp(A t) for {z}", f"{moved}, {column[k]}")
+
+    def run(self):
+        random.seed(seed(18))
+        with open(os.path.join(ROOT, "tests", "cases", "linearization.json"), encoding="utf-8") as f:
+            cases = json.load(f)
+        for case in cases:
+            if "error" not in case["expect"]:
+                self.case(case)
+        for k in range(scaled(25)):
+            self.built(k)
+        return self.tally.end()
+
+
+sys.exit(Check().run())
