@@ -150,6 +150,7 @@ static bool run_text(struct run *r, const char *request, size_t length, bool tie
     sga_watch_begin(j->budget, r->options->wall ? wall : NULL, r);
     if (!request_read(&own, request, length, j->err)) {
         sga_watch_end();
+        sga_arena_end(&j->mem);
         return false;
     }
     set_budget(r);
