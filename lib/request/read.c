@@ -36,8 +36,8 @@ static bool check_wants(struct reader *rd, const json_t *trajectory, const json_
     if (r->want & REQUEST_SYMMETRIES && !symmetries)
         return at_fail(rd, SGA_E_MISSING_MEMBER, "\"symmetries\" is wanted, but the member \"symmetries\" is missing; "
                        "it says what to check and what to search");
-    if (r->want & REQUEST_LINEARIZATION && rd->symbolic[0])
-        return needs_value(rd, "a linearization");
+    if (r->want & (REQUEST_LINEARIZATION | REQUEST_TRANSFER) && rd->symbolic[0])
+        return needs_value(rd, r->want & REQUEST_LINEARIZATION ? "a linearization" : "a transfer matrix");
     unsigned needs = r->want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF | REQUEST_CONSISTENT_INITIAL);
     if (!needs)
         return true;
@@ -89,13 +89,13 @@ static bool bounds_met(const struct request *r, const struct request_bounds *b, 
 static bool read_all(struct reader *rd, const json_t *v)
 {
     static const char *const members[] = { "system", "want", "symmetries", "trajectory", "accuracy", "limits", "strata", "sweep",
-                                           "linearization", NULL };
+                                           "linearization", "transfer", NULL };
     if (!only_members(rd, v, members))
         return false;
     const json_t *limits = json_object_get(v, "limits"), *accuracy = json_object_get(v, "accuracy");
     const json_t *trajectory = json_object_get(v, "trajectory"), *symmetries = json_object_get(v, "symmetries");
     const json_t *want = json_object_get(v, "want"), *strata = json_object_get(v, "strata"), *sweep = json_object_get(v, "sweep");
-    const json_t *linearization = json_object_get(v, "linearization");
+    const json_t *linearization = json_object_get(v, "linearization"), *transfer = json_object_get(v, "transfer");
     const json_t *system = need_member(rd, v, "system");
     if (!system || (limits && !read_limits(rd, limits)))
         return false;
@@ -109,11 +109,14 @@ static bool read_all(struct reader *rd, const json_t *v)
         rd->r->want |= REQUEST_TRAJECTORY;
     if (!want && linearization)
         rd->r->want |= REQUEST_LINEARIZATION;
+    if (!want && transfer)
+        rd->r->want |= REQUEST_TRANSFER;
     if (rd->r->has_mechanical && trajectory)
         read_mechanical_outputs(rd);
     return check_wants(rd, trajectory, symmetries)
         && (!trajectory || read_trajectory(rd, trajectory)) && (!sweep || read_sweep(rd, sweep)) && (!accuracy || read_accuracy(rd, accuracy))
-        && (!symmetries || read_symmetries(rd, symmetries)) && (!linearization || read_linearization(rd, linearization)) && (!strata || read_strata(rd, strata)) && read_tables_end(rd) && store_ok(rd);
+        && (!symmetries || read_symmetries(rd, symmetries)) && (!linearization || read_linearization(rd, linearization))
+        && (!transfer || read_transfer(rd, transfer)) && (!strata || read_strata(rd, strata)) && read_tables_end(rd) && store_ok(rd);
 }
 
 bool request_read(struct request *r, const char *text, size_t length, struct sga_error *err)
