@@ -2,6 +2,7 @@
 #
 #   make install  programs, library, header, manual pages, examples: PREFIX=/usr/local, DESTDIR=
 #   make shared   the library for other programs only: build/lib/libsga.so.0, build/lib/libsga.a
+#   make python   the Python client as a wheel: build/python/
 #   make run      install what is missing, build, start a daemon, solve the arm, show it
 #   make test     install what is missing, build, run every test; ends with N passed, N failed
 #   make quick    something about everything in a minute: samples of all suites
@@ -48,6 +49,7 @@ DEPS_sga     := exact points graph lin num poly sys expr base
 DEPS_sym     := sga exact points graph lin num poly sys expr base
 DEPS_graph   := base
 DEPS_plot    := base
+DEPS_export  := expr base
 DEPS_structure := sga exact graph points lin num poly sys expr base
 DEPS_ode     := lin base
 DEPS_enclose := num expr base
@@ -70,12 +72,12 @@ DEPS_run/write := run/ask run/tradeoff run/motion run/properties run/strata run/
 DEPS_run/sweep := run/write run/motion run/strata run/model run/job $(BELOW_run)
 DEPS_run/follow := run/sweep $(DEPS_run/write) run/write
 DEPS_run     := run/follow $(DEPS_run/follow)
-FLOORS := base exact plot graph expr sys lin pencil num poly operator form request points sga linear mech sym structure ode enclose traj run/job run/model run/slice run/texts run/strata run/properties run/motion run/ask run/tradeoff run/write run/sweep run/follow run face
+FLOORS := base exact plot graph expr export sys lin pencil num poly operator form request points sga linear mech sym structure ode enclose traj run/job run/model run/slice run/texts run/strata run/properties run/motion run/ask run/tradeoff run/write run/sweep run/follow run face
 
 # The floors of server/, in the same way; of the library they see the public face. main.c sees all of them.
 DEPS_tools     := base
 DEPS_settings  :=
-DEPS_formats   := tools plot base
+DEPS_formats   := tools plot export base
 DEPS_records   := tools base
 DEPS_store     := records tools base
 DEPS_child     := settings run base
@@ -83,12 +85,12 @@ DEPS_jobs      := child store records settings tools base
 DEPS_access    := jobs store records settings tools base
 DEPS_net       := settings
 DEPS_exchange  := child net access jobs store records settings tools run base
-DEPS_handlers  := formats exchange net access jobs store records settings tools run base
+DEPS_handlers  := formats export exchange net access jobs store records settings tools run base
 DEPS_http      := handlers exchange net access jobs store records settings tools base
 DEPS_admin     := access store records settings tools
 SERVER_FLOORS := tools settings formats records store child jobs access net exchange handlers http admin
 SERVER_DEPS := $(SERVER_FLOORS) run base
-CLIENT_DEPS := formats tools run plot base
+CLIENT_DEPS := formats tools run plot export base
 
 # Folders of server/ or lib/ as places that includes are looked for in.
 quote = $(foreach d,$(1),-iquote $(if $(filter $(d),$(SERVER_FLOORS)),server,lib)/$(d))
@@ -100,14 +102,17 @@ CLIENT_LIBS := -lgnutls
 LIB_SRC := $(foreach f,$(FLOORS),$(wildcard lib/$(f)/*.c))
 LIB_OBJ := $(LIB_SRC:%.c=$(B)/%.o) $(B)/lib/run/version.o
 SERVER_SRC := server/main.c $(foreach f,$(SERVER_FLOORS),$(wildcard server/$(f)/*.c))
-SERVER_OBJ := $(SERVER_SRC:%.c=$(B)/%.o) $(B)/server/embedded.o
+SERVER_OBJ := $(SERVER_SRC:%.c=$(B)/%.o) $(B)/server/embedded.o $(B)/server/page_files.o
 # The client takes results apart with the daemon's JSON scanner, and writes problems as the
 # daemon does; it needs no JSON library. A tradeoff is shown by the same code too.
-CLIENT_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard clients/*.c)) $(addprefix $(B)/server/,tools/json_scan.o tools/problem.o formats/tradeoff_view.o formats/view.o)
+CLIENT_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard clients/*.c)) $(addprefix $(B)/server/,tools/json_scan.o formats/code_view.o formats/tradeoff_view.o formats/view.o)
 
-.PHONY: all lib shared install uninstall FORCE run test quick units lint coverage mutants unit bench kill-test many-test order-test soak-test fuzz fuzz-build clean deps check-deps
+.PHONY: all lib python shared install uninstall FORCE run test quick units lint coverage mutants unit bench kill-test many-test order-test soak-test fuzz fuzz-build clean deps check-deps
 all: $(B)/sgad $(B)/sga $(B)/libsga.a
 lib: $(B)/libsga.a
+# The Python client as a wheel, by the standard library alone.
+python:
+	@/usr/bin/python3 clients/python/backend.py $(B)/python
 
 # Objects of other flags are none of these.
 $(B)/flags: FORCE
@@ -136,6 +141,13 @@ EMBEDDED := $(sort $(wildcard schema/*.json))
 $(B)/server/embedded.c: server/handlers/embed.sh $(EMBEDDED)
 	@mkdir -p $(@D)
 	sh server/handlers/embed.sh $(EMBEDDED) > $@
+# So is the page: its files as they are, and packed.
+PAGE := $(sort $(wildcard clients/page/*.html clients/page/*.css clients/page/*.js clients/page/*.svg clients/page/uplot/*.js clients/page/uplot/*.css etc/examples/*.json))
+$(B)/server/page_files.c: server/handlers/page.sh $(PAGE)
+	@mkdir -p $(@D)
+	sh server/handlers/page.sh $(PAGE) > $@ || { rm -f $@; exit 1; }
+$(B)/server/page_files.o: $(B)/server/page_files.c server/handlers/page_files.h
+	$(Q)$(CC) $(ALL_CFLAGS) $(call quote,handlers) -c $< -o $@
 $(B)/server/embedded.o: $(B)/server/embedded.c server/handlers/embed.h
 	$(Q)$(CC) $(ALL_CFLAGS) $(call quote,handlers) -c $< -o $@
 $(B)/clients/%.o: clients/%.c $(B)/flags
@@ -182,6 +194,7 @@ LIBDIR ?= $(PREFIX)/lib
 INCLUDEDIR ?= $(PREFIX)/include
 MANDIR ?= $(PREFIX)/share/man
 DOCDIR ?= $(PREFIX)/share/doc/sga
+COMPLETIONS ?= $(PREFIX)/share/bash-completion/completions
 MAN := $(wildcard etc/man/*)
 install: all shared
 	install -d $(DESTDIR)$(BINDIR) $(DESTDIR)$(LIBDIR)/pkgconfig $(DESTDIR)$(INCLUDEDIR) $(DESTDIR)$(DOCDIR)/doc $(DESTDIR)$(DOCDIR)/examples $(DESTDIR)$(DOCDIR)/schema
@@ -192,6 +205,7 @@ install: all shared
 	install -m 644 lib/face/sga.h $(DESTDIR)$(INCLUDEDIR)
 	sed -e 's|@LIBDIR@|$(LIBDIR)|; s|@INCLUDEDIR@|$(INCLUDEDIR)|; s|@VERSION@|$(VERSION)|; s|@LIBS@|$(LIBS) -lpthread|' etc/sga.pc.in > $(DESTDIR)$(LIBDIR)/pkgconfig/sga.pc
 	for m in $(MAN); do install -d $(DESTDIR)$(MANDIR)/man$${m##*.} && install -m 644 $$m $(DESTDIR)$(MANDIR)/man$${m##*.} || exit 1; done
+	install -d $(DESTDIR)$(COMPLETIONS) && install -m 644 etc/completion/sga $(DESTDIR)$(COMPLETIONS)/sga && ln -sf sga $(DESTDIR)$(COMPLETIONS)/sgad
 	install -m 644 README.md CHANGELOG.md LICENSE $(DESTDIR)$(DOCDIR)
 	install -m 644 doc/*.md $(DESTDIR)$(DOCDIR)/doc
 	install -m 644 schema/*.json $(DESTDIR)$(DOCDIR)/schema
@@ -199,6 +213,7 @@ install: all shared
 uninstall:
 	rm -f $(DESTDIR)$(BINDIR)/sgad $(DESTDIR)$(BINDIR)/sga $(DESTDIR)$(LIBDIR)/libsga.* $(DESTDIR)$(LIBDIR)/pkgconfig/sga.pc $(DESTDIR)$(INCLUDEDIR)/sga.h
 	for m in $(MAN); do rm -f $(DESTDIR)$(MANDIR)/man$${m##*.}/$${m##*/} || exit 1; done
+	rm -f $(DESTDIR)$(COMPLETIONS)/sga $(DESTDIR)$(COMPLETIONS)/sgad
 	rm -rf $(DESTDIR)$(DOCDIR)
 
 # Unit tests: tests/unit/FOLDER_what.c is linked with its folder's floors only.
@@ -224,7 +239,7 @@ unit: $(UNIT_BIN)
 FUZZ := expression request admission store
 FUZZ_FLAGS := $(ALL_CFLAGS) $(if $(LIBFUZZER),,-fsanitize-coverage=trace-pc)
 FUZZ_OBJ := $(foreach d,request $(DEPS_request),$(patsubst %.c,$(B)/fuzz/%.o,$(wildcard lib/$(d)/*.c)))
-FUZZ_SERVER_OBJ := $(patsubst %.c,$(B)/fuzz/%.o,$(filter-out server/main.c,$(SERVER_SRC))) $(B)/server/embedded.o
+FUZZ_SERVER_OBJ := $(patsubst %.c,$(B)/fuzz/%.o,$(filter-out server/main.c,$(SERVER_SRC))) $(B)/server/embedded.o $(B)/server/page_files.o
 define fuzz_floor_rules
 $(B)/fuzz/lib/$(1)/%.o: lib/$(1)/%.c
 	@mkdir -p $$(@D)

@@ -1,4 +1,5 @@
 /* sga: solves a request, here or by a daemon, and prints the result. */
+#include "code_view.h"
 #include "pretty.h"
 #include "run.h"
 #include "save.h"
@@ -18,18 +19,23 @@ struct arguments {
     const char *file, *server;
     const char *csv, *svg;       /* where the tradeoff goes, or NULL */
     double wait;
+    const char *language;        /* of `sga code`, else NULL */
     bool json, text, interpret_only;
 };
 
 static const char usage[] =
     "usage: sga solve FILE [--server URL] [--ca FILE] [--json | --text] [--wait SECONDS]\n"
     "                      [--tradeoff-csv FILE] [--tradeoff-svg FILE] [--interpret-only]\n"
+    "       sga code FILE --language L [--server URL] [--ca FILE] [--wait SECONDS]\n"
     "       sga top [--server URL] [--ca FILE] [--every SECONDS] [--once]\n"
     "       sga version\n"
     "       sga --help\n"
     "\n"
     "solve reads a request (JSON) from FILE, or from standard input where FILE is -, and\n"
     "prints the result: as JSON, or as text on a terminal.\n"
+    "\n"
+    "code solves a request, and prints constraints, reduced field, gauge fields, Jacobian and\n"
+    "a projection as source: --language c or python.\n"
     "\n"
     "top shows what a daemon does: queue, stages, rates, refusals.\n"
     "\n"
@@ -94,6 +100,21 @@ static void print_problem(const struct answer *a)
         print_result(a, false);
 }
 
+/* The answer as source. What made it is this program: there is no job. */
+static int print_code(const struct arguments *args, const struct answer *a, struct slice request)
+{
+    struct sga_buf out = { 0 };
+    struct sga_error err = { 0 };
+    struct slice result = scan_value(a->text.data, a->text.data + a->text.len);
+    bool ok = code_view(request, result, (struct code_origin){ "(none: sga code)", sga_version() }, export_language_find(args->language), &out, &err);
+    if (!ok)
+        fprintf(stderr, "sga: %s: %s\n", sga_code_text(err.code), err.detail);
+    else if (!(ok = fwrite(out.data, 1, out.len, stdout) == out.len && fflush(stdout) == 0))
+        fprintf(stderr, "sga: cannot write the source: %s\n", strerror(errno));
+    sga_buf_free(&out);
+    return ok ? DONE : FAILED;
+}
+
 /* The result is shown; what else is wanted of it goes into files. */
 static int finish(const struct arguments *args, const struct answer *a)
 {
@@ -106,13 +127,13 @@ static int finish(const struct arguments *args, const struct answer *a)
 static int solve(const struct arguments *args)
 {
     struct sga_buf request = { 0 };
-    struct answer a = { .readable = args->text || (!args->json && isatty(STDOUT_FILENO)), .interpret_only = args->interpret_only };
+    struct answer a = { .readable = args->text || args->language || (!args->json && isatty(STDOUT_FILENO)), .interpret_only = args->interpret_only };
     int status = FAILED;
     if (read_request(args->file, &request)) {
         const char *text = request.data ? request.data : "";
         bool ok = args->server ? solve_there(args->server, text, request.len, args->wait, &a) : solve_here(text, request.len, &a, print_problem);
         if (ok)
-            status = finish(args, &a);
+            status = args->language ? print_code(args, &a, scan_value(text, text + request.len)) : finish(args, &a);
         else
             print_problem(&a);
     }
@@ -128,6 +149,18 @@ static bool read_seconds(const char *text, double *out)
     return end != text && !*end && *out > 0 && *out < 1e9;
 }
 
+/* `code` needs a language, and nothing else takes one. */
+static int check_language(const struct arguments *args, bool code)
+{
+    if (code && !args->language)
+        return bad_usage("code needs --language", "");
+    if (!code && args->language)
+        return bad_usage("--language belongs to code", "");
+    if (code && (args->json || args->text || args->csv || args->svg))
+        return bad_usage("code prints source alone", "");
+    return !code || export_language_find(args->language) != EXPORT_LANGUAGES ? DONE : bad_usage("unknown language ", args->language);
+}
+
 static int read_arguments(int argc, char **argv, struct arguments *args)
 {
     *args = (struct arguments){ .server = getenv("SGA_SERVER") };
@@ -136,7 +169,7 @@ static int read_arguments(int argc, char **argv, struct arguments *args)
     for (int i = 2; i < argc; i++) {
         const char *a = argv[i];
         bool csv = strcmp(a, "--tradeoff-csv") == 0, svg = strcmp(a, "--tradeoff-svg") == 0;
-        bool takes = csv || svg || strcmp(a, "--server") == 0 || strcmp(a, "--wait") == 0 || strcmp(a, "--ca") == 0;
+        bool takes = csv || svg || strcmp(a, "--server") == 0 || strcmp(a, "--wait") == 0 || strcmp(a, "--ca") == 0 || strcmp(a, "--language") == 0;
         if (takes && i + 1 >= argc)
             return bad_usage("a value is missing after ", a);
         if (strcmp(a, "--json") == 0)
@@ -149,6 +182,8 @@ static int read_arguments(int argc, char **argv, struct arguments *args)
             args->server = argv[++i];
         else if (csv || svg)
             *(csv ? &args->csv : &args->svg) = argv[++i];
+        else if (strcmp(a, "--language") == 0)
+            args->language = argv[++i];
         else if (strcmp(a, "--ca") == 0)
             setenv("SGA_CA", argv[++i], 1);       /* where http_parse looks */
         else if (strcmp(a, "--wait") == 0 && !read_seconds(argv[++i], &args->wait))
@@ -162,7 +197,7 @@ static int read_arguments(int argc, char **argv, struct arguments *args)
     }
     if (args->json && args->text)
         return bad_usage("--json and --text exclude each other", "");
-    return args->file ? DONE : bad_usage("solve needs a file", "");
+    return args->file ? check_language(args, strcmp(argv[1], "code") == 0) : bad_usage(argv[1], " needs a file");
 }
 
 static int top(int argc, char **argv)
@@ -197,7 +232,7 @@ int main(int argc, char **argv)
     }
     if (strcmp(command, "top") == 0)
         return top(argc, argv);
-    if (strcmp(command, "solve") != 0)
+    if (strcmp(command, "solve") != 0 && strcmp(command, "code") != 0)
         return *command ? bad_usage("unknown command ", command) : bad_usage("a command is missing", "");
     int status = read_arguments(argc, argv, &args);
     return status == DONE ? solve(&args) : status;

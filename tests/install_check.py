@@ -167,6 +167,19 @@ class Installed:
             self.tally.check(re.search(rf"\b{name}\(", text), f"sga(3) names {name}")
 
 
+    def completion(self):
+        """What a shell offers, by the installed file and programs alone."""
+        script = ('source "$1"; PATH=$2:$PATH; shift 2; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _sga; printf "%s\\n" "${COMPREPLY[@]}"')
+        for words, wanted, but in ((("sga", ""), {"solve", "code", "top"}, {"token"}), (("sga", "code", "--language", ""), {"c", "python"}, {"--text"}), (("sga", "solve", "--t"), {"--text", "--tradeoff-csv"}, {"--json"}),
+                                   (("sgad", "--"), {"--listen", "--ui", "--config"}, {"--text"}), (("sgad", "--ui", ""), {"yes", "no"}, {"open"}),
+                                   (("sgad", "token", "cr"), {"create"}, {"list"}), (("sga", "solve", "etc/examples/pen"), {"etc/examples/pendulum.json"}, {"etc/examples/arm.json"}),
+                                   (("sga", "solve", "--zz"), {""}, {"--text"})):
+            program = "sga" if words[0] == "sga" else "sgad"
+            said = run("bash", "-c", script, "_", os.path.join(self.dest, "usr/share/bash-completion/completions", program), os.path.join(self.dest, "usr/bin"), *words, cwd=ROOT)
+            offered = set(said.stdout.split("\n"))
+            self.tally.check(said.returncode == 0 and not said.stderr and wanted <= offered and not but & offered, f"completion of {' '.join(words)}", said.stdout[:300] + said.stderr[:300])
+
+
 def pendulum():
     """x(1) and y(1) by elliptic functions: theta'' = -g sin(theta), theta from straight down, pi/2 at rest."""
     import mpmath
@@ -193,6 +206,7 @@ def main():
         i.example()
         i.host()
         i.pages()
+        i.completion()
         for program in ("sga", "sgad"):
             said = run(os.path.join(dest, "usr/bin", program), "version" if program == "sga" else "--help")
             tally.check(said.returncode == 0, f"{program} runs", said.stderr[:300])

@@ -36,8 +36,8 @@ class Corpus:
 
     def run(self, patterns):
         for case in cases.reduced(patterns, [f for f in cases.BEYOND_PEERS if f != "components.json"]):
-            if "trajectory" in case["expect"] or case["expect"].get("ambient", 0) > 12:
-                continue
+            if "trajectory" in case["expect"] or case["expect"].get("ambient", 0) > 12 or "tables" in case["request"]["system"]:
+                continue    # a table is a function of the time that it was given in
             try:
                 self.case(case)
             except (d.TooLong, KeyError):      # KeyError: a function that the checkers do not differentiate

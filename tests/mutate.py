@@ -3,11 +3,13 @@
 Each is a change of one operator, constant or condition in a copy of the sources (folders of lib/; sga, traj, points, ode, poly and
 request unless named). What is built of it must fail some test: the unit tests of its folder, then every tenth case, then starts and
 irregular sets at a small scale. What no test sees is printed: a test is missing there, or the code does not matter. SGA_TEST_SEED
-repeats a run. Ends with the share of errors that were seen, which it puts into doc/developer.md; a run that takes far longer than the right code counts as seen.
+repeats a run. Ends with the share of errors that were seen, which it puts into doc/developer.md; a process that takes far more of a processor than
+the right code does counts as seen.
 """
 import os
 import random
 import re
+import resource
 import shutil
 import subprocess
 import sys
@@ -20,12 +22,15 @@ CHANGES = [(r" < ", " <= "), (r" <= ", " < "), (r" > ", " >= "), (r" >= ", " > "
            (r" \* ", " / "), (r" && ", " || "), (r" \|\| ", " && "), (r"\bif \(!", "if ("), (r"\breturn true;", "return false;"),
            (r"\breturn false;", "return true;"), (r"\+\+", "--"), (r" \+= ", " -= "), (r"\b1\b", "2"), (r"\b0\b", "1"), (r"\bfmax\(", "fmin("), (r"\bcontinue;", ";")]
 SKIP = re.compile(r"^\s*(\*|/\*|//|#|enum|struct|static const|[A-Z_]+\()|sga_fail|snprintf|printf|sizeof|\"")
-COMPILE, TEST = 240, 400
+TURN = 600            # seconds of a processor for one process: the right code takes at most some 100, and a loaded machine changes nothing
+HANGS = 7200          # seconds: nothing that computes gets here; what sleeps for ever does
 
 
-def run(command, cwd, limit, env=None):
+def run(command, cwd, env=None):
+    def turn():
+        resource.setrlimit(resource.RLIMIT_CPU, (TURN, TURN))
     try:
-        return subprocess.run(command, cwd=cwd, capture_output=True, timeout=limit, check=False, env={**os.environ, **(env or {})}).returncode
+        return subprocess.run(command, cwd=cwd, capture_output=True, timeout=HANGS, check=False, env={**os.environ, **(env or {})}, preexec_fn=turn).returncode
     except subprocess.TimeoutExpired:
         return None
 
@@ -49,7 +54,7 @@ def sites(tree, folders):
 
 def seen(tree, build, folder):
     """By what the change was seen; "" where nothing saw it; None where it does not compile."""
-    made = run(["make", "-s", "-j2", f"B={build}", f"FLOOR={folder}", "all", "units"], tree, COMPILE)
+    made = run(["make", "-s", "-j2", f"B={build}", f"FLOOR={folder}", "all", "units"], tree)
     if made != 0:
         return None
     env = {"SGA_TEST_SCALE": "0.1", "SGA_TEST_EVERY": "10", "PYTHONDONTWRITEBYTECODE": "1"}
@@ -57,7 +62,7 @@ def seen(tree, build, folder):
     units = [f for f in sorted(os.listdir(os.path.join(tree, build, "unit"))) if f.startswith(folder + "_") and "." not in f]
     for name, command in [(f"unit {u}", [os.path.join(tree, build, "unit", u)]) for u in units] + [
             ("cases", [python, "tests/cases.py", build]), ("start", [python, "tests/start_check.py", build]), ("hard", [python, "tests/hard_sets.py", build])]:
-        if run(command, tree, TEST, env) != 0:
+        if run(command, tree, env) != 0:
             return name
     return ""
 
@@ -66,11 +71,12 @@ def main():
     tree, count = os.path.abspath(sys.argv[1]), int(sys.argv[2])
     folders, rng = sys.argv[3:] or FOLDERS, random.Random(seed(20261123))
     shutil.rmtree(tree, ignore_errors=True)
-    shutil.copytree(ROOT, tree, ignore=shutil.ignore_patterns("build*", ".git"))
+    shutil.copytree(ROOT, tree, ignore=lambda at, names: [n for n in names if at == ROOT and (n.startswith("build") or n == ".git")])
     listed, tried, survived = list(sites(tree, folders)), 0, []
     for folder in folders:
-        if seen(tree, "build", folder) != "":
-            sys.exit(f"the right code fails tests of {folder}")
+        by = seen(tree, "build", folder)
+        if by != "":
+            sys.exit(f"the right code fails tests of {folder}: {by or 'it does not compile'}")
     while tried < count and listed:
         path, k, a, b, to = listed.pop(rng.randrange(len(listed)))
         with open(os.path.join(tree, path), encoding="utf-8") as f:

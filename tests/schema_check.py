@@ -98,7 +98,7 @@ def check_openapi(tally):
             fault = schemas.faults(schemas.validator("openapi#" + name), example)
             tally.check(not fault, f"example of {name}", fault)
     wanted = {"/v1/jobs": "post get", "/v1/jobs/{id}": "get delete", "/v1/jobs/{id}/events": "get",
-              "/v1/jobs/{id}/trajectory": "get", "/v1/jobs/{id}/tradeoff": "get", "/v1/solve": "post", "/v1/schema/{name}": "get", "/openapi.json": "get",
+              "/v1/jobs/{id}/trajectory": "get", "/v1/jobs/{id}/tradeoff": "get", "/v1/jobs/{id}/code": "get", "/v1/solve": "post", "/v1/check": "post", "/v1/jobs/{id}/request": "get", "/v1/schema/{name}": "get", "/openapi.json": "get",
               "/healthz": "get", "/readyz": "get", "/metrics": "get", "/version": "get"}
     for path, verbs in wanted.items():
         for verb in verbs.split():

@@ -7,7 +7,7 @@ from jsonschema import Draft202012Validator, RefResolver
 from tally import ROOT
 
 FOLDER = os.path.join(ROOT, "schema")
-NAMES = ("request", "result", "problem")
+NAMES = ("request", "result", "problem", "check")
 
 
 def load(name):

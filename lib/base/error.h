@@ -26,6 +26,7 @@
     X(JOB_ENDED,           "job_ended",              409, "The job has already ended") \
     X(NO_TRAJECTORY,       "no_trajectory",          409, "The job has no trajectory") \
     X(NO_TRADEOFF,         "no_tradeoff",            409, "The job has no tradeoff") \
+    X(NO_CODE,             "no_code",                409, "The job's answer cannot be exported") \
     X(QUEUE_FULL,          "queue_full",             503, "The queue is full") \
     X(BUSY,                "busy",                   503, "The service is reading as much as it can") \
     X(DRAINING,            "draining",               503, "The service is shutting down") \

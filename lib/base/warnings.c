@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "budget.h"
+#include "buf.h"
 #include "error.h"
 #include "mem.h"
 

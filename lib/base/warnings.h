@@ -6,8 +6,12 @@
 #ifndef SGA_BASE_WARNINGS_H
 #define SGA_BASE_WARNINGS_H
 
-#include "budget.h"
-#include "buf.h"
+#include <stdbool.h>
+#include <stddef.h>
+
+struct sga_budget;
+struct sga_error;
+struct sga_json;
 
 enum sga_warning {
 #define X(symbol, code, says) SGA_W_##symbol,

@@ -1,10 +1,12 @@
 /* From the expression store to straight-line code with derivative rules. */
 #include "program.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "mem.h"
+#include "op.h"
 
 /* What is known while code is made. */
 struct maker {
@@ -80,41 +82,26 @@ static int power(struct maker *m, int x, long n)
     return n < 0 ? two(m, ENC_DIV, integer(m, 1), r) : r;
 }
 
-/* 1 / sqrt(|1 - x^2|) and the like: outer(inner(1, x^2)) inverted. */
-static int inverse_root(struct maker *m, int x, enum enc_op inner, bool swapped)
-{
-    int one = integer(m, 1), sq = two(m, ENC_MUL, x, x);
-    int r = swapped ? two(m, inner, sq, one) : two(m, inner, one, sq);
-    return two(m, ENC_DIV, one, emit(m, (struct enc_code){ .op = ENC_SQRT, .a = r }));
-}
-
-static int inverse(struct maker *m, int x, enum enc_op inner)
-{
-    int one = integer(m, 1), sq = two(m, ENC_MUL, x, x);
-    return two(m, ENC_DIV, one, two(m, inner, one, sq));
-}
-
-/* The slot of f'(x), u = f(x). */
+/* The slot of f'(x) but for its sign, u = f(x). */
 static int slope(struct maker *m, enum expr_op f, int x, int u)
 {
-    switch (f) {
-    case EXPR_EXP:   return u;
-    case EXPR_LOG:   return two(m, ENC_DIV, integer(m, 1), x);
-    case EXPR_TAN:   return two(m, ENC_ADD, integer(m, 1), two(m, ENC_MUL, u, u));
-    case EXPR_TANH:  return two(m, ENC_SUB, integer(m, 1), two(m, ENC_MUL, u, u));
-    case EXPR_ASIN: case EXPR_ACOS: return inverse_root(m, x, ENC_SUB, false);
-    case EXPR_ATAN:  return inverse(m, x, ENC_ADD);
-    case EXPR_ATANH: return inverse(m, x, ENC_SUB);
-    case EXPR_ASINH: return inverse_root(m, x, ENC_ADD, false);
-    case EXPR_ACOSH: return inverse_root(m, x, ENC_SUB, true);
-    case EXPR_CBRT:  return two(m, ENC_DIV, u, two(m, ENC_MUL, integer(m, 3), x));
-    default:         return two(m, ENC_DIV, two(m, ENC_MUL, m->p->code[u].b, u), x);    /* POW */
-    }
+    const struct expr_slope *s = expr_op_slope(f);
+    if (f == EXPR_CBRT)          /* of u = 0 too where x is not */
+        return two(m, ENC_DIV, u, two(m, ENC_MUL, integer(m, s->factor), x));
+    if (f == EXPR_POW)
+        return two(m, ENC_DIV, two(m, ENC_MUL, m->p->code[u].b, u), x);
+    assert((s->of == EXPR_OF_ARGUMENT || s->of == EXPR_OF_VALUE) && labs(s->factor) == 1);
+    int r = s->of == EXPR_OF_VALUE ? u : x, one = s->shift || s->halves < 0 ? integer(m, 1) : -1;
+    r = s->power == 1 ? r : two(m, ENC_MUL, r, r);
+    if (s->shift)
+        r = s->shift < 0 ? two(m, ENC_SUB, r, one) : two(m, s->factor < 0 ? ENC_SUB : ENC_ADD, one, r);
+    r = s->halves == -1 ? emit(m, (struct enc_code){ .op = ENC_SQRT, .a = r }) : r;
+    return s->halves < 0 ? two(m, ENC_DIV, one, r) : r;
 }
 
 static int function(struct maker *m, enum expr_op f, int x, int exponent)
 {
-    int u = emit(m, (struct enc_code){ .op = ENC_FUN, .fun = f, .a = x, .b = exponent, .sign = f == EXPR_ACOS ? -1 : 1 });
+    int u = emit(m, (struct enc_code){ .op = ENC_FUN, .fun = f, .a = x, .b = exponent, .sign = expr_op_slope(f)->sign < 0 ? -1 : 1 });
     bool aux = m->aux;
     m->aux = true;
     int g = slope(m, f, x, u);

@@ -314,10 +314,10 @@ static expr_id exact_function(ST, enum expr_op op, expr_id a)
     if (fmpq_is_zero(x)) {
         if (is_odd(op))
             return a;
-        if (op == EXPR_COS || op == EXPR_COSH || op == EXPR_EXP)
+        if (expr_op_traits(op) & EXPR_IS_1_AT_0)
             return expr_int(st, 1);
     }
-    if (fmpq_is_one(x) && (op == EXPR_LOG || op == EXPR_ACOS || op == EXPR_ACOSH))
+    if (fmpq_is_one(x) && expr_op_traits(expr_op_undone(op)) & EXPR_IS_1_AT_0)
         return expr_int(st, 0);
     return EXPR_UNDEF;
 }

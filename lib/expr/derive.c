@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "mem.h"
+#include "op.h"
 
 #define ST struct expr_store *st
 
@@ -12,37 +13,36 @@ static expr_id one_plus(ST, expr_id a) { return expr_add(st, expr_int(st, 1), a)
 static expr_id one_minus(ST, expr_id a) { return expr_sub(st, expr_int(st, 1), a); }
 static expr_id inverse(ST, expr_id a) { return expr_div(st, expr_int(st, 1), a); }
 
+/* The derivative at x of a function whose value there is u. */
+static expr_id slope(ST, const struct expr_slope *s, expr_id x, expr_id u)
+{
+    expr_id r;
+    if (s->of == EXPR_OF_NOTHING)
+        return expr_int(st, 0);
+    if (s->of == EXPR_OF_FUNCTION) {
+        r = expr_fun(st, s->function, x);
+    } else {
+        r = s->of == EXPR_OF_VALUE ? u : x;
+        r = s->power == 1 ? r : expr_powi(st, r, s->power);
+        r = labs(s->factor) == 1 ? r : expr_mul(st, expr_int(st, labs(s->factor)), r);
+        if (s->factor < 0)
+            r = expr_sub(st, expr_int(st, s->shift), r);
+        else if (s->shift)
+            r = s->shift < 0 ? expr_sub(st, r, expr_int(st, -s->shift)) : expr_add(st, expr_int(st, s->shift), r);
+        r = s->halves == -1 ? expr_fun(st, EXPR_SQRT, r) : r;
+        r = s->halves < 0 ? inverse(st, r) : r;
+    }
+    return s->sign < 0 ? expr_neg(st, r) : r;
+}
+
 static expr_id unary_partial(ST, expr_id e)
 {
     enum expr_op op = expr_op_of(st, e);
-    expr_id a = st->node[e].a, a2;
+    expr_id a = st->node[e].a;
     switch (op) {
     case EXPR_NEG:   return expr_int(st, -1);
     case EXPR_POWI:  return expr_mul(st, expr_int(st, st->node[e].b), expr_powi(st, a, st->node[e].b - 1L));
-    case EXPR_SIN:   return expr_fun(st, EXPR_COS, a);
-    case EXPR_COS:   return expr_neg(st, expr_fun(st, EXPR_SIN, a));
-    case EXPR_TAN:   return one_plus(st, expr_powi(st, e, 2));
-    case EXPR_SINH:  return expr_fun(st, EXPR_COSH, a);
-    case EXPR_COSH:  return expr_fun(st, EXPR_SINH, a);
-    case EXPR_TANH:  return one_minus(st, expr_powi(st, e, 2));
-    case EXPR_EXP:   return e;
-    case EXPR_LOG:   return inverse(st, a);
-    case EXPR_SQRT:  return inverse(st, expr_mul(st, expr_int(st, 2), e));
-    case EXPR_CBRT:  return inverse(st, expr_mul(st, expr_int(st, 3), expr_powi(st, e, 2)));
-    case EXPR_ABS:   return expr_fun(st, EXPR_SIGN, a);
-    case EXPR_SIGN:  return expr_int(st, 0);
-    default: break;
-    }
-    a2 = expr_powi(st, a, 2);
-    switch (op) {
-    case EXPR_ASIN:  return inverse(st, expr_fun(st, EXPR_SQRT, one_minus(st, a2)));
-    case EXPR_ACOS:  return expr_neg(st, inverse(st, expr_fun(st, EXPR_SQRT, one_minus(st, a2))));
-    case EXPR_ATAN:  return inverse(st, one_plus(st, a2));
-    case EXPR_ASINH: return inverse(st, expr_fun(st, EXPR_SQRT, one_plus(st, a2)));
-    /* (a - 1)(a + 1) under one root each: acosh lives on a >= 1 only */
-    case EXPR_ACOSH: return inverse(st, expr_fun(st, EXPR_SQRT, expr_sub(st, a2, expr_int(st, 1))));
-    case EXPR_ATANH: return inverse(st, one_minus(st, a2));
-    default:         return expr_int(st, 0);
+    default:         return slope(st, expr_op_slope(op), a, e);
     }
 }
 

@@ -31,38 +31,50 @@ enum expr_trait {
     EXPR_HAS_END      = 128,     /* has no value beyond an end of its argument */
     EXPR_IS_STEEP     = 256,     /* has no derivative at an end, or at 0 */
     EXPR_FOLDS        = 512,     /* is one of the roots of an equation that has others */
+    EXPR_GROWS        = 2048,    /* f(x) < f(y) where x < y and both have a value */
+    EXPR_IS_1_AT_0    = 4096,
     EXPR_BENDS_AT_0   = 1024     /* what is said of branches and steepness is so where the argument is 0, and nowhere else */
 };
 
 /* The one table of operators:
- *    symbol, text in the grammar, arguments, traits, symbol of a function that undoes it everywhere */
+ *    symbol, text in the grammar, arguments, traits, symbol of a function that undoes it everywhere;
+ *    of functions of one argument (op.h): where they have values, which values, and the derivative. */
 #define EXPR_OP_TABLE(X) \
-    X(UNDEF_OP, "undefined", 0, 0, UNDEF_OP) /* no value */ \
-    X(CONST, "", 0, EXPR_IS_TOTAL, UNDEF_OP) /* exact rational, a = index of the constant */ \
-    X(PI,    "pi", 0, EXPR_IS_TOTAL, UNDEF_OP) \
-    X(SYM,   "", 0, EXPR_IS_TOTAL, UNDEF_OP) /* a = symbol index */ \
-    X(ADD,   "+", 2, EXPR_IS_TOTAL, UNDEF_OP) X(SUB, "-", 2, EXPR_IS_TOTAL, UNDEF_OP) X(MUL, "*", 2, EXPR_IS_TOTAL, UNDEF_OP) \
-    X(DIV, "/", 2, 0, UNDEF_OP) X(NEG, "-", 1, EXPR_IS_TOTAL | EXPR_IS_ODD, UNDEF_OP) \
-    X(POWI,  "^", 1, 0, UNDEF_OP)            /* a ^ b, b an integer stored in the node, |b| >= 2 */ \
-    X(POW,   "^", 2, EXPR_IS_ABOVE | EXPR_HAS_END | EXPR_IS_STEEP | EXPR_BENDS_AT_0, UNDEF_OP) /* real power of a base > 0: exp(b log a) */ \
-    X(SIN, "sin", 1, EXPR_IS_TOTAL | EXPR_IS_ODD, UNDEF_OP) X(COS, "cos", 1, EXPR_IS_TOTAL | EXPR_IS_EVEN, UNDEF_OP) \
-    X(TAN, "tan", 1, EXPR_IS_ODD, UNDEF_OP) \
-    X(ASIN, "asin", 1, EXPR_IS_ODD | EXPR_HAS_END | EXPR_IS_STEEP | EXPR_FOLDS, SIN) \
-    X(ACOS, "acos", 1, EXPR_IS_ABOVE | EXPR_HAS_END | EXPR_IS_STEEP | EXPR_FOLDS, COS) \
-    X(ATAN, "atan", 1, EXPR_IS_TOTAL | EXPR_IS_ODD | EXPR_IS_RISING, TAN) X(ATAN2, "atan2", 2, 0, UNDEF_OP) \
-    X(SINH, "sinh", 1, EXPR_IS_TOTAL | EXPR_IS_ODD | EXPR_IS_RISING, ASINH) \
-    X(COSH, "cosh", 1, EXPR_IS_TOTAL | EXPR_IS_EVEN | EXPR_IS_ABOVE | EXPR_IS_NOT_ZERO, UNDEF_OP) \
-    X(TANH, "tanh", 1, EXPR_IS_TOTAL | EXPR_IS_ODD | EXPR_IS_RISING, UNDEF_OP) \
-    X(ASINH, "asinh", 1, EXPR_IS_TOTAL | EXPR_IS_ODD | EXPR_IS_RISING, SINH) \
-    X(ACOSH, "acosh", 1, EXPR_IS_ABOVE | EXPR_HAS_END | EXPR_IS_STEEP | EXPR_FOLDS, COSH) \
-    X(ATANH, "atanh", 1, EXPR_IS_ODD | EXPR_HAS_END, TANH) \
-    X(EXP, "exp", 1, EXPR_IS_TOTAL | EXPR_IS_ABOVE | EXPR_IS_NOT_ZERO, UNDEF_OP) X(LOG, "log", 1, EXPR_HAS_END, EXP) \
-    X(SQRT, "sqrt", 1, EXPR_IS_ABOVE | EXPR_HAS_END | EXPR_IS_STEEP | EXPR_FOLDS | EXPR_BENDS_AT_0, UNDEF_OP) \
-    X(CBRT, "cbrt", 1, EXPR_IS_ODD | EXPR_IS_RISING | EXPR_IS_STEEP | EXPR_BENDS_AT_0, UNDEF_OP) \
-    X(ABS, "abs", 1, EXPR_IS_TOTAL | EXPR_IS_EVEN | EXPR_IS_ABOVE | EXPR_HAS_BRANCHES | EXPR_BENDS_AT_0, UNDEF_OP) \
-    X(SIGN, "sign", 1, EXPR_IS_ODD | EXPR_IS_RISING | EXPR_HAS_BRANCHES | EXPR_BENDS_AT_0, UNDEF_OP) \
-    X(MIN, "min", 2, EXPR_IS_TOTAL | EXPR_HAS_BRANCHES, UNDEF_OP) X(MAX, "max", 2, EXPR_IS_TOTAL | EXPR_HAS_BRANCHES, UNDEF_OP) \
-    X(SOLVE, "", 0, 0, UNDEF_OP)             /* component b of the solution of linear solve a */
+    X(UNDEF_OP, "undefined", 0, 0, UNDEF_OP, ALL, ALL, NO_SLOPE) /* no value */ \
+    X(CONST, "", 0, EXPR_IS_TOTAL, UNDEF_OP, ALL, ALL, NO_SLOPE) /* exact rational, a = index of the constant */ \
+    X(PI,    "pi", 0, EXPR_IS_TOTAL, UNDEF_OP, ALL, ALL, NO_SLOPE) \
+    X(SYM,   "", 0, EXPR_IS_TOTAL, UNDEF_OP, ALL, ALL, NO_SLOPE) /* a = symbol index */ \
+    X(ADD,   "+", 2, EXPR_IS_TOTAL, UNDEF_OP, ALL, ALL, NO_SLOPE) \
+    X(SUB,   "-", 2, EXPR_IS_TOTAL, UNDEF_OP, ALL, ALL, NO_SLOPE) \
+    X(MUL,   "*", 2, EXPR_IS_TOTAL, UNDEF_OP, ALL, ALL, NO_SLOPE) \
+    X(DIV,   "/", 2, 0, UNDEF_OP, ALL, ALL, NO_SLOPE) \
+    X(NEG,   "-", 1, EXPR_IS_TOTAL | EXPR_IS_ODD, UNDEF_OP, ALL, ALL, NO_SLOPE) \
+    X(POWI,  "^", 1, 0, UNDEF_OP, ALL, ALL, NO_SLOPE)            /* a ^ b, b an integer stored in the node, |b| >= 2 */ \
+    X(POW,   "^", 2, EXPR_IS_ABOVE | EXPR_HAS_END | EXPR_IS_STEEP | EXPR_BENDS_AT_0, UNDEF_OP, ALL, FROM_0, NO_SLOPE) \
+             /* real power of a base > 0: exp(b log a) */ \
+    X(SIN,   "sin", 1, EXPR_IS_TOTAL | EXPR_IS_ODD, UNDEF_OP, ALL, UNIT, SLOPE_IS(1, COS)) \
+    X(COS,   "cos", 1, EXPR_IS_TOTAL | EXPR_IS_EVEN | EXPR_IS_1_AT_0, UNDEF_OP, ALL, UNIT, SLOPE_IS(-1, SIN)) \
+    X(TAN,   "tan", 1, EXPR_IS_ODD, UNDEF_OP, ALL, ALL, SLOPE(1, VALUE, 1, 1, 2, 2)) \
+    X(ASIN,  "asin", 1, EXPR_IS_ODD | EXPR_HAS_END | EXPR_IS_STEEP | EXPR_FOLDS | EXPR_GROWS, SIN, UNIT, QUADRANTS, SLOPE(1, ARGUMENT, 1, -1, 2, -1)) \
+    X(ACOS,  "acos", 1, EXPR_IS_ABOVE | EXPR_HAS_END | EXPR_IS_STEEP | EXPR_FOLDS, COS, UNIT, HALF_TURN, SLOPE(-1, ARGUMENT, 1, -1, 2, -1)) \
+    X(ATAN,  "atan", 1, EXPR_IS_TOTAL | EXPR_IS_ODD | EXPR_IS_RISING | EXPR_GROWS, TAN, ALL, INSIDE_QUADRANTS, SLOPE(1, ARGUMENT, 1, 1, 2, -2)) \
+    X(ATAN2, "atan2", 2, 0, UNDEF_OP, ALL, ALL, NO_SLOPE) \
+    X(SINH,  "sinh", 1, EXPR_IS_TOTAL | EXPR_IS_ODD | EXPR_IS_RISING | EXPR_GROWS, ASINH, ALL, ALL, SLOPE_IS(1, COSH)) \
+    X(COSH,  "cosh", 1, EXPR_IS_TOTAL | EXPR_IS_EVEN | EXPR_IS_ABOVE | EXPR_IS_NOT_ZERO | EXPR_IS_1_AT_0, UNDEF_OP, ALL, FROM_1, SLOPE_IS(1, SINH)) \
+    X(TANH,  "tanh", 1, EXPR_IS_TOTAL | EXPR_IS_ODD | EXPR_IS_RISING | EXPR_GROWS, UNDEF_OP, ALL, INSIDE_UNIT, SLOPE(1, VALUE, 1, -1, 2, 2)) \
+    X(ASINH, "asinh", 1, EXPR_IS_TOTAL | EXPR_IS_ODD | EXPR_IS_RISING | EXPR_GROWS, SINH, ALL, ALL, SLOPE(1, ARGUMENT, 1, 1, 2, -1)) \
+    X(ACOSH, "acosh", 1, EXPR_IS_ABOVE | EXPR_HAS_END | EXPR_IS_STEEP | EXPR_FOLDS | EXPR_GROWS, COSH, FROM_1, FROM_0, SLOPE(1, ARGUMENT, -1, 1, 2, -1)) \
+    X(ATANH, "atanh", 1, EXPR_IS_ODD | EXPR_HAS_END | EXPR_GROWS, TANH, INSIDE_UNIT, ALL, SLOPE(1, ARGUMENT, 1, -1, 2, -2)) \
+    X(EXP,   "exp", 1, EXPR_IS_TOTAL | EXPR_IS_ABOVE | EXPR_IS_NOT_ZERO | EXPR_IS_1_AT_0 | EXPR_GROWS, UNDEF_OP, ALL, ABOVE_0, SLOPE(1, VALUE, 0, 1, 1, 2)) \
+    X(LOG,   "log", 1, EXPR_HAS_END | EXPR_GROWS, EXP, ABOVE_0, ALL, SLOPE(1, ARGUMENT, 0, 1, 1, -2)) \
+    X(SQRT,  "sqrt", 1, EXPR_IS_ABOVE | EXPR_HAS_END | EXPR_IS_STEEP | EXPR_FOLDS | EXPR_BENDS_AT_0 | EXPR_GROWS, UNDEF_OP, FROM_0, FROM_0, \
+             SLOPE(1, VALUE, 0, 2, 1, -2)) \
+    X(CBRT,  "cbrt", 1, EXPR_IS_ODD | EXPR_IS_RISING | EXPR_IS_STEEP | EXPR_BENDS_AT_0 | EXPR_GROWS, UNDEF_OP, ALL, ALL, SLOPE(1, VALUE, 0, 3, 2, -2)) \
+    X(ABS,   "abs", 1, EXPR_IS_TOTAL | EXPR_IS_EVEN | EXPR_IS_ABOVE | EXPR_HAS_BRANCHES | EXPR_BENDS_AT_0, UNDEF_OP, ALL, FROM_0, SLOPE_IS(1, SIGN)) \
+    X(SIGN,  "sign", 1, EXPR_IS_ODD | EXPR_IS_RISING | EXPR_HAS_BRANCHES | EXPR_BENDS_AT_0, UNDEF_OP, ALL, UNIT, NO_SLOPE) \
+    X(MIN,   "min", 2, EXPR_IS_TOTAL | EXPR_HAS_BRANCHES, UNDEF_OP, ALL, ALL, NO_SLOPE) \
+    X(MAX,   "max", 2, EXPR_IS_TOTAL | EXPR_HAS_BRANCHES, UNDEF_OP, ALL, ALL, NO_SLOPE) \
+    X(SOLVE, "", 0, 0, UNDEF_OP, ALL, ALL, NO_SLOPE)             /* component b of the solution of linear solve a */
 
 /* The functions of one argument that libm, MPFR and Arb all have, under the same name: symbol, name. */
 #define EXPR_ELEMENTARY_TABLE(X) \
@@ -70,7 +82,7 @@ enum expr_trait {
     X(TANH, tanh) X(ASINH, asinh) X(ACOSH, acosh) X(ATANH, atanh) X(EXP, exp) X(LOG, log)
 
 enum expr_op {
-#define X(sym, text, args, traits, undo) EXPR_##sym,
+#define X(sym, text, args, traits, undo, domain, values, slope) EXPR_##sym,
     EXPR_OP_TABLE(X)
 #undef X
     EXPR_OP_COUNT

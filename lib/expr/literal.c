@@ -9,6 +9,7 @@
 #include <flint/fmpz.h>
 
 #include "mem.h"
+#include "op.h"
 
 /* The value of a decimal exponent, saturated well past the limit. */
 static long read_exponent(const char *s, size_t n)
@@ -73,9 +74,11 @@ expr_id literal_number(struct expr_store *st, const char *text, size_t length, i
     return e;
 }
 
-static int compare_abs_with_one(const fmpq *x)
+/* Whether x lies beyond an end, or at one that does not belong to the interval. */
+static bool outside(const struct expr_interval *i, const fmpq *x)
 {
-    return fmpz_cmpabs(fmpq_numref(x), fmpq_denref(x));
+    int low = i->has_low ? fmpq_cmp_si(x, i->low) : 1, high = i->has_high ? fmpq_cmp_si(x, i->high) : -1;
+    return i->closed ? low < 0 || high > 0 : low <= 0 || high >= 0;
 }
 
 const char *literal_outside(const struct expr_store *st, enum expr_op op, expr_id a, expr_id b)
@@ -83,23 +86,10 @@ const char *literal_outside(const struct expr_store *st, enum expr_op op, expr_i
     if (!a || !expr_is_const(st, a))
         return NULL;
     const fmpq *x = expr_const_value(st, a);
-    switch (op) {
-    case EXPR_ASIN:
-    case EXPR_ACOS:
-        return compare_abs_with_one(x) > 0 ? "its argument lies outside -1 to 1" : NULL;
-    case EXPR_ATANH:
-        return compare_abs_with_one(x) >= 0 ? "its argument does not lie between -1 and 1" : NULL;
-    case EXPR_ACOSH:
-        return fmpz_cmp(fmpq_numref(x), fmpq_denref(x)) < 0 ? "its argument is less than 1" : NULL;
-    case EXPR_LOG:
-        return fmpq_sgn(x) <= 0 ? "its argument is not positive" : NULL;
-    case EXPR_SQRT:
-        return fmpq_sgn(x) < 0 ? "its argument is negative" : NULL;
-    case EXPR_ATAN2:
-        return fmpq_is_zero(x) && expr_is_zero(st, b) ? "both arguments are 0" : NULL;
-    default:
-        return NULL;
-    }
+    const struct expr_interval *domain = expr_op_domain(op);
+    if (op == EXPR_ATAN2 && fmpq_is_zero(x) && expr_is_zero(st, b))
+        return "both arguments are 0";
+    return outside(domain, x) ? domain->outside : NULL;
 }
 
 /* 0 ^ b, where b is not an integer constant. */

@@ -19,7 +19,9 @@ static const struct {
     { "cot", "write 1/tan(x)" }, { "sec", "write 1/cos(x)" }, { "csc", "write 1/sin(x)" },
     { "log10", "write log(x)/log(10)" }, { "log2", "write log(x)/log(2)" }, { "pow", "write x^y" },
     { "fabs", "write abs(x)" }, { "sgn", "write sign(x)" }, { "diff", "write der(x) or x'" },
-    { "e", "write exp(1), or exp(x) for a power of e" },
+    { "e", "write exp(1), or exp(x) for a power of e" }, { "dt", "write der(x) or x' for dx/dt" }, { "dif", "write der(x) or x'" },
+    { "ddt", "write der(x) or x'" }, { "deriv", "write der(x) or x'" }, { "derivative", "write der(x) or x'" },
+    { "heaviside", "write (1 + sign(x))/2" },
 };
 
 /* Equal but for the case of ASCII letters. */
@@ -33,6 +35,17 @@ static bool spelled(const char *s, size_t n, const char *word)
     return true;
 }
 
+/* A symbol of three letters or more that begins the name, or that the name begins: lam for lambda. */
+static const char *shortened(const struct expr_store *st, const char *name, size_t n)
+{
+    for (int i = 0; i < st->symbols; i++) {
+        size_t m = strlen(st->symbol[i].name), less = m < n ? m : n;
+        if (less >= 3 && memcmp(st->symbol[i].name, name, less) == 0)
+            return st->symbol[i].name;
+    }
+    return NULL;
+}
+
 static const char *nearest(const struct expr_store *st, const char *name, size_t n, bool called)
 {
     struct suggest s;
@@ -43,7 +56,44 @@ static const char *nearest(const struct expr_store *st, const char *name, size_t
     for (int op = EXPR_SIN; op <= EXPR_MAX; op++)
         suggest_offer(&s, expr_op_text((enum expr_op)op));
     suggest_offer(&s, called ? "der" : "pi");
-    return s.best;
+    return s.best || called ? s.best : shortened(st, name, n);
+}
+
+/* A name of the store that is no function: a variable, a coordinate. */
+static bool stands(const struct expr_store *st, const char *name, size_t n)
+{
+    return n > 0 && expr_symbol_find(st, name, n) >= 0;
+}
+
+static void say_derivative(char *out, size_t size, const char *name, size_t n, bool second)
+{
+    int shown = n > 40 ? 40 : (int)n;
+    snprintf(out, size, second ? "; write %.*s'' or der(%.*s, 2)" : "; write %.*s' or der(%.*s)", shown, name, shown, name);
+}
+
+/* Derivatives as other languages and books write them: dx/dt, Dx, xdot, x_dot, xddot of a name x that stands. */
+static void foreign_derivative(const struct expr_store *st, const char *text, struct lex_token tok, char *out, size_t size)
+{
+    static const struct { const char *end; bool second; } ends[] = { { "_ddot", true }, { "ddot", true }, { "_dot", false }, { "dot", false } };
+    const char *name = text + tok.start;
+    size_t n = tok.length;
+    for (size_t i = 0; i < sizeof ends / sizeof *ends && !out[0]; i++) {
+        size_t m = strlen(ends[i].end);
+        if (n > m && memcmp(name + n - m, ends[i].end, m) == 0 && stands(st, name, n - m))
+            say_derivative(out, size, name, n - m, ends[i].second);
+    }
+    if (!out[0] && (name[0] == 'd' || name[0] == 'D') && stands(st, name + 1, n - 1))
+        say_derivative(out, size, name + 1, n - 1, false);
+}
+
+/* The independent variable by another of its names. */
+static void foreign_time(const struct expr_store *st, const char *name, size_t n, char *out, size_t size)
+{
+    if (!spelled(name, n, "time") && !spelled(name, n, "t"))
+        return;
+    for (int i = 0; i < st->symbols; i++)
+        if (st->symbol[i].kind == EXPR_TIME)
+            snprintf(out, size, "; the independent variable is %.40s here: write that, or give it another name in system.time", st->symbol[i].name);
 }
 
 void parse_unknown_name(const struct expr_store *st, const char *text, struct lex_token tok, bool called,
@@ -57,6 +107,12 @@ void parse_unknown_name(const struct expr_store *st, const char *text, struct le
         sga_fail(err, SGA_E_EXPR_UNDEFINED, "%s is not a number here; every number is finite", shown);
         return;
     }
+    if (called && tok.length == 1 && name[0] == 'D')
+        snprintf(more, sizeof more, "; write der(x) or x' for the derivative of x");
+    if (!called)
+        foreign_derivative(st, text, tok, more, sizeof more);
+    if (!called && !more[0])
+        foreign_time(st, name, tok.length, more, sizeof more);
     for (size_t i = 0; i < sizeof foreign / sizeof *foreign && !more[0]; i++)
         if (spelled(name, tok.length, foreign[i].name))
             snprintf(more, sizeof more, "; %s", foreign[i].advice);

@@ -10,30 +10,6 @@
 
 enum { LOOK_EVERY = 20000 };     /* nodes: some tenths of a millisecond */
 
-static const struct {
-    const char *text;
-    int args;
-    unsigned traits;
-    enum expr_op undone;
-} op_table[EXPR_OP_COUNT] = {
-#define X(sym, text, args, traits, undone) [EXPR_##sym] = { text, args, traits, EXPR_##undone },
-    EXPR_OP_TABLE(X)
-#undef X
-};
-
-const char *expr_op_text(enum expr_op op) { return op_table[op].text; }
-int expr_op_args(enum expr_op op) { return op_table[op].args; }
-unsigned expr_op_traits(enum expr_op op) { return op_table[op].traits; }
-enum expr_op expr_op_undone(enum expr_op op) { return op_table[op].undone; }
-
-enum expr_op expr_function(const char *name, size_t len)
-{
-    for (int op = EXPR_SIN; op <= EXPR_MAX; op++)
-        if (strlen(op_table[op].text) == len && memcmp(op_table[op].text, name, len) == 0)
-            return (enum expr_op)op;
-    return EXPR_UNDEF_OP;
-}
-
 expr_id expr_divisor(const struct expr_store *st, expr_id e)
 {
     const struct expr_node *n = st->node + e;
@@ -290,7 +266,7 @@ int expr_children(const struct expr_store *st, expr_id e)
         int m = st->solve[n->a].m;
         return m * m + m;
     }
-    return op_table[n->op].args;
+    return expr_op_args(n->op);
 }
 
 expr_id expr_child(const struct expr_store *st, expr_id e, int k)
@@ -315,7 +291,7 @@ static bool node_sane(const struct expr_store *st, int e)
     case EXPR_SOLVE: return n.a >= 0 && n.a < st->solves && n.b >= 0 && n.b < st->solve[n.a].m;
     default: break;
     }
-    bool two = op_table[n.op].args == 2;
+    bool two = expr_op_args(n.op) == 2;
     return n.a > 0 && n.a < e && (!two || (n.b > 0 && n.b < e));
 }
 

@@ -4,7 +4,6 @@
 #include <stdlib.h>
 
 #include "arena.h"
-#include "cofactors.h"
 #include "derive.h"
 #include "form.h"
 #include "mem.h"

@@ -42,7 +42,7 @@ static void simplify(struct expr_store *st, expr_id *e, int count)
 expr_id *linear_gradients_of(const struct linear_gradients *g, struct sga_arena *mem, const expr_id *e, int count)
 {
     expr_id *out = sga_zeros(mem, (size_t)count * (size_t)g->cols + 1, sizeof *out);
-    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone = { 0 };
     struct expr_term *term = NULL;
     size_t cap = 0;
     expr_cone_init(&cone);
@@ -63,7 +63,7 @@ static bool is_rational(enum expr_op op)
 
 bool linear_gradients_affine(const struct linear_gradients *g, const expr_id *e, int count, const expr_id *table)
 {
-    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone = { 0 };
     SGA_ARENA(mem);
     unsigned char *depends = sga_zeros(&mem, (size_t)g->st->nodes + 1, 1);
     for (int i = 0; i < count * g->cols; i++)
@@ -88,7 +88,7 @@ bool linear_gradients_affine(const struct linear_gradients *g, const expr_id *e,
 const char *linear_gradients_rate(const struct linear_request *rq, const expr_id *e, int count)
 {
     const struct expr_store *st = rq->sys->store;
-    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone = { 0 };
     expr_cone_init(&cone);
     expr_cone_of(st, &cone, e, count);
     for (int k = 0; k < cone.count; k++) {

@@ -32,6 +32,10 @@ static void take(struct transfer_response *r, int at, const acb_t z, bool known)
     for (int k = 0; k < 2; k++) {
         arb_srcptr x = k ? acb_imagref(z) : acb_realref(z);
         double v = arf_get_d(arb_midref(x), ARF_RND_NEAR) + 0.0;
+        if (!isfinite(v)) {
+            r->number[2 * at] = r->number[2 * at + 1] = NAN;
+            return;
+        }
         r->number[2 * at + k] = v;
         arb_set_d(part, v);
         arb_sub(part, x, part, LINEAR_BITS);
@@ -42,7 +46,8 @@ static void take(struct transfer_response *r, int at, const acb_t z, bool known)
         return;
     arb_div(off, off, size, LINEAR_BITS);
     arb_get_ubound_arf(arb_midref(part), off, LINEAR_BITS);
-    r->error = fmax(r->error, arf_get_d(arb_midref(part), ARF_RND_UP));
+    double bound = arf_get_d(arb_midref(part), ARF_RND_UP);
+    r->error = isnan(bound) ? INFINITY : fmax(r->error, bound);       /* a value that is not told from 0 */
 }
 
 void transfer_response_exact(struct transfer_response *r, const struct transfer_matrix *t, double omega)

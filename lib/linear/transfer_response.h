@@ -7,8 +7,8 @@
 
 struct transfer_response {
     int outputs, inputs;
-    double *number;            /* re, im by output and input; NAN at a pole, or where it is not told from one */
-    double error;              /* a bound of |true - written| / |true| over all entries that are numbers */
+    double *number;            /* re, im by output and input; NAN at a pole, where it is not told from one, or beyond the doubles */
+    double error;              /* a bound of |true - written| / |true| over all entries that are numbers; INFINITY: not known */
 };
 
 void transfer_response_init(struct transfer_response *r, int outputs, int inputs);

@@ -1,5 +1,6 @@
 /* Points of W where the rank of H drops: by Newton's steps from random starts, on W with more equations. */
 #include "drops.h"
+#include "reduction.h"
 #include "seeds.h"
 #include "set_points.h"
 #include "warnings.h"
@@ -97,7 +98,7 @@ static void extend(const struct mech_search *s, int variables, int functions, st
     *near = sga_calloc((size_t)(2 * s->n + variables) + 1, sizeof **near);
     if (s->options->near)
         memcpy(*near, s->options->near, (size_t)(2 * s->n) * sizeof **near);
-    set_points_init(on, &s->f->kinematics, &s->f->W, s->f->W.constraints, variables, functions);
+    set_points_init(on, &s->f->kinematics, s->f->W, s->f->W->constraints, variables, functions);
     on->space.near = s->options->near ? *near : NULL;
     on->space.near_time = s->options->near_time;
     on->space.budget = s->options->budget;
@@ -105,16 +106,16 @@ static void extend(const struct mech_search *s, int variables, int functions, st
 
 void mech_search_factors(struct mech_search *s)
 {
-    int c = s->f->W.constraints;
+    int c = s->f->W->constraints;
     SGA_FREED double *near = NULL;
     SGA_ENDS(set_points_clear) struct set_points on;
     uint64_t random = SGA_SEED_DROPS;
     extend(s, 0, 1, &on, &near);
     if (s->factors > SGA_MOST_RANK_FACTORS)
         sga_limit_met(s->options->budget, SGA_LIMIT_RANK_FACTORS);
-    int own = s->factors < SGA_MOST_RANK_FACTORS ? s->factors : SGA_MOST_RANK_FACTORS, all = own + s->f->W.branches;
+    int own = s->factors < SGA_MOST_RANK_FACTORS ? s->factors : SGA_MOST_RANK_FACTORS, all = own + s->f->W->branches;
     for (int k = 0; k < all && c < 2 * s->n; k++) {
-        on.constraint[c] = k < own ? s->factor[k] : s->f->W.branch[k - own].expr;    /* W is no manifold where branches meet */
+        on.constraint[c] = k < own ? s->factor[k] : s->f->W->branch[k - own].expr;    /* W is no manifold where branches meet */
         on.space.constraints = on.end[on.stages] = c + 1;
         if (drops_on(s, &on.space, on.space.near ? 0.2 : 1, &random, on.end, on.stages + 1, k < own ? RANK_OF_H : ANY_POINT)) {
             s->r->where = sga_realloc(s->r->where, (size_t)(s->r->wheres + 1) * sizeof *s->r->where);
@@ -161,7 +162,7 @@ static int kernel_equations(const struct mech_search *s, const int *unit, expr_i
 void mech_search_kernels(struct mech_search *s)
 {
     struct expr_store *st = s->st;
-    int n = s->n, units = s->m + (s->simple ? 0 : n), c = s->f->W.constraints;
+    int n = s->n, units = s->m + (s->simple ? 0 : n), c = s->f->W->constraints;
     expr_id norm = expr_int(st, -1);
     SGA_FREED double *near = NULL;
     SGA_ENDS(set_points_clear) struct set_points on;

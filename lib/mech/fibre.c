@@ -10,9 +10,13 @@
 
 #include "arb_ends.h"
 #include "arena.h"
+#include "ball.h"
 #include "derive.h"
 #include "form.h"
 #include "mem.h"
+#include "oracle.h"
+#include "points.h"
+#include "reduction.h"
 #include "signal.h"
 
 /* H row by row as expressions. */
@@ -125,8 +129,8 @@ static int choose(struct mech_fibre *f, const expr_id *H, int count, int n, unsi
 {
     SGA_FREED unsigned char *now = sga_calloc((size_t)count + 1, 1);
     int best = 0;
-    for (int k = 0; k < f->oracle.reals; k++) {
-        int kept = choose_at(f->oracle.real + k, H, count, n, now);
+    for (int k = 0; k < f->oracle->reals; k++) {
+        int kept = choose_at(f->oracle->real + k, H, count, n, now);
         if (kept > best) {
             best = kept;
             memcpy(chosen, now, (size_t)count);
@@ -155,13 +159,13 @@ static void take(struct mech_fibre *f, const struct form_mechanical *in, const e
 static bool restricted_conditions(struct mech_fibre *f, const struct form_mechanical *in, int general, struct sga_error *err)
 {
     int c = 0;
-    while (c < f->W.constraints && f->W.constraint[c].generation == 1)
+    while (c < f->W->constraints && f->W->constraint[c].generation == 1)
         c++;
     SGA_ARENA(mem);
     expr_id *function = sga_zeros(&mem, (size_t)c + 1, sizeof *function);
     unsigned char *chosen = sga_zeros(&mem, (size_t)c + 1, 1);
     for (int i = 0; i < c; i++)
-        function[i] = f->W.constraint[i].expr;
+        function[i] = f->W->constraint[i].expr;
     SGA_FREED expr_id *H = differentials(f->kinematics.store, in, function, c);
     f->condition = sga_calloc((size_t)c + 1, sizeof *f->condition);
     f->constraint = sga_calloc((size_t)c + 1, sizeof *f->constraint);
@@ -177,7 +181,7 @@ static bool restricted_conditions(struct mech_fibre *f, const struct form_mechan
 /* The rank of H along W, as the reduction decided it, is rank. */
 static bool find_conditions(struct mech_fibre *f, const struct form_mechanical *in, int rank, struct sga_error *err)
 {
-    int m = in->constraints, c = f->W.constraints, most = m > c ? m : c;
+    int m = in->constraints, c = f->W->constraints, most = m > c ? m : c;
     SGA_ARENA(mem);
     expr_id *function = sga_zeros(&mem, (size_t)most + 1, sizeof *function), *H;
     unsigned char *chosen = sga_zeros(&mem, (size_t)most + 1, 1);
@@ -196,7 +200,7 @@ static bool find_conditions(struct mech_fibre *f, const struct form_mechanical *
                 f->redundant[f->redundants++] = i;
     } else {
         for (int i = 0; i < c; i++)
-            function[i] = f->W.constraint[i].expr;
+            function[i] = f->W->constraint[i].expr;
         H = differentials(f->kinematics.store, in, function, c);
         count = c;
         memset(chosen, 0, (size_t)most);
@@ -215,7 +219,7 @@ static bool find_conditions(struct mech_fibre *f, const struct form_mechanical *
 static bool reduce(struct mech_fibre *f, const struct sys_system *system, const struct form_mechanical *in, bool restricted,
                    const struct reduction_options *options, struct sga_error *err)
 {
-    *f = (struct mech_fibre){ .solved = true };
+    *f = (struct mech_fibre){ .W = sga_calloc(1, sizeof *f->W), .oracle = sga_calloc(1, sizeof *f->oracle) };
     sys_init(&f->kinematics, system->store);
     f->kinematics.time = system->time;
     for (int i = 0; i < system->parameters; i++)
@@ -223,10 +227,10 @@ static bool reduce(struct mech_fibre *f, const struct sys_system *system, const 
     for (int i = 0; i < system->restrictions && restricted; i++)
         sys_add_restriction(&f->kinematics, system->restriction[i]);
     form_kinematics(&f->kinematics, in);
-    points_oracle_init(&f->oracle, 20250103);
+    points_oracle_init(f->oracle, 20250103);
     struct reduction_options own = *options;
     own.gauge_fields = own.combinations = false;
-    return sga_reduce(&f->kinematics, &own, &f->oracle, &f->W, err);
+    return sga_reduce(&f->kinematics, &own, f->oracle, f->W, err);
 }
 
 bool mech_fibre_find(struct mech_fibre *f, const struct sys_system *system, const struct form_mechanical *in,
@@ -237,26 +241,27 @@ bool mech_fibre_find(struct mech_fibre *f, const struct sys_system *system, cons
         struct reduction_options anywhere = *options;
         anywhere.near = NULL;
         bool ok = reduce(f, system, in, false, &anywhere, err);
-        general -= f->W.free_columns;
+        general -= f->W->free_columns;
         mech_fibre_clear(f);
         if (!ok)
             return false;
     }
     if (!reduce(f, system, in, true, options, err))
         return false;
-    if (f->W.verdict == SGA_INCONSISTENT)
+    if (f->W->verdict == SGA_INCONSISTENT)
         return true;
     return system->restrictions ? restricted_conditions(f, in, general, err)
-                                : find_conditions(f, in, in->coordinates - f->W.free_columns, err);
-    assert(f->solved);
+                                : find_conditions(f, in, in->coordinates - f->W->free_columns, err);
 }
 
 void mech_fibre_clear(struct mech_fibre *f)
 {
-    if (!f->solved)
+    if (!f->W)
         return;
-    points_oracle_clear(&f->oracle);
-    sga_solution_clear(&f->W);
+    points_oracle_clear(f->oracle);
+    sga_solution_clear(f->W);
+    free(f->oracle);
+    free(f->W);
     sys_clear(&f->kinematics);
     free(f->condition);
     free(f->constraint);

@@ -9,17 +9,17 @@
 #ifndef SGA_MECH_MECH_H
 #define SGA_MECH_MECH_H
 
-#include "oracle.h"
-#include "reduction.h"
 #include "system.h"
 
 struct form_mechanical;
+struct points_oracle;
+struct reduction_options;
+struct sga_solution;
 
 struct mech_fibre {
     struct sys_system kinematics;        /* X' = eta, 0 = h */
-    struct sga_solution W;               /* its constraints are W; empty where inconsistent */
-    struct points_oracle oracle;         /* points of W */
-    bool solved;
+    struct sga_solution *W;              /* owned, NULL: nothing is solved; its constraints are W; empty where inconsistent */
+    struct points_oracle *oracle;        /* owned: points of W */
     /* Functions whose differentials along the fibre are independent on W and span what is possible: H
      * has these rows. own: they are the request's constraints (or the derivatives of these), so that their multipliers
      * are the request's. */

@@ -162,7 +162,7 @@ static struct motion begin(struct mech_motion *out, const struct mech_fibre *f, 
 
 void mech_motion_find(struct mech_motion *out, const struct mech_fibre *f, const struct form_mechanical *in)
 {
-    assert(f->solved);
+    assert(f->W && f->oracle);
     struct motion m = begin(out, f, in);
     SGA_FREED expr_id *w = inverse_masses(&m);
     if (w)
@@ -174,7 +174,7 @@ void mech_motion_find(struct mech_motion *out, const struct mech_fibre *f, const
 
 void mech_motion_of(struct mech_motion *out, const struct mech_fibre *f, const struct form_mechanical *in, const expr_id *total)
 {
-    assert(f->solved);
+    assert(f->W && f->oracle);
     struct motion m = begin(out, f, in);
     for (int j = 0; j < m.n; j++) {
         out->total[j] = total[j];

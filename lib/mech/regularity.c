@@ -13,6 +13,7 @@
 #include "form.h"
 #include "mem.h"
 #include "poly.h"
+#include "reduction.h"
 
 enum { GRAM_AT_MOST = 3 };
 
@@ -101,8 +102,8 @@ static expr_id gram_determinant(const struct mech_search *s)
 static bool pivots_are_of_H(const struct mech_search *s)
 {
     bool plain = true;
-    for (int i = 0; i < s->f->W.constraints; i++)
-        plain = plain && !s->f->W.constraint[i].replaced;
+    for (int i = 0; i < s->f->W->constraints; i++)
+        plain = plain && !s->f->W->constraint[i].replaced;
     return plain || !s->f->own;
 }
 
@@ -125,9 +126,9 @@ static bool proved_full(struct mech_search *s)
     struct poly_limits limits = limits_of(s);
     struct poly_factors f;
     bool full = true;
-    if (!s->simple || s->f->W.branches || has_kinks(s))
+    if (!s->simple || s->f->W->branches || has_kinks(s))
         return false;
-    if (s->all_never_zero && !s->f->W.dense_blocks && pivots_are_of_H(s))
+    if (s->all_never_zero && !s->f->W->dense_blocks && pivots_are_of_H(s))
         return true;
     if (s->m > GRAM_AT_MOST || !poly_numerator_factors(s->st, gram_determinant(s), &limits, &f))
         return false;
@@ -141,14 +142,14 @@ static bool proved_full(struct mech_search *s)
 void mech_regularity_find(struct mech_regularity *r, struct mech_fibre *f, const struct form_mechanical *in,
                           const struct reduction_options *options)
 {
-    assert(f->solved && f->conditions >= 0);
+    assert(f->W && f->conditions >= 0);
     struct mech_search s = { .r = r, .f = f, .in = in, .options = options, .st = f->kinematics.store, .all_never_zero = true,
                         .n = in->coordinates, .m = f->conditions };
     *r = (struct mech_regularity){ .full = MECH_FULL_PROVED };
     expr_facts_init(&s.facts);
     s.simple = masses_simple(&s);
-    for (int q = 0; q < f->W.pivots; q++)
-        factors_of(&s, f->W.pivot[q].value);
+    for (int q = 0; q < f->W->pivots; q++)
+        factors_of(&s, f->W->pivot[q].value);
     if (!proved_full(&s)) {
         r->full = MECH_FULL_SEARCHED;
         mech_search_factors(&s);

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "mem.h"
+#include "op.h"
 #include "watch.h"
 
 void num_ball_init(struct num_ball *b, const struct expr_store *st, slong prec)
@@ -120,33 +121,32 @@ static void cube_root(arb_t r, const arb_t x, slong prec)
     arb_clear(u);
 }
 
-/* The ends of x, moved to those of a function's domain [from, to] that they lie beyond. False: all of x is outside. */
-static bool cut_to(arf_t low, arf_t high, const arb_t x, const long *from, const long *to, slong prec)
+/* The ends of x, moved to those of a function's domain that they lie beyond. False: all of x is outside. */
+static bool cut_to(arf_t low, arf_t high, const arb_t x, const struct expr_interval *domain, slong prec)
 {
     arb_get_lbound_arf(low, x, prec);
     arb_get_ubound_arf(high, x, prec);
-    if ((from && arf_cmp_si(high, *from) < 0) || (to && arf_cmp_si(low, *to) > 0))
+    if ((domain->has_low && arf_cmp_si(high, domain->low) < 0) || (domain->has_high && arf_cmp_si(low, domain->high) > 0))
         return false;
-    if (from && arf_cmp_si(low, *from) < 0)
-        arf_set_si(low, *from);
-    if (to && arf_cmp_si(high, *to) > 0)
-        arf_set_si(high, *to);
+    if (domain->has_low && arf_cmp_si(low, domain->low) < 0)
+        arf_set_si(low, domain->low);
+    if (domain->has_high && arf_cmp_si(high, domain->high) > 0)
+        arf_set_si(high, domain->high);
     return true;
 }
 
 /* A function on the part of x that lies in its domain: where a ball reaches out of that but not wholly, it has a value only for what is
  * inside; NaN beyond stays NaN. The ends are taken apart, since a midpoint and radius may not be exactly inside, or f not see that they are:
  * it is monotone there. Of an end just inside it needs twice the bits (1 - x^2 at 1 - 2^-80). */
-static void on_domain(arb_t r, const arb_t x, const long *from, const long *to, slong prec,
-                      void (*f)(arb_t, const arb_t, slong))
+static void elementary(arb_t r, const arb_t x, const struct expr_interval *domain, slong prec, void (*f)(arb_t, const arb_t, slong))
 {
     arf_t low, high;
     f(r, x, prec);
-    if (arb_is_finite(r) || !arb_is_finite(x))
+    if (!domain->closed || arb_is_finite(r) || !arb_is_finite(x))
         return;
     arf_init(low);
     arf_init(high);
-    if (cut_to(low, high, x, from, to, prec)) {
+    if (cut_to(low, high, x, domain, prec)) {
         arb_t end;
         arb_init(end);
         arb_set_arf(r, low);
@@ -159,8 +159,6 @@ static void on_domain(arb_t r, const arb_t x, const long *from, const long *to, 
     arf_clear(low);
     arf_clear(high);
 }
-
-static const long zero = 0, one = 1, minus_one = -1;
 
 /* x^y near x = 0 for y > 0: between 0 and the largest. */
 static void power(arb_t r, const arb_t x, const arb_t y, slong prec)
@@ -214,22 +212,11 @@ static void eval(struct num_ball *b, expr_id e)
             arb_inv(r, r, p);
         break;
     case EXPR_POW:   power(r, x, y, p); break;
-    case EXPR_SIN:   arb_sin(r, x, p); break;
-    case EXPR_COS:   arb_cos(r, x, p); break;
-    case EXPR_TAN:   arb_tan(r, x, p); break;
-    case EXPR_ASIN:  on_domain(r, x, &minus_one, &one, p, arb_asin); break;
-    case EXPR_ACOS:  on_domain(r, x, &minus_one, &one, p, arb_acos); break;
-    case EXPR_ATAN:  arb_atan(r, x, p); break;
+#define X(sym, name) case EXPR_##sym: elementary(r, x, expr_op_domain(EXPR_##sym), p, arb_##name); break;
+    EXPR_ELEMENTARY_TABLE(X)
+#undef X
+    case EXPR_SQRT:  elementary(r, x, expr_op_domain(EXPR_SQRT), p, arb_sqrt); break;
     case EXPR_ATAN2: arb_atan2(r, x, y, p); break;
-    case EXPR_SINH:  arb_sinh(r, x, p); break;
-    case EXPR_COSH:  arb_cosh(r, x, p); break;
-    case EXPR_TANH:  arb_tanh(r, x, p); break;
-    case EXPR_ASINH: arb_asinh(r, x, p); break;
-    case EXPR_ACOSH: on_domain(r, x, &one, NULL, p, arb_acosh); break;
-    case EXPR_ATANH: arb_atanh(r, x, p); break;
-    case EXPR_EXP:   arb_exp(r, x, p); break;
-    case EXPR_LOG:   arb_log(r, x, p); break;
-    case EXPR_SQRT:  on_domain(r, x, &zero, NULL, p, arb_sqrt); break;
     case EXPR_CBRT:  cube_root(r, x, p); break;
     case EXPR_ABS:   arb_abs(r, x); break;
     case EXPR_SIGN:  arb_sgn(r, x); break;

@@ -3,7 +3,45 @@
 
 #include <arb_mat.h>
 
+#include "op.h"
 #include "watch.h"
+
+static void of_function(arb_t t, enum expr_op f, const arb_t x, slong p)
+{
+    switch (f) {
+#define X(sym, name) case EXPR_##sym: arb_##name(t, x, p); break;
+    EXPR_ELEMENTARY_TABLE(X)
+#undef X
+    default: arb_sgn(t, x); break;
+    }
+}
+
+static void slope(arb_t t, const struct expr_slope *s, const arb_t x, const arb_t u, slong p)
+{
+    if (s->of == EXPR_OF_NOTHING) {
+        arb_zero(t);
+        return;
+    }
+    if (s->of == EXPR_OF_FUNCTION) {
+        of_function(t, s->function, x, p);
+    } else {
+        arb_srcptr w = s->of == EXPR_OF_VALUE ? u : x;
+        if (s->power == 1)
+            arb_set(t, w);
+        else
+            arb_mul(t, w, w, p);
+        if (s->factor != 1)
+            arb_mul_si(t, t, s->factor, p);
+        if (s->shift)
+            arb_add_si(t, t, s->shift, p);
+        if (s->halves == -1)
+            arb_rsqrt(t, t, p);
+        else if (s->halves < 0)
+            arb_inv(t, t, p);
+    }
+    if (s->sign < 0)
+        arb_neg(t, t);
+}
 
 /* t = value of d e / d (its only child x); u = value of e */
 static void unary_partial(arb_t t, enum expr_op op, const arb_t x, const arb_t u, slong exponent, slong p)
@@ -20,27 +58,7 @@ static void unary_partial(arb_t t, enum expr_op op, const arb_t x, const arb_t u
         }
         arb_mul_si(t, t, exponent, p);
         break;
-    case EXPR_SIN:  arb_cos(t, x, p); break;
-    case EXPR_COS:  arb_sin(t, x, p); arb_neg(t, t); break;
-    case EXPR_TAN:  arb_mul(t, u, u, p); arb_add_ui(t, t, 1, p); break;
-    case EXPR_SINH: arb_cosh(t, x, p); break;
-    case EXPR_COSH: arb_sinh(t, x, p); break;
-    case EXPR_TANH: arb_mul(t, u, u, p); arb_sub_ui(t, t, 1, p); arb_neg(t, t); break;
-    case EXPR_EXP:  arb_set(t, u); break;
-    case EXPR_LOG:  arb_inv(t, x, p); break;
-    case EXPR_SQRT: arb_mul_2exp_si(t, u, 1); arb_inv(t, t, p); break;
-    case EXPR_CBRT: arb_mul(t, u, u, p); arb_mul_ui(t, t, 3, p); arb_inv(t, t, p); break;
-    case EXPR_ABS:  arb_sgn(t, x); break;
-    case EXPR_ASIN: case EXPR_ACOS:
-        arb_mul(t, x, x, p); arb_sub_ui(t, t, 1, p); arb_neg(t, t); arb_rsqrt(t, t, p);
-        if (op == EXPR_ACOS)
-            arb_neg(t, t);
-        break;
-    case EXPR_ATAN:  arb_mul(t, x, x, p); arb_add_ui(t, t, 1, p); arb_inv(t, t, p); break;
-    case EXPR_ASINH: arb_mul(t, x, x, p); arb_add_ui(t, t, 1, p); arb_rsqrt(t, t, p); break;
-    case EXPR_ACOSH: arb_mul(t, x, x, p); arb_sub_ui(t, t, 1, p); arb_rsqrt(t, t, p); break;
-    case EXPR_ATANH: arb_mul(t, x, x, p); arb_sub_ui(t, t, 1, p); arb_neg(t, t); arb_inv(t, t, p); break;
-    default: arb_zero(t); break;
+    default: slope(t, expr_op_slope(op), x, u, p); break;
     }
 }
 

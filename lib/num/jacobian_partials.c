@@ -3,6 +3,18 @@
 
 #include <math.h>
 
+#include "op.h"
+
+/* Here too, so that the compiler sees its constants: these are hot. */
+static const struct expr_slope column[EXPR_OP_COUNT] = {
+#define SLOPE EXPR_SLOPE
+#define SLOPE_IS EXPR_SLOPE_IS
+#define NO_SLOPE EXPR_NO_SLOPE
+#define X(sym, text, args, traits, undone, domain, values, slope) [EXPR_##sym] = slope,
+    EXPR_OP_TABLE(X)
+#undef X
+};
+
 static double sign(double x) { return isnan(x) ? x : (x > 0) - (x < 0); }
 
 /* Of min (max: with x and y exchanged) by its first argument. */
@@ -28,6 +40,37 @@ static void binary(struct jacobian_step *s, double x, double y, double u, bool b
     }
 }
 
+static inline double of_function(enum expr_op f, double x)
+{
+    switch (f) {
+#define X(sym, name) case EXPR_##sym: return name(x);
+    EXPR_ELEMENTARY_TABLE(X)
+#undef X
+    default: return sign(x);
+    }
+}
+
+/* Of constants from the table: nothing of it is left but the formula. Written so that it keeps its digits where it is small or large. */
+static inline double slope(struct expr_slope s, double x, double u)
+{
+    double w = s.of == EXPR_OF_VALUE ? u : x, r;
+    if (s.of == EXPR_OF_NOTHING)
+        return isnan(x) ? x : 0;
+    if (s.of == EXPR_OF_FUNCTION)
+        return s.sign * of_function(s.function, x);
+    if (s.power == 1)
+        r = s.factor * w;
+    else if (s.shift == 1 && s.factor == -1)
+        r = (1 - w) * (1 + w);
+    else if (s.shift == -1 && s.factor == 1)
+        r = (w - 1) * (w + 1);
+    else if (s.shift == 1 && s.factor == 1 && s.halves == -1)
+        return s.sign / hypot(1, w);
+    else
+        r = s.shift + s.factor * w * w;
+    return s.halves == -1 ? s.sign / sqrt(r) : s.halves < 0 ? s.sign / r : s.sign * r;
+}
+
 /* u: where the value stands; its neighbours serve sine and cosine pairs. */
 static double unary(int op, double x, const double *u, int n)
 {
@@ -38,24 +81,12 @@ static double unary(int op, double x, const double *u, int n)
     case EXPR_POWI:    return n * tape_power(x, n - 1);
     case TAPE_SINCOS:  return u[1];
     case TAPE_PAIRED:  return -u[-1];
-    case EXPR_SIN:     return cos(x);
-    case EXPR_COS:     return -sin(x);
-    case EXPR_TAN:     return 1 + u[0] * u[0];
-    case EXPR_ASIN:    return 1 / sqrt((1 - x) * (1 + x));
-    case EXPR_ACOS:    return -1 / sqrt((1 - x) * (1 + x));
-    case EXPR_ATAN:    return 1 / (1 + x * x);
-    case EXPR_SINH:    return cosh(x);
-    case EXPR_COSH:    return sinh(x);
-    case EXPR_TANH:    return (1 - u[0]) * (1 + u[0]);
-    case EXPR_ASINH:   return 1 / hypot(1, x);
-    case EXPR_ACOSH:   return 1 / sqrt((x - 1) * (x + 1));
-    case EXPR_ATANH:   return 1 / ((1 - x) * (1 + x));
-    case EXPR_EXP:     return u[0];
-    case EXPR_LOG:     return 1 / x;
-    case EXPR_SQRT:    return 0.5 / u[0];
-    case EXPR_CBRT:    return 1 / (3 * u[0] * u[0]);
-    case EXPR_ABS:     return sign(x);
-    default:           return isnan(x) ? x : 0;    /* EXPR_SIGN */
+#define X(sym, name) case EXPR_##sym: return slope(column[EXPR_##sym], x, u[0]);
+    EXPR_ELEMENTARY_TABLE(X)
+#undef X
+    case EXPR_SQRT:    return slope(column[EXPR_SQRT], x, u[0]);
+    case EXPR_CBRT:    return slope(column[EXPR_CBRT], x, u[0]);
+    default:           return slope(column[op], x, u[0]);    /* EXPR_ABS, EXPR_SIGN */
     }
 }
 

@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "jet_machine.h"
-#include "jet_plan.h"
 #include "lu.h"
 #include "tape_code.h"
 #include "value.h"

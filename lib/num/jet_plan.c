@@ -3,10 +3,12 @@
  * an inverse sine, derivatives). Rows are the tape's slots and, after them, the companions. */
 #include "jet_plan.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "mem.h"
+#include "op.h"
 #include "tape_code.h"
 
 struct planner {
@@ -97,18 +99,13 @@ static void real_power(struct planner *b, int w, int a, int e)
     emit(b, (struct jet_code){ .op = JET_EXP, .w = w, .a = product, .x = derivative_of(b, product) });
 }
 
+/* f with f'(a) = sign (shift + factor a^power)^-1, or the root of that: w' (...) = sign a'. */
 static void inverse_function(struct planner *b, enum expr_op op, int w, int a)
 {
-    int square = op == EXPR_LOG ? -1 : emit_new(b, JET_SQUARE, a, 0), under;
-    switch (op) {
-    case EXPR_LOG:   quotient(b, w, a, a, 1, op); return;
-    case EXPR_ATAN:  quotient(b, w, a, affine(b, square, 1, 1), 1, op); return;
-    case EXPR_ATANH: quotient(b, w, a, affine(b, square, -1, 1), 1, op); return;
-    case EXPR_ASINH: under = affine(b, square, 1, 1); break;
-    case EXPR_ACOSH: under = affine(b, square, 1, -1); break;
-    default:         under = affine(b, square, -1, 1); break;
-    }
-    quotient(b, w, a, emit_new(b, JET_SQRT, under, 0), op == EXPR_ACOS ? -1 : 1, op);
+    const struct expr_slope *s = expr_op_slope(op);
+    assert(s->of == EXPR_OF_ARGUMENT && s->halves < 0);
+    int under = s->power == 1 ? a : affine(b, emit_new(b, JET_SQUARE, a, 0), s->factor, s->shift);
+    quotient(b, w, a, s->halves == -1 ? emit_new(b, JET_SQRT, under, 0) : under, s->sign, op);
 }
 
 static void switching(struct planner *b, enum expr_op op, int w, int a, int c)

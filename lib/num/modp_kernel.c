@@ -161,9 +161,8 @@ static bool one_argument(const struct num_modp *m, enum expr_op op, mp_limb_t x,
     case EXPR_ACOS:    /* pi/2 - asin */
         *r = nmod_sub(nmod_mul(modp_pi(m), (m->mod.n + 1) / 2, m->mod), odd(m, EXPR_ASIN, x), m->mod);
         return true;
-    case EXPR_ACOSH: *r = x == 1 ? 0 : generator(m, op, x, 0); return true;
     case EXPR_ABS:  *r = nmod_mul(x, odd(m, EXPR_SIGN, x), m->mod); return true;
-    default:        *r = odd(m, op, x); return true;    /* ASIN ATAN ASINH ATANH SIGN */
+    default:        *r = expr_op_traits(op) & EXPR_IS_ODD ? odd(m, op, x) : x == 1 ? 0 : generator(m, op, x, 0); return true;
     }
 }
 

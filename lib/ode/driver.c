@@ -259,6 +259,8 @@ static void commit(struct ode_march *m, double h, int through)
     swap(&m->x, &m->x1);
     swap(&m->carry, &m->carry1);
     swap(&m->f, &m->f1);
+    if (m->p->taken)
+        m->p->taken(m->p->ctx, m->t, m->x);
 }
 
 /* At the present pace, would the stop take far more steps than are allowed, again and
@@ -325,6 +327,8 @@ static double after_refusal(struct ode_march *m, enum ode_refusal cause)
     m->res->stats.refused++;
     m->control.refused_before = true;
     m->manifold_refused += cause == MANIFOLD_REFUSED;
+    if (m->p->refused)
+        m->p->refused(m->p->ctx);
     if (cause == FIELD_REFUSED) {
         m->field_refused = true;
         m->field_refused_t = m->t;

@@ -1,6 +1,6 @@
 /* Events: places where a function of time and state passes 0, found on the dense output.
  *
- * In each step the functions are tabulated on the step's polynomial (table.c). A change
+ * In each step the functions are tabulated on the step's polynomial (table.c), at their extremes too (extremes.c). A change
  * of sign is located to the rounding of time. Between
  * three values of one sign with the least in the middle, the minimum is searched: deeper
  * than the error allowed makes beyond 0 it is two passages, within it a touch. */
@@ -117,9 +117,10 @@ static void dip(struct ode_march *m, int e, int i, struct track *k)
     /* what a parabola says; far from 0 it need not be looked at */
     double p = s - a, q = b - s, slope = ((g - ga) / p * q + (gb - g) / q * p) / (p + q);
     double curve = ((gb - g) / q - (g - ga) / p) / (p + q), reach = curve != 0 ? slope * slope / (4 * curve) : 0;
-    if (k->sign * (g - reach) > 0.5 * fabs(g))
+    if (k->sign * (g - reach) > 0.5 * fabs(g) && fabs(g) > 0.5 * fmin(fabs(ga), fabs(gb)))
         return;
-    for (int r = 0; r < 80 && b - a > 1e-9 * (right - left); r++) {
+    double least = 2 * DBL_EPSILON * fmax(fabs(m->t), fabs(m->t1)) / fabs(m->step.h);      /* to the rounding of time */
+    for (int r = 0; r < 80 && b - a > fmax(least, DBL_EPSILON); r++) {
         double u = b - s > s - a ? s + golden * (b - s) : s - golden * (s - a), gu = value_at(m, e, u);
         bool better = k->sign * gu < k->sign * g;
         if (better == (u > s))
@@ -133,6 +134,7 @@ static void dip(struct ode_march *m, int e, int i, struct track *k)
     }
     value_at(m, e, s);
     double *x = w->x, t = m->t + (s * m->step.h + m->t_low), unsure = doubt(m, e, t, x);
+    unsure += fmax(fabs(value_at(m, e, a) - g), fabs(value_at(m, e, b) - g));              /* the place is not known better */
     if (k->sign * g < -unsure) {
         add(m, e, ode_table_root(m, &m->watch->table, e, left, ga, s, g), -k->sign);
         add(m, e, ode_table_root(m, &m->watch->table, e, s, g, right, gb), k->sign);
@@ -169,6 +171,8 @@ static void scan(struct ode_march *m, int e)
             k->touched = false;
         if (!k->sign) {
             k->sign = fabs(v) > k->least ? (v > 0 ? 1 : -1) : 0;
+        } else if (i > 0 && !k->touched && v * k->sign < 0 && last * k->sign > 0 && after * k->sign > 0) {
+            dip(m, e, i, k);           /* its lowest place is a node */
         } else if (v * k->sign < 0) {
             /* the last value may be 0 itself, where it was a node */
             if (!k->touched)
@@ -177,7 +181,7 @@ static void scan(struct ode_march *m, int e)
             k->touched = false;
             if (i + 1 == w->nodes && fabs(v) <= (k->least = doubt(m, e, m->t1, m->x1)))
                 k->touched = true;      /* the next step begins on it: that is no second event */
-        } else if (!k->touched && fabs(v) < fabs(before) && fabs(v) <= fabs(after) && after * k->sign >= 0) {
+        } else if (!k->touched && fabs(v) < fabs(before) && fabs(v) <= fabs(after) && before * k->sign >= 0 && after * k->sign >= 0) {
             if (i > 0) {
                 dip(m, e, i, k);
             } else if (fabs(v) <= (k->least = doubt(m, e, m->t, m->x))) {
@@ -233,6 +237,7 @@ enum ode_refusal ode_watch_step(struct ode_march *m, int *through)
     memcpy(w->next, w->now, (size_t)w->count * sizeof *w->now);
     w->places = 0;
     ode_table_fill(m, &w->table);
+    ode_table_monotone(m, &w->table);
     for (int e = 0; e < w->count; e++)
         scan(m, e);
     if (w->places)

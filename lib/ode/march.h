@@ -151,12 +151,19 @@ bool ode_late_error(struct ode_march *m);
  * something; its times are the caller's to free. Else false. */
 bool ode_late_start(const struct ode_run *run, struct ode_start *late);
 
+/* extremes.c: a function seems not to change from a to b, as far as rounding of its largest value, `most`, tells. */
+struct ode_quiet { double a, b, most; int event; };
+
 /* table.c: functions along the present step, after dense_begin. */
 struct ode_table {
-    int count, nodes;
+    int count, nodes, room;
     double *theta, *value;     /* nodes; nodes x count */
     double *g, *x;             /* one of each: those of ode_table_at */
     double *low, *high;        /* ranges over the nodes */
+    double *turn;              /* extremes.c's: where functions turn */
+    struct ode_quiet *quiet;
+    size_t turn_room, quiet_room;
+    int turns, quiets;
     void (*function)(void *ctx, double t, const double *x, double *g);
 };
 void ode_table_init(struct ode_table *w, int count, int n, void (*function)(void *, double, const double *, double *));
@@ -165,6 +172,11 @@ void ode_table_clear(struct ode_table *w);
 double *ode_table_at(struct ode_march *m, struct ode_table *w, double theta);
 /* Nodes in equal distances, and one beside each end; the values at the ends are those of the states there. */
 void ode_table_fill(struct ode_march *m, struct ode_table *w);
+/* After that: nodes where any of the functions has an extreme inside the step, so that each is monotone between them as far as
+ * its values are known to rounding. Cost: some 20 evaluations, more where functions vary faster than polynomials of degree 16. */
+void ode_table_monotone(struct ode_march *m, struct ode_table *w);
+/* extremes.c: these places into w->turn, ascending; w->low and w->high are known. */
+void ode_table_turns(struct ode_march *m, struct ode_table *w);
 /* Where function e changes its sign between a and b, to the rounding of time. */
 double ode_table_root(struct ode_march *m, struct ode_table *w, int e, double a, double ga, double b, double gb);
 

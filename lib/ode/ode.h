@@ -133,6 +133,10 @@ struct ode_problem {
      * change their nature: they are to give values as inside, also at and beyond the ends. NaN:
      * no motion is followed. May be NULL. */
     void (*enter)(void *ctx, double from, double to);
+    /* After each step: it was taken, the motion is at t, x; or it was not, and what its trial points have told of the way is
+     * void: the motion is where it was. Both or none; NULL: nothing is told. */
+    void (*taken)(void *ctx, double t, const double *x);
+    void (*refused)(void *ctx);
     /* Switches: functions g of t and x on each side of whose zeros the field is smooth (those in abs, sign, min, max).
      * hold(side): from now on the callbacks give values as where g_k has the sign of side[k], wherever they are
      * asked; 0: as g_k says. NULL: all 0, as at first. switching gives all g. */

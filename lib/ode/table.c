@@ -14,14 +14,16 @@
 
 enum { FIRST_PARTS = 8, MOST_PARTS = SGA_MOST_TABLE_PARTS, PROBES = 11 };
 #define RESOLVED 1e-3          /* of the range: how well values between nodes are predicted */
+#define SAME 1e-7              /* of a step: extremes of several functions at one place make one node */
 #define EDGE 1e-3              /* of a part: nodes beside the ends, for the slopes there */
 
 void ode_table_init(struct ode_table *w, int count, int n, void (*function)(void *, double, const double *, double *))
 {
     size_t e = (size_t)count;
     *w = (struct ode_table){ .count = count, .function = function };
-    w->theta = sga_malloc((MOST_PARTS + 3) * sizeof *w->theta);
-    w->value = sga_malloc((MOST_PARTS + 3) * e * sizeof *w->value);
+    w->room = MOST_PARTS + 3;
+    w->theta = sga_malloc((size_t)w->room * sizeof *w->theta);
+    w->value = sga_malloc((size_t)w->room * e * sizeof *w->value);
     w->g = sga_malloc((3 * e + (size_t)n + 1) * sizeof *w->g);
     w->low = w->g + e;
     w->high = w->low + e;
@@ -33,6 +35,8 @@ void ode_table_clear(struct ode_table *w)
     free(w->theta);
     free(w->value);
     free(w->g);
+    free(w->turn);
+    free(w->quiet);
 }
 
 static double *values(struct ode_march *m, struct ode_table *w, double t, const double *x)
@@ -125,6 +129,35 @@ void ode_table_fill(struct ode_march *m, struct ode_table *w)
     put(w, 1, ode_table_at(m, w, w->theta[1]));
     put(w, parts + 1, ode_table_at(m, w, w->theta[parts + 1]));
     put(w, parts + 2, values(m, w, m->t1, m->x1));
+}
+
+/* One more node between two that are there. */
+static void insert(struct ode_march *m, struct ode_table *w, int at, double theta)
+{
+    size_t count = (size_t)w->count, behind = (size_t)(w->nodes - at);
+    if (w->nodes == w->room) {
+        w->room *= 2;
+        w->theta = sga_realloc(w->theta, (size_t)w->room * sizeof *w->theta);
+        w->value = sga_realloc(w->value, (size_t)w->room * count * sizeof *w->value);
+    }
+    memmove(w->theta + at + 1, w->theta + at, behind * sizeof *w->theta);
+    memmove(w->value + ((size_t)at + 1) * count, w->value + (size_t)at * count, behind * count * sizeof *w->value);
+    w->theta[at] = theta;
+    put(w, at, ode_table_at(m, w, theta));
+    w->nodes++;
+}
+
+void ode_table_monotone(struct ode_march *m, struct ode_table *w)
+{
+    ode_table_turns(m, w);
+    int at = 2;
+    for (int k = 0; k < w->turns; k++) {
+        double theta = w->turn[k];
+        while (at < w->nodes - 1 && w->theta[at] < theta)
+            at++;
+        if (theta - w->theta[at - 1] > SAME && w->theta[at] - theta > SAME && w->theta[at - 1] > 0 && w->theta[at] < 1)
+            insert(m, w, at, theta);
+    }
 }
 
 double ode_table_root(struct ode_march *m, struct ode_table *w, int e, double a, double ga, double b, double gb)

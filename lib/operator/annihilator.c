@@ -8,6 +8,7 @@
 #include "error.h"
 #include "flint_ends.h"
 #include "mem.h"
+#include "popov.h"
 
 /* The k-th combination to try for W with a 1 at m: sparse ones with small coefficients first. */
 static void candidate(struct ratio_matrix *w, int m, int k)

@@ -12,6 +12,7 @@
 #include "error.h"
 #include "flint_ends.h"
 #include "mem.h"
+#include "popov.h"
 
 /* binom(-i, k) for k >= 0 and any i */
 static void binomial(fmpz_t c, int i, int k)

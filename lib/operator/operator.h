@@ -9,8 +9,12 @@
 #ifndef SGA_OPERATOR_OPERATOR_H
 #define SGA_OPERATOR_OPERATOR_H
 
-#include "popov.h"
+#include "ore_matrix.h"
 #include "ratio_matrix.h"
+
+struct op_limits;
+struct op_popov;
+struct sga_error;
 
 struct op_system {
     int unknowns, sources, order;      /* P has order + 1 coefficient matrices */

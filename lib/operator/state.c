@@ -10,6 +10,7 @@
 #include "arena.h"
 #include "error.h"
 #include "mem.h"
+#include "popov.h"
 
 struct raw {                       /* before the derivatives of e leave the dynamics */
     struct ratio_matrix *G, *J;    /* top + 1 of each */

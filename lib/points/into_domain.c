@@ -9,6 +9,7 @@
 #include "arena.h"
 #include "budget.h"
 #include "mem.h"
+#include "points_random.h"
 
 enum { PASSES = 16, TRIES = 40, WORK = 60, LEAST_WORK = 5000 };
 

@@ -10,6 +10,7 @@
 #include "flint_ends.h"
 #include "mem.h"
 #include "modp.h"
+#include "points_random.h"
 
 enum { DEGREE_MOST = 10 };
 

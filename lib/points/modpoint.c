@@ -14,6 +14,7 @@
 #include "mem.h"
 #include "modblock.h"
 #include "modmatch.h"
+#include "points_random.h"
 
 enum { TRIES = 16, BLOCK_TRIES = 24, MATCHED_MOST = 400 };
 

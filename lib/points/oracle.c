@@ -15,6 +15,8 @@
 void points_oracle_init(struct points_oracle *s, uint64_t seed)
 {
     *s = (struct points_oracle){ .random = seed, .least_digits = 1 << 20, .height = -1 };
+    s->real = sga_calloc(POINTS_REAL, sizeof *s->real);
+    s->high = sga_calloc(POINTS_REAL, sizeof *s->high);
     s->modular = sga_calloc(POINTS_MODULAR_MOST, sizeof *s->modular);
     s->beyond = sga_calloc(1, sizeof *s->beyond);
     expr_cone_init(&s->cone);
@@ -58,6 +60,8 @@ void points_oracle_clear(struct points_oracle *s)
     if (s->beyond)
         points_beyond_clear(s->beyond);
     free(s->beyond);
+    free(s->real);
+    free(s->high);
     free(s->modular);
     free(s->zero);
     free(s->side);

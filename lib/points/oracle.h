@@ -16,13 +16,13 @@
 #ifndef SGA_POINTS_ORACLE_H
 #define SGA_POINTS_ORACLE_H
 
-#include "facts.h"
-#include "points.h"
+#include <flint/flint.h>
+
+#include "points_space.h"
+#include "points_truth.h"
 
 struct points_beyond;
 struct points_modpoint;
-
-enum points_truth { POINTS_NONZERO, POINTS_ZERO, POINTS_UNKNOWN };
 
 enum points_basis {
     POINTS_EXACT, POINTS_NONZERO_PROVED, POINTS_NONZERO_NUMERIC,
@@ -53,9 +53,9 @@ struct points_oracle {
     expr_id *constraint, *defined;
     signed char *cheap;
     double *near;
-    struct points_point real[POINTS_REAL];
+    struct points_point *real;               /* POINTS_REAL, the first `reals` in use */
     int reals;
-    struct points_point high[POINTS_REAL];   /* the same points at more bits, when needed */
+    struct points_point *high;               /* the same points at more bits, when needed */
     slong high_bits;                         /* 0: not made */
     struct points_modpoint *modular;         /* POINTS_MODULAR_MOST; past the first POINTS_MODULAR only where those have no one opinion */
     int modulars;

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "budget.h"
 #include "facts.h"
 #include "flint_ends.h"
 #include "mem.h"

@@ -9,6 +9,7 @@
 
 #include "arb_ends.h"
 #include "arena.h"
+#include "budget.h"
 #include "doubling.h"
 #include "mem.h"
 #include "sparse.h"

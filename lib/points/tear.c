@@ -13,6 +13,7 @@
 #include "arena.h"
 #include "mem.h"
 #include "modp.h"
+#include "points_random.h"
 #include "shape.h"
 
 enum kind { GUESS, SOLVE, CHECK };

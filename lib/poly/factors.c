@@ -6,7 +6,6 @@
 #include <flint/fmpz_mpoly_factor.h>
 
 #include "arena.h"
-#include "facts.h"
 #include "mem.h"
 #include "mpoly_take.h"
 

@@ -9,6 +9,7 @@
 #include <stdlib.h>
 
 #include "arena.h"
+#include "budget.h"
 #include "mem.h"
 
 struct work {

@@ -4,7 +4,6 @@
 #include "bridge.h"
 
 #include "arena.h"
-#include "facts.h"
 #include "flint_ends.h"
 #include "mpoly_take.h"
 

@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "budget.h"
-#include "mem.h"
 #include "reader.h"
 #include "table.h"
 
@@ -86,6 +85,12 @@ static bool bounds_met(const struct request *r, const struct request_bounds *b, 
         || (code == SGA_E_LIMIT_SECONDS && r->store.seconds < r->limits.seconds);
 }
 
+/* A part of the request that was read, or whose fault is listed. */
+static bool part(struct reader *rd, bool ok)
+{
+    return ok || at_pass(rd, 0);
+}
+
 static bool read_all(struct reader *rd, const json_t *v)
 {
     static const char *const members[] = { "system", "want", "symmetries", "trajectory", "accuracy", "limits", "strata", "sweep",
@@ -97,13 +102,17 @@ static bool read_all(struct reader *rd, const json_t *v)
     const json_t *want = json_object_get(v, "want"), *strata = json_object_get(v, "strata"), *sweep = json_object_get(v, "sweep");
     const json_t *linearization = json_object_get(v, "linearization"), *transfer = json_object_get(v, "transfer");
     const json_t *system = need_member(rd, v, "system");
-    if (!system || (limits && !read_limits(rd, limits)))
+    if (!system || (limits && !part(rd, read_limits(rd, limits))))
         return false;
     set_bounds(rd);
     rd->r->store.max_bits = rd->r->limits.bits;
     if (rd->by_name)
         return read_system(rd, system) && store_ok(rd);
-    if (!read_sweep_names(rd, sweep) || !read_system(rd, system) || !read_want(rd, want) || !read_sweep_parameters(rd, sweep))
+    bool stands = read_sweep_names(rd, sweep) && read_system(rd, system);
+    if (!part(rd, stands) || !part(rd, read_want(rd, want)))
+        return false;
+    bool sets = stands && read_sweep_parameters(rd, sweep);       /* what starts from values of parameters that cannot be read is not read */
+    if (stands && !part(rd, sets))
         return false;
     if (!want && trajectory)
         rd->r->want |= REQUEST_TRAJECTORY;
@@ -111,12 +120,14 @@ static bool read_all(struct reader *rd, const json_t *v)
         rd->r->want |= REQUEST_LINEARIZATION;
     if (!want && transfer)
         rd->r->want |= REQUEST_TRANSFER;
-    if (rd->r->has_mechanical && trajectory)
+    if (stands && rd->r->mechanical && trajectory)
         read_mechanical_outputs(rd);
-    return check_wants(rd, trajectory, symmetries)
-        && (!trajectory || read_trajectory(rd, trajectory)) && (!sweep || read_sweep(rd, sweep)) && (!accuracy || read_accuracy(rd, accuracy))
-        && (!symmetries || read_symmetries(rd, symmetries)) && (!linearization || read_linearization(rd, linearization))
-        && (!transfer || read_transfer(rd, transfer)) && (!strata || read_strata(rd, strata)) && read_tables_end(rd) && store_ok(rd);
+    return part(rd, check_wants(rd, trajectory, symmetries))
+        && (!trajectory || !sets || part(rd, read_trajectory(rd, trajectory))) && (!sweep || !sets || part(rd, read_sweep(rd, sweep)))
+        && (!accuracy || part(rd, read_accuracy(rd, accuracy))) && (!symmetries || !stands || part(rd, read_symmetries(rd, symmetries)))
+        && (!linearization || !stands || part(rd, read_linearization(rd, linearization)))
+        && (!transfer || !stands || part(rd, read_transfer(rd, transfer)))
+        && (!strata || part(rd, read_strata(rd, strata))) && (!stands || read_tables_end(rd)) && store_ok(rd);
 }
 
 bool request_read(struct request *r, const char *text, size_t length, struct sga_error *err)
@@ -137,6 +148,16 @@ bool request_sane(const struct request *r)
     return sane;
 }
 
+/* What ended the reading is the last fault, unless it is one of the bounds. */
+static bool close_faults(struct reader *rd, bool ok)
+{
+    bool bounds = !ok && rd->bounds && bounds_met(rd->r, rd->bounds, rd->err->code);
+    if (!ok && !bounds && rd->err->code != SGA_E_OK)
+        faults_add(rd);
+    rd->faults->cut |= bounds && rd->faults->count > 0;
+    return ok && !rd->faults->count;
+}
+
 static bool read_text(struct reader *rd, const char *text, size_t length)
 {
     struct request *r = rd->r;
@@ -144,6 +165,8 @@ static bool read_text(struct reader *rd, const char *text, size_t length)
     defaults(r);
     json_t *v = load_json(text, length, err);
     bool ok = v && read_all(rd, v);
+    if (rd->faults)
+        ok = close_faults(rd, ok);
     json_decref(v);
     sga_buf_free(&rd->at);
     free(rd->value);
@@ -174,6 +197,17 @@ bool request_read_within(struct request *r, const char *text, size_t length, str
 {
     struct sga_error own = { 0 };
     return read_text(&(struct reader){ .r = r, .err = err ? err : &own, .bounds = bounds }, text, length);
+}
+
+bool request_read_all(struct request *r, const char *text, size_t length, struct request_bounds *bounds, struct request_faults *faults)
+{
+    struct sga_error err = { 0 };
+    *faults = (struct request_faults){ 0 };
+    const char *form = NULL;
+    struct reader rd = { .r = r, .err = &err, .bounds = bounds, .faults = faults, .form = &form };
+    bool ok = read_text(&rd, text, length);
+    r->form = form;
+    return ok || (bounds->met && !faults->count);
 }
 
 void request_clear(struct request *r)

@@ -63,9 +63,11 @@ static bool read_outputs(struct reader *rd, const json_t *system, struct descrip
         return true;
     if (!(v = need_member(rd, system, "outputs")))
         return false;
+    size_t mark = at_member(rd, "outputs");
     int n = (int)(list_size(v) < REQUEST_MAX_PORTS ? list_size(v) : REQUEST_MAX_PORTS + 1);
     if (n > REQUEST_MAX_PORTS)
         return at_fail(rd, SGA_E_LIMIT_VARIABLES, "there are %zu outputs; the limit is %d", list_size(v), REQUEST_MAX_PORTS);
+    at_back(rd, mark);
     if (!read_one(rd, system, &d->C, n, d->states) || (json_object_get(system, "D") && !read_one(rd, system, &d->D, n, d->u.inputs)))
         return false;
     expr_id *x = sga_take(&rd->mem, ((size_t)d->states + 1) * sizeof *x);
@@ -77,7 +79,7 @@ static bool read_outputs(struct reader *rd, const json_t *system, struct descrip
         r->output[k] = expr_int(st, 0);
     add_rows(st, &d->C, x, r->output);
     add_rows(st, &d->D, d->u.u, r->output);
-    size_t mark = at_member(rd, "outputs");
+    at_member(rd, "outputs");
     for (int k = 0; k < n; k++) {
         size_t here = at_item(rd, v, (size_t)k);
         if (!read_alias(rd, list_item(v, (size_t)k), r->output[k]))

@@ -22,7 +22,7 @@ static bool read_equation(struct reader *rd, struct form_equations *f, const jso
     return true;
 }
 
-static bool read_list(struct reader *rd, struct form_equations *f, const json_t *system)
+static bool read_list(struct reader *rd, struct form_equations *f, int first, const json_t *system)
 {
     const json_t *v = need_member(rd, system, "equations");
     if (!v)
@@ -33,12 +33,17 @@ static bool read_list(struct reader *rd, struct form_equations *f, const json_t 
     if (list_size(v) > 16u * REQUEST_MAX_VARIABLES)
         return at_fail(rd, SGA_E_LIMIT_VARIABLES, "there are %zu equations; the limit is %d", list_size(v),
                        16 * REQUEST_MAX_VARIABLES);
+    size_t read = 0;
     for (size_t i = 0; i < list_size(v); i++) {
         size_t here = at_item(rd, v, i);
-        if (!read_equation(rd, f, list_item(v, i)))
+        if (read_equation(rd, f, list_item(v, i)))
+            read++;
+        else if (!at_pass(rd, here))
             return false;
         at_back(rd, here);
     }
+    if (!read)         /* each has a fault that is listed: the rest is read beside any system of these variables */
+        form_equations_add(f, rd->r->store.symbol[first].node);
     if (!form_equations_reduce(f, &rd->r->system, REQUEST_MAX_VARIABLES, rd->err)) {
         snprintf(rd->err->pointer, sizeof rd->err->pointer, "%s", rd->at.data);
         return false;
@@ -57,5 +62,5 @@ bool read_equations(struct reader *rd, const json_t *system)
     form_equations_init(&f, &rd->r->store);
     for (int i = 0; i < variables; i++)
         form_equations_unknown(&f, variable[i]);
-    return read_list(rd, &f, system);
+    return read_list(rd, &f, variable[0], system);
 }

@@ -3,7 +3,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "mem.h"
 #include "reader.h"
 
 /* The place of a member's word in a table; 0 where it is left out; -1 with err. */
@@ -71,7 +70,7 @@ bool read_events(struct reader *rd, const json_t *v)
     t->event = sga_zeros(&rd->r->mem, json_array_size(v) + 1, sizeof *t->event);
     for (size_t i = 0; i < json_array_size(v); i++) {
         size_t mark = at_item(rd, v, i);
-        if (!read_event(rd, json_array_get(v, i)))
+        if (!read_event(rd, json_array_get(v, i)) && !at_pass(rd, mark))
             return false;
         at_back(rd, mark);
     }

@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "form.h"
-#include "mem.h"
 #include "reader.h"
 
 static bool check_antisymmetric(struct reader *rd, const struct read_matrix *m)
@@ -63,7 +62,7 @@ static bool read_function(struct reader *rd, const json_t *system, expr_id *e)
     if (!v)
         return false;
     size_t mark = at_member(rd, "hamiltonian");
-    *e = read_expression(rd, v, NULL);
+    *e = read_listed(rd, v, NULL);
     if (*e)
         at_back(rd, mark);
     return *e != EXPR_UNDEF;

@@ -20,7 +20,7 @@ static bool read_function(struct reader *rd, const json_t *system, struct lagran
     if (!v)
         return false;
     size_t mark = at_member(rd, "lagrangian");
-    l->function = read_expression(rd, v, NULL);
+    l->function = read_listed(rd, v, NULL);
     if (!l->function)
         return false;
     at_back(rd, mark);

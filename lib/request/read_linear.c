@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "arena.h"
-#include "mem.h"
 #include "parse.h"
 #include "reader.h"
 

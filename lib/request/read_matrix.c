@@ -13,7 +13,7 @@ static bool is_constant(const struct expr_store *st, expr_id e)
 static bool add_entry(struct reader *rd, struct read_matrix *m, int row, int col, const json_t *v)
 {
     assert(row >= 0 && col >= 0 && col < m->cols);
-    expr_id e = read_expression(rd, v, NULL);
+    expr_id e = read_listed(rd, v, NULL);
     if (!e)
         return false;
     if (m->constant && !is_constant(&rd->r->store, e))
@@ -59,7 +59,7 @@ static bool read_dense(struct reader *rd, struct read_matrix *m, const json_t *v
                        m->per_row, m->hint ? m->hint : "");
     for (int i = 0; i < m->rows; i++) {
         size_t here = at_item(rd, v, (size_t)i);
-        if (!read_row(rd, m, list_item(v, (size_t)i), i))
+        if (!read_row(rd, m, list_item(v, (size_t)i), i) && !at_pass(rd, here))
             return false;
         at_back(rd, here);
     }
@@ -119,7 +119,7 @@ static bool read_sparse(struct reader *rd, struct read_matrix *m, const json_t *
         return expected(rd, "an array of entries [row, column, expression]", entries);
     for (size_t i = 0; i < json_array_size(entries); i++) {
         size_t here = at_index(rd, i);
-        if (!read_triple(rd, m, json_array_get(entries, i)))
+        if (!read_triple(rd, m, json_array_get(entries, i)) && !at_pass(rd, here))
             return false;
         at_back(rd, here);
     }
@@ -189,7 +189,7 @@ bool read_expression_list(struct reader *rd, const json_t *system, const char *m
     *list = sga_zeros(&rd->r->mem, n + 1, sizeof **list);
     for (size_t i = 0; i < n; i++) {
         size_t here = at_item(rd, v, i);
-        if (!((*list)[i] = read_expression(rd, list_item(v, i), NULL)))
+        if (!((*list)[i] = read_listed(rd, list_item(v, i), NULL)))
             return false;
         at_back(rd, here);
     }

@@ -75,12 +75,12 @@ static bool read_functions(struct reader *rd, const json_t *system, struct form_
 
 bool read_mechanical(struct reader *rd, const json_t *system)
 {
-    struct form_mechanical *m = &rd->r->mechanical;
+    struct form_mechanical *m = sga_zeros(&rd->r->mem, 1, sizeof *m);
     m->coordinate = read_variables(rd, system, "coordinates", &m->coordinates);
     if (!m->coordinate || !(m->velocity = read_make_velocities(rd, m->coordinate, m->coordinates))
         || !read_functions(rd, system, m) || !(m->multiplier = read_make_multipliers(rd, m->constraints)))
         return false;
-    rd->r->has_mechanical = true;
+    rd->r->mechanical = m;
     form_mechanical(&rd->r->system, m);
     return true;
 }
@@ -102,9 +102,9 @@ void read_mechanical_outputs(struct reader *rd)
 {
     struct request *r = rd->r;
     struct request_forces *f = &r->forces;
-    int n = r->mechanical.coordinates;
+    int n = r->mechanical->coordinates;
     f->reaction = sga_zeros(&rd->r->mem, (size_t)n + 1, sizeof *f->reaction);
     for (int i = 0; i < n; i++)
-        f->reaction[i] = output_name(rd, "reaction_", r->store.symbol[r->mechanical.coordinate[i]].name);
+        f->reaction[i] = output_name(rd, "reaction_", r->store.symbol[r->mechanical->coordinate[i]].name);
     f->power = output_name(rd, "reaction_", "power");
 }

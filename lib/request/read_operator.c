@@ -10,7 +10,6 @@
 
 #include "arena.h"
 #include "equations.h"
-#include "mem.h"
 #include "reader.h"
 
 static bool only_time(const struct expr_store *st, expr_id e)
@@ -78,7 +77,7 @@ static bool read_source(struct reader *rd, struct request_operator *op, const js
         op->open_sources = true;
         return true;
     }
-    op->source[k] = read_expression(rd, v, &op->source_name[k]);
+    op->source[k] = read_listed(rd, v, &op->source_name[k]);
     return op->source[k]
            && (only_time(&rd->r->store, op->source[k])
                || at_fail(rd, SGA_E_SCHEMA, "a source is a new name or a function of time"));

@@ -2,7 +2,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "mem.h"
 #include "reader.h"
 
 static const char *const want_text[REQUEST_WANTS] = {
@@ -29,11 +28,12 @@ bool read_want(struct reader *rd, const json_t *v)
     for (size_t i = 0; i < list_size(v); i++) {
         size_t here = at_item(rd, v, i);
         int k = read_word(rd, list_item(v, i), want_text, REQUEST_WANTS, "something to want");
-        if (k < 0)
+        if (k >= 0 && rd->r->want & 1u << k)
+            k = (at_fail(rd, SGA_E_SCHEMA, "\"%s\" is wanted twice", want_text[k]), -1);
+        if (k < 0 && !at_pass(rd, here))
             return false;
-        if (rd->r->want & 1u << k)
-            return at_fail(rd, SGA_E_SCHEMA, "\"%s\" is wanted twice", want_text[k]);
-        rd->r->want |= 1u << k;
+        if (k >= 0)
+            rd->r->want |= 1u << k;
         at_back(rd, here);
     }
     at_back(rd, mark);
@@ -46,7 +46,10 @@ static bool member_number(struct reader *rd, const json_t *v, const char *member
     if (!m)
         return true;
     size_t mark = at_member(rd, member);
-    if (!read_number(rd, m, low, high, out))
+    double given = *out;
+    if (read_number(rd, m, low, high, &given))
+        *out = given;
+    else if (!at_pass(rd, mark))
         return false;
     at_back(rd, mark);
     return true;
@@ -59,9 +62,10 @@ static bool member_integer(struct reader *rd, const json_t *v, const char *membe
     if (!m)
         return true;
     size_t mark = at_member(rd, member);
-    if (!read_integer(rd, m, low, high, &given))
+    if (read_integer(rd, m, low, high, &given))
+        *out = (int)given;
+    else if (!at_pass(rd, mark))
         return false;
-    *out = (int)given;
     at_back(rd, mark);
     return true;
 }
@@ -94,9 +98,9 @@ bool read_accuracy(struct reader *rd, const json_t *v)
     if (m) {
         size_t here = at_member(rd, "arithmetic");
         int k = read_word(rd, m, arithmetic, 4, "an arithmetic");
-        if (k < 0)
+        if (k < 0 && !at_pass(rd, here))
             return false;
-        a->arithmetic = (enum request_arithmetic)k;
+        a->arithmetic = k < 0 ? REQUEST_AUTO : (enum request_arithmetic)k;
         at_back(rd, here);
     }
     /* doubles carry 2e-16; longer arithmetics go further */

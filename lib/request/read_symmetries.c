@@ -28,10 +28,12 @@ static bool read_components(struct reader *rd, const json_t *v, struct request_c
         int k = strcmp(key, time_name(rd)) == 0 ? n : state_variable(rd, key);
         if (k >= 0 && taken[k])
             k = (at_fail(rd, SGA_E_DUPLICATE_NAME, "the variable \"%.100s\" is given twice", key), -1);
-        ok = k >= 0 && (c->component[k] = read_expression(rd, item, NULL));
-        if (!ok)
+        ok = k >= 0 && (c->component[k] = read_listed(rd, item, NULL));
+        if (!ok && !at_pass(rd, mark))
             break;
-        taken[k] = 1;
+        if (ok)
+            taken[k] = 1;
+        ok = true;
         at_back(rd, mark);
     }
     return ok;
@@ -80,7 +82,7 @@ static bool read_checks(struct reader *rd, const json_t *v)
     for (size_t i = 0; i < json_array_size(v); i++) {
         size_t mark = at_index(rd, i);
         s->checks++;
-        if (!read_candidate(rd, json_array_get(v, i), s->check + i))
+        if (!read_candidate(rd, json_array_get(v, i), s->check + i) && !at_pass(rd, mark))
             return false;
         at_back(rd, mark);
     }

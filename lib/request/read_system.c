@@ -91,11 +91,18 @@ static bool read_parameter_values(struct reader *rd, const json_t *parameters, e
         size_t mark = at_member(rd, key);
         double finite;
         value[i] = json_is_null(v) ? EXPR_UNDEF : read_expression(rd, v, NULL);
-        if (!json_is_null(v) && !value[i])
-            return false;
+        if (!json_is_null(v) && !value[i]) {
+            if (!at_pass(rd, mark))
+                return false;
+            value[i] = expr_int(&rd->r->store, 1);
+        }
         if (value[i] && !expr_is_const(&rd->r->store, value[i])
-            && !constant_value(&rd->r->store, value[i], &finite))
-            return at_fail(rd, SGA_E_EXPR_UNDEFINED, "the value of this parameter is no finite number");
+            && !constant_value(&rd->r->store, value[i], &finite)) {
+            at_fail(rd, SGA_E_EXPR_UNDEFINED, "the value of this parameter is no finite number");
+            if (!at_pass(rd, mark))
+                return false;
+            value[i] = expr_int(&rd->r->store, 1);
+        }
         at_back(rd, mark);
         i++;
     }
@@ -122,11 +129,17 @@ static bool add_parameters(struct reader *rd, const json_t *parameters, const ex
     const char *key;
     json_t *v;
     size_t i = 0;
+    bool named = true;
     json_object_foreach((json_t *)parameters, key, v) {
         size_t mark = at_member(rd, key);
         int symbol = new_name(rd, key, EXPR_PARAMETER);
-        if (symbol < 0)
-            return false;
+        if (symbol < 0) {
+            if (!at_pass(rd, mark))
+                return false;
+            named = false;
+            i++;
+            continue;
+        }
         set_value(rd, symbol, EXPR_UNDEF);
         bool swept = json_object_get(rd->swept, key) != NULL;
         rd->value[symbol] = swept || (rd->by_name && worth_a_name(&rd->r->store, value[i])) ? EXPR_UNDEF : value[i];
@@ -142,7 +155,7 @@ static bool add_parameters(struct reader *rd, const json_t *parameters, const ex
         i++;
         at_back(rd, mark);
     }
-    return true;
+    return named;
 }
 
 static bool read_parameters_and_time(struct reader *rd, const json_t *system)
@@ -180,16 +193,18 @@ int *read_variables(struct reader *rd, const json_t *system, const char *member,
     if (n == 0)
         return at_fail(rd, SGA_E_EMPTY_SYSTEM, "a system needs at least one variable"), NULL;
     int *symbol = sga_take(&rd->r->mem, n * sizeof *symbol);
+    bool named = true;
     for (size_t i = 0; i < n; i++) {
         size_t here = at_item(rd, v, i);
         symbol[i] = read_new_name(rd, list_item(v, i), EXPR_VARIABLE);
-        if (symbol[i] < 0)
+        if (symbol[i] < 0 && !at_pass(rd, here))
             return NULL;
+        named &= symbol[i] >= 0;
         at_back(rd, here);
     }
     at_back(rd, mark);
     *count = (int)n;
-    return symbol;
+    return named ? symbol : NULL;
 }
 
 static void index_columns(struct reader *rd)
@@ -212,12 +227,15 @@ bool read_system(struct reader *rd, const json_t *v)
     if (!form || !form_members(rd, v, form))
         return false;
     rd->r->form = form->name;
+    if (rd->form)
+        *rd->form = form->name;
     const json_t *name = json_object_get(v, "name");
     if (name) {
         size_t here = at_member(rd, "name");
-        if (!read_string(rd, name))
+        if (read_string(rd, name))
+            rd->r->name = sga_take_text(&rd->r->mem, json_string_value(name));
+        else if (!at_pass(rd, here))
             return false;
-        rd->r->name = sga_take_text(&rd->r->mem, json_string_value(name));
         at_back(rd, here);
     }
     if (!read_parameters_and_time(rd, v) || !read_tables(rd, v) || !form->read(rd, v))

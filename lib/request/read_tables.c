@@ -8,7 +8,6 @@
 #include <string.h>
 
 #include "arena.h"
-#include "mem.h"
 #include "reader.h"
 #include "signal.h"
 #include "table.h"

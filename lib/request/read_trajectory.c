@@ -62,12 +62,18 @@ static bool read_times(struct reader *rd, const json_t *v, bool has_start)
         return at_fail(rd, SGA_E_SCHEMA, "there are %zu times; there must be 1 to %d", n, REQUEST_MAX_SAMPLES);
     t->times = sga_take(&rd->r->mem, n * sizeof *t->times);
     t->exact_times = sga_take(&rd->r->mem, n * sizeof *t->exact_times);
+    bool ordered = true;
     for (size_t i = 0; i < n; i++) {
         size_t here = at_item(rd, v, i);
-        if (!read_exact(rd, list_item(v, i), t->times + i, t->exact_times + i, NULL))
-            return false;
+        if (!read_exact(rd, list_item(v, i), t->times + i, t->exact_times + i, NULL)) {
+            if (!at_pass(rd, here))
+                return false;
+            ordered = false;
+        }
         at_back(rd, here);
     }
+    if (!ordered)
+        return false;
     t->samples = (int)n;
     if (!has_start) {
         t->start = t->times[0];
@@ -139,9 +145,10 @@ bool read_initial(struct reader *rd, const json_t *v, unsigned char *taken, stru
         size_t mark = at_member(rd, key);
         struct request_initial *i = *list + *count;
         i->variable = new_variable(rd, key, taken);
-        if (i->variable < 0 || !read_exact(rd, item, &i->value, &i->exact, &i->text))
+        if (i->variable >= 0 && read_exact(rd, item, &i->value, &i->exact, &i->text))
+            ++*count;
+        else if (!at_pass(rd, mark))
             return false;
-        ++*count;
         at_back(rd, mark);
     }
     qsort(*list, (size_t)*count, sizeof **list, by_initial);
@@ -156,9 +163,10 @@ static bool read_hold(struct reader *rd, const json_t *v, unsigned char *taken)
         size_t mark = at_item(rd, v, i);
         const char *name = read_string(rd, list_item(v, i));
         int k = name ? new_variable(rd, name, taken) : -1;
-        if (k < 0)
+        if (k < 0 && !at_pass(rd, mark))
             return false;
-        t->hold[t->holds++] = k;
+        if (k >= 0)
+            t->hold[t->holds++] = k;
         at_back(rd, mark);
     }
     return true;
@@ -175,7 +183,7 @@ static bool read_expressions(struct reader *rd, const json_t *v, expr_id **e, ch
     *text = sga_zeros(&rd->r->mem, n + 1, sizeof **text);
     for (size_t i = 0; i < n; i++) {
         size_t mark = at_item(rd, v, i);
-        if (!((*e)[i] = read_expression(rd, list_item(v, i), *text + i)))
+        if (!((*e)[i] = read_listed(rd, list_item(v, i), *text + i)))
             return false;
         ++*count;
         at_back(rd, mark);
@@ -195,9 +203,10 @@ static bool read_rates(struct reader *rd, const json_t *v, unsigned char *taken)
         size_t mark = at_member(rd, key);
         struct request_rate *r = t->rate + t->rates;
         r->variable = new_variable(rd, key, taken);
-        if (r->variable < 0 || !(r->rate = read_expression(rd, item, &r->text)))
+        if (r->variable >= 0 && (r->rate = read_listed(rd, item, &r->text)))
+            t->rates++;
+        else if (!at_pass(rd, mark))
             return false;
-        t->rates++;
         at_back(rd, mark);
     }
     qsort(t->rate, (size_t)t->rates, sizeof *t->rate, by_rate);
@@ -237,17 +246,18 @@ static bool read_where(struct reader *rd, const json_t *v)
         sweep_bind(rd, -1);
         ok = read_initial(rd, m, taken, &t->initial, &t->initials);
         sweep_unbind(rd);
+        ok = ok || at_pass(rd, mark);
     }
     if (ok && (m = json_object_get(v, "hold"))) {
         at_back(rd, mark);
         at_member(rd, "hold");
         memset(taken, 0, n + 1);
-        ok = read_hold(rd, m, taken);
+        ok = read_hold(rd, m, taken) || at_pass(rd, mark);
     }
     if (ok && (m = json_object_get(v, "outputs"))) {
         at_back(rd, mark);
         at_member(rd, "outputs");
-        ok = read_expressions(rd, m, &t->output, &t->output_text, &t->outputs);
+        ok = read_expressions(rd, m, &t->output, &t->output_text, &t->outputs) || at_pass(rd, mark);
     }
     if (ok && (m = json_object_get(v, "integrals"))) {
         at_back(rd, mark);
@@ -255,17 +265,18 @@ static bool read_where(struct reader *rd, const json_t *v)
         ok = read_expressions(rd, m, &t->integral, &t->integral_text, &t->integrals);
         if (ok && t->integrals > REQUEST_MAX_INTEGRALS)
             ok = at_fail(rd, SGA_E_SCHEMA, "there are %d integrals; the limit is %d", t->integrals, REQUEST_MAX_INTEGRALS);
+        ok = ok || at_pass(rd, mark);
     }
     if (ok && (m = json_object_get(v, "gauge"))) {
         at_back(rd, mark);
         at_member(rd, "gauge");
         memset(taken, 0, n + 1);
-        ok = read_gauge(rd, m, taken);
+        ok = read_gauge(rd, m, taken) || at_pass(rd, mark);
     }
     if (ok && (m = json_object_get(v, "events"))) {
         at_back(rd, mark);
         at_member(rd, "events");
-        ok = read_events(rd, m);
+        ok = read_events(rd, m) || at_pass(rd, mark);
     }
     if (ok)
         at_back(rd, mark);
@@ -277,7 +288,7 @@ bool read_trajectory(struct reader *rd, const json_t *v)
     static const char *const members[] = { "start", "stop", "samples", "times", "initial", "hold", "outputs", "integrals", "gauge", "events", NULL };
     rd->r->trajectory.has = true;
     size_t mark = at_member(rd, "trajectory");
-    if (!only_members(rd, v, members) || !read_when(rd, v) || !read_where(rd, v))
+    if (!only_members(rd, v, members) || (!read_when(rd, v) && !at_pass(rd, mark + sizeof "/trajectory" - 1)) || !read_where(rd, v))
         return false;
     at_back(rd, mark);
     return true;

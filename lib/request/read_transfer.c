@@ -42,6 +42,12 @@ static bool read_end(struct reader *rd, const json_t *v, const char *member, dou
     return true;
 }
 
+static double between(double from, double to, double part)
+{
+    double ratio = to / from;      /* of numbers from 1e-300 to 1e300: it may leave the doubles, powers of them do not */
+    return isnormal(ratio) ? from * pow(ratio, part) : pow(from, 1 - part) * pow(to, part);
+}
+
 /* Evenly spaced by their logarithms, both ends included. */
 static bool read_range(struct reader *rd, const json_t *v, struct request_transfer *t)
 {
@@ -60,7 +66,7 @@ static bool read_range(struct reader *rd, const json_t *v, struct request_transf
     if (!take(rd, (size_t)points, t))
         return false;
     for (long i = 0; i < points; i++)
-        t->frequency[i] = i == 0 ? from : i == points - 1 ? to : from * pow(to / from, (double)i / (double)(points - 1));
+        t->frequency[i] = i == 0 ? from : i == points - 1 ? to : between(from, to, (double)i / (double)(points - 1));
     t->frequencies = (int)points;
     return true;
 }

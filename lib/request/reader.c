@@ -9,7 +9,6 @@
 #include <string.h>
 
 #include "arena.h"
-#include "mem.h"
 #include "suggest.h"
 
 size_t at_member(struct reader *rd, const char *key)
@@ -72,6 +71,25 @@ bool expected(struct reader *rd, const char *what, const json_t *v)
     return at_fail(rd, SGA_E_SCHEMA, "expected %s, found %s", what, kind_of(v));
 }
 
+/* Members as other programs call them, where the one that is meant is known. */
+static const char *foreign_member(const char *key, const char *const *allowed)
+{
+    static const struct { const char *name, *beside, *advice; } foreign[] = {
+        { "E", "B", "the form linear is A x' = B x + C u: what is E here is A there, A is B, and B is C" },
+        { "states", "variables", "write \"variables\"" }, { "unknowns", "variables", "write \"variables\"" },
+        { "eqs", "equations", "write \"equations\"" }, { "params", "parameters", "write \"parameters\"" },
+        { "constants", "parameters", "write \"parameters\"" }, { "initial_conditions", "initial", "write \"initial\"" },
+        { "x0", "initial", "write \"initial\": an object of variables and values" }, { "tspan", "stop", "write \"start\" and \"stop\"" },
+        { "t_end", "stop", "write \"stop\"" }, { "tf", "stop", "write \"stop\"" }, { "reltol", "rtol", "write \"rtol\"" },
+        { "abstol", "atol", "write \"atol\"" }, { "tolerance", "rtol", "write \"rtol\"" },
+    };
+    for (size_t i = 0; i < sizeof foreign / sizeof *foreign; i++)
+        for (const char *const *a = allowed; *a && strcmp(key, foreign[i].name) == 0; a++)
+            if (strcmp(*a, foreign[i].beside) == 0)
+                return foreign[i].advice;
+    return NULL;
+}
+
 bool only_members(struct reader *rd, const json_t *v, const char *const *allowed)
 {
     if (!json_is_object(v))
@@ -91,12 +109,16 @@ bool only_members(struct reader *rd, const json_t *v, const char *const *allowed
             suggest_offer(&s, *a);
             sga_buf_printf(&known, "%s%s", known.len ? ", " : "", *a);
         }
-        at_member(rd, key);
-        if (s.best)
+        size_t mark = at_member(rd, key);
+        const char *foreign = foreign_member(key, allowed);
+        if (foreign)
+            at_fail(rd, SGA_E_UNKNOWN_MEMBER, "the member \"%.60s\" is not known; %s", key, foreign);
+        else if (s.best)
             at_fail(rd, SGA_E_UNKNOWN_MEMBER, "the member \"%.60s\" is not known; did you mean \"%s\"?", key, s.best);
         else
             at_fail(rd, SGA_E_UNKNOWN_MEMBER, "the member \"%.60s\" is not known here; known are %.500s", key, known.data);
-        return false;
+        if (!at_pass(rd, mark))
+            return false;
     }
     return true;
 }

@@ -15,6 +15,8 @@ struct reader {
     struct request *r;
     struct sga_arena mem;         /* what ends with the reading; what the request keeps is taken from its own */
     struct sga_error *err;
+    const char **form;             /* or NULL: gets the form, which is known before the rest */
+    struct request_faults *faults; /* all are asked for: reading goes on after them; NULL: it ends with the first */
     struct sga_buf at;             /* JSON Pointer of the value being read */
     struct expr_grammar grammar;   /* with the parameters' values */
     expr_id *value;                /* by symbol: value of a parameter, or EXPR_UNDEF */
@@ -32,6 +34,11 @@ size_t at_index(struct reader *rd, size_t index);
 void at_back(struct reader *rd, size_t mark);
 /* Records an error at the current pointer; returns false. */
 bool at_fail(struct reader *rd, enum sga_code code, const char *fmt, ...) __attribute__((format(printf, 3, 4)));
+/* faults.c: after a fault, where all are asked for: lists it and goes back to a mark, so that reading can go on there. False: reading
+ * ends, by the fault that stands. */
+bool at_pass(struct reader *rd, size_t mark);
+/* Lists the fault that stands. */
+void faults_add(struct reader *rd);
 /* "a string", "an object", ...: what a value is, for messages. */
 const char *kind_of(const json_t *v);
 bool expected(struct reader *rd, const char *what, const json_t *v);
@@ -49,6 +56,8 @@ size_t at_item(struct reader *rd, const json_t *list, size_t i);
 /* Values. The text of an expression (a string, or a number as its decimal) goes to
  * *text where text is not NULL; it is the request's. */
 expr_id read_expression(struct reader *rd, const json_t *v, char **text);
+/* The same among others that are read whether it can be or not: 1 in its place where all faults are asked for. */
+expr_id read_listed(struct reader *rd, const json_t *v, char **text);
 bool read_number(struct reader *rd, const json_t *v, double low, double high, double *out);
 /* A constant: a number or an exact string, of constants and valued parameters. */
 bool read_value(struct reader *rd, const json_t *v, double *out, char **text);

@@ -11,8 +11,6 @@
 #include <stddef.h>
 
 #include "arena.h"
-#include "buf.h"
-#include "form.h"
 #include "system.h"
 
 struct sga_buf;
@@ -209,8 +207,7 @@ struct request {
     struct request_accuracy accuracy;
     struct request_limits limits;
     struct request_operator op;
-    bool has_mechanical;
-    struct form_mechanical mechanical;
+    struct form_mechanical *mechanical;     /* of that form, else NULL */
     struct request_forces forces;     /* where there are outputs */
     struct request_symmetries symmetries;
     struct request_linearization linearization;
@@ -231,6 +228,8 @@ bool request_read(struct request *r, const char *text, size_t length, struct sga
 /* The same within bounds narrower than the request's own limits. Where it failed by them,
  * `met` is set: then nothing is known against the request. */
 struct request_bounds { double seconds; int nodes; bool met; };
+/* What checking a request may take; one that needs more is judged where it runs. */
+enum { REQUEST_CHECK_SECONDS = 1, REQUEST_CHECK_NODES = 2000000 };
 /* The system alone, parameters that have a value left symbolic, unless it is a whole number of one digit: for texts that
  * call them by their names. False: it cannot be read so; no reason is given. */
 bool request_read_named(struct request *r, const char *text, size_t length, int nodes);
@@ -238,6 +237,17 @@ bool request_read_within(struct request *r, const char *text, size_t length, str
 /* The system's own rules; starts and rates in the order of the variables, times one way. Linear; asserted where reading ends. */
 bool request_sane(const struct request *r);
 void request_clear(struct request *r);
+
+/* What is wrong with a request, in the order of reading; at most SGA_MOST_FAULTS. What may only follow from a fault that is
+ * listed is not: names that stand in a system that has one, values beside a value that cannot be read. */
+struct request_faults {
+    struct sga_error *list; int count; size_t cap;
+    bool cut;                 /* there may be more */
+};
+/* As request_read_within, but goes on after faults of which the rest does not depend, and lists all. True: there are none, or
+ * `bounds->met`, in which case r is cleared. Otherwise r is cleared but for its form. */
+bool request_read_all(struct request *r, const char *text, size_t length, struct request_bounds *bounds, struct request_faults *faults);
+void request_faults_clear(struct request_faults *faults);
 
 /* The same JSON, compact, members sorted, numbers in their shortest form (1.0 and 1e0 are 1):
  * appended to out. Checks the JSON only, not what it means. */

@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "mem.h"
 #include "reader.h"
 
 expr_id read_velocity_of(void *ctx, int symbol, int order)

@@ -1,6 +1,6 @@
 /* Before the first stage. */
 #include "guess.h"
-#include "mem.h"
+#include "budget.h"
 #include "request.h"
 #include "stage_list.h"
 #include "system.h"
@@ -30,14 +30,14 @@ static bool check_samples(struct job *j)
         return true;
     double columns = 1 + (double)(t->outputs ? t->outputs : j->request->system.variables);
     double numbers = columns * (double)t->samples * (j->request->sweeps ? j->request->sweeps : 1), most = (double)answer_limit(j);
-    if (2 * numbers <= most && 8 * numbers <= (double)j->budget.max_memory)
+    if (2 * numbers <= most && 8 * numbers <= (double)j->budget->max_memory)
         return true;
     bool text = 2 * numbers > most;
     return sga_fail_at(j->err, text ? SGA_E_LIMIT_RESULT : SGA_E_LIMIT_MEMORY, "/trajectory",
                        "%.0f samples of %.0f columns need %.0f MB at least; the limit of %s is %.0f MB; ask for fewer samples, "
                        "or for fewer columns in trajectory.outputs", numbers / columns, columns,
                        (text ? 2 : 8) * numbers * 0x1p-20, text ? "a result" : "memory",
-                       (text ? most : (double)j->budget.max_memory) * 0x1p-20);
+                       (text ? most : (double)j->budget->max_memory) * 0x1p-20);
 }
 
 /* Where the request starts is a hint for which component of the constraint set is meant. */

@@ -6,11 +6,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "budget.h"
 #include "follow.h"
 #include "lin.h"
 #include "reduction.h"
 #include "request.h"
 #include "slice.h"
+#include "stage_clock.h"
 #include "stage_list.h"
 #include "warnings.h"
 #include "watch.h"
@@ -29,14 +31,10 @@ void sga_init(void)
     request_init();
 }
 
-/* What checking may take; a request that needs more is judged where it runs. */
-static const double CHECK_SECONDS = 1;
-enum { CHECK_NODES = 2000000 };
-
 bool sga_canonical(const char *request, size_t length, struct sga_buf *out, struct sga_error *err)
 {
     struct request r;
-    struct request_bounds bounds = { .seconds = CHECK_SECONDS, .nodes = CHECK_NODES };
+    struct request_bounds bounds = { .seconds = REQUEST_CHECK_SECONDS, .nodes = REQUEST_CHECK_NODES };
     struct sga_error own = { 0 };
     err = err ? err : &own;
     if (request_read_within(&r, request, length, &bounds, err))
@@ -77,7 +75,7 @@ static void set_budget(struct run *r)
     double seconds = j->request->limits.seconds > 0 ? fmin(j->request->limits.seconds, most) : most;
     double memory = o->max_memory ? (double)o->max_memory : MAX_MEMORY;
     double megabytes = j->request->limits.megabytes > 0 ? j->request->limits.megabytes : DEFAULT_MEGABYTES;
-    j->budget = (struct sga_budget){
+    *j->budget = (struct sga_budget){
         .deadline = sga_now() + seconds - j->spent, .seconds = seconds,
         .max_generations = j->request->limits.generations,
         .max_memory = (size_t)fmin(megabytes * 0x1p20, memory),
@@ -88,7 +86,7 @@ static void set_budget(struct run *r)
         .exec = o->exec,
     };
     j->request->store.max_nodes = j->request->limits.nodes;
-    j->request->store.deadline = j->budget.deadline;
+    j->request->store.deadline = j->budget->deadline;
     j->request->store.seconds = seconds;
 }
 
@@ -97,9 +95,9 @@ static bool within_limits(struct job *j)
 {
     enum sga_code code = j->err->code;
     bool said = code == SGA_E_LIMIT_SECONDS || code == SGA_E_LIMIT_MEMORY || code == SGA_E_CANCELLED;
-    if (!said && !sga_budget_ok(&j->budget, NULL))
+    if (!said && !job_has_left(j))
         *j->err = (struct sga_error){ 0 };
-    return sga_budget_ok(&j->budget, j->err);
+    return job_goes_on(j);
 }
 
 /* After the reduction, and after the motion: it is that of the whole system. */
@@ -143,11 +141,13 @@ static bool run_text(struct run *r, const char *request, size_t length, bool tie
     struct job *j = &r->job;
     j->request = &own;
     j->warnings = &warnings;
-    stage_begin(&j->clock, STAGE_READ);
+    j->clock = sga_zeros(&j->mem, 1, sizeof *j->clock);
+    j->budget = sga_zeros(&j->mem, 1, sizeof *j->budget);
+    stage_begin(j->clock, STAGE_READ);
     j->request_text = request;
     j->request_length = length;
     set_budget(r);                 /* the service's; the request's own once it is read */
-    sga_watch_begin(&j->budget, r->options->wall ? wall : NULL, r);
+    sga_watch_begin(j->budget, r->options->wall ? wall : NULL, r);
     if (!request_read(&own, request, length, j->err)) {
         sga_watch_end();
         return false;

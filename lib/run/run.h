@@ -49,6 +49,11 @@ bool sga_run(const char *request, size_t length, const struct sga_run_options *o
  * (the key of the cache is its SHA-256). */
 bool sga_canonical(const char *request, size_t length, struct sga_buf *out, struct sga_error *err);
 
+/* Reads a request within the same bounds and appends what there is to say of it, a JSON object: {"valid", "problems": [every one],
+ * "warnings", "form", "variables", "equations", "unknowns"} (schema/check.json). Runs nothing. `valid` is null where nothing is known
+ * against it, and reading all of it would take longer. */
+void sga_review(const char *request, size_t length, struct sga_buf *out);
+
 /* "0.1.0+9f2c...": the product's version, and a digest of the sources of lib/, with which answers may change: jobs are named by it, so
  * that old cached answers are not given. Static. Made by lib/run/version.sh. */
 const char *sga_version(void);

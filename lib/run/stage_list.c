@@ -17,7 +17,7 @@ static bool has_operator(const struct job *j)
 
 static bool has_mechanical(const struct job *j)
 {
-    return j->request->has_mechanical;
+    return j->request->mechanical;
 }
 
 static bool wants_structure(const struct job *j)

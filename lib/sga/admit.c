@@ -10,6 +10,8 @@
 #include "admit.h"
 #include "arena.h"
 #include "ball.h"
+#include "budget.h"
+#include "facts.h"
 #include "irregular.h"
 #include "mem.h"
 #include "place_search.h"

@@ -7,12 +7,13 @@
 #include <string.h>
 
 #include "arena.h"
+#include "budget.h"
 #include "mem.h"
 #include "oracle.h"
 #include "place_search.h"
 #include "product_routes.h"
-#include "reduction.h"
 #include "regular.h"
+#include "system.h"
 #include "warnings.h"
 
 /* Those that can be used up come first, then the others are seen as they are on the set; among each the smaller ones:

@@ -12,6 +12,7 @@
 #include "mem.h"
 #include "oracle.h"
 #include "reduction.h"
+#include "system.h"
 
 /* Where so many constraints stand together they are taken as they come, with sparse pivots for all at once. */
 enum { ONE_BY_ONE = 300 };

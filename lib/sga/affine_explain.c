@@ -11,6 +11,7 @@
 #include "flint_ends.h"
 #include "mem.h"
 #include "reduction.h"
+#include "system.h"
 
 /* Both sides beside each other. */
 static void whole_row(const struct affine *a, int i, struct exact_row *out)

@@ -14,6 +14,7 @@
 #include "flint_ends.h"
 #include "mem.h"
 #include "reduction.h"
+#include "system.h"
 
 /* One pivot row over the rationals: entries behind the pivot, operations as in the modular one. */
 struct exact_lu_row {

@@ -9,7 +9,7 @@
 #include "mem.h"
 #include "oracle.h"
 #include "points.h"
-#include "reduction.h"
+#include "points_random.h"
 
 bool affine_sample(struct state *s, int constraints)
 {

@@ -6,10 +6,12 @@
 #include <string.h>
 
 #include "arena.h"
+#include "derive.h"
+#include "facts.h"
 #include "flint_ends.h"
 #include "mem.h"
-#include "reduction.h"
 #include "signal.h"
+#include "system.h"
 
 /* A coefficient on its way into a row. */
 struct term {
@@ -221,7 +223,7 @@ static bool numbers_only(const struct sys_system *sys)
 bool affine_read(struct affine *a, struct state *s)
 {
     const struct sys_system *sys = s->sys;
-    *a = (struct affine){ .sys = sys, .st = s->st, .n = sys->variables, .column = s->column, .facts = &s->facts, .flow = &s->flow };
+    *a = (struct affine){ .sys = sys, .st = s->st, .n = sys->variables, .column = s->column, .facts = s->facts, .flow = s->flow };
     if (!numbers_only(sys))
         return false;
     expr_cone_init(&a->cone);

@@ -8,6 +8,7 @@
 #include "mem.h"
 #include "oracle.h"
 #include "reduction.h"
+#include "system.h"
 
 const struct affine_row *affine_source(const struct affine_run *r, int source)
 {

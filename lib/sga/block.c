@@ -12,6 +12,7 @@
 #include "mem.h"
 #include "oracle.h"
 #include "points.h"
+#include "points_random.h"
 #include "seeds.h"
 #include "system.h"
 

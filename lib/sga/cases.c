@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "budget.h"
 #include "derive.h"
 #include "mem.h"
 #include "poly.h"

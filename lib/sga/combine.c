@@ -7,6 +7,7 @@
 #include "arena.h"
 #include "mem.h"
 #include "reduction.h"
+#include "system.h"
 
 static void add_part(struct state *s, struct sga_part **part, int *parts, size_t *cap, int source, expr_id factor)
 {

@@ -10,10 +10,13 @@
 #include <string.h>
 
 #include "arena.h"
+#include "derive.h"
+#include "facts.h"
 #include "mem.h"
 #include "poly.h"
 #include "reduction.h"
 #include "state.h"
+#include "system.h"
 #include "warnings.h"
 
 struct step {
@@ -83,7 +86,7 @@ static void note_by(struct chain *c, struct poly_numerator *g, unsigned of)
     for (int i = 0; i < k.count; i++)
         if (!of || k.of[i] & of)
             k.coefficient[n++] = k.coefficient[i];
-    conditions_add(c->to, st, &c->s->facts, k.coefficient, n);
+    conditions_add(c->to, st, c->s->facts, k.coefficient, n);
     poly_coefficients_clear(&k);
 }
 

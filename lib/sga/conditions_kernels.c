@@ -6,6 +6,7 @@
 
 #include "arena.h"
 #include "cases.h"
+#include "facts.h"
 #include "mem.h"
 #include "poly.h"
 #include "reduction.h"
@@ -108,7 +109,7 @@ static void note_special(struct kernels *w, const struct special *p)
         for (int i = 0; i < k.count; i++)
             if (!w->of || k.of[i] & w->of)
                 f[count++] = k.coefficient[i];
-        conditions_add(w->to, s->st, &s->facts, f, count);
+        conditions_add(w->to, s->st, s->facts, f, count);
         poly_coefficients_clear(&k);
     }
     poly_numerator_free(n);

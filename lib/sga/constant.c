@@ -8,11 +8,13 @@
 
 #include "arb_ends.h"
 #include "arena.h"
+#include "derive.h"
+#include "facts.h"
 #include "mem.h"
 #include "needed_bits.h"
 #include "oracle.h"
 #include "points.h"
-#include "reduction.h"
+#include "system.h"
 
 /* Whether d_x e lies in the span of the constraints' differentials at point p:
  * 1 yes (every residue's ball contains 0), 0 no, -1 no value. */
@@ -85,7 +87,7 @@ void state_activate(struct state *s)
 
 unsigned state_facts(struct state *s, expr_id e)
 {
-    return expr_facts_of(&s->facts, s->st, e);
+    return expr_facts_of(s->facts, s->st, e);
 }
 
 bool state_locally_constant(struct state *s, expr_id e)

@@ -7,7 +7,6 @@
 
 #include "arena.h"
 #include "budget.h"
-#include "mem.h"
 #include "system.h"
 
 /* Whether the row has a variable whose value, as known so far, leads back to v. */

@@ -1,12 +1,15 @@
 /* Functions that have no derivative on the set, as such that have one and are equal there. */
 #include "definition_flat.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
 #include "ball.h"
 #include "derive.h"
 #include "mem.h"
+#include "op.h"
 #include "oracle.h"
+#include "points.h"
 #include "system.h"
 
 /* Whether the node's branch changes at the point: a derivative by one side of it says nothing. */
@@ -67,20 +70,17 @@ static bool vanishes(struct points_oracle *oracle, expr_id e)
     return z.truth == POINTS_ZERO && (z.basis == POINTS_ZERO_ALGEBRAIC || z.basis == POINTS_EXACT);
 }
 
-/* pi / 2 times so many. */
-static expr_id right_angles(struct expr_store *st, int count)
+/* What a function keeps where its argument stays at an end of where it has values; UNDEF where it does not. */
+static expr_id at_end(struct expr_store *st, struct points_oracle *oracle, const struct expr_node n)
 {
-    return expr_mul(st, expr_rational(st, count, 2), expr_pi(st));
-}
-
-/* What an arc keeps where its argument stays at 1, or at -1; UNDEF where it does neither. */
-static expr_id arc_end(struct expr_store *st, struct points_oracle *oracle, const struct expr_node n)
-{
-    expr_id one = expr_int(st, 1);
-    if (vanishes(oracle, expr_sub(st, n.a, one)))
-        return n.op == EXPR_ASIN ? right_angles(st, 1) : expr_int(st, 0);
-    if (n.op != EXPR_ACOSH && vanishes(oracle, expr_add(st, n.a, one)))
-        return right_angles(st, n.op == EXPR_ASIN ? -1 : 2);
+    const enum expr_op op = (enum expr_op)n.op;
+    const struct expr_interval *domain = expr_op_domain(op), *values = expr_op_values(op);
+    bool grows = expr_op_traits(op) & EXPR_GROWS;
+    assert(domain->closed);
+    if (domain->has_high && vanishes(oracle, expr_sub(st, n.a, expr_interval_end(st, domain, true))))
+        return expr_interval_end(st, values, grows);
+    if (domain->has_low && vanishes(oracle, expr_sub(st, n.a, expr_interval_end(st, domain, false))))
+        return expr_interval_end(st, values, !grows);
     return EXPR_UNDEF;
 }
 
@@ -89,16 +89,14 @@ static expr_id end_of(struct expr_store *st, struct points_oracle *oracle, expr_
 {
     const struct expr_node n = st->node[e];
     switch ((enum expr_op)n.op) {
-    case EXPR_ABS: case EXPR_SIGN: case EXPR_SQRT: case EXPR_CBRT:
+    case EXPR_ABS: case EXPR_SIGN: case EXPR_CBRT:
         return vanishes(oracle, n.a) ? expr_int(st, 0) : EXPR_UNDEF;
     case EXPR_POW:         /* x^0 is another matter */
         return vanishes(oracle, n.a) && vanishes(oracle, e) ? expr_int(st, 0) : EXPR_UNDEF;
     case EXPR_MIN: case EXPR_MAX:
         return vanishes(oracle, expr_sub(st, n.a, n.b)) ? n.a : EXPR_UNDEF;
-    case EXPR_ASIN: case EXPR_ACOS: case EXPR_ACOSH:
-        return arc_end(st, oracle, n);
     default:
-        return EXPR_UNDEF;
+        return expr_op_domain((enum expr_op)n.op)->closed ? at_end(st, oracle, n) : EXPR_UNDEF;
     }
 }
 

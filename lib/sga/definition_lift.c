@@ -13,7 +13,7 @@
 #include "oracle.h"
 #include "reduction.h"
 #include "set_points.h"
-#include "state.h"
+#include "system.h"
 
 struct lift {
     struct sga_arena mem;          /* of value and plain */

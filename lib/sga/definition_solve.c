@@ -6,11 +6,13 @@
 #include <string.h>
 
 #include "arena.h"
+#include "budget.h"
 #include "mem.h"
 #include "oracle.h"
 #include "product_routes.h"
 #include "reduction.h"
 #include "state.h"
+#include "system.h"
 
 /* The system without what is defined, and that put back. *lifted: whether points were found for the whole. */
 static bool solve_left(const struct definitions *d, const struct sys_system *system, const struct reduction_options *options,

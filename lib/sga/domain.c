@@ -12,6 +12,7 @@
 #include "poly.h"
 #include "seeds.h"
 #include "set_points.h"
+#include "system.h"
 
 expr_id domain_divisor(const struct expr_store *st, expr_id e)
 {

@@ -3,9 +3,12 @@
 #ifndef SGA_SGA_DOMAIN_H
 #define SGA_SGA_DOMAIN_H
 
-#include "budget.h"
-#include "system.h"
+#include "expr.h"
 #include "warnings.h"
+
+struct expr_facts;
+struct sga_budget;
+struct sys_system;
 
 enum { DOMAIN_MOST = SGA_MOST_DOMAIN_DIVISORS, DOMAIN_GIVEN = SGA_MOST_DOMAIN_GIVEN };
 

@@ -14,6 +14,7 @@
 #include "facts.h"
 #include "mem.h"
 #include "oracle.h"
+#include "points.h"
 #include "print.h"
 #include "system.h"
 

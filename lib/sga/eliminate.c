@@ -8,11 +8,14 @@
 #include "arena.h"
 #include "ball.h"
 #include "cases.h"
+#include "derive.h"
+#include "facts.h"
 #include "mem.h"
 #include "modp.h"
 #include "oracle.h"
+#include "points.h"
 #include "poly.h"
-#include "reduction.h"
+#include "system.h"
 
 /* Whether v has different values at the two points: then it is no constant. */
 static bool varies(struct state *s, expr_id v)

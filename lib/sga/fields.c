@@ -4,8 +4,10 @@
 #include <assert.h>
 #include <stdlib.h>
 
+#include "derive.h"
 #include "mem.h"
 #include "reduction.h"
+#include "system.h"
 
 /* v_j for every pivot column, given v on the free columns; rhs counted with factor 0 or 1. False: the store has more
  * nodes than `most` (0: no limit). */
@@ -15,7 +17,7 @@ static bool back_substitute(struct state *s, expr_id *v, bool inhomogeneous, int
     for (int q = s->ech.pivots - 1; q >= 0; q--) {
         const struct ech_pivot *p = s->ech.pivot + q;
         if (s->determined[p->col]) {
-            v[p->col] = inhomogeneous ? s->flow.velocity[s->variable[p->col]] : expr_int(st, 0);
+            v[p->col] = inhomogeneous ? s->flow->velocity[s->variable[p->col]] : expr_int(st, 0);
             continue;
         }
         expr_id x = inhomogeneous ? p->row.rhs : expr_int(st, 0);

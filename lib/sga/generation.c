@@ -1,6 +1,7 @@
 /* One generation: elimination of the tangency rows, what comes out as constraints, and the same
  * again where a pivot died on the smaller set. */
 #include "block.h"
+#include "derive.h"
 #include "state.h"
 
 #include <assert.h>
@@ -11,6 +12,7 @@
 #include "mem.h"
 #include "primitive.h"
 #include "reduction.h"
+#include "system.h"
 
 static struct ech_row *system_rows(struct state *s, int extra)
 {
@@ -44,7 +46,7 @@ static int harvest(struct state *s, struct ech_row *row, int rows, struct candid
             c.expr = c.base = expr_neg(s->st, r->rhs);
             /* the first few derivatives are taken one by one: their texts are nicer */
             bool deep = from->generation > 3;
-            if (deep && !r->ops && !expr_flow_tainted(&s->flow, from->expr) && from->order < 18) {
+            if (deep && !r->ops && !expr_flow_tainted(s->flow, from->expr) && from->order < 18) {
                 c.base = from->base;
                 c.order = from->order + 1;
             }
@@ -133,8 +135,8 @@ static void forget_pivots(struct state *s)
     s->restarted = true;
     while (s->sol->vanished_rows)
         free(s->sol->vanished[--s->sol->vanished_rows].part);
-    expr_flow_clear(&s->flow);
-    expr_flow_init(&s->flow, s->st);
+    expr_flow_clear(s->flow);
+    expr_flow_init(s->flow, s->st);
     memset(s->determined, 0, (size_t)s->sys->variables);
     for (int i = 0; i < s->sol->constraints; i++) {
         s->sol->constraint[i].base = s->sol->constraint[i].expr;

@@ -10,7 +10,7 @@
 #include "guess.h"
 #include "leastnorm.h"
 #include "mem.h"
-#include "reduction.h"
+#include "system.h"
 #include "warnings.h"
 
 /* A move of 1 counts for so much less where no value was given: of what moves by itself, of what follows from it. */

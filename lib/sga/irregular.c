@@ -7,9 +7,11 @@
 #include <string.h>
 
 #include "arena.h"
+#include "derive.h"
+#include "facts.h"
 #include "mem.h"
 #include "poly.h"
-#include "reduction.h"
+#include "system.h"
 #include "warnings.h"
 
 enum { LARGEST_CONE = SGA_MOST_IRREGULAR_CONE, MOST_PARTS = 3 };

@@ -5,7 +5,6 @@
 #include <math.h>
 
 #include "arena.h"
-#include "mem.h"
 #include "scaling.h"
 #include "system.h"
 

@@ -9,7 +9,6 @@
 #include "mem.h"
 #include "oracle.h"
 #include "points.h"
-#include "reduction.h"
 #include "sides.h"
 #include "warnings.h"
 

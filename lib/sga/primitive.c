@@ -4,11 +4,13 @@
 #include <stdlib.h>
 
 #include "arena.h"
+#include "budget.h"
 #include "facts.h"
 #include "mem.h"
 #include "poly.h"
 #include "reduction.h"
 #include "state.h"
+#include "system.h"
 #include "warnings.h"
 
 /* A product of powers of factors that may vanish with the variables or time. */

@@ -7,10 +7,12 @@
 #include <string.h>
 
 #include "arena.h"
+#include "facts.h"
 #include "mem.h"
 #include "product_routes.h"
 #include "reduction.h"
 #include "oracle.h"
+#include "system.h"
 #include "warnings.h"
 
 enum { RESEEDS = 2 };      /* what ended in a refusal is begun anew so often: the refusal stands then */

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "ball.h"
+#include "op.h"
 #include "poly.h"
 
 static const struct range everything = { EXPR_UNDEF, EXPR_UNDEF, false, false };
@@ -142,29 +143,38 @@ static struct range power(struct expr_store *st, struct range a, long n)
     return r;
 }
 
-/* An increasing function on [from, to], with its own limits (EXPR_UNDEF: none). */
-static struct range increasing(struct expr_store *st, enum expr_op op, struct range a, struct range own)
+static struct range of_interval(struct expr_store *st, const struct expr_interval *i)
 {
-    bool zero_only = op == EXPR_CBRT;        /* other ends would be roots that bring nothing */
-    struct range r = own;
-    if (a.lo && !(zero_only && !expr_is_zero(st, a.lo)) && !(op == EXPR_SQRT && !at_least(st, a.lo, 0))
-        && !(op == EXPR_LOG && !(at_least(st, a.lo, 0) && range_compare(st, a.lo, expr_int(st, 0)) == 1))
-        && op != EXPR_ASIN && op != EXPR_ATANH && !(op == EXPR_ACOSH && !at_least(st, a.lo, 1))) {
+    return (struct range){ i->has_low ? expr_interval_end(st, i, false) : EXPR_UNDEF, i->has_high ? expr_interval_end(st, i, true) : EXPR_UNDEF,
+                           i->has_low && i->closed, i->has_high && i->closed };
+}
+
+/* Whether the function has a value at the end of its argument's range, and one that says something: a cube root only that of 0. */
+static bool takes(struct expr_store *st, enum expr_op op, expr_id end)
+{
+    const struct expr_interval *domain = expr_op_domain(op);
+    if (!end || domain->has_high || (op == EXPR_CBRT && !expr_is_zero(st, end)))
+        return false;
+    if (!domain->has_low)
+        return true;
+    return domain->closed ? at_least(st, end, domain->low) : range_compare(st, end, expr_int(st, domain->low)) == 1;
+}
+
+/* Of a function of one argument in the range a. */
+static struct range of_function(struct expr_store *st, enum expr_op op, struct range a)
+{
+    struct range r = of_interval(st, expr_op_values(op));
+    if (!(expr_op_traits(op) & EXPR_GROWS))
+        return r;
+    if (takes(st, op, a.lo)) {
         r.lo = expr_fun(st, op, a.lo);
         r.lo_in = a.lo_in;
     }
-    if (a.hi && !(zero_only && !expr_is_zero(st, a.hi)) && !(op == EXPR_SQRT && !at_least(st, a.hi, 0))
-        && !(op == EXPR_LOG && range_compare(st, a.hi, expr_int(st, 0)) != 1)
-        && op != EXPR_ASIN && op != EXPR_ATANH && !(op == EXPR_ACOSH && !at_least(st, a.hi, 1))) {
+    if (takes(st, op, a.hi)) {
         r.hi = expr_fun(st, op, a.hi);
         r.hi_in = a.hi_in;
     }
     return r;
-}
-
-static struct range hyperbolic_cosine(struct expr_store *st)
-{
-    return (struct range){ expr_int(st, 1), EXPR_UNDEF, true, false };
 }
 
 static struct range extreme(struct expr_store *st, struct range a, struct range b, bool max)
@@ -188,11 +198,6 @@ static struct range extreme(struct expr_store *st, struct range a, struct range 
 static struct range of_node(struct expr_store *st, expr_id e, unsigned facts, struct range x, struct range y)
 {
     const struct expr_node n = st->node[e];
-    struct range zero_up = { expr_int(st, 0), EXPR_UNDEF, true, false };
-    struct range unit = { expr_int(st, -1), expr_int(st, 1), true, true };
-    expr_id half_pi = EXPR_UNDEF;
-    if (n.op == EXPR_ASIN || n.op == EXPR_ATAN)
-        half_pi = expr_mul(st, expr_rational(st, 1, 2), expr_pi(st));
     if (!(facts & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME | EXPR_HAS_PARAMETER)))
         return (struct range){ e, e, true, true };
     switch ((enum expr_op)n.op) {
@@ -202,20 +207,10 @@ static struct range of_node(struct expr_store *st, expr_id e, unsigned facts, st
     case EXPR_MUL: return n.a == n.b ? folded(st, x, 2) : product(st, x, y);
     case EXPR_DIV: return y.lo && y.lo == y.hi ? product(st, x, (struct range){ expr_div(st, expr_int(st, 1), y.lo), expr_div(st, expr_int(st, 1), y.lo), true, true }) : everything;
     case EXPR_POWI: return power(st, x, n.b);
-    case EXPR_POW: return zero_up;
     case EXPR_ABS: return folded(st, x, 1);
-    case EXPR_SIN: case EXPR_COS: case EXPR_SIGN: return unit;
-    case EXPR_COSH: return hyperbolic_cosine(st);
-    case EXPR_SQRT: case EXPR_ACOSH: return increasing(st, (enum expr_op)n.op, x, zero_up);
-    case EXPR_EXP: zero_up.lo_in = false; return increasing(st, EXPR_EXP, x, zero_up);
-    case EXPR_TANH: unit.lo_in = unit.hi_in = false; return increasing(st, EXPR_TANH, x, unit);
-    case EXPR_SINH: case EXPR_ASINH: case EXPR_CBRT: case EXPR_LOG: return increasing(st, (enum expr_op)n.op, x, everything);
-    case EXPR_ASIN: return (struct range){ expr_neg(st, half_pi), half_pi, true, true };
-    case EXPR_ATAN: return increasing(st, EXPR_ATAN, x, (struct range){ expr_neg(st, half_pi), half_pi, false, false });
-    case EXPR_ACOS: return (struct range){ expr_int(st, 0), expr_pi(st), true, true };
     case EXPR_MIN: return extreme(st, x, y, false);
     case EXPR_MAX: return extreme(st, x, y, true);
-    default: return everything;
+    default: return of_function(st, (enum expr_op)n.op, x);
     }
 }
 

@@ -6,9 +6,10 @@
 #include <string.h>
 
 #include "arena.h"
+#include "domain.h"
+#include "facts.h"
 #include "mem.h"
 #include "poly.h"
-#include "reduction.h"
 #include "regular_options.h"
 #include "regular_shape.h"
 #include "take_apart.h"
@@ -219,7 +220,7 @@ static bool leads_out(struct state *s, expr_id e, const struct regular_option *o
         f[count++] = general(s, o->out[i], false);
     for (int i = 0; i < c + s->pendings && count <= DOMAIN_GIVEN; i++)
         f[count++] = i < c ? s->con[i] : s->pending[i - c];
-    bool out = domain_leaves_out(&s->domain, e, f, o->count, count);
+    bool out = domain_leaves_out(s->domain, e, f, o->count, count);
     for (int i = 0; i < o->count && out; i++)
         general(s, o->out[i], true);
     return out;
@@ -234,7 +235,7 @@ static void keep_inside(struct state *s, expr_id e, struct regular *r)
             free(r->option[i].out);
         else
             r->option[n++] = r->option[i];
-    if (n > 1 && s->domain.cut)
+    if (n > 1 && s->domain->cut)
         sga_limit_met(s->options->budget, SGA_LIMIT_DOMAIN_DIVISORS);
     if (n > 1 && s->sol->constraints + s->pendings >= SGA_MOST_DOMAIN_GIVEN)
         sga_limit_met(s->options->budget, SGA_LIMIT_DOMAIN_GIVEN);

@@ -6,8 +6,9 @@
 
 #include "arena.h"
 #include "ball.h"
+#include "derive.h"
 #include "mem.h"
-#include "reduction.h"
+#include "system.h"
 
 /* Symmetric elimination of H (n x n) with diagonal pivots: the indices of the pivots, in
  * picked; 0 where H is not semidefinite to about 1e-3 of its largest entry. */

@@ -4,9 +4,9 @@
 #include <stdio.h>
 
 #include "arena.h"
+#include "buf.h"
 #include "poly.h"
 #include "print.h"
-#include "reduction.h"
 
 enum { SHORT = 220 };
 

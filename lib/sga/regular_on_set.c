@@ -3,7 +3,7 @@
 
 #include <stdlib.h>
 
-#include "reduction.h"
+#include "facts.h"
 #include "regular_options.h"
 #include "regular_shape.h"
 #include "warnings.h"

@@ -9,8 +9,8 @@
 #include "arena.h"
 #include "ball.h"
 #include "mem.h"
-#include "reduction.h"
 #include "state.h"
+#include "system.h"
 
 void regular_ball(struct state *s, const double *x, double t, struct num_ball *b)
 {

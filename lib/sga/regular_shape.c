@@ -4,8 +4,8 @@
 #include <stdlib.h>
 
 #include "arena.h"
-#include "mem.h"
-#include "reduction.h"
+#include "derive.h"
+#include "facts.h"
 
 /* What can be taken off without changing the real zeros: signs, powers, roots, absolute
  * values, odd monotone functions, factors and denominators that never vanish. */

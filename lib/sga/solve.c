@@ -9,15 +9,18 @@
 #include <string.h>
 
 #include "arena.h"
+#include "derive.h"
+#include "domain.h"
+#include "facts.h"
 #include "guess.h"
 #include "mem.h"
 #include "natural.h"
 #include "oracle.h"
 #include "reduction.h"
 #include "regular_shape.h"
-#include "scaling.h"
 #include "sides.h"
 #include "state.h"
+#include "system.h"
 #include "warnings.h"
 
 const char *sga_verdict_text(enum sga_verdict v)
@@ -97,10 +100,11 @@ static void state_init(struct state *s, const struct sys_system *sys, const stru
     *s = (struct state){ .sys = sys, .options = options, .st = st, .oracle = oracle, .sol = sol, .err = err,
                          .route = route };
     *sol = (struct sga_solution){ 0 };
-    expr_flow_init(&s->flow, st);
-    expr_facts_init(&s->facts);
+    expr_flow_init(s->flow = sga_take(&s->mem, sizeof *s->flow), st);
+    expr_facts_init(s->facts = sga_take(&s->mem, sizeof *s->facts));
     expr_cone_init(&s->cone);
-    s->domain = (struct domain){ .system = sys, .facts = &s->facts, .cone = &s->cone, .budget = options->budget };
+    s->domain = sga_take(&s->mem, sizeof *s->domain);
+    *s->domain = (struct domain){ .system = sys, .facts = s->facts, .cone = &s->cone, .budget = options->budget };
     ech_init(&s->ech, n);
     s->parameter_symbol = sys->parameter;
     s->variable = sga_take(&s->mem, (size_t)n * sizeof *s->variable);
@@ -123,14 +127,14 @@ static void state_init(struct state *s, const struct sys_system *sys, const stru
     s->space.time_unit = sol->time_unit;
     if (options->near && options->near_given)
         s->space.cheap = s->cheap = move_cheaply(&s->mem, sys, options->near_given);
-    s->ctx = (struct ech_context){ .st = st, .facts = &s->facts, .oracle = oracle, .near = options->near, .near_given = options->near_given, .near_time = options->near_time, .budget = options->budget,
+    s->ctx = (struct ech_context){ .st = st, .facts = s->facts, .oracle = oracle, .near = options->near, .near_given = options->near_given, .near_time = options->near_time, .budget = options->budget,
                                    .record = true, .err = err };
 }
 
 static void state_clear(struct state *s)
 {
-    expr_flow_clear(&s->flow);
-    expr_facts_clear(&s->facts);
+    expr_flow_clear(s->flow);
+    expr_facts_clear(s->facts);
     expr_cone_clear(&s->cone);
     ech_clear(&s->ech);
     sga_arena_end(&s->mem);

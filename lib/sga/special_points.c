@@ -11,6 +11,7 @@
 #include "oracle.h"
 #include "print.h"
 #include "reduction.h"
+#include "system.h"
 #include "warnings.h"
 
 /* One set of special points: the functions that vanish there. */

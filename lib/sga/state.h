@@ -3,12 +3,13 @@
 #define SGA_SGA_STATE_H
 
 #include "arena.h"
-#include "derive.h"
-#include "domain.h"
 #include "echelon.h"
-#include "facts.h"
-#include "points.h"
+#include "points_space.h"
 #include "reduction.h"
+
+struct domain;
+struct expr_facts;
+struct expr_flow;
 
 /* A function that may become a constraint: where it came from, and how. */
 struct candidate {
@@ -54,8 +55,8 @@ struct state {
     const int *parameter_symbol;          /* borrowed from the system */
     expr_id *defined;                     /* the system's expressions, for the space */
     expr_id *con; size_t con_cap;         /* the constraints' expressions, for the space */
-    struct expr_flow flow;
-    struct expr_facts facts;
+    struct expr_flow *flow;               /* in mem */
+    struct expr_facts *facts;             /* in mem */
     struct expr_cone cone;
     struct echelon ech;
     struct ech_context ctx;
@@ -72,7 +73,7 @@ struct state {
     size_t solved_cap;
     int solved_count;
     bool affine;                          /* the system was reduced as rational matrices (affine.h) */
-    struct domain domain;                 /* what must not vanish for the system to have a value */
+    struct domain *domain;                /* in mem: what must not vanish for the system to have a value */
     bool inconsistent;
     struct sga_error held;                /* a constraint could not be admitted for this reason: the run goes on without it, as a
                                            * contradiction of the others stands whatever it says, and fails with it otherwise */

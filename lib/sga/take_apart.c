@@ -10,7 +10,6 @@
 #include "flint_ends.h"
 #include "mem.h"
 #include "range.h"
-#include "reduction.h"
 #include "warnings.h"
 
 enum { WAYS = SGA_MOST_ENDS_WAYS, LARGEST_CONE = 400, STEPS = 2000 };
@@ -36,7 +35,7 @@ struct work {
 
 static unsigned facts(struct work *w, expr_id e)
 {
-    return expr_facts_of(&w->s->facts, w->st, e);
+    return expr_facts_of(w->s->facts, w->st, e);
 }
 
 static bool constant(struct work *w, expr_id e)
@@ -320,7 +319,7 @@ struct take_apart take_apart_of(struct state *s, expr_id f)
     if (w.cone.count <= LARGEST_CONE && expr_store_ok(s->st)) {
         expr_cone_index(&w.cone);
         w.range = sga_calloc((size_t)w.cone.count, sizeof *w.range);
-        range_of_list(s->st, &s->facts, w.cone.list, w.cone.count, w.cone.place, w.range);
+        range_of_list(s->st, s->facts, w.cone.list, w.cone.count, w.cone.place, w.range);
         w.ways = 1;
         ask(w.way, f, expr_int(s->st, 0));
         ok = run(&w);

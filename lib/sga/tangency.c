@@ -6,8 +6,9 @@
 #include <string.h>
 
 #include "arena.h"
-#include "mem.h"
+#include "derive.h"
 #include "reduction.h"
+#include "system.h"
 
 static long factorial(int n)
 {
@@ -23,11 +24,11 @@ static expr_id derivative(struct state *s, const struct sga_constraint *c, expr_
 {
     *base = c->base;
     *order = c->order + 1;
-    if (expr_flow_tainted(&s->flow, c->expr) || c->order + 1 > 18) {
+    if (expr_flow_tainted(s->flow, c->expr) || c->order + 1 > 18) {
         *base = c->expr;
         *order = 1;
     }
-    expr_id d = expr_flow_coefficient(&s->flow, *base, *order);
+    expr_id d = expr_flow_coefficient(s->flow, *base, *order);
     return expr_mul(s->st, expr_int(s->st, factorial(*order)), d);
 }
 
@@ -39,7 +40,7 @@ void state_tangency(struct state *s, int i, struct ech_row *row)
     expr_id base;
     int order;
     row->rhs = expr_neg(s->st, derivative(s, c, &base, &order));
-    if (!expr_flow_tainted(&s->flow, c->expr))
+    if (!expr_flow_tainted(s->flow, c->expr))
         return;
     SGA_RESERVE_IN(&s->mem, s->active, s->active_cap, s->st->symbols);
     memset(s->active, 0, (size_t)s->st->symbols);
@@ -70,8 +71,8 @@ void state_determine(struct state *s)
             for (int k = 0; k < p->row.entries; k++)
                 if (p->row.entry[k].col != p->col)
                     x = expr_sub(s->st, x, expr_mul(s->st, p->row.entry[k].value,
-                                                    s->flow.velocity[s->variable[p->row.entry[k].col]]));
-            expr_flow_determine(&s->flow, s->variable[p->col], expr_div(s->st, x, p->value));
+                                                    s->flow->velocity[s->variable[p->row.entry[k].col]]));
+            expr_flow_determine(s->flow, s->variable[p->col], expr_div(s->st, x, p->value));
             s->determined[p->col] = 1;
             changed = true;
         }

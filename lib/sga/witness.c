@@ -8,6 +8,8 @@
 
 #include "arb_ends.h"
 #include "arena.h"
+#include "budget.h"
+#include "buf.h"
 #include "differentials.h"
 #include "mem.h"
 #include "oracle.h"

@@ -5,7 +5,6 @@
 #include <stdlib.h>
 
 #include "budget.h"
-#include "mem.h"
 #include "oracle.h"
 #include "reduction.h"
 #include "structure.h"

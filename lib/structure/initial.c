@@ -14,8 +14,6 @@
 #include "differentials.h"
 #include "kinds.h"
 #include "mem.h"
-#include "oracle.h"
-#include "reduction.h"
 #include "structure.h"
 #include "system.h"
 

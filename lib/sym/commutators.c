@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "arena.h"
+#include "budget.h"
 #include "flint_ends.h"
 #include "mem.h"
 #include "modp.h"

@@ -2,6 +2,7 @@
 #include <stdlib.h>
 
 #include "arena.h"
+#include "budget.h"
 #include "mem.h"
 #include "oracle.h"
 #include "reduction.h"

@@ -18,6 +18,7 @@
 #include "modpoint.h"
 #include "oracle.h"
 #include "points.h"
+#include "points_random.h"
 #include "reduction.h"
 #include "seeds.h"
 #include "sym_work.h"

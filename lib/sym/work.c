@@ -10,7 +10,6 @@
 #include "derive.h"
 #include "mem.h"
 #include "oracle.h"
-#include "points.h"
 #include "poly.h"
 #include "reduction.h"
 #include "system.h"

@@ -7,7 +7,11 @@
 
 #include "mem.h"
 #include "points.h"
+#include "points_random.h"
+#include "reduction.h"
+#include "redundant.h"
 #include "seeds.h"
+#include "sizes.h"
 #include "tiers.h"
 #include "watch.h"
 
@@ -48,7 +52,7 @@ static bool nearest_from(struct manifold *m, struct flow *f, const struct sys_sy
 {
     size_t n = (size_t)m->n;
     double *z = memcpy(sga_malloc((n + 1) * sizeof *z), y, n * sizeof *y);
-    bool ok = m->n <= SMALL && tiers_descend(&f->manifold, sys, &f->sizes, rq, z, far)
+    bool ok = m->n <= SMALL && tiers_descend(&f->manifold, sys, f->sizes, rq, z, far)
               && fabs(manifold_residual(m, rq->start, z, NULL, NULL)) < ON_ALL;
     if (ok)
         memcpy(y, z, n * sizeof *y);
@@ -74,7 +78,7 @@ static bool best(struct manifold *m, struct flow *f, const struct sys_system *sy
     double *y = sga_malloc(2 * (n + 1) * sizeof *y), *scale = y + n + 1, least = INFINITY, far[TIERS];
     uint64_t random = SGA_SEED_ALL_GIVEN;
     for (size_t j = 0; j < n; j++)
-        scale[j] = sizes_move(&f->sizes, (int)j, rq->initial[j]) * (rq->given[j] ? 1 : LOOSE);
+        scale[j] = sizes_move(f->sizes, (int)j, rq->initial[j]) * (rq->given[j] ? 1 : LOOSE);
     for (int k = STARTS; k >= 0 && sga_watch_ok(); k--) {
         double given;
         if (!reach(m, rq, scale, k, &random, y) || !nearest_from(m, f, sys, rq, scale, y, far)
@@ -93,13 +97,13 @@ bool all_given_start(struct flow *f, const struct sys_system *sys, const struct 
 {
     struct sga_error none = { 0 };
     struct sga_solution all = *sol;
-    size_t c = (size_t)sol->constraints, more = (size_t)f->given.count;
+    size_t c = (size_t)sol->constraints, more = (size_t)f->given->count;
     if (c + more > MOST)
         return false;
     all.constraint = sga_calloc(c + more + 1, sizeof *all.constraint);
     memcpy(all.constraint, sol->constraint, c * sizeof *all.constraint);
     for (size_t k = 0; k < more; k++)
-        all.constraint[c + k] = (struct sga_constraint){ .expr = f->given.equation[k], .replaced = EXPR_UNDEF };
+        all.constraint[c + k] = (struct sga_constraint){ .expr = f->given->equation[k], .replaced = EXPR_UNDEF };
     all.constraints = (int)(c + more);
     struct manifold m;
     bool ok = manifold_init(&m, sys, &all, NULL, &none);

@@ -53,7 +53,7 @@ static bool by_shape(const struct flow *f, const struct sys_system *sys, const s
 static bool descends(struct flow *f, const struct sys_system *sys, const struct traj_request *rq, double *z)
 {
     double far[TIERS];
-    return tiers_descend(&f->manifold, sys, &f->sizes, rq, z, far) && fabs(manifold_residual(&f->manifold, rq->start, z, NULL, NULL)) < ON && !drops(f, rq, z);
+    return tiers_descend(&f->manifold, sys, f->sizes, rq, z, far) && fabs(manifold_residual(&f->manifold, rq->start, z, NULL, NULL)) < ON && !drops(f, rq, z);
 }
 
 /* The same while the guess itself comes from y to where it is, so that each descent is short and none goes over to another component. */
@@ -113,7 +113,7 @@ void component_start(struct flow *f, const struct sys_system *sys, const struct 
     }
     if (ok) {
         for (size_t j = 0; j < n; j++)
-            scale[j] = sizes_move(&f->sizes, (int)j, rq->initial[j]);
+            scale[j] = sizes_move(f->sizes, (int)j, rq->initial[j]);
         memcpy(x, y, n * sizeof *x);
         *moved = consistent_moved(&f->manifold, rq, scale, x);
     }

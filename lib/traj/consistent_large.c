@@ -8,6 +8,7 @@
 #include "manifold.h"
 #include "mem.h"
 #include "points.h"
+#include "points_random.h"
 #include "seeds.h"
 #include "sizes.h"
 #include "watch.h"

@@ -14,6 +14,7 @@
 #include "points.h"
 #include "print.h"
 #include "reduction.h"
+#include "sizes.h"
 #include "system.h"
 #include "trajectory.h"
 
@@ -93,7 +94,7 @@ static void measure(struct attempt *a)
         arb_get_mag_lower(m, c);
         mag_set_d_lower(tolerance, a->rq->rtol);
         mag_mul_lower(tolerance, tolerance, m);
-        mag_set_d_lower(m, a->rq->atol * a->f->sizes.column[k % a->columns]);
+        mag_set_d_lower(m, a->rq->atol * a->f->sizes->column[k % a->columns]);
         mag_add_lower(tolerance, tolerance, m);
         mag_div(m, arb_radref(c), tolerance);
         a->excess = fmax(a->excess, mag_get_d_log2_approx(m) + 0.2);     /* the decimal text adds a tenth */

@@ -132,7 +132,7 @@ bool enclosed_start(struct flow *f, struct expr_store *st, const struct enclose_
     bool ok = solve_others(f, p, sol, rq, near, t0, prec, x, err);
     if (sol->constraints && err->code == SGA_E_OK && !(ok && as_given(p, rq, near, prec, x))) {
         arb_ptr u = _arb_vec_init(f->n);
-        if (enclosed_nearest(st, p, sol, rq, &f->sizes, near, t0, prec, u) && same_point(u, near, f->n)) {
+        if (enclosed_nearest(st, p, sol, rq, f->sizes, near, t0, prec, u) && same_point(u, near, f->n)) {
             _arb_vec_set(x, u, f->n);
             ok = true;
         }

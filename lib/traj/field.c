@@ -113,6 +113,7 @@ bool field_init(struct field *f, const struct sys_system *sys, const struct sga_
     f->pole_side = sga_calloc((size_t)f->poles + 1, sizeof(double));
     f->pole_from = sga_calloc((size_t)n + 1, sizeof(double));
     f->here = sga_calloc((size_t)n + 1, sizeof(double));
+    f->home = sga_calloc((size_t)(n + f->pivots + f->poles) + 1, sizeof(double));
     ok = f->direct != NULL;
     if (ok)
         f->general = general_tape(f, inputs, err);
@@ -157,6 +158,7 @@ void field_clear(struct field *f)
     free(f->pole_side);
     free(f->pole_from);
     free(f->here);
+    free(f->home);
     free(f->general_out);
     free(f->sum);
     free(f->jac_value);

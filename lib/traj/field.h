@@ -40,6 +40,7 @@ struct field {
      * field is not continued. */
     double *pivot_side;               /* by pivot: sign on the side where the motion is */
     double *here, here_t;             /* the last point that was found to be well inside */
+    double *home, home_t;             /* n: the last point that the motion has taken; then pivots' and poles' sides there */
     double start_t;                   /* each solution (there may be two) begins here */
     struct manifold *manifold;        /* to look for the place of a change of sign; borrowed */
     int lost_pivot;                   /* the pivot whose zero ended it, or -1 */
@@ -125,6 +126,10 @@ void field_list_add(struct field_list *l, expr_id e);
 void field_watch_pivot(struct field *f, expr_id pivot, struct field_list *l);
 /* The sides of pivots' and poles' zeros on which a solution begins; direct_out is that of (t, x). */
 void field_take_sides(struct field *f, double t, const double *x);
+/* The motion has come to (t, x): sides are kept as they are there. And: trial points are forgotten, sides are those of the
+ * last point that was kept; lost_pivot and lost_pole still say what a trial met. */
+void field_keep_sides(struct field *f, double t, const double *x);
+void field_forget_trial(struct field *f);
 /* On which side of each pivot's and denominator's zeros is (t, x)? direct_out is known. False: beyond a stratum
  * (lost_pivot) or a pole (lost_pole). */
 bool field_inside(struct field *f, double t, const double *x);

@@ -65,6 +65,23 @@ void field_take_sides(struct field *f, double t, const double *x)
         double p = f->direct_out[f->n + f->pivots + q];
         f->pole_side[q] = p > 0 ? 1 : p < 0 ? -1 : 0;
     }
+    field_keep_sides(f, t, x);
+}
+
+void field_keep_sides(struct field *f, double t, const double *x)
+{
+    sga_copy(f->home, x, f->n);
+    sga_copy(f->home + f->n, f->pivot_side, f->pivots);
+    sga_copy(f->home + f->n + f->pivots, f->pole_side, f->poles);
+    f->home_t = t;
+}
+
+void field_forget_trial(struct field *f)
+{
+    sga_copy(f->here, f->home, f->n);
+    sga_copy(f->pivot_side, f->home + f->n, f->pivots);
+    sga_copy(f->pole_side, f->home + f->n + f->pivots, f->poles);
+    f->here_t = f->home_t;
 }
 
 /* The root at the part s of the way from the last good point to (t, x). */

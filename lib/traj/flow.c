@@ -10,12 +10,18 @@
 #include "component_start.h"
 #include "bands.h"
 #include "consistent.h"
+#include "flow_series.h"
+#include "inputs.h"
 #include "jacobian.h"
+#include "jet.h"
 #include "mem.h"
 #include "ode.h"
+#include "reduction.h"
+#include "redundant.h"
 #include "seeds.h"
 #include "set_points.h"
 #include "signals.h"
+#include "sizes.h"
 #include "system.h"
 #include "tape.h"
 
@@ -25,7 +31,7 @@
 static bool rhs(void *ctx, double t, const double *x, double *dx)
 {
     struct flow *f = ctx;
-    f->given.broken = -1;
+    f->given->broken = -1;
     f->no_value = false;
     return field_eval(&f->field, t, x, dx);
 }
@@ -80,7 +86,7 @@ static bool project(void *ctx, double t, double *x, const double *scale, double 
     }
     *moved /= sqrt(n);
     *residual = f->manifold.c ? f->manifold.raw : 0;
-    return ok && flow_valued(f, t, x) && given_hold(&f->given, t, x, scale) && field_follows(&f->field, t, x);
+    return ok && flow_valued(f, t, x) && given_hold(f->given, t, x, scale) && field_follows(&f->field, t, x);
 }
 
 static bool jump(void *ctx, double t, double *x)
@@ -98,7 +104,7 @@ static bool slope(void *ctx, double t, const double *x, double *value)
 static bool taylor(void *ctx, double t, const double *x, int order, double scale, double *series, double *reach)
 {
     struct flow *f = ctx;
-    return series_along(&f->series, &f->field, t, x, order, scale, series, reach);
+    return series_along(f->series, &f->field, t, x, order, scale, series, reach);
 }
 
 /* The columns of a sample. */
@@ -115,7 +121,7 @@ static enum ode_reason why(void *ctx)
     struct flow *f = ctx;
     if (f->no_value)
         return ODE_LEFT_DOMAIN;
-    if (f->given.broken >= 0)
+    if (f->given->broken >= 0)
         return ODE_CONSTRAINT_LOST;
     return f->field.rank_lost || f->field.contradiction ? ODE_SINGULAR : ODE_LEFT_DOMAIN;
 }
@@ -156,8 +162,8 @@ void flow_hold(void *ctx, const signed char *side)
     field_hold(&f->field, side);
     num_jacobian_hold(f->manifold.jac, side);
     num_tape_hold(f->surface, side);
-    if (f->series.jet)
-        num_jet_hold(f->series.jet, f->field.plain);
+    if (f->series->jet)
+        num_jet_hold(f->series->jet, f->field.plain);
 }
 
 static void band(void *ctx, double t, const double *x, double *a)
@@ -192,7 +198,7 @@ static bool look_for_pulses(struct flow *f, const struct sga_solution *sol, cons
     expr_id *argument;
     int count;
     expr_id *root = expressions(f, sol, rq, &count);
-    inputs_examine(&f->inputs, f->sys, rq, root, count);
+    inputs_examine(f->inputs, f->sys, rq, root, count);
     f->bands = bands_find(f->sys->store, root, count - rq->events, &argument);
     free(root);
     int *inputs = field_inputs(f->sys);
@@ -207,17 +213,18 @@ bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_so
                const struct traj_request *rq, struct sga_error *err)
 {
     int n = sys->variables;
-    *f = (struct flow){ .n = n, .sys = sys, .lost_value = -1 };
-    sizes_init(&f->sizes, sys, rq);
+    *f = (struct flow){ .n = n, .sys = sys, .lost_value = -1, .series = sga_calloc(1, sizeof *f->series), .given = sga_calloc(1, sizeof *f->given),
+                        .inputs = sga_calloc(1, sizeof *f->inputs), .sizes = sga_calloc(1, sizeof *f->sizes) };
+    sizes_init(f->sizes, sys, rq);
     f->knot = signals_knots(sys, rq, &f->knots);
     if (!field_init(&f->field, sys, sol, rq, &f->manifold, err) || !manifold_init(&f->manifold, sys, sol, field_switches(&f->field), err))
         return false;
-    f->manifold.unit = f->sizes.weight;
-    f->field.unit = f->sizes.uneven_rows ? f->sizes.row : NULL;
+    f->manifold.unit = f->sizes->weight;
+    f->field.unit = f->sizes->uneven_rows ? f->sizes->row : NULL;
     const struct num_switches *w = field_switches(&f->field);
     if (!look_for_pulses(f, sol, rq, err))
         return false;
-    if (!signals_continuous(sys, sol, rq, f->field.root, err) || !given_init(&f->given, sys, sol, f->sizes.weight, rq->budget, err))
+    if (!signals_continuous(sys, sol, rq, f->field.root, err) || !given_init(f->given, sys, sol, f->sizes->weight, rq->budget, err))
         return false;
     f->in = sga_malloc((size_t)(n + 1) * sizeof *f->in);
     f->moving = sga_calloc((size_t)n + 1, 1);
@@ -243,12 +250,12 @@ void flow_clear(struct flow *f)
 {
     manifold_clear(&f->manifold);
     field_clear(&f->field);
-    series_clear(&f->series);
-    given_clear(&f->given);
+    series_clear(f->series);
+    given_clear(f->given);
     free(f->noise);
     free(f->moving);
-    inputs_clear(&f->inputs);
-    sizes_clear(&f->sizes);
+    inputs_clear(f->inputs);
+    sizes_clear(f->sizes);
     num_tape_free(f->surface);
     num_tape_free(f->band);
     num_tape_free(f->output);
@@ -258,6 +265,10 @@ void flow_clear(struct flow *f)
     free(f->spec);
     free(f->in);
     free(f->knot);
+    free(f->series);
+    free(f->given);
+    free(f->inputs);
+    free(f->sizes);
 }
 
 /* Some point of the set, for a start of last resort: found by a fresh search. */
@@ -299,8 +310,8 @@ static bool holds(struct flow *f, const struct traj_request *rq, const double *x
 {
     double *scale = sga_malloc((size_t)(f->n + 1) * sizeof *scale);
     for (int j = 0; j < f->n; j++)
-        scale[j] = none * (f->sizes.weight[j] + fabs(x[j]));
-    bool ok = given_hold(&f->given, rq->start, x, scale);
+        scale[j] = none * (f->sizes->weight[j] + fabs(x[j]));
+    bool ok = given_hold(f->given, rq->start, x, scale);
     free(scale);
     return ok;
 }
@@ -309,12 +320,12 @@ static bool holds(struct flow *f, const struct traj_request *rq, const double *x
 static bool on_constraints(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol,
                 const struct traj_request *rq, double *x, double *moved, struct sga_error *err)
 {
-    if (consistent_start(&f->manifold, sys, sol, &f->sizes, rq, NULL, x, moved, NULL))
+    if (consistent_start(&f->manifold, sys, sol, f->sizes, rq, NULL, x, moved, NULL))
         return true;
     if (!sga_budget_ok(rq->budget, err))
         return false;
     double *elsewhere = known_point(sys, sol, rq);
-    bool ok = consistent_start(&f->manifold, sys, sol, &f->sizes, rq, elsewhere, x, moved, err);
+    bool ok = consistent_start(&f->manifold, sys, sol, f->sizes, rq, elsewhere, x, moved, err);
     free(elsewhere);
     return ok;
 }
@@ -324,8 +335,8 @@ bool flow_start(struct flow *f, const struct sys_system *sys, const struct sga_s
 {
     if (!on_constraints(f, sys, sol, rq, x, moved, err))
         return false;
-    sizes_met(&f->sizes, x);
-    f->field.unit = f->sizes.uneven_rows ? f->sizes.row : NULL;
+    sizes_met(f->sizes, x);
+    f->field.unit = f->sizes->uneven_rows ? f->sizes->row : NULL;
     if (!holds(f, rq, x, SHARP))
         all_given_start(f, sys, sol, rq, x, moved);      /* where that fails, flow_given says so */
     component_start(f, sys, sol, rq, x, moved);
@@ -337,7 +348,7 @@ bool flow_given(struct flow *f, const struct traj_request *rq, const double *x, 
     char name[40];
     if (holds(f, rq, x, LOOSE))
         return true;
-    given_name(&f->given, f->given.lost, name, sizeof name);
+    given_name(f->given, f->given->lost, name, sizeof name);
     return sga_fail_at(err, SGA_E_NO_MOTION, "/trajectory/initial", "at the consistent start the constraints hold, and %s does not, which was found to follow "
                        "from them elsewhere; give trajectory.initial on the part of the constraint set that is meant", name);
 }
@@ -352,7 +363,7 @@ static void enter(void *ctx, double from, double to)
 static void allow_code(struct flow *f, struct sga_exec *exec)
 {
     num_tape_compile(f->field.direct, exec);
-    f->series.memory = exec;
+    f->series->memory = exec;
     num_jacobian_compile(f->manifold.jac, exec);
     if (f->field.slope)
         num_jacobian_compile(f->field.slope, exec);
@@ -376,18 +387,23 @@ const char *flow_gauge(const struct flow *f, const struct traj_request *rq)
     return traj_gauge_text(rq->conditions, rq->rates > 0, f->field.rank < f->n);
 }
 
+static void taken(void *ctx, double t, const double *x) { field_keep_sides(&((struct flow *)ctx)->field, t, x); }
+static void refused(void *ctx) { field_forget_trial(&((struct flow *)ctx)->field); }
+
 struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
 {
     allow_code(f, rq->budget ? rq->budget->exec : NULL);
+    bool watched = f->field.pivots || f->field.poles;
     return (struct ode_problem){ .n = f->n, .ctx = f, .rhs = rhs, .code = code, .stages = stages, .code_holds = code_holds,
-                                 .project = f->manifold.c || f->given.count || f->valued ? project : NULL, .why = why,
-                                 .jump = f->manifold.c && !f->given.count ? jump : NULL,
+                                 .project = f->manifold.c || f->given->count || f->valued ? project : NULL, .why = why,
+                                 .jump = f->manifold.c && !f->given->count ? jump : NULL,
                                  .pattern = f->field.pattern, .jacobian = f->field.pattern ? slope : NULL,
                                  .taylor = f->field.fast && !f->sys->signals ? taylor : NULL,
                                  .taylor_rtol = series_fast(&f->field) ? FAST_RTOL : 0,
                                  .breaks = f->knot, .break_count = f->knots, .enter = f->sys->signals ? enter : NULL,
+                                 .taken = watched ? taken : NULL, .refused = watched ? refused : NULL,
                                  .switches = f->field.switches.count, .switching = surfaces, .hold = flow_hold,
-                                 .piece = f->inputs.piece, .pieces = f->inputs.count,
+                                 .piece = f->inputs->piece, .pieces = f->inputs->count,
                                  .noise = flow_noise, .bands = f->bands, .band = band,
                                  .cost = 4.0 * num_tape_length(f->field.direct),
                                  .outputs = rq->outputs, .output = rq->outputs ? flow_output : NULL,

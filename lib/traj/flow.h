@@ -3,23 +3,23 @@
 #define SGA_TRAJ_FLOW_H
 
 #include "field.h"
-#include "flow_series.h"
-#include "inputs.h"
 #include "manifold.h"
-#include "redundant.h"
-#include "sizes.h"
 #include "trajectory.h"
 
+struct given;
+struct inputs;
 struct ode_options;
 struct ode_problem;
 struct ode_result;
 struct ode_start;
+struct series;
+struct sizes;
 
 struct flow {
     struct manifold manifold;
     struct field field;
-    struct series series;
-    struct given given;
+    struct series *series;        /* owned, as given, inputs, sizes */
+    struct given *given;
     struct num_tape *surface;     /* arguments of the field's switches; inputs: variables, time; NULL: none */
     struct num_tape *band;        /* see bands.h; the same; NULL: none */
     struct num_tape *output;      /* inputs: variables, time */
@@ -33,8 +33,8 @@ struct flow {
     double *in;
     int n, bands;
     const struct sys_system *sys;
-    struct inputs inputs;
-    struct sizes sizes;
+    struct inputs *inputs;
+    struct sizes *sizes;
     unsigned char *moving;        /* n: variables that some equation differentiates: they do not jump */
     double *noise;                /* n: see flow_noise; NULL until it is asked for */
     double *knot; int knots;      /* of the tables, inside the motion's times, in its order */

@@ -6,6 +6,8 @@
 #include <stdlib.h>
 
 #include "flow.h"
+#include "dd.h"
+#include "jet.h"
 #include "mem.h"
 #include "system.h"
 #include "tape.h"

@@ -13,6 +13,7 @@
 #include "field.h"
 #include "flow.h"
 #include "mem.h"
+#include "sizes.h"
 #include "system.h"
 #include "tape.h"
 #include "tolerance.h"
@@ -109,7 +110,7 @@ static void set_errors(const struct precise *p, struct outcome *a, const struct 
         for (int j = 0; j < cols; j++) {
             double e = a->column_error[k * cols + j] = raw_error(a, b, factor, k, j);
             row[k] = fmax(row[k], e);
-            a->worst = fmax(a->worst, sga_error_ratio(e, asked, p->flow->sizes.column[j], a->value[k * cols + j].hi));
+            a->worst = fmax(a->worst, sga_error_ratio(e, asked, p->flow->sizes->column[j], a->value[k * cols + j].hi));
         }
     for (int k = 0; k < rows; k++) {
         double before = k > 0 ? row[k - 1] : 0, after = k + 1 < rows && isfinite(row[k + 1]) ? row[k + 1] : 0;

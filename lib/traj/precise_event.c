@@ -9,6 +9,7 @@
 
 #include "flow.h"
 #include "mem.h"
+#include "sizes.h"
 #include "tolerance.h"
 #include "trajectory.h"
 #include "watch.h"
@@ -273,7 +274,7 @@ double precise_event_errors(const struct precise *p, struct precise_path *a, con
         }
         a->event[i].error = alike ? factor * fmax(raw, fmin(near, NEIGHBOUR * raw)) + a->event[i].floor + 16 * NUM_DD_EPSILON * size : INFINITY;
         if (a->event[i].direction)
-            worst = fmax(worst, sga_error_ratio(a->event[i].error, (struct sga_tolerance){ p->rq->rtol, p->rq->atol }, p->flow->sizes.time, size));
+            worst = fmax(worst, sga_error_ratio(a->event[i].error, (struct sga_tolerance){ p->rq->rtol, p->rq->atol }, p->flow->sizes->time, size));
     }
     return worst;
 }

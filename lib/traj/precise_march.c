@@ -12,6 +12,7 @@
 #include "mem.h"
 #include "precise_march.h"
 #include "redundant.h"
+#include "sizes.h"
 #include "tolerance.h"
 #include "trajectory.h"
 
@@ -31,7 +32,7 @@
 void precise_set_scale(struct precise_march *m, const num_dd *x)
 {
     for (int j = 0; j < m->n; j++)
-        m->scale[j] = fmax(sga_allowed((struct sga_tolerance){ m->rtol, m->atol }, m->p->flow->sizes.unit[j], x[j].hi), 1e-300);
+        m->scale[j] = fmax(sga_allowed((struct sga_tolerance){ m->rtol, m->atol }, m->p->flow->sizes->unit[j], x[j].hi), 1e-300);
 }
 
 /* Root mean square in units of the error allowed; v may be so large that squares overflow. */
@@ -63,8 +64,8 @@ static bool allowed(struct precise_march *m, const struct precise_point *q)
         if (!flow_valued(f, q->t.hi, m->xd))
             return false;
         m->why = ODE_CONSTRAINT_LOST;
-        if (!given_hold(&f->given, q->t.hi, m->xd, m->scale) || field_follows(&f->field, q->t.hi, m->xd))
-            return f->given.broken < 0;
+        if (!given_hold(f->given, q->t.hi, m->xd, m->scale) || field_follows(&f->field, q->t.hi, m->xd))
+            return f->given->broken < 0;
     }
     m->why = f->field.rank_lost || f->field.contradiction ? ODE_SINGULAR : ODE_LEFT_DOMAIN;
     return false;
@@ -75,7 +76,7 @@ static bool given_at(struct precise_march *m, num_dd t, const num_dd *x)
 {
     for (int j = 0; j < m->n; j++)
         m->xd[j] = x[j].hi;
-    return flow_valued(m->p->flow, t.hi, m->xd) && given_hold(&m->p->flow->given, t.hi, m->xd, m->scale);
+    return flow_valued(m->p->flow, t.hi, m->xd) && given_hold(m->p->flow->given, t.hi, m->xd, m->scale);
 }
 
 /* How far the projection may move a point without spoiling it. */
@@ -243,7 +244,7 @@ static bool begin(struct precise_march *m)
 /* A size that reaches into no piece of the inputs further than that allows. */
 static num_dd within_pieces(struct precise_march *m, num_dd h)
 {
-    const struct inputs *q = &m->p->flow->inputs;
+    const struct inputs *q = m->p->flow->inputs;
     double size = fabs(h.hi), most = ode_within(q->piece, q->count, &m->next_piece, m->here.t.hi, m->direction, size);
     return most < size ? num_dd_of(m->direction * most) : h;
 }

@@ -261,7 +261,7 @@ static bool settle_start(struct precise *p, num_dd *guess, const double *x)
     unsigned char *kind = sga_malloc((size_t)n + 1);
     sys_kinds(p->sys, kind);
     for (int j = 0; j < n; j++)
-        unit[j] = sizes_move(&p->flow->sizes, j, rq->initial[j]);
+        unit[j] = sizes_move(p->flow->sizes, j, rq->initial[j]);
     for (int k = (int)tiers_stage_of(rq, kind, n, x); k < TIERS_STAGES && !ok; k++)
         if (k == TIERS_KEEP_ALL || p->flow->manifold.c <= DENSE_MOST)
             ok = settle_stage(p, guess, x, unit, kind, (enum tiers_stage)k);

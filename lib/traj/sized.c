@@ -5,6 +5,7 @@
 #include "flow.h"
 #include "mem.h"
 #include "ode.h"
+#include "sizes.h"
 
 double *traj_column_errors(const double *error, int rows, int columns)
 {
@@ -18,7 +19,7 @@ double *traj_column_errors(const double *error, int rows, int columns)
 /* What the natural sizes missed shows in the motion: units grow to the sizes that variables and columns had. Whether any did. */
 static bool look_at_sizes(struct flow *f, const struct traj_request *rq, const double *start, const struct ode_result *o)
 {
-    int n = f->n, columns = f->sizes.columns;
+    int n = f->n, columns = f->sizes->columns;
     double *variable = sga_calloc((size_t)n + 2 * (size_t)columns + 1, sizeof *variable), *column = variable + n, *y = column + columns;
     for (int k = -1; k < o->count; k++) {
         const double *x = k < 0 ? start : o->samples + (size_t)k * (size_t)n;
@@ -29,7 +30,7 @@ static bool look_at_sizes(struct flow *f, const struct traj_request *rq, const d
         for (int j = 0; j < columns; j++)
             column[j] = fmax(column[j], fabs(rq->outputs ? y[j] : x[j]));
     }
-    bool grown = sizes_grow(&f->sizes, variable, column);
+    bool grown = sizes_grow(f->sizes, variable, column);
     free(variable);
     return grown;
 }
@@ -38,13 +39,13 @@ bool flow_solve(struct flow *f, const struct traj_request *rq, const struct ode_
                            struct ode_options *options, struct ode_result *o, struct sga_error *err)
 {
     struct ode_result again;
-    options->time_unit = f->sizes.time;
-    options->unit = f->sizes.any ? f->sizes.unit : NULL;
-    options->output_unit = f->sizes.any ? f->sizes.column : NULL;
+    options->time_unit = f->sizes->time;
+    options->unit = f->sizes->any ? f->sizes->unit : NULL;
+    options->output_unit = f->sizes->any ? f->sizes->column : NULL;
     if (!ode_solve(problem, start, options, o, err))
         return false;
     bool wrong = o->shortfall || o->end.reason == ODE_NOT_SMOOTH || o->end.reason == ODE_CONSTRAINT_LOST || o->end.reason == ODE_STEP_LIMIT;
-    if (!f->sizes.any || !wrong || !look_at_sizes(f, rq, start->x, o) || !ode_solve(problem, start, options, &again, err))
+    if (!f->sizes->any || !wrong || !look_at_sizes(f, rq, start->x, o) || !ode_solve(problem, start, options, &again, err))
         return true;
     struct ode_result *other = again.count >= o->count ? o : &again;
     ode_result_free(other);

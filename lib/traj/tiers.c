@@ -13,6 +13,7 @@
 #include "mem.h"
 #include "nearest.h"
 #include "points.h"
+#include "points_random.h"
 #include "sizes.h"
 #include "system.h"
 #include "tangent.h"

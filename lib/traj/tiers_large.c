@@ -6,6 +6,7 @@
 #include "kinds.h"
 #include "mem.h"
 #include "points.h"
+#include "points_random.h"
 #include "sizes.h"
 #include "sparse_step.h"
 #include "system.h"

@@ -11,10 +11,13 @@
 #include "defined.h"
 #include "enclosed.h"
 #include "flow.h"
+#include "inputs.h"
 #include "mem.h"
 #include "points.h"
 #include "precise.h"
 #include "print.h"
+#include "redundant.h"
+#include "sizes.h"
 #include "system.h"
 #include "tape.h"
 #include "tolerance.h"
@@ -123,7 +126,7 @@ static void say_pole(struct flow *f, bool grows, struct traj_result *r)
 static void say_given(struct flow *f, struct traj_result *r)
 {
     char name[40];
-    given_name(&f->given, f->given.lost, name, sizeof name);
+    given_name(f->given, f->given->lost, name, sizeof name);
     snprintf(r->ended_detail, sizeof r->ended_detail, "beyond this time the motion would not satisfy %s, which was found to follow from the other equations "
              "where the motion began: give trajectory.initial beyond to see what they say there", name);
 }
@@ -132,7 +135,7 @@ static void say_given(struct flow *f, struct traj_result *r)
 static bool given_ended(const struct flow *f, const struct traj_request *rq, const struct traj_result *r)
 {
     double way = rq->times[rq->samples - 1] - rq->start;
-    return f->given.lost >= 0 && fabs(f->given.lost_t - r->ended_t) <= 1e-3 * fabs(way);
+    return f->given->lost >= 0 && fabs(f->given->lost_t - r->ended_t) <= 1e-3 * fabs(way);
 }
 
 /* What has no value beyond the end. */
@@ -173,7 +176,7 @@ static void look_beside(const struct flow *f, const struct traj_request *rq, con
 {
     for (int i = 0; i < o->count * r->columns && rq->beside && o->column_error && !r->shortfall; i++) {
         int j = i % r->columns;
-        double unit = f->sizes.any ? f->sizes.column[j] : 1;
+        double unit = f->sizes->any ? f->sizes->column[j] : 1;
         r->beside = rq->beside[j] && !(o->column_error[i] <= sga_allowed((struct sga_tolerance){ rq->rtol, rq->atol }, unit, r->value[i]));
         if (r->beside)
             r->shortfall = "the value of a root near 0 is known to fewer digits than its argument";
@@ -433,9 +436,9 @@ static bool run_as_is(const struct sys_system *sys, const struct sga_solution *s
         }
     }
     if (ok) {
-        if (f.sizes.any)
-            r->unit = memcpy(sga_malloc(((size_t)r->columns + 1) * sizeof *r->unit), f.sizes.column, (size_t)r->columns * sizeof *r->unit);
-        r->inputs_examined = f.inputs.complete || rq->arithmetic == TRAJ_BALL;
+        if (f.sizes->any)
+            r->unit = memcpy(sga_malloc(((size_t)r->columns + 1) * sizeof *r->unit), f.sizes->column, (size_t)r->columns * sizeof *r->unit);
+        r->inputs_examined = f.inputs->complete || rq->arithmetic == TRAJ_BALL;
         r->gauge = flow_gauge(&f, rq);
         r->gauge_numeric = f.field.choice.why;
     } else if (!err->stage[0]) {

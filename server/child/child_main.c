@@ -126,6 +126,15 @@ static bool check(const char *request, size_t length)
     return sent;
 }
 
+static bool review(const char *request, size_t length)
+{
+    struct sga_buf out = { 0 };
+    sga_review(request, length, &out);
+    bool sent = wire_send(SOCKET, WIRE_DONE, resident(), out.data, out.len);
+    sga_buf_free(&out);
+    return sent;
+}
+
 /* Until the socket is closed; the exit code. */
 static int serve(const struct allowance *allowed)
 {
@@ -134,10 +143,10 @@ static int serve(const struct allowance *allowed)
         if (h.type == WIRE_CANCEL)
             continue;                /* it came after the end of its job */
         char *request = malloc((size_t)h.length + 1);
-        if ((h.type != WIRE_RUN && h.type != WIRE_CHECK) || !request || !wire_read(SOCKET, request, h.length))
+        if ((h.type != WIRE_RUN && h.type != WIRE_CHECK && h.type != WIRE_REVIEW) || !request || !wire_read(SOCKET, request, h.length))
             return 1;
         request[h.length] = 0;
-        bool sent = h.type == WIRE_RUN ? run(request, h.length, allowed) : check(request, h.length);
+        bool sent = h.type == WIRE_RUN ? run(request, h.length, allowed) : (h.type == WIRE_CHECK ? check : review)(request, h.length);
         free(request);
         if (!sent)
             return 0;

@@ -10,6 +10,7 @@
 enum wire_type {
     WIRE_RUN = 'R',         /* to the child: a canonical request */
     WIRE_CHECK = 'Q',       /* to the child: a request to read and check; the canonical one is its WIRE_DONE */
+    WIRE_REVIEW = 'V',      /* to the child: a request to read; its WIRE_DONE is all that there is to say of it (sga_review) */
     WIRE_CANCEL = 'C',      /* to the child: stop; empty */
     WIRE_PROGRESS = 'P',    /* from it: struct wire_progress */
     WIRE_DONE = 'D',        /* from it: the result's text */

@@ -123,7 +123,7 @@ static bool try_check(struct checker *c, struct exchange *e, bool last)
 {
     struct child_inbox in = { .data = NULL };
     char how[128];
-    enum received r = wire_send(c->child.fd, WIRE_CHECK, 0, e->body, e->length) ? listen_to(c, &in) : RECEIVED_END;
+    enum received r = wire_send(c->child.fd, e->check.review ? WIRE_REVIEW : WIRE_CHECK, 0, e->body, e->length) ? listen_to(c, &in) : RECEIVED_END;
     bool over = true;
     if (r == RECEIVED_WHOLE) {
         take_answer(e, &in);

@@ -35,6 +35,7 @@ struct exchange {
     /* Of a body that another thread checks. */
     struct {
         bool done, ok;
+        bool review;                 /* all that there is to say of it is asked for, and stands in canonical */
         unsigned char sum[DIGEST_BYTES];
         struct sga_buf canonical;
         struct sga_error err;

@@ -64,7 +64,7 @@ static enum MHD_Result reply_file(struct exchange *e, const char *name, const ch
 {
     const struct embedded *f = embedded_find(name, strlen(name));
     if (!f)
-        return reply_error(e, SGA_E_NOT_FOUND, "There is no schema of this name. There are request, result and problem.");
+        return reply_error(e, SGA_E_NOT_FOUND, "There is no schema of this name. There are request, check, result and problem.");
     unsigned char sum[DIGEST_BYTES];
     char etag[2 * 8 + 3];
     digest(sum, f->text, f->length);

@@ -9,14 +9,19 @@
     X("/v1/jobs",              SCOPE_READ, handle_list,       handle_post_job, NULL, "limit cursor status") \
     X("/v1/solve",             SCOPE_READ, NULL,              handle_solve,    NULL, "") \
     X("/v1/jobs/*",            SCOPE_READ, handle_get_job,    NULL,            handle_delete, "") \
+    X("/v1/check",             SCOPE_READ, NULL,              handle_check,    NULL, "") \
+    X("/v1/jobs/*/request",    SCOPE_READ, handle_request,    NULL,            NULL, "") \
     X("/v1/jobs/*/events",     SCOPE_READ, handle_events,     NULL,            NULL, "") \
     X("/v1/jobs/*/trajectory", SCOPE_READ, handle_trajectory, NULL,            NULL, "format") \
     X("/v1/jobs/*/tradeoff",   SCOPE_READ, handle_tradeoff,   NULL,            NULL, "format") \
+    X("/v1/jobs/*/code",       SCOPE_READ, handle_code,       NULL,            NULL, "language") \
     X("/healthz",              0,          handle_health,     NULL,            NULL, "") \
     X("/readyz",               0,          handle_ready,      NULL,            NULL, "") \
     X("/metrics",              SCOPE_READ, handle_metrics,    NULL,            NULL, "") \
     X("/openapi.json",         0,          handle_openapi,    NULL,            NULL, "") \
     X("/v1/schema/*",          0,          handle_schema,     NULL,            NULL, "") \
+    X("/",                     0,          handle_page,       NULL,            NULL, "") \
+    X("/page/*",               0,          handle_page,       NULL,            NULL, "") \
     X("/version",              0,          handle_version,    NULL,            NULL, "")
 
 static const struct route routes[] = {
@@ -72,7 +77,8 @@ handler *route_handler(const struct route *r, const char *method)
 
 unsigned route_scope(const struct route *r, const char *method)
 {
-    return strcmp(method, "POST") == 0 || strcmp(method, "DELETE") == 0 ? SCOPE_SUBMIT : r->scope;
+    bool changes = strcmp(method, "POST") == 0 || strcmp(method, "DELETE") == 0;
+    return changes && r->post != handle_check ? SCOPE_SUBMIT : r->scope;
 }
 
 void route_allow(const struct route *r, char *out, size_t size)

@@ -36,6 +36,25 @@ static void write_time(struct sga_json *w, const char *key, int64_t ms)
     sga_json_string(w, text);
 }
 
+/* A name that was cut may end within a character, which is mended as problems are: left out. */
+static void write_text(struct sga_json *w, const char *key, const char *text)
+{
+    char whole[sizeof ((struct job_row *)0)->name];
+    size_t n = strlen(text), from = n;
+    while (from && ((unsigned char)text[from - 1] & 0xc0) == 0x80)
+        from--;
+    unsigned char lead = from ? (unsigned char)text[from - 1] : 0;
+    size_t needs = lead >= 0xf0 ? 4 : lead >= 0xe0 ? 3 : lead >= 0xc0 ? 2 : 1;
+    if (from && n - (from - 1) < needs)
+        n = from - 1;
+    snprintf(whole, sizeof whole, "%.*s", (int)n, text);
+    sga_json_key(w, key);
+    if (n)
+        sga_json_string(w, whole);
+    else
+        sga_json_null(w);
+}
+
 static void write_links(struct sga_json *w, const char *id)
 {
     char path[ID_LENGTH + 32];
@@ -45,6 +64,8 @@ static void write_links(struct sga_json *w, const char *id)
     sga_json_key(w, "self"), sga_json_string(w, path);
     snprintf(path, sizeof path, "/v1/jobs/%s/events", id);
     sga_json_key(w, "events"), sga_json_string(w, path);
+    snprintf(path, sizeof path, "/v1/jobs/%s/request", id);
+    sga_json_key(w, "request"), sga_json_string(w, path);
     snprintf(path, sizeof path, "/v1/jobs/%s/trajectory", id);
     sga_json_key(w, "trajectory"), sga_json_string(w, path);
     sga_json_end_object(w);
@@ -55,6 +76,11 @@ void job_write_open(struct sga_json *w, const struct job_row *row, const struct 
     sga_json_object(w);
     sga_json_key(w, "id"), sga_json_string(w, row->id);
     sga_json_key(w, "status"), sga_json_string(w, names[row->status]);
+    if (row->listed) {
+        write_text(w, "name", row->name);
+        write_text(w, "form", row->form);
+        write_text(w, "verdict", row->verdict);
+    }
     sga_json_key(w, "cached");
     if (cached_at)
         *cached_at = w->out->len;

@@ -33,6 +33,9 @@ struct job_row {
     int64_t created, started, finished;
     char *error;                 /* problem object of a job that failed; owned, or NULL */
     char owner[ACCOUNT_NAME];    /* name of the token on whose account it runs; "" where none was needed */
+    bool listed;                 /* in a list, which says what it is about: */
+    char name[96], form[16];     /* of its system; "" where there is none, or the request is long */
+    char verdict[24];            /* "" unless it is done and its result is stored */
     int64_t seconds;             /* that it may run, as reserved when it was accepted */
 };
 

@@ -169,7 +169,7 @@ static bool one_of(const char *value, const char *const *allowed)
 static bool consistent(const struct config *c, char *why, size_t size)
 {
     static const char *const levels[] = { "error", "warn", "info", "debug", NULL }, *const accesses[] = { "open", "tokens", NULL },
-        *const isolations[] = { "none", "token", NULL };
+        *const isolations[] = { "none", "token", NULL }, *const answers[] = { "yes", "no", NULL };
     if (!c->listen || !c->state)
         snprintf(why, size, "%s is required", c->listen ? "--state" : "--listen");
     else if (!one_of(c->log_level, levels))
@@ -178,6 +178,8 @@ static bool consistent(const struct config *c, char *why, size_t size)
         snprintf(why, size, "access must be open or tokens, not '%s'", c->access);
     else if (!one_of(c->isolation, isolations))
         snprintf(why, size, "isolation must be none or token, not '%s'", c->isolation);
+    else if (!one_of(c->ui, answers))
+        snprintf(why, size, "ui must be yes or no, not '%s'", c->ui);
     else if (strcmp(c->isolation, "token") == 0 && !config_tokens(c))
         snprintf(why, size, "isolation = token needs access = tokens");
     else if (!c->tls_cert != !c->tls_key)

@@ -10,7 +10,7 @@
 /* What each one means stands in settings.c. Texts are fixed once threads run; numbers may
  * be changed by a reload while other threads read them. */
 struct config {
-    char *listen, *state, *access, *tls_cert, *tls_key, *allow_host, *isolation, *log_level;
+    char *listen, *state, *access, *tls_cert, *tls_key, *allow_host, *isolation, *ui, *log_level;
     atomic_long remote_plain, remote_open, interpret_only;
     atomic_long workers;          /* threads that run jobs, each with a child process */
     atomic_long queue, queue_bytes, token_queue, token_workers;

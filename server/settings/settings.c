@@ -22,6 +22,7 @@ const struct setting settings[] = {
     SWITCH("allow-remote-without-tokens", remote_open, "listen off loopback and let in everyone who can connect")
     TEXT("allow-host", allow_host, NULL, "further host names to serve, separated by commas")
     TEXT("isolation", isolation, "none", "none: the same request is the same job, whoever asks; token: each token has jobs of its own, and none can tell what others asked")
+    TEXT("ui", ui, "yes", "yes: a page for browsers at /; no: none")
     TEXT("log-level", log_level, "info", "error, warn, info or debug")
     FIXED("workers", workers, 0, 0, 256, "jobs that run at one time; 0: one for each processor")
     LIVE("queue", queue, 1000, 1, 1000000, "jobs that wait at most")

@@ -2,24 +2,37 @@
  * statuses is merged from lists of one status each, so that no rows are passed over. */
 #include "store_parts.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 
-#define MINE "SELECT j.id, i.seq, j.status, j.attempts, j.created, j.started, j.finished, j.error, j.owner, j.seconds" \
+/* What a request calls its system, and its form; of a long one they are not looked for: a page of them is read while others wait. */
+#define SHORT(request) "CASE WHEN length(" request ") <= 16384 AND json_valid(CAST(" request " AS TEXT)) THEN CAST(" request " AS TEXT) END"
+#define CALLED(request) ", json_extract(" SHORT(request) ", '$.system.name'), json_extract(" SHORT(request) ", '$.system.form')"
+#define LISTED STORE_ROW_COLUMNS CALLED("request")
+#define MINE "SELECT j.id, i.seq, j.status, j.attempts, j.created, j.started, j.finished, j.error, j.owner, j.seconds" CALLED("j.request") \
              " FROM interests i JOIN jobs j ON j.id = i.id WHERE i.seq < ?1 AND i.owner = ?4 "
 
 bool store_list_prepare(struct store_reader *r, char *why, size_t size)
 {
     sqlite3 *q = r->queue;
-    return (r->list = store_file_prepare(q, "SELECT " STORE_ROW_COLUMNS " FROM jobs WHERE seq < ?1 ORDER BY seq DESC LIMIT ?3", why, size))
-        && (r->list_one = store_file_prepare(q, "SELECT " STORE_ROW_COLUMNS " FROM jobs WHERE seq < ?1 AND status = ?2 ORDER BY seq DESC LIMIT ?3", why, size))
+    return (r->list = store_file_prepare(q, "SELECT " LISTED " FROM jobs WHERE seq < ?1 ORDER BY seq DESC LIMIT ?3", why, size))
+        && (r->list_one = store_file_prepare(q, "SELECT " LISTED " FROM jobs WHERE seq < ?1 AND status = ?2 ORDER BY seq DESC LIMIT ?3", why, size))
         && (r->mine = store_file_prepare(q, MINE "ORDER BY i.seq DESC LIMIT ?3", why, size))
         && (r->mine_one = store_file_prepare(q, MINE "AND i.status = ?2 ORDER BY i.seq DESC LIMIT ?3", why, size))
         && (r->owners = store_file_prepare(q, "SELECT owner FROM interests WHERE id = ?1", why, size))
         && (r->owned = store_file_prepare(q, "SELECT 1 FROM interests WHERE id = ?1 AND owner = ?2", why, size));
 }
 
+static void read_called(sqlite3_stmt *s, struct job_row *row)
+{
+    const char *name = (const char *)sqlite3_column_text(s, 10), *form = (const char *)sqlite3_column_text(s, 11);
+    row->listed = true;
+    snprintf(row->name, sizeof row->name, "%s", name ? name : "");
+    snprintf(row->form, sizeof row->form, "%s", form ? form : "");
+}
+
 /* Appends the rows of one statement. status: -1 where it has none. */
-static int add(sqlite3_stmt *s, const struct store_query *q, int status, struct store_page *page)
+static int add(struct store_reader *r, sqlite3_stmt *s, const struct store_query *q, int status, struct store_page *page)
 {
     int rc, most = page->rows + q->limit + 1;       /* one more tells whether there are more */
     sqlite3_bind_int64(s, 1, q->before ? q->before : INT64_MAX);
@@ -28,11 +41,15 @@ static int add(sqlite3_stmt *s, const struct store_query *q, int status, struct 
     sqlite3_bind_int(s, 3, q->limit + 1);
     if (q->owner)
         sqlite3_bind_text(s, 4, q->owner, -1, SQLITE_STATIC);
-    while ((rc = sqlite3_step(s)) == SQLITE_ROW && page->rows < most)
-        if (!store_read_row(s, &page->row[page->rows++])) {
+    while ((rc = sqlite3_step(s)) == SQLITE_ROW && page->rows < most) {
+        struct job_row *row = &page->row[page->rows++];
+        if (!store_read_row(s, row)) {
             rc = SQLITE_CORRUPT;
             break;
         }
+        read_called(s, row);
+        store_read_verdict(r, row);
+    }
     sqlite3_reset(s);
     sqlite3_clear_bindings(s);
     return rc;
@@ -49,7 +66,7 @@ static int add_set(struct store_reader *r, const struct store_query *q, struct s
     int rc = SQLITE_DONE;
     for (int status = 0; rc == SQLITE_DONE && status < JOB_STATUSES; status++)
         if (q->statuses & 1u << status)
-            rc = add(q->owner ? r->mine_one : r->list_one, q, status, page);
+            rc = add(r, q->owner ? r->mine_one : r->list_one, q, status, page);
     qsort(page->row, (size_t)page->rows, sizeof *page->row, newest_first);
     return rc;
 }
@@ -61,7 +78,7 @@ enum store_answer store_list(struct store *st, const struct store_query *q, stru
     if (!page->row)
         return STORE_BROKEN;
     struct store_reader *r = store_borrow(st);
-    int rc = all ? add(q->owner ? r->mine : r->list, q, -1, page) : add_set(r, q, page);
+    int rc = all ? add(r, q->owner ? r->mine : r->list, q, -1, page) : add_set(r, q, page);
     store_give_back(st, r);
     if (rc != SQLITE_DONE) {
         store_page_free(page);

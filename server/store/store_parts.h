@@ -100,6 +100,9 @@ void store_evict(struct store *st);
 /* -- store_list.c -- */
 bool store_list_prepare(struct store_reader *r, char *why, size_t size);
 
+/* -- store_verdict.c: of a job that is done, where its result is stored; else it stays "" -- */
+void store_read_verdict(struct store_reader *r, struct job_row *row);
+
 /* -- store_read.c -- */
 struct store_reader *store_borrow(struct store *st);
 void store_give_back(struct store *st, struct store_reader *r);

@@ -272,4 +272,22 @@ def examples(d, c):
               again["result"]["dimensions"])
 
 
-ALL = [about, metrics, job, cache, waiting, listing, trajectory, sweep, tradeoff, conditional, events, examples]
+def code(d, c):
+    """What the sources compute is checked by tests/export_check.py; here they are resources of jobs."""
+    with open(os.path.join(ROOT, "etc", "examples", "sliding.json"), encoding="utf-8") as f:
+        job_ = d.ask("POST", "/v1/solve", json.load(f)).json()
+    path = f"/v1/jobs/{job_['id']}/code"
+    for language, kind in (("c", "text/x-c"), ("python", "text/x-python")):
+        a = d.get(path + "?language=" + language)
+        c(a.status == 200 and a.headers["content-type"].startswith(kind), f"code in {language}: media type", a.headers)
+        c(job_["id"].encode() in a.body and b"gauge" in a.body, f"code in {language}: names its job", a.body[:200])
+        c(d.get(path + "?language=" + language, If_None_Match=a.headers["etag"]).status == 304, f"code in {language}: ETag")
+    c.problem(d.get(path), 400, "bad_request", "code without a language")
+    c.problem(d.get(path + "?language=cobol"), 400, "bad_request", "code in another language")
+    c.problem(d.get("/v1/jobs/" + "0" * len(job_["id"]) + "/code?language=c"), 404, "not_found", "code of no job")
+    request = {"system": {"form": "equations", "variables": ["x"], "equations": ["x' = -x"]}, "want": ["index"]}
+    none = d.ask("POST", "/v1/solve", request).json()
+    c.problem(d.get(f"/v1/jobs/{none['id']}/code?language=c"), 409, "no_code", "code without a field")
+
+
+ALL = [code, about, metrics, job, cache, waiting, listing, trajectory, sweep, tradeoff, conditional, events, examples]

@@ -50,12 +50,29 @@ static bool reads(const char *text, size_t size, bool *known)
     return ok;
 }
 
+/* What ends a plain reading is among all that is wrong; nothing is where it reads. */
+static void reads_all(const char *text, size_t size, bool ok)
+{
+    struct request r;
+    struct request_bounds bounds = { .seconds = 0.5, .nodes = 50000 };
+    struct request_faults faults;
+    bool all = request_read_all(&r, text, size, &bounds, &faults);
+    if (all && !bounds.met)
+        request_clear(&r);
+    for (int i = 0; i < faults.count; i++)
+        check_refusal(&faults.list[i]);
+    FUZZ_REQUIRE(all == ok || bounds.met, "read %d, all of it %d, %d faults", ok, all, faults.count);
+    request_faults_clear(&faults);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     struct sga_buf one = { 0 }, two = { 0 };
     struct sga_error err = { 0 };
     bool known, again;
     bool ok = reads((const char *)data, size, &known);
+    if (known)
+        reads_all((const char *)data, size, ok);
     if (request_canonical((const char *)data, size, &one, &err)) {
         FUZZ_REQUIRE(request_canonical(one.data, one.len, &two, &err), "the canonical text: %s", err.detail);
         FUZZ_REQUIRE(one.len == two.len && memcmp(one.data, two.data, one.len) == 0, "%s became %s", one.data, two.data);

@@ -3,6 +3,8 @@
 
 #include <string.h>
 
+#include "budget.h"
+#include "buf.h"
 #include "error.h"
 #include "warnings.h"
 

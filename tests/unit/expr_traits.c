@@ -3,6 +3,7 @@
 
 #include "check.h"
 #include "expr.h"
+#include "op.h"
 #include "value.h"
 
 static double at(enum expr_op op, double x)
@@ -68,6 +69,50 @@ static void branches(enum expr_op op)
     CHECK(!(is & EXPR_FOLDS) || other, "%s: one of several roots", expr_op_text(op));
 }
 
+static bool inside(const struct expr_interval *i, double x)
+{
+    double unit = i->angles ? acos(0) : 1, low = i->has_low ? unit * i->low : -INFINITY, high = i->has_high ? unit * i->high : INFINITY;
+    return i->closed ? low <= x && x <= high : low < x && x < high;
+}
+
+/* It has a value just where the table says, one of those that the table says, and reaches near to their ends. */
+static void intervals(enum expr_op op)
+{
+    const struct expr_interval *domain = expr_op_domain(op), *values = expr_op_values(op);
+    double least = INFINITY, most = -INFINITY, unit = values->angles ? acos(0) : 1;
+    for (double x = -40; x <= 40; x += 0.015625) {
+        double v = at(op, x);
+        CHECK(inside(domain, x) == (isfinite(v) != 0), "%s(%g)", expr_op_text(op), x);
+        if (!isfinite(v))
+            continue;
+        CHECK(inside(values, v) || fabs(x) > 18, "%s(%g) = %g", expr_op_text(op), x, v);     /* tanh rounds to 1 */
+        least = fmin(least, v);
+        most = fmax(most, v);
+    }
+    CHECK(values->has_low ? least - unit * values->low < 0.05 : least < -2, "%s: least %g", expr_op_text(op), least);
+    CHECK(values->has_high ? unit * values->high - most < 0.05 : most > 2, "%s: most %g", expr_op_text(op), most);
+    CHECK(((expr_op_traits(op) & EXPR_IS_1_AT_0) != 0) == (at(op, 0) == 1), "%s(0)", expr_op_text(op));
+}
+
+/* The derivative of the table against differences, and whether it grows. */
+static void slopes(enum expr_op op)
+{
+    const struct expr_slope *s = expr_op_slope(op);
+    const double h = 1e-5;
+    bool grows = true;
+    for (double x = -3.96; x < 4; x += 0.07) {
+        double up = at(op, x + h), down = at(op, x - h), v = at(op, x), w = s->of == EXPR_OF_VALUE ? v : x;
+        double d = s->of == EXPR_OF_NOTHING ? 0 : s->of == EXPR_OF_FUNCTION ? s->sign * at(s->function, x)
+            : s->sign * pow(s->shift + s->factor * pow(w, s->power), s->halves / 2.0);
+        if (!isfinite(up) || !isfinite(down))
+            continue;
+        double difference = (up - down) / (2 * h);
+        CHECK(fabs(d - difference) <= 1e-6 * (1 + pow(fabs(difference), 3)), "%s'(%g) = %g, %g", expr_op_text(op), x, d, difference);
+        grows = grows && up > down;
+    }
+    CHECK(((expr_op_traits(op) & EXPR_GROWS) != 0) == grows || op == EXPR_TAN, "%s grows", expr_op_text(op));
+}
+
 int main(void)
 {
     int functions = 0;
@@ -80,6 +125,8 @@ int main(void)
         end((enum expr_op)op);
         steep((enum expr_op)op);
         branches((enum expr_op)op);
+        intervals((enum expr_op)op);
+        slopes((enum expr_op)op);
     }
     CHECK(functions == 18, "%d functions", functions);
     end(EXPR_POW);

@@ -4,10 +4,14 @@
 #include <string.h>
 
 #include "budget.h"
+#include "ball.h"
 #include "check.h"
 #include "form.h"
 #include "mech.h"
+#include "oracle.h"
 #include "parse.h"
+#include "points.h"
+#include "reduction.h"
 
 static struct expr_store st;
 static struct sys_system s;
@@ -74,7 +78,7 @@ static void end(void)
 
 static double at(struct mech_fibre *f, expr_id e)
 {
-    struct num_ball *b = &f->oracle.real[0].ball;
+    struct num_ball *b = &f->oracle->real[0].ball;
     num_ball_extend(b);
     return arf_get_d(arb_midref(num_ball_value(b, e)), ARF_RND_NEAR);
 }

@@ -10,6 +10,8 @@
 #include "budget.h"
 #include "check_read.h"
 #include "oracle.h"
+#include "points.h"
+#include "points_random.h"
 #include "reduction.h"
 #include "system.h"
 

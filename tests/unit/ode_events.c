@@ -145,9 +145,49 @@ static void test_stop(void)
     ode_result_free(&r);
 }
 
+/* (x - r_0)(x - r_1)... along x = t: how many events, and the least distance of each from its zero. */
+struct roots { int count; double at[6]; };
+static void product(void *c, double t, const double *x, double *g)
+{
+    const struct roots *r = c;
+    (void)t;
+    *g = 1;
+    for (int k = 0; k < r->count; k++)
+        *g *= x[0] - r->at[k];
+}
+
+/* A zero that stands twice is one touch; they are ascending. */
+static void test_products(void)
+{
+    static struct roots sets[] = { { 4, { 0.25, 0.5, 0.7, 0.7001 } }, { 4, { 0.25, 0.5, 0.7, 0.7 } }, { 6, { 0.11, 0.1101, 0.4, 0.4, 0.9, 0.9003 } },
+                                   { 5, { 0.2, 0.2, 0.31, 0.77, 0.77 } }, { 3, { 0.6, 0.6005, 0.601 } }, { 2, { 0.5, 0.5 } } };
+    const char *methods[] = { "dop853", "tsit5", "radau" };
+    for (int k = 0; k < 18; k++) {
+        struct roots *w = sets + k % 6;
+        struct ode_event spec = { 0, false };
+        struct ode_problem p = { .n = 2, .ctx = w, .rhs = lazy, .events = 1, .event_spec = &spec, .event = product };
+        double x[] = { 0, 0 }, t[] = { 1 };
+        struct ode_start start = { 0, x, 1, t };
+        struct ode_options o = ode_options_default();
+        struct ode_result r;
+        int at = 0;
+        o.method = methods[k / 6];
+        CHECK(ode_solve(&p, &start, &o, &r, NULL) && r.end.reason == ODE_NONE);
+        for (int i = 0; i < w->count; i++, at++) {
+            bool twice = i + 1 < w->count && w->at[i + 1] == w->at[i];
+            CHECK(at < r.happened && fabs(r.happening[at].t - w->at[i]) < 1e-7, "%s, set %d: zero %g", o.method, k % 6, w->at[i]);
+            CHECK(at >= r.happened || (r.happening[at].crossing == 0) == twice, "%s, set %d: kind of %g", o.method, k % 6, w->at[i]);
+            i += twice;
+        }
+        CHECK(at == r.happened, "%s, set %d: %d events of %d", o.method, k % 6, r.happened, at);
+        ode_result_free(&r);
+    }
+}
+
 int main(void)
 {
     test_closed();
+    test_products();
     test_grazing();
     test_stop();
     return CHECK_END();

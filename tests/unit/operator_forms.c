@@ -8,6 +8,7 @@
 
 #include "error.h"
 #include "operator.h"
+#include "popov.h"
 
 static uint64_t state;
 

@@ -1,8 +1,10 @@
 /* Points and the zero oracle: what is found, what is proved, and what each decision rests
  * on; identities that hold, near misses that do not. */
 #include "check.h"
+#include "ball.h"
 #include "oracle.h"
 #include "parse.h"
+#include "points.h"
 
 #include <math.h>
 #include <string.h>

@@ -4,6 +4,7 @@
 #include "check.h"
 #include "oracle.h"
 #include "points.h"
+#include "points_random.h"
 #include "reduction.h"
 #include "system.h"
 

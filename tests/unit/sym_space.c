@@ -5,6 +5,7 @@
 
 #include "check.h"
 #include "points.h"
+#include "points_random.h"
 
 enum { MOST = 12 };
 

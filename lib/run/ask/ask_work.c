@@ -6,6 +6,7 @@
 
 #include "integrate.h"
 #include "oracle.h"
+#include "points.h"
 #include "reduction.h"
 #include "request.h"
 #include "run_job.h"
@@ -31,7 +32,7 @@ void ask_begin(struct ask_work *s, struct job *j, const struct request_ports *p,
     const struct request *r = j->request;
     bool own = p->outputs > 0;
     *s = (struct ask_work){ .j = j, .rq = { .sys = &r->system, .sol = j->solution, .oracle = j->oracle, .output = own ? p->output : r->output,
-                                            .outputs = own ? p->outputs : r->outputs, .budget = &j->budget } };
+                                            .outputs = own ? p->outputs : r->outputs, .budget = j->budget } };
     set_inputs(s, p);
     s->ports = (struct linear_ports){ s->rq.input, s->rq.inputs, own ? p->output_text : r->output_name, s->rq.outputs };
     sga_json_begin(&s->json, out);
@@ -44,7 +45,7 @@ static bool at_point(struct ask_work *s, const struct linear_guess *guess, bool 
     struct linearization l;
     bool ok = linearize(&l, &s->rq, guess, j->err) && s->take(s, &l, anywhere);
     linearization_clear(&l);
-    return ok && sga_budget_ok(&j->budget, j->err) && answer_fits(j, s->json.out);
+    return ok && job_goes_on(j) && answer_fits(j, s->json.out);
 }
 
 static void give(struct ask_work *s, const struct request_initial *initial, int count, struct traj_request *r, expr_id *exact)
@@ -72,7 +73,7 @@ static struct traj_request motion(struct ask_work *s, double start)
     return (struct traj_request){
         .start = start, .held = held, .rtol = j->request->accuracy.rtol, .atol = j->request->accuracy.atol, .own_atol = j->request->accuracy.own_atol,
         .on = j->oracle->reals && j->oracle->real[0].variables == j->request->system.variables ? j->oracle->real[0].x : NULL,
-        .method = j->request->accuracy.method, .arithmetic = TRAJ_DOUBLE, .budget = &j->budget };
+        .method = j->request->accuracy.method, .arithmetic = TRAJ_DOUBLE, .budget = j->budget };
 }
 
 bool ask_at_values(struct ask_work *s, double time, const struct request_initial *initial, int count, bool anywhere)
@@ -84,7 +85,7 @@ bool ask_at_values(struct ask_work *s, double time, const struct request_initial
     give(s, initial, count, &r, exact);
     if (!traj_consistent(&j->request->system, j->solution, &r, &start, j->err))
         return false;
-    struct linear_guess guess = { .x = start.x, .t = time, .exact = exact, .budget = &j->budget };
+    struct linear_guess guess = { .x = start.x, .t = time, .exact = exact, .budget = j->budget };
     bool ok = at_point(s, &guess, anywhere);
     traj_initial_clear(&start);
     return ok;
@@ -96,7 +97,7 @@ static bool at_rows(struct ask_work *s, const struct traj_result *rows)
     bool ok = true;
     assert(rows->columns == n);
     for (int k = 0; k < rows->rows && ok; k++) {
-        struct linear_guess guess = { .x = rows->value + (size_t)k * (size_t)n, .t = rows->t[k], .budget = &s->j->budget };
+        struct linear_guess guess = { .x = rows->value + (size_t)k * (size_t)n, .t = rows->t[k], .budget = s->j->budget };
         ok = at_point(s, &guess, false);
     }
     return ok;

@@ -4,6 +4,7 @@
 #include "ask_work.h"
 #include "request.h"
 #include "run_job.h"
+#include "stage_clock.h"
 
 /* anywhere: the answer must not depend on the point. */
 static bool take(struct ask_work *s, const struct linearization *l, bool anywhere)
@@ -13,7 +14,7 @@ static bool take(struct ask_work *s, const struct linearization *l, bool anywher
     if (anywhere && !l->constant)
         return sga_fail_at(j->err, SGA_E_MISSING_MEMBER, "/linearization", "the system is not linear with constant coefficients: say where it is to be "
                            "linearized, by \"trajectory\" with \"initial\", or by linearization.at");
-    bool ok = linear_modes_find(&m, l, &j->budget, j->err);
+    bool ok = linear_modes_find(&m, l, j->budget, j->err);
     if (ok)
         linear_write(j, &s->ports, l, &m, !anywhere, &s->json);
     linear_modes_clear(&m);
@@ -36,7 +37,7 @@ static bool everywhere(struct ask_work *s)
 bool answer_linearization(struct job *j)
 {
     struct ask_work s;
-    stage_begin(&j->clock, STAGE_LINEARIZATION);
+    stage_begin(j->clock, STAGE_LINEARIZATION);
     j->ask = j->ask ? j->ask : sga_zeros(&j->mem, 1, sizeof *j->ask);
     if (!ask_possible(j))
         return false;

@@ -2,11 +2,13 @@
 #include "ask.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "ask_work.h"
 #include "request.h"
 #include "run_job.h"
+#include "stage_clock.h"
 #include "transfer_response.h"
 #include "transfer_matrix.h"
 
@@ -79,7 +81,7 @@ static bool write_response(struct ask_work *s, const struct transfer_matrix *t, 
         for (int k = 0; k < 2 * s->rq.outputs * s->rq.inputs; k++)
             sga_json_double(w, value.number[k]);
         sga_json_end_array(w);
-        ok = sga_budget_ok(&s->j->budget, s->j->err) && answer_fits(s->j, w->out);
+        ok = job_goes_on(s->j) && answer_fits(s->j, w->out);
     }
     transfer_response_clear(&value);
     sga_json_end_array(w);
@@ -100,7 +102,7 @@ static bool write_exact(struct ask_work *s, const struct transfer_equations *e, 
     enum transfer_status status = transfer_matrix_find(&t, e);
     if (status != TRANSFER_OK)
         return refuse(j, status, s->ports.outputs ? s->ports.output[t.which] : "");
-    bool ok = transfer_matrix_poles(&t, &poles, &zeros, &j->budget, j->err);
+    bool ok = transfer_matrix_poles(&t, &poles, &zeros, j->budget, j->err);
     if (ok) {
         sga_json_object(w);
         linear_write_ports(&s->ports, w);
@@ -129,7 +131,7 @@ static bool write_enclosed(struct ask_work *s, const struct linearization *l)
     struct sga_json *w = &s->json;
     struct linear_modes m;
     struct spectrum_of none = { .missing = "" };
-    bool ok = linear_modes_find(&m, l, &s->j->budget, s->j->err);
+    bool ok = linear_modes_find(&m, l, s->j->budget, s->j->err);
     if (ok) {
         bool minimal = m.controllable.dimension == l->states && m.observable.dimension == l->states;
         sga_json_object(w);
@@ -149,6 +151,8 @@ static bool write_enclosed(struct ask_work *s, const struct linearization *l)
         sga_json_object(w);
         sga_json_member_string(w, "from", "linearization");
         sga_json_member_string(w, "matrix", "enclosed: entries of the state form are no rational numbers");
+        if (minimal && m.zeros.missing && m.zeros.missing[0])
+            sga_json_member_string(w, "zeros", m.zeros.missing);
         if (!minimal)
             sga_json_member_string(w, "poles", "not told: it is not proved that inputs reach and outputs show all eigenvalues");
         sga_json_end_object(w);
@@ -188,24 +192,37 @@ static bool run(struct ask_work *s)
     if (j->request->op.has)
         return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/want", "the form operator answers with the series of its transfer matrix and a state form by itself; for "
                            "rational functions give form \"descriptor\" or \"linear\"");
-    if (!ports(s))
+    if (!ask_possible(j) || !ports(s))
         return false;
     bool ok = linear_given(&given, &s->rq, &constant, j->err);
     struct transfer_equations e = { &given.E, &given.F, &given.DA, &given.DB, &given.DC, &given.DD };
     if (ok && constant)
         ok = write_exact(s, &e, "equations");
     linearization_clear(&given);
-    return ok && (constant || (ask_possible(j) && ask_at_start(s)));
+    return ok && (constant || ask_at_start(s));
+}
+
+/* What linearizing says of its inputs is about the transfer matrix's here. */
+static void point_to_transfer(struct sga_error *err)
+{
+    static const char from[] = "/linearization/";
+    char rest[sizeof err->pointer];
+    if (strncmp(err->pointer, from, strlen(from)) != 0)
+        return;
+    snprintf(rest, sizeof rest, "%s", err->pointer + strlen(from));
+    snprintf(err->pointer, sizeof err->pointer, "/transfer/%.200s", rest);
 }
 
 bool answer_transfer(struct job *j)
 {
     struct ask_work s;
-    stage_begin(&j->clock, STAGE_LINEARIZATION);
+    stage_begin(j->clock, STAGE_TRANSFER);
     j->ask = j->ask ? j->ask : sga_zeros(&j->mem, 1, sizeof *j->ask);
     ask_begin(&s, j, &j->request->transfer.ports, &j->ask->transfer);
     s.take = take;
     bool ok = run(&s);
+    if (!ok)
+        point_to_transfer(j->err);
     sga_arena_end(&s.mem);
     return ok;
 }

@@ -10,9 +10,11 @@
 #include "integrate.h"
 #include "mem.h"
 #include "oracle.h"
+#include "points.h"
 #include "reduction.h"
 #include "request.h"
 #include "seeds.h"
+#include "stage_clock.h"
 #include "sweep.h"
 #include "system.h"
 #include "tradeoff.h"
@@ -30,7 +32,7 @@ static bool with_conditions(struct job *j, struct sga_solution *solution, struct
         snprintf(source, sizeof source, "trajectory.gauge.conditions[%d]", k);
         sys_add_row(&j->request->system, t->condition[k], source);
     }
-    struct reduction_options options = { .near = j->start.x, .near_given = j->start.given, .near_time = j->start.time, .parameter_near = j->start.parameter, .seed = SGA_SEED_MOTION, .budget = &j->budget,
+    struct reduction_options options = { .near = j->start.x, .near_given = j->start.given, .near_time = j->start.time, .parameter_near = j->start.parameter, .seed = SGA_SEED_MOTION, .budget = j->budget,
                                    .gauge_fields = j->request->want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF), .gauge_nodes = answer_gauge_nodes(j) };
     points_oracle_init(oracle, 20250102);
     if (!sga_reduce(&j->request->system, &options, oracle, solution, j->err)) {
@@ -75,7 +77,7 @@ static bool integrate(struct job *j, const struct sga_solution *solution, struct
         traj_result_clear(j->trajectory);
         *j->trajectory = again;
     }
-    return sga_budget_ok(&j->budget, j->err);
+    return job_goes_on(j);
 }
 
 static bool start(struct job *j, const struct sga_solution *solution, struct traj_request *r)
@@ -89,7 +91,7 @@ static bool start(struct job *j, const struct sga_solution *solution, struct tra
 
 static bool run(struct job *j, const struct sga_solution *solution, struct points_oracle *oracle, struct traj_request *r)
 {
-    stage_begin(&j->clock, STAGE_INITIAL);
+    stage_begin(j->clock, STAGE_INITIAL);
     answer_integrals(j, solution, oracle, r);
     r->on = oracle->reals && oracle->real[0].variables == j->request->system.variables ? oracle->real[0].x : NULL;
     if (j->request->want & REQUEST_CONSISTENT_INITIAL) {
@@ -100,7 +102,7 @@ static bool run(struct job *j, const struct sga_solution *solution, struct point
     if (j->request->want & REQUEST_TRAJECTORY && j->request->sweeps)
         return answer_sweep(j, solution, r);
     if (j->request->want & REQUEST_TRAJECTORY) {
-        stage_begin(&j->clock, STAGE_TRAJECTORY);
+        stage_begin(j->clock, STAGE_TRAJECTORY);
         if (!integrate(j, solution, r))
             return false;
     }
@@ -137,7 +139,7 @@ bool answer_own_motion(struct job *j)
         .event = event, .events = t->events,
         .rtol = j->request->accuracy.rtol, .atol = j->request->accuracy.atol, .own_atol = j->request->accuracy.own_atol,
         .method = j->request->accuracy.method, .arithmetic = (enum traj_arithmetic)j->request->accuracy.arithmetic,
-        .budget = &j->budget,
+        .budget = j->budget,
     };
     bool tradeoff = j->request->want & REQUEST_TRADEOFF;
     if (j->request->tables && r.arithmetic == TRAJ_AUTO)
@@ -188,5 +190,5 @@ void answer_motion_drop(struct job *j)
 void answer_motion_clear(struct job *j)
 {
     answer_motion_drop(j);
-    sga_buf_free(&j->sweep);
+    free(j->sweep);
 }

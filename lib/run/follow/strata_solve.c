@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "budget.h"
 #include "cases.h"
 #include "follow.h"
 #include "job_texts.h"
@@ -17,6 +18,7 @@
 #include "reduce.h"
 #include "reduction.h"
 #include "request.h"
+#include "stage_clock.h"
 #include "strata.h"
 #include "strata_case.h"
 #include "stratum.h"
@@ -136,11 +138,15 @@ static bool reduce(struct job *j, double *near, double time)
 /* A job that shares the request (whose system is the stratum's) and its place among strata, and nothing else: its warnings are its own. */
 static struct job fresh(const struct job *j, struct sga_error *err)
 {
-    struct job own = { .request = j->request, .budget = j->budget, .host = j->host, .stages = j->stages, .strata = { .tree = j->strata.tree },
+    struct job own = { .request = j->request, .host = j->host, .stages = j->stages, .strata = { .tree = j->strata.tree },
                        .err = err, .stage = j->stage, .place = j->place };
     own.place.not_zero = NULL;
     own.place.not_zeros = 0;
-    own.warnings = own.budget.warnings = sga_zeros(&own.mem, 1, sizeof *own.warnings);
+    own.clock = sga_zeros(&own.mem, 1, sizeof *own.clock);
+    own.warnings = sga_zeros(&own.mem, 1, sizeof *own.warnings);
+    own.budget = sga_zeros(&own.mem, 1, sizeof *own.budget);
+    *own.budget = *j->budget;
+    own.budget->warnings = own.warnings;
     return own;
 }
 
@@ -230,11 +236,11 @@ bool strata_mechanical(struct job *j, struct sga_error *err)
 {
     const struct sys_system *sys = &j->request->system;
     struct expr_store *st = &j->request->store;
-    if (!j->request->has_mechanical)
+    if (!j->request->mechanical)
         return true;
     SGA_ARENA(mem);
     unsigned char *multiplier = sga_zeros(&mem, (size_t)st->symbols + 1, 1);
-    for (int k = 2 * j->request->mechanical.coordinates; k < sys->variables; k++)
+    for (int k = 2 * j->request->mechanical->coordinates; k < sys->variables; k++)
         multiplier[sys->variable[k].symbol] = 1;
     bool of_multipliers = false;
     struct expr_cone cone;
@@ -251,7 +257,7 @@ bool strata_mechanical(struct job *j, struct sga_error *err)
 
 bool strata_enter(struct job *j, struct stratum *s, struct strata_frame *f, struct sga_error *err)
 {
-    if (!strata_case_make(&f->part, &j->request->system, j->request->has_mechanical ? &j->request->mechanical : NULL, s, err))
+    if (!strata_case_make(&f->part, &j->request->system, j->request->mechanical, s, err))
         return false;
     assert(j->place.inside <= j->place.depth && (!j->place.is_case || j->place.part));
     f->keep = *j;
@@ -265,7 +271,7 @@ bool strata_enter(struct job *j, struct stratum *s, struct strata_frame *f, stru
     f->request = *j->request;
     j->request->system = f->part.system;
     if (f->part.mechanical.mass)
-        j->request->mechanical = f->part.mechanical;
+        j->request->mechanical = &f->part.mechanical;
     j->request->name = NULL;
     return true;
 }
@@ -336,7 +342,7 @@ bool answer_strata_solve(struct job *j)
     bool top = !j->strata.tree;
     if (!j->request->strata || !texts_written(j))
         return true;
-    stage_begin(&j->clock, STAGE_STRATA);
+    stage_begin(j->clock, STAGE_STRATA);
     if (top) {
         j->strata.tree = &own;
         own.restrictions = j->request->system.restrictions;
@@ -355,10 +361,10 @@ bool answer_strata_solve(struct job *j)
         bool is_case = s->part.wheres > 0;
         if (!is_case && j->place.inside >= DEPTH) {
             refuse(s, "strata inside each other", DEPTH);
-            sga_limit_met(&j->budget, SGA_LIMIT_STRATA_INSIDE);
+            sga_limit_met(j->budget, SGA_LIMIT_STRATA_INSIDE);
         } else if (is_case ? j->strata.tree->cases++ >= MOST_CASES : j->strata.tree->solved++ >= MOST) {
             refuse(s, is_case ? "cases of parameters" : "strata", is_case ? MOST_CASES : MOST);
-            sga_limit_met(&j->budget, is_case ? SGA_LIMIT_CASES_SOLVED : SGA_LIMIT_STRATA_SOLVED);
+            sga_limit_met(j->budget, is_case ? SGA_LIMIT_CASES_SOLVED : SGA_LIMIT_STRATA_SOLVED);
         } else {
             solve_one(j, s, number);
         }

@@ -5,6 +5,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "budget.h"
+#include "buf.h"
 #include "reduction.h"
 #include "request.h"
 #include "system.h"
@@ -59,6 +61,16 @@ const char *answer_variable_name(const struct job *j, int variable)
 {
     assert(variable >= 0 && variable < j->request->system.variables);
     return j->request->store.symbol[j->request->system.variable[variable].symbol].name;
+}
+
+bool job_goes_on(const struct job *j)
+{
+    return sga_budget_ok(j->budget, j->err);
+}
+
+bool job_has_left(const struct job *j)
+{
+    return sga_budget_ok(j->budget, NULL);
 }
 
 size_t answer_limit(const struct job *j)

@@ -8,10 +8,7 @@
 #include <stddef.h>
 
 #include "arena.h"
-#include "budget.h"
-#include "buf.h"
 #include "expr.h"
-#include "stage_clock.h"
 
 struct cases_part;
 struct form_tangent;
@@ -25,6 +22,8 @@ struct operator_answer;
 struct points_oracle;
 struct request;
 struct request_initial;
+struct sga_buf;
+struct sga_budget;
 struct sga_error;
 struct sga_solution;
 struct sga_warnings;
@@ -57,10 +56,10 @@ struct job {
         void *ctx;
     } host;
     const struct job_stage *stages;
-    struct sga_budget budget;
+    struct sga_budget *budget;    /* in mem, or the owner's */
     struct sga_warnings *warnings;   /* the budget points to it: of this answer, not of its strata; or NULL */
     struct sga_arena mem;         /* what stages keep, until the job is cleared */
-    struct stage_clock clock;
+    struct stage_clock *clock;    /* in mem: of this answer, not of its strata */
     double spent;                 /* seconds of the time granted, before */
     const char *stage;            /* the last that was begun */
     struct sga_error *err;
@@ -103,17 +102,17 @@ struct job {
         struct strata_tree *tree; /* of all strata being solved; NULL at the request's own answer until then */
         int moves_on;             /* 1 + the stratum that the trajectory lies on; 0: none */
     } strata;
-    struct sga_buf signs;         /* JSON: an assumption on signs of parameters, or empty */
+    char *signs;                  /* JSON: an assumption on signs of parameters, or NULL */
     struct sga_witness *witness;
     struct structure *structure;
-    struct sga_buf kronecker;     /* JSON value of the member, where structure is wanted */
+    char *kronecker;              /* JSON value of the member, where structure is wanted; or NULL */
     bool kronecker_is_linear;     /* and it is a structure, not a reason */
     struct job_symmetries *symmetries;
     struct job_integrals *integrals;
     struct traj_initial *initial;
     int initial_residuals;        /* constraints of the solution that it belongs to */
     struct traj_result *trajectory;
-    struct sga_buf sweep;         /* JSON: those of a sweep, or empty */
+    char *sweep;                  /* JSON: those of a sweep, or NULL */
     struct tradeoff *tradeoff;
     struct job_ask *ask;          /* linearization and what else is asked of the reduced system */
 };
@@ -124,6 +123,10 @@ bool job_run(struct job *j, bool follows);
 void job_clear(struct job *j);
 /* The stage that errors name, and progress where fraction is 0 or more. */
 void job_progress(struct job *j, const char *stage, double fraction);
+
+/* True while time, memory and nobody's end let it work on; otherwise j->err says what does not. The other says nothing. */
+bool job_goes_on(const struct job *j);
+bool job_has_left(const struct job *j);
 
 /* Bytes that the result may have. */
 size_t answer_limit(const struct job *j);

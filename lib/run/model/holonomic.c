@@ -8,10 +8,10 @@
 #include <string.h>
 
 #include "arena.h"
+#include "buf.h"
 #include "derive.h"
 #include "echelon.h"
 #include "facts.h"
-#include "mem.h"
 #include "oracle.h"
 #include "reduce.h"
 #include "reduction.h"
@@ -62,7 +62,7 @@ static struct sys_system constraints_alone(const struct job *j, int *row)
 /* The index of the first constraint that is regular nowhere on the common zeros; -1: none. */
 static int find_irregular(struct job *j, const struct sys_system *only)
 {
-    struct reduction_options options = { .near = j->start.x, .near_time = j->start.time, .seed = SGA_SEED_REDUCTION, .budget = &j->budget };
+    struct reduction_options options = { .near = j->start.x, .near_time = j->start.time, .seed = SGA_SEED_REDUCTION, .budget = j->budget };
     struct sga_error err = { 0 };
     struct points_oracle oracle;
     struct sga_solution sol;
@@ -117,7 +117,7 @@ static int dependent(struct job *j, const struct sys_system *only, const struct 
     struct echelon ech;
     struct expr_facts facts;
     struct sga_error err = { 0 };
-    struct ech_context ctx = { .st = only->store, .facts = &facts, .oracle = oracle, .budget = &j->budget, .err = &err };
+    struct ech_context ctx = { .st = only->store, .facts = &facts, .oracle = oracle, .budget = j->budget, .err = &err };
     int count = 0;
     bool ok = oracle->reals > 0;
     ech_init(&ech, only->variables);
@@ -168,7 +168,7 @@ static bool fix_multiplier(struct job *j, int a)
 bool answer_holonomic_redundant(struct job *j)
 {
     const struct sys_system *sys = &j->request->system;
-    struct reduction_options options = { .near = j->start.x, .near_time = j->start.time, .seed = SGA_SEED_REDUCTION, .budget = &j->budget };
+    struct reduction_options options = { .near = j->start.x, .near_time = j->start.time, .seed = SGA_SEED_REDUCTION, .budget = j->budget };
     struct sga_error err = { 0 };
     struct points_oracle oracle;
     struct sga_solution sol;

@@ -7,6 +7,8 @@
 #include <string.h>
 
 #include "arena.h"
+#include "budget.h"
+#include "buf.h"
 #include "form.h"
 #include "mech.h"
 #include "mechanical_answer.h"
@@ -15,12 +17,13 @@
 #include "reduction.h"
 #include "request.h"
 #include "seeds.h"
+#include "stage_clock.h"
 #include "system.h"
 #include "warnings.h"
 
 static struct reduction_options options_of(const struct job *j)
 {
-    return (struct reduction_options){ .near = j->start.x, .near_time = j->start.time, .seed = SGA_SEED_FIBRE, .budget = &j->budget };
+    return (struct reduction_options){ .near = j->start.x, .near_time = j->start.time, .seed = SGA_SEED_FIBRE, .budget = j->budget };
 }
 
 /* More conditions than constraints: names for their multipliers, by the rule of the reader. */
@@ -32,7 +35,7 @@ static void add_multipliers(struct job *j, int more)
     struct sga_buf name = { 0 };
     for (int k = 0; k < more; k++) {
         sga_buf_clear(&name);
-        sga_buf_printf(&name, "lambda%d", s->variables - 2 * j->request->mechanical.coordinates + 1);
+        sga_buf_printf(&name, "lambda%d", s->variables - 2 * j->request->mechanical->coordinates + 1);
         while (expr_symbol_find(st, name.data, name.len) >= 0)
             sga_buf_put(&name, "_", 1);
         expr_symbol_add(st, name.data, EXPR_VARIABLE);
@@ -55,7 +58,7 @@ static void add_multipliers(struct job *j, int more)
 static void fix_multipliers(struct job *j, const int *column, int conditions)
 {
     struct sys_system *s = &j->request->system;
-    for (int k = 2 * j->request->mechanical.coordinates; k < s->variables; k++) {
+    for (int k = 2 * j->request->mechanical->coordinates; k < s->variables; k++) {
         bool used = false;
         for (int i = 0; i < conditions; i++)
             used = used || column[i] == k;
@@ -76,7 +79,7 @@ static expr_id reaction(const struct job *j, const int *column, int i)
     const struct sys_system *s = &j->request->system;
     expr_id sum = expr_int(s->store, 0);
     for (int k = 0; k < f->conditions; k++)
-        sum = expr_add(s->store, sum, expr_mul(s->store, f->H[(size_t)k * (size_t)j->request->mechanical.coordinates + (size_t)i],
+        sum = expr_add(s->store, sum, expr_mul(s->store, f->H[(size_t)k * (size_t)j->request->mechanical->coordinates + (size_t)i],
                                                s->store->symbol[s->variable[column[k]].symbol].node));
     return sum;
 }
@@ -90,9 +93,9 @@ static void give_reactions(struct job *j, const int *column)
         return;
     SGA_ARENA(mem);
     expr_id *map = sga_zeros(&mem, (size_t)r->store.symbols + 1, sizeof *map), power = expr_int(&r->store, 0);
-    for (int i = 0; i < r->mechanical.coordinates; i++) {
+    for (int i = 0; i < r->mechanical->coordinates; i++) {
         expr_id R = reaction(j, column, i);
-        power = expr_add(&r->store, power, expr_mul(&r->store, R, r->store.symbol[r->mechanical.velocity[i]].node));
+        power = expr_add(&r->store, power, expr_mul(&r->store, R, r->store.symbol[r->mechanical->velocity[i]].node));
         if (r->forces.reaction[i])
             map[r->store.node[r->forces.reaction[i]].a] = R;
     }
@@ -107,14 +110,14 @@ static void give_reactions(struct job *j, const int *column)
 bool answer_mechanical(struct job *j)
 {
     struct request *r = j->request;
-    const struct form_mechanical *in = &r->mechanical;
+    const struct form_mechanical *in = r->mechanical;
     struct reduction_options options = options_of(j);
     j->mechanical = sga_calloc(1, sizeof *j->mechanical);
     struct mech_fibre *f = &j->mechanical->fibre;
-    stage_begin(&j->clock, STAGE_MECHANICAL);
+    stage_begin(j->clock, STAGE_MECHANICAL);
     if (!mech_fibre_find(f, &r->system, in, &options, j->err))
         return false;
-    if (f->W.verdict == SGA_INCONSISTENT)
+    if (f->W->verdict == SGA_INCONSISTENT)
         return true;
     int multipliers = r->system.variables - 2 * in->coordinates;
     if (f->conditions > multipliers)
@@ -137,7 +140,7 @@ bool answer_mechanical(struct job *j)
 static bool is_determined(const struct job *j)
 {
     const struct sga_solution *sol = j->solution;
-    int W = 2 * j->request->mechanical.coordinates - j->mechanical->fibre.W.constraints;
+    int W = 2 * j->request->mechanical->coordinates - j->mechanical->fibre.W->constraints;
     return sol->verdict != SGA_INCONSISTENT && sol->free_columns == 0 && j->request->system.variables - sol->constraints == W;
 }
 
@@ -145,30 +148,30 @@ bool answer_mechanical_motion(struct job *j)
 {
     struct mechanical_answer *m = j->mechanical;
     unsigned want = j->request->want;
-    stage_begin(&j->clock, STAGE_MECHANICAL);
-    if (m->fibre.W.verdict == SGA_INCONSISTENT)
+    stage_begin(j->clock, STAGE_MECHANICAL);
+    if (m->fibre.W->verdict == SGA_INCONSISTENT)
         return true;
     m->determined = is_determined(j);
     bool unique = j->solution->verdict == SGA_UNIQUE || j->solution->verdict == SGA_ISOLATED;
     m->has_motion = want & REQUEST_VECTOR_FIELD && unique && (m->determined || j->solution->field);
     /* On a subset of W what determines the acceleration may be the subset instead of the masses. */
     if (m->has_motion && m->determined && !(j->request->system.restrictions && j->solution->field))
-        mech_motion_find(&m->motion, &m->fibre, &j->request->mechanical);
+        mech_motion_find(&m->motion, &m->fibre, j->request->mechanical);
     else if (m->has_motion)
-        mech_motion_of(&m->motion, &m->fibre, &j->request->mechanical, j->solution->field + j->request->mechanical.coordinates);
+        mech_motion_of(&m->motion, &m->fibre, j->request->mechanical, j->solution->field + j->request->mechanical->coordinates);
     if (want & (REQUEST_VECTOR_FIELD | REQUEST_CONSTRAINTS | REQUEST_INDEX | REQUEST_STRUCTURE)) {
         struct reduction_options options = options_of(j);
-        struct sga_budget part = j->budget;      /* the search must not take the whole job's time */
+        struct sga_budget part = *j->budget;      /* the search must not take the whole job's time */
         double soon = sga_now() + (j->place.depth ? SGA_MOST_STRATUM_RANK_SECONDS : SGA_MOST_RANK_SECONDS);
         if (!part.deadline || part.deadline > soon)
             part.deadline = soon;
         options.budget = &part;
-        mech_regularity_find(&m->regularity, &m->fibre, &j->request->mechanical, &options);
+        mech_regularity_find(&m->regularity, &m->fibre, j->request->mechanical, &options);
         m->has_regularity = true;
-        if (!sga_budget_ok(&part, NULL) && sga_budget_ok(&j->budget, NULL))
-            sga_limit_met(&j->budget, j->place.depth ? SGA_LIMIT_STRATUM_RANK_SECONDS : SGA_LIMIT_RANK_SECONDS);
+        if (!sga_budget_ok(&part, NULL) && job_has_left(j))
+            sga_limit_met(j->budget, j->place.depth ? SGA_LIMIT_STRATUM_RANK_SECONDS : SGA_LIMIT_RANK_SECONDS);
     }
-    return sga_budget_ok(&j->budget, j->err);
+    return job_goes_on(j);
 }
 
 void answer_mechanical_clear(struct job *j)

@@ -15,6 +15,7 @@
 #include "ratio_matrix.h"
 #include "reduce.h"
 #include "request.h"
+#include "stage_clock.h"
 
 enum { TERMS = 2, FACTOR_BYTES = 2 << 20 };
 
@@ -100,10 +101,10 @@ static bool transfer(struct job *j, struct operator_answer *a, const struct op_p
 bool answer_operator(struct job *j)
 {
     struct operator_answer *a = sga_calloc(1, sizeof *a);
-    struct op_limits limits = { .budget = &j->budget };
+    struct op_limits limits = { .budget = j->budget };
     struct op_popov weak = { 0 }, full = { 0 };
     struct ore_matrix P;
-    stage_begin(&j->clock, STAGE_OPERATOR);
+    stage_begin(j->clock, STAGE_OPERATOR);
     j->op = a;
     if (!make_system(j, &a->system))
         return false;

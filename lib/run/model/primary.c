@@ -57,7 +57,7 @@ static void drop_rows(struct sys_system *sys)
 /* M0 alone: every velocity is free. */
 static bool find_m0(struct job *j, struct attempt *a)
 {
-    struct reduction_options options = { .near = j->start.x, .near_time = j->start.time, .seed = SGA_SEED_REDUCTION, .budget = &j->budget };
+    struct reduction_options options = { .near = j->start.x, .near_time = j->start.time, .seed = SGA_SEED_REDUCTION, .budget = j->budget };
     points_oracle_init(&a->oracle, 20250101);
     drop_rows(&j->request->system);
     set_restrictions(&j->request->system, a->given, a->givens);

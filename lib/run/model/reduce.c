@@ -5,13 +5,13 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "mem.h"
 #include "operator_answer.h"
 #include "oracle.h"
 #include "reduction.h"
 #include "request.h"
 #include "run_job.h"
 #include "seeds.h"
+#include "stage_clock.h"
 
 /* Sources that are only named were left out: what depends on them is not told, and the verdict is
  * the one for general sources. */
@@ -45,7 +45,7 @@ static bool solve(struct job *j)
     bool motion = j->request->want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF) && !j->request->trajectory.conditions;
     bool fields = j->request->want & (REQUEST_GAUGE | REQUEST_SYMMETRIES | REQUEST_LINEARIZATION | REQUEST_TRANSFER);
     struct reduction_options options = {
-        .near = j->start.x, .near_given = j->start.given, .near_time = j->start.time, .parameter_near = j->start.parameter, .seed = SGA_SEED_REDUCTION, .budget = &j->budget,
+        .near = j->start.x, .near_given = j->start.given, .near_time = j->start.time, .parameter_near = j->start.parameter, .seed = SGA_SEED_REDUCTION, .budget = j->budget,
         .combinations = j->request->want & (REQUEST_CONSTRAINTS | REQUEST_STRUCTURE),
         .gauge_fields = fields || motion,
         .gauge_nodes = fields ? 0 : answer_gauge_nodes(j),
@@ -57,7 +57,7 @@ static bool solve(struct job *j)
     points_oracle_init(j->oracle, 20250101);
     j->stage = "sga";            /* as the solver names it in its own errors */
     bool ok = sga_reduce(&j->request->system, &options, j->oracle, j->solution, j->err);
-    j->clock.sampling += j->oracle->seconds_sampling;
+    j->clock->sampling += j->oracle->seconds_sampling;
     return ok;
 }
 
@@ -65,7 +65,7 @@ bool answer_reduce(struct job *j)
 {
     if (j->place.depth)                /* a stratum: its rows are those of the whole, brought to form already */
         return solve(j);
-    stage_begin(&j->clock, STAGE_REDUCTION);
+    stage_begin(j->clock, STAGE_REDUCTION);
     bool ok = answer_holonomic(j, answer_primary(j, solve));
     if (ok && j->solution->verdict == SGA_UNDERDETERMINED && answer_holonomic_redundant(j))
         ok = solve(j);

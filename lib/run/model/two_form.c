@@ -6,7 +6,6 @@
 
 #include "form.h"
 #include "oracle.h"
-#include "points.h"
 #include "poly.h"
 #include "reduce.h"
 #include "request.h"
@@ -17,7 +16,7 @@ enum { MOST_CYCLES = 4000 };
 /* Zero on the whole space: by algebra where that decides, by points of the space otherwise. */
 static enum points_truth zero_everywhere(struct job *j, struct points_oracle *oracle, expr_id e)
 {
-    struct poly_limits limits = poly_limits_of(POLY_AMPLE, &j->budget);
+    struct poly_limits limits = poly_limits_of(POLY_AMPLE, j->budget);
     enum poly_truth t = poly_is_zero(&j->request->store, e, &limits);
     if (t != POLY_UNKNOWN)
         return t == POLY_YES ? POINTS_ZERO : POINTS_NONZERO;
@@ -26,7 +25,7 @@ static enum points_truth zero_everywhere(struct job *j, struct points_oracle *or
     if (!oracle->reals) {
         struct points_space space = {
             .st = sys->store, .variable = h->variable, .variables = h->variables, .parameter = sys->parameter,
-            .parameters = sys->parameters, .time = sys->time, .near = j->start.x, .near_time = j->start.time, .budget = &j->budget,
+            .parameters = sys->parameters, .time = sys->time, .near = j->start.x, .near_time = j->start.time, .budget = j->budget,
         };
         if (points_oracle_sample(oracle, &space) != POINTS_OK)
             return POINTS_UNKNOWN;
@@ -59,5 +58,5 @@ bool answer_two_form(struct job *j)
     }
     points_oracle_clear(&oracle);
     free(cycle);
-    return sga_budget_ok(&j->budget, j->err);
+    return job_goes_on(j);
 }

@@ -3,6 +3,7 @@
  * decided like everything else: X(f) = 0 and K(f) = 0 on the final set, by the oracle. */
 #include "integrate.h"
 
+#include "form.h"
 #include "run_job.h"
 
 #include <assert.h>
@@ -12,7 +13,6 @@
 #include "arena.h"
 #include "derive.h"
 #include "job_integrals.h"
-#include "mem.h"
 #include "oracle.h"
 #include "reduction.h"
 #include "request.h"

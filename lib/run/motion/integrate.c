@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "buf.h"
 #include "integrate.h"
 #include "operator.h"
 #include "operator_answer.h"

@@ -2,7 +2,8 @@
 #ifndef SGA_RUN_JOB_INTEGRALS_H
 #define SGA_RUN_JOB_INTEGRALS_H
 
-#include "oracle.h"
+#include "expr.h"
+#include "points_truth.h"
 
 struct job_integrals {
     expr_id *expr;

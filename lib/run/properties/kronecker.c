@@ -167,7 +167,7 @@ static bool shown_by_reduction(const struct job *j, const struct pencil_structur
 static bool write_without_spectrum(struct job *j, struct kronecker_system *k, const struct pencil *p, struct sga_json *w)
 {
     struct pencil_structure s;
-    struct pencil_options options = { .budget = &j->budget, .max_work = 1 };
+    struct pencil_options options = { .budget = j->budget, .max_work = 1 };
     struct spectrum e = { .missing = TOO_LONG };
     struct sga_error err = { 0 };
     if (!pencil_structure(p, &options, &s, &err))
@@ -180,7 +180,7 @@ static bool write_without_spectrum(struct job *j, struct kronecker_system *k, co
 static bool write_exact(struct job *j, struct kronecker_system *k, const struct pencil *p, struct sga_json *w)
 {
     struct pencil_structure s;
-    struct sga_budget budget = share_of(&j->budget);
+    struct sga_budget budget = share_of(j->budget);
     struct sga_error err = { 0 };
     struct pencil_options options = { .spectrum = true, .budget = &budget };
     struct spectrum e = { .missing = NULL };
@@ -194,7 +194,7 @@ static bool write_exact(struct job *j, struct kronecker_system *k, const struct 
     }
     if (ok)
         pencil_structure_clear(&s);
-    if (err.code == SGA_E_LIMIT_SECONDS && sga_budget_ok(&j->budget, j->err))
+    if (err.code == SGA_E_LIMIT_SECONDS && job_goes_on(j))
         return write_without_spectrum(j, k, p, w);
     return err.code == SGA_E_OK || left_out(j, k, &err);
 }
@@ -220,7 +220,7 @@ static bool better(const struct pencil_structure *a, const struct pencil_structu
 static bool write_generic(struct job *j, struct kronecker_system *k, struct sga_json *w)
 {
     struct sga_error err = { 0 };
-    struct pencil_options options = { .budget = &j->budget };
+    struct pencil_options options = { .budget = j->budget };
     struct spectrum e = { .missing = "the eigenvalues depend on symbolic parameters; give the parameters values" };
     struct pencil_structure best = { 0 };
     int n = j->request->system.parameters, found = 0;
@@ -264,13 +264,14 @@ static bool depends_on_parameters(struct job *j, const struct kronecker_system *
     return false;
 }
 
-bool kronecker_text(struct job *j, struct sga_buf *out, bool *has)
+bool kronecker_text(struct job *j, char **text, bool *has)
 {
-    assert(!out->len);                        /* the member is written once */
+    assert(!*text);                           /* the member is written once */
+    struct sga_buf out = { 0 };
     struct kronecker_system k;
     struct sga_json json, *w = &json;
     bool ok = true;
-    sga_json_begin(w, out);
+    sga_json_begin(w, &out);
     kronecker_read(j, &k);
     if (!k.reason[0] && depends_on_parameters(j, &k)) {
         ok = write_generic(j, &k, w);
@@ -289,5 +290,6 @@ bool kronecker_text(struct job *j, struct sga_buf *out, bool *has)
         sga_json_end_object(w);
     }
     kronecker_system_clear(&k);
+    *text = sga_buf_take(&out);
     return ok;
 }

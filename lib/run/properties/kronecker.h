@@ -6,7 +6,6 @@
 #include "pencil.h"
 
 struct job;
-struct sga_buf;
 
 /* Where the reduced system is A x' = B x + c(t), with functions of `restrict` as rows of B, and A, B
  * free of variables and time: its coefficients, each a rational number or an expression in the symbolic
@@ -33,8 +32,8 @@ void kronecker_system_clear(struct kronecker_system *k);
  * a coefficient is undefined there, or no rational number; then reason says which, and p is left empty. */
 bool kronecker_pencil(struct job *j, struct kronecker_system *k, const fmpz *value, struct pencil *p);
 
-/* Appends the JSON value of the member `kronecker`: an object with the structure, or {"reason"} where
+/* *text, which the caller frees, is the JSON value of the member `kronecker`: an object with the structure, or {"reason"} where
  * the system has none. *has tells which. False: the budget ended (j->err is filled). */
-bool kronecker_text(struct job *j, struct sga_buf *out, bool *has);
+bool kronecker_text(struct job *j, char **text, bool *has);
 
 #endif

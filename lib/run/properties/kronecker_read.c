@@ -8,7 +8,6 @@
 #include <string.h>
 
 #include "arena.h"
-#include "budget.h"
 #include "buf.h"
 #include "derive.h"
 #include "facts.h"
@@ -51,7 +50,7 @@ static bool refuse_text(struct linear_reader *r, const char *source, expr_id e, 
 
 static expr_id simplified(struct linear_reader *r, expr_id e)
 {
-    struct poly_limits limits = poly_limits_of(POLY_AMPLE, &r->j->budget);
+    struct poly_limits limits = poly_limits_of(POLY_AMPLE, r->j->budget);
     expr_id out;
     return poly_normal(&r->j->request->store, e, &limits, &out) ? out : e;
 }
@@ -112,7 +111,7 @@ static bool read_rows(struct linear_reader *r)
     for (int i = 0; i < sys->rows; i++) {
         const struct sys_row *row = sys->row + i;
         const char *name = row->source ? row->source : "a row";
-        if (!sga_budget_ok(&r->j->budget, NULL))
+        if (!job_has_left(r->j))
             return refuse(r->k, name, "the time limit was reached");
         for (int k = 0; k < row->entries; k++)
             if (!add(r, i, row->entry[k].col, false, row->entry[k].value, name))

@@ -9,14 +9,16 @@
 #include <string.h>
 
 #include "arena.h"
+#include "buf.h"
 #include "derive.h"
 #include "facts.h"
-#include "mem.h"
+#include "points_random.h"
 #include "properties.h"
 #include "reduction.h"
 #include "request.h"
 #include "seeds.h"
 #include "set_points.h"
+#include "stage_clock.h"
 #include "system.h"
 #include "warnings.h"
 
@@ -88,7 +90,7 @@ static bool point_at(struct job *j, const double *value, uint64_t *random, bool 
     on.space.parameter_value = value;
     on.space.near = j->start.x;
     on.space.near_time = j->start.time;
-    on.space.budget = &j->budget;
+    on.space.budget = j->budget;
     enum points_status status = points_find_staged(&on.space, on.end, on.stages, 1, random, 64, &p);
     points_point_clear(&p);
     set_points_clear(&on);
@@ -141,6 +143,7 @@ static void write_draws(struct job *j, const struct draws *d)
 {
     assert(d->missed > 0 && d->count > 0);
     const struct sys_system *sys = &j->request->system;
+    struct sga_buf out = { 0 };
     struct sga_json json, *w = &json;
     int who = 0, sign = 0, yes = -1, no = -1;
     for (int i = 0; i < sys->parameters && !sign; i++) {
@@ -151,7 +154,7 @@ static void write_draws(struct job *j, const struct draws *d)
         int *to = d->found[k] ? &yes : &no;
         *to = *to < 0 ? k : *to;
     }
-    sga_json_begin(w, &j->signs);
+    sga_json_begin(w, &out);
     sga_json_object(w);
     sga_json_member_string(w, "expression", sys->store->symbol[sys->parameter[who]].name);
     sga_json_member_string(w, "kind", sign > 0 ? "positive" : sign < 0 ? "negative" : "some_values");
@@ -159,6 +162,7 @@ static void write_draws(struct job *j, const struct draws *d)
         write_values(j, w, "found_at", d->value[yes]);
     write_values(j, w, "not_found_at", d->value[no]);
     sga_json_end_object(w);
+    j->signs = sga_buf_take(&out);
 }
 
 static void find_signs(struct job *j)
@@ -167,14 +171,14 @@ static void find_signs(struct job *j)
     struct draws d = { .count = 0 };
     if (sys->parameters && j->solution->verdict != SGA_INCONSISTENT && has_parameter(j)) {
         if (sys->parameters > MOST_PARAMETERS)
-            sga_limit_met(&j->budget, SGA_LIMIT_SIGN_PARAMETERS);
+            sga_limit_met(j->budget, SGA_LIMIT_SIGN_PARAMETERS);
         if (sys->variables > MOST_VARIABLES)
-            sga_limit_met(&j->budget, SGA_LIMIT_SIGN_VARIABLES);
+            sga_limit_met(j->budget, SGA_LIMIT_SIGN_VARIABLES);
     }
     if (!sys->parameters || sys->parameters > MOST_PARAMETERS || sys->variables > MOST_VARIABLES
         || j->solution->verdict == SGA_INCONSISTENT || !has_parameter(j) || has_points_always(j))
         return;
-    stage_begin(&j->clock, STAGE_SIGNS);
+    stage_begin(j->clock, STAGE_SIGNS);
     if (draw(j, &d) && d.missed)
         write_draws(j, &d);
 }
@@ -182,10 +186,10 @@ static void find_signs(struct job *j)
 bool answer_signs(struct job *j)
 {
     find_signs(j);
-    return sga_budget_ok(&j->budget, j->err);
+    return job_goes_on(j);
 }
 
 void answer_signs_clear(struct job *j)
 {
-    sga_buf_free(&j->signs);
+    free(j->signs);
 }

@@ -5,15 +5,15 @@
 
 #include "run_job.h"
 #include "kronecker.h"
-#include "mem.h"
 #include "request.h"
+#include "stage_clock.h"
 #include "structure.h"
 
 bool answer_structure(struct job *j)
 {
-    stage_begin(&j->clock, STAGE_STRUCTURE);
+    stage_begin(j->clock, STAGE_STRUCTURE);
     j->structure = sga_zeros(&j->mem, 1, sizeof *j->structure);
-    return structure_find(&j->request->system, j->solution, j->oracle, &j->budget, j->structure, j->err);
+    return structure_find(&j->request->system, j->solution, j->oracle, j->budget, j->structure, j->err);
 }
 
 void answer_structure_clear(struct job *j)
@@ -21,7 +21,7 @@ void answer_structure_clear(struct job *j)
     if (j->structure)
         structure_clear(j->structure);
     j->structure = NULL;
-    sga_buf_free(&j->kronecker);
+    free(j->kronecker);
 }
 
 bool answer_kronecker(struct job *j)

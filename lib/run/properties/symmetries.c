@@ -14,6 +14,7 @@
 #include "properties.h"
 #include "reduction.h"
 #include "request.h"
+#include "stage_clock.h"
 #include "sym.h"
 #include "system.h"
 #include "warnings.h"
@@ -37,7 +38,7 @@ static bool check_all(struct job *j)
             sym_check_map(j->symmetries->work, s->check[k].component, j->symmetries->check + k);
         else
             sym_check_field(j->symmetries->work, s->check[k].component, j->symmetries->check + k);
-        if (!sga_budget_ok(&j->budget, j->err))
+        if (!job_goes_on(j))
             return false;
     }
     return true;
@@ -85,7 +86,7 @@ static expr_id *two_form(struct job *j)
     if (!(lagrangian || (j->primary && closed)))
         return NULL;
     if (n > MOST_DENSE) {
-        sga_limit_met(&j->budget, SGA_LIMIT_TENSOR);
+        sga_limit_met(j->budget, SGA_LIMIT_TENSOR);
         return NULL;
     }
     expr_id *T = sga_malloc((size_t)(n * n) * sizeof *T), zero = expr_int(&j->request->store, 0);
@@ -125,7 +126,7 @@ bool answer_symmetries(struct job *j)
     j->symmetries = sga_zeros(&j->mem, 1, sizeof *j->symmetries);      /* empty where nothing can be said */
     if (!(j->request->want & REQUEST_SYMMETRIES) || j->solution->verdict == SGA_INCONSISTENT || j->request->op.open_sources)
         return true;
-    stage_begin(&j->clock, STAGE_SYMMETRIES);
+    stage_begin(j->clock, STAGE_SYMMETRIES);
     struct sym_request request = {
         .tensor = is_tensor(j), .has_search = s->has_search,
         .search = { .degree = s->degree, .integral_degree = s->integral_degree,
@@ -138,7 +139,7 @@ bool answer_symmetries(struct job *j)
         request.vector = vector = tangent_vectors(j, &request.vectors);
     assert(!request.vectors || request.vector);
     j->symmetries->time = request.search.time;
-    j->symmetries->work = sym_new(&j->request->system, j->solution, j->oracle, &j->budget, request.tensor);
+    j->symmetries->work = sym_new(&j->request->system, j->solution, j->oracle, j->budget, request.tensor);
     bool ok = check_all(j) && sym_find(j->symmetries->work, &request, &j->symmetries->found, j->err);
     free(form);
     free(vector);

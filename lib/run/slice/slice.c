@@ -53,7 +53,7 @@ static void find_needed(const struct job *j, unsigned char *needed)
         map[s] = -1;
     for (int v = 0; v < sys->variables; v++)
         map[sys->variable[v].symbol] = v;
-    for (int k = 0; j->request->has_mechanical && k < j->request->mechanical.coordinates; k++)
+    for (int k = 0; j->request->mechanical && k < j->request->mechanical->coordinates; k++)
         add_force(st, j->request->forces.reaction[k], map, k);
     for (int k = 0; k < t->outputs; k++)
         root[roots++] = t->output[k];
@@ -75,7 +75,7 @@ static void find_needed(const struct job *j, unsigned char *needed)
         if (v >= 0)
             needed[v] = 1;
     }
-    if (j->request->has_mechanical && asks_power(&cone, j->request->forces.power))
+    if (j->request->mechanical && asks_power(&cone, j->request->forces.power))
         memset(needed, 1, (size_t)sys->variables);
     expr_cone_clear(&cone);
     free(map);
@@ -153,7 +153,7 @@ static void slice_initial(struct request_initial *list, int *count, const int *p
  * multipliers, its rows definitions, equations and constraints (form_mechanical). */
 static void slice_mechanical(struct request *r, const struct slice_parts *p, const int *place)
 {
-    struct form_mechanical *m = &r->mechanical;
+    struct form_mechanical *m = r->mechanical;
     int n = m->coordinates, coordinates = 0, constraints = 0;
     size_t masses = 0;
     for (int i = 0; i < n; i++) {
@@ -211,14 +211,14 @@ void answer_slice(struct job *j, bool tied)
         for (int k = 0; k < j->request->sweep[s].initials; k++)
             stays[j->request->sweep[s].initial[k].variable] = 1;
     /* the geometry of a mechanical system's constraints belongs to a whole part of it */
-    struct slice_wish wish = { needed, fixed, stays, j->request->has_mechanical };
+    struct slice_wish wish = { needed, fixed, stays, j->request->mechanical };
     if (slice_decide(&j->request->system, &wish, &parts)) {
         SGA_ARENA(turn);
         int *place = sga_take(&turn, n * sizeof *place), kept = 0;
         for (int v = 0; v < j->request->system.variables; v++)
             place[v] = parts.variable[v] == SLICE_KEPT ? kept++ : -1;
         note(j, &parts);
-        if (j->request->has_mechanical)
+        if (j->request->mechanical)
             slice_mechanical(j->request, &parts, place);
         slice_request(j, place);
         slice_system(&j->request->system, &parts, place);

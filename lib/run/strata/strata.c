@@ -6,6 +6,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "ball.h"
+#include "cases.h"
+#include "definition.h"
+#include "domain.h"
+#include "facts.h"
+#include "points.h"
 #include "run_job.h"
 #include "mem.h"
 #include "poly.h"
@@ -15,7 +21,9 @@
 #include "oracle.h"
 #include "stage_clock.h"
 #include "strata.h"
+#include "stratum.h"
 #include "texts.h"
+#include "warnings.h"
 
 /* One more function that vanishes on a stratum; false where it is too long to be written. */
 static bool push(struct job *j, struct stratum *s, expr_id e)
@@ -26,7 +34,7 @@ static bool push(struct job *j, struct stratum *s, expr_id e)
             return true;
     if (!expr_print(&j->request->store, e, SGA_MOST_STRATUM_BYTES, &text)) {
         sga_buf_free(&text);
-        sga_limit_met(&j->budget, SGA_LIMIT_STRATUM_BYTES);
+        sga_limit_met(j->budget, SGA_LIMIT_STRATUM_BYTES);
         return false;
     }
     s->where = sga_realloc(s->where, (size_t)(s->wheres + 1) * sizeof *s->where);
@@ -111,7 +119,7 @@ bool strata_add_case(struct job *j, struct cases_part *part)
     for (int i = 0; i < as.part.wheres && ok; i++)
         ok = push(j, &as, as.part.where[i]);
     if (!ok) {
-        sga_limit_met(&j->budget, SGA_LIMIT_PARAMETER_CASES);
+        sga_limit_met(j->budget, SGA_LIMIT_PARAMETER_CASES);
         stratum_clear(&as);
         return false;
     }
@@ -148,7 +156,7 @@ static bool too_many(struct job *j, int variables, int *done)
 {
     bool large = variables > SGA_MOST_STRATA_OFF_VARIABLES, skip = large || (*done)++ >= SGA_MOST_STRATA_OFF;
     if (skip)
-        sga_limit_met(&j->budget, large ? SGA_LIMIT_STRATA_OFF_VARIABLES : SGA_LIMIT_STRATA_OFF);
+        sga_limit_met(j->budget, large ? SGA_LIMIT_STRATA_OFF_VARIABLES : SGA_LIMIT_STRATA_OFF);
     j->strata.skipped |= skip;
     return skip;
 }
@@ -178,8 +186,8 @@ static bool in_a_case(struct listing *l, struct points_point *p, bool approached
 {
     static const double NEAR = 1e-4;
     num_ball_extend(&p->ball);
-    for (int i = 0; i < l->cases.parts; i++) {
-        const struct cases_part *c = l->cases.part + i;
+    for (int i = 0; i < l->cases->parts; i++) {
+        const struct cases_part *c = l->cases->part + i;
         bool in = true;
         for (int k = 0; k < c->wheres && in; k++) {
             arb_srcptr v = num_ball_value(&p->ball, c->where[k]);
@@ -223,10 +231,10 @@ static bool instant(struct job *j, expr_id factor)
 static void consider(struct listing *l, expr_id factor, int before)
 {
     struct expr_store *st = &l->j->request->store;
-    unsigned f = expr_facts_of(&l->facts, st, factor);
+    unsigned f = expr_facts_of(l->facts, st, factor);
     struct stratum as = { .kind = "pivot" };
     bool number = !(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME | EXPR_HAS_PARAMETER));     /* 1 - cos(1e-90): decided already */
-    if (f & EXPR_NONZERO || number || !sga_budget_ok(&l->j->budget, l->j->err))
+    if (f & EXPR_NONZERO || number || !job_goes_on(l->j))
         return;
     if (!(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
         strata_condition(l, &factor, 1);
@@ -241,7 +249,7 @@ static void consider(struct listing *l, expr_id factor, int before)
 
 void strata_factors(struct listing *l, expr_id value, int before)
 {
-    struct poly_limits limits = poly_limits_of(POLY_MODEST, &l->j->budget);
+    struct poly_limits limits = poly_limits_of(POLY_MODEST, l->j->budget);
     struct poly_factors f;
     if (!strata_through(l, value, &limits, &f)) {
         consider(l, value, before);
@@ -266,29 +274,33 @@ static int stood(const struct sga_solution *sol, int generation)
 
 static void list_strata(struct job *j)
 {
-    struct listing l = { .j = j, .before = -1, .rank = -1 };
+    struct expr_facts facts;
+    struct domain domain;
+    struct cases cases = { 0 };
+    struct definitions names = { 0 };
+    struct listing l = { .j = j, .facts = &facts, .domain = &domain, .cases = &cases, .names = &names, .before = -1, .rank = -1 };
     const struct sga_solution *sol = j->solution;
     bool empty = sol->verdict == SGA_INCONSISTENT;
     if (!texts_written(j))
         return;
-    stage_begin(&j->clock, STAGE_STRATA);
-    expr_facts_init(&l.facts);
+    stage_begin(j->clock, STAGE_STRATA);
+    expr_facts_init(&facts);
     expr_cone_init(&l.cone);
-    l.domain = (struct domain){ .system = &j->request->system, .facts = &l.facts, .cone = &l.cone, .budget = &j->budget };
+    domain = (struct domain){ .system = &j->request->system, .facts = &facts, .cone = &l.cone, .budget = j->budget };
     for (int i = 0; i < sol->conditions.count; i++)
         strata_condition(&l, sol->conditions.at[i].function, sol->conditions.at[i].functions);
     for (int i = 0; i < sol->others; i++)
         if (sol->other[i] != sol->special[0])
             strata_add(j, sol->other[i], -1, (struct stratum){ .kind = "pivot", .off = true });
     for (int i = 0; i < sol->branches; i++)
-        if (expr_facts_of(&l.facts, &j->request->store, sol->branch[i].expr) & EXPR_HAS_VARIABLE)
+        if (expr_facts_of(&facts, &j->request->store, sol->branch[i].expr) & EXPR_HAS_VARIABLE)
             strata_add(j, sol->branch[i].expr, sol->branch[i].before, (struct stratum){ .kind = "branch" });
         else
             strata_add(j, sol->branch[i].expr, -1, (struct stratum){ .kind = "instant" });
     for (int i = 0; i < sol->sides; i++) {
         if (sol->side[i].unseen)        /* nothing is known to lie beyond */
             continue;
-        unsigned f = expr_facts_of(&l.facts, &j->request->store, sol->side[i].function);
+        unsigned f = expr_facts_of(&facts, &j->request->store, sol->side[i].function);
         strata_add(j, sol->side[i].function, -1, (struct stratum){ .kind = f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME) ? "side" : "parameter" });
     }
     if (!empty)
@@ -305,9 +317,9 @@ static void list_strata(struct job *j)
     }
     strata_alike(&l);
     strata_cases(&l);
-    cases_clear(&l.cases);
-    definitions_clear(&l.names);
-    expr_facts_clear(&l.facts);
+    cases_clear(&cases);
+    definitions_clear(&names);
+    expr_facts_clear(&facts);
     expr_cone_clear(&l.cone);
 }
 

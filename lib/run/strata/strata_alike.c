@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cases.h"
 #include "job_texts.h"
 #include "mem.h"
 #include "oracle.h"
@@ -15,6 +16,7 @@
 #include "run_job.h"
 #include "seeds.h"
 #include "strata_case.h"
+#include "stratum.h"
 #include "texts.h"
 
 /* Whether everything that is printed has a value at the part: read from the texts, as their divisors are not those of the reduction. */
@@ -61,7 +63,7 @@ static void append(expr_id **list, int *count, const expr_id *more, int n)
 static bool composed(struct job *j, const struct cases_part *outer, struct cases_part *inner)
 {
     struct expr_store *st = &j->request->store;
-    struct poly_limits limits = poly_limits_of(POLY_MODEST, &j->budget);
+    struct poly_limits limits = poly_limits_of(POLY_MODEST, j->budget);
     struct cases_part to = cases_copy(outer);
     bool ok = true;
     append(&to.where, &to.wheres, inner->where, inner->wheres);
@@ -87,11 +89,11 @@ static void descend(struct listing *l, const struct cases_part *part, const stru
     struct job *j = l->j;
     for (int i = 0; i < sol->conditions.count; i++) {
         struct cases found;
-        cases_of(system, sol->conditions.at[i].function, sol->conditions.at[i].functions, part->excluded, part->excludeds, &j->budget, &found);
+        cases_of(system, sol->conditions.at[i].function, sol->conditions.at[i].functions, part->excluded, part->excludeds, j->budget, &found);
         for (int k = 0; k < found.parts; k++)
             if (composed(j, part, found.part + k))
                 strata_join(l, found.part + k);
-        l->cases.cut |= found.cut;
+        l->cases->cut |= found.cut;
         cases_clear(&found);
     }
 }
@@ -105,7 +107,7 @@ static bool alike(struct listing *l, const struct cases_part *part)
     struct sga_error err = { 0 }, *own = &j->request->store.error, before = *own;
     if (!part->puts || part->open || !printed(j, part) || !strata_case_make(&at, &j->request->system, NULL, &as, &err))
         return false;
-    struct reduction_options options = { .seed = SGA_SEED_REDUCTION, .budget = &j->budget };
+    struct reduction_options options = { .seed = SGA_SEED_REDUCTION, .budget = j->budget };
     struct points_oracle oracle;
     struct sga_solution sol = { 0 };
     points_oracle_init(&oracle, 20250101);
@@ -124,13 +126,13 @@ void strata_alike(struct listing *l)
 {
     enum { MOST = 200, MOST_VARIABLES = 60 };      /* past which a reduction for each would cost too much: all of them are listed */
     struct job *j = l->j;
-    if (!j->request->strata || j->request->has_mechanical || j->start.x || j->request->system.variables > MOST_VARIABLES)
+    if (!j->request->strata || j->request->mechanical || j->start.x || j->request->system.variables > MOST_VARIABLES)
         return;
     struct cases kept = { .part = NULL };
-    for (int tries = 0; l->cases.parts && sga_budget_ok(&j->budget, NULL) && tries < MOST; tries++) {
-        struct cases_part part = l->cases.part[0];
-        l->cases.parts--;
-        memmove(l->cases.part, l->cases.part + 1, (size_t)l->cases.parts * sizeof part);
+    for (int tries = 0; l->cases->parts && job_has_left(j) && tries < MOST; tries++) {
+        struct cases_part part = l->cases->part[0];
+        l->cases->parts--;
+        memmove(l->cases->part, l->cases->part + 1, (size_t)l->cases->parts * sizeof part);
         if (alike(l, &part)) {
             cases_part_clear(&part);
             continue;

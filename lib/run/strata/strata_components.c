@@ -14,6 +14,7 @@
 #include "request.h"
 #include "run_job.h"
 #include "sides.h"
+#include "stratum.h"
 
 enum { STARTS = 5, MORE_STARTS = 16 };
 
@@ -143,7 +144,7 @@ void strata_components(struct listing *l)
     bool done = !s->reals || !zeros || !j->solution->constraints || j->place.on_part;
     struct excess excess = { 0 };
     uint64_t starts = open_equations(j) ? MORE_STARTS : STARTS;
-    for (uint64_t k = 1; k <= starts && !done && sga_budget_ok(&j->budget, NULL); k++) {
+    for (uint64_t k = 1; k <= starts && !done && job_has_left(j); k++) {
         struct points_point p;
         done = found(j, k, zeros, &p, &excess);
         if (done)

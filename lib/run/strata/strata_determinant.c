@@ -12,6 +12,8 @@
 #include "poly.h"
 #include "reduction.h"
 #include "request.h"
+#include "stratum.h"
+#include "warnings.h"
 
 /* Minors of subsets: 2^r of them. A start of a search costs up to 60 r^3 operations on balls, which
  * bounds how many there are. */
@@ -22,7 +24,7 @@ static expr_id written_out(struct job *j, const struct sga_determinant *d)
 {
     assert(d->size > 0 && d->solve < j->request->store.solves);
     struct expr_store *st = &j->request->store;
-    struct poly_limits limits = poly_limits_of(POLY_MODEST, &j->budget);
+    struct poly_limits limits = poly_limits_of(POLY_MODEST, j->budget);
     int r = d->size;
     uint32_t all = (uint32_t)1 << r;
     SGA_ARENA(mem);
@@ -39,7 +41,7 @@ static expr_id written_out(struct job *j, const struct sga_determinant *d)
             sum = sign-- & 1 ? expr_sub(st, sum, t) : expr_add(st, sum, t);
         }
         minor[s] = sum;
-        ok = expr_is_const(st, sum) || (poly_normal(st, sum, &limits, &minor[s]) && sga_budget_ok(&j->budget, j->err));
+        ok = expr_is_const(st, sum) || (poly_normal(st, sum, &limits, &minor[s]) && job_goes_on(j));
     }
     det = ok ? minor[all - 1] : EXPR_UNDEF;
     return det;
@@ -71,7 +73,7 @@ static const char *search(struct listing *l, const struct sga_determinant *d)
         return "written_out";
     }
     if (d->size > SGA_MOST_DETERMINANT) {
-        sga_limit_met(&j->budget, SGA_LIMIT_DETERMINANT);
+        sga_limit_met(j->budget, SGA_LIMIT_DETERMINANT);
         return "not_searched";
     }
     int starts = START_WORK / (d->size * d->size * d->size);
@@ -89,5 +91,5 @@ void strata_determinants(struct listing *l)
     int blocks = j->solution->dense_blocks;
     j->strata.determinant = sga_calloc((size_t)blocks + 1, sizeof *j->strata.determinant);
     for (int q = 0; q < blocks; q++)
-        j->strata.determinant[q] = sga_budget_ok(&j->budget, j->err) ? search(l, j->solution->determinant + q) : "not_searched";
+        j->strata.determinant[q] = job_goes_on(j) ? search(l, j->solution->determinant + q) : "not_searched";
 }

@@ -5,11 +5,15 @@
 #include <stdlib.h>
 
 #include "arena.h"
+#include "domain.h"
+#include "facts.h"
+#include "points.h"
+#include "reduction.h"
 #include "run_job.h"
 #include "mem.h"
 #include "poly.h"
-#include "reduction.h"
 #include "request.h"
+#include "stratum.h"
 
 /* The functions that were considered, or that are to be. */
 struct looked { expr_id *factor; int count; size_t cap; };
@@ -33,8 +37,8 @@ static void consider(struct listing *l, expr_id factor, struct looked *looked)
     struct job *j = l->j;
     struct points_point p;
     int rank;
-    unsigned f = expr_facts_of(&l->facts, &j->request->store, factor);
-    if (f & EXPR_NONZERO || !(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)) || again(looked, factor) || !sga_budget_ok(&j->budget, j->err))
+    unsigned f = expr_facts_of(l->facts, &j->request->store, factor);
+    if (f & EXPR_NONZERO || !(f & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)) || again(looked, factor) || !job_goes_on(j))
         return;
     keep(looked, factor);
     enum strata_moving moving = f & EXPR_HAS_VARIABLE ? STRATA_FIXED : STRATA_TIME;
@@ -46,7 +50,7 @@ static void consider(struct listing *l, expr_id factor, struct looked *looked)
 
 static void factors(struct listing *l, expr_id value, struct looked *looked)
 {
-    struct poly_limits limits = poly_limits_of(POLY_MODEST, &l->j->budget);
+    struct poly_limits limits = poly_limits_of(POLY_MODEST, l->j->budget);
     struct poly_factors f;
     if (!poly_numerator_factors(&l->j->request->store, value, &limits, &f)) {
         consider(l, value, looked);

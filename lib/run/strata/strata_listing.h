@@ -2,23 +2,24 @@
 #ifndef SGA_RUN_STRATA_LISTING_H
 #define SGA_RUN_STRATA_LISTING_H
 
-#include "cases.h"
-#include "definition.h"
-#include "domain.h"
-#include "facts.h"
-#include "points.h"
-#include "stratum.h"
+#include "points_space.h"
 
+struct cases;
+struct cases_part;
+struct definitions;
+struct domain;
+struct expr_facts;
 struct job;
+struct stratum;
 
 struct listing {
     struct job *j;
-    struct expr_facts facts;
+    struct expr_facts *facts;
     struct expr_cone cone;
-    struct domain domain;     /* where the equations have values */
+    struct domain *domain;    /* where the equations have values */
     int off, moved;           /* how many factors were looked at off the final set, and for special parameters */
-    struct cases cases;       /* of the parameters, so far */
-    struct definitions names; bool names_known;
+    struct cases *cases;      /* of the parameters, so far */
+    struct definitions *names; bool names_known;
     int before, rank;         /* generic rank with the first `before` constraints; -1: not known */
 };
 

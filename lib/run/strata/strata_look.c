@@ -10,13 +10,13 @@
 #include "derive.h"
 #include "differentials.h"
 #include "lin_dense.h"
-#include "mem.h"
 #include "oracle.h"
 #include "reduction.h"
 #include "request.h"
 #include "run_job.h"
 #include "set_points.h"
 #include "strata_case.h"
+#include "warnings.h"
 
 enum { LEAST_STEPS = 30, NEAR_STARTS = 8, FAR_STARTS = 12 };
 /* How far from a guess to begin. */
@@ -170,7 +170,7 @@ static enum points_status search(struct job *j, struct points_space *space, cons
     }
     j->strata.work += (double)(granted - (steps > 0 ? steps : 0)) * cost;
     if (steps <= 0 && status == POINTS_NONE) {
-        sga_limit_met(&j->budget, j->request->strata ? SGA_LIMIT_STRATA_SOLVING_WORK : SGA_LIMIT_STRATA_WORK);
+        sga_limit_met(j->budget, j->request->strata ? SGA_LIMIT_STRATA_SOLVING_WORK : SGA_LIMIT_STRATA_WORK);
         j->strata.skipped = true;
     }
     return status;
@@ -205,7 +205,7 @@ enum points_status strata_look_at(struct job *j, struct strata_look look, struct
     space->scale = extra ? NULL : j->solution->scale;
     space->starts = look.starts;
     space->by_name = true;
-    space->budget = &j->budget;
+    space->budget = j->budget;
     if (factor)
         on.end[on.stages++] = c + more;
     const struct points_oracle *oracle = j->oracle;

@@ -8,12 +8,14 @@
 
 #include <stdlib.h>
 
+#include "facts.h"
 #include "run_job.h"
 #include "mem.h"
 #include "poly.h"
 #include "reduction.h"
 #include "request.h"
 #include "sides.h"
+#include "stratum.h"
 
 enum { MOST = SGA_MOST_LOST_PARTS };
 
@@ -72,12 +74,12 @@ static void consider(struct listing *l, expr_id factor, int before, int with, st
     struct points_point p;
     int rank;
     bool solvable = false;
-    unsigned f = expr_facts_of(&l->facts, &j->request->store, factor);
-    if (f & EXPR_NONZERO || !(f & EXPR_HAS_VARIABLE) || !sga_budget_ok(&j->budget, j->err))
+    unsigned f = expr_facts_of(l->facts, &j->request->store, factor);
+    if (f & EXPR_NONZERO || !(f & EXPR_HAS_VARIABLE) || !job_goes_on(j))
         return;
     if (seen->count == MOST) {
         j->strata.skipped = true;
-        sga_limit_met(&j->budget, SGA_LIMIT_LOST_PARTS);
+        sga_limit_met(j->budget, SGA_LIMIT_LOST_PARTS);
         return;
     }
     if (again(seen, factor, before))
@@ -96,7 +98,7 @@ static void consider(struct listing *l, expr_id factor, int before, int with, st
 
 static void factors(struct listing *l, expr_id value, int g, struct seen *seen)
 {
-    struct poly_limits limits = poly_limits_of(POLY_MODEST, &l->j->budget);
+    struct poly_limits limits = poly_limits_of(POLY_MODEST, l->j->budget);
     struct poly_factors f;
     int before = up_to(l->j->solution, g - 1), with = up_to(l->j->solution, g);
     if (before == with || !poly_numerator_factors(&l->j->request->store, value, &limits, &f))
@@ -117,7 +119,7 @@ void strata_lost(struct listing *l)
             continue;
         if (l->j->request->system.variables > SGA_MOST_LOST_PARTS_VARIABLES) {
             l->j->strata.skipped = true;
-            sga_limit_met(&l->j->budget, SGA_LIMIT_LOST_PARTS_VARIABLES);
+            sga_limit_met(l->j->budget, SGA_LIMIT_LOST_PARTS_VARIABLES);
         } else
             factors(l, p->value, p->generation, &seen);
     }

@@ -1,6 +1,7 @@
 /* Pivots through the names of their parts: x s + y^2 with s = x is a sum of squares, which no name may hide. */
 #include "strata_listing.h"
 
+#include "definition.h"
 #include "run_job.h"
 #include "poly.h"
 #include "request.h"
@@ -8,9 +9,9 @@
 static const struct definitions *names(struct listing *l)
 {
     if (!l->names_known)
-        definitions_find(&l->names, &l->j->request->system, DEFINITIONS_ALL, &l->j->budget);
+        definitions_find(l->names, &l->j->request->system, DEFINITIONS_ALL, l->j->budget);
     l->names_known = true;
-    return &l->names;
+    return l->names;
 }
 
 /* Sums of squares count as two, as their zeros are found in another way. */

@@ -5,9 +5,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cases.h"
 #include "run_job.h"
 #include "mem.h"
 #include "request.h"
+#include "stratum.h"
+#include "warnings.h"
 
 /* Whether the part was looked at where this answer is a stratum of: with the same parameters it is no case of its own. */
 static bool ruled_out(const struct job *j, const struct cases_part *part)
@@ -33,7 +36,7 @@ void strata_join(struct listing *l, struct cases_part *part)
 {
     assert(part->wheres > 0);                 /* conditions say which parameters are meant */
     const struct sys_system *sys = &l->j->request->system;
-    struct cases *c = &l->cases;
+    struct cases *c = l->cases;
     bool known = ruled_out(l->j, part);
     for (int i = 0; i < c->parts && !known; i++)
         known = cases_within(sys, part, c->part + i);
@@ -55,10 +58,10 @@ void strata_condition(struct listing *l, const expr_id *function, int functions)
     struct job *j = l->j;
     struct cases found;
     const struct cases_part *above = j->place.part;
-    cases_of(&j->request->system, function, functions, above ? above->excluded : NULL, above ? above->excludeds : 0, &j->budget, &found);
+    cases_of(&j->request->system, function, functions, above ? above->excluded : NULL, above ? above->excludeds : 0, j->budget, &found);
     for (int i = 0; i < found.parts; i++)
         strata_join(l, found.part + i);
-    l->cases.cut |= found.cut;
+    l->cases->cut |= found.cut;
     cases_clear(&found);
 }
 
@@ -85,9 +88,9 @@ void strata_assume(struct job *j, expr_id e)
 void strata_cases(struct listing *l)
 {
     struct job *j = l->j;
-    struct cases *c = &l->cases;
+    struct cases *c = l->cases;
     if (c->cut)
-        sga_limit_met(&j->budget, SGA_LIMIT_PARAMETER_CASES);
+        sga_limit_met(j->budget, SGA_LIMIT_PARAMETER_CASES);
     for (int i = 0; i < c->parts; i++) {
         struct cases_part *p = c->part + i;
         expr_id e = assumption(&j->request->store, p);

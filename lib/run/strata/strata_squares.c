@@ -8,8 +8,11 @@
 #include <string.h>
 
 #include "arena.h"
+#include "domain.h"
+#include "facts.h"
 #include "mem.h"
 #include "oracle.h"
+#include "points.h"
 #include "poly.h"
 #include "print.h"
 #include "reduction.h"
@@ -17,6 +20,8 @@
 #include "run_job.h"
 #include "seeds.h"
 #include "strata_case.h"
+#include "stratum.h"
+#include "warnings.h"
 
 static void keep_point(struct stratum *as, const double *x, int n, double t, bool certified)
 {
@@ -29,7 +34,7 @@ static void keep_point(struct stratum *as, const double *x, int n, double t, boo
 static bool drops_reduced(struct job *j, int c, const expr_id *e, int count, int rank, struct stratum *as)
 {
     const struct sys_system *sys = &j->request->system;
-    struct reduction_options options = { .near = j->start.x, .near_time = j->start.time, .parameter_near = j->start.parameter, .seed = SGA_SEED_REDUCTION, .budget = &j->budget };
+    struct reduction_options options = { .near = j->start.x, .near_time = j->start.time, .parameter_near = j->start.parameter, .seed = SGA_SEED_REDUCTION, .budget = j->budget };
     struct sys_system only = *sys;
     struct points_oracle oracle;
     struct sga_solution sol = { 0 };
@@ -66,7 +71,7 @@ static bool drops(struct job *j, int c, expr_id factor, const expr_id *e, int co
     enum points_status status = strata_look_at(j, (struct strata_look){ .c = c, .factor = factor, .squared = e, .squares = count }, &p, &there);
     bool lower = status == POINTS_OK && there < rank, small = n + c <= SGA_MOST_SQUARES_REDUCED;
     if (status == POINTS_IRREGULAR && !small)
-        sga_limit_met(&j->budget, SGA_LIMIT_SQUARES_REDUCED);
+        sga_limit_met(j->budget, SGA_LIMIT_SQUARES_REDUCED);
     if (status == POINTS_IRREGULAR)
         lower = small ? drops_reduced(j, c, e, count, rank, as) : true;     /* listed, to be safe */
     if (lower && !as->point)
@@ -96,7 +101,7 @@ static void list(struct job *j, const expr_id *e, int count, int before, struct 
         struct sga_buf text = { 0 };
         if (!expr_print(&j->request->store, e[k], SGA_MOST_STRATUM_BYTES, &text)) {
             sga_buf_free(&text);
-            sga_limit_met(&j->budget, SGA_LIMIT_STRATUM_BYTES);
+            sga_limit_met(j->budget, SGA_LIMIT_STRATUM_BYTES);
             continue;      /* the set is still described by its point */
         }
         as.where[as.wheres] = e[k];
@@ -112,7 +117,7 @@ static int telling(struct listing *l, const struct poly_factor *q, expr_id *e)
     struct job *j = l->j;
     int count = 0;
     for (int k = 0; k < q->radicals; k++) {
-        unsigned f = expr_facts_of(&l->facts, &j->request->store, q->radical[k]);
+        unsigned f = expr_facts_of(l->facts, &j->request->store, q->radical[k]);
         if (f & EXPR_NONZERO || !(f & EXPR_HAS_VARIABLE))
             return 0;
         if (!j->oracle->reals || points_oracle_zero(j->oracle, q->radical[k]).truth != POINTS_ZERO)
@@ -125,12 +130,12 @@ static bool sum_of_squares(struct listing *l, const struct poly_factor *q, int b
 {
     struct job *j = l->j;
     struct stratum as = { .kind = "pivot" };
-    if (domain_leaves_out(&l->domain, expr_int(&j->request->store, 1), q->radical, q->radicals, q->radicals))
+    if (domain_leaves_out(l->domain, expr_int(&j->request->store, 1), q->radical, q->radicals, q->radicals))
         return true;       /* the equations have no value there; what the pivot itself divides by does not matter */
     SGA_ARENA(mem);
     expr_id *e = sga_take(&mem, (size_t)(q->radicals + 1) * sizeof *e);
     int count = telling(l, q, e), c = j->solution->constraints;
-    if (count && !is_listed(j, e, count) && sga_budget_ok(&j->budget, NULL)) {
+    if (count && !is_listed(j, e, count) && job_has_left(j)) {
         bool found = drops(j, c, q->expr, e, count, j->request->system.variables - j->solution->free_columns, &as);
         if (!found && j->request->strata && before < c && before >= 0)
             found = as.off = drops(j, before, q->expr, e, count, strata_general_rank(l, before), &as);
@@ -143,7 +148,7 @@ static bool sum_of_squares(struct listing *l, const struct poly_factor *q, int b
 bool strata_squares(struct listing *l, const struct poly_factor *q, int before)
 {
     struct expr_store *st = &l->j->request->store;
-    struct poly_limits limits = poly_limits_of(POLY_MODEST, &l->j->budget);
+    struct poly_limits limits = poly_limits_of(POLY_MODEST, l->j->budget);
     struct poly_factors f;
     if (l->j->solution->verdict == SGA_INCONSISTENT)
         return false;

@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "arena.h"
-#include "budget.h"
 #include "buf.h"
 #include "integrate.h"
 #include "run_job.h"
@@ -73,7 +72,7 @@ static bool at_parameters(struct job *j, const struct sga_solution *s, const str
         traj_result_clear(j->trajectory);
         found = false;
     }
-    if (ok && !found && sga_budget_ok(&j->budget, j->err)) {
+    if (ok && !found && job_goes_on(j)) {
         *analysis = "own";
         found = sweep_case_solve(&c, j, r->initial, err) && traj_run(&c.system, &c.own, &c.request, j->trajectory, err);
     }
@@ -104,7 +103,7 @@ static bool one(struct job *j, const struct sga_solution *s, struct traj_request
     r->given = given;
     bool found = j->request->swept_count ? at_parameters(j, s, r, m, &analysis, &err)
                                         : answer_integrate(j, s, r, j->trajectory, &err);
-    bool ok = sga_budget_ok(&j->budget, j->err);
+    bool ok = job_goes_on(j);
     t->initial = m->initial;
     t->initials = m->initials;
     if (ok && found) {
@@ -128,22 +127,24 @@ static bool one(struct job *j, const struct sga_solution *s, struct traj_request
 bool answer_sweep(struct job *j, const struct sga_solution *s, const struct traj_request *request)
 {
     struct traj_request r = *request;
+    struct sga_buf out = { 0 };
     struct sga_json w;
     assert(j->request->sweeps > 0 && !j->trajectory);
     if (!one_for_all(j, s))
         return false;
-    stage_begin(&j->clock, STAGE_TRAJECTORY);
+    stage_begin(j->clock, STAGE_TRAJECTORY);
     bool ok = true;
     int moved = 0;
     struct traj_result result;               /* of one after the other */
     j->trajectory = &result;
-    sga_json_begin(&w, &j->sweep);
+    sga_json_begin(&w, &out);
     sga_json_array(&w);
     for (int k = 0; k < j->request->sweeps && ok; k++)
         ok = one(j, s, &r, j->request->sweep + k, &moved, &w);
     sga_json_end_array(&w);
+    j->sweep = sga_buf_take(&out);
     j->trajectory = NULL;
     if (moved)
-        sga_warn(&j->budget, SGA_W_START_MOVED, "/sweep", "the starts of %d set%s were moved onto the constraints", moved, moved > 1 ? "s" : "");
+        sga_warn(j->budget, SGA_W_START_MOVED, "/sweep", "the starts of %d set%s were moved onto the constraints", moved, moved > 1 ? "s" : "");
     return ok;
 }

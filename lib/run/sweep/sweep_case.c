@@ -347,7 +347,7 @@ bool sweep_case_solve(struct sweep_case *c, struct job *j, const double *near, s
         return sga_fail(err, SGA_E_NOT_SUPPORTED, "at these parameters the analysis for general ones does not hold, and this form is "
                         "prepared for general ones; send these values as a request of their own");
     struct reduction_options options = { .near = near, .near_time = c->request.start, .parameter_near = j->start.parameter, .seed = SGA_SEED_REDUCTION,
-                                   .budget = &j->budget, .gauge_fields = true, .gauge_nodes = answer_gauge_nodes(j) };
+                                   .budget = j->budget, .gauge_fields = true, .gauge_nodes = answer_gauge_nodes(j) };
     if (j->start.parameter)       /* those of the tables come last */
         options.parameter_near += j->request->system.parameters - c->system.parameters;
     points_oracle_init(&c->oracle, 20250101);

@@ -8,6 +8,9 @@
 #include <string.h>
 
 #include "arena.h"
+#include "budget.h"
+#include "buf.h"
+#include "form.h"
 #include "job_texts.h"
 #include "mechanical_answer.h"
 #include "mem.h"
@@ -18,6 +21,7 @@
 #include "request.h"
 #include "seeds.h"
 #include "set_points.h"
+#include "stage_clock.h"
 #include "system.h"
 #include "texts.h"
 #include "witness.h"
@@ -125,14 +129,14 @@ static const double *witness_near(const struct job *j)
 /* Acceleration and reaction as printed against the formulas, at a point of W. */
 static bool check_motion(struct job *j, struct readback *b)
 {
-    assert(j->mechanical->has_motion && j->mechanical->first_root + 4 * j->request->mechanical.coordinates <= j->texts->names.roots);
+    assert(j->mechanical->has_motion && j->mechanical->first_root + 4 * j->request->mechanical->coordinates <= j->texts->names.roots);
     struct mechanical_answer *m = j->mechanical;
     struct expr_store *st = &j->request->store;
-    int n = j->request->mechanical.coordinates;
+    int n = j->request->mechanical->coordinates;
     const expr_id *part[4] = { m->motion.total, m->motion.tangent, m->motion.orthogonal, m->motion.reaction };
-    struct num_ball *here = &m->fibre.oracle.real[0].ball, there;
+    struct num_ball *here = &m->fibre.oracle->real[0].ball, there;
     bool ok = true;
-    if (!m->fibre.oracle.reals)
+    if (!m->fibre.oracle->reals)
         return true;
     num_ball_extend(here);
     num_ball_init(&there, &b->st, here->prec);
@@ -175,7 +179,7 @@ static bool check_texts(struct job *j)
             .time = b.time, .constraint = b.root, .constraints = c, .solution = j->solution, .field = field ? b.root + c : NULL,
             .gauge = gauge ? b.root + c + n : NULL, .gauges = gauge ? j->solution->free_columns : 0,
         };
-        ok = sga_witness_check(sys, &claim, j->oracle, witness_near(j), j->start.time, 77, WITNESS_POINTS, &j->budget, j->witness, j->err);
+        ok = sga_witness_check(sys, &claim, j->oracle, witness_near(j), j->start.time, 77, WITNESS_POINTS, j->budget, j->witness, j->err);
         if (ok && j->mechanical && j->mechanical->has_motion)
             ok = check_motion(j, &b);
     }
@@ -203,7 +207,7 @@ static bool check_handles(struct job *j)
         .time = sys->time, .constraint = constraint, .constraints = c, .solution = j->solution, .field = j->solution->field,
         .gauge = j->solution->gauge, .gauges = j->solution->gauge ? j->solution->free_columns : 0,
     };
-    bool ok = sga_witness_check(sys, &claim, j->oracle, witness_near(j), j->start.time, 77, 1, &j->budget, j->witness, j->err);
+    bool ok = sga_witness_check(sys, &claim, j->oracle, witness_near(j), j->start.time, 77, 1, j->budget, j->witness, j->err);
     return ok;
 }
 
@@ -240,7 +244,7 @@ static bool check_contradiction(struct job *j)
     on.space.time_unit = sol->time_unit;
     on.space.side = sol->side;
     on.space.sides = sol->sides;
-    on.space.budget = &j->budget;
+    on.space.budget = j->budget;
     bool ok = true;
     uint64_t random = SGA_SEED_WITNESS;
     *j->witness = (struct sga_witness){ .certified = true, .digits = 40 };
@@ -255,7 +259,7 @@ static bool check_contradiction(struct job *j)
         points_point_clear(&p);
     }
     if (ok && !j->witness->points)
-        ok = sga_budget_ok(&j->budget, j->err)
+        ok = job_goes_on(j)
              && sga_fail(j->err, SGA_E_UNDECIDED, "the witness found no fresh point of the constraints before the contradiction");
     set_points_clear(&on);
     j->witness->seconds = sga_now() - begin;
@@ -265,7 +269,7 @@ static bool check_contradiction(struct job *j)
 bool answer_witness(struct job *j)
 {
     assert(j->solution && j->oracle);         /* the reduction comes before its witness */
-    stage_begin(&j->clock, STAGE_WITNESS);
+    stage_begin(j->clock, STAGE_WITNESS);
     answer_witness_clear(j);
     j->witness = sga_zeros(&j->mem, 1, sizeof *j->witness);
     bool ok = j->solution->verdict == SGA_INCONSISTENT ? check_contradiction(j) : texts_written(j) ? check_texts(j) : check_handles(j);

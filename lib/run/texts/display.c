@@ -14,6 +14,7 @@
 #include "facts.h"
 #include "mem.h"
 #include "oracle.h"
+#include "points.h"
 #include "poly.h"
 #include "print.h"
 #include "reduction.h"
@@ -298,7 +299,7 @@ static bool sheet_sane(const struct sheet *s)
 void display_choose(struct display *d, struct sheet *s)
 {
     assert(sheet_sane(s));
-    struct sga_budget budget = d->j->budget;
+    struct sga_budget budget = *d->j->budget;
     double limit = sga_now() + FORM_SECONDS;
     if (!budget.deadline || budget.deadline > limit)
         budget.deadline = limit;

@@ -7,7 +7,6 @@
 
 #include "arena.h"
 #include "budget.h"
-#include "facts.h"
 #include "mem.h"
 #include "oracle.h"
 #include "poly.h"
@@ -15,6 +14,7 @@
 #include "reduction.h"
 #include "request.h"
 #include "run_job.h"
+#include "stage_clock.h"
 #include "system.h"
 
 /* Larger systems are shown with numbers: the second reduction should cost no more than is gained. */
@@ -24,8 +24,8 @@ static const double LEAST_SECONDS = 0.5, TIMES = 3, PART_OF_LEFT = 0.25;
 
 static struct sga_budget own_budget(const struct job *j)
 {
-    struct sga_budget b = j->budget;
-    double now = sga_now(), seconds = LEAST_SECONDS + TIMES * j->clock.seconds[STAGE_REDUCTION];
+    struct sga_budget b = *j->budget;
+    double now = sga_now(), seconds = LEAST_SECONDS + TIMES * j->clock->seconds[STAGE_REDUCTION];
     if (b.deadline)
         seconds = fmin(seconds, PART_OF_LEFT * (b.deadline - now));
     b.deadline = now + fmax(seconds, 0);
@@ -153,7 +153,7 @@ static bool match_constraints(struct display *d, const struct sheet *own, struct
 static bool take_over(struct display *d, const struct job *n, const struct sheet *own, struct sheet *s)
 {
     const struct sga_solution *sol = n->solution;
-    struct poly_limits limits = poly_limits_of(POLY_READ, &n->budget);
+    struct poly_limits limits = poly_limits_of(POLY_READ, n->budget);
     int roots = own->on_set;
     SGA_ARENA(mem);
     expr_id *map = by_symbol(d, &n->request->store), *root = sga_take(&mem, ((size_t)own->roots + 1) * sizeof *root);
@@ -192,9 +192,13 @@ bool display_by_name(struct display *d, const struct sheet *own, struct sheet *b
         || j->request->system.variables > MOST_VARIABLES || j->request->store.nodes > MOST_NODES)
         return false;
     struct request again;
-    struct job n = { .err = &ignored, .stage = "texts", .budget = own_budget(j), .request = &again, .start = { .x = j->start.x, .time = j->start.time } };
-    if (!request_read_named(n.request, j->request_text, j->request_length, MOST_NODES))
+    struct sga_budget budget = own_budget(j);
+    struct job n = { .err = &ignored, .stage = "texts", .budget = &budget, .request = &again, .start = { .x = j->start.x, .time = j->start.time } };
+    n.clock = sga_zeros(&n.mem, 1, sizeof *n.clock);
+    if (!request_read_named(n.request, j->request_text, j->request_length, MOST_NODES)) {
+        sga_arena_end(&n.mem);
         return false;
+    }
     n.request->want = REQUEST_VECTOR_FIELD | REQUEST_GAUGE;
     bool ok = has_names(j, n.request) && same_variables(j, &n);
     n.start.parameter = values_near(j, &n.request->system, &n.mem);

@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "arena.h"
-#include "budget.h"
+#include "form.h"
 #include "run_job.h"
 #include "job_texts.h"
 #include "mechanical_answer.h"
@@ -34,7 +34,7 @@ static expr_id *put_roots(struct job *j, int *count, int *values)
     bool field = sol->field && want & (REQUEST_VECTOR_FIELD | REQUEST_GAUGE), gauge = field && sol->gauge && want & REQUEST_GAUGE;
     int roots = c + (field ? n : 0) + (gauge ? n * sol->free_columns : 0);
     struct mechanical_answer *mech = j->mechanical && j->mechanical->has_motion ? j->mechanical : NULL;
-    int parts = mech ? j->request->mechanical.coordinates : 0;
+    int parts = mech ? j->request->mechanical->coordinates : 0;
     expr_id *root = sga_malloc((size_t)(roots + 4 * parts + 1) * sizeof *root);
     for (int i = 0; i < c; i++)
         root[i] = sol->constraint[i].expr;
@@ -71,7 +71,7 @@ static void keep_scales(struct display *d, const struct sheet *own, const struct
     j->texts->reduced = sga_zeros(&j->mem, (size_t)c + 1, sizeof *j->texts->reduced);
     for (int i = 0; i < c; i++) {
         struct sga_error before = d->st.error, kept = st->error;
-        struct poly_limits limits = poly_limits_of(POLY_READ, &j->budget);
+        struct poly_limits limits = poly_limits_of(POLY_READ, j->budget);
         expr_id e = s->scale[i] ? s->scale[i] : expr_int(&d->st, 1), root = s->root[i];
         j->texts->reduced[i] = s->reduced[i];
         display_values(d, &e, 1);
@@ -128,13 +128,13 @@ bool answer_texts(struct job *j)
 {
     if (!(j->request->want & (REQUEST_CONSTRAINTS | REQUEST_VECTOR_FIELD | REQUEST_GAUGE)))
         return true;
-    stage_begin(&j->clock, STAGE_TEXTS);
+    stage_begin(j->clock, STAGE_TEXTS);
     int roots, values;
     answer_texts_clear(j);
     j->texts = sga_zeros(&j->mem, 1, sizeof *j->texts);
     expr_id *root = put_roots(j, &roots, &values);
     j->texts->has = j->request->store.nodes <= MOST_NODES && beautiful(j, root, roots, values);
-    if (!j->texts->has && sga_budget_ok(&j->budget, NULL))
+    if (!j->texts->has && job_has_left(j))
         j->texts->has = print(j, &j->request->store, root, roots);
     free(root);
     if (!j->texts->has)
@@ -144,7 +144,7 @@ bool answer_texts(struct job *j)
         *j->err = j->request->store.error;
         return false;
     }
-    return sga_budget_ok(&j->budget, j->err);
+    return job_goes_on(j);
 }
 
 void answer_texts_clear(struct job *j)

@@ -41,8 +41,8 @@ static double *thin(struct traj_request *r, int columns)
 bool answer_tradeoff(struct job *j, const struct sga_solution *solution, const struct traj_request *request)
 {
     const struct request_accuracy *a = &j->request->accuracy;
-    double begin = sga_now(), left = j->budget.deadline ? j->budget.deadline - begin : 30;
-    stage_begin(&j->clock, STAGE_TRADEOFF);
+    double begin = sga_now(), left = j->budget->deadline ? j->budget->deadline - begin : 30;
+    stage_begin(j->clock, STAGE_TRADEOFF);
     struct tradeoff *t = sga_calloc(1, sizeof *t);
     struct tradeoff_run u = { .j = j, .solution = solution, .request = *request, .t = t,
                               .end = begin + PART * left };

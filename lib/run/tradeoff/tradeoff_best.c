@@ -203,7 +203,7 @@ bool tradeoff_best(struct tradeoff_run *u)
             keep(t, &r, place, asked->atol / asked->rtol);
             traj_result_clear(&r);
         } else {
-            ok = sga_budget_ok(&u->j->budget, u->j->err);
+            ok = job_goes_on(u->j);
         }
     }
     return ok;

@@ -46,7 +46,7 @@ const char *tradeoff_arithmetic(enum traj_arithmetic a)
 bool tradeoff_solve(struct tradeoff_run *u, const struct tradeoff_row *row, bool single, double until,
                     struct traj_result *r, struct sga_error *err)
 {
-    struct sga_budget budget = u->j->budget;
+    struct sga_budget budget = *u->j->budget;
     double now = sga_now();
     if (!budget.deadline || budget.deadline > until) {
         budget.deadline = until;
@@ -156,7 +156,7 @@ static bool not_solved(struct tradeoff_run *u, struct series *s, struct tradeoff
 {
     struct tradeoff *t = u->t;
     s->over = true;
-    if (!sga_budget_ok(&u->j->budget, u->j->err))
+    if (!job_goes_on(u->j))
         return false;
     if (err->code == SGA_E_LIMIT_SECONDS) {
         snprintf(row->note, sizeof row->note, "cut off: not solved in %.2g s", granted);

@@ -7,6 +7,7 @@
 #include "mechanical_answer.h"
 #include "mem.h"
 #include "oracle.h"
+#include "points.h"
 #include "reduction.h"
 #include "request.h"
 #include "run_job.h"
@@ -58,12 +59,12 @@ static unsigned char *in_equations(const struct sys_system *sys)
 static void unused_variables(struct job *j)
 {
     const struct sys_system *sys = &j->request->system;
-    if (j->request->hamiltonian || j->request->has_mechanical || j->request->op.has || !sys->rows)
+    if (j->request->hamiltonian || j->request->mechanical || j->request->op.has || !sys->rows)
         return;      /* rows that are made later, or have all of them */
     unsigned char *in = in_equations(sys);
     for (int k = 0; k < sys->variables; k++)
         if (!in[sys->variable[k].symbol])
-            sga_warn(&j->budget, SGA_W_UNUSED, "/system", "the variable %s is in no equation: nothing is said of its motion", answer_variable_name(j, k));
+            sga_warn(j->budget, SGA_W_UNUSED, "/system", "the variable %s is in no equation: nothing is said of its motion", answer_variable_name(j, k));
     free(in);
 }
 
@@ -74,13 +75,13 @@ void answer_warn_unused(struct job *j)
     unused_variables(j);
     for (int k = 0; k < st->symbols; k++)
         if (st->symbol[k].kind == EXPR_PARAMETER && !st->symbol[k].mentioned)
-            sga_warn(&j->budget, SGA_W_UNUSED, "/system/parameters", "the parameter %s is used nowhere", st->symbol[k].name);
+            sga_warn(j->budget, SGA_W_UNUSED, "/system/parameters", "the parameter %s is used nowhere", st->symbol[k].name);
     for (int t = 0; t < j->request->tables; t++) {
         bool used = false;
         for (int k = 0; k < st->symbols; k++)
             used |= st->symbol[k].table == j->request->table[t].values && st->symbol[k].mentioned;
         if (!used)
-            sga_warn(&j->budget, SGA_W_UNUSED, "/system/tables", "the table %s is used nowhere", j->request->table[t].name);
+            sga_warn(j->budget, SGA_W_UNUSED, "/system/tables", "the table %s is used nowhere", j->request->table[t].name);
     }
 }
 
@@ -100,8 +101,8 @@ static void free_names(const struct job *j, struct sga_buf *out)
     and_more(out, count);
 }
 
-/* Equations and unknowns as they were given: derivatives of the order reduction have an equation each, and are not counted. */
-static void count_given(const struct job *j, int *equations, int *unknowns)
+/* Derivatives of the order reduction have an equation each, and are not counted. */
+void answer_count_given(const struct job *j, int *equations, int *unknowns)
 {
     assert(!j->slice || j->slice->variables >= j->request->system.variables);
     const struct sys_system *sys = &j->request->system;
@@ -121,21 +122,21 @@ static void warn_count(struct job *j)
     struct sga_buf names = { 0 };
     if (j->op)
         return;
-    count_given(j, &equations, &unknowns);
+    answer_count_given(j, &equations, &unknowns);
     free_names(j, &names);
     if (equations < unknowns && functions)
-        sga_warn(&j->budget, SGA_W_FEWER_EQUATIONS, "/system", "%d equation%s for %d unknown%s: %d function%s of time can be chosen; free %s %s", equations,
+        sga_warn(j->budget, SGA_W_FEWER_EQUATIONS, "/system", "%d equation%s for %d unknown%s: %d function%s of time can be chosen; free %s %s", equations,
                  equations == 1 ? "" : "s", unknowns, unknowns == 1 ? "" : "s", functions, functions > 1 ? "s" : "", strchr(names.data, ',') ? "are among" : "is", names.data);
     else if (equations < unknowns)
-        sga_warn(&j->budget, SGA_W_FEWER_EQUATIONS, "/system", "%d equation%s for %d unknown%s%s", equations, equations == 1 ? "" : "s",
+        sga_warn(j->budget, SGA_W_FEWER_EQUATIONS, "/system", "%d equation%s for %d unknown%s%s", equations, equations == 1 ? "" : "s",
                  unknowns, unknowns == 1 ? "" : "s",
                  sol->verdict == SGA_INCONSISTENT ? "" : "; their consequences determine all of them");
     else if (functions)
-        sga_warn(&j->budget, SGA_W_FREE, "/system", "%d equation%s for %d unknown%s leave %d function%s of time to be chosen; "
+        sga_warn(j->budget, SGA_W_FREE, "/system", "%d equation%s for %d unknown%s leave %d function%s of time to be chosen; "
                  "free %s %s", equations, equations == 1 ? "" : "s", unknowns, unknowns == 1 ? "" : "s", functions, functions > 1 ? "s" : "",
                  strchr(names.data, ',') ? "are among" : "is", names.data);
     if (equations > unknowns)
-        sga_warn(&j->budget, SGA_W_MORE_EQUATIONS, "/system", "%d equation%s for %d unknown%s; %d follow%s from the others", equations,
+        sga_warn(j->budget, SGA_W_MORE_EQUATIONS, "/system", "%d equation%s for %d unknown%s; %d follow%s from the others", equations,
                  equations == 1 ? "" : "s", unknowns, unknowns == 1 ? "" : "s", sol->redundant_rows, sol->redundant_rows == 1 ? "s" : "");
     sga_buf_free(&names);
 }
@@ -156,7 +157,7 @@ static void warn_moved(struct job *j, const double *x)
     }
     and_more(&names, count);
     if (count)
-        sga_warn(&j->budget, SGA_W_START_MOVED, "/trajectory/initial", "the start was moved onto the constraints: %s", names.data);
+        sga_warn(j->budget, SGA_W_START_MOVED, "/trajectory/initial", "the start was moved onto the constraints: %s", names.data);
     sga_buf_free(&names);
 }
 
@@ -165,7 +166,7 @@ static void warn_redundant(struct job *j, const char *list, const int *which, in
     char pointer[64];
     for (int k = 0; k < count; k++) {
         snprintf(pointer, sizeof pointer, "%s/%d", list, which[k]);
-        sga_warn(&j->budget, SGA_W_REDUNDANT, pointer, "the constraint follows from the others: its multiplier is chosen to be 0, and neither motion nor "
+        sga_warn(j->budget, SGA_W_REDUNDANT, pointer, "the constraint follows from the others: its multiplier is chosen to be 0, and neither motion nor "
                  "reaction depends on that");
     }
 }
@@ -185,11 +186,11 @@ void answer_warn(struct job *j)
     for (int k = 0; k < j->oracle->reals; k++)
         proved += j->oracle->real[k].certified;
     if (j->oracle->reals && !proved)
-        sga_warn(&j->budget, SGA_W_POINTS_NOT_PROVED, "", "none of the %d points of the constraint set that decisions rest on is proved to lie on it",
+        sga_warn(j->budget, SGA_W_POINTS_NOT_PROVED, "", "none of the %d points of the constraint set that decisions rest on is proved to lie on it",
                  j->oracle->reals);
     if (j->solution->sides_not_searched)
-        sga_limit_met(&j->budget, SGA_LIMIT_SIDE_WORK);
+        sga_limit_met(j->budget, SGA_LIMIT_SIDE_WORK);
     for (int i = 0; i < j->strata.count && j->request->strata; i++)
         if (j->strata.at[i].state == STRATUM_UNSOLVED)
-            sga_warn(&j->budget, SGA_W_STRATA_NOT_SOLVED, "/strata", "some strata could not be solved: each has a problem that says why");
+            sga_warn(j->budget, SGA_W_STRATA_NOT_SOLVED, "/strata", "some strata could not be solved: each has a problem that says why");
 }

@@ -36,7 +36,7 @@ static void free_name(const struct job *j, int k, char *out, size_t size)
     }
 }
 
-static void write_variables(const struct job *j, struct sga_json *w)
+void answer_write_variables(const struct job *j, struct sga_json *w)
 {
     sga_json_key(w, "variables");
     sga_json_array(w);
@@ -84,7 +84,7 @@ static int differentiation_index(struct job *j)
         return -1;
     if (j->request->system.square)
         return sol->generations;
-    return j->op ? -1 : structure_index(&j->request->system, sol, j->oracle, &j->budget);
+    return j->op ? -1 : structure_index(&j->request->system, sol, j->oracle, j->budget);
 }
 
 static void write_index(struct job *j, struct sga_json *w)
@@ -187,7 +187,7 @@ static void write_gauge(const struct job *j, struct sga_json *w)
 /* Seconds of each stage that ran; the points that the reduction drew are told apart from it. */
 static void write_seconds(struct job *j, struct sga_json *w)
 {
-    struct stage_clock *c = &j->clock;
+    struct stage_clock *c = j->clock;
     double total = 0;
     stage_begin(c, STAGE_WRITING);
     sga_json_key(w, "seconds");
@@ -239,7 +239,7 @@ bool answer_write(struct job *j, struct sga_buf *out)
     struct sga_json json, *w = &json;
     unsigned want = j->request->want;
     bool solvable = j->solution->verdict != SGA_INCONSISTENT;
-    stage_begin(&j->clock, STAGE_WRITING);
+    stage_begin(j->clock, STAGE_WRITING);
     sga_json_begin(w, out);
     sga_json_object(w);
     sga_json_member_string(w, "verdict", sga_verdict_text(j->solution->verdict));
@@ -253,7 +253,7 @@ bool answer_write(struct job *j, struct sga_buf *out)
     if (j->request->name) {
         sga_json_member_string(w, "name", j->request->name);
     }
-    write_variables(j, w);
+    answer_write_variables(j, w);
     if (j->solution->specials)
         write_where(j, w);
     write_dimensions(j, w);
@@ -276,22 +276,22 @@ bool answer_write(struct job *j, struct sga_buf *out)
         sga_json_key(w, "structure");
         sga_json_object(w);
         sga_json_key(w, "kronecker");
-        sga_json_raw(w, j->kronecker.data, j->kronecker.len);
+        sga_json_raw(w, j->kronecker, strlen(j->kronecker));
         if (j->structure)
             answer_write_structure(j, w);
         sga_json_end_object(w);
     }
     if (j->kronecker_is_linear) {
         sga_json_key(w, "kronecker");
-        sga_json_raw(w, j->kronecker.data, j->kronecker.len);
+        sga_json_raw(w, j->kronecker, strlen(j->kronecker));
     }
     if (want & REQUEST_SYMMETRIES)
         answer_write_symmetries(j, w);
     if (j->initial)
         answer_write_initial(j, w);
-    if (j->sweep.len) {
+    if (j->sweep) {
         sga_json_key(w, "trajectories");
-        sga_json_raw(w, j->sweep.data, j->sweep.len);
+        sga_json_raw(w, j->sweep, strlen(j->sweep));
     }
     if (j->trajectory && !answer_write_trajectory(j, w))
         return false;

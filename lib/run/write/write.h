@@ -15,6 +15,8 @@ bool answer_write(struct job *j, struct sga_buf *out);
 void answer_write_operator(const struct job *j, struct sga_json *w);
 void answer_write_mechanical(struct job *j, struct sga_json *w);
 void answer_write_restrictions(struct job *j, struct sga_json *w);
+/* The member `variables`. */
+void answer_write_variables(const struct job *j, struct sga_json *w);
 void answer_write_drift(const struct job *j, struct sga_json *w);
 void answer_write_strata(const struct job *j, struct sga_json *w);
 void answer_write_empty_strata(const struct job *j, struct sga_json *w);
@@ -36,6 +38,8 @@ void answer_write_symmetries(struct job *j, struct sga_json *w);
 /* What the answer says beside itself of names that nothing uses, before the system is cut; and of the number of
  * equations and the start, once all is known. */
 void answer_warn_unused(struct job *j);
+/* Equations and unknowns as they were given, without those of the order reduction. */
+void answer_count_given(const struct job *j, int *equations, int *unknowns);
 void answer_warn(struct job *j);
 
 #endif

@@ -6,6 +6,7 @@
 #include "buf.h"
 #include "job_texts.h"
 #include "oracle.h"
+#include "points.h"
 #include "poly.h"
 #include "print.h"
 #include "reduction.h"
@@ -21,7 +22,7 @@ static expr_id normal_form(struct job *j, expr_id e)
 {
     struct poly_limits limits = poly_limits_of(POLY_SHOWN, NULL);
     expr_id normal = e;
-    limits.budget = &j->budget;
+    limits.budget = j->budget;
     return poly_normal(&j->request->store, e, &limits, &normal) ? normal : e;
 }
 
@@ -86,7 +87,7 @@ static expr_id times_replaced(struct job *j, const struct sga_constraint *c)
         return plain;
     expr_id q = expr_div(st, c->replaced, c->expr), normal = EXPR_UNDEF;
     struct poly_limits limits = poly_limits_of(POLY_SHOWN, NULL);
-    limits.budget = &j->budget;
+    limits.budget = j->budget;
     bool ok = q && poly_normal(st, q, &limits, &normal)
               && (expr_is_const(st, normal) ? !expr_is_zero(st, normal)
                   : j->oracle->reals && points_oracle_zero(j->oracle, normal).basis == POINTS_NONZERO_PROVED);
@@ -149,7 +150,7 @@ static void write_pivots(struct job *j, struct sga_json *w)
         if (expr_is_const(&j->request->store, sol->pivot[q].value))
             continue;
         if (written == SGA_MOST_PIVOTS_LISTED) {
-            sga_limit_met(&j->budget, SGA_LIMIT_PIVOTS_LISTED);
+            sga_limit_met(j->budget, SGA_LIMIT_PIVOTS_LISTED);
             break;
         }
         sga_json_object(w);

@@ -3,6 +3,9 @@
 
 #include "write.h"
 
+#include "buf.h"
+#include "form.h"
+#include "reduction.h"
 #include "run_job.h"
 #include "job_texts.h"
 #include "mechanical_answer.h"
@@ -11,10 +14,10 @@
 
 static void write_list(const struct job *j, struct sga_json *w, const char *key, int first)
 {
-    assert(first >= 0 && first + j->request->mechanical.coordinates <= j->texts->names.roots);
+    assert(first >= 0 && first + j->request->mechanical->coordinates <= j->texts->names.roots);
     sga_json_key(w, key);
     sga_json_array(w);
-    for (int i = 0; i < j->request->mechanical.coordinates; i++)
+    for (int i = 0; i < j->request->mechanical->coordinates; i++)
         sga_json_string(w, j->texts->names.root[first + i]);
     sga_json_end_array(w);
 }
@@ -25,9 +28,9 @@ static void write_point(const struct job *j, struct sga_json *w)
     const struct sys_system *s = &j->request->system;
     sga_json_key(w, "point");
     sga_json_object(w);
-    for (int i = 0; i < 2 * j->request->mechanical.coordinates; i++)
+    for (int i = 0; i < 2 * j->request->mechanical->coordinates; i++)
         sga_json_member_double(w, s->store->symbol[s->variable[i].symbol].name, r->point[i]);
-    if (j->mechanical->fibre.W.depends_on_time)
+    if (j->mechanical->fibre.W->depends_on_time)
         sga_json_member_double(w, s->store->symbol[s->time].name, r->t);
     sga_json_end_object(w);
     sga_json_member_bool(w, "certified", r->certified);
@@ -47,7 +50,7 @@ static void write_conditions(struct job *j, struct sga_json *w)
         sga_json_object(w);
         if (expr_print(&j->request->store, f->condition[i], 4000, &text))
             sga_json_member_string(w, "expression", text.data);
-        sga_json_member_string(w, "multiplier", s->store->symbol[s->variable[2 * j->request->mechanical.coordinates + f->constraint[i]].symbol].name);
+        sga_json_member_string(w, "multiplier", s->store->symbol[s->variable[2 * j->request->mechanical->coordinates + f->constraint[i]].symbol].name);
         sga_json_end_object(w);
         sga_buf_free(&text);
     }
@@ -62,7 +65,7 @@ static void write_regularity(struct job *j, struct sga_json *w)
     sga_json_member_bool(w, "regular", m->determined && full);
     sga_json_key(w, "regularity");
     sga_json_object(w);
-    sga_json_member_int(w, "configuration", 2 * j->request->mechanical.coordinates - m->fibre.W.constraints);
+    sga_json_member_int(w, "configuration", 2 * j->request->mechanical->coordinates - m->fibre.W->constraints);
     sga_json_member_bool(w, "determined", m->determined);
     sga_json_member_int(w, "rank", m->fibre.conditions);
     sga_json_member_bool(w, "full_rank", full);
@@ -86,7 +89,7 @@ static void write_regularity(struct job *j, struct sga_json *w)
 void answer_write_mechanical(struct job *j, struct sga_json *w)
 {
     const struct mechanical_answer *m = j->mechanical;
-    int n = j->request->mechanical.coordinates, first = m->first_root;
+    int n = j->request->mechanical->coordinates, first = m->first_root;
     if (m->has_regularity)
         write_regularity(j, w);
     if (!m->has_motion)

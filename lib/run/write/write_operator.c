@@ -1,6 +1,7 @@
 /* The members of the result that the form `operator` adds. */
 #include "run_job.h"
 
+#include "buf.h"
 #include "operator.h"
 #include "operator_answer.h"
 #include "ore.h"

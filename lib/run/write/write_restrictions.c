@@ -1,6 +1,7 @@
 /* Of the form hamiltonian: its 2-form and restrictions. */
 #include "write.h"
 
+#include "buf.h"
 #include "form.h"
 #include "run_job.h"
 #include "poly.h"
@@ -12,7 +13,7 @@ enum { TEXT_BYTES = 400 };
 
 static void write_text(struct job *j, struct sga_json *w, expr_id e)
 {
-    struct poly_limits limits = poly_limits_of(POLY_MODEST, &j->budget);
+    struct poly_limits limits = poly_limits_of(POLY_MODEST, j->budget);
     expr_id normal;
     if (poly_normal(&j->request->store, e, &limits, &normal))
         e = normal;
@@ -45,7 +46,7 @@ static void write_tangent(struct job *j, struct sga_json *w)
 {
     int n = j->request->system.variables;
     if (j->primary->count > SGA_MOST_TANGENT_LISTED)
-        sga_limit_met(&j->budget, SGA_LIMIT_TANGENT_LISTED);
+        sga_limit_met(j->budget, SGA_LIMIT_TANGENT_LISTED);
     sga_json_key(w, "pull_back");
     sga_json_array(w);
     for (int i = 0; i < j->primary->count && i < SGA_MOST_TANGENT_LISTED; i++) {

@@ -3,6 +3,7 @@
 
 #include "write.h"
 
+#include "buf.h"
 #include "run_job.h"
 #include "request.h"
 #include "slice.h"
@@ -19,7 +20,7 @@ void answer_write_slice(const struct job *j, struct sga_json *w)
     sga_json_member_int(w, "variables", c->gone);
     sga_json_member_int(w, "equations", c->rows_gone);
     if (c->gone > SGA_MOST_NAMES_LISTED)
-        sga_limit_met(&j->budget, SGA_LIMIT_NAMES_LISTED);
+        sga_limit_met(j->budget, SGA_LIMIT_NAMES_LISTED);
     sga_json_key(w, "names");
     sga_json_array(w);
     for (int k = 0; k < c->gone && k < SGA_MOST_NAMES_LISTED; k++)

@@ -125,8 +125,8 @@ void answer_write_strata(const struct job *j, struct sga_json *w)
     write_not_zero(j, w, j->place.not_zero, j->place.not_zeros);
     if (j->place.is_case)
         write_not_zero(j, w, j->place.part->excluded, j->place.part->excludeds);
-    if (j->signs.len)
-        sga_json_raw(w, j->signs.data, j->signs.len);
+    if (j->signs)
+        sga_json_raw(w, j->signs, strlen(j->signs));
     sga_json_end_array(w);
 }
 

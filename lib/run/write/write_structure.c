@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "arena.h"
+#include "buf.h"
 #include "graph.h"
 #include "mem.h"
 #include "print.h"
@@ -295,7 +296,7 @@ void answer_write_structure(struct job *j, struct sga_json *w)
         if (j->structure->origin && j->request->system.variables <= SGA_MOST_DETERMINED)
             write_determines(j, w);
         else if (j->structure->origin)
-            sga_limit_met(&j->budget, SGA_LIMIT_DETERMINED);
+            sga_limit_met(j->budget, SGA_LIMIT_DETERMINED);
         write_motion(j, w);
     }
     sga_json_key(w, "predicted");

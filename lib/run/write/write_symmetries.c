@@ -1,5 +1,6 @@
 /* The member `symmetries` of the result. */
 #include "run_job.h"
+#include "buf.h"
 #include "job_symmetries.h"
 #include "print.h"
 #include "request.h"
@@ -20,7 +21,7 @@ static void member_truth(struct sga_json *w, const char *key, enum sym_truth tru
 static void expression(struct job *j, struct sga_json *w, expr_id e)
 {
     if (!expr_json(&j->request->store, e, SGA_MOST_SYMMETRY_BYTES, w) && e != EXPR_UNDEF)
-        sga_limit_met(&j->budget, SGA_LIMIT_SYMMETRY_BYTES);
+        sga_limit_met(j->budget, SGA_LIMIT_SYMMETRY_BYTES);
 }
 
 static const char *component_name(const struct job *j, int k)

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 
 #include "arena.h"
-#include "mem.h"
+#include "buf.h"
 #include "reduction.h"
 #include "request.h"
 #include "table.h"

@@ -2,10 +2,9 @@
 #include <assert.h>
 #include <string.h>
 
-#include "budget.h"
 #include "buf.h"
 #include "job_integrals.h"
-#include "oracle.h"
+#include "points_truth.h"
 #include "request.h"
 #include "run_job.h"
 #include "stratum.h"
@@ -47,7 +46,7 @@ static bool write_rows(struct job *j, struct sga_json *w)
     sga_json_key(w, "rows");
     sga_json_array(w);
     for (int i = 0; i < r->rows; i++) {
-        if (i % 64 == 0 && !(answer_fits(j, w->out) && sga_budget_ok(&j->budget, j->err)))
+        if (i % 64 == 0 && !(answer_fits(j, w->out) && job_goes_on(j)))
             return false;
         sga_json_array(w);
         sga_json_double(w, r->t[i]);
@@ -117,7 +116,7 @@ static bool write_events(struct job *j, struct sga_json *w)
     sga_json_array(w);
     for (int i = 0; i < r->happened; i++) {
         const struct traj_happening *h = r->happening + i;
-        if (i % 64 == 0 && !(answer_fits(j, w->out) && sga_budget_ok(&j->budget, j->err)))
+        if (i % 64 == 0 && !(answer_fits(j, w->out) && job_goes_on(j)))
             return false;
         sga_json_object(w);
         sga_json_member_string(w, "name", t->event[h->event].name);

@@ -1,6 +1,6 @@
 /* Errors as users see them: problem details (RFC 9457), from the library's error table. */
-#ifndef SERVER_PROBLEM_H
-#define SERVER_PROBLEM_H
+#ifndef SGA_BASE_PROBLEM_H
+#define SGA_BASE_PROBLEM_H
 
 #include "buf.h"
 #include "error.h"

@@ -1,4 +1,4 @@
-/* The one writer of problem details: replies and failed jobs share it. */
+/* The one writer of problem details: replies, failed jobs and reviews of requests share it. */
 #include "problem.h"
 
 #include <stdio.h>

@@ -1,0 +1,71 @@
+#include "number.h"
+
+#include "operators.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Decimals with more digits than these are no numbers that somebody wrote. */
+enum { DECIMALS = 25, DIGITS = 40 };
+
+/* |q| = number / 10^places with fewest places. */
+static bool decimal(const fmpq_t q, fmpz_t number, int *places)
+{
+    fmpz_t scale;
+    bool fits = false;
+    fmpz_init_set_ui(scale, 1);
+    for (*places = 0; *places <= DECIMALS && !fits; ++*places) {
+        fits = fmpz_divisible(scale, fmpq_denref(q));
+        if (fits)
+            break;
+        fmpz_mul_ui(scale, scale, 10);
+    }
+    if (fits) {
+        fmpz_divexact(number, scale, fmpq_denref(q));
+        fmpz_mul(number, number, fmpq_numref(q));
+        fmpz_abs(number, number);
+        fits = fmpz_sizeinbase(number, 10) <= DIGITS;
+    }
+    fmpz_clear(scale);
+    return fits;
+}
+
+static void put_decimal(const fmpz_t number, int places, struct sga_buf *out)
+{
+    char digits[DIGITS + DECIMALS + 8];
+    memset(digits, '0', DECIMALS + 1);
+    fmpz_get_str(digits + DECIMALS + 1, 10, number);
+    int n = (int)strlen(digits + DECIMALS + 1);
+    int zeros = places >= n ? places - n + 1 : 0;         /* so that a digit stands before the point */
+    const char *from = digits + DECIMALS + 1 - zeros;
+    n += zeros;
+    sga_buf_put(out, from, (size_t)(n - places));
+    sga_buf_printf(out, ".%s", places ? from + n - places : "0");
+}
+
+bool export_number(const fmpq_t q, struct sga_buf *out, int *binds)
+{
+    bool negative = fmpq_sgn(q) < 0, ok = true;
+    int places;
+    fmpz_t number;
+    fmpz_init(number);
+    *binds = negative ? BINDS_SIGN : BINDS_ALL;
+    if (decimal(q, number, &places)) {
+        sga_buf_puts(out, negative ? "-" : "");
+        put_decimal(number, places, out);
+    } else if (fmpz_bits(fmpq_numref(q)) <= 53 && fmpz_bits(fmpq_denref(q)) <= 53) {
+        sga_buf_printf(out, "%ld.0/%ld.0", (long)fmpz_get_si(fmpq_numref(q)), (long)fmpz_get_si(fmpq_denref(q)));
+        *binds = BINDS_PRODUCT;
+    } else {
+        mpfr_t nearest;
+        mpfr_init2(nearest, 53);
+        fmpq_get_mpfr(nearest, q, MPFR_RNDN);
+        double d = mpfr_get_d(nearest, MPFR_RNDN);
+        mpfr_clear(nearest);
+        if ((ok = isfinite(d) && fabs(d) >= 2.2250738585072014e-308))
+            sga_buf_printf(out, "%.16e", d);
+    }
+    fmpz_clear(number);
+    return ok;
+}

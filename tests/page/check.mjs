@@ -1,0 +1,273 @@
+// The page in a browser, against a daemon: check.mjs URL TOKEN_URL TOKEN NODE_FOLDER PICTURES
+// Every check is counted; the last line is "N passed, N failed".
+import { createRequire } from "node:module";
+import { mkdirSync, readFileSync } from "node:fs";
+import { join } from "node:path";
+
+const [url, guarded, token, modules, pictures] = process.argv.slice(2);
+const require = createRequire(join(modules, "/"));
+const { chromium } = require("playwright-core");
+const AXE = readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
+let passed = 0, failed = 0;
+mkdirSync(pictures, { recursive: true });
+
+function check(ok, label, detail = "") {
+  if (ok) passed++;
+  else { failed++; console.log(`FAILED ${label}: ${typeof detail === "string" ? detail : JSON.stringify(detail)}`.slice(0, 1500)); }
+}
+
+// A page of its own, with what it must not do written down: errors, what the policy stops, requests to other hosts.
+async function open(browser, at, options = {}) {
+  const context = await browser.newContext({ viewport: { width: 1360, height: 850 }, ...options });
+  await context.addInitScript(() => addEventListener("securitypolicyviolation", e => console.error("policy:", e.violatedDirective, e.blockedURI)));
+  const page = await context.newPage(), log = [], host = new URL(at).origin;
+  page.on("pageerror", e => log.push("error: " + e.message));
+  page.on("console", m => { if (m.type() === "error" && !/status of 4\d\d/.test(m.text())) log.push("console: " + m.text()); });
+  page.on("request", r => { if (!/^(data|blob):/.test(r.url()) && new URL(r.url()).origin !== host) log.push("another host: " + r.url()); });
+  await page.goto(at);
+  return { page, log, context };
+}
+
+// axe runs in the page as a debugger does: the page's own policy stays in force.
+async function accessible(page, label) {
+  await page.evaluate(AXE);
+  const found = await page.evaluate(async () => (await axe.run(document, { resultTypes: ["violations"] })).violations.map(v => `${v.id}: ${v.nodes.slice(0, 3).map(n => n.html.slice(0, 120)).join(" | ")}`));
+  check(found.length === 0, `${label}: axe-core has no findings`, found);
+}
+
+async function choose(page, example) {
+  await page.selectOption("#examples", example);
+  await page.waitForSelector("#said.fine");
+}
+
+async function run(page) {
+  await page.click("#run");
+  await page.waitForFunction(() => document.querySelector("#run").disabled === false && location.hash.startsWith("#/job/"));
+  await page.waitForSelector("#panel-Answer .verdict", { state: "attached" });
+}
+
+const tab = (page, name) => page.click("#tab-" + name);
+const text = (page, selector) => page.textContent(selector);
+
+async function examples(browser) {
+  const { page, log } = await open(browser, url);
+  const names = await page.$$eval("#examples option", all => all.map(o => o.value).filter(v => v && v !== "new"));
+  check(names.length >= 8, "there are examples", names);
+  for (const name of names) {
+    const request = await page.evaluate(n => fetch(`/page/${n}.json`).then(r => r.json()), name);
+    await choose(page, name);
+    await page.click("input[value=json] + span");
+    const typed = JSON.parse(await page.inputValue("textarea"));
+    check(request.system.form === "equations" && request.trajectory ? typed.system.equations.join() === request.system.equations.join() : JSON.stringify(typed) === JSON.stringify(request), `${name}: the editor has the example`, typed);
+    await page.waitForSelector("#said.fine");
+    await run(page);
+    const shown = JSON.parse(await text(page, "#panel-Raw pre")), posted = await page.evaluate(id => fetch(`/v1/jobs/${id}/request`).then(r => r.json()), shown.id);
+    check(shown.status === "done" && shown.result.verdict === await text(page, "#panel-Answer .verdict"), `${name}: the verdict is shown`, shown.error);
+    check(posted.system.name === request.system.name && (request.system.form !== "equations" || JSON.stringify(posted.system.equations) === JSON.stringify(request.system.equations)), `${name}: what was posted is the example`, posted);
+    check((await page.$$("#panel-Answer math")).length >= 2, `${name}: formulas`);
+    check((await page.$$("#panel-Answer code")).length === 0, `${name}: every expression could be set`, await page.$$eval("#panel-Answer code", all => all.map(c => c.textContent)));
+    const dimensions = shown.result.dimensions;
+    check((await text(page, "#panel-Answer dl")).includes([dimensions.ambient, ...dimensions.generations].join(" → ")), `${name}: dimensions`);
+    await tab(page, "Derivation");
+    if (shown.result.constraints) check((await page.$$("#panel-Derivation .card")).length === new Set(shown.result.constraints.map(c => c.generation)).size + 2, `${name}: a card for each generation`);
+    await tab(page, "Plots");
+    if (request.trajectory) {
+      await page.waitForSelector("#panel-Plots .u-over");
+      const ink = await page.$eval("#panel-Plots canvas", c => { const d = c.getContext("2d").getImageData(0, 0, c.width, c.height).data; let n = 0; for (let i = 3; i < d.length; i += 4) n += d[i] > 0; return n; });
+      check(ink > 2000, `${name}: curves are drawn`, ink);
+      check(await text(page, "#panel-Plots summary").then(t => t.includes(`(${shown.result.trajectory.rows.length} rows)`)), `${name}: the table beside them`);
+    } else check((await text(page, "#panel-Plots")).includes("no motion"), `${name}: there is no motion, and that is said`);
+    await tab(page, "Answer");
+  }
+  check(log.length === 0, "examples: no errors, nothing stopped by the policy, one host", log);
+  await page.context().close();
+}
+
+async function marks(browser) {
+  const { page, log } = await open(browser, url);
+  await page.fill("textarea", "x' = 3*y + 2)\ny' = lambda*x\nlet lam = 1*\nstart x = 1, y = -+\nfrom 0 to 1");
+  await page.waitForSelector(".bad");
+  const marked = await page.$$eval("#editor .bad", all => all.map(b => b.textContent));
+  check(marked[0] === ")" && marked.slice(1).join() === "*,+", "the wrong columns alone are marked", marked);
+  const lines = await page.$$eval("#problems button", all => all.map(b => b.textContent));
+  check(lines.length >= 2 && lines.some(l => l.startsWith("Line 1:")) && lines.some(l => l.startsWith("Line 3:")), "problems name their lines", lines);
+  await page.click("#problems li:nth-child(2) button");
+  const at = await page.$eval("textarea", t => t.value.slice(t.selectionStart, t.selectionEnd));
+  check(at !== "" && marked.includes(at), "a problem leads to its place", at);
+  check(await page.getAttribute("textarea", "aria-invalid") === "true" && /problem/.test(await text(page, "#said")), "it is said to all");
+  await page.fill("textarea", "x' = 3*y\ny' = lambda*x\nlet lam = 1\nstart x = 1");
+  await page.waitForSelector("#said.wrong");
+  await page.fill("textarea", "x' = 3*y\ny' = -x\nlet k = 1");
+  await page.waitForSelector("#said.fine");
+  check((await text(page, "#problems")).includes("k is used nowhere"), "warnings are shown", await text(page, "#problems"));
+  await page.click("input[value=json] + span");
+  const broken = (await page.inputValue("textarea")).replace("3*y", "3*\\u0079 +* 1");
+  await page.fill("textarea", broken);
+  await page.waitForSelector(".bad");
+  check((await text(page, ".bad")) === "*", "in JSON, behind an escape too", await text(page, ".bad"));
+  await page.fill("textarea", '{"system": {"form": "equations",\n "variables": ["x"] "equations": []}}');
+  await page.waitForSelector("#editor .gutter b");
+  check((await text(page, "#editor .gutter b")).endsWith("2"), "JSON that is none: its line is marked");
+  check(log.length === 0, "marks: no errors", log);
+  await page.context().close();
+}
+
+async function ways(browser) {
+  const { page, log } = await open(browser, url);
+  await choose(page, "pendulum");
+  const plain = await page.inputValue("textarea");
+  await page.click("input[value=json] + span");
+  const json = JSON.parse(await page.inputValue("textarea"));
+  await page.click("input[value=plain] + span");
+  check(await page.inputValue("textarea") === plain && json.system.variables.join() === "x,y,lambda", "lines to JSON and back are the same lines", json);
+  await page.focus("textarea");
+  await page.keyboard.press("Control+Enter");
+  await page.waitForFunction(() => location.hash.startsWith("#/job/"));
+  await page.focus("#tab-Answer");
+  await page.keyboard.press("ArrowRight");
+  check(await page.getAttribute("#tab-Derivation", "aria-selected") === "true", "tabs by arrow keys");
+  await page.click("text=From the start");
+  await page.focus("#tab-Derivation");
+  await page.keyboard.press("n");
+  check((await page.$$eval("#panel-Derivation .card", all => all.filter(c => c.offsetParent).length)) === 2, "n shows one generation more");
+  await page.keyboard.press("p");
+  check((await page.$$eval("#panel-Derivation .card", all => all.filter(c => c.offsetParent).length)) === 1, "p takes it away");
+  await page.click("#present");
+  check(!await page.isVisible("textarea"), "present hides the editor");
+  await page.click("#present");
+  const link = page.url(), other = await open(browser, link);
+  await other.page.waitForSelector("#panel-Answer .verdict");
+  const sorted = t => t.split(/[\n,]|let |start /).map(s => s.trim()).filter(Boolean).sort().join("\n");      // members are sorted in what the service keeps
+  check(sorted(await other.page.inputValue("textarea")) === sorted(plain), "a link opens the request and its answer", await other.page.inputValue("textarea"));
+  await other.page.context().close();
+  await page.fill("textarea", "x' = -x\n");
+  await page.waitForSelector("#said.fine");
+  await page.click("#link");
+  await page.waitForFunction(() => location.hash.startsWith("#/new"));
+  const fresh = await open(browser, page.url());
+  await fresh.page.waitForFunction(() => document.querySelector("textarea").value !== "");
+  check(await fresh.page.inputValue("textarea") === "x' = -x\n", "a link to a request that was not run");
+  await fresh.page.context().close();
+  await page.click("#copy");
+  for (const name of ["curl", "Python", "Octave"]) {
+    await page.click(`#languages >> text=${name}`);
+    check((await text(page, "#snippet")).includes("x' = -x") || (await text(page, "#snippet")).includes("x'' = -x"), `copy as ${name}`);
+  }
+  await page.click("#snippets button.main");
+  await page.click("#drawer > summary");
+  await page.waitForSelector("#jobs a");
+  check(/pendulum/.test(await text(page, "#jobs")), "jobs are listed by name", await text(page, "#jobs"));
+  check(log.length === 0, "ways: no errors", log);
+  await page.context().close();
+}
+
+const SLOW = `{"system": {"form": "equations", "variables": ["x"], "equations": ["x'' = -1001*x + (${Array.from({ length: 400 }, (_, k) => `sin(x + ${k})`).join(" + ")})*1e-15"]},
+ "want": ["trajectory"], "trajectory": {"stop": 8000, "samples": 2, "initial": {"x": 1, "x'": 0}}, "limits": {"seconds": 120}}`;
+
+// What the documents show is taken, and each line does what they say.
+async function documented(browser) {
+  const { page, log } = await open(browser, url);
+  const shown = /```text\n([^]*?)```/.exec(readFileSync(join(import.meta.dirname ?? new URL(".", import.meta.url).pathname, "../../doc/page.md"), "utf8"))[1];
+  await page.fill("textarea", shown);
+  await page.waitForSelector("#said.fine");
+  await run(page);
+  const posted = await page.evaluate(id => fetch(`/v1/jobs/${id}/request`).then(r => r.json()), JSON.parse(await text(page, "#panel-Raw pre")).id);
+  const should = { accuracy: { rtol: "1e-9" }, system: { equations: ["x'' = -lam*x", "y'' = -lam*y - g", "x^2 + y^2 = L^2"], form: "equations", name: "pendulum", parameters: { L: "1/2", g: "9.81" }, variables: ["x", "lam", "y"] },
+    trajectory: { hold: ["x"], initial: { x: "1/2", y: 0 }, outputs: ["x", "y", "x^2 + y^2"], samples: 201, start: 0, stop: 10 } };
+  check(JSON.stringify(posted) === JSON.stringify(should), "the lines of doc/page.md are this request", posted);
+  await tab(page, "Plots");
+  await page.waitForSelector("#panel-Plots .u-over");
+  check((await page.$$eval("#panel-Plots input[type=checkbox]", all => all.length)) === 3, "its outputs are the columns");
+  check(log.length === 0, "documented: no errors", log);
+  await page.context().close();
+}
+
+async function stopping(browser) {
+  const { page, log } = await open(browser, url);
+  await page.click("input[value=json] + span");
+  await page.fill("textarea", SLOW);
+  await page.waitForSelector("#said.fine");
+  await page.click("#run");
+  await page.waitForFunction(() => /trajectory/.test(document.querySelector("#progress").textContent));
+  check(await page.isVisible("#cancel") && await page.isDisabled("#run"), "a running job shows its stage and can be cancelled");
+  await page.click("#cancel");
+  await page.waitForFunction(() => !document.querySelector("#run").disabled);
+  check(/cancelled/.test(await text(page, "#panel-Raw pre")), "it is cancelled", (await text(page, "#panel-Answer")).slice(0, 200));
+  check(log.length === 0, "stopping: no errors", log);
+  await page.context().close();
+}
+
+async function refusals(browser) {
+  const { page, log } = await open(browser, url);
+  await page.click("input[value=json] + span");
+  await page.fill("textarea", JSON.stringify({ system: { form: "equations", variables: ["x", "y"], equations: ["x' = y", "y' = -x", "x^2 + y^2 = 1"] }, trajectory: { stop: 1, initial: { x: 5, y: 5 }, hold: ["x", "y"] } }));
+  await page.waitForSelector("#said.fine");
+  await run(page);
+  await page.waitForFunction(() => /Cure:/.test(document.querySelector("#panel-Answer").textContent));
+  check(/inconsistent_initial/.test(await text(page, "#panel-Answer")), "a job that failed says why, with cause and cure", await text(page, "#panel-Answer"));
+  await page.fill("textarea", '{"system": {"form": "equations", "variables": ["<img src=x onerror=alert(1)>"], "equations": ["x = 1"]}}');
+  await page.waitForSelector("#said.wrong");
+  check((await page.$$("#problems img")).length === 0 && (await text(page, "#problems")).includes("<img"), "text of the service stays text");
+  await page.route("**/v1/check", r => r.abort());
+  await page.fill("textarea", "{}");
+  await page.waitForFunction(() => /cannot be reached/.test(document.querySelector("#said").textContent));
+  check(true, "without the service the page says so");
+  check(log.filter(l => !/ERR_FAILED/.test(l)).length === 0, "refusals: no errors", log);
+  await page.context().close();
+}
+
+async function tokens(browser) {
+  const { page, log } = await open(browser, guarded);
+  await page.selectOption("#examples", "cawley");
+  await page.waitForSelector("#token[open]");
+  await accessible(page, "the dialog of the token");
+  await page.fill("#tokentext", "sgad_wrong");
+  await page.click("#token button.main");
+  await page.waitForFunction(() => document.querySelector("#token").open);
+  await page.fill("#tokentext", token);
+  await page.click("#token button.main");
+  await page.waitForSelector("#said.fine");
+  await run(page);
+  check((await text(page, "#panel-Answer .verdict")) === "underdetermined", "with the token it answers", await text(page, "#panel-Answer"));
+  check(!page.url().includes(token) && !(await page.content()).includes(token) && await page.evaluate(() => localStorage.length) === 0, "the token is in no address and is kept with the tab only");
+  check(log.length === 0, "tokens: no errors", log);
+  await page.context().close();
+}
+
+async function looks(browser) {
+  for (const [scheme, zoom] of [["light", 1], ["dark", 1], ["light", 2]]) {
+    const { page, log } = await open(browser, url, { colorScheme: scheme, viewport: { width: 1360 / zoom, height: 850 / zoom }, deviceScaleFactor: zoom });
+    await accessible(page, `${scheme} ${zoom}: empty`);
+    await choose(page, "turning");
+    await run(page);
+    for (const name of ["Answer", "Derivation", "Strata", "Symmetries", "Accuracy", "Raw"]) {
+      await tab(page, name);
+      for (const node of await page.$$(`#panel-${name} details:not([open]) > summary`)) await node.click();
+      await accessible(page, `${scheme} ${zoom}: ${name}`);
+    }
+    await choose(page, "pendulum");
+    await run(page);
+    await tab(page, "Plots");
+    for (const kind of ["phase plane", "errors by row", "against time"]) {
+      await page.selectOption("[aria-label=Plot]", kind);
+      await page.waitForSelector("#panel-Plots .u-over");
+      await page.screenshot({ path: join(pictures, `${scheme}-${zoom}-${kind.replaceAll(" ", "-")}.png`) });
+    }
+    await page.fill("textarea", "x' = 3*y +* 2");
+    await page.waitForSelector("#said.wrong");
+    await accessible(page, `${scheme} ${zoom}: Plots and a problem`);
+    const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+    check(wide <= 0, `${scheme} ${zoom}: nothing is wider than the window`, wide);
+    const ground = await page.evaluate(() => getComputedStyle(document.body).backgroundColor);
+    check((ground === "rgb(255, 255, 255)") === (scheme === "light"), `${scheme}: its ground`, ground);
+    check(log.length === 0, `${scheme} ${zoom}: no errors`, log);
+    await page.context().close();
+  }
+}
+
+const browser = await chromium.launch({ executablePath: process.env.CHROMIUM || "/usr/bin/chromium", args: ["--no-sandbox", "--disable-gpu"] });
+for (const part of [examples, marks, ways, documented, stopping, refusals, tokens, looks])
+  try { await part(browser); } catch (e) { check(false, part.name, String(e.stack ?? e)); }
+await browser.close();
+console.log(`${passed} passed, ${failed} failed`);
+process.exit(failed ? 1 : 0);
