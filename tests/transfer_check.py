@@ -9,6 +9,7 @@
 import json
 import os
 import random
+import subprocess
 import sys
 
 import mpmath
@@ -190,6 +191,19 @@ class Check:
             self.tally.check(t["matrix"] is None and abs(mpmath.mpc(row[1], row[2]) - expected) <= (t["response"]["relative_error"] + 1e-14) * abs(expected),
                              "pendulum held aside: response", str(t))
 
+    def text(self):
+        """sga solve --text shows every member of the result, or says which it leaves out."""
+        request = {"system": {"form": "descriptor", "states": ["x"], "inputs": ["u"], "outputs": ["y"], "A": [[-1]], "B": [[1]], "C": [[1]]},
+                   "want": ["constraints", "index", "vector_field", "gauge", "structure", "symmetries", "transfer", "linearization"],
+                   "symmetries": {"check": [{"name": "time", "field": {"x": "0"}}]}}
+        program = os.path.join(ROOT, build_folder(), "sga")
+        said, result = (subprocess.run([program, "solve", "-", how], input=json.dumps(request), capture_output=True, text=True, check=False) for how in ("--text", "--json"))
+        if self.tally.check(said.returncode == 0 and result.returncode == 0, "text: solved", said.stderr + result.stderr):
+            words = {"dimensions": "dimensions:", "index": "index:", "vector_field": "reduced vector field", "gauge": "gauge freedom"}
+            for member, value in json.loads(result.stdout).items():
+                self.tally.check(words.get(member, member) in said.stdout or value == [], f"text: {member} is shown", said.stdout)
+            self.tally.check("1/(s + 1)" in said.stdout, "text: the transfer matrix", said.stdout)
+
     def run(self):
         random.seed(seed(19))
         with open(os.path.join(ROOT, "tests", "cases", "transfer.json"), encoding="utf-8") as f:
@@ -200,6 +214,7 @@ class Check:
         for k in range(scaled(60)):
             self.built(k)
         self.equilibrium()
+        self.text()
         return self.tally.end()
 
 
