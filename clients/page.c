@@ -249,6 +249,41 @@ static void put_warnings(struct sga_buf *out, struct slice r)
     }
 }
 
+static bool is_one_of(struct slice key, const char *const *list)
+{
+    for (; *list; list++)
+        if (key.len == strlen(*list) + 2 && memcmp(key.at + 1, *list, key.len - 2) == 0)
+            return true;
+    return false;
+}
+
+/* What the parts above do not show, as it stands in the result; the names of what is long and seldom read come last. */
+static void put_rest(struct sga_buf *out, struct slice r)
+{
+    static const char *const shown[] = { "name", "verdict", "equilibrium", "variables", "dimensions", "index", "constraints", "definitions", "vector_field",
+                                         "gauge", "strata", "warnings", "trajectory", "tradeoff", NULL };
+    static const char *const seldom[] = { "evidence", "work", NULL };
+    struct sga_buf left = { 0 };
+    const char *s = r.at + 1, *end = r.at + r.len - 1;
+    while (s < end) {
+        struct slice key = scan_value(s, end), value = { NULL, 0 };
+        if (key.at)
+            value = scan_value(key.at + key.len + 1, end);
+        if (!value.at)
+            break;
+        s = value.at + value.len + 1;
+        if (is_one_of(key, seldom))
+            put_value(&left, left.len ? ", " : "", key, "");
+        if (is_one_of(key, seldom) || is_one_of(key, shown) || (value.len == 2 && value.at[0] == '['))
+            continue;
+        put_value(out, "\n", key, *value.at == '[' || *value.at == '{' ? "\n" : ": ");
+        pretty_json(value, out);
+    }
+    if (left.len)
+        sga_buf_printf(out, "\n(%s: --json)\n", left.data);
+    sga_buf_free(&left);
+}
+
 void pretty_text(struct slice r, struct sga_buf *out)
 {
     put_summary(out, r);
@@ -259,4 +294,5 @@ void pretty_text(struct slice r, struct sga_buf *out)
     put_warnings(out, r);
     put_trajectory(out, r);
     put_tradeoff(out, r);
+    put_rest(out, r);
 }

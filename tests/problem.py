@@ -10,6 +10,7 @@ import re
 from fractions import Fraction
 
 from expression import Graph
+from descriptor import as_linear
 from symbolic import Derivatives
 
 
@@ -30,7 +31,7 @@ class Problem:
     def __init__(self, request, names=None, primary=None, redundant=(), conditions=()):
         """primary: regular functions with the zeros of restrict, where those are not. redundant: constraints of the forms
         mechanical and lagrangian whose multipliers are chosen; conditions: the answer's own for its multipliers."""
-        system = request["system"]
+        system = as_linear(request["system"])
         self.system, self.primary = system, primary
         self.graph = g = Graph()
         self.time = system.get("time", "t")

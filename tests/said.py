@@ -7,6 +7,7 @@ import copy
 from fractions import Fraction
 
 import respell
+from descriptor import as_linear
 from problem import as_list
 
 LISTS = {"quasilinear": ("alpha", "restrict"), "equations": ("equations",), "linear": ("inputs",),
@@ -67,7 +68,7 @@ def times(c, e):
 
 class Said:
     def __init__(self, request):
-        self.system = s = copy.deepcopy(request["system"])
+        self.system = s = copy.deepcopy(as_linear(request["system"]))
         self.form = form = s["form"]
         self.user = list(as_list(s[USER.get(form, "variables")]))
         self.time = self.first_time = s.get("time", "t")

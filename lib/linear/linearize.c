@@ -202,7 +202,7 @@ static bool settle(struct work *w, const struct linear_guess *guess)
     struct linearization *l = w->l;
     double v = speed(w);
     l->equilibrium = depends_on_time(w) ? -1 : v == 0 ? 1 : v > AT_REST ? 0 : -1;
-    if (l->equilibrium >= 0 || depends_on_time(w) || l->place.basis == LINEAR_EXACT)
+    if (l->equilibrium >= 0 || depends_on_time(w))
         return true;
     struct linear_guess at = *guess;
     struct linear_place place;

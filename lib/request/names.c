@@ -44,6 +44,25 @@ int new_name(struct reader *rd, const char *name, enum expr_symbol_kind kind)
     return e ? st->node[e].a : (store_ok(rd), -1);
 }
 
+void set_value(struct reader *rd, int symbol, expr_id e)
+{
+    SGA_RESERVE(rd->value, rd->value_cap, symbol + 1);
+    while (rd->grammar.values <= symbol)
+        rd->value[rd->grammar.values++] = EXPR_UNDEF;
+    rd->grammar.value = rd->value;
+    rd->value[symbol] = e;
+}
+
+bool read_alias(struct reader *rd, const json_t *v, expr_id e)
+{
+    int symbol = read_new_name(rd, v, EXPR_PARAMETER);
+    if (symbol < 0)
+        return false;
+    rd->r->store.symbol[symbol].mentioned = true;
+    set_value(rd, symbol, e);
+    return true;
+}
+
 int read_new_name(struct reader *rd, const json_t *v, enum expr_symbol_kind kind)
 {
     const char *name = read_string(rd, v);

@@ -9,9 +9,7 @@
 
 struct linear {
     struct read_matrix A, B, C, D;
-    expr_id *u;
-    int *input;
-    int inputs, free;          /* how many inputs; how many of them are variables */
+    struct read_signals u;
 };
 
 /* A name that stands for nothing yet: such an input becomes a variable. */
@@ -26,7 +24,7 @@ static bool depends_on_state(const struct expr_store *st, expr_id e)
     return symbol_kinds(st, e) & 1u << EXPR_VARIABLE;
 }
 
-static bool read_input(struct reader *rd, struct linear *l, const json_t *v, int j)
+static bool read_input(struct reader *rd, struct read_signals *l, const json_t *v, int j)
 {
     if (is_free_name(rd, v)) {
         int symbol = read_new_name(rd, v, EXPR_VARIABLE);
@@ -50,28 +48,38 @@ static bool read_label(struct reader *rd, const json_t *v)
            || at_fail(rd, SGA_E_SCHEMA, "with D the inputs are the feedback u = D x': only new names can stand here");
 }
 
-static bool read_inputs(struct reader *rd, struct linear *l, const json_t *system, bool feedback)
+/* labels: how many names stand there for what D gives; -1: they are the inputs. */
+static bool read_list(struct reader *rd, struct read_signals *l, const json_t *v, int labels)
 {
-    const json_t *v = feedback ? json_object_get(system, "inputs") : need_member(rd, system, "inputs");
-    if (!v)
-        return feedback;
     size_t mark = at_member(rd, "inputs"), n = list_size(v);
     if (n > REQUEST_MAX_VARIABLES)
         return at_fail(rd, SGA_E_LIMIT_VARIABLES, "there are %zu inputs; the limit is %d", n, REQUEST_MAX_VARIABLES);
-    if (feedback && n != (size_t)l->D.rows)
-        return at_fail(rd, SGA_E_SHAPE, "there are %zu inputs, but D has %d rows", n, l->D.rows);
+    if (labels >= 0 && n != (size_t)labels)
+        return at_fail(rd, SGA_E_SHAPE, "there are %zu inputs, but D has %d rows", n, labels);
     l->inputs = (int)n;
     l->u = sga_zeros(&rd->r->mem, n + 1, sizeof *l->u);
     l->input = sga_zeros(&rd->r->mem, n + 1, sizeof *l->input);
     for (size_t j = 0; j < n; j++) {
         size_t here = at_item(rd, v, j);
         const json_t *item = list_item(v, j);
-        if (!(feedback ? read_label(rd, item) : read_input(rd, l, item, (int)j)))
+        if (!(labels >= 0 ? read_label(rd, item) : read_input(rd, l, item, (int)j)))
             return false;
         at_back(rd, here);
     }
     at_back(rd, mark);
     return true;
+}
+
+bool read_signals(struct reader *rd, const json_t *system, struct read_signals *out)
+{
+    const json_t *v = need_member(rd, system, "inputs");
+    return v && read_list(rd, out, v, -1);
+}
+
+static bool read_inputs(struct reader *rd, struct linear *l, const json_t *system, bool feedback)
+{
+    const json_t *v = json_object_get(system, "inputs");
+    return feedback ? !v || read_list(rd, &l->u, v, l->D.rows) : read_signals(rd, system, &l->u);
 }
 
 static bool read_one(struct reader *rd, const json_t *system, struct read_matrix *m, int rows, int cols)
@@ -93,7 +101,7 @@ static bool read_input_matrices(struct reader *rd, const json_t *system, struct 
         return false;
     if (!read_inputs(rd, l, system, feedback))
         return false;
-    return read_one(rd, system, &l->C, l->A.rows, feedback ? inputs : l->inputs);
+    return read_one(rd, system, &l->C, l->A.rows, feedback ? inputs : l->u.inputs);
 }
 
 static bool read_all(struct reader *rd, const json_t *system, struct linear *l, int n)
@@ -125,7 +133,7 @@ bool read_linear(struct reader *rd, const json_t *system)
     bool ok = variable && read_all(rd, system, &l, variables);
     if (ok) {
         struct form_linear f = { .variable = variable, .variables = variables, .A = matrix(&l.A), .B = matrix(&l.B),
-                                 .C = matrix(&l.C), .D = matrix(&l.D), .u = l.u, .input = l.input, .inputs = l.free };
+                                 .C = matrix(&l.C), .D = matrix(&l.D), .u = l.u.u, .input = l.u.input, .inputs = l.u.free };
         form_linear(&rd->r->system, &f);
     }
     return ok;

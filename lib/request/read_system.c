@@ -10,6 +10,7 @@
 static const char *const quasilinear_members[] = { "variables", "A", "alpha", "restrict", "transpose", NULL };
 static const char *const equations_members[] = { "variables", "equations", NULL };
 static const char *const linear_members[] = { "variables", "A", "B", "C", "inputs", "D", NULL };
+static const char *const descriptor_members[] = { "states", "inputs", "outputs", "E", "A", "B", "C", "D", NULL };
 static const char *const control_members[] = { "variables", "inputs", "F", "G", "constraints", NULL };
 static const char *const hamiltonian_members[] = { "variables", "hamiltonian", "omega", "restrict", NULL };
 static const char *const lagrangian_members[] = {
@@ -24,6 +25,7 @@ static const struct form_kind form_table[] = {
     { "quasilinear", read_quasilinear, quasilinear_members },
     { "equations", read_equations, equations_members },
     { "linear", read_linear, linear_members },
+    { "descriptor", read_descriptor, descriptor_members },
     { "control", read_control, control_members },
     { "hamiltonian", read_hamiltonian, hamiltonian_members },
     { "lagrangian", read_lagrangian, lagrangian_members },
@@ -138,10 +140,7 @@ static bool add_parameters(struct reader *rd, const json_t *parameters, const ex
             i++;
             continue;
         }
-        SGA_RESERVE(rd->value, rd->value_cap, symbol + 1);
-        while (rd->grammar.values <= symbol)
-            rd->value[rd->grammar.values++] = EXPR_UNDEF;
-        rd->grammar.value = rd->value;
+        set_value(rd, symbol, EXPR_UNDEF);
         bool swept = json_object_get(rd->swept, key) != NULL;
         rd->value[symbol] = swept || (rd->by_name && worth_a_name(&rd->r->store, value[i])) ? EXPR_UNDEF : value[i];
         if (value[i] && !swept)

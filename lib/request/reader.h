@@ -72,6 +72,8 @@ int read_word(struct reader *rd, const json_t *v, const char *const *word, int n
 bool store_ok(struct reader *rd);
 
 /* names.c: a new symbol under a name that is allowed and not taken; its index or -1. */
+/* A symbol is read as e from now on; EXPR_UNDEF: as itself. */
+void set_value(struct reader *rd, int symbol, expr_id e);
 int read_new_name(struct reader *rd, const json_t *v, enum expr_symbol_kind kind);
 int new_name(struct reader *rd, const char *name, enum expr_symbol_kind kind);
 bool is_identifier(const char *s);
@@ -98,6 +100,7 @@ bool read_trajectory(struct reader *rd, const json_t *v);
 bool read_symmetries(struct reader *rd, const json_t *v);
 /* read_linearization.c; read_ports.c: its members `inputs` and `outputs`, of an object at the present place. */
 bool read_linearization(struct reader *rd, const json_t *v);
+bool read_transfer(struct reader *rd, const json_t *v);      /* read_transfer.c */
 bool read_ports(struct reader *rd, const json_t *v, struct request_ports *ports);
 /* read_sweep.c: before the system: which parameters are swept. After it: their values. With the trajectory: starts. */
 bool read_sweep_names(struct reader *rd, const json_t *v);
@@ -124,6 +127,15 @@ bool read_equations(struct reader *rd, const json_t *system);
 int *read_variables(struct reader *rd, const json_t *system, const char *member, int *count);
 
 bool read_linear(struct reader *rd, const json_t *system);
+bool read_descriptor(struct reader *rd, const json_t *system);
+/* read_linear.c: the member `inputs`: functions of time, or new names, which become variables. The request's. */
+struct read_signals {
+    expr_id *u; int inputs;
+    int *input; int free;      /* symbols of those that are variables */
+};
+bool read_signals(struct reader *rd, const json_t *system, struct read_signals *out);
+/* names.c: a new name that stands for an expression wherever it is read from now on. */
+bool read_alias(struct reader *rd, const json_t *v, expr_id e);
 bool read_control(struct reader *rd, const json_t *system);
 bool read_hamiltonian(struct reader *rd, const json_t *system);
 bool read_lagrangian(struct reader *rd, const json_t *system);

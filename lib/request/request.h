@@ -19,7 +19,8 @@ struct sga_buf;
 #define REQUEST_WANT_TABLE(X) \
     X(CONSTRAINTS, "constraints") X(INDEX, "index") X(VECTOR_FIELD, "vector_field") \
     X(GAUGE, "gauge") X(CONSISTENT_INITIAL, "consistent_initial") X(SYMMETRIES, "symmetries") \
-    X(STRUCTURE, "structure") X(TRAJECTORY, "trajectory") X(TRADEOFF, "tradeoff") X(LINEARIZATION, "linearization")
+    X(STRUCTURE, "structure") X(TRAJECTORY, "trajectory") X(TRADEOFF, "tradeoff") X(LINEARIZATION, "linearization") \
+    X(TRANSFER, "transfer")
 
 enum {
 #define X(sym, text) REQUEST_PLACE_##sym,
@@ -175,6 +176,11 @@ struct request_linearization {
     struct request_ports ports;
 };
 
+struct request_transfer {
+    struct request_ports ports;
+    double *frequency; int frequencies;   /* >= 0, in radians per unit of time */
+};
+
 struct request_symmetries {
     struct request_candidate *check; int checks;
     bool has_search;
@@ -205,6 +211,8 @@ struct request {
     struct request_forces forces;     /* where there are outputs */
     struct request_symmetries symmetries;
     struct request_linearization linearization;
+    struct request_transfer transfer;
+    expr_id *output; char **output_name; int outputs;   /* of the form descriptor */
     expr_id lagrangian;               /* L(q, v, t), where the form has one and no forces; or EXPR_UNDEF */
     int multiplier;                   /* of the form lagrangian: the symbol of the first holonomic constraint's multiplier, those of the others follow */
     int coordinates;                  /* of it: the system's variables are q, v, multipliers */
@@ -256,6 +264,7 @@ enum {
     REQUEST_MAX_KNOTS = 100000,       /* of one table */
     REQUEST_MAX_INTEGRALS = 64,
     REQUEST_MAX_PORTS = 1000,         /* inputs, outputs of a linearization */
+    REQUEST_MAX_FREQUENCIES = 100000,
     REQUEST_MAX_PLACES = 1000,        /* where to linearize */
     REQUEST_MAX_BITS = 1 << 17,       /* of one exact number */
     REQUEST_MAX_NAME = 128,           /* bytes of a name */

@@ -40,6 +40,11 @@ static bool wants_linearization(const struct job *j)
     return j->request->want & REQUEST_LINEARIZATION && !j->place.depth;
 }
 
+static bool wants_transfer(const struct job *j)
+{
+    return j->request->want & REQUEST_TRANSFER && !j->place.depth;
+}
+
 const struct job_stage job_stages[] = {
     { "operator",   -1,   false, has_operator,     answer_operator,          answer_operator_clear },
     { "mechanical", 0.04, false, has_mechanical,   answer_mechanical,        answer_mechanical_clear },
@@ -54,6 +59,7 @@ const struct job_stage job_stages[] = {
     { "structure",  -1,   false, wants_kronecker,  answer_kronecker,         NULL },
     { "trajectory", 0.5,  true,  NULL,             answer_motion,            answer_motion_clear },
     { "linearization", 0.9, true, wants_linearization, answer_linearization, answer_ask_clear },
+    { "transfer",   -1,   true,  wants_transfer,   answer_transfer,          NULL },
     { "trajectory", -1,   true,  NULL,             answer_strata_solve,      NULL },
     { 0 },
 };

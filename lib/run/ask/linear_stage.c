@@ -1,187 +1,48 @@
-/* The stage `linearization`: where, and the object for each place. */
+/* The stage `linearization`: an object for each place. */
 #include "ask.h"
 
-#include <assert.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include "budget.h"
-#include "integrate.h"
-#include "linear_write.h"
-#include "mem.h"
-#include "oracle.h"
-#include "points.h"
-#include "reduction.h"
+#include "ask_work.h"
 #include "request.h"
 #include "run_job.h"
 #include "stage_clock.h"
-#include "system.h"
-#include "trajectory.h"
 
-/* What all places share. */
-struct stage_work {
-    struct job *j;
-    struct linear_request rq;
-    struct linear_ports ports;
-    struct sga_json json;
-    struct sga_arena mem;
-};
-
-/* Inputs as they were named, or the variables that the form calls inputs. */
-static void set_inputs(struct stage_work *s)
-{
-    const struct request_ports *p = &s->j->request->linearization.ports;
-    const struct sys_system *sys = &s->j->request->system;
-    int most = p->says_inputs ? p->inputs : sys->variables;
-    struct linear_input *input = sga_zeros(&s->mem, (size_t)most + 1, sizeof *input);
-    for (int k = 0; k < p->inputs; k++)
-        input[s->rq.inputs++] = (struct linear_input){ p->input[k].name, p->input[k].variable, p->input[k].signal };
-    for (int k = 0; k < sys->variables && !p->says_inputs; k++)
-        if (strcmp(sys->variable[k].role, "input") == 0)
-            input[s->rq.inputs++] = (struct linear_input){ answer_variable_name(s->j, k), k, -1 };
-    s->rq.input = input;
-}
-
-static void begin(struct stage_work *s, struct job *j)
-{
-    const struct request_ports *p = &j->request->linearization.ports;
-    *s = (struct stage_work){ .j = j, .rq = { .sys = &j->request->system, .sol = j->solution, .oracle = j->oracle, .output = p->output, .outputs = p->outputs,
-                                              .budget = j->budget } };
-    set_inputs(s);
-    s->ports = (struct linear_ports){ s->rq.input, s->rq.inputs, p->output_text, p->outputs };
-    sga_json_begin(&s->json, &j->ask->linearization);
-}
-
-/* At a point of the final set. anywhere: the request does not say where, so the answer must not depend on it. */
-static bool at_point(struct stage_work *s, const struct linear_guess *guess, bool anywhere)
+/* anywhere: the answer must not depend on the point. */
+static bool take(struct ask_work *s, const struct linearization *l, bool anywhere)
 {
     struct job *j = s->j;
-    struct linearization l;
     struct linear_modes m = { .exact = false };
-    bool ok = linearize(&l, &s->rq, guess, j->err);
-    if (ok && anywhere && !l.constant)
-        ok = sga_fail_at(j->err, SGA_E_MISSING_MEMBER, "/linearization", "the system is not linear with constant coefficients: say where it is to be "
-                         "linearized, by \"trajectory\" with \"initial\", or by linearization.at");
-    ok = ok && linear_modes_find(&m, &l, j->budget, j->err);
+    if (anywhere && !l->constant)
+        return sga_fail_at(j->err, SGA_E_MISSING_MEMBER, "/linearization", "the system is not linear with constant coefficients: say where it is to be "
+                           "linearized, by \"trajectory\" with \"initial\", or by linearization.at");
+    bool ok = linear_modes_find(&m, l, j->budget, j->err);
     if (ok)
-        linear_write(j, &s->ports, &l, &m, !anywhere, &s->json);
+        linear_write(j, &s->ports, l, &m, !anywhere, &s->json);
     linear_modes_clear(&m);
-    linearization_clear(&l);
-    return ok && job_goes_on(j) && answer_fits(j, &j->ask->linearization);
-}
-
-static void give(struct stage_work *s, const struct request_initial *initial, int count, struct traj_request *r, expr_id *exact)
-{
-    int n = s->j->request->system.variables;
-    double *x = sga_zeros(&s->mem, (size_t)n + 1, sizeof *x);
-    unsigned char *given = sga_zeros(&s->mem, (size_t)n + 1, 1);
-    for (int k = 0; k < count; k++) {
-        x[initial[k].variable] = initial[k].value;
-        given[initial[k].variable] = 1;
-        exact[initial[k].variable] = initial[k].exact;
-    }
-    r->initial = x;
-    r->given = given;
-}
-
-/* The motion's part of the request: where it starts, and how exactly. */
-static struct traj_request motion(struct stage_work *s, double start)
-{
-    const struct job *j = s->j;
-    const struct request_trajectory *t = &j->request->trajectory;
-    unsigned char *held = sga_zeros(&s->mem, (size_t)j->request->system.variables + 1, 1);
-    for (int k = 0; k < t->holds; k++)
-        held[t->hold[k]] = 1;
-    return (struct traj_request){
-        .start = start, .held = held, .rtol = j->request->accuracy.rtol, .atol = j->request->accuracy.atol, .own_atol = j->request->accuracy.own_atol,
-        .on = j->oracle->reals && j->oracle->real[0].variables == j->request->system.variables ? j->oracle->real[0].x : NULL,
-        .method = j->request->accuracy.method, .arithmetic = TRAJ_DOUBLE, .budget = j->budget };
-}
-
-static bool at_values(struct stage_work *s, double time, const struct request_initial *initial, int count, bool anywhere)
-{
-    struct job *j = s->j;
-    struct traj_request r = motion(s, time);
-    struct traj_initial start;
-    expr_id *exact = sga_zeros(&s->mem, (size_t)j->request->system.variables + 1, sizeof *exact);
-    give(s, initial, count, &r, exact);
-    if (!traj_consistent(&j->request->system, j->solution, &r, &start, j->err))
-        return false;
-    struct linear_guess guess = { .x = start.x, .t = time, .exact = exact, .budget = j->budget };
-    bool ok = at_point(s, &guess, anywhere);
-    traj_initial_clear(&start);
     return ok;
 }
 
-static bool at_rows(struct stage_work *s, const struct traj_result *rows)
+static bool everywhere(struct ask_work *s)
 {
-    int n = s->j->request->system.variables;
-    bool ok = true;
-    assert(rows->columns == n);
-    for (int k = 0; k < rows->rows && ok; k++) {
-        struct linear_guess guess = { .x = rows->value + (size_t)k * (size_t)n, .t = rows->t[k], .budget = s->j->budget };
-        ok = at_point(s, &guess, false);
-    }
-    return ok;
-}
-
-/* Along the motion that the answer gives, or, where that has outputs for columns, along the same once more. */
-static bool at_samples(struct stage_work *s)
-{
-    struct job *j = s->j;
-    const struct request_trajectory *t = &j->request->trajectory;
-    if (j->trajectory && !t->outputs)
-        return at_rows(s, j->trajectory);
-    struct traj_request r = motion(s, t->start);
-    struct traj_result rows;
-    struct traj_rate *rate = sga_zeros(&s->mem, (size_t)t->rates + 1, sizeof *rate);
-    expr_id *exact = sga_zeros(&s->mem, (size_t)j->request->system.variables + 1, sizeof *exact);
-    give(s, t->initial, t->initials, &r, exact);
-    for (int k = 0; k < t->rates; k++)
-        rate[k] = (struct traj_rate){ t->rate[k].variable, t->rate[k].rate };
-    r.rate = rate;
-    r.rates = t->rates;
-    r.times = t->times;
-    r.samples = t->samples;
-    if (!answer_integrate(j, j->solution, &r, &rows, j->err))
-        return false;
-    bool ok = at_rows(s, &rows);
-    traj_result_clear(&rows);
-    return ok;
-}
-
-static bool everywhere(struct stage_work *s)
-{
-    const struct request *r = s->j->request;
-    const struct request_linearization *l = &r->linearization;
+    const struct request_linearization *l = &s->j->request->linearization;
     bool ok = true;
     if (l->at == REQUEST_AT_SAMPLES)
-        return at_samples(s);
+        return ask_at_samples(s);
     if (l->at == REQUEST_AT_START)
-        return at_values(s, r->trajectory.start, r->trajectory.initial, r->trajectory.initials, !r->trajectory.has);
+        return ask_at_start(s);
     for (int k = 0; k < l->places && ok; k++)
-        ok = at_values(s, l->place[k].time, l->place[k].initial, l->place[k].initials, false);
+        ok = ask_at_values(s, l->place[k].time, l->place[k].initial, l->place[k].initials, false);
     return ok;
-}
-
-static bool possible(struct job *j)
-{
-    if (j->solution->verdict == SGA_INCONSISTENT)
-        return sga_fail_at(j->err, SGA_E_NO_MOTION, "/want", "the system is inconsistent: no point satisfies it, so there is nothing to linearize; leave "
-                           "linearization out of want to see why");
-    if (j->request->op.open_sources)
-        return sga_fail_at(j->err, SGA_E_NO_MOTION, "/system/sources", "to linearize, give each source as a function of time");
-    return true;
 }
 
 bool answer_linearization(struct job *j)
 {
-    struct stage_work s;
+    struct ask_work s;
     stage_begin(j->clock, STAGE_LINEARIZATION);
     j->ask = j->ask ? j->ask : sga_zeros(&j->mem, 1, sizeof *j->ask);
-    if (!possible(j))
+    if (!ask_possible(j))
         return false;
-    begin(&s, j);
+    ask_begin(&s, j, &j->request->linearization.ports, &j->ask->linearization);
+    s.take = take;
     sga_json_array(&s.json);
     bool ok = everywhere(&s);
     sga_json_end_array(&s.json);
@@ -191,7 +52,9 @@ bool answer_linearization(struct job *j)
 
 void answer_ask_clear(struct job *j)
 {
-    if (j->ask)
+    if (j->ask) {
         sga_buf_free(&j->ask->linearization);
+        sga_buf_free(&j->ask->transfer);
+    }
     j->ask = NULL;
 }

@@ -30,7 +30,7 @@ static void write_matrix(struct sga_json *w, const char *key, const struct linea
     sga_json_end_array(w);
 }
 
-static void write_spectrum(struct sga_json *w, const char *key, const struct spectrum_of *s)
+void linear_write_spectrum(struct sga_json *w, const char *key, const struct spectrum_of *s)
 {
     sga_json_key(w, key);
     if (s->missing) {
@@ -57,7 +57,7 @@ static void write_names(const struct job *j, struct sga_json *w, const char *key
     sga_json_end_array(w);
 }
 
-static void write_ports(const struct linear_ports *p, struct sga_json *w)
+void linear_write_ports(const struct linear_ports *p, struct sga_json *w)
 {
     sga_json_key(w, "inputs");
     sga_json_array(w);
@@ -125,7 +125,7 @@ static void write_reach(struct sga_json *w, const char *key, const char *missed,
     } else {
         sga_json_int(w, r->dimension);
     }
-    write_spectrum(w, missed, &r->missed);
+    linear_write_spectrum(w, missed, &r->missed);
     sga_json_end_object(w);
 }
 
@@ -184,11 +184,11 @@ void linear_write(const struct job *j, const struct linear_ports *ports, const s
 {
     sga_json_object(w);
     write_point(j, l, at_point, w);
-    write_ports(ports, w);
+    linear_write_ports(ports, w);
     write_state(j, l, w);
-    write_spectrum(w, "eigenvalues", &m->eigenvalues);
+    linear_write_spectrum(w, "eigenvalues", &m->eigenvalues);
     if (ports->inputs && ports->outputs)
-        write_spectrum(w, "zeros", &m->zeros);
+        linear_write_spectrum(w, "zeros", &m->zeros);
     if (ports->inputs)
         write_reach(w, "controllable", "uncontrollable", &m->controllable);
     if (ports->outputs)

@@ -14,6 +14,10 @@ struct linear_ports {
     char *const *output; int outputs;
 };
 
+/* [[re, im, multiplicity], ...] under a key, or null. */
+void linear_write_spectrum(struct sga_json *w, const char *key, const struct spectrum_of *s);
+/* "inputs" and "outputs": their names. */
+void linear_write_ports(const struct linear_ports *p, struct sga_json *w);
 /* One object. at_point: the answer says where (not where no point was asked for). */
 void linear_write(const struct job *j, const struct linear_ports *ports, const struct linearization *l, const struct linear_modes *m, bool at_point,
                   struct sga_json *w);

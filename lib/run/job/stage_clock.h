@@ -21,6 +21,7 @@
     X(TRAJECTORY, "trajectory") \
     X(TRADEOFF, "tradeoff") \
     X(LINEARIZATION, "linearization") \
+    X(TRANSFER, "transfer") \
     X(WRITING, "writing")
 
 enum stage {

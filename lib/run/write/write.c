@@ -301,6 +301,10 @@ bool answer_write(struct job *j, struct sga_buf *out)
         sga_json_key(w, "linearization");
         sga_json_raw(w, j->ask->linearization.data, j->ask->linearization.len);
     }
+    if (j->ask && j->ask->transfer.len) {
+        sga_json_key(w, "transfer");
+        sga_json_raw(w, j->ask->transfer.data, j->ask->transfer.len);
+    }
     answer_write_evidence(j, w);
     answer_warn(j);
     sga_json_key(w, "warnings");

@@ -1,0 +1,32 @@
+/* Inside the ask folder: linearizations at the places of a request, for who needs them. */
+#ifndef SGA_RUN_ASK_WORK_H
+#define SGA_RUN_ASK_WORK_H
+
+#include "arena.h"
+#include "buf.h"
+#include "linear_write.h"
+
+struct job;
+struct request_initial;
+struct request_ports;
+
+struct ask_work {
+    struct job *j;
+    struct linear_request rq;
+    struct linear_ports ports;
+    struct sga_json json;      /* what is written */
+    struct sga_arena mem;      /* ended by the owner */
+    /* With each linearization. anywhere: the request does not say where. */
+    bool (*take)(struct ask_work *s, const struct linearization *l, bool anywhere);
+};
+
+/* Inputs as they were named, or the variables that the form calls inputs; outputs as they were given, or the form's. */
+void ask_begin(struct ask_work *s, struct job *j, const struct request_ports *p, struct sga_buf *out);
+/* False where nothing can be linearized: NO_MOTION. */
+bool ask_possible(struct job *j);
+/* At the consistent start from these values; at the start of the trajectory (or anywhere, where there is none); along it. */
+bool ask_at_values(struct ask_work *s, double time, const struct request_initial *initial, int count, bool anywhere);
+bool ask_at_start(struct ask_work *s);
+bool ask_at_samples(struct ask_work *s);
+
+#endif

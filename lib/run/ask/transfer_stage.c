@@ -1,0 +1,228 @@
+/* The stage `transfer`: from the given equations where their coefficients are rational numbers, else from the linearization at the start. */
+#include "ask.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "ask_work.h"
+#include "request.h"
+#include "run_job.h"
+#include "stage_clock.h"
+#include "transfer_response.h"
+#include "transfer_matrix.h"
+
+static bool refuse(struct job *j, enum transfer_status status, const char *output)
+{
+    if (status == TRANSFER_INPUTS_BOUND)
+        return sga_fail_at(j->err, SGA_E_INPUTS, "/transfer/inputs", "the equations ask something of the inputs alone, so that there is no transfer matrix from "
+                           "them; leave one of them out of transfer.inputs");
+    return sga_fail_at(j->err, SGA_E_INPUTS, "/transfer/outputs", "%.200s is not determined by the inputs: the equations leave more free; name what is free "
+                       "among transfer.inputs, or leave this output out", output);
+}
+
+static void write_matrix(struct sga_json *w, const struct transfer_matrix *t)
+{
+    sga_json_key(w, "matrix");
+    sga_json_array(w);
+    for (int i = 0; i < t->outputs; i++) {
+        sga_json_array(w);
+        for (int k = 0; k < t->inputs; k++) {
+            SGA_ENDS(sga_buf_free) struct sga_buf text = { 0 };
+            transfer_entry_text(t, i, k, &text);
+            sga_json_string(w, text.data);
+        }
+        sga_json_end_array(w);
+    }
+    sga_json_end_array(w);
+}
+
+static void write_columns(const struct ask_work *s, struct sga_json *w)
+{
+    bool one = s->rq.inputs == 1 && s->rq.outputs == 1;
+    sga_json_key(w, "columns");
+    sga_json_array(w);
+    sga_json_string(w, "omega");
+    for (int i = 0; i < s->rq.outputs; i++)
+        for (int k = 0; k < s->rq.inputs; k++)
+            for (int part = 0; part < 2; part++) {
+                SGA_ENDS(sga_buf_free) struct sga_buf name = { 0 };
+                sga_buf_puts(&name, part ? "im" : "re");
+                if (!one)
+                    sga_buf_printf(&name, " %s/%s", s->ports.output[i], s->ports.input[k].name);
+                sga_json_string(w, name.data);
+            }
+    sga_json_end_array(w);
+}
+
+/* Rows of doubles, null at a pole. */
+static bool write_response(struct ask_work *s, const struct transfer_matrix *t, const struct linearization *l, struct sga_json *w)
+{
+    const struct request_transfer *r = &s->j->request->transfer;
+    double worst = 0;
+    if (!r->frequencies)
+        return true;
+    sga_json_key(w, "response");
+    sga_json_object(w);
+    write_columns(s, w);
+    sga_json_key(w, "rows");
+    sga_json_array(w);
+    struct transfer_response value;
+    transfer_response_init(&value, s->rq.outputs, s->rq.inputs);
+    bool ok = true;
+    for (int f = 0; f < r->frequencies && ok; f++) {
+        if (t)
+            transfer_response_exact(&value, t, r->frequency[f]);
+        else
+            transfer_response_enclosed(&value, l, r->frequency[f]);
+        worst = fmax(worst, value.error);
+        sga_json_array(w);
+        sga_json_double(w, r->frequency[f]);
+        for (int k = 0; k < 2 * s->rq.outputs * s->rq.inputs; k++)
+            sga_json_double(w, value.number[k]);
+        sga_json_end_array(w);
+        ok = job_goes_on(s->j) && answer_fits(s->j, w->out);
+    }
+    transfer_response_clear(&value);
+    sga_json_end_array(w);
+    sga_json_member_double(w, "relative_error", worst);
+    sga_json_end_object(w);
+    return ok;
+}
+
+static bool write_exact(struct ask_work *s, const struct transfer_equations *e, const char *from)
+{
+    struct sga_json *w = &s->json;
+    struct job *j = s->j;
+    struct transfer_matrix t;
+    struct spectrum_of poles = { .count = 0 }, zeros = { .count = 0 };
+    if (linear_cols(e->A) > TRANSFER_MOST)
+        return sga_fail(j->err, SGA_E_LIMIT_VARIABLES, "the system has %d variables beside the inputs; rational transfer matrices are made up to %d",
+                        linear_cols(e->A), TRANSFER_MOST);
+    enum transfer_status status = transfer_matrix_find(&t, e);
+    if (status != TRANSFER_OK)
+        return refuse(j, status, s->ports.outputs ? s->ports.output[t.which] : "");
+    bool ok = transfer_matrix_poles(&t, &poles, &zeros, j->budget, j->err);
+    if (ok) {
+        sga_json_object(w);
+        linear_write_ports(&s->ports, w);
+        write_matrix(w, &t);
+        linear_write_spectrum(w, "poles", &poles);
+        linear_write_spectrum(w, "zeros", &zeros);
+        sga_json_member_bool(w, "proper", transfer_matrix_proper(&t, false));
+        sga_json_member_bool(w, "strictly_proper", transfer_matrix_proper(&t, true));
+        ok = write_response(s, &t, NULL, w);
+        sga_json_key(w, "evidence");
+        sga_json_object(w);
+        sga_json_member_string(w, "from", from);
+        sga_json_member_string(w, "matrix", "exact");
+        sga_json_end_object(w);
+        sga_json_end_object(w);
+    }
+    spectrum_of_clear(&poles);
+    spectrum_of_clear(&zeros);
+    transfer_matrix_clear(&t);
+    return ok;
+}
+
+/* Poles are the eigenvalues where all of them are reached and shown. */
+static bool write_enclosed(struct ask_work *s, const struct linearization *l)
+{
+    struct sga_json *w = &s->json;
+    struct linear_modes m;
+    struct spectrum_of none = { .missing = "" };
+    bool ok = linear_modes_find(&m, l, s->j->budget, s->j->err);
+    if (ok) {
+        bool minimal = m.controllable.dimension == l->states && m.observable.dimension == l->states;
+        sga_json_object(w);
+        linear_write_ports(&s->ports, w);
+        sga_json_key(w, "matrix");
+        sga_json_null(w);
+        linear_write_spectrum(w, "poles", minimal ? &m.eigenvalues : &none);
+        linear_write_spectrum(w, "zeros", minimal ? &m.zeros : &none);
+        sga_json_member_bool(w, "proper", true);
+        sga_json_key(w, "strictly_proper");
+        if (l->D.exact)
+            sga_json_bool(w, fmpq_mat_is_zero(l->D.q));
+        else
+            sga_json_null(w);
+        ok = write_response(s, NULL, l, w);
+        sga_json_key(w, "evidence");
+        sga_json_object(w);
+        sga_json_member_string(w, "from", "linearization");
+        sga_json_member_string(w, "matrix", "enclosed: entries of the state form are no rational numbers");
+        if (minimal && m.zeros.missing && m.zeros.missing[0])
+            sga_json_member_string(w, "zeros", m.zeros.missing);
+        if (!minimal)
+            sga_json_member_string(w, "poles", "not told: it is not proved that inputs reach and outputs show all eigenvalues");
+        sga_json_end_object(w);
+        sga_json_end_object(w);
+    }
+    linear_modes_clear(&m);
+    return ok;
+}
+
+/* The linearization at the start, which has to be an equilibrium: elsewhere it changes with time. */
+static bool take(struct ask_work *s, const struct linearization *l, bool anywhere)
+{
+    struct job *j = s->j;
+    if (anywhere)
+        return sga_fail_at(j->err, SGA_E_MISSING_MEMBER, "/transfer", "the system is not linear with constant rational coefficients: say by \"trajectory\" with "
+                           "\"initial\" at which equilibrium it is to be linearized");
+    if (l->equilibrium != 1 && !l->constant)
+        return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/trajectory/initial", "the start is not shown to be an equilibrium: the linearization there changes with time, "
+                           "and has no transfer matrix; start at an equilibrium");
+    struct transfer_equations e = { .A = &l->A, .B = &l->B, .C = &l->C, .D = &l->D };
+    bool exact = l->A.exact && l->B.exact && l->C.exact && l->D.exact;
+    return exact ? write_exact(s, &e, "linearization") : write_enclosed(s, l);
+}
+
+static bool ports(struct ask_work *s)
+{
+    if (s->rq.inputs && s->rq.outputs)
+        return true;
+    return sga_fail_at(s->j->err, SGA_E_MISSING_MEMBER, "/transfer", "a transfer matrix needs inputs and outputs: name them in transfer.inputs and transfer.outputs");
+}
+
+static bool run(struct ask_work *s)
+{
+    struct job *j = s->j;
+    struct linearization given;
+    bool constant = false;
+    if (j->request->op.has)
+        return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/want", "the form operator answers with the series of its transfer matrix and a state form by itself; for "
+                           "rational functions give form \"descriptor\" or \"linear\"");
+    if (!ask_possible(j) || !ports(s))
+        return false;
+    bool ok = linear_given(&given, &s->rq, &constant, j->err);
+    struct transfer_equations e = { &given.E, &given.F, &given.DA, &given.DB, &given.DC, &given.DD };
+    if (ok && constant)
+        ok = write_exact(s, &e, "equations");
+    linearization_clear(&given);
+    return ok && (constant || ask_at_start(s));
+}
+
+/* What linearizing says of its inputs is about the transfer matrix's here. */
+static void point_to_transfer(struct sga_error *err)
+{
+    static const char from[] = "/linearization/";
+    char rest[sizeof err->pointer];
+    if (strncmp(err->pointer, from, strlen(from)) != 0)
+        return;
+    snprintf(rest, sizeof rest, "%s", err->pointer + strlen(from));
+    snprintf(err->pointer, sizeof err->pointer, "/transfer/%.200s", rest);
+}
+
+bool answer_transfer(struct job *j)
+{
+    struct ask_work s;
+    stage_begin(j->clock, STAGE_TRANSFER);
+    j->ask = j->ask ? j->ask : sga_zeros(&j->mem, 1, sizeof *j->ask);
+    ask_begin(&s, j, &j->request->transfer.ports, &j->ask->transfer);
+    s.take = take;
+    bool ok = run(&s);
+    if (!ok)
+        point_to_transfer(j->err);
+    sga_arena_end(&s.mem);
+    return ok;
+}
