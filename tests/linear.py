@@ -4,11 +4,39 @@ A matrix is a list of rows. Numeric ranks equilibrate rows first and pivot fully
 left below `tiny` counts as zero, and so does a row that is all below it: callers pass
 numbers with many more digits than that.
 """
+import math
 from fractions import Fraction
+
+import mpmath
 
 
 def _scale(row):
     return max((abs(a) for a in row), default=0)
+
+
+def _magnitude(a):
+    """The binary exponent of a number of mpmath, without arithmetic."""
+    parts = getattr(a, "_mpf_", None)
+    if parts and parts[1]:
+        return parts[2] + parts[3]
+    return -math.inf if a == 0 else mpmath.mag(a)
+
+
+def _largest(row, cols):
+    """(magnitude, column) of the largest entry of a row, to a factor of two."""
+    return max(((_magnitude(row[j]), -j) for j in range(cols)), default=(-math.inf, 0))
+
+
+def _pivot(work, top, cols, tiny, largest):
+    """(row, column) of an entry above `tiny`, the largest where numbers are rounded, or None."""
+    if tiny == 0:
+        return next(((i, j) for i in range(top, len(work)) for j in range(cols) if work[i][j] != 0), None)
+    i = max(range(top, len(work)), key=lambda k: largest[k][0])
+    j = -largest[i][1]
+    if cols and abs(work[i][j]) > tiny:
+        return i, j
+    best, i, j = max(((abs(work[i][j]), i, j) for i in range(top, len(work)) for j in range(cols)), default=(0, 0, 0))
+    return (i, j) if best > tiny else None
 
 
 def eliminate(rows, cols, tiny=0, equilibrate=True):
@@ -18,31 +46,28 @@ def eliminate(rows, cols, tiny=0, equilibrate=True):
     for r in rows:
         s = _scale(r[:cols]) if equilibrate and tiny else 1
         work.append([a / s for a in r] if s > tiny else list(r))
+    largest = [_largest(r, cols) for r in work] if tiny else None
     pivots = []
-    top = 0
-    while top < len(work):
-        best, where = tiny, None
-        for i in range(top, len(work)):
-            for j in range(cols):
-                if abs(work[i][j]) > best:
-                    best, where = abs(work[i][j]), (i, j)
-                    if tiny == 0:
-                        break
-            if where and tiny == 0:
-                break
+    for top in range(len(work)):
+        where = _pivot(work, top, cols, tiny, largest)
         if not where:
             break
         i, j = where
         work[top], work[i] = work[i], work[top]
+        if tiny:
+            largest[top], largest[i] = largest[i], largest[top]
         p = work[top][j]
-        work[top] = [a / p for a in work[top]]
-        for k in range(len(work)):
-            if k != top and work[k][j] != 0:
-                f = work[k][j]
-                work[k] = [a - f * b for a, b in zip(work[k], work[top])]
-                work[k][j] = p * 0
+        work[top] = [a / p if a else a for a in work[top]]
+        filled = [(c, b) for c, b in enumerate(work[top]) if b]
+        for k, row in enumerate(work):
+            if k != top and row[j] != 0:
+                f = row[j]
+                for c, b in filled:
+                    row[c] -= f * b
+                row[j] = p * 0
+                if tiny:
+                    largest[k] = _largest(row, cols)
         pivots.append((top, j))
-        top += 1
     return work, pivots
 
 
@@ -82,10 +107,12 @@ def least_norm(rows, right, tiny=0):
         return None
     x, kernel = found
     if kernel:
-        gram = [[sum(a * b for a, b in zip(u, v)) for v in kernel] for u in kernel]
-        c = solve(gram, [-sum(a * b for a, b in zip(u, x)) for u in kernel], tiny)[0]
-        for k, v in zip(c, kernel):
-            x = [a + k * b for a, b in zip(x, v)]
+        filled = [[(i, a) for i, a in enumerate(u) if a] for u in kernel]
+        gram = [[sum(a * v[i] for i, a in u if v[i]) for v in kernel] for u in filled]
+        c = solve(gram, [-sum(a * x[i] for i, a in u if x[i]) for u in filled], tiny)[0]
+        for k, v in zip(c, filled):
+            for i, a in v:
+                x[i] += k * a
     return x
 
 
