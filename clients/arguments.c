@@ -8,13 +8,14 @@
 #include "export.h"
 
 const char arguments_usage[] =
-    "usage: sga solve FILE [--server URL] [--ca FILE] [--json | --text | --csv] [--wait SECONDS]\n"
-    "                      [--tradeoff-csv FILE] [--tradeoff-svg FILE] [--interpret-only]\n"
+    "usage: sga solve FILE [--server URL] [--ca FILE] [--json | --text | --csv | --svg]\n"
+    "                      [--wait SECONDS] [--tradeoff-csv FILE] [--tradeoff-svg FILE] [--interpret-only]\n"
+    "       sga plot FILE [--columns NAMES] [--x NAME] [--server URL] [--ca FILE] [--wait SECONDS]\n"
     "       sga code FILE --language L [--server URL] [--ca FILE] [--wait SECONDS]\n"
     "       sga check FILE [--server URL] [--ca FILE] [--json | --text]\n"
     "       sga list [--status S] [--limit N] [--server URL] [--ca FILE] [--json | --text]\n"
-    "       sga get ID | sga wait ID [--wait SECONDS] [--server URL] [--ca FILE] [--json | --text | --csv]\n"
-    "                      [--tradeoff-csv FILE] [--tradeoff-svg FILE]\n"
+    "       sga get ID | sga wait ID [--wait SECONDS] [--server URL] [--ca FILE]\n"
+    "                      [--json | --text | --csv | --svg] [--tradeoff-csv FILE] [--tradeoff-svg FILE]\n"
     "       sga cancel ID | sga events ID [--server URL] [--ca FILE] [--json | --text]\n"
     "       sga top [--server URL] [--ca FILE] [--every SECONDS] [--once]\n"
     "       sga version\n"
@@ -40,6 +41,8 @@ const char arguments_usage[] =
     "  --wait SECONDS   stop waiting for the daemon after this time\n"
     "  --json, --text   choose the form\n"
     "  --csv            print the samples of the trajectory alone, as CSV\n"
+    "  --svg            print an image of the trajectory; plot is solve --svg\n"
+    "  --columns NAMES  curves of the image, separated by commas (all); --x NAME: what they stand over (time)\n"
     "  --status S       jobs of these statuses alone, separated by commas\n"
     "  --limit N        so many jobs at the most (50)\n"
     "  --tradeoff-csv FILE, --tradeoff-svg FILE\n"
@@ -54,8 +57,8 @@ const char arguments_usage[] =
 static const struct {
     const char *name, *takes, *word;
 } commands[COMMANDS] = {
-    [SOLVE] = { "solve", "sawjtcTSi", "a file" }, [CODE] = { "code", "sawli", "a file" }, [CHECK] = { "check", "sajt", "a file" },
-    [LIST] = { "list", "sajtuN", NULL }, [GET] = { "get", "sajtcTS", "the id of a job" }, [WAIT] = { "wait", "sawjtcTS", "the id of a job" },
+    [SOLVE] = { "solve", "sawjtcvXYTSi", "a file" }, [PLOT] = { "plot", "sawXYi", "a file" }, [CODE] = { "code", "sawli", "a file" }, [CHECK] = { "check", "sajt", "a file" },
+    [LIST] = { "list", "sajtuN", NULL }, [GET] = { "get", "sajtcvXYTS", "the id of a job" }, [WAIT] = { "wait", "sawjtcvXYTS", "the id of a job" },
     [CANCEL] = { "cancel", "sajt", "the id of a job" }, [EVENTS] = { "events", "sajt", "the id of a job" },
 };
 
@@ -66,7 +69,7 @@ static const struct {
 } options[] = {
     { "--server", 's', true }, { "--ca", 'a', true }, { "--wait", 'w', true }, { "--json", 'j', false }, { "--text", 't', false },
     { "--csv", 'c', false }, { "--tradeoff-csv", 'T', true }, { "--tradeoff-svg", 'S', true }, { "--interpret-only", 'i', false },
-    { "--language", 'l', true }, { "--status", 'u', true }, { "--limit", 'N', true },
+    { "--language", 'l', true }, { "--svg", 'v', false }, { "--columns", 'Y', true }, { "--x", 'X', true }, { "--status", 'u', true }, { "--limit", 'N', true },
 };
 enum { OPTIONS = sizeof options / sizeof *options };
 
@@ -91,6 +94,9 @@ static int set(struct arguments *args, char letter, const char *value)
     case 'j': args->json = true; break;
     case 't': args->text = true; break;
     case 'c': args->csv = true; break;
+    case 'v': args->svg = true; break;
+    case 'Y': args->columns = value; break;
+    case 'X': args->x = value; break;
     case 'T': args->tradeoff_csv = value; break;
     case 'S': args->tradeoff_svg = value; break;
     case 'i': args->interpret_only = true; break;
@@ -147,8 +153,10 @@ static int check_word(struct arguments *args)
 
 static int check_together(const struct arguments *args)
 {
-    if (args->json + args->text + args->csv > 1)
-        return bad_usage("--json, --text and --csv exclude each other", "");
+    if (args->json + args->text + args->csv + args->svg > 1)
+        return bad_usage("--json, --text, --csv and --svg exclude each other", "");
+    if ((args->columns || args->x) && !args->svg)
+        return bad_usage("--columns and --x belong to an image: add --svg", "");
     if (args->command > CHECK && !args->server)
         return bad_usage(commands[args->command].name, " needs --server URL, or the variable SGA_SERVER");
     if (args->command == CODE && !args->language)
@@ -165,6 +173,7 @@ int arguments_read(int argc, char **argv, struct arguments *args)
     if (args->command == COMMANDS)
         return bad_usage("unknown command ", argv[1]);
     int status = DONE;
+    args->svg = args->command == PLOT;
     for (int i = 2; i < argc && status == DONE; i++)
         status = read_one(args, argv, argc, &i);
     status = status == DONE ? check_word(args) : status;

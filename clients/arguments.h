@@ -6,7 +6,7 @@
 
 enum { DONE = 0, FAILED = 1, USAGE = 2, INTERRUPTED = 130 };
 
-enum command { SOLVE, CODE, CHECK, LIST, GET, WAIT, CANCEL, EVENTS, COMMANDS };
+enum command { SOLVE, PLOT, CODE, CHECK, LIST, GET, WAIT, CANCEL, EVENTS, COMMANDS };
 
 struct arguments {
     enum command command;
@@ -16,7 +16,8 @@ struct arguments {
     double wait;
     const char *language;        /* of `sga code`, else NULL */
     const char *status, *limit;  /* of `sga list`, or NULL */
-    bool json, text, csv, interpret_only;
+    const char *columns, *x;     /* of an image, or NULL */
+    bool json, text, csv, svg, interpret_only;
 };
 
 extern const char arguments_usage[];

@@ -7,13 +7,14 @@
 #include <unistd.h>
 
 #include "caret.h"
+#include "motion_plot.h"
 #include "pretty.h"
 #include "save.h"
 #include "view.h"
 
 bool show_readable(const struct arguments *args)
 {
-    return args->text || args->csv || args->language || (!args->json && isatty(STDOUT_FILENO));
+    return args->text || args->csv || args->svg || args->language || (!args->json && isatty(STDOUT_FILENO));
 }
 
 int show_text(const struct sga_buf *text)
@@ -54,12 +55,22 @@ static int show_csv(struct slice result)
     return status;
 }
 
+static int show_svg(const struct arguments *args, struct slice result)
+{
+    struct sga_buf out = { 0 };
+    int status = motion_plot(result, args->columns, args->x, &out) ? show_text(&out) : FAILED;
+    sga_buf_free(&out);
+    return status;
+}
+
 int show_result(const struct arguments *args, const struct answer *a)
 {
     struct slice result = scan_value(a->text.data, a->text.data + a->text.len);
     int status;
     if (args->csv) {
         status = show_csv(result);
+    } else if (args->svg) {
+        status = show_svg(args, result);
     } else if (a->readable) {
         struct sga_buf out = { 0 };
         pretty_text(result, &out);

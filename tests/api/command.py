@@ -3,6 +3,7 @@ import json
 import os
 import signal
 import subprocess
+import xml.etree.ElementTree
 
 from access import until
 from common import moving, slow, trivial
@@ -113,4 +114,45 @@ def command_interrupt(build, c):
         c(until(lambda: d.get("/v1/jobs").json()["jobs"][0]["status"] == "cancelled"), "Ctrl-C cancels the job")
 
 
-ALL = [command_jobs, command_checks, command_interrupt]
+def lines_of(text):
+    """The points of each line of an image, in pixels."""
+    root = xml.etree.ElementTree.fromstring(text)
+    return [[tuple(map(float, p.split(","))) for p in e.get("points").split()] for e in root.iter("{http://www.w3.org/2000/svg}polyline")]
+
+
+def straight(pixels, values):
+    """Whether pixels are an affine image of values, to what two decimals can tell."""
+    low, high = min(range(len(values)), key=values.__getitem__), max(range(len(values)), key=values.__getitem__)
+    slope = (pixels[high] - pixels[low]) / (values[high] - values[low])
+    return abs(slope) > 1 and all(abs(pixels[low] + slope * (v - values[low]) - p) < 0.03 for p, v in zip(pixels, values))
+
+
+def command_plots(build, c):
+    with Daemon(build) as d:
+        sga = Sga(build, d)
+        request = {**moving(), "trajectory": {"stop": 7, "samples": 40, "initial": {"x": 0}}}
+        request["system"] = {**request["system"], "equations": ["x' = y", "y' = -x", "x^2 + y^2 = 9"]}
+        path = sga.file(request)
+        table = [line.split(",") for line in sga("solve", path, "--csv").stdout.splitlines()]
+        column = {name: [float(row[i]) for row in table[1:]] for i, name in enumerate(table[0])}
+        for server in (True, False):
+            r = sga("plot", path, server=server)
+            lines = lines_of(r.stdout)
+            c(r.returncode == 0 and len(lines) == len(column) - 1, "plot: a line for each column", r.stderr)
+            for line, name in zip(lines, table[0][1:]):
+                c(straight([p[0] for p in line], column["t"]) and straight([-p[1] for p in line], column[name]), f"plot: {name} over t")
+        r = sga("solve", path, "--svg", "--columns", "y", "--x", "x")
+        lines = lines_of(r.stdout)
+        c(len(lines) == 1 and straight([p[0] for p in lines[0]], column["x"]) and straight([-p[1] for p in lines[0]], column["y"]), "solve --svg: a phase plane", r.stderr)
+        r = sga("plot", path, "--columns", "x,nothing")
+        c(r.returncode == 1 and not r.stdout and "no column nothing; it has t x y" in r.stderr, "plot: no such column", r)
+        r = sga("plot", sga.file(trivial()))
+        c(r.returncode == 1 and not r.stdout and "no samples" in r.stderr, "plot: no samples", r)
+        c(sga("solve", path, "--x", "x").returncode == 2, "--x without an image")
+        sweep = {"system": {"form": "equations", "variables": ["x"], "parameters": {"k": 1}, "equations": ["x' = -k*x"]},
+                 "sweep": [{"parameters": {"k": 1}}, {"parameters": {"k": 0}}], "trajectory": {"stop": 1, "samples": 3, "initial": {"x": 2}}}
+        r = sga("plot", sga.file(sweep))
+        c(r.returncode == 0 and len(lines_of(r.stdout)) == 2 and "x, set 1" in r.stdout, "plot of a sweep", r.stderr)
+
+
+ALL = [command_plots, command_jobs, command_checks, command_interrupt]
