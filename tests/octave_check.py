@@ -79,10 +79,10 @@ def run(d, token, gauge):
         path = os.path.join(folder, "script.m")
         with open(path, "w", encoding="utf-8") as f:
             f.write("1;\n" + SCRIPT)
-        env = {**os.environ, "CLIENT": os.path.join(ROOT, "clients", "octave"), "SGA_SERVER": d.url() + "/", "SGA_TOKEN": token, "GAUGE": json.dumps(gauge),
+        env = {**os.environ, "TMPDIR": folder, "CLIENT": os.path.join(ROOT, "clients", "octave"), "SGA_SERVER": d.url() + "/", "SGA_TOKEN": token, "GAUGE": json.dumps(gauge),
                "SLOW": json.dumps(slow()), "HARD": json.dumps(HARD, ensure_ascii=False, indent=1)}
         done = subprocess.run(["octave-cli", "--quiet", "--norc", path], capture_output=True, text=True, timeout=300, check=False, env=env)
-        left = [name for name in os.listdir(tempfile.gettempdir()) if name.startswith("oct-")]
+        left = [name for name in os.listdir(folder) if name != "script.m"]
     return done, left
 
 
