@@ -1,6 +1,5 @@
 /* HTTP by hand: the reply is read to its end, then taken apart. */
-#include "http_client.h"
-#include "stream.h"
+#include "http_parts.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -43,7 +42,7 @@ bool http_parse(const char *url, struct http_server *server)
     return *rest == 0 || strcmp(rest, "/") == 0;
 }
 
-static bool receive_all(struct stream *stream, struct sga_buf *in)
+bool http_receive_all(struct stream *stream, struct sga_buf *in)
 {
     char piece[16384];
     ssize_t n;
@@ -52,8 +51,7 @@ static bool receive_all(struct stream *stream, struct sga_buf *in)
     return n == 0 && in->len > 0;
 }
 
-/* The value of a header in the head that ends at `end`, into out. */
-static bool header(const char *head, const char *end, const char *name, char *out, size_t size)
+bool http_header(const char *head, const char *end, const char *name, char *out, size_t size)
 {
     size_t n = strlen(name);
     for (const char *line = head; line < end; line = strstr(line, "\r\n") + 2) {
@@ -82,7 +80,7 @@ static bool unchunk(const char *s, const char *end, struct sga_buf *out)
     return false;
 }
 
-static bool take_apart(const struct sga_buf *in, struct http_reply *reply)
+bool http_take_apart(const struct sga_buf *in, struct http_reply *reply)
 {
     char value[64];
     const char *end = strstr(in->data, "\r\n\r\n"), *all = in->data + in->len;
@@ -90,13 +88,13 @@ static bool take_apart(const struct sga_buf *in, struct http_reply *reply)
         return false;
     end += 2;
     reply->status = atoi(in->data + 9);
-    header(in->data, end, "Location", reply->location, sizeof reply->location);
-    if (header(in->data, end, "Retry-After", value, sizeof value))
+    http_header(in->data, end, "Location", reply->location, sizeof reply->location);
+    if (http_header(in->data, end, "Retry-After", value, sizeof value))
         reply->retry_after = atof(value);
     const char *body = end + 2;
-    if (header(in->data, end, "Transfer-Encoding", value, sizeof value) && strcasecmp(value, "chunked") == 0)
+    if (http_header(in->data, end, "Transfer-Encoding", value, sizeof value) && strcasecmp(value, "chunked") == 0)
         return unchunk(body, all, &reply->body);
-    if (header(in->data, end, "Content-Length", value, sizeof value) && strtoul(value, NULL, 10) != (size_t)(all - body))
+    if (http_header(in->data, end, "Content-Length", value, sizeof value) && strtoul(value, NULL, 10) != (size_t)(all - body))
         return false;
     sga_buf_put(&reply->body, body, (size_t)(all - body));
     return true;
@@ -109,18 +107,16 @@ static bool may_show_token(const struct http_server *server)
         || strcmp(server->host, "::1") == 0;
 }
 
-bool http_ask(const struct http_server *server, const char *method, const char *path, const char *body, size_t length,
-              int wait, struct http_reply *reply, char *why, size_t size)
+bool http_send(const struct http_server *server, const char *method, const char *path, const char *body, size_t length, int wait,
+               struct stream *stream, char *why, size_t size)
 {
-    struct sga_buf out = { 0 }, in = { 0 };
-    struct stream stream;
+    struct sga_buf out = { 0 };
     bool colon = strchr(server->host, ':');
-    *reply = (struct http_reply){ 0 };
     if (server->token && !may_show_token(server)) {
         snprintf(why, size, "a token is not sent to %s without encryption; use https://, or unset SGA_TOKEN", server->host);
         return false;
     }
-    if (!stream_open(&stream, server, wait + PATIENCE, why, size))
+    if (!stream_open(stream, server, wait + PATIENCE, why, size))
         return false;
     sga_buf_printf(&out, "%s %s HTTP/1.1\r\nHost: %s%s%s:%s\r\nConnection: close\r\nAccept: application/json\r\nPrefer: wait=%d\r\n",
                    method, path, colon ? "[" : "", server->host, colon ? "]" : "", server->port, wait);
@@ -129,13 +125,24 @@ bool http_ask(const struct http_server *server, const char *method, const char *
     if (body)
         sga_buf_printf(&out, "Content-Type: application/json\r\nContent-Length: %zu\r\n", length);
     sga_buf_puts(&out, "\r\n");
-    if (stream_send(&stream, out.data, out.len) && body)
-        stream_send(&stream, body, length);
-    bool ok = receive_all(&stream, &in) && take_apart(&in, reply);
+    if (stream_send(stream, out.data, out.len) && body)
+        stream_send(stream, body, length);
+    sga_buf_free(&out);
+    return true;
+}
+
+bool http_ask(const struct http_server *server, const char *method, const char *path, const char *body, size_t length,
+              int wait, struct http_reply *reply, char *why, size_t size)
+{
+    struct sga_buf in = { 0 };
+    struct stream stream;
+    *reply = (struct http_reply){ 0 };
+    if (!http_send(server, method, path, body, length, wait, &stream, why, size))
+        return false;
+    bool ok = http_receive_all(&stream, &in) && http_take_apart(&in, reply);
     if (!ok)
         snprintf(why, size, "%s port %s gave no whole reply", server->host, server->port);
     stream_close(&stream);
-    sga_buf_free(&out);
     sga_buf_free(&in);
     return ok;
 }

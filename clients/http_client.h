@@ -30,5 +30,9 @@ bool http_parse(const char *url, struct http_server *server);
  * False with a reason in why. The body is the caller's to free. */
 bool http_ask(const struct http_server *server, const char *method, const char *path, const char *body, size_t length,
               int wait, struct http_reply *reply, char *why, size_t size);
+/* GETs a path that is sent line by line and gives each to `line`, without its end, as it comes, until that returns false (true is returned
+ * then) or the reply ends. Where the status is not 200, the whole reply instead. False with a reason: no reply, or it broke off. */
+bool http_lines(const struct http_server *server, const char *path, bool (*line)(void *ctx, const char *text), void *ctx,
+                struct http_reply *reply, char *why, size_t size);
 
 #endif

@@ -1,4 +1,5 @@
 /* Sockets, and TLS by GnuTLS, which is also the daemon's. */
+#include "interrupt.h"
 #include "stream.h"
 
 #include <arpa/inet.h>
@@ -171,7 +172,7 @@ ssize_t stream_receive(struct stream *s, char *data, size_t size)
         ssize_t n = s->tls ? gnutls_record_recv(s->tls->session, data, size) : recv(s->fd, data, size, 0);
         if (s->tls && n == GNUTLS_E_PREMATURE_TERMINATION)
             return 0;
-        if (s->tls ? n != GNUTLS_E_INTERRUPTED : n >= 0 || errno != EINTR)
+        if (interrupted() || (s->tls ? n != GNUTLS_E_INTERRUPTED : n >= 0 || errno != EINTR))
             return n < 0 && !s->tls && errno == ECONNRESET ? 0 : n;
     }
 }

@@ -18,7 +18,7 @@ struct stream {
 bool stream_open(struct stream *s, const struct http_server *server, int patience, char *why, size_t size);
 /* False once the other side takes no more; it may still have said why. */
 bool stream_send(struct stream *s, const char *data, size_t length);
-/* As recv: 0 at the end, negative on failure. */
+/* As recv: 0 at the end, negative on failure, and where an interrupt ends the wait (interrupt.h). */
 ssize_t stream_receive(struct stream *s, char *data, size_t size);
 void stream_close(struct stream *s);
 

@@ -1,9 +1,9 @@
 /* Solving by a daemon: post, and where the answer is 202, ask again until the job ends. */
 #include "budget.h"
-#include "http_client.h"
-#include "json_scan.h"
+#include "interrupt.h"
 #include "json_string.h"
 #include "solve.h"
+#include "there.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -11,8 +11,7 @@
 
 enum { LONG_POLL = 20 };     /* seconds that one HTTP request waits */
 
-/* "code at POINTER, line L, column C: detail" from problem details. */
-static void describe(struct slice problem, struct answer *a)
+void problem_there(struct slice problem, struct answer *a)
 {
     struct sga_buf b = { 0 };
     sga_buf_clear(&a->text);
@@ -42,7 +41,7 @@ static bool ended(const struct http_reply *reply, struct answer *a, bool *ok)
 {
     struct slice all = scan_value(reply->body.data, reply->body.data + reply->body.len);
     if (reply->status >= 300 || !all.at) {
-        describe(all, a);
+        problem_there(all, a);
         return true;
     }
     struct slice result = scan_member(all, "result"), error = scan_member(all, "error");
@@ -50,7 +49,7 @@ static bool ended(const struct http_reply *reply, struct answer *a, bool *ok)
     if (result.at)
         sga_buf_put(&a->text, result.at, result.len);
     else if (error.at)
-        describe(error, a);
+        problem_there(error, a);
     return result.at || error.at;
 }
 
@@ -60,31 +59,75 @@ static int poll_seconds(double until)
     return until == 0 || left > LONG_POLL ? LONG_POLL : left > 1 ? (int)left : 1;
 }
 
-bool solve_there(const char *url, const char *request, size_t length, double seconds, struct answer *a)
+/* Nobody waits for it any longer. */
+static void withdraw(const struct http_server *server, const char *path, struct answer *a)
 {
-    struct http_server server;
     struct http_reply reply;
+    char why[512];
+    bool told = http_ask(server, "DELETE", path, NULL, 0, 0, &reply, why, sizeof why) && reply.status < 300;
+    if (told)
+        snprintf(a->problem, sizeof a->problem, "interrupted; the job %s was cancelled", path);
+    else
+        snprintf(a->problem, sizeof a->problem, "interrupted; the job %s could not be cancelled", path);
+    sga_buf_free(&reply.body);
+    a->interrupted = true;
+}
+
+static void rest(void)
+{
+    struct timespec pause = { .tv_nsec = 50000000 };
+    nanosleep(&pause, NULL);        /* a server that does not wait is not to be asked in a tight loop */
+}
+
+bool answer_there(const struct http_server *server, const char *path, struct http_reply *reply, double until, struct answer *a)
+{
     bool ok = false;
-    double until = seconds > 0 ? sga_now() + seconds : 0;
-    if (!http_parse(url, &server)) {
-        snprintf(a->problem, sizeof a->problem, "'%s' is no address of the form http://HOST:PORT, https://HOST:PORT or unix:PATH", url);
-        return false;
-    }
-    if (!http_ask(&server, "POST", "/v1/solve", request, length, poll_seconds(until), &reply, a->problem, sizeof a->problem))
-        return false;
-    char path[sizeof reply.location];
-    snprintf(path, sizeof path, "%s", reply.location);
-    while (!ended(&reply, a, &ok)) {
+    while (!ended(reply, a, &ok)) {
         if (*path != '/' || (until > 0 && sga_now() >= until)) {
             snprintf(a->problem, sizeof a->problem, "the job has not ended yet; it is %s", path);
             break;
         }
-        struct timespec pause = { .tv_nsec = 50000000 };
-        nanosleep(&pause, NULL);        /* a server that does not wait is not to be asked in a tight loop */
-        sga_buf_free(&reply.body);
-        if (!http_ask(&server, "GET", path, NULL, 0, poll_seconds(until), &reply, a->problem, sizeof a->problem))
+        rest();
+        sga_buf_free(&reply->body);
+        if (interrupted() || !http_ask(server, "GET", path, NULL, 0, poll_seconds(until), reply, a->problem, sizeof a->problem)) {
+            if (interrupted())
+                withdraw(server, path, a);
             return false;
+        }
     }
-    sga_buf_free(&reply.body);
+    sga_buf_free(&reply->body);
     return ok;
+}
+
+bool server_there(const char *url, struct http_server *server, struct answer *a)
+{
+    if (http_parse(url, server))
+        return true;
+    snprintf(a->problem, sizeof a->problem, "'%s' is no address of the form http://HOST:PORT, https://HOST:PORT or unix:PATH", url);
+    return false;
+}
+
+/* The post itself does not wait, so that the job's name is known, and Ctrl-C can be caught, as soon as there is a job. */
+bool solve_there(const char *url, const char *request, size_t length, double seconds, struct answer *a)
+{
+    struct http_server server;
+    struct http_reply reply;
+    char path[sizeof reply.location];
+    double until = seconds > 0 ? sga_now() + seconds : 0;
+    if (!server_there(url, &server, a) || !http_ask(&server, "POST", "/v1/solve", request, length, 0, &reply, a->problem, sizeof a->problem))
+        return false;
+    interrupt_catch();
+    snprintf(path, sizeof path, "%s", reply.location);
+    return answer_there(&server, path, &reply, until, a);
+}
+
+bool job_there(const char *url, const char *id, bool wait, double seconds, struct answer *a)
+{
+    struct http_server server;
+    struct http_reply reply;
+    char path[sizeof reply.location];
+    double until = !wait ? sga_now() : seconds > 0 ? sga_now() + seconds : 0;
+    snprintf(path, sizeof path, "/v1/jobs/%.200s", id);
+    return server_there(url, &server, a) && http_ask(&server, "GET", path, NULL, 0, wait ? poll_seconds(until) : 0, &reply, a->problem, sizeof a->problem) &&
+           answer_there(&server, path, &reply, until, a);
 }

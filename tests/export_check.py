@@ -1,16 +1,23 @@
 """Exports as source: export_check.py BUILD_DIR
 
-Each request's sources are made by `sga code`, the C is compiled without a warning, and both are run at random points and at the samples of
-the answer's motion. What they give is held against the answer's texts, read by an evaluator that shares nothing with the library
+Each request's sources are made by `sga code`. The C is compiled without a warning, Python and Octave run theirs, CasADi's formulas are run
+over a stand-in of its functions, and the statements of Julia and Modelica by an interpreter of this script, at random points and at the
+samples of the answer's motion. What they give is held against the answer's texts, read by an evaluator that shares nothing with the library
 (expression.py, in mpmath): constraints, their gradients, the field, the gauge fields. Constraints must vanish at the samples, the field of
-the source must be tangent there, and a point that was moved off must come back."""
+the source must be tangent there (and a source with a spoilt component must be seen not to be), and a point that was moved off must come
+back. LaTeX and MathML are well-formed, name every variable, and have golden rows."""
 import ctypes
 import importlib.util
 import json
+import math
 import os
 import random
+import re
 import subprocess
+import sys
 import tempfile
+import types
+import xml.etree.ElementTree
 
 import mpmath
 
@@ -19,6 +26,7 @@ from solver import Solver
 from tally import ROOT, Tally, build_folder, scaled, seed
 
 WITHIN = 1e-12
+LANGUAGES = ("c", "python", "matlab", "julia", "casadi", "modelica", "latex", "mathml")
 WANT = ["constraints", "index", "vector_field", "gauge", "trajectory"]
 OWN = {
     "functions": {"system": {"form": "equations", "variables": ["x", "y", "z", "w"], "parameters": {"k": None, "a": "1/3", "b": "2.5e-7"},
@@ -82,6 +90,180 @@ class CSource:
         return list(at[:self.n]) if steps > 0 else None
 
 
+class Octave:
+    """One process of Octave for all sources: its start takes longer than all that it has to do."""
+
+    def __init__(self, folder):
+        self.folder, self.count = folder, 0
+        self.process = subprocess.Popen(["octave-cli", "--quiet", "--norc", "--no-history"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        self.tell(f"warning('off', 'all'); addpath('{folder}');")
+
+    def tell(self, statement):
+        self.process.stdin.write(statement + "\n")
+        self.process.stdin.flush()
+
+    def ask(self, expression):
+        """The numbers of an array by rows, and its shape; or what was said of it."""
+        self.tell(f"try, v = {expression}; printf('%d ', size(v)); printf('%.17g ', double(v).'); printf('\\n'); "
+                  "catch e, printf('error %s\\n', strrep(e.message, \"\\n\", ' ')); end, fflush(stdout);")
+        words = self.process.stdout.readline().split()
+        if not words or words[0] == "error":
+            raise ArithmeticError(" ".join(words))
+        return (int(words[0]), int(words[1])), [float(w) for w in words[2:]]
+
+    def load(self, text):
+        self.count += 1
+        name = f"model_{self.count}"
+        with open(os.path.join(self.folder, name + ".m"), "w", encoding="utf-8") as f:
+            f.write(text)
+        self.tell(f"rehash; m{self.count} = {name}();")
+        return OctaveSource(self, f"m{self.count}")
+
+    def end(self):
+        self.process.stdin.close()
+        self.process.stdout.close()
+        return self.process.wait()
+
+
+def column(values):
+    return "[" + "; ".join(repr(float(v)) for v in values) + "]"
+
+
+class OctaveSource:
+    def __init__(self, octave, name):
+        self.octave, self.name = octave, name
+        self.n = int(octave.ask(f"numel({name}.variables)")[1][0])
+
+    def ask(self, function, *arguments):
+        return self.octave.ask(f"{self.name}.{function}({', '.join(arguments)})")
+
+    def rows(self, function, t, x, p):
+        (rows, columns), values = self.ask(function, repr(t), column(x), column(p))
+        assert columns == self.n
+        return [values[i * columns:(i + 1) * columns] for i in range(rows)]
+
+    def constraints(self, t, x, p):
+        return self.ask("constraints", repr(t), column(x), column(p))[1]
+
+    def jacobian(self, t, x, p):
+        return self.rows("jacobian", t, x, p)
+
+    def gauge_fields(self, t, x, p):
+        return self.rows("gauge_fields", t, x, p)
+
+    def field(self, t, x, f, p):
+        return self.ask("field", repr(t), column(x), column(f), column(p))[1]
+
+    def project(self, t, x, p):
+        return self.ask("project", repr(t), column(x), column(p))[1]
+
+
+def power(a, b):
+    if a < 0:
+        raise ValueError("a real power of a negative number")
+    return a ** b
+
+
+class TextSource:
+    """The statements of Julia or Modelica, line by line: with ** for ^ they are Python's, over arrays that count from 1."""
+    ARRAYS = {"constraints": "c", "jacobian": "J", "gauge_fields": "G", "gaugeFields": "G", "field": "dx"}
+    project = None
+
+    def __init__(self, text, shape):
+        self.n, self.m, self.g, self.arguments = shape
+        self.base = {"__builtins__": {}, "abs": abs, "min": min, "max": max, "Float64": float, "pi": math.pi, "sign": lambda a: (a > 0) - (a < 0),
+                     "atan2": math.atan2, "atan": lambda *a: math.atan2(*a) if len(a) == 2 else math.atan(*a),
+                     **{k: getattr(math, k) for k in ("sin", "cos", "tan", "asin", "acos", "sinh", "cosh", "tanh", "exp", "log", "sqrt")}}
+        julia = "module SgaModel" in text
+        if julia:
+            self.base |= {"_power": power, "cbrt": lambda a: math.copysign(abs(a) ** (1 / 3), a), **{k: getattr(math, k) for k in ("asinh", "acosh", "atanh")}}
+        else:
+            self.base["power"] = power
+            for name, body in re.findall(r"function (area\w+|cubeRoot)\n.*?y := (.*?);\n", text, re.S):
+                body = re.sub(r"if (.*?) then (.*?) else (.*?)(\)?)$", r"((\2) if (\1) else (\3))\4", body).replace("^", "**")
+                self.base[name] = eval("lambda a: " + body, self.base)
+        for name, value in re.findall(r"(P_\w+) = (.*?);?\n", text):
+            self.base[name] = eval(value.replace("^", "**"), self.base)
+        self.code = {}
+        for head in re.finditer(r"^ *function (\w+)(.*?)\n *end\b", text, re.S | re.M):
+            if head[1] in self.ARRAYS:
+                lines = re.findall(r"^    ((?:w\d+|\w+\[[\d, ]+\])) :?= (.*?);?$", head[2], re.M)
+                self.code[self.ARRAYS[head[1]]] = compile("\n".join(f"{a} = {b}" for a, b in lines).replace("^", "**"), head[1], "exec")
+
+    def run(self, array, t, x, p, f=()):
+        env = {**self.base, "t": t, array: {}, "w": {}, **{k: dict(enumerate(v, 1)) for k, v in (("x", x), ("p", p), ("f", f))}}
+        exec(self.code[array], env)
+        return env[array]
+
+    def grid(self, array, t, x, p, rows):
+        made = self.run(array, t, x, p)
+        return [[made.get((i + 1, j + 1), 0.0) for j in range(self.n)] for i in range(rows)]
+
+    def constraints(self, t, x, p):
+        made = self.run("c", t, x, p)
+        return [made[i + 1] for i in range(self.m)]
+
+    def jacobian(self, t, x, p):
+        return self.grid("J", t, x, p, self.m)
+
+    def gauge_fields(self, t, x, p):
+        return self.grid("G", t, x, p, self.g)
+
+    def field(self, t, x, f, p):
+        made = self.run("dx", t, x, p, f)
+        return [made[i + 1] for i in range(self.n)]
+
+
+class Symbol:
+    """What CasADi's symbols are to a source: anything calculates with them."""
+    T = property(lambda self: self)
+
+    def same(self, *_):
+        return self
+    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = __pow__ = __rpow__ = __neg__ = __lt__ = __getitem__ = same
+
+
+def stand_in():
+    def either(f):
+        return lambda *a: a[0] if isinstance(a[0], Symbol) else a[-1] if isinstance(a[-1], Symbol) else f(*a)
+    names = "sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp log sqrt fabs".split()
+    made = {**{k: getattr(math, k) for k in names}, "power": pow, "fmin": min, "fmax": max, "sign": lambda a: (a > 0) - (a < 0),
+            "if_else": lambda c, a, b: a if c else b}
+    casadi = types.ModuleType("casadi")
+    casadi.__dict__.update({k: either(f) for k, f in made.items()})
+    symbol = Symbol()
+    casadi.SX = types.SimpleNamespace(sym=lambda name, n=1: symbol)
+    casadi.vertcat, casadi.reshape, casadi.Function = (lambda *a: symbol), (lambda a, *_: a), (lambda *a: a)
+    return casadi
+
+
+class CasadiSource:
+    project = None
+
+    def __init__(self, folder, name, text):
+        sys.modules["casadi"] = stand_in()
+        try:
+            self.module = python_source(folder, name + "_casadi", text)
+        finally:
+            del sys.modules["casadi"]
+        self.n = len(self.module.VARIABLES)
+
+    def rows(self, flat_rows):
+        return [flat_rows[i:i + self.n] for i in range(0, len(flat_rows), self.n)]
+
+    def constraints(self, t, x, p):
+        return self.module._constraints(t, x, p)
+
+    def jacobian(self, t, x, p):
+        return self.rows(self.module._jacobian(t, x, p))
+
+    def gauge_fields(self, t, x, p):
+        return self.rows(self.module._gauge_fields(t, x, p))
+
+    def field(self, t, x, f, p):
+        return self.module._field(t, x, f, p)
+
+
 def python_source(folder, name, text):
     path = os.path.join(folder, name.replace(" ", "_") + ".py")
     with open(path, "w", encoding="utf-8") as f:
@@ -127,6 +309,16 @@ class Oracle:
         return rows
 
 
+    def leaving(self, t, x, p, dx):
+        """The largest rate at which a constraint leaves 0 along dx, over the size of what it is summed of."""
+        value, worst = self.at(t, x, p), 0.0
+        for e in self.constraints:
+            g = self.graph.gradient(e, value, self.number)
+            parts = [g.get(self.time, 0)] + [g.get(v, 0) * d for v, d in zip(self.names, dx)]
+            worst = max(worst, abs(sum(parts)) / (1 + sum(abs(v) for v in parts)))
+        return worst
+
+
 def near(got, true, scale=1.0):
     return len(got) == len(true) and all(abs(a - b) <= WITHIN * max(scale, abs(b)) for a, b in zip(got, true))
 
@@ -163,6 +355,8 @@ class One:
     def back(self, t, x, p, rng):
         moved = [v + rng.uniform(-1e-3, 1e-3) for v in x]
         for label, s in self.sources.items():
+            if not s.project:
+                continue
             try:
                 y = s.project(t, moved, p)
             except ArithmeticError:
@@ -182,14 +376,28 @@ class One:
             for label, s in self.sources.items():
                 self.check(all(abs(c) <= 1e-10 * size ** 2 for c in s.constraints(t, x, [])), f"{label}: constraints vanish on the motion", row)
             self.at_point(t, x, [rng.uniform(-1, 1) for _ in self.oracle.gauge], [])
+            self.tangent(t, x, [rng.uniform(-1, 1) for _ in self.oracle.gauge])
             self.back(t, x, [], rng)
+
+    def tangent(self, t, x, f):
+        """A component that is off by a thousandth of the field has to be seen, wherever a constraint depends on its variable."""
+        o = self.oracle
+        slopes = o.jacobian(o.at(t, x, []))
+        for label, s in self.sources.items():
+            dx = s.field(t, x, f, [])
+            self.check(o.leaving(t, x, [], dx) <= 1e-8, f"{label}: the field is tangent on the motion", (t, x))
+            size = 1 + max(abs(v) for v in dx)
+            for i, name in enumerate(o.names):
+                if any(abs(row[i]) > 1e-2 for row in slopes):
+                    spoilt = [v + 1e-3 * size * (k == i) for k, v in enumerate(dx)]
+                    self.check(o.leaving(t, x, [], spoilt) > 1e-8, f"{label}: a spoilt component {name} is seen", (t, x))
 
 
 def code(build, path, language):
     return subprocess.run([os.path.join(build, "sga"), "code", path, "--language", language], capture_output=True, text=True, check=False)
 
 
-def one(tally, build, folder, name, request, rng):
+def one(tally, build, folder, octave, name, request, rng):
     request = {**request, "want": WANT if "trajectory" in request else WANT[:-1]}
     path = os.path.join(folder, "request.json")
     with open(path, "w", encoding="utf-8") as f:
@@ -197,7 +405,7 @@ def one(tally, build, folder, name, request, rng):
     result, problem = Solver(build).solve(request)
     if not tally.check(result is not None, f"{name}: is solved", problem):
         return
-    texts = {l: code(build, path, l) for l in ("c", "python")}
+    texts = {l: code(build, path, l) for l in LANGUAGES}
     if not tally.check(all(r.returncode == 0 for r in texts.values()), f"{name}: is exported", [r.stderr for r in texts.values()]):
         return
     oracle = Oracle(request, result)
@@ -208,7 +416,9 @@ def one(tally, build, folder, name, request, rng):
     python = python_source(folder, name, texts["python"].stdout)
     tally.check(python.VARIABLES == oracle.names and python.GENERATIONS == [k["generation"] for k in result["constraints"]]
                 and python.ARGUMENTS == oracle.arguments and python.GAUGE == shape[2], f"{name}: Python's names")
-    held = One(tally, name, oracle, {"C": c, "Python": python})
+    held = One(tally, name, oracle, {"C": c, "Python": python, "Octave": octave.load(texts["matlab"].stdout), "Julia": TextSource(texts["julia"].stdout, shape),
+                                     "CasADi": CasadiSource(folder, name, texts["casadi"].stdout), "Modelica": TextSource(texts["modelica"].stdout, shape)})
+    printed(tally, name, oracle, texts["latex"].stdout, texts["mathml"].stdout)
     found = sum(held.at_point(rng.uniform(0, 2), [rng.uniform(-1, 1) for _ in oracle.names], [rng.uniform(-1, 1) for _ in oracle.gauge],
                               [rng.uniform(0.5, 2) for _ in oracle.arguments]) for _ in range(scaled(6)))
     tally.check(found > 0, f"{name}: has points with values")
@@ -216,8 +426,57 @@ def one(tally, build, folder, name, request, rng):
         held.motion(result["trajectory"], rng)
 
 
-def no_number(tally, build, folder):
-    """Where a part has no value the field has none: C says NaN, Python raises."""
+def braces(text):
+    """Whether braces, and \\left with \\right, are balanced."""
+    depth = 0
+    for c in re.sub(r"\\[{}]", "", text):
+        depth += (c == "{") - (c == "}")
+        if depth < 0:
+            return False
+    return depth == 0 and text.count("\\left") == text.count("\\right") and text.count("\\begin{") == text.count("\\end{")
+
+
+def printed(tally, name, oracle, latex, mathml):
+    """Well-formed, with a row for each rate and each constraint, and each name with its symbol in the head."""
+    body = latex.split("amsmath.", 1)[1]
+    symbols = dict(reversed(re.fullmatch(r"% (.*): (.*)", line).groups()) for line in latex.splitlines() if re.fullmatch(r"% (.*): ([A-Za-z_]\S*)", line))
+    tally.check(braces(body), f"{name}: LaTeX's braces are balanced")
+    rates = re.findall(r"\\frac{\\mathrm{d} (.*)}{\\mathrm{d} (.*)} &=", body)
+    tally.check(rates == [(symbols.get(v), symbols.get(oracle.time)) for v in oracle.names], f"{name}: LaTeX has the rate of each variable", rates)
+    tally.check(len(set(symbols.values())) == len(symbols), f"{name}: LaTeX's symbols differ", symbols)
+    tally.check(body.count("\n  \\mathcal{C}_") == len(oracle.constraints), f"{name}: LaTeX has each constraint")
+    try:
+        root = xml.etree.ElementTree.fromstring(mathml)
+    except xml.etree.ElementTree.ParseError as e:
+        tally.check(False, f"{name}: MathML is well-formed", e)
+        return
+    ns = "{http://www.w3.org/1998/Math/MathML}"
+    heads = {v: s for s, v in re.findall(r"^  (<m.*>): (\S+)$", mathml, re.M)}
+    tally.check(root.tag == ns + "math" and all(f"<mi mathvariant=\"normal\">d</mi>{heads.get(v)}</mrow>" in mathml for v in oracle.names),
+                f"{name}: MathML has the rate of each variable", heads)
+    arity = {"mfrac": 2, "msup": 2, "msub": 2, "mroot": 2}
+    wrong = [e.tag for e in root.iter() if len(e) != arity.get(e.tag.removeprefix(ns), len(e))]
+    tally.check(not wrong, f"{name}: MathML's elements have their parts", wrong)
+    rows = [r for r in root.iter(ns + "mtr") if len(r) == 3]
+    tally.check(len(rows) >= len(oracle.names) + len(oracle.constraints), f"{name}: MathML has all rows", len(rows))
+
+
+def goldens(tally, build, folder):
+    """Rows as they should be: brackets, signs, fractions, powers, functions, names that would look the same."""
+    request = {"system": {"form": "equations", "variables": ["omega", "x_1", "x1", "lam"], "parameters": {"k": "2/3", "mass": "0.0625"},
+                          "equations": ["omega' = -k*(x1 - x_1)", "x_1' = (omega + 1)^2/(mass*x1)", "x1' = exp(-omega)*sqrt(1 + x1^2)", "lam = abs(omega)^(1/3)"]}}
+    path = os.path.join(folder, "golden.json")
+    with open(path, "w", encoding="utf-8") as f:
+        json.dump(request, f)
+    for language in ("latex", "mathml"):
+        text = code(build, path, language).stdout
+        with open(os.path.join(ROOT, "tests", "export_golden." + ("tex" if language == "latex" else "xml")), encoding="utf-8") as f:
+            golden = f.read()
+        tally.check(text.split("\n", 2 if language == "mathml" else 1)[-1] == golden, f"golden: {language}", text)
+
+
+def no_number(tally, build, folder, octave):
+    """Where a part has no value the field has none: C and MATLAB say NaN, Python raises."""
     request = {"system": {"form": "equations", "variables": ["x", "y"], "equations": ["x' = min(log(x), 1) + max(2, sqrt(x))", "y' = max(x^y, 0)"]}}
     path = os.path.join(folder, "none.json")
     with open(path, "w", encoding="utf-8") as f:
@@ -225,6 +484,8 @@ def no_number(tally, build, folder):
     c = CSource(folder, "none", code(build, path, "c").stdout, (2, 0, 0, 0))
     dx = c.field(0.0, [-1.0, 0.5], [], [])
     tally.check(all(v != v for v in dx), "C: no value where there is none", dx)
+    dx = octave.load(code(build, path, "matlab").stdout).field(0.0, [-1.0, 0.5], [], [])
+    tally.check(len(dx) == 2 and all(v != v for v in dx), "Octave: no value where there is none", dx)
     try:
         said = python_source(folder, "none", code(build, path, "python").stdout).field(0.0, [-1.0, 0.5])
     except ValueError:
@@ -257,13 +518,16 @@ def main():
         with open(os.path.join(ROOT, "etc", "examples", name + ".json"), encoding="utf-8") as f:
             requests[name] = json.load(f)
     with tempfile.TemporaryDirectory() as folder:
+        octave = Octave(folder)
         for name, request in requests.items():
             try:
-                one(tally, build, folder, name, request, rng)
+                one(tally, build, folder, octave, name, request, rng)
             except Exception as e:    # an error in one is one failure; the others go on
                 tally.check(False, name, f"{type(e).__name__}: {e}")
-        no_number(tally, build, folder)
+        no_number(tally, build, folder, octave)
+        goldens(tally, build, folder)
         refusals(tally, build, folder)
+        tally.check(octave.end() == 0, "Octave ends well")
     return tally.end()
 
 

@@ -1,5 +1,4 @@
 /* C99: macros for sizes and parameters, functions without memory of their own, so that it can go into a controller. */
-#include "lines.h"
 #include "skeleton.h"
 
 static void head(const struct export_model *m, struct sga_buf *out)
@@ -14,20 +13,6 @@ static void head(const struct export_model *m, struct sga_buf *out)
     sga_buf_printf(out, " */\n#include <math.h>\n\n#define SGA_VARIABLES %d\n#define SGA_CONSTRAINTS %d\n#define SGA_GAUGE %d\n#define SGA_ARGUMENTS %d\n",
                    s->variables, s->constraints, s->gauges, m->free_parameters);
     sga_buf_puts(out, "/* Doubles of work space for sga_project. */\n#define SGA_WORK (SGA_CONSTRAINTS*SGA_VARIABLES + SGA_VARIABLES + 2*SGA_CONSTRAINTS + 1)\n\n");
-}
-
-static bool constants(struct export_model *m, struct sga_buf *out, struct sga_error *err)
-{
-    const struct export_source *s = m->source;
-    for (int i = 0; i < s->parameters; i++) {
-        if (!s->parameter[i].value)
-            continue;
-        sga_buf_printf(out, "#define P_%s (", s->parameter[i].name);
-        if (!export_value(m, EXPORT_C, m->value[i], out, err))
-            return false;
-        sga_buf_puts(out, ")\n");
-    }
-    return true;
 }
 
 static const char prototypes[] =
@@ -50,12 +35,12 @@ static const char prototypes[] =
     "static inline double sga_greatest(double a, double b) { return a > b ? a : b >= a ? b : a + b; }\n\n";
 
 static bool function(struct export_model *m, const char *head, const char *size, const char *array,
-                     bool (*lines)(struct export_model *, enum export_language, struct sga_buf *, struct sga_error *), struct sga_buf *out, struct sga_error *err)
+                     bool (*lines)(struct export_model *, struct sga_buf *, struct sga_error *), struct sga_buf *out, struct sga_error *err)
 {
     sga_buf_printf(out, "%s\n{\n    (void)t; (void)x; (void)p; (void)%s;\n", head, array);
     if (size)
         sga_buf_printf(out, "    for (int i = 0; i < %s; i++)\n        %s[i] = 0.0;\n", size, array);
-    bool ok = lines(m, EXPORT_C, out, err);
+    bool ok = lines(m, out, err);
     sga_buf_puts(out, "}\n\n");
     return ok;
 }
@@ -114,7 +99,7 @@ static const char projection[] =
 bool export_c(struct export_model *m, struct sga_buf *out, struct sga_error *err)
 {
     head(m, out);
-    if (!constants(m, out, err))
+    if (!export_constants(m, "#define P_%s (", ")\n", out, err))
         return false;
     sga_buf_puts(out, prototypes);
     bool ok = function(m, "void sga_constraints(double t, const double *x, const double *p, double *c)", NULL, "c", export_constraint_lines, out, err) &&

@@ -11,6 +11,12 @@ static const struct {
 } languages[EXPORT_LANGUAGES] = {
     [EXPORT_C] = { "c", "text/x-c", export_c },
     [EXPORT_PYTHON] = { "python", "text/x-python", export_python },
+    [EXPORT_MATLAB] = { "matlab", "text/x-matlab", export_matlab },
+    [EXPORT_JULIA] = { "julia", "text/x-julia", export_julia },
+    [EXPORT_CASADI] = { "casadi", "text/x-python", export_casadi },
+    [EXPORT_MODELICA] = { "modelica", "text/x-modelica", export_modelica },
+    [EXPORT_LATEX] = { "latex", "text/x-tex", export_latex },
+    [EXPORT_MATHML] = { "mathml", "application/mathml+xml", export_mathml },
 };
 
 enum export_language export_language_find(const char *name)
@@ -35,7 +41,7 @@ bool export_code(const struct export_source *s, enum export_language language, s
 {
     struct export_model m;
     size_t before = out->len;
-    bool ok = export_model_read(&m, s, err) && languages[language].write(&m, out, err);
+    bool ok = export_model_read(&m, s, language, err) && languages[language].write(&m, out, err);
     if (!ok && out->data)
         out->data[out->len = before] = 0;
     export_model_clear(&m);

@@ -7,7 +7,10 @@
 #include "buf.h"
 #include "error.h"
 
-enum export_language { EXPORT_C, EXPORT_PYTHON, EXPORT_LANGUAGES };
+/* In the order of the columns of the table of operators (operators.c). */
+enum export_language {
+    EXPORT_C, EXPORT_PYTHON, EXPORT_MATLAB, EXPORT_JULIA, EXPORT_CASADI, EXPORT_MODELICA, EXPORT_LATEX, EXPORT_MATHML, EXPORT_LANGUAGES
+};
 
 struct export_parameter {
     const char *name;

@@ -2,13 +2,12 @@
  * grown long, becomes a name; so no text is longer than a pattern and two long ones, and the whole stays linear. */
 #include "lines.h"
 
+#include "dialect.h"
 #include "number.h"
 #include "operators.h"
 
 #include <stdio.h>
 #include <string.h>
-
-enum { LONG_LINE = 90 };          /* characters after which a part gets a name, for readers' sake */
 
 struct piece {
     const char *text;
@@ -17,12 +16,11 @@ struct piece {
 
 struct writer {
     struct export_model *m;
-    enum export_language language;
+    const struct export_dialect *dialect;
     struct sga_arena mem;
     struct expr_cone cone;
     struct piece *piece;          /* by place in the cone */
     int *uses;
-    int names;
     struct sga_buf *out;
 };
 
@@ -31,10 +29,16 @@ static const struct piece *child(const struct writer *w, expr_id e, int k)
     return &w->piece[w->cone.place[expr_child(&w->m->store, e, k)]];
 }
 
-static void put_argument(struct sga_buf *b, const struct piece *p, int least)
+static void put_argument(const struct writer *w, struct sga_buf *b, const struct piece *p, int least)
 {
     bool brackets = p->binds < least;
-    sga_buf_printf(b, "%s%s%s", brackets ? "(" : "", p->text, brackets ? ")" : "");
+    sga_buf_printf(b, "%s%s%s", brackets ? w->dialect->open : "", p->text, brackets ? w->dialect->close : "");
+}
+
+/* In TeX numbers side by side would be read as one. */
+static const char *times(const struct piece *second)
+{
+    return second->binds >= BINDS_PRODUCT && *second->text >= '0' && *second->text <= '9' ? "\\cdot " : "\\, ";
 }
 
 static void put_pattern(const struct writer *w, expr_id e, struct export_pattern p, struct sga_buf *b)
@@ -45,14 +49,28 @@ static void put_pattern(const struct writer *w, expr_id e, struct export_pattern
             continue;
         }
         switch (*++c) {
-        case 'a': put_argument(b, child(w, e, 0), p.binds); break;
-        case 'A': put_argument(b, child(w, e, 0), p.binds + 1); break;
-        case 'b': put_argument(b, child(w, e, 1), p.binds + 1); break;
-        case 'x': put_argument(b, child(w, e, 0), 0); break;
-        case 'y': put_argument(b, child(w, e, 1), 0); break;
+        case 'a': put_argument(w, b, child(w, e, 0), p.binds); break;
+        case 'A': put_argument(w, b, child(w, e, 0), p.binds + 1); break;
+        case 'b': put_argument(w, b, child(w, e, 1), p.binds + 1); break;
+        case 'c': put_argument(w, b, child(w, e, 1), p.binds); break;
+        case 'x': put_argument(w, b, child(w, e, 0), 0); break;
+        case 'y': put_argument(w, b, child(w, e, 1), 0); break;
+        case '*': sga_buf_puts(b, times(child(w, e, 1))); break;
         case 'n': sga_buf_printf(b, "%d", w->m->store.node[e].b); break;
         }
     }
+}
+
+static bool put_number(const struct writer *w, const fmpq_t q, struct sga_buf *b, int *binds)
+{
+    if (export_is_print(w->m->language)) {
+        export_print_number(q, w->m->language, b, binds);
+        return true;
+    }
+    bool ok = export_number(q, b, binds);
+    if (*binds == BINDS_SIGN)
+        *binds = export_pattern(w->m->language, EXPR_NEG).binds;
+    return ok;
 }
 
 /* What stands for a node; false: a number outside of the doubles, or a node that no text of an answer gives. */
@@ -60,10 +78,10 @@ static bool spell(struct writer *w, expr_id e, struct sga_buf *b, int *binds)
 {
     const struct expr_store *st = &w->m->store;
     enum expr_op op = expr_op_of(st, e);
-    struct export_pattern p = export_pattern(w->language, op);
+    struct export_pattern p = export_pattern(w->m->language, op);
     *binds = op == EXPR_SYM ? BINDS_ALL : p.binds;
     if (op == EXPR_CONST)
-        return export_number(expr_const_value(st, e), b, binds);
+        return put_number(w, expr_const_value(st, e), b, binds);
     if (op == EXPR_SYM)
         sga_buf_puts(b, w->m->symbol[st->node[e].a]);
     else if (p.text)
@@ -79,12 +97,9 @@ static const char *keep(struct writer *w, const char *text)
 
 static void put_name(struct writer *w, struct piece *p, const char *text)
 {
-    char name[24];
-    snprintf(name, sizeof name, "w%d", ++w->names);
-    if (w->language == EXPORT_C)
-        sga_buf_printf(w->out, "    const double %s = %s;\n", name, text);
-    else
-        sga_buf_printf(w->out, "    %s = %s\n", name, text);
+    char name[80];
+    snprintf(name, sizeof name, w->dialect->part, ++w->m->parts);
+    sga_buf_printf(w->out, w->dialect->named, name, text);
     *p = (struct piece){ keep(w, name), BINDS_ALL };
 }
 
@@ -94,7 +109,7 @@ static bool put_node(struct writer *w, int i)
     expr_id e = w->cone.list[i];
     struct sga_buf b = { 0 };
     bool leaf = expr_children(st, e) == 0, ok = spell(w, e, &b, &w->piece[i].binds);
-    if (ok && !leaf && (w->uses[i] > 1 || b.len > LONG_LINE))
+    if (ok && !leaf && b.len > (w->uses[i] > 1 ? w->dialect->shared : w->dialect->most))
         put_name(w, &w->piece[i], b.data);
     else if (ok)
         w->piece[i].text = keep(w, b.data);
@@ -131,30 +146,54 @@ static void writer_end(struct writer *w)
     sga_arena_end(&w->mem);
 }
 
-bool export_lines(struct export_model *m, enum export_language l, const struct export_place *place, int places, struct sga_buf *out, struct sga_error *err)
+static void put_place(struct writer *w, const struct export_place *p, const char *value)
 {
-    struct writer w = { .m = m, .language = l, .out = out };
-    expr_id *root = sga_take(&w.mem, (size_t)places * sizeof *root);
+    const struct export_dialect *d = w->dialect;
+    char left[80];
+    int columns = d->grid ? 0 : w->m->source->variables;      /* without a grid by rows */
+    if (!d->list)
+        sga_buf_printf(w->out, d->assigned, p->array, value);
+    else if (p->column >= 0 && d->grid) {
+        snprintf(left, sizeof left, d->grid, p->array, p->row + d->first, p->column + d->first);
+        sga_buf_printf(w->out, d->assigned, left, value);
+    } else {
+        snprintf(left, sizeof left, d->list, p->array, (p->column < 0 ? p->row : p->row * columns + p->column) + d->first);
+        sga_buf_printf(w->out, d->assigned, left, value);
+    }
+}
+
+/* The pieces of the places' values, in w. */
+static bool write_pieces(struct writer *w, const struct export_place *place, int places, struct sga_error *err)
+{
+    expr_id *root = sga_take(&w->mem, (size_t)places * sizeof *root);
     for (int i = 0; i < places; i++)
         root[i] = place[i].value;
-    writer_init(&w, root, places);
-    bool ok = put_nodes(&w, err);
+    w->m->parts = 0;
+    writer_init(w, root, places);
+    return put_nodes(w, err);
+}
+
+bool export_lines(struct export_model *m, const struct export_place *place, int places, struct sga_buf *out, struct sga_error *err)
+{
+    struct writer w = { .m = m, .dialect = export_dialect(m->language), .out = out };
+    bool ok = write_pieces(&w, place, places, err);
     for (int i = 0; i < places && ok; i++)
-        sga_buf_printf(out, "    %s[%d] = %s%s\n", place[i].array, place[i].index, w.piece[w.cone.place[root[i]]].text, l == EXPORT_C ? ";" : "");
+        put_place(&w, &place[i], w.piece[w.cone.place[place[i].value]].text);
     writer_end(&w);
     return ok;
 }
 
-bool export_value(struct export_model *m, enum export_language l, expr_id value, struct sga_buf *out, struct sga_error *err)
+bool export_value(struct export_model *m, expr_id value, struct sga_buf *out, struct sga_error *err)
 {
-    struct sga_buf b = { 0 };
-    struct export_place place = { "value", 0, value };
-    bool ok = export_lines(m, l, &place, 1, &b, err);
-    const char *only = ok ? strstr(b.data, " = ") : NULL;
-    if (ok && !strncmp(b.data, "    value", 9))
-        sga_buf_put(out, only + 3, strcspn(only + 3, ";\n"));
+    struct sga_buf parts = { 0 };
+    struct writer w = { .m = m, .dialect = export_dialect(m->language), .out = &parts };
+    struct export_place place = { "value", 0, -1, value };
+    bool ok = write_pieces(&w, &place, 1, err);
+    if (ok && m->parts == 0)
+        sga_buf_puts(out, w.piece[w.cone.place[value]].text);
     else if (ok)
         ok = sga_fail(err, SGA_E_NO_CODE, "The value of a parameter is too long for an export.");
-    sga_buf_free(&b);
+    writer_end(&w);
+    sga_buf_free(&parts);
     return ok;
 }

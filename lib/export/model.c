@@ -3,6 +3,8 @@
 
 #include "budget.h"
 #include "derive.h"
+#include "dialect.h"
+#include "math_name.h"
 #include "parse.h"
 
 #include <stdio.h>
@@ -24,10 +26,11 @@ static expr_id primed(void *ctx, int symbol, int order)
     return found < 0 ? EXPR_UNDEF : st->symbol[found].node;
 }
 
-static char *format(struct export_model *m, const char *pattern, int k)
+/* The text of the k-th place of an array, counted as the language counts. */
+static const char *place(struct export_model *m, const char *pattern, int k)
 {
     char *text = sga_take(&m->memory, 32);
-    snprintf(text, 32, pattern, k);
+    snprintf(text, 32, pattern, k + export_dialect(m->language)->first);
     return text;
 }
 
@@ -40,24 +43,40 @@ static bool name_it(struct export_model *m, const char *name, enum expr_symbol_k
     return true;
 }
 
-static bool name_parameter(struct export_model *m, const struct export_parameter *p, struct sga_error *err)
+/* k: how many parameters with values come before. */
+static const char *constant(struct export_model *m, const char *name, int k)
 {
-    if (!p->value)
-        return name_it(m, p->name, EXPR_PARAMETER, format(m, "p[%d]", m->free_parameters++), err);
-    size_t n = strlen(p->name) + 3;
+    const struct export_dialect *d = export_dialect(m->language);
+    if (d->constant)
+        return place(m, d->constant, k);
+    size_t n = strlen(name) + 3;
     char *text = sga_take(&m->memory, n);
-    snprintf(text, n, "P_%s", p->name);
+    snprintf(text, n, "P_%s", name);
+    return text;
+}
+
+/* Print has names where programs have places. */
+static const char *text_of(struct export_model *m, const char *name, const char *pattern, int k)
+{
+    return export_is_print(m->language) ? math_name(&m->memory, m->language, m->symbol, m->store.symbols, name) : place(m, pattern, k);
+}
+
+static bool name_parameter(struct export_model *m, int i, struct sga_error *err)
+{
+    const struct export_parameter *p = &m->source->parameter[i];
+    const char *text = !p->value ? text_of(m, p->name, export_dialect(m->language)->argument, m->free_parameters++)
+                       : export_is_print(m->language) ? text_of(m, p->name, NULL, 0) : constant(m, p->name, i - m->free_parameters);
     return name_it(m, p->name, EXPR_PARAMETER, text, err);
 }
 
 static bool name_all(struct export_model *m, struct sga_error *err)
 {
     const struct export_source *s = m->source;
-    bool ok = name_it(m, s->time, EXPR_TIME, "t", err);
+    bool ok = name_it(m, s->time, EXPR_TIME, export_is_print(m->language) ? text_of(m, s->time, NULL, 0) : "t", err);
     for (int i = 0; i < s->variables && ok; i++)
-        ok = name_it(m, s->variable[i], EXPR_VARIABLE, format(m, "x[%d]", i), err);
+        ok = name_it(m, s->variable[i], EXPR_VARIABLE, text_of(m, s->variable[i], export_dialect(m->language)->variable, i), err);
     for (int i = 0; i < s->parameters && ok; i++)
-        ok = name_parameter(m, &s->parameter[i], err);
+        ok = name_parameter(m, i, err);
     for (int i = 0; i < s->definitions && ok; i++)
         ok = name_it(m, s->definition[i].name, EXPR_FREE, NULL, err);
     return ok;
@@ -134,9 +153,9 @@ static void differentiate(struct export_model *m)
     free(term);
 }
 
-bool export_model_read(struct export_model *m, const struct export_source *s, struct sga_error *err)
+bool export_model_read(struct export_model *m, const struct export_source *s, enum export_language l, struct sga_error *err)
 {
-    *m = (struct export_model){ .source = s };
+    *m = (struct export_model){ .source = s, .language = l };
     expr_store_init(&m->store);
     m->store.max_nodes = EXPORT_NODES;
     m->store.seconds = EXPORT_SECONDS;

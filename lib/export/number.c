@@ -69,3 +69,45 @@ bool export_number(const fmpq_t q, struct sga_buf *out, int *binds)
     fmpz_clear(number);
     return ok;
 }
+
+/* Fractions with denominators below this one stay fractions though decimals of few places. */
+enum { PLAIN_FRACTION = 10 };
+
+static void put_fraction(const fmpq_t q, enum export_language l, struct sga_buf *out)
+{
+    fmpz_t top;
+    fmpz_init(top);
+    fmpz_abs(top, fmpq_numref(q));
+    char *above = fmpz_get_str(NULL, 10, top), *below = fmpz_get_str(NULL, 10, fmpq_denref(q));
+    sga_buf_printf(out, l == EXPORT_LATEX ? "\\frac{%s}{%s}" : "<mfrac><mn>%s</mn><mn>%s</mn></mfrac>", above, below);
+    flint_free(above);
+    flint_free(below);
+    fmpz_clear(top);
+}
+
+void export_print_number(const fmpq_t q, enum export_language l, struct sga_buf *out, int *binds)
+{
+    const char *before = l == EXPORT_MATHML ? "<mn>" : "", *after = l == EXPORT_MATHML ? "</mn>" : "";
+    bool whole = fmpz_is_one(fmpq_denref(q));
+    int places;
+    fmpz_t number;
+    fmpz_init(number);
+    if (fmpq_sgn(q) < 0)
+        sga_buf_puts(out, l == EXPORT_MATHML ? "<mo>-</mo>" : "-");
+    *binds = fmpq_sgn(q) < 0 ? BINDS_SUM : whole ? BINDS_ALL : BINDS_POWER;
+    if (whole || (fmpz_cmp_ui(fmpq_denref(q), PLAIN_FRACTION) >= 0 && decimal(q, number, &places))) {
+        sga_buf_puts(out, before);
+        if (whole) {
+            fmpz_abs(number, fmpq_numref(q));
+            char *digits = fmpz_get_str(NULL, 10, number);
+            sga_buf_puts(out, digits);
+            flint_free(digits);
+        } else {
+            put_decimal(number, places, out);
+        }
+        sga_buf_puts(out, after);
+    } else {
+        put_fraction(q, l, out);
+    }
+    fmpz_clear(number);
+}

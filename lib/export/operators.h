@@ -1,7 +1,9 @@
 /* The one table of how operators are written: for each language a pattern.
  *
  * In a pattern `$a` is the first argument, in brackets where it binds less than the operator; `$A` and `$b` are the first and the second,
- * in brackets where they do not bind more; `$x` and `$y` are the two without brackets; `$n` is a whole exponent. */
+ * in brackets where they do not bind more; `$c` is the second in
+ * brackets where it binds less; `$x` and `$y` are the two without brackets; `$n` is a whole exponent; `$*` is the sign of a
+ * product in TeX: a space, and a dot where a digit follows. */
 #ifndef SGA_EXPORT_OPERATORS_H
 #define SGA_EXPORT_OPERATORS_H
 

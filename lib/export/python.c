@@ -1,20 +1,5 @@
 /* Python 3, the module math alone: lists of floats. */
-#include "lines.h"
 #include "skeleton.h"
-
-static bool constants(struct export_model *m, struct sga_buf *out, struct sga_error *err)
-{
-    const struct export_source *s = m->source;
-    for (int i = 0; i < s->parameters; i++) {
-        if (!s->parameter[i].value)
-            continue;
-        sga_buf_printf(out, "P_%s = ", s->parameter[i].name);
-        if (!export_value(m, EXPORT_PYTHON, m->value[i], out, err))
-            return false;
-        sga_buf_puts(out, "\n");
-    }
-    return true;
-}
 
 static void put_names(const struct export_source *s, struct sga_buf *out)
 {
@@ -41,7 +26,7 @@ static bool head(struct export_model *m, struct sga_buf *out, struct sga_error *
     export_legend(m, "  ", out);
     sga_buf_puts(out, "\"\"\"\nimport math\n\n");
     put_names(m->source, out);
-    if (!constants(m, out, err))
+    if (!export_constants(m, "P_%s = ", "\n", out, err))
         return false;
     sga_buf_puts(out, "\n\n"
                       "def _sign(a):\n    return math.copysign(1.0, a) if a else a\n\n\n"
@@ -54,7 +39,7 @@ static bool head(struct export_model *m, struct sga_buf *out, struct sga_error *
 
 struct shape {
     const char *signature, *meaning, *array, *size;
-    bool (*lines)(struct export_model *, enum export_language, struct sga_buf *, struct sga_error *);
+    bool (*lines)(struct export_model *, struct sga_buf *, struct sga_error *);
     const char *result;
 };
 
@@ -70,7 +55,7 @@ static const struct shape functions[] = {
 static bool function(struct export_model *m, const struct shape *f, struct sga_buf *out, struct sga_error *err)
 {
     sga_buf_printf(out, "def %s:\n    \"\"\"%s\"\"\"\n    %s = [0.0]*(%s)\n", f->signature, f->meaning, f->array, f->size);
-    bool ok = f->lines(m, EXPORT_PYTHON, out, err);
+    bool ok = f->lines(m, out, err);
     sga_buf_printf(out, "    return %s\n\n\n", f->result);
     return ok;
 }

@@ -1,4 +1,4 @@
-/* Work-precision diagrams and the like: axes by decades, marks, legend. */
+/* Work-precision diagrams: axes by decades, marks, legend. Motions: linear axes, lines. */
 #include "plot.h"
 
 #include <assert.h>
@@ -20,7 +20,8 @@ static const char *const colour[] = { "#000000", "#0072b2", "#d55e00", "#009e73"
 enum { COLOURS = sizeof colour / sizeof *colour, MARKS = 5 };
 
 struct axis {
-    int low, high;             /* decades */
+    double low, high;          /* decades, or values of a linear axis */
+    double step;               /* between the lines of a linear axis; 0: it is logarithmic */
     double from, length;       /* pixels of low, and to high (negative: upwards) */
 };
 
@@ -30,11 +31,14 @@ struct sheet {
     struct axis x, y;
 };
 
-static bool shown(const struct plot_point *q)
+static bool shown(const struct plot *p, const struct plot_point *q)
 {
+    if (p->linear)
+        return isfinite(q->x) && isfinite(q->y);
     return q->x > 0 && isfinite(q->x) && q->y > 0 && isfinite(q->y);
 }
 
+/* Of a value of a linear axis, too. */
 static double place_log(const struct axis *a, double decade)
 {
     assert(a->high > a->low);
@@ -43,7 +47,7 @@ static double place_log(const struct axis *a, double decade)
 
 static double place(const struct axis *a, double v)
 {
-    return place_log(a, log10(v));
+    return place_log(a, a->step > 0 ? v : log10(v));
 }
 
 static void stretch(double *low, double *high, double v)
@@ -52,31 +56,60 @@ static void stretch(double *low, double *high, double v)
     *high = fmax(*high, v);
 }
 
+/* 1, 2 or 5 times a power of 10: some six of them make up the size. */
+static double round_step(double size)
+{
+    double power = pow(10, floor(log10(size / 6))), times = size / 6 / power;
+    return power * (times <= 1 ? 1 : times <= 2 ? 2 : times <= 5 ? 5 : 10);
+}
+
+/* `outward`: to whole steps. A value that does not change gets room on both sides. */
+static void set_linear_axis(struct axis *a, double low, double high, bool outward)
+{
+    if (!(low <= high)) {
+        low = 0;
+        high = 1;
+    }
+    double room = high - low > 1e-12 * (fabs(low) + fabs(high)) ? 0 : fmax(fabs(high) / 2, high == 0 ? 1 : 0);
+    a->low = low - room;
+    a->high = high + room;
+    a->step = round_step(a->high - a->low);
+    if (outward) {
+        a->low = a->step * floor(a->low / a->step + 1e-9);
+        a->high = a->step * ceil(a->high / a->step - 1e-9);
+    }
+}
+
 static void set_axis(struct axis *a, double low, double high)
 {
     if (!(low <= high)) {
         low = 1e-3;
         high = 1;
     }
-    a->low = (int)floor(log10(low) + 1e-9);
-    a->high = (int)ceil(log10(high) - 1e-9);
+    a->low = floor(log10(low) + 1e-9);
+    a->high = ceil(log10(high) - 1e-9);
     if (a->low == a->high)
         a->high++;
 }
 
 static void set_axes(struct sheet *s)
 {
-    double x_low = INFINITY, x_high = 0, y_low = INFINITY, y_high = 0;
+    double x_low = INFINITY, x_high = s->p->linear ? -INFINITY : 0, y_low = INFINITY, y_high = x_high;
     for (int c = 0; c < s->p->curves; c++)
         for (int i = 0; i < s->p->curve[c].points; i++) {
             const struct plot_point *q = s->p->curve[c].point + i;
-            if (!shown(q))
+            if (!shown(s->p, q))
                 continue;
             stretch(&x_low, &x_high, q->x);
             stretch(&y_low, &y_high, q->y);
         }
-    set_axis(&s->x, x_low, x_high);
-    set_axis(&s->y, y_low, y_high);
+    if (s->p->linear) {
+        set_linear_axis(&s->x, x_low, x_high, false);
+        set_linear_axis(&s->y, y_low, y_high, true);
+    } else {
+        set_axis(&s->x, x_low, x_high);
+        set_axis(&s->y, y_low, y_high);
+    }
     s->x.from = LEFT;
     s->x.length = FIELD_WIDTH;
     s->y.from = TOP + FIELD_HEIGHT;
@@ -102,19 +135,34 @@ static void put_decade(struct sga_buf *out, double x, double y, const char *anch
                    x, y, anchor, exponent);
 }
 
+static void put_linear_axis(struct sheet *s, const struct axis *a, bool across)
+{
+    double bottom = TOP + FIELD_HEIGHT, right = LEFT + FIELD_WIDTH;
+    for (double k = ceil(a->low / a->step - 1e-9); k * a->step <= a->high + 1e-9 * a->step; k++) {
+        char label[40];
+        double at = place(a, k * a->step);
+        snprintf(label, sizeof label, "%.6g", k == 0 ? 0.0 : k * a->step);
+        across ? line(s->out, "#cccccc", at, TOP, at, bottom + 5) : line(s->out, "#cccccc", LEFT - 5, at, right, at);
+        if (across)
+            put_text(s->out, at, bottom + 24, " text-anchor=\"middle\"", label);
+        else
+            put_text(s->out, LEFT - 9, at + 5, " text-anchor=\"end\"", label);
+    }
+}
+
 /* Lines at decades and, where there are few, at 2 to 9 between them; labels. */
 static void put_axis(struct sheet *s, const struct axis *a, bool across)
 {
-    int every = (a->high - a->low + MOST_LABELS - 1) / MOST_LABELS;
+    int low = (int)a->low, high = (int)a->high, every = (high - low + MOST_LABELS - 1) / MOST_LABELS;
     double bottom = TOP + FIELD_HEIGHT, right = LEFT + FIELD_WIDTH;
-    for (int d = a->low; d <= a->high; d++) {
+    for (int d = low; d <= high; d++) {
         double at = place_log(a, d);
-        for (int k = 2; k <= 9 && d < a->high && a->high - a->low <= 4; k++) {
+        for (int k = 2; k <= 9 && d < high && high - low <= 4; k++) {
             double minor = place_log(a, d + log10(k));
             across ? line(s->out, "#eeeeee", minor, TOP, minor, bottom) : line(s->out, "#eeeeee", LEFT, minor, right, minor);
         }
         across ? line(s->out, "#cccccc", at, TOP, at, bottom + 5) : line(s->out, "#cccccc", LEFT - 5, at, right, at);
-        if ((d - a->low) % every)
+        if ((d - low) % every)
             continue;
         if (across)
             put_decade(s->out, at, bottom + 24, "middle", d);
@@ -133,22 +181,28 @@ static void put_mark(struct sga_buf *out, int kind, double x, double y, const ch
         sga_buf_printf(out, "<path d=\"M%.1f,%.1f%s\" fill=\"%s\" stroke=\"%s\"/>\n", x, y, path[kind], fill, stroke);
 }
 
+static void put_line(struct sheet *s, const struct plot_curve *c, int number)
+{
+    bool open = false;
+    for (int i = 0; i <= c->points; i++) {
+        bool here = i < c->points && shown(s->p, c->point + i);
+        if (here)
+            sga_buf_printf(s->out, s->p->linear ? "%s%.2f,%.2f" : "%s%.1f,%.1f", open ? " " : "<polyline points=\"",
+                           place(&s->x, c->point[i].x), place(&s->y, c->point[i].y));
+        else if (open && (i == c->points || s->p->linear))
+            sga_buf_printf(s->out, "\" fill=\"none\" stroke=\"%s\" stroke-width=\"1.5\"%s/>\n", colour[number % COLOURS],
+                           number >= COLOURS ? " stroke-dasharray=\"5 3\"" : "");
+        open = here || (open && !s->p->linear);
+    }
+}
+
 static void put_curve(struct sheet *s, int number)
 {
     const struct plot_curve *c = s->p->curve + number;
     const char *stroke = colour[number % COLOURS];
-    bool any = false;
-    for (int i = 0; i < c->points; i++) {
-        if (!shown(c->point + i))
-            continue;
-        sga_buf_printf(s->out, "%s%.1f,%.1f", any ? " " : "<polyline points=\"", place(&s->x, c->point[i].x), place(&s->y, c->point[i].y));
-        any = true;
-    }
-    if (any)
-        sga_buf_printf(s->out, "\" fill=\"none\" stroke=\"%s\" stroke-width=\"1.5\"%s/>\n", stroke,
-                       number >= COLOURS ? " stroke-dasharray=\"5 3\"" : "");
-    for (int i = 0; i < c->points; i++)
-        if (shown(c->point + i))
+    put_line(s, c, number);
+    for (int i = 0; i < c->points && !s->p->linear; i++)
+        if (shown(s->p, c->point + i))
             put_mark(s->out, number % MARKS, place(&s->x, c->point[i].x), place(&s->y, c->point[i].y),
                      c->point[i].bound ? "#ffffff" : stroke, stroke);
 }
@@ -160,7 +214,8 @@ static void put_legend(struct sheet *s)
         const char *stroke = colour[k % COLOURS];
         sga_buf_printf(s->out, "<line stroke=\"%s\" stroke-width=\"1.5\" x1=\"%.1f\" y1=\"%.1f\" x2=\"%.1f\" y2=\"%.1f\"%s/>\n", stroke,
                        x, y, x + 26, y, k >= COLOURS ? " stroke-dasharray=\"5 3\"" : "");
-        put_mark(s->out, k % MARKS, x + 13, y, stroke, stroke);
+        if (!s->p->linear)
+            put_mark(s->out, k % MARKS, x + 13, y, stroke, stroke);
         put_text(s->out, x + 33, y + 4, "", s->p->curve[k].name);
     }
     if (!s->p->bound_label)
@@ -180,8 +235,8 @@ void plot_svg(const struct plot *p, struct sga_buf *out)
                    "viewBox=\"0 0 %d %d\" role=\"img\" font-family=\"sans-serif\" font-size=\"13\">\n<title>", WIDTH, height, WIDTH, height);
     plot_escape(p->title, out);
     sga_buf_printf(out, "</title>\n<rect width=\"%d\" height=\"%d\" fill=\"#ffffff\"/>\n", WIDTH, height);
-    put_axis(&s, &s.x, true);
-    put_axis(&s, &s.y, false);
+    (p->linear ? put_linear_axis : put_axis)(&s, &s.x, true);
+    (p->linear ? put_linear_axis : put_axis)(&s, &s.y, false);
     sga_buf_printf(out, "<rect x=\"%d\" y=\"%d\" width=\"%d\" height=\"%d\" fill=\"none\" stroke=\"#333333\"/>\n", LEFT, TOP, FIELD_WIDTH, FIELD_HEIGHT);
     for (int k = 0; k < p->curves; k++)
         put_curve(&s, k);

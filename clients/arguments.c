@@ -1,0 +1,181 @@
+/* Each command takes some of the options; a table says which. */
+#include "arguments.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "export.h"
+
+const char arguments_usage[] =
+    "usage: sga solve FILE [--server URL] [--ca FILE] [--json | --text | --csv | --svg]\n"
+    "                      [--wait SECONDS] [--tradeoff-csv FILE] [--tradeoff-svg FILE] [--interpret-only]\n"
+    "       sga plot FILE [--columns NAMES] [--x NAME] [--server URL] [--ca FILE] [--wait SECONDS]\n"
+    "       sga code FILE --language L [--server URL] [--ca FILE] [--wait SECONDS]\n"
+    "       sga check FILE [--server URL] [--ca FILE] [--json | --text]\n"
+    "       sga list [--status S] [--limit N] [--server URL] [--ca FILE] [--json | --text]\n"
+    "       sga get ID | sga wait ID [--wait SECONDS] [--server URL] [--ca FILE]\n"
+    "                      [--json | --text | --csv | --svg] [--tradeoff-csv FILE] [--tradeoff-svg FILE]\n"
+    "       sga cancel ID | sga events ID [--server URL] [--ca FILE] [--json | --text]\n"
+    "       sga top [--server URL] [--ca FILE] [--every SECONDS] [--once]\n"
+    "       sga version\n"
+    "       sga --help\n"
+    "\n"
+    "solve reads a request (JSON) from FILE, or from standard input where FILE is -, and\n"
+    "prints the result: as JSON, or as text on a terminal. Ctrl-C cancels the job of a daemon.\n"
+    "\n"
+    "code solves a request, and prints constraints, reduced field, gauge fields, Jacobian and\n"
+    "a projection as source: --language c, python, matlab, julia, casadi, modelica, or as\n"
+    "formulas in print: latex, mathml.\n"
+    "\n"
+    "check reads a request, runs nothing, and says all that is wrong with it.\n"
+    "\n"
+    "list, get, wait, cancel and events are about the jobs of a daemon: the newest ones, a\n"
+    "result, a result once it is there, an end, and what happens until it ends.\n"
+    "\n"
+    "top shows what a daemon does: queue, stages, rates, refusals.\n"
+    "\n"
+    "  --server URL     http://HOST:PORT, https://HOST:PORT or unix:PATH of a daemon (else the variable\n"
+    "                   SGA_SERVER, else the request runs in this process)\n"
+    "  --ca FILE        certificates that are trusted for https (PEM; else SGA_CA, else the system's)\n"
+    "  --wait SECONDS   stop waiting for the daemon after this time\n"
+    "  --json, --text   choose the form\n"
+    "  --csv            print the samples of the trajectory alone, as CSV\n"
+    "  --svg            print an image of the trajectory; plot is solve --svg\n"
+    "  --columns NAMES  curves of the image, separated by commas (all); --x NAME: what they stand over (time)\n"
+    "  --status S       jobs of these statuses alone, separated by commas\n"
+    "  --limit N        so many jobs at the most (50)\n"
+    "  --tradeoff-csv FILE, --tradeoff-svg FILE\n"
+    "                   put the tradeoff that the request wants into a table or an image\n"
+    "  --interpret-only make no machine code of formulas in this process: the same answer, later\n"
+    "\n"
+    "The variable SGA_TOKEN holds the token for a daemon that wants one.\n"
+    "\n"
+    "Exit code: 0 solved, 1 not solved (the reason is on standard error), 2 wrong usage, 130 Ctrl-C.\n";
+
+/* A letter for each option (options below), and what the command's word is. */
+static const struct {
+    const char *name, *takes, *word;
+} commands[COMMANDS] = {
+    [SOLVE] = { "solve", "sawjtcvXYTSi", "a file" }, [PLOT] = { "plot", "sawXYi", "a file" }, [CODE] = { "code", "sawli", "a file" }, [CHECK] = { "check", "sajt", "a file" },
+    [LIST] = { "list", "sajtuN", NULL }, [GET] = { "get", "sajtcvXYTS", "the id of a job" }, [WAIT] = { "wait", "sawjtcvXYTS", "the id of a job" },
+    [CANCEL] = { "cancel", "sajt", "the id of a job" }, [EVENTS] = { "events", "sajt", "the id of a job" },
+};
+
+static const struct {
+    const char *name;
+    char letter;
+    bool value;
+} options[] = {
+    { "--server", 's', true }, { "--ca", 'a', true }, { "--wait", 'w', true }, { "--json", 'j', false }, { "--text", 't', false },
+    { "--csv", 'c', false }, { "--tradeoff-csv", 'T', true }, { "--tradeoff-svg", 'S', true }, { "--interpret-only", 'i', false },
+    { "--language", 'l', true }, { "--svg", 'v', false }, { "--columns", 'Y', true }, { "--x", 'X', true }, { "--status", 'u', true }, { "--limit", 'N', true },
+};
+enum { OPTIONS = sizeof options / sizeof *options };
+
+int bad_usage(const char *what, const char *which)
+{
+    fprintf(stderr, "sga: %s%s\n%s", what, which, arguments_usage);
+    return USAGE;
+}
+
+bool arguments_seconds(const char *text, double *out)
+{
+    char *end;
+    *out = strtod(text, &end);
+    return end != text && !*end && *out > 0 && *out < 1e9;
+}
+
+static int set(struct arguments *args, char letter, const char *value)
+{
+    switch (letter) {
+    case 's': args->server = value; break;
+    case 'a': setenv("SGA_CA", value, 1); break;       /* where http_parse looks */
+    case 'j': args->json = true; break;
+    case 't': args->text = true; break;
+    case 'c': args->csv = true; break;
+    case 'v': args->svg = true; break;
+    case 'Y': args->columns = value; break;
+    case 'X': args->x = value; break;
+    case 'T': args->tradeoff_csv = value; break;
+    case 'S': args->tradeoff_svg = value; break;
+    case 'i': args->interpret_only = true; break;
+    case 'l': args->language = value; break;
+    case 'u': args->status = value; break;
+    case 'N': args->limit = value; break;
+    case 'w': return arguments_seconds(value, &args->wait) ? DONE : bad_usage("--wait needs a number of seconds, not ", value);
+    }
+    return DONE;
+}
+
+static int read_one(struct arguments *args, char **argv, int argc, int *i)
+{
+    const char *a = argv[*i];
+    int k = 0;
+    if (*a != '-' || !a[1]) {
+        if (args->file || !commands[args->command].word)
+            return bad_usage(args->file ? "more than one file: " : "no file belongs to list: ", a);
+        args->file = a;
+        return DONE;
+    }
+    while (k < OPTIONS && strcmp(options[k].name, a) != 0)
+        k++;
+    if (k == OPTIONS)
+        return bad_usage("unknown option ", a);
+    if (!strchr(commands[args->command].takes, options[k].letter)) {
+        char what[80];
+        snprintf(what, sizeof what, "%s does not take ", commands[args->command].name);
+        return bad_usage(what, a);
+    }
+    if (options[k].value && *i + 1 >= argc)
+        return bad_usage("a value is missing after ", a);
+    return set(args, options[k].letter, options[k].value ? argv[++*i] : NULL);
+}
+
+static bool is_job(const char *id)
+{
+    size_t n = strspn(id, "0123456789abcdefghijklmnopqrstuvwxyz");
+    return n > 0 && !id[n];
+}
+
+/* Ids come as messages have them, too: /v1/jobs/ID. */
+static int check_word(struct arguments *args)
+{
+    static const char before[] = "/v1/jobs/";
+    if (!args->file)
+        return commands[args->command].word ? bad_usage(commands[args->command].name, args->command <= CHECK ? " needs a file" : " needs the id of a job") : DONE;
+    if (args->command <= CHECK)
+        return DONE;
+    if (strncmp(args->file, before, strlen(before)) == 0)
+        args->file += strlen(before);
+    return is_job(args->file) ? DONE : bad_usage("this is no id of a job: ", args->file);
+}
+
+static int check_together(const struct arguments *args)
+{
+    if (args->json + args->text + args->csv + args->svg > 1)
+        return bad_usage("--json, --text, --csv and --svg exclude each other", "");
+    if ((args->columns || args->x) && !args->svg)
+        return bad_usage("--columns and --x belong to an image: add --svg", "");
+    if (args->command > CHECK && !args->server)
+        return bad_usage(commands[args->command].name, " needs --server URL, or the variable SGA_SERVER");
+    if (args->command == CODE && !args->language)
+        return bad_usage("code needs --language", "");
+    return !args->language || export_language_find(args->language) != EXPORT_LANGUAGES ? DONE : bad_usage("unknown language ", args->language);
+}
+
+int arguments_read(int argc, char **argv, struct arguments *args)
+{
+    const char *server = getenv("SGA_SERVER");
+    *args = (struct arguments){ .server = server && *server ? server : NULL };
+    while (args->command < COMMANDS && strcmp(commands[args->command].name, argv[1]) != 0)
+        args->command++;
+    if (args->command == COMMANDS)
+        return bad_usage("unknown command ", argv[1]);
+    int status = DONE;
+    args->svg = args->command == PLOT;
+    for (int i = 2; i < argc && status == DONE; i++)
+        status = read_one(args, argv, argc, &i);
+    status = status == DONE ? check_word(args) : status;
+    return status == DONE ? check_together(args) : status;
+}

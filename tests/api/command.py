@@ -1,0 +1,158 @@
+"""The command line about a daemon's jobs: check, list, get, wait, cancel, events, samples as CSV, a caret under what is wrong, Ctrl-C."""
+import json
+import os
+import signal
+import subprocess
+import xml.etree.ElementTree
+
+from access import until
+from common import moving, slow, trivial
+from daemon import Daemon
+
+
+class Sga:
+    def __init__(self, build, d):
+        self.program, self.d = os.path.join(build, "sga"), d
+        self.env = {k: v for k, v in os.environ.items() if k not in ("SGA_TOKEN", "SGA_SERVER")}
+
+    def file(self, request):
+        path = os.path.join(self.d.state, "request.json")
+        with open(path, "w", encoding="utf-8") as f:
+            f.write(request if isinstance(request, str) else json.dumps(request, ensure_ascii=False))
+        return path
+
+    def __call__(self, *words, server=True, **env):
+        more = ["--server", self.d.url()] if server else []
+        return subprocess.run([self.program, *words, *more], capture_output=True, text=True, timeout=60, check=False, env={**self.env, **env})
+
+
+WRONG = {"system": {"form": "equations", "variables": ["x", "y"], "equations": ["x' = -x + ρ*q", "y' = x"]}}
+
+
+def command_jobs(build, c):
+    with Daemon(build, "--workers", "1") as d:
+        sga = Sga(build, d)
+        done = d.ask("POST", "/v1/solve", moving()).json()
+        r = sga("get", done["id"], "--json")
+        c(r.returncode == 0 and json.loads(r.stdout) == done["result"], "get: the result", r.stderr)
+        r = sga("get", "/v1/jobs/" + done["id"], "--text")
+        c(r.returncode == 0 and "verdict" in r.stdout.lower() and not r.stdout.startswith("{"), "get: as text, by its path", r.stdout[:200])
+        table = d.get(f"/v1/jobs/{done['id']}/trajectory?format=csv").body.decode()
+        r = sga("wait", done["id"], "--csv")
+        c(r.returncode == 0 and r.stdout.splitlines() == table.splitlines() and len(table.splitlines()) > 2, "wait --csv: the daemon's table", r.stdout[:200])
+        path = sga.file(moving())
+        for name, r in (("here", sga("solve", path, "--csv", server=False)), ("there", sga("solve", path, "--csv"))):
+            c(r.returncode == 0 and r.stdout.splitlines()[0] == table.splitlines()[0] and len(r.stdout.splitlines()) == len(table.splitlines()), f"solve --csv {name}", r.stderr)
+        r = sga("solve", sga.file(trivial()), "--csv")
+        c(r.returncode == 1 and not r.stdout and "trajectory" in r.stderr, "--csv without a trajectory", r)
+        one = d.ask("POST", "/v1/jobs", slow()).json()["id"]
+        c(until(lambda: d.get("/v1/jobs/" + one).json()["status"] == "running"), "a job runs")
+        r = sga("list", "--json", "--limit", "1")
+        c(r.returncode == 0 and [j["id"] for j in json.loads(r.stdout)["jobs"]] == [one], "list --limit", r)
+        r = sga("list", "--text", "--status", "done", server=False, SGA_SERVER=d.url())
+        c(r.returncode == 0 and done["id"] in r.stdout and one not in r.stdout and r.stdout.startswith("id "), "list --status, by SGA_SERVER", r)
+        r = sga("get", one)
+        c(r.returncode == 1 and not r.stdout and "not ended" in r.stderr, "get: not yet", r)
+        r = sga("wait", one, "--wait", "1")
+        c(r.returncode == 1 and "not ended" in r.stderr, "wait: no longer than asked", r)
+        with subprocess.Popen([sga.program, "events", one, "--json", "--server", d.url()], stdout=subprocess.PIPE, text=True, env=sga.env) as watch:
+            first = json.loads(watch.stdout.readline())
+            c(first["id"] == one and first["status"] == "running", "events: what happens now", first)
+            r = sga("cancel", one, "--text")
+            c(r.returncode == 0 and r.stdout == "cancelled\n", "cancel", r)
+            last = [json.loads(line) for line in watch.stdout][-1]
+            c(last["status"] == "cancelled" and watch.wait(30) == 1, "events: the end", last)
+        r = sga("events", done["id"], "--text")
+        c(r.returncode == 0 and r.stdout.startswith("done") and "100.0 %" in r.stdout, "events of a job that has ended", r)
+        r = sga("cancel", done["id"], "--text")
+        c(r.returncode == 0 and "withdrawn" in r.stdout, "cancel: had ended", r)
+        r = sga("wait", one)
+        c(r.returncode == 1 and "cancelled" in r.stderr and not r.stderr.startswith("{"), "wait: of a cancelled job", r)
+        for command in ("get", "wait", "cancel", "events"):
+            r = sga(command, "0" * 32)
+            c(r.returncode == 1 and "not_found" in r.stderr, f"{command}: no such job", r)
+            r = sga(command, "../x")
+            c(r.returncode == 2 and "no id of a job" in r.stderr, f"{command}: no id", r.stderr[:200])
+            r = sga(command, one, server=False)
+            c(r.returncode == 2 and "--server" in r.stderr, f"{command}: no server", r.stderr[:200])
+        for words in (["list", "x"], ["list", "--csv"], ["list", "--limit", "1 x"], ["check"], ["cancel", one, "--wait", "1"], ["solve", path, "--json", "--csv"], ["code", path]):
+            c(sga(*words).returncode == 2, f"wrong usage: {words}")
+
+
+def command_checks(build, c):
+    with Daemon(build) as d:
+        sga = Sga(build, d)
+        for server in (True, False):
+            place = "there" if server else "here"
+            r = sga("check", sga.file(moving()), "--text", server=server)
+            c(r.returncode == 0 and r.stdout.splitlines()[-1].startswith("valid: "), f"check {place}: good", r)
+            r = sga("check", sga.file(WRONG), "--json", server=server)
+            said = json.loads(r.stdout)
+            c(r.returncode == 1 and said["valid"] is False and said["problems"], f"check {place}: bad", r)
+            r = sga("check", sga.file(WRONG), "--text", server=server)
+            lines = r.stdout.splitlines()
+            k = next((i for i, line in enumerate(lines) if line == "    x' = -x + ρ*q"), None)
+            column = next((p["column"] for p in said["problems"] if p["pointer"] == "/system/equations/0"), 0)
+            c(r.returncode == 1 and k is not None and lines[k + 1] == "    " + " " * (column - 1) + "^" and lines[k + 1].index("^") == lines[k].index("ρ"),
+              f"check {place}: a caret under the column", r.stdout)
+            r = sga("solve", sga.file({"system": {**WRONG["system"], "equations": ["x' = (1 + é", "y' = x"]}}), "--text", server=server)
+            lines = r.stderr.splitlines()
+            c(r.returncode == 1 and "    x' = (1 + é" in lines and lines[-1].strip() == "^", f"solve {place}: a caret", r.stderr)
+            r = sga("solve", sga.file('{"system":\n  {"form": equations}}'), "--text", server=server)
+            lines = r.stderr.splitlines()
+            c(r.returncode == 1 and '      {"form": equations}}' in lines and lines[-1].strip() == "^", f"solve {place}: a caret in JSON", r.stderr)
+
+
+def command_interrupt(build, c):
+    with Daemon(build, "--workers", "1") as d:
+        sga = Sga(build, d)
+        p = subprocess.Popen([sga.program, "solve", sga.file(slow()), "--server", d.url()], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=sga.env)
+        c(until(lambda: any(j["status"] == "running" for j in d.get("/v1/jobs").json()["jobs"])), "the job runs")
+        p.send_signal(signal.SIGINT)
+        out, said = p.communicate(timeout=30)
+        c(p.returncode == 130 and "was cancelled" in said and not out, "Ctrl-C is said", (p.returncode, said))
+        c(until(lambda: d.get("/v1/jobs").json()["jobs"][0]["status"] == "cancelled"), "Ctrl-C cancels the job")
+
+
+def lines_of(text):
+    """The points of each line of an image, in pixels."""
+    root = xml.etree.ElementTree.fromstring(text)
+    return [[tuple(map(float, p.split(","))) for p in e.get("points").split()] for e in root.iter("{http://www.w3.org/2000/svg}polyline")]
+
+
+def straight(pixels, values):
+    """Whether pixels are an affine image of values, to what two decimals can tell."""
+    low, high = min(range(len(values)), key=values.__getitem__), max(range(len(values)), key=values.__getitem__)
+    slope = (pixels[high] - pixels[low]) / (values[high] - values[low])
+    return abs(slope) > 1 and all(abs(pixels[low] + slope * (v - values[low]) - p) < 0.03 for p, v in zip(pixels, values))
+
+
+def command_plots(build, c):
+    with Daemon(build) as d:
+        sga = Sga(build, d)
+        request = {**moving(), "trajectory": {"stop": 7, "samples": 40, "initial": {"x": 0}}}
+        request["system"] = {**request["system"], "equations": ["x' = y", "y' = -x", "x^2 + y^2 = 9"]}
+        path = sga.file(request)
+        table = [line.split(",") for line in sga("solve", path, "--csv").stdout.splitlines()]
+        column = {name: [float(row[i]) for row in table[1:]] for i, name in enumerate(table[0])}
+        for server in (True, False):
+            r = sga("plot", path, server=server)
+            lines = lines_of(r.stdout)
+            c(r.returncode == 0 and len(lines) == len(column) - 1, "plot: a line for each column", r.stderr)
+            for line, name in zip(lines, table[0][1:]):
+                c(straight([p[0] for p in line], column["t"]) and straight([-p[1] for p in line], column[name]), f"plot: {name} over t")
+        r = sga("solve", path, "--svg", "--columns", "y", "--x", "x")
+        lines = lines_of(r.stdout)
+        c(len(lines) == 1 and straight([p[0] for p in lines[0]], column["x"]) and straight([-p[1] for p in lines[0]], column["y"]), "solve --svg: a phase plane", r.stderr)
+        r = sga("plot", path, "--columns", "x,nothing")
+        c(r.returncode == 1 and not r.stdout and "no column nothing; it has t x y" in r.stderr, "plot: no such column", r)
+        r = sga("plot", sga.file(trivial()))
+        c(r.returncode == 1 and not r.stdout and "no samples" in r.stderr, "plot: no samples", r)
+        c(sga("solve", path, "--x", "x").returncode == 2, "--x without an image")
+        sweep = {"system": {"form": "equations", "variables": ["x"], "parameters": {"k": 1}, "equations": ["x' = -k*x"]},
+                 "sweep": [{"parameters": {"k": 1}}, {"parameters": {"k": 0}}], "trajectory": {"stop": 1, "samples": 3, "initial": {"x": 2}}}
+        r = sga("plot", sga.file(sweep))
+        c(r.returncode == 0 and len(lines_of(r.stdout)) == 2 and "x, set 1" in r.stdout, "plot of a sweep", r.stderr)
+
+
+ALL = [command_plots, command_jobs, command_checks, command_interrupt]
