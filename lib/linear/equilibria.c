@@ -70,11 +70,21 @@ static bool inside(const struct equilibria_request *q, const double *x, int n)
     return true;
 }
 
-/* Start 0 is the guess; the others lie in the bounds, or about the guess where there are none. */
-static void draw(const struct equilibria_request *q, int start, int n, uint64_t *random, double *x)
+/* About what starts are drawn: the guess, and by turns one of the zeros found, as others may lie beside it where few come from afar. */
+static const double *centre(const struct search *s, int start, uint64_t *random)
 {
-    for (int k = 0; k < n; k++) {
-        double size = SIZE[start % SIZES], low = q->near[k] - size, high = q->near[k] + size;
+    if (start / SIZES % 2 == 0 || !s->zero.count)
+        return s->q->near;
+    return s->zero.x[points_random(random) % (uint64_t)s->zero.count];
+}
+
+/* Start 0 is the guess; the others lie in the bounds, or about the centre where there are none. */
+static void draw(const struct search *s, int start, uint64_t *random, double *x)
+{
+    const struct equilibria_request *q = s->q;
+    const double *about = centre(s, start, random);
+    for (int k = 0; k < s->n; k++) {
+        double size = SIZE[start % SIZES], low = about[k] - size, high = about[k] + size;
         bool below = isfinite(q->low[k]), above = isfinite(q->high[k]);
         low = below ? q->low[k] : above ? fmin(low, q->high[k] - size) : low;
         high = above ? q->high[k] : below ? fmax(high, q->low[k] + size) : high;
@@ -175,7 +185,7 @@ static bool run(struct search *s, struct sga_error *err)
     double *x = sga_take(&s->mem, ((size_t)s->n + 1) * sizeof *x);
     set_functions(s, s->q->rate, s->q->rates, x);
     for (; e->tried < s->q->starts && sga_budget_ok(budget, err); e->tried++) {
-        draw(s->q, e->tried, s->n, &random, x);
+        draw(s, e->tried, &random, x);
         from_start(s, &random);
     }
     for (int i = 0; i < s->zero.count && !(e->family && e->points) && sga_budget_ok(budget, err); i++)
