@@ -4,7 +4,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "arb_ends.h"
 #include "budget.h"
+#include "flint_ends.h"
 #include "linearize.h"
 #include "oracle.h"
 #include "points_random.h"
@@ -19,7 +21,7 @@ static const double SAME = 1e-8;
 static const double SAME_IRREGULAR = 1e-3;
 /* Of the boxes that starts are drawn from, in turn. */
 static const double SIZE[] = { 1, 10, 100, 0.1 };
-enum { SIZES = sizeof SIZE / sizeof *SIZE, MOST_IRREGULAR = 20 };
+enum { SIZES = sizeof SIZE / sizeof *SIZE, MOST_IRREGULAR = 20, MOST_DEFLATED = 30 };
 
 struct list {
     double **x; int count; size_t cap;
@@ -32,6 +34,7 @@ struct search {
     struct set_points on;
     struct sga_arena mem;
     struct list zero, irregular;   /* places of the search */
+    expr_id *deflated; int deflations;   /* the rates, and how many zeros are taken out of them */
     struct list left;              /* that stay irregular, in e's memory */
 };
 
@@ -177,15 +180,60 @@ static void settle(struct search *s, const double *x, uint64_t *random)
     linearization_clear(&l);
 }
 
+static expr_id number(struct expr_store *st, double v)
+{
+    SGA_ENDS(fmpq_end) fmpq_t q = { { 0, 1 } };
+    SGA_ENDS(arf_end) arf_t value = { 0 };
+    arf_set_d(value, v);
+    arf_get_fmpq(q, value);
+    return expr_fmpq(st, q);
+}
+
+/* 1 + 1/|x - place|^2 */
+static expr_id repulsion(const struct sys_system *sys, const double *place)
+{
+    struct expr_store *st = sys->store;
+    expr_id sum = expr_int(st, 0);
+    for (int k = 0; k < sys->variables; k++) {
+        expr_id d = expr_sub(st, st->symbol[sys->variable[k].symbol].node, number(st, points_short(place[k])));
+        sum = expr_add(st, sum, expr_mul(st, d, d));
+    }
+    return expr_add(st, expr_int(st, 1), expr_div(st, expr_int(st, 1), sum));
+}
+
+/* The rates times what grows beyond bounds at zeros found: others are left (Brown & Gearhart, Numer. Math. 16 (1971) 334). */
+static void deflate(struct search *s)
+{
+    struct expr_store *st = s->q->rq->sys->store;
+    if (!s->deflated) {
+        s->deflated = sga_take(&s->mem, ((size_t)s->q->rates + 1) * sizeof *s->deflated);
+        memcpy(s->deflated, s->q->rate, (size_t)s->q->rates * sizeof *s->deflated);
+    }
+    for (; s->deflations < s->zero.count; s->deflations++) {
+        expr_id factor = repulsion(s->q->rq->sys, s->zero.x[s->deflations]);
+        for (int k = 0; k < s->q->rates; k++)
+            s->deflated[k] = expr_mul(st, s->deflated[k], factor);
+    }
+}
+
+/* Which functions the start is for: by turns those without the zeros found, while these are few. */
+static void choose(struct search *s, int start, const double *x)
+{
+    bool without = start % 2 && s->zero.count && s->zero.count <= MOST_DEFLATED && !s->e->family;
+    if (without)
+        deflate(s);
+    set_functions(s, without ? s->deflated : s->q->rate, s->q->rates, x);
+}
+
 static bool run(struct search *s, struct sga_error *err)
 {
     struct equilibria *e = s->e;
     const struct sga_budget *budget = s->q->rq->budget;
     uint64_t random = SGA_SEED_EQUILIBRIA;
     double *x = sga_take(&s->mem, ((size_t)s->n + 1) * sizeof *x);
-    set_functions(s, s->q->rate, s->q->rates, x);
     for (; e->tried < s->q->starts && sga_budget_ok(budget, err); e->tried++) {
         draw(s, e->tried, &random, x);
+        choose(s, e->tried, x);
         from_start(s, &random);
     }
     for (int i = 0; i < s->zero.count && !(e->family && e->points) && sga_budget_ok(budget, err); i++)
