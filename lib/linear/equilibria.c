@@ -141,13 +141,13 @@ static bool own_rates(struct search *s, const double *x, struct linearization *l
     return ok && linear_rates(l, s->q->rq, &guess, &of_time, &why) && !of_time && l->states == s->q->rates;
 }
 
-static void keep_point(struct search *s, const struct points_point *p, const struct linearization *l)
+static struct equilibrium *keep_point(struct search *s, const double *x, bool certified, const struct linearization *l)
 {
     struct equilibria *e = s->e;
     for (int i = 0; i < e->points; i++)
-        if (e->family || same(e->point[i].x, p->x, s->n, SAME))
-            return;
-    struct equilibrium one = { .x = copy(&e->mem, p->x, s->n), .certified = p->certified, .zeros = l->states + s->q->helds };
+        if (e->family || same(e->point[i].x, x, s->n, SAME))
+            return e->point + i;
+    struct equilibrium one = { .x = copy(&e->mem, x, s->n), .certified = certified, .zeros = l->states + s->q->helds };
     one.zero = sga_take(&e->mem, ((size_t)one.zeros + 1) * sizeof *one.zero);
     for (int k = 0; k < one.zeros; k++)
         one.zero[k] = k < l->states ? l->rate[k] : s->q->held[k - l->states];
@@ -155,7 +155,40 @@ static void keep_point(struct search *s, const struct points_point *p, const str
     one.state = sga_take(&e->mem, ((size_t)l->states + 1) * sizeof *one.state);
     memcpy(one.state, l->state, (size_t)l->states * sizeof *one.state);
     SGA_RESERVE_IN(&e->mem, e->point, e->cap, (size_t)e->points + 1);
-    e->point[e->points++] = one;
+    e->point[e->points] = one;
+    return e->point + e->points++;
+}
+
+/* Whether some variable is in none of the functions. */
+static bool free_of_one(const struct search *s)
+{
+    const struct sys_system *sys = s->q->rq->sys;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    bool depends = true;
+    expr_cone_init(&cone);
+    for (int k = 0; k < s->n && depends; k++) {
+        depends = false;
+        for (int i = 0; i < s->on.space.constraints && !depends; i++)
+            depends = expr_depends(sys->store, &cone, s->on.constraint[i], sys->variable[k].symbol);
+    }
+    return !depends;
+}
+
+/* Where differentials are dependent a zero is one by rational arithmetic alone. */
+static bool keep_exact(struct search *s, const double *x, const struct linearization *l)
+{
+    const struct linear_request *rq = s->q->rq;
+    struct linear_place place;
+    struct linear_guess guess = { .x = x, .zero = s->on.constraint + rq->sol->constraints, .zeros = s->on.space.constraints - rq->sol->constraints, .budget = rq->budget };
+    bool exact = !s->e->family && linear_place_find(&place, rq->sys, rq->sol, &guess) && place.basis == LINEAR_EXACT;
+    if (exact) {
+        struct equilibrium *p = keep_point(s, place.x, true, l);
+        p->degenerate = true;
+        p->shifted = free_of_one(s);
+    }
+    if (!s->e->family)
+        linear_place_clear(&place);
+    return exact;
 }
 
 /* A place is an equilibrium in its own coordinates, irregular in these too (or without any), or neither. */
@@ -172,8 +205,8 @@ static void settle(struct search *s, const double *x, uint64_t *random)
         enum points_status got = points_find(&s->on.space, 0, random, POINTS_BITS, &p);
         bool near = p.x && same(p.x, x, s->n, SAME_IRREGULAR) && inside(s->q, p.x, s->n);
         if (got == POINTS_OK && near)
-            keep_point(s, &p, &l);
-        else if (got == POINTS_IRREGULAR && near)
+            keep_point(s, p.x, p.certified, &l);
+        else if (got == POINTS_IRREGULAR && near && !keep_exact(s, p.x, &l))
             add_place(irregular, &s->e->mem, p.x, s->n, SAME_IRREGULAR);
         points_point_clear(&p);
     }

@@ -150,19 +150,20 @@ static void write_no_modes(struct sga_json *w, const struct sga_error *why)
     sga_json_end_object(w);
 }
 
-static void write_head(struct rest *r, const double *x, bool certified, int family)
+static void write_head(struct rest *r, const struct equilibrium *p, const double *x, bool certified, int family)
 {
     struct sga_json *w = &r->s.json;
+    bool regular = certified && !p->degenerate;
     sga_json_key(w, "values");
     write_values(r, x);
     sga_json_member_bool(w, "certified", certified);
     sga_json_key(w, "isolated");
-    if (certified)
-        sga_json_bool(w, family == 0);
+    if (regular || (certified && p->shifted))
+        sga_json_bool(w, regular && family == 0);
     else
         sga_json_null(w);
     sga_json_key(w, "family_dimension");
-    if (certified)
+    if (regular)
         sga_json_int(w, family);
     else
         sga_json_null(w);
@@ -178,10 +179,10 @@ static bool write_point(struct rest *r, const struct equilibrium *p, int family)
     sga_json_object(&r->s.json);
     if (linearize(&l, &r->s.rq, &guess, &why) && linear_modes_find(&m, &l, j->budget, &why)) {
         bool free = l.states == p->states && memcmp(l.state, p->state, (size_t)l.states * sizeof *l.state) == 0;
-        write_head(r, l.place.x, free && p->certified && l.place.basis != LINEAR_NUMERIC, family);
+        write_head(r, p, l.place.x, free && p->certified && l.place.basis != LINEAR_NUMERIC, family);
         write_modes(&r->s.json, &l, &m);
     } else {
-        write_head(r, p->x, false, family);
+        write_head(r, p, p->x, false, family);
         write_no_modes(&r->s.json, &why);
     }
     linear_modes_clear(&m);
@@ -197,7 +198,7 @@ static const char *complete(const struct rest *r, const struct equilibria *e)
     for (int k = 0; k < r->base.states; k++)
         if (expr_is_const(st, r->base.rate[k]) && !expr_is_zero(st, r->base.rate[k]))
             return "a rate is a constant that is not 0: there are none";
-    if (r->base.constant && e->points == 1 && e->point[0].certified)
+    if (r->base.constant && e->points == 1 && e->point[0].certified && !e->point[0].degenerate)
         return e->family ? "all functions are affine: the family is an affine space" : "all functions are affine, and their matrix is regular: there is one";
     return NULL;
 }
