@@ -1,5 +1,6 @@
 """One case: a request, what is expected of the answer, and the identities that hold anyway."""
 import json
+import os
 import re
 from decimal import Decimal
 
@@ -17,7 +18,10 @@ from table import tables_of
 KNOWN = set("verdict ambient generations final index differentiation seed gauge equilibrium variables on off field "
             "parameters near digits error trajectory trajectories strata solved unsolved assumed initial points identities structure primary closed "
             "redundant sides tradeoff consistent symmetries kronecker operator regular regularity motion kinds zeros warnings texts "
-            "linearization linear_motion transfer".split())
+            "linearization linear_motion transfer equilibria".split())
+
+
+IDENTITIES = os.environ.get("SGA_TEST_IDENTITIES", "1") != "0"
 
 
 # Where a case comes from: a reference with its year, or "own: why it is there"
@@ -101,7 +105,7 @@ class CaseCheck:
         self.modular(name, request, result)
         answer = Answer(request, result, digits=expect.get("digits", 50), near=expect.get("near"),
                         parameters=expect.get("parameters"), points=expect.get("points", 2), primary=expect.get("primary"))
-        if expect.get("identities", True):
+        if expect.get("identities", True) and IDENTITIES:
             try:
                 answer.check()
                 self.tally.check(True, name)

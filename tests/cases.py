@@ -1,4 +1,5 @@
-"""Runs every tests/cases/*.json: cases.py BUILD_DIR [NAME...]. SGA_TEST_EVERY=20: every twentieth of them
+"""Runs every tests/cases/*.json: cases.py BUILD_DIR [NAME...]. SGA_TEST_EVERY=20: every twentieth of them. SGA_TEST_IDENTITIES=0:
+without the identities at points, which cost most (another build gave the same answers and had them checked)
 
 A case says where it comes from (source) and may say how its expectations were found
 (note)."""
@@ -50,12 +51,23 @@ def reduced(patterns, but=BEYOND_PEERS):
 WORKERS = 2
 
 
-def share(listed, worker, out):
-    """Every WORKERS-th case, its output in a file; the counts are its last line."""
+def waiting(listed, taken):
+    """The cases that no worker has taken yet."""
+    while True:
+        with taken.get_lock():
+            k = taken.value
+            taken.value += 1
+        if k >= len(listed):
+            return
+        yield listed[k]
+
+
+def share(listed, taken, out):
+    """Cases as long as there are any, their output in a file; the counts are its last line."""
     sys.stdout = out
     tally = Tally("cases")
     check = CaseCheck(tally, Solver(build_folder()))
-    for case in listed[worker::WORKERS]:
+    for case in waiting(listed, taken):
         if os.environ.get("SGA_TEST_VERBOSE"):
             print("#", case["name"], flush=True)
         check.run(case)
@@ -71,9 +83,11 @@ def main():
         names.add(case["name"])
         cited += not case.get("source", "own: ").startswith("own: ")
     listed = listed[::int(os.environ.get("SGA_TEST_EVERY", "1"))]
+    listed.sort(key=lambda case: len(json.dumps(case)), reverse=True)    # long ones first: no worker waits for the other at the end
+    taken = multiprocessing.Value("i", 0)
     with contextlib.ExitStack() as stack:
         out = [stack.enter_context(tempfile.TemporaryFile("w+", encoding="utf-8")) for _ in range(WORKERS)]
-        workers = [multiprocessing.Process(target=share, args=(listed, k, out[k])) for k in range(WORKERS)]
+        workers = [multiprocessing.Process(target=share, args=(listed, taken, out[k])) for k in range(WORKERS)]
         for w in workers:
             w.start()
         for k, w in enumerate(workers):

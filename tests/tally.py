@@ -30,9 +30,13 @@ def seed(otherwise):
     return value
 
 
+def scale():
+    return float(os.environ.get("SGA_TEST_SCALE", "1"))
+
+
 def scaled(n):
     """n times SGA_TEST_SCALE, one at the least."""
-    return max(1, int(n * float(os.environ.get("SGA_TEST_SCALE", "1"))))
+    return max(1, int(n * scale()))
 
 
 def build_folder():

@@ -201,6 +201,10 @@ static bool settle(struct work *w, const struct linear_guess *guess)
 {
     struct linearization *l = w->l;
     double v = speed(w);
+    if (guess->zeros && l->place.basis != LINEAR_NUMERIC) {
+        l->equilibrium = 1;
+        return true;
+    }
     l->equilibrium = depends_on_time(w) ? -1 : v == 0 ? 1 : v > AT_REST ? 0 : -1;
     if (l->equilibrium >= 0 || depends_on_time(w))
         return true;
@@ -345,6 +349,18 @@ static void begin(struct work *w)
     w->doutput = linear_gradients_of(&w->g, &w->mem, rq->output, rq->outputs);
 }
 
+static void keep_states(struct work *w)
+{
+    struct linearization *l = w->l;
+    l->states = w->c.states;
+    l->state = sga_take(&l->mem, ((size_t)l->states + 1) * sizeof *l->state);
+    l->rate = sga_take(&l->mem, ((size_t)l->states + 1) * sizeof *l->rate);
+    for (int k = 0; k < l->states; k++) {
+        l->state[k] = w->c.state[k];
+        l->rate[k] = w->rate[k];
+    }
+}
+
 static bool run(struct work *w, const struct linear_guess *guess)
 {
     struct linearization *l = w->l;
@@ -358,9 +374,7 @@ static bool run(struct work *w, const struct linear_guess *guess)
                   && linear_gradients_affine(&w->g, w->rate, w->c.states, w->drate);
     if (w->c.moving >= 0 && !shift(w))
         return false;
-    l->states = w->c.states;
-    l->state = sga_take(&l->mem, ((size_t)l->states + 1) * sizeof *l->state);
-    memcpy(l->state, w->c.state, (size_t)l->states * sizeof *l->state);
+    keep_states(w);
     assert(l->states + rq->sol->constraints + (rq->sys->variables - l->variables) == rq->sys->variables);
     return expr_store_ok(rq->sys->store) || sga_fail(w->err, rq->sys->store->error.code, "%s", rq->sys->store->error.detail);
 }
@@ -410,6 +424,30 @@ bool linear_given(struct linearization *l, const struct linear_request *rq, bool
     struct work w = { .l = l, .rq = rq, .err = err };
     empty(l);
     bool ok = fits(rq, err) && given(&w, constant);
+    sga_arena_end(&w.mem);
+    return ok;
+}
+
+static bool rates(struct work *w, const struct linear_guess *guess, bool *of_time)
+{
+    const struct linear_request *rq = w->rq;
+    begin(w);
+    if (!linear_place_find(&w->l->place, rq->sys, rq->sol, guess))
+        return sga_fail_at(w->err, SGA_E_UNDECIDED, "/system", "no point of the final set was found again");
+    if (!state_form(w))
+        return false;
+    w->l->constant = linear_gradients_affine(&w->g, w->constraint, rq->sol->constraints, w->dconstraint)
+                     && linear_gradients_affine(&w->g, w->rate, w->c.states, w->drate);
+    *of_time = depends_on_time(w);
+    keep_states(w);
+    return expr_store_ok(rq->sys->store) || sga_fail(w->err, rq->sys->store->error.code, "%s", rq->sys->store->error.detail);
+}
+
+bool linear_rates(struct linearization *l, const struct linear_request *rq, const struct linear_guess *guess, bool *of_time, struct sga_error *err)
+{
+    struct work w = { .l = l, .rq = rq, .err = err };
+    empty(l);
+    bool ok = fits(rq, err) && rates(&w, guess, of_time);
     sga_arena_end(&w.mem);
     return ok;
 }

@@ -50,17 +50,21 @@ struct linearization {
     struct linear_matrix shift;   /* b, states x inputs */
     struct linear_matrix E, F, DA, DB, DC, DD;   /* of the given equations; F is 0 as a rule */
     bool rates;                /* F is not 0 */
+    expr_id *rate;             /* by state: X with the inputs held, of the store */
 };
 
 enum { LINEAR_MOST = 300 };    /* variables: matrices are dense, and their entries balls of 192 bits */
 
-/* About the point of Pf at guess (whose members zero and zeros are not asked). False with err: INPUTS (freedom that no input names, an input that
+/* About the point of Pf at guess (zero: functions that vanish at an equilibrium alone: the point proved is one then, and is not moved to one). False with err: INPUTS (freedom that no input names, an input that
  * cannot be chosen), IMPROPER (a state moves with an input's derivative), UNDECIDED, a limit. linearization_clear is due in every case. Cost: gradients of the
  * constraints, the field and the rows; the cube of the variables. */
 bool linearize(struct linearization *l, const struct linear_request *rq, const struct linear_guess *guess, struct sga_error *err);
 /* The given equations alone, where all of their entries are rational numbers: E, F, DA, DB, DC, DD and their names, no point, nothing of the reduction.
  * *constant tells; nothing is refused but by limits. */
 bool linear_given(struct linearization *l, const struct linear_request *rq, bool *constant, struct sga_error *err);
+/* The states and their rates with the inputs held, as functions, nothing of the matrices but whether they are constant. *of_time: the
+ * constraints or rates depend on time, or on tables. Errors and ownership as for linearize. */
+bool linear_rates(struct linearization *l, const struct linear_request *rq, const struct linear_guess *guess, bool *of_time, struct sga_error *err);
 void linearization_clear(struct linearization *l);
 
 #endif

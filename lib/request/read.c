@@ -35,8 +35,8 @@ static bool check_wants(struct reader *rd, const json_t *trajectory, const json_
     if (r->want & REQUEST_SYMMETRIES && !symmetries)
         return at_fail(rd, SGA_E_MISSING_MEMBER, "\"symmetries\" is wanted, but the member \"symmetries\" is missing; "
                        "it says what to check and what to search");
-    if (r->want & (REQUEST_LINEARIZATION | REQUEST_TRANSFER) && rd->symbolic[0])
-        return needs_value(rd, r->want & REQUEST_LINEARIZATION ? "a linearization" : "a transfer matrix");
+    if (r->want & (REQUEST_LINEARIZATION | REQUEST_TRANSFER | REQUEST_EQUILIBRIA) && rd->symbolic[0])
+        return needs_value(rd, r->want & REQUEST_LINEARIZATION ? "a linearization" : r->want & REQUEST_TRANSFER ? "a transfer matrix" : "a search for equilibria");
     unsigned needs = r->want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF | REQUEST_CONSISTENT_INITIAL);
     if (!needs)
         return true;
@@ -94,13 +94,14 @@ static bool part(struct reader *rd, bool ok)
 static bool read_all(struct reader *rd, const json_t *v)
 {
     static const char *const members[] = { "system", "want", "symmetries", "trajectory", "accuracy", "limits", "strata", "sweep",
-                                           "linearization", "transfer", NULL };
+                                           "linearization", "transfer", "equilibria", NULL };
     if (!only_members(rd, v, members))
         return false;
     const json_t *limits = json_object_get(v, "limits"), *accuracy = json_object_get(v, "accuracy");
     const json_t *trajectory = json_object_get(v, "trajectory"), *symmetries = json_object_get(v, "symmetries");
     const json_t *want = json_object_get(v, "want"), *strata = json_object_get(v, "strata"), *sweep = json_object_get(v, "sweep");
     const json_t *linearization = json_object_get(v, "linearization"), *transfer = json_object_get(v, "transfer");
+    const json_t *equilibria = json_object_get(v, "equilibria");
     const json_t *system = need_member(rd, v, "system");
     if (!system || (limits && !part(rd, read_limits(rd, limits))))
         return false;
@@ -120,6 +121,8 @@ static bool read_all(struct reader *rd, const json_t *v)
         rd->r->want |= REQUEST_LINEARIZATION;
     if (!want && transfer)
         rd->r->want |= REQUEST_TRANSFER;
+    if (!want && equilibria)
+        rd->r->want |= REQUEST_EQUILIBRIA;
     if (stands && rd->r->mechanical && trajectory)
         read_mechanical_outputs(rd);
     return part(rd, check_wants(rd, trajectory, symmetries))
@@ -127,6 +130,7 @@ static bool read_all(struct reader *rd, const json_t *v)
         && (!accuracy || part(rd, read_accuracy(rd, accuracy))) && (!symmetries || !stands || part(rd, read_symmetries(rd, symmetries)))
         && (!linearization || !stands || part(rd, read_linearization(rd, linearization)))
         && (!transfer || !stands || part(rd, read_transfer(rd, transfer)))
+        && ((!equilibria && !(rd->r->want & REQUEST_EQUILIBRIA)) || !stands || part(rd, read_equilibria(rd, equilibria)))
         && (!strata || part(rd, read_strata(rd, strata))) && (!stands || read_tables_end(rd)) && store_ok(rd);
 }
 

@@ -101,6 +101,7 @@ bool read_symmetries(struct reader *rd, const json_t *v);
 /* read_linearization.c; read_ports.c: its members `inputs` and `outputs`, of an object at the present place. */
 bool read_linearization(struct reader *rd, const json_t *v);
 bool read_transfer(struct reader *rd, const json_t *v);      /* read_transfer.c */
+bool read_equilibria(struct reader *rd, const json_t *v);    /* read_equilibria.c; NULL: the member is not there */
 bool read_ports(struct reader *rd, const json_t *v, struct request_ports *ports);
 /* read_sweep.c: before the system: which parameters are swept. After it: their values. With the trajectory: starts. */
 bool read_sweep_names(struct reader *rd, const json_t *v);

@@ -20,7 +20,7 @@ struct sga_buf;
     X(CONSTRAINTS, "constraints") X(INDEX, "index") X(VECTOR_FIELD, "vector_field") \
     X(GAUGE, "gauge") X(CONSISTENT_INITIAL, "consistent_initial") X(SYMMETRIES, "symmetries") \
     X(STRUCTURE, "structure") X(TRAJECTORY, "trajectory") X(TRADEOFF, "tradeoff") X(LINEARIZATION, "linearization") \
-    X(TRANSFER, "transfer")
+    X(TRANSFER, "transfer") X(EQUILIBRIA, "equilibria")
 
 enum {
 #define X(sym, text) REQUEST_PLACE_##sym,
@@ -181,6 +181,13 @@ struct request_transfer {
     double *frequency; int frequencies;   /* >= 0, in radians per unit of time */
 };
 
+struct request_equilibria {
+    struct request_initial *hold; int holds;   /* in the order of the variables */
+    int *free; int frees;                      /* variables: inputs that the search chooses */
+    double *low, *high;                        /* by variable; infinite: no bound */
+    int starts;
+};
+
 struct request_symmetries {
     struct request_candidate *check; int checks;
     bool has_search;
@@ -212,6 +219,7 @@ struct request {
     struct request_symmetries symmetries;
     struct request_linearization linearization;
     struct request_transfer transfer;
+    struct request_equilibria equilibria;   /* where they are wanted */
     expr_id *output; char **output_name; int outputs;   /* of the form descriptor */
     expr_id lagrangian;               /* L(q, v, t), where the form has one and no forces; or EXPR_UNDEF */
     int multiplier;                   /* of the form lagrangian: the symbol of the first holonomic constraint's multiplier, those of the others follow */
@@ -263,6 +271,8 @@ enum {
     REQUEST_MAX_TABLES = 64,
     REQUEST_MAX_KNOTS = 100000,       /* of one table */
     REQUEST_MAX_INTEGRALS = 64,
+    REQUEST_STARTS = 100,             /* of a search for equilibria, unless said */
+    REQUEST_MAX_STARTS = 100000,
     REQUEST_MAX_PORTS = 1000,         /* inputs, outputs of a linearization */
     REQUEST_MAX_FREQUENCIES = 100000,
     REQUEST_MAX_PLACES = 1000,        /* where to linearize */

@@ -45,6 +45,11 @@ static bool wants_transfer(const struct job *j)
     return j->request->want & REQUEST_TRANSFER && !j->place.depth;
 }
 
+static bool wants_equilibria(const struct job *j)
+{
+    return j->request->want & REQUEST_EQUILIBRIA && !j->place.depth;
+}
+
 const struct job_stage job_stages[] = {
     { "operator",   -1,   false, has_operator,     answer_operator,          answer_operator_clear },
     { "mechanical", 0.04, false, has_mechanical,   answer_mechanical,        answer_mechanical_clear },
@@ -60,6 +65,7 @@ const struct job_stage job_stages[] = {
     { "trajectory", 0.5,  true,  NULL,             answer_motion,            answer_motion_clear },
     { "linearization", 0.9, true, wants_linearization, answer_linearization, answer_ask_clear },
     { "transfer",   -1,   true,  wants_transfer,   answer_transfer,          NULL },
+    { "equilibria", -1,   true,  wants_equilibria, answer_equilibria,        NULL },
     { "trajectory", -1,   true,  NULL,             answer_strata_solve,      NULL },
     { 0 },
 };

@@ -10,13 +10,15 @@ struct job;
 
 /* JSON values of the members, or empty. */
 struct job_ask {
-    struct sga_buf linearization, transfer;
+    struct sga_buf linearization, transfer, equilibria;
 };
 
 /* Where wanted: the linearization at the start, at samples, or at places. */
 bool answer_linearization(struct job *j);
 /* Where wanted: the transfer matrix of a system with constant coefficients, or of the linearization at the start, and its frequency response. */
 bool answer_transfer(struct job *j);
+/* Where wanted: points where nothing moves, proved one by one. */
+bool answer_equilibria(struct job *j);
 void answer_ask_clear(struct job *j);
 
 #endif

@@ -55,6 +55,7 @@ void answer_ask_clear(struct job *j)
     if (j->ask) {
         sga_buf_free(&j->ask->linearization);
         sga_buf_free(&j->ask->transfer);
+        sga_buf_free(&j->ask->equilibria);
     }
     j->ask = NULL;
 }

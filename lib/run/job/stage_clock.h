@@ -22,6 +22,7 @@
     X(TRADEOFF, "tradeoff") \
     X(LINEARIZATION, "linearization") \
     X(TRANSFER, "transfer") \
+    X(EQUILIBRIA, "equilibria") \
     X(WRITING, "writing")
 
 enum stage {

@@ -43,7 +43,7 @@ static bool solve(struct job *j)
 {
     /* motions choose the gauge by expressions, those of other rows where there are conditions */
     bool motion = j->request->want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF) && !j->request->trajectory.conditions;
-    bool fields = j->request->want & (REQUEST_GAUGE | REQUEST_SYMMETRIES | REQUEST_LINEARIZATION | REQUEST_TRANSFER);
+    bool fields = j->request->want & (REQUEST_GAUGE | REQUEST_SYMMETRIES | REQUEST_LINEARIZATION | REQUEST_TRANSFER | REQUEST_EQUILIBRIA);
     struct reduction_options options = {
         .near = j->start.x, .near_given = j->start.given, .near_time = j->start.time, .parameter_near = j->start.parameter, .seed = SGA_SEED_REDUCTION, .budget = j->budget,
         .combinations = j->request->want & (REQUEST_CONSTRAINTS | REQUEST_STRUCTURE),

@@ -305,6 +305,10 @@ bool answer_write(struct job *j, struct sga_buf *out)
         sga_json_key(w, "transfer");
         sga_json_raw(w, j->ask->transfer.data, j->ask->transfer.len);
     }
+    if (j->ask && j->ask->equilibria.len) {
+        sga_json_key(w, "equilibria");
+        sga_json_raw(w, j->ask->equilibria.data, j->ask->equilibria.len);
+    }
     answer_write_evidence(j, w);
     answer_warn(j);
     sga_json_key(w, "warnings");

@@ -1,0 +1,275 @@
+/* The stage `equilibria`: what is held, the search, and a spectrum for each point. */
+#include "ask.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "ask_work.h"
+#include "budget.h"
+#include "equilibria.h"
+#include "oracle.h"
+#include "points.h"
+#include "reduction.h"
+#include "request.h"
+#include "run_job.h"
+#include "stage_clock.h"
+#include "system.h"
+
+struct rest {
+    struct job *j;
+    const struct request_equilibria *ask;
+    struct ask_work s;         /* for its request, writer and arena */
+    struct linearization base;
+    expr_id *held_zero; int helds;   /* functions that vanish where what is held has its value */
+    unsigned char *input, *held;   /* by variable */
+    double *near;
+};
+
+static void add_input(struct rest *r, int variable)
+{
+    struct linear_input *to = (struct linear_input *)r->s.rq.input;
+    if (r->input[variable])
+        return;
+    r->input[variable] = 1;
+    to[r->s.rq.inputs++] = (struct linear_input){ answer_variable_name(r->j, variable), variable, -1 };
+}
+
+/* What the form calls inputs and what is freed; what is held too, as long as the motion leaves more to choose. */
+static void set_inputs(struct rest *r)
+{
+    const struct sys_system *sys = &r->j->request->system;
+    r->s.rq.input = sga_zeros(&r->s.mem, (size_t)sys->variables + 1, sizeof *r->s.rq.input);
+    r->s.rq.inputs = 0;
+    for (int k = 0; k < sys->variables; k++)
+        if (strcmp(sys->variable[k].role, "input") == 0)
+            add_input(r, k);
+    for (int k = 0; k < r->ask->frees; k++)
+        add_input(r, r->ask->free[k]);
+    for (int k = 0; k < r->ask->holds && r->s.rq.inputs < r->j->solution->free_columns; k++)
+        add_input(r, r->ask->hold[k].variable);
+}
+
+static void hold(struct rest *r, int variable, expr_id value)
+{
+    struct expr_store *st = r->s.rq.sys->store;
+    r->held_zero[r->helds++] = expr_sub(st, st->symbol[r->s.rq.sys->variable[variable].symbol].node, value);
+    r->held[variable] = 1;
+}
+
+/* What is held by its value; inputs that are not freed at trajectory.initial. */
+static bool set_held(struct rest *r)
+{
+    const struct request_trajectory *t = &r->j->request->trajectory;
+    for (int k = 0; k < r->ask->holds; k++)
+        hold(r, r->ask->hold[k].variable, r->ask->hold[k].exact);
+    for (int k = 0; k < r->ask->frees; k++)
+        r->held[r->ask->free[k]] = 1;
+    for (int k = 0; k < t->initials; k++)
+        if (r->input[t->initial[k].variable] && !r->held[t->initial[k].variable])
+            hold(r, t->initial[k].variable, t->initial[k].exact);
+    for (int k = 0; k < r->s.rq.inputs; k++)
+        if (!r->held[r->s.rq.input[k].variable])
+            return sga_fail_at(r->j->err, SGA_E_MISSING_MEMBER, "/equilibria", "nothing says where the input %.100s is held: give its value in equilibria.hold, or name "
+                               "it in equilibria.free", r->s.rq.input[k].name);
+    return true;
+}
+
+/* Rates in coordinates of some point, and what is held. */
+static bool set_functions(struct rest *r)
+{
+    struct job *j = r->j;
+    int n = j->request->system.variables;
+    bool of_time = false;
+    double *x = sga_zeros(&r->s.mem, (size_t)n + 1, sizeof *x);
+    if (j->oracle->reals && j->oracle->real[0].variables == n)
+        memcpy(x, j->oracle->real[0].x, (size_t)n * sizeof *x);
+    struct linear_guess guess = { .x = x, .t = j->oracle->reals ? j->oracle->real[0].t : 0, .budget = j->budget };
+    if (!linear_rates(&r->base, &r->s.rq, &guess, &of_time, j->err)) {
+        if (strncmp(j->err->pointer, "/linearization", 14) == 0)
+            snprintf(j->err->pointer, sizeof j->err->pointer, "/equilibria");
+        return false;
+    }
+    if (of_time)
+        return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/want", "the motion depends on time or on tables, so that nothing stays at rest by itself; put values in the place of "
+                           "the functions of time to look for equilibria");
+    r->held_zero = sga_zeros(&r->s.mem, 2 * (size_t)n + 1, sizeof *r->held_zero);
+    return set_held(r);
+}
+
+static void write_values(struct rest *r, const double *x)
+{
+    sga_json_object(&r->s.json);
+    for (int k = 0; k < r->j->request->system.variables; k++)
+        sga_json_member_double(&r->s.json, answer_variable_name(r->j, k), x[k]);
+    sga_json_end_object(&r->s.json);
+}
+
+static void write_stable(struct sga_json *w, const struct linear_modes *m)
+{
+    static const char *const word[] = { "asymptotic", "marginal", "unstable" };
+    sga_json_key(w, "stable");
+    if (m->stability == LINEAR_UNDECIDED)
+        sga_json_null(w);
+    else
+        sga_json_bool(w, m->stability != LINEAR_UNSTABLE);
+    sga_json_key(w, "stability");
+    if (m->stability == LINEAR_UNDECIDED)
+        sga_json_null(w);
+    else
+        sga_json_string(w, word[m->stability]);
+}
+
+static void write_modes(struct sga_json *w, const struct linearization *l, const struct linear_modes *m)
+{
+    static const char *const basis[] = { "exact", "proved", "numeric" };
+    linear_write_spectrum(w, "eigenvalues", &m->eigenvalues);
+    write_stable(w, m);
+    sga_json_key(w, "evidence");
+    sga_json_object(w);
+    sga_json_member_string(w, "point", basis[l->place.basis]);
+    sga_json_member_string(w, "eigenvalues", m->eigenvalues.missing ? m->eigenvalues.missing : m->eigenvalues.exact ? "exact" : "enclosed");
+    if (!m->eigenvalues.missing && !m->eigenvalues.exact)
+        sga_json_member_double(w, "eigenvalue_error", m->eigenvalues.error);
+    sga_json_member_string(w, "stability", m->why);
+    sga_json_end_object(w);
+}
+
+/* A point that the linearization cannot be had at has no spectrum, and says why. */
+static void write_no_modes(struct sga_json *w, const struct sga_error *why)
+{
+    static const char *const member[] = { "eigenvalues", "stable", "stability" };
+    for (int k = 0; k < 3; k++) {
+        sga_json_key(w, member[k]);
+        sga_json_null(w);
+    }
+    sga_json_key(w, "evidence");
+    sga_json_object(w);
+    sga_json_member_string(w, "point", "numeric");
+    sga_json_member_string(w, "eigenvalues", why->detail);
+    sga_json_member_string(w, "stability", why->detail);
+    sga_json_end_object(w);
+}
+
+static void write_head(struct rest *r, const struct equilibrium *p, const double *x, bool certified, int family)
+{
+    struct sga_json *w = &r->s.json;
+    bool regular = certified && !p->degenerate;
+    sga_json_key(w, "values");
+    write_values(r, x);
+    sga_json_member_bool(w, "certified", certified);
+    sga_json_key(w, "isolated");
+    if (regular || (certified && p->shifted))
+        sga_json_bool(w, regular && family == 0);
+    else
+        sga_json_null(w);
+    sga_json_key(w, "family_dimension");
+    if (regular)
+        sga_json_int(w, family);
+    else
+        sga_json_null(w);
+}
+
+static bool write_point(struct rest *r, const struct equilibrium *p, int family)
+{
+    struct job *j = r->j;
+    struct linearization l;
+    struct linear_modes m = { .exact = false };
+    struct sga_error why = { .code = SGA_E_OK };
+    struct linear_guess guess = { .x = p->x, .zero = p->zero, .zeros = p->zeros, .budget = j->budget };
+    sga_json_object(&r->s.json);
+    if (linearize(&l, &r->s.rq, &guess, &why) && linear_modes_find(&m, &l, j->budget, &why)) {
+        bool free = l.states == p->states && memcmp(l.state, p->state, (size_t)l.states * sizeof *l.state) == 0;
+        write_head(r, p, l.place.x, free && p->certified && l.place.basis != LINEAR_NUMERIC, family);
+        write_modes(&r->s.json, &l, &m);
+    } else {
+        write_head(r, p, p->x, false, family);
+        write_no_modes(&r->s.json, &why);
+    }
+    linear_modes_clear(&m);
+    linearization_clear(&l);
+    sga_json_end_object(&r->s.json);
+    return job_goes_on(j) && answer_fits(j, r->s.json.out);
+}
+
+/* Why all equilibria are known, or NULL. */
+static const char *complete(const struct rest *r, const struct equilibria *e)
+{
+    const struct expr_store *st = r->s.rq.sys->store;
+    for (int k = 0; k < r->base.states; k++)
+        if (expr_is_const(st, r->base.rate[k]) && !expr_is_zero(st, r->base.rate[k]))
+            return "a rate is a constant that is not 0: there are none";
+    if (r->base.constant && e->points == 1 && e->point[0].certified && !e->point[0].degenerate)
+        return e->family ? "all functions are affine: the family is an affine space" : "all functions are affine, and their matrix is regular: there is one";
+    return NULL;
+}
+
+static void write_searched(struct rest *r, const struct equilibria *e)
+{
+    struct sga_json *w = &r->s.json;
+    sga_json_key(w, "searched");
+    sga_json_object(w);
+    sga_json_member_int(w, "starts", e->tried);
+    sga_json_member_int(w, "reached", e->reached);
+    sga_json_member_int(w, "outside", e->outside);
+    sga_json_member_int(w, "irregular", e->beside);
+    sga_json_key(w, "irregular_places");
+    sga_json_array(w);
+    for (int k = 0; k < e->irregulars; k++)
+        write_values(r, e->irregular[k]);
+    sga_json_end_array(w);
+    sga_json_end_object(w);
+}
+
+static bool write_all(struct rest *r, const struct equilibria *e)
+{
+    struct sga_json *w = &r->s.json;
+    bool ok = true;
+    sga_json_object(w);
+    sga_json_key(w, "points");
+    sga_json_array(w);
+    for (int k = 0; k < e->points && ok; k++)
+        ok = write_point(r, e->point + k, e->family);
+    sga_json_end_array(w);
+    const char *why = complete(r, e);
+    sga_json_member_bool(w, "complete", why != NULL);
+    sga_json_member_string(w, "reason", why ? why : e->family ? "one point of a family; there may be other families" : "a search from starts may miss some");
+    write_searched(r, e);
+    sga_json_end_object(w);
+    return ok;
+}
+
+static bool find(struct rest *r)
+{
+    const struct request_trajectory *t = &r->j->request->trajectory;
+    struct equilibria e = { .points = 0 };
+    for (int k = 0; k < t->initials; k++)
+        r->near[t->initial[k].variable] = t->initial[k].value;
+    for (int k = 0; k < r->ask->holds; k++)
+        r->near[r->ask->hold[k].variable] = r->ask->hold[k].value;
+    struct equilibria_request q = { .rq = &r->s.rq, .rate = r->base.rate, .rates = r->base.states, .held = r->held_zero, .helds = r->helds, .near = r->near, .low = r->ask->low, .high = r->ask->high,
+                                    .starts = r->ask->starts };
+    bool ok = equilibria_search(&e, &q, r->j->err) && write_all(r, &e);
+    equilibria_clear(&e);
+    return ok;
+}
+
+bool answer_equilibria(struct job *j)
+{
+    static const struct request_ports none = { .says_inputs = true };
+    struct rest r = { .j = j, .ask = &j->request->equilibria };
+    size_t n = (size_t)j->request->system.variables;
+    stage_begin(j->clock, STAGE_EQUILIBRIA);
+    j->ask = j->ask ? j->ask : sga_zeros(&j->mem, 1, sizeof *j->ask);
+    if (!ask_possible(j))
+        return false;
+    ask_begin(&r.s, j, &none, &j->ask->equilibria);
+    r.s.rq.outputs = 0;
+    r.input = sga_zeros(&r.s.mem, n + 1, 1);
+    r.held = sga_zeros(&r.s.mem, n + 1, 1);
+    r.near = sga_zeros(&r.s.mem, n + 1, sizeof *r.near);
+    set_inputs(&r);
+    bool ok = set_functions(&r) && find(&r);
+    linearization_clear(&r.base);
+    sga_arena_end(&r.s.mem);
+    return ok;
+}
