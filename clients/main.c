@@ -1,5 +1,6 @@
 /* sga: solves a request, here or by a daemon, and prints the result; looks at a daemon's jobs. */
 #include "arguments.h"
+#include "code_want.h"
 #include "code_view.h"
 #include "jobs_run.h"
 #include "run.h"
@@ -52,12 +53,25 @@ static int print_code(const struct arguments *args, const struct answer *a, stru
     return status;
 }
 
+/* The request; with what an export needs, where one is asked for. */
+static bool read_wanted(const struct arguments *args, struct sga_buf *out)
+{
+    struct sga_buf given = { 0 };
+    if (!args->language)
+        return read_request(args->file, out);
+    bool ok = read_request(args->file, &given);
+    if (ok && given.len)
+        code_want(given.data, given.len, out);
+    sga_buf_free(&given);
+    return ok;
+}
+
 static int solve(const struct arguments *args)
 {
     struct sga_buf request = { 0 };
     struct answer a = { .readable = show_readable(args), .interpret_only = args->interpret_only };
     int status = FAILED;
-    if (read_request(args->file, &request)) {
+    if (read_wanted(args, &request)) {
         const char *text = request.data ? request.data : "";
         bool ok = args->server ? solve_there(args->server, text, request.len, args->wait, &a) : solve_here(text, request.len, &a, stuck);
         if (ok)

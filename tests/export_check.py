@@ -501,12 +501,33 @@ def refusals(tally, build, folder):
         r = code(build, path, "c")
         tally.check(r.returncode == status and word in r.stderr and not r.stdout, f"refused: {name}", r.stderr[:300])
     plain = {"form": "equations", "variables": ["x"], "equations": ["x' = -x"]}
-    refused("no field", {"system": plain, "want": ["constraints"]}, 1, "no_code")
+    refused("no field", {"system": {**plain, "equations": ["x' = -x", "0 = 1"]}}, 1, "no_code")
     refused("a table", {"system": {**plain, "equations": ["x' = u"], "tables": {"u": {"times": [0, 1], "values": [0, 1]}}}}, 1, "no_code")
     refused("a number beyond the doubles", {"system": {**plain, "equations": ["x' = -x + 1e400"]}}, 1, "no_code")
     refused("a wrong request", {"system": {**plain, "equations": ["x' = -q"]}}, 1, "unknown_name")
     path = os.path.join(ROOT, "etc", "examples", "pendulum.json")
     tally.check(code(build, path, "cobol").returncode == 2, "refused: another language")
+
+
+def asked_for(tally, build, folder):
+    """The command asks for what an export needs, however `want` is written; what is no request stays the error that it is."""
+    with open(os.path.join(ROOT, "etc", "examples", "pendulum.json"), encoding="utf-8") as f:
+        request = json.load(f)
+    path = os.path.join(folder, "asked.json")
+
+    def said(text):
+        with open(path, "w", encoding="utf-8") as f:
+            f.write(text)
+        return code(build, path, "c")
+    whole = said(json.dumps({**request, "want": ["constraints", "vector_field", "gauge"]})).stdout
+    tally.check("field" in whole, "asked for: the whole", whole)
+    for want in ("index", "constraints", ["index"], ["gauge", "index"], ["vector_field"]):
+        run = said(json.dumps({"want": want, **{k: v for k, v in request.items() if k != "want"}}))
+        tally.check(run.stdout == whole, f"asked for: want {want}", run.stdout + run.stderr)
+    for text, error in (("", "json_syntax"), ('{"want": ["index"', "json_syntax"), (json.dumps({**request, "want": "colour"}), "/want"),
+                        (json.dumps({**request, "want": 3}), "/want")):
+        run = said(text)
+        tally.check(run.returncode == 1 and run.stdout == "" and error in run.stderr, f"no request: {text}: {error}", run.stdout + run.stderr)
 
 
 def main():
@@ -527,6 +548,7 @@ def main():
         no_number(tally, build, folder, octave)
         goldens(tally, build, folder)
         refusals(tally, build, folder)
+        asked_for(tally, build, folder)
         tally.check(octave.end() == 0, "Octave ends well")
     return tally.end()
 
