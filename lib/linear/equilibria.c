@@ -19,6 +19,8 @@
 static const double SAME = 1e-8;
 /* Irregular places are reached slowly: nearer than this they are one. */
 static const double SAME_IRREGULAR = 1e-3;
+/* Where four zeros meet, places 0.1 away were seen. */
+static const double SAME_ROUNDED = 0.15;
 /* Of the boxes that starts are drawn from, in turn. */
 static const double SIZE[] = { 1, 10, 100, 0.1 };
 enum { SIZES = sizeof SIZE / sizeof *SIZE, MOST_IRREGULAR = 20, MOST_DEFLATED = 30 };
@@ -191,26 +193,54 @@ static bool keep_exact(struct search *s, const double *x, const struct lineariza
     return exact;
 }
 
-/* A place is an equilibrium in its own coordinates, irregular in these too (or without any), or neither. */
-static void settle(struct search *s, const double *x, uint64_t *random)
+enum outcome { NEITHER, KEPT, IRREGULAR };
+
+/* A place is an equilibrium in its own coordinates, irregular in these too (or without any; then it is put into `there`), or neither. */
+static enum outcome look(struct search *s, const double *x, double *there, uint64_t *random)
 {
     struct linearization l = { .states = 0 };
     struct points_point p;
     double *from = sga_take(&s->mem, ((size_t)s->n + 1) * sizeof *from);
-    struct list *irregular = &s->left;
+    enum outcome out = NEITHER;
+    memcpy(there, x, (size_t)s->n * sizeof *there);
     if (!own_rates(s, x, &l, from, random)) {
-        add_place(irregular, &s->e->mem, x, s->n, SAME_IRREGULAR);
+        out = IRREGULAR;
     } else {
         set_functions(s, l.rate, l.states, from);
         enum points_status got = points_find(&s->on.space, 0, random, POINTS_BITS, &p);
         bool near = p.x && same(p.x, x, s->n, SAME_IRREGULAR) && inside(s->q, p.x, s->n);
-        if (got == POINTS_OK && near)
+        if (got == POINTS_OK && near) {
             keep_point(s, p.x, p.certified, &l);
-        else if (got == POINTS_IRREGULAR && near && !keep_exact(s, p.x, &l))
-            add_place(irregular, &s->e->mem, p.x, s->n, SAME_IRREGULAR);
+            out = KEPT;
+        } else if (got == POINTS_IRREGULAR && near) {
+            memcpy(there, p.x, (size_t)s->n * sizeof *there);
+            out = keep_exact(s, p.x, &l) ? KEPT : IRREGULAR;
+        }
         points_point_clear(&p);
     }
     linearization_clear(&l);
+    return out;
+}
+
+/* Where many zeros meet Newton's method hardly gets near: numbers of few digits about the place are tried, which rational arithmetic proves. */
+static bool rounded(struct search *s, const double *x, uint64_t *random)
+{
+    static const double UNIT[] = { 1, 0.5, 0.1, 0.01 };
+    double *short_x = sga_take(&s->mem, ((size_t)s->n + 1) * sizeof *short_x), *there = sga_take(&s->mem, ((size_t)s->n + 1) * sizeof *there);
+    for (size_t i = 0; i < sizeof UNIT / sizeof *UNIT; i++) {
+        for (int k = 0; k < s->n; k++)
+            short_x[k] = round(x[k] / UNIT[i]) * UNIT[i];
+        if (same(short_x, x, s->n, SAME_ROUNDED) && inside(s->q, short_x, s->n) && look(s, short_x, there, random) == KEPT)
+            return true;
+    }
+    return false;
+}
+
+static void settle(struct search *s, const double *x, uint64_t *random)
+{
+    double *there = sga_take(&s->mem, ((size_t)s->n + 1) * sizeof *there);
+    if (look(s, x, there, random) == IRREGULAR)
+        add_place(&s->left, &s->e->mem, there, s->n, SAME_IRREGULAR);
 }
 
 static expr_id number(struct expr_store *st, double v)
@@ -272,7 +302,8 @@ static bool run(struct search *s, struct sga_error *err)
     for (int i = 0; i < s->zero.count && !(e->family && e->points) && sga_budget_ok(budget, err); i++)
         settle(s, s->zero.x[i], &random);
     for (int i = 0; i < s->irregular.count && sga_budget_ok(budget, err); i++)
-        settle(s, s->irregular.x[i], &random);
+        if (!rounded(s, s->irregular.x[i], &random))
+            settle(s, s->irregular.x[i], &random);
     e->irregular = s->left.x;
     e->irregulars = s->left.count;
     return sga_budget_ok(budget, err);
