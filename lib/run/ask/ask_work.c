@@ -137,8 +137,8 @@ bool ask_at_start(struct ask_work *s)
 bool ask_possible(struct job *j)
 {
     if (j->solution->verdict == SGA_INCONSISTENT)
-        return sga_fail_at(j->err, SGA_E_NO_MOTION, "/want", "the system is inconsistent: no point satisfies it, so there is nothing to linearize; leave it out of want to see why");
+        return sga_fail_at(j->err, SGA_E_NO_MOTION, "/want", "the system is inconsistent: no point satisfies it, so there is nothing to ask of its motion; leave `linearization`, `transfer` and `equilibria` out of want to see why");
     if (j->request->op.open_sources)
-        return sga_fail_at(j->err, SGA_E_NO_MOTION, "/system/sources", "to linearize, give each source as a function of time");
+        return sga_fail_at(j->err, SGA_E_NO_MOTION, "/system/sources", "what is asked of the motion needs each source as a function of time");
     return true;
 }
