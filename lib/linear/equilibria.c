@@ -21,8 +21,8 @@ static const double SAME = 1e-8;
 static const double SAME_IRREGULAR = 1e-3;
 /* Where four zeros meet, places 0.1 away were seen. */
 static const double SAME_ROUNDED = 0.15;
-/* Of the boxes that starts are drawn from, in turn. */
-static const double SIZE[] = { 1, 10, 100, 0.1 };
+/* Of the boxes that starts are drawn from, in turn; each third round of them has one of any size between 10 to these powers. */
+static const double SIZE[] = { 1, 10, 100, 0.1 }, LOWEST = -5, HIGHEST = 6;
 enum { SIZES = sizeof SIZE / sizeof *SIZE, MOST_IRREGULAR = 20, MOST_DEFLATED = 30 };
 
 struct list {
@@ -83,13 +83,20 @@ static const double *centre(const struct search *s, int start, uint64_t *random)
     return s->zero.x[points_random(random) % (uint64_t)s->zero.count];
 }
 
+static double box(int start, uint64_t *random)
+{
+    if (start / (2 * SIZES) % 3 < 2)
+        return SIZE[start % SIZES];
+    return pow(10, LOWEST + (HIGHEST - LOWEST) * points_uniform(random));
+}
+
 /* Start 0 is the guess; the others lie in the bounds, or about the centre where there are none. */
 static void draw(const struct search *s, int start, uint64_t *random, double *x)
 {
     const struct equilibria_request *q = s->q;
-    const double *about = centre(s, start, random);
+    const double *about = centre(s, start, random), size = box(start, random);
     for (int k = 0; k < s->n; k++) {
-        double size = SIZE[start % SIZES], low = about[k] - size, high = about[k] + size;
+        double low = about[k] - size, high = about[k] + size;
         bool below = isfinite(q->low[k]), above = isfinite(q->high[k]);
         low = below ? q->low[k] : above ? fmin(low, q->high[k] - size) : low;
         high = above ? q->high[k] : below ? fmax(high, q->low[k] + size) : high;
@@ -252,16 +259,19 @@ static expr_id number(struct expr_store *st, double v)
     return expr_fmpq(st, q);
 }
 
-/* 1 + 1/|x - place|^2 */
+/* 1 + size^2/|x - place|^2, where size is that of the place, and 1 at the least */
 static expr_id repulsion(const struct sys_system *sys, const double *place)
 {
     struct expr_store *st = sys->store;
     expr_id sum = expr_int(st, 0);
+    double size = 1;
     for (int k = 0; k < sys->variables; k++) {
+        size = fmax(size, fabs(place[k]));
         expr_id d = expr_sub(st, st->symbol[sys->variable[k].symbol].node, number(st, points_short(place[k])));
         sum = expr_add(st, sum, expr_mul(st, d, d));
     }
-    return expr_add(st, expr_int(st, 1), expr_div(st, expr_int(st, 1), sum));
+    expr_id apart = number(st, points_short(size));
+    return expr_add(st, expr_int(st, 1), expr_div(st, expr_mul(st, apart, apart), sum));
 }
 
 /* The rates times what grows beyond bounds at zeros found: others are left (Brown & Gearhart, Numer. Math. 16 (1971) 334). */
