@@ -11,8 +11,8 @@ end
 
 % The members of answers that are objects by name, or lists of such (schema/result.json).
 function yes = by_name(member)
-  yes = any(strcmp(member, {'components', 'derivatives', 'field', 'fields', 'found_at', 'given', 'not_found_at', 'not_modelled', ...
-    'parameters', 'point', 'projected', 'pull_back', 'substituted'}));
+  yes = any(strcmp(member, {'components', 'derivatives', 'field', 'fields', 'found_at', 'given', 'irregular_places', 'not_found_at', 'not_modelled', ...
+    'parameters', 'point', 'projected', 'pull_back', 'substituted', 'values'}));
 end
 
 function i = skip(text, i)
