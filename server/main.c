@@ -10,6 +10,7 @@
 #include "command.h"
 #include "http.h"
 #include "log.h"
+#include "notify.h"
 #include "run.h"
 #include "sandbox.h"
 #include "worker.h"
@@ -24,7 +25,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-enum { USAGE = 2, STORE_SECONDS = 2 };
+enum { USAGE = 2, STORE_SECONDS = 2, HTTP_SECONDS = 10 };
 
 /* What main starts, in this order. */
 struct parts {
@@ -130,6 +131,7 @@ static void reload(struct parts *p)
     struct service *sv = &p->service;
     struct config fresh;
     char why[512], restart[512];
+    notify("RELOADING=1\nMONOTONIC_USEC=%llu", notify_clock());
     if (config_read(&fresh, p->argc, p->argv, why, sizeof why) != CONFIG_OK) {
         log_event(LOG_L_ERROR, "reload_refused", "reason", why, NULL);
     } else {
@@ -140,6 +142,7 @@ static void reload(struct parts *p)
     http_renew(p->http);
     if (sv->tokens && !tokens_refresh(sv->tokens, true, why, sizeof why))
         log_event(LOG_L_ERROR, "tokens_not_read", "reason", why, NULL);
+    notify("READY=1");
 }
 
 /* The signal by which the service is to end. */
@@ -150,6 +153,9 @@ static int wait_for_signal(struct parts *p, const sigset_t *set)
         if (number == SIGHUP)
             reload(p);
     log_event(LOG_L_INFO, "draining", "signal", strsignal(number), NULL);
+    /* Once the supervisor asked for the end it waits as long as the running jobs may go on. */
+    notify("STOPPING=1\nSTATUS=running jobs end\nEXTEND_TIMEOUT_USEC=%ld000000",
+           atomic_load(&p->service.config.grace) + STORE_SECONDS + HTTP_SECONDS);
     return number;
 }
 
@@ -160,6 +166,7 @@ static int serve(struct parts *p, const sigset_t *signals)
     if (start(p, why, sizeof why)) {
         printf("listening on %s\n", http_url(p->http));
         fflush(stdout);
+        notify("READY=1\nSTATUS=listening on %.400s", http_url(p->http));
         log_event(LOG_L_INFO, "started", "version", sga_version(), "state", p->service.config.state, NULL);
         number = wait_for_signal(p, signals);
     } else {

@@ -27,6 +27,7 @@ struct exchange {
     struct sga_error refusal;        /* already refused: the body is dropped, then this is the reply */
     double began;                    /* sga_now() */
     int status;                      /* of the reply; 0: none yet */
+    enum sga_code problem;           /* that the reply tells of; SGA_E_OK: none */
 
     char segment[ID_LENGTH + 32];    /* the variable part of the path */
     unsigned char *body;

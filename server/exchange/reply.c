@@ -64,6 +64,7 @@ enum MHD_Result reply_problem(struct exchange *e, const struct sga_error *err)
     struct sga_buf b = { 0 };
     struct sga_json w;
     metrics_refused(&e->service->metrics, err->code);
+    e->problem = err->code;
     sga_json_begin(&w, &b);
     problem_write(&w, err);
     return reply_buf(e, sga_code_status(err->code), "application/problem+json", &b);

@@ -3,6 +3,7 @@
 #include "embed.h"
 #include "handlers.h"
 #include "log.h"
+#include "process.h"
 #include "reply.h"
 #include "run.h"
 #include "tls.h"
@@ -54,8 +55,10 @@ enum MHD_Result handle_metrics(struct exchange *e)
     jobs_count(sv->jobs, &counts);
     struct metrics_now now = { counts.queued, counts.running, counts.queue_bytes, counts.waiters, counts.streams,
                                conns_count(sv->conns), store_healthy(sv->store), obstacle(sv, &counts) == SGA_E_OK, log_dropped(),
-                               counts.ending, counts.ending_bytes, (unsigned long)tls_expires() };
+                               counts.ending, counts.ending_bytes, (unsigned long)tls_expires(),
+                               counts.oldest, store_free_bytes(sv->store), sga_version() };
     metrics_write(&sv->metrics, &now, sv->route_names, &b);
+    process_write(&b);
     reply_header(e, "Cache-Control", "no-store");
     return reply_buf(e, 200, "text/plain; version=0.0.4; charset=utf-8", &b);
 }

@@ -14,6 +14,8 @@
 #include "routes.h"
 #include "ticker.h"
 
+#include <arpa/inet.h>
+#include <netinet/in.h>
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -65,17 +67,30 @@ static void *on_request_line(void *cls, const char *uri, struct MHD_Connection *
     return e;
 }
 
+/* Who asked: an address, or "unix" for a socket of this machine. Behind a proxy, the proxy. */
+static const char *peer_of(struct MHD_Connection *connection, char text[INET6_ADDRSTRLEN])
+{
+    const union MHD_ConnectionInfo *info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
+    const struct sockaddr *a = info ? info->client_addr : NULL;
+    if (a && a->sa_family == AF_INET)
+        return inet_ntop(AF_INET, &((const struct sockaddr_in *)a)->sin_addr, text, INET6_ADDRSTRLEN);
+    if (a && a->sa_family == AF_INET6)
+        return inet_ntop(AF_INET6, &((const struct sockaddr_in6 *)a)->sin6_addr, text, INET6_ADDRSTRLEN);
+    return a && a->sa_family == AF_UNIX ? "unix" : NULL;
+}
+
 static void log_exchange(const struct exchange *e, double seconds)
 {
     bool probe = e->route && (e->route->get == handle_health || e->route->get == handle_ready || e->route->get == handle_metrics);
     enum log_level level = probe ? LOG_L_DEBUG : LOG_L_INFO;
     if (!log_wants(level))
         return;
-    char status[16], took[32];
+    char status[16], took[32], peer[INET6_ADDRSTRLEN];
     snprintf(status, sizeof status, "%d", e->status);
     snprintf(took, sizeof took, "%.6f", seconds);
     log_event(level, "request", "request_id", e->request_id, "method", e->method,
-              "route", route_names[e->route_number], "status", status, "seconds", took,
+              "route", route_names[e->route_number], "peer", peer_of(e->connection, peer), "#status", status,
+              "code", e->problem ? sga_code_text(e->problem) : NULL, "#seconds", took,
               "job", e->job ? job_id(e->job) : NULL, "token", e->account && *e->account->name ? e->account->name : NULL,
               "traceparent", *e->traceparent ? e->traceparent : NULL, NULL);
 }

@@ -2,6 +2,7 @@
 #include "ticker.h"
 #include "budget.h"
 #include "log.h"
+#include "notify.h"
 #include "tls.h"
 
 #include <unistd.h>
@@ -26,6 +27,16 @@ static void look_at_tokens(struct service *sv)
         log_event(LOG_L_ERROR, "tokens_not_read", "reason", why, NULL);
 }
 
+/* After the locks were had. */
+static void tell_supervisor(struct ticker *t, double now)
+{
+    double every = notify_watchdog();
+    if (every > 0 && now >= t->alive_at) {
+        notify("WATCHDOG=1");
+        t->alive_at = now + every;
+    }
+}
+
 static void *tick(void *arg)
 {
     struct ticker *t = arg;
@@ -44,6 +55,7 @@ static void *tick(void *arg)
         jobs_tick(sv->jobs, now);
         for (int cut = conns_reap(sv->conns, now, 0); cut > 0; cut--)
             metrics_add(&sv->metrics, METRIC_REAPED);
+        tell_supervisor(t, now);
     }
     return NULL;
 }

@@ -218,10 +218,21 @@ void jobs_look(struct jobs *js, struct job *job, struct job_look *look)
     pthread_mutex_unlock(&js->lock);
 }
 
+/* Each account's queue is in order but for what went back to its front, which is older still. */
+static double oldest(const struct jobs *js)
+{
+    int64_t first = 0;
+    for (const struct account *a = js->accounts; a; a = a->next)
+        if (a->front && (!first || a->front->row.created < first))
+            first = a->front->row.created;
+    int64_t now = first ? clock_ms() : 0;
+    return now > first ? 1e-3 * (double)(now - first) : 0;
+}
+
 void jobs_count(struct jobs *js, struct jobs_counts *out)
 {
     pthread_mutex_lock(&js->lock);
-    *out = (struct jobs_counts){ js->queue_count, js->running, js->queue_bytes, js->waiters, js->streams, js->ending, js->ending_bytes, no_room(js, 0),
+    *out = (struct jobs_counts){ js->queue_count, js->running, js->queue_bytes, js->waiters, js->streams, js->ending, js->ending_bytes, oldest(js), no_room(js, 0),
                                  js->unable >= atomic_load(&js->config->workers) };
     pthread_mutex_unlock(&js->lock);
 }
@@ -275,7 +286,7 @@ bool jobs_recover(struct jobs *js, char *why, size_t size)
     if (js->queue_count) {
         char count[32];
         snprintf(count, sizeof count, "%lu", js->queue_count);
-        log_event(LOG_L_INFO, "jobs_recovered", "count", count, NULL);
+        log_event(LOG_L_INFO, "jobs_recovered", "#count", count, NULL);
     }
     return true;
 }

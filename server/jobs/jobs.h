@@ -161,6 +161,7 @@ bool jobs_stopping(struct jobs *js);
 struct jobs_counts {
     unsigned long queued, running, queue_bytes, waiters, streams;
     unsigned long ending, ending_bytes;       /* whose end is on its way to the disk */
+    double oldest;            /* seconds since the job that waits longest was accepted; 0: none waits */
     bool full;                /* the queue is */
     bool idle;                /* no worker can run anything */
 };

@@ -94,7 +94,7 @@ static void log_end(const struct job *job, const struct job_row *row, const stru
 {
     char seconds[32];
     snprintf(seconds, sizeof seconds, "%.3f", ran);
-    log_event(LOG_L_INFO, "job_ended", "job", row->id, "status", job_status_text(row->status), "seconds", seconds,
+    log_event(LOG_L_INFO, "job_ended", "job", row->id, "outcome", job_status_text(row->status), "#seconds", seconds,
               "code", err ? sga_code_text(err->code) : NULL, "token", *job->account->name ? job->account->name : NULL,
               "request_id", *job->request_id ? job->request_id : NULL,
               "traceparent", *job->traceparent ? job->traceparent : NULL, NULL);

@@ -154,7 +154,8 @@ static bool open_unix(const struct config *c, const char *address, struct listen
 }
 
 /* The protocol of sd_listen_fds(3): descriptors from 3 on, LISTEN_FDS of them, for the
- * process LISTEN_PID. */
+ * process LISTEN_PID. The variables stay: settings that are read again find them as before, and
+ * children get an environment of their own. */
 static bool open_passed(const struct config *c, struct listening *out, char *why, size_t size)
 {
     const char *pid = getenv("LISTEN_PID"), *count = getenv("LISTEN_FDS");
@@ -166,12 +167,8 @@ static bool open_passed(const struct config *c, struct listening *out, char *why
         snprintf(why, size, "--listen systemd: one socket is served, not %.20s", count);
     else if (getsockopt(FIRST_PASSED, SOL_SOCKET, SO_ACCEPTCONN, &listens, &length) != 0 || !listens)
         snprintf(why, size, "--listen systemd: what was passed is no listening stream socket");
-    else {
-        unsetenv("LISTEN_PID");
-        unsetenv("LISTEN_FDS");
-        unsetenv("LISTEN_FDNAMES");
+    else
         return finish(c, FIRST_PASSED, false, out, why, size);
-    }
     return false;
 }
 

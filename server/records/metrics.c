@@ -44,6 +44,11 @@ void metrics_http_took(struct metrics *m, double seconds)
     observe(&m->request_seconds, seconds);
 }
 
+void metrics_committed(struct metrics *m, double seconds)
+{
+    observe(&m->commit_seconds, seconds);
+}
+
 void metrics_job(struct metrics *m, enum job_status status, double seconds)
 {
     atomic_fetch_add_explicit(&m->ended[status], 1, memory_order_relaxed);
@@ -139,12 +144,18 @@ static void write_gauges(const struct metrics_now *now, struct sga_buf *out)
     sga_buf_printf(out, "sgad_jobs{status=\"queued\"} %lu\nsgad_jobs{status=\"running\"} %lu\n", now->queued, now->running);
     gauge(out, "queue_depth", "Jobs that wait for a worker", now->queued);
     gauge(out, "queue_bytes", "Bytes of the requests that wait", now->queue_bytes);
+    head(out, "queue_oldest_seconds", "gauge", "How long the job that waits longest for a worker has waited");
+    sga_buf_printf(out, "sgad_queue_oldest_seconds %.3f\n", now->oldest);
     gauge(out, "unsaved_jobs", "Jobs whose end is on its way to the disk", now->ending);
     gauge(out, "unsaved_bytes", "Bytes of their results", now->ending_bytes);
     gauge(out, "waiters", "Requests that wait for a job", now->waiters);
     gauge(out, "event_streams", "Open event streams", now->streams);
     gauge(out, "connections", "Open connections", now->connections);
     gauge(out, "store_healthy", "1 where the last write to the store succeeded", now->store_healthy);
+    head(out, "state_free_bytes", "gauge", "Bytes that can still be written on the disk of the state");
+    sga_buf_printf(out, "sgad_state_free_bytes %llu\n", now->free_bytes);
+    head(out, "build_info", "gauge", "1, with the version of what runs");
+    sga_buf_printf(out, "sgad_build_info{version=\"%s\"} 1\n", now->version);
     if (now->certificate_expires)
         gauge(out, "certificate_expiry_timestamp_seconds", "When the certificate ends, in seconds since 1970", now->certificate_expires);
     gauge(out, "ready", "1 where jobs are accepted", now->ready);
@@ -172,5 +183,6 @@ void metrics_write(const struct metrics *m, const struct metrics_now *now, const
     write_http(m, route_names, out);
     write_histogram(&m->request_seconds, "http_request_duration_seconds", "From the request line to the end of the reply", out);
     write_histogram(&m->job_seconds, "job_duration_seconds", "From the start of a job's run to its end", out);
+    write_histogram(&m->commit_seconds, "store_commit_duration_seconds", "Transactions of the queue file, from begin to commit or failure", out);
     write_stages(m, out);
 }

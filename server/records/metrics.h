@@ -60,7 +60,7 @@ struct metrics {
     atomic_ulong refused[SGA_E_COUNT];
     atomic_ulong ended[JOB_STATUSES];
     atomic_ulong http[METRICS_ROUTES][METRICS_METHODS][METRICS_STATUSES];
-    struct histogram request_seconds, job_seconds, stage_seconds[METRICS_STAGES];
+    struct histogram request_seconds, job_seconds, commit_seconds, stage_seconds[METRICS_STAGES];
     atomic_ulong at_stage[METRICS_STAGES];    /* jobs that are there now */
 };
 
@@ -70,6 +70,9 @@ struct metrics_now {
     bool store_healthy, ready;
     unsigned long log_dropped, ending, ending_bytes;
     unsigned long certificate_expires;        /* seconds since 1970; 0: there is none */
+    double oldest;                            /* seconds that the job which waits longest has waited; 0: none waits */
+    unsigned long long free_bytes;            /* on the disk of the state */
+    const char *version;
 };
 
 static inline void metrics_add(struct metrics *m, enum metrics_counter c) { atomic_fetch_add_explicit(&m->counter[c], 1, memory_order_relaxed); }
@@ -77,6 +80,8 @@ static inline void metrics_add(struct metrics *m, enum metrics_counter c) { atom
 void metrics_http(struct metrics *m, int route, const char *method, int status);
 /* ... and has ended, its answer sent or given up. */
 void metrics_http_took(struct metrics *m, double seconds);
+/* A transaction of the queue file, from its begin to its commit or failure. */
+void metrics_committed(struct metrics *m, double seconds);
 void metrics_job(struct metrics *m, enum job_status status, double seconds);
 /* A job moves from one stage, where it was for so long, to another. */
 void metrics_moved(struct metrics *m, enum metrics_stage from, enum metrics_stage to, double seconds);

@@ -3,6 +3,7 @@
 #include "settings.h"
 
 #include <errno.h>
+#include <limits.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -170,8 +171,8 @@ static bool consistent(const struct config *c, char *why, size_t size)
 {
     static const char *const levels[] = { "error", "warn", "info", "debug", NULL }, *const accesses[] = { "open", "tokens", NULL },
         *const isolations[] = { "none", "token", NULL }, *const answers[] = { "yes", "no", NULL };
-    if (!c->listen || !c->state)
-        snprintf(why, size, "%s is required", c->listen ? "--state" : "--listen");
+    if (!c->state)
+        snprintf(why, size, "--state is required");
     else if (!one_of(c->log_level, levels))
         snprintf(why, size, "log-level must be error, warn, info or debug, not '%s'", c->log_level);
     else if (!one_of(c->access, accesses))
@@ -193,6 +194,32 @@ static bool consistent(const struct config *c, char *why, size_t size)
     return false;
 }
 
+/* What systemd hands over: a listening socket (LISTEN_PID), a folder for the state, a certificate
+ * and its key as credentials. It counts where nothing else was said. */
+static bool adopt(struct config *c, const char *name, const char *value)
+{
+    return set_text(c, setting_find(name, strlen(name)), value);
+}
+
+static bool adopt_credentials(struct config *c)
+{
+    const char *folder = getenv("CREDENTIALS_DIRECTORY");
+    char cert[PATH_MAX], key[PATH_MAX];
+    if (!folder || c->tls_cert || c->tls_key)
+        return true;
+    snprintf(cert, sizeof cert, "%s/sgad.tls-cert", folder);
+    snprintf(key, sizeof key, "%s/sgad.tls-key", folder);
+    return (access(cert, F_OK) != 0 || adopt(c, "tls-cert", cert)) && (access(key, F_OK) != 0 || adopt(c, "tls-key", key));
+}
+
+static bool adopt_missing(struct config *c)
+{
+    const char *pid = getenv("LISTEN_PID"), *state = getenv("STATE_DIRECTORY");
+    bool passed = pid && strtol(pid, NULL, 10) == (long)getpid();
+    return (c->listen || adopt(c, "listen", passed ? "systemd" : "127.0.0.1:8080"))
+        && (c->state || !state || !*state || strchr(state, ':') || adopt(c, "state", state)) && adopt_credentials(c);
+}
+
 enum config_result config_read(struct config *c, int argc, char **argv, char *why, size_t size)
 {
     const char *file = NULL;
@@ -208,6 +235,10 @@ enum config_result config_read(struct config *c, int argc, char **argv, char *wh
     got = read_flags(c, argc, argv, &file, why, size);
     if (got == CONFIG_BAD)
         return got;
+    if (!adopt_missing(c)) {
+        snprintf(why, size, "out of memory");
+        return CONFIG_BAD;
+    }
     if (got != CONFIG_PRINT && !consistent(c, why, size))
         return CONFIG_BAD;
     if (c->workers == 0)

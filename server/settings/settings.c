@@ -13,11 +13,11 @@
 #define SWITCH(name, member, help) { name, offsetof(struct config, member), SETTING_SWITCH, false, NULL, 0, 0, 1, help },
 
 const struct setting settings[] = {
-    TEXT("listen", listen, NULL, "HOST:PORT (port 0: any free one), unix:PATH, or systemd for a socket that systemd passes; several with commas between")
-    TEXT("state", state, NULL, "folder that keeps the queue, the results and the tokens")
+    TEXT("listen", listen, NULL, "HOST:PORT (port 0: any free one), unix:PATH, or systemd for a socket that systemd passes; several with commas between. Unless said: what systemd passes, else 127.0.0.1:8080")
+    TEXT("state", state, NULL, "folder that keeps the queue, the results and the tokens. Unless said: the one that systemd makes (STATE_DIRECTORY)")
     TEXT("access", access, "open", "open: whoever can connect may ask; tokens: who shows a token made by sgad token create")
-    TEXT("tls-cert", tls_cert, NULL, "certificate chain for TLS, a PEM file")
-    TEXT("tls-key", tls_key, NULL, "private key of that certificate, a PEM file")
+    TEXT("tls-cert", tls_cert, NULL, "certificate chain for TLS, a PEM file. Unless said: the credential sgad.tls-cert of systemd, where there is one")
+    TEXT("tls-key", tls_key, NULL, "private key of that certificate, a PEM file. Unless said: the credential sgad.tls-key")
     SWITCH("allow-remote-without-tls", remote_plain, "listen off loopback with no encryption, as behind a proxy that encrypts")
     SWITCH("allow-remote-without-tokens", remote_open, "listen off loopback and let in everyone who can connect")
     TEXT("allow-host", allow_host, NULL, "further host names to serve, separated by commas")

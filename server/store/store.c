@@ -112,12 +112,18 @@ bool store_healthy(struct store *st)
     return atomic_load(&st->healthy) && !atomic_load(&st->moved);
 }
 
+unsigned long long store_free_bytes(struct store *st)
+{
+    return atomic_load(&st->free_bytes);
+}
+
 void store_look(struct store *st)
 {
     struct store_place now;
     bool moved = !store_place_of(st->folder, &now) || !store_place_same(&now, &st->place);
     if (moved != atomic_exchange(&st->moved, moved))
         log_event(LOG_L_ERROR, moved ? "state_folder_gone" : "state_folder_back", "state", st->folder, NULL);
+    atomic_store(&st->free_bytes, store_place_free(st->folder));
 }
 
 /* Everything but the thread. */
@@ -127,6 +133,7 @@ static bool open_parts(struct store *st, const char *folder, char *why, size_t s
         && store_place_sound(folder, why, size)
         && (st->queue = store_file_open(folder, FILE_QUEUE, true, why, size))
         && store_place_of(folder, &st->place) && store_place_mark(folder, why, size)
+        && (atomic_store(&st->free_bytes, store_place_free(folder)), true)
         && (st->cache = store_file_open(folder, FILE_CACHE, true, why, size))
         && store_queue_prepare(st, why, size) && store_cache_prepare(st, why, size)
         && store_readers_open(st, folder, why, size);

@@ -35,6 +35,8 @@ void store_touch(struct store *st, const char *id, int64_t now);
 void store_close(struct store *st);
 /* Can jobs be written? False from a failure on until a probe succeeds, and while the folder is not in its place. */
 bool store_healthy(struct store *st);
+/* Bytes that can be written on the disk of the state, as of the last look at its place. */
+unsigned long long store_free_bytes(struct store *st);
 /* Tries a write of as many bytes as failed before: a disk that has room again is noticed. */
 void store_probe(struct store *st);
 /* Looks whether the state folder is still in its place: one system call. */

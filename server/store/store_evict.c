@@ -70,5 +70,5 @@ void store_evict(struct store *st)
     snprintf(count, sizeof count, "%lld", (long long)gone);
     if (gone > 0)
         atomic_fetch_add(&st->metrics->counter[METRIC_EVICTED], (unsigned long)gone);
-    log_event(ok ? LOG_L_INFO : LOG_L_WARN, "results_evicted", "count", count, "reason", ok ? NULL : sqlite3_errmsg(st->cache), NULL);
+    log_event(ok ? LOG_L_INFO : LOG_L_WARN, "results_evicted", "#count", count, "reason", ok ? NULL : sqlite3_errmsg(st->cache), NULL);
 }

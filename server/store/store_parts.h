@@ -59,6 +59,7 @@ struct store {
     atomic_size_t needed;        /* bytes that could not be written; a probe must write as many */
     struct store_place place;    /* of the queue file */
     atomic_bool moved;           /* it is not there any more */
+    atomic_ullong free_bytes;    /* on its disk */
 
     /* Of the thread that writes the results. */
     struct store_writer cache_writer;

@@ -7,6 +7,7 @@
 #include <string.h>
 #include <sys/random.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 enum { PATH_SIZE = 4096, NAME_BYTES = 16 };
@@ -25,6 +26,12 @@ bool store_place_of(const char *folder, struct store_place *place)
         return false;
     *place = (struct store_place){ st.st_dev, st.st_ino };
     return true;
+}
+
+unsigned long long store_place_free(const char *folder)
+{
+    struct statvfs v;
+    return statvfs(folder, &v) == 0 ? (unsigned long long)v.f_bavail * v.f_frsize : 0;
 }
 
 bool store_place_same(const struct store_place *a, const struct store_place *b)

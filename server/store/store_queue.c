@@ -1,6 +1,7 @@
 /* Writing queue.db. A 202 waits for its commit, and so does whoever is told of an end; nothing
  * here waits for results. */
 #include "store_parts.h"
+#include "budget.h"
 #include "log.h"
 #include "metrics.h"
 
@@ -129,9 +130,12 @@ static void heard(struct store *st, const struct store_op *ops, bool ok)
 void store_queue_commit(struct store *st, struct store_op *ops)
 {
     store_look(st);
+    double began = sga_now();
     bool ok = !writes(ops) || write_all(st, ops);
-    if (writes(ops))
+    if (writes(ops)) {
+        metrics_committed(st->metrics, sga_now() - began);
         heard(st, ops, ok);
+    }
     while (ops) {
         struct store_op *op = ops;
         ops = op->next;

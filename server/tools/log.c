@@ -86,11 +86,11 @@ void log_event(enum log_level level, const char *event, ...)
         const char *value = va_arg(ap, const char *);
         if (!value)
             continue;
-        if (as_text) {
-            put(&l, " "), put(&l, name), put(&l, "="), put_quoted(&l, value);
-        } else {
-            put(&l, ","), put_quoted(&l, name), put(&l, ":"), put_quoted(&l, value);
-        }
+        bool number = *name == '#';
+        put(&l, as_text ? " " : ",");
+        (as_text ? put : put_quoted)(&l, name + number);
+        put(&l, as_text ? "=" : ":");
+        (number ? put : put_quoted)(&l, value);
     }
     va_end(ap);
     put(&l, as_text ? "" : "}");

@@ -24,7 +24,8 @@ bool log_level_from_text(const char *text, enum log_level *level);
 bool log_wants(enum log_level level);
 
 /* An event with string fields: name, value, ..., ended by NULL. A NULL value leaves
- * its field out. Fields past 8 kB of line are cut. */
+ * its field out. A name that begins with '#' is of a number: `"#status", "200"` is written as
+ * "status":200. Fields past 8 kB of line are cut. */
 void log_event(enum log_level level, const char *event, ...) __attribute__((sentinel));
 
 #endif

@@ -122,7 +122,7 @@ void log_ring_put(const char *line, size_t length)
         return;
     char count[32];
     snprintf(count, sizeof count, "%lu", untold);
-    log_event(LOG_L_WARN, "log_dropped", "count", count, NULL);
+    log_event(LOG_L_WARN, "log_dropped", "#count", count, NULL);
 }
 
 void log_close(void)

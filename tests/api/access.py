@@ -497,6 +497,36 @@ def sockets(build, c):
         c(run.returncode == 1 and "LISTEN_PID" in run.stderr, "activation: a socket for another process", run)
 
 
+def handed_over(build, c):
+    """As the shipped unit starts it: settings all at their defaults, the rest from systemd's environment."""
+    with open(os.path.join(ROOT, "etc/sgad.service"), encoding="utf-8") as f:
+        words = re.search(r"^ExecStart=/usr/bin/sgad (.*)$", f.read(), re.M)[1].replace("/etc/sgad.conf", os.path.join(ROOT, "etc/sgad.conf")).split()
+    with tempfile.TemporaryDirectory() as folder, socket.create_server(("127.0.0.1", 0)) as s:
+        cert, key = certificate(folder)
+        os.mkdir(folder + "/credentials")
+        os.mkdir(folder + "/none")
+        shutil.copy(cert, folder + "/credentials/sgad.tls-cert")
+        shutil.copy(key, folder + "/credentials/sgad.tls-key")
+        given = {**os.environ, "STATE_DIRECTORY": folder + "/state", "CREDENTIALS_DIRECTORY": folder + "/none"}
+        run = sgad(build, "--print-config", *words, env=given)
+        c("\nlisten = 127.0.0.1:8080\n" in run.stdout and f"\nstate = {folder}/state\n" in run.stdout and "#tls-cert" in run.stdout, "unit: settings", run)
+        c(sgad(build, "--check-config", *words, env=given).returncode == 0, "unit: the shipped settings are good")
+        for scheme, more in (("http", {}), ("https", {"CREDENTIALS_DIRECTORY": folder + "/credentials"})):
+            command = ["bash", "-c", 'exec 3<&"$FD" && LISTEN_FDS=1 LISTEN_PID=$$ exec "$@"', "bash", os.path.join(build, "sgad"), *words]
+            p = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, pass_fds=[s.fileno()],
+                                 env={**given, "FD": str(s.fileno()), **more})
+            line = p.stdout.readline().strip()
+            c(line == f"listening on {scheme}://127.0.0.1:{s.getsockname()[1]}", f"unit: {scheme}, on the socket that was passed", line)
+            p.send_signal(signal.SIGHUP)
+            until(lambda: os.path.exists(folder + "/state/queue.db"))
+            status, err = finish(p)
+            reloaded = [json.loads(text) for text in err.splitlines() if '"reloaded"' in text]
+            c(status == 0 and all("needs_restart" not in e for e in reloaded), f"unit: {scheme}, ends with 0; read again, nothing differs", err[-500:])
+        os.remove(folder + "/credentials/sgad.tls-key")
+        run = sgad(build, "--check-config", *words, env={**given, "CREDENTIALS_DIRECTORY": folder + "/credentials"})
+        c(run.returncode == 2 and "tls-key is missing" in run.stderr, "unit: half a pair of credentials is refused", run.stderr)
+
+
 def several(build, c):
     """More than one address at once: each by its own rules."""
     with tempfile.TemporaryDirectory() as folder:
@@ -646,17 +676,24 @@ def upkeep(build, c):
         c(sgad(build, "backup", folder + "2", "--state", "/nonexistent/x").returncode == 1, "backup of nothing")
 
 
-def unit(_, c):
+def unit(build, c):
     """The service file, by systemd's own measure, where that tool is installed."""
     tool = shutil.which("systemd-analyze")
     path = os.path.join(ROOT, "etc/sgad.service")
     with open(path, encoding="utf-8") as f:
         text = f.read()
     c("NoNewPrivileges=yes" in text and "DynamicUser=yes" in text, "sgad.service is hardened")
+    c("Type=notify\n" in text and "WatchdogSec=" in text and not re.search("^IPAddress", text, re.M), "sgad.service tells that it is ready, and shuts no client out")
     if tool:
+        with tempfile.TemporaryDirectory() as folder:
+            for name in ("sgad.service", "sgad.socket"):
+                with open(os.path.join(ROOT, "etc", name), encoding="utf-8") as f, open(f"{folder}/{name}", "w", encoding="utf-8") as out:
+                    out.write(re.sub("^Documentation=.*\n", "", f.read(), flags=re.M).replace("/usr/bin/sgad", os.path.abspath(os.path.join(build, "sgad"))))
+            run = subprocess.run([tool, "verify", f"{folder}/sgad.service", f"{folder}/sgad.socket"], capture_output=True, timeout=60, check=False, text=True)
+            c(run.returncode == 0 and "sgad" not in run.stderr, "the units are sound", run)
         run = subprocess.run([tool, "security", "--offline=true", path], capture_output=True, timeout=60, check=False, text=True)
         level = re.search(r"exposure level for sgad.service: ([0-9.]+)", run.stdout)
         c(level and float(level[1]) < 2.5, "sgad.service: exposure below 2.5", run.stdout[-200:] + run.stderr)
 
 
-ALL = [tokens, quotas, owners, isolated, crowd_of_one, reading_only, shares, turns, tls, remote, sockets, several, settings, upkeep, unit]
+ALL = [tokens, quotas, owners, isolated, crowd_of_one, reading_only, shares, turns, tls, remote, sockets, handed_over, several, settings, upkeep, unit]

@@ -7,12 +7,14 @@ import resource
 import signal
 import socket
 import subprocess
+import tempfile
 import threading
 import time
 
 from access import bearer, new_token, until
 from common import moving, slow, trivial
 from daemon import Daemon
+from tally import ROOT
 
 
 def series(d, headers=None):
@@ -44,6 +46,82 @@ def stages(build, c):
         c(until(lambda: all(v == 0 for k, v in series(d).items() if k.startswith("sgad_jobs_at_stage"))), "cancelled jobs leave their stages")
 
 
+def measured(build, c):
+    """What an administrator watches: ages, commits, the disk, the process, the version."""
+    with Daemon(build, "--workers", "1") as d:
+        d.ask("POST", "/v1/solve", trivial())
+        m = series(d)
+        c(m.get("sgad_queue_oldest_seconds") == 0, "nothing waits")
+        version = d.get("/version").json()["version"]
+        c(m.get(f'sgad_build_info{{version="{version}"}}') == 1, "build_info", version)
+        c(m["sgad_store_commit_duration_seconds_count"] == m["sgad_store_commits_total"] + m["sgad_store_failures_total"] > 0, "commits are timed")
+        room = os.statvfs(d.state)
+        c(0.5 < m["sgad_state_free_bytes"] / (room.f_bavail * room.f_frsize) < 2, "free disk", m["sgad_state_free_bytes"])
+        c(m["process_resident_memory_bytes"] > 1e6 and m["process_virtual_memory_bytes"] > m["process_resident_memory_bytes"], "memory")
+        c(5 < m["process_open_fds"] < m["process_max_fds"] and m["process_threads"] > 4 and m["process_cpu_seconds_total"] >= 0, "descriptors, threads")
+        c(abs(m["process_start_time_seconds"] - time.time()) < 600, "start", m["process_start_time_seconds"])
+        pid = d.process.pid
+        c(abs(m["process_open_fds"] - len(os.listdir(f"/proc/{pid}/fd"))) <= 3, "as /proc has it")
+        ids = [d.ask("POST", "/v1/jobs", slow()).json()["id"] for _ in range(2)]
+        c(until(lambda: series(d)["sgad_queue_oldest_seconds"] > 0.2), "a job that waits has an age")
+        for i in ids[::-1]:
+            d.ask("DELETE", "/v1/jobs/" + i)
+        c(until(lambda: series(d)["sgad_queue_oldest_seconds"] == 0), "nothing waits any more")
+        watched(c, d.ask("GET", "/metrics").body.decode())
+
+
+def watched(c, text):
+    """Alerts and dashboard ask for what there is, and each alert has its entry in the runbook."""
+    # Of a daemon with TLS only.
+    there = set(re.findall(r"^# TYPE (\S+)", text, re.M)) | {"sgad_certificate_expiry_timestamp_seconds"}
+    with open(os.path.join(ROOT, "etc/prometheus/sgad.rules.yml"), encoding="utf-8") as f:
+        rules = f.read()
+    with open(os.path.join(ROOT, "etc/grafana/sgad.json"), encoding="utf-8") as f:
+        panels = json.load(f)["panels"]
+    with open(os.path.join(ROOT, "doc/operations.md"), encoding="utf-8") as f:
+        runbook = f.read()
+    asked = re.findall(r"^ +expr: (.*)$", rules, re.M) + [t["expr"] for p in panels for t in p["targets"]]
+    names = {re.sub(r"_(bucket|sum|count)$", "", n) for e in asked for n in re.findall(r"\b(?:sgad|process)_\w+", e)}
+    c(len(names) > 20 and names <= there, "alerts and dashboard ask for metrics that there are", names - there)
+    alerts = re.findall(r"alert: (\w+)", rules)
+    c(len(alerts) > 8 and all(f"| `{a}` |" in runbook for a in alerts), "each alert has its entry in the runbook", alerts)
+    codes = set(re.findall(r'code=~"([^"]*)"', rules)[0].split("|"))
+    with open(os.path.join(ROOT, "doc/parts/errors.json"), encoding="utf-8") as f:
+        c(codes <= set(json.load(f)), "alerts name codes that there are", codes)
+
+
+def supervised(build, c):
+    """What a supervisor is told (sd_notify), on a named and on an abstract socket."""
+    with tempfile.TemporaryDirectory() as folder:
+        for name in (folder + "/notify", f"@sgad-test-{os.getpid()}"):
+            with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as s:
+                s.bind(name.replace("@", "\0"))
+                s.settimeout(30)
+
+                def heard(word, s=s):
+                    """The next message with this word; signs of life may come before it."""
+                    while True:
+                        text = s.recv(4096).decode()
+                        if word in text:
+                            return text
+                        if text != "WATCHDOG=1":
+                            return "not " + text
+                with Daemon(build, env={"NOTIFY_SOCKET": name, "WATCHDOG_USEC": "400000"}) as d:
+                    text = heard("READY=1")
+                    c(text == f"READY=1\nSTATUS=listening on {d.url()}", "supervisor: ready", text)
+                    c([heard("WATCHDOG=1") for _ in range(3)] == 3 * ["WATCHDOG=1"], "supervisor: signs of life")
+                    d.process.send_signal(signal.SIGHUP)
+                    text = heard("RELOADING=1")
+                    c(re.fullmatch(r"RELOADING=1\nMONOTONIC_USEC=\d+", text), "supervisor: reloading", text)
+                    c(heard("READY=1") == "READY=1", "supervisor: ready again")
+                    c(d.stop() == 0, "supervisor: ends")
+                    text = heard("STOPPING=1")
+                    c(re.fullmatch(r"STOPPING=1\nSTATUS=.*\nEXTEND_TIMEOUT_USEC=\d+000000", text), "supervisor: stopping, with the time it may take", text)
+        for other in ("nothing", "", "@", "/nonexistent/socket"):
+            with Daemon(build, env={"NOTIFY_SOCKET": other, "WATCHDOG_USEC": "400000", "WATCHDOG_PID": "1"}) as d:
+                c(d.get("/healthz").status == 200 and d.stop() == 0, f"supervisor: {other!r} is nobody to tell")
+
+
 def logs(build, c):
     with Daemon(build) as d:
         trace = "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01"
@@ -55,8 +133,14 @@ def logs(build, c):
         ended = [e for e in entries if e["event"] == "job_ended" and e["job"] == id_]
         asked = [e for e in entries if e["event"] == "request" and e.get("request_id") == "ask-1"]
         c(len(ended) == 1 and ended[0].get("request_id") == "ask-1" and ended[0].get("traceparent") == trace, "job_ended names request and trace", ended)
-        c(len(asked) == 1 and asked[0].get("traceparent") == trace and asked[0].get("job") == id_ and asked[0]["status"] == "200",
+        c(len(asked) == 1 and asked[0].get("traceparent") == trace and asked[0].get("job") == id_ and asked[0]["status"] == 200,
           "the request is logged with trace and job", asked)
+        c(asked[0].get("peer") == "127.0.0.1" and "code" not in asked[0] and isinstance(asked[0]["seconds"], float), "... with who asked, and numbers", asked)
+        c(ended[0]["outcome"] == "done" and isinstance(ended[0]["seconds"], float), "job_ended says how, and numbers", ended)
+        d.get("/nothing", X_Request_Id="ask-2")
+        until(lambda: '"ask-2"' in d.errors())
+        refused = [e for e in map(json.loads, (line for line in d.errors().splitlines() if line.startswith("{"))) if e.get("request_id") == "ask-2"]
+        c(len(refused) == 1 and refused[0].get("code") == "not_found" and refused[0]["status"] == 404, "a refusal is logged with its code", refused)
         for bad in ("a b", "x" * 65, 'quote"', ""):
             back = d.get("/healthz", X_Request_Id=bad).headers.get("x-request-id", "")
             c(back and back != bad, f"the id {bad[:8]!r} is not taken", back)
@@ -311,4 +395,4 @@ def evicted(build, c):
             c(again["id"] == j["id"] and again["result"]["trajectory"]["rows"] == j["result"]["trajectory"]["rows"], "what went is computed again, the same")
 
 
-ALL = [stages, logs, top, slowly, many, crowded, huge, evicted]
+ALL = [stages, logs, top, slowly, many, crowded, huge, evicted, measured, supervised]
