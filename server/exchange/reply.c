@@ -1,6 +1,7 @@
 /* Replies. */
 #include "reply.h"
 #include "budget.h"
+#include "front.h"
 #include "problem.h"
 
 #include <stdarg.h>
@@ -33,6 +34,7 @@ enum MHD_Result reply_response(struct exchange *e, int status, const char *type,
     if (e->begun && !e->status)
         metrics_http(&e->service->metrics, e->route_number, e->method, status);
     e->status = status;
+    front_answered(conn_front(e->conn));
     conn_deadline(e->conn, sga_now() + (double)e->service->config.send_timeout);
     enum MHD_Result rc = MHD_queue_response(e->connection, (unsigned)status, response);
     MHD_destroy_response(response);
