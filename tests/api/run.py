@@ -17,6 +17,7 @@ import kill  # noqa: E402
 import life  # noqa: E402
 import limits  # noqa: E402
 import load  # noqa: E402
+import packed  # noqa: E402
 import page  # noqa: E402
 import refusals  # noqa: E402
 import store  # noqa: E402
@@ -40,7 +41,7 @@ def main():
     tally, build = Tally("api"), build_folder()
     checks = Checks(tally)
     chosen = sys.argv[2:]
-    shared = [t for t in endpoints.ALL + check.ALL + page.SHARED + refusals.ALL + framing.SHARED if not chosen or t.__name__ in chosen]
+    shared = [t for t in endpoints.ALL + check.ALL + page.SHARED + refusals.ALL + framing.SHARED + packed.SHARED if not chosen or t.__name__ in chosen]
     if shared:
         with Daemon(build) as d:
             for test in shared:
@@ -49,7 +50,7 @@ def main():
                     tally.check(False, test.__name__, f"the daemon died with {d.process.returncode}: {d.errors()}")
                     d.start()
             tally.check(d.stop() == 0, "the daemon ends with 0", d.errors()[-500:])
-    for test in life.ALL + limits.ALL + isolation.ALL + kill.ALL + load.ALL + store.ALL + access.ALL + watch.ALL + command.ALL + faults.ALL + framing.ALL + page.ALL:
+    for test in life.ALL + limits.ALL + isolation.ALL + kill.ALL + load.ALL + store.ALL + access.ALL + watch.ALL + command.ALL + faults.ALL + framing.ALL + packed.ALL + page.ALL:
         if not chosen or test.__name__ in chosen:
             one(tally, test.__name__, test, build, checks)
     return tally.end()
