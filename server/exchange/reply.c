@@ -24,6 +24,14 @@ void reply_header(struct exchange *e, const char *name, const char *fmt, ...)
     e->headers++;
 }
 
+static bool has_header(const struct exchange *e, const char *name)
+{
+    for (int i = 0; i < e->headers; i++)
+        if (strcmp(e->header[i].name, name) == 0)
+            return true;
+    return false;
+}
+
 enum MHD_Result reply_response(struct exchange *e, int status, const char *type, struct MHD_Response *response)
 {
     if (!response)
@@ -34,6 +42,8 @@ enum MHD_Result reply_response(struct exchange *e, int status, const char *type,
     MHD_add_response_header(response, "X-Content-Type-Options", "nosniff");
     for (int i = 0; i < e->headers; i++)
         MHD_add_response_header(response, e->header[i].name, e->header[i].value);
+    if (atomic_load(&e->service->leaving) && !has_header(e, "Connection"))
+        MHD_add_response_header(response, "Connection", "close");
     if (e->begun && !e->status)
         metrics_http(&e->service->metrics, e->route_number, e->method, status);
     e->status = status;

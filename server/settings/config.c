@@ -1,5 +1,6 @@
 /* Reading settings: defaults, a file, flags, and whether they fit together. */
 #include "config.h"
+#include "inherit.h"
 #include "settings.h"
 
 #include <errno.h>
@@ -215,7 +216,7 @@ static bool adopt_credentials(struct config *c)
 static bool adopt_missing(struct config *c)
 {
     const char *pid = getenv("LISTEN_PID"), *state = getenv("STATE_DIRECTORY");
-    bool passed = pid && strtol(pid, NULL, 10) == (long)getpid();
+    bool passed = (pid && strtol(pid, NULL, 10) == (long)getpid()) || inherit_has("systemd");
     return (c->listen || adopt(c, "listen", passed ? "systemd" : "127.0.0.1:8080"))
         && (c->state || !state || !*state || strchr(state, ':') || adopt(c, "state", state)) && adopt_credentials(c);
 }

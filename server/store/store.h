@@ -23,9 +23,9 @@
 struct store;
 struct metrics;
 
-/* Locks the folder (made if missing), opens or makes the files, starts the writer.
+/* Locks the folder (made if missing; waiting so many seconds for another process that has it), opens or makes the files, starts the writer.
  * NULL with a reason in why: taken, newer, corrupt, not writable. */
-struct store *store_open(const char *folder, struct metrics *m, char *why, size_t size);
+struct store *store_open(const char *folder, double wait, struct metrics *m, char *why, size_t size);
 /* Results take at most so many bytes on disk (0: no limit); the number may change. Before
  * anything is submitted. */
 void store_limit(struct store *st, const atomic_long *cache_bytes);
