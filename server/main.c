@@ -38,6 +38,11 @@ struct parts {
     char **argv;              /* for reading the settings again */
 };
 
+/* Of a signal, for the log. */
+struct sender {
+    char pid[24], uid[24];
+};
+
 static void suspend(void *connection)
 {
     MHD_suspend_connection(connection);
@@ -143,7 +148,7 @@ static void hand_over(struct parts *p, const sigset_t *signals)
 }
 
 /* SIGUSR2: false where nobody could take over, and all stays as it is. */
-static bool start_successor(struct parts *p)
+static bool start_successor(struct parts *p, const struct sender *by)
 {
     char why[512], text[32];
     pid_t pid = successor_start(http_listeners(p->http), p->argv, why, sizeof why);
@@ -152,23 +157,27 @@ static bool start_successor(struct parts *p)
         log_event(LOG_L_ERROR, "no_successor", "reason", why, NULL);
         return false;
     }
-    log_event(LOG_L_INFO, "handing_over", "#successor", text, NULL);
+    log_event(LOG_L_AUDIT, "handing_over", "#successor", text, "#by_pid", by->pid, "#by_uid", by->uid, NULL);
     notify("MAINPID=%ld\nSTATUS=a successor takes over", (long)pid);
     return true;
 }
 
 /* SIGHUP: the limits, the tokens and the certificate anew. Settings that are wrong change nothing. */
-static void reload(struct parts *p)
+static void reload(struct parts *p, const struct sender *by)
 {
     struct service *sv = &p->service;
     struct config fresh;
-    char why[512], restart[512];
+    char why[512], restart[512], changed[512];
+    enum log_level level;
     notify("RELOADING=1\nMONOTONIC_USEC=%llu", notify_clock());
     if (config_read(&fresh, p->argc, p->argv, why, sizeof why) != CONFIG_OK) {
-        log_event(LOG_L_ERROR, "reload_refused", "reason", why, NULL);
+        log_event(LOG_L_ERROR, "reload_refused", "reason", why, "#by_pid", by->pid, "#by_uid", by->uid, NULL);
     } else {
-        config_take_live(&sv->config, &fresh, restart, sizeof restart);
-        log_event(LOG_L_INFO, "reloaded", "needs_restart", *restart ? restart : NULL, NULL);
+        config_take_live(&sv->config, &fresh, changed, restart, sizeof restart);
+        if (log_level_from_text(sv->config.log_level, &level))
+            log_set_level(level);
+        log_event(LOG_L_AUDIT, "reloaded", "changed", *changed ? changed : NULL, "needs_restart", *restart ? restart : NULL,
+                  "#by_pid", by->pid, "#by_uid", by->uid, NULL);
     }
     config_free(&fresh);
     http_renew(p->http);
@@ -181,12 +190,19 @@ static void reload(struct parts *p)
 static int wait_for_signal(struct parts *p, const sigset_t *set)
 {
     int number;
-    while (sigwait(set, &number) != 0 || number == SIGHUP || (number == SIGUSR2 && !start_successor(p)))
+    siginfo_t info;
+    struct sender by;
+    do {
+        while ((number = sigwaitinfo(set, &info)) < 0)
+            ;
+        snprintf(by.pid, sizeof by.pid, "%ld", (long)info.si_pid);
+        snprintf(by.uid, sizeof by.uid, "%ld", (long)info.si_uid);
         if (number == SIGHUP)
-            reload(p);
+            reload(p, &by);
+    } while (number == SIGHUP || (number == SIGUSR2 && !start_successor(p, &by)));
     if (number == SIGUSR2)
         return number;
-    log_event(LOG_L_INFO, "draining", "signal", strsignal(number), NULL);
+    log_event(LOG_L_AUDIT, "draining", "signal", strsignal(number), "#by_pid", by.pid, "#by_uid", by.uid, NULL);
     /* Once the supervisor asked for the end it waits as long as the running jobs may go on. */
     notify("STOPPING=1\nSTATUS=running jobs end\nEXTEND_TIMEOUT_USEC=%ld000000",
            atomic_load(&p->service.config.grace) + STORE_SECONDS + HTTP_SECONDS);

@@ -10,7 +10,6 @@
 #include "front.h"
 #include "listen.h"
 #include "tls.h"
-#include "peer.h"
 #include "log.h"
 #include "reply.h"
 #include "routes.h"
@@ -75,13 +74,7 @@ static void *on_request_line(void *cls, const char *uri, struct MHD_Connection *
     return e;
 }
 
-static const char *peer_of(struct MHD_Connection *connection, char text[PEER_TEXT])
-{
-    const union MHD_ConnectionInfo *info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
-    return peer_text(info ? info->client_addr : NULL, text);
-}
-
-static void log_exchange(const struct exchange *e, double seconds)
+static void log_exchange(struct exchange *e, double seconds)
 {
     bool probe = e->route && (e->route->get == handle_health || e->route->get == handle_ready || e->route->get == handle_metrics);
     enum log_level level = probe ? LOG_L_DEBUG : LOG_L_INFO;
@@ -91,7 +84,7 @@ static void log_exchange(const struct exchange *e, double seconds)
     snprintf(status, sizeof status, "%d", e->status);
     snprintf(took, sizeof took, "%.6f", seconds);
     log_event(level, "request", "request_id", e->request_id, "method", e->method,
-              "route", route_names[e->route_number], "peer", peer_of(e->connection, peer), "#status", status,
+              "route", route_names[e->route_number], "peer", exchange_peer(e, peer), "#status", status,
               "code", e->problem ? sga_code_text(e->problem) : NULL, "#seconds", took,
               "job", e->job ? job_id(e->job) : NULL, "token", e->account && *e->account->name ? e->account->name : NULL,
               "traceparent", *e->traceparent ? e->traceparent : NULL, NULL);

@@ -150,6 +150,9 @@ bool jobs_try_again(struct jobs *js, struct job *job);
 /* A worker tells that no child can be started for it (any more, or again). */
 void jobs_worker_unable(struct jobs *js, bool unable);
 
+/* For /metrics, of the accounts that have a name: 100 at most, the others together as "other". */
+void jobs_write_accounts(struct jobs *js, struct sga_buf *out);
+
 /* -- Ending -- */
 
 void jobs_drain(struct jobs *js);               /* no new jobs, no claims */

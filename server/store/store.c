@@ -117,6 +117,11 @@ unsigned long long store_free_bytes(struct store *st)
     return atomic_load(&st->free_bytes);
 }
 
+unsigned long long store_bytes(struct store *st, bool results)
+{
+    return store_place_bytes(st->folder, results ? "cache.db" : "queue.db");
+}
+
 void store_look(struct store *st)
 {
     struct store_place now;

@@ -37,6 +37,8 @@ void store_close(struct store *st);
 bool store_healthy(struct store *st);
 /* Bytes that can be written on the disk of the state, as of the last look at its place. */
 unsigned long long store_free_bytes(struct store *st);
+/* Of queue.db, or of cache.db (results), each with its log. Two system calls; any thread. */
+unsigned long long store_bytes(struct store *st, bool results);
 /* Tries a write of as many bytes as failed before: a disk that has room again is noticed. */
 void store_probe(struct store *st);
 /* Looks whether the state folder is still in its place: one system call. */

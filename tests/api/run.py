@@ -7,6 +7,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [HERE, os.path.dirname(HERE)]
 
 import access  # noqa: E402
+import audit  # noqa: E402
 import check  # noqa: E402
 import command  # noqa: E402
 import endpoints  # noqa: E402
@@ -51,7 +52,7 @@ def main():
                     tally.check(False, test.__name__, f"the daemon died with {d.process.returncode}: {d.errors()}")
                     d.start()
             tally.check(d.stop() == 0, "the daemon ends with 0", d.errors()[-500:])
-    for test in life.ALL + limits.ALL + isolation.ALL + kill.ALL + load.ALL + store.ALL + access.ALL + watch.ALL + command.ALL + faults.ALL + framing.ALL + packed.ALL + upgrade.ALL + page.ALL:
+    for test in life.ALL + limits.ALL + isolation.ALL + kill.ALL + load.ALL + store.ALL + access.ALL + audit.ALL + watch.ALL + command.ALL + faults.ALL + framing.ALL + packed.ALL + upgrade.ALL + page.ALL:
         if not chosen or test.__name__ in chosen:
             one(tally, test.__name__, test, build, checks)
     return tally.end()
