@@ -24,10 +24,17 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-enum { POOL = 2, CUT_MS = 1000, STOP_MS = 5000, BUSY_SECONDS = 2, LEAVE_LOOK_MS = 20, LEAVE_SURE = 5, LEAVE_REST_MS = 200 };
+enum { POOL = 2, CUT_MS = 1000, STOP_MS = 5000, BUSY_SECONDS = 2, LEAVE_LOOK_MS = 20, LEAVE_SURE = 5, LEAVE_REST_MS = 200, SPARE = 256 };     /* SPARE: connections that have been cut and are not closed yet */
+
+/* A listening socket, for the callbacks that come by it. */
+struct door {
+    struct service *service;
+    int number;
+};
 
 struct http {
     struct service *service;
+    struct door door[LISTEN_MOST];
     struct MHD_Daemon *daemon[LISTEN_MOST];      /* one for each listening socket */
     struct ticker ticker;
     bool ticks, quiet;                           /* the ticker runs; no connection is taken */
@@ -39,7 +46,8 @@ struct http {
 
 static void on_connection(void *cls, struct MHD_Connection *connection, void **ctx, enum MHD_ConnectionNotificationCode what)
 {
-    struct service *sv = cls;
+    const struct door *door = cls;
+    struct service *sv = door->service;
     if (what == MHD_CONNECTION_NOTIFY_CLOSED) {
         conn_remove(sv->conns, *ctx);
         *ctx = NULL;
@@ -47,7 +55,12 @@ static void on_connection(void *cls, struct MHD_Connection *connection, void **c
     }
     const union MHD_ConnectionInfo *fd = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
     bool secure = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_GNUTLS_SESSION) != NULL;
-    *ctx = conn_add(sv->conns, fd->connect_fd, secure, sga_now() + (double)sv->config.request_timeout);
+    const union MHD_ConnectionInfo *from = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
+    bool gave = false;
+    *ctx = conn_add(sv->conns, fd->connect_fd, secure, door->number, from ? from->client_addr : NULL,
+                    sga_now() + (double)sv->config.request_timeout, &gave);
+    if (gave)
+        metrics_add(&sv->metrics, METRIC_PLACES_GIVEN);
     if (!*ctx) {
         metrics_add(&sv->metrics, METRIC_LOST_CONNECTIONS);
         shutdown(fd->connect_fd, SHUT_RDWR);
@@ -244,9 +257,10 @@ static void log_library(void *cls, const char *fmt, va_list ap)
     log_event(LOG_L_DEBUG, "http_library", "message", text, NULL);
 }
 
-static struct MHD_Daemon *start_daemon(struct http *h, const struct listening *l)
+static struct MHD_Daemon *start_daemon(struct http *h, int number)
 {
     struct service *sv = h->service;
+    const struct listening *l = &h->listeners.at[number];
     bool secure = tls_on() && !l->local;
     unsigned flags = MHD_USE_POLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ITC | MHD_USE_ERROR_LOG;
     struct MHD_OptionItem tls[] = {
@@ -258,11 +272,10 @@ static struct MHD_Daemon *start_daemon(struct http *h, const struct listening *l
                             MHD_OPTION_EXTERNAL_LOGGER, log_library, NULL,
                             MHD_OPTION_LISTEN_SOCKET, l->fd,
                             MHD_OPTION_THREAD_POOL_SIZE, (unsigned)POOL,
-                            MHD_OPTION_CONNECTION_LIMIT, (unsigned)sv->config.connections,
-                            MHD_OPTION_PER_IP_CONNECTION_LIMIT, (unsigned)sv->config.address_connections,
+                            MHD_OPTION_CONNECTION_LIMIT, (unsigned)sv->config.connections + SPARE,
                             MHD_OPTION_CONNECTION_TIMEOUT, (unsigned)sv->config.idle_timeout,
                             MHD_OPTION_STRICT_FOR_CLIENT, 1,
-                            MHD_OPTION_NOTIFY_CONNECTION, on_connection, sv,
+                            MHD_OPTION_NOTIFY_CONNECTION, on_connection, &h->door[number],
                             MHD_OPTION_NOTIFY_COMPLETED, on_completed, sv,
                             MHD_OPTION_URI_LOG_CALLBACK, on_request_line, sv,
                             MHD_OPTION_ARRAY, secure ? tls : none,
@@ -288,11 +301,13 @@ struct http *http_open(struct service *sv, char *why, size_t size)
 
 bool http_start(struct http *h, char *why, size_t size)
 {
+    conns_limit(h->service->conns, &h->service->config.connections, &h->service->config.address_connections);
     for (int i = 0; i < h->listeners.count; i++) {
         const struct listening *l = &h->listeners.at[i];
         size_t used = strlen(h->url);
+        h->door[i] = (struct door){ h->service, i };
         snprintf(h->url + used, sizeof h->url - used, "%s%s", used ? ", " : "", l->url);
-        if (!(h->daemon[i] = start_daemon(h, l))) {
+        if (!(h->daemon[i] = start_daemon(h, i))) {
             snprintf(why, size, "the HTTP library did not start");
             return false;
         }

@@ -1,9 +1,14 @@
 /* Open connections, each with an absolute deadline for what it is doing: the HTTP library's
- * own timeout is for silence only, and never ends a client that drips a byte a second. */
+ * own timeout is for silence only, and never ends a client that drips a byte a second.
+ *
+ * Where as many are open as may be, from one address or at one listening socket (a door), the one that has been open longest of
+ * those with no request gives its place to the next: who holds connections keeps nobody out. */
 #ifndef SERVER_CONNS_H
 #define SERVER_CONNS_H
 
+#include <stdatomic.h>
 #include <stdbool.h>
+#include <sys/socket.h>
 
 struct conns;
 struct conn;
@@ -11,8 +16,12 @@ struct front;
 
 struct conns *conns_new(void);
 void conns_free(struct conns *cs);
-/* NULL when memory ends. The descriptor must stay open until conn_remove. secure: TLS is spoken. */
-struct conn *conn_add(struct conns *cs, int fd, bool secure, double deadline);
+/* How many may be open at a door, and from one address (0: no limit); the numbers may change. Before the first is added. */
+void conns_limit(struct conns *cs, const atomic_long *at_door, const atomic_long *from_address);
+/* from: the client's address; those of UNIX sockets are not told apart. NULL when memory ends, or all that are open have a
+ * request: then it is to be cut. *gave: whether another one gave its place. The descriptor must stay open until conn_remove. secure:
+ * TLS is spoken. Cost: where many are open, a walk over them. */
+struct conn *conn_add(struct conns *cs, int fd, bool secure, int door, const struct sockaddr *from, double deadline, bool *gave);
 void conn_remove(struct conns *cs, struct conn *c);
 /* What reads its bytes; NULL where the connection is. */
 struct front *conn_front(struct conn *c);

@@ -26,7 +26,8 @@
     X(EVICTED,           "results_evicted_total",         "Results dropped because they took too much room") \
     X(PRUNED,            "jobs_pruned_total",             "Ended jobs removed because of their age or number") \
     X(REAPED,            "connections_reaped_total",      "Connections cut at a deadline") \
-    X(LOST_CONNECTIONS,  "connections_refused_total",     "Connections refused for lack of memory")
+    X(PLACES_GIVEN,      "connections_displaced_total",   "Connections without a request that were cut for others, at the limits of an address or a listening socket") \
+    X(LOST_CONNECTIONS,  "connections_refused_total",     "Connections refused for lack of memory, or because all that may be open have a request")
 
 enum metrics_counter {
 #define X(sym, name, help) METRIC_##sym,

@@ -208,21 +208,40 @@ def isolated(build, c):
 
 
 def crowd_of_one(build, c):
-    """One address does not hold all connections."""
-    with Daemon(build, "--address-connections", "5") as d:
+    """One address does not hold all connections; of its own, those without a request give their place to the next."""
+    with Daemon(build, "--address-connections", "5", "--workers", "1") as d:
         held = []
         try:
             for _ in range(5):
                 held.append(socket.create_connection(("127.0.0.1", d.port), timeout=10))
                 held[-1].sendall(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n")
                 c(held[-1].recv(100).startswith(b"HTTP/1.1 200"), "within the limit")
+            for k in range(8):
+                c.status(d.get("/healthz"), 200, f"one more takes the place of one at rest: {k}")
+            ended = []
+            for s in held:
+                s.settimeout(0.3)
+                try:
+                    while piece := s.recv(4096):
+                        pass
+                    ended.append(True)
+                except OSError as e:
+                    ended.append(not isinstance(e, TimeoutError))
+            c(ended[0] and ended == sorted(ended, reverse=True), "those at rest are closed, the oldest first", ended)
+            id_ = d.ask("POST", "/v1/jobs", slow()).json()["id"]
+            for s in held:
+                s.close()
+            held = [socket.create_connection(("127.0.0.1", d.port), timeout=10) for _ in range(5)]
+            for s in held:
+                s.sendall(f"GET /v1/jobs/{id_} HTTP/1.1\r\nHost: localhost\r\nPrefer: wait=3\r\n\r\n".encode())
+            time.sleep(0.5)
             with socket.create_connection(("127.0.0.1", d.port), timeout=10) as more:
                 try:
                     more.sendall(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n")
                     out = more.recv(100)
                 except OSError:
                     out = b""
-                c(out == b"", "one more is closed", out)
+                c(out == b"", "where all have a request one more is closed", out)
         finally:
             for s in held:
                 s.close()
