@@ -53,17 +53,19 @@ static void on_connection(void *cls, struct MHD_Connection *connection, void **c
         *ctx = NULL;
         return;
     }
-    const union MHD_ConnectionInfo *fd = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
-    bool secure = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_GNUTLS_SESSION) != NULL;
-    const union MHD_ConnectionInfo *from = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
+    /* Each is read before the next is asked for: newer libraries give them all at one place. */
+    int fd = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
+    const union MHD_ConnectionInfo *info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_GNUTLS_SESSION);
+    void *session = info ? info->tls_session : NULL;
+    info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
     bool gave = false;
-    *ctx = conn_add(sv->conns, fd->connect_fd, secure, door->number, from ? from->client_addr : NULL,
+    *ctx = conn_add(sv->conns, fd, session, door->number, info ? info->client_addr : NULL,
                     sga_now() + (double)sv->config.request_timeout, &gave);
     if (gave)
         metrics_add(&sv->metrics, METRIC_PLACES_GIVEN);
     if (!*ctx) {
         metrics_add(&sv->metrics, METRIC_LOST_CONNECTIONS);
-        shutdown(fd->connect_fd, SHUT_RDWR);
+        shutdown(fd, SHUT_RDWR);
     }
 }
 

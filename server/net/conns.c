@@ -92,10 +92,10 @@ static bool make_room(struct conns *cs, const struct conn *c, bool *gave)
     return true;
 }
 
-struct conn *conn_add(struct conns *cs, int fd, bool secure, int door, const struct sockaddr *from, double deadline, bool *gave)
+struct conn *conn_add(struct conns *cs, int fd, void *session, int door, const struct sockaddr *from, double deadline, bool *gave)
 {
     struct conn *c = calloc(1, sizeof *c);
-    if (!c || !(c->front = front_open(fd, secure, c))) {
+    if (!c || !(c->front = front_open(fd, session, c))) {
         free(c);
         return NULL;
     }

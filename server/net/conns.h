@@ -19,9 +19,9 @@ void conns_free(struct conns *cs);
 /* How many may be open at a door, and from one address (0: no limit); the numbers may change. Before the first is added. */
 void conns_limit(struct conns *cs, const atomic_long *at_door, const atomic_long *from_address);
 /* from: the client's address; those of UNIX sockets are not told apart. NULL when memory ends, or all that are open have a
- * request: then it is to be cut. *gave: whether another one gave its place. The descriptor must stay open until conn_remove. secure:
- * TLS is spoken. Cost: where many are open, a walk over them. */
-struct conn *conn_add(struct conns *cs, int fd, bool secure, int door, const struct sockaddr *from, double deadline, bool *gave);
+ * request: then it is to be cut. *gave: whether another one gave its place. The descriptor must stay open until conn_remove.
+ * session: as front_open has it. Cost: where many are open, a walk over them. */
+struct conn *conn_add(struct conns *cs, int fd, void *session, int door, const struct sockaddr *from, double deadline, bool *gave);
 void conn_remove(struct conns *cs, struct conn *c);
 /* What reads its bytes; NULL where the connection is. */
 struct front *conn_front(struct conn *c);

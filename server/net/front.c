@@ -18,6 +18,7 @@
 
 struct front {
     struct conn *conn;
+    gnutls_session_t session;
     int fd;
     bool secure, refused, last, gone;      /* last: no byte after what was handed on counts; gone: our side has ended */
     struct framing framing;
@@ -56,14 +57,15 @@ bool front_start(front_refuse *how, void *cls, char *why, size_t size)
     return by_fd != NULL;
 }
 
-struct front *front_open(int fd, bool secure, struct conn *conn)
+struct front *front_open(int fd, void *session, struct conn *conn)
 {
     struct front *f = (size_t)fd < descriptors ? calloc(1, sizeof *f) : NULL;
     if (!f)
         return NULL;
     f->conn = conn;
     f->fd = fd;
-    f->secure = secure;
+    f->session = session;
+    f->secure = session != NULL;
     framing_init(&f->framing);
     atomic_store(&by_fd[fd], f);
     return f;
@@ -197,5 +199,5 @@ ssize_t gnutls_record_recv(gnutls_session_t session, void *data, size_t n)
     struct front *f = front_of(gnutls_transport_get_int(session));
     if (!library_record_recv)
         *(void **)&library_record_recv = dlsym(RTLD_NEXT, "gnutls_record_recv");
-    return f && f->secure ? take(f, session, data, n, 0) : library_record_recv(session, data, n);
+    return f && f->session == session ? take(f, session, data, n, 0) : library_record_recv(session, data, n);
 }

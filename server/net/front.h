@@ -24,8 +24,8 @@ typedef size_t front_refuse(void *cls, struct conn *conn, int fd, bool head_requ
 bool front_start(front_refuse *refuse, void *cls, char *why, size_t size);
 
 /* A connection, from before its first byte until before its descriptor is closed; all of it on the thread that serves the
- * connection. NULL when memory ends: then it is to be cut. */
-struct front *front_open(int fd, bool secure, struct conn *conn);
+ * connection. session: of GnuTLS, NULL where TLS is not spoken. NULL when memory ends: then it is to be cut. */
+struct front *front_open(int fd, void *session, struct conn *conn);
 void front_close(struct front *f);      /* NULL is allowed */
 /* A request begins. False: its head did not come by here. */
 bool front_begin(struct front *f);
