@@ -9,7 +9,8 @@
 #   make lint     clang's warnings, gcc's analyzer where bytes from outside are read
 #   make coverage [SUITES="unit cases"]     which lines the tests come by, by folder
 #   make mutants [FOLDERS="sga traj"] [MUTANTS=40]     small errors put into the code: which ones no test sees
-#   make kill-test [ROUNDS=100]    kill -9 at random moments, nothing accepted is lost
+#   make kill-test [ROUNDS=1000]   kill -9 at random moments, nothing accepted is lost
+#   make faults-test [TURNS=20] [IMAGES=300]   tests of the API with one call after the other failing; losses of power
 #   make many-test [REQUESTS=100000]   no loss, duplicate or mix-up
 #   make order-test [SEEDS=20]         the corpus in other words, each case with so many seeds
 #   make soak-test [SECONDS=600]       memory does not grow
@@ -107,7 +108,7 @@ SERVER_OBJ := $(SERVER_SRC:%.c=$(B)/%.o) $(B)/server/embedded.o $(B)/server/page
 # daemon does; it needs no JSON library. A tradeoff is shown by the same code too.
 CLIENT_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard clients/*.c)) $(addprefix $(B)/server/,tools/json_scan.o formats/code_view.o formats/tradeoff_view.o formats/view.o)
 
-.PHONY: all lib python shared install uninstall FORCE run test quick units lint coverage mutants unit bench kill-test many-test order-test soak-test fuzz fuzz-build clean deps check-deps
+.PHONY: all lib python shared install uninstall FORCE run test quick units lint coverage mutants unit bench kill-test faults-test many-test order-test soak-test fuzz fuzz-build clean deps check-deps
 all: $(B)/sgad $(B)/sga $(B)/libsga.a
 lib: $(B)/libsga.a
 # The Python client as a wheel, by the standard library alone.
@@ -285,10 +286,16 @@ mutants: deps
 bench: deps
 	@$(MAKE) --no-print-directory all
 	@tests/bench/run $(B)
-# The daemon killed a hundred times while clients post; the history they saw is checked.
+# The daemon killed a thousand times while clients post; the history they saw is checked.
 kill-test: deps
 	@$(MAKE) --no-print-directory all
-	@PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 tests/api/kill.py $(B) $(or $(ROUNDS),100)
+	@PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 tests/api/kill.py $(B) $(or $(ROUNDS),1000)
+# Tests of the API with one write, sync, open, process, allocation, look at the clock or line of the log after the other failing (TURNS
+# of each for each test; 0: all); and disks as losses of power leave them.
+faults-test: deps
+	@$(MAKE) --no-print-directory all
+	@PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 tests/api/power.py $(B) $(or $(IMAGES),300)
+	@PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 tests/api/turns.py $(B) $(or $(TURNS),20)
 # A hundred thousand requests with no loss, duplicate or mix-up; a long time in which memory
 # does not grow.
 many-test: deps
