@@ -84,12 +84,13 @@ DEPS_store     := records tools base
 DEPS_child     := settings run base
 DEPS_jobs      := child store records settings tools base
 DEPS_access    := jobs store records settings tools base
-DEPS_net       := settings
+DEPS_framing   := base
+DEPS_net       := framing settings base
 DEPS_exchange  := child net access jobs store records settings tools run base
 DEPS_handlers  := formats export exchange net access jobs store records settings tools run base
 DEPS_http      := handlers exchange net access jobs store records settings tools base
 DEPS_admin     := access store records settings tools
-SERVER_FLOORS := tools settings formats records store child jobs access net exchange handlers http admin
+SERVER_FLOORS := tools settings formats records store child jobs access framing net exchange handlers http admin
 SERVER_DEPS := $(SERVER_FLOORS) run base
 CLIENT_DEPS := formats tools run plot export base
 
@@ -97,7 +98,7 @@ CLIENT_DEPS := formats tools run plot export base
 quote = $(foreach d,$(1),-iquote $(if $(filter $(d),$(SERVER_FLOORS)),server,lib)/$(d))
 
 LIBS := -lflint-arb -lflint -lmpfr -lgmp -lklu -lamd -lcolamd -lbtf -lsuitesparseconfig -lgsl -lgslcblas -ljansson -lm
-SERVER_LIBS := -lmicrohttpd -lsqlite3 -lgnutls -lseccomp -lpthread
+SERVER_LIBS := -lmicrohttpd -lsqlite3 -lgnutls -lseccomp -lz -lpthread
 CLIENT_LIBS := -lgnutls
 
 LIB_SRC := $(foreach f,$(FLOORS),$(wildcard lib/$(f)/*.c))
@@ -223,11 +224,11 @@ UNIT_BIN := $(UNIT_SRC:tests/unit/%.c=$(B)/unit/%)
 # FLOOR_memory.c stands between the code and malloc, to let allocations fail.
 FAILING := -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc
 floor_of = $(firstword $(subst _, ,$(notdir $(1))))
-floor_obj = $(foreach d,$(1) $(DEPS_$(1)),$(patsubst %.c,$(B)/%.o,$(wildcard lib/$(d)/*.c))) $(if $(filter run,$(1)),$(B)/lib/run/version.o)
+floor_obj = $(foreach d,$(1) $(DEPS_$(1)),$(patsubst %.c,$(B)/%.o,$(wildcard lib/$(d)/*.c server/$(d)/*.c))) $(if $(filter run,$(1)),$(B)/lib/run/version.o)
 define unit_rules
 $(B)/unit/$(notdir $(basename $(1))): $(1) $(call floor_obj,$(call floor_of,$(1)))
 	@mkdir -p $$(@D)
-	$(Q)$(CC) $(ALL_CFLAGS) -iquote tests/unit $(foreach d,$(call floor_of,$(1)) $(DEPS_$(call floor_of,$(1))),-iquote lib/$(d)) -o $$@ $(1) $(call floor_obj,$(call floor_of,$(1))) $(LIBS) $(if $(findstring _memory,$(1)),$(FAILING))
+	$(Q)$(CC) $(ALL_CFLAGS) -iquote tests/unit $(call quote,$(call floor_of,$(1)) $(DEPS_$(call floor_of,$(1)))) -o $$@ $(1) $(call floor_obj,$(call floor_of,$(1))) $(LIBS) $(if $(findstring _memory,$(1)),$(FAILING))
 endef
 $(foreach u,$(wildcard tests/unit/*.c),$(eval $(call unit_rules,$(u))))
 units: $(UNIT_BIN)

@@ -7,6 +7,7 @@
 #include "run.h"
 #include "store.h"
 
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -74,9 +75,8 @@ enum MHD_Result handle_code(struct exchange *e)
         return rc;
     char etag[sizeof f->etag + 16];
     snprintf(etag, sizeof etag, "%.*s-%s\"", (int)strlen(f->etag) - 1, f->etag, export_language_name(l));
-    reply_header(e, "ETag", "%s", etag);
     reply_header(e, "Cache-Control", "no-cache");
-    if (!reply_matches(e, etag))
+    if (!reply_tag(e, etag, SIZE_MAX, ""))
         return write_code(e, f, l);
     finished_unref(f);
     return reply_empty(e, 304);
