@@ -3,6 +3,8 @@ import contextlib
 import http.server
 import json
 import os
+import pty
+import re
 import signal
 import subprocess
 import threading
@@ -229,4 +231,48 @@ def command_proxies(build, c):
             c(r.returncode == 1 and "is no address" in r.stderr, f"{address} is no address", r)
 
 
-ALL = [command_proxies, command_plots, command_jobs, command_checks, command_interrupt]
+def on_terminal(command, env, until_shown=None):
+    """Standard error as a terminal gets it; SIGINT once `until_shown` stands there. (exit status, standard output, text)"""
+    ours, theirs = pty.openpty()
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=theirs, env=env, start_new_session=True) as p:
+        os.close(theirs)
+        text = b""
+        while True:
+            try:
+                piece = os.read(ours, 4096)
+            except OSError:      # the other side is gone
+                piece = b""
+            if not piece:
+                break
+            text += piece
+            if until_shown and re.search(until_shown, text):
+                p.send_signal(signal.SIGINT)
+                until_shown = None
+        os.close(ours)
+        return p.wait(60), p.stdout.read().decode(), text.decode()
+
+
+def command_progress(build, c):
+    """A line with share and time left, on a terminal alone, erased at the end."""
+    line = rb"\rtrajectory, (\d+) %, \d+ s, about \d+ (?:s|min|h) left"
+    with Daemon(build, "--workers", "1") as d:
+        sga = Sga(build, d)
+        status, out, text = on_terminal([sga.program, "solve", sga.file(slow()), "--server", d.url()], sga.env, line)
+        c(status == 130 and not out and re.search(line.decode(), text), "progress there: the line", text[-300:])
+        c(re.search(r"left *\r +\rsga: interrupted; the job \S+ was cancelled\r\n$", text), "progress there: erased before what is said", text[-300:])
+        one = d.ask("POST", "/v1/jobs", slow()).json()["id"]
+        status, out, text = on_terminal([sga.program, "wait", one, "--wait", "4", "--server", d.url()], sga.env)
+        c(status == 1 and "\rtrajectory, " in text and re.search(r"\r +\rsga: the job has not ended yet", text), "progress of wait", text[-300:])
+        d.ask("DELETE", "/v1/jobs/" + one)
+        long = {**slow(), "limits": {"seconds": 3}}
+        status, out, text = on_terminal([sga.program, "solve", sga.file(long), "--json"], sga.env)
+        shown = [int(s) for s in re.findall(r"\rtrajectory, (\d+) %", text)]
+        c(status in (0, 1) and out and len(shown) > 2 and shown == sorted(shown) and 50 <= shown[0] < shown[-1] < 100, "progress here: never back", text[-300:])
+        c("left" in text and re.search(r"\r +\r(sga: [^\r]*\r\n)?$", text), "progress here: erased", text[-300:])
+        status, out, text = on_terminal([sga.program, "solve", sga.file(trivial()), "--json"], sga.env)
+        c(status == 0 and not text, "no progress of what is short", text)
+        r = sga("solve", sga.file(long), "--json", server=False)
+        c("%" not in r.stderr and "\r" not in r.stderr, "no progress off a terminal", r.stderr)
+
+
+ALL = [command_progress, command_proxies, command_plots, command_jobs, command_checks, command_interrupt]
