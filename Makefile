@@ -99,7 +99,7 @@ quote = $(foreach d,$(1),-iquote $(if $(filter $(d),$(SERVER_FLOORS)),server,lib
 
 LIBS := -lflint-arb -lflint -lmpfr -lgmp -lklu -lamd -lcolamd -lbtf -lsuitesparseconfig -lgsl -lgslcblas -ljansson -lm
 SERVER_LIBS := -lmicrohttpd -lsqlite3 -lgnutls -lseccomp -lz -lpthread
-CLIENT_LIBS := -lgnutls
+CLIENT_LIBS := -lcurl
 
 LIB_SRC := $(foreach f,$(FLOORS),$(wildcard lib/$(f)/*.c))
 LIB_OBJ := $(LIB_SRC:%.c=$(B)/%.o) $(B)/lib/run/version.o
