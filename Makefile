@@ -105,7 +105,7 @@ SERVER_SRC := server/main.c $(foreach f,$(SERVER_FLOORS),$(wildcard server/$(f)/
 SERVER_OBJ := $(SERVER_SRC:%.c=$(B)/%.o) $(B)/server/embedded.o $(B)/server/page_files.o
 # The client takes results apart with the daemon's JSON scanner, and writes problems as the
 # daemon does; it needs no JSON library. A tradeoff is shown by the same code too.
-CLIENT_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard clients/*.c)) $(addprefix $(B)/server/,tools/json_scan.o formats/code_view.o formats/tradeoff_view.o formats/view.o)
+CLIENT_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard clients/*.c)) $(addprefix $(B)/server/,tools/json_scan.o tools/json_string.o) $(patsubst %.c,$(B)/%.o,$(wildcard server/formats/*.c))
 
 .PHONY: all lib python shared install uninstall FORCE run test quick units lint coverage mutants unit bench kill-test many-test order-test soak-test fuzz fuzz-build clean deps check-deps
 all: $(B)/sgad $(B)/sga $(B)/libsga.a

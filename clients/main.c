@@ -48,7 +48,7 @@ static int print_code(const struct arguments *args, const struct answer *a, stru
     bool ok = code_view(request, result, (struct code_origin){ "(none: sga code)", sga_version() }, export_language_find(args->language), &out, &err);
     if (!ok)
         fprintf(stderr, "sga: %s: %s\n", sga_code_text(err.code), err.detail);
-    int status = ok ? show_text(&out) : FAILED;
+    int status = ok && show_open(args) ? show_text(&out) : FAILED;
     sga_buf_free(&out);
     return status;
 }

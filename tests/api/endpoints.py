@@ -5,6 +5,8 @@ import hashlib
 import json
 import os
 import re
+import subprocess
+import tempfile
 import time
 import xml.etree.ElementTree as ElementTree
 
@@ -138,7 +140,8 @@ def listing(d, c):
 
 
 def trajectory(d, c):
-    job_ = d.ask("POST", "/v1/solve", moving(samples=7)).json()
+    asked = moving(samples=7)
+    job_ = d.ask("POST", "/v1/solve", asked).json()
     path = f"/v1/jobs/{job_['id']}/trajectory"
     t = job_["result"]["trajectory"]
     a = d.get(path)
@@ -156,6 +159,23 @@ def trajectory(d, c):
     c(b.headers["content-type"].startswith("application/json"), "trajectory: qualities of Accept", b.headers)
     etag = a.headers.get("etag", "")
     c(etag and d.get(path, If_None_Match=etag).status == 304, "trajectory: 304")
+    tags = {etag}
+    for form, type_, start in (("npy", "application/x-npy", b"\x93NUMPY"), ("mat", "application/x-matlab-data", b"MATLAB 5.0 MAT-file"), ("svg", "image/svg+xml", b"<?xml")):
+        with tempfile.TemporaryDirectory() as folder:
+            file = os.path.join(folder, "request.json")
+            with open(file, "w", encoding="utf-8") as f:
+                json.dump(asked, f)
+            made = subprocess.run([os.path.join(d.build, "sga"), "solve", file, f"--{form}"], capture_output=True, check=False).stdout
+        for label, b in (("Accept", d.get(path, Accept=type_)), ("format", d.get(path + "?format=" + form))):
+            c(b.status == 200 and b.headers.get("content-type") == type_, f"{form} by {label}: media type", b.headers)
+            c(b.body == made and made.startswith(start), f"{form} by {label}: what the command makes", b.body[:100])
+            tags.add(b.headers["etag"])
+    c(len(tags) == 4, "trajectory: a tag for each form", tags)
+    chosen = d.get(path + "?format=svg&x=x&columns=y")
+    c(chosen.status == 200 and chosen.body.count(b"<polyline") == 1, "svg: columns", chosen.body[:200])
+    c("no column q" in c.problem(d.get(path + "?format=svg&columns=y,q"), 400, "bad_request", "svg: no such column").get("detail", ""), "svg: which columns there are")
+    c.problem(d.get(path + "?format=npy&columns=y"), 400, "bad_request", "npy: columns")
+    c.problem(d.get(path + "?format=png"), 400, "bad_request", "trajectory: png")
     c.problem(d.get(path, Accept="image/png"), 406, "not_acceptable", "trajectory: image")
     none = d.ask("POST", "/v1/solve", trivial()).json()
     c.problem(d.get(f"/v1/jobs/{none['id']}/trajectory"), 409, "no_trajectory", "trajectory: not asked for")
