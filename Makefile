@@ -96,11 +96,11 @@ CLIENT_DEPS := formats tools run plot export base
 quote = $(foreach d,$(1),-iquote $(if $(filter $(d),$(SERVER_FLOORS)),server,lib)/$(d))
 
 LIBS := -lflint-arb -lflint -lmpfr -lgmp -lklu -lamd -lcolamd -lbtf -lsuitesparseconfig -lgsl -lgslcblas -ljansson -lm
-SERVER_LIBS := -lmicrohttpd -lsqlite3 -lgnutls -lseccomp -lpthread
-CLIENT_LIBS := -lgnutls
+SERVER_LIBS := -lz -lmicrohttpd -lsqlite3 -lgnutls -lseccomp -lpthread
+CLIENT_LIBS := -lz -lgnutls
 
 LIB_SRC := $(foreach f,$(FLOORS),$(wildcard lib/$(f)/*.c))
-LIB_OBJ := $(LIB_SRC:%.c=$(B)/%.o) $(B)/lib/run/version.o
+LIB_OBJ := $(LIB_SRC:%.c=$(B)/%.o) $(B)/lib/run/version.o $(B)/lib/export/fmu_runtime.o
 SERVER_SRC := server/main.c $(foreach f,$(SERVER_FLOORS),$(wildcard server/$(f)/*.c))
 SERVER_OBJ := $(SERVER_SRC:%.c=$(B)/%.o) $(B)/server/embedded.o $(B)/server/page_files.o
 # The client takes results apart with the daemon's JSON scanner, and writes problems as the
@@ -163,6 +163,13 @@ $(B)/lib/run/version.c: lib/run/version.sh Makefile $(ANSWERS)
 $(B)/lib/run/version.o: $(B)/lib/run/version.c
 	$(Q)$(CC) $(ALL_CFLAGS) -iquote lib/face -c $< -o $@
 
+# The C that every FMU has, as a text of the program.
+$(B)/lib/export/fmu_runtime.c: lib/export/fmu_runtime.c.in
+	@mkdir -p $(@D)
+	@{ echo '#include "fmu_parts.h"'; echo 'const char fmu_runtime[] ='; sed -e 's/\\/\\\\/g' -e 's/"/\\"/g' -e 's/^/"/' -e 's/$$/\\n"/' $<; echo ';'; } > $@
+$(B)/lib/export/fmu_runtime.o: $(B)/lib/export/fmu_runtime.c lib/export/fmu_parts.h
+	$(Q)$(CC) $(ALL_CFLAGS) -iquote lib/export -iquote lib/expr -iquote lib/base -c $< -o $@
+
 $(B)/libsga.a: $(LIB_OBJ)
 	@rm -f $@
 	$(Q)ar rcs $@ $^
@@ -222,7 +229,7 @@ UNIT_BIN := $(UNIT_SRC:tests/unit/%.c=$(B)/unit/%)
 # FLOOR_memory.c stands between the code and malloc, to let allocations fail.
 FAILING := -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc
 floor_of = $(firstword $(subst _, ,$(notdir $(1))))
-floor_obj = $(foreach d,$(1) $(DEPS_$(1)),$(patsubst %.c,$(B)/%.o,$(wildcard lib/$(d)/*.c))) $(if $(filter run,$(1)),$(B)/lib/run/version.o)
+floor_obj = $(foreach d,$(1) $(DEPS_$(1)),$(patsubst %.c,$(B)/%.o,$(wildcard lib/$(d)/*.c))) $(if $(filter run,$(1)),$(B)/lib/run/version.o) $(if $(filter export,$(1)),$(B)/lib/export/fmu_runtime.o)
 define unit_rules
 $(B)/unit/$(notdir $(basename $(1))): $(1) $(call floor_obj,$(call floor_of,$(1)))
 	@mkdir -p $$(@D)

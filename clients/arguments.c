@@ -6,7 +6,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "export.h"
+#include "code_view.h"
 
 const char arguments_usage[] =
     "usage: sga solve FILE [--server URL] [--ca FILE] [--json | --text | --csv | --svg | --npy | --mat]\n"
@@ -28,7 +28,7 @@ const char arguments_usage[] =
     "\n"
     "code solves a request, and prints constraints, reduced field, gauge fields, Jacobian and\n"
     "a projection as source: --language c, python, matlab, julia, casadi, modelica, or as\n"
-    "formulas in print: latex, mathml.\n"
+    "formulas in print: latex, mathml, or as a source FMU of FMI 3.0: fmu.\n"
     "\n"
     "check reads a request, runs nothing, and says all that is wrong with it.\n"
     "\n"
@@ -171,7 +171,9 @@ static int check_together(const struct arguments *args)
         return bad_usage(commands[args->command].name, " needs --server URL, or the variable SGA_SERVER");
     if (args->command == CODE && !args->language)
         return bad_usage("code needs --language", "");
-    return !args->language || export_language_find(args->language) != EXPORT_LANGUAGES ? DONE : bad_usage("unknown language ", args->language);
+    if (args->language && strcmp(args->language, "fmu") == 0 && !args->output && isatty(STDOUT_FILENO))
+        return bad_usage("an archive is nothing for a terminal: add --output FILE", "");
+    return !args->language || code_format_find(args->language) != CODE_FORMATS ? DONE : bad_usage("unknown language ", args->language);
 }
 
 int arguments_read(int argc, char **argv, struct arguments *args)

@@ -15,6 +15,7 @@
     X("/v1/jobs/*/trajectory", SCOPE_READ, handle_trajectory, NULL,            NULL, "format columns x") \
     X("/v1/jobs/*/tradeoff",   SCOPE_READ, handle_tradeoff,   NULL,            NULL, "format") \
     X("/v1/jobs/*/code",       SCOPE_READ, handle_code,       NULL,            NULL, "language") \
+    X("/v1/jobs/*/fmu",        SCOPE_READ, handle_fmu,        NULL,            NULL, "") \
     X("/healthz",              0,          handle_health,     NULL,            NULL, "") \
     X("/readyz",               0,          handle_ready,      NULL,            NULL, "") \
     X("/metrics",              SCOPE_READ, handle_metrics,    NULL,            NULL, "") \

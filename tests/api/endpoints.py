@@ -2,6 +2,7 @@
 import csv
 import glob
 import hashlib
+import io
 import json
 import os
 import re
@@ -9,6 +10,7 @@ import subprocess
 import tempfile
 import time
 import xml.etree.ElementTree as ElementTree
+import zipfile
 
 import schemas
 from common import moving, trivial
@@ -309,6 +311,14 @@ def code(d, c):
     request = {"system": {"form": "equations", "variables": ["x"], "equations": ["x' = -x"]}, "want": ["index"]}
     none = d.ask("POST", "/v1/solve", request).json()
     c.problem(d.get(f"/v1/jobs/{none['id']}/code?language=c"), 409, "no_code", "code without a field")
+    a, b = d.get(path.replace("/code", "/fmu")), d.get(path + "?language=fmu")
+    with zipfile.ZipFile(io.BytesIO(a.body)) as z:
+        described = z.read("modelDescription.xml").decode()
+    c(a.status == 200 and a.headers["content-type"] == "application/zip" and "sga_model.fmu" in a.headers.get("content-disposition", ""), "fmu: media type", a.headers)
+    c(job_["id"] in described and b.body == a.body and b.headers["etag"] == a.headers["etag"], "fmu: names its job, and is one", described[:300])
+    c(d.get(path.replace("/code", "/fmu"), If_None_Match=a.headers["etag"]).status == 304, "fmu: ETag")
+    c.problem(d.get(path.replace("/code", "/fmu?language=c")), 400, "bad_request", "fmu: no query")
+    c.problem(d.get(f"/v1/jobs/{none['id']}/fmu"), 409, "no_code", "fmu without a field")
 
 
 ALL = [code, about, metrics, job, cache, waiting, listing, trajectory, sweep, tradeoff, conditional, events, examples]
