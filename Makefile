@@ -99,15 +99,15 @@ quote = $(foreach d,$(1),-iquote $(if $(filter $(d),$(SERVER_FLOORS)),server,lib
 
 LIBS := -lflint-arb -lflint -lmpfr -lgmp -lklu -lamd -lcolamd -lbtf -lsuitesparseconfig -lgsl -lgslcblas -ljansson -lm
 SERVER_LIBS := -lmicrohttpd -lsqlite3 -lgnutls -lseccomp -lz -lpthread
-CLIENT_LIBS := -lcurl
+CLIENT_LIBS := -lz -lcurl
 
 LIB_SRC := $(foreach f,$(FLOORS),$(wildcard lib/$(f)/*.c))
-LIB_OBJ := $(LIB_SRC:%.c=$(B)/%.o) $(B)/lib/run/version.o
+LIB_OBJ := $(LIB_SRC:%.c=$(B)/%.o) $(B)/lib/run/version.o $(B)/lib/export/fmu_runtime.o
 SERVER_SRC := server/main.c $(foreach f,$(SERVER_FLOORS),$(wildcard server/$(f)/*.c))
 SERVER_OBJ := $(SERVER_SRC:%.c=$(B)/%.o) $(B)/server/embedded.o $(B)/server/page_files.o
 # The client takes results apart with the daemon's JSON scanner, and writes problems as the
 # daemon does; it needs no JSON library. A tradeoff is shown by the same code too.
-CLIENT_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard clients/*.c)) $(addprefix $(B)/server/,tools/json_scan.o formats/code_view.o formats/tradeoff_view.o formats/view.o)
+CLIENT_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard clients/*.c)) $(addprefix $(B)/server/,tools/json_scan.o tools/json_string.o) $(patsubst %.c,$(B)/%.o,$(wildcard server/formats/*.c))
 
 .PHONY: all lib python shared install uninstall FORCE run test quick units lint coverage mutants unit bench kill-test faults-test many-test order-test soak-test fuzz fuzz-build clean deps check-deps
 all: $(B)/sgad $(B)/sga $(B)/libsga.a
@@ -164,6 +164,13 @@ $(B)/lib/run/version.c: lib/run/version.sh Makefile $(ANSWERS)
 	@sh lib/run/version.sh $(VERSION) $(ANSWERS) > $@
 $(B)/lib/run/version.o: $(B)/lib/run/version.c
 	$(Q)$(CC) $(ALL_CFLAGS) -iquote lib/face -c $< -o $@
+
+# The C that every FMU has, as a text of the program.
+$(B)/lib/export/fmu_runtime.c: lib/export/fmu_runtime.c.in
+	@mkdir -p $(@D)
+	@{ echo '#include "fmu_parts.h"'; echo 'const char fmu_runtime[] ='; sed -e 's/\\/\\\\/g' -e 's/"/\\"/g' -e 's/^/"/' -e 's/$$/\\n"/' $<; echo ';'; } > $@
+$(B)/lib/export/fmu_runtime.o: $(B)/lib/export/fmu_runtime.c lib/export/fmu_parts.h
+	$(Q)$(CC) $(ALL_CFLAGS) -iquote lib/export -iquote lib/expr -iquote lib/base -c $< -o $@
 
 $(B)/libsga.a: $(LIB_OBJ)
 	@rm -f $@
@@ -224,7 +231,7 @@ UNIT_BIN := $(UNIT_SRC:tests/unit/%.c=$(B)/unit/%)
 # FLOOR_memory.c stands between the code and malloc, to let allocations fail.
 FAILING := -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc
 floor_of = $(firstword $(subst _, ,$(notdir $(1))))
-floor_obj = $(foreach d,$(1) $(DEPS_$(1)),$(patsubst %.c,$(B)/%.o,$(wildcard lib/$(d)/*.c server/$(d)/*.c))) $(if $(filter run,$(1)),$(B)/lib/run/version.o)
+floor_obj = $(foreach d,$(1) $(DEPS_$(1)),$(patsubst %.c,$(B)/%.o,$(wildcard lib/$(d)/*.c server/$(d)/*.c))) $(if $(filter run,$(1)),$(B)/lib/run/version.o) $(if $(filter export,$(1)),$(B)/lib/export/fmu_runtime.o)
 define unit_rules
 $(B)/unit/$(notdir $(basename $(1))): $(1) $(call floor_obj,$(call floor_of,$(1)))
 	@mkdir -p $$(@D)
