@@ -84,26 +84,20 @@ static struct step *add_constraint(struct derivation *d, int i, const char *basi
     return p;
 }
 
-static void use_earlier(struct derivation *d, struct step *p, int i)
-{
-    const struct sga_constraint *c = d->j->solution->constraint;
-    for (int k = 0; k < i && c[k].generation < c[i].generation; k++)
-        steps_use(&d->steps, p, d->found[k]);
-}
-
 /* The sum of a constraint that stands for another function, told once. */
-static int insert(struct derivation *d, int i, const struct derivation_terms *t, expr_id leaves, bool reduced)
+static int insert(struct derivation *d, int i, const struct derivation_terms *t, expr_id leaves)
 {
     SGA_ENDS(sga_buf_free) struct sga_buf text = { 0 };
     const struct sga_constraint *c = d->j->solution->constraint + i;
+    bool identity = derivation_sum_is(d, t, leaves);
     derivation_terms_text(d, t, &text);
-    if (reduced)
-        sga_buf_puts(&text, ", on the constraints of the generations before");
-    struct step *p = steps_add(&d->steps, STEP_INSERT, c->generation, reduced ? "on_constraints" : "identity", text.data);
+    if (!identity)
+        sga_buf_puts(&text, ", on the constraints so far");
+    struct step *p = steps_add(&d->steps, STEP_INSERT, c->generation, "identity", text.data);
     derivation_use_terms(d, p, t);
     steps_line(&d->steps, p, leaves, zero(d));
-    if (reduced)
-        use_earlier(d, p, i);
+    if (!identity)
+        derivation_on_constraints(d, p, i);
     return d->insert[i] = d->steps.count;
 }
 
@@ -121,6 +115,8 @@ static int branch(struct derivation *d, int i, int from)
     }
     struct step *p = steps_add(&d->steps, STEP_BRANCH, sol->constraint[i].generation, "branch", text.data);
     steps_use(&d->steps, p, from);
+    for (int k = 0; k < i; k++)
+        steps_use(&d->steps, p, d->found[k]);
     steps_line(&d->steps, p, d->xi[i], zero(d));
     return d->steps.count;
 }
@@ -131,6 +127,8 @@ static void tell_restriction(struct derivation *d, int i)
     struct step *p = add_constraint(d, i, c->replaced ? "same_zeros" : "given", "a restriction holds from the start");
     if (c->restriction >= 0 && c->restriction < d->j->request->system.restrictions)
         steps_use(&d->steps, p, d->restricted[c->restriction]);
+    for (int k = 0; k < i && c->replaced; k++)
+        steps_use(&d->steps, p, d->found[k]);
     for (int k = 0; k < d->j->solution->specials && (c->restriction < 0 || c->restriction >= d->j->request->system.restrictions); k++)
         steps_use(&d->steps, p, d->special[k]);
 }
@@ -143,7 +141,6 @@ static void tell_constraint(struct derivation *d, int i)
         tell_restriction(d, i);
         return;
     }
-    bool reduced = j->texts->reduced && j->texts->reduced[i];
     int twin = same_sum(d, i), from = twin >= 0 ? d->insert[twin] : 0;
     struct printed_sum printed = printed_sum(j, i);
     struct derivation_terms t = { 0 };
@@ -151,9 +148,9 @@ static void tell_constraint(struct derivation *d, int i)
     if (!from) {
         struct derivation_sum sum = { c->part, c->parts, c->parts && c->part[0].row >= 0, printed.divisor, c->generation, c->epoch, INT_MAX };
         t = derivation_sum_terms(d, &sum);
-        plain = is_plain(d, &t) && !reduced && !printed.stands_for;
+        plain = is_plain(d, &t) && !printed.stands_for && derivation_sum_is(d, &t, d->xi[i]);
         if (!plain)
-            from = insert(d, i, &t, printed.stands_for ? derivation_sheet_copy(&d->sheet, printed_normal(j, c->replaced)) : d->xi[i], reduced && !printed.stands_for);
+            from = insert(d, i, &t, printed.stands_for ? derivation_sheet_copy(&d->sheet, printed_normal(j, c->replaced)) : d->xi[i]);
     } else {
         d->insert[i] = from;
     }
@@ -169,8 +166,8 @@ static void tell_constraint(struct derivation *d, int i)
         derivation_use_terms(d, p, &t);
     else
         steps_use(&d->steps, p, from);
-    if (reduced && printed.stands_for)
-        use_earlier(d, d->steps.at + d->steps.count - 1, i);
+    for (int k = 0; k < i && printed.stands_for; k++)       /* where these hold the zeros are the same */
+        steps_use(&d->steps, p, d->found[k]);
 }
 
 /* The step that a row of the elimination comes from; 0: none is told. */
@@ -293,7 +290,10 @@ static void tell_contradiction(struct derivation *d)
         derivation_terms_text(d, &t, &text);
         struct step *p = steps_add(&d->steps, STEP_INSERT, sol->generations + 1, "identity", text.data);
         derivation_use_terms(d, p, &t);
-        steps_line(&d->steps, p, derivation_sheet_copy(&d->sheet, sol->contradiction), zero(d));
+        expr_id left = derivation_sheet_copy(&d->sheet, sol->contradiction);
+        steps_line(&d->steps, p, left, zero(d));
+        if (!derivation_sum_is(d, &t, left))
+            derivation_on_constraints(d, p, sol->constraints);
         from = d->steps.count;
     }
     sga_buf_printf(&why, "a contradiction: %s", sol->contradiction_why[0] ? sol->contradiction_why : "this has no zero on the constraints so far");

@@ -100,6 +100,7 @@ static struct derivation_terms expand(struct derivation *d, const struct derivat
         if (all)
             all = e && f ? expr_add(st, all, expr_mul(st, f, e)) : EXPR_UNDEF;
     }
+    t.sum = all;
     if (!all) {
         t.open = true;
         return t;
@@ -135,11 +136,50 @@ static void use_all(struct derivation *d, struct derivation_terms *t, int genera
 
 static void use_rates(struct derivation *d, struct derivation_terms *t, const unsigned char *wanted, int below)
 {
+    t->rate = sga_zeros(&d->mem, (size_t)below + 1, sizeof *t->rate);
     for (int r = 0; r < below; r++)
         if (wanted[r]) {
             push(d, t, d->solved[r]);
+            t->rate[t->rates++] = r;
             t->velocities = true;
         }
+}
+
+bool derivation_sum_is(struct derivation *d, const struct derivation_terms *t, expr_id leaves)
+{
+    struct expr_store *st = &d->sheet.m.store;
+    const struct sga_solution *sol = d->j->solution;
+    struct poly_limits limits = poly_limits_of(POLY_MODEST, d->j->budget);
+    if (!t->sum || !leaves || t->open)
+        return false;
+    expr_id rest = expr_sub(st, t->sum, leaves);
+    SGA_ARENA(mem);
+    expr_id *map = sga_zeros(&mem, (size_t)st->symbols + 1, sizeof *map);
+    for (int k = 0; k < t->rates; k++)
+        map[d->sheet.first + sol->rate[t->rate[k]].variable] = derivation_sheet_copy(&d->sheet, sol->rate[t->rate[k]].value);
+    expr_substitute(st, &rest, 1, map);
+    return expr_is_zero(st, rest) || (rest && poly_normal(st, rest, &limits, &rest) && expr_is_zero(st, rest));
+}
+
+void derivation_on_constraints(struct derivation *d, struct step *p, int i)
+{
+    p->basis = "on_constraints";
+    for (int k = 0; k < i; k++)
+        if (d->found[k])
+            steps_use(&d->steps, p, d->found[k]);
+}
+
+/* Whether the sum vanishes identically with the velocity's value put in too. */
+static bool rate_is_identity(struct derivation *d, const struct derivation_terms *t, int variable, expr_id value)
+{
+    struct expr_store *st = &d->sheet.m.store;
+    struct derivation_terms own = *t;
+    SGA_ARENA(mem);
+    expr_id *map = sga_zeros(&mem, (size_t)st->symbols + 1, sizeof *map);
+    map[d->sheet.first + variable] = value;
+    if (own.sum)
+        expr_substitute(st, &own.sum, 1, map);
+    return derivation_sum_is(d, &own, expr_int(st, 0));
 }
 
 /* The steps of rates in the order in which they were found. */
@@ -174,8 +214,11 @@ static void solve_rates(struct derivation *d, unsigned char *wanted)
         sga_buf_printf(&text, "solve for the velocity of %s: ", answer_variable_name(d->j, rate->variable));
         derivation_terms_text(d, t, &text);
         struct step *p = steps_add(&d->steps, STEP_SOLVE, rate->generation, "identity", text.data);
+        expr_id value = derivation_sheet_copy(&d->sheet, printed_normal(d->j, rate->value));
         derivation_use_terms(d, p, t);
-        steps_line(&d->steps, p, derivation_sheet_velocity(&d->sheet, rate->variable), derivation_sheet_copy(&d->sheet, printed_normal(d->j, rate->value)));
+        steps_line(&d->steps, p, derivation_sheet_velocity(&d->sheet, rate->variable), value);
+        if (!rate_is_identity(d, t, rate->variable, value))
+            derivation_on_constraints(d, p, sol->constraints);
         d->solved[r] = d->steps.count;
     }
 }

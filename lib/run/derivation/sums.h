@@ -36,13 +36,19 @@ struct derivation_sum {
 struct derivation_terms {
     struct step_term *term; int terms;
     int *use; int uses;           /* solved velocities that are put in, and constraints' or rows' steps that settle the rest */
-    bool velocities;              /* some had to be put in */
+    bool velocities;              /* some had to be put in: */
+    int *rate; int rates;         /* these, by rate */
+    expr_id sum;                  /* before that; EXPR_UNDEF: some part cannot be written */
     bool open;                    /* some stay whose coefficients vanish, or that follow from all equations used */
 };
 struct derivation_terms derivation_sum_terms(struct derivation *d, const struct derivation_sum *sum);
 void derivation_use_terms(struct derivation *d, struct step *p, const struct derivation_terms *t);
 /* "(3), 1/2*(4)" and "with (1), (2) put in", appended. */
 void derivation_terms_text(struct derivation *d, const struct derivation_terms *t, struct sga_buf *out);
+/* Whether the sum, with what is put in, is `leaves` wherever both have a value: then no constraint is needed. */
+bool derivation_sum_is(struct derivation *d, const struct derivation_terms *t, expr_id leaves);
+/* The step holds on the constraints that were found before constraint i (all of them: the number of constraints). */
+void derivation_on_constraints(struct derivation *d, struct step *p, int i);
 /* The number of the step that differentiates constraint i. */
 int derivation_differentiate(struct derivation *d, int constraint);
 
