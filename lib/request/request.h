@@ -20,7 +20,7 @@ struct sga_buf;
     X(CONSTRAINTS, "constraints") X(INDEX, "index") X(VECTOR_FIELD, "vector_field") \
     X(GAUGE, "gauge") X(CONSISTENT_INITIAL, "consistent_initial") X(SYMMETRIES, "symmetries") \
     X(STRUCTURE, "structure") X(TRAJECTORY, "trajectory") X(TRADEOFF, "tradeoff") X(LINEARIZATION, "linearization") \
-    X(TRANSFER, "transfer") X(EQUILIBRIA, "equilibria")
+    X(TRANSFER, "transfer") X(EQUILIBRIA, "equilibria") X(DERIVATION, "derivation")
 
 enum {
 #define X(sym, text) REQUEST_PLACE_##sym,
@@ -213,6 +213,7 @@ struct request {
     struct request_table *table; int tables;
     char *name;                       /* of the system; NULL: none */
     const char *form;                 /* static text */
+    char **equation; int equations;   /* of the form equations: the texts as they were given */
     struct form_hamiltonian *hamiltonian;   /* of that form, else NULL; with restrictions its rows are not made
                                        * yet: the pull-back needs regular functions first. Owned, with its arrays */
     unsigned want;                    /* bits of enum request_want */

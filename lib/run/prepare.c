@@ -19,6 +19,8 @@ static bool check_wants(struct job *j)
     if (j->request->want & (REQUEST_LINEARIZATION | REQUEST_TRANSFER | REQUEST_EQUILIBRIA) && j->request->sweeps)
         return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/want", "beside a sweep there is no one linearization, transfer matrix or set of equilibria; leave out \"sweep\", or send a request "
                            "for each set");
+    if (j->request->op.open_sources && j->request->want & REQUEST_DERIVATION)
+        return sga_fail_at(j->err, SGA_E_NO_MOTION, "/system/sources", "for a derivation, give each source as a function of time");
     if (j->request->op.open_sources && j->request->want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF | REQUEST_CONSISTENT_INITIAL))
         return sga_fail_at(j->err, SGA_E_NO_MOTION, "/system/sources", "to follow a motion, give each source as a function of time");
     return true;

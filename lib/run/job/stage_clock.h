@@ -24,6 +24,7 @@
     X(LINEARIZATION, "linearization") \
     X(TRANSFER, "transfer") \
     X(EQUILIBRIA, "equilibria") \
+    X(DERIVATION, "derivation") \
     X(WRITING, "writing")
 
 enum stage {
