@@ -24,6 +24,7 @@
     X(LINEARIZATION, "linearization") \
     X(TRANSFER, "transfer") \
     X(EQUILIBRIA, "equilibria") \
+    X(FIT, "fit") \
     X(WRITING, "writing")
 
 enum stage {
