@@ -62,6 +62,11 @@ static bool wants_derivation(const struct job *j)
     return j->request->want & REQUEST_DERIVATION && !j->place.depth;
 }
 
+static bool wants_fit(const struct job *j)
+{
+    return j->request->want & REQUEST_FIT && !j->place.depth;
+}
+
 const struct job_stage job_stages[] = {
     { "operator",   -1,   false, has_operator,     answer_operator,          answer_operator_clear },
     { "mechanical", 0.04, false, has_mechanical,   answer_mechanical,        answer_mechanical_clear },
@@ -77,6 +82,7 @@ const struct job_stage job_stages[] = {
     { "structure",  -1,   false, wants_kronecker,  answer_kronecker,         NULL },
     { "trajectory", 0.5,  true,  NULL,             answer_motion,            answer_motion_clear },
     { "sensitivities", 0.8, true, wants_sensitivities, answer_sensitivities, answer_vary_clear },
+    { "fit",        0.82, true,  wants_fit,        answer_fit,               NULL },
     { "linearization", 0.9, true, wants_linearization, answer_linearization, answer_ask_clear },
     { "transfer",   -1,   true,  wants_transfer,   answer_transfer,          NULL },
     { "equilibria", -1,   true,  wants_equilibria, answer_equilibria,        NULL },

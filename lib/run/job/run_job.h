@@ -114,6 +114,7 @@ struct job {
     struct traj_result *trajectory;
     char *sweep;                  /* JSON: those of a sweep, or NULL */
     char *sensitivities;          /* JSON: the member of the trajectory, or NULL */
+    char *fit;                    /* JSON: the member, or NULL */
     struct tradeoff *tradeoff;
     struct job_ask *ask;          /* linearization and what else is asked of the reduced system */
 };

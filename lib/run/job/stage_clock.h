@@ -25,6 +25,7 @@
     X(TRANSFER, "transfer") \
     X(EQUILIBRIA, "equilibria") \
     X(DERIVATION, "derivation") \
+    X(FIT, "fit") \
     X(WRITING, "writing")
 
 enum stage {

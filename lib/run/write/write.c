@@ -282,6 +282,10 @@ bool answer_write(struct job *j, struct sga_buf *out)
         return false;
     if (j->tradeoff)
         answer_write_tradeoff(j, w);
+    if (j->fit) {
+        sga_json_key(w, "fit");
+        sga_json_raw(w, j->fit, strlen(j->fit));
+    }
     if (j->ask && j->ask->linearization.len) {
         sga_json_key(w, "linearization");
         sga_json_raw(w, j->ask->linearization.data, j->ask->linearization.len);
