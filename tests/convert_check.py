@@ -9,6 +9,7 @@ import random
 import re
 import sys
 
+import convert_modelica
 import convert_spice
 from solver import Solver
 from tally import ROOT, Tally, build_folder, scaled, seed
@@ -43,7 +44,7 @@ def pages(tally):
 def main():
     tally, build = Tally("convert"), build_folder()
     rng = random.Random(seed(31))
-    for module, count in ((convert_spice, 60),):
+    for module, count in ((convert_spice, 60), (convert_modelica, 200)):
         try:
             module.check(tally, Solver(build), rng, scaled(count))
         except Exception as e:    # an error in one is one failure; the others go on
