@@ -682,7 +682,7 @@ def unit(build, c):
     path = os.path.join(ROOT, "etc/sgad.service")
     with open(path, encoding="utf-8") as f:
         text = f.read()
-    c("NoNewPrivileges=yes" in text and "DynamicUser=yes" in text, "sgad.service is hardened")
+    c("NoNewPrivileges=yes" in text and "User=sgad" in text and "User=root" not in text, "sgad.service is hardened")
     c("Type=notify\n" in text and "WatchdogSec=" in text and not re.search("^IPAddress", text, re.M), "sgad.service tells that it is ready, and shuts no client out")
     if tool:
         with tempfile.TemporaryDirectory() as folder:
