@@ -1,6 +1,6 @@
-"""The Debian packages where a user has them: deb_root.py BUILD_DIR         (make deb-test; as root, with a Debian mirror)
+"""The Debian packages where a user has them: deb_root.py BUILD_DIR [PACKAGES]         (make deb-test; as root, with a Debian mirror)
 
-Two builds in two folders, by other users' habits (umask, language, time zone), give the same bytes. Then in a fresh root, made by
+Two builds (not where a folder of packages is given) in two folders, by other users' habits (umask, language, time zone), give the same bytes. Then in a fresh root, made by
 debootstrap from the mirror that apt has here: installed by apt, programs and example run, the service is started by its ExecStart as its
 user, keeps its jobs and settings over an upgrade and a removal, and a purge leaves nothing. The last stage of the container file is
 carried out in such a root too; with FULL=1 in the environment its first stage as well. No systemd runs there: what only it does
@@ -245,7 +245,7 @@ def main():
     if os.geteuid() != 0:
         sys.exit("deb_root.py: debootstrap and chroot need root")
     with tempfile.TemporaryDirectory(prefix="sgad-root-") as folder:
-        out = same_twice(tally, folder)
+        out = os.path.abspath(sys.argv[2]) if len(sys.argv) > 2 else same_twice(tally, folder)
         root = Root(tally, os.path.join(folder, "root"))
         if out and root.make():
             base = Root(tally, os.path.join(folder, "base"))
