@@ -84,6 +84,29 @@ def command_jobs(build, c):
             c(sga(*words).returncode == 2, f"wrong usage: {words}")
 
 
+def command_ready(build, c):
+    """For probes: takes jobs, does not, is not there."""
+    with Daemon(build, "--access", "tokens", "--queue", "1") as d:
+        sga = Sga(build, d)
+        r = sga("ready", "--text")
+        c(r.returncode == 0 and r.stdout == "ready\n" and not r.stderr, "ready", r)
+        r = sga("ready", "--json")
+        c(r.returncode == 0 and json.loads(r.stdout) == d.get("/readyz").json(), "ready --json", r)
+        r = sga("ready", "x")
+        c(r.returncode == 2 and "nothing belongs there" in r.stderr, "ready takes no word", r.stderr[:100])
+    r = sga("ready")
+    c(r.returncode == 1 and "cannot connect" in r.stderr, "no daemon is not ready", r)
+    with Daemon(build, "--workers", "1", "--grace", "30") as d:
+        sga = Sga(build, d)
+        one = d.ask("POST", "/v1/jobs", slow()).json()["id"]
+        c(until(lambda: d.get("/v1/jobs/" + one).json()["status"] == "running"), "a job runs")
+        d.process.send_signal(signal.SIGUSR1)
+        c(until(lambda: d.get("/readyz").status == 503), "it drains")
+        r = sga("ready", "--text")
+        c(r.returncode == 1 and not r.stdout and "draining" in r.stderr, "a service that drains is not ready", r)
+        sga("cancel", one)
+
+
 def command_checks(build, c):
     with Daemon(build) as d:
         sga = Sga(build, d)
@@ -275,4 +298,4 @@ def command_progress(build, c):
         c("%" not in r.stderr and "\r" not in r.stderr, "no progress off a terminal", r.stderr)
 
 
-ALL = [command_progress, command_proxies, command_plots, command_jobs, command_checks, command_interrupt]
+ALL = [command_ready, command_progress, command_proxies, command_plots, command_jobs, command_checks, command_interrupt]
