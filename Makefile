@@ -79,7 +79,7 @@ DEPS_run/write := run/derivation run/ask run/tradeoff run/motion run/properties 
 DEPS_run/sweep := run/write run/motion run/strata run/model run/job $(BELOW_run)
 DEPS_run/vary := run/sweep $(DEPS_run/write) run/write
 DEPS_run/follow := run/sweep $(DEPS_run/write) run/write
-DEPS_run     := run/follow run/vary $(DEPS_run/follow)
+DEPS_run     := run/follow run/vary $(DEPS_run/follow) export
 FLOORS := base exact fit plot graph expr export sys lin pencil num poly operator form request points sga linear mech sym structure ode enclose traj run/job run/model run/slice run/texts run/strata run/properties run/motion run/ask run/derivation run/tradeoff run/write run/sweep run/vary run/follow run face
 
 # The floors of server/, in the same way; of the library they see the public face. main.c sees all of them.
@@ -273,7 +273,7 @@ UNIT_BIN := $(UNIT_SRC:tests/unit/%.c=$(B)/unit/%)
 # FLOOR_memory.c stands between the code and malloc, to let allocations fail.
 FAILING := -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc
 floor_of = $(firstword $(subst _, ,$(notdir $(1))))
-floor_obj = $(foreach d,$(1) $(DEPS_$(1)),$(patsubst %.c,$(B)/%.o,$(wildcard lib/$(d)/*.c server/$(d)/*.c))) $(if $(filter run,$(1)),$(B)/lib/run/version.o) $(if $(filter export,$(1)),$(B)/lib/export/fmu_runtime.o)
+floor_obj = $(foreach d,$(1) $(DEPS_$(1)),$(patsubst %.c,$(B)/%.o,$(wildcard lib/$(d)/*.c server/$(d)/*.c))) $(if $(filter run,$(1)),$(B)/lib/run/version.o) $(if $(filter export,$(1) $(DEPS_$(1))),$(B)/lib/export/fmu_runtime.o)
 define unit_rules
 $(B)/unit/$(notdir $(basename $(1))): $(1) $(call floor_obj,$(call floor_of,$(1)))
 	@mkdir -p $$(@D)
