@@ -11,7 +11,8 @@
 #   make coverage [SUITES="unit cases"]     which lines the tests come by, by folder
 #   make mutants [FOLDERS="sga traj"] [MUTANTS=40]     small errors put into the code: which ones no test sees
 #   make deb-test [FULL=1]   two builds give the same bytes; the packages in a fresh Debian root: installed, run, upgraded, purged
-#   make kill-test [ROUNDS=100]    kill -9 at random moments, nothing accepted is lost
+#   make kill-test [ROUNDS=1000]   kill -9 at random moments, nothing accepted is lost
+#   make faults-test [TURNS=20] [IMAGES=300]   tests of the API with one call after the other failing; losses of power
 #   make many-test [REQUESTS=100000]   no loss, duplicate or mix-up
 #   make order-test [SEEDS=20]         the corpus in other words, each case with so many seeds
 #   make soak-test [SECONDS=600]       memory does not grow
@@ -74,9 +75,10 @@ DEPS_run/ask := run/motion run/job $(BELOW_run)
 DEPS_run/tradeoff := run/motion run/job $(BELOW_run)
 DEPS_run/write := run/ask run/tradeoff run/motion run/properties run/strata run/texts run/slice run/model run/job $(BELOW_run)
 DEPS_run/sweep := run/write run/motion run/strata run/model run/job $(BELOW_run)
+DEPS_run/vary := run/sweep $(DEPS_run/write) run/write
 DEPS_run/follow := run/sweep $(DEPS_run/write) run/write
-DEPS_run     := run/follow $(DEPS_run/follow)
-FLOORS := base exact plot graph expr export sys lin pencil num poly operator form request points sga linear mech sym structure ode enclose traj run/job run/model run/slice run/texts run/strata run/properties run/motion run/ask run/tradeoff run/write run/sweep run/follow run face
+DEPS_run     := run/follow run/vary $(DEPS_run/follow)
+FLOORS := base exact plot graph expr export sys lin pencil num poly operator form request points sga linear mech sym structure ode enclose traj run/job run/model run/slice run/texts run/strata run/properties run/motion run/ask run/tradeoff run/write run/sweep run/vary run/follow run face
 
 # The floors of server/, in the same way; of the library they see the public face. main.c sees all of them.
 DEPS_tools     := base
@@ -87,12 +89,13 @@ DEPS_store     := records tools base
 DEPS_child     := settings run base
 DEPS_jobs      := child store records settings tools base
 DEPS_access    := jobs store records settings tools base
-DEPS_net       := settings
+DEPS_framing   := base
+DEPS_net       := framing settings base
 DEPS_exchange  := child net access jobs store records settings tools run base
 DEPS_handlers  := formats export exchange net access jobs store records settings tools run base
 DEPS_http      := handlers exchange net access jobs store records settings tools base
 DEPS_admin     := access store records settings tools
-SERVER_FLOORS := tools settings formats records store child jobs access net exchange handlers http admin
+SERVER_FLOORS := tools settings formats records store child jobs access framing net exchange handlers http admin
 SERVER_DEPS := $(SERVER_FLOORS) run base
 CLIENT_DEPS := formats tools run plot export base
 
@@ -100,18 +103,18 @@ CLIENT_DEPS := formats tools run plot export base
 quote = $(foreach d,$(1),-iquote $(if $(filter $(d),$(SERVER_FLOORS)),server,lib)/$(d))
 
 LIBS := -lflint-arb -lflint -lmpfr -lgmp -lklu -lamd -lcolamd -lbtf -lsuitesparseconfig -lgsl -lgslcblas -ljansson -lm
-SERVER_LIBS := -lmicrohttpd -lsqlite3 -lgnutls -lseccomp -lpthread
-CLIENT_LIBS := -lcurl
+SERVER_LIBS := -lmicrohttpd -lsqlite3 -lgnutls -lseccomp -lz -lpthread
+CLIENT_LIBS := -lz -lcurl
 
 LIB_SRC := $(foreach f,$(FLOORS),$(wildcard lib/$(f)/*.c))
-LIB_OBJ := $(LIB_SRC:%.c=$(B)/%.o) $(B)/lib/run/version.o
+LIB_OBJ := $(LIB_SRC:%.c=$(B)/%.o) $(B)/lib/run/version.o $(B)/lib/export/fmu_runtime.o
 SERVER_SRC := server/main.c $(foreach f,$(SERVER_FLOORS),$(wildcard server/$(f)/*.c))
 SERVER_OBJ := $(SERVER_SRC:%.c=$(B)/%.o) $(B)/server/embedded.o $(B)/server/page_files.o
 # The client takes results apart with the daemon's JSON scanner, and writes problems as the
 # daemon does; it needs no JSON library. A tradeoff is shown by the same code too.
-CLIENT_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard clients/*.c)) $(addprefix $(B)/server/,tools/json_scan.o formats/code_view.o formats/tradeoff_view.o formats/view.o)
+CLIENT_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard clients/*.c)) $(addprefix $(B)/server/,tools/json_scan.o tools/json_string.o) $(patsubst %.c,$(B)/%.o,$(wildcard server/formats/*.c))
 
-.PHONY: all lib python shared install uninstall deb deb-test FORCE run test quick units lint coverage mutants unit bench kill-test many-test order-test soak-test fuzz fuzz-build clean deps check-deps
+.PHONY: all lib python shared install uninstall deb deb-test FORCE run test quick units lint coverage mutants unit bench kill-test faults-test many-test order-test soak-test fuzz fuzz-build clean deps check-deps
 all: $(B)/sgad $(B)/sga $(B)/libsga.a
 lib: $(B)/libsga.a
 # The Python client as a wheel, by the standard library alone.
@@ -166,6 +169,13 @@ $(B)/lib/run/version.c: lib/run/version.sh Makefile $(ANSWERS)
 	@sh lib/run/version.sh $(VERSION) $(ANSWERS) > $@
 $(B)/lib/run/version.o: $(B)/lib/run/version.c
 	$(Q)$(CC) $(ALL_CFLAGS) -iquote lib/face -c $< -o $@
+
+# The C that every FMU has, as a text of the program.
+$(B)/lib/export/fmu_runtime.c: lib/export/fmu_runtime.c.in
+	@mkdir -p $(@D)
+	@{ echo '#include "fmu_parts.h"'; echo 'const char fmu_runtime[] ='; sed -e 's/\\/\\\\/g' -e 's/"/\\"/g' -e 's/^/"/' -e 's/$$/\\n"/' $<; echo ';'; } > $@
+$(B)/lib/export/fmu_runtime.o: $(B)/lib/export/fmu_runtime.c lib/export/fmu_parts.h
+	$(Q)$(CC) $(ALL_CFLAGS) -iquote lib/export -iquote lib/expr -iquote lib/base -c $< -o $@
 
 $(B)/libsga.a: $(LIB_OBJ)
 	@rm -f $@
@@ -261,11 +271,11 @@ UNIT_BIN := $(UNIT_SRC:tests/unit/%.c=$(B)/unit/%)
 # FLOOR_memory.c stands between the code and malloc, to let allocations fail.
 FAILING := -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc
 floor_of = $(firstword $(subst _, ,$(notdir $(1))))
-floor_obj = $(foreach d,$(1) $(DEPS_$(1)),$(patsubst %.c,$(B)/%.o,$(wildcard lib/$(d)/*.c))) $(if $(filter run,$(1)),$(B)/lib/run/version.o)
+floor_obj = $(foreach d,$(1) $(DEPS_$(1)),$(patsubst %.c,$(B)/%.o,$(wildcard lib/$(d)/*.c server/$(d)/*.c))) $(if $(filter run,$(1)),$(B)/lib/run/version.o) $(if $(filter export,$(1)),$(B)/lib/export/fmu_runtime.o)
 define unit_rules
 $(B)/unit/$(notdir $(basename $(1))): $(1) $(call floor_obj,$(call floor_of,$(1)))
 	@mkdir -p $$(@D)
-	$(Q)$(CC) $(ALL_CFLAGS) -iquote tests/unit $(foreach d,$(call floor_of,$(1)) $(DEPS_$(call floor_of,$(1))),-iquote lib/$(d)) -o $$@ $(1) $(call floor_obj,$(call floor_of,$(1))) $(LIBS) $(if $(findstring _memory,$(1)),$(FAILING))
+	$(Q)$(CC) $(ALL_CFLAGS) -iquote tests/unit $(call quote,$(call floor_of,$(1)) $(DEPS_$(call floor_of,$(1)))) -o $$@ $(1) $(call floor_obj,$(call floor_of,$(1))) $(LIBS) $(if $(findstring _memory,$(1)),$(FAILING))
 endef
 $(foreach u,$(wildcard tests/unit/*.c),$(eval $(call unit_rules,$(u))))
 units: $(UNIT_BIN)
@@ -324,10 +334,16 @@ mutants: deps
 bench: deps
 	@$(MAKE) --no-print-directory all
 	@tests/bench/run $(B)
-# The daemon killed a hundred times while clients post; the history they saw is checked.
+# The daemon killed a thousand times while clients post; the history they saw is checked.
 kill-test: deps
 	@$(MAKE) --no-print-directory all
-	@PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 tests/api/kill.py $(B) $(or $(ROUNDS),100)
+	@PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 tests/api/kill.py $(B) $(or $(ROUNDS),1000)
+# Tests of the API with one write, sync, open, process, allocation, look at the clock or line of the log after the other failing (TURNS
+# of each for each test; 0: all); and disks as losses of power leave them.
+faults-test: deps
+	@$(MAKE) --no-print-directory all
+	@PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 tests/api/power.py $(B) $(or $(IMAGES),300)
+	@PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 tests/api/turns.py $(B) $(or $(TURNS),20)
 # A hundred thousand requests with no loss, duplicate or mix-up; a long time in which memory
 # does not grow.
 many-test: deps

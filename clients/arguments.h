@@ -17,7 +17,8 @@ struct arguments {
     const char *language;        /* of `sga code`, else NULL */
     const char *status, *limit;  /* of `sga list`, or NULL */
     const char *columns, *x;     /* of an image, or NULL */
-    bool json, text, csv, svg, interpret_only;
+    const char *output;          /* the file that standard output becomes, or NULL */
+    bool json, text, csv, svg, npy, mat, interpret_only;
 };
 
 extern const char arguments_usage[];

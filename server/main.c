@@ -1,7 +1,7 @@
 /* sgad: reads settings, starts the parts from the bottom up, waits for a signal, and takes
  * them down in the opposite order.
  *
- * A request's way through the code: http/http.c (bytes) -> admission.c -> routes.c -> handlers/post.c -> a child's
+ * A request's way through the code: net/front.c (bytes, framing) -> http/http.c -> admission.c -> routes.c -> handlers/post.c -> a child's
  * check (exchange/check_threads.c) -> jobs/jobs.c (queue) -> worker.c -> child/child_main.c -> the library's run ->
  * jobs/jobs_run.c (end) -> store/store.c (disk), memory_cache.c (memory) -> exchange/reply.c. */
 #include "budget.h"

@@ -197,6 +197,11 @@ bool request_read_named(struct request *r, const char *text, size_t length, int 
     return read_text(&(struct reader){ .r = r, .err = &ignored, .bounds = &bounds, .by_name = true }, text, length);
 }
 
+bool request_read_open(struct request *r, const char *text, size_t length, const struct request_open *open, int opens, struct sga_error *err)
+{
+    return read_text(&(struct reader){ .r = r, .err = err, .open = open, .opens = opens }, text, length);
+}
+
 bool request_read_within(struct request *r, const char *text, size_t length, struct request_bounds *bounds, struct sga_error *err)
 {
     struct sga_error own = { 0 };

@@ -12,6 +12,7 @@
 struct reader {
     struct request_bounds *bounds;   /* narrower limits of who asks; NULL: none */
     bool by_name;                 /* parameters with values stay symbolic */
+    const struct request_open *open; int opens;   /* parameters that stay symbolic, as if a sweep gave them */
     struct request *r;
     struct sga_arena mem;         /* what ends with the reading; what the request keeps is taken from its own */
     struct sga_error *err;
@@ -97,6 +98,7 @@ bool read_tables_end(struct reader *rd);
 bool read_system(struct reader *rd, const json_t *v);
 bool read_want(struct reader *rd, const json_t *v);
 bool read_trajectory(struct reader *rd, const json_t *v);
+bool read_sensitivities(struct reader *rd, const json_t *v);   /* read_sensitivities.c: its member */
 bool read_symmetries(struct reader *rd, const json_t *v);
 /* read_linearization.c; read_ports.c: its members `inputs` and `outputs`, of an object at the present place. */
 bool read_linearization(struct reader *rd, const json_t *v);

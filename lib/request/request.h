@@ -44,6 +44,7 @@ struct request_initial {
     double value;             /* nearest double to the exact text */
     expr_id exact;            /* a constant of the store */
     char *text;               /* as given, in the grammar */
+    expr_id open;             /* the same with swept and opened parameters as symbols; EXPR_UNDEF where there are none */
 };
 
 struct request_rate {
@@ -66,6 +67,13 @@ struct request_table {
     struct expr_table *values;
 };
 
+/* Derivatives of the motion that are asked for beside it. */
+struct request_sensitivities {
+    bool has;
+    const char **parameter; int parameters;   /* names of parameters with values, none twice */
+    int *initial; int initials;               /* variables that trajectory.initial gives, none twice */
+};
+
 struct request_trajectory {
     bool has;                 /* the request has this member */
     double start;             /* where `initial` holds */
@@ -82,6 +90,7 @@ struct request_trajectory {
     expr_id *integral; char **integral_text; int integrals;   /* functions whose drift is reported */
     expr_id *condition; char **condition_text; int conditions;   /* functions that shall vanish */
     struct request_event *event; int events;
+    struct request_sensitivities sensitivities;
 };
 
 /* A parameter that has a value in the request: expressions were read with the value in its place. */
@@ -241,6 +250,10 @@ enum { REQUEST_CHECK_SECONDS = 1, REQUEST_CHECK_NODES = 2000000 };
 /* The system alone, parameters that have a value left symbolic, unless it is a whole number of one digit: for texts that
  * call them by their names. False: it cannot be read so; no reason is given. */
 bool request_read_named(struct request *r, const char *text, size_t length, int nodes);
+/* The whole request, with some parameters as symbols: they are swept ones, of no set. `open` are their names, none twice; where the request gives
+ * one no value, or another one is meant, it is `near`. */
+struct request_open { const char *name; double near; bool replaces; };
+bool request_read_open(struct request *r, const char *text, size_t length, const struct request_open *open, int opens, struct sga_error *err);
 bool request_read_within(struct request *r, const char *text, size_t length, struct request_bounds *bounds, struct sga_error *err);
 /* The system's own rules; starts and rates in the order of the variables, times one way. Linear; asserted where reading ends. */
 bool request_sane(const struct request *r);

@@ -9,6 +9,7 @@
 #include "request.h"
 #include "strata.h"
 #include "texts.h"
+#include "vary.h"
 
 static bool has_operator(const struct job *j)
 {
@@ -50,6 +51,11 @@ static bool wants_equilibria(const struct job *j)
     return j->request->want & REQUEST_EQUILIBRIA && !j->place.depth;
 }
 
+static bool wants_sensitivities(const struct job *j)
+{
+    return j->request->want & REQUEST_TRAJECTORY && j->request->trajectory.sensitivities.has && !j->place.depth;
+}
+
 const struct job_stage job_stages[] = {
     { "operator",   -1,   false, has_operator,     answer_operator,          answer_operator_clear },
     { "mechanical", 0.04, false, has_mechanical,   answer_mechanical,        answer_mechanical_clear },
@@ -63,6 +69,7 @@ const struct job_stage job_stages[] = {
     { "symmetries", 0.48, false, wants_symmetries, answer_symmetries,        answer_symmetries_clear },
     { "structure",  -1,   false, wants_kronecker,  answer_kronecker,         NULL },
     { "trajectory", 0.5,  true,  NULL,             answer_motion,            answer_motion_clear },
+    { "sensitivities", 0.8, true, wants_sensitivities, answer_sensitivities, answer_vary_clear },
     { "linearization", 0.9, true, wants_linearization, answer_linearization, answer_ask_clear },
     { "transfer",   -1,   true,  wants_transfer,   answer_transfer,          NULL },
     { "equilibria", -1,   true,  wants_equilibria, answer_equilibria,        NULL },

@@ -8,7 +8,7 @@
 
 #include "service.h"
 
-enum { EXCHANGE_HEADERS = 10 };
+enum { EXCHANGE_HEADERS = 12 };
 
 struct exchange {
     struct service *service;
@@ -45,6 +45,7 @@ struct exchange {
 
     struct { const char *name; char value[160]; } header[EXCHANGE_HEADERS];
     int headers;                     /* for the reply */
+    bool tagged, packs;              /* it has an entity tag; its body is to be packed */
 
     /* Of the handlers that wait. */
     struct job *job;

@@ -72,9 +72,8 @@ static enum MHD_Result reply_file(struct exchange *e, const char *name, const ch
     char etag[2 * 8 + 3];
     digest(sum, f->text, f->length);
     snprintf(etag, sizeof etag, "\"%02x%02x%02x%02x%02x%02x%02x%02x\"", sum[0], sum[1], sum[2], sum[3], sum[4], sum[5], sum[6], sum[7]);
-    reply_header(e, "ETag", "%s", etag);
     reply_header(e, "Cache-Control", "no-cache");
-    return reply_matches(e, etag) ? reply_empty(e, 304) : reply_static(e, 200, type, f->text, f->length);
+    return reply_tag(e, etag, f->length, "") ? reply_empty(e, 304) : reply_static(e, 200, type, f->text, f->length);
 }
 
 enum MHD_Result handle_openapi(struct exchange *e)

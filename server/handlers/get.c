@@ -16,8 +16,7 @@ enum { PAGE = 50, PAGE_MAX = 500, CANCEL_SECONDS = 3 };
 /* Takes over the reference. */
 static enum MHD_Result ended(struct exchange *e, struct finished *f)
 {
-    reply_header(e, "ETag", "%s", f->etag);
-    if (!reply_matches(e, f->etag))
+    if (!reply_tag(e, f->etag, f->len, ""))
         return reply_finished(e, 200, f, false);
     finished_unref(f);
     return reply_empty(e, 304);

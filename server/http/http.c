@@ -7,20 +7,22 @@
 #include "admission.h"
 #include "budget.h"
 #include "caller.h"
+#include "front.h"
 #include "listen.h"
 #include "tls.h"
+#include "peer.h"
 #include "log.h"
 #include "reply.h"
 #include "routes.h"
 #include "ticker.h"
+#include "turned_away.h"
 
-#include <arpa/inet.h>
-#include <netinet/in.h>
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 enum { POOL = 2, CUT_MS = 1000, STOP_MS = 5000, BUSY_SECONDS = 2 };
@@ -44,7 +46,12 @@ static void on_connection(void *cls, struct MHD_Connection *connection, void **c
         return;
     }
     const union MHD_ConnectionInfo *fd = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
-    *ctx = conn_add(sv->conns, fd->connect_fd, sga_now() + (double)sv->config.request_timeout);
+    bool secure = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_GNUTLS_SESSION) != NULL;
+    *ctx = conn_add(sv->conns, fd->connect_fd, secure, sga_now() + (double)sv->config.request_timeout);
+    if (!*ctx) {
+        metrics_add(&sv->metrics, METRIC_LOST_CONNECTIONS);
+        shutdown(fd->connect_fd, SHUT_RDWR);
+    }
 }
 
 /* Called with the request line, before anything else: here the path is still as sent. */
@@ -67,16 +74,10 @@ static void *on_request_line(void *cls, const char *uri, struct MHD_Connection *
     return e;
 }
 
-/* Who asked: an address, or "unix" for a socket of this machine. Behind a proxy, the proxy. */
-static const char *peer_of(struct MHD_Connection *connection, char text[INET6_ADDRSTRLEN])
+static const char *peer_of(struct MHD_Connection *connection, char text[PEER_TEXT])
 {
     const union MHD_ConnectionInfo *info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
-    const struct sockaddr *a = info ? info->client_addr : NULL;
-    if (a && a->sa_family == AF_INET)
-        return inet_ntop(AF_INET, &((const struct sockaddr_in *)a)->sin_addr, text, INET6_ADDRSTRLEN);
-    if (a && a->sa_family == AF_INET6)
-        return inet_ntop(AF_INET6, &((const struct sockaddr_in6 *)a)->sin6_addr, text, INET6_ADDRSTRLEN);
-    return a && a->sa_family == AF_UNIX ? "unix" : NULL;
+    return peer_text(info ? info->client_addr : NULL, text);
 }
 
 static void log_exchange(const struct exchange *e, double seconds)
@@ -85,7 +86,7 @@ static void log_exchange(const struct exchange *e, double seconds)
     enum log_level level = probe ? LOG_L_DEBUG : LOG_L_INFO;
     if (!log_wants(level))
         return;
-    char status[16], took[32], peer[INET6_ADDRSTRLEN];
+    char status[16], took[32], peer[PEER_TEXT];
     snprintf(status, sizeof status, "%d", e->status);
     snprintf(took, sizeof took, "%.6f", seconds);
     log_event(level, "request", "request_id", e->request_id, "method", e->method,
@@ -105,7 +106,7 @@ static void on_completed(void *cls, struct MHD_Connection *connection, void **co
         return;
     *con_cls = NULL;
     double seconds = sga_now() - e->began;
-    if (e->begun) {
+    if (e->begun && !front_refused(conn_front(e->conn))) {
         if (!e->status)    /* nobody is left to answer */
             metrics_http(&sv->metrics, e->route_number, e->method, 0);
         metrics_http_took(&sv->metrics, seconds);
@@ -129,8 +130,7 @@ static void name_request(struct exchange *e)
     if (n > 0 && n <= 64 && strspn(given, plain) == n)
         memcpy(e->request_id, given, n + 1);
     else
-        snprintf(e->request_id, sizeof e->request_id, "%08x-%lx", e->service->request_prefix,
-                 atomic_fetch_add(&e->service->request_number, 1));
+        request_name(e->service, e->request_id, sizeof e->request_id);
     if (trace && strlen(trace) < sizeof e->traceparent && strspn(trace, "0123456789abcdef-") == strlen(trace))
         strcpy(e->traceparent, trace);
 }
@@ -171,6 +171,10 @@ static enum MHD_Result begin(struct exchange *e, const char *path, const char *m
     e->begun = true;
     e->conn = ctx ? ctx->socket_context : NULL;
     snprintf(e->method, sizeof e->method, "%s", method);
+    if (!front_begin(conn_front(e->conn))) {
+        log_event(LOG_L_ERROR, "request_past_front", NULL);
+        return MHD_NO;
+    }
     name_request(e);
     bool admitted = admit(e, method, &err);
     if (!admitted || e->last)
@@ -284,7 +288,7 @@ static void stop_daemons(struct http *h)
 static bool start_parts(struct http *h, char *why, size_t size)
 {
     struct service *sv = h->service;
-    if (!tls_open(&sv->config, why, size) || !listen_open(&sv->config, &h->listeners, why, size))
+    if (!front_start(turn_away, sv, why, size) || !tls_open(&sv->config, why, size) || !listen_open(&sv->config, &h->listeners, why, size))
         return false;
     sv->listeners = &h->listeners;
     for (int i = 0; i < h->listeners.count; i++) {

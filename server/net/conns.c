@@ -1,6 +1,7 @@
 /* The list of connections, and the reaper. A cut is a shutdown(): the HTTP library then
  * sees the end of the stream and closes by its own rules. */
 #include "conns.h"
+#include "front.h"
 
 #include <pthread.h>
 #include <stdatomic.h>
@@ -8,6 +9,7 @@
 #include <sys/socket.h>
 
 struct conn {
+    struct front *front;
     int fd;
     _Atomic double deadline;
     struct conn *prev, *next;
@@ -37,11 +39,13 @@ void conns_free(struct conns *cs)
     free(cs);
 }
 
-struct conn *conn_add(struct conns *cs, int fd, double deadline)
+struct conn *conn_add(struct conns *cs, int fd, bool secure, double deadline)
 {
     struct conn *c = calloc(1, sizeof *c);
-    if (!c)
+    if (!c || !(c->front = front_open(fd, secure, c))) {
+        free(c);
         return NULL;
+    }
     c->fd = fd;
     atomic_init(&c->deadline, deadline);
     pthread_mutex_lock(&cs->lock);
@@ -64,7 +68,13 @@ void conn_remove(struct conns *cs, struct conn *c)
         c->next->prev = c->prev;
     cs->count--;
     pthread_mutex_unlock(&cs->lock);
+    front_close(c->front);
     free(c);
+}
+
+struct front *conn_front(struct conn *c)
+{
+    return c ? c->front : NULL;
 }
 
 void conn_deadline(struct conn *c, double deadline)

@@ -48,7 +48,7 @@ enum metrics_stage {
     METRICS_STAGES
 };
 
-enum { METRICS_ROUTES = 20, METRICS_METHODS = 5, METRICS_STATUSES = 20, METRICS_BUCKETS = 14 };
+enum { METRICS_ROUTES = 20, METRICS_METHODS = 5, METRICS_STATUSES = 23, METRICS_BUCKETS = 14 };
 
 struct histogram {
     atomic_ulong bucket[METRICS_BUCKETS];    /* not cumulative; the last is +Inf */

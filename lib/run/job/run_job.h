@@ -113,6 +113,7 @@ struct job {
     int initial_residuals;        /* constraints of the solution that it belongs to */
     struct traj_result *trajectory;
     char *sweep;                  /* JSON: those of a sweep, or NULL */
+    char *sensitivities;          /* JSON: the member of the trajectory, or NULL */
     struct tradeoff *tradeoff;
     struct job_ask *ask;          /* linearization and what else is asked of the reduced system */
 };

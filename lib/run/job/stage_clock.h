@@ -19,6 +19,7 @@
     X(SYMMETRIES, "symmetries") \
     X(INITIAL, "initial") \
     X(TRAJECTORY, "trajectory") \
+    X(SENSITIVITIES, "sensitivities") \
     X(TRADEOFF, "tradeoff") \
     X(LINEARIZATION, "linearization") \
     X(TRANSFER, "transfer") \

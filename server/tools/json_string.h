@@ -1,6 +1,6 @@
 /* JSON strings as text. */
-#ifndef CLIENTS_JSON_STRING_H
-#define CLIENTS_JSON_STRING_H
+#ifndef SERVER_JSON_STRING_H
+#define SERVER_JSON_STRING_H
 
 #include "buf.h"
 #include "json_scan.h"
