@@ -216,7 +216,7 @@ install: all shared
 	install -m 644 README.md CHANGELOG.md LICENSE $(DESTDIR)$(DOCDIR)
 	install -m 644 doc/*.md $(DESTDIR)$(DOCDIR)/doc
 	install -m 644 schema/*.json $(DESTDIR)$(DOCDIR)/schema
-	install -m 644 etc/examples/*.json etc/examples/*.c etc/examples/*.cir etc/examples/*.mo $(DESTDIR)$(DOCDIR)/examples
+	install -m 644 etc/examples/*.json etc/examples/*.c etc/examples/*.cir etc/examples/*.mo etc/examples/*.m $(DESTDIR)$(DOCDIR)/examples
 uninstall:
 	rm -f $(DESTDIR)$(BINDIR)/sgad $(DESTDIR)$(BINDIR)/sga $(DESTDIR)$(LIBDIR)/libsga.* $(DESTDIR)$(LIBDIR)/pkgconfig/sga.pc $(DESTDIR)$(INCLUDEDIR)/sga.h
 	for m in $(MAN); do rm -f $(DESTDIR)$(MANDIR)/man$${m##*.}/$${m##*/} || exit 1; done

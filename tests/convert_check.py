@@ -11,6 +11,7 @@ import sys
 
 import mpmath
 
+import convert_matlab
 import convert_modelica
 import convert_spice
 import convert_sympy
@@ -48,7 +49,7 @@ def main():
     tally, build = Tally("convert"), build_folder()
     rng = random.Random(seed(31))
     mpmath.mp.dps = 30
-    for module, count in ((convert_spice, 60), (convert_modelica, 200), (convert_sympy, 60)):
+    for module, count in ((convert_spice, 60), (convert_modelica, 200), (convert_sympy, 60), (convert_matlab, 200)):
         try:
             module.check(tally, Solver(build), rng, scaled(count))
         except Exception as e:    # an error in one is one failure; the others go on
