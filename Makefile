@@ -202,6 +202,10 @@ INCLUDEDIR ?= $(PREFIX)/include
 MANDIR ?= $(PREFIX)/share/man
 DOCDIR ?= $(PREFIX)/share/doc/sga
 COMPLETIONS ?= $(PREFIX)/share/bash-completion/completions
+# Clients of other languages, where Debian's look for them; Julia's is included by its path.
+PYTHONDIR ?= $(PREFIX)/lib/python$(if $(filter /usr,$(PREFIX)),3,$(shell /usr/bin/python3 -c 'import sys; print("%d.%d" % sys.version_info[:2])'))/dist-packages
+OCTAVEDIR ?= $(PREFIX)/share/octave/site/m
+JULIADIR ?= $(PREFIX)/share/sga/julia
 MAN := $(wildcard etc/man/*)
 install: all shared
 	install -d $(DESTDIR)$(BINDIR) $(DESTDIR)$(LIBDIR)/pkgconfig $(DESTDIR)$(INCLUDEDIR) $(DESTDIR)$(DOCDIR)/doc $(DESTDIR)$(DOCDIR)/examples $(DESTDIR)$(DOCDIR)/schema
@@ -213,6 +217,10 @@ install: all shared
 	sed -e 's|@LIBDIR@|$(LIBDIR)|; s|@INCLUDEDIR@|$(INCLUDEDIR)|; s|@VERSION@|$(VERSION)|; s|@LIBS@|$(LIBS) -lpthread|' etc/sga.pc.in > $(DESTDIR)$(LIBDIR)/pkgconfig/sga.pc
 	for m in $(MAN); do install -d $(DESTDIR)$(MANDIR)/man$${m##*.} && install -m 644 $$m $(DESTDIR)$(MANDIR)/man$${m##*.} || exit 1; done
 	install -d $(DESTDIR)$(COMPLETIONS) && install -m 644 etc/completion/sga $(DESTDIR)$(COMPLETIONS)/sga && ln -sf sga $(DESTDIR)$(COMPLETIONS)/sgad
+	cd clients/python && find sga -name '*.py' -o -name py.typed | while read f; do install -D -m 644 $$f $(DESTDIR)$(PYTHONDIR)/$$f || exit 1; done
+	install -d $(DESTDIR)$(OCTAVEDIR)/+sga $(DESTDIR)$(JULIADIR)
+	install -m 644 clients/octave/+sga/*.m $(DESTDIR)$(OCTAVEDIR)/+sga
+	install -m 644 clients/julia/SgaClient.jl $(DESTDIR)$(JULIADIR)
 	install -m 644 README.md CHANGELOG.md LICENSE $(DESTDIR)$(DOCDIR)
 	install -m 644 doc/*.md $(DESTDIR)$(DOCDIR)/doc
 	install -m 644 schema/*.json $(DESTDIR)$(DOCDIR)/schema
@@ -221,7 +229,7 @@ uninstall:
 	rm -f $(DESTDIR)$(BINDIR)/sgad $(DESTDIR)$(BINDIR)/sga $(DESTDIR)$(LIBDIR)/libsga.* $(DESTDIR)$(LIBDIR)/pkgconfig/sga.pc $(DESTDIR)$(INCLUDEDIR)/sga.h
 	for m in $(MAN); do rm -f $(DESTDIR)$(MANDIR)/man$${m##*.}/$${m##*/} || exit 1; done
 	rm -f $(DESTDIR)$(COMPLETIONS)/sga $(DESTDIR)$(COMPLETIONS)/sgad
-	rm -rf $(DESTDIR)$(DOCDIR)
+	rm -rf $(DESTDIR)$(DOCDIR) $(DESTDIR)$(PYTHONDIR)/sga $(DESTDIR)$(OCTAVEDIR)/+sga $(DESTDIR)$(JULIADIR)
 
 # Unit tests: tests/unit/FOLDER_what.c is linked with its folder's floors only.
 UNIT_SRC := $(if $(FLOOR),$(wildcard tests/unit/$(FLOOR)_*.c),$(wildcard tests/unit/*.c))
