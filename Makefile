@@ -221,6 +221,10 @@ TMPFILESDIR ?= $(PREFIX)/lib/tmpfiles.d
 PYTHONDIR ?= $(PREFIX)/lib/python$(if $(filter /usr,$(PREFIX)),3,$(shell /usr/bin/python3 -c 'import sys; print("%d.%d" % sys.version_info[:2])'))/dist-packages
 OCTAVEDIR ?= $(PREFIX)/share/octave/site/m
 WHEEL := $(B)/python/sga_client-$(VERSION)-py3-none-any.whl
+# Clients of other languages, where Debian's look for them; Julia's is included by its path.
+PYTHONDIR ?= $(PREFIX)/lib/python$(if $(filter /usr,$(PREFIX)),3,$(shell /usr/bin/python3 -c 'import sys; print("%d.%d" % sys.version_info[:2])'))/dist-packages
+OCTAVEDIR ?= $(PREFIX)/share/octave/site/m
+JULIADIR ?= $(PREFIX)/share/sga/julia
 MAN := $(wildcard etc/man/*)
 install: all shared python
 	install -d $(DESTDIR)$(BINDIR) $(DESTDIR)$(LIBDIR)/pkgconfig $(DESTDIR)$(INCLUDEDIR) $(DESTDIR)$(DOCDIR)/doc $(DESTDIR)$(DOCDIR)/examples $(DESTDIR)$(DOCDIR)/schema
@@ -232,10 +236,14 @@ install: all shared python
 	sed -e 's|@LIBDIR@|$(LIBDIR)|; s|@INCLUDEDIR@|$(INCLUDEDIR)|; s|@VERSION@|$(VERSION)|; s|@LIBS@|$(LIBS) -lpthread|' etc/sga.pc.in > $(DESTDIR)$(LIBDIR)/pkgconfig/sga.pc
 	for m in $(MAN); do install -d $(DESTDIR)$(MANDIR)/man$${m##*.} && install -m 644 $$m $(DESTDIR)$(MANDIR)/man$${m##*.} || exit 1; done
 	install -d $(DESTDIR)$(COMPLETIONS) && install -m 644 etc/completion/sga $(DESTDIR)$(COMPLETIONS)/sga && ln -sf sga $(DESTDIR)$(COMPLETIONS)/sgad
+	cd clients/python && find sga -name '*.py' -o -name py.typed | while read f; do install -D -m 644 $$f $(DESTDIR)$(PYTHONDIR)/$$f || exit 1; done
+	install -d $(DESTDIR)$(OCTAVEDIR)/+sga $(DESTDIR)$(JULIADIR)
+	install -m 644 clients/octave/+sga/*.m $(DESTDIR)$(OCTAVEDIR)/+sga
+	install -m 644 clients/julia/SgaClient.jl $(DESTDIR)$(JULIADIR)
 	install -m 644 README.md CHANGELOG.md LICENSE $(DESTDIR)$(DOCDIR)
 	install -m 644 doc/*.md $(DESTDIR)$(DOCDIR)/doc
 	install -m 644 schema/*.json $(DESTDIR)$(DOCDIR)/schema
-	install -m 644 etc/examples/*.json etc/examples/*.c etc/examples/*.cir etc/examples/*.mo $(DESTDIR)$(DOCDIR)/examples
+	install -m 644 etc/examples/*.json etc/examples/*.c etc/examples/*.cir etc/examples/*.mo etc/examples/*.m $(DESTDIR)$(DOCDIR)/examples
 	install -d $(DESTDIR)$(UNITDIR) $(DESTDIR)$(SYSUSERSDIR) $(DESTDIR)$(TMPFILESDIR) $(DESTDIR)$(SYSCONFDIR)
 	for f in sgad.service sgad.socket; do sed -e 's|/usr/bin/sgad|$(BINDIR)/sgad|; s|/etc/sgad.conf|$(SYSCONFDIR)/sgad.conf|' etc/$$f > $(DESTDIR)$(UNITDIR)/$$f && chmod 644 $(DESTDIR)$(UNITDIR)/$$f || exit 1; done
 	install -m 644 etc/sgad.sysusers $(DESTDIR)$(SYSUSERSDIR)/sgad.conf
@@ -253,7 +261,7 @@ uninstall:
 	rm -f $(DESTDIR)$(UNITDIR)/sgad.service $(DESTDIR)$(UNITDIR)/sgad.socket $(DESTDIR)$(SYSUSERSDIR)/sgad.conf $(DESTDIR)$(TMPFILESDIR)/sgad.conf
 	! cmp -s etc/sgad.conf $(DESTDIR)$(SYSCONFDIR)/sgad.conf || rm -f $(DESTDIR)$(SYSCONFDIR)/sgad.conf
 
-# Debian packages, from a copy of the sources: what the top level has, and etc/debian as debian/.
+# Debian packages, from a copy of the sources: what the top level has, and etc/debian as debian/. $(DESTDIR)$(PYTHONDIR)/sga $(DESTDIR)$(OCTAVEDIR)/+sga $(DESTDIR)$(JULIADIR)
 DEB ?= $(B)/deb
 TOP := Makefile README.md CHANGELOG.md LICENSE server lib schema tests clients etc doc
 deb:

@@ -9,8 +9,12 @@ import random
 import re
 import sys
 
+import mpmath
+
+import convert_matlab
 import convert_modelica
 import convert_spice
+import convert_sympy
 from solver import Solver
 from tally import ROOT, Tally, build_folder, scaled, seed
 
@@ -44,7 +48,8 @@ def pages(tally):
 def main():
     tally, build = Tally("convert"), build_folder()
     rng = random.Random(seed(31))
-    for module, count in ((convert_spice, 60), (convert_modelica, 200)):
+    mpmath.mp.dps = 30
+    for module, count in ((convert_spice, 60), (convert_modelica, 200), (convert_sympy, 60), (convert_matlab, 200)):
         try:
             module.check(tally, Solver(build), rng, scaled(count))
         except Exception as e:    # an error in one is one failure; the others go on

@@ -232,7 +232,7 @@ def check_blocks(tally, build):
             scripts = Scripts(tally, daemon)
             for language, block in FENCE.findall(text_of(page)):
                 ours = language in LANGUAGES or page.startswith("doc/start-") and language in ("text", *SCRIPTS) or (page, language) in (("doc/python.md", "python"), ("doc/python.md", "text"), ("doc/page.md", "text"), ("doc/octave.md", "octave"), ("doc/octave.md", "text"),
-                                                                          ("doc/convert.md", "python"), ("doc/convert.md", "text"))      # the suites python, page, octave and convert run these
+                                                                          ("doc/convert.md", "python"), ("doc/julia.md", "julia"), ("doc/convert.md", "text"))      # the suites python, page, octave and convert run these; nothing runs Julia
                 tally.check(ours, f"{page}: blocks have a language that is looked at", f"{language!r}: {block[:60]}")
                 if language == "sh":
                     said = commands.run(page, block)

@@ -209,6 +209,16 @@ def elsewhere(tally, build):
             tally.check(gone.returncode == 0 and left == [settings] and f.read().endswith("workers = 1\n"), "settings that were changed stay, and nothing else", str(left))
 
 
+def clients(tally, dest):
+    """The installed clients are found: Python's with its converters, Octave's on its path; Julia's file is there."""
+    folder = os.path.join(dest, "usr/lib/python3/dist-packages")
+    said = run("/usr/bin/python3", "-c", "import sga, sga.convert.spice as s; print(sga.__file__.startswith('%s'), s.number('4.7k'))" % folder, env={"PYTHONPATH": folder, "PYTHONDONTWRITEBYTECODE": "1"})
+    tally.check(said.stdout == "True 4700\n", "the Python client", said.stdout + said.stderr[:300])
+    said = run("octave-cli", "--quiet", "--norc", "--eval", f"addpath('{dest}/usr/share/octave/site/m'); disp(sga.encode(struct('a', 1)))")
+    tally.check(said.stdout.strip() == '{"a":1}', "the Octave client", said.stdout + said.stderr[:300])
+    tally.check(os.path.exists(os.path.join(dest, "usr/share/sga/julia/SgaClient.jl")), "the Julia client")
+
+
 def pendulum():
     """x(1) and y(1) by elliptic functions: theta'' = -g sin(theta), theta from straight down, pi/2 at rest."""
     import mpmath
@@ -237,6 +247,7 @@ def main():
         i.pages()
         i.completion()
         service(tally, dest)
+        clients(tally, dest)
         for program in ("sga", "sgad"):
             said = run(os.path.join(dest, "usr/bin", program), "version" if program == "sga" else "--help")
             tally.check(said.returncode == 0, f"{program} runs", said.stderr[:300])

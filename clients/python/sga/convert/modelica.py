@@ -394,7 +394,7 @@ def _text(t: Tree, names: Mapping[str, str]) -> str:
         return t.value if re.match(r"\d", t.value) else "0" + t.value
     if t.op == "name":
         if t.value == "pi" and "pi" not in names:
-            return "3.141592653589793"
+            return "3.14159265358979323846264338327950288"
         return names[t.value]
     if t.op in ("+", "-", "*", "/"):
         first, rest = expressions.spine(t, "+", "-") if t.op in "+-" else expressions.spine(t, "*", "/")

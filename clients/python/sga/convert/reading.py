@@ -47,7 +47,8 @@ class Names:
 
     def take(self, name: str) -> str:
         if name not in self.known:
-            made = re.sub(r"_+$", "", re.sub(r"\W+", "_", name.replace("'", ""), flags=re.ASCII)) or "x"
+            plain = re.sub(r"^\W+", "", name.replace("'", ""), flags=re.ASCII)
+            made = re.sub(r"_+$", "", re.sub(r"\W+", "_", plain, flags=re.ASCII)) or "x"
             made = made if re.match(r"[A-Za-z_]", made) else "x" + made
             while made in self.taken:
                 made += "_"
