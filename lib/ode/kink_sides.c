@@ -346,7 +346,10 @@ static bool turn_pending(struct ode_march *m)
 
 bool kinks_turn(struct ode_march *m)
 {
-    return m->p->turned ? turn_with_derivatives(m, turn_pending) : turn_pending(m);
+    bool ok = m->p->turned ? turn_with_derivatives(m, turn_pending) : turn_pending(m);
+    if (ok && m->p->taken)            /* what was told of the way is so on the sides beyond */
+        m->p->taken(m->p->ctx, m->t, m->x);
+    return ok;
 }
 
 bool kinks_left(struct ode_march *m, int e)
