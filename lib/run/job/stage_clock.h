@@ -24,6 +24,7 @@
     X(TRANSFER, "transfer") \
     X(EQUILIBRIA, "equilibria") \
     X(DERIVATION, "derivation") \
+    X(DIRAC, "dirac") \
     X(WRITING, "writing")
 
 enum stage {
