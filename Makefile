@@ -61,10 +61,11 @@ DEPS_ode     := lin base
 DEPS_enclose := num expr base
 DEPS_traj    := enclose ode sga exact points graph lin num poly sys expr base
 DEPS_linear  := pencil sga exact points graph lin num poly sys expr base
+DEPS_dirac   := sga exact points graph lin num poly sys expr base
 DEPS_mech    := sga exact points graph lin num poly form sys expr base
 # A request's rooms: its stages in the order in which they run, above what all of them are about (job); the table of stages on top.
 DEPS_face    := run base
-BELOW_run    := fit linear mech sym structure graph operator pencil traj enclose ode sga exact points lin num poly request form sys expr base
+BELOW_run    := fit dirac linear mech sym structure graph operator pencil traj enclose ode sga exact points lin num poly request form sys expr base
 DEPS_run/job := $(BELOW_run)
 DEPS_run/model := run/job $(BELOW_run)
 DEPS_run/slice := run/job $(BELOW_run)
@@ -74,13 +75,14 @@ DEPS_run/properties := run/strata run/texts run/model run/job $(BELOW_run)
 DEPS_run/motion := run/model run/job $(BELOW_run)
 DEPS_run/ask := run/motion run/job $(BELOW_run)
 DEPS_run/derivation := run/ask run/texts run/model run/job export $(BELOW_run)
+DEPS_run/dirac := run/ask run/model run/job $(BELOW_run)
 DEPS_run/tradeoff := run/motion run/job $(BELOW_run)
-DEPS_run/write := run/derivation run/ask run/tradeoff run/motion run/properties run/strata run/texts run/slice run/model run/job $(BELOW_run)
+DEPS_run/write := run/dirac run/derivation run/ask run/tradeoff run/motion run/properties run/strata run/texts run/slice run/model run/job $(BELOW_run)
 DEPS_run/sweep := run/write run/motion run/strata run/model run/job $(BELOW_run)
 DEPS_run/vary := run/sweep $(DEPS_run/write) run/write
 DEPS_run/follow := run/sweep $(DEPS_run/write) run/write
 DEPS_run     := run/follow run/vary $(DEPS_run/follow) export
-FLOORS := base exact fit plot graph expr export sys lin pencil num poly operator form request points sga linear mech sym structure ode enclose traj run/job run/model run/slice run/texts run/strata run/properties run/motion run/ask run/derivation run/tradeoff run/write run/sweep run/vary run/follow run face
+FLOORS := base exact fit plot graph expr export sys lin pencil num poly operator form request points sga dirac linear mech sym structure ode enclose traj run/job run/model run/slice run/texts run/strata run/properties run/motion run/ask run/derivation run/dirac run/tradeoff run/write run/sweep run/vary run/follow run face
 
 # The floors of server/, in the same way; of the library they see the public face. main.c sees all of them.
 DEPS_tools     := base

@@ -20,7 +20,7 @@ struct sga_buf;
     X(CONSTRAINTS, "constraints") X(INDEX, "index") X(VECTOR_FIELD, "vector_field") \
     X(GAUGE, "gauge") X(CONSISTENT_INITIAL, "consistent_initial") X(SYMMETRIES, "symmetries") \
     X(STRUCTURE, "structure") X(TRAJECTORY, "trajectory") X(TRADEOFF, "tradeoff") X(LINEARIZATION, "linearization") \
-    X(TRANSFER, "transfer") X(EQUILIBRIA, "equilibria") X(DERIVATION, "derivation") X(FIT, "fit")
+    X(TRANSFER, "transfer") X(EQUILIBRIA, "equilibria") X(DERIVATION, "derivation") X(FIT, "fit") X(DIRAC, "dirac")
 
 enum {
 #define X(sym, text) REQUEST_PLACE_##sym,

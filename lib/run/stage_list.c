@@ -3,6 +3,7 @@
 
 #include "ask.h"
 #include "derivation.h"
+#include "dirac.h"
 #include "follow.h"
 #include "run_job.h"
 #include "properties.h"
@@ -67,6 +68,11 @@ static bool wants_fit(const struct job *j)
     return j->request->want & REQUEST_FIT && !j->place.depth;
 }
 
+static bool wants_dirac(const struct job *j)
+{
+    return j->request->want & REQUEST_DIRAC && !j->place.depth;
+}
+
 const struct job_stage job_stages[] = {
     { "operator",   -1,   false, has_operator,     answer_operator,          answer_operator_clear },
     { "mechanical", 0.04, false, has_mechanical,   answer_mechanical,        answer_mechanical_clear },
@@ -77,6 +83,7 @@ const struct job_stage job_stages[] = {
     { "texts",      -1,   false, NULL,             answer_signs,             answer_signs_clear },
     { "witness",    0.45, false, NULL,             answer_witness,           answer_witness_clear },
     { "derivation", -1,   false, wants_derivation, answer_derivation,        NULL },
+    { "dirac",      -1,   false, wants_dirac,      answer_dirac,             NULL },
     { "structure",  0.45, false, wants_structure,  answer_structure,         answer_structure_clear },
     { "symmetries", 0.48, false, wants_symmetries, answer_symmetries,        answer_symmetries_clear },
     { "structure",  -1,   false, wants_kronecker,  answer_kronecker,         NULL },

@@ -26,6 +26,7 @@
     X(EQUILIBRIA, "equilibria") \
     X(DERIVATION, "derivation") \
     X(FIT, "fit") \
+    X(DIRAC, "dirac") \
     X(WRITING, "writing")
 
 enum stage {

@@ -302,6 +302,10 @@ bool answer_write(struct job *j, struct sga_buf *out)
         sga_json_key(w, "derivation");
         sga_json_raw(w, j->ask->derivation.data, j->ask->derivation.len);
     }
+    if (j->ask && j->ask->dirac.len) {
+        sga_json_key(w, "dirac");
+        sga_json_raw(w, j->ask->dirac.data, j->ask->dirac.len);
+    }
     answer_write_evidence(j, w);
     answer_warn(j);
     sga_json_key(w, "warnings");
