@@ -219,14 +219,11 @@ SYSCONFDIR ?= $(if $(filter /usr,$(PREFIX)),/etc,$(PREFIX)/etc)
 UNITDIR ?= $(PREFIX)/lib/systemd/system
 SYSUSERSDIR ?= $(PREFIX)/lib/sysusers.d
 TMPFILESDIR ?= $(PREFIX)/lib/tmpfiles.d
-# Where Debian's Python and Octave look.
+# Where Debian's Python and Octave look; a file for Julia is included by its path.
 PYTHONDIR ?= $(PREFIX)/lib/python$(if $(filter /usr,$(PREFIX)),3,$(shell /usr/bin/python3 -c 'import sys; print("%d.%d" % sys.version_info[:2])'))/dist-packages
 OCTAVEDIR ?= $(PREFIX)/share/octave/site/m
+JULIADIR ?= $(DATADIR)/julia
 WHEEL := $(B)/python/sga_client-$(VERSION)-py3-none-any.whl
-# Clients of other languages, where Debian's look for them; Julia's is included by its path.
-PYTHONDIR ?= $(PREFIX)/lib/python$(if $(filter /usr,$(PREFIX)),3,$(shell /usr/bin/python3 -c 'import sys; print("%d.%d" % sys.version_info[:2])'))/dist-packages
-OCTAVEDIR ?= $(PREFIX)/share/octave/site/m
-JULIADIR ?= $(PREFIX)/share/sga/julia
 MAN := $(wildcard etc/man/*)
 install: all shared python
 	install -d $(DESTDIR)$(BINDIR) $(DESTDIR)$(LIBDIR)/pkgconfig $(DESTDIR)$(INCLUDEDIR) $(DESTDIR)$(DOCDIR)/doc $(DESTDIR)$(DOCDIR)/examples $(DESTDIR)$(DOCDIR)/schema
@@ -238,10 +235,6 @@ install: all shared python
 	sed -e 's|@LIBDIR@|$(LIBDIR)|; s|@INCLUDEDIR@|$(INCLUDEDIR)|; s|@VERSION@|$(VERSION)|; s|@LIBS@|$(LIBS) -lpthread|' etc/sga.pc.in > $(DESTDIR)$(LIBDIR)/pkgconfig/sga.pc
 	for m in $(MAN); do install -d $(DESTDIR)$(MANDIR)/man$${m##*.} && install -m 644 $$m $(DESTDIR)$(MANDIR)/man$${m##*.} || exit 1; done
 	install -d $(DESTDIR)$(COMPLETIONS) && install -m 644 etc/completion/sga $(DESTDIR)$(COMPLETIONS)/sga && ln -sf sga $(DESTDIR)$(COMPLETIONS)/sgad
-	cd clients/python && find sga -name '*.py' -o -name py.typed | while read f; do install -D -m 644 $$f $(DESTDIR)$(PYTHONDIR)/$$f || exit 1; done
-	install -d $(DESTDIR)$(OCTAVEDIR)/+sga $(DESTDIR)$(JULIADIR)
-	install -m 644 clients/octave/+sga/*.m $(DESTDIR)$(OCTAVEDIR)/+sga
-	install -m 644 clients/julia/SgaClient.jl $(DESTDIR)$(JULIADIR)
 	install -m 644 README.md CHANGELOG.md LICENSE $(DESTDIR)$(DOCDIR)
 	install -m 644 doc/*.md $(DESTDIR)$(DOCDIR)/doc
 	install -m 644 schema/*.json $(DESTDIR)$(DOCDIR)/schema
@@ -253,6 +246,7 @@ install: all shared python
 	test -e $(DESTDIR)$(SYSCONFDIR)/sgad.conf || install -m 644 etc/sgad.conf $(DESTDIR)$(SYSCONFDIR)
 	for d in prometheus grafana proxy; do install -d $(DESTDIR)$(DATADIR)/$$d && install -m 644 etc/$$d/* $(DESTDIR)$(DATADIR)/$$d || exit 1; done
 	install -d $(DESTDIR)$(OCTAVEDIR)/+sga && install -m 644 clients/octave/+sga/*.m $(DESTDIR)$(OCTAVEDIR)/+sga
+	install -d $(DESTDIR)$(JULIADIR) && install -m 644 clients/julia/SgaClient.jl $(DESTDIR)$(JULIADIR)
 	install -d $(DESTDIR)$(PYTHONDIR) && /usr/bin/python3 -m zipfile -e $(WHEEL) $(DESTDIR)$(PYTHONDIR) && chmod -R u=rwX,go=rX $(DESTDIR)$(PYTHONDIR)/sga $(DESTDIR)$(PYTHONDIR)/sga_client-*.dist-info
 # Settings that were changed stay.
 uninstall:
@@ -263,7 +257,7 @@ uninstall:
 	rm -f $(DESTDIR)$(UNITDIR)/sgad.service $(DESTDIR)$(UNITDIR)/sgad.socket $(DESTDIR)$(SYSUSERSDIR)/sgad.conf $(DESTDIR)$(TMPFILESDIR)/sgad.conf
 	! cmp -s etc/sgad.conf $(DESTDIR)$(SYSCONFDIR)/sgad.conf || rm -f $(DESTDIR)$(SYSCONFDIR)/sgad.conf
 
-# Debian packages, from a copy of the sources: what the top level has, and etc/debian as debian/. $(DESTDIR)$(PYTHONDIR)/sga $(DESTDIR)$(OCTAVEDIR)/+sga $(DESTDIR)$(JULIADIR)
+# Debian packages, from a copy of the sources: what the top level has, and etc/debian as debian/.
 DEB ?= $(B)/deb
 TOP := Makefile README.md CHANGELOG.md LICENSE server lib schema tests clients etc doc
 deb:
