@@ -4,19 +4,22 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
-#include "export.h"
+#include "code_view.h"
 
 const char arguments_usage[] =
-    "usage: sga solve FILE [--server URL] [--ca FILE] [--json | --text | --csv | --svg]\n"
-    "                      [--wait SECONDS] [--tradeoff-csv FILE] [--tradeoff-svg FILE] [--interpret-only]\n"
-    "       sga plot FILE [--columns NAMES] [--x NAME] [--server URL] [--ca FILE] [--wait SECONDS]\n"
-    "       sga code FILE --language L [--server URL] [--ca FILE] [--wait SECONDS]\n"
+    "usage: sga solve FILE [--server URL] [--ca FILE] [--json | --text | --csv | --svg | --npy | --mat]\n"
+    "                      [--output FILE] [--wait SECONDS] [--tradeoff-csv FILE] [--tradeoff-svg FILE] [--interpret-only]\n"
+    "       sga plot FILE [--columns NAMES] [--x NAME] [--output FILE] [--server URL] [--ca FILE] [--wait SECONDS]\n"
+    "       sga code FILE --language L [--output FILE] [--server URL] [--ca FILE] [--wait SECONDS]\n"
     "       sga check FILE [--server URL] [--ca FILE] [--json | --text]\n"
     "       sga list [--status S] [--limit N] [--server URL] [--ca FILE] [--json | --text]\n"
     "       sga get ID | sga wait ID [--wait SECONDS] [--server URL] [--ca FILE]\n"
-    "                      [--json | --text | --csv | --svg] [--tradeoff-csv FILE] [--tradeoff-svg FILE]\n"
+    "                      [--json | --text | --csv | --svg | --npy | --mat] [--output FILE]\n"
+    "                      [--tradeoff-csv FILE] [--tradeoff-svg FILE]\n"
     "       sga cancel ID | sga events ID [--server URL] [--ca FILE] [--json | --text]\n"
+    "       sga ready [--server URL] [--ca FILE]\n"
     "       sga top [--server URL] [--ca FILE] [--every SECONDS] [--once]\n"
     "       sga version\n"
     "       sga --help\n"
@@ -26,12 +29,14 @@ const char arguments_usage[] =
     "\n"
     "code solves a request, and prints constraints, reduced field, gauge fields, Jacobian and\n"
     "a projection as source: --language c, python, matlab, julia, casadi, modelica, or as\n"
-    "formulas in print: latex, mathml.\n"
+    "formulas in print: latex, mathml, or as a source FMU of FMI 3.0: fmu.\n"
     "\n"
     "check reads a request, runs nothing, and says all that is wrong with it.\n"
     "\n"
     "list, get, wait, cancel and events are about the jobs of a daemon: the newest ones, a\n"
     "result, a result once it is there, an end, and what happens until it ends.\n"
+    "\n"
+    "ready says whether a daemon takes jobs, and why not: for probes.\n"
     "\n"
     "top shows what a daemon does: queue, stages, rates, refusals.\n"
     "\n"
@@ -42,6 +47,8 @@ const char arguments_usage[] =
     "  --json, --text   choose the form\n"
     "  --csv            print the samples of the trajectory alone, as CSV\n"
     "  --svg            print an image of the trajectory; plot is solve --svg\n"
+    "  --npy, --mat     the samples as a file of NumPy or a MAT-file (level 5), with --output or into a pipe\n"
+    "  --output FILE    print into a file, which is made once there is something (-o FILE, too)\n"
     "  --columns NAMES  curves of the image, separated by commas (all); --x NAME: what they stand over (time)\n"
     "  --status S       jobs of these statuses alone, separated by commas\n"
     "  --limit N        so many jobs at the most (50)\n"
@@ -57,9 +64,9 @@ const char arguments_usage[] =
 static const struct {
     const char *name, *takes, *word;
 } commands[COMMANDS] = {
-    [SOLVE] = { "solve", "sawjtcvXYTSi", "a file" }, [PLOT] = { "plot", "sawXYi", "a file" }, [CODE] = { "code", "sawli", "a file" }, [CHECK] = { "check", "sajt", "a file" },
-    [LIST] = { "list", "sajtuN", NULL }, [GET] = { "get", "sajtcvXYTS", "the id of a job" }, [WAIT] = { "wait", "sawjtcvXYTS", "the id of a job" },
-    [CANCEL] = { "cancel", "sajt", "the id of a job" }, [EVENTS] = { "events", "sajt", "the id of a job" },
+    [SOLVE] = { "solve", "sawjtcvnmoXYTSi", "a file" }, [PLOT] = { "plot", "sawXYoi", "a file" }, [CODE] = { "code", "sawloi", "a file" }, [CHECK] = { "check", "sajt", "a file" },
+    [LIST] = { "list", "sajtuN", NULL }, [GET] = { "get", "sajtcvnmoXYTS", "the id of a job" }, [WAIT] = { "wait", "sawjtcvnmoXYTS", "the id of a job" },
+    [CANCEL] = { "cancel", "sajt", "the id of a job" }, [EVENTS] = { "events", "sajt", "the id of a job" }, [READY] = { "ready", "sajt", NULL },
 };
 
 static const struct {
@@ -69,7 +76,8 @@ static const struct {
 } options[] = {
     { "--server", 's', true }, { "--ca", 'a', true }, { "--wait", 'w', true }, { "--json", 'j', false }, { "--text", 't', false },
     { "--csv", 'c', false }, { "--tradeoff-csv", 'T', true }, { "--tradeoff-svg", 'S', true }, { "--interpret-only", 'i', false },
-    { "--language", 'l', true }, { "--svg", 'v', false }, { "--columns", 'Y', true }, { "--x", 'X', true }, { "--status", 'u', true }, { "--limit", 'N', true },
+    { "--language", 'l', true }, { "--svg", 'v', false }, { "--npy", 'n', false }, { "--mat", 'm', false },
+    { "--output", 'o', true }, { "-o", 'o', true }, { "--columns", 'Y', true }, { "--x", 'X', true }, { "--status", 'u', true }, { "--limit", 'N', true },
 };
 enum { OPTIONS = sizeof options / sizeof *options };
 
@@ -95,6 +103,9 @@ static int set(struct arguments *args, char letter, const char *value)
     case 't': args->text = true; break;
     case 'c': args->csv = true; break;
     case 'v': args->svg = true; break;
+    case 'n': args->npy = true; break;
+    case 'm': args->mat = true; break;
+    case 'o': args->output = value; break;
     case 'Y': args->columns = value; break;
     case 'X': args->x = value; break;
     case 'T': args->tradeoff_csv = value; break;
@@ -114,7 +125,7 @@ static int read_one(struct arguments *args, char **argv, int argc, int *i)
     int k = 0;
     if (*a != '-' || !a[1]) {
         if (args->file || !commands[args->command].word)
-            return bad_usage(args->file ? "more than one file: " : "no file belongs to list: ", a);
+            return bad_usage(args->file ? "more than one file: " : "nothing belongs there: ", a);
         args->file = a;
         return DONE;
     }
@@ -153,15 +164,19 @@ static int check_word(struct arguments *args)
 
 static int check_together(const struct arguments *args)
 {
-    if (args->json + args->text + args->csv + args->svg > 1)
-        return bad_usage("--json, --text, --csv and --svg exclude each other", "");
+    if (args->json + args->text + args->csv + args->svg + args->npy + args->mat > 1)
+        return bad_usage("--json, --text, --csv, --svg, --npy and --mat exclude each other", "");
+    if ((args->npy || args->mat) && !args->output && isatty(STDOUT_FILENO))
+        return bad_usage("bytes of a file are nothing for a terminal: add --output FILE", "");
     if ((args->columns || args->x) && !args->svg)
         return bad_usage("--columns and --x belong to an image: add --svg", "");
     if (args->command > CHECK && !args->server)
         return bad_usage(commands[args->command].name, " needs --server URL, or the variable SGA_SERVER");
     if (args->command == CODE && !args->language)
         return bad_usage("code needs --language", "");
-    return !args->language || export_language_find(args->language) != EXPORT_LANGUAGES ? DONE : bad_usage("unknown language ", args->language);
+    if (args->language && strcmp(args->language, "fmu") == 0 && !args->output && isatty(STDOUT_FILENO))
+        return bad_usage("an archive is nothing for a terminal: add --output FILE", "");
+    return !args->language || code_format_find(args->language) != CODE_FORMATS ? DONE : bad_usage("unknown language ", args->language);
 }
 
 int arguments_read(int argc, char **argv, struct arguments *args)

@@ -6,7 +6,7 @@
 
 enum { DONE = 0, FAILED = 1, USAGE = 2, INTERRUPTED = 130 };
 
-enum command { SOLVE, PLOT, CODE, CHECK, LIST, GET, WAIT, CANCEL, EVENTS, COMMANDS };
+enum command { SOLVE, PLOT, CODE, CHECK, LIST, GET, WAIT, CANCEL, EVENTS, READY, COMMANDS };
 
 struct arguments {
     enum command command;
@@ -17,7 +17,8 @@ struct arguments {
     const char *language;        /* of `sga code`, else NULL */
     const char *status, *limit;  /* of `sga list`, or NULL */
     const char *columns, *x;     /* of an image, or NULL */
-    bool json, text, csv, svg, interpret_only;
+    const char *output;          /* the file that standard output becomes, or NULL */
+    bool json, text, csv, svg, npy, mat, interpret_only;
 };
 
 extern const char arguments_usage[];

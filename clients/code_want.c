@@ -14,9 +14,9 @@ static bool holds(struct slice s, const char *word)
     return false;
 }
 
-void code_want(const char *request, size_t length, struct sga_buf *out)
+void code_want(const char *request, size_t length, bool start, struct sga_buf *out)
 {
-    struct slice want = scan_member(scan_value(request, request + length), "want");
+    struct slice whole = scan_value(request, request + length), want = scan_member(whole, "want");
     bool list = want.at && *want.at == '[', word = want.at && *want.at == '"';
     if (!list && !word) {
         sga_buf_put(out, request, length);
@@ -28,6 +28,8 @@ void code_want(const char *request, size_t length, struct sga_buf *out)
     for (size_t i = 0; i < sizeof NEEDED / sizeof *NEEDED; i++)
         if (!holds(want, NEEDED[i]))
             sga_buf_puts(out, NEEDED[i]), sga_buf_puts(out, ", ");
+    if (start && scan_member(whole, "trajectory").at && !holds(want, "\"trajectory\"") && !holds(want, "\"consistent_initial\""))
+        sga_buf_puts(out, "\"consistent_initial\", ");
     sga_buf_put(out, want.at + list, (size_t)(end - want.at - list));
     sga_buf_puts(out, word ? "]" : "");
     sga_buf_put(out, end, (size_t)(request + length - end));

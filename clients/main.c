@@ -45,10 +45,10 @@ static int print_code(const struct arguments *args, const struct answer *a, stru
     struct sga_buf out = { 0 };
     struct sga_error err = { 0 };
     struct slice result = scan_value(a->text.data, a->text.data + a->text.len);
-    bool ok = code_view(request, result, (struct code_origin){ "(none: sga code)", sga_version() }, export_language_find(args->language), &out, &err);
+    bool ok = code_view(request, result, (struct code_origin){ "(none: sga code)", sga_version() }, code_format_find(args->language), &out, &err);
     if (!ok)
         fprintf(stderr, "sga: %s: %s\n", sga_code_text(err.code), err.detail);
-    int status = ok ? show_text(&out) : FAILED;
+    int status = ok && show_open(args) ? show_text(&out) : FAILED;
     sga_buf_free(&out);
     return status;
 }
@@ -61,7 +61,7 @@ static bool read_wanted(const struct arguments *args, struct sga_buf *out)
         return read_request(args->file, out);
     bool ok = read_request(args->file, &given);
     if (ok && given.len)
-        code_want(given.data, given.len, out);
+        code_want(given.data, given.len, strcmp(args->language, "fmu") == 0, out);
     sga_buf_free(&given);
     return ok;
 }

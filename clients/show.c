@@ -7,14 +7,16 @@
 #include <unistd.h>
 
 #include "caret.h"
-#include "motion_plot.h"
+#include "motion_svg.h"
 #include "pretty.h"
+#include "samples.h"
+#include "samples_files.h"
 #include "save.h"
 #include "view.h"
 
 bool show_readable(const struct arguments *args)
 {
-    return args->text || args->csv || args->svg || args->language || (!args->json && isatty(STDOUT_FILENO));
+    return args->text || args->csv || args->svg || args->npy || args->mat || args->language || (!args->json && !args->output && isatty(STDOUT_FILENO));
 }
 
 int show_text(const struct sga_buf *text)
@@ -55,22 +57,48 @@ static int show_csv(struct slice result)
     return status;
 }
 
-static int show_svg(const struct arguments *args, struct slice result)
+/* An image, or bytes for other programs. */
+static int show_samples(const struct arguments *args, struct slice result)
 {
-    struct sga_buf out = { 0 };
-    int status = motion_plot(result, args->columns, args->x, &out) ? show_text(&out) : FAILED;
+    struct slice t = scan_member(result, "trajectory");
+    struct sga_buf out = { 0 }, why = { 0 };
+    struct samples s;
+    bool ok = samples_read(&s, t.at ? t : scan_member(result, "trajectories"));
+    if (!ok)
+        sga_buf_puts(&why, "the result has no samples: add \"trajectory\" to the request");
+    else if (args->svg)
+        ok = motion_svg(&s, args->columns, args->x, &out, &why);
+    else if (args->npy)
+        samples_npy(&s, &out);
+    else if (!(ok = samples_mat(&s, &out)))
+        sga_buf_puts(&why, "the samples are longer than a MAT-file of level 5 can be");
+    if (!ok)
+        fprintf(stderr, "sga: %s\n", why.data);
+    int status = ok ? show_text(&out) : FAILED;
+    samples_end(&s);
     sga_buf_free(&out);
+    sga_buf_free(&why);
     return status;
+}
+
+bool show_open(const struct arguments *args)
+{
+    bool ok = !args->output || freopen(args->output, "we", stdout);
+    if (!ok)
+        fprintf(stderr, "sga: cannot write %s: %s\n", args->output, strerror(errno));
+    return ok;
 }
 
 int show_result(const struct arguments *args, const struct answer *a)
 {
     struct slice result = scan_value(a->text.data, a->text.data + a->text.len);
     int status;
+    if (!show_open(args))
+        return FAILED;
     if (args->csv) {
         status = show_csv(result);
-    } else if (args->svg) {
-        status = show_svg(args, result);
+    } else if (args->svg || args->npy || args->mat) {
+        status = show_samples(args, result);
     } else if (a->readable) {
         struct sga_buf out = { 0 };
         pretty_text(result, &out);

@@ -8,10 +8,13 @@
 
 /* Whether people read it: asked for, or on a terminal. */
 bool show_readable(const struct arguments *args);
+/* Makes the file that --output names standard output, where one is named; false, said, if it cannot. To be called once there is something to
+ * print. */
+bool show_open(const struct arguments *args);
 /* A JSON value with line breaks, on standard output; DONE or FAILED. */
 int show_json(struct slice value);
 int show_text(const struct sga_buf *text);
-/* The result in a: text, JSON or CSV, and the tradeoff into its files. DONE or FAILED. */
+/* The result in a: in the form asked for, and the tradeoff into its files. DONE or FAILED. */
 int show_result(const struct arguments *args, const struct answer *a);
 /* Why there is none, with the place in the request (its `at` may be NULL). Programs get the problem object. */
 void show_problem(const struct answer *a, struct slice request);

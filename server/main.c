@@ -7,6 +7,7 @@
 #include "budget.h"
 #include "check_threads.h"
 #include "child.h"
+#include "code_runs.h"
 #include "command.h"
 #include "http.h"
 #include "inherit.h"
@@ -209,6 +210,13 @@ static int wait_for_signal(struct parts *p, const sigset_t *set)
     return number;
 }
 
+/* Why motions take several times as long, where they do. */
+static void tell_code(const struct config *c)
+{
+    const char *why, *mode = code_mode(atomic_load(&c->interpret_only), &why);
+    log_event(why && !atomic_load(&c->interpret_only) ? LOG_L_WARN : LOG_L_INFO, "formulas", "mode", mode, "reason", why, NULL);
+}
+
 static int serve(struct parts *p, const sigset_t *signals)
 {
     char why[512];
@@ -218,6 +226,7 @@ static int serve(struct parts *p, const sigset_t *signals)
         fflush(stdout);
         notify("READY=1\nSTATUS=listening on %.400s", http_url(p->http));
         log_event(LOG_L_INFO, "started", "version", sga_version(), "state", p->service.config.state, NULL);
+        tell_code(&p->service.config);
         number = wait_for_signal(p, signals);
     } else {
         fprintf(stderr, "sgad: %s\n", why);

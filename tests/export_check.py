@@ -22,6 +22,7 @@ import xml.etree.ElementTree
 import mpmath
 
 from expression import Arithmetic, Graph, Undefined
+from print_reader import Latex, Mathml, Unreadable
 from solver import Solver
 from tally import ROOT, Tally, build_folder, scaled, seed
 
@@ -419,6 +420,7 @@ def one(tally, build, folder, octave, name, request, rng):
     held = One(tally, name, oracle, {"C": c, "Python": python, "Octave": octave.load(texts["matlab"].stdout), "Julia": TextSource(texts["julia"].stdout, shape),
                                      "CasADi": CasadiSource(folder, name, texts["casadi"].stdout), "Modelica": TextSource(texts["modelica"].stdout, shape)})
     printed(tally, name, oracle, texts["latex"].stdout, texts["mathml"].stdout)
+    print_values(tally, name, oracle, texts["latex"].stdout, texts["mathml"].stdout, rng)
     found = sum(held.at_point(rng.uniform(0, 2), [rng.uniform(-1, 1) for _ in oracle.names], [rng.uniform(-1, 1) for _ in oracle.gauge],
                               [rng.uniform(0.5, 2) for _ in oracle.arguments]) for _ in range(scaled(6)))
     tally.check(found > 0, f"{name}: has points with values")
@@ -459,6 +461,80 @@ def printed(tally, name, oracle, latex, mathml):
     tally.check(not wrong, f"{name}: MathML's elements have their parts", wrong)
     rows = [r for r in root.iter(ns + "mtr") if len(r) == 3]
     tally.check(len(rows) >= len(oracle.names) + len(oracle.constraints), f"{name}: MathML has all rows", len(rows))
+
+
+PRINT_WITHIN = mpmath.mpf(10) ** -20
+
+
+class Print:
+    """The rows of a print, as values at points."""
+
+    def __init__(self, reader, text):
+        self.graph, self.number, self.nodes, self.constants = Graph(), Arithmetic(mpmath.mp), {}, {}
+        for what, text in reader(text).rows:
+            if what[0] == "part":
+                self.graph.alias[f"W__{what[1]}"] = self.graph.parse(text)
+            elif what[0] == "value":
+                self.constants[what[1]] = self.graph.parse(text)
+            else:
+                self.nodes[what] = self.graph.parse(text)
+
+    def values(self, env):
+        return self.graph.values(self.graph.cone(list(self.nodes.values())), env, self.number)
+
+    def value_of(self, e):
+        return self.graph.values(self.graph.cone([e]), {}, self.number)[e]
+
+
+def print_is(tally, name, label, oracle, said, point):
+    """Whether each row has the value that the oracle has at a point; None: no value there."""
+    t, x, f, p = point
+    env = {**oracle.fixed, oracle.time: mpmath.mpf(t), **{k: mpmath.mpf(v) for k, v in zip(oracle.arguments + oracle.names, p + x)}}
+    try:
+        value = oracle.at(t, x, p)
+        jacobian = oracle.jacobian(value)
+        got = said.values({**env, **{f"F__{k + 1}": mpmath.mpf(v) for k, v in enumerate(f)}})
+    except Undefined:
+        return None
+    true = {("constraint", i + 1): value[c] for i, c in enumerate(oracle.constraints)}
+    true |= {("slope", i + 1, v): row[j] for i, row in enumerate(jacobian) for j, v in enumerate(oracle.names) if ("slope", i + 1, v) in said.nodes or row[j] != 0}
+    true |= {("gauge", k + 1, v): value[row[j]] for k, row in enumerate(oracle.gauge) for j, v in enumerate(oracle.names) if ("gauge", k + 1, v) in said.nodes or value[row[j]] != 0}
+    true |= {("rate", v): value[oracle.field[j]] + sum((mpmath.mpf(f[k]) * value[row[j]] for k, row in enumerate(oracle.gauge)), mpmath.mpf(0)) for j, v in enumerate(oracle.names)}
+    if not tally.check(set(true) == set(said.nodes), f"{name}: {label} has the rows that there are", set(true) ^ set(said.nodes)):
+        return False
+    wrong = [(what, got[said.nodes[what]], v) for what, v in true.items() if abs(got[said.nodes[what]] - v) > PRINT_WITHIN * (1 + abs(v)) * 1000]
+    return tally.check(not wrong, f"{name}: {label}'s formulas", wrong[:2])
+
+
+def print_values(tally, name, oracle, latex, mathml, rng):
+    for label, reader, text in (("LaTeX", Latex, latex), ("MathML", Mathml, mathml)):
+        try:
+            said = Print(reader, text)
+        except (Unreadable, KeyError, ValueError) as e:
+            tally.check(False, f"{name}: {label} is read", f"{type(e).__name__}: {e}"[:300])
+            continue
+        tally.check(said.constants.keys() == oracle.fixed.keys() and all(said.value_of(e) == oracle.fixed[k] for k, e in said.constants.items()), f"{name}: {label}'s parameters")
+        found = [print_is(tally, name, label, oracle, said, (rng.uniform(0, 2), [rng.uniform(-1, 1) for _ in oracle.names], [rng.uniform(-1, 1) for _ in oracle.gauge],
+                                                             [rng.uniform(0.5, 2) for _ in oracle.arguments])) for _ in range(scaled(6))]
+        tally.check(any(r is not None for r in found), f"{name}: {label} at points with values")
+
+
+def print_is_held(tally, build, folder, rng):
+    """A print with one sign changed is seen."""
+    request = OWN["free parameter"]
+    path = os.path.join(folder, "sign.json")
+    with open(path, "w", encoding="utf-8") as f:
+        json.dump(request, f)
+    result, _ = Solver(build).solve(request)
+    oracle = Oracle(request, result)
+    for label, reader, minus, plus in (("latex", Latex, " - ", " + "), ("mathml", Mathml, "<mo>-</mo>", "<mo>+</mo>")):
+        text = code(build, path, label).stdout
+        at = text.rindex(minus)
+        said = Print(reader, text[:at] + plus + text[at + len(minus):])
+        quiet = Tally("export")
+        quiet.check = lambda ok, *_: ok
+        point = 0.3, [rng.uniform(0.1, 1) for _ in oracle.names], [], [1.3]
+        tally.check(print_is(quiet, "sign", label, oracle, said, point) is False, f"{label}: a changed sign is seen")
 
 
 def goldens(tally, build, folder):
@@ -547,6 +623,7 @@ def main():
                 tally.check(False, name, f"{type(e).__name__}: {e}")
         no_number(tally, build, folder, octave)
         goldens(tally, build, folder)
+        print_is_held(tally, build, folder, rng)
         refusals(tally, build, folder)
         asked_for(tally, build, folder)
         tally.check(octave.end() == 0, "Octave ends well")

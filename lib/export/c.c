@@ -1,4 +1,5 @@
 /* C99: macros for sizes and parameters, functions without memory of their own, so that it can go into a controller. */
+#include "c_parts.h"
 #include "skeleton.h"
 
 static void head(const struct export_model *m, struct sga_buf *out)
@@ -27,15 +28,17 @@ static const char prototypes[] =
     "void sga_gauge_fields(double t, const double *x, const double *p, double *G);\n"
     "/* Moves x onto the constraints by Gauss-Newton steps of least length until a step is shorter than tolerance*(1 + |x|); work[SGA_WORK].\n"
     " * The number of steps, or -1: it did not converge, and x is wherever it came to. */\n"
-    "int sga_project(double t, double *x, const double *p, double tolerance, double *work);\n\n"
+    "int sga_project(double t, double *x, const double *p, double tolerance, double *work);\n\n";
+
+const char export_c_helpers[] =
     "static inline double sga_sign(double a) { return a > 0 ? 1.0 : a < 0 ? -1.0 : a; }\n"
     "static inline double sga_power(double a, double b) { return a < 0 ? sqrt(-1.0) : pow(a, b); }\n"
     "/* Unlike fmin and fmax: where an argument is no number, neither is the result. */\n"
     "static inline double sga_least(double a, double b) { return a < b ? a : b <= a ? b : a + b; }\n"
     "static inline double sga_greatest(double a, double b) { return a > b ? a : b >= a ? b : a + b; }\n\n";
 
-static bool function(struct export_model *m, const char *head, const char *size, const char *array,
-                     bool (*lines)(struct export_model *, struct sga_buf *, struct sga_error *), struct sga_buf *out, struct sga_error *err)
+bool export_c_function(struct export_model *m, const char *head, const char *size, const char *array,
+                       bool (*lines)(struct export_model *, struct sga_buf *, struct sga_error *), struct sga_buf *out, struct sga_error *err)
 {
     sga_buf_printf(out, "%s\n{\n    (void)t; (void)x; (void)p; (void)%s;\n", head, array);
     if (size)
@@ -47,7 +50,7 @@ static bool function(struct export_model *m, const char *head, const char *size,
 
 /* Rows of J are made orthonormal one after the other (modified Gram-Schmidt, twice, as Parlett and Kahan ask); with J = L Q the step of
  * least length is -Q^T L^-1 c, and needs of L one row at a time. */
-static const char projection[] =
+const char export_c_projection[] =
     "int sga_project(double t, double *x, const double *p, double tolerance, double *work)\n"
     "{\n"
     "    const int n = SGA_VARIABLES, m = SGA_CONSTRAINTS;\n"
@@ -102,11 +105,12 @@ bool export_c(struct export_model *m, struct sga_buf *out, struct sga_error *err
     if (!export_constants(m, "#define P_%s (", ")\n", out, err))
         return false;
     sga_buf_puts(out, prototypes);
-    bool ok = function(m, "void sga_constraints(double t, const double *x, const double *p, double *c)", NULL, "c", export_constraint_lines, out, err) &&
-              function(m, "void sga_jacobian(double t, const double *x, const double *p, double *J)",
+    sga_buf_puts(out, export_c_helpers);
+    bool ok = export_c_function(m, "void sga_constraints(double t, const double *x, const double *p, double *c)", NULL, "c", export_constraint_lines, out, err) &&
+              export_c_function(m, "void sga_jacobian(double t, const double *x, const double *p, double *J)",
                        "SGA_CONSTRAINTS*SGA_VARIABLES", "J", export_jacobian_lines, out, err) &&
-              function(m, "void sga_gauge_fields(double t, const double *x, const double *p, double *G)", "SGA_GAUGE*SGA_VARIABLES", "G", export_gauge_lines, out, err) &&
-              function(m, "void sga_field(double t, const double *x, const double *f, const double *p, double *dx)", NULL, "f", export_field_lines, out, err);
-    sga_buf_puts(out, projection);
+              export_c_function(m, "void sga_gauge_fields(double t, const double *x, const double *p, double *G)", "SGA_GAUGE*SGA_VARIABLES", "G", export_gauge_lines, out, err) &&
+              export_c_function(m, "void sga_field(double t, const double *x, const double *f, const double *p, double *dx)", NULL, "f", export_field_lines, out, err);
+    sga_buf_puts(out, export_c_projection);
     return ok;
 }

@@ -35,6 +35,7 @@ struct export_source {
     const char **component;       /* by variable */
     const char **gauge;           /* gauges rows of `variables` texts */
     int gauges;
+    const char **output; int outputs;  /* of an FMU, beside the variables */
 };
 
 /* The language with this name; EXPORT_LANGUAGES: none. */

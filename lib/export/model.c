@@ -130,7 +130,8 @@ static bool read_texts(struct export_model *m, struct sga_error *err)
         constraint[i] = s->constraint[i].text;
     return read_list(m, s->constraints, constraint, &g, "A constraint", &m->constraint, err) &&
            read_list(m, s->variables, s->component, &g, "A component of the vector field", &m->component, err) &&
-           read_list(m, s->gauges * s->variables, s->gauge, &g, "A gauge field", &m->gauge, err);
+           read_list(m, s->gauges * s->variables, s->gauge, &g, "A gauge field", &m->gauge, err) &&
+           read_list(m, s->outputs, s->output, &g, "One of the outputs", &m->output, err);
 }
 
 /* Symbols 1 to n are the variables, in their order. */

@@ -15,7 +15,7 @@ struct export_model {
     int parts;                    /* how many shared parts the last lines have (export_lines) */
     const char **symbol;          /* by symbol of the store: its text in the language */
     expr_id *value;               /* by parameter: of those that have one */
-    expr_id *constraint, *component, *gauge;       /* gauge: by rows */
+    expr_id *constraint, *component, *gauge, *output;       /* gauge: by rows */
     struct export_entry {
         int row, column;
         expr_id value;

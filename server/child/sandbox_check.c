@@ -1,12 +1,12 @@
 /* sgad --check-sandbox: what the sandbox keeps out on this kernel, by trying each. */
 #define _GNU_SOURCE    /* mremap */
 #include "sandbox.h"
+#include "code_runs.h"
 #include "exec.h"
 
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/mman.h>
@@ -138,10 +138,7 @@ enum { TRIALS = sizeof trial / sizeof *trial, KEPT = 40, REFUSED = 41, BREACHED 
 /* Not a breach: formulas are compiled where this works, and interpreted where it does not. */
 static void say_code(struct sga_exec *memory, int out)
 {
-    static const unsigned char twice[] = { 0xF2, 0x0F, 0x58, 0xC0, 0xC3 };      /* addsd xmm0, xmm0; ret */
-    const void *at = memory ? sga_exec_add(memory, twice, sizeof twice) : NULL;
-    bool runs = at && ((double (*)(double))(uintptr_t)at)(21) == 42;
-    dprintf(out, "%-26s %s\n", "machine code of formulas", runs ? "compiled" : "interpreted");
+    dprintf(out, "%-26s %s\n", "machine code of formulas", code_runs(memory) ? "compiled" : "interpreted");
 }
 
 /* Memory before and behind the range, where nothing else is yet: what may not become executable must be there to be tried. */

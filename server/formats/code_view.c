@@ -1,176 +1,31 @@
-/* JSON to the texts of an export. Names and expressions are ASCII without escapes in what we write; a text with an escape is refused by
- * the reader of expressions. */
+/* What is written of an answer, by format. */
 #include "code_view.h"
 
-#include "arena.h"
-
-#include <assert.h>
 #include <string.h>
 
-struct reader {
-    struct sga_arena mem;
-    struct slice result;
-    struct export_source source;
-    struct sga_error *err;
-};
+#include "code_source.h"
+#include "fmu_view.h"
 
-static int count(struct slice array)
+int code_format_find(const char *name)
 {
-    const char *cursor = NULL;
-    int n = 0;
-    while (scan_next(array, &cursor).at)
-        n++;
-    return n;
+    return strcmp(name, "fmu") == 0 ? CODE_FMU : export_language_find(name) == EXPORT_LANGUAGES ? CODE_FORMATS : (int)export_language_find(name);
 }
 
-/* The text of a string or of a number; NULL for null and for nothing. */
-static const char *text_of(struct reader *r, struct slice v)
+const char *code_format_name(int format)
 {
-    if (!v.at || *v.at == 'n')
-        return NULL;
-    const char *from = v.at;
-    if (*from == '"') {
-        from++;
-        v.len -= 2;
-    }
-    char *text = sga_take(&r->mem, v.len + 1);
-    assert(text);
-    memcpy(text, from, v.len);
-    text[v.len] = 0;
-    return text;
+    return format == CODE_FMU ? "fmu" : export_language_name((enum export_language)format);
 }
 
-static bool lacks(struct reader *r, const char *what)
+const char *code_format_type(int format)
 {
-    return sga_fail(r->err, SGA_E_NO_CODE, "The answer lacks %s, which an export needs.", what);
+    return format == CODE_FMU ? "application/zip" : export_language_type((enum export_language)format);
 }
 
-static bool read_variables(struct reader *r)
+bool code_view(struct slice request, struct slice result, struct code_origin origin, int format, struct sga_buf *out, struct sga_error *err)
 {
-    struct slice list = scan_member(r->result, "variables"), v;
-    const char *cursor = NULL;
-    struct export_source *s = &r->source;
-    s->variable = sga_zeros(&r->mem, (size_t)count(list), sizeof *s->variable);
-    while ((v = scan_next(list, &cursor)).at)
-        if (!(s->variable[s->variables++] = text_of(r, scan_member(v, "name"))))
-            return lacks(r, "the name of a variable");
-    return s->variables > 0 || lacks(r, "its variables");
-}
-
-static bool read_definitions(struct reader *r)
-{
-    struct slice list = scan_member(r->result, "definitions"), v;
-    const char *cursor = NULL;
-    struct export_source *s = &r->source;
-    s->definition = sga_zeros(&r->mem, (size_t)count(list), sizeof *s->definition);
-    while ((v = scan_next(list, &cursor)).at) {
-        struct export_definition d = { text_of(r, scan_member(v, "name")), text_of(r, scan_member(v, "expression")) };
-        s->definition[s->definitions++] = d;
-        if (!d.name || !d.text)
-            return lacks(r, "the text of a definition");
-    }
-    return true;
-}
-
-static bool read_constraints(struct reader *r)
-{
-    struct slice list = scan_member(r->result, "constraints"), v;
-    const char *cursor = NULL;
-    struct export_source *s = &r->source;
-    s->constraint = sga_zeros(&r->mem, (size_t)count(list), sizeof *s->constraint);
-    while ((v = scan_next(list, &cursor)).at) {
-        struct export_constraint c = { (int)scan_number(scan_member(v, "generation"), 0), text_of(r, scan_member(v, "expression")) };
-        s->constraint[s->constraints++] = c;
-        if (!c.text)
-            return lacks(r, "the text of a constraint (it was too long to be written)");
-    }
-    return list.at || lacks(r, "`constraints`: ask for them in `want`");
-}
-
-/* Members of a field that are not there are 0. */
-static bool read_components(struct reader *r, struct slice field, const char **out)
-{
-    const struct export_source *s = &r->source;
-    for (int i = 0; i < s->variables; i++) {
-        struct slice v = scan_member(field, s->variable[i]);
-        out[i] = v.at ? text_of(r, v) : "0";
-        if (!out[i])
-            return lacks(r, "a component of a field (it was too long to be written)");
-    }
-    return true;
-}
-
-static bool read_field(struct reader *r)
-{
-    struct export_source *s = &r->source;
-    struct slice gauge = scan_member(r->result, "gauge"), fields = scan_member(gauge, "fields"), v;
-    struct slice components = scan_member(scan_member(r->result, "vector_field"), "components");
-    const char *cursor = NULL;
-    int rows = count(fields);
-    if (!components.at || *components.at != '{')
-        return lacks(r, "`vector_field`: ask for it in `want`, or there is no motion");
-    if (!gauge.at || *gauge.at != '{' || scan_number(scan_member(gauge, "dimension"), -1) != rows)
-        return lacks(r, "`gauge`: ask for it in `want`");
-    s->component = sga_zeros(&r->mem, (size_t)s->variables, sizeof *s->component);
-    s->gauge = sga_zeros(&r->mem, (size_t)rows * (size_t)s->variables, sizeof *s->gauge);
-    while ((v = scan_next(fields, &cursor)).at)
-        if (!read_components(r, v, s->gauge + s->gauges++ * s->variables))
-            return false;
-    return read_components(r, components, s->component);
-}
-
-/* Where the next member's key begins, with its value; a key without `at` ends the walk. */
-static struct slice next_member(struct slice object, const char **cursor, struct slice *value)
-{
-    const char *end = object.at + object.len, *p = *cursor ? *cursor : object.at + 1;
-    while (p < end && strchr(" \t\r\n,", *p))
-        p++;
-    struct slice key = p < end && *p == '"' ? scan_value(p, end) : (struct slice){ NULL, 0 };
-    if (!key.at)
-        return key;
-    p = key.at + key.len;
-    while (p < end && strchr(" \t\r\n:", *p))
-        p++;
-    *value = scan_value(p, end);
-    *cursor = value->at ? value->at + value->len : end;
-    return key;
-}
-
-static bool swept(struct slice request, const char *name)
-{
-    struct slice sets = scan_member(request, "sweep"), v;
-    const char *cursor = NULL;
-    while ((v = scan_next(sets, &cursor)).at)
-        if (scan_member(scan_member(v, "parameters"), name).at)
-            return true;
-    return false;
-}
-
-static bool read_parameters(struct reader *r, struct slice request)
-{
-    struct slice list = scan_member(scan_member(request, "system"), "parameters"), key, value = { NULL, 0 };
-    struct export_source *s = &r->source;
-    const char *cursor = NULL;
-    size_t room = 0;
-    if (!list.at || *list.at != '{')
-        return true;
-    while ((key = next_member(list, &cursor, &value)).at && value.at) {
-        const char *name = text_of(r, key);
-        SGA_RESERVE_IN(&r->mem, s->parameter, room, (size_t)s->parameters + 1);
-        s->parameter[s->parameters++] = (struct export_parameter){ name, swept(request, name) ? NULL : text_of(r, value) };
-    }
-    return true;
-}
-
-bool code_view(struct slice request, struct slice result, struct code_origin origin, enum export_language language, struct sga_buf *out, struct sga_error *err)
-{
-    struct reader r = { .result = result, .err = err, .source = { .job = origin.job, .version = origin.version } };
-    const char *time = text_of(&r, scan_member(scan_member(request, "system"), "time"));
-    struct slice tables = scan_member(result, "tables");
-    r.source.time = time ? time : "t";
-    bool ok = !tables.at || sga_fail(err, SGA_E_NO_CODE, "The system has tables, whose values an export does not carry: write the signals as expressions in time.");
-    ok = ok && read_variables(&r) && read_definitions(&r) && read_constraints(&r) && read_field(&r) && read_parameters(&r, request) &&
-         export_code(&r.source, language, out, err);
-    sga_arena_end(&r.mem);
+    struct code_source r;
+    bool ok = code_source_read(&r, request, result, origin, err) &&
+              (format == CODE_FMU ? fmu_view(&r, out, err) : export_code(&r.source, (enum export_language)format, out, err));
+    code_source_end(&r);
     return ok;
 }

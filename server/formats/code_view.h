@@ -1,4 +1,4 @@
-/* A result, with its request, as source for another language: what lib/export writes, out of their JSON. */
+/* A result, with its request, as source for another language, or as an FMU: what lib/export writes, out of their JSON. */
 #ifndef SERVER_CODE_VIEW_H
 #define SERVER_CODE_VIEW_H
 
@@ -10,7 +10,14 @@ struct code_origin {
     const char *job, *version;
 };
 
-/* Appends the source. False: err (no_code) says what the answer lacks, or why it cannot be written; nothing is appended. */
-bool code_view(struct slice request, struct slice result, struct code_origin origin, enum export_language language, struct sga_buf *out, struct sga_error *err);
+/* The languages of an export, in their order, and behind them the archive. */
+enum { CODE_FMU = EXPORT_LANGUAGES, CODE_FORMATS };
+/* The one with this name; CODE_FORMATS: none. */
+int code_format_find(const char *name);
+const char *code_format_name(int format);
+const char *code_format_type(int format);     /* media type */
+
+/* Appends the source, or the bytes of the archive. False: err (no_code) says what the answer lacks, or why it cannot be written; nothing is appended. */
+bool code_view(struct slice request, struct slice result, struct code_origin origin, int format, struct sga_buf *out, struct sga_error *err);
 
 #endif

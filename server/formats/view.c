@@ -159,6 +159,17 @@ static void ndjson_line(const struct view *v, struct sga_buf *out, struct slice 
     out->len += (size_t)(p + 2 - begin);
 }
 
+struct slice view_row(struct view *v)
+{
+    struct slice row = scan_next(v->rows, &v->cursor);
+    while (!row.at && v->sets.at && next_set(v)) {
+        if (!v->rows.at)
+            v->rows = (struct slice){ "[]", 2 };
+        row = scan_next(v->rows, &v->cursor);
+    }
+    return row;
+}
+
 bool view_line(struct view *v, struct sga_buf *out)
 {
     if (v->format == VIEW_CSV && !v->head_done) {

@@ -5,7 +5,7 @@
 #include "buf.h"
 #include "json_scan.h"
 
-enum view_format { VIEW_JSON, VIEW_CSV, VIEW_NDJSON, VIEW_FORMATS };
+enum view_format { VIEW_JSON, VIEW_CSV, VIEW_NDJSON };
 
 struct view {
     enum view_format format;       /* CSV or NDJSON */
@@ -25,6 +25,8 @@ struct view {
 /* From {"columns": [...], "rows": [[...], ...]}, or a list of these and of {"error": {...}}: then the first column is the place in the
  * list, `set`, from 0, and what has no rows is a line of NDJSON alone. False: that is not there, or memory ended. */
 bool view_open(struct view *v, enum view_format format, struct slice trajectory);
+/* The next row as it stands, v->set its place in a sweep, whose sets without rows are passed over; none after the last. Not to be mixed with lines. */
+struct slice view_row(struct view *v);
 /* Appends the next line; false after the last. Cost: its length times a small factor. */
 bool view_line(struct view *v, struct sga_buf *out);
 void view_close(struct view *v);

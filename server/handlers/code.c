@@ -1,4 +1,4 @@
-/* GET /v1/jobs/ID/code: a finished answer as source of another language. It is written anew each time: the store has what it takes. */
+/* GET /v1/jobs/ID/code: a finished answer as source of another language; GET /v1/jobs/ID/fmu: as an FMU. It is written anew each time: the store has what it takes. */
 #include "code_view.h"
 #include "digest.h"
 #include "handlers.h"
@@ -12,15 +12,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-static bool choose(struct exchange *e, enum export_language *l, enum MHD_Result *rc)
+static bool choose(struct exchange *e, int *l, enum MHD_Result *rc)
 {
     const char *name = exchange_query(e, "language");
-    *l = name ? export_language_find(name) : EXPORT_LANGUAGES;
-    if (*l != EXPORT_LANGUAGES)
+    *l = name ? code_format_find(name) : CODE_FORMATS;
+    if (*l != CODE_FORMATS)
         return true;
     struct sga_buf list = { 0 };
-    for (int i = 0; i < EXPORT_LANGUAGES; i++)
-        sga_buf_printf(&list, "%s%s", i ? ", " : "", export_language_name((enum export_language)i));
+    for (int i = 0; i < CODE_FORMATS; i++)
+        sga_buf_printf(&list, "%s%s", i ? ", " : "", code_format_name(i));
     *rc = reply_error(e, SGA_E_BAD_REQUEST, "language must be one of: %s.", list.data);
     sga_buf_free(&list);
     return false;
@@ -45,7 +45,7 @@ static struct finished *find(struct exchange *e, enum MHD_Result *rc)
 }
 
 /* Takes over the reference. */
-static enum MHD_Result write_code(struct exchange *e, struct finished *f, enum export_language l)
+static enum MHD_Result write_code(struct exchange *e, struct finished *f, int l)
 {
     char *request = NULL;
     size_t length = 0;
@@ -61,23 +61,34 @@ static enum MHD_Result write_code(struct exchange *e, struct finished *f, enum e
         sga_buf_free(&out);
         return reply_problem(e, &err);
     }
-    return reply_buf(e, 200, export_language_type(l), &out);
+    if (l == CODE_FMU)
+        reply_header(e, "Content-Disposition", "attachment; filename=\"sga_model.fmu\"");
+    return reply_buf(e, 200, code_format_type(l), &out);
 }
 
-enum MHD_Result handle_code(struct exchange *e)
+static enum MHD_Result send_code(struct exchange *e, int l)
 {
-    enum export_language l;
     enum MHD_Result rc;
-    if (!choose(e, &l, &rc))
-        return rc;
     struct finished *f = find(e, &rc);
     if (!f)
         return rc;
     char etag[sizeof f->etag + 16];
-    snprintf(etag, sizeof etag, "%.*s-%s\"", (int)strlen(f->etag) - 1, f->etag, export_language_name(l));
+    snprintf(etag, sizeof etag, "%.*s-%s\"", (int)strlen(f->etag) - 1, f->etag, code_format_name(l));
     reply_header(e, "Cache-Control", "no-cache");
     if (!reply_tag(e, etag, SIZE_MAX, ""))
         return write_code(e, f, l);
     finished_unref(f);
     return reply_empty(e, 304);
+}
+
+enum MHD_Result handle_code(struct exchange *e)
+{
+    int l;
+    enum MHD_Result rc;
+    return choose(e, &l, &rc) ? send_code(e, l) : rc;
+}
+
+enum MHD_Result handle_fmu(struct exchange *e)
+{
+    return send_code(e, CODE_FMU);
 }

@@ -14,7 +14,7 @@ handler handle_request;                                              /* request.
 handler handle_events;                                               /* events.c */
 handler handle_trajectory;                                           /* trajectory.c */
 handler handle_tradeoff;                                             /* tradeoff.c */
-handler handle_code;                                                 /* code.c */
+handler handle_code, handle_fmu;                                     /* code.c */
 handler handle_health, handle_ready, handle_metrics, handle_openapi, handle_schema, handle_version;   /* about.c */
 
 #endif

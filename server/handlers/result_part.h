@@ -20,7 +20,7 @@ struct result_part_kind {
     enum sga_code missing;        /* the result has none */
     const char *not_asked;        /* and then this is said */
 };
-enum { RESULT_PART_FORMATS = 4 };
+enum { RESULT_PART_FORMATS = 6 };
 
 /* The part of the job that the path names, with a reference to what holds it, and which format is
  * asked for; headers for caches are set. False: *rc is the reply, an error or 304. */

@@ -1,18 +1,26 @@
 /* GET /v1/jobs/ID/trajectory: the samples alone. As JSON they are a piece of the finished
- * text and are sent as it stands; as CSV and NDJSON they are streamed line by line. */
+ * text and are sent as it stands; as CSV and NDJSON they are streamed line by line; as a file or an image they are made whole. */
 #include "handlers.h"
+#include "motion_svg.h"
 #include "result_part.h"
+#include "samples.h"
+#include "samples_files.h"
 #include "view.h"
 
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
-static const struct result_part_format formats[VIEW_FORMATS] = {
+enum { NPY = VIEW_NDJSON + 1, MAT, SVG, FORMATS };
+static const struct result_part_format formats[FORMATS] = {
     [VIEW_JSON] = { "json", TYPE_JSON },
     [VIEW_CSV] = { "csv", "text/csv" },
     [VIEW_NDJSON] = { "ndjson", "application/x-ndjson" },
+    [NPY] = { "npy", "application/x-npy" },
+    [MAT] = { "mat", "application/x-matlab-data" },
+    [SVG] = { "svg", "image/svg+xml" },
 };
-static const struct result_part_kind kind = { "trajectory", "trajectories", formats, VIEW_FORMATS, "json, csv or ndjson", SGA_E_NO_TRAJECTORY,
+static const struct result_part_kind kind = { "trajectory", "trajectories", formats, FORMATS, "json, csv, ndjson, npy, mat or svg", SGA_E_NO_TRAJECTORY,
                                         "The request of this job asked for no trajectory." };
 
 struct flow {
@@ -68,6 +76,75 @@ static enum MHD_Result send_lines(struct exchange *e, struct finished *f, enum v
     return reply_stream(e, 200, format == VIEW_CSV ? "text/csv; charset=utf-8; header=present" : formats[format].type, read_flow, free_flow, flow);
 }
 
+/* What was made whole, until it is sent. Its bytes count as those of results that are being sent do. */
+struct whole {
+    struct sga_buf text;
+    atomic_long *booked;
+    long bytes;
+};
+
+/* Bytes of a table, its growing copy and the file for each byte of samples: a digit and a comma make a double of 8. */
+enum { WHOLE_FACTOR = 12 };
+
+static void free_whole(void *cls)
+{
+    struct whole *w = cls;
+    atomic_fetch_sub(w->booked, w->bytes);
+    sga_buf_free(&w->text);
+    free(w);
+}
+
+static ssize_t read_whole(void *cls, uint64_t at, char *buf, size_t max)
+{
+    const struct whole *w = cls;
+    size_t n = w->text.len - (size_t)at < max ? w->text.len - (size_t)at : max;
+    memcpy(buf, w->text.data + at, n);
+    return (ssize_t)n;
+}
+
+static bool make_whole(struct exchange *e, int format, struct slice trajectory, struct sga_buf *out, struct sga_buf *why)
+{
+    struct samples s;
+    bool ok = samples_read(&s, trajectory);
+    if (!ok)
+        sga_buf_puts(why, "The samples cannot be read.");
+    else if (format == NPY)
+        samples_npy(&s, out);
+    else if (format == SVG)
+        ok = motion_svg(&s, exchange_query(e, "columns"), exchange_query(e, "x"), out, why);
+    else if (!(ok = samples_mat(&s, out)))
+        sga_buf_puts(why, "The samples are longer than a MAT-file of level 5 can be: ask for npy, csv or ndjson.");
+    samples_end(&s);
+    return ok;
+}
+
+static enum MHD_Result send_whole(struct exchange *e, struct finished *f, int format, struct slice trajectory)
+{
+    struct service *sv = e->service;
+    struct whole *w = calloc(1, sizeof *w);
+    struct sga_buf why = { 0 };
+    if (!w) {
+        finished_unref(f);
+        return MHD_NO;
+    }
+    w->booked = &sv->reply_bytes;
+    w->bytes = (long)(WHOLE_FACTOR * trajectory.len);
+    bool full = atomic_fetch_add(w->booked, w->bytes) + w->bytes > atomic_load(&sv->config.reply_memory) + atomic_load(&sv->config.cache_memory);
+    bool ok = !full && make_whole(e, format, trajectory, &w->text, &why);
+    finished_unref(f);
+    if (ok) {
+        atomic_fetch_sub(w->booked, w->bytes - (long)w->text.cap);
+        w->bytes = (long)w->text.cap;
+        struct MHD_Response *r = MHD_create_response_from_callback(w->text.len, 32768, read_whole, w, free_whole);
+        if (r)
+            return reply_response(e, 200, formats[format].type, r);
+    }
+    enum MHD_Result rc = full ? reply_lookup(e, LOOKUP_BUSY) : ok ? MHD_NO : reply_error(e, SGA_E_BAD_REQUEST, "%s", why.data);
+    free_whole(w);
+    sga_buf_free(&why);
+    return rc;
+}
+
 enum MHD_Result handle_trajectory(struct exchange *e)
 {
     struct finished *f;
@@ -76,5 +153,11 @@ enum MHD_Result handle_trajectory(struct exchange *e)
     int format;
     if (!result_part_find(e, &kind, &f, &trajectory, &format, &rc))
         return rc;
+    if (format != SVG && (exchange_query(e, "columns") || exchange_query(e, "x"))) {
+        finished_unref(f);
+        return reply_error(e, SGA_E_BAD_REQUEST, "`columns` and `x` belong to an image: add format=svg.");
+    }
+    if (format > VIEW_NDJSON)
+        return send_whole(e, f, format, trajectory);
     return format == VIEW_JSON ? result_part_send(e, f, trajectory) : send_lines(e, f, (enum view_format)format, trajectory);
 }

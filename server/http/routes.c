@@ -12,9 +12,10 @@
     X("/v1/check",             SCOPE_READ, NULL,              handle_check,    NULL, "") \
     X("/v1/jobs/*/request",    SCOPE_READ, handle_request,    NULL,            NULL, "") \
     X("/v1/jobs/*/events",     SCOPE_READ, handle_events,     NULL,            NULL, "") \
-    X("/v1/jobs/*/trajectory", SCOPE_READ, handle_trajectory, NULL,            NULL, "format") \
+    X("/v1/jobs/*/trajectory", SCOPE_READ, handle_trajectory, NULL,            NULL, "format columns x") \
     X("/v1/jobs/*/tradeoff",   SCOPE_READ, handle_tradeoff,   NULL,            NULL, "format") \
     X("/v1/jobs/*/code",       SCOPE_READ, handle_code,       NULL,            NULL, "language") \
+    X("/v1/jobs/*/fmu",        SCOPE_READ, handle_fmu,        NULL,            NULL, "") \
     X("/healthz",              0,          handle_health,     NULL,            NULL, "") \
     X("/readyz",               0,          handle_ready,      NULL,            NULL, "") \
     X("/metrics",              SCOPE_WATCH, handle_metrics,    NULL,            NULL, "") \

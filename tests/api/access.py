@@ -403,7 +403,7 @@ def tls(build, c):
                 c(run.returncode == 0 and json.loads(run.stdout)["verdict"] == "unique", "TLS: the client", run.stderr)
             stranger, _ = certificate(folder, "stranger")
             for label, run in (("not trusted", sga("localhost")), ("trusting another", sga("localhost", "--ca", stranger)),
-                               ("another name", sga("127.1", "--ca", cert)), ("no file", sga("localhost", "--ca", folder + "/none"))):
+                               ("another name", sga("other.localhost", "--ca", cert)), ("no file", sga("localhost", "--ca", folder + "/none"))):
                 c(run.returncode == 1 and not run.stdout and ("certificate" in run.stderr.lower()), f"TLS: the client, {label}: refused", run)
             run = subprocess.run([os.path.join(build, "sga"), "top", "--once", "--ca", cert, "--server", f"https://localhost:{port}"],
                                  capture_output=True, timeout=60, check=False, text=True)
@@ -701,7 +701,7 @@ def unit(build, c):
     path = os.path.join(ROOT, "etc/sgad.service")
     with open(path, encoding="utf-8") as f:
         text = f.read()
-    c("NoNewPrivileges=yes" in text and "DynamicUser=yes" in text, "sgad.service is hardened")
+    c("NoNewPrivileges=yes" in text and "User=sgad" in text and "User=root" not in text, "sgad.service is hardened")
     c("Type=notify\n" in text and "WatchdogSec=" in text and not re.search("^IPAddress", text, re.M), "sgad.service tells that it is ready, and shuts no client out")
     if tool:
         with tempfile.TemporaryDirectory() as folder:

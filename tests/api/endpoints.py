@@ -2,18 +2,22 @@
 import csv
 import glob
 import hashlib
+import io
 import json
 import os
 import re
+import subprocess
+import tempfile
 import time
 import xml.etree.ElementTree as ElementTree
+import zipfile
 
 import schemas
 from common import moving, trivial
 from tally import ROOT
 
 
-PRODUCT = "0.1.0"
+PRODUCT = "0.2.0"
 
 
 def sources():
@@ -138,7 +142,8 @@ def listing(d, c):
 
 
 def trajectory(d, c):
-    job_ = d.ask("POST", "/v1/solve", moving(samples=7)).json()
+    asked = moving(samples=7)
+    job_ = d.ask("POST", "/v1/solve", asked).json()
     path = f"/v1/jobs/{job_['id']}/trajectory"
     t = job_["result"]["trajectory"]
     a = d.get(path)
@@ -156,6 +161,23 @@ def trajectory(d, c):
     c(b.headers["content-type"].startswith("application/json"), "trajectory: qualities of Accept", b.headers)
     etag = a.headers.get("etag", "")
     c(etag and d.get(path, If_None_Match=etag).status == 304, "trajectory: 304")
+    tags = {etag}
+    for form, type_, start in (("npy", "application/x-npy", b"\x93NUMPY"), ("mat", "application/x-matlab-data", b"MATLAB 5.0 MAT-file"), ("svg", "image/svg+xml", b"<?xml")):
+        with tempfile.TemporaryDirectory() as folder:
+            file = os.path.join(folder, "request.json")
+            with open(file, "w", encoding="utf-8") as f:
+                json.dump(asked, f)
+            made = subprocess.run([os.path.join(d.build, "sga"), "solve", file, f"--{form}"], capture_output=True, check=False).stdout
+        for label, b in (("Accept", d.get(path, Accept=type_)), ("format", d.get(path + "?format=" + form))):
+            c(b.status == 200 and b.headers.get("content-type") == type_, f"{form} by {label}: media type", b.headers)
+            c(b.body == made and made.startswith(start), f"{form} by {label}: what the command makes", b.body[:100])
+            tags.add(b.headers["etag"])
+    c(len(tags) == 4, "trajectory: a tag for each form", tags)
+    chosen = d.get(path + "?format=svg&x=x&columns=y")
+    c(chosen.status == 200 and chosen.body.count(b"<polyline") == 1, "svg: columns", chosen.body[:200])
+    c("no column q" in c.problem(d.get(path + "?format=svg&columns=y,q"), 400, "bad_request", "svg: no such column").get("detail", ""), "svg: which columns there are")
+    c.problem(d.get(path + "?format=npy&columns=y"), 400, "bad_request", "npy: columns")
+    c.problem(d.get(path + "?format=png"), 400, "bad_request", "trajectory: png")
     c.problem(d.get(path, Accept="image/png"), 406, "not_acceptable", "trajectory: image")
     none = d.ask("POST", "/v1/solve", trivial()).json()
     c.problem(d.get(f"/v1/jobs/{none['id']}/trajectory"), 409, "no_trajectory", "trajectory: not asked for")
@@ -289,6 +311,14 @@ def code(d, c):
     request = {"system": {"form": "equations", "variables": ["x"], "equations": ["x' = -x"]}, "want": ["index"]}
     none = d.ask("POST", "/v1/solve", request).json()
     c.problem(d.get(f"/v1/jobs/{none['id']}/code?language=c"), 409, "no_code", "code without a field")
+    a, b = d.get(path.replace("/code", "/fmu")), d.get(path + "?language=fmu")
+    with zipfile.ZipFile(io.BytesIO(a.body)) as z:
+        described = z.read("modelDescription.xml").decode()
+    c(a.status == 200 and a.headers["content-type"] == "application/zip" and "sga_model.fmu" in a.headers.get("content-disposition", ""), "fmu: media type", a.headers)
+    c(job_["id"] in described and b.body == a.body and b.headers["etag"] == a.headers["etag"], "fmu: names its job, and is one", described[:300])
+    c(d.get(path.replace("/code", "/fmu"), If_None_Match=a.headers["etag"]).status == 304, "fmu: ETag")
+    c.problem(d.get(path.replace("/code", "/fmu?language=c")), 400, "bad_request", "fmu: no query")
+    c.problem(d.get(f"/v1/jobs/{none['id']}/fmu"), 409, "no_code", "fmu without a field")
 
 
 ALL = [code, about, metrics, job, cache, waiting, listing, trajectory, sweep, tradeoff, conditional, events, examples]

@@ -20,13 +20,36 @@ import limits  # noqa: E402
 import load  # noqa: E402
 import packed  # noqa: E402
 import page  # noqa: E402
+import power  # noqa: E402
 import refusals  # noqa: E402
 import store  # noqa: E402
+import turns  # noqa: E402
 import upgrade  # noqa: E402
 import watch  # noqa: E402
 from common import Checks  # noqa: E402
 from daemon import Daemon  # noqa: E402
 from tally import Tally, build_folder  # noqa: E402
+
+# Whose tests start daemons of their own; those of the others share one.
+OWN = [
+    life,
+    limits,
+    isolation,
+    kill,
+    load,
+    store,
+    access,
+    audit,
+    watch,
+    command,
+    faults,
+    turns,
+    power,
+    framing,
+    packed,
+    upgrade,
+    page,
+]
 
 
 def one(tally, name, test, *arguments):
@@ -52,7 +75,7 @@ def main():
                     tally.check(False, test.__name__, f"the daemon died with {d.process.returncode}: {d.errors()}")
                     d.start()
             tally.check(d.stop() == 0, "the daemon ends with 0", d.errors()[-500:])
-    for test in life.ALL + limits.ALL + isolation.ALL + kill.ALL + load.ALL + store.ALL + access.ALL + audit.ALL + watch.ALL + command.ALL + faults.ALL + framing.ALL + packed.ALL + upgrade.ALL + page.ALL:
+    for test in [t for module in OWN for t in module.ALL]:
         if not chosen or test.__name__ in chosen:
             one(tally, test.__name__, test, build, checks)
     return tally.end()

@@ -1,0 +1,14 @@
+/* Samples as files that other programs load. The same samples give the same bytes. */
+#ifndef SERVER_SAMPLES_FILES_H
+#define SERVER_SAMPLES_FILES_H
+
+#include "buf.h"
+#include "samples.h"
+
+/* Appends an array of NumPy's format (.npy): one dimension, a field of '<f8' for each column. */
+void samples_npy(const struct samples *s, struct sga_buf *out);
+/* Appends a MAT-file of level 5: `rows`, a matrix, and `columns`, a cell row of their names. False, with nothing appended: longer than the 2 GB
+ * of that format. */
+bool samples_mat(const struct samples *s, struct sga_buf *out);
+
+#endif

@@ -1,0 +1,13 @@
+/* JSON strings as text. */
+#ifndef SERVER_JSON_STRING_H
+#define SERVER_JSON_STRING_H
+
+#include "buf.h"
+#include "json_scan.h"
+
+/* Appends what a JSON string says; any other value as it stands. */
+void string_put(struct sga_buf *out, struct slice value);
+/* The same as a new string that the caller frees. */
+char *string_take(struct slice value);
+
+#endif
