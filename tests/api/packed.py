@@ -5,7 +5,7 @@ import json
 import re
 import socket
 
-from common import moving, slow
+from common import moving, slow, trivial
 from daemon import Daemon
 
 
@@ -37,6 +37,8 @@ def packing(d, c):
     for kind in ("csv", "ndjson"):
         both(d, c, path + "/trajectory?format=" + kind, f"packed: samples as {kind}")
     both(d, c, path + "/code?language=c", "packed: code")
+    for _ in range(8):         # a list long enough to be packed
+        d.ask("POST", "/v1/solve", trivial())
     both(d, c, "/v1/jobs?limit=20", "packed: the list")
     both(d, c, "/openapi.json", "packed: the description")
     both(d, c, "/v1/schema/request", "packed: a schema")
