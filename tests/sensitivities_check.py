@@ -88,6 +88,10 @@ CLOSED = [
     # the jump at t = a moves with the parameter alone
     ("a jump in time", request(equations(["x"], ["x' = 1 + 2*max(sign(t - k), 0)"], {"k": "0.9"}), {"x": 0}, 2, ["k"]),
      [T + 2 * sympy.Max(T - K, 0)], {K: "0.9"}, [K]),
+    # a kink at the start that is left at once has a derivative
+    ("a kink at the start", request(equations(["x"], ["x' = k + abs(x)"], {"k": "1.5"}), {"x": 0}, 1, ["k"], ["x"]), [(K + A) * sympy.exp(T) - K], {K: "1.5", A: 0}, [K, A]),
+    ("conditions", request(equations(["x"], ["x' = if(t < k and x > 0, 1, -2)"], {"k": "0.9"}), {"x": 1}, 2, ["k"], ["x"]),
+     [sympy.Piecewise((A + T, T < K), (A + K - 2 * (T - K), True))], {K: "0.9", A: 1}, [K, A]),
     # the start is the nearest point (a, b)/r * L, which turns with the unit speed
     ("a start that is a nearest point", request(equations(["x", "y"], ["x' = -y", "x^2 + y^2 = k^2"], {"k": "2"}), {"x": 3, "y": 1}, 1, ["k"], ["x", "y"]),
      [K * (A * sympy.cos(T) - B * sympy.sin(T)) / sympy.sqrt(A**2 + B**2), K * (A * sympy.sin(T) + B * sympy.cos(T)) / sympy.sqrt(A**2 + B**2)],
@@ -110,6 +114,8 @@ REFUSED = [
     ("a special value", request(equations(["x", "z"], ["x' = z", "k*z = x"], {"k": 0}), {"x": 0, "z": 1}, 1, ["k"]), "not_supported", "/trajectory/sensitivities"),
     ("consistent at one value only", request(equations(["x", "y"], ["x' = y", "y = 1", "y = k"], {"k": 1}), {"x": 0}, 1, ["k"]), "no_motion", "/trajectory/sensitivities"),
     ("a start on a kink", request(equations(["x", "y"], ["x' = 1", "y = abs(x)"], {"k": 1}), {"x": 0, "y": 0}, 1, [], ["x"]), "inconsistent_initial", "/trajectory/initial"),
+    ("a start where the field jumps", request(equations(["x"], ["x' = 1 + step(x)"], {"k": 1}), {"x": 0}, 1, [], ["x"]), "inconsistent_initial", "/trajectory/initial"),
+    ("a start at rest on a kink", request(equations(["x"], ["x' = abs(x)"], {"k": 1}), {"x": 0}, 1, [], ["x"]), "inconsistent_initial", "/trajectory/initial"),
     ("jumps in double-double", request(equations(["x"], ["x' = 2 - k*sign(x)"], {"k": 1}), {"x": -1}, 1, ["k"], accuracy=DD), "not_supported", "/accuracy/arithmetic"),
     ("a sweep", request(DECAY, {"x": 1}, 1, ["k"]) | {"sweep": [{"initial": {"x": 2}}]}, "not_supported", "/trajectory/sensitivities"),
 ]

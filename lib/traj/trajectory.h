@@ -26,6 +26,7 @@ struct traj_turns {
     int base, directions;     /* variables of the motion, which come first, and how many derivatives of each follow */
     const expr_id *surface; int surfaces;   /* arguments of the motion's switches */
     const expr_id *slope;     /* surfaces x directions: their derivatives along each direction */
+    const expr_id *rate;      /* by surface: its derivative along the motion */
 };
 
 /* An event that happened. */

@@ -169,6 +169,22 @@ static void add_outputs(struct variation *v, const struct sys_system *sys, const
     }
 }
 
+/* Along the motion: e_x X + e_t. */
+static expr_id rate_of(struct along *a, const expr_id *field, expr_id e)
+{
+    struct expr_store *st = a->st;
+    a->active[a->sys->time] = 1;
+    int terms = expr_gradient(st, &a->cone, e, a->active, &a->term, &a->cap);
+    a->active[a->sys->time] = 0;
+    expr_id sum = expr_int(st, 0);
+    for (int k = 0; k < terms; k++) {
+        int j = a->variable_of[a->term[k].symbol];
+        if (j >= 0 || a->term[k].symbol == a->sys->time)
+            sum = expr_add(st, sum, j < 0 ? a->term[k].value : expr_mul(st, a->term[k].value, field[j]));
+    }
+    return sum;
+}
+
 /* The switches of the motion, and whether it may jump at one: at sign anywhere in it, and at any switch of its constraints. */
 static void add_turns(struct variation *v, const struct sys_system *sys, const struct sga_solution *sol, const expr_id *field, struct along *a)
 {
@@ -192,11 +208,13 @@ static void add_turns(struct variation *v, const struct sys_system *sys, const s
         v->may_jump |= w.count > 0 && expr_op_of(st, a->cone.list[k]) == EXPR_SIGN;
     v->surface = sga_malloc(((size_t)w.count + 1) * sizeof *v->surface);
     v->slope = sga_malloc(((size_t)w.count * (size_t)q + 1) * sizeof *v->slope);
+    v->rate = sga_malloc(((size_t)w.count + 1) * sizeof *v->rate);
     for (int e = 0; e < w.count; e++) {
         v->surface[e] = w.argument[e];
         differentiate(a, w.argument[e], v->slope + (size_t)e * (size_t)q);
+        v->rate[e] = rate_of(a, field, w.argument[e]);
     }
-    v->turns = (struct traj_turns){ .base = v->n, .directions = q, .surface = v->surface, .surfaces = w.count, .slope = v->slope };
+    v->turns = (struct traj_turns){ .base = v->n, .directions = q, .surface = v->surface, .surfaces = w.count, .slope = v->slope, .rate = v->rate };
     num_switches_clear(&w);
     free(root);
 }
@@ -304,4 +322,5 @@ void variation_clear(struct variation *v)
     free(v->output);
     free(v->surface);
     free(v->slope);
+    free(v->rate);
 }

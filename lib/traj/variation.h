@@ -35,7 +35,7 @@ struct variation {
     unsigned char *given, *held;
     double *guess;
     unsigned char *guessed, *kept;
-    expr_id *exact, *output, *surface, *slope, *field;
+    expr_id *exact, *output, *surface, *slope, *rate, *field;
 };
 
 /* sys, sol and rq, with everything that the derivatives are taken by as symbols; expressions go to the store of sys. guess: directions x variables of sys, the
@@ -49,6 +49,9 @@ void variation_clear(struct variation *v);
  * variable of the whole. Where the start is given and stays so far that it is determined (given values that stay, and zeros of what was not given), rq's
  * start becomes that, and the rest of it is solved for by the constraints: true. False: the derivative has to be had otherwise. */
 bool variation_place(struct variation *v, const struct sys_system *sys, const struct sga_solution *sol, struct traj_request *rq, const double *x);
+/* Whether the start that was placed is off every surface where the equations change, or stays on it along the directions, or (where nothing jumps) leaves it at once:
+ * otherwise the motion has another derivative on each side, or none. False: INITIAL with err. */
+bool variation_starts_clear(const struct variation *v, const struct sys_system *sys, const struct traj_request *rq, struct sga_error *err);
 /* Values of expressions without symbols. False: some have none. */
 bool variation_constants(const struct expr_store *st, const expr_id *e, int count, double *value);
 /* The start is x, with these derivatives (directions x variables of the whole). */

@@ -11,6 +11,7 @@
 #include "kinds.h"
 #include "leastnorm.h"
 #include "mem.h"
+#include "print.h"
 #include "tape.h"
 
 /* A given value stayed if it is the start's up to this, relative to 1 + its size; equations hold if they are missed by no more than this beside
@@ -63,48 +64,60 @@ static bool tangents_at(struct tangents *q, const struct sys_system *sys, const 
     return ok;
 }
 
-/* s (directions x n) with J s = -b and s = g where it stays; whether there is exactly one. */
+/* Whether s, of one direction, has J s = -b. */
+static bool meets(const struct tangents *q, const double *size, int d, const double *s)
+{
+    double largest = 0;
+    for (int j = 0; j < q->n; j++)
+        largest = fmax(largest, fabs(s[j]));
+    for (int i = 0; i < q->rows; i++) {
+        double sum = q->b[i * q->directions + d], terms = fabs(sum) + size[i] * largest;
+        for (int j = 0; j < q->n; j++)
+            sum += q->J[(size_t)i * (size_t)q->n + (size_t)j] * s[j];
+        if (!(fabs(sum) <= MISSED * terms))
+            return false;
+    }
+    return true;
+}
+
+/* s (directions x n) with J s = -b and s = g where it stays; whether there is exactly one. Cost: rows^2 times what does not stay. */
 static bool determined(const struct tangents *q, const unsigned char *stays, const double *g, double *s, struct sga_arena *mem)
 {
-    size_t n = (size_t)q->n;
-    int m = q->rows;
-    for (int j = 0; j < q->n; j++)
-        m += stays[j];
-    double *M = sga_zeros(mem, (size_t)m * n + 1, sizeof *M), *size = sga_zeros(mem, (size_t)m + 1, sizeof *size), *rhs = sga_zeros(mem, (size_t)m + 1, sizeof *rhs);
-    double *qr = sga_zeros(mem, ((size_t)m + 1) * ((size_t)m + 1), sizeof *qr);
-    int *perm = sga_zeros(mem, (size_t)m + 1, sizeof *perm), row = q->rows;
-    for (int i = 0; i < q->rows; i++) {
+    size_t n = (size_t)q->n, m = (size_t)q->rows, frees = 0;
+    int *free_at = sga_zeros(mem, n + 1, sizeof *free_at), *perm = sga_zeros(mem, m + 1, sizeof *perm);
+    for (size_t j = 0; j < n; j++)
+        if (!stays[j])
+            free_at[frees++] = (int)j;
+    if (frees > m)
+        return false;
+    double *M = sga_zeros(mem, m * frees + 1, sizeof *M), *size = sga_zeros(mem, m + 1, sizeof *size), *rhs = sga_zeros(mem, m + 1, sizeof *rhs);
+    double *qr = sga_zeros(mem, frees ? (m + 1) * (m + 1) : 1, sizeof *qr), *found = sga_zeros(mem, frees + 1, sizeof *found);
+    for (size_t i = 0; i < m; i++) {
         for (size_t j = 0; j < n; j++)
-            size[i] = fmax(size[i], fabs(q->J[(size_t)i * n + j]));
-        for (size_t j = 0; j < n && size[i] > 0; j++)
-            M[(size_t)i * n + j] = q->J[(size_t)i * n + j] / size[i];
+            size[i] = fmax(size[i], fabs(q->J[i * n + j]));
+        for (size_t k = 0; k < frees && size[i] > 0; k++)
+            M[i * frees + k] = q->J[i * n + (size_t)free_at[k]] / size[i];
     }
-    for (int j = 0; j < q->n; j++)
-        if (stays[j])
-            M[(size_t)row++ * n + (size_t)j] = 1;
-    if (points_least_norm_factor(m, q->n, M, perm, qr) < q->n)
+    if (frees && points_least_norm_factor((int)m, (int)frees, M, perm, qr) < (int)frees)
         return false;
     bool ok = true;
     for (int d = 0; d < q->directions && ok; d++) {
         double *to = s + (size_t)d * n;
-        for (int i = 0; i < q->rows; i++)
-            rhs[i] = size[i] > 0 ? q->b[i * q->directions + d] / size[i] : 0;
-        row = q->rows;
-        for (int j = 0; j < q->n; j++)
-            if (stays[j])
-                rhs[row++] = -g[(size_t)d * n + (size_t)j];
-        points_least_norm_solve(m, q->n, M, q->n, perm, qr, rhs, to);
-        double largest = 0;
         for (size_t j = 0; j < n; j++)
-            largest = fmax(largest, fabs(to[j]));
-        for (int i = 0; i < q->rows && ok; i++) {
-            double sum = q->b[i * q->directions + d], terms = fabs(sum) + size[i] * largest;
+            to[j] = stays[j] ? g[(size_t)d * n + j] : 0;
+        for (size_t i = 0; i < m && frees; i++) {
+            rhs[i] = q->b[i * (size_t)q->directions + (size_t)d];
             for (size_t j = 0; j < n; j++)
-                sum += q->J[(size_t)i * n + j] * to[j];
-            ok = fabs(sum) <= MISSED * terms;
+                rhs[i] += q->J[i * n + j] * to[j];
+            rhs[i] = size[i] > 0 ? rhs[i] / size[i] : 0;
         }
-        for (int j = 0; j < q->n && ok; j++)
-            ok = isfinite(to[j]) && (!stays[j] || fabs(to[j] - g[(size_t)d * n + (size_t)j]) <= MISSED * (1 + fabs(to[j])));
+        if (frees)
+            points_least_norm_solve((int)m, (int)frees, M, (int)frees, perm, qr, rhs, found);
+        for (size_t k = 0; k < frees; k++)
+            to[free_at[k]] = found[k];
+        for (size_t j = 0; j < n && ok; j++)
+            ok = isfinite(to[j]);
+        ok = ok && meets(q, size, d, to);
     }
     return ok;
 }
@@ -158,4 +171,44 @@ void variation_place_at(struct variation *v, struct traj_request *rq, const doub
         v->held[i] = 0;
     }
     rq->exact_initial = NULL;
+}
+
+/* Beside 1 + the sizes of variables: on a surface; along a direction it does not move; at rest. */
+static const double ON = 1e-12;
+
+bool variation_starts_clear(const struct variation *v, const struct sys_system *sys, const struct traj_request *rq, struct sga_error *err)
+{
+    const struct traj_turns *q = rq->turns;
+    int n = sys->variables;
+    if (!q)
+        return true;
+    SGA_ARENA(mem);
+    size_t surfaces = (size_t)q->surfaces, directions = (size_t)q->directions, roots = surfaces * (2 + directions);
+    expr_id *root = sga_take(&mem, (roots + 1) * sizeof *root);
+    double *out = sga_zeros(&mem, roots + 1, sizeof *out), *in = sga_zeros(&mem, (size_t)n + 1, sizeof *in), size = 1;
+    memcpy(root, q->surface, surfaces * sizeof *root);
+    memcpy(root + surfaces, q->rate, surfaces * sizeof *root);
+    memcpy(root + 2 * surfaces, q->slope, surfaces * directions * sizeof *root);
+    memcpy(in, rq->initial, (size_t)n * sizeof *in);
+    in[n] = rq->start;
+    for (int j = 0; j < q->base; j++)
+        size = fmax(size, fabs(in[j]));
+    SGA_FREED int *inputs = field_inputs(sys);
+    struct num_tape *tape = num_tape_new(sys->store, root, (int)roots, inputs, n + 1, err);
+    if (tape)
+        num_tape_eval(tape, in, out);
+    num_tape_free(tape);
+    for (size_t i = 0; i < surfaces && tape; i++) {
+        bool on = fabs(out[i]) <= ON * size, leaves = fabs(out[surfaces + i]) > ON * size, moves = false;
+        for (size_t d = 0; d < directions; d++)
+            moves |= fabs(out[2 * surfaces + i * directions + d]) > ON;
+        if (on && moves && (v->may_jump || !leaves)) {
+            char *text = expr_text(sys->store, q->surface[i], 200);
+            sga_fail_at(err, SGA_E_INITIAL, "/trajectory/initial", "the motion starts where the equations change, at %s = 0: a change of what is differentiated by moves it to one side or the "
+                        "other, and its derivatives there are not the same; start beside it", text);
+            free(text);
+            return false;
+        }
+    }
+    return tape != NULL;
 }

@@ -65,6 +65,7 @@ static void gather_system(struct roots *r, const struct sys_system *s, const str
     if (q->turns) {
         append(r, q->turns->surface, q->turns->surfaces);
         append(r, q->turns->slope, q->turns->surfaces * q->turns->directions);
+        append(r, q->turns->rate, q->turns->surfaces);
     }
 }
 
@@ -140,7 +141,8 @@ static const expr_id *place_system(struct sweep_case *c, const struct sys_system
     c->turns.surface = e;
     c->turns.slope = e += q->turns->surfaces;
     c->request.turns = &c->turns;
-    return e + q->turns->surfaces * q->turns->directions;
+    c->turns.rate = e += q->turns->surfaces * q->turns->directions;
+    return e + q->turns->surfaces;
 }
 
 static void place_solution(struct sweep_case *c, const struct sga_solution *s, int n, const expr_id *e)

@@ -27,7 +27,7 @@ static bool run_from_differences(struct vary_motion *to, struct vary_model *m, s
     if (!vary_start_slopes(m, v->by, v->directions, at, slope, off, err))
         return false;
     variation_place_at(v, &c->request, at->x, slope);
-    if (!traj_run(&c->system, &c->solution, &c->request, &to->result, err))
+    if (!variation_starts_clear(v, &c->system, &c->request, err) || !traj_run(&c->system, &c->solution, &c->request, &to->result, err))
         return false;
     for (size_t i = 0; i < all; i++)
         slope[i] += off[i];
@@ -53,6 +53,8 @@ static bool run_from_solved(struct vary_motion *to, struct variation *v, const s
     if (!variation_place(v, &c->system, &c->solution, &c->request, at->x))
         return false;
     to->exact_start = true;
+    if (!variation_starts_clear(v, &c->system, &c->request, err))
+        return false;
     if (longer && traj_run(&c->system, &c->solution, &c->request, &to->result, &ignored))
         return true;
     if (longer) {
