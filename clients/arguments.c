@@ -19,6 +19,7 @@ const char arguments_usage[] =
     "                      [--json | --text | --csv | --svg | --npy | --mat] [--output FILE]\n"
     "                      [--tradeoff-csv FILE] [--tradeoff-svg FILE]\n"
     "       sga cancel ID | sga events ID [--server URL] [--ca FILE] [--json | --text]\n"
+    "       sga ready [--server URL] [--ca FILE]\n"
     "       sga top [--server URL] [--ca FILE] [--every SECONDS] [--once]\n"
     "       sga version\n"
     "       sga --help\n"
@@ -34,6 +35,8 @@ const char arguments_usage[] =
     "\n"
     "list, get, wait, cancel and events are about the jobs of a daemon: the newest ones, a\n"
     "result, a result once it is there, an end, and what happens until it ends.\n"
+    "\n"
+    "ready says whether a daemon takes jobs, and why not: for probes.\n"
     "\n"
     "top shows what a daemon does: queue, stages, rates, refusals.\n"
     "\n"
@@ -63,7 +66,7 @@ static const struct {
 } commands[COMMANDS] = {
     [SOLVE] = { "solve", "sawjtcvnmoXYTSi", "a file" }, [PLOT] = { "plot", "sawXYoi", "a file" }, [CODE] = { "code", "sawloi", "a file" }, [CHECK] = { "check", "sajt", "a file" },
     [LIST] = { "list", "sajtuN", NULL }, [GET] = { "get", "sajtcvnmoXYTS", "the id of a job" }, [WAIT] = { "wait", "sawjtcvnmoXYTS", "the id of a job" },
-    [CANCEL] = { "cancel", "sajt", "the id of a job" }, [EVENTS] = { "events", "sajt", "the id of a job" },
+    [CANCEL] = { "cancel", "sajt", "the id of a job" }, [EVENTS] = { "events", "sajt", "the id of a job" }, [READY] = { "ready", "sajt", NULL },
 };
 
 static const struct {
@@ -122,7 +125,7 @@ static int read_one(struct arguments *args, char **argv, int argc, int *i)
     int k = 0;
     if (*a != '-' || !a[1]) {
         if (args->file || !commands[args->command].word)
-            return bad_usage(args->file ? "more than one file: " : "no file belongs to list: ", a);
+            return bad_usage(args->file ? "more than one file: " : "nothing belongs there: ", a);
         args->file = a;
         return DONE;
     }

@@ -6,7 +6,7 @@
 
 enum { DONE = 0, FAILED = 1, USAGE = 2, INTERRUPTED = 130 };
 
-enum command { SOLVE, PLOT, CODE, CHECK, LIST, GET, WAIT, CANCEL, EVENTS, COMMANDS };
+enum command { SOLVE, PLOT, CODE, CHECK, LIST, GET, WAIT, CANCEL, EVENTS, READY, COMMANDS };
 
 struct arguments {
     enum command command;

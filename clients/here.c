@@ -2,6 +2,7 @@
 #include "exec.h"
 #include "json_scan.h"
 #include "problem.h"
+#include "progress.h"
 #include "run.h"
 #include "solve.h"
 
@@ -36,12 +37,28 @@ static void tell(const struct sga_error *err, struct answer *a)
 struct stuck {
     struct answer *answer;
     void (*tell)(const struct answer *a);
+    struct progress shown;
 };
+
+static void told(void *ctx, const char *stage, double fraction)
+{
+    struct stuck *s = ctx;
+    progress_show(&s->shown, stage, fraction);
+}
+
+/* It is asked often, which keeps the line alive between the stages. */
+static bool cancelled(void *ctx)
+{
+    struct stuck *s = ctx;
+    progress_again(&s->shown);
+    return false;
+}
 
 /* Memory or time ended inside a library call that cannot be left. */
 static void wall(void *ctx, const struct sga_error *err)
 {
-    const struct stuck *s = ctx;
+    struct stuck *s = ctx;
+    progress_end(&s->shown);
     tell(err, s->answer);
     s->tell(s->answer);
     _exit(1);
@@ -62,7 +79,7 @@ static void too_late(int number)
     _exit(1);
 }
 
-static void set_alarm(const char *request, size_t length, bool readable)
+static void set_alarm(const char *request, size_t length, bool readable, bool shown)
 {
     struct slice limits = scan_member(scan_value(request, request + length), "limits");
     double seconds = scan_number(scan_member(limits, "seconds"), DEFAULT_SECONDS);
@@ -73,7 +90,7 @@ static void set_alarm(const char *request, size_t length, bool readable)
     snprintf(err.detail, sizeof err.detail, "the limit of %g seconds was reached, and %g seconds later the job had not come to "
              "an end; raise limits.seconds or ask for less in want", seconds, GRACE_SECONDS);
     tell(&err, &a);
-    sga_buf_printf(&late_line, "sga: %s\n", a.problem);
+    sga_buf_printf(&late_line, "%ssga: %s\n", shown ? "\r" : "", a.problem);       /* over the line of progress, which is shorter */
     if (!readable)
         late_object = a.text;
     else
@@ -85,13 +102,15 @@ static void set_alarm(const char *request, size_t length, bool readable)
 
 bool solve_here(const char *request, size_t length, struct answer *a, void (*stuck)(const struct answer *a))
 {
-    struct stuck s = { a, stuck };
-    struct sga_run_options options = { .wall = wall, .ctx = &s, .exec = a->interpret_only ? NULL : sga_exec_new(CODE) };
+    struct stuck s = { a, stuck, { .on = false } };
+    progress_begin(&s.shown);
+    struct sga_run_options options = { .wall = wall, .progress = s.shown.on ? told : NULL, .cancelled = s.shown.on ? cancelled : NULL, .ctx = &s, .exec = a->interpret_only ? NULL : sga_exec_new(CODE) };
     struct sga_error err = { 0 };
     sga_init();
-    set_alarm(request, length, a->readable);
+    set_alarm(request, length, a->readable, s.shown.on);
     bool ok = sga_run(request, length, &options, &a->text, &err);
     alarm(0);
+    progress_end(&s.shown);
     sga_exec_free(options.exec);
     if (ok)
         return true;

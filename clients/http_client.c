@@ -1,148 +1,203 @@
-/* HTTP by hand: the reply is read to its end, then taken apart. */
-#include "http_parts.h"
+/* One exchange is one handle of libcurl's: made, used, dropped. */
+#include "http_client.h"
 
+#include <curl/curl.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
-enum { PATIENCE = 60 };      /* seconds of silence past the wait that was asked for */
+#include "interrupt.h"
 
-bool http_parse(const char *url, struct http_server *server)
+enum {
+    PATIENCE = 60,            /* seconds of silence past the wait that was asked for */
+    MOST_LINE = 1 << 20,      /* bytes; longer lines are no events of a daemon's */
+};
+
+/* Where a reply goes while it comes. */
+struct taker {
+    CURL *curl;
+    struct http_reply *reply;
+    struct sga_buf text;      /* the line so far */
+    bool (*line)(void *ctx, const char *text);      /* NULL: the body is taken whole */
+    void *ctx;
+    bool enough;              /* `line` said so */
+    bool before;              /* an interrupt came before this exchange, which is what follows from it */
+};
+
+static long status_of(CURL *curl)
 {
-    const char *token = getenv("SGA_TOKEN"), *ca = getenv("SGA_CA");
-    *server = (struct http_server){ .token = token && *token && !strpbrk(token, "\r\n") ? token : NULL, .ca = ca && *ca ? ca : NULL };
-    if (strncmp(url, "unix:/", 6) == 0 && strlen(url + 5) < sizeof server->path) {
-        strcpy(server->path, url + 5);
-        strcpy(server->host, "localhost");
-        strcpy(server->port, "80");
-        return true;
-    }
-    server->tls = strncasecmp(url, "https://", 8) == 0;
-    if (!server->tls && strncasecmp(url, "http://", 7) != 0)
-        return false;
-    const char *host = url + (server->tls ? 8 : 7);
-    bool bracket = *host == '[';
-    host += bracket;
-    size_t n = strcspn(host, bracket ? "]" : ":/");
-    if (n == 0 || n >= sizeof server->host || (bracket && host[n] != ']'))
-        return false;
-    memcpy(server->host, host, n);
-    server->host[n] = 0;
-    const char *rest = host + n + bracket;
-    strcpy(server->port, server->tls ? "443" : "80");
-    if (*rest == ':') {
-        size_t digits = strspn(++rest, "0123456789");
-        if (digits == 0 || digits > 5)
+    long status = 0;
+    curl_easy_getinfo(curl, CURLINFO_RESPONSE_CODE, &status);
+    return status;
+}
+
+/* False: the caller has enough, or the line is too long. */
+static bool take_lines(struct taker *t, const char *s, size_t n)
+{
+    while (n) {
+        const char *end = memchr(s, '\n', n);
+        size_t part = end ? (size_t)(end - s) : n;
+        sga_buf_put(&t->text, s, part);
+        if (t->text.len >= MOST_LINE)
             return false;
-        memcpy(server->port, rest, digits);
-        server->port[digits] = 0;
-        rest += digits;
-    }
-    return *rest == 0 || strcmp(rest, "/") == 0;
-}
-
-bool http_receive_all(struct stream *stream, struct sga_buf *in)
-{
-    char piece[16384];
-    ssize_t n;
-    while ((n = stream_receive(stream, piece, sizeof piece)) > 0)
-        sga_buf_put(in, piece, (size_t)n);
-    return n == 0 && in->len > 0;
-}
-
-bool http_header(const char *head, const char *end, const char *name, char *out, size_t size)
-{
-    size_t n = strlen(name);
-    for (const char *line = head; line < end; line = strstr(line, "\r\n") + 2) {
-        if (strncasecmp(line, name, n) != 0 || line[n] != ':')
-            continue;
-        const char *value = line + n + 1 + strspn(line + n + 1, " \t");
-        snprintf(out, size, "%.*s", (int)strcspn(value, "\r\n"), value);
-        return true;
-    }
-    return false;
-}
-
-static bool unchunk(const char *s, const char *end, struct sga_buf *out)
-{
-    while (s < end) {
-        char *after;
-        unsigned long n = strtoul(s, &after, 16);
-        const char *data = strstr(after, "\r\n");
-        if (after == s || !data || n > (size_t)(end - data) - 2)
-            return false;
-        if (n == 0)
+        if (!end)
             return true;
-        sga_buf_put(out, data + 2, n);
-        s = data + 2 + n + 2;
+        t->enough = !t->line(t->ctx, t->text.len ? t->text.data : "");
+        sga_buf_clear(&t->text);
+        if (t->enough)
+            return false;
+        s = end + 1;
+        n -= part + 1;
     }
-    return false;
-}
-
-bool http_take_apart(const struct sga_buf *in, struct http_reply *reply)
-{
-    char value[64];
-    const char *end = strstr(in->data, "\r\n\r\n"), *all = in->data + in->len;
-    if (strncmp(in->data, "HTTP/1.", 7) != 0 || !end)
-        return false;
-    end += 2;
-    reply->status = atoi(in->data + 9);
-    http_header(in->data, end, "Location", reply->location, sizeof reply->location);
-    if (http_header(in->data, end, "Retry-After", value, sizeof value))
-        reply->retry_after = atof(value);
-    const char *body = end + 2;
-    if (http_header(in->data, end, "Transfer-Encoding", value, sizeof value) && strcasecmp(value, "chunked") == 0)
-        return unchunk(body, all, &reply->body);
-    if (http_header(in->data, end, "Content-Length", value, sizeof value) && strtoul(value, NULL, 10) != (size_t)(all - body))
-        return false;
-    sga_buf_put(&reply->body, body, (size_t)(all - body));
     return true;
 }
 
-/* Off this machine a token goes over TLS only. */
-static bool may_show_token(const struct http_server *server)
+static size_t take(char *data, size_t one, size_t n, void *ctx)
 {
-    return server->tls || *server->path || strcasecmp(server->host, "localhost") == 0 || strncmp(server->host, "127.", 4) == 0
-        || strcmp(server->host, "::1") == 0;
+    struct taker *t = ctx;
+    if (t->line && status_of(t->curl) == 200)
+        return take_lines(t, data, one * n) ? one * n : 0;
+    sga_buf_put(&t->reply->body, data, one * n);
+    return one * n;
 }
 
-bool http_send(const struct http_server *server, const char *method, const char *path, const char *body, size_t length, int wait,
-               struct stream *stream, char *why, size_t size)
+static int watch(void *ctx, curl_off_t down, curl_off_t got, curl_off_t up, curl_off_t sent)
 {
-    struct sga_buf out = { 0 };
-    bool colon = strchr(server->host, ':');
-    if (server->token && !may_show_token(server)) {
-        snprintf(why, size, "a token is not sent to %s without encryption; use https://, or unset SGA_TOKEN", server->host);
-        return false;
-    }
-    if (!stream_open(stream, server, wait + PATIENCE, why, size))
-        return false;
-    sga_buf_printf(&out, "%s %s HTTP/1.1\r\nHost: %s%s%s:%s\r\nConnection: close\r\nAccept: application/json\r\nPrefer: wait=%d\r\n",
-                   method, path, colon ? "[" : "", server->host, colon ? "]" : "", server->port, wait);
-    if (server->token)
-        sga_buf_printf(&out, "Authorization: Bearer %s\r\n", server->token);
+    const struct taker *t = ctx;
+    (void)down, (void)got, (void)up, (void)sent;
+    return interrupted() && !t->before;
+}
+
+static struct curl_slist *headers(const struct http_server *server, bool body, int wait)
+{
+    char prefer[64];
+    struct sga_buf token = { 0 };
+    snprintf(prefer, sizeof prefer, "Prefer: wait=%d", wait);
+    struct curl_slist *list = curl_slist_append(curl_slist_append(curl_slist_append(NULL, "Accept: application/json"), "Expect:"), prefer);
     if (body)
-        sga_buf_printf(&out, "Content-Type: application/json\r\nContent-Length: %zu\r\n", length);
-    sga_buf_puts(&out, "\r\n");
-    if (stream_send(stream, out.data, out.len) && body)
-        stream_send(stream, body, length);
-    sga_buf_free(&out);
-    return true;
+        list = curl_slist_append(list, "Content-Type: application/json");
+    if (server->token) {
+        sga_buf_printf(&token, "Authorization: Bearer %s", server->token);
+        list = curl_slist_append(list, token.data);
+    }
+    sga_buf_free(&token);
+    return list;
+}
+
+static void prepare(CURL *c, const struct http_server *server, int wait)
+{
+    curl_easy_setopt(c, CURLOPT_USERAGENT, "sga");
+    curl_easy_setopt(c, CURLOPT_PROTOCOLS_STR, "http,https");
+    curl_easy_setopt(c, CURLOPT_PATH_AS_IS, 1L);
+    curl_easy_setopt(c, CURLOPT_ACCEPT_ENCODING, "");       /* what it can unpack */
+    curl_easy_setopt(c, CURLOPT_CONNECTTIMEOUT, (long)PATIENCE);
+    curl_easy_setopt(c, CURLOPT_LOW_SPEED_LIMIT, 1L);
+    curl_easy_setopt(c, CURLOPT_LOW_SPEED_TIME, (long)(wait + PATIENCE));
+    curl_easy_setopt(c, CURLOPT_SSLVERSION, (long)CURL_SSLVERSION_TLSv1_2);
+    if (*server->socket)
+        curl_easy_setopt(c, CURLOPT_UNIX_SOCKET_PATH, server->socket);
+    if (server->here)
+        curl_easy_setopt(c, CURLOPT_PROXY, "");             /* whatever the environment names */
+    if (server->ca) {
+        curl_easy_setopt(c, CURLOPT_CAINFO, server->ca);
+        curl_easy_setopt(c, CURLOPT_CAPATH, NULL);
+    }
+}
+
+/* What libcurl says, after what it was about. */
+static void explain(CURL *c, CURLcode code, const char *said, const struct http_server *server, char *why, size_t size)
+{
+    long number = 0;
+    const char *detail = *said ? said : curl_easy_strerror(code);
+    curl_easy_getinfo(c, CURLINFO_OS_ERRNO, &number);
+    switch (code) {
+    case CURLE_COULDNT_RESOLVE_HOST:
+        snprintf(why, size, "cannot find %s: %s", server->name, detail);
+        break;
+    case CURLE_COULDNT_RESOLVE_PROXY:
+        snprintf(why, size, "cannot find the proxy: %s", detail);
+        break;
+    case CURLE_COULDNT_CONNECT:
+        snprintf(why, size, "cannot connect to %s: %s", server->name, number ? strerror((int)number) : detail);
+        break;
+    case CURLE_SSL_CACERT_BADFILE:
+        snprintf(why, size, "no trusted certificate could be read from %s", server->ca ? server->ca : "the system");
+        break;
+    case CURLE_SSL_CONNECT_ERROR:
+    case CURLE_PEER_FAILED_VERIFICATION:
+        snprintf(why, size, "no secure connection to %s: %s", server->name, detail);
+        break;
+    default:
+        snprintf(why, size, "%s gave no whole reply: %s", server->name, detail);
+    }
+}
+
+static void take_location(CURL *c, struct http_reply *reply)
+{
+    struct curl_header *h;
+    if (curl_easy_header(c, "Location", 0, CURLH_HEADER, -1, &h) == CURLHE_OK)
+        snprintf(reply->location, sizeof reply->location, "%s", h->value);
+}
+
+static bool exchange(const struct http_server *server, const char *method, const char *path, const char *body, size_t length, int wait,
+                     struct taker *t, char *why, size_t size)
+{
+    char said[CURL_ERROR_SIZE] = "";
+    struct sga_buf url = { 0 };
+    *t->reply = (struct http_reply){ 0 };
+    /* Off this machine a token goes over TLS only. */
+    if (server->token && !server->tls && !server->here) {
+        snprintf(why, size, "a token is not sent to %s without encryption; use https://, or unset SGA_TOKEN", server->name);
+        return false;
+    }
+    CURL *c = t->curl = curl_easy_init();
+    if (!c) {
+        snprintf(why, size, "out of memory");
+        return false;
+    }
+    struct curl_slist *list = headers(server, body != NULL, wait);
+    sga_buf_printf(&url, "%s%s", server->url, path);
+    prepare(c, server, wait);
+    curl_easy_setopt(c, CURLOPT_URL, url.data);
+    curl_easy_setopt(c, CURLOPT_HTTPHEADER, list);
+    curl_easy_setopt(c, CURLOPT_ERRORBUFFER, said);
+    curl_easy_setopt(c, CURLOPT_WRITEFUNCTION, take);
+    curl_easy_setopt(c, CURLOPT_WRITEDATA, t);
+    curl_easy_setopt(c, CURLOPT_XFERINFOFUNCTION, watch);
+    curl_easy_setopt(c, CURLOPT_XFERINFODATA, t);
+    curl_easy_setopt(c, CURLOPT_NOPROGRESS, 0L);
+    if (body) {
+        curl_easy_setopt(c, CURLOPT_POSTFIELDSIZE_LARGE, (curl_off_t)length);
+        curl_easy_setopt(c, CURLOPT_POSTFIELDS, body);
+    }
+    curl_easy_setopt(c, CURLOPT_CUSTOMREQUEST, method);
+    t->before = interrupted();
+    CURLcode code = curl_easy_perform(c);
+    bool ok = code == CURLE_OK || t->enough;
+    t->reply->status = (int)status_of(c);
+    take_location(c, t->reply);
+    if (!ok)
+        explain(c, code, said, server, why, size);
+    curl_easy_cleanup(c);
+    curl_slist_free_all(list);
+    sga_buf_free(&url);
+    return ok;
 }
 
 bool http_ask(const struct http_server *server, const char *method, const char *path, const char *body, size_t length,
               int wait, struct http_reply *reply, char *why, size_t size)
 {
-    struct sga_buf in = { 0 };
-    struct stream stream;
-    *reply = (struct http_reply){ 0 };
-    if (!http_send(server, method, path, body, length, wait, &stream, why, size))
-        return false;
-    bool ok = http_receive_all(&stream, &in) && http_take_apart(&in, reply);
+    struct taker t = { .reply = reply };
+    bool ok = exchange(server, method, path, body, length, wait, &t, why, size);
     if (!ok)
-        snprintf(why, size, "%s port %s gave no whole reply", server->host, server->port);
-    stream_close(&stream);
-    sga_buf_free(&in);
+        sga_buf_free(&reply->body);
+    return ok;
+}
+
+bool http_lines(const struct http_server *server, const char *path, bool (*line)(void *ctx, const char *text), void *ctx,
+                struct http_reply *reply, char *why, size_t size)
+{
+    struct taker t = { .reply = reply, .line = line, .ctx = ctx };
+    bool ok = exchange(server, "GET", path, NULL, 0, 0, &t, why, size);
+    sga_buf_free(&t.text);
     return ok;
 }

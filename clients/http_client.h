@@ -1,4 +1,4 @@
-/* A small HTTP/1.1 client: one request on one connection, over TCP, TLS or a UNIX socket. */
+/* A daemon over HTTP, by libcurl: http, https or a UNIX socket, by a proxy where the environment names one. */
 #ifndef CLIENTS_HTTP_CLIENT_H
 #define CLIENTS_HTTP_CLIENT_H
 
@@ -8,25 +8,26 @@
 #include "buf.h"
 
 struct http_server {
-    char host[256];
-    char port[8];
-    char path[108];           /* of a UNIX socket; "" otherwise */
+    char url[1024];           /* before each path: http[s]://HOST[:PORT][/PREFIX], no slash at its end */
+    char name[300];           /* in messages: "HOST port PORT", or the socket's path */
+    char socket[108];         /* path of a UNIX socket; "" otherwise */
     const char *token;        /* shown as a bearer token; NULL: none */
-    bool tls;
     const char *ca;           /* file of the certificates that are trusted (PEM); NULL: the system's */
+    bool here;                /* on this machine: no proxy, and a token may go without encryption */
+    bool tls;
 };
 
 struct http_reply {
     int status;
     char location[256];       /* "" where there is none */
-    double retry_after;       /* seconds; 0 where there is none */
     struct sga_buf body;
 };
 
-/* Takes http[s]://HOST[:PORT][/] or unix:PATH apart, the token from SGA_TOKEN and the trusted
+/* Takes http[s]://HOST[:PORT][/PREFIX] or unix:PATH apart, the token from SGA_TOKEN and the trusted
  * certificates from SGA_CA; false where it is something else. */
 bool http_parse(const char *url, struct http_server *server);
-/* Sends method and path, with a JSON body unless it is NULL, and `Prefer: wait=` seconds.
+/* Sends method and path, with a JSON body unless it is NULL, and `Prefer: wait=` seconds. Over TLS it goes on only with a server whose
+ * certificate names the host and leads to one that is trusted. An interrupt (interrupt.h) ends it.
  * False with a reason in why. The body is the caller's to free. */
 bool http_ask(const struct http_server *server, const char *method, const char *path, const char *body, size_t length,
               int wait, struct http_reply *reply, char *why, size_t size);

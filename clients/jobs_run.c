@@ -124,6 +124,16 @@ static int cancel(const struct arguments *args)
     return status;
 }
 
+static int ready(const struct arguments *args)
+{
+    struct http_reply reply;
+    if (!ask(args, "GET", "/readyz", &reply))
+        return FAILED;
+    int status = show_readable(args) ? (puts("ready"), DONE) : show_json(whole(&reply.body));
+    sga_buf_free(&reply.body);
+    return status;
+}
+
 /* -- Events -- */
 
 struct watch {
@@ -186,6 +196,7 @@ int jobs_run(const struct arguments *args)
     case LIST: return list(args);
     case CANCEL: return cancel(args);
     case EVENTS: return events(args);
+    case READY: return ready(args);
     default: return get(args);
     }
 }

@@ -8,7 +8,7 @@
 
 /* check: reads the request and says all that is wrong with it, here or by a daemon. DONE: nothing is. */
 int check_run(const struct arguments *args, const char *request, size_t length);
-/* list, get, wait, cancel, events. */
+/* list, get, wait, cancel, events, ready. */
 int jobs_run(const struct arguments *args);
 
 #endif

@@ -2,6 +2,7 @@
 #include "budget.h"
 #include "interrupt.h"
 #include "json_string.h"
+#include "progress.h"
 #include "solve.h"
 #include "there.h"
 
@@ -53,10 +54,22 @@ static bool ended(const struct http_reply *reply, struct answer *a, bool *ok)
     return result.at || error.at;
 }
 
-static int poll_seconds(double until)
+/* Where a line of progress is shown, often. */
+static int poll_seconds(double until, const struct progress *shown)
 {
-    double left = until - sga_now();
-    return until == 0 || left > LONG_POLL ? LONG_POLL : left > 1 ? (int)left : 1;
+    double left = until - sga_now(), most = shown && shown->on ? 1 : LONG_POLL;
+    return until == 0 || left > most ? (int)most : left > 1 ? (int)left : 1;
+}
+
+static void show_progress(struct progress *shown, const struct http_reply *reply)
+{
+    struct slice p = scan_member(scan_value(reply->body.data, reply->body.data + reply->body.len), "progress"), stage = scan_member(p, "stage");
+    struct sga_buf name = { 0 };
+    if (shown->on && stage.at) {
+        string_put(&name, stage);
+        progress_show(shown, name.data, scan_number(scan_member(p, "fraction"), 0));
+    }
+    sga_buf_free(&name);
 }
 
 /* Nobody waits for it any longer. */
@@ -82,19 +95,24 @@ static void rest(void)
 bool answer_there(const struct http_server *server, const char *path, struct http_reply *reply, double until, struct answer *a)
 {
     bool ok = false;
+    struct progress shown;
+    progress_begin(&shown);
     while (!ended(reply, a, &ok)) {
+        show_progress(&shown, reply);
         if (*path != '/' || (until > 0 && sga_now() >= until)) {
             snprintf(a->problem, sizeof a->problem, "the job has not ended yet; it is %s", path);
             break;
         }
         rest();
         sga_buf_free(&reply->body);
-        if (interrupted() || !http_ask(server, "GET", path, NULL, 0, poll_seconds(until), reply, a->problem, sizeof a->problem)) {
+        if (interrupted() || !http_ask(server, "GET", path, NULL, 0, poll_seconds(until, &shown), reply, a->problem, sizeof a->problem)) {
+            progress_end(&shown);
             if (interrupted())
                 withdraw(server, path, a);
             return false;
         }
     }
+    progress_end(&shown);
     sga_buf_free(&reply->body);
     return ok;
 }
@@ -128,6 +146,6 @@ bool job_there(const char *url, const char *id, bool wait, double seconds, struc
     char path[sizeof reply.location];
     double until = !wait ? sga_now() : seconds > 0 ? sga_now() + seconds : 0;
     snprintf(path, sizeof path, "/v1/jobs/%.200s", id);
-    return server_there(url, &server, a) && http_ask(&server, "GET", path, NULL, 0, wait ? poll_seconds(until) : 0, &reply, a->problem, sizeof a->problem) &&
+    return server_there(url, &server, a) && http_ask(&server, "GET", path, NULL, 0, 0, &reply, a->problem, sizeof a->problem) &&
            answer_there(&server, path, &reply, until, a);
 }

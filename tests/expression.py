@@ -11,9 +11,12 @@ from fractions import Fraction
 import mpmath
 
 TOKEN = re.compile(r"\s*(?:(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?)"
-                   r"|([A-Za-z_][A-Za-z_0-9]*)('*)|(\*\*|==|[-+*/^(),=~]))")
+                   r"|([A-Za-z_][A-Za-z_0-9]*)('*)|(\*\*|==|<=|>=|!=|~=|[-+*/^(),=~<>]))")
 UNARY = ("sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh exp log sqrt cbrt abs sign").split()
-PRECEDENCE = {"+": 1, "-": 1, "*": 2, "/": 2, "neg": 2.5, "^": 4}
+PRECEDENCE = {"or": 0.1, "and": 0.2, "not": 0.3, "<": 0.5, "<=": 0.5, ">": 0.5, ">=": 0.5, "==": 0.5, "!=": 0.5,
+              "+": 1, "-": 1, "*": 2, "/": 2, "neg": 2.5, "^": 4}
+LOGIC = {"<": lambda a, b: a < b, "<=": lambda a, b: a <= b, ">": lambda a, b: a > b, ">=": lambda a, b: a >= b, "==": lambda a, b: a == b,
+         "!=": lambda a, b: a != b, "and": lambda a, b: a and b, "or": lambda a, b: a or b, "not": lambda a: not a}
 
 
 class Undefined(Exception):
@@ -60,7 +63,15 @@ class Graph:
 
     def equation(self, text):
         """left - right."""
-        sides = re.split(r"==|=|~", text)
+        depth, sides, at, i = 0, [], 0, 0
+        while i < len(text):
+            depth += (text[i] == "(") - (text[i] == ")")
+            if depth == 0 and text[i] in "=~":
+                sides.append(text[at:i])
+                i += text[i:i + 2] == "=="
+                at = i + 1
+            i += 1
+        sides.append(text[at:])
         if len(sides) != 2:
             raise Syntax(text)
         return self.make("-", self.parse(sides[0]), self.parse(sides[1]))
@@ -70,8 +81,8 @@ class Graph:
 
         def reduce():
             op = ops.pop()[0]
-            if op == "neg":
-                out.append(self.make("neg", out.pop()))
+            if op in ("neg", "not"):
+                out.append(self.make(op, out.pop()))
             else:
                 b, a = out.pop(), out.pop()
                 out.append(self.make(op, a, b))
@@ -90,6 +101,13 @@ class Graph:
                     out.append(self.sym(args[1] + "'" * order))
                     i += width
                     operand = False
+                elif name == "not" and operand and any(o[:2] == ("(", "if") for o in ops):
+                    ops.append(("not",))
+                elif name in ("and", "or") and not operand:
+                    while ops and ops[-1][0] != "(" and PRECEDENCE[ops[-1][0]] >= PRECEDENCE[name]:
+                        reduce()
+                    ops.append((name,))
+                    operand = True
                 elif name is not None:
                     following = tokens[i + 1].group(4) if i + 1 < len(tokens) else None
                     if following == "(" and not primes:
@@ -115,7 +133,7 @@ class Graph:
                             arguments = [out.pop() for _ in range(count)][::-1]
                             out.append(self._call(function, arguments))
                 else:
-                    sign = "^" if sign == "**" else sign
+                    sign = {"**": "^", "~=": "!="}.get(sign, sign)
                     if operand:
                         if sign == "-":
                             ops.append(("neg",))
@@ -149,7 +167,8 @@ class Graph:
             for _ in range(int(self.node[arguments[1]][1]) if len(arguments) == 2 else 1):
                 e = self.total(e)
             return e
-        if function in UNARY and len(arguments) == 1 or function == "atan2" and len(arguments) == 2:
+        if function in UNARY and len(arguments) == 1 or function == "atan2" and len(arguments) == 2 \
+                or function in ("step", "log10", "log2") and len(arguments) == 1 or function == "if" and len(arguments) == 3 or function == "hypot" and len(arguments) >= 2:
             return self.make(function, *arguments)
         if function in ("min", "max") and len(arguments) >= 2:
             total = arguments[0]
@@ -186,8 +205,38 @@ class Graph:
         return {self.node[e][1] for e in self.cone(roots) if self.node[e][0] == "sym"}
 
     def values(self, cone, env, number):
-        """Values of the nodes of a cone at a point; Undefined where there are none."""
-        value = {}
+        """Values of the nodes of a cone at a point; Undefined where there are none. In branches of if that are not taken there may be none: None."""
+        if any(self.node[e][0] == "if" for e in cone):
+            return self._values_by_branches(cone, env, number)
+        return self._values(cone, env, number, {})
+
+    def _values_by_branches(self, cone, env, number):
+        value, used = {}, {a for e in cone if self.node[e][0] not in ("const", "sym", "pi") for a in self.node[e][1:]}
+        for root in [e for e in cone if e not in used]:
+            self._by_need(root, env, number, value)
+        return {e: value.get(e) for e in cone}
+
+    def _by_need(self, root, env, number, value):
+        """The value of a node, without recursion: of if the condition first, and then one branch."""
+        stack = [root]
+        while stack:
+            e = stack[-1]
+            op, *args = self.node[e]
+            if op == "if" and args[0] in value:
+                args = [args[1 if value[args[0]] else 2]]
+            elif op == "if":
+                args = args[:1]
+            wanted = [] if op in ("const", "sym", "pi") else [a for a in args if a not in value]
+            if wanted:
+                stack += wanted
+                continue
+            stack.pop()
+            if op == "if":
+                value[e] = value[args[0]]
+            else:
+                self._values([e], env, number, value)
+
+    def _values(self, cone, env, number, value):
         for e in cone:
             op, *args = self.node[e]
             if op == "const":
@@ -211,7 +260,7 @@ class Graph:
         """d root / d name, for every name the root depends on."""
         weight, out = {root: number.const(Fraction(1))}, {}
         for e in reversed(self.cone([root])):
-            if e not in weight:
+            if e not in weight or value[e] is None:
                 continue
             op, *args = self.node[e]
             if op == "sym":
@@ -226,6 +275,9 @@ class Graph:
         """The node as a SymPy expression; symbols: name -> Symbol."""
         import sympy as sp
         table = {"asin": sp.asin, "acos": sp.acos, "atan": sp.atan, "abs": sp.Abs, "min": sp.Min, "max": sp.Max,
+                 "if": lambda c, a, b: sp.Piecewise((a, c), (b, True)), "step": lambda a: sp.Piecewise((1, a >= 0), (0, True)),
+                 "<": sp.Lt, "<=": sp.Le, ">": sp.Gt, ">=": sp.Ge, "==": sp.Eq, "!=": sp.Ne, "and": sp.And, "or": sp.Or, "not": sp.Not,
+                 "hypot": lambda *a: sp.sqrt(sum(k ** 2 for k in a)), "log10": lambda a: sp.log(a, 10), "log2": lambda a: sp.log(a, 2),
                  "cbrt": lambda a: sp.sign(a) * sp.Abs(a) ** sp.Rational(1, 3)}
         value = {}
         for n in self.cone([e]):
@@ -291,6 +343,16 @@ class Arithmetic:
             return self.cbrt(a)
         if op == "abs":
             return abs(a)
+        if op in LOGIC:
+            return int(bool(LOGIC[op](*v)))
+        if op == "step":
+            return int(a >= 0) + a * 0
+        if op == "hypot":
+            return m.sqrt(sum(k * k for k in v))
+        if op in ("log10", "log2"):
+            if a < 0:
+                raise Undefined(op)
+            return m.log(a, 10 if op == "log10" else 2)
         if op == "sign":
             return (a > 0) - (a < 0) + a * 0
         if op in ("min", "max"):
@@ -311,6 +373,14 @@ class Arithmetic:
         one = {"+": (1, 1), "-": (1, -1), "neg": (-1,), "sign": (0,)}
         if op in one:
             return one[op]
+        if op == "if":
+            return 0, int(bool(a)), int(not a)
+        if op in LOGIC or op == "step":
+            return (0,) * len(v)
+        if op == "hypot":
+            return tuple(k / y for k in v)
+        if op in ("log10", "log2"):
+            return (1 / (a * m.log(10 if op == "log10" else 2)),)
         if op == "*":
             return v[1], a
         if op == "/":

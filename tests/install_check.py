@@ -180,6 +180,35 @@ class Installed:
             self.tally.check(said.returncode == 0 and not said.stderr and wanted <= offered and not but & offered, f"completion of {' '.join(words)}", said.stdout[:300] + said.stderr[:300])
 
 
+def service(tally, dest):
+    """What the service and the clients of other languages are, where others look for them."""
+    for path in ("usr/lib/systemd/system/sgad.service", "usr/lib/systemd/system/sgad.socket", "usr/lib/sysusers.d/sgad.conf", "usr/lib/tmpfiles.d/sgad.conf", "etc/sgad.conf",
+                 "usr/share/sga/prometheus/sgad.rules.yml", "usr/share/sga/grafana/sgad.json", "usr/share/sga/proxy/nginx.conf", "usr/share/octave/site/m/+sga/solve.m"):
+        tally.check(os.path.isfile(os.path.join(dest, path)), f"{path} is installed")
+    with open(os.path.join(dest, "usr/lib/systemd/system/sgad.service"), encoding="utf-8") as f:
+        tally.check("ExecStart=/usr/bin/sgad --config /etc/sgad.conf\n" in f.read(), "the unit starts what is installed")
+    said = run("/usr/bin/python3", "-I", "-c", f"import sys; sys.path.insert(0, {os.path.join(dest, 'usr/lib/python3/dist-packages')!r}); import sga, importlib.metadata as m; print(sga.__version__, m.version('sga-client'))")
+    tally.check(len(set(said.stdout.split())) == 1 and said.returncode == 0, "the Python client is a distribution", said.stdout + said.stderr[-300:])
+
+
+def elsewhere(tally, build):
+    """Below another prefix units and settings name the places that are there; settings that were changed outlive both commands."""
+    with tempfile.TemporaryDirectory() as dest:
+        def make(target):
+            return run("make", "-C", ROOT, "--no-print-directory", "PREFIX=/opt/sga", f"DESTDIR={dest}", f"B={build}", target)
+        tally.check(make("install").returncode == 0, "make install below another prefix")
+        with open(os.path.join(dest, "opt/sga/lib/systemd/system/sgad.service"), encoding="utf-8") as f:
+            tally.check("ExecStart=/opt/sga/bin/sgad --config /opt/sga/etc/sgad.conf\n" in f.read(), "the unit names the places")
+        settings = os.path.join(dest, "opt/sga/etc/sgad.conf")
+        with open(settings, "a", encoding="utf-8") as f:
+            f.write("workers = 1\n")
+        make("install")
+        gone = make("uninstall")
+        left = [os.path.join(at, f) for at, _, files in os.walk(dest) for f in files]
+        with open(settings, encoding="utf-8") as f:
+            tally.check(gone.returncode == 0 and left == [settings] and f.read().endswith("workers = 1\n"), "settings that were changed stay, and nothing else", str(left))
+
+
 def clients(tally, dest):
     """The installed clients are found: Python's with its converters, Octave's on its path; Julia's file is there."""
     folder = os.path.join(dest, "usr/lib/python3/dist-packages")
@@ -217,13 +246,15 @@ def main():
         i.host()
         i.pages()
         i.completion()
+        service(tally, dest)
         clients(tally, dest)
         for program in ("sga", "sgad"):
             said = run(os.path.join(dest, "usr/bin", program), "version" if program == "sga" else "--help")
             tally.check(said.returncode == 0, f"{program} runs", said.stderr[:300])
         gone = run("make", "-C", ROOT, "--no-print-directory", f"PREFIX={PREFIX}", f"DESTDIR={dest}", f"B={build}", "uninstall")
-        left = [os.path.join(at, f) for at, _, files in os.walk(os.path.join(dest, "usr")) for f in files]
+        left = [os.path.join(at, f) for at, _, files in os.walk(dest) for f in files if at == os.path.join(dest, "etc") or at.startswith(os.path.join(dest, "usr"))]
         tally.check(gone.returncode == 0 and not left, "make uninstall", str(left) + gone.stderr[:300])
+    elsewhere(tally, build)
     return tally.end()
 
 

@@ -13,6 +13,19 @@ def number(x):
 
 
 class Table:
+    """Functions between steps (two samples at one time), of which the later one counts there."""
+
+    def __init__(self, given):
+        t = [number(x) for x in given["times"]]
+        cuts = [0] + [i for i in range(1, len(t)) if t[i] == t[i - 1]] + [len(t)]
+        self.parts = [Smooth({**given, "times": given["times"][a:b], "values": given["values"][a:b]}) for a, b in zip(cuts, cuts[1:])]
+
+    def value(self, order, t):
+        late = [p for p in self.parts if p.t[0] <= t] or self.parts[:1]
+        return late[-1].value(order, t)
+
+
+class Smooth:
     def __init__(self, given):
         self.t = [number(x) for x in given["times"]]
         self.y = [number(x) for x in given["values"]]

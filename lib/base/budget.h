@@ -6,6 +6,7 @@
 #include <stddef.h>
 
 struct sga_error;
+struct sga_share;
 struct sga_warnings;
 
 struct sga_budget {
@@ -18,6 +19,7 @@ struct sga_budget {
     bool (*cancelled)(void *ctx);  /* may be NULL */
     void *cancel_ctx;
     struct sga_warnings *warnings; /* the job's list (warnings.h); NULL: nobody asks for them */
+    struct sga_share *share;       /* how far it is (share.h); NULL: nobody asks */
     struct sga_exec *exec;  /* memory for machine code (exec.h); NULL: formulas are interpreted */
 };
 

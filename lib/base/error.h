@@ -17,6 +17,9 @@
     X(MEDIA_TYPE,          "unsupported_media_type", 415, "The content type is not supported") \
     X(NOT_ACCEPTABLE,      "not_acceptable",         406, "No representation fits the Accept header") \
     X(BAD_REQUEST,         "bad_request",            400, "The HTTP request is malformed") \
+    X(TARGET_TOO_LONG,     "target_too_long",        414, "The target of the HTTP request is too long") \
+    X(HEADER_TOO_LARGE,    "header_too_large",       431, "The head of the HTTP request is too large") \
+    X(HTTP_VERSION,        "http_version",           505, "This version of HTTP is not spoken") \
     X(UNAUTHENTICATED,     "unauthenticated",        401, "A valid token is needed") \
     X(SCOPE,               "insufficient_scope",     403, "The token does not allow this") \
     X(QUOTA,               "quota_exceeded",         429, "The token has used up a quota") \

@@ -35,13 +35,13 @@ struct sga_exec *sga_exec_new(size_t bytes)
         size *= 2;
     if (!SUPPORTED)
         return NULL;
-    /* size bytes at a multiple of size, and as many behind them */
-    unsigned char *at = mmap(NULL, 3 * size, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    /* size bytes at a multiple of size */
+    unsigned char *at = mmap(NULL, 2 * size, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
     if (at == MAP_FAILED)
         return NULL;
     struct sga_exec *m = sga_calloc(1, sizeof *m);
     m->mapped = at;
-    m->reserved = 3 * size;
+    m->reserved = 2 * size;
     m->base = at + (size - (uintptr_t)at % size) % size;
     m->bytes = size;
     m->pages = (int)(size / PAGE);
@@ -76,6 +76,16 @@ static int find_room(const struct sga_exec *m, int pages)
     return -1;
 }
 
+/* One page after the other: a filter that sees the address and the length of a call, and not their sum, can then tell to the byte
+ * what becomes executable. */
+static bool make_executable(unsigned char *at, int pages)
+{
+    for (int i = 0; i < pages; i++)
+        if (mprotect(at + (size_t)i * PAGE, PAGE, PROT_READ | PROT_EXEC) != 0)
+            return false;
+    return true;
+}
+
 const void *sga_exec_add(struct sga_exec *m, const void *code, size_t bytes)
 {
     if (m->refused || bytes == 0 || bytes > m->bytes)
@@ -89,7 +99,7 @@ const void *sga_exec_add(struct sga_exec *m, const void *code, size_t bytes)
         return NULL;
     memcpy(at, code, bytes);
     memset(at + bytes, 0xCC, size - bytes);     /* what is not code traps */
-    if (mprotect(at, size, PROT_READ | PROT_EXEC) != 0) {
+    if (!make_executable(at, pages)) {
         m->refused = true;
         return NULL;
     }

@@ -18,11 +18,11 @@ struct sga_exec *sga_exec_new(size_t bytes);
 void sga_exec_free(struct sga_exec *m);     /* NULL is allowed; nothing of it may run any more */
 
 /* The range: code begins at multiples of the page size from `base` on, within `bytes`; base is
- * a multiple of bytes, a power of two, and as much after it is kept free of anything else. */
+ * a multiple of bytes, a power of two. Each page is made executable by a call of its own. */
 void sga_exec_range(const struct sga_exec *m, void **base, size_t *bytes);
 
 /* A copy of code[0 .. bytes) that can be called, or NULL: no room, or it may not be. Costs
- * whole pages and two system calls. */
+ * whole pages, and a system call for each and one more. */
 const void *sga_exec_add(struct sga_exec *m, const void *code, size_t bytes);
 /* Its pages may be used again. */
 void sga_exec_drop(struct sga_exec *m, const void *at);

@@ -1,6 +1,8 @@
 /* Constructors: local simplification, exact constants, nothing expanded. */
 #include "raw_nodes.h"
 
+#include <math.h>
+
 #include <flint/fmpz.h>
 
 #define ST struct expr_store *st
@@ -19,6 +21,22 @@ expr_id expr_rational(ST, long p, long q)
         q = -q;
     }
     fmpq_set_si(r, p, (ulong)q);
+    expr_id e = expr_fmpq(st, r);
+    fmpq_clear(r);
+    return e;
+}
+
+expr_id expr_double(ST, double v)
+{
+    int exponent;
+    double part = ldexp(frexp(v, &exponent), 53);
+    fmpq_t r;
+    fmpq_init(r);
+    fmpq_set_si(r, (slong)part, 1);
+    if (exponent >= 53)
+        fmpq_mul_2exp(r, r, (flint_bitcnt_t)(exponent - 53));
+    else
+        fmpq_div_2exp(r, r, (flint_bitcnt_t)(53 - exponent));
     expr_id e = expr_fmpq(st, r);
     fmpq_clear(r);
     return e;

@@ -166,6 +166,7 @@ int expr_symbol_find(const struct expr_store *st, const char *name, size_t len);
 expr_id expr_int(struct expr_store *st, long v);
 expr_id expr_rational(struct expr_store *st, long p, long q);
 expr_id expr_fmpq(struct expr_store *st, const fmpq_t q);
+expr_id expr_double(struct expr_store *st, double v);              /* exactly; v is finite */
 expr_id expr_pi(struct expr_store *st);
 expr_id expr_add(struct expr_store *st, expr_id a, expr_id b);
 expr_id expr_sub(struct expr_store *st, expr_id a, expr_id b);

@@ -57,6 +57,8 @@ static enum lex_kind single(char c)
     case ',':  return LEX_COMMA;
     case '=':
     case '~':  return LEX_EQUAL;
+    case '<':  return LEX_LESS;
+    case '>':  return LEX_GREATER;
     case '\'': return LEX_QUOTES;
     default:   return LEX_BAD;
     }
@@ -79,6 +81,8 @@ struct lex_token lex_next(const char *text, size_t at)
         return (struct lex_token){ LEX_POWER, at, 2 };
     if (s[0] == '=' && s[1] == '=')
         return (struct lex_token){ LEX_EQUAL, at, 2 };
+    if (s[0] && strchr("<>!~", s[0]) && s[1] == '=')
+        return (struct lex_token){ s[0] == '<' ? LEX_LESS_EQUAL : s[0] == '>' ? LEX_GREATER_EQUAL : LEX_NOT_EQUAL, at, 2 };
     enum lex_kind kind = single(s[0]);
     if (kind == LEX_QUOTES) {
         while (s[n] == '\'')
@@ -127,9 +131,8 @@ const char *lex_instead(const char *text, struct lex_token tok)
         { "\u03C0", "write pi" }, { "\u2019", "write x' or der(x)" }, { "\u2032", "write x' or der(x)" },
         { "\u221E", "there is no infinity here" }, { "\u00A0", "write a plain space" },
         { "[", "write ( )" }, { "]", "write ( )" }, { "{", "write ( )" }, { "}", "write ( )" },
-        { "%", "there is no remainder" }, { "!", "there is no factorial" }, { "|", "write abs( )" },
+        { "%", "there is no remainder" }, { "!", "there is no factorial; write not in a condition" }, { "&", "write and, in the condition of if" }, { "|", "write abs( )" },
         { ".", "a number needs digits" }, { ";", "write one expression for each text" },
-        { "<", "inequalities are not available" }, { ">", "inequalities are not available" },
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++)
         if (strlen(table[i].character) == tok.length && memcmp(table[i].character, text + tok.start, tok.length) == 0)

@@ -10,6 +10,7 @@ enum lex_kind {
     LEX_PLUS, LEX_MINUS, LEX_TIMES, LEX_OVER, LEX_POWER,   /* POWER: ^ or ** */
     LEX_OPEN, LEX_CLOSE, LEX_COMMA,
     LEX_EQUAL,                           /* = or == or ~ */
+    LEX_LESS, LEX_LESS_EQUAL, LEX_GREATER, LEX_GREATER_EQUAL, LEX_NOT_EQUAL,   /* !=, or ~= */
     LEX_BAD                              /* one character that starts nothing */
 };
 

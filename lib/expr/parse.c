@@ -35,7 +35,23 @@ void parser_advance(struct parser *p)
 void parser_push_value(struct parser *p, expr_id e)
 {
     SGA_RESERVE(p->value, p->value_cap, p->values + 1);
+    SGA_RESERVE(p->truth, p->truth_cap, p->values + 1);
+    p->truth[p->values] = 0;
     p->value[p->values++] = e;
+}
+
+void parser_push_truth(struct parser *p, expr_id e)
+{
+    parser_push_value(p, e);
+    p->truth[p->values - 1] = 1;
+}
+
+bool parser_in_condition(const struct parser *p)
+{
+    size_t k = p->frames;
+    while (k && p->frame[k - 1].kind != CALL && p->frame[k - 1].kind != DER)
+        k--;
+    return k && p->frame[k - 1].lowered && p->frame[k - 1].lowered->kind == LOWERED_IF && !p->frame[k - 1].args;
 }
 
 bool parser_push_frame(struct parser *p, struct frame f)
@@ -66,11 +82,31 @@ static expr_id apply(struct parser *p, enum expr_op op, expr_id a, expr_id b)
     }
 }
 
+/* A comparison, or what joins conditions. */
+static bool finish_logic(struct parser *p, struct frame f, expr_id b, bool truth, bool other)
+{
+    bool joins = f.logic == LOGIC_AND || f.logic == LOGIC_OR || f.logic == LOGIC_NOT;
+    if (!joins && (truth || other))
+        return FAIL(p, f.at, SGA_E_EXPR_SYNTAX, "comparisons do not chain, and compare numbers; write a < b and b < c");
+    if (joins && !(truth && other))
+        return FAIL(p, f.at, SGA_E_EXPR_SYNTAX, "and, or, not join conditions; a condition compares, like x > 0");
+    expr_id a = f.kind == BINARY ? p->value[--p->values] : b, e = lowered_logic(p->st, f.logic, a, b);
+    if (!e)
+        return parser_fail_here(p, f.at);
+    parser_push_truth(p, e);
+    return true;
+}
+
 /* Finish the operator or sign on top of the stack. */
 static bool finish_top(struct parser *p)
 {
     struct frame f = p->frame[--p->frames];
     expr_id b = p->value[--p->values], e = b;
+    bool truth = p->truth[p->values], other = f.kind == BINARY ? p->truth[p->values - 1] : truth;
+    if (f.logic)
+        return finish_logic(p, f, b, truth, other);
+    if (truth || other)
+        return FAIL(p, f.at, SGA_E_EXPR_SYNTAX, "a condition is no number to calculate with; if(condition, 1, 0) is one");
     if (f.kind == BINARY)
         e = apply(p, f.op, p->value[--p->values], b);
     else if (f.op == EXPR_NEG)
@@ -91,6 +127,23 @@ static bool finish_down_to(struct parser *p, int prec)
     return true;
 }
 
+/* A comparison, and, or: in conditions only. */
+static bool logic(struct parser *p, enum logic logic, int prec)
+{
+    size_t at = p->tok.start;
+    if (!parser_in_condition(p))
+        return FAIL(p, at, SGA_E_EXPR_SYNTAX, "a condition stands only where if has it: if(x > 0, a, b)");
+    if (!finish_down_to(p, prec))
+        return false;
+    parser_advance(p);
+    return parser_push_frame(p, (struct frame){ .kind = BINARY, .logic = logic, .prec = prec, .at = at });
+}
+
+static bool is_token(const struct parser *p, const char *word)
+{
+    return p->tok.length == strlen(word) && !memcmp(p->text + p->tok.start, word, p->tok.length);
+}
+
 static bool binary(struct parser *p, enum expr_op op, int prec)
 {
     size_t at = p->tok.start;
@@ -102,7 +155,7 @@ static bool binary(struct parser *p, enum expr_op op, int prec)
 
 static bool close_parenthesis(struct parser *p)
 {
-    if (!finish_down_to(p, PREC_SUM))
+    if (!finish_down_to(p, PREC_OR))
         return false;
     struct frame *f = parser_top(p);
     if (!f || f->kind == BINARY)
@@ -115,9 +168,11 @@ static bool close_parenthesis(struct parser *p)
 
 static bool comma(struct parser *p)
 {
-    if (!finish_down_to(p, PREC_SUM))
+    if (!finish_down_to(p, PREC_OR))
         return false;
     struct frame *f = parser_top(p);
+    if (f && f->kind == CALL && f->lowered && f->lowered->kind == LOWERED_IF && !f->args && !p->truth[p->values - 1])
+        return FAIL(p, f->at, SGA_E_EXPR_SYNTAX, "the first argument of if is a condition, which compares: if(x > 0, a, b)");
     if (!f || (f->kind != CALL && f->kind != DER))
         return FAIL(p, p->tok.start, SGA_E_EXPR_SYNTAX,
                     "a comma stands outside the arguments of a function; decimals are written with a point");
@@ -130,12 +185,15 @@ static bool comma(struct parser *p)
 
 static bool equality(struct parser *p)
 {
+    if (parser_in_condition(p))
+        return is_token(p, "==") ? logic(p, LOGIC_EQUAL, PREC_COMPARISON)
+                                 : FAIL(p, p->tok.start, SGA_E_EXPR_SYNTAX, "in a condition equality is written ==");
     if (!p->equation)
         return FAIL(p, p->tok.start, SGA_E_EXPR_SYNTAX,
                     "an equation is not expected here; write left - right, which is to vanish");
     if (p->equal_seen)
         return FAIL(p, p->tok.start, SGA_E_EXPR_SYNTAX, "an equation has one sign of equality; this is the second");
-    if (!finish_down_to(p, PREC_SUM))
+    if (!finish_down_to(p, PREC_OR))
         return false;
     if (p->frames)
         return FAIL(p, parser_top(p)->at, SGA_E_EXPR_SYNTAX, "this ( is not closed before the sign of equality");
@@ -168,6 +226,15 @@ static bool take_operator(struct parser *p, bool *operand)
     case LEX_CLOSE: return close_parenthesis(p);
     case LEX_COMMA: return comma(p);
     case LEX_EQUAL: return equality(p);
+    case LEX_LESS:          return logic(p, LOGIC_LESS, PREC_COMPARISON);
+    case LEX_LESS_EQUAL:    return logic(p, LOGIC_LESS_EQUAL, PREC_COMPARISON);
+    case LEX_GREATER:       return logic(p, LOGIC_GREATER, PREC_COMPARISON);
+    case LEX_GREATER_EQUAL: return logic(p, LOGIC_GREATER_EQUAL, PREC_COMPARISON);
+    case LEX_NOT_EQUAL:     return logic(p, LOGIC_NOT_EQUAL, PREC_COMPARISON);
+    case LEX_NAME:
+        if (parser_in_condition(p) && (is_token(p, "and") || is_token(p, "or")))
+            return is_token(p, "and") ? logic(p, LOGIC_AND, PREC_AND) : logic(p, LOGIC_OR, PREC_OR);
+        return expected_operator(p);
     default:        return expected_operator(p);
     }
 }
@@ -178,7 +245,7 @@ static bool run(struct parser *p)
     while (operand || p->tok.kind != LEX_END)
         if (!(operand ? parser_take_operand(p, &operand) : take_operator(p, &operand)))
             return false;
-    if (!finish_down_to(p, PREC_SUM))
+    if (!finish_down_to(p, PREC_OR))
         return false;
     struct frame *f = parser_top(p);
     if (f && f->kind != BINARY)
@@ -212,6 +279,7 @@ static expr_id parse(struct expr_store *st, const char *text, const struct expr_
     expr_id e = run(&p) ? p.value[0] : EXPR_UNDEF;
     free(p.frame);
     free(p.value);
+    free(p.truth);
     return e;
 }
 

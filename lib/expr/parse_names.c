@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "lex.h"
+#include "lowered.h"
 #include "suggest.h"
 
 /* Spellings of other languages and books. */
@@ -17,11 +18,11 @@ static const struct {
     { "arccosh", "write acosh(x)" }, { "arctanh", "write atanh(x)" }, { "arsinh", "write asinh(x)" },
     { "arcosh", "write acosh(x)" }, { "artanh", "write atanh(x)" }, { "tg", "write tan(x)" },
     { "cot", "write 1/tan(x)" }, { "sec", "write 1/cos(x)" }, { "csc", "write 1/sin(x)" },
-    { "log10", "write log(x)/log(10)" }, { "log2", "write log(x)/log(2)" }, { "pow", "write x^y" },
+    { "pow", "write x^y" }, { "ifelse", "write if(condition, a, b)" }, { "where", "write if(condition, a, b)" }, { "piecewise", "write if(condition, a, b)" },
     { "fabs", "write abs(x)" }, { "sgn", "write sign(x)" }, { "diff", "write der(x) or x'" },
     { "e", "write exp(1), or exp(x) for a power of e" }, { "dt", "write der(x) or x' for dx/dt" }, { "dif", "write der(x) or x'" },
     { "ddt", "write der(x) or x'" }, { "deriv", "write der(x) or x'" }, { "derivative", "write der(x) or x'" },
-    { "heaviside", "write (1 + sign(x))/2" },
+    { "heaviside", "write step(x)" },
 };
 
 /* Equal but for the case of ASCII letters. */
@@ -55,6 +56,8 @@ static const char *nearest(const struct expr_store *st, const char *name, size_t
             suggest_offer(&s, st->symbol[i].name);
     for (int op = EXPR_SIN; op <= EXPR_MAX; op++)
         suggest_offer(&s, expr_op_text((enum expr_op)op));
+    for (int i = 0; called && i < LOWERED_COUNT; i++)
+        suggest_offer(&s, lowered_table[i].name);
     suggest_offer(&s, called ? "der" : "pi");
     return s.best || called ? s.best : shortened(st, name, n);
 }

@@ -22,7 +22,7 @@ bool parser_expected_operand(struct parser *p)
     if (p->tok.kind == LEX_END && !p->frames && !p->values)
         return FAIL(p, at, SGA_E_EXPR_SYNTAX, "the expression is empty; write 0 for nothing");
     if (p->tok.kind == LEX_CLOSE && f && f->kind == CALL && !f->args)
-        return FAIL(p, f->at, SGA_E_EXPR_ARITY, "the function %s has no argument", expr_op_text(f->op));
+        return FAIL(p, f->at, SGA_E_EXPR_ARITY, "the function %s has no argument", f->lowered ? f->lowered->name : expr_op_text(f->op));
     if (p->tok.kind == LEX_CLOSE && f && f->kind == GROUP)
         return FAIL(p, at, SGA_E_EXPR_SYNTAX, "the parentheses are empty");
     return FAIL(p, at, SGA_E_EXPR_SYNTAX, "found %s where a number, a name or ( is expected", shown);
@@ -142,8 +142,18 @@ static bool name_operand(struct parser *p, bool *operand)
         *operand = false;
         return expr_store_ok(p->st) || parser_fail_here(p, name.start);
     }
+    bool stands = expr_symbol_find(p->st, p->text + name.start, name.length) >= 0;
+    if (is_word(p->text, name, "not") && !stands && parser_in_condition(p)) {
+        parser_advance(p);
+        return parser_push_frame(p, (struct frame){ .kind = PREFIX, .logic = LOGIC_NOT, .prec = PREC_NOT, .at = name.start });
+    }
     enum expr_op op = expr_function(p->text + name.start, name.length);
+    const struct lowered *lowered = stands ? NULL : lowered_function(p->text + name.start, name.length);
     parser_advance(p);
+    if (lowered && p->tok.kind == LEX_OPEN) {
+        parser_advance(p);
+        return parser_push_frame(p, (struct frame){ .kind = CALL, .lowered = lowered, .at = name.start });
+    }
     if (op && p->tok.kind != LEX_OPEN)
         return FAIL(p, name.start, SGA_E_EXPR_SYNTAX, "the function %s needs its argument in parentheses",
                     expr_op_text(op));
@@ -193,9 +203,41 @@ bool parser_take_operand(struct parser *p, bool *operand)
     }
 }
 
+/* The branches of if, and what others are given, are numbers. */
+static bool numbers(struct parser *p, struct frame f, int args)
+{
+    bool condition = f.lowered && f.lowered->kind == LOWERED_IF;
+    for (int i = condition; i < args; i++)
+        if (p->truth[p->values - (size_t)args + (size_t)i])
+            return FAIL(p, f.at, SGA_E_EXPR_SYNTAX, "a condition is no number; if(condition, 1, 0) is one");
+    return true;
+}
+
+static bool finish_lowered(struct parser *p, struct frame f, int args)
+{
+    if (args < f.lowered->least || (f.lowered->most && args > f.lowered->most))
+        return FAIL(p, f.at, SGA_E_EXPR_ARITY, "the function %s takes %d argument%s%s, not %d", f.lowered->name, f.lowered->least, f.lowered->least == 1 ? "" : "s",
+                    f.lowered->most ? "" : " or more", args);
+    const expr_id *arg = p->value + p->values - args;
+    bool log = f.lowered->kind == LOWERED_LOG10 || f.lowered->kind == LOWERED_LOG2;
+    const char *outside = log ? literal_outside(p->st, EXPR_LOG, arg[0], EXPR_UNDEF) : NULL;
+    if (outside)
+        return FAIL(p, f.at, SGA_E_EXPR_UNDEFINED, "%s has no real value: %s", f.lowered->name, outside);
+    expr_id e = lowered_call(p->st, f.lowered->kind, arg, args);
+    if (!e)
+        return parser_fail_here(p, f.at);
+    p->values -= (size_t)args;
+    parser_push_value(p, e);
+    return true;
+}
+
 bool parser_finish_call(struct parser *p, struct frame f)
 {
     int args = f.args + 1;
+    if (!numbers(p, f, args))
+        return false;
+    if (f.lowered)
+        return finish_lowered(p, f, args);
     bool folds = f.op == EXPR_MIN || f.op == EXPR_MAX;
     int want = expr_op_args(f.op);
     if (folds ? args < 2 : args != want)

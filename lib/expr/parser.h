@@ -4,14 +4,17 @@
 #define SGA_EXPR_PARSER_H
 
 #include "lex.h"
+#include "lowered.h"
 #include "parse.h"
 
-enum { PREC_EQUAL, PREC_SUM, PREC_PRODUCT, PREC_SIGN, PREC_POWER };
+enum { PREC_EQUAL, PREC_OR, PREC_AND, PREC_NOT, PREC_COMPARISON, PREC_SUM, PREC_PRODUCT, PREC_SIGN, PREC_POWER };
 enum { PARSER_MAX_ORDER = 64 };      /* of a derivative */
 
 struct frame {
     enum { BINARY, PREFIX, GROUP, CALL, DER } kind;
     enum expr_op op;      /* of the operator, sign or function */
+    enum logic logic;     /* BINARY, PREFIX: of comparisons and what joins them, in the place of op; 0 */
+    const struct lowered *lowered;   /* CALL: a function that is written by others, in the place of op; or NULL */
     int prec;
     int args;             /* CALL, DER: commas so far */
     size_t at;            /* byte of the text, for errors */
@@ -27,6 +30,7 @@ struct parser {
     bool equal_seen;
     struct frame *frame; size_t frames, frame_cap;
     expr_id *value;      size_t values, value_cap;
+    unsigned char *truth; size_t truth_cap;   /* by value: it is a condition */
 };
 
 /* Gives an error that err has, or just got from the store, its place. Always false. */
@@ -35,7 +39,10 @@ bool parser_fail_here(struct parser *p, size_t at);
 #define FAIL(p, at, code, ...) (sga_fail((p)->err, (code), __VA_ARGS__), parser_fail_here((p), (at)))
 
 void parser_advance(struct parser *p);
-void parser_push_value(struct parser *p, expr_id e);
+void parser_push_value(struct parser *p, expr_id e);       /* a number */
+void parser_push_truth(struct parser *p, expr_id e);       /* a condition: 1 or 0 */
+/* Whether what is read belongs to the condition of if. */
+bool parser_in_condition(const struct parser *p);
 bool parser_push_frame(struct parser *p, struct frame f);
 struct frame *parser_top(struct parser *p);             /* NULL: nothing is pending */
 

@@ -40,19 +40,18 @@ static void three_slopes(const double *h, const double *chord, double *s)
     s[2] = chord[1] + curve * h[1];
 }
 
-struct expr_table *expr_table_new(enum expr_interpolation kind, int n, const double *time, const double *value)
+/* The pieces between n samples without a step, from the one with this index. */
+static void fill_pieces(struct expr_table *u, enum expr_interpolation kind, int first, int n, const double *value)
 {
-    struct expr_table *u = sga_calloc(1, sizeof *u);
-    *u = (struct expr_table){ .kind = kind, .knots = n, .at = -1 };
-    u->time = memcpy(sga_malloc((size_t)n * sizeof *u->time), time, (size_t)n * sizeof *u->time);
-    u->piece = sga_calloc((size_t)n, sizeof *u->piece);
+    const double *time = u->time + first;
+    double (*piece)[4] = u->piece + first;
     SGA_FREED double *h = sga_malloc(3 * (size_t)n * sizeof *h);
     double *chord = h + n, *s = chord + n;
     for (int i = 0; i + 1 < n; i++) {
         h[i] = time[i + 1] - time[i];
-        chord[i] = (value[i + 1] - value[i]) / h[i];
-        u->piece[i][0] = value[i];
-        u->piece[i][1] = chord[i];
+        chord[i] = (value[first + i + 1] - value[first + i]) / h[i];
+        piece[i][0] = value[first + i];
+        piece[i][1] = chord[i];
     }
     bool curved = kind == EXPR_CUBIC && n > 2;
     if (curved && n == 3)
@@ -61,9 +60,24 @@ struct expr_table *expr_table_new(enum expr_interpolation kind, int n, const dou
         slopes(n, h, chord, s);
     for (int i = 0; curved && i + 1 < n; i++) {
         double bend = (s[i] + s[i + 1] - 2 * chord[i]) / h[i];
-        u->piece[i][1] = s[i];
-        u->piece[i][2] = (chord[i] - s[i]) / h[i] - bend;
-        u->piece[i][3] = bend / h[i];
+        piece[i][1] = s[i];
+        piece[i][2] = (chord[i] - s[i]) / h[i] - bend;
+        piece[i][3] = bend / h[i];
+    }
+}
+
+struct expr_table *expr_table_new(enum expr_interpolation kind, int n, const double *time, const double *value)
+{
+    struct expr_table *u = sga_calloc(1, sizeof *u);
+    *u = (struct expr_table){ .kind = kind, .knots = n, .at = -1 };
+    u->time = memcpy(sga_malloc((size_t)n * sizeof *u->time), time, (size_t)n * sizeof *u->time);
+    u->piece = sga_calloc((size_t)n, sizeof *u->piece);
+    for (int from = 0, to; from < n; from = to) {      /* steps end one function and begin another one */
+        for (to = from + 1; to < n && time[to] > time[to - 1]; to++)
+            ;
+        fill_pieces(u, kind, from, to - from, value);
+        u->piece[to - 1][0] = value[to - 1];       /* of the step itself, which has no length */
+        u->steps += to < n;
     }
     return u;
 }
@@ -109,5 +123,5 @@ double expr_table_value(const struct expr_table *u, int order, double t)
 
 int expr_table_smooth(const struct expr_table *u)
 {
-    return u->kind == EXPR_LINEAR ? 0 : 2;
+    return u->steps ? -1 : u->kind == EXPR_LINEAR ? 0 : 2;
 }

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "budget.h"
+#include "share.h"
 #include "error.h"
 #include "larger.h"
 #include "march.h"
@@ -289,6 +290,15 @@ static bool within_budget(struct ode_march *m)
     return false;
 }
 
+/* Of time, in this solution; the ones that are compared with it each take half of what is left: how many there will be is not known. */
+static void tell_share(const struct ode_march *m)
+{
+    bool several = m->o->estimate_global_error;
+    double way = fabs(m->stop - m->start->t), before = several ? 1 - ldexp(1, -m->level) : 0, part = several ? 0.5 * (1 - before) : 1;
+    if (way > 0)
+        sga_share_tell(m->o->budget, before + part * fabs(m->t - m->start->t) / way);
+}
+
 /* False: ended. */
 static bool may_go_on(struct ode_march *m)
 {
@@ -299,6 +309,7 @@ static bool may_go_on(struct ode_march *m)
         double now = sga_now();
         m->budget_at = attempts + (now - m->budget_looked < BUDGET_TIME ? BUDGET_EVERY : 1);
         m->budget_looked = now;
+        tell_share(m);
     }
     if (attempts >= m->o->max_steps) {
         ode_end_steps(m, false);

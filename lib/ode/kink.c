@@ -37,9 +37,10 @@ void ode_kinks_begin(struct ode_march *m)
     k->count = m->p->switches;
     k->target = -1;
     k->turned_t = m->t;
-    k->side = sga_calloc(3 * c, 1);
+    k->side = sga_calloc(4 * c, 1);
     k->fresh = (unsigned char *)k->side + c;
     k->pending = k->fresh + c;
+    k->led = k->pending + c;
     k->g = sga_calloc(7 * c + 3 * n, sizeof *k->g);
     k->rate = k->g + c;
     k->g1 = k->rate + c;

@@ -14,6 +14,7 @@ struct ode_kinks {
     signed char *side;         /* what is held; 0: nothing */
     unsigned char *fresh;      /* turned, and not yet seen off the surface */
     unsigned char *pending;    /* to be turned when the present step is committed; REST: not to be held from then on */
+    unsigned char *led;        /* the motion led to the surfaces of these when some were turned last; others were turned by that */
     double *old, *least, *doubt;     /* changes ahead, before a turn; see grains */
     double *g, *rate, *g1, *rate1;   /* at the step's ends: values, and their derivatives along the motion */
     struct ode_table table;

@@ -222,6 +222,33 @@ bool kinks_take_sides(struct ode_march *m)
     return true;
 }
 
+/* Variables that are derivatives of others jump where those turn. False: the motion ends. */
+static bool jump_derivatives(struct ode_march *m, const double *from, const double *before)
+{
+    struct ode_kinks *k = m->kinks;
+    sga_copy(k->mid, m->x, m->p->n);
+    bool ok = m->p->turned(m->p->ctx, m->t, from, before, k->led, m->x);
+    for (int j = 0; j < m->p->n; j++)
+        m->carry[j] = m->x[j] == k->mid[j] ? m->carry[j] : 0;
+    if (ok && ode_eval(&m->field, m->t, m->x, m->f))
+        return true;
+    ode_end_at(m, ODE_NOT_SMOOTH, "the motion has no derivative by what is asked for beyond this time: it touches the surface where the equations change, or comes to several "
+               "at once");
+    return false;
+}
+
+/* kinks_turn's, where some variables are derivatives of others. */
+static bool turn_with_derivatives(struct ode_march *m, bool (*turn)(struct ode_march *m))
+{
+    size_t n = (size_t)m->p->n;
+    double *from = sga_malloc((2 * n + 1) * sizeof *from), *before = from + n;
+    sga_copy(from, m->x, m->p->n);
+    sga_copy(before, m->f, m->p->n);
+    bool ok = turn(m) && jump_derivatives(m, from, before);
+    free(from);
+    return ok;
+}
+
 /* The pending switches, at the present point, which is on their surfaces, all together. slides: the field before led
  * to one of these, and the one beyond leads back to it. False: the motion ends. */
 static bool turn_together(struct ode_march *m, bool *slides)
@@ -285,7 +312,7 @@ static bool turn_some(struct ode_march *m, int first, bool *slides)
     return ok;
 }
 
-bool kinks_turn(struct ode_march *m)
+static bool turn_pending(struct ode_march *m)
 {
     struct ode_kinks *k = m->kinks;
     bool slides = false;
@@ -308,12 +335,21 @@ bool kinks_turn(struct ode_march *m)
         m->res->stats.kinks += k->pending[e];
         k->fresh[e] |= k->pending[e];
     }
+    memcpy(k->led, k->pending, (size_t)k->count);
     memset(k->pending, 0, (size_t)k->count);
     if (slides)
         return end_sliding(m);
     m->piece = fabs(ode_goal(m) - m->t);      /* as beyond a break: solutions that are compared take other steps from here on */
     look(m);
     return true;
+}
+
+bool kinks_turn(struct ode_march *m)
+{
+    bool ok = m->p->turned ? turn_with_derivatives(m, turn_pending) : turn_pending(m);
+    if (ok && m->p->taken)            /* what was told of the way is so on the sides beyond */
+        m->p->taken(m->p->ctx, m->t, m->x);
+    return ok;
 }
 
 bool kinks_left(struct ode_march *m, int e)

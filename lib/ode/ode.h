@@ -143,6 +143,10 @@ struct ode_problem {
     int switches;
     void (*switching)(void *ctx, double t, const double *x, double *g);
     void (*hold)(void *ctx, const signed char *side);
+    /* Where some variables are derivatives of others: switches were turned at t (the motion led to the surfaces of those with turned[k]), where x and its derivative were `from` and
+     * `before`; x is there now, on the constraints of the sides beyond, and becomes what it is with the jumps of the derivatives. False: they have no value there.
+     * NULL: none are. */
+    bool (*turned)(void *ctx, double t, const double *from, const double *before, const unsigned char *turned, double *x);
     /* Bands: arguments of what is a pulse or a step of the field where they are near 0 and nothing far from it (exp,
      * tanh): steps do not pass over a place where one is (band.c). band gives all. */
     int bands;

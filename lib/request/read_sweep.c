@@ -25,6 +25,8 @@ bool read_sweep_names(struct reader *rd, const json_t *v)
             if (!json_object_get(rd->swept, key))
                 ok = ok && json_object_set_new(rd->swept, key, json_null()) == 0;
     }
+    for (int i = 0; i < rd->opens; i++)
+        ok = ok && json_object_set_new(rd->swept, rd->open[i].name, json_null()) == 0;
     if (!ok)
         return sga_fail(rd->err, SGA_E_LIMIT_MEMORY, "no memory is left to read the request; send a smaller one, or try again later");
     rd->r->swept = sga_zeros(&rd->r->mem, json_object_size(rd->swept) + 1, sizeof *rd->r->swept);

@@ -124,6 +124,15 @@ static void add_known(struct request *r, int symbol, expr_id value)
     r->known[r->knowns++] = (struct request_known){ symbol, value };
 }
 
+/* The value of a parameter that is opened, and otherwise what the request says. */
+static expr_id opened(struct reader *rd, const char *name, expr_id value)
+{
+    for (int i = 0; i < rd->opens; i++)
+        if (!strcmp(rd->open[i].name, name) && (!value || rd->open[i].replaces))
+            return expr_double(&rd->r->store, rd->open[i].near);
+    return value;
+}
+
 static bool add_parameters(struct reader *rd, const json_t *parameters, const expr_id *value)
 {
     const char *key;
@@ -147,8 +156,10 @@ static bool add_parameters(struct reader *rd, const json_t *parameters, const ex
             add_known(rd->r, symbol, value[i]);
         if (!rd->value[symbol]) {
             sys_add_parameter(&rd->r->system, symbol);
+            if (!value[i] && rd->fitted && json_object_get(rd->fitted, key))
+                strcpy(rd->symbolic, key);
             if (swept)
-                rd->r->swept[rd->r->swept_count++] = (struct request_swept){ symbol, value[i] };
+                rd->r->swept[rd->r->swept_count++] = (struct request_swept){ symbol, opened(rd, key, value[i]) };
             else if (!rd->symbolic[0] && !value[i])
                 strcpy(rd->symbolic, key);
         }

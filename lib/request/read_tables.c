@@ -43,12 +43,18 @@ static double *read_numbers(struct reader *rd, const json_t *table, const char *
 static bool increasing(struct reader *rd, const double *time, int n)
 {
     assert(n >= 2);
-    for (int i = 1; i < n; i++)
-        if (!(time[i] > time[i - 1])) {
-            at_member(rd, "times");
-            at_index(rd, (size_t)i);
-            return at_fail(rd, SGA_E_SCHEMA, "the times of a table must increase: %.17g follows %.17g", time[i], time[i - 1]);
-        }
+    for (int i = 1; i < n; i++) {
+        bool step = time[i] == time[i - 1], inside = i > 1 && i + 1 < n, third = i > 1 && time[i] == time[i - 2];
+        if (time[i] > time[i - 1] || (step && inside && !third))
+            continue;
+        at_member(rd, "times");
+        at_index(rd, (size_t)i);
+        if (step && third)
+            return at_fail(rd, SGA_E_SCHEMA, "three samples at the time %.17g: a step has two, one for each side", time[i]);
+        if (step)
+            return at_fail(rd, SGA_E_SCHEMA, "a step at an end of a table: leave out the sample that has no time of its own");
+        return at_fail(rd, SGA_E_SCHEMA, "the times of a table must increase, or two are equal at a step: %.17g follows %.17g", time[i], time[i - 1]);
+    }
     return true;
 }
 

@@ -231,6 +231,15 @@ static bool read_gauge(struct reader *rd, const json_t *v, unsigned char *taken)
     return true;
 }
 
+/* What initial values are where the swept parameters are symbols; there are no faults in them any more. */
+bool open_initial(struct reader *rd, struct request_initial *initial, int initials)
+{
+    for (int i = 0; i < initials && rd->r->swept_count; i++)
+        if (!(initial[i].open = expr_parse(&rd->r->store, initial[i].text, &rd->grammar, rd->err)))
+            return false;
+    return true;
+}
+
 /* The members that name variables or hold expressions. */
 static bool read_where(struct reader *rd, const json_t *v)
 {
@@ -246,7 +255,7 @@ static bool read_where(struct reader *rd, const json_t *v)
         sweep_bind(rd, -1);
         ok = read_initial(rd, m, taken, &t->initial, &t->initials);
         sweep_unbind(rd);
-        ok = ok || at_pass(rd, mark);
+        ok = (ok && open_initial(rd, t->initial, t->initials)) || at_pass(rd, mark);
     }
     if (ok && (m = json_object_get(v, "hold"))) {
         at_back(rd, mark);
@@ -278,6 +287,10 @@ static bool read_where(struct reader *rd, const json_t *v)
         at_member(rd, "events");
         ok = read_events(rd, m) || at_pass(rd, mark);
     }
+    if (ok && (m = json_object_get(v, "sensitivities"))) {
+        at_back(rd, mark);
+        ok = read_sensitivities(rd, m) || at_pass(rd, mark);
+    }
     if (ok)
         at_back(rd, mark);
     return ok;
@@ -285,7 +298,7 @@ static bool read_where(struct reader *rd, const json_t *v)
 
 bool read_trajectory(struct reader *rd, const json_t *v)
 {
-    static const char *const members[] = { "start", "stop", "samples", "times", "initial", "hold", "outputs", "integrals", "gauge", "events", NULL };
+    static const char *const members[] = { "start", "stop", "samples", "times", "initial", "hold", "outputs", "integrals", "gauge", "events", "sensitivities", NULL };
     rd->r->trajectory.has = true;
     size_t mark = at_member(rd, "trajectory");
     if (!only_members(rd, v, members) || (!read_when(rd, v) && !at_pass(rd, mark + sizeof "/trajectory" - 1)) || !read_where(rd, v))

@@ -12,6 +12,7 @@
 struct reader {
     struct request_bounds *bounds;   /* narrower limits of who asks; NULL: none */
     bool by_name;                 /* parameters with values stay symbolic */
+    const struct request_open *open; int opens;   /* parameters that stay symbolic, as if a sweep gave them */
     struct request *r;
     struct sga_arena mem;         /* what ends with the reading; what the request keeps is taken from its own */
     struct sga_error *err;
@@ -23,6 +24,7 @@ struct reader {
     size_t value_cap;
     int *column;                   /* by symbol: state variable, or -1 (once the system stands) */
     int columns;
+    const json_t *fitted;          /* fit.parameters, where some of them have no value; or NULL */
     json_t *swept;                 /* its members: names of parameters that the sweep gives; or NULL */
     char symbolic[REQUEST_MAX_NAME + 1];   /* a parameter that stays symbolic, or "" */
 };
@@ -97,11 +99,17 @@ bool read_tables_end(struct reader *rd);
 bool read_system(struct reader *rd, const json_t *v);
 bool read_want(struct reader *rd, const json_t *v);
 bool read_trajectory(struct reader *rd, const json_t *v);
+bool read_sensitivities(struct reader *rd, const json_t *v);   /* read_sensitivities.c: its member */
 bool read_symmetries(struct reader *rd, const json_t *v);
 /* read_linearization.c; read_ports.c: its members `inputs` and `outputs`, of an object at the present place. */
 bool read_linearization(struct reader *rd, const json_t *v);
 bool read_transfer(struct reader *rd, const json_t *v);      /* read_transfer.c */
 bool read_equilibria(struct reader *rd, const json_t *v);    /* read_equilibria.c; NULL: the member is not there */
+/* read_fit.c: before the system, parameters of the fit that have no value become symbols with their guesses; what the member says. */
+bool read_fit_names(struct reader *rd, const json_t *fit, const json_t *system);
+bool read_fit(struct reader *rd, const json_t *v);
+/* What initial values are where swept parameters are symbols. */
+bool open_initial(struct reader *rd, struct request_initial *initial, int initials);
 bool read_ports(struct reader *rd, const json_t *v, struct request_ports *ports);
 /* read_sweep.c: before the system: which parameters are swept. After it: their values. With the trajectory: starts. */
 bool read_sweep_names(struct reader *rd, const json_t *v);

@@ -20,7 +20,7 @@ struct sga_buf;
     X(CONSTRAINTS, "constraints") X(INDEX, "index") X(VECTOR_FIELD, "vector_field") \
     X(GAUGE, "gauge") X(CONSISTENT_INITIAL, "consistent_initial") X(SYMMETRIES, "symmetries") \
     X(STRUCTURE, "structure") X(TRAJECTORY, "trajectory") X(TRADEOFF, "tradeoff") X(LINEARIZATION, "linearization") \
-    X(TRANSFER, "transfer") X(EQUILIBRIA, "equilibria")
+    X(TRANSFER, "transfer") X(EQUILIBRIA, "equilibria") X(DERIVATION, "derivation") X(FIT, "fit") X(DIRAC, "dirac")
 
 enum {
 #define X(sym, text) REQUEST_PLACE_##sym,
@@ -44,6 +44,7 @@ struct request_initial {
     double value;             /* nearest double to the exact text */
     expr_id exact;            /* a constant of the store */
     char *text;               /* as given, in the grammar */
+    expr_id open;             /* the same with swept and opened parameters as symbols; EXPR_UNDEF where there are none */
 };
 
 struct request_rate {
@@ -66,6 +67,13 @@ struct request_table {
     struct expr_table *values;
 };
 
+/* Derivatives of the motion that are asked for beside it. */
+struct request_sensitivities {
+    bool has;
+    const char **parameter; int parameters;   /* names of parameters with values, none twice */
+    int *initial; int initials;               /* variables that trajectory.initial gives, none twice */
+};
+
 struct request_trajectory {
     bool has;                 /* the request has this member */
     double start;             /* where `initial` holds */
@@ -82,6 +90,7 @@ struct request_trajectory {
     expr_id *integral; char **integral_text; int integrals;   /* functions whose drift is reported */
     expr_id *condition; char **condition_text; int conditions;   /* functions that shall vanish */
     struct request_event *event; int events;
+    struct request_sensitivities sensitivities;
 };
 
 /* A parameter that has a value in the request: expressions were read with the value in its place. */
@@ -188,6 +197,34 @@ struct request_equilibria {
     int starts;
 };
 
+/* What a fit is to find: a parameter, or an initial value. */
+struct request_unknown {
+    const char *name;
+    int variable;                              /* index into system.variable; -1: a parameter */
+    double guess, low, high;                   /* infinite: no bound */
+    bool has_guess;                            /* of an initial value: otherwise it is the experiment's */
+};
+
+/* One measured output. */
+struct request_column {
+    expr_id output; char *text;
+    double *value, *weight;                    /* by time; value NAN: not measured */
+};
+
+struct request_experiment {
+    double *time; int times;                   /* in any order, on one side of the start */
+    struct request_column *column; int columns;
+    struct request_initial *initial; int initials;   /* in the order of the variables, those of trajectory.initial among them */
+};
+
+struct request_fit {
+    struct request_unknown *parameter; int parameters;
+    struct request_unknown *initial; int initials;   /* of each experiment its own */
+    struct request_experiment *experiment; int experiments;
+    bool list;                                 /* they were given as a list */
+    int starts;                                /* further guesses within the bounds */
+};
+
 struct request_symmetries {
     struct request_candidate *check; int checks;
     bool has_search;
@@ -204,6 +241,7 @@ struct request {
     struct request_table *table; int tables;
     char *name;                       /* of the system; NULL: none */
     const char *form;                 /* static text */
+    char **equation; int equations;   /* of the form equations: the texts as they were given */
     struct form_hamiltonian *hamiltonian;   /* of that form, else NULL; with restrictions its rows are not made
                                        * yet: the pull-back needs regular functions first. Owned, with its arrays */
     unsigned want;                    /* bits of enum request_want */
@@ -219,6 +257,7 @@ struct request {
     struct request_symmetries symmetries;
     struct request_linearization linearization;
     struct request_transfer transfer;
+    struct request_fit fit;                 /* where it is wanted */
     struct request_equilibria equilibria;   /* where they are wanted */
     expr_id *output; char **output_name; int outputs;   /* of the form descriptor */
     expr_id lagrangian;               /* L(q, v, t), where the form has one and no forces; or EXPR_UNDEF */
@@ -241,6 +280,10 @@ enum { REQUEST_CHECK_SECONDS = 1, REQUEST_CHECK_NODES = 2000000 };
 /* The system alone, parameters that have a value left symbolic, unless it is a whole number of one digit: for texts that
  * call them by their names. False: it cannot be read so; no reason is given. */
 bool request_read_named(struct request *r, const char *text, size_t length, int nodes);
+/* The whole request, with some parameters as symbols: they are swept ones, of no set. `open` are their names, none twice; where the request gives
+ * one no value, or another one is meant, it is `near`. */
+struct request_open { const char *name; double near; bool replaces; };
+bool request_read_open(struct request *r, const char *text, size_t length, const struct request_open *open, int opens, struct sga_error *err);
 bool request_read_within(struct request *r, const char *text, size_t length, struct request_bounds *bounds, struct sga_error *err);
 /* The system's own rules; starts and rates in the order of the variables, times one way. Linear; asserted where reading ends. */
 bool request_sane(const struct request *r);
@@ -273,6 +316,9 @@ enum {
     REQUEST_MAX_INTEGRALS = 64,
     REQUEST_STARTS = 100,             /* of a search for equilibria, unless said */
     REQUEST_MAX_STARTS = 100000,
+    REQUEST_MAX_FIT_STARTS = 10000,
+    REQUEST_MAX_EXPERIMENTS = 1000,
+    REQUEST_MAX_UNKNOWNS_FIT = 64,    /* parameters, and initial values, of a fit */
     REQUEST_MAX_PORTS = 1000,         /* inputs, outputs of a linearization */
     REQUEST_MAX_FREQUENCIES = 100000,
     REQUEST_MAX_PLACES = 1000,        /* where to linearize */

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "budget.h"
+#include "share.h"
 #include "follow.h"
 #include "lin.h"
 #include "reduction.h"
@@ -57,6 +58,7 @@ static void name_stage(struct sga_error *err, const char *stage)
 struct run {
     struct job job;
     const struct sga_run_options *options;
+    struct sga_share share;
 };
 
 static void wall(void *ctx, const struct sga_error *err)
@@ -65,6 +67,17 @@ static void wall(void *ctx, const struct sga_error *err)
     struct sga_error located = *err;
     name_stage(&located, r->job.stage);
     r->options->wall(r->options->ctx, &located);
+}
+
+/* Shares of a job's work, as the table of stages has them. */
+static const double MOTION = 0.5, AFTER_MOTION = 0.9, WRITING = 0.98;
+
+/* A motion's share of its time, while it is what the job is at. */
+static void tell_share(void *ctx, double fraction)
+{
+    struct job *j = ctx;
+    if (!strcmp(j->stage, "trajectory"))
+        job_progress(j, j->stage, fraction);
 }
 
 static void set_budget(struct run *r)
@@ -83,6 +96,7 @@ static void set_budget(struct run *r)
         .cancelled = o->cancelled,
         .cancel_ctx = o->ctx,
         .warnings = j->warnings,
+        .share = r->share.tell ? &r->share : NULL,
         .exec = o->exec,
     };
     j->request->store.max_nodes = j->request->limits.nodes;
@@ -119,7 +133,7 @@ static bool run_request(struct job *j, bool tied, struct sga_buf *out, bool *aga
     if (*again)
         return false;
     if (ok) {
-        job_progress(j, "writing", 0.98);
+        job_progress(j, "writing", WRITING);
         ok = answer_write(j, out);
     }
     return within_limits(j) && ok;
@@ -154,6 +168,8 @@ static bool run_text(struct run *r, const char *request, size_t length, bool tie
         return false;
     }
     set_budget(r);
+    if (own.want & (REQUEST_LINEARIZATION | REQUEST_TRANSFER | REQUEST_EQUILIBRIA))
+        r->share.to = AFTER_MOTION;
     bool ok = run_request(j, tied, out, again);
     if (!ok && !*again) {
         name_stage(j->err, j->stage);
@@ -172,7 +188,8 @@ bool sga_run(const char *request, size_t length, const struct sga_run_options *o
     const struct sga_run_options *o = options ? options : &none;
     struct sga_error own = { 0 };
     const struct job first = { .host = { o->max_result, o->progress, o->ctx }, .err = err ? err : &own, .stages = job_stages, .stage = "request" };
-    struct run r = { first, o };
+    struct run r = { first, o, { .from = MOTION, .to = WRITING, .tell = o->progress ? tell_share : NULL } };
+    r.share.ctx = &r.job;
     double begin = sga_now();
     bool again = false, ok = run_text(&r, request, length, true, out, &again);
     if (!again)

@@ -24,6 +24,7 @@
 #include "sizes.h"
 #include "system.h"
 #include "tape.h"
+#include "variation_turn.h"
 
 /* From here on series are faster than other methods where they are short programs: measured over the references. */
 #define FAST_RTOL 1.1e-7
@@ -84,7 +85,7 @@ static bool project(void *ctx, double t, double *x, const double *scale, double 
         }
         *moved = sqrt(sum);
     }
-    *moved /= sqrt(n);
+    *moved /= n ? sqrt(n) : 1;
     *residual = f->manifold.c ? f->manifold.raw : 0;
     return ok && flow_valued(f, t, x) && given_hold(f->given, t, x, scale) && field_follows(&f->field, t, x);
 }
@@ -162,6 +163,10 @@ void flow_hold(void *ctx, const signed char *side)
     field_hold(&f->field, side);
     num_jacobian_hold(f->manifold.jac, side);
     num_tape_hold(f->surface, side);
+    if (f->turn) {
+        num_jacobian_hold(f->turn->jac, side);
+        num_tape_hold(f->turn->slope, side);
+    }
     if (f->series->jet)
         num_jet_hold(f->series->jet, f->field.plain);
 }
@@ -231,6 +236,11 @@ bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_so
     for (int i = 0; i < sys->rows; i++)
         for (int k = 0; k < sys->row[i].entries; k++)
             f->moving[sys->row[i].entry[k].col] = 1;
+    if (rq->turns && w) {
+        f->turn = sga_calloc(1, sizeof *f->turn);
+        if (!variation_turn_init(f->turn, f, rq, err))
+            return false;
+    }
     if (!rq->outputs && !rq->events && !rq->valueds && !w)
         return true;
     int *inputs = sga_malloc((size_t)(n + 1) * sizeof *inputs);
@@ -257,6 +267,9 @@ void flow_clear(struct flow *f)
     inputs_clear(f->inputs);
     sizes_clear(f->sizes);
     num_tape_free(f->surface);
+    if (f->turn)
+        variation_turn_clear(f->turn);
+    free(f->turn);
     num_tape_free(f->band);
     num_tape_free(f->output);
     num_tape_free(f->event);
@@ -403,6 +416,7 @@ struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
                                  .breaks = f->knot, .break_count = f->knots, .enter = f->sys->signals ? enter : NULL,
                                  .taken = watched ? taken : NULL, .refused = watched ? refused : NULL,
                                  .switches = f->field.switches.count, .switching = surfaces, .hold = flow_hold,
+                                 .turned = f->turn ? variation_turned : NULL,
                                  .piece = f->inputs->piece, .pieces = f->inputs->count,
                                  .noise = flow_noise, .bands = f->bands, .band = band,
                                  .cost = 4.0 * num_tape_length(f->field.direct),

@@ -14,6 +14,7 @@ struct ode_result;
 struct ode_start;
 struct series;
 struct sizes;
+struct variation_turn;
 
 struct flow {
     struct manifold manifold;
@@ -37,6 +38,7 @@ struct flow {
     struct sizes *sizes;
     unsigned char *moving;        /* n: variables that some equation differentiates: they do not jump */
     double *noise;                /* n: see flow_noise; NULL until it is asked for */
+    struct variation_turn *turn;  /* of motions with derivatives that come to switches; or NULL */
     double *knot; int knots;      /* of the tables, inside the motion's times, in its order */
 };
 

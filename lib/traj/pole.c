@@ -20,6 +20,7 @@
 #include "watch.h"
 
 enum { ASKED = 3, DISTANCES = 3, NEWTON = 12 };
+static const double NEAR = 4e-2;                                /* of the same: where a zero is sought from a place beside it */
 static const double BESIDE = 1e-2;                              /* of the variables' sizes */
 static const double distance[DISTANCES] = { 1e-3, 1e-5, 1e-7 };  /* in the same units */
 static const double GROWTH = 20;       /* from one distance to the next: beyond |d|^(-2/3) */
@@ -166,6 +167,18 @@ static void units(struct asked *a, const double *y, double t)
     a->unit[f->n] = fmax(fabs(t - f->start_t), 1e-300);
 }
 
+/* A denominator that jumps over 0, at a switch, has no zero where it changed its sign. */
+static bool near_place(const struct asked *a, const double *y, double t)
+{
+    int n = a->f->n;
+    double sum = 0;
+    for (int j = 0; j <= n; j++) {
+        double far = (a->z[j] - (j < n ? y[j] : t)) / a->unit[j];
+        sum += far * far;
+    }
+    return sum <= NEAR * NEAR * (n + 1);
+}
+
 bool field_pole_at_change(struct field *f, int q, double t, const double *x)
 {
     size_t n = (size_t)f->n + 1;
@@ -181,7 +194,7 @@ bool field_pole_at_change(struct field *f, int q, double t, const double *x)
             a.z[j] = y[j] + BESIDE * a.unit[j] * ((double)(random >> 16 & 0x7fff) / 0x4000 - 1);
         }
         a.z[f->n] = at;
-        votes += settle(&a) && (grows(&a, 1) || grows(&a, -1));
+        votes += settle(&a) && near_place(&a, y, at) && (grows(&a, 1) || grows(&a, -1));
     }
     free(room);
     return 2 * votes > ASKED;

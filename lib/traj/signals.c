@@ -46,11 +46,15 @@ static bool refuse(const struct expr_store *st, const struct expr_symbol *s, con
     char pointer[200];
     snprintf(pointer, sizeof pointer, "/system/tables/%.150s/interpolation", st->symbol[base].name);
     const char *kind = s->table->kind == EXPR_LINEAR ? "linear" : "cubic";
-    sga_fail_at(err, SGA_E_NOT_SUPPORTED, pointer, "%s%s%.160s depends on %.60s, which with %s interpolation %s at the knots, so "
-                "that the motion would jump there; %s", what, text.len ? " " : "", text.len ? text.data : "", s->name, kind,
-                s->order > expr_table_smooth(s->table) + 1 ? "has no values" : "jumps",
-                s->table->kind == EXPR_LINEAR ? "use \"cubic\", which has two continuous derivatives"
-                                              : "a table has two continuous derivatives at most: give the function as an expression");
+    if (s->table->steps)
+        sga_fail_at(err, SGA_E_NOT_SUPPORTED, pointer, "%s%s%.160s depends on %.60s, which has %s, so that the motion would jump there; put samples beside each other in the place of each step, or "
+                    "end the motion at the step and begin another one", what, text.len ? " " : "", text.len ? text.data : "", s->name, s->order ? "no values at the table's steps" : "steps");
+    else
+        sga_fail_at(err, SGA_E_NOT_SUPPORTED, pointer, "%s%s%.160s depends on %.60s, which with %s interpolation %s at the knots, so "
+                    "that the motion would jump there; %s", what, text.len ? " " : "", text.len ? text.data : "", s->name, kind,
+                    s->order > expr_table_smooth(s->table) + 1 ? "has no values" : "jumps",
+                    s->table->kind == EXPR_LINEAR ? "use \"cubic\", which has two continuous derivatives"
+                                                  : "a table has two continuous derivatives at most: give the function as an expression");
     memcpy(err->stage, "trajectory", 11);
     sga_buf_free(&text);
     return false;

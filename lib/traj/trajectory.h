@@ -21,6 +21,13 @@ struct traj_event {
     bool stop;
 };
 
+/* Of a system with derivatives among its variables (variation.h): what they do where the motion turns a switch. */
+struct traj_turns {
+    int base, directions;     /* variables of the motion, which come first, and how many derivatives of each follow */
+    const expr_id *surface; int surfaces;   /* arguments of the motion's switches */
+    const expr_id *slope;     /* surfaces x directions: their derivatives along each direction */
+};
+
 /* An event that happened. */
 struct traj_happening {
     int event;
@@ -59,6 +66,7 @@ struct traj_request {
      * (EXPR_UNDEF: not given) and by sample. NULL: the doubles are meant exactly. */
     expr_id exact_start;
     const expr_id *exact_initial, *exact_time;
+    const struct traj_turns *turns;        /* NULL: none of the variables is a derivative */
     bool single;                           /* one solution at the tolerances as they are: no estimate of its error */
     const struct sga_budget *budget;
 };

@@ -1,6 +1,7 @@
 /* The sandbox: resource limits, no new privileges, Landlock without any rule (no file can
  * be opened or made), and a seccomp filter that lists what computing needs. A call outside
  * the list fails with EPERM, so that a library's harmless question does not end a job. */
+#define _GNU_SOURCE    /* MREMAP_MAYMOVE */
 #include "sandbox.h"
 
 #include <errno.h>
@@ -24,7 +25,7 @@ enum { SANITIZED = 0 };
 
 /* Memory, time, the socket, ending. Of prctl, clone, open, ioctl and the like nothing. */
 static const int allowed[] = {
-    SCMP_SYS(brk), SCMP_SYS(mremap), SCMP_SYS(munmap), SCMP_SYS(madvise), SCMP_SYS(futex),
+    SCMP_SYS(brk), SCMP_SYS(munmap), SCMP_SYS(madvise), SCMP_SYS(futex),
     SCMP_SYS(clock_gettime), SCMP_SYS(clock_nanosleep), SCMP_SYS(nanosleep), SCMP_SYS(gettimeofday), SCMP_SYS(sched_yield),
     SCMP_SYS(getrandom), SCMP_SYS(getrusage), SCMP_SYS(sysinfo), SCMP_SYS(sched_getaffinity),
     SCMP_SYS(sendto), SCMP_SYS(recvfrom), SCMP_SYS(poll), SCMP_SYS(ppoll), SCMP_SYS(read), SCMP_SYS(write), SCMP_SYS(pread64),
@@ -87,15 +88,29 @@ static void forbid_files(void)
     close(fd);
 }
 
-/* Machine code of formulas: pages of one range may change from writable to executable. */
+enum { PAGE = 4096 };
+
+/* Machine code of formulas: a page of the range may change from writable to executable. One page a call: more than one could
+ * reach beyond the end, which no filter sees. */
 static int allow_code(scmp_filter_ctx f, const struct sandbox *s)
 {
     if (!s->code_bytes)
         return 0;
     return seccomp_rule_add(f, SCMP_ACT_ALLOW, SCMP_SYS(mprotect), 3,
                             SCMP_A0(SCMP_CMP_MASKED_EQ, ~(scmp_datum_t)(s->code_bytes - 1), (scmp_datum_t)(uintptr_t)s->code),
-                            SCMP_A1(SCMP_CMP_LE, (scmp_datum_t)s->code_bytes),
+                            SCMP_A1(SCMP_CMP_LE, (scmp_datum_t)PAGE),
                             SCMP_A2(SCMP_CMP_EQ, PROT_READ | PROT_EXEC));
+}
+
+/* realloc() moves memory. Pages of the range stay where they are, and nothing is moved to a place of the caller's choice: executable
+ * pages would else be carried out of the range. */
+static int allow_moving(scmp_filter_ctx f, const struct sandbox *s)
+{
+    scmp_datum_t from = (scmp_datum_t)(uintptr_t)s->code;
+    if (!s->code_bytes)
+        return seccomp_rule_add(f, SCMP_ACT_ALLOW, SCMP_SYS(mremap), 1, SCMP_A3(SCMP_CMP_EQ, MREMAP_MAYMOVE));
+    int rc = seccomp_rule_add(f, SCMP_ACT_ALLOW, SCMP_SYS(mremap), 2, SCMP_A0(SCMP_CMP_LT, from), SCMP_A3(SCMP_CMP_EQ, MREMAP_MAYMOVE));
+    return rc ? rc : seccomp_rule_add(f, SCMP_ACT_ALLOW, SCMP_SYS(mremap), 2, SCMP_A0(SCMP_CMP_GE, from + s->code_bytes), SCMP_A3(SCMP_CMP_EQ, MREMAP_MAYMOVE));
 }
 
 static int add_rules(scmp_filter_ctx f, const struct sandbox *s)
@@ -106,10 +121,13 @@ static int add_rules(scmp_filter_ctx f, const struct sandbox *s)
     /* Pages may be made read-only or writable; executable only where formulas are compiled to. */
     if (rc == 0)
         rc = seccomp_rule_add(f, SCMP_ACT_ALLOW, SCMP_SYS(mprotect), 1, SCMP_A2(SCMP_CMP_MASKED_EQ, PROT_EXEC, 0));
+    /* Nothing shared: the same page could be had twice, written here and executable there. */
     if (rc == 0)
-        rc = seccomp_rule_add(f, SCMP_ACT_ALLOW, SCMP_SYS(mmap), 1, SCMP_A2(SCMP_CMP_MASKED_EQ, PROT_EXEC, 0));
+        rc = seccomp_rule_add(f, SCMP_ACT_ALLOW, SCMP_SYS(mmap), 2, SCMP_A2(SCMP_CMP_MASKED_EQ, PROT_EXEC, 0), SCMP_A3(SCMP_CMP_MASKED_EQ, MAP_SHARED, 0));
     if (rc == 0)
         rc = allow_code(f, s);
+    if (rc == 0)
+        rc = allow_moving(f, s);
     /* abort() signals itself. */
     if (rc == 0)
         rc = seccomp_rule_add(f, SCMP_ACT_ALLOW, SCMP_SYS(tgkill), 1, SCMP_A0(SCMP_CMP_EQ, (scmp_datum_t)getpid()));

@@ -14,8 +14,8 @@ struct sandbox {
     pid_t parent;        /* dies with this one */
     size_t memory;       /* address space in bytes; 0: no limit */
     int descriptors;     /* of them may be open, from 0 */
-    /* Pages of this range (and of as many bytes behind it) may be made executable, while they
-     * are not writable: base is a multiple of code_bytes, a power of two. 0 bytes: none. */
+    /* Pages of this range may be made executable one by one, while they are not writable, and no
+     * others: base is a multiple of code_bytes, a power of two. 0 bytes: none. */
     void *code;
     size_t code_bytes;
 };

@@ -1,11 +1,12 @@
 /* sgad --check-sandbox: what the sandbox keeps out on this kernel, by trying each. */
+#define _GNU_SOURCE    /* mremap */
 #include "sandbox.h"
+#include "code_runs.h"
 #include "exec.h"
 
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/mman.h>
@@ -82,6 +83,44 @@ static bool writes_code(void)
     return code_bytes && mprotect(code, 4096, PROT_READ | PROT_WRITE | PROT_EXEC) == 0;
 }
 
+/* Did the filter let it through? What fails after it, for want of a mapping, was let through too. */
+static bool passed(bool failed)
+{
+    return !failed || errno != EPERM;
+}
+
+/* A page becomes executable in each way that is not one page of the range. */
+static bool may_execute(unsigned char *at, size_t bytes)
+{
+    return code_bytes && passed(mprotect(at, bytes, PROT_READ | PROT_EXEC) != 0);
+}
+
+static bool spills(void)
+{
+    unsigned char *at = code, *end = at + code_bytes;
+    return may_execute(end - 4096, 8192) || may_execute(end - 4096, code_bytes) || may_execute(end, 4096) || may_execute(end, 1)
+        || may_execute(at - 4096, 4096) || may_execute(at - 4096, 8192) || may_execute(at, 4097) || may_execute(at, code_bytes + 1);
+}
+
+/* The last page of the range, made executable as it may be, carried elsewhere. */
+static bool carries(void)
+{
+    unsigned char *last = (unsigned char *)code + code_bytes - 4096;
+    void *free_place = mmap(NULL, 8192, PROT_READ, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (!code_bytes || mprotect(last, 4096, PROT_READ | PROT_EXEC) != 0)
+        return false;
+    return passed(mremap(last, 4096, 8192, MREMAP_MAYMOVE) == MAP_FAILED)
+        || passed(mremap(last, 4096, 4096, MREMAP_MAYMOVE | MREMAP_FIXED, free_place) == MAP_FAILED)
+        || passed(mremap((unsigned char *)code - 4096, 8192, 8192, MREMAP_MAYMOVE | MREMAP_FIXED, free_place) == MAP_FAILED);
+}
+
+/* One page at two places, writable at one and executable at the other. */
+static bool doubles(void)
+{
+    return passed(mmap(NULL, 4096, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0) == MAP_FAILED)
+        || passed(mmap((unsigned char *)code - 4096, 8192, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS | MAP_FIXED, -1, 0) == MAP_FAILED);
+}
+
 static bool too_much(void)
 {
     return mmap(NULL, (size_t)1 << 30, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0) != MAP_FAILED;
@@ -91,6 +130,7 @@ static const struct { const char *what; bool (*tried)(void); } trial[] = {
     { "open a file", opens }, { "make a file", makes }, { "look at a path", looks }, { "make a socket", talks },
     { "signal a process", signals }, { "be traced", traces }, { "fork", forks }, { "run a program", runs },
     { "make memory executable", executes }, { "map executable memory", maps_code }, { "write where code may run", writes_code },
+    { "code beyond its range", spills }, { "carry code elsewhere", carries }, { "see a page twice", doubles },
     { "pass its memory limit", too_much },
 };
 enum { TRIALS = sizeof trial / sizeof *trial, KEPT = 40, REFUSED = 41, BREACHED = 42 };
@@ -98,10 +138,17 @@ enum { TRIALS = sizeof trial / sizeof *trial, KEPT = 40, REFUSED = 41, BREACHED 
 /* Not a breach: formulas are compiled where this works, and interpreted where it does not. */
 static void say_code(struct sga_exec *memory, int out)
 {
-    static const unsigned char twice[] = { 0xF2, 0x0F, 0x58, 0xC0, 0xC3 };      /* addsd xmm0, xmm0; ret */
-    const void *at = memory ? sga_exec_add(memory, twice, sizeof twice) : NULL;
-    bool runs = at && ((double (*)(double))(uintptr_t)at)(21) == 42;
-    dprintf(out, "%-26s %s\n", "machine code of formulas", runs ? "compiled" : "interpreted");
+    dprintf(out, "%-26s %s\n", "machine code of formulas", code_runs(memory) ? "compiled" : "interpreted");
+}
+
+/* Memory before and behind the range, where nothing else is yet: what may not become executable must be there to be tried. */
+static void neighbours(void)
+{
+    unsigned char *at = code;
+    if (!code_bytes)
+        return;
+    mmap(at - code_bytes, code_bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED_NOREPLACE, -1, 0);
+    mmap(at + code_bytes, code_bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED_NOREPLACE, -1, 0);
 }
 
 /* Tells through a pipe: standard output may be a file, which the sandbox refuses to grow. */
@@ -110,6 +157,7 @@ static int try_all(pid_t parent, int out)
     struct sga_exec *memory = sga_exec_new(1 << 16);
     if (memory)
         sga_exec_range(memory, &code, &code_bytes);
+    neighbours();
     struct sandbox s = { .parent = parent, .memory = 512 << 20, .descriptors = 64, .code = code, .code_bytes = code_bytes };
     char why[200];
     int status = KEPT;

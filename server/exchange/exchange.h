@@ -6,9 +6,10 @@
 #include <microhttpd.h>
 #include <stdbool.h>
 
+#include "peer.h"
 #include "service.h"
 
-enum { EXCHANGE_HEADERS = 10 };
+enum { EXCHANGE_HEADERS = 12 };
 
 struct exchange {
     struct service *service;
@@ -45,6 +46,7 @@ struct exchange {
 
     struct { const char *name; char value[160]; } header[EXCHANGE_HEADERS];
     int headers;                     /* for the reply */
+    bool tagged, packs;              /* it has an entity tag; its body is to be packed */
 
     /* Of the handlers that wait. */
     struct job *job;
@@ -58,6 +60,8 @@ struct exchange {
 
 /* A header of the request; NULL where there is none. */
 const char *exchange_header(struct exchange *e, const char *name);
+/* Who asks, for the log: peer.h; NULL where that is not known. */
+const char *exchange_peer(struct exchange *e, char text[PEER_TEXT]);
 /* A parameter of the query; NULL where there is none. */
 const char *exchange_query(struct exchange *e, const char *name);
 /* Books the body's new size against the bound on all bodies. False where it is too much: then

@@ -90,3 +90,29 @@ int prefer_type(const char *accept, const char *const *offered, int count)
     }
     return best;
 }
+
+/* The weight of a coding by its own name; -1: it is not named. */
+static double coding(const char *header, const char *name)
+{
+    size_t n = strlen(name);
+    for (const char *p = header; *p;) {
+        p = blank(p);
+        const char *end = p + strcspn(p, ",");
+        if (strcspn(p, ",; \t") == n && strncasecmp(p, name, n) == 0)
+            return quality(p, end);
+        p = end + (*end != 0);
+    }
+    return -1;
+}
+
+bool prefer_gzip(const char *header)
+{
+    if (!header)
+        return false;
+    double gzip = coding(header, "gzip"), any = coding(header, "*"), plain = coding(header, "identity");
+    if (gzip < 0)
+        gzip = coding(header, "x-gzip");
+    if (gzip < 0)
+        gzip = any;
+    return gzip > 0 && gzip >= plain;
+}

@@ -1,9 +1,13 @@
 /* Replies. */
 #include "reply.h"
 #include "budget.h"
+#include "front.h"
+#include "packed.h"
+#include "prefer.h"
 #include "problem.h"
 
 #include <stdarg.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -20,6 +24,24 @@ void reply_header(struct exchange *e, const char *name, const char *fmt, ...)
     e->headers++;
 }
 
+static bool has_header(const struct exchange *e, const char *name)
+{
+    for (int i = 0; i < e->headers; i++)
+        if (strcmp(e->header[i].name, name) == 0)
+            return true;
+    return false;
+}
+
+/* As it is: a header without a form costs a tenth of one with. */
+static void plain_header(struct exchange *e, const char *name, const char *value, size_t n)
+{
+    if (e->headers == EXCHANGE_HEADERS || n >= sizeof e->header->value)
+        abort();
+    e->header[e->headers].name = name;
+    memcpy(e->header[e->headers].value, value, n);
+    e->header[e->headers++].value[n] = 0;
+}
+
 enum MHD_Result reply_response(struct exchange *e, int status, const char *type, struct MHD_Response *response)
 {
     if (!response)
@@ -30,19 +52,88 @@ enum MHD_Result reply_response(struct exchange *e, int status, const char *type,
     MHD_add_response_header(response, "X-Content-Type-Options", "nosniff");
     for (int i = 0; i < e->headers; i++)
         MHD_add_response_header(response, e->header[i].name, e->header[i].value);
+    if (atomic_load(&e->service->leaving) && !has_header(e, "Connection"))
+        MHD_add_response_header(response, "Connection", "close");
     if (e->begun && !e->status)
         metrics_http(&e->service->metrics, e->route_number, e->method, status);
     e->status = status;
+    front_answered(conn_front(e->conn));
     conn_deadline(e->conn, sga_now() + (double)e->service->config.send_timeout);
     enum MHD_Result rc = MHD_queue_response(e->connection, (unsigned)status, response);
     MHD_destroy_response(response);
     return rc;
 }
 
+static void vary_header(struct exchange *e, const char *also)
+{
+    static const char name[] = "Accept-Encoding";
+    if (*also)
+        reply_header(e, "Vary", "%s%s", also, name);
+    else
+        plain_header(e, "Vary", name, sizeof name - 1);
+}
+
+bool reply_tag(struct exchange *e, const char *etag, size_t length, const char *vary)
+{
+    char tag[sizeof e->header->value];
+    size_t n = strlen(etag);
+    e->tagged = true;
+    e->packs = length >= PACKED_LEAST && prefer_gzip(exchange_header(e, "Accept-Encoding")) && packed_room();
+    if (n + sizeof "-gzip" > sizeof tag)
+        abort();
+    memcpy(tag, etag, n + 1);
+    if (e->packs)
+        memcpy(tag + n - 1, "-gzip\"", sizeof "-gzip\"");
+    plain_header(e, "ETag", tag, strlen(tag));
+    if (length >= PACKED_LEAST)
+        vary_header(e, vary);
+    else if (*vary)
+        reply_header(e, "Vary", "%.*s", (int)strlen(vary) - 2, vary);
+    return reply_matches(e, tag);
+}
+
+/* A body without a tag: lists, states, counts. */
+static void choose_packing(struct exchange *e, int status, size_t length)
+{
+    if (e->tagged || status >= 300 || length < PACKED_LEAST)
+        return;
+    e->packs = prefer_gzip(exchange_header(e, "Accept-Encoding")) && packed_room();
+    vary_header(e, "");
+}
+
+enum MHD_Result reply_pieces(struct exchange *e, int status, const char *type, const struct MHD_IoVec *part, int count,
+                             MHD_ContentReaderFreeCallback release, void *cls)
+{
+    struct MHD_Response *r;
+    if (e->packs) {
+        reply_header(e, "Content-Encoding", "gzip");
+        r = packed_pieces(part, count, release, cls);
+    } else if (!(r = MHD_create_response_from_iovec(part, (unsigned)count, release, cls)) && release) {
+        release(cls);
+    }
+    return reply_response(e, status, type, r);
+}
+
+enum MHD_Result reply_stream(struct exchange *e, int status, const char *type, MHD_ContentReaderCallback read,
+                             MHD_ContentReaderFreeCallback release, void *cls)
+{
+    struct MHD_Response *r;
+    if (e->packs) {
+        reply_header(e, "Content-Encoding", "gzip");
+        r = packed_response((struct packed_source){ read, release, cls });
+    } else if (!(r = MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, 32768, read, cls, release))) {
+        release(cls);
+    }
+    return reply_response(e, status, type, r);
+}
+
 enum MHD_Result reply_buf(struct exchange *e, int status, const char *type, struct sga_buf *b)
 {
     size_t length = b->len;
     char *text = sga_buf_take(b);
+    choose_packing(e, status, length);
+    if (e->packs)
+        return reply_pieces(e, status, type, &(struct MHD_IoVec){ text, length }, 1, free, text);
     struct MHD_Response *r = MHD_create_response_from_buffer(length, text, MHD_RESPMEM_MUST_FREE);
     if (!r)
         free(text);
@@ -51,6 +142,8 @@ enum MHD_Result reply_buf(struct exchange *e, int status, const char *type, stru
 
 enum MHD_Result reply_static(struct exchange *e, int status, const char *type, const char *text, size_t length)
 {
+    if (e->packs && length)
+        return reply_pieces(e, status, type, &(struct MHD_IoVec){ text, length }, 1, NULL, NULL);
     return reply_response(e, status, type, MHD_create_response_from_buffer(length, (void *)(uintptr_t)text, MHD_RESPMEM_PERSISTENT));
 }
 
@@ -65,6 +158,7 @@ enum MHD_Result reply_problem(struct exchange *e, const struct sga_error *err)
     struct sga_json w;
     metrics_refused(&e->service->metrics, err->code);
     e->problem = err->code;
+    e->packs = false;
     sga_json_begin(&w, &b);
     problem_write(&w, err);
     return reply_buf(e, sga_code_status(err->code), "application/problem+json", &b);
@@ -117,10 +211,7 @@ enum MHD_Result reply_finished(struct exchange *e, int status, struct finished *
         { f->text + f->cached_at + sizeof no - 1, f->len - f->cached_at - (sizeof no - 1) },
     };
     reply_header(e, "Cache-Control", "no-cache");
-    struct MHD_Response *r = MHD_create_response_from_iovec(part, 3, release, f);
-    if (!r)
-        finished_unref(f);
-    return reply_response(e, status, TYPE_JSON, r);
+    return reply_pieces(e, status, TYPE_JSON, part, 3, release, f);
 }
 
 enum MHD_Result reply_job(struct exchange *e, int status, const struct job_look *look)

@@ -32,6 +32,16 @@ bool exchange_sees(struct exchange *e);
 enum lookup exchange_lookup(struct exchange *e, struct finished **f);
 /* A job that was looked up and cannot be given. */
 enum MHD_Result reply_lookup(struct exchange *e, enum lookup outcome);
+/* Chooses between the body as it is and gzip, by Accept-Encoding and its length (SIZE_MAX: not known), and gives the reply the
+ * tag of that one: each has its own, for they differ by the byte. vary: what else the choice depends on, as "Accept, ", or "".
+ * Does If-None-Match name that tag? */
+bool reply_tag(struct exchange *e, const char *etag, size_t length, const char *vary);
+/* A body in at most three pieces, packed where that was chosen. release(cls) once it is sent or given up. */
+enum MHD_Result reply_pieces(struct exchange *e, int status, const char *type, const struct MHD_IoVec *part, int count,
+                             MHD_ContentReaderFreeCallback release, void *cls);
+/* A body that is made while it is sent. */
+enum MHD_Result reply_stream(struct exchange *e, int status, const char *type, MHD_ContentReaderCallback read,
+                             MHD_ContentReaderFreeCallback release, void *cls);
 /* Does If-None-Match name this tag? */
 bool reply_matches(struct exchange *e, const char *etag);
 

@@ -56,8 +56,11 @@ enum MHD_Result handle_metrics(struct exchange *e)
     struct metrics_now now = { counts.queued, counts.running, counts.queue_bytes, counts.waiters, counts.streams,
                                conns_count(sv->conns), store_healthy(sv->store), obstacle(sv, &counts) == SGA_E_OK, log_dropped(),
                                counts.ending, counts.ending_bytes, (unsigned long)tls_expires(),
-                               counts.oldest, store_free_bytes(sv->store), sga_version() };
+                               counts.oldest, store_free_bytes(sv->store), store_bytes(sv->store, false), store_bytes(sv->store, true),
+                               memory_cache_bytes(sv->memory_cache), sga_version() };
     metrics_write(&sv->metrics, &now, sv->route_names, &b);
+    if (!config_isolated(&sv->config) || e->scopes & SCOPE_WATCH)
+        jobs_write_accounts(sv->jobs, &b);
     process_write(&b);
     reply_header(e, "Cache-Control", "no-store");
     return reply_buf(e, 200, "text/plain; version=0.0.4; charset=utf-8", &b);
@@ -72,9 +75,8 @@ static enum MHD_Result reply_file(struct exchange *e, const char *name, const ch
     char etag[2 * 8 + 3];
     digest(sum, f->text, f->length);
     snprintf(etag, sizeof etag, "\"%02x%02x%02x%02x%02x%02x%02x%02x\"", sum[0], sum[1], sum[2], sum[3], sum[4], sum[5], sum[6], sum[7]);
-    reply_header(e, "ETag", "%s", etag);
     reply_header(e, "Cache-Control", "no-cache");
-    return reply_matches(e, etag) ? reply_empty(e, 304) : reply_static(e, 200, type, f->text, f->length);
+    return reply_tag(e, etag, f->length, "") ? reply_empty(e, 304) : reply_static(e, 200, type, f->text, f->length);
 }
 
 enum MHD_Result handle_openapi(struct exchange *e)

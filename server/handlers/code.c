@@ -7,6 +7,7 @@
 #include "run.h"
 #include "store.h"
 
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -73,9 +74,8 @@ static enum MHD_Result send_code(struct exchange *e, int l)
         return rc;
     char etag[sizeof f->etag + 16];
     snprintf(etag, sizeof etag, "%.*s-%s\"", (int)strlen(f->etag) - 1, f->etag, code_format_name(l));
-    reply_header(e, "ETag", "%s", etag);
     reply_header(e, "Cache-Control", "no-cache");
-    if (!reply_matches(e, etag))
+    if (!reply_tag(e, etag, SIZE_MAX, ""))
         return write_code(e, f, l);
     finished_unref(f);
     return reply_empty(e, 304);

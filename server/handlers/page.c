@@ -2,6 +2,7 @@
  * service does. Nothing but this server's own files runs in it, or is asked by it. */
 #include "handlers.h"
 #include "page_files.h"
+#include "prefer.h"
 #include "reply.h"
 
 #include <stdio.h>
@@ -33,24 +34,12 @@ static const char *type_of(const char *name)
     return "application/octet-stream";
 }
 
-/* A coding of the list is taken unless its weight is 0 (RFC 9110, 12.5.3); * is left to others. */
-static bool takes_packed(struct exchange *e)
-{
-    const char *given = exchange_header(e, "Accept-Encoding");
-    const char *at = given ? strstr(given, "gzip") : NULL;
-    if (!at)
-        return false;
-    at += 4;
-    const char *weight = strstr(at, "q="), *next = strchr(at, ',');
-    return !weight || (next && next < weight) || strtod(weight + 2, NULL) > 0;
-}
-
 enum MHD_Result handle_page(struct exchange *e)
 {
     const struct page_file *f = strcmp(e->service->config.ui, "no") == 0 ? NULL : find(*e->segment ? e->segment : "index.html");
     if (!f)
         return reply_error(e, SGA_E_NOT_FOUND, "There is nothing at this path. /openapi.json lists what there is.");
-    bool packed = takes_packed(e);
+    bool packed = prefer_gzip(exchange_header(e, "Accept-Encoding"));
     unsigned char sum[DIGEST_BYTES];
     char etag[2 * 8 + 5];
     digest(sum, f->text, f->length);

@@ -23,7 +23,7 @@ static enum MHD_Result hit(struct exchange *e, struct finished *f, enum metrics_
     if (*e->account->name)
         jobs_note(e->service->jobs, f->id, e->account);
     reply_header(e, "Location", "/v1/jobs/%s", f->id);
-    reply_header(e, "ETag", "%s", f->etag);
+    reply_tag(e, f->etag, f->len, "");
     return reply_finished(e, 200, f, true);
 }
 
@@ -31,7 +31,7 @@ static enum MHD_Result hit(struct exchange *e, struct finished *f, enum metrics_
 static enum MHD_Result ended(struct exchange *e, struct finished *f)
 {
     reply_header(e, "Location", "/v1/jobs/%s", f->id);
-    reply_header(e, "ETag", "%s", f->etag);
+    reply_tag(e, f->etag, f->len, "");
     return reply_finished(e, e->wait_seconds > 0 ? 200 : 202, f, false);
 }
 

@@ -19,9 +19,8 @@ enum MHD_Result handle_request(struct exchange *e)
     if (found != STORE_FOUND)
         return reply_lookup(e, found == STORE_NONE ? LOOKUP_NONE : LOOKUP_BROKEN);
     snprintf(etag, sizeof etag, "\"%s-request\"", e->segment);
-    reply_header(e, "ETag", "%s", etag);
     reply_header(e, "Cache-Control", "no-cache");
-    if (reply_matches(e, etag)) {
+    if (reply_tag(e, etag, length, "")) {
         free(text);
         return reply_empty(e, 304);
     }

@@ -38,10 +38,7 @@ static void release(void *cls)
 enum MHD_Result result_part_send(struct exchange *e, struct finished *f, struct slice part)
 {
     struct MHD_IoVec whole = { part.at, part.len };
-    struct MHD_Response *r = MHD_create_response_from_iovec(&whole, 1, release, f);
-    if (!r)
-        finished_unref(f);
-    return reply_response(e, 200, TYPE_JSON, r);
+    return reply_pieces(e, 200, TYPE_JSON, &whole, 1, release, f);
 }
 
 bool result_part_find(struct exchange *e, const struct result_part_kind *kind, struct finished **out, struct slice *part,
@@ -72,10 +69,8 @@ bool result_part_find(struct exchange *e, const struct result_part_kind *kind, s
     }
     char etag[sizeof f->etag + 8];
     snprintf(etag, sizeof etag, "%.*s-%s\"", (int)strlen(f->etag) - 1, f->etag, kind->format[*format].name);
-    reply_header(e, "ETag", "%s", etag);
-    reply_header(e, "Vary", "Accept");
     reply_header(e, "Cache-Control", "no-cache");
-    if (reply_matches(e, etag)) {
+    if (reply_tag(e, etag, part->len, "Accept, ")) {
         finished_unref(f);
         *rc = reply_empty(e, 304);
         return false;

@@ -69,12 +69,11 @@ static enum MHD_Result send_lines(struct exchange *e, struct finished *f, enum v
         return MHD_NO;
     }
     flow->finished = f;
-    struct MHD_Response *r = NULL;
-    if (view_open(&flow->view, format, trajectory))
-        r = MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, 32768, read_flow, flow, free_flow);
-    if (!r)
+    if (!view_open(&flow->view, format, trajectory)) {
         free_flow(flow);
-    return reply_response(e, 200, format == VIEW_CSV ? "text/csv; charset=utf-8; header=present" : formats[format].type, r);
+        return MHD_NO;
+    }
+    return reply_stream(e, 200, format == VIEW_CSV ? "text/csv; charset=utf-8; header=present" : formats[format].type, read_flow, free_flow, flow);
 }
 
 /* What was made whole, until it is sent. Its bytes count as those of results that are being sent do. */

@@ -1,4 +1,5 @@
-/* Admission. The HTTP library takes the first of two Content-Lengths, prefers chunked over
+/* Admission. What is ambiguous by its bytes alone the front has refused (net/front.h); what
+ * follows holds without it too. The HTTP library takes the first of two Content-Lengths, prefers chunked over
  * Content-Length, accepts `Content-Length : 5` as some other header, takes a line `: x` for the
  * end of the head, and cuts a path at %00: each lets a proxy in front see other requests than
  * we do (request smuggling).
@@ -76,7 +77,8 @@ static bool known_authority(const struct service *sv, const char *text)
     if (n > strlen(text))
         return false;
     const char *port = text + n;
-    if (*port == ':' && strspn(port + 1, "0123456789") != strlen(port + 1))
+    size_t digits = *port == ':' ? strspn(port + 1, "0123456789") : 0;
+    if (*port == ':' && (digits != strlen(port + 1) || digits > 5 || atoi(port + 1) > 65535))
         return false;
     return (*port == 0 || *port == ':') && known_host(sv, text, n);
 }

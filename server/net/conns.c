@@ -1,6 +1,7 @@
 /* The list of connections, and the reaper. A cut is a shutdown(): the HTTP library then
  * sees the end of the stream and closes by its own rules. */
 #include "conns.h"
+#include "front.h"
 
 #include <pthread.h>
 #include <stdatomic.h>
@@ -8,8 +9,10 @@
 #include <sys/socket.h>
 
 struct conn {
+    struct front *front;
     int fd;
     _Atomic double deadline;
+    atomic_bool rests;
     struct conn *prev, *next;
 };
 
@@ -37,11 +40,13 @@ void conns_free(struct conns *cs)
     free(cs);
 }
 
-struct conn *conn_add(struct conns *cs, int fd, double deadline)
+struct conn *conn_add(struct conns *cs, int fd, bool secure, double deadline)
 {
     struct conn *c = calloc(1, sizeof *c);
-    if (!c)
+    if (!c || !(c->front = front_open(fd, secure, c))) {
+        free(c);
         return NULL;
+    }
     c->fd = fd;
     atomic_init(&c->deadline, deadline);
     pthread_mutex_lock(&cs->lock);
@@ -64,13 +69,38 @@ void conn_remove(struct conns *cs, struct conn *c)
         c->next->prev = c->prev;
     cs->count--;
     pthread_mutex_unlock(&cs->lock);
+    front_close(c->front);
     free(c);
+}
+
+struct front *conn_front(struct conn *c)
+{
+    return c ? c->front : NULL;
 }
 
 void conn_deadline(struct conn *c, double deadline)
 {
     if (c)
         atomic_store(&c->deadline, deadline);
+}
+
+void conn_busy(struct conn *c, bool busy)
+{
+    if (c)
+        atomic_store(&c->rests, !busy);
+}
+
+int conns_cut_resting(struct conns *cs)
+{
+    int cut = 0;
+    pthread_mutex_lock(&cs->lock);
+    for (struct conn *c = cs->first; c; c = c->next)
+        if (atomic_load(&c->rests)) {
+            shutdown(c->fd, SHUT_RDWR);
+            cut++;
+        }
+    pthread_mutex_unlock(&cs->lock);
+    return cut;
 }
 
 int conns_reap(struct conns *cs, double now, int all)

@@ -5,7 +5,7 @@
 #include <string.h>
 
 static const char *const methods[METRICS_METHODS] = { "GET", "HEAD", "POST", "DELETE", "other" };
-static const int statuses[METRICS_STATUSES] = { 200, 202, 204, 304, 400, 401, 403, 404, 405, 406, 409, 410, 413, 415, 422, 429, 500, 503, 0 };
+static const int statuses[METRICS_STATUSES] = { 200, 202, 204, 304, 400, 401, 403, 404, 405, 406, 409, 410, 413, 414, 415, 422, 429, 431, 500, 503, 505, 0 };
 static const double bounds[METRICS_BUCKETS - 1] = { 1e-4, 3e-4, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30, 100 };
 
 static const struct { const char *name, *help; } counters[METRICS_COUNTERS_N] = {
@@ -154,6 +154,9 @@ static void write_gauges(const struct metrics_now *now, struct sga_buf *out)
     gauge(out, "store_healthy", "1 where the last write to the store succeeded", now->store_healthy);
     head(out, "state_free_bytes", "gauge", "Bytes that can still be written on the disk of the state");
     sga_buf_printf(out, "sgad_state_free_bytes %llu\n", now->free_bytes);
+    head(out, "state_bytes", "gauge", "Bytes of the state's files on disk");
+    sga_buf_printf(out, "sgad_state_bytes{file=\"queue\"} %llu\nsgad_state_bytes{file=\"results\"} %llu\n", now->queue_file, now->results_file);
+    gauge(out, "reply_cache_bytes", "Bytes of finished replies in memory", now->reply_cache);
     head(out, "build_info", "gauge", "1, with the version of what runs");
     sga_buf_printf(out, "sgad_build_info{version=\"%s\"} 1\n", now->version);
     if (now->certificate_expires)

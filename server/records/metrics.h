@@ -48,7 +48,7 @@ enum metrics_stage {
     METRICS_STAGES
 };
 
-enum { METRICS_ROUTES = 20, METRICS_METHODS = 5, METRICS_STATUSES = 20, METRICS_BUCKETS = 14 };
+enum { METRICS_ROUTES = 20, METRICS_METHODS = 5, METRICS_STATUSES = 23, METRICS_BUCKETS = 14 };
 
 struct histogram {
     atomic_ulong bucket[METRICS_BUCKETS];    /* not cumulative; the last is +Inf */
@@ -72,6 +72,8 @@ struct metrics_now {
     unsigned long certificate_expires;        /* seconds since 1970; 0: there is none */
     double oldest;                            /* seconds that the job which waits longest has waited; 0: none waits */
     unsigned long long free_bytes;            /* on the disk of the state */
+    unsigned long long queue_file, results_file;   /* bytes of its files, with what is not yet written back into them */
+    unsigned long reply_cache;                /* bytes of finished replies in memory */
     const char *version;
 };
 

@@ -384,7 +384,7 @@ def tls(build, c):
                 c(run.returncode == 0 and json.loads(run.stdout)["verdict"] == "unique", "TLS: the client", run.stderr)
             stranger, _ = certificate(folder, "stranger")
             for label, run in (("not trusted", sga("localhost")), ("trusting another", sga("localhost", "--ca", stranger)),
-                               ("another name", sga("127.1", "--ca", cert)), ("no file", sga("localhost", "--ca", folder + "/none"))):
+                               ("another name", sga("other.localhost", "--ca", cert)), ("no file", sga("localhost", "--ca", folder + "/none"))):
                 c(run.returncode == 1 and not run.stdout and ("certificate" in run.stderr.lower()), f"TLS: the client, {label}: refused", run)
             run = subprocess.run([os.path.join(build, "sga"), "top", "--once", "--ca", cert, "--server", f"https://localhost:{port}"],
                                  capture_output=True, timeout=60, check=False, text=True)
@@ -509,7 +509,7 @@ def handed_over(build, c):
         shutil.copy(key, folder + "/credentials/sgad.tls-key")
         given = {**os.environ, "STATE_DIRECTORY": folder + "/state", "CREDENTIALS_DIRECTORY": folder + "/none"}
         run = sgad(build, "--print-config", *words, env=given)
-        c("\nlisten = 127.0.0.1:8080\n" in run.stdout and f"\nstate = {folder}/state\n" in run.stdout and "#tls-cert" in run.stdout, "unit: settings", run)
+        c(run.stdout.startswith("listen = 127.0.0.1:8080\n") and f"\nstate = {folder}/state\n" in run.stdout and "# tls-cert" in run.stdout, "unit: settings", run)
         c(sgad(build, "--check-config", *words, env=given).returncode == 0, "unit: the shipped settings are good")
         for scheme, more in (("http", {}), ("https", {"CREDENTIALS_DIRECTORY": folder + "/credentials"})):
             command = ["bash", "-c", 'exec 3<&"$FD" && LISTEN_FDS=1 LISTEN_PID=$$ exec "$@"', "bash", os.path.join(build, "sgad"), *words]
@@ -682,7 +682,7 @@ def unit(build, c):
     path = os.path.join(ROOT, "etc/sgad.service")
     with open(path, encoding="utf-8") as f:
         text = f.read()
-    c("NoNewPrivileges=yes" in text and "DynamicUser=yes" in text, "sgad.service is hardened")
+    c("NoNewPrivileges=yes" in text and "User=sgad" in text and "User=root" not in text, "sgad.service is hardened")
     c("Type=notify\n" in text and "WatchdogSec=" in text and not re.search("^IPAddress", text, re.M), "sgad.service tells that it is ready, and shuts no client out")
     if tool:
         with tempfile.TemporaryDirectory() as folder:

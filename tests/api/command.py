@@ -1,8 +1,13 @@
 """The command line about a daemon's jobs: check, list, get, wait, cancel, events, samples as CSV, a caret under what is wrong, Ctrl-C."""
+import contextlib
+import http.server
 import json
 import os
+import pty
+import re
 import signal
 import subprocess
+import threading
 import xml.etree.ElementTree
 
 from access import until
@@ -77,6 +82,29 @@ def command_jobs(build, c):
             c(r.returncode == 2 and "--server" in r.stderr, f"{command}: no server", r.stderr[:200])
         for words in (["list", "x"], ["list", "--csv"], ["list", "--limit", "1 x"], ["check"], ["cancel", one, "--wait", "1"], ["solve", path, "--json", "--csv"], ["code", path]):
             c(sga(*words).returncode == 2, f"wrong usage: {words}")
+
+
+def command_ready(build, c):
+    """For probes: takes jobs, does not, is not there."""
+    with Daemon(build, "--access", "tokens", "--queue", "1") as d:
+        sga = Sga(build, d)
+        r = sga("ready", "--text")
+        c(r.returncode == 0 and r.stdout == "ready\n" and not r.stderr, "ready", r)
+        r = sga("ready", "--json")
+        c(r.returncode == 0 and json.loads(r.stdout) == d.get("/readyz").json(), "ready --json", r)
+        r = sga("ready", "x")
+        c(r.returncode == 2 and "nothing belongs there" in r.stderr, "ready takes no word", r.stderr[:100])
+    r = sga("ready")
+    c(r.returncode == 1 and "cannot connect" in r.stderr, "no daemon is not ready", r)
+    with Daemon(build, "--workers", "1", "--grace", "30") as d:
+        sga = Sga(build, d)
+        one = d.ask("POST", "/v1/jobs", slow()).json()["id"]
+        c(until(lambda: d.get("/v1/jobs/" + one).json()["status"] == "running"), "a job runs")
+        d.process.send_signal(signal.SIGUSR1)
+        c(until(lambda: d.get("/readyz").status == 503), "it drains")
+        r = sga("ready", "--text")
+        c(r.returncode == 1 and not r.stdout and "draining" in r.stderr, "a service that drains is not ready", r)
+        sga("cancel", one)
 
 
 def command_checks(build, c):
@@ -155,4 +183,119 @@ def command_plots(build, c):
         c(r.returncode == 0 and len(lines_of(r.stdout)) == 2 and "x, set 1" in r.stdout, "plot of a sweep", r.stderr)
 
 
-ALL = [command_plots, command_jobs, command_checks, command_interrupt]
+@contextlib.contextmanager
+def middleman(d):
+    """Stands between client and daemon: takes requests in absolute form (a proxy) and below /sga (a site), and notes what came."""
+    seen = []
+
+    class Handler(http.server.BaseHTTPRequestHandler):
+        def do_GET(self):
+            seen.append((self.path, dict(self.headers)))
+            path = self.path.split("/", 3)[-1] if "://" in self.path else self.path.split("/", 2)[2]
+            length = int(self.headers.get("Content-Length") or 0)
+            if self.path.startswith("/elsewhere/"):
+                self.send_response(307)
+                self.send_header("Location", d.url() + "/v1/jobs")
+                self.send_header("Content-Length", "0")
+                self.end_headers()
+                return
+            r = d.ask(self.command, "/" + path, self.rfile.read(length) or None, headers={k: self.headers[k] for k in ("Content-Type", "Prefer") if self.headers[k]})
+            self.send_response(r.status)
+            for name, value in r.headers.items():
+                if name in ("content-type", "location"):
+                    self.send_header(name, value)
+            body = r.body[:len(r.body) // 2] if "short" in self.path else r.body
+            self.send_header("Content-Length", str(len(r.body)))
+            self.end_headers()
+            self.wfile.write(body)
+        do_POST = do_DELETE = do_GET
+
+        def log_message(self, *_):
+            pass
+
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    try:
+        yield server.server_address[1], seen
+    finally:
+        server.shutdown()
+        server.server_close()
+
+
+def command_proxies(build, c):
+    """Proxies as the environment names them, never for this machine; sites below a path; replies that break off; no redirects."""
+    with Daemon(build) as d, middleman(d) as (port, seen):
+        sga = Sga(build, d)
+        sga.env = {k: v for k, v in sga.env.items() if k.lower() not in ("http_proxy", "https_proxy", "all_proxy", "no_proxy")}
+        path, proxy = sga.file(moving()), f"http://127.0.0.1:{port}"
+        r = sga("solve", path, "--json", "--server", "http://service.invalid:81", server=False, http_proxy=proxy)
+        c(r.returncode == 0 and json.loads(r.stdout)["verdict"] == "unique", "a proxy of the environment", r)
+        c(seen and seen[0][0] == "http://service.invalid:81/v1/solve" and seen[0][1]["Host"] == "service.invalid:81" and seen[0][1]["Prefer"] == "wait=0", "what the proxy saw", seen[:1])
+        before = len(seen)
+        r = sga("list", "--json", "--server", "http://service.invalid:81", server=False, http_proxy=proxy, no_proxy="service.invalid")
+        c(r.returncode == 1 and "cannot find service.invalid port 81" in r.stderr and len(seen) == before, "no_proxy", r)
+        r = sga("list", "--json", "--server", "https://service.invalid", server=False, https_proxy=proxy)
+        c(r.returncode == 1 and not r.stdout and len(seen) == before, "a proxy that makes no tunnel", r)
+        for name in ("127.0.0.1", "localhost"):
+            r = sga("list", "--json", "--server", f"http://{name}:{d.port}/", server=False, http_proxy=proxy, all_proxy=proxy, SGA_TOKEN="secret")
+            c(r.returncode == 0 and len(seen) == before, f"no proxy for {name}, nor for a token", r)
+        r = sga("list", "--json", "--server", "http://127.service.invalid:81", server=False, http_proxy=proxy, SGA_TOKEN="secret")
+        c(r.returncode == 1 and "token is not sent" in r.stderr and len(seen) == before, "a name that looks like loopback", r)
+        site = f"http://127.0.0.1:{port}/sga/"
+        r = sga("solve", path, "--json", "--server", site, server=False)
+        c(r.returncode == 0 and json.loads(r.stdout)["verdict"] == "unique" and seen[-1][0].startswith("/sga/v1/"), "a site below a path", r)
+        r = sga("list", "--json", "--server", f"http://127.0.0.1:{port}/elsewhere", server=False)
+        c(r.returncode == 1 and not json.loads(r.stdout or "{}").get("jobs"), "redirections are not followed", r)
+        seen_id = json.loads(sga("list", "--json").stdout)["jobs"][0]["id"]
+        r = sga("get", seen_id, "--json", "--server", f"http://127.0.0.1:{port}/short", server=False)
+        c(r.returncode == 1 and not r.stdout and "gave no whole reply" in r.stderr, "a reply that breaks off", r)
+        for address in ("ftp://x", "127.0.0.1:80", "http://", f"{site}?a=1", "http://a b", "http://ann:word@127.0.0.1", "unix:relative"):
+            r = sga("list", "--server", address, server=False)
+            c(r.returncode == 1 and "is no address" in r.stderr, f"{address} is no address", r)
+
+
+def on_terminal(command, env, until_shown=None):
+    """Standard error as a terminal gets it; SIGINT once `until_shown` stands there. (exit status, standard output, text)"""
+    ours, theirs = pty.openpty()
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=theirs, env=env, start_new_session=True) as p:
+        os.close(theirs)
+        text = b""
+        while True:
+            try:
+                piece = os.read(ours, 4096)
+            except OSError:      # the other side is gone
+                piece = b""
+            if not piece:
+                break
+            text += piece
+            if until_shown and re.search(until_shown, text):
+                p.send_signal(signal.SIGINT)
+                until_shown = None
+        os.close(ours)
+        return p.wait(60), p.stdout.read().decode(), text.decode()
+
+
+def command_progress(build, c):
+    """A line with share and time left, on a terminal alone, erased at the end."""
+    line = rb"\rtrajectory, (\d+) %, \d+ s, about \d+ (?:s|min|h) left"
+    with Daemon(build, "--workers", "1") as d:
+        sga = Sga(build, d)
+        status, out, text = on_terminal([sga.program, "solve", sga.file(slow()), "--server", d.url()], sga.env, line)
+        c(status == 130 and not out and re.search(line.decode(), text), "progress there: the line", text[-300:])
+        c(re.search(r"left *\r +\rsga: interrupted; the job \S+ was cancelled\r\n$", text), "progress there: erased before what is said", text[-300:])
+        one = d.ask("POST", "/v1/jobs", slow()).json()["id"]
+        status, out, text = on_terminal([sga.program, "wait", one, "--wait", "4", "--server", d.url()], sga.env)
+        c(status == 1 and "\rtrajectory, " in text and re.search(r"\r +\rsga: the job has not ended yet", text), "progress of wait", text[-300:])
+        d.ask("DELETE", "/v1/jobs/" + one)
+        long = {**slow(), "limits": {"seconds": 3}}
+        status, out, text = on_terminal([sga.program, "solve", sga.file(long), "--json"], sga.env)
+        shown = [int(s) for s in re.findall(r"\rtrajectory, (\d+) %", text)]
+        c(status in (0, 1) and out and len(shown) > 2 and shown == sorted(shown) and 50 <= shown[0] < shown[-1] < 100, "progress here: never back", text[-300:])
+        c("left" in text and re.search(r"\r +\r(sga: [^\r]*\r\n)?$", text), "progress here: erased", text[-300:])
+        status, out, text = on_terminal([sga.program, "solve", sga.file(trivial()), "--json"], sga.env)
+        c(status == 0 and not text, "no progress of what is short", text)
+        r = sga("solve", sga.file(long), "--json", server=False)
+        c("%" not in r.stderr and "\r" not in r.stderr, "no progress off a terminal", r.stderr)
+
+
+ALL = [command_ready, command_progress, command_proxies, command_plots, command_jobs, command_checks, command_interrupt]

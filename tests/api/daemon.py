@@ -12,7 +12,11 @@ import time
 
 
 class Daemon:
-    """Used as a context: starts with an own state folder, stops the process that it started."""
+    """Used as a context: starts with an own state folder, stops the process that it started.
+
+    A guest is told of what every daemon does and answers: see turns.py."""
+
+    guest = None
 
     def __init__(self, build, *flags, state=None, env=None, stderr=None):
         """env: added to the environment; stderr: a descriptor instead of the file that errors() reads."""
@@ -20,6 +24,8 @@ class Daemon:
         self.own = state is None
         self.state = state or tempfile.mkdtemp(prefix="sgad-test-")
         self.process = self.port = None
+        if self.guest:
+            self.env = {**(env or {}), **self.guest.env()}
 
     def __enter__(self):
         self.start()
@@ -33,6 +39,8 @@ class Daemon:
             if self.process and self.process.poll() is None:
                 self.process.kill()
                 self.process.wait()
+            if self.guest:
+                self.guest.left(self)
             if self.own:
                 shutil.rmtree(self.state, ignore_errors=True)
 
@@ -47,7 +55,9 @@ class Daemon:
         line = self.process.stdout.readline().decode()
         if not line.startswith("listening on http://127.0.0.1:"):
             raise RuntimeError(f"the daemon said {line!r}: {self.errors()}")
-        self.port = int(line.rsplit(":", 1)[1])
+        self.port = int(re.match(r"listening on http://127\.0\.0\.1:(\d+)", line)[1])
+        if self.guest:
+            self.guest.began(self)
 
     def stop(self, seconds=30):
         """SIGTERM; the exit status."""
@@ -58,6 +68,8 @@ class Daemon:
         status = self.process.wait(seconds)
         self.process.stdout.close()
         self.log.close()
+        if self.guest:
+            self.guest.ended(self, status)
         with open(os.path.join(self.state, "test.log"), "rb") as f:
             found = re.search(rb"(WARNING: ThreadSanitizer|ERROR: \w+Sanitizer|runtime error: ).*", f.read(), re.S)
         if found:                 # also of children, whose end nobody else looks at
@@ -87,7 +99,10 @@ class Daemon:
             except (BrokenPipeError, ConnectionResetError):
                 pass    # it may have answered before it had read the whole body
             r = c.getresponse()
-            return Answer(r.status, {k.lower(): v for k, v in r.getheaders()}, r.read())
+            answer = Answer(r.status, {k.lower(): v for k, v in r.getheaders()}, r.read())
+            if self.guest:
+                self.guest.heard(self, method, path, answer, headers)
+            return answer
         finally:
             c.close()
 

@@ -1,45 +1,14 @@
 """Faults of the environment: what was promised stays promised, and the service goes on.
 
-The shim (shim.c, compiled here) stands between the daemon and the C library."""
-import contextlib
+The shim (shim.c) stands between the daemon and the C library."""
 import os
 import re
 import signal
-import subprocess
-import tempfile
 import time
 
 from common import slow, trivial
 from daemon import Daemon
-
-HERE = os.path.dirname(os.path.abspath(__file__))
-
-
-def sanitized(build):
-    """Sanitizers want to be loaded before all else: there the shim is left out."""
-    return "-" in os.path.basename(os.path.normpath(build))
-
-
-class Shim:
-    """Faults that are switched by `set`; `env` is for the daemon."""
-
-    def __init__(self, folder):
-        self.library, self.file = os.path.join(folder, "shim.so"), os.path.join(folder, "faults")
-        subprocess.run(["cc", "-shared", "-fPIC", "-O1", "-o", self.library, os.path.join(HERE, "shim.c"), "-ldl"], check=True)
-        self.env = {"LD_PRELOAD": self.library, "SHIM_FILE": self.file}
-        self.set()
-
-    def set(self, **faults):
-        with open(self.file + ".new", "w", encoding="ascii") as f:
-            f.write("".join(f"{name} {value}\n" for name, value in faults.items()))
-        os.rename(self.file + ".new", self.file)
-
-
-@contextlib.contextmanager
-def shim():
-    with tempfile.TemporaryDirectory(prefix="sgad-shim-") as folder:
-        yield Shim(folder)
-
+from shim import sanitized, shim
 
 def metric(d, name):
     found = re.search(rf"^sgad_{re.escape(name)} (\S+)$", d.get("/metrics").body.decode(), re.M)

@@ -1,12 +1,18 @@
 """What a child process may do: compute, and nothing else."""
+import ctypes
+import errno
+import json
+import mmap
 import os
 import platform
 import signal
 import subprocess
+import tempfile
 import time
 
 from common import trivial
 from daemon import Daemon
+from tally import ROOT
 
 
 def sanitized(build):
@@ -115,4 +121,38 @@ def executors(build, c):
     c(found[0] and len(found[0]) == 41 and found[0] == found[1], "machine code changes no digit", [f and f[-1] for f in found])
 
 
-ALL = [trials, child, apart, executors]
+def without_code():
+    """In a process about to start: as MemoryDenyWriteExecute= has it, memory is not made executable from here on."""
+    lib = ctypes.CDLL("libseccomp.so.2")
+    lib.seccomp_init.restype = ctypes.c_void_p
+
+    class Compared(ctypes.Structure):
+        _fields_ = [("argument", ctypes.c_uint), ("operation", ctypes.c_int), ("mask", ctypes.c_uint64), ("value", ctypes.c_uint64)]
+    allow, refuse, masked, executable = 0x7FFF0000, 0x00050000 | errno.EPERM, 7, mmap.PROT_EXEC
+    context = ctypes.c_void_p(lib.seccomp_init(ctypes.c_uint32(allow)))
+    third = (Compared * 1)(Compared(2, masked, executable, executable))
+    number = lib.seccomp_syscall_resolve_name(b"mprotect")
+    assert lib.seccomp_rule_add_array(context, ctypes.c_uint32(refuse), number, 1, third) == 0 and lib.seccomp_load(context) == 0
+
+
+def told(build, c):
+    """A line at the start says whether formulas become machine code, and why not; jobs end either way."""
+    if sanitized(build):
+        return
+    for flags, start, mode, level, why in (([], None, "compiled", "info", None), (["--interpret-only"], None, "interpreted", "info", "interpret-only"),
+                                           ([], without_code, "interpreted", "warn", "MemoryDenyWriteExecute")):
+        with tempfile.TemporaryDirectory() as folder:
+            p = subprocess.Popen([os.path.join(build, "sgad"), "--listen", "127.0.0.1:0", "--state", folder, *flags], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                 text=True, preexec_fn=start)
+            url = p.stdout.readline().split()[-1]
+            run = subprocess.run([os.path.join(build, "sga"), "solve", os.path.join(ROOT, "etc/examples/pendulum.json"), "--json", "--server", url], capture_output=True, check=False)
+            p.send_signal(signal.SIGTERM)
+            said = [json.loads(line) for line in p.communicate(timeout=60)[1].splitlines()]
+            lines = [e for e in said if e["event"] == "formulas"]
+            expected = mode if platform.machine() == "x86_64" else "interpreted"
+            c(len(lines) == 1 and lines[0]["mode"] == expected and lines[0]["level"] == level and ("reason" in lines[0]) == bool(why) and (why or "") in lines[0].get("reason", ""),
+              f"formulas are {mode}", lines or said)
+            c(run.returncode == 0 and p.returncode == 0, f"formulas are {mode}: a job", run.stderr)
+
+
+ALL = [trials, child, apart, executors, told]

@@ -7,22 +7,49 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [HERE, os.path.dirname(HERE)]
 
 import access  # noqa: E402
+import audit  # noqa: E402
 import check  # noqa: E402
 import command  # noqa: E402
 import endpoints  # noqa: E402
 import faults  # noqa: E402
+import framing  # noqa: E402
 import isolation  # noqa: E402
 import kill  # noqa: E402
 import life  # noqa: E402
 import limits  # noqa: E402
 import load  # noqa: E402
+import packed  # noqa: E402
 import page  # noqa: E402
+import power  # noqa: E402
 import refusals  # noqa: E402
 import store  # noqa: E402
+import turns  # noqa: E402
+import upgrade  # noqa: E402
 import watch  # noqa: E402
 from common import Checks  # noqa: E402
 from daemon import Daemon  # noqa: E402
 from tally import Tally, build_folder  # noqa: E402
+
+# Whose tests start daemons of their own; those of the others share one.
+OWN = [
+    life,
+    limits,
+    isolation,
+    kill,
+    load,
+    store,
+    access,
+    audit,
+    watch,
+    command,
+    faults,
+    turns,
+    power,
+    framing,
+    packed,
+    upgrade,
+    page,
+]
 
 
 def one(tally, name, test, *arguments):
@@ -39,7 +66,7 @@ def main():
     tally, build = Tally("api"), build_folder()
     checks = Checks(tally)
     chosen = sys.argv[2:]
-    shared = [t for t in endpoints.ALL + check.ALL + page.SHARED + refusals.ALL if not chosen or t.__name__ in chosen]
+    shared = [t for t in endpoints.ALL + check.ALL + page.SHARED + refusals.ALL + framing.SHARED + packed.SHARED if not chosen or t.__name__ in chosen]
     if shared:
         with Daemon(build) as d:
             for test in shared:
@@ -48,7 +75,7 @@ def main():
                     tally.check(False, test.__name__, f"the daemon died with {d.process.returncode}: {d.errors()}")
                     d.start()
             tally.check(d.stop() == 0, "the daemon ends with 0", d.errors()[-500:])
-    for test in life.ALL + limits.ALL + isolation.ALL + kill.ALL + load.ALL + store.ALL + access.ALL + watch.ALL + command.ALL + faults.ALL + page.ALL:
+    for test in [t for module in OWN for t in module.ALL]:
         if not chosen or test.__name__ in chosen:
             one(tally, test.__name__, test, build, checks)
     return tally.end()

@@ -19,10 +19,14 @@
     X(SYMMETRIES, "symmetries") \
     X(INITIAL, "initial") \
     X(TRAJECTORY, "trajectory") \
+    X(SENSITIVITIES, "sensitivities") \
     X(TRADEOFF, "tradeoff") \
     X(LINEARIZATION, "linearization") \
     X(TRANSFER, "transfer") \
     X(EQUILIBRIA, "equilibria") \
+    X(DERIVATION, "derivation") \
+    X(FIT, "fit") \
+    X(DIRAC, "dirac") \
     X(WRITING, "writing")
 
 enum stage {

@@ -11,7 +11,9 @@
 #include "integrate.h"
 #include "run_job.h"
 #include "mem.h"
+#include "budget.h"
 #include "request.h"
+#include "share.h"
 #include "stage_clock.h"
 #include "stratum.h"
 #include "sweep_case.h"
@@ -139,8 +141,15 @@ bool answer_sweep(struct job *j, const struct sga_solution *s, const struct traj
     j->trajectory = &result;
     sga_json_begin(&w, &out);
     sga_json_array(&w);
-    for (int k = 0; k < j->request->sweeps && ok; k++)
+    struct sga_share *share = j->budget->share, whole = share ? *share : (struct sga_share){ 0 };
+    for (int k = 0; k < j->request->sweeps && ok; k++) {
+        double each = (whole.to - whole.from) / j->request->sweeps;
+        if (share)
+            share->from = whole.from + k * each, share->to = share->from + each;
         ok = one(j, s, &r, j->request->sweep + k, &moved, &w);
+    }
+    if (share)
+        share->from = whole.from, share->to = whole.to;
     sga_json_end_array(&w);
     j->sweep = sga_buf_take(&out);
     j->trajectory = NULL;

@@ -61,6 +61,11 @@ static void gather_system(struct roots *r, const struct sys_system *s, const str
     append_one(r, q->exact_start);
     append(r, q->exact_initial, q->exact_initial ? s->variables : 0);
     append(r, q->exact_time, q->exact_time ? q->samples : 0);
+    append(r, q->valued, q->valueds);
+    if (q->turns) {
+        append(r, q->turns->surface, q->turns->surfaces);
+        append(r, q->turns->slope, q->turns->surfaces * q->turns->directions);
+    }
 }
 
 static void gather_solution(struct roots *r, const struct sga_solution *s, int n)
@@ -126,7 +131,16 @@ static const expr_id *place_system(struct sweep_case *c, const struct sys_system
     c->request.exact_initial = q->exact_initial ? e : NULL;
     e += q->exact_initial ? s->variables : 0;
     c->request.exact_time = q->exact_time ? e : NULL;
-    return e + (q->exact_time ? q->samples : 0);
+    e += q->exact_time ? q->samples : 0;
+    c->request.valued = e;
+    e += q->valueds;
+    if (!q->turns)
+        return e;
+    c->turns = *q->turns;
+    c->turns.surface = e;
+    c->turns.slope = e += q->turns->surfaces;
+    c->request.turns = &c->turns;
+    return e + q->turns->surfaces * q->turns->directions;
 }
 
 static void place_solution(struct sweep_case *c, const struct sga_solution *s, int n, const expr_id *e)
@@ -165,7 +179,12 @@ static bool all_defined(const expr_id *e, int from, int to, const expr_id *befor
 bool sweep_case_make(struct sweep_case *c, struct job *j, const struct sga_solution *solution, const struct traj_request *request,
                      const struct request_sweep *set, struct sga_error *err)
 {
-    const struct sys_system *s = &j->request->system;
+    return sweep_case_of(c, j->request, &j->request->system, solution, request, set->parameter, err);
+}
+
+bool sweep_case_of(struct sweep_case *c, const struct request *of, const struct sys_system *s, const struct sga_solution *solution, const struct traj_request *request,
+                   const expr_id *parameter, struct sga_error *err)
+{
     const struct expr_store *from = s->store;
     bool has = solution->verdict != SGA_INCONSISTENT;
     *c = (struct sweep_case){ .solved = has };
@@ -176,10 +195,10 @@ bool sweep_case_make(struct sweep_case *c, struct job *j, const struct sga_solut
     c->store.seconds = from->seconds;
     expr_copy_symbols(&c->store, from);
     SGA_ARENA(mem);
-    expr_id *map = sga_zeros(&mem, (size_t)from->symbols + 1, sizeof *map), *value = duplicate(set->parameter, j->request->swept_count, sizeof *value);
-    expr_copy(&c->store, from, value, j->request->swept_count, map);
-    for (int i = 0; i < j->request->swept_count; i++)
-        map[j->request->swept[i].symbol] = value[i];
+    expr_id *map = sga_zeros(&mem, (size_t)from->symbols + 1, sizeof *map), *value = duplicate(parameter, of->swept_count, sizeof *value);
+    expr_copy(&c->store, from, value, of->swept_count, map);
+    for (int i = 0; i < of->swept_count; i++)
+        map[of->swept[i].symbol] = value[i];
     struct roots all = { 0 };
     gather_system(&all, s, request);
     int systems = all.count;

@@ -8,6 +8,7 @@
 #include "trajectory.h"
 
 struct job;
+struct request;
 struct request_sweep;
 
 /* Copies in a store of their own, where the parameters are numbers. */
@@ -17,6 +18,7 @@ struct sweep_case {
     struct sga_solution solution;    /* of its lists only those are set that motions need */
     bool solved;                     /* the solution has values at these parameters */
     struct traj_request request;     /* its lists of expressions are copies */
+    struct traj_turns turns;         /* the request's, where it has them */
     expr_id *node;                   /* all copied expressions */
     struct sga_solution own;         /* of the system at these parameters, where it was asked for */
     struct points_oracle oracle;
@@ -27,6 +29,9 @@ struct sweep_case {
  * is due in every case. */
 bool sweep_case_make(struct sweep_case *c, struct job *j, const struct sga_solution *solution, const struct traj_request *request,
                      const struct request_sweep *set, struct sga_error *err);
+/* The same of any system over the request's store, with these values of its swept parameters. */
+bool sweep_case_of(struct sweep_case *c, const struct request *of, const struct sys_system *s, const struct sga_solution *solution, const struct traj_request *request,
+                   const expr_id *parameter, struct sga_error *err);
 void sweep_case_clear(struct sweep_case *c);
 /* Do the general analysis and its assumptions hold at these parameters, as seen from a point x of the final set at the start
  * time, good to some 9 digits? No pivot may vanish there, nor the rank of the constraints' differentials drop, nor a constraint

@@ -220,6 +220,10 @@ bool answer_write_motion(struct job *j, struct sga_json *w)
     sga_json_member_string(w, "gauge", r->gauge);
     if (r->gauge_numeric)
         sga_json_member_string(w, "gauge_numeric", r->gauge_numeric);
+    if (j->sensitivities) {
+        sga_json_key(w, "sensitivities");
+        sga_json_raw(w, j->sensitivities, strlen(j->sensitivities));
+    }
     sga_json_key(w, "ended");
     if (r->ended) {
         sga_json_object(w);

@@ -1,0 +1,57 @@
+/* The motion together with its derivatives by parameters and initial values, as a system of its own.
+ *
+ * Of A x' = alpha with the final set xi = 0 and the field X there, all of them functions of a parameter k too, the derivative S = dx/dk satisfies
+ *     A S' + (A_x S + A_k) x' = alpha_x S + alpha_k,    xi_x S + xi_k = 0,    S' = X_x S + X_k,
+ * and the derivative by an initial value the same without the terms in k. The pair (x, S) is the motion of a system whose final set is the
+ * tangent set of the other, so that it is integrated, projected and judged like any motion. Where the gauge is chosen (rates, least norm) the
+ * field with the choice in it is what is differentiated. Where the motion turns a switch at a time that depends on k, S jumps by
+ *     (X- - X+) dt/dk,    dt/dk = -(g_x S + g_k) / (g_x X- + g_t)    for the surface g = 0.
+ * (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, I.14 and II.6.) */
+#ifndef SGA_TRAJ_VARIATION_H
+#define SGA_TRAJ_VARIATION_H
+
+#include "defined.h"
+#include "reduction.h"
+#include "system.h"
+#include "trajectory.h"
+
+struct variation_by {
+    int parameter;             /* symbol of the store, or -1: */
+    int variable;              /* by the value that the request gives for it */
+};
+
+struct variation {
+    bool of_defined;           /* equations define variables: what is differentiated is the rest, defined.system */
+    struct defined defined;
+    const struct variation_by *by;   /* borrowed */
+    int n, directions;         /* variables that are differentiated */
+    struct sys_system system;  /* x, then the derivatives, direction by direction */
+    struct sga_solution solution;
+    struct traj_request request;   /* outputs: derivatives of those asked for, output by output; then these themselves */
+    int outputs;               /* that were asked for, or all variables */
+    struct traj_turns turns;
+    bool may_jump;             /* the motion's field may jump, or its constraints bend, at a switch */
+    double *initial;           /* the request's lists; set by variation_place, from the guess of what is differentiated (n each): */
+    unsigned char *given, *held;
+    double *guess;
+    unsigned char *guessed, *kept;
+    expr_id *exact, *output, *surface, *slope, *field;
+};
+
+/* sys, sol and rq, with everything that the derivatives are taken by as symbols; expressions go to the store of sys. guess: directions x variables of sys, the
+ * derivative of each given initial value. False with err: the field is not written as expressions (GAUGE), or a limit. variation_clear is due in any
+ * case. `by` must outlive it. Cost: the expressions times the directions. */
+bool variation_make(struct variation *v, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+                    const struct variation_by *by, int directions, const expr_id *guess, struct sga_error *err);
+void variation_clear(struct variation *v);
+
+/* The start of the derivatives. sys, sol and rq are the copies of those of v at values of the parameters; x: the start of the motion, by
+ * variable of the whole. Where the start is given and stays so far that it is determined (given values that stay, and zeros of what was not given), rq's
+ * start becomes that, and the rest of it is solved for by the constraints: true. False: the derivative has to be had otherwise. */
+bool variation_place(struct variation *v, const struct sys_system *sys, const struct sga_solution *sol, struct traj_request *rq, const double *x);
+/* Values of expressions without symbols. False: some have none. */
+bool variation_constants(const struct expr_store *st, const expr_id *e, int count, double *value);
+/* The start is x, with these derivatives (directions x variables of the whole). */
+void variation_place_at(struct variation *v, struct traj_request *rq, const double *x, const double *slope);
+
+#endif

@@ -1,0 +1,235 @@
+"""Derivatives of motions by other routes: sensitivities_check.py BUILD_DIR
+
+- closed forms, differentiated by SymPy: parameters, initial values, switches, starts that are nearest points;
+- differences of motions in double-double, carried to a step of 0: every form, index 3, gauge choices, tables, kinks and jumps of field and constraints;
+- random systems with a multiplier; what does not depend on the order of equations; refusals, with code and place.
+
+Differences are good to some 1e-9 in double (where motions jump or have tables), and to some 1e-13 else.
+"""
+import copy
+import random
+import sys
+
+import mpmath as mp
+import sympy
+
+import schemas
+from solver import Solver
+from tally import Tally, build_folder, scaled, seed
+
+mp.mp.dps = 34
+
+
+def system(form, **members):
+    return {"form": form, **members}
+
+
+def request(sys_, initial, stop, parameters=(), starts=(), accuracy=None, **trajectory):
+    wanted = {k: list(v) for k, v in (("parameters", parameters), ("initial", starts)) if v}
+    return {"system": sys_, "trajectory": {"stop": stop, "samples": 4, "initial": initial, "sensitivities": wanted, **trajectory},
+            **({"accuracy": accuracy} if accuracy else {})}
+
+
+def equations(variables, lines, parameters, **more):
+    return system("equations", variables=variables, equations=lines, parameters=parameters, **more)
+
+
+PENDULUM = equations(["x", "y", "lam"], ["x'' = -lam*x", "y'' = -lam*y - g", "x^2 + y^2 = L^2"], {"g": "9.81", "L": "1.2"})
+DD = {"rtol": 1e-18, "arithmetic": "double-double"}
+KINKS = [["x' = v", "v' = -z", z] for z in ("z = k*x + abs(x)", "z + z^3/10 = k*x + abs(x)", "z + z^3/10 = k*sign(x)", "z = k*sign(x)")]
+
+# label, request, whether motions of double-double can be differenced
+DIFFERENCES = [
+    ("index 3", request(PENDULUM, {"x": 1}, 2, ["g", "L"], ["x"]), True),
+    ("index 3 in double-double", request(PENDULUM, {"x": 1}, 2, ["g", "L"], ["x"], accuracy=DD), True),
+    ("index 3, fine", request(PENDULUM, {"x": 1}, 1, ["L"], accuracy={"rtol": 1e-14}), True),
+    ("nearest point", request(PENDULUM, {"x": 1.1, "y": 0.2}, 2, ["L"], ["x", "y"]), True),
+    ("values that are consistent, all given", request(PENDULUM, {"x": 1.2, "y": 0}, 2, ["g"], ["x", "y"]), True),
+    ("initial value by a parameter", request(PENDULUM, {"x": "L/2", "x'": "g/10"}, 1, ["g", "L"]), True),
+    ("lagrangian", request(system("lagrangian", coordinates=["q", "s"], parameters={"m": "1.5", "k": "2"},
+                                  lagrangian="m*q'^2/2 + q'*s + s'*q^2/3 - k*q^2/2 - s^2"), {"q": 0.4}, 1, ["m", "k"], ["q"]), True),
+    ("hamiltonian on a curve", request(system("hamiltonian", variables=["q1", "q2", "p1", "p2"], parameters={"k": "2"}, hamiltonian="(p1^2+p2^2)/2+k*q1^2/2+q2^4",
+                                              restrict=["q1^2+k*q2^2-1"]), {"q1": 0.5, "p1": 0.3}, 1, ["k"], ["q1"]), True),
+    ("mechanical, reactions", request(system("mechanical", coordinates=["x", "y"], parameters={"m": "2", "c": "0.3", "L": "1"}, masses=["m", "m"],
+                                             forces=["-c*x'", "-m*9.81"], constraints=["x^2+y^2-L^2"]), {"x": 0.5}, 1, ["m", "c", "L"], ["x"],
+                                      outputs=["x", "y", "reaction_x"]), True),
+    ("descriptor", request(system("descriptor", states=["x", "z"], inputs=["u"], outputs=["y"], parameters={"k": "2"}, E=[[1, 0], [0, 0]], A=[["-k", 1], [1, "-k"]],
+                                  B=[[1], [0]], C=[[1, 1]], D=[[0]]), {"x": 1, "u": 0.3}, 1, ["k"], ["x"], gauge={"rates": {"u": "-k*u"}}), True),
+    ("least norm", request(equations(["x", "y", "z"], ["x' + k*y' = z", "z = x*y"], {"k": "1.3"}), {"x": 1, "y": 0.5}, 1, ["k"], ["x", "y"]), True),
+    ("rates", request(equations(["x", "y", "z"], ["x' + k*y' = z", "z = x*y"], {"k": "1.3"}), {"x": 1, "y": 0.5}, 1, ["k"], ["x", "y"],
+                      gauge={"rates": {"y": "k*t"}}), True),
+    ("conditions", request(equations(["x", "y", "z"], ["x' + k*y' = z", "z = x*y"], {"k": "1.3"}), {"x": 1, "y": 0.5}, 1, ["k"], ["x"],
+                           gauge={"conditions": ["y - k*x^2"]}), True),
+    ("backwards", request(equations(["x", "v"], ["x' = v", "v' = -k*sin(x)"], {"k": "1.3"}), {"x": 1, "v": 0.5}, -2, ["k"], ["x", "v"]), True),
+    ("stiff", request(equations(["a", "b", "c"], ["a'=-k1*a+k3*b*c", "b'=k1*a-k3*b*c-k2*b^2", "a+b+c=1"], {"k1": "0.04", "k2": "3e7", "k3": "1e4"}),
+                      {"a": 1, "b": 0}, 40, ["k1", "k2", "k3"]), True),
+    ("table", request(equations(["x", "z"], ["x'=-k*x+u*x^2", "z=u+k*x"], {"k": "2"}, tables={"u": {"times": [0, 1, 2, 3], "values": [0, 1, 0.5, 2]}}), {"x": 1}, 3,
+                      ["k"], ["x"]), False),
+    ("the field jumps at a surface that moves", request(equations(["x", "v"], ["x' = v", "v' = -k*(1+x^2)*sign(x-a*cos(t))"], {"k": "1.3", "a": "0.3"}),
+                                                        {"x": 1, "v": 0}, 3, ["k", "a"], ["x", "v"]), False),
+    ("the field bends", request(equations(["x", "v"], ["x' = v", "v' = -k*abs(x)*x - max(x, v/2)"], {"k": "1.3"}), {"x": 1, "v": 0}, 5, ["k"], ["x"]), False),
+] + [(f"a constraint with a switch {i}", request(equations(["x", "v", "z"], lines, {"k": "1.3"}), {"x": 1, "v": 0.2}, 5, ["k"], ["x", "v"]), False)
+     for i, lines in enumerate(KINKS)]
+
+T, K, A, B, L = sympy.symbols("t k a b L", positive=True)
+# label, request, closed forms by output, values of k and of what is differentiated by initially
+CLOSED = [
+    ("decay", request(equations(["x"], ["x' = -k*x"], {"k": "0.7"}), {"x": 2}, 2, ["k"], ["x"]), [A * sympy.exp(-K * T)], {K: "0.7", A: 2}, [K, A]),
+    ("logistic", request(equations(["x"], ["x' = k*x*(1-x)"], {"k": "1.7"}), {"x": 0.2}, 3, ["k"], ["x"]),
+     [A * sympy.exp(K * T) / (1 - A + A * sympy.exp(K * T))], {K: "1.7", A: "0.2"}, [K, A]),
+    ("oscillator on a line", request(equations(["x", "v", "z"], ["x' = v", "v' = -z", "z = k*x"], {"k": "2.5"}), {"x": 0.7, "v": -0.4}, 2, ["k"], ["x", "v"]),
+     [A * sympy.cos(sympy.sqrt(K) * T) + B / sympy.sqrt(K) * sympy.sin(sympy.sqrt(K) * T),
+      -A * sympy.sqrt(K) * sympy.sin(sympy.sqrt(K) * T) + B * sympy.cos(sympy.sqrt(K) * T),
+      K * (A * sympy.cos(sympy.sqrt(K) * T) + B / sympy.sqrt(K) * sympy.sin(sympy.sqrt(K) * T))], {K: "2.5", A: "0.7", B: "-0.4"}, [K, A, B]),
+    # from rest at a: x = 0 at t1 = sqrt(2 a/k) with v = -k t1, then up again: the field jumps there
+    ("the field jumps", request(equations(["x", "v"], ["x' = v", "v' = -k*sign(x)"], {"k": "1.3"}), {"x": 1, "v": 0}, 2.4, ["k"], ["x"], outputs=["x"]),
+     [sympy.Piecewise((A - K * T**2 / 2, T < sympy.sqrt(2 * A / K)),
+                      (-K * sympy.sqrt(2 * A / K) * (T - sympy.sqrt(2 * A / K)) + K * (T - sympy.sqrt(2 * A / K))**2 / 2, True))], {K: "1.3", A: 1}, [K, A]),
+    # the jump at t = a moves with the parameter alone
+    ("a jump in time", request(equations(["x"], ["x' = 1 + 2*max(sign(t - k), 0)"], {"k": "0.9"}), {"x": 0}, 2, ["k"]),
+     [T + 2 * sympy.Max(T - K, 0)], {K: "0.9"}, [K]),
+    # the start is the nearest point (a, b)/r * L, which turns with the unit speed
+    ("a start that is a nearest point", request(equations(["x", "y"], ["x' = -y", "x^2 + y^2 = k^2"], {"k": "2"}), {"x": 3, "y": 1}, 1, ["k"], ["x", "y"]),
+     [K * (A * sympy.cos(T) - B * sympy.sin(T)) / sympy.sqrt(A**2 + B**2), K * (A * sympy.sin(T) + B * sympy.cos(T)) / sympy.sqrt(A**2 + B**2)],
+     {K: "2", A: 3, B: 1}, [K, A, B]),
+    ("held, the rest follows", request(equations(["x", "y"], ["x' = -y", "x^2 + y^2 = k^2"], {"k": "2"}), {"x": "1.2", "y": 1}, 1, ["k"], ["x"], hold=["x"]),
+     [A * sympy.cos(T) - sympy.sqrt(K**2 - A**2) * sympy.sin(T), A * sympy.sin(T) + sympy.sqrt(K**2 - A**2) * sympy.cos(T)], {K: "2", A: "1.2"}, [K, A]),
+]
+
+CIRCLE = equations(["x", "y"], ["x' = -y", "x^2 + y^2 = k^2"], {"k": 2, "free": None})
+PLAIN = equations(["x"], ["x' = -k*x"], {"k": 2, "free": None})
+DECAY = equations(["x"], ["x' = -k*x"], {"k": 2})
+REFUSED = [
+    ("an unknown parameter", request(DECAY, {"x": 1}, 1, ["q"]), "unknown_name", "/trajectory/sensitivities/parameters/0"),
+    ("a variable among the parameters", request(DECAY, {"x": 1}, 1, ["k", "x"]), "unknown_name", "/trajectory/sensitivities/parameters/1"),
+    ("twice", request(DECAY, {"x": 1}, 1, ["k", "k"]), "duplicate_name", "/trajectory/sensitivities/parameters/1"),
+    ("a start that is not given", request(CIRCLE | {"parameters": {"k": 2}}, {"x": 1}, 1, [], ["y"]), "missing_member", "/trajectory/sensitivities/initial/0"),
+    ("an unknown variable", request(DECAY, {"x": 1}, 1, [], ["z"]), "unknown_name", "/trajectory/sensitivities/initial/0"),
+    ("nothing", request(DECAY, {"x": 1}, 1), "empty_system", "/trajectory/sensitivities"),
+    ("balls", request(DECAY, {"x": 1}, 1, ["k"], accuracy={"arithmetic": "ball"}), "not_supported", "/accuracy/arithmetic"),
+    ("a special value", request(equations(["x", "z"], ["x' = z", "k*z = x"], {"k": 0}), {"x": 0, "z": 1}, 1, ["k"]), "not_supported", "/trajectory/sensitivities"),
+    ("consistent at one value only", request(equations(["x", "y"], ["x' = y", "y = 1", "y = k"], {"k": 1}), {"x": 0}, 1, ["k"]), "no_motion", "/trajectory/sensitivities"),
+    ("a start on a kink", request(equations(["x", "y"], ["x' = 1", "y = abs(x)"], {"k": 1}), {"x": 0, "y": 0}, 1, [], ["x"]), "inconsistent_initial", "/trajectory/initial"),
+    ("jumps in double-double", request(equations(["x"], ["x' = 2 - k*sign(x)"], {"k": 1}), {"x": -1}, 1, ["k"], accuracy=DD), "not_supported", "/accuracy/arithmetic"),
+    ("a sweep", request(DECAY, {"x": 1}, 1, ["k"]) | {"sweep": [{"initial": {"x": 2}}]}, "not_supported", "/trajectory/sensitivities"),
+]
+
+
+def at(row, column):
+    value = row[column]
+    return None if value is None else mp.mpf(getattr(value, "text", repr(value)))
+
+
+class Check:
+    def __init__(self):
+        self.tally, self.solver, self.schema = Tally("sensitivities"), Solver(build_folder()), schemas.validator("result")
+
+    def motion(self, label, ask):
+        result, problem = self.solver.solve(ask)
+        if not self.tally.check(result is not None, label, str(problem)):
+            return None
+        fault = schemas.faults(self.schema, result)
+        self.tally.check(not fault, f"{label}: schema", fault)
+        return result["trajectory"]
+
+    def compare(self, label, t, expected, own=0):
+        """expected[row][column], columns of the sensitivities without time; own: what these may be off by."""
+        s, worst, size = t["sensitivities"], mp.mpf(0), mp.mpf(0)
+        if not self.tally.check(len(s["rows"]) == len(expected) and s["ended"] is None, f"{label}: rows", str(s["ended"])):
+            return
+        for row, right in zip(s["rows"], expected):
+            for k, value in enumerate(right):
+                off, told = abs(at(row, k + 1) - value), s["column_errors"][k]
+                allowed = 8 * mp.mpf(told) + own * (1 + abs(value)) + mp.mpf(10)**-14 * (s["arithmetic"] == "double")
+                self.tally.check(off <= allowed, f"{label}: {s['columns'][k + 1]} at {row[0]}", f"{mp.nstr(at(row, k + 1), 18)}, not {mp.nstr(value, 18)}: told {told}")
+                worst, size = max(worst, off), max(size, abs(value))
+        self.tally.check(worst <= mp.mpf("1e-5") * (1 + size), f"{label}: all in all", mp.nstr(worst, 5))
+
+    def closed(self, label, ask, forms, values, by):
+        t = self.motion(label, ask)
+        if not t:
+            return
+        values = {k: sympy.Rational(str(v)) for k, v in values.items()}
+        slopes = [sympy.diff(f, v).subs(values) for f in forms for v in by]
+        expected = [[mp.mpf(sympy.N(s.subs(T, sympy.Rational(row[0])), 30)) for s in slopes] for row in t["sensitivities"]["rows"]]
+        self.compare(label, t, expected)
+
+    def moved(self, ask, kind, name, step):
+        own = copy.deepcopy(ask)
+        where = own["system"]["parameters"] if kind == "p" else own["trajectory"]["initial"]
+        where[name] = mp.nstr(mp.mpf(str(where[name])) + step, 32)
+        return self.solver.solve(own)[0]
+
+    def differences(self, label, ask, longer):
+        t = self.motion(label, ask)
+        if not t:
+            return
+        base, asked = copy.deepcopy(ask), ask["trajectory"]["sensitivities"]
+        del base["trajectory"]["sensitivities"]
+        base["accuracy"] = {"rtol": 1e-20, "arithmetic": "double-double"} if longer else {"rtol": 1e-13, "arithmetic": "double"}
+        columns, names = len(t["columns"]) - 1, [("p", k) for k in asked.get("parameters", [])] + [("i", k) for k in asked.get("initial", [])]
+        expected = [[None] * (columns * len(names)) for _ in t["rows"]]
+        for d, (kind, name) in enumerate(names):
+            value = mp.mpf(str((base["system"]["parameters"] if kind == "p" else base["trajectory"]["initial"])[name]))
+            h = (mp.mpf("1e-5") if longer else mp.mpf("2e-3")) * (abs(value) or 1)
+            motions = [self.moved(base, kind, name, step * h) for step in (-2, -1, 1, 2)]
+            if not self.tally.check(all(motions), f"{label}: motions beside it, by {name}"):
+                return
+            for i, rows in enumerate(zip(*(m["trajectory"]["rows"] for m in motions))):
+                for k in range(columns):
+                    a, b, c, e = (at(row, k + 1) for row in rows)
+                    expected[i][k * len(names) + d] = (8 * (c - b) - (e - a)) / (12 * h)
+        size = max(abs(v) for row in expected for v in row)
+        self.compare(label, t, expected, mp.mpf("1e-11" if longer else "3e-9") * (1 + size))
+
+    def order(self, label, ask):
+        """The same in another order of equations and variables."""
+        other = copy.deepcopy(ask)
+        other["system"]["equations"].reverse()
+        other["system"]["variables"].reverse()
+        one, two = self.motion(label, ask), self.motion(label, other)
+        if not one or not two:
+            return
+        one, two = one["sensitivities"], two["sensitivities"]
+        for k, name in enumerate(one["columns"]):
+            m = two["columns"].index(name)
+            off = max(abs(a[k] - b[m]) for a, b in zip(one["rows"], two["rows"]))
+            self.tally.check(k == 0 or off <= 10 * (one["column_errors"][k - 1] + two["column_errors"][m - 1]) + 1e-13, f"{label}: {name} in another order", str(off))
+
+    def random(self, n):
+        """x' = f(x) + J^T lam on a sphere of radius k."""
+        rng = random.Random(n)
+        names = [f"x{i}" for i in range(rng.randint(2, 4))]
+        lines = []
+        for i, x in enumerate(names):
+            terms = [f"{rng.choice(['a', 'b', rng.randint(-3, 3)])}*{rng.choice(['sin', 'cos', 'exp', 'atan'])}({y}/2)" for y in rng.sample(names, 2)]
+            lines.append(f"{x}' = {' + '.join(terms)} + {x}*lam")
+        lines.append(" + ".join(f"{x}^2" for x in names) + " = k^2")
+        start = {x: round(rng.uniform(0.2, 1), 3) for x in names}
+        given = names if rng.random() < 0.3 else names[:-1]
+        k = sum(v * v for v in start.values())**0.5 * (1 if len(given) < len(names) else 1.1)
+        ask = request(equations(names + ["lam"], lines, {"a": "0.7", "b": "-1.2", "k": f"{k:.6f}"}), {x: start[x] for x in given}, 1, ["a", "k"], given[:1])
+        self.differences(f"random {n}", ask, True)
+        self.order(f"random {n}", ask)
+
+    def refused(self, label, ask, code, pointer):
+        result, problem = self.solver.solve(ask)
+        self.tally.check(result is None and (problem["code"], problem.get("pointer")) == (code, pointer), f"{label}: refused", str(problem or "an answer"))
+
+
+def main():
+    check = Check()
+    for case in CLOSED:
+        check.closed(*case)
+    for case in DIFFERENCES:
+        check.differences(*case)
+    for case in REFUSED:
+        check.refused(*case)
+    first = seed(18)
+    for n in range(scaled(8)):
+        check.random(first + n)
+    return check.tally.end()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
