@@ -11,7 +11,7 @@ from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
 from .errors import ConvertError, ConvertWarning
 from .modelica_text import model
-from .reading import Names, Parser, Piece, Token, lex
+from .reading import MOST_NESTED, Names, Parser, Piece, Token, lex
 
 __all__ = ["request", "model"]
 
@@ -70,8 +70,8 @@ class _Reader(Parser):
                 return text
 
     def name(self, token: Token) -> Piece:
-        if token.text == "if":
-            raise self.wrong("an if expression has no place in a request", token)
+        if self.next("if"):
+            return self.conditional()
         if token.text in ("true", "false", "not", "and", "or"):
             raise self.wrong("only expressions of Real are known here", token)
         self.at += 1
@@ -89,6 +89,60 @@ class _Reader(Parser):
         made = self.names.take(word)
         self.used.append((made, token))
         return made, 5
+
+    # -- conditions --
+
+    def conditional(self) -> Piece:
+        """if c then a elseif d then b else e"""
+        self.depth += 1
+        if self.depth > MOST_NESTED:
+            raise self.wrong("the expression is nested too deeply")
+        condition = self.condition()
+        self.need("then")
+        first = self.expression()[0]
+        second = self.conditional()[0] if self.next("elseif") else None
+        if second is None:
+            self.need("else")
+            second = self.expression()[0]
+        self.depth -= 1
+        return f"if({condition}, {first}, {second})", 5
+
+    def condition(self) -> str:
+        """or over and over not over relations."""
+        text = self.conjunction()
+        while self.next("or"):
+            text = f"{text} or {self.conjunction()}"
+        return text
+
+    def conjunction(self) -> str:
+        text = self.negation()
+        while self.next("and"):
+            text = f"{text} and {self.negation()}"
+        return text
+
+    def negation(self) -> str:
+        return f"not ({self.relation()})" if self.next("not") else self.relation()
+
+    def relation(self) -> str:
+        begin, depth = self.at, self.depth
+        if self.next("("):                  # of a condition, or of a side of a relation
+            self.depth += 1
+            try:
+                if self.depth > MOST_NESTED:
+                    raise self.wrong("the expression is nested too deeply")
+                inside = self.condition()
+                self.need(")")
+                if self.token.text in ("then", "and", "or", ")"):
+                    self.depth = depth
+                    return f"({inside})"
+            except ConvertError:
+                pass
+            self.at, self.depth = begin, depth
+        left = self.expression()[0]
+        op = self.next("<", "<=", ">", ">=")
+        if not op:
+            raise self.wrong("a condition is a relation, <, <=, > or >=, of Real expressions")
+        return f"{left} {op.text} {self.expression()[0]}"
 
     def call(self, token: Token, name: str, arguments: List[Piece]) -> Piece:
         name = name.removeprefix("Modelica.Math.")
