@@ -175,9 +175,10 @@ $(B)/lib/run/version.o: $(B)/lib/run/version.c
 	$(Q)$(CC) $(ALL_CFLAGS) -iquote lib/face -c $< -o $@
 
 # The C that every FMU has, as a text of the program.
-$(B)/lib/export/fmu_runtime.c: lib/export/fmu_runtime.c.in
+FMU_PARTS := $(patsubst %,lib/export/fmu_%.c.in,instance integrator values steps)
+$(B)/lib/export/fmu_runtime.c: $(FMU_PARTS) Makefile
 	@mkdir -p $(@D)
-	@{ echo '#include "fmu_parts.h"'; echo 'const char fmu_runtime[] ='; sed -e 's/\\/\\\\/g' -e 's/"/\\"/g' -e 's/^/"/' -e 's/$$/\\n"/' $<; echo ';'; } > $@
+	@{ echo '#include "fmu_parts.h"'; echo 'const char fmu_runtime[] ='; sed -e 's/\\/\\\\/g' -e 's/"/\\"/g' -e 's/^/"/' -e 's/$$/\\n"/' $(FMU_PARTS); echo ';'; } > $@
 $(B)/lib/export/fmu_runtime.o: $(B)/lib/export/fmu_runtime.c lib/export/fmu_parts.h
 	$(Q)$(CC) $(ALL_CFLAGS) -iquote lib/export -iquote lib/expr -iquote lib/base -c $< -o $@
 

@@ -50,7 +50,8 @@ FORMULAS = [("Real a, b;", "a = -b^2", lambda e: e["a"] + e["b"] ** 2), ("Real a
             ("Real a, b;", "a = log10(b)", lambda e: e["a"] - mpmath.log10(e["b"])), ("Real a, b;", "der(a) = noEvent(abs(b))", lambda e: e["a'"] - abs(e["b"])),
             ("Real a, b;", "a = smooth(1, b) + homotopy(actual = a, simplified = 0)", lambda e: -e["b"]), ("Real a, b;", "a = Modelica.Math.sin(time)*Modelica.Constants.pi", lambda e: e["a"] - mpmath.sin(e["time"]) * mpmath.pi),
             ("Real a, b;", "a = atan2(b, 2) + min(a, b) - max(1, b)", lambda e: e["a"] - mpmath.atan2(e["b"], 2) - min(e["a"], e["b"]) + max(1, e["b"])),
-            ("Real a, b;", "a = b^(1/2)*exp(-b)", lambda e: e["a"] - mpmath.sqrt(e["b"]) * mpmath.exp(-e["b"])), ("Real a, b;", "der(a*b) = 1.5e-3 + 2e1", lambda e: e["a'"] * e["b"] + e["a"] * e["b'"] - mpmath.mpf("20.0015"))]
+            ("Real a, b;", "a = b^(1/2)*exp(-b)", lambda e: e["a"] - mpmath.sqrt(e["b"]) * mpmath.exp(-e["b"])), ("Real a, b;", "a = if b > 2 then a*b elseif (a + b)*2 <= 9 and not (a > 3 or (b) >= 7) then -b else 3", lambda e: e["a"] + e["b"]),
+            ("Real a, b;", "a = 2*noEvent(if (b < 0) then 1/0 else b) + (if time >= 0.5 then 1 else a)", lambda e: -2 * e["b"]), ("Real a, b;", "der(a*b) = 1.5e-3 + 2e1", lambda e: e["a'"] * e["b"] + e["a"] * e["b'"] - mpmath.mpf("20.0015"))]
 
 
 def formulas(tally, modelica, rng):
@@ -88,7 +89,7 @@ def names(tally, modelica):
 
 # text, line, a word
 REFUSED = [("model A\n Real x;\nequation\n when x > 1 then\n end when;\nend A;", 4, "when"), ("model A\n Real x;\nequation\n x = y;\nend A;", 4, "y is not declared"),
-           ("model A\n Real x;\nequation\n x = if x > 1 then 2 else 3;\nend A;", 4, "if expression"), ("model A\n Boolean b;\nend A;", 2, "Boolean"), ("model A\n Resistor R;\nend A;", 2, "Resistor"),
+           ("model A\n Real x;\nequation\n x = if x then 2 else 3;\nend A;", 4, "a condition is a relation"), ("model A\n Boolean b;\nend A;", 2, "Boolean"), ("model A\n Resistor R;\nend A;", 2, "Resistor"),
            ("model A\n Real x\nequation\n x = 1;\nend A;", 3, "; is missing"), ("model A\n Real x, x;\nend A;", 2, "twice"), ("model A\n Real x[n];\nend A;", 2, "write arrays out"),
            ("model A\n Real x;\nequation\n x = foo(2);\nend A;", 4, "foo"), ("model A\n Real x;\nalgorithm\n x := 1;\nend A;", 3, "algorithm"), ("model A\n Real x;\nequation\n connect(x, x);\nend A;", 4, "connections"),
            ("model A\n parameter Real a = b, b = a;\n Real x;\nequation\n x = a;\nend A;", 2, "itself"), ("model A\n parameter Real a = x;\n Real x;\nequation\n x = a;\nend A;", 2, "a variable"),

@@ -216,6 +216,22 @@ def told(tally, spice, warning):
     tally.check(any("operating point" in str(w.message) for w in said) and request["trajectory"]["initial"] == {}, "spice: no operating point", [str(w.message) for w in said])
 
 
+def long_ladder(tally, spice, rng):
+    """The operating point of a large circuit, found in doubles, is the exact one."""
+    from sga.convert import spice_circuit
+    lines = ["a ladder", "V1 n0 0 SIN(1 1 50)"]
+    for k in range(80):
+        lines += [f"R{k} n{k} n{k + 1} {rng.uniform(1, 9):.4f}k", f"C{k} n{k + 1} 0 {rng.uniform(1, 9):.3f}n", f"L{k} n{k + 1} m{k} 1m", f"Rm{k} m{k} 0 {rng.uniform(1, 9):.5f}meg"]
+    text, kept = "\n".join([*lines, ".tran 1m 10m"]), spice_circuit.EXACT
+    found = []
+    try:
+        for spice_circuit.EXACT in (10**6, 0):
+            found.append(spice.request(text)["trajectory"]["initial"])
+    finally:
+        spice_circuit.EXACT = kept
+    tally.check(len(found[0]) == 242 and all(abs(found[1][k] - v) <= 1e-9 * (1 + abs(v)) for k, v in found[0].items()), "spice: a large circuit's operating point")
+
+
 def check(tally, solver, rng, count):
     from sga.convert import ConvertError, ConvertWarning, spice
     numbers(tally, spice)
@@ -226,3 +242,4 @@ def check(tally, solver, rng, count):
         motions(tally, spice, solver)
         refusals(tally, spice, ConvertError)
     told(tally, spice, ConvertWarning)
+    long_ladder(tally, spice, rng)

@@ -126,6 +126,9 @@ def images(tally, build, folder):
     image(tally, "chosen", chosen, columns.index("x"), [columns.index("y"), columns.index("lam")], rows)
     wrong = run(build, folder, request, "--svg", "--columns", "y,z")
     tally.check(wrong.returncode == 1 and b"no column z; it has t x y" in wrong.stderr, "no such column", wrong.stderr)
+    request = {**request, "trajectory": {**request["trajectory"], "outputs": ["x", "atan2(x, y)", "y"]}}
+    columns, rows = table(json.loads(run(build, folder, request, "--json").stdout))
+    image(tally, "commas", run(build, folder, request, "--svg", "--columns", "atan2(x, y),y").stdout, 0, [2, 3], rows)
     sweep = run(build, folder, REQUESTS["sweep"], "--svg").stdout
     tally.check(sweep.count(b"<polyline") == 2 and b">set, set 0<" in sweep and b">set, set 2<" in sweep, "a curve for each set that has rows", sweep[-600:])
 

@@ -1,5 +1,5 @@
 /* modelDescription.xml, buildDescription.xml and a page about them. Elements stand in the order of the schema; value references as
- * fmu_runtime.c.in counts them. */
+ * fmu_instance.c.in counts them. */
 #include <math.h>
 #include <string.h>
 

@@ -7,7 +7,7 @@
 
 #define FMU_MODEL "sga_model"
 
-/* The functions of FMI, the same for all (fmu_runtime.c.in). */
+/* The functions of FMI, the same for all (fmu_*.c.in, one after the other). */
 extern const char fmu_runtime[];
 
 struct fmu {

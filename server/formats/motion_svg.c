@@ -28,6 +28,16 @@ static int find(const struct samples *s, const char *name, size_t length, struct
     return -1;
 }
 
+/* Up to the next comma that separates names: those inside of brackets belong to an output, atan2(x, y). */
+static size_t name_length(const char *name)
+{
+    int depth = 0;
+    size_t n = 0;
+    for (; name[n] && (name[n] != ',' || depth > 0); n++)
+        depth += (name[n] == '(' || name[n] == '[') - (name[n] == ')' || name[n] == ']');
+    return n;
+}
+
 static bool choose(struct choice *c, const char *columns, const char *x, struct sga_buf *why)
 {
     const struct samples *s = c->s;
@@ -39,7 +49,7 @@ static bool choose(struct choice *c, const char *columns, const char *x, struct 
         if (i != c->x)
             c->y[c->ys++] = i;
     for (const char *name = columns; name && c->ys < s->columns;) {
-        size_t n = strcspn(name, ",");
+        size_t n = name_length(name);
         if ((c->y[c->ys++] = find(s, name, n, why)) < 0)
             return false;
         name = name[n] ? name + n + 1 : NULL;

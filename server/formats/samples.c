@@ -1,6 +1,7 @@
 /* Rows as the view has them, read as numbers. */
 #include "samples.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -31,7 +32,10 @@ static int by_name(const void *a, const void *b)
 static void tell_apart(struct samples *s)
 {
     SGA_ARENA(mem);
+    if (s->columns < 2)
+        return;
     const char ***sorted = sga_take(&mem, (size_t)s->columns * sizeof *sorted);
+    assert(sorted);
     for (int i = 0; i < s->columns; i++)
         sorted[i] = &s->column[i];
     qsort(sorted, (size_t)s->columns, sizeof *sorted, by_name);

@@ -9,145 +9,18 @@ from __future__ import annotations
 import math
 import re
 import warnings
-from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Any, Dict, List, NamedTuple, Optional, Set, Tuple
+from typing import Any, Dict, List, Optional, Tuple
 
 from .errors import ConvertError, ConvertWarning
+from .spice_circuit import Circuit, Element, Line, names_of, operating_point
+from .spice_values import Formula, decimal, number
 
-_SCALE: Dict[str, Fraction] = {"t": Fraction(10**12), "g": Fraction(10**9), "meg": Fraction(10**6), "k": Fraction(1000), "mil": Fraction(254, 10**7), "m": Fraction(1, 1000),
-                               "u": Fraction(1, 10**6), "n": Fraction(1, 10**9), "p": Fraction(1, 10**12), "f": Fraction(1, 10**15)}
-_NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)([a-z]*)")
 _OTHERS = {"b": "a behavioural source", "d": "a diode", "j": "a JFET", "k": "coupled inductors", "m": "a MOSFET", "o": "a transmission line", "q": "a transistor", "s": "a switch",
            "t": "a transmission line", "u": "a distributed line", "w": "a switch", "x": "a subcircuit", "z": "a MESFET", "a": "a code model", "p": "a coupled line", "y": "a transmission line", "n": "a device"}
 _PRINTED = {".print", ".plot", ".probe", ".save", ".width", ".option", ".options", ".op", ".four", ".meas", ".measure", ".title", ".temp"}
 _ASKED = {".ac": "a sweep of frequencies (ask for `transfer`)", ".dc": "a sweep", ".noise": "noise", ".tf": "a transfer function (ask for `transfer`)", ".sens": "sensitivities", ".pz": "poles (ask for `transfer`)", ".disto": "distortion"}
 MOST_KNOTS = 100000          # of one source: a pulse that is shorter is a mistake in units
-
-
-class Line(NamedTuple):
-    number: int
-    words: List[str]
-
-
-@dataclass
-class Element:
-    line: int
-    name: str
-    nodes: Tuple[str, ...]
-    value: Fraction = Fraction(0)
-    control: str = ""                       # F and H: the source whose current it is
-    initial: Optional[Fraction] = None      # ic=
-    source: str = ""                        # V and I: an expression, or the name of a table
-    at_start: Fraction = Fraction(0)        # the source's value at time 0
-
-    @property
-    def kind(self) -> str:
-        return self.name[0]
-
-
-@dataclass
-class Circuit:
-    title: str = ""
-    elements: List[Element] = field(default_factory=list)
-    parameters: Dict[str, Fraction] = field(default_factory=dict)
-    held: Dict[str, Tuple[int, Fraction]] = field(default_factory=dict)     # .ic: node, its line and voltage
-    tran: Optional[Tuple[Fraction, Fraction, bool]] = None                  # step, stop, uic
-    tables: Dict[str, Dict[str, Any]] = field(default_factory=dict)
-
-
-def number(text: str) -> Optional[Fraction]:
-    """The value of a SPICE number (4.7k, 10uF, 1e-3, 2meg), exactly; None where it is none."""
-    m = _NUMBER.fullmatch(text.lower())
-    if not m:
-        return None
-    scale = next((_SCALE[s] for s in ("meg", "mil", *"tgkmunpf") if m[2].startswith(s)), Fraction(1))
-    return Fraction(m[1]) * scale
-
-
-def decimal(value: Fraction) -> str:
-    """As the grammar writes it: a decimal where there is one, else a quotient."""
-    rest, twos, fives = value.denominator, 0, 0
-    while rest % 2 == 0:
-        rest, twos = rest // 2, twos + 1
-    while rest % 5 == 0:
-        rest, fives = rest // 5, fives + 1
-    if rest != 1:
-        return f"{value.numerator}/{value.denominator}"
-    places = max(twos, fives)
-    power: int = 10**places
-    digits: str = str(abs(value.numerator) * power // value.denominator).rjust(places + 1, "0")
-    whole, part = digits[:len(digits) - places], digits[len(digits) - places:].rstrip("0")
-    text: str = whole + ("." + part if part else "")
-    if len(text) > 12:                      # a power of ten reads better
-        shown = digits.lstrip("0").rstrip("0")
-        exponent = len(digits) - len(digits.rstrip("0")) - places
-        if len(shown) < 12:
-            text = f"{shown}e{exponent}"
-    return "-" + text if value < 0 else text
-
-
-class _Formula:
-    """Values in braces and .param: + - * / ( ) over numbers and parameters, exactly."""
-
-    def __init__(self, text: str, names: Dict[str, Fraction], line: int) -> None:
-        self.tokens: List[str] = re.findall(r"(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?[a-z]*|[a-z_]\w*|\S", text.lower())
-        self.names, self.line, self.at, self.depth = names, line, 0, 0
-
-    def fail(self) -> ConvertError:
-        return ConvertError(f"{' '.join(self.tokens) or 'nothing'!r} is no value: numbers, parameters, + - * / ( )", self.line)
-
-    def peek(self) -> str:
-        return self.tokens[self.at] if self.at < len(self.tokens) else ""
-
-    def take(self) -> str:
-        self.at += 1
-        return self.tokens[self.at - 1] if self.at <= len(self.tokens) else ""
-
-    def whole(self) -> Fraction:
-        value = self.sum()
-        if self.at < len(self.tokens):
-            raise self.fail()
-        return value
-
-    def sum(self) -> Fraction:
-        self.depth += 1
-        if self.depth > 100:
-            raise self.fail()
-        value = self.product()
-        while self.peek() in ("+", "-"):
-            value = value + self.product() if self.take() == "+" else value - self.product()
-        self.depth -= 1
-        return value
-
-    def product(self) -> Fraction:
-        value = self.signed()
-        while self.peek() in ("*", "/"):
-            op, other = self.take(), self.signed()
-            if op == "/" and other == 0:
-                raise ConvertError("a division by 0", self.line)
-            value = value * other if op == "*" else value / other
-        return value
-
-    def signed(self) -> Fraction:
-        sign = 1
-        while self.peek() in ("+", "-"):
-            sign = -sign if self.take() == "-" else sign
-        return sign * self.atom()
-
-    def atom(self) -> Fraction:
-        word = self.take()
-        if word == "(":
-            value = self.sum()
-            if self.take() != ")":
-                raise self.fail()
-            return value
-        if word in self.names:
-            return self.names[word]
-        value_ = number(word)
-        if value_ is None:
-            raise ConvertError(f"{word!r} is no number and no parameter", self.line) if re.match(r"[a-z_]", word) else self.fail()
-        return value_
 
 
 def _lines(text: str) -> Tuple[str, List[Line]]:
@@ -207,7 +80,7 @@ class _Reader:
             if word.strip("'") not in self.circuit.parameters:
                 raise ConvertError(f"{word!r} is no number and no parameter", line)
             inside = word.strip("'")
-        return _Formula(inside, self.circuit.parameters, line).whole()
+        return Formula(inside, self.circuit.parameters, line).whole()
 
     def param(self, line: Line) -> None:
         words, at = line.words[1:], 0
@@ -433,27 +306,13 @@ def _times(value: Fraction) -> str:
 
 # -- equations --
 
-def _names(circuit: Circuit) -> Tuple[Dict[str, str], Dict[str, str]]:
-    """Names of nodes' voltages and of branches' currents: letters that the grammar has, each once."""
-    taken: Set[str] = set()
-
-    def name(text: str) -> str:
-        made = re.sub(r"\W", "_", text, flags=re.ASCII)
-        while made in taken:
-            made += "_"
-        taken.add(made)
-        return made
-    nodes = dict.fromkeys(n for e in circuit.elements for n in e.nodes if n)
-    return {n: name("v_" + n) for n in nodes}, {e.name: name("i_" + e.name) for e in circuit.elements if e.kind in "VLEH"}
-
-
 def _difference(voltage: Dict[str, str], a: str, b: str, dash: str = "") -> str:
     return " - ".join(filter(None, [voltage[a] + dash if a else "", voltage[b] + dash if b else ""])) if a else "-" + voltage[b] + dash if b else "0"
 
 
 def _equations(circuit: Circuit, parameter: Dict[str, str]) -> Tuple[List[str], List[str]]:
     """Variables and equations: the currents that leave each node sum up to 0; a law for each branch with a current of its own."""
-    voltage, current = _names(circuit)
+    voltage, current = names_of(circuit)
     leaving: Dict[str, List[str]] = {n: [] for n in voltage}
     laws: List[str] = []
     for e in circuit.elements:
@@ -484,97 +343,6 @@ def _equations(circuit: Circuit, parameter: Dict[str, str]) -> Tuple[List[str], 
     return [*voltage.values(), *current.values()], [f"{s} = 0" for s in sums] + laws
 
 
-# -- the start --
-
-def _solve(rows: List[Dict[int, Fraction]], n: int) -> Optional[List[Fraction]]:
-    """Sparse elimination over the rationals; column n is the right side. None: no solution, or many."""
-    pivots: Dict[int, Dict[int, Fraction]] = {}
-    left = [dict(r) for r in rows]
-    while left:
-        left.sort(key=len, reverse=True)
-        row = left.pop()
-        column = next((c for c in sorted(row) if c < n and row[c]), None)
-        if column is None:
-            if row.get(n):
-                return None
-            continue
-        scale = row[column]
-        row = {c: v / scale for c, v in row.items() if v}
-        for other in [*left, *pivots.values()]:
-            factor = other.pop(column, None)
-            if factor:
-                for c, v in row.items():
-                    if c != column:
-                        other[c] = other.get(c, Fraction(0)) - factor * v
-                        if not other[c]:
-                            del other[c]
-        pivots[column] = row
-    return [pivots[c].get(n, Fraction(0)) for c in range(n)] if len(pivots) == n else None
-
-
-def _start(circuit: Circuit, uic: bool) -> Optional[Dict[str, float]]:
-    """The operating point at time 0 (capacitors carry no current, inductors no voltage, nodes of .ic are held), or with uic the state in which
-    capacitors have the voltage and inductors the current of their ic=, 0 unless given. None: there is none, or it is not one."""
-    voltage, current = _names(circuit)
-    place = {v: k for k, v in enumerate([*voltage.values(), *current.values()])}
-    extra = [e for e in circuit.elements if uic and e.kind == "C"]
-    held = {} if uic else circuit.held
-    n = len(place) + len(extra) + len(held)
-    flows: Dict[str, Dict[int, Fraction]] = {v: {} for v in voltage}
-    rows: List[Dict[int, Fraction]] = []
-
-    def across(row: Dict[int, Fraction], a: str, b: str, factor: Fraction) -> None:
-        for node, sign in ((a, 1), (b, -1)):
-            if node:
-                row[place[voltage[node]]] = row.get(place[voltage[node]], Fraction(0)) + sign * factor
-
-    def flow(a: str, b: str, what: Dict[int, Fraction]) -> None:
-        for node, sign in ((a, 1), (b, -1)):
-            if node:
-                for c, v in what.items():
-                    flows[node][c] = flows[node].get(c, Fraction(0)) + sign * v
-    for e in circuit.elements:
-        a, b = e.nodes[:2]
-        law: Dict[int, Fraction] = {}
-        if e.kind in "VLEH":
-            own = place[current[e.name]]
-            flow(a, b, {own: Fraction(1)})
-            if e.kind == "L" and uic:
-                law = {own: Fraction(1), n: e.initial or Fraction(0)}
-            else:
-                across(law, a, b, Fraction(1))
-                if e.kind == "V":
-                    law[n] = e.at_start
-                elif e.kind == "E":
-                    across(law, e.nodes[2], e.nodes[3], -e.value)
-                elif e.kind == "H":
-                    c = place[current[e.control]]
-                    law[c] = law.get(c, Fraction(0)) - e.value
-            rows.append(law)
-            continue
-        if e.kind == "C":
-            if uic:
-                own = len(place) + extra.index(e)
-                flow(a, b, {own: Fraction(1)})
-                across(law, a, b, Fraction(1))
-                rows.append({**law, n: e.initial or Fraction(0)})
-            continue
-        if e.kind == "R":
-            across(law, a, b, 1 / e.value)
-        elif e.kind == "G":
-            across(law, e.nodes[2], e.nodes[3], e.value)
-        elif e.kind == "F":
-            law = {place[current[e.control]]: e.value}
-        else:
-            law = {n: -e.at_start}
-        flow(a, b, law)
-    for k, (node, (_, volts)) in enumerate(held.items()):
-        flow(node, "", {len(place) + len(extra) + k: Fraction(1)})
-        rows.append({place[voltage[node]]: Fraction(1), n: volts})
-    found = _solve(rows + list(flows.values()), n)
-    return {v: float(found[k]) for v, k in place.items()} if found else None
-
-
 def request(text: str) -> Dict[str, Any]:
     """The request of a netlist. ConvertError says the line; directives that only print, and analyses that a request does not ask for so, are
     warned of."""
@@ -602,10 +370,10 @@ def request(text: str) -> Dict[str, Any]:
     out: Dict[str, Any] = {"system": system}
     if circuit.tran:
         step, stop, uic = circuit.tran
-        start = _start(circuit, uic)
+        start = operating_point(circuit, uic)
         if start is None:
             warnings.warn("there is no one operating point" if not uic else "the values of ic= contradict each other, or leave something open", ConvertWarning, stacklevel=2)
-            names = _names(circuit)[0]
+            names = names_of(circuit)[0]
             start = {names[n]: float(v) for n, (_, v) in circuit.held.items()}
         samples = min(max(2, math.floor(stop / step) + 1), 1000000)
         out["trajectory"] = {"stop": decimal(stop), "samples": samples, "initial": start}
