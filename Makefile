@@ -54,6 +54,7 @@ DEPS_sga     := exact points graph lin num poly sys expr base
 DEPS_sym     := sga exact points graph lin num poly sys expr base
 DEPS_graph   := base
 DEPS_plot    := base
+DEPS_fit     := base
 DEPS_export  := expr base
 DEPS_structure := sga exact graph points lin num poly sys expr base
 DEPS_ode     := lin base
@@ -63,7 +64,7 @@ DEPS_linear  := pencil sga exact points graph lin num poly sys expr base
 DEPS_mech    := sga exact points graph lin num poly form sys expr base
 # A request's rooms: its stages in the order in which they run, above what all of them are about (job); the table of stages on top.
 DEPS_face    := run base
-BELOW_run    := linear mech sym structure graph operator pencil traj enclose ode sga exact points lin num poly request form sys expr base
+BELOW_run    := fit linear mech sym structure graph operator pencil traj enclose ode sga exact points lin num poly request form sys expr base
 DEPS_run/job := $(BELOW_run)
 DEPS_run/model := run/job $(BELOW_run)
 DEPS_run/slice := run/job $(BELOW_run)
@@ -72,13 +73,14 @@ DEPS_run/strata := run/texts run/model run/job $(BELOW_run)
 DEPS_run/properties := run/strata run/texts run/model run/job $(BELOW_run)
 DEPS_run/motion := run/model run/job $(BELOW_run)
 DEPS_run/ask := run/motion run/job $(BELOW_run)
+DEPS_run/derivation := run/ask run/texts run/model run/job export $(BELOW_run)
 DEPS_run/tradeoff := run/motion run/job $(BELOW_run)
-DEPS_run/write := run/ask run/tradeoff run/motion run/properties run/strata run/texts run/slice run/model run/job $(BELOW_run)
+DEPS_run/write := run/derivation run/ask run/tradeoff run/motion run/properties run/strata run/texts run/slice run/model run/job $(BELOW_run)
 DEPS_run/sweep := run/write run/motion run/strata run/model run/job $(BELOW_run)
 DEPS_run/vary := run/sweep $(DEPS_run/write) run/write
 DEPS_run/follow := run/sweep $(DEPS_run/write) run/write
 DEPS_run     := run/follow run/vary $(DEPS_run/follow)
-FLOORS := base exact plot graph expr export sys lin pencil num poly operator form request points sga linear mech sym structure ode enclose traj run/job run/model run/slice run/texts run/strata run/properties run/motion run/ask run/tradeoff run/write run/sweep run/vary run/follow run face
+FLOORS := base exact fit plot graph expr export sys lin pencil num poly operator form request points sga linear mech sym structure ode enclose traj run/job run/model run/slice run/texts run/strata run/properties run/motion run/ask run/derivation run/tradeoff run/write run/sweep run/vary run/follow run face
 
 # The floors of server/, in the same way; of the library they see the public face. main.c sees all of them.
 DEPS_tools     := base
@@ -233,7 +235,7 @@ install: all shared python
 	install -m 644 README.md CHANGELOG.md LICENSE $(DESTDIR)$(DOCDIR)
 	install -m 644 doc/*.md $(DESTDIR)$(DOCDIR)/doc
 	install -m 644 schema/*.json $(DESTDIR)$(DOCDIR)/schema
-	install -m 644 etc/examples/*.json etc/examples/*.c $(DESTDIR)$(DOCDIR)/examples
+	install -m 644 etc/examples/*.json etc/examples/*.c etc/examples/*.cir etc/examples/*.mo $(DESTDIR)$(DOCDIR)/examples
 	install -d $(DESTDIR)$(UNITDIR) $(DESTDIR)$(SYSUSERSDIR) $(DESTDIR)$(TMPFILESDIR) $(DESTDIR)$(SYSCONFDIR)
 	for f in sgad.service sgad.socket; do sed -e 's|/usr/bin/sgad|$(BINDIR)/sgad|; s|/etc/sgad.conf|$(SYSCONFDIR)/sgad.conf|' etc/$$f > $(DESTDIR)$(UNITDIR)/$$f && chmod 644 $(DESTDIR)$(UNITDIR)/$$f || exit 1; done
 	install -m 644 etc/sgad.sysusers $(DESTDIR)$(SYSUSERSDIR)/sgad.conf

@@ -10,10 +10,12 @@
 #include "code_runs.h"
 #include "command.h"
 #include "http.h"
+#include "inherit.h"
 #include "log.h"
 #include "notify.h"
 #include "run.h"
 #include "sandbox.h"
+#include "successor.h"
 #include "worker.h"
 
 #include <gnutls/crypto.h>
@@ -26,7 +28,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-enum { USAGE = 2, STORE_SECONDS = 2, HTTP_SECONDS = 10 };
+enum { USAGE = 2, STORE_SECONDS = 2, HTTP_SECONDS = 10, TAKE_OVER_SECONDS = 60, LEAVE_US = 300000 };
 
 /* What main starts, in this order. */
 struct parts {
@@ -35,6 +37,11 @@ struct parts {
     struct http *http;
     int argc;
     char **argv;              /* for reading the settings again */
+};
+
+/* Of a signal, for the log. */
+struct sender {
+    char pid[24], uid[24];
 };
 
 static void suspend(void *connection)
@@ -69,14 +76,15 @@ static bool start(struct parts *p, char *why, size_t size)
     snprintf(why, size, "out of memory");
     return (sv->conns = conns_new())
         && (sv->memory_cache = memory_cache_new((size_t)sv->config.cache_memory))
-        && (sv->store = store_open(sv->config.state, &sv->metrics, why, size))
+        && (p->http = http_open(sv, why, size)) && (inherit_ready(), true)
+        && (sv->store = store_open(sv->config.state, inherited() ? (double)sv->config.grace + TAKE_OVER_SECONDS : 0, &sv->metrics, why, size))
         && (store_limit(sv->store, &sv->config.cache_disk), true)
         && (sv->jobs = jobs_new(&sv->config, sv->store, sv->memory_cache, &sv->metrics, hooks))
         && (sv->everyone = jobs_account(sv->jobs, "", &(struct quota){ 0 }))
         && jobs_recover(sv->jobs, why, size)
         && start_tokens(sv, why, size)
         && (sv->check_threads = check_threads_new(sv))
-        && (p->http = http_start(sv, why, size))
+        && http_start(p->http, why, size)
         && (p->workers = workers_start(&sv->config, sv->jobs, &sv->metrics));
 }
 
@@ -126,18 +134,51 @@ static void stop(struct parts *p, const sigset_t *signals, bool patient)
     conns_free(sv->conns);
 }
 
+/* Before a stop: what has been accepted or is accepted yet, its successor runs; no connection is lost. */
+static void hand_over(struct parts *p, const sigset_t *signals)
+{
+    struct service *sv = &p->service;
+    atomic_store(&sv->leaving, true);
+    usleep(LEAVE_US);              /* for connections that are kept alive to be asked once more */
+    jobs_leave(sv->jobs);
+    let_end(p, signals, false);
+    jobs_stop_running(sv->jobs);
+    workers_join(p->workers);
+    p->workers = NULL;
+    http_leave(p->http);
+}
+
+/* SIGUSR2: false where nobody could take over, and all stays as it is. */
+static bool start_successor(struct parts *p, const struct sender *by)
+{
+    char why[512], text[32];
+    pid_t pid = successor_start(http_listeners(p->http), p->argv, why, sizeof why);
+    snprintf(text, sizeof text, "%ld", (long)pid);
+    if (!pid) {
+        log_event(LOG_L_ERROR, "no_successor", "reason", why, NULL);
+        return false;
+    }
+    log_event(LOG_L_AUDIT, "handing_over", "#successor", text, "#by_pid", by->pid, "#by_uid", by->uid, NULL);
+    notify("MAINPID=%ld\nSTATUS=a successor takes over", (long)pid);
+    return true;
+}
+
 /* SIGHUP: the limits, the tokens and the certificate anew. Settings that are wrong change nothing. */
-static void reload(struct parts *p)
+static void reload(struct parts *p, const struct sender *by)
 {
     struct service *sv = &p->service;
     struct config fresh;
-    char why[512], restart[512];
+    char why[512], restart[512], changed[512];
+    enum log_level level;
     notify("RELOADING=1\nMONOTONIC_USEC=%llu", notify_clock());
     if (config_read(&fresh, p->argc, p->argv, why, sizeof why) != CONFIG_OK) {
-        log_event(LOG_L_ERROR, "reload_refused", "reason", why, NULL);
+        log_event(LOG_L_ERROR, "reload_refused", "reason", why, "#by_pid", by->pid, "#by_uid", by->uid, NULL);
     } else {
-        config_take_live(&sv->config, &fresh, restart, sizeof restart);
-        log_event(LOG_L_INFO, "reloaded", "needs_restart", *restart ? restart : NULL, NULL);
+        config_take_live(&sv->config, &fresh, changed, restart, sizeof restart);
+        if (log_level_from_text(sv->config.log_level, &level))
+            log_set_level(level);
+        log_event(LOG_L_AUDIT, "reloaded", "changed", *changed ? changed : NULL, "needs_restart", *restart ? restart : NULL,
+                  "#by_pid", by->pid, "#by_uid", by->uid, NULL);
     }
     config_free(&fresh);
     http_renew(p->http);
@@ -150,10 +191,19 @@ static void reload(struct parts *p)
 static int wait_for_signal(struct parts *p, const sigset_t *set)
 {
     int number;
-    while (sigwait(set, &number) != 0 || number == SIGHUP)
+    siginfo_t info;
+    struct sender by;
+    do {
+        while ((number = sigwaitinfo(set, &info)) < 0)
+            ;
+        snprintf(by.pid, sizeof by.pid, "%ld", (long)info.si_pid);
+        snprintf(by.uid, sizeof by.uid, "%ld", (long)info.si_uid);
         if (number == SIGHUP)
-            reload(p);
-    log_event(LOG_L_INFO, "draining", "signal", strsignal(number), NULL);
+            reload(p, &by);
+    } while (number == SIGHUP || (number == SIGUSR2 && !start_successor(p, &by)));
+    if (number == SIGUSR2)
+        return number;
+    log_event(LOG_L_AUDIT, "draining", "signal", strsignal(number), "#by_pid", by.pid, "#by_uid", by.uid, NULL);
     /* Once the supervisor asked for the end it waits as long as the running jobs may go on. */
     notify("STOPPING=1\nSTATUS=running jobs end\nEXTEND_TIMEOUT_USEC=%ld000000",
            atomic_load(&p->service.config.grace) + STORE_SECONDS + HTTP_SECONDS);
@@ -182,6 +232,8 @@ static int serve(struct parts *p, const sigset_t *signals)
         fprintf(stderr, "sgad: %s\n", why);
         status = 1;
     }
+    if (number == SIGUSR2)
+        hand_over(p, signals);
     stop(p, signals, number == SIGUSR1);
     if (status == 0)
         log_event(LOG_L_INFO, "stopped", NULL);
@@ -219,6 +271,7 @@ int main(int argc, char **argv)
     struct config *c = &parts.service.config;
     char why[512];
     enum log_level level = LOG_L_INFO;
+    inherit_read();
     enum config_result got = config_read(c, argc, argv, why, sizeof why);
     if (got != CONFIG_OK && got != CONFIG_BAD) {
         answer_instead(got, c);
@@ -241,6 +294,7 @@ int main(int argc, char **argv)
     sigaddset(&signals, SIGINT);
     sigaddset(&signals, SIGHUP);
     sigaddset(&signals, SIGUSR1);
+    sigaddset(&signals, SIGUSR2);
     pthread_sigmask(SIG_BLOCK, &signals, NULL);
     signal(SIGPIPE, SIG_IGN);
     signal(SIGXFSZ, SIG_IGN);       /* a full quota is an error of the write, no end */

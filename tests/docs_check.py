@@ -231,7 +231,8 @@ def check_blocks(tally, build):
             answer, what, printed = None, "", None       # of the block before
             scripts = Scripts(tally, daemon)
             for language, block in FENCE.findall(text_of(page)):
-                ours = language in LANGUAGES or page.startswith("doc/start-") and language in ("text", *SCRIPTS) or (page, language) in (("doc/python.md", "python"), ("doc/python.md", "text"), ("doc/page.md", "text"), ("doc/octave.md", "octave"), ("doc/octave.md", "text"))      # the suites python, page and octave run these
+                ours = language in LANGUAGES or page.startswith("doc/start-") and language in ("text", *SCRIPTS) or (page, language) in (("doc/python.md", "python"), ("doc/python.md", "text"), ("doc/page.md", "text"), ("doc/octave.md", "octave"), ("doc/octave.md", "text"),
+                                                                          ("doc/convert.md", "python"), ("doc/convert.md", "text"))      # the suites python, page, octave and convert run these
                 tally.check(ours, f"{page}: blocks have a language that is looked at", f"{language!r}: {block[:60]}")
                 if language == "sh":
                     said = commands.run(page, block)

@@ -16,7 +16,7 @@ PENDULUM = {"system": {"form": "equations", "variables": ["x", "y", "lam"], "par
 CIRCUIT = {"system": {"form": "equations", "variables": ["v", "i", "j"], "parameters": {"C": None, "R": None, "U": None},
                       "equations": ["C*v' = i", "v + R*j = U", "i = j"]}}
 STAGES = {"read", "operator", "mechanical", "reduction", "sampling", "texts", "strata", "signs", "witness", "structure", "symmetries",
-          "initial", "trajectory", "sensitivities", "tradeoff", "linearization", "transfer", "equilibria", "writing"}
+          "initial", "trajectory", "sensitivities", "tradeoff", "linearization", "transfer", "equilibria", "derivation", "fit", "writing"}
 
 
 def work(tally, solver, label, request):

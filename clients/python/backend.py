@@ -19,10 +19,13 @@ def _project():
 
 
 def _files():
-    for name in sorted(os.listdir(os.path.join(HERE, "sga"))):
-        if name.endswith(".py") or name == "py.typed":
-            with open(os.path.join(HERE, "sga", name), "rb") as f:
-                yield "sga/" + name, f.read()
+    for folder, folders, names in os.walk(os.path.join(HERE, "sga")):
+        folders.sort()
+        for name in sorted(names):
+            if name.endswith(".py") or name == "py.typed":
+                path = os.path.join(folder, name)
+                with open(path, "rb") as f:
+                    yield os.path.relpath(path, HERE).replace(os.sep, "/"), f.read()
 
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):

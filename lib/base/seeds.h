@@ -27,6 +27,7 @@
     X(GRAM_DIRECTIONS, 12345,    "directions in which exponents are extreme") \
     X(GRAM_SAMPLES,    20261122, "values that may show a polynomial to change its sign") \
     X(EQUILIBRIA,      29,       "starts of a search for equilibria") \
+    X(FIT,             31,       "further guesses of a fit") \
     X(SYM_SOLVE,       20250901, "points of the linear equations for symmetries") \
     X(SYM_COMMUTATORS, 20250930, "points at which commutators are compared") \
     X(SYM_REAL,        20261121, "real points of those equations")

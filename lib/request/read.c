@@ -29,12 +29,14 @@ static bool needs_value(struct reader *rd, const char *what)
 }
 
 /* What is wanted against what is given. */
-static bool check_wants(struct reader *rd, const json_t *trajectory, const json_t *symmetries)
+static bool check_wants(struct reader *rd, const json_t *trajectory, const json_t *symmetries, const json_t *fit)
 {
     struct request *r = rd->r;
     if (r->want & REQUEST_SYMMETRIES && !symmetries)
         return at_fail(rd, SGA_E_MISSING_MEMBER, "\"symmetries\" is wanted, but the member \"symmetries\" is missing; "
                        "it says what to check and what to search");
+    if (r->want & REQUEST_FIT && !fit)
+        return at_fail(rd, SGA_E_MISSING_MEMBER, "\"fit\" is wanted, but the member \"fit\" is missing; it says what is to be found, and from which data");
     if (r->want & (REQUEST_LINEARIZATION | REQUEST_TRANSFER | REQUEST_EQUILIBRIA) && rd->symbolic[0])
         return needs_value(rd, r->want & REQUEST_LINEARIZATION ? "a linearization" : r->want & REQUEST_TRANSFER ? "a transfer matrix" : "a search for equilibria");
     unsigned needs = r->want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF | REQUEST_CONSISTENT_INITIAL);
@@ -94,14 +96,14 @@ static bool part(struct reader *rd, bool ok)
 static bool read_all(struct reader *rd, const json_t *v)
 {
     static const char *const members[] = { "system", "want", "symmetries", "trajectory", "accuracy", "limits", "strata", "sweep",
-                                           "linearization", "transfer", "equilibria", NULL };
+                                           "linearization", "transfer", "equilibria", "fit", NULL };
     if (!only_members(rd, v, members))
         return false;
     const json_t *limits = json_object_get(v, "limits"), *accuracy = json_object_get(v, "accuracy");
     const json_t *trajectory = json_object_get(v, "trajectory"), *symmetries = json_object_get(v, "symmetries");
     const json_t *want = json_object_get(v, "want"), *strata = json_object_get(v, "strata"), *sweep = json_object_get(v, "sweep");
     const json_t *linearization = json_object_get(v, "linearization"), *transfer = json_object_get(v, "transfer");
-    const json_t *equilibria = json_object_get(v, "equilibria");
+    const json_t *equilibria = json_object_get(v, "equilibria"), *fit = json_object_get(v, "fit");
     const json_t *system = need_member(rd, v, "system");
     if (!system || (limits && !part(rd, read_limits(rd, limits))))
         return false;
@@ -109,13 +111,15 @@ static bool read_all(struct reader *rd, const json_t *v)
     rd->r->store.max_bits = rd->r->limits.bits;
     if (rd->by_name)
         return read_system(rd, system) && store_ok(rd);
-    bool stands = read_sweep_names(rd, sweep) && read_system(rd, system);
+    bool stands = read_fit_names(rd, fit, system) && read_sweep_names(rd, sweep) && read_system(rd, system);
     if (!part(rd, stands) || !part(rd, read_want(rd, want)))
         return false;
     bool sets = stands && read_sweep_parameters(rd, sweep);       /* what starts from values of parameters that cannot be read is not read */
     if (stands && !part(rd, sets))
         return false;
-    if (!want && trajectory)
+    if (!want && fit)
+        rd->r->want |= REQUEST_FIT;
+    if (!want && trajectory && !fit)
         rd->r->want |= REQUEST_TRAJECTORY;
     if (!want && linearization)
         rd->r->want |= REQUEST_LINEARIZATION;
@@ -125,12 +129,13 @@ static bool read_all(struct reader *rd, const json_t *v)
         rd->r->want |= REQUEST_EQUILIBRIA;
     if (stands && rd->r->mechanical && trajectory)
         read_mechanical_outputs(rd);
-    return part(rd, check_wants(rd, trajectory, symmetries))
+    return part(rd, check_wants(rd, trajectory, symmetries, fit))
         && (!trajectory || !sets || part(rd, read_trajectory(rd, trajectory))) && (!sweep || !sets || part(rd, read_sweep(rd, sweep)))
         && (!accuracy || part(rd, read_accuracy(rd, accuracy))) && (!symmetries || !stands || part(rd, read_symmetries(rd, symmetries)))
         && (!linearization || !stands || part(rd, read_linearization(rd, linearization)))
         && (!transfer || !stands || part(rd, read_transfer(rd, transfer)))
         && ((!equilibria && !(rd->r->want & REQUEST_EQUILIBRIA)) || !stands || part(rd, read_equilibria(rd, equilibria)))
+        && (!fit || !stands || part(rd, read_fit(rd, fit)))
         && (!strata || part(rd, read_strata(rd, strata))) && (!stands || read_tables_end(rd)) && store_ok(rd);
 }
 

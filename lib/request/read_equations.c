@@ -34,8 +34,13 @@ static bool read_list(struct reader *rd, struct form_equations *f, int first, co
         return at_fail(rd, SGA_E_LIMIT_VARIABLES, "there are %zu equations; the limit is %d", list_size(v),
                        16 * REQUEST_MAX_VARIABLES);
     size_t read = 0;
+    struct request *r = rd->r;
+    r->equations = (int)list_size(v);
+    r->equation = sga_zeros(&r->mem, (size_t)r->equations, sizeof *r->equation);
     for (size_t i = 0; i < list_size(v); i++) {
         size_t here = at_item(rd, v, i);
+        if (json_is_string(list_item(v, i)))
+            r->equation[i] = sga_take_text(&r->mem, json_string_value(list_item(v, i)));
         if (read_equation(rd, f, list_item(v, i)))
             read++;
         else if (!at_pass(rd, here))

@@ -156,6 +156,8 @@ static bool add_parameters(struct reader *rd, const json_t *parameters, const ex
             add_known(rd->r, symbol, value[i]);
         if (!rd->value[symbol]) {
             sys_add_parameter(&rd->r->system, symbol);
+            if (!value[i] && rd->fitted && json_object_get(rd->fitted, key))
+                strcpy(rd->symbolic, key);
             if (swept)
                 rd->r->swept[rd->r->swept_count++] = (struct request_swept){ symbol, opened(rd, key, value[i]) };
             else if (!rd->symbolic[0] && !value[i])

@@ -232,11 +232,10 @@ static bool read_gauge(struct reader *rd, const json_t *v, unsigned char *taken)
 }
 
 /* What initial values are where the swept parameters are symbols; there are no faults in them any more. */
-static bool open_initial(struct reader *rd)
+bool open_initial(struct reader *rd, struct request_initial *initial, int initials)
 {
-    struct request_trajectory *t = &rd->r->trajectory;
-    for (int i = 0; i < t->initials && rd->r->swept_count; i++)
-        if (!(t->initial[i].open = expr_parse(&rd->r->store, t->initial[i].text, &rd->grammar, rd->err)))
+    for (int i = 0; i < initials && rd->r->swept_count; i++)
+        if (!(initial[i].open = expr_parse(&rd->r->store, initial[i].text, &rd->grammar, rd->err)))
             return false;
     return true;
 }
@@ -256,7 +255,7 @@ static bool read_where(struct reader *rd, const json_t *v)
         sweep_bind(rd, -1);
         ok = read_initial(rd, m, taken, &t->initial, &t->initials);
         sweep_unbind(rd);
-        ok = (ok && open_initial(rd)) || at_pass(rd, mark);
+        ok = (ok && open_initial(rd, t->initial, t->initials)) || at_pass(rd, mark);
     }
     if (ok && (m = json_object_get(v, "hold"))) {
         at_back(rd, mark);

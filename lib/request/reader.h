@@ -24,6 +24,7 @@ struct reader {
     size_t value_cap;
     int *column;                   /* by symbol: state variable, or -1 (once the system stands) */
     int columns;
+    const json_t *fitted;          /* fit.parameters, where some of them have no value; or NULL */
     json_t *swept;                 /* its members: names of parameters that the sweep gives; or NULL */
     char symbolic[REQUEST_MAX_NAME + 1];   /* a parameter that stays symbolic, or "" */
 };
@@ -104,6 +105,11 @@ bool read_symmetries(struct reader *rd, const json_t *v);
 bool read_linearization(struct reader *rd, const json_t *v);
 bool read_transfer(struct reader *rd, const json_t *v);      /* read_transfer.c */
 bool read_equilibria(struct reader *rd, const json_t *v);    /* read_equilibria.c; NULL: the member is not there */
+/* read_fit.c: before the system, parameters of the fit that have no value become symbols with their guesses; what the member says. */
+bool read_fit_names(struct reader *rd, const json_t *fit, const json_t *system);
+bool read_fit(struct reader *rd, const json_t *v);
+/* What initial values are where swept parameters are symbols. */
+bool open_initial(struct reader *rd, struct request_initial *initial, int initials);
 bool read_ports(struct reader *rd, const json_t *v, struct request_ports *ports);
 /* read_sweep.c: before the system: which parameters are swept. After it: their values. With the trajectory: starts. */
 bool read_sweep_names(struct reader *rd, const json_t *v);

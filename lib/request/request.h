@@ -20,7 +20,7 @@ struct sga_buf;
     X(CONSTRAINTS, "constraints") X(INDEX, "index") X(VECTOR_FIELD, "vector_field") \
     X(GAUGE, "gauge") X(CONSISTENT_INITIAL, "consistent_initial") X(SYMMETRIES, "symmetries") \
     X(STRUCTURE, "structure") X(TRAJECTORY, "trajectory") X(TRADEOFF, "tradeoff") X(LINEARIZATION, "linearization") \
-    X(TRANSFER, "transfer") X(EQUILIBRIA, "equilibria")
+    X(TRANSFER, "transfer") X(EQUILIBRIA, "equilibria") X(DERIVATION, "derivation") X(FIT, "fit")
 
 enum {
 #define X(sym, text) REQUEST_PLACE_##sym,
@@ -197,6 +197,34 @@ struct request_equilibria {
     int starts;
 };
 
+/* What a fit is to find: a parameter, or an initial value. */
+struct request_unknown {
+    const char *name;
+    int variable;                              /* index into system.variable; -1: a parameter */
+    double guess, low, high;                   /* infinite: no bound */
+    bool has_guess;                            /* of an initial value: otherwise it is the experiment's */
+};
+
+/* One measured output. */
+struct request_column {
+    expr_id output; char *text;
+    double *value, *weight;                    /* by time; value NAN: not measured */
+};
+
+struct request_experiment {
+    double *time; int times;                   /* in any order, on one side of the start */
+    struct request_column *column; int columns;
+    struct request_initial *initial; int initials;   /* in the order of the variables, those of trajectory.initial among them */
+};
+
+struct request_fit {
+    struct request_unknown *parameter; int parameters;
+    struct request_unknown *initial; int initials;   /* of each experiment its own */
+    struct request_experiment *experiment; int experiments;
+    bool list;                                 /* they were given as a list */
+    int starts;                                /* further guesses within the bounds */
+};
+
 struct request_symmetries {
     struct request_candidate *check; int checks;
     bool has_search;
@@ -213,6 +241,7 @@ struct request {
     struct request_table *table; int tables;
     char *name;                       /* of the system; NULL: none */
     const char *form;                 /* static text */
+    char **equation; int equations;   /* of the form equations: the texts as they were given */
     struct form_hamiltonian *hamiltonian;   /* of that form, else NULL; with restrictions its rows are not made
                                        * yet: the pull-back needs regular functions first. Owned, with its arrays */
     unsigned want;                    /* bits of enum request_want */
@@ -228,6 +257,7 @@ struct request {
     struct request_symmetries symmetries;
     struct request_linearization linearization;
     struct request_transfer transfer;
+    struct request_fit fit;                 /* where it is wanted */
     struct request_equilibria equilibria;   /* where they are wanted */
     expr_id *output; char **output_name; int outputs;   /* of the form descriptor */
     expr_id lagrangian;               /* L(q, v, t), where the form has one and no forces; or EXPR_UNDEF */
@@ -286,6 +316,9 @@ enum {
     REQUEST_MAX_INTEGRALS = 64,
     REQUEST_STARTS = 100,             /* of a search for equilibria, unless said */
     REQUEST_MAX_STARTS = 100000,
+    REQUEST_MAX_FIT_STARTS = 10000,
+    REQUEST_MAX_EXPERIMENTS = 1000,
+    REQUEST_MAX_UNKNOWNS_FIT = 64,    /* parameters, and initial values, of a fit */
     REQUEST_MAX_PORTS = 1000,         /* inputs, outputs of a linearization */
     REQUEST_MAX_FREQUENCIES = 100000,
     REQUEST_MAX_PLACES = 1000,        /* where to linearize */

@@ -2,6 +2,7 @@
 #include "stage_list.h"
 
 #include "ask.h"
+#include "derivation.h"
 #include "follow.h"
 #include "run_job.h"
 #include "properties.h"
@@ -56,6 +57,16 @@ static bool wants_sensitivities(const struct job *j)
     return j->request->want & REQUEST_TRAJECTORY && j->request->trajectory.sensitivities.has && !j->place.depth;
 }
 
+static bool wants_derivation(const struct job *j)
+{
+    return j->request->want & REQUEST_DERIVATION && !j->place.depth;
+}
+
+static bool wants_fit(const struct job *j)
+{
+    return j->request->want & REQUEST_FIT && !j->place.depth;
+}
+
 const struct job_stage job_stages[] = {
     { "operator",   -1,   false, has_operator,     answer_operator,          answer_operator_clear },
     { "mechanical", 0.04, false, has_mechanical,   answer_mechanical,        answer_mechanical_clear },
@@ -65,11 +76,13 @@ const struct job_stage job_stages[] = {
     { "texts",      -1,   false, NULL,             answer_strata,            answer_strata_clear },
     { "texts",      -1,   false, NULL,             answer_signs,             answer_signs_clear },
     { "witness",    0.45, false, NULL,             answer_witness,           answer_witness_clear },
+    { "derivation", -1,   false, wants_derivation, answer_derivation,        NULL },
     { "structure",  0.45, false, wants_structure,  answer_structure,         answer_structure_clear },
     { "symmetries", 0.48, false, wants_symmetries, answer_symmetries,        answer_symmetries_clear },
     { "structure",  -1,   false, wants_kronecker,  answer_kronecker,         NULL },
     { "trajectory", 0.5,  true,  NULL,             answer_motion,            answer_motion_clear },
     { "sensitivities", 0.8, true, wants_sensitivities, answer_sensitivities, answer_vary_clear },
+    { "fit",        0.82, true,  wants_fit,        answer_fit,               NULL },
     { "linearization", 0.9, true, wants_linearization, answer_linearization, answer_ask_clear },
     { "transfer",   -1,   true,  wants_transfer,   answer_transfer,          NULL },
     { "equilibria", -1,   true,  wants_equilibria, answer_equilibria,        NULL },

@@ -42,8 +42,41 @@ static void through_block(struct state *s, const struct ech_dense *b, expr_id *w
         weight[b->first + k] = expr_solution(s->st, solve, k);
 }
 
-/* A row is its source minus the sum of factor * pivot row, and a pivot row is made of
- * earlier pivot rows the same way: one sweep from the last pivot to the first. */
+/* Weights on pivot rows as weights on sources, which become parts: a pivot row is its source minus the sum of factor * earlier pivot row, so
+ * that one sweep from the last pivot to the first does it. */
+static void sweep(struct state *s, expr_id *weight, struct sga_part **part, int *parts, size_t *cap)
+{
+    struct expr_store *st = s->st;
+    int block = s->ech.blocks - 1;
+    for (int q = s->ech.pivots - 1; q >= 0; q--) {
+        for (; block >= 0 && s->ech.block[block].first + s->ech.block[block].size - 1 > q; block--)
+            ;
+        if (block >= 0 && s->ech.block[block].first + s->ech.block[block].size - 1 == q)
+            through_block(s, s->ech.block + block, weight);
+        if (!weight[q])
+            continue;
+        const struct ech_row *r = &s->ech.pivot[q].row;
+        add_part(s, part, parts, cap, r->source, weight[q]);
+        for (int k = 0; k < r->ops; k++) {
+            expr_id t = expr_mul(st, weight[q], r->op[k].factor);
+            expr_id *w = weight + r->op[k].pivot;
+            *w = *w ? expr_sub(st, *w, t) : expr_neg(st, t);
+        }
+    }
+}
+
+void state_combine_pivot(struct state *s, int pivot, struct sga_part **part, int *parts)
+{
+    assert(pivot >= 0 && pivot < s->ech.pivots);
+    size_t cap = 0;
+    *part = NULL;
+    *parts = 0;
+    SGA_FREED expr_id *weight = sga_calloc((size_t)s->ech.pivots, sizeof *weight);
+    weight[pivot] = expr_int(s->st, 1);
+    sweep(s, weight, part, parts, &cap);
+}
+
+/* A row is its source minus the sum of factor * pivot row. */
 void state_combine(struct state *s, const struct candidate *c, struct sga_part **part, int *parts)
 {
     struct expr_store *st = s->st;
@@ -55,24 +88,9 @@ void state_combine(struct state *s, const struct candidate *c, struct sga_part *
         return;
     SGA_FREED expr_id *weight = sga_calloc((size_t)s->ech.pivots, sizeof *weight);
     for (int k = 0; k < c->ops; k++) {
-    assert(c->op[k].pivot < s->ech.pivots);
+        assert(c->op[k].pivot < s->ech.pivots);
         expr_id *w = weight + c->op[k].pivot, f = c->times ? expr_mul(st, c->times, c->op[k].factor) : c->op[k].factor;
         *w = *w ? expr_sub(st, *w, f) : expr_neg(st, f);
     }
-    int block = s->ech.blocks - 1;
-    for (int q = s->ech.pivots - 1; q >= 0; q--) {
-        for (; block >= 0 && s->ech.block[block].first + s->ech.block[block].size - 1 > q; block--)
-            ;
-        if (block >= 0 && s->ech.block[block].first + s->ech.block[block].size - 1 == q)
-            through_block(s, s->ech.block + block, weight);
-        if (!weight[q])
-            continue;
-        const struct ech_row *r = &s->ech.pivot[q].row;
-        add_part(s, part, parts, &cap, r->source, weight[q]);
-        for (int k = 0; k < r->ops; k++) {
-            expr_id t = expr_mul(st, weight[q], r->op[k].factor);
-            expr_id *w = weight + r->op[k].pivot;
-            *w = *w ? expr_sub(st, *w, t) : expr_neg(st, t);
-        }
-    }
+    sweep(s, weight, part, parts, &cap);
 }

@@ -264,6 +264,7 @@ bool definitions_lift(const struct definitions *d, const struct sys_system *syst
     assert(d->count > 0 && d->count <= system->rows && d->count <= system->variables);
     struct lift l = { .d = d, .sys = system, .sol = solution, .rows = system->rows - d->count };
     find_values(&l, oracle);
+    sga_rates_drop(solution);          /* of the smaller system */
     lift_constraints(&l, options->combinations);
     lift_elimination(&l);
     lift_verdict(&l);

@@ -133,6 +133,7 @@ static void forget_pivots(struct state *s)
     ech_init(&s->ech, s->sys->variables);
     s->started = false;
     s->restarted = true;
+    s->epoch++;
     while (s->sol->vanished_rows)
         free(s->sol->vanished[--s->sol->vanished_rows].part);
     expr_flow_clear(s->flow);
@@ -163,7 +164,7 @@ static int round_of(struct state *s, int from, int to, int g)
     for (int i = from; i < to; i++)
         state_tangency(s, i, row + rows++);
     if (ech_eliminate(&s->ech, &s->ctx, row, rows, g)) {
-        state_determine(s);
+        state_determine(s, g);
         SGA_FREED struct candidate *cand = NULL;
         int count = harvest(s, row, rows, &cand);
         added = state_admit(s, cand, count, g);

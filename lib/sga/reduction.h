@@ -43,6 +43,7 @@ struct sga_constraint {
     bool near_point;       /* that holds near the points; what was replaced may have more zeros elsewhere */
     expr_id base; int order;  /* expr is order! times the order-th flow coefficient of base */
     int source;            /* row of the system, or rows + index of the constraint whose tangency it was; -1 */
+    int epoch;             /* how often the elimination had begun anew when it was found */
 };
 
 /* A row of the last elimination that gave neither pivot nor constraint: the sum of its
@@ -52,6 +53,15 @@ struct sga_vanished {
     int source;            /* as in struct sga_constraint */
     int generation;
     expr_id rest;
+    struct sga_part *part; int parts;
+};
+
+/* A velocity that an elimination determined: the sum of parts is, with velocities that were determined before put in, a multiple of
+ * x_variable' - value on the set of the generations before. What later constraints of the same epoch put in for it is `value`. */
+struct sga_rate {
+    int variable;
+    int generation, epoch; /* of the elimination; epoch as in struct sga_constraint */
+    expr_id value;
     struct sga_part *part; int parts;
 };
 
@@ -134,6 +144,7 @@ struct sga_solution {
     struct sga_definition *definition; int definitions;   /* owned */
     int redundant_rows;                /* rows of the system that follow from the others (at least) */
     struct sga_vanished *vanished; int vanished_rows;   /* only where options.rows asks for them */
+    struct sga_rate *rate; int rates;  /* in the order in which they came; only where options.rates asks for them; owned */
     struct sga_conditions conditions;  /* of all branches that were looked at; owned */
 };
 
@@ -148,6 +159,7 @@ struct reduction_options {
     bool gauge_fields;
     int gauge_nodes;                        /* that they may add (and 100 components for each); beyond it they are left out. 0: no limit */
     bool rows;                              /* keep what became of rows that vanish; needs combinations */
+    bool rates;                             /* keep which velocities each elimination determined; needs combinations */
     struct sga_conditions *conditions;      /* what each run takes for granted of the parameters is added; or NULL */
 };
 
@@ -158,6 +170,8 @@ struct reduction_options {
 bool sga_reduce(const struct sys_system *system, const struct reduction_options *options,
                struct points_oracle *oracle, struct sga_solution *solution, struct sga_error *err);
 void sga_solution_clear(struct sga_solution *solution);
+/* Forgets which velocities were determined when. */
+void sga_rates_drop(struct sga_solution *solution);
 /* Whether a solution keeps its own rules: generations rise, dimensions fall, pivots, parts and free columns are of the system, fields are
  * complete. Asserted where a stage of a job ends. */
 bool sga_solution_sane(const struct sys_system *system, const struct sga_solution *solution);

@@ -37,8 +37,16 @@ void sga_conditions_clear(struct sga_conditions *c)
     *c = (struct sga_conditions){ 0 };
 }
 
+void sga_rates_drop(struct sga_solution *sol)
+{
+    while (sol->rates)
+        free(sol->rate[--sol->rates].part);
+}
+
 void sga_solution_clear(struct sga_solution *sol)
 {
+    sga_rates_drop(sol);
+    free(sol->rate);
     for (int i = 0; i < sol->constraints; i++)
         free(sol->constraint[i].part);
     for (int i = 0; i < sol->dense_blocks; i++) {
@@ -160,7 +168,8 @@ void state_push(struct state *s, const struct sga_constraint *c)
     SGA_RESERVE(sol->constraint, s->constraint_cap, sol->constraints + 1);
     SGA_RESERVE_IN(&s->mem, s->con, s->con_cap, sol->constraints + 1);
     s->con[sol->constraints] = c->expr;
-    sol->constraint[sol->constraints++] = *c;
+    sol->constraint[sol->constraints] = *c;
+    sol->constraint[sol->constraints++].epoch = s->epoch;
 }
 
 void state_forget(struct state *s)
@@ -170,6 +179,7 @@ void state_forget(struct state *s)
         free(sol->constraint[--sol->constraints].part);
     while (sol->vanished_rows)
         free(sol->vanished[--sol->vanished_rows].part);
+    sga_rates_drop(sol);
     sol->generations = sol->redundant_rows = 0;
     s->inconsistent = false;
 }

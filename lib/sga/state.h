@@ -80,14 +80,15 @@ struct state {
     bool started;                         /* the system's rows are in the echelon form */
     bool restarted;                       /* a pivot died on a smaller set, and they were put in anew */
     bool blocks_lost;                     /* ... and dense blocks with them, whose combinations are not known */
-    size_t vanished_cap;
+    size_t vanished_cap, rate_cap;
+    int epoch;                            /* how often the elimination began anew */
 };
 
 /* Tangency of constraint i as a row over the undetermined columns:
  * sum of d xi/d x_j x_j' = -(D_0 xi), D_0 the derivative along what is determined. */
 void state_tangency(struct state *s, int i, struct ech_row *row);
 /* Columns whose rows have no free functions left get their velocity, and the flow. */
-void state_determine(struct state *s);
+void state_determine(struct state *s, int generation);
 
 /* New points for the present constraints. */
 enum points_status state_sample(struct state *s);
@@ -124,6 +125,8 @@ unsigned state_facts(struct state *s, expr_id e);
 /* The combination of rows and tangencies behind a row: its own source once, and what its
  * operations brought in. */
 void state_combine(struct state *s, const struct candidate *c, struct sga_part **part, int *parts);
+/* The same of a pivot row. */
+void state_combine_pivot(struct state *s, int pivot, struct sga_part **part, int *parts);
 
 /* One run of the reduction along a route, which grows by the decisions that it meets. */
 bool state_solve(const struct sys_system *system, const struct reduction_options *options, struct points_oracle *oracle,

@@ -53,7 +53,19 @@ void state_tangency(struct state *s, int i, struct ech_row *row)
         ech_row_push(row, s->column[term[k].symbol], term[k].value);
 }
 
-void state_determine(struct state *s)
+/* What made the velocity's row, kept for whoever asks how it was found. */
+static void keep_rate(struct state *s, const struct ech_pivot *p, expr_id value, int generation)
+{
+    struct sga_solution *sol = s->sol;
+    if (!s->options->rates)
+        return;
+    SGA_RESERVE(sol->rate, s->rate_cap, sol->rates + 1);
+    struct sga_rate *r = sol->rate + sol->rates++;
+    *r = (struct sga_rate){ .variable = p->col, .generation = generation, .epoch = s->epoch, .value = value };
+    state_combine_pivot(s, (int)(p - s->ech.pivot), &r->part, &r->parts);
+}
+
+void state_determine(struct state *s, int generation)
 {
     bool changed = true;
     while (changed) {       /* later pivots first; a second round finds nothing as a rule */
@@ -72,7 +84,9 @@ void state_determine(struct state *s)
                 if (p->row.entry[k].col != p->col)
                     x = expr_sub(s->st, x, expr_mul(s->st, p->row.entry[k].value,
                                                     s->flow->velocity[s->variable[p->row.entry[k].col]]));
-            expr_flow_determine(s->flow, s->variable[p->col], expr_div(s->st, x, p->value));
+            x = expr_div(s->st, x, p->value);
+            keep_rate(s, p, x, generation);
+            expr_flow_determine(s->flow, s->variable[p->col], x);
             s->determined[p->col] = 1;
             changed = true;
         }

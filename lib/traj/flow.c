@@ -85,7 +85,7 @@ static bool project(void *ctx, double t, double *x, const double *scale, double 
         }
         *moved = sqrt(sum);
     }
-    *moved /= sqrt(n);
+    *moved /= n ? sqrt(n) : 1;
     *residual = f->manifold.c ? f->manifold.raw : 0;
     return ok && flow_valued(f, t, x) && given_hold(f->given, t, x, scale) && field_follows(&f->field, t, x);
 }

@@ -240,7 +240,7 @@ bool variation_make(struct variation *v, const struct sys_system *sys, const str
                     const struct variation_by *by, int directions, const expr_id *guess, struct sga_error *err)
 {
     int whole = sys->variables;
-    *v = (struct variation){ .of_defined = defined_any(sol, rq), .directions = directions };
+    *v = (struct variation){ .of_defined = defined_any(sol, rq), .by = by, .directions = directions };
     sys_init(&v->system, sys->store);
     if (v->of_defined) {
         defined_init(&v->defined, sys, sol, rq);

@@ -23,6 +23,7 @@ struct variation_by {
 struct variation {
     bool of_defined;           /* equations define variables: what is differentiated is the rest, defined.system */
     struct defined defined;
+    const struct variation_by *by;   /* borrowed */
     int n, directions;         /* variables that are differentiated */
     struct sys_system system;  /* x, then the derivatives, direction by direction */
     struct sga_solution solution;
@@ -39,7 +40,7 @@ struct variation {
 
 /* sys, sol and rq, with everything that the derivatives are taken by as symbols; expressions go to the store of sys. guess: directions x variables of sys, the
  * derivative of each given initial value. False with err: the field is not written as expressions (GAUGE), or a limit. variation_clear is due in any
- * case. Cost: the expressions times the directions. */
+ * case. `by` must outlive it. Cost: the expressions times the directions. */
 bool variation_make(struct variation *v, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
                     const struct variation_by *by, int directions, const expr_id *guess, struct sga_error *err);
 void variation_clear(struct variation *v);

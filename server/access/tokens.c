@@ -3,6 +3,7 @@
 #include "tokens.h"
 #include "clock.h"
 #include "jobs.h"
+#include "log.h"
 
 #include <gnutls/gnutls.h>
 #include <pthread.h>
@@ -19,10 +20,11 @@ struct tokens {
     struct jobs *jobs;
     struct token_list list;
     struct stat seen;
+    bool read;                     /* once, at least */
 };
 
 static const struct { const char *name; unsigned scope; } scopes[] = {
-    { "submit", SCOPE_SUBMIT }, { "read", SCOPE_READ }, { "admin", SCOPE_ADMIN },
+    { "submit", SCOPE_SUBMIT }, { "read", SCOPE_READ }, { "admin", SCOPE_ADMIN }, { "watch", SCOPE_WATCH },
 };
 enum { SCOPES = sizeof scopes / sizeof *scopes };
 
@@ -87,6 +89,34 @@ static bool same_file(const struct stat *a, const struct stat *b)
     return a->st_ino == b->st_ino && a->st_size == b->st_size && a->st_mtim.tv_sec == b->st_mtim.tv_sec && a->st_mtim.tv_nsec == b->st_mtim.tv_nsec;
 }
 
+static const struct token *named(const struct token_list *list, const char *name)
+{
+    for (size_t i = 0; i < list->count; i++)
+        if (strcmp(list->token[i].name, name) == 0)
+            return &list->token[i];
+    return NULL;
+}
+
+/* What the command did to the file, seen from here. Who may write the file may: it names nobody. */
+static void tell_changes(const struct token_list *old, const struct token_list *fresh)
+{
+    char may[64], expires[CLOCK_TEXT];
+    for (size_t i = 0; i < fresh->count; i++) {
+        const struct token *t = &fresh->token[i], *before = named(old, t->name);
+        bool made = !before || memcmp(before->sum, t->sum, sizeof t->sum) != 0;
+        scopes_write(t->scopes, may, sizeof may);
+        if (t->expires)
+            clock_text(expires, 1000 * t->expires);
+        if (made)
+            log_event(LOG_L_AUDIT, "token_created", "token", t->name, "scopes", may, "expires", t->expires ? expires : NULL, NULL);
+        if (t->revoked && (made || !before->revoked))
+            log_event(LOG_L_AUDIT, "token_revoked", "token", t->name, NULL);
+    }
+    for (size_t i = 0; i < old->count; i++)
+        if (!named(fresh, old->token[i].name))
+            log_event(LOG_L_AUDIT, "token_removed", "token", old->token[i].name, NULL);
+}
+
 bool tokens_refresh(struct tokens *ts, bool always, char *why, size_t size)
 {
     struct stat now;
@@ -100,6 +130,9 @@ bool tokens_refresh(struct tokens *ts, bool always, char *why, size_t size)
         for (size_t i = 0; ok && i < fresh.count; i++)
             ok = (fresh.token[i].account = jobs_account(ts->jobs, fresh.token[i].name, &fresh.token[i].quota)) != NULL;
         if (ok) {
+            if (ts->read)
+                tell_changes(&ts->list, &fresh);
+            ts->read = true;
             free(ts->list.token);
             ts->list = fresh;
             /* A file time has a coarse tick: two writes in one tick look alike. A file that was

@@ -11,7 +11,8 @@
 #include "digest.h"
 #include "quota.h"
 
-enum scope { SCOPE_SUBMIT = 1, SCOPE_READ = 2, SCOPE_ADMIN = 4, SCOPE_ALL = 7 };
+/* SCOPE_WATCH: /metrics, which those with `read` have too. */
+enum scope { SCOPE_SUBMIT = 1, SCOPE_READ = 2, SCOPE_ADMIN = 4, SCOPE_WATCH = 8, SCOPE_ALL = 15 };
 
 struct token {
     char name[ACCOUNT_NAME];

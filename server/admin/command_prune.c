@@ -76,7 +76,7 @@ static bool prune_state(const char *state, long days, long keep)
         fprintf(stderr, "sgad: there is no state in %s\n", state);
         return false;
     }
-    int lock = store_file_lock(state, why, sizeof why);
+    int lock = store_file_lock(state, 0, why, sizeof why);
     sqlite3 *db = lock >= 0 ? store_file_open(state, FILE_QUEUE, true, why, sizeof why) : NULL;
     if (!db)
         fprintf(stderr, "sgad: %s\n", why);

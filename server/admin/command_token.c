@@ -105,7 +105,7 @@ static int create(const struct wish *w, const char *state)
     if (!w->name || !plain_name(w->name))
         return bad("--name needs letters, digits, and - _ . @, at most 63 of them", "");
     if (!(t.scopes = scopes_read(w->scope ? w->scope : "submit,read")))
-        return bad("--scope is a list of submit, read and admin, not ", w->scope);
+        return bad("--scope is a list of submit, read, watch and admin, not ", w->scope);
     if (!read_expiry(w->expires, t.created, &t.expires))
         return bad("--expires is a time such as 30d, or never, not ", w->expires);
     if (!read_count(w->jobs, &t.quota.jobs) || !read_count(w->bytes, &t.quota.bytes)

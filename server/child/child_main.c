@@ -19,7 +19,7 @@ enum { SOCKET = 3, ARGUMENTS = 7, WALL_EXIT = 3 };
 static const size_t HEADROOM = 96 << 20;
 /* Machine code of formulas: 20 bytes for each operation. */
 static const size_t CODE = 4 << 20;
-static const double PROGRESS_EVERY = 0.05, LOOK_EVERY = 0.02;    /* seconds */
+static const double PROGRESS_EVERY = 0.5, LOOK_EVERY = 0.02;    /* seconds; a new stage is told at once */
 
 /* What one job may use. */
 struct allowance {

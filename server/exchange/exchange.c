@@ -10,6 +10,12 @@ const char *exchange_header(struct exchange *e, const char *name)
     return MHD_lookup_connection_value(e->connection, MHD_HEADER_KIND, name);
 }
 
+const char *exchange_peer(struct exchange *e, char text[PEER_TEXT])
+{
+    const union MHD_ConnectionInfo *info = MHD_get_connection_info(e->connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
+    return peer_text(info ? info->client_addr : NULL, text);
+}
+
 const char *exchange_query(struct exchange *e, const char *name)
 {
     return MHD_lookup_connection_value(e->connection, MHD_GET_ARGUMENT_KIND, name);

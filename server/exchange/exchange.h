@@ -6,6 +6,7 @@
 #include <microhttpd.h>
 #include <stdbool.h>
 
+#include "peer.h"
 #include "service.h"
 
 enum { EXCHANGE_HEADERS = 12 };
@@ -59,6 +60,8 @@ struct exchange {
 
 /* A header of the request; NULL where there is none. */
 const char *exchange_header(struct exchange *e, const char *name);
+/* Who asks, for the log: peer.h; NULL where that is not known. */
+const char *exchange_peer(struct exchange *e, char text[PEER_TEXT]);
 /* A parameter of the query; NULL where there is none. */
 const char *exchange_query(struct exchange *e, const char *name);
 /* Books the body's new size against the bound on all bodies. False where it is too much: then

@@ -1,3 +1,4 @@
+/* The work is zlib's, and the response of the kind whose length is not known. */
 #include "packed.h"
 
 #include <stdatomic.h>

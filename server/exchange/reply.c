@@ -24,6 +24,24 @@ void reply_header(struct exchange *e, const char *name, const char *fmt, ...)
     e->headers++;
 }
 
+static bool has_header(const struct exchange *e, const char *name)
+{
+    for (int i = 0; i < e->headers; i++)
+        if (strcmp(e->header[i].name, name) == 0)
+            return true;
+    return false;
+}
+
+/* As it is: a header without a form costs a tenth of one with. */
+static void plain_header(struct exchange *e, const char *name, const char *value, size_t n)
+{
+    if (e->headers == EXCHANGE_HEADERS || n >= sizeof e->header->value)
+        abort();
+    e->header[e->headers].name = name;
+    memcpy(e->header[e->headers].value, value, n);
+    e->header[e->headers++].value[n] = 0;
+}
+
 enum MHD_Result reply_response(struct exchange *e, int status, const char *type, struct MHD_Response *response)
 {
     if (!response)
@@ -34,6 +52,8 @@ enum MHD_Result reply_response(struct exchange *e, int status, const char *type,
     MHD_add_response_header(response, "X-Content-Type-Options", "nosniff");
     for (int i = 0; i < e->headers; i++)
         MHD_add_response_header(response, e->header[i].name, e->header[i].value);
+    if (atomic_load(&e->service->leaving) && !has_header(e, "Connection"))
+        MHD_add_response_header(response, "Connection", "close");
     if (e->begun && !e->status)
         metrics_http(&e->service->metrics, e->route_number, e->method, status);
     e->status = status;
@@ -44,15 +64,29 @@ enum MHD_Result reply_response(struct exchange *e, int status, const char *type,
     return rc;
 }
 
+static void vary_header(struct exchange *e, const char *also)
+{
+    static const char name[] = "Accept-Encoding";
+    if (*also)
+        reply_header(e, "Vary", "%s%s", also, name);
+    else
+        plain_header(e, "Vary", name, sizeof name - 1);
+}
+
 bool reply_tag(struct exchange *e, const char *etag, size_t length, const char *vary)
 {
     char tag[sizeof e->header->value];
+    size_t n = strlen(etag);
     e->tagged = true;
     e->packs = length >= PACKED_LEAST && prefer_gzip(exchange_header(e, "Accept-Encoding")) && packed_room();
-    snprintf(tag, sizeof tag, "%.*s%s\"", (int)strlen(etag) - 1, etag, e->packs ? "-gzip" : "");
-    reply_header(e, "ETag", "%s", tag);
+    if (n + sizeof "-gzip" > sizeof tag)
+        abort();
+    memcpy(tag, etag, n + 1);
+    if (e->packs)
+        memcpy(tag + n - 1, "-gzip\"", sizeof "-gzip\"");
+    plain_header(e, "ETag", tag, strlen(tag));
     if (length >= PACKED_LEAST)
-        reply_header(e, "Vary", "%sAccept-Encoding", vary);
+        vary_header(e, vary);
     else if (*vary)
         reply_header(e, "Vary", "%.*s", (int)strlen(vary) - 2, vary);
     return reply_matches(e, tag);
@@ -64,7 +98,7 @@ static void choose_packing(struct exchange *e, int status, size_t length)
     if (e->tagged || status >= 300 || length < PACKED_LEAST)
         return;
     e->packs = prefer_gzip(exchange_header(e, "Accept-Encoding")) && packed_room();
-    reply_header(e, "Vary", "Accept-Encoding");
+    vary_header(e, "");
 }
 
 enum MHD_Result reply_pieces(struct exchange *e, int status, const char *type, const struct MHD_IoVec *part, int count,

@@ -27,6 +27,7 @@ struct service {
     struct account *everyone;       /* of requests without a token */
     const char *const *route_names;   /* by number, for the metrics; NULL at the end */
     const struct listeners *listeners;   /* whose hosts the service answers to; NULL: none */
+    atomic_bool leaving;            /* a successor is there: no connection is kept alive any more */
     atomic_long exchanges;          /* requests begun and not completed */
     atomic_long body_bytes;         /* of request bodies in memory */
     atomic_long reply_bytes;        /* of results read from disk, in memory */

@@ -15,16 +15,27 @@ enum state {
 enum { SIZE_DIGITS = 15, LENGTH_DIGITS = 18, METHOD_MOST = 32 };
 enum kind { OTHER, HOST, LENGTH, CODING, COOKIE };      /* of a field */
 
-/* tchar of RFC 9110, 5.6.2 */
+/* What a byte may be: of a token (tchar of RFC 9110, 5.6.2); of a value (visible characters, blanks, tabs, bytes from 128 on); of
+ * a target, with nothing to be done about it. */
+enum { TOKEN = 1, TEXT = 2, PLAIN = 4 };
+#define IS_TOKEN(c) (((c) >= '0' && (c) <= '9') || ((c) >= 'A' && (c) <= 'Z') || ((c) >= '^' && (c) <= 'z') || (c) == '!' || ((c) >= '#' && (c) <= '\'') \
+                     || (c) == '*' || (c) == '+' || (c) == '-' || (c) == '.' || (c) == '|' || (c) == '~')
+#define IS_TEXT(c) ((c) == '\t' || ((c) >= ' ' && (c) != 0x7f))
+#define IS_PLAIN(c) ((c) > ' ' && (c) < 0x7f && (c) != '#' && (c) != '%' && (c) != '?' && (c) != '&')
+#define OF(c) (IS_TOKEN(c) ? TOKEN : 0) | (IS_TEXT(c) ? TEXT : 0) | (IS_PLAIN(c) ? PLAIN : 0),
+#define OF_4(c) OF(c) OF(c + 1) OF(c + 2) OF(c + 3)
+#define OF_16(c) OF_4(c) OF_4(c + 4) OF_4(c + 8) OF_4(c + 12)
+#define OF_64(c) OF_16(c) OF_16(c + 16) OF_16(c + 32) OF_16(c + 48)
+static const unsigned char class_of[256] = { OF_64(0) OF_64(64) OF_64(128) OF_64(192) };
+
 static bool token(unsigned char c)
 {
-    return c == '-' || (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c && strchr("!#$%&'*+.^_`|~", c));
+    return class_of[c] & TOKEN;
 }
 
-/* Of a value: visible characters, blanks, tabs, and bytes from 128 on. */
 static bool text(unsigned char c)
 {
-    return c == '\t' || (c >= ' ' && c != 0x7f);
+    return class_of[c] & TEXT;
 }
 
 static int hex(unsigned char c)
@@ -276,6 +287,70 @@ static bool head_byte(struct framing *f, unsigned char c, struct sga_error *err)
     }
 }
 
+/* -- Runs of bytes about which there is nothing to decide: most of a head, and one by one they would cost several times as much.
+ * Each says how many there are; what it does not take, the states above do. -- */
+
+static size_t run_name(struct framing *f, const unsigned char *b, size_t n)
+{
+    size_t k = 0;
+    if (f->state == FIELD && n && f->fields < FRAMING_FIELDS && token(b[0])) {
+        f->fields++;
+        f->state = NAME;
+        f->name_at = 0;
+    }
+    if (f->state == NAME)
+        for (; k < n && token(b[k]); k++)
+            keep(f->name, &f->name_at, sizeof f->name, b[k]);
+    return k;
+}
+
+static size_t run_value(struct framing *f, const unsigned char *b, size_t n)
+{
+    size_t k = 0;
+    if (f->kind != OTHER)
+        return 0;
+    while (k < n && text(b[k]))
+        k++;
+    f->state = k ? VALUE : f->state;
+    if (k + 1 >= n || b[k] != '\r' || b[k + 1] != '\n')
+        return k;
+    f->state = FIELD;
+    return k + 2;
+}
+
+static size_t run_target(struct framing *f, const unsigned char *b, size_t n)
+{
+    size_t k = 0, most = FRAMING_TARGET - f->target;
+    for (n = n < most ? n : most; k < n && class_of[b[k]] & PLAIN; k++)
+        keep(f->name, &f->name_at, sizeof f->name, b[k]);
+    f->target += (unsigned)k;
+    return k;
+}
+
+static size_t run_version(struct framing *f, const unsigned char *b, size_t n)
+{
+    static const char usual[] = "HTTP/1.1\r\n";
+    if (f->value_at || n < sizeof usual - 1 || memcmp(b, usual, sizeof usual - 1) != 0)
+        return 0;
+    f->state = FIELD;
+    return sizeof usual - 1;
+}
+
+static size_t run(struct framing *f, const unsigned char *b, size_t n)
+{
+    size_t most = FRAMING_HEAD - f->head, k;
+    n = n < most ? n : most;
+    switch (f->state) {
+    case FIELD: case NAME: k = run_name(f, b, n); break;
+    case BEFORE_VALUE: case VALUE: k = run_value(f, b, n); break;
+    case TARGET: k = run_target(f, b, n); break;
+    case VERSION: k = run_version(f, b, n); break;
+    default: return 0;
+    }
+    f->head += (unsigned)k;
+    return k;
+}
+
 /* -- Chunks: what stands between their data. *drop: nobody else needs the byte. -- */
 
 static bool extra(struct framing *f, struct sga_error *err)
@@ -381,12 +456,15 @@ bool framing_take(struct framing *f, char *bytes, size_t n, size_t *kept, struct
     size_t out = 0;
     for (size_t i = 0; i < n;) {
         bool drop = false, ok;
-        if (f->state == BODY || f->state == DATA) {
-            size_t part = f->left < n - i ? (size_t)f->left : n - i;
+        bool body = f->state == BODY || f->state == DATA;
+        size_t part = body ? (f->left < n - i ? (size_t)f->left : n - i) : f->state < BODY ? run(f, (unsigned char *)bytes + i, n - i) : 0;
+        if (part || body) {
             if (out != i)
                 memmove(bytes + out, bytes + i, part);
             i += part;
             out += part;
+            if (!body)
+                continue;
             f->left -= part;
             if (!f->left)
                 f->state = f->state == BODY ? START : DATA_END;

@@ -56,8 +56,11 @@ enum MHD_Result handle_metrics(struct exchange *e)
     struct metrics_now now = { counts.queued, counts.running, counts.queue_bytes, counts.waiters, counts.streams,
                                conns_count(sv->conns), store_healthy(sv->store), obstacle(sv, &counts) == SGA_E_OK, log_dropped(),
                                counts.ending, counts.ending_bytes, (unsigned long)tls_expires(),
-                               counts.oldest, store_free_bytes(sv->store), sga_version() };
+                               counts.oldest, store_free_bytes(sv->store), store_bytes(sv->store, false), store_bytes(sv->store, true),
+                               memory_cache_bytes(sv->memory_cache), sga_version() };
     metrics_write(&sv->metrics, &now, sv->route_names, &b);
+    if (!config_isolated(&sv->config) || e->scopes & SCOPE_WATCH)
+        jobs_write_accounts(sv->jobs, &b);
     process_write(&b);
     reply_header(e, "Cache-Control", "no-store");
     return reply_buf(e, 200, "text/plain; version=0.0.4; charset=utf-8", &b);

@@ -3,6 +3,7 @@
  * admin. Who knows its id knows the request (the id is a digest of it), and may read the job. */
 #include "budget.h"
 #include "handlers.h"
+#include "log.h"
 #include "lookup.h"
 #include "reply.h"
 
@@ -84,6 +85,14 @@ static enum MHD_Result withdrawn(struct exchange *e)
     return look.stored == 1 ? reply_empty(e, 204) : reply_error(e, SGA_E_STORE, "That could not be written to the store. Try again later.");
 }
 
+/* For the audit: a job ends, or a place in a list goes, because somebody said so. */
+static void tell(struct exchange *e, const char *event)
+{
+    char peer[PEER_TEXT];
+    log_event(LOG_L_AUDIT, event, "job", e->segment, "token", *e->account->name ? e->account->name : NULL, "request_id", e->request_id,
+              "peer", exchange_peer(e, peer), NULL);
+}
+
 /* A job that has ended: one's own place in the list goes. Where there are no tokens, and for
  * administrators who did not ask for it themselves, the job does. */
 static enum MHD_Result delete_ended(struct exchange *e, enum job_status status)
@@ -97,6 +106,7 @@ static enum MHD_Result delete_ended(struct exchange *e, enum job_status status)
     if (!sv->tokens || e->scopes & SCOPE_ADMIN) {
         store_forget(sv->store, e->segment);
         memory_cache_drop(sv->memory_cache, e->segment);
+        tell(e, "job_removed");
         return withdrawn(e);
     }
     return reply_error(e, SGA_E_JOB_ENDED, "The job has ended already, and is not in this token's list; its status is %s.", job_status_text(status));
@@ -122,6 +132,7 @@ enum MHD_Result handle_delete(struct exchange *e)
         return reply_error(e, SGA_E_SCOPE, "This token did not ask for the job; to cancel it takes the scope admin.");
     if (outcome == CANCEL_UNKNOWN)
         return reply_error(e, SGA_E_JOB_ENDED, "The job has ended already.");
+    tell(e, outcome == CANCEL_WITHDRAWN ? "job_withdrawn" : "job_cancelled");
     if (outcome == CANCEL_WITHDRAWN)
         return withdrawn(e);
     e->wait_until = sga_now() + CANCEL_SECONDS;

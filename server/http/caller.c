@@ -1,7 +1,12 @@
 /* Bearer tokens (RFC 6750). Only the header counts: a token in a URL ends up in logs. */
 #include "caller.h"
+#include "budget.h"
+#include "log.h"
 #include "reply.h"
+#include "routes.h"
 
+#include <stdatomic.h>
+#include <stdio.h>
 #include <string.h>
 #include <strings.h>
 
@@ -13,8 +18,30 @@ static enum MHD_Result count_one(void *cls, enum MHD_ValueKind kind, const char 
     return MHD_YES;
 }
 
+enum { TOLD_A_SECOND = 20 };      /* of who is refused: one who tries without end shall not fill the log */
+
+/* An audit line. Those that were left out are counted in the next one. */
+static void tell(struct exchange *e, const char *event, const char *reason)
+{
+    static atomic_long second, told, left_out;
+    char peer[PEER_TEXT], more[24];
+    long now = (long)sga_now();
+    if (atomic_exchange(&second, now) != now)
+        atomic_store(&told, 0);
+    if (atomic_fetch_add(&told, 1) >= TOLD_A_SECOND) {
+        atomic_fetch_add(&left_out, 1);
+        return;
+    }
+    long missing = atomic_exchange(&left_out, 0);
+    snprintf(more, sizeof more, "%ld", missing);
+    log_event(LOG_L_AUDIT, event, "request_id", e->request_id, "method", e->method, "route", e->route->pattern, "peer", exchange_peer(e, peer),
+              "token", *e->account->name ? e->account->name : NULL, "reason", reason, "#left_out", missing ? more : NULL, NULL);
+}
+
 static bool unknown(struct exchange *e, struct sga_error *err, const char *detail, bool shown)
 {
+    if (exchange_header(e, "Authorization"))
+        tell(e, "login_failed", detail);
     reply_header(e, "WWW-Authenticate", "Bearer realm=\"sgad\"%s", shown ? ", error=\"invalid_token\"" : "");
     return sga_fail(err, SGA_E_UNAUTHENTICATED, "%s", detail);
 }
@@ -38,10 +65,12 @@ bool caller_admit(struct exchange *e, unsigned needs, struct sga_error *err)
         return unknown(e, err, "This token is not known, or it is no longer valid.", true);
     e->account = token.account;
     e->scopes = token.scopes & SCOPE_ADMIN ? SCOPE_ALL : token.scopes;
-    if ((e->scopes & needs) == needs)
+    unsigned may = e->scopes | (e->scopes & SCOPE_READ ? SCOPE_WATCH : 0);
+    if ((may & needs) == needs)
         return true;
     char names[64];
     scopes_write(needs, names, sizeof names);
+    tell(e, "access_denied", names);
     reply_header(e, "WWW-Authenticate", "Bearer realm=\"sgad\", error=\"insufficient_scope\", scope=\"%s\"", names);
     return sga_fail(err, SGA_E_SCOPE, "This token may not do that; it would need the scope %s.", names);
 }

@@ -10,7 +10,6 @@
 #include "front.h"
 #include "listen.h"
 #include "tls.h"
-#include "peer.h"
 #include "log.h"
 #include "reply.h"
 #include "routes.h"
@@ -25,12 +24,13 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-enum { POOL = 2, CUT_MS = 1000, STOP_MS = 5000, BUSY_SECONDS = 2 };
+enum { POOL = 2, CUT_MS = 1000, STOP_MS = 5000, BUSY_SECONDS = 2, LEAVE_LOOK_MS = 20, LEAVE_SURE = 5, LEAVE_REST_MS = 200 };
 
 struct http {
     struct service *service;
     struct MHD_Daemon *daemon[LISTEN_MOST];      /* one for each listening socket */
     struct ticker ticker;
+    bool ticks, quiet;                           /* the ticker runs; no connection is taken */
     struct listeners listeners;
     char url[LISTEN_MOST * 322];
 };
@@ -74,13 +74,7 @@ static void *on_request_line(void *cls, const char *uri, struct MHD_Connection *
     return e;
 }
 
-static const char *peer_of(struct MHD_Connection *connection, char text[PEER_TEXT])
-{
-    const union MHD_ConnectionInfo *info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
-    return peer_text(info ? info->client_addr : NULL, text);
-}
-
-static void log_exchange(const struct exchange *e, double seconds)
+static void log_exchange(struct exchange *e, double seconds)
 {
     bool probe = e->route && (e->route->get == handle_health || e->route->get == handle_ready || e->route->get == handle_metrics);
     enum log_level level = probe ? LOG_L_DEBUG : LOG_L_INFO;
@@ -90,7 +84,7 @@ static void log_exchange(const struct exchange *e, double seconds)
     snprintf(status, sizeof status, "%d", e->status);
     snprintf(took, sizeof took, "%.6f", seconds);
     log_event(level, "request", "request_id", e->request_id, "method", e->method,
-              "route", route_names[e->route_number], "peer", peer_of(e->connection, peer), "#status", status,
+              "route", route_names[e->route_number], "peer", exchange_peer(e, peer), "#status", status,
               "code", e->problem ? sga_code_text(e->problem) : NULL, "#seconds", took,
               "job", e->job ? job_id(e->job) : NULL, "token", e->account && *e->account->name ? e->account->name : NULL,
               "traceparent", *e->traceparent ? e->traceparent : NULL, NULL);
@@ -113,6 +107,7 @@ static void on_completed(void *cls, struct MHD_Connection *connection, void **co
         log_exchange(e, seconds);
     }
     conn_deadline(e->conn, sga_now() + (double)sv->config.request_timeout);    /* for the next request */
+    conn_busy(e->conn, false);
     job_unref(e->job);
     exchange_free_body(e);
     free(e);
@@ -175,6 +170,7 @@ static enum MHD_Result begin(struct exchange *e, const char *path, const char *m
         log_event(LOG_L_ERROR, "request_past_front", NULL);
         return MHD_NO;
     }
+    conn_busy(e->conn, true);
     name_request(e);
     bool admitted = admit(e, method, &err);
     if (!admitted || e->last)
@@ -273,24 +269,25 @@ static struct MHD_Daemon *start_daemon(struct http *h, const struct listening *l
                             MHD_OPTION_END);
 }
 
-/* Stops the library, which closes its socket. */
-static void stop_daemons(struct http *h)
+struct http *http_open(struct service *sv, char *why, size_t size)
 {
-    for (int i = 0; i < h->listeners.count; i++)
-        if (h->daemon[i]) {
-            MHD_stop_daemon(h->daemon[i]);
-            h->daemon[i] = NULL;
-            h->listeners.at[i].fd = -1;
-        }
+    struct http *h = calloc(1, sizeof *h);
+    if (!h)
+        return NULL;
+    h->service = sv;
+    sv->route_names = route_names;
+    if (front_start(turn_away, sv, why, size) && tls_open(&sv->config, why, size) && listen_open(&sv->config, &h->listeners, why, size)) {
+        sv->listeners = &h->listeners;
+        return h;
+    }
+    listen_close(&h->listeners);
+    tls_close();
+    free(h);
+    return NULL;
 }
 
-/* Sockets, certificate, library, clock. What was opened is closed by the caller. */
-static bool start_parts(struct http *h, char *why, size_t size)
+bool http_start(struct http *h, char *why, size_t size)
 {
-    struct service *sv = h->service;
-    if (!front_start(turn_away, sv, why, size) || !tls_open(&sv->config, why, size) || !listen_open(&sv->config, &h->listeners, why, size))
-        return false;
-    sv->listeners = &h->listeners;
     for (int i = 0; i < h->listeners.count; i++) {
         const struct listening *l = &h->listeners.at[i];
         size_t used = strlen(h->url);
@@ -300,27 +297,15 @@ static bool start_parts(struct http *h, char *why, size_t size)
             return false;
         }
     }
-    if (ticker_start(&h->ticker, sv))
-        return true;
-    snprintf(why, size, "no thread can be started");
-    return false;
+    h->ticks = ticker_start(&h->ticker, h->service);
+    if (!h->ticks)
+        snprintf(why, size, "no thread can be started");
+    return h->ticks;
 }
 
-struct http *http_start(struct service *sv, char *why, size_t size)
+struct listeners *http_listeners(struct http *h)
 {
-    struct http *h = calloc(1, sizeof *h);
-    if (!h)
-        return NULL;
-    h->service = sv;
-    sv->route_names = route_names;
-    if (start_parts(h, why, size))
-        return h;
-    stop_daemons(h);
-    sv->listeners = NULL;
-    listen_close(&h->listeners);
-    tls_close();
-    free(h);
-    return NULL;
+    return &h->listeners;
 }
 
 void http_renew(struct http *h)
@@ -333,19 +318,43 @@ const char *http_url(const struct http *h)
     return h->url;
 }
 
+/* Takes no connection any more; the socket is ours again, and open. */
+static void quiesce(struct http *h)
+{
+    for (int i = 0; i < h->listeners.count && !h->quiet; i++)
+        if (h->daemon[i])
+            h->listeners.at[i].fd = MHD_quiesce_daemon(h->daemon[i]);
+    h->quiet = true;
+}
+
+void http_leave(struct http *h)
+{
+    struct service *sv = h->service;
+    quiesce(h);
+    jobs_leave_waiters(sv->jobs);
+    int empty = 0;
+    for (int waited = 0; empty < LEAVE_SURE && waited < STOP_MS; waited += LEAVE_LOOK_MS) {
+        usleep(1000 * LEAVE_LOOK_MS);
+        empty = conns_count(sv->conns) ? 0 : empty + 1;      /* one may have been taken just before */
+        if (waited >= LEAVE_REST_MS)
+            conns_cut_resting(sv->conns);
+    }
+}
+
 void http_stop(struct http *h)
 {
     struct service *sv = h->service;
-    for (int i = 0; i < h->listeners.count; i++)
-        h->listeners.at[i].fd = MHD_quiesce_daemon(h->daemon[i]);      /* ours again */
+    quiesce(h);
     for (int waited = 0; atomic_load(&sv->exchanges) > 0 && waited < STOP_MS; waited += 10) {
         if (waited == CUT_MS)
             conns_reap(sv->conns, sga_now(), 1);
         usleep(10000);
     }
-    ticker_stop(&h->ticker);
+    if (h->ticks)
+        ticker_stop(&h->ticker);
     for (int i = 0; i < h->listeners.count; i++)
-        MHD_stop_daemon(h->daemon[i]);
+        if (h->daemon[i])
+            MHD_stop_daemon(h->daemon[i]);
     sv->listeners = NULL;
     listen_close(&h->listeners);
     tls_close();

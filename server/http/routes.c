@@ -18,7 +18,7 @@
     X("/v1/jobs/*/fmu",        SCOPE_READ, handle_fmu,        NULL,            NULL, "") \
     X("/healthz",              0,          handle_health,     NULL,            NULL, "") \
     X("/readyz",               0,          handle_ready,      NULL,            NULL, "") \
-    X("/metrics",              SCOPE_READ, handle_metrics,    NULL,            NULL, "") \
+    X("/metrics",              SCOPE_WATCH, handle_metrics,    NULL,            NULL, "") \
     X("/openapi.json",         0,          handle_openapi,    NULL,            NULL, "") \
     X("/v1/schema/*",          0,          handle_schema,     NULL,            NULL, "") \
     X("/",                     0,          handle_page,       NULL,            NULL, "") \

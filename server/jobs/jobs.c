@@ -166,6 +166,7 @@ static enum submit submit_new(struct jobs *js, struct submission *s)
     job_ref(fresh);            /* the caller's */
     s->job = fresh;
     fresh->account->alive++;
+    fresh->account->accepted++;
     fresh->account->reserved += (double)fresh->row.seconds;
     jobs_enqueue(js, fresh);
     metrics_add(js->metrics, METRIC_JOBS_NEW);
@@ -193,6 +194,7 @@ enum submit jobs_submit(struct jobs *js, struct submission *s)
         metrics_add(js->metrics, METRIC_JOBS_JOINED);
     } else {
         outcome = submit_new(js, s);
+        s->account->refused += outcome == SUBMIT_QUOTA || outcome == SUBMIT_FULL;
     }
     pthread_mutex_unlock(&js->lock);
     finished_unref(f);

@@ -150,9 +150,15 @@ bool jobs_try_again(struct jobs *js, struct job *job);
 /* A worker tells that no child can be started for it (any more, or again). */
 void jobs_worker_unable(struct jobs *js, bool unable);
 
+/* For /metrics, of the accounts that have a name: 100 at most, the others together as "other". */
+void jobs_write_accounts(struct jobs *js, struct sga_buf *out);
+
 /* -- Ending -- */
 
 void jobs_drain(struct jobs *js);               /* no new jobs, no claims */
+void jobs_leave(struct jobs *js);               /* no claims: another process will run what is accepted */
+bool jobs_resting(struct jobs *js);             /* no claims any more, for whichever reason */
+void jobs_leave_waiters(struct jobs *js);       /* who waits for more than the disk does so no longer */
 bool jobs_draining(struct jobs *js);
 void jobs_close_waiters(struct jobs *js);       /* resumes all; nobody may wait from now on */
 void jobs_stop_running(struct jobs *js);        /* workers give their jobs back */

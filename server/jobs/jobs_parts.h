@@ -64,7 +64,7 @@ struct jobs {
     unsigned long ending, ending_bytes;    /* jobs with an end that is not on disk, and what they take */
     unsigned long prunes;
     double retry_at;                 /* sga_now() */
-    bool draining, closed, stopping;
+    bool draining, leaving, brief, closed, stopping;
 };
 
 struct job *jobs_make(struct jobs *js, const char *id, struct account *account);

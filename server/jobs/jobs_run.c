@@ -20,7 +20,7 @@ struct job *jobs_claim(struct jobs *js, int wake_fd)
 {
     pthread_mutex_lock(&js->lock);
     struct job *job = NULL;
-    while (!js->draining && !(disk_keeps_up(js) && (job = jobs_next(js))))
+    while (!js->draining && !js->leaving && !(disk_keeps_up(js) && (job = jobs_next(js))))
         pthread_cond_wait(&js->work, &js->lock);
     if (job) {
         job->account->running++;
@@ -176,6 +176,22 @@ void jobs_drain(struct jobs *js)
     js->draining = true;
     pthread_cond_broadcast(&js->work);
     pthread_mutex_unlock(&js->lock);
+}
+
+void jobs_leave(struct jobs *js)
+{
+    pthread_mutex_lock(&js->lock);
+    js->leaving = true;
+    pthread_cond_broadcast(&js->work);
+    pthread_mutex_unlock(&js->lock);
+}
+
+bool jobs_resting(struct jobs *js)
+{
+    pthread_mutex_lock(&js->lock);
+    bool resting = js->draining || js->leaving;
+    pthread_mutex_unlock(&js->lock);
+    return resting;
 }
 
 bool jobs_draining(struct jobs *js)

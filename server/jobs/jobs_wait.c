@@ -40,7 +40,7 @@ static void count(struct jobs *js, const struct waiter *w, long by)
 bool jobs_wait(struct jobs *js, struct job *job, struct waiter *w)
 {
     pthread_mutex_lock(&js->lock);
-    bool wait = !satisfied(job, w) && !js->closed && w->deadline > sga_now() && room(js, w);
+    bool wait = !satisfied(job, w) && !js->closed && !(js->brief && w->kind != WAIT_STORED) && w->deadline > sga_now() && room(js, w);
     if (wait) {
         w->job = job;
         w->waiting = true;
@@ -126,6 +126,18 @@ void jobs_close_waiters(struct jobs *js)
     js->closed = true;
     while (js->all)
         resume(js, js->all);
+    pthread_mutex_unlock(&js->lock);
+}
+
+void jobs_leave_waiters(struct jobs *js)
+{
+    pthread_mutex_lock(&js->lock);
+    js->brief = true;
+    for (struct waiter *w = js->all, *next; w; w = next) {
+        next = w->all_next;
+        if (w->kind != WAIT_STORED)
+            resume(js, w);
+    }
     pthread_mutex_unlock(&js->lock);
 }
 

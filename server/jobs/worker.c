@@ -47,7 +47,7 @@ struct workers {
 
 static bool ending(void *jobs)
 {
-    return jobs_draining(jobs);
+    return jobs_resting(jobs);
 }
 
 /* Another child for the one that is there, or none. */
@@ -69,7 +69,7 @@ static bool have_child(struct worker *w)
 {
     for (double pause = PAUSE_LEAST; !child_lives(&w->child) && !replace_child(w); pause = pause < PAUSE_MOST / 2 ? 2 * pause : PAUSE_MOST)
         for (double until = sga_now() + pause; sga_now() < until; usleep(LOOK_MS * 1000))
-            if (jobs_draining(w->jobs))
+            if (jobs_resting(w->jobs))
                 return false;
     return true;
 }

@@ -12,6 +12,7 @@ struct conn {
     struct front *front;
     int fd;
     _Atomic double deadline;
+    atomic_bool rests;
     struct conn *prev, *next;
 };
 
@@ -81,6 +82,25 @@ void conn_deadline(struct conn *c, double deadline)
 {
     if (c)
         atomic_store(&c->deadline, deadline);
+}
+
+void conn_busy(struct conn *c, bool busy)
+{
+    if (c)
+        atomic_store(&c->rests, !busy);
+}
+
+int conns_cut_resting(struct conns *cs)
+{
+    int cut = 0;
+    pthread_mutex_lock(&cs->lock);
+    for (struct conn *c = cs->first; c; c = c->next)
+        if (atomic_load(&c->rests)) {
+            shutdown(c->fd, SHUT_RDWR);
+            cut++;
+        }
+    pthread_mutex_unlock(&cs->lock);
+    return cut;
 }
 
 int conns_reap(struct conns *cs, double now, int all)

@@ -18,6 +18,10 @@ void conn_remove(struct conns *cs, struct conn *c);
 struct front *conn_front(struct conn *c);
 /* sga_now() value after which the connection is cut; 0: never. NULL is allowed. */
 void conn_deadline(struct conn *c, double deadline);
+/* Has a request been begun (true), or the last one been answered? One that was never asked anything does not rest. */
+void conn_busy(struct conn *c, bool busy);
+/* Cuts those that rest; how many. */
+int conns_cut_resting(struct conns *cs);
 /* Cuts whose deadline has passed (all: every one); how many. */
 int conns_reap(struct conns *cs, double now, int all);
 unsigned long conns_count(struct conns *cs);

@@ -1,5 +1,6 @@
 /* The listening sockets, and the rule about who may be let near them. */
 #include "listen.h"
+#include "inherit.h"
 
 #include <errno.h>
 #include <netdb.h>
@@ -176,6 +177,11 @@ static bool open_one(const struct config *c, const char *address, struct listeni
 {
     *out = (struct listening){ .fd = -1 };
     snprintf(out->address, sizeof out->address, "%s", address);
+    int fd = inherit_take(address);
+    if (fd >= 0) {
+        snprintf(out->path, sizeof out->path, "%s", strncmp(address, "unix:", 5) == 0 ? address + 5 : "");
+        return finish(c, fd, false, out, why, size);
+    }
     if (strncmp(address, "unix:", 5) == 0)
         return open_unix(c, address, out, why, size);
     if (strcmp(address, "systemd") == 0)

@@ -1,3 +1,4 @@
+/* Texts of addresses. */
 #include "peer.h"
 
 #include <arpa/inet.h>

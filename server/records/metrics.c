@@ -154,6 +154,9 @@ static void write_gauges(const struct metrics_now *now, struct sga_buf *out)
     gauge(out, "store_healthy", "1 where the last write to the store succeeded", now->store_healthy);
     head(out, "state_free_bytes", "gauge", "Bytes that can still be written on the disk of the state");
     sga_buf_printf(out, "sgad_state_free_bytes %llu\n", now->free_bytes);
+    head(out, "state_bytes", "gauge", "Bytes of the state's files on disk");
+    sga_buf_printf(out, "sgad_state_bytes{file=\"queue\"} %llu\nsgad_state_bytes{file=\"results\"} %llu\n", now->queue_file, now->results_file);
+    gauge(out, "reply_cache_bytes", "Bytes of finished replies in memory", now->reply_cache);
     head(out, "build_info", "gauge", "1, with the version of what runs");
     sga_buf_printf(out, "sgad_build_info{version=\"%s\"} 1\n", now->version);
     if (now->certificate_expires)

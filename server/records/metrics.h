@@ -72,6 +72,8 @@ struct metrics_now {
     unsigned long certificate_expires;        /* seconds since 1970; 0: there is none */
     double oldest;                            /* seconds that the job which waits longest has waited; 0: none waits */
     unsigned long long free_bytes;            /* on the disk of the state */
+    unsigned long long queue_file, results_file;   /* bytes of its files, with what is not yet written back into them */
+    unsigned long reply_cache;                /* bytes of finished replies in memory */
     const char *version;
 };
 

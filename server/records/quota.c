@@ -33,6 +33,7 @@ void quota_ran(struct account *a, double seconds, double now)
 {
     turn_hour(a, now);
     a->used += seconds;
+    a->ran += seconds;
 }
 
 bool quota_may_wait(const struct account *a)

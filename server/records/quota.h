@@ -24,6 +24,8 @@ struct account {
     double hour, used;               /* start of the hour that is counted; seconds run in it */
     double reserved;                 /* that its jobs which have not ended may still run */
     unsigned long running;
+    unsigned long accepted, refused;     /* jobs, since the start */
+    double ran;                      /* seconds of running, since the start */
     struct job *front, *back;        /* its queue */
     struct account *ring_next, *ring_prev;   /* those whose queue is not empty */
     struct account *next;            /* all */

@@ -1,5 +1,6 @@
 /* Reading settings: defaults, a file, flags, and whether they fit together. */
 #include "config.h"
+#include "inherit.h"
 #include "settings.h"
 
 #include <errno.h>
@@ -215,7 +216,7 @@ static bool adopt_credentials(struct config *c)
 static bool adopt_missing(struct config *c)
 {
     const char *pid = getenv("LISTEN_PID"), *state = getenv("STATE_DIRECTORY");
-    bool passed = pid && strtol(pid, NULL, 10) == (long)getpid();
+    bool passed = (pid && strtol(pid, NULL, 10) == (long)getpid()) || inherit_has("systemd");
     return (c->listen || adopt(c, "listen", passed ? "systemd" : "127.0.0.1:8080"))
         && (c->state || !state || !*state || strchr(state, ':') || adopt(c, "state", state)) && adopt_credentials(c);
 }
@@ -255,18 +256,37 @@ static bool differs(const struct config *a, const struct config *b, const struct
     return !ta != !tb || (ta && strcmp(ta, tb) != 0);
 }
 
-void config_take_live(struct config *c, const struct config *fresh, char *restart, size_t size)
+static void value_text(const struct config *c, const struct setting *s, char out[80])
 {
-    size_t used = 0;
-    *restart = 0;
+    const char *at = (const char *)c + s->offset;
+    if (s->kind == SETTING_TEXT)
+        snprintf(out, 80, "%.70s", *(char *const *)(uintptr_t)at ? *(char *const *)(uintptr_t)at : "");
+    else
+        snprintf(out, 80, "%ld", atomic_load((atomic_long *)(uintptr_t)at));
+}
+
+void config_take_live(struct config *c, const struct config *fresh, char *changed, char *restart, size_t size)
+{
+    size_t used = 0, told = 0;
+    char before[80], after[80];
+    *restart = *changed = 0;
     for (int i = 0; i < settings_count; i++) {
         const struct setting *s = &settings[i];
         if (!differs(c, fresh, s))
             continue;
-        if (s->live)
+        if (!s->live) {
+            if (used < size)
+                used += (size_t)snprintf(restart + used, size - used, "%s%s", used ? " " : "", s->name);
+            continue;
+        }
+        value_text(c, s, before);
+        value_text(fresh, s, after);
+        if (told < size)
+            told += (size_t)snprintf(changed + told, size - told, "%s%s: %s -> %s", told ? ", " : "", s->name, before, after);
+        if (s->kind == SETTING_TEXT)
+            set_text(c, s, *(char *const *)(uintptr_t)((const char *)fresh + s->offset));
+        else
             set_number(c, s, atomic_load((atomic_long *)(uintptr_t)((const char *)fresh + s->offset)));
-        else if (used < size)
-            used += (size_t)snprintf(restart + used, size - used, "%s%s", used ? " " : "", s->name);
     }
 }
 

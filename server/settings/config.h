@@ -7,7 +7,7 @@
 #include <stddef.h>
 #include <stdio.h>
 
-/* What each one means stands in settings.c. Texts are fixed once threads run; numbers may
+/* What each one means stands in settings.c. Texts are fixed once threads run (log-level is main's alone); numbers may
  * be changed by a reload while other threads read them. */
 struct config {
     char *listen, *state, *access, *tls_cert, *tls_key, *allow_host, *isolation, *ui, *log_level;
@@ -29,9 +29,10 @@ enum config_result { CONFIG_OK, CONFIG_HELP, CONFIG_VERSION, CONFIG_CHECK, CONFI
  * checked too. On CONFIG_BAD the reason is in why. Strings belong to the config. */
 enum config_result config_read(struct config *c, int argc, char **argv, char *why, size_t size);
 void config_free(struct config *c);
-/* Takes over from `fresh` the numbers that may change while the service runs. The names of
- * settings that differ and need a new start go to restart, separated by blanks. */
-void config_take_live(struct config *c, const struct config *fresh, char *restart, size_t size);
+/* Takes over from `fresh` what may change while the service runs, and writes it to changed, as "queue: 1000 -> 5, ...". The
+ * names of settings that differ and need a new start go to restart, separated by blanks. Both have size bytes. On the thread that
+ * alone reads texts which may change (log-level). */
+void config_take_live(struct config *c, const struct config *fresh, char *changed, char *restart, size_t size);
 bool config_tokens(const struct config *c);      /* access = tokens */
 bool config_isolated(const struct config *c);    /* ... and isolation = token */
 

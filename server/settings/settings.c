@@ -6,6 +6,7 @@
 
 #define MB (1L << 20)
 #define TEXT(name, member, text, help) { name, offsetof(struct config, member), SETTING_TEXT, false, text, 0, 0, 0, help },
+#define LIVE_TEXT(name, member, text, help) { name, offsetof(struct config, member), SETTING_TEXT, true, text, 0, 0, 0, help },
 #define FIXED(name, member, value, low, high, help) \
     { name, offsetof(struct config, member), SETTING_NUMBER, false, NULL, value, low, high, help },
 #define LIVE(name, member, value, low, high, help) \
@@ -23,7 +24,7 @@ const struct setting settings[] = {
     TEXT("allow-host", allow_host, NULL, "further host names to serve, separated by commas")
     TEXT("isolation", isolation, "none", "none: the same request is the same job, whoever asks; token: each token has jobs of its own, and none can tell what others asked")
     TEXT("ui", ui, "yes", "yes: a page for browsers at /; no: none")
-    TEXT("log-level", log_level, "info", "error, warn, info or debug")
+    LIVE_TEXT("log-level", log_level, "info", "error, warn, info or debug")
     FIXED("workers", workers, 0, 0, 256, "jobs that run at one time; 0: one for each processor")
     LIVE("queue", queue, 1000, 1, 1000000, "jobs that wait at most")
     LIVE("queue-bytes", queue_bytes, 256 * MB, 1024, 1L << 40, "bytes of the requests that wait")

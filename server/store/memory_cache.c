@@ -126,6 +126,14 @@ void memory_cache_alias(struct memory_cache *r, const unsigned char sum[DIGEST_B
     pthread_mutex_unlock(&r->lock);
 }
 
+size_t memory_cache_bytes(struct memory_cache *r)
+{
+    pthread_mutex_lock(&r->lock);
+    size_t bytes = r->bytes;
+    pthread_mutex_unlock(&r->lock);
+    return bytes;
+}
+
 void memory_cache_put(struct memory_cache *r, struct finished *f)
 {
     if (cost(f) > r->max_bytes / 4)

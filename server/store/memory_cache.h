@@ -18,6 +18,8 @@ struct finished *memory_cache_by_id(struct memory_cache *r, const char *id);
 /* The reply to a body with this digest: only of a job that is done. */
 struct finished *memory_cache_by_body(struct memory_cache *r, const unsigned char sum[DIGEST_BYTES]);
 
+/* Bytes of the replies that it keeps. */
+size_t memory_cache_bytes(struct memory_cache *r);
 /* Takes a reference of its own; replaces what stood under the id. */
 void memory_cache_put(struct memory_cache *r, struct finished *f);
 void memory_cache_drop(struct memory_cache *r, const char *id);

@@ -117,6 +117,11 @@ unsigned long long store_free_bytes(struct store *st)
     return atomic_load(&st->free_bytes);
 }
 
+unsigned long long store_bytes(struct store *st, bool results)
+{
+    return store_place_bytes(st->folder, results ? "cache.db" : "queue.db");
+}
+
 void store_look(struct store *st)
 {
     struct store_place now;
@@ -127,9 +132,9 @@ void store_look(struct store *st)
 }
 
 /* Everything but the thread. */
-static bool open_parts(struct store *st, const char *folder, char *why, size_t size)
+static bool open_parts(struct store *st, const char *folder, double wait, char *why, size_t size)
 {
-    return (st->folder = strdup(folder)) && (st->lock_fd = store_file_lock(folder, why, size)) >= 0
+    return (st->folder = strdup(folder)) && (st->lock_fd = store_file_lock(folder, wait, why, size)) >= 0
         && store_place_sound(folder, why, size)
         && (st->queue = store_file_open(folder, FILE_QUEUE, true, why, size))
         && store_place_of(folder, &st->place) && store_place_mark(folder, why, size)
@@ -139,7 +144,7 @@ static bool open_parts(struct store *st, const char *folder, char *why, size_t s
         && store_readers_open(st, folder, why, size);
 }
 
-struct store *store_open(const char *folder, struct metrics *m, char *why, size_t size)
+struct store *store_open(const char *folder, double wait, struct metrics *m, char *why, size_t size)
 {
     struct store *st = calloc(1, sizeof *st);
     if (!st) {
@@ -151,7 +156,7 @@ struct store *store_open(const char *folder, struct metrics *m, char *why, size_
     atomic_init(&st->healthy, true);
     pthread_mutex_init(&st->read_lock, NULL);
     pthread_cond_init(&st->read_free, NULL);
-    if (open_parts(st, folder, why, size) && store_writer_start(&st->queue_writer, st, store_queue_commit)
+    if (open_parts(st, folder, wait, why, size) && store_writer_start(&st->queue_writer, st, store_queue_commit)
         && store_writer_start(&st->cache_writer, st, store_cache_commit))
         return st;
     store_close(st);

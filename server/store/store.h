@@ -23,9 +23,9 @@
 struct store;
 struct metrics;
 
-/* Locks the folder (made if missing), opens or makes the files, starts the writer.
+/* Locks the folder (made if missing; waiting so many seconds for another process that has it), opens or makes the files, starts the writer.
  * NULL with a reason in why: taken, newer, corrupt, not writable. */
-struct store *store_open(const char *folder, struct metrics *m, char *why, size_t size);
+struct store *store_open(const char *folder, double wait, struct metrics *m, char *why, size_t size);
 /* Results take at most so many bytes on disk (0: no limit); the number may change. Before
  * anything is submitted. */
 void store_limit(struct store *st, const atomic_long *cache_bytes);
@@ -37,6 +37,8 @@ void store_close(struct store *st);
 bool store_healthy(struct store *st);
 /* Bytes that can be written on the disk of the state, as of the last look at its place. */
 unsigned long long store_free_bytes(struct store *st);
+/* Of queue.db, or of cache.db (results), each with its log. Two system calls; any thread. */
+unsigned long long store_bytes(struct store *st, bool results);
 /* Tries a write of as many bytes as failed before: a disk that has room again is noticed. */
 void store_probe(struct store *st);
 /* Looks whether the state folder is still in its place: one system call. */

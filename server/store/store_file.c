@@ -2,6 +2,7 @@
  * older program could not keep what it does not know. An older queue is brought up to date
  * in one transaction; an older cache is dropped. */
 #include "store_file.h"
+#include "budget.h"
 #include "digest.h"
 #include "log.h"
 
@@ -13,7 +14,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { SCHEMA_VERSION = 6, PATH_SIZE = 4096 };
+enum { SCHEMA_VERSION = 6, PATH_SIZE = 4096, LOCK_LOOK_US = 5000 };
 
 /* Since version 4: bytes that only probe the disk. */
 #define FROM_3 "CREATE TABLE filler(one INTEGER PRIMARY KEY, bytes BLOB NOT NULL);" FROM_4
@@ -59,7 +60,7 @@ static const struct { const char *name, *synchronous, *make[SCHEMA_VERSION]; } f
         [3] = "", [4] = "", [5] = "" } },
 };
 
-int store_file_lock(const char *folder, char *why, size_t size)
+int store_file_lock(const char *folder, double wait, char *why, size_t size)
 {
     char path[PATH_SIZE];
     if (mkdir(folder, 0700) != 0 && errno != EEXIST) {
@@ -72,7 +73,12 @@ int store_file_lock(const char *folder, char *why, size_t size)
         snprintf(why, size, "cannot open %s: %s", path, strerror(errno));
         return -1;
     }
-    if (flock(fd, LOCK_EX | LOCK_NB) != 0) {
+    double until = sga_now() + wait;
+    while (flock(fd, LOCK_EX | LOCK_NB) != 0) {
+        if (sga_now() < until && (errno == EWOULDBLOCK || errno == EINTR)) {
+            usleep(LOCK_LOOK_US);
+            continue;
+        }
         snprintf(why, size, "the state folder %s is in use by another sgad", folder);
         close(fd);
         return -1;

@@ -19,8 +19,8 @@ int store_file_version(sqlite3 *db);
 bool store_file_fill(sqlite3 *db, size_t bytes);
 /* Does this result code say that the file itself is broken? */
 bool store_file_broken(int code);
-/* Takes a lock on the folder, making it if it is missing; a descriptor or -1. */
-int store_file_lock(const char *folder, char *why, size_t size);
+/* Takes a lock on the folder, making it if it is missing, and waits so many seconds for who has it; a descriptor or -1. */
+int store_file_lock(const char *folder, double wait, char *why, size_t size);
 /* Prepares a statement that lives as long as its connection. */
 sqlite3_stmt *store_file_prepare(sqlite3 *db, const char *sql, char *why, size_t size);
 

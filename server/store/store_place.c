@@ -34,6 +34,14 @@ unsigned long long store_place_free(const char *folder)
     return statvfs(folder, &v) == 0 ? (unsigned long long)v.f_bavail * v.f_frsize : 0;
 }
 
+unsigned long long store_place_bytes(const char *folder, const char *name)
+{
+    struct stat file, log;
+    char wal[64];
+    snprintf(wal, sizeof wal, "%s-wal", name);
+    return (look(folder, name, &file) ? (unsigned long long)file.st_size : 0) + (look(folder, wal, &log) ? (unsigned long long)log.st_size : 0);
+}
+
 bool store_place_same(const struct store_place *a, const struct store_place *b)
 {
     return a->device == b->device && a->inode == b->inode;

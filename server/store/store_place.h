@@ -16,6 +16,8 @@ struct store_place {
 bool store_place_of(const char *folder, struct store_place *place);
 /* Bytes that can still be written there; 0 where that cannot be told. */
 unsigned long long store_place_free(const char *folder);
+/* Of a file of the folder and its log (-wal); 0 where there is none. */
+unsigned long long store_place_bytes(const char *folder, const char *name);
 bool store_place_same(const struct store_place *a, const struct store_place *b);
 
 /* A state folder that was in use has the file `instance`, written once, with a random name that

@@ -4,28 +4,40 @@
 #include "log_ring.h"
 
 #include <stdarg.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
 
 enum { LINE = 8192 };
 
-static enum log_level threshold = LOG_L_INFO;
+static atomic_int threshold = LOG_L_INFO;
 static bool as_text;
 
-static const char *const level_names[] = { "error", "warn", "info", "debug" };
+/* From LOG_L_AUDIT on. */
+static const char *const level_names[] = { "audit", "error", "warn", "info", "debug" };
+
+static const char *name_of(enum log_level level)
+{
+    return level_names[level - LOG_L_AUDIT];
+}
+
+void log_set_level(enum log_level level)
+{
+    atomic_store(&threshold, level);
+}
 
 void log_open(enum log_level level)
 {
-    threshold = level;
+    log_set_level(level);
     as_text = isatty(STDERR_FILENO);
     log_ring_open();
 }
 
 bool log_level_from_text(const char *text, enum log_level *level)
 {
-    for (int i = 0; i < 4; i++)
-        if (strcmp(text, level_names[i]) == 0) {
+    for (int i = LOG_L_ERROR; i <= LOG_L_DEBUG; i++)
+        if (strcmp(text, name_of((enum log_level)i)) == 0) {
             *level = (enum log_level)i;
             return true;
         }
@@ -34,7 +46,7 @@ bool log_level_from_text(const char *text, enum log_level *level)
 
 bool log_wants(enum log_level level)
 {
-    return level <= threshold;
+    return (int)level <= atomic_load_explicit(&threshold, memory_order_relaxed);
 }
 
 struct line {
@@ -74,10 +86,10 @@ void log_event(enum log_level level, const char *event, ...)
     char now[CLOCK_TEXT];
     clock_text(now, clock_ms());
     if (as_text) {
-        put(&l, now), put(&l, " "), put(&l, level_names[level]), put(&l, " "), put(&l, event);
+        put(&l, now), put(&l, " "), put(&l, name_of(level)), put(&l, " "), put(&l, event);
     } else {
         put(&l, "{\"time\":"), put_quoted(&l, now);
-        put(&l, ",\"level\":"), put_quoted(&l, level_names[level]);
+        put(&l, ",\"level\":"), put_quoted(&l, name_of(level));
         put(&l, ",\"event\":"), put_quoted(&l, event);
     }
     va_list ap;

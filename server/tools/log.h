@@ -7,7 +7,8 @@
 
 #include <stdbool.h>
 
-enum log_level { LOG_L_ERROR, LOG_L_WARN, LOG_L_INFO, LOG_L_DEBUG };
+/* LOG_L_AUDIT: who changed what, or tried to; written whatever the level is. */
+enum log_level { LOG_L_AUDIT = -1, LOG_L_ERROR, LOG_L_WARN, LOG_L_INFO, LOG_L_DEBUG };
 
 enum { LOG_RING = 1 << 20 };
 
@@ -22,6 +23,8 @@ unsigned long log_dropped(void);
 /* The level called "error", "warn", "info" or "debug"; false if there is none. */
 bool log_level_from_text(const char *text, enum log_level *level);
 bool log_wants(enum log_level level);
+/* From the next line on. */
+void log_set_level(enum log_level level);
 
 /* An event with string fields: name, value, ..., ended by NULL. A NULL value leaves
  * its field out. A name that begins with '#' is of a number: `"#status", "200"` is written as

@@ -509,7 +509,7 @@ def handed_over(build, c):
         shutil.copy(key, folder + "/credentials/sgad.tls-key")
         given = {**os.environ, "STATE_DIRECTORY": folder + "/state", "CREDENTIALS_DIRECTORY": folder + "/none"}
         run = sgad(build, "--print-config", *words, env=given)
-        c("\nlisten = 127.0.0.1:8080\n" in "\n" + run.stdout and f"\nstate = {folder}/state\n" in run.stdout and "# tls-cert" in run.stdout, "unit: settings", run)
+        c(run.stdout.startswith("listen = 127.0.0.1:8080\n") and f"\nstate = {folder}/state\n" in run.stdout and "# tls-cert" in run.stdout, "unit: settings", run)
         c(sgad(build, "--check-config", *words, env=given).returncode == 0, "unit: the shipped settings are good")
         for scheme, more in (("http", {}), ("https", {"CREDENTIALS_DIRECTORY": folder + "/credentials"})):
             command = ["bash", "-c", 'exec 3<&"$FD" && LISTEN_FDS=1 LISTEN_PID=$$ exec "$@"', "bash", os.path.join(build, "sgad"), *words]

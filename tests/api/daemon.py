@@ -55,7 +55,7 @@ class Daemon:
         line = self.process.stdout.readline().decode()
         if not line.startswith("listening on http://127.0.0.1:"):
             raise RuntimeError(f"the daemon said {line!r}: {self.errors()}")
-        self.port = int(line.rsplit(":", 1)[1])
+        self.port = int(re.match(r"listening on http://127\.0\.0\.1:(\d+)", line)[1])
         if self.guest:
             self.guest.began(self)
 

@@ -7,6 +7,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [HERE, os.path.dirname(HERE)]
 
 import access  # noqa: E402
+import audit  # noqa: E402
 import check  # noqa: E402
 import command  # noqa: E402
 import endpoints  # noqa: E402
@@ -23,6 +24,7 @@ import power  # noqa: E402
 import refusals  # noqa: E402
 import store  # noqa: E402
 import turns  # noqa: E402
+import upgrade  # noqa: E402
 import watch  # noqa: E402
 from common import Checks  # noqa: E402
 from daemon import Daemon  # noqa: E402
@@ -37,6 +39,7 @@ OWN = [
     load,
     store,
     access,
+    audit,
     watch,
     command,
     faults,
@@ -44,6 +47,7 @@ OWN = [
     power,
     framing,
     packed,
+    upgrade,
     page,
 ]
 

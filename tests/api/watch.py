@@ -215,7 +215,8 @@ def slowly(build, c):
         c(gone == [True] * 3, "who drips is cut", gone)
         c.status(d.get("/healthz"), 200, "alive")
 
-        id_ = d.ask("POST", "/v1/jobs", slow()).json()["id"]
+        running = d.ask("POST", "/v1/jobs", slow()).json()["id"]
+        id_ = d.ask("POST", "/v1/jobs", slow()).json()["id"]      # it waits: nothing is to be told of it
         with connect(d) as s:
             s.sendall(f"GET /v1/jobs/{id_}/events HTTP/1.1\r\nHost: localhost\r\n\r\n".encode())
             text = b""
@@ -230,7 +231,8 @@ def slowly(build, c):
         with connect(d) as s:                      # comes back: nothing that it has seen comes again
             s.sendall(f"GET /v1/jobs/{id_}/events HTTP/1.1\r\nHost: localhost\r\nLast-Event-ID: {last}\r\n\r\n".encode())
             time.sleep(0.5)
-            d.ask("DELETE", "/v1/jobs/" + id_)
+            for one in (id_, running):
+                d.ask("DELETE", "/v1/jobs/" + one)
             text = b""
             while b"event: end" not in text:
                 piece = s.recv(65536)

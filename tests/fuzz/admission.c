@@ -66,10 +66,10 @@ int LLVMFuzzerInitialize(int *argc, char ***argv)
     sga_init();
     FUZZ_REQUIRE(config_read(&sv->config, sizeof args / sizeof *args, args, why, sizeof why) == CONFIG_OK, "%s", why);
     bool ok = (sv->conns = conns_new()) && (sv->memory_cache = memory_cache_new((size_t)sv->config.cache_memory))
-        && (sv->store = store_open(sv->config.state, &sv->metrics, why, sizeof why))
+        && (sv->store = store_open(sv->config.state, 0, &sv->metrics, why, sizeof why))
         && (store_limit(sv->store, &sv->config.cache_disk), true)
         && (sv->jobs = jobs_new(&sv->config, sv->store, sv->memory_cache, &sv->metrics, hooks))
-        && (sv->everyone = jobs_account(sv->jobs, "", &(struct quota){ 0 })) && (sv->check_threads = check_threads_new(sv)) && (http = http_start(sv, why, sizeof why));
+        && (sv->everyone = jobs_account(sv->jobs, "", &(struct quota){ 0 })) && (sv->check_threads = check_threads_new(sv)) && (http = http_open(sv, why, sizeof why)) && http_start(http, why, sizeof why);
     FUZZ_REQUIRE(ok, "%s", why);
     return 0;
 }

@@ -195,7 +195,7 @@ static bool start(void)
 {
     char why[512] = "";
     int queued = 0, should = 0;
-    store = store_open(folder, &metrics, why, sizeof why);
+    store = store_open(folder, 0, &metrics, why, sizeof why);
     FUZZ_REQUIRE(store || (!trusted && *why), "the store does not open: %s", why);
     if (!store)
         return false;

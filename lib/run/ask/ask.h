@@ -10,7 +10,7 @@ struct job;
 
 /* JSON values of the members, or empty. */
 struct job_ask {
-    struct sga_buf linearization, transfer, equilibria;
+    struct sga_buf linearization, transfer, equilibria, derivation, dirac;
 };
 
 /* Where wanted: the linearization at the start, at samples, or at places. */

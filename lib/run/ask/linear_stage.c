@@ -56,6 +56,8 @@ void answer_ask_clear(struct job *j)
         sga_buf_free(&j->ask->linearization);
         sga_buf_free(&j->ask->transfer);
         sga_buf_free(&j->ask->equilibria);
+        sga_buf_free(&j->ask->derivation);
+        sga_buf_free(&j->ask->dirac);
     }
     j->ask = NULL;
 }

@@ -114,3 +114,16 @@ int answer_gauge_nodes(const struct job *j)
     return left < 1 ? 1 : left < MOTION_GAUGE_NODES ? left : MOTION_GAUGE_NODES;
 }
 
+void answer_free_name(const struct job *j, int k, char *out, size_t size)
+{
+    assert(k >= 0 && k < j->solution->free_columns);
+    const struct expr_store *st = &j->request->store;
+    snprintf(out, size, "f%d", k + 1);
+    while (expr_symbol_find(st, out, strlen(out)) >= 0) {
+        size_t n = strlen(out);
+        if (n + 2 > size)
+            return;
+        out[n] = '_';
+        out[n + 1] = 0;
+    }
+}

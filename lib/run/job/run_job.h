@@ -114,6 +114,7 @@ struct job {
     struct traj_result *trajectory;
     char *sweep;                  /* JSON: those of a sweep, or NULL */
     char *sensitivities;          /* JSON: the member of the trajectory, or NULL */
+    char *fit;                    /* JSON: the member, or NULL */
     struct tradeoff *tradeoff;
     struct job_ask *ask;          /* linearization and what else is asked of the reduced system */
 };
@@ -135,6 +136,8 @@ size_t answer_limit(const struct job *j);
 bool answer_fits(struct job *j, const struct sga_buf *out);
 /* The name of a variable of the system. */
 const char *answer_variable_name(const struct job *j, int variable);
+/* Free functions are called f1, f2, ...; a name of the request is never used again. */
+void answer_free_name(const struct job *j, int k, char *out, size_t size);
 /* Whether a value that was given is not the one of the start x; whether some that trajectory.initial gives is not. */
 bool answer_value_moved(const struct job *j, const struct request_initial *given, const double *x);
 bool answer_start_moved(const struct job *j, const double *x);

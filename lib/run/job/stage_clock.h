@@ -24,6 +24,8 @@
     X(LINEARIZATION, "linearization") \
     X(TRANSFER, "transfer") \
     X(EQUILIBRIA, "equilibria") \
+    X(DERIVATION, "derivation") \
+    X(FIT, "fit") \
     X(WRITING, "writing")
 
 enum stage {

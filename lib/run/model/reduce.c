@@ -22,7 +22,7 @@ static void open_sources(struct job *j)
         j->solution->verdict = SGA_UNIQUE;
     else if (j->op->asks_sources)
         j->solution->verdict = SGA_INCONSISTENT;
-    j->request->want &= ~(unsigned)(REQUEST_CONSTRAINTS | REQUEST_VECTOR_FIELD | REQUEST_GAUGE);
+    j->request->want &= ~(unsigned)(REQUEST_CONSTRAINTS | REQUEST_VECTOR_FIELD | REQUEST_GAUGE | REQUEST_DERIVATION);
     if (j->solution->verdict == SGA_INCONSISTENT)
         snprintf(j->solution->contradiction_why, sizeof j->solution->contradiction_why,
                  "the operator has rank %d of %d, and the equations left over ask something of the sources", j->op->rank,
@@ -43,13 +43,14 @@ static bool solve(struct job *j)
 {
     /* motions choose the gauge by expressions, those of other rows where there are conditions */
     bool motion = j->request->want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF) && !j->request->trajectory.conditions;
-    bool fields = j->request->want & (REQUEST_GAUGE | REQUEST_SYMMETRIES | REQUEST_LINEARIZATION | REQUEST_TRANSFER | REQUEST_EQUILIBRIA);
+    bool fields = j->request->want & (REQUEST_GAUGE | REQUEST_SYMMETRIES | REQUEST_LINEARIZATION | REQUEST_TRANSFER | REQUEST_EQUILIBRIA | REQUEST_DERIVATION);
     struct reduction_options options = {
         .near = j->start.x, .near_given = j->start.given, .near_time = j->start.time, .parameter_near = j->start.parameter, .seed = SGA_SEED_REDUCTION, .budget = j->budget,
-        .combinations = j->request->want & (REQUEST_CONSTRAINTS | REQUEST_STRUCTURE),
+        .combinations = j->request->want & (REQUEST_CONSTRAINTS | REQUEST_STRUCTURE | REQUEST_DERIVATION),
         .gauge_fields = fields || motion,
         .gauge_nodes = fields ? 0 : answer_gauge_nodes(j),
-        .rows = j->request->want & REQUEST_STRUCTURE,
+        .rows = j->request->want & (REQUEST_STRUCTURE | REQUEST_DERIVATION),
+        .rates = j->request->want & REQUEST_DERIVATION,
     };
     drop_solution(j);
     j->solution = sga_zeros(&j->mem, 1, sizeof *j->solution);

@@ -31,7 +31,7 @@ static expr_id *put_roots(struct job *j, int *count, int *values)
     const struct sga_solution *sol = j->solution;
     unsigned want = j->request->want;
     int n = j->request->system.variables, c = sol->constraints;
-    bool field = sol->field && want & (REQUEST_VECTOR_FIELD | REQUEST_GAUGE), gauge = field && sol->gauge && want & REQUEST_GAUGE;
+    bool field = sol->field && want & (REQUEST_VECTOR_FIELD | REQUEST_GAUGE | REQUEST_DERIVATION), gauge = field && sol->gauge && want & (REQUEST_GAUGE | REQUEST_DERIVATION);
     int roots = c + (field ? n : 0) + (gauge ? n * sol->free_columns : 0);
     struct mechanical_answer *mech = j->mechanical && j->mechanical->has_motion ? j->mechanical : NULL;
     int parts = mech ? j->request->mechanical->coordinates : 0;
@@ -126,7 +126,7 @@ static bool beautiful(struct job *j, const expr_id *root, int roots, int values)
 
 bool answer_texts(struct job *j)
 {
-    if (!(j->request->want & (REQUEST_CONSTRAINTS | REQUEST_VECTOR_FIELD | REQUEST_GAUGE)))
+    if (!(j->request->want & (REQUEST_CONSTRAINTS | REQUEST_VECTOR_FIELD | REQUEST_GAUGE | REQUEST_DERIVATION)))
         return true;
     stage_begin(j->clock, STAGE_TEXTS);
     int roots, values;

@@ -69,7 +69,7 @@ static bool make_variation(struct asked *a)
     size_t n = (size_t)a->model.request.system.variables;
     expr_id *guess = sga_zeros(&a->mem, n * (size_t)a->directions + 1, sizeof *guess);
     for (int d = 0; d < a->directions; d++)
-        vary_model_guess(&a->model, a->by[d].parameter, a->by[d].variable, guess + (size_t)d * n);
+        vary_model_guess(&a->model, &a->model.rq, a->by[d].parameter, a->by[d].variable, guess + (size_t)d * n);
     a->varied = true;
     if (!variation_make(&a->variation, &a->model.request.system, a->model.solution, &a->model.rq, a->by, a->directions, guess, a->j->err))
         return false;
@@ -232,8 +232,8 @@ static bool run(struct asked *a)
     for (int i = 0; i < a->model.request.swept_count; i++)
         parameter[i] = a->model.request.swept[i].value;
     struct vary_motion m;
-    struct vary_at at = { .parameter = parameter, .x = j->trajectory->initial };
-    if (!vary_motion_run(&m, &a->model, &a->variation, a->by, &at, j->err)) {
+    struct vary_at at = { .rq = &a->model.rq, .parameter = parameter, .x = j->trajectory->initial };
+    if (!vary_motion_run(&m, &a->model, &a->variation, &at, j->err)) {
         if (!j->err->pointer[0])
             snprintf(j->err->pointer, sizeof j->err->pointer, "%s", PLACE);
         return false;
@@ -260,5 +260,6 @@ bool answer_sensitivities(struct job *j)
 void answer_vary_clear(struct job *j)
 {
     free(j->sensitivities);
-    j->sensitivities = NULL;
+    free(j->fit);
+    j->sensitivities = j->fit = NULL;
 }

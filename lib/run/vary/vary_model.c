@@ -166,11 +166,11 @@ void vary_model_clear(struct vary_model *m)
         request_clear(&m->request);
 }
 
-void vary_model_guess(struct vary_model *m, int parameter, int variable, expr_id *to)
+void vary_model_guess(struct vary_model *m, const struct traj_request *rq, int parameter, int variable, expr_id *to)
 {
     struct expr_store *st = &m->request.store;
     for (int j = 0; j < m->request.system.variables; j++) {
-        expr_id e = m->rq.exact_initial[j];
+        expr_id e = rq->exact_initial[j];
         to[j] = parameter >= 0 && e ? expr_diff(st, e, parameter) : expr_int(st, parameter < 0 && j == variable);
     }
 }

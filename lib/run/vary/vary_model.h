@@ -20,7 +20,7 @@ struct vary_model {
 /* Reads and reduces. j: the job that asks; what is not there is refused at `pointer`. False with j->err. vary_model_clear is due in any case. */
 bool vary_model_make(struct vary_model *m, struct job *j, const struct request_open *open, int opens, const char *pointer);
 void vary_model_clear(struct vary_model *m);
-/* The derivative of each given initial value (variables; in the request's store) by a swept parameter (its symbol), or by itself (parameter -1). */
-void vary_model_guess(struct vary_model *m, int parameter, int variable, expr_id *to);
+/* The derivative of each initial value that rq gives (variables; in the request's store) by a swept parameter (its symbol), or by itself (parameter -1). */
+void vary_model_guess(struct vary_model *m, const struct traj_request *rq, int parameter, int variable, expr_id *to);
 
 #endif

@@ -17,14 +17,14 @@ void vary_motion_clear(struct vary_motion *v)
 }
 
 /* The motions from the best differences and from ones that are off by what these may be off. */
-static bool run_from_differences(struct vary_motion *to, struct vary_model *m, struct variation *v, const struct variation_by *by, const struct vary_at *at,
+static bool run_from_differences(struct vary_motion *to, struct vary_model *m, struct variation *v, const struct vary_at *at,
                                  struct sweep_case *c, struct sga_error *err)
 {
     size_t all = (size_t)m->request.system.variables * (size_t)v->directions;
     struct traj_result other = { 0 };
     SGA_ARENA(mem);
     double *slope = sga_zeros(&mem, all + 1, sizeof *slope), *off = sga_zeros(&mem, all + 1, sizeof *off);
-    if (!vary_start_slopes(m, by, v->directions, at, slope, off, err))
+    if (!vary_start_slopes(m, v->by, v->directions, at, slope, off, err))
         return false;
     variation_place_at(v, &c->request, at->x, slope);
     if (!traj_run(&c->system, &c->solution, &c->request, &to->result, err))
@@ -62,7 +62,7 @@ static bool run_from_solved(struct vary_motion *to, struct variation *v, const s
     return traj_run(&c->system, &c->solution, &c->request, &to->result, err);
 }
 
-bool vary_motion_run(struct vary_motion *to, struct vary_model *m, struct variation *v, const struct variation_by *by, const struct vary_at *at, struct sga_error *err)
+bool vary_motion_run(struct vary_motion *to, struct vary_model *m, struct variation *v, const struct vary_at *at, struct sga_error *err)
 {
     struct sweep_case c;
     *to = (struct vary_motion){ 0 };
@@ -72,7 +72,7 @@ bool vary_motion_run(struct vary_motion *to, struct vary_model *m, struct variat
     if (ok) {
         ok = run_from_solved(to, v, at, &c, err);
         if (!to->exact_start)
-            ok = run_from_differences(to, m, v, by, at, &c, err);
+            ok = run_from_differences(to, m, v, at, &c, err);
     }
     sweep_case_clear(&c);
     if (!ok)

@@ -26,46 +26,65 @@ struct starts {
     struct sga_error *err;
 };
 
-/* The start where that is moved by h. */
-static bool start_at(struct starts *s, double h, double *x)
+/* The start at these parameters, from their initial values, one of them moved by h (variable -1: none is). Those that rq does not write are at->initial's. */
+static bool find_start(struct vary_model *m, const struct vary_at *at, const expr_id *parameter, int variable, double h, double *x, double *given, struct sga_error *err)
 {
-    struct request *r = &s->m->request;
-    struct traj_request rq = s->m->rq;
-    SGA_ARENA(mem);
-    expr_id *parameter = sga_take(&mem, ((size_t)r->swept_count + 1) * sizeof *parameter);
-    double *initial = sga_take(&mem, ((size_t)s->n + 1) * sizeof *initial);
-    memcpy(parameter, s->at->parameter, (size_t)r->swept_count * sizeof *parameter);
-    for (int i = 0; i < r->swept_count && h != 0; i++)
-        if (r->swept[i].symbol == s->by->parameter)
-            parameter[i] = expr_double(&r->store, s->value + h);
+    struct request *r = &m->request;
+    int n = r->system.variables;
     struct sweep_case c;
     struct traj_initial found;
-    bool ok = sweep_case_of(&c, r, &r->system, s->m->solution, &rq, parameter, s->err) && c.solved;
-    for (int j = 0; j < s->n && ok; j++) {
-        initial[j] = 0;
-        if (rq.given[j])
+    SGA_ARENA(mem);
+    double *initial = sga_zeros(&mem, (size_t)n + 1, sizeof *initial);
+    bool ok = sweep_case_of(&c, r, &r->system, m->solution, at->rq, parameter, err) && c.solved;
+    for (int j = 0; j < n && ok; j++) {
+        if (!at->rq->given[j])
+            continue;
+        if (!at->rq->exact_initial[j])
+            initial[j] = at->initial ? at->initial[j] : at->rq->initial[j];
+        else
             ok = variation_constants(&c.store, c.request.exact_initial + j, 1, initial + j);
-        if (s->at->initial && rq.given[j])
-            initial[j] = s->at->initial[j];
     }
-    if (ok && s->by->parameter < 0)
-        initial[s->by->variable] += h;
+    if (given)
+        memcpy(given, initial, (size_t)n * sizeof *given);
+    if (variable >= 0)
+        initial[variable] += h;
     c.request.initial = initial;
     c.request.exact_initial = NULL;
-    ok = ok && traj_consistent(&c.system, &c.solution, &c.request, &found, s->err);
+    c.request.samples = 0;
+    ok = ok && traj_consistent(&c.system, &c.solution, &c.request, &found, err);
     if (ok) {
-        memcpy(x, found.x, (size_t)s->n * sizeof *x);
+        memcpy(x, found.x, (size_t)n * sizeof *x);
         traj_initial_clear(&found);
     }
     sweep_case_clear(&c);
     return ok;
 }
 
+bool vary_start_at(struct vary_model *m, const struct vary_at *at, double *x, double *given, struct sga_error *err)
+{
+    if (find_start(m, at, at->parameter, -1, 0, x, given, err))
+        return true;
+    return err->code != SGA_E_OK ? false : sga_fail(err, SGA_E_EXPR_UNDEFINED, "the reduction for general values of the parameters has no value at these");
+}
+
+/* The start where what is differentiated by is moved by h. */
+static bool start_at(struct starts *s, double h, double *x)
+{
+    struct request *r = &s->m->request;
+    SGA_ARENA(mem);
+    expr_id *parameter = sga_take(&mem, ((size_t)r->swept_count + 1) * sizeof *parameter);
+    memcpy(parameter, s->at->parameter, (size_t)r->swept_count * sizeof *parameter);
+    for (int i = 0; i < r->swept_count && h != 0; i++)
+        if (r->swept[i].symbol == s->by->parameter)
+            parameter[i] = expr_double(&r->store, s->value + h);
+    return find_start(s->m, s->at, parameter, s->by->parameter < 0 ? s->by->variable : -1, h, x, NULL, s->err);
+}
+
 static bool value_of(struct starts *s)
 {
     const struct request *r = &s->m->request;
     if (s->by->parameter < 0) {
-        s->value = s->at->initial ? s->at->initial[s->by->variable] : s->m->rq.initial[s->by->variable];
+        s->value = s->at->initial ? s->at->initial[s->by->variable] : s->at->rq->initial[s->by->variable];
         return true;
     }
     for (int i = 0; i < r->swept_count; i++)

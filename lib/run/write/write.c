@@ -21,21 +21,6 @@
 #include "watch.h"
 #include "write.h"
 
-/* Free functions are called f1, f2, ...; a name of the request is never used again. */
-static void free_name(const struct job *j, int k, char *out, size_t size)
-{
-    assert(k >= 0 && k < j->solution->free_columns);
-    const struct expr_store *st = &j->request->store;
-    snprintf(out, size, "f%d", k + 1);
-    while (expr_symbol_find(st, out, strlen(out)) >= 0) {
-        size_t n = strlen(out);
-        if (n + 2 > size)
-            return;
-        out[n] = '_';
-        out[n + 1] = 0;
-    }
-}
-
 void answer_write_variables(const struct job *j, struct sga_json *w)
 {
     sga_json_key(w, "variables");
@@ -164,7 +149,7 @@ static void write_field(const struct job *j, struct sga_json *w)
     sga_json_array(w);
     for (int k = 0; k < j->solution->free_columns; k++) {
         char name[160];
-        free_name(j, k, name, sizeof name);
+        answer_free_name(j, k, name, sizeof name);
         sga_json_string(w, name);
     }
     sga_json_end_array(w);
@@ -297,6 +282,10 @@ bool answer_write(struct job *j, struct sga_buf *out)
         return false;
     if (j->tradeoff)
         answer_write_tradeoff(j, w);
+    if (j->fit) {
+        sga_json_key(w, "fit");
+        sga_json_raw(w, j->fit, strlen(j->fit));
+    }
     if (j->ask && j->ask->linearization.len) {
         sga_json_key(w, "linearization");
         sga_json_raw(w, j->ask->linearization.data, j->ask->linearization.len);
@@ -308,6 +297,10 @@ bool answer_write(struct job *j, struct sga_buf *out)
     if (j->ask && j->ask->equilibria.len) {
         sga_json_key(w, "equilibria");
         sga_json_raw(w, j->ask->equilibria.data, j->ask->equilibria.len);
+    }
+    if (j->ask && j->ask->derivation.len) {
+        sga_json_key(w, "derivation");
+        sga_json_raw(w, j->ask->derivation.data, j->ask->derivation.len);
     }
     answer_write_evidence(j, w);
     answer_warn(j);
