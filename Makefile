@@ -266,6 +266,7 @@ deb:
 	@mkdir -p $(DEB)/sgad-$(VERSION)
 	@cp -r $(TOP) $(DEB)/sgad-$(VERSION) && find $(DEB)/sgad-$(VERSION) -name __pycache__ -prune -exec rm -rf {} +
 	@mv $(DEB)/sgad-$(VERSION)/etc/debian $(DEB)/sgad-$(VERSION)/debian
+	@chmod -R u=rwX,go=rX $(DEB)/sgad-$(VERSION)          # whatever the umask
 	cd $(DEB)/sgad-$(VERSION) && unset MAKEFLAGS MFLAGS MAKELEVEL && DEB_BUILD_OPTIONS="$${DEB_BUILD_OPTIONS:-parallel=2}" dpkg-buildpackage --no-sign $(if $(BINARY_ONLY),--build=binary)
 	@rm -rf $(DEB)/sgad-$(VERSION)
 deb-test:

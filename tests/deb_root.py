@@ -38,11 +38,11 @@ def digests(out):
 def same_twice(tally, folder):
     """The packages; None: there are none."""
     one, two = os.path.join(folder, "one"), os.path.join(folder, "another place", "deeper")
-    made = build(one)
+    copy = os.path.join(folder, "copy")
+    shutil.copytree(ROOT, copy, ignore=lambda at, names: [n for n in names if at == ROOT and n.startswith(("build", ".git")) or n == "__pycache__"])
+    made = build(one, copy)
     if not tally.check(made.returncode == 0, "make deb", (made.stdout + made.stderr)[-2000:]):
         return None
-    copy = os.path.join(folder, "copy")
-    shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns("build*", ".git", "__pycache__"))
     two = two.replace(" ", "-")
     made = run("bash", "-c", 'umask 077 && exec make -C "$1" --no-print-directory DEB="$2" deb', "bash", copy, two, timeout=1700,
                env={**os.environ, "TZ": "Asia/Tokyo", "LC_ALL": "C.UTF-8", "HOME": folder, "DEB_BUILD_OPTIONS": "parallel=1", "CCACHE_DISABLE": "1"})
