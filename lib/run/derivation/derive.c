@@ -203,6 +203,12 @@ static void tell_pivots(struct derivation *d, int generation, int *listed)
     }
 }
 
+/* What an answer for a part of the constraints' zeros rests on. */
+static const char *on_part(const struct sga_solution *sol)
+{
+    return sol->elsewheres ? ", on the part of the constraints' common zeros that is solved" : sol->sides ? ", on the side of a switch that is solved (evidence.sides)" : "";
+}
+
 static const char *basis_of_zero(const struct job *j, expr_id e)
 {
     if (expr_is_zero(&j->request->store, e))
@@ -234,6 +240,7 @@ static void tell_redundant(struct derivation *d, int generation, bool last)
         derivation_terms_text(d, &t, &text);
         bool identity = expr_is_zero(&j->request->store, v->rest);
         sga_buf_puts(&text, identity ? " leaves nothing" : " leaves what vanishes on the constraints already: nothing new");
+        sga_buf_puts(&text, identity ? "" : on_part(sol));
         struct step *p = steps_add(&d->steps, STEP_REDUNDANT, generation, basis_of_zero(j, v->rest), text.data);
         derivation_use_terms(d, p, &t);
         steps_line(&d->steps, p, zero(d), zero(d));
@@ -319,7 +326,9 @@ static void tell_stop(struct derivation *d, int field)
         snprintf(text, sizeof text, "the field is tangent to all constraints: nothing new appears, and the final set has dimension %d; the free velocities (%d) are functions to be chosen", dimension, sol->free_columns);
     else
         snprintf(text, sizeof text, "the field is tangent to all constraints: nothing new appears, and the final set has dimension %d; one solution runs through each of its points", dimension);
-    struct step *p = steps_add(&d->steps, STEP_STOP, sol->generations + 1, sga_verdict_text(sol->verdict), text);
+    SGA_ENDS(sga_buf_free) struct sga_buf all = { 0 };
+    sga_buf_printf(&all, "%s%s", text, on_part(sol));
+    struct step *p = steps_add(&d->steps, STEP_STOP, sol->generations + 1, sga_verdict_text(sol->verdict), all.data);
     steps_use(&d->steps, p, field);
 }
 
