@@ -1,6 +1,7 @@
 /* The request of the same system in phase space. */
 #include "dirac.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -99,8 +100,6 @@ static bool write_request(const struct phase *p, struct sga_buf *out)
 static bool of_hamiltonian(struct job *j, struct sga_buf *request)
 {
     const struct form_hamiltonian *h = j->request->hamiltonian;
-    if (h->omega)
-        return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/system/omega", "Dirac's classes are worked out for the canonical form; leave out omega, and name the variables q1..qk, p1..pk");
     struct phase p = { j, &j->request->store, h->variable, h->variables / 2, h->hamiltonian, h->restriction, h->restrictions, false };
     return write_request(&p, request);
 }
@@ -231,8 +230,6 @@ static bool of_lagrangian(struct job *j, struct sga_buf *request, struct sga_buf
 bool dirac_phase_space(struct job *j, struct sga_buf *request, struct sga_buf *legendre)
 {
     const struct request *r = j->request;
-    if (r->tables || r->system.signals)
-        return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/want", "Dirac's classes are not worked out with tables in the system; put functions of time in their place");
     if (r->hamiltonian)
         return of_hamiltonian(j, request);
     if (j->redundants) {
@@ -240,10 +237,6 @@ bool dirac_phase_space(struct job *j, struct sga_buf *request, struct sga_buf *l
         snprintf(pointer, sizeof pointer, "/system/holonomic/%d", j->redundant[0]);
         return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, pointer, "the constraint follows from the others, and its multiplier would be a gauge freedom of its own; leave it out");
     }
-    if (strcmp(r->form, "lagrangian") == 0 && r->lagrangian)
-        return of_lagrangian(j, request, legendre);
-    if (strcmp(r->form, "lagrangian") == 0)
-        return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/system/forces", "forces beside the Lagrangian are not variational: there is no Hamiltonian for them; put what has a potential into the Lagrangian, "
-                           "or leave out \"dirac\"");
-    return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/want", "\"dirac\" is for the forms \"lagrangian\" and \"hamiltonian\": equations of the form \"%s\" need not come from a Lagrangian", r->form);
+    assert(r->lagrangian && !r->tables);           /* request/read.c refuses others */
+    return of_lagrangian(j, request, legendre);
 }
