@@ -234,7 +234,7 @@ static void tell_redundant(struct derivation *d, int generation, bool last)
                 at = sol->constraint[v->part[q].tangency].generation;
         if (at != generation && !(last && at > top))
             continue;
-        struct derivation_sum sum = { v->part, v->parts, false, EXPR_UNDEF, INT_MAX, sol->constraints ? sol->constraint[sol->constraints - 1].epoch : 0, INT_MAX };
+        struct derivation_sum sum = { v->part, v->parts, false, EXPR_UNDEF, INT_MAX, v->epoch, INT_MAX };
         struct derivation_terms t = derivation_sum_terms(d, &sum);
         SGA_ENDS(sga_buf_free) struct sga_buf text = { 0 };
         derivation_terms_text(d, &t, &text);
@@ -292,7 +292,7 @@ static void tell_contradiction(struct derivation *d)
     int from = 0;
     if (sol->contradiction_parts) {
         struct derivation_sum sum = { sol->contradiction_part, sol->contradiction_parts, sol->contradiction_part[0].row >= 0, EXPR_UNDEF, INT_MAX,
-                                      sol->constraints ? sol->constraint[sol->constraints - 1].epoch : 0, INT_MAX };
+                                      sol->contradiction_epoch, INT_MAX };
         struct derivation_terms t = derivation_sum_terms(d, &sum);
         derivation_terms_text(d, &t, &text);
         struct step *p = steps_add(&d->steps, STEP_INSERT, sol->generations + 1, "identity", text.data);
