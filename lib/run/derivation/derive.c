@@ -234,6 +234,8 @@ static void tell_redundant(struct derivation *d, int generation, bool last)
                 at = sol->constraint[v->part[q].tangency].generation;
         if (at != generation && !(last && at > top))
             continue;
+        if (sol->verdict == SGA_INCONSISTENT && points_oracle_zero(j->oracle, v->rest).truth != POINTS_ZERO)
+            continue;             /* was set aside, as it could not be made a constraint; the others contradict without it */
         struct derivation_sum sum = { v->part, v->parts, false, EXPR_UNDEF, INT_MAX, v->epoch, INT_MAX };
         struct derivation_terms t = derivation_sum_terms(d, &sum);
         SGA_ENDS(sga_buf_free) struct sga_buf text = { 0 };
