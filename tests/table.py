@@ -16,7 +16,7 @@ class Table:
     """Functions between steps (two samples at one time), of which the later one counts there."""
 
     def __init__(self, given):
-        t = [number(x) for x in given["times"]]
+        self.t = t = [number(x) for x in given["times"]]
         cuts = [0] + [i for i in range(1, len(t)) if t[i] == t[i - 1]] + [len(t)]
         self.parts = [Smooth({**given, "times": given["times"][a:b], "values": given["values"][a:b]}) for a, b in zip(cuts, cuts[1:])]
 

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "budget.h"
+#include "form.h"
 #include "reader.h"
 #include "table.h"
 
@@ -49,6 +50,35 @@ static bool check_wants(struct reader *rd, const json_t *trajectory, const json_
     if (rd->symbolic[0])
         return needs_value(rd, needs & REQUEST_TRAJECTORY ? "a trajectory" : needs & REQUEST_TRADEOFF ? "a tradeoff"
                                                                                                   : "a consistent start");
+    return true;
+}
+
+/* Dirac's theory is one of Lagrangians, and of Hamiltonians with the canonical form. */
+static bool check_dirac(struct reader *rd)
+{
+    const struct request *r = rd->r;
+    bool lagrangian = strcmp(r->form, "lagrangian") == 0;
+    if (!(r->want & REQUEST_DIRAC))
+        return true;
+    if (!lagrangian && !r->hamiltonian) {
+        at_member(rd, "want");
+        return at_fail(rd, SGA_E_NOT_SUPPORTED, "\"dirac\" is for the forms \"lagrangian\" and \"hamiltonian\": equations of the form \"%s\" need not come from a Lagrangian", r->form);
+    }
+    if (r->tables) {
+        at_member(rd, "want");
+        return at_fail(rd, SGA_E_NOT_SUPPORTED, "Dirac's classes are not worked out with tables in the system; put functions of time in their place");
+    }
+    at_member(rd, "system");
+    if (lagrangian && !r->lagrangian) {
+        at_member(rd, "forces");
+        return at_fail(rd, SGA_E_NOT_SUPPORTED, "forces beside the Lagrangian are not variational: there is no Hamiltonian for them; put what has a potential into the Lagrangian, "
+                       "or leave out \"dirac\"");
+    }
+    if (r->hamiltonian && r->hamiltonian->omega) {
+        at_member(rd, "omega");
+        return at_fail(rd, SGA_E_NOT_SUPPORTED, "Dirac's classes are worked out for the canonical form; leave out omega, and name the variables q1..qk, p1..pk");
+    }
+    at_back(rd, 0);
     return true;
 }
 
@@ -129,7 +159,7 @@ static bool read_all(struct reader *rd, const json_t *v)
         rd->r->want |= REQUEST_EQUILIBRIA;
     if (stands && rd->r->mechanical && trajectory)
         read_mechanical_outputs(rd);
-    return part(rd, check_wants(rd, trajectory, symmetries, fit))
+    return part(rd, check_wants(rd, trajectory, symmetries, fit)) && (!stands || part(rd, check_dirac(rd)))
         && (!trajectory || !sets || part(rd, read_trajectory(rd, trajectory))) && (!sweep || !sets || part(rd, read_sweep(rd, sweep)))
         && (!accuracy || part(rd, read_accuracy(rd, accuracy))) && (!symmetries || !stands || part(rd, read_symmetries(rd, symmetries)))
         && (!linearization || !stands || part(rd, read_linearization(rd, linearization)))

@@ -106,6 +106,7 @@ static int contradiction(struct state *s, const struct candidate *c, const char 
     s->inconsistent = true;
     s->sol->contradiction = c->expr;
     snprintf(s->sol->contradiction_why, sizeof s->sol->contradiction_why, "%s", why);
+    s->sol->contradiction_epoch = s->epoch;
     state_combine(s, c, &s->sol->contradiction_part, &s->sol->contradiction_parts);
     return 0;
 }

@@ -99,7 +99,7 @@ static void note_vanished(struct state *s, const struct ech_row *row, int rows, 
         bool zero = expr_is_zero(s->st, r->rhs);
         SGA_RESERVE(sol->vanished, s->vanished_cap, sol->vanished_rows + 1);
         struct sga_vanished *v = sol->vanished + sol->vanished_rows++;
-        *v = (struct sga_vanished){ .source = r->source, .generation = zero ? before : g,
+        *v = (struct sga_vanished){ .source = r->source, .generation = zero ? before : g, .epoch = s->epoch,
                                     .rest = !zero ? r->rhs : r->rest ? r->rest : r->rhs };
         struct candidate c = { .expr = v->rest, .source = r->source, .restriction = -1, .op = r->op, .ops = r->ops };
         state_combine(s, &c, &v->part, &v->parts);

@@ -51,7 +51,7 @@ struct sga_constraint {
  * all of M). */
 struct sga_vanished {
     int source;            /* as in struct sga_constraint */
-    int generation;
+    int generation, epoch; /* epoch as in struct sga_constraint */
     expr_id rest;
     struct sga_part *part; int parts;
 };
@@ -131,6 +131,7 @@ struct sga_solution {
     bool depends_on_time;              /* some row, restriction or constraint depends on t */
     expr_id contradiction;             /* for inconsistent: what would have to vanish */
     struct sga_part *contradiction_part; int contradiction_parts;
+    int contradiction_epoch;
     char contradiction_why[400];
     struct sga_determinant *determinant; int dense_blocks;   /* assumed not 0; owned */
     int *scale;                        /* by variable, for sampling (points_space), or NULL; owned */

@@ -203,6 +203,12 @@ static void tell_pivots(struct derivation *d, int generation, int *listed)
     }
 }
 
+/* What an answer for a part of the constraints' zeros rests on. */
+static const char *on_part(const struct sga_solution *sol)
+{
+    return sol->elsewheres ? ", on the part of the constraints' common zeros that is solved" : sol->sides ? ", on the side of a switch that is solved (evidence.sides)" : "";
+}
+
 static const char *basis_of_zero(const struct job *j, expr_id e)
 {
     if (expr_is_zero(&j->request->store, e))
@@ -228,12 +234,15 @@ static void tell_redundant(struct derivation *d, int generation, bool last)
                 at = sol->constraint[v->part[q].tangency].generation;
         if (at != generation && !(last && at > top))
             continue;
-        struct derivation_sum sum = { v->part, v->parts, false, EXPR_UNDEF, INT_MAX, sol->constraints ? sol->constraint[sol->constraints - 1].epoch : 0, INT_MAX };
+        if (sol->verdict == SGA_INCONSISTENT && points_oracle_zero(j->oracle, v->rest).truth != POINTS_ZERO)
+            continue;             /* was set aside, as it could not be made a constraint; the others contradict without it */
+        struct derivation_sum sum = { v->part, v->parts, false, EXPR_UNDEF, INT_MAX, v->epoch, INT_MAX };
         struct derivation_terms t = derivation_sum_terms(d, &sum);
         SGA_ENDS(sga_buf_free) struct sga_buf text = { 0 };
         derivation_terms_text(d, &t, &text);
         bool identity = expr_is_zero(&j->request->store, v->rest);
         sga_buf_puts(&text, identity ? " leaves nothing" : " leaves what vanishes on the constraints already: nothing new");
+        sga_buf_puts(&text, identity ? "" : on_part(sol));
         struct step *p = steps_add(&d->steps, STEP_REDUNDANT, generation, basis_of_zero(j, v->rest), text.data);
         derivation_use_terms(d, p, &t);
         steps_line(&d->steps, p, zero(d), zero(d));
@@ -285,7 +294,7 @@ static void tell_contradiction(struct derivation *d)
     int from = 0;
     if (sol->contradiction_parts) {
         struct derivation_sum sum = { sol->contradiction_part, sol->contradiction_parts, sol->contradiction_part[0].row >= 0, EXPR_UNDEF, INT_MAX,
-                                      sol->constraints ? sol->constraint[sol->constraints - 1].epoch : 0, INT_MAX };
+                                      sol->contradiction_epoch, INT_MAX };
         struct derivation_terms t = derivation_sum_terms(d, &sum);
         derivation_terms_text(d, &t, &text);
         struct step *p = steps_add(&d->steps, STEP_INSERT, sol->generations + 1, "identity", text.data);
@@ -319,7 +328,9 @@ static void tell_stop(struct derivation *d, int field)
         snprintf(text, sizeof text, "the field is tangent to all constraints: nothing new appears, and the final set has dimension %d; the free velocities (%d) are functions to be chosen", dimension, sol->free_columns);
     else
         snprintf(text, sizeof text, "the field is tangent to all constraints: nothing new appears, and the final set has dimension %d; one solution runs through each of its points", dimension);
-    struct step *p = steps_add(&d->steps, STEP_STOP, sol->generations + 1, sga_verdict_text(sol->verdict), text);
+    SGA_ENDS(sga_buf_free) struct sga_buf all = { 0 };
+    sga_buf_printf(&all, "%s%s", text, on_part(sol));
+    struct step *p = steps_add(&d->steps, STEP_STOP, sol->generations + 1, sga_verdict_text(sol->verdict), all.data);
     steps_use(&d->steps, p, field);
 }
 

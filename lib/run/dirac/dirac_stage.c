@@ -85,9 +85,10 @@ static bool agree(struct answer *a)
         return true;
     bool second = r->system.rows > 0 && strncmp(r->system.row[r->coordinates].source, "definition", 10) == 0;
     bool plain = r->system.variables == 2 * r->coordinates;
-    int fibre = second ? free : a->system.primaries;      /* velocities that the momenta do not tell */
+    int fibre = second ? free : a->system.primaries;      /* velocities that the momenta do not tell ... */
+    int own_free = second ? free : free + fibre;          /* ... and that are free without the condition of second order */
     int own_final = r->system.variables - own->constraints;
-    if (own->verdict == SGA_INCONSISTENT || (plain && own_final != final + fibre) || own->free_columns != fibre)
+    if (own->verdict == SGA_INCONSISTENT || (plain && own_final != final + fibre) || own->free_columns != own_free)
         return sga_fail_at(a->j->err, SGA_E_UNDECIDED, "/want", "the Lagrangian's own reduction has a final set of dimension %d with %d free functions, which does not fit the %d and %d of the Hamiltonian side: "
                            "they were led to other branches; give trajectory.initial, or send the system in form \"hamiltonian\"", own_final, own->free_columns, final, free);
     return true;

@@ -1,6 +1,8 @@
 /* The request of the same system in phase space. */
 #include "dirac.h"
 
+#include <assert.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -27,6 +29,7 @@ struct phase {
     const int *symbol; int n;      /* 2n */
     expr_id hamiltonian;
     const expr_id *primary; int primaries;
+    bool says_form;                /* names that look like momenta of others: the form is written out */
 };
 
 static bool put_text(const struct phase *p, expr_id e, struct sga_json *w)
@@ -34,6 +37,20 @@ static bool put_text(const struct phase *p, expr_id e, struct sga_json *w)
     if (expr_json(p->st, e, TEXT_BYTES, w))
         return true;
     return sga_fail_at(p->j->err, SGA_E_LIMIT_RESULT, "/want", "the Hamiltonian or a primary constraint is too long to be written");
+}
+
+/* omega(d/dq_i, d/dp_i) = 1. */
+static void write_canonical(struct sga_json *w, int n)
+{
+    sga_json_key(w, "omega");
+    sga_json_array(w);
+    for (int i = 0; i < 2 * n; i++) {
+        sga_json_array(w);
+        for (int k = 0; k < 2 * n; k++)
+            sga_json_int(w, (k == i + n) - (i == k + n));
+        sga_json_end_array(w);
+    }
+    sga_json_end_array(w);
 }
 
 static bool write_request(const struct phase *p, struct sga_buf *out)
@@ -60,6 +77,8 @@ static bool write_request(const struct phase *p, struct sga_buf *out)
     for (int k = 0; k < 2 * p->n; k++)
         sga_json_string(&w, p->st->symbol[p->symbol[k]].name);
     sga_json_end_array(&w);
+    if (p->says_form)
+        write_canonical(&w, p->n);
     sga_json_key(&w, "hamiltonian");
     ok = put_text(p, p->hamiltonian, &w);
     if (p->primaries) {
@@ -81,9 +100,7 @@ static bool write_request(const struct phase *p, struct sga_buf *out)
 static bool of_hamiltonian(struct job *j, struct sga_buf *request)
 {
     const struct form_hamiltonian *h = j->request->hamiltonian;
-    if (h->omega)
-        return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/system/omega", "Dirac's classes are worked out for the canonical form; leave out omega, and name the variables q1..qk, p1..pk");
-    struct phase p = { j, &j->request->store, h->variable, h->variables / 2, h->hamiltonian, h->restriction, h->restrictions };
+    struct phase p = { j, &j->request->store, h->variable, h->variables / 2, h->hamiltonian, h->restriction, h->restrictions, false };
     return write_request(&p, request);
 }
 
@@ -94,6 +111,7 @@ struct tangent {
     int *q, *v, *symbol;           /* symbol: q, p */
     expr_id *p, lagrangian;
     int n, root;
+    bool renamed;                  /* a coordinate has the name of a momentum */
 };
 
 static int add_symbol(struct expr_store *st, const char *before, const char *name, const char *after)
@@ -140,6 +158,7 @@ static void open_tangent(struct tangent *t, struct job *j)
     for (int i = 0; i < t->n; i++) {
         t->symbol[t->n + i] = add_symbol(&t->st, "p_", from->symbol[t->q[i]].name, "");
         t->p[i] = t->st.symbol[t->symbol[t->n + i]].node;
+        t->renamed |= t->st.symbol[t->symbol[t->n + i]].name[strlen(t->st.symbol[t->symbol[t->n + i]].name) - 1] == '_';
     }
     t->root = add_symbol(&t->st, "", "root", "_");
 }
@@ -197,7 +216,7 @@ static bool of_lagrangian(struct job *j, struct sga_buf *request, struct sga_buf
         ok = legendre_map(&l, &rq);
     }
     if (ok) {
-        struct phase p = { j, &t.st, t.symbol, t.n, l.hamiltonian, l.primary, l.primaries };
+        struct phase p = { j, &t.st, t.symbol, t.n, l.hamiltonian, l.primary, l.primaries, t.renamed };
         write_legendre(&t, &l, legendre);
         ok = write_request(&p, request);
     }
@@ -211,14 +230,13 @@ static bool of_lagrangian(struct job *j, struct sga_buf *request, struct sga_buf
 bool dirac_phase_space(struct job *j, struct sga_buf *request, struct sga_buf *legendre)
 {
     const struct request *r = j->request;
-    if (r->tables || r->system.signals)
-        return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/want", "Dirac's classes are not worked out with tables in the system; put functions of time in their place");
     if (r->hamiltonian)
         return of_hamiltonian(j, request);
-    if (strcmp(r->form, "lagrangian") == 0 && r->lagrangian)
-        return of_lagrangian(j, request, legendre);
-    if (strcmp(r->form, "lagrangian") == 0)
-        return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/system/forces", "forces beside the Lagrangian are not variational: there is no Hamiltonian for them; put what has a potential into the Lagrangian, "
-                           "or leave out \"dirac\"");
-    return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/want", "\"dirac\" is for the forms \"lagrangian\" and \"hamiltonian\": equations of the form \"%s\" need not come from a Lagrangian", r->form);
+    if (j->redundants) {
+        char pointer[64];
+        snprintf(pointer, sizeof pointer, "/system/holonomic/%d", j->redundant[0]);
+        return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, pointer, "the constraint follows from the others, and its multiplier would be a gauge freedom of its own; leave it out");
+    }
+    assert(r->lagrangian && !r->tables);           /* request/read.c refuses others */
+    return of_lagrangian(j, request, legendre);
 }
