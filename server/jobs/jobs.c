@@ -55,6 +55,7 @@ void job_unref(struct job *job)
         return;
     free(job->row.error);
     free(job->end.error);
+    free(job->order);
     free(job->request);
     jobs_free_interests(job);
     finished_unref(job->ending);
@@ -93,13 +94,16 @@ static void forget(struct job **at)
 }
 
 /* The row of a new job is on disk, or could not be put there. */
-static void stored(void *ctx, bool ok)
+static void stored(void *ctx, enum store_kept how)
 {
+    bool ok = how == STORE_KEPT;
     struct job *job = ctx;
     struct jobs *js = job->table;
     bool lost = false;
     pthread_mutex_lock(&js->lock);
     job->stored = ok ? 1 : -1;
+    free(job->order);
+    job->order = NULL;
     if (!ok && job->queued) {
         jobs_dequeue(js, job);
         lost = true;
@@ -112,6 +116,19 @@ static void stored(void *ctx, bool ok)
         jobs_end(js, job, JOB_FAILED, &err, NULL, 0);
     }
     job_unref(job);
+}
+
+/* Memory has decided: no bounds. The store has a reference until stored() gives it back. */
+static bool order(struct jobs *js, struct job *fresh, const struct submission *s)
+{
+    if (!(fresh->order = calloc(1, sizeof *fresh->order)))
+        return false;
+    *fresh->order = (struct store_submission){ .row = fresh->row, .request = { s->request, s->length }, .join = !s->owner, .again = true };
+    job_ref(fresh);
+    if (store_submit(js->store, fresh->order, stored, fresh))
+        return true;
+    job_unref(fresh);
+    return false;
 }
 
 static bool no_room(const struct jobs *js, size_t length)
@@ -148,14 +165,11 @@ static enum submit submit_new(struct jobs *js, struct submission *s)
     snprintf(fresh->request_id, sizeof fresh->request_id, "%s", s->request_id);
     snprintf(fresh->traceparent, sizeof fresh->traceparent, "%s", s->traceparent);
     fresh->row.seconds = (int64_t)seconds + 1;
-    if (!s->owner) {           /* first: whoever finds the job on disk finds who asked for it */
+    if (!s->owner)
         jobs_add_interest(fresh, s->account);
-        store_join(js->store, s->id, s->account->name);
-    }
-    job_ref(fresh);            /* the store's, given back by stored() */
-    if (!store_insert(js->store, &fresh->row, s->request, s->length, stored, fresh)) {
-        jobs_free_interests(fresh);
-        free(fresh);
+    fresh->row.epoch = store_epoch(js->store);
+    if (!order(js, fresh, s)) {
+        job_unref(fresh);
         return SUBMIT_NO_MEMORY;
     }
     fresh->request = s->request;

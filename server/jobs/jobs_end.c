@@ -33,12 +33,14 @@ static void publish(struct jobs *js, struct job *job)
 
 /* The end is on disk: readers of the store know the job from now on. It stays in the table, where
  * it is found, until the disk takes it; one whose row was never on disk has nothing to keep. */
-static void end_stored(void *ctx, bool ok)
+static void end_stored(void *ctx, enum store_kept how)
 {
     struct job *job = ctx;
     struct jobs *js = job->table;
+    if (how == STORE_FENCED)         /* another run's row stands: who waited here gets this end all the same */
+        log_event(LOG_L_WARN, "end_fenced", "job", job->row.id, NULL);
     pthread_mutex_lock(&js->lock);
-    bool over = ok || job->stored != 1;
+    bool over = how != STORE_LOST || job->stored != 1;
     if (over) {
         publish(js, job);
         *jobs_place(js, job->row.id) = job->chain;

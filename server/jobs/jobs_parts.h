@@ -16,6 +16,7 @@ enum { JOBS_BUCKETS = 8192, JOBS_TRIES = 3, JOBS_NOTED = 4096 };
 struct job {
     atomic_int refs;
     struct job_row row;              /* as everybody may see it; its end is written once, under the lock */
+    struct store_submission *order;  /* on its way to the store; NULL: there is none */
     struct job_row end;              /* how it ended, on its way to the disk */
     struct finished *ending;         /* the same as text; NULL: it has not ended, or is told */
     char *request;                   /* canonical; NULL: on disk only. Fixed once running */

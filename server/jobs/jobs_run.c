@@ -27,6 +27,7 @@ struct job *jobs_claim(struct jobs *js, int wake_fd)
         job_ref(job);
         job->row.status = JOB_RUNNING;
         job->row.started = clock_after(job->row.created);
+        job->row.epoch = store_epoch(js->store);
         job->began = sga_now();
         snprintf(job->progress.stage, sizeof job->progress.stage, "running");
         job->wake_fd = wake_fd;
@@ -87,7 +88,7 @@ static void put_back(struct jobs *js, struct job *job)
     js->running--;
     job->account->running--;
     jobs_enqueue_first(js, job);
-    store_requeue(js->store, &job->row);
+    store_release(js->store, &job->row, &job->row.epoch, NULL, NULL);
     jobs_notify(js, job);
 }
 

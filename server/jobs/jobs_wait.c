@@ -129,8 +129,9 @@ void jobs_close_waiters(struct jobs *js)
     pthread_mutex_unlock(&js->lock);
 }
 
-static void barrier_done(void *ctx, bool ok)
+static void barrier_done(void *ctx, enum store_kept how)
 {
+    bool ok = how == STORE_KEPT;
     struct job *job = ctx;
     struct jobs *js = job->table;
     pthread_mutex_lock(&js->lock);
