@@ -10,6 +10,7 @@
 #include "clock.h"
 #include "log.h"
 #include "metrics.h"
+#include "postgres.h"
 #include "store.h"
 
 static struct metrics metrics;
@@ -288,7 +289,7 @@ static void turns(void)
     struct job_row run[8];
     int first_of_bob = -1, bobs = 0, before = 0;
     struct store_claimant half = ann;
-    half.share = 50;
+    half.share = store_shared(store) ? 25 : 50;      /* ann's and bea's workers are eight, where both are known */
     for (int i = 0; i < 4; i++) {
         run[i] = claim(&half);
         bool bob = strcmp(run[i].owner, "bob") == 0;
@@ -301,7 +302,7 @@ static void turns(void)
         }
     }
     CHECK(first_of_bob >= 0 && first_of_bob < 2 && bobs == 2);
-    CHECK(*claim(&half).id == 0, "half of four workers is two for each");
+    CHECK(*claim(&half).id == 0, "its share is two for each");
     run[4] = claim(&ann);
     CHECK(strcmp(run[4].owner, "ann") == 0);
     for (int i = 0; i < 5; i++)
@@ -452,7 +453,10 @@ int main(int argc, char **argv)
     if (argc != 2)
         return 2;
     log_open(LOG_L_ERROR);
-    store = store_open(argv[1], &metrics, why, sizeof why);
+    int from, to;
+    if (postgres_address(argv[1]))
+        CHECK(postgres_migrate(argv[1], &from, &to, why, sizeof why) && from == 0 && postgres_migrate(argv[1], &from, &to, why, sizeof why) && from == to, "%s", why);
+    store = postgres_address(argv[1]) ? postgres_open(argv[1], "1", &metrics, why, sizeof why) : store_open(argv[1], &metrics, why, sizeof why);
     CHECK(store, "%s", why);
     if (!store)
         return CHECK_END();

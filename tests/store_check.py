@@ -7,7 +7,9 @@ import subprocess
 import sys
 import tempfile
 
-from tally import Tally, build_folder
+sys.path.insert(1, os.path.join(os.path.dirname(os.path.abspath(__file__)), "api"))
+from cluster import Cluster  # noqa: E402
+from tally import Tally, build_folder  # noqa: E402
 
 
 def conforms(tally, build, name, place):
@@ -21,6 +23,8 @@ def main():
     tally, build = Tally("store"), build_folder()
     with tempfile.TemporaryDirectory() as folder:
         conforms(tally, build, "files of SQLite", os.path.join(folder, "state"))
+    with Cluster() as server:
+        conforms(tally, build, "a database of PostgreSQL", server.database("one"))
     return tally.end()
 
 
