@@ -18,6 +18,7 @@ struct jobs *jobs_new(const struct config *c, struct store *st, struct memory_ca
     js->memory_cache = memory_cache;
     js->metrics = m;
     js->hooks = hooks;
+    js->shared = store_shared(st);
     pthread_mutex_init(&js->lock, NULL);
     pthread_cond_init(&js->work, NULL);
     static const struct quota none;
@@ -206,7 +207,7 @@ enum submit jobs_submit(struct jobs *js, struct submission *s)
         outcome = SUBMIT_JOINED;
         metrics_add(js->metrics, METRIC_JOBS_JOINED);
     } else {
-        outcome = submit_new(js, s);
+        outcome = js->shared ? shared_submit(js, s) : submit_new(js, s);
     }
     pthread_mutex_unlock(&js->lock);
     finished_unref(f);
@@ -227,7 +228,8 @@ void jobs_look(struct jobs *js, struct job *job, struct job_look *look)
 {
     pthread_mutex_lock(&js->lock);
     *look = (struct job_look){ .row = job->row, .progress = job->progress, .event = job->event,
-                               .finished = finished_ref(job->finished), .stored = job->joining ? 0 : job->stored };
+                               .finished = finished_ref(job->finished), .stored = job->joining ? 0 : job->stored,
+                               .gone = job->gone, .refused = job->refused, .quota = job->quota, .retry = job->retry };
     look->row.error = NULL;
     pthread_mutex_unlock(&js->lock);
 }
@@ -291,6 +293,8 @@ static void recover_used(void *ctx, const char *owner, int64_t ms)
 
 bool jobs_recover(struct jobs *js, char *why, size_t size)
 {
+    if (js->shared)
+        return shared_start(js, why, size);
     if (!store_recover(js->store, recover_one, js, why, size))
         return false;
     if (!store_used(js->store, clock_ms() - 1000 * (int64_t)ACCOUNT_HOUR, recover_used, js)) {
@@ -316,6 +320,8 @@ void jobs_free(struct jobs *js)
         next = a->next;
         free(a);
     }
+    free(js->cancelled_text);
+    free(js->died_text);
     pthread_cond_destroy(&js->work);
     pthread_mutex_destroy(&js->lock);
     free(js);

@@ -18,6 +18,8 @@ static bool disk_keeps_up(const struct jobs *js)
 
 struct job *jobs_claim(struct jobs *js, int wake_fd)
 {
+    if (js->shared)
+        return shared_claim(js, wake_fd);
     pthread_mutex_lock(&js->lock);
     struct job *job = NULL;
     while (!js->draining && !(disk_keeps_up(js) && (job = jobs_next(js))))
@@ -79,6 +81,10 @@ void jobs_progress(struct jobs *js, struct job *job, const char *stage, double f
 /* Under the lock. */
 static void put_back(struct jobs *js, struct job *job)
 {
+    if (js->shared) {
+        shared_release(js, job);
+        return;
+    }
     job->row.status = JOB_QUEUED;
     job->row.started = 0;
     job->began = 0;
@@ -140,6 +146,8 @@ static void poke(int fd)
 enum cancel jobs_cancel(struct jobs *js, const char *id, const struct account *by, struct job **out)
 {
     enum cancel outcome = CANCEL_ASKED;
+    if (js->shared)
+        return shared_cancel(js, id, by, out);
     pthread_mutex_lock(&js->lock);
     struct job *job = *jobs_place(js, id);
     if (!job) {

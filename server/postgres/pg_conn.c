@@ -10,6 +10,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+static const double CONNECT_SECONDS = 5;
+
 static void put(struct pg_args *a, const char *value, int length, int format)
 {
     a->value[a->count] = value;
@@ -35,26 +37,6 @@ void pg_real(struct pg_args *a, double x)
 int64_t pg_int(const PGresult *r, int row, int column)
 {
     return strtoll(PQgetvalue(r, row, column), NULL, 10);
-}
-
-/* What the address does not say itself. A server that only reads, as a standby does, is passed over. */
-PGconn *pg_connect(const char *address, char *why, size_t size)
-{
-    static const char *const names[] = { "connect_timeout", "target_session_attrs", "tcp_user_timeout", "fallback_application_name", "client_encoding", "dbname", NULL };
-    const char *const values[] = { "3", "read-write", "10000", "sgad", "UTF8", address, NULL };
-    PGconn *c = PQconnectdbParams(names, values, 1);
-    if (c && PQstatus(c) == CONNECTION_OK) {
-        PGresult *r = PQexec(c, "SET search_path = sgad, pg_catalog; SET client_min_messages = error; SET statement_timeout = '120s'");
-        bool ok = PQresultStatus(r) == PGRES_COMMAND_OK;
-        PQclear(r);
-        if (ok)
-            return c;
-    }
-    snprintf(why, size, "the database cannot be used: %s", c ? PQerrorMessage(c) : "out of memory");
-    for (size_t n = strlen(why); n && why[n - 1] == '\n'; n--)
-        why[n - 1] = 0;
-    PQfinish(c);
-    return NULL;
 }
 
 static bool ready(PGconn *c, short events, double until)
@@ -98,6 +80,27 @@ PGresult *pg_run(PGconn *c, const char *sql, const struct pg_args *a, bool binar
         return NULL;
     }
     return r;
+}
+
+/* What the address does not say itself. A server that only reads, as a standby does, is passed over. */
+PGconn *pg_connect(const char *address, char *why, size_t size)
+{
+    static const char *const names[] = { "connect_timeout", "target_session_attrs", "tcp_user_timeout", "fallback_application_name", "client_encoding", "dbname", NULL };
+    const char *const values[] = { "3", "read-write", "10000", "sgad", "UTF8", address, NULL };
+    PGconn *c = PQconnectdbParams(names, values, 1);
+    if (c && PQstatus(c) == CONNECTION_OK) {
+        PGresult *r = pg_run(c, "SELECT set_config('search_path', 'sgad, pg_catalog', false), set_config('client_min_messages', 'error', false),"
+                                " set_config('statement_timeout', '120s', false)", NULL, false, CONNECT_SECONDS);
+        bool ok = r && PQresultStatus(r) == PGRES_TUPLES_OK;
+        PQclear(r);
+        if (ok)
+            return c;
+    }
+    snprintf(why, size, "the database cannot be used: %s", c ? PQerrorMessage(c) : "out of memory");
+    for (size_t n = strlen(why); n && why[n - 1] == '\n'; n--)
+        why[n - 1] = 0;
+    PQfinish(c);
+    return NULL;
 }
 
 /* -- The pool -- */

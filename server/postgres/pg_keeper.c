@@ -31,6 +31,12 @@ static bool command(PGconn *c, const char *sql)
     return ok;
 }
 
+static void came_back(struct pg *p)
+{
+    if (atomic_exchange(&p->down, false))
+        log_event(LOG_L_WARN, "database_back", NULL);
+}
+
 /* A write that means nothing: what was refused for lack of room, or as the server only reads, may go again. */
 static bool writes(PGconn *c)
 {
@@ -69,7 +75,10 @@ static void keep(struct pg *p, PGconn *c)
             any |= n->be_pid != PQbackendPID(c);
         if (any)
             told(p);
-        if (atomic_exchange(&p->hinted, false))
+        /* Somebody else found it away: this connection may be as dead, and tells. */
+        if (atomic_load(&p->down) && (ok = command(c, "SELECT 1")))
+            came_back(p);
+        if (ok && atomic_exchange(&p->hinted, false))
             ok = command(c, "NOTIFY sgad");
         if (ok && !atomic_load(&p->healthy) && atomic_exchange(&p->looking, false) && writes(c))
             atomic_store(&p->healthy, true);
@@ -87,8 +96,7 @@ static void *work(void *arg)
         char why[512];
         PGconn *c = pg_connect(p->address, why, sizeof why);
         if (c) {
-            if (atomic_exchange(&p->down, false))
-                log_event(LOG_L_WARN, "database_back", NULL);
+            came_back(p);
             told(p);                     /* whatever was missed */
             keep(p, c);
             PQfinish(c);

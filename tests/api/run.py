@@ -18,6 +18,7 @@ import limits  # noqa: E402
 import load  # noqa: E402
 import page  # noqa: E402
 import refusals  # noqa: E402
+import shared as several  # noqa: E402
 import store  # noqa: E402
 import watch  # noqa: E402
 from common import Checks  # noqa: E402
@@ -48,7 +49,7 @@ def main():
                     tally.check(False, test.__name__, f"the daemon died with {d.process.returncode}: {d.errors()}")
                     d.start()
             tally.check(d.stop() == 0, "the daemon ends with 0", d.errors()[-500:])
-    for test in life.ALL + limits.ALL + isolation.ALL + kill.ALL + load.ALL + store.ALL + access.ALL + watch.ALL + command.ALL + faults.ALL + page.ALL:
+    for test in life.ALL + limits.ALL + isolation.ALL + kill.ALL + load.ALL + store.ALL + access.ALL + watch.ALL + command.ALL + faults.ALL + page.ALL + several.ALL:
         if not chosen or test.__name__ in chosen:
             one(tally, test.__name__, test, build, checks)
     return tally.end()
