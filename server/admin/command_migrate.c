@@ -23,7 +23,7 @@ int command_migrate(int argc, char **argv)
             return COMMAND_USAGE;
         }
     }
-    char *address = command_place(store, NULL, config);
+    char *address = store || config ? command_place(store, NULL, config) : NULL;
     if (!address || !postgres_address(address)) {
         fputs(usage, stderr);
         free(address);

@@ -29,7 +29,7 @@ CREATE TABLE jobs(
 -- Beats change no indexed column, so that they leave no dead entries in indexes.
 CREATE UNIQUE INDEX jobs_by_seq ON jobs(seq);
 CREATE INDEX jobs_by_status ON jobs(status, seq);
-CREATE INDEX jobs_waiting ON jobs(owner, seq) WHERE status = 0;
+CREATE INDEX jobs_waiting ON jobs(owner, seq) INCLUDE (bytes) WHERE status = 0;
 CREATE INDEX jobs_alive ON jobs(owner) WHERE status < 2;
 CREATE INDEX jobs_running ON jobs(daemon) WHERE status = 1;
 CREATE INDEX jobs_by_end ON jobs(finished) WHERE status >= 2;

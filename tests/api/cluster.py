@@ -62,6 +62,15 @@ class Cluster:
             self.process.send_signal(how)
             self.process.wait(30)
 
+    def standby(self):
+        """A copy that follows this one; not started yet."""
+        other = Cluster()
+        self.run("pg_basebackup", "-D", other.data, "-h", self.folder, "-U", self.user, "-R", "-X", "stream", "-c", "fast")
+        return other
+
+    def promote(self):
+        self.run("pg_ctl", "-D", self.data, "-w", "promote")
+
     def database(self, name):
         self.sql(f"CREATE DATABASE {name}")
         return self.address(name)

@@ -268,6 +268,36 @@ def shared_stalled(build, c):
             relay.close()
 
 
+def shared_failover(build, c):
+    """The server is lost with its disk while clients post, and its synchronous standby is promoted: what was accepted is there."""
+    with Cluster() as first:
+        address = prepared(build, first, "failover")
+        second = first.standby()
+        try:
+            second.start()
+            first.sql("ALTER SYSTEM SET synchronous_standby_names = '*'")
+            first.sql("SELECT pg_reload_conf()")
+            c(until(lambda: first.sql("SELECT sync_state FROM pg_stat_replication") == [["sync"]]), "a synchronous standby")
+            with Daemon(build, *flags(f"{address},{second.folder}")) as a:
+                c("no_synchronous_standby" not in said(a), "the start does not warn", said(a)[-500:])
+                accepted = [a.ask("POST", "/v1/jobs", trivial()).json()["id"] for _ in range(20)]
+                runs = a.ask("POST", "/v1/jobs", slow(3)).json()["id"]
+                more = a.ask("POST", "/v1/jobs", trivial())
+                c(more.status == 202, "accepted by both")
+                first.stop(signal.SIGQUIT)
+                shutil.rmtree(first.data)
+                second.promote()
+                c(until(lambda: a.get("/readyz").status == 200), "ready with the other server", said(a)[-500:])
+                # nobody stands by the new one yet: who waits for that waits for ever
+                second.sql("ALTER SYSTEM SET synchronous_standby_names = ''")
+                second.sql("SELECT pg_reload_conf()")
+                ends = {i: a.wait(i)["status"] for i in [*accepted, more.json()["id"], runs]}
+                c([s for i, s in ends.items() if i != runs] == ["done"] * 21 and ends[runs] == "failed", "all that was accepted ends", ends)
+                c(a.ask("POST", "/v1/solve", trivial()).json()["status"] == "done" and a.stop() == 0, "and it goes on")
+        finally:
+            second.__exit__()
+
+
 def shared_chaos(build, c):
     """Three daemons that are killed, stopped for longer than a lease and cut off, and a server that crashes: whatever was accepted ends, once,
     with its own answer, and no end is taken back."""
@@ -333,4 +363,4 @@ def shared_chaos(build, c):
                 d.__exit__()
 
 
-ALL = [shared_answers, shared_killed, shared_away, shared_tenants, shared_stalled, shared_chaos]
+ALL = [shared_answers, shared_killed, shared_away, shared_tenants, shared_stalled, shared_failover, shared_chaos]
