@@ -81,7 +81,7 @@ DEPS_run/write := export run/dirac run/derivation run/ask run/tradeoff run/motio
 DEPS_run/sweep := run/write run/motion run/strata run/model run/job $(BELOW_run)
 DEPS_run/vary := run/sweep $(DEPS_run/write) run/write
 DEPS_run/follow := run/sweep $(DEPS_run/write) run/write
-DEPS_run     := run/follow run/vary $(DEPS_run/follow) export
+DEPS_run     := run/follow run/vary $(DEPS_run/follow)
 FLOORS := base exact fit plot graph expr export sys lin pencil num poly operator form request points sga dirac linear mech sym structure ode enclose traj run/job run/model run/slice run/texts run/strata run/properties run/motion run/ask run/derivation run/dirac run/tradeoff run/write run/sweep run/vary run/follow run face
 
 # The floors of server/, in the same way; of the library they see the public face. main.c sees all of them.
@@ -90,16 +90,17 @@ DEPS_settings  :=
 DEPS_formats   := tools plot export base
 DEPS_records   := tools base
 DEPS_store     := records tools base
+DEPS_postgres  := store records tools base
 DEPS_child     := settings run base
-DEPS_jobs      := child store records settings tools base
-DEPS_access    := jobs store records settings tools base
+DEPS_jobs      := child store records settings tools run base
+DEPS_access    := jobs postgres store records settings tools base
 DEPS_framing   := base
 DEPS_net       := framing settings base
 DEPS_exchange  := child net access jobs store records settings tools run base
 DEPS_handlers  := formats export exchange net access jobs store records settings tools run base
 DEPS_http      := handlers exchange net access jobs store records settings tools base
-DEPS_admin     := access store records settings tools
-SERVER_FLOORS := tools settings formats records store child jobs access framing net exchange handlers http admin
+DEPS_admin     := access postgres store records settings tools base
+SERVER_FLOORS := tools settings formats records store postgres child jobs access framing net exchange handlers http admin
 SERVER_DEPS := $(SERVER_FLOORS) run base
 CLIENT_DEPS := formats tools run plot export base
 
@@ -107,13 +108,17 @@ CLIENT_DEPS := formats tools run plot export base
 quote = $(foreach d,$(1),-iquote $(if $(filter $(d),$(SERVER_FLOORS)),server,lib)/$(d))
 
 LIBS := -lflint-arb -lflint -lmpfr -lgmp -lklu -lamd -lcolamd -lbtf -lsuitesparseconfig -lgsl -lgslcblas -ljansson -lm
-SERVER_LIBS := -lmicrohttpd -lsqlite3 -lgnutls -lseccomp -lz -lpthread
+# A store that daemons share needs libpq; POSTGRES= builds without, and so it is where libpq-dev is not installed.
+POSTGRES ?= $(if $(wildcard /usr/include/postgresql/libpq-fe.h),1)
+SERVER_LIBS := -lmicrohttpd -lsqlite3 -lgnutls -lseccomp -lz -lpthread $(if $(POSTGRES),-lpq)
 CLIENT_LIBS := -lz -lcurl
 
 LIB_SRC := $(foreach f,$(FLOORS),$(wildcard lib/$(f)/*.c))
 LIB_OBJ := $(LIB_SRC:%.c=$(B)/%.o) $(B)/lib/run/version.o $(B)/lib/export/fmu_runtime.o
-SERVER_SRC := server/main.c $(foreach f,$(SERVER_FLOORS),$(wildcard server/$(f)/*.c))
-SERVER_OBJ := $(SERVER_SRC:%.c=$(B)/%.o) $(B)/server/embedded.o $(B)/server/page_files.o
+ABSENT := $(if $(POSTGRES),server/postgres/absent.c,$(filter-out server/postgres/absent.c,$(wildcard server/postgres/*.c)))
+SERVER_SRC := server/main.c $(filter-out $(ABSENT),$(foreach f,$(SERVER_FLOORS),$(wildcard server/$(f)/*.c)))
+STEPS_OBJ := $(if $(POSTGRES),$(B)/server/pg_steps.o)
+SERVER_OBJ := $(SERVER_SRC:%.c=$(B)/%.o) $(B)/server/embedded.o $(B)/server/page_files.o $(STEPS_OBJ)
 # The client takes results apart with the daemon's JSON scanner, and writes problems as the
 # daemon does; it needs no JSON library. A tradeoff is shown by the same code too.
 CLIENT_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard clients/*.c)) $(addprefix $(B)/server/,tools/json_scan.o tools/json_string.o) $(patsubst %.c,$(B)/%.o,$(wildcard server/formats/*.c))
@@ -141,9 +146,16 @@ $(foreach f,$(FLOORS),$(eval $(call floor_rules,$(f))))
 define server_rules
 $(B)/server/$(1)/%.o: server/$(1)/%.c $(B)/flags
 	@mkdir -p $$(@D)
-	$(Q)$(CC) $(ALL_CFLAGS) $(call quote,$(1) $(DEPS_$(1))) -c $$< -o $$@
+	$(Q)$(CC) $(ALL_CFLAGS) $(call quote,$(1) $(DEPS_$(1))) $(if $(filter postgres,$(1)),-isystem /usr/include/postgresql) -c $$< -o $$@
 endef
 $(foreach f,$(SERVER_FLOORS),$(eval $(call server_rules,$(f))))
+# The steps of the database's schema are part of the program too.
+STEPS := $(sort $(wildcard server/postgres/schema-*.sql))
+$(B)/server/pg_steps.c: server/postgres/steps.sh $(STEPS)
+	@mkdir -p $(@D)
+	@sh server/postgres/steps.sh $(STEPS) > $@
+$(B)/server/pg_steps.o: $(B)/server/pg_steps.c server/postgres/pg_steps.h
+	$(Q)$(CC) $(ALL_CFLAGS) $(call quote,postgres) -c $< -o $@
 $(B)/server/main.o: server/main.c $(B)/flags
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(ALL_CFLAGS) $(call quote,$(SERVER_DEPS)) -c $< -o $@
@@ -286,7 +298,12 @@ $(B)/unit/$(notdir $(basename $(1))): $(1) $(call floor_obj,$(call floor_of,$(1)
 	$(Q)$(CC) $(ALL_CFLAGS) -iquote tests/unit $(call quote,$(call floor_of,$(1)) $(DEPS_$(call floor_of,$(1)))) -o $$@ $(1) $(call floor_obj,$(call floor_of,$(1))) $(LIBS) $(if $(findstring _memory,$(1)),$(FAILING))
 endef
 $(foreach u,$(wildcard tests/unit/*.c),$(eval $(call unit_rules,$(u))))
-units: $(UNIT_BIN)
+# What every store promises, asked of the one that is named: the folders of server/ that it needs, and no others.
+STORE_FLOORS := store postgres records tools
+STORE_OBJ := $(patsubst %.c,$(B)/%.o,$(filter-out $(ABSENT),$(foreach f,$(STORE_FLOORS),$(wildcard server/$(f)/*.c)))) $(STEPS_OBJ)
+$(B)/conformance: tests/conformance.c $(STORE_OBJ) $(B)/libsga.a
+	$(Q)$(CC) $(ALL_CFLAGS) -iquote tests/unit $(call quote,$(STORE_FLOORS) base) -o $@ $< $(STORE_OBJ) $(B)/libsga.a $(LIBS) $(SERVER_LIBS)
+units: $(UNIT_BIN) $(B)/conformance
 unit: $(UNIT_BIN)
 	@for u in $(UNIT_BIN); do echo "# $$u"; $$u || exit 1; done
 
@@ -296,7 +313,7 @@ unit: $(UNIT_BIN)
 FUZZ := expression request admission store
 FUZZ_FLAGS := $(ALL_CFLAGS) $(if $(LIBFUZZER),,-fsanitize-coverage=trace-pc)
 FUZZ_OBJ := $(foreach d,request $(DEPS_request),$(patsubst %.c,$(B)/fuzz/%.o,$(wildcard lib/$(d)/*.c)))
-FUZZ_SERVER_OBJ := $(patsubst %.c,$(B)/fuzz/%.o,$(filter-out server/main.c,$(SERVER_SRC))) $(B)/server/embedded.o $(B)/server/page_files.o
+FUZZ_SERVER_OBJ := $(patsubst %.c,$(B)/fuzz/%.o,$(filter-out server/main.c,$(SERVER_SRC))) $(B)/server/embedded.o $(B)/server/page_files.o $(STEPS_OBJ)
 define fuzz_floor_rules
 $(B)/fuzz/lib/$(1)/%.o: lib/$(1)/%.c
 	@mkdir -p $$(@D)
@@ -306,7 +323,7 @@ $(foreach f,request $(DEPS_request),$(eval $(call fuzz_floor_rules,$(f))))
 define fuzz_server_rules
 $(B)/fuzz/server/$(1)/%.o: server/$(1)/%.c
 	@mkdir -p $$(@D)
-	$(Q)$(CC) $(FUZZ_FLAGS) $(call quote,$(1) $(DEPS_$(1))) -c $$< -o $$@
+	$(Q)$(CC) $(FUZZ_FLAGS) $(call quote,$(1) $(DEPS_$(1))) $(if $(filter postgres,$(1)),-isystem /usr/include/postgresql) -c $$< -o $$@
 endef
 $(foreach f,$(SERVER_FLOORS),$(eval $(call fuzz_server_rules,$(f))))
 $(B)/fuzz/%.o: tests/fuzz/%.c

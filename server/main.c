@@ -13,6 +13,7 @@
 #include "inherit.h"
 #include "log.h"
 #include "notify.h"
+#include "postgres.h"
 #include "run.h"
 #include "sandbox.h"
 #include "successor.h"
@@ -63,10 +64,18 @@ static void raise_descriptor_limit(void)
     }
 }
 
+/* Tokens of a database have no file whose time tells. One that is away leaves them as they were. */
+static void read_tokens(void *tokens)
+{
+    char why[512];
+    tokens_refresh(tokens, true, why, sizeof why);
+}
+
 static bool start_tokens(struct service *sv, char *why, size_t size)
 {
     return !config_tokens(&sv->config)
-        || ((sv->tokens = tokens_new(sv->config.state, sv->jobs)) && tokens_refresh(sv->tokens, true, why, size));
+        || ((sv->tokens = tokens_new(sv->config.store ? sv->config.store : sv->config.state, sv->jobs)) && tokens_refresh(sv->tokens, true, why, size)
+            && (jobs_chore(sv->jobs, read_tokens, sv->tokens), true));
 }
 
 static bool start(struct parts *p, char *why, size_t size)
@@ -77,7 +86,8 @@ static bool start(struct parts *p, char *why, size_t size)
     return (sv->conns = conns_new())
         && (sv->memory_cache = memory_cache_new((size_t)sv->config.cache_memory))
         && (p->http = http_open(sv, why, size)) && (inherit_ready(), true)
-        && (sv->store = store_open(sv->config.state, inherited() ? (double)sv->config.grace + TAKE_OVER_SECONDS : 0, &sv->metrics, why, size))
+        && (sv->store = sv->config.store ? postgres_open(sv->config.store, sga_version(), &sv->metrics, why, size)
+                                         : store_open(sv->config.state, inherited() ? (double)sv->config.grace + TAKE_OVER_SECONDS : 0, &sv->metrics, why, size))
         && (store_limit(sv->store, &sv->config.cache_disk), true)
         && (sv->jobs = jobs_new(&sv->config, sv->store, sv->memory_cache, &sv->metrics, hooks))
         && (sv->everyone = jobs_account(sv->jobs, "", &(struct quota){ 0 }))
@@ -225,7 +235,7 @@ static int serve(struct parts *p, const sigset_t *signals)
         printf("listening on %s\n", http_url(p->http));
         fflush(stdout);
         notify("READY=1\nSTATUS=listening on %.400s", http_url(p->http));
-        log_event(LOG_L_INFO, "started", "version", sga_version(), "state", p->service.config.state, NULL);
+        log_event(LOG_L_INFO, "started", "version", sga_version(), "state", p->service.config.store ? "a shared store" : p->service.config.state, NULL);
         tell_code(&p->service.config);
         number = wait_for_signal(p, signals);
     } else {

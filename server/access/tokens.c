@@ -4,6 +4,7 @@
 #include "clock.h"
 #include "jobs.h"
 #include "log.h"
+#include "postgres.h"
 
 #include <gnutls/gnutls.h>
 #include <pthread.h>
@@ -117,18 +118,48 @@ static void tell_changes(const struct token_list *old, const struct token_list *
             log_event(LOG_L_AUDIT, "token_removed", "token", old->token[i].name, NULL);
 }
 
+static bool find_accounts(struct tokens *ts, struct token_list *list)
+{
+    bool ok = true;
+    for (size_t i = 0; ok && i < list->count; i++)
+        ok = (list->token[i].account = jobs_account(ts->jobs, list->token[i].name, &list->token[i].quota)) != NULL;
+    return ok;
+}
+
+/* Read without the lock: a database may take its time. */
+static bool refresh_shared(struct tokens *ts, char *why, size_t size)
+{
+    struct token_list fresh;
+    if (!tokens_read(ts->folder, &fresh, why, size))
+        return false;
+    if (!find_accounts(ts, &fresh)) {
+        free(fresh.token);
+        snprintf(why, size, "out of memory");
+        return false;
+    }
+    pthread_mutex_lock(&ts->lock);
+    if (ts->read)
+        tell_changes(&ts->list, &fresh);
+    ts->read = true;
+    free(ts->list.token);
+    ts->list = fresh;
+    pthread_mutex_unlock(&ts->lock);
+    return true;
+}
+
 bool tokens_refresh(struct tokens *ts, bool always, char *why, size_t size)
 {
     struct stat now;
     struct token_list fresh;
+    if (postgres_address(ts->folder))
+        return !always || refresh_shared(ts, why, size);
     pthread_mutex_lock(&ts->lock);
     /* Looked at before it is read: a write in between is seen the next time. */
     if (stat(ts->path, &now) != 0)
         memset(&now, 0, sizeof now);
     bool changed = always || !same_file(&now, &ts->seen), ok = true;
     if (changed && (ok = tokens_read(ts->folder, &fresh, why, size))) {
-        for (size_t i = 0; ok && i < fresh.count; i++)
-            ok = (fresh.token[i].account = jobs_account(ts->jobs, fresh.token[i].name, &fresh.token[i].quota)) != NULL;
+        ok = find_accounts(ts, &fresh);
         if (ok) {
             if (ts->read)
                 tell_changes(&ts->list, &fresh);

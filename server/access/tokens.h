@@ -32,6 +32,8 @@ void scopes_write(unsigned scopes, char *out, size_t size);
 
 struct token_list { struct token *token; size_t count; };
 
+/* `folder` is that of the state, or the address of a database that daemons share. */
+
 /* All tokens, oldest first; a missing file holds none. False with a reason in why. */
 bool tokens_read(const char *folder, struct token_list *out, char *why, size_t size);
 /* Makes the folder and the file where they are missing. A name is used once. */
@@ -45,7 +47,7 @@ struct jobs;
 
 struct tokens *tokens_new(const char *folder, struct jobs *jobs);
 void tokens_free(struct tokens *ts);
-/* Reads the file again if it changed (always: in any case). False: it could not be read, and
+/* Reads the file again if it changed (always: in any case; only then a database is asked). False: it could not be read, and
  * what was known before stands. Any thread. */
 bool tokens_refresh(struct tokens *ts, bool always, char *why, size_t size);
 /* The token of this text, unless it is expired or revoked. */

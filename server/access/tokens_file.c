@@ -1,6 +1,7 @@
 /* tokens.db. With a rollback journal: each write changes the file itself, which is how a
  * running daemon notices, and commands and daemon may use it at the same time. */
-#include "tokens.h"
+#include "tokens_place.h"
+#include "postgres.h"
 
 #include <errno.h>
 #include <sqlite3.h>
@@ -85,6 +86,8 @@ bool tokens_read(const char *folder, struct token_list *out, char *why, size_t s
     char path[PATH_SIZE];
     sqlite3 *db;
     sqlite3_stmt *s = NULL;
+    if (postgres_address(folder))
+        return tokens_shared_read(folder, out, why, size);
     *out = (struct token_list){ NULL, 0 };
     snprintf(path, sizeof path, "%s/tokens.db", folder);
     if (access(path, F_OK) != 0 && errno == ENOENT)
@@ -131,6 +134,8 @@ bool tokens_add(const char *folder, const struct token *t, char *why, size_t siz
     char path[PATH_SIZE];
     sqlite3 *db;
     sqlite3_stmt *s = NULL;
+    if (postgres_address(folder))
+        return tokens_shared_add(folder, t, why, size);
     if (!open_to_write(folder, path, &db, why, size))
         return false;
     if (sqlite3_prepare_v2(db, "INSERT INTO tokens VALUES(?1, ?2, ?3, ?4, ?5, 0, ?6, ?7, ?8, ?9)", -1, &s, NULL) != SQLITE_OK)
@@ -162,6 +167,8 @@ bool tokens_revoke(const char *folder, const char *name, int64_t now, char *why,
     char path[PATH_SIZE];
     sqlite3 *db;
     sqlite3_stmt *s = NULL;
+    if (postgres_address(folder))
+        return tokens_shared_revoke(folder, name, now, why, size);
     if (!open_to_write(folder, path, &db, why, size))
         return false;
     if (sqlite3_prepare_v2(db, "UPDATE tokens SET revoked = ?2 WHERE name = ?1 AND revoked = 0", -1, &s, NULL) != SQLITE_OK)

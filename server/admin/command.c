@@ -9,7 +9,7 @@
 bool command_run(int argc, char **argv, int *status)
 {
     static const struct { const char *name; int (*run)(int, char **); } commands[] = {
-        { "token", command_token }, { "backup", command_backup }, { "restore", command_restore }, { "prune", command_prune }, { "check", command_check },
+        { "token", command_token }, { "backup", command_backup }, { "restore", command_restore }, { "prune", command_prune }, { "check", command_check }, { "migrate", command_migrate },
     };
     for (size_t i = 0; argc > 1 && i < sizeof commands / sizeof *commands; i++)
         if (strcmp(argv[1], commands[i].name) == 0) {
@@ -30,6 +30,19 @@ const char *command_option(int argc, char **argv, int *i, const char *name)
     if (arg[2 + n] || *i + 1 >= argc)
         return NULL;
     return argv[++*i];
+}
+
+char *command_place(const char *store, const char *state, const char *file)
+{
+    char *found = store ? strdup(store) : NULL, why[512];
+    if (!found && !state && file) {
+        struct config c;
+        char *args[] = { "sgad", "--print-config", "--config", (char *)(size_t)file };
+        if (config_read(&c, 4, args, why, sizeof why) != CONFIG_BAD && c.store)
+            found = strdup(c.store);
+        config_free(&c);
+    }
+    return found ? found : command_state(state, file);
 }
 
 char *command_state(const char *state, const char *file)

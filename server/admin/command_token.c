@@ -13,7 +13,7 @@
 enum { TOKEN_BYTES = 32, DAY = 86400 };
 
 struct wish {
-    const char *name, *scope, *expires, *jobs, *bytes, *waiters, *seconds, *state, *config;
+    const char *name, *scope, *expires, *jobs, *bytes, *waiters, *seconds, *state, *store, *config;
 };
 
 static const char usage[] =
@@ -25,7 +25,8 @@ static const char usage[] =
     "Scopes: submit (post and cancel jobs), read (jobs, events, metrics), admin (all, and cancel\n"
     "the jobs of others). --expires: a number with s, m, h or d, or never (the default). Quotas, 0 for\n"
     "none: jobs that wait or run, bytes of waiting requests, requests that wait, seconds of running in\n"
-    "one hour. --config FILE may stand for --state DIR. A running daemon notices within two seconds.\n";
+    "one hour. --config FILE or --store\n"
+    "postgresql://... may stand for --state DIR. A running daemon notices within two seconds.\n";
 
 static int bad(const char *what, const char *which)
 {
@@ -37,7 +38,7 @@ static bool read_wish(int argc, char **argv, struct wish *w)
 {
     const struct { const char *name; const char **at; } options[] = {
         { "name", &w->name }, { "scope", &w->scope }, { "expires", &w->expires }, { "jobs", &w->jobs }, { "bytes", &w->bytes },
-        { "waiters", &w->waiters }, { "seconds", &w->seconds }, { "state", &w->state }, { "config", &w->config },
+        { "waiters", &w->waiters }, { "seconds", &w->seconds }, { "state", &w->state }, { "store", &w->store }, { "config", &w->config },
     };
     for (int i = 3; i < argc; i++) {
         const char *value = NULL, *arg = argv[i];
@@ -178,7 +179,7 @@ int command_token(int argc, char **argv)
         return bad("token needs create, list or revoke", "");
     if (!read_wish(argc, argv, &w))
         return COMMAND_USAGE;
-    char *state = command_state(w.state, w.config);
+    char *state = command_place(w.store, w.state, w.config);
     if (!state)
         return COMMAND_USAGE;
     int status = *what == 'c' ? create(&w, state) : *what == 'l' ? list(state) : revoke(&w, state);

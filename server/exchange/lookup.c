@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static enum lookup from_store(struct service *sv, const char *id, struct finished **finished)
+static enum lookup from_store(struct service *sv, const char *id, struct job **job, struct finished **finished)
 {
     struct job_row row;
     char *text = NULL;
@@ -21,6 +21,8 @@ static enum lookup from_store(struct service *sv, const char *id, struct finishe
     bool full = atomic_load(&sv->reply_bytes) >= atomic_load(&sv->config.reply_memory) + atomic_load(&sv->config.cache_memory);
     if (row.status == JOB_DONE && full)
         outcome = LOOKUP_BUSY;
+    else if (!job_ended(row.status) && store_shared(sv->store))
+        outcome = (*job = jobs_watch(sv->jobs, &row)) ? LOOKUP_LIVE : LOOKUP_BROKEN;
     else if (!job_ended(row.status))
         outcome = LOOKUP_BROKEN;        /* its end could not be written */
     else if ((a = (row.status == JOB_DONE ? store_result : store_request)(sv->store, id, &text, &length)) != STORE_FOUND)
@@ -41,7 +43,7 @@ static enum lookup from_store(struct service *sv, const char *id, struct finishe
  * account of who asks. It stays its owner's. */
 static enum lookup revive(struct service *sv, struct account *account, const char *id, struct job **job, struct finished **finished)
 {
-    struct submission s = { .id = id, .account = account, .request_id = "", .traceparent = "" };
+    struct submission s = { .id = id, .account = account, .request_id = "", .traceparent = "", .again = true };
     enum lookup outcome = LOOKUP_GONE;
     struct job_row row = { .error = NULL };
     if (store_job(sv->store, id, &row) != STORE_FOUND)
@@ -86,7 +88,13 @@ enum lookup lookup_job(struct service *sv, const char *id, struct job **job, str
     struct job *live = jobs_find(sv->jobs, id);
     if (live) {
         struct job_look look;
+        if (store_shared(sv->store))
+            jobs_refresh(sv->jobs, live);
         jobs_look(sv->jobs, live, &look);
+        if (look.gone) {
+            job_unref(live);
+            return LOOKUP_NONE;
+        }
         if (!look.finished) {
             *job = live;
             return LOOKUP_LIVE;
@@ -97,7 +105,7 @@ enum lookup lookup_job(struct service *sv, const char *id, struct job **job, str
     }
     if ((*finished = memory_cache_by_id(sv->memory_cache, id)))
         return LOOKUP_RECENT;
-    return from_store(sv, id, finished);
+    return from_store(sv, id, job, finished);
 }
 
 struct sga_error lookup_error(enum lookup outcome)

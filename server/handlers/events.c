@@ -54,6 +54,8 @@ static bool fill(struct stream *s)
     if (look.finished) {
         put_end(&s->out, look.finished);
         s->over = true;
+    } else if (look.gone) {
+        s->over = true;
     } else if (news) {
         put_progress(&s->out, &look);
     } else if (now >= s->heartbeat) {

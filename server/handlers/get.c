@@ -34,6 +34,8 @@ static enum MHD_Result living(struct exchange *e)
         reply_header(e, "Preference-Applied", "wait=%ld", e->wait_seconds);
     if (look.finished)
         return ended(e, look.finished);
+    if (look.gone)
+        return reply_lookup(e, LOOKUP_NONE);
     reply_header(e, "Retry-After", "1");
     return reply_job(e, 200, &look);
 }
@@ -130,6 +132,8 @@ enum MHD_Result handle_delete(struct exchange *e)
     enum cancel outcome = jobs_cancel(e->service->jobs, e->segment, e->scopes & SCOPE_ADMIN ? NULL : e->account, &e->job);
     if (outcome == CANCEL_NOT_YOURS)
         return reply_error(e, SGA_E_SCOPE, "This token did not ask for the job; to cancel it takes the scope admin.");
+    if (outcome == CANCEL_BROKEN)
+        return reply_error(e, SGA_E_STORE, "That could not be written to the store. Try again later.");
     if (outcome == CANCEL_UNKNOWN)
         return reply_error(e, SGA_E_JOB_ENDED, "The job has ended already.");
     tell(e, outcome == CANCEL_WITHDRAWN ? "job_withdrawn" : "job_cancelled");

@@ -46,6 +46,25 @@ static enum MHD_Result not_stored(struct exchange *e, struct finished *f)
                                            : reply_error(e, SGA_E_STORE, "The job could not be written to the store.");
 }
 
+static enum MHD_Result refuse(struct exchange *e, enum submit why, const char *quota, long retry)
+{
+    const struct config *c = &e->service->config;
+    switch (why) {
+    case SUBMIT_DRAINING:
+        reply_header(e, "Retry-After", "%d", FULL_SECONDS);
+        return reply_error(e, SGA_E_DRAINING, "The service is shutting down. Try again later.");
+    case SUBMIT_QUOTA:
+        reply_header(e, "Retry-After", "%ld", retry);
+        return reply_error(e, SGA_E_QUOTA, "This token has used up its quota of %s.", quota);
+    case SUBMIT_FULL:
+        reply_header(e, "Retry-After", "%d", FULL_SECONDS);
+        return reply_error(e, SGA_E_QUEUE_FULL, "The queue holds as much as it may: %ld jobs, or %ld bytes of requests.",
+                           atomic_load(&c->queue), atomic_load(&c->queue_bytes));
+    default:
+        return reply_error(e, SGA_E_INTERNAL, "There is not enough memory for another job.");
+    }
+}
+
 /* The job in its present state: its end, or 202 once its row is on disk. */
 static enum MHD_Result answer(struct exchange *e)
 {
@@ -59,6 +78,8 @@ static enum MHD_Result answer(struct exchange *e)
     jobs_look(e->service->jobs, e->job, &look);
     if (e->preferred)
         reply_header(e, "Preference-Applied", "wait=%ld", e->wait_seconds);
+    if (look.stored != 1 && (look.refused == SUBMIT_FULL || look.refused == SUBMIT_QUOTA))
+        return refuse(e, look.refused, look.quota, look.retry);
     if (look.stored != 1)
         return not_stored(e, look.finished);
     if (look.finished)
@@ -66,25 +87,6 @@ static enum MHD_Result answer(struct exchange *e)
     reply_header(e, "Location", "/v1/jobs/%s", look.row.id);
     reply_header(e, "Retry-After", "%d", RETRY_SECONDS);
     return reply_job(e, 202, &look);
-}
-
-static enum MHD_Result refuse(struct exchange *e, enum submit why, const struct submission *s)
-{
-    const struct config *c = &e->service->config;
-    switch (why) {
-    case SUBMIT_DRAINING:
-        reply_header(e, "Retry-After", "%d", FULL_SECONDS);
-        return reply_error(e, SGA_E_DRAINING, "The service is shutting down. Try again later.");
-    case SUBMIT_QUOTA:
-        reply_header(e, "Retry-After", "%ld", s->retry);
-        return reply_error(e, SGA_E_QUOTA, "This token has used up its quota of %s.", s->quota);
-    case SUBMIT_FULL:
-        reply_header(e, "Retry-After", "%d", FULL_SECONDS);
-        return reply_error(e, SGA_E_QUEUE_FULL, "The queue holds as much as it may: %ld jobs, or %ld bytes of requests.",
-                           atomic_load(&c->queue), atomic_load(&c->queue_bytes));
-    default:
-        return reply_error(e, SGA_E_INTERNAL, "There is not enough memory for another job.");
-    }
 }
 
 /* Jobs that are each token's own have its name in theirs; so have the digests of bodies. */
@@ -124,14 +126,14 @@ static enum MHD_Result submit(struct exchange *e, const unsigned char *sum, stru
         return reply_lookup(e, found);
     job_unref(e->job);
     e->job = NULL;
-    struct submission s = { .id = id, .request = sga_buf_take(canonical), .length = length, .account = e->account,
+    struct submission s = { .id = id, .again = found == LOOKUP_GONE, .request = sga_buf_take(canonical), .length = length, .account = e->account,
                             .request_id = e->request_id, .traceparent = e->traceparent };
     enum submit outcome = jobs_submit(sv->jobs, &s);
     free(s.request);
     if (outcome == SUBMIT_DONE)
         return hit(e, s.finished, METRIC_CACHE_MEMORY);
     if (outcome != SUBMIT_NEW && outcome != SUBMIT_JOINED)
-        return refuse(e, outcome, &s);
+        return refuse(e, outcome, s.quota, s.retry);
     e->job = s.job;
     metrics_add(&sv->metrics, METRIC_CACHE_MISSES);
     return answer(e);

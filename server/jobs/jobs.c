@@ -18,6 +18,7 @@ struct jobs *jobs_new(const struct config *c, struct store *st, struct memory_ca
     js->memory_cache = memory_cache;
     js->metrics = m;
     js->hooks = hooks;
+    js->shared = store_shared(st);
     pthread_mutex_init(&js->lock, NULL);
     pthread_cond_init(&js->work, NULL);
     static const struct quota none;
@@ -55,6 +56,7 @@ void job_unref(struct job *job)
         return;
     free(job->row.error);
     free(job->end.error);
+    free(job->order);
     free(job->request);
     jobs_free_interests(job);
     finished_unref(job->ending);
@@ -93,13 +95,16 @@ static void forget(struct job **at)
 }
 
 /* The row of a new job is on disk, or could not be put there. */
-static void stored(void *ctx, bool ok)
+static void stored(void *ctx, enum store_kept how)
 {
+    bool ok = how == STORE_KEPT;
     struct job *job = ctx;
     struct jobs *js = job->table;
     bool lost = false;
     pthread_mutex_lock(&js->lock);
     job->stored = ok ? 1 : -1;
+    free(job->order);
+    job->order = NULL;
     if (!ok && job->queued) {
         jobs_dequeue(js, job);
         lost = true;
@@ -112,6 +117,19 @@ static void stored(void *ctx, bool ok)
         jobs_end(js, job, JOB_FAILED, &err, NULL, 0);
     }
     job_unref(job);
+}
+
+/* Memory has decided: no bounds. The store has a reference until stored() gives it back. */
+static bool order(struct jobs *js, struct job *fresh, const struct submission *s)
+{
+    if (!(fresh->order = calloc(1, sizeof *fresh->order)))
+        return false;
+    *fresh->order = (struct store_submission){ .row = fresh->row, .request = { s->request, s->length }, .join = !s->owner, .again = true };
+    job_ref(fresh);
+    if (store_submit(js->store, fresh->order, stored, fresh))
+        return true;
+    job_unref(fresh);
+    return false;
 }
 
 static bool no_room(const struct jobs *js, size_t length)
@@ -148,14 +166,11 @@ static enum submit submit_new(struct jobs *js, struct submission *s)
     snprintf(fresh->request_id, sizeof fresh->request_id, "%s", s->request_id);
     snprintf(fresh->traceparent, sizeof fresh->traceparent, "%s", s->traceparent);
     fresh->row.seconds = (int64_t)seconds + 1;
-    if (!s->owner) {           /* first: whoever finds the job on disk finds who asked for it */
+    if (!s->owner)
         jobs_add_interest(fresh, s->account);
-        store_join(js->store, s->id, s->account->name);
-    }
-    job_ref(fresh);            /* the store's, given back by stored() */
-    if (!store_insert(js->store, &fresh->row, s->request, s->length, stored, fresh)) {
-        jobs_free_interests(fresh);
-        free(fresh);
+    fresh->row.epoch = store_epoch(js->store);
+    if (!order(js, fresh, s)) {
+        job_unref(fresh);
         return SUBMIT_NO_MEMORY;
     }
     fresh->request = s->request;
@@ -193,7 +208,7 @@ enum submit jobs_submit(struct jobs *js, struct submission *s)
         outcome = SUBMIT_JOINED;
         metrics_add(js->metrics, METRIC_JOBS_JOINED);
     } else {
-        outcome = submit_new(js, s);
+        outcome = js->shared ? shared_submit(js, s) : submit_new(js, s);
         s->account->refused += outcome == SUBMIT_QUOTA || outcome == SUBMIT_FULL;
     }
     pthread_mutex_unlock(&js->lock);
@@ -215,7 +230,8 @@ void jobs_look(struct jobs *js, struct job *job, struct job_look *look)
 {
     pthread_mutex_lock(&js->lock);
     *look = (struct job_look){ .row = job->row, .progress = job->progress, .event = job->event,
-                               .finished = finished_ref(job->finished), .stored = job->joining ? 0 : job->stored };
+                               .finished = finished_ref(job->finished), .stored = job->joining ? 0 : job->stored,
+                               .gone = job->gone, .refused = job->refused, .quota = job->quota, .retry = job->retry };
     look->row.error = NULL;
     pthread_mutex_unlock(&js->lock);
 }
@@ -279,6 +295,8 @@ static void recover_used(void *ctx, const char *owner, int64_t ms)
 
 bool jobs_recover(struct jobs *js, char *why, size_t size)
 {
+    if (js->shared)
+        return shared_start(js, why, size);
     if (!store_recover(js->store, recover_one, js, why, size))
         return false;
     if (!store_used(js->store, clock_ms() - 1000 * (int64_t)ACCOUNT_HOUR, recover_used, js)) {
@@ -304,6 +322,8 @@ void jobs_free(struct jobs *js)
         next = a->next;
         free(a);
     }
+    free(js->cancelled_text);
+    free(js->died_text);
     pthread_cond_destroy(&js->work);
     pthread_mutex_destroy(&js->lock);
     free(js);

@@ -35,7 +35,8 @@ struct jobs_hooks {
 };
 
 struct jobs *jobs_new(const struct config *c, struct store *st, struct memory_cache *memory_cache, struct metrics *m, struct jobs_hooks hooks);
-/* Takes over what the store holds from before. Before workers start. */
+/* Takes over what the store holds from before; where daemons share the store, begins to follow it.
+ * Before workers start. */
 bool jobs_recover(struct jobs *js, char *why, size_t size);
 void jobs_free(struct jobs *js);
 
@@ -59,6 +60,7 @@ struct submission {
     struct account *account;
     const char *owner;              /* whose job it is; NULL: the account's */
     const char *request_id, *traceparent;   /* for the log */
+    bool again;                     /* although it is done: its result is gone */
     /* the answer */
     struct job *job;                /* a reference, of SUBMIT_NEW and SUBMIT_JOINED */
     struct finished *finished;      /* a reference, of SUBMIT_DONE */
@@ -79,6 +81,13 @@ bool jobs_asked(struct jobs *js, const char *id, const struct account *account);
 /* Those who asked for the job before, as the store knows them. */
 void jobs_load_interests(struct jobs *js, struct job *job);
 
+/* Where daemons share the store: a job that it has, as followed from now on, with a reference. NULL: no memory. */
+struct job *jobs_watch(struct jobs *js, const struct job_row *row);
+/* Looks at the store's row of a followed job: its state and its end become this one's. */
+void jobs_refresh(struct jobs *js, struct job *job);
+/* Where daemons share the store: done once a second or so, on a thread that may wait. NULL: nothing any more. */
+void jobs_chore(struct jobs *js, void (*chore)(void *ctx), void *ctx);
+
 /* A living job with a reference, or NULL. */
 struct job *jobs_find(struct jobs *js, const char *id);
 void job_ref(struct job *job);
@@ -90,10 +99,14 @@ struct job_look {
     uint64_t event;                       /* grows with each change */
     struct finished *finished;            /* a reference, once it has ended */
     int stored;                           /* 1: its row is on disk; -1: that failed; 0: not yet */
+    bool gone;                            /* the store does not have it: it took it not, or not any more */
+    enum submit refused;                  /* where it took it not: SUBMIT_FULL or SUBMIT_QUOTA, as in struct submission */
+    const char *quota;
+    long retry;
 };
 void jobs_look(struct jobs *js, struct job *job, struct job_look *look);
 
-enum cancel { CANCEL_ENDED_NOW, CANCEL_ASKED, CANCEL_WITHDRAWN, CANCEL_TOO_LATE, CANCEL_UNKNOWN, CANCEL_NOT_YOURS };
+enum cancel { CANCEL_BROKEN, CANCEL_ENDED_NOW, CANCEL_ASKED, CANCEL_WITHDRAWN, CANCEL_TOO_LATE, CANCEL_UNKNOWN, CANCEL_NOT_YOURS };
 /* Withdraws the interest of the account `by`, where others have one too; else ends a queued job,
  * asks a running one to stop. NULL may cancel the jobs of all. *job gets a reference unless it is
  * unknown or another's. */
@@ -137,6 +150,8 @@ double jobs_seconds(const struct config *c, const char *request, size_t length);
 const char *job_id(const struct job *job);
 const struct account *job_account(const struct job *job);       /* on which it runs; fixed */
 bool jobs_cancelled(struct jobs *js, struct job *job);
+/* Another daemon has the job now: true once, and then it is not the worker's any more. */
+bool jobs_lost(struct jobs *js, struct job *job);
 void jobs_progress(struct jobs *js, struct job *job, const char *stage, double fraction);
 /* The end: result text, or err. One of them. Takes no ownership. */
 void jobs_done(struct jobs *js, struct job *job, const char *result, size_t length);

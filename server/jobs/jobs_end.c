@@ -25,21 +25,40 @@ static void publish(struct jobs *js, struct job *job)
     job->finished = job->ending;
     job->ending = NULL;
     job->event++;
-    if (job->stored == 1)
+    if (job->stored == 1 && (!js->shared || job->row.status == JOB_DONE))    /* else another daemon may run it once more */
         memory_cache_put(js->memory_cache, job->finished);
     jobs_notify(js, job);
     pthread_cond_broadcast(&js->work);       /* workers that waited for the disk */
 }
 
+/* Under the lock: another daemon has the job, and its end is the one that counts. */
+static void fenced(struct jobs *js, struct job *job)
+{
+    js->ending--;
+    js->ending_bytes -= ending_size(job);
+    shared_let_go(js, job);
+    finished_unref(job->ending);
+    job->ending = NULL;
+    free(job->end.error);
+    job->end.error = NULL;
+    pthread_cond_broadcast(&js->work);
+    jobs_notify(js, job);
+}
+
 /* The end is on disk: readers of the store know the job from now on. It stays in the table, where
  * it is found, until the disk takes it; one whose row was never on disk has nothing to keep. */
-static void end_stored(void *ctx, bool ok)
+static void end_stored(void *ctx, enum store_kept how)
 {
     struct job *job = ctx;
     struct jobs *js = job->table;
+    if (how == STORE_FENCED)         /* another run's row stands */
+        log_event(LOG_L_WARN, "end_fenced", "job", job->row.id, NULL);
     pthread_mutex_lock(&js->lock);
-    bool over = ok || job->stored != 1;
-    if (over) {
+    bool over = how != STORE_LOST || job->stored != 1;
+    if (over && js->shared && how == STORE_FENCED) {
+        fenced(js, job);
+        over = false;
+    } else if (over) {
         publish(js, job);
         *jobs_place(js, job->row.id) = job->chain;
     } else {
@@ -49,6 +68,8 @@ static void end_stored(void *ctx, bool ok)
     pthread_mutex_unlock(&js->lock);
     if (over)
         job_unref(job);
+    if (js->shared)
+        store_hint(js->store);
     job_unref(job);
 }
 

@@ -29,11 +29,11 @@ void jobs_free_interests(struct job *job)
     }
 }
 
-static void joined(void *ctx, bool ok)
+static void joined(void *ctx, enum store_kept how)
 {
     struct job *job = ctx;
     struct jobs *js = job->table;
-    (void)ok;            /* the job itself is on disk, and known here as asked for */
+    (void)how;           /* the job itself is on disk, and known here as asked for */
     pthread_mutex_lock(&js->lock);
     job->joining--;
     jobs_notify(js, job);

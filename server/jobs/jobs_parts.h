@@ -16,6 +16,7 @@ enum { JOBS_BUCKETS = 8192, JOBS_TRIES = 3, JOBS_NOTED = 4096 };
 struct job {
     atomic_int refs;
     struct job_row row;              /* as everybody may see it; its end is written once, under the lock */
+    struct store_submission *order;  /* on its way to the store; NULL: there is none */
     struct job_row end;              /* how it ended, on its way to the disk */
     struct finished *ending;         /* the same as text; NULL: it has not ended, or is told */
     char *request;                   /* canonical; NULL: on disk only. Fixed once running */
@@ -31,6 +32,13 @@ struct job {
     bool killed;                     /* its process was, once */
     bool unsaved;                    /* its end could not be written: tried again. ending stays */
     int wake_fd;                     /* of the worker that runs it; -1 */
+    /* Where daemons share the store: */
+    bool ours;                       /* it runs here, or its end is on its way */
+    bool lost;                       /* it does not any more: the worker is told */
+    bool gone;                       /* see struct job_look, and below */
+    enum submit refused;
+    const char *quota;
+    long retry;
     struct finished *finished;
     struct waiter *waiters;
     struct job *chain;               /* in its bucket */
@@ -65,6 +73,15 @@ struct jobs {
     unsigned long prunes;
     double retry_at;                 /* sga_now() */
     bool draining, leaving, brief, closed, stopping;
+    /* Where daemons share the store: */
+    bool shared, keeps;              /* keeps: the thread runs */
+    char name[112];                  /* of this daemon, unlike all others */
+    char *cancelled_text, *died_text;
+    unsigned long hints;             /* that something may wait */
+    pthread_t keeper;
+    atomic_bool keeper_stops;
+    void (*chore)(void *ctx);
+    void *chore_of;
 };
 
 struct job *jobs_make(struct jobs *js, const char *id, struct account *account);
@@ -83,6 +100,15 @@ void jobs_join(struct jobs *js, struct job *job, struct account *account);
 /* Takes the interest away. A job that waits goes on to the account of another. */
 void jobs_withdraw(struct jobs *js, struct job *job, const struct account *account);
 void jobs_free_interests(struct job *job);
+
+/* -- jobs_shared.c -- */
+bool shared_start(struct jobs *js, char *why, size_t size);
+void shared_stop(struct jobs *js);
+enum submit shared_submit(struct jobs *js, struct submission *s);      /* under the lock */
+struct job *shared_claim(struct jobs *js, int wake_fd);
+void shared_release(struct jobs *js, struct job *job);                 /* under the lock */
+void shared_let_go(struct jobs *js, struct job *job);                  /* under the lock */
+enum cancel shared_cancel(struct jobs *js, const char *id, const struct account *by, struct job **out);
 
 /* -- jobs_queue.c, under the lock -- */
 void jobs_enqueue(struct jobs *js, struct job *job);

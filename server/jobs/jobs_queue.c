@@ -116,7 +116,8 @@ void jobs_settle(struct job *job, double seconds)
     jobs_stage(job, STAGE_NONE);
     job->account->alive--;
     job->account->reserved -= (double)job->row.seconds;
-    quota_ran(job->account, seconds, sga_now());
+    if (!job->table->shared)         /* else the store counts them */
+        quota_ran(job->account, seconds, sga_now());
 }
 
 void jobs_charge(struct jobs *js, struct account *account, double seconds)

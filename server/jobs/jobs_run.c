@@ -18,6 +18,8 @@ static bool disk_keeps_up(const struct jobs *js)
 
 struct job *jobs_claim(struct jobs *js, int wake_fd)
 {
+    if (js->shared)
+        return shared_claim(js, wake_fd);
     pthread_mutex_lock(&js->lock);
     struct job *job = NULL;
     while (!js->draining && !js->leaving && !(disk_keeps_up(js) && (job = jobs_next(js))))
@@ -27,6 +29,7 @@ struct job *jobs_claim(struct jobs *js, int wake_fd)
         job_ref(job);
         job->row.status = JOB_RUNNING;
         job->row.started = clock_after(job->row.created);
+        job->row.epoch = store_epoch(js->store);
         job->began = sga_now();
         snprintf(job->progress.stage, sizeof job->progress.stage, "running");
         job->wake_fd = wake_fd;
@@ -78,6 +81,10 @@ void jobs_progress(struct jobs *js, struct job *job, const char *stage, double f
 /* Under the lock. */
 static void put_back(struct jobs *js, struct job *job)
 {
+    if (js->shared) {
+        shared_release(js, job);
+        return;
+    }
     job->row.status = JOB_QUEUED;
     job->row.started = 0;
     job->began = 0;
@@ -87,7 +94,7 @@ static void put_back(struct jobs *js, struct job *job)
     js->running--;
     job->account->running--;
     jobs_enqueue_first(js, job);
-    store_requeue(js->store, &job->row);
+    store_release(js->store, &job->row, &job->row.epoch, NULL, NULL);
     jobs_notify(js, job);
 }
 
@@ -139,6 +146,8 @@ static void poke(int fd)
 enum cancel jobs_cancel(struct jobs *js, const char *id, const struct account *by, struct job **out)
 {
     enum cancel outcome = CANCEL_ASKED;
+    if (js->shared)
+        return shared_cancel(js, id, by, out);
     pthread_mutex_lock(&js->lock);
     struct job *job = *jobs_place(js, id);
     if (!job) {

@@ -10,6 +10,8 @@ static const double RETRY_SECONDS = 1;     /* of a store that fails */
 
 static bool satisfied(const struct job *job, const struct waiter *w)
 {
+    if (job->gone && w->kind != WAIT_EVENT)
+        return true;
     switch (w->kind) {
     case WAIT_STORED: return job->stored != 0 && !job->joining;
     case WAIT_ENDED: return job->finished != NULL;
@@ -122,6 +124,7 @@ void jobs_tick(struct jobs *js, double now)
 
 void jobs_close_waiters(struct jobs *js)
 {
+    shared_stop(js);
     pthread_mutex_lock(&js->lock);
     js->closed = true;
     while (js->all)
@@ -141,8 +144,9 @@ void jobs_leave_waiters(struct jobs *js)
     pthread_mutex_unlock(&js->lock);
 }
 
-static void barrier_done(void *ctx, bool ok)
+static void barrier_done(void *ctx, enum store_kept how)
 {
+    bool ok = how == STORE_KEPT;
     struct job *job = ctx;
     struct jobs *js = job->table;
     pthread_mutex_lock(&js->lock);

@@ -159,6 +159,10 @@ static bool woken(struct worker *w, struct job *job, double *deadline, bool *can
         jobs_requeue(w->jobs, job);
         return true;
     }
+    if (jobs_lost(w->jobs, job)) {
+        kill_child(w, job, "another daemon has the job");
+        return true;
+    }
     if (!*cancelling && jobs_cancelled(w->jobs, job)) {
         *cancelling = true;
         *deadline = sga_now() + CANCEL_GRACE;

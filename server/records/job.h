@@ -36,6 +36,7 @@ struct job_row {
     bool listed;                 /* in a list, which says what it is about: */
     char name[96], form[16];     /* of its system; "" where there is none, or the request is long */
     char verdict[24];            /* "" unless it is done and its result is stored */
+    int64_t epoch;               /* of its latest run; see store.h */
     int64_t seconds;             /* that it may run, as reserved when it was accepted */
 };
 

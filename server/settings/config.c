@@ -172,8 +172,10 @@ static bool consistent(const struct config *c, char *why, size_t size)
 {
     static const char *const levels[] = { "error", "warn", "info", "debug", NULL }, *const accesses[] = { "open", "tokens", NULL },
         *const isolations[] = { "none", "token", NULL }, *const answers[] = { "yes", "no", NULL };
-    if (!c->state)
+    if (!c->state && !c->store)
         snprintf(why, size, "--state is required");
+    else if (c->store && strncmp(c->store, "postgresql://", 13) != 0 && strncmp(c->store, "postgres://", 11) != 0)
+        snprintf(why, size, "store must be the address of a database, postgresql://..., not '%s'", c->store);
     else if (!one_of(c->log_level, levels))
         snprintf(why, size, "log-level must be error, warn, info or debug, not '%s'", c->log_level);
     else if (!one_of(c->access, accesses))

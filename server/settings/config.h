@@ -10,7 +10,7 @@
 /* What each one means stands in settings.c. Texts are fixed once threads run (log-level is main's alone); numbers may
  * be changed by a reload while other threads read them. */
 struct config {
-    char *listen, *state, *access, *tls_cert, *tls_key, *allow_host, *isolation, *ui, *log_level;
+    char *listen, *state, *store, *access, *tls_cert, *tls_key, *allow_host, *isolation, *ui, *log_level;
     atomic_long remote_plain, remote_open, interpret_only;
     atomic_long workers;          /* threads that run jobs, each with a child process */
     atomic_long queue, queue_bytes, token_queue, token_workers;
@@ -18,7 +18,7 @@ struct config {
     atomic_long max_seconds, max_wait;
     atomic_long waiters, streams, connections, address_connections;
     atomic_long idle_timeout, request_timeout, send_timeout, stream_timeout, store_timeout;
-    atomic_long grace;
+    atomic_long grace, lease;
     atomic_long cache_memory, cache_disk, body_memory, reply_memory, unsaved_memory;
     atomic_long keep_days, keep_jobs;
 };

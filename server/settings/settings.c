@@ -16,6 +16,7 @@
 const struct setting settings[] = {
     TEXT("listen", listen, NULL, "HOST:PORT (port 0: any free one), unix:PATH, or systemd for a socket that systemd passes; several with commas between. Unless said: what systemd passes, else 127.0.0.1:8080")
     TEXT("state", state, NULL, "folder that keeps the queue, the results and the tokens. Unless said: the one that systemd makes (STATE_DIRECTORY)")
+    TEXT("store", store, NULL, "postgresql://...: a database that several daemons share instead of files in a folder of their own (see sgad migrate)")
     TEXT("access", access, "open", "open: whoever can connect may ask; tokens: who shows a token made by sgad token create")
     TEXT("tls-cert", tls_cert, NULL, "certificate chain for TLS, a PEM file. Unless said: the credential sgad.tls-cert of systemd, where there is one")
     TEXT("tls-key", tls_key, NULL, "private key of that certificate, a PEM file. Unless said: the credential sgad.tls-key")
@@ -46,6 +47,7 @@ const struct setting settings[] = {
     LIVE("stream-timeout", stream_timeout, 3600, 1, 604800, "seconds that one event stream lasts; clients come back by themselves")
     LIVE("store-timeout", store_timeout, 60, 1, 3600, "seconds that a reply waits for the disk, before it is a 503")
     LIVE("grace", grace, 2, 0, 3600, "seconds that running jobs get at shutdown")
+    FIXED("lease", lease, 15, 2, 3600, "seconds after which other daemons take over the jobs of one that is gone; only where they share a store")
     LIVE("cache-disk", cache_disk, 8192 * MB, 0, 1L << 50, "bytes of results kept on disk, the least recently used go first; 0: no limit")
     LIVE("keep-days", keep_days, 0, 0, 36500, "days that jobs are kept after their end; 0: for ever")
     LIVE("keep-jobs", keep_jobs, 0, 0, 1L << 40, "ended jobs that are kept, the latest; 0: all")

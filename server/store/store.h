@@ -1,14 +1,17 @@
-/* The durable memory: queue.db holds jobs (synchronous FULL: an accepted job is a promise),
- * cache.db holds results by job id (synchronous NORMAL: it may be dropped).
+/* The durable memory of jobs and results, and who decides about them. There are two: files of
+ * SQLite in the state folder (lite.c), which one daemon owns, and a database of PostgreSQL
+ * (../postgres), which several daemons share. What is said here holds for both, and
+ * tests/conformance.c asks both for it.
  *
- * Each file has one writer thread, which owns its only read-write connection, commits what has
- * gathered as one transaction, and does all checkpoints (SQLite 3.40 can lose the WAL's reset
- * between two writers). Readers are read-only. A result is committed first, then its job's end;
- * all else of the queue never waits for results, and is done in the order given.
+ * A run of a job has an epoch, its fence: it grows with each claim, release, reaping, cancellation
+ * and new submission of the job, so that what an older run says of the job counts for nothing. A
+ * claim is a lease: who neither beats nor ends it in time loses it to the next one that reaps.
  *
- * A queue that is damaged or newer is refused at the start. A cache that is damaged, older
- * or gone is started afresh, at the start or while running. Each request and result carries
- * its digest: a changed result counts as none, a changed request as unreadable. */
+ * The store decides: each decision is one transaction. Where one daemon owns the store, its jobs
+ * table knows all that the store knows and decides before it in memory, with the same fences.
+ *
+ * Each request and result carries its digest: a changed result counts as none, a changed request
+ * as unreadable. */
 #ifndef SERVER_STORE_H
 #define SERVER_STORE_H
 
@@ -22,9 +25,19 @@
 
 struct store;
 struct metrics;
+struct quota;
 
-/* Locks the folder (made if missing; waiting so many seconds for another process that has it), opens or makes the files, starts the writer.
- * NULL with a reason in why: taken, newer, corrupt, not writable. */
+/* The files of one daemon: queue.db holds jobs (synchronous FULL: an accepted job is a promise),
+ * cache.db holds results by job id (synchronous NORMAL: it may be dropped).
+ *
+ * Each file has one writer thread, which owns its only read-write connection, commits what has
+ * gathered as one transaction, and does all checkpoints (SQLite 3.40 can lose the WAL's reset
+ * between two writers). Readers are read-only. A result is committed first, then its job's end;
+ * all else of the queue never waits for results, and is done in the order given.
+ *
+ * Locks the folder (made if missing; waiting so many seconds for another process that has it), opens or makes the files, starts the writers. A cache that
+ * is damaged, older or gone is started afresh, at the start or while running. NULL with a reason
+ * in why: taken, newer, corrupt, not writable. */
 struct store *store_open(const char *folder, double wait, struct metrics *m, char *why, size_t size);
 /* Results take at most so many bytes on disk (0: no limit); the number may change. Before
  * anything is submitted. */
@@ -44,17 +57,63 @@ void store_probe(struct store *st);
 /* Looks whether the state folder is still in its place: one system call. */
 void store_look(struct store *st);
 
-/* Called on the queue's thread once the write is committed (ok) or lost (not ok). */
-typedef void store_done(void *ctx, bool ok);
+/* What became of an order: nothing, as it could not be written; it is durable; or it came from
+ * a run that is not the job's any more, and nothing was changed. */
+enum store_kept { STORE_LOST, STORE_KEPT, STORE_FENCED };
 
-/* Texts are borrowed until done is called; done may be NULL where nothing is borrowed.
- * A false answer means that memory ended; done is not called then. */
-bool store_insert(struct store *st, const struct job_row *row, const char *request, size_t length, store_done *done, void *ctx);
-bool store_started(struct store *st, const struct job_row *row);
-bool store_requeue(struct store *st, const struct job_row *row);
-/* The end of a job with its result (at is NULL where there is none) and row->error. */
+/* Called on a thread of the store once the order is committed, or not. */
+typedef void store_done(void *ctx, enum store_kept how);
+
+/* -- Orders: they wait for nothing. Those about one job are done in the order given. --
+ * Texts and structs are borrowed until done is called; done may be NULL where nothing is
+ * borrowed. A false answer means that memory ended; done is not called then. */
+
+enum store_outcome { STORE_NEW, STORE_JOINED, STORE_DONE, STORE_FULL, STORE_QUOTA };
+
+/* Bounds of what waits; 0: none. */
+struct store_room {
+    int64_t queue, queue_bytes;        /* of all owners: jobs that wait, bytes of their requests */
+    int64_t share;                     /* jobs of this owner that wait or run */
+    int64_t jobs, bytes, seconds;      /* his quota: jobs that wait or run, bytes that wait, seconds of running in an hour */
+    int64_t used;                      /* seconds that he used for what is no job */
+};
+struct store_submission {
+    struct job_row row;                /* id, owner, created, seconds and, where the store is not shared, epoch */
+    struct slice request;
+    bool join;                         /* the owner is who asks: the job stands in his list */
+    bool again;                        /* run it although it is done: its result is gone */
+    struct store_room room;
+    /* the answer */
+    enum store_outcome outcome;
+    const char *quota;                 /* of STORE_QUOTA: which one, in words */
+    long retry;                        /* and after how many seconds to try again */
+};
+/* NEW: it waits, for the first time or once more. JOINED: it waits or runs already. DONE: its
+ * result is there. Of two that come at once for one id, one is NEW. */
+bool store_submit(struct store *st, struct store_submission *s, store_done *done, void *ctx);
+/* The run of row->epoch has ended as the row says (status, started, finished, error), with its
+ * result (at is NULL where there is none). Result and end are durable together or, by SQLite, the
+ * result first. Said twice it is kept twice. By SQLite also for a job that waits. */
 bool store_end(struct store *st, const struct job_row *row, struct slice result, store_done *done, void *ctx);
-/* The owner asked for the job: it stands in his list, at the top. Before the job is inserted, or later. */
+/* The run of row->epoch is given up: the job waits again, with row->attempts as its count. One
+ * that was to be cancelled ends so, with row->error. *next, unless NULL: its new epoch, where the
+ * store is not shared. */
+bool store_release(struct store *st, const struct job_row *row, int64_t *next, store_done *done, void *ctx);
+
+enum store_cancelled { STORE_UNKNOWN, STORE_NOT_YOURS, STORE_WITHDRAWN, STORE_CANCELLED, STORE_ASKED, STORE_ENDED };
+struct store_cancel {
+    const char *id, *owner;            /* owner NULL: whoever asked for it */
+    const char *error;                 /* the problem of a job that is cancelled before it runs */
+    int64_t now;                       /* when, for the row */
+    enum store_cancelled outcome;      /* the answer */
+};
+/* WITHDRAWN: others want it, it goes on. CANCELLED: it waited, and has ended. ASKED: it runs, and
+ * its beats are told. */
+bool store_cancel(struct store *st, struct store_cancel *c, store_done *done, void *ctx);
+
+/* Where the store is not shared: memory claimed this very job, with row->epoch. */
+bool store_started(struct store *st, const struct job_row *row);
+/* The owner asked for the job: it stands in his list, at the top. */
 bool store_join(struct store *st, const char *id, const char *owner);
 /* The same for a job that is there, where he did not before: nothing moves. */
 bool store_note(struct store *st, const char *id, const char *owner);
@@ -68,7 +127,49 @@ bool store_forget(struct store *st, const char *id);
 /* Only waits its turn: what was given before is committed when done is called. */
 bool store_barrier(struct store *st, store_done *done, void *ctx);
 
+/* -- Decisions that block until they are durable: on any thread, under no lock -- */
+
 enum store_answer { STORE_FOUND, STORE_NONE, STORE_BROKEN };
+
+struct store_claimant {
+    const char *daemon;                /* its name, unlike all others */
+    const char *version;               /* of the library: jobs of another one are left to its daemons while there are any */
+    double lease;                      /* seconds */
+    long workers;                      /* of this daemon */
+    long share;                        /* percent of all workers that the jobs of one owner may hold */
+};
+/* The oldest job that waits of the owner who was served longest ago, with its request (malloc'ed).
+ * row->epoch is that of this run. NONE: no job waits that may run. */
+enum store_answer store_claim(struct store *st, const struct store_claimant *who, struct job_row *row, char **request, size_t *length);
+
+enum store_beat_answer { BEAT_HELD, BEAT_CANCEL, BEAT_LOST };
+struct store_beat {
+    char id[ID_LENGTH + 1];
+    int64_t epoch;
+    struct job_progress progress;
+    enum store_beat_answer answer;
+};
+/* The daemon lives and goes on with these runs: their leases begin anew. False: nobody was told. */
+bool store_beat(struct store *st, const struct store_claimant *who, struct store_beat *beat, int count);
+struct store_reaping {
+    int tries;                         /* runs that may lose their lease */
+    const char *died, *cancelled;      /* the problems of those that fail, and that were to be cancelled */
+    int64_t now;                       /* when they end, for their rows */
+    long count;                        /* the answer: of all that were found */
+};
+/* Jobs whose lease is over wait again with one more attempt; after the last one they fail. */
+bool store_reap(struct store *st, struct store_reaping *r);
+/* Tells the other daemons that something changed. A hint: who misses it looks by himself. */
+void store_hint(struct store *st);
+/* Until a hint comes, at most so many seconds. */
+void store_listen(struct store *st, double seconds);
+/* Do several daemons share it? Then the store decides, and each daemon's memory only follows. */
+bool store_shared(const struct store *st);
+/* The row as it is, without its error, and how far it is. */
+enum store_answer store_look_at(struct store *st, const char *id, struct job_row *row, struct job_progress *progress);
+/* Where the store is not shared: an epoch above all that were given, in this life or before. */
+int64_t store_epoch(struct store *st);
+
 
 /* Reads, on any thread. Texts are malloc'ed; row->error too. */
 enum store_answer store_job(struct store *st, const char *id, struct job_row *row);
@@ -96,8 +197,8 @@ struct store_query {
 enum store_answer store_list(struct store *st, const struct store_query *q, struct store_page *page);
 void store_page_free(struct store_page *page);
 
-/* Once, before anything is submitted: jobs that were running go back to the queue with one
- * more attempt; then each queued job is told, oldest first. */
+/* Once, before anything is submitted, where the store is not shared: jobs that were running go back
+ * to the queue with one more attempt; then each queued job is told, oldest first. */
 bool store_recover(struct store *st, void (*each)(void *ctx, const struct job_row *row), void *ctx, char *why, size_t size);
 
 #endif

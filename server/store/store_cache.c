@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-static bool put_results(struct store *st, const struct store_op *ops)
+static bool put_results(struct lite *st, const struct store_op *ops)
 {
     bool any = false, ok = true;
     for (const struct store_op *op = ops; op; op = op->next)
@@ -21,6 +21,7 @@ static bool put_results(struct store *st, const struct store_op *ops)
         sqlite3_bind_int64(st->put, 2, op->row.finished);
         sqlite3_bind_blob64(st->put, 3, op->text.at, op->text.len, SQLITE_STATIC);
         store_bind_sum(st->put, 4, op->row.id, op->text);
+        sqlite3_bind_int64(st->put, 5, op->row.epoch);
         ok = store_step(st->put);
     }
     if (ok && store_exec(st->cache, "COMMIT"))
@@ -32,14 +33,15 @@ static bool put_results(struct store *st, const struct store_op *ops)
     return false;
 }
 
-static bool prepare_put(struct store *st, char *why, size_t size)
+static bool prepare_put(struct lite *st, char *why, size_t size)
 {
     snprintf(why, size, "a table is missing");
     return store_evict_prepare(st)
-        && (st->put = store_file_prepare(st->cache, "INSERT OR REPLACE INTO results(id, made, result, sum) VALUES(?1, ?2, ?3, ?4)", why, size));
+        && (st->put = store_file_prepare(st->cache, "INSERT INTO results(id, made, result, sum, epoch) VALUES(?1, ?2, ?3, ?4, ?5)"
+                                                      " ON CONFLICT(id) DO UPDATE SET made=?2, result=?3, sum=?4, epoch=?5 WHERE epoch <= ?5", why, size));
 }
 
-static bool fresh_cache(struct store *st, char *why, size_t size)
+static bool fresh_cache(struct lite *st, char *why, size_t size)
 {
     sqlite3_finalize(st->put);
     sqlite3_close(st->cache);
@@ -48,7 +50,7 @@ static bool fresh_cache(struct store *st, char *why, size_t size)
 }
 
 /* A cache whose tables are not what they should be is damaged too. */
-bool store_cache_prepare(struct store *st, char *why, size_t size)
+bool store_cache_prepare(struct lite *st, char *why, size_t size)
 {
     if (prepare_put(st, why, size))
         return true;
@@ -57,7 +59,7 @@ bool store_cache_prepare(struct store *st, char *why, size_t size)
 }
 
 /* A cache that broke while it was in use. Readers open the new file when they notice. */
-static void renew_cache(struct store *st)
+static void renew_cache(struct lite *st)
 {
     char why[512];
     if (fresh_cache(st, why, sizeof why)) {
@@ -69,7 +71,7 @@ static void renew_cache(struct store *st)
     }
 }
 
-static void keep_cache_small(struct store *st, const struct store_op *ops)
+static void keep_cache_small(struct lite *st, const struct store_op *ops)
 {
     bool grown = false;
     for (const struct store_op *op = ops; op; op = op->next) {
@@ -99,7 +101,7 @@ static struct store_op *for_queue(struct store_op *ops)
 }
 
 /* A result that could not be kept is only a cache miss later: the end still stands. */
-void store_cache_commit(struct store *st, struct store_op *ops)
+void store_cache_commit(struct lite *st, struct store_op *ops)
 {
     if (atomic_load(&st->cache_broken))
         renew_cache(st);

@@ -23,13 +23,13 @@ static int64_t bytes_used(sqlite3 *db)
     return pages < 0 || unused < 0 || size < 0 ? -1 : (pages - unused) * size;
 }
 
-bool store_evict_prepare(struct store *st)
+bool store_evict_prepare(struct lite *st)
 {
     static const char sql[] = "CREATE TABLE IF NOT EXISTS used(id TEXT PRIMARY KEY, at INTEGER NOT NULL) WITHOUT ROWID";
     return sqlite3_exec(st->cache, sql, NULL, NULL, NULL) == SQLITE_OK;
 }
 
-bool store_evict_touch(struct store *st, const struct job_row *row)
+bool store_evict_touch(struct lite *st, const struct job_row *row)
 {
     sqlite3_stmt *s = NULL;
     bool ok = sqlite3_prepare_v2(st->cache, "INSERT OR REPLACE INTO used VALUES(?1, ?2)", -1, &s, NULL) == SQLITE_OK
@@ -58,7 +58,7 @@ static bool drop_oldest(sqlite3 *db, int64_t excess)
     return ok;
 }
 
-void store_evict(struct store *st)
+void store_evict(struct lite *st)
 {
     int64_t limit = st->cache_limit ? atomic_load(st->cache_limit) : 0, used = limit ? bytes_used(st->cache) : 0;
     if (limit == 0 || used <= limit)

@@ -14,7 +14,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { SCHEMA_VERSION = 6, PATH_SIZE = 4096, LOCK_LOOK_US = 5000 };
+enum { SCHEMA_VERSION = 7, PATH_SIZE = 4096, LOCK_LOOK_US = 5000 };
 
 /* Since version 4: bytes that only probe the disk. */
 #define FROM_3 "CREATE TABLE filler(one INTEGER PRIMARY KEY, bytes BLOB NOT NULL);" FROM_4
@@ -31,7 +31,18 @@ enum { SCHEMA_VERSION = 6, PATH_SIZE = 4096, LOCK_LOOK_US = 5000 };
     "INSERT INTO interests(id, owner, status) SELECT id, owner, status FROM jobs ORDER BY seq;" \
     "ALTER TABLE jobs ADD COLUMN seconds INTEGER NOT NULL DEFAULT 0;" FROM_5
 /* Since version 6: ended jobs by the time of their end, for those that are removed. */
-#define FROM_5 "CREATE INDEX jobs_by_end ON jobs(finished) WHERE status >= 2;"
+#define FROM_5 "CREATE INDEX jobs_by_end ON jobs(finished) WHERE status >= 2;" FROM_6
+/* Since version 7: the fences of runs, see store.h; leases end at a time in ms (0: never) and are
+ * told how far a run is; which life of the store gives which epochs; who was served when. */
+#define FROM_6 \
+    "ALTER TABLE jobs ADD COLUMN epoch INTEGER NOT NULL DEFAULT 0;" \
+    "ALTER TABLE jobs ADD COLUMN lease INTEGER NOT NULL DEFAULT 0;" \
+    "ALTER TABLE jobs ADD COLUMN cancel INTEGER NOT NULL DEFAULT 0;" \
+    "ALTER TABLE jobs ADD COLUMN stage TEXT;" \
+    "ALTER TABLE jobs ADD COLUMN fraction REAL NOT NULL DEFAULT 0;" \
+    "CREATE TABLE lives(one INTEGER PRIMARY KEY, number INTEGER NOT NULL);" \
+    "CREATE TABLE turns(owner TEXT PRIMARY KEY, served INTEGER NOT NULL);"
+#define CACHE_FROM_6 "ALTER TABLE results ADD COLUMN epoch INTEGER NOT NULL DEFAULT 0;"
 #define FROM_2 "ALTER TABLE jobs ADD COLUMN owner TEXT NOT NULL DEFAULT '';UPDATE jobs SET sum=kept(id, request);" FROM_3
 
 /* sum is the digest of the id and the request or result: SQLite does not notice a changed byte
@@ -54,10 +65,11 @@ static const struct { const char *name, *synchronous, *make[SCHEMA_VERSION]; } f
         FROM_2,
         FROM_3,
         FROM_4,
-        FROM_5 } },
+        FROM_5,
+        FROM_6 } },
     [FILE_CACHE] = { "cache.db", "PRAGMA synchronous=NORMAL", {
-        "CREATE TABLE results(id TEXT PRIMARY KEY, made INTEGER NOT NULL, result BLOB NOT NULL, sum BLOB NOT NULL);",
-        [3] = "", [4] = "", [5] = "" } },
+        "CREATE TABLE results(id TEXT PRIMARY KEY, made INTEGER NOT NULL, result BLOB NOT NULL, sum BLOB NOT NULL);" CACHE_FROM_6,
+        [3] = CACHE_FROM_6, [4] = CACHE_FROM_6, [5] = CACHE_FROM_6, [6] = CACHE_FROM_6 } },
 };
 
 int store_file_lock(const char *folder, double wait, char *why, size_t size)
@@ -144,7 +156,7 @@ static bool prepare_file(sqlite3 *db, enum store_file which, const char *path, b
     if (ok && version > 0 && which == FILE_QUEUE)
         ok = sound = quick_check(db);
     if (ok && version < SCHEMA_VERSION) {
-        char sql[4096];
+        char sql[8192];
         snprintf(sql, sizeof sql, "BEGIN;%sPRAGMA user_version=%d;COMMIT", files[which].make[version], SCHEMA_VERSION);
         ok = sqlite3_create_function(db, "kept", 2, SQLITE_UTF8, NULL, kept, NULL, NULL) == SQLITE_OK && exec(db, sql);
     }

@@ -9,7 +9,7 @@
 #define SHORT(request) "CASE WHEN length(" request ") <= 16384 AND json_valid(CAST(" request " AS TEXT)) THEN CAST(" request " AS TEXT) END"
 #define CALLED(request) ", json_extract(" SHORT(request) ", '$.system.name'), json_extract(" SHORT(request) ", '$.system.form')"
 #define LISTED STORE_ROW_COLUMNS CALLED("request")
-#define MINE "SELECT j.id, i.seq, j.status, j.attempts, j.created, j.started, j.finished, j.error, j.owner, j.seconds" CALLED("j.request") \
+#define MINE "SELECT j.id, i.seq, j.status, j.attempts, j.created, j.started, j.finished, j.error, j.owner, j.seconds, j.epoch" CALLED("j.request") \
              " FROM interests i JOIN jobs j ON j.id = i.id WHERE i.seq < ?1 AND i.owner = ?4 "
 
 bool store_list_prepare(struct store_reader *r, char *why, size_t size)
@@ -25,7 +25,7 @@ bool store_list_prepare(struct store_reader *r, char *why, size_t size)
 
 static void read_called(sqlite3_stmt *s, struct job_row *row)
 {
-    const char *name = (const char *)sqlite3_column_text(s, 10), *form = (const char *)sqlite3_column_text(s, 11);
+    const char *name = (const char *)sqlite3_column_text(s, 11), *form = (const char *)sqlite3_column_text(s, 12);
     row->listed = true;
     snprintf(row->name, sizeof row->name, "%s", name ? name : "");
     snprintf(row->form, sizeof row->form, "%s", form ? form : "");
@@ -71,8 +71,9 @@ static int add_set(struct store_reader *r, const struct store_query *q, struct s
     return rc;
 }
 
-enum store_answer store_list(struct store *st, const struct store_query *q, struct store_page *page)
+enum store_answer lite_list(struct store *face, const struct store_query *q, struct store_page *page)
 {
+    struct lite *st = lite_of(face);
     bool all = q->statuses == (1u << JOB_STATUSES) - 1;
     *page = (struct store_page){ .row = calloc((size_t)(q->limit + 1) * JOB_STATUSES, sizeof *page->row) };
     if (!page->row)
@@ -90,16 +91,9 @@ enum store_answer store_list(struct store *st, const struct store_query *q, stru
     return STORE_FOUND;
 }
 
-void store_page_free(struct store_page *page)
+bool lite_owners(struct store *face, const char *id, void (*each)(void *ctx, const char *owner), void *ctx)
 {
-    for (int i = 0; i < page->rows; i++)
-        free(page->row[i].error);
-    free(page->row);
-    *page = (struct store_page){ 0 };
-}
-
-bool store_owners(struct store *st, const char *id, void (*each)(void *ctx, const char *owner), void *ctx)
-{
+    struct lite *st = lite_of(face);
     struct store_reader *r = store_borrow(st);
     int rc;
     sqlite3_bind_text(r->owners, 1, id, -1, SQLITE_STATIC);
@@ -110,8 +104,9 @@ bool store_owners(struct store *st, const char *id, void (*each)(void *ctx, cons
     return rc == SQLITE_DONE;
 }
 
-enum store_answer store_owned(struct store *st, const char *id, const char *owner)
+enum store_answer lite_owned(struct store *face, const char *id, const char *owner)
 {
+    struct lite *st = lite_of(face);
     struct store_reader *r = store_borrow(st);
     sqlite3_bind_text(r->owned, 1, id, -1, SQLITE_STATIC);
     sqlite3_bind_text(r->owned, 2, owner, -1, SQLITE_STATIC);
@@ -121,8 +116,9 @@ enum store_answer store_owned(struct store *st, const char *id, const char *owne
     return rc == SQLITE_ROW ? STORE_FOUND : rc == SQLITE_DONE ? STORE_NONE : STORE_BROKEN;
 }
 
-bool store_used(struct store *st, int64_t since, void (*each)(void *ctx, const char *owner, int64_t ms), void *ctx)
+bool lite_used(struct store *face, int64_t since, void (*each)(void *ctx, const char *owner, int64_t ms), void *ctx)
 {
+    struct lite *st = lite_of(face);
     struct store_reader *r = store_borrow(st);
     sqlite3_stmt *s = NULL;
     int rc = sqlite3_prepare_v2(r->queue, "SELECT owner, sum(finished - max(started, ?1)) FROM jobs WHERE finished > ?1 AND started > 0 GROUP BY owner", -1, &s, NULL);

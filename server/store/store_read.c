@@ -12,7 +12,7 @@ static bool open_cache(struct store_reader *r, const char *folder, char *why, si
         && (r->result = store_file_prepare(r->cache, "SELECT result, sum FROM results WHERE id=?1", why, size));
 }
 
-bool store_readers_open(struct store *st, const char *folder, char *why, size_t size)
+bool store_readers_open(struct lite *st, const char *folder, char *why, size_t size)
 {
     for (int i = 0; i < STORE_READERS; i++) {
         struct store_reader *r = &st->reader[i];
@@ -28,7 +28,7 @@ bool store_readers_open(struct store *st, const char *folder, char *why, size_t 
 }
 
 /* The writer may have started another cache file since. False: it cannot be opened now. */
-static bool renew(struct store *st, struct store_reader *r)
+static bool renew(struct lite *st, struct store_reader *r)
 {
     char why[512];
     unsigned age = atomic_load(&st->cache_age);
@@ -42,7 +42,7 @@ static bool renew(struct store *st, struct store_reader *r)
     return open_cache(r, st->folder, why, sizeof why);
 }
 
-void store_readers_close(struct store *st)
+void store_readers_close(struct lite *st)
 {
     for (int i = 0; i < STORE_READERS; i++) {
         struct store_reader *r = &st->reader[i];
@@ -54,7 +54,7 @@ void store_readers_close(struct store *st)
     }
 }
 
-struct store_reader *store_borrow(struct store *st)
+struct store_reader *store_borrow(struct lite *st)
 {
     struct store_reader *r = NULL;
     pthread_mutex_lock(&st->read_lock);
@@ -71,7 +71,7 @@ struct store_reader *store_borrow(struct store *st)
     return r;
 }
 
-void store_give_back(struct store *st, struct store_reader *r)
+void store_give_back(struct lite *st, struct store_reader *r)
 {
     pthread_mutex_lock(&st->read_lock);
     r->busy = false;
@@ -95,6 +95,7 @@ bool store_read_row(sqlite3_stmt *s, struct job_row *row)
     row->started = sqlite3_column_int64(s, 5);
     row->finished = sqlite3_column_int64(s, 6);
     row->seconds = sqlite3_column_int64(s, 9);
+    row->epoch = sqlite3_column_int64(s, 10);
     snprintf(row->owner, sizeof row->owner, "%s", owner ? owner : "");
     return !error || (row->error = strdup(error));
 }
@@ -126,8 +127,9 @@ static enum store_answer answer(int rc, bool taken)
     return rc == SQLITE_DONE ? STORE_NONE : rc == SQLITE_ROW && taken ? STORE_FOUND : STORE_BROKEN;
 }
 
-enum store_answer store_job(struct store *st, const char *id, struct job_row *row)
+enum store_answer lite_job(struct store *face, const char *id, struct job_row *row)
 {
+    struct lite *st = lite_of(face);
     struct store_reader *r = store_borrow(st);
     sqlite3_bind_text(r->job, 1, id, -1, SQLITE_STATIC);
     int rc = sqlite3_step(r->job);
@@ -154,8 +156,9 @@ static enum store_answer blob(sqlite3_stmt *s, const char *id, char **text, size
     return answer(*rc, taken);
 }
 
-enum store_answer store_request(struct store *st, const char *id, char **text, size_t *length)
+enum store_answer lite_request(struct store *face, const char *id, char **text, size_t *length)
 {
+    struct lite *st = lite_of(face);
     int rc;
     struct store_reader *r = store_borrow(st);
     enum store_answer a = blob(r->request, id, text, length, &rc);
@@ -165,8 +168,9 @@ enum store_answer store_request(struct store *st, const char *id, char **text, s
     return a;
 }
 
-enum store_answer store_result(struct store *st, const char *id, char **text, size_t *length)
+enum store_answer lite_result(struct store *face, const char *id, char **text, size_t *length)
 {
+    struct lite *st = lite_of(face);
     int rc = SQLITE_CORRUPT;
     struct store_reader *r = store_borrow(st);
     enum store_answer a = renew(st, r) ? blob(r->result, id, text, length, &rc) : STORE_NONE;
@@ -178,4 +182,25 @@ enum store_answer store_result(struct store *st, const char *id, char **text, si
         return STORE_NONE;
     }
     return a;
+}
+
+/* Only what beats told: where one daemon owns the store, its memory knows better. */
+enum store_answer lite_look_at(struct store *face, const char *id, struct job_row *row, struct job_progress *progress)
+{
+    struct lite *st = lite_of(face);
+    enum store_answer a = lite_job(face, id, row);
+    if (a != STORE_FOUND)
+        return a;
+    free(row->error);
+    row->error = NULL;
+    struct store_reader *r = store_borrow(st);
+    sqlite3_stmt *s = NULL;
+    bool ok = sqlite3_prepare_v2(r->queue, "SELECT stage, fraction FROM jobs WHERE id=?1", -1, &s, NULL) == SQLITE_OK
+        && sqlite3_bind_text(s, 1, id, -1, SQLITE_STATIC) == SQLITE_OK && sqlite3_step(s) == SQLITE_ROW;
+    const char *stage = ok ? (const char *)sqlite3_column_text(s, 0) : NULL;
+    snprintf(progress->stage, sizeof progress->stage, "%s", stage && row->status == JOB_RUNNING ? stage : job_status_text(row->status));
+    progress->fraction = ok && row->status == JOB_RUNNING ? sqlite3_column_double(s, 1) : 0;
+    sqlite3_finalize(s);
+    store_give_back(st, r);
+    return ok ? STORE_FOUND : STORE_BROKEN;
 }

@@ -47,7 +47,7 @@ static void *work(void *arg)
     }
 }
 
-bool store_writer_start(struct store_writer *w, struct store *st, void (*commit)(struct store *, struct store_op *))
+bool store_writer_start(struct store_writer *w, struct lite *st, void (*commit)(struct lite *, struct store_op *))
 {
     w->store = st;
     w->commit = commit;

@@ -22,6 +22,7 @@ import packed  # noqa: E402
 import page  # noqa: E402
 import power  # noqa: E402
 import refusals  # noqa: E402
+import shared as several  # noqa: E402
 import store  # noqa: E402
 import turns  # noqa: E402
 import upgrade  # noqa: E402
@@ -48,6 +49,7 @@ OWN = [
     framing,
     packed,
     upgrade,
+    several,
     page,
 ]
 

@@ -112,7 +112,7 @@ def damaged(build, c):
         db.close()
         refused(d, c, "a newer queue", "newer sgad")
         with sqlite3.connect(path(d, "queue.db")) as db:
-            db.execute("PRAGMA user_version=6")
+            db.execute("PRAGMA user_version=7")
             bad = waiting[70003]
             db.execute("UPDATE jobs SET request=replace(request, '70003', '90009') WHERE id=?", (bad,))
         db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
@@ -252,7 +252,9 @@ def older(build, c):
                         db.execute(change)
                         db.execute("ALTER TABLE jobs DROP COLUMN owner")
                         db.executescript("DROP TABLE filler; DROP INDEX jobs_by_end; DROP TRIGGER job_made; DROP TRIGGER job_moved; DROP TRIGGER job_gone;"
-                                         "DROP TABLE interests; ALTER TABLE jobs DROP COLUMN seconds")
+                                         "DROP TABLE interests; ALTER TABLE jobs DROP COLUMN seconds; DROP TABLE lives; DROP TABLE turns")
+                        for column in ("epoch", "lease", "cancel", "stage", "fraction"):
+                            db.execute(f"ALTER TABLE jobs DROP COLUMN {column}")
                     db.execute(f"PRAGMA user_version={version}")
                 db.close()
             d.start()
@@ -263,7 +265,7 @@ def older(build, c):
             again(d, c, jobs, f"a queue of version {version}")
             d.stop()
             with sqlite3.connect(path(d, "queue.db")) as db:
-                c(db.execute("PRAGMA user_version").fetchone()[0] == 6, f"a queue of version {version}: its version after")
+                c(db.execute("PRAGMA user_version").fetchone()[0] == 7, f"a queue of version {version}: its version after")
             db.close()
             d.start()
 

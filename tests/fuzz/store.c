@@ -62,9 +62,9 @@ static char *text_of(unsigned char fill, size_t length)
     return text;
 }
 
-static void set(void *ctx, bool ok)
+static void set(void *ctx, enum store_kept how)
 {
-    (void)ok;
+    (void)how;
     sem_post(ctx);
 }
 
@@ -81,7 +81,7 @@ static void settle(void)
 static struct job_row row_of(int k)
 {
     struct job_row row = { .status = model[k].status, .created = 1, .started = model[k].run, .finished = ++clock_now,
-                           .attempts = model[k].attempts };
+                           .attempts = model[k].attempts, .epoch = store_epoch(store) };
     name(row.id, k);
     return row;
 }
@@ -95,8 +95,10 @@ static void insert(int k, unsigned char byte)
     *m = (struct model){ .there = true, .length = 1 + (size_t)byte * byte % TEXT, .fill = byte };
     struct job_row row = row_of(k);
     char *text = text_of(m->fill, m->length);
-    FUZZ_REQUIRE(store_insert(store, &row, text, m->length, NULL, NULL), "no memory");
+    struct store_submission s = { .row = row, .request = { text, m->length }, .again = true };
+    FUZZ_REQUIRE(store_submit(store, &s, NULL, NULL), "no memory");
     settle();
+    FUZZ_REQUIRE(!trusted || s.outcome == STORE_NEW, "job %d: submitted with outcome %d", k, (int)s.outcome);
     free(text);
 }
 
@@ -126,7 +128,7 @@ static void change(int k, enum job_status status)
     if (status == JOB_RUNNING)
         store_started(store, &row);
     else
-        store_requeue(store, &row);
+        store_release(store, &row, NULL, NULL, NULL);
     settle();
 }
 

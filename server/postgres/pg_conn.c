@@ -1,0 +1,198 @@
+/* Connections: none is waited for without a bound. */
+#include "pg_parts.h"
+#include "budget.h"
+#include "log.h"
+
+#include <errno.h>
+#include <inttypes.h>
+#include <poll.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double CONNECT_SECONDS = 5;
+
+static void put(struct pg_args *a, const char *value, int length, int format)
+{
+    a->value[a->count] = value;
+    a->length[a->count] = length;
+    a->format[a->count++] = format;
+}
+
+void pg_text(struct pg_args *a, const char *text) { put(a, text, 0, 0); }
+void pg_bytes(struct pg_args *a, struct slice bytes) { put(a, bytes.at, (int)bytes.len, 1); }
+
+void pg_number(struct pg_args *a, int64_t n)
+{
+    snprintf(a->number[a->count], sizeof a->number[0], "%" PRId64, n);
+    put(a, a->number[a->count], 0, 0);
+}
+
+void pg_real(struct pg_args *a, double x)
+{
+    snprintf(a->number[a->count], sizeof a->number[0], "%.17g", x);
+    put(a, a->number[a->count], 0, 0);
+}
+
+int64_t pg_int(const PGresult *r, int row, int column)
+{
+    return strtoll(PQgetvalue(r, row, column), NULL, 10);
+}
+
+static bool ready(PGconn *c, short events, double until)
+{
+    double left = until - sga_now();
+    struct pollfd p = { .fd = PQsocket(c), .events = events };
+    int n = left > 0 && p.fd >= 0 ? poll(&p, 1, (int)(1000 * left) + 1) : 0;
+    return n > 0 || (n < 0 && errno == EINTR);
+}
+
+/* Sends and waits, without ever standing in a system call past the time. */
+static PGresult *wait_answer(PGconn *c, double until)
+{
+    PGresult *last = NULL, *r;
+    for (;;) {
+        int rest = PQflush(c);
+        if (rest < 0 || !PQconsumeInput(c))
+            break;
+        if (!PQisBusy(c)) {
+            if (!(r = PQgetResult(c)))
+                return last;
+            PQclear(last);
+            last = r;
+            continue;
+        }
+        if (!ready(c, (short)(POLLIN | (rest > 0 ? POLLOUT : 0)), until))
+            break;
+    }
+    PQclear(last);
+    return NULL;
+}
+
+PGresult *pg_run(PGconn *c, const char *sql, const struct pg_args *a, bool binary, double seconds)
+{
+    PQsetnonblocking(c, 1);
+    if (!PQsendQueryParams(c, sql, a ? a->count : 0, NULL, a ? a->value : NULL, a ? a->length : NULL, a ? a->format : NULL, binary))
+        return NULL;
+    PGresult *r = wait_answer(c, sga_now() + seconds);
+    if (r && PQstatus(c) != CONNECTION_OK) {
+        PQclear(r);
+        return NULL;
+    }
+    return r;
+}
+
+/* What the address does not say itself. A server that only reads, as a standby does, is passed over. */
+PGconn *pg_connect(const char *address, char *why, size_t size)
+{
+    static const char *const names[] = { "connect_timeout", "target_session_attrs", "tcp_user_timeout", "fallback_application_name", "client_encoding", "dbname", NULL };
+    const char *const values[] = { "3", "read-write", "10000", "sgad", "UTF8", address, NULL };
+    PGconn *c = PQconnectdbParams(names, values, 1);
+    if (c && PQstatus(c) == CONNECTION_OK) {
+        PGresult *r = pg_run(c, "SELECT set_config('search_path', 'sgad, pg_catalog', false), set_config('client_min_messages', 'error', false),"
+                                " set_config('statement_timeout', '120s', false)", NULL, false, CONNECT_SECONDS);
+        bool ok = r && PQresultStatus(r) == PGRES_TUPLES_OK;
+        PQclear(r);
+        if (ok)
+            return c;
+    }
+    snprintf(why, size, "the database cannot be used: %s", c ? PQerrorMessage(c) : "out of memory");
+    for (size_t n = strlen(why); n && why[n - 1] == '\n'; n--)
+        why[n - 1] = 0;
+    PQfinish(c);
+    return NULL;
+}
+
+/* -- The pool -- */
+
+static int borrow(struct pg *p)
+{
+    int found = -1;
+    pthread_mutex_lock(&p->lock);
+    while (found < 0 && !atomic_load(&p->down)) {
+        for (int i = 0; i < PG_POOL && found < 0; i++)
+            if (!p->busy[i])
+                found = i;
+        if (found < 0)
+            pthread_cond_wait(&p->free, &p->lock);
+    }
+    if (found >= 0)
+        p->busy[found] = true;
+    pthread_mutex_unlock(&p->lock);
+    return found;
+}
+
+static void give_back(struct pg *p, int i)
+{
+    pthread_mutex_lock(&p->lock);
+    p->busy[i] = false;
+    pthread_cond_signal(&p->free);
+    pthread_mutex_unlock(&p->lock);
+}
+
+static void went_down(struct pg *p, const char *why)
+{
+    if (!atomic_exchange(&p->down, true))
+        log_event(LOG_L_ERROR, "database_away", "reason", why, NULL);
+    pthread_mutex_lock(&p->lock);
+    pthread_cond_broadcast(&p->free);
+    pthread_mutex_unlock(&p->lock);
+}
+
+static bool connected(struct pg *p, int i)
+{
+    char why[512];
+    if (!p->conn[i] && !(p->conn[i] = pg_connect(p->address, why, sizeof why)))
+        went_down(p, why);
+    return p->conn[i];
+}
+
+/* Errors that say: not now, or not on this connection. */
+static bool passing(const PGresult *r)
+{
+    const char *state = PQresultErrorField(r, PG_DIAG_SQLSTATE);
+    return !state || strncmp(state, "40", 2) == 0 || strncmp(state, "57P", 3) == 0 || strncmp(state, "08", 2) == 0 || strcmp(state, "25006") == 0;
+}
+
+PGresult *pg_ask(struct pg *p, const char *sql, const struct pg_args *a, bool binary, double seconds)
+{
+    int i = borrow(p);
+    PGresult *r = NULL;
+    if (i < 0)
+        return NULL;
+    double until = sga_now() + seconds;
+    for (int tries = 0; tries < 3 && sga_now() < until && connected(p, i); tries++) {
+        PQclear(r);
+        r = pg_run(p->conn[i], sql, a, binary, until - sga_now());
+        ExecStatusType s = PQresultStatus(r);
+        if (r && (s == PGRES_TUPLES_OK || s == PGRES_COMMAND_OK))
+            break;
+        bool again = !r || passing(r);
+        if (!again) {
+            log_event(LOG_L_ERROR, "database_refused", "reason", PQresultErrorMessage(r), NULL);
+            PQclear(r);
+            r = NULL;
+            break;
+        }
+        const char *state = r ? PQresultErrorField(r, PG_DIAG_SQLSTATE) : NULL;
+        if (!state || strncmp(state, "40", 2) != 0) {      /* of no use any more; after a deadlock it is */
+            PQfinish(p->conn[i]);
+            p->conn[i] = NULL;
+        }
+        if (sga_now() >= until)
+            went_down(p, "it does not answer");
+    }
+    ExecStatusType s = PQresultStatus(r);
+    if (r && s != PGRES_TUPLES_OK && s != PGRES_COMMAND_OK) {
+        PQclear(r);
+        r = NULL;
+    }
+    give_back(p, i);
+    return r;
+}
+
+void pg_pool_close(struct pg *p)
+{
+    for (int i = 0; i < PG_POOL; i++)
+        PQfinish(p->conn[i]);
+}

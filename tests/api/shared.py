@@ -1,0 +1,366 @@
+"""Several daemons that share one database of PostgreSQL: any of them answers for any job."""
+import http.client
+import os
+import random
+import shutil
+import signal
+import socket
+import subprocess
+import tempfile
+import threading
+import time
+
+from cluster import Cluster
+from common import slow, trivial
+from daemon import Daemon
+from tally import scaled, seed
+
+
+ENDS = ("CREATE TABLE ends(id text, epoch bigint); CREATE FUNCTION note_end() RETURNS trigger LANGUAGE plpgsql AS"
+        " $$ BEGIN INSERT INTO public.ends VALUES(new.id, new.epoch); RETURN NULL; END $$;"
+        "CREATE TRIGGER ends AFTER UPDATE OF status ON sgad.jobs FOR EACH ROW WHEN (new.status >= 2 AND old.status < 2) EXECUTE FUNCTION note_end()")
+
+
+def prepared(build, server, name):
+    """The address of a fresh database with the tables."""
+    address = server.database(name)
+    subprocess.run([os.path.join(build, "sgad"), "migrate", "--store", address], check=True, capture_output=True, timeout=60)
+    return address
+
+
+def until(what, seconds=40):
+    end = time.time() + seconds
+    while time.time() < end:
+        if what():
+            return True
+        time.sleep(0.05)
+    return False
+
+
+def status(d, id_):
+    a = d.get("/v1/jobs/" + id_)
+    return a.json().get("status") if a.status == 200 else a.status
+
+
+def said(d):
+    with open(os.path.join(d.state, "test.log"), encoding="utf-8") as f:
+        return f.read()
+
+
+def flags(address, *more):
+    return ("--store", address, "--workers", "2", "--lease", "3", *more)
+
+
+def shared_answers(build, c):
+    """Submit to one, read, wait, watch and cancel at the other."""
+    with Cluster() as server:
+        address = server.database("two")
+        run = subprocess.run([os.path.join(build, "sgad"), "--listen", "127.0.0.1:0", "--store", address], capture_output=True, text=True, timeout=30, check=False)
+        c(run.returncode == 1 and "sgad migrate" in run.stderr, "no daemon without the tables", run)
+        for words in ("was 0 and is 1", "nothing to do"):
+            run = subprocess.run([os.path.join(build, "sgad"), "migrate", "--store", address], capture_output=True, text=True, timeout=30, check=False)
+            c(run.returncode == 0 and words in run.stdout, "migrate", run)
+        with Daemon(build, *flags(address)) as a, Daemon(build, *flags(address)) as b:
+            c("no_synchronous_standby" in said(a), "the start warns where there is no standby", a.errors())
+            request = trivial()
+            posted = a.ask("POST", "/v1/jobs", request)
+            c(posted.status == 202 and posted.headers["location"].startswith("/v1/jobs/"), "a job is accepted", posted.body)
+            id_ = posted.json()["id"]
+            other = b.ask("GET", "/v1/jobs/" + id_, headers={"Prefer": "wait=30"})
+            c(other.status == 200 and other.json()["status"] == "done", "waited for at the other", other.body[:300])
+            one = a.get("/v1/jobs/" + id_)
+            c(one.json() == other.json() and one.headers["etag"] == other.headers["etag"], "both say the same", (one.body[:300], other.body[:300]))
+            hit = b.ask("POST", "/v1/jobs", request)
+            c(hit.status == 200 and hit.json()["cached"] is True and hit.json()["id"] == id_, "the other's result is a hit here", hit.body[:200])
+            solved = b.ask("POST", "/v1/solve", trivial())
+            c(solved.status == 200 and solved.json()["status"] == "done", "solve", solved.body[:200])
+            # four long jobs take all workers of both
+            long = [a.ask("POST", "/v1/jobs", slow(60)).json()["id"] for _ in range(4)]
+            c(until(lambda: all(status(b, i) == "running" for i in long)), "four workers run four jobs", [status(b, i) for i in long])
+            ran = [sum(d.get("/metrics").body.decode().count(f"\nsgad_jobs{{status=\"running\"}} {n}\n") * n for n in (1, 2)) for d in (a, b)]
+            c(ran == [2, 2], "two on each", ran)
+            waits = b.ask("POST", "/v1/jobs", trivial()).json()["id"]
+            listed = a.get("/v1/jobs?status=queued").json()["jobs"]
+            c([j["id"] for j in listed] == [waits], "the list is everybody's", listed)
+            streams = {}
+
+            def watch(d, i):
+                streams[d.port, i] = d.raw(f"GET /v1/jobs/{i}/events HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n".encode(), 20)[0]
+
+            threads = [threading.Thread(target=watch, args=(d, i)) for d in (a, b) for i in long[:2]]
+            [t.start() for t in threads]
+            time.sleep(0.5)
+            for d, i in ((b, long[0]), (a, long[1]), (b, long[2]), (a, long[3])):
+                got = d.ask("DELETE", "/v1/jobs/" + i)
+                c(got.status in (200, 202), "cancelled from anywhere", got.body[:200])
+            c(until(lambda: all(status(d, i) == "cancelled" for d in (a, b) for i in long)), "all are cancelled", [status(b, i) for i in long])
+            [t.join() for t in threads]
+            c(len(streams) == 4 and all(b"event: end" in s and b'"cancelled"' in s for s in streams.values()), "and all streams were told", streams)
+            c(b.wait(waits)["status"] == "done", "what waited runs")
+            got = a.ask("DELETE", "/v1/jobs/" + long[0])
+            c(got.status == 204, "a job that has ended is removed", got.body)
+            c(until(lambda: status(b, long[0]) == 404), "for all", status(b, long[0]))
+            # the same request at both at once is one job
+            same, answers = trivial(), []
+            threads = [threading.Thread(target=lambda d=d: answers.append(d.ask("POST", "/v1/solve", same))) for d in (a, b) * 4]
+            [t.start() for t in threads]
+            [t.join() for t in threads]
+            c(all(x.status == 200 and x.json()["status"] == "done" for x in answers) and len({x.json()["id"] for x in answers}) == 1, "asked eight times",
+              [x.body[:200] for x in answers])
+            c(server.sql("SELECT count(*) FROM sgad.jobs WHERE attempts > 0", "two") == [["0"]], "no run was lost")
+            c(a.stop() == 0 and b.stop() == 0, "both end with 0", a.errors()[-500:] + b.errors()[-500:])
+
+
+def shared_killed(build, c):
+    """A daemon that is gone, or stands still longer than its lease: the other ends its jobs, each once."""
+    with Cluster() as server:
+        address = prepared(build, server, "killed")
+        server.sql(ENDS, "killed")
+        with Daemon(build, *flags(address)) as a, Daemon(build, *flags(address)) as b:
+            b.process.send_signal(signal.SIGSTOP)
+            mine = [a.ask("POST", "/v1/jobs", slow(4)).json()["id"] for _ in range(2)]
+            c(until(lambda: all(status(a, i) == "running" for i in mine)), "two jobs run", [status(a, i) for i in mine])
+            b.process.send_signal(signal.SIGCONT)
+            a.process.kill()
+            a.ended()
+            more = [b.ask("POST", "/v1/jobs", trivial()).json()["id"] for _ in range(10)]
+            c(until(lambda: all(status(b, i) in ("done", "failed") for i in mine + more)), "the other ends them", [status(b, i) for i in mine + more])
+            c(all(status(b, i) == "done" for i in more), "each with its answer")
+            c([int(r[0]) for r in server.sql(f"SELECT attempts FROM sgad.jobs WHERE id IN ('{mine[0]}', '{mine[1]}')", "killed")] == [1, 1], "with one attempt more")
+            c("jobs_reaped" in said(b), "that is logged", b.errors())
+            a.start()
+            waits = [a.ask("POST", "/v1/jobs", slow(5)).json()["id"] for _ in range(4)]
+            c(until(lambda: all(status(b, i) == "running" for i in waits)), "four run", [status(b, i) for i in waits])
+            a.process.send_signal(signal.SIGSTOP)
+            time.sleep(5)
+            a.process.send_signal(signal.SIGCONT)
+            c(until(lambda: all(status(d, i) == "failed" for d in (a, b) for i in waits), 60), "one that stood still", [status(b, i) for i in waits])
+            c(server.sql("SELECT id FROM ends GROUP BY id HAVING count(*) > 1", "killed") == [], "nothing ended twice")
+            c(int(server.sql("SELECT count(*) FROM ends", "killed")[0][0]) == 16, "and everything once")
+            c(a.stop() == 0 and b.stop() == 0, "both end with 0", a.errors()[-500:] + b.errors()[-500:])
+
+
+def shared_away(build, c):
+    """The database stops: what is in memory is answered, posts get 503, what runs is handed in later."""
+    with Cluster() as server:
+        address = prepared(build, server, "away")
+        with Daemon(build, *flags(address)) as a:
+            known = trivial()
+            id_ = a.ask("POST", "/v1/solve", known).json()["id"]
+            runs = a.ask("POST", "/v1/jobs", slow(3)).json()["id"]
+            c(until(lambda: status(a, runs) == "running"), "a job runs")
+            for how in (signal.SIGINT, signal.SIGQUIT):
+                server.stop(how)
+                hit = a.ask("POST", "/v1/jobs", known)
+                c(hit.status == 200 and hit.json()["cached"] is True, "an answer in memory is given", hit.body[:200])
+                c.problem(a.ask("POST", "/v1/jobs", trivial()), 503, "store_failed", "a new job while the database is away")
+                c(until(lambda: a.get("/readyz").status == 503), "not ready")
+                c(a.get("/healthz").status == 200, "but alive")
+                time.sleep(2)
+                server.start()
+                c(until(lambda: a.get("/readyz").status == 200), "ready once it is back", a.get("/readyz").body)
+                c(a.ask("POST", "/v1/solve", trivial()).json()["status"] == "done", "and new jobs run")
+            c(until(lambda: status(a, runs) == "failed"), "what ran is handed in", status(a, runs))
+            row = server.sql(f"SELECT attempts, status FROM sgad.jobs WHERE id = '{runs}'", "away")
+            c(row[0][1] == "3", "in the database too", row)
+            server.sql("SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname = 'away' AND pid <> pg_backend_pid()", "away")
+            c(a.ask("POST", "/v1/solve", trivial()).json()["status"] == "done", "connections that were cut are made anew")
+            c(id_ == a.ask("POST", "/v1/jobs", known).json()["id"] and a.stop() == 0, "it ends with 0", a.errors()[-500:])
+
+
+def shared_tenants(build, c):
+    """Tokens and quotas are those of all daemons."""
+    with Cluster() as server:
+        address = prepared(build, server, "tenants")
+
+        def token(*words):
+            return subprocess.run([os.path.join(build, "sgad"), "token", *words, "--store", address], capture_output=True, text=True, timeout=30, check=True).stdout.strip()
+
+        ann, bob = token("create", "--name", "ann", "--jobs", "3"), token("create", "--name", "bob")
+        with Daemon(build, *flags(address, "--access", "tokens")) as a, Daemon(build, *flags(address, "--access", "tokens")) as b:
+            hers, his = {"Authorization": "Bearer " + ann}, {"Authorization": "Bearer " + bob}
+            c(a.ask("GET", "/v1/jobs").status == 401, "nobody without a token")
+            jobs = [d.ask("POST", "/v1/jobs", slow(60), hers).json()["id"] for d in (a, b, a)]
+            for d in (a, b):
+                c.problem(d.ask("POST", "/v1/jobs", trivial(), hers), 429, "quota_exceeded", "her quota counts at both")
+            one = b.ask("POST", "/v1/jobs", trivial(), his)
+            c(one.status == 202, "another's does not", one.body)
+            c(len(b.ask("GET", "/v1/jobs", headers=hers).json()["jobs"]) == 3 and len(a.ask("GET", "/v1/jobs", headers=his).json()["jobs"]) == 1, "lists are one's own")
+            c.problem(b.ask("DELETE", "/v1/jobs/" + jobs[0], headers=his), 403, "insufficient_scope", "another's job is not his to cancel")
+            for i, d in zip(jobs, (b, a, b)):
+                c(d.ask("DELETE", "/v1/jobs/" + i, headers=hers).status in (200, 202), "hers are")
+            token("revoke", "--name", "ann")
+            c(until(lambda: all(d.ask("GET", "/v1/jobs", headers=hers).status == 401 for d in (a, b)), 10), "a token that is revoked is nobody's")
+            c(a.stop() == 0 and b.stop() == 0, "both end with 0", a.errors()[-500:] + b.errors()[-500:])
+
+
+class Relay:
+    """Between daemons and the server, a socket that can stop passing anything on, and cut what passes."""
+
+    def __init__(self, server):
+        self.folder, self.to = tempfile.mkdtemp(prefix="sgad-relay-"), os.path.join(server.folder, ".s.PGSQL.5432")
+        self.open, self.pairs, self.server = threading.Event(), [], socket.socket(socket.AF_UNIX)
+        self.open.set()
+        self.server.bind(os.path.join(self.folder, ".s.PGSQL.5432"))
+        self.server.listen(100)
+        threading.Thread(target=self.accept, daemon=True).start()
+
+    def accept(self):
+        while True:
+            try:
+                near, far = self.server.accept()[0], socket.socket(socket.AF_UNIX)
+                far.connect(self.to)
+            except OSError:
+                return
+            self.pairs.append((near, far))
+            for a, b in ((near, far), (far, near)):
+                threading.Thread(target=self.carry, args=(a, b), daemon=True).start()
+
+    def carry(self, a, b):
+        try:
+            while data := a.recv(1 << 16):
+                self.open.wait()
+                b.sendall(data)
+        except OSError:
+            pass
+        for s in (a, b):
+            try:
+                s.shutdown(socket.SHUT_RDWR)
+            except OSError:
+                pass
+
+    def cut(self):
+        pairs, self.pairs = self.pairs, []
+        for pair in pairs:
+            for s in pair:
+                try:
+                    s.shutdown(socket.SHUT_RDWR)
+                except OSError:
+                    pass
+
+    def close(self):
+        self.open.set()
+        self.server.close()
+        self.cut()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def shared_stalled(build, c):
+    """A connection on which nothing comes any more: who asks is answered in bounded time, what needs no database at once."""
+    with Cluster() as server:
+        address = prepared(build, server, "stalled")
+        relay = Relay(server)
+        try:
+            with Daemon(build, *flags(address.replace(server.folder, relay.folder))) as a:
+                known = trivial()
+                c(a.ask("POST", "/v1/solve", known).json()["status"] == "done", "through the relay")
+                relay.open.clear()
+                c(a.ask("POST", "/v1/solve", known).status == 200 and a.get("/healthz").status == 200, "memory and health")
+                c.problem(a.ask("POST", "/v1/jobs", trivial(), seconds=60), 503, "store_failed", "a post while nothing comes")
+                c(a.get("/healthz").status == 200 and a.get("/readyz").status == 503, "then it is not ready")
+                relay.open.set()
+                c(until(lambda: a.get("/readyz").status == 200), "ready once it passes on", [x for x in said(a).splitlines() if "request" not in x])
+                c(a.ask("POST", "/v1/solve", trivial()).json()["status"] == "done", "and jobs run")
+                relay.cut()
+                c(a.ask("POST", "/v1/solve", trivial()).json()["status"] == "done", "also after a cut")
+                c(a.stop() == 0, "it ends with 0", a.errors()[-500:])
+        finally:
+            relay.close()
+
+
+def shared_failover(build, c):
+    """The server is lost with its disk while clients post, and its synchronous standby is promoted: what was accepted is there."""
+    with Cluster() as first:
+        address = prepared(build, first, "failover")
+        second = first.standby()
+        try:
+            second.start()
+            first.sql("ALTER SYSTEM SET synchronous_standby_names = '*'")
+            first.sql("SELECT pg_reload_conf()")
+            c(until(lambda: first.sql("SELECT sync_state FROM pg_stat_replication") == [["sync"]]), "a synchronous standby")
+            with Daemon(build, *flags(f"{address},{second.folder}")) as a:
+                c("no_synchronous_standby" not in said(a), "the start does not warn", said(a)[-500:])
+                accepted = [a.ask("POST", "/v1/jobs", trivial()).json()["id"] for _ in range(20)]
+                runs = a.ask("POST", "/v1/jobs", slow(3)).json()["id"]
+                more = a.ask("POST", "/v1/jobs", trivial())
+                c(more.status == 202, "accepted by both")
+                first.stop(signal.SIGQUIT)
+                shutil.rmtree(first.data)
+                second.promote()
+                c(until(lambda: a.get("/readyz").status == 200), "ready with the other server", said(a)[-500:])
+                # nobody stands by the new one yet: who waits for that waits for ever
+                second.sql("ALTER SYSTEM SET synchronous_standby_names = ''")
+                second.sql("SELECT pg_reload_conf()")
+                ends = {i: a.wait(i)["status"] for i in [*accepted, more.json()["id"], runs]}
+                c([s for i, s in ends.items() if i != runs] == ["done"] * 21 and ends[runs] == "failed", "all that was accepted ends", ends)
+                c(a.ask("POST", "/v1/solve", trivial()).json()["status"] == "done" and a.stop() == 0, "and it goes on")
+        finally:
+            second.__exit__()
+
+
+def shared_chaos(build, c):
+    """Three daemons that are killed, stopped for longer than a lease and cut off, and a server that crashes: whatever was accepted ends, once,
+    with its own answer, and no end is taken back."""
+    chance = random.Random(seed(20261125))
+    with Cluster() as server:
+        address = prepared(build, server, "chaos")
+        server.sql(ENDS, "chaos")
+        daemons = [Daemon(build, *flags(address, "--log-level", "warn")) for _ in range(3)]
+        accepted, stop = {}, threading.Event()
+        try:
+            for d in daemons:
+                d.start()
+
+            def client(n):
+                while not stop.is_set():
+                    d, request = daemons[(n + len(accepted)) % 3], trivial()
+                    try:
+                        a = d.ask("POST", "/v1/jobs", request, seconds=20)
+                        if a.status in (200, 202):
+                            accepted[a.json()["id"]] = request
+                    except (OSError, http.client.HTTPException):
+                        time.sleep(0.05)
+
+            threads = [threading.Thread(target=client, args=(n,)) for n in range(3)]
+            [t.start() for t in threads]
+            for _ in range(scaled(30)):
+                time.sleep(chance.uniform(0.3, 1.2))
+                d, what = chance.choice(daemons), chance.choice(["kill", "kill", "kill", "stand", "cut", "crash"])
+                if what == "kill":
+                    d.process.kill()
+                    d.ended()
+                    d.start()
+                elif what == "stand":
+                    d.process.send_signal(signal.SIGSTOP)
+                    time.sleep(4)
+                    d.process.send_signal(signal.SIGCONT)
+                elif what == "cut":
+                    server.sql("SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname = 'chaos' AND pid <> pg_backend_pid()", "chaos")
+                else:
+                    server.stop(signal.SIGQUIT)
+                    server.start()
+            stop.set()
+            [t.join() for t in threads]
+            c(until(lambda: server.sql("SELECT count(*) FROM sgad.jobs WHERE status < 2", "chaos") == [["0"]], 90), "all that was accepted ends")
+            rows = {r[0]: r[1] for r in server.sql("SELECT id, status FROM sgad.jobs", "chaos")}
+            lost = [i for i in accepted if i not in rows]
+            c(len(accepted) > 20 and not lost, "none is lost", (len(accepted), lost))
+            c(server.sql("SELECT id FROM ends GROUP BY id HAVING count(*) > 1", "chaos") == [], "none ends twice")
+            c(server.sql("SELECT id FROM sgad.jobs WHERE status = 2 AND id NOT IN (SELECT id FROM sgad.results)", "chaos") == [], "each has its result")
+            mixed = []
+            for id_, request in accepted.items():
+                job = daemons[chance.randrange(3)].get("/v1/jobs/" + id_).json()
+                if job["status"] == "done" and request["system"]["alpha"][0].replace("*", " ").split()[0] not in str(job["result"]):
+                    mixed.append(id_)
+                elif job["status"] not in ("done", "failed") or (job["status"] == "failed" and job["error"]["code"] != "worker_died"):
+                    mixed.append((id_, job))
+            c(not mixed, "each has its own", mixed[:3])
+            print(f"chaos: {len(accepted)} accepted, {sum(s == '2' for s in rows.values())} done, {sum(s == '3' for s in rows.values())} died three times,"
+                  f" {server.sql('SELECT count(*) FROM sgad.jobs WHERE attempts > 0', 'chaos')[0][0]} ran again", flush=True)
+        finally:
+            stop.set()
+            for d in daemons:
+                d.__exit__()
+
+
+ALL = [shared_answers, shared_killed, shared_away, shared_tenants, shared_stalled, shared_failover, shared_chaos]
