@@ -31,6 +31,7 @@ struct field {
     struct num_tape *direct;          /* roots: field, pivots, poles */
     const struct points_side *solution_side;   /* borrowed */
     int sides;                        /* the first so many "pivots" are sides that the answer rests on */
+    int deep;                         /* those from `sides` to here are pivots that constraints may carry: where they are small, so are the digits of these */
     int beyond;                       /* the side of which nothing was known beyond, and where the motion is; -1: none. See field_follows */
     double *direct_out, *pivot_start;
     double *stages;                   /* pivots and poles by call of the code: see field_code */
