@@ -42,6 +42,7 @@ struct field {
     double *pivot_side;               /* by pivot: sign on the side where the motion is */
     double *here, here_t;             /* the last point that was found to be well inside */
     double *home, home_t;             /* n: the last point that the motion has taken; then pivots' and poles' sides there */
+    double begin_t;                   /* the motion begins here */
     double start_t;                   /* each solution (there may be two) begins here */
     struct manifold *manifold;        /* to look for the place of a change of sign; borrowed */
     int lost_pivot;                   /* the pivot whose zero ended it, or -1 */

@@ -414,7 +414,7 @@ void flow_code(struct flow *f, const struct traj_request *rq) { allow_code(f, rq
 struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
 {
     flow_code(f, rq);
-    bool watched = f->field.pivots || f->field.poles || f->charts;
+    bool watched = f->field.pivots || f->field.poles || f->charts || f->field.switches.count;
     struct lin_sparse *pattern = f->charts && f->charts->count > 1 ? f->charts->pattern : f->field.pattern;
     return (struct ode_problem){ .n = f->n, .ctx = f, .rhs = rhs, .code = code, .stages = stages, .code_holds = code_holds,
                                  .project = f->manifold.c || f->given->count || f->valued ? project : NULL, .why = why,

@@ -256,7 +256,6 @@ static bool settled_in_chart(struct precise_march *m, double size)
     struct flow *f = m->p->flow;
     for (int j = 0; j < m->n; j++)
         m->xd[j] = m->here.x[j].hi;
-    field_keep_sides(&f->field, m->here.t.hi, m->xd);
     if (!charts_choose(f, m->here.t.hi, m->xd)) {
         if (f->charts && f->charts->stop)
             precise_end(m, ODE_SINGULAR, "other pivots are taken");
@@ -331,6 +330,9 @@ static bool step(struct precise_march *m, double *cut)
     struct precise_point before = m->here;
     m->here = m->there;
     m->there = before;
+    for (int j = 0; j < m->n; j++)
+        m->xd[j] = m->here.x[j].hi;
+    field_keep_sides(&m->p->flow->field, m->here.t.hi, m->xd);
     if (!m->method->accepted(m->state, m))
         return false;
     take_rates(m, size);

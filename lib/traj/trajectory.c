@@ -12,6 +12,7 @@
 #include "defined.h"
 #include "enclosed.h"
 #include "flow.h"
+#include "impulse.h"
 #include "inputs.h"
 #include "mem.h"
 #include "oracle.h"
@@ -142,6 +143,21 @@ static bool given_ended(const struct flow *f, const struct traj_request *rq, con
     return f->given->lost >= 0 && fabs(f->given->lost_t - r->ended_t) <= 1e-3 * fabs(way);
 }
 
+/* A jump that only what is differentiated could take up. */
+static bool say_impulse(struct flow *f, struct traj_result *r)
+{
+    double t = r->ended_t, jump;
+    int constraint;
+    if (!impulse_at_end(f, &t, &constraint, &jump))
+        return false;
+    char *text = expr_text(f->sys->store, f->given->sol->constraint[constraint].expr, 120);
+    r->ended_reason = "impulse";
+    r->ended_t = t;
+    snprintf(r->ended_detail, sizeof r->ended_detail, "the constraint %s = 0 jumps by %.6g here, and what it holds is differentiated: it would have to jump, by an impulse", text, jump);
+    free(text);
+    return true;
+}
+
 /* What has no value beyond the end. */
 static bool say_valued(const struct flow *f, const struct traj_request *rq, struct traj_result *r)
 {
@@ -158,6 +174,8 @@ static bool say_valued(const struct flow *f, const struct traj_request *rq, stru
 /* Endings that the field, its pivots, its denominators or the given equations explain. */
 static void explain_end(struct flow *f, const struct traj_request *rq, enum ode_reason reason, struct traj_result *r)
 {
+    if (reason == ODE_CONSTRAINT_LOST && say_impulse(f, r))
+        return;
     if (reason == ODE_CONSTRAINT_LOST && given_ended(f, rq, r)) {
         say_given(f, r);
         return;
