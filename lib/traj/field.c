@@ -103,7 +103,7 @@ bool field_init(struct field *f, const struct sys_system *sys, const struct sga_
 {
     int n = sys->variables, c = sol->constraints;
     *f = (struct field){ .solution_side = sol->side, .n = n, .rows = sys->rows, .c = c, .rates = rq->rates, .rate = rq->rate, .guess = rq->initial, .given = rq->given, .sys = sys, .rank = -1,
-                         .manifold = manifold, .lost_pivot = -1, .lost_pole = -1, .generic_rank = n - sol->free_columns };
+                         .manifold = manifold, .lost_pivot = -1, .lost_pole = -1, .fell = -1, .generic_rank = n - sol->free_columns };
     gauge_choice_make(&f->choice, sys, sol, rq);
     f->fast = !f->choice.why;
     if (f->choice.field && n > SGA_MOST_ROWS_ASKED && !f->choice.pivots)

@@ -46,6 +46,8 @@ struct field {
     double start_t;                   /* each solution (there may be two) begins here */
     struct manifold *manifold;        /* to look for the place of a change of sign; borrowed */
     int lost_pivot;                   /* the pivot whose zero ended it, or -1 */
+    int fell;                         /* the pivot with which the rank goes, as points on the way to its zero tell (field_drop.c), and when that is; or -1 */
+    double fell_t;
     /* Denominators of the equations as given; their values follow those of the pivots (pole.c). */
     int poles;
     expr_id *pole_expr;
@@ -146,6 +148,10 @@ bool field_pivots_well(const struct field *f);
  * side: y (n) and the time that is returned are where, on the constraints, within `near` of the way between;
  * f->in and direct_out are for that place. */
 double field_place_of_change(struct field *f, int k, double side, double t, const double *x, double near, double *y);
+
+/* field_drop.c. Between the last point that the motion has taken and (t, x) a pivot came to 0: whether the rank of the rows goes with it, as far as
+ * points on the way tell. Cost: some projections, two eliminations. */
+bool field_rank_falls(struct field *f, int pivot, double t, const double *x);
 
 /* pole.c. Adds the denominators of the equations that are not among the list, by factors. Cost: the nodes of the equations. */
 void field_find_poles(struct field *f, struct field_list *l);
