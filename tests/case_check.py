@@ -451,6 +451,8 @@ class TrajectoryCheck:
             self.check(self.t["method"] == expect["method"], "method", self.t["method"])
         if "arithmetic" in expect:
             self.check(self.t["arithmetic"] == expect["arithmetic"], "arithmetic", self.t["arithmetic"])
+        if "charts" in expect:
+            self.check(bool(self.t.get("charts")) == expect["charts"], "other pivots on the way", str(self.t.get("charts")))
         if "reached" in expect:
             self.check(self.t["accuracy_reached"] == expect["reached"], "accuracy reached", str(self.t.get("accuracy_shortfall")))
         self.ended(expect.get("ended"))

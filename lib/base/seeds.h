@@ -7,6 +7,7 @@
 #define SGA_SEED_TABLE(X) \
     X(REDUCTION,       1,        "points of the constraint sets of a system, on which its reduction decides") \
     X(MOTION,          2,        "the same where a motion has a reduction of its own") \
+    X(CHART,           31,       "the same for other pivots along a motion") \
     X(FIBRE,           3,        "the same for the kinematics of constraints in velocities") \
     X(WITNESS,         78,       "points of the witness: none of the reduction's") \
     X(WITNESS_DRAWS,   1,        "directions in which the witness asks for tangency") \

@@ -260,8 +260,11 @@ static void commit(struct ode_march *m, double h, int through)
     swap(&m->x, &m->x1);
     swap(&m->carry, &m->carry1);
     swap(&m->f, &m->f1);
-    if (m->p->taken)
-        m->p->taken(m->p->ctx, m->t, m->x);
+    if (m->p->taken && m->p->taken(m->p->ctx, m->t, m->x)) {
+        memset(m->carry, 0, (size_t)m->p->n * sizeof *m->carry);
+        if (ode_eval(&m->field, m->t, m->x, m->work))      /* otherwise the next step says so */
+            sga_copy(m->f, m->work, m->p->n);
+    }
 }
 
 /* At the present pace, would the stop take far more steps than are allowed, again and

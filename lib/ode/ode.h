@@ -134,8 +134,9 @@ struct ode_problem {
      * no motion is followed. May be NULL. */
     void (*enter)(void *ctx, double from, double to);
     /* After each step: it was taken, the motion is at t, x; or it was not, and what its trial points have told of the way is
-     * void: the motion is where it was. Both or none; NULL: nothing is told. */
-    void (*taken)(void *ctx, double t, const double *x);
+     * void: the motion is where it was. Both or none; NULL: nothing is told. True: from now on
+     * the same field and manifold are computed in another way, which has more digits here, and x was moved to the manifold as that has it. */
+    bool (*taken)(void *ctx, double t, double *x);
     void (*refused)(void *ctx);
     /* Switches: functions g of t and x on each side of whose zeros the field is smooth (those in abs, sign, min, max).
      * hold(side): from now on the callbacks give values as where g_k has the sign of side[k], wherever they are

@@ -10,7 +10,7 @@
 
 enum { BITS = 64 };
 /* log2, beside the value in general. */
-static const double FAINT = -30;
+static const double FAINT = -30, NOTHING = 100;
 
 void at_start_init(struct at_start *a, const struct ech_context *c)
 {
@@ -42,6 +42,12 @@ double at_start_value(struct at_start *a, expr_id e)
     num_ball_extend(&a->ball);
     arb_srcptr v = num_ball_value(&a->ball, e);
     return !arb_is_finite(v) || arb_contains_zero(v) ? 0 : arf_get_d(arb_midref(v), ARF_RND_NEAR);
+}
+
+double at_start_faintness(struct at_start *a, const struct ech_context *c, expr_id e)
+{
+    double bits = a->known ? points_oracle_magnitude(c->oracle, e) - log2(fabs(at_start_value(a, e))) : 0;
+    return bits < 0 || isnan(bits) ? 0 : fmin(bits, NOTHING);
 }
 
 bool at_start_vanishes(struct at_start *a, const struct ech_context *c, expr_id e)

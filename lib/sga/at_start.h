@@ -17,6 +17,8 @@ void at_start_init(struct at_start *a, const struct ech_context *c);
 void at_start_clear(struct at_start *a);
 /* The value of e there; 0 where it has none, and where it is nothing but rounding. */
 double at_start_value(struct at_start *a, expr_id e);
+/* How many bits smaller e is there than at the first point; 100 where it is 0. */
+double at_start_faintness(struct at_start *a, const struct ech_context *c, expr_id e);
 /* Whether e is 0 there, beside what it is at the first point. */
 bool at_start_vanishes(struct at_start *a, const struct ech_context *c, expr_id e);
 

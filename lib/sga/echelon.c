@@ -296,6 +296,10 @@ static bool is_mixed(const struct agenda *a, expr_id e)
 /* The last kind of pivots; and an entry that is 0 where a motion is to start comes after those of the same rows that are not. */
 enum { ANY = 6, IDLE = 1 };
 
+/* Where pivots are to be large at a place: bits by which they may be smaller there at no cost, what each one more costs, and from how many on they
+ * come after all others, of longer rows too. */
+enum { FAINT_FREE = 3, FAINT_BIT = 2, FAINT = 9, LAST = 1000000 };
+
 /* Constants first, then what never vanishes, then parameters, then the rest. */
 static int kind_of(const struct ech_context *c, expr_id e)
 {
@@ -321,12 +325,21 @@ static double least_pivot(const struct ech_context *c, const struct ech_row *r)
     return most - MUCH_SMALLER;
 }
 
+/* What an entry that is no constant costs where a motion is to start, or is. */
+static double faint_cost(struct agenda *a, const struct ech_context *c, expr_id e)
+{
+    if (!c->near_pivots)
+        return is_idle(a, c, e) ? IDLE : 0;
+    double bits = at_start_faintness(&a->start, c, e);
+    return bits >= FAINT ? LAST + bits : FAINT_BIT * fmax(0, bits - FAINT_FREE);
+}
+
 /* The best pivot among a few of the shortest rows. False: no rows are left. */
 static bool choose(struct agenda *a, const struct ech_context *c, int *out_row, int *out_at)
 {
-    int len = a->lowest, seen = 0;
+    int len = a->lowest, seen = 0, shortest = a->cols + 1;
     double best = INFINITY;
-    for (; len <= a->cols && best == INFINITY; len++) {
+    for (; len <= a->cols && best >= LAST; len++) {
         int kept = 0;
         for (int q = 0; q < a->bucket_len[len]; q++) {     /* drop stale members */
             int i = a->bucket[len][q];
@@ -334,8 +347,9 @@ static bool choose(struct agenda *a, const struct ech_context *c, int *out_row, 
                 a->bucket[len][kept++] = i;
         }
         a->bucket_len[len] = kept;
-        a->lowest = kept ? len : len + 1;
-        for (int q = kept - 1; q >= 0 && (seen < 6 || best == INFINITY); q--, seen++) {
+        shortest = kept && shortest > a->cols ? len : shortest;
+        a->lowest = !c->near_pivots ? kept ? len : len + 1 : shortest < len ? shortest : kept ? len : len + 1;
+        for (int q = kept - 1; q >= 0 && (seen < 6 || best >= LAST); q--, seen++) {
             int i = a->bucket[len][q];
             if (len == 0) {
                 *out_row = i;
@@ -350,8 +364,8 @@ static bool choose(struct agenda *a, const struct ech_context *c, int *out_row, 
                 double size = points_oracle_magnitude(c->oracle, a->row[i].entry[k].value);
                 int kind = kind_of(c, a->row[i].entry[k].value);
                 double score = fill + 2 * kind - 1e-3 * fmin(200, fmax(-200, size));
-                if (kind == ANY && is_idle(a, c, a->row[i].entry[k].value))
-                    score += IDLE;
+                if (kind == ANY)
+                    score += faint_cost(a, c, a->row[i].entry[k].value);
                 if (score < best && !(size < least && expr_is_const(c->st, a->row[i].entry[k].value))) {
                     best = score;
                     *out_row = i;

@@ -52,6 +52,7 @@ struct ech_context {
     struct points_oracle *oracle;
     const double *near; double near_time;    /* by variable: where a motion is to start; or NULL */
     const unsigned char *near_given;         /* by variable: that value was given; NULL: all were */
+    bool near_pivots;      /* entries that are small there, beside what they are in general, are pivots only where there are no others */
     const struct sga_budget *budget;
     bool record;           /* keep the operations, for the combinations */
     struct sga_error *err;

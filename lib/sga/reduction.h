@@ -153,6 +153,7 @@ struct reduction_options {
     const double *near; double near_time;   /* a guess for a point of Pf, or NULL */
     const unsigned char *near_given;        /* by variable: its value in the guess was given; others are free. NULL: all were */
     double near_spread;                     /* as in struct points_space */
+    bool near_pivots;                       /* pivots are those that are large at near (all of it was given): for a motion that is there */
     const double *parameter_near;           /* by parameter: one that comes with it, NAN where there is none; or NULL */
     uint64_t seed;
     const struct sga_budget *budget;

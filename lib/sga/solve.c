@@ -135,8 +135,8 @@ static void state_init(struct state *s, const struct sys_system *sys, const stru
     s->space.time_unit = sol->time_unit;
     if (options->near && options->near_given)
         s->space.cheap = s->cheap = move_cheaply(&s->mem, sys, options->near_given);
-    s->ctx = (struct ech_context){ .st = st, .facts = s->facts, .oracle = oracle, .near = options->near, .near_given = options->near_given, .near_time = options->near_time, .budget = options->budget,
-                                   .record = true, .err = err };
+    s->ctx = (struct ech_context){ .st = st, .facts = s->facts, .oracle = oracle, .near = options->near, .near_given = options->near_given, .near_time = options->near_time,
+                                   .near_pivots = options->near && options->near_pivots, .budget = options->budget, .record = true, .err = err };
 }
 
 static void state_clear(struct state *s)

@@ -27,6 +27,12 @@ int *field_inputs(const struct sys_system *sys)
     return inputs;
 }
 
+/* Constraints have come behind it, and may carry it. */
+static bool is_deep(const struct sga_solution *sol, int pivot)
+{
+    return sol->pivot[pivot].generation < sol->generations;
+}
+
 /* What is watched: sides, pivots of the reduction, determinants, pivots of the gauge choice. */
 static struct num_tape *direct_tape(struct field *f, const struct sga_solution *sol, const int *inputs, struct sga_error *err)
 {
@@ -38,7 +44,11 @@ static struct num_tape *direct_tape(struct field *f, const struct sga_solution *
         field_list_add(&l, sol->side[i].function);
     f->sides = sol->sides;
     for (int q = 0; q < sol->pivots; q++)
-        if (!expr_is_const(st, sol->pivot[q].value))
+        if (is_deep(sol, q) && !expr_is_const(st, sol->pivot[q].value))
+            field_watch_pivot(f, sol->pivot[q].value, &l);
+    f->deep = l.count - f->n;
+    for (int q = 0; q < sol->pivots; q++)
+        if (!is_deep(sol, q) && !expr_is_const(st, sol->pivot[q].value))
             field_watch_pivot(f, sol->pivot[q].value, &l);
     for (int q = 0; q < sol->dense_blocks; q++)
         field_list_add(&l, sol->determinant[q].value);
@@ -93,7 +103,7 @@ bool field_init(struct field *f, const struct sys_system *sys, const struct sga_
 {
     int n = sys->variables, c = sol->constraints;
     *f = (struct field){ .solution_side = sol->side, .n = n, .rows = sys->rows, .c = c, .rates = rq->rates, .rate = rq->rate, .guess = rq->initial, .given = rq->given, .sys = sys, .rank = -1,
-                         .manifold = manifold, .lost_pivot = -1, .lost_pole = -1, .generic_rank = n - sol->free_columns };
+                         .manifold = manifold, .lost_pivot = -1, .lost_pole = -1, .fell = -1, .generic_rank = n - sol->free_columns };
     gauge_choice_make(&f->choice, sys, sol, rq);
     f->fast = !f->choice.why;
     if (f->choice.field && n > SGA_MOST_ROWS_ASKED && !f->choice.pivots)

@@ -31,6 +31,7 @@ struct field {
     struct num_tape *direct;          /* roots: field, pivots, poles */
     const struct points_side *solution_side;   /* borrowed */
     int sides;                        /* the first so many "pivots" are sides that the answer rests on */
+    int deep;                         /* those from `sides` to here are pivots that constraints may carry: where they are small, so are the digits of these */
     int beyond;                       /* the side of which nothing was known beyond, and where the motion is; -1: none. See field_follows */
     double *direct_out, *pivot_start;
     double *stages;                   /* pivots and poles by call of the code: see field_code */
@@ -41,9 +42,12 @@ struct field {
     double *pivot_side;               /* by pivot: sign on the side where the motion is */
     double *here, here_t;             /* the last point that was found to be well inside */
     double *home, home_t;             /* n: the last point that the motion has taken; then pivots' and poles' sides there */
+    double begin_t;                   /* the motion begins here */
     double start_t;                   /* each solution (there may be two) begins here */
     struct manifold *manifold;        /* to look for the place of a change of sign; borrowed */
     int lost_pivot;                   /* the pivot whose zero ended it, or -1 */
+    int fell;                         /* the pivot with which the rank goes, as points on the way to its zero tell (field_drop.c), and when that is; or -1 */
+    double fell_t;
     /* Denominators of the equations as given; their values follow those of the pivots (pole.c). */
     int poles;
     expr_id *pole_expr;
@@ -144,6 +148,10 @@ bool field_pivots_well(const struct field *f);
  * side: y (n) and the time that is returned are where, on the constraints, within `near` of the way between;
  * f->in and direct_out are for that place. */
 double field_place_of_change(struct field *f, int k, double side, double t, const double *x, double near, double *y);
+
+/* field_drop.c. Between the last point that the motion has taken and (t, x) a pivot came to 0: whether the rank of the rows goes with it, as far as
+ * points on the way tell. Cost: some projections, two eliminations. */
+bool field_rank_falls(struct field *f, int pivot, double t, const double *x);
 
 /* pole.c. Adds the denominators of the equations that are not among the list, by factors. Cost: the nodes of the equations. */
 void field_find_poles(struct field *f, struct field_list *l);

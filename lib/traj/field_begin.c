@@ -86,6 +86,7 @@ bool field_begin(struct field *f, double t, const double *x, struct sga_error *e
 {
     double *v = sga_calloc((size_t)f->n + 1, sizeof *v);
     int rank, bad = 0;
+    f->begin_t = t;
     field_load(f, t, x);
     bool ok = first_value(f, t, x, v, &rank);
     /* with rates the rank is higher than that of the system: what it is at the start */

@@ -9,6 +9,7 @@
 #include "budget.h"
 #include "component_start.h"
 #include "bands.h"
+#include "charts.h"
 #include "consistent.h"
 #include "flow_series.h"
 #include "inputs.h"
@@ -34,17 +35,23 @@ static bool rhs(void *ctx, double t, const double *x, double *dx)
     struct flow *f = ctx;
     f->given->broken = -1;
     f->no_value = false;
+    if (f->charts && f->charts->stop) {
+        f->field.rank_lost = true;
+        return false;
+    }
     return field_eval(&f->field, t, x, dx);
 }
 
 static bool code(void *ctx, struct ode_code *c)
 {
-    return field_code(&((struct flow *)ctx)->field, c);
+    const struct flow *f = ctx;
+    return !(f->charts && f->charts->stop) && field_code(&((struct flow *)ctx)->field, c);
 }
 
 static bool stages(void *ctx, const struct sga_stages *plan, struct sga_stage_code *c)
 {
-    return field_stages(&((struct flow *)ctx)->field, plan, c);
+    const struct flow *f = ctx;
+    return !(f->charts && f->charts->stop) && field_stages(&((struct flow *)ctx)->field, plan, c);
 }
 
 static bool code_holds(void *ctx, int calls)
@@ -99,13 +106,13 @@ static bool jump(void *ctx, double t, double *x)
 static bool slope(void *ctx, double t, const double *x, double *value)
 {
     struct flow *f = ctx;
-    return field_slope(&f->field, t, x, value);
+    return f->charts && f->charts->pattern ? charts_slope(f, t, x, value) : field_slope(&f->field, t, x, value);
 }
 
 static bool taylor(void *ctx, double t, const double *x, int order, double scale, double *series, double *reach)
 {
     struct flow *f = ctx;
-    return series_along(f->series, &f->field, t, x, order, scale, series, reach);
+    return !(f->charts && f->charts->stop) && series_along(f->series, &f->field, t, x, order, scale, series, reach);
 }
 
 /* The columns of a sample. */
@@ -160,6 +167,8 @@ static void surfaces(void *ctx, double t, const double *x, double *g)
 void flow_hold(void *ctx, const signed char *side)
 {
     struct flow *f = ctx;
+    if (f->charts)
+        f->charts->side = side;
     field_hold(&f->field, side);
     num_jacobian_hold(f->manifold.jac, side);
     num_tape_hold(f->surface, side);
@@ -258,6 +267,7 @@ bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_so
 
 void flow_clear(struct flow *f)
 {
+    charts_clear(f);
     manifold_clear(&f->manifold);
     field_clear(&f->field);
     series_clear(f->series);
@@ -369,7 +379,10 @@ bool flow_given(struct flow *f, const struct traj_request *rq, const double *x, 
 static void enter(void *ctx, double from, double to)
 {
     struct flow *f = ctx;
-    signals_between(f->sys, from, to);
+    if (f->charts && from == f->charts->start)
+        charts_begin(f);
+    if (f->sys->signals)
+        signals_between(f->sys, from, to);
 }
 
 /* What each step asks for. Not the rows that define the field: they are asked where that fails. */
@@ -400,20 +413,29 @@ const char *flow_gauge(const struct flow *f, const struct traj_request *rq)
     return traj_gauge_text(rq->conditions, rq->rates > 0, f->field.rank < f->n);
 }
 
-static void taken(void *ctx, double t, const double *x) { field_keep_sides(&((struct flow *)ctx)->field, t, x); }
+static bool taken(void *ctx, double t, double *x)
+{
+    struct flow *f = ctx;
+    field_keep_sides(&f->field, t, x);
+    return charts_choose(f, t, x);
+}
+
 static void refused(void *ctx) { field_forget_trial(&((struct flow *)ctx)->field); }
+
+void flow_code(struct flow *f, const struct traj_request *rq) { allow_code(f, rq->budget ? rq->budget->exec : NULL); }
 
 struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
 {
-    allow_code(f, rq->budget ? rq->budget->exec : NULL);
-    bool watched = f->field.pivots || f->field.poles;
+    flow_code(f, rq);
+    bool watched = f->field.pivots || f->field.poles || f->charts || f->field.switches.count;
+    struct lin_sparse *pattern = f->charts && f->charts->count > 1 ? f->charts->pattern : f->field.pattern;
     return (struct ode_problem){ .n = f->n, .ctx = f, .rhs = rhs, .code = code, .stages = stages, .code_holds = code_holds,
                                  .project = f->manifold.c || f->given->count || f->valued ? project : NULL, .why = why,
                                  .jump = f->manifold.c && !f->given->count ? jump : NULL,
-                                 .pattern = f->field.pattern, .jacobian = f->field.pattern ? slope : NULL,
+                                 .pattern = pattern, .jacobian = pattern ? slope : NULL,
                                  .taylor = f->field.fast && !f->sys->signals ? taylor : NULL,
                                  .taylor_rtol = series_fast(&f->field) ? FAST_RTOL : 0,
-                                 .breaks = f->knot, .break_count = f->knots, .enter = f->sys->signals ? enter : NULL,
+                                 .breaks = f->knot, .break_count = f->knots, .enter = f->sys->signals || f->charts ? enter : NULL,
                                  .taken = watched ? taken : NULL, .refused = watched ? refused : NULL,
                                  .switches = f->field.switches.count, .switching = surfaces, .hold = flow_hold,
                                  .turned = f->turn ? variation_turned : NULL,

@@ -6,6 +6,7 @@
 #include "manifold.h"
 #include "trajectory.h"
 
+struct charts;
 struct given;
 struct inputs;
 struct ode_options;
@@ -39,6 +40,7 @@ struct flow {
     unsigned char *moving;        /* n: variables that some equation differentiates: they do not jump */
     double *noise;                /* n: see flow_noise; NULL until it is asked for */
     struct variation_turn *turn;  /* of motions with derivatives that come to switches; or NULL */
+    struct charts *charts;        /* owned; NULL: the motion has one (charts.h) */
     double *knot; int knots;      /* of the tables, inside the motion's times, in its order */
 };
 
@@ -74,6 +76,8 @@ void flow_hold(void *flow, const signed char *side);
  * no value anywhere, or uses names that have none. */
 bool traj_drift(struct flow *f, const struct traj_request *rq, const double *x, int samples, struct traj_result *r,
                 struct sga_error *err);
+/* From now on what is evaluated often may become machine code. */
+void flow_code(struct flow *f, const struct traj_request *rq);
 /* The problem as the integrator sees it; field_slope_init has been called. From now on what is
  * evaluated often may become machine code. */
 struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq);

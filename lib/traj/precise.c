@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "budget.h"
+#include "charts.h"
 #include "collocation.h"
 #include "field.h"
 #include "flow.h"
@@ -262,6 +263,11 @@ static bool lost(const struct precise *p, const struct outcome *o, struct sga_er
 
 static void precise_clear(struct precise *p)
 {
+    charts_return(p->flow);
+    precise_follow_chart(p);
+    precise_charts_clear(p);
+    if (p->field != p->flow->field.plain)
+        num_tape_free(p->field);
     num_jet2_free(p->constraint);
     num_jet2_free(p->output);
     num_jet2_free(p->series);
@@ -271,24 +277,6 @@ static void precise_clear(struct precise *p)
     num_radau_free(p->formula);
     free(p->time);
     free(p->x);
-}
-
-/* p->field: of switches the series of their arguments are needed too. */
-static bool with_arguments(struct precise *p, struct sga_error *err)
-{
-    struct field *f = &p->flow->field;
-    int count = f->switches.count, *inputs;
-    p->field = f->plain;
-    if (!count)
-        return true;
-    expr_id *root = sga_malloc((size_t)(p->n + count) * sizeof *root);
-    memcpy(root, f->root, (size_t)p->n * sizeof *root);
-    memcpy(root + p->n, f->switches.argument, (size_t)count * sizeof *root);
-    inputs = field_inputs(p->sys);
-    p->field = num_tape_new_switched(p->sys->store, &f->switches, root, p->n + count, inputs, p->n + 1, err);
-    free(inputs);
-    free(root);
-    return p->field != NULL;
 }
 
 bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
@@ -305,7 +293,8 @@ bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_
         p.event = num_jet2_new(f->event, 1);
         p.velocity = num_jet2_new(f->field.plain, 0);
     }
-    ok = with_arguments(&p, err) && precise_start(&p, r->initial, err);
+    p.field = precise_field(&p);
+    ok = p.field ? precise_start(&p, r->initial, err) : sga_fail(err, SGA_E_INTERNAL, "the field has no program in double-double");
     if (ok) {
         r->steps = r->rejected = r->evaluations = 0;
         double begin = sga_cpu();
@@ -323,8 +312,6 @@ bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_
         *reason = o.path.reason;
     }
     clear(&o);
-    if (p.field != f->field.plain)
-        num_tape_free(p.field);
     precise_clear(&p);
     return ok;
 }

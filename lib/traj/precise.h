@@ -31,9 +31,17 @@ struct precise {
     struct num_jet2 *values;                  /* of the field: its values alone, for implicit steps; NULL at first */
     const struct traj_result *guide;          /* the motion in double, with what happens on it; NULL: no events */
     struct num_jet2 *event, *velocity;        /* of the events, to order 1; of the field; NULL: no events */
+    struct precise_chart *chart; int charts, at;      /* by chart: what is not in use of the members above; the one in use */
     struct num_radau *formula;                /* of the last implicit steps; NULL at first */
     num_dd start, *time, *x;                  /* the samples' times; the consistent start */
     struct precise_limits limits;
+};
+
+/* Of another chart of the flow (charts.h): the members of the same names. */
+struct precise_chart {
+    struct num_jet2 *constraint, *series, *values, *velocity;
+    int order;
+    struct num_tape *field;
 };
 
 /* An event that happened. */
@@ -66,6 +74,12 @@ bool precise_start(struct precise *p, const double *x, struct sga_error *err);
  * variables; *moved: root mean square of it; *residual: the largest |xi_i|. */
 bool precise_project(struct precise *p, num_dd t, num_dd *x, const double *scale, const unsigned char *held,
                      double *moved, double *residual);
+
+/* precise_charts.c. The tape of the flow's field with the arguments of its switches; the field's own where there are none, or NULL. */
+struct num_tape *precise_field(struct precise *p);
+/* The flow may have gone over to another chart: the members follow. True: they did. */
+bool precise_follow_chart(struct precise *p);
+void precise_charts_clear(struct precise *p);
 
 /* precise_march.c. beside: start and field are wrong by a rounding, on purpose. */
 void precise_march(struct precise *p, double rtol, double atol, bool beside, struct precise_path *path);

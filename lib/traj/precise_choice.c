@@ -52,6 +52,18 @@ void precise_choice_begin(struct precise_march *m)
     use(m, name && strcmp(name, "radau") == 0 ? IMPLICIT : SERIES);
 }
 
+void precise_choice_renew(struct precise_march *m)
+{
+    struct precise_choice *c = &m->choice;
+    for (int k = 0; k < 2; k++) {
+        if (c->state[k])
+            methods[k]->free(c->state[k]);
+        c->state[k] = NULL;
+    }
+    c->on_trial = false;
+    use(m, m->method == &precise_radau);
+}
+
 void precise_choice_end(struct precise_march *m)
 {
     const struct precise_choice *c = &m->choice;

@@ -6,11 +6,12 @@
 #include <string.h>
 
 #include "budget.h"
+#include "charts.h"
 #include "field.h"
 #include "flow.h"
 #include "inputs.h"
 #include "mem.h"
-#include "precise_march.h"
+#include "precise_series.h"
 #include "redundant.h"
 #include "sizes.h"
 #include "tolerance.h"
@@ -249,6 +250,34 @@ static num_dd within_pieces(struct precise_march *m, num_dd h)
     return most < size ? num_dd_of(m->direction * most) : h;
 }
 
+/* The motion has come to here; perhaps it goes on in another chart. False: the march is over. */
+static bool settled_in_chart(struct precise_march *m, double size)
+{
+    struct flow *f = m->p->flow;
+    for (int j = 0; j < m->n; j++)
+        m->xd[j] = m->here.x[j].hi;
+    if (!charts_choose(f, m->here.t.hi, m->xd)) {
+        if (f->charts && f->charts->stop)
+            precise_end(m, ODE_SINGULAR, "other pivots are taken");
+        return m->path->reason == ODE_NONE;
+    }
+    double moved, residual;
+    precise_follow_chart(m->p);
+    precise_choice_renew(m);
+    m->why = ODE_CONSTRAINT_LOST;
+    if (!precise_project(m->p, m->here.t, m->here.x, m->scale, NULL, &moved, &residual)) {
+        end_refused(m, true);
+        return false;
+    }
+    if (m->sides.count)
+        precise_hold(m);
+    if (m->method->begin(m->state, m, fmin(size, fabs(precise_rest(m).hi))))
+        return true;
+    if (m->path->reason == ODE_NONE)
+        end_refused(m, true);
+    return false;
+}
+
 /* One step, or a try of one. False: the march is over. */
 static bool step(struct precise_march *m, double *cut)
 {
@@ -301,9 +330,14 @@ static bool step(struct precise_march *m, double *cut)
     struct precise_point before = m->here;
     m->here = m->there;
     m->there = before;
+    for (int j = 0; j < m->n; j++)
+        m->xd[j] = m->here.x[j].hi;
+    field_keep_sides(&m->p->flow->field, m->here.t.hi, m->xd);
     if (!m->method->accepted(m->state, m))
         return false;
     take_rates(m, size);
+    if (!settled_in_chart(m, size))
+        return false;
     precise_choose(m, size);
     *cut = 1;
     return true;
@@ -313,6 +347,8 @@ static void march(struct precise *p, double rtol, double atol, bool beside, bool
 {
     struct precise_march m = { .p = p, .path = path, .n = p->n, .rtol = rtol, .atol = atol, .beside = beside, .start_beside = start_beside };
     double cut = 1;
+    charts_begin(p->flow);
+    precise_follow_chart(p);
     *path = (struct precise_path){ .t = p->start.hi };
     m.direction = num_dd_less(p->time[p->rq->samples - 1], p->start) ? -1 : 1;
     path->sample = sga_calloc((size_t)p->rq->samples * (size_t)m.n + 1, sizeof *path->sample);
@@ -326,7 +362,9 @@ static void march(struct precise *p, double rtol, double atol, bool beside, bool
     m.calm = m.rate + m.n;
     precise_sides_begin(&m);
     precise_choice_begin(&m);
-    if (begin(&m))
+    if (p->flow->charts && p->flow->charts->stop)
+        precise_end(&m, ODE_SINGULAR, "other pivots are taken");
+    else if (begin(&m))
         while (may_go_on(&m) && step(&m, &cut)) { }
     path->count = m.next;
     if (path->reason == ODE_NONE)

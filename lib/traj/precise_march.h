@@ -121,6 +121,8 @@ void precise_choose(struct precise_march *m, double size);
 bool precise_rescue(struct precise_march *m);
 /* No series at the start (a root at its border): true where implicit steps, which need none, begin. */
 bool precise_begin_without_series(struct precise_march *m, double size);
+/* The field has other programs from now on: the states are made anew; begin is due. */
+void precise_choice_renew(struct precise_march *m);
 /* Frees the states; the path's name of the methods. */
 void precise_choice_end(struct precise_march *m);
 

@@ -8,19 +8,24 @@
 
 #include "budget.h"
 #include "buf.h"
+#include "charts.h"
 #include "defined.h"
 #include "enclosed.h"
 #include "flow.h"
+#include "impulse.h"
 #include "inputs.h"
 #include "mem.h"
+#include "oracle.h"
 #include "points.h"
 #include "precise.h"
 #include "print.h"
+#include "reduction.h"
 #include "redundant.h"
 #include "sizes.h"
 #include "system.h"
 #include "tape.h"
 #include "tolerance.h"
+#include "warnings.h"
 
 /* Where a motion ends at a place that was located to a tolerance, a sample nearer to it than that cannot be said to
  * lie before it. */
@@ -138,6 +143,21 @@ static bool given_ended(const struct flow *f, const struct traj_request *rq, con
     return f->given->lost >= 0 && fabs(f->given->lost_t - r->ended_t) <= 1e-3 * fabs(way);
 }
 
+/* A jump that only what is differentiated could take up. */
+static bool say_impulse(struct flow *f, struct traj_result *r)
+{
+    double t = r->ended_t, jump;
+    int constraint;
+    if (!impulse_at_end(f, &t, &constraint, &jump))
+        return false;
+    char *text = expr_text(f->sys->store, f->given->sol->constraint[constraint].expr, 120);
+    r->ended_reason = "impulse";
+    r->ended_t = t;
+    snprintf(r->ended_detail, sizeof r->ended_detail, "the constraint %s = 0 jumps by %.6g here, and what it holds is differentiated: it would have to jump, by an impulse", text, jump);
+    free(text);
+    return true;
+}
+
 /* What has no value beyond the end. */
 static bool say_valued(const struct flow *f, const struct traj_request *rq, struct traj_result *r)
 {
@@ -151,9 +171,22 @@ static bool say_valued(const struct flow *f, const struct traj_request *rq, stru
     return said;
 }
 
+static bool by_numbers(enum ode_reason reason)
+{
+    return reason == ODE_CONSTRAINT_LOST || reason == ODE_LEFT_DOMAIN || reason == ODE_NOT_SMOOTH || reason == ODE_BLOW_UP || reason == ODE_STEP_LIMIT;
+}
+
 /* Endings that the field, its pivots, its denominators or the given equations explain. */
 static void explain_end(struct flow *f, const struct traj_request *rq, enum ode_reason reason, struct traj_result *r)
 {
+    if (reason == ODE_CONSTRAINT_LOST && say_impulse(f, r))
+        return;
+    if (f->field.fell >= 0 && reason != ODE_SINGULAR && by_numbers(reason) && fabs(f->field.fell_t - r->ended_t) <= 1e-3 * fabs(r->ended_t - rq->start)) {
+        f->field.lost_pivot = f->field.fell;       /* what numbers have come to beside it is no reason of its own */
+        r->ended_t = f->field.fell_t;
+        say_stratum(f, r);
+        return;
+    }
     if (reason == ODE_CONSTRAINT_LOST && given_ended(f, rq, r)) {
         say_given(f, r);
         return;
@@ -237,6 +270,8 @@ static bool integrate(struct flow *f, const struct traj_request *rq, struct traj
 static const double DOUBLE_REACHES = 1e-13;
 static const double MOST_LENGTH = 2e6, MOST_WORK = 1e9;
 static const long MOST_STEPS = 300000;
+/* Of the whole way: a motion that comes so much further with other pivots goes on. */
+static const double FURTHER = 1e-6;
 
 /* The motion in double, on which events are found before they are located in double-double. Not too tight, since what
  * comes near to 0 is found as a touch then, and looked at again. Both directions are found, and nothing
@@ -396,13 +431,80 @@ static bool solve(struct flow *f, const struct sys_system *sys, const struct sga
                   struct traj_result *r, struct sga_error *err)
 {
     const char *why;
-    if (!field_slope_init(&f->field, err))
-        return false;
     if (rq->arithmetic == TRAJ_DOUBLE_DOUBLE && !precise_possible(f, rq, &why))
         return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "%s", why);
     if (rq->arithmetic == TRAJ_DOUBLE_DOUBLE)
         return precise(f, sys, sol, rq, (struct precise_limits){ MOST_STEPS, INFINITY }, r, err);
     return rq->arithmetic == TRAJ_AUTO ? solve_cheapest(f, sys, sol, rq, r, err) : integrate(f, rq, r, err);
+}
+
+/* The changes of the motion that was made last. */
+static void keep_charts(struct flow *f, struct traj_result *r)
+{
+    const struct charts *q = f->charts;
+    r->chart = sga_calloc((size_t)q->changes + 1, sizeof *r->chart);
+    for (r->charts = 0; r->charts < q->changes; r->charts++)
+        r->chart[r->charts] = (struct traj_chart){ q->change[r->charts].t, charts_pivot(f, q->change + r->charts) };
+}
+
+/* It ended where other pivots may go on. */
+static bool ended_by_pivots(const struct traj_result *r)
+{
+    static const char *const reason[] = { "stratum", "constraint_lost", "left_domain", "blow_up", "not_smooth", "singular", "step_limit" };
+    bool may = false;
+    for (size_t k = 0; k < sizeof reason / sizeof *reason && r->ended && r->ended_event < 0; k++)
+        may |= strcmp(r->ended_reason, reason[k]) == 0;
+    return may;
+}
+
+static bool further(const struct traj_request *rq, const struct traj_result *next, const struct traj_result *r)
+{
+    double way = fabs(rq->times[rq->samples - 1] - rq->start);
+    return !next->ended || next->ended_event >= 0 || fabs(next->ended_t - rq->start) > fabs(r->ended_t - rq->start) + FURTHER * way;
+}
+
+/* Where a pivot comes to 0 the motion is made once more, with a chart more. Where that was not seen on the way, but the motion ended there, it is
+ * what comes further that is kept. */
+static bool solve_in_charts(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+                            struct traj_result *r, struct sga_error *err)
+{
+    struct traj_result before = { 0 };
+    bool had = false;
+    size_t n = (size_t)f->n;
+    double *start = memcpy(sga_malloc((n + 1) * sizeof *start), r->initial, n * sizeof *start), moved = r->moved;
+    bool ok = field_slope_init(&f->field, err);
+    if (ok)
+        charts_init(f, sol, rq);
+    for (;;) {
+        struct sga_error failed = { 0 };
+        ok = ok && solve(f, sys, sol, rq, r, had ? &failed : err);
+        bool stopped = ok && f->charts && f->charts->stop;
+        if (had && !stopped && (!ok || !further(rq, r, &before))) {
+            traj_result_clear(r);
+            *r = before;
+            ok = sga_budget_ok(rq->budget, err);
+            break;
+        }
+        if (had && !stopped) {
+            traj_result_clear(&before);
+            had = false;
+        }
+        if (!ok || (!stopped && (!ended_by_pivots(r) || !charts_add(f)))) {
+            if (ok && f->charts && f->charts->count > 1)
+                keep_charts(f, r);
+            break;
+        }
+        if (stopped)
+            traj_result_clear(r);
+        else {
+            before = *r;
+            had = true;
+        }
+        charts_again(f);
+        *r = (struct traj_result){ .initial = memcpy(sga_malloc((n + 1) * sizeof *start), start, n * sizeof *start), .moved = moved };
+    }
+    free(start);
+    return ok;
 }
 
 const char *traj_gauge_text(bool conditions, bool rates, bool least_norm)
@@ -432,7 +534,7 @@ static bool run_as_is(const struct sys_system *sys, const struct sga_solution *s
             ok = enclosed_run(&f, sys, sol, rq, r, err);
             r->seconds = sga_cpu() - begin;
         } else if (ok) {
-            ok = solve(&f, sys, sol, rq, r, err);
+            ok = solve_in_charts(&f, sys, sol, rq, r, err);
         }
     }
     if (ok) {
@@ -450,12 +552,32 @@ static bool run_as_is(const struct sys_system *sys, const struct sga_solution *s
     return ok;
 }
 
+/* The start may lie where a pivot of the reduction is 0 and the rank stays: then that of other pivots is tried. */
+static bool run_from_start(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+                           struct traj_result *r, struct sga_error *err)
+{
+    struct sga_error first = { 0 }, ignored = { 0 };
+    struct sga_solution own;
+    struct points_oracle oracle;
+    if (run_as_is(sys, sol, rq, r, &first))
+        return true;
+    bool may = first.code == SGA_E_INITIAL || first.code == SGA_E_NO_MOTION, ok = false;
+    if (may && charts_solve_at_start(sys, sol, rq, &own, &oracle)) {
+        ok = run_as_is(sys, &own, rq, r, &ignored);
+        sga_solution_clear(&own);
+        points_oracle_clear(&oracle);
+    }
+    if (!ok)
+        *err = first;
+    return ok;
+}
+
 bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
               struct traj_result *r, struct sga_error *err)
 {
     struct defined d;
     if (!defined_any(sol, rq))
-        return run_as_is(sys, sol, rq, r, err);
+        return run_from_start(sys, sol, rq, r, err);
     *r = (struct traj_result){ 0 };
     defined_init(&d, sys, sol, rq);
     bool ok = defined_start(&d, err) && run_as_is(&d.system, &d.solution, &d.request, r, err);
@@ -481,6 +603,9 @@ void traj_result_clear(struct traj_result *r)
     free(r->radius);
     free(r->happening);
     free(r->drift);
+    for (int i = 0; i < r->charts; i++)
+        free(r->chart[i].pivot);
+    free(r->chart);
     free(r->happened_value);
     for (size_t i = 0; r->happened_digits && i < (size_t)r->happened * ((size_t)r->columns + 1); i++)
         free(r->happened_digits[i]);

@@ -36,6 +36,12 @@ struct traj_happening {
     double t, error;          /* error: estimated; INFINITY where not known */
 };
 
+/* Where a motion went on with another reduction, whose pivots are large there. */
+struct traj_chart {
+    double t;
+    char *pivot;              /* that had become small in the reduction before; malloced */
+};
+
 /* How far a function went from its value at the start, over the samples. */
 struct traj_drift {
     double start, end;        /* values there */
@@ -102,6 +108,7 @@ struct traj_result {
     char ended_detail[256];
     const char *gauge;        /* how the motion was chosen, see traj_gauge_text; static */
     const char *gauge_numeric; /* why that is solved from the equations at each evaluation, not by expressions; static; NULL: it is not */
+    struct traj_chart *chart; int charts;   /* in the order of the motion; of the last of the solutions that were compared */
     long steps, rejected, evaluations;
     double seconds;           /* CPU of the integration alone, without what is set up before it */
 };

@@ -192,6 +192,21 @@ bool answer_write_trajectory(struct job *j, struct sga_json *w)
     return answer_write_motion(j, w);
 }
 
+static void write_charts(const struct traj_result *r, struct sga_json *w)
+{
+    if (!r->charts)
+        return;
+    sga_json_key(w, "charts");
+    sga_json_array(w);
+    for (int i = 0; i < r->charts; i++) {
+        sga_json_object(w);
+        sga_json_member_double(w, "t", r->chart[i].t);
+        sga_json_member_string(w, "left", r->chart[i].pivot ? r->chart[i].pivot : "");
+        sga_json_end_object(w);
+    }
+    sga_json_end_array(w);
+}
+
 bool answer_write_motion(struct job *j, struct sga_json *w)
 {
     const struct traj_result *r = j->trajectory;
@@ -224,6 +239,7 @@ bool answer_write_motion(struct job *j, struct sga_json *w)
         sga_json_key(w, "sensitivities");
         sga_json_raw(w, j->sensitivities, strlen(j->sensitivities));
     }
+    write_charts(r, w);
     sga_json_key(w, "ended");
     if (r->ended) {
         sga_json_object(w);
