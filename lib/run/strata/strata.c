@@ -309,6 +309,7 @@ static void list_strata(struct job *j)
     SGA_FREED int *before = stood(sol);
     for (int i = 0; i < sol->pivots + sol->deads; i++) {
         const struct sga_pivot *p = i < sol->pivots ? sol->pivot + i : sol->dead + (i - sol->pivots);
+        assert(p->generation >= 0 && p->generation <= sol->generations + 1);
         if (!expr_is_const(&j->request->store, p->value))
             strata_factors(&l, p->value, before[p->generation]);
     }
