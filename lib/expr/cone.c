@@ -14,9 +14,8 @@ void expr_cone_init(struct expr_cone *c)
 
 void expr_cone_clear(struct expr_cone *c)
 {
-    free(c->stamp);
+    expr_marks_back(c);
     free(c->list);
-    free(c->place);
     *c = (struct expr_cone){ 0 };
 }
 
@@ -53,8 +52,10 @@ static void in_order(struct expr_cone *c)
             c->list[i++] = e;
 }
 
-void expr_cone_of(const struct expr_store *st, struct expr_cone *c, const expr_id *roots, int nroots)
+static void begin(const struct expr_store *st, struct expr_cone *c, const expr_id *roots, int nroots)
 {
+    if (!c->from)
+        expr_marks_lend(st->marks, c);
     if (c->stamp_cap < (size_t)st->nodes) {
         size_t old = c->stamp_cap;
         SGA_RESERVE(c->stamp, c->stamp_cap, st->nodes);
@@ -67,14 +68,37 @@ void expr_cone_of(const struct expr_store *st, struct expr_cone *c, const expr_i
     c->count = 0;
     for (int i = 0; i < nroots; i++)
         push(c, roots[i]);
-    for (int i = 0; i < c->count; i++) {
-        expr_id e = c->list[i];
-        int n = expr_children(st, e);
-        for (int k = 0; k < n; k++)
-            push(c, expr_child(st, e, k));
-    }
+}
+
+static void push_children(const struct expr_store *st, struct expr_cone *c, expr_id e)
+{
+    int n = expr_children(st, e);
+    for (int k = 0; k < n; k++)
+        push(c, expr_child(st, e, k));
+}
+
+void expr_cone_of(const struct expr_store *st, struct expr_cone *c, const expr_id *roots, int nroots)
+{
+    begin(st, c, roots, nroots);
+    for (int i = 0; i < c->count; i++)
+        push_children(st, c, c->list[i]);
     if (c->count)
         in_order(c);
+}
+
+bool expr_cone_above_solves(const struct expr_store *st, struct expr_cone *c, const expr_id *roots, int nroots, int most)
+{
+    int symbols = 0;
+    begin(st, c, roots, nroots);
+    for (int i = 0; i < c->count && symbols <= most; i++) {
+        expr_id e = c->list[i];
+        symbols += expr_op_of(st, e) == EXPR_SYM;
+        if (expr_op_of(st, e) != EXPR_SOLVE)
+            push_children(st, c, e);
+    }
+    if (c->count && symbols <= most)
+        in_order(c);
+    return symbols <= most;
 }
 
 void expr_cone_index(struct expr_cone *c)

@@ -118,6 +118,7 @@ struct expr_solve {
     expr_id *matrix, *rhs;
 };
 
+struct expr_marks;
 struct expr_store {
     struct expr_node *node;   int nodes;   size_t node_cap;
     fmpq *constant;           int constants; size_t constant_cap;
@@ -130,6 +131,7 @@ struct expr_store {
     double work_bits, max_work_bits;   /* of all constants made so far; 0: no limit */
     double deadline, seconds; /* sga_now() value past which the error is set (0: none), and what was granted */
     long work;                /* since the clock was looked at */
+    struct expr_marks *marks; /* for cones */
     bool signals_fixed;       /* no derivative of a signal may be added any more */
     struct sga_error error;   /* sticky */
 };
@@ -196,6 +198,7 @@ expr_id expr_child(const struct expr_store *st, expr_id e, int k);
 
 /* A reusable mark for walks over part of the graph. */
 struct expr_cone {
+    struct expr_marks *from;              /* where stamps and places are lent from; NULL: not yet */
     uint32_t *stamp; size_t stamp_cap; uint32_t now;
     expr_id *list;   size_t list_cap;  int count;
     int *place;      size_t place_cap;    /* by node, only after expr_cone_index */
@@ -203,8 +206,16 @@ struct expr_cone {
 void expr_cone_init(struct expr_cone *c);
 void expr_cone_clear(struct expr_cone *c);
 /* All nodes under the given roots, in increasing order (children first), into
- * c->list[0..count). Cost: the size of the cone, times log for the sort. */
+ * c->list[0..count). Cost: the size of the cone, times log for the sort, whatever the size of the store. */
 void expr_cone_of(const struct expr_store *st, struct expr_cone *c, const expr_id *roots, int nroots);
+/* The same, but for what lies below solutions of linear systems (EXPR_SOLVE). False, and the list is not to be used: there are more symbols
+ * than `most`; then it costs what was walked until so many were met. */
+bool expr_cone_above_solves(const struct expr_store *st, struct expr_cone *c, const expr_id *roots, int nroots, int most);
+/* The place of e in the list, after expr_cone_index; -1: it is not in the cone. */
+static inline int expr_cone_place(const struct expr_cone *c, expr_id e)
+{
+    return (size_t)e < c->stamp_cap && c->stamp[e] == c->now ? c->place[e] : -1;
+}
 
 /* Whether e depends on the symbol; the cone is used for the walk. */
 bool expr_depends(const struct expr_store *st, struct expr_cone *c, expr_id e, int symbol);

@@ -26,6 +26,7 @@ void expr_store_init(struct expr_store *st)
     st->hash = sga_calloc(st->hash_mask + 1, sizeof *st->hash);
     st->names_mask = 63;
     st->names = sga_calloc(st->names_mask + 1, sizeof *st->names);
+    st->marks = expr_marks_new();
 }
 
 void expr_store_clear(struct expr_store *st)
@@ -38,6 +39,7 @@ void expr_store_clear(struct expr_store *st)
         free(st->solve[i].matrix);
         free(st->solve[i].rhs);
     }
+    expr_marks_leave(st->marks);
     free(st->node);
     free(st->constant);
     free(st->symbol);

@@ -17,6 +17,12 @@
 #define ILL_CONDITIONED 1e-5
 /* Rows count as dependent below this. */
 #define SINGULAR 1e-13
+/* Larger systems are ordered as symmetric ones: the matching of smaller ones tells ill conditions better, but costs a power of the fill.
+ * Their pivots are as small as J's singular values, and another alpha costs their order of elimination, so that it is taken later; what
+ * is lost by that is made up by one step of refinement more. */
+enum { LARGE = 500 };
+#define LARGE_SUSPICIOUS 1e-8
+#define LARGE_ILL_CONDITIONED 1e-9
 
 struct lin_kkt {
     struct sga_arena mem;
@@ -30,7 +36,7 @@ struct lin_kkt {
     double *v;                /* 3 (n + c): right-hand side and solution, and for refining */
     double alpha;
     double rcond;             /* < 0: not known yet */
-    bool regular;
+    bool regular, large;
 };
 
 static struct lin_sparse *kkt_pattern(struct lin_kkt *k)
@@ -67,7 +73,8 @@ struct lin_kkt *lin_kkt_new(const struct lin_sparse *J)
     k->upper = sga_take(&k->mem, nz * sizeof *k->upper);
     k->lower = sga_take(&k->mem, nz * sizeof *k->lower);
     k->K = kkt_pattern(k);
-    k->lu = lin_lu_new(k->K);
+    k->large = k->c + k->n > LARGE;
+    k->lu = k->large ? lin_lu_new_symmetric(k->K) : lin_lu_new(k->K);
     k->unit = sga_zeros(&k->mem, (size_t)k->n + 1, sizeof *k->unit);
     k->row = sga_zeros(&k->mem, (size_t)k->c + 1, sizeof *k->row);
     k->v = sga_zeros(&k->mem, 3 * ((size_t)k->n + (size_t)k->c) + 1, sizeof *k->v);
@@ -214,9 +221,9 @@ bool lin_kkt_factor(struct lin_kkt *k, const double *val, const double *w, const
     if (!set_units(k, w, held) || !set_scaled(k, val) || !factor_with(k, 1))
         return false;
     k->rcond = -1;
-    if (lin_lu_rcond_crude(k->lu) < SUSPICIOUS_PIVOTS) {
+    if (lin_lu_rcond_crude(k->lu) < (k->large ? LARGE_SUSPICIOUS : SUSPICIOUS_PIVOTS)) {
         k->rcond = condition(k);
-        if (k->rcond > 0 && k->rcond < ILL_CONDITIONED) {
+        if (k->rcond > 0 && k->rcond < (k->large ? LARGE_ILL_CONDITIONED : ILL_CONDITIONED)) {
             if (!factor_with(k, fmax(k->rcond, 1e-10))) {
                 k->rcond = 0;
                 return false;
@@ -230,20 +237,23 @@ bool lin_kkt_factor(struct lin_kkt *k, const double *val, const double *w, const
     return true;
 }
 
-/* v becomes K^-1 v, with one step of refinement: it makes the conditions hold to the
+/* v becomes K^-1 v, with a step of refinement, or two: it makes the conditions hold to the
  * rounding of their terms also where the weights make K ill-conditioned. */
 static void solve_refined(struct lin_kkt *k)
 {
     int size = k->n + k->c;
-    double *b = k->v, *x = k->v + size, *Kx = x + size;
+    double *b = k->v, *x = k->v + size, *rest = x + size;
     memcpy(x, b, (size_t)size * sizeof *b);
     lin_lu_solve(k->lu, x);
-    lin_sparse_times(k->K, x, Kx);
-    for (int i = 0; i < size; i++)
-        b[i] -= Kx[i];
-    lin_lu_solve(k->lu, b);
-    for (int i = 0; i < size; i++)
-        b[i] += x[i];
+    for (int turn = k->large ? 2 : 1; turn > 0; turn--) {
+        lin_sparse_times(k->K, x, rest);
+        for (int i = 0; i < size; i++)
+            rest[i] = b[i] - rest[i];
+        lin_lu_solve(k->lu, rest);
+        for (int i = 0; i < size; i++)
+            x[i] += rest[i];
+    }
+    memcpy(b, x, (size_t)size * sizeof *b);
 }
 
 void lin_kkt_solve(struct lin_kkt *k, const double *r, const double *g, double *d)

@@ -17,6 +17,9 @@
  * below this many times what they were with fresh pivots. */
 #define LARGEST_GROWTH 1e3
 
+/* A diagonal entry is the pivot where it is so large beside its column: without a matching it may be small, or 0 (KLU's own is 1e-3). */
+static const double SYMMETRIC_PIVOT = 0.1;
+
 struct lin_lu {
     int n;
     struct lin_sparse *a;   /* the pattern, and the values last factored */
@@ -28,17 +31,30 @@ struct lin_lu {
     struct lin_lu_counts counts;
 };
 
-struct lin_lu *lin_lu_new(const struct lin_sparse *pattern)
+static struct lin_lu *new(const struct lin_sparse *pattern, bool blocks)
 {
     assert(pattern->rows == pattern->cols);
     struct lin_lu *lu = sga_calloc(1, sizeof *lu);
     lu->n = pattern->rows;
     lu->a = lin_sparse_new(lu->n, lu->n, pattern->ptr, pattern->col);
     klu_defaults(&lu->common);
+    lu->common.btf = blocks;
+    if (!blocks)
+        lu->common.tol = SYMMETRIC_PIVOT;
     if (lu->n > 0)
         lu->symbolic = klu_analyze(lu->n, lu->a->ptr, lu->a->col, &lu->common);
     assert(lu->n == 0 || lu->common.status != KLU_INVALID);
     return lu;
+}
+
+struct lin_lu *lin_lu_new(const struct lin_sparse *pattern)
+{
+    return new(pattern, true);
+}
+
+struct lin_lu *lin_lu_new_symmetric(const struct lin_sparse *pattern)
+{
+    return new(pattern, false);
 }
 
 void lin_lu_free(struct lin_lu *lu)

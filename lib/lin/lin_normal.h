@@ -3,8 +3,7 @@
  * known point mostly are; the condition is squared, so what is less certain is left to
  * lin_kkt or to a QR.
  *
- * J J^T is summed up from lists of products and factored as L D L^T, both along a
- * pattern found once (Davis, Direct Methods for Sparse Linear Systems, 4.8: row by row; order by AMD). */
+ * J J^T is summed up and factored as L D L^T along a pattern found once: lin_gram.h. */
 #ifndef SGA_LIN_NORMAL_H
 #define SGA_LIN_NORMAL_H
 

@@ -13,13 +13,14 @@
 #include "differentials.h"
 #include "into_domain.h"
 #include "normal.h"
+#include "parts.h"
 #include "points_random.h"
 #include "mem.h"
 #include "refine.h"
 #include "sides.h"
 #include "triangular.h"
 
-enum { STARTS = 24, POSITIVE_STARTS = 10, STEPS = 60, BASIC_STEPS = 12, RETREATS = 20, NEWTON_BITS = 80, BRANCH_STARTS = 3, FEW = 40 };
+enum { STARTS = 24, POSITIVE_STARTS = 10, STEPS = 60, LONG_STEPS = 240, BASIC_STEPS = 12, RETREATS = 20, NEWTON_BITS = 80, BRANCH_STARTS = 3, FEW = 40 };
 
 uint64_t points_random(uint64_t *state)
 {
@@ -201,7 +202,8 @@ static void loosen_row(const struct points_jacobian *j, struct normal *w, int i,
  * that no satisfied constraint contains; `old` (by variable) is worked out at the first
  * such step (old[n] = 0). Returns the largest scaled residual before it, or -1 where the
  * constraints have no value; *rank is the numerical rank of the differentials. */
-static double step(struct points_jacobian *j, struct points_point *p, struct normal *w, unsigned char *old, double *r, double *d, int *rank)
+static double step(struct points_jacobian *j, struct points_point *p, struct points_parts *parts, struct normal *w, unsigned char *old, double *r, double *d,
+                   int *rank)
 {
     const struct points_space *s = j->space;
     const int *scale = p->scaled ? s->scale : NULL;
@@ -213,6 +215,8 @@ static double step(struct points_jacobian *j, struct points_point *p, struct nor
             return -1;
     points_jacobian_entries(j, &p->ball);
     double worst = 0;
+    for (int k = 0; k < parts->count; k++)
+        parts->residual[k] = 0;
     for (int i = 0; i < c; i++) {
         slong e = row_exponent(j, i, scale);
         for (int k = 0; k < j->cols[i]; k++) {
@@ -223,7 +227,10 @@ static double step(struct points_jacobian *j, struct points_point *p, struct nor
         r[i] = scaled(num_ball_value(&p->ball, s->constraint[i]), e);
         if (!isfinite(r[i]))
             return -1;
-        worst = fmax(worst, fabs(r[i]) / row_size(j, i, p, scale));
+        double residual = fabs(r[i]) / row_size(j, i, p, scale);
+        worst = fmax(worst, residual);
+        if (parts->count)
+            parts->residual[parts->of_constraint[i]] = fmax(parts->residual[parts->of_constraint[i]], residual);
         if (cheap)
             loosen_row(j, w, i, cheap, r);
     }
@@ -240,8 +247,11 @@ static double step(struct points_jacobian *j, struct points_point *p, struct nor
         len = fmax(len, fabs(d[i]));
         size = fmax(size, scale ? ldexp(fabs(p->x[i]), -scale[i]) : fabs(p->x[i]));
     }
-    double damp = len > 4 * size ? 4 * size / len : 1;
+    double whole = len > 4 * size ? 4 * size / len : 1;
+    if (parts->count)
+        points_parts_damp(parts, s, p, scale, d);
     for (int i = 0; i < n; i++) {
+        double damp = parts->count && parts->of_variable[i] >= 0 ? parts->length[parts->of_variable[i]] : whole;
         p->x[i] += damp * (scale ? ldexp(d[i], scale[i]) : d[i]);
         if (!isfinite(p->x[i]))
             return -1;
@@ -261,7 +271,7 @@ static void retreat(struct points_point *p, const struct points_space *s, const 
 
 /* Newton from the present start: 1 converged, 0 not, -1 where it creeps to a place at
  * which the differentials are dependent. */
-static int newton(struct points_jacobian *j, struct points_point *p, bool basic)
+static int newton(struct points_jacobian *j, struct points_point *p, struct points_parts *parts, bool basic)
 {
     const struct points_space *s = j->space;
     int c = s->constraints, n = s->variables, rank = c, result = 0;
@@ -272,9 +282,9 @@ static int newton(struct points_jacobian *j, struct points_point *p, bool basic)
     double *from = sga_take(&mem, 2 * ((size_t)n + 1) * sizeof *from), *here = from + n + 1, last = INFINITY;
     int retreats = 0;
     SGA_FREED unsigned char *old = basic ? sga_calloc((size_t)n + 1, 1) : NULL;
-    for (int k = 0; k < (basic ? BASIC_STEPS : STEPS) && (!s->steps || (*s->steps)-- > 0); k++) {
+    for (int k = 0; k < (basic ? BASIC_STEPS : c > FEW ? LONG_STEPS : STEPS) && (!s->steps || (*s->steps)-- > 0); k++) {
         memcpy(here, p->x, (size_t)n * sizeof *here);
-        double res = step(j, p, &w, old, r, d, &rank);
+        double res = step(j, p, parts, &w, old, r, d, &rank);
         if (!sga_budget_ok(s->budget, NULL))
             break;
         if (res < 0) {
@@ -294,6 +304,8 @@ static int newton(struct points_jacobian *j, struct points_point *p, bool basic)
     }
     if (result == 0 && !basic && last < 1e-4)
         result = -1;
+    if (result != 1)
+        points_parts_keep(parts, s, p);
     return result;
 }
 
@@ -354,6 +366,8 @@ static enum points_status find(const struct points_space *s, double spread, uint
     num_ball_init(&p->ball, s->st, NEWTON_BITS);
     SGA_ENDS(points_jacobian_clear) struct points_jacobian j;
     points_jacobian_init(&j, s);
+    SGA_ENDS(points_parts_clear) struct points_parts parts;
+    points_parts_init(&parts, &j);
     enum points_status status = POINTS_NONE;
     SGA_FREED double *irregular = NULL;
     SGA_ENDS(points_branches_clear) struct points_branches branches;
@@ -370,6 +384,7 @@ static enum points_status find(const struct points_space *s, double spread, uint
         p->scaled = s->scale && a % 3 != 2;     /* sizes are a guess: not at every start */
         p->cheaply = s->near && s->cheap && a % 4 != 3;     /* what was given may have to move (x = 3 on a circle) */
         start(s, spread, random, a, p);
+        points_parts_restore(&parts, s, p);
         bool ask = branches.asked && a < BRANCH_STARTS;
         if (ask)
             points_branches_at(&branches, s, p);
@@ -379,7 +394,7 @@ static enum points_status find(const struct points_space *s, double spread, uint
         }
         /* from a point of the larger set only what is new must be met: moving new variables
          * alone often does that at once */
-        int got = s->constraints ? newton(&j, p, s->before && a == 0 && !(s->cheap && s->near && s->variables <= FEW)) : 1;
+        int got = s->constraints ? newton(&j, p, &parts, s->before && a == 0 && !(s->cheap && s->near && s->variables <= FEW)) : 1;
         if (got == 1 && ask && !points_branches_kept(&branches, s, p))
             continue;           /* a step went over the change of branch: another start may stay where the guess is */
         if (got == 1 && points_refine_with(&j, p, prec) && (p->certified || !at_kink(s, p)))

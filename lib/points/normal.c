@@ -14,8 +14,8 @@
 #include "sparse.h"
 
 enum { DENSE_ROWS = 24 };
-/* Multiplications of one dense step, seconds; past them the step is a sparse one, of no least norm. */
-static const double DENSE_WORK = 1e9;
+/* Multiplications of one dense step, some milliseconds, which a search may take hundreds of times; past them the step is a sparse one, of no least norm. */
+static const double DENSE_WORK = 2e7;
 
 static struct lin_sparse *pattern(const struct normal *w)
 {

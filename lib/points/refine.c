@@ -1,8 +1,7 @@
-/* Refinement with a double preconditioner, and the proof. */
+/* Refinement with a double preconditioner. */
 #include "refine.h"
 
 #include <assert.h>
-#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,34 +11,10 @@
 #include "budget.h"
 #include "doubling.h"
 #include "mem.h"
-#include "sparse.h"
+#include "square.h"
 #include "triangular.h"
-#include "warnings.h"
 
 enum { MANY_BITS = 600, FEW_ROWS = 24 };     /* from where on, and up to where, steps that double the digits pay */
-
-/* Everything about one square subsystem: rows scaled by 2^-exponent. */
-struct square {
-    struct points_jacobian *j;
-    struct points_point *p;
-    slong *exponent;           /* by constraint */
-    const int *scale;          /* by variable, or NULL: unknowns are x / 2^scale */
-    struct points_lu lu;
-    int c, n;
-    double *b, *x;             /* work: rows, columns */
-};
-
-static slong scale_of(const struct square *q, int variable)
-{
-    return q->scale ? q->scale[variable] : 0;
-}
-
-static double scaled(const arf_t v, slong exponent)
-{
-    SGA_ENDS(arf_end) arf_t t = { 0 };
-    arf_mul_2exp_si(t, v, -exponent);
-    return arf_get_d(t, ARF_RND_NEAR);
-}
 
 static bool factor(struct square *q)
 {
@@ -62,7 +37,7 @@ static bool factor(struct square *q)
             }
             some |= !arb_contains_zero(j->entry[i] + k);
             if (!arf_is_zero(arb_midref(j->entry[i] + k))) {
-                slong x = num_ball_log2(arb_midref(j->entry[i] + k)) + scale_of(q, j->col[i][k]);
+                slong x = num_ball_log2(arb_midref(j->entry[i] + k)) + square_scale(q, j->col[i][k]);
                 e = x > e ? x : e;
             }
         }
@@ -70,7 +45,7 @@ static bool factor(struct square *q)
         q->exponent[i] = e;
         for (int k = 0; k < len; k++) {
             row[i].col[k] = j->col[i][k];
-            row[i].val[k] = finite ? scaled(arb_midref(j->entry[i] + k), e - scale_of(q, j->col[i][k])) : 0;
+            row[i].val[k] = finite ? square_scaled(arb_midref(j->entry[i] + k), e - square_scale(q, j->col[i][k])) : 0;
         }
     }
     points_lu_factor(&q->lu, row, q->c, q->n, 1e-13);
@@ -90,7 +65,7 @@ static slong correction(struct square *q)
         shift = e > shift ? e : shift;
     }
     for (int i = 0; i < q->c; i++)
-        q->b[i] = scaled(arb_midref(num_ball_value(&q->p->ball, q->j->space->constraint[i])), q->exponent[i] + shift);
+        q->b[i] = square_scaled(arb_midref(num_ball_value(&q->p->ball, q->j->space->constraint[i])), q->exponent[i] + shift);
     memset(q->x, 0, (size_t)q->n * sizeof *q->x);
     points_lu_solve(&q->lu, q->b, q->x);
     return shift;
@@ -118,7 +93,7 @@ static bool iterate(struct square *q, slong prec)
                 continue;
             arf_mul_2exp_si(d, d, shift);
             slong e = num_ball_log2(d);       /* of the scaled unknown */
-            arf_mul_2exp_si(d, d, scale_of(q, v));
+            arf_mul_2exp_si(d, d, square_scale(q, v));
             size = e > size ? e : size;
             arb_ptr sym = ball->symbol + s->variable[v];
             arf_sub(arb_midref(sym), arb_midref(sym), d, prec + 40, ARF_RND_NEAR);
@@ -132,135 +107,6 @@ static bool iterate(struct square *q, slong prec)
     }
 out:
     arf_clear(d);
-    return ok;
-}
-
-/* Upper bound of |v| * 2^-exponent as a double. */
-static double bound(const arb_t v, slong exponent)
-{
-    SGA_ENDS(mag_end) mag_t m = { 0 };
-    arb_get_mag(m, v);
-    mag_mul_2exp_si(m, m, -exponent);
-    return mag_get_d(m);
-}
-
-static double radius(const arb_t v, slong exponent)
-{
-    SGA_ENDS(mag_end) mag_t m = { 0 };
-    mag_mul_2exp_si(m, arb_radref(v), -exponent);
-    return mag_get_d(m);
-}
-
-/* The entries of J(X) in the solved columns, as doubles with bounds. */
-struct entry {
-    int at;
-    double mid, radius;
-};
-
-/* What a sum of so many products in double may be off by, relative to the sum of their sizes and 1. */
-static double rounding(int terms)
-{
-    return (terms + 3) * DBL_EPSILON;
-}
-
-/* m + |I - C J(X)| rho < rho, row by row. */
-static bool contracts(struct square *q, const double *C, const double *m, const double *rho, const int *place)
-{
-    int c = q->c, total = 0;
-    for (int k = 0; k < c; k++)
-        total += q->j->cols[k];
-    SGA_ARENA(mem);
-    struct entry *entry = sga_take(&mem, (size_t)(total + 1) * sizeof *entry);
-    int *start = sga_take(&mem, (size_t)(c + 1) * sizeof *start), *terms = sga_zeros(&mem, (size_t)c + 1, sizeof *terms);
-    total = 0;
-    for (int k = 0; k < c; k++) {
-        start[k] = total;
-        for (int l = 0; l < q->j->cols[k]; l++) {
-            int at = place[q->j->col[k][l]];
-            if (at >= 0)
-                terms[at]++;
-            if (at >= 0)
-                entry[total++] = (struct entry){ at, scaled(arb_midref(q->j->entry[k] + l), q->exponent[k] - scale_of(q, q->j->col[k][l])),
-                                                 radius(q->j->entry[k] + l, q->exponent[k] - scale_of(q, q->j->col[k][l])) };
-        }
-    }
-    start[c] = total;
-    double *E = sga_take(&mem, (size_t)(c + 1) * sizeof *E), *slack = sga_take(&mem, (size_t)(c + 1) * sizeof *slack);
-    bool ok = true;
-    for (int i = 0; i < c && ok; i++) {
-        memset(E, 0, (size_t)c * sizeof *E);
-        memset(slack, 0, (size_t)c * sizeof *slack);
-        E[i] = 1;
-        for (int k = 0; k < c; k++) {
-            double f = C[(size_t)i * (size_t)c + (size_t)k];
-            if (f == 0)
-                continue;
-            for (int l = start[k]; l < start[k + 1]; l++) {
-                E[entry[l].at] -= f * entry[l].mid;
-                slack[entry[l].at] += fabs(f) * (entry[l].radius + rounding(terms[entry[l].at]) * fabs(entry[l].mid));
-            }
-        }
-        double sum = m[i];
-        for (int k = 0; k < c; k++)
-            sum += (fabs(E[k]) + slack[k] + rounding(terms[k])) * rho[k];
-        ok = sum * (1 + 1e-9) < rho[i] && (i % 16 || sga_budget_ok(q->j->space->budget, NULL));
-    }
-    return ok;
-}
-
-/* Krawczyk: with C about J^-1, m = |C xi(x)| and E = |I - C J(X)|, the box x +- rho holds
- * exactly one zero if m + E rho < rho. Sums in double are widened by factors that cover
- * their rounding (at most a few thousand terms each). */
-static bool krawczyk(struct square *q, slong prec)
-{
-    const struct points_space *s = q->j->space;
-    struct num_ball *ball = &q->p->ball;
-    int c = q->c;
-    if (c > SGA_MOST_PROOF_ROWS) {
-        sga_limit_met(q->j->space->budget, SGA_LIMIT_PROOF_ROWS);
-        return false;
-    }
-    size_t cc = (size_t)c * (size_t)c;
-    SGA_ARENA(mem);
-    SGA_FREED double *C = sga_calloc(cc, sizeof *C);
-    double *m = sga_zeros(&mem, (size_t)c, sizeof *m), *rho = sga_zeros(&mem, (size_t)c, sizeof *rho);
-    int *place = sga_take(&mem, (size_t)q->n * sizeof *place);
-    bool ok = true;
-    for (int v = 0; v < q->n; v++)
-        place[v] = -1;
-    for (int i = 0; i < c; i++)
-        place[q->lu.pivot_col[i]] = i;
-    for (int k = 0; k < c && ok; k++) {       /* column k of C = J_B^-1, rows in pivot order */
-        memset(q->b, 0, (size_t)c * sizeof *q->b);
-        memset(q->x, 0, (size_t)q->n * sizeof *q->x);
-        q->b[k] = 1;
-        points_lu_solve(&q->lu, q->b, q->x);
-        for (int i = 0; i < c; i++)
-            C[(size_t)i * (size_t)c + (size_t)k] = q->x[q->lu.pivot_col[i]];
-        ok = k % 16 || sga_budget_ok(s->budget, NULL);
-    }
-    ball->prec = prec + 40;
-    points_jacobian_values(q->j, ball);
-    slong unit = -prec;      /* radii are counted in units of 2^unit */
-    for (int k = 0; k < c; k++) {
-        double r = bound(num_ball_value(ball, s->constraint[k]), q->exponent[k] + unit);
-        for (int i = 0; i < c; i++)
-            m[i] += fabs(C[(size_t)i * (size_t)c + (size_t)k]) * r;
-    }
-    for (int i = 0; i < c; i++) {
-        rho[i] = 2 * m[i] * (1 + 1e-9) + 1e-3;
-        ok &= isfinite(rho[i]) != 0;
-    }
-    for (int i = 0; i < c && ok; i++) {
-        arb_ptr sym = ball->symbol + s->variable[q->lu.pivot_col[i]];
-        mag_set_d(arb_radref(sym), rho[i]);
-        mag_mul_2exp_si(arb_radref(sym), arb_radref(sym), unit + scale_of(q, q->lu.pivot_col[i]));
-    }
-    if (ok) {
-        points_jacobian_values(q->j, ball);
-        points_jacobian_entries(q->j, ball);
-    }
-    ok = ok && contracts(q, C, m, rho, place);
     return ok;
 }
 
@@ -303,7 +149,7 @@ bool points_refine_with(struct points_jacobian *j, struct points_point *p, slong
     if (ok) {
         for (int i = 0; i < q.c; i++)
             p->solved[q.lu.pivot_row[i]] = q.lu.pivot_col[i];
-        p->certified = krawczyk(&q, prec);
+        p->certified = points_prove(&q, prec);
         ok = p->certified || still_full(&q);
     }
     if (ok) {

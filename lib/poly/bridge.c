@@ -19,39 +19,6 @@ static struct poly_limits filled(const struct poly_limits *given)
     return l;
 }
 
-static int by_id(const void *x, const void *y)
-{
-    expr_id a = *(const expr_id *)x, b = *(const expr_id *)y;
-    return (a > b) - (a < b);
-}
-
-static void visit(struct poly_bridge *b, expr_id e)
-{
-    if (b->slot[e])
-        return;
-    b->slot[e] = 1;
-    SGA_RESERVE_IN(&b->mem, b->list, b->list_cap, b->count + 1);
-    b->list[b->count++] = e;
-}
-
-/* The cone, but not below SOLVE nodes: those are taken whole. */
-static void collect(struct poly_bridge *b, const expr_id *roots, int nroots)
-{
-    for (int i = 0; i < nroots; i++)
-        visit(b, roots[i]);
-    for (int i = 0; i < b->count; i++) {
-        expr_id e = b->list[i];
-        if (expr_op_of(b->st, e) == EXPR_SOLVE)
-            continue;
-        for (int k = 0, n = expr_children(b->st, e); k < n; k++)
-            visit(b, expr_child(b->st, e, k));
-    }
-    if (b->count)
-        qsort(b->list, (size_t)b->count, sizeof *b->list, by_id);
-    for (int i = 0; i < b->count; i++)
-        b->slot[b->list[i]] = i + 1;
-}
-
 static bool is_kernel(enum expr_op op)
 {
     return op == EXPR_PI || op == EXPR_SYM || op == EXPR_POW || op >= EXPR_SIN;
@@ -88,13 +55,13 @@ static int survey(struct poly_bridge *b)
             d = EXPR_HAS_VARIABLE | EXPR_HAS_TIME | EXPR_HAS_PARAMETER;
         } else {
             for (int k = 0, n = expr_children(b->st, e); k < n; k++)
-                d |= b->depends[b->slot[expr_child(b->st, e, k)] - 1];
+                d |= b->depends[b->cone.place[expr_child(b->st, e, k)]];
         }
         b->depends[i] = (unsigned char)d;
         if (op == EXPR_SIN || op == EXPR_COS)
-            b->mark[b->slot[b->st->node[e].a] - 1] |= POLY_TRIG;
+            b->mark[b->cone.place[b->st->node[e].a]] |= POLY_TRIG;
         if (op == EXPR_SINH || op == EXPR_COSH)
-            b->mark[b->slot[b->st->node[e].a] - 1] |= POLY_HYPERBOLIC;
+            b->mark[b->cone.place[b->st->node[e].a]] |= POLY_HYPERBOLIC;
         most += is_kernel(op);
     }
     return most;
@@ -179,9 +146,12 @@ struct poly_bridge *poly_bridge_new(struct expr_store *st, const expr_id *roots,
     struct poly_bridge *b = sga_calloc(1, sizeof *b);
     b->st = st;
     b->limits = filled(limits);
-    b->slots = st->nodes;
-    b->slot = sga_zeros(&b->mem, (size_t)st->nodes, sizeof *b->slot);
-    collect(b, roots, nroots);
+    SGA_AT_END(&b->mem, expr_cone_clear, &b->cone);
+    if (expr_cone_above_solves(st, &b->cone, roots, nroots, b->limits.max_generators)) {       /* those are taken whole */
+        expr_cone_index(&b->cone);
+        b->list = b->cone.list;
+        b->count = b->cone.count;
+    }
     b->mark = sga_zeros(&b->mem, (size_t)b->count + 1, 1);
     b->depends = sga_zeros(&b->mem, (size_t)b->count + 1, 1);
     b->max_gens = survey(b);

@@ -62,9 +62,8 @@ struct poly_bridge {
     struct poly_step step[POLY_MAX_STEPS];
     int steps;
     bool finer;                        /* a step was added or made finer: what was converted before does not know */
-    int slots;                         /* nodes of the store at the start */
-    int *slot;                         /* by node: 1 + position in list, 0 outside */
-    expr_id *list; size_t list_cap; int count;
+    struct expr_cone cone;             /* of the roots above solves, as it was at the start */
+    const expr_id *list; int count;    /* its list; 0: nothing of it is converted */
     unsigned char *mark;               /* by position: MARK_* below */
     unsigned char *depends;            /* by position: EXPR_HAS_* */
     struct poly_ratio *value;          /* by position, where mark has KNOWN */
@@ -157,8 +156,8 @@ expr_id poly_show_power(struct poly_bridge *b, int gen, long n);
 /* The value of a node of the bridge, or NULL. */
 static inline const struct poly_ratio *poly_value(const struct poly_bridge *b, expr_id e)
 {
-    int s = e < b->slots ? b->slot[e] : 0;
-    return s && (b->mark[s - 1] & POLY_KNOWN) ? b->value + (s - 1) : NULL;
+    int at = expr_cone_place(&b->cone, e);
+    return at >= 0 && (b->mark[at] & POLY_KNOWN) ? b->value + at : NULL;
 }
 
 #endif

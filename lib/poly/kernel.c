@@ -215,7 +215,7 @@ static bool one_argument(struct poly_bridge *b, expr_id e, unsigned depends, str
 {
     enum expr_op op = expr_op_of(b->st, e);
     expr_id child = b->st->node[e].a;
-    unsigned mark = b->mark[b->slot[child] - 1];
+    unsigned mark = b->mark[b->cone.place[child]];
     struct argument a;
     argument_of(b, child, &a);
     bool ok;

@@ -306,7 +306,7 @@ bool request_canonical(const char *text, size_t length, struct sga_buf *out, str
 
 /* Limits that a request may not pass. */
 enum {
-    REQUEST_MAX_VARIABLES = 20000,
+    REQUEST_MAX_VARIABLES = 400000,
     REQUEST_MAX_UNKNOWNS = 64,        /* of the form operator */
     REQUEST_MAX_SAMPLES = 1000000,
     REQUEST_MAX_SWEEP = 10000,        /* starts */

@@ -79,10 +79,13 @@ static slong with_bits(struct state *s, struct points_point *p, const expr_id *g
 
 void state_activate(struct state *s)
 {
+    if (s->activated == s->st->symbols)
+        return;
     SGA_RESERVE_IN(&s->mem, s->active, s->active_cap, s->st->symbols);
     memset(s->active, 0, (size_t)s->st->symbols);
     for (int j = 0; j < s->sys->variables; j++)
         s->active[s->variable[j]] = 1;
+    s->activated = s->st->symbols;
 }
 
 unsigned state_facts(struct state *s, expr_id e)

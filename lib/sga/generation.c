@@ -161,6 +161,7 @@ static int round_of(struct state *s, int from, int to, int g)
     } else {
         row = sga_calloc((size_t)(to - from) + 1, sizeof *row);
     }
+    state_open_columns(s);
     for (int i = from; i < to; i++)
         state_tangency(s, i, row + rows++);
     if (ech_eliminate(&s->ech, &s->ctx, row, rows, g)) {

@@ -43,6 +43,7 @@ static int derivatives(struct state *s, expr_id e, int symbol, expr_id d[IRREGUL
     SGA_RESERVE_IN(&s->mem, s->active, s->active_cap, s->st->symbols);
     memset(s->active, 0, (size_t)s->st->symbols);
     s->active[symbol] = 1;
+    s->activated = 0;
     d[n++] = e;
     while (n < IRREGULAR_ORDER) {
         if (expr_gradient(s->st, &s->cone, d[n - 1], s->active, &term, &cap) != 1)

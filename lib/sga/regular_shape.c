@@ -114,6 +114,7 @@ bool regular_fresh_graph(struct state *s, expr_id e)
     SGA_FREED struct expr_term *term = NULL;
     size_t cap = 0;
     state_activate(s);
+    s->activated = 0;
     for (int pass = 0; pass < 2; pass++) {
         int count = pass ? s->pendings : s->sol->constraints;
         if (!count)

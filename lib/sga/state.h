@@ -61,7 +61,9 @@ struct state {
     struct echelon ech;
     struct ech_context ctx;
     unsigned char *determined;            /* by variable */
-    unsigned char *active; size_t active_cap;   /* by symbol: undetermined variable */
+    unsigned char *active; size_t active_cap;   /* by symbol: derivatives by it are asked for */
+    int activated;                        /* the number of symbols where these are all variables; 0: they are others */
+    unsigned char *open; size_t open_cap; /* by symbol: undetermined variable (state_open_columns) */
     int *column;                          /* by symbol: variable or -1 */
     struct sga_solution *sol;
     size_t constraint_cap, branch_cap;
@@ -84,8 +86,10 @@ struct state {
     int epoch;                            /* how often the elimination began anew */
 };
 
+/* s->open, for state_tangency: to be asked for anew where variables were determined. */
+void state_open_columns(struct state *s);
 /* Tangency of constraint i as a row over the undetermined columns:
- * sum of d xi/d x_j x_j' = -(D_0 xi), D_0 the derivative along what is determined. */
+ * sum of d xi/d x_j x_j' = -(D_0 xi), D_0 the derivative along what is determined. Costs what the constraint is long. */
 void state_tangency(struct state *s, int i, struct ech_row *row);
 /* Columns whose rows have no free functions left get their velocity, and the flow. */
 void state_determine(struct state *s, int generation);
@@ -117,7 +121,7 @@ bool state_locally_constant(struct state *s, expr_id e);
  * before `from` are in the echelon form already). On the smaller set a pivot may vanish:
  * then the same rows say more there, and that belongs to the same P_g. */
 int state_generation(struct state *s, int from, int to, int g);
-/* s->active: by symbol, 1 for the variables. */
+/* s->active: by symbol, 1 for the variables; whoever makes others active says so (activated = 0). */
 void state_activate(struct state *s);
 /* What holds of e by its shape: expr_facts_of. */
 unsigned state_facts(struct state *s, expr_id e);

@@ -32,6 +32,14 @@ static expr_id derivative(struct state *s, const struct sga_constraint *c, expr_
     return expr_mul(s->st, expr_int(s->st, factorial(*order)), d);
 }
 
+void state_open_columns(struct state *s)
+{
+    SGA_RESERVE_IN(&s->mem, s->open, s->open_cap, s->st->symbols);
+    memset(s->open, 0, (size_t)s->st->symbols);
+    for (int j = 0; j < s->sys->variables; j++)
+        s->open[s->variable[j]] = !s->determined[j];
+}
+
 void state_tangency(struct state *s, int i, struct ech_row *row)
 {
     assert(i >= 0 && i < s->sol->constraints);
@@ -42,13 +50,10 @@ void state_tangency(struct state *s, int i, struct ech_row *row)
     row->rhs = expr_neg(s->st, derivative(s, c, &base, &order));
     if (!expr_flow_tainted(s->flow, c->expr))
         return;
-    SGA_RESERVE_IN(&s->mem, s->active, s->active_cap, s->st->symbols);
-    memset(s->active, 0, (size_t)s->st->symbols);
-    for (int j = 0; j < s->sys->variables; j++)
-        s->active[s->variable[j]] = !s->determined[j];
+    assert(s->open_cap >= (size_t)s->st->symbols);
     SGA_FREED struct expr_term *term = NULL;
     size_t cap = 0;
-    int n = expr_gradient(s->st, &s->cone, c->expr, s->active, &term, &cap);
+    int n = expr_gradient(s->st, &s->cone, c->expr, s->open, &term, &cap);
     for (int k = 0; k < n; k++)
         ech_row_push(row, s->column[term[k].symbol], term[k].value);
 }

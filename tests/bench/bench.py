@@ -25,6 +25,7 @@ import chain  # noqa: E402
 import pencil  # noqa: E402
 import report  # noqa: E402
 import samples  # noqa: E402
+import sizes  # noqa: E402
 import tiers  # noqa: E402
 from daemon import Daemon  # noqa: E402
 
@@ -378,7 +379,7 @@ def main():
         for program in ("measure", "minimal_server", "hammer", "numbers", "tape"):
             os.symlink(os.path.join(folder, program), os.path.join(work, program))
         parts = {"arm": lambda: arm(work), "corpus": lambda: corpus(build, work), "chains": lambda: chains(work),
-                 "pencil": lambda: pencil.run(work, measure, show), "operators": lambda: operators(work), "sweep": lambda: sweep(work), "http": lambda: http(build, work),
+                 "pencil": lambda: pencil.run(work, measure, show), "sizes": lambda: sizes.run(build, work, show), "operators": lambda: operators(work), "sweep": lambda: sweep(work), "http": lambda: http(build, work),
                  "workers": lambda: workers(build, work), "samples": lambda: written(build, work), "executors": lambda: executors(work),
                  "interpreted": lambda: interpreted(build), "balls": lambda: balls.balls(work, measure, show), "tiers": lambda: tiers.run(build, show),
                  "integrators": lambda: integrators(build)}

@@ -179,7 +179,7 @@ static void sizes(void)
     for (int i = 0; i < REQUEST_MAX_VARIABLES; i++)
         sga_buf_printf(&b, ",\"x%d\"", i);
     sga_buf_puts(&b, "],\"equations\":[\"x=1\"]}}");
-    expect(sga_buf_take(&b), SGA_E_LIMIT_VARIABLES, "20000");
+    expect(sga_buf_take(&b), SGA_E_LIMIT_VARIABLES, "400000");
     sga_buf_puts(&b, "{\"system\":{\"form\":\"equations\",\"variables\":[\"");
     for (int i = 0; i < 200; i++)
         sga_buf_puts(&b, "x");

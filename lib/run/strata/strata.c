@@ -261,15 +261,16 @@ void strata_factors(struct listing *l, expr_id value, int before)
     poly_factors_clear(&f);
 }
 
-/* How many constraints stood when the elimination of a generation began. */
-static int stood(const struct sga_solution *sol, int generation)
+/* How many constraints stood when the elimination of each generation began. malloced. */
+static int *stood(const struct sga_solution *sol)
 {
-    assert(generation <= sol->generations + 1);
-    int k = 0;
-    while (k < sol->constraints && (sol->constraint[k].generation < generation
-                                    || sol->constraint[k].origin == SGA_FROM_RESTRICTION))
-        k++;
-    return k;
+    int *before = sga_malloc(((size_t)sol->generations + 2) * sizeof *before);
+    for (int g = 0, k = 0; g <= sol->generations + 1; g++) {
+        while (k < sol->constraints && (sol->constraint[k].generation < g || sol->constraint[k].origin == SGA_FROM_RESTRICTION))
+            k++;
+        before[g] = k;
+    }
+    return before;
 }
 
 static void list_strata(struct job *j)
@@ -305,10 +306,12 @@ static void list_strata(struct job *j)
     }
     if (!empty)
         strata_components(&l);
+    SGA_FREED int *before = stood(sol);
     for (int i = 0; i < sol->pivots + sol->deads; i++) {
         const struct sga_pivot *p = i < sol->pivots ? sol->pivot + i : sol->dead + (i - sol->pivots);
+        assert(p->generation >= 0 && p->generation <= sol->generations + 1);
         if (!expr_is_const(&j->request->store, p->value))
-            strata_factors(&l, p->value, stood(sol, p->generation));
+            strata_factors(&l, p->value, before[p->generation]);
     }
     if (!empty) {
         strata_determinants(&l);

@@ -95,6 +95,13 @@ static long steps_granted(const struct job *j, double cost)
     return left < LEAST_STEPS * cost ? 0 : (long)fmin(fmax(steps, LEAST_STEPS), 1e9);
 }
 
+/* Whether no search on the set of the first c constraints is granted a step any more, as was found before: the cone of all of them is not
+ * walked for each function to say so again. */
+static bool spent(const struct job *j, int c)
+{
+    return j->strata.spent_on == c + 1 && !steps_granted(j, j->strata.least_cost);
+}
+
 /* What one step evaluates: values and derivatives of these functions, and the equations of the step. */
 static double step_cost(const struct expr_store *st, const expr_id *con, int c, int variables)
 {
@@ -149,8 +156,8 @@ static enum points_status staged(struct points_space *space, uint64_t seed, cons
     return points_find_staged(&from, end, stages, 1, &random, 64, p);
 }
 
-/* Within the steps granted: from the known point of the final set (NULL: none), then stage by stage. */
-static enum points_status search(struct job *j, struct points_space *space, const struct points_point *known, uint64_t seed,
+/* Within the steps granted, on the set of the first on_set constraints of the space where the others vanish: from the known point of the final set (NULL: none), then stage by stage. */
+static enum points_status search(struct job *j, struct points_space *space, int on_set, const struct points_point *known, uint64_t seed,
                                  const int *end, int stages, struct points_point *p)
 {
     double spread = space->near ? NEAR : 1, cost = step_cost(space->st, space->constraint, space->constraints, space->variables);
@@ -158,6 +165,10 @@ static enum points_status search(struct job *j, struct points_space *space, cons
     uint64_t random = seed;
     enum points_status status = POINTS_NONE;
     space->steps = &steps;
+    if (!granted) {              /* the set alone costs no more than with functions that vanish, too */
+        j->strata.least_cost = step_cost(space->st, space->constraint, on_set, j->request->system.variables);
+        j->strata.spent_on = on_set + 1;
+    }
     if (known && granted) {
         struct points_space from = *space;
         from.before = known;
@@ -189,6 +200,19 @@ enum points_status strata_look_at(struct job *j, struct strata_look look, struct
     int values = moving == STRATA_PARAMETERS ? 0 : fixed, moved = sys->parameters - values;
     int extra = moved + (moving == STRATA_TIME);
     int more = look.squares ? look.squares : factor != EXPR_UNDEF;
+    const struct points_oracle *oracle = j->oracle;
+    bool final = factor && !extra && oracle->reals && c == j->solution->constraints && oracle->space.constraints == c
+                 && oracle->space.variables == n;
+    bool constant = final && !look.from && constant_there(j, factor);
+    *p = (struct points_point){ 0 };
+    *rank = -1;
+    if (look.solvable)
+        *look.solvable = false;
+    if (!constant && spent(j, c)) {
+        sga_limit_met(j->budget, j->request->strata ? SGA_LIMIT_STRATA_SOLVING_WORK : SGA_LIMIT_STRATA_WORK);
+        j->strata.skipped = true;
+        return POINTS_NONE;
+    }
     struct set_points on;
     set_points_init(&on, sys, j->solution, c, extra, more);
     for (int i = 0; i < extra; i++)
@@ -208,13 +232,8 @@ enum points_status strata_look_at(struct job *j, struct strata_look look, struct
     space->budget = j->budget;
     if (factor)
         on.end[on.stages++] = c + more;
-    const struct points_oracle *oracle = j->oracle;
-    bool final = factor && !extra && oracle->reals && c == j->solution->constraints && oracle->space.constraints == c
-                 && oracle->space.variables == n;
-    *p = (struct points_point){ 0 };
     const struct points_point *known = look.from ? look.from : final ? oracle->real : NULL;
-    enum points_status status = final && !look.from && constant_there(j, factor)
-                                ? POINTS_NONE : search(j, space, known, 5 + look.seed, on.end, on.stages, p);
+    enum points_status status = constant ? POINTS_NONE : search(j, space, c, known, 5 + look.seed, on.end, on.stages, p);
     double rows = sys->rows + c, work = rows * n * fmin(rows, n);
     *rank = status != POINTS_OK || look.point_only ? -1 : work > RANK_WORK ? 0 : strata_rank_at(j, space, sys->rows, c, p);
     if (look.solvable)

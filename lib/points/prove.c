@@ -1,0 +1,244 @@
+/* Proofs that a point of the set lies near an approximate one. */
+#include "square.h"
+
+#include <assert.h>
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "arena.h"
+#include "budget.h"
+#include "least_singular.h"
+#include "lin_sparse.h"
+#include "mem.h"
+#include "points.h"
+#include "warnings.h"
+
+enum { DENSE_ROWS = 200 };     /* up to here the inverse costs less than a millisecond, and its radii are narrower */
+
+/* Upper bound of |v| * 2^-exponent as a double. */
+static double bound(const arb_t v, slong exponent)
+{
+    SGA_ENDS(mag_end) mag_t m = { 0 };
+    arb_get_mag(m, v);
+    mag_mul_2exp_si(m, m, -exponent);
+    return mag_get_d(m);
+}
+
+static double radius(const arb_t v, slong exponent)
+{
+    SGA_ENDS(mag_end) mag_t m = { 0 };
+    mag_mul_2exp_si(m, arb_radref(v), -exponent);
+    return mag_get_d(m);
+}
+
+/* The entries of J(X) in the solved columns, as doubles with bounds. */
+struct entry {
+    int at;
+    double mid, radius;
+};
+
+/* What a sum of so many products in double may be off by, relative to the sum of their sizes and 1. */
+static double rounding(int terms)
+{
+    return (terms + 3) * DBL_EPSILON;
+}
+
+/* m + |I - C J(X)| rho < rho, row by row. */
+static bool contracts(struct square *q, const double *C, const double *m, const double *rho, const int *place)
+{
+    int c = q->c, total = 0;
+    for (int k = 0; k < c; k++)
+        total += q->j->cols[k];
+    SGA_ARENA(mem);
+    struct entry *entry = sga_take(&mem, (size_t)(total + 1) * sizeof *entry);
+    int *start = sga_take(&mem, (size_t)(c + 1) * sizeof *start), *terms = sga_zeros(&mem, (size_t)c + 1, sizeof *terms);
+    total = 0;
+    for (int k = 0; k < c; k++) {
+        start[k] = total;
+        for (int l = 0; l < q->j->cols[k]; l++) {
+            int at = place[q->j->col[k][l]];
+            if (at >= 0)
+                terms[at]++;
+            if (at >= 0)
+                entry[total++] = (struct entry){ at, square_scaled(arb_midref(q->j->entry[k] + l), q->exponent[k] - square_scale(q, q->j->col[k][l])),
+                                                 radius(q->j->entry[k] + l, q->exponent[k] - square_scale(q, q->j->col[k][l])) };
+        }
+    }
+    start[c] = total;
+    double *E = sga_take(&mem, (size_t)(c + 1) * sizeof *E), *slack = sga_take(&mem, (size_t)(c + 1) * sizeof *slack);
+    bool ok = true;
+    for (int i = 0; i < c && ok; i++) {
+        memset(E, 0, (size_t)c * sizeof *E);
+        memset(slack, 0, (size_t)c * sizeof *slack);
+        E[i] = 1;
+        for (int k = 0; k < c; k++) {
+            double f = C[(size_t)i * (size_t)c + (size_t)k];
+            if (f == 0)
+                continue;
+            for (int l = start[k]; l < start[k + 1]; l++) {
+                E[entry[l].at] -= f * entry[l].mid;
+                slack[entry[l].at] += fabs(f) * (entry[l].radius + rounding(terms[entry[l].at]) * fabs(entry[l].mid));
+            }
+        }
+        double sum = m[i];
+        for (int k = 0; k < c; k++)
+            sum += (fabs(E[k]) + slack[k] + rounding(terms[k])) * rho[k];
+        ok = sum * (1 + 1e-9) < rho[i] && (i % 16 || sga_budget_ok(q->j->space->budget, NULL));
+    }
+    return ok;
+}
+
+/* Krawczyk: with C about J^-1, m = |C xi(x)| and E = |I - C J(X)|, the box x +- rho holds
+ * exactly one zero if m + E rho < rho. Sums in double are widened by factors that cover
+ * their rounding (at most a few thousand terms each). */
+static bool by_inverse(struct square *q, const int *place, slong prec)
+{
+    const struct points_space *s = q->j->space;
+    struct num_ball *ball = &q->p->ball;
+    int c = q->c;
+    size_t cc = (size_t)c * (size_t)c;
+    SGA_ARENA(mem);
+    SGA_FREED double *C = sga_calloc(cc, sizeof *C);
+    double *m = sga_zeros(&mem, (size_t)c, sizeof *m), *rho = sga_zeros(&mem, (size_t)c, sizeof *rho);
+    bool ok = true;
+    for (int k = 0; k < c && ok; k++) {       /* column k of C = J_B^-1, rows in pivot order */
+        memset(q->b, 0, (size_t)c * sizeof *q->b);
+        memset(q->x, 0, (size_t)q->n * sizeof *q->x);
+        q->b[k] = 1;
+        points_lu_solve(&q->lu, q->b, q->x);
+        for (int i = 0; i < c; i++)
+            C[(size_t)i * (size_t)c + (size_t)k] = q->x[q->lu.pivot_col[i]];
+        ok = k % 16 || sga_budget_ok(s->budget, NULL);
+    }
+    ball->prec = prec + 40;
+    points_jacobian_values(q->j, ball);
+    slong unit = -prec;      /* radii are counted in units of 2^unit */
+    for (int k = 0; k < c; k++) {
+        double r = bound(num_ball_value(ball, s->constraint[k]), q->exponent[k] + unit);
+        for (int i = 0; i < c; i++)
+            m[i] += fabs(C[(size_t)i * (size_t)c + (size_t)k]) * r;
+    }
+    for (int i = 0; i < c; i++) {
+        rho[i] = 2 * m[i] * (1 + 1e-9) + 1e-3;
+        ok &= isfinite(rho[i]) != 0;
+    }
+    for (int i = 0; i < c && ok; i++) {
+        arb_ptr sym = ball->symbol + s->variable[q->lu.pivot_col[i]];
+        mag_set_d(arb_radref(sym), rho[i]);
+        mag_mul_2exp_si(arb_radref(sym), arb_radref(sym), unit + square_scale(q, q->lu.pivot_col[i]));
+    }
+    if (ok) {
+        points_jacobian_values(q->j, ball);
+        points_jacobian_entries(q->j, ball);
+    }
+    ok = ok && contracts(q, C, m, rho, place);
+    return ok;
+}
+
+/* B, the square part of J(x~) as rounded to doubles. NULL: a value is not finite. */
+static struct lin_sparse *square_part(const struct square *q, const int *place)
+{
+    int c = q->c, total = 0;
+    SGA_ARENA(mem);
+    for (int k = 0; k < c; k++)
+        total += q->j->cols[k];
+    int *ptr = sga_zeros(&mem, (size_t)c + 1, sizeof *ptr), *col = sga_take(&mem, ((size_t)total + 1) * sizeof *col);
+    double *val = sga_take(&mem, ((size_t)total + 1) * sizeof *val);
+    total = 0;
+    for (int k = 0; k < c; k++) {
+        for (int l = 0; l < q->j->cols[k]; l++) {
+            if (place[q->j->col[k][l]] < 0)
+                continue;
+            col[total] = place[q->j->col[k][l]];
+            val[total++] = square_scaled(arb_midref(q->j->entry[k] + l), q->exponent[k] - square_scale(q, q->j->col[k][l]));
+        }
+        ptr[k + 1] = total;
+    }
+    if (!lin_all_finite(total, val))
+        return NULL;
+    struct lin_sparse *B = lin_sparse_new(c, c, ptr, col);
+    memcpy(B->val, val, (size_t)total * sizeof *val);
+    return B;
+}
+
+/* |J(X) - B| as a 2-norm, from the largest sums of rows and columns. */
+static double spread(const struct square *q, const int *place, const struct lin_sparse *B)
+{
+    SGA_ARENA(mem);
+    double *column = sga_zeros(&mem, (size_t)q->c + 1, sizeof *column), rows = 0, columns = 0;
+    SGA_ENDS(arf_end) arf_t b = { 0 };
+    SGA_ENDS(arb_end) arb_t off = { 0 };
+    for (int k = 0, e = 0; k < q->c; k++) {
+        double row = 0;
+        for (int l = 0; l < q->j->cols[k]; l++) {
+            int at = place[q->j->col[k][l]];
+            if (at < 0)
+                continue;
+            arf_set_d(b, B->val[e++]);
+            arb_mul_2exp_si(off, q->j->entry[k] + l, square_scale(q, q->j->col[k][l]) - q->exponent[k]);
+            arb_sub_arf(off, off, b, 64);
+            double size = bound(off, 0);
+            row += size;
+            column[at] += size;
+        }
+        rows = fmax(rows, row);
+    }
+    for (int i = 0; i < q->c; i++)
+        columns = fmax(columns, column[i]);
+    return sqrt(rows * columns) * (1 + 1e-9);
+}
+
+/* With sigma > 0 no more than the least singular value of B, |xi(x~)| / sigma = beta and |J(X) - B| = eta over the ball X of radius rho about
+ * x~: x -> x - B^-1 xi(x) maps it into itself and contracts if beta + eta / sigma rho < rho. */
+static bool by_singular_value(struct square *q, const int *place, slong prec)
+{
+    const struct points_space *s = q->j->space;
+    struct num_ball *ball = &q->p->ball;
+    const slong unit = -prec;      /* radii are counted in units of 2^unit */
+    ball->prec = prec + 40;
+    points_jacobian_values(q->j, ball);
+    points_jacobian_entries(q->j, ball);
+    double sum = 0;
+    for (int k = 0; k < q->c; k++) {
+        double r = bound(num_ball_value(ball, s->constraint[k]), q->exponent[k] + unit);
+        sum += r * r;
+    }
+    struct lin_sparse *B = isfinite(sum) ? square_part(q, place) : NULL;
+    if (!B)
+        return false;
+    double sigma = points_least_singular(B, s->budget), beta = sqrt(sum) * (1 + 1e-9) / sigma, rho = 2 * beta * (1 + 1e-9) + 1e-3;
+    bool ok = sigma > 0 && isfinite(rho);
+    for (int i = 0; i < q->c && ok; i++) {
+        mag_ptr radius = arb_radref(ball->symbol + s->variable[q->lu.pivot_col[i]]);
+        mag_set_d(radius, rho);
+        mag_mul_2exp_si(radius, radius, unit + square_scale(q, q->lu.pivot_col[i]));
+    }
+    if (ok) {
+        points_jacobian_values(q->j, ball);
+        points_jacobian_entries(q->j, ball);
+        ok = (beta + spread(q, place, B) / sigma * rho) * (1 + 1e-9) < rho;
+    }
+    for (int i = 0; i < q->c && !ok; i++)
+        mag_zero(arb_radref(ball->symbol + s->variable[q->lu.pivot_col[i]]));
+    lin_sparse_free(B);
+    return ok;
+}
+
+bool points_prove(struct square *q, slong prec)
+{
+    SGA_ARENA(mem);
+    int *place = sga_take(&mem, (size_t)q->n * sizeof *place);
+    for (int v = 0; v < q->n; v++)
+        place[v] = -1;
+    for (int i = 0; i < q->c; i++)
+        place[q->lu.pivot_col[i]] = i;
+    if (q->c > DENSE_ROWS && by_singular_value(q, place, prec))
+        return true;
+    if (q->c > SGA_MOST_PROOF_ROWS) {
+        sga_limit_met(q->j->space->budget, SGA_LIMIT_PROOF_ROWS);
+        return false;
+    }
+    return by_inverse(q, place, prec);
+}

@@ -1,0 +1,68 @@
+"""Systems of a thousand unknowns and more whose verdict, dimensions and index are known by construction: large_check.py BUILD_DIR
+
+Chains, ladders and grids of tests/bench/large.py at two sizes each. How much was evaluated may grow as the size does (chains) or a
+little faster (grids), by the counts of `work`: no clock. Faults in the middle of such a system are named by their place."""
+import sys
+
+from solver import Solver
+from tally import Tally, build_folder
+
+sys.path.insert(0, __file__.rsplit("/", 1)[0] + "/bench")
+import large  # noqa: E402
+
+# By family: two sizes, about 1,000 and 2,500 unknowns, and the most power of the size by which counts may grow between them.
+SIZES = {"chain": (200, 500, 1.15), "ladder": (500, 1250, 1.15), "pairs": (400, 1000, 1.15), "grid": (22, 35, 1.3), "network": (22, 35, 1.3),
+         "heat": (30, 48, 1.3), "stokes": (12, 20, 1.5)}
+UNKNOWNS = {"chain": 5, "ladder": 2, "pairs": 2.5, "grid": 2, "network": 2, "heat": 1, "stokes": 3}
+
+
+def size(name, n):
+    return UNKNOWNS[name] * (n * n if name in large.PLANAR else n)
+
+
+def answered(tally, solver, name, n):
+    request, expected = large.FAMILIES[name](n)
+    answer, problem = solver.solve(request)
+    label = f"{name} {n}"
+    if not tally.check(answer, label, problem):
+        return None
+    told = {"verdict": answer["verdict"], "generations": answer["dimensions"]["generations"], "index": answer["index"]["differentiation"]}
+    tally.check(told == expected, f"{label}: verdict, generations, index", (told, expected))
+    return answer["work"]["counts"]
+
+
+def grows(tally, name, small, big, most):
+    a, b, power = SIZES[name]
+    for count in sorted(small):
+        if small[count] > 1000:
+            tally.check(big[count] <= small[count] * (size(name, b) / size(name, a)) ** power * most, f"{name}: {count} grows as the size to the power {power}",
+                        (small[count], big[count]))
+
+
+def faults(tally, solver):
+    """What is missing, contradictory or misspelt in the middle."""
+    request, _ = large.ladder(500)
+    equations = request["system"]["equations"]
+    pointer = "/system/equations/500"
+    answer, problem = solver.solve({**request, "system": {**request["system"], "equations": equations[:500] + ["v251' = i251 - *i252"] + equations[501:]}})
+    tally.check(answer is None and problem["code"] == "expression_syntax" and problem["pointer"] == pointer, "a misspelt equation", problem)
+    request, _ = large.ladder(500)
+    missing = {**request, "want": ["index", "constraints", "gauge"], "system": {**request["system"], "equations": equations[:501] + equations[502:]}}
+    answer, problem = solver.solve(missing)
+    if tally.check(answer, "a missing equation", problem):
+        tally.check(answer["verdict"] == "underdetermined", "a missing equation leaves a freedom", answer["verdict"])
+        tally.check("i251" in str(answer["gauge"]) + str(answer.get("warnings", "")), "it is named", answer.get("warnings"))
+
+
+def main():
+    solver, tally = Solver(build_folder()), Tally("large")
+    for name, (a, b, _) in SIZES.items():
+        counts = [answered(tally, solver, name, n) for n in (a, b)]
+        if all(counts):
+            grows(tally, name, *counts, 1.1)
+    faults(tally, solver)
+    return tally.end()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
