@@ -341,7 +341,7 @@ run: deps
 	@$(MAKE) --no-print-directory all
 	@tests/demo $(B)
 test: deps
-	@$(MAKE) --no-print-directory all $(UNIT_BIN)
+	@$(MAKE) --no-print-directory all units
 	@tests/run $(B)
 quick: deps
 	@$(MAKE) --no-print-directory all units

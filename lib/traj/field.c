@@ -59,7 +59,8 @@ static struct num_tape *direct_tape(struct field *f, const struct sga_solution *
     field_find_poles(f, &l);
     f->poles = l.count - f->n - f->pivots;
     struct num_tape *t = num_tape_new_switched(st, field_switches(f), l.e, l.count, inputs, f->n + 1, err);
-    memmove(l.e, l.e + f->n, (size_t)(l.count - f->n) * sizeof *l.e);
+    if (l.count > f->n)
+        memmove(l.e, l.e + f->n, (size_t)(l.count - f->n) * sizeof *l.e);
     f->pivot_expr = l.e;
     f->pole_expr = l.e + f->pivots;
     return t;

@@ -128,7 +128,7 @@ static bool order(struct jobs *js, struct job *fresh, const struct submission *s
     job_ref(fresh);
     if (store_submit(js->store, fresh->order, stored, fresh))
         return true;
-    job_unref(fresh);
+    atomic_fetch_sub(&fresh->refs, 1);      /* the store's, never the last */
     return false;
 }
 

@@ -98,8 +98,13 @@ class Daemon:
                 c.request(method, path, data, {k: v for k, v in send.items() if v is not None})
             except (BrokenPipeError, ConnectionResetError):
                 pass    # it may have answered before it had read the whole body
-            r = c.getresponse()
-            answer = Answer(r.status, {k.lower(): v for k, v in r.getheaders()}, r.read())
+            try:
+                r = c.getresponse()
+                answer = Answer(r.status, {k.lower(): v for k, v in r.getheaders()}, r.read())
+            except (OSError, http.client.HTTPException):
+                if self.guest:
+                    self.guest.lost(self, method, path)
+                raise
             if self.guest:
                 self.guest.heard(self, method, path, answer, headers)
             return answer

@@ -40,6 +40,12 @@ class History:
             else:
                 self.check(first == end, "an end that was told stays as it is", (method, path, first, end))
 
+    def lost(self, method, path):
+        """A question whose answer did not come: nobody knows whether it was done. What a DELETE was asked for may be gone."""
+        id_ = path.partition("?")[0][len("/v1/jobs/"):] if path.startswith("/v1/jobs/") else None
+        if method == "DELETE" and id_:
+            self.forget(id_)
+
     def refused(self, method, path, answer, kind):
         try:
             problem = json.loads(answer.body) if kind == "application/problem+json" else None

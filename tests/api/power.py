@@ -136,7 +136,7 @@ class Listener:
     def began(self, d):
         pass
 
-    ended = left = lambda *_: None
+    ended = left = lost = lambda *_: None
 
 
 def scene(d, rng, numbers):

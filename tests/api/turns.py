@@ -71,6 +71,10 @@ class Guest:
         if self.kind is not None:
             self.histories.setdefault(id(d), History(self.check, lambda: dropped(d))).heard(method, path, answer, headers)
 
+    def lost(self, d, method, path):
+        if id(d) in self.histories:
+            self.histories[id(d)].lost(method, path)
+
     def lived(self, d, status):
         """It ended as it was asked to (or by a test's kill -9), or for want of memory with its last words."""
         errors = d.errors()
