@@ -16,6 +16,7 @@
 #define BUDGET_TIME 0.02       /* where they take no longer than this (seconds) */
 #define BEYOND_HOPE 5.0        /* times the limit of steps */
 #define ACROSS_LOOKS 5
+#define AT_ENDING 1e-7         /* of the way made: a sample this near to an ending is not asked for */
 #define BREAK_PART 0.41
 #define FIRST_SERIES 1000.0    /* times longer than usual: a bound for the first step */
 
@@ -180,6 +181,22 @@ static double cut(struct ode_march *m, double h, double *aim)
     return rest;
 }
 
+static void place(const void *march, double s, double *x)
+{
+    const struct ode_march *m = march;
+    if (s == 1)
+        sga_copy(x, m->x1, m->p->n);
+    else
+        m->method->dense_at(m->state, &m->step, s, x);
+}
+
+/* Explicit steps have looked at many places. */
+static bool goes_on_along(struct ode_march *m)
+{
+    struct ode_path path = { m, m->t, m->step.h, place };
+    return !(m->method->series || m->method->implicit) || m->p->along(m->p->ctx, &path) || ode_eval_refused(&m->field);
+}
+
 /* *h: the size asked for; the size taken, where the method made the step shorter. */
 static enum ode_refusal attempt(struct ode_march *m, double *h, double aim, int *through)
 {
@@ -228,6 +245,8 @@ static enum ode_refusal attempt(struct ode_march *m, double *h, double aim, int 
         cause = ode_bands_step(m);
     if (cause != STEP_TAKEN)
         return cause;
+    if (m->p->along && !goes_on_along(m))
+        return FIELD_REFUSED;
     cause = ode_sample(m, through);
     return cause == STEP_TAKEN ? ode_watch_step(m, through) : cause;
 }
@@ -341,6 +360,8 @@ static double after_refusal(struct ode_march *m, enum ode_refusal cause)
     m->res->stats.refused++;
     m->control.refused_before = true;
     m->manifold_refused += cause == MANIFOLD_REFUSED;
+    if (cause == MANIFOLD_REFUSED && m->manifold_why == ODE_CONSTRAINT_LOST)
+        ode_settle_refused(m);
     if (m->p->refused)
         m->p->refused(m->p->ctx);
     if (cause == FIELD_REFUSED) {
@@ -363,6 +384,17 @@ static double after_step(struct ode_march *m, double taken)
         factor = isnan(known) ? ode_control_accepted(&m->control, m->step.error, taken) : ode_control_quick(&m->control, known, taken);
     learn_dense(m, 1.2);
     return m->method->accepted ? m->method->accepted(m->state, &m->step, factor) : factor;
+}
+
+/* Whether the field ends for good just beyond the present point, and no sample lies between. */
+static bool over(struct ode_march *m)
+{
+    double t, near = fmax(AT_ENDING, 0.1 * m->o->rtol) * fabs(m->t - m->start->t);
+    if (!m->p->over || !m->p->over(m->p->ctx, &t) || (t - m->start->times[m->next]) * m->direction > near)
+        return false;
+    ode_end_at(m, ODE_SINGULAR, "a rank drops here: the field or the constraints are singular");
+    m->res->end.t = t;
+    return true;
 }
 
 static void go(struct ode_march *m)
@@ -394,7 +426,7 @@ static void go(struct ode_march *m)
             if (m->late)       /* a step that was cut short to a sample may be of a few roundings of time only */
                 h = fmax(h, 2 * smallest_step(m));
             cause = ERROR_TOO_LARGE;   /* what it is if h is too small now */
-        } else if (cause == ENDED) {
+        } else if (cause == ENDED || ((cause == FIELD_REFUSED || cause == NOT_SOLVED || cause == MANIFOLD_REFUSED) && over(m))) {
             return;
         } else if (cause == STEP_CUT) {
             m->res->stats.refused++;

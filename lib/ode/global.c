@@ -220,7 +220,12 @@ static bool tighten(const struct ode_run *run, struct ode_run *next, double rati
         free(tight.column_error);
         set_errors(run, rounding ? ROUNDING_ALLOWANCE : fmin(ALLOWANCE, SURE / ratio), &tight, res);
     }
+    struct ode_end end = res->end;     /* before it no sample is lost, and a tighter solution meets its roundings sooner: they say nothing of the end */
+    bool sooner = tight.end.reason == ODE_CONSTRAINT_LOST && tight.count == res->count
+                  && (end.t - tight.end.t) * (tight.end.t - run->start->t) > 0;
     replace(res, &tight);
+    if (sooner)
+        res->end = end;
     return true;
 }
 

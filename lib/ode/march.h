@@ -38,6 +38,12 @@ struct ode_run {
     const double *noise;            /* the field by so many; NULL: one */
 };
 
+/* Corrections that do not shrink with the steps. */
+struct ode_grain {
+    double moved; int same;         /* by the last refused one; how many were as large as the one before */
+    double allowed;
+};
+
 struct ode_march {
     const struct ode_problem *p;
     const struct ode_start *start;
@@ -72,6 +78,7 @@ struct ode_march {
     struct ode_kinks *kinks;        /* kink.c's; NULL: no switches */
     struct ode_bands *bands;        /* band.c's; NULL: none */
     bool stopped;                   /* by an event in the present step */
+    struct ode_grain grain;         /* settle.c */
     double pending_residual;        /* of samples in the present step */
     double moved;                   /* by the last projection */
     enum ode_reason manifold_why;   /* of the last refusal by `project` */
@@ -118,6 +125,8 @@ void ode_prepare_step(struct ode_march *m, double h);
 /* driver.c: where the present step has to end at the latest. */
 double ode_goal(const struct ode_march *m);
 
+/* settle.c: after a step that was refused because its end was moved too far. */
+void ode_settle_refused(struct ode_march *m);
 /* sample.c: a sample lies inside the present step. */
 bool ode_sample_inside(const struct ode_march *m);
 /* sample.c: samples inside the present step and at its end are put into the result,

@@ -76,6 +76,14 @@ struct ode_piece { double end, step; };
  * piece that is not past, 0 at first. */
 double ode_within(const struct ode_piece *piece, int pieces, int *at, double t, double direction, double h);
 
+/* A step that was tried: x(n) at the part s (0 to 1) of the way from t to t + h. */
+struct ode_path {
+    const void *march;
+    double t, h;
+    void (*at)(const void *march, double s, double *x);
+};
+
+
 struct ode_problem {
     int n;                     /* may be 0 */
     void *ctx;
@@ -138,6 +146,12 @@ struct ode_problem {
      * the same field and manifold are computed in another way, which has more digits here, and x was moved to the manifold as that has it. */
     bool (*taken)(void *ctx, double t, double *x);
     void (*refused)(void *ctx);
+    /* Before a step is taken of a method that has looked at few places of it: whether the field goes on along all of it. False: as when rhs
+     * is. May be NULL. */
+    bool (*along)(void *ctx, const struct ode_path *path);
+    /* After a step that the field refused, before `refused`: it is sure to end at *t, which is so near that the way there is not worth its
+     * steps (points there lose their digits). May be NULL. */
+    bool (*over)(void *ctx, double *t);
     /* Switches: functions g of t and x on each side of whose zeros the field is smooth (those in abs, sign, min, max).
      * hold(side): from now on the callbacks give values as where g_k has the sign of side[k], wherever they are
      * asked; 0: as g_k says. NULL: all 0, as at first. switching gives all g. */

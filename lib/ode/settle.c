@@ -8,6 +8,11 @@
 /* A correction of up to this part of the allowed error spoils nothing, however small the
  * error estimate of the step happens to be. */
 #define HARMLESS 0.01
+/* A correction that is still this part of what it was after a step of half the size, so many times, is a rounding; up to this part of
+ * the allowed error it is put up with. */
+#define SAME 0.7
+#define SURE 4
+#define GRAIN_MOST 0.25
 
 static void set_scale(struct ode_march *m, const double *x)
 {
@@ -30,7 +35,17 @@ double ode_settle_most(const struct ode_march *m, double error)
 {
     if (!m->p->project)
         return INFINITY;
-    return sga_larger(10 * error, HARMLESS);
+    return sga_larger(10 * error, sga_larger(HARMLESS, m->grain.allowed));
+}
+
+/* Where constraints nearly depend on each other their roundings move points far; that does not shrink with the steps, as errors do. */
+void ode_settle_refused(struct ode_march *m)
+{
+    struct ode_grain *g = &m->grain;
+    g->same = m->moved > SAME * g->moved && m->moved <= GRAIN_MOST ? g->same + 1 : 0;
+    g->moved = m->moved;
+    if (g->same >= SURE)
+        g->allowed = 2 * m->moved;
 }
 
 bool ode_settle(struct ode_march *m, double t, double *x, double most, double *residual)

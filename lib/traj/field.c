@@ -125,6 +125,7 @@ bool field_init(struct field *f, const struct sys_system *sys, const struct sga_
     f->pole_from = sga_calloc((size_t)n + 1, sizeof(double));
     f->here = sga_calloc((size_t)n + 1, sizeof(double));
     f->home = sga_calloc((size_t)(n + f->pivots + f->poles) + 1, sizeof(double));
+    f->along = sga_calloc((size_t)f->chosen + 1, sizeof(double));
     ok = f->direct != NULL;
     if (ok)
         f->general = general_tape(f, inputs, err);
@@ -143,6 +144,7 @@ bool field_init(struct field *f, const struct sys_system *sys, const struct sga_
 
 void field_hold(struct field *f, const signed char *side)
 {
+    f->along_t = NAN;
     num_tape_hold(f->direct, side);
     num_tape_hold(f->general, side);
     num_jacobian_hold(f->jac, side);
@@ -170,6 +172,7 @@ void field_clear(struct field *f)
     free(f->pole_from);
     free(f->here);
     free(f->home);
+    free(f->along);
     free(f->general_out);
     free(f->sum);
     free(f->jac_value);

@@ -7,6 +7,7 @@
 #include "trajectory.h"
 
 struct ode_code;
+struct ode_path;
 struct sga_stage_code;
 struct sga_stages;
 
@@ -42,12 +43,15 @@ struct field {
     double *pivot_side;               /* by pivot: sign on the side where the motion is */
     double *here, here_t;             /* the last point that was found to be well inside */
     double *home, home_t;             /* n: the last point that the motion has taken; then pivots' and poles' sides there */
+    double *along, along_t, along_h;  /* field_along.c: the pivots at the end of the last step tried, when that is, and how long the last good one was */
+    int along_calm;                   /* so many steps need no look */
     double begin_t;                   /* the motion begins here */
     double start_t;                   /* each solution (there may be two) begins here */
     struct manifold *manifold;        /* to look for the place of a change of sign; borrowed */
     int lost_pivot;                   /* the pivot whose zero ended it, or -1 */
     int fell;                         /* the pivot with which the rank goes, as points on the way to its zero tell (field_drop.c), and when that is; or -1 */
     double fell_t;
+    bool over;                        /* and it is so near that the motion may be ended (field_watch.c) */
     /* Denominators of the equations as given; their values follow those of the pivots (pole.c). */
     int poles;
     expr_id *pole_expr;
@@ -137,6 +141,11 @@ void field_forget_trial(struct field *f);
 /* On which side of each pivot's and denominator's zeros is (t, x)? direct_out is known. False: beyond a stratum
  * (lost_pivot) or a pole (lost_pole). */
 bool field_inside(struct field *f, double t, const double *x);
+/* field_along.c. Whether no pivot's zero inside the step from the last point that the motion has taken along path ends the motion; false: as after
+ * field_eval. Cost: three evaluations, some more where pivots bend. */
+bool field_along(struct field *f, const struct ode_path *path);
+/* fell_t as it is seen from the last point that the motion has taken. */
+void field_fall_refine(struct field *f);
 /* Beyond a side of which nothing was known (points_side.unseen) the rows say whether the field is still theirs: at (t, x), a point on the
  * constraints. False: it is not, rank_lost and lost_pivot say why. Cost: nothing on the side of the start. */
 bool field_follows(struct field *f, double t, const double *x);
@@ -152,6 +161,14 @@ double field_place_of_change(struct field *f, int k, double side, double t, cons
 /* field_drop.c. Between the last point that the motion has taken and (t, x) a pivot came to 0: whether the rank of the rows goes with it, as far as
  * points on the way tell. Cost: some projections, two eliminations. */
 bool field_rank_falls(struct field *f, int pivot, double t, const double *x);
+/* The same along a way of points on the constraints (as far as tolerances go) from where the pivot is large to its zero at the part `end`. */
+struct field_way {
+    const void *of;
+    void (*load)(struct field *f, const struct field_way *way, double s);     /* f->in is the place at the part s */
+};
+bool field_falls_along(struct field *f, int pivot, const struct field_way *way, double end);
+/* Whether these can tell: there are constraints, no rates, and not too many rows. */
+bool field_rank_tells(const struct field *f);
 
 /* pole.c. Adds the denominators of the equations that are not among the list, by factors. Cost: the nodes of the equations. */
 void field_find_poles(struct field *f, struct field_list *l);

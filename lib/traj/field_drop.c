@@ -1,6 +1,7 @@
 /* Whether the rank drops where a pivot comes to 0. At the place itself numbers cannot tell: where the set crosses itself (a linkage at its
  * change-over point) points near it are known to half the digits only, and a projection falls on another branch. On the way there they
- * can: with the pivot at a hundredth of what it was, what is left of the rows for the last of their rank is as much smaller, or it is not. */
+ * can: with the pivot at a hundredth of what it was, what is left of the rows for the last of their rank is as much smaller, or it is not;
+ * and it goes on falling with the pivot, which what happens to be smaller there does not. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,7 +15,8 @@
 #include "tape.h"
 #include "warnings.h"
 
-static const double PART = 0.01, SMALLER = 0.1;      /* of the pivot; and of what is left, which falls as the pivot or faster */
+static const double PART = 0.01, SMALLER = 0.1;      /* of the pivot; and of what is left, which falls as the pivot or faster, */
+static const double BEFORE = 0.1, FOLLOWS = 0.4;     /* and not by chance: from a place before, too (a tenth, or a quarter as each is found to a factor 2) */
 static const double TELLS = 1e-5;                    /* of the pivot at the start: nearer than this there are too few digits */
 
 /* What is left for the last of `rank` of the rows (rows x n), by complete pivoting; they are used up. */
@@ -84,34 +86,70 @@ static double left_at(struct field *f, double *size, bool first)
     return left;
 }
 
-bool field_rank_falls(struct field *f, int pivot, double t, const double *x)
+/* The same where the pivot, between the begin of the way and its part `high`, is this part of `far`, which it is at the begin with the sign of
+ * `side`; not a number where no such place is found. */
+static double left_where(struct field *f, const struct field_way *way, int pivot, double side, double high, double part, double far, double *size)
 {
-    int n = f->n;
-    if (f->c == 0 || f->rates || n > SGA_MOST_ROWS_ASKED)
-        return false;
-    double *y = sga_malloc(((size_t)n + (size_t)f->c + 1) * sizeof *y), *size = y + n, at = 0, low = 0, high = 1, whole, p = NAN, far;
-    field_load(f, f->home_t, f->home);
-    whole = left_at(f, size, true);
-    num_tape_eval(f->direct, f->in, f->direct_out);
-    far = fabs(f->direct_out[n + pivot]);
-    bool tells = far > TELLS * f->pivot_start[pivot] && whole > 0, found = false;
-    for (int turn = 0; turn < 60 && tells && !found; turn++) {
+    double low = 0;
+    for (int turn = 0; turn < 60; turn++) {
         double s = 0.5 * (low + high);
-        for (int j = 0; j < n; j++)
-            y[j] = f->home[j] + s * (x[j] - f->home[j]);
-        at = f->home_t + s * (t - f->home_t);
-        manifold_project(f->manifold, at, y, NULL, NULL, 8, NULL, NULL, NULL);
-        field_load(f, at, y);
+        way->load(f, way, s);
         num_tape_eval(f->direct, f->in, f->direct_out);
-        p = f->direct_out[n + pivot] * f->home[n + pivot];     /* by its side at home */
-        found = p > 0.5 * PART * far && p < 2 * PART * far;
-        if (p > PART * far)
+        double p = f->direct_out[f->n + pivot] * side;
+        if (p > 0.5 * part * far && p < 2 * part * far)
+            return left_at(f, size, false);
+        if (p > part * far)
             low = s;
         else
             high = s;
     }
-    bool falls = found && left_at(f, size, false) < SMALLER * whole;
-    free(y);
+    return NAN;
+}
+
+bool field_rank_tells(const struct field *f) { return f->c > 0 && !f->rates && f->n <= SGA_MOST_ROWS_ASKED; }
+
+bool field_falls_along(struct field *f, int pivot, const struct field_way *way, double end)
+{
+    double *size = sga_malloc(((size_t)f->c + 1) * sizeof *size);
+    way->load(f, way, 0);
+    double whole = left_at(f, size, true);
+    num_tape_eval(f->direct, f->in, f->direct_out);
+    double p = f->direct_out[f->n + pivot], far = fabs(p), side = p < 0 ? -1 : 1;
+    bool falls = far > TELLS * f->pivot_start[pivot] && whole > 0;
+    double before = falls ? left_where(f, way, pivot, side, end, BEFORE, far, size) : NAN;
+    double last = before > 0 ? left_where(f, way, pivot, side, end, PART, far, size) : NAN;
+    falls = last < SMALLER * whole && last < FOLLOWS * before;
+    for (double part = 0.1 * PART; falls && part * far > TELLS * f->pivot_start[pivot]; part *= 0.1) {      /* where branches pass each other closely */
+        before = last;
+        last = left_where(f, way, pivot, side, end, part, far, size);
+        if (isnan(last))
+            break;
+        falls = last < FOLLOWS * before;
+    }
+    free(size);
+    return falls;
+}
+
+struct chord { const double *x; double t, *y; };
+
+static void load_chord(struct field *f, const struct field_way *way, double s)
+{
+    const struct chord *c = way->of;
+    double at = f->home_t + s * (c->t - f->home_t);
+    for (int j = 0; j < f->n; j++)
+        c->y[j] = f->home[j] + s * (c->x[j] - f->home[j]);
+    if (s > 0)
+        manifold_project(f->manifold, at, c->y, NULL, NULL, 8, NULL, NULL, NULL);
+    field_load(f, at, c->y);
+}
+
+bool field_rank_falls(struct field *f, int pivot, double t, const double *x)
+{
+    if (!field_rank_tells(f))
+        return false;
+    struct chord c = { x, t, sga_malloc(((size_t)f->n + 1) * sizeof(double)) };
+    bool falls = field_falls_along(f, pivot, &(struct field_way){ &c, load_chord }, 1);
+    free(c.y);
     field_load(f, t, x);
     return falls;
 }

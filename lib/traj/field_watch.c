@@ -52,6 +52,10 @@ void field_take_sides(struct field *f, double t, const double *x)
     memcpy(f->here, x, (size_t)f->n * sizeof *x);
     f->here_t = f->start_t = t;
     f->lost_pivot = f->beyond = -1;
+    f->over = false;
+    f->along_t = NAN;
+    f->along_h = 0;
+    f->along_calm = 0;
     for (int q = 0; q < f->pivots; q++) {
         double p = f->direct_out[f->n + q];
         f->pivot_side[q] = p > 0 ? 1 : p < 0 ? -1 : 0;
@@ -78,6 +82,7 @@ void field_keep_sides(struct field *f, double t, const double *x)
 
 void field_forget_trial(struct field *f)
 {
+    f->over = false;
     sga_copy(f->here, f->home, f->n);
     sga_copy(f->pivot_side, f->home + f->n, f->pivots);
     sga_copy(f->pole_side, f->home + f->n + f->pivots, f->poles);
@@ -122,6 +127,44 @@ double field_place_of_change(struct field *f, int k, double side, double t, cons
         last = p > 0 ? 1 : -1;
     }
     return at;
+}
+
+/* The way to where the rank falls is short beside the way made, and the pivot nearly used up. Nearer still, where the set crosses
+ * itself, roundings of the constraints are as large as what tells its branches apart, and steps follow any of them. */
+static const double END_NEAR = 1e-5, END_SMALL = 1e-4;
+
+/* A trial may be far from the motion: along its tangent the place is known to the square of the way there, unless the set turns back before. */
+void field_fall_refine(struct field *f)
+{
+    int n = f->n, q = f->fell;
+    double way = f->fell_t - f->home_t, *y = sga_malloc(2 * (size_t)(n + 1) * sizeof *y), *ahead = y + n + 1;
+    field_load(f, f->home_t, f->home);
+    if (f->fast && num_tape_eval(f->direct, f->in, f->direct_out)) {
+        for (int j = 0; j < n; j++)
+            ahead[j] = f->home[j] + 2 * way * f->direct_out[j];
+        sga_copy(f->here, f->home, n);
+        f->here_t = f->home_t;
+        field_load(f, f->home_t + 2 * way, ahead);
+        if (num_tape_eval(f->direct, f->in, f->direct_out) && f->direct_out[n + q] * f->home[n + q] < 0)
+            f->fell_t = field_place_of_change(f, q, f->home[n + q], f->home_t + 2 * way, ahead, DBL_EPSILON, y);
+    }
+    free(y);
+}
+
+/* Pivot q changed its sign before (t, x), and the rank falls with it: is the place near? */
+static bool fall_is_near(struct field *f, int q, double t, const double *x)
+{
+    double made = fabs(f->home_t - f->start_t);
+    if (f->fell != q || !(fabs(t - f->home_t) <= 1000 * END_NEAR * made))
+        return false;
+    double *y = sga_malloc((size_t)(f->n + 1) * sizeof *y);
+    f->fell_t = field_place_of_change(f, q, f->pivot_side[q], t, x, DBL_EPSILON, y);
+    free(y);
+    field_fall_refine(f);
+    field_load(f, f->home_t, f->home);
+    num_tape_eval(f->direct, f->in, f->direct_out);
+    double way = (f->fell_t - f->home_t) * (f->home_t < f->start_t ? -1 : 1);
+    return way > 0 && way <= END_NEAR * made && fabs(f->direct_out[f->n + q]) <= END_SMALL * f->pivot_start[q];
 }
 
 /* Between the last good point and x a pivot changed sign: find where, and ask the rank
@@ -190,6 +233,7 @@ bool field_inside(struct field *f, double t, const double *x)
         }
         if (q < f->chosen && (q < f->sides || f->lost_pivot == q || !rank_at_change(f, t, x, q))) {
             f->lost_pivot = q;
+            f->over = fall_is_near(f, q, t, x);
             return false;
         }
         f->pivot_side[q] = -f->pivot_side[q];

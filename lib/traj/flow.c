@@ -420,6 +420,15 @@ static bool taken(void *ctx, double t, double *x)
     return charts_choose(f, t, x);
 }
 
+static bool along(void *ctx, const struct ode_path *path) { return field_along(&((struct flow *)ctx)->field, path); }
+
+static bool over(void *ctx, double *t)
+{
+    const struct field *f = &((const struct flow *)ctx)->field;
+    *t = f->fell_t;
+    return f->over;
+}
+
 static void refused(void *ctx) { field_forget_trial(&((struct flow *)ctx)->field); }
 
 void flow_code(struct flow *f, const struct traj_request *rq) { allow_code(f, rq->budget ? rq->budget->exec : NULL); }
@@ -436,7 +445,7 @@ struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
                                  .taylor = f->field.fast && !f->sys->signals ? taylor : NULL,
                                  .taylor_rtol = series_fast(&f->field) ? FAST_RTOL : 0,
                                  .breaks = f->knot, .break_count = f->knots, .enter = f->sys->signals || f->charts ? enter : NULL,
-                                 .taken = watched ? taken : NULL, .refused = watched ? refused : NULL,
+                                 .taken = watched ? taken : NULL, .refused = watched ? refused : NULL, .over = watched ? over : NULL, .along = f->field.chosen ? along : NULL,
                                  .switches = f->field.switches.count, .switching = surfaces, .hold = flow_hold,
                                  .turned = f->turn ? variation_turned : NULL,
                                  .piece = f->inputs->piece, .pieces = f->inputs->count,

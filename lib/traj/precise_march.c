@@ -24,6 +24,7 @@
 #define SMALLEST_REFUSED 4e-16
 /* Steps of this part of the time passed tend to no singularity; near one derivatives are so many times larger. */
 #define CALM 1e-3
+#define AT_ENDING 1e-7          /* of the way made: a sample this near to an ending is not asked for */
 #define GROWN 30.0
 #define HUGE_STATE 1e280        /* products of halves overflow not far beyond */
 #define LOOK_EVERY 500
@@ -278,6 +279,43 @@ static bool settled_in_chart(struct precise_march *m, double size)
     return false;
 }
 
+/* In double, as all that is looked for. */
+static void place(const void *march, double s, double *x)
+{
+    const struct precise_march *m = march;
+    num_dd way = num_dd_sub(m->there.t, m->here.t), *at = m->sought;
+    if (s == 1)
+        at = m->there.x;
+    else
+        m->method->value(m->state, m, num_dd_add(m->here.t, num_dd_scale(way, s)), at);
+    for (int j = 0; j < m->n; j++)
+        x[j] = at[j].hi;
+}
+
+/* Whether no pivot's zero inside the step ends the motion. */
+static bool goes_on_along(struct precise_march *m)
+{
+    struct ode_path path = { m, m->here.t.hi, num_dd_sub(m->there.t, m->here.t).hi, place };
+    if (field_along(&m->p->flow->field, &path))
+        return true;
+    m->why = ODE_SINGULAR;
+    return false;
+}
+
+/* Whether the field ends for good just beyond the present point, and no sample lies between. */
+static bool over(struct precise_march *m)
+{
+    struct field *f = &m->p->flow->field;
+    double t = f->fell_t, near = fmax(AT_ENDING, 0.1 * m->rtol) * fabs(num_dd_sub(m->here.t, m->p->start).hi);
+    bool ended = m->why == ODE_SINGULAR && f->over && (t - m->p->time[m->next].hi) * m->direction <= near;
+    field_forget_trial(f);
+    if (ended) {
+        precise_end(m, ODE_SINGULAR, "a rank drops here: the field or the constraints are singular");
+        m->path->t = t;
+    }
+    return ended;
+}
+
 /* One step, or a try of one. False: the march is over. */
 static bool step(struct precise_march *m, double *cut)
 {
@@ -303,6 +341,10 @@ static bool step(struct precise_march *m, double *cut)
         *cut = 1;
         return true;
     }
+    if (o == PRECISE_TAKEN && !goes_on_along(m)) {
+        o = PRECISE_REFUSED;
+        *cut *= 0.5;
+    }
     num_dd end = m->there.t;
     bool stopped = o == PRECISE_TAKEN && precise_watch(m, &end);
     if (o == PRECISE_TAKEN && !deliver(m, end)) {
@@ -313,7 +355,7 @@ static bool step(struct precise_march *m, double *cut)
         m->path->refused++;
         if (o == PRECISE_TOO_LARGE)
             m->why = ODE_NONE;
-        return true;
+        return o != PRECISE_REFUSED || !over(m);
     }
     m->path->steps++;
     m->band_cut = 0;
@@ -352,8 +394,9 @@ static void march(struct precise *p, double rtol, double atol, bool beside, bool
     *path = (struct precise_path){ .t = p->start.hi };
     m.direction = num_dd_less(p->time[p->rq->samples - 1], p->start) ? -1 : 1;
     path->sample = sga_calloc((size_t)p->rq->samples * (size_t)m.n + 1, sizeof *path->sample);
-    m.here.x = sga_calloc(2 * (size_t)m.n + 1, sizeof *m.here.x);
+    m.here.x = sga_calloc(3 * (size_t)m.n + 1, sizeof *m.here.x);
     m.there.x = m.here.x + m.n;
+    m.sought = m.there.x + m.n;
     num_dd *states = m.here.x;
     m.scale = sga_calloc(5 * (size_t)m.n + 1, sizeof *m.scale);
     m.xd = m.scale + m.n;

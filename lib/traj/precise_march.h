@@ -79,6 +79,7 @@ struct precise_march {
     int passed, watched;       /* events of the guide: of the steps taken, and of the last step attempted */
     enum ode_reason why;
     double *xd, *fd;           /* n: in double */
+    num_dd *sought;            /* n: work */
     const struct precise_method *method;
     void *state;
     struct precise_choice choice;

@@ -176,13 +176,17 @@ static bool by_numbers(enum ode_reason reason)
     return reason == ODE_CONSTRAINT_LOST || reason == ODE_LEFT_DOMAIN || reason == ODE_NOT_SMOOTH || reason == ODE_BLOW_UP || reason == ODE_STEP_LIMIT;
 }
 
+/* Of the way made: with tight tolerances corrections are roundings as soon as a hundredth of a pivot is left. */
+static const double NEAR_FALL = 1e-2;
+
 /* Endings that the field, its pivots, its denominators or the given equations explain. */
 static void explain_end(struct flow *f, const struct traj_request *rq, enum ode_reason reason, struct traj_result *r)
 {
     if (reason == ODE_CONSTRAINT_LOST && say_impulse(f, r))
         return;
-    if (f->field.fell >= 0 && reason != ODE_SINGULAR && by_numbers(reason) && fabs(f->field.fell_t - r->ended_t) <= 1e-3 * fabs(r->ended_t - rq->start)) {
+    if (f->field.fell >= 0 && reason != ODE_SINGULAR && by_numbers(reason) && fabs(f->field.fell_t - r->ended_t) <= NEAR_FALL * fabs(r->ended_t - rq->start)) {
         f->field.lost_pivot = f->field.fell;       /* what numbers have come to beside it is no reason of its own */
+        field_fall_refine(&f->field);
         r->ended_t = f->field.fell_t;
         say_stratum(f, r);
         return;
