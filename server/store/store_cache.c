@@ -13,9 +13,10 @@ static bool put_results(struct lite *st, const struct store_op *ops)
         any |= op->kind == OP_END && op->text.at;
     if (!any)
         return true;
+    size_t most = (size_t)sqlite3_limit(st->cache, SQLITE_LIMIT_LENGTH, -1) / 2;      /* no trial would help what no row can hold */
     ok = store_exec(st->cache, "BEGIN IMMEDIATE");
     for (const struct store_op *op = ops; ok && op; op = op->next) {
-        if (op->kind != OP_END || !op->text.at)
+        if (op->kind != OP_END || !op->text.at || op->text.len > most)
             continue;
         store_bind_text(st->put, 1, op->row.id);
         sqlite3_bind_int64(st->put, 2, op->row.finished);
@@ -100,15 +101,36 @@ static struct store_op *for_queue(struct store_op *ops)
     return first;
 }
 
-/* A result that could not be kept is only a cache miss later: the end still stands. */
+/* Ends whose result was not written are lost for now: who gave them keeps them, and gives them again. The rest is left. */
+static struct store_op *give_back_ends(struct store_op *ops)
+{
+    struct store_op *first = NULL, **last = &first;
+    for (struct store_op *next; ops; ops = next) {
+        next = ops->next;
+        ops->next = NULL;
+        if (ops->kind != OP_END || !ops->text.at) {
+            *last = ops;
+            last = &ops->next;
+            continue;
+        }
+        if (ops->done)
+            ops->done(ops->ctx, STORE_LOST);
+        free(ops);
+    }
+    return first;
+}
+
+/* No job is marked done whose result could not be kept: its end is tried again, and where the daemon ends before that it runs again. */
 void store_cache_commit(struct lite *st, struct store_op *ops)
 {
     if (atomic_load(&st->cache_broken))
         renew_cache(st);
     bool cached = st->put && put_results(st, ops);
-    if (cached)
+    if (cached) {
         keep_cache_small(st, ops);
-    else
+    } else {
         metrics_add(st->metrics, METRIC_STORE_FAILURES);
+        ops = give_back_ends(ops);
+    }
     store_writer_give(&st->queue_writer, for_queue(ops));
 }

@@ -1,9 +1,11 @@
 """Faults of the environment: what was promised stays promised, and the service goes on.
 
 The shim (shim.c) stands between the daemon and the C library."""
+import contextlib
 import os
 import re
 import signal
+import sqlite3
 import time
 
 from common import slow, trivial
@@ -160,6 +162,28 @@ def standing_disk(build, c):
         s.set()
 
 
+def kept_answers(build, c):
+    """The file of results takes nothing for a while: no job is done without its answer, over a restart neither."""
+    with Daemon(build, "--workers", "1", "--cache-memory", "0") as d:
+        for again in (False, True):
+            with contextlib.closing(sqlite3.connect(os.path.join(d.state, "sgad", "cache.db"), isolation_level=None)) as db:
+                db.execute("BEGIN IMMEDIATE")
+                with open(os.path.join(d.state, "test.log"), encoding="utf-8") as f:
+                    f.seek(0, os.SEEK_END)
+                    id_ = d.ask("POST", "/v1/jobs", trivial()).json()["id"]
+                    c(until(lambda log=f: "cache_write_failed" in log.read()), "a result is not written", d.errors())
+                c(status_of(d, id_) == "running", "its job is not done", status_of(d, id_))
+                if again:
+                    crash(d)
+                db.execute("ROLLBACK")
+            job = d.wait(id_)
+            c(job["status"] == "done", "it is done once the file takes it", job)
+            a = d.get("/v1/jobs/" + id_)
+            crash(d)
+            b = d.get("/v1/jobs/" + id_)
+            c(b.status == 200 and b.headers.get("etag") == a.headers.get("etag") and b.body == a.body, "its answer is there after a restart", (b.status, b.body[:200]))
+
+
 def clock_back(build, c):
     """The clock of the day is put back while a job runs: times stay in order, durations are those that passed."""
     if sanitized(build):
@@ -174,4 +198,4 @@ def clock_back(build, c):
         c(0 <= metric(d, "job_duration_seconds_sum") < 600, "the duration is that which passed", metric(d, "job_duration_seconds_sum"))
 
 
-ALL = [unread_log, no_children, killed_once, told_ends, slow_disk, standing_disk, clock_back]
+ALL = [unread_log, no_children, killed_once, told_ends, slow_disk, standing_disk, kept_answers, clock_back]
