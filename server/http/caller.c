@@ -20,28 +20,34 @@ static enum MHD_Result count_one(void *cls, enum MHD_ValueKind kind, const char 
 
 enum { TOLD_A_SECOND = 20 };      /* of who is refused: one who tries without end shall not fill the log */
 
-/* An audit line. Those that were left out are counted in the next one. */
-static void tell(struct exchange *e, const char *event, const char *reason)
+/* What was told of one kind: those who have no token leave room for what tokens may not. */
+struct telling {
+    const char *event;
+    atomic_long second, told, left_out;
+};
+
+/* An audit line. Those that were left out are counted in the next one of its kind. */
+static void tell(struct exchange *e, struct telling *t, const char *reason)
 {
-    static atomic_long second, told, left_out;
     char peer[PEER_TEXT], more[24];
     long now = (long)sga_now();
-    if (atomic_exchange(&second, now) != now)
-        atomic_store(&told, 0);
-    if (atomic_fetch_add(&told, 1) >= TOLD_A_SECOND) {
-        atomic_fetch_add(&left_out, 1);
+    if (atomic_exchange(&t->second, now) != now)
+        atomic_store(&t->told, 0);
+    if (atomic_fetch_add(&t->told, 1) >= TOLD_A_SECOND) {
+        atomic_fetch_add(&t->left_out, 1);
         return;
     }
-    long missing = atomic_exchange(&left_out, 0);
+    long missing = atomic_exchange(&t->left_out, 0);
     snprintf(more, sizeof more, "%ld", missing);
-    log_event(LOG_L_AUDIT, event, "request_id", e->request_id, "method", e->method, "route", e->route->pattern, "peer", exchange_peer(e, peer),
+    log_event(LOG_L_AUDIT, t->event, "request_id", e->request_id, "method", e->method, "route", e->route->pattern, "peer", exchange_peer(e, peer),
               "token", *e->account->name ? e->account->name : NULL, "reason", reason, "#left_out", missing ? more : NULL, NULL);
 }
 
 static bool unknown(struct exchange *e, struct sga_error *err, const char *detail, bool shown)
 {
+    static struct telling failed = { .event = "login_failed" };
     if (exchange_header(e, "Authorization"))
-        tell(e, "login_failed", detail);
+        tell(e, &failed, detail);
     reply_header(e, "WWW-Authenticate", "Bearer realm=\"sgad\"%s", shown ? ", error=\"invalid_token\"" : "");
     return sga_fail(err, SGA_E_UNAUTHENTICATED, "%s", detail);
 }
@@ -68,9 +74,10 @@ bool caller_admit(struct exchange *e, unsigned needs, struct sga_error *err)
     unsigned may = e->scopes | (e->scopes & SCOPE_READ ? SCOPE_WATCH : 0);
     if ((may & needs) == needs)
         return true;
+    static struct telling denied = { .event = "access_denied" };
     char names[64];
     scopes_write(needs, names, sizeof names);
-    tell(e, "access_denied", names);
+    tell(e, &denied, names);
     reply_header(e, "WWW-Authenticate", "Bearer realm=\"sgad\", error=\"insufficient_scope\", scope=\"%s\"", names);
     return sga_fail(err, SGA_E_SCOPE, "This token may not do that; it would need the scope %s.", names);
 }

@@ -8,6 +8,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+enum { LONGEST_PAUSE = 8 };       /* looks, of a second each, between two trials to write an end: a large one may cost as much each time */
+
 static size_t ending_size(const struct job *job)
 {
     return sizeof *job + job->ending->len + job->request_length;
@@ -63,6 +65,8 @@ static void end_stored(void *ctx, enum store_kept how)
         *jobs_place(js, job->row.id) = job->chain;
     } else {
         job->unsaved = true;
+        job->pause = js->shared || !job->pause ? 1 : job->pause < LONGEST_PAUSE ? 2 * job->pause : LONGEST_PAUSE;
+        job->waits = job->pause;
         js->unsaved++;
     }
     pthread_mutex_unlock(&js->lock);
@@ -88,7 +92,7 @@ void jobs_save_again(struct jobs *js)
 {
     for (int i = 0; i < JOBS_BUCKETS && js->unsaved; i++)
         for (struct job *job = js->bucket[i]; job; job = job->chain) {
-            if (!job->unsaved)
+            if (!job->unsaved || (job->waits > 1 && job->waits--))
                 continue;
             job->unsaved = false;
             js->unsaved--;

@@ -31,6 +31,7 @@ struct job {
     bool cancel;
     bool killed;                     /* its process was, once */
     bool unsaved;                    /* its end could not be written: tried again. ending stays */
+    unsigned pause, waits;           /* after how many looks, the last time, and how many of them are to come */
     int wake_fd;                     /* of the worker that runs it; -1 */
     /* Where daemons share the store: */
     bool ours;                       /* it runs here, or its end is on its way */

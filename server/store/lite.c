@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 enum { TOUCHES = 4096 };      /* that may wait: more are not worth their memory */
+enum { FAILURES_SEEN = 3 };   /* of results, in a row: then whoever asks whether the store is well is told no */
 static const long long LIFE = 1LL << 32;      /* epochs of one */
 
 /* Ends with a result come to the queue's thread by way of the results'. */
@@ -123,7 +124,7 @@ static void lite_probe(struct store *face)
 static bool lite_healthy(struct store *face)
 {
     struct lite *st = lite_of(face);
-    return atomic_load(&st->healthy) && !atomic_load(&st->moved);
+    return atomic_load(&st->healthy) && !atomic_load(&st->moved) && atomic_load(&st->cache_failures) < FAILURES_SEEN;
 }
 
 static unsigned long long lite_free_bytes(struct store *face)

@@ -6,24 +6,38 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-static bool put_results(struct lite *st, const struct store_op *ops)
+static bool is_result(const struct store_op *op)
 {
-    bool any = false, ok = true;
-    for (const struct store_op *op = ops; op; op = op->next)
-        any |= op->kind == OP_END && op->text.at;
-    if (!any)
-        return true;
-    ok = store_exec(st->cache, "BEGIN IMMEDIATE");
-    for (const struct store_op *op = ops; ok && op; op = op->next) {
-        if (op->kind != OP_END || !op->text.at)
-            continue;
-        store_bind_text(st->put, 1, op->row.id);
-        sqlite3_bind_int64(st->put, 2, op->row.finished);
-        sqlite3_bind_blob64(st->put, 3, op->text.at, op->text.len, SQLITE_STATIC);
-        store_bind_sum(st->put, 4, op->row.id, op->text);
-        sqlite3_bind_int64(st->put, 5, op->row.epoch);
-        ok = store_step(st->put);
-    }
+    return op->kind == OP_END && op->text.at;
+}
+
+static size_t count_results(const struct store_op *ops)
+{
+    size_t n = 0;
+    for (; ops; ops = ops->next)
+        n += is_result(ops);
+    return n;
+}
+
+static bool put_one(struct lite *st, const struct store_op *op)
+{
+    if (op->text.len > (size_t)sqlite3_limit(st->cache, SQLITE_LIMIT_LENGTH, -1) / 2)
+        return true;                      /* no trial would help what no row can hold */
+    store_bind_text(st->put, 1, op->row.id);
+    sqlite3_bind_int64(st->put, 2, op->row.finished);
+    sqlite3_bind_blob64(st->put, 3, op->text.at, op->text.len, SQLITE_STATIC);
+    store_bind_sum(st->put, 4, op->row.id, op->text);
+    sqlite3_bind_int64(st->put, 5, op->row.epoch);
+    return store_step(st->put);
+}
+
+/* In one transaction. *begun: the file was to be had at all. */
+static bool put_results(struct lite *st, const struct store_op *ops, bool *begun)
+{
+    bool ok = *begun = store_exec(st->cache, "BEGIN IMMEDIATE");
+    for (const struct store_op *op = ops; ok && op; op = op->next)
+        if (is_result(op))
+            ok = put_one(st, op);
     if (ok && store_exec(st->cache, "COMMIT"))
         return true;
     if (store_file_broken(sqlite3_errcode(st->cache)))
@@ -100,15 +114,65 @@ static struct store_op *for_queue(struct store_op *ops)
     return first;
 }
 
-/* A result that could not be kept is only a cache miss later: the end still stands. */
+/* Takes the first of the ends with a result whose text is shortest out of the list. */
+static struct store_op *take_shortest(struct store_op **ops)
+{
+    struct store_op **best = NULL, *op;
+    for (struct store_op **at = ops; *at; at = &(*at)->next)
+        if (is_result(*at) && (!best || (*at)->text.len < (*best)->text.len))
+            best = at;
+    if (!best)
+        return NULL;
+    op = *best;
+    *best = op->next;
+    op->next = NULL;
+    return op;
+}
+
+/* Who gave the end keeps it, and gives it again. It is told on the queue's thread, in its turn: the job itself may be on its way to the disk yet. */
+static void give_back(struct store_op *op)
+{
+    op->kind = OP_BARRIER;
+    op->how = STORE_LOST;
+}
+
+/* What failed together is written one by one, the shortest first, until one fails: what does not fit keeps nothing out that does.
+ * The others are given back. Answers with all, those ends last. */
+static struct store_op *put_apart(struct lite *st, struct store_op *ops, bool may, bool *some)
+{
+    struct store_op *ends = NULL, **last = &ends;
+    bool begun;
+    for (struct store_op *op; (op = take_shortest(&ops));) {
+        may = may && put_results(st, op, &begun);
+        *some |= may;
+        if (!may)
+            give_back(op);
+        *last = op;
+        last = &op->next;
+    }
+    struct store_op **end = &ops;
+    while (*end)
+        end = &(*end)->next;
+    *end = ends;
+    return ops;
+}
+
+/* No job is marked done whose result could not be kept: its end is tried again, and where the daemon ends before that it runs again. */
 void store_cache_commit(struct lite *st, struct store_op *ops)
 {
+    bool begun = false, ok = true, some = false;
+    size_t results = count_results(ops);
     if (atomic_load(&st->cache_broken))
         renew_cache(st);
-    bool cached = st->put && put_results(st, ops);
-    if (cached)
+    if (results) {
+        ok = st->put && put_results(st, ops, &begun);
+        if (!ok) {
+            metrics_add(st->metrics, METRIC_STORE_FAILURES);
+            ops = put_apart(st, ops, begun && results > 1 && !atomic_load(&st->cache_broken), &some);
+        }
+        atomic_store(&st->cache_failures, ok || some ? 0 : atomic_load(&st->cache_failures) + 1);
+    }
+    if (st->put)
         keep_cache_small(st, ops);
-    else
-        metrics_add(st->metrics, METRIC_STORE_FAILURES);
     store_writer_give(&st->queue_writer, for_queue(ops));
 }

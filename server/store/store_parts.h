@@ -56,6 +56,7 @@ struct lite {
     atomic_bool healthy;
     atomic_bool cache_broken;    /* a reader found it so: the writer starts it afresh */
     atomic_uint cache_age;       /* grows with each fresh cache file */
+    atomic_uint cache_failures;  /* times in a row that no result could be written */
 
     /* Of the thread that writes the queue, once it runs. */
     struct store_writer queue_writer;

@@ -22,7 +22,7 @@ def sgad(build, *arguments, **more):
 
 
 def new_token(build, d, name, *options):
-    run = sgad(build, "token", "create", "--state", os.path.join(d.state, "sgad"), "--name", name, *options)
+    run = sgad(build, "token", "create", *d.place(), "--name", name, *options)
     if run.returncode != 0:
         raise RuntimeError(run.stderr)
     return run.stdout.strip()
@@ -80,8 +80,8 @@ def tokens(build, c):
             kept = f.read()
         c(both.encode() not in kept and both[5:].encode() not in kept and bytes.fromhex(both[5:]) not in kept, "the file holds no token")
         c(os.stat(os.path.join(d.state, "sgad", "tokens.db")).st_mode & 0o077 == 0, "the file is the owner's alone")
-        c(both not in d.errors(), "the log holds no token")
         c(until(lambda: '"token":"both"' in d.errors()), "the log names the token", d.errors()[-300:])
+        c(both not in d.errors(), "the log holds no token")
 
         state = os.path.join(d.state, "sgad")
         c(sgad(build, "token", "revoke", "--state", state, "--name", "both").returncode == 0, "revoke")
@@ -312,7 +312,12 @@ def turns(build, c):
         def job(i, who):
             return d.ask("GET", "/v1/jobs/" + i, headers=who).json()
         c(until(lambda: all(job(i, many)["status"] == "done" for i in queue + late), 60), "all are done")
-        order = re.findall(r'"event":"job_ended","job":"([0-9a-f]{32})"', open(os.path.join(d.state, "test.log"), encoding="utf-8").read())
+
+        def ended():
+            with open(os.path.join(d.state, "test.log"), encoding="utf-8") as f:
+                return re.findall(r'"event":"job_ended","job":"([0-9a-f]{32})"', f.read())
+        c(until(lambda: set(queue + late) <= set(ended())), "all are told of in the log")
+        order = ended()
         place = {i: order.index(i) for i in queue + late}
         before = [sum(place[q] < place[i] for q in queue) for i in late]
         c(before[0] <= 2 and before[1] <= 3, "the other user's jobs come in turn", before)

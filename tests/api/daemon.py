@@ -44,12 +44,21 @@ class Daemon:
             if self.own:
                 shutil.rmtree(self.state, ignore_errors=True)
 
+    def given(self):
+        """Options of every daemon of this run of the tests."""
+        return os.environ.get("SGA_TEST_DAEMON_FLAGS", "").split()
+
+    def place(self):
+        """Where its state is, for commands that change it beside the daemon: its folder, or the database that it shares."""
+        words = [*self.given(), *self.flags]
+        return ["--store", words[words.index("--store") + 1]] if "--store" in words else ["--state", os.path.join(self.state, "sgad")]
+
     def start(self):
         self.log = open(os.path.join(self.state, "test.log"), "ab")
         os.makedirs(os.path.join(self.state, "sgad"), exist_ok=True)
         self.process = subprocess.Popen(
             [os.path.join(self.build, "sgad"), "--listen", "127.0.0.1:0", "--state", os.path.join(self.state, "sgad"),
-             *os.environ.get("SGA_TEST_DAEMON_FLAGS", "").split(), *self.flags],
+             *self.given(), *self.flags],
             stdout=subprocess.PIPE, stderr=self.log if self.stderr is None else self.stderr, env={**os.environ, **(self.env or {})},
             start_new_session=True)
         line = self.process.stdout.readline().decode()

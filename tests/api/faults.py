@@ -1,12 +1,14 @@
 """Faults of the environment: what was promised stays promised, and the service goes on.
 
 The shim (shim.c) stands between the daemon and the C library."""
+import contextlib
 import os
 import re
 import signal
+import sqlite3
 import time
 
-from common import slow, trivial
+from common import moving, slow, trivial
 from daemon import Daemon
 from shim import sanitized, shim
 
@@ -160,6 +162,54 @@ def standing_disk(build, c):
         s.set()
 
 
+def kept_answers(build, c):
+    """The file of results takes nothing for a while: no job is done without its answer, over a restart neither."""
+    with Daemon(build, "--workers", "1", "--cache-memory", "0") as d:
+        for again in (False, True):
+            with contextlib.closing(sqlite3.connect(os.path.join(d.state, "sgad", "cache.db"), isolation_level=None)) as db:
+                db.execute("BEGIN IMMEDIATE")
+                with open(os.path.join(d.state, "test.log"), encoding="utf-8") as f:
+                    f.seek(0, os.SEEK_END)
+                    id_ = d.ask("POST", "/v1/jobs", trivial()).json()["id"]
+                    c(until(lambda log=f: "cache_write_failed" in log.read()), "a result is not written", d.errors())
+                c(status_of(d, id_) == "running", "its job is not done", status_of(d, id_))
+                if again:
+                    crash(d)
+                db.execute("ROLLBACK")
+            job = d.wait(id_)
+            c(job["status"] == "done", "it is done once the file takes it", job)
+            a = d.get("/v1/jobs/" + id_)
+            crash(d)
+            b = d.get("/v1/jobs/" + id_)
+            c(b.status == 200 and b.headers.get("etag") == a.headers.get("etag") and b.body == a.body, "its answer is there after a restart", (b.status, b.body[:200]))
+
+
+def storing(d, id_):
+    return (d.get("/v1/jobs/" + id_).json().get("progress") or {}).get("stage") == "storing"
+
+
+def one_not_kept(build, c):
+    """One result that is not taken keeps no other from being written; it is not ready while that lasts, and tells no end of it."""
+    with Daemon(build, "--workers", "1") as d:
+        c(d.ask("POST", "/v1/solve", trivial()).status == 200, "a job")
+        with contextlib.closing(sqlite3.connect(os.path.join(d.state, "sgad", "cache.db"), isolation_level=None)) as db:
+            db.execute("CREATE TRIGGER small BEFORE INSERT ON results WHEN length(new.result) > 30000 BEGIN SELECT RAISE(ABORT, 'no room'); END")
+            large = d.ask("POST", "/v1/jobs", moving(samples=2000)).json()["id"]
+            c(until(lambda: storing(d, large)), "a result that is not taken", d.errors())
+            for _ in range(5):
+                db.execute("BEGIN IMMEDIATE")          # so that all gather
+                ids = [d.ask("POST", "/v1/jobs", trivial()).json()["id"] for _ in range(4)]
+                c(until(lambda ids=ids: all(storing(d, i) for i in ids)), "others come to an end")
+                db.execute("ROLLBACK")
+                c(all(d.wait(i)["status"] == "done" for i in ids), "others are written")
+            c(until(lambda: d.get("/readyz").status == 503), "not ready while it cannot be written")
+            c.problem(d.get("/readyz"), 503, "store_failed", "readiness says why")
+            c(status_of(d, large) == "running", "its end is not told", status_of(d, large))
+            db.execute("DROP TRIGGER small")
+        c(d.wait(large)["status"] == "done" and len(d.get("/v1/jobs/" + large).json()["result"]["trajectory"]["rows"]) == 2000, "it is done once it is taken")
+        c(until(lambda: d.get("/readyz").status == 200), "ready again")
+
+
 def clock_back(build, c):
     """The clock of the day is put back while a job runs: times stay in order, durations are those that passed."""
     if sanitized(build):
@@ -174,4 +224,4 @@ def clock_back(build, c):
         c(0 <= metric(d, "job_duration_seconds_sum") < 600, "the duration is that which passed", metric(d, "job_duration_seconds_sum"))
 
 
-ALL = [unread_log, no_children, killed_once, told_ends, slow_disk, standing_disk, clock_back]
+ALL = [unread_log, no_children, killed_once, told_ends, slow_disk, standing_disk, kept_answers, one_not_kept, clock_back]

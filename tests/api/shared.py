@@ -61,7 +61,7 @@ def shared_answers(build, c):
             run = subprocess.run([os.path.join(build, "sgad"), "migrate", "--store", address], capture_output=True, text=True, timeout=30, check=False)
             c(run.returncode == 0 and words in run.stdout, "migrate", run)
         with Daemon(build, *flags(address)) as a, Daemon(build, *flags(address)) as b:
-            c("no_synchronous_standby" in said(a), "the start warns where there is no standby", a.errors())
+            c(until(lambda: "no_synchronous_standby" in said(a)), "the start warns where there is no standby", a.errors())
             request = trivial()
             posted = a.ask("POST", "/v1/jobs", request)
             c(posted.status == 202 and posted.headers["location"].startswith("/v1/jobs/"), "a job is accepted", posted.body)
@@ -127,7 +127,7 @@ def shared_killed(build, c):
             c(until(lambda: all(status(b, i) in ("done", "failed") for i in mine + more)), "the other ends them", [status(b, i) for i in mine + more])
             c(all(status(b, i) == "done" for i in more), "each with its answer")
             c([int(r[0]) for r in server.sql(f"SELECT attempts FROM sgad.jobs WHERE id IN ('{mine[0]}', '{mine[1]}')", "killed")] == [1, 1], "with one attempt more")
-            c("jobs_reaped" in said(b), "that is logged", b.errors())
+            c(until(lambda: "jobs_reaped" in said(b)), "that is logged", b.errors())
             a.start()
             waits = [a.ask("POST", "/v1/jobs", slow(5)).json()["id"] for _ in range(4)]
             c(until(lambda: all(status(b, i) == "running" for i in waits)), "four run", [status(b, i) for i in waits])

@@ -60,9 +60,9 @@ def dropped(build, c):
             f.write(random.Random(1).randbytes(20000))
         d.start()
         again(d, c, jobs, "results overwritten")
+        d.stop()                  # the last lines of the log are there once it has ended
         with open(os.path.join(d.state, "test.log"), encoding="utf-8") as f:
             c("cache_dropped" in f.read(), "results overwritten: it is logged")
-        d.stop()
         with sqlite3.connect(path(d, "cache.db")) as db:
             db.execute("PRAGMA user_version=999")
         db.close()
