@@ -145,9 +145,8 @@ EQUAL = {
         "want": ["constraints", "index", "vector_field", "gauge", "dirac"]},
     "rods, mechanical": {
         "system": {
-            "form": "mechanical", "sizes": {"n": 2}, "coordinates": ["x[1:n]", "y[1:n]"], "masses": [{"for": "i = 1:2*n", "expression": "1 + (i - 1)/2"}],
-            "forces": ["0", "0", {"for": "i = 1:n", "expression": "-10*(1 + i/2)"}],
-            "constraints": ["x[1]*x[1]' + y[1]*y[1]'", {"for": "i = 2:n", "expression": "(x[i] - x[i-1])*(x[i]' - x[i-1]') + (y[i] - y[i-1])*(y[i]' - y[i-1]')"}]}},
+            "form": "mechanical", "sizes": {"n": 3}, "coordinates": ["x[1:n]"], "masses": [{"for": "i = 1:n", "expression": "1 + (i - 1)/2"}],
+            "forces": ["-x[1]", {"for": "i = 2:n", "expression": "-10*i"}], "constraints": [{"for": "i = 2:n", "expression": "x[i]' - i*x[i-1]'"}]}},
     "control": {
         "system": {"form": "control", "variables": ["x[1:3]"], "inputs": ["u[1:2]"], "F": ["x[2]", "0", "0"], "G": [[0, 1, 0], [0, 0, 1]], "constraints": ["x[1:2]"]}},
     "descriptor with inputs": {
@@ -303,6 +302,16 @@ def refusals(c):
     c.tally.check(problem and problem.get("column") == 28, "the column is that of the text that was sent", str(problem))
 
 
+def all_faults(c):
+    """A check lists each fault of a loop once, and those beside it."""
+    request = with_equation({"for": "k = 1:n", "equation": "v[k-1] - v[k] = R*i[k+n]"})
+    request["system"]["equations"][3] = "C[n]*v[n]' = zz"
+    run = subprocess.run([c.program, "check", "-", "--json"], input=json.dumps(request), capture_output=True, text=True, timeout=60)
+    said = json.loads(run.stdout or run.stderr)
+    places = [p["pointer"] for p in said.get("problems", [])]
+    c.tally.check(places == ["/system/equations/1/equation", "/system/equations/3"], "all faults, each once", str(said)[:600])
+
+
 def random_loops(c):
     """Sums over random index sets, as equations x[i,j] = value: what is printed says which there were."""
     rng = random.Random(seed(1))
@@ -360,6 +369,7 @@ def main():
         c.tally.check(abs(heat["trajectory"]["rows"][1][1] - should) < 1e-8, "heat: the closed form", f"{heat['trajectory']['rows'][1]}, {should}")
         c.tally.check(heat["dimensions"]["final"] == n * n, "heat: the inner nodes are free", str(heat["dimensions"]))
     refusals(c)
+    all_faults(c)
     random_loops(c)
     exports(c)
     return c.tally.end()

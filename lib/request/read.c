@@ -209,6 +209,23 @@ static bool close_faults(struct reader *rd, bool ok)
     return ok && !rd->faults->count;
 }
 
+/* Of the passes of a loop that are wrong in one way at one place the first is told. */
+static void same_places(struct request_faults *f)
+{
+    int kept = 0;
+    for (int i = 0; i < f->count; i++) {
+        const struct sga_error *e = f->list + i;
+        bool told = false;
+        for (int k = 0; k < kept && !told && e->pointer[0]; k++) {
+            const struct sga_error *o = f->list + k;
+            told = o->code == e->code && o->line == e->line && o->column == e->column && strcmp(o->pointer, e->pointer) == 0;
+        }
+        if (!told)
+            f->list[kept++] = *e;
+    }
+    f->count = kept;
+}
+
 static bool read_text(struct reader *rd, const char *text, size_t length)
 {
     struct request *r = rd->r;
@@ -222,6 +239,8 @@ static bool read_text(struct reader *rd, const char *text, size_t length)
         written_place(rd->written, v, err);
         for (int i = 0; rd->faults && i < rd->faults->count; i++)
             written_place(rd->written, v, rd->faults->list + i);
+        if (rd->faults)
+            same_places(rd->faults);
         written_end(rd->written);
     }
     json_decref(v);
