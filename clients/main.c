@@ -42,13 +42,14 @@ static void stuck(const struct answer *a)
 /* The answer as source. What made it is this program: there is no job. */
 static int print_code(const struct arguments *args, const struct answer *a, struct slice request)
 {
-    struct sga_buf out = { 0 };
+    struct sga_buf out = { 0 }, plain = { 0 };
     struct sga_error err = { 0 };
     struct slice result = scan_value(a->text.data, a->text.data + a->text.len);
-    bool ok = code_view(request, result, (struct code_origin){ "(none: sga code)", sga_version() }, code_format_find(args->language), &out, &err);
+    bool ok = sga_plain(request.at, request.len, &plain, &err) && code_view((struct slice){ plain.data, plain.len }, result, (struct code_origin){ "(none: sga code)", sga_version() }, code_format_find(args->language), &out, &err);
     if (!ok)
         fprintf(stderr, "sga: %s: %s\n", sga_code_text(err.code), err.detail);
     int status = ok && show_open(args) ? show_text(&out) : FAILED;
+    sga_buf_free(&plain);
     sga_buf_free(&out);
     return status;
 }

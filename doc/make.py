@@ -84,7 +84,7 @@ class Schema:
              "numbers": "numbers by name", "numberOrNull": "number or null", "truth": "true, false or null", "field": "expressions by name",
              "fieldTexts": "expressions by name", "expressionMatrix": "matrix", "operatorMatrix": "matrix of operators", "operator": "operator",
              "parameters": "values by name", "samples": "numbers", "tables": "tables by name", "systemName": "text", "timeName": "name", "Time": "time",
-             "Id": "text", "sizes": "whole numbers", "coefficients": "whole numbers, as texts"}
+             "Id": "text", "equationOrLoop": "equation or loop", "expressionOrLoop": "expression or loop", "sizes": "whole numbers", "coefficients": "whole numbers, as texts"}
     PLAIN = {"string": "text", "number": "number", "integer": "whole number", "boolean": "true or false", "object": "object", "array": "list", "null": "null"}
 
     def kind(self, node):

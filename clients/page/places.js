@@ -75,7 +75,7 @@ export function range(text, at, problem) {
   let [start, end] = place;
   if (exact && problem.line) {
     start = Math.min(offset(text, start, problem.line, problem.column || 1), Math.max(start, end - (text[start] === '"' ? 2 : 1)));
-    const word = /^([A-Za-z_]\w*'*|[\d.]+|.)/u.exec(text.slice(start, end));
+    const word = /^([A-Za-z_]\w*(?:\[[^\][]*\])?'*|[\d.]+|.)/u.exec(text.slice(start, end));
     return [start, Math.max(start + 1, start + (word ? word[0].length : 1))];
   }
   if (!pointer) return [0, 0];

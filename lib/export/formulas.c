@@ -82,7 +82,7 @@ bool export_constants(struct export_model *m, const char *pattern, const char *a
     for (int i = 0; i < s->parameters; i++) {
         if (!s->parameter[i].value)
             continue;
-        sga_buf_printf(out, pattern, s->parameter[i].name);
+        sga_buf_printf(out, pattern, m->symbol[1 + s->variables + i] + strlen("P_"));     /* the name, as an identifier */
         if (!export_value(m, m->value[i], out, err))
             return false;
         sga_buf_puts(out, after);

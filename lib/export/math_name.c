@@ -24,8 +24,14 @@ struct parts {
 
 static struct parts take_apart(struct sga_arena *mem, const char *name, bool index)
 {
-    size_t n = strcspn(name, "'"), all = n;
+    size_t n = strcspn(name, "'"), all = n, open = strcspn(name, "[");
     int primes = (int)(strlen(name) - n);
+    if (index && open > 0 && open + 2 < n) {          /* x[2,13]: both are indices */
+        struct parts p = { sga_zeros(mem, all + 1, 1), sga_zeros(mem, all + 1, 1), primes };
+        memcpy(p.word, name, open);
+        memcpy(p.index, name + open + 1, n - open - 2);
+        return p;
+    }
     while (index && n > 0 && name[n - 1] >= '0' && name[n - 1] <= '9')
         n--;
     size_t word = n && n < all && name[n - 1] == '_' ? n - 1 : n;

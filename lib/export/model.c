@@ -49,9 +49,21 @@ static const char *constant(struct export_model *m, const char *name, int k)
     const struct export_dialect *d = export_dialect(m->language);
     if (d->constant)
         return place(m, d->constant, k);
-    size_t n = strlen(name) + 3;
-    char *text = sga_take(&m->memory, n);
-    snprintf(text, n, "P_%s", name);
+    /* Indices become lines: P_k_2_1 for k[2,1]; a name that is taken gets lines behind. */
+    size_t n = strlen(name) + 3 + (size_t)m->store.symbols;
+    char *text = sga_take(&m->memory, n), *to = text + 2;
+    memcpy(text, "P_", 2);
+    for (const char *s = name; *s; s++)
+        if (*s != ']')
+            *to++ = *s == '[' || *s == ',' ? '_' : *s;
+    *to = 0;
+    for (bool taken = strpbrk(name, "[_") != NULL; taken; ) {
+        taken = false;
+        for (int i = 0; i < m->store.symbols && !taken; i++)
+            taken = m->symbol[i] && strcmp(m->symbol[i], text) == 0;
+        if (taken)
+            memcpy(to++, "_", 2);
+    }
     return text;
 }
 

@@ -32,6 +32,20 @@ static size_t number_length(const char *s)
     return n;
 }
 
+size_t lex_indices(const char *s)
+{
+    size_t n = 0;
+    if (s[0] != '[')
+        return 0;
+    do {
+        size_t d = digits(s + n + 1);
+        if (d == 0 || (d > 1 && s[n + 1] == '0'))
+            return 0;
+        n += 1 + d;
+    } while (s[n] == ',');
+    return s[n] == ']' ? n + 1 : 0;
+}
+
 /* Bytes of the character at s: 1 where it is not well-formed UTF-8. */
 static size_t character_length(const char *s)
 {
@@ -75,7 +89,7 @@ struct lex_token lex_next(const char *text, size_t at)
     if (is_letter(s[0])) {
         while (is_letter(s[n]) || is_digit(s[n]))
             n++;
-        return (struct lex_token){ LEX_NAME, at, n };
+        return (struct lex_token){ LEX_NAME, at, n + lex_indices(s + n) };
     }
     if (s[0] == '*' && s[1] == '*')
         return (struct lex_token){ LEX_POWER, at, 2 };

@@ -22,6 +22,9 @@ struct lex_token {
 /* The token at or after byte `at` of a 0-terminated text. Blanks are skipped. */
 struct lex_token lex_next(const char *text, size_t at);
 
+/* Bytes of the indices that s begins with, as names have them: [7], [2,13], without blanks and zeros in front; 0: of none. */
+size_t lex_indices(const char *s);
+
 /* Line and column (both from 1, columns in characters of UTF-8) of a byte. */
 void lex_place(const char *text, size_t at, int *line, int *column);
 

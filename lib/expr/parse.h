@@ -3,7 +3,7 @@
  *   expr   := term (('+'|'-') term)*        term := unary (('*'|'/') unary)*
  *   unary  := ('-'|'+') unary | power       power := primary (('^'|'**') unary)?
  *   primary:= number | name | name "'"* | name '(' expr (',' expr)* ')' | '(' expr ')'
- * Names are [A-Za-z_][A-Za-z_0-9]*; `der(x)`, `der(x, 2)` and x', x'' are derivatives, and where the grammar
+ * Names are [A-Za-z_][A-Za-z_0-9]*, perhaps with indices ([7], [2,13]: lex_indices); `der(x)`, `der(x, 2)` and x', x'' are derivatives, and where the grammar
  * has `total` so are `der(x*y)` and `der(x^2, 2)`.
  * Decimals are exact rationals (0.1 is 1/10). -x^2 is -(x^2); 2^-3 is allowed;
  * ^ associates to the right. min and max take two or more arguments. No recursion:

@@ -7,6 +7,7 @@
 
 #include "lex.h"
 #include "lowered.h"
+#include "names_family.h"
 #include "suggest.h"
 
 /* Spellings of other languages and books. */
@@ -116,6 +117,12 @@ void parse_unknown_name(const struct expr_store *st, const char *text, struct le
         foreign_derivative(st, text, tok, more, sizeof more);
     if (!called && !more[0])
         foreign_time(st, name, tok.length, more, sizeof more);
+    char family[NAMES_FAMILY];
+    size_t base = strcspn(name, "[");
+    if (base < tok.length && expr_function(name, base))
+        snprintf(more, sizeof more, "; the argument of a function stands in ( )");
+    if (!called && !more[0] && names_family(st, name, tok.length, family))
+        snprintf(more, sizeof more, "; %.180s", family);
     for (size_t i = 0; i < sizeof foreign / sizeof *foreign && !more[0]; i++)
         if (spelled(name, tok.length, foreign[i].name))
             snprintf(more, sizeof more, "; %s", foreign[i].advice);

@@ -19,39 +19,40 @@ static void write_text(struct sga_buf *out, const char *s)
     sga_json_string(&w, s);
 }
 
-static void write_value(struct sga_buf *out, const json_t *v);
+static void write_value(struct sga_buf *out, const json_t *v, bool sorted);
 
-static void write_object(struct sga_buf *out, const json_t *v)
+static void write_object(struct sga_buf *out, const json_t *v, bool sorted)
 {
     size_t n = 0;
     SGA_FREED const char **key = sga_malloc((json_object_size(v) + 1) * sizeof *key);
     for (void *i = json_object_iter((json_t *)v); i; i = json_object_iter_next((json_t *)v, i))
         key[n++] = json_object_iter_key(i);
-    qsort(key, n, sizeof *key, by_key);
+    if (sorted)
+        qsort(key, n, sizeof *key, by_key);
     sga_buf_put(out, "{", 1);
     for (size_t i = 0; i < n; i++) {
         if (i)
             sga_buf_put(out, ",", 1);
         write_text(out, key[i]);
         sga_buf_put(out, ":", 1);
-        write_value(out, json_object_get(v, key[i]));
+        write_value(out, json_object_get(v, key[i]), sorted);
     }
     sga_buf_put(out, "}", 1);
 }
 
-static void write_value(struct sga_buf *out, const json_t *v)
+static void write_value(struct sga_buf *out, const json_t *v, bool sorted)
 {
     char number[40];
     switch (json_typeof(v)) {
     case JSON_OBJECT:
-        write_object(out, v);
+        write_object(out, v, sorted);
         return;
     case JSON_ARRAY:
         sga_buf_put(out, "[", 1);
         for (size_t i = 0; i < json_array_size(v); i++) {
             if (i)
                 sga_buf_put(out, ",", 1);
-            write_value(out, json_array_get(v, i));
+            write_value(out, json_array_get(v, i), sorted);
         }
         sga_buf_put(out, "]", 1);
         return;
@@ -74,12 +75,17 @@ static void write_value(struct sga_buf *out, const json_t *v)
     }
 }
 
+void write_json(struct sga_buf *out, const json_t *v)
+{
+    write_value(out, v, false);
+}
+
 bool request_canonical(const char *text, size_t length, struct sga_buf *out, struct sga_error *err)
 {
     json_t *v = load_json(text, length, err);
     if (!v)
         return false;
-    write_value(out, v);
+    write_value(out, v, true);
     json_decref(v);
     return true;
 }

@@ -5,17 +5,23 @@
 #include <string.h>
 
 #include "arena.h"
+#include "lex.h"
+#include "names_family.h"
 #include "reader.h"
 #include "suggest.h"
 
 bool is_identifier(const char *s)
 {
-    if (!*s || (*s >= '0' && *s <= '9'))
-        return false;
-    for (; *s; s++)
-        if (!((*s >= 'a' && *s <= 'z') || (*s >= 'A' && *s <= 'Z') || (*s >= '0' && *s <= '9') || *s == '_'))
-            return false;
-    return true;
+    struct lex_token t = lex_next(s, 0);
+    return t.kind == LEX_NAME && t.start == 0 && !s[t.length];
+}
+
+/* A name of the grammar, with indices or without. */
+static bool is_reserved(const char *name)
+{
+    char base[REQUEST_MAX_NAME + 1];
+    snprintf(base, sizeof base, "%.*s", (int)strcspn(name, "["), name);
+    return expr_reserved(base);
 }
 
 static const char *const kind_text[] = {
@@ -32,7 +38,9 @@ int new_name(struct reader *rd, const char *name, enum expr_symbol_kind kind)
     if (!is_identifier(name))
         return at_fail(rd, SGA_E_BAD_NAME, "\"%s\" is not a name: letters, digits and _, not beginning with a digit",
                        name), -1;
-    if (expr_reserved(name))
+    if (strchr(name, '[') && (kind == EXPR_TIME || kind == EXPR_SIGNAL))
+        return at_fail(rd, SGA_E_BAD_NAME, "\"%s\" has an index, which %s cannot have", name, kind_text[kind]), -1;
+    if (is_reserved(name))
         return at_fail(rd, SGA_E_BAD_NAME, "\"%s\" is a name of the grammar and cannot be %s", name, kind_text[kind]), -1;
     int old = expr_symbol_find(st, name, strlen(name));
     if (old >= 0 && st->symbol[old].kind == kind)
@@ -100,6 +108,9 @@ static int other_spelling(struct reader *rd, const char *name)
             return at_fail(rd, SGA_E_EXPR_DERIVATIVE,
                            "%.100s is not a variable of the system of first order; it follows from the others", name), -1;
     }
+    char family[NAMES_FAMILY];
+    if (names_family(st, name, strlen(name), family))
+        return at_fail(rd, SGA_E_EXPR_NAME, "\"%.100s\" is not a variable of the system; %s", name, family), -1;
     struct suggest s;
     suggest_begin(&s, name, strlen(name));
     for (int i = 0; i < rd->r->system.variables; i++)

@@ -123,22 +123,21 @@ static bool part(struct reader *rd, bool ok)
     return ok || at_pass(rd, 0);
 }
 
-static bool read_all(struct reader *rd, const json_t *v)
+/* The members; limits have been read. */
+static bool read_parts(struct reader *rd, const json_t *v)
 {
     static const char *const members[] = { "system", "want", "symmetries", "trajectory", "accuracy", "limits", "strata", "sweep",
                                            "linearization", "transfer", "equilibria", "fit", NULL };
     if (!only_members(rd, v, members))
         return false;
-    const json_t *limits = json_object_get(v, "limits"), *accuracy = json_object_get(v, "accuracy");
+    const json_t *accuracy = json_object_get(v, "accuracy");
     const json_t *trajectory = json_object_get(v, "trajectory"), *symmetries = json_object_get(v, "symmetries");
     const json_t *want = json_object_get(v, "want"), *strata = json_object_get(v, "strata"), *sweep = json_object_get(v, "sweep");
     const json_t *linearization = json_object_get(v, "linearization"), *transfer = json_object_get(v, "transfer");
     const json_t *equilibria = json_object_get(v, "equilibria"), *fit = json_object_get(v, "fit");
     const json_t *system = need_member(rd, v, "system");
-    if (!system || (limits && !part(rd, read_limits(rd, limits))))
+    if (!system)
         return false;
-    set_bounds(rd);
-    rd->r->store.max_bits = rd->r->limits.bits;
     if (rd->by_name)
         return read_system(rd, system) && store_ok(rd);
     bool stands = read_fit_names(rd, fit, system) && read_sweep_names(rd, sweep) && read_system(rd, system);
@@ -169,6 +168,19 @@ static bool read_all(struct reader *rd, const json_t *v)
         && (!strata || part(rd, read_strata(rd, strata))) && (!stands || read_tables_end(rd)) && store_ok(rd);
 }
 
+static bool read_all(struct reader *rd, json_t *v)
+{
+    const json_t *limits = json_object_get(v, "limits");
+    if (limits && !part(rd, read_limits(rd, limits)))
+        return false;
+    set_bounds(rd);
+    rd->r->store.max_bits = rd->r->limits.bits;
+    json_t *plain = write_out(rd, v);
+    bool ok = plain && read_parts(rd, plain);
+    json_decref(plain);
+    return ok;
+}
+
 bool request_read(struct request *r, const char *text, size_t length, struct sga_error *err)
 {
     return request_read_within(r, text, length, NULL, err);
@@ -197,6 +209,23 @@ static bool close_faults(struct reader *rd, bool ok)
     return ok && !rd->faults->count;
 }
 
+/* Of the passes of a loop that are wrong in one way at one place the first is told. */
+static void same_places(struct request_faults *f)
+{
+    int kept = 0;
+    for (int i = 0; i < f->count; i++) {
+        const struct sga_error *e = f->list + i;
+        bool told = false;
+        for (int k = 0; k < kept && !told && e->pointer[0]; k++) {
+            const struct sga_error *o = f->list + k;
+            told = o->code == e->code && o->line == e->line && o->column == e->column && strcmp(o->pointer, e->pointer) == 0;
+        }
+        if (!told)
+            f->list[kept++] = *e;
+    }
+    f->count = kept;
+}
+
 static bool read_text(struct reader *rd, const char *text, size_t length)
 {
     struct request *r = rd->r;
@@ -206,6 +235,14 @@ static bool read_text(struct reader *rd, const char *text, size_t length)
     bool ok = v && read_all(rd, v);
     if (rd->faults)
         ok = close_faults(rd, ok);
+    if (rd->written) {
+        written_place(rd->written, v, err);
+        for (int i = 0; rd->faults && i < rd->faults->count; i++)
+            written_place(rd->written, v, rd->faults->list + i);
+        if (rd->faults)
+            same_places(rd->faults);
+        written_end(rd->written);
+    }
     json_decref(v);
     sga_buf_free(&rd->at);
     free(rd->value);
@@ -252,6 +289,29 @@ bool request_read_all(struct request *r, const char *text, size_t length, struct
     bool ok = read_text(&rd, text, length);
     r->form = form;
     return ok || (bounds->met && !faults->count);
+}
+
+bool request_plain(const char *text, size_t length, struct sga_buf *out, struct sga_error *err)
+{
+    struct request r;
+    struct sga_error own = { 0 };
+    struct reader rd = { .r = &r, .err = err ? err : &own };
+    defaults(&r);
+    r.store.seconds = r.limits.seconds;
+    r.store.deadline = sga_now() + r.limits.seconds;
+    json_t *v = load_json(text, length, rd.err), *plain = v ? write_out(&rd, v) : NULL;
+    if (plain == v && v)
+        sga_buf_put(out, text, length);
+    else if (plain)
+        write_json(out, plain);
+    if (rd.written)
+        written_end(rd.written);
+    json_decref(plain);
+    json_decref(v);
+    sga_buf_free(&rd.at);
+    sga_arena_end(&rd.mem);
+    request_clear(&r);
+    return plain != NULL;
 }
 
 void request_clear(struct request *r)

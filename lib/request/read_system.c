@@ -59,8 +59,8 @@ static const struct form_kind *read_form(struct reader *rd, const json_t *system
 
 static bool form_members(struct reader *rd, const json_t *system, const struct form_kind *form)
 {
-    const char *allowed[16] = { "name", "form", "parameters", "time", "tables" };
-    int n = 5;
+    const char *allowed[16] = { "name", "form", "parameters", "time", "tables", "sizes" };
+    int n = 6;
     for (const char *const *m = form->members; *m; m++)
         allowed[n++] = *m;
     return only_members(rd, system, allowed);

@@ -9,7 +9,10 @@
 #include "parse.h"
 #include "request.h"
 
+struct written;
+
 struct reader {
+    struct written *written;         /* where ranges and loops were written out; NULL: there are none */
     struct request_bounds *bounds;   /* narrower limits of who asks; NULL: none */
     bool by_name;                 /* parameters with values stay symbolic */
     const struct request_open *open; int opens;   /* parameters that stay symbolic, as if a sweep gave them */
@@ -183,6 +186,20 @@ struct form_entry *read_matrix_kept(struct sga_arena *mem, const struct form_ent
 /* A list of expressions under a member, the request's. count -1: the
  * member is absent. */
 bool read_expression_list(struct reader *rd, const json_t *system, const char *member, expr_id **list, int *count);
+
+/* written.c: ranges and loops written out, before anything else is read.
+ *
+ * `x[1:3]` in a list, or as a member's name, becomes x[1], x[2], x[3]; {"for": "i = 1:3", "equation": "x[i] = i"} in a list becomes
+ * x[1] = 1, x[2] = 2, x[3] = 3; the system's `sizes` are put in for their names and leave it. What comes after sees plain names.
+ * Gives v itself, with a reference more, where there is nothing to do; NULL with the first fault, at its place. All is counted before
+ * anything is made: at most REQUEST_MAX_WRITTEN elements, and REQUEST_MAX_WRITTEN_BYTES of texts. Linear in what is made. */
+json_t *write_out(struct reader *rd, json_t *v);
+/* A fault of what was written out is told by the place in v where it came from, with the values of the loop and what was read. */
+void written_place(const struct written *w, const json_t *v, struct sga_error *err);
+void written_end(struct written *w);
+
+/* canonical.c: compact text, members in their order. */
+void write_json(struct sga_buf *out, const json_t *v);
 
 /* json.c: text to JSON, or err with line and column. The caller releases it. */
 json_t *load_json(const char *text, size_t length, struct sga_error *err);

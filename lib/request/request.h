@@ -304,6 +304,10 @@ void request_faults_clear(struct request_faults *faults);
  * appended to out. Checks the JSON only, not what it means. */
 bool request_canonical(const char *text, size_t length, struct sga_buf *out, struct sga_error *err);
 
+/* The request with its ranges and loops written out, appended to out: the text itself where it has none, otherwise compact JSON with
+ * members in their order. What is no request but for that is not looked at. */
+bool request_plain(const char *text, size_t length, struct sga_buf *out, struct sga_error *err);
+
 /* Limits that a request may not pass. */
 enum {
     REQUEST_MAX_VARIABLES = 400000,
@@ -324,6 +328,8 @@ enum {
     REQUEST_MAX_PLACES = 1000,        /* where to linearize */
     REQUEST_MAX_BITS = 1 << 17,       /* of one exact number */
     REQUEST_MAX_NAME = 128,           /* bytes of a name */
+    REQUEST_MAX_WRITTEN = 4000000,    /* elements that ranges and loops make, in all */
+    REQUEST_MAX_WRITTEN_BYTES = 1 << 28,   /* of their texts */
     REQUEST_MAX_DEPTH = 64            /* of nested JSON */
 };
 

@@ -46,6 +46,11 @@ bool sga_canonical(const char *request, size_t length, struct sga_buf *out, stru
     return request_canonical(request, length, out, err);
 }
 
+bool sga_plain(const char *request, size_t length, struct sga_buf *out, struct sga_error *err)
+{
+    return request_plain(request, length, out, err);
+}
+
 static const double MAX_MEMORY = 0x1p34, DEFAULT_MEGABYTES = 2048;
 
 static void name_stage(struct sga_error *err, const char *stage)

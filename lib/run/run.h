@@ -48,6 +48,8 @@ bool sga_run(const char *request, size_t length, const struct sga_run_options *o
  * JSON with sorted keys, equal for requests that mean the same member by member
  * (the key of the cache is its SHA-256). */
 bool sga_canonical(const char *request, size_t length, struct sga_buf *out, struct sga_error *err);
+/* A request that has been answered, with its ranges and loops written out (request_plain). */
+bool sga_plain(const char *request, size_t length, struct sga_buf *out, struct sga_error *err);
 
 /* Reads a request within the same bounds and appends what there is to say of it, a JSON object: {"valid", "problems": [every one],
  * "warnings", "form", "variables", "equations", "unknowns"} (schema/check.json). Runs nothing. `valid` is null where nothing is known

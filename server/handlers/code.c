@@ -50,11 +50,13 @@ static enum MHD_Result write_code(struct exchange *e, struct finished *f, int l)
     char *request = NULL;
     size_t length = 0;
     struct sga_error err = { 0 };
-    struct sga_buf out = { 0 };
+    struct sga_buf out = { 0 }, plain = { 0 };
     enum store_answer found = store_request(e->service->store, e->segment, &request, &length);
-    bool ok = found == STORE_FOUND && code_view((struct slice){ request, length }, f->result, (struct code_origin){ e->segment, sga_version() }, l, &out, &err);
+    bool ok = found == STORE_FOUND && sga_plain(request, length, &plain, &err)
+        && code_view((struct slice){ plain.data, plain.len }, f->result, (struct code_origin){ e->segment, sga_version() }, l, &out, &err);
     finished_unref(f);
     free(request);
+    sga_buf_free(&plain);
     if (found != STORE_FOUND)
         return reply_lookup(e, found == STORE_NONE ? LOOKUP_NONE : LOOKUP_BROKEN);
     if (!ok) {
