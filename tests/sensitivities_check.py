@@ -65,6 +65,11 @@ DIFFERENCES = [
                       {"a": 1, "b": 0}, 40, ["k1", "k2", "k3"]), True),
     ("table", request(equations(["x", "z"], ["x'=-k*x+u*x^2", "z=u+k*x"], {"k": "2"}, tables={"u": {"times": [0, 1, 2, 3], "values": [0, 1, 0.5, 2]}}), {"x": 1}, 3,
                       ["k"], ["x"]), False),
+    ("a step of a table beyond a switch", request(equations(["x"], ["x'=-k*x+if(u>c,1,x)"], {"k": "1", "c": "0.75"}, tables={"u": {
+        "times": [0, 0.5, 1, 1, 1.5, 2], "values": [0, 1, 2, -1, 0, 1]}}), {"x": 0.5}, 2, ["k", "c"], ["x"]), False),
+    ("a signal of steps", request(equations(["x"], ["x'=-k*x+if(u>0,c,x)"], {"k": "1", "c": "0.75"}, tables={"u": {
+        "times": [0, 0.5, 0.5, 1, 1, 2], "values": [1, 1, 0, 0, 1, 1], "interpolation": "linear"}}), {"x": 0.5}, 2, ["k", "c"], ["x"]), False),
+    ("a start in differences in double-double", request(equations(["x", "y"], ["x' = y", "x^2 + y^2 = k"], {"k": "2"}), {"x": 1, "y": 1}, 0.5, ["k"], ["x"], accuracy=DD), True),
     ("the field jumps at a surface that moves", request(equations(["x", "v"], ["x' = v", "v' = -k*(1+x^2)*sign(x-a*cos(t))"], {"k": "1.3", "a": "0.3"}),
                                                         {"x": 1, "v": 0}, 3, ["k", "a"], ["x", "v"]), False),
     ("the field bends", request(equations(["x", "v"], ["x' = v", "v' = -k*abs(x)*x - max(x, v/2)"], {"k": "1.3"}), {"x": 1, "v": 0}, 5, ["k"], ["x"]), False),

@@ -1,8 +1,8 @@
 """Functions given by samples, and sweeps, by two routes: tables_check.py BUILD_DIR
 
 Samples of polynomials that the interpolation reproduces, against the same request with the polynomial
-written out; random signals, against Taylor series of 30 digits from knot to knot; and sweeps of
-parameters against a request for each set."""
+written out; random signals, against Taylor series of 30 digits from knot to knot; signals of steps in
+conditions; and sweeps of parameters against a request for each set."""
 import random
 import sys
 from fractions import Fraction
@@ -216,6 +216,49 @@ class Sweeps:
             self.tally.check(off <= 2, f"{label}: at {r[0]} ({one['analysis']})", f"{r} {q}")
 
 
+class Digital:
+    """Signals that are constant between steps, also on the very edge of a condition, against the sum over the pieces."""
+
+    CONDITIONS = {"u > {c}": lambda u, c: u > c, "u >= {c}": lambda u, c: u >= c, "not u > {c}": lambda u, c: u <= c, "u == {c}": lambda u, c: u == c,
+                  "u != {c}": lambda u, c: u != c, "{c} < u or u == 0": lambda u, c: u > c or u == 0, "u <= {c} and u > 0": lambda u, c: 0 < u <= c}
+
+    def __init__(self, tally, solver, rng):
+        self.tally, self.solver, self.rng = tally, solver, rng
+
+    def one(self, k):
+        rng = self.rng
+        levels = [rng.randint(0, 2)]
+        for _ in range(rng.randint(1, 6)):
+            levels.append(rng.choice([v for v in (0, 1, 2) if v != levels[-1]]))
+        stops = list(range(len(levels) + 1))
+        times, values = [0], [levels[0]]
+        for i, level in enumerate(levels[1:], 1):
+            times += [i, i]
+            values += [levels[i - 1], level]
+        text, holds = rng.choice(list(self.CONDITIONS.items()))
+        c, yes, no = rng.randint(0, 2), rng.choice(["1", "sqrt(u + 1)"]), rng.choice(["2", "log(3 - u)", "-1"])
+        value = {"1": lambda u: 1, "2": lambda u: 2, "-1": lambda u: -1, "sqrt(u + 1)": lambda u: mp.sqrt(u + 1), "log(3 - u)": lambda u: mp.log(3 - u)}
+        condition = text.format(c=c)
+        back = rng.random() < 0.3
+        rates = [value[yes if holds(u, c) else no](u) for u in levels]
+        if back:
+            stops.reverse()
+            rates = [-r for r in reversed(rates)]
+        times, values = times + [len(levels)], values + [levels[-1]]
+        name = f"digital {k}: if({condition}, {yes}, {no}) of {levels}{' back' if back else ''}"
+        result, fault = self.solver.solve({
+            "system": {"form": "equations", "variables": ["x"], "equations": [f"x' = if({condition}, {yes}, {no})"],
+                       "tables": {"u": {"times": times, "values": values, "interpolation": rng.choice(["linear", "cubic"])}}},
+            "want": ["trajectory"], "trajectory": {"start": stops[0], "stop": stops[-1], "samples": len(stops), "initial": {"x": 0}}})
+        if not self.tally.check(result, name, str(fault)):
+            return
+        t, x = result["trajectory"], mp.mpf(0)
+        self.tally.check(t["ended"] is None and len(t["rows"]) == len(stops), f"{name}: reached", str(t["ended"]))
+        for row, rate in zip(t["rows"], [0] + rates):
+            x += rate
+            self.tally.check(abs(row[1] - x) <= 1e-7, f"{name}: at {row[0]}", f"{row[1]} {mp.nstr(x, 12)}")
+
+
 def long_table(tally, solver):
     """As many knots as are allowed."""
     n = 100000
@@ -246,6 +289,9 @@ def main():
     for k in range(scaled(40)):
         sweeps.one(k)
     tally.check(min(sweeps.analyses.values()) > 0 or scaled(40) < 40, "both kinds of sets", str(sweeps.analyses))
+    digital = Digital(tally, solver, rng)
+    for k in range(scaled(60)):
+        digital.one(k)
     long_table(tally, solver)
     return tally.end()
 

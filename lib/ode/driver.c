@@ -87,8 +87,12 @@ static bool pass_break(struct ode_march *m)
         return true;
     m->next_break++;
     enter(m);
-    if (ode_eval(&m->field, m->t, m->x, m->f))
+    if (!ode_kinks_enter(m))
+        return false;
+    if (ode_eval(&m->field, m->t, m->x, m->f)) {
+        ode_kinks_look(m);
         return true;
+    }
     ode_end_at(m, m->field.why, "the vector field has no value beyond this time");
     return false;
 }

@@ -352,6 +352,78 @@ bool kinks_turn(struct ode_march *m)
     return ok;
 }
 
+/* Whether the argument of e is 0 and stays so by the field on either side: no side is the motion's. */
+static bool stays_on(struct ode_march *m, int e)
+{
+    struct ode_kinks *k = m->kinks;
+    signed char side = k->side[e];
+    bool stays = fabs(k->g[e]) <= k->least[e];
+    for (int s = -1; s <= 1 && stays; s += 2) {
+        k->side[e] = (signed char)s;
+        kinks_hold(m);
+        stays = ode_eval(&m->field, m->t, m->x, k->f) && fabs(change_ahead(m, e, k->f, PROBE * k->scale * m->direction, true)) <= k->least[e];
+    }
+    k->side[e] = side;
+    kinks_hold(m);
+    return stays;
+}
+
+/* Time passed a break, at which arguments may have jumped: k->g is what they were. False: the motion ends. */
+static bool turn_jumped(struct ode_march *m)
+{
+    struct ode_kinks *k = m->kinks;
+    bool rest = false;
+    k->limit = k->short_h = 0;
+    if (m->method->forget)
+        m->method->forget(m->state);
+    if (!carry_through(m))
+        return false;
+    for (int e = 0; e < k->count; e++) {
+        k->led[e] = k->side[e] && stays_on(m, e);
+        rest |= k->led[e];
+    }
+    for (int e = 0; e < k->count; e++)
+        if (k->led[e])
+            k->side[e] = (signed char)(k->fresh[e] = k->pending[e] = 0);
+    if (!rest || evaluate(m))
+        return true;
+    ode_end_at(m, m->field.why, "the vector field has no value beyond this time");
+    return false;
+}
+
+bool ode_kinks_enter(struct ode_march *m)
+{
+    struct ode_kinks *k = m->kinks;
+    if (!k || k->natural)
+        return true;
+    bool any = false;
+    kinks_values(m, m->t, m->x, k->rate1);
+    kinks_grains(m, m->t, m->x);
+    for (int e = 0; e < k->count; e++) {
+        double now = k->rate1[e];
+        bool jumps = fabs(now) > k->doubt[e] && fabs(now - k->g1[e]) > 0.5 * fabs(now);
+        k->pending[e] = jumps ? 0 : k->pending[e];      /* where it is now is off its surface */
+        any |= k->side[e] && ((jumps && k->side[e] * now < 0) || fabs(now) <= k->least[e]);
+        k->g[e] = k->g1[e];
+    }
+    if (!any)
+        return true;
+    bool ok = m->p->turned ? turn_with_derivatives(m, turn_jumped) : turn_jumped(m);
+    if (ok && m->p->taken)
+        m->p->taken(m->p->ctx, m->t, m->x);
+    return ok;
+}
+
+void ode_kinks_look(struct ode_march *m)
+{
+    struct ode_kinks *k = m->kinks;
+    if (!k || k->natural)
+        return;
+    look(m);
+    memcpy(k->g1, k->g, (size_t)k->count * sizeof *k->g);
+    memcpy(k->rate1, k->rate, (size_t)k->count * sizeof *k->rate);
+}
+
 bool kinks_left(struct ode_march *m, int e)
 {
     struct ode_kinks *k = m->kinks;

@@ -140,6 +140,10 @@ void ode_kinks_begin(struct ode_march *m);
 bool ode_kinks_start(struct ode_march *m, double h);
 enum ode_refusal ode_kinks_step(struct ode_march *m);
 bool ode_kinks_pass(struct ode_march *m, double h);
+/* The motion passed a break, and is at it: switches whose arguments jump there are turned, at a time that nothing moves, and the field is evaluated on
+ * the new sides. False: ended. And then, the field being known: what the next step begins with. */
+bool ode_kinks_enter(struct ode_march *m);
+void ode_kinks_look(struct ode_march *m);
 double ode_kinks_cut(const struct ode_march *m, double h);
 void ode_kinks_end(struct ode_march *m);
 /* After a refusal of a step of size h: true, it may be tried with nothing held. And then: all is held again. */

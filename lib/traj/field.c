@@ -205,6 +205,26 @@ static double entry_size(const struct field *f, double entry, int j)
     return fabs(entry) * (f->unit ? f->unit[j] : 1);
 }
 
+/* A row without derivatives, missed by more than this in units of 1, is held against what its terms are: the largest change of its value as one variable
+ * changes by its size. (x^2 + y^2 = L^2 with L = 1e6 is met no better than 1e-4.) */
+static const double MISSED = 1e-10;
+
+/* That change, by difference quotients; general_out stays. Cost: an evaluation for each variable. */
+static double terms_size(struct field *f, int alpha)
+{
+    const double part = 1e-6;
+    double value = f->general_out[alpha], big = 0;
+    for (int j = 0; j < f->n; j++) {
+        double x = f->in[j];
+        f->in[j] = x + part * (fabs(x) + (f->unit ? f->unit[j] : 1));
+        if (field_general_values(f) && isfinite(f->general_out[alpha]))
+            big = sga_larger(big, fabs(f->general_out[alpha] - value) / part);
+        f->in[j] = x;
+    }
+    field_general_values(f);
+    return big;
+}
+
 double field_rows_miss(struct field *f, const double *v, int *worst_row)
 {
     double worst = 0;
@@ -219,7 +239,10 @@ double field_rows_miss(struct field *f, const double *v, int *worst_row)
                 sum += f->general_out[at] * v[r->entry[k].col];
                 big = sga_larger(big, entry_size(f, f->general_out[at], r->entry[k].col));
             }
-            sum -= f->general_out[at++];
+            sum -= f->general_out[at];
+            if (!r->entries && fabs(sum) > MISSED)
+                big = sga_larger(1, terms_size(f, at));
+            at++;
         } else if (i < f->rows + f->c) {
             int c = i - f->rows;
             for (int k = f->jac->start[c]; k < f->jac->start[c + 1]; k++) {

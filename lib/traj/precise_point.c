@@ -270,6 +270,12 @@ static bool settle_start(struct precise *p, num_dd *guess, const double *x)
     return ok;
 }
 
+/* Whether a given value is more than its double: where a start was placed at numbers, none is. */
+static bool exact_given(const struct traj_request *rq, int j)
+{
+    return rq->given[j] && rq->exact_initial && rq->exact_initial[j];
+}
+
 /* The exact constants: start, times, given values. */
 static bool exact_values(struct precise *p, num_dd *guess, struct sga_error *err)
 {
@@ -287,7 +293,7 @@ static bool exact_values(struct precise *p, num_dd *guess, struct sga_error *err
     root[0] = rq->exact_start;
     memcpy(root + 1, rq->exact_time, (size_t)count * sizeof *root);
     for (int j = 0; j < n; j++)
-        root[1 + count + j] = rq->given[j] && rq->exact_initial[j] ? rq->exact_initial[j] : zero;
+        root[1 + count + j] = exact_given(rq, j) ? rq->exact_initial[j] : zero;
     struct num_tape *t = num_tape_new(p->sys->store, root, 1 + count + n, NULL, 0, err);
     free(root);
     if (!t)
@@ -298,7 +304,7 @@ static bool exact_values(struct precise *p, num_dd *guess, struct sga_error *err
     for (int k = 0; k < count; k++)
         p->time[k] = num_jet2_root(j2, 1 + k)[0];
     for (int j = 0; j < n; j++)
-        if (rq->given[j] && rq->exact_initial[j])
+        if (exact_given(rq, j))
             guess[j] = num_jet2_root(j2, 1 + count + j)[0];
     num_jet2_free(j2);
     num_tape_free(t);

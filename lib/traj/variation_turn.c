@@ -58,6 +58,13 @@ void variation_turn_clear(struct variation_turn *v)
 static bool times_of(struct variation_turn *v, int n, int i, const double *before)
 {
     double rate = 0, terms = 0;
+    bool moves = false;
+    for (int d = 0; d < v->directions; d++) {
+        v->before[d] = 0;
+        moves |= v->along[i * v->directions + d] != 0;
+    }
+    if (!moves)
+        return true;
     for (int k = v->jac->start[i]; k < v->jac->start[i + 1]; k++) {
         double part = v->value[k] * (v->jac->col[k] == n ? 1 : before[v->jac->col[k]]);
         rate += part;
@@ -70,11 +77,13 @@ static bool times_of(struct variation_turn *v, int n, int i, const double *befor
     return true;
 }
 
-/* The times of all surfaces that were turned, which must be one. */
+/* The times of all surfaces that were turned, which must be one; no surface: a time that does not move. */
 static bool find_times(struct variation_turn *v, int switches, int n, const double *before, const unsigned char *turned)
 {
     double *first = NULL;
     bool ok = true;
+    for (int d = 0; d < v->directions; d++)
+        v->before[d] = 0;
     for (int e = 0; e < switches && ok; e++) {
         if (!turned[e])
             continue;

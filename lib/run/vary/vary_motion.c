@@ -1,6 +1,7 @@
 /* One motion with its derivatives. */
 #include "vary_motion.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -37,8 +38,9 @@ static bool run_from_differences(struct vary_motion *to, struct vary_model *m, s
     int columns = to->result.columns;
     to->result.rows = to->result.rows < other.rows ? to->result.rows : other.rows;
     to->slope_error = sga_calloc((size_t)to->result.rows * (size_t)columns + 1, sizeof *to->slope_error);
+    /* both start at doubles, whatever they are computed in */
     for (size_t i = 0; i < (size_t)to->result.rows * (size_t)columns; i++)
-        to->slope_error[i] = fabs(to->result.value[i] - other.value[i]);
+        to->slope_error[i] = fabs(to->result.value[i] - other.value[i]) + 4 * DBL_EPSILON * fabs(to->result.value[i]);
     traj_result_clear(&other);
     return true;
 }
