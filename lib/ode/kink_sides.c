@@ -118,7 +118,9 @@ static bool put_on_set(struct ode_march *m, double t, double *x)
     bool ok = ode_settle(m, t, x, MOVES, &residual);
     if (!ok) {
         sga_copy(x, old, m->p->n);
-        ok = m->p->jump && m->p->jump(m->p->ctx, t, x);
+        ok = m->p->jump && m->p->jump(m->p->ctx, t, x) && ode_settle(m, t, x, MOVES, &residual);     /* what was given holds there too */
+        if (!ok)
+            sga_copy(x, old, m->p->n);
     }
     free(old);
     return ok;
