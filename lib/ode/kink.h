@@ -41,8 +41,8 @@ void kinks_grains(struct ode_march *m, double t, const double *x);
 void kinks_set_scale(struct ode_march *m, double h);
 /* After some were turned at (t, x), the arguments of others may have jumped to their other sides (max(1/2 - s, s) where s jumps): these
  * are turned too, and what that turns, until all have their values; x moves to the constraints of those sides. g (count): what the
- * arguments were; it becomes what they are. By k->doubt of kinks_grains. False: they turn each other without end. */
-bool kinks_carry(struct ode_march *m, double t, double *x, double *g);
+ * arguments were; it becomes what they are. By k->doubt of kinks_grains. *on_set: x could be moved there. False: they turn each other without end. */
+bool kinks_carry(struct ode_march *m, double t, double *x, double *g, bool *on_set);
 /* All sides anew at the present point. False: no field there. */
 bool kinks_take_sides(struct ode_march *m);
 /* The pending switches at the present point. False: the motion ends. */

@@ -106,7 +106,8 @@ static double crossing(struct ode_march *m, int e)
     return s * k->rate[e] * m->direction > 0 ? -1 : 0;
 }
 
-/* Turned at the step's end, with all that this turns: the field there into f. 0: there is none, -1: they turn each other without end. */
+/* Turned at the step's end, with all that this turns: the field there into f. 0: there is none, -1: they turn each other without end, or no
+ * point of the constraints beyond is near (y = max(0, t - 1) away from t = 1), whatever the field does. */
 static int turned_field(struct ode_march *m, int e, double *f)
 {
     struct ode_kinks *k = m->kinks;
@@ -116,7 +117,8 @@ static int turned_field(struct ode_march *m, int e, double *f)
     memcpy(x, m->x1, n * sizeof *x);
     kinks_values(m, m->t1, x, g);
     k->side[e] = (signed char)-k->side[e];
-    int known = !kinks_carry(m, m->t1, x, g) ? -1 : ode_eval(&m->field, m->t1, x, f);
+    bool on_set;
+    int known = !kinks_carry(m, m->t1, x, g, &on_set) || !on_set ? -1 : ode_eval(&m->field, m->t1, x, f);
     memcpy(k->side, side, c);
     kinks_hold(m);
     kinks_values(m, m->t1, m->x1, k->g1);

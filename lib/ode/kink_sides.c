@@ -107,29 +107,32 @@ static bool end_sliding(struct ode_march *m)
 }
 
 /* On the constraints of other sides a point near the surface may lie a little elsewhere, which steps would take for a loss of the
- * constraints; where they jump, algebraic variables are solved for anew. Where neither is possible x stays. */
-static void put_on_set(struct ode_march *m, double t, double *x)
+ * constraints; where they jump, algebraic variables are solved for anew. Where neither is possible x stays: false. */
+static bool put_on_set(struct ode_march *m, double t, double *x)
 {
     double residual, *old;
     if (!m->p->project)
-        return;
+        return true;
     old = sga_malloc(((size_t)m->p->n + 1) * sizeof *old);
     sga_copy(old, x, m->p->n);
-    if (!ode_settle(m, t, x, MOVES, &residual)) {
+    bool ok = ode_settle(m, t, x, MOVES, &residual);
+    if (!ok) {
         sga_copy(x, old, m->p->n);
-        if (m->p->jump)
-            m->p->jump(m->p->ctx, t, x);
+        ok = m->p->jump && m->p->jump(m->p->ctx, t, x) && ode_settle(m, t, x, MOVES, &residual);     /* what was given holds there too */
+        if (!ok)
+            sga_copy(x, old, m->p->n);
     }
     free(old);
+    return ok;
 }
 
-bool kinks_carry(struct ode_march *m, double t, double *x, double *g)
+bool kinks_carry(struct ode_march *m, double t, double *x, double *g, bool *on_set)
 {
     struct ode_kinks *k = m->kinks;
     for (int round = 0; round <= 2 * k->count + 2; round++) {
         int turned = 0;
         kinks_hold(m);
-        put_on_set(m, t, x);
+        *on_set = put_on_set(m, t, x);
         kinks_values(m, t, x, k->g1);
         for (int e = 0; e < k->count; e++) {
             double now = k->g1[e], jump = fabs(now - g[e]);
@@ -176,7 +179,7 @@ static bool carry_through(struct ode_march *m)
 {
     struct ode_kinks *k = m->kinks;
     signed char *before = memcpy(sga_malloc((size_t)k->count + 1), k->side, (size_t)k->count);
-    bool ok = kinks_carry(m, m->t, m->x, k->g);
+    bool on_set, ok = kinks_carry(m, m->t, m->x, k->g, &on_set);
     for (int e = 0; e < k->count; e++) {
         bool turned = k->side[e] != before[e];
         k->fresh[e] = turned ? 0 : k->fresh[e];

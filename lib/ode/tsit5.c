@@ -72,9 +72,9 @@ RK_INLINE void finish_step(struct tsit5 *d, struct ode_step *step, size_t stride
         if (j + 1 < d->n)
             step->dx[j + 1] = dx[1];
     }
-    double square = sum[0] + sum[1], h = step->h;
-    step->error = fabs(h) * sqrt(square / d->n);
-    step->log_error = 0.5 * ode_rough_log(h * h * square / d->n);
+    double square = d->n ? (sum[0] + sum[1]) / d->n : 0, h = step->h;      /* without variables everything is said by time alone */
+    step->error = fabs(h) * sqrt(square);
+    step->log_error = 0.5 * ode_rough_log(h * h * square);
 }
 
 RK_INLINE enum ode_outcome attempt_with(struct tsit5 *d, struct ode_field *field, struct ode_step *step, size_t stride)

@@ -172,6 +172,7 @@ void flow_hold(void *ctx, const signed char *side)
     field_hold(&f->field, side);
     num_jacobian_hold(f->manifold.jac, side);
     num_tape_hold(f->surface, side);
+    given_sides(f->given, side);
     if (f->turn) {
         num_jacobian_hold(f->turn->jac, side);
         num_tape_hold(f->turn->slope, side);
@@ -238,7 +239,7 @@ bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_so
     const struct num_switches *w = field_switches(&f->field);
     if (!look_for_pulses(f, sol, rq, err))
         return false;
-    if (!signals_continuous(sys, sol, rq, f->field.root, err) || !given_init(f->given, sys, sol, f->sizes->weight, rq->budget, err))
+    if (!signals_continuous(sys, sol, rq, f->field.root, err) || !given_init(f->given, sys, sol, w, f->sizes->weight, rq->budget, err))
         return false;
     f->in = sga_malloc((size_t)(n + 1) * sizeof *f->in);
     f->moving = sga_calloc((size_t)n + 1, 1);
@@ -440,7 +441,7 @@ struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
     struct lin_sparse *pattern = f->charts && f->charts->count > 1 ? f->charts->pattern : f->field.pattern;
     return (struct ode_problem){ .n = f->n, .ctx = f, .rhs = rhs, .code = code, .stages = stages, .code_holds = code_holds,
                                  .project = f->manifold.c || f->given->count || f->valued ? project : NULL, .why = why,
-                                 .jump = f->manifold.c && !f->given->count ? jump : NULL,
+                                 .jump = f->manifold.c ? jump : NULL,
                                  .pattern = pattern, .jacobian = pattern ? slope : NULL,
                                  .taylor = f->field.fast && !f->sys->signals ? taylor : NULL,
                                  .taylor_rtol = series_fast(&f->field) ? FAST_RTOL : 0,

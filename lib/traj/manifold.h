@@ -58,7 +58,8 @@ bool manifold_project(struct manifold *m, double t, double *x, const double *sca
 bool manifold_chord(struct manifold *m, double t, double *x, const double *scale, double *moved);
 
 /* x, whose constraints have jumped, moves to the set, held variables staying: the others follow as the loss falls evenly to 0.
- * False, and x as it was: they would have to jump on the way, or there is no such point. */
+ * What held variables alone miss by less than 1e-6 of natural units stays as it is. False, and x as it was: they would have to jump on the way, or there
+ * is no such point. */
 bool manifold_jump(struct manifold *m, double t, double *x, const unsigned char *held);
 
 /* As manifold_project with steps that are at most `longest` in each scaled variable: it stays on the

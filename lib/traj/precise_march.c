@@ -87,7 +87,7 @@ static double most_moved(const struct precise_march *m, const struct precise_poi
     double sum = 0;
     for (int j = 0; j < m->n; j++)
         sum += pow(NUM_DD_EPSILON * q->x[j].hi / m->scale[j], 2);
-    return 10 + 1000 * sqrt(sum / m->n);
+    return 10 + 1000 * (m->n ? sqrt(sum / m->n) : 0);
 }
 
 bool precise_settle(struct precise_march *m, struct precise_point *q)

@@ -98,7 +98,7 @@ bool precise_project(struct precise *p, num_dd t, num_dd *x, const double *scale
     double sum = 0;
     for (int j = 0; j < p->n; j++)
         sum += pow(num_dd_sub(x[j], start[j]).hi / (scale ? scale : p->flow->manifold.unit)[j], 2);
-    *moved = sqrt(sum / p->n);
+    *moved = p->n ? sqrt(sum / p->n) : 0;
     free(xd);
     free(start);
     return ok;

@@ -14,6 +14,7 @@
 #include <string.h>
 
 #include "flow.h"
+#include "manifold.h"
 #include "mem.h"
 #include "precise_series.h"
 #include "tape.h"
@@ -88,6 +89,36 @@ static int side_taken(struct expansions *w, struct precise_march *m, int e, doub
     return taken == 2 ? 0 : taken;
 }
 
+/* here, on the constraints of the sides that are held now. Where they jump, what no equation differentiates is solved for anew, in double first, and the
+ * rest stays. False: m->why. */
+static bool put_on_set(struct precise_march *m)
+{
+    struct flow *f = m->p->flow;
+    struct precise_point *q = &m->here;
+    size_t n = (size_t)m->n;
+    num_dd *old = memcpy(sga_malloc((n + 1) * sizeof *old), q->x, n * sizeof *old);
+    bool ok = precise_settle(m, q);
+    enum ode_reason why = m->why;
+    if (!ok) {
+        memcpy(q->x, old, n * sizeof *old);
+        for (size_t j = 0; j < n; j++)
+            m->xd[j] = old[j].hi;
+        ok = manifold_jump(&f->manifold, q->t.hi, m->xd, f->moving);
+        for (size_t j = 0; j < n && ok; j++)
+            q->x[j] = f->moving[j] ? old[j] : num_dd_of(m->xd[j]);
+        if (ok) {       /* all digits of these; what rests may still be off its rows by what turning beside the surface does: all are moved, by little */
+            double moved, residual;
+            precise_project(m->p, q->t, q->x, m->scale, f->moving, &moved, &residual);
+            ok = precise_settle(m, q);
+        }
+        if (!ok)
+            memcpy(q->x, old, n * sizeof *old);
+    }
+    m->why = ok ? m->why : why;
+    free(old);
+    return ok;
+}
+
 bool precise_take_sides(struct expansions *w, struct precise_march *m)
 {
     struct precise_sides *q = &m->sides;
@@ -112,6 +143,10 @@ bool precise_take_sides(struct expansions *w, struct precise_march *m)
         if (near[e])
             q->side[e] = (signed char)side_taken(w, m, e, size);
     precise_hold(m);
+    if (any) {       /* the start lies on a surface, where constraints may jump */
+        precise_set_scale(m, m->here.x);
+        put_on_set(m);
+    }
     bool ok = precise_expand(w, m, &m->here, &w->here, size);
     if (!ok) {
         for (int e = 0; e < w->count; e++)
@@ -137,7 +172,7 @@ static bool turn_together(struct expansions *w, struct precise_march *m, double 
     precise_flip_pending(m);
     precise_set_scale(m, m->here.x);
     m->why = ODE_LEFT_DOMAIN;
-    if (!precise_settle(m, &m->here) || !precise_expand(w, m, &m->here, &w->here, size))
+    if (!put_on_set(m) || !precise_expand(w, m, &m->here, &w->here, size))
         return false;
     precise_grains(m, &m->here, &w->here);
     *slides = false;

@@ -54,7 +54,7 @@ static void add(struct given *g, expr_id e, int row)
     g->row[g->count++] = row;
 }
 
-bool given_init(struct given *g, const struct sys_system *sys, const struct sga_solution *sol, const double *unit,
+bool given_init(struct given *g, const struct sys_system *sys, const struct sga_solution *sol, const struct num_switches *w, const double *unit,
                 const struct sga_budget *budget, struct sga_error *err)
 {
     int n = sys->variables;
@@ -73,7 +73,7 @@ bool given_init(struct given *g, const struct sys_system *sys, const struct sga_
     for (int j = 0; j < n; j++)
         inputs[j] = sys->variable[j].symbol;
     inputs[n] = sys->time;
-    g->tape = num_tape_new(sys->store, g->equation, g->count, inputs, n + 1, err);
+    g->tape = num_tape_new_switched(sys->store, w, g->equation, g->count, inputs, n + 1, err);
     free(inputs);
     if (!g->tape)
         return false;
@@ -83,6 +83,12 @@ bool given_init(struct given *g, const struct sys_system *sys, const struct sga_
     g->slope = sga_malloc((size_t)(g->jac->nnz + 1) * sizeof *g->slope);
     g->rounding = sga_calloc((size_t)g->count, sizeof *g->rounding);
     return true;
+}
+
+void given_sides(struct given *g, const signed char *side)
+{
+    if (g->jac)
+        num_jacobian_hold(g->jac, side);
 }
 
 void given_clear(struct given *g)

@@ -9,6 +9,8 @@
 
 #include "reduction.h"
 
+struct num_switches;
+
 struct given {
     int count;                     /* equations that are none of the constraints themselves */
     const struct sys_system *sys;  /* borrowed, like the next two */
@@ -26,8 +28,12 @@ struct given {
     double lost_t;
 };
 
-bool given_init(struct given *g, const struct sys_system *sys, const struct sga_solution *sol, const double *unit,
+/* w: switches that may be held (given_sides), or NULL. */
+bool given_init(struct given *g, const struct sys_system *sys, const struct sga_solution *sol, const struct num_switches *w, const double *unit,
                 const struct sga_budget *budget, struct sga_error *err);
+/* From now on the equations are those of these sides, as num_tape_hold says: a step that tries what lies beyond a surface is on the side where the
+ * motion is, and so must be what it is held against. */
+void given_sides(struct given *g, const signed char *side);
 void given_clear(struct given *g);
 /* Whether they hold at (t, x), a point on the constraints; scale (by variable): errors that are allowed, and explain as much.
  * Cost: their values and derivatives; a point of the constraints in balls where these leave a doubt. */
