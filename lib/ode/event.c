@@ -14,10 +14,13 @@
 
 enum { MOST_FOUND = 100000, MOST_NUMBERS = 10000000 };     /* events, and numbers in all states at events */
 #define SAMPLE_MOST 10.0
+/* Of a value's size: what does not tell from 0 where a motion goes on; and of times: as one. */
+static const double TOLD = 16 * DBL_EPSILON, SAME_TIME = 1e-13;
 
 struct track {
     signed char sign;          /* of the last value that was not 0; 0: none yet */
     bool touched;              /* 0 was touched, and not left yet */
+    bool carried;              /* sign is what the motion before says; no value was far enough from 0 to tell since */
     double least;              /* values up to this do not tell from 0, at the start or a touch */
     double before;             /* the last value before the present point */
 };
@@ -40,21 +43,23 @@ static double *values(struct ode_march *m, double t, const double *x)
     return m->watch->table.g;
 }
 
-/* By how much errors of x as large as allowed change the function. */
-static double doubt(struct ode_march *m, int e, double t, const double *x)
+/* By how much errors of x change the function: those that are allowed; or where told roundings. */
+static double doubt_of(struct ode_march *m, int e, double t, const double *x, bool told)
 {
     struct ode_watch *w = m->watch;
     double sum = 0, g = values(m, t, x)[e];
     memmove(w->y, x, (size_t)m->p->n * sizeof *w->y);
     for (int j = 0; j < m->p->n; j++) {
         double keep = w->y[j];
-        w->y[j] += ode_allowed(m->o->rtol, m->o->atol, m->unit[j], keep, keep);
+        w->y[j] += told ? TOLD * fabs(keep) : ode_allowed(m->o->rtol, m->o->atol, m->unit[j], keep, keep);
         double change = fabs(values(m, t, w->y)[e] - g);
         sum += isfinite(change) ? change : 0;
         w->y[j] = keep;
     }
     return sum + 4 * DBL_EPSILON * fabs(g);
 }
+
+static double doubt(struct ode_march *m, int e, double t, const double *x) { return doubt_of(m, e, t, x, false); }
 
 void ode_watch_begin(struct ode_march *m)
 {
@@ -74,9 +79,13 @@ void ode_watch_start(struct ode_march *m)
     for (int e = 0; m->watch && e < m->watch->count; e++) {
         struct track *k = m->watch->now + e;
         double g = values(m, m->t, m->x)[e];
-        k->least = doubt(m, e, m->t, m->x);
+        int side = m->p->event_side ? m->p->event_side[e] : ODE_SIDE_FRESH;
+        k->least = doubt_of(m, e, m->t, m->x, side != ODE_SIDE_FRESH);
         k->before = g;
-        k->sign = fabs(g) > k->least ? (g > 0 ? 1 : -1) : 0;
+        k->carried = side == 1 || side == -1;
+        if (k->carried)        /* the place of the event itself is known to roundings of its time only */
+            k->least = 4 * (k->least + fabs(g));
+        k->sign = k->carried ? (signed char)side : fabs(g) > k->least ? (g > 0 ? 1 : -1) : 0;
     }
 }
 
@@ -162,6 +171,12 @@ static void scan(struct ode_march *m, int e)
             before = NAN;
             continue;
         }
+        if (k->carried && fabs(v) <= k->least) {      /* 0, where the motion before ended */
+            before = v;
+            at = w->theta[i];
+            continue;
+        }
+        k->carried = false;
         if (i == 0 && k->touched && fabs(v) <= k->least) {      /* still on it, perhaps moved by a rounding to the side it came from */
             before = v;
             at = w->theta[i];
@@ -222,6 +237,12 @@ static bool deliver(struct ode_march *m, const struct place *p)
     return true;
 }
 
+/* A place at the time of the one that stopped the motion. */
+static bool at_once(const struct ode_march *m, double from, const struct place *p)
+{
+    return m->p->event_side && (p->theta - from) * fabs(m->step.h) <= SAME_TIME * fmax(fabs(m->t), fabs(m->t1));
+}
+
 enum ode_refusal ode_watch_step(struct ode_march *m, int *through)
 {
     struct ode_watch *w = m->watch;
@@ -244,12 +265,15 @@ enum ode_refusal ode_watch_step(struct ode_march *m, int *through)
         qsort(w->place, (size_t)w->places, sizeof *w->place, by_theta);
     int before = m->res->happened, most = MOST_NUMBERS / (m->p->n + 1) < MOST_FOUND ? MOST_NUMBERS / (m->p->n + 1) : MOST_FOUND;
     m->stopped = false;
-    for (int i = 0; i < w->places && !m->stopped; i++) {
+    double from = 0;
+    for (int i = 0; i < w->places && (!m->stopped || at_once(m, from, w->place + i)); i++) {
         if (!deliver(m, w->place + i)) {
             m->res->happened = before;
             return MANIFOLD_REFUSED;
         }
-        m->stopped = m->p->event_spec[w->place[i].event].stop || m->res->happened >= most;
+        if (!m->stopped)
+            from = w->place[i].theta;
+        m->stopped |= m->p->event_spec[w->place[i].event].stop || m->res->happened >= most;
     }
     double end = m->stopped ? m->res->happening[m->res->happened - 1].t : 0;
     while (m->stopped && *through > m->next && (m->start->times[*through - 1] - end) * m->direction > 0)
@@ -262,8 +286,11 @@ enum ode_refusal ode_watch_step(struct ode_march *m, int *through)
 
 void ode_end_event(struct ode_march *m)
 {
-    const struct ode_happening *h = m->res->happening + m->res->happened - 1;
+    const struct ode_happening *h = m->res->happening + m->res->happened - 1, *last = h;
+    while (m->p->event_side && h > m->res->happening && !m->p->event_spec[h->event].stop && fabs(h[-1].t - last->t) <= SAME_TIME * fabs(last->t))
+        h--;                   /* what happened at once with it */
     bool stop = m->p->event_spec[h->event].stop;
+    h = last;
     ode_end_at(m, stop ? ODE_EVENT : ODE_STEP_LIMIT,
                stop ? "an event that stops the motion" : "more events were found than a result may hold");
     m->res->end.t = h->t;

@@ -50,6 +50,8 @@ struct ode_event {
     bool stop;                 /* the motion ends at the first one */
 };
 
+enum { ODE_SIDE_TOLD = 0, ODE_SIDE_FRESH = 2 };
+
 /* One event found. */
 struct ode_happening {
     int event;
@@ -174,6 +176,10 @@ struct ode_problem {
      * that is not finite is no zero. */
     int events;
     const struct ode_event *event_spec;
+    /* Where the motion is one that goes on from an event: by event the side of its zero that it starts on, +1 or -1, though the value may be
+     * 0 there; ODE_SIDE_TOLD: the value tells, to its rounding; ODE_SIDE_FRESH: to the error allowed, as where this is NULL. With it, what
+     * happens at the time of an event that stops (to its rounding) is found beside it. */
+    const signed char *event_side;
     void (*event)(void *ctx, double t, const double *x, double *g);
 };
 

@@ -1,5 +1,6 @@
 /* The member `trajectory.events`: functions whose zeros along the motion are looked for. */
 #include <assert.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -27,10 +28,67 @@ static bool name_is_new(struct reader *rd, const char *name)
     return true;
 }
 
+/* How often it acts. */
+static bool read_repetitions(struct reader *rd, const json_t *v, bool sets, struct request_event *e)
+{
+    const json_t *once = json_object_get(v, "once"), *max = json_object_get(v, "max");
+    double most = 0;
+    if (!once && !max)
+        return true;
+    size_t mark = at_member(rd, once ? "once" : "max");
+    if (!sets)
+        return at_fail(rd, SGA_E_SCHEMA, "\"once\" and \"max\" say how often an event sets something; with \"action\": \"set\" only");
+    if (once && max)
+        return at_fail(rd, SGA_E_SCHEMA, "\"once\" is \"max\": 1; give one of them");
+    if (once && !json_is_boolean(once))
+        return expected(rd, "true or false", once);
+    if (max && !read_number(rd, max, 1, REQUEST_MAX_SET_TIMES, &most))
+        return false;
+    if (most != floor(most))
+        return at_fail(rd, SGA_E_SCHEMA, "\"max\" is a whole number");
+    e->most = once ? json_is_true(once) : (int)most;
+    at_back(rd, mark);
+    return true;
+}
+
+/* What it assigns. */
+static bool read_set(struct reader *rd, const json_t *v, bool sets, struct request_event *e)
+{
+    const json_t *set = json_object_get(v, "set"), *value;
+    const char *name;
+    if (!set && !sets)
+        return true;
+    if (!set)
+        return at_fail(rd, SGA_E_MISSING_MEMBER, "an event with \"action\": \"set\" needs \"set\": {\"variable\": \"expression\"}");
+    size_t mark = at_member(rd, "set");
+    if (!sets)
+        return at_fail(rd, SGA_E_SCHEMA, "\"set\" goes with \"action\": \"set\"");
+    if (!json_is_object(set) || !json_object_size(set))
+        return expected(rd, "an object of variables and expressions, one at the least", set);
+    e->set = sga_zeros(&rd->r->mem, json_object_size(set) + 1, sizeof *e->set);
+    json_object_foreach((json_t *)set, name, value) {
+        size_t here = at_member(rd, name);
+        char *text;
+        int variable = state_variable(rd, name);
+        if (variable < 0)
+            return false;
+        for (int k = 0; k < e->sets; k++)
+            if (e->set[k].variable == variable)
+                return at_fail(rd, SGA_E_DUPLICATE_NAME, "\"%.100s\" is set twice", name);
+        e->set[e->sets].variable = variable;
+        if (!(e->set[e->sets].value = read_expression(rd, value, &text)))
+            return false;
+        e->sets++;
+        at_back(rd, here);
+    }
+    at_back(rd, mark);
+    return true;
+}
+
 static bool read_event(struct reader *rd, const json_t *v)
 {
-    static const char *const members[] = { "name", "expression", "direction", "action", NULL };
-    static const char *const directions[] = { "any", "up", "down" }, *const actions[] = { "record", "stop" };
+    static const char *const members[] = { "name", "expression", "direction", "action", "set", "once", "max", NULL };
+    static const char *const directions[] = { "any", "up", "down" }, *const actions[] = { "record", "stop", "set" };
     struct request_trajectory *t = &rd->r->trajectory;
     struct request_event *e = t->event + t->events;
     if (!json_is_object(v))
@@ -45,7 +103,7 @@ static bool read_event(struct reader *rd, const json_t *v)
     if (!text || !name_is_new(rd, text))
         return false;
     at_back(rd, mark);
-    int direction = word_of(rd, v, "direction", directions, 3), action = direction < 0 ? -1 : word_of(rd, v, "action", actions, 2);
+    int direction = word_of(rd, v, "direction", directions, 3), action = direction < 0 ? -1 : word_of(rd, v, "action", actions, 3);
     if (action < 0)
         return false;
     at_member(rd, "expression");
@@ -55,6 +113,8 @@ static bool read_event(struct reader *rd, const json_t *v)
     e->name = sga_take_text(&rd->r->mem, text);
     e->direction = direction == 2 ? -1 : direction;
     e->stop = action == 1;
+    if (!read_repetitions(rd, v, action == 2, e) || !read_set(rd, v, action == 2, e))
+        return false;
     t->events++;
     assert(e->direction >= -1 && e->direction <= 1);
     return true;

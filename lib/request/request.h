@@ -53,12 +53,19 @@ struct request_rate {
     char *text;
 };
 
+struct request_set {
+    int variable;
+    expr_id value;            /* of variables and time */
+};
+
 struct request_event {
     char *name;               /* no two are the same */
     expr_id expression;       /* of variables and time */
     char *text;
     int direction;            /* +1: up, -1: down, 0: any */
     bool stop;
+    struct request_set *set; int sets;   /* action set: what is assigned; no variable twice */
+    int most;                 /* it acts so many times; 0: always */
 };
 
 /* A function of time given by samples. */
@@ -315,6 +322,7 @@ enum {
     REQUEST_MAX_SAMPLES = 1000000,
     REQUEST_MAX_SWEEP = 10000,        /* starts */
     REQUEST_MAX_EVENTS = 64,          /* functions */
+    REQUEST_MAX_SET_TIMES = 1000000,  /* repetitions of an event that sets variables */
     REQUEST_MAX_TABLES = 64,
     REQUEST_MAX_KNOTS = 100000,       /* of one table */
     REQUEST_MAX_INTEGRALS = 64,

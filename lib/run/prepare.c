@@ -7,6 +7,38 @@
 #include "table.h"
 
 #include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Events that set variables: not every motion can carry them. */
+static bool check_sets(struct job *j)
+{
+    const struct request *r = j->request;
+    const struct request_trajectory *t = &r->trajectory;
+    const char *what = NULL;
+    char place[64];
+    int e = 0;
+    while (e < t->events && !t->event[e].sets)
+        e++;
+    if (e == t->events)
+        return true;
+    if (r->want & (REQUEST_TRADEOFF | REQUEST_FIT | REQUEST_LINEARIZATION | REQUEST_TRANSFER))
+        what = "tradeoff, fit, linearization or transfer";
+    else if (t->sensitivities.has)
+        what = "sensitivities";
+    else if (r->sweeps)
+        what = "a sweep";
+    else if (t->integrals)
+        what = "the drift of integrals";
+    else if (r->tables)
+        what = "tables";
+    else if (!strcmp(r->form, "mechanical") || !strcmp(r->form, "operator"))
+        what = r->form[0] == 'm' ? "the form mechanical, whose impulses are not computed" : "the form operator";
+    else if (r->accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE || r->accuracy.arithmetic == REQUEST_BALL)
+        what = "arithmetics other than double";
+    snprintf(place, sizeof place, "/trajectory/events/%d/set", e);
+    return !what || sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, place, "events that set variables do not go with %s; leave one of them out", what);
+}
 
 /* What is wanted but cannot be had yet is refused before any work is done. */
 static bool check_wants(struct job *j)
@@ -21,6 +53,8 @@ static bool check_wants(struct job *j)
     if (j->request->want & (REQUEST_LINEARIZATION | REQUEST_TRANSFER | REQUEST_EQUILIBRIA) && j->request->sweeps)
         return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/want", "beside a sweep there is no one linearization, transfer matrix or set of equilibria; leave out \"sweep\", or send a request "
                            "for each set");
+    if (!check_sets(j))
+        return false;
     if (j->request->op.open_sources && j->request->want & REQUEST_DERIVATION)
         return sga_fail_at(j->err, SGA_E_NO_MOTION, "/system/sources", "for a derivation, give each source as a function of time");
     if (j->request->op.open_sources && j->request->want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF | REQUEST_CONSISTENT_INITIAL))

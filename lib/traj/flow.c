@@ -453,5 +453,5 @@ struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
                                  .noise = flow_noise, .bands = f->bands, .band = band,
                                  .cost = 4.0 * num_tape_length(f->field.direct),
                                  .outputs = rq->outputs, .output = rq->outputs ? flow_output : NULL,
-                                 .events = rq->events, .event_spec = f->spec, .event = event };
+                                 .events = rq->events, .event_spec = f->spec, .event_side = rq->event_side, .event = event };
 }

@@ -14,6 +14,7 @@
 #include "flow.h"
 #include "impulse.h"
 #include "inputs.h"
+#include "jumps.h"
 #include "mem.h"
 #include "oracle.h"
 #include "points.h"
@@ -77,7 +78,10 @@ static void keep_events(struct flow *f, const struct traj_request *rq, const str
         else
             memcpy(r->happened_value + (size_t)i * columns, x, columns * sizeof *x);
     }
-    r->ended_event = o->end.reason == ODE_EVENT ? o->happening[o->happened - 1].event : -1;
+    int last = o->happened - 1;
+    while (o->end.reason == ODE_EVENT && last > 0 && !rq->event[o->happening[last].event].stop)
+        last--;                /* others at once with it */
+    r->ended_event = o->end.reason == ODE_EVENT ? o->happening[last].event : -1;
 }
 
 /* A trajectory that reaches a stratum says what is lost there. */
@@ -580,6 +584,8 @@ bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, cons
               struct traj_result *r, struct sga_error *err)
 {
     struct defined d;
+    if (jumps_any(rq))
+        return jumps_run(sys, sol, rq, r, err);
     if (!defined_any(sol, rq))
         return run_from_start(sys, sol, rq, r, err);
     *r = (struct traj_result){ 0 };

@@ -15,10 +15,18 @@ struct traj_rate {
     expr_id rate;             /* its derivative: of variables and time */
 };
 
+/* What an event assigns. */
+struct traj_set {
+    int variable;
+    expr_id value;            /* of variables and time, as they are before the event */
+};
+
 struct traj_event {
     expr_id expression;       /* of variables and time: its zeros are looked for */
     int direction;            /* +1: up, -1: down, 0: any, touches too */
     bool stop;
+    const struct traj_set *set; int sets;   /* 0: none (jumps.h) */
+    int most;                 /* it acts so many times, and is not looked for from then on; 0: always */
 };
 
 /* Of a system with derivatives among its variables (variation.h): what they do where the motion turns a switch. */
@@ -64,6 +72,7 @@ struct traj_request {
     const expr_id *valued; int valueds;    /* functions without a value the motion has none either: it ends where one loses it */
     const unsigned char *beside;           /* by output: a root, whose value near 0 is not known as well as its argument: no reason for a tighter solution; or NULL */
     const struct traj_event *event; int events;
+    const signed char *event_side;         /* as ode_problem's: the motion goes on from an event; or NULL */
     const expr_id *integral; int integrals;   /* functions that should stay what they are at the start */
     double rtol, atol;
     bool own_atol;                         /* atol was asked for: it is meant as it is; otherwise in units of natural sizes (sizes.h) */

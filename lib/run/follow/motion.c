@@ -109,6 +109,14 @@ static bool run(struct job *j, const struct sga_solution *solution, struct point
     return !(j->request->want & REQUEST_TRADEOFF) || answer_tradeoff(j, solution, r);
 }
 
+static struct traj_event one_event(const struct request_event *from, struct sga_arena *mem)
+{
+    struct traj_set *set = sga_zeros(mem, (size_t)from->sets + 1, sizeof *set);
+    for (int k = 0; k < from->sets; k++)
+        set[k] = (struct traj_set){ from->set[k].variable, from->set[k].value };
+    return (struct traj_event){ .expression = from->expression, .direction = from->direction, .stop = from->stop, .set = set, .sets = from->sets, .most = from->most };
+}
+
 bool answer_own_motion(struct job *j)
 {
     const struct request_trajectory *t = &j->request->trajectory;
@@ -130,7 +138,7 @@ bool answer_own_motion(struct job *j)
         held[t->hold[k]] = 1;
     struct traj_event *event = sga_zeros(&mem, (size_t)t->events + 1, sizeof *event);
     for (int k = 0; k < t->events; k++)
-        event[k] = (struct traj_event){ t->event[k].expression, t->event[k].direction, t->event[k].stop };
+        event[k] = one_event(t->event + k, &mem);
     for (int k = 0; k < t->rates; k++)
         rate[k] = (struct traj_rate){ t->rate[k].variable, t->rate[k].rate };
     struct traj_request r = {

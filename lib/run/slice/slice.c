@@ -57,8 +57,11 @@ static void find_needed(const struct job *j, unsigned char *needed)
         add_force(st, j->request->forces.reaction[k], map, k);
     for (int k = 0; k < t->outputs; k++)
         root[roots++] = t->output[k];
-    for (int k = 0; k < t->events; k++)
+    for (int k = 0; k < t->events; k++) {
         root[roots++] = t->event[k].expression;
+        if (t->event[k].sets)      /* what else must move after it is not known before */
+            memset(needed, 1, (size_t)sys->variables);
+    }
     for (int k = 0; k < t->conditions; k++)
         root[roots++] = t->condition[k];
     for (int k = 0; k < t->rates; k++) {

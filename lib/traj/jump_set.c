@@ -1,0 +1,275 @@
+/* One event that sets variables: assignment, projection, and on which side of the events' zeros the motion goes on. */
+#include "jump_set.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "field.h"
+#include "mem.h"
+#include "ode.h"
+#include "reduction.h"
+#include "system.h"
+#include "tape.h"
+
+/* Of a state: how far ahead and back an event's function is looked at for its direction; roundings of its values. */
+static const double LOOK = 1e-6, ROUNDING = 16 * DBL_EPSILON;
+
+/* 1 by variable of e. */
+static void mark(const struct jump *j, struct expr_cone *cone, expr_id e, unsigned char *used)
+{
+    const struct expr_store *st = j->sys->store;
+    expr_cone_of(st, cone, &e, 1);
+    for (int i = 0; i < cone->count; i++)
+        if (expr_op_of(st, cone->list[i]) == EXPR_SYM && j->variable[st->node[cone->list[i]].a] >= 0)
+            used[j->variable[st->node[cone->list[i]].a]] = 1;
+}
+
+static void look_at_system(struct jump *j)
+{
+    const struct expr_store *st = j->sys->store;
+    struct expr_cone cone;
+    j->variable = sga_malloc(((size_t)st->symbols + 1) * sizeof *j->variable);
+    for (int i = 0; i < st->symbols; i++)
+        j->variable[i] = -1;
+    for (int k = 0; k < j->n; k++)
+        j->variable[j->sys->variable[k].symbol] = k;
+    for (int i = 0; i < j->sys->rows; i++)
+        for (int k = 0; k < j->sys->row[i].entries; k++)
+            j->moving[j->sys->row[i].entry[k].col] = 1;
+    expr_cone_init(&cone);
+    for (int i = 0; i < j->sol->constraints; i++)
+        mark(j, &cone, j->sol->constraint[i].expr, j->bound);
+    expr_cone_clear(&cone);
+    for (int k = 0; k < j->n; k++) {
+        expr_id e = j->sol->field[k];
+        j->position[k] = j->moving[k] && expr_op_of(st, e) == EXPR_SYM && j->variable[st->node[e].a] >= 0;
+    }
+}
+
+bool jump_init(struct jump *j, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, struct sga_error *err)
+{
+    size_t n = (size_t)sys->variables;
+    int roots = 0;
+    *j = (struct jump){ .sys = sys, .sol = sol, .rq = rq, .n = sys->variables };
+    for (int e = 0; e < rq->events; e++)
+        j->sets += rq->event[e].sets;
+    expr_id *root = sga_malloc((size_t)(j->sets + rq->events + 1) * sizeof *root);
+    for (int e = 0; e < rq->events; e++)
+        for (int k = 0; k < rq->event[e].sets; k++)
+            root[roots++] = rq->event[e].set[k].value;
+    for (int e = 0; e < rq->events; e++)
+        root[roots++] = rq->event[e].expression;
+    int *inputs = field_inputs(sys);
+    j->tape = num_tape_new(sys->store, root, roots, inputs, j->n + 1, err);
+    free(inputs);
+    free(root);
+    j->in = sga_calloc(n + 1, sizeof *j->in);
+    j->out = sga_calloc((size_t)roots + 1, sizeof *j->out);
+    j->moving = sga_calloc(3 * n + 1, 1);
+    j->bound = j->moving + n;
+    j->position = j->bound + n;
+    look_at_system(j);
+    return j->tape != NULL;
+}
+
+void jump_clear(struct jump *j)
+{
+    num_tape_free(j->tape);
+    free(j->in);
+    free(j->out);
+    free(j->moving);
+    free(j->variable);
+    *j = (struct jump){ 0 };
+}
+
+/* The events' functions at t + h, x + h v (v may be NULL). */
+static const double *events_at(struct jump *j, double t, const double *x, double h, const double *v)
+{
+    for (int k = 0; k < j->n; k++)
+        j->in[k] = x[k] + (v ? h * v[k] : 0);
+    j->in[j->n] = t + h;
+    num_tape_eval(j->tape, j->in, j->out);
+    return j->out + j->sets;
+}
+
+/* By how much roundings of x change function e. */
+static double rounding(struct jump *j, int e, double t, const double *x)
+{
+    double g = events_at(j, t, x, 0, NULL)[e], sum = 4 * DBL_EPSILON * fabs(g);
+    for (int k = 0; k < j->n; k++) {
+        double keep = j->in[k];
+        j->in[k] = keep + ROUNDING * fabs(keep);
+        num_tape_eval(j->tape, j->in, j->out);
+        double change = fabs(j->out[j->sets + e] - g);
+        sum += isfinite(change) ? change : 0;
+        j->in[k] = keep;
+    }
+    return sum;
+}
+
+/* -1 for a motion against time. */
+static int along(const struct jump *j) { return j->rq->times[j->rq->samples - 1] < j->rq->start ? -1 : 1; }
+
+/* +1: it grows along v; 0: not told from standing. */
+static int heads(struct jump *j, int e, double t, const double *x, const double *v)
+{
+    double size = 0, speed = 0, h = LOOK * fabs(j->rq->times[j->rq->samples - 1] - j->rq->start);
+    for (int k = 0; k < j->n; k++) {
+        size = fmax(size, fabs(x[k]));
+        speed = fmax(speed, fabs(v[k]));
+    }
+    if (size > 0 && speed * h > LOOK * size)
+        h = LOOK * size / speed;
+    double ahead = events_at(j, t, x, h, v)[e], back = events_at(j, t, x, -h, v)[e], change = ahead - back;
+    return fabs(change) <= rounding(j, e, t, x) || isnan(change) ? 0 : change > 0 ? 1 : -1;
+}
+
+/* What is set, into to; changed: by variable. */
+static bool assign(struct jump *j, const struct jump_at *at, double *to, unsigned char *changed, struct sga_error *err)
+{
+    memcpy(to, at->x, (size_t)j->n * sizeof *to);
+    events_at(j, at->t, at->x, 0, NULL);
+    for (int e = 0, i = 0; e < j->rq->events; i += j->rq->event[e++].sets)
+        for (int k = 0; k < j->rq->event[e].sets && at->fired[e]; k++) {
+            int variable = j->rq->event[e].set[k].variable;
+            double value = j->out[i + k];
+            char place[64];
+            snprintf(place, sizeof place, "/trajectory/events/%d/set", e);
+            const char *name = j->sys->store->symbol[j->sys->variable[variable].symbol].name;
+            if (!isfinite(value))
+                return sga_fail_at(err, SGA_E_EVENT_SET, place, "at %.10g what is set for %.100s has no value", at->t, name);
+            if (changed[variable] && fabs(to[variable] - value) > 1e-9 * fmax(fabs(value), fabs(to[variable])))
+                return sga_fail_at(err, SGA_E_EVENT_SET, place, "at %.10g two events happen at once and set %.100s to %.10g and %.10g; "
+                                   "what happens then is not said: one event for both would say it", at->t, name, to[variable], value);
+            to[variable] = value;
+            changed[variable] = 1;
+        }
+    for (int k = 0; k < j->n; k++)
+        if (changed[k])
+            to[k] *= 1 + at->wrong;
+    return true;
+}
+
+/* 1 for the variables of constraints in which nothing is that was set. */
+static void untouched(const struct jump *j, const unsigned char *changed, unsigned char *hold)
+{
+    struct expr_cone cone;
+    unsigned char *used = sga_malloc((size_t)j->n + 1);
+    expr_cone_init(&cone);
+    for (int i = 0; i < j->sol->constraints; i++) {
+        bool touched = false;
+        memset(used, 0, (size_t)j->n);
+        mark(j, &cone, j->sol->constraint[i].expr, used);
+        for (int k = 0; k < j->n; k++)
+            touched |= used[k] && (changed[k] || !j->moving[k]);
+        for (int k = 0; k < j->n && !touched; k++)
+            hold[k] |= used[k];
+    }
+    expr_cone_clear(&cone);
+    free(used);
+}
+
+enum { HOLD_MOVING, HOLD_POSITIONS, HOLD_UNTOUCHED, WAYS };
+
+/* The start nearest to `to` in one of the ways, with its derivative. */
+static bool project(struct jump *j, const struct jump_at *at, const double *to, const unsigned char *changed, int way, struct traj_initial *r, struct sga_error *err)
+{
+    struct traj_request q = *j->rq;
+    size_t n = (size_t)j->n;
+    unsigned char *hold = sga_calloc(2 * n + 1, 1), *given = hold + n;
+    if (way != HOLD_MOVING)
+        untouched(j, changed, hold);
+    for (size_t k = 0; k < n; k++) {
+        hold[k] |= changed[k] || (way == HOLD_MOVING && j->moving[k] && j->sol->constraints) || (way == HOLD_POSITIONS && j->position[k]);
+        given[k] = j->moving[k] || changed[k] || !j->bound[k];
+    }
+    q.start = at->t;
+    q.initial = to;
+    q.held = hold;
+    q.given = given;
+    q.exact_start = EXPR_UNDEF;
+    q.exact_initial = q.exact_time = NULL;
+    q.events = 0;
+    q.arithmetic = TRAJ_DOUBLE;
+    bool ok = traj_consistent(j->sys, j->sol, &q, r, err);
+    free(hold);
+    return ok;
+}
+
+/* Where the motion before came from, along v. */
+static void sides_before(struct jump *j, const struct jump_at *at, const unsigned char *near, signed char *side)
+{
+    struct traj_initial r;
+    struct sga_error ignored = { 0 };
+    unsigned char *none = sga_calloc((size_t)j->n + 1, 1);
+    bool any = false;
+    for (int e = 0; e < j->rq->events; e++)
+        any |= near[e] && !at->fired[e];
+    if (any && project(j, at, at->x, none, WAYS, &r, &ignored)) {
+        for (int e = 0; e < j->rq->events; e++)
+            if (near[e] && !at->fired[e])
+                side[e] = (signed char)(-along(j) * heads(j, e, at->t, at->x, r.derivative));
+        traj_initial_clear(&r);
+    }
+    free(none);
+}
+
+/* An event whose function is 0 before and after, to the roundings of values and of time: where it happened, it goes on to the side that it heads for; where it
+ * stands, and where it did not happen, it comes from where it was. */
+static void sides_after(struct jump *j, const struct jump_at *at, const struct traj_initial *to, signed char *side, unsigned char *stands)
+{
+    int events = j->rq->events;
+    unsigned char *near = sga_calloc((size_t)events + 1, 1);
+    for (int e = 0; e < events; e++) {
+        double slow = fabs(events_at(j, at->t, to->x, ROUNDING * fabs(at->t), to->derivative)[e] - events_at(j, at->t, to->x, 0, NULL)[e]);
+        double told = 16 * (rounding(j, e, at->t, at->x) + rounding(j, e, at->t, to->x)) + (isfinite(slow) ? slow : 0), before = fabs(events_at(j, at->t, at->x, 0, NULL)[e]);
+        double after = fabs(events_at(j, at->t, to->x, 0, NULL)[e]);
+        near[e] = after <= told + (at->fired[e] ? 4 * before : 0) && (at->fired[e] || before <= told);
+        side[e] = ODE_SIDE_TOLD;
+        stands[e] = 0;
+        if (near[e] && at->fired[e]) {
+            int way = heads(j, e, at->t, to->x, to->derivative);
+            side[e] = (signed char)(along(j) * (way ? way : -at->crossing[e]));
+            stands[e] = !way;
+        }
+    }
+    sides_before(j, at, near, side);
+    free(near);
+}
+
+bool jump_apply(struct jump *j, const struct jump_at *at, double *x, signed char *side, unsigned char *stands, struct sga_error *err)
+{
+    size_t n = (size_t)j->n;
+    double *to = sga_malloc((n + 1) * sizeof *to);
+    unsigned char *changed = sga_calloc(n + 1, 1);
+    struct traj_initial r;
+    struct sga_error why = { 0 };
+    bool ok = assign(j, at, to, changed, err), there = false;
+    for (int way = 0; ok && !there && way < WAYS; way++) {
+        why = (struct sga_error){ 0 };
+        there = project(j, at, to, changed, way, &r, &why);
+        if (!there && why.code != SGA_E_INITIAL && why.code != SGA_E_NO_MOTION && why.code != SGA_E_UNDECIDED) {
+            *err = why;           /* time is up */
+            ok = false;
+        }
+    }
+    int first = 0;
+    while (first + 1 < j->rq->events && !(at->fired[first] && j->rq->event[first].sets))
+        first++;
+    char place[64];
+    snprintf(place, sizeof place, "/trajectory/events/%d/set", first);
+    if (ok && !there)
+        ok = sga_fail_at(err, SGA_E_EVENT_SET, place, "at %.10g the values that are set lie off the constraints, whatever else moves: %.400s", at->t, why.detail);
+    if (ok) {
+        memcpy(x, r.x, n * sizeof *x);
+        sides_after(j, at, &r, side, stands);
+    }
+    if (there)
+        traj_initial_clear(&r);
+    free(to);
+    free(changed);
+    return ok;
+}

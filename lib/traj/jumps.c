@@ -1,0 +1,426 @@
+/* Motions with events that set variables: pieces, joined; and their errors, by a second motion. */
+#include "jumps.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "budget.h"
+#include "jump_set.h"
+#include "mem.h"
+#include "ode.h"
+#include "system.h"
+#include "tolerance.h"
+
+/* Motions that are compared at the most; events that set in one of them; intervals of no time before they are said to have no end; and the
+ * steps by which the tolerances shrink. */
+enum { MOST_PASSES = 4, MOST_JUMPS = 20000, AT_ONCE = 3 };
+static const double TIGHTER = 0.1;
+/* Times as one, by their size; what is set is wrong by so much in the looser motion. */
+static const double SAME_TIME = 1e-13, WRONG = 4 * DBL_EPSILON;
+/* Times have a limit where it is so near, by the whole way, and intervals shrink by the same factor, but for this part of what it is below 1. */
+static const double LIMIT_NEAR = 1e-6, ALIKE = 0.02;
+/* The same, for an event whose function stood still after it and that happens again at once: by roundings that fall. */
+static const double STANDS = 1e-4;
+
+/* One motion, of all its pieces. */
+struct pass {
+    struct traj_result r;         /* joined; `error`s are what pieces have for their own */
+    double *each;                 /* rows x columns: those errors */
+    double *at; int jumps, room;  /* times of events that set */
+    int *count;                   /* by event: how often it did */
+    double end_error;             /* of an accumulation's time */
+    bool stood;                   /* after the event before the last what it looks at stood still, and did so again */
+    size_t happening_room;
+};
+
+bool jumps_any(const struct traj_request *rq)
+{
+    bool any = false;
+    for (int e = 0; e < rq->events; e++)
+        any |= rq->event[e].sets > 0;
+    return any;
+}
+
+static void pass_clear(struct pass *p)
+{
+    traj_result_clear(&p->r);
+    free(p->each);
+    free(p->at);
+    free(p->count);
+    *p = (struct pass){ 0 };
+}
+
+/* The request of a piece: columns are those asked for, then all variables. */
+struct piece {
+    struct traj_request q;
+    expr_id *output;
+    struct traj_event *event;
+    signed char *side, *all_side;  /* by event of the piece; of the request */
+    unsigned char *stands;        /* by event of the request: its function stands at 0 where the piece begins */
+    int *whole;                   /* by event of the piece: that of the request */
+    double *x;
+    unsigned char *given, *held;
+    int columns;                  /* that are kept */
+};
+
+static void piece_init(struct piece *p, const struct sys_system *sys, const struct traj_request *rq, double tighter)
+{
+    size_t n = (size_t)sys->variables, events = (size_t)rq->events;
+    *p = (struct piece){ .q = *rq, .columns = rq->outputs ? rq->outputs : sys->variables };
+    p->output = sga_malloc((n + (size_t)rq->outputs + 1) * sizeof *p->output);
+    for (int k = 0; k < rq->outputs; k++)
+        p->output[k] = rq->output[k];
+    for (size_t k = 0; k < n; k++)
+        p->output[(size_t)rq->outputs + k] = sys->store->symbol[sys->variable[k].symbol].node;
+    p->event = sga_calloc(events + 1, sizeof *p->event);
+    p->side = sga_calloc(2 * events + 2, 1);
+    p->all_side = p->side + events + 1;
+    memset(p->all_side, ODE_SIDE_FRESH, events);
+    p->stands = sga_calloc(events + 1, 1);
+    p->whole = sga_calloc(events + 1, sizeof *p->whole);
+    p->x = sga_calloc(n + 1, sizeof *p->x);
+    p->given = sga_calloc(2 * n + 1, 1);
+    p->held = p->given + n;
+    memset(p->given, 1, n);
+    p->q.output = p->output;
+    p->q.outputs = (int)n + rq->outputs;
+    p->q.event = p->event;
+    p->q.event_side = p->side;
+    p->q.integrals = 0;
+    p->q.beside = NULL;
+    p->q.exact_start = EXPR_UNDEF;
+    p->q.exact_initial = p->q.exact_time = NULL;
+    p->q.arithmetic = TRAJ_DOUBLE;
+    p->q.rtol = fmax(tighter * rq->rtol, fmin(rq->rtol, 1e-14));
+    p->q.atol = tighter * rq->atol;
+}
+
+static void piece_clear(struct piece *p)
+{
+    free(p->output);
+    free(p->event);
+    free(p->side);
+    free(p->whole);
+    free(p->stands);
+    free(p->x);
+    free(p->given);
+}
+
+/* Events that have not acted as often as they may. */
+static void piece_events(struct piece *p, const struct traj_request *rq, const int *count)
+{
+    p->q.events = 0;
+    for (int e = 0; e < rq->events; e++) {
+        const struct traj_event *from = rq->event + e;
+        if (from->most && count[e] >= from->most)
+            continue;
+        p->whole[p->q.events] = e;
+        p->side[p->q.events] = p->all_side[e];
+        p->event[p->q.events++] = (struct traj_event){ .expression = from->expression, .direction = from->direction, .stop = from->stop || from->sets };
+    }
+}
+
+/* Rows and happenings of a piece are added. */
+static void join(struct pass *p, const struct piece *q, const struct traj_result *piece)
+{
+    struct traj_result *r = &p->r;
+    size_t columns = (size_t)q->columns, wide = (size_t)piece->columns, happened = (size_t)(r->happened + piece->happened);
+    for (int i = 0; i < piece->rows; i++, r->rows++) {
+        double *value = r->value + (size_t)r->rows * columns, *each = p->each + (size_t)r->rows * columns;
+        r->t[r->rows] = piece->t[i];
+        memcpy(value, piece->value + (size_t)i * wide, columns * sizeof *value);
+        for (size_t k = 0; k < columns; k++)
+            each[k] = piece->error ? fmin(piece->error[i], piece->column_error ? piece->column_error[k] : INFINITY) : INFINITY;
+    }
+    if (happened + 1 > p->happening_room) {
+        p->happening_room = 2 * happened + 1;
+        r->happening = sga_realloc(r->happening, p->happening_room * sizeof *r->happening);
+        r->happened_value = sga_realloc(r->happened_value, p->happening_room * (columns + 1) * sizeof *r->happened_value);
+    }
+    for (int i = 0; i < piece->happened; i++, r->happened++) {
+        r->happening[r->happened] = piece->happening[i];
+        r->happening[r->happened].event = q->whole[piece->happening[i].event];
+        memcpy(r->happened_value + (size_t)r->happened * columns, piece->happened_value + (size_t)i * wide, columns * sizeof(double));
+    }
+    r->residual = fmax(r->residual, piece->residual);
+    r->steps += piece->steps;
+    r->rejected += piece->rejected;
+    r->evaluations += piece->evaluations;
+    r->seconds += piece->seconds;
+    r->method = piece->method;
+    r->arithmetic = piece->arithmetic;
+    r->gauge = piece->gauge;
+    r->gauge_numeric = piece->gauge_numeric;
+    r->inputs_examined = piece->inputs_examined;
+    if (piece->shortfall)
+        r->shortfall = piece->shortfall;
+}
+
+/* The times have a limit at t, known to an error; nothing is said beyond. */
+static bool end_at_limit(struct pass *p, double t, double error, const char *how)
+{
+    double direction = p->at[p->jumps - 1] < p->at[0] ? -1 : 1;
+    while (p->r.happened && direction * (p->r.happening[p->r.happened - 1].t - t) > 0)
+        p->r.happened--;
+    while (p->r.rows && direction * (p->r.t[p->r.rows - 1] - t) > 0)
+        p->r.rows--;
+    p->r.ended = true;
+    p->r.ended_t = t;
+    p->r.ended_reason = "accumulation";
+    p->end_error = error;
+    snprintf(p->r.ended_detail, sizeof p->r.ended_detail, "%s: the motion beyond is not determined by them", how);
+    return true;
+}
+
+/* Whether times of events have a limit: the last intervals shrink by one factor, and what is left of them is short; or there is no time between
+ * them; or they are too short for their roundings to shrink any more. */
+static bool accumulates(struct pass *p, const struct traj_request *rq)
+{
+    static const char *const at_once = "events that set variables follow each other without time between";
+    const double *t = p->at + p->jumps;
+    double way = fabs(rq->times[rq->samples - 1] - rq->start);
+    if (p->jumps > 1 && p->stood && fabs(t[-1] - t[-2]) <= STANDS * way)
+        return end_at_limit(p, t[-2], SAME_TIME * fabs(t[-2]), at_once);
+    if (p->jumps > AT_ONCE && fabs(t[-1] - t[-1 - AT_ONCE]) <= SAME_TIME * fabs(t[-1]))
+        return end_at_limit(p, t[-1 - AT_ONCE], SAME_TIME * fabs(t[-1]), at_once);
+    if (p->jumps < 5)
+        return false;
+    double d0 = t[-4] - t[-5], d1 = t[-3] - t[-4], d2 = t[-2] - t[-3], d3 = t[-1] - t[-2], q0 = d1 / d0, q1 = d2 / d1, q2 = d3 / d2;
+    double most = 1 - fmax(q1, q2), left = d3 * q2 / (1 - q2), before = d2 * q1 / (1 - q1) - d3;
+    bool alike = most > 0 && q0 > 0 && q1 > 0 && q2 > 0 && q0 < 1 && fabs(q2 - q1) <= ALIKE * most && fabs(q1 - q0) <= 2 * ALIKE * most;
+    if (alike && fabs(left) <= LIMIT_NEAR * way) {
+        char how[120];
+        snprintf(how, sizeof how, "the times of events that set variables have a limit here, intervals shrinking by %.6g each", q2);
+        /* roundings of times are in the factor, and what is left of it beyond one more step of it */
+        return end_at_limit(p, t[-1] + left, 2 * fabs(left - before) + 8 * DBL_EPSILON * fabs(t[-1]) * (1 + fabs(left / d3)) / (1 - q2), how);
+    }
+    bool shrink = fabs(d3) < fabs(d2) && fabs(d2) < fabs(d1);
+    if (!shrink && fabs(t[-1] - t[-4]) <= LIMIT_NEAR * way)
+        return end_at_limit(p, t[-4], INFINITY, "events that set variables follow each other so fast that roundings decide when");
+    return false;
+}
+
+/* What happens at the end of a piece; false: nothing that sets, or something that stops. crossing, fired: by event of the request. */
+static bool fired_at_end(const struct traj_request *rq, const struct piece *q, const struct traj_result *piece, unsigned char *fired, signed char *crossing)
+{
+    bool any = false, stop = false;
+    double t = piece->ended_t;
+    memset(fired, 0, (size_t)rq->events + 1);
+    for (int i = piece->happened - 1; i >= 0 && fabs(piece->happening[i].t - t) <= SAME_TIME * fabs(t); i--) {
+        int e = q->whole[piece->happening[i].event];
+        stop |= rq->event[e].stop;
+        any |= rq->event[e].sets > 0;
+        fired[e] = 1;
+        crossing[e] = (signed char)piece->happening[i].direction;
+    }
+    return any && !stop;
+}
+
+/* One that stops for good names itself. */
+static void name_stop(const struct traj_request *rq, const struct piece *q, const struct traj_result *piece, struct traj_result *r)
+{
+    for (int i = piece->happened - 1; i >= 0 && fabs(piece->happening[i].t - piece->ended_t) <= SAME_TIME * fabs(piece->ended_t); i--)
+        if (rq->event[q->whole[piece->happening[i].event]].stop)
+            r->ended_event = q->whole[piece->happening[i].event];
+}
+
+static void count_jump(struct pass *p, const struct traj_request *rq, double t, const unsigned char *fired)
+{
+    if (p->jumps == p->room) {
+        p->room = 2 * p->room + 16;
+        p->at = sga_realloc(p->at, (size_t)p->room * sizeof *p->at);
+    }
+    p->at[p->jumps++] = t;
+    for (int e = 0; e < rq->events; e++)
+        p->count[e] += fired[e] && rq->event[e].sets;
+}
+
+/* The end of a piece: true where another follows. */
+static bool go_on(struct pass *p, struct piece *q, struct jump *j, const struct traj_request *rq, const struct traj_result *piece, double wrong, bool *ok, struct sga_error *err)
+{
+    unsigned char *fired = sga_calloc((size_t)rq->events + 1, 1);
+    signed char *crossing = sga_calloc((size_t)rq->events + 1, 1);
+    bool set = piece->ended && piece->ended_event >= 0 && fired_at_end(rq, q, piece, fired, crossing), more = false;
+    if (piece->ended && !set) {
+        p->r.ended = true;
+        p->r.ended_t = piece->ended_t;
+        p->r.ended_reason = piece->ended_reason;
+        memcpy(p->r.ended_detail, piece->ended_detail, sizeof p->r.ended_detail);
+        if (piece->ended_event >= 0)
+            name_stop(rq, q, piece, &p->r);
+    } else if (set) {
+        const double *x = piece->happened_value + (size_t)piece->happened * (size_t)piece->columns - j->n;
+        struct jump_at at = { piece->ended_t, x, fired, crossing, wrong };
+        count_jump(p, rq, piece->ended_t, fired);
+        p->stood = false;
+        for (int e = 0; e < rq->events; e++)
+            p->stood |= fired[e] && rq->event[e].sets && q->stands[e];
+        *ok = jump_apply(j, &at, q->x, q->all_side, q->stands, err);
+        more = *ok && !accumulates(p, rq);
+        if (more && p->jumps >= MOST_JUMPS) {
+            p->r.ended = true;
+            p->r.ended_t = piece->ended_t;
+            p->r.ended_reason = ode_reason_text(ODE_STEP_LIMIT);
+            snprintf(p->r.ended_detail, sizeof p->r.ended_detail, "%d events that set variables have happened, as many as are followed", MOST_JUMPS);
+            more = false;
+        }
+    }
+    free(fired);
+    free(crossing);
+    return more;
+}
+
+/* By column the largest of the pieces' units. */
+static void take_units(struct traj_result *r, const struct traj_result *piece)
+{
+    if (!r->unit)
+        r->unit = sga_calloc((size_t)r->columns + 1, sizeof(double));
+    for (int k = 0; k < r->columns; k++)
+        r->unit[k] = fmax(r->unit[k], piece->unit ? piece->unit[k] : 1);
+}
+
+/* The whole motion once. *p is cleared where it fails. */
+static bool pass_run(struct pass *p, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, double tighter, double wrong,
+                     struct sga_error *err)
+{
+    struct piece q;
+    struct jump j;
+    *p = (struct pass){ 0 };
+    piece_init(&q, sys, rq, tighter);
+    size_t rows = (size_t)rq->samples, columns = (size_t)q.columns;
+    p->r.columns = q.columns;
+    p->r.ended_event = -1;
+    p->r.t = sga_calloc(rows + 1, sizeof(double));
+    p->r.value = sga_calloc((rows + 1) * (columns + 1), sizeof(double));
+    p->each = sga_calloc((rows + 1) * (columns + 1), sizeof(double));
+    p->count = sga_calloc((size_t)rq->events + 1, sizeof *p->count);
+    bool ok = jump_init(&j, sys, sol, rq, err), more = ok;
+    for (int done = 0; more;) {
+        struct traj_result piece;
+        piece_events(&q, rq, p->count);
+        ok = sga_budget_ok(rq->budget, err) && traj_run(sys, sol, &q.q, &piece, err);
+        if (!ok)
+            break;
+        if (!p->jumps) {
+            p->r.initial = piece.initial;
+            p->r.moved = piece.moved;
+            piece.initial = NULL;
+        }
+        join(p, &q, &piece);
+        double t = piece.ended_t, direction = rq->times[rq->samples - 1] < rq->start ? -1 : 1;
+        more = go_on(p, &q, &j, rq, &piece, wrong, &ok, err);
+        take_units(&p->r, &piece);
+        traj_result_clear(&piece);
+        while (more && done < rq->samples && (rq->times[done] - t) * direction <= 0)
+            done++;
+        more &= done < rq->samples;
+        double late = wrong * fabs(t);        /* times of events are roundings wrong too, all to one side at the worst */
+        q.q.start = more && (rq->times[done] - t) * direction > 2 * late ? t + direction * late : t;
+        q.q.times = rq->times + done;
+        q.q.samples = rq->samples - done;
+        q.q.initial = q.x;
+        q.q.given = q.given;
+        q.q.held = q.held;
+    }
+    jump_clear(&j);
+    piece_clear(&q);
+    if (!ok)
+        pass_clear(p);
+    return ok;
+}
+
+/* How many happenings both have, in the same order. */
+static int alike(const struct traj_result *a, const struct traj_result *b)
+{
+    int k = 0;
+    while (k < a->happened && k < b->happened && a->happening[k].event == b->happening[k].event && a->happening[k].direction == b->happening[k].direction)
+        k++;
+    return k;
+}
+
+/* Errors of the tighter motion by the looser one; the largest, in units of what is allowed. */
+static double compare(struct pass *p, const struct pass *loose, const struct traj_request *rq)
+{
+    struct traj_result *r = &p->r;
+    const struct traj_result *o = &loose->r;
+    const struct sga_tolerance asked = { rq->rtol, rq->atol };
+    double direction = rq->times[rq->samples - 1] < rq->start ? -1 : 1, known = INFINITY, worst = 0;
+    int same = alike(r, o), columns = r->columns;
+    if (same < r->happened)
+        known = direction * r->happening[same].t;
+    if (same < o->happened)
+        known = fmin(known, direction * o->happening[same].t);
+    r->error = sga_calloc((size_t)r->rows + 1, sizeof(double));
+    r->column_error = sga_calloc((size_t)columns + 1, sizeof(double));
+    r->error_estimate = 0;
+    for (int i = 0; i < r->rows; i++) {
+        bool there = i < o->rows && direction * r->t[i] < known;
+        for (int k = 0; k < columns; k++) {
+            size_t at = (size_t)i * (size_t)columns + (size_t)k;
+            double e = there ? fabs(r->value[at] - o->value[at]) + p->each[at] + 4 * DBL_EPSILON * fabs(r->value[at]) : INFINITY;
+            e = isnan(e) ? INFINITY : e;
+            r->error[i] = fmax(r->error[i], e);
+            r->column_error[k] = fmax(r->column_error[k], e);
+            worst = fmax(worst, sga_error_ratio(e, asked, r->unit ? r->unit[k] : 1, r->value[at]));
+        }
+        r->error_estimate = fmax(r->error_estimate, r->error[i]);
+    }
+    for (int i = 0; i < r->happened; i++) {
+        struct traj_happening *h = r->happening + i;
+        h->error = i < same ? fabs(h->t - o->happening[i].t) + (isfinite(h->error) ? h->error : 0) + 4 * DBL_EPSILON * fabs(h->t) : INFINITY;
+        if (i < same)
+            worst = fmax(worst, sga_error_ratio(h->error, asked, 1, h->t));
+    }
+    return worst;
+}
+
+/* What is known of an accumulation's time. */
+static void say_limit(struct pass *p, const struct pass *loose)
+{
+    struct traj_result *r = &p->r;
+    if (!r->ended || strcmp(r->ended_reason, "accumulation") != 0)
+        return;
+    bool both = loose->r.ended && strcmp(loose->r.ended_reason, "accumulation") == 0;
+    double e = p->end_error + (both ? fabs(r->ended_t - loose->r.ended_t) : INFINITY);
+    size_t end = strlen(r->ended_detail);
+    if (isfinite(e))
+        snprintf(r->ended_detail + end, sizeof r->ended_detail - end, " (the time is known to %.2g)", e);
+    else
+        snprintf(r->ended_detail + end, sizeof r->ended_detail - end, " (how well the time is known is not)");
+}
+
+bool jumps_run(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, struct traj_result *r, struct sga_error *err)
+{
+    struct pass loose, p;
+    double tighter = 1, worst = INFINITY, before;
+    *r = (struct traj_result){ 0 };
+    if (rq->arithmetic == TRAJ_DOUBLE_DOUBLE || rq->arithmetic == TRAJ_BALL)
+        return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "events that set variables are followed in double; use \"double\" or \"auto\"");
+    if (!pass_run(&loose, sys, sol, rq, tighter, WRONG, err))
+        return false;
+    for (int k = 1;; k++) {
+        tighter *= TIGHTER;
+        before = worst;
+        if (!pass_run(&p, sys, sol, rq, tighter, 0, err)) {
+            pass_clear(&loose);
+            return false;
+        }
+        worst = compare(&p, &loose, rq);
+        say_limit(&p, &loose);
+        pass_clear(&loose);
+        if (worst <= 1 || k + 1 >= MOST_PASSES || (isfinite(before) && worst > 0.5 * before))
+            break;
+        loose = p;
+    }
+    if (!(worst <= 1) && !p.r.shortfall)
+        p.r.shortfall = isinf(worst) ? "the motions that were compared do not have the same events" : "errors that events that set variables carry on are larger than the tolerances, at tighter ones too";
+    if (worst <= 1)
+        p.r.shortfall = NULL;
+    *r = p.r;
+    p.r = (struct traj_result){ 0 };
+    pass_clear(&p);
+    return true;
+}
