@@ -32,6 +32,18 @@ def number(q):
     return f"({q})" if q < 0 or q.denominator != 1 else str(q)
 
 
+LOGIC = ("<", "<=", ">", ">=", "==", "!=", "and", "or", "not")     # whose values are no numbers
+
+
+def joined(op, parts):
+    """The text of an operator or function of texts."""
+    if op in ("neg", "not"):
+        return f"({'-' if op == 'neg' else 'not '}{parts[0]})"
+    if op in LOGIC or op in "+-*/^":
+        return f"({f' {op} '.join(parts)})"
+    return f"{op}({', '.join(parts)})"
+
+
 class Tree:
     """One text, with der(expression) kept."""
 
@@ -53,13 +65,9 @@ class Tree:
         if speller and op in "+-*/^":
             return speller.binary(self, e, leaf)
         parts = [self.print(a, leaf, speller) for a in args]
-        if op == "neg":
-            return f"(-{parts[0]})"
-        if op in "+-*/^":
-            return f"({parts[0]} {op} {parts[1]})"
         if speller and op in ("min", "max") and speller.coin():
             parts.reverse()
-        return f"{op}({', '.join(parts)})"
+        return joined(op, parts)
 
     def text(self, leaf=lambda n: n, speller=None):
         return self.print(self.root, leaf, speller)

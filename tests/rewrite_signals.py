@@ -26,7 +26,7 @@ def signal(rng, said):
         inside = {k for n in range(len(tree.node)) if tree.node[n][0] == "der" for k in tree.graph.cone([n])}
         for n in tree.graph.cone([tree.root]):
             here = tree.graph.names([n])
-            if tree.node[n][0] in ("const", "sym", "pi", "der") or n in inside or not here & known or any("'" in m for m in here):
+            if tree.node[n][0] in ("const", "sym", "pi", "der", *respell.LOGIC) or n in inside or not here & known or any("'" in m for m in here):
                 continue
             found.add(tree.print(n, lambda m: m))
         return e
@@ -84,6 +84,6 @@ def replaced(tree, chosen, name):
             if tree.print(e, lambda m: m) == chosen:
                 return name
             parts = [walk(a) for a in args]
-            return f"(-{parts[0]})" if op == "neg" else f"({parts[0]} {op} {parts[1]})" if op in "+-*/^" else f"{op}({', '.join(parts)})"
+            return respell.joined(op, parts)
         return tree.print(e, lambda m: m)
     return walk(tree.root)

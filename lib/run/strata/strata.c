@@ -261,11 +261,22 @@ void strata_factors(struct listing *l, expr_id value, int before)
     poly_factors_clear(&f);
 }
 
+static const struct sga_pivot *pivot_of(const struct sga_solution *sol, int i) { return i < sol->pivots ? sol->pivot + i : sol->dead + (i - sol->pivots); }
+
+/* The last generation that is spoken of: a set found empty has none left, though pivots were met on the way. */
+static int latest(const struct sga_solution *sol)
+{
+    int last = sol->generations + 1;
+    for (int i = 0; i < sol->pivots + sol->deads; i++)
+        last = pivot_of(sol, i)->generation > last ? pivot_of(sol, i)->generation : last;
+    return last;
+}
+
 /* How many constraints stood when the elimination of each generation began. malloced. */
 static int *stood(const struct sga_solution *sol)
 {
-    int *before = sga_malloc(((size_t)sol->generations + 2) * sizeof *before);
-    for (int g = 0, k = 0; g <= sol->generations + 1; g++) {
+    int last = latest(sol), *before = sga_malloc(((size_t)last + 1) * sizeof *before);
+    for (int g = 0, k = 0; g <= last; g++) {
         while (k < sol->constraints && (sol->constraint[k].generation < g || sol->constraint[k].origin == SGA_FROM_RESTRICTION))
             k++;
         before[g] = k;
@@ -308,8 +319,8 @@ static void list_strata(struct job *j)
         strata_components(&l);
     SGA_FREED int *before = stood(sol);
     for (int i = 0; i < sol->pivots + sol->deads; i++) {
-        const struct sga_pivot *p = i < sol->pivots ? sol->pivot + i : sol->dead + (i - sol->pivots);
-        assert(p->generation >= 0 && p->generation <= sol->generations + 1);
+        const struct sga_pivot *p = pivot_of(sol, i);
+        assert(p->generation >= 0 && (empty || p->generation <= sol->generations + 1));
         if (!expr_is_const(&j->request->store, p->value))
             strata_factors(&l, p->value, before[p->generation]);
     }
