@@ -94,7 +94,7 @@ bool index_range_read(struct index_loop *l, const char *text, struct index_scope
     *is = false;
     index_start(&r, text, 0, scope, err);
     const char *open = strchr(text, '['), *close = strrchr(text, ']');
-    if (r.tok.kind != LEX_NAME || !open || !close || !memchr(open, ':', (size_t)(close - open)))
+    if (r.tok.kind != LEX_NAME || !open || !close || close < open || !memchr(open, ':', (size_t)(close - open)))
         return true;
     l->base = r.tok.length;
     index_advance(&r);
