@@ -451,6 +451,13 @@ class TrajectoryCheck:
             self.check(self.t["method"] == expect["method"], "method", self.t["method"])
         if "arithmetic" in expect:
             self.check(self.t["arithmetic"] == expect["arithmetic"], "arithmetic", self.t["arithmetic"])
+        passed = [p["t"] for p in self.t.get("passed", [])]
+        if "passed" in expect:       # singular positions that the motion goes through: the first ones' times; and how many there are
+            near = expect.get("passed_tolerance", 1e-7)
+            times = [number(t) for t in expect["passed"]]
+            self.check(len(passed) == expect.get("passes", len(times)) and all(abs(a - b) <= near for a, b in zip(passed, times)), "singular positions passed", str(passed[:5]))
+        else:
+            self.check(not passed, "no singular position on the way", str(passed[:5]))
         if "charts" in expect:
             self.check(bool(self.t.get("charts")) == expect["charts"], "other pivots on the way", str(self.t.get("charts")))
         if "reached" in expect:

@@ -167,6 +167,18 @@ static bool fall_is_near(struct field *f, int q, double t, const double *x)
     return way > 0 && way <= END_NEAR * made && fabs(f->direct_out[f->n + q]) <= END_SMALL * f->pivot_start[q];
 }
 
+/* Pivot q, with which the rank falls at fell_t, is p, as small as where expressions are not used: the motion is there, if that time is as near. Nearer still
+ * roundings choose a branch, one on which the pivot keeps its sign perhaps. */
+static bool has_fallen(struct field *f, int q, double p)
+{
+    double made = fabs(f->home_t - f->start_t), way = (f->fell_t - f->home_t) * (f->home_t < f->start_t ? -1 : 1);
+    if (f->fell != q || fabs(p) > least(f, q) || !(fabs(way) <= END_NEAR * made))
+        return false;
+    if (way <= 0)
+        f->fell_t = f->home_t;
+    return true;
+}
+
 /* Between the last good point and x a pivot changed sign: find where, and ask the rank
  * there. True: the rank holds, the pivot only happened to vanish. */
 static bool rank_at_change(struct field *f, double t, const double *x, int pivot)
@@ -225,6 +237,11 @@ bool field_inside(struct field *f, double t, const double *x)
 {
     for (int q = 0; q < f->pivots; q++) {
         double p = f->direct_out[f->n + q];
+        if (q < f->chosen && has_fallen(f, q, p)) {
+            f->lost_pivot = q;
+            f->over = true;
+            return false;
+        }
         if (!(p * f->pivot_side[q] < 0))
             continue;
         if (q < f->sides && passes_unseen(f, q, t, x)) {

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "budget.h"
+#include "crossing.h"
 #include "jump_set.h"
 #include "mem.h"
 #include "ode.h"
@@ -89,6 +90,8 @@ static void piece_init(struct piece *p, const struct sys_system *sys, const stru
     p->q.outputs = (int)n + rq->outputs;
     p->q.event = p->event;
     p->q.event_side = p->side;
+    p->q.ends_there = true;
+    p->q.sized_by = rq;
     p->q.integrals = 0;
     p->q.beside = NULL;
     p->q.exact_start = EXPR_UNDEF;
@@ -238,6 +241,49 @@ static void count_jump(struct pass *p, const struct traj_request *rq, double t, 
         p->count[e] += fired[e] && rq->event[e].sets;
 }
 
+/* The place passed, as the answer says it. */
+static void add_passed(struct traj_result *r, const struct traj_result *piece, double t)
+{
+    static const char *const beyond = "the motion goes on along the curve that it has come on, which is analytic there as far as the tolerances tell";
+    const char *colon = strrchr(piece->ended_detail, ':');
+    int length = colon ? (int)(colon - piece->ended_detail) : (int)strlen(piece->ended_detail);
+    size_t room = (size_t)length + strlen(beyond) + 3;
+    r->passed = sga_realloc(r->passed, ((size_t)r->passes + 1) * sizeof *r->passed);
+    r->passed[r->passes] = (struct traj_passed){ t, sga_malloc(room) };
+    snprintf(r->passed[r->passes++].detail, room, "%.*s: %s", length, piece->ended_detail, beyond);
+}
+
+/* The piece ended at a singular position: the samples around it, and where the next piece begins (*t). False: it ends there. */
+static bool pass_over(struct pass *p, struct piece *q, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, const struct traj_result *piece, double *t)
+{
+    struct crossing c;
+    struct traj_result *r = &p->r;
+    double direction = rq->times[rq->samples - 1] < rq->start ? -1 : 1;
+    size_t columns = (size_t)q->columns;
+    if (!piece->stratum || r->passes >= MOST_JUMPS || !crossing_find(sys, sol, &q->q, piece->ended_t, &c))
+        return false;
+    double *x = sga_malloc((size_t)(c.n + 1) * sizeof *x), *y = sga_malloc((size_t)(q->q.outputs + 1) * sizeof *y);
+    while (r->rows && direction * (r->t[r->rows - 1] - c.from) > 0)
+        r->rows--;
+    for (int i = r->rows; i < rq->samples && direction * (rq->times[i] - c.to) <= 0; i++, r->rows++) {
+        crossing_at(&c, rq->times[i], x, y);
+        r->t[i] = rq->times[i];
+        for (size_t k = 0; k < columns; k++) {
+            r->value[(size_t)i * columns + k] = y[k];
+            p->each[(size_t)i * columns + k] = c.error * sga_allowed((struct sga_tolerance){ q->q.rtol, q->q.atol }, piece->unit ? piece->unit[k] : 1, y[k]);
+        }
+    }
+    memcpy(q->x, c.end, (size_t)c.n * sizeof *q->x);
+    memset(q->all_side, ODE_SIDE_FRESH, (size_t)rq->events);
+    memset(q->stands, 0, (size_t)rq->events);
+    add_passed(r, piece, c.at);
+    *t = c.to;
+    free(x);
+    free(y);
+    crossing_clear(&c);
+    return true;
+}
+
 /* The end of a piece: true where another follows. */
 static bool go_on(struct pass *p, struct piece *q, struct jump *j, const struct traj_request *rq, const struct traj_result *piece, double wrong, bool *ok, struct sga_error *err)
 {
@@ -311,7 +357,7 @@ static bool pass_run(struct pass *p, const struct sys_system *sys, const struct 
         }
         join(p, &q, &piece);
         double t = piece.ended_t, direction = rq->times[rq->samples - 1] < rq->start ? -1 : 1;
-        more = go_on(p, &q, &j, rq, &piece, wrong, &ok, err);
+        more = pass_over(p, &q, sys, sol, rq, &piece, &t) || go_on(p, &q, &j, rq, &piece, wrong, &ok, err);
         take_units(&p->r, &piece);
         traj_result_clear(&piece);
         while (more && done < rq->samples && (rq->times[done] - t) * direction <= 0)

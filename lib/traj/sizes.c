@@ -20,22 +20,25 @@ static const double HINT = 0.1;
 /* What became larger than its unit by more than this had the wrong one. */
 static const double WRONG = 8;
 
-static void given(struct scaling *w, const struct traj_request *rq, int n, double weight)
+/* What is given is what the request gives: at the start of a later piece values near 0 are roundings. */
+static const struct traj_request *giver(const struct traj_request *rq) { return rq->sized_by ? rq->sized_by : rq; }
+
+static void given(struct scaling *w, const struct traj_request *from, int n, double weight)
 {
-    double span = rq->samples ? fabs(rq->times[rq->samples - 1] - rq->start) : 0;
+    double span = from->samples ? fabs(from->times[from->samples - 1] - from->start) : 0;
     for (int j = 0; j < n; j++)
-        if (rq->given[j] && rq->initial[j] != 0 && isfinite(rq->initial[j]))
-            scaling_anchor(w, j, log2(fabs(rq->initial[j])), weight);
+        if (from->given[j] && from->initial[j] != 0 && isfinite(from->initial[j]))
+            scaling_anchor(w, j, log2(fabs(from->initial[j])), weight);
     if (span > 0)
         scaling_anchor(w, n, log2(span), TIME_WEIGHT * weight);
 }
 
 /* What is given is not far smaller than it is. */
-static void at_least_given(const struct traj_request *rq, int n, double *log)
+static void at_least_given(const struct traj_request *from, int n, double *log)
 {
     for (int j = 0; j < n; j++)
-        if (rq->given[j] && rq->initial[j] != 0 && isfinite(rq->initial[j]))
-            log[j] = fmax(log[j], log2(fabs(rq->initial[j])) + SMALL);
+        if (from->given[j] && from->initial[j] != 0 && isfinite(from->initial[j]))
+            log[j] = fmax(log[j], log2(fabs(from->initial[j])) + SMALL);
 }
 
 static double power(double log)
@@ -57,16 +60,16 @@ static struct scaling *sizes_of(const struct sys_system *sys, const struct traj_
     if (w) {
         if (scaling_cut(w) && !rq->own_atol)
             sga_limit_met(rq->budget, SGA_LIMIT_SCALED_TERMS);
-        given(w, rq, n, others ? HINT : 1);
+        given(w, giver(rq), n, others ? HINT : 1);
         scaling_logs(w, log);
-        at_least_given(rq, n, log);
+        at_least_given(giver(rq), n, log);
     }
     return w;
 }
 
 /* Of values that were not given. Powers of ten, so that a start does not depend on units: another one, by a power of ten, shifts them by
  * as much. What is common to all of their fractions says nothing, and is left out: sizes that are alike stay so. */
-static void weigh_others(struct sizes *s, const struct traj_request *rq, const double *log)
+static void weigh_others(struct sizes *s, const struct traj_request *from, const double *log)
 {
     static const double TEN = 3.321928094887362, FULL = 6.283185307179586;     /* log2 10; of a turn */
     double x = 0, y = 0, most = 140;
@@ -77,7 +80,7 @@ static void weigh_others(struct sizes *s, const struct traj_request *rq, const d
     double common = x == 0 && y == 0 ? 0 : atan2(y, x) / FULL;
     for (int j = 0; j < s->n; j++) {
         double decade = nearbyint(fmax(-most, fmin(most, log[j] / TEN - common)));
-        if (!rq->given[j])
+        if (!from->given[j])
             s->weight[j] = pow(10, decade);
     }
 }
@@ -85,21 +88,22 @@ static void weigh_others(struct sizes *s, const struct traj_request *rq, const d
 static void find(struct sizes *s, const struct sys_system *sys, const struct traj_request *rq)
 {
     int n = s->n;
+    const struct traj_request *from = giver(rq);
     double *log = sga_malloc((size_t)(n + 2) * sizeof *log);
     struct scaling *w = sizes_of(sys, rq, n, true, log);
     if (!w && !rq->own_atol)
         sga_limit_met(rq->budget, SGA_LIMIT_SCALED);
     if (w)
-        weigh_others(s, rq, log);
+        weigh_others(s, from, log);
     scaling_free(w);
     w = sizes_of(sys, rq, n, false, log);
     for (int j = 0; j < n && w; j++)
-        if (rq->given[j])
+        if (from->given[j])
             s->weight[j] = log[j] <= SMALL || log[j] >= LARGE ? power(log[j]) : 1;
     for (int j = 0; j < n; j++)
         s->uneven |= s->weight[j] != 1;
     for (int j = 0; j < n && w; j++)
-        s->unit[j] = rq->own_atol ? 1 : unit_of(log[j], rq->initial[j] == 0);
+        s->unit[j] = rq->own_atol ? 1 : unit_of(log[j], from->initial[j] == 0);
     for (int k = 0; k < s->columns && w && !rq->own_atol; k++)
         s->column[k] = rq->outputs ? unit_of(scaling_size(w, rq->output[k], log), false) : s->unit[k];
     scaling_free(w);

@@ -89,6 +89,7 @@ static void say_stratum(struct flow *f, struct traj_result *r)
 {
     struct sga_buf text = { 0 };
     r->ended_reason = f->field.contradiction ? "gauge_contradiction" : "stratum";
+    r->stratum = !f->field.contradiction;
     if (f->field.contradiction)
         snprintf(r->ended_detail, sizeof r->ended_detail, "the rates asked for contradict the equations beyond this time");
     else if (f->field.lost_pivot >= 0 && expr_print(f->field.sys->store, f->field.pivot_expr[f->field.lost_pivot], 120, &text))
@@ -114,6 +115,7 @@ static void look_for_stratum(struct flow *f, const struct traj_request *rq, stru
         snprintf(r->ended_detail + before, sizeof r->ended_detail - before, "; the rates asked for divide by %s, which tends to 0", text.data);
     else if (pivot >= 0 && expr_print(f->field.sys->store, f->field.pivot_expr[pivot], 120, &text)) {
         r->ended_reason = "stratum";
+        r->stratum = true;
         snprintf(r->ended_detail, sizeof r->ended_detail, "the rank of the equations drops where %s = 0, which the motion tends "
                  "to: it is not determined beyond", text.data);
     }
@@ -580,12 +582,26 @@ static bool run_from_start(const struct sys_system *sys, const struct sga_soluti
     return ok;
 }
 
-bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
-              struct traj_result *r, struct sga_error *err)
+/* It ended at a singular position: the motion in pieces may pass it. */
+static void go_through(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, struct traj_result *r)
+{
+    struct traj_result through;
+    struct sga_error ignored = { 0 };
+    bool may = r->stratum && !rq->ends_there && !rq->single && !rq->turns && (rq->arithmetic == TRAJ_AUTO || rq->arithmetic == TRAJ_DOUBLE);
+    if (!may || !jumps_run(sys, sol, rq, &through, &ignored))
+        return;
+    if (through.passes) {
+        struct traj_result ended = *r;
+        *r = through;
+        through = ended;
+    }
+    traj_result_clear(&through);
+}
+
+static bool run_once(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+                     struct traj_result *r, struct sga_error *err)
 {
     struct defined d;
-    if (jumps_any(rq))
-        return jumps_run(sys, sol, rq, r, err);
     if (!defined_any(sol, rq))
         return run_from_start(sys, sol, rq, r, err);
     *r = (struct traj_result){ 0 };
@@ -596,6 +612,17 @@ bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, cons
         r->moved = defined_moved(&d, r->initial, r->moved);
     }
     defined_clear(&d);
+    return ok;
+}
+
+bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+              struct traj_result *r, struct sga_error *err)
+{
+    if (jumps_any(rq))
+        return jumps_run(sys, sol, rq, r, err);
+    bool ok = run_once(sys, sol, rq, r, err);
+    if (ok)
+        go_through(sys, sol, rq, r);
     return ok;
 }
 
@@ -616,6 +643,9 @@ void traj_result_clear(struct traj_result *r)
     for (int i = 0; i < r->charts; i++)
         free(r->chart[i].pivot);
     free(r->chart);
+    for (int i = 0; i < r->passes; i++)
+        free(r->passed[i].detail);
+    free(r->passed);
     free(r->happened_value);
     for (size_t i = 0; r->happened_digits && i < (size_t)r->happened * ((size_t)r->columns + 1); i++)
         free(r->happened_digits[i]);

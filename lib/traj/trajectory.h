@@ -50,6 +50,12 @@ struct traj_chart {
     char *pivot;              /* that had become small in the reduction before; malloced */
 };
 
+/* A singular position that the motion passed (crossing.h). */
+struct traj_passed {
+    double t;
+    char *detail;             /* a sentence; malloced */
+};
+
 /* How far a function went from its value at the start, over the samples. */
 struct traj_drift {
     double start, end;        /* values there */
@@ -83,6 +89,8 @@ struct traj_request {
     expr_id exact_start;
     const expr_id *exact_initial, *exact_time;
     const struct traj_turns *turns;        /* NULL: none of the variables is a derivative */
+    const struct traj_request *sized_by;   /* of a later piece of a motion: the request that natural sizes are those of; NULL: its own */
+    bool ends_there;                       /* singular positions are not passed */
     bool single;                           /* one solution at the tolerances as they are: no estimate of its error */
     const struct sga_budget *budget;
 };
@@ -118,6 +126,8 @@ struct traj_result {
     const char *gauge;        /* how the motion was chosen, see traj_gauge_text; static */
     const char *gauge_numeric; /* why that is solved from the equations at each evaluation, not by expressions; static; NULL: it is not */
     struct traj_chart *chart; int charts;   /* in the order of the motion; of the last of the solutions that were compared */
+    bool stratum;             /* ended where the rank of the equations drops */
+    struct traj_passed *passed; int passes;   /* in the order of the motion */
     long steps, rejected, evaluations;
     double seconds;           /* CPU of the integration alone, without what is set up before it */
 };

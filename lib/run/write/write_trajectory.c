@@ -207,6 +207,21 @@ static void write_charts(const struct traj_result *r, struct sga_json *w)
     sga_json_end_array(w);
 }
 
+static void write_passed(const struct traj_result *r, struct sga_json *w)
+{
+    if (!r->passes)
+        return;
+    sga_json_key(w, "passed");
+    sga_json_array(w);
+    for (int i = 0; i < r->passes; i++) {
+        sga_json_object(w);
+        sga_json_member_double(w, "t", r->passed[i].t);
+        sga_json_member_string(w, "detail", r->passed[i].detail);
+        sga_json_end_object(w);
+    }
+    sga_json_end_array(w);
+}
+
 bool answer_write_motion(struct job *j, struct sga_json *w)
 {
     const struct traj_result *r = j->trajectory;
@@ -240,6 +255,7 @@ bool answer_write_motion(struct job *j, struct sga_json *w)
         sga_json_raw(w, j->sensitivities, strlen(j->sensitivities));
     }
     write_charts(r, w);
+    write_passed(r, w);
     sga_json_key(w, "ended");
     if (r->ended) {
         sga_json_object(w);
