@@ -23,6 +23,7 @@
 #include "reduction.h"
 #include "redundant.h"
 #include "sizes.h"
+#include "start_relations.h"
 #include "system.h"
 #include "tape.h"
 #include "tolerance.h"
@@ -584,6 +585,8 @@ bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, cons
               struct traj_result *r, struct sga_error *err)
 {
     struct defined d;
+    if (start_relations_any(rq))
+        return start_relations_run(sys, sol, rq, r, err);
     if (jumps_any(rq))
         return jumps_run(sys, sol, rq, r, err);
     if (!defined_any(sol, rq))
@@ -602,6 +605,7 @@ bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, cons
 void traj_result_clear(struct traj_result *r)
 {
     free(r->initial);
+    free(r->relation);
     free(r->t);
     free(r->value);
     free(r->error);
