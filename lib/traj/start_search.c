@@ -31,6 +31,7 @@ static bool put_in_rates(struct start_search *s, int i, expr_id *map, struct sga
     struct expr_cone cone;
     char place[64];
     int n = s->sys->variables, open = -1;
+    assert(s->sol->field);
     snprintf(place, sizeof place, "/trajectory/start_equations/%d", i);
     expr_cone_init(&cone);
     expr_cone_of(st, &cone, &rq->relation[i].value, 1);
@@ -50,6 +51,9 @@ static bool put_in_rates(struct start_search *s, int i, expr_id *map, struct sga
             open = free ? j : -1;
         }
     expr_cone_clear(&cone);
+    if (open >= 0 && !s->sol->gauge)
+        return sga_fail_at(err, SGA_E_NOT_SUPPORTED, place, "the gauge fields are too large to be written, so that it is not known whether the derivative of %.100s is a choice of the gauge; fix it in "
+                           "trajectory.gauge.rates, or leave it out of the start's equations", st->symbol[s->sys->variable[open].symbol].name);
     if (open >= 0)
         return sga_fail_at(err, SGA_E_GAUGE, place, "the derivative of %.100s is not determined by the equations at the start: it is a choice of the gauge; fix it in trajectory.gauge.rates, "
                            "or leave it out of the start's equations", st->symbol[s->sys->variable[open].symbol].name);

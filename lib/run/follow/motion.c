@@ -34,7 +34,7 @@ static bool with_conditions(struct job *j, struct sga_solution *solution, struct
         sys_add_row(&j->request->system, t->condition[k], source);
     }
     struct reduction_options options = { .near = j->start.x, .near_given = j->start.given, .near_time = j->start.time, .parameter_near = j->start.parameter, .seed = SGA_SEED_MOTION, .budget = j->budget,
-                                   .gauge_fields = j->request->want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF), .gauge_nodes = answer_gauge_nodes(j) };
+                                   .gauge_fields = j->request->want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF) || t->relations, .gauge_nodes = answer_gauge_nodes(j) };
     points_oracle_init(oracle, 20250102);
     if (!sga_reduce(&j->request->system, &options, oracle, solution, j->err)) {
         snprintf(j->err->pointer, sizeof j->err->pointer, "/trajectory/gauge/conditions");
