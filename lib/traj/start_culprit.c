@@ -9,6 +9,9 @@
 #include "start_search.h"
 #include "system.h"
 
+/* Equations that are left out in turn, for the text. */
+enum { TRIES = 16 };
+
 static const char *name_of(const struct start_search *s, int j) { return s->sys->store->symbol[s->sys->variable[j].symbol].name; }
 
 /* Whether some start meets these, in bounds or not. */
@@ -19,6 +22,15 @@ static bool meets(struct start_search *s, const unsigned char *use, bool freed, 
     if (!inside)
         *at = outside;
     return at->x != NULL;
+}
+
+/* By the whole search: before something is said of a relation. */
+static bool meets_after_all(struct start_search *s, const unsigned char *use, struct start_found *at)
+{
+    s->few = false;
+    bool ok = meets(s, use, false, at);
+    s->few = true;
+    return ok;
 }
 
 /* ", where left - right is 0.3 at the nearest start without it" */
@@ -38,10 +50,12 @@ static bool refuse_relation(struct start_search *s, int i, unsigned char *use, c
     bool held = s->rq->held && memchr(s->rq->held, 1, (size_t)s->sys->variables), freed = false;
     snprintf(place, sizeof place, "/trajectory/start_equations/%d", i);
     use[i] = 1;
-    for (int k = 0; k < i; k++) {           /* what it goes without all the same is none of it */
+    int tries = 0;
+    for (int k = 0; k < i && tries < TRIES; k++) {           /* what it contradicts the rest without is none of it */
         if (!use[k])
             continue;
         use[k] = 0;
+        tries++;
         if (meets(s, use, false, &at))
             use[k] = 1;
     }
@@ -88,7 +102,8 @@ bool start_culprit(struct start_search *s, const struct start_found *outside, st
         return false;
     if (outside->x)
         return refuse_bound(s, outside, err);
-    if (!meets(s, use, false, &before)) {                        /* without any: the refusal of the guess itself */
+    s->few = true;
+    if (!meets_after_all(s, use, &before)) {                        /* without any: the refusal of the guess itself */
         struct traj_initial r;
         if (traj_consistent(s->sys, s->sol, &s->plain, &r, err)) {
             traj_initial_clear(&r);
@@ -99,7 +114,7 @@ bool start_culprit(struct start_search *s, const struct start_found *outside, st
     for (int i = 0; i < s->rq->relations; i++) {                 /* alone against the constraints */
         memset(use, 0, (size_t)s->rq->relations);
         use[i] = 1;
-        if (!meets(s, use, false, &at)) {
+        if (!meets(s, use, false, &at) && !meets_after_all(s, use, &at)) {
             use[i] = 0;
             return refuse_relation(s, i, use, &before, err);
         }
@@ -107,7 +122,7 @@ bool start_culprit(struct start_search *s, const struct start_found *outside, st
     memset(use, 0, (size_t)s->rq->relations);
     for (int i = 0; i < s->rq->relations; i++) {                 /* beside those before it */
         use[i] = 1;
-        if (!meets(s, use, false, &at)) {
+        if (!meets(s, use, false, &at) && !meets_after_all(s, use, &at)) {
             use[i] = 0;
             return refuse_relation(s, i, use, &before, err);
         }

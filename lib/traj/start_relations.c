@@ -10,9 +10,12 @@
 #include "mem.h"
 #include "start_search.h"
 #include "system.h"
+#include "warnings.h"
 
 /* The motion's own start may differ by rounding from the one that was found; it lies elsewhere past this, relative to 1 + |value|. */
 static const double SAME = 1e-7;
+/* Variables of systems whose start is looked at in longer numbers, to see how well it is known. */
+enum { LOOKED = 400 };
 
 bool start_relations_any(const struct traj_request *rq)
 {
@@ -23,6 +26,7 @@ bool start_relations_any(const struct traj_request *rq)
 static bool from_start(struct start_search *s, bool exact, struct traj_request *to, struct start_found *found, struct sga_error *err)
 {
     size_t n = (size_t)s->sys->variables;
+    expr_id *digits = sga_zeros(&s->mem, n + 1, sizeof *digits);
     struct start_found outside = { 0 };
     if (s->rq->arithmetic == TRAJ_BALL)
         return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "a start that is searched for (start_equations, bounds) is not enclosed in balls; use \"double-double\", or give the start itself in trajectory.initial");
@@ -39,14 +43,17 @@ static bool from_start(struct start_search *s, bool exact, struct traj_request *
     to->initial = found->x;
     to->given = given;
     if (exact && (s->rq->exact_initial || s->rq->exact_time || s->rq->arithmetic == TRAJ_DOUBLE_DOUBLE)) {
-        expr_id *digits = sga_zeros(&s->mem, n + 1, sizeof *digits);
         if (!start_exact(s, found->x, digits, err))
             return false;
         to->exact_initial = digits;
     } else {
+        struct sga_error ignored = { 0 };
         to->exact_initial = NULL;
+        if (s->rq->relations && n <= LOOKED && !start_exact(s, found->x, digits, &ignored) && sga_budget_ok(s->rq->budget, err))
+            sga_warn(s->rq->budget, SGA_W_START_TOUCHES, "/trajectory/start_equations", "at the start the equations touch the constraints, or each other, and do not cross them: they hold to "
+                     "rounding, and the start is known to about 1e-8 of its size");
     }
-    return true;
+    return sga_budget_ok(s->rq->budget, err);
 }
 
 /* What the relations miss at x, the start that the motion has. */

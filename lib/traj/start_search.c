@@ -19,7 +19,7 @@
 #include "tiers.h"
 
 /* Starts beside the guess; fewer where each is dear. */
-enum { STARTS = 32, FEW = 6, SMALL = 60 };
+enum { STARTS = 32, FEW = 8, SMALL = 60, PROJECTED = 80 };
 /* Outside of a bound by less, relative to 1 + |bound|, is on it; and distances that differ by less are the same. */
 static const double ON = 1e-9, ALIKE = 1e-7;
 
@@ -186,20 +186,14 @@ static bool try_from(struct place *p, const double *guess, struct start_found *f
 {
     size_t n = (size_t)p->s->sys->variables;
     struct sga_error ignored = { 0 };
-    struct traj_request q = p->rq;
     if (!p->ok || !sga_budget_ok(p->rq.budget, NULL))
         return false;
     f->x = sga_zeros(&p->s->mem, n + 1, sizeof *f->x);
-    if (guess) {
-        unsigned char *all = sga_take(&p->s->mem, n + 1);
-        memset(all, 1, n + 1);
-        q.initial = guess;
-        q.given = all;
-        q.exact_initial = NULL;
-    }
-    if (!flow_start(&p->flow, p->s->sys, &p->with, &q, f->x, &f->moved, &ignored))
+    memcpy(f->x, guess ? guess : p->rq.initial, n * sizeof *f->x);
+    if (guess || p->s->few ? !manifold_project(&p->flow.manifold, p->rq.start, f->x, NULL, p->rq.held, PROJECTED, NULL, NULL, NULL)
+                           : !flow_start(&p->flow, p->s->sys, &p->with, &p->rq, f->x, &f->moved, &ignored))
         return false;
-    if (guess && p->with.constraints && (int)n <= SMALL) {
+    if (guess && !p->s->few && p->with.constraints && (int)n <= SMALL) {
         double *nearer = sga_take(&p->s->mem, (n + 1) * sizeof *nearer), far[TIERS], residual;
         memcpy(nearer, f->x, n * sizeof *nearer);
         if (tiers_descend(&p->flow.manifold, p->s->sys, p->flow.sizes, &p->rq, nearer, far)
@@ -318,7 +312,7 @@ bool start_search_find(struct start_search *s, const unsigned char *use, bool fr
         keep(s, &first, found, outside);
     if (!found->x && p.ok) {
         double *x = sga_calloc((size_t)n + 1, sizeof *x);
-        int most = n <= SMALL ? STARTS : FEW;
+        int most = n <= SMALL && !s->few ? STARTS : FEW;
         for (int k = 0; k < most && sga_budget_ok(s->rq->budget, NULL); k++) {
             struct start_found f = { 0 };
             other_start(&p, k, first.x, x);

@@ -12,6 +12,7 @@ struct start_search {
     struct traj_request plain;    /* the same without relations and bounds */
     expr_id *relation;            /* functions of variables and time */
     int *by_name;                 /* n: the variables in the order of their names */
+    bool few;                     /* few starts are tried, for what a refusal says */
     struct sga_arena mem;
 };
 
