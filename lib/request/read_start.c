@@ -54,6 +54,7 @@ static bool read_relation(struct reader *rd, const json_t *v)
         return rd->err->code != SGA_E_OK ? false : store_ok(rd);
     }
     r->text = sga_take_text(&rd->r->mem, json_string_value(v));
+    r->place = sga_take_text(&rd->r->mem, rd->at.data);
     t->relations++;
     return true;
 }
@@ -77,4 +78,15 @@ bool read_start_equations(struct reader *rd, const json_t *v)
     }
     at_back(rd, mark);
     return true;
+}
+
+void start_equations_written(struct reader *rd, const json_t *v)
+{
+    struct request_trajectory *t = &rd->r->trajectory;
+    for (int i = 0; i < t->relations; i++) {
+        struct sga_error at = { .code = SGA_E_INITIAL };
+        snprintf(at.pointer, sizeof at.pointer, "%s", t->relation[i].place);
+        written_place(rd->written, v, &at);
+        t->relation[i].place = sga_take_text(&rd->r->mem, at.pointer);
+    }
 }

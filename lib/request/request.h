@@ -85,6 +85,7 @@ struct request_sensitivities {
 struct request_relation {
     expr_id value;            /* left - right: of variables, time and symbols of rate_symbol */
     char *text;
+    char *place;              /* JSON Pointer to where it was said */
 };
 
 struct request_trajectory {

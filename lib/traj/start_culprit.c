@@ -46,9 +46,8 @@ static bool refuse_relation(struct start_search *s, int i, unsigned char *use, c
 {
     SGA_ENDS(sga_buf_free) struct sga_buf others = { 0 };
     struct start_found at;
-    char place[64];
+    const char *place = s->rq->relation[i].place;
     bool held = s->rq->held && memchr(s->rq->held, 1, (size_t)s->sys->variables), freed = false;
-    snprintf(place, sizeof place, "/trajectory/start_equations/%d", i);
     use[i] = 1;
     int tries = 0;
     for (int k = 0; k < i && tries < TRIES; k++) {           /* what it contradicts the rest without is none of it */

@@ -4,7 +4,6 @@
 #include <assert.h>
 #include <math.h>
 #include <stdint.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -29,10 +28,9 @@ static bool put_in_rates(struct start_search *s, int i, expr_id *map, struct sga
     const struct traj_request *rq = s->rq;
     struct expr_store *st = s->sys->store;
     struct expr_cone cone;
-    char place[64];
+    const char *place = rq->relation[i].place;
     int n = s->sys->variables, open = -1;
     assert(s->sol->field);
-    snprintf(place, sizeof place, "/trajectory/start_equations/%d", i);
     expr_cone_init(&cone);
     expr_cone_of(st, &cone, &rq->relation[i].value, 1);
     for (int k = 0; k < cone.count && open < 0; k++)

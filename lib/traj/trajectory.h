@@ -19,6 +19,7 @@ struct traj_rate {
 struct traj_relation {
     expr_id value;            /* of variables, time, and the symbols that stand for derivatives: 0 at the start */
     const char *text;         /* as it was given */
+    const char *place;        /* JSON Pointer to it */
 };
 
 /* What an event assigns. */
