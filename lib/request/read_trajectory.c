@@ -270,6 +270,8 @@ static bool read_where(struct reader *rd, const json_t *v)
     if (ok && (m = json_object_get(v, "bounds"))) {
         at_back(rd, mark);
         ok = read_bounds(rd, m, &t->low, &t->high) || at_pass(rd, mark);
+        if (!json_object_size(m))
+            t->low = t->high = NULL;
     }
     if (ok && (m = json_object_get(v, "outputs"))) {
         at_back(rd, mark);
