@@ -54,8 +54,27 @@ class ConsistentCheck:
             self.check(abs(self.c["derivatives"][n] - exact(v)) <= 1e-7 * (1 + abs(exact(v))), f"derivative of {n}", self.c["derivatives"][n])
         if "free" in expect:
             self.check(self.c["free"] == expect["free"], "free", self.c["free"])
+        self.relations()
         if self.constraints is not None:
             self.geometry(initial, expect)
+
+    def relations(self):
+        """The start's equations by the derivatives that the answer gives, and the bounds."""
+        given = self.spec.get("start_equations", [])
+        given = given if isinstance(given, list) else [given]
+        self.check(len(given) == len(self.c.get("start_equations", [])), "a residual for each of the start's equations", self.c.get("start_equations"))
+        env = {**self.environment(), **{n + "'": v for n, v in self.c["derivatives"].items() if n + "'" not in self.x}}
+        for text, told in zip(given, self.c.get("start_equations", [])):
+            left, right = [self.side(s, env) for s in text.split("=")]
+            size = 1e-9 * (1 + abs(left) + abs(right))
+            self.check(abs(left - right) <= size and abs(told) <= size, f"{text} holds", (left, right, told))
+        for n, (low, high) in self.spec.get("bounds", {}).items():
+            self.check((low is None or self.x[n] >= exact(low) - 1e-9) and (high is None or self.x[n] <= exact(high) + 1e-9), f"{n} within its bounds", self.x[n])
+
+    def side(self, text, env):
+        g = self.answer.graph
+        e = g.parse(re.sub(r"\bder\((\w+)\)", r"\1'", text))
+        return g.values(g.cone([e]), env, FLOAT)[e]
 
     def geometry(self, initial, expect):
         names, rows = self.answer.names, self.rows()

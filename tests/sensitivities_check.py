@@ -70,6 +70,7 @@ DIFFERENCES = [
     ("a signal of steps", request(equations(["x"], ["x'=-k*x+if(u>0,c,x)"], {"k": "1", "c": "0.75"}, tables={"u": {
         "times": [0, 0.5, 0.5, 1, 1, 2], "values": [1, 1, 0, 0, 1, 1], "interpolation": "linear"}}), {"x": 0.5}, 2, ["k", "c"], ["x"]), False),
     ("a start in differences in double-double", request(equations(["x", "y"], ["x' = y", "x^2 + y^2 = k"], {"k": "2"}), {"x": 1, "y": 1}, 0.5, ["k"], ["x"], accuracy=DD), True),
+    ("equations of the start in double-double", request(PENDULUM, {"x": "0.6", "y": -1}, 0.5, ["L", "g"], ["x"], hold=["x"], start_equations=["x*y' - y*x' = L"], accuracy=DD), True),
     ("the field jumps at a surface that moves", request(equations(["x", "v"], ["x' = v", "v' = -k*(1+x^2)*sign(x-a*cos(t))"], {"k": "1.3", "a": "0.3"}),
                                                         {"x": 1, "v": 0}, 3, ["k", "a"], ["x", "v"]), False),
     ("the field bends", request(equations(["x", "v"], ["x' = v", "v' = -k*abs(x)*x - max(x, v/2)"], {"k": "1.3"}), {"x": 1, "v": 0}, 5, ["k"], ["x"]), False),
@@ -103,6 +104,12 @@ CLOSED = [
      {K: "2", A: 3, B: 1}, [K, A, B]),
     ("held, the rest follows", request(equations(["x", "y"], ["x' = -y", "x^2 + y^2 = k^2"], {"k": "2"}), {"x": "1.2", "y": 1}, 1, ["k"], ["x"], hold=["x"]),
      [A * sympy.cos(T) - sympy.sqrt(K**2 - A**2) * sympy.sin(T), A * sympy.sin(T) + sympy.sqrt(K**2 - A**2) * sympy.cos(T)], {K: "2", A: "1.2"}, [K, A]),
+    ("a start in the steady state", request(equations(["x"], ["x' = 1 + 3*t - k*x"], {"k": "2"}), {}, 1, ["k"], start_equations=["x' = 0"]),
+     [3 * T / K + 1 / K - 3 / K**2 + 3 / K**2 * sympy.exp(-K * T)], {K: "2"}, [K]),
+    # the parameter is in the start alone
+    ("a start with a speed, on a side", request(equations(["x", "y", "lam"], ["x'' = -lam*x", "y'' = -lam*y", "x^2 + y^2 = 1"], {"k": "2"}), {"x": "0.6", "y": "-0.8"}, 1, ["k"], ["x"],
+                                                hold=["x"], outputs=["x", "y"], start_equations=["x*y' - y*x' = k"], bounds={"y": [0, None]}),
+     [A * sympy.cos(K * T) - sympy.sqrt(1 - A**2) * sympy.sin(K * T), A * sympy.sin(K * T) + sympy.sqrt(1 - A**2) * sympy.cos(K * T)], {K: "2", A: "0.6"}, [K, A]),
 ]
 
 CIRCLE = equations(["x", "y"], ["x' = -y", "x^2 + y^2 = k^2"], {"k": 2, "free": None})

@@ -241,6 +241,8 @@ static bool read_text(struct reader *rd, const char *text, size_t length)
             written_place(rd->written, v, rd->faults->list + i);
         if (rd->faults)
             same_places(rd->faults);
+        if (ok)
+            start_equations_written(rd, v);
         written_end(rd->written);
     }
     json_decref(v);

@@ -33,54 +33,6 @@ static bool read_free(struct reader *rd, const json_t *v, unsigned char *taken, 
     return true;
 }
 
-static bool read_end(struct reader *rd, const json_t *pair, size_t i, double *out)
-{
-    const json_t *v = json_array_get(pair, i);
-    if (json_is_null(v))
-        return true;
-    size_t mark = at_index(rd, i);
-    if (!read_value(rd, v, out, NULL))
-        return false;
-    at_back(rd, mark);
-    return true;
-}
-
-static bool read_bound(struct reader *rd, const char *name, const json_t *v, struct request_equilibria *e)
-{
-    int k = state_variable(rd, name);
-    if (k < 0)
-        return false;
-    if (!json_is_array(v) || json_array_size(v) != 2)
-        return expected(rd, "two bounds, null for none", v);
-    if (!read_end(rd, v, 0, e->low + k) || !read_end(rd, v, 1, e->high + k))
-        return false;
-    return e->low[k] <= e->high[k] || at_fail(rd, SGA_E_SCHEMA, "the lower bound %g lies above the upper bound %g", e->low[k], e->high[k]);
-}
-
-static bool read_bounds(struct reader *rd, const json_t *v, struct request_equilibria *e)
-{
-    size_t mark = at_member(rd, "bounds");
-    if (v && !json_is_object(v))
-        return expected(rd, "an object of variables and bounds", v);
-    int n = rd->r->system.variables;
-    e->low = sga_zeros(&rd->r->mem, (size_t)n + 1, sizeof *e->low);
-    e->high = sga_zeros(&rd->r->mem, (size_t)n + 1, sizeof *e->high);
-    for (int k = 0; k < n; k++) {
-        e->low[k] = -INFINITY;
-        e->high[k] = INFINITY;
-    }
-    const char *key;
-    json_t *item;
-    json_object_foreach((json_t *)v, key, item) {
-        size_t here = at_member(rd, key);
-        if (!read_bound(rd, key, item, e))
-            return false;
-        at_back(rd, here);
-    }
-    at_back(rd, mark);
-    return true;
-}
-
 static bool read_starts(struct reader *rd, const json_t *v, struct request_equilibria *e)
 {
     long starts = REQUEST_STARTS;
@@ -105,7 +57,7 @@ bool read_equilibria(struct reader *rd, const json_t *v)
     if (hold && !read_initial(rd, hold, taken, &e->hold, &e->holds))
         return false;
     at_back(rd, here);
-    if ((list && !read_free(rd, list, taken, e)) || !read_bounds(rd, json_object_get(v, "bounds"), e) || !read_starts(rd, json_object_get(v, "starts"), e))
+    if ((list && !read_free(rd, list, taken, e)) || !read_bounds(rd, json_object_get(v, "bounds"), &e->low, &e->high) || !read_starts(rd, json_object_get(v, "starts"), e))
         return false;
     at_back(rd, mark);
     return true;

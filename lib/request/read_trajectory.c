@@ -263,6 +263,16 @@ static bool read_where(struct reader *rd, const json_t *v)
         memset(taken, 0, n + 1);
         ok = read_hold(rd, m, taken) || at_pass(rd, mark);
     }
+    if (ok && (m = json_object_get(v, "start_equations"))) {
+        at_back(rd, mark);
+        ok = read_start_equations(rd, m) || at_pass(rd, mark);
+    }
+    if (ok && (m = json_object_get(v, "bounds"))) {
+        at_back(rd, mark);
+        ok = read_bounds(rd, m, &t->low, &t->high) || at_pass(rd, mark);
+        if (!json_object_size(m))
+            t->low = t->high = NULL;
+    }
     if (ok && (m = json_object_get(v, "outputs"))) {
         at_back(rd, mark);
         at_member(rd, "outputs");
@@ -298,7 +308,7 @@ static bool read_where(struct reader *rd, const json_t *v)
 
 bool read_trajectory(struct reader *rd, const json_t *v)
 {
-    static const char *const members[] = { "start", "stop", "samples", "times", "initial", "hold", "outputs", "integrals", "gauge", "events", "sensitivities", NULL };
+    static const char *const members[] = { "start", "stop", "samples", "times", "initial", "hold", "start_equations", "bounds", "outputs", "integrals", "gauge", "events", "sensitivities", NULL };
     rd->r->trajectory.has = true;
     size_t mark = at_member(rd, "trajectory");
     if (!only_members(rd, v, members) || (!read_when(rd, v) && !at_pass(rd, mark + sizeof "/trajectory" - 1)) || !read_where(rd, v))

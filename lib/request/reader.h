@@ -103,6 +103,10 @@ bool read_system(struct reader *rd, const json_t *v);
 bool read_want(struct reader *rd, const json_t *v);
 bool read_trajectory(struct reader *rd, const json_t *v);
 bool read_sensitivities(struct reader *rd, const json_t *v);   /* read_sensitivities.c: its member */
+bool read_start_equations(struct reader *rd, const json_t *v); /* read_start.c: its member */
+void start_equations_written(struct reader *rd, const json_t *v);   /* their places in v, which was written out */
+/* read_bounds.c: {"x": [low, high]}, null for none, by variable; the request's. v NULL: none is bounded. */
+bool read_bounds(struct reader *rd, const json_t *v, double **low, double **high);
 bool read_symmetries(struct reader *rd, const json_t *v);
 /* read_linearization.c; read_ports.c: its members `inputs` and `outputs`, of an object at the present place. */
 bool read_linearization(struct reader *rd, const json_t *v);

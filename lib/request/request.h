@@ -81,6 +81,13 @@ struct request_sensitivities {
     int *initial; int initials;               /* variables that trajectory.initial gives, none twice */
 };
 
+/* What holds at the start. */
+struct request_relation {
+    expr_id value;            /* left - right: of variables, time and symbols of rate_symbol */
+    char *text;
+    char *place;              /* JSON Pointer to where it was said */
+};
+
 struct request_trajectory {
     bool has;                 /* the request has this member */
     double start;             /* where `initial` holds */
@@ -92,6 +99,9 @@ struct request_trajectory {
     expr_id *exact_times;     /* samples of them; NULL where they are evenly spaced from start to stop */
     struct request_initial *initial; int initials;   /* in the order of the variables */
     int *hold; int holds;                            /* variable indices, in the order given */
+    struct request_relation *relation; int relations;   /* start_equations */
+    int *rate_symbol;                                /* by variable: the symbol that stands for its derivative in them, or -1; NULL: there are none */
+    double *low, *high;                              /* bounds of the start, by variable; infinite: none; NULL: none at all */
     expr_id *output; char **output_text; int outputs;  /* 0: all variables */
     struct request_rate *rate; int rates;            /* in the order of the variables */
     expr_id *integral; char **integral_text; int integrals;   /* functions whose drift is reported */

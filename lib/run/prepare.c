@@ -55,6 +55,10 @@ static bool check_wants(struct job *j)
                            "for each set");
     if (!check_sets(j))
         return false;
+    const struct request_trajectory *t = &j->request->trajectory;
+    if (j->request->want & REQUEST_FIT && (t->relations || t->low))
+        return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, t->relations ? "/trajectory/start_equations" : "/trajectory/bounds", "a fit finds initial values itself, from its own guesses; leave "
+                           "start_equations and bounds out, or write what holds at the start with parameters in trajectory.initial");
     if (j->request->op.open_sources && j->request->want & REQUEST_DERIVATION)
         return sga_fail_at(j->err, SGA_E_NO_MOTION, "/system/sources", "for a derivation, give each source as a function of time");
     if (j->request->op.open_sources && j->request->want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF | REQUEST_CONSISTENT_INITIAL))

@@ -7,6 +7,7 @@
 #include "flow.h"
 #include "mem.h"
 #include "sparse.h"
+#include "start_relations.h"
 #include "tape.h"
 
 /* The elimination of the differentials decides. */
@@ -79,6 +80,8 @@ bool traj_consistent(const struct sys_system *sys, const struct sga_solution *so
                      struct traj_initial *r, struct sga_error *err)
 {
     struct defined d;
+    if (start_relations_any(rq))
+        return start_relations_consistent(sys, sol, rq, r, err);
     if (!defined_any(sol, rq))
         return consistent_as_is(sys, sol, rq, r, err);
     *r = (struct traj_initial){ 0 };
@@ -98,5 +101,6 @@ void traj_initial_clear(struct traj_initial *r)
     free(r->derivative);
     free(r->residual);
     free(r->free);
+    free(r->relation);
     *r = (struct traj_initial){ 0 };
 }

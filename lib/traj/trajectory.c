@@ -23,6 +23,7 @@
 #include "reduction.h"
 #include "redundant.h"
 #include "sizes.h"
+#include "start_relations.h"
 #include "system.h"
 #include "tape.h"
 #include "tolerance.h"
@@ -618,6 +619,8 @@ static bool run_once(const struct sys_system *sys, const struct sga_solution *so
 bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
               struct traj_result *r, struct sga_error *err)
 {
+    if (start_relations_any(rq))
+        return start_relations_run(sys, sol, rq, r, err);
     if (jumps_any(rq))
         return jumps_run(sys, sol, rq, r, err);
     bool ok = run_once(sys, sol, rq, r, err);
@@ -629,6 +632,7 @@ bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, cons
 void traj_result_clear(struct traj_result *r)
 {
     free(r->initial);
+    free(r->relation);
     free(r->t);
     free(r->value);
     free(r->error);

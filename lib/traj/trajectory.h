@@ -15,6 +15,13 @@ struct traj_rate {
     expr_id rate;             /* its derivative: of variables and time */
 };
 
+/* What holds at the start. */
+struct traj_relation {
+    expr_id value;            /* of variables, time, and the symbols that stand for derivatives: 0 at the start */
+    const char *text;         /* as it was given */
+    const char *place;        /* JSON Pointer to it */
+};
+
 /* What an event assigns. */
 struct traj_set {
     int variable;
@@ -71,6 +78,9 @@ struct traj_request {
     const double *initial;                 /* by variable: the guess; 0 where not given */
     const unsigned char *given;            /* by variable: 1 where the request gave it */
     const unsigned char *held;             /* by variable: the projection must not move it */
+    const struct traj_relation *relation; int relations;
+    const int *rate_symbol;                /* by variable: the symbol that is its derivative in the relations, or -1; NULL where there are none */
+    const double *low, *high;              /* by variable: where the start must lie; NULL: anywhere */
     const double *on;                      /* by variable: a point of the component that the answer is about, or NULL */
     const struct traj_rate *rate; int rates;
     bool conditions;                       /* gauge conditions are among the system's rows (for the name of the choice) */
@@ -98,6 +108,7 @@ struct traj_request {
 struct traj_result {
     double *initial;          /* by variable: the consistent start */
     double moved;             /* scaled distance from the guess */
+    double *relation; int relations;   /* residuals of the request's relations at the start */
     int rows, columns;        /* columns without time */
     double *t, *value;        /* rows; rows x columns */
     double *error;            /* by row: estimated global error, largest over the columns; or NULL */
@@ -139,6 +150,7 @@ struct traj_initial {
     double *residual;         /* by constraint: its value at x */
     int *free; int frees;     /* variables whose start can be chosen: coordinates of Pf near x */
     double moved;             /* scaled distance over which given values moved */
+    double *relation; int relations;   /* residuals of the request's relations */
     const char *gauge;        /* as in struct traj_result: of the derivative */
 };
 

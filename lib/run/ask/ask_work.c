@@ -10,6 +10,7 @@
 #include "reduction.h"
 #include "request.h"
 #include "run_job.h"
+#include "start_of.h"
 #include "system.h"
 #include "trajectory.h"
 
@@ -63,23 +64,26 @@ static void give(struct ask_work *s, const struct request_initial *initial, int 
 }
 
 /* The motion's part of the request: where it starts, and how exactly. */
-static struct traj_request motion(struct ask_work *s, double start)
+static struct traj_request motion(struct ask_work *s, double start, bool own_start)
 {
     const struct job *j = s->j;
     const struct request_trajectory *t = &j->request->trajectory;
     unsigned char *held = sga_zeros(&s->mem, (size_t)j->request->system.variables + 1, 1);
     for (int k = 0; k < t->holds; k++)
         held[t->hold[k]] = 1;
-    return (struct traj_request){
+    struct traj_request r = {
         .start = start, .held = held, .rtol = j->request->accuracy.rtol, .atol = j->request->accuracy.atol, .own_atol = j->request->accuracy.own_atol,
         .on = j->oracle->reals && j->oracle->real[0].variables == j->request->system.variables ? j->oracle->real[0].x : NULL,
         .method = j->request->accuracy.method, .arithmetic = TRAJ_DOUBLE, .budget = j->budget };
+    if (own_start)
+        answer_start_of(j->request, &s->mem, &r);
+    return r;
 }
 
-bool ask_at_values(struct ask_work *s, double time, const struct request_initial *initial, int count, bool anywhere)
+static bool at_values(struct ask_work *s, double time, const struct request_initial *initial, int count, bool anywhere, bool start_too)
 {
     struct job *j = s->j;
-    struct traj_request r = motion(s, time);
+    struct traj_request r = motion(s, time, start_too);
     struct traj_initial start;
     expr_id *exact = sga_zeros(&s->mem, (size_t)j->request->system.variables + 1, sizeof *exact);
     give(s, initial, count, &r, exact);
@@ -89,6 +93,11 @@ bool ask_at_values(struct ask_work *s, double time, const struct request_initial
     bool ok = at_point(s, &guess, anywhere);
     traj_initial_clear(&start);
     return ok;
+}
+
+bool ask_at_values(struct ask_work *s, double time, const struct request_initial *initial, int count, bool anywhere)
+{
+    return at_values(s, time, initial, count, anywhere, false);
 }
 
 static bool at_rows(struct ask_work *s, const struct traj_result *rows)
@@ -110,7 +119,7 @@ bool ask_at_samples(struct ask_work *s)
     const struct request_trajectory *t = &j->request->trajectory;
     if (j->trajectory && !t->outputs)
         return at_rows(s, j->trajectory);
-    struct traj_request r = motion(s, t->start);
+    struct traj_request r = motion(s, t->start, true);
     struct traj_result rows;
     struct traj_rate *rate = sga_zeros(&s->mem, (size_t)t->rates + 1, sizeof *rate);
     expr_id *exact = sga_zeros(&s->mem, (size_t)j->request->system.variables + 1, sizeof *exact);
@@ -131,7 +140,7 @@ bool ask_at_samples(struct ask_work *s)
 bool ask_at_start(struct ask_work *s)
 {
     const struct request_trajectory *t = &s->j->request->trajectory;
-    return ask_at_values(s, t->start, t->initial, t->initials, !t->has);
+    return at_values(s, t->start, t->initial, t->initials, !t->has, true);
 }
 
 bool ask_possible(struct job *j)

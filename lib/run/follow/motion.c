@@ -15,6 +15,7 @@
 #include "request.h"
 #include "seeds.h"
 #include "stage_clock.h"
+#include "start_of.h"
 #include "sweep.h"
 #include "system.h"
 #include "tradeoff.h"
@@ -33,7 +34,7 @@ static bool with_conditions(struct job *j, struct sga_solution *solution, struct
         sys_add_row(&j->request->system, t->condition[k], source);
     }
     struct reduction_options options = { .near = j->start.x, .near_given = j->start.given, .near_time = j->start.time, .parameter_near = j->start.parameter, .seed = SGA_SEED_MOTION, .budget = j->budget,
-                                   .gauge_fields = j->request->want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF), .gauge_nodes = answer_gauge_nodes(j) };
+                                   .gauge_fields = j->request->want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF) || t->relations, .gauge_nodes = answer_gauge_nodes(j) };
     points_oracle_init(oracle, 20250102);
     if (!sga_reduce(&j->request->system, &options, oracle, solution, j->err)) {
         snprintf(j->err->pointer, sizeof j->err->pointer, "/trajectory/gauge/conditions");
@@ -149,6 +150,7 @@ bool answer_own_motion(struct job *j)
         .method = j->request->accuracy.method, .arithmetic = (enum traj_arithmetic)j->request->accuracy.arithmetic,
         .budget = j->budget,
     };
+    answer_start_of(j->request, &mem, &r);
     bool tradeoff = j->request->want & REQUEST_TRADEOFF;
     if (j->request->tables && r.arithmetic == TRAJ_AUTO)
         r.arithmetic = TRAJ_DOUBLE;      /* what they are interpolated in */
@@ -172,7 +174,8 @@ bool answer_own_motion(struct job *j)
 bool answer_motion(struct job *j)
 {
     bool ok = answer_own_motion(j);
-    if (!ok && j->err->code == SGA_E_NO_MOTION && j->solution->verdict != SGA_INCONSISTENT)
+    const struct request_trajectory *t = &j->request->trajectory;
+    if (!ok && j->err->code == SGA_E_NO_MOTION && !t->relations && !t->low && j->solution->verdict != SGA_INCONSISTENT)
         ok = answer_motion_on_stratum(j);
     return ok;
 }

@@ -42,7 +42,8 @@ static void drop_solution(struct job *j)
 static bool solve(struct job *j)
 {
     /* motions choose the gauge by expressions, those of other rows where there are conditions */
-    bool motion = j->request->want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF) && !j->request->trajectory.conditions;
+    unsigned moves = REQUEST_TRAJECTORY | REQUEST_TRADEOFF | (j->request->trajectory.relations ? REQUEST_CONSISTENT_INITIAL : 0);
+    bool motion = j->request->want & moves && !j->request->trajectory.conditions;
     bool fields = j->request->want & (REQUEST_GAUGE | REQUEST_SYMMETRIES | REQUEST_LINEARIZATION | REQUEST_TRANSFER | REQUEST_EQUILIBRIA | REQUEST_DERIVATION);
     struct reduction_options options = {
         .near = j->start.x, .near_given = j->start.given, .near_time = j->start.time, .parameter_near = j->start.parameter, .seed = SGA_SEED_REDUCTION, .budget = j->budget,

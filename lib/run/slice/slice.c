@@ -19,7 +19,7 @@ static bool may_slice(const struct request *r)
 {
     static const unsigned motion = REQUEST_TRAJECTORY | REQUEST_CONSISTENT_INITIAL | REQUEST_TRADEOFF;
     const struct form_hamiltonian *h = r->hamiltonian;
-    return r->trajectory.outputs && !r->trajectory.sensitivities.has && r->want & motion && !(r->want & ~motion) && !r->strata && !r->op.has
+    return r->trajectory.outputs && !r->trajectory.sensitivities.has && !r->trajectory.relations && !r->trajectory.low && r->want & motion && !(r->want & ~motion) && !r->strata && !r->op.has
         && !(h && (h->restrictions || h->omega));
 }
 

@@ -58,6 +58,8 @@ static void gather_system(struct roots *r, const struct sys_system *s, const str
         append_one(r, q->event[i].expression);
     for (int i = 0; i < q->rates; i++)
         append_one(r, q->rate[i].rate);
+    for (int i = 0; i < q->relations; i++)
+        append_one(r, q->relation[i].value);
     append_one(r, q->exact_start);
     append(r, q->exact_initial, q->exact_initial ? s->variables : 0);
     append(r, q->exact_time, q->exact_time ? q->samples : 0);
@@ -128,6 +130,10 @@ static const expr_id *place_system(struct sweep_case *c, const struct sys_system
     for (int i = 0; i < q->rates; i++)
         rate[i].rate = *e++;
     c->request.rate = rate;
+    struct traj_relation *relation = duplicate(q->relation, q->relations, sizeof *relation);
+    for (int i = 0; i < q->relations; i++)
+        relation[i].value = *e++;
+    c->request.relation = relation;
     c->request.exact_start = *e++;
     c->request.exact_initial = q->exact_initial ? e : NULL;
     e += q->exact_initial ? s->variables : 0;
@@ -244,6 +250,7 @@ void sweep_case_clear(struct sweep_case *c)
     }
     free((struct traj_event *)c->request.event);
     free((struct traj_rate *)c->request.rate);
+    free((struct traj_relation *)c->request.relation);
     free(c->node);
     sys_clear(&c->system);
     expr_store_clear(&c->store);

@@ -14,6 +14,7 @@
 #include "reduce.h"
 #include "seeds.h"
 #include "stage_clock.h"
+#include "start_of.h"
 #include "system.h"
 #include "table.h"
 #include "variation.h"
@@ -102,6 +103,7 @@ static void set_request(struct vary_model *m)
         .own_atol = r->accuracy.own_atol, .method = r->accuracy.method, .arithmetic = (enum traj_arithmetic)r->accuracy.arithmetic, .budget = j->budget,
         .exact_start = t->exact_start, .exact_initial = exact,
     };
+    answer_start_of(r, &j->mem, &m->rq);
     if (r->tables && m->rq.arithmetic == TRAJ_AUTO)
         m->rq.arithmetic = TRAJ_DOUBLE;
     if (m->rq.arithmetic == TRAJ_DOUBLE_DOUBLE || (m->rq.arithmetic == TRAJ_AUTO && m->rq.rtol < DOUBLE_SUFFICES)) {

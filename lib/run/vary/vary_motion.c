@@ -25,6 +25,8 @@ static bool run_from_differences(struct vary_motion *to, struct vary_model *m, s
     struct traj_result other = { 0 };
     SGA_ARENA(mem);
     double *slope = sga_zeros(&mem, all + 1, sizeof *slope), *off = sga_zeros(&mem, all + 1, sizeof *off);
+    c->request.relations = 0;       /* the start that is placed has met them */
+    c->request.low = c->request.high = NULL;
     if (!vary_start_slopes(m, v->by, v->directions, at, slope, off, err))
         return false;
     variation_place_at(v, &c->request, at->x, slope);
@@ -74,7 +76,7 @@ bool vary_motion_run(struct vary_motion *to, struct vary_model *m, struct variat
     if (ok && !c.solved)
         ok = sga_fail(err, SGA_E_EXPR_UNDEFINED, "the reduction for general values of the parameters has no value at these");
     if (ok) {
-        ok = run_from_solved(to, v, at, &c, err);
+        ok = at->rq->relations || at->rq->low || run_from_solved(to, v, at, &c, err);      /* relations move with the parameters: differences */
         if (!to->exact_start)
             ok = run_from_differences(to, m, v, at, &c, err);
     }

@@ -15,6 +15,8 @@
 static const double FIRST = 0.02, SMALLER = 1.7, OFF = 1e-4, SAME = 1e-8;
 /* Differences of starts that do not move are roundings up to this. */
 static const double ROUNDINGS = 1e-9;
+/* Rounding of a start, relative. */
+static const double DIGITS = 1e-15;
 enum { STEPS = 9, FEWEST = 4 };
 
 struct starts {
@@ -160,6 +162,8 @@ static bool one_direction(struct starts *s, const double *here, double *slope, d
         if (!(off[j] <= OFF * size || off[j] <= ROUNDINGS) || kinked(bend, steps, s->n, j, size))
             return sga_fail_at(s->err, SGA_E_INITIAL, "/trajectory/initial", "the consistent start has no derivative by what is asked for, as far as differences tell: it jumps or bends "
                                "there; give initial values that satisfy the constraints");
+    for (int j = 0; j < s->n; j++)       /* starts are known to their digits */
+        off[j] = fmax(off[j], DIGITS * fabs(here[j]) / step[steps - 1]);
     return true;
 }
 

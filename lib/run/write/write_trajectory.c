@@ -147,8 +147,8 @@ static void write_values(const struct job *j, struct sga_json *w, const char *ke
     sga_json_end_object(w);
 }
 
-/* given, projected, moved */
-static void write_start(const struct job *j, struct sga_json *w, const double *projected, double moved)
+/* given, projected, moved, residuals of the start's equations */
+static void write_start(const struct job *j, struct sga_json *w, const double *projected, double moved, const double *relation, int relations)
 {
     const struct request_trajectory *t = &j->request->trajectory;
     sga_json_key(w, "given");
@@ -160,6 +160,13 @@ static void write_start(const struct job *j, struct sga_json *w, const double *p
     sga_json_end_object(w);
     write_values(j, w, "projected", projected);
     sga_json_member_double(w, "moved", moved);
+    if (relations) {
+        sga_json_key(w, "start_equations");
+        sga_json_array(w);
+        for (int k = 0; k < relations; k++)
+            sga_json_double(w, relation[k]);
+        sga_json_end_array(w);
+    }
     answer_write_slice_start(j, w);
 }
 
@@ -169,7 +176,7 @@ void answer_write_initial(const struct job *j, struct sga_json *w)
     const struct traj_initial *r = j->initial;
     sga_json_key(w, "consistent_initial");
     sga_json_object(w);
-    write_start(j, w, r->x, r->moved);
+    write_start(j, w, r->x, r->moved, r->relation, r->relations);
     write_values(j, w, "derivatives", r->derivative);
     sga_json_member_string(w, "gauge", r->gauge);
     sga_json_key(w, "free");
@@ -238,7 +245,7 @@ bool answer_write_motion(struct job *j, struct sga_json *w)
         return false;
     sga_json_key(w, "initial");
     sga_json_object(w);
-    write_start(j, w, r->initial, r->moved);
+    write_start(j, w, r->initial, r->moved, r->relation, r->relations);
     sga_json_end_object(w);
     sga_json_member_double(w, "error_estimate", r->error_estimate);
     write_errors(r, w);
