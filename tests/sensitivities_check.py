@@ -44,6 +44,7 @@ DIFFERENCES = [
     ("index 3 in double-double", request(PENDULUM, {"x": 1}, 2, ["g", "L"], ["x"], accuracy=DD), True),
     ("index 3, fine", request(PENDULUM, {"x": 1}, 1, ["L"], accuracy={"rtol": 1e-14}), True),
     ("nearest point", request(PENDULUM, {"x": 1.1, "y": 0.2}, 2, ["L"], ["x", "y"]), True),
+    ("nearest point, fine", request(PENDULUM, {"x": 1.1, "y": 0.2}, 1, ["L"], ["x"], accuracy={"rtol": 1e-11}), True),
     ("values that are consistent, all given", request(PENDULUM, {"x": 1.2, "y": 0}, 2, ["g"], ["x", "y"]), True),
     ("initial value by a parameter", request(PENDULUM, {"x": "L/2", "x'": "g/10"}, 1, ["g", "L"]), True),
     ("lagrangian", request(system("lagrangian", coordinates=["q", "s"], parameters={"m": "1.5", "k": "2"},

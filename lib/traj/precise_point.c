@@ -274,6 +274,7 @@ static bool settle_start(struct precise *p, num_dd *guess, const double *x)
 static bool exact_values(struct precise *p, num_dd *guess, struct sga_error *err)
 {
     const struct traj_request *rq = p->rq;
+    const expr_id *exact = rq->exact_initial;
     int n = p->n, count = rq->samples;
     for (int j = 0; j < n; j++)
         guess[j] = num_dd_of(rq->initial[j]);
@@ -287,7 +288,7 @@ static bool exact_values(struct precise *p, num_dd *guess, struct sga_error *err
     root[0] = rq->exact_start;
     memcpy(root + 1, rq->exact_time, (size_t)count * sizeof *root);
     for (int j = 0; j < n; j++)
-        root[1 + count + j] = rq->given[j] && rq->exact_initial[j] ? rq->exact_initial[j] : zero;
+        root[1 + count + j] = exact && rq->given[j] && exact[j] ? exact[j] : zero;
     struct num_tape *t = num_tape_new(p->sys->store, root, 1 + count + n, NULL, 0, err);
     free(root);
     if (!t)
@@ -298,7 +299,7 @@ static bool exact_values(struct precise *p, num_dd *guess, struct sga_error *err
     for (int k = 0; k < count; k++)
         p->time[k] = num_jet2_root(j2, 1 + k)[0];
     for (int j = 0; j < n; j++)
-        if (rq->given[j] && rq->exact_initial[j])
+        if (exact && rq->given[j] && exact[j])
             guess[j] = num_jet2_root(j2, 1 + count + j)[0];
     num_jet2_free(j2);
     num_tape_free(t);
