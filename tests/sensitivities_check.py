@@ -68,6 +68,8 @@ DIFFERENCES = [
                       ["k"], ["x"]), False),
     ("the field jumps at a surface that moves", request(equations(["x", "v"], ["x' = v", "v' = -k*(1+x^2)*sign(x-a*cos(t))"], {"k": "1.3", "a": "0.3"}),
                                                         {"x": 1, "v": 0}, 3, ["k", "a"], ["x", "v"]), False),
+    ("a constraint bends, and a force jumps", request(equations(["x", "v", "F"], ["x' = v", "v' = F - k*v", "v = 2*sin(t) + c*max(x, k)"], {"k": "0.5", "c": "0.3"}),
+                                                      {"x": 0.2}, 1.5, ["k", "c"], ["x"]), False),
     ("two constraints bend", request(equations(["x", "v", "F"], ["x' = v", "v' = F - v", "v = 1 + c*abs(x - k) - min(k, 2*x)/4"], {"k": "0.5", "c": "0.3"}),
                                      {"x": -0.2}, 1.5, ["k", "c"], ["x"]), False),
     ("the field bends", request(equations(["x", "v"], ["x' = v", "v' = -k*abs(x)*x - max(x, v/2)"], {"k": "1.3"}), {"x": 1, "v": 0}, 5, ["k"], ["x"]), False),
