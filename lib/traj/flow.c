@@ -97,10 +97,21 @@ static bool project(void *ctx, double t, double *x, const double *scale, double 
     return ok && flow_valued(f, t, x) && given_hold(f->given, t, x, scale) && field_follows(&f->field, t, x);
 }
 
+/* Derivatives of what does not jump may jump themselves, as constraints bend: so that the motion's own variables can be had, these are left free where
+ * they cannot stay. By how much they jump is told after that (variation_turned). */
+static bool jump_with_derivatives(struct flow *f, double t, double *x)
+{
+    size_t base = (size_t)f->turn->base;
+    unsigned char *held = memcpy(sga_calloc((size_t)f->n + 1, 1), f->moving, base);
+    bool ok = manifold_jump(&f->manifold, t, x, held);
+    free(held);
+    return ok;
+}
+
 static bool jump(void *ctx, double t, double *x)
 {
     struct flow *f = ctx;
-    return manifold_jump(&f->manifold, t, x, f->moving) && flow_valued(f, t, x) && field_follows(&f->field, t, x);
+    return (manifold_jump(&f->manifold, t, x, f->moving) || (f->turn && jump_with_derivatives(f, t, x))) && flow_valued(f, t, x) && field_follows(&f->field, t, x);
 }
 
 static bool slope(void *ctx, double t, const double *x, double *value)
