@@ -15,6 +15,7 @@
 #include "inputs.h"
 #include "jacobian.h"
 #include "jet.h"
+#include "leap.h"
 #include "mem.h"
 #include "ode.h"
 #include "reduction.h"
@@ -97,10 +98,15 @@ static bool project(void *ctx, double t, double *x, const double *scale, double 
     return ok && flow_valued(f, t, x) && given_hold(f->given, t, x, scale) && field_follows(&f->field, t, x);
 }
 
+bool flow_jump(struct flow *f, double t, double *x)
+{
+    return manifold_jump(&f->manifold, t, x, f->moving) || leap_over(f, t, x);
+}
+
 static bool jump(void *ctx, double t, double *x)
 {
     struct flow *f = ctx;
-    return manifold_jump(&f->manifold, t, x, f->moving) && flow_valued(f, t, x) && field_follows(&f->field, t, x);
+    return flow_jump(f, t, x) && flow_valued(f, t, x) && field_follows(&f->field, t, x);
 }
 
 static bool slope(void *ctx, double t, const double *x, double *value)
@@ -172,6 +178,7 @@ void flow_hold(void *ctx, const signed char *side)
     field_hold(&f->field, side);
     num_jacobian_hold(f->manifold.jac, side);
     num_tape_hold(f->surface, side);
+    given_side(f->given, side);
     if (f->turn) {
         num_jacobian_hold(f->turn->jac, side);
         num_tape_hold(f->turn->slope, side);
@@ -238,13 +245,15 @@ bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_so
     const struct num_switches *w = field_switches(&f->field);
     if (!look_for_pulses(f, sol, rq, err))
         return false;
-    if (!signals_continuous(sys, sol, rq, f->field.root, err) || !given_init(f->given, sys, sol, f->sizes->weight, rq->budget, err))
+    if (!signals_continuous(sys, sol, rq, f->field.root, err) || !given_init(f->given, sys, sol, f->sizes->weight, w, rq->budget, err))
         return false;
     f->in = sga_malloc((size_t)(n + 1) * sizeof *f->in);
     f->moving = sga_calloc((size_t)n + 1, 1);
     for (int i = 0; i < sys->rows; i++)
         for (int k = 0; k < sys->row[i].entries; k++)
             f->moving[sys->row[i].entry[k].col] = 1;
+    if (f->manifold.c && !leap_init(&f->leap, sys, w, err))
+        return false;
     if (rq->turns && w) {
         f->turn = sga_calloc(1, sizeof *f->turn);
         if (!variation_turn_init(f->turn, f, rq, err))
@@ -277,6 +286,7 @@ void flow_clear(struct flow *f)
     inputs_clear(f->inputs);
     sizes_clear(f->sizes);
     num_tape_free(f->surface);
+    leap_clear(f->leap);
     if (f->turn)
         variation_turn_clear(f->turn);
     free(f->turn);
@@ -431,7 +441,7 @@ struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
     struct lin_sparse *pattern = f->charts && f->charts->count > 1 ? f->charts->pattern : f->field.pattern;
     return (struct ode_problem){ .n = f->n, .ctx = f, .rhs = rhs, .code = code, .stages = stages, .code_holds = code_holds,
                                  .project = f->manifold.c || f->given->count || f->valued ? project : NULL, .why = why,
-                                 .jump = f->manifold.c && !f->given->count ? jump : NULL,
+                                 .jump = f->manifold.c ? jump : NULL,
                                  .pattern = pattern, .jacobian = pattern ? slope : NULL,
                                  .taylor = f->field.fast && !f->sys->signals ? taylor : NULL,
                                  .taylor_rtol = series_fast(&f->field) ? FAST_RTOL : 0,

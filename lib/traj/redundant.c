@@ -55,7 +55,7 @@ static void add(struct given *g, expr_id e, int row)
 }
 
 bool given_init(struct given *g, const struct sys_system *sys, const struct sga_solution *sol, const double *unit,
-                const struct sga_budget *budget, struct sga_error *err)
+                const struct num_switches *w, const struct sga_budget *budget, struct sga_error *err)
 {
     int n = sys->variables;
     size_t most = (size_t)(sys->rows + sys->restrictions) + 1;
@@ -73,7 +73,7 @@ bool given_init(struct given *g, const struct sys_system *sys, const struct sga_
     for (int j = 0; j < n; j++)
         inputs[j] = sys->variable[j].symbol;
     inputs[n] = sys->time;
-    g->tape = num_tape_new(sys->store, g->equation, g->count, inputs, n + 1, err);
+    g->tape = num_tape_new_switched(sys->store, w, g->equation, g->count, inputs, n + 1, err);
     free(inputs);
     if (!g->tape)
         return false;
@@ -96,6 +96,12 @@ void given_clear(struct given *g)
     free(g->slope);
     free(g->rounding);
     *g = (struct given){ 0 };
+}
+
+void given_side(struct given *g, const signed char *side)
+{
+    if (g->count)
+        num_jacobian_hold(g->jac, side);
 }
 
 static bool is_near(const struct given *g, const struct points_point *p)

@@ -8,6 +8,7 @@
 #define SGA_TRAJ_REDUNDANT_H
 
 #include "reduction.h"
+#include "switches.h"
 
 struct given {
     int count;                     /* equations that are none of the constraints themselves */
@@ -26,9 +27,12 @@ struct given {
     double lost_t;
 };
 
+/* w: switches that can be held on a side (given_side), borrowed; NULL: none. */
 bool given_init(struct given *g, const struct sys_system *sys, const struct sga_solution *sol, const double *unit,
-                const struct sga_budget *budget, struct sga_error *err);
+                const struct num_switches *w, const struct sga_budget *budget, struct sga_error *err);
 void given_clear(struct given *g);
+/* As num_tape_hold. */
+void given_side(struct given *g, const signed char *side);
 /* Whether they hold at (t, x), a point on the constraints; scale (by variable): errors that are allowed, and explain as much.
  * Cost: their values and derivatives; a point of the constraints in balls where these leave a doubt. */
 bool given_hold(struct given *g, double t, const double *x, const double *scale);
