@@ -245,13 +245,13 @@ bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_so
     const struct num_switches *w = field_switches(&f->field);
     if (!look_for_pulses(f, sol, rq, err))
         return false;
-    if (!signals_continuous(sys, sol, rq, f->field.root, err) || !given_init(f->given, sys, sol, f->sizes->weight, w, rq->budget, err))
-        return false;
-    f->in = sga_malloc((size_t)(n + 1) * sizeof *f->in);
     f->moving = sga_calloc((size_t)n + 1, 1);
     for (int i = 0; i < sys->rows; i++)
         for (int k = 0; k < sys->row[i].entries; k++)
             f->moving[sys->row[i].entry[k].col] = 1;
+    if (!signals_continuous(sys, sol, rq, f->field.root, w || rq->turns || rq->events ? NULL : f->moving, err) || !given_init(f->given, sys, sol, f->sizes->weight, w, rq->budget, err))
+        return false;
+    f->in = sga_malloc((size_t)(n + 1) * sizeof *f->in);
     if (f->manifold.c && !leap_init(&f->leap, sys, w, err))
         return false;
     if (rq->turns && w) {
