@@ -99,6 +99,31 @@ bool precise_settle(struct precise_march *m, struct precise_point *q)
     return moved <= most_moved(m, q) && allowed(m, q);
 }
 
+bool precise_jump(struct precise_march *m, struct precise_point *q)
+{
+    struct flow *f = m->p->flow;
+    size_t n = (size_t)m->n;
+    double moved, residual, *x = sga_malloc((n + 1) * sizeof *x);
+    num_dd *old = memcpy(sga_malloc((n + 1) * sizeof *old), q->x, n * sizeof *old);
+    if (precise_settle(m, q)) {
+        free(x);
+        free(old);
+        return true;
+    }
+    enum ode_reason why = m->why;
+    for (size_t j = 0; j < n; j++)
+        x[j] = old[j].hi;
+    bool ok = f->manifold.c && manifold_jump(&f->manifold, q->t.hi, x, f->moving);
+    for (size_t j = 0; j < n; j++)
+        q->x[j] = ok && !f->moving[j] ? num_dd_of(x[j]) : old[j];
+    ok = ok && precise_project(m->p, q->t, q->x, m->scale, f->moving, &moved, &residual);
+    m->why = ok ? m->why : why;
+    ok = ok && allowed(m, q);
+    free(x);
+    free(old);
+    return ok;
+}
+
 bool precise_arrive(struct precise_march *m) { return precise_settle(m, &m->there); }
 
 /* Samples up to the end, in the last step. False: one of them cannot be projected. */

@@ -95,6 +95,8 @@ bool precise_arrive(struct precise_march *m);
 double precise_largest(const num_dd *x, int n);
 /* The same without asking where the point came from. */
 bool precise_settle(struct precise_march *m, struct precise_point *q);
+/* The same where the constraints may have jumped: variables that no equation differentiates follow (manifold_jump). */
+bool precise_jump(struct precise_march *m, struct precise_point *q);
 /* The march ends at here. */
 void precise_end(struct precise_march *m, enum ode_reason reason, const char *detail);
 /* Time from here to the last sample. */

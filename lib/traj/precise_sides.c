@@ -137,7 +137,7 @@ static bool turn_together(struct expansions *w, struct precise_march *m, double 
     precise_flip_pending(m);
     precise_set_scale(m, m->here.x);
     m->why = ODE_LEFT_DOMAIN;
-    if (!precise_settle(m, &m->here) || !precise_expand(w, m, &m->here, &w->here, size))
+    if (!precise_jump(m, &m->here) || !precise_expand(w, m, &m->here, &w->here, size))
         return false;
     precise_grains(m, &m->here, &w->here);
     *slides = false;
