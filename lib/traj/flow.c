@@ -15,6 +15,7 @@
 #include "inputs.h"
 #include "jacobian.h"
 #include "jet.h"
+#include "leap.h"
 #include "mem.h"
 #include "ode.h"
 #include "reduction.h"
@@ -108,10 +109,15 @@ static bool jump_with_derivatives(struct flow *f, double t, double *x)
     return ok;
 }
 
+bool flow_jump(struct flow *f, double t, double *x)
+{
+    return manifold_jump(&f->manifold, t, x, f->moving) || (f->turn && jump_with_derivatives(f, t, x)) || leap_over(f, t, x);
+}
+
 static bool jump(void *ctx, double t, double *x)
 {
     struct flow *f = ctx;
-    return (manifold_jump(&f->manifold, t, x, f->moving) || (f->turn && jump_with_derivatives(f, t, x))) && flow_valued(f, t, x) && field_follows(&f->field, t, x);
+    return flow_jump(f, t, x) && flow_valued(f, t, x) && field_follows(&f->field, t, x);
 }
 
 static bool slope(void *ctx, double t, const double *x, double *value)
@@ -250,13 +256,16 @@ bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_so
     const struct num_switches *w = field_switches(&f->field);
     if (!look_for_pulses(f, sol, rq, err))
         return false;
-    if (!signals_continuous(sys, sol, rq, f->field.root, err) || !given_init(f->given, sys, sol, w, f->sizes->weight, rq->budget, err))
-        return false;
-    f->in = sga_malloc((size_t)(n + 1) * sizeof *f->in);
     f->moving = sga_calloc((size_t)n + 1, 1);
     for (int i = 0; i < sys->rows; i++)
         for (int k = 0; k < sys->row[i].entries; k++)
             f->moving[sys->row[i].entry[k].col] = 1;
+    bool follow = !w && !rq->turns && !rq->events;
+    if (!signals_continuous(sys, sol, rq, f->field.root, follow ? f->moving : NULL, err) || !given_init(f->given, sys, sol, w, f->sizes->weight, rq->budget, err))
+        return false;
+    f->in = sga_malloc((size_t)(n + 1) * sizeof *f->in);
+    if (f->manifold.c && !rq->turns && !leap_init(&f->leap, sys, w, err))
+        return false;
     if (rq->turns && w) {
         f->turn = sga_calloc(1, sizeof *f->turn);
         if (!variation_turn_init(f->turn, f, rq, err))
@@ -289,6 +298,7 @@ void flow_clear(struct flow *f)
     inputs_clear(f->inputs);
     sizes_clear(f->sizes);
     num_tape_free(f->surface);
+    leap_clear(f->leap);
     if (f->turn)
         variation_turn_clear(f->turn);
     free(f->turn);
