@@ -166,6 +166,14 @@ static bool rate(void *ctx, double s, const double *x, double *k)
     return ok;
 }
 
+static double apart(const struct flow *f, const double *x, const double *y)
+{
+    double most = 0;
+    for (int j = 0; j < f->n; j++)
+        most = fmax(most, fabs(x[j] - y[j]) / (f->manifold.unit[j] + fabs(y[j])));
+    return most;
+}
+
 /* Newton's steps in the kernel to where the constraints hold to rounding. */
 static bool polish(struct ramp *p, double *x)
 {
@@ -180,14 +188,6 @@ static bool polish(struct ramp *p, double *x)
             x[j] += p->d[j] * m->unit[j];
     }
     return ok && manifold_settled(m, x, NULL, manifold_residual(m, p->t, x, NULL, NULL));
-}
-
-static double apart(const struct flow *f, const double *x, const double *y)
-{
-    double most = 0;
-    for (int j = 0; j < f->n; j++)
-        most = fmax(most, fabs(x[j] - y[j]) / (f->manifold.unit[j] + fabs(y[j])));
-    return most;
 }
 
 /* The end of a ramp from x. */
@@ -206,8 +206,9 @@ static bool ramp_end(struct ramp *p, const double *x, double *end)
     bool ok = r.count == 1 && r.end.reason == ODE_NONE;
     if (ok)
         memcpy(end, r.samples, (size_t)p->f->n * sizeof *end);
+    ok = ok && polish(p, end) && apart(p->f, r.samples, end) <= ALIKE;      /* not on another branch */
     ode_result_free(&r);
-    return ok && polish(p, end);
+    return ok;
 }
 
 bool leap_over(struct flow *f, double t, double *x)
