@@ -17,7 +17,10 @@
 enum { MOST_STEPS = 1000, POLISH = 6 };
 
 static const double RANK = 1e-10;     /* of the largest singular value */
-static const double MET = 1e-9;       /* of the right side: the equations of a direction hold */
+static const double FIRM = 1e-6;      /* of a row: no doubt of the rank */
+static const double MET = 1e-9;       /* of the right side: the equations of a direction hold, */
+static const double NOISE = 1e-12;    /* or to this, in natural units: roundings */
+static const double NO_JUMP = 1e-9;   /* of a row, in natural units: what a point beside the surface misses */
 static const double SAME = 1e-14;     /* of a variable, in its unit: errors of steps along the ramp */
 static const double ALIKE = 1e-8;     /* of a variable, in its unit: ends of ramps of different shapes that agree */
 
@@ -120,10 +123,49 @@ bool leap_rows(const struct flow *f, double t, const double *x, double *A)
 struct ramp {
     struct flow *f;
     double t;
-    const double *lost;           /* by constraint */
+    double *lost, *left;          /* by constraint: what it loses along the ramp, and what stays as it is: no jump, but what a point beside the surface misses */
     bool bent;                    /* every second loss falls as 1 - s^2 */
     double *a, *b, *r, *d;        /* (c + rows) x n, c + rows, c, n */
+    double *work;                 /* (c + rows) x (n + 1) */
 };
+
+/* a d = b, rows x n of rank n by its rows' largest entries, by elimination. *missed: what of b is left. False: the rank is less. */
+static bool eliminate(const struct ramp *p, int rows, double *missed)
+{
+    int n = p->f->n, wide = n + 1;
+    double *w = p->work;
+    for (int i = 0; i < rows; i++) {
+        memcpy(w + (size_t)i * (size_t)wide, p->a + (size_t)i * (size_t)n, (size_t)n * sizeof *w);
+        w[i * wide + n] = p->b[i];
+    }
+    for (int j = 0; j < n; j++) {
+        int best = j;
+        for (int i = j; i < rows; i++)
+            best = fabs(w[i * wide + j]) > fabs(w[best * wide + j]) ? i : best;
+        if (best >= rows || !(fabs(w[best * wide + j]) > FIRM))
+            return false;
+        for (int k = j; k < wide && best != j; k++) {
+            double v = w[best * wide + k];
+            w[best * wide + k] = w[j * wide + k];
+            w[j * wide + k] = v;
+        }
+        for (int i = j + 1; i < rows; i++) {
+            double q = w[i * wide + j] / w[j * wide + j];
+            for (int k = j + 1; k < wide && q != 0; k++)
+                w[i * wide + k] -= q * w[j * wide + k];
+        }
+    }
+    *missed = 0;
+    for (int i = n; i < rows; i++)
+        *missed = fmax(*missed, fabs(w[i * wide + n]));
+    for (int j = n - 1; j >= 0; j--) {
+        double v = w[j * wide + n];
+        for (int k = j + 1; k < n; k++)
+            v -= w[j * wide + k] * p->d[k];
+        p->d[j] = v / w[j * wide + j];
+    }
+    return true;
+}
 
 /* d: with the constraints' derivatives along it b (the first c), and in the kernel. False: there is none. */
 static bool direction(struct ramp *p, const double *x)
@@ -131,7 +173,7 @@ static bool direction(struct ramp *p, const double *x)
     struct manifold *m = &p->f->manifold;
     int n = m->n, c = m->c, rows = c + p->f->leap->rows;
     struct lin_least least;
-    double size = 0;
+    double size = 0, missed;
     memset(p->a, 0, (size_t)c * (size_t)n * sizeof *p->a);
     for (int i = 0; i < c; i++)
         for (int e = m->jac->start[i]; e < m->jac->start[i + 1]; e++)
@@ -140,8 +182,14 @@ static bool direction(struct ramp *p, const double *x)
     memset(p->b + c, 0, (size_t)(rows - c) * sizeof *p->b);
     for (int i = 0; i < c; i++)
         size = fmax(size, fabs(p->b[i]));
-    return leap_rows(p->f, p->t, x, p->a + (size_t)c * (size_t)n)
-           && lin_least_norm(&(struct lin_dense){ rows, n, p->a }, p->b, RANK, p->d, &least) && least.residual <= MET * fmax(size, SAME);
+    if (!leap_rows(p->f, p->t, x, p->a + (size_t)c * (size_t)n))
+        return false;
+    if (!eliminate(p, rows, &missed)) {       /* near a fold, or where some are free */
+        if (!lin_least_norm(&(struct lin_dense){ rows, n, p->a }, p->b, RANK, p->d, &least))
+            return false;
+        missed = least.residual;
+    }
+    return missed <= fmax(MET * size, NOISE);
 }
 
 /* Constraints and their derivatives at x. */
@@ -182,12 +230,15 @@ static bool polish(struct ramp *p, double *x)
     for (int k = 0; k < POLISH && ok; k++) {
         ok = constraints(p, x);
         for (int i = 0; i < m->c; i++)
-            p->b[i] = -p->r[i];
+            p->b[i] = p->left[i] - p->r[i];
         ok = ok && direction(p, x);
         for (int j = 0; j < m->n && ok; j++)
             x[j] += p->d[j] * m->unit[j];
     }
-    return ok && manifold_settled(m, x, NULL, manifold_residual(m, p->t, x, NULL, NULL));
+    m->target = p->left;
+    ok = ok && manifold_settled(m, x, NULL, manifold_residual(m, p->t, x, NULL, NULL));
+    m->target = NULL;
+    return ok;
 }
 
 /* The end of a ramp from x. */
@@ -217,11 +268,18 @@ bool leap_over(struct flow *f, double t, double *x)
     if (!f->leap || !m->c)
         return false;
     size_t n = (size_t)m->n, c = (size_t)m->c, rows = c + (size_t)f->leap->rows;
-    double *all = sga_calloc(rows * n + rows + 2 * c + 3 * n + 1, sizeof *all), *lost = all + rows * n + rows, *end = lost + 2 * c + n, *other = end + n;
-    struct ramp p = { .f = f, .t = t, .lost = lost, .a = all, .b = all + rows * n, .r = lost + c, .d = lost + 2 * c };
+    double *all = sga_calloc(rows * (2 * n + 2) + 3 * c + 3 * n + 1, sizeof *all), *work = all + rows * (n + 1), *lost = work + rows * (n + 1), *end = lost + 3 * c + n;
+    double *other = end + n;
+    struct ramp p = { .f = f, .t = t, .lost = lost, .left = lost + c, .a = all, .b = all + rows * n, .r = lost + 2 * c, .d = lost + 3 * c, .work = work };
     memcpy(m->in, x, n * sizeof *x);
     m->in[n] = t;
-    bool ok = num_tape_eval(m->tape, m->in, lost) && ramp_end(&p, x, end);
+    bool ok = num_tape_eval(m->tape, m->in, lost) && manifold_residual(m, t, x, NULL, NULL) >= 0;
+    for (size_t i = 0; i < c && ok; i++)
+        if (fabs(m->r[i]) <= NO_JUMP) {
+            p.left[i] = lost[i];
+            lost[i] = 0;
+        }
+    ok = ok && ramp_end(&p, x, end);
     p.bent = true;
     ok = ok && ramp_end(&p, x, other);
     if (ok && !(apart(f, end, other) <= ALIKE)) {

@@ -197,7 +197,7 @@ static const double NEAR_FALL = 1e-2;
 /* Endings that the field, its pivots, its denominators or the given equations explain. */
 static void explain_end(struct flow *f, const struct traj_request *rq, enum ode_reason reason, struct traj_result *r)
 {
-    if (reason == ODE_CONSTRAINT_LOST && (say_undecided(f, rq, r) || say_impulse(f, r)))
+    if ((reason == ODE_CONSTRAINT_LOST || reason == ODE_LEFT_DOMAIN) && (say_undecided(f, rq, r) || say_impulse(f, r)))
         return;
     if (f->field.fell >= 0 && reason != ODE_SINGULAR && by_numbers(reason) && fabs(f->field.fell_t - r->ended_t) <= NEAR_FALL * fabs(r->ended_t - rq->start)) {
         f->field.lost_pivot = f->field.fell;       /* what numbers have come to beside it is no reason of its own */
