@@ -35,7 +35,7 @@ static bool rhs(void *ctx, double t, const double *x, double *dx)
 {
     struct flow *f = ctx;
     f->given->broken = -1;
-    f->no_value = false;
+    f->no_value = f->thrown = false;
     if (f->charts && f->charts->stop) {
         f->field.rank_lost = true;
         return false;
@@ -93,6 +93,7 @@ static bool project(void *ctx, double t, double *x, const double *scale, double 
         }
         *moved = sqrt(sum);
     }
+    f->thrown = !ok && fabs(t - f->thrown_t) <= 1e-6 * fmax(fabs(t), fabs(t - f->field.begin_t));
     *moved /= n ? sqrt(n) : 1;
     *residual = f->manifold.c ? f->manifold.raw : 0;
     return ok && flow_valued(f, t, x) && given_hold(f->given, t, x, scale) && field_follows(&f->field, t, x);
@@ -117,7 +118,11 @@ bool flow_jump(struct flow *f, double t, double *x)
 static bool jump(void *ctx, double t, double *x)
 {
     struct flow *f = ctx;
-    return flow_jump(f, t, x) && flow_valued(f, t, x) && field_follows(&f->field, t, x);
+    if (!flow_jump(f, t, x)) {
+        f->thrown_t = manifold_residual(&f->manifold, t, x, NULL, NULL) >= 0 ? t : NAN;
+        return false;
+    }
+    return flow_valued(f, t, x) && field_follows(&f->field, t, x);
 }
 
 static bool slope(void *ctx, double t, const double *x, double *value)
@@ -146,7 +151,7 @@ static enum ode_reason why(void *ctx)
     struct flow *f = ctx;
     if (f->no_value)
         return ODE_LEFT_DOMAIN;
-    if (f->given->broken >= 0)
+    if (f->given->broken >= 0 || f->thrown)
         return ODE_CONSTRAINT_LOST;
     return f->field.rank_lost || f->field.contradiction ? ODE_SINGULAR : ODE_LEFT_DOMAIN;
 }
@@ -245,7 +250,7 @@ bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_so
                const struct traj_request *rq, struct sga_error *err)
 {
     int n = sys->variables;
-    *f = (struct flow){ .n = n, .sys = sys, .lost_value = -1, .series = sga_calloc(1, sizeof *f->series), .given = sga_calloc(1, sizeof *f->given),
+    *f = (struct flow){ .n = n, .sys = sys, .lost_value = -1, .thrown_t = NAN, .series = sga_calloc(1, sizeof *f->series), .given = sga_calloc(1, sizeof *f->given),
                         .inputs = sga_calloc(1, sizeof *f->inputs), .sizes = sga_calloc(1, sizeof *f->sizes) };
     sizes_init(f->sizes, sys, rq);
     f->knot = signals_knots(sys, rq, &f->knots);
