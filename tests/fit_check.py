@@ -211,6 +211,21 @@ class Check:
             self.tally.check(f["identifiable"] == ["k"] and f["not_identifiable"][0]["combination"] == {"q": 1}, "without influence", json.dumps(f["not_identifiable"]))
             self.tally.check(f["parameters"]["q"] == {"value": None, "last": 2, "standard_error": None, "at_bound": False}, "without influence: no value", str(f["parameters"]["q"]))
 
+    def near_0(self):
+        """The data are on a line through 0: its constant is told, though its value is as good as 0."""
+        ask_ = ask({"parameters": {"a": 0, "b": 0}, "data": {"times": [1, 2, 3], "columns": {"y": [1, 2, 3]}}}, equations(["y"], ["y = a + b*t"], {"a": None, "b": None}), {"initial": {}})
+        f = self.fit("a value near 0", ask_)
+        if f:
+            self.tally.check(f["identifiable"] == ["a", "b"] and abs(f["parameters"]["a"]["value"]) < 1e-9, "a value near 0 is told", json.dumps(f)[:600])
+
+    def errors(self):
+        """What multiplies b is 0, but for errors of the motion."""
+        f = self.fit("a column of errors", ask({"parameters": {"a": 1, "b": 1}, "data": {"times": [0.5, 1, 2, 3], "columns": {"y": [0.61, 0.365, 0.13, 0.052]}}},
+                                               equations(["u", "w", "y"], ["u' = -u", "w' = w", "y' = -a*y + b*(u*w - 1)"], {"a": None, "b": None}),
+                                               {"initial": {"u": 1, "w": 1, "y": 1}}))
+        if f:
+            self.tally.check(f["converged"] and f["identifiable"] == ["a"] and f["parameters"]["b"]["value"] is None, "a column of errors tells nothing", json.dumps(f)[:600])
+
     def refused(self, label, request, code, pointer):
         result, problem = self.solver.solve(request)
         self.tally.check(result is None and (problem["code"], problem.get("pointer") or "") == (code, pointer), f"{label}: refused", str(problem or result)[:400])
@@ -225,6 +240,8 @@ def main():
     check.pendulum()
     check.starts()
     check.untold()
+    check.near_0()
+    check.errors()
     first = seed(3)
     for n in range(4):
         check.scipy(first + n)

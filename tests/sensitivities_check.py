@@ -44,6 +44,7 @@ DIFFERENCES = [
     ("index 3 in double-double", request(PENDULUM, {"x": 1}, 2, ["g", "L"], ["x"], accuracy=DD), True),
     ("index 3, fine", request(PENDULUM, {"x": 1}, 1, ["L"], accuracy={"rtol": 1e-14}), True),
     ("nearest point", request(PENDULUM, {"x": 1.1, "y": 0.2}, 2, ["L"], ["x", "y"]), True),
+    ("nearest point, fine", request(PENDULUM, {"x": 1.1, "y": 0.2}, 1, ["L"], ["x"], accuracy={"rtol": 1e-11}), True),
     ("values that are consistent, all given", request(PENDULUM, {"x": 1.2, "y": 0}, 2, ["g"], ["x", "y"]), True),
     ("initial value by a parameter", request(PENDULUM, {"x": "L/2", "x'": "g/10"}, 1, ["g", "L"]), True),
     ("lagrangian", request(system("lagrangian", coordinates=["q", "s"], parameters={"m": "1.5", "k": "2"},
@@ -73,6 +74,10 @@ DIFFERENCES = [
     ("equations of the start in double-double", request(PENDULUM, {"x": "0.6", "y": -1}, 0.5, ["L", "g"], ["x"], hold=["x"], start_equations=["x*y' - y*x' = L"], accuracy=DD), True),
     ("the field jumps at a surface that moves", request(equations(["x", "v"], ["x' = v", "v' = -k*(1+x^2)*sign(x-a*cos(t))"], {"k": "1.3", "a": "0.3"}),
                                                         {"x": 1, "v": 0}, 3, ["k", "a"], ["x", "v"]), False),
+    ("a constraint bends, and a force jumps", request(equations(["x", "v", "F"], ["x' = v", "v' = F - k*v", "v = 2*sin(t) + c*max(x, k)"], {"k": "0.5", "c": "0.3"}),
+                                                      {"x": 0.2}, 1.5, ["k", "c"], ["x"]), False),
+    ("two constraints bend", request(equations(["x", "v", "F"], ["x' = v", "v' = F - v", "v = 1 + c*abs(x - k) - min(k, 2*x)/4"], {"k": "0.5", "c": "0.3"}),
+                                     {"x": -0.2}, 1.5, ["k", "c"], ["x"]), False),
     ("the field bends", request(equations(["x", "v"], ["x' = v", "v' = -k*abs(x)*x - max(x, v/2)"], {"k": "1.3"}), {"x": 1, "v": 0}, 5, ["k"], ["x"]), False),
 ] + [(f"a constraint with a switch {i}", request(equations(["x", "v", "z"], lines, {"k": "1.3"}), {"x": 1, "v": 0.2}, 5, ["k"], ["x", "v"]), False)
      for i, lines in enumerate(KINKS)]

@@ -10,6 +10,7 @@ import random
 import re
 import sys
 
+from jump_check import Jumps
 from solver import Crash, Solver
 from tally import Tally, build_folder, scaled, seed
 
@@ -177,9 +178,11 @@ class Switches:
 def main():
     tally = Tally("switches")
     first = seed(20261122)
-    switches = Switches(tally, Solver(build_folder()))
+    solver = Solver(build_folder())
+    switches, jumps = Switches(tally, solver), Jumps(tally, solver)
     for k in range(scaled(40)):
         switches.one(k, random.Random(first + k))
+        jumps.one(k, random.Random(first + k))
     return tally.end()
 
 

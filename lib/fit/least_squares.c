@@ -24,6 +24,7 @@ struct walk {
     double *along;             /* p: the residual along its left vectors */
     double *x, *value, *J;     /* a trial */
     double *step;
+    unsigned char *held;       /* p: not moved */
 };
 
 static double squares(const double *r, int m)
@@ -72,7 +73,7 @@ static int decompose(struct walk *w)
             length = hypot(length, w->r->J[(size_t)i * p + j]);
         w->scale[j] = length;
         for (int i = 0; i < q->m; i++)
-            w->A[(size_t)i * p + j] = w->r->bound[j] || !(w->scale[j] > 0) ? 0 : w->r->J[(size_t)i * p + j] / w->scale[j];
+            w->A[(size_t)i * p + j] = w->r->bound[j] || w->held[j] || !(w->scale[j] > 0) ? 0 : w->r->J[(size_t)i * p + j] / w->scale[j];
     }
     fit_singular_values(w->A, q->m, q->p, w->s, w->V);
     int rank = 0;
@@ -107,7 +108,7 @@ static double try_step(struct walk *w, int rank, double damping)
         double d = 0;
         for (int k = 0; k < rank; k++)
             d -= w->V[(size_t)k * p + j] * w->s[k] / (w->s[k] * w->s[k] + damping) * w->along[k];
-        d = w->scale[j] > 0 && !w->r->bound[j] ? d / w->scale[j] : 0;
+        d = w->scale[j] > 0 && !w->r->bound[j] && !w->held[j] ? d / w->scale[j] : 0;
         w->x[j] = fmin(fmax(w->r->x[j] + d, q->low[j]), q->high[j]);
         w->step[j] = w->x[j] - w->r->x[j];
     }
@@ -126,6 +127,8 @@ static void take(struct walk *w, double sum)
     memcpy(w->r->x, w->x, p * sizeof *w->x);
     memcpy(w->r->r, w->value, m * sizeof *w->value);
     memcpy(w->r->J, w->J, m * p * sizeof *w->J);
+    for (size_t j = 0; j < p; j++)
+        w->r->size[j] = fmax(w->r->size[j], fabs(w->x[j]));
     w->r->sum = sum;
     w->r->steps++;
 }
@@ -169,22 +172,56 @@ static enum fit_status walk(struct walk *w)
     }
 }
 
+/* Which unknowns change r by no more than the noise as they change by their size, at the guess. False: none, or all. */
+static bool find_unseen(const struct walk *w, unsigned char *unseen)
+{
+    size_t p = (size_t)w->q->p, count = 0;
+    for (size_t j = 0; j < p; j++) {
+        double length = 0, size = w->r->x[j] != 0 ? fabs(w->r->x[j]) : 1;
+        for (int i = 0; i < w->q->m; i++)
+            length = hypot(length, w->r->J[(size_t)i * p + j]);
+        unseen[j] = length * size <= w->q->noise;
+        count += unseen[j];
+    }
+    return count > 0 && count < p;
+}
+
+static bool at_guess(struct walk *w, const double *x)
+{
+    struct fit_result *r = w->r;
+    for (int j = 0; j < w->q->p; j++) {
+        r->x[j] = fmin(fmax(x[j], w->q->low[j]), w->q->high[j]);
+        r->size[j] = fabs(r->x[j]);
+    }
+    bool ok = evaluate(w, r->x, r->r, r->J);
+    r->sum = ok ? squares(r->r, w->q->m) : 0;
+    r->steps = 0;
+    return ok;
+}
+
 void fit_least_squares(const struct fit_problem *q, const double *x, struct fit_result *result)
 {
     size_t m = (size_t)q->m, p = (size_t)q->p;
     assert(q->m >= 0 && q->p > 0);
-    *result = (struct fit_result){ .x = sga_calloc(p + 1, sizeof *x), .r = sga_calloc(m + 1, sizeof *x), .J = sga_calloc(m * p + 1, sizeof *x), .bound = sga_calloc(p + 1, 1) };
+    *result = (struct fit_result){ .x = sga_calloc(p + 1, sizeof *x), .r = sga_calloc(m + 1, sizeof *x), .J = sga_calloc(m * p + 1, sizeof *x), .bound = sga_calloc(p + 1, 1),
+                                   .size = sga_calloc(p + 1, sizeof *x) };
     SGA_ARENA(mem);
     struct walk w = { .q = q, .r = result, .scale = sga_zeros(&mem, p + 1, sizeof *x), .A = sga_zeros(&mem, m * p + 1, sizeof *x), .s = sga_zeros(&mem, p + 1, sizeof *x),
                       .V = sga_zeros(&mem, p * p + 1, sizeof *x), .along = sga_zeros(&mem, p + 1, sizeof *x), .x = sga_zeros(&mem, p + 1, sizeof *x),
-                      .value = sga_zeros(&mem, m + 1, sizeof *x), .J = sga_zeros(&mem, m * p + 1, sizeof *x), .step = sga_zeros(&mem, p + 1, sizeof *x) };
-    for (size_t j = 0; j < p; j++)
-        result->x[j] = fmin(fmax(x[j], q->low[j]), q->high[j]);
+                      .value = sga_zeros(&mem, m + 1, sizeof *x), .J = sga_zeros(&mem, m * p + 1, sizeof *x), .step = sga_zeros(&mem, p + 1, sizeof *x),
+                      .held = sga_zeros(&mem, p + 1, 1) };
+    unsigned char *unseen = sga_zeros(&mem, p + 1, 1);
     result->status = FIT_NO_VALUE;
-    if (!evaluate(&w, result->x, result->r, result->J))
+    if (!at_guess(&w, x))
         return;
-    result->sum = squares(result->r, q->m);
+    bool some = find_unseen(&w, unseen);
     result->status = walk(&w);
+    if (some && (result->status == FIT_STALLED || result->status == FIT_TOO_MANY)) {
+        memcpy(w.held, unseen, p);
+        result->status = at_guess(&w, x) ? walk(&w) : FIT_NO_VALUE;
+    }
+    for (size_t j = 0; j < p; j++)
+        result->size[j] = result->size[j] > 0 ? result->size[j] : 1;
 }
 
 void fit_result_clear(struct fit_result *r)
@@ -193,5 +230,6 @@ void fit_result_clear(struct fit_result *r)
     free(r->r);
     free(r->J);
     free(r->bound);
+    free(r->size);
     *r = (struct fit_result){ 0 };
 }

@@ -33,12 +33,14 @@ enum fit_status {
 struct fit_result {
     enum fit_status status;
     double *x, *r, *J;             /* p; m; m x p. Owned */
+    double *size;                  /* p: of each unknown, the largest value on the way; 1 where it never left 0. Owned */
     unsigned char *bound;          /* p: it stays at a bound */
     double sum, offset;            /* of squares; the relative offset */
     int steps, evaluations;
 };
 
-/* From x (p), within the bounds. Cost: each step m p^2. fit_result_clear is due in any case. */
+/* From x (p), within the bounds. Where that does not converge, and unknowns change r at the guess by no more than the noise, once more with these held:
+ * a column that is nothing but errors sends its unknown far away. Cost: each step m p^2. fit_result_clear is due in any case. */
 void fit_least_squares(const struct fit_problem *q, const double *x, struct fit_result *result);
 void fit_result_clear(struct fit_result *r);
 
@@ -50,8 +52,8 @@ struct fit_spread {
     unsigned char *told;           /* p: by the data */
 };
 
-/* At x. bound: unknowns at a bound count as known; unsure: as above; noise: an unknown whose change by its own size changes r by less is not told. */
-struct fit_at { const double *x, *J; const unsigned char *bound; double unsure, noise; };
+/* bound: unknowns at a bound count as known; unsure: as above; noise: an unknown whose change by its size (as in a result) changes r by less is not told. */
+struct fit_at { const double *size, *J; const unsigned char *bound; double unsure, noise; };
 void fit_spread_of(const struct fit_at *at, int m, int p, struct fit_spread *s);
 void fit_spread_clear(struct fit_spread *s);
 

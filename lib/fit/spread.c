@@ -20,7 +20,7 @@ void fit_spread_of(const struct fit_at *at, int m, int p, struct fit_spread *s)
     for (size_t j = 0; j < n; j++) {
         for (int i = 0; i < m && !at->bound[j]; i++)
             length[j] = hypot(length[j], J[(size_t)i * n + j]);
-        if (length[j] * (at->x[j] != 0 ? fabs(at->x[j]) : 1) <= at->noise)
+        if (length[j] * at->size[j] <= at->noise)
             length[j] = 0;
         for (int i = 0; i < m && length[j] > 0; i++)
             A[(size_t)i * n + j] = J[(size_t)i * n + j] / length[j];

@@ -159,13 +159,15 @@ static int emit_signal(struct builder *b, const struct expr_symbol *s)
 
 /* What can be held on a side s: with the constants p = B for s > 0, else 0, q = B for s < 0, else 0, and p - q, where B is
  * larger than every value, sign(g + p - q), g times that, min(a + p, b + q) and max(a - q, b - p). */
-static int emit_switch(struct builder *b, const struct expr_node *n, struct tape_switch *w)
+static int emit_switch(struct builder *b, expr_id e, struct tape_switch *w)
 {
-    int a = b->slot[n->a], slot = w->slot;
+    const struct expr_node *n = b->st->node + e;
+    bool swapped = b->switches->swapped[e];
+    int a = b->slot[swapped ? n->b : n->a], slot = w->slot;
     if (n->op == EXPR_MIN)
-        return emit(b, EXPR_MIN, emit(b, EXPR_ADD, a, slot), emit(b, EXPR_ADD, b->slot[n->b], slot + 1));
+        return emit(b, EXPR_MIN, emit(b, EXPR_ADD, a, slot), emit(b, EXPR_ADD, b->slot[swapped ? n->a : n->b], slot + 1));
     if (n->op == EXPR_MAX)
-        return emit(b, EXPR_MAX, emit(b, EXPR_SUB, a, slot + 1), emit(b, EXPR_SUB, b->slot[n->b], slot));
+        return emit(b, EXPR_MAX, emit(b, EXPR_SUB, a, slot + 1), emit(b, EXPR_SUB, b->slot[swapped ? n->a : n->b], slot));
     if (!w->sign)
         w->sign = emit(b, EXPR_SIGN, emit(b, EXPR_ADD, a, slot + 2), 0);
     return n->op == EXPR_SIGN ? w->sign : emit(b, EXPR_MUL, a, w->sign);
@@ -176,7 +178,7 @@ static void emit_node(struct builder *b, expr_id e)
     const struct expr_node *n = b->st->node + e;
     int args = expr_op_args((enum expr_op)n->op), held = switch_of(b, e);
     if (held >= 0) {
-        b->slot[e] = emit_switch(b, n, b->t->held + held);
+        b->slot[e] = emit_switch(b, e, b->t->held + held);
     } else if (n->op == EXPR_SYM) {
         b->slot[e] = emit_signal(b, b->st->symbol + n->a);
     } else if ((n->op == EXPR_SIN || n->op == EXPR_COS) && b->sine[n->a] && b->cosine[n->a]) {

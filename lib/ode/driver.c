@@ -80,6 +80,26 @@ static void enter(struct ode_march *m)
         m->p->enter(m->p->ctx, m->t, goal);
 }
 
+/* At a break beyond which the constraints may be others: what may jump does. False: it cannot. Where switches are held nothing jumps here. */
+static bool land(struct ode_march *m)
+{
+    const struct ode_problem *p = m->p;
+    double residual, *old;
+    if (!p->jump || !p->project || m->kinks)
+        return true;
+    old = sga_malloc(((size_t)p->n + 1) * sizeof *old);
+    sga_copy(old, m->x, p->n);
+    bool ok = ode_settle(m, m->t, m->x, 1, &residual);
+    if (!ok) {
+        sga_copy(m->x, old, p->n);
+        ok = p->jump(p->ctx, m->t, m->x);
+        for (int j = 0; j < p->n; j++)
+            m->carry[j] = m->x[j] == old[j] ? m->carry[j] : 0;
+    }
+    free(old);
+    return ok;
+}
+
 /* After a step that ended at a break: the field beyond it. False: ended. */
 static bool pass_break(struct ode_march *m)
 {
@@ -87,6 +107,10 @@ static bool pass_break(struct ode_march *m)
         return true;
     m->next_break++;
     enter(m);
+    if (!land(m)) {
+        ode_end_at(m, ODE_CONSTRAINT_LOST, "the constraints jump here with a table, and what no equation differentiates cannot follow");
+        return false;
+    }
     if (!ode_kinks_enter(m))
         return false;
     if (ode_eval(&m->field, m->t, m->x, m->f)) {

@@ -6,6 +6,7 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "kink.h"
 #include "march.h"
 
 /* |x'| T above this many times |x|, T the time passed, when steps have shrunk to
@@ -98,10 +99,16 @@ static bool grows_now(const struct ode_march *m)
     return way > GROWTH * size && way > m->o->atol;     /* and rest there */
 }
 
+/* The motion comes from a surface beyond which the constraints are others and has made no step there: what its field is at a point off these tells nothing. */
+static bool thrown_off(const struct ode_march *m, enum ode_refusal cause)
+{
+    return cause == MANIFOLD_REFUSED && m->manifold_why == ODE_CONSTRAINT_LOST && m->kinks && m->kinks->turned_t == m->t;
+}
+
 void ode_end_refused(struct ode_march *m, enum ode_refusal cause)
 {
     int which;
-    bool grows = grows_now(m);
+    bool grows = grows_now(m) && !thrown_off(m, cause);
     bool huge = ode_largest(m, m->x, &which) > HUGE_STATE * (m->start_size + 1);
     /* Near the edge of the domain some steps are refused for their error. */
     if (cause == ERROR_TOO_LARGE && !grows && m->field_refused &&

@@ -15,6 +15,7 @@
 #include "inputs.h"
 #include "jacobian.h"
 #include "jet.h"
+#include "leap.h"
 #include "mem.h"
 #include "ode.h"
 #include "reduction.h"
@@ -34,7 +35,7 @@ static bool rhs(void *ctx, double t, const double *x, double *dx)
 {
     struct flow *f = ctx;
     f->given->broken = -1;
-    f->no_value = false;
+    f->no_value = f->thrown = false;
     if (f->charts && f->charts->stop) {
         f->field.rank_lost = true;
         return false;
@@ -92,15 +93,36 @@ static bool project(void *ctx, double t, double *x, const double *scale, double 
         }
         *moved = sqrt(sum);
     }
+    f->thrown = !ok && fabs(t - f->thrown_t) <= 1e-6 * fmax(fabs(t), fabs(t - f->field.begin_t));
     *moved /= n ? sqrt(n) : 1;
     *residual = f->manifold.c ? f->manifold.raw : 0;
     return ok && flow_valued(f, t, x) && given_hold(f->given, t, x, scale) && field_follows(&f->field, t, x);
 }
 
+/* Derivatives of what does not jump may jump themselves, as constraints bend: so that the motion's own variables can be had, these are left free where
+ * they cannot stay. By how much they jump is told after that (variation_turned). */
+static bool jump_with_derivatives(struct flow *f, double t, double *x)
+{
+    size_t base = (size_t)f->turn->base;
+    unsigned char *held = memcpy(sga_calloc((size_t)f->n + 1, 1), f->moving, base);
+    bool ok = manifold_jump(&f->manifold, t, x, held);
+    free(held);
+    return ok;
+}
+
+bool flow_jump(struct flow *f, double t, double *x)
+{
+    return manifold_jump(&f->manifold, t, x, f->moving) || (f->turn && jump_with_derivatives(f, t, x)) || leap_over(f, t, x);
+}
+
 static bool jump(void *ctx, double t, double *x)
 {
     struct flow *f = ctx;
-    return manifold_jump(&f->manifold, t, x, f->moving) && flow_valued(f, t, x) && field_follows(&f->field, t, x);
+    if (!flow_jump(f, t, x)) {
+        f->thrown_t = manifold_residual(&f->manifold, t, x, NULL, NULL) >= 0 ? t : NAN;
+        return false;
+    }
+    return flow_valued(f, t, x) && field_follows(&f->field, t, x);
 }
 
 static bool slope(void *ctx, double t, const double *x, double *value)
@@ -129,7 +151,7 @@ static enum ode_reason why(void *ctx)
     struct flow *f = ctx;
     if (f->no_value)
         return ODE_LEFT_DOMAIN;
-    if (f->given->broken >= 0)
+    if (f->given->broken >= 0 || f->thrown)
         return ODE_CONSTRAINT_LOST;
     return f->field.rank_lost || f->field.contradiction ? ODE_SINGULAR : ODE_LEFT_DOMAIN;
 }
@@ -228,7 +250,7 @@ bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_so
                const struct traj_request *rq, struct sga_error *err)
 {
     int n = sys->variables;
-    *f = (struct flow){ .n = n, .sys = sys, .lost_value = -1, .series = sga_calloc(1, sizeof *f->series), .given = sga_calloc(1, sizeof *f->given),
+    *f = (struct flow){ .n = n, .sys = sys, .lost_value = -1, .thrown_t = NAN, .series = sga_calloc(1, sizeof *f->series), .given = sga_calloc(1, sizeof *f->given),
                         .inputs = sga_calloc(1, sizeof *f->inputs), .sizes = sga_calloc(1, sizeof *f->sizes) };
     sizes_init(f->sizes, sys, rq);
     f->knot = signals_knots(sys, rq, &f->knots);
@@ -239,13 +261,16 @@ bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_so
     const struct num_switches *w = field_switches(&f->field);
     if (!look_for_pulses(f, sol, rq, err))
         return false;
-    if (!signals_continuous(sys, sol, rq, f->field.root, err) || !given_init(f->given, sys, sol, w, f->sizes->weight, rq->budget, err))
-        return false;
-    f->in = sga_malloc((size_t)(n + 1) * sizeof *f->in);
     f->moving = sga_calloc((size_t)n + 1, 1);
     for (int i = 0; i < sys->rows; i++)
         for (int k = 0; k < sys->row[i].entries; k++)
             f->moving[sys->row[i].entry[k].col] = 1;
+    bool follow = !w && !rq->turns && !rq->events;
+    if (!signals_continuous(sys, sol, rq, f->field.root, follow ? f->moving : NULL, err) || !given_init(f->given, sys, sol, w, f->sizes->weight, rq->budget, err))
+        return false;
+    f->in = sga_malloc((size_t)(n + 1) * sizeof *f->in);
+    if (f->manifold.c && !rq->turns && !leap_init(&f->leap, sys, w, err))
+        return false;
     if (rq->turns && w) {
         f->turn = sga_calloc(1, sizeof *f->turn);
         if (!variation_turn_init(f->turn, f, rq, err))
@@ -278,6 +303,7 @@ void flow_clear(struct flow *f)
     inputs_clear(f->inputs);
     sizes_clear(f->sizes);
     num_tape_free(f->surface);
+    leap_clear(f->leap);
     if (f->turn)
         variation_turn_clear(f->turn);
     free(f->turn);

@@ -38,6 +38,9 @@ struct flow {
     struct inputs *inputs;
     struct sizes *sizes;
     unsigned char *moving;        /* n: variables that some equation differentiates: they do not jump */
+    struct leap *leap;            /* see leap.h; or NULL */
+    double thrown_t;              /* where constraints jumped last, had values, and nothing could follow, or NAN */
+    bool thrown;                  /* the last projection failed, there */
     double *noise;                /* n: see flow_noise; NULL until it is asked for */
     struct variation_turn *turn;  /* of motions with derivatives that come to switches; or NULL */
     struct charts *charts;        /* owned; NULL: the motion has one (charts.h) */
@@ -59,6 +62,8 @@ int flow_solved(struct flow *f, const struct traj_request *rq, const double *x, 
 bool flow_given(struct flow *f, const struct traj_request *rq, const double *x, struct sga_error *err);
 /* Whether the functions that must have values have them at a point. */
 bool flow_valued(struct flow *f, double t, const double *x);
+/* The constraints have jumped: what may jump with them is solved for anew (manifold_jump, or leap_over). False: nothing can, and x is as it was. */
+bool flow_jump(struct flow *f, double t, double *x);
 /* After field_begin: how the motion is chosen. */
 const char *flow_gauge(const struct flow *f, const struct traj_request *rq);
 /* As ode_problem.noise, looked at where it is asked for first. After field_slope_init. */

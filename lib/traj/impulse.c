@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "jacobian.h"
+#include "leap.h"
 #include "mem.h"
 #include "tape.h"
 
@@ -88,14 +89,28 @@ static bool jumps(struct flow *f, double t, const signed char *before, const sig
     return ok;
 }
 
+/* Where equations differentiate sums of variables: these, as rows of n + 1, do not jump. */
+static bool sums_hold(struct flow *f, double *row)
+{
+    size_t n = (size_t)f->n;
+    if (!f->leap)
+        return true;
+    double *A = sga_malloc(((size_t)f->leap->rows * n + 1) * sizeof *A);
+    bool ok = leap_rows(f, f->field.home_t, f->field.home, A);
+    for (size_t i = 0; i < (size_t)f->leap->rows && ok; i++)
+        memcpy(row + i * (n + 1), A + i * n, n * sizeof *row);
+    free(A);
+    return ok;
+}
+
 bool impulse_at_end(struct flow *f, double *t, int *constraint, double *jump)
 {
     struct manifold *m = &f->manifold;
-    int count = f->field.switches.count, n = f->n, free_columns = 0;
+    int count = f->field.switches.count, n = f->n, free_columns = 0, held = f->leap ? f->leap->rows : 0;
     if (!count || !m->c || !f->surface)
         return false;
     size_t wide = (size_t)n + 1;
-    double *by = sga_calloc((size_t)m->c * (wide + 1) + wide + 1, sizeof *by), *a = by + m->c, *v = a + (size_t)m->c * wide;
+    double *by = sga_calloc((size_t)m->c + ((size_t)m->c + (size_t)held) * wide + wide + 1, sizeof *by), *a = by + m->c, *v = a + ((size_t)m->c + (size_t)held) * wide;
     signed char *before = sga_calloc(3 * (size_t)count + 1, 1), *after = before + count;
     unsigned char *turns = (unsigned char *)after + count;
     int *at = sga_malloc(wide * sizeof *at);
@@ -107,7 +122,7 @@ bool impulse_at_end(struct flow *f, double *t, int *constraint, double *jump)
         after[k] = (signed char)(turns[k] ? -before[k] : before[k]);
     if (isfinite(left) && jumps(f, f->field.home_t, before, after, by)) {
         for (int j = 0; j < n; j++)
-            at[j] = f->moving[j] ? -1 : free_columns++;
+            at[j] = f->moving[j] && !held ? -1 : free_columns++;
         *jump = 0;
         for (int i = 0; i < m->c; i++) {
             double most = 0, *row = a + (size_t)i * ((size_t)free_columns + 1);
@@ -124,7 +139,7 @@ bool impulse_at_end(struct flow *f, double *t, int *constraint, double *jump)
                 found = true;
             }
         }
-        found = found && outside(a, m->c, free_columns);
+        found = found && sums_hold(f, a + (size_t)m->c * wide) && outside(a, m->c + held, free_columns);
     }
     if (found)
         *t = f->field.home_t + left;

@@ -68,23 +68,49 @@ static bool smooth(const struct sys_system *sys, const expr_id *root, int roots,
     return !s || refuse(sys->store, s, what, root[which], err);
 }
 
-bool signals_continuous(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
-                        const expr_id *field, struct sga_error *err)
+/* It has a variable that may jump, and jumps itself at knots, no worse. */
+static bool may_follow(const struct sys_system *sys, expr_id e, const unsigned char *moving)
 {
+    struct expr_cone cone;
+    bool may = false;
+    int which;
+    if (jumping(sys->store, &e, 1, 1, &which))
+        return false;
+    expr_cone_init(&cone);
+    for (int j = 0; j < sys->variables && !may; j++)
+        may = !moving[j] && expr_depends(sys->store, &cone, e, sys->variable[j].symbol);
+    expr_cone_clear(&cone);
+    return may;
+}
+
+/* Variables that may jump have derivatives between the knots only. */
+static bool smooth_field(const struct sys_system *sys, const expr_id *field, const unsigned char *moving, struct sga_error *err)
+{
+    bool ok = true;
+    for (int j = 0; j < sys->variables && ok; j++)
+        ok = smooth(sys, field + j, 1, moving && !moving[j] ? 2 : 1, "the derivative of a variable,", err);
+    return ok;
+}
+
+bool signals_continuous(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+                        const expr_id *field, const unsigned char *moving, struct sga_error *err)
+{
+    int checked = 0;
     if (!sys->signals)
         return true;
     size_t most = (size_t)(sol->constraints + rq->events + rq->rates) + 1;
     expr_id *root = sga_malloc(most * sizeof *root);
     for (int i = 0; i < sol->constraints; i++)
-        root[i] = sol->constraint[i].expr;
-    bool ok = smooth(sys, root, sol->constraints, 0, "the constraint", err);
+        if (!moving || !may_follow(sys, sol->constraint[i].expr, moving))
+            root[checked++] = sol->constraint[i].expr;
+    bool ok = smooth(sys, root, checked, 0, "the constraint", err);
     for (int i = 0; i < rq->events; i++)
         root[i] = rq->event[i].expression;
     ok = ok && smooth(sys, root, rq->events, 0, "the event", err);
     for (int i = 0; i < rq->rates; i++)
         root[i] = rq->rate[i].rate;
     ok = ok && smooth(sys, root, rq->rates, 1, "the rate", err)
-         && smooth(sys, field, sys->variables, 1, "the derivative of a variable,", err)
+         && smooth_field(sys, field, moving, err)
          && smooth(sys, rq->output, rq->outputs, 1, "the output", err);
     free(root);
     return ok;

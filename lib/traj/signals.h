@@ -6,9 +6,10 @@
 #include "trajectory.h"
 
 /* Do the constraints and the events depend on derivatives without jumps only, the field that is followed (and
- * the outputs) on the next one at most? Otherwise the motion would jump: NOT_SUPPORTED says where. */
+ * the outputs) on the next one at most? Otherwise the motion would jump: NOT_SUPPORTED says where. moving: variables that do not jump; constraints
+ * that have others may jump, and these follow (ode_problem.jump). NULL: none may. */
 bool signals_continuous(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
-                        const expr_id *field, struct sga_error *err);
+                        const expr_id *field, const unsigned char *moving, struct sga_error *err);
 /* The knots of all tables between start and the last time, in the order of the motion, each once.
  * The caller frees them. */
 double *signals_knots(const struct sys_system *sys, const struct traj_request *rq, int *count);

@@ -15,6 +15,7 @@
 #include "impulse.h"
 #include "inputs.h"
 #include "jumps.h"
+#include "leap.h"
 #include "mem.h"
 #include "oracle.h"
 #include "points.h"
@@ -165,6 +166,16 @@ static bool say_impulse(struct flow *f, struct traj_result *r)
     return true;
 }
 
+/* A jump of what is differentiated that the equations leave open. */
+static bool say_undecided(const struct flow *f, const struct traj_request *rq, struct traj_result *r)
+{
+    double way = rq->times[rq->samples - 1] - rq->start;
+    if (!f->leap || !(fabs(f->leap->undecided_t - r->ended_t) <= 1e-9 * fabs(way)))
+        return false;
+    snprintf(r->ended_detail, sizeof r->ended_detail, "the constraints jump here, and by how much what is differentiated jumps depends on how they do: the equations do not say it");
+    return true;
+}
+
 /* What has no value beyond the end. */
 static bool say_valued(const struct flow *f, const struct traj_request *rq, struct traj_result *r)
 {
@@ -189,7 +200,7 @@ static const double NEAR_FALL = 1e-2;
 /* Endings that the field, its pivots, its denominators or the given equations explain. */
 static void explain_end(struct flow *f, const struct traj_request *rq, enum ode_reason reason, struct traj_result *r)
 {
-    if (reason == ODE_CONSTRAINT_LOST && say_impulse(f, r))
+    if ((reason == ODE_CONSTRAINT_LOST || reason == ODE_LEFT_DOMAIN) && (say_undecided(f, rq, r) || say_impulse(f, r)))
         return;
     if (f->field.fell >= 0 && reason != ODE_SINGULAR && by_numbers(reason) && fabs(f->field.fell_t - r->ended_t) <= NEAR_FALL * fabs(r->ended_t - rq->start)) {
         f->field.lost_pivot = f->field.fell;       /* what numbers have come to beside it is no reason of its own */

@@ -25,7 +25,7 @@ bool variation_turn_init(struct variation_turn *v, const struct flow *f, const s
     for (int e = 0; e < switches; e++) {
         v->surface_of[e] = -1;
         for (int i = 0; i < q->surfaces; i++)
-            if (q->surface[i] == w->argument[e])
+            if (q->surface[i] == w->argument[e] || expr_neg(f->sys->store, q->surface[i]) == w->argument[e])      /* of max(x, 1/2): 1/2 - x */
                 v->surface_of[e] = i;
     }
     v->surface = num_tape_new_switched(f->sys->store, w, q->surface, q->surfaces, inputs, n + 1, err);

@@ -32,7 +32,7 @@ static void nist(const double *guess)
     CHECK(fabs(r.x[0] / 2.3894212918e+02 - 1) < 1e-9);
     CHECK(fabs(r.x[1] / 5.5015643181e-04 - 1) < 1e-9);
     CHECK(fabs(r.sum / 1.2455138894e-01 - 1) < 1e-9);
-    fit_spread_of(&(struct fit_at){ .x = r.x, .J = r.J, .bound = r.bound, .unsure = 1e-15 }, 14, 2, &s);
+    fit_spread_of(&(struct fit_at){ .size = r.size, .J = r.J, .bound = r.bound, .unsure = 1e-15 }, 14, 2, &s);
     CHECK(s.rank == 2 && s.told[0] && s.told[1]);
     CHECK(fabs(sqrt(s.covariance[0] * r.sum / 12) / 2.7070075241 - 1) < 1e-8);
     CHECK(fabs(sqrt(s.covariance[3] * r.sum / 12) / 7.2668688436e-06 - 1) < 1e-8);
@@ -79,10 +79,69 @@ static void not_told(void)
     fit_least_squares(&q, guess, &r);
     CHECK(r.status == FIT_CONVERGED);
     CHECK(fabs(r.x[0] * r.x[1] - 6) < 1e-9 && fabs(r.x[2] - 1) < 1e-9 && r.x[3] == 5);
-    fit_spread_of(&(struct fit_at){ .x = r.x, .J = r.J, .bound = r.bound, .unsure = 1e-15 }, 3, 4, &s);
+    fit_spread_of(&(struct fit_at){ .size = r.size, .J = r.J, .bound = r.bound, .unsure = 1e-15 }, 3, 4, &s);
     CHECK(s.rank == 2 && !s.told[0] && !s.told[1] && s.told[2] && !s.told[3]);
     fit_spread_clear(&s);
     fit_result_clear(&r);
+}
+
+/* A line through 0, whose constant is 0 but for the last digits: its value says nothing about whether it is told. */
+static bool line(void *ctx, const double *b, double *r, double *J)
+{
+    (void)ctx;
+    for (int i = 0; i < 4; i++) {
+        r[i] = b[0] + b[1] * i - 3 * i - 1e-13;
+        J[2 * i] = 1;
+        J[2 * i + 1] = i;
+    }
+    return true;
+}
+
+static void value_near_0(void)
+{
+    double low[] = { -INFINITY, -INFINITY }, high[] = { INFINITY, INFINITY };
+    double guess[][2] = { { 0, 0 }, { 1, 1 }, { 1e-13, 3 }, { 0, 3 } };
+    for (int k = 0; k < 4; k++) {
+        struct fit_problem q = { .m = 4, .p = 2, .low = low, .high = high, .value = line, .unsure = 1e-15, .noise = 1e-11, .most = 200 };
+        struct fit_result r;
+        struct fit_spread s;
+        fit_least_squares(&q, guess[k], &r);
+        CHECK(r.status == FIT_CONVERGED && fabs(r.x[0]) < 1e-8 && fabs(r.x[1] - 3) < 1e-8);
+        fit_spread_of(&(struct fit_at){ .size = r.size, .J = r.J, .bound = r.bound, .unsure = 1e-15, .noise = 1e-11 }, 4, 2, &s);
+        CHECK(k == 2 || (s.rank == 2 && s.told[0] && s.told[1]));       /* a guess of 1e-13 says that this is its size */
+        fit_spread_clear(&s);
+        fit_result_clear(&r);
+    }
+}
+
+/* The second column is rounding errors: what is left of the data must not be explained by it. */
+static bool errors(void *ctx, const double *b, double *r, double *J)
+{
+    static const double rest[] = { 0.1, -0.3, 0.2, 0.1 }, off[] = { 3e-15, -7e-15, 2e-15, 5e-15 };
+    (void)ctx;
+    for (int i = 0; i < 4; i++) {
+        r[i] = exp(b[0] * i) - exp(0.5 * i) - rest[i];
+        J[2 * i] = i * exp(b[0] * i);
+        J[2 * i + 1] = off[i];
+    }
+    return true;
+}
+
+static void column_of_errors(void)
+{
+    double low[] = { -INFINITY, -INFINITY }, high[] = { INFINITY, INFINITY }, guess[] = { 0.4, 2 }, other[] = { 0.4, 0 };
+    struct fit_problem q = { .m = 4, .p = 2, .low = low, .high = high, .value = errors, .unsure = 1e-9, .noise = 1e-10, .most = 200 };
+    for (int k = 0; k < 2; k++) {
+        const double *x = k ? other : guess;
+        struct fit_result r;
+        struct fit_spread s;
+        fit_least_squares(&q, x, &r);
+        CHECK(r.status == FIT_CONVERGED && r.x[1] == x[1] && fabs(r.x[0] - 0.5) < 0.02);
+        fit_spread_of(&(struct fit_at){ .size = r.size, .J = r.J, .bound = r.bound, .unsure = 1e-9, .noise = 1e-10 }, 4, 2, &s);
+        CHECK(s.rank == 1 && s.told[0] && !s.told[1]);
+        fit_spread_clear(&s);
+        fit_result_clear(&r);
+    }
 }
 
 static bool nowhere(void *ctx, const double *b, double *r, double *J)
@@ -110,6 +169,8 @@ int main(void)
     nist(near);
     bounds();
     not_told();
+    value_near_0();
+    column_of_errors();
     no_value();
     return CHECK_END();
 }

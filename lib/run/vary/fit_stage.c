@@ -344,7 +344,7 @@ static bool finish(struct fits *f)
         *w->j->err = w->why;
         return false;
     }
-    fit_spread_of(&(struct fit_at){ .x = r->x, .J = r->J, .bound = r->bound, .unsure = UNSURE, .noise = NOISE * data_size(w) }, w->data, w->unknowns, &s);
+    fit_spread_of(&(struct fit_at){ .size = r->size, .J = r->J, .bound = r->bound, .unsure = UNSURE, .noise = NOISE * data_size(w) }, w->data, w->unknowns, &s);
     bool ok = write(f, &s);
     fit_spread_clear(&s);
     return ok;

@@ -47,16 +47,16 @@ static bool run_from_differences(struct vary_motion *to, struct vary_model *m, s
     return true;
 }
 
-/* From a start that is solved for: where longer numbers may be needed they are tried first. */
+/* From a start that is solved for: where longer numbers may be needed they are tried first. False without to->exact_start: the request is as it was. */
 static bool run_from_solved(struct vary_motion *to, struct variation *v, const struct vary_at *at, struct sweep_case *c, struct sga_error *err)
 {
     bool longer = c->request.arithmetic == TRAJ_AUTO && c->request.exact_time;
     struct sga_error ignored = { 0 };
-    if (longer)
-        c->request.arithmetic = TRAJ_DOUBLE_DOUBLE;
     if (!variation_place(v, &c->system, &c->solution, &c->request, at->x))
         return false;
     to->exact_start = true;
+    if (longer)
+        c->request.arithmetic = TRAJ_DOUBLE_DOUBLE;
     if (!variation_starts_clear(v, &c->system, &c->request, err))
         return false;
     if (longer && traj_run(&c->system, &c->solution, &c->request, &to->result, &ignored))
