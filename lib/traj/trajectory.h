@@ -5,6 +5,7 @@
 
 #include "expr.h"
 
+struct num_jet_programs;
 struct points_oracle;
 struct sga_budget;
 struct sga_solution;
@@ -85,6 +86,7 @@ struct traj_request {
     const struct traj_turns *turns;        /* NULL: none of the variables is a derivative */
     bool single;                           /* one solution at the tolerances as they are: no estimate of its error */
     const struct sga_budget *budget;
+    struct num_jet_programs *programs;     /* machine code of the motions of one system, kept from one to the next (jet.h); or NULL */
 };
 
 struct traj_result {

@@ -9,6 +9,7 @@
 #include "arena.h"
 #include "buf.h"
 #include "integrate.h"
+#include "jet.h"
 #include "run_job.h"
 #include "mem.h"
 #include "budget.h"
@@ -139,6 +140,7 @@ bool answer_sweep(struct job *j, const struct sga_solution *s, const struct traj
     int moved = 0;
     struct traj_result result;               /* of one after the other */
     j->trajectory = &result;
+    r.programs = num_jet_programs_new();
     sga_json_begin(&w, &out);
     sga_json_array(&w);
     struct sga_share *share = j->budget->share, whole = share ? *share : (struct sga_share){ 0 };
@@ -151,6 +153,7 @@ bool answer_sweep(struct job *j, const struct sga_solution *s, const struct traj
     if (share)
         share->from = whole.from, share->to = whole.to;
     sga_json_end_array(&w);
+    num_jet_programs_free(r.programs);
     j->sweep = sga_buf_take(&out);
     j->trajectory = NULL;
     if (moved)
