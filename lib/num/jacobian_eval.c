@@ -158,6 +158,8 @@ void num_jacobian_compile(struct num_jacobian *j, struct sga_exec *memory)
 {
     struct num_jacobian_plan *p = j->plan;
     bool code = memory && jacobian_may_be_code(j);
+    if (code && p->memory == memory)       /* what it has stays */
+        return;
     num_tape_free(p->code);
     p->code = NULL;
     p->memory = code ? memory : NULL;

@@ -60,7 +60,7 @@ static double function2(enum expr_op op, double a, double b)
 }
 
 #define R_MACHINE struct jet_machine
-#define R_CLEAR(j) jet_machine_clear(&(j)->machine)
+#define R_CLEAR(j) jet_machine_clear(&(j)->machine, &(j)->plan)
 
 static void num_jet_run(struct num_jet *j, int k, int from, int to);
 
@@ -70,10 +70,8 @@ bool num_jet_along(struct num_jet *j, int count, int order, double t, double sca
 {
     assert(order >= 1 && order <= j->order && count >= 0);
     struct jet_machine *m = &j->machine;
-    if (!m->asked) {
-        m->asked = true;
-        m->has = jet_series_make(&m->series, &j->plan, j->order, count, j->row, j->stride);
-    }
+    if (!m->asked)
+        jet_machine_begin(m, &j->plan, j->order, count, j->row, j->stride);
     if (m->has)
         return jet_machine_along(m, order, t, scale, series);
     for (int i = 0; i < count; i++)
@@ -105,10 +103,11 @@ void num_jet_hold(struct num_jet *j, const struct num_tape *t)
             j->row[(size_t)(j->plan.first_constant + k - t->ninputs) * j->stride] = t->value[k];
 }
 
-void num_jet_compile(struct num_jet *j, struct sga_exec *memory)
+void num_jet_compile(struct num_jet *j, struct sga_exec *memory, struct num_jet_programs *kept)
 {
-    jet_machine_clear(&j->machine);
+    jet_machine_clear(&j->machine, &j->plan);
     j->machine.memory = memory;
+    j->machine.kept = kept;
 }
 
 bool num_jet_compiled(const struct num_jet *j) { return j->machine.run != NULL; }

@@ -21,6 +21,7 @@ struct sga_exec;
 
 struct num_jet;      /* in double */
 struct num_jet2;     /* in double-double */
+struct num_jet_programs;
 
 /* For orders 0 .. order. The tape is read now only, and may be freed before. */
 struct num_jet *num_jet_new(const struct num_tape *t, int order);
@@ -43,9 +44,14 @@ void num_jet_hold(struct num_jet *j, const struct num_tape *t);
 /* Instructions that each order runs. */
 int num_jet_length(const struct num_jet *j);
 /* As num_tape_compile, for num_jet_along (always of the same count). Not where the tape solves or switches. Values differ by
- * roundings from the interpreter's. */
-void num_jet_compile(struct num_jet *j, struct sga_exec *memory);
+ * roundings from the interpreter's. kept: see below; or NULL. */
+void num_jet_compile(struct num_jet *j, struct sga_exec *memory, struct num_jet_programs *kept);
 bool num_jet_compiled(const struct num_jet *j);
+
+/* What jets have made machine code of stays when they end, and serves those that come after with the same steps, whatever their
+ * constants: values are the same to the bit. `memory` must outlive it, and it the jets that are given it. */
+struct num_jet_programs *num_jet_programs_new(void);
+void num_jet_programs_free(struct num_jet_programs *p);      /* NULL is allowed */
 
 /* num_jet_along will run a program without branches: no solves, no switches. */
 bool num_jet_straight(const struct num_tape *t);

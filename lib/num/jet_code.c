@@ -351,16 +351,16 @@ static int lay_out(struct jet_maker *m, int order, int *inverse)
     return at;
 }
 
-static void fill(struct jet_series *q, const struct jet_maker *m, const double *row, size_t stride)
+void jet_series_fill(struct jet_series *q, const struct jet_plan *p, const double *row, size_t stride)
 {
     q->memory = sga_calloc((size_t)q->slots + JET_REGISTERS + 1, sizeof *q->memory);
     double *slot = q->slot = q->memory + JET_REGISTERS;
-    for (int r = 0; r < m->p->rows; r++)
-        if (m->p->flat[r])
-            slot[jet_slot(m, r, 0)] = row[(size_t)r * stride];
+    for (int r = 0; r < p->rows; r++)
+        if (p->flat[r])
+            slot[r * q->stride] = row[(size_t)r * stride];
     for (int k = 1; k < q->most + 2; k++) {
-        slot[m->whole + k] = k;
-        slot[m->reciprocal + k] = 1.0 / k;
+        slot[q->whole + k] = k;
+        slot[q->reciprocal + k] = 1.0 / k;
     }
 }
 
@@ -384,9 +384,11 @@ bool jet_series_make(struct jet_series *q, const struct jet_plan *p, int order, 
     q->stride = even;
     q->slots = lay_out(&m, order, inverse);
     q->part = m.part;
+    q->whole = m.whole;
+    q->reciprocal = m.reciprocal;
     bool ok = write_code(&m, count, order, inverse);
     if (ok) {
-        fill(q, &m, row, stride);
+        jet_series_fill(q, p, row, stride);
         q->act = m.act;
         q->acts = m.count;
     } else {

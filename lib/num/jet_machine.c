@@ -8,6 +8,7 @@
 
 #include "arena.h"
 #include "exec.h"
+#include "jet_programs.h"
 #include "mem.h"
 #include "tape_code.h"
 #include "value.h"
@@ -198,6 +199,7 @@ static void compile(struct jet_machine *m)
         x64_arrive(&x, leave[--leaves]);
     x64_leave(&x);
     m->base = x.count < MOST_BYTES ? sga_exec_add(m->memory, x.byte, x.count) : NULL;
+    m->bytes = x.count;
     if (m->base)
         m->run = (void (*)(double *, double *, double *, long))((uintptr_t)m->base + entry);
     free(x.byte);
@@ -235,11 +237,24 @@ bool jet_machine_along(struct jet_machine *m, int order, double t, double scale,
     return all_finite(series + q->count, q->count * order);
 }
 
-void jet_machine_clear(struct jet_machine *m)
+void jet_machine_begin(struct jet_machine *m, const struct jet_plan *p, int order, int count, const double *row, size_t stride)
 {
-    if (m->base)
-        sga_exec_drop(m->memory, m->base);
+    m->asked = true;
+    if (m->kept && m->memory && jet_programs_find(m->kept, m, p, order, count)) {
+        m->has = m->shared = true;
+        jet_series_fill(&m->series, p, row, stride);
+    } else {
+        m->has = jet_series_make(&m->series, p, order, count, row, stride);
+    }
+}
+
+void jet_machine_clear(struct jet_machine *m, const struct jet_plan *p)
+{
     free(m->series.memory);
-    free(m->series.act);
-    *m = (struct jet_machine){ .memory = m->memory };
+    if (!m->shared && !(m->base && m->kept && jet_programs_keep(m->kept, m, p))) {
+        if (m->base)
+            sga_exec_drop(m->memory, m->base);
+        free(m->series.act);
+    }
+    *m = (struct jet_machine){ .memory = m->memory, .kept = m->kept };
 }

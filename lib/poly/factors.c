@@ -6,6 +6,7 @@
 #include <flint/fmpz_mpoly_factor.h>
 
 #include "arena.h"
+#include "flint_ends.h"
 #include "mem.h"
 #include "mpoly_take.h"
 
@@ -166,23 +167,55 @@ static bool linear_prime(struct poly_bridge *b, const fmpz_mpoly_t f)
     return prime;
 }
 
-static bool factor_into(struct poly_bridge *b, struct poly_factors *out, const fmpz_mpoly_t f, long n)
+/* f = c1 x1^2 + .. + ck xk^2 + c0, primitive: with three terms or more a quadratic form of rank 3 or more (that
+ * of c0 with a variable of its own), irreducible over every field; with two of one sign irreducible over the reals. Lengths of rods and
+ * of normals are such sums, and a factorisation costs much more. True: it was found so. */
+static bool squares_prime(struct poly_bridge *b, const fmpz_mpoly_t f)
 {
+    if (f->length < 2 || f->length > b->max_gens + 1 || (f->length == 2 && fmpz_sgn(f->coeffs) != fmpz_sgn(f->coeffs + 1)))
+        return false;
+    SGA_FREED ulong *exp = sga_malloc((size_t)b->max_gens * sizeof *exp);
+    bool sum = true;
+    for (slong i = 0; i < f->length && sum; i++) {
+        ulong total = 0, most = 0;
+        poly_exponents(b, f, i, exp);
+        for (int g = 0; g < b->gens; g++) {
+            total += exp[g];
+            most = exp[g] > most ? exp[g] : most;
+        }
+        sum = total == most && (total == 2 || total == 0);
+    }
+    return sum;
+}
+
+/* f over what its coefficients have in common. */
+static void make_primitive(struct poly_bridge *b, fmpz_mpoly_t p, const fmpz_mpoly_t f)
+{
+    SGA_ENDS(fmpz_end) fmpz_t common = { 0 };
+    for (slong i = 0; i < f->length && !fmpz_is_one(common); i++)
+        fmpz_gcd(common, common, f->coeffs + i);
+    if (fmpz_cmp_ui(common, 1) > 0)
+        fmpz_mpoly_scalar_divexact_fmpz(p, f, common, b->ctx);
+    else
+        fmpz_mpoly_set(p, f, b->ctx);
+}
+
+static bool factor_into(struct poly_bridge *b, struct poly_factors *out, const fmpz_mpoly_t of, long n)
+{
+    SGA_ARENA(mem);
+    fmpz_mpoly_struct *f = mpoly_take(&mem, b->ctx);
+    make_primitive(b, f, of);
     long degree = poly_degree(b, f);
     out->longest = f->length > out->longest ? f->length : out->longest;
     bool full = f->length <= FULL_TERMS && degree <= FULL_DEGREE;
     if (!full && (f->length > SQUAREFREE_TERMS || degree > SQUAREFREE_DEGREE))
         return false;
-    if (f->length > 1 && linear_prime(b, f)) {
-        SGA_ARENA(mem);
-        fmpz_mpoly_struct *p = mpoly_take(&mem, b->ctx);
-        if (fmpz_sgn(f->coeffs) > 0) {
-            fmpz_mpoly_set(p, f, b->ctx);
-        } else {
-            fmpz_mpoly_neg(p, f, b->ctx);
+    if (f->length > 1 && (squares_prime(b, f) || linear_prime(b, f))) {
+        if (fmpz_sgn(f->coeffs) < 0) {
+            fmpz_mpoly_neg(f, f, b->ctx);
             out->sign = n % 2 ? -out->sign : out->sign;
         }
-        add_factor(b, out, p, n, true);
+        add_factor(b, out, f, n, true);
         return true;
     }
     fmpz_mpoly_factor_t fac;

@@ -383,6 +383,7 @@ static bool on_constraints(struct flow *f, const struct sys_system *sys, const s
 bool flow_start(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol,
                 const struct traj_request *rq, double *x, double *moved, struct sga_error *err)
 {
+    num_jacobian_compile(f->manifold.jac, rq->budget ? rq->budget->exec : NULL);       /* searches evaluate it thousands of times */
     if (!on_constraints(f, sys, sol, rq, x, moved, err))
         return false;
     sizes_met(f->sizes, x);
@@ -413,10 +414,11 @@ static void enter(void *ctx, double from, double to)
 }
 
 /* What each step asks for. Not the rows that define the field: they are asked where that fails. */
-static void allow_code(struct flow *f, struct sga_exec *exec)
+static void allow_code(struct flow *f, struct sga_exec *exec, struct num_jet_programs *programs)
 {
     num_tape_compile(f->field.direct, exec);
     f->series->memory = exec;
+    f->series->programs = programs;
     num_jacobian_compile(f->manifold.jac, exec);
     if (f->field.slope)
         num_jacobian_compile(f->field.slope, exec);
@@ -458,7 +460,7 @@ static bool over(void *ctx, double *t)
 
 static void refused(void *ctx) { field_forget_trial(&((struct flow *)ctx)->field); }
 
-void flow_code(struct flow *f, const struct traj_request *rq) { allow_code(f, rq->budget ? rq->budget->exec : NULL); }
+void flow_code(struct flow *f, const struct traj_request *rq) { allow_code(f, rq->budget ? rq->budget->exec : NULL, rq->programs); }
 
 struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
 {

@@ -25,7 +25,7 @@ bool series_along(struct series *s, struct field *f, double t, const double *x, 
         num_jet_free(s->jet);
         s->order = order + HEADROOM;
         s->jet = num_jet_new(f->plain, s->order);
-        num_jet_compile(s->jet, s->memory);
+        num_jet_compile(s->jet, s->memory, s->programs);
     }
     sga_copy(out, x, n);
     if (!num_jet_along(s->jet, n, order, t, scale, out))

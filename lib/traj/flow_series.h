@@ -10,6 +10,7 @@ struct series {
     struct num_jet *jet;
     int order;
     struct sga_exec *memory;      /* for machine code, borrowed; NULL: none */
+    struct num_jet_programs *programs;   /* of motions before, borrowed; or NULL */
 };
 
 /* As ode_problem.taylor. field_slope_init has been called. */

@@ -5,6 +5,7 @@
 
 #include "expr.h"
 
+struct num_jet_programs;
 struct points_oracle;
 struct sga_budget;
 struct sga_solution;
@@ -103,6 +104,7 @@ struct traj_request {
     bool ends_there;                       /* singular positions are not passed */
     bool single;                           /* one solution at the tolerances as they are: no estimate of its error */
     const struct sga_budget *budget;
+    struct num_jet_programs *programs;     /* machine code of the motions of one system, kept from one to the next (jet.h); or NULL */
 };
 
 struct traj_result {

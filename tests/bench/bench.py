@@ -43,11 +43,11 @@ def show(what, value, target=None, ok=True, note=""):
     print(f"  {what}: {value} (target {target}) {'PASS' if ok else 'FALL SHORT'}  {note}", flush=True)
 
 
-def measure(folder, request, runs=1):
+def measure(folder, request, runs=1, *, program="measure", more=()):
     path = os.path.join(folder, "request.json")
     with open(path, "w", encoding="utf-8") as f:
         json.dump(request, f)
-    run = subprocess.run([os.path.join(folder, "measure"), path, str(runs)], capture_output=True, text=True, timeout=1800, check=False)
+    run = subprocess.run([os.path.join(folder, program), path, str(runs), *more], capture_output=True, text=True, timeout=1800, check=False)
     if run.returncode:
         raise RuntimeError(run.stderr.strip())
     return json.loads(run.stdout)
@@ -124,9 +124,16 @@ def sweep(folder):
     system = {"form": "equations", "variables": ["x", "y", "l"], "parameters": sets[0],
               "equations": ["x'' = -l*x", "y'' = -l*y - g", "x^2 + y^2 = L^2"]}
     base = {"system": system, "want": ["trajectory"], "trajectory": {"stop": 3, "samples": 11, "initial": {"x": "L", "y": 0}}}
-    whole = measure(folder, {**base, "sweep": [{"parameters": s} for s in sets]}, 3)["best"]
-    alone = sum(measure(folder, {**base, "system": {**system, "parameters": s}}, 5)["best"] for s in sets[:40]) * 25
+    swept, one = ({**base, "sweep": [{"parameters": s} for s in some]} for some in (sets, sets[:1]))
+    each = [{**base, "system": {**system, "parameters": s}} for s in sets[:40]]
+    whole = measure(folder, swept, 3, more=["code"])["best"]
+    alone = sum(measure(folder, r, 5, more=["code"])["best"] for r in each) * 25
     show("1000 requests / one sweep", f"{alone / whole:.1f}", ">= 1.5", alone >= 1.5 * whole, f"{alone:.2f} s, {whole:.2f} s")
+    bare = [measure(folder, r, 200, program="motion") for r in each]
+    motion, made = (sum(b[k] for b in bare) / len(bare) for k in ("best", "set_up"))
+    of_set = (whole - measure(folder, one, 20, more=["code"])["best"]) / (len(sets) - 1)
+    show("a set / its bare motion, with estimate", f"{of_set / motion:.2f}", "<= 1.3", of_set <= 1.3 * motion, f"{of_set * 1e6:.0f} us, {motion * 1e6:.0f} us")
+    show("set-up of one motion, reduced", f"{made * 1e6:.0f} us")
 
 
 class Client:
@@ -376,7 +383,7 @@ def main():
     folder = os.path.join(build, "bench")
     broken = 0
     with tempfile.TemporaryDirectory() as work:
-        for program in ("measure", "minimal_server", "hammer", "numbers", "tape"):
+        for program in ("measure", "motion", "minimal_server", "hammer", "numbers", "tape"):
             os.symlink(os.path.join(folder, program), os.path.join(work, program))
         parts = {"arm": lambda: arm(work), "corpus": lambda: corpus(build, work), "chains": lambda: chains(work),
                  "pencil": lambda: pencil.run(work, measure, show), "sizes": lambda: sizes.run(build, work, show), "operators": lambda: operators(work), "sweep": lambda: sweep(work), "http": lambda: http(build, work),

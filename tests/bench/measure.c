@@ -1,8 +1,8 @@
-/* Runs one request in process and says what it cost: measure FILE [RUNS]
+/* Runs one request in process and says what it cost: measure FILE [RUNS [code]]
  *
  * Prints one line of JSON: the best and the mean CPU seconds of a run, from text to
  * text, what part of the time that passed `work.seconds` accounts for (the best of the runs), and the peak
- * memory of the process in KiB. Benchmarks start one process for
+ * memory of the process in KiB. code: formulas may become machine code, as in the program. Benchmarks start one process for
  * each measurement, so that the peak belongs to it. */
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,6 +10,8 @@
 
 #include "budget.h"
 #include "run.h"
+
+static const size_t CODE = 4 << 20;      /* bytes, as in the program */
 
 static char *read_file(const char *path, size_t *length)
 {
@@ -52,7 +54,7 @@ int main(int argc, char **argv)
     char *text = argc > 1 ? read_file(argv[1], &length) : NULL;
     int runs = argc > 2 ? atoi(argv[2]) : 1;
     if (!text || runs < 1) {
-        fprintf(stderr, "usage: measure FILE [RUNS]\n");
+        fprintf(stderr, "usage: measure FILE [RUNS [code]]\n");
         return 2;
     }
     double best = 0, sum = 0, part = 0;
@@ -61,10 +63,12 @@ int main(int argc, char **argv)
         struct sga_buf out = { 0 };
         struct sga_error err = { 0 };
         double begun = sga_cpu(), since = sga_now();
-        if (!sga_run(text, length, NULL, &out, &err)) {
+        struct sga_run_options options = { .exec = argc > 3 ? sga_exec_new(CODE) : NULL };
+        if (!sga_run(text, length, argc > 3 ? &options : NULL, &out, &err)) {
             fprintf(stderr, "measure: %s: %s\n", sga_code_text(err.code), err.detail);
             return 1;
         }
+        sga_exec_free(options.exec);
         double took = sga_cpu() - begun, passed = sga_now() - since;
         part = accounted(&out) / passed > part ? accounted(&out) / passed : part;
         best = i == 0 || took < best ? took : best;

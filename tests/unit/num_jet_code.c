@@ -1,7 +1,7 @@
 /* Series as a program: by machine code and by the loop the same to the bit, and both as the recurrences have them, order by
  * order, but for roundings: every operator alone, all together, products of random ones, random systems of several variables and of time alone; at
  * every order from 1 to the highest, at scales both ways, and where a value is missing. What only the
- * interpreter knows is left to it. */
+ * interpreter knows is left to it. Code that is kept serves jets with other constants, and no others, with the same bits. */
 #include "check.h"
 
 #include <math.h>
@@ -89,7 +89,7 @@ static void compare(const expr_id *root, bool makes, bool has, const char *what)
     double a[(ORDER + 1) * VARIABLES + 1], b[(ORDER + 1) * VARIABLES + 1], c[(ORDER + 1) * VARIABLES + 1];
     uint64_t seed = 5;
     int same = 0, all = 0, series = 0;
-    num_jet_compile(fast, memory);
+    num_jet_compile(fast, memory, NULL);
     for (int s = 0; s < RUNS + ORDER; s++) {
         int order = s < RUNS ? ORDER : s - RUNS + 1;
         double now = has ? 0.3 : 0, scale = s % 3 == 0 ? -0.25 : s % 3 == 1 ? 0.125 : 0.25;
@@ -114,6 +114,57 @@ static void compare(const expr_id *root, bool makes, bool has, const char *what)
     num_jet_free(fast);
     num_jet_free(slow);
     num_tape_free(t);
+    sga_exec_free(memory);
+}
+
+/* A jet of these formulas that may use what is kept, beside one that may not. Whether it had code at once. */
+static bool shares(struct num_jet_programs *kept, struct sga_exec *memory, const char *const *formula, int order)
+{
+    struct sga_error err = { 0 };
+    expr_id root[VARIABLES];
+    for (int i = 0; i < VARIABLES; i++)
+        root[i] = parse(formula[i]);
+    struct num_tape *t = num_tape_new(&st, root, VARIABLES, inputs, VARIABLES + 1, &err);
+    struct num_jet *plain = num_jet_new(t, order), *fast = num_jet_new(t, order);
+    double a[(ORDER + 1) * VARIABLES], b[(ORDER + 1) * VARIABLES];
+    bool at_once = false;
+    int same = 0;
+    num_jet_compile(fast, memory, kept);
+    for (int s = 0; s < RUNS; s++) {
+        for (int i = 0; i < VARIABLES; i++)
+            a[i] = b[i] = 0.3 + 0.01 * s + 0.1 * i;
+        bool p = num_jet_along(plain, VARIABLES, order, 0.3, 0.25, a), q = num_jet_along(fast, VARIABLES, order, 0.3, 0.25, b);
+        same += p && q && memcmp(a, b, (size_t)((order + 1) * VARIABLES) * sizeof *a) == 0;
+        at_once |= s == 0 && num_jet_compiled(fast);
+    }
+    CHECK(same == RUNS, "%s, %s, %s: %d of %d", formula[0], formula[1], formula[2], same, RUNS);
+    num_jet_free(plain);
+    num_jet_free(fast);
+    num_tape_free(t);
+    return at_once;
+}
+
+static void check_kept(void)
+{
+    /* numbers that no other formula has: as in a store of their own they come in the order in which they are read */
+    static const char *const first[] = { "y*sin(x)/101", "(103 + x)^(1/107) - 109*t", "exp(x*y)/(113 + z)" },
+        *const numbers[] = { "y*sin(x)/211", "(223 + x)^(1/227) - 229*t", "exp(x*y)/(233 + z)" },
+        *const steps[] = { "y*cos(x)/101", "(103 + x)^(1/107) - 109*t", "exp(x*y)/(113 + z)" },
+        *const places[] = { "y*sin(x)/101", "(103 + x)^(1/107) - 109*t", "exp(x*z)/(113 + z)" },
+        *const turned[] = { "(103 + x)^(1/107) - 109*t", "y*sin(x)/101", "exp(x*y)/(113 + z)" };
+    struct sga_exec *memory = sga_exec_new(1 << 22);
+    struct num_jet_programs *kept = num_jet_programs_new();
+    bool has = memory != NULL;
+    CHECK(!shares(kept, memory, first, 20));
+    CHECK(shares(kept, memory, first, 20) == has);
+    CHECK(shares(kept, memory, numbers, 20) == has);
+    CHECK(!shares(kept, memory, first, 19) && !shares(kept, memory, steps, 20) && !shares(kept, memory, places, 20) && !shares(kept, memory, turned, 20));
+    CHECK(!shares(NULL, memory, first, 20) && !shares(kept, NULL, first, 20));
+    CHECK(shares(kept, memory, first, 19) == has && shares(kept, memory, first, 20) == has && shares(kept, memory, steps, 20) == has);
+    for (int order = 2; order < 14; order++)          /* more than are kept */
+        shares(kept, memory, first, order);
+    CHECK(shares(kept, memory, numbers, 20) == has);
+    num_jet_programs_free(kept);
     sga_exec_free(memory);
 }
 
@@ -157,6 +208,7 @@ int main(void)
         expr_id alone[] = { parse("y"), parse(missing[i]), parse("y*z") };
         compare(alone, true, false, missing[i]);
     }
+    check_kept();
     expr_store_clear(&st);
     return CHECK_END();
 }

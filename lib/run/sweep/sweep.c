@@ -9,6 +9,7 @@
 #include "arena.h"
 #include "buf.h"
 #include "integrate.h"
+#include "jet.h"
 #include "run_job.h"
 #include "mem.h"
 #include "budget.h"
@@ -61,16 +62,16 @@ static void write_error(const struct job *j, const struct request_sweep *m, stru
 }
 
 /* The trajectory of a set of parameters: from the general analysis where that holds, otherwise from one of the system at
- * these values. *analysis: from which. */
+ * these values. *analysis: from which. single: of sweep_case_single. */
 static bool at_parameters(struct job *j, const struct sga_solution *s, const struct traj_request *r, const struct request_sweep *m,
-                          const char **analysis, struct sga_error *err)
+                          const unsigned char *single, const char **analysis, struct sga_error *err)
 {
     struct sweep_case c;
     struct sga_error general = { 0 };
     bool ok = sweep_case_make(&c, j, s, r, m, err);
     bool found = ok && c.solved && traj_run(&c.system, &c.solution, &c.request, j->trajectory, &general);
     *analysis = "shared";
-    if (found && !sweep_case_holds(&c, j->trajectory->initial)) {
+    if (found && !sweep_case_holds(&c, j->trajectory->initial, single)) {
         traj_result_clear(j->trajectory);
         found = false;
     }
@@ -83,7 +84,8 @@ static bool at_parameters(struct job *j, const struct sga_solution *s, const str
 }
 
 /* One member. False: the job ends. */
-static bool one(struct job *j, const struct sga_solution *s, struct traj_request *r, const struct request_sweep *m, int *moved, struct sga_json *w)
+static bool one(struct job *j, const struct sga_solution *s, struct traj_request *r, const struct request_sweep *m, const unsigned char *single, int *moved,
+                struct sga_json *w)
 {
     struct request_trajectory *t = &j->request->trajectory;
     struct request_initial *keep = t->initial;
@@ -103,7 +105,7 @@ static bool one(struct job *j, const struct sga_solution *s, struct traj_request
     r->exact_initial = exact_before ? exact : NULL;
     r->initial = initial;
     r->given = given;
-    bool found = j->request->swept_count ? at_parameters(j, s, r, m, &analysis, &err)
+    bool found = j->request->swept_count ? at_parameters(j, s, r, m, single, &analysis, &err)
                                         : answer_integrate(j, s, r, j->trajectory, &err);
     bool ok = job_goes_on(j);
     t->initial = m->initial;
@@ -139,6 +141,8 @@ bool answer_sweep(struct job *j, const struct sga_solution *s, const struct traj
     int moved = 0;
     struct traj_result result;               /* of one after the other */
     j->trajectory = &result;
+    r.programs = num_jet_programs_new();
+    SGA_FREED unsigned char *single = j->request->swept_count ? sweep_case_single(&j->request->store, s) : NULL;
     sga_json_begin(&w, &out);
     sga_json_array(&w);
     struct sga_share *share = j->budget->share, whole = share ? *share : (struct sga_share){ 0 };
@@ -146,11 +150,12 @@ bool answer_sweep(struct job *j, const struct sga_solution *s, const struct traj
         double each = (whole.to - whole.from) / j->request->sweeps;
         if (share)
             share->from = whole.from + k * each, share->to = share->from + each;
-        ok = one(j, s, &r, j->request->sweep + k, &moved, &w);
+        ok = one(j, s, &r, j->request->sweep + k, single, &moved, &w);
     }
     if (share)
         share->from = whole.from, share->to = whole.to;
     sga_json_end_array(&w);
+    num_jet_programs_free(r.programs);
     j->sweep = sga_buf_take(&out);
     j->trajectory = NULL;
     if (moved)

@@ -328,28 +328,44 @@ static bool independent(struct sweep_case *c, struct num_ball *b)
     return ok;
 }
 
-/* Some constraint is a product at these parameters: then a start may choose among the branches. */
-static bool splits(const struct sweep_case *c)
+static bool is_product(struct expr_store *st, expr_id e)
 {
     struct poly_limits limits = poly_limits_of(POLY_GLANCE, NULL);
     struct poly_factors q;
     int moving = 0;
-    for (int i = 0; i < c->solution.constraints && moving < 2; i++) {
-        moving = 0;
-        if (!poly_numerator_factors(c->system.store, c->solution.constraint[i].expr, &limits, &q))
-            continue;
-        for (int k = 0; k < q.factors; k++)
-            moving += !q.factor[k].never_zero && q.factor[k].depends & EXPR_HAS_VARIABLE;
-        poly_factors_clear(&q);
-    }
+    if (!poly_numerator_factors(st, e, &limits, &q))
+        return false;
+    for (int k = 0; k < q.factors; k++)
+        moving += !q.factor[k].never_zero && q.factor[k].depends & EXPR_HAS_VARIABLE;
+    poly_factors_clear(&q);
     return moving >= 2;
 }
 
-bool sweep_case_holds(struct sweep_case *c, const double *x)
+/* Some constraint is a product at these parameters: then a start may choose among the branches. */
+static bool splits(const struct sweep_case *c, const unsigned char *single)
+{
+    bool found = false;
+    for (int i = 0; i < c->solution.constraints && !found; i++)
+        found = !(single && single[i]) && is_product(c->system.store, c->solution.constraint[i].expr);
+    return found;
+}
+
+unsigned char *sweep_case_single(struct expr_store *st, const struct sga_solution *s)
+{
+    unsigned char *single = sga_calloc((size_t)s->constraints + 1, 1);
+    struct expr_facts facts;
+    expr_facts_init(&facts);
+    for (int i = 0; i < s->constraints; i++)
+        single[i] = !(expr_facts_of(&facts, st, s->constraint[i].expr) & EXPR_HAS_PARAMETER) && !is_product(st, s->constraint[i].expr);
+    expr_facts_clear(&facts);
+    return single;
+}
+
+bool sweep_case_holds(struct sweep_case *c, const double *x, const unsigned char *single)
 {
     const struct sga_solution *s = &c->solution;
     /* what was divided by on a larger set is not looked at there; at special places another system was solved */
-    if (s->deads || s->specials || splits(c))
+    if (s->deads || s->specials || splits(c, single))
         return false;
     struct num_ball b;
     struct roots all = { 0 };

@@ -36,8 +36,10 @@ void sweep_case_clear(struct sweep_case *c);
 /* Do the general analysis and its assumptions hold at these parameters, as seen from a point x of the final set at the start
  * time, good to some 9 digits? No pivot may vanish there, nor the rank of the constraints' differentials drop, nor a constraint
  * become a product: then the reduction at these values would take the same steps (zeros persist, by continuity).
- * False is not a proof that they do not. */
-bool sweep_case_holds(struct sweep_case *c, const double *x);
+ * False is not a proof that they do not. single: as below, or NULL. */
+bool sweep_case_holds(struct sweep_case *c, const double *x, const unsigned char *single);
+/* By constraint of the general solution: it has no parameters and is no product, so that it need not be looked at for each set. Malloced. */
+unsigned char *sweep_case_single(struct expr_store *st, const struct sga_solution *s);
 /* The reduction of the system at these parameters, into c->own. False with err. */
 bool sweep_case_solve(struct sweep_case *c, struct job *j, const double *near, struct sga_error *err);
 

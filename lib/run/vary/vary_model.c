@@ -9,6 +9,7 @@
 #include "budget.h"
 #include "derive.h"
 #include "guess.h"
+#include "jet.h"
 #include "mem.h"
 #include "operator_answer.h"
 #include "reduce.h"
@@ -144,6 +145,7 @@ bool vary_model_make(struct vary_model *m, struct job *j, const struct request_o
         return false;
     }
     m->read = true;
+    m->programs = num_jet_programs_new();
     if (!reduce(m, j)) {
         if (!j->err->pointer[0])
             snprintf(j->err->pointer, sizeof j->err->pointer, "%s", pointer);
@@ -166,6 +168,7 @@ void vary_model_clear(struct vary_model *m)
         job_clear(&m->job);
     if (m->read)
         request_clear(&m->request);
+    num_jet_programs_free(m->programs);
 }
 
 void vary_model_guess(struct vary_model *m, const struct traj_request *rq, int parameter, int variable, expr_id *to)

@@ -15,6 +15,7 @@ struct vary_model {
     bool read, has_conditioned;
     const struct sga_solution *solution;   /* of the two */
     struct traj_request rq;          /* of the whole; its lists are in the job's arena. exact_initial: with the parameters as symbols */
+    struct num_jet_programs *programs;     /* machine code of its motions, kept from one to the next */
 };
 
 /* Reads and reduces. j: the job that asks; what is not there is refused at `pointer`. False with j->err. vary_model_clear is due in any case. */

@@ -76,6 +76,7 @@ bool vary_motion_run(struct vary_motion *to, struct vary_model *m, struct variat
     if (ok && !c.solved)
         ok = sga_fail(err, SGA_E_EXPR_UNDEFINED, "the reduction for general values of the parameters has no value at these");
     if (ok) {
+        c.request.programs = m->programs;
         ok = at->rq->relations || at->rq->low || run_from_solved(to, v, at, &c, err);      /* relations move with the parameters: differences */
         if (!to->exact_start)
             ok = run_from_differences(to, m, v, at, &c, err);
