@@ -119,6 +119,7 @@ struct expr_solve {
 };
 
 struct expr_marks;
+struct expr_residue;
 struct expr_store {
     struct expr_node *node;   int nodes;   size_t node_cap;
     fmpq *constant;           int constants; size_t constant_cap;
@@ -132,6 +133,7 @@ struct expr_store {
     double deadline, seconds; /* sga_now() value past which the error is set (0: none), and what was granted */
     long work;                /* since the clock was looked at */
     struct expr_marks *marks; /* for cones */
+    struct expr_residue *residue; size_t residue_cap;   /* residue.h */
     bool signals_fixed;       /* no derivative of a signal may be added any more */
     struct sga_error error;   /* sticky */
 };

@@ -40,6 +40,7 @@ void expr_store_clear(struct expr_store *st)
         free(st->solve[i].rhs);
     }
     expr_marks_leave(st->marks);
+    free(st->residue);
     free(st->node);
     free(st->constant);
     free(st->symbol);
