@@ -70,7 +70,8 @@ struct frame *parser_top(struct parser *p)
 
 static expr_id power(struct parser *p, expr_id a, expr_id b)
 {
-    expr_id base = parser_settled(p, a), exponent = parser_settled(p, b);
+    bool whole = expr_is_const(p->st, b) && fmpz_is_one(fmpq_denref(expr_const_value(p->st, b))) && fmpq_sgn(expr_const_value(p->st, b)) > 0;
+    expr_id base = whole ? a : parser_settled(p, a), exponent = parser_settled(p, b);
     if ((base != a || exponent != b) && !literal_power(p->st, base, exponent, p->g.max_exponent, p->err))
         return EXPR_UNDEF;
     return literal_power(p->st, a, b, p->g.max_exponent, p->err);

@@ -147,7 +147,7 @@ static bool name_operand(struct parser *p, bool *operand)
         parser_advance(p);
         return parser_push_frame(p, (struct frame){ .kind = PREFIX, .logic = LOGIC_NOT, .prec = PREC_NOT, .at = name.start });
     }
-    enum expr_op op = expr_function(p->text + name.start, name.length);
+    enum expr_op op = stands ? EXPR_UNDEF_OP : expr_function(p->text + name.start, name.length);   /* no name is a function's */
     const struct lowered *lowered = stands ? NULL : lowered_function(p->text + name.start, name.length);
     parser_advance(p);
     if (lowered && p->tok.kind == LEX_OPEN) {

@@ -235,9 +235,25 @@ size_t index_source(const char *text, const struct index_scope *scope, size_t at
     return source < length ? source : length;
 }
 
+/* All that stands between [ and ] is worked out, as index_write would have it: x[7], u[2,13]. */
+static bool worked_out(const char *text)
+{
+    for (const char *s = strchr(text, '['); s; s = strchr(s, '[')) {
+        do {
+            size_t n = strspn(++s, "0123456789");
+            if (n == 0 || n > 9 || (*s == '0' && n > 1))
+                return false;
+            s += n;
+        } while (*s == ',');
+        if (*s != ']')
+            return false;
+    }
+    return true;
+}
+
 bool index_touches(const char *text, const struct index_scope *scope)
 {
-    if (strchr(text, '['))
+    if (!worked_out(text))
         return true;
     if (!scope->names)
         return false;
