@@ -41,12 +41,8 @@ const struct expr_interval *expr_op_domain(enum expr_op op) { return interval + 
 const struct expr_interval *expr_op_values(enum expr_op op) { return interval + op_table[op].values; }
 const struct expr_slope *expr_op_slope(enum expr_op op) { return &op_table[op].slope; }
 
-enum { LONGEST = 5 };           /* bytes of a function's name */
-
 enum expr_op expr_function(const char *name, size_t len)
 {
-    if (len > LONGEST || memchr(name, '[', len))
-        return EXPR_UNDEF_OP;
     for (int op = EXPR_SIN; op <= EXPR_MAX; op++)
         if (op_table[op].text[0] == name[0] && strlen(op_table[op].text) == len && memcmp(op_table[op].text, name, len) == 0)
             return (enum expr_op)op;
