@@ -162,6 +162,14 @@ expr_id expr_rebuild(struct expr_store *st, const struct expr_store *from, expr_
     }
 }
 
+/* Whether the parts of e are still what they were: then e is. Most nodes are such where a few symbols are put in, and need no look-up. */
+static bool stays(const struct expr_store *st, expr_id e, const expr_id *to)
+{
+    const struct expr_node *n = st->node + e;
+    int parts = n->op == EXPR_SOLVE ? 0 : expr_op_args((enum expr_op)n->op);
+    return parts && to[n->a] == n->a && (parts == 1 || to[n->b] == n->b);
+}
+
 void expr_substitute(struct expr_store *st, expr_id *roots, int nroots, const expr_id *map)
 {
     SGA_ENDS(expr_cone_clear) struct expr_cone c;
@@ -169,7 +177,7 @@ void expr_substitute(struct expr_store *st, expr_id *roots, int nroots, const ex
     expr_cone_of(st, &c, roots, nroots);
     SGA_FREED expr_id *to = sga_malloc((size_t)st->nodes * sizeof *to);
     for (int i = 0; i < c.count; i++)
-        to[c.list[i]] = expr_rebuild(st, st, c.list[i], to, map);
+        to[c.list[i]] = stays(st, c.list[i], to) ? c.list[i] : expr_rebuild(st, st, c.list[i], to, map);
     for (int i = 0; i < nroots; i++)
         roots[i] = to[roots[i]];
 }

@@ -119,19 +119,24 @@ struct expr_solve {
 };
 
 struct expr_marks;
+struct expr_residue;
+/* Of a hash table: what is there (0: nothing), and its hash, so that others are told apart without a look at them. */
+struct expr_slot { int32_t is; uint32_t hash; };
+
 struct expr_store {
     struct expr_node *node;   int nodes;   size_t node_cap;
     fmpq *constant;           int constants; size_t constant_cap;
     struct expr_symbol *symbol; int symbols; size_t symbol_cap;
     struct expr_solve *solve; int solves;  size_t solve_cap;
-    int32_t *hash;            uint32_t hash_mask;   /* of nodes */
-    int32_t *names;           uint32_t names_mask;  /* of symbols by name: index + 1 */
+    struct expr_slot *hash;   uint32_t hash_mask;   /* of nodes */
+    struct expr_slot *names;  uint32_t names_mask;  /* of symbols by name: index + 1 */
     int max_nodes;            /* 0: no limit */
     long max_bits;            /* of one exact constant */
     double work_bits, max_work_bits;   /* of all constants made so far; 0: no limit */
     double deadline, seconds; /* sga_now() value past which the error is set (0: none), and what was granted */
     long work;                /* since the clock was looked at */
     struct expr_marks *marks; /* for cones */
+    struct expr_residue *residue; size_t residue_cap;   /* residue.h */
     bool signals_fixed;       /* no derivative of a signal may be added any more */
     struct sga_error error;   /* sticky */
 };

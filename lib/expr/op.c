@@ -44,7 +44,7 @@ const struct expr_slope *expr_op_slope(enum expr_op op) { return &op_table[op].s
 enum expr_op expr_function(const char *name, size_t len)
 {
     for (int op = EXPR_SIN; op <= EXPR_MAX; op++)
-        if (strlen(op_table[op].text) == len && memcmp(op_table[op].text, name, len) == 0)
+        if (op_table[op].text[0] == name[0] && strlen(op_table[op].text) == len && memcmp(op_table[op].text, name, len) == 0)
             return (enum expr_op)op;
     return EXPR_UNDEF_OP;
 }

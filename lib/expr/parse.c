@@ -68,6 +68,15 @@ struct frame *parser_top(struct parser *p)
     return p->frames ? p->frame + p->frames - 1 : NULL;
 }
 
+static expr_id power(struct parser *p, expr_id a, expr_id b)
+{
+    bool whole = expr_is_const(p->st, b) && fmpz_is_one(fmpq_denref(expr_const_value(p->st, b))) && fmpq_sgn(expr_const_value(p->st, b)) > 0;
+    expr_id base = whole ? a : parser_settled(p, a), exponent = parser_settled(p, b);
+    if ((base != a || exponent != b) && !literal_power(p->st, base, exponent, p->g.max_exponent, p->err))
+        return EXPR_UNDEF;
+    return literal_power(p->st, a, b, p->g.max_exponent, p->err);
+}
+
 static expr_id apply(struct parser *p, enum expr_op op, expr_id a, expr_id b)
 {
     switch (op) {
@@ -75,10 +84,13 @@ static expr_id apply(struct parser *p, enum expr_op op, expr_id a, expr_id b)
     case EXPR_SUB: return expr_sub(p->st, a, b);
     case EXPR_MUL: return expr_mul(p->st, a, b);
     case EXPR_DIV:
-        if (expr_is_zero(p->st, b))
-            sga_fail(p->err, SGA_E_EXPR_UNDEFINED, "division by a constant that is 0");
+        if (expr_is_zero(p->st, parser_settled(p, b))) {
+            sga_fail(p->err, SGA_E_EXPR_UNDEFINED, expr_is_zero(p->st, b) ? "division by a constant that is 0"
+                                                                            : "division by what is 0 wherever it has a value");
+            return EXPR_UNDEF;
+        }
         return expr_div(p->st, a, b);
-    default:       return literal_power(p->st, a, b, p->g.max_exponent, p->err);
+    default:       return power(p, a, b);
     }
 }
 
@@ -255,11 +267,10 @@ static bool run(struct parser *p)
     return finish_down_to(p, PREC_EQUAL);
 }
 
-static expr_id parse(struct expr_store *st, const char *text, const struct expr_grammar *g, bool equation,
-                     struct sga_error *err)
+expr_id parser_read(struct expr_store *st, const char *text, const struct expr_grammar *g, bool equation, bool as_it_stands, struct sga_error *err)
 {
     struct sga_error own = { 0 };
-    struct parser p = { .st = st, .text = text, .err = err ? err : &own, .equation = equation };
+    struct parser p = { .st = st, .text = text, .err = err ? err : &own, .equation = equation, .as_it_stands = as_it_stands };
     if (!expr_store_ok(st) || p.err->code != SGA_E_OK) {
         sga_fail(p.err, st->error.code, "%s", st->error.detail);
         return EXPR_UNDEF;
@@ -290,11 +301,11 @@ bool expr_reserved(const char *name)
 
 expr_id expr_parse(struct expr_store *st, const char *text, const struct expr_grammar *g, struct sga_error *err)
 {
-    return parse(st, text, g, false, err);
+    return parser_read(st, text, g, false, false, err);
 }
 
 expr_id expr_parse_equation(struct expr_store *st, const char *text, const struct expr_grammar *g,
                             struct sga_error *err)
 {
-    return parse(st, text, g, true, err);
+    return parser_read(st, text, g, true, false, err);
 }

@@ -147,7 +147,7 @@ static bool name_operand(struct parser *p, bool *operand)
         parser_advance(p);
         return parser_push_frame(p, (struct frame){ .kind = PREFIX, .logic = LOGIC_NOT, .prec = PREC_NOT, .at = name.start });
     }
-    enum expr_op op = expr_function(p->text + name.start, name.length);
+    enum expr_op op = stands ? EXPR_UNDEF_OP : expr_function(p->text + name.start, name.length);   /* no name is a function's */
     const struct lowered *lowered = stands ? NULL : lowered_function(p->text + name.start, name.length);
     parser_advance(p);
     if (lowered && p->tok.kind == LEX_OPEN) {
@@ -220,7 +220,7 @@ static bool finish_lowered(struct parser *p, struct frame f, int args)
                     f.lowered->most ? "" : " or more", args);
     const expr_id *arg = p->value + p->values - args;
     bool log = f.lowered->kind == LOWERED_LOG10 || f.lowered->kind == LOWERED_LOG2;
-    const char *outside = log ? literal_outside(p->st, EXPR_LOG, arg[0], EXPR_UNDEF) : NULL;
+    const char *outside = log ? literal_outside(p->st, EXPR_LOG, parser_settled(p, arg[0]), EXPR_UNDEF) : NULL;
     if (outside)
         return FAIL(p, f.at, SGA_E_EXPR_UNDEFINED, "%s has no real value: %s", f.lowered->name, outside);
     expr_id e = lowered_call(p->st, f.lowered->kind, arg, args);
@@ -244,7 +244,8 @@ bool parser_finish_call(struct parser *p, struct frame f)
         return FAIL(p, f.at, SGA_E_EXPR_ARITY, "the function %s takes %d argument%s%s, not %d", expr_op_text(f.op), want,
                     want == 1 ? "" : "s", folds ? " or more" : "", args);
     expr_id *arg = p->value + p->values - args;
-    const char *outside = literal_outside(p->st, f.op, arg[0], want == 2 ? arg[1] : EXPR_UNDEF);
+    bool total = expr_op_traits(f.op) & EXPR_IS_TOTAL;
+    const char *outside = total ? NULL : literal_outside(p->st, f.op, parser_settled(p, arg[0]), want == 2 ? parser_settled(p, arg[1]) : EXPR_UNDEF);
     if (outside)
         return FAIL(p, f.at, SGA_E_EXPR_UNDEFINED, "%s has no real value: %s", expr_op_text(f.op), outside);
     expr_id e = want == 1 ? expr_fun(p->st, f.op, arg[0]) : expr_fun2(p->st, f.op, arg[0], arg[1]);

@@ -28,6 +28,7 @@ struct parser {
     struct lex_token tok;
     bool equation;        /* a sign of equality is asked for */
     bool equal_seen;
+    bool as_it_stands;    /* what is read is what was printed of another text: no parser_settled inside */
     struct frame *frame; size_t frames, frame_cap;
     expr_id *value;      size_t values, value_cap;
     unsigned char *truth; size_t truth_cap;   /* by value: it is a condition */
@@ -37,6 +38,12 @@ struct parser {
 bool parser_fail_here(struct parser *p, size_t at);
 
 #define FAIL(p, at, code, ...) (sga_fail((p)->err, (code), __VA_ARGS__), parser_fail_here((p), (at)))
+
+/* parse_settled.c. The rational number that e is once its sums and products are sorted, as its print is: x*(x/x^2) is 1; else e. What has no
+ * value at it is refused here, at its place, or nobody could read it back. */
+expr_id parser_settled(const struct parser *p, expr_id e);
+/* parse.c. Reads a text that is no equation, with or without parser_settled. */
+expr_id parser_read(struct expr_store *st, const char *text, const struct expr_grammar *g, bool equation, bool as_it_stands, struct sga_error *err);
 
 void parser_advance(struct parser *p);
 void parser_push_value(struct parser *p, expr_id e);       /* a number */

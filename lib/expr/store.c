@@ -40,6 +40,7 @@ void expr_store_clear(struct expr_store *st)
         free(st->solve[i].rhs);
     }
     expr_marks_leave(st->marks);
+    free(st->residue);
     free(st->node);
     free(st->constant);
     free(st->symbol);
@@ -65,24 +66,22 @@ static uint32_t constant_hash(const fmpq *q)
                fmpz_fdiv_ui(fmpq_denref(q), 4294967291u));
 }
 
-static uint32_t node_hash(const struct expr_store *st, const struct expr_node *n)
+/* Twice as many slots, what they have put where it now belongs. */
+static void grow_table(struct expr_slot **table, uint32_t *mask)
 {
-    if (n->op == EXPR_CONST)
-        return constant_hash(st->constant + n->a);
-    return mix(n->op, (uint32_t)n->a, (uint32_t)n->b);
-}
-
-static void rehash(struct expr_store *st)
-{
-    st->hash_mask = 2 * st->hash_mask + 1;
-    free(st->hash);
-    st->hash = sga_calloc((size_t)st->hash_mask + 1, sizeof *st->hash);
-    for (int32_t i = 1; i < st->nodes; i++) {
-        uint32_t h = node_hash(st, st->node + i) & st->hash_mask;
-        while (st->hash[h])
-            h = (h + 1) & st->hash_mask;
-        st->hash[h] = i;
+    uint32_t old = *mask;
+    struct expr_slot *from = *table, *to = sga_calloc(2 * ((size_t)old + 1), sizeof *to);
+    *mask = 2 * old + 1;
+    for (uint32_t i = 0; i <= old; i++) {
+        uint32_t h = from[i].hash & *mask;
+        if (!from[i].is)
+            continue;
+        while (to[h].is)
+            h = (h + 1) & *mask;
+        to[h] = from[i];
     }
+    free(from);
+    *table = to;
 }
 
 bool expr_store_work(struct expr_store *st, long nodes)
@@ -106,8 +105,8 @@ static bool room(struct expr_store *st)
         return sga_fail(&st->error, SGA_E_LIMIT_NODES,
                         "the limit of %d expression nodes was reached; raise limits.nodes or ask for less in want",
                         st->max_nodes);
-    if ((uint64_t)st->nodes * 2 > st->hash_mask)
-        rehash(st);
+    if ((uint64_t)st->nodes * 4 > (uint64_t)st->hash_mask * 3)
+        grow_table(&st->hash, &st->hash_mask);
     SGA_RESERVE(st->node, st->node_cap, st->nodes + 1);
     return true;
 }
@@ -116,14 +115,14 @@ expr_id expr_node_make(struct expr_store *st, enum expr_op op, int32_t a, int32_
 {
     if (!room(st))
         return EXPR_UNDEF;
-    uint32_t h = mix(op, (uint32_t)a, (uint32_t)b) & st->hash_mask;
-    for (; st->hash[h]; h = (h + 1) & st->hash_mask) {
-        const struct expr_node *n = st->node + st->hash[h];
-        if (n->op == op && n->a == a && n->b == b)
-            return st->hash[h];
+    uint32_t own = mix(op, (uint32_t)a, (uint32_t)b), h = own & st->hash_mask;
+    for (; st->hash[h].is; h = (h + 1) & st->hash_mask) {
+        const struct expr_node *n = st->node + st->hash[h].is;
+        if (st->hash[h].hash == own && n->op == op && n->a == a && n->b == b)
+            return st->hash[h].is;
     }
     st->node[st->nodes] = (struct expr_node){ .op = (uint8_t)op, .a = a, .b = b };
-    st->hash[h] = st->nodes;
+    st->hash[h] = (struct expr_slot){ st->nodes, own };
     return st->nodes++;
 }
 
@@ -152,17 +151,17 @@ expr_id expr_fmpq(struct expr_store *st, const fmpq_t q)
     size_t num = fmpz_bits(fmpq_numref(q)), den = fmpz_bits(fmpq_denref(q));
     if (!expr_bits_ok(st, (double)(num > den ? num : den)) || !work_ok(st, num + den))
         return EXPR_UNDEF;
-    uint32_t h = constant_hash(q) & st->hash_mask;
-    for (; st->hash[h]; h = (h + 1) & st->hash_mask) {
-        const struct expr_node *n = st->node + st->hash[h];
-        if (n->op == EXPR_CONST && fmpq_equal(st->constant + n->a, q))
-            return st->hash[h];
+    uint32_t own = constant_hash(q), h = own & st->hash_mask;
+    for (; st->hash[h].is; h = (h + 1) & st->hash_mask) {
+        const struct expr_node *n = st->node + st->hash[h].is;
+        if (st->hash[h].hash == own && n->op == EXPR_CONST && fmpq_equal(st->constant + n->a, q))
+            return st->hash[h].is;
     }
     SGA_RESERVE(st->constant, st->constant_cap, st->constants + 1);
     fmpq_init(st->constant + st->constants);
     fmpq_set(st->constant + st->constants, q);
     st->node[st->nodes] = (struct expr_node){ .op = EXPR_CONST, .a = st->constants++ };
-    st->hash[h] = st->nodes;
+    st->hash[h] = (struct expr_slot){ st->nodes, own };
     return st->nodes++;
 }
 
@@ -175,27 +174,22 @@ static uint32_t name_hash(const char *name, size_t len)
     return h;
 }
 
-static void file_name(struct expr_store *st, int symbol)
+static int find_name(const struct expr_store *st, uint32_t own, const char *name, size_t len)
 {
-    const char *name = st->symbol[symbol].name;
-    uint32_t h = name_hash(name, strlen(name)) & st->names_mask;
-    while (st->names[h])
-        h = (h + 1) & st->names_mask;
-    st->names[h] = symbol + 1;
-}
-
-static void grow_names(struct expr_store *st)
-{
-    st->names_mask = 2 * st->names_mask + 1;
-    free(st->names);
-    st->names = sga_calloc((size_t)st->names_mask + 1, sizeof *st->names);
-    for (int i = 0; i < st->symbols; i++)
-        file_name(st, i);
+    for (uint32_t h = own & st->names_mask; st->names[h].is; h = (h + 1) & st->names_mask) {
+        if (st->names[h].hash != own)
+            continue;
+        const char *known = st->symbol[st->names[h].is - 1].name;
+        if (strncmp(known, name, len) == 0 && known[len] == 0)
+            return st->names[h].is - 1;
+    }
+    return -1;
 }
 
 expr_id expr_symbol_add(struct expr_store *st, const char *name, enum expr_symbol_kind kind)
 {
-    int old = expr_symbol_find(st, name, strlen(name));
+    uint32_t own = name_hash(name, strlen(name));
+    int old = find_name(st, own, name, strlen(name));
     if (old >= 0)
         return st->symbol[old].kind == kind ? st->symbol[old].node : EXPR_UNDEF;
     expr_id e = expr_node_make(st, EXPR_SYM, st->symbols, 0);
@@ -204,21 +198,17 @@ expr_id expr_symbol_add(struct expr_store *st, const char *name, enum expr_symbo
     SGA_RESERVE(st->symbol, st->symbol_cap, st->symbols + 1);
     st->symbol[st->symbols++] = (struct expr_symbol){ .name = sga_strdup(name), .kind = kind, .node = e };
     if ((uint32_t)st->symbols * 2 > st->names_mask)
-        grow_names(st);
-    else
-        file_name(st, st->symbols - 1);
+        grow_table(&st->names, &st->names_mask);
+    uint32_t h = own & st->names_mask;
+    while (st->names[h].is)
+        h = (h + 1) & st->names_mask;
+    st->names[h] = (struct expr_slot){ st->symbols, own };
     return e;
 }
 
 int expr_symbol_find(const struct expr_store *st, const char *name, size_t len)
 {
-    uint32_t h = name_hash(name, len) & st->names_mask;
-    for (; st->names[h]; h = (h + 1) & st->names_mask) {
-        const char *known = st->symbol[st->names[h] - 1].name;
-        if (strncmp(known, name, len) == 0 && known[len] == 0)
-            return st->names[h] - 1;
-    }
-    return -1;
+    return find_name(st, name_hash(name, len), name, len);
 }
 
 int expr_solve_add(struct expr_store *st, int m, const expr_id *matrix, const expr_id *rhs)

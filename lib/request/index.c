@@ -116,7 +116,7 @@ static bool product(struct index_reader *r, int depth, long *out)
         if (!operand(r, depth, &b))
             return false;
         if (over && (b == 0 || *out % b != 0))
-            return index_fail(r, at, SGA_E_EXPR_UNDEFINED, b ? "this quotient is no whole number" : "division by 0");
+            return index_fail(r, at, SGA_E_EXPR_UNDEFINED, b ? "this quotient is no whole number; choose bounds for which it is" : "division by 0 in an index; choose other bounds");
         bool overflow = !over && __builtin_mul_overflow(*out, b, &v);
         if (over)
             v = *out / b;
@@ -168,7 +168,7 @@ static bool write_indices(struct index_reader *r, struct sga_buf *out)
             return index_fail(r, r->tok.start, SGA_E_EXPR_SYNTAX, "a range stands for many names: it may be an element of a list or the name of a member, not a part of an expression; "
                                                                   "{\"for\": \"i = 1:3\", ...} repeats one");
         if (v < 0)
-            return index_fail(r, at, SGA_E_EXPR_NAME, "an index lies below 0");
+            return index_fail(r, at, SGA_E_EXPR_NAME, "an index lies below 0; raise the lower bound of the loop, or shift the index");
         sga_buf_printf(out, "%s%ld", before, v);
         before = ",";
     } while (r->tok.kind == LEX_COMMA);
@@ -176,6 +176,12 @@ static bool write_indices(struct index_reader *r, struct sga_buf *out)
         return index_fail(r, r->tok.start, SGA_E_EXPR_SYNTAX, "a ] is missing behind an index; whole numbers are joined by + - * /");
     sga_buf_puts(out, "]");
     return true;
+}
+
+/* A number next to this byte would read as one number: 2i with i = 3 is not 23. */
+static bool joins(char c)
+{
+    return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || c == '.';
 }
 
 /* As index_write; *source becomes where byte `at` of the output comes from. */
@@ -202,7 +208,9 @@ static bool write_from(const char *text, const struct index_scope *scope, struct
             if (!write_indices(&r, out))
                 return false;
         } else {
+            sga_buf_puts(out, start && joins(text[start - 1]) ? " " : "");
             sga_buf_printf(out, scope->name[k].value < 0 ? "(%ld)" : "%ld", scope->name[k].value);
+            sga_buf_puts(out, joins(text[end]) ? " " : "");
         }
         copied = r.tok.start + r.tok.length;
     }
@@ -227,9 +235,25 @@ size_t index_source(const char *text, const struct index_scope *scope, size_t at
     return source < length ? source : length;
 }
 
+/* All that stands between [ and ] is worked out, as index_write would have it: x[7], u[2,13]. */
+static bool worked_out(const char *text)
+{
+    for (const char *s = strchr(text, '['); s; s = strchr(s, '[')) {
+        do {
+            size_t n = strspn(++s, "0123456789");
+            if (n == 0 || n > 9 || (*s == '0' && n > 1))
+                return false;
+            s += n;
+        } while (*s == ',');
+        if (*s != ']')
+            return false;
+    }
+    return true;
+}
+
 bool index_touches(const char *text, const struct index_scope *scope)
 {
-    if (strchr(text, '['))
+    if (!worked_out(text))
         return true;
     if (!scope->names)
         return false;

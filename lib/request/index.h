@@ -35,7 +35,7 @@ bool index_value(const char *text, const struct index_scope *scope, long *out, s
 bool index_write(const char *text, const struct index_scope *scope, struct sga_buf *out, struct sga_error *err);
 /* Where byte `at` of what index_write makes comes from in the text. */
 size_t index_source(const char *text, const struct index_scope *scope, size_t at);
-/* Whether the text has a name of the scope, or [. */
+/* Whether index_write changes the text, or may refuse it: it has a name of the scope, or indices that are not plain numbers. */
 bool index_touches(const char *text, const struct index_scope *scope);
 
 /* A loop, or the indices of one name with ranges: x[1:3], x[i = 1:n, 2]'. The scope's names grow by those of the loop. */

@@ -15,7 +15,7 @@ static bool add_name(struct index_reader *r, struct index_loop *l, struct index_
     if (r->tok.length > 40 || memchr(name, '[', r->tok.length))
         return index_fail(r, r->tok.start, SGA_E_BAD_NAME, "a loop name is a short plain name, such as i");
     if (index_find(l->scope, name, r->tok.length) >= 0) {
-        snprintf(what, sizeof what, "%s is already a loop name or a size", text);
+        snprintf(what, sizeof what, "%s is already a loop name or a size; take another name", text);
         return index_fail(r, r->tok.start, SGA_E_DUPLICATE_NAME, what);
     }
     d->name_at = r->tok.start;
@@ -143,10 +143,10 @@ static bool enter(struct index_loop *l, int k, struct sga_error *err)
     if (ok && r.tok.kind != LEX_COMMA && r.tok.kind != LEX_END && !index_is(&r, ']'))
         ok = index_fail(&r, r.tok.start, SGA_E_EXPR_SYNTAX, "more follows where a bound ends; whole numbers are joined by + - * /");
     if (ok && l->base && d->low < 0)
-        ok = index_fail(&r, d->low_at, SGA_E_EXPR_NAME, "an index lies below 0");
+        ok = index_fail(&r, d->low_at, SGA_E_EXPR_NAME, "an index lies below 0; raise the lower bound");
     if (ok && d->low > d->high && !r.varies) {
-        char what[120];
-        snprintf(what, sizeof what, "nothing lies in the range %ld:%ld: its first number is larger than its last", d->low, d->high);
+        char what[160];
+        snprintf(what, sizeof what, "nothing lies in the range %ld:%ld: its first number is larger than its last; leave it out, or turn it around", d->low, d->high);
         ok = index_fail(&r, d->low_at, SGA_E_SHAPE, what);
     }
     s->names = names;

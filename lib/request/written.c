@@ -36,7 +36,7 @@ static bool touches(const struct walk *k, const json_t *v, bool texts)
     const char *key;
     json_t *item;
     json_object_foreach((json_t *)v, key, item)
-        if (strchr(key, '[') || strcmp(key, "for") == 0 || (strcmp(key, "name") != 0 && touches(k, item, texts)))
+        if (index_touches(key, &none) || strcmp(key, "for") == 0 || (strcmp(key, "name") != 0 && touches(k, item, texts)))
             return true;
     return false;
 }

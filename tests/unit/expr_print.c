@@ -87,7 +87,9 @@ static void round_trips(void)
         struct sga_error err = { 0 };
         CHECK(expr_print(&st, e, 0, &text), "case %d", i);
         expr_id back = expr_parse(&st, text.data, NULL, &err);
-        CHECK(back, "%s: %s", text.data, err.detail);
+        double anywhere[4] = { 0.7, 1.9, 1.1, 0.3 };
+        bool has_value = fabs(value_of(&st, e, anywhere)) < 1e9;     /* what divides by z - (z - y) - y has none */
+        CHECK(back || (err.code == SGA_E_EXPR_UNDEFINED && !has_value), "%s: %s", text.data, err.detail);
         for (int k = 0; back && k < 3; k++) {
             double at[4];
             for (int j = 0; j < 4; j++)
@@ -101,6 +103,44 @@ static void round_trips(void)
         sga_buf_free(&text);
     }
     CHECK(compared > tried, "%d of %d", compared, tried);
+}
+
+/* A random text whose parts cancel often. */
+static void random_text(struct sga_buf *out, int depth)
+{
+    static const char *const atom[] = { "x", "y", "x", "y", "x^2", "1", "2", "x*y" }, *const join[] = { " + ", " - ", " - ", "*", "*", "/", "/", "^" };
+    static const char *const function[] = { "sqrt", "log", "asin", "sin", "cos", "abs", "-" };
+    if (depth == 0 || next(6) == 0) {
+        sga_buf_puts(out, atom[next(8)]);
+        return;
+    }
+    if (next(7) == 0)
+        sga_buf_puts(out, function[next(7)]);
+    sga_buf_puts(out, "(");
+    random_text(out, depth - 1);
+    sga_buf_puts(out, join[next(8)]);
+    random_text(out, depth - 1);
+    sga_buf_puts(out, ")");
+}
+
+/* What is read has a print that is read: what cancels is refused at once, or not at all. */
+static void texts_read_back(void)
+{
+    int tried = check_scale(40000), read = 0;
+    for (int i = 0; i < tried; i++) {
+        struct sga_buf in = { 0 }, text = { 0 };
+        struct sga_error err = { 0 };
+        random_text(&in, 2 + (int)next(4));
+        expr_id e = expr_parse(&st, in.data, NULL, &err);
+        CHECK(e || err.line, "%s", in.data);
+        if (e && expr_print(&st, e, 0, &text)) {
+            read++;
+            CHECK(expr_parse(&st, text.data, NULL, &err), "%s: its print %s: %s", in.data, text.data, err.detail);
+        }
+        sga_buf_free(&in);
+        sga_buf_free(&text);
+    }
+    CHECK(read > tried / 3, "%d of %d", read, tried);
 }
 
 static void prints(const char *in, const char *expected)
@@ -167,6 +207,7 @@ int main(void)
     a = expr_symbol_add(&st, "a", EXPR_PARAMETER);
     known();
     round_trips();
+    texts_read_back();
     budgets();
     expr_store_clear(&st);
     flint_cleanup();
