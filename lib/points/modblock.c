@@ -79,6 +79,11 @@ static bool slopes(struct modblock *b, mp_limb_t *slope, mp_limb_t *rest, const 
 bool modblock_affine(struct modblock *b, bool *affine, uint64_t *random)
 {
     size_t n = (size_t)b->n;
+    *affine = false;
+    if (*b->work < (long)(b->n + 2) * b->cone.count) {      /* not begun where it cannot come to an end */
+        *b->work = -1;
+        return false;
+    }
     SGA_ARENA(mem);
     mp_limb_t *slope = sga_zeros(&mem, n * n, sizeof *slope), *rest = sga_zeros(&mem, n, sizeof *rest);
     mp_limb_t *base = sga_zeros(&mem, n, sizeof *base);
