@@ -16,7 +16,7 @@
 #include "modmatch.h"
 #include "points_random.h"
 
-enum { TRIES = 16, BLOCK_TRIES = 24 };
+enum { TRIES = 16, BLOCK_TRIES = 24, LARGE = 400 };
 
 /* Small primes to lift from, by the guesses that a block takes: the more guesses, the smaller; several, since a number
  * that is algebraic is there modulo some primes only. */
@@ -127,8 +127,12 @@ static bool solve_once(struct search *f, struct modblock *b, uint64_t *random)
         return modblock_lift(b);
     }
     if (b->m->power == 1) {
-        f->needs = b->n > 1 && !affine;
-        return b->n == 1 && modblock_univariate(b, random);
+        f->needs = 0;
+        if (b->n == 1)
+            return modblock_univariate(b, random);
+        bool torn = !affine && b->n <= TORN_MOST && f->s->constraints > LARGE;
+        f->needs = !affine && !torn;
+        return torn && modblock_torn_once(b, random);
     }
     f->needs = modblock_guesses(b);
     return f->needs >= 0 && f->needs <= f->most && modblock_tear(b, random);
