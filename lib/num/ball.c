@@ -25,7 +25,7 @@ static void drop_solutions(struct num_ball *b)
 void num_ball_clear(struct num_ball *b)
 {
     drop_solutions(b);
-    for (size_t i = 0; i < b->value_cap; i++)
+    for (size_t i = 0; i < b->values; i++)
         arb_clear(b->value + i);
     for (size_t i = 0; i < b->symbol_cap; i++)
         arb_clear(b->symbol + i);
@@ -45,7 +45,9 @@ static void grow(arb_ptr *v, size_t *cap, int need)
 
 static void cover(struct num_ball *b)
 {
-    grow(&b->value, &b->value_cap, b->st->nodes);
+    SGA_RESERVE(b->value, b->value_cap, b->st->nodes);
+    for (; b->values < (size_t)b->st->nodes; b->values++)
+        arb_init(b->value + b->values);
     grow(&b->symbol, &b->symbol_cap, b->st->symbols);
     SGA_RESERVE(b->solution, b->solution_cap, b->st->solves);
     for (; b->solutions < b->st->solves; b->solutions++)

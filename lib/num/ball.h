@@ -16,6 +16,7 @@ struct num_ball {
     arb_ptr symbol; int symbols;   /* values of the symbols, set by the caller */
     arb_ptr value;  int nodes;     /* values of the nodes known so far */
     size_t value_cap, symbol_cap;
+    size_t values;                 /* set up of value_cap: room that is never used is never touched */
     arb_ptr *solution;             /* by linear solve: its solution, once computed */
     int solutions; size_t solution_cap;
 };

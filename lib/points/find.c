@@ -13,6 +13,7 @@
 #include "differentials.h"
 #include "into_domain.h"
 #include "normal.h"
+#include "one_by_one.h"
 #include "parts.h"
 #include "points_random.h"
 #include "mem.h"
@@ -20,7 +21,7 @@
 #include "sides.h"
 #include "triangular.h"
 
-enum { STARTS = 24, POSITIVE_STARTS = 10, STEPS = 60, LONG_STEPS = 240, BASIC_STEPS = 12, RETREATS = 20, NEWTON_BITS = 80, BRANCH_STARTS = 3, FEW = 40 };
+enum { STARTS = 24, POSITIVE_STARTS = 10, STEPS = 60, LONG_STEPS = 240, BASIC_STEPS = 12, RETREATS = 20, NEWTON_BITS = 80, BRANCH_STARTS = 3, FEW = 40, MANY = 500 };
 
 uint64_t points_random(uint64_t *state)
 {
@@ -140,8 +141,7 @@ static slong row_exponent(const struct points_jacobian *j, int i, const int *sca
         if (!arb_is_finite(v) || arf_is_zero(arb_midref(v)))
             continue;
         slong x = num_ball_log2(arb_midref(v)) + (scale ? scale[j->col[i][k]] : 0);
-        if (x > e)
-            e = x;
+        e = x > e ? x : e;
     }
     return e;
 }
@@ -392,6 +392,8 @@ static enum points_status find(const struct points_space *s, double spread, uint
             status = accepted(s, p, strict, outside);
             continue;
         }
+        if (a % 2 && s->constraints > MANY)
+            points_one_by_one(&j, p);
         /* from a point of the larger set only what is new must be met: moving new variables
          * alone often does that at once */
         int got = s->constraints ? newton(&j, p, &parts, s->before && a == 0 && !(s->cheap && s->near && s->variables <= FEW)) : 1;

@@ -79,6 +79,11 @@ static bool slopes(struct modblock *b, mp_limb_t *slope, mp_limb_t *rest, const 
 bool modblock_affine(struct modblock *b, bool *affine, uint64_t *random)
 {
     size_t n = (size_t)b->n;
+    *affine = false;
+    if (*b->work < (long)(b->n + 2) * b->cone.count) {      /* not begun where it cannot come to an end */
+        *b->work = -1;
+        return false;
+    }
     SGA_ARENA(mem);
     mp_limb_t *slope = sga_zeros(&mem, n * n, sizeof *slope), *rest = sga_zeros(&mem, n, sizeof *rest);
     mp_limb_t *base = sga_zeros(&mem, n, sizeof *base);
@@ -92,17 +97,43 @@ bool modblock_affine(struct modblock *b, bool *affine, uint64_t *random)
     return vanishes;
 }
 
-/* Through as many points as its degree needs, and a root modulo the prime. */
-bool modblock_univariate(struct modblock *b, uint64_t *random)
+/* The n - 1 equations other than `equation`, affine in the unknowns other than `torn` once that is given, solved for these. */
+static bool solve_others(struct modblock *b, int torn, int equation)
 {
-    assert(b->n == 1);
+    int n = b->n, m = n - 1;
+    SGA_ARENA(mem);
+    mp_limb_t *slope = sga_zeros(&mem, (size_t)m * (size_t)m + 1, sizeof *slope), *rest = sga_zeros(&mem, (size_t)m + 1, sizeof *rest);
+    bool ok = modblock_evaluate(b);
+    for (int i = 0; i < m; i++)
+        rest[i] = b->value[i + (i >= equation)];
+    for (int j = 0; j < m && ok; j++) {
+        mp_limb_t *x = b->x + j + (j >= torn), here = *x;
+        *x = nmod_add(here, 1, b->m->mod);
+        ok = modblock_evaluate(b);
+        for (int i = 0; i < m; i++)
+            slope[i * m + j] = nmod_sub(b->value[i + (i >= equation)], rest[i], b->m->mod);
+        *x = here;
+    }
+    ok = ok && num_modp_solve(b->m, slope, rest, m);
+    for (int j = 0; j < m && ok; j++)
+        b->x[j + (j >= torn)] = nmod_sub(b->x[j + (j >= torn)], rest[j], b->m->mod);
+    ok = ok && modblock_evaluate(b);
+    for (int i = 0; i < m && ok; i++)
+        ok = b->value[i + (i >= equation)] == 0;
+    return ok;
+}
+
+/* The equation as a polynomial in one unknown, the others (equation < 0: none) solved for: through as many points as its degree needs, and a
+ * root modulo the prime. */
+static bool by_root(struct modblock *b, int unknown, int equation, uint64_t *random)
+{
     nmod_t p = b->m->mod;
     mp_limb_t xs[DEGREE_MOST + 1], ys[DEGREE_MOST + 1];
     for (int k = 0; k <= DEGREE_MOST; k++) {
-        xs[k] = b->x[0] = points_random(random) % p.n;
-        if (!modblock_evaluate(b))
+        xs[k] = b->x[unknown] = points_random(random) % p.n;
+        if (equation < 0 ? !modblock_evaluate(b) : !solve_others(b, unknown, equation))
             return false;
-        ys[k] = b->value[0];
+        ys[k] = b->value[equation < 0 ? 0 : equation];
     }
     SGA_ENDS(nmod_poly_end) nmod_poly_t f;
     nmod_poly_init(f, p.n);
@@ -117,11 +148,27 @@ bool modblock_univariate(struct modblock *b, uint64_t *random)
             slong k = (first + r) % fac->num;
             if (nmod_poly_degree(fac->p + k) != 1)
                 continue;
-            b->x[0] = nmod_div(nmod_neg(nmod_poly_get_coeff_ui(fac->p + k, 0), p),
-                               nmod_poly_get_coeff_ui(fac->p + k, 1), p);
-            ok = modblock_vanishes(b);
+            b->x[unknown] = nmod_div(nmod_neg(nmod_poly_get_coeff_ui(fac->p + k, 0), p),
+                                     nmod_poly_get_coeff_ui(fac->p + k, 1), p);
+            ok = (equation < 0 || solve_others(b, unknown, equation)) && modblock_vanishes(b);
         }
         nmod_poly_factor_clear(fac);
     }
+    return ok;
+}
+
+bool modblock_univariate(struct modblock *b, uint64_t *random)
+{
+    assert(b->n == 1);
+    return by_root(b, 0, -1, random);
+}
+
+bool modblock_torn_once(struct modblock *b, uint64_t *random)
+{
+    assert(b->m->power == 1 && b->n <= TORN_MOST);
+    bool ok = false;
+    for (int e = 0; e < b->n && !ok; e++)
+        for (int u = 0; u < b->n && !ok && *b->work > 0; u++)
+            ok = by_root(b, u, e, random);
     return ok;
 }

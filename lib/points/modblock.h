@@ -7,7 +7,7 @@
 
 #include "points.h"
 
-enum { MODBLOCK_MOST = 400, TEAR_MOST = 48 };      /* unknowns of a block, and of one that is torn */
+enum { MODBLOCK_MOST = 400, TORN_MOST = 6, TEAR_MOST = 48 };      /* unknowns of a block, of one that is torn once, and at any number of places */
 
 struct modblock {
     struct num_modp *m;
@@ -27,6 +27,8 @@ bool modblock_vanishes(struct modblock *b);
 /* True where the unknowns are set so that it vanishes. *affine: another point may do, should this one not. */
 bool modblock_affine(struct modblock *b, bool *affine, uint64_t *random);
 bool modblock_univariate(struct modblock *b, uint64_t *random);
+/* Blocks of up to TORN_MOST unknowns that are affine but for one equation once one unknown is given: by the roots of that equation. */
+bool modblock_torn_once(struct modblock *b, uint64_t *random);
 /* Modulo powers only: some unknowns are guessed modulo p, each equation is solved for one other or is a check, a guess that
  * fails a check is counted on, and the point that is left is lifted by Hensel's lemma. The block must not hold its unknowns
  * under functions that are not algebraic. Cost: about p^g evaluations for g guesses. */

@@ -16,7 +16,7 @@
 #include "modmatch.h"
 #include "points_random.h"
 
-enum { TRIES = 16, BLOCK_TRIES = 24, MATCHED_MOST = 400 };
+enum { TRIES = 16, BLOCK_TRIES = 24, LARGE = 400 };
 
 /* Small primes to lift from, by the guesses that a block takes: the more guesses, the smaller; several, since a number
  * that is algebraic is there modulo some primes only. */
@@ -127,8 +127,12 @@ static bool solve_once(struct search *f, struct modblock *b, uint64_t *random)
         return modblock_lift(b);
     }
     if (b->m->power == 1) {
-        f->needs = b->n > 1 && !affine;
-        return b->n == 1 && modblock_univariate(b, random);
+        f->needs = 0;
+        if (b->n == 1)
+            return modblock_univariate(b, random);
+        bool torn = !affine && b->n <= TORN_MOST && f->s->constraints > LARGE;
+        f->needs = !affine && !torn;
+        return torn && modblock_torn_once(b, random);
     }
     f->needs = modblock_guesses(b);
     return f->needs >= 0 && f->needs <= f->most && modblock_tear(b, random);
@@ -203,6 +207,13 @@ static bool find(struct points_modpoint *p, struct task *t, int prime, mp_limb_t
 {
     struct blocks b;
     find_blocks(&b, t->s, t->solved);
+    for (int k = 0; k < b.count; k++)
+        if (b.start[k + 1] - b.start[k] > MODBLOCK_MOST) {      /* the blocks before it would be solved for nothing */
+            t->needs = -1;
+            free(b.order);
+            free(b.start);
+            return false;
+        }
     p->value = sga_malloc(sizeof *p->value);
     uint64_t seed = points_random(t->random);
     if (prime >= 0)
@@ -258,7 +269,7 @@ bool points_modpoint_find(struct points_modpoint *p, const struct points_space *
         return true;
     SGA_FREED int *shaped = sga_calloc((size_t)s->constraints + 1, sizeof *shaped);
     bool ok = false;
-    if (s->constraints <= MATCHED_MOST && points_match_by_shape(s, shaped)) {
+    if (points_match_by_shape(s, shaped)) {
         t = task_of(s, shaped, random);
         ok = find(p, &t, prime, 0) || find_lifted(p, s, shaped, prime, random);
     }

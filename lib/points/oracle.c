@@ -176,6 +176,8 @@ enum points_status points_oracle_sample(struct points_oracle *s, const struct po
         own.near_time = s->real[0].t;
     }
     memcpy(before, s->real, (size_t)befores * sizeof *before);
+    for (int k = 0; k < befores; k++)
+        num_ball_clear(&before[k].ball);      /* starts are numbers: all values beside those of the next points would be twice the memory */
     points_oracle_lower(s);
     s->reals = 0;
     points_oracle_forget(s);

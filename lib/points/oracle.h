@@ -92,6 +92,8 @@ void points_oracle_lower(struct points_oracle *s);
 /* Decide whether e is zero on the set. Where that holds on one side of a surface only, the
  * side is added to s->side, and later points are taken on it alone. */
 struct points_decision points_oracle_zero(struct points_oracle *s, expr_id e);
+/* Whether a point modulo a prime says that e is zero: without one points_oracle_zero has digits at most, which cost more bits of all. */
+bool points_oracle_modular_zero(struct points_oracle *s, expr_id e);
 /* The height (needed_bits.h) of the constraints and of what is listed as defined, at the first point; worked out once for a set. */
 double points_oracle_height(struct points_oracle *s);
 /* The same for what need not be one thing on all sides: *mixed, where e is 0 here and not beyond a surface that the set

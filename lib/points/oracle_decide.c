@@ -118,6 +118,12 @@ static struct opinion modular(struct points_oracle *s, expr_id e)
     return o;
 }
 
+bool points_oracle_modular_zero(struct points_oracle *s, expr_id e)
+{
+    assert(s->reals > 0);
+    return expr_is_const(s->space.st, e) ? expr_is_zero(s->space.st, e) : modular(s, e).zero > 0;
+}
+
 double points_oracle_height(struct points_oracle *s)
 {
     if (s->height < 0 && s->reals) {

@@ -132,8 +132,11 @@ static bool constant_there(struct job *j, expr_id e)
     fmpq_t q;
     fmpq_init(q);
     fmpq_set_si(q, (slong)(d * den), (ulong)den);
-    struct points_decision same = points_oracle_zero(s, expr_sub(&j->request->store, e, expr_fmpq(&j->request->store, q)));
+    expr_id rest = expr_sub(&j->request->store, e, expr_fmpq(&j->request->store, q));
     fmpq_clear(q);
+    if (!points_oracle_modular_zero(s, rest))      /* digits would not be enough */
+        return false;
+    struct points_decision same = points_oracle_zero(s, rest);
     return same.truth == POINTS_ZERO && (same.basis == POINTS_ZERO_ALGEBRAIC || same.basis == POINTS_EXACT);
 }
 
