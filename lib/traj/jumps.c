@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "budget.h"
-#include "jump_set.h"
+#include "jump_turn.h"
 #include "mem.h"
 #include "ode.h"
 #include "system.h"
@@ -32,6 +32,7 @@ struct pass {
     double *at; int jumps, room;  /* times of events that set */
     int *count;                   /* by event: how often it did */
     double end_error;             /* of an accumulation's time */
+    size_t leg_room;
     bool stood;                   /* after the event before the last what it looks at stood still, and did so again */
     size_t happening_room;
 };
@@ -93,9 +94,27 @@ static void piece_init(struct piece *p, const struct sys_system *sys, const stru
     p->q.beside = NULL;
     p->q.exact_start = EXPR_UNDEF;
     p->q.exact_initial = p->q.exact_time = NULL;
+    p->q.modes = NULL;
     p->q.arithmetic = TRAJ_DOUBLE;
     p->q.rtol = fmax(tighter * rq->rtol, fmin(rq->rtol, 1e-14));
     p->q.atol = tighter * rq->atol;
+}
+
+/* In the next mode: what is known of the events stays. */
+static void piece_turn(struct piece *p, const struct traj_mode *to, double tighter)
+{
+    struct piece old = *p;
+    size_t events = (size_t)to->rq->events;
+    piece_init(p, to->sys, to->rq, tighter);
+    memcpy(p->all_side, old.all_side, events);
+    memcpy(p->stands, old.stands, events);
+    free(old.output);
+    free(old.event);
+    free(old.side);
+    free(old.whole);
+    free(old.stands);
+    free(old.x);
+    free(old.given);
 }
 
 static void piece_clear(struct piece *p)
@@ -238,8 +257,33 @@ static void count_jump(struct pass *p, const struct traj_request *rq, double t, 
         p->count[e] += fired[e] && rq->event[e].sets;
 }
 
+/* A piece begins. */
+static void add_leg(struct pass *p, double t, int mode, const char *how, double moved, double *impulse, int coordinates)
+{
+    SGA_RESERVE(p->r.leg, p->leg_room, p->r.legs + 1);
+    p->r.leg[p->r.legs++] = (struct traj_leg){ .t = t, .mode = mode, .how = how, .moved = moved, .impulse = impulse, .coordinates = coordinates };
+}
+
+/* What is set is set, and the next piece's mode entered. */
+static bool turn(struct pass *p, struct piece *q, struct turn *s, const struct jump_at *at, double tighter, struct sga_error *err)
+{
+    struct jump_to to = { 0 };
+    const struct traj_mode *was = s->mode;
+    bool ok = turn_begin(s, at, &to, err);
+    if (ok && s->mode != was)
+        piece_turn(q, s->mode, tighter);
+    ok = ok && turn_land(s, at, &to, q->all_side, q->stands, err);
+    if (ok) {
+        memcpy(q->x, to.x, (size_t)s->j.n * sizeof *q->x);
+        add_leg(p, at->t, s->mode->place, to.how, to.moved, to.impulse, s->mode->rq->mass ? s->mode->rq->mass->coordinates : 0);
+        to.impulse = NULL;
+    }
+    turn_end(s, &to);
+    return ok;
+}
+
 /* The end of a piece: true where another follows. */
-static bool go_on(struct pass *p, struct piece *q, struct jump *j, const struct traj_request *rq, const struct traj_result *piece, double wrong, bool *ok, struct sga_error *err)
+static bool go_on(struct pass *p, struct piece *q, struct turn *s, const struct traj_request *rq, const struct traj_result *piece, double tighter, double wrong, bool *ok, struct sga_error *err)
 {
     unsigned char *fired = sga_calloc((size_t)rq->events + 1, 1);
     signed char *crossing = sga_calloc((size_t)rq->events + 1, 1);
@@ -252,13 +296,13 @@ static bool go_on(struct pass *p, struct piece *q, struct jump *j, const struct 
         if (piece->ended_event >= 0)
             name_stop(rq, q, piece, &p->r);
     } else if (set) {
-        const double *x = piece->happened_value + (size_t)piece->happened * (size_t)piece->columns - j->n;
+        const double *x = piece->happened_value + (size_t)piece->happened * (size_t)piece->columns - s->j.n;
         struct jump_at at = { piece->ended_t, x, fired, crossing, wrong };
         count_jump(p, rq, piece->ended_t, fired);
         p->stood = false;
         for (int e = 0; e < rq->events; e++)
             p->stood |= fired[e] && rq->event[e].sets && q->stands[e];
-        *ok = jump_apply(j, &at, q->x, q->all_side, q->stands, err);
+        *ok = turn(p, q, s, &at, tighter, err);
         more = *ok && !accumulates(p, rq);
         if (more && p->jumps >= MOST_JUMPS) {
             p->r.ended = true;
@@ -287,7 +331,8 @@ static bool pass_run(struct pass *p, const struct sys_system *sys, const struct 
                      struct sga_error *err)
 {
     struct piece q;
-    struct jump j;
+    struct turn s;
+    const struct traj_mode own = { .sys = sys, .sol = sol, .rq = rq };
     *p = (struct pass){ 0 };
     piece_init(&q, sys, rq, tighter);
     size_t rows = (size_t)rq->samples, columns = (size_t)q.columns;
@@ -297,11 +342,13 @@ static bool pass_run(struct pass *p, const struct sys_system *sys, const struct 
     p->r.value = sga_calloc((rows + 1) * (columns + 1), sizeof(double));
     p->each = sga_calloc((rows + 1) * (columns + 1), sizeof(double));
     p->count = sga_calloc((size_t)rq->events + 1, sizeof *p->count);
-    bool ok = jump_init(&j, sys, sol, rq, err), more = ok;
+    bool ok = turn_init(&s, rq->modes ? rq->modes->start : &own, err), more = ok;
+    if (rq->modes || rq->mass)
+        add_leg(p, rq->start, 0, "start", 0, NULL, 0);
     for (int done = 0; more;) {
         struct traj_result piece;
-        piece_events(&q, rq, p->count);
-        ok = sga_budget_ok(rq->budget, err) && traj_run(sys, sol, &q.q, &piece, err);
+        piece_events(&q, s.mode->rq, p->count);
+        ok = sga_budget_ok(rq->budget, err) && traj_run(s.mode->sys, s.mode->sol, &q.q, &piece, err);
         if (!ok)
             break;
         if (!p->jumps) {
@@ -311,7 +358,7 @@ static bool pass_run(struct pass *p, const struct sys_system *sys, const struct 
         }
         join(p, &q, &piece);
         double t = piece.ended_t, direction = rq->times[rq->samples - 1] < rq->start ? -1 : 1;
-        more = go_on(p, &q, &j, rq, &piece, wrong, &ok, err);
+        more = go_on(p, &q, &s, s.mode->rq, &piece, tighter, wrong, &ok, err);
         take_units(&p->r, &piece);
         traj_result_clear(&piece);
         while (more && done < rq->samples && (rq->times[done] - t) * direction <= 0)
@@ -325,7 +372,7 @@ static bool pass_run(struct pass *p, const struct sys_system *sys, const struct 
         q.q.given = q.given;
         q.q.held = q.held;
     }
-    jump_clear(&j);
+    turn_clear(&s);
     piece_clear(&q);
     if (!ok)
         pass_clear(p);
