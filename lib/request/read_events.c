@@ -1,5 +1,6 @@
 /* The member `trajectory.events`: functions whose zeros along the motion are looked for. */
 #include <assert.h>
+#include <ctype.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -63,12 +64,17 @@ static bool read_target(struct reader *rd, const char *name, int *target)
     return *target >= 0;
 }
 
-/* A mode that is set to a number. */
-static bool check_mode(struct reader *rd, const struct request_set *s)
+/* A mode that is set to a number: what names give is known at the event. */
+static bool check_mode(struct reader *rd, const json_t *v, const struct request_set *s)
 {
     double value;
+    for (const char *c = json_string_value(v); c && *c; c++)
+        if (isalpha((unsigned char)*c) || *c == '_')
+            return true;
+    if (s->variable >= 0)
+        return true;
     const struct request_mode *m = rd->r->mode + (-1 - s->variable);
-    return s->variable >= 0 || !constant_value(&rd->r->store, s->value, &value) || read_mode_place(m, value) >= 0 || read_mode_refuse(rd, m, value);
+    return !constant_value(&rd->r->store, s->value, &value) || read_mode_place(m, value) >= 0 || read_mode_refuse(rd, m, value);
 }
 
 /* What it assigns. */
@@ -96,7 +102,7 @@ static bool read_set(struct reader *rd, const json_t *v, bool sets, struct reque
             if (e->set[k].variable == variable)
                 return at_fail(rd, SGA_E_DUPLICATE_NAME, "\"%.100s\" is set twice", name);
         e->set[e->sets].variable = variable;
-        if (!(e->set[e->sets].value = read_expression(rd, value, &text)) || !check_mode(rd, e->set + e->sets))
+        if (!(e->set[e->sets].value = read_expression(rd, value, &text)) || !check_mode(rd, value, e->set + e->sets))
             return false;
         e->sets++;
         at_back(rd, here);

@@ -271,6 +271,9 @@ static void sides_after(const struct jump_turn *turn, const struct traj_initial 
         }
     }
     sides_before(turn->from, before, near, side);
+    for (int e = 0; e < events && turn->from != j; e++)       /* held at 0 in the mode before: it has to leave first */
+        if (near[e] && !at->fired[e] && side[e] == ODE_SIDE_TOLD)
+            side[e] = ODE_SIDE_FRESH;
     free(near);
 }
 

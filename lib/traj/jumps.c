@@ -22,6 +22,8 @@ static const double TIGHTER = 0.1;
 static const double SAME_TIME = 1e-13, WRONG = 4 * DBL_EPSILON;
 /* Times have a limit where it is so near, by the whole way, and intervals shrink by the same factor, but for this part of what it is below 1. */
 static const double LIMIT_NEAR = 1e-6, ALIKE = 0.02;
+/* One that ended rows of shrinking intervals without time after it: what was between was smaller than errors. */
+static const double UNSEEN = 1e-3;
 /* The same, for an event whose function stood still after it and that happens again at once: by roundings that fall. */
 static const double STANDS = 1e-4;
 
@@ -186,6 +188,8 @@ static bool end_at_limit(struct pass *p, double t, double error, const char *how
         p->r.happened--;
     while (p->r.rows && direction * (p->r.t[p->r.rows - 1] - t) > 0)
         p->r.rows--;
+    while (p->r.legs && direction * (p->r.leg[p->r.legs - 1].t - t) > 0)
+        free(p->r.leg[--p->r.legs].impulse);
     p->r.ended = true;
     p->r.ended_t = t;
     p->r.ended_reason = "accumulation";
@@ -215,6 +219,11 @@ static bool accumulates(struct pass *p, const struct traj_request *rq)
         snprintf(how, sizeof how, "the times of events that set variables have a limit here, intervals shrinking by %.6g each", q2);
         /* roundings of times are in the factor, and what is left of it beyond one more step of it */
         return end_at_limit(p, t[-1] + left, 2 * fabs(left - before) + 8 * DBL_EPSILON * fabs(t[-1]) * (1 + fabs(left / d3)) / (1 - q2), how);
+    }
+    /* between the last two the motion was too small to be seen, and so it would go through: the one before was the last of a row */
+    if (fabs(d3) <= SAME_TIME * fabs(t[-1]) && q0 > 0 && q1 > 0 && q0 < 1 && q1 < 1 && fabs(d2) <= UNSEEN * way) {
+        double rest = d2 * q1 / (1 - q1);
+        return end_at_limit(p, t[-2] + rest, 2 * fabs(rest) + SAME_TIME * fabs(t[-2]), "the times of events that set variables have a limit here, the last intervals too short to be told");
     }
     bool shrink = fabs(d3) < fabs(d2) && fabs(d2) < fabs(d1);
     if (!shrink && fabs(t[-1] - t[-4]) <= LIMIT_NEAR * way)
