@@ -80,8 +80,8 @@ DEPS_run/tradeoff := run/motion run/job $(BELOW_run)
 DEPS_run/write := export run/dirac run/derivation run/ask run/tradeoff run/motion run/properties run/strata run/texts run/slice run/model run/job $(BELOW_run)
 DEPS_run/sweep := run/write run/motion run/strata run/model run/job $(BELOW_run)
 DEPS_run/vary := run/sweep $(DEPS_run/write) run/write
-DEPS_run/follow := run/sweep $(DEPS_run/write) run/write
-DEPS_run     := run/follow run/vary $(DEPS_run/follow)
+DEPS_run/follow := run/vary run/sweep $(DEPS_run/write) run/write
+DEPS_run     := run/follow $(DEPS_run/follow)
 FLOORS := base exact fit plot graph expr export sys lin pencil num poly operator form request points sga dirac linear mech sym structure ode enclose traj run/job run/model run/slice run/texts run/strata run/properties run/motion run/ask run/derivation run/dirac run/tradeoff run/write run/sweep run/vary run/follow run face
 
 # The floors of server/, in the same way; of the library they see the public face. main.c sees all of them.

@@ -11,6 +11,7 @@ from combination import Combinations
 from consistent_check import ConsistentCheck
 from expression import EXACT, FLOAT, Graph, Undefined, evaluate
 from identities import Answer, Broken
+from mode_check import ModeCheck, at_start
 from structure_check import StructureCheck
 from symmetry_case import SymmetryCase
 from table import tables_of
@@ -103,6 +104,8 @@ class CaseCheck:
         self.tally.check(not fault, f"{name}: result schema", fault)
         self.plain(name, expect, result)
         self.modular(name, request, result)
+        ModeCheck(self.tally, name, self.solver, request, result).run(expect.get("trajectory", {}))
+        request = at_start(request)
         answer = Answer(request, result, digits=expect.get("digits", 50), near=expect.get("near"),
                         parameters=expect.get("parameters"), points=expect.get("points", 2), primary=expect.get("primary"))
         if expect.get("identities", True) and IDENTITIES:
@@ -130,7 +133,7 @@ class CaseCheck:
         if "trajectories" in expect:
             self.sweep(name, request, result, expect["trajectories"])
         if "trajectory" in expect:
-            TrajectoryCheck(self.tally, name, request, result, answer).run(expect["trajectory"])
+            TrajectoryCheck(self.tally, name, request, result, answer).run(expect["trajectory"], "modes" in result)
 
     def strata(self, name, expect, request, result, where):
         """Each solved stratum is checked as an answer of its own, whether or not a case expects
@@ -429,7 +432,7 @@ class TrajectoryCheck:
     def check(self, ok, what, detail=""):
         self.tally.check(ok, f"{self.name}: trajectory: {what}", detail)
 
-    def run(self, expect):
+    def run(self, expect, modes=False):
         self.check(self.columns[0] == self.answer.problem.time, "first column is time", str(self.columns))
         self.check(all(len(r) == len(self.columns) and None not in r for r in self.rows), "rows are full")
         if not self.rows:
@@ -478,7 +481,7 @@ class TrajectoryCheck:
             self.conserved(text, expect.get("tolerance", 1e-6))
         for key, text in expect.get("closed", {}).items():
             self.closed(key, text, expect.get("tolerance", 1e-6))
-        if set(self.answer.names) <= set(self.columns):
+        if set(self.answer.names) <= set(self.columns) and not modes:      # whose pieces have each their own constraints (mode_check.py)
             self.residuals(expect.get("residual", 1e-9))
             self.equations_hold(expect.get("residual", 1e-9))
             self.simpson(expect.get("defect", 1e-4))

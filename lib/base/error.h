@@ -69,6 +69,7 @@
     X(INPUTS,              "inputs_mismatch",        422, "The inputs are not what the motion leaves free") \
     X(IMPROPER,            "improper_input",         422, "A state moves with the derivative of an input") \
     X(EVENT_SET,           "event_off_constraints",  422, "What an event sets cannot be met") \
+    X(MODE_VALUE,          "mode_value",             422, "A mode has no such value") \
     X(NO_MOTION,           "no_motion",              422, "There is no motion to integrate") \
     X(CANCELLED,           "cancelled",              409, "The job was cancelled") \
     X(WORKER_DIED,         "worker_died",            500, "The process that ran the job died") \

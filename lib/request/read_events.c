@@ -1,5 +1,6 @@
 /* The member `trajectory.events`: functions whose zeros along the motion are looked for. */
 #include <assert.h>
+#include <ctype.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -51,6 +52,31 @@ static bool read_repetitions(struct reader *rd, const json_t *v, bool sets, stru
     return true;
 }
 
+/* What a name stands for: a variable, or -1 - a mode's place. */
+static bool read_target(struct reader *rd, const char *name, int *target)
+{
+    for (int k = 0; k < rd->r->modes; k++)
+        if (!strcmp(rd->r->mode[k].name, name)) {
+            *target = -1 - k;
+            return true;
+        }
+    *target = state_variable(rd, name);
+    return *target >= 0;
+}
+
+/* A mode that is set to a number: what names give is known at the event. */
+static bool check_mode(struct reader *rd, const json_t *v, const struct request_set *s)
+{
+    double value;
+    for (const char *c = json_string_value(v); c && *c; c++)
+        if (isalpha((unsigned char)*c) || *c == '_')
+            return true;
+    if (s->variable >= 0)
+        return true;
+    const struct request_mode *m = rd->r->mode + (-1 - s->variable);
+    return !constant_value(&rd->r->store, s->value, &value) || read_mode_place(m, value) >= 0 || read_mode_refuse(rd, m, value);
+}
+
 /* What it assigns. */
 static bool read_set(struct reader *rd, const json_t *v, bool sets, struct request_event *e)
 {
@@ -69,14 +95,14 @@ static bool read_set(struct reader *rd, const json_t *v, bool sets, struct reque
     json_object_foreach((json_t *)set, name, value) {
         size_t here = at_member(rd, name);
         char *text;
-        int variable = state_variable(rd, name);
-        if (variable < 0)
+        int variable;
+        if (!read_target(rd, name, &variable))
             return false;
         for (int k = 0; k < e->sets; k++)
             if (e->set[k].variable == variable)
                 return at_fail(rd, SGA_E_DUPLICATE_NAME, "\"%.100s\" is set twice", name);
         e->set[e->sets].variable = variable;
-        if (!(e->set[e->sets].value = read_expression(rd, value, &text)))
+        if (!(e->set[e->sets].value = read_expression(rd, value, &text)) || !check_mode(rd, value, e->set + e->sets))
             return false;
         e->sets++;
         at_back(rd, here);

@@ -59,8 +59,8 @@ static const struct form_kind *read_form(struct reader *rd, const json_t *system
 
 static bool form_members(struct reader *rd, const json_t *system, const struct form_kind *form)
 {
-    const char *allowed[16] = { "name", "form", "parameters", "time", "tables", "sizes" };
-    int n = 6;
+    const char *allowed[16] = { "name", "form", "parameters", "time", "tables", "sizes", "modes" };
+    int n = 7;
     for (const char *const *m = form->members; *m; m++)
         allowed[n++] = *m;
     return only_members(rd, system, allowed);
@@ -249,8 +249,10 @@ bool read_system(struct reader *rd, const json_t *v)
             return false;
         at_back(rd, here);
     }
-    if (!read_parameters_and_time(rd, v) || !read_tables(rd, v) || !form->read(rd, v))
+    if (!read_parameters_and_time(rd, v) || !read_modes(rd, v) || !read_tables(rd, v) || !form->read(rd, v))
         return false;
+    for (int k = 0; k < rd->r->modes; k++)
+        rd->r->mode[k].in_system = rd->r->store.symbol[rd->r->mode[k].symbol].mentioned;
     index_columns(rd);
     rd->grammar.derivative = state_derivative;
     rd->grammar.ctx = rd;

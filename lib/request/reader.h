@@ -16,6 +16,7 @@ struct reader {
     struct request_bounds *bounds;   /* narrower limits of who asks; NULL: none */
     bool by_name;                 /* parameters with values stay symbolic */
     const struct request_open *open; int opens;   /* parameters that stay symbolic, as if a sweep gave them */
+    const int *choice;            /* by mode: the place of the value that it has; NULL: where it starts */
     struct request *r;
     struct sga_arena mem;         /* what ends with the reading; what the request keeps is taken from its own */
     struct sga_error *err;
@@ -92,6 +93,10 @@ unsigned symbol_kinds(const struct expr_store *st, expr_id e);
 /* value.c: the double nearest to a constant expression; false where it has none. */
 bool constant_value(const struct expr_store *st, expr_id e, double *out);
 
+/* read_modes.c: the member `modes` of a system; the place of a value, or -1; the refusal of one that has none. */
+bool read_modes(struct reader *rd, const json_t *system);
+int read_mode_place(const struct request_mode *m, double value);
+bool read_mode_refuse(struct reader *rd, const struct request_mode *m, double value);
 /* read_tables.c: the member `tables` of a system: new names for functions of time. */
 bool read_tables(struct reader *rd, const json_t *system);
 /* After all else is read: the derivatives that the reduction may need, and whether what is wanted

@@ -54,8 +54,16 @@ struct request_rate {
 };
 
 struct request_set {
-    int variable;
+    int variable;             /* or -1 - a mode's place */
     expr_id value;            /* of variables and time */
+};
+
+/* A name whose value events set: a number to each reduction. */
+struct request_mode {
+    char *name; int symbol;
+    double *value; expr_id *exact; int values;   /* no two are the same */
+    int start, now;           /* places of its values: where it starts; that the request was read with */
+    bool in_system;           /* its name stands in the system */
 };
 
 struct request_event {
@@ -263,6 +271,7 @@ struct request {
                                        * yet: the pull-back needs regular functions first. Owned, with its arrays */
     unsigned want;                    /* bits of enum request_want */
     struct request_trajectory trajectory;
+    struct request_mode *mode; int modes;
     struct request_sweep *sweep; int sweeps;   /* 0: one trajectory */
     struct request_swept *swept; int swept_count;
     struct request_known *known; int knowns; size_t known_cap;
@@ -301,6 +310,8 @@ bool request_read_named(struct request *r, const char *text, size_t length, int 
  * one no value, or another one is meant, it is `near`. */
 struct request_open { const char *name; double near; bool replaces; };
 bool request_read_open(struct request *r, const char *text, size_t length, const struct request_open *open, int opens, struct sga_error *err);
+/* The whole request, with its modes at other values than at the start: by mode the place of the value. */
+bool request_read_modes(struct request *r, const char *text, size_t length, const int *choice, struct sga_error *err);
 bool request_read_within(struct request *r, const char *text, size_t length, struct request_bounds *bounds, struct sga_error *err);
 /* The system's own rules; starts and rates in the order of the variables, times one way. Linear; asserted where reading ends. */
 bool request_sane(const struct request *r);
@@ -333,6 +344,8 @@ enum {
     REQUEST_MAX_SWEEP = 10000,        /* starts */
     REQUEST_MAX_EVENTS = 64,          /* functions */
     REQUEST_MAX_SET_TIMES = 1000000,  /* repetitions of an event that sets variables */
+    REQUEST_MAX_MODES = 64,           /* names of modes */
+    REQUEST_MAX_MODE_VALUES = 1000,   /* of one of them */
     REQUEST_MAX_TABLES = 64,
     REQUEST_MAX_KNOTS = 100000,       /* of one table */
     REQUEST_MAX_INTEGRALS = 64,

@@ -335,7 +335,7 @@ static void take_names(json_t *taken, const json_t *v)
 
 static bool take_all(struct walk *k, const json_t *system)
 {
-    static const char *const lists[] = { "variables", "coordinates", "unknowns", "states", "inputs", "outputs", "parameters", "tables", "time" };
+    static const char *const lists[] = { "variables", "coordinates", "unknowns", "states", "inputs", "outputs", "parameters", "modes", "tables", "time" };
     json_t *names = json_object();
     for (size_t i = 0; i < sizeof lists / sizeof *lists; i++)
         take_names(names, json_object_get(system, lists[i]));

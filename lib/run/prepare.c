@@ -32,8 +32,12 @@ static bool check_sets(struct job *j)
         what = "the drift of integrals";
     else if (r->tables)
         what = "tables";
-    else if (!strcmp(r->form, "mechanical") || !strcmp(r->form, "operator"))
-        what = r->form[0] == 'm' ? "the form mechanical, whose impulses are not computed" : "the form operator";
+    else if (!strcmp(r->form, "operator"))
+        what = "the form operator";
+    else if (r->modes && t->conditions)
+        what = "modes and gauge conditions";
+    else if (r->modes && r->strata)
+        what = "modes and solved strata";
     else if (r->accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE || r->accuracy.arithmetic == REQUEST_BALL)
         what = "arithmetics other than double";
     snprintf(place, sizeof place, "/trajectory/events/%d/set", e);

@@ -8,6 +8,8 @@
 #include <string.h>
 
 #include "field.h"
+#include "jump_impulse.h"
+#include "arena.h"
 #include "mem.h"
 #include "ode.h"
 #include "reduction.h"
@@ -16,6 +18,8 @@
 
 /* Of a state: how far ahead and back an event's function is looked at for its direction; roundings of its values. */
 static const double LOOK = 1e-6, ROUNDING = 16 * DBL_EPSILON;
+/* Values that are meant to be one; a variable that stays; positions that a constraint finds where it holds, both by their size. */
+static const double SAME_VALUE = 1e-9, STAYS = 1e-9, IN_PLACE = 1e-6;
 
 /* 1 by variable of e. */
 static void mark(const struct jump *j, struct expr_cone *cone, expr_id e, unsigned char *used)
@@ -127,10 +131,28 @@ static int heads(struct jump *j, int e, double t, const double *x, const double 
     return fabs(change) <= rounding(j, e, t, x) || isnan(change) ? 0 : change > 0 ? 1 : -1;
 }
 
-/* What is set, into to; changed: by variable. */
-static bool assign(struct jump *j, const struct jump_at *at, double *to, unsigned char *changed, struct sga_error *err)
+/* The mode's value that is set. */
+static bool assign_mode(const struct jump *j, const struct jump_at *at, int mode, double value, const char *place, int *chosen, bool again, struct sga_error *err)
 {
+    const struct traj_modes *m = j->rq->modes;
+    int k = 0;
+    while (k < m->values[mode] && !(fabs(m->value[mode][k] - value) <= SAME_VALUE * fmax(fabs(value), fabs(m->value[mode][k]))))
+        k++;
+    if (k == m->values[mode])
+        return sga_fail_at(err, SGA_E_MODE_VALUE, place, "at %.10g the mode %.100s is set to %.10g, which is not among its values; add it to system.modes, or round what is set",
+                           at->t, m->name[mode], value);
+    if (again && *chosen != k)
+        return sga_fail_at(err, SGA_E_EVENT_SET, place, "at %.10g two events happen at once and set the mode %.100s to %.10g and %.10g; "
+                           "what happens then is not said: one event for both would say it", at->t, m->name[mode], m->value[mode][*chosen], m->value[mode][k]);
+    *chosen = k;
+    return true;
+}
+
+bool jump_assign(struct jump *j, const struct jump_at *at, double *to, unsigned char *changed, int *choice, struct sga_error *err)
+{
+    SGA_FREED unsigned char *mode = sga_calloc(j->rq->modes ? (size_t)j->rq->modes->modes + 1 : 1, 1);
     memcpy(to, at->x, (size_t)j->n * sizeof *to);
+    memset(changed, 0, (size_t)j->n);
     events_at(j, at->t, at->x, 0, NULL);
     for (int e = 0, i = 0; e < j->rq->events; i += j->rq->event[e++].sets)
         for (int k = 0; k < j->rq->event[e].sets && at->fired[e]; k++) {
@@ -138,10 +160,16 @@ static bool assign(struct jump *j, const struct jump_at *at, double *to, unsigne
             double value = j->out[i + k];
             char place[64];
             snprintf(place, sizeof place, "/trajectory/events/%d/set", e);
-            const char *name = j->sys->store->symbol[j->sys->variable[variable].symbol].name;
+            const char *name = variable < 0 ? j->rq->modes->name[-1 - variable] : j->sys->store->symbol[j->sys->variable[variable].symbol].name;
             if (!isfinite(value))
                 return sga_fail_at(err, SGA_E_EVENT_SET, place, "at %.10g what is set for %.100s has no value", at->t, name);
-            if (changed[variable] && fabs(to[variable] - value) > 1e-9 * fmax(fabs(value), fabs(to[variable])))
+            if (variable < 0) {
+                if (!assign_mode(j, at, -1 - variable, value, place, choice + (-1 - variable), mode[-1 - variable], err))
+                    return false;
+                mode[-1 - variable] = 1;
+                continue;
+            }
+            if (changed[variable] && fabs(to[variable] - value) > SAME_VALUE * fmax(fabs(value), fabs(to[variable])))
                 return sga_fail_at(err, SGA_E_EVENT_SET, place, "at %.10g two events happen at once and set %.100s to %.10g and %.10g; "
                                    "what happens then is not said: one event for both would say it", at->t, name, to[variable], value);
             to[variable] = value;
@@ -174,25 +202,27 @@ static void untouched(const struct jump *j, const unsigned char *changed, unsign
 
 enum { HOLD_MOVING, HOLD_POSITIONS, HOLD_UNTOUCHED, WAYS };
 
-/* The start nearest to `to` in one of the ways, with its derivative. */
-static bool project(struct jump *j, const struct jump_at *at, const double *to, const unsigned char *changed, int way, struct traj_initial *r, struct sga_error *err)
+/* The start nearest to to->x in one of the ways, with its derivative. */
+static bool project(struct jump *j, const struct jump_at *at, const struct jump_to *to, int way, struct traj_initial *r, struct sga_error *err)
 {
     struct traj_request q = *j->rq;
     size_t n = (size_t)j->n;
     unsigned char *hold = sga_calloc(2 * n + 1, 1), *given = hold + n;
-    if (way != HOLD_MOVING)
-        untouched(j, changed, hold);
+    if (way != HOLD_MOVING && !to->turned)
+        untouched(j, to->changed, hold);
     for (size_t k = 0; k < n; k++) {
-        hold[k] |= changed[k] || (way == HOLD_MOVING && j->moving[k] && j->sol->constraints) || (way == HOLD_POSITIONS && j->position[k]);
-        given[k] = j->moving[k] || changed[k] || !j->bound[k];
+        hold[k] |= to->changed[k] || (way == HOLD_MOVING && j->moving[k] && j->sol->constraints) || (way == HOLD_POSITIONS && j->position[k]);
+        hold[k] &= to->known[k];
+        given[k] = (j->moving[k] || to->changed[k] || !j->bound[k]) && to->known[k];
     }
     q.start = at->t;
-    q.initial = to;
+    q.initial = to->x;
     q.held = hold;
     q.given = given;
     q.exact_start = EXPR_UNDEF;
     q.exact_initial = q.exact_time = NULL;
     q.events = 0;
+    q.modes = NULL;
     q.arithmetic = TRAJ_DOUBLE;
     bool ok = traj_consistent(j->sys, j->sol, &q, r, err);
     free(hold);
@@ -204,11 +234,13 @@ static void sides_before(struct jump *j, const struct jump_at *at, const unsigne
 {
     struct traj_initial r;
     struct sga_error ignored = { 0 };
-    unsigned char *none = sga_calloc((size_t)j->n + 1, 1);
+    unsigned char *none = sga_calloc(2 * (size_t)j->n + 1, 1);
+    struct jump_to to = { .x = (double *)at->x, .changed = none, .known = none + j->n };
     bool any = false;
+    memset(to.known, 1, (size_t)j->n);
     for (int e = 0; e < j->rq->events; e++)
         any |= near[e] && !at->fired[e];
-    if (any && project(j, at, at->x, none, WAYS, &r, &ignored)) {
+    if (any && project(j, at, &to, WAYS, &r, &ignored)) {
         for (int e = 0; e < j->rq->events; e++)
             if (near[e] && !at->fired[e])
                 side[e] = (signed char)(-along(j) * heads(j, e, at->t, at->x, r.derivative));
@@ -219,15 +251,17 @@ static void sides_before(struct jump *j, const struct jump_at *at, const unsigne
 
 /* An event whose function is 0 before and after, to the roundings of values and of time: where it happened, it goes on to the side that it heads for; where it
  * stands, and where it did not happen, it comes from where it was. */
-static void sides_after(struct jump *j, const struct jump_at *at, const struct traj_initial *to, signed char *side, unsigned char *stands)
+static void sides_after(const struct jump_turn *turn, const struct traj_initial *to, signed char *side, unsigned char *stands)
 {
+    struct jump *j = turn->j;
+    const struct jump_at *at = turn->at, *before = turn->before;
     int events = j->rq->events;
     unsigned char *near = sga_calloc((size_t)events + 1, 1);
     for (int e = 0; e < events; e++) {
         double slow = fabs(events_at(j, at->t, to->x, ROUNDING * fabs(at->t), to->derivative)[e] - events_at(j, at->t, to->x, 0, NULL)[e]);
-        double told = 16 * (rounding(j, e, at->t, at->x) + rounding(j, e, at->t, to->x)) + (isfinite(slow) ? slow : 0), before = fabs(events_at(j, at->t, at->x, 0, NULL)[e]);
-        double after = fabs(events_at(j, at->t, to->x, 0, NULL)[e]);
-        near[e] = after <= told + (at->fired[e] ? 4 * before : 0) && (at->fired[e] || before <= told);
+        double told = 16 * (rounding(turn->from, e, at->t, before->x) + rounding(j, e, at->t, to->x)) + (isfinite(slow) ? slow : 0);
+        double was = fabs(events_at(turn->from, at->t, before->x, 0, NULL)[e]), after = fabs(events_at(j, at->t, to->x, 0, NULL)[e]);
+        near[e] = after <= told + (at->fired[e] ? 4 * was : 0) && (at->fired[e] || was <= told);
         side[e] = ODE_SIDE_TOLD;
         stands[e] = 0;
         if (near[e] && at->fired[e]) {
@@ -236,40 +270,78 @@ static void sides_after(struct jump *j, const struct jump_at *at, const struct t
             stands[e] = !way;
         }
     }
-    sides_before(j, at, near, side);
+    sides_before(turn->from, before, near, side);
+    for (int e = 0; e < events && turn->from != j; e++)       /* held at 0 in the mode before: it has to leave first */
+        if (near[e] && !at->fired[e] && side[e] == ODE_SIDE_TOLD)
+            side[e] = ODE_SIDE_FRESH;
     free(near);
 }
 
-bool jump_apply(struct jump *j, const struct jump_at *at, double *x, signed char *side, unsigned char *stands, struct sga_error *err)
+/* Positions do not jump by an impulse: those that a constraint moves are not where it holds. */
+static bool in_place(const struct jump *j, const struct jump_at *at, const struct jump_to *to, const double *x, const char *place, struct sga_error *err)
 {
+    const struct traj_mass *m = j->rq->mass;
+    double size = 0, span = fabs(j->rq->times[j->rq->samples - 1] - j->rq->start);
+    for (int k = 0; m && k < m->coordinates; k++) {
+        size = fmax(size, fmax(fabs(at->x[m->position[k]]), fabs(at->x[m->velocity[k]]) * span));
+        if (to->changed[m->position[k]])
+            return true;
+    }
+    for (int k = 0; m && k < m->coordinates; k++) {
+        double off = fabs(x[m->position[k]] - to->x[m->position[k]]);
+        if (off > IN_PLACE * size)
+            return sga_fail_at(err, SGA_E_EVENT_SET, place, "at %.10g the constraints that hold from here on would move the position %.100s by %.3g: no impulse does that; "
+                               "let the event happen where they hold, or set positions on them", at->t, j->sys->store->symbol[j->sys->variable[m->position[k]].symbol].name, off);
+    }
+    return true;
+}
+
+/* What moved that was not set. */
+static void tell(const struct jump *j, struct jump_to *to, const double *asked, const double *x)
+{
+    double size = 0;
+    to->moved = 0;
+    for (int k = 0; k < j->n; k++)
+        if (j->moving[k])
+            size = fmax(size, fabs(x[k]));
+    for (int k = 0; k < j->n; k++)
+        if (j->moving[k] && to->known[k] && !to->changed[k] && size > 0)
+            to->moved = fmax(to->moved, fabs(x[k] - asked[k]) / size);
+    to->how = to->struck ? "impulse" : to->moved > STAYS ? "least movement" : "kept";
+}
+
+bool jump_land(const struct jump_turn *turn, struct jump_to *to, signed char *side, unsigned char *stands, struct sga_error *err)
+{
+    struct jump *j = turn->j;
+    const struct jump_at *at = turn->at;
     size_t n = (size_t)j->n;
-    double *to = sga_malloc((n + 1) * sizeof *to);
-    unsigned char *changed = sga_calloc(n + 1, 1);
     struct traj_initial r;
     struct sga_error why = { 0 };
-    bool ok = assign(j, at, to, changed, err), there = false;
+    char place[64];
+    int first = 0;
+    while (first + 1 < j->rq->events && !(at->fired[first] && j->rq->event[first].sets))
+        first++;
+    snprintf(place, sizeof place, "/trajectory/events/%d/set", first);
+    SGA_FREED double *asked = sga_malloc((n + 1) * sizeof *asked);
+    memcpy(asked, to->x, n * sizeof *asked);
+    bool ok = !j->rq->mass || jump_impulse(j, at, to, place, err), there = false;
     for (int way = 0; ok && !there && way < WAYS; way++) {
         why = (struct sga_error){ 0 };
-        there = project(j, at, to, changed, way, &r, &why);
+        there = project(j, at, to, way, &r, &why);
         if (!there && why.code != SGA_E_INITIAL && why.code != SGA_E_NO_MOTION && why.code != SGA_E_UNDECIDED) {
             *err = why;           /* time is up */
             ok = false;
         }
     }
-    int first = 0;
-    while (first + 1 < j->rq->events && !(at->fired[first] && j->rq->event[first].sets))
-        first++;
-    char place[64];
-    snprintf(place, sizeof place, "/trajectory/events/%d/set", first);
     if (ok && !there)
         ok = sga_fail_at(err, SGA_E_EVENT_SET, place, "at %.10g the values that are set lie off the constraints, whatever else moves: %.400s", at->t, why.detail);
+    ok = ok && in_place(j, at, to, r.x, place, err);
     if (ok) {
-        memcpy(x, r.x, n * sizeof *x);
-        sides_after(j, at, &r, side, stands);
+        memcpy(to->x, r.x, n * sizeof *to->x);
+        tell(j, to, asked, to->x);
+        sides_after(turn, &r, side, stands);
     }
     if (there)
         traj_initial_clear(&r);
-    free(to);
-    free(changed);
     return ok;
 }

@@ -26,11 +26,32 @@ struct jump_at {
     double wrong;                 /* what is set is made wrong by this part of it */
 };
 
+/* Values after assignment, on their way to a start. */
+struct jump_to {
+    double *x;                    /* n: as they are set; then the start */
+    unsigned char *changed;       /* n: set */
+    unsigned char *known;         /* n: there was such a variable before */
+    bool turned;                  /* modes changed: constraints may be others */
+    double *impulse;              /* by coordinate, or NULL */
+    bool struck;                  /* velocities had to jump by it */
+    double moved;                 /* as traj_leg's */
+    const char *how;              /* static */
+};
+
+/* What happens: the piece before (from) and after (j); the same where no mode changed. */
+struct jump_turn {
+    struct jump *from, *j;
+    const struct jump_at *before, *at;   /* the same point, in the variables of each */
+};
+
 bool jump_init(struct jump *j, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, struct sga_error *err);
 void jump_clear(struct jump *j);
-/* x (n) after it, and by event the side of its zero from which the motion goes on (ode_problem.event_side), and whether its function stands at 0 there. What is set stays; of the rest moves as little as
+/* x (n) as it is set, and by variable whether it is; by mode the place of its value, where one is set. */
+bool jump_assign(struct jump *j, const struct jump_at *at, double *x, unsigned char *changed, int *choice, struct sga_error *err);
+/* to->x: the start after it, and by event the side of its zero from which the motion goes on (ode_problem.event_side), and whether its function stands at 0 there. What is set
+ * stays; velocities of masses take the impulse of constraints (jump_impulse.h); of the rest moves as little as
  * will do: what no equation differentiates; then velocities but no positions (variables whose derivative is a variable, and those of constraints without a
  * set variable); then other variables than those of constraints without a set one. To the nearest point each time. */
-bool jump_apply(struct jump *j, const struct jump_at *at, double *x, signed char *side, unsigned char *stands, struct sga_error *err);
+bool jump_land(const struct jump_turn *turn, struct jump_to *to, signed char *side, unsigned char *stands, struct sga_error *err);
 
 #endif

@@ -9,7 +9,7 @@
 
 #include "budget.h"
 #include "crossing.h"
-#include "jump_set.h"
+#include "jump_turn.h"
 #include "mem.h"
 #include "ode.h"
 #include "system.h"
@@ -23,6 +23,8 @@ static const double TIGHTER = 0.1;
 static const double SAME_TIME = 1e-13, WRONG = 4 * DBL_EPSILON;
 /* Times have a limit where it is so near, by the whole way, and intervals shrink by the same factor, but for this part of what it is below 1. */
 static const double LIMIT_NEAR = 1e-6, ALIKE = 0.02;
+/* One that ended rows of shrinking intervals without time after it: what was between was smaller than errors. */
+static const double UNSEEN = 1e-3;
 /* The same, for an event whose function stood still after it and that happens again at once: by roundings that fall. */
 static const double STANDS = 1e-4;
 
@@ -33,6 +35,7 @@ struct pass {
     double *at; int jumps, room;  /* times of events that set */
     int *count;                   /* by event: how often it did */
     double end_error;             /* of an accumulation's time */
+    size_t leg_room;
     bool stood;                   /* after the event before the last what it looks at stood still, and did so again */
     size_t happening_room;
 };
@@ -96,9 +99,27 @@ static void piece_init(struct piece *p, const struct sys_system *sys, const stru
     p->q.beside = NULL;
     p->q.exact_start = EXPR_UNDEF;
     p->q.exact_initial = p->q.exact_time = NULL;
+    p->q.modes = NULL;
     p->q.arithmetic = TRAJ_DOUBLE;
     p->q.rtol = fmax(tighter * rq->rtol, fmin(rq->rtol, 1e-14));
     p->q.atol = tighter * rq->atol;
+}
+
+/* In the next mode: what is known of the events stays. */
+static void piece_turn(struct piece *p, const struct traj_mode *to, double tighter)
+{
+    struct piece old = *p;
+    size_t events = (size_t)to->rq->events;
+    piece_init(p, to->sys, to->rq, tighter);
+    memcpy(p->all_side, old.all_side, events);
+    memcpy(p->stands, old.stands, events);
+    free(old.output);
+    free(old.event);
+    free(old.side);
+    free(old.whole);
+    free(old.stands);
+    free(old.x);
+    free(old.given);
 }
 
 static void piece_clear(struct piece *p)
@@ -170,6 +191,8 @@ static bool end_at_limit(struct pass *p, double t, double error, const char *how
         p->r.happened--;
     while (p->r.rows && direction * (p->r.t[p->r.rows - 1] - t) > 0)
         p->r.rows--;
+    while (p->r.legs && direction * (p->r.leg[p->r.legs - 1].t - t) > 0)
+        free(p->r.leg[--p->r.legs].impulse);
     p->r.ended = true;
     p->r.ended_t = t;
     p->r.ended_reason = "accumulation";
@@ -199,6 +222,11 @@ static bool accumulates(struct pass *p, const struct traj_request *rq)
         snprintf(how, sizeof how, "the times of events that set variables have a limit here, intervals shrinking by %.6g each", q2);
         /* roundings of times are in the factor, and what is left of it beyond one more step of it */
         return end_at_limit(p, t[-1] + left, 2 * fabs(left - before) + 8 * DBL_EPSILON * fabs(t[-1]) * (1 + fabs(left / d3)) / (1 - q2), how);
+    }
+    /* between the last two the motion was too small to be seen, and so it would go through: the one before was the last of a row */
+    if (fabs(d3) <= SAME_TIME * fabs(t[-1]) && q0 > 0 && q1 > 0 && q0 < 1 && q1 < 1 && fabs(d2) <= UNSEEN * way) {
+        double rest = d2 * q1 / (1 - q1);
+        return end_at_limit(p, t[-2] + rest, 2 * fabs(rest) + SAME_TIME * fabs(t[-2]), "the times of events that set variables have a limit here, the last intervals too short to be told");
     }
     bool shrink = fabs(d3) < fabs(d2) && fabs(d2) < fabs(d1);
     if (!shrink && fabs(t[-1] - t[-4]) <= LIMIT_NEAR * way)
@@ -284,8 +312,33 @@ static bool pass_over(struct pass *p, struct piece *q, const struct sys_system *
     return true;
 }
 
+/* A piece begins. */
+static void add_leg(struct pass *p, double t, int mode, const char *how, double moved, double *impulse, int coordinates)
+{
+    SGA_RESERVE(p->r.leg, p->leg_room, p->r.legs + 1);
+    p->r.leg[p->r.legs++] = (struct traj_leg){ .t = t, .mode = mode, .how = how, .moved = moved, .impulse = impulse, .coordinates = coordinates };
+}
+
+/* What is set is set, and the next piece's mode entered. */
+static bool turn(struct pass *p, struct piece *q, struct turn *s, const struct jump_at *at, double tighter, struct sga_error *err)
+{
+    struct jump_to to = { 0 };
+    const struct traj_mode *was = s->mode;
+    bool ok = turn_begin(s, at, &to, err);
+    if (ok && s->mode != was)
+        piece_turn(q, s->mode, tighter);
+    ok = ok && turn_land(s, at, &to, q->all_side, q->stands, err);
+    if (ok) {
+        memcpy(q->x, to.x, (size_t)s->j.n * sizeof *q->x);
+        add_leg(p, at->t, s->mode->place, to.how, to.moved, to.impulse, s->mode->rq->mass ? s->mode->rq->mass->coordinates : 0);
+        to.impulse = NULL;
+    }
+    turn_end(s, &to);
+    return ok;
+}
+
 /* The end of a piece: true where another follows. */
-static bool go_on(struct pass *p, struct piece *q, struct jump *j, const struct traj_request *rq, const struct traj_result *piece, double wrong, bool *ok, struct sga_error *err)
+static bool go_on(struct pass *p, struct piece *q, struct turn *s, const struct traj_request *rq, const struct traj_result *piece, double tighter, double wrong, bool *ok, struct sga_error *err)
 {
     unsigned char *fired = sga_calloc((size_t)rq->events + 1, 1);
     signed char *crossing = sga_calloc((size_t)rq->events + 1, 1);
@@ -298,13 +351,13 @@ static bool go_on(struct pass *p, struct piece *q, struct jump *j, const struct 
         if (piece->ended_event >= 0)
             name_stop(rq, q, piece, &p->r);
     } else if (set) {
-        const double *x = piece->happened_value + (size_t)piece->happened * (size_t)piece->columns - j->n;
+        const double *x = piece->happened_value + (size_t)piece->happened * (size_t)piece->columns - s->j.n;
         struct jump_at at = { piece->ended_t, x, fired, crossing, wrong };
         count_jump(p, rq, piece->ended_t, fired);
         p->stood = false;
         for (int e = 0; e < rq->events; e++)
             p->stood |= fired[e] && rq->event[e].sets && q->stands[e];
-        *ok = jump_apply(j, &at, q->x, q->all_side, q->stands, err);
+        *ok = turn(p, q, s, &at, tighter, err);
         more = *ok && !accumulates(p, rq);
         if (more && p->jumps >= MOST_JUMPS) {
             p->r.ended = true;
@@ -333,7 +386,8 @@ static bool pass_run(struct pass *p, const struct sys_system *sys, const struct 
                      struct sga_error *err)
 {
     struct piece q;
-    struct jump j;
+    struct turn s;
+    const struct traj_mode own = { .sys = sys, .sol = sol, .rq = rq };
     *p = (struct pass){ 0 };
     piece_init(&q, sys, rq, tighter);
     size_t rows = (size_t)rq->samples, columns = (size_t)q.columns;
@@ -343,11 +397,13 @@ static bool pass_run(struct pass *p, const struct sys_system *sys, const struct 
     p->r.value = sga_calloc((rows + 1) * (columns + 1), sizeof(double));
     p->each = sga_calloc((rows + 1) * (columns + 1), sizeof(double));
     p->count = sga_calloc((size_t)rq->events + 1, sizeof *p->count);
-    bool ok = jump_init(&j, sys, sol, rq, err), more = ok;
+    bool ok = turn_init(&s, rq->modes ? rq->modes->start : &own, err), more = ok;
+    if (rq->modes || rq->mass)
+        add_leg(p, rq->start, 0, "start", 0, NULL, 0);
     for (int done = 0; more;) {
         struct traj_result piece;
-        piece_events(&q, rq, p->count);
-        ok = sga_budget_ok(rq->budget, err) && traj_run(sys, sol, &q.q, &piece, err);
+        piece_events(&q, s.mode->rq, p->count);
+        ok = sga_budget_ok(rq->budget, err) && traj_run(s.mode->sys, s.mode->sol, &q.q, &piece, err);
         if (!ok)
             break;
         if (!p->jumps) {
@@ -357,7 +413,7 @@ static bool pass_run(struct pass *p, const struct sys_system *sys, const struct 
         }
         join(p, &q, &piece);
         double t = piece.ended_t, direction = rq->times[rq->samples - 1] < rq->start ? -1 : 1;
-        more = pass_over(p, &q, sys, sol, rq, &piece, &t) || go_on(p, &q, &j, rq, &piece, wrong, &ok, err);
+        more = pass_over(p, &q, s.mode->sys, s.mode->sol, rq, &piece, &t) || go_on(p, &q, &s, s.mode->rq, &piece, tighter, wrong, &ok, err);
         take_units(&p->r, &piece);
         traj_result_clear(&piece);
         while (more && done < rq->samples && (rq->times[done] - t) * direction <= 0)
@@ -371,7 +427,7 @@ static bool pass_run(struct pass *p, const struct sys_system *sys, const struct 
         q.q.given = q.given;
         q.q.held = q.held;
     }
-    jump_clear(&j);
+    turn_clear(&s);
     piece_clear(&q);
     if (!ok)
         pass_clear(p);

@@ -25,7 +25,7 @@ struct traj_relation {
 
 /* What an event assigns. */
 struct traj_set {
-    int variable;
+    int variable;             /* or -1 - a mode's place */
     expr_id value;            /* of variables and time, as they are before the event */
 };
 
@@ -35,6 +35,41 @@ struct traj_event {
     bool stop;
     const struct traj_set *set; int sets;   /* 0: none (jumps.h) */
     int most;                 /* it acts so many times, and is not looked for from then on; 0: always */
+};
+
+/* Masses of coordinates: what impulses are shared by. */
+struct traj_mass {
+    const int *position, *velocity; int coordinates;   /* variables */
+    const int *row, *col; const expr_id *value; int entries;
+    bool impulses;            /* reactions are along the gradients of the constraints; otherwise no impulse is known */
+};
+
+struct traj_request;
+
+/* A system at certain values of its modes, reduced: events, samples and columns of `rq` are those of all others. */
+struct traj_mode {
+    const struct sys_system *sys; const struct sga_solution *sol; const struct traj_request *rq;
+    const int *choice;        /* by mode: the place of its value */
+    int place;                /* among those reached, which is 0 for the start */
+};
+
+struct traj_modes {
+    int modes;
+    const char *const *name;
+    const double *const *value; const int *values;      /* by mode */
+    const struct traj_mode *start;
+    /* The one with these values, reduced where it is reached first: near x (variables of `from`) at time t. It stays where it is. NULL: err. */
+    const struct traj_mode *(*enter)(void *ctx, const int *choice, const struct traj_mode *from, double t, const double *x, struct sga_error *err);
+    void *ctx;
+};
+
+/* Where a piece of a motion begins, after an event that sets something. */
+struct traj_leg {
+    double t;
+    int mode;                 /* place of its mode */
+    const char *how;          /* what moved besides what is set; static */
+    double moved;             /* the furthest that a variable with a derivative moved that was not set, by its size */
+    double *impulse; int coordinates;   /* of the masses: M (v+ - v-); or NULL */
 };
 
 /* Of a system with derivatives among its variables (variation.h): what they do where the motion turns a switch. */
@@ -89,6 +124,8 @@ struct traj_request {
     const expr_id *valued; int valueds;    /* functions without a value the motion has none either: it ends where one loses it */
     const unsigned char *beside;           /* by output: a root, whose value near 0 is not known as well as its argument: no reason for a tighter solution; or NULL */
     const struct traj_event *event; int events;
+    const struct traj_modes *modes;        /* NULL: there are none */
+    const struct traj_mass *mass;          /* NULL: there is none */
     const signed char *event_side;         /* as ode_problem's: the motion goes on from an event; or NULL */
     const expr_id *integral; int integrals;   /* functions that should stay what they are at the start */
     double rtol, atol;
@@ -138,6 +175,7 @@ struct traj_result {
     char ended_detail[256];
     const char *gauge;        /* how the motion was chosen, see traj_gauge_text; static */
     const char *gauge_numeric; /* why that is solved from the equations at each evaluation, not by expressions; static; NULL: it is not */
+    struct traj_leg *leg; int legs;        /* of motions with events that set something */
     struct traj_chart *chart; int charts;   /* in the order of the motion; of the last of the solutions that were compared */
     bool stratum;             /* ended where the rank of the equations drops */
     struct traj_passed *passed; int passes;   /* in the order of the motion */

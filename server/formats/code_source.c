@@ -152,12 +152,12 @@ static bool read_parameters(struct code_source *r, struct slice request)
     return true;
 }
 
-/* Some event of the request has "set". */
+/* Some event of the request has "set", or its system has modes. */
 static bool sets_variables(const struct code_source *r)
 {
     struct slice list = scan_member(scan_member(r->request, "trajectory"), "events"), v;
     const char *cursor = NULL;
-    bool sets = false;
+    bool sets = scan_member(scan_member(r->request, "system"), "modes").at != NULL;
     while (list.at && *list.at == '[' && (v = scan_next(list, &cursor)).at)
         sets |= scan_member(v, "set").at != NULL;
     return sets;
@@ -170,8 +170,8 @@ bool code_source_read(struct code_source *r, struct slice request, struct slice 
     struct slice tables = scan_member(result, "tables");
     r->source.time = time ? time : "t";
     bool ok = !tables.at || sga_fail(err, SGA_E_NO_CODE, "The system has tables, whose values an export does not carry: write the signals as expressions in time.");
-    ok = ok && (!sets_variables(r) || sga_fail(err, SGA_E_NO_CODE, "Events of the trajectory set variables, which an export does not carry: its motion would go on without them. "
-                                               "Leave these events out, and program them where the model is used."));
+    ok = ok && (!sets_variables(r) || sga_fail(err, SGA_E_NO_CODE, "Events of the trajectory set variables, or the system has modes, which an export does not carry: its motion would go on without them. "
+                                               "Leave these events out, put numbers in the place of modes, and program them where the model is used."));
     return ok && read_variables(r) && read_definitions(r) && read_constraints(r) && read_field(r) && read_parameters(r, request);
 }
 

@@ -9,6 +9,7 @@
 #include "follow.h"
 #include "integrate.h"
 #include "mem.h"
+#include "modes.h"
 #include "oracle.h"
 #include "points.h"
 #include "reduction.h"
@@ -110,14 +111,6 @@ static bool run(struct job *j, const struct sga_solution *solution, struct point
     return !(j->request->want & REQUEST_TRADEOFF) || answer_tradeoff(j, solution, r);
 }
 
-static struct traj_event one_event(const struct request_event *from, struct sga_arena *mem)
-{
-    struct traj_set *set = sga_zeros(mem, (size_t)from->sets + 1, sizeof *set);
-    for (int k = 0; k < from->sets; k++)
-        set[k] = (struct traj_set){ from->set[k].variable, from->set[k].value };
-    return (struct traj_event){ .expression = from->expression, .direction = from->direction, .stop = from->stop, .set = set, .sets = from->sets, .most = from->most };
-}
-
 bool answer_own_motion(struct job *j)
 {
     const struct request_trajectory *t = &j->request->trajectory;
@@ -137,15 +130,12 @@ bool answer_own_motion(struct job *j)
     }
     for (int k = 0; k < t->holds; k++)
         held[t->hold[k]] = 1;
-    struct traj_event *event = sga_zeros(&mem, (size_t)t->events + 1, sizeof *event);
-    for (int k = 0; k < t->events; k++)
-        event[k] = one_event(t->event + k, &mem);
     for (int k = 0; k < t->rates; k++)
         rate[k] = (struct traj_rate){ t->rate[k].variable, t->rate[k].rate };
     struct traj_request r = {
         .start = t->start, .times = t->times, .samples = t->samples, .initial = initial, .given = given, .held = held,
         .rate = rate, .rates = t->rates, .conditions = t->conditions > 0, .output = t->output, .outputs = t->outputs,
-        .event = event, .events = t->events,
+        .event = modes_events(j->request, &mem), .events = t->events,
         .rtol = j->request->accuracy.rtol, .atol = j->request->accuracy.atol, .own_atol = j->request->accuracy.own_atol,
         .method = j->request->accuracy.method, .arithmetic = (enum traj_arithmetic)j->request->accuracy.arithmetic,
         .budget = j->budget,
@@ -157,6 +147,7 @@ bool answer_own_motion(struct job *j)
     if (r.arithmetic != TRAJ_DOUBLE && (tradeoff || r.arithmetic != TRAJ_AUTO || r.rtol < DOUBLE_SUFFICES))
         exact_values(j, &r);
     bool ok;
+    struct modes *modes = modes_begin(j, &r, &mem);
     if (t->conditions) {
         struct sga_solution solution = { 0 };
         struct points_oracle oracle;
@@ -166,6 +157,7 @@ bool answer_own_motion(struct job *j)
     } else {
         ok = run(j, j->solution, j->oracle, &r);
     }
+    modes_end(modes, ok);
     free((expr_id *)r.exact_initial);
     free((expr_id *)r.exact_time);
     return ok;

@@ -114,6 +114,10 @@ struct job {
     struct traj_initial *initial;
     int initial_residuals;        /* constraints of the solution that it belongs to */
     struct traj_result *trajectory;
+    struct {                      /* of a system with modes, in the order in which the motion reaches them; the first is the answer's own */
+        char **values, **entry;   /* JSON: {mode: value}; what the answer says of it (not of the first: NULL) */
+        int count;
+    } modes;
     char *sweep;                  /* JSON: those of a sweep, or NULL */
     char *sensitivities;          /* JSON: the member of the trajectory, or NULL */
     char *fit;                    /* JSON: the member, or NULL */

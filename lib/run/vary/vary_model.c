@@ -8,6 +8,7 @@
 
 #include "budget.h"
 #include "derive.h"
+#include "texts.h"
 #include "guess.h"
 #include "jet.h"
 #include "mem.h"
@@ -32,6 +33,16 @@ static const struct job_stage model_stages[] = {
     { "mechanical", -1, false, has_mechanical, answer_mechanical,        answer_mechanical_clear },
     { "reduction",  -1, false, NULL,           answer_reduce,            answer_reduce_clear },
     { "sga",        -1, false, has_mechanical, answer_mechanical_motion, NULL },
+    { 0 },
+};
+
+static const struct job_stage mode_stages[] = {
+    { "operator",   -1, false, has_operator,   answer_operator,          answer_operator_clear },
+    { "mechanical", -1, false, has_mechanical, answer_mechanical,        answer_mechanical_clear },
+    { "reduction",  -1, false, NULL,           answer_reduce,            answer_reduce_clear },
+    { "sga",        -1, false, has_mechanical, answer_mechanical_motion, NULL },
+    { "texts",      -1, false, NULL,           answer_texts,             answer_texts_clear },
+    { "witness",    -1, false, NULL,           answer_witness,           answer_witness_clear },
     { 0 },
 };
 
@@ -115,10 +126,10 @@ static void set_request(struct vary_model *m)
     }
 }
 
-static bool reduce(struct vary_model *m, struct job *of)
+static void model_job(struct vary_model *m, struct job *of, const struct job_stage *stages)
 {
     struct job *j = &m->job;
-    *j = (struct job){ .request = &m->request, .request_text = of->request_text, .request_length = of->request_length, .host = of->host, .stages = model_stages,
+    *j = (struct job){ .request = &m->request, .request_text = of->request_text, .request_length = of->request_length, .host = of->host, .stages = stages,
                        .err = of->err, .stage = of->stage };
     j->host.progress = NULL;
     j->clock = sga_zeros(&j->mem, 1, sizeof *j->clock);
@@ -129,6 +140,12 @@ static bool reduce(struct vary_model *m, struct job *of)
     m->request.store.deadline = of->request->store.deadline;
     m->request.store.seconds = of->request->store.seconds;
     m->request.want = REQUEST_TRAJECTORY;
+}
+
+static bool reduce(struct vary_model *m, struct job *of)
+{
+    struct job *j = &m->job;
+    model_job(m, of, model_stages);
     if (!set_near(j) || !job_run(j, false))
         return false;
     m->solution = j->solution;
@@ -154,6 +171,36 @@ bool vary_model_make(struct vary_model *m, struct job *j, const struct request_o
     if (m->solution->verdict == SGA_INCONSISTENT)
         return sga_fail_at(j->err, SGA_E_NO_MOTION, pointer, "for general values of these parameters the system is inconsistent (%.300s): it has motions at special values only, by which "
                            "nothing can be differentiated", m->solution->contradiction_why);
+    set_request(m);
+    return true;
+}
+
+bool vary_model_mode(struct vary_model *m, struct job *of, const int *choice, const struct sys_system *from, double t, const double *x)
+{
+    static const unsigned told = REQUEST_CONSTRAINTS | REQUEST_INDEX | REQUEST_VECTOR_FIELD | REQUEST_GAUGE;
+    struct job *j = &m->job;
+    *m = (struct vary_model){ 0 };
+    if (!request_read_modes(&m->request, of->request_text, of->request_length, choice, of->err))
+        return false;
+    m->read = true;
+    model_job(m, of, mode_stages);
+    j->budget->warnings = of->warnings;
+    m->request.want |= of->request->want & told;
+    if (!set_near(j))
+        return sga_fail_at(j->err, SGA_E_EXPR_UNDEFINED, "/system/parameters", "a parameter has no finite value");
+    const struct sys_system *s = &m->request.system;
+    for (int k = 0; k < from->variables; k++) {
+        const char *name = from->store->symbol[from->variable[k].symbol].name;
+        for (int v = 0, symbol = expr_symbol_find(s->store, name, strlen(name)); v < s->variables && symbol >= 0; v++)
+            if (s->variable[v].symbol == symbol) {
+                j->start.x[v] = x[k];
+                j->start.given[v] = 1;
+            }
+    }
+    j->start.time = t;
+    if (!job_run(j, false))
+        return false;
+    m->solution = j->solution;
     set_request(m);
     return true;
 }

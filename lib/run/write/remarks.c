@@ -1,6 +1,7 @@
 /* Warnings that an answer raises about its own request: names that nothing uses, numbers of equations, a start that moved. */
 #include <assert.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -68,13 +69,42 @@ static void unused_variables(struct job *j)
     free(in);
 }
 
+static bool is_mode(const struct job *j, int symbol)
+{
+    bool is = false;
+    for (int k = 0; k < j->request->modes; k++)
+        is |= j->request->mode[k].symbol == symbol;
+    return is;
+}
+
+/* Modes without an equation, and those that nothing sets. */
+static void unused_modes(struct job *j)
+{
+    const struct request_trajectory *t = &j->request->trajectory;
+    for (int k = 0; k < j->request->modes; k++) {
+        const struct request_mode *m = j->request->mode + k;
+        char place[16 + REQUEST_MAX_NAME];
+        bool set = false;
+        snprintf(place, sizeof place, "/system/modes/%s", m->name);
+        for (int e = 0; e < t->events; e++)
+            for (int i = 0; i < t->event[e].sets; i++)
+                set |= t->event[e].set[i].variable == -1 - k;
+        if (!m->in_system)
+            sga_warn(j->budget, SGA_W_MODE_UNUSED, place, "no equation has the mode %s: all its values have the same system; use it in one, or leave it out", m->name);
+        if (!set)
+            sga_warn(j->budget, SGA_W_MODE_UNUSED, place, "no event sets the mode %s: it stays %.17g, and nothing is said of other values; set it in an event with \"action\": \"set\"",
+                     m->name, m->value[m->now]);
+    }
+}
+
 /* Names with values are gone from the equations: what counts is whether some expression of the request said them. */
 void answer_warn_unused(struct job *j)
 {
     const struct expr_store *st = &j->request->store;
     unused_variables(j);
+    unused_modes(j);
     for (int k = 0; k < st->symbols; k++)
-        if (st->symbol[k].kind == EXPR_PARAMETER && !st->symbol[k].mentioned)
+        if (st->symbol[k].kind == EXPR_PARAMETER && !st->symbol[k].mentioned && !is_mode(j, k))
             sga_warn(j->budget, SGA_W_UNUSED, "/system/parameters", "the parameter %s is used nowhere", st->symbol[k].name);
     for (int t = 0; t < j->request->tables; t++) {
         bool used = false;

@@ -218,6 +218,22 @@ static void write_work(struct job *j, struct sga_json *w)
     sga_json_end_object(w);
 }
 
+void answer_write_reduction(struct job *j, struct sga_json *w)
+{
+    unsigned want = j->request->want;
+    bool solvable = j->solution->verdict != SGA_INCONSISTENT;
+    sga_json_member_string(w, "verdict", sga_verdict_text(j->solution->verdict));
+    write_dimensions(j, w);
+    write_index(j, w);
+    write_definitions(j, w);
+    if (want & REQUEST_CONSTRAINTS)
+        write_constraints(j, w);
+    if (want & REQUEST_VECTOR_FIELD && solvable)
+        write_field(j, w);
+    if (want & REQUEST_GAUGE && solvable)
+        write_gauge(j, w);
+}
+
 bool answer_write(struct job *j, struct sga_buf *out)
 {
     assert(j->solution && j->oracle);
@@ -252,6 +268,7 @@ bool answer_write(struct job *j, struct sga_buf *out)
         write_field(j, w);
     if (want & REQUEST_GAUGE && solvable)
         write_gauge(j, w);
+    answer_write_modes(j, w);
     answer_write_strata(j, w);
     if (j->op)
         answer_write_operator(j, w);

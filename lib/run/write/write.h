@@ -17,6 +17,12 @@ void answer_write_mechanical(struct job *j, struct sga_json *w);
 void answer_write_restrictions(struct job *j, struct sga_json *w);
 /* The member `variables`. */
 void answer_write_variables(const struct job *j, struct sga_json *w);
+/* Members of an object that is open: verdict, dimensions, index, and what is wanted of constraints and field. */
+void answer_write_reduction(struct job *j, struct sga_json *w);
+/* write_modes.c: {mode: value} of a request as it was read; the member `modes`; `pieces` of a motion. */
+void answer_mode_values(const struct job *j, struct sga_json *w);
+void answer_write_modes(struct job *j, struct sga_json *w);
+void answer_write_pieces(const struct job *j, struct sga_json *w);
 void answer_write_drift(const struct job *j, struct sga_json *w);
 void answer_write_strata(const struct job *j, struct sga_json *w);
 void answer_write_empty_strata(const struct job *j, struct sga_json *w);

@@ -261,6 +261,7 @@ bool answer_write_motion(struct job *j, struct sga_json *w)
         sga_json_key(w, "sensitivities");
         sga_json_raw(w, j->sensitivities, strlen(j->sensitivities));
     }
+    answer_write_pieces(j, w);
     write_charts(r, w);
     write_passed(r, w);
     sga_json_key(w, "ended");

@@ -1,0 +1,245 @@
+/* Modes that a motion reaches: read, reduced and told. */
+#include "modes.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "arena.h"
+#include "buf.h"
+#include "form.h"
+#include "mechanical_answer.h"
+#include "mem.h"
+#include "oracle.h"
+#include "points.h"
+#include "reduction.h"
+#include "request.h"
+#include "run_job.h"
+#include "system.h"
+#include "trajectory.h"
+#include "vary_model.h"
+#include "warnings.h"
+#include "write.h"
+
+/* One that was reached after the start. */
+struct reached {
+    struct vary_model model;
+    struct traj_mode mode;
+    struct traj_request rq;
+    int *choice;
+    struct reached *next;
+};
+
+struct modes {
+    struct job *j;
+    struct sga_arena *mem;
+    struct traj_modes of;
+    struct traj_mode start;
+    int *choice;
+    struct reached *first, **last;
+    int count;                /* with the start */
+};
+
+const struct traj_event *modes_events(const struct request *r, struct sga_arena *mem)
+{
+    const struct request_trajectory *t = &r->trajectory;
+    struct traj_event *event = sga_zeros(mem, (size_t)t->events + 1, sizeof *event);
+    for (int e = 0; e < t->events; e++) {
+        const struct request_event *from = t->event + e;
+        struct traj_set *set = sga_zeros(mem, (size_t)from->sets + 1, sizeof *set);
+        for (int k = 0; k < from->sets; k++)
+            set[k] = (struct traj_set){ from->set[k].variable, from->set[k].value };
+        event[e] = (struct traj_event){ .expression = from->expression, .direction = from->direction, .stop = from->stop, .set = set, .sets = from->sets, .most = from->most };
+    }
+    return event;
+}
+
+static bool any_sets(const struct request *r)
+{
+    bool any = false;
+    for (int e = 0; e < r->trajectory.events; e++)
+        any |= r->trajectory.event[e].sets > 0;
+    return any;
+}
+
+static int variable_of(const struct sys_system *s, int symbol)
+{
+    for (int k = 0; k < s->variables; k++)
+        if (s->variable[k].symbol == symbol)
+            return k;
+    return -1;
+}
+
+/* The masses of a job's system; NULL: it has none, or not all coordinates are in it. */
+static const struct traj_mass *masses(const struct job *j, struct sga_arena *mem)
+{
+    const struct form_mechanical *in = j->request->mechanical;
+    if (!in || !j->mechanical)
+        return NULL;
+    size_t n = (size_t)in->coordinates;
+    int *variable = sga_zeros(mem, 2 * n + 2 * in->masses + 1, sizeof *variable), *row = variable + 2 * n, *col = row + in->masses;
+    expr_id *value = sga_zeros(mem, in->masses + 1, sizeof *value);
+    for (int k = 0; k < in->coordinates; k++) {
+        variable[k] = variable_of(&j->request->system, in->coordinate[k]);
+        variable[(int)n + k] = variable_of(&j->request->system, in->velocity[k]);
+        if (variable[k] < 0 || variable[(int)n + k] < 0)
+            return NULL;
+    }
+    for (size_t k = 0; k < in->masses; k++) {
+        row[k] = in->mass[k].row;
+        col[k] = in->mass[k].col;
+        value[k] = in->mass[k].value;
+    }
+    struct traj_mass *m = sga_zeros(mem, 1, sizeof *m);
+    *m = (struct traj_mass){ .position = variable, .velocity = variable + n, .coordinates = in->coordinates, .row = row, .col = col, .value = value, .entries = (int)in->masses,
+                             .impulses = j->mechanical->determined && !j->request->system.restrictions };
+    return m;
+}
+
+/* "m = 1, k = 2" */
+static void choice_text(const struct modes *m, const int *choice, char *out, size_t size)
+{
+    size_t at = 0;
+    for (int k = 0; k < m->of.modes && at + 1 < size; k++)
+        at += (size_t)snprintf(out + at, size - at, "%s%.40s = %.10g", k ? ", " : "", m->of.name[k], m->of.value[k][choice[k]]);
+}
+
+/* Columns that were not named are the variables of the start. */
+static bool same_columns(struct modes *m, struct reached *r, const char *text)
+{
+    const struct sys_system *start = &m->j->request->system, *s = &r->model.request.system;
+    if (r->rq.outputs)
+        return true;
+    expr_id *output = sga_zeros(m->mem, (size_t)start->variables + 1, sizeof *output);
+    for (int k = 0; k < start->variables; k++) {
+        const char *name = start->store->symbol[start->variable[k].symbol].name;
+        int symbol = expr_symbol_find(s->store, name, strlen(name));
+        if (symbol < 0 || variable_of(s, symbol) < 0)
+            return sga_fail_at(m->j->err, SGA_E_NOT_SUPPORTED, "/trajectory/outputs", "with %s there is no variable %.100s, which is a column where the motion starts; name columns that all modes have in outputs",
+                               text, name);
+        output[k] = s->store->symbol[symbol].node;
+    }
+    r->rq.output = output;
+    r->rq.outputs = start->variables;
+    return true;
+}
+
+static const struct traj_mode *enter(void *ctx, const int *choice, const struct traj_mode *from, double t, const double *x, struct sga_error *err)
+{
+    struct modes *m = ctx;
+    struct job *j = m->j;
+    size_t size = (size_t)m->of.modes * sizeof *choice;
+    if (!memcmp(choice, m->choice, size))
+        return &m->start;
+    for (struct reached *r = m->first; r; r = r->next)
+        if (!memcmp(choice, r->choice, size))
+            return &r->mode;
+    struct reached *r = sga_zeros(m->mem, 1, sizeof *r);
+    char text[200];
+    r->choice = sga_zeros(m->mem, (size_t)m->of.modes + 1, sizeof *r->choice);
+    memcpy(r->choice, choice, size);
+    *m->last = r;
+    m->last = &r->next;
+    choice_text(m, choice, text, sizeof text);
+    struct job *own = &r->model.job;
+    bool ok = vary_model_mode(&r->model, j, choice, from->sys, t, x);
+    if (ok && own->solution->verdict == SGA_INCONSISTENT)
+        ok = sga_fail_at(j->err, SGA_E_EVENT_SET, "/trajectory/events", "at %.10g the motion enters the mode %.100s, whose equations are inconsistent: %.200s; stop there, or set another value", t, text,
+                         own->solution->contradiction_why);
+    if (ok) {
+        r->rq = r->model.rq;
+        r->rq.event = modes_events(&r->model.request, m->mem);
+        r->rq.events = r->model.request.trajectory.events;
+        r->rq.modes = &m->of;
+        r->rq.mass = masses(own, m->mem);
+        r->rq.on = own->oracle->reals && own->oracle->real[0].variables == r->model.request.system.variables ? own->oracle->real[0].x : NULL;
+        r->mode = (struct traj_mode){ .sys = &r->model.request.system, .sol = r->model.solution, .rq = &r->rq, .choice = r->choice, .place = m->count++ };
+        ok = same_columns(m, r, text);
+    }
+    if (!ok && err != j->err)
+        *err = *j->err;
+    return ok ? &r->mode : NULL;
+}
+
+struct modes *modes_begin(struct job *j, struct traj_request *rq, struct sga_arena *mem)
+{
+    const struct request *q = j->request;
+    if (!any_sets(q) || j->place.depth)
+        return NULL;
+    rq->mass = masses(j, mem);
+    if (!q->modes)
+        return NULL;
+    struct modes *m = sga_zeros(mem, 1, sizeof *m);
+    const char **name = sga_zeros(mem, (size_t)q->modes + 1, sizeof *name);
+    const double **value = sga_zeros(mem, (size_t)q->modes + 1, sizeof *value);
+    int *values = sga_zeros(mem, (size_t)q->modes + 1, sizeof *values);
+    *m = (struct modes){ .j = j, .mem = mem, .count = 1 };
+    m->choice = sga_zeros(mem, (size_t)q->modes + 1, sizeof *m->choice);
+    for (int k = 0; k < q->modes; k++) {
+        name[k] = q->mode[k].name;
+        value[k] = q->mode[k].value;
+        values[k] = q->mode[k].values;
+        m->choice[k] = q->mode[k].now;
+    }
+    m->last = &m->first;
+    m->start = (struct traj_mode){ .sys = &q->system, .sol = j->solution, .rq = rq, .choice = m->choice };
+    m->of = (struct traj_modes){ .modes = q->modes, .name = name, .value = value, .values = values, .start = &m->start, .enter = enter, .ctx = m };
+    rq->modes = &m->of;
+    return m;
+}
+
+static char *values_text(struct job *j, const struct job *of)
+{
+    SGA_ENDS(sga_buf_free) struct sga_buf out = { 0 };
+    struct sga_json json;
+    sga_json_begin(&json, &out);
+    answer_mode_values(of, &json);
+    return sga_take_text(&j->mem, out.data);
+}
+
+static char *entry_text(struct job *j, struct job *of)
+{
+    SGA_ENDS(sga_buf_free) struct sga_buf out = { 0 };
+    struct sga_json json;
+    sga_json_begin(&json, &out);
+    sga_json_object(&json);
+    answer_write_reduction(of, &json);
+    sga_json_end_object(&json);
+    return sga_take_text(&j->mem, out.data);
+}
+
+/* Values of modes that events set, and that the motion has not had. */
+static void warn_missed(const struct modes *m)
+{
+    for (int k = 0; k < m->of.modes; k++)
+        for (int i = 0; i < m->of.values[k]; i++) {
+            bool had = m->choice[k] == i;
+            char place[16 + REQUEST_MAX_NAME];
+            for (const struct reached *r = m->first; r; r = r->next)
+                had |= r->choice[k] == i;
+            snprintf(place, sizeof place, "/system/modes/%s", m->of.name[k]);
+            if (!had)
+                sga_warn(m->j->budget, SGA_W_MODE_NOT_REACHED, place, "the motion never has %s = %.17g: its equations were not reduced", m->of.name[k], m->of.value[k][i]);
+        }
+}
+
+void modes_end(struct modes *m, bool ok)
+{
+    if (!m)
+        return;
+    struct job *j = m->j;
+    if (ok && j->trajectory) {
+        int k = 1;
+        j->modes.values = sga_zeros(&j->mem, (size_t)m->count + 1, sizeof *j->modes.values);
+        j->modes.entry = sga_zeros(&j->mem, (size_t)m->count + 1, sizeof *j->modes.entry);
+        j->modes.count = m->count;
+        j->modes.values[0] = values_text(j, j);
+        for (struct reached *r = m->first; r; r = r->next, k++) {
+            j->modes.values[k] = values_text(j, &r->model.job);
+            j->modes.entry[k] = entry_text(j, &r->model.job);
+        }
+        warn_missed(m);
+    }
+    for (struct reached *r = m->first; r; r = r->next)
+        vary_model_clear(&r->model);
+}

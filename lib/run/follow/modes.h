@@ -1,0 +1,21 @@
+/* Inside the follow folder: the modes of a motion, each reduced when the motion reaches it. */
+#ifndef SGA_RUN_MODES_H
+#define SGA_RUN_MODES_H
+
+#include <stdbool.h>
+
+struct job;
+struct modes;
+struct request;
+struct sga_arena;
+struct traj_event;
+struct traj_request;
+
+/* The events of a request, in mem. */
+const struct traj_event *modes_events(const struct request *r, struct sga_arena *mem);
+/* Gives rq (of the job's own system; it stays where it is) its modes and masses, where events set something. In mem; NULL: there are no modes. */
+struct modes *modes_begin(struct job *j, struct traj_request *rq, struct sga_arena *mem);
+/* ok: the motion is there: what is said of its modes goes into the job. Frees their reductions. */
+void modes_end(struct modes *m, bool ok);
+
+#endif

@@ -1,0 +1,15 @@
+/* Inside the traj folder: velocities of masses after an impulse of constraints.
+ *
+ * With the positions held, M (v+ - v) is in the span of the gradients of the constraints by the velocities, which hold for v+; v are the velocities
+ * as they are set. Velocities that are set stay: an impulse along their coordinates holds them there. For constraints that are linear in the velocities v+ is the nearest v that
+ * they allow in the metric M (Gauss' principle of impacts; Moreau 1988, with no restitution); others are met by Newton steps. */
+#ifndef SGA_TRAJ_JUMP_IMPULSE_H
+#define SGA_TRAJ_JUMP_IMPULSE_H
+
+#include "jump_set.h"
+
+/* to->x: velocities after it; to->impulse (coordinates; allocated here, the caller's): M (v+ - v-) with v- of at->x. False with EVENT_SET: what is set contradicts the constraints;
+ * or NOT_SUPPORTED: reactions are not known to be along these gradients. Cost: (coordinates + constraints) cubed, a few times. */
+bool jump_impulse(struct jump *j, const struct jump_at *at, struct jump_to *to, const char *place, struct sga_error *err);
+
+#endif
