@@ -367,4 +367,46 @@ def small_disk(build, c):
         os.rmdir(folder)
 
 
-ALL = [dropped, flipped, damaged, lost, gone, kept, long_list, older, no_room, small_disk]
+def results_give_way(build, c):
+    """A disk smaller than the share that results may have of it: older results go, every job ends, the service stays ready."""
+    folder = tempfile.mkdtemp(prefix="sgad-disk-")
+    mount = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64m", "tmpfs", folder], capture_output=True, check=False)
+    if mount.returncode != 0:
+        os.rmdir(folder)
+        return
+    try:
+        with Daemon(build, "--cache-memory", "0") as d:
+            d.stop()
+            shutil.rmtree(os.path.join(d.state, "sgad"))
+            os.symlink(folder, os.path.join(d.state, "sgad"))
+            d.start()
+            ids = []
+            for _ in range(80):                                # of a megabyte each
+                a = d.ask("POST", "/v1/jobs", moving(samples=12000))
+                c.status(a, (200, 202), "a job on a disk that results fill")
+                ids.append(a.json()["id"])
+                d.wait(ids[-1])
+            c(d.get("/v1/jobs/" + ids[-1]).json().get("result"), "the latest result is there")
+            c.status(d.get("/readyz"), 200, "ready")
+            c(d.get("/metrics").body.decode().split("\nsgad_results_evicted_total ")[1].split("\n")[0] != "0", "older results went")
+            free = os.statvfs(folder)
+            c(free.f_bavail * 25 > free.f_blocks, "a part of the disk stays free", (free.f_bavail, free.f_blocks))
+            # somebody else fills the disk to the last byte: a new result takes the place of older ones
+            with open(os.path.join(folder, "other"), "wb", buffering=0) as f:
+                try:
+                    while f.write(b"x" * 4096):
+                        pass
+                except OSError:
+                    pass
+            a = d.ask("POST", "/v1/jobs", trivial())
+            if a.status != 503:
+                c(d.wait(a.json()["id"])["status"] == "done", "a job on a disk that others fill")
+            os.remove(os.path.join(folder, "other"))
+            c(until(d, 200), "ready once there is room")
+            c(d.stop() == 0, "it ends with 0", d.errors())
+    finally:
+        subprocess.run(["umount", folder], check=False)
+        os.rmdir(folder)
+
+
+ALL = [results_give_way, dropped, flipped, damaged, lost, gone, kept, long_list, older, no_room, small_disk]
