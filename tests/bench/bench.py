@@ -25,8 +25,10 @@ import chain  # noqa: E402
 import pencil  # noqa: E402
 import report  # noqa: E402
 import samples  # noqa: E402
+import service  # noqa: E402
 import sizes  # noqa: E402
 import tiers  # noqa: E402
+from cluster import Cluster  # noqa: E402
 from daemon import Daemon  # noqa: E402
 
 LINES = []
@@ -325,6 +327,18 @@ def interpreted(build):
         show(f"{name}: interpreted / machine code", f"{slow / fast:.1f}", note=f"{1e3 * slow:.1f} ms, {1e3 * fast:.1f} ms")
 
 
+def hostile(build):
+    service.hostile(lambda *flags: Daemon(build, *flags), Client, timed, show)
+
+
+def shared(build, folder):
+    print("daemons on PostgreSQL")
+    with Cluster() as server:
+        service.hits(build, server, lambda *flags: Daemon(build, *flags), Client, trivial, cpu, show)
+        service.two_daemons(build, server, lambda *flags: Daemon(build, *flags), heavy, own_speedup, folder, show)
+        service.claims(build, server, show)
+
+
 def written(build, folder):
     with Daemon(build, "--log-level", "warn", "--workers", "1") as d:
         samples.run(d, folder, show)
@@ -380,7 +394,7 @@ def main():
             os.symlink(os.path.join(folder, program), os.path.join(work, program))
         parts = {"arm": lambda: arm(work), "corpus": lambda: corpus(build, work), "chains": lambda: chains(work),
                  "pencil": lambda: pencil.run(work, measure, show), "sizes": lambda: sizes.run(build, work, show), "operators": lambda: operators(work), "sweep": lambda: sweep(work), "http": lambda: http(build, work),
-                 "workers": lambda: workers(build, work), "samples": lambda: written(build, work), "executors": lambda: executors(work),
+                 "workers": lambda: workers(build, work), "hostile": lambda: hostile(build), "shared": lambda: shared(build, work), "samples": lambda: written(build, work), "executors": lambda: executors(work),
                  "interpreted": lambda: interpreted(build), "balls": lambda: balls.balls(work, measure, show), "tiers": lambda: tiers.run(build, show),
                  "integrators": lambda: integrators(build)}
         if sys.argv[2:] == ["--parts"]:
