@@ -37,7 +37,7 @@ SHARED = [endpoints.job, endpoints.cache, endpoints.waiting, endpoints.listing, 
           check.check_all, check.request_of_job, refusals.bodies, endpoints.about, endpoints.metrics, endpoints.tradeoff, check.check_bodies, check.check_hints,
           refusals.paths, refusals.hosts, refusals.failed, refusals.unknown_words, refusals.large, packed.packing, packed.packing_head, page.page_files]
 OWN = [life.cancel, life.full, life.restart, life.crashed, life.drained, access.tokens, access.owners, access.shares, watch.stages, watch.logs, watch.evicted,
-       access.quotas, access.isolated, access.reading_only, access.turns, access.sockets, audit.audit, audit.counted, life.killed, life.shutdown, limits.ended,
+       access.quotas, access.isolated, access.turns, audit.audit, audit.counted, life.killed, life.shutdown, limits.ended,
        limits.refused, isolation.apart, shared.shared_answers, shared.shared_tenants]
 GONE = (OSError, http.client.HTTPException, ValueError, AttributeError)
 
