@@ -96,7 +96,7 @@ static void renew_cache(struct lite *st)
     }
 }
 
-static void keep_cache_small(struct lite *st, const struct store_op *ops)
+static void keep_cache_small(struct lite *st, const struct store_op *ops, int64_t bytes)
 {
     bool grown = false;
     for (const struct store_op *op = ops; op; op = op->next) {
@@ -105,7 +105,7 @@ static void keep_cache_small(struct lite *st, const struct store_op *ops)
             store_evict_touch(st, &op->row);
     }
     if (grown)
-        store_evict(st);
+        store_evict(st, bytes);
 }
 
 /* Those of the list that the queue is to have, in their order; the others are freed. */
@@ -173,12 +173,13 @@ void store_cache_commit(struct lite *st, struct store_op *ops)
 {
     bool begun = false, ok = true, some = false;
     size_t results = count_results(ops);
+    int64_t bytes = bytes_of_results(ops);
     if (atomic_load(&st->cache_broken))
         renew_cache(st);
     if (results) {
         st->cache_full = false;
         ok = st->put && put_results(st, ops, &begun);
-        if (!ok && st->cache_full && store_evict_for(st, bytes_of_results(ops)))      /* an old result makes room for a new one */
+        if (!ok && st->cache_full && store_evict_for(st, bytes))      /* an old result makes room for a new one */
             ok = put_results(st, ops, &begun);
         if (!ok) {
             metrics_add(st->metrics, METRIC_STORE_FAILURES);
@@ -187,6 +188,6 @@ void store_cache_commit(struct lite *st, struct store_op *ops)
         atomic_store(&st->cache_failures, ok || some ? 0 : atomic_load(&st->cache_failures) + 1);
     }
     if (st->put)
-        keep_cache_small(st, ops);
+        keep_cache_small(st, ops, bytes);
     store_writer_give(&st->queue_writer, for_queue(ops));
 }

@@ -75,23 +75,25 @@ static bool evict(struct lite *st, int64_t excess)
     return ok && gone > 0;
 }
 
-/* What the file would grow by may be too much for the disk although the limit allows it. Pages that are free in the file count as
- * free: results take those first. Those that are in its log only are yet to be written to it. */
-static int64_t short_of_disk(const struct lite *st)
+/* Bytes that results give up for the disk's sake, beside the new ones of so many bytes: those take the place of older ones where the
+ * file could not grow and leave the disk its spare. Pages that are free in the file do as well; those that are in its log only are yet
+ * to be written to it. Where results hold less than the spare, others fill the disk, and what results could give up would not help. */
+static int64_t short_of_disk(const struct lite *st, int64_t bytes)
 {
     int64_t pages = number(st->cache, "PRAGMA page_count"), unused = number(st->cache, "PRAGMA freelist_count"), size = number(st->cache, "PRAGMA page_size");
-    unsigned long long file = store_place_size(st->folder, "cache.db");
-    if (pages < 0 || unused < 0 || size < 0)
+    int64_t file = (int64_t)store_place_size(st->folder, "cache.db"), spare = (int64_t)store_place_spare(st->folder);
+    if (pages < 0 || unused < 0 || size < 0 || (pages - unused) * size < spare)
         return 0;
-    int64_t growth = pages * size > (int64_t)file ? pages * size - (int64_t)file : 0;
-    return (int64_t)store_place_spare(st->folder) - (int64_t)store_place_free(st->folder) + growth - unused * size;
+    int64_t growth = pages * size > file ? pages * size - file : 0;
+    int64_t room = (int64_t)store_place_free(st->folder) - growth - spare;
+    return room > 0 || unused * size >= 2 * bytes ? 0 : 2 * bytes - unused * size;
 }
 
-void store_evict(struct lite *st)
+void store_evict(struct lite *st, int64_t bytes)
 {
-    int64_t limit = st->cache_limit ? atomic_load(st->cache_limit) : 0, used = bytes_used(st->cache), excess = short_of_disk(st);
+    int64_t limit = st->cache_limit ? atomic_load(st->cache_limit) : 0, used = bytes_used(st->cache), excess = short_of_disk(st, bytes);
     if (excess > 0)
-        excess += used / 10;
+        excess += used / 20;                /* not with every new one */
     if (limit && used > limit && used - limit / 10 * 9 > excess)
         excess = used - limit / 10 * 9;
     if (excess > 0)
@@ -100,9 +102,10 @@ void store_evict(struct lite *st)
 
 bool store_evict_for(struct lite *st, int64_t bytes)
 {
-    int64_t tenth = bytes_used(st->cache) / 10;
+    if (bytes_used(st->cache) < (int64_t)store_place_spare(st->folder))
+        return false;
     sqlite3_wal_checkpoint_v2(st->cache, NULL, SQLITE_CHECKPOINT_PASSIVE, NULL, NULL);      /* what it has written is room in its log */
-    bool ok = evict(st, 2 * bytes > tenth ? 2 * bytes : tenth);
+    bool ok = evict(st, 2 * bytes);
     sqlite3_wal_checkpoint_v2(st->cache, NULL, SQLITE_CHECKPOINT_PASSIVE, NULL, NULL);
     return ok;
 }

@@ -123,8 +123,8 @@ void store_cache_commit(struct lite *st, struct store_op *ops);
 bool store_evict_prepare(struct lite *st);
 /* The result was read at row->finished. */
 bool store_evict_touch(struct lite *st, const struct job_row *row);
-/* Within the limit, and so that the disk keeps its spare. */
-void store_evict(struct lite *st);
+/* After so many bytes were written: keeps results within the limit, and the disk's spare free. */
+void store_evict(struct lite *st, int64_t bytes);
 /* A write of so many bytes found no room on the disk: did older results give any? */
 bool store_evict_for(struct lite *st, int64_t bytes);
 

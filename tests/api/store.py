@@ -30,7 +30,8 @@ def again(d, c, jobs, label):
     for id_, was in jobs.items():
         a = d.get("/v1/jobs/" + id_)
         if c(a.status == 200, f"{label}: the job is there", a.body[:200]):
-            c(essence(d.wait(id_)) == was, f"{label}: the same answer")
+            now = d.wait(id_)
+            c(essence(now) == was, f"{label}: the same answer", (now["status"], now.get("error"), list(now)))
 
 
 def refused(d, c, label, word):
