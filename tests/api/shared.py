@@ -221,6 +221,32 @@ def shared_turns(build, c):
             c(a.stop() == 0 and b.stop() == 0, "both end with 0", a.errors()[-500:] + b.errors()[-500:])
 
 
+def shared_versions(build, c):
+    """Versions side by side: a job is left to daemons of its version while one of them lives, then anybody runs it; a newer schema is refused."""
+    with Cluster() as server:
+        address = prepared(build, server, "versions")
+        with Daemon(build, *flags(address)) as a:
+            busy = [a.ask("POST", "/v1/jobs", slow(60)).json()["id"] for _ in range(2)]
+            c(until(lambda: all(status(a, i) == "running" for i in busy)), "both workers are busy")
+            other = a.ask("POST", "/v1/jobs", trivial()).json()["id"]
+            server.sql(f"UPDATE sgad.jobs SET version = 'other' WHERE id = '{other}'", "versions")
+            server.sql("INSERT INTO sgad.daemons VALUES('elsewhere', 'other', 2, clock_timestamp() + interval '1 hour')", "versions")
+            for i in busy:
+                a.ask("DELETE", "/v1/jobs/" + i)
+            own = a.ask("POST", "/v1/solve", trivial())
+            c(own.status == 200 and own.json()["status"] == "done", "a later job of its own version runs", own.body[:200])
+            c(status(a, other) == "queued", "that of another version is left to a daemon that has it", status(a, other))
+            server.sql("UPDATE sgad.daemons SET seen = clock_timestamp() - interval '1 hour' WHERE name = 'elsewhere'", "versions")
+            c(a.wait(other)["status"] == "done", "once that is gone it is run by any")
+            own_version = a.get("/version").json()["version"]
+            row = server.sql(f"SELECT version FROM sgad.results WHERE id = '{other}'", "versions")
+            c(row == [[own_version]], "and the row says which version computed it", (row, own_version))
+            c(a.stop() == 0, "it ends with 0", a.errors()[-500:])
+        server.sql("UPDATE sgad.schema SET version = 99", "versions")
+        run = subprocess.run([os.path.join(build, "sgad"), "--listen", "127.0.0.1:0", "--store", address], capture_output=True, text=True, timeout=30, check=False)
+        c(run.returncode == 1 and "newer" in run.stderr, "a schema that is newer is refused", run)
+
+
 class Relay:
     """Between daemons and the server, a socket that can stop passing anything on, and cut what passes."""
 
@@ -330,4 +356,4 @@ def shared_failover(build, c):
             second.__exit__()
 
 
-ALL = [shared_answers, shared_killed, shared_away, shared_tenants, shared_turns, shared_stalled, shared_failover]
+ALL = [shared_answers, shared_killed, shared_away, shared_tenants, shared_turns, shared_versions, shared_stalled, shared_failover]
