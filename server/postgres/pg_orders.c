@@ -32,12 +32,8 @@ static struct pg_hand *hand_of(struct pg *p, const char *id)
     return &p->hand[hash(id) % PG_HANDS];
 }
 
-static bool give(struct pg_hand *h, struct pg_order order)
+static void put(struct pg_hand *h, struct pg_order *o)
 {
-    struct pg_order *o = malloc(sizeof *o);
-    if (!o)
-        return false;
-    *o = order;
     o->next = NULL;
     pthread_mutex_lock(&h->lock);
     *h->last = o;
@@ -45,6 +41,15 @@ static bool give(struct pg_hand *h, struct pg_order order)
     h->waiting++;
     pthread_cond_signal(&h->work);
     pthread_mutex_unlock(&h->lock);
+}
+
+static bool give(struct pg_hand *h, struct pg_order order)
+{
+    struct pg_order *o = malloc(sizeof *o);
+    if (!o)
+        return false;
+    *o = order;
+    put(h, o);
     return true;
 }
 
@@ -336,18 +341,23 @@ bool pg_barrier(struct store *face, store_done *over, void *ctx)
 {
     struct pg *p = pg_of(face);
     struct pg_barrier *b = calloc(1, sizeof *b);
-    if (!b)
+    struct pg_order *o[PG_HANDS];
+    bool ok = b;
+    for (int i = 0; i < PG_HANDS; i++)
+        ok &= (o[i] = calloc(1, sizeof *o[i])) != NULL;
+    if (!ok) {                         /* for all of them or for none */
+        for (int i = 0; i < PG_HANDS; i++)
+            free(o[i]);
+        free(b);
         return false;
+    }
     b->done = over;
     b->ctx = ctx;
     atomic_init(&b->left, PG_HANDS);
-    for (int i = 0; i < PG_HANDS; i++)
-        if (!give(&p->hand[i], (struct pg_order){ .kind = PG_BARRIER, .barrier = b })) {
-            if (i == 0) {
-                free(b);
-                return false;
-            }
-            abort();         /* not even a hundred bytes; those before have it already */
-        }
+    for (int i = 0; i < PG_HANDS; i++) {
+        o[i]->kind = PG_BARRIER;
+        o[i]->barrier = b;
+        put(&p->hand[i], o[i]);
+    }
     return true;
 }
