@@ -188,7 +188,7 @@ def timed(client, prepared):
 
 
 def per_request(pid, client, prepared, count):
-    for _ in range(200):
+    for _ in range(20):
         client.send(prepared)
     before = cpu(pid)
     for _ in range(count):
@@ -218,9 +218,10 @@ def http(build, folder):
         peer, stop = minimal(folder, body, reply)
         other = Client(peer[1])
         try:
+            for _ in range(60):      # short ones in turn: the least of each is what it costs where nobody else has the processor
+                best[0].append(per_request(d.process.pid, client, client.prepare(body), 200))
+                best[1].append(per_request(peer[0], other, other.prepare(body), 200))
             for _ in range(3):
-                best[0].append(per_request(d.process.pid, client, client.prepare(body), 4000))
-                best[1].append(per_request(peer[0], other, other.prepare(body), 4000))
                 rates[0].append(hammer(folder, d.port, client.prepare(body)))
                 rates[1].append(hammer(folder, peer[1], other.prepare(body)))
         finally:
