@@ -249,7 +249,7 @@ def hammer(folder, port, prepared, seconds=2):
 def heavy(k):
     """Some tenths of a second of integration."""
     return {"system": {"form": "equations", "variables": ["x"], "equations": [f"x'' = -{k}*x + (" + "+".join(f"sin(x + {i})" for i in range(60)) + ")*1e-9"]},
-            "want": ["trajectory"], "trajectory": {"start": 0, "stop": 60, "samples": 2, "initial": {"x": 1, "x'": 0}}, "limits": {"seconds": 100}}
+            "want": ["trajectory"], "trajectory": {"start": 0, "stop": 400, "samples": 2, "initial": {"x": 1, "x'": 0}}, "limits": {"seconds": 100}}
 
 
 def finish_all(d, requests):
