@@ -38,7 +38,7 @@ SHARED = [endpoints.job, endpoints.cache, endpoints.waiting, endpoints.listing, 
           refusals.paths, refusals.hosts, refusals.failed, refusals.unknown_words, refusals.large, packed.packing, packed.packing_head, page.page_files]
 OWN = [life.cancel, life.full, life.restart, life.crashed, life.drained, access.tokens, access.owners, access.shares, watch.stages, watch.logs, watch.evicted,
        access.quotas, access.isolated, access.turns, audit.audit, audit.counted, life.killed, life.shutdown, limits.ended,
-       limits.refused, isolation.apart, shared.shared_answers, shared.shared_tenants]
+       limits.refused, isolation.apart, shared.shared_tenants]
 GONE = (OSError, http.client.HTTPException, ValueError, AttributeError)
 
 
