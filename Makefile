@@ -12,6 +12,7 @@
 #   make mutants [FOLDERS="sga traj"] [MUTANTS=40]     small errors put into the code: which ones no test sees
 #   make deb-test [FULL=1]   two builds give the same bytes; the packages in a fresh Debian root: installed, run, upgraded, purged
 #   make kill-test [ROUNDS=1000]   kill -9 at random moments, nothing accepted is lost
+#   make chaos-test [JOBS=10000]   three daemons on one database under chaos: no accepted job lost, ended twice or mixed up
 #   make faults-test [TURNS=20] [IMAGES=300]   tests of the API with one call after the other failing; losses of power
 #   make many-test [REQUESTS=100000]   no loss, duplicate or mix-up
 #   make order-test [SEEDS=20]         the corpus in other words, each case with so many seeds
@@ -123,7 +124,7 @@ SERVER_OBJ := $(SERVER_SRC:%.c=$(B)/%.o) $(B)/server/embedded.o $(B)/server/page
 # daemon does; it needs no JSON library. A tradeoff is shown by the same code too.
 CLIENT_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard clients/*.c)) $(addprefix $(B)/server/,tools/json_scan.o tools/json_string.o) $(patsubst %.c,$(B)/%.o,$(wildcard server/formats/*.c))
 
-.PHONY: all lib python shared install uninstall deb deb-test FORCE run test quick units lint coverage mutants unit bench kill-test faults-test many-test order-test soak-test fuzz fuzz-build clean deps check-deps
+.PHONY: all lib python shared install uninstall deb deb-test FORCE run test quick units lint coverage mutants unit bench kill-test chaos-test faults-test many-test order-test soak-test fuzz fuzz-build clean deps check-deps
 all: $(B)/sgad $(B)/sga $(B)/libsga.a
 lib: $(B)/libsga.a
 # The Python client as a wheel, by the standard library alone.
@@ -369,6 +370,10 @@ faults-test: deps
 	@$(MAKE) --no-print-directory all
 	@PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 tests/api/power.py $(B) $(or $(IMAGES),300)
 	@PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 tests/api/turns.py $(B) $(or $(TURNS),20)
+# Three daemons on one PostgreSQL, killed, stopped, cut off and stalled, its server crashed and replaced by its standby, until JOBS were accepted.
+chaos-test: deps
+	@$(MAKE) --no-print-directory all
+	@PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 tests/api/chaos.py $(B) $(or $(JOBS),10000)
 # A hundred thousand requests with no loss, duplicate or mix-up; a long time in which memory
 # does not grow.
 many-test: deps

@@ -12,6 +12,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { JOINED_MOST = 16384 };
+
 void reply_header(struct exchange *e, const char *name, const char *fmt, ...)
 {
     if (e->headers == EXCHANGE_HEADERS)
@@ -101,6 +103,25 @@ static void choose_packing(struct exchange *e, int status, size_t length)
     vary_header(e, "");
 }
 
+/* The library sends the head and a buffer by one call to the system, the head and pieces by two: a call costs more than a
+ * copy of this many bytes. NULL: they are more, or there is no memory. */
+static struct MHD_Response *joined(const struct MHD_IoVec *part, int count)
+{
+    size_t length = 0;
+    for (int i = 0; i < count; i++)
+        length += part[i].iov_len;
+    char *text = length && length <= JOINED_MOST ? malloc(length) : NULL, *end = text;
+    for (int i = 0; text && i < count; i++) {
+        if (part[i].iov_len)
+            memcpy(end, part[i].iov_base, part[i].iov_len);
+        end += part[i].iov_len;
+    }
+    struct MHD_Response *r = text ? MHD_create_response_from_buffer(length, text, MHD_RESPMEM_MUST_FREE) : NULL;
+    if (!r)
+        free(text);
+    return r;
+}
+
 enum MHD_Result reply_pieces(struct exchange *e, int status, const char *type, const struct MHD_IoVec *part, int count,
                              MHD_ContentReaderFreeCallback release, void *cls)
 {
@@ -108,8 +129,9 @@ enum MHD_Result reply_pieces(struct exchange *e, int status, const char *type, c
     if (e->packs) {
         reply_header(e, "Content-Encoding", "gzip");
         r = packed_pieces(part, count, release, cls);
-    } else if (!(r = MHD_create_response_from_iovec(part, (unsigned)count, release, cls)) && release) {
-        release(cls);
+    } else if ((r = joined(part, count)) || !(r = MHD_create_response_from_iovec(part, (unsigned)count, release, cls))) {
+        if (release)
+            release(cls);
     }
     return reply_response(e, status, type, r);
 }

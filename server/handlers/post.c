@@ -61,7 +61,8 @@ static enum MHD_Result refuse(struct exchange *e, enum submit why, const char *q
         return reply_error(e, SGA_E_QUEUE_FULL, "The queue holds as much as it may: %ld jobs, or %ld bytes of requests.",
                            atomic_load(&c->queue), atomic_load(&c->queue_bytes));
     default:
-        return reply_error(e, SGA_E_INTERNAL, "There is not enough memory for another job.");
+        reply_header(e, "Retry-After", "%d", FULL_SECONDS);
+        return reply_error(e, SGA_E_BUSY, "There is not enough memory for another job at this moment. Try again soon.");
     }
 }
 

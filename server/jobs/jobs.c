@@ -3,6 +3,7 @@
 #include "budget.h"
 #include "clock.h"
 #include "log.h"
+#include "no_memory.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -264,7 +265,7 @@ static void recover_one(void *ctx, const struct job_row *row)
     struct account *account = jobs_account(js, row->owner, &none);
     struct job *job = account ? jobs_make(js, row->id, account) : NULL;
     if (!job)
-        abort();
+        no_memory("the queue that was found");
     job->row = *row;
     job->row.error = NULL;
     job->stored = 1;

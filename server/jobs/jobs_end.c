@@ -3,6 +3,7 @@
 #include "budget.h"
 #include "clock.h"
 #include "log.h"
+#include "no_memory.h"
 #include "problem.h"
 
 #include <stdio.h>
@@ -111,7 +112,7 @@ static struct finished *make_text(struct job_row *row, struct slice text)
     row->error = problem_text(&err);
     f = finished_make(row, (struct slice){ NULL, 0 });
     if (!f)
-        abort();         /* not even a few hundred bytes: the queue on disk is safe */
+        no_memory("the end of a job");         /* not even a few hundred bytes: the queue on disk is safe */
     return f;
 }
 

@@ -7,6 +7,7 @@
 #include "budget.h"
 #include "clock.h"
 #include "log.h"
+#include "no_memory.h"
 #include "problem.h"
 #include "run.h"
 
@@ -255,7 +256,7 @@ static struct job *adopt(struct jobs *js, const struct job_row *row, char *reque
     struct account *account = jobs_account_of(js, row->owner, &none);
     struct job *job = jobs_watch(js, row);
     if (!account || !job)
-        abort();
+        no_memory("a job that was claimed");        /* after its lease another daemon runs it */
     pthread_mutex_lock(&js->lock);
     if (job->ours || job->finished || job->gone) {
         job->lost = job->ours;

@@ -159,7 +159,7 @@ int conns_cut_resting(struct conns *cs)
     pthread_mutex_lock(&cs->lock);
     for (struct conn *c = cs->first; c; c = c->next)
         if (atomic_load(&c->rests)) {
-            shutdown(c->fd, SHUT_RDWR);
+            shutdown(c->fd, SHUT_RD);        /* a request that is here already is read before this end, and answered */
             cut++;
         }
     pthread_mutex_unlock(&cs->lock);

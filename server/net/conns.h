@@ -29,7 +29,7 @@ struct front *conn_front(struct conn *c);
 void conn_deadline(struct conn *c, double deadline);
 /* Has a request been begun (true), or the last one been answered? One that was never asked anything does not rest. */
 void conn_busy(struct conn *c, bool busy);
-/* Cuts those that rest; how many. */
+/* Ends those that rest, each once what has come on it is answered; how many. */
 int conns_cut_resting(struct conns *cs);
 /* Cuts whose deadline has passed (all: every one); how many. */
 int conns_reap(struct conns *cs, double now, int all);

@@ -69,17 +69,38 @@ static PGresult *wait_answer(PGconn *c, double until)
     return NULL;
 }
 
-PGresult *pg_run(PGconn *c, const char *sql, const struct pg_args *a, bool binary, double seconds)
+static PGresult *answer_of(PGconn *c, int sent, double seconds)
 {
-    PQsetnonblocking(c, 1);
-    if (!PQsendQueryParams(c, sql, a ? a->count : 0, NULL, a ? a->value : NULL, a ? a->length : NULL, a ? a->format : NULL, binary))
-        return NULL;
-    PGresult *r = wait_answer(c, sga_now() + seconds);
+    PGresult *r = sent ? wait_answer(c, sga_now() + seconds) : NULL;
     if (r && PQstatus(c) != CONNECTION_OK) {
         PQclear(r);
         return NULL;
     }
     return r;
+}
+
+PGresult *pg_run(PGconn *c, const char *sql, const struct pg_args *a, bool binary, double seconds)
+{
+    PQsetnonblocking(c, 1);
+    return answer_of(c, PQsendQueryParams(c, sql, a ? a->count : 0, NULL, a ? a->value : NULL, a ? a->length : NULL, a ? a->format : NULL, binary), seconds);
+}
+
+/* One that is prepared, on this connection of the pool once. */
+static PGresult *run_known(struct pg *p, int i, const char *sql, const struct pg_args *a, bool binary, double seconds)
+{
+    PGconn *c = p->conn[i];
+    char name[16];
+    double until = sga_now() + seconds;
+    snprintf(name, sizeof name, "known%d", (int)a->known);
+    PQsetnonblocking(c, 1);
+    if (!(p->known[i] >> a->known & 1)) {
+        PGresult *r = answer_of(c, PQsendPrepare(c, name, sql, 0, NULL), seconds);
+        if (PQresultStatus(r) != PGRES_COMMAND_OK)
+            return r;                   /* an error, or nothing: as of the statement itself */
+        PQclear(r);
+        p->known[i] |= 1u << a->known;
+    }
+    return answer_of(c, PQsendQueryPrepared(c, name, a->count, a->value, a->length, a->format, binary), until - sga_now());
 }
 
 /* What the address does not say itself. A server that only reads, as a standby does, is passed over. */
@@ -142,7 +163,10 @@ static void went_down(struct pg *p, const char *why)
 static bool connected(struct pg *p, int i)
 {
     char why[512];
-    if (!p->conn[i] && !(p->conn[i] = pg_connect(p->address, why, sizeof why)))
+    if (p->conn[i])
+        return true;
+    p->known[i] = 0;
+    if (!(p->conn[i] = pg_connect(p->address, why, sizeof why)))
         went_down(p, why);
     return p->conn[i];
 }
@@ -163,7 +187,7 @@ PGresult *pg_ask(struct pg *p, const char *sql, const struct pg_args *a, bool bi
     double until = sga_now() + seconds;
     for (int tries = 0; tries < 3 && sga_now() < until && connected(p, i); tries++) {
         PQclear(r);
-        r = pg_run(p->conn[i], sql, a, binary, until - sga_now());
+        r = a && a->known ? run_known(p, i, sql, a, binary, until - sga_now()) : pg_run(p->conn[i], sql, a, binary, until - sga_now());
         ExecStatusType s = PQresultStatus(r);
         if (r && (s == PGRES_TUPLES_OK || s == PGRES_COMMAND_OK))
             break;

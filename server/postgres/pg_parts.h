@@ -8,7 +8,7 @@
 
 #include "store_ops.h"
 
-enum { PG_POOL = 8, PG_HANDS = 3, PG_ARGS = 24, PG_SCHEMA = 1, PG_SCHEMA_LEAST = 1 };
+enum { PG_POOL = 8, PG_HANDS = 3, PG_ARGS = 24, PG_TOUCHED = 256, PG_SCHEMA = 1, PG_SCHEMA_LEAST = 1 };
 
 enum pg_kind { PG_SUBMIT, PG_END, PG_RELEASE, PG_CANCEL, PG_JOIN, PG_NOTE, PG_WITHDRAW, PG_FORGET, PG_PRUNE, PG_TOUCH, PG_BARRIER };
 
@@ -33,6 +33,7 @@ struct pg_hand {
     struct pg_order *first, **last;
     int waiting;
     bool stop;
+    struct { char id[ID_LENGTH + 1]; double at; } touched[PG_TOUCHED];   /* results whose use was told lately */
     double lost;                     /* sga_now() when an order that nobody waits for was lost; the hand's own */
 };
 
@@ -46,6 +47,7 @@ struct pg {
     pthread_mutex_t lock;            /* guards the pool and heard */
     pthread_cond_t free, news;
     PGconn *conn[PG_POOL];
+    unsigned known[PG_POOL];         /* bit set: the statements that the connection has prepared; of who has borrowed it */
     bool busy[PG_POOL];
     unsigned long heard;             /* hints that came */
     struct pg_hand hand[PG_HANDS];
@@ -57,7 +59,11 @@ static inline struct pg *pg_of(struct store *face) { return (struct pg *)face; }
 
 /* -- pg_conn.c -- */
 
+/* Statements of which a reader waits for an answer: parsed and planned once on each connection. */
+enum pg_known { PG_NOT_KNOWN, PG_KNOWN_ROW, PG_KNOWN_RESULT, PG_KNOWN_REQUEST, PG_KNOWN_TOUCH };
+
 struct pg_args {
+    enum pg_known known;             /* which one it is: always with the same text */
     int count;
     const char *value[PG_ARGS];
     int length[PG_ARGS], format[PG_ARGS];

@@ -29,7 +29,7 @@ bool pg_read_row(const PGresult *r, int line, struct job_row *row)
 
 static PGresult *row_of(struct store *face, const char *id)
 {
-    struct pg_args a = { 0 };
+    struct pg_args a = { .known = PG_KNOWN_ROW };
     pg_text(&a, id);
     return pg_ask(pg_of(face), "SELECT " PG_ROW " FROM jobs WHERE id = $1", &a, false, SECONDS);
 }
@@ -58,9 +58,9 @@ enum store_answer pg_look_at(struct store *face, const char *id, struct job_row 
 }
 
 /* A text with its digest, both as bytes. */
-static enum store_answer text_of(struct store *face, const char *sql, const char *what, const char *id, char **text, size_t *length)
+static enum store_answer text_of(struct store *face, enum pg_known known, const char *sql, const char *what, const char *id, char **text, size_t *length)
 {
-    struct pg_args a = { 0 };
+    struct pg_args a = { .known = known };
     unsigned char sum[DIGEST_BYTES];
     pg_text(&a, id);
     PGresult *r = pg_ask(pg_of(face), sql, &a, true, RESULT_SECONDS);
@@ -84,13 +84,13 @@ static enum store_answer text_of(struct store *face, const char *sql, const char
 
 enum store_answer pg_request(struct store *face, const char *id, char **text, size_t *length)
 {
-    return text_of(face, "SELECT request, sum FROM jobs WHERE id = $1", "request_not_read", id, text, length);
+    return text_of(face, PG_KNOWN_REQUEST, "SELECT request, sum FROM jobs WHERE id = $1", "request_not_read", id, text, length);
 }
 
 /* One that is damaged can be computed again: it counts as none; where the database is away that cannot be told. */
 enum store_answer pg_result(struct store *face, const char *id, char **text, size_t *length)
 {
-    enum store_answer a = text_of(face, "SELECT result, sum FROM results WHERE id = $1", "result_not_read", id, text, length);
+    enum store_answer a = text_of(face, PG_KNOWN_RESULT, "SELECT result, sum FROM results WHERE id = $1", "result_not_read", id, text, length);
     return a == STORE_BROKEN && !atomic_load(&pg_of(face)->down) ? STORE_NONE : a;
 }
 

@@ -3,6 +3,7 @@
 #include "log.h"
 #include "metrics.h"
 
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -17,6 +18,14 @@ static size_t count_results(const struct store_op *ops)
     for (; ops; ops = ops->next)
         n += is_result(ops);
     return n;
+}
+
+static int64_t bytes_of_results(const struct store_op *ops)
+{
+    int64_t bytes = 0;
+    for (; ops; ops = ops->next)
+        bytes += is_result(ops) ? (int64_t)ops->text.len : 0;
+    return bytes;
 }
 
 static bool put_one(struct lite *st, const struct store_op *op)
@@ -42,6 +51,8 @@ static bool put_results(struct lite *st, const struct store_op *ops, bool *begun
         return true;
     if (store_file_broken(sqlite3_errcode(st->cache)))
         atomic_store(&st->cache_broken, true);
+    int code = sqlite3_errcode(st->cache) & 0xff;
+    st->cache_full = code == SQLITE_FULL || (code == SQLITE_IOERR && sqlite3_system_errno(st->cache) == EDQUOT);
     log_event(LOG_L_ERROR, "cache_write_failed", "reason", sqlite3_errmsg(st->cache), NULL);
     store_exec(st->cache, "ROLLBACK");
     return false;
@@ -85,7 +96,7 @@ static void renew_cache(struct lite *st)
     }
 }
 
-static void keep_cache_small(struct lite *st, const struct store_op *ops)
+static void keep_cache_small(struct lite *st, const struct store_op *ops, int64_t bytes)
 {
     bool grown = false;
     for (const struct store_op *op = ops; op; op = op->next) {
@@ -94,7 +105,7 @@ static void keep_cache_small(struct lite *st, const struct store_op *ops)
             store_evict_touch(st, &op->row);
     }
     if (grown)
-        store_evict(st);
+        store_evict(st, bytes);
 }
 
 /* Those of the list that the queue is to have, in their order; the others are freed. */
@@ -162,10 +173,14 @@ void store_cache_commit(struct lite *st, struct store_op *ops)
 {
     bool begun = false, ok = true, some = false;
     size_t results = count_results(ops);
+    int64_t bytes = bytes_of_results(ops);
     if (atomic_load(&st->cache_broken))
         renew_cache(st);
     if (results) {
+        st->cache_full = false;
         ok = st->put && put_results(st, ops, &begun);
+        if (!ok && st->cache_full && store_evict_for(st, bytes))      /* an old result makes room for a new one */
+            ok = put_results(st, ops, &begun);
         if (!ok) {
             metrics_add(st->metrics, METRIC_STORE_FAILURES);
             ops = put_apart(st, ops, begun && results > 1 && !atomic_load(&st->cache_broken), &some);
@@ -173,6 +188,6 @@ void store_cache_commit(struct lite *st, struct store_op *ops)
         atomic_store(&st->cache_failures, ok || some ? 0 : atomic_load(&st->cache_failures) + 1);
     }
     if (st->put)
-        keep_cache_small(st, ops);
+        keep_cache_small(st, ops, bytes);
     store_writer_give(&st->queue_writer, for_queue(ops));
 }

@@ -1,5 +1,5 @@
 /* Keeping the results within their share of the disk: the least recently used go first, down
- * to nine tenths of the limit, so that not every new result costs a search. When a result was
+ * to nine tenths of the limit, so that not every new result costs a search. The disk has a share too: results leave a part of it free. When a result was
  * last read is in a table of its own: to change a row of results would rewrite its text. */
 #include "store_parts.h"
 #include "log.h"
@@ -53,22 +53,59 @@ static bool drop_oldest(sqlite3 *db, int64_t excess)
     sqlite3_finalize(s);
     ok = ok && sqlite3_exec(db, "DELETE FROM used WHERE id NOT IN (SELECT id FROM results)", NULL, NULL, NULL) == SQLITE_OK
         && sqlite3_exec(db, "COMMIT", NULL, NULL, NULL) == SQLITE_OK;
-    if (!ok)
+    if (!ok && !sqlite3_get_autocommit(db))
         sqlite3_exec(db, "ROLLBACK", NULL, NULL, NULL);
     return ok;
 }
 
-void store_evict(struct lite *st)
+/* Of so many bytes, with those that the disk or the limit calls for. */
+static bool evict(struct lite *st, int64_t excess)
 {
-    int64_t limit = st->cache_limit ? atomic_load(st->cache_limit) : 0, used = limit ? bytes_used(st->cache) : 0;
-    if (limit == 0 || used <= limit)
-        return;
     int64_t before = number(st->cache, "SELECT count(*) FROM results");
-    bool ok = drop_oldest(st->cache, used - limit / 10 * 9);
+    if (before <= 0)
+        return false;
+    bool ok = drop_oldest(st->cache, excess);
+    char reason[200], count[32];
+    snprintf(reason, sizeof reason, "%s", sqlite3_errmsg(st->cache));
     int64_t gone = before - number(st->cache, "SELECT count(*) FROM results");
-    char count[32];
     snprintf(count, sizeof count, "%lld", (long long)gone);
     if (gone > 0)
         atomic_fetch_add(&st->metrics->counter[METRIC_EVICTED], (unsigned long)gone);
-    log_event(ok ? LOG_L_INFO : LOG_L_WARN, "results_evicted", "#count", count, "reason", ok ? NULL : sqlite3_errmsg(st->cache), NULL);
+    log_event(ok ? LOG_L_INFO : LOG_L_WARN, "results_evicted", "#count", count, "reason", ok ? NULL : reason, NULL);
+    return ok && gone > 0;
+}
+
+/* Bytes that results give up for the disk's sake, beside the new ones of so many bytes: those take the place of older ones where the
+ * file could not grow and leave the disk its spare. Pages that are free in the file do as well; those that are in its log only are yet
+ * to be written to it. Where results hold less than the spare, others fill the disk, and what results could give up would not help. */
+static int64_t short_of_disk(const struct lite *st, int64_t bytes)
+{
+    int64_t pages = number(st->cache, "PRAGMA page_count"), unused = number(st->cache, "PRAGMA freelist_count"), size = number(st->cache, "PRAGMA page_size");
+    int64_t file = (int64_t)store_place_size(st->folder, "cache.db"), spare = (int64_t)store_place_spare(st->folder);
+    if (pages < 0 || unused < 0 || size < 0 || (pages - unused) * size < spare)
+        return 0;
+    int64_t growth = pages * size > file ? pages * size - file : 0;
+    int64_t room = (int64_t)store_place_free(st->folder) - growth - spare;
+    return room > 0 || unused * size >= 2 * bytes ? 0 : 2 * bytes - unused * size;
+}
+
+void store_evict(struct lite *st, int64_t bytes)
+{
+    int64_t limit = st->cache_limit ? atomic_load(st->cache_limit) : 0, used = bytes_used(st->cache), excess = short_of_disk(st, bytes);
+    if (excess > 0)
+        excess += used / 20;                /* not with every new one */
+    if (limit && used > limit && used - limit / 10 * 9 > excess)
+        excess = used - limit / 10 * 9;
+    if (excess > 0)
+        evict(st, excess);
+}
+
+bool store_evict_for(struct lite *st, int64_t bytes)
+{
+    if (bytes_used(st->cache) < (int64_t)store_place_spare(st->folder))
+        return false;
+    sqlite3_wal_checkpoint_v2(st->cache, NULL, SQLITE_CHECKPOINT_PASSIVE, NULL, NULL);      /* what it has written is room in its log */
+    bool ok = evict(st, 2 * bytes);
+    sqlite3_wal_checkpoint_v2(st->cache, NULL, SQLITE_CHECKPOINT_PASSIVE, NULL, NULL);
+    return ok;
 }

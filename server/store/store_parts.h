@@ -74,6 +74,7 @@ struct lite {
     struct store_writer cache_writer;
     sqlite3 *cache;
     sqlite3_stmt *put;
+    bool cache_full;             /* the latest write found no room on the disk */
 
     pthread_mutex_t read_lock;   /* guards busy */
     pthread_cond_t read_free;
@@ -122,7 +123,10 @@ void store_cache_commit(struct lite *st, struct store_op *ops);
 bool store_evict_prepare(struct lite *st);
 /* The result was read at row->finished. */
 bool store_evict_touch(struct lite *st, const struct job_row *row);
-void store_evict(struct lite *st);
+/* After so many bytes were written: keeps results within the limit, and the disk's spare free. */
+void store_evict(struct lite *st, int64_t bytes);
+/* A write of so many bytes found no room on the disk: did older results give any? */
+bool store_evict_for(struct lite *st, int64_t bytes);
 
 /* -- store_list.c -- */
 enum store_answer lite_list(struct store *face, const struct store_query *q, struct store_page *page);

@@ -10,7 +10,7 @@
 #include <sys/statvfs.h>
 #include <unistd.h>
 
-enum { PATH_SIZE = 4096, NAME_BYTES = 16 };
+enum { PATH_SIZE = 4096, NAME_BYTES = 16, SPARE_PART = 8, SPARE_MOST = 64 << 20 };
 
 static bool look(const char *folder, const char *name, struct stat *st)
 {
@@ -34,12 +34,24 @@ unsigned long long store_place_free(const char *folder)
     return statvfs(folder, &v) == 0 ? (unsigned long long)v.f_bavail * v.f_frsize : 0;
 }
 
+unsigned long long store_place_spare(const char *folder)
+{
+    struct statvfs v;
+    unsigned long long part = statvfs(folder, &v) == 0 ? (unsigned long long)v.f_blocks * v.f_frsize / SPARE_PART : 0;
+    return part < SPARE_MOST ? part : SPARE_MOST;
+}
+
+unsigned long long store_place_size(const char *folder, const char *name)
+{
+    struct stat file;
+    return look(folder, name, &file) ? (unsigned long long)file.st_size : 0;
+}
+
 unsigned long long store_place_bytes(const char *folder, const char *name)
 {
-    struct stat file, log;
     char wal[64];
     snprintf(wal, sizeof wal, "%s-wal", name);
-    return (look(folder, name, &file) ? (unsigned long long)file.st_size : 0) + (look(folder, wal, &log) ? (unsigned long long)log.st_size : 0);
+    return store_place_size(folder, name) + store_place_size(folder, wal);
 }
 
 bool store_place_same(const struct store_place *a, const struct store_place *b)

@@ -16,7 +16,10 @@ struct store_place {
 bool store_place_of(const char *folder, struct store_place *place);
 /* Bytes that can still be written there; 0 where that cannot be told. */
 unsigned long long store_place_free(const char *folder);
-/* Of a file of the folder and its log (-wal); 0 where there is none. */
+/* Bytes that should stay free there, so that the queue can always be written: an eighth of the disk, 64 MiB at the most. */
+unsigned long long store_place_spare(const char *folder);
+/* Of a file of the folder alone, and with its log (-wal); 0 where there is none. */
+unsigned long long store_place_size(const char *folder, const char *name);
 unsigned long long store_place_bytes(const char *folder, const char *name);
 bool store_place_same(const struct store_place *a, const struct store_place *b);
 

@@ -1,5 +1,6 @@
 /* SHA-256 by GnuTLS. */
 #include "digest.h"
+#include "no_memory.h"
 
 #include <gnutls/crypto.h>
 #include <stdio.h>
@@ -7,16 +8,11 @@
 #include <string.h>
 
 /* GnuTLS takes memory for a digest, and fails for want of it alone. */
-static void no_memory(void)
-{
-    fputs("sgad: out of memory for a digest\n", stderr);
-    abort();
-}
 
 void digest(unsigned char out[DIGEST_BYTES], const void *data, size_t length)
 {
     if (gnutls_hash_fast(GNUTLS_DIG_SHA256, data, length, out) != 0)
-        no_memory();
+        no_memory("a digest");
 }
 
 /* SHA-256(first, newline, text) */
@@ -24,7 +20,7 @@ static void pair(unsigned char out[DIGEST_BYTES], const char *first, const void 
 {
     gnutls_hash_hd_t h;
     if (gnutls_hash_init(&h, GNUTLS_DIG_SHA256) != 0)
-        no_memory();
+        no_memory("a digest");
     gnutls_hash(h, first, strlen(first));
     gnutls_hash(h, "\n", 1);
     gnutls_hash(h, text, length);

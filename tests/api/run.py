@@ -8,6 +8,7 @@ sys.path[:0] = [HERE, os.path.dirname(HERE)]
 
 import access  # noqa: E402
 import audit  # noqa: E402
+import chaos  # noqa: E402
 import check  # noqa: E402
 import command  # noqa: E402
 import endpoints  # noqa: E402
@@ -50,6 +51,7 @@ OWN = [
     packed,
     upgrade,
     several,
+    chaos,
     page,
 ]
 

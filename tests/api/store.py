@@ -30,7 +30,8 @@ def again(d, c, jobs, label):
     for id_, was in jobs.items():
         a = d.get("/v1/jobs/" + id_)
         if c(a.status == 200, f"{label}: the job is there", a.body[:200]):
-            c(essence(d.wait(id_)) == was, f"{label}: the same answer")
+            now = d.wait(id_)
+            c(essence(now) == was, f"{label}: the same answer", (now["status"], now.get("error"), list(now)))
 
 
 def refused(d, c, label, word):
@@ -215,13 +216,15 @@ def kept(build, c):
 
 
 def long_list(build, c):
-    """A short list among very many jobs costs what it shows."""
+    """A short list among very many jobs costs what it shows (SGA_TEST_ROWS of them)."""
+    rows = int(os.environ.get("SGA_TEST_ROWS", "200000"))
     with Daemon(build, "--workers", "1") as d:
         some_jobs(d, 1)
         d.stop()
         with sqlite3.connect(path(d, "queue.db")) as db:
-            db.execute("WITH RECURSIVE n(k) AS (SELECT 1 UNION ALL SELECT k+1 FROM n WHERE k < 200000) INSERT INTO jobs(id, status, attempts, created,"
-                       " started, finished, request, sum, owner) SELECT printf('%032x', k), 2, 0, 1, 1, 1, x'7b7d', x'00', 'many' FROM n")
+            db.execute("WITH RECURSIVE n(k) AS (SELECT 1 UNION ALL SELECT k+1 FROM n WHERE k < ?) INSERT INTO jobs(id, status, attempts, created,"
+                       " started, finished, request, sum, owner) SELECT printf('%032x', k), 2, 0, 1, 1, 1, x'7b7d', x'00', 'many' FROM n",
+                       (rows,))
             db.execute("INSERT INTO interests(id, owner, status) SELECT id, owner, status FROM jobs WHERE owner = 'many'")
             plans = [str(db.execute("EXPLAIN QUERY PLAN " + q).fetchall()) for q in (
                 "SELECT * FROM interests i JOIN jobs j ON j.id = i.id WHERE i.seq < 9 AND i.owner = 'x' ORDER BY i.seq DESC LIMIT 5",
@@ -234,7 +237,7 @@ def long_list(build, c):
         for query in ("", "?status=failed", "?status=queued,failed", "?status=done&limit=500"):
             for _ in range(10):
                 c.status(d.get("/v1/jobs" + query), 200, "a list")
-        c(d.cpu() - before < 1, "lists among 200,000 jobs", d.cpu() - before)
+        c(d.cpu() - before < 1, f"lists among {rows} jobs", d.cpu() - before)
 
 
 def older(build, c):
@@ -367,4 +370,46 @@ def small_disk(build, c):
         os.rmdir(folder)
 
 
-ALL = [dropped, flipped, damaged, lost, gone, kept, long_list, older, no_room, small_disk]
+def results_give_way(build, c):
+    """A disk smaller than the share that results may have of it: older results go, every job ends, the service stays ready."""
+    folder = tempfile.mkdtemp(prefix="sgad-disk-")
+    mount = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64m", "tmpfs", folder], capture_output=True, check=False)
+    if mount.returncode != 0:
+        os.rmdir(folder)
+        return
+    try:
+        with Daemon(build, "--cache-memory", "0") as d:
+            d.stop()
+            shutil.rmtree(os.path.join(d.state, "sgad"))
+            os.symlink(folder, os.path.join(d.state, "sgad"))
+            d.start()
+            ids = []
+            for _ in range(80):                                # of a megabyte each
+                a = d.ask("POST", "/v1/jobs", moving(samples=12000))
+                c.status(a, (200, 202), "a job on a disk that results fill")
+                ids.append(a.json()["id"])
+                d.wait(ids[-1])
+            c(d.get("/v1/jobs/" + ids[-1]).json().get("result"), "the latest result is there")
+            c.status(d.get("/readyz"), 200, "ready")
+            c(d.get("/metrics").body.decode().split("\nsgad_results_evicted_total ")[1].split("\n")[0] != "0", "older results went")
+            free = os.statvfs(folder)
+            c(free.f_bavail * 25 > free.f_blocks, "a part of the disk stays free", (free.f_bavail, free.f_blocks))
+            # somebody else fills the disk to the last byte: a new result takes the place of older ones
+            with open(os.path.join(folder, "other"), "wb", buffering=0) as f:
+                try:
+                    while f.write(b"x" * 4096):
+                        pass
+                except OSError:
+                    pass
+            a = d.ask("POST", "/v1/jobs", trivial())
+            if a.status != 503:
+                c(d.wait(a.json()["id"])["status"] == "done", "a job on a disk that others fill")
+            os.remove(os.path.join(folder, "other"))
+            c(until(d, 200), "ready once there is room")
+            c(d.stop() == 0, "it ends with 0", d.errors())
+    finally:
+        subprocess.run(["umount", folder], check=False)
+        os.rmdir(folder)
+
+
+ALL = [results_give_way, dropped, flipped, damaged, lost, gone, kept, long_list, older, no_room, small_disk]

@@ -15,10 +15,16 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [HERE, os.path.dirname(HERE)]
 
 import access  # noqa: E402
+import audit  # noqa: E402
 import check  # noqa: E402
 import endpoints  # noqa: E402
+import isolation  # noqa: E402
 import life  # noqa: E402
+import limits  # noqa: E402
+import packed  # noqa: E402
+import page  # noqa: E402
 import refusals  # noqa: E402
+import shared  # noqa: E402
 import watch  # noqa: E402
 from common import Checks  # noqa: E402
 from daemon import Daemon  # noqa: E402
@@ -28,8 +34,11 @@ from tally import Tally  # noqa: E402
 
 # Those that neither damage files nor measure; the shared ones get a daemon of their own each.
 SHARED = [endpoints.job, endpoints.cache, endpoints.waiting, endpoints.listing, endpoints.trajectory, endpoints.sweep, endpoints.events, endpoints.conditional, endpoints.code,
-          check.check_all, check.request_of_job, refusals.bodies]
-OWN = [life.cancel, life.full, life.restart, life.crashed, life.drained, access.tokens, access.owners, access.shares, watch.stages, watch.logs, watch.evicted]
+          check.check_all, check.request_of_job, refusals.bodies, endpoints.about, endpoints.metrics, endpoints.tradeoff, check.check_bodies, check.check_hints,
+          refusals.paths, refusals.hosts, refusals.failed, refusals.unknown_words, refusals.large, packed.packing, packed.packing_head, page.page_files]
+OWN = [life.cancel, life.full, life.restart, life.crashed, life.drained, access.tokens, access.owners, access.shares, watch.stages, watch.logs, watch.evicted,
+       access.quotas, access.isolated, access.turns, audit.audit, audit.counted, life.killed, life.shutdown, limits.ended,
+       limits.refused, isolation.apart, shared.shared_tenants]
 GONE = (OSError, http.client.HTTPException, ValueError, AttributeError)
 
 

@@ -179,6 +179,48 @@ def upgrade(build, c):
         shutil.rmtree(folder, ignore_errors=True)
 
 
+def upgrade_idle(build, c):
+    """Connections that are kept alive: one that rests ends without a word and without a reset; one that is asked again and again is told which answer is the last."""
+    ask, last = b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n", {}
+    with Upgraded(build) as d:
+        kept = [socket.create_connection(("127.0.0.1", d.port), timeout=60) for _ in range(20)]
+        for s in kept:
+            s.sendall(ask)
+            first = s.recv(4096)
+            c(first.startswith(b"HTTP/1.1 200") and b"Connection: close" not in first, "upgrade: a connection is kept alive", first)
+
+        def rest(k):
+            try:
+                last[k] = kept[k].recv(4096)
+            except OSError as e:
+                last[k] = e
+
+        def go_on(k):
+            try:
+                last[k] = first
+                while b"Connection: close" not in last[k]:
+                    time.sleep(0.02)
+                    kept[k].sendall(ask)
+                    last[k] = kept[k].recv(4096)
+                last[k] += kept[k].recv(4096)
+            except OSError as e:
+                last[k] = e
+        threads = [threading.Thread(target=go_on if k % 2 else rest, args=(k,)) for k in range(len(kept))]
+        for t in threads:
+            t.start()
+        c(d.take_over(), "upgrade: with connections that are kept alive", d.errors())
+        for t in threads:
+            t.join(60)
+        c([last[k] for k in range(0, 20, 2)] == [b""] * 10, "upgrade: one that rests ends, and without a reset", last)
+        answers = [last[k] for k in range(1, 20, 2)]
+        c(all(isinstance(a, bytes) and a.startswith(b"HTTP/1.1 200") and a.count(b"HTTP/1.1") == 1 and b"Connection: close" in a for a in answers),
+          "upgrade: the last answer says so, and is whole", answers)
+        for s in kept:
+            s.close()
+        c.status(d.get("/healthz"), 200, "upgrade: the successor answers")
+        c(d.finish(), "upgrade: it ends by SIGTERM", d.errors())
+
+
 def upgrade_refused(build, c):
     """One that cannot start changes nothing; one without settings neither."""
     folder = tempfile.mkdtemp(prefix="sgad-upgrade-")
@@ -257,4 +299,4 @@ def upgrade_waiters(build, c):
         shutil.rmtree(folder, ignore_errors=True)
 
 
-ALL = [upgrade, upgrade_refused, upgrade_waiters]
+ALL = [upgrade, upgrade_idle, upgrade_refused, upgrade_waiters]

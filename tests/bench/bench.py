@@ -25,8 +25,10 @@ import chain  # noqa: E402
 import pencil  # noqa: E402
 import report  # noqa: E402
 import samples  # noqa: E402
+import service  # noqa: E402
 import sizes  # noqa: E402
 import tiers  # noqa: E402
+from cluster import Cluster  # noqa: E402
 from daemon import Daemon  # noqa: E402
 
 LINES = []
@@ -193,7 +195,7 @@ def timed(client, prepared):
 
 
 def per_request(pid, client, prepared, count):
-    for _ in range(200):
+    for _ in range(20):
         client.send(prepared)
     before = cpu(pid)
     for _ in range(count):
@@ -223,16 +225,17 @@ def http(build, folder):
         peer, stop = minimal(folder, body, reply)
         other = Client(peer[1])
         try:
+            for _ in range(60):      # short ones in turn: the least of each is what it costs where nobody else has the processor
+                best[0].append(per_request(d.process.pid, client, client.prepare(body), 200))
+                best[1].append(per_request(peer[0], other, other.prepare(body), 200))
             for _ in range(3):
-                best[0].append(per_request(d.process.pid, client, client.prepare(body), 4000))
-                best[1].append(per_request(peer[0], other, other.prepare(body), 4000))
                 rates[0].append(hammer(folder, d.port, client.prepare(body)))
                 rates[1].append(hammer(folder, peer[1], other.prepare(body)))
         finally:
             other.close()
             stop()
         ours, theirs = min(best[0]), min(best[1])
-        show("CPU of a cache hit / of a minimal server", f"{ours / theirs:.2f}", "<= 1.5", ours <= 1.5 * theirs,
+        show("CPU of a cache hit / of a minimal server", f"{ours / theirs:.2f}", "<= 0.9", ours <= 0.9 * theirs,
              f"{1e6 * ours:.1f} us, {1e6 * theirs:.1f} us a request")
         ours, theirs = max(rates[0]), max(rates[1])
         show("cache hits a second / of a minimal server", f"{ours / theirs:.2f}", ">= 0.8", ours >= 0.8 * theirs,
@@ -253,7 +256,7 @@ def hammer(folder, port, prepared, seconds=2):
 def heavy(k):
     """Some tenths of a second of integration."""
     return {"system": {"form": "equations", "variables": ["x"], "equations": [f"x'' = -{k}*x + (" + "+".join(f"sin(x + {i})" for i in range(60)) + ")*1e-9"]},
-            "want": ["trajectory"], "trajectory": {"start": 0, "stop": 60, "samples": 2, "initial": {"x": 1, "x'": 0}}, "limits": {"seconds": 100}}
+            "want": ["trajectory"], "trajectory": {"start": 0, "stop": 400, "samples": 2, "initial": {"x": 1, "x'": 0}}, "limits": {"seconds": 100}}
 
 
 def finish_all(d, requests):
@@ -332,6 +335,18 @@ def interpreted(build):
         show(f"{name}: interpreted / machine code", f"{slow / fast:.1f}", note=f"{1e3 * slow:.1f} ms, {1e3 * fast:.1f} ms")
 
 
+def hostile(build):
+    service.hostile(lambda *flags: Daemon(build, *flags), Client, timed, show)
+
+
+def shared(build, folder):
+    print("daemons on PostgreSQL")
+    with Cluster() as server:
+        service.hits(build, server, lambda *flags: Daemon(build, *flags), Client, trivial, cpu, show)
+        service.two_daemons(build, server, lambda *flags: Daemon(build, *flags), heavy, own_speedup, folder, show)
+        service.claims(build, server, show)
+
+
 def written(build, folder):
     with Daemon(build, "--log-level", "warn", "--workers", "1") as d:
         samples.run(d, folder, show)
@@ -387,7 +402,7 @@ def main():
             os.symlink(os.path.join(folder, program), os.path.join(work, program))
         parts = {"arm": lambda: arm(work), "corpus": lambda: corpus(build, work), "chains": lambda: chains(work),
                  "pencil": lambda: pencil.run(work, measure, show), "sizes": lambda: sizes.run(build, work, show), "operators": lambda: operators(work), "sweep": lambda: sweep(work), "http": lambda: http(build, work),
-                 "workers": lambda: workers(build, work), "samples": lambda: written(build, work), "executors": lambda: executors(work),
+                 "workers": lambda: workers(build, work), "hostile": lambda: hostile(build), "shared": lambda: shared(build, work), "samples": lambda: written(build, work), "executors": lambda: executors(work),
                  "interpreted": lambda: interpreted(build), "balls": lambda: balls.balls(work, measure, show), "tiers": lambda: tiers.run(build, show),
                  "integrators": lambda: integrators(build)}
         if sys.argv[2:] == ["--parts"]:
