@@ -5,6 +5,7 @@
 #include "coordinates.h"
 #include "defined.h"
 #include "flow.h"
+#include "given_rows.h"
 #include "mem.h"
 #include "sparse.h"
 #include "start_relations.h"
@@ -76,12 +77,10 @@ static bool consistent_as_is(const struct sys_system *sys, const struct sga_solu
     return ok;
 }
 
-bool traj_consistent(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
-                     struct traj_initial *r, struct sga_error *err)
+static bool consistent(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+                       struct traj_initial *r, struct sga_error *err)
 {
     struct defined d;
-    if (start_relations_any(rq))
-        return start_relations_consistent(sys, sol, rq, r, err);
     if (!defined_any(sol, rq))
         return consistent_as_is(sys, sol, rq, r, err);
     *r = (struct traj_initial){ 0 };
@@ -92,6 +91,19 @@ bool traj_consistent(const struct sys_system *sys, const struct sga_solution *so
         ok = false;
     }
     defined_clear(&d);
+    return ok;
+}
+
+bool traj_consistent(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+                     struct traj_initial *r, struct sga_error *err)
+{
+    if (start_relations_any(rq))
+        return start_relations_consistent(sys, sol, rq, r, err);
+    bool ok = consistent(sys, sol, rq, r, err);
+    if (ok && !given_rows_hold(sys, rq, r->x, err)) {
+        traj_initial_clear(r);
+        ok = false;
+    }
     return ok;
 }
 

@@ -12,6 +12,7 @@
 #include "defined.h"
 #include "enclosed.h"
 #include "flow.h"
+#include "given_rows.h"
 #include "impulse.h"
 #include "inputs.h"
 #include "jumps.h"
@@ -627,6 +628,9 @@ static bool run_once(const struct sys_system *sys, const struct sga_solution *so
     return ok;
 }
 
+/* Constraints that hold so well are no reason to ask the equations. */
+static const double SURE_RESIDUAL = 1e-9;
+
 bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
               struct traj_result *r, struct sga_error *err)
 {
@@ -635,6 +639,11 @@ bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, cons
     if (jumps_any(rq))
         return jumps_run(sys, sol, rq, r, err);
     bool ok = run_once(sys, sol, rq, r, err);
+    if (ok && !(r->residual <= SURE_RESIDUAL) && !given_rows_hold(sys, rq, r->initial, err)) {
+        memcpy(err->stage, "trajectory", 11);
+        traj_result_clear(r);
+        ok = false;
+    }
     if (ok)
         go_through(sys, sol, rq, r);
     return ok;
