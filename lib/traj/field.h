@@ -107,6 +107,8 @@ bool field_code_holds(const struct field *f, int calls);
 /* stratum.c. After a motion from start that seemed to grow without bound at end_t: the pivot, of the reduction or (choice)
  * of the gauge choice, that tends to 0 there while what it depends on stays finite, or -1. */
 int field_approaches(struct field *f, const double *start, double start_t, double end_t, bool choice);
+/* When that pivot is 0, from the last point inside, to the third power of the way there; not a number: not known. */
+double field_zero_ahead(struct field *f, int pivot);
 
 /* Inside this module.
  *

@@ -17,6 +17,9 @@ static const double GROWN = 1e3;
  * motions that stop short of the stratum, because what grows leaves no digits for steps. */
 static const struct { double shrunk, soon; } near_zero[] = { { 1e-4, 1e-3 }, { 1, 1e-5 } };
 
+/* Zeros of higher order fall early, and are told by where they are. */
+static const double SMALL_THERE = 1e-2, SOON_THERE = 1e-3;
+
 /* p depends on no variable that grows. */
 static bool stays_finite(const struct field *f, expr_id p, const unsigned char *grown)
 {
@@ -32,8 +35,8 @@ static bool stays_finite(const struct field *f, expr_id p, const unsigned char *
     return ok;
 }
 
-/* p and its derivative along v, from the last point inside. */
-static bool along(const struct field *f, expr_id p, const double *v, double out[2])
+/* p and its derivative along v, at (t, x). */
+static bool along(const struct field *f, expr_id p, double t, const double *x, const double *v, double out[2])
 {
     struct expr_store *st = f->sys->store;
     int n = f->n, *inputs = sga_malloc((size_t)(n + 1) * sizeof *inputs);
@@ -42,7 +45,7 @@ static bool along(const struct field *f, expr_id p, const double *v, double out[
     root[0] = p;
     for (int j = 0; j <= n; j++) {
         inputs[j] = j < n ? f->sys->variable[j].symbol : f->sys->time;
-        in[j] = j < n ? f->here[j] : f->here_t;
+        in[j] = j < n ? x[j] : t;
         root[j + 1] = j < n ? expr_diff(st, p, inputs[j]) : expr_time_partial(st, p, inputs[j]);
     }
     struct sga_error ignored = { 0 };
@@ -60,6 +63,71 @@ static bool along(const struct field *f, expr_id p, const double *v, double out[
     return ok && isfinite(out[1]);
 }
 
+/* The field as its expressions have it, whatever its pivots are. */
+static bool plain(struct field *f, double t, const double *x, double *v)
+{
+    field_load(f, t, x);
+    bool ok = f->fast && num_tape_eval(f->direct, f->in, f->direct_out);
+    for (int j = 0; j < f->n && ok; j++) {
+        v[j] = f->direct_out[j];
+        ok = isfinite(v[j]);
+    }
+    return ok;
+}
+
+/* One step of the classical method of order four. */
+static bool runge(struct field *f, double t, double h, double *x)
+{
+    size_t n = (size_t)f->n;
+    double *k = sga_malloc(6 * (n + 1) * sizeof *k), *y = k + 4 * (n + 1);
+    bool ok = true;
+    for (int s = 0; s < 4 && ok; s++) {
+        double part = s == 0 ? 0 : s == 3 ? 1 : 0.5;
+        for (size_t j = 0; j < n; j++)
+            y[j] = x[j] + (s ? part * h * k[(size_t)(s - 1) * (n + 1) + j] : 0);
+        ok = plain(f, t + part * h, y, k + (size_t)s * (n + 1));
+    }
+    for (size_t j = 0; j < n && ok; j++)
+        x[j] += h / 6 * (k[j] + 2 * k[n + 1 + j] + 2 * k[2 * (n + 1) + j] + k[3 * (n + 1) + j]);
+    free(k);
+    return ok;
+}
+
+/* p/p' is 0 where p is, of whatever order, and has a slope there: by a parabola through three of its values on the way made, the last of them at the last
+ * point inside. What grows has no part in p, nor, as far as the field is smooth in the others, in these. */
+double field_zero_ahead(struct field *f, int pivot)
+{
+    enum { PLACES = 3 };
+    static const double back[PLACES] = { 0, 1, 3 };
+    size_t n = (size_t)f->n;
+    double *x = sga_malloc(2 * (n + 1) * sizeof *x), *v = x + n + 1, t[PLACES], u[PLACES], p[2], gap = 0;
+    bool ok = true;
+    for (int k = 0; k < PLACES && ok; k++) {
+        for (size_t j = 0; j < n; j++)
+            x[j] = f->here[j];
+        for (int s = 0; s < (int)back[k] && ok; s++)
+            ok = runge(f, f->here_t - s * gap, -gap, x);
+        t[k] = -back[k] * gap;
+        ok = ok && plain(f, f->here_t + t[k], x, v) && along(f, f->pivot_expr[pivot], f->here_t + t[k], x, v, p) && p[1] != 0;
+        u[k] = ok ? p[0] / p[1] : 0;
+        if (k == 0)
+            gap = -u[0];
+        ok = ok && gap != 0;
+    }
+    free(x);
+    if (!ok)
+        return NAN;
+    /* t as a polynomial of u, at u = 0 */
+    double at = 0;
+    for (int k = 0; k < PLACES; k++) {
+        double part = t[k];
+        for (int m = 0; m < PLACES; m++)
+            part *= m == k ? 1 : u[m] / (u[m] - u[k]);
+        at += part;
+    }
+    return f->here_t + at;
+}
+
 int field_approaches(struct field *f, const double *start, double start_t, double end_t, bool choice)
 {
     int found = -1, n = f->n;
@@ -70,16 +138,18 @@ int field_approaches(struct field *f, const double *start, double start_t, doubl
     double *x = sga_malloc((size_t)(n + 1) * sizeof *x);
     for (int j = 0; j < n; j++)
         x[j] = f->here[j];
-    bool moves = field_eval(f, f->here_t, x, v);
+    bool moves = field_eval(f, f->here_t, x, v) || plain(f, f->here_t, x, v);
     double soonest = INFINITY;      /* where one of them falls fast, so do others that depend on the same */
     for (int q = choice ? f->chosen : 0; q < (choice ? f->pivots : f->chosen) && moves; q++) {
         expr_id e = f->pivot_expr[q];
-        if (!stays_finite(f, e, grown) || !along(f, e, v, p) || p[1] == 0)
+        if (!stays_finite(f, e, grown) || !along(f, e, f->here_t, x, v, p) || p[1] == 0)
             continue;
         double left = -p[0] / p[1] / passed;
         bool near = p[0] == 0;
         for (int k = 0; k < 2 && left > 0; k++)
             near |= left < near_zero[k].soon && fabs(p[0]) <= near_zero[k].shrunk * f->pivot_start[q];
+        if (!near && left > 0 && fabs(p[0]) <= SMALL_THERE * f->pivot_start[q])
+            near = fabs(field_zero_ahead(f, q) - end_t) <= SOON_THERE * fabs(passed);
         if (near && left < soonest) {
             soonest = left;
             found = q;

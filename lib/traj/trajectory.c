@@ -107,6 +107,9 @@ static void say_stratum(struct flow *f, struct traj_result *r)
     sga_buf_free(&text);
 }
 
+/* Of the way made: with tight tolerances corrections are roundings as soon as a hundredth of a pivot is left. */
+static const double NEAR_FALL = 1e-2;
+
 /* What grows without bound may be what a stratum leaves undetermined. */
 static void look_for_stratum(struct flow *f, const struct traj_request *rq, struct traj_result *r)
 {
@@ -117,6 +120,9 @@ static void look_for_stratum(struct flow *f, const struct traj_request *rq, stru
     if (rates >= 0 && expr_print(f->field.sys->store, f->field.pivot_expr[rates], 120, &text))
         snprintf(r->ended_detail + before, sizeof r->ended_detail - before, "; the rates asked for divide by %s, which tends to 0", text.data);
     else if (pivot >= 0 && expr_print(f->field.sys->store, f->field.pivot_expr[pivot], 120, &text)) {
+        double zero = field_zero_ahead(&f->field, pivot), back = rq->times[rq->samples - 1] < rq->start ? -1 : 1;
+        if (fabs(zero - r->ended_t) <= NEAR_FALL * fabs(r->ended_t - rq->start) && (!r->rows || back * (zero - r->t[r->rows - 1]) >= 0))
+            r->ended_t = zero;
         r->ended_reason = "stratum";
         r->stratum = true;
         snprintf(r->ended_detail, sizeof r->ended_detail, "the rank of the equations drops where %s = 0, which the motion tends "
@@ -194,9 +200,6 @@ static bool by_numbers(enum ode_reason reason)
 {
     return reason == ODE_CONSTRAINT_LOST || reason == ODE_LEFT_DOMAIN || reason == ODE_NOT_SMOOTH || reason == ODE_BLOW_UP || reason == ODE_STEP_LIMIT;
 }
-
-/* Of the way made: with tight tolerances corrections are roundings as soon as a hundredth of a pivot is left. */
-static const double NEAR_FALL = 1e-2;
 
 /* Endings that the field, its pivots, its denominators or the given equations explain. */
 static void explain_end(struct flow *f, const struct traj_request *rq, enum ode_reason reason, struct traj_result *r)
