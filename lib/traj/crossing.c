@@ -200,44 +200,62 @@ static bool collocate(const struct way *w, const struct scheme *s, double *x, do
     return ok;
 }
 
-/* The motion before, at the times that this half step asks for; and the begin of the step. */
-static bool look_back(struct way *w, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq)
+/* How far before the place, in half steps, the motion is known: the step's begin first, then Chebyshev's points. */
+static double before_place(int i)
 {
-    size_t n = (size_t)sys->variables;
+    return i == 0 ? 1 : 0.5 * (FAR + NEAR) + 0.5 * (FAR - NEAR) * cos((2 * i - 1) * M_PI / (2.0 * BEFORE));
+}
+
+/* The motion before, at the times that all lengths ask for. */
+struct past { int count; double t[LENGTHS * (BEFORE + 1)]; struct traj_result r; };
+
+static int further_back(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x < y) - (x > y);
+}
+
+static bool past_make(struct past *p, const struct way *w, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq)
+{
     struct traj_request q = *rq;
-    struct traj_result r;
     struct sga_error ignored = { 0 };
-    double times[BEFORE + 1];
-    int count = 0, whole = -1;
-    for (int i = 0; i < BEFORE; i++) {        /* Chebyshev's points */
-        double s = 0.5 * (FAR + NEAR) + 0.5 * (FAR - NEAR) * cos((2 * i + 1) * M_PI / (2.0 * BEFORE));
-        if (whole < 0 && s < 1) {
-            whole = count;
-            times[count++] = w->at - w->half;
-        }
-        times[count++] = w->at - s * w->half;
-    }
-    q.times = times;
-    q.samples = count;
+    double half = fabs(w->half), side = w->half < 0 ? -1 : 1;
+    p->count = 0;
+    for (int k = 0; k < LENGTHS; k++, half *= SHRINK)
+        for (int i = 0; i <= BEFORE; i++)
+            p->t[p->count++] = before_place(i) * half;
+    qsort(p->t, (size_t)p->count, sizeof *p->t, further_back);
+    for (int i = 0; i < p->count; i++)
+        p->t[i] = w->at - side * p->t[i];
+    q.times = p->t;
+    q.samples = p->count;
     q.outputs = q.events = q.integrals = q.valueds = 0;
     q.beside = NULL;
     q.event_side = NULL;
     q.arithmetic = TRAJ_DOUBLE;
     q.single = true;
     q.ends_there = true;
-    if (!traj_run(sys, sol, &q, &r, &ignored))
+    return traj_run(sys, sol, &q, &p->r, &ignored);
+}
+
+/* What this half step looks at. False: the motion did not come so far. */
+static bool look_back(struct way *w, const struct past *p)
+{
+    size_t n = (size_t)w->f->n;
+    if (p->r.columns != (int)n)
         return false;
-    bool ok = r.rows == count && r.columns == (int)n;
-    for (int i = 0, k = 0; i < count && ok; i++) {
-        if (i == whole) {
-            memcpy(w->x0, r.value + (size_t)i * n, n * sizeof(double));
-            continue;
-        }
-        w->before_t[k] = times[i];
-        memcpy(w->before + (size_t)k++ * n, r.value + (size_t)i * n, n * sizeof(double));
+    for (int i = 0; i <= BEFORE; i++) {
+        double t = w->at - before_place(i) * w->half;
+        int row = 0;
+        while (row < p->r.rows && !(fabs(p->r.t[row] - t) <= 1e-9 * fabs(w->half)))
+            row++;
+        if (row == p->r.rows)
+            return false;
+        if (i > 0)
+            w->before_t[i - 1] = p->r.t[row];
+        memcpy(i > 0 ? w->before + (size_t)(i - 1) * n : w->x0, p->r.value + (size_t)row * n, n * sizeof(double));
     }
-    traj_result_clear(&r);
-    return ok;
+    return true;
 }
 
 /* Whether events happen on the far side of the step: they are found in steps of the usual kind only. */
@@ -377,17 +395,19 @@ bool crossing_find(const struct sys_system *sys, const struct sga_solution *sol,
     w.asked = w.scale + n + 1;
     w.before = sga_malloc((BEFORE + 2) * (n + 1) * sizeof *w.before);
     w.x0 = w.before + (size_t)BEFORE * n;
-    bool ok = flow_init(w.f, sys, sol, rq, &ignored), found = false;
+    struct past past = { 0 };
     struct scheme fine, coarse;
+    bool ok = flow_init(w.f, sys, sol, rq, &ignored) && past_make(&past, &w, sys, sol, rq), found = false;
     scheme_make(&fine, POINTS);
     scheme_make(&coarse, FEWER);
     for (int k = 0; k < LENGTHS && ok && !found && sga_budget_ok(rq->budget, &ignored); k++, w.half *= SHRINK) {
-        if (!look_back(&w, sys, sol, rq))
+        if (!look_back(&w, &past))
             continue;
         take_scale(&w);
         ok = w.f->field.rank >= 0 || field_begin(&w.f->field, w.at - w.half, w.x0, &ignored);
         found = ok && try_step(&w, &fine, &coarse, c);
     }
+    traj_result_clear(&past.r);
     if (!found) {
         flow_clear(w.f);
         free(w.f);

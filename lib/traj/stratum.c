@@ -18,7 +18,10 @@ static const double GROWN = 1e3;
 static const struct { double shrunk, soon; } near_zero[] = { { 1e-4, 1e-3 }, { 1, 1e-5 } };
 
 /* Zeros of higher order fall early, and are told by where they are. */
-static const double SMALL_THERE = 1e-2, SOON_THERE = 1e-3;
+static const double SMALL_THERE = 1e-2, SOON_THERE = 1e-3, LARGE_THERE = 10, AS_POLE = 0.3;
+
+/* By a line and by a parabola, of the way there. */
+static const double ALIKE = 0.05;
 
 /* p depends on no variable that grows. */
 static bool stays_finite(const struct field *f, expr_id p, const unsigned char *grown)
@@ -125,7 +128,17 @@ double field_zero_ahead(struct field *f, int pivot)
             part *= m == k ? 1 : u[m] / (u[m] - u[k]);
         at += part;
     }
-    return f->here_t + at;
+    double line = t[0] - u[0] * (t[1] - t[0]) / (u[1] - u[0]);
+    return fabs(at - line) <= ALIKE * fabs(at) ? f->here_t + at : NAN;     /* else it is no zero that these see */
+}
+
+/* Some variable is large, and grows as what has a pole at the end of this way does (a turn back has a derivative without bound, too). */
+static bool rises(const struct field *f, const double *start, const double *v, double way)
+{
+    bool any = false;
+    for (int j = 0; j < f->n; j++)
+        any |= fabs(f->here[j]) > LARGE_THERE * (1 + fabs(start[j])) && fabs(v[j] * way) > AS_POLE * fabs(f->here[j]);
+    return any;
 }
 
 int field_approaches(struct field *f, const double *start, double start_t, double end_t, bool choice)
@@ -148,8 +161,10 @@ int field_approaches(struct field *f, const double *start, double start_t, doubl
         bool near = p[0] == 0;
         for (int k = 0; k < 2 && left > 0; k++)
             near |= left < near_zero[k].soon && fabs(p[0]) <= near_zero[k].shrunk * f->pivot_start[q];
-        if (!near && left > 0 && fabs(p[0]) <= SMALL_THERE * f->pivot_start[q])
-            near = fabs(field_zero_ahead(f, q) - end_t) <= SOON_THERE * fabs(passed);
+        if (!near && left > 0 && fabs(p[0]) <= SMALL_THERE * f->pivot_start[q]) {
+            double zero = field_zero_ahead(f, q);
+            near = fabs(zero - end_t) <= SOON_THERE * fabs(passed) && rises(f, start, v, zero - f->here_t);
+        }
         if (near && left < soonest) {
             soonest = left;
             found = q;

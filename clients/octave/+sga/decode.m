@@ -11,7 +11,7 @@ end
 
 % The members of answers that are objects by name, or lists of such (schema/result.json).
 function yes = by_name(member)
-  yes = any(strcmp(member, {'combination', 'components', 'derivatives', 'field', 'fields', 'fixed', 'found_at', 'given', 'initial_values', 'irregular_places', 'momenta', 'moves', 'not_found_at', 'not_modelled', ...
+  yes = any(strcmp(member, {'combination', 'components', 'derivatives', 'field', 'fields', 'fixed', 'found_at', 'given', 'impulse', 'initial_values', 'irregular_places', 'mode', 'momenta', 'moves', 'not_found_at', 'not_modelled', ...
     'parameters', 'point', 'projected', 'pull_back', 'substituted', 'values'}));
 end
 
