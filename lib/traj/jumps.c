@@ -406,7 +406,7 @@ static bool pass_run(struct pass *p, const struct sys_system *sys, const struct 
         ok = sga_budget_ok(rq->budget, err) && traj_run(s.mode->sys, s.mode->sol, &q.q, &piece, err);
         if (!ok)
             break;
-        if (!p->jumps) {
+        if (!p->r.initial) {
             p->r.initial = piece.initial;
             p->r.moved = piece.moved;
             piece.initial = NULL;
