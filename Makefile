@@ -108,7 +108,7 @@ CLIENT_DEPS := formats tools run plot export base
 # Folders of server/ or lib/ as places that includes are looked for in.
 quote = $(foreach d,$(1),-iquote $(if $(filter $(d),$(SERVER_FLOORS)),server,lib)/$(d))
 
-LIBS := -lflint-arb -lflint -lmpfr -lgmp -lklu -lamd -lcolamd -lbtf -lsuitesparseconfig -lgsl -lgslcblas -ljansson -lm
+LIBS := -lflint-arb -lflint -lmpfr -lgmp -lklu -lldl -lamd -lcolamd -lbtf -lsuitesparseconfig -lgsl -lgslcblas -ljansson -lm
 # A store that daemons share needs libpq; POSTGRES= builds without, and so it is where libpq-dev is not installed.
 POSTGRES ?= $(if $(wildcard /usr/include/postgresql/libpq-fe.h),1)
 SERVER_LIBS := -lmicrohttpd -lsqlite3 -lgnutls -lseccomp -lz -lpthread $(if $(POSTGRES),-lpq)
