@@ -182,6 +182,32 @@ async function documented(browser) {
   await page.context().close();
 }
 
+// Responses, eigenvalues and work-precision as pictures: numbers of a system that is known.
+async function pictured(browser) {
+  const { page, log } = await open(browser, url), points = d => d.split(/[ML]/).filter(Boolean).map(p => p.split(/[ h]/).map(Number));
+  await page.click("input[value=json] + span");
+  await page.fill("textarea", JSON.stringify({ system: { form: "descriptor", states: ["v", "i"], inputs: ["u"], outputs: ["vc", "ic"], E: [[1, 0], [0, 0]], A: [[0, 1], [-1, -1]], B: [[0], [1]], C: [[1, 0], [0, 1]] },
+    want: ["transfer", "linearization"], transfer: { frequencies: { from: "1/100", to: 100, points: 41 } } }));
+  await run(page);
+  await tab(page, "Plots");
+  const shown = () => page.$$eval("#panel-Plots figure", all => all.map(f => ({ title: f.textContent, drawn: f.querySelector("img").naturalWidth > 0, lines: [...new DOMParser().parseFromString(decodeURIComponent(f.querySelector("img").src.slice(19)), "image/svg+xml").querySelectorAll("path[fill=none]")].map(p => p.getAttribute("d")) })));
+  const all = await shown();
+  check(all.map(f => f.title.replace(" Save SVG", "")).join() === "Magnitude in dB,Phase in degrees,Poles and zeros,Eigenvalues" && all.every(f => f.drawn), "Bode, poles, eigenvalues are drawn", all.map(f => f.title));
+  const [low, high] = all[0].lines.map(points), middle = low[20], ends = [low[0][1], high[40][1]];
+  check(low.length === 41 && Math.abs(middle[1] - high[20][1]) < 0.1 && Math.abs(ends[0] - ends[1]) < 0.1 && middle[1] > ends[0], "Bode: both -3 dB at 1, 0 dB at the ends", [middle, ends]);
+  const [first, second] = all[1].lines.map(points);
+  check(first.every((p, i) => i === 0 || p[1] > first[i - 1][1]) && first.every((p, i) => Math.abs(p[1] - second[i][1] - (first[0][1] - second[0][1])) < 0.1), "Bode: phases fall, a quarter apart", first.slice(0, 3));
+  check(all[2].lines.length === 1 && points(all[2].lines[0]).length === 1, "one pole, no zero", all[2].lines);
+  await page.fill("textarea", JSON.stringify({ system: { form: "equations", variables: ["x"], equations: ["x' = -x"] }, want: ["tradeoff"], trajectory: { stop: 1, samples: 3, initial: { x: 1 } } }));
+  await run(page);
+  await tab(page, "Plots");
+  const work = (await shown()).at(-1);
+  check(/^Work and precision/.test(work?.title) && work.drawn && work.lines.length >= 2 && work.lines.some(l => points(l).length >= 3), "work and precision by method", work);
+  await accessible(page, "pictures");
+  check(log.length === 0, "pictured: no errors", log);
+  await page.context().close();
+}
+
 async function stopping(browser) {
   const { page, log } = await open(browser, url);
   await page.click("input[value=json] + span");
@@ -266,7 +292,7 @@ async function looks(browser) {
 }
 
 const browser = await chromium.launch({ executablePath: process.env.CHROMIUM || "/usr/bin/chromium", args: ["--no-sandbox", "--disable-gpu"] });
-for (const part of [examples, marks, ways, documented, stopping, refusals, tokens, looks])
+for (const part of [examples, marks, ways, documented, pictured, stopping, refusals, tokens, looks])
   try { await part(browser); } catch (e) { check(false, part.name, String(e.stack ?? e)); }
 await browser.close();
 console.log(`${passed} passed, ${failed} failed`);
