@@ -1,8 +1,9 @@
 // The page in a browser, against a daemon: check.mjs URL TOKEN_URL TOKEN NODE_FOLDER PICTURES
 // Every check is counted; the last line is "N passed, N failed".
 import { createRequire } from "node:module";
-import { mkdirSync, readFileSync } from "node:fs";
-import { join } from "node:path";
+import { existsSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
+import { dirname, join } from "node:path";
+import { fileURLToPath } from "node:url";
 
 const [url, guarded, token, modules, pictures] = process.argv.slice(2);
 const require = createRequire(join(modules, "/"));
@@ -260,6 +261,23 @@ async function tokens(browser) {
   await page.context().close();
 }
 
+// A picture as 24 x 16 mean greys: what is somewhere else, missing or of another colour shows; fonts and smoothing do not. PAGE_PICTURES=write keeps them anew.
+const kept = join(dirname(fileURLToPath(import.meta.url)), "pictures.json"), known = existsSync(kept) ? JSON.parse(readFileSync(kept, "utf8")) : {};
+async function compared(page, name, png) {
+  const greys = await page.evaluate(async source => {
+    const image = new Image(), canvas = new OffscreenCanvas(240, 160), to = canvas.getContext("2d");
+    image.src = source;
+    await image.decode();
+    to.drawImage(image, 0, 0, 240, 160);
+    const p = to.getImageData(0, 0, 240, 160).data, sums = Array(384).fill(0);
+    for (let i = 0; i < 38400; i++) sums[Math.floor(i / 2400) * 24 + Math.floor(i % 240 / 10)] += (p[4 * i] + p[4 * i + 1] + p[4 * i + 2]) / 300;
+    return sums.map(Math.round);
+  }, "data:image/png;base64," + png.toString("base64"));
+  if (process.env.PAGE_PICTURES === "write") { known[name] = greys; writeFileSync(kept, "{" + Object.entries(known).map(([k, v]) => `\n"${k}": ${JSON.stringify(v)}`).join(",") + "\n}\n"); }
+  const apart = greys.map((v, i) => Math.abs(v - (known[name]?.[i] ?? 999))), mean = apart.reduce((a, b) => a + b) / 384;
+  check(mean < 0.7 && Math.max(...apart) < 16, `${name}: the picture is as it was`, `${mean} apart, ${Math.max(...apart)} at most`);
+}
+
 async function looks(browser) {
   for (const [scheme, zoom] of [["light", 1], ["dark", 1], ["light", 2]]) {
     const { page, log } = await open(browser, url, { colorScheme: scheme, viewport: { width: 1360 / zoom, height: 850 / zoom }, deviceScaleFactor: zoom });
@@ -277,7 +295,8 @@ async function looks(browser) {
     for (const kind of ["phase plane", "errors by row", "against time"]) {
       await page.selectOption("[aria-label=Plot]", kind);
       await page.waitForSelector("#panel-Plots .u-over");
-      await page.screenshot({ path: join(pictures, `${scheme}-${zoom}-${kind.replaceAll(" ", "-")}.png`) });
+      const name = `${scheme}-${zoom}-${kind.replaceAll(" ", "-")}`;
+      await compared(page, name, await page.screenshot({ path: join(pictures, name + ".png") }));
     }
     await page.fill("textarea", "x' = 3*y +* 2");
     await page.waitForSelector("#said.wrong");
