@@ -11,6 +11,7 @@
 #   make coverage [SUITES="unit cases"]     which lines the tests come by, by folder
 #   make mutants [FOLDERS="sga traj"] [MUTANTS=40]     small errors put into the code: which ones no test sees
 #   make deb-test [FULL=1]   two builds give the same bytes; the packages in a fresh Debian root: installed, run, upgraded, purged
+#   make arm64-test          built for arm64 and run by qemu: the same answers as here, interpreted
 #   make kill-test [ROUNDS=1000]   kill -9 at random moments, nothing accepted is lost
 #   make chaos-test [JOBS=10000]   three daemons on one database under chaos: no accepted job lost, ended twice or mixed up
 #   make faults-test [TURNS=20] [IMAGES=300]   tests of the API with one call after the other failing; losses of power
@@ -108,7 +109,7 @@ CLIENT_DEPS := formats tools run plot export base
 # Folders of server/ or lib/ as places that includes are looked for in.
 quote = $(foreach d,$(1),-iquote $(if $(filter $(d),$(SERVER_FLOORS)),server,lib)/$(d))
 
-LIBS := -lflint-arb -lflint -lmpfr -lgmp -lklu -lamd -lcolamd -lbtf -lsuitesparseconfig -lgsl -lgslcblas -ljansson -lm
+LIBS := -lflint-arb -lflint -lmpfr -lgmp -lklu -lldl -lamd -lcolamd -lbtf -lsuitesparseconfig -lgsl -lgslcblas -ljansson -lm
 # A store that daemons share needs libpq; POSTGRES= builds without, and so it is where libpq-dev is not installed.
 POSTGRES ?= $(if $(wildcard /usr/include/postgresql/libpq-fe.h),1)
 SERVER_LIBS := -lmicrohttpd -lsqlite3 -lgnutls -lseccomp -lz -lpthread $(if $(POSTGRES),-lpq)
@@ -124,7 +125,7 @@ SERVER_OBJ := $(SERVER_SRC:%.c=$(B)/%.o) $(B)/server/embedded.o $(B)/server/page
 # daemon does; it needs no JSON library. A tradeoff is shown by the same code too.
 CLIENT_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard clients/*.c)) $(addprefix $(B)/server/,tools/json_scan.o tools/json_string.o) $(patsubst %.c,$(B)/%.o,$(wildcard server/formats/*.c))
 
-.PHONY: all lib python shared install uninstall deb deb-test FORCE run test quick units lint coverage mutants unit bench kill-test chaos-test faults-test many-test order-test soak-test fuzz fuzz-build clean deps check-deps
+.PHONY: all lib python shared install uninstall deb deb-test arm64-test FORCE run test quick units lint coverage mutants unit bench kill-test chaos-test faults-test many-test order-test soak-test fuzz fuzz-build clean deps check-deps
 all: $(B)/sgad $(B)/sga $(B)/libsga.a
 lib: $(B)/libsga.a
 # The Python client as a wheel, by the standard library alone.
@@ -285,6 +286,9 @@ deb:
 deb-test:
 	@tests/setup deb
 	@PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 tests/deb_root.py $(B)
+arm64-test:
+	@tests/setup arm64
+	@PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 tests/arm64_check.py $(B)
 
 # Unit tests: tests/unit/FOLDER_what.c is linked with its folder's floors only.
 UNIT_SRC := $(if $(FLOOR),$(wildcard tests/unit/$(FLOOR)_*.c),$(wildcard tests/unit/*.c))

@@ -7,6 +7,7 @@ import * as plain from "./plain.js";
 import { places, range } from "./places.js";
 import * as views from "./answer.js";
 import { accuracy, motion } from "./plots.js";
+import { charts } from "./charts.js";
 import { link, snippets, unpack } from "./share.js";
 import { list } from "./jobs.js";
 
@@ -184,13 +185,13 @@ function cure(code) {
 }
 
 function plots(result) {
-  const name = result.name, many = result.trajectories;
-  if (!many && !result.trajectory) return [h("p", { class: "empty" }, "The request has no motion: add “from 0 to 10” and “start …”, or a “trajectory” in JSON.")];
+  const name = result.name, many = result.trajectories, more = charts(result);
+  if (!many && !result.trajectory) return more.length ? more : [h("p", { class: "empty" }, "The request has no motion: add “from 0 to 10” and “start …”, or a “trajectory” in JSON.")];
   const one = t => { const p = motion(t, name); state.plots = [p]; return p.elements; };
-  if (!many) return one(result.trajectory);
+  if (!many) return [one(result.trajectory), more];
   const box = h("div", {}), draws = k => { replace(box, many[k].rows ? one(many[k]) : h("p", { class: "error" }, many[k].error?.detail ?? many[k].problem?.detail ?? "no motion")); state.plots.forEach(p => p.draw()); };
   queueMicrotask(() => draws(0));
-  return [h("label", {}, "Set ", h("select", { onchange: e => draws(Number(e.target.value)) }, many.map((_, i) => h("option", { value: String(i) }, String(i + 1))))), box];
+  return [h("label", {}, "Set ", h("select", { onchange: e => draws(Number(e.target.value)) }, many.map((_, i) => h("option", { value: String(i) }, String(i + 1))))), box, more];
 }
 
 function raw(job) {

@@ -35,8 +35,8 @@ function curve(u, series) {
 
 const spread = ([low, high]) => { const pad = (high - low || Math.abs(high) || 1) * 0.05; return [low - pad, high + pad]; };
 
-// The lines of a plot as a picture of its own.
-function svg(title, x, lines, labels) {
+// The lines of a plot as a picture of its own; lines may have an x of their own, and be dots.
+export function svg(title, x, lines, labels) {
   const W = 800, H = 480, L = 70, B = 50, flat = lines.flatMap(l => l.y).filter(Number.isFinite), xs = x.filter(Number.isFinite);
   const lim = a => spread(a.reduce(([p, q], v) => [Math.min(p, v), Math.max(q, v)], [Infinity, -Infinity])), [x0, x1] = lim(xs), [y0, y1] = lim(flat);
   const px = v => (L + (v - x0) / (x1 - x0) * (W - L - 20)).toFixed(2), py = v => (H - B - (v - y0) / (y1 - y0) * (H - B - 30)).toFixed(2), esc = t => String(t).replace(/[&<>"]/g, c => `&#${c.charCodeAt(0)};`);
@@ -44,7 +44,7 @@ function svg(title, x, lines, labels) {
   return `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${W} ${H}" font-family="sans-serif" font-size="13"><title>${esc(title)}</title><rect width="${W}" height="${H}" fill="#fff"/>`
     + tick(x0, x1).map(v => `<path d="M${px(v)} 30V${H - B}" stroke="#ddd"/><text x="${px(v)}" y="${H - B + 18}" text-anchor="middle">${number(Number(v.toPrecision(3)))}</text>`).join("")
     + tick(y0, y1).map(v => `<path d="M${L} ${py(v)}H${W - 20}" stroke="#ddd"/><text x="${L - 6}" y="${py(v)}" text-anchor="end">${number(Number(v.toPrecision(3)))}</text>`).join("")
-    + lines.map((l, k) => `<path fill="none" stroke="${LIGHT[k % 7]}" stroke-width="2" d="M${l.y.map((v, i) => Number.isFinite(v) && Number.isFinite(x[i]) ? `${px(x[i])} ${py(v)}` : null).filter(Boolean).join("L")}"/><text x="${L + 10 + 90 * k}" y="20" fill="${LIGHT[k % 7]}">${esc(l.name)}</text>`).join("")
+    + lines.map((l, k) => `<path fill="none" stroke="${LIGHT[k % 7]}" stroke-linecap="round" stroke-width="${l.dots ? 10 - 4 * k : 2}" d="M${l.y.map((v, i) => [v, (l.x ?? x)[i]]).filter(p => p.every(Number.isFinite)).map(([v, u]) => `${px(u)} ${py(v)}`).join(l.dots ? "h0M" : "L")}${l.dots ? "h0" : ""}"/><text x="${L + 10 + 90 * k}" y="20" fill="${LIGHT[k % 7]}">${esc(l.name)}</text>`).join("")
     + `<text x="${W / 2}" y="${H - 10}" text-anchor="middle">${esc(labels[0])}</text></svg>`;
 }
 

@@ -1,8 +1,10 @@
 /* Sparse L D L^T of J J^T; see the header. */
 #include "lin_normal.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
+#include <suitesparse/ldl.h>
 
 #include "arena.h"
 #include "lin_gram.h"
@@ -18,21 +20,62 @@ struct lin_normal {
     int c, n;
     struct lin_sparse *J;          /* the pattern */
     struct lin_gram g;
-    double *L, *D, *y;             /* y: 0 between rows */
+    int *ptr, *row, *at;           /* J J^T by columns down to the diagonal, which comes last; the entry of each product of g */
+    double *a;                     /* its values */
+    int *column, *parent, *fill, *flag, *path, *below;   /* of L: LDL's Lp, Parent, Lnz, Flag, Pattern, Li */
+    double *L, *D, *y;
 };
+
+/* The entries that the products of J J^T make up. */
+static void place_products(struct lin_normal *s)
+{
+    SGA_ARENA(mem);
+    const struct lin_gram *g = &s->g;
+    int *where = sga_take(&mem, ((size_t)s->c + 1) * sizeof *where), count = 0;
+    memset(where, -1, ((size_t)s->c + 1) * sizeof *where);
+    for (int k = 0; k < s->c; k++) {
+        for (int p = g->from[k]; p < g->from[k + 1]; p++) {
+            int j = g->product[p].j;
+            if (j != k && where[j] < s->ptr[k]) {
+                where[j] = count;
+                s->row[count++] = j;
+            }
+        }
+        where[k] = count;
+        s->row[count++] = k;
+        for (int p = g->from[k]; p < g->from[k + 1]; p++)
+            s->at[p] = where[g->product[p].j];
+        s->ptr[k + 1] = count;
+    }
+}
 
 struct lin_normal *lin_normal_new(const struct lin_sparse *J)
 {
     struct lin_normal *s = sga_calloc(1, sizeof *s);
+    struct lin_gram *g = &s->g;
     size_t c = (size_t)J->rows + 1;
     s->c = J->rows;
     s->n = J->cols;
-    if (!lin_gram_init(&s->g, J, (struct lin_gram_most){ MOST_PRODUCTS, MOST_FILL })) {
+    if (!lin_gram_init(g, J, (struct lin_gram_most){ MOST_PRODUCTS, MOST_FILL })) {
         lin_normal_free(s);
         return NULL;
     }
     s->J = lin_sparse_new(J->rows, J->cols, J->ptr, J->col);
-    s->L = sga_zeros(&s->mem, (size_t)s->g.column[s->c] + 1, sizeof *s->L);
+    size_t products = (size_t)g->from[s->c], filled = (size_t)g->column[s->c] + 1;
+    s->ptr = sga_zeros(&s->mem, c, sizeof *s->ptr);
+    s->row = sga_zeros(&s->mem, products + c, sizeof *s->row);
+    s->at = sga_zeros(&s->mem, products + 1, sizeof *s->at);
+    place_products(s);
+    s->a = sga_zeros(&s->mem, (size_t)s->ptr[s->c] + 1, sizeof *s->a);
+    s->column = sga_zeros(&s->mem, c, sizeof *s->column);
+    s->parent = sga_zeros(&s->mem, c, sizeof *s->parent);
+    s->fill = sga_zeros(&s->mem, c, sizeof *s->fill);
+    s->flag = sga_zeros(&s->mem, c, sizeof *s->flag);
+    s->path = sga_zeros(&s->mem, c, sizeof *s->path);
+    ldl_symbolic(s->c, s->ptr, s->row, s->column, s->parent, s->fill, s->flag, NULL, NULL);
+    assert((size_t)s->column[s->c] < filled);
+    s->below = sga_zeros(&s->mem, filled, sizeof *s->below);
+    s->L = sga_zeros(&s->mem, filled, sizeof *s->L);
     s->D = sga_zeros(&s->mem, c, sizeof *s->D);
     s->y = sga_zeros(&s->mem, c, sizeof *s->y);
     return s;
@@ -48,54 +91,33 @@ void lin_normal_free(struct lin_normal *s)
     free(s);
 }
 
-/* Row by row: L y = the row's products, then l = y / D. */
+/* No row is nearly a combination of those before it; LDL itself stops at a 0 alone. */
 static bool factor(struct lin_normal *s, const double *val)
 {
     const struct lin_gram *g = &s->g;
-    double *y = s->y;
-    for (int k = 0; k < s->c; k++) {
-        y[k] = 0;
-        for (int p = g->from[k]; p < g->from[k + 1]; p++)
-            y[g->product[p].j] += val[g->product[p].a] * val[g->product[p].b];
-        double d = y[k], whole = d;
-        y[k] = 0;
-        for (int p = g->left[k]; p < g->left[k + 1]; p++) {
-            int i = g->at[p], end = g->place[p];
-            double yi = y[i];
-            y[i] = 0;
-            for (int q = g->column[i]; q < end; q++)
-                y[g->row[q]] -= s->L[q] * yi;
-            s->L[end] = yi / s->D[i];
-            d -= s->L[end] * yi;
-        }
-        s->D[k] = d;
-        if (!(d > LEAST_PIVOT * whole))
-            return false;
-    }
-    return true;
+    memset(s->a, 0, (size_t)s->ptr[s->c] * sizeof *s->a);
+    for (int p = 0; p < g->from[s->c]; p++)
+        s->a[s->at[p]] += val[g->product[p].a] * val[g->product[p].b];
+    bool ok = ldl_numeric(s->c, s->ptr, s->row, s->a, s->column, s->parent, s->fill, s->below, s->L, s->D, s->y, s->path, s->flag, NULL, NULL) == s->c;
+    for (int k = 0; ok && k < s->c; k++)
+        ok = s->D[k] > LEAST_PIVOT * s->a[s->ptr[k + 1] - 1];
+    return ok;
 }
 
 bool lin_normal_step(struct lin_normal *s, const double *val, const double *r, double *d)
 {
-    const struct lin_gram *g = &s->g;
+    const int *order = s->g.order;
     double *y = s->y;
-    bool ok = factor(s, val);
-    if (ok) {
-        for (int k = 0; k < s->c; k++)
-            y[k] = -r[g->order[k]];
-        for (int i = 0; i < s->c; i++)
-            for (int q = g->column[i]; q < g->column[i + 1]; q++)
-                y[g->row[q]] -= s->L[q] * y[i];
-        for (int i = s->c - 1; i >= 0; i--) {
-            y[i] /= s->D[i];
-            for (int q = g->column[i]; q < g->column[i + 1]; q++)
-                y[i] -= s->L[q] * y[g->row[q]];
-        }
-        memset(d, 0, (size_t)s->n * sizeof *d);
-        for (int k = 0; k < s->c; k++)
-            for (int e = s->J->ptr[g->order[k]]; e < s->J->ptr[g->order[k] + 1]; e++)
-                d[s->J->col[e]] += val[e] * y[k];
-    }
-    memset(y, 0, (size_t)s->c * sizeof *y);
-    return ok && lin_all_finite(s->n, d);
+    if (!factor(s, val))
+        return false;
+    for (int k = 0; k < s->c; k++)
+        y[k] = -r[order[k]];
+    ldl_lsolve(s->c, y, s->column, s->below, s->L);
+    ldl_dsolve(s->c, y, s->D);
+    ldl_ltsolve(s->c, y, s->column, s->below, s->L);
+    memset(d, 0, (size_t)s->n * sizeof *d);
+    for (int k = 0; k < s->c; k++)
+        for (int e = s->J->ptr[order[k]]; e < s->J->ptr[order[k] + 1]; e++)
+            d[s->J->col[e]] += val[e] * y[k];
+    return lin_all_finite(s->n, d);
 }

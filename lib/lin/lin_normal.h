@@ -3,7 +3,7 @@
  * known point mostly are; the condition is squared, so what is less certain is left to
  * lin_kkt or to a QR.
  *
- * J J^T is summed up and factored as L D L^T along a pattern found once: lin_gram.h. */
+ * J J^T is summed up along a pattern found once (lin_gram.h) and factored as L D L^T by SuiteSparse's LDL. */
 #ifndef SGA_LIN_NORMAL_H
 #define SGA_LIN_NORMAL_H
 

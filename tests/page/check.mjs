@@ -1,8 +1,9 @@
 // The page in a browser, against a daemon: check.mjs URL TOKEN_URL TOKEN NODE_FOLDER PICTURES
 // Every check is counted; the last line is "N passed, N failed".
 import { createRequire } from "node:module";
-import { mkdirSync, readFileSync } from "node:fs";
-import { join } from "node:path";
+import { existsSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
+import { dirname, join } from "node:path";
+import { fileURLToPath } from "node:url";
 
 const [url, guarded, token, modules, pictures] = process.argv.slice(2);
 const require = createRequire(join(modules, "/"));
@@ -182,6 +183,32 @@ async function documented(browser) {
   await page.context().close();
 }
 
+// Responses, eigenvalues and work-precision as pictures: numbers of a system that is known.
+async function pictured(browser) {
+  const { page, log } = await open(browser, url), points = d => d.split(/[ML]/).filter(Boolean).map(p => p.split(/[ h]/).map(Number));
+  await page.click("input[value=json] + span");
+  await page.fill("textarea", JSON.stringify({ system: { form: "descriptor", states: ["v", "i"], inputs: ["u"], outputs: ["vc", "ic"], E: [[1, 0], [0, 0]], A: [[0, 1], [-1, -1]], B: [[0], [1]], C: [[1, 0], [0, 1]] },
+    want: ["transfer", "linearization"], transfer: { frequencies: { from: "1/100", to: 100, points: 41 } } }));
+  await run(page);
+  await tab(page, "Plots");
+  const shown = () => page.$$eval("#panel-Plots figure", all => all.map(f => ({ title: f.textContent, drawn: f.querySelector("img").naturalWidth > 0, lines: [...new DOMParser().parseFromString(decodeURIComponent(f.querySelector("img").src.slice(19)), "image/svg+xml").querySelectorAll("path[fill=none]")].map(p => p.getAttribute("d")) })));
+  const all = await shown();
+  check(all.map(f => f.title.replace(" Save SVG", "")).join() === "Magnitude in dB,Phase in degrees,Poles and zeros,Eigenvalues" && all.every(f => f.drawn), "Bode, poles, eigenvalues are drawn", all.map(f => f.title));
+  const [low, high] = all[0].lines.map(points), middle = low[20], ends = [low[0][1], high[40][1]];
+  check(low.length === 41 && Math.abs(middle[1] - high[20][1]) < 0.1 && Math.abs(ends[0] - ends[1]) < 0.1 && middle[1] > ends[0], "Bode: both -3 dB at 1, 0 dB at the ends", [middle, ends]);
+  const [first, second] = all[1].lines.map(points);
+  check(first.every((p, i) => i === 0 || p[1] > first[i - 1][1]) && first.every((p, i) => Math.abs(p[1] - second[i][1] - (first[0][1] - second[0][1])) < 0.1), "Bode: phases fall, a quarter apart", first.slice(0, 3));
+  check(all[2].lines.length === 1 && points(all[2].lines[0]).length === 1, "one pole, no zero", all[2].lines);
+  await page.fill("textarea", JSON.stringify({ system: { form: "equations", variables: ["x"], equations: ["x' = -x"] }, want: ["tradeoff"], trajectory: { stop: 1, samples: 3, initial: { x: 1 } } }));
+  await run(page);
+  await tab(page, "Plots");
+  const work = (await shown()).at(-1);
+  check(/^Work and precision/.test(work?.title) && work.drawn && work.lines.length >= 2 && work.lines.some(l => points(l).length >= 3), "work and precision by method", work);
+  await accessible(page, "pictures");
+  check(log.length === 0, "pictured: no errors", log);
+  await page.context().close();
+}
+
 async function stopping(browser) {
   const { page, log } = await open(browser, url);
   await page.click("input[value=json] + span");
@@ -234,6 +261,23 @@ async function tokens(browser) {
   await page.context().close();
 }
 
+// A picture as 24 x 16 mean greys: what is somewhere else, missing or of another colour shows; fonts and smoothing do not. PAGE_PICTURES=write keeps them anew.
+const kept = join(dirname(fileURLToPath(import.meta.url)), "pictures.json"), known = existsSync(kept) ? JSON.parse(readFileSync(kept, "utf8")) : {};
+async function compared(page, name, png) {
+  const greys = await page.evaluate(async source => {
+    const image = new Image(), canvas = new OffscreenCanvas(240, 160), to = canvas.getContext("2d");
+    image.src = source;
+    await image.decode();
+    to.drawImage(image, 0, 0, 240, 160);
+    const p = to.getImageData(0, 0, 240, 160).data, sums = Array(384).fill(0);
+    for (let i = 0; i < 38400; i++) sums[Math.floor(i / 2400) * 24 + Math.floor(i % 240 / 10)] += (p[4 * i] + p[4 * i + 1] + p[4 * i + 2]) / 300;
+    return sums.map(Math.round);
+  }, "data:image/png;base64," + png.toString("base64"));
+  if (process.env.PAGE_PICTURES === "write") { known[name] = greys; writeFileSync(kept, "{" + Object.entries(known).map(([k, v]) => `\n"${k}": ${JSON.stringify(v)}`).join(",") + "\n}\n"); }
+  const apart = greys.map((v, i) => Math.abs(v - (known[name]?.[i] ?? 999))), mean = apart.reduce((a, b) => a + b) / 384;
+  check(mean < 0.7 && Math.max(...apart) < 16, `${name}: the picture is as it was`, `${mean} apart, ${Math.max(...apart)} at most`);
+}
+
 async function looks(browser) {
   for (const [scheme, zoom] of [["light", 1], ["dark", 1], ["light", 2]]) {
     const { page, log } = await open(browser, url, { colorScheme: scheme, viewport: { width: 1360 / zoom, height: 850 / zoom }, deviceScaleFactor: zoom });
@@ -251,7 +295,8 @@ async function looks(browser) {
     for (const kind of ["phase plane", "errors by row", "against time"]) {
       await page.selectOption("[aria-label=Plot]", kind);
       await page.waitForSelector("#panel-Plots .u-over");
-      await page.screenshot({ path: join(pictures, `${scheme}-${zoom}-${kind.replaceAll(" ", "-")}.png`) });
+      const name = `${scheme}-${zoom}-${kind.replaceAll(" ", "-")}`;
+      await compared(page, name, await page.screenshot({ path: join(pictures, name + ".png") }));
     }
     await page.fill("textarea", "x' = 3*y +* 2");
     await page.waitForSelector("#said.wrong");
@@ -266,7 +311,7 @@ async function looks(browser) {
 }
 
 const browser = await chromium.launch({ executablePath: process.env.CHROMIUM || "/usr/bin/chromium", args: ["--no-sandbox", "--disable-gpu"] });
-for (const part of [examples, marks, ways, documented, stopping, refusals, tokens, looks])
+for (const part of [examples, marks, ways, documented, pictured, stopping, refusals, tokens, looks])
   try { await part(browser); } catch (e) { check(false, part.name, String(e.stack ?? e)); }
 await browser.close();
 console.log(`${passed} passed, ${failed} failed`);

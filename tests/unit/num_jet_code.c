@@ -199,7 +199,11 @@ int main(void)
         snprintf(what, sizeof what, "system %d", s);
         compare(made, true, true, what);
     }
+#ifdef __x86_64__
     CHECK(ran > 0, "machine code never ran");
+#else
+    CHECK(ran == 0, "machine code of another processor");
+#endif
     for (int i = 0; i < SLOW; i++) {
         expr_id alone[] = { parse(interpreted[i]), parse("x/3"), parse("y") };
         compare(alone, false, true, interpreted[i]);

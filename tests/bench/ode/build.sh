@@ -20,5 +20,5 @@ for floor in traj ode sga points lin num poly request form sys expr base; do inn
 $cc $flags -iquote tests/bench/ode $inner -c tests/bench/ode/main.c -o "$out/main.o"
 $cc -o "$out/ode" "$out/main.o" "$out/fields.o" "$out/gsl.o" "$out/sundials.o" "$build/libsga.a" \
     -lsundials_cvode -lsundials_arkode -lsundials_ida -lsundials_nvecserial -lsundials_sunmatrixdense -lsundials_sunlinsoldense \
-    -lsundials_sunnonlinsolfixedpoint -lflint-arb -lflint -lmpfr -lgmp -lklu -lamd -lcolamd -lbtf \
+    -lsundials_sunnonlinsolfixedpoint -lflint-arb -lflint -lmpfr -lgmp -lklu -lldl -lamd -lcolamd -lbtf \
     -lsuitesparseconfig -lgsl -lgslcblas -ljansson -lm
