@@ -261,7 +261,8 @@ async function tokens(browser) {
   await page.context().close();
 }
 
-// A picture as 24 x 16 mean greys: what is somewhere else, missing or of another colour shows; fonts and smoothing do not. PAGE_PICTURES=write keeps them anew.
+// A picture as 24 x 16 mean greys: what is somewhere else, missing or of another colour shows; smoothing does not. PAGE_PICTURES=write keeps them anew.
+// They are of one browser with one set of fonts, told by widths of texts: with others nothing is compared, and that is said.
 const kept = join(dirname(fileURLToPath(import.meta.url)), "pictures.json"), known = existsSync(kept) ? JSON.parse(readFileSync(kept, "utf8")) : {};
 async function compared(page, name, png) {
   const greys = await page.evaluate(async source => {
@@ -273,7 +274,12 @@ async function compared(page, name, png) {
     for (let i = 0; i < 38400; i++) sums[Math.floor(i / 2400) * 24 + Math.floor(i % 240 / 10)] += (p[4 * i] + p[4 * i + 1] + p[4 * i + 2]) / 300;
     return sums.map(Math.round);
   }, "data:image/png;base64," + png.toString("base64"));
-  if (process.env.PAGE_PICTURES === "write") { known[name] = greys; writeFileSync(kept, "{" + Object.entries(known).map(([k, v]) => `\n"${k}": ${JSON.stringify(v)}`).join(",") + "\n}\n"); }
+  const drawn = await page.evaluate(() => {
+    const to = new OffscreenCanvas(10, 10).getContext("2d");
+    return ["sans-serif", "system-ui", "monospace", "serif"].map(font => { to.font = `100px ${font}`; return to.measureText("Wilmgq 0123 \u03bb\u2202").width.toFixed(2); }).join(" ");
+  }) + " " + page.context().browser().version();
+  if (process.env.PAGE_PICTURES === "write") { known.drawn = drawn; known[name] = greys; writeFileSync(kept, "{" + Object.entries(known).map(([k, v]) => `\n"${k}": ${JSON.stringify(v)}`).join(",") + "\n}\n"); }
+  if (known.drawn !== drawn) { console.log(`${name}: not compared: the pictures kept are of another browser or other fonts (${drawn})`); return; }
   const apart = greys.map((v, i) => Math.abs(v - (known[name]?.[i] ?? 999))), mean = apart.reduce((a, b) => a + b) / 384;
   check(mean < 0.7 && Math.max(...apart) < 16, `${name}: the picture is as it was`, `${mean} apart, ${Math.max(...apart)} at most`);
 }
