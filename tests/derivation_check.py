@@ -135,7 +135,7 @@ class Replay:
             sum_ = [x + f * y for x, y in zip(sum_, c)]
             rest += f * r
             size = max(size, abs(f) * s)
-        others = []
+        others, self.own = [], [self.affine(self.lines(self.steps[t["step"] - 1])[0], env) for t in terms if self.steps[t["step"] - 1]["kind"] in ("given", "solve", "differentiate")]
         for s in self.used(step):
             if s["n"] in [t["step"] for t in terms] or s["kind"] not in ("given", "solve", "differentiate"):
                 continue
@@ -152,6 +152,10 @@ class Replay:
         if not columns:
             return None
         found = linear.solve([[c[j] for c in columns] for j in range(len(sum_))], sum_, self.tiny)
+        if found is None:        # an equation of the sum may be used once more
+            others = others + self.own
+            columns = [r[0] for r in others] + [e for e in extra]
+            found = linear.solve([[c[j] for c in columns] for j in range(len(sum_))], sum_, self.tiny)
         if found is None:
             return None
         weights = found[0]
@@ -449,7 +453,7 @@ def share(listed, taken, out, counts):
 
 def main():
     tally = Tally("derivation")
-    listed = [c for c in load(sys.argv[2:]) if "error" not in c["expect"] and "request" in c and c["request"]["system"].get("form") != "operator"]
+    listed = [c for c in load(sys.argv[2:]) if "error" not in c["expect"] and "request" in c and c["request"]["system"].get("form") != "operator" and not c["request"]["system"].get("modes")]
     every = 1 if sys.argv[2:] else int(os.environ.get("SGA_TEST_EVERY", "12"))
     listed = listed[int(os.environ.get("SGA_TEST_SEED", "7")) % every::every]
     listed.sort(key=lambda case: len(json.dumps(case)), reverse=True)

@@ -26,7 +26,7 @@ static expr_id derivative_at_start(void *ctx, int symbol, int order)
         return EXPR_UNDEF;
     if (t->rate_symbol[k] < 0) {
         SGA_ENDS(sga_buf_free) struct sga_buf name = { 0 };
-        sga_buf_printf(&name, "der(%s)", st->symbol[st->node[below].a].name);
+        sga_buf_printf(&name, "der(%s) at the start", st->symbol[st->node[below].a].name);
         expr_id e = expr_symbol_add(st, name.data, EXPR_VELOCITY);
         if (!e)
             return EXPR_UNDEF;
