@@ -5,7 +5,7 @@
 #include "arena.h"
 #include "reader.h"
 
-static bool read_end(struct reader *rd, const json_t *pair, size_t i, double *out)
+bool read_bound_end(struct reader *rd, const json_t *pair, size_t i, double *out)
 {
     const json_t *v = json_array_get(pair, i);
     if (json_is_null(v))
@@ -24,7 +24,7 @@ static bool read_bound(struct reader *rd, const char *name, const json_t *v, dou
         return false;
     if (!json_is_array(v) || json_array_size(v) != 2)
         return expected(rd, "two bounds, null for none", v);
-    if (!read_end(rd, v, 0, low + k) || !read_end(rd, v, 1, high + k))
+    if (!read_bound_end(rd, v, 0, low + k) || !read_bound_end(rd, v, 1, high + k))
         return false;
     return low[k] <= high[k] || at_fail(rd, SGA_E_SCHEMA, "the lower bound %g lies above the upper bound %g", low[k], high[k]);
 }

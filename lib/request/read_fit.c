@@ -30,18 +30,6 @@ bool read_fit_names(struct reader *rd, const json_t *fit, const json_t *system)
     return true;
 }
 
-static bool read_end(struct reader *rd, const json_t *pair, size_t i, double *out)
-{
-    const json_t *v = json_array_get(pair, i);
-    if (json_is_null(v))
-        return true;
-    size_t mark = at_index(rd, i);
-    if (!read_value(rd, v, out, NULL))
-        return false;
-    at_back(rd, mark);
-    return true;
-}
-
 /* {"guess", "bounds"}, or a guess alone. */
 static bool read_unknown(struct reader *rd, const json_t *v, struct request_unknown *u)
 {
@@ -68,7 +56,7 @@ static bool read_unknown(struct reader *rd, const json_t *v, struct request_unkn
     at_member(rd, "bounds");
     if (!json_is_array(bounds) || json_array_size(bounds) != 2)
         return expected(rd, "two bounds, null for none", bounds);
-    if (!read_end(rd, bounds, 0, &u->low) || !read_end(rd, bounds, 1, &u->high))
+    if (!read_bound_end(rd, bounds, 0, &u->low) || !read_bound_end(rd, bounds, 1, &u->high))
         return false;
     if (!(u->low < u->high))
         return at_fail(rd, SGA_E_SCHEMA, "the lower bound %g is not below the upper bound %g", u->low, u->high);

@@ -112,6 +112,8 @@ bool read_start_equations(struct reader *rd, const json_t *v); /* read_start.c: 
 void start_equations_written(struct reader *rd, const json_t *v);   /* their places in v, which was written out */
 /* read_bounds.c: {"x": [low, high]}, null for none, by variable; the request's. v NULL: none is bounded. */
 bool read_bounds(struct reader *rd, const json_t *v, double **low, double **high);
+/* Entry i of such a pair; null leaves *out. */
+bool read_bound_end(struct reader *rd, const json_t *pair, size_t i, double *out);
 bool read_symmetries(struct reader *rd, const json_t *v);
 /* read_linearization.c; read_ports.c: its members `inputs` and `outputs`, of an object at the present place. */
 bool read_linearization(struct reader *rd, const json_t *v);

@@ -114,7 +114,7 @@ static bool value(const struct way *w, double t, const double *x, double *v)
     return field_eval(f, t, x, v) && f->beyond < 0;
 }
 
-/* The least pivot of the constraints' gradients, each by its largest entry far from the place (size; set where it is 0); by complete elimination. */
+/* The least pivot of the constraints' gradients, each by its largest entry far from the place (size; set where it is 0). */
 static double least_pivot(const struct way *w, double t, const double *x, double *size)
 {
     struct field *f = &w->f->field;
@@ -134,28 +134,7 @@ static double least_pivot(const struct way *w, double t, const double *x, double
             for (int j = 0; j < n; j++)
                 a[i * n + j] /= size[i];
         }
-        last = INFINITY;
-        for (int k = 0; k < c && last > 0; k++) {
-            int row = k, col = 0;
-            for (int i = k; i < c; i++)
-                for (int j = 0; j < n; j++)
-                    if (fabs(a[i * n + j]) > fabs(a[row * n + col])) {
-                        row = i;
-                        col = j;
-                    }
-            for (int j = 0; j < n; j++) {
-                double v = a[row * n + j];
-                a[row * n + j] = a[k * n + j];
-                a[k * n + j] = v;
-            }
-            last = fabs(a[k * n + col]);
-            for (int i = k + 1; i < c && last > 0; i++) {
-                double m = a[i * n + col] / a[k * n + col];
-                for (int j = 0; j < n; j++)
-                    a[i * n + j] -= m * a[k * n + j];
-                a[i * n + col] = 0;
-            }
-        }
+        last = field_left_for(a, c, n, c);
     }
     free(a);
     return last;

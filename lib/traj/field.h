@@ -169,6 +169,8 @@ struct field_way {
     void (*load)(struct field *f, const struct field_way *way, double s);     /* f->in is the place at the part s */
 };
 bool field_falls_along(struct field *f, int pivot, const struct field_way *way, double end);
+/* What is left for the last of `rank` of the rows (a: rows x n), by complete pivoting; they are used up. Cost: rank rows n. */
+double field_left_for(double *a, int rows, int n, int rank);
 /* Whether these can tell: there are constraints, no rates, and not too many rows. */
 bool field_rank_tells(const struct field *f);
 

@@ -19,8 +19,7 @@ static const double PART = 0.01, SMALLER = 0.1;      /* of the pivot; and of wha
 static const double BEFORE = 0.1, FOLLOWS = 0.4;     /* and not by chance: from a place before, too (a tenth, or a quarter as each is found to a factor 2) */
 static const double TELLS = 1e-5;                    /* of the pivot at the start: nearer than this there are too few digits */
 
-/* What is left for the last of `rank` of the rows (rows x n), by complete pivoting; they are used up. */
-static double left_for(double *a, int rows, int n, int rank)
+double field_left_for(double *a, int rows, int n, int rank)
 {
     double last = 0;
     for (int k = 0; k < rank; k++) {
@@ -80,7 +79,7 @@ static double left_at(struct field *f, double *size, bool first)
             for (int j = 0; j < n; j++)
                 row[j] /= size[i];
         }
-        left = left_for(a, rows, n, f->generic_rank);
+        left = field_left_for(a, rows, n, f->generic_rank);
     }
     free(a);
     return left;
