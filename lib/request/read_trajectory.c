@@ -297,6 +297,11 @@ static bool read_where(struct reader *rd, const json_t *v)
         at_member(rd, "events");
         ok = read_events(rd, m) || at_pass(rd, mark);
     }
+    if (ok && (m = json_object_get(v, "sliding"))) {
+        at_back(rd, mark);
+        at_member(rd, "sliding");
+        ok = read_boolean(rd, m, &t->sliding) || at_pass(rd, mark);
+    }
     if (ok && (m = json_object_get(v, "sensitivities"))) {
         at_back(rd, mark);
         ok = read_sensitivities(rd, m) || at_pass(rd, mark);
@@ -308,7 +313,7 @@ static bool read_where(struct reader *rd, const json_t *v)
 
 bool read_trajectory(struct reader *rd, const json_t *v)
 {
-    static const char *const members[] = { "start", "stop", "samples", "times", "initial", "hold", "start_equations", "bounds", "outputs", "integrals", "gauge", "events", "sensitivities", NULL };
+    static const char *const members[] = { "start", "stop", "samples", "times", "initial", "hold", "start_equations", "bounds", "outputs", "integrals", "gauge", "events", "sliding", "sensitivities", NULL };
     rd->r->trajectory.has = true;
     size_t mark = at_member(rd, "trajectory");
     if (!only_members(rd, v, members) || (!read_when(rd, v) && !at_pass(rd, mark + sizeof "/trajectory" - 1)) || !read_where(rd, v))

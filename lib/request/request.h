@@ -115,6 +115,7 @@ struct request_trajectory {
     expr_id *integral; char **integral_text; int integrals;   /* functions whose drift is reported */
     expr_id *condition; char **condition_text; int conditions;   /* functions that shall vanish */
     struct request_event *event; int events;
+    bool sliding;                                    /* where the equations jump and lead back, the motion goes on along the surface */
     struct request_sensitivities sensitivities;
 };
 

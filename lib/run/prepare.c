@@ -44,6 +44,40 @@ static bool check_sets(struct job *j)
     return !what || sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, place, "events that set variables do not go with %s; leave one of them out", what);
 }
 
+/* Slides: not every motion can have them. */
+static bool check_sliding(struct job *j)
+{
+    const struct request *r = j->request;
+    const struct request_trajectory *t = &r->trajectory;
+    const char *what = NULL;
+    bool sets = false;
+    if (!t->sliding)
+        return true;
+    for (int e = 0; e < t->events; e++)
+        sets |= t->event[e].sets > 0;
+    if (r->want & (REQUEST_TRADEOFF | REQUEST_FIT))
+        what = "tradeoff or fit";
+    else if (t->sensitivities.has)
+        what = "sensitivities";
+    else if (r->sweeps)
+        what = "a sweep";
+    else if (t->integrals)
+        what = "the drift of integrals";
+    else if (r->tables)
+        what = "tables";
+    else if (!strcmp(r->form, "operator"))
+        what = "the form operator";
+    else if (sets || r->modes)
+        what = "modes and events that set variables";
+    else if (t->conditions || t->rates)
+        what = "a choice of gauge";
+    else if (r->strata)
+        what = "solved strata";
+    else if (r->accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE || r->accuracy.arithmetic == REQUEST_BALL)
+        what = "arithmetics other than double";
+    return !what || sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/trajectory/sliding", "slides do not go with %s; leave one of them out", what);
+}
+
 /* What is wanted but cannot be had yet is refused before any work is done. */
 static bool check_wants(struct job *j)
 {
@@ -57,7 +91,7 @@ static bool check_wants(struct job *j)
     if (j->request->want & (REQUEST_LINEARIZATION | REQUEST_TRANSFER | REQUEST_EQUILIBRIA) && j->request->sweeps)
         return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/want", "beside a sweep there is no one linearization, transfer matrix or set of equilibria; leave out \"sweep\", or send a request "
                            "for each set");
-    if (!check_sets(j))
+    if (!check_sets(j) || !check_sliding(j))
         return false;
     const struct request_trajectory *t = &j->request->trajectory;
     if (j->request->want & REQUEST_FIT && (t->relations || t->low))

@@ -310,6 +310,22 @@ static void tell(const struct jump *j, struct jump_to *to, const double *asked, 
     to->how = to->struck ? "impulse" : to->moved > STAYS ? "least movement" : "kept";
 }
 
+/* Errors that say that there is no such start. */
+static bool says_none(const struct sga_error *why)
+{
+    return why->code == SGA_E_INITIAL || why->code == SGA_E_NO_MOTION || why->code == SGA_E_UNDECIDED;
+}
+
+bool jump_start(struct jump *j, const struct jump_at *at, const struct jump_to *to, struct traj_initial *r, struct sga_error *why)
+{
+    bool there = false;
+    for (int way = 0; !there && way < WAYS && (!way || says_none(why)); way++) {
+        *why = (struct sga_error){ 0 };
+        there = project(j, at, to, way, r, why);
+    }
+    return there;
+}
+
 bool jump_land(const struct jump_turn *turn, struct jump_to *to, signed char *side, unsigned char *stands, struct sga_error *err)
 {
     struct jump *j = turn->j;
@@ -324,14 +340,10 @@ bool jump_land(const struct jump_turn *turn, struct jump_to *to, signed char *si
     snprintf(place, sizeof place, "/trajectory/events/%d/set", first);
     SGA_FREED double *asked = sga_malloc((n + 1) * sizeof *asked);
     memcpy(asked, to->x, n * sizeof *asked);
-    bool ok = !j->rq->mass || jump_impulse(j, at, to, place, err), there = false;
-    for (int way = 0; ok && !there && way < WAYS; way++) {
-        why = (struct sga_error){ 0 };
-        there = project(j, at, to, way, &r, &why);
-        if (!there && why.code != SGA_E_INITIAL && why.code != SGA_E_NO_MOTION && why.code != SGA_E_UNDECIDED) {
-            *err = why;           /* time is up */
-            ok = false;
-        }
+    bool ok = !j->rq->mass || jump_impulse(j, at, to, place, err), there = ok && jump_start(j, at, to, &r, &why);
+    if (ok && !there && !says_none(&why)) {
+        *err = why;               /* time is up */
+        ok = false;
     }
     if (ok && !there)
         ok = sga_fail_at(err, SGA_E_EVENT_SET, place, "at %.10g the values that are set lie off the constraints, whatever else moves: %.400s", at->t, why.detail);

@@ -52,6 +52,8 @@ bool jump_assign(struct jump *j, const struct jump_at *at, double *x, unsigned c
  * stays; velocities of masses take the impulse of constraints (jump_impulse.h); of the rest moves as little as
  * will do: what no equation differentiates; then velocities but no positions (variables whose derivative is a variable, and those of constraints without a
  * set variable); then other variables than those of constraints without a set one. To the nearest point each time. */
+/* The start nearest to to->x for jump_land, without impulses. False: there is none, with err where something else was in the way. */
+bool jump_start(struct jump *j, const struct jump_at *at, const struct jump_to *to, struct traj_initial *r, struct sga_error *why);
 bool jump_land(const struct jump_turn *turn, struct jump_to *to, signed char *side, unsigned char *stands, struct sga_error *err);
 
 #endif

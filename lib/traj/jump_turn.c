@@ -6,17 +6,19 @@
 
 #include "arena.h"
 #include "mem.h"
+#include "slide.h"
 #include "system.h"
 
 bool turn_init(struct turn *s, const struct traj_mode *mode, struct sga_error *err)
 {
-    *s = (struct turn){ .mode = mode };
+    *s = (struct turn){ .mode = mode, .slide = slide_any(mode->rq) ? slide_new() : NULL };
     return jump_init(&s->j, mode->sys, mode->sol, mode->rq, err);
 }
 
 void turn_clear(struct turn *s)
 {
     jump_clear(&s->j);
+    slide_free(s->slide);
 }
 
 /* In the variables of the present mode: values, what is set, what there was. */
@@ -54,8 +56,11 @@ bool turn_begin(struct turn *s, const struct jump_at *at, struct jump_to *to, st
     make_room(s, to, n);
     if (m)
         memcpy(choice, s->mode->choice, m * sizeof *choice);
+    s->why[0] = '\0';
     if (!jump_assign(&s->j, at, x, changed, choice, err))
         return false;
+    if (s->slide && !slide_choose(s->slide, &s->j, s->mode, at, choice, s->why, err))
+        return s->why[0];
     if (!m || !memcmp(choice, s->mode->choice, m * sizeof *choice)) {
         memcpy(s->x, x, n * sizeof *x);
         memcpy(s->was, at->x, n * sizeof *x);

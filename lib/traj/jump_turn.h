@@ -13,6 +13,8 @@ struct turn {
     bool changing;
     unsigned char *place;          /* what struct jump_to points to */
     double *x, *was;               /* in the variables of `mode`: set; as they were before */
+    struct slide *slide;           /* where switches are modes; or NULL */
+    char why[256];                 /* after turn_begin: not empty: no motion goes on, for this reason */
 };
 
 bool turn_init(struct turn *s, const struct traj_mode *mode, struct sga_error *err);

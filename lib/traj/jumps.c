@@ -7,11 +7,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "budget.h"
 #include "crossing.h"
 #include "jump_turn.h"
 #include "mem.h"
 #include "ode.h"
+#include "slide.h"
 #include "system.h"
 #include "tolerance.h"
 
@@ -35,7 +37,7 @@ struct pass {
     double *at; int jumps, room;  /* times of events that set */
     int *count;                   /* by event: how often it did */
     double end_error;             /* of an accumulation's time */
-    size_t leg_room;
+    size_t leg_room, slide_room;
     bool stood;                   /* after the event before the last what it looks at stood still, and did so again */
     size_t happening_room;
 };
@@ -44,7 +46,7 @@ bool jumps_any(const struct traj_request *rq)
 {
     bool any = false;
     for (int e = 0; e < rq->events; e++)
-        any |= rq->event[e].sets > 0;
+        any |= rq->event[e].sets > 0 || rq->event[e].turns;
     return any;
 }
 
@@ -143,7 +145,7 @@ static void piece_events(struct piece *p, const struct traj_request *rq, const i
             continue;
         p->whole[p->q.events] = e;
         p->side[p->q.events] = p->all_side[e];
-        p->event[p->q.events++] = (struct traj_event){ .expression = from->expression, .direction = from->direction, .stop = from->stop || from->sets };
+        p->event[p->q.events++] = (struct traj_event){ .expression = from->expression, .direction = from->direction, .stop = from->stop || from->sets || from->turns };
     }
 }
 
@@ -243,7 +245,7 @@ static bool fired_at_end(const struct traj_request *rq, const struct piece *q, c
     for (int i = piece->happened - 1; i >= 0 && fabs(piece->happening[i].t - t) <= SAME_TIME * fabs(t); i--) {
         int e = q->whole[piece->happening[i].event];
         stop |= rq->event[e].stop;
-        any |= rq->event[e].sets > 0;
+        any |= rq->event[e].sets > 0 || rq->event[e].turns;
         fired[e] = 1;
         crossing[e] = (signed char)piece->happening[i].direction;
     }
@@ -319,17 +321,72 @@ static void add_leg(struct pass *p, double t, int mode, const char *how, double 
     p->r.leg[p->r.legs++] = (struct traj_leg){ .t = t, .mode = mode, .how = how, .moved = moved, .impulse = impulse, .coordinates = coordinates };
 }
 
+/* Values of switches of slides from a list of all variables. */
+static void widen(struct traj_result *r, int surface, double value)
+{
+    for (int i = r->slides - 1; i >= 0; i--)
+        if (r->slide[i].surface == surface && isnan(r->slide[i].to)) {
+            r->slide[i].least = fmin(r->slide[i].least, value);
+            r->slide[i].most = fmax(r->slide[i].most, value);
+        }
+}
+
+/* Of the samples of a piece, and of its end. */
+static void widen_all(struct pass *p, const struct piece *q, const struct traj_mode *m, const struct traj_result *piece)
+{
+    for (int k = 0; slide_any(m->rq) && k < m->rq->modes->surfaces; k++) {
+        if (m->sliding[k] < 0)
+            continue;
+        size_t wide = (size_t)piece->columns, at = (size_t)q->q.outputs - (size_t)m->sys->variables + (size_t)m->sliding[k];
+        for (int i = 0; i < piece->rows; i++)
+            widen(&p->r, k, piece->value[(size_t)i * wide + at]);
+        if (piece->happened)
+            widen(&p->r, k, piece->happened_value[(size_t)(piece->happened - 1) * wide + at]);
+    }
+}
+
+/* Slides that end at t, and those that begin there, at x of the mode `to`. */
+static void note_slides(struct pass *p, const struct traj_mode *was, const struct traj_mode *to, double t, const double *x)
+{
+    struct traj_result *r = &p->r;
+    for (int k = 0; slide_any(to->rq) && k < to->rq->modes->surfaces; k++) {
+        bool before = was->choice[k] == TRAJ_ALONG, now = to->choice[k] == TRAJ_ALONG;
+        for (int i = r->slides - 1; before && !now && i >= 0; i--)
+            if (r->slide[i].surface == k && isnan(r->slide[i].to)) {
+                r->slide[i].to = t;
+                r->slide[i].left = to->choice[k] == TRAJ_ABOVE ? 1 : -1;
+            }
+        if (!before && now) {
+            SGA_RESERVE(r->slide, p->slide_room, r->slides + 1);
+            r->slide[r->slides++] = (struct traj_slide){ .surface = k, .mode = to->place, .from = t, .to = NAN, .least = x[to->sliding[k]], .most = x[to->sliding[k]] };
+        } else if (now) {
+            widen(r, k, x[to->sliding[k]]);
+        }
+    }
+}
+
+/* The sides of what is looked for in the next piece. */
+static bool take_sides(struct piece *q, struct turn *s, double t, struct sga_error *err)
+{
+    return !s->slide || slide_sides(s->slide, s->mode, t, q->x, q->all_side, err);
+}
+
 /* What is set is set, and the next piece's mode entered. */
 static bool turn(struct pass *p, struct piece *q, struct turn *s, const struct jump_at *at, double tighter, struct sga_error *err)
 {
     struct jump_to to = { 0 };
     const struct traj_mode *was = s->mode;
-    bool ok = turn_begin(s, at, &to, err);
-    if (ok && s->mode != was)
+    bool ok = turn_begin(s, at, &to, err), on = ok && !s->why[0];
+    if (on && s->mode != was)
         piece_turn(q, s->mode, tighter);
-    ok = ok && turn_land(s, at, &to, q->all_side, q->stands, err);
-    if (ok) {
+    ok = ok && (!on || turn_land(s, at, &to, q->all_side, q->stands, err));
+    on &= ok;
+    if (on) {
         memcpy(q->x, to.x, (size_t)s->j.n * sizeof *q->x);
+        ok = take_sides(q, s, at->t, err);
+        note_slides(p, was, s->mode, at->t, q->x);
+    }
+    if (on && !s->slide) {
         add_leg(p, at->t, s->mode->place, to.how, to.moved, to.impulse, s->mode->rq->mass ? s->mode->rq->mass->coordinates : 0);
         to.impulse = NULL;
     }
@@ -358,7 +415,13 @@ static bool go_on(struct pass *p, struct piece *q, struct turn *s, const struct 
         for (int e = 0; e < rq->events; e++)
             p->stood |= fired[e] && rq->event[e].sets && q->stands[e];
         *ok = turn(p, q, s, &at, tighter, err);
-        more = *ok && !accumulates(p, rq);
+        if (*ok && s->why[0]) {
+            p->r.ended = true;
+            p->r.ended_t = piece->ended_t;
+            p->r.ended_reason = ode_reason_text(ODE_NOT_SMOOTH);
+            snprintf(p->r.ended_detail, sizeof p->r.ended_detail, "%s", s->why);
+        }
+        more = *ok && !s->why[0] && !accumulates(p, rq);
         if (more && p->jumps >= MOST_JUMPS) {
             p->r.ended = true;
             p->r.ended_t = piece->ended_t;
@@ -381,6 +444,31 @@ static void take_units(struct traj_result *r, const struct traj_result *piece)
         r->unit[k] = fmax(r->unit[k], piece->unit ? piece->unit[k] : 1);
 }
 
+/* The start by the equations as they are written, from there on by the sides of switches. */
+static bool begin(struct pass *p, struct piece *q, struct turn *s, const struct traj_request *rq, double tighter, struct sga_error *err)
+{
+    struct traj_initial start;
+    if (!traj_consistent(s->mode->sys, s->mode->sol, rq, &start, err))
+        return false;
+    SGA_FREED unsigned char *none = sga_calloc((size_t)rq->events + 1, 1);
+    struct jump_at at = { .t = rq->start, .x = start.x, .fired = none, .crossing = (signed char *)none };
+    bool ok = turn(p, q, s, &at, tighter, err);
+    if (ok && s->why[0])
+        ok = sga_fail_at(err, SGA_E_NO_MOTION, "/trajectory/initial", "%.300s", s->why);
+    if (ok) {
+        p->r.initial = start.x;
+        p->r.moved = start.moved;
+        start.x = NULL;
+        q->q.start = rq->start;
+        q->q.initial = q->x;
+        q->q.given = q->given;
+        q->q.held = q->held;
+        memset(q->all_side, ODE_SIDE_FRESH, (size_t)rq->modes->own);
+    }
+    traj_initial_clear(&start);
+    return ok;
+}
+
 /* The whole motion once. *p is cleared where it fails. */
 static bool pass_run(struct pass *p, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, double tighter, double wrong,
                      struct sga_error *err)
@@ -398,8 +486,10 @@ static bool pass_run(struct pass *p, const struct sys_system *sys, const struct 
     p->each = sga_calloc((rows + 1) * (columns + 1), sizeof(double));
     p->count = sga_calloc((size_t)rq->events + 1, sizeof *p->count);
     bool ok = turn_init(&s, rq->modes ? rq->modes->start : &own, err), more = ok;
-    if (rq->modes || rq->mass)
+    if ((rq->modes && !slide_any(rq)) || rq->mass)
         add_leg(p, rq->start, 0, "start", 0, NULL, 0);
+    if (ok && slide_any(rq))
+        ok = more = begin(p, &q, &s, rq, tighter, err);
     for (int done = 0; more;) {
         struct traj_result piece;
         piece_events(&q, s.mode->rq, p->count);
@@ -412,6 +502,7 @@ static bool pass_run(struct pass *p, const struct sys_system *sys, const struct 
             piece.initial = NULL;
         }
         join(p, &q, &piece);
+        widen_all(p, &q, s.mode, &piece);
         double t = piece.ended_t, direction = rq->times[rq->samples - 1] < rq->start ? -1 : 1;
         more = pass_over(p, &q, s.mode->sys, s.mode->sol, rq, &piece, &t) || go_on(p, &q, &s, s.mode->rq, &piece, tighter, wrong, &ok, err);
         take_units(&p->r, &piece);
@@ -470,6 +561,12 @@ static double compare(struct pass *p, const struct pass *loose, const struct tra
         }
         r->error_estimate = fmax(r->error_estimate, r->error[i]);
     }
+    for (int i = 0; i < r->slides; i++) {
+        struct traj_slide *a = r->slide + i;
+        const struct traj_slide *b = i < o->slides && o->slide[i].surface == a->surface ? o->slide + i : NULL;
+        a->error = b ? fabs(a->from - b->from) + (isnan(a->to) && isnan(b->to) ? 0 : fabs(a->to - b->to)) + 4 * DBL_EPSILON * fabs(a->from) : INFINITY;
+        a->error = isnan(a->error) ? INFINITY : a->error;
+    }
     for (int i = 0; i < r->happened; i++) {
         struct traj_happening *h = r->happening + i;
         h->error = i < same ? fabs(h->t - o->happening[i].t) + (isfinite(h->error) ? h->error : 0) + 4 * DBL_EPSILON * fabs(h->t) : INFINITY;
@@ -492,6 +589,20 @@ static void say_limit(struct pass *p, const struct pass *loose)
         snprintf(r->ended_detail + end, sizeof r->ended_detail - end, " (the time is known to %.2g)", e);
     else
         snprintf(r->ended_detail + end, sizeof r->ended_detail - end, " (how well the time is known is not)");
+}
+
+/* What happened at surfaces is said by slides. */
+static void drop_turns(struct traj_result *r, const struct traj_request *rq)
+{
+    int kept = 0;
+    for (int i = 0; i < r->happened; i++) {
+        if (rq->event[r->happening[i].event].turns)
+            continue;
+        r->happening[kept] = r->happening[i];
+        memmove(r->happened_value + (size_t)kept * (size_t)r->columns, r->happened_value + (size_t)i * (size_t)r->columns, (size_t)r->columns * sizeof(double));
+        kept++;
+    }
+    r->happened = kept;
 }
 
 bool jumps_run(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, struct traj_result *r, struct sga_error *err)
@@ -521,6 +632,7 @@ bool jumps_run(const struct sys_system *sys, const struct sga_solution *sol, con
         p.r.shortfall = isinf(worst) ? "the motions that were compared do not have the same events" : "errors that events that set variables carry on are larger than the tolerances, at tighter ones too";
     if (worst <= 1)
         p.r.shortfall = NULL;
+    drop_turns(&p.r, rq);
     *r = p.r;
     p.r = (struct traj_result){ 0 };
     pass_clear(&p);

@@ -676,6 +676,7 @@ void traj_result_clear(struct traj_result *r)
     for (int i = 0; i < r->legs; i++)
         free(r->leg[i].impulse);
     free(r->leg);
+    free(r->slide);
     free(r->happened_value);
     for (size_t i = 0; r->happened_digits && i < (size_t)r->happened * ((size_t)r->columns + 1); i++)
         free(r->happened_digits[i]);

@@ -34,6 +34,7 @@ struct traj_event {
     int direction;            /* +1: up, -1: down, 0: any, touches too */
     bool stop;
     const struct traj_set *set; int sets;   /* 0: none (jumps.h) */
+    bool turns;               /* of a surface of struct traj_modes: the motion comes to it, or its slide ends */
     int most;                 /* it acts so many times, and is not looked for from then on; 0: always */
 };
 
@@ -51,7 +52,15 @@ struct traj_mode {
     const struct sys_system *sys; const struct sga_solution *sol; const struct traj_request *rq;
     const int *choice;        /* by mode: the place of its value */
     int place;                /* among those reached, which is 0 for the start */
+    /* Where switches are modes (slide.h): what changes its sign at each surface, with other switches as they are here; the variable that stands for the
+     * switch on a surface that the motion slides along, or -1. sol NULL: nothing can move here, for this reason. */
+    const expr_id *surface;
+    const int *sliding;
+    const char *why;
 };
+
+/* The value of a mode that is a switch: on which side of its surface the motion is, or along it. */
+enum { TRAJ_ABOVE, TRAJ_BELOW, TRAJ_ALONG, TRAJ_AS_WRITTEN };
 
 struct traj_modes {
     int modes;
@@ -61,6 +70,17 @@ struct traj_modes {
     /* The one with these values, reduced where it is reached first: near x (variables of `from`) at time t. It stays where it is. NULL: err. */
     const struct traj_mode *(*enter)(void *ctx, const int *choice, const struct traj_mode *from, double t, const double *x, struct sga_error *err);
     void *ctx;
+    int surfaces;             /* modes are switches, so many, and none of them is set; 0: they are not. Of all modes of the motion: */
+    int own;                  /* events of the request, which come first; then two for each surface: its function, and nothing (0 nowhere), or how far the switch of a
+                               * slide is from 1, and from -1 */
+};
+
+/* One slide along a surface. */
+struct traj_slide {
+    int surface, mode;        /* mode: place of the mode in which it began */
+    double from, to, error;   /* to: where the motion ended, if it was in it; error of both */
+    int left;                 /* +1, -1: to this side; 0: the motion ended before */
+    double least, most;       /* values of the switch, at samples and ends */
 };
 
 /* Where a piece of a motion begins, after an event that sets something. */
@@ -176,6 +196,7 @@ struct traj_result {
     const char *gauge;        /* how the motion was chosen, see traj_gauge_text; static */
     const char *gauge_numeric; /* why that is solved from the equations at each evaluation, not by expressions; static; NULL: it is not */
     struct traj_leg *leg; int legs;        /* of motions with events that set something */
+    struct traj_slide *slide; int slides;  /* in the order of the motion */
     struct traj_chart *chart; int charts;   /* in the order of the motion; of the last of the solutions that were compared */
     bool stratum;             /* ended where the rank of the equations drops */
     struct traj_passed *passed; int passes;   /* in the order of the motion */

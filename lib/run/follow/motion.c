@@ -15,6 +15,7 @@
 #include "reduction.h"
 #include "request.h"
 #include "seeds.h"
+#include "slides.h"
 #include "stage_clock.h"
 #include "start_of.h"
 #include "sweep.h"
@@ -142,13 +143,16 @@ bool answer_own_motion(struct job *j)
     };
     answer_start_of(j->request, &mem, &r);
     bool tradeoff = j->request->want & REQUEST_TRADEOFF;
-    if (j->request->tables && r.arithmetic == TRAJ_AUTO)
+    if ((j->request->tables || t->sliding) && r.arithmetic == TRAJ_AUTO)
         r.arithmetic = TRAJ_DOUBLE;      /* what they are interpolated in */
     if (r.arithmetic != TRAJ_DOUBLE && (tradeoff || r.arithmetic != TRAJ_AUTO || r.rtol < DOUBLE_SUFFICES))
         exact_values(j, &r);
     bool ok;
     struct modes *modes = modes_begin(j, &r, &mem);
-    if (t->conditions) {
+    struct slides *slides = NULL;
+    if (!slides_begin(j, j->solution, &r, &mem, &slides)) {
+        ok = false;
+    } else if (t->conditions) {
         struct sga_solution solution = { 0 };
         struct points_oracle oracle;
         ok = with_conditions(j, &solution, &oracle) && run(j, &solution, &oracle, &r);
@@ -158,6 +162,7 @@ bool answer_own_motion(struct job *j)
         ok = run(j, j->solution, j->oracle, &r);
     }
     modes_end(modes, ok);
+    slides_end(slides, ok);
     free((expr_id *)r.exact_initial);
     free((expr_id *)r.exact_time);
     return ok;

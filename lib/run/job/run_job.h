@@ -118,6 +118,10 @@ struct job {
         char **values, **entry;   /* JSON: {mode: value}; what the answer says of it (not of the first: NULL) */
         int count;
     } modes;
+    struct {                      /* by slide of the trajectory, where slides were asked for */
+        char **surface;           /* its function's text */
+        int *dimension, *generations;   /* of the reduction of the system that slides */
+    } slides;
     char *sweep;                  /* JSON: those of a sweep, or NULL */
     char *sensitivities;          /* JSON: the member of the trajectory, or NULL */
     char *fit;                    /* JSON: the member, or NULL */

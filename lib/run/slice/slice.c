@@ -62,6 +62,8 @@ static void find_needed(const struct job *j, unsigned char *needed)
         if (t->event[k].sets)      /* what else must move after it is not known before */
             memset(needed, 1, (size_t)sys->variables);
     }
+    if (t->sliding)                /* what a slide holds is not known before */
+        memset(needed, 1, (size_t)sys->variables);
     for (int k = 0; k < t->conditions; k++)
         root[roots++] = t->condition[k];
     for (int k = 0; k < t->rates; k++) {

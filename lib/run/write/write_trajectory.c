@@ -229,6 +229,33 @@ static void write_passed(const struct traj_result *r, struct sga_json *w)
     sga_json_end_array(w);
 }
 
+static void write_slides(const struct job *j, struct sga_json *w)
+{
+    const struct traj_result *r = j->trajectory;
+    if (!j->slides.surface)
+        return;
+    sga_json_key(w, "slides");
+    sga_json_array(w);
+    for (int i = 0; i < r->slides; i++) {
+        const struct traj_slide *s = r->slide + i;
+        sga_json_object(w);
+        sga_json_member_string(w, "surface", j->slides.surface[i]);
+        sga_json_member_double(w, "from", s->from);
+        sga_json_member_double(w, "to", s->to);
+        sga_json_member_double(w, "error", s->error);
+        sga_json_member_string(w, "left", s->left > 0 ? "up" : s->left < 0 ? "down" : "not");
+        sga_json_key(w, "switch");
+        sga_json_array(w);
+        sga_json_double(w, s->least);
+        sga_json_double(w, s->most);
+        sga_json_end_array(w);
+        sga_json_member_int(w, "dimension", j->slides.dimension[i]);
+        sga_json_member_int(w, "generations", j->slides.generations[i]);
+        sga_json_end_object(w);
+    }
+    sga_json_end_array(w);
+}
+
 bool answer_write_motion(struct job *j, struct sga_json *w)
 {
     const struct traj_result *r = j->trajectory;
@@ -262,6 +289,7 @@ bool answer_write_motion(struct job *j, struct sga_json *w)
         sga_json_raw(w, j->sensitivities, strlen(j->sensitivities));
     }
     answer_write_pieces(j, w);
+    write_slides(j, w);
     write_charts(r, w);
     write_passed(r, w);
     sga_json_key(w, "ended");

@@ -1,0 +1,344 @@
+/* Switches as modes: systems made from the job's own, in its store. */
+#include "slides.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "arena.h"
+#include "buf.h"
+#include "budget.h"
+#include "guess.h"
+#include "mem.h"
+#include "operator_answer.h"
+#include "oracle.h"
+#include "points.h"
+#include "print.h"
+#include "reduce.h"
+#include "reduction.h"
+#include "request.h"
+#include "run_job.h"
+#include "seeds.h"
+#include "surfaces.h"
+#include "system.h"
+#include "trajectory.h"
+
+/* Texts of surfaces in the answer. */
+enum { SURFACE_BYTES = 400 };
+static const double SIDE[] = { 1, -1 };
+
+/* One choice of switches. */
+struct made {
+    struct sys_system sys;
+    struct sga_solution sol; struct points_oracle oracle; bool reduced;
+    struct traj_request rq;
+    struct traj_mode mode;
+    struct made *next;
+};
+
+struct slides {
+    struct job *j;
+    struct sga_arena *mem;
+    struct surfaces s;
+    struct traj_request *rq;  /* of the job's own system */
+    struct traj_modes of;
+    struct traj_mode start;
+    int *symbol;              /* by surface: what stands for its switch on a slide; -1: there was none yet */
+    struct made *first, **last;
+    int count;                /* with the start */
+};
+
+/* A new name for the switch of a surface. */
+static int symbol_of(struct slides *s, int surface)
+{
+    struct expr_store *st = &s->j->request->store;
+    if (s->symbol[surface] >= 0)
+        return s->symbol[surface];
+    SGA_ENDS(sga_buf_free) struct sga_buf name = { 0 };
+    sga_buf_printf(&name, "sliding%d", surface + 1);
+    while (expr_symbol_find(st, name.data, name.len) >= 0)
+        sga_buf_put(&name, "_", 1);
+    expr_symbol_add(st, name.data, EXPR_VARIABLE);
+    return s->symbol[surface] = expr_symbol_find(st, name.data, name.len);
+}
+
+/* By surface what its switch is. */
+static void values_of(struct slides *s, const int *choice, expr_id *value)
+{
+    struct expr_store *st = &s->j->request->store;
+    for (int k = 0; k < s->s.count; k++)
+        value[k] = choice[k] == TRAJ_AS_WRITTEN ? EXPR_UNDEF : choice[k] == TRAJ_ALONG ? st->symbol[symbol_of(s, k)].node : expr_int(st, choice[k] == TRAJ_ABOVE ? 1 : -1);
+}
+
+/* Replaced, and linear in what slides. */
+static void put(struct slides *s, const int *choice, const expr_id *value, expr_id *e, int count)
+{
+    struct expr_store *st = &s->j->request->store;
+    surfaces_put(&s->s, value, e, count);
+    for (int k = 0; k < s->s.count; k++)
+        for (int i = 0; choice[k] == TRAJ_ALONG && i < count; i++)
+            e[i] = surfaces_chord(st, e[i], s->symbol[k]);
+}
+
+/* Whether a coefficient of a derivative has a switch that slides. */
+static bool coefficient_slides(struct slides *s, const int *choice, const expr_id *e, int count)
+{
+    struct expr_cone cone;
+    bool any = false;
+    expr_cone_init(&cone);
+    for (int k = 0; k < s->s.count; k++)
+        for (int i = 0; choice[k] == TRAJ_ALONG && i < count && !any; i++)
+            any = expr_depends(&s->j->request->store, &cone, e[i], s->symbol[k]);
+    expr_cone_clear(&cone);
+    return any;
+}
+
+/* The system with these switches into m->sys. False: it is none that slides are defined for. */
+static bool make_system(struct slides *s, struct made *m, const int *choice, const expr_id *value)
+{
+    const struct sys_system *from = &s->j->request->system;
+    struct expr_store *st = from->store;
+    int most = 1;
+    bool ok = true;
+    sys_copy(&m->sys, from);
+    sys_clear_rows(&m->sys);
+    for (int i = 0; i < from->rows; i++)
+        most = from->row[i].entries > most ? from->row[i].entries : most;
+    SGA_FREED expr_id *e = sga_malloc(((size_t)most + 1) * sizeof *e);
+    for (int i = 0; i < from->rows; i++) {
+        const struct sys_row *r = from->row + i;
+        e[0] = r->alpha;
+        put(s, choice, value, e, 1);
+        int row = sys_add_row(&m->sys, e[0], r->source);
+        for (int k = 0; k < r->entries; k++)
+            e[k] = r->entry[k].value;
+        surfaces_put(&s->s, value, e, r->entries);
+        ok = ok && !coefficient_slides(s, choice, e, r->entries);
+        for (int k = 0; k < r->entries; k++)
+            sys_add_entry(&m->sys, row, r->entry[k].col, e[k]);
+    }
+    put(s, choice, value, m->sys.restriction, m->sys.restrictions);
+    for (int k = 0; k < s->s.count; k++) {
+        expr_id g = s->s.function[k];
+        if (choice[k] != TRAJ_ALONG)
+            continue;
+        put(s, choice, value, &g, 1);
+        sys_add_variable(&m->sys, s->symbol[k], "switch");
+        sys_add_row(&m->sys, g, "surface of a switch");
+    }
+    return ok && expr_store_ok(st);
+}
+
+/* Surfaces, events and columns of a mode in rq; sliding: by surface its variable or -1. */
+static void make_lists(struct slides *s, struct traj_request *rq, const int *choice, const expr_id *value, const int *sliding, const struct sys_system *sys, expr_id **surface)
+{
+    const struct traj_request *own = s->rq;
+    struct expr_store *st = sys->store;
+    int surfaces = s->s.count, events = s->of.own;
+    expr_id *g = sga_zeros(s->mem, (size_t)surfaces + 1, sizeof *g), one = expr_int(st, 1);
+    struct traj_event *event = sga_zeros(s->mem, (size_t)(events + 2 * surfaces) + 1, sizeof *event);
+    memcpy(g, s->s.function, (size_t)surfaces * sizeof *g);
+    surfaces_put(&s->s, value, g, surfaces);
+    for (int e = 0; e < events; e++) {
+        event[e] = own->event[e];
+        surfaces_put(&s->s, value, &event[e].expression, 1);
+    }
+    for (int k = 0; k < surfaces; k++) {
+        struct traj_event *low = event + events + 2 * k, *high = low + 1;
+        *low = *high = (struct traj_event){ .expression = one, .turns = true };
+        low->expression = g[k];
+        if (choice[k] != TRAJ_ALONG)
+            continue;
+        expr_id lambda = st->symbol[sys->variable[sliding[k]].symbol].node;
+        low->expression = expr_sub(st, lambda, one);
+        high->expression = expr_add(st, lambda, one);
+    }
+    int columns = own->outputs ? own->outputs : s->j->request->system.variables;
+    expr_id *output = sga_zeros(s->mem, (size_t)columns + 1, sizeof *output);
+    for (int k = 0; k < columns; k++)
+        output[k] = own->outputs ? own->output[k] : st->symbol[sys->variable[k].symbol].node;
+    put(s, choice, value, output, columns);
+    rq->event = event;
+    rq->events = events + 2 * surfaces;
+    rq->output = output;
+    rq->outputs = columns;
+    *surface = g;
+}
+
+/* The request of a mode: columns that were not named are the variables of the start; what is asked of the start is not asked here. */
+static void make_request(struct slides *s, struct made *m, const int *choice, const expr_id *value, const int *sliding)
+{
+    size_t n = (size_t)m->sys.variables, own = (size_t)s->j->request->system.variables;
+    double *initial = sga_zeros(s->mem, n + 1, sizeof *initial);
+    unsigned char *flag = sga_zeros(s->mem, 2 * n + 2, 1);
+    expr_id *surface;
+    memcpy(initial, s->rq->initial, own * sizeof *initial);
+    memcpy(flag, s->rq->given, own);
+    m->rq = *s->rq;
+    make_lists(s, &m->rq, choice, value, sliding, &m->sys, &surface);
+    m->rq.modes = &s->of;
+    m->rq.initial = initial;
+    m->rq.given = flag;
+    m->rq.held = flag + n + 1;
+    m->rq.relations = 0;
+    m->rq.rate_symbol = NULL;
+    m->rq.low = m->rq.high = NULL;
+    m->rq.beside = NULL;
+    m->rq.exact_start = EXPR_UNDEF;
+    m->rq.exact_initial = m->rq.exact_time = NULL;
+    m->rq.on = m->reduced && m->oracle.reals && m->oracle.real[0].variables == m->sys.variables ? m->oracle.real[0].x : NULL;
+    m->mode.surface = surface;
+}
+
+/* Reduced near x (of the variables of the start), where there is something to reduce. False: limits. */
+static bool reduce(struct slides *s, struct made *m, double t, const double *x, struct sga_error *err)
+{
+    struct job *j = s->j;
+    size_t n = (size_t)m->sys.variables, own = (size_t)j->request->system.variables;
+    SGA_FREED double *near = sga_calloc(n + 1, sizeof *near);
+    SGA_FREED unsigned char *moving = guess_moving(&m->sys);
+    struct sga_error why = { 0 };
+    memcpy(near, x, own * sizeof *near);
+    guess_complete(&m->sys, moving, t, j->start.parameter, near);
+    struct reduction_options options = { .near = near, .near_given = moving, .near_time = t, .parameter_near = j->start.parameter, .seed = SGA_SEED_MOTION, .budget = j->budget,
+                                         .gauge_fields = true, .gauge_nodes = answer_gauge_nodes(j) };
+    points_oracle_init(&m->oracle, 20250103);
+    m->reduced = true;
+    if (sga_reduce(&m->sys, &options, &m->oracle, &m->sol, &why)) {
+        m->mode.sol = m->sol.verdict == SGA_INCONSISTENT ? NULL : &m->sol;
+        return true;
+    }
+    bool none = why.code == SGA_E_NO_REAL_POINT || why.code == SGA_E_IRREGULAR || why.code == SGA_E_UNDECIDED || why.code == SGA_E_SPLIT;
+    if (none)
+        m->mode.why = "along a surface where a switch jumps, or beyond it, the equations could not be reduced";
+    else
+        *err = why;
+    return none && sga_budget_ok(j->budget, err);
+}
+
+static const struct traj_mode *enter(void *ctx, const int *choice, const struct traj_mode *from, double t, const double *x, struct sga_error *err)
+{
+    struct slides *s = ctx;
+    struct expr_store *st = &s->j->request->store;
+    size_t size = (size_t)s->s.count * sizeof *choice;
+    (void)from;
+    for (struct made *m = s->first; m; m = m->next)
+        if (!memcmp(choice, m->mode.choice, size))
+            return &m->mode;
+    struct made *m = sga_zeros(s->mem, 1, sizeof *m);
+    int *own = sga_zeros(s->mem, 2 * (size_t)s->s.count + 2, sizeof *own), *sliding = own + s->s.count + 1, variable = s->j->request->system.variables;
+    SGA_FREED expr_id *value = sga_calloc((size_t)s->s.count + 1, sizeof *value);
+    memcpy(own, choice, size);
+    for (int k = 0; k < s->s.count; k++)
+        sliding[k] = choice[k] == TRAJ_ALONG ? variable++ : -1;
+    *s->last = m;
+    s->last = &m->next;
+    values_of(s, choice, value);
+    m->mode = (struct traj_mode){ .sys = &m->sys, .rq = &m->rq, .choice = own, .sliding = sliding, .place = s->count++ };
+    bool defined = make_system(s, m, choice, value);
+    if (!defined)
+        m->mode.why = "the motion would slide along a surface where coefficients of derivatives jump: between both sides they have no value by Filippov's rule";
+    bool ok = !defined || reduce(s, m, t, x, err);
+    if (ok)
+        make_request(s, m, choice, value, sliding);
+    if (ok && !expr_store_ok(st)) {
+        *err = st->error;
+        ok = false;
+    }
+    return ok ? &m->mode : NULL;
+}
+
+/* What the switches of a request stand in besides its system. */
+static int list_beside(const struct traj_request *rq, expr_id *list)
+{
+    int count = 0;
+    for (int k = 0; k < rq->outputs; k++)
+        list[count++] = rq->output[k];
+    for (int k = 0; k < rq->events; k++)
+        list[count++] = rq->event[k].expression;
+    return count;
+}
+
+bool slides_begin(struct job *j, const struct sga_solution *solution, struct traj_request *rq, struct sga_arena *mem, struct slides **out)
+{
+    const struct request *q = j->request;
+    *out = NULL;
+    if (!q->trajectory.sliding || j->place.depth || !(q->want & REQUEST_TRAJECTORY))
+        return true;
+    struct slides *s = sga_zeros(mem, 1, sizeof *s);
+    SGA_FREED expr_id *beside = sga_malloc((size_t)(rq->outputs + rq->events + 1) * sizeof *beside);
+    *s = (struct slides){ .j = j, .mem = mem, .rq = rq, .count = 1 };
+    s->last = &s->first;
+    surfaces_find(&s->s, &q->system, beside, list_beside(rq, beside), mem);
+    *out = s;
+    if (!s->s.count)
+        return true;
+    if (solution->free_columns)
+        return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/trajectory/sliding", "slides are followed where the equations determine the motion, and here they leave %d variables free; leave sliding out, or "
+                           "add equations that choose", solution->free_columns);
+    size_t surfaces = (size_t)s->s.count;
+    const char **name = sga_zeros(mem, surfaces + 1, sizeof *name);
+    const double **value = sga_zeros(mem, surfaces + 1, sizeof *value);
+    int *values = sga_zeros(mem, surfaces + 1, sizeof *values), *choice = sga_zeros(mem, surfaces + 1, sizeof *choice), *none = sga_zeros(mem, surfaces + 1, sizeof *none);
+    expr_id *written = sga_zeros(mem, surfaces + 1, sizeof *written), *surface;
+    s->symbol = sga_zeros(mem, surfaces + 1, sizeof *s->symbol);
+    for (size_t k = 0; k < surfaces; k++) {
+        name[k] = "switch";
+        value[k] = SIDE;
+        values[k] = 2;
+        choice[k] = TRAJ_AS_WRITTEN;
+        none[k] = s->symbol[k] = -1;
+    }
+    s->of = (struct traj_modes){ .modes = (int)surfaces, .name = name, .value = value, .values = values, .start = &s->start, .enter = enter, .ctx = s, .surfaces = (int)surfaces, .own = rq->events };
+    struct traj_request asked = *rq;
+    make_lists(s, rq, choice, written, none, &q->system, &surface);
+    rq->output = asked.output;
+    rq->outputs = asked.outputs;
+    s->start = (struct traj_mode){ .sys = &q->system, .sol = solution, .rq = rq, .choice = choice, .surface = surface, .sliding = none };
+    rq->modes = &s->of;
+    return true;
+}
+
+/* Generations and dimension of the mode in which a slide began. */
+static const struct made *made_at(const struct slides *s, int place)
+{
+    const struct made *m = s->first;
+    while (m && m->mode.place != place)
+        m = m->next;
+    return m;
+}
+
+static void tell(struct slides *s)
+{
+    struct job *j = s->j;
+    const struct traj_result *r = j->trajectory;
+    size_t slides = (size_t)r->slides;
+    j->slides.surface = sga_zeros(&j->mem, slides + 1, sizeof *j->slides.surface);
+    j->slides.dimension = sga_zeros(&j->mem, 2 * slides + 2, sizeof *j->slides.dimension);
+    j->slides.generations = j->slides.dimension + slides + 1;
+    for (int i = 0; i < r->slides; i++) {
+        const struct made *m = made_at(s, r->slide[i].mode);
+        char *text = expr_text(&j->request->store, s->s.function[r->slide[i].surface], SURFACE_BYTES);
+        j->slides.surface[i] = sga_take_text(&j->mem, text);
+        free(text);
+        j->slides.dimension[i] = m->sys.variables - m->sol.constraints;
+        j->slides.generations[i] = m->sol.generations;
+    }
+}
+
+void slides_end(struct slides *s, bool ok)
+{
+    if (!s)
+        return;
+    if (ok && s->j->trajectory)
+        tell(s);
+    for (struct made *m = s->first; m; m = m->next) {
+        if (m->reduced) {
+            points_oracle_clear(&m->oracle);
+            sga_solution_clear(&m->sol);
+        }
+        sys_clear(&m->sys);
+    }
+    surfaces_clear(&s->s);
+}
