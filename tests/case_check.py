@@ -432,7 +432,19 @@ class TrajectoryCheck:
     def check(self, ok, what, detail=""):
         self.tally.check(ok, f"{self.name}: trajectory: {what}", detail)
 
+    def slides(self, expected):
+        got = self.t.get("slides", [])
+        shape = [[s["surface"], s["to"] is None, s["left"]] for s in got]
+        self.check(shape == [[surface, to is None, left] for surface, _, to, left in expected], "slides", str(got))
+        for s, (_, start, to, _) in zip(got, expected):
+            asked = {"rtol": 1e-8, "atol": 1e-10, **self.request.get("accuracy", {})}
+            off = max(abs(s["from"] - start), abs(s["to"] - to) if to is not None and s["to"] is not None else 0)
+            self.check(off <= max(10 * asked["rtol"], 1e-9), "a slide's times", f"{s}, off by {off:.3g}")
+            self.check(-1 - 1e-9 <= s["switch"][0] <= s["switch"][1] <= 1 + 1e-9, "a switch between -1 and 1", str(s))
+        self.check(("slides" in self.t) == bool(self.spec.get("sliding")), "slides where they are asked for")
+
     def run(self, expect, modes=False):
+        modes = modes or bool(self.spec.get("sliding"))     # each choice of switches has its own constraints
         self.check(self.columns[0] == self.answer.problem.time, "first column is time", str(self.columns))
         self.check(all(len(r) == len(self.columns) and None not in r for r in self.rows), "rows are full")
         if not self.rows:
@@ -461,6 +473,8 @@ class TrajectoryCheck:
             self.check(len(passed) == expect.get("passes", len(times)) and all(abs(a - b) <= near for a, b in zip(passed, times)), "singular positions passed", str(passed[:5]))
         else:
             self.check(not passed, "no singular position on the way", str(passed[:5]))
+        if "slides" in expect:       # surface, from, to, the side it was left to
+            self.slides(expect["slides"])
         if "charts" in expect:
             self.check(bool(self.t.get("charts")) == expect["charts"], "other pivots on the way", str(self.t.get("charts")))
         if "reached" in expect:

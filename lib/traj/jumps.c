@@ -394,6 +394,16 @@ static bool turn(struct pass *p, struct piece *q, struct turn *s, const struct j
     return ok;
 }
 
+/* What a slide holds at 0 is left as powers of roundings, whose size says nothing: a start that is looked for by sizes would not be found. */
+static void drop_dust(double *x, int n)
+{
+    double largest = 0;
+    for (int k = 0; k < n; k++)
+        largest = fmax(largest, fabs(x[k]));
+    for (int k = 0; k < n; k++)
+        x[k] = fabs(x[k]) <= DBL_EPSILON * DBL_EPSILON * largest ? 0 : x[k];
+}
+
 /* The end of a piece: true where another follows. */
 static bool go_on(struct pass *p, struct piece *q, struct turn *s, const struct traj_request *rq, const struct traj_result *piece, double tighter, double wrong, bool *ok, struct sga_error *err)
 {
@@ -408,7 +418,9 @@ static bool go_on(struct pass *p, struct piece *q, struct turn *s, const struct 
         if (piece->ended_event >= 0)
             name_stop(rq, q, piece, &p->r);
     } else if (set) {
-        const double *x = piece->happened_value + (size_t)piece->happened * (size_t)piece->columns - s->j.n;
+        double *x = piece->happened_value + (size_t)piece->happened * (size_t)piece->columns - s->j.n;
+        if (s->slide)
+            drop_dust(x, s->j.n);
         struct jump_at at = { piece->ended_t, x, fired, crossing, wrong };
         count_jump(p, rq, piece->ended_t, fired);
         p->stood = false;
@@ -570,7 +582,7 @@ static double compare(struct pass *p, const struct pass *loose, const struct tra
     for (int i = 0; i < r->happened; i++) {
         struct traj_happening *h = r->happening + i;
         h->error = i < same ? fabs(h->t - o->happening[i].t) + (isfinite(h->error) ? h->error : 0) + 4 * DBL_EPSILON * fabs(h->t) : INFINITY;
-        if (i < same)
+        if (i < same && !rq->event[h->event].turns)      /* of those slides say it, and what it does to the motion is in the samples */
             worst = fmax(worst, sga_error_ratio(h->error, asked, 1, h->t));
     }
     return worst;

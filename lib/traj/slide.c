@@ -18,9 +18,9 @@
 #include "tape.h"
 
 /* Derivatives that are looked at: at once, and where those are 0; surfaces that are decided at once. */
-enum { FIRST = 1, LAST = 5, MOST_AT_ONCE = 3 };
+enum { FIRST = 2, LAST = 5, MOST_AT_ONCE = 3 };
 /* Of a value: what of it is not told from 0; of a differentiated variable, by the size of all: what it may move onto a slide; of rates: what is no convex combination. */
-static const double UNTOLD = 1e-9, STAYS = 1e-6, CONVEX = 1e-6;
+static const double UNTOLD = 1e-9, STAYS = 1e-6, CONVEX = 1e-6, NEAR_END = 1e-6, GRAIN = 64 * DBL_EPSILON / 1e-9;   /* GRAIN: of UNTOLD, roundings */
 
 /* A mode with the derivatives of what decides in it: of the surface's function, or of the switch on a slide. */
 struct ways {
@@ -120,7 +120,7 @@ static bool tell(struct ways *w, int level, double t, const double *x, const dou
     for (size_t i = 0; i < roots; i++)
         out->doubt[i] = 64 * DBL_EPSILON * fabs(out->value[i]);
     for (int k = 0; k <= n; k++) {
-        double keep = in[k], size = k < n ? fmax(fabs(x[k]), speed ? fabs(speed[k]) * span : 0) : fmax(fabs(t), span);
+        double keep = in[k], size = k < n ? fmax(fmax(fabs(x[k]), fabs(rq->initial[k])), speed ? fabs(speed[k]) * span : 0) : fmax(fabs(t), span);
         in[k] = keep + UNTOLD * (size > 0 ? size : largest > 0 ? 1e-3 * largest : 1e-3);
         num_tape_eval(tape, in, moved);
         for (size_t i = 0; i < roots; i++)
@@ -138,13 +138,15 @@ static int heads_to(double shift, double factor, const struct told *v, int surfa
         double c = factor * v->value[at] + (i ? 0 : shift);
         if (isnan(c))
             return 0;
-        if (fabs(c) > doubt * v->doubt[at])
+        /* so small that roundings of the function decide whether it comes to 0 at all: it touches 0 */
+        bool touches = first == 1 && i == 1 && c * c <= 4 * fabs(v->value[at + 1]) * GRAIN * v->doubt[at - 1];
+        if (fabs(c) > doubt * v->doubt[at] && !touches)
             return (c > 0 ? 1 : -1) * (along < 0 && i % 2 ? -1 : 1);
     }
     return 0;
 }
 
-enum way { NO_WAY, IS_WAY, NOT_TOLD, BENT };
+enum way { NO_WAY, IS_WAY, BRIEF, NOT_TOLD };      /* BRIEF: a slide that is over at once: none where there is another way */
 
 /* What one choice comes to. */
 struct trial {
@@ -163,9 +165,17 @@ struct decision {
     struct jump *now; const struct traj_mode *from; const struct jump_at *at;
     int surfaces, along;
     double doubt;                 /* 1, or 0: derivatives are what they are */
+    double *size;                 /* of what has a derivative, by all that was tried so far: sides come before slides */
     unsigned char *open;          /* by surface: it is asked */
     unsigned char *other;         /* by surface that is not: it would have to be */
 };
+
+/* The switch is so near to 1 or -1, and heads there, that roundings of the place make the difference. */
+static bool is_brief(const struct decision *d, const struct told *v, int k)
+{
+    const double *c = v->value + (size_t)k * (size_t)(v->order + 1);
+    return d->open[k] && 1 - fabs(c[0]) < NEAR_END && (c[0] > 0 ? 1 : -1) * d->along * c[1] > 0;
+}
 
 /* Along one surface or on one side of it: whether the motion by this mode stays there. */
 static enum way stays(const struct decision *d, const struct told *v, int k, int choice)
@@ -173,7 +183,7 @@ static enum way stays(const struct decision *d, const struct told *v, int k, int
     int first = d->open[k] == AT_IT;
     int a = choice == TRAJ_ALONG ? heads_to(1, -1, v, k, 0, d->along, d->doubt) : heads_to(0, choice == TRAJ_ABOVE ? 1 : -1, v, k, first, d->along, d->doubt);
     int b = choice == TRAJ_ALONG ? heads_to(1, 1, v, k, 0, d->along, d->doubt) : 1;
-    return a < 0 || b < 0 ? NO_WAY : a && b ? IS_WAY : NOT_TOLD;
+    return a < 0 || b < 0 ? NO_WAY : !a || !b ? NOT_TOLD : choice == TRAJ_ALONG && is_brief(d, v, k) ? BRIEF : IS_WAY;
 }
 
 /* All surfaces, by the derivatives of one level. */
@@ -189,7 +199,7 @@ static bool look(const struct decision *d, struct ways *w, const int *choice, in
         enum way one = stays(d, &v, k, choice[k]);
         if (one == NO_WAY && !d->open[k])
             d->other[k] = 1;
-        out->way = one == NO_WAY || out->way == NO_WAY ? NO_WAY : one == NOT_TOLD ? NOT_TOLD : out->way;
+        out->way = one == NO_WAY || out->way == NO_WAY ? NO_WAY : one > out->way ? one : out->way;
     }
     free(v.value);
     out->what = "the motion touches the surface so closely that derivatives do not tell to which side it goes";
@@ -197,15 +207,15 @@ static bool look(const struct decision *d, struct ways *w, const int *choice, in
 }
 
 /* What has a derivative stays where it is. */
-static bool moves(const struct jump *j, const struct traj_initial *start, const double *x, double span)
+static bool moves(const struct decision *d, const struct jump *j, const struct traj_initial *start, const double *x, double span)
 {
-    double size = 0, most = 0;
+    double most = 0;
     for (int k = 0; k < j->n; k++)
         if (j->moving[k]) {
-            size = fmax(size, fmax(fabs(x[k]), fabs(start->derivative[k]) * span));
+            *d->size = fmax(*d->size, fmax(fabs(x[k]), fabs(start->derivative[k]) * span));
             most = fmax(most, fabs(start->x[k] - x[k]));
         }
-    return !(most <= STAYS * size);
+    return !(most <= STAYS * *d->size);
 }
 
 /* False: err. */
@@ -234,13 +244,13 @@ static bool try(const struct decision *d, const int *choice, struct trial *out, 
     memset(to.known, 1, common);
     if (!(out->has_start = jump_start(&w->jump, &at, &to, &out->start, &why)))
         return sga_budget_ok(m->rq->budget, err);
-    if (moves(&w->jump, &out->start, x, fabs(m->rq->times[m->rq->samples - 1] - m->rq->start)))
+    if (moves(d, &w->jump, &out->start, x, fabs(m->rq->times[m->rq->samples - 1] - m->rq->start)))
         return true;
     if (!look(d, w, choice, 0, &out->start, out, err))
         return false;
     if (out->way == NOT_TOLD && !look(d, w, choice, 1, &out->start, out, err))
         return false;
-    if (out->way == IS_WAY && m->sol->free_columns) {
+    if ((out->way == IS_WAY || out->way == BRIEF) && m->sol->free_columns) {
         out->way = NOT_TOLD;
         out->what = "the equations leave free what the switch is while the motion slides";
     }
@@ -281,7 +291,7 @@ static bool is_convex(const struct decision *d, const struct trial *trial)
 
 /* What the trials came to. */
 struct verdict {
-    int ways, bent;
+    int ways, brief, bent;
     const char *not_told;
 };
 
@@ -307,10 +317,13 @@ static bool try_all(const struct decision *d, const int *choice, struct verdict 
         if (ok && trial[i].way == IS_WAY) {
             v->ways++;
             memcpy(best, mine, (size_t)d->surfaces * sizeof *mine);
+        } else if (ok && trial[i].way == BRIEF && !v->ways && !v->brief++) {
+            memcpy(best, mine, (size_t)d->surfaces * sizeof *mine);
         } else if (ok && trial[i].way == NOT_TOLD) {
             v->not_told = trial[i].what;
         }
     }
+    v->ways = v->ways ? v->ways : v->brief == 1;
     if (ok && count == 1 && v->ways == 1 && best[open[0]] == TRAJ_ALONG && !is_convex(d, trial))
         v->bent = 1;
     for (int i = 0; i < all; i++)
@@ -380,7 +393,9 @@ bool slide_choose(struct slide *s, struct jump *now, const struct traj_mode *fro
     struct decision d = { .s = s, .now = now, .from = from, .at = at, .surfaces = rq->modes->surfaces, .along = rq->times[rq->samples - 1] < rq->start ? -1 : 1, .doubt = 1,
                           .open = flag, .other = flag + surfaces + 1 };
     struct verdict v = { 0 };
+    double size = 0;
     bool ok = true;
+    d.size = &size;
     why[0] = '\0';
     if (!open_at_point(&d, choice, err))
         return false;

@@ -15,16 +15,6 @@
 enum { POINTS = 5 };
 static const double ALIKE = 1e-11;
 
-static bool has_variable(const struct sys_system *sys, struct expr_cone *cone, expr_id e)
-{
-    const struct expr_store *st = sys->store;
-    expr_cone_of(st, cone, &e, 1);
-    for (int i = 0; i < cone->count; i++)
-        if (expr_op_of(st, cone->list[i]) == EXPR_SYM && st->symbol[st->node[cone->list[i]].a].kind == EXPR_VARIABLE)
-            return true;
-    return false;
-}
-
 /* 1 by switch that may jump: sign, and abs under a line of division. */
 static void find_jumping(const struct surfaces *s, const expr_id *root, int roots, unsigned char *jumps)
 {
@@ -105,7 +95,6 @@ void surfaces_find(struct surfaces *s, const struct sys_system *sys, const expr_
 {
     expr_id *root;
     int roots = sys_expressions(sys, &root);
-    struct expr_cone cone;
     root = sga_realloc(root, ((size_t)roots + (size_t)sys->restrictions + (size_t)besides + 1) * sizeof *root);
     for (int i = 0; i < sys->restrictions; i++)
         root[roots++] = sys->restriction[i];
@@ -121,10 +110,9 @@ void surfaces_find(struct surfaces *s, const struct sys_system *sys, const expr_
     SGA_FREED int *first = sga_calloc(count + 1, sizeof *first);
     SGA_FREED double *value = count ? values_of(s) : NULL;
     find_jumping(s, root, roots, jumps);
-    expr_cone_init(&cone);
     for (int k = 0; k < s->w.count; k++) {
         s->of[k] = -1;
-        if (!jumps[k] || !has_variable(sys, &cone, s->w.argument[k]) || join(s, value, first, k))
+        if (!jumps[k] || join(s, value, first, k))
             continue;
         first[s->count] = k;
         s->function[s->count] = s->w.argument[k];
@@ -134,7 +122,6 @@ void surfaces_find(struct surfaces *s, const struct sys_system *sys, const expr_
     for (int k = 0; k < s->w.count; k++)
         if (s->of[k] < 0)
             join(s, value, first, k);
-    expr_cone_clear(&cone);
     free(root);
 }
 

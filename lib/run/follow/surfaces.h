@@ -16,7 +16,7 @@ struct surfaces {
     int *of; signed char *sign;   /* by switch of w: its surface, and the sign that its argument has beside it; or -1: it stays as it is written */
 };
 
-/* Those of sign, and of abs in a divisor, whose argument depends on a variable: arguments that are multiples of each other have one surface. Switches of abs, min
+/* Those of sign, and of abs in a divisor (functions of time too: where they jump, slides may end): arguments that are multiples of each other have one surface. Switches of abs, min
  * and max with the same surface are of it too, and those of expressions beside the system. In mem, but for w. */
 void surfaces_find(struct surfaces *s, const struct sys_system *sys, const expr_id *beside, int besides, struct sga_arena *mem);
 void surfaces_clear(struct surfaces *s);
