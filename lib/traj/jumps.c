@@ -576,7 +576,7 @@ static double compare(struct pass *p, const struct pass *loose, const struct tra
     for (int i = 0; i < r->slides; i++) {
         struct traj_slide *a = r->slide + i;
         const struct traj_slide *b = i < o->slides && o->slide[i].surface == a->surface ? o->slide + i : NULL;
-        a->error = b ? fabs(a->from - b->from) + (isnan(a->to) && isnan(b->to) ? 0 : fabs(a->to - b->to)) + 4 * DBL_EPSILON * fabs(a->from) : INFINITY;
+        a->error = b ? fabs(a->from - b->from) + (isnan(a->to) && isnan(b->to) ? 0 : fabs(a->to - b->to)) + 16 * DBL_EPSILON * fmax(fabs(a->from), isnan(a->to) ? 0 : fabs(a->to)) : INFINITY;
         a->error = isnan(a->error) ? INFINITY : a->error;
     }
     for (int i = 0; i < r->happened; i++) {

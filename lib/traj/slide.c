@@ -250,7 +250,7 @@ static bool try(const struct decision *d, const int *choice, struct trial *out, 
         return false;
     if (out->way == NOT_TOLD && !look(d, w, choice, 1, &out->start, out, err))
         return false;
-    if ((out->way == IS_WAY || out->way == BRIEF) && m->sol->free_columns) {
+    if (out->way != NO_WAY && m->sol->free_columns) {
         out->way = NOT_TOLD;
         out->what = "the equations leave free what the switch is while the motion slides";
     }
