@@ -328,6 +328,8 @@ static bool turn(struct pass *p, struct piece *q, struct turn *s, const struct j
     if (ok && s->mode != was)
         piece_turn(q, s->mode, tighter);
     ok = ok && turn_land(s, at, &to, q->all_side, q->stands, err);
+    if (ok && s->mode != was)
+        ok = s->mode->rq->modes->landed(s->mode->rq->modes->ctx, s->mode, at->t, to.x, err);
     if (ok) {
         memcpy(q->x, to.x, (size_t)s->j.n * sizeof *q->x);
         add_leg(p, at->t, s->mode->place, to.how, to.moved, to.impulse, s->mode->rq->mass ? s->mode->rq->mass->coordinates : 0);
