@@ -131,7 +131,7 @@ class CaseCheck:
         if "consistent_initial" in result:
             ConsistentCheck(self.tally, name, request, result, answer).run(expect.get("consistent", {}))
         if "trajectories" in expect:
-            self.sweep(name, request, result, expect["trajectories"])
+            self.sweep(name, case["request"], result, expect["trajectories"])
         if "trajectory" in expect:
             TrajectoryCheck(self.tally, name, request, result, answer).run(expect["trajectory"], "modes" in result)
 

@@ -357,8 +357,20 @@ def exports(c):
     c.tally.check(c.code("sizes", HEAT, "c") != "", "c: parameters of sizes")
 
 
+def bounds(c):
+    """One pair for all names of a range, or a pair for each: y = 0.8 or -0.8 where x = 0.6."""
+    for given, should in (({"y[1:n]": [0, None]}, [0.8, 0.8]), ({"y[1:n]": [[0, "n"], [None, 0]]}, [0.8, -0.8]), ({"y[1:1]": [0, "n"], "y[2:n]": [None, 0]}, [0.8, -0.8])):
+        request = {"system": {"form": "equations", "sizes": {"n": 2}, "variables": ["x[1:n]", "y[1:n]"],
+                              "equations": [{"for": "i = 1:n", "equation": "x[i]' = -y[i]"}, {"for": "i = 1:n", "equation": "x[i]^2 + y[i]^2 = 1"}]},
+                   "want": ["consistent_initial"], "trajectory": {"initial": {"x[1:n]": "0.6", "y[1:n]": "-0.8"}, "hold": ["x[1:n]"], "bounds": given}}
+        result = c.solve(f"bounds {given}", request)
+        got = [result["consistent_initial"]["projected"][f"y[{i}]"] for i in (1, 2)] if result else []
+        c.tally.check(result and all(abs(p - q) < 1e-12 for p, q in zip(got, should)), f"bounds {given}", str(got))
+
+
 def main():
     c = Check()
+    bounds(c)
     for label, request in EQUAL.items():
         c.equal(label, request)
     heat = c.solve("heat, closed form", HEAT)

@@ -30,6 +30,15 @@ static const char *const kind_text[] = {
     [EXPR_SIGNAL] = "a table",
 };
 
+/* What the name of an old symbol is. */
+static const char *kind_of_name(const struct reader *rd, int old)
+{
+    for (int k = 0; k < rd->r->modes; k++)
+        if (rd->r->store.symbol[old].kind == EXPR_PARAMETER && !strcmp(rd->r->mode[k].name, rd->r->store.symbol[old].name))
+            return "a mode (system.modes)";
+    return kind_text[rd->r->store.symbol[old].kind];
+}
+
 int new_name(struct reader *rd, const char *name, enum expr_symbol_kind kind)
 {
     struct expr_store *st = &rd->r->store;
@@ -46,7 +55,7 @@ int new_name(struct reader *rd, const char *name, enum expr_symbol_kind kind)
     if (old >= 0 && st->symbol[old].kind == kind)
         return at_fail(rd, SGA_E_DUPLICATE_NAME, "\"%s\" is given twice", name), -1;
     if (old >= 0)
-        return at_fail(rd, SGA_E_BAD_NAME, "\"%s\" is already %s%s", name, kind_text[st->symbol[old].kind],
+        return at_fail(rd, SGA_E_BAD_NAME, "\"%s\" is already %s%s", name, kind_of_name(rd, old),
                        st->symbol[old].kind == EXPR_TIME ? "; rename one of them (system.time)" : ""), -1;
     expr_id e = expr_symbol_add(st, name, kind);
     return e ? st->node[e].a : (store_ok(rd), -1);

@@ -230,11 +230,21 @@ static bool set_member(struct walk *k, json_t *object, const char *key, json_t *
     return json_object_set_new(object, key, value) == 0;
 }
 
+/* A member of bounds: one pair for all names, or a list of pairs. */
+static bool is_pair(const struct walk *k, const json_t *value)
+{
+    return k->rd->at.data && strstr(k->rd->at.data, "/bounds/") && json_is_array(value) && !json_is_array(json_array_get(value, 0));
+}
+
 /* What a member of a range has: the same for all, one for each, or a text with the names of the range in it. */
 static json_t *value_of(struct walk *k, json_t *value, long pass, const struct index_loop *l)
 {
+    if (is_pair(k, value))
+        return write_value(k, value, true);
     if (json_is_array(value))
         value = json_array_get(value, (size_t)pass);
+    if (json_is_array(value))
+        return write_value(k, value, true);
     return json_is_string(value) ? write_string(k, json_string_value(value), l) : pay(k, 0) ? json_incref(value) : NULL;
 }
 
@@ -247,7 +257,7 @@ static bool write_range_members(struct walk *k, json_t *object, struct index_loo
     size_t bytes = strlen(l->text) + (json_is_string(value) ? json_string_length(value) : 0);
     if (!free_names(k, l) || !afford(k, l, bytes, &count))
         return false;
-    if (json_is_array(value) && json_array_size(value) != (size_t)count)
+    if (json_is_array(value) && !is_pair(k, value) && json_array_size(value) != (size_t)count)
         return at_fail(k->rd, SGA_E_SHAPE, "there are %zu values, but %ld names", json_array_size(value), count);
     for (bool more = index_first(l, &why); more; more = index_next(l, &why), pass++) {
         sga_buf_clear(&name);

@@ -26,8 +26,6 @@ static bool check_sets(struct job *j)
         what = "tradeoff, fit, linearization or transfer";
     else if (t->sensitivities.has)
         what = "sensitivities";
-    else if (r->sweeps)
-        what = "a sweep";
     else if (t->integrals)
         what = "the drift of integrals";
     else if (r->tables)

@@ -381,6 +381,8 @@ static bool turn(struct pass *p, struct piece *q, struct turn *s, const struct j
         piece_turn(q, s->mode, tighter);
     ok = ok && (!on || turn_land(s, at, &to, q->all_side, q->stands, err));
     on &= ok;
+    if (on && s->mode != was && s->mode->rq->modes->landed)
+        on = ok = s->mode->rq->modes->landed(s->mode->rq->modes->ctx, s->mode, at->t, to.x, err);
     if (on) {
         memcpy(q->x, to.x, (size_t)s->j.n * sizeof *q->x);
         ok = take_sides(q, s, at->t, err);

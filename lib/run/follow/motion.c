@@ -92,7 +92,7 @@ static bool start(struct job *j, const struct sga_solution *solution, struct tra
     return false;
 }
 
-static bool run(struct job *j, const struct sga_solution *solution, struct points_oracle *oracle, struct traj_request *r)
+static bool run(struct job *j, const struct sga_solution *solution, struct points_oracle *oracle, struct traj_request *r, struct modes *modes)
 {
     stage_begin(j->clock, STAGE_INITIAL);
     answer_integrals(j, solution, oracle, r);
@@ -103,7 +103,7 @@ static bool run(struct job *j, const struct sga_solution *solution, struct point
         j->initial_residuals = solution->constraints;
     }
     if (j->request->want & REQUEST_TRAJECTORY && j->request->sweeps)
-        return answer_sweep(j, solution, r);
+        return answer_sweep(j, solution, r, (struct sweep_modes){ modes, modes_set, modes_tell });
     if (j->request->want & REQUEST_TRAJECTORY) {
         stage_begin(j->clock, STAGE_TRAJECTORY);
         if (!integrate(j, solution, r))
@@ -155,11 +155,11 @@ bool answer_own_motion(struct job *j)
     } else if (t->conditions) {
         struct sga_solution solution = { 0 };
         struct points_oracle oracle;
-        ok = with_conditions(j, &solution, &oracle) && run(j, &solution, &oracle, &r);
+        ok = with_conditions(j, &solution, &oracle) && run(j, &solution, &oracle, &r, modes);
         points_oracle_clear(&oracle);
         sga_solution_clear(&solution);
     } else {
-        ok = run(j, j->solution, j->oracle, &r);
+        ok = run(j, j->solution, j->oracle, &r, modes);
     }
     modes_end(modes, ok);
     slides_end(slides, ok);

@@ -63,12 +63,15 @@ static void write_error(const struct job *j, const struct request_sweep *m, stru
 
 /* The trajectory of a set of parameters: from the general analysis where that holds, otherwise from one of the system at
  * these values. *analysis: from which. single: of sweep_case_single. */
-static bool at_parameters(struct job *j, const struct sga_solution *s, const struct traj_request *r, const struct request_sweep *m,
+static bool at_parameters(struct job *j, const struct sga_solution *s, const struct traj_request *r, struct sweep_modes modes, const struct request_sweep *m,
                           const unsigned char *single, const char **analysis, struct sga_error *err)
 {
     struct sweep_case c;
     struct sga_error general = { 0 };
+    int set = (int)(m - j->request->sweep);
     bool ok = sweep_case_make(&c, j, s, r, m, err);
+    if (ok && c.solved)
+        modes.set(modes.of, set, &c.system, &c.solution, &c.request);
     bool found = ok && c.solved && traj_run(&c.system, &c.solution, &c.request, j->trajectory, &general);
     *analysis = "shared";
     if (found && !sweep_case_holds(&c, j->trajectory->initial, single)) {
@@ -77,14 +80,17 @@ static bool at_parameters(struct job *j, const struct sga_solution *s, const str
     }
     if (ok && !found && job_goes_on(j)) {
         *analysis = "own";
-        found = sweep_case_solve(&c, j, r->initial, err) && traj_run(&c.system, &c.own, &c.request, j->trajectory, err);
+        found = sweep_case_solve(&c, j, r->initial, err);
+        if (found)
+            modes.set(modes.of, set, &c.system, &c.own, &c.request);
+        found = found && traj_run(&c.system, &c.own, &c.request, j->trajectory, err);
     }
     sweep_case_clear(&c);
     return found;
 }
 
 /* One member. False: the job ends. */
-static bool one(struct job *j, const struct sga_solution *s, struct traj_request *r, const struct request_sweep *m, const unsigned char *single, int *moved,
+static bool one(struct job *j, const struct sga_solution *s, struct traj_request *r, struct sweep_modes modes, const struct request_sweep *m, const unsigned char *single, int *moved,
                 struct sga_json *w)
 {
     struct request_trajectory *t = &j->request->trajectory;
@@ -105,7 +111,9 @@ static bool one(struct job *j, const struct sga_solution *s, struct traj_request
     r->exact_initial = exact_before ? exact : NULL;
     r->initial = initial;
     r->given = given;
-    bool found = j->request->swept_count ? at_parameters(j, s, r, m, single, &analysis, &err)
+    if (!j->request->swept_count)
+        modes.set(modes.of, (int)(m - j->request->sweep), &j->request->system, s, r);
+    bool found = j->request->swept_count ? at_parameters(j, s, r, modes, m, single, &analysis, &err)
                                         : answer_integrate(j, s, r, j->trajectory, &err);
     bool ok = job_goes_on(j);
     t->initial = m->initial;
@@ -114,6 +122,7 @@ static bool one(struct job *j, const struct sga_solution *s, struct traj_request
         sga_json_object(w);
         write_set(j, m, analysis, w);
         *moved += answer_start_moved(j, j->trajectory->initial);
+        modes.tell(modes.of);
         ok = answer_write_motion(j, w);
     } else if (ok) {
         write_error(j, m, w, &err);
@@ -128,7 +137,7 @@ static bool one(struct job *j, const struct sga_solution *s, struct traj_request
     return ok && answer_fits(j, w->out);
 }
 
-bool answer_sweep(struct job *j, const struct sga_solution *s, const struct traj_request *request)
+bool answer_sweep(struct job *j, const struct sga_solution *s, const struct traj_request *request, struct sweep_modes modes)
 {
     struct traj_request r = *request;
     struct sga_buf out = { 0 };
@@ -150,7 +159,7 @@ bool answer_sweep(struct job *j, const struct sga_solution *s, const struct traj
         double each = (whole.to - whole.from) / j->request->sweeps;
         if (share)
             share->from = whole.from + k * each, share->to = share->from + each;
-        ok = one(j, s, &r, j->request->sweep + k, single, &moved, &w);
+        ok = one(j, s, &r, modes, j->request->sweep + k, single, &moved, &w);
     }
     if (share)
         share->from = whole.from, share->to = whole.to;

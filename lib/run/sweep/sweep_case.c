@@ -54,8 +54,12 @@ static void gather_system(struct roots *r, const struct sys_system *s, const str
     append(r, s->restriction, s->restrictions);
     append(r, q->output, q->outputs);
     append(r, q->integral, q->integrals);
-    for (int i = 0; i < q->events; i++)
+    for (int i = 0; i < q->events; i++) {
         append_one(r, q->event[i].expression);
+        for (int k = 0; k < q->event[i].sets; k++)
+            append_one(r, q->event[i].set[k].value);
+    }
+    append(r, q->mass ? q->mass->value : NULL, q->mass ? q->mass->entries : 0);
     for (int i = 0; i < q->rates; i++)
         append_one(r, q->rate[i].rate);
     for (int i = 0; i < q->relations; i++)
@@ -95,6 +99,29 @@ static void *duplicate(const void *from, int count, size_t size)
     return to;
 }
 
+/* The copies of events, what they set, and masses. */
+static const expr_id *place_events(struct sweep_case *c, const struct traj_request *q, const expr_id *e)
+{
+    struct traj_event *event = duplicate(q->event, q->events, sizeof *event);
+    int sets = 0;
+    for (int i = 0; i < q->events; i++)
+        sets += q->event[i].sets;
+    c->set = sga_calloc((size_t)sets + 1, sizeof *c->set);
+    c->request.event = event;
+    for (int i = sets = 0; i < q->events; i++) {
+        event[i].expression = *e++;
+        event[i].set = c->set + sets;
+        for (int k = 0; k < event[i].sets; k++)
+            c->set[sets++] = (struct traj_set){ q->event[i].set[k].variable, *e++ };
+    }
+    if (!q->mass)
+        return e;
+    c->mass = *q->mass;
+    c->mass.value = e;
+    c->request.mass = &c->mass;
+    return e + q->mass->entries;
+}
+
 /* Takes the copies, in the order in which they were gathered. */
 static const expr_id *place_system(struct sweep_case *c, const struct sys_system *s, const struct traj_request *q, const expr_id *e)
 {
@@ -122,10 +149,7 @@ static const expr_id *place_system(struct sweep_case *c, const struct sys_system
     e += q->outputs;
     c->request.integral = e;
     e += q->integrals;
-    struct traj_event *event = duplicate(q->event, q->events, sizeof *event);
-    for (int i = 0; i < q->events; i++)
-        event[i].expression = *e++;
-    c->request.event = event;
+    e = place_events(c, q, e);
     struct traj_rate *rate = duplicate(q->rate, q->rates, sizeof *rate);
     for (int i = 0; i < q->rates; i++)
         rate[i].rate = *e++;
@@ -249,6 +273,7 @@ void sweep_case_clear(struct sweep_case *c)
         sga_solution_clear(&c->own);
     }
     free((struct traj_event *)c->request.event);
+    free(c->set);
     free((struct traj_rate *)c->request.rate);
     free((struct traj_relation *)c->request.relation);
     free(c->node);

@@ -18,7 +18,9 @@ struct sweep_case {
     struct sga_solution solution;    /* of its lists only those are set that motions need */
     bool solved;                     /* the solution has values at these parameters */
     struct traj_request request;     /* its lists of expressions are copies */
-    struct traj_turns turns;         /* the request's, where it has them */
+    struct traj_turns turns;         /* the request's, where it has them; */
+    struct traj_set *set;            /* what its events set, */
+    struct traj_mass mass;           /* and its masses */
     expr_id *node;                   /* all copied expressions */
     struct sga_solution own;         /* of the system at these parameters, where it was asked for */
     struct points_oracle oracle;

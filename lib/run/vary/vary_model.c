@@ -58,7 +58,7 @@ static bool set_near(struct job *j)
         const struct expr_symbol *p = s->store->symbol + s->parameter[k];
         j->start.parameter[k] = p->table ? expr_table_value(p->table, p->order, t->start) : NAN;
         for (int i = 0; i < r->swept_count; i++)
-            if (r->swept[i].symbol == s->parameter[k] && !variation_constants(s->store, &r->swept[i].value, 1, j->start.parameter + k))
+            if (r->swept[i].symbol == s->parameter[k] && r->swept[i].value && !variation_constants(s->store, &r->swept[i].value, 1, j->start.parameter + k))
                 return false;
     }
     j->start.x = sga_zeros(&j->mem, (size_t)s->variables + 1, sizeof *j->start.x);
