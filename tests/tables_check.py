@@ -122,10 +122,11 @@ class Signals:
             start = [mp.mpf(0), mp.mpf(initial["x'"]) - u.value(1, 0)]
         accuracy = {"rtol": 10.0 ** -rng.randint(5, 11)}
         accuracy["atol"] = accuracy["rtol"]
+        accuracy["method"] = rng.choice(["auto", "taylor", "taylor", "radau"])
         result, fault = self.solver.solve({"system": {"form": "equations", "variables": variables, "equations": equations, "tables": {"u": given}},
                                            "want": ["trajectory"], "accuracy": accuracy,
                                            "trajectory": {"start": 0, "times": samples, "initial": initial, "outputs": outputs}})
-        name = f"signal {k}: {equations} {given['interpolation']} {accuracy['rtol']}"
+        name = f"signal {k}: {equations} {given['interpolation']} {accuracy['method']} {accuracy['rtol']}"
         if not self.tally.check(result, name, str(fault)):
             return
         t = result["trajectory"]
