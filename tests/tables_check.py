@@ -51,7 +51,7 @@ class Twins:
         back = rng.random() < 0.2
         there = [sum(a * Fraction(2 * back) ** i for i, a in enumerate(d)) for d in derivatives(c)]
         initial = {n: shown(there[("U", "dU").index(v)]) if v in ("U", "dU") else v for n, v in initial.items()}
-        base = {"want": ["constraints", "index", "gauge", "trajectory"], "accuracy": {"rtol": 1e-9, "atol": 1e-11},
+        base = {"want": ["constraints", "index", "gauge", "trajectory"], "accuracy": {"rtol": 1e-9, "atol": 1e-11, "method": rng.choice(["auto", "auto", "taylor"])},
                 "trajectory": {"start": 2 if back else 0, "stop": 0 if back else 2, "samples": 9, "initial": initial}}
         answers = []
         for names in (["u", "u'", "u''"], [f"({p})" for p in poly]):
@@ -122,10 +122,11 @@ class Signals:
             start = [mp.mpf(0), mp.mpf(initial["x'"]) - u.value(1, 0)]
         accuracy = {"rtol": 10.0 ** -rng.randint(5, 11)}
         accuracy["atol"] = accuracy["rtol"]
+        accuracy["method"] = rng.choice(["auto", "taylor", "taylor", "radau"])
         result, fault = self.solver.solve({"system": {"form": "equations", "variables": variables, "equations": equations, "tables": {"u": given}},
                                            "want": ["trajectory"], "accuracy": accuracy,
                                            "trajectory": {"start": 0, "times": samples, "initial": initial, "outputs": outputs}})
-        name = f"signal {k}: {equations} {given['interpolation']} {accuracy['rtol']}"
+        name = f"signal {k}: {equations} {given['interpolation']} {accuracy['method']} {accuracy['rtol']}"
         if not self.tally.check(result, name, str(fault)):
             return
         t = result["trajectory"]

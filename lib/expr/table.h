@@ -7,6 +7,7 @@
 
 #include <stdbool.h>
 
+enum { EXPR_TABLE_DEGREE = 3 };     /* of the polynomials between knots, at most */
 enum expr_interpolation { EXPR_LINEAR, EXPR_CUBIC };
 
 struct expr_table {
@@ -14,7 +15,7 @@ struct expr_table {
     int knots;                 /* at least 2 */
     double *time;              /* increasing, but for the steps: two that are equal, neither first nor last */
     int steps;
-    double (*piece)[4];        /* by interval: coefficients of powers of t - time[k] */
+    double (*piece)[EXPR_TABLE_DEGREE + 1];        /* by interval: coefficients of powers of t - time[k] */
     /* The interval whose polynomial is taken, also beside its ends, by who follows a motion
      * from knot to knot; -1: the one that holds t, the later one at a knot, NaN outside. */
     int at;

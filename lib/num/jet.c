@@ -7,6 +7,7 @@
 
 #include "jet_machine.h"
 #include "lu.h"
+#include "table.h"
 #include "tape_code.h"
 #include "value.h"
 
@@ -29,6 +30,7 @@
 #define R_DOT dot
 #define R_FUNCTION expr_function_value
 #define R_FUNCTION2 function2
+#define R_TABLE expr_table_value
 #define R_LU_FACTOR num_lu_factor
 #define R_LU_SOLVE num_lu_solve
 

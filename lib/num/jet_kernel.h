@@ -256,7 +256,13 @@ static void step(struct STRUCT *j, int at, int k)
     case JET_SQRT:       w[k] = root(a, w, k); break;
     case JET_POWER:      power(c, a, b, x, w, y, k); break;
     case JET_ABS: case JET_SIGN: case JET_MIN: case JET_MAX: switching(c, a, b, x, w, j->side + at, k); break;
-    case JET_NONE:       w[k] = R_OF(NAN); break;
+    case JET_TABLE: {
+        R v = R_TABLE(p->table[c->b >> 8], (c->b & 255) + k, a[0]);
+        for (int i = 1; i <= k && k <= EXPR_TABLE_DEGREE; i++)
+            v = R_DIV_INT(R_MUL(v, a[1]), i);
+        w[k] = v;
+        break;
+    }
     case JET_SOLVE:      break;
     }
 }

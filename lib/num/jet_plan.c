@@ -130,7 +130,6 @@ static void pair(struct planner *b, int sine, int cosine, int a, bool hyperbolic
 static void function(struct planner *b, int op, int w, int a, int c)
 {
     switch (op) {
-    case TAPE_SIGNAL: emit(b, (struct jet_code){ .op = JET_NONE, .w = w }); break;
     case TAPE_SQUARE: emit(b, (struct jet_code){ .op = JET_SQUARE, .w = w, .a = a }); break;
     case TAPE_CUBE:   emit(b, (struct jet_code){ .op = JET_MUL, .w = w, .a = emit_new(b, JET_SQUARE, a, 0), .b = a }); break;
     case EXPR_POW:    real_power(b, w, a, c); break;
@@ -197,6 +196,7 @@ static void take(struct planner *b, int i)
     case EXPR_POWI: power(b, w, b->row[c->a], c->b); break;
     case TAPE_PAIRED: break;
     case TAPE_FACTOR: solve(b, c->a); break;
+    case TAPE_SIGNAL: emit(b, (struct jet_code){ .op = JET_TABLE, .w = w, .a = b->row[c->a], .b = c->b }); break;
     case TAPE_COMPONENT: b->row[slot] = b->p->solve[c->a].y[c->b]; break;
     default: function(b, c->op, w, b->row[c->a], expr_op_args((enum expr_op)(c->op < EXPR_OP_COUNT ? c->op : EXPR_NEG)) == 2 ? b->row[c->b] : 0);
     }
@@ -222,6 +222,10 @@ void jet_plan_make(struct jet_plan *p, const struct num_tape *t)
         b.row[s] = new_row(&b);
     }
     constants(p, t);
+    p->tables = t->ntables;
+    p->table = sga_malloc(((size_t)t->ntables + 1) * sizeof *p->table);
+    for (int k = 0; k < t->ntables; k++)
+        p->table[k] = t->table[k];
     for (int i = 0; i < t->ncode; i++) {
         b.fixed = i < t->nstatic;
         if (i == t->nstatic)
@@ -245,6 +249,7 @@ void jet_plan_clear(struct jet_plan *p)
         free(p->solve[i].y);
     }
     free(p->solve);
+    free(p->table);
     free(p->code);
     free(p->root);
     free(p->turn);

@@ -4,6 +4,7 @@
 
 #include "dd.h"
 
+struct expr_table;
 struct num_tape;
 
 enum jet_op {
@@ -20,7 +21,7 @@ enum jet_op {
     JET_POWER,       /* w = a^b, b without dependence; x, y = derivatives of a, w; shift 3: cube root */
     JET_ABS, JET_SIGN, JET_MIN, JET_MAX,   /* x = what switches */
     JET_SOLVE,       /* linear solve a */
-    JET_NONE         /* has no series here (a table): not a number */
+    JET_TABLE        /* w = derivative number b & 255 of table b >> 8 at the time a, of which it is a polynomial */
 };
 
 struct jet_code {
@@ -41,6 +42,7 @@ struct jet_plan {
     int *root;                  /* rows */
     int *turn; int turns;       /* rows whose changes of sign end the series */
     struct jet_solve *solve; int solves;
+    const struct expr_table **table; int tables;      /* borrowed: they outlive the series */
     int constants, first_constant;    /* rows first_constant .. + constants */
     num_dd *constant;
     unsigned char *flat;        /* by row: depends on no input */

@@ -76,6 +76,8 @@ static void enter(struct ode_march *m)
 {
     double goal = ode_goal(m);
     m->piece = m->p->break_count ? fabs(goal - m->t) : INFINITY;
+    if (m->choice.series_state)
+        ode_taylor.forget(m->choice.series_state);       /* another piece has another series */
     if (m->p->enter)
         m->p->enter(m->p->ctx, m->t, goal);
 }

@@ -43,8 +43,7 @@ static bool check_options(const struct ode_problem *p, const struct ode_options 
     if (!method)
         return sga_fail(err, SGA_E_NOT_SUPPORTED, "there is no integration method \"%s\"", o->method);
     if (method->series && !p->taylor)
-        return sga_fail(err, SGA_E_NOT_SUPPORTED, "the field is solved from the equations at every evaluation or contains "
-                        "tables, so it has no Taylor series here; use \"auto\", \"tsit5\", \"dop853\" or \"radau\"");
+        return sga_fail(err, SGA_E_NOT_SUPPORTED, "the field is solved from the equations at every evaluation, so it has no Taylor series here; use \"auto\", \"tsit5\", \"dop853\" or \"radau\"");
     return true;
 }
 

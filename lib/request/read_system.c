@@ -253,6 +253,9 @@ bool read_system(struct reader *rd, const json_t *v)
         return false;
     for (int k = 0; k < rd->r->modes; k++)
         rd->r->mode[k].in_system = rd->r->store.symbol[rd->r->mode[k].symbol].mentioned;
+    for (int k = 0; k < rd->r->tables; k++)
+        for (int i = 0; i < rd->r->store.symbols; i++)
+            rd->r->table[k].in_system |= rd->r->store.symbol[i].table == rd->r->table[k].values && rd->r->store.symbol[i].mentioned;
     index_columns(rd);
     rd->grammar.derivative = state_derivative;
     rd->grammar.ctx = rd;

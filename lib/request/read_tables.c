@@ -174,21 +174,17 @@ bool read_tables_end(struct reader *rd)
     struct request *r = rd->r;
     if (!r->tables)
         return true;
-    if (r->want & REQUEST_SYMMETRIES) {
-        at_member(rd, "want");
-        return at_fail(rd, SGA_E_NOT_SUPPORTED, "symmetries of a system with tables are not looked for; give the functions of time as "
-                       "expressions");
-    }
+    for (int k = 0; k < r->tables && r->want & REQUEST_SYMMETRIES; k++)
+        if (r->table[k].in_system) {
+            at_member(rd, "want");
+            return at_fail(rd, SGA_E_NOT_SUPPORTED, "symmetries of a system with tables (here %.60s) are not looked for; give the functions of time as "
+                           "expressions", r->table[k].name);
+        }
     bool moves = r->want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF | REQUEST_CONSISTENT_INITIAL);
     if (moves && (r->accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE || r->accuracy.arithmetic == REQUEST_BALL)) {
         at_member(rd, "accuracy");
         at_member(rd, "arithmetic");
         return at_fail(rd, SGA_E_NOT_SUPPORTED, "tables are interpolated in double; use \"double\" or \"auto\"");
-    }
-    if (moves && r->accuracy.method && strcmp(r->accuracy.method, "taylor") == 0) {
-        at_member(rd, "accuracy");
-        at_member(rd, "method");
-        return at_fail(rd, SGA_E_NOT_SUPPORTED, "motions with tables have no Taylor series here; use \"auto\", \"tsit5\", \"dop853\" or \"radau\"");
     }
     for (int k = 0; k < r->tables && moves; k++)
         if (!covers(rd, r->table + k))

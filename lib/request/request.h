@@ -80,6 +80,7 @@ struct request_event {
 struct request_table {
     char *name;
     struct expr_table *values;
+    bool in_system;           /* it, or a derivative of it, stands in the system, not in what is asked of its motions alone */
 };
 
 /* Derivatives of the motion that are asked for beside it. */

@@ -29,9 +29,18 @@ static enum sym_truth gauge_closed(struct sym_work *w)
     return all;
 }
 
+/* Tables are listed among them, and do not enter what is looked at. */
+static bool has_parameters(const struct sys_system *sys)
+{
+    for (int i = 0; i < sys->parameters; i++)
+        if (sys->store->symbol[sys->parameter[i]].kind == EXPR_PARAMETER)
+            return true;
+    return false;
+}
+
 static void judge(const struct sym_work *w, struct sym_evidence *e)
 {
-    if (!e->why_not && w->sys->parameters)
+    if (!e->why_not && has_parameters(w->sys))
         e->why_not = "coefficients that depend on the symbolic parameters were not searched";
     if (!e->why_not && e->dropped)
         e->why_not = "some candidates were not confirmed";

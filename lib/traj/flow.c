@@ -471,7 +471,7 @@ struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
                                  .project = f->manifold.c || f->given->count || f->valued ? project : NULL, .why = why,
                                  .jump = f->manifold.c ? jump : NULL,
                                  .pattern = pattern, .jacobian = pattern ? slope : NULL,
-                                 .taylor = f->field.fast && !f->sys->signals ? taylor : NULL,
+                                 .taylor = f->field.fast ? taylor : NULL,
                                  .taylor_rtol = series_fast(&f->field) ? FAST_RTOL : 0,
                                  .breaks = f->knot, .break_count = f->knots, .enter = f->sys->signals || f->charts ? enter : NULL,
                                  .taken = watched ? taken : NULL, .refused = watched ? refused : NULL, .over = watched ? over : NULL, .along = f->field.chosen ? along : NULL,

@@ -69,7 +69,7 @@ struct traj_modes {
     const struct traj_mode *start;
     /* The one with these values, reduced where it is reached first: near x (variables of `from`) at time t. It stays where it is. NULL: err. */
     const struct traj_mode *(*enter)(void *ctx, const int *choice, const struct traj_mode *from, double t, const double *x, struct sga_error *err);
-    /* Whether it is right where the motion goes on in it, at x on its final set. */
+    /* Whether it is right where the motion goes on in it, at x on its final set. NULL: it is. */
     bool (*landed)(void *ctx, const struct traj_mode *mode, double t, const double *x, struct sga_error *err);
     void *ctx;
     int surfaces;             /* modes are switches, so many, and none of them is set; 0: they are not. Of all modes of the motion: */
