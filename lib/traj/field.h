@@ -63,6 +63,7 @@ struct field {
     struct lin_sparse *pattern;       /* of slope */
     const expr_id *constraint;        /* c; owned */
     int dense;                        /* the largest block of velocities that the reduction solved as a whole */
+    bool reduced;                     /* whole is not wanted */
     struct whole *whole;              /* the rows as one sparse system, in place of all else; or NULL. whole.h */
     struct num_tape *general;         /* roots: entries of A, alpha, rates */
     double *general_out;
@@ -101,6 +102,8 @@ void field_clear(struct field *f);
 /* field_begin.c. Fix the expected rank, and check that the rates agree with the motion. False: GAUGE or
  * NO_MOTION with err. */
 bool field_begin(struct field *f, double t, const double *x, struct sga_error *err);
+/* The same without the rows as one sparse system, whatever the size. */
+bool field_as_reduced(struct field *f, double t, const double *x, struct sga_error *err);
 /* v = X(t, x). False outside the domain or where the rank is lost. */
 bool field_eval(struct field *f, double t, const double *x, double *v);
 /* ode_problem's code, stages and code_holds: the machine code of the expressions; every pivot was on its

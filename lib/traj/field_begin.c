@@ -87,7 +87,7 @@ static bool first_value(struct field *f, double t, const double *x, double *v, i
 static void begin_whole(struct field *f, double t, const double *x)
 {
     bool may = f->n >= WHOLE_VARIABLES && f->dense >= WHOLE_BLOCK && f->generic_rank == f->n && !f->rates && !f->choice.field;
-    if (!may || f->sides || f->poles || f->switches.count || f->whole)
+    if (!may || f->sides || f->poles || f->switches.count || f->whole || f->reduced)
         return;
     f->whole = whole_new(f, t, x);
     f->fast = f->fast && !f->whole;
@@ -140,4 +140,14 @@ bool field_begin(struct field *f, double t, const double *x, struct sga_error *e
     if (!ok && !err->stage[0])
         memcpy(err->stage, "trajectory", 11);
     return ok;
+}
+
+bool field_as_reduced(struct field *f, double t, const double *x, struct sga_error *err)
+{
+    whole_free(f->whole);
+    f->whole = NULL;
+    f->reduced = true;
+    f->fast = !f->choice.why;
+    field_rows_forget(f);
+    return field_begin(f, t, x, err);
 }

@@ -27,6 +27,7 @@ struct whole {
     int n, c, rows;                /* rows that have derivatives */
     int *row;
     struct lin_lu *lu;
+    int sign;                      /* of its determinant where the motion is; 0: not known yet */
     struct lin_sparse *B;          /* [A; d xi] */
     struct num_tape *tape;         /* roots: by row the entries of A and alpha, then the constraints */
     struct num_jacobian *jac;      /* of it by variables and time */
@@ -198,8 +199,9 @@ bool whole_velocities(struct whole *w, const double *entry, const double *right,
     for (int i = 0; i < w->c; i++)
         v[at++] = -right[w->f->rows + i];
     double *b = memcpy(w->d, v, (size_t)w->n * sizeof *v), *rest = b + w->n;
-    if (!lin_lu_factor(w->lu, w->B->val))
+    if (!lin_lu_factor(w->lu, w->B->val) || (w->sign && lin_lu_sign(w->lu) != w->sign))       /* beyond a zero of it the rank was lost */
         return false;
+    w->sign = lin_lu_sign(w->lu);
     lin_lu_solve(w->lu, v);
     lin_sparse_times(w->B, v, rest);       /* once refined */
     for (int j = 0; j < w->n; j++)
