@@ -150,3 +150,27 @@ struct lin_lu_counts lin_lu_counts(const struct lin_lu *lu)
 {
     return lu->counts;
 }
+
+static int parity(const int *p, int n)
+{
+    unsigned char *seen = sga_calloc((size_t)n + 1, 1);
+    int sign = 1;
+    for (int i = 0; i < n; i++)
+        for (int j = i, length = 0; !seen[j]; j = p[j], length++) {
+            seen[j] = 1;
+            sign = length > 0 ? -sign : sign;
+        }
+    free(seen);
+    return sign;
+}
+
+int lin_lu_sign(const struct lin_lu *lu)
+{
+    int sign = 1;
+    if (lu->n == 0)
+        return sign;
+    const double *d = lu->numeric->Udiag;
+    for (int i = 0; i < lu->n; i++)
+        sign = d[i] < 0 ? -sign : sign;
+    return sign * parity(lu->numeric->Pnum, lu->n) * parity(lu->symbolic->Q, lu->n);
+}

@@ -34,6 +34,9 @@ double lin_lu_rcond(struct lin_lu *lu);
 void lin_lu_solve(struct lin_lu *lu, double *b);
 void lin_lu_solve_transposed(struct lin_lu *lu, double *b);
 
+/* The sign of the determinant last factored; it tells two matrices of one pattern apart. O(n). */
+int lin_lu_sign(const struct lin_lu *lu);
+
 /* Factorisations so far: with fresh pivots, and with old ones; and the entries of L + U
  * at the last fresh one. For tests and for `work`. */
 struct lin_lu_counts { int fresh, reused, fill; };

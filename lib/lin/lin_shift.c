@@ -37,6 +37,8 @@ struct lin_shift {
     struct factor factor[LIN_SHIFTS];
     int *unit;                 /* by unknown: log2 of its unit; NULL: all 1 */
     double *scaled;            /* J in these units */
+    const double *mass;        /* M in the order of J's entries; NULL: 1 */
+    double *scaled_mass;
 };
 
 static void order(struct lin_shift *s)
@@ -90,6 +92,7 @@ void lin_shift_free(struct lin_shift *s)
         klu_free_symbolic(&s->symbolic, &s->common);
     free(s->unit);
     free(s->scaled);
+    free(s->scaled_mass);
     lin_sparse_free(s->J);
     lin_sparse_free(s->M);
     free(s->place);
@@ -212,8 +215,15 @@ static void dense_complex_solve(const double *a, const int *pivot, int n, double
     }
 }
 
+/* M's values as a factorisation takes them. */
+static const double *mass_values(const struct lin_shift *s)
+{
+    return s->unit && s->mass ? s->scaled_mass : s->mass;
+}
+
 static bool factor_dense(struct lin_shift *s, int k, double re, double im, const double *val)
 {
+    const double *mass = mass_values(s);
     struct factor *f = s->factor + k;
     size_t n = (size_t)s->n, parts = k ? 2 : 1;
     if (!f->a) {
@@ -224,6 +234,13 @@ static bool factor_dense(struct lin_shift *s, int k, double re, double im, const
     for (size_t i = 0; i < n; i++) {
         for (int e = s->J->ptr[i]; e < s->J->ptr[i + 1]; e++)
             f->a[parts * (i * n + (size_t)s->J->col[e])] = -val[e];
+        for (int e = s->J->ptr[i]; mass && e < s->J->ptr[i + 1]; e++) {
+            f->a[parts * (i * n + (size_t)s->J->col[e])] += re * mass[e];
+            if (k)
+                f->a[2 * (i * n + (size_t)s->J->col[e]) + 1] = im * mass[e];
+        }
+        if (mass)
+            continue;
         f->a[parts * (i * n + i)] += re;
         if (k)
             f->a[2 * (i * n + i) + 1] += im;
@@ -255,6 +272,7 @@ static bool old_pivots(struct lin_shift *s, struct factor *f, bool complex_value
 static bool factor_sparse(struct lin_shift *s, int k, double re, double im, const double *val)
 {
     struct factor *f = s->factor + k;
+    const double *mass = mass_values(s);
     int n = s->n, entries = s->M->ptr[n], parts = k ? 2 : 1;
     if (!s->symbolic)
         return false;
@@ -263,7 +281,12 @@ static bool factor_sparse(struct lin_shift *s, int k, double re, double im, cons
     memset(f->val, 0, (size_t)parts * (size_t)entries * sizeof *f->val);
     for (int e = 0; e < s->J->ptr[n]; e++)
         f->val[parts * s->place[e]] = -val[e];
-    for (int i = 0; i < n; i++) {
+    for (int e = 0; mass && e < s->J->ptr[n]; e++) {
+        f->val[parts * s->place[e]] += re * mass[e];
+        if (k)
+            f->val[2 * s->place[e] + 1] = im * mass[e];
+    }
+    for (int i = 0; i < n && !mass; i++) {
         f->val[parts * s->diagonal[i]] += re;
         if (k)
             f->val[2 * s->diagonal[i] + 1] += im;
@@ -292,8 +315,11 @@ bool lin_shift_factor(struct lin_shift *s, int k, double re, double im, const do
     for (int i = 0; s->unit && i < s->n; i++)
         for (int e = s->J->ptr[i]; e < s->J->ptr[i + 1]; e++)
             s->scaled[e] = ldexp(val[e], s->unit[s->J->col[e]] - s->unit[i]);
+    for (int i = 0; s->unit && s->mass && i < s->n; i++)
+        for (int e = s->J->ptr[i]; e < s->J->ptr[i + 1]; e++)
+            s->scaled_mass[e] = ldexp(s->mass[e], s->unit[s->J->col[e]] - s->unit[i]);
     val = s->unit ? s->scaled : val;
-    if (!lin_all_finite(s->J->ptr[s->n], val))
+    if (!lin_all_finite(s->J->ptr[s->n], val) || (s->mass && !lin_all_finite(s->J->ptr[s->n], mass_values(s))))
         return false;
     return s->dense ? factor_dense(s, k, re, im, val) : factor_sparse(s, k, re, im, val);
 }
@@ -321,6 +347,13 @@ void lin_shift_solve(struct lin_shift *s, int k, double *b)
     else
         klu_z_tsolve(s->symbolic, f->numeric, s->n, 1, b, 0, &s->common);
     change_units(s, k, 1, b);
+}
+
+void lin_shift_mass(struct lin_shift *s, const double *mass)
+{
+    s->mass = mass;
+    if (mass && !s->scaled_mass)
+        s->scaled_mass = sga_malloc(((size_t)s->J->ptr[s->n] + 1) * sizeof *s->scaled_mass);
 }
 
 void lin_shift_sizes(struct lin_shift *s, const double *size)

@@ -16,6 +16,10 @@ struct lin_sparse;
 struct lin_shift *lin_shift_new(const struct lin_sparse *pattern);
 void lin_shift_free(struct lin_shift *s);
 
+/* From the next factorisation on the matrices are sigma M - J: M's values (borrowed) in the order of the pattern's entries.
+ * NULL, as at first: M = 1. */
+void lin_shift_mass(struct lin_shift *s, const double *mass);
+
 /* Factors shift k with J's values in the order of the pattern's entries; im must be 0
  * for k = 0. False: a value is not finite or the matrix is singular; that shift must not
  * be solved with. */
@@ -28,7 +32,7 @@ void lin_shift_sizes(struct lin_shift *s, const double *size);
 /* x in place of b: n numbers for k = 0, n pairs (re, im) for the others. */
 void lin_shift_solve(struct lin_shift *s, int k, double *b);
 
-/* The sign of the last real determinant factored: -1 says that an odd number of real
+/* The sign of the last real determinant factored; where M = 1, -1 says that an odd number of real
  * eigenvalues of J lies above sigma. O(n). */
 int lin_shift_sign(const struct lin_shift *s);
 

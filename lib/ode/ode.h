@@ -72,6 +72,15 @@ struct ode_code {
 };
 enum { ODE_CODE_CALLS = 12 };
 
+/* The motion as equations for x and its derivative v, for implicit steps on these themselves: r(t, x, v) = 0, n of them, linear in v, some of them
+ * the constraints. */
+struct ode_implicit {
+    const struct lin_sparse *pattern;      /* n x n: of both matrices below */
+    bool (*residual)(void *ctx, double t, const double *x, const double *v, double *r);
+    /* mass = -dr/dv and slope = dr/dx at (t, x, v), in the order of the pattern's entries. */
+    bool (*matrices)(void *ctx, double t, const double *x, const double *v, double *mass, double *slope);
+};
+
 /* A part of the time span, from the end of the one before (or the start) to `end`. */
 struct ode_piece { double end, step; };
 /* |h| so that a step from t in this direction (+1, -1) reaches into no piece further than that one's `step`. *at: the first
@@ -126,6 +135,9 @@ struct ode_problem {
      * taken along the manifold. */
     const struct lin_sparse *pattern;
     bool (*jacobian)(void *ctx, double t, const double *x, double *value);
+    /* NULL: there are none such. Otherwise implicit steps are made on them (pattern and jacobian are not asked for), and auto makes no others:
+     * an evaluation of rhs, which must solve the same equations, costs as much as a factorisation for a step. */
+    const struct ode_implicit *implicit;
     /* For the Taylor method: coefficients along the solution from (t, x), those of
      * s -> x(t + s scale), order by order: series[k * n + j] for k = 0 .. order. *reach: the least s in (0, 1] at which the field switches (abs and
      * the like), beyond which they do not hold; INFINITY. False: they are not finite, or

@@ -89,7 +89,8 @@ void ode_partials_init(struct ode_partials *d, const struct ode_problem *p)
 {
     size_t n = (size_t)p->n;
     *d = (struct ode_partials){.p = p};
-    d->pattern = p->pattern ? lin_sparse_new(p->n, p->n, p->pattern->ptr, p->pattern->col) : full(p->n);
+    const struct lin_sparse *known = p->implicit ? p->implicit->pattern : p->pattern;
+    d->pattern = known ? lin_sparse_new(p->n, p->n, known->ptr, known->col) : full(p->n);
     d->x = sga_malloc((5 * n + 1) * sizeof *d->x);
     d->up = d->x + n;
     d->down = d->up + n;

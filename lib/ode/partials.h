@@ -7,7 +7,7 @@
 
 struct ode_partials {
     const struct ode_problem *p;
-    struct lin_sparse *pattern;    /* owned; full where the problem gives none */
+    struct lin_sparse *pattern;    /* owned; full where the problem gives none; that of the equations where it gives these */
     int groups, *group;            /* by column: columns of a group share no row */
     int *at, *entry;               /* the pattern by columns: entry[at[j]] .. */
     double *x, *up, *down, *delta, *scale; /* n each */

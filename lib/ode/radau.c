@@ -39,8 +39,8 @@ static void *radau_alloc(const struct ode_problem *p)
     r->tab = radau_tables;
     ode_partials_init(&r->partials, p);
     r->lin = lin_shift_new(r->partials.pattern);
-    size_t entries = (size_t)r->partials.pattern->ptr[p->n];
-    r->memory = sga_calloc(5 * block + 4 * n + entries + 1, sizeof *r->memory);
+    size_t entries = (size_t)r->partials.pattern->ptr[p->n], more = p->implicit ? block + entries : 0;
+    r->memory = sga_calloc(5 * block + 4 * n + entries + more + 1, sizeof *r->memory);
     r->z = r->memory;
     r->w = r->z + block;
     r->f = r->w + block;
@@ -50,6 +50,8 @@ static void *radau_alloc(const struct ode_problem *p)
     r->scale = r->pair + 2 * n;
     r->err = r->scale + n;
     r->jac = r->err + n;
+    r->v = p->implicit ? r->jac + entries : NULL;
+    r->mass = p->implicit ? r->v + block : NULL;
     r->eta = 1;
     return r;
 }
@@ -90,32 +92,49 @@ static double norm(const struct radau *r, const struct ode_step *step, const dou
     return r->n ? sqrt(sum / r->n) : 0;
 }
 
-/* r->err = (gamma/h I - J)^-1 (f + sign sum weight_i z_i / h); its weighted norm. */
-static double filtered(struct radau *r, const struct ode_step *step, const double *f, const double *weight, double sign)
+/* r->err = (gamma/h I - J)^-1 (f + sign sum weight_i z_i / h), f the field at (t, x); its weighted norm, INFINITY where there is no value. f NULL: it is
+ * evaluated here. On equations: what they miss at (t, x) with the derivative -sign sum weight_i z_i / h, in place of the right side. */
+static double filtered(struct radau *r, struct ode_field *field, const struct ode_step *step, double t, const double *x, const double *f, const double *weight, double sign)
 {
-    const struct radau_table *t = r->tab;
+    const struct radau_table *tab = r->tab;
+    const struct ode_implicit *eq = field->p->implicit;
+    if (!eq && !f && !ode_eval(field, t, x, r->pair))
+        return INFINITY;
+    f = f ? f : r->pair;
     for (int j = 0; j < r->n; j++) {
         double v = 0;
-        for (int i = 0; i < t->s; i++)
+        for (int i = 0; i < tab->s; i++)
             v += weight[i] * r->z[(size_t)i * (size_t)r->n + (size_t)j];
-        r->err[j] = f[j] + sign * v / step->h;
+        r->err[j] = eq ? -sign * v / step->h : f[j] + sign * v / step->h;
+    }
+    if (eq) {
+        memcpy(r->v, r->err, (size_t)r->n * sizeof *r->v);
+        if (!eq->residual(field->p->ctx, t, x, r->v, r->err))
+            return INFINITY;
     }
     lin_shift_solve(r->lin, 0, r->err);
     return norm(r, step, r->err);
 }
 
+void radau_mass_times(const struct radau *r, const double *v, double *out)
+{
+    const struct lin_sparse *a = r->partials.pattern;
+    for (int i = 0; i < r->n; i++)
+        for (int k = a->ptr[i]; k < a->ptr[i + 1]; k++)
+            out[i] += r->mass[k] * v[a->col[k]];
+}
+
 /* After a refusal, or with no step before, a large estimate is filtered once more. */
 static double estimate(struct radau *r, struct ode_field *field, struct ode_step *step, double allowed)
 {
-    double e = filtered(r, step, step->f, r->tab->defect, 1);
+    double e = filtered(r, field, step, step->t, step->x, step->f, r->tab->defect, 1);
     if (e <= allowed || !(r->old_h == 0 || r->refused_before))
         return e;
     for (int j = 0; j < r->n; j++)
         r->scale[j] = step->x[j] + r->err[j];
     step->cost++;
-    if (ode_eval(field, step->t, r->scale, r->pair))
-        e = filtered(r, step, r->pair, r->tab->defect, 1);
-    return e;
+    double again = filtered(r, field, step, step->t, r->scale, NULL, r->tab->defect, 1);
+    return isfinite(again) ? again : e;
 }
 
 /* About |s P^(s-1) e|, and by which power of h it falls; r->err is e, and is used up. A
@@ -126,6 +145,10 @@ static double stiff_part(struct radau *r, const struct ode_step *step, double e,
     double shift = r->tab->gamma / step->h, s = r->tab->s;
     for (int k = 1; k < r->tab->s; k++) {
         memcpy(r->scale, r->err, (size_t)r->n * sizeof *r->err);
+        if (r->mass) {
+            memset(r->scale, 0, (size_t)r->n * sizeof *r->scale);
+            radau_mass_times(r, r->err, r->scale);
+        }
         lin_shift_solve(r->lin, 0, r->scale);
         for (int j = 0; j < r->n; j++)
             r->err[j] -= shift * r->scale[j];
@@ -203,9 +226,10 @@ static bool radau_dense_begin(void *state, struct ode_field *field, struct ode_s
         radau_polynomial(t, r->n, r->z, t->middle[k], false, r->scale);
         for (int j = 0; j < r->n; j++)
             r->scale[j] += step->x[j];
-        if (!ode_eval(field, step->t + (step->t_low + t->middle[k] * step->h), r->scale, r->pair))
+        double defect = filtered(r, field, step, step->t + (step->t_low + t->middle[k] * step->h), r->scale, NULL, t->slope[k], -1);
+        if (!isfinite(defect))
             return false;
-        step->dense_error = fmax(step->dense_error, filtered(r, step, r->pair, t->slope[k], -1));
+        step->dense_error = fmax(step->dense_error, defect);
     }
     return true;
 }

@@ -12,6 +12,8 @@ struct radau {
     struct ode_partials partials;
     struct lin_shift *lin;
     double *jac;                   /* in the pattern's order */
+    double *mass, *v;              /* where the problem has its equations: likewise; derivatives at the stages, s x n. NULL: it has not */
+    int sign;                      /* what the real determinant's is for short steps */
     bool jac_known, jac_fresh;     /* fresh: taken at the start of this step */
     double factored_h;             /* 0: not factored for this Jacobian */
     const struct radau_table *factored_tab;
@@ -35,6 +37,9 @@ enum radau_outcome { RADAU_SOLVED, RADAU_REFUSED, RADAU_DIVERGED };
 /* The stages of a step of size step->h: r->z. Takes the Jacobian and factors where that is
  * needed; RADAU_DIVERGED only with a fresh Jacobian. Adds to step->cost, sets step->retry. */
 enum radau_outcome radau_stages(struct radau *r, struct ode_field *field, struct ode_step *step);
+
+/* out (n) += M v, where the problem has its equations. */
+void radau_mass_times(const struct radau *r, const double *v, double *out);
 
 /* out = sum_i (L_i(theta) - minus_end L_i(1)) z_i, L_i the polynomials of the nodes and 0. */
 void radau_polynomial(const struct radau_table *tab, int n, const double *z, double theta, bool minus_end, double *out);

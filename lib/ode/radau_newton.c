@@ -2,7 +2,10 @@
  *
  * In z = X - x the stages satisfy (hA)^-1 z = X(x + z). With w = T^-1 z the Newton matrix
  * (hA)^-1 (x) I - I (x) J falls apart into one real system gamma/h I - J and (s - 1)/2
- * complex ones. Hairer, Wanner, Solving Ordinary Differential Equations II, IV.8. */
+ * complex ones. Hairer, Wanner, Solving Ordinary Differential Equations II, IV.8.
+ *
+ * Where the problem gives its equations r(t, X, V) = 0, V is (hA)^-1 z at the stages, and with M = -dr/dV the same
+ * falls apart into gamma/h M - J and its complex likes. */
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -88,14 +91,37 @@ static void begin_values(struct radau *r, const struct ode_step *step, bool extr
     transform(t->TI, t->s, r->n, r->z, r->w, false);
 }
 
+/* r->v = (hA)^-1 z, by way of w. */
+static void derivatives(struct radau *r, double h)
+{
+    const struct radau_table *t = r->tab;
+    size_t n = (size_t)r->n;
+    for (size_t j = 0; j < n; j++)
+        r->r[j] = t->gamma / h * r->w[j];
+    for (int p = 0; p < t->s / 2; p++) {
+        const double *u = r->w + (size_t)(1 + 2 * p) * n, *v = u + n;
+        double *a = r->r + (size_t)(1 + 2 * p) * n, re = t->re[p] / h, im = t->im[p] / h;
+        for (size_t j = 0; j < n; j++) {
+            a[j] = re * u[j] - im * v[j];
+            a[n + j] = im * u[j] + re * v[j];
+        }
+    }
+    transform(t->T, t->s, r->n, r->r, r->v, false);
+}
+
 static bool evaluate(struct radau *r, struct ode_field *field, const struct ode_step *step)
 {
     const struct radau_table *t = r->tab;
+    const struct ode_implicit *eq = field->p->implicit;
+    if (eq)
+        derivatives(r, step->h);
     for (int i = 0; i < t->s; i++) {
         size_t at = (size_t)i * (size_t)r->n;
         for (int j = 0; j < r->n; j++)
             r->err[j] = step->x[j] + r->z[at + (size_t)j];
-        if (!ode_eval(field, step->t + (step->t_low + t->c[i] * step->h), r->err, r->f + at))
+        if (eq && !(eq->residual(field->p->ctx, step->t + (step->t_low + t->c[i] * step->h), r->err, r->v + at, r->f + at) || ode_eval_refused(field)))
+            return false;
+        if (!eq && !ode_eval(field, step->t + (step->t_low + t->c[i] * step->h), r->err, r->f + at))
             return false;
     }
     return true;
@@ -106,7 +132,7 @@ static double correction(struct radau *r, const struct ode_step *step)
 {
     const struct radau_table *t = r->tab;
     size_t n = (size_t)r->n;
-    double h = step->h;
+    double h = r->mass ? INFINITY : step->h;       /* what the equations miss has V in it */
     transform(t->TI, t->s, r->n, r->f, r->r, false);
     for (size_t j = 0; j < n; j++)
         r->r[j] -= t->gamma / h * r->w[j];
@@ -193,13 +219,34 @@ static enum radau_outcome iterate(struct radau *r, struct ode_field *field, stru
  * over unseen. Pairs of them escape. */
 static bool grows_too_fast(const struct radau *r, const struct ode_step *step)
 {
-    int expected = step->h < 0 && r->n % 2 ? -1 : 1;
+    int expected = r->mass ? r->sign : step->h < 0 && r->n % 2 ? -1 : 1;
     return lin_shift_sign(r->lin) != expected;
+}
+
+/* So much shorter than the step: as short as can be. */
+static const double SHORTEST = 1e-9;
+
+static bool matrices(struct radau *r, struct ode_field *field, struct ode_step *step)
+{
+    const struct ode_implicit *eq = field->p->implicit;
+    field->stats->jacobians++;
+    r->factored_h = 0;
+    step->cost += 2;
+    r->jac_known = r->jac_fresh = false;
+    if (!eq->matrices(field->p->ctx, step->t, step->x, step->f, r->mass, r->jac))
+        return false;
+    lin_shift_mass(r->lin, r->mass);
+    lin_shift_sizes(r->lin, r->scale);
+    r->jac_known = r->jac_fresh = lin_shift_factor(r->lin, 0, r->tab->gamma / (SHORTEST * step->h), 0, r->jac);
+    r->sign = r->jac_known ? lin_shift_sign(r->lin) : 0;
+    return r->jac_known;
 }
 
 static bool jacobian(struct radau *r, struct ode_field *field, struct ode_step *step)
 {
     double cost = 0;
+    if (r->mass)
+        return matrices(r, field, step);
     r->jac_known = r->jac_fresh = ode_partials_eval(&r->partials, field, step, r->jac, &cost);
     r->factored_h = 0;
     step->cost += cost;

@@ -35,7 +35,8 @@ double ode_settle_most(const struct ode_march *m, double error)
 {
     if (!m->p->project)
         return INFINITY;
-    return sga_larger(10 * error, sga_larger(HARMLESS, m->grain.allowed));
+    double least = m->p->implicit && m->method->implicit ? 1 : HARMLESS;      /* stages on the equations are solved to a part of the error allowed */
+    return sga_larger(10 * error, sga_larger(least, m->grain.allowed));
 }
 
 /* Where constraints nearly depend on each other their roundings move points far; that does not shrink with the steps, as errors do. */

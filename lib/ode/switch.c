@@ -41,6 +41,10 @@ void ode_choice_begin(struct ode_march *m)
     struct ode_choice *c = &m->choice;
     *c = (struct ode_choice){.free = ode_method_is_auto(m->o->method), .enough = STIFF_ENOUGH, .try_at = TRY_EARLY,
                              .explicit = m->method->implicit || m->method->series ? ode_method_find(NULL, m->o->rtol) : m->method};
+    if (c->free && m->p->implicit) {
+        m->method = &ode_radau;
+        c->free = false;
+    }
     if (c->free && m->series)
         m->method = &ode_taylor;
     m->state = m->method->alloc(m->p);

@@ -17,6 +17,7 @@
 #include "system.h"
 #include "tape.h"
 #include "warnings.h"
+#include "whole.h"
 
 int *field_inputs(const struct sys_system *sys)
 {
@@ -134,7 +135,9 @@ bool field_init(struct field *f, const struct sys_system *sys, const struct sga_
     if (f->con)
         f->jac = num_jacobian_new(f->con, NULL, 0);
     free(inputs);
-    free(con);
+    f->constraint = con;
+    for (int q = 0; q < sol->dense_blocks; q++)
+        f->dense = sol->determinant[q].size > f->dense ? sol->determinant[q].size : f->dense;
     if (!f->jac)
         return false;
     f->jac_value = sga_malloc((size_t)(f->jac->nnz + 1) * sizeof(double));
@@ -154,6 +157,8 @@ void field_hold(struct field *f, const signed char *side)
 
 void field_clear(struct field *f)
 {
+    whole_free(f->whole);
+    free((expr_id *)f->constraint);
     num_jacobian_free(f->jac);
     num_tape_free(f->con);
     num_tape_free(f->direct);
@@ -209,18 +214,23 @@ static double entry_size(const struct field *f, double entry, int j)
  * changes by its size. (x^2 + y^2 = L^2 with L = 1e6 is met no better than 1e-4.) */
 static const double MISSED = 1e-10;
 
-/* That change, by difference quotients; general_out stays. Cost: an evaluation for each variable. */
-static double terms_size(struct field *f, int alpha)
+/* That change, by difference quotients; general_out stays. Cost: an evaluation for each variable of it. */
+static double terms_size(struct field *f, int alpha, expr_id of)
 {
     const double part = 1e-6;
     double value = f->general_out[alpha], big = 0;
+    struct expr_cone cone;
+    expr_cone_init(&cone);
     for (int j = 0; j < f->n; j++) {
         double x = f->in[j];
+        if (!expr_depends(f->sys->store, &cone, of, f->sys->variable[j].symbol))
+            continue;
         f->in[j] = x + part * (fabs(x) + (f->unit ? f->unit[j] : 1));
         if (field_general_values(f) && isfinite(f->general_out[alpha]))
             big = sga_larger(big, fabs(f->general_out[alpha] - value) / part);
         f->in[j] = x;
     }
+    expr_cone_clear(&cone);
     field_general_values(f);
     return big;
 }
@@ -241,7 +251,7 @@ double field_rows_miss(struct field *f, const double *v, int *worst_row)
             }
             sum -= f->general_out[at];
             if (!r->entries && fabs(sum) > MISSED)
-                big = sga_larger(1, terms_size(f, at));
+                big = sga_larger(1, terms_size(f, at, r->alpha));
             at++;
         } else if (i < f->rows + f->c) {
             int c = i - f->rows;
@@ -306,6 +316,13 @@ bool field_eval(struct field *f, double t, const double *x, double *v)
 {
     f->evaluations++;
     f->rank_lost = false;
+    if (f->whole) {
+        int told;
+        field_load(f, t, x);
+        bool known = field_general(f, v, &told);
+        f->rank_lost = known && told < f->rank;
+        return known && !f->rank_lost;
+    }
     bool finite = num_tape_eval_field(f->direct, x, t, f->n, v, f->direct_out + f->n);
     if (t == f->start_t)
         field_take_sides(f, t, x);

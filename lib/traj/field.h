@@ -10,6 +10,7 @@ struct ode_code;
 struct ode_path;
 struct sga_stage_code;
 struct sga_stages;
+struct whole;
 
 /* Two ways to the same vector. The fast one evaluates the expressions of the reduced
  * field, with the gauge choice in them (gauge_choice.h); it is used where there are such expressions and no
@@ -60,6 +61,10 @@ struct field {
     struct num_tape *plain;           /* roots: field; for its derivatives, where fast */
     struct num_jacobian *slope;       /* of plain, by variables */
     struct lin_sparse *pattern;       /* of slope */
+    const expr_id *constraint;        /* c; owned */
+    int dense;                        /* the largest block of velocities that the reduction solved as a whole */
+    bool reduced;                     /* whole is not wanted */
+    struct whole *whole;              /* the rows as one sparse system, in place of all else; or NULL. whole.h */
     struct num_tape *general;         /* roots: entries of A, alpha, rates */
     double *general_out;
     struct field_sum *sum; int sums;  /* field_sums.c's: entries of A that are sums */
@@ -97,6 +102,8 @@ void field_clear(struct field *f);
 /* field_begin.c. Fix the expected rank, and check that the rates agree with the motion. False: GAUGE or
  * NO_MOTION with err. */
 bool field_begin(struct field *f, double t, const double *x, struct sga_error *err);
+/* The same without the rows as one sparse system, whatever the size. */
+bool field_as_reduced(struct field *f, double t, const double *x, struct sga_error *err);
 /* v = X(t, x). False outside the domain or where the rank is lost. */
 bool field_eval(struct field *f, double t, const double *x, double *v);
 /* ode_problem's code, stages and code_holds: the machine code of the expressions; every pivot was on its
@@ -119,6 +126,8 @@ void field_load(struct field *f, double t, const double *x);
 /* field_rows.c. v at in from the rows that define the field, of least norm, and their rank. False: they have no value there.
  * Costs the cube of the variables, their square where the rows' matrix is as it was. */
 bool field_general(struct field *f, double *v, int *rank);
+/* What field_general has made room for and kept; it is made anew where it is asked for next. */
+void field_rows_forget(struct field *f);
 /* The same rank at the start where entries are 0 that roundings, of values and of what of the start was not given, do not tell from it; -1: no value.
  * Some evaluations, and a factorisation. */
 int field_rank_told(struct field *f);

@@ -12,6 +12,7 @@
 #include "system.h"
 #include "tape.h"
 #include "warnings.h"
+#include "whole.h"
 
 /* Remember how large the pivots are where the motion starts. */
 static bool try_direct(struct field *f, double t, const double *x, double *v)
@@ -71,7 +72,7 @@ static bool as_rows(struct field *f, const double *v)
 /* The field at the start, and the rank there. */
 static bool first_value(struct field *f, double t, const double *x, double *v, int *rank)
 {
-    bool direct = try_direct(f, t, x, v), rows = direct && as_rows(f, v);
+    bool direct = !f->whole && try_direct(f, t, x, v), rows = direct && as_rows(f, v);
     *rank = f->generic_rank + f->choice.fixed;
     if (rows)
         return true;
@@ -82,19 +83,34 @@ static bool first_value(struct field *f, double t, const double *x, double *v, i
     return field_general(f, v, rank);
 }
 
+/* Large systems whose reduced field is dense are taken as they stand, where nothing is watched and nothing is left to choose. */
+static void begin_whole(struct field *f, double t, const double *x)
+{
+    bool may = f->n >= WHOLE_VARIABLES && f->dense >= WHOLE_BLOCK && f->generic_rank == f->n && !f->rates && !f->choice.field;
+    if (!may || f->sides || f->poles || f->switches.count || f->whole || f->reduced)
+        return;
+    f->whole = whole_new(f, t, x);
+    f->fast = f->fast && !f->whole;
+    f->beyond = f->whole ? -1 : f->beyond;
+    if (!f->whole)
+        field_rows_forget(f);
+    field_load(f, t, x);
+}
+
 bool field_begin(struct field *f, double t, const double *x, struct sga_error *err)
 {
     double *v = sga_calloc((size_t)f->n + 1, sizeof *v);
     int rank, bad = 0;
     f->begin_t = t;
     field_load(f, t, x);
+    begin_whole(f, t, x);
     bool ok = first_value(f, t, x, v, &rank);
     /* with rates the rank is higher than that of the system: what it is at the start */
     f->rank = f->rates && rank > f->generic_rank ? rank : f->generic_rank;
     for (int q = 0; q < f->sides && ok; q++)
         if (f->pivot_side[q] != f->solution_side[q].sign && !f->solution_side[q].unseen)
             ok = start_beyond(f, q, err);
-    if (ok && rank == f->rank && f->n <= ROWS_ASKED && !f->rates) {
+    if (ok && rank == f->rank && f->n <= ROWS_ASKED && !f->rates && !f->whole) {
         int told = field_rank_told(f);
         rank = told >= 0 && told < rank ? told : rank;
     }
@@ -124,4 +140,14 @@ bool field_begin(struct field *f, double t, const double *x, struct sga_error *e
     if (!ok && !err->stage[0])
         memcpy(err->stage, "trajectory", 11);
     return ok;
+}
+
+bool field_as_reduced(struct field *f, double t, const double *x, struct sga_error *err)
+{
+    whole_free(f->whole);
+    f->whole = NULL;
+    f->reduced = true;
+    f->fast = !f->choice.why;
+    field_rows_forget(f);
+    return field_begin(f, t, x, err);
 }

@@ -17,6 +17,7 @@
 #include "system.h"
 #include "told.h"
 #include "watch.h"
+#include "whole.h"
 
 /* Of a value of the start, beside its size: how far it is from the nearest point. */
 static const double FOUND = 1e-14;
@@ -27,13 +28,24 @@ static void reserve(struct field *f, int m)
     size_t rows = (size_t)m + 1, entries = (size_t)f->jac->nnz + 1;
     for (int i = 0; i < f->rows; i++)
         entries += (size_t)f->sys->row[i].entries;
-    f->M = sga_malloc(rows * (size_t)f->n * sizeof *f->M);
+    f->M = f->whole ? NULL : sga_malloc(rows * (size_t)f->n * sizeof *f->M);
     f->rhs = sga_malloc(2 * rows * sizeof *f->rhs);
     f->row_size = f->rhs + rows;
-    f->qr = sga_malloc(rows * rows * sizeof *f->qr);
+    f->qr = f->whole ? NULL : sga_malloc(rows * rows * sizeof *f->qr);
     f->perm = sga_malloc(rows * sizeof *f->perm);
     f->kept = sga_malloc(entries * sizeof *f->kept);
     f->kept_rank = -1;
+}
+
+void field_rows_forget(struct field *f)
+{
+    free(f->M);
+    free(f->rhs);
+    free(f->qr);
+    free(f->kept);
+    free(f->perm);
+    f->M = f->rhs = f->qr = f->kept = NULL;
+    f->perm = NULL;
 }
 
 /* Right sides into f->rhs, with the sign of points_least_norm, matrix entries into f->kept. *same: these are as before. */
@@ -166,10 +178,15 @@ bool field_general(struct field *f, double *v, int *rank)
 {
     int m = f->rows + f->c + f->rates;
     bool same;
-    if (!f->M)
+    if (!f->kept)
         reserve(f, m);
     if ((f->rows + f->c > FEW_ROWS && !sga_watch_ok()) || !evaluate(f, &same))
         return false;
+    if (f->whole) {
+        f->kept_rank = -1;
+        *rank = whole_velocities(f->whole, f->kept, f->rhs, v) ? f->n : f->n - 1;
+        return true;
+    }
     if (!same)
         f->kept_rank = factor(f, m);
     for (int i = 0; i < m; i++)

@@ -27,6 +27,7 @@
 #include "system.h"
 #include "tape.h"
 #include "variation_turn.h"
+#include "whole.h"
 
 /* From here on series are faster than other methods where they are short programs: measured over the references. */
 #define FAST_RTOL 1.1e-7
@@ -83,7 +84,8 @@ static bool project(void *ctx, double t, double *x, const double *scale, double 
     int n = f->n;
     bool ok = true;
     *moved = *residual = 0;
-    if (f->manifold.c && !manifold_chord(&f->manifold, t, x, scale, moved)) {
+    bool whole = f->field.whole && whole_project(f->field.whole, t, x, scale, moved, &f->manifold.raw);
+    if (f->manifold.c && !whole && !manifold_chord(&f->manifold, t, x, scale, moved)) {
         double sum = 0;
         sga_copy(f->in, x, n);
         ok = manifold_project(&f->manifold, t, x, scale, NULL, 8, NULL, NULL, NULL);
@@ -465,16 +467,17 @@ void flow_code(struct flow *f, const struct traj_request *rq) { allow_code(f, rq
 struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
 {
     flow_code(f, rq);
-    bool watched = f->field.pivots || f->field.poles || f->charts || f->field.switches.count;
+    bool watched = !f->field.whole && (f->field.pivots || f->field.poles || f->charts || f->field.switches.count);
     struct lin_sparse *pattern = f->charts && f->charts->count > 1 ? f->charts->pattern : f->field.pattern;
     return (struct ode_problem){ .n = f->n, .ctx = f, .rhs = rhs, .code = code, .stages = stages, .code_holds = code_holds,
                                  .project = f->manifold.c || f->given->count || f->valued ? project : NULL, .why = why,
                                  .jump = f->manifold.c ? jump : NULL,
+                                 .implicit = f->field.whole ? whole_equations(f->field.whole) : NULL,
                                  .pattern = pattern, .jacobian = pattern ? slope : NULL,
                                  .taylor = f->field.fast ? taylor : NULL,
                                  .taylor_rtol = series_fast(&f->field) ? FAST_RTOL : 0,
                                  .breaks = f->knot, .break_count = f->knots, .enter = f->sys->signals || f->charts ? enter : NULL,
-                                 .taken = watched ? taken : NULL, .refused = watched ? refused : NULL, .over = watched ? over : NULL, .along = f->field.chosen ? along : NULL,
+                                 .taken = watched ? taken : NULL, .refused = watched ? refused : NULL, .over = watched ? over : NULL, .along = f->field.chosen && !f->field.whole ? along : NULL,
                                  .switches = f->field.switches.count, .switching = surfaces, .hold = flow_hold,
                                  .turned = f->turn ? variation_turned : NULL,
                                  .piece = f->inputs->piece, .pieces = f->inputs->count,

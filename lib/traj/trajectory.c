@@ -542,6 +542,25 @@ const char *traj_gauge_text(bool conditions, bool rates, bool least_norm)
     return text[conditions][rates][least_norm];
 }
 
+/* A motion on the equations as they stand that ended is made once more by the reduced field, which watches what it divides by: what comes further is
+ * kept, but where that finds a stratum the motion ends there. Larger ones would take too long. */
+static bool solve_as_reduced(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+                             struct traj_result *r)
+{
+    struct sga_error ignored = { 0 };
+    struct traj_result again = { .moved = r->moved };
+    if (!f->field.whole || f->n > SGA_MOST_ROWS_ASKED || !ended_by_pivots(r) || !field_as_reduced(&f->field, rq->start, r->initial, &ignored))
+        return true;
+    again.initial = memcpy(sga_malloc(((size_t)f->n + 1) * sizeof *again.initial), r->initial, (size_t)f->n * sizeof *again.initial);
+    if (!solve_in_charts(f, sys, sol, rq, &again, &ignored) || (again.ended && !again.stratum && fabs(again.ended_t - rq->start) < 0.999 * fabs(r->ended_t - rq->start))) {
+        traj_result_clear(&again);
+        return sga_budget_ok(rq->budget, &ignored);
+    }
+    traj_result_clear(r);
+    *r = again;
+    return true;
+}
+
 static bool run_as_is(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
                       struct traj_result *r, struct sga_error *err)
 {
@@ -560,7 +579,7 @@ static bool run_as_is(const struct sys_system *sys, const struct sga_solution *s
             ok = enclosed_run(&f, sys, sol, rq, r, err);
             r->seconds = sga_cpu() - begin;
         } else if (ok) {
-            ok = solve_in_charts(&f, sys, sol, rq, r, err);
+            ok = solve_in_charts(&f, sys, sol, rq, r, err) && (solve_as_reduced(&f, sys, sol, rq, r) || sga_budget_ok(rq->budget, err));
         }
     }
     if (ok) {
