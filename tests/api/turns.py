@@ -206,7 +206,7 @@ def in_turn(tally, build, count, names):
 def some_turns(build, c):
     """A sample among the tests of the API."""
     if not sanitized(build):
-        in_turn(c.tally, build, int(os.environ.get("SGA_TEST_TURNS", "1")), ["job", "listing", "request_of_job", "cancel", "restart", "owners"])
+        in_turn(c.tally, build, int(os.environ.get("SGA_TEST_TURNS", "1")), ["job", "listing", "request_of_job", "cancel", "restart", "owners", "commands"])
 
 
 ALL = [some_turns]
