@@ -151,6 +151,14 @@ def give_up(*_):
     raise GivenUp
 
 
+def reap():
+    """Processes that a test left to us, such as a successor of which no line of the log told."""
+    with open(f"/proc/self/task/{os.getpid()}/children", encoding="ascii") as f:
+        for pid in map(int, f.read().split()):
+            os.kill(pid, signal.SIGKILL)
+            os.waitpid(pid, 0)
+
+
 def run(test, build, guest):
     """The test with its guest; whatever it finds or raises is of no account here."""
     Daemon.guest = guest
@@ -168,6 +176,8 @@ def run(test, build, guest):
     finally:
         signal.alarm(0)
         Daemon.guest = None
+        if __name__ == "__main__":
+            reap()
 
 
 def turns(total, count, rng):
