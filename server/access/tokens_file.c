@@ -34,8 +34,9 @@ static bool fail(sqlite3 *db, const char *path, char *why, size_t size)
 static bool open_file(const char *path, bool write, sqlite3 **out, char *why, size_t size)
 {
     sqlite3 *db = NULL;
-    int flags = write ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY;
-    if (sqlite3_open_v2(path, &db, flags | SQLITE_OPEN_NOMUTEX, NULL) != SQLITE_OK)
+    /* Readers too: the journal of a command that was cut short is rolled back by who comes next. */
+    int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX | (write ? SQLITE_OPEN_CREATE : 0);
+    if (sqlite3_open_v2(path, &db, flags, NULL) != SQLITE_OK)
         return fail(db, path, why, size);
     sqlite3_busy_timeout(db, BUSY_MS);
     int version = store_file_version(db);

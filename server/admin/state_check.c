@@ -19,7 +19,11 @@ bool state_open(const char *state, const char *name, sqlite3 **db)
     snprintf(path, sizeof path, "%s/%s", state, name);
     if (stat(path, &st) != 0 && errno == ENOENT)
         return true;
-    if (sqlite3_open_v2(path, db, SQLITE_OPEN_READONLY | SQLITE_OPEN_NOMUTEX, NULL) == SQLITE_OK) {
+    /* What a command that was cut short left in a journal is rolled back; otherwise nothing here writes. */
+    char journal[STATE_PATH + 16];
+    snprintf(journal, sizeof journal, "%s-journal", path);
+    int flags = stat(journal, &st) == 0 ? SQLITE_OPEN_READWRITE : SQLITE_OPEN_READONLY;
+    if (sqlite3_open_v2(path, db, flags | SQLITE_OPEN_NOMUTEX, NULL) == SQLITE_OK) {
         sqlite3_busy_timeout(*db, BUSY_MS);
         return true;
     }

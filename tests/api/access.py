@@ -101,6 +101,37 @@ def tokens(build, c):
         c(run.returncode == 2 and run.stderr, f"refused: sgad token {' '.join(wrong)}", run)
 
 
+def cut_short(build, c):
+    """A command that was killed while it wrote the tokens leaves a journal: who reads them next rolls it back, whoever that is."""
+    with Daemon(build, "--access", "tokens") as d, tempfile.TemporaryDirectory() as folder:
+        token, file, kept = new_token(build, d, "ann"), os.path.join(d.state, "sgad", "tokens.db"), os.path.join(folder, "tokens.db")
+        c(until(lambda: d.ask("GET", "/v1/jobs", headers=bearer(token)).status == 200), "cut short: a token")
+
+        def write(to):
+            db = sqlite3.connect(file, isolation_level=None)
+            db.execute("PRAGMA cache_size = 1")
+            db.execute("BEGIN IMMEDIATE")
+            for k in range(500):
+                db.execute("INSERT INTO tokens VALUES(?, randomblob(32), 3, 0, 0, 0, 0, 0, 0, 0)", (f"half{k}",))
+            db.execute("UPDATE tokens SET revoked = 1")
+            for path in ("", "-journal"):
+                shutil.copyfile(file + path, to + path)
+            db.execute("ROLLBACK")
+            db.close()
+        write(kept)
+        for label, look in (("the list", lambda: sgad(build, "token", "list", "--state", folder)), ("check", lambda: sgad(build, "check", "--state", folder))):
+            write(kept)
+            run = look()
+            c(run.returncode == 0 and "half" not in run.stdout, f"cut short: {label}", run)
+            c("ann\tvalid" in sgad(build, "token", "list", "--state", folder).stdout, f"cut short: rolled back by {label}")
+        write(kept)
+        d.stop()
+        for path in ("", "-journal"):
+            os.rename(kept + path, file + path)
+        d.start()
+        c.status(d.ask("GET", "/v1/jobs", headers=bearer(token)), 200, "cut short: the daemon starts, and knows its tokens")
+
+
 def quotas(build, c):
     with Daemon(build, "--access", "tokens", "--workers", "1") as d:
         few = bearer(new_token(build, d, "few", "--jobs", "2", "--waiters", "1"))
@@ -333,13 +364,27 @@ def certificate(folder, name="localhost"):
 
 def start(build, state, *flags, **more):
     """A daemon on a socket of any kind; its process and the line it printed."""
+    guest = Daemon.guest
+    if guest:
+        more["env"] = {**(more.get("env") or os.environ), **guest.env()}
     p = subprocess.Popen([os.path.join(build, "sgad"), "--state", state, *flags], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **more)
-    return p, p.stdout.readline().strip()
+    line = p.stdout.readline().strip()
+    if guest:
+        guest.began()
+    return p, line
 
 
 def finish(p):
     p.send_signal(signal.SIGTERM)
-    _, err = p.communicate(timeout=30)
+    try:
+        _, err = p.communicate(timeout=30)
+    except subprocess.TimeoutExpired:
+        p.kill()
+        _, err = p.communicate()
+        if Daemon.guest:
+            Daemon.guest.stuck(err)
+    if Daemon.guest:
+        Daemon.guest.lived(p.returncode, err)
     return p.returncode, err
 
 
@@ -720,4 +765,4 @@ def unit(build, c):
         c(level and float(level[1]) < 2.5, "sgad.service: exposure below 2.5", run.stdout[-200:] + run.stderr)
 
 
-ALL = [tokens, quotas, owners, isolated, crowd_of_one, reading_only, shares, turns, tls, remote, sockets, handed_over, several, settings, upkeep, unit]
+ALL = [tokens, cut_short, quotas, owners, isolated, crowd_of_one, reading_only, shares, turns, tls, remote, sockets, handed_over, several, settings, upkeep, unit]

@@ -37,6 +37,8 @@ class Daemon:
                 self.stop()
         finally:
             if self.process and self.process.poll() is None:
+                if self.guest:
+                    self.guest.stuck(self.errors())
                 self.process.kill()
                 self.process.wait()
             if self.guest:
@@ -47,6 +49,14 @@ class Daemon:
     def given(self):
         """Options of every daemon of this run of the tests."""
         return os.environ.get("SGA_TEST_DAEMON_FLAGS", "").split()
+
+    def shares(self):
+        """Whether its state is a database that may be another's too."""
+        return "--store" in [*self.given(), *self.flags]
+
+    def successors(self):
+        """Processes that took its place: see upgrade.py."""
+        return []
 
     def place(self):
         """Where its state is, for commands that change it beside the daemon: its folder, or the database that it shares."""
@@ -66,7 +76,7 @@ class Daemon:
             raise RuntimeError(f"the daemon said {line!r}: {self.errors()}")
         self.port = int(re.match(r"listening on http://127\.0\.0\.1:(\d+)", line)[1])
         if self.guest:
-            self.guest.began(self)
+            self.guest.began()
 
     def stop(self, seconds=30):
         """SIGTERM; the exit status."""
@@ -78,7 +88,7 @@ class Daemon:
         self.process.stdout.close()
         self.log.close()
         if self.guest:
-            self.guest.ended(self, status)
+            self.guest.lived(status, self.all_errors())
         with open(os.path.join(self.state, "test.log"), "rb") as f:
             found = re.search(rb"(WARNING: ThreadSanitizer|ERROR: \w+Sanitizer|runtime error: ).*", f.read(), re.S)
         if found:                 # also of children, whose end nobody else looks at
@@ -86,8 +96,12 @@ class Daemon:
         return status
 
     def errors(self):
+        return self.all_errors()[-3000:]
+
+    def all_errors(self):
+        """Of all processes in its place: the last words of one may not be the last lines."""
         with open(os.path.join(self.state, "test.log"), "rb") as f:
-            return f.read()[-3000:].decode(errors="replace")
+            return f.read().decode(errors="replace")
 
     def url(self):
         return f"http://127.0.0.1:{self.port}"
