@@ -121,6 +121,7 @@ SERVICE = r"""
 unit=/lib/systemd/system/sgad.service
 line=$(sed -n 's/^ExecStart=//p' $unit) user=$(sed -n 's/^User=//p' $unit)
 [ "$user" = sgad ]
+: >/tmp/out                              # what an earlier one said is not taken for this one's
 setpriv --reuid=$user --regid=$user --init-groups --bounding-set=-all --inh-caps=-all --no-new-privs env -i PATH=/usr/bin:/bin STATE_DIRECTORY=/var/lib/sgad \
     $line >/tmp/out 2>/tmp/err &
 pid=$!

@@ -125,21 +125,27 @@ export function derivation(job, request) {
 
 const KINDS = { pivot: "a divisor vanishes", branch: "another branch", side: "one side of a switch", instant: "at a time", domain: "a denominator vanishes", parameter: "for special parameters", excess: "no solution of the equations" };
 
-function stratum(s) {
-  const result = s.result;
-  return h("details", { class: "node" },
+const LISTED = ["instant", "domain", "excess"];      // what the service never solves
+
+const keys = s => [s.where, ...(s.also ?? [])].map(where => JSON.stringify([s.kind, where, s.substituted, where.length ? null : s.description]));
+
+// A node of the tree. One without a result of its own is solved as it is opened: `solve` runs the request again and opens the node of this key in the new answer.
+function stratum(s, solve, opened) {
+  const result = s.result, made = result || s.problem || s.same_as, open = keys(s).includes(opened), waits = !made && !LISTED.includes(s.kind);
+  return h("details", { class: "node", open, ontoggle: e => { if (e.target.open && waits && !open) solve(keys(s)[0]); } },
     h("summary", {}, s.substituted ? Object.entries(s.substituted).map(([k, v], i) => [i ? ", " : "", math(k, v)]) : s.where.length ? s.where.map((w, i) => [i ? ", " : "", math(w, "0")]) : s.description ?? "at a point",
       badge("", KINDS[s.kind] ?? s.kind), result ? badge(result.verdict === "unique" ? "proved" : "algebraic", result.verdict) : null, s.meets_final_set === false ? badge("", "off the final set") : null),
+    made ? null : h("p", { class: "soft" }, !waits ? "It is listed only: no system of its own belongs to it." : open ? "It was not solved." : "It is being solved …"),
     s.problem ? h("p", { class: "error" }, s.problem.detail) : null, s.same_as ? h("p", {}, "the same set as ", s.same_as.map((w, i) => [i ? ", " : "", math(w, "0")])) : null,
     s.point ? h("p", { class: "soft" }, "a point: ", Object.entries(s.point).map(([k, v]) => `${k} = ${number(v)}`).join(", ")) : null,
     s.parameters ? h("p", { class: "soft" }, "holds at ", Object.entries(s.parameters).map(([k, v]) => `${k} = ${v}`).join(", ")) : null,
-    result ? [h("p", {}, `dimensions ${[result.dimensions.ambient, ...result.dimensions.generations].join(" → ")}`), constraints(result), field(result), warnings(result.warnings), (result.strata ?? []).map(stratum)] : null);
+    result ? [h("p", {}, `dimensions ${[result.dimensions.ambient, ...result.dimensions.generations].join(" → ")}`), constraints(result), field(result), warnings(result.warnings), (result.strata ?? []).map(inner => stratum(inner, solve, opened))] : null);
 }
 
-export function strata(job, solve) {
-  const list = job.result.strata ?? [], open = list.some(s => !s.result && !s.problem && !s.same_as);
-  return [list.length ? h("h2", {}, "Strata") : null, list.length ? h("p", { class: "soft" }, "Where the answer may not hold, or is not the only one.") : h("p", { class: "empty" }, "No strata are listed: what was divided by vanishes nowhere on the constraints, as far as was searched."),
-    open ? h("button", { onclick: solve }, "Solve each of them") : null, list.map(stratum), warnings((job.result.warnings ?? []).filter(w => w.code.startsWith("strata")))];
+export function strata(job, solve, opened) {
+  const list = job.result.strata ?? [], open = list.some(s => !s.result && !s.problem && !s.same_as && !LISTED.includes(s.kind));
+  return [list.length ? h("h2", {}, "Strata") : null, list.length ? h("p", { class: "soft" }, "Where the answer may not hold, or is not the only one. One that is opened is solved as a system of its own.") : h("p", { class: "empty" }, "No strata are listed: what was divided by vanishes nowhere on the constraints, as far as was searched."),
+    open && !opened ? h("button", { onclick: () => solve("all") }, "Solve each of them") : null, list.map(s => stratum(s, solve, opened)), warnings((job.result.warnings ?? []).filter(w => w.code.startsWith("strata")))];
 }
 
 // -- Symmetries --

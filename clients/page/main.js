@@ -13,7 +13,7 @@ import { list } from "./jobs.js";
 
 const CHECK_MS = 300;
 const TABS = ["Answer", "Derivation", "Strata", "Symmetries", "Plots", "Accuracy", "Raw"];
-const state = { job: null, request: null, running: null, plots: [], derivation: null, checked: null };
+const state = { job: null, request: null, running: null, plots: [], derivation: null, checked: null, opened: null };
 const editor = new Editor($("editor"), () => { location.hash && history.replaceState(null, "", location.pathname); later(); });
 
 // -- The request --
@@ -127,16 +127,18 @@ function busy(controller) {
   if (!controller) progress(null);
 }
 
-async function run(more) {
+// Runs what the editor has; again: the request of the answer that is shown, with members more, {opened: a stratum} in mind for its tree.
+async function run(again) {
   if (state.running) return;
-  const { text, request } = current();
+  const { text } = current();
   const controller = new AbortController();
   busy(controller);
   progress({ stage: "sending", fraction: 0 });
   try {
-    const body = more && request ? JSON.stringify({ ...request, ...more }) : text;
+    const body = again ? JSON.stringify({ ...state.request, ...again.more }) : text;
     const job = await json("/v1/jobs", { method: "POST", body, signal: controller.signal });
     state.id = job.id;
+    state.opened = again?.opened;
     await finish(job, controller.signal);
     history.replaceState(null, "", "#/job/" + job.id);
     state.request = JSON.parse(body);
@@ -206,7 +208,7 @@ function draw(job) {
   const r = job.result, none = () => problem(job);
   const make = {
     Answer: () => r ? views.answer(job) : none(), Derivation: () => { if (!r) return none(); const d = views.derivation(job, state.request); state.derivation = d[0]; return d; },
-    Strata: () => r ? views.strata(job, () => run({ strata: "solve" })) : none(), Symmetries: () => r ? views.symmetries(job) : none(), Plots: () => r ? plots(r) : none(), Accuracy: () => r ? accuracy(r) : none(), Raw: () => raw(job),
+    Strata: () => r ? views.strata(job, opened => run({ more: { strata: "solve" }, opened }), state.opened) : none(), Symmetries: () => r ? views.symmetries(job) : none(), Plots: () => r ? plots(r) : none(), Accuracy: () => r ? accuracy(r) : none(), Raw: () => raw(job),
   };
   for (const name of TABS) replace(panel(name), make[name]());
   choose(!r ? "Answer" : selected());
@@ -244,6 +246,7 @@ async function open() {
   const controller = new AbortController();
   busy(controller);
   state.id = id;
+  state.opened = null;
   try {
     const job = await json("/v1/jobs/" + encodeURIComponent(id), { signal: controller.signal });
     await finish(job, controller.signal);

@@ -35,6 +35,38 @@ function curve(u, series) {
 
 const spread = ([low, high]) => { const pad = (high - low || Math.abs(high) || 1) * 0.05; return [low - pad, high + pad]; };
 
+// Events in a plot: a dashed line at the time of each, where time goes across, and a ring on each curve.
+function marks(u, events, times, rings) {
+  const c = u.ctx, { left, top, width, height } = u.bbox;
+  c.save();
+  c.beginPath();
+  c.rect(left, top, width, height);
+  c.clip();
+  Object.assign(c, { strokeStyle: css("--soft"), lineWidth: devicePixelRatio });
+  c.setLineDash([4, 4]);
+  if (times) for (const e of events) {
+    const x = u.valToPos(e.t, "x", true);
+    c.beginPath();
+    c.moveTo(x, top);
+    c.lineTo(x, top + height);
+    c.stroke();
+  }
+  c.setLineDash([]);
+  Object.assign(c, { fillStyle: css("--ground"), lineWidth: 2 * devicePixelRatio });
+  for (const r of rings) for (let i = 0; i < r.x.length; i++) {
+    if (!Number.isFinite(r.x[i]) || !Number.isFinite(r.y[i])) continue;
+    c.strokeStyle = r.stroke;
+    c.beginPath();
+    c.arc(u.valToPos(r.x[i], "x", true), u.valToPos(r.y[i], "y", true), 4 * devicePixelRatio, 0, 7);
+    c.fill();
+    c.stroke();
+  }
+  c.restore();
+}
+
+// One line of dots of all rings, for pictures.
+const together = rings => rings.some(r => r.y.some(Number.isFinite)) ? [{ name: "events", dots: true, x: rings.flatMap(r => r.x), y: rings.flatMap(r => r.y) }] : [];
+
 // The lines of a plot as a picture of its own; lines may have an x of their own, and be dots.
 export function svg(title, x, lines, labels) {
   const W = 800, H = 480, L = 70, B = 50, flat = lines.flatMap(l => l.y).filter(Number.isFinite), xs = x.filter(Number.isFinite);
@@ -44,12 +76,12 @@ export function svg(title, x, lines, labels) {
   return `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${W} ${H}" font-family="sans-serif" font-size="13"><title>${esc(title)}</title><rect width="${W}" height="${H}" fill="#fff"/>`
     + tick(x0, x1).map(v => `<path d="M${px(v)} 30V${H - B}" stroke="#ddd"/><text x="${px(v)}" y="${H - B + 18}" text-anchor="middle">${number(Number(v.toPrecision(3)))}</text>`).join("")
     + tick(y0, y1).map(v => `<path d="M${L} ${py(v)}H${W - 20}" stroke="#ddd"/><text x="${L - 6}" y="${py(v)}" text-anchor="end">${number(Number(v.toPrecision(3)))}</text>`).join("")
-    + lines.map((l, k) => `<path fill="none" stroke="${LIGHT[k % 7]}" stroke-linecap="round" stroke-width="${l.dots ? 10 - 4 * k : 2}" d="M${l.y.map((v, i) => [v, (l.x ?? x)[i]]).filter(p => p.every(Number.isFinite)).map(([v, u]) => `${px(u)} ${py(v)}`).join(l.dots ? "h0M" : "L")}${l.dots ? "h0" : ""}"/><text x="${L + 10 + 90 * k}" y="20" fill="${LIGHT[k % 7]}">${esc(l.name)}</text>`).join("")
+    + lines.map((l, k) => `<path fill="none" stroke="${LIGHT[k % 7]}" stroke-linecap="round" stroke-width="${l.dots ? Math.max(6, 10 - 4 * k) : 2}" d="M${l.y.map((v, i) => [v, (l.x ?? x)[i]]).filter(p => p.every(Number.isFinite)).map(([v, u]) => `${px(u)} ${py(v)}`).join(l.dots ? "h0M" : "L")}${l.dots ? "h0" : ""}"/><text x="${L + 10 + 90 * k}" y="20" fill="${LIGHT[k % 7]}">${esc(l.name)}</text>`).join("")
     + `<text x="${W / 2}" y="${H - 10}" text-anchor="middle">${esc(labels[0])}</text></svg>`;
 }
 
-function table(columns, rows) {
-  return h("details", {}, h("summary", {}, `Table of the numbers (${rows.length} rows)`), h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Table of the numbers" },
+function table(columns, rows, name = "Table of the numbers") {
+  return h("details", {}, h("summary", {}, `${name} (${rows.length} rows)`), h("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": name },
     h("table", { class: "numbers" }, h("thead", {}, h("tr", {}, columns.map(c => h("th", { scope: "col" }, c)))), h("tbody", {}, rows.slice(0, ROWS).map(r => h("tr", {}, r.map(v => h("td", {}, number(v)))))))),
     rows.length > ROWS ? h("p", { class: "soft" }, `The first ${ROWS}; the CSV has all.`) : null);
 }
@@ -60,8 +92,9 @@ const value = v => Array.isArray(v) ? (Number(v[0]) + Number(v[1])) / 2 : typeof
 // A panel of plots of one motion. Returns its elements and a function that draws them anew.
 export function motion(t, title) {
   const columns = t.columns, rows = t.rows.map(r => r.map(value)), data = columns.map((_, c) => rows.map(r => r[c]));
+  const events = (t.events ?? []).map(e => ({ ...e, t: value(e.t), at: [value(e.t), ...(e.values ?? []).map(value)] })), ringed = (across, up, stroke) => ({ stroke, x: events.map(e => e.at[columns.indexOf(across)]), y: events.map(e => e.at[columns.indexOf(up)]) });
   const place = h("div", { class: "plot", role: "img" }), chosen = new Set(columns.slice(1, 5)), kinds = ["against time", "phase plane", "errors by row"];
-  let kind = kinds[0], plot = null, pair = [columns[1], columns[2] ?? columns[1]], shownLines = [], shownX = [];
+  let kind = kinds[0], plot = null, pair = [columns[1], columns[2] ?? columns[1]], shownLines = [], shownX = [], rings = [];
   const options = list => list.map(c => h("option", {}, c));
   const boxes = h("div", { class: "choices", role: "group", "aria-label": "Columns" }, columns.slice(1).map(c => h("label", {}, h("input", { type: "checkbox", checked: chosen.has(c), onchange: e => { chosen[e.target.checked ? "add" : "delete"](c); draw(); } }), " ", c)));
   const across = h("select", { "aria-label": "Across", onchange: e => { pair[0] = e.target.value; draw(); } }, options(columns)), up = h("select", { "aria-label": "Up", onchange: e => { pair[1] = e.target.value; draw(); } }, options(columns));
@@ -76,23 +109,24 @@ export function motion(t, title) {
     if (typeof uPlot === "undefined" || rows.length < 2) return replace(place, h("p", {}, rows.length < 2 ? "There are too few rows to plot." : "Plots are not available in this browser."));
     if (kind === kinds[1]) {
       const [x, y] = pair.map(c => data[columns.indexOf(c)]);
-      [shownX, shownLines] = [x, [{ name: pair[1], y }]];
-      plot = new uPlot({ mode: 2, ...size, legend: { show: false }, cursor: { drag: { x: true, y: true } }, scales: { x: { time: false, range: (_, a, b) => spread([a, b]) }, y: { range: (_, a, b) => spread([a, b]) } },
+      [shownX, shownLines, rings] = [x, [{ name: pair[1], y }], [ringed(...pair, style(0).stroke)]];
+      plot = new uPlot({ mode: 2, hooks: { draw: [u => marks(u, events, pair[0] === columns[0], rings)] }, ...size, legend: { show: false }, cursor: { drag: { x: true, y: true } }, scales: { x: { time: false, range: (_, a, b) => spread([a, b]) }, y: { range: (_, a, b) => spread([a, b]) } },
         axes: axes(pair), series: [{}, { facets: [{ scale: "x", auto: true }, { scale: "y", auto: true }], paths: curve }] }, [null, [x, y]], place);
     } else {
       const errors = kind === kinds[2], list = columns.slice(1).filter(c => chosen.has(c));
       shownLines = errors ? [{ name: "estimated error", y: t.errors.map(v => v > 0 ? v : null) }] : list.map(c => ({ name: c, y: data[columns.indexOf(c)] }));
       shownX = data[0];
-      plot = new uPlot({ ...size, cursor: { drag: { x: true, y: false } }, scales: { x: { time: false }, y: errors ? { distr: 3 } : {} }, axes: axes([columns[0], ""], errors),
+      rings = errors ? [] : list.map((c, k) => ringed(columns[0], c, style(k).stroke));
+      plot = new uPlot({ ...size, hooks: { draw: [u => marks(u, events, true, rings)] }, cursor: { drag: { x: true, y: false } }, scales: { x: { time: false }, y: errors ? { distr: 3 } : {} }, axes: axes([columns[0], ""], errors),
         series: [{ label: columns[0] }, ...shownLines.map((l, k) => ({ label: l.name, ...style(k), value: (_, v) => number(v) }))] }, [shownX, ...shownLines.map(l => l.y)], place);
     }
-    place.setAttribute("aria-label", `${kind}: ${kind === kinds[1] ? pair.join(", ") : shownLines.map(l => l.name).join(", ")}; the table below has the numbers`);
+    place.setAttribute("aria-label", `${kind}: ${kind === kinds[1] ? pair.join(", ") : shownLines.map(l => l.name).join(", ")}${events.length ? `; ${events.length} events are marked` : ""}; the table below has the numbers`);
   }
   const csv = () => save((title || "motion") + ".csv", "text/csv", [columns, ...t.rows].map(r => r.map(v => Array.isArray(v) ? `"${v.join(" ")}"` : v).join(",")).join("\n") + "\n");
   const ended = t.ended ? h("p", { class: "note" }, `It ended at t = ${number(t.ended.t)}: ${t.ended.detail ?? t.ended.reason}`) : null;
-  const events = (t.events ?? []).length ? h("details", {}, h("summary", {}, `Events (${t.events.length})`), h("pre", { class: "raw" }, JSON.stringify(t.events, null, 1))) : null;
-  return { draw, elements: [h("div", { class: "bar" }, kindBox, h("button", { onclick: csv }, "Save CSV"), h("button", { onclick: () => save((title || "motion") + ".svg", "image/svg+xml", svg(title, shownX, shownLines, [kind === kinds[1] ? pair[0] : columns[0]])) }, "Save SVG"),
-    h("span", { class: "soft" }, "drag to zoom, double click for all")), boxes, planes, place, ended, events, table(columns, rows)] };
+  const happened = events.length ? table(["event", ...columns, "direction"], events.map(e => [e.name, ...e.at, e.direction]), "Events") : null;
+  return { draw, elements: [h("div", { class: "bar" }, kindBox, h("button", { onclick: csv }, "Save CSV"), h("button", { onclick: () => save((title || "motion") + ".svg", "image/svg+xml", svg(title, shownX, [...shownLines, ...together(rings)], [kind === kinds[1] ? pair[0] : columns[0]])) }, "Save SVG"),
+    h("span", { class: "soft" }, "drag to zoom, double click for all")), boxes, planes, place, ended, happened, table(columns, rows)] };
 }
 
 // What is known of the numbers, and the work-precision table.

@@ -209,6 +209,84 @@ async function pictured(browser) {
   await page.context().close();
 }
 
+// A stratum that was only listed is solved as it is opened, is open in the new answer, and can be opened again without a job more.
+async function strata(browser) {
+  const { page, log } = await open(browser, url);
+  const jobs = () => page.evaluate(() => fetch("/v1/jobs?limit=500").then(r => r.json()).then(l => l.jobs.length)), nodes = () => page.$$eval("#panel-Strata details.node", all => all.map(d => ({ open: d.open, inside: d.parentElement.matches("details"), text: d.textContent })));
+  await page.fill("textarea", "x*x' = y\ny' = -k*x*z\nx*z + y = 0\nlet k\nname strata of the page");
+  await page.waitForSelector("#said.fine");
+  await run(page);
+  await tab(page, "Strata");
+  const listed = await nodes(), before = await jobs(), first = page.url();
+  check(listed.length >= 1 && listed.every(n => !n.open && /being solved/.test(n.text)), "strata are listed, unsolved", listed);
+  await page.fill("textarea", "x' = 5*x");                    // what is solved is the request of the answer, not what is typed by now
+  await page.waitForSelector("#said.fine");
+  await page.focus("#panel-Strata details.node > summary");
+  await page.keyboard.press("Enter");
+  await page.waitForFunction(at => document.querySelector("#run").disabled === false && location.href !== at, first);
+  const solved = await nodes(), shown = JSON.parse(await text(page, "#panel-Raw pre")), [one] = shown.result.strata;
+  check(await jobs() === before + 1 && shown.result.name === "strata of the page" && one.result?.verdict === "underdetermined", "opening one solves it", shown.result);
+  check(solved[0].open && solved[0].text.includes(one.result.verdict) && /dimensions/.test(solved[0].text) && solved.slice(1).every(n => !n.open), "it is open in the new answer, with its verdict", solved);
+  check(await page.getAttribute("#tab-Strata", "aria-selected") === "true", "its tab stays");
+  await page.click("#panel-Strata details.node > summary");
+  await page.click("#panel-Strata details.node > summary");
+  check((await nodes())[0].open && await jobs() === before + 1 && await page.isEnabled("#run"), "closed and opened again it asks for nothing");
+  // Strata inside a stratum, and every one at once by the button.
+  await page.click("input[value=json] + span");
+  await page.fill("textarea", JSON.stringify({ system: { form: "quasilinear", variables: ["x", "y", "z"], A: [["x", 0, 0], [0, "y", 0], [0, 0, 1]], alpha: ["y*z", "x", "1"] } }));
+  await page.waitForSelector("#said.fine");
+  await run(page);
+  await tab(page, "Strata");
+  const again = page.url();
+  check((await nodes()).length >= 2, "two pivots are listed", await nodes());
+  await page.click("text=Solve each of them");
+  await page.waitForFunction(at => document.querySelector("#run").disabled === false && location.href !== at, again);
+  const tree = JSON.parse(await text(page, "#panel-Raw pre")).result.strata, count = list => list.reduce((n, s) => n + 1 + count(s.result?.strata ?? []), 0);
+  check((await nodes()).length === count(tree) && count(tree) > tree.length && (await nodes()).filter(n => n.inside).length === count(tree) - tree.length, "the tree has all of the answer's, inside each other", count(tree));
+  check((await nodes()).every(n => !/being solved/.test(n.text)), "each is solved", await nodes());
+  await accessible(page, "strata");
+  check(log.length === 0, "strata: no errors", log);
+  await page.context().close();
+}
+
+// Events of a motion are marked in its plots, at their times, in the picture that is saved too, and listed.
+async function events(browser) {
+  const { page, log } = await open(browser, url);
+  await page.click("input[value=json] + span");
+  await page.fill("textarea", JSON.stringify({ system: { form: "equations", variables: ["x"], equations: ["x'' = -x"] }, trajectory: { stop: 7, samples: 41, initial: { x: 1, "x'": 0 }, events: [{ name: "zero", expression: "x" }, { name: "turn", expression: "x'" }] } }));
+  await run(page);
+  await tab(page, "Plots");
+  await page.waitForSelector("#panel-Plots .u-over");
+  const times = JSON.parse(await text(page, "#panel-Raw pre")).result.trajectory.events.map(e => e.t);
+  check(times.length === 4 && times.every((t, i) => Math.abs(t - (i + 1) * Math.PI / 2) < 1e-9), "the events of a cosine", times);
+  // Painted pixels of a column of the plot, of the colour of the lines at events.
+  const dashed = at => page.evaluate(share => {
+    const over = document.querySelector("#panel-Plots .u-over").getBoundingClientRect(), canvas = document.querySelector("#panel-Plots canvas"), box = canvas.getBoundingClientRect(), scale = canvas.width / box.width;
+    const soft = document.createElement("canvas").getContext("2d");
+    soft.fillStyle = getComputedStyle(document.documentElement).getPropertyValue("--soft").trim();
+    const of = soft.fillStyle.match(/[0-9a-f]{2}/g).map(v => parseInt(v, 16)), x = Math.round((over.left + share * over.width - box.left) * scale), y = Math.round((over.top - box.top) * scale);
+    const d = canvas.getContext("2d").getImageData(x - 1, y, 3, Math.round(over.height * scale)).data;
+    let n = 0;
+    for (let i = 0; i < d.length; i += 4) n += d[i + 3] > 40 && of.every((v, k) => Math.abs(v - d[i + k]) < 40);
+    return n;
+  }, at);
+  const at = await Promise.all(times.map(t => dashed(t / 7))), between = await Promise.all([1, 3, 5, 6].map(k => dashed((k * Math.PI / 4 + 0.2) / 7)));
+  check(Math.min(...at) > 100 && Math.max(...between) < Math.min(...at) / 4, "a line at the time of each, none between", [at, between]);
+  check(/4 events are marked/.test(await page.getAttribute("#panel-Plots .plot", "aria-label")), "said to who does not see them");
+  const rows = await page.$$eval("#panel-Plots details:nth-of-type(1) tbody tr", all => all.map(r => [...r.children].map(c => c.textContent)));
+  check(rows.length === 4 && rows.map(r => r[0]).join() === "zero,turn,zero,turn" && rows.every((r, i) => Math.abs(Number(r[1]) - times[i]) < 1e-4), "they are listed", rows);
+  const saved = async () => { const [file] = await Promise.all([page.waitForEvent("download"), page.click("text=Save SVG")]); return readFileSync(await file.path(), "utf8"); };
+  const dots = svg => (/<path[^>]*d="M([^"]*h0)"[^>]*\/><text[^>]*>events</.exec(svg)?.[1] ?? "").split("h0").filter(Boolean).length;
+  check(dots(await saved()) === 8, "and in the picture saved: four on each of two curves");
+  await page.selectOption("[aria-label=Plot]", "phase plane");
+  check(dots(await saved()) === 4, "in the phase plane: four");
+  await page.selectOption("[aria-label=Plot]", "errors by row");
+  check(await dashed(times[0] / 7) > 100, "a line among the errors too");
+  await accessible(page, "events");
+  check(log.length === 0, "events: no errors", log);
+  await page.context().close();
+}
+
 async function stopping(browser) {
   const { page, log } = await open(browser, url);
   await page.click("input[value=json] + span");
@@ -317,7 +395,7 @@ async function looks(browser) {
 }
 
 const browser = await chromium.launch({ executablePath: process.env.CHROMIUM || "/usr/bin/chromium", args: ["--no-sandbox", "--disable-gpu"] });
-for (const part of [examples, marks, ways, documented, pictured, stopping, refusals, tokens, looks])
+for (const part of [examples, marks, ways, documented, pictured, strata, events, stopping, refusals, tokens, looks])
   try { await part(browser); } catch (e) { check(false, part.name, String(e.stack ?? e)); }
 await browser.close();
 console.log(`${passed} passed, ${failed} failed`);
