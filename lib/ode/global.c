@@ -11,6 +11,7 @@
 
 #include "larger.h"
 #include "march.h"
+#include "budget.h"
 #include "mem.h"
 #include "tolerance.h"
 
@@ -267,17 +268,69 @@ static double *noise_of(const struct ode_run *run)
     return NULL;
 }
 
+/* Of the time left, where rows are to be kept: for the first of two solutions. The second, which is tighter, has the rest. */
+static const double FIRST_PART = 0.45;
+
+static void march_first(struct ode_run *next, struct ode_result *res)
+{
+    const struct sga_budget *all = next->o.budget;
+    struct sga_budget part;
+    if (next->o.keep_rows && all && all->deadline > 0) {
+        double now = sga_now();
+        part = *all;
+        part.deadline = now + FIRST_PART * fmax(all->deadline - now, 0);
+        next->o.budget = &part;
+    }
+    march(next, res);
+    next->o.budget = all;
+}
+
+/* Events beyond t are not told. */
+static void drop_events(const struct ode_run *run, double t, struct ode_result *res)
+{
+    double direction = t < run->start->t ? -1 : 1;
+    while (res->happened > 0 && direction * (res->happening[res->happened - 1].t - t) > 0)
+        res->happened--;
+}
+
+/* The time for the first solution ended: its samples are solved once more, tighter. As many as that reaches are kept, with their errors. */
+static void keep_rows(const struct ode_run *run, struct ode_run *next, struct ode_result *res)
+{
+    struct ode_start part = *run->start;
+    struct ode_end end = res->end;
+    struct ode_result tight;
+    part.count = res->count;
+    next->start = &part;
+    next->o.rtol /= LOOSER;
+    next->o.atol /= LOOSER;
+    next->level++;
+    march(next, &tight);
+    end.t = tight.count > 0 ? part.times[tight.count - 1] : run->start->t;
+    if (tight.end.reason == ODE_NONE || tight.end.reason == ODE_TIME_LIMIT) {
+        drop_events(run, end.t, &tight);
+        drop_events(run, end.t, res);
+        tight.end = end;
+    }
+    set_errors(run, ALLOWANCE, &tight, res);
+    replace(res, &tight);
+    if (res->worst > 1)
+        res->shortfall = "the time granted ended before a tighter solution was found";
+}
+
 static void global(const struct ode_run *run, const double *noise, struct ode_result *res)
 {
     struct ode_run next = *run;
     next.o.rtol = first_rtol(run->o.rtol, run->o.atol);
     next.beside = true;
     next.noise = noise;
-    march(&next, res);
+    march_first(&next, res);
     next.beside = false;
     next.noise = NULL;
-    if (out_of_budget(res))
+    if (out_of_budget(res)) {
+        if (run->o.keep_rows && res->end.reason == ODE_TIME_LIMIT && res->count > 0)
+            keep_rows(run, &next, res);
         return;
+    }
     if (res->end.reason != ODE_NONE && res->end.reason != ODE_EVENT) {       /* perhaps only because it ran beside the motion */
         struct ode_result again;
         march(&next, &again);

@@ -216,6 +216,7 @@ struct ode_options {
     long max_steps;            /* accepted and refused, of one solution */
     bool estimate_global_error;
     bool refine;               /* with estimates: solve again until they are within tolerance */
+    bool keep_rows;            /* with estimates: where the budget's time ends first, what two solutions have reached by then is the result */
     const struct sga_budget *budget;   /* NULL: none */
 };
 /* method auto, rtol = atol = 1e-9, 1,000,000 steps, no error estimate, no budget. */

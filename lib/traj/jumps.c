@@ -98,6 +98,7 @@ static void piece_init(struct piece *p, const struct sys_system *sys, const stru
     p->q.ends_there = true;
     p->q.sized_by = rq;
     p->q.integrals = 0;
+    p->q.rows_until = 0;
     p->q.beside = NULL;
     p->q.exact_start = EXPR_UNDEF;
     p->q.exact_initial = p->q.exact_time = NULL;

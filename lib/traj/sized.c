@@ -2,6 +2,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "budget.h"
 #include "flow.h"
 #include "mem.h"
 #include "ode.h"
@@ -44,7 +45,8 @@ bool flow_solve(struct flow *f, const struct traj_request *rq, const struct ode_
     options->output_unit = f->sizes->any ? f->sizes->column : NULL;
     if (!ode_solve(problem, start, options, o, err))
         return false;
-    bool wrong = o->shortfall || o->end.reason == ODE_NOT_SMOOTH || o->end.reason == ODE_CONSTRAINT_LOST || o->end.reason == ODE_STEP_LIMIT;
+    bool late = options->budget && options->budget->deadline > 0 && sga_now() >= options->budget->deadline;
+    bool wrong = late || o->end.reason == ODE_TIME_LIMIT ? false : o->shortfall || o->end.reason == ODE_NOT_SMOOTH || o->end.reason == ODE_CONSTRAINT_LOST || o->end.reason == ODE_STEP_LIMIT;
     if (!f->sizes->any || !wrong || !look_at_sizes(f, rq, start->x, o) || !ode_solve(problem, start, options, &again, err))
         return true;
     struct ode_result *other = again.count >= o->count ? o : &again;

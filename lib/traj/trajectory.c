@@ -253,7 +253,10 @@ static bool integrate(struct flow *f, const struct traj_request *rq, struct traj
     options.rtol = rq->rtol;
     options.atol = rq->atol;
     options.estimate_global_error = options.refine = !rq->single;
-    options.budget = rq->budget;
+    struct sga_budget until = rq->budget ? *rq->budget : (struct sga_budget){ 0 };
+    options.keep_rows = rq->rows_until > 0 && rq->budget;
+    until.deadline = rq->rows_until;
+    options.budget = options.keep_rows ? &until : rq->budget;
     options.output_beside = rq->beside;
     double begin = sga_cpu();
     if (!flow_solve(f, rq, &problem, &start, &options, &o, err))
@@ -287,6 +290,9 @@ static bool integrate(struct flow *f, const struct traj_request *rq, struct traj
     bool ok = true;
     if (o.end.reason == ODE_TIME_LIMIT || o.end.reason == ODE_CANCELLED)
         ok = sga_budget_ok(rq->budget, err);
+    r->out_of_time = options.keep_rows && sga_now() >= until.deadline;
+    if (ok && o.end.reason == ODE_TIME_LIMIT && !(r->rows > 0 && fabs(r->t[r->rows - 1] - rq->start) > 0))
+        ok = sga_fail(err, SGA_E_LIMIT_SECONDS, "%s", o.end.detail);
     ode_result_free(&o);
     return ok;
 }
@@ -320,6 +326,7 @@ static bool find_events(struct flow *f, const struct traj_request *rq, const dou
     q.rtol = fmax(rq->rtol, GUIDE_RTOL);
     q.atol = fmax(rq->atol, GUIDE_RTOL);
     q.integrals = 0;
+    q.rows_until = 0;
     q.single = false;
     *guide = (struct traj_result){ .initial = memcpy(sga_malloc((n + 1) * sizeof *start), start, n * sizeof *start) };
     bool ok = integrate(f, &q, guide, err);
@@ -443,7 +450,7 @@ static bool solve_cheapest(struct flow *f, const struct sys_system *sys, const s
     }
     if (there) {
         choose(r, &fine);
-    } else if (!needed && ((r->shortfall && !r->beside) || constraints_lost(r)) && try_precise(f, sys, sol, rq, r, &fine)) {
+    } else if (!needed && !r->out_of_time && ((r->shortfall && !r->beside) || constraints_lost(r)) && try_precise(f, sys, sol, rq, r, &fine)) {
         /* rounding in double: perhaps longer numbers are enough */
         if (fine.shortfall && !lost_by_rounding(r, &fine))
             traj_result_clear(&fine);

@@ -250,6 +250,7 @@ static void add_request(struct variation *v, const struct traj_request *rq, cons
     v->request.beside = NULL;
     v->request.events = 0;
     v->request.integrals = 0;
+    v->request.rows_until = 0;
     v->request.exact_initial = v->exact;
     v->request.turns = v->turns.surfaces ? &v->turns : NULL;
 }

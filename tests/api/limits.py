@@ -1,12 +1,14 @@
 """What is too large ends by its own limit, with the figure, and nothing else notices."""
 import http.client
 import json
+import math
 import os
 import resource
 import signal
 import threading
 import time
 
+import schemas
 from common import moving, slow, trivial
 from daemon import Daemon
 
@@ -108,6 +110,33 @@ def ended(build, c):
         watcher.join()
         c(not wrong, "health checks, metrics and refusals go on", wrong[:3])
         c.status(d.get("/healthz"), 200, "alive")
+
+
+def rows_kept(build, c):
+    """A motion whose time ends gives the rows that it has, with errors that hold; one that came no further than its start fails."""
+    with Daemon(build, "--workers", "1") as d:
+        request = slow(2)
+        request["trajectory"].update(samples=400001, stop=8000, events=[{"name": "zero", "expression": "x"}])
+        omega = float(request["system"]["equations"][0].split("*x")[0].split("-")[1]) ** 0.5
+        job = d.ask("POST", "/v1/solve", request, {"Prefer": "wait=60"}, seconds=90).json()
+        t = job.get("result", {}).get("trajectory")
+        if not c(job["status"] == "done" and t, "rows kept: the job is done", job.get("error")):
+            return
+        end, rows = t["ended"], t["rows"]
+        c(end and end["reason"] == "time_limit" and "2 seconds" in end["detail"] and 1 < len(rows) < 400001, "rows kept: it says that the time ended", end)
+        c(0 < rows[-1][0] <= end["t"] < 8000 and all(e["t"] <= end["t"] for e in t["events"]), "rows kept: none and no event lies past the end", (rows[-1], end))
+        c(not schemas.faults(c.result_schema, job["result"]), "rows kept: schema")
+        # Sines by the hundred of some 1e-15 beside the spring add no more than this.
+        noise = 400e-15 * omega * rows[-1][0]
+        wrong = [(r, e) for r, e in zip(rows, t["errors"]) if e is None or not abs(r[1] - math.cos(omega * r[0])) <= e + noise]
+        c(not wrong and t["error_estimate"] is not None, "rows kept: their errors hold", wrong[:2])
+        zeros = [e for e in t["events"] if e["name"] == "zero"]
+        c(len(zeros) == math.floor(omega * end["t"] / math.pi + 0.5) and all(abs(math.cos(omega * e["t"])) <= omega * e["error"] + 1e-9 for e in zeros), "rows kept: every event up to there", len(zeros))
+        csv = d.get(f"/v1/jobs/{job['id']}/trajectory?format=csv")
+        c(csv.status == 200 and csv.body.count(b"\n") == len(rows) + 1, "rows kept: as CSV")
+        request = slow(0.5)
+        error = d.ask("POST", "/v1/solve", request, {"Prefer": "wait=60"}).json().get("error", {})
+        c(error.get("code") == "time_limit" and "0.5 seconds" in error["detail"], "rows kept: the start alone is no answer", error)
 
 
 def maxima(build, c):
@@ -254,4 +283,4 @@ def hostile(build, c):
         c.status(d.ask("POST", "/v1/jobs", trivial()), 202, "a reader that was killed is replaced")
 
 
-ALL = [hostile, no_memory, ended, maxima, refused, reading, stopped]
+ALL = [hostile, no_memory, ended, rows_kept, maxima, refused, reading, stopped]

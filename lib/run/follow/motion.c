@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "arena.h"
+#include "budget.h"
 #include "follow.h"
 #include "integrate.h"
 #include "mem.h"
@@ -71,7 +72,7 @@ static bool integrate(struct job *j, const struct sga_solution *solution, struct
         j->trajectory = NULL;
         return false;
     }
-    if (r->arithmetic != TRAJ_AUTO || r->exact_time || r->events || !j->trajectory->shortfall || j->trajectory->beside)
+    if (r->arithmetic != TRAJ_AUTO || r->exact_time || r->events || !j->trajectory->shortfall || j->trajectory->beside || j->trajectory->out_of_time)
         return true;
     struct traj_result again;
     struct sga_error ignored = { 0 };
@@ -112,6 +113,17 @@ static bool run(struct job *j, const struct sga_solution *solution, struct point
     return !(j->request->want & REQUEST_TRADEOFF) || answer_tradeoff(j, solution, r);
 }
 
+/* Of the time granted: what checking and writing the rows of a motion that was cut short may take. */
+static const double WRITING_PART = 0.05;
+
+/* A motion alone keeps its rows where the time ends; what is made of motions needs the whole. */
+static double rows_until(const struct job *j)
+{
+    const struct request *q = j->request;
+    bool alone = !q->sweeps && !(q->want & REQUEST_TRADEOFF);
+    return alone && j->budget->deadline > 0 ? j->budget->deadline - WRITING_PART * j->budget->seconds : 0;
+}
+
 bool answer_own_motion(struct job *j)
 {
     const struct request_trajectory *t = &j->request->trajectory;
@@ -141,6 +153,7 @@ bool answer_own_motion(struct job *j)
         .method = j->request->accuracy.method, .arithmetic = (enum traj_arithmetic)j->request->accuracy.arithmetic,
         .budget = j->budget,
     };
+    r.rows_until = rows_until(j);
     answer_start_of(j->request, &mem, &r);
     bool tradeoff = j->request->want & REQUEST_TRADEOFF;
     if ((j->request->tables || t->sliding) && r.arithmetic == TRAJ_AUTO)
