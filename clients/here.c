@@ -40,8 +40,9 @@ struct stuck {
     struct progress shown;
 };
 
-static void told(void *ctx, const char *stage, double fraction)
+static void told(void *ctx, const char *stage, double fraction, double t)
 {
+    (void)t;
     struct stuck *s = ctx;
     progress_show(&s->shown, stage, fraction);
 }

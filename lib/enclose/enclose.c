@@ -66,7 +66,7 @@ static void march(struct walk *w, const struct sga_budget *budget, arb_ptr box, 
         end->t = arf_get_d(arb_midref(w->t), ARF_RND_NEAR);
         to_sample(w, path->samples - 1);
         double most = fmax(above(w->s), 2 * SHORTEST * fabs(w->way));
-        sga_share_tell(budget, fabs(w->way) > 0 ? 1 - above(w->s) / fabs(w->way) : 1);
+        sga_share_tell(budget, fabs(w->way) > 0 ? 1 - above(w->s) / fabs(w->way) : 1, end->t);
         if ((path->most_steps && end->steps >= path->most_steps) || !sga_budget_ok(budget, NULL)) {
             end->why = ENCLOSE_STOPPED;
             break;

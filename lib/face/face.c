@@ -22,8 +22,9 @@ static pthread_once_t once = PTHREAD_ONCE_INIT;
 /* What the host calls with, by way of what a run is called with. */
 struct host { const struct sga_options *options; };
 
-static void progress(void *ctx, const char *stage, double fraction)
+static void progress(void *ctx, const char *stage, double fraction, double t)
 {
+    (void)t;
     const struct host *h = ctx;
     h->options->progress(h->options->context, stage, fraction);
 }

@@ -348,7 +348,7 @@ static void tell_share(const struct ode_march *m)
     bool several = m->o->estimate_global_error;
     double way = fabs(m->stop - m->start->t), before = several ? 1 - ldexp(1, -m->level) : 0, part = several ? 0.5 * (1 - before) : 1;
     if (way > 0)
-        sga_share_tell(m->o->budget, before + part * fabs(m->t - m->start->t) / way);
+        sga_share_tell(m->o->budget, before + part * fabs(m->t - m->start->t) / way, m->t);
 }
 
 /* False: ended. */

@@ -78,11 +78,11 @@ static void wall(void *ctx, const struct sga_error *err)
 static const double MOTION = 0.5, AFTER_MOTION = 0.9, WRITING = 0.98;
 
 /* A motion's share of its time, while it is what the job is at. */
-static void tell_share(void *ctx, double fraction)
+static void tell_share(void *ctx, double fraction, double t)
 {
     struct job *j = ctx;
     if (!strcmp(j->stage, "trajectory"))
-        job_progress(j, j->stage, fraction);
+        job_progress_at(j, j->stage, fraction, t);
 }
 
 static void set_budget(struct run *r)

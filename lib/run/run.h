@@ -22,7 +22,7 @@ struct sga_run_options {
     /* Where a library call runs past memory or time and cannot be left: tells why, does
      * not return. NULL: such a job goes on, and the process aborts once memory ends. */
     void (*wall)(void *ctx, const struct sga_error *err);
-    void (*progress)(void *ctx, const char *stage, double fraction);  /* may be NULL; fraction 0..1 */
+    void (*progress)(void *ctx, const char *stage, double fraction, double t);  /* may be NULL; fraction 0..1; t: where a motion is, else NAN */
     bool (*cancelled)(void *ctx);       /* may be NULL; asked often */
     void *ctx;
     /* Memory for machine code, made before a sandbox is entered that would forbid it. NULL, or a

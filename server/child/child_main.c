@@ -59,7 +59,7 @@ static uint64_t resident(void)
     return (uint64_t)u.ru_maxrss * 1024;
 }
 
-static void progress(void *ctx, const char *stage, double fraction)
+static void progress(void *ctx, const char *stage, double fraction, double t)
 {
     struct running *r = ctx;
     double now = sga_now();
@@ -69,6 +69,7 @@ static void progress(void *ctx, const char *stage, double fraction)
     memset(&r->told, 0, sizeof r->told);
     strncpy(r->told.stage, stage, sizeof r->told.stage - 1);
     r->told.fraction = fraction;
+    r->told.t = t;
     r->told_at = now;
     wire_send(SOCKET, WIRE_PROGRESS, 0, &r->told, sizeof r->told);
 }

@@ -29,6 +29,7 @@ struct wire_header {
 struct wire_progress {
     char stage[32];
     double fraction;
+    double t;               /* where a motion is; NAN: none is made */
 };
 
 /* Blocking, whole. False: the other end is gone (or errno says). */

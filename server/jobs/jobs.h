@@ -152,7 +152,7 @@ const struct account *job_account(const struct job *job);       /* on which it r
 bool jobs_cancelled(struct jobs *js, struct job *job);
 /* Another daemon has the job now: true once, and then it is not the worker's any more. */
 bool jobs_lost(struct jobs *js, struct job *job);
-void jobs_progress(struct jobs *js, struct job *job, const char *stage, double fraction);
+void jobs_progress(struct jobs *js, struct job *job, const char *stage, double fraction, double t);
 /* The end: result text, or err. One of them. Takes no ownership. */
 void jobs_done(struct jobs *js, struct job *job, const char *result, size_t length);
 void jobs_failed(struct jobs *js, struct job *job, const struct sga_error *err);

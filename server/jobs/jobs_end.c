@@ -149,6 +149,7 @@ void jobs_end(struct jobs *js, struct job *job, enum job_status status, const st
     job->wake_fd = -1;
     snprintf(job->progress.stage, sizeof job->progress.stage, "storing");
     job->progress.fraction = 1;
+    job->progress.moves = false;
     job->event++;
     js->ending++;
     js->ending_bytes += ending_size(job);

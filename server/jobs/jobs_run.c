@@ -4,6 +4,7 @@
 #include "clock.h"
 #include "json_scan.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -67,12 +68,14 @@ bool jobs_cancelled(struct jobs *js, struct job *job)
     return cancel;
 }
 
-void jobs_progress(struct jobs *js, struct job *job, const char *stage, double fraction)
+void jobs_progress(struct jobs *js, struct job *job, const char *stage, double fraction, double t)
 {
     pthread_mutex_lock(&js->lock);
     snprintf(job->progress.stage, sizeof job->progress.stage, "%s", stage);
     jobs_stage(job, metrics_stage_of(stage));
     job->progress.fraction = fraction >= 0 && fraction <= 1 ? fraction : 0;
+    job->progress.moves = isfinite(t);
+    job->progress.t = job->progress.moves ? t : 0;
     job->event++;
     jobs_notify(js, job);
     pthread_mutex_unlock(&js->lock);

@@ -130,7 +130,7 @@ static bool handle(struct worker *w, struct job *job, struct child_inbox *in)
         struct wire_progress p;
         memcpy(&p, in->data, sizeof p);
         p.stage[sizeof p.stage - 1] = 0;
-        jobs_progress(w->jobs, job, p.stage, p.fraction);
+        jobs_progress(w->jobs, job, p.stage, p.fraction, p.t);
         ended = false;
     } else if (in->head.type == WIRE_DONE) {
         jobs_done(w->jobs, job, in->data, in->head.length);

@@ -49,6 +49,7 @@ enum store_answer pg_look_at(struct store *face, const char *id, struct job_row 
     if (answer == STORE_FOUND) {
         bool runs = row->status == JOB_RUNNING && !PQgetisnull(r, 0, 14);
         snprintf(progress->stage, sizeof progress->stage, "%s", runs ? PQgetvalue(r, 0, 14) : job_status_text(row->status));
+        progress->moves = false;
         progress->fraction = runs ? strtod(PQgetvalue(r, 0, 15), NULL) : 0;
         free(row->error);
         row->error = NULL;

@@ -89,6 +89,8 @@ void job_write_open(struct sga_json *w, const struct job_row *row, const struct 
     sga_json_object(w);
     sga_json_key(w, "stage"), sga_json_string(w, progress ? progress->stage : names[row->status]);
     sga_json_key(w, "fraction"), sga_json_double(w, progress ? progress->fraction : job_ended(row->status) ? 1 : 0);
+    if (progress && progress->moves)
+        sga_json_key(w, "t"), sga_json_double(w, progress->t);
     sga_json_end_object(w);
     write_time(w, "created", row->created);
     write_time(w, "started", row->started);

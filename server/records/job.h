@@ -44,6 +44,8 @@ struct job_row {
 struct job_progress {
     char stage[32];
     double fraction;             /* 0..1 */
+    bool moves;                  /* a motion is made, which is at time t of the system; told by the daemon that runs the job alone */
+    double t;
 };
 
 /* Opens the job object and writes every member but the result, "cached" as false; the

@@ -199,6 +199,7 @@ enum store_answer lite_look_at(struct store *face, const char *id, struct job_ro
         && sqlite3_bind_text(s, 1, id, -1, SQLITE_STATIC) == SQLITE_OK && sqlite3_step(s) == SQLITE_ROW;
     const char *stage = ok ? (const char *)sqlite3_column_text(s, 0) : NULL;
     snprintf(progress->stage, sizeof progress->stage, "%s", stage && row->status == JOB_RUNNING ? stage : job_status_text(row->status));
+    progress->moves = false;
     progress->fraction = ok && row->status == JOB_RUNNING ? sqlite3_column_double(s, 1) : 0;
     sqlite3_finalize(s);
     store_give_back(st, r);

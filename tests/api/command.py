@@ -287,7 +287,7 @@ def command_progress(build, c):
         status, out, text = on_terminal([sga.program, "wait", one, "--wait", "4", "--server", d.url()], sga.env)
         c(status == 1 and "\rtrajectory, " in text and re.search(r"\r +\rsga: the job has not ended yet", text), "progress of wait", text[-300:])
         d.ask("DELETE", "/v1/jobs/" + one)
-        long = {**slow(), "limits": {"seconds": 3}}
+        long = {**slow(), "limits": {"seconds": 9}}      # of which one solution gets four
         status, out, text = on_terminal([sga.program, "solve", sga.file(long), "--json"], sga.env)
         shown = [int(s) for s in re.findall(r"\rtrajectory, (\d+) %", text)]
         c(status in (0, 1) and out and len(shown) > 2 and shown == sorted(shown) and 50 <= shown[0] < shown[-1] < 100, "progress here: never back", text[-300:])

@@ -136,7 +136,32 @@ def rows_kept(build, c):
         c(csv.status == 200 and csv.body.count(b"\n") == len(rows) + 1, "rows kept: as CSV")
         request = slow(0.5)
         error = d.ask("POST", "/v1/solve", request, {"Prefer": "wait=60"}).json().get("error", {})
-        c(error.get("code") == "time_limit" and "0.5 seconds" in error["detail"], "rows kept: the start alone is no answer", error)
+        c(error.get("code") == "time_limit" and "0.5 seconds granted" in error["detail"], "rows kept: the start alone is no answer", error)
+
+
+def progress_t(build, c):
+    """While a motion is made, progress says where it is: `t` in the system's time, which moves on."""
+    with Daemon(build, "--workers", "1") as d:
+        path = "/v1/jobs/" + d.ask("POST", "/v1/jobs", slow(600)).json()["id"]
+        seen = []
+        for _ in range(6000):
+            job = d.get(path).json()
+            t = job["progress"].get("t")
+            if t is not None and t not in seen:
+                seen.append(t)
+                c(job["status"] == "running" and job["progress"]["stage"] == "trajectory" and 0 < job["progress"]["fraction"] < 1, "progress t: of a motion that runs", job)
+                c(not schemas.faults(c.job_schema, job), "progress t: schema", job)
+            if len(seen) > 2 or job["status"] not in ("queued", "running"):
+                break
+            time.sleep(0.01)
+        c(len(seen) > 2 and 0 <= seen[0] < seen[1] < seen[2] <= 8000, "progress t: it moves on", (seen, job))
+        c.status(d.ask("DELETE", path), (200, 202, 204), "progress t: cancelled")
+        for _ in range(6000):
+            job = d.get(path).json()
+            if job["status"] not in ("queued", "running"):
+                break
+            time.sleep(0.01)
+        c(job["status"] == "cancelled" and "t" not in job["progress"], "progress t: none after the end", job)
 
 
 def maxima(build, c):
@@ -283,4 +308,4 @@ def hostile(build, c):
         c.status(d.ask("POST", "/v1/jobs", trivial()), 202, "a reader that was killed is replaced")
 
 
-ALL = [hostile, no_memory, ended, rows_kept, maxima, refused, reading, stopped]
+ALL = [hostile, no_memory, ended, rows_kept, progress_t, maxima, refused, reading, stopped]

@@ -13,11 +13,16 @@
 #include "tolerance.h"
 #include "warnings.h"
 
-void job_progress(struct job *j, const char *stage, double fraction)
+void job_progress_at(struct job *j, const char *stage, double fraction, double t)
 {
     j->stage = stage;
     if (j->host.progress)
-        j->host.progress(j->host.ctx, stage, fraction);
+        j->host.progress(j->host.ctx, stage, fraction, t);
+}
+
+void job_progress(struct job *j, const char *stage, double fraction)
+{
+    job_progress_at(j, stage, fraction, NAN);
 }
 
 /* What every stage keeps: the store, the system, and the solution where there is one. */

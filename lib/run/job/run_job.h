@@ -52,7 +52,7 @@ struct job {
     size_t request_length;
     struct {                      /* what whoever runs the job gave (run.h) */
         size_t most_result;       /* bytes; 0: 1 GB */
-        void (*progress)(void *ctx, const char *stage, double fraction);   /* or NULL */
+        void (*progress)(void *ctx, const char *stage, double fraction, double t);   /* or NULL; t: job_progress_at */
         void *ctx;
     } host;
     const struct job_stage *stages;
@@ -135,6 +135,7 @@ bool job_run(struct job *j, bool follows);
 void job_clear(struct job *j);
 /* The stage that errors name, and progress where fraction is 0 or more. */
 void job_progress(struct job *j, const char *stage, double fraction);
+void job_progress_at(struct job *j, const char *stage, double fraction, double t);    /* t: where a motion is; NAN: none is made */
 
 /* True while time, memory and nobody's end let it work on; otherwise j->err says what does not. The other says nothing. */
 bool job_goes_on(const struct job *j);
