@@ -35,7 +35,7 @@ class Blocks:
 
     def add(self, k):
         self.sources.append(set())
-        kind = self.rng.choice(["lag", "oscillator", "monitor", "pendulum", "mass", "loop", "circle"])
+        kind = self.rng.choice(["lag", "oscillator", "monitor", "pendulum", "mass", "loop", "circle", "matrix", "bent", "prescribed"])
         a, b, c = (f"{n}{k}" for n in "abc")
         v = round(self.rng.uniform(0.2, 1), 2)
         names, start, tied = [a], {a: v}, False
@@ -56,7 +56,15 @@ class Blocks:
         elif kind == "loop":          # without velocities, in a circle
             names, start = [a, b], {}
             eqs = [f"{a} = {b}/3 + 1{self.drive(k)}", f"{b} = {a}/3 - t"]
-            tied = True
+        elif kind == "matrix":        # velocities by a constant matrix
+            names, start = [a, b], {a: v, b: -v}
+            eqs = [f"2*{a}' + {b}' = -{a}{self.drive(k)}", f"{a}' - 3*{b}' = {b}"]
+        elif kind == "bent":          # solved for any value of the rest, though not by a number
+            names, start = [a], {}
+            eqs = [f"{a} + {self.rng.randint(1, 3)}*{a}^3 + atan({a}) = t{self.drive(k)}"]
+        elif kind == "prescribed":    # a given motion, its velocity, and the force that it takes
+            names, start = [a, b, c], {}
+            eqs = [f"{a} = sin({self.rng.randint(1, 3)}*t)", f"{a}' = {b}", f"{b}' = {c} - {a}{self.drive(k)}"]
         else:
             names, start = [a, b], {a: 0.6, b: 0.8}
             eqs = [f"{a}' = -{b}", f"{a}^2 + {b}^2 = 1"]
@@ -66,7 +74,7 @@ class Blocks:
         self.initial.update(start)
         self.own.append(names)
         self.pulls.append(tied)
-        self.signals += [(n, k) for n in names if kind != "pendulum" or n != c]
+        self.signals += [(n, k) for n in names if n != c]
 
     def request(self, outputs):
         equations = list(self.equations)
@@ -208,6 +216,7 @@ def rules(tally, solver):
     conditions["trajectory"]["gauge"] = {"conditions": ["u - cos(t)"]}
     compare(tally, solver, "conditions", conditions)
     mechanical(tally, solver)
+    behind(tally, solver)
     # nothing is cut where the whole system is asked about, or strata of it
     for want in (["trajectory", "constraints"], ["trajectory", "structure"], ["trajectory", "gauge"], ["trajectory", "vector_field"]):
         r, _ = solver.solve({**explicit(given, ["x"]), "want": want})
@@ -227,6 +236,35 @@ def rules(tally, solver):
     sweep = {**explicit(given, ["y"]), "sweep": [{"initial": {"x": 2}}, {"initial": {"y": 5, "w": 7}}]}
     a, b = solver.solve(sweep)[0], solver.solve({**sweep, "want": ["trajectory", "index"]})[0]
     tally.check(a["work"]["variables_modelled"] < 4 and all(near(p, q) for p, q in zip(a["trajectories"], b["trajectories"])), "sweep", a["work"])
+
+
+def behind(tally, solver):
+    """What can be given in other ways than by one number, and what looks so and cannot."""
+    decay, swing = ["x' = -x"], ["x' = v", "v' = -x"]
+    table = [
+        ("a constant matrix", ["x", "p", "q", "r"], decay + ["p' + q' = x - p", "p' + 2*q' = -p - 2*q", "q' + r' = sin(p) - q"], {"p": 1, "q": 1, "r": 1}, ["x"], ["x"]),
+        ("one row of a constant matrix", ["p", "q", "r"], ["p' + q' = -p - q", "p' + 2*q' = -p - 2*q", "q' + r' = sin(p) - q"], {"p": 1, "q": 1, "r": 1}, ["q"], ["p", "q"]),
+        ("a chain of velocities", ["x", "a", "b", "c"], decay + ["a' + b' = x", "b' + c' = x^2"], {"a": 0, "b": 0, "c": 0}, ["x"], None),
+        ("a matrix without an inverse", ["x", "p", "q"], decay + ["p' + q' = x", "2*p' + 2*q' = x^2"], {}, ["x"], ["x", "p", "q"]),
+        ("a prescribed motion", ["y", "w", "l"], ["y = sin(t)", "y' = w", "w' = l - 1"], {}, ["y"], ["y"]),
+        ("the force that it takes", ["y", "w", "l"], ["y = sin(t)", "y' = w", "w' = l - 1"], {}, ["l"], ["y", "w", "l"]),
+        ("a motion that is followed", ["x", "v", "y", "w", "l"], swing + ["y = x", "y' = w", "w' = l - x"], {"v": 0}, ["x"], ["x", "v"]),
+        ("bent sensors", ["x", "v", "s", "u"], swing + ["s + s^3 = u*x", "u = sin(x)*exp(v)"], {"v": 0}, ["x"], ["x", "v"]),
+        ("a sensor that ends", ["x", "v", "s"], swing + ["s + sqrt(s) = x + 2"], {"v": 0, "s": 1}, ["x"], ["x", "v", "s"]),
+        ("a circle of values", ["x", "a", "b"], decay + ["a = b/3 + x", "b = a/3 - t"], {}, ["x"], ["x"]),
+        ("a circle without an inverse", ["x", "a", "b"], ["x' = -x + a - b"] + ["a = b + x", "b = a - exp(-t)"], {}, ["x"], ["x", "a", "b"]),
+        ("a velocity that asks for itself", ["x", "u", "v"], decay + ["v' = u + x", "u = v' - 2*x + x"], {}, ["x"], ["x", "u", "v"]),
+        ("a velocity that asks for itself by way of others", ["x", "u", "v", "w"], decay + ["v' = u + x", "u - w' = 0", "w = v - x"], {}, ["x"], ["x", "u", "v", "w"]),
+    ]
+    for label, variables, equations, initial, outputs, names in table:
+        start = {**({"x": 1} if "x" in variables else {}), **initial}
+        request = {"system": {"form": "equations", "variables": variables, "equations": equations}, "want": list(WANT),
+                   "trajectory": {"stop": 1, "samples": 3, "initial": start, "outputs": outputs}}
+        a = compare(tally, solver, label, request)
+        if a and names:
+            tally.check([v["name"] for v in a["variables"]] == names, f"{label}: modelled", [v["name"] for v in a["variables"]])
+        elif a:
+            tally.check(a["work"]["variables_modelled"] == 1, f"{label}: modelled", a["work"])
 
 
 def mechanical(tally, solver):

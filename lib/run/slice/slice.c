@@ -216,7 +216,7 @@ void answer_slice(struct job *j, bool tied)
         for (int k = 0; k < j->request->sweep[s].initials; k++)
             stays[j->request->sweep[s].initial[k].variable] = 1;
     /* the geometry of a mechanical system's constraints belongs to a whole part of it */
-    struct slice_wish wish = { needed, fixed, stays, j->request->mechanical };
+    struct slice_wish wish = { needed, fixed, stays, j->request->mechanical, tied && !j->request->sweeps };
     if (slice_decide(&j->request->system, &wish, &parts)) {
         SGA_ARENA(turn);
         int *place = sga_take(&turn, n * sizeof *place), kept = 0;

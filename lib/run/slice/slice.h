@@ -20,19 +20,21 @@ enum slice_fate { SLICE_KEPT, SLICE_APART, SLICE_FOLLOWS };
  * Equations and variables that no chain of equations links to what is needed are SLICE_APART: the system is
  * a product, each part has its motions whatever the others do. Of the rest, equations are left out, one
  * for each variable that SLICE_FOLLOWS, where they can be solved for these variables one after the other, given
- * any motion of what is kept: c v' = f, or 0 = c v + g with a number c that is not 0, g without v, and no circle
- * among those of the second kind. So they ask nothing of what is kept, wherever f and g have values.
+ * any motion of what is kept: c v' = f with a number c that is not 0, where other velocities may stand in f; 0 = c v + g; 0 = h(v, ...) with a
+ * derivative that stays away from 0 by what it looks like; c v = g with velocities of others, where nothing else is left for a row; or a block of
+ * the first or second kind whose numbers have an inverse (slice_work.h). So they ask nothing of what is kept, wherever f and g have values
+ * (and derivatives).
  *
- * Equations 0 = c v + g do link the projection of a guess, and least norms: `tied` says that some was left out which
+ * Equations that give values do link the projection of a guess, and least norms: `tied` says that some was left out which
  * mentions what is kept. They are only where each kept variable in them is among the `fixed`; then nothing changes if
  * the fixed ones are not moved by the projection, and if the motion is unique.
  *
  * apart_only: nothing is left out that follows.
  *
- * needed, fixed, stays (of a variable that is determined by an equation 0 = c v + g: it is kept all the same): by
- * variable. Cost: the sizes of the rows' graphs, and one gradient for each row without velocities. False: nothing
+ * needed, fixed, stays (of a variable that is given by value: it is kept all the same): by variable. tied: what follows from the fixed and
+ * from the time alone counts as fixed. Cost: the sizes of the rows' graphs, and one gradient for each row without velocities. False: nothing
  * can be left out; then there is nothing to free. */
-struct slice_wish { const unsigned char *needed, *fixed, *stays; bool apart_only; };
+struct slice_wish { const unsigned char *needed, *fixed, *stays; bool apart_only, tied; };
 bool slice_decide(const struct sys_system *system, const struct slice_wish *wish, struct slice_parts *parts);
 void slice_parts_clear(struct slice_parts *parts);
 

@@ -3,46 +3,25 @@
 #include <string.h>
 
 #include "arena.h"
-#include "derive.h"
-#include "graph.h"
 #include "mem.h"
 #include "slice.h"
+#include "slice_work.h"
 #include "system.h"
 
-/* Lists by row, one after the other. */
-struct lists {
-    int *start, *to;
-    size_t count, cap;
-};
-
-struct work {
-    const struct sys_system *sys;
-    int n, rows;                  /* rows: with the restrictions, which come last */
-    int *variable_of;             /* by symbol: variable, or -1 */
-    struct lists mentions;        /* by row: variables */
-    struct lists users;           /* by variable: rows */
-    struct lists candidates;      /* by row: variables that it can be solved for */
-    bool *algebraic;              /* by row: it has no velocities */
-    int *row_of, *variable;       /* by variable: the row that gives it, or -1; by row: the variable */
-    bool *linked;                 /* by row: it belongs to what is needed */
-    bool *kept;                   /* by variable */
-    int *queue, queued;
-};
-
-static void push_to(struct lists *l, int v)
+void slice_lists_push(struct slice_lists *l, int v)
 {
     SGA_RESERVE(l->to, l->cap, l->count + 1);
     l->to[l->count++] = v;
 }
 
-static void clear_lists(struct lists *l)
+void slice_lists_clear(struct slice_lists *l)
 {
     free(l->start);
     free(l->to);
 }
 
 /* The variables that row r mentions, each once; seen: by variable, the last row that had it. */
-static void collect(struct work *w, struct expr_cone *cone, int r, int *seen)
+static void collect(struct slice_work *w, struct expr_cone *cone, int r, int *seen)
 {
     const struct sys_system *sys = w->sys;
     const struct sys_row *row = r < sys->rows ? sys->row + r : NULL;
@@ -53,7 +32,7 @@ static void collect(struct work *w, struct expr_cone *cone, int r, int *seen)
     for (int k = 1; k < roots; k++) {
         root[k] = row->entry[k - 1].value;
         if (seen[row->entry[k - 1].col] != r)
-            push_to(&w->mentions, row->entry[k - 1].col);
+            slice_lists_push(&w->mentions, row->entry[k - 1].col);
         seen[row->entry[k - 1].col] = r;
     }
     expr_cone_of(sys->store, cone, root, roots);
@@ -61,13 +40,13 @@ static void collect(struct work *w, struct expr_cone *cone, int r, int *seen)
         const struct expr_node *node = sys->store->node + cone->list[k];
         int v = node->op == EXPR_SYM ? w->variable_of[node->a] : -1;
         if (v >= 0 && seen[v] != r) {
-            push_to(&w->mentions, v);
+            slice_lists_push(&w->mentions, v);
             seen[v] = r;
         }
     }
 }
 
-static void mention(struct work *w)
+static void mention(struct slice_work *w)
 {
     struct expr_cone cone;
     SGA_ARENA(mem);
@@ -94,7 +73,7 @@ static void mention(struct work *w)
 }
 
 /* Everything that chains of equations link to the variables in the queue. */
-static void link_all(struct work *w, bool *reached)
+static void link_all(struct slice_work *w, bool *reached)
 {
     for (int i = 0; i < w->queued; i++) {
         int v = w->queue[i];
@@ -112,83 +91,7 @@ static void link_all(struct work *w, bool *reached)
     }
 }
 
-/* A number that is not 0. */
-static bool is_number(const struct expr_store *st, expr_id e)
-{
-    return expr_is_const(st, e) && !expr_is_zero(st, e);
-}
-
-/* For which variables each linked row can be solved, given any motion of the others. */
-static void find_candidates(struct work *w, bool none)
-{
-    const struct sys_system *sys = w->sys;
-    struct expr_store *st = sys->store;
-    SGA_ARENA(mem);
-    unsigned char *active = sga_zeros(&mem, (size_t)st->symbols + 1, 1);
-    struct expr_term *term = NULL;
-    struct expr_cone cone;
-    size_t cap = 0;
-    expr_cone_init(&cone);
-    for (int j = 0; j < w->n; j++)
-        active[sys->variable[j].symbol] = 1;
-    w->candidates.start = sga_calloc((size_t)w->rows + 1, sizeof(int));
-    for (int r = 0; r < w->rows; r++) {
-        const struct sys_row *row = r < sys->rows ? sys->row + r : NULL;
-        w->algebraic[r] = !row || row->entries == 0;
-        if (none) {
-            w->candidates.start[r + 1] = 0;
-            continue;
-        }
-        if (w->linked[r] && w->algebraic[r]) {
-            int terms = expr_gradient(st, &cone, row ? row->alpha : sys->restriction[r - sys->rows], active, &term, &cap);
-            for (int k = 0; k < terms; k++)
-                if (is_number(st, term[k].value))
-                    push_to(&w->candidates, w->variable_of[term[k].symbol]);
-        } else if (w->linked[r] && row->entries == 1 && is_number(st, row->entry[0].value)) {
-            push_to(&w->candidates, row->entry[0].col);
-        }
-        w->candidates.start[r + 1] = (int)w->candidates.count;
-    }
-    expr_cone_clear(&cone);
-    free(term);
-}
-
-/* Circles among the variables given by rows without velocities: these rows give nothing. */
-static void break_circles(struct work *w)
-{
-    struct lists edges = { .start = sga_calloc((size_t)w->n + 1, sizeof(int)) };
-    for (int v = 0; v < w->n; v++) {
-        int r = w->row_of[v];
-        for (int k = r >= 0 && w->algebraic[r] ? w->mentions.start[r] : 0; r >= 0 && w->algebraic[r] && k < w->mentions.start[r + 1]; k++) {
-            int u = w->mentions.to[k];
-            if (u != v && w->row_of[u] >= 0 && w->algebraic[w->row_of[u]])
-                push_to(&edges, u);
-        }
-        edges.start[v + 1] = (int)edges.count;
-    }
-    struct graph g = { .rows = w->n, .cols = w->n, .start = edges.start, .to = edges.to };
-    SGA_ARENA(mem);
-    int *component = sga_take(&mem, (size_t)(w->n + 1) * sizeof *component);
-    int *size = sga_zeros(&mem, (size_t)w->n + 1, sizeof *size);
-    graph_strong(&g, component);
-    for (int v = 0; v < w->n; v++)
-        size[component[v]]++;
-    for (int v = 0; v < w->n; v++)
-        if (size[component[v]] > 1) {
-            w->variable[w->row_of[v]] = -1;
-            w->row_of[v] = -1;
-        }
-    clear_lists(&edges);
-}
-
-static void assign(struct work *w)
-{
-    struct graph g = { .rows = w->rows, .cols = w->n, .start = w->candidates.start, .to = w->candidates.to };
-    graph_match(&g, w->variable, w->row_of);
-    break_circles(w);
-}
-
-static void keep(struct work *w, int v)
+static void keep(struct slice_work *w, int v)
 {
     if (w->kept[v])
         return;
@@ -196,14 +99,14 @@ static void keep(struct work *w, int v)
     w->queue[w->queued++] = v;
 }
 
-static void keep_row(struct work *w, int r)
+static void keep_row(struct slice_work *w, int r)
 {
     for (int k = w->mentions.start[r]; k < w->mentions.start[r + 1]; k++)
         keep(w, w->mentions.to[k]);
 }
 
-/* A variable is kept: what its own row mentions, and what rows without velocities tie to it. */
-static void close_up(struct work *w, const unsigned char *fixed)
+/* A variable is kept: what its own row mentions, and what rows that give values tie to it. */
+static void close_up(struct slice_work *w, const bool *settled)
 {
     for (int i = 0; i < w->queued; i++) {
         int v = w->queue[i];
@@ -211,15 +114,15 @@ static void close_up(struct work *w, const unsigned char *fixed)
             keep_row(w, w->row_of[v]);
         for (int k = w->users.start[v]; k < w->users.start[v + 1]; k++) {
             int r = w->users.to[k];
-            if (!fixed[v] && w->variable[r] >= 0 && w->algebraic[r])
+            if (!settled[v] && slice_by_value(w, r))
                 keep(w, w->variable[r]);
         }
     }
 }
 
-static void begin(struct work *w, const struct sys_system *sys)
+static void begin(struct slice_work *w, const struct sys_system *sys)
 {
-    *w = (struct work){ .sys = sys, .n = sys->variables, .rows = sys->rows + sys->restrictions };
+    *w = (struct slice_work){ .sys = sys, .n = sys->variables, .rows = sys->rows + sys->restrictions };
     size_t n = (size_t)w->n + 1, rows = (size_t)w->rows + 1;
     w->variable_of = sga_malloc(((size_t)sys->store->symbols + 1) * sizeof *w->variable_of);
     for (int s = 0; s < sys->store->symbols; s++)
@@ -235,12 +138,13 @@ static void begin(struct work *w, const struct sys_system *sys)
     mention(w);
 }
 
-static void end(struct work *w)
+static void end(struct slice_work *w)
 {
     free(w->variable_of);
-    clear_lists(&w->mentions);
-    clear_lists(&w->users);
-    clear_lists(&w->candidates);
+    slice_lists_clear(&w->mentions);
+    slice_lists_clear(&w->users);
+    slice_lists_clear(&w->candidates);
+    slice_lists_clear(&w->behind);
     free(w->algebraic);
     free(w->linked);
     free(w->variable);
@@ -250,7 +154,7 @@ static void end(struct work *w)
 }
 
 /* What stands in the work, as the caller wants it. Rows that mention no variable are kept. */
-static bool give(const struct work *w, const bool *reached, struct slice_parts *p)
+static bool give(const struct slice_work *w, const bool *reached, struct slice_parts *p)
 {
     bool less = false;
     *p = (struct slice_parts){ .variable = sga_malloc((size_t)w->n + 1), .row = sga_malloc((size_t)w->rows + 1) };
@@ -261,15 +165,42 @@ static bool give(const struct work *w, const bool *reached, struct slice_parts *
     for (int r = 0; r < w->rows; r++) {
         bool empty = w->mentions.start[r] == w->mentions.start[r + 1], out = w->variable[r] >= 0 && !w->kept[w->variable[r]];
         p->row[r] = empty || (w->linked[r] && !out);
-        for (int k = w->mentions.start[r]; w->linked[r] && out && w->algebraic[r] && k < w->mentions.start[r + 1]; k++)
+        for (int k = w->mentions.start[r]; w->linked[r] && out && slice_by_value(w, r) && k < w->mentions.start[r + 1]; k++)
             p->tied |= w->kept[w->mentions.to[k]];
     }
     return less;
 }
 
+/* What is kept, once it is known which row gives what. How many variables that is. */
+static int keep_all(struct slice_work *w, const struct slice_wish *wish, const bool *reached)
+{
+    SGA_ARENA(mem);
+    bool *settled = sga_zeros(&mem, (size_t)w->n + 1, sizeof *settled);
+    slice_settled(w, wish->fixed, wish->tied, settled);
+    memset(w->kept, 0, (size_t)w->n * sizeof *w->kept);
+    w->queued = 0;
+    for (int j = 0; j < w->n; j++)
+        if (wish->needed[j] || (reached[j] && wish->stays[j] && w->row_of[j] >= 0 && slice_by_value(w, w->row_of[j])))
+            keep(w, j);
+    for (int r = 0; r < w->rows; r++)
+        if (w->linked[r] && w->variable[r] < 0)
+            keep_row(w, r);
+    close_up(w, settled);
+    return w->queued;
+}
+
+/* A linked row gives nothing: it may ask something of what is kept. */
+static bool some_left(const struct slice_work *w)
+{
+    for (int r = 0; r < w->rows; r++)
+        if (w->linked[r] && w->variable[r] < 0)
+            return true;
+    return false;
+}
+
 bool slice_decide(const struct sys_system *sys, const struct slice_wish *wish, struct slice_parts *parts)
 {
-    struct work w;
+    struct slice_work w;
     begin(&w, sys);
     SGA_ARENA(mem);
     bool *reached = sga_zeros(&mem, (size_t)w.n + 1, sizeof *reached);
@@ -279,16 +210,17 @@ bool slice_decide(const struct sys_system *sys, const struct slice_wish *wish, s
             w.queue[w.queued++] = j;
         }
     link_all(&w, reached);
-    find_candidates(&w, wish->apart_only);
-    assign(&w);
-    w.queued = 0;
-    for (int j = 0; j < w.n; j++)
-        if (wish->needed[j] || (reached[j] && wish->stays[j] && w.row_of[j] >= 0 && w.algebraic[w.row_of[j]]))
-            keep(&w, j);
-    for (int r = 0; r < w.rows; r++)
-        if (w.linked[r] && w.variable[r] < 0)
-            keep_row(&w, r);
-    close_up(&w, wish->fixed);
+    slice_find_candidates(&w, wish->apart_only);
+    slice_assign(&w, false);
+    int kept = keep_all(&w, wish, reached);
+    if (!wish->apart_only && some_left(&w)) {
+        slice_find_behind(&w);
+        slice_assign(&w, true);
+        if (keep_all(&w, wish, reached) >= kept) {
+            slice_assign(&w, false);
+            keep_all(&w, wish, reached);
+        }
+    }
     bool less = give(&w, reached, parts);
     end(&w);
     if (!less)
