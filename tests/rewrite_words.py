@@ -8,6 +8,8 @@ from said import rename_start, rescale_start, times
 def names(rng, said):
     """Other names, of variables, inputs, parameters and time; half of the time in reversed alphabetical order."""
     s = said.system
+    if any("[" in name for name in said.user + said.inputs):        # a range of names: what loops make of it is not looked into
+        return False
     old = sorted(set(said.user + said.inputs + said.sources()))
     parameters = list(s.get("parameters") or {})
     taken = {"pi", "der", said.time} | set(s.get("tables") or {}) | said.used()

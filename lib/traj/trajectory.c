@@ -292,8 +292,8 @@ static bool integrate(struct flow *f, const struct traj_request *rq, struct traj
         ok = sga_budget_ok(rq->budget, err);
     r->out_of_time = options.keep_rows && sga_now() >= until.deadline;
     if (ok && o.end.reason == ODE_TIME_LIMIT && !(r->rows > 0 && fabs(r->t[r->rows - 1] - rq->start) > 0))
-        ok = sga_fail(err, SGA_E_LIMIT_SECONDS, "%.4g of the %g seconds granted had passed before a solution came to its second sample, and no other would fit beside it; "
-            "raise limits.seconds or ask for samples nearer to the start", rq->budget->seconds - fmax(rq->budget->deadline - sga_now(), 0), rq->budget->seconds);
+        ok = sga_fail(err, SGA_E_LIMIT_SECONDS, "the limit of %g seconds is too short: %.4g had passed before a solution came to its second sample, and no other would fit beside it; "
+            "raise limits.seconds or ask for samples nearer to the start", rq->budget->seconds, rq->budget->seconds - fmax(rq->budget->deadline - sga_now(), 0));
     ode_result_free(&o);
     return ok;
 }

@@ -51,8 +51,11 @@ def status_of(d, id_):
 
 
 def kill_children(d, role="sgad-job"):
-    for pid in d.children(role):          # children of the daemon that this test started
+    """How many: one that was just started has its name a little later."""
+    pids = d.children(role)               # children of the daemon that this test started
+    for pid in pids:
         os.kill(pid, signal.SIGKILL)
+    return len(pids)
 
 
 def no_children(build, c):
@@ -86,7 +89,7 @@ def killed_once(build, c):
             id_ = d.ask("POST", "/v1/jobs", slow()).json()["id"]
             for k in range(kills):
                 c(until(lambda: status_of(d, id_) == "running" and metric(d, "child_deaths_total") == before + k), f"it runs after {k} kills")
-                kill_children(d)
+                c(until(lambda: kill_children(d)), f"its process is found after {k} kills")
             c(until(lambda: metric(d, "child_deaths_total") == before + kills), "the death is seen")
             if kills == 1:
                 c(until(lambda: status_of(d, id_) == "running"), "a job whose process was killed once runs again")

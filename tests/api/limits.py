@@ -136,7 +136,7 @@ def rows_kept(build, c):
         c(csv.status == 200 and csv.body.count(b"\n") == len(rows) + 1, "rows kept: as CSV")
         request = slow(0.5)
         error = d.ask("POST", "/v1/solve", request, {"Prefer": "wait=60"}).json().get("error", {})
-        c(error.get("code") == "time_limit" and "0.5 seconds granted" in error["detail"], "rows kept: the start alone is no answer", error)
+        c(error.get("code") == "time_limit" and "limit of 0.5 seconds" in error["detail"], "rows kept: the start alone is no answer", error)
 
 
 def progress_t(build, c):

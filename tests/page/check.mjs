@@ -217,10 +217,11 @@ async function strata(browser) {
   await page.waitForSelector("#said.fine");
   await run(page);
   await tab(page, "Strata");
-  const listed = await nodes(), before = await jobs(), first = page.url();
+  const listed = await nodes(), before = await jobs();
   check(listed.length >= 1 && listed.every(n => !n.open && /being solved/.test(n.text)), "strata are listed, unsolved", listed);
   await page.fill("textarea", "x' = 5*x");                    // what is solved is the request of the answer, not what is typed by now
   await page.waitForSelector("#said.fine");
+  const first = page.url();                                   // typing took the job's mark away from it
   await page.focus("#panel-Strata details.node > summary");
   await page.keyboard.press("Enter");
   await page.waitForFunction(at => document.querySelector("#run").disabled === false && location.href !== at, first);
