@@ -10,6 +10,18 @@
 #include <stdio.h>
 #include <string.h>
 
+/* What neither slides nor events that set variables go with; NULL: nothing of it is asked for. */
+static const char *beyond_plain(const struct request *r)
+{
+    const struct request_trajectory *t = &r->trajectory;
+    return t->sensitivities.has ? "sensitivities"
+        : t->integrals ? "the drift of integrals"
+        : r->tables ? "tables"
+        : !strcmp(r->form, "operator") ? "the form operator"
+        : r->accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE || r->accuracy.arithmetic == REQUEST_BALL ? "arithmetics other than double"
+        : NULL;
+}
+
 /* Events that set variables: not every motion can carry them. */
 static bool check_sets(struct job *j)
 {
@@ -24,20 +36,12 @@ static bool check_sets(struct job *j)
         return true;
     if (r->want & (REQUEST_TRADEOFF | REQUEST_FIT | REQUEST_LINEARIZATION | REQUEST_TRANSFER))
         what = "tradeoff, fit, linearization or transfer";
-    else if (t->sensitivities.has)
-        what = "sensitivities";
-    else if (t->integrals)
-        what = "the drift of integrals";
-    else if (r->tables)
-        what = "tables";
-    else if (!strcmp(r->form, "operator"))
-        what = "the form operator";
     else if (r->modes && t->conditions)
         what = "modes and gauge conditions";
     else if (r->modes && r->strata)
         what = "modes and solved strata";
-    else if (r->accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE || r->accuracy.arithmetic == REQUEST_BALL)
-        what = "arithmetics other than double";
+    else
+        what = beyond_plain(r);
     snprintf(place, sizeof place, "/trajectory/events/%d/set", e);
     return !what || sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, place, "events that set variables do not go with %s; leave one of them out", what);
 }
@@ -55,24 +59,16 @@ static bool check_sliding(struct job *j)
         sets |= t->event[e].sets > 0;
     if (r->want & (REQUEST_TRADEOFF | REQUEST_FIT))
         what = "tradeoff or fit";
-    else if (t->sensitivities.has)
-        what = "sensitivities";
     else if (r->sweeps)
         what = "a sweep";
-    else if (t->integrals)
-        what = "the drift of integrals";
-    else if (r->tables)
-        what = "tables";
-    else if (!strcmp(r->form, "operator"))
-        what = "the form operator";
     else if (sets || r->modes)
         what = "modes and events that set variables";
     else if (t->conditions || t->rates)
         what = "a choice of gauge";
     else if (r->strata)
         what = "solved strata";
-    else if (r->accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE || r->accuracy.arithmetic == REQUEST_BALL)
-        what = "arithmetics other than double";
+    else
+        what = beyond_plain(r);
     return !what || sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/trajectory/sliding", "slides do not go with %s; leave one of them out", what);
 }
 
