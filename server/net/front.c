@@ -28,8 +28,13 @@ struct front {
 
 enum { DESCRIPTORS_MOST = 1 << 20, DROPS_MOST = 64 };
 
-static _Atomic(struct front *) *by_fd;
-static size_t descriptors;
+/* Whole once it is seen: other threads call recv() before and while the front starts. */
+struct fronts {
+    size_t n;
+    _Atomic(struct front *) by_fd[];
+};
+
+static _Atomic(struct fronts *) fronts;
 static front_refuse *refuse;
 static void *refuse_cls;
 static ssize_t (*library_record_recv)(gnutls_session_t, void *, size_t);
@@ -37,9 +42,18 @@ static ssize_t (*library_record_recv)(gnutls_session_t, void *, size_t);
 __attribute__((visibility("default"))) ssize_t recv(int fd, void *buf, size_t n, int flags);
 __attribute__((visibility("default"))) ssize_t gnutls_record_recv(gnutls_session_t session, void *data, size_t n);
 
-bool front_start(front_refuse *how, void *cls, char *why, size_t size)
+static struct fronts *fronts_new(void)
 {
     struct rlimit r;
+    size_t n = getrlimit(RLIMIT_NOFILE, &r) == 0 && r.rlim_cur < DESCRIPTORS_MOST ? (size_t)r.rlim_cur : DESCRIPTORS_MOST;
+    struct fronts *all = calloc(1, sizeof *all + n * sizeof all->by_fd[0]);
+    if (all)
+        all->n = n;
+    return all;
+}
+
+bool front_start(front_refuse *how, void *cls, char *why, size_t size)
+{
     *(void **)&library_record_recv = dlsym(RTLD_NEXT, "gnutls_record_recv");
     if (dlsym(RTLD_DEFAULT, "recv") != (void *)(size_t)recv || dlsym(RTLD_DEFAULT, "gnutls_record_recv") != (void *)(size_t)gnutls_record_recv
         || !library_record_recv) {
@@ -48,18 +62,24 @@ bool front_start(front_refuse *how, void *cls, char *why, size_t size)
     }
     refuse = how;
     refuse_cls = cls;
-    if (!by_fd) {
-        descriptors = getrlimit(RLIMIT_NOFILE, &r) == 0 && r.rlim_cur < DESCRIPTORS_MOST ? (size_t)r.rlim_cur : DESCRIPTORS_MOST;
-        by_fd = calloc(descriptors, sizeof *by_fd);
-    }
-    if (!by_fd)
+    if (!atomic_load(&fronts))
+        atomic_store(&fronts, fronts_new());
+    if (!atomic_load(&fronts))
         snprintf(why, size, "out of memory");
-    return by_fd != NULL;
+    return atomic_load(&fronts) != NULL;
+}
+
+/* The place of a descriptor; NULL before the front starts and for numbers that no connection has. */
+static _Atomic(struct front *) *place(int fd)
+{
+    struct fronts *all = atomic_load_explicit(&fronts, memory_order_acquire);
+    return all && fd >= 0 && (size_t)fd < all->n ? &all->by_fd[fd] : NULL;
 }
 
 struct front *front_open(int fd, void *session, struct conn *conn)
 {
-    struct front *f = (size_t)fd < descriptors ? calloc(1, sizeof *f) : NULL;
+    _Atomic(struct front *) *at = place(fd);
+    struct front *f = at ? calloc(1, sizeof *f) : NULL;
     if (!f)
         return NULL;
     f->conn = conn;
@@ -67,7 +87,7 @@ struct front *front_open(int fd, void *session, struct conn *conn)
     f->session = session;
     f->secure = session != NULL;
     framing_init(&f->framing);
-    atomic_store(&by_fd[fd], f);
+    atomic_store(at, f);
     return f;
 }
 
@@ -75,7 +95,7 @@ void front_close(struct front *f)
 {
     if (!f)
         return;
-    atomic_store(&by_fd[f->fd], NULL);
+    atomic_store(place(f->fd), NULL);
     free(f);
 }
 
@@ -97,7 +117,8 @@ bool front_refused(const struct front *f)
 
 static struct front *front_of(int fd)
 {
-    return fd >= 0 && (size_t)fd < descriptors ? atomic_load_explicit(&by_fd[fd], memory_order_acquire) : NULL;
+    _Atomic(struct front *) *at = place(fd);
+    return at ? atomic_load_explicit(at, memory_order_acquire) : NULL;
 }
 
 /* -- Bytes, with encryption or without: as recv() says it, errno included -- */
