@@ -21,6 +21,8 @@
 
 /* Of a value of the start, beside its size: how far it is from the nearest point. */
 static const double FOUND = 1e-14;
+/* Of the largest entry: a change over so small a way that is no rounding. */
+static const double STEP_SEEN = 1e-8;
 enum { FEW_ROWS = 24 };         /* that are solved in no time */
 
 static void reserve(struct field *f, int m)
@@ -203,29 +205,49 @@ bool field_general(struct field *f, double *v, int *rank)
     return true;
 }
 
+/* The entries at the start, moved by so many times what a start may be off by: two tries, in what was found and not given. */
+static bool entries_beside(struct field *f, const double *here, double times, int k)
+{
+    int *by_name = sga_malloc(((size_t)f->n + 1) * sizeof *by_name);
+    bool same;
+    sys_by_name(f->sys, by_name);
+    for (int i = 0; i < f->n; i++) {
+        int j = by_name[i];
+        bool sure = f->given && f->given[j] && here[j] == f->guess[j];
+        double size = fmax(fabs(here[j]), f->unit ? f->unit[j] : 1);
+        f->in[j] = here[j] + (sure ? 0 : times * FOUND * size * sin(1.3 + 2.1 * i + 0.9 * k));
+    }
+    free(by_name);
+    return evaluate(f, &same);
+}
+
+/* What an entry may be off by, from its changes at the whole and at an eighth of the way: what does not shrink with the way
+ * is a jump (the start lies at a bend), whose sides are values and no noise, as long as they have one sign. */
+static double noise_of(double here, double there, double nearer, double largest)
+{
+    double change = fabs(there - here), less = fabs(nearer - here);
+    bool jumps = less > change / 2 && less > STEP_SEEN * largest, one_sign = here * there > 0 && here * nearer > 0;
+    return jumps && one_sign ? 0 : change;
+}
+
 /* How much each entry changes with what of the start was found, and not given: the larger of two tries. */
 static bool found_noise(struct field *f, double *noise, int entries)
 {
-    double *here = sga_malloc(((size_t)f->n + 1 + (size_t)entries) * sizeof *here), *first = here + f->n + 1;
-    int *by_name = sga_malloc(((size_t)f->n + 1) * sizeof *by_name);
-    sys_by_name(f->sys, by_name);
+    double *here = sga_malloc(((size_t)f->n + 1 + 2 * (size_t)entries) * sizeof *here), *first = here + f->n + 1, *there = first + entries, largest = 0;
     bool same, ok = evaluate(f, &same);
     memcpy(here, f->in, (size_t)f->n * sizeof *here);
     sga_copy(first, f->kept, entries);
+    for (int q = 0; q < entries; q++)
+        largest = fmax(largest, fabs(first[q]));
     for (int k = 0; k < 2 && ok; k++) {
-        for (int i = 0; i < f->n; i++) {
-            int j = by_name[i];
-            bool sure = f->given && f->given[j] && here[j] == f->guess[j];
-            double size = fmax(fabs(here[j]), f->unit ? f->unit[j] : 1);
-            f->in[j] = here[j] + (sure ? 0 : FOUND * size * sin(1.3 + 2.1 * i + 0.9 * k));
-        }
-        ok = evaluate(f, &same);
+        ok = entries_beside(f, here, 1, k);
+        sga_copy(there, f->kept, entries);
+        ok = ok && entries_beside(f, here, 0.125, k);
         for (int q = 0; q < entries && ok; q++)
-            noise[q] = fmax(noise[q], fabs(f->kept[q] - first[q]));
+            noise[q] = fmax(noise[q], noise_of(first[q], there[q], f->kept[q], largest));
     }
     memcpy(f->in, here, (size_t)f->n * sizeof *here);
     free(here);
-    free(by_name);
     f->kept_rank = -1;
     return ok && evaluate(f, &same);
 }

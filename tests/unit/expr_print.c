@@ -74,6 +74,19 @@ static bool close_to(double u, double v)
     return (isnan(u) && isnan(v)) || u == v || fabs(u - v) <= 1e-7 * (1 + fabs(u) + fabs(v));
 }
 
+/* Does a rounding of its parts leave the value alone? A cosine of 1e12 takes all of its digits. */
+static bool is_steady(expr_id e, const double at[4])
+{
+    double u = value_of(&st, e, at);
+    for (int j = 0; j < 4; j++) {
+        double beside[4] = { at[0], at[1], at[2], at[3] };
+        beside[j] *= 1 + 1e-14;
+        if (!(fabs(value_of(&st, e, beside) - u) <= 1e-9 * (1 + fabs(u))))
+            return false;
+    }
+    return true;
+}
+
 static void round_trips(void)
 {
     int tried = check_scale(4000), compared = 0;
@@ -95,7 +108,7 @@ static void round_trips(void)
             for (int j = 0; j < 4; j++)
                 at[j] = 0.5 + 0.37 * next(10);
             double u = value_of(&st, e, at), v = value_of(&st, back, at);
-            if (!isfinite(u) || fabs(u) > 1e6 || (fabs(u) < 1e-3 && u != 0))
+            if (!isfinite(u) || fabs(u) > 1e6 || (fabs(u) < 1e-3 && u != 0) || !is_steady(e, at))
                 continue;
             compared++;
             CHECK(close_to(u, v), "%s: %.15g %.15g", text.data, u, v);
