@@ -12,12 +12,15 @@
 
 #include "expr.h"
 
+struct enc_tables;
+
 struct enclose_problem {
     const struct expr_store *st;
     const int *variable; int n;          /* symbols */
     int time;                            /* symbol */
     const expr_id *field;                /* n: X, of the variables and time */
     const expr_id *nonzero; int nonzeros;   /* must be shown not to vanish along the solution */
+    const struct enc_tables *tables;     /* that it depends on too, as the polynomials that are in use; or NULL */
     const struct sga_budget *budget;
 };
 
@@ -25,6 +28,12 @@ struct enclose_path {
     arb_srcptr start;                    /* n balls */
     const arb_struct *t0;
     arb_srcptr times; int samples;       /* in the order of the motion */
+    /* Knots of the tables strictly inside, in the order of the motion, each once: steps end there, and beyond one the next piece is entered: problem->tables
+     * hold its polynomials then. before: by sample, how many knots come before it. The first piece has been entered. */
+    arb_srcptr knot; int knots;
+    const int *before;
+    void (*enter)(void *ctx, int piece);
+    void *ctx;
     slong prec;                          /* bits; the boxes lose what the problem's conditioning costs */
     long most_steps;                     /* 0: as many as the budget allows */
 };
