@@ -74,8 +74,8 @@ static bool reaches_end(struct walk *w)
     return above(w->s) <= fabs(w->step.h);
 }
 
-/* The step, but not beyond the piece's end by what a ball does not tell. False: the set has grown too wide. */
-static bool go_on(struct walk *w)
+/* The step, but not beyond the piece's end by what a ball does not tell. */
+static void go_on(struct walk *w, struct enclose_end *end)
 {
     SGA_ENDS(arb_end) arb_t h = { 0 };
     SGA_ENDS(mag_end) mag_t left = { 0 };
@@ -84,20 +84,40 @@ static bool go_on(struct walk *w)
     if (!(fabs(w->step.h) < mag_get_d(left)))
         arb_mul_2exp_si(h, h, -1);
     if (!enc_step_take(&w->step, &w->set, h))
-        return false;
+        end->why = ENCLOSE_WIDE;
     arb_add(w->past, w->past, h, ARF_PREC_EXACT);
+}
+
+/* What jumps at the knot, base, does. */
+static bool jump(struct walk *w)
+{
+    int n = w->set.n;
+    SGA_ARENA(mem);
+    arb_ptr box = arbs_take(&mem, n);
+    mag_ptr width = mags_take(&mem, n);
+    enc_set_width(&w->set, width);
+    for (int j = 0; j < n; j++) {
+        arb_set(box + j, w->set.x + j);
+        arb_add_error_mag(box + j, width + j);
+    }
+    if (!w->path->jump(w->path->ctx, w->base, box))
+        return false;
+    enc_set_box(&w->set, box);
     return true;
 }
 
 /* To the knot, w->s away, and into the piece beyond. */
-static bool pass_knot(struct walk *w)
+static void pass_knot(struct walk *w, struct enclose_end *end)
 {
-    if (!enc_step_take(&w->step, &w->set, w->s))
-        return false;
+    if (!enc_step_take(&w->step, &w->set, w->s)) {
+        end->why = ENCLOSE_WIDE;
+        return;
+    }
     arb_set(w->base, w->path->knot + w->piece++);
     arb_zero(w->past);
     w->path->enter(w->path->ctx, w->piece);
-    return true;
+    if (w->path->jump && !jump(w))
+        end->why = ENCLOSE_JUMPS;
 }
 
 static bool stopped(const struct walk *w, const struct sga_budget *budget, struct enclose_end *end)
@@ -142,10 +162,12 @@ static void march(struct walk *w, const struct sga_budget *budget, arb_ptr box, 
         if (stopped(w, budget, end))
             break;
         to_end(w);
-        if (!(whole && w->piece < path->knots ? pass_knot(w) : go_on(w))) {
-            end->why = ENCLOSE_WIDE;
+        if (whole && w->piece < path->knots)
+            pass_knot(w, end);
+        else
+            go_on(w, end);
+        if (end->why != ENCLOSE_DONE)
             break;
-        }
         end->steps++;
     }
 }

@@ -33,6 +33,7 @@ struct enclose_path {
     arb_srcptr knot; int knots;
     const int *before;
     void (*enter)(void *ctx, int piece);
+    bool (*jump)(void *ctx, const arb_t t, arb_ptr box);      /* the solutions in box (n) go on as others beyond a knot at t: into box; false: that cannot be shown. NULL: none do */
     void *ctx;
     slong prec;                          /* bits; the boxes lose what the problem's conditioning costs */
     long most_steps;                     /* 0: as many as the budget allows */
@@ -43,6 +44,7 @@ enum enclose_why {
     ENCLOSE_NOT_SHOWN,      /* no step forward for which existence, or that X is analytic, could be shown */
     ENCLOSE_MAY_VANISH,     /* the same, and nonzero[which] is what may vanish */
     ENCLOSE_WIDE,           /* the set grew too large: more bits help if the start is known well enough */
+    ENCLOSE_JUMPS,          /* path->jump failed */
     ENCLOSE_STOPPED         /* budget, or most_steps */
 };
 

@@ -173,6 +173,12 @@ static void enter(void *attempt, int piece)
     enc_tables_enter(&a->tables);
 }
 
+static bool jump(void *attempt, const arb_t t, arb_ptr box)
+{
+    struct attempt *a = attempt;
+    return enclosed_jump(a->f, &a->problem, a->sol, t, a->prec, box);
+}
+
 static bool run(struct attempt *a, const double *near, struct sga_error *err)
 {
     const struct traj_request *rq = a->rq;
@@ -186,7 +192,8 @@ static bool run(struct attempt *a, const double *near, struct sga_error *err)
     if (!enclosed_start(a->f, a->sys->store, &a->problem, a->sol, rq, near, a->t0, a->prec, a->start, err) || !on_sides(a, err))
         return false;
     struct enclose_path path = { .start = a->start, .t0 = a->t0, .times = a->time, .samples = rq->samples, .knot = a->knot, .knots = a->knots.count,
-                                 .before = a->before, .enter = enter, .ctx = a, .prec = a->prec };
+                                 .before = a->before, .enter = enter, .jump = enclosed_jumps(a->f, a->sol) ? jump : NULL, .ctx = a,
+                                 .prec = a->prec };
     if (!enclose_run(&a->problem, &path, a->box, &a->end, err))
         return false;
     columns(a);
@@ -238,6 +245,9 @@ static void say_end(const struct attempt *a, struct traj_result *r)
     if (a->end.why == ENCLOSE_WIDE)
         snprintf(r->ended_detail, sizeof r->ended_detail, "the enclosure grows too wide here with %ld bits: neighbouring solutions part too fast; "
                  "ask for a shorter time, or use \"double\"", (long)a->prec);
+    else if (a->end.why == ENCLOSE_JUMPS)
+        snprintf(r->ended_detail, sizeof r->ended_detail, "the constraints jump here with a table, and it cannot be shown where the variables that jump with it go; put samples beside "
+                 "each other in the place of the step, or use \"double\"");
     else if (a->end.why == ENCLOSE_MAY_VANISH && expr_print(a->sys->store, a->problem.nonzero[a->end.which], 90, &text))
         snprintf(r->ended_detail, sizeof r->ended_detail, "it cannot be shown that %s, which the reduction divides by or holds on one side of, is not 0 "
                  "beyond this time", text.data);
