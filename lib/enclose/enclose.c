@@ -116,6 +116,7 @@ static void pass_knot(struct walk *w, struct enclose_end *end)
     arb_set(w->base, w->path->knot + w->piece++);
     arb_zero(w->past);
     w->path->enter(w->path->ctx, w->piece);
+    end->t = arf_get_d(arb_midref(w->base), ARF_RND_NEAR);
     if (w->path->jump && !jump(w))
         end->why = ENCLOSE_JUMPS;
 }
