@@ -12,6 +12,7 @@ import mpmath as mp
 import jets
 from solver import Solver
 from table import Table
+from tables_longer import Longer
 from tally import Tally, build_folder, scaled, seed
 
 
@@ -293,6 +294,11 @@ def main():
     digital = Digital(tally, solver, rng)
     for k in range(scaled(60)):
         digital.one(k)
+    longer = Longer(tally, solver, rng)
+    for k in range(scaled(40)):
+        longer.one(k)
+    tally.check(longer.held >= 0.98 * longer.values, "estimates in longer numbers hold", f"{longer.held} of {longer.values}")
+    tally.check(longer.given_up <= 0.1 * scaled(40), "accuracy in longer numbers", f"{longer.given_up} times not reached")
     long_table(tally, solver)
     return tally.end()
 

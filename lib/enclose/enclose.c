@@ -20,14 +20,23 @@ struct walk {
     const struct enclose_path *path;
     struct enc_step step;
     struct enc_set set;
-    arb_t past, t, s;        /* since t0, exact; t0 + past; from here to a sample */
+    arb_t base, past, t, s;  /* t0, or the last knot; since then, exact; base + past; from here to a sample or a knot */
+    int piece;               /* knots passed */
     double way;              /* from t0 to the last time, about, signed */
 };
 
-static void to_sample(struct walk *w, int i)
+static void to_time(struct walk *w, const arb_t t)
 {
-    arb_sub(w->s, w->path->times + i, w->path->t0, w->path->prec + 64);
+    arb_sub(w->s, t, w->base, w->path->prec + 64);
     arb_sub(w->s, w->s, w->past, w->path->prec + 64);
+}
+
+static void to_sample(struct walk *w, int i) { to_time(w, w->path->times + i); }
+
+/* To where this piece ends. */
+static void to_end(struct walk *w)
+{
+    to_time(w, w->piece < w->path->knots ? w->path->knot + w->piece : w->path->times + w->path->samples - 1);
 }
 
 /* A double, >= |a|. */
@@ -38,13 +47,14 @@ static double above(const arb_t a)
     return mag_get_d(m) * (1 + 0x1p-40);
 }
 
-/* The samples within the step. */
-static void fill(struct walk *w, const struct sga_budget *budget, arb_ptr box, struct enclose_end *end)
+/* The samples within the step, all: those of the piece. */
+static void fill(struct walk *w, bool all, const struct sga_budget *budget, arb_ptr box, struct enclose_end *end)
 {
     int n = w->set.n;
     for (; end->samples < w->path->samples; end->samples++) {
         to_sample(w, end->samples);
-        if (!(above(w->s) <= fabs(w->step.h)) || !sga_budget_ok(budget, NULL))
+        bool within = !w->path->knots || w->path->before[end->samples] <= w->piece;
+        if (!within || !(all || above(w->s) <= fabs(w->step.h)) || !sga_budget_ok(budget, NULL))
             break;
         enc_step_at(&w->step, &w->set, w->s, box + (size_t)end->samples * (size_t)n);
     }
@@ -57,42 +67,108 @@ static void say_failure(const struct walk *w, struct enclose_end *end)
     end->which = vanishes ? w->step.bad : -1;
 }
 
+/* Whether the step comes to the piece's end, which it may then be taken to; w->s: how far that is. */
+static bool reaches_end(struct walk *w)
+{
+    to_end(w);
+    return above(w->s) <= fabs(w->step.h);
+}
+
+/* The step, but not beyond the piece's end by what a ball does not tell. */
+static void go_on(struct walk *w, struct enclose_end *end)
+{
+    SGA_ENDS(arb_end) arb_t h = { 0 };
+    SGA_ENDS(mag_end) mag_t left = { 0 };
+    arb_get_mag_lower(left, w->s);
+    arb_set_d(h, w->step.h);
+    if (!(fabs(w->step.h) < mag_get_d(left)))
+        arb_mul_2exp_si(h, h, -1);
+    if (!enc_step_take(&w->step, &w->set, h))
+        end->why = ENCLOSE_WIDE;
+    arb_add(w->past, w->past, h, ARF_PREC_EXACT);
+}
+
+/* What jumps at the knot, base, does. */
+static bool jump(struct walk *w)
+{
+    int n = w->set.n;
+    SGA_ARENA(mem);
+    arb_ptr box = arbs_take(&mem, n);
+    mag_ptr width = mags_take(&mem, n);
+    enc_set_width(&w->set, width);
+    for (int j = 0; j < n; j++) {
+        arb_set(box + j, w->set.x + j);
+        arb_add_error_mag(box + j, width + j);
+    }
+    if (!w->path->jump(w->path->ctx, w->base, box))
+        return false;
+    enc_set_box(&w->set, box);
+    return true;
+}
+
+/* To the knot, w->s away, and into the piece beyond. */
+static void pass_knot(struct walk *w, struct enclose_end *end)
+{
+    if (!enc_step_take(&w->step, &w->set, w->s)) {
+        end->why = ENCLOSE_WIDE;
+        return;
+    }
+    arb_set(w->base, w->path->knot + w->piece++);
+    arb_zero(w->past);
+    w->path->enter(w->path->ctx, w->piece);
+    end->t = arf_get_d(arb_midref(w->base), ARF_RND_NEAR);
+    if (w->path->jump && !jump(w))
+        end->why = ENCLOSE_JUMPS;
+}
+
+static bool stopped(const struct walk *w, const struct sga_budget *budget, struct enclose_end *end)
+{
+    if (!sga_budget_ok(budget, NULL) || (w->path->most_steps && end->steps >= w->path->most_steps))
+        end->why = ENCLOSE_STOPPED;
+    return end->why == ENCLOSE_STOPPED;
+}
+
+/* The next step, within the piece. False: there is none. */
+static bool make_step(struct walk *w, const struct sga_budget *budget, struct enclose_end *end)
+{
+    const struct enclose_path *path = w->path;
+    double least = SHORTEST * fabs(w->way);
+    to_end(w);
+    double most = fmax(above(w->s), 2 * least);
+    if (enc_step_make(&w->step, &w->set, w->t, w->way < 0 ? -most : most, least, path->prec))
+        return true;
+    if (sga_budget_ok(budget, NULL))
+        say_failure(w, end);
+    else
+        end->why = ENCLOSE_STOPPED;       /* what failed may have been stopped */
+    return false;
+}
+
 static void march(struct walk *w, const struct sga_budget *budget, arb_ptr box, struct enclose_end *end)
 {
     const struct enclose_path *path = w->path;
-    SGA_ENDS(arb_end) arb_t h = { 0 };
     for (;;) {
-        arb_add(w->t, path->t0, w->past, path->prec + 64);
+        arb_add(w->t, w->base, w->past, path->prec + 64);
         end->t = arf_get_d(arb_midref(w->t), ARF_RND_NEAR);
         to_sample(w, path->samples - 1);
-        double most = fmax(above(w->s), 2 * SHORTEST * fabs(w->way));
         sga_share_tell(budget, fabs(w->way) > 0 ? 1 - above(w->s) / fabs(w->way) : 1, end->t);
-        if ((path->most_steps && end->steps >= path->most_steps) || !sga_budget_ok(budget, NULL)) {
-            end->why = ENCLOSE_STOPPED;
+        if (stopped(w, budget, end) || !make_step(w, budget, end))
             break;
-        }
-        if (!enc_step_make(&w->step, &w->set, w->t, w->way < 0 ? -most : most, SHORTEST * fabs(w->way), path->prec)) {
-            if (sga_budget_ok(budget, NULL))
-                say_failure(w, end);
-            else
-                end->why = ENCLOSE_STOPPED;       /* what failed may have been stopped */
-            break;
-        }
-        fill(w, budget, box, end);
+        bool whole = reaches_end(w);
+        fill(w, whole, budget, box, end);
         if (end->samples == path->samples) {
             end->t = arf_get_d(arb_midref(path->times + path->samples - 1), ARF_RND_NEAR);
             break;
         }
-        if (!sga_budget_ok(budget, NULL)) {
-            end->why = ENCLOSE_STOPPED;
+        if (stopped(w, budget, end))
             break;
-        }
-        if (!enc_step_take(&w->step, &w->set)) {
-            end->why = ENCLOSE_WIDE;
+        to_end(w);
+        if (whole && w->piece < path->knots)
+            pass_knot(w, end);
+        else
+            go_on(w, end);
+        if (end->why != ENCLOSE_DONE)
             break;
-        }
-        arb_set_d(h, w->step.h);
-        arb_add(w->past, w->past, h, ARF_PREC_EXACT);
         end->steps++;
     }
 }
@@ -120,15 +196,17 @@ bool enclose_run(const struct enclose_problem *q, const struct enclose_path *pat
     if (q->nonzeros)
         memcpy(root + n, q->nonzero, (size_t)q->nonzeros * sizeof *root);
     *end = (struct enclose_end){ .which = -1 };
-    bool ok = enc_program_init(&p, q->st, root, roots, q->variable, n, q->time, err);
+    bool ok = enc_program_init(&p, &(struct enc_of){ q->st, q->variable, n, q->time, q->tables }, root, roots, err);
     if (ok) {
         struct walk w = { .path = path };
         enc_step_init(&w.step, &p, n);
         enc_set_init(&w.set, n);
         enc_set_box(&w.set, path->start);
+        arb_init(w.base);
         arb_init(w.past);
         arb_init(w.t);
         arb_init(w.s);
+        arb_set(w.base, path->t0);
         to_sample(&w, path->samples - 1);
         w.way = arf_get_d(arb_midref(w.s), ARF_RND_NEAR);
         at_start(&w, box, end);
@@ -136,6 +214,7 @@ bool enclose_run(const struct enclose_problem *q, const struct enclose_path *pat
         if (end->samples < path->samples)
             march(&w, q->budget, box, end);
         end->evaluations = w.step.runs;
+        arb_clear(w.base);
         arb_clear(w.past);
         arb_clear(w.t);
         arb_clear(w.s);

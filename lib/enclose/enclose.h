@@ -12,12 +12,15 @@
 
 #include "expr.h"
 
+struct enc_tables;
+
 struct enclose_problem {
     const struct expr_store *st;
     const int *variable; int n;          /* symbols */
     int time;                            /* symbol */
     const expr_id *field;                /* n: X, of the variables and time */
     const expr_id *nonzero; int nonzeros;   /* must be shown not to vanish along the solution */
+    const struct enc_tables *tables;     /* that it depends on too, as the polynomials that are in use; or NULL */
     const struct sga_budget *budget;
 };
 
@@ -25,6 +28,13 @@ struct enclose_path {
     arb_srcptr start;                    /* n balls */
     const arb_struct *t0;
     arb_srcptr times; int samples;       /* in the order of the motion */
+    /* Knots of the tables strictly inside, in the order of the motion, each once: steps end there, and beyond one the next piece is entered: problem->tables
+     * hold its polynomials then. before: by sample, how many knots come before it. The first piece has been entered. */
+    arb_srcptr knot; int knots;
+    const int *before;
+    void (*enter)(void *ctx, int piece);
+    bool (*jump)(void *ctx, const arb_t t, arb_ptr box);      /* the solutions in box (n) go on as others beyond a knot at t: into box; false: that cannot be shown. NULL: none do */
+    void *ctx;
     slong prec;                          /* bits; the boxes lose what the problem's conditioning costs */
     long most_steps;                     /* 0: as many as the budget allows */
 };
@@ -34,6 +44,7 @@ enum enclose_why {
     ENCLOSE_NOT_SHOWN,      /* no step forward for which existence, or that X is analytic, could be shown */
     ENCLOSE_MAY_VANISH,     /* the same, and nonzero[which] is what may vanish */
     ENCLOSE_WIDE,           /* the set grew too large: more bits help if the start is known well enough */
+    ENCLOSE_JUMPS,          /* path->jump failed */
     ENCLOSE_STOPPED         /* budget, or most_steps */
 };
 

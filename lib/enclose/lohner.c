@@ -66,16 +66,14 @@ void enc_step_at(const struct enc_step *w, const struct enc_set *set, const arb_
         }
 }
 
-bool enc_step_take(const struct enc_step *w, struct enc_set *set)
+bool enc_step_take(const struct enc_step *w, struct enc_set *set, const arb_t s)
 {
     assert(set->n == w->p->n);
     int n = set->n;
     SGA_ARENA(mem);
     arb_ptr y = arbs_take(&mem, n);
     SGA_ENDS(arb_mat_end) arb_mat_t B;
-    SGA_ENDS(arb_end) arb_t s = { 0 };
     arb_mat_init(B, n, n);
-    arb_set_d(s, w->h);
     centre(w, s, y);
     linear_part(w, set, s, B);
     return enc_set_move(set, y, B, w->size);

@@ -61,8 +61,8 @@ void enc_step_clear(struct enc_step *w);
 bool enc_step_make(struct enc_step *w, const struct enc_set *set, const arb_t t, double most, double least, slong prec);
 /* The box that holds the solutions after time s (a ball whose exact value lies between 0 and h). */
 void enc_step_at(const struct enc_step *w, const struct enc_set *set, const arb_t s, arb_ptr box);
-/* The set after the whole step. */
-bool enc_step_take(const struct enc_step *w, struct enc_set *set);
+/* The set after time s, as for enc_step_at. */
+bool enc_step_take(const struct enc_step *w, struct enc_set *set, const arb_t s);
 
 static inline arb_ptr enc_step_jacobian(const struct enc_step *w, int i, int j)
 {

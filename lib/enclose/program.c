@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
 #include "op.h"
 
@@ -16,6 +17,7 @@ struct maker {
     int *slot;               /* by position in the cone */
     int *pair; size_t pair_cap; int pairs;   /* by slot x: twice (sin, cos; sinh, cosh), slot of the first of a pair, or 0 */
     int *first; size_t first_cap;            /* by solve of the store: its first component, or 0 */
+    int *piece;              /* by table: the slot of its piece's first number, or 0 */
     bool aux;                /* what is emitted now */
 };
 
@@ -24,7 +26,7 @@ static int emit(struct maker *m, struct enc_code c)
     struct enc_program *p = m->p;
     SGA_RESERVE(p->code, p->cap, p->slots + 1);
     c.aux = m->aux;
-    if (c.op != ENC_INPUT && c.op != ENC_INTEGER && c.op != ENC_CONSTANT && c.op != ENC_SOLVE) {
+    if (c.op != ENC_INPUT && c.op != ENC_INTEGER && c.op != ENC_CONSTANT && c.op != ENC_PIECE && c.op != ENC_SOLVE) {
         bool two = c.op != ENC_NEG && c.op != ENC_SQRT && !(c.op == ENC_FUN && c.fun != EXPR_POW)
                    && !(c.op == ENC_CHOICE && c.fun != EXPR_MIN && c.fun != EXPR_MAX);
         c.varies = p->code[c.a].varies || (two && p->code[c.b].varies);
@@ -159,6 +161,33 @@ static int component(struct maker *m, int solve, int which)
     return m->first[solve] + which;
 }
 
+/* Coefficient i of a table's piece, of the derivative of this order: times i (i - 1) ... */
+static int coefficient(struct maker *m, int piece, int i, int order)
+{
+    int factor = 1;
+    for (int k = 0; k < order; k++)
+        factor *= i - k;
+    return factor == 1 ? piece + 1 + i : two(m, ENC_MUL, integer(m, factor), piece + 1 + i);
+}
+
+/* A derivative of table k of the program: the polynomial of its piece in the time since that began. */
+static int table_value(struct maker *m, int k, int order)
+{
+    int degree = m->p->tables->table[k]->kind == EXPR_LINEAR ? 1 : EXPR_TABLE_DEGREE;
+    if (!m->piece[k]) {
+        m->piece[k] = m->p->slots;
+        for (int i = 0; i < NUM_TABLE_PIECE; i++)
+            emit(m, (struct enc_code){ .op = ENC_PIECE, .a = k * NUM_TABLE_PIECE + i });
+        two(m, ENC_SUB, m->p->n, m->piece[k]);
+    }
+    if (order > degree)
+        return integer(m, 0);
+    int piece = m->piece[k], since = piece + NUM_TABLE_PIECE, v = coefficient(m, piece, degree, order);
+    for (int i = degree - 1; i >= order; i--)
+        v = two(m, ENC_ADD, two(m, ENC_MUL, v, since), coefficient(m, piece, i, order));
+    return v;
+}
+
 static int compile(struct maker *m, expr_id e)
 {
     const struct expr_node *n = m->st->node + e;
@@ -186,49 +215,55 @@ static int compile(struct maker *m, expr_id e)
     }
 }
 
-static bool make(struct maker *m, const int *variable, int time, struct sga_error *err)
+/* A symbol that is no input; -1 with an error where it is no table. */
+static int given(struct maker *m, const struct expr_symbol *s, struct sga_error *err)
+{
+    int k = s->table ? enc_tables_find(m->p->tables, s->table) : -1;
+    if (k < 0)
+        sga_fail(err, SGA_E_EXPR_NAME, "the motion depends on \"%.100s\", which has no value", s->name);
+    return k < 0 ? -1 : table_value(m, k, s->order);
+}
+
+static bool make(struct maker *m, const struct enc_of *of, struct sga_error *err)
 {
     const struct expr_store *st = m->st;
-    int *input = sga_malloc((size_t)(st->symbols + 1) * sizeof *input);
+    SGA_FREED int *input = sga_malloc((size_t)(st->symbols + 1) * sizeof *input);
     for (int k = 0; k < st->symbols; k++)
         input[k] = -1;
     for (int j = 0; j < m->p->n; j++)
-        input[variable[j]] = j;
-    if (time >= 0)
-        input[time] = m->p->n;
+        input[of->variable[j]] = j;
+    if (of->time >= 0)
+        input[of->time] = m->p->n;
     bool ok = true;
     for (int i = 0; i < m->cone->count && ok; i++) {
         const struct expr_node *n = st->node + m->cone->list[i];
         if (n->op == EXPR_UNDEF_OP)
             ok = sga_fail(err, SGA_E_EXPR_UNDEFINED, "an expression of the motion has no value");
-        else if (n->op == EXPR_SYM && input[n->a] < 0)
-            ok = sga_fail(err, SGA_E_EXPR_NAME, "the motion depends on \"%.100s\", which has no value", st->symbol[n->a].name);
+        else if (n->op == EXPR_SYM)
+            ok = (m->slot[i] = input[n->a] >= 0 ? input[n->a] : given(m, st->symbol + n->a, err)) >= 0;
         else
-            m->slot[i] = n->op == EXPR_SYM ? input[n->a] : compile(m, m->cone->list[i]);
+            m->slot[i] = compile(m, m->cone->list[i]);
     }
-    free(input);
     return ok;
 }
 
-bool enc_program_init(struct enc_program *p, const struct expr_store *st, const expr_id *roots, int count,
-                      const int *variable, int n, int time, struct sga_error *err)
+bool enc_program_init(struct enc_program *p, const struct enc_of *of, const expr_id *roots, int count, struct sga_error *err)
 {
-    struct expr_cone cone;
+    const struct expr_store *st = of->st;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
     expr_cone_init(&cone);
     expr_cone_of(st, &cone, roots, count);
     expr_cone_index(&cone);
-    *p = (struct enc_program){ .st = st, .n = n, .roots = count, .root = sga_malloc((size_t)(count + 1) * sizeof(int)) };
-    struct maker m = { .p = p, .st = st, .cone = &cone, .slot = sga_malloc((size_t)(cone.count + 1) * sizeof(int)),
-                       .first = sga_calloc((size_t)st->solves + 1, sizeof(int)) };
-    for (int j = 0; j <= n; j++)
-        emit(&m, (struct enc_code){ .op = ENC_INPUT, .a = j, .varies = true, .state = j < n });
-    bool ok = make(&m, variable, time, err);
+    *p = (struct enc_program){ .st = st, .tables = of->tables, .n = of->n, .roots = count, .root = sga_malloc((size_t)(count + 1) * sizeof(int)) };
+    SGA_FREED int *slot = sga_malloc((size_t)(cone.count + 1) * sizeof(int)), *first = sga_calloc((size_t)st->solves + 1, sizeof(int));
+    SGA_FREED int *piece = sga_calloc((size_t)(of->tables ? of->tables->count : 0) + 1, sizeof(int));
+    struct maker m = { .p = p, .st = st, .cone = &cone, .slot = slot, .first = first, .piece = piece };
+    for (int j = 0; j <= of->n; j++)
+        emit(&m, (struct enc_code){ .op = ENC_INPUT, .a = j, .varies = true, .state = j < of->n });
+    bool ok = make(&m, of, err);
     for (int i = 0; i < count && ok; i++)
         p->root[i] = slot_of(&m, roots[i]);
-    free(m.slot);
     free(m.pair);
-    free(m.first);
-    expr_cone_clear(&cone);
     return ok;
 }
 

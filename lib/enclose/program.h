@@ -11,12 +11,14 @@
 #include <arb.h>
 #include <stdbool.h>
 
+#include "enc_tables.h"
 #include "expr.h"
 
 enum enc_op {
     ENC_INPUT,
     ENC_INTEGER,    /* a itself */
     ENC_CONSTANT,   /* number a of the store; -1: pi */
+    ENC_PIECE,      /* number a of the tables' pieces, constant in each */
     ENC_ADD, ENC_SUB, ENC_NEG, ENC_MUL, ENC_DIV, ENC_SQRT,
     ENC_FUN,        /* u = fun(a): u' = sign g a'; fun POW: of exponent b, a constant slot */
     ENC_ATAN2,      /* u = atan2(a, b): u' = g a' - g2 b' */
@@ -41,17 +43,23 @@ struct enc_system {
 
 struct enc_program {
     const struct expr_store *st;
+    const struct enc_tables *tables;     /* NULL: there are none */
     int n;                   /* variables */
     int slots; struct enc_code *code; size_t cap;
     struct enc_system *system; int systems; size_t system_cap;
     int roots, *root;        /* slots */
 };
 
-/* The program of roots[0..count) as functions of the symbols variable[0..n) and time. False with err
- * where a root has no value (EXPR_UNDEFINED) or uses another symbol (EXPR_NAME). The store
- * must outlive the program. */
-bool enc_program_init(struct enc_program *p, const struct expr_store *st, const expr_id *roots, int count,
-                      const int *variable, int n, int time, struct sga_error *err);
+/* What a program is of: functions of the symbols variable[0..n), of time and of tables. */
+struct enc_of {
+    const struct expr_store *st;
+    const int *variable; int n, time;
+    const struct enc_tables *tables;     /* borrowed; or NULL */
+};
+
+/* The program of roots[0..count). False with err where a root has no value (EXPR_UNDEFINED) or uses another symbol (EXPR_NAME). Store and
+ * tables must outlive the program. */
+bool enc_program_init(struct enc_program *p, const struct enc_of *of, const expr_id *roots, int count, struct sga_error *err);
 void enc_program_clear(struct enc_program *p);
 
 /* The value of a step that does not depend on its operands' derivatives, from its operands':

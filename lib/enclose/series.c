@@ -139,7 +139,7 @@ static void first(struct enc_series *s, int i)
         choose(s, i);
         enc_follow(r, s->choice[i], enc_series_of(s, c->a), enc_series_of(s, c->b), true);
     } else {
-        bool leaf = c->op == ENC_INTEGER || c->op == ENC_CONSTANT;
+        bool leaf = c->op == ENC_INTEGER || c->op == ENC_CONSTANT || c->op == ENC_PIECE;
         enc_value(r, s->p, c, leaf ? r : enc_series_of(s, c->a), enc_series_of(s, c->b), s->prec);
     }
 }

@@ -113,7 +113,7 @@ bool enc_pieces_find(struct enc_pieces *q, const struct expr_store *st, expr_id 
     struct sga_error ignored = { 0 };
     struct search s = { .span = to - from, .small = small };
     *q = (struct enc_pieces){ 0 };
-    if (!enc_program_init(&s.program, st, &u, 1, NULL, 0, time, &ignored)) {
+    if (!enc_program_init(&s.program, &(struct enc_of){ .st = st, .time = time }, &u, 1, &ignored)) {
         enc_program_clear(&s.program);
         return false;
     }

@@ -36,6 +36,7 @@ void enc_value(arb_t r, const struct enc_program *program, const struct enc_code
 {
     switch (c->op) {
     case ENC_INTEGER: arb_set_si(r, c->a); break;
+    case ENC_PIECE: arb_set_round(r, program->tables->piece + c->a, p); break;
     case ENC_CONSTANT:
         if (c->a >= 0)
             arb_set_fmpq(r, program->st->constant + c->a, p);

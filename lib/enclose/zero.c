@@ -119,7 +119,7 @@ bool enclose_zero(const struct enclose_problem *q, const expr_id *function, int 
     assert(functions <= q->n && prec > 1);
     SGA_ENDS(enc_program_clear) struct enc_program p;
     struct newton w = { .prec = prec + 20 };
-    bool ok = enc_program_init(&p, q->st, function, functions, q->variable, q->n, q->time, err);
+    bool ok = enc_program_init(&p, &(struct enc_of){ q->st, q->variable, q->n, q->time, q->tables }, function, functions, err);
     if (ok) {
         w.column = sga_malloc((size_t)(q->n + 1) * sizeof *w.column);
         for (int j = 0; j < q->n; j++)

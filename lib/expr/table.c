@@ -86,9 +86,26 @@ void expr_table_free(struct expr_table *u)
 {
     if (!u)
         return;
+    if (u->knot)
+        _fmpq_vec_clear(u->knot, u->knots);
+    free(u->given);
+    free(u->fine);
     free(u->time);
     free(u->piece);
     free(u);
+}
+
+void expr_table_given(struct expr_table *u, const struct expr_store *st, const expr_id *time, const expr_id *value)
+{
+    if (!time && !value)
+        return;
+    size_t n = (size_t)u->knots;
+    u->store = st;
+    u->given = sga_calloc(2 * n, sizeof *u->given);
+    if (time)
+        memcpy(u->given, time, n * sizeof *time);
+    if (value)
+        memcpy(u->given + n, value, n * sizeof *value);
 }
 
 int expr_table_interval(const struct expr_table *u, double t)
@@ -100,6 +117,16 @@ int expr_table_interval(const struct expr_table *u, double t)
             low = middle;
         else
             high = middle;
+    }
+    return low;
+}
+
+int expr_table_interval_exact(const struct expr_table *u, const fmpq_t t)
+{
+    int low = 0, high = u->knots - 1;
+    while (high - low > 1) {
+        int middle = low + (high - low) / 2;
+        *(fmpq_cmp(u->knot + middle, t) <= 0 ? &low : &high) = middle;
     }
     return low;
 }

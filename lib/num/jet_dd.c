@@ -5,7 +5,7 @@
 
 #include "dd_lu.h"
 #include "jet_plan.h"
-#include "table.h"
+#include "table_balls.h"
 #include "tape_code.h"
 
 #define R num_dd
@@ -27,7 +27,7 @@
 #define R_DOT dot
 #define R_FUNCTION function
 #define R_FUNCTION2 num_dd_function2
-#define R_TABLE(u, order, t) num_dd_of(expr_table_value(u, order, (t).hi))      /* to the digits of double */
+#define R_TABLE num_table_value
 #define R_LU_FACTOR num_dd_lu_factor
 #define R_LU_SOLVE num_dd_lu_solve
 #define R_MACHINE char            /* none is made */

@@ -12,32 +12,38 @@
 #include "signal.h"
 #include "table.h"
 
-/* A list of numbers that ends with the reading; NULL with an error. */
-static double *read_numbers(struct reader *rd, const json_t *table, const char *member, int *count)
+/* Whole numbers beyond these are no doubles. */
+static const double WHOLE = 0x1p53;
+
+/* Numbers that end with the reading, and what those are exactly that are not the decimals of their doubles (NULL: all are). */
+struct numbers { double *x; expr_id *exact; int count; };
+
+/* False with an error. */
+static bool read_numbers(struct reader *rd, const json_t *table, const char *member, struct numbers *out)
 {
     const json_t *v = need_member(rd, table, member);
     if (!v)
-        return NULL;
+        return false;
     size_t mark = at_member(rd, member), n = json_array_size(v);
     if (!json_is_array(v))
-        return expected(rd, "a list of numbers", v), NULL;
+        return expected(rd, "a list of numbers", v);
     if (n < 2 || n > REQUEST_MAX_KNOTS)
-        return at_fail(rd, SGA_E_SHAPE, "there are %zu %s; a table has 2 to %d", n, member, REQUEST_MAX_KNOTS), NULL;
-    double *x = sga_take(&rd->mem, n * sizeof *x);
+        return at_fail(rd, SGA_E_SHAPE, "there are %zu %s; a table has 2 to %d", n, member, REQUEST_MAX_KNOTS);
+    *out = (struct numbers){ .x = sga_take(&rd->mem, n * sizeof *out->x), .count = (int)n };
     for (size_t i = 0; i < n; i++) {
         const json_t *item = json_array_get(v, i);
-        if (json_is_number(item)) {            /* a table is long: no detour by exact numbers */
-            x[i] = json_number_value(item);
+        out->x[i] = json_is_number(item) ? json_number_value(item) : NAN;
+        if (json_is_real(item) || fabs(out->x[i]) <= WHOLE)        /* a table is long: no detour by exact numbers */
             continue;
-        }
         size_t here = at_index(rd, i);
-        if (!read_value(rd, item, x + i, NULL))
-            return NULL;
+        if (!out->exact)
+            out->exact = sga_zeros(&rd->mem, n, sizeof *out->exact);
+        if (!read_exact(rd, item, out->x + i, out->exact + i, NULL))
+            return false;
         at_back(rd, here);
     }
     at_back(rd, mark);
-    *count = (int)n;
-    return x;
+    return true;
 }
 
 static bool increasing(struct reader *rd, const double *time, int n)
@@ -78,21 +84,22 @@ static bool read_table(struct reader *rd, const json_t *v, struct request_table 
     if (!only_members(rd, v, members))
         return false;
     const json_t *word = json_object_get(v, "interpolation");
-    int kind = EXPR_CUBIC, n = 0, values = 0;
+    int kind = EXPR_CUBIC;
+    struct numbers time = { 0 }, value = { 0 };
     if (word) {
         size_t mark = at_member(rd, "interpolation");
         if ((kind = read_word(rd, word, words, 2, "an interpolation")) < 0)
             return false;
         at_back(rd, mark);
     }
-    double *time = read_numbers(rd, v, "times", &n), *value = time ? read_numbers(rd, v, "values", &values) : NULL;
-    bool ok = value && increasing(rd, time, n);
-    if (ok && n != values) {
+    bool ok = read_numbers(rd, v, "times", &time) && read_numbers(rd, v, "values", &value) && increasing(rd, time.x, time.count);
+    if (ok && time.count != value.count) {
         at_member(rd, "values");
-        ok = at_fail(rd, SGA_E_SHAPE, "there are %d values for %d times", values, n);
+        ok = at_fail(rd, SGA_E_SHAPE, "there are %d values for %d times", value.count, time.count);
     }
     if (ok) {
-        t->values = expr_table_new((enum expr_interpolation)kind, n, time, value);
+        t->values = expr_table_new((enum expr_interpolation)kind, time.count, time.x, value.x);
+        expr_table_given(t->values, &rd->r->store, time.exact, value.exact);
         ok = usable(rd, t->values);
     }
     return ok;
@@ -181,11 +188,6 @@ bool read_tables_end(struct reader *rd)
                            "expressions", r->table[k].name);
         }
     bool moves = r->want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF | REQUEST_CONSISTENT_INITIAL);
-    if (moves && (r->accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE || r->accuracy.arithmetic == REQUEST_BALL)) {
-        at_member(rd, "accuracy");
-        at_member(rd, "arithmetic");
-        return at_fail(rd, SGA_E_NOT_SUPPORTED, "tables are interpolated in double; use \"double\" or \"auto\"");
-    }
     for (int k = 0; k < r->tables && moves; k++)
         if (!covers(rd, r->table + k))
             return false;

@@ -6,10 +6,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arb_ends.h"
+#include "arena.h"
 #include "ball.h"
 #include "budget.h"
 #include "buf.h"
+#include "enc_tables.h"
 #include "flow.h"
+#include "knots.h"
 #include "mem.h"
 #include "points.h"
 #include "print.h"
@@ -26,8 +30,12 @@ struct attempt {
     const struct sga_solution *sol;
     const struct traj_request *rq;
     struct enclose_problem problem;
+    struct knots knots;
+    struct enc_tables tables;
+    int *before;                         /* by sample: knots before it */
     slong prec;
     arb_ptr start, time, box, column;    /* n; samples; samples x n; samples x columns */
+    arb_ptr knot;                        /* knots.count */
     arb_t t0;
     int n, columns;
     struct enclose_end end;
@@ -40,6 +48,7 @@ static void attempt_init(struct attempt *a)
     a->time = _arb_vec_init(a->rq->samples);
     a->box = _arb_vec_init((slong)a->rq->samples * a->n);
     a->column = _arb_vec_init((slong)a->rq->samples * a->columns);
+    a->before = sga_calloc((size_t)a->rq->samples + 1, sizeof *a->before);
     arb_init(a->t0);
 }
 
@@ -49,12 +58,36 @@ static void attempt_clear(struct attempt *a)
     _arb_vec_clear(a->time, a->rq->samples);
     _arb_vec_clear(a->box, (slong)a->rq->samples * a->n);
     _arb_vec_clear(a->column, (slong)a->rq->samples * a->columns);
+    if (a->knot)
+        _arb_vec_clear(a->knot, a->knots.count);
+    free(a->before);
+    enc_tables_clear(&a->tables);
+    knots_clear(&a->knots);
     arb_clear(a->t0);
+}
+
+/* The symbols of tables among those nodes get the values that their polynomials have at t. */
+static void set_tables(struct attempt *a, struct num_ball *b, const struct expr_cone *cone, const arb_t t)
+{
+    const struct expr_store *st = a->sys->store;
+    SGA_ENDS(arb_end) arb_t v = { 0 };
+    SGA_ARENA(mem);
+    arb_ptr piece = arbs_take(&mem, NUM_TABLE_PIECE);
+    for (int k = 0; k < cone->count && a->tables.count; k++) {
+        const struct expr_node *n = st->node + cone->list[k];
+        int which = n->op == EXPR_SYM && st->symbol[n->a].table ? enc_tables_find(&a->tables, st->symbol[n->a].table) : -1;
+        if (which < 0)
+            continue;
+        num_table_balls_piece(a->tables.balls + which, a->tables.table[which]->at, piece);
+        num_table_balls_value(v, piece, st->symbol[n->a].order, t, a->prec + 20);
+        num_ball_set(b, n->a, v);
+    }
 }
 
 /* Values of roots on the box of sample i, into out. */
 static void evaluate(struct attempt *a, struct num_ball *b, struct expr_cone *cone, const expr_id *root, int roots, int i, arb_ptr out)
 {
+    set_tables(a, b, cone, a->time + i);
     for (int j = 0; j < a->n; j++)
         num_ball_set(b, a->sys->variable[j].symbol, a->box + (size_t)i * (size_t)a->n + (size_t)j);
     num_ball_set(b, a->sys->time, a->time + i);
@@ -74,8 +107,10 @@ static void columns(struct attempt *a)
     num_ball_init(&b, a->sys->store, a->prec + 20);
     expr_cone_init(&cone);
     expr_cone_of(a->sys->store, &cone, a->rq->output, a->rq->outputs);
-    for (int i = 0; i < a->end.samples; i++)
+    for (int i = 0; i < a->end.samples; i++) {
+        knots_around(&a->knots, instant_sample(a->rq, i));      /* what jumps has the value beyond, as in double; knots_before was sure */
         evaluate(a, &b, &cone, a->rq->output, a->columns, i, a->column + (size_t)i * (size_t)a->columns);
+    }
     expr_cone_clear(&cone);
     num_ball_clear(&b);
 }
@@ -117,6 +152,7 @@ static bool on_sides(struct attempt *a, struct sga_error *err)
     num_ball_set(&b, a->sys->time, a->t0);
     for (int i = 0; i < sol->sides && on; i++) {
         expr_cone_of(a->sys->store, &cone, &sol->side[i].function, 1);
+        set_tables(a, &b, &cone, a->t0);
         num_ball_list(&b, cone.list, cone.count);
         arb_srcptr v = num_ball_value(&b, sol->side[i].function);
         on = sol->side[i].sign > 0 ? arb_is_positive(v) : arb_is_negative(v);
@@ -127,15 +163,37 @@ static bool on_sides(struct attempt *a, struct sga_error *err)
                           "holds; give trajectory.initial well on that side");
 }
 
+/* Bits that coefficients of tables have beyond those of the motion. */
+enum { TABLE_EXTRA = 32 };
+
+static void enter(void *attempt, int piece)
+{
+    struct attempt *a = attempt;
+    knots_enter(&a->knots, piece);
+    enc_tables_enter(&a->tables);
+}
+
+static bool jump(void *attempt, const arb_t t, arb_ptr box)
+{
+    struct attempt *a = attempt;
+    return enclosed_jump(a->f, &a->problem, a->sol, t, a->prec, box);
+}
+
 static bool run(struct attempt *a, const double *near, struct sga_error *err)
 {
     const struct traj_request *rq = a->rq;
     enclosed_constant(a->sys->store, rq->exact_initial ? rq->exact_start : EXPR_UNDEF, rq->start, a->prec, a->t0);
     for (int i = 0; i < rq->samples; i++)
         enclosed_constant(a->sys->store, rq->exact_time ? rq->exact_time[i] : EXPR_UNDEF, rq->times[i], a->prec + 32, a->time + i);
+    for (int k = 0; k < a->knots.count; k++)
+        arb_set_fmpq(a->knot + k, a->knots.knot + k, a->prec + 32);
+    enc_tables_round(&a->tables, a->prec + TABLE_EXTRA);
+    enter(a, 0);
     if (!enclosed_start(a->f, a->sys->store, &a->problem, a->sol, rq, near, a->t0, a->prec, a->start, err) || !on_sides(a, err))
         return false;
-    struct enclose_path path = { .start = a->start, .t0 = a->t0, .times = a->time, .samples = rq->samples, .prec = a->prec };
+    struct enclose_path path = { .start = a->start, .t0 = a->t0, .times = a->time, .samples = rq->samples, .knot = a->knot, .knots = a->knots.count,
+                                 .before = a->before, .enter = enter, .jump = enclosed_jumps(a->f, a->sol) ? jump : NULL, .ctx = a,
+                                 .prec = a->prec };
     if (!enclose_run(&a->problem, &path, a->box, &a->end, err))
         return false;
     columns(a);
@@ -187,6 +245,9 @@ static void say_end(const struct attempt *a, struct traj_result *r)
     if (a->end.why == ENCLOSE_WIDE)
         snprintf(r->ended_detail, sizeof r->ended_detail, "the enclosure grows too wide here with %ld bits: neighbouring solutions part too fast; "
                  "ask for a shorter time, or use \"double\"", (long)a->prec);
+    else if (a->end.why == ENCLOSE_JUMPS)
+        snprintf(r->ended_detail, sizeof r->ended_detail, "the constraints jump here with a table, and it cannot be shown where the variables that jump with it go; put samples beside "
+                 "each other in the place of the step, or use \"double\"");
     else if (a->end.why == ENCLOSE_MAY_VANISH && expr_print(a->sys->store, a->problem.nonzero[a->end.which], 90, &text))
         snprintf(r->ended_detail, sizeof r->ended_detail, "it cannot be shown that %s, which the reduction divides by or holds on one side of, is not 0 "
                  "beyond this time", text.data);
@@ -239,6 +300,7 @@ static void residual(struct attempt *a, struct traj_result *r)
     for (int i = 0; i < a->end.samples; i++) {
         for (int j = 0; j < a->n; j++)
             mag_zero(arb_radref(a->box + (size_t)i * (size_t)a->n + (size_t)j));
+        knots_enter(&a->knots, a->before[i]);
         evaluate(a, &b, &cone, root, c, i, value);
         for (int k = 0; k < c; k++) {
             arb_get_mag(m, value + k);
@@ -276,6 +338,16 @@ static bool supported(const struct traj_request *rq, struct sga_error *err)
     return true;
 }
 
+/* Their exact knots, and which of them lie before the samples. */
+static bool with_tables(struct attempt *a, struct sga_error *err)
+{
+    if (!knots_init(&a->knots, a->sys, a->rq, err) || !knots_before(&a->knots, a->rq, a->before, err))
+        return false;
+    enc_tables_init(&a->tables, a->knots.table, a->knots.tables);
+    a->knot = _arb_vec_init(a->knots.count);
+    return true;
+}
+
 bool enclosed_run(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
                   struct traj_result *r, struct sga_error *err)
 {
@@ -283,8 +355,9 @@ bool enclosed_run(struct flow *f, const struct sys_system *sys, const struct sga
     if (!supported(rq, err))
         return false;
     double *near = memcpy(sga_malloc((size_t)(a.n + 1) * sizeof *near), r->initial, (size_t)a.n * sizeof *near);
-    bool ok = enclosed_problem(f, sys, sol, rq, &a.problem, err);
     attempt_init(&a);
+    bool ok = with_tables(&a, err) && enclosed_problem(f, sys, sol, rq, &a.problem, err);
+    a.problem.tables = &a.tables;
     slong next = (slong)fmax(LEAST_BITS, FIRST_EXTRA - log2(rq->rtol));
     while (ok && next) {
         a.prec = next;

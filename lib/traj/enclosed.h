@@ -31,6 +31,11 @@ bool enclosed_start(struct flow *f, struct expr_store *st, const struct enclose_
 /* enclosed_nearest.c: x (n) becomes the nearest point, if one near `near` can be proved. */
 bool enclosed_nearest(struct expr_store *st, const struct enclose_problem *problem, const struct sga_solution *sol,
                       const struct traj_request *rq, const struct sizes *sizes, const double *near, const arb_t t0, slong prec, arb_ptr x);
+/* enclosed_jump.c: a constraint with a variable that no equation differentiates may jump at knots (signals_continuous allowed it). */
+bool enclosed_jumps(const struct flow *f, const struct sga_solution *sol);
+/* x (n) is the solution before the knot at t; tables are those beyond it, also in the flow. Variables that equations differentiate stay, the others become
+ * the point of the set that double arithmetic finds them to go to, proved to be one. False: it cannot be. */
+bool enclosed_jump(struct flow *f, const struct enclose_problem *problem, const struct sga_solution *sol, const arb_t t, slong prec, arb_ptr x);
 /* The value of a constant of the store, or of a double where it is EXPR_UNDEF. */
 void enclosed_constant(const struct expr_store *st, expr_id e, double otherwise, slong prec, arb_t r);
 

@@ -82,7 +82,7 @@ bool enclosed_nearest(struct expr_store *st, const struct enclose_problem *p, co
             arb_set_d(u + j, near[j]);
     }
     int count = conditions(st, sol, rq, sizes, symbol, n, function);
-    struct enclose_problem q = { .st = st, .variable = symbol, .n = n + c, .time = p->time, .budget = p->budget };
+    struct enclose_problem q = { .st = st, .variable = symbol, .n = n + c, .time = p->time, .tables = p->tables, .budget = p->budget };
     struct sga_error ignored = { 0 };
     bool ok = expr_store_ok(st) && enclose_zero(&q, function, count, t0, solved, prec, u, &ignored);
     if (ok)

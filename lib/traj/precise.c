@@ -16,6 +16,7 @@
 #include "mem.h"
 #include "sizes.h"
 #include "system.h"
+#include "table_balls.h"
 #include "tape.h"
 #include "tolerance.h"
 #include "trajectory.h"
@@ -39,8 +40,7 @@ struct outcome {
 
 bool precise_possible(const struct flow *f, const struct traj_request *rq, const char **why)
 {
-    *why = f->sys->signals ? "tables are interpolated in double; use \"double\" or \"auto\""
-           : f->field.choice.why
+    *why = f->field.choice.why
                ? "the gauge choice is solved from the equations at every evaluation, in double arithmetic only (trajectory.gauge_numeric "
                  "says why); fix the gauge by conditions or other rates, or use \"double\""
            : !f->field.fast || !f->field.plain
@@ -72,6 +72,7 @@ static void solve(struct precise *p, double rtol, double atol, bool beside, stru
 {
     *o = (struct outcome){ .columns = p->rq->outputs ? p->rq->outputs : p->n };
     precise_march(p, rtol, atol, beside, &o->path);
+    p->solution++;
     o->value = sga_calloc((size_t)o->path.count * (size_t)o->columns + 1, sizeof *o->value);
     for (int k = 0; k < o->path.count; k++)
         columns(p, p->time[k], o->path.sample + (size_t)k * (size_t)p->n, o->value + (size_t)k * (size_t)o->columns);
@@ -275,8 +276,23 @@ static void precise_clear(struct precise *p)
     num_jet2_free(p->event);
     num_jet2_free(p->velocity);
     num_radau_free(p->formula);
+    knots_clear(&p->knots);
+    free(p->knot);
     free(p->time);
     free(p->x);
+}
+
+/* The knots of the tables, and tables in double-double. */
+static bool with_tables(struct precise *p, struct sga_error *err)
+{
+    if (!knots_init(&p->knots, p->sys, p->rq, err))
+        return false;
+    for (int k = 0; k < p->knots.tables; k++)
+        num_table_fine(p->knots.table[k]);
+    p->knot = sga_malloc(((size_t)p->knots.count + 1) * sizeof *p->knot);
+    for (int k = 0; k < p->knots.count; k++)
+        p->knot[k] = num_dd_of_fmpq(p->knots.knot + k);
+    return true;
 }
 
 bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
@@ -286,7 +302,6 @@ bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_
     struct outcome o = { 0 };
     p.time = sga_calloc((size_t)rq->samples + 1, sizeof *p.time);
     p.x = sga_calloc((size_t)f->n + 1, sizeof *p.x);
-    bool ok;
     p.constraint = num_jet2_new(f->manifold.tape, 1);
     p.output = f->output ? num_jet2_new(f->output, 0) : NULL;
     if (guide) {
@@ -294,7 +309,7 @@ bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_
         p.velocity = num_jet2_new(f->field.plain, 0);
     }
     p.field = precise_field(&p);
-    ok = p.field ? precise_start(&p, r->initial, err) : sga_fail(err, SGA_E_INTERNAL, "the field has no program in double-double");
+    bool ok = with_tables(&p, err) && (p.field || sga_fail(err, SGA_E_INTERNAL, "the field has no program in double-double")) && precise_start(&p, r->initial, err);
     if (ok) {
         r->steps = r->rejected = r->evaluations = 0;
         double begin = sga_cpu();

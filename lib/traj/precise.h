@@ -9,6 +9,7 @@
 #define SGA_TRAJ_PRECISE_H
 
 #include "jet.h"
+#include "knots.h"
 #include "ode.h"
 
 struct field;
@@ -34,6 +35,8 @@ struct precise {
     struct precise_chart *chart; int charts, at;      /* by chart: what is not in use of the members above; the one in use */
     struct num_radau *formula;                /* of the last implicit steps; NULL at first */
     num_dd start, *time, *x;                  /* the samples' times; the consistent start */
+    struct knots knots; num_dd *knot;         /* of the tables, and their times */
+    int solution;                             /* which is made, from 0 */
     struct precise_limits limits;
 };
 

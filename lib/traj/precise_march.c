@@ -55,6 +55,19 @@ num_dd precise_rest(const struct precise_march *m)
     return num_dd_sub(m->p->time[m->p->rq->samples - 1], m->here.t);
 }
 
+static num_dd goal(const struct precise_march *m)
+{
+    const struct precise *p = m->p;
+    return m->passed_knots < p->knots.count ? p->knot[m->passed_knots] : p->time[p->rq->samples - 1];
+}
+
+num_dd precise_goal_rest(const struct precise_march *m) { return num_dd_sub(goal(m), m->here.t); }
+
+num_dd precise_after(const struct precise_march *m, num_dd h)
+{
+    return num_dd_sub(precise_goal_rest(m), h).hi == 0 ? goal(m) : num_dd_add(m->here.t, h);
+}
+
 /* The field has a value at q that the rank and the pivots' signs allow. */
 static bool allowed(struct precise_march *m, const struct precise_point *q)
 {
@@ -322,6 +335,7 @@ static bool step(struct precise_march *m, double *cut)
     num_dd h = within_pieces(m, m->method->size(m->state, m, *cut));
     if (m->band_cut > 0 && fabs(h.hi) > m->band_cut)
         h = num_dd_of(m->direction * m->band_cut);
+    h = precise_within_knots(m, h);
     double size = fabs(h.hi), passed = fmax(fabs(m->here.t.hi), fabs(num_dd_sub(m->here.t, m->p->start).hi));
     bool refused = *cut < 1 && m->why != ODE_NONE, huge = precise_largest(m->here.x, m->n) > HUGE_STATE;
     double least = refused ? SMALLEST_REFUSED : m->sides.heading ? SMALLEST_TO_CHANGE : SMALLEST;
@@ -378,7 +392,7 @@ static bool step(struct precise_march *m, double *cut)
     if (!m->method->accepted(m->state, m))
         return false;
     take_rates(m, size);
-    if (!settled_in_chart(m, size))
+    if (!settled_in_chart(m, size) || !precise_pass_knot(m, size))
         return false;
     precise_choose(m, size);
     *cut = 1;
@@ -403,6 +417,7 @@ static void march(struct precise *p, double rtol, double atol, bool beside, bool
     m.fd = m.xd + m.n;
     m.rate = m.fd + m.n;
     m.calm = m.rate + m.n;
+    precise_knots_begin(&m);
     precise_sides_begin(&m);
     precise_choice_begin(&m);
     if (p->flow->charts && p->flow->charts->stop)
@@ -414,6 +429,7 @@ static void march(struct precise *p, double rtol, double atol, bool beside, bool
         path->t = p->time[p->rq->samples - 1].hi;
     precise_choice_end(&m);
     precise_sides_end(&m);
+    knots_leave(&p->knots);
     free(states);
     free(m.scale);
 }

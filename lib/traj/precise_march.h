@@ -67,7 +67,7 @@ struct precise_sides {
 struct precise_march {
     struct precise *p;
     struct precise_path *path;
-    int n, next, next_piece;
+    int n, next, next_piece, passed_knots;
     double rtol, atol, direction, first_size;
     double band_cut;           /* the next step is no longer than this; 0: no matter */
     double *rate, *calm;       /* n: of the field at here; the largest where steps were no small part of the time passed */
@@ -98,8 +98,19 @@ double precise_largest(const num_dd *x, int n);
 bool precise_settle(struct precise_march *m, struct precise_point *q);
 /* The march ends at here. */
 void precise_end(struct precise_march *m, enum ode_reason reason, const char *detail);
-/* Time from here to the last sample. */
+/* Time from here to the last sample; to the next knot of a table, if that comes before. */
 num_dd precise_rest(const struct precise_march *m);
+num_dd precise_goal_rest(const struct precise_march *m);
+/* Where a step of h ends: the knot itself, or the last time, if it comes to it. */
+num_dd precise_after(const struct precise_march *m, num_dd h);
+
+/* precise_knots.c. h, but not beyond the next knot nor almost to it. */
+num_dd precise_within_knots(const struct precise_march *m, num_dd h);
+/* Tables are their polynomials of the first piece. */
+void precise_knots_begin(struct precise_march *m);
+/* The motion has come to here by a step of this size: where that is a knot, it goes on in the next piece, and what may jump there does. False: the march
+ * is over. */
+bool precise_pass_knot(struct precise_march *m, double size);
 
 /* precise_sides.c. Nothing is held at first, nor afterwards. */
 void precise_sides_begin(struct precise_march *m);

@@ -95,7 +95,7 @@ static bool radau_begin(void *state, struct precise_march *m, double size)
 static num_dd radau_size(void *state, struct precise_march *m, double cut)
 {
     const struct radau *r = state;
-    num_dd rest = precise_rest(m);
+    num_dd rest = precise_goal_rest(m);
     double h = cut * r->h, left = fabs(rest.hi);
     precise_set_scale(m, m->here.x);
     if (h >= 0.99 * left)
@@ -174,8 +174,7 @@ static enum precise_outcome radau_attempt(void *state, struct precise_march *m, 
         *cut *= fmax(0.1, r->factor);
         return PRECISE_TOO_LARGE;
     }
-    num_dd left = num_dd_sub(precise_rest(m), h);
-    m->there.t = left.hi == 0 ? m->p->time[m->p->rq->samples - 1] : num_dd_add(m->here.t, h);
+    m->there.t = precise_after(m, h);
     for (int j = 0; j < r->n; j++)
         m->there.x[j] = num_dd_add(m->here.x[j], r->stages->z[(r->s - 1) * r->n + j]);
     if (!precise_arrive(m)) {

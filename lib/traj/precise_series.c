@@ -194,7 +194,7 @@ static enum precise_outcome series_attempt(void *state, struct precise_march *m,
     struct expansions *w = state;
     bool turns = m->sides.heading && h.hi == w->to.hi && h.lo == w->to.lo;
     polynomial(w, num_dd_scale(h, 1 / w->here.scale), m->there.x, w->slope);
-    m->there.t = num_dd_add(m->here.t, h);
+    m->there.t = precise_after(m, h);
     *cut *= 0.5;
     bool known = precise_arrive(m);
     if (known) {

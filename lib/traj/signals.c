@@ -68,6 +68,12 @@ static bool smooth(const struct sys_system *sys, const expr_id *root, int roots,
     return !s || refuse(sys->store, s, what, root[which], err);
 }
 
+bool signals_jump(const struct sys_system *sys, expr_id e)
+{
+    int which;
+    return jumping(sys->store, &e, 1, 0, &which) != NULL;
+}
+
 /* It has a variable that may jump, and jumps itself at knots, no worse. */
 static bool may_follow(const struct sys_system *sys, expr_id e, const unsigned char *moving)
 {

@@ -10,6 +10,8 @@
  * that have others may jump, and these follow (ode_problem.jump). NULL: none may. */
 bool signals_continuous(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
                         const expr_id *field, const unsigned char *moving, struct sga_error *err);
+/* Does e jump where a table or a derivative of one does? */
+bool signals_jump(const struct sys_system *sys, expr_id e);
 /* The knots of all tables between start and the last time, in the order of the motion, each once.
  * The caller frees them. */
 double *signals_knots(const struct sys_system *sys, const struct traj_request *rq, int *count);

@@ -575,8 +575,6 @@ static bool run_as_is(const struct sys_system *sys, const struct sga_solution *s
     struct flow f;
     double begin;
     *r = (struct traj_result){ 0 };
-    if (sys->signals && (rq->arithmetic == TRAJ_DOUBLE_DOUBLE || rq->arithmetic == TRAJ_BALL))
-        return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "tables are interpolated in double; use \"double\" or \"auto\"");
     bool ok = flow_init(&f, sys, sol, rq, err);
     if (ok) {
         r->initial = sga_calloc((size_t)f.n + 1, sizeof *r->initial);

@@ -198,7 +198,7 @@ static void functions(void)
         struct enc_series s;
         struct num_ball b;
         struct sga_error err = { 0 };
-        CHECK(enc_program_init(&p, &st, field, N, variable, N, time_symbol, &err), "%s: %s", text, err.detail);
+        CHECK(enc_program_init(&p, &(struct enc_of){ &st, variable, N, time_symbol, NULL }, field, N, &err), "%s: %s", text, err.detail);
         enc_series_init(&s, &p);
         num_ball_init(&b, &st, 300);
         for (int j = 0; j < N; j++)

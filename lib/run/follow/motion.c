@@ -156,8 +156,8 @@ bool answer_own_motion(struct job *j)
     r.rows_until = rows_until(j);
     answer_start_of(j->request, &mem, &r);
     bool tradeoff = j->request->want & REQUEST_TRADEOFF;
-    if ((j->request->tables || t->sliding) && r.arithmetic == TRAJ_AUTO)
-        r.arithmetic = TRAJ_DOUBLE;      /* what tables are interpolated in, and pieces followed in */
+    if (t->sliding && r.arithmetic == TRAJ_AUTO)
+        r.arithmetic = TRAJ_DOUBLE;      /* what pieces are followed in */
     if (r.arithmetic != TRAJ_DOUBLE && (tradeoff || r.arithmetic != TRAJ_AUTO || r.rtol < DOUBLE_SUFFICES))
         exact_values(j, &r);
     bool ok;
