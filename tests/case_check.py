@@ -574,7 +574,7 @@ class TrajectoryCheck:
                 off = float(abs(mpmath.mpf(e["t"].text if hasattr(e["t"], "text") else e["t"]) - mpmath.mpf(t)))
             allowed = asked["atol"] + asked["rtol"] * abs(float(t))
             if self.t["accuracy_reached"]:
-                self.check(off <= (allowed if direction != "touch" else allowed ** 0.5), f"event {name} at {t}", f"off by {off:.3g}")
+                self.check(off <= (allowed if direction not in ("touch", "undecided") else allowed ** 0.5), f"event {name} at {t}", f"off by {off:.3g}")
             self.check(direction == "touch" or off <= e["error"], f"event {name} at {t}: its error", f"{off:.3g} > {e['error']}")
             for v, true in zip(e["values"], values[0] if values else []):
                 text = v.text if hasattr(v, "text") else repr(v)

@@ -12,6 +12,7 @@
 #include "share.h"
 #include "lohner.h"
 #include "mem.h"
+#include "zeros.h"
 
 /* Steps shorter than this part of the whole way are not made: what needs them is a pole, or as good as one. */
 static const double SHORTEST = 0x1p-60;
@@ -20,6 +21,7 @@ struct walk {
     const struct enclose_path *path;
     struct enc_step step;
     struct enc_set set;
+    struct enc_zeros zeros;
     arb_t base, past, t, s;  /* t0, or the last knot; since then, exact; base + past; from here to a sample or a knot */
     int piece;               /* knots passed */
     double way;              /* from t0 to the last time, about, signed */
@@ -74,6 +76,45 @@ static bool reaches_end(struct walk *w)
     return above(w->s) <= fabs(w->step.h);
 }
 
+/* Of a step: where it may end so that signs of what is watched are shown there; in the order of preference. */
+static const double ENDS[] = { 1, 0.9375, 0.875, 0.8125 };
+
+/* What happens on the way to s, if it is to be walked. False: the motion stops there. */
+static bool look(struct walk *w, const arb_t s, struct enclose_end *end)
+{
+    const struct enclose_problem *q = w->zeros.q;
+    struct enc_span span = { &w->step, &w->set, w->t, s, end->steps == 0 && !w->piece };
+    if (!q->watches)
+        return true;
+    int last = enc_zeros_along(&w->zeros, &span);
+    struct enclose_happened *out = w->path->happened;
+    for (int i = out->count - 1; i >= 0 && out->list[i].piece < 0; i--)
+        out->list[i].piece = w->piece;
+    if (last < 0)
+        return true;
+    while (out->count > last + 1)
+        enclose_happened_cut(out, out->count - 1);
+    end->why = out->list[last].shown ? ENCLOSE_EVENT : ENCLOSE_UNDECIDED;
+    end->which = out->list[last].which;
+    end->t = arf_get_d(arb_midref(&out->list[last].t), ARF_RND_NEAR);
+    return false;
+}
+
+/* h := the step's length, or less. */
+static void end_of_step(struct walk *w, arb_t h)
+{
+    SGA_ENDS(arb_end) arb_t whole = { 0 };
+    struct enc_span span = { &w->step, &w->set, w->t, h, false };
+    arb_set(whole, h);
+    for (size_t k = 0; k < sizeof ENDS / sizeof *ENDS && w->zeros.q->watches; k++) {
+        arb_set_d(h, ENDS[k]);
+        arb_mul(h, h, whole, ARF_PREC_EXACT);
+        if (enc_zeros_told(&w->zeros, &span))
+            return;
+    }
+    arb_set(h, whole);
+}
+
 /* The step, but not beyond the piece's end by what a ball does not tell. */
 static void go_on(struct walk *w, struct enclose_end *end)
 {
@@ -83,6 +124,9 @@ static void go_on(struct walk *w, struct enclose_end *end)
     arb_set_d(h, w->step.h);
     if (!(fabs(w->step.h) < mag_get_d(left)))
         arb_mul_2exp_si(h, h, -1);
+    end_of_step(w, h);
+    if (!look(w, h, end))
+        return;
     if (!enc_step_take(&w->step, &w->set, h))
         end->why = ENCLOSE_WIDE;
     arb_add(w->past, w->past, h, ARF_PREC_EXACT);
@@ -109,6 +153,8 @@ static bool jump(struct walk *w)
 /* To the knot, w->s away, and into the piece beyond. */
 static void pass_knot(struct walk *w, struct enclose_end *end)
 {
+    if (!look(w, w->s, end))
+        return;
     if (!enc_step_take(&w->step, &w->set, w->s)) {
         end->why = ENCLOSE_WIDE;
         return;
@@ -119,6 +165,8 @@ static void pass_knot(struct walk *w, struct enclose_end *end)
     end->t = arf_get_d(arb_midref(w->base), ARF_RND_NEAR);
     if (w->path->jump && !jump(w))
         end->why = ENCLOSE_JUMPS;
+    else if (w->zeros.q->watches)
+        enc_zeros_begin(&w->zeros, &w->set, w->base);
 }
 
 static bool stopped(const struct walk *w, const struct sga_budget *budget, struct enclose_end *end)
@@ -156,13 +204,14 @@ static void march(struct walk *w, const struct sga_budget *budget, arb_ptr box, 
             break;
         bool whole = reaches_end(w);
         fill(w, whole, budget, box, end);
+        to_end(w);
         if (end->samples == path->samples) {
-            end->t = arf_get_d(arb_midref(path->times + path->samples - 1), ARF_RND_NEAR);
+            if (look(w, w->s, end))
+                end->t = arf_get_d(arb_midref(path->times + path->samples - 1), ARF_RND_NEAR);
             break;
         }
         if (stopped(w, budget, end))
             break;
-        to_end(w);
         if (whole && w->piece < path->knots)
             pass_knot(w, end);
         else
@@ -183,6 +232,33 @@ static void at_start(struct walk *w, arb_ptr box, struct enclose_end *end)
             break;
         _arb_vec_set(box + (size_t)end->samples * (size_t)n, w->path->start, n);
     }
+}
+
+/* Where something stopped the motion: no samples that may lie beyond it. */
+static void rows_before(const struct walk *w, struct enclose_end *end)
+{
+    if (end->why != ENCLOSE_EVENT && end->why != ENCLOSE_UNDECIDED)
+        return;
+    const arb_struct *t = &w->path->happened->list[w->path->happened->count - 1].t;
+    while (end->samples > 0 && !(w->way < 0 ? arb_gt(w->path->times + end->samples - 1, t) : arb_lt(w->path->times + end->samples - 1, t)))
+        end->samples--;
+}
+
+void enclose_happened_cut(struct enclose_happened *h, int i)
+{
+    assert(i >= 0 && i < h->count);
+    arb_clear(&h->list[i].t);
+    _arb_vec_clear(h->list[i].x, h->n);
+    memmove(h->list + i, h->list + i + 1, (size_t)(h->count - i - 1) * sizeof *h->list);
+    h->count--;
+}
+
+void enclose_happened_clear(struct enclose_happened *h)
+{
+    while (h->count)
+        enclose_happened_cut(h, h->count - 1);
+    free(h->list);
+    h->list = NULL;
 }
 
 bool enclose_run(const struct enclose_problem *q, const struct enclose_path *path, arb_ptr box,
@@ -211,13 +287,20 @@ bool enclose_run(const struct enclose_problem *q, const struct enclose_path *pat
         w.way = arf_get_d(arb_midref(w.s), ARF_RND_NEAR);
         at_start(&w, box, end);
         end->t = arf_get_d(arb_midref(path->t0), ARF_RND_NEAR);
-        if (end->samples < path->samples)
+        ok = !q->watches || enc_zeros_init(&w.zeros, q, path->happened, path->prec, err);
+        w.zeros.q = q;
+        if (ok && q->watches)
+            enc_zeros_begin(&w.zeros, &w.set, path->t0);
+        if (ok && end->samples < path->samples)
             march(&w, q->budget, box, end);
+        if (ok)
+            rows_before(&w, end);
         end->evaluations = w.step.runs;
         arb_clear(w.base);
         arb_clear(w.past);
         arb_clear(w.t);
         arb_clear(w.s);
+        enc_zeros_clear(&w.zeros);
         enc_set_clear(&w.set);
         enc_step_clear(&w.step);
     }

@@ -14,6 +14,32 @@
 
 struct enc_tables;
 
+/* A function whose zeros along the solution are looked for. */
+struct enclose_watch {
+    expr_id value, rate;                 /* rate: its derivative along the field; of the variables, time and tables */
+    int direction;                       /* +1: up as time grows, -1: down, 0: any */
+    bool stop;                           /* the solution is followed to the first that counts */
+    int most;                            /* so many count; 0: all */
+};
+
+/* The ball t holds exactly one time at which function `which` is 0 and changes its sign (shown); or it is not decided whether there is any. */
+struct enclose_happening {
+    int which, direction;                /* of the change as time grows; 0: not shown */
+    bool shown;
+    int piece;                           /* knots before it */
+    arb_struct t; arb_ptr x;             /* the solution there, n */
+    int before, slope; bool open;        /* inside the enclose folder: it lies at the end of what has been searched */
+};
+
+struct enclose_happened {
+    struct enclose_happening *list; int count;   /* in the order of the motion */
+    int n;
+};
+
+void enclose_happened_clear(struct enclose_happened *h);
+/* Without the i-th. */
+void enclose_happened_cut(struct enclose_happened *h, int i);
+
 struct enclose_problem {
     const struct expr_store *st;
     const int *variable; int n;          /* symbols */
@@ -21,6 +47,7 @@ struct enclose_problem {
     const expr_id *field;                /* n: X, of the variables and time */
     const expr_id *nonzero; int nonzeros;   /* must be shown not to vanish along the solution */
     const struct enc_tables *tables;     /* that it depends on too, as the polynomials that are in use; or NULL */
+    const struct enclose_watch *watch; int watches;
     const struct sga_budget *budget;
 };
 
@@ -37,6 +64,7 @@ struct enclose_path {
     void *ctx;
     slong prec;                          /* bits; the boxes lose what the problem's conditioning costs */
     long most_steps;                     /* 0: as many as the budget allows */
+    struct enclose_happened *happened;   /* empty at first; NULL only where nothing is watched */
 };
 
 enum enclose_why {
@@ -45,6 +73,8 @@ enum enclose_why {
     ENCLOSE_MAY_VANISH,     /* the same, and nonzero[which] is what may vanish */
     ENCLOSE_WIDE,           /* the set grew too large: more bits help if the start is known well enough */
     ENCLOSE_JUMPS,          /* path->jump failed */
+    ENCLOSE_EVENT,          /* watch[which] stopped it: the last of the happenings */
+    ENCLOSE_UNDECIDED,      /* it cannot be shown whether watch[which] stops it at the last of the happenings */
     ENCLOSE_STOPPED         /* budget, or most_steps */
 };
 

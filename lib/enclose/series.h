@@ -27,6 +27,8 @@ void enc_series_clear(struct enc_series *s);
 /* The coefficients 0 .. order of all slots along x' = roots[0..n) from x (n) at time t. Those of
  * the variables are enc_series_of(s, j). False where something is not finite. */
 bool enc_series_run(struct enc_series *s, arb_srcptr x, const arb_t t, int order, slong prec);
+/* The values of all slots at x and t, as coefficients 0: of those without a value not finite, of choices the hull of both branches. */
+void enc_series_values(struct enc_series *s, arb_srcptr x, const arb_t t, slong prec);
 /* The derivatives of those coefficients with respect to the start of variable j: 0 .. order, for
  * the slots of the variables into enc_series_tangent. After enc_series_run. */
 bool enc_series_along(struct enc_series *s, int j);

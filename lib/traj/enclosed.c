@@ -15,6 +15,7 @@
 #include "flow.h"
 #include "knots.h"
 #include "mem.h"
+#include "ode.h"
 #include "points.h"
 #include "print.h"
 #include "reduction.h"
@@ -39,6 +40,10 @@ struct attempt {
     arb_t t0;
     int n, columns;
     struct enclose_end end;
+    struct enclose_watch *watch;         /* by event */
+    struct enclose_happened happened;
+    arb_ptr happened_column;             /* happened.count x columns, of the last try; happened_room of them */
+    slong happened_room;
     double excess;                       /* log2 of the largest radius / tolerance; -INFINITY where all are exact */
 };
 
@@ -61,6 +66,10 @@ static void attempt_clear(struct attempt *a)
     if (a->knot)
         _arb_vec_clear(a->knot, a->knots.count);
     free(a->before);
+    free(a->watch);
+    enclose_happened_clear(&a->happened);
+    if (a->happened_column)
+        _arb_vec_clear(a->happened_column, a->happened_room);
     enc_tables_clear(&a->tables);
     knots_clear(&a->knots);
     arb_clear(a->t0);
@@ -84,13 +93,14 @@ static void set_tables(struct attempt *a, struct num_ball *b, const struct expr_
     }
 }
 
-/* Values of roots on the box of sample i, into out. */
-static void evaluate(struct attempt *a, struct num_ball *b, struct expr_cone *cone, const expr_id *root, int roots, int i, arb_ptr out)
+/* Values of roots where the solution is in box (n) at t, into out. */
+static void evaluate(struct attempt *a, struct num_ball *b, struct expr_cone *cone, const expr_id *root, int roots, const arb_t t, arb_srcptr box,
+                     arb_ptr out)
 {
-    set_tables(a, b, cone, a->time + i);
+    set_tables(a, b, cone, t);
     for (int j = 0; j < a->n; j++)
-        num_ball_set(b, a->sys->variable[j].symbol, a->box + (size_t)i * (size_t)a->n + (size_t)j);
-    num_ball_set(b, a->sys->time, a->time + i);
+        num_ball_set(b, a->sys->variable[j].symbol, box + j);
+    num_ball_set(b, a->sys->time, t);
     num_ball_list(b, cone->list, cone->count);
     for (int k = 0; k < roots; k++)
         arb_set(out + k, num_ball_value(b, root[k]));
@@ -98,8 +108,14 @@ static void evaluate(struct attempt *a, struct num_ball *b, struct expr_cone *co
 
 static void columns(struct attempt *a)
 {
+    if (a->happened_column)
+        _arb_vec_clear(a->happened_column, a->happened_room);
+    a->happened_room = (slong)a->happened.count * a->columns;
+    a->happened_column = _arb_vec_init(a->happened_room);
     if (!a->rq->outputs) {
         _arb_vec_set(a->column, a->box, (slong)a->end.samples * a->n);
+        for (int i = 0; i < a->happened.count; i++)
+            _arb_vec_set(a->happened_column + (size_t)i * (size_t)a->n, a->happened.list[i].x, a->n);
         return;
     }
     struct num_ball b;
@@ -109,7 +125,12 @@ static void columns(struct attempt *a)
     expr_cone_of(a->sys->store, &cone, a->rq->output, a->rq->outputs);
     for (int i = 0; i < a->end.samples; i++) {
         knots_around(&a->knots, instant_sample(a->rq, i));      /* what jumps has the value beyond, as in double; knots_before was sure */
-        evaluate(a, &b, &cone, a->rq->output, a->columns, i, a->column + (size_t)i * (size_t)a->columns);
+        evaluate(a, &b, &cone, a->rq->output, a->columns, a->time + i, a->box + (size_t)i * (size_t)a->n, a->column + (size_t)i * (size_t)a->columns);
+    }
+    for (int i = 0; i < a->happened.count; i++) {
+        const struct enclose_happening *h = a->happened.list + i;
+        knots_enter(&a->knots, h->piece);
+        evaluate(a, &b, &cone, a->rq->output, a->columns, &h->t, h->x, a->happened_column + (size_t)i * (size_t)a->columns);
     }
     expr_cone_clear(&cone);
     num_ball_clear(&b);
@@ -193,7 +214,8 @@ static bool run(struct attempt *a, const double *near, struct sga_error *err)
         return false;
     struct enclose_path path = { .start = a->start, .t0 = a->t0, .times = a->time, .samples = rq->samples, .knot = a->knot, .knots = a->knots.count,
                                  .before = a->before, .enter = enter, .jump = enclosed_jumps(a->f, a->sol) ? jump : NULL, .ctx = a,
-                                 .prec = a->prec };
+                                 .prec = a->prec, .happened = &a->happened };
+    enclose_happened_clear(&a->happened);
     if (!enclose_run(&a->problem, &path, a->box, &a->end, err))
         return false;
     columns(a);
@@ -242,7 +264,14 @@ static void say_end(const struct attempt *a, struct traj_result *r)
     if (!r->ended)
         return;
     r->ended_reason = "not_enclosed";
-    if (a->end.why == ENCLOSE_WIDE)
+    if (a->end.why == ENCLOSE_EVENT) {
+        r->ended_event = a->end.which;
+        r->ended_reason = ode_reason_text(ODE_EVENT);
+        snprintf(r->ended_detail, sizeof r->ended_detail, "an event that stops the motion");
+    } else if (a->end.why == ENCLOSE_UNDECIDED) {
+        snprintf(r->ended_detail, sizeof r->ended_detail, "it cannot be shown whether an event that stops the motion happens here: its function comes near to 0, and neither a "
+                 "change of its sign nor that it stays away from 0 can be shown");
+    } else if (a->end.why == ENCLOSE_WIDE)
         snprintf(r->ended_detail, sizeof r->ended_detail, "the enclosure grows too wide here with %ld bits: neighbouring solutions part too fast; "
                  "ask for a shorter time, or use \"double\"", (long)a->prec);
     else if (a->end.why == ENCLOSE_JUMPS)
@@ -280,6 +309,29 @@ static void numbers(const struct attempt *a, struct traj_result *r)
     r->column_error = traj_column_errors(r->radius, r->rows, r->columns);
 }
 
+/* Events, each as the rows are. */
+static void keep_events(const struct attempt *a, struct traj_result *r)
+{
+    size_t all = (size_t)a->happened.count, cols = (size_t)r->columns;
+    r->happened = a->happened.count;
+    r->happening = sga_malloc((all + 1) * sizeof *r->happening);
+    r->happened_value = sga_malloc((all + 1) * (cols + 1) * sizeof *r->happened_value);
+    r->happened_digits = sga_calloc((all + 1) * (cols + 1), sizeof *r->happened_digits);
+    for (size_t i = 0; i < all; i++) {
+        const struct enclose_happening *h = a->happened.list + i;
+        struct traj_happening *to = r->happening + i;
+        char **digits = r->happened_digits + i * (cols + 1);
+        double radius;
+        *to = (struct traj_happening){ .event = h->which, .direction = h->direction, .undecided = !h->shown };
+        digits[0] = enclose_decimal(&h->t, a->prec, &to->error);
+        to->t = digits[0] ? strtod(digits[0], NULL) : NAN;
+        for (size_t k = 0; k < cols; k++) {
+            digits[1 + k] = enclose_decimal(a->happened_column + i * cols + k, a->prec, &radius);
+            r->happened_value[i * cols + k] = digits[1 + k] ? strtod(digits[1 + k], NULL) : NAN;
+        }
+    }
+}
+
 /* Of the midpoints, which are not on the set exactly. */
 static void residual(struct attempt *a, struct traj_result *r)
 {
@@ -301,7 +353,7 @@ static void residual(struct attempt *a, struct traj_result *r)
         for (int j = 0; j < a->n; j++)
             mag_zero(arb_radref(a->box + (size_t)i * (size_t)a->n + (size_t)j));
         knots_enter(&a->knots, a->before[i]);
-        evaluate(a, &b, &cone, root, c, i, value);
+        evaluate(a, &b, &cone, root, c, a->time + i, a->box + (size_t)i * (size_t)a->n, value);
         for (int k = 0; k < c; k++) {
             arb_get_mag(m, value + k);
             r->residual = fmax(r->residual, enclose_above(m));
@@ -318,6 +370,8 @@ static void keep(struct attempt *a, struct traj_result *r)
 {
     say_end(a, r);
     numbers(a, r);
+    if (a->rq->events)
+        keep_events(a, r);
     residual(a, r);
     for (int j = 0; j < a->n; j++)
         r->initial[j] = arf_get_d(arb_midref(a->start + j), ARF_RND_NEAR);
@@ -331,8 +385,6 @@ static void keep(struct attempt *a, struct traj_result *r)
 
 static bool supported(const struct traj_request *rq, struct sga_error *err)
 {
-    if (rq->events)
-        return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/trajectory/events", "events are not located in ball arithmetic; leave them out, or use \"double\"");
     if (rq->method && strcmp(rq->method, "auto") && strcmp(rq->method, "taylor"))
         return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/accuracy/method", "ball arithmetic has Taylor series only; leave the method out");
     return true;
@@ -358,6 +410,13 @@ bool enclosed_run(struct flow *f, const struct sys_system *sys, const struct sga
     attempt_init(&a);
     bool ok = with_tables(&a, err) && enclosed_problem(f, sys, sol, rq, &a.problem, err);
     a.problem.tables = &a.tables;
+    a.happened.n = a.n;
+    if (ok && rq->events) {
+        a.watch = sga_calloc((size_t)rq->events, sizeof *a.watch);
+        enclosed_watch(sys->store, &a.problem, rq, a.watch);
+        a.problem.watch = a.watch;
+        a.problem.watches = rq->events;
+    }
     slong next = (slong)fmax(LEAST_BITS, FIRST_EXTRA - log2(rq->rtol));
     while (ok && next) {
         a.prec = next;

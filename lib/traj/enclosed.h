@@ -36,6 +36,8 @@ bool enclosed_jumps(const struct flow *f, const struct sga_solution *sol);
 /* x (n) is the solution before the knot at t; tables are those beyond it, also in the flow. Variables that equations differentiate stay, the others become
  * the point of the set that double arithmetic finds them to go to, proved to be one. False: it cannot be. */
 bool enclosed_jump(struct flow *f, const struct enclose_problem *problem, const struct sga_solution *sol, const arb_t t, slong prec, arb_ptr x);
+/* enclosed_events.c: the request's events as what is watched (malloced members of watch, one for each event). */
+void enclosed_watch(struct expr_store *st, const struct enclose_problem *problem, const struct traj_request *rq, struct enclose_watch *watch);
 /* The value of a constant of the store, or of a double where it is EXPR_UNDEF. */
 void enclosed_constant(const struct expr_store *st, expr_id e, double otherwise, slong prec, arb_t r);
 

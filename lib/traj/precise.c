@@ -239,7 +239,7 @@ static void keep_events(struct precise *p, const struct outcome *o, struct traj_
     for (size_t i = 0; i < all; i++) {
         const struct precise_event *e = o->path.event + i;
         char **digits = r->happened_digits + i * (cols + 1);
-        r->happening[i] = (struct traj_happening){ e->event, e->direction, e->t.hi, e->error };
+        r->happening[i] = (struct traj_happening){ .event = e->event, .direction = e->direction, .t = e->t.hi, .error = e->error };
         double error = p->rq->single ? 0 : e->error, beside = 10 * (error + r->error_estimate);
         digits[0] = digits_of(e->t, error);
         columns(p, e->t, e->x, value);

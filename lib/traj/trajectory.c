@@ -75,7 +75,7 @@ static void keep_events(struct flow *f, const struct traj_request *rq, const str
     for (int i = 0; i < o->happened; i++) {
         const struct ode_happening *h = o->happening + i;
         const double *x = o->happened_x + (size_t)i * (size_t)f->n;
-        r->happening[i] = (struct traj_happening){ h->event, h->crossing, h->t, h->error };
+        r->happening[i] = (struct traj_happening){ .event = h->event, .direction = h->crossing, .t = h->t, .error = h->error };
         if (rq->outputs)
             flow_output(f, h->t, x, r->happened_value + (size_t)i * columns);
         else

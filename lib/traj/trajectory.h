@@ -107,6 +107,7 @@ struct traj_happening {
     int event;
     int direction;            /* as above; 0: touched */
     double t, error;          /* error: estimated; INFINITY where not known */
+    bool undecided;           /* ball: it is not shown whether there is one, within the error of t */
 };
 
 /* Where a motion went on with another reduction, whose pivots are large there. */

@@ -123,7 +123,7 @@ static bool write_events(struct job *j, struct sga_json *w)
         sga_json_key(w, "t");
         write_digits(r->happened_digits ? r->happened_digits[(size_t)i * ((size_t)r->columns + 1)] : NULL, h->t, w);
         sga_json_member_double(w, "error", h->error);
-        sga_json_member_string(w, "direction", directions[h->direction + 1]);
+        sga_json_member_string(w, "direction", h->undecided ? "undecided" : directions[h->direction + 1]);
         sga_json_key(w, "values");
         sga_json_array(w);
         for (int k = 0; k < r->columns; k++)
