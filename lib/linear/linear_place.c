@@ -13,6 +13,7 @@
 #include "seeds.h"
 #include "set_points.h"
 #include "system.h"
+#include "table_balls.h"
 #include "value.h"
 
 /* A fraction stands for a double within this, relative to 1 and itself: what Newton's method leaves of a consistent start. A value that is
@@ -20,6 +21,8 @@
 static const double ROUNDING = 1e-13;
 /* Of a point that was given to so many digits another one is not the same any more. */
 static const double SAME = 1e-6;
+/* Beside 1 + itself: what roundings of tables may move a point by. */
+static const double NEAR = 0x1p-40;
 enum { MOST_DENOMINATOR = 1000, DIGITS = 12 };
 
 /* The fraction with a small denominator, or the decimal of few digits, that v stands for. */
@@ -75,12 +78,49 @@ static bool vanish(const struct linear_place *p, const expr_id *e, int count)
     return all;
 }
 
-/* Values of tables at the time, and of symbols that have no value at all. */
+/* Values of tables at the time, and of symbols that have no value at all. Where a table has none but in double, nothing is proved. */
 static void set_parameters(struct linear_place *p, const struct sys_system *sys)
 {
-    SGA_FREED double *value = set_points_tables(sys, p->t);
-    for (int i = 0; i < sys->parameters; i++)
-        num_ball_set_d(&p->ball, sys->parameter[i], value[i]);
+    SGA_ENDS(arb_end) arb_t v = { 0 };
+    for (int i = 0; i < sys->parameters; i++) {
+        const struct expr_symbol *s = p->st->symbol + sys->parameter[i];
+        arb_zero(v);
+        if (s->table && !num_table_around(v, s->table, s->order, p->ball.symbol + sys->time, LINEAR_BITS))
+            p->basis = LINEAR_NUMERIC;
+        num_ball_set(&p->ball, sys->parameter[i], v);
+    }
+}
+
+/* Whether a ball is not the double, as far as a double-double tells. */
+static bool rounded(arb_srcptr v, double d)
+{
+    SGA_ENDS(arb_end) arb_t off = { 0 };
+    SGA_ENDS(mag_end) mag_t m = { 0 };
+    arb_set_d(off, d);
+    arb_sub(off, off, v, LINEAR_BITS);
+    arb_get_mag(m, off);
+    return !(mag_get_d(m) <= 0x1p-90 * (1 + fabs(d)));
+}
+
+/* A point was found by doubles of tables. Where the functions have one that is more than its double, the point is no more than near to theirs. After
+ * set_parameters. */
+static void by_rounded_tables(struct linear_place *p, const struct sys_system *sys, const expr_id *e, int count)
+{
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    SGA_ENDS(mag_end) mag_t room = { 0 };
+    bool any = false;
+    expr_cone_init(&cone);
+    expr_cone_of(p->st, &cone, e, count);
+    for (int k = 0; k < cone.count && !any; k++) {
+        const struct expr_node *n = p->st->node + cone.list[k];
+        const struct expr_symbol *s = n->op == EXPR_SYM ? p->st->symbol + n->a : NULL;
+        any = s && s->table && rounded(p->ball.symbol + n->a, expr_table_value(s->table, s->order, p->t));
+    }
+    for (int j = 0; j < sys->variables && any; j++) {
+        mag_set_d(room, NEAR * (1 + fabs(p->x[j])));
+        arb_add_error_mag(p->ball.symbol + sys->variable[j].symbol, room);
+        p->basis = LINEAR_NUMERIC;
+    }
 }
 
 static bool take_exact(struct linear_place *p, const struct sys_system *sys, const struct linear_guess *g)
@@ -133,6 +173,8 @@ static bool search(struct linear_place *p, const struct sys_system *sys, const s
     on.space.starts = 1;
     on.space.budget = g->budget;
     bool found = points_find(&on.space, 0, &random, LINEAR_BITS, &point) == POINTS_OK && take_point(p, sys, g, &point);
+    if (found)
+        by_rounded_tables(p, sys, on.constraint, on.space.constraints);
     points_point_clear(&point);
     set_points_clear(&on);
     return found;

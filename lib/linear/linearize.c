@@ -123,6 +123,18 @@ static bool check_smooth(struct work *w)
                        "linearization; choose a point on one side");
 }
 
+/* cone: work. */
+static bool has_table(const struct expr_store *st, struct expr_cone *cone, expr_id e)
+{
+    bool has = false;
+    expr_cone_of(st, cone, &e, 1);
+    for (int k = 0; k < cone->count && !has; k++) {
+        const struct expr_node *n = st->node + cone->list[k];
+        has = n->op == EXPR_SYM && st->symbol[n->a].table;
+    }
+    return has;
+}
+
 /* The matrices at the place, which is known. */
 static bool state_form(struct work *w)
 {
@@ -152,11 +164,14 @@ static bool state_form(struct work *w)
 static bool depends_on_time(struct work *w)
 {
     const struct sys_system *sys = w->rq->sys;
+    const struct sga_solution *sol = w->rq->sol;
     SGA_ENDS(expr_cone_clear) struct expr_cone cone;
-    bool depends = w->rq->sol->depends_on_time || sys->signals;
+    bool depends = sol->depends_on_time;
     expr_cone_init(&cone);
     for (int k = 0; k < w->c.states && !depends; k++)
-        depends = expr_depends(sys->store, &cone, w->rate[k], sys->time);
+        depends = expr_depends(sys->store, &cone, w->rate[k], sys->time) || has_table(sys->store, &cone, w->rate[k]);
+    for (int i = 0; i < sol->constraints && !depends; i++)
+        depends = has_table(sys->store, &cone, sol->constraint[i].expr);
     return depends;
 }
 

@@ -29,6 +29,9 @@ void num_table_balls_value(arb_t r, arb_srcptr piece, int order, const arb_t t, 
 
 /* u->fine, where it is missing; u->knot is there. */
 void num_table_fine(struct expr_table *u);
+/* A ball of the derivative of this order at t, whose midpoint lies in the table's interval. False: the times are not exact (num_table_exact), and it is the value
+ * in double with room for its rounding, not proved. Cost: num_table_fine, once; then some multiplications. */
+bool num_table_around(arb_t r, struct expr_table *u, int order, const arb_t t, slong prec);
 /* As expr_table_value, in double-double where u->fine is there, otherwise to the digits of double. */
 num_dd num_table_value(const struct expr_table *u, int order, num_dd t);
 

@@ -158,20 +158,79 @@ static bool add_derivatives(struct reader *rd)
     return store_ok(rd);
 }
 
-/* No numbers beyond the samples. */
-static bool covers(struct reader *rd, const struct request_table *t)
+/* No numbers beyond the samples; the reader is at the time's place. */
+static bool covers(struct reader *rd, double at)
+{
+    for (int k = 0; k < rd->r->tables; k++) {
+        const struct expr_table *u = rd->r->table[k].values;
+        if (!(at >= u->time[0] && at <= u->time[u->knots - 1]))
+            return at_fail(rd, SGA_E_SCHEMA, "the time %.17g lies outside of the table %.100s, which has samples from %.17g to %.17g; nothing is "
+                           "extrapolated", at, rd->r->table[k].name, u->time[0], u->time[u->knots - 1]);
+    }
+    return true;
+}
+
+static bool covers_start(struct reader *rd)
+{
+    at_back(rd, 0);
+    at_member(rd, "trajectory");
+    size_t mark = at_member(rd, "start");
+    bool ok = covers(rd, rd->r->trajectory.start);
+    at_back(rd, mark);
+    return ok;
+}
+
+static bool covers_motion(struct reader *rd)
 {
     const struct request_trajectory *m = &rd->r->trajectory;
-    double first = t->values->time[0], last = t->values->time[t->values->knots - 1];
-    for (int i = -1; i < (m->times ? m->samples : 0); i++) {
-        double at = i < 0 ? m->start : m->times[i];
-        if (at >= first && at <= last)
-            continue;
-        at_back(rd, 0);
-        at_member(rd, "trajectory");
-        at_member(rd, i < 0 ? "start" : m->exact_times ? "times" : "stop");
-        return at_fail(rd, SGA_E_SCHEMA, "the time %.17g lies outside of the table %.100s, which has samples from %.17g to %.17g; nothing is "
-                       "extrapolated", at, t->name, first, last);
+    if (!covers_start(rd))
+        return false;
+    at_member(rd, m->exact_times ? "times" : "stop");
+    for (int i = 0; i < (m->times ? m->samples : 0); i++)
+        if (!covers(rd, m->times[i]))
+            return false;
+    return true;
+}
+
+static bool covers_fit(struct reader *rd)
+{
+    const struct request_fit *f = &rd->r->fit;
+    if (!covers_start(rd))
+        return false;
+    at_back(rd, 0);
+    at_member(rd, "fit");
+    at_member(rd, "data");
+    for (int e = 0; e < f->experiments; e++) {
+        size_t here = f->list ? at_index(rd, (size_t)e) : at_member(rd, "times");
+        if (f->list)
+            at_member(rd, "times");
+        for (int i = 0; i < f->experiment[e].times; i++) {
+            size_t mark = at_index(rd, (size_t)i);
+            if (!covers(rd, f->experiment[e].time[i]))
+                return false;
+            at_back(rd, mark);
+        }
+        at_back(rd, here);
+    }
+    return true;
+}
+
+/* Where a start is given, and at places. Without them the matrices of a system with constant coefficients need no value of a table. */
+static bool covers_linearization(struct reader *rd)
+{
+    const struct request_linearization *l = &rd->r->linearization;
+    const struct request_trajectory *m = &rd->r->trajectory;
+    if ((m->initials || m->times) && l->at != REQUEST_AT_PLACES && !covers_start(rd))
+        return false;
+    at_back(rd, 0);
+    at_member(rd, "linearization");
+    at_member(rd, "at");
+    for (int i = 0; i < l->places; i++) {
+        size_t mark = at_index(rd, (size_t)i);
+        at_member(rd, "time");
+        if (!covers(rd, l->place[i].time))
+            return false;
+        at_back(rd, mark);
     }
     return true;
 }
@@ -188,8 +247,8 @@ bool read_tables_end(struct reader *rd)
                            "expressions", r->table[k].name);
         }
     bool moves = r->want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF | REQUEST_CONSISTENT_INITIAL);
-    for (int k = 0; k < r->tables && moves; k++)
-        if (!covers(rd, r->table + k))
-            return false;
+    if ((moves && !covers_motion(rd)) || (r->want & REQUEST_FIT && !covers_fit(rd))
+        || (r->want & (REQUEST_LINEARIZATION | REQUEST_TRANSFER) && !covers_linearization(rd)))
+        return false;
     return add_derivatives(rd);
 }

@@ -14,6 +14,7 @@
 #include "reduction.h"
 #include "seeds.h"
 #include "set_points.h"
+#include "signals.h"
 #include "sizes.h"
 #include "system.h"
 #include "tiers.h"
@@ -31,6 +32,7 @@ static bool has_values(const struct sys_system *sys, const struct sga_solution *
     for (int j = 0; j < sys->variables; j++)
         num_ball_set_d(&b, sys->variable[j].symbol, rq->initial[j]);
     num_ball_set_d(&b, sys->time, rq->start);
+    signals_set(sys, rq->start, &b);
     num_ball_extend(&b);
     for (int i = 0; i < sol->constraints && all; i++)
         all = arb_is_finite(num_ball_value(&b, sol->constraint[i].expr));

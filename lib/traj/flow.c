@@ -268,7 +268,7 @@ bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_so
         for (int k = 0; k < sys->row[i].entries; k++)
             f->moving[sys->row[i].entry[k].col] = 1;
     bool follow = !w && !rq->turns && !rq->events;
-    if (!signals_continuous(sys, sol, rq, f->field.root, follow ? f->moving : NULL, err) || !given_init(f->given, sys, sol, w, f->sizes->weight, rq->budget, err))
+    if ((!rq->no_motion && !signals_continuous(sys, sol, rq, f->field.root, follow ? f->moving : NULL, err)) || !given_init(f->given, sys, sol, w, f->sizes->weight, rq->budget, err))
         return false;
     f->in = sga_malloc((size_t)(n + 1) * sizeof *f->in);
     if (f->manifold.c && !rq->turns && !leap_init(&f->leap, sys, w, err))

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "ball.h"
 #include "buf.h"
 #include "mem.h"
 #include "print.h"
@@ -120,6 +121,15 @@ bool signals_continuous(const struct sys_system *sys, const struct sga_solution 
          && smooth(sys, rq->output, rq->outputs, 1, "the output", err);
     free(root);
     return ok;
+}
+
+void signals_set(const struct sys_system *sys, double t, struct num_ball *b)
+{
+    for (int i = 0; i < sys->parameters && sys->signals; i++) {
+        const struct expr_symbol *s = sys->store->symbol + sys->parameter[i];
+        if (s->table)
+            num_ball_set_d(b, sys->parameter[i], expr_table_value(s->table, s->order, t));
+    }
 }
 
 static int ascending(const void *a, const void *b)

@@ -5,6 +5,8 @@
 
 #include "trajectory.h"
 
+struct num_ball;
+
 /* Do the constraints and the events depend on derivatives without jumps only, the field that is followed (and
  * the outputs) on the next one at most? Otherwise the motion would jump: NOT_SUPPORTED says where. moving: variables that do not jump; constraints
  * that have others may jump, and these follow (ode_problem.jump). NULL: none may. */
@@ -12,6 +14,8 @@ bool signals_continuous(const struct sys_system *sys, const struct sga_solution 
                         const expr_id *field, const unsigned char *moving, struct sga_error *err);
 /* Does e jump where a table or a derivative of one does? */
 bool signals_jump(const struct sys_system *sys, expr_id e);
+/* Symbols of tables get their values at t, in double. */
+void signals_set(const struct sys_system *sys, double t, struct num_ball *b);
 /* The knots of all tables between start and the last time, in the order of the motion, each once.
  * The caller frees them. */
 double *signals_knots(const struct sys_system *sys, const struct traj_request *rq, int *count);

@@ -6,16 +6,32 @@
 
 #include <flint/fmpq.h>
 
+#include "arb_ends.h"
 #include "ball.h"
 #include "manifold.h"
 #include "mem.h"
 #include "reduction.h"
 #include "start_search.h"
 #include "system.h"
+#include "table_balls.h"
 
 /* Bits of the residuals and of the result, steps, and the residual (of scaled constraints) that counts as 0: below double-double's. */
 enum { BITS = 320, KEPT = 200, STEPS = 40 };
 static const double DONE = 1e-38, NEAR = 1e-8;
+
+/* The symbols of tables get their values at the start. */
+static void set_tables(const struct start_search *s, struct num_ball *b)
+{
+    const struct sys_system *sys = s->sys;
+    SGA_ENDS(arb_end) arb_t v = { 0 };
+    for (int i = 0; i < sys->parameters && sys->signals; i++) {
+        const struct expr_symbol *p = sys->store->symbol + sys->parameter[i];
+        if (p->table) {
+            num_table_around(v, p->table, p->order, b->symbol + sys->time, BITS);
+            num_ball_set(b, sys->parameter[i], v);
+        }
+    }
+}
 
 /* Scaled residuals at x in m->r, by what m->big was; the largest, or -1. */
 static double residuals(struct start_search *s, const struct sga_solution *with, struct manifold *m, arb_srcptr x)
@@ -38,6 +54,7 @@ static double residuals(struct start_search *s, const struct sga_solution *with,
     } else {
         num_ball_set_d(&b, s->sys->time, s->rq->start);
     }
+    set_tables(s, &b);
     num_ball_extend(&b);
     for (int i = 0; i < m->c && worst >= 0; i++) {
         arb_srcptr r = num_ball_value(&b, with->constraint[i].expr);
@@ -102,6 +119,7 @@ bool start_exact(struct start_search *s, const double *near, expr_id *exact, str
     struct flow f;
     start_with(s, NULL, NULL, &with);
     struct traj_request rq = s->plain;
+    rq.no_motion = true;
     bool ok = flow_init(&f, s->sys, &with, &rq, err);
     assert(n > 0);
     if (ok) {

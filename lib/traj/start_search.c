@@ -155,6 +155,7 @@ static void place_init(struct place *p, struct start_search *s, const unsigned c
     p->s = s;
     p->rq = s->plain;
     p->rq.on = NULL;
+    p->rq.no_motion = true;
     if (freed)
         p->rq.held = NULL;
     start_with(s, use, at, &p->with);

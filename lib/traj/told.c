@@ -8,6 +8,7 @@
 #include "ball.h"
 #include "definition.h"
 #include "mem.h"
+#include "signals.h"
 #include "system.h"
 
 enum { BITS = 64 };
@@ -57,6 +58,7 @@ double told_rounding(const struct sys_system *sys, const struct definitions *nam
     num_ball_init(&b, sys->store, BITS);
     for (int j = 0; j <= sys->variables; j++)
         num_ball_set_d(&b, j < sys->variables ? sys->variable[j].symbol : sys->time, in[j]);
+    signals_set(sys, in[sys->variables], &b);
     double rounding = DBL_EPSILON * magnitude_of(sys, names, &b, e);
     num_ball_clear(&b);
     return isfinite(rounding) ? rounding : 0;

@@ -164,6 +164,7 @@ struct traj_request {
     const struct traj_turns *turns;        /* NULL: none of the variables is a derivative */
     const struct traj_request *sized_by;   /* of a later piece of a motion: the request that natural sizes are those of; NULL: its own */
     bool ends_there;                       /* singular positions are not passed */
+    bool no_motion;                        /* only a start is looked for: what would jump later is no matter */
     bool single;                           /* one solution at the tolerances as they are: no estimate of its error */
     const struct sga_budget *budget;
     struct num_jet_programs *programs;     /* machine code of the motions of one system, kept from one to the next (jet.h); or NULL */
