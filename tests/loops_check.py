@@ -297,6 +297,9 @@ def refusals(c):
     c.refused("hold", changed(["trajectory", "hold", 1], "v[9]"), "unknown_name", "/trajectory/hold/1", "from v[0]")
     c.refused("outputs", changed(["trajectory", "outputs", 0], "v[5:8]"), "unknown_name", "/trajectory/outputs/0", "(v[7])")
     c.refused("a range in an expression", changed(["trajectory", "outputs", 0], "v[1:2]^2"), "expression_syntax", "/trajectory/outputs/0", "part of an expression")
+    lists = {"system": {"form": "equations", "variables": ["x[1:2]"], "equations": [{"for": "i = 1:2", "equation": "x[i]' = -x[i]"}]},
+             "trajectory": {"stop": 1, "samples": 2, "initial": {"x[1:2]": [["x[1+1]"], ["0"]]}}}
+    c.refused("lists for names of a range", lists, "invalid_request", "/trajectory/initial/x[1:2]", "found an array (x[1])")
     # line and column are those of the text as it was sent
     _, problem = c.solver.solve(with_equation({"for": "k = 1:n", "equation": "v[k-1] - v[k] = R*i[k+0*n]*zz"}))
     c.tally.check(problem and problem.get("column") == 28, "the column is that of the text that was sent", str(problem))
@@ -359,7 +362,8 @@ def exports(c):
 
 def bounds(c):
     """One pair for all names of a range, or a pair for each: y = 0.8 or -0.8 where x = 0.6."""
-    for given, should in (({"y[1:n]": [0, None]}, [0.8, 0.8]), ({"y[1:n]": [[0, "n"], [None, 0]]}, [0.8, -0.8]), ({"y[1:1]": [0, "n"], "y[2:n]": [None, 0]}, [0.8, -0.8])):
+    for given, should in (({"y[1:n]": [0, None]}, [0.8, 0.8]), ({"y[1:n]": [[0, "n"], [None, 0]]}, [0.8, -0.8]), ({"y[1:1]": [0, "n"], "y[2:n]": [None, 0]}, [0.8, -0.8]),
+                          ({"y[i = 1:n]": ["5 - 5*i", "10 - 5*i"]}, [0.8, -0.8]), ({"y[i = 1:n]": [["0*i", "n"], ["-n", "i - 2"]]}, [0.8, -0.8])):
         request = {"system": {"form": "equations", "sizes": {"n": 2}, "variables": ["x[1:n]", "y[1:n]"],
                               "equations": [{"for": "i = 1:n", "equation": "x[i]' = -y[i]"}, {"for": "i = 1:n", "equation": "x[i]^2 + y[i]^2 = 1"}]},
                    "want": ["consistent_initial"], "trajectory": {"initial": {"x[1:n]": "0.6", "y[1:n]": "-0.8"}, "hold": ["x[1:n]"], "bounds": given}}

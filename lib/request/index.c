@@ -2,6 +2,7 @@
 #include "index.h"
 
 #include <assert.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "arena.h"
@@ -18,6 +19,7 @@ int index_find(const struct index_scope *scope, const char *text, size_t length)
 
 void index_start(struct index_reader *r, const char *text, size_t at, const struct index_scope *scope, struct sga_error *err)
 {
+    assert(scope->sizes <= scope->names && scope->names <= INDEX_SIZES + INDEX_LOOPS);
     *r = (struct index_reader){ .text = text, .scope = scope, .err = err, .tok = lex_next(text, at) };
 }
 
@@ -138,7 +140,8 @@ bool index_expression(struct index_reader *r, int depth, long *out)
         index_advance(r);
         if (!product(r, depth, &b))
             return false;
-        *out += minus ? -b : b;                       /* both are within INDEX_MOST */
+        assert(labs(*out) <= INDEX_MOST && labs(b) <= INDEX_MOST);
+        *out += minus ? -b : b;
         if (!keep(r, at, false, *out))
             return false;
     }
@@ -212,6 +215,7 @@ static bool write_from(const char *text, const struct index_scope *scope, struct
             sga_buf_printf(out, scope->name[k].value < 0 ? "(%ld)" : "%ld", scope->name[k].value);
             sga_buf_puts(out, joins(text[end]) ? " " : "");
         }
+        assert(copied <= start && start < end && end <= r.tok.start + r.tok.length);
         copied = r.tok.start + r.tok.length;
     }
     if (at >= out->len - begin)

@@ -25,7 +25,7 @@ static bool add_name(struct index_reader *r, struct index_loop *l, struct index_
 
 static void bind(struct index_loop *l, const struct index_dim *d)
 {
-    assert(l->scope->names < INDEX_SIZES + INDEX_LOOPS);
+    assert(l->scope->names < INDEX_SIZES + INDEX_LOOPS && l->scope->sizes <= l->scope->names);
     l->scope->name[l->scope->names++] = (struct index_name){ l->text + d->name_at, d->name_length, 0 };
 }
 
@@ -49,7 +49,8 @@ static bool read_bounds(struct index_reader *r, struct index_dim *d, bool single
 
 static bool full(struct index_reader *r, const struct index_loop *l)
 {
-    return l->dims == INDEX_LOOPS && !index_fail(r, r->tok.start, SGA_E_SHAPE, "there are more than 8 names in a loop, or indices of a name");
+    bool much = l->dims == INDEX_LOOPS || l->scope->names == INDEX_SIZES + INDEX_LOOPS;
+    return much && !index_fail(r, r->tok.start, SGA_E_SHAPE, "there are more than 8 names in a loop or in loops around each other, or indices of a name");
 }
 
 static bool starts_name(const struct index_reader *r)
@@ -124,6 +125,16 @@ bool index_range_read(struct index_loop *l, const char *text, struct index_scope
     return true;
 }
 
+/* The last names of the scope are those of the loop. */
+static bool own_names(const struct index_loop *l)
+{
+    const struct index_scope *s = l->scope;
+    bool own = s->names - l->dims >= s->sizes;
+    for (int k = 0; k < l->dims && own; k++)
+        own = s->name[s->names - l->dims + k].text == l->text + l->dim[k].name_at;
+    return own;
+}
+
 /* The bounds of a name, given the values of those before. */
 static bool enter(struct index_loop *l, int k, struct sga_error *err)
 {
@@ -131,6 +142,7 @@ static bool enter(struct index_loop *l, int k, struct sga_error *err)
     struct index_scope *s = l->scope;
     int names = s->names;
     struct index_reader r;
+    assert(k >= 0 && k < l->dims && own_names(l));
     s->names = names - l->dims + k;
     l->known = k;
     index_start(&r, l->text, d->low_at, s, err);
@@ -150,6 +162,7 @@ static bool enter(struct index_loop *l, int k, struct sga_error *err)
         ok = index_fail(&r, d->low_at, SGA_E_SHAPE, what);
     }
     s->names = names;
+    assert(l->known <= l->dims);
     d->value = d->low <= d->high ? d->low : d->high;
     s->name[names - l->dims + k].value = d->value;
     l->known += ok;
@@ -193,6 +206,7 @@ bool index_next(struct index_loop *l, struct sga_error *err)
         k--;
     if (k < 0)
         return false;
+    assert(own_names(l));
     l->scope->name[l->scope->names - l->dims + k].value = ++l->dim[k].value;
     return settle(l, k + 1, err);
 }
@@ -209,6 +223,7 @@ bool index_count(struct index_loop *l, long most, long *out, struct sga_error *e
     }
     if (!n)
         sga_fail(err, SGA_E_SHAPE, "the loop has no pass: its ranges are all empty");
+    assert(n <= most);
     *out = n;
     return err->code == SGA_E_OK;
 }

@@ -1,4 +1,5 @@
 /* Ranges and loops written out: JSON to JSON. The recursion is as deep as the JSON, which load_json has bounded. */
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -194,6 +195,7 @@ static bool read_range(struct walk *k, const json_t *v, struct index_loop *l, bo
 static bool write_item(struct walk *k, json_t *list, json_t *item, long index, bool texts)
 {
     size_t mark = index < 0 ? k->rd->at.len : at_index(k->rd, (size_t)index);
+    int names = k->scope.names;                       /* those of loops around it stay */
     struct index_loop l;
     bool is, ok = read_range(k, item, &l, &is);
     if (ok && is)
@@ -202,7 +204,8 @@ static bool write_item(struct walk *k, json_t *list, json_t *item, long index, b
         ok = write_loop(k, list, item, index, mark);
     else if (ok)
         ok = json_array_append_new(list, write_value(k, item, texts)) == 0;
-    k->scope.names = k->scope.sizes;
+    assert(!ok || k->scope.names >= names);
+    k->scope.names = names;
     if (ok)
         at_back(k->rd, mark);
     return ok;
@@ -273,14 +276,15 @@ static bool write_member(struct walk *k, json_t *object, const char *key, json_t
     size_t mark = at_member(k->rd, key);
     struct sga_error why = { 0 };
     struct index_loop l;
+    int names = k->scope.names;
     bool is = false, ok;
     if (strchr(key, '[') && !index_range_read(&l, key, &k->scope, &is, &why)) {
-        k->scope.names = k->scope.sizes;
+        k->scope.names = names;
         return fault(k, &why, NULL), false;
     }
     if (is) {
         ok = write_range_members(k, object, &l, value);
-        k->scope.names = k->scope.sizes;
+        k->scope.names = names;
         if (ok) {
             size_t inside = k->rd->at.len;
             at_back(k->rd, mark);
@@ -320,8 +324,9 @@ static json_t *write_value(struct walk *k, json_t *v, bool texts)
     if (!touches(k, v, texts))
         return json_incref(v);
     struct index_loop l;
+    int names = k->scope.names;
     bool is, ok = read_range(k, v, &l, &is);
-    k->scope.names = k->scope.sizes;
+    k->scope.names = names;
     if (!ok)
         return NULL;
     if (is || json_is_array(v) || json_object_get(v, "for"))
@@ -378,6 +383,7 @@ static bool read_size(struct walk *k, const char *key, const json_t *v, bool *la
     *later = false;
     if (value < 0)
         return at_fail(k->rd, SGA_E_SCHEMA, "a size is a whole number from 0 to %d", INDEX_MOST);
+    assert(k->scope.names == k->scope.sizes && k->scope.names < INDEX_SIZES);
     k->scope.name[k->scope.names] = (struct index_name){ sga_take_text(&k->rd->mem, key), strlen(key), value };
     k->scope.sizes = ++k->scope.names;
     return true;
@@ -465,6 +471,7 @@ json_t *write_out(struct reader *rd, json_t *v)
     for (size_t i = 0; i < sizeof parts / sizeof *parts && ok; i++)
         if (json_object_get(v, parts[i]))
             ok = write_part(&k, out, parts[i], json_object_get(v, parts[i]));
+    assert(!ok || k.scope.names == k.scope.sizes);
     k.w->sizes = k.scope;
     json_decref(k.taken);
     if (ok)

@@ -1,6 +1,7 @@
 /* Motions with events that set variables: pieces, joined; and their errors, by a second motion. */
 #include "jumps.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
@@ -37,6 +38,7 @@ struct pass {
     double *at; int jumps, room;  /* times of events that set */
     int *count;                   /* by event: how often it did */
     double end_error;             /* of an accumulation's time */
+    double direction;             /* of the motion in time: 1 or -1 */
     size_t leg_room, slide_room;
     bool stood;                   /* after the event before the last what it looks at stood still, and did so again */
     size_t happening_room;
@@ -189,7 +191,8 @@ static void join(struct pass *p, const struct piece *q, const struct traj_result
 /* The times have a limit at t, known to an error; nothing is said beyond. */
 static bool end_at_limit(struct pass *p, double t, double error, const char *how)
 {
-    double direction = p->at[p->jumps - 1] < p->at[0] ? -1 : 1;
+    double direction = p->direction;
+    assert(p->jumps > 0 && fabs(direction) == 1);
     while (p->r.happened && direction * (p->r.happening[p->r.happened - 1].t - t) > 0)
         p->r.happened--;
     while (p->r.rows && direction * (p->r.t[p->r.rows - 1] - t) > 0)
@@ -491,7 +494,7 @@ static bool pass_run(struct pass *p, const struct sys_system *sys, const struct 
     struct piece q;
     struct turn s;
     const struct traj_mode own = { .sys = sys, .sol = sol, .rq = rq };
-    *p = (struct pass){ 0 };
+    *p = (struct pass){ .direction = rq->times[rq->samples - 1] < rq->start ? -1 : 1 };
     piece_init(&q, sys, rq, tighter);
     size_t rows = (size_t)rq->samples, columns = (size_t)q.columns;
     p->r.columns = q.columns;

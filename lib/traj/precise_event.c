@@ -3,6 +3,7 @@
  * regula falsi with halving (Illinois), a touch as a zero of the derivative along the motion, where the value then
  * says whether it was a touch, two passages, or none. One that is not seen again within its surroundings is an
  * error: the two solutions are not the same motion there. */
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -56,6 +57,7 @@ static num_dd at(const struct look *q, num_dd t)
 /* The change of sign between a and b; the values there are not of one sign. */
 static num_dd root(const struct look *q, num_dd a, num_dd ga, num_dd b, num_dd gb)
 {
+    assert(!(ga.hi * gb.hi > 0) && !num_dd_less(b, a));
     double least = 2 * NUM_DD_EPSILON * fmax(fabs(a.hi), fabs(q->m->there.t.hi - q->m->here.t.hi));
     for (int k = 0; k < 300 && gb.hi != 0 && fabs(num_dd_sub(b, a).hi) > least; k++) {
         num_dd way = num_dd_sub(b, a), s = num_dd_add(a, num_dd_mul(way, num_dd_div(ga, num_dd_sub(ga, gb))));
@@ -177,6 +179,22 @@ static bool one_of_two(const struct precise_march *m, int k, double from)
     return two;
 }
 
+/* The function is past zero at its greatest value (side 1) or its least (-1), at s: the passages before and after it, in the
+ * order of the motion. */
+static bool two_passages(const struct look *q, num_dd s, int side, double from, double most)
+{
+    num_dd g = at(q, s);
+    for (double reach = fmin(from, most); ; reach = fmin(WIDER * reach, most)) {
+        num_dd a = num_dd_add_d(s, -reach), b = num_dd_add_d(s, reach), ga = at(q, a), gb = at(q, b);
+        if (ga.hi * side <= 0 && gb.hi * side <= 0) {
+            num_dd before = root(q, a, ga, s, g), after = root(q, s, g, b, gb);
+            return q->m->direction > 0 ? add(q, side, before) && add(q, -side, after) : add(q, -side, after) && add(q, side, before);
+        }
+        if (reach >= most)
+            return false;
+    }
+}
+
 /* What was a touch in double. */
 static bool touch(struct look *q, double t, double from, double most)
 {
@@ -185,13 +203,13 @@ static bool touch(struct look *q, double t, double from, double most)
     bool found = bracket(q, t, from, most, 0, b);
     num_dd s = found ? root(q, b[0], b[1], b[2], b[3]) : num_dd_of(t);
     q->slope = false;
-    num_dd g = at(q, s), ga = found ? at(q, b[0]) : g, gb = found ? at(q, b[2]) : g;
+    num_dd g = at(q, s);
     if (!found)
         return touch_at_turn(q, t, from);
     if (fabs(g.hi) <= doubt(q, s, false))
         return add(q, 0, s);
-    int side = ga.hi > 0 ? 1 : -1;
-    return !(g.hi * side < 0) || (add(q, -side, root(q, b[0], ga, s, g)) && add(q, side, root(q, s, g, b[2], gb)));
+    int side = b[1].hi > b[3].hi ? 1 : -1;
+    return g.hi * side < 0 || two_passages(q, s, side, from, most);
 }
 
 /* Guide k, in the last step attempted. */
@@ -244,6 +262,7 @@ bool precise_watch(struct precise_march *m, num_dd *end)
 
 void precise_watched(struct precise_march *m)
 {
+    assert(m->passed <= m->watched && m->path->kept <= m->path->events);
     m->passed = m->watched;
     m->path->kept = m->path->events;
 }
