@@ -129,7 +129,7 @@ static void eliminate(int n, arb_srcptr h, arb_srcptr chord, arb_ptr s, slong pr
 {
     SGA_ARENA(mem);
     arb_ptr diagonal = arbs_take(&mem, n), upper = arbs_take(&mem, n);
-    SGA_ENDS(arb_end) arb_t f = { 0 }, a = { 0 }, lower = { 0 };
+    SGA_ENDS(arb_end) arb_t f = { 0 }, lower = { 0 };
     arb_set(diagonal, h + 1);
     end_row(s, upper, h, chord, h + 1, chord + 1, prec);
     for (int i = 1; i < n; i++) {
