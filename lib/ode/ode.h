@@ -119,6 +119,9 @@ struct ode_problem {
      * False: it cannot (x may then hold anything). */
     bool (*project)(void *ctx, double t, double *x, const double *scale, double *moved,
                     double *residual);
+    /* e, an error at (t, x) on the manifold, loses what leads off it, in the same norm, as far as this is linear. False: it cannot.
+     * NULL with `project`: errors are not followed along the motion. */
+    bool (*tangent)(void *ctx, double t, const double *x, const double *scale, double *e);
     /* Switches were turned, and the constraints jumped: what may jump too (variables that no equation differentiates) is solved for
      * anew, the rest stays. False: it cannot, and x is as it was. NULL: nothing may jump. */
     bool (*jump)(void *ctx, double t, double *x);
