@@ -28,6 +28,8 @@ static const double B1 = 0.12795276, B2 = 0.35685484, B3 = 0.3846777, B4 = 0.130
 #define FAR 3.6
 #define FORGET 0.7
 enum { MOST_PARTS = 12, UNSETTLED = 3 };
+/* How far a step's end was moved onto the manifold is a part of its error, and usually a small one: where it is not, the error was estimated too low. */
+#define MOVED 10.0
 /* Of the sizes of variables: smaller errors are followed enlarged, so that differences of the field keep their digits; larger ones are
  * none that a linear equation follows. */
 #define SMALL 1e-8
@@ -39,6 +41,7 @@ struct ode_companion {
     const double *noise;
     double *e, *from, *g[4], *y, *at, *k, *end, *size;    /* n each */
     double *rows;              /* count x n */
+    double moved;              /* the end of the step, onto the manifold, in units of the error allowed */
     double rate;               /* the largest of late, see rate_of */
     long steps, evaluations;
     double *memory;
@@ -234,9 +237,12 @@ static bool follow_step(struct ode_march *m, double large, int through)
 static void add_own(struct ode_march *m)
 {
     struct ode_companion *c = m->companion;
-    double walk = m->p->project ? 0.5 * DBL_EPSILON / sqrt((double)c->steps) : 0;
+    double walk = m->p->project ? DBL_EPSILON / sqrt((double)c->steps) : 0, more = 1;
     m->method->missed(m->state, &m->step, c->end);
+    if (m->p->project && !m->method->series && MOVED * c->moved > m->step.error)
+        more = m->step.error > 0 ? MOVED * c->moved / m->step.error : 1;
     for (int j = 0; j < c->n; j++) {
+        c->end[j] *= more;
         double e = c->e[j] + c->end[j];
         c->e[j] = e + copysign(rounding(c, j) * fabs(m->dx[j]) + walk * fabs(m->x1[j]), e);
     }
@@ -257,6 +263,7 @@ void ode_companion_step(struct ode_march *m, int through)
         return;
     double part = part_of_size(c, m);
     c->lost = true;
+    c->moved = m->end_moved;
     c->steps++;
     if (!m->method->missed || m->late || !(part < LARGE) || (part > 0 && !follow_step(m, part < SMALL ? SMALL / part : 1, through)))
         return;

@@ -265,6 +265,7 @@ static enum ode_refusal attempt(struct ode_march *m, double *h, double aim, int 
         sga_copy(m->work, m->x1, m->p->n);
     if (!ode_settle(m, m->t1, m->x1, ode_settle_most(m, m->step.doubt), &residual))
         return MANIFOLD_REFUSED;
+    m->end_moved = m->moved;
     for (int j = 0; m->p->project && j < m->p->n; j++)
         if (m->work[j] != m->x1[j])
             m->carry1[j] = 0;

@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "budget.h"
 #include "companion.h"
 #include "larger.h"
@@ -258,15 +259,15 @@ static void drop_lost(struct ode_result *res)
         res->max_error = fmax(res->max_error, res->error[k]);
 }
 
-/* n: by how many roundings the field may be wrong, where these are more than a few; else NULL. */
-static double *noise_of(const struct ode_run *run)
+/* n: by how many roundings the field may be wrong, where these are more than `quiet`; else NULL. */
+static double *noise_of(const struct ode_run *run, double quiet)
 {
     const struct ode_problem *p = run->p;
     double *noise = sga_malloc(((size_t)p->n + 1) * sizeof *noise), most = 0;
     bool known = p->noise && p->noise(p->ctx, run->start->t, run->start->x, noise);
     for (int j = 0; j < p->n && known; j++)
         most = sga_larger(most, noise[j]);
-    if (most > QUIET)
+    if (most > quiet)
         return noise;
     free(noise);
     return NULL;
@@ -326,7 +327,12 @@ static void keep_rows(const struct ode_run *run, struct ode_run *next, struct od
 }
 
 /* What the error that went along with a solution is multiplied by. */
-#define FOLLOWED 4.0
+#define FOLLOWED 3.0
+/* How many tighter ones are tried, and how much tighter one may be: an error that was followed tells how much is wanted. */
+enum { TIGHTER = 2 };
+#define TIGHTEST_RATIO 1e5
+/* With tighter tolerances errors are mostly roundings of the solution's own, which two solutions show better. */
+#define FINEST 0.99e-13
 
 /* Errors of *res by those that went along with it. */
 static void followed_errors(const struct ode_run *run, const double *error, struct ode_result *res)
@@ -340,22 +346,18 @@ static void followed_errors(const struct ode_run *run, const double *error, stru
     free(beside.samples);
 }
 
-/* One solution whose error is followed along its steps: that is as tight as the second one of two. False: it could not be followed; *res is
- * that solution all the same. */
-static bool follow(const struct ode_run *run, const double *noise, struct ode_result *res)
+/* One solution whose error is followed along its steps. False: it could not be followed; *res is that solution all the same. */
+static bool follow(const struct ode_run *run, struct ode_run *next, const double *noise, struct ode_result *res)
 {
-    struct ode_run next = *run;
-    next.o.rtol = first_rtol(run->o.rtol, run->o.atol) / LOOSER;
-    next.o.atol /= LOOSER;
-    next.level = 1;
-    next.companion = ode_companion_new(&next, noise);
-    march_first(&next, res);
-    const double *error = ode_companion_errors(next.companion);
+    next->companion = ode_companion_new(next, noise);
+    march_first(next, res);
+    const double *error = ode_companion_errors(next->companion);
     bool ended = res->end.reason == ODE_NONE || (res->end.reason == ODE_TIME_LIMIT && run->o.keep_rows && res->count > 0);
     if (error && ended)
         followed_errors(run, error, res);
-    res->second.evaluations += ode_companion_evaluations(next.companion);
-    ode_companion_free(next.companion);
+    res->second.evaluations += ode_companion_evaluations(next->companion);
+    ode_companion_free(next->companion);
+    next->companion = NULL;
     return error && ended;
 }
 
@@ -419,32 +421,66 @@ static void unsay(struct ode_result *res)
     res->max_error = res->worst = -1;
 }
 
+/* Tighter solutions, each followed, until the estimate of *res is within what was asked for. False: none of them comes there; *res is as it was. */
+static bool follow_tighter(const struct ode_run *run, struct ode_run *next, const double *noise, struct ode_result *res)
+{
+    struct ode_result best = *res, tight;
+    double worst = res->worst;
+    struct ode_stats spent = { 0 };
+    for (int turn = 0; turn < TIGHTER; turn++) {
+        double ratio = fmin(fmin(TIGHTEST_RATIO, fmax(LOOSER, 2 * worst)), next->o.rtol > 0 ? next->o.rtol / FINEST : TIGHTEST_RATIO);
+        if (!(ratio >= 0.5 * LOOSER))
+            break;
+        next->o.rtol /= ratio;
+        next->o.atol /= ratio;
+        bool followed = follow(run, next, noise, &tight) && tight.end.reason == ODE_NONE;
+        if (followed && tight.worst <= 1) {
+            add_stats(&tight.second, &spent);
+            replace(res, &tight);
+            res->solutions += turn;
+            return true;
+        }
+        worst = followed ? tight.worst : -1;
+        add_stats(&spent, &tight.stats);
+        add_stats(&spent, &tight.second);
+        ode_result_free(&tight);
+        if (!followed)
+            break;
+    }
+    add_stats(&best.second, &spent);
+    *res = best;
+    return false;
+}
+
 static void global(const struct ode_run *run, const double *noise, struct ode_result *res)
 {
+    struct ode_run next = *run;
     struct ode_result tight;
-    if (!ode_companion_fits(run)) {
+    next.o.rtol /= LOOSER;       /* as tight as the second of two */
+    next.o.atol /= LOOSER;
+    next.level = 1;
+    if (next.o.rtol < FINEST || !ode_companion_fits(run)) {
         compare(run, noise, NULL, res);
         return;
     }
-    bool followed = follow(run, noise, &tight), late = out_of_budget(&tight);
+    SGA_FREED double *all = noise_of(run, 1);
+    bool followed = follow(run, &next, all, &tight), late = out_of_budget(&tight), enough = followed && (tight.worst <= 1 || !run->o.refine);
     if (late && !followed && run->o.keep_rows && tight.end.reason == ODE_TIME_LIMIT) {
         ode_result_free(&tight);
         compare(run, noise, NULL, res);
-        return;
-    }
-    if (late || (followed && (tight.worst <= 1 || !run->o.refine))) {
+    } else if (late || enough || (followed && follow_tighter(run, &next, all, &tight))) {
         *res = tight;
         if (followed && res->worst > 1)
             res->shortfall = late ? "the time granted ended before a tighter solution was found" : "no tighter solution was asked for";
-        return;
+    } else {
+        unsay(&tight);
+        compare(run, noise, &tight, res);
     }
-    unsay(&tight);
-    compare(run, noise, &tight, res);
 }
 
 void ode_global(const struct ode_run *run, struct ode_result *res)
 {
-    double *noise = noise_of(run);
+    double *noise = noise_of(run, QUIET);
     global(run, noise, res);
     free(noise);
     drop_lost(res);

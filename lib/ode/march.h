@@ -82,7 +82,7 @@ struct ode_march {
     bool stopped;                   /* by an event in the present step */
     struct ode_grain grain;         /* settle.c */
     double pending_residual;        /* of samples in the present step */
-    double moved;                   /* by the last projection */
+    double moved, end_moved;        /* by the last projection; by that of the present step's end */
     enum ode_reason manifold_why;   /* of the last refusal by `project` */
     bool field_refused;             /* ever, and from which time last */
     double field_refused_t;
