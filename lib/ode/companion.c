@@ -1,9 +1,10 @@
 /* See companion.h.
  *
- * The error is taken along each step by an explicit formula of four stages, at the places where the step itself has looked at the field:
- * at its start, two places inside, and its end. Quadrature is of order 4, and with a constant Jacobian J the error is multiplied by
- * R(h J), R(z) = 1 + z + z^2/2 + a z^3 + a^2 z^4, a = (1 - sqrt(1/2))/2: on the imaginary axis |R|^2 = 1 + a^4 |z|^8 is least above 1, so
- * that what oscillates neither dies out nor grows (1.003 at |z| = 1.5, 1.06 at 2), where formulas of order 4 damp it. */
+ * The error is taken along each step by a Runge-Kutta formula of four stages and order 4, at the places where the step itself has looked at the
+ * field: at its start, two places inside, and its end. Steps are long for such a formula, which would damp what oscillates, and shift it.
+ * Where a second application of the Jacobian J gives back a multiple of the error, J^2 e = s e, as with one frequency or one rate, the whole
+ * flow is known: exp(h J) e = C(h^2 s) e + S(h^2 s) h J e with the series of cosh and sinh. Their terms beyond those of the formula are added, s
+ * being the least-squares fit. */
 #include "companion.h"
 
 #include <assert.h>
@@ -18,18 +19,24 @@
 
 /* The formula; places as ode_method.place numbers them. */
 static const double C2 = 0.33333333333333333, C3 = 0.65128205128205128;
-static const double A31 = 0.1669515046035988, A32 = 0.4843305466784525;
-static const double A41 = 0.03216217247853126, A42 = -0.05, A43 = 1.0178378275214688;
-static const double B1 = 0.12795276, B2 = 0.35685484, B3 = 0.3846777, B4 = 0.13051471;
+static const double A31 = -0.28055226824457735, A32 = 0.9318343195266287;
+static const double A41 = 0.8958633691915259, A42 = -0.9236710586097189, A43 = 1.0278076894181931;
+static const double B1 = 0.12795275590551164, B2 = 0.3568548387096781, B3 = 0.38467769950245723, B4 = 0.13051470588235309;
 
 /* Parts of a step of series are no longer than this over the largest rate of late; where it turns out to be more, this is still followed,
  * from a few steps on, before which errors are roundings in few variables. */
-#define REACH 1.7
+#define REACH 1.4
 #define FAR 3.6
 #define FORGET 0.7
-enum { MOST_PARTS = 12, UNSETTLED = 3 };
+/* How errors are forgotten, from step to step. */
+#define LATELY 0.9
+/* So many parts of the whole motion may be as long as that: more are to be shorter, by the eighth root. */
+#define MANY 200.0
+enum { MOST_PARTS = 12, UNSETTLED = 3, FIRST_PARTS = 4 };
 /* How far a step's end was moved onto the manifold is a part of its error, and usually a small one: where it is not, the error was estimated too low. */
 #define MOVED 10.0
+/* Of the size that a Runge-Kutta step's error is estimated to have, what it is to be taken for: measured. */
+#define RUNGE_KUTTA 0.6
 /* Of the sizes of variables: smaller errors are followed enlarged, so that differences of the field keep their digits; larger ones are
  * none that a linear equation follows. */
 #define SMALL 1e-8
@@ -39,11 +46,11 @@ struct ode_companion {
     int n;
     bool lost;
     const double *noise;
-    double *e, *from, *g[4], *y, *at, *k, *end, *size;    /* n each */
+    double *e, *from, *g[4], *y, *at, *k, *end, *size, *late;    /* n each */
     double *rows;              /* count x n */
     double moved;              /* the end of the step, onto the manifold, in units of the error allowed */
     double rate;               /* the largest of late, see rate_of */
-    long steps, evaluations;
+    long steps, parts, evaluations;
     double *memory;
 };
 
@@ -65,8 +72,8 @@ struct ode_companion *ode_companion_new(const struct ode_run *run, const double 
     size_t n = (size_t)run->p->n;
     c->n = run->p->n;
     c->noise = noise;
-    double *at = c->memory = sga_calloc((11 + (size_t)run->start->count) * n + 1, sizeof *c->memory);
-    double **vectors[] = { &c->e, &c->from, c->g, c->g + 1, c->g + 2, c->g + 3, &c->y, &c->at, &c->k, &c->end, &c->size };
+    double *at = c->memory = sga_calloc((12 + (size_t)run->start->count) * n + 1, sizeof *c->memory);
+    double **vectors[] = { &c->e, &c->from, c->g, c->g + 1, c->g + 2, c->g + 3, &c->y, &c->at, &c->k, &c->end, &c->size, &c->late };
     for (size_t i = 0; i < sizeof vectors / sizeof *vectors; i++, at += n)
         *vectors[i] = at;
     c->rows = at;
@@ -84,11 +91,22 @@ long ode_companion_evaluations(const struct ode_companion *c) { return c->evalua
 
 void ode_companion_lose(struct ode_companion *c) { c->lost = true; }
 
-/* Samples first .. through - 1 lie at the present point. */
+/* Samples first .. through - 1: errors come to 0 in passing, here and in truth at other times, so that what they were of late counts too. */
+static void raise_rows(struct ode_companion *c, int first, int through)
+{
+    for (int k = first; k < through; k++)
+        for (int j = 0; j < c->n; j++) {
+            double *e = c->rows + (size_t)k * (size_t)c->n + (size_t)j;
+            *e = copysign(sga_larger(fabs(*e), c->late[j]), *e);
+        }
+}
+
+/* They lie at the present point. */
 static void keep_rows(struct ode_companion *c, int first, int through)
 {
     for (int k = first; k < through; k++)
         memcpy(c->rows + (size_t)k * (size_t)c->n, c->e, (size_t)c->n * sizeof *c->e);
+    raise_rows(c, first, through);
 }
 
 static double rounding(const struct ode_companion *c, int j) { return DBL_EPSILON * (c->noise ? c->noise[j] : 1); }
@@ -117,16 +135,25 @@ static double part_of_size(struct ode_companion *c, const struct ode_march *m)
     return most;
 }
 
-/* How fast the error changed in the last part: sqrt(|J J e| / |e|), in which the sizes of variables and their rates cancel. */
-static double rate_of(const struct ode_companion *c, double h)
+/* How fast the error changes: sqrt(|J J e| / |e|), in which the sizes of variables and their rates cancel; *square: h^2 s. After the second slope. */
+static double rate_of(const struct ode_companion *c, double h, double *square)
 {
-    double up = 0, down = 0;
+    double up = 0, down = 0, both = 0;
     for (int j = 0; j < c->n; j++) {
         double part = c->size[j] > 0 ? 1 / c->size[j] : 0, a = (c->g[1][j] - c->g[0][j]) * part, b = c->from[j] * part;
         up += a * a;
         down += b * b;
+        both += a * b;
     }
+    *square = down > 0 ? both / down * (h / C2) : 0;
     return down > 0 ? sqrt(sqrt(up / down) / (C2 * fabs(h))) : 0;
+}
+
+/* How long parts of the present step are to be, of the inverse of the rate. */
+static double reach(const struct ode_companion *c, const struct ode_march *m)
+{
+    double way = fabs(m->t - m->start->t), all = way > 0 ? (double)c->parts * (fabs(m->stop - m->start->t) / way) : 0;
+    return all > MANY ? REACH * sqrt(sqrt(sqrt(MANY / all))) : REACH;
 }
 
 /* One part of a step. */
@@ -185,8 +212,15 @@ static bool follow(const struct part *q)
         v[j] = c->e[j] + h * (A41 * g[0][j] + A42 * g[1][j] + A43 * g[2][j]);
     if (!slope(q, 3, q->theta + q->share, c->at, c->k, v, g[3]) || (q->coded && !q->m->p->code_holds(q->m->p->ctx, 4)))
         return false;
+    double s, rate = rate_of(c, h, &s);
+    if (c->steps > UNSETTLED && !(rate * fabs(h) < FAR))
+        return false;
+    s = fabs(s) < FAR * FAR ? s : 0;
+    double cosine = s * s * s / 720 * (1 + s / 56 * (1 + s / 90 * (1 + s / 132))), sine = h * s * s / 120 * (1 + s / 42 * (1 + s / 72 * (1 + s / 110)));
     for (int j = 0; j < c->n; j++)
-        c->e[j] += h * (B1 * g[0][j] + B2 * g[1][j] + B3 * g[2][j] + B4 * g[3][j]);
+        c->e[j] += h * (B1 * g[0][j] + B2 * g[1][j] + B3 * g[2][j] + B4 * g[3][j]) + (cosine * c->e[j] + sine * g[0][j]);
+    c->rate = sga_larger(FORGET * c->rate, rate);
+    c->parts++;
     return true;
 }
 
@@ -213,7 +247,7 @@ static bool follow_step(struct ode_march *m, double large, int through)
 {
     struct ode_companion *c = m->companion;
     struct part q = { .m = m, .large = large };
-    int parts = m->method->series ? 1 + (int)sga_smaller(c->rate * fabs(m->step.h) / REACH, MOST_PARTS) : 1, next = m->next;
+    int parts = m->method->series ? (c->parts ? 1 : FIRST_PARTS) + (int)sga_smaller(c->rate * fabs(m->step.h) / reach(c, m), MOST_PARTS) : 1, next = m->next;
     q.share = 1.0 / parts;
     q.h = m->step.h * q.share;
     q.coded = m->p->code && m->p->code(m->p->ctx, &q.code);
@@ -223,28 +257,44 @@ static bool follow_step(struct ode_march *m, double large, int through)
         sga_copy(c->from, c->e, c->n);
         if (!follow(&q))
             return false;
-        double rate = rate_of(c, q.h);
-        c->rate = sga_larger(FORGET * c->rate, rate);
-        if (c->steps > UNSETTLED && !(rate * fabs(q.h) < FAR))
-            return false;
         next = inside(&q, next, through);
         q.theta += q.share;
     }
     return true;
 }
 
-/* What the step itself adds: the error that its method tells, and roundings, to the side where the error is already. */
+/* Of a Runge-Kutta step's error (c->end) the size is estimated, and a line that another formula's error has. Its senses are such that it adds to
+ * the error, along the field (where errors are shifts in phase, which hide the others) and across it, so that nothing cancels by accident. */
+static void turn(struct ode_companion *c, const struct ode_march *m)
+{
+    double ff = 0, lf = 0, ef = 0, le = 0;
+    for (int j = 0; j < c->n; j++) {
+        double part = c->size[j] > 0 ? 1 / c->size[j] : 0, f = m->f1[j] * part, l = c->end[j] * part, e = c->e[j] * part;
+        ff += f * f;
+        lf += l * f;
+        ef += e * f;
+        le += l * e;
+    }
+    double along = ff > 0 ? lf / ff : 0, across = le - along * ef, size = RUNGE_KUTTA;
+    if (m->p->project && MOVED * c->moved > m->step.error && m->step.error > 0)      /* it is no smaller than the projection says */
+        size *= MOVED * c->moved / m->step.error;
+    double forth = along * ef < 0 ? -size : size, aside = across < 0 ? -size : size;
+    for (int j = 0; j < c->n; j++)
+        c->end[j] = aside * c->end[j] + (forth - aside) * along * m->f1[j];
+}
+
+/* What the step itself adds: the error that its method tells; what a field wrong by a rounding adds, on purpose, as where two solutions are compared;
+ * and the roundings of the step, which go here and there, to the side where the error is already. */
 static void add_own(struct ode_march *m)
 {
     struct ode_companion *c = m->companion;
-    double walk = m->p->project ? DBL_EPSILON / sqrt((double)c->steps) : 0, more = 1;
+    double walk = 1 / sqrt((double)c->steps), moved = m->p->project ? DBL_EPSILON : 0;
     m->method->missed(m->state, &m->step, c->end);
-    if (m->p->project && !m->method->series && MOVED * c->moved > m->step.error)
-        more = m->step.error > 0 ? MOVED * c->moved / m->step.error : 1;
+    if (!m->method->series)
+        turn(c, m);
     for (int j = 0; j < c->n; j++) {
-        c->end[j] *= more;
-        double e = c->e[j] + c->end[j];
-        c->e[j] = e + copysign(rounding(c, j) * fabs(m->dx[j]) + walk * fabs(m->x1[j]), e);
+        double wrong = rounding(c, j) * m->dx[j], e = c->e[j] + c->end[j] + (j % 2 ? -wrong : wrong);
+        c->e[j] = e + copysign(walk * (fabs(wrong) + moved * fabs(m->x1[j])), e);
     }
 }
 
@@ -279,5 +329,8 @@ void ode_companion_step(struct ode_march *m, int through)
     if (!all_finite(c) || (m->p->project && !m->p->tangent(m->p->ctx, m->t1, m->x1, m->scale, c->e)))
         return;
     c->lost = false;
+    for (int j = 0; j < c->n; j++)
+        c->late[j] = sga_larger(fabs(c->e[j]), LATELY * c->late[j]);
+    raise_rows(c, m->next, inner);
     keep_rows(c, inner, through);
 }

@@ -328,7 +328,8 @@ static void keep_rows(const struct ode_run *run, struct ode_run *next, struct od
 
 /* What the error that went along with a solution is multiplied by. */
 #define FOLLOWED 3.0
-/* How many tighter ones are tried, and how much tighter one may be: an error that was followed tells how much is wanted. */
+/* How many tighter ones are tried, and how much tighter one may be: the error of series, which is followed as it is, tells how much is wanted.
+ * That of Runge-Kutta steps is a bound, which two solutions that are compared may undercut by far. */
 enum { TIGHTER = 2 };
 #define TIGHTEST_RATIO 1e5
 /* With tighter tolerances errors are mostly roundings of the solution's own, which two solutions show better. */
@@ -468,7 +469,7 @@ static void global(const struct ode_run *run, const double *noise, struct ode_re
     if (late && !followed && run->o.keep_rows && tight.end.reason == ODE_TIME_LIMIT) {
         ode_result_free(&tight);
         compare(run, noise, NULL, res);
-    } else if (late || enough || (followed && follow_tighter(run, &next, all, &tight))) {
+    } else if (late || enough || (followed && strstr(tight.method, ode_taylor.name) && follow_tighter(run, &next, all, &tight))) {
         *res = tight;
         if (followed && res->worst > 1)
             res->shortfall = late ? "the time granted ended before a tighter solution was found" : "no tighter solution was asked for";
