@@ -2,6 +2,7 @@
 
 - closed forms, differentiated by SymPy: parameters, initial values, switches, starts that are nearest points;
 - differences of motions in double-double, carried to a step of 0: every form, index 3, gauge choices, tables, kinks and jumps of field and constraints;
+- the same through events that set variables (saltation.py);
 - random systems with a multiplier; what does not depend on the order of equations; refusals, with code and place.
 
 Differences are good to some 1e-9 in double (where motions jump or have tables), and to some 1e-13 else.
@@ -13,6 +14,7 @@ import sys
 import mpmath as mp
 import sympy
 
+import saltation
 import schemas
 from solver import Solver
 from tally import Tally, build_folder, scaled, seed
@@ -183,7 +185,7 @@ class Check:
         where[name] = mp.nstr(mp.mpf(str(where[name])) + step, 32)
         return self.solver.solve(own)[0]
 
-    def differences(self, label, ask, longer):
+    def differences(self, label, ask, longer, step="2e-3"):
         t = self.motion(label, ask)
         if not t:
             return
@@ -194,7 +196,7 @@ class Check:
         expected = [[None] * (columns * len(names)) for _ in t["rows"]]
         for d, (kind, name) in enumerate(names):
             value = mp.mpf(str((base["system"]["parameters"] if kind == "p" else base["trajectory"]["initial"])[name]))
-            h = (mp.mpf("1e-5") if longer else mp.mpf("2e-3")) * (abs(value) or 1)
+            h = (mp.mpf("1e-5") if longer else mp.mpf(step)) * (abs(value) or 1)
             motions = [self.moved(base, kind, name, step * h) for step in (-2, -1, 1, 2)]
             if not self.tally.check(all(motions), f"{label}: motions beside it, by {name}"):
                 return
@@ -235,6 +237,18 @@ class Check:
         self.differences(f"random {n}", ask, True)
         self.order(f"random {n}", ask)
 
+    def ended(self, label, ask, when, words):
+        """Derivatives end with their reason, and the motion goes on."""
+        t = self.motion(label, ask)
+        if not t:
+            return
+        s = t["sensitivities"]
+        if words is None:
+            self.tally.check(s["ended"] is None and len(s["rows"]) == len(t["rows"]) and all(v is not None for v in s["rows"][-1]), f"{label}: they do not end", str(s["ended"]))
+        else:
+            self.tally.check(s["ended"] and s["ended"]["reason"] == "not_smooth" and words in s["ended"]["detail"], f"{label}: the reason", str(s["ended"]))
+            self.tally.check(s["ended"] and abs(s["ended"]["t"] - when) < 1e-6 and all(r[0] <= when for r in s["rows"]) and len(s["rows"]) < len(t["rows"]), f"{label}: when", str(s["ended"]))
+
     def refused(self, label, ask, code, pointer):
         result, problem = self.solver.solve(ask)
         self.tally.check(result is None and (problem["code"], problem.get("pointer")) == (code, pointer), f"{label}: refused", str(problem or "an answer"))
@@ -246,7 +260,13 @@ def main():
         check.closed(*case)
     for case in DIFFERENCES:
         check.differences(*case)
-    for case in REFUSED:
+    for case in saltation.CLOSED:
+        check.closed(*case)
+    for label, ask in saltation.DIFFERENCES:
+        check.differences(label, ask, False, "5e-4")
+    for case in saltation.ENDED:
+        check.ended(*case)
+    for case in REFUSED + saltation.REFUSED:
         check.refused(*case)
     first = seed(18)
     for n in range(scaled(8)):

@@ -14,8 +14,7 @@
 static const char *beyond_plain(const struct request *r)
 {
     const struct request_trajectory *t = &r->trajectory;
-    return t->sensitivities.has ? "sensitivities"
-        : t->integrals ? "the drift of integrals"
+    return t->integrals ? "the drift of integrals"
         : r->tables ? "tables"
         : !strcmp(r->form, "operator") ? "the form operator"
         : r->accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE || r->accuracy.arithmetic == REQUEST_BALL ? "arithmetics other than double"
@@ -40,6 +39,8 @@ static bool check_sets(struct job *j)
         what = "modes and gauge conditions";
     else if (r->modes && r->strata)
         what = "modes and solved strata";
+    else if (r->modes && t->sensitivities.has)
+        what = "modes and sensitivities";
     else
         what = beyond_plain(r);
     snprintf(place, sizeof place, "/trajectory/events/%d/set", e);
@@ -67,6 +68,8 @@ static bool check_sliding(struct job *j)
         what = "a choice of gauge";
     else if (r->strata)
         what = "solved strata";
+    else if (t->sensitivities.has)
+        what = "sensitivities";
     else
         what = beyond_plain(r);
     return !what || sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/trajectory/sliding", "slides do not go with %s; leave one of them out", what);

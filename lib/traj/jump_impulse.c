@@ -6,17 +6,18 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
+#include "dependent.h"
 #include "derive.h"
 #include "field.h"
-#include "arena.h"
 #include "mem.h"
 #include "reduction.h"
 #include "system.h"
 #include "tape.h"
 
-/* Newton steps; rows that depend on others, and what is missed, by their size. */
+/* Newton steps; what is missed, by its size. */
 enum { MOST_STEPS = 50 };
-static const double DEPENDS = 1e-11, MET = 1e-9;
+static const double MET = 1e-9;
 
 /* Constraints on velocities, their gradients and the masses, at a point. */
 struct impulse {
@@ -48,6 +49,19 @@ static bool of_velocities(const struct jump *j, struct expr_cone *cone, expr_id 
     return any && !other;
 }
 
+void jump_impulse_conditions(const struct jump *j, unsigned char *is)
+{
+    const struct traj_mass *m = j->rq->mass;
+    struct expr_cone cone;
+    SGA_FREED unsigned char *velocity = sga_calloc((size_t)j->sys->store->symbols + 1, 1);
+    for (int k = 0; k < m->coordinates; k++)
+        velocity[j->sys->variable[m->velocity[k]].symbol] = 1;
+    expr_cone_init(&cone);
+    for (int i = 0; i < j->sol->constraints; i++)
+        is[i] = of_velocities(j, &cone, j->sol->constraint[i].expr, velocity);
+    expr_cone_clear(&cone);
+}
+
 static bool impulse_init(struct impulse *p, const struct jump *j, struct sga_error *err)
 {
     const struct traj_mass *m = j->rq->mass;
@@ -64,9 +78,11 @@ static bool impulse_init(struct impulse *p, const struct jump *j, struct sga_err
         velocity[symbol] = 1;
         place[symbol] = k;
     }
+    SGA_FREED unsigned char *is = sga_calloc((size_t)j->sol->constraints + 1, 1);
+    jump_impulse_conditions(j, is);
     expr_cone_init(&cone);
     for (int i = 0; i < j->sol->constraints; i++)
-        if (of_velocities(j, &cone, j->sol->constraint[i].expr, velocity))
+        if (is[i])
             condition[p->conditions++] = j->sol->constraint[i].expr;
     SGA_FREED int *count = sga_calloc((size_t)p->conditions + 1, sizeof *count);
     SGA_FREED int *column = NULL;
@@ -122,73 +138,6 @@ static bool look(struct impulse *p, const struct traj_mass *m, double t, const d
     return true;
 }
 
-/* Solves K z = b (size squared; rows of b's size) by Gauss with all pivots searched; what depends is left out. K and b are spent. False: a row that depends asks
- * for something else. */
-static bool solve(double *K, double *b, double *z, int size, double speed)
-{
-    SGA_FREED int *order = sga_calloc((size_t)size + 1, sizeof *order);
-    size_t n = (size_t)size;
-    double most = 0, ask = speed;
-    int rank = 0;
-    for (size_t i = 0; i < n; i++) {
-        double row = 0;
-        for (size_t k = 0; k < n; k++)
-            row = fmax(row, fabs(K[i * n + k]));
-        for (size_t k = 0; k < n && row > 0; k++)
-            K[i * n + k] /= row;
-        b[i] = row > 0 ? b[i] / row : b[i];
-        ask = fmax(ask, fabs(b[i]));
-        order[i] = (int)i;
-    }
-    for (; rank < size; rank++) {
-        size_t r = (size_t)rank, pi = r, pk = r;
-        for (size_t i = r; i < n; i++)
-            for (size_t k = r; k < n; k++)
-                if (fabs(K[i * n + k]) > fabs(K[pi * n + pk])) {
-                    pi = i;
-                    pk = k;
-                }
-        double pivot = fabs(K[pi * n + pk]);
-        most = fmax(most, pivot);
-        if (pivot <= DEPENDS * most || pivot == 0)
-            break;
-        for (size_t k = 0; k < n && pi != r; k++) {
-            double keep = K[r * n + k];
-            K[r * n + k] = K[pi * n + k];
-            K[pi * n + k] = keep;
-        }
-        double keep = b[r];
-        b[r] = b[pi];
-        b[pi] = keep;
-        for (size_t i = 0; i < n && pk != r; i++) {
-            double held = K[i * n + r];
-            K[i * n + r] = K[i * n + pk];
-            K[i * n + pk] = held;
-        }
-        int o = order[r];
-        order[r] = order[pk];
-        order[pk] = o;
-        for (size_t i = r + 1; i < n; i++) {
-            double f = K[i * n + r] / K[r * n + r];
-            for (size_t k = r; k < n && f != 0; k++)
-                K[i * n + k] -= f * K[r * n + k];
-            b[i] -= f * b[r];
-        }
-    }
-    for (size_t i = (size_t)rank; i < n; i++)
-        if (fabs(b[i]) > MET * ask)
-            return false;
-    memset(z, 0, n * sizeof *z);
-    for (int i = rank - 1; i >= 0; i--) {
-        size_t r = (size_t)i;
-        double sum = b[r];
-        for (size_t k = r + 1; k < (size_t)rank; k++)
-            sum -= K[r * n + k] * z[order[k]];
-        z[order[r]] = sum / K[r * n + r];
-    }
-    return true;
-}
-
 /* One Newton step from v: M (v + dv - v0) - J^T mu = 0 where velocities are free, J dv = -conditions. */
 static bool step(const struct impulse *p, const struct traj_mass *m, const double *v, const double *v0, const unsigned char *set, double speed, double *dv)
 {
@@ -212,7 +161,7 @@ static bool step(const struct impulse *p, const struct traj_mass *m, const doubl
             K[(n + i) * size + k] = p->J[i * n + k];
         b[n + i] = -p->out[m->entries + (int)i];
     }
-    if (!solve(K, b, z, (int)size, speed))
+    if (!dependent_solve(K, b, z, (int)size, speed))
         return false;
     memcpy(dv, z, n * sizeof *dv);
     return true;

@@ -11,5 +11,7 @@
 /* to->x: velocities after it; to->impulse (coordinates; allocated here, the caller's): M (v+ - v-) with v- of at->x. False with EVENT_SET: what is set contradicts the constraints;
  * or NOT_SUPPORTED: reactions are not known to be along these gradients. Cost: (coordinates + constraints) cubed, a few times. */
 bool jump_impulse(struct jump *j, const struct jump_at *at, struct jump_to *to, const char *place, struct sga_error *err);
+/* By constraint of the system: 1 if it is one on velocities, and so among those that impulses are along. */
+void jump_impulse_conditions(const struct jump *j, unsigned char *is);
 
 #endif

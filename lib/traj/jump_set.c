@@ -9,6 +9,7 @@
 
 #include "field.h"
 #include "jump_impulse.h"
+#include "jump_slope.h"
 #include "arena.h"
 #include "mem.h"
 #include "ode.h"
@@ -76,11 +77,15 @@ bool jump_init(struct jump *j, const struct sys_system *sys, const struct sga_so
     j->bound = j->moving + n;
     j->position = j->bound + n;
     look_at_system(j);
-    return j->tape != NULL;
+    if (!j->tape)
+        return false;
+    j->slope = rq->carried ? jump_slope_new(j, err) : NULL;
+    return !rq->carried || j->slope;
 }
 
 void jump_clear(struct jump *j)
 {
+    jump_slope_free(j->slope);
     num_tape_free(j->tape);
     free(j->in);
     free(j->out);
@@ -200,33 +205,37 @@ static void untouched(const struct jump *j, const unsigned char *changed, unsign
     free(used);
 }
 
-enum { HOLD_MOVING, HOLD_POSITIONS, HOLD_UNTOUCHED, WAYS };
+void jump_request(const struct jump *j, const struct jump_at *at, const struct jump_to *to, int way, unsigned char *hold, struct traj_request *q)
+{
+    size_t n = (size_t)j->n;
+    unsigned char *given = hold + n;
+    if (way != JUMP_HOLD_MOVING && !to->turned)
+        untouched(j, to->changed, hold);
+    for (size_t k = 0; k < n; k++) {
+        hold[k] |= to->changed[k] || (way == JUMP_HOLD_MOVING && j->moving[k] && j->sol->constraints) || (way == JUMP_HOLD_POSITIONS && j->position[k]);
+        hold[k] &= to->known[k];
+        given[k] = (j->moving[k] || to->changed[k] || !j->bound[k]) && to->known[k];
+    }
+    *q = *j->rq;
+    q->start = at->t;
+    q->initial = to->x;
+    q->held = hold;
+    q->given = given;
+    q->exact_start = EXPR_UNDEF;
+    q->exact_initial = q->exact_time = NULL;
+    q->events = 0;
+    q->modes = NULL;
+    q->carried = NULL;
+    q->arithmetic = TRAJ_DOUBLE;
+}
 
 /* The start nearest to to->x in one of the ways, with its derivative. */
 static bool project(struct jump *j, const struct jump_at *at, const struct jump_to *to, int way, struct traj_initial *r, struct sga_error *err)
 {
-    struct traj_request q = *j->rq;
-    size_t n = (size_t)j->n;
-    unsigned char *hold = sga_calloc(2 * n + 1, 1), *given = hold + n;
-    if (way != HOLD_MOVING && !to->turned)
-        untouched(j, to->changed, hold);
-    for (size_t k = 0; k < n; k++) {
-        hold[k] |= to->changed[k] || (way == HOLD_MOVING && j->moving[k] && j->sol->constraints) || (way == HOLD_POSITIONS && j->position[k]);
-        hold[k] &= to->known[k];
-        given[k] = (j->moving[k] || to->changed[k] || !j->bound[k]) && to->known[k];
-    }
-    q.start = at->t;
-    q.initial = to->x;
-    q.held = hold;
-    q.given = given;
-    q.exact_start = EXPR_UNDEF;
-    q.exact_initial = q.exact_time = NULL;
-    q.events = 0;
-    q.modes = NULL;
-    q.arithmetic = TRAJ_DOUBLE;
-    bool ok = traj_consistent(j->sys, j->sol, &q, r, err);
-    free(hold);
-    return ok;
+    struct traj_request q;
+    SGA_FREED unsigned char *place = sga_calloc(2 * (size_t)j->n + 1, 1);
+    jump_request(j, at, to, way, place, &q);
+    return traj_consistent(j->sys, j->sol, &q, r, err);
 }
 
 /* Where the motion before came from, along v. */
@@ -240,7 +249,7 @@ static void sides_before(struct jump *j, const struct jump_at *at, const unsigne
     memset(to.known, 1, (size_t)j->n);
     for (int e = 0; e < j->rq->events; e++)
         any |= near[e] && !at->fired[e];
-    if (any && project(j, at, &to, WAYS, &r, &ignored)) {
+    if (any && project(j, at, &to, JUMP_WAYS, &r, &ignored)) {
         for (int e = 0; e < j->rq->events; e++)
             if (near[e] && !at->fired[e])
                 side[e] = (signed char)(-along(j) * heads(j, e, at->t, at->x, r.derivative));
@@ -316,14 +325,14 @@ static bool says_none(const struct sga_error *why)
     return why->code == SGA_E_INITIAL || why->code == SGA_E_NO_MOTION || why->code == SGA_E_UNDECIDED;
 }
 
-bool jump_start(struct jump *j, const struct jump_at *at, const struct jump_to *to, struct traj_initial *r, struct sga_error *why)
+int jump_start(struct jump *j, const struct jump_at *at, const struct jump_to *to, struct traj_initial *r, struct sga_error *why)
 {
-    bool there = false;
-    for (int way = 0; !there && way < WAYS && (!way || says_none(why)); way++) {
+    for (int way = 0; way < JUMP_WAYS && (!way || says_none(why)); way++) {
         *why = (struct sga_error){ 0 };
-        there = project(j, at, to, way, r, why);
+        if (project(j, at, to, way, r, why))
+            return way;
     }
-    return there;
+    return -1;
 }
 
 bool jump_land(const struct jump_turn *turn, struct jump_to *to, signed char *side, unsigned char *stands, struct sga_error *err)
@@ -340,14 +349,16 @@ bool jump_land(const struct jump_turn *turn, struct jump_to *to, signed char *si
     snprintf(place, sizeof place, "/trajectory/events/%d/set", first);
     SGA_FREED double *asked = sga_malloc((n + 1) * sizeof *asked);
     memcpy(asked, to->x, n * sizeof *asked);
-    bool ok = !j->rq->mass || jump_impulse(j, at, to, place, err), there = ok && jump_start(j, at, to, &r, &why);
+    bool ok = !j->rq->mass || jump_impulse(j, at, to, place, err);
+    int way = ok ? jump_start(j, at, to, &r, &why) : -1;
+    bool there = way >= 0;
     if (ok && !there && !says_none(&why)) {
         *err = why;               /* time is up */
         ok = false;
     }
     if (ok && !there)
         ok = sga_fail_at(err, SGA_E_EVENT_SET, place, "at %.10g the values that are set lie off the constraints, whatever else moves: %.400s", at->t, why.detail);
-    ok = ok && in_place(j, at, to, r.x, place, err);
+    ok = ok && in_place(j, at, to, r.x, place, err) && (!j->slope || jump_slope_land(turn, to, asked, r.x, way, err));
     if (ok) {
         memcpy(to->x, r.x, n * sizeof *to->x);
         tell(j, to, asked, to->x);

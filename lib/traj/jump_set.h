@@ -4,6 +4,7 @@
 
 #include "trajectory.h"
 
+struct jump_slope;
 struct num_tape;
 
 struct jump {
@@ -15,6 +16,7 @@ struct jump {
     unsigned char *moving;        /* n: some equation differentiates it */
     unsigned char *bound;         /* n: it is in some constraint */
     unsigned char *position;      /* n: its derivative is another variable */
+    struct jump_slope *slope;     /* where the motion is differentiated, or NULL */
 };
 
 /* What happened. */
@@ -36,6 +38,8 @@ struct jump_to {
     bool struck;                  /* velocities had to jump by it */
     double moved;                 /* as traj_leg's */
     const char *how;              /* static */
+    double *slope;                /* of the start, direction by direction, where the motion is differentiated; malloced */
+    char why[256];                /* not empty: it has no derivatives, for this reason */
 };
 
 /* What happens: the piece before (from) and after (j); the same where no mode changed. */
@@ -52,8 +56,11 @@ bool jump_assign(struct jump *j, const struct jump_at *at, double *x, unsigned c
  * stays; velocities of masses take the impulse of constraints (jump_impulse.h); of the rest moves as little as
  * will do: what no equation differentiates; then velocities but no positions (variables whose derivative is a variable, and those of constraints without a
  * set variable); then other variables than those of constraints without a set one. To the nearest point each time. */
-/* The start nearest to to->x for jump_land, without impulses. False: there is none, with err where something else was in the way. */
-bool jump_start(struct jump *j, const struct jump_at *at, const struct jump_to *to, struct traj_initial *r, struct sga_error *why);
+/* The start nearest to to->x for jump_land, without impulses; in which way it was found (0 to JUMP_WAYS - 1), or -1. -1: there is none, with err where something else was in the way. */
+int jump_start(struct jump *j, const struct jump_at *at, const struct jump_to *to, struct traj_initial *r, struct sga_error *why);
+/* The request of that start in a way. place: 2 n zeros, which the request points to. */
+enum jump_way { JUMP_HOLD_MOVING, JUMP_HOLD_POSITIONS, JUMP_HOLD_UNTOUCHED, JUMP_WAYS };
+void jump_request(const struct jump *j, const struct jump_at *at, const struct jump_to *to, int way, unsigned char *place, struct traj_request *q);
 bool jump_land(const struct jump_turn *turn, struct jump_to *to, signed char *side, unsigned char *stands, struct sga_error *err);
 
 #endif

@@ -1,6 +1,7 @@
 /* From one mode into another: variables by their names. */
 #include "jump_turn.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -89,7 +90,9 @@ bool turn_land(struct turn *s, const struct jump_at *at, struct jump_to *to, sig
     struct jump_at now = *at;
     now.x = s->was;
     struct jump_turn t = { s->changing ? &s->before : &s->j, &s->j, at, &now };
-    return jump_land(&t, to, side, stands, err);
+    bool ok = jump_land(&t, to, side, stands, err);
+    snprintf(s->why, sizeof s->why, "%s", to->why);
+    return ok;
 }
 
 void turn_end(struct turn *s, struct jump_to *to)
@@ -100,6 +103,7 @@ void turn_end(struct turn *s, struct jump_to *to)
     free(s->x);
     free(s->place);
     free(to->impulse);
+    free(to->slope);
     s->x = s->was = NULL;
     s->place = NULL;
 }

@@ -11,6 +11,7 @@
 #include "arena.h"
 #include "budget.h"
 #include "crossing.h"
+#include "jump_slope.h"
 #include "jump_turn.h"
 #include "mem.h"
 #include "ode.h"
@@ -74,8 +75,18 @@ struct piece {
     int columns;                  /* that are kept */
 };
 
-static void piece_init(struct piece *p, const struct sys_system *sys, const struct traj_request *rq, double tighter)
+/* Of a motion that is differentiated: variables and derivatives. */
+static struct traj_mode carried(const struct traj_mode *m)
 {
+    const struct traj_carried *c = m->rq->carried;
+    return c ? (struct traj_mode){ .sys = c->sys, .sol = c->sol, .rq = c->rq } : *m;
+}
+
+static void piece_init(struct piece *p, const struct traj_mode *mode, double tighter)
+{
+    const struct traj_mode of = carried(mode);
+    const struct sys_system *sys = of.sys;
+    const struct traj_request *rq = of.rq;
     size_t n = (size_t)sys->variables, events = (size_t)rq->events;
     *p = (struct piece){ .q = *rq, .columns = rq->outputs ? rq->outputs : sys->variables };
     p->output = sga_malloc((n + (size_t)rq->outputs + 1) * sizeof *p->output);
@@ -102,9 +113,11 @@ static void piece_init(struct piece *p, const struct sys_system *sys, const stru
     p->q.integrals = 0;
     p->q.rows_until = 0;
     p->q.beside = NULL;
+    p->q.carried = NULL;
     p->q.exact_start = EXPR_UNDEF;
     p->q.exact_initial = p->q.exact_time = NULL;
     p->q.modes = NULL;
+    p->q.single |= mode->rq->single;
     p->q.arithmetic = TRAJ_DOUBLE;
     p->q.rtol = fmax(tighter * rq->rtol, fmin(rq->rtol, 1e-14));
     p->q.atol = tighter * rq->atol;
@@ -115,7 +128,7 @@ static void piece_turn(struct piece *p, const struct traj_mode *to, double tight
 {
     struct piece old = *p;
     size_t events = (size_t)to->rq->events;
-    piece_init(p, to->sys, to->rq, tighter);
+    piece_init(p, to, tighter);
     memcpy(p->all_side, old.all_side, events);
     memcpy(p->stands, old.stands, events);
     free(old.output);
@@ -384,11 +397,13 @@ static bool turn(struct pass *p, struct piece *q, struct turn *s, const struct j
     if (on && s->mode != was)
         piece_turn(q, s->mode, tighter);
     ok = ok && (!on || turn_land(s, at, &to, q->all_side, q->stands, err));
-    on &= ok;
+    on &= ok && !s->why[0];
     if (on && s->mode != was && s->mode->rq->modes->landed)
         on = ok = s->mode->rq->modes->landed(s->mode->rq->modes->ctx, s->mode, at->t, to.x, err);
     if (on) {
         memcpy(q->x, to.x, (size_t)s->j.n * sizeof *q->x);
+        if (s->j.slope)
+            memcpy(q->x + s->j.n, to.slope, (size_t)(s->j.slope->all - s->j.n) * sizeof *q->x);
         ok = take_sides(q, s, at->t, err);
         note_slides(p, was, s->mode, at->t, q->x);
     }
@@ -424,7 +439,7 @@ static bool go_on(struct pass *p, struct piece *q, struct turn *s, const struct 
         if (piece->ended_event >= 0)
             name_stop(rq, q, piece, &p->r);
     } else if (set) {
-        double *x = piece->happened_value + (size_t)piece->happened * (size_t)piece->columns - s->j.n;
+        double *x = piece->happened_value + (size_t)piece->happened * (size_t)piece->columns - (s->j.slope ? s->j.slope->all : s->j.n);
         if (s->slide)
             drop_dust(x, s->j.n);
         struct jump_at at = { piece->ended_t, x, fired, crossing, wrong };
@@ -487,6 +502,15 @@ static bool begin(struct pass *p, struct piece *q, struct turn *s, const struct 
     return ok;
 }
 
+/* A motion that is differentiated does not start where events may or may not happen. */
+static bool starts_clear(const struct turn *s, double t, const double *x, struct sga_error *err)
+{
+    int e;
+    return !s->j.slope || jump_slope_starts(&s->j, t, x, &e)
+           || sga_fail_at(err, SGA_E_INITIAL, "/trajectory/initial", "the motion starts at the zero of event %d: a change of what is differentiated by moves it to one side, where the event "
+                          "happens, or to the other, where it does not; start beside it", e);
+}
+
 /* The whole motion once. *p is cleared where it fails. */
 static bool pass_run(struct pass *p, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, double tighter, double wrong,
                      struct sga_error *err)
@@ -495,7 +519,8 @@ static bool pass_run(struct pass *p, const struct sys_system *sys, const struct 
     struct turn s;
     const struct traj_mode own = { .sys = sys, .sol = sol, .rq = rq };
     *p = (struct pass){ .direction = rq->times[rq->samples - 1] < rq->start ? -1 : 1 };
-    piece_init(&q, sys, rq, tighter);
+    const struct traj_mode *first = rq->modes ? rq->modes->start : &own;
+    piece_init(&q, first, tighter);
     size_t rows = (size_t)rq->samples, columns = (size_t)q.columns;
     p->r.columns = q.columns;
     p->r.ended_event = -1;
@@ -503,26 +528,27 @@ static bool pass_run(struct pass *p, const struct sys_system *sys, const struct 
     p->r.value = sga_calloc((rows + 1) * (columns + 1), sizeof(double));
     p->each = sga_calloc((rows + 1) * (columns + 1), sizeof(double));
     p->count = sga_calloc((size_t)rq->events + 1, sizeof *p->count);
-    bool ok = turn_init(&s, rq->modes ? rq->modes->start : &own, err), more = ok;
+    bool ok = turn_init(&s, first, err), more = ok;
     if ((rq->modes && !slide_any(rq)) || rq->mass)
         add_leg(p, rq->start, 0, "start", 0, NULL, 0);
     if (ok && slide_any(rq))
         ok = more = begin(p, &q, &s, rq, tighter, err);
     for (int done = 0; more;) {
         struct traj_result piece;
-        piece_events(&q, s.mode->rq, p->count);
-        ok = sga_budget_ok(rq->budget, err) && traj_run(s.mode->sys, s.mode->sol, &q.q, &piece, err);
+        piece_events(&q, carried(s.mode).rq, p->count);
+        ok = sga_budget_ok(rq->budget, err) && traj_run(carried(s.mode).sys, carried(s.mode).sol, &q.q, &piece, err);
         if (!ok)
             break;
         if (!p->r.initial) {
             p->r.initial = piece.initial;
             p->r.moved = piece.moved;
             piece.initial = NULL;
+            ok = starts_clear(&s, rq->start, p->r.initial, err);
         }
         join(p, &q, &piece);
         widen_all(p, &q, s.mode, &piece);
         double t = piece.ended_t, direction = rq->times[rq->samples - 1] < rq->start ? -1 : 1;
-        more = pass_over(p, &q, s.mode->sys, s.mode->sol, rq, &piece, &t) || go_on(p, &q, &s, s.mode->rq, &piece, tighter, wrong, &ok, err);
+        more = ok && ((!s.j.slope && pass_over(p, &q, s.mode->sys, s.mode->sol, rq, &piece, &t)) || go_on(p, &q, &s, s.mode->rq, &piece, tighter, wrong, &ok, err));
         take_units(&p->r, &piece);
         traj_result_clear(&piece);
         while (more && done < rq->samples && (rq->times[done] - t) * direction <= 0)
@@ -630,6 +656,14 @@ bool jumps_run(const struct sys_system *sys, const struct sga_solution *sol, con
     *r = (struct traj_result){ 0 };
     if (rq->arithmetic == TRAJ_DOUBLE_DOUBLE || rq->arithmetic == TRAJ_BALL)
         return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "events that set variables are followed in double; use \"double\" or \"auto\"");
+    if (rq->single) {
+        bool ok = pass_run(&p, sys, sol, rq, tighter, 0, err);
+        *r = ok ? p.r : *r;
+        p.r = (struct traj_result){ 0 };
+        if (ok)
+            pass_clear(&p);
+        return ok;
+    }
     if (!pass_run(&loose, sys, sol, rq, tighter, WRONG, err))
         return false;
     for (int k = 1;; k++) {

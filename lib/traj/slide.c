@@ -242,7 +242,7 @@ static bool try(const struct decision *d, const int *choice, struct trial *out, 
     struct sga_error why = { 0 };
     memcpy(x, d->at->x, common * sizeof *x);
     memset(to.known, 1, common);
-    if (!(out->has_start = jump_start(&w->jump, &at, &to, &out->start, &why)))
+    if (!(out->has_start = jump_start(&w->jump, &at, &to, &out->start, &why) >= 0))
         return sga_budget_ok(m->rq->budget, err);
     if (moves(d, &w->jump, &out->start, x, fabs(m->rq->times[m->rq->samples - 1] - m->rq->start)))
         return true;

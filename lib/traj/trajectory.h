@@ -102,6 +102,18 @@ struct traj_turns {
     const expr_id *rate;      /* by surface: its derivative along the motion */
 };
 
+/* Of such a system, where events set something: derivatives along each direction (events and what they set are those of its request). */
+struct traj_slopes {
+    int base, directions;     /* as above */
+    const expr_id *event;     /* events x directions */
+    const expr_id *set;       /* what is set, event by event, x directions */
+    const expr_id *mass;      /* entries of the masses x directions */
+};
+
+/* Of a motion with events that set something, which is differentiated (jump_slope.h): its pieces are those of this system of variables and derivatives, whose
+ * columns are the answer's. */
+struct traj_carried { const struct sys_system *sys; const struct sga_solution *sol; const struct traj_request *rq; };
+
 /* An event that happened. */
 struct traj_happening {
     int event;
@@ -162,6 +174,8 @@ struct traj_request {
     expr_id exact_start;
     const expr_id *exact_initial, *exact_time;
     const struct traj_turns *turns;        /* NULL: none of the variables is a derivative */
+    const struct traj_slopes *slopes;      /* the same, of events that set something */
+    const struct traj_carried *carried;    /* NULL: pieces are the motion's own */
     const struct traj_request *sized_by;   /* of a later piece of a motion: the request that natural sizes are those of; NULL: its own */
     bool ends_there;                       /* singular positions are not passed */
     bool no_motion;                        /* only a start is looked for: what would jump later is no matter */

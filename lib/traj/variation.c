@@ -8,6 +8,7 @@
 
 #include "derive.h"
 #include "gauge_choice.h"
+#include "jumps.h"
 #include "mem.h"
 #include "switches.h"
 
@@ -219,6 +220,26 @@ static void add_turns(struct variation *v, const struct sys_system *sys, const s
     free(root);
 }
 
+/* Events, what they set, and masses, along the directions. */
+static void add_jumps(struct variation *v, const struct traj_request *rq, struct along *a)
+{
+    size_t q = (size_t)v->directions, sets = 0, entries = rq->mass ? (size_t)rq->mass->entries : 0;
+    for (int e = 0; e < rq->events; e++)
+        sets += (size_t)rq->event[e].sets;
+    v->event_slope = sga_malloc(((size_t)rq->events * q + 1) * sizeof *v->event_slope);
+    v->set_slope = sga_malloc((sets * q + 1) * sizeof *v->set_slope);
+    v->mass_slope = sga_malloc((entries * q + 1) * sizeof *v->mass_slope);
+    sets = 0;
+    for (int e = 0; e < rq->events; e++) {
+        differentiate(a, rq->event[e].expression, v->event_slope + (size_t)e * q);
+        for (int k = 0; k < rq->event[e].sets; k++)
+            differentiate(a, rq->event[e].set[k].value, v->set_slope + sets++ * q);
+    }
+    for (size_t k = 0; k < entries; k++)
+        differentiate(a, rq->mass->value[k], v->mass_slope + k * q);
+    v->slopes = (struct traj_slopes){ .base = v->n, .directions = v->directions, .event = v->event_slope, .set = v->set_slope, .mass = v->mass_slope };
+}
+
 static void add_request(struct variation *v, const struct traj_request *rq, const expr_id *guess, int whole)
 {
     size_t n = (size_t)v->n, all = n * (size_t)(1 + v->directions);
@@ -248,7 +269,10 @@ static void add_request(struct variation *v, const struct traj_request *rq, cons
     v->request.output = v->output;
     v->request.outputs = v->outputs * (1 + v->directions);
     v->request.beside = NULL;
-    v->request.events = 0;
+    v->request.events = v->jumps ? rq->events : 0;
+    v->request.mass = v->jumps ? rq->mass : NULL;
+    v->request.modes = NULL;
+    v->request.slopes = v->jumps ? &v->slopes : NULL;
     v->request.integrals = 0;
     v->request.rows_until = 0;
     v->request.exact_initial = v->exact;
@@ -259,7 +283,8 @@ bool variation_make(struct variation *v, const struct sys_system *sys, const str
                     const struct variation_by *by, int directions, const expr_id *guess, struct sga_error *err)
 {
     int whole = sys->variables;
-    *v = (struct variation){ .of_defined = defined_any(sol, rq), .by = by, .directions = directions };
+    *v = (struct variation){ .jumps = jumps_any(rq), .by = by, .directions = directions };
+    v->of_defined = !v->jumps && defined_any(sol, rq);      /* what events set may be defined */
     sys_init(&v->system, sys->store);
     if (v->of_defined) {
         defined_init(&v->defined, sys, sol, rq);
@@ -293,6 +318,8 @@ bool variation_make(struct variation *v, const struct sys_system *sys, const str
         add_solution(v, sol, &a);
         add_outputs(v, sys, rq, &a);
         add_turns(v, sys, sol, root, &a);
+        if (v->jumps)
+            add_jumps(v, rq, &a);
         add_request(v, rq, guess, whole);
     }
     along_end(&a);
@@ -324,4 +351,7 @@ void variation_clear(struct variation *v)
     free(v->surface);
     free(v->slope);
     free(v->rate);
+    free(v->event_slope);
+    free(v->set_slope);
+    free(v->mass_slope);
 }

@@ -6,6 +6,7 @@
  * tangent set of the other, so that it is integrated, projected and judged like any motion. Where the gauge is chosen (rates, least norm) the
  * field with the choice in it is what is differentiated. Where the motion turns a switch at a time that depends on k, S jumps by
  *     (X- - X+) dt/dk,    dt/dk = -(g_x S + g_k) / (g_x X- + g_t)    for the surface g = 0.
+ * At events that set variables derivatives jump too: jump_slope.h.
  * (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, I.14 and II.6.) */
 #ifndef SGA_TRAJ_VARIATION_H
 #define SGA_TRAJ_VARIATION_H
@@ -30,12 +31,14 @@ struct variation {
     struct traj_request request;   /* outputs: derivatives of those asked for, output by output; then these themselves */
     int outputs;               /* that were asked for, or all variables */
     struct traj_turns turns;
+    struct traj_slopes slopes;
+    bool jumps;                /* events set something: motions are those of the request that is differentiated, with this system as what is carried */
     bool may_jump;             /* the motion's field may jump, or its constraints bend, at a switch */
     double *initial;           /* the request's lists; set by variation_place, from the guess of what is differentiated (n each): */
     unsigned char *given, *held;
     double *guess;
     unsigned char *guessed, *kept;
-    expr_id *exact, *output, *surface, *slope, *rate, *field;
+    expr_id *exact, *output, *surface, *slope, *rate, *field, *event_slope, *set_slope, *mass_slope;
 };
 
 /* sys, sol and rq, with everything that the derivatives are taken by as symbols; expressions go to the store of sys. guess: directions x variables of sys, the

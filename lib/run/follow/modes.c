@@ -7,8 +7,7 @@
 
 #include "arena.h"
 #include "buf.h"
-#include "form.h"
-#include "mechanical_answer.h"
+#include "events_of.h"
 #include "mem.h"
 #include "oracle.h"
 #include "points.h"
@@ -45,60 +44,12 @@ struct modes {
     int set;                  /* of the sweep */
 };
 
-const struct traj_event *modes_events(const struct request *r, struct sga_arena *mem)
-{
-    const struct request_trajectory *t = &r->trajectory;
-    struct traj_event *event = sga_zeros(mem, (size_t)t->events + 1, sizeof *event);
-    for (int e = 0; e < t->events; e++) {
-        const struct request_event *from = t->event + e;
-        struct traj_set *set = sga_zeros(mem, (size_t)from->sets + 1, sizeof *set);
-        for (int k = 0; k < from->sets; k++)
-            set[k] = (struct traj_set){ from->set[k].variable, from->set[k].value };
-        event[e] = (struct traj_event){ .expression = from->expression, .direction = from->direction, .stop = from->stop, .set = set, .sets = from->sets, .most = from->most };
-    }
-    return event;
-}
-
-static bool any_sets(const struct request *r)
-{
-    bool any = false;
-    for (int e = 0; e < r->trajectory.events; e++)
-        any |= r->trajectory.event[e].sets > 0;
-    return any;
-}
-
 static int variable_of(const struct sys_system *s, int symbol)
 {
     for (int k = 0; k < s->variables; k++)
         if (s->variable[k].symbol == symbol)
             return k;
     return -1;
-}
-
-/* The masses of a job's system; NULL: it has none, or not all coordinates are in it. */
-static const struct traj_mass *masses(const struct job *j, struct sga_arena *mem)
-{
-    const struct form_mechanical *in = j->request->mechanical;
-    if (!in || !j->mechanical)
-        return NULL;
-    size_t n = (size_t)in->coordinates;
-    int *variable = sga_zeros(mem, 2 * n + 2 * in->masses + 1, sizeof *variable), *row = variable + 2 * n, *col = row + in->masses;
-    expr_id *value = sga_zeros(mem, in->masses + 1, sizeof *value);
-    for (int k = 0; k < in->coordinates; k++) {
-        variable[k] = variable_of(&j->request->system, in->coordinate[k]);
-        variable[(int)n + k] = variable_of(&j->request->system, in->velocity[k]);
-        if (variable[k] < 0 || variable[(int)n + k] < 0)
-            return NULL;
-    }
-    for (size_t k = 0; k < in->masses; k++) {
-        row[k] = in->mass[k].row;
-        col[k] = in->mass[k].col;
-        value[k] = in->mass[k].value;
-    }
-    struct traj_mass *m = sga_zeros(mem, 1, sizeof *m);
-    *m = (struct traj_mass){ .position = variable, .velocity = variable + n, .coordinates = in->coordinates, .row = row, .col = col, .value = value, .entries = (int)in->masses,
-                             .impulses = j->mechanical->determined && !j->request->system.restrictions };
-    return m;
 }
 
 /* "m = 1, k = 2" */
@@ -217,10 +168,10 @@ static const struct traj_mode *enter(void *ctx, const int *choice, const struct 
                          own->solution->contradiction_why);
     if (ok) {
         r->rq = r->model.rq;
-        r->rq.event = modes_events(&r->model.request, m->mem);
+        r->rq.event = events_of(&r->model.request, m->mem);
         r->rq.events = r->model.request.trajectory.events;
         r->rq.modes = &m->of;
-        r->rq.mass = masses(own, m->mem);
+        r->rq.mass = masses_of(own, m->mem);
         r->rq.on = own->oracle->reals && own->oracle->real[0].variables == r->model.request.system.variables ? own->oracle->real[0].x : NULL;
         r->mode = (struct traj_mode){ .sys = &r->model.request.system, .sol = r->model.solution, .rq = &r->rq, .choice = r->choice, .place = m->count++ };
         ok = same_columns(m, r, text) && for_all_starts(m, r, text) && make_ready(m, r, j->err);
@@ -237,9 +188,9 @@ static const struct traj_mode *enter(void *ctx, const int *choice, const struct 
 struct modes *modes_begin(struct job *j, struct traj_request *rq, struct sga_arena *mem)
 {
     const struct request *q = j->request;
-    if (!any_sets(q) || j->place.depth)
+    if (!events_set_any(q) || j->place.depth)
         return NULL;
-    rq->mass = masses(j, mem);
+    rq->mass = masses_of(j, mem);
     if (!q->modes)
         return NULL;
     struct modes *m = sga_zeros(mem, 1, sizeof *m);

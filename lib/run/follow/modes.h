@@ -6,15 +6,11 @@
 
 struct job;
 struct modes;
-struct request;
 struct sga_arena;
 struct sga_solution;
 struct sys_system;
-struct traj_event;
 struct traj_request;
 
-/* The events of a request, in mem. */
-const struct traj_event *modes_events(const struct request *r, struct sga_arena *mem);
 /* Gives rq (of the job's own system; it stays where it is) its modes and masses, where events set something. In mem; NULL: there are no modes. */
 struct modes *modes_begin(struct job *j, struct traj_request *rq, struct sga_arena *mem);
 /* A set of a sweep begins: its own start (copies at its parameters, where it has any; they stay until the next one begins). m may be NULL. */

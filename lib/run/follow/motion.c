@@ -7,6 +7,7 @@
 
 #include "arena.h"
 #include "budget.h"
+#include "events_of.h"
 #include "follow.h"
 #include "integrate.h"
 #include "mem.h"
@@ -148,7 +149,7 @@ bool answer_own_motion(struct job *j)
     struct traj_request r = {
         .start = t->start, .times = t->times, .samples = t->samples, .initial = initial, .given = given, .held = held,
         .rate = rate, .rates = t->rates, .conditions = t->conditions > 0, .output = t->output, .outputs = t->outputs,
-        .event = modes_events(j->request, &mem), .events = t->events,
+        .event = events_of(j->request, &mem), .events = t->events,
         .rtol = j->request->accuracy.rtol, .atol = j->request->accuracy.atol, .own_atol = j->request->accuracy.own_atol,
         .method = j->request->accuracy.method, .arithmetic = (enum traj_arithmetic)j->request->accuracy.arithmetic,
         .budget = j->budget,

@@ -43,6 +43,28 @@ static int append_one(struct roots *r, expr_id e)
     return append(r, &e, 1);
 }
 
+/* How many expressions struct traj_slopes has: of events, of what they set, of masses. */
+static void slopes_count(const struct traj_request *q, int count[3])
+{
+    int sets = 0, d = q->slopes->directions;
+    for (int i = 0; i < q->events; i++)
+        sets += q->event[i].sets;
+    count[0] = q->events * d;
+    count[1] = sets * d;
+    count[2] = q->mass ? q->mass->entries * d : 0;
+}
+
+static void gather_slopes(struct roots *r, const struct traj_request *q)
+{
+    int count[3];
+    if (!q->slopes)
+        return;
+    slopes_count(q, count);
+    append(r, q->slopes->event, count[0]);
+    append(r, q->slopes->set, count[1]);
+    append(r, q->slopes->mass, count[2]);
+}
+
 /* Everything that the request asks of the system, in this order. */
 static void gather_system(struct roots *r, const struct sys_system *s, const struct traj_request *q)
 {
@@ -73,6 +95,7 @@ static void gather_system(struct roots *r, const struct sys_system *s, const str
         append(r, q->turns->slope, q->turns->surfaces * q->turns->directions);
         append(r, q->turns->rate, q->turns->surfaces);
     }
+    gather_slopes(r, q);
 }
 
 static void gather_solution(struct roots *r, const struct sga_solution *s, int n)
@@ -122,8 +145,33 @@ static const expr_id *place_events(struct sweep_case *c, const struct traj_reque
     return e + q->mass->entries;
 }
 
+static void place_slopes(struct sweep_case *c, const struct traj_request *q, const expr_id *e)
+{
+    int count[3];
+    if (!q->slopes)
+        return;
+    slopes_count(q, count);
+    c->slopes = *q->slopes;
+    c->slopes.event = e;
+    c->slopes.set = e + count[0];
+    c->slopes.mass = e + count[0] + count[1];
+    c->request.slopes = &c->slopes;
+}
+
+static const expr_id *place_turns(struct sweep_case *c, const struct traj_request *q, const expr_id *e)
+{
+    if (!q->turns)
+        return e;
+    c->turns = *q->turns;
+    c->turns.surface = e;
+    c->turns.slope = e += q->turns->surfaces;
+    c->request.turns = &c->turns;
+    c->turns.rate = e += q->turns->surfaces * q->turns->directions;
+    return e + q->turns->surfaces;
+}
+
 /* Takes the copies, in the order in which they were gathered. */
-static const expr_id *place_system(struct sweep_case *c, const struct sys_system *s, const struct traj_request *q, const expr_id *e)
+static void place_system(struct sweep_case *c, const struct sys_system *s, const struct traj_request *q, const expr_id *e)
 {
     assert(c->system.variables == s->variables || !c->system.variables);
     struct sys_system *to = &c->system;
@@ -164,15 +212,7 @@ static const expr_id *place_system(struct sweep_case *c, const struct sys_system
     c->request.exact_time = q->exact_time ? e : NULL;
     e += q->exact_time ? q->samples : 0;
     c->request.valued = e;
-    e += q->valueds;
-    if (!q->turns)
-        return e;
-    c->turns = *q->turns;
-    c->turns.surface = e;
-    c->turns.slope = e += q->turns->surfaces;
-    c->request.turns = &c->turns;
-    c->turns.rate = e += q->turns->surfaces * q->turns->directions;
-    return e + q->turns->surfaces;
+    place_slopes(c, q, place_turns(c, q, e + q->valueds));
 }
 
 static void place_solution(struct sweep_case *c, const struct sga_solution *s, int n, const expr_id *e)

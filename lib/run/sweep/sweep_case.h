@@ -19,6 +19,7 @@ struct sweep_case {
     bool solved;                     /* the solution has values at these parameters */
     struct traj_request request;     /* its lists of expressions are copies */
     struct traj_turns turns;         /* the request's, where it has them; */
+    struct traj_slopes slopes;       /* the same; */
     struct traj_set *set;            /* what its events set, */
     struct traj_mass mass;           /* and its masses */
     expr_id *node;                   /* all copied expressions */

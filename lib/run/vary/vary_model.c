@@ -8,6 +8,7 @@
 
 #include "budget.h"
 #include "derive.h"
+#include "events_of.h"
 #include "texts.h"
 #include "guess.h"
 #include "jet.h"
@@ -170,6 +171,11 @@ bool vary_model_make(struct vary_model *m, struct job *j, const struct request_o
         return sga_fail_at(j->err, SGA_E_NO_MOTION, pointer, "for general values of these parameters the system is inconsistent (%.300s): it has motions at special values only, by which "
                            "nothing can be differentiated", m->solution->contradiction_why);
     set_request(m);
+    if (events_set_any(&m->request)) {
+        m->rq.event = events_of(&m->request, &m->job.mem);
+        m->rq.events = m->request.trajectory.events;
+        m->rq.mass = masses_of(&m->job, &m->job.mem);
+    }
     return true;
 }
 

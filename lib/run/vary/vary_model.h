@@ -18,7 +18,7 @@ struct vary_model {
     struct num_jet_programs *programs;     /* machine code of its motions, kept from one to the next */
 };
 
-/* Reads and reduces. j: the job that asks; what is not there is refused at `pointer`. False with j->err. vary_model_clear is due in any case. */
+/* Reads and reduces. m->rq has events and masses where events set something. j: the job that asks; what is not there is refused at `pointer`. False with j->err. vary_model_clear is due in any case. */
 bool vary_model_make(struct vary_model *m, struct job *j, const struct request_open *open, int opens, const char *pointer);
 /* The system with its modes at these values (by mode the place of one), reduced near the values x of the variables of `from` that have their names, at time t. No parameter is open, and
  * its verdict may be any; texts are made as far as j wants them. m->rq has neither events nor masses. vary_model_clear is due in any case. */

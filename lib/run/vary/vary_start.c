@@ -53,6 +53,7 @@ static bool find_start(struct vary_model *m, const struct vary_at *at, const exp
     c.request.initial = initial;
     c.request.exact_initial = NULL;
     c.request.samples = 0;
+    c.request.events = 0;
     ok = ok && traj_consistent(&c.system, &c.solution, &c.request, &found, err);
     if (ok) {
         memcpy(x, found.x, (size_t)n * sizeof *x);

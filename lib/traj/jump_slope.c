@@ -1,0 +1,305 @@
+/* Derivatives of a motion at an event that sets variables: when it happens, what is set, and where the motion goes on. */
+#include "jump_slope.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "arena.h"
+#include "budget.h"
+#include "field.h"
+#include "jacobian.h"
+#include "jump_least.h"
+#include "mem.h"
+#include "print.h"
+#include "reduction.h"
+#include "system.h"
+#include "tape.h"
+
+/* Beside what is added up in them: a function that does not move along the motion; one that does not along a direction; times and values that are one; a function at
+ * its zero. */
+static const double AT_REST = 1e-9, STILL = 1e-6, TOGETHER = 1e-7, ON = 1e-11;
+
+static struct num_tape *tape_of(const struct traj_carried *c, const expr_id *root, int roots, struct sga_error *err)
+{
+    SGA_FREED int *inputs = field_inputs(c->sys);
+    return num_tape_new(c->sys->store, root, roots, inputs, c->sys->variables + 1, err);
+}
+
+static bool make_tapes(struct jump_slope *s, const struct traj_carried *c, struct sga_error *err)
+{
+    const struct traj_request *rq = c->rq;
+    const struct traj_slopes *d = rq->slopes;
+    int events = rq->events, roots = 0, slopes = 0;
+    SGA_ARENA(mem);
+    expr_id *root = sga_take(&mem, (size_t)(events + s->sets + s->masses + c->sol->constraints + 1) * sizeof *root);
+    expr_id *slope = sga_take(&mem, (size_t)((events + s->sets + s->masses) * s->q + 1) * sizeof *slope);
+    for (int e = 0; e < events; e++)
+        root[roots++] = rq->event[e].expression;
+    for (int e = 0; e < events; e++)
+        for (int k = 0; k < rq->event[e].sets; k++)
+            root[roots++] = rq->event[e].set[k].value;
+    for (int k = 0; k < s->masses; k++)
+        root[roots++] = rq->mass->value[k];
+    s->first = roots;
+    for (int i = 0; i < c->sol->constraints; i++)
+        root[roots++] = c->sol->constraint[i].expr;
+    for (int k = 0; k < events * s->q; k++)
+        slope[slopes++] = d->event[k];
+    for (int k = 0; k < s->sets * s->q; k++)
+        slope[slopes++] = d->set[k];
+    for (int k = 0; k < s->masses * s->q; k++)
+        slope[slopes++] = d->mass[k];
+    s->field = tape_of(c, c->sol->field, s->n, err);
+    s->value = s->field ? tape_of(c, root, roots, err) : NULL;
+    s->slope = s->value ? tape_of(c, slope, slopes, err) : NULL;
+    s->jac = s->slope ? num_jacobian_new(s->value, NULL, 0) : NULL;
+    if (!s->jac)
+        return false;
+    s->in = sga_calloc((size_t)(s->all + 1 + roots + s->jac->nnz + slopes + 1), sizeof *s->in);
+    s->out = s->in + s->all + 1;
+    s->entry = s->out + roots;
+    s->along = s->entry + s->jac->nnz;
+    return true;
+}
+
+struct jump_slope *jump_slope_new(const struct jump *j, struct sga_error *err)
+{
+    const struct traj_carried *c = j->rq->carried;
+    struct jump_slope *s = sga_calloc(1, sizeof *s);
+    *s = (struct jump_slope){ .of = j, .n = c->rq->slopes->base, .all = c->sys->variables, .q = c->rq->slopes->directions, .sets = j->sets, .masses = c->rq->mass ? c->rq->mass->entries : 0 };
+    assert(s->n == j->n && s->all == s->n * (1 + s->q) && c->rq->events == j->rq->events);
+    if (make_tapes(s, c, err))
+        return s;
+    jump_slope_free(s);
+    return NULL;
+}
+
+void jump_slope_free(struct jump_slope *s)
+{
+    if (!s)
+        return;
+    num_jacobian_free(s->jac);
+    num_tape_free(s->field);
+    num_tape_free(s->value);
+    num_tape_free(s->slope);
+    free(s->in);
+    free(s);
+}
+
+static void load(struct jump_slope *s, double t, const double *x, const double *S)
+{
+    memcpy(s->in, x, (size_t)s->n * sizeof *s->in);
+    if (S)
+        memcpy(s->in + s->n, S, (size_t)(s->all - s->n) * sizeof *s->in);
+    else
+        memset(s->in + s->n, 0, (size_t)(s->all - s->n) * sizeof *s->in);
+    s->in[s->all] = t;
+}
+
+bool jump_slope_at(struct jump_slope *s, double t, const double *x, const double *S)
+{
+    load(s, t, x, S);
+    return num_jacobian_eval(s->jac, s->in, s->out, s->entry);
+}
+
+double jump_slope_gradient(const struct jump_slope *s, int root, double *g)
+{
+    double by_time = 0;
+    memset(g, 0, (size_t)s->n * sizeof *g);
+    for (int k = s->jac->start[root]; k < s->jac->start[root + 1]; k++)
+        if (s->jac->col[k] < s->n)
+            g[s->jac->col[k]] = s->entry[k];
+        else if (s->jac->col[k] == s->all)
+            by_time = s->entry[k];
+    return by_time;
+}
+
+bool jump_slope_directions(struct jump_slope *s) { return num_tape_eval(s->slope, s->in, s->along); }
+
+/* Of a root at what was evaluated last: its derivative along the motion; *terms: the sizes of what is added up. */
+static double rate_of(const struct jump_slope *s, int root, const double *field, double *g, double *terms)
+{
+    double rate = jump_slope_gradient(s, root, g), sum = fabs(rate);
+    for (int k = 0; k < s->n; k++) {
+        rate += g[k] * field[k];
+        sum += fabs(g[k] * field[k]);
+    }
+    *terms = sum;
+    return rate;
+}
+
+/* Values, gradients, slopes and the field at (t, x, S). */
+static bool look(struct jump_slope *s, double t, const double *x, const double *S, double *field)
+{
+    bool ok = jump_slope_at(s, t, x, S);
+    return num_tape_eval(s->field, s->in, field) && num_tape_eval(s->slope, s->in, s->along) && ok;
+}
+
+/* dt/dk of event e, by direction. False with why. */
+static bool time_of(const struct jump_slope *s, int e, const struct jump_at *at, const double *field, double *g, double *tau, char *why, size_t size)
+{
+    double terms, rate = rate_of(s, e, field, g, &terms);
+    bool moves = false;
+    for (int d = 0; d < s->q; d++)
+        moves |= s->along[e * s->q + d] != 0;
+    for (int d = 0; d < s->q; d++)
+        tau[d] = moves ? -s->along[e * s->q + d] / rate : 0;
+    if (!moves || (fabs(rate) > AT_REST * terms && at->crossing[e]))
+        return true;
+    char *text = expr_text(s->of->sys->store, s->of->rq->event[e].expression, 120);
+    snprintf(why, size, "at %.10g the motion only touches %.100s = 0: how its time changes with what is differentiated by has no bound", at->t, text);
+    free(text);
+    return false;
+}
+
+/* That of all events that happen, which must be one. */
+static bool times_of(const struct jump_slope *s, const struct jump_at *at, const double *field, double *tau, char *why, size_t size)
+{
+    SGA_ARENA(mem);
+    double *g = sga_zeros(&mem, (size_t)(s->n + s->q) + 1, sizeof *g), *other = g + s->n;
+    int first = -1;
+    for (int e = 0; e < s->of->rq->events; e++) {
+        if (!at->fired[e] || !s->of->rq->event[e].sets)
+            continue;
+        if (!time_of(s, e, at, field, g, first < 0 ? tau : other, why, size))
+            return false;
+        for (int d = 0; d < s->q && first >= 0; d++)
+            if (!(fabs(tau[d] - other[d]) <= TOGETHER * (fabs(tau[d]) + fabs(other[d])))) {
+                snprintf(why, size, "at %.10g the events %d and %d happen at once, and what is differentiated by parts them: what is set would be another thing on each side", at->t, first, e);
+                return false;
+            }
+        first = first < 0 ? e : first;
+    }
+    return true;
+}
+
+/* y (directions x variables): of values as they are set, in the variables before. */
+static bool assigned(const struct jump_slope *s, const struct jump_at *at, const double *field, const double *tau, double *y, char *why, size_t size)
+{
+    size_t n = (size_t)s->n;
+    int root = s->of->rq->events;
+    SGA_ARENA(mem);
+    double *g = sga_zeros(&mem, n + 1, sizeof *g), terms;
+    unsigned char *done = sga_zeros(&mem, n + 1, 1);
+    for (int d = 0; d < s->q; d++)
+        for (size_t k = 0; k < n; k++)
+            y[(size_t)d * n + k] = at->x[n + (size_t)d * n + k] + field[k] * tau[d];
+    for (int e = 0; e < s->of->rq->events; e++)
+        for (int i = 0; i < s->of->rq->event[e].sets; i++, root++) {
+            int v = s->of->rq->event[e].set[i].variable;
+            if (!at->fired[e] || v < 0)
+                continue;
+            double rate = rate_of(s, root, field, g, &terms);
+            for (int d = 0; d < s->q; d++) {
+                double slope = s->along[root * s->q + d] + rate * tau[d], *to = y + (size_t)d * n + v;
+                if (done[v] && !(fabs(slope - *to) <= TOGETHER * (fabs(slope) + fabs(*to)))) {
+                    snprintf(why, size, "at %.10g two events happen at once and set %.100s to values that are one only here", at->t, s->of->sys->store->symbol[s->of->sys->variable[v].symbol].name);
+                    return false;
+                }
+                *to = slope * (1 + at->wrong);
+            }
+            done[v] = 1;
+        }
+    return true;
+}
+
+/* By names from the variables of one mode to those of another: to (directions x its variables). */
+static void carry(const struct jump *from, const struct jump *j, int q, const double *y, double *to)
+{
+    for (int k = 0; k < from->n; k++) {
+        const char *name = from->sys->store->symbol[from->sys->variable[k].symbol].name;
+        int symbol = expr_symbol_find(j->sys->store, name, strlen(name)), v = symbol < 0 ? -1 : j->variable[symbol];
+        for (int d = 0; d < q && v >= 0; d++)
+            to[d * j->n + v] = y[d * from->n + k];
+    }
+}
+
+/* Whether event e, whose function is 0 at what was evaluated last, may or may not happen next, as what is differentiated by changes: it moves off its zero, to a side from which the
+ * motion comes to it in the event's direction. */
+static bool ambiguous(const struct jump_slope *s, int e, const double *field, const double *tau, double *g)
+{
+    const struct traj_request *rq = s->of->rq;
+    double terms, rate = rate_of(s, e, field, g, &terms), span = fabs(rq->times[rq->samples - 1] - rq->start), size = 0;
+    bool moves = false, rests = fabs(rate) <= AT_REST * terms;
+    for (int k = 0; k < s->n; k++)
+        size += fabs(g[k]) * fmax(fabs(s->in[k]), fabs(field[k]) * span);
+    if (!(fabs(s->out[e]) <= ON * size))
+        return false;
+    for (int d = 0; d < s->q; d++) {
+        double slope = s->along[e * s->q + d], by_time = tau ? rate * tau[d] : 0;
+        moves |= fabs(slope + by_time) > STILL * (fabs(slope) + fabs(by_time)) && slope + by_time != 0;
+    }
+    int way = rq->times[rq->samples - 1] < rq->start ? -1 : 1;
+    return moves && (rests || !rq->event[e].direction || rq->event[e].direction * rate * way > 0);
+}
+
+/* The first such event that sets something, or -1. */
+static int first_ambiguous(const struct jump_slope *s, const double *field, const double *tau, double *g)
+{
+    for (int e = 0; e < s->of->rq->events; e++)
+        if (s->of->rq->event[e].sets && ambiguous(s, e, field, tau, g))
+            return e;
+    return -1;
+}
+
+bool jump_slope_starts(const struct jump *j, double t, const double *x, int *event)
+{
+    struct jump_slope *s = j->slope;
+    SGA_ARENA(mem);
+    double *field = sga_zeros(&mem, 2 * (size_t)s->n + 1, sizeof *field);
+    bool ok = look(s, t, x, x + s->n, field);
+    *event = ok ? first_ambiguous(s, field, NULL, field + s->n) : -1;
+    return *event < 0;
+}
+
+/* From derivatives along the event to those at its time, in S; and whether the motion goes on clear of other events. */
+static bool go_on(struct jump_slope *s, const struct jump_at *at, const double *x, const double *tau, double *S, char *why, size_t size)
+{
+    size_t n = (size_t)s->n;
+    SGA_ARENA(mem);
+    double *field = sga_zeros(&mem, 2 * n + 1, sizeof *field);
+    load(s, at->t, x, NULL);
+    bool ok = num_tape_eval(s->field, s->in, field);
+    for (int d = 0; d < s->q; d++)
+        for (size_t k = 0; k < n; k++) {
+            double *to = S + (size_t)d * n + k;
+            *to -= field[k] * tau[d];
+            ok = ok && isfinite(*to);
+        }
+    ok = ok && look(s, at->t, x, S, field);
+    if (!ok) {
+        snprintf(why, size, "at %.10g the derivatives have no value after the event", at->t);
+        return false;
+    }
+    int e = first_ambiguous(s, field, tau, field + n);
+    if (e >= 0)
+        snprintf(why, size, "after %.10g the motion goes on from the zero of event %d, and what is differentiated by moves it to one side or the other of it", at->t, e);
+    return e < 0;
+}
+
+bool jump_slope_land(const struct jump_turn *turn, struct jump_to *to, const double *asked, const double *x, int way, struct sga_error *err)
+{
+    struct jump_slope *from = turn->from->slope, *s = turn->j->slope;
+    const struct jump_at *at = turn->before;
+    SGA_ARENA(mem);
+    double *field = sga_zeros(&mem, (size_t)(from->n + s->q) + 1, sizeof *field), *tau = field + from->n;
+    double *y = sga_zeros(&mem, (size_t)(from->n * s->q) + 1, sizeof *y);
+    to->slope = sga_calloc((size_t)(s->n * s->q) + 1, sizeof *to->slope);
+    if (!look(from, at->t, at->x, at->x + from->n, field)) {
+        snprintf(to->why, sizeof to->why, "at %.10g what is set has no derivative", at->t);
+        return true;
+    }
+    if (!times_of(from, at, field, tau, to->why, sizeof to->why) || !assigned(from, at, field, tau, y, to->why, sizeof to->why))
+        return true;
+    carry(turn->from, turn->j, s->q, y, to->slope);
+    struct jump_along along = { turn->j, turn->at, to, tau };
+    if ((turn->j->rq->mass && !jump_least_impulse(&along, asked, to->slope)) || !jump_least_start(&along, x, way, to->slope)) {
+        snprintf(to->why, sizeof to->why, "at %.10g the point of the constraints that the event leads to is not told well enough to be differentiated", at->t);
+        return sga_budget_ok(turn->j->rq->budget, err);
+    }
+    go_on(s, turn->at, x, tau, to->slope, to->why, sizeof to->why);
+    return true;
+}

@@ -1,0 +1,122 @@
+"""Motions through events that set variables, differentiated: cases of sensitivities_check.py
+
+Closed forms are differentiated by SymPy; what has none is held against differences of motions."""
+import sympy
+
+
+def events(*all_):
+    """(function, direction, what is set, more members)"""
+    return [{"name": f"e{i}", "expression": e[0], "direction": e[1], "action": "set", "set": e[2], **(e[3] if len(e) > 3 else {})} for i, e in enumerate(all_)]
+
+
+def ask(form, parameters, initial, stop, by, starts, at, accuracy=None, **more):
+    form = {**form, "parameters": parameters}
+    wanted = {k: v for k, v in (("parameters", by), ("initial", starts)) if v}
+    outputs = {"outputs": more.pop("outputs")} if "outputs" in more else {}
+    return {"system": {**form, **more}, "trajectory": {"start": 0, "stop": stop, "samples": 5, "initial": initial, "events": at, "sensitivities": wanted, **outputs},
+            **({"accuracy": accuracy} if accuracy else {})}
+
+
+def equations(variables, lines):
+    return {"form": "equations", "variables": variables, "equations": lines}
+
+
+FALL = equations(["x", "v"], ["x' = v", "v' = -g"])
+GROUND = ("x", "down", {"v": "-e*v"})
+
+T, G, E, H = sympy.symbols("t g e h", positive=True)
+
+
+def bounces(count):
+    """The height of a ball that falls from H, with its bounces one after the other."""
+    first = sympy.sqrt(2 * H / G)
+    speed, at, pieces = G * first, first, [(H - G * T**2 / 2, T <= first)]
+    for _ in range(count):
+        speed = E * speed
+        end = at + 2 * speed / G
+        pieces.append((speed * (T - at) - G * (T - at)**2 / 2, T <= end))
+        at = end
+    return sympy.Piecewise(*pieces)
+
+
+# label, request, closed forms by output, values, by what
+CLOSED = [
+    ("a ball that bounces", ask(FALL, {"g": "9.81", "e": "0.8", "h": "1.3"}, {"x": "h", "v": 0}, 2.2, ["g", "e", "h"], None, events(GROUND), outputs=["x"]),
+     [bounces(6)], {G: "9.81", E: "0.8", H: "1.3"}, [G, E, H]),
+    ("a ball that bounces twice", ask(FALL, {"g": "9.81", "e": "0.8", "h": "1.3"}, {"x": "h", "v": 0}, 1.4, ["g", "e", "h"], None, events(GROUND + ({"max": 2},)), outputs=["x"]),
+     [bounces(2)], {G: "9.81", E: "0.8", H: "1.3"}, [G, E, H]),
+    # integrates and fires: from a reset at r to the threshold h takes log((1 - r)/(1 - h))/g
+    ("it integrates and fires", ask(equations(["v"], ["v' = g*(1 - v)"]), {"g": "1.1", "e": "0.2", "h": "0.7"}, {"v": 0}, 2, ["g", "e", "h"], None, events(("v - h", "up", {"v": "e"}))),
+     [sympy.Piecewise((1 - sympy.exp(-G * T), T <= -sympy.log(1 - H) / G),
+                      (1 - (1 - E) / (1 - H) * sympy.exp(-G * T), T <= (-sympy.log(1 - H) + sympy.log((1 - E) / (1 - H))) / G),
+                      (1 - (1 - E)**2 / (1 - H)**2 * sympy.exp(-G * T), True))], {G: "1.1", E: "0.2", H: "0.7"}, [G, E, H]),
+]
+
+# label, request
+DIFFERENCES = [
+    ("a ball, by its start", ask(FALL, {"g": "9.81", "e": "0.8"}, {"x": 1, "v": 0.5}, 1.5, ["g"], ["x", "v"], events(GROUND))),
+    ("a floor that moves", ask(FALL, {"g": "9.81", "e": "0.8", "w": "5"}, {"x": 1, "v": 0.5}, 1.5, ["w", "e"], ["x"], events(("x - sin(w*t)/10", "down", {"v": "-e*v + (1 + e)*w*cos(w*t)/10"})))),
+    ("what is set depends on time", ask(FALL, {"g": "9.81", "e": "0.8"}, {"x": 1, "v": 0.5}, 1.5, ["e", "g"], ["x"], events(("x", "down", {"v": "-e*v*(1 + t^2/5)", "x": "e*t/10"})))),
+    ("against time", ask(FALL, {"g": "2", "e": "1.3"}, {"x": 1, "v": 0.5}, -1.5, ["g", "e"], ["x", "v"], events(("x", "any", {"v": "-e*v"})))),
+    ("a field with a kink, and drag", ask(equations(["x", "v"], ["x' = v", "v' = -g - c*abs(v)*v"]), {"g": "9.81", "e": "0.8", "c": "0.3"}, {"x": 1, "v": 0.5}, 1.5, ["g", "e", "c"], ["v"],
+                                          events(GROUND))),
+    ("a field that jumps", ask(equations(["x", "v"], ["x' = v", "v' = -g - c*sign(v)"]), {"g": "9.81", "e": "0.8", "c": "0.9"}, {"x": 1, "v": 0.5}, 1.2, ["g", "e", "c"], ["v"], events(GROUND))),
+    ("a relay", ask(equations(["x", "m"], ["x' = m - k*x/4", "m' = 0"]), {"k": "0.7", "h": "0.9"}, {"x": 0, "m": 1}, 6, ["k", "h"], ["x", "m"],
+                    events(("x - h", "up", {"m": "-1"}), ("x + h", "down", {"m": "1 + k/5"})))),
+    ("an oscillator in a clearance", ask(equations(["x", "v"], ["x' = v", "v' = -k*x - c*v + sin(2*t)"]), {"k": "2.3", "c": "0.1", "h": "0.6", "e": "0.9"}, {"x": 0.1, "v": 0.3}, 6,
+                                         ["k", "c", "h", "e"], ["v"], events(("x - h", "up", {"v": "-e*v"}), ("x + h", "down", {"v": "-e*v"})))),
+    ("two balls", ask(equations(["x", "v", "y", "w"], ["x' = v", "v' = -g", "y' = w", "w' = -g"]), {"g": "9.81", "e": "0.8"}, {"x": 1, "v": 0, "y": 1.6, "w": 0.1}, 1.2, ["g", "e"], ["x", "y"],
+                      events(("x", "down", {"v": "-e*v"}), ("y - x", "down", {"v": "((1 - e)*v + (1 + e)*w)/2", "w": "((1 - e)*w + (1 + e)*v)/2"})))),
+    ("a time that is given", ask(FALL, {"g": "9.81", "e": "0.8", "s": "0.3"}, {"x": 1, "v": 0.5}, 0.9, ["e", "s"], ["x"], events(("t - s", "up", {"v": "e*v + x*t", "x": "x^2"})))),
+]
+
+PENDULUM = equations(["x", "y", "lam"], ["x'' = -lam*x", "y'' = -lam*y - g", "x^2 + y^2 = L^2"])
+OF_PENDULUM = {"g": "9.81", "L": "1.2", "e": "0.8"}
+
+
+def mechanical(coordinates, masses, forces, constraints):
+    return {"form": "mechanical", "coordinates": coordinates, "masses": masses, "forces": forces, "constraints": constraints}
+
+
+BEAD = mechanical(["x", "y"], ["m", "2"], ["0", "-9.81*m"], ["x^2 + y^2 - L^2"])
+DOUBLE = mechanical(["x", "y", "u", "v"], ["m", "m", "1", "1 + x^2/5"], ["0", "-m*9.81", "0", "-9.81"], ["x^2 + y^2 - L^2", "(u - x)^2 + (v - y)^2 - 1"])
+
+# what is set is projected onto constraints, or shared by masses
+DIFFERENCES += [
+    ("a pendulum at a stop", ask(PENDULUM, OF_PENDULUM, {"x": 1}, 2, ["g", "L", "e"], ["x"], events(("x - 1/2", "down", {"x'": "-e*x'", "y'": "-e*y'"})))),
+    ("one velocity of a pendulum", ask(PENDULUM, OF_PENDULUM, {"x": 1}, 1.2, ["g", "L", "e"], ["x"], events(("x - 1/5", "down", {"x'": "-e*x'"})))),
+    ("a position of a pendulum", ask(PENDULUM, OF_PENDULUM, {"x": 1}, 1.2, ["g", "L", "e"], ["x"], events(("x - 1/5", "down", {"x": "1/4 + e/5"})))),
+    ("a curve on which the rest follows", ask(equations(["x", "y", "z"], ["x' = -y", "y' = x*z", "x^2 + y^2/2 + z = k"]), {"k": "1.5", "e": "0.7"}, {"x": 0.6, "y": 0.4}, 2,
+                                              ["k", "e"], ["x"], events(("x", "any", {"x": "e/3"})))),
+    ("a circle, of which one coordinate is set", ask(equations(["x", "y"], ["x' = -y", "x^2 + y^2 = k^2"]), {"k": "1.5", "e": "0.7"}, {"x": 1.2}, 2, ["k", "e"], None,
+                                                     events(("x - y", "down", {"x": "x + e/6 + t/9"})))),
+    ("least movement", ask(equations(["x", "y", "z", "w"], ["x' = z", "y' = w*x", "z = x*y", "w + w^3/5 = k*x + y"]), {"k": "0.5", "e": "0.7"}, {"x": 0.6, "y": 0.4}, 1.6, ["k", "e"], ["x"],
+                           events(("x - 4/5", "up", {"z": "e"})))),
+    ("index 2", ask(equations(["x", "y", "l"], ["x' = y + x*l", "y' = -x*k + y*l", "x^2 + y^2 = 1 + t/10"]), {"k": "1.5", "e": "0.7"}, {"x": 0.6}, 2, ["k", "e"], ["x"],
+                    events(("x - y/2", "any", {"y": "-e*y"})))),
+    ("a bead at a wall", ask(BEAD, {"m": "1.3", "L": "1", "e": "0.5"}, {"x": 0.8}, 1.2, ["m", "L", "e"], ["x"], events(("x - 3/5", "down", {"x'": "-e*x'"})))),
+    ("masses that are a matrix", ask(mechanical(["q", "s"], [["M + m", "m*l*cos(s)"], ["m*l*cos(s)", "m*l^2"]], ["m*l*s'^2*sin(s)", "-m*9.81*l*sin(s)"], []),
+                                     {"M": "2", "m": "0.7", "l": "0.9", "e": "0.6"}, {"q": 0, "q'": 0.8, "s": 0.5}, 1.5, ["M", "m", "l", "e"], ["s"],
+                                     events(("q - 1/4", "up", {"q'": "-e*q'"})))),
+    ("two rods, of which the end is struck", ask(DOUBLE, {"m": "1.3", "L": "1", "e": "0.5"}, {"x": 0.8, "u": 1.4}, 0.7, ["m", "L", "e"], ["x"], events(("u - 1", "down", {"u'": "-e*u'"})))),
+    ("a constraint on velocities", ask(mechanical(["x", "y", "a"], ["m", "m", "1"], ["0.3", "0.1", "k"], ["x'*sin(a) - y'*cos(a)"]), {"m": "1.3", "k": "0.4", "e": "0.5"},
+                                       {"x": 0, "y": 0, "a": 0.3, "x'": 1, "a'": 0.2}, 1.5, ["m", "k", "e"], ["a", "a'"], events(("x - e", "up", {"x'": "-e*x'"})))),
+]
+
+PAIR = equations(["x", "v", "y", "w"], ["x' = v", "v' = -2", "y' = w", "w' = -2"])
+BOTH = events(("x", "down", {"v": "-e*v"}), ("y", "down", {"w": "-e*w"}))
+
+# label, request, when derivatives end (None: with the motion's rows), and what is said; None: they do not end
+ENDED = [
+    ("two balls at once, one of them moved", ask(PAIR, {"e": "0.5"}, {"x": 1, "v": 0, "y": 1, "w": 0}, 1.5, ["e"], ["x"], BOTH), 1, "the events 0 and 1 happen at once"),
+    ("two balls at once, both moved", ask(PAIR, {"e": "0.5", "h": "1"}, {"x": "h", "v": 0, "y": "h", "w": 0}, 1.5, ["e", "h"], None, BOTH), None, None),
+    ("a floor that is only touched", ask(equations(["x", "v"], ["x' = v", "v' = g"]), {"g": "2"}, {"x": 1, "v": -2}, 2, ["g"], None, events(("x", "any", {"v": "-v"}))), 1, "only touches"),
+    ("onto the zero of another event", ask(FALL, {"g": "2"}, {"x": 1, "v": 0}, 2, ["g"], None, events(("x", "down", {"v": "-v + 0.1"}), ("v - 2.1", "down", {"v": "3*v"}))), 1, "zero of event 1"),
+    ("an accumulation", ask(FALL, {"g": "2", "e": "0.5"}, {"x": 1, "v": 0}, 12, ["g", "e"], None, events(GROUND)), None, None),
+    ("a start at the zero, to the other side", ask(FALL, {"g": "2", "e": "0.5"}, {"x": 0, "v": 1}, 1.4, ["g"], ["x"], events(GROUND)), None, None),
+]
+
+REFUSED = [
+    ("a start at an event's zero", ask(FALL, {"g": "2", "e": "0.5"}, {"x": 0, "v": 1}, 1.5, ["g"], ["x"], events(("x", "any", {"v": "-e*v"}))), "inconsistent_initial", "/trajectory/initial"),
+    ("in double-double", ask(FALL, {"g": "2", "e": "0.5"}, {"x": 1, "v": 1}, 1.5, ["g"], ["x"], events(GROUND), {"arithmetic": "double-double"}), "not_supported", "/trajectory/events/0/set"),
+]
