@@ -4,6 +4,7 @@
 #include "budget.h"
 #include "clock.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
 static const double RETRY_SECONDS = 1;     /* of a store that fails */
@@ -37,6 +38,7 @@ static void count(struct jobs *js, const struct waiter *w, long by)
         js->waiters += (unsigned long)by;
     else if (w->kind == WAIT_EVENT)
         js->streams += (unsigned long)by;
+    assert((long)js->waiters >= 0 && (long)js->streams >= 0 && (!w->account || (long)w->account->waiting >= 0));
 }
 
 bool jobs_wait(struct jobs *js, struct job *job, struct waiter *w)
@@ -44,6 +46,7 @@ bool jobs_wait(struct jobs *js, struct job *job, struct waiter *w)
     pthread_mutex_lock(&js->lock);
     bool wait = !satisfied(job, w) && !js->closed && !(js->brief && w->kind != WAIT_STORED) && w->deadline > sga_now() && room(js, w);
     if (wait) {
+        assert(!w->waiting);
         w->job = job;
         w->waiting = true;
         w->prev = NULL;
@@ -73,6 +76,7 @@ bool jobs_may_wait(struct jobs *js, const struct account *account)
 
 static void resume(struct jobs *js, struct waiter *w)
 {
+    assert(w->waiting && js->all);           /* once for each time it was suspended */
     *(w->prev ? &w->prev->next : &w->job->waiters) = w->next;
     if (w->next)
         w->next->prev = w->prev;

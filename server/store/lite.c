@@ -3,6 +3,7 @@
 #include "log.h"
 #include "metrics.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -217,6 +218,7 @@ static void take_back(struct lite *st)
 static bool lite_recover(struct store *face, void (*each)(void *ctx, const struct job_row *row), void *ctx, char *why, size_t size)
 {
     struct lite *st = lite_of(face);
+    assert(st->life_unsaved && st->queue_writer.count == 0);
     take_back(st);
     sqlite3_stmt *s = store_file_prepare(st->reader[0].queue, "SELECT " STORE_ROW_COLUMNS " FROM jobs WHERE status IN (0, 1) ORDER BY seq", why, size);
     if (!s)

@@ -3,6 +3,7 @@
 #include "log.h"
 #include "metrics.h"
 
+#include <assert.h>
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -30,6 +31,7 @@ static int64_t bytes_of_results(const struct store_op *ops)
 
 static bool put_one(struct lite *st, const struct store_op *op)
 {
+    assert(is_result(op) && op->row.status == JOB_DONE);
     if (op->text.len > (size_t)sqlite3_limit(st->cache, SQLITE_LIMIT_LENGTH, -1) / 2)
         return true;                      /* no trial would help what no row can hold */
     store_bind_text(st->put, 1, op->row.id);
@@ -143,6 +145,7 @@ static struct store_op *take_shortest(struct store_op **ops)
 /* Who gave the end keeps it, and gives it again. It is told on the queue's thread, in its turn: the job itself may be on its way to the disk yet. */
 static void give_back(struct store_op *op)
 {
+    assert(is_result(op) && op->done);
     op->kind = OP_BARRIER;
     op->how = STORE_LOST;
 }

@@ -5,6 +5,7 @@
 #include "log.h"
 #include "metrics.h"
 
+#include <assert.h>
 #include <stdio.h>
 
 static int64_t number(sqlite3 *db, const char *sql)
@@ -61,6 +62,7 @@ static bool drop_oldest(sqlite3 *db, int64_t excess)
 /* Of so many bytes, with those that the disk or the limit calls for. */
 static bool evict(struct lite *st, int64_t excess)
 {
+    assert(excess >= 0);                     /* a window of a negative one would hold nothing */
     int64_t before = number(st->cache, "SELECT count(*) FROM results");
     if (before <= 0)
         return false;

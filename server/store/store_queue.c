@@ -5,6 +5,7 @@
 #include "log.h"
 #include "metrics.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
 enum { PAGE = 4096 };            /* what a row needs beside its text */
@@ -32,6 +33,7 @@ static bool end(struct lite *st, struct store_op *op)
 {
     const struct job_row *r = &op->row;
     sqlite3_stmt *s = st->end;
+    assert(job_ended(r->status) && (r->status != JOB_DONE || !r->error));
     store_bind_text(s, 1, r->id);
     sqlite3_bind_int(s, 2, r->status);
     sqlite3_bind_int64(s, 3, r->started);
@@ -103,6 +105,7 @@ static bool apply(struct lite *st, struct store_op *op)
     case OP_PROBE:
         return store_file_fill(st->queue, atomic_load(&st->needed));
     default:
+        assert(op->kind == OP_BARRIER);      /* reads of results are the other thread's */
         return true;
     }
 }
