@@ -151,14 +151,16 @@ def lost(build, c):
         c(len(name) == 33 and set(name.strip()) <= set("0123456789abcdef"), "the state has a name of its own", name)
         for k, word in ((0, "missing"), (1, "empty")):
             os.rename(path(d, "queue.db"), path(d, "kept"))
-            if k:
-                with open(path(d, "queue.db"), "wb"):
-                    pass
-            run = subprocess.run([os.path.join(build, "sgad"), "--listen", "127.0.0.1:0", "--state", folder],
-                                 capture_output=True, timeout=30, check=False)
-            c(run.returncode == 1 and word in run.stderr.decode(), f"a queue that is {word} is refused", run.stderr)
-            c(os.path.exists(path(d, "queue.db")) == bool(k), "and no other is made")
-            os.replace(path(d, "kept"), path(d, "queue.db"))
+            try:
+                if k:
+                    with open(path(d, "queue.db"), "wb"):
+                        pass
+                run = subprocess.run([os.path.join(build, "sgad"), "--listen", "127.0.0.1:0", "--state", folder],
+                                     capture_output=True, timeout=30, check=False)
+                c(run.returncode == 1 and word in run.stderr.decode(), f"a queue that is {word} is refused", run.stderr)
+                c(os.path.exists(path(d, "queue.db")) == bool(k), "and no other is made")
+            finally:
+                os.replace(path(d, "kept"), path(d, "queue.db"))
         os.remove(path(d, "instance"))      # as before it was written
         d.start()
         c(os.path.exists(path(d, "instance")), "a folder without a name gets one")
@@ -170,10 +172,12 @@ def gone(build, c):
         folder = os.path.join(d.state, "sgad")
         done = some_jobs(d, 2)
         os.rename(folder, folder + ".away")
-        c.problem(d.ask("POST", "/v1/jobs", trivial()), 503, "store_failed", "a job without the folder")
-        c.status(d.get("/readyz"), 503, "not ready without the folder")
-        c.status(d.get("/healthz"), 200, "healthy without the folder")
-        os.rename(folder + ".away", folder)
+        try:
+            c.problem(d.ask("POST", "/v1/jobs", trivial()), 503, "store_failed", "a job without the folder")
+            c.status(d.get("/readyz"), 503, "not ready without the folder")
+            c.status(d.get("/healthz"), 200, "healthy without the folder")
+        finally:
+            os.rename(folder + ".away", folder)
         c(until(d, 200), "ready with the folder again")
         a = d.ask("POST", "/v1/jobs", trivial())
         c.status(a, 202, "a job with the folder again")
@@ -331,40 +335,43 @@ def small_disk(build, c):
             d.stop()
             shutil.rmtree(os.path.join(d.state, "sgad"))
             os.symlink(folder, os.path.join(d.state, "sgad"))
-            d.start()
-            done = some_jobs(d, 2)
-            accepted, refusals = [], 0
-            for k in range(80001, 80041):
-                big = trivial(k)
-                big["system"]["name"] = "n" * 100
-                big["system"]["alpha"] = [f"{k}*x" + "".join(f" + {i}*x" for i in range(5000))]
-                a = d.ask("POST", "/v1/jobs", big)
-                if a.status in (200, 202):
-                    accepted.append(a.json()["id"])
-                else:
-                    refusals += 1
-                    c.problem(a, 503, "store_failed", "a job on a full disk")
-            c(accepted and refusals, "some fit, some do not", (len(accepted), refusals))
-            again(d, c, done, "full disk")
-            c(until(d, 503), "not ready on a full disk")
-            for k in range(20):           # small writes that still fit bring no readiness back
-                d.ask("POST", "/v1/jobs", trivial(90000 + k))
-                c.status(d.get("/readyz"), 503, "still not ready on a full disk")
-            d.process.kill()
-            d.ended()
-            d.start()
-            again(d, c, done, "started on a full disk")
-            subprocess.run(["mount", "-o", "remount,size=64m", folder], check=True)
-            for id_ in accepted:
-                c(d.wait(id_)["status"] == "done", "what was accepted is there after a full disk")
-            c(until(d, 200), "ready with a larger disk")
-            d.stop()
-            subprocess.run(["mount", "-o", "remount,ro", folder], check=True)
-            run = subprocess.run([os.path.join(build, "sgad"), "--listen", "127.0.0.1:0", "--state", folder],
-                                 capture_output=True, timeout=30, check=False)
-            c(run.returncode == 1 and b"ead-only" in run.stderr, "a read-only disk is refused with the reason", run.stderr)
-            subprocess.run(["mount", "-o", "remount,rw", folder], check=True)
-            d.start()
+            try:
+                d.start()
+                done = some_jobs(d, 2)
+                accepted, refusals = [], 0
+                for k in range(80001, 80041):
+                    big = trivial(k)
+                    big["system"]["name"] = "n" * 100
+                    big["system"]["alpha"] = [f"{k}*x" + "".join(f" + {i}*x" for i in range(5000))]
+                    a = d.ask("POST", "/v1/jobs", big)
+                    if a.status in (200, 202):
+                        accepted.append(a.json()["id"])
+                    else:
+                        refusals += 1
+                        c.problem(a, 503, "store_failed", "a job on a full disk")
+                c(accepted and refusals, "some fit, some do not", (len(accepted), refusals))
+                again(d, c, done, "full disk")
+                c(until(d, 503), "not ready on a full disk")
+                for k in range(20):           # small writes that still fit bring no readiness back
+                    d.ask("POST", "/v1/jobs", trivial(90000 + k))
+                    c.status(d.get("/readyz"), 503, "still not ready on a full disk")
+                d.process.kill()
+                d.ended()
+                d.start()
+                again(d, c, done, "started on a full disk")
+                subprocess.run(["mount", "-o", "remount,size=64m", folder], check=True)
+                for id_ in accepted:
+                    c(d.wait(id_)["status"] == "done", "what was accepted is there after a full disk")
+                c(until(d, 200), "ready with a larger disk")
+                d.stop()
+                subprocess.run(["mount", "-o", "remount,ro", folder], check=True)
+                run = subprocess.run([os.path.join(build, "sgad"), "--listen", "127.0.0.1:0", "--state", folder],
+                                     capture_output=True, timeout=30, check=False)
+                c(run.returncode == 1 and b"ead-only" in run.stderr, "a read-only disk is refused with the reason", run.stderr)
+                subprocess.run(["mount", "-o", "remount,rw", folder], check=True)
+                d.start()
+            finally:          # what was accepted is looked for after the test too
+                subprocess.run(["mount", "-o", "remount,rw,size=64m", folder], check=False)
     finally:
         subprocess.run(["umount", folder], check=False)
         os.rmdir(folder)

@@ -4,7 +4,6 @@
 #include "memory_cache.h"
 #include "store_ops.h"
 
-#include <fcntl.h>
 #include <string.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
@@ -226,9 +225,6 @@ static void drained(void)
 
 int main(void)
 {
-    int devnull = open("/dev/null", O_WRONLY);       /* the log's lines */
-    dup2(devnull, 2);
-    close(devnull);
     static const enum store_outcome outcomes[] = { STORE_NEW, STORE_JOINED, STORE_FULL, STORE_QUOTA };
     for (size_t i = 0; i < sizeof outcomes / sizeof *outcomes; i++) {
         claimed_before_told(STORE_KEPT, outcomes[i]);
