@@ -97,14 +97,20 @@ void jobs_notify(struct jobs *js, struct job *job)
     }
 }
 
-/* Every second by age; by number ten times more rarely, since that counts what is kept. */
+static int64_t days_ago(long days)
+{
+    return days ? clock_ms() - days * (int64_t)86400000 : 0;
+}
+
+/* Every second jobs by age; all else ten times more rarely, since that counts what is kept. */
 static void prune(struct jobs *js)
 {
-    long days = js->config->keep_days, keep = js->config->keep_jobs;
-    int64_t before = days ? clock_ms() - days * (int64_t)86400000 : 0;
-    bool count = keep && js->prunes++ % 10 == 0;
-    if (before || count)
-        store_prune(js->store, before, count ? keep : 0);
+    const struct config *c = js->config;
+    struct store_keep k = { .since = days_ago(c->keep_days) };
+    if (js->prunes++ % 10 == 0)
+        k = (struct store_keep){ k.since, c->keep_jobs, c->keep_bytes, days_ago(c->cache_days), c->cache_results };
+    if (k.since || k.jobs || k.bytes || k.results_since || k.results)
+        store_prune(js->store, &k);
 }
 
 void jobs_tick(struct jobs *js, double now)

@@ -105,6 +105,8 @@ static void keep_cache_small(struct lite *st, const struct store_op *ops, int64_
         grown |= op->kind == OP_END && op->text.at;
         if (op->kind == OP_TOUCH)
             store_evict_touch(st, &op->row);
+        if (op->kind == OP_PRUNE_RESULTS)
+            store_evict_kept(st, &op->keep);
     }
     if (grown)
         store_evict(st, bytes);
@@ -117,7 +119,7 @@ static struct store_op *for_queue(struct store_op *ops)
     for (struct store_op *next; ops; ops = next) {
         next = ops->next;
         ops->next = NULL;
-        if (ops->kind == OP_TOUCH) {
+        if (store_op_of_cache(ops)) {
             free(ops);
         } else {
             *last = ops;
