@@ -10,7 +10,7 @@ class History:
         """dropped() tells whether the log says that results were dropped, as they may be: then a job that was done is done once more.
         pruned: jobs that have ended go; what else is told of them stays true."""
         self.check, self.dropped, self.pruned = check, dropped, pruned
-        self.promised, self.told = {}, {}      # by id: the headers of its owner; (status, finished)
+        self.promised, self.told = {}, {}      # by id: the token of its owner, as a header; (status, finished)
 
     def heard(self, method, path, answer, headers=None):
         """An answer, in the order in which one client hears them."""
@@ -29,7 +29,7 @@ class History:
             return                             # an answer for who waited, of a job that could not be kept
         job = json.loads(answer.body)
         if answer.status == 202 and method == "POST":
-            self.promised.setdefault(job["id"], headers)
+            self.promised.setdefault(job["id"], {k: v for k, v in (headers or {}).items() if k == "Authorization"})
             self.told.pop(job["id"], None)      # one that had failed or was cancelled begins anew
         if method == "POST" and self.told.get(job["id"], ("done",))[0] != "done":
             self.told.pop(job["id"])            # posted once more, it is run once more

@@ -87,7 +87,7 @@ class Guest:
 
     def check(self, ok, label, detail=""):
         what = f"{self.name}, {self.kind} {self.nth}" + (f" to {self.nth + self.length - 1}" if self.length > 1 else "")
-        return self.tally.check(ok, f"{what}: {label}", str(detail)[:1500])
+        return self.tally.check(ok, f"{what}: {label}", str(detail)[:3000])
 
     def began(self):
         if self.kind is None:
