@@ -1,4 +1,5 @@
 """Files that are gone, damaged, newer or full: each has a defined behaviour."""
+import contextlib
 import os
 import random
 import resource
@@ -219,6 +220,51 @@ def kept(build, c):
         c(set(listed(d)) == {going, ids[-1]}, "one is left, and what has not ended", listed(d))
 
 
+def results_in(d):
+    with contextlib.closing(sqlite3.connect(f"file:{path(d, 'cache.db')}?mode=ro", uri=True)) as db:
+        return {i for (i,) in db.execute("SELECT id FROM results")}
+
+
+def kept_apart(build, c):
+    """Results go by age and number, and their jobs stay; jobs go by bytes, too."""
+    with Daemon(build, "--workers", "1", "--cache-results", "3", "--cache-days", "2", "--cache-memory", "0") as d:
+        ids, end = list(some_jobs(d, 8)), time.monotonic() + 60
+        while len(results_in(d)) > 3 and time.monotonic() < end:
+            time.sleep(0.1)
+        c(results_in(d) == set(ids[-3:]), "the latest results are kept", (results_in(d), ids))
+        with contextlib.closing(sqlite3.connect(path(d, "cache.db"), isolation_level=None)) as db:
+            db.execute("UPDATE results SET made = made - 3 * 86400000 WHERE id = ?", (ids[-3],))
+        while len(results_in(d)) > 2 and time.monotonic() < end:
+            time.sleep(0.1)
+        c(results_in(d) == set(ids[-2:]), "old ones go", results_in(d))
+        c(set(listed(d)) == set(ids), "their jobs stay", listed(d))
+        c.status(d.get("/v1/jobs/" + ids[0]), (200, 202), "and are computed again when they are asked for")
+        d.wait(ids[0])
+        d.stop()
+        prune = [os.path.join(build, "sgad"), "prune", "--state", os.path.join(d.state, "sgad")]
+        a = subprocess.run([*prune, "--results-keep", "1"], capture_output=True, text=True, check=False)
+        c(a.returncode == 0 and "results removed" in a.stdout and results_in(d) == {ids[0]}, "prune of results", a)
+        a = subprocess.run([*prune, "--results-older", "0d"], capture_output=True, text=True, check=False)
+        c(a.returncode == 0 and not results_in(d), "by age", a)
+        d.start()
+        c(set(listed(d)) == set(ids), "no job went with them", listed(d))
+    with Daemon(build, "--workers", "1", "--keep-bytes", str(1 << 20)) as d:
+        going, ids, end = d.ask("POST", "/v1/jobs", slow()).json()["id"], [], time.monotonic() + 60
+        for _ in range(16):                                     # of a tenth of a megabyte each; they wait, and are cancelled
+            big = trivial()
+            big["system"]["alpha"] = [big["system"]["alpha"][0] + "".join(f" + {k}*x" for k in range(9000))]
+            ids.append(d.ask("POST", "/v1/jobs", big).json()["id"])
+            c.status(d.ask("DELETE", "/v1/jobs/" + ids[-1]), 200, "cancelling")
+        while len(listed(d)) > 12 and time.monotonic() < end:
+            time.sleep(0.1)
+        left = set(listed(d))
+        c(5 < len(left) <= 12 and left == {going, *ids[1 - len(left):]}, "by bytes the oldest go, and what has not ended stays", (len(left), left, ids))
+        d.stop()
+        a = subprocess.run([os.path.join(build, "sgad"), "prune", "--state", os.path.join(d.state, "sgad"), "--bytes", "300000"], capture_output=True, text=True, check=False)
+        d.start()
+        c(a.returncode == 0 and 2 <= len(listed(d)) <= 5 and {going, ids[-1]} <= set(listed(d)), "prune by bytes", (a, listed(d)))
+
+
 def long_list(build, c):
     """A short list among very many jobs costs what it shows (SGA_TEST_ROWS of them)."""
     rows = int(os.environ.get("SGA_TEST_ROWS", "200000"))
@@ -419,4 +465,4 @@ def results_give_way(build, c):
         os.rmdir(folder)
 
 
-ALL = [results_give_way, dropped, flipped, damaged, lost, gone, kept, long_list, older, no_room, small_disk]
+ALL = [results_give_way, dropped, flipped, damaged, lost, gone, kept, kept_apart, long_list, older, no_room, small_disk]

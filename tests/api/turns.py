@@ -56,8 +56,8 @@ WITHOUT = {
 # What a test itself takes away is no promise any more; all else is.
 DAMAGE = {"damaged": "requests are changed in the queue, and it is put back as it was before"}                      # nothing that was told counts
 RESULTS = {"dropped": "the file of results is deleted", "flipped": "bytes of results are changed", "older": "the file of results is dropped with its schema",
-           "reading_only": "the file of results is deleted"}                                                          # a job that is done may be done once more
-PRUNED = {"kept": "ended jobs go by number and age"}                                                                  # a job that has ended may be gone
+           "reading_only": "the file of results is deleted", "kept_apart": "results go by number and age"}                                                          # a job that is done may be done once more
+PRUNED = {"kept": "ended jobs go by number and age", "kept_apart": "and by bytes"}                                                              # a job that has ended may be gone
 GONE = (OSError, http.client.HTTPException, ValueError, AttributeError)
 SECONDS = 150                         # a test that waits for what failed is given up
 
