@@ -158,6 +158,15 @@ def quotas(build, c):
         a = d.ask("POST", "/v1/jobs", trivial(), tired)
         c.problem(a, 429, "quota_exceeded", "seconds of an hour")
         c(600 < int(a.headers.get("retry-after", "0")) <= 3601, "429: until the hour is over", a.headers)
+        # what a body costs to read is on the account of who sent it
+        reader = bearer(new_token(build, d, "reader", "--seconds", "1"))
+        c(until(lambda: d.ask("GET", "/v1/jobs", headers=reader).status == 200), "its token is there")
+        for k in range(8):
+            costly = {"form": "equations", "variables": ["x"], "name": str(k), "equations": ["der(sin(cos(x^9*t))/exp(x*t), 30) = 0", "x = y"]}
+            a = d.ask("POST", "/v1/jobs", {"system": costly}, reader)
+            c(a.status in (422, 429), "a body that is refused after it was read", (a.status, a.body[:200]))
+        c.problem(d.ask("POST", "/v1/jobs", trivial(), reader), 429, "quota_exceeded", "seconds of reading, in an hour")
+        c.status(d.ask("POST", "/v1/jobs", trivial(), free), 202, "another token is not touched by them")
 
 
 def owners(build, c):
