@@ -14,7 +14,7 @@
 #   make arm64-test          built for arm64 and run by qemu: the same answers as here, interpreted
 #   make kill-test [ROUNDS=1000]   kill -9 at random moments, nothing accepted is lost
 #   make chaos-test [JOBS=10000]   three daemons on one database under chaos: no accepted job lost, ended twice or mixed up
-#   make faults-test [TURNS=20] [IMAGES=300]   tests of the API with one call after the other failing; losses of power
+#   make faults-test [TURNS=1] [MINUTES=60] [IMAGES=300]   tests of the API with one call after the other failing; losses of power
 #   make many-test [REQUESTS=100000]   no loss, duplicate or mix-up
 #   make order-test [SEEDS=20]         the corpus in other words, each case with so many seeds
 #   make soak-test [SECONDS=600]       memory does not grow
@@ -373,7 +373,7 @@ kill-test: deps
 faults-test: deps
 	@$(MAKE) --no-print-directory all
 	@PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 tests/api/power.py $(B) $(or $(IMAGES),300)
-	@PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 tests/api/turns.py $(B) $(or $(TURNS),20)
+	@PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 tests/api/turns.py $(B) $(or $(TURNS),1) $(or $(MINUTES),60)
 # Three daemons on one PostgreSQL, killed, stopped, cut off and stalled, its server crashed and replaced by its standby, until JOBS were accepted.
 chaos-test: deps
 	@$(MAKE) --no-print-directory all

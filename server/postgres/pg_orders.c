@@ -4,6 +4,7 @@
 #include "log.h"
 #include "metrics.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -36,6 +37,7 @@ static void put(struct pg_hand *h, struct pg_order *o)
 {
     o->next = NULL;
     pthread_mutex_lock(&h->lock);
+    assert(!*h->last);
     *h->last = o;
     h->last = &o->next;
     h->waiting++;
@@ -208,7 +210,9 @@ static void arrive(struct pg_hand *h, struct pg_barrier *b)
 {
     if (sga_now() - h->lost < LATELY || atomic_load(&h->pg->down))
         atomic_store(&b->lost, true);
-    if (atomic_fetch_sub(&b->left, 1) != 1)
+    int left = atomic_fetch_sub(&b->left, 1);
+    assert(left > 0 && left <= PG_HANDS);
+    if (left != 1)
         return;
     b->done(b->ctx, atomic_load(&b->lost) ? STORE_LOST : STORE_KEPT);
     free(b);
@@ -237,6 +241,7 @@ static void *work(void *arg)
         if (o && !(h->first = o->next))
             h->last = &h->first;
         h->waiting -= o != NULL;
+        assert(h->waiting >= 0 && (o || h->waiting == 0));
         pthread_mutex_unlock(&h->lock);
         if (!o)
             return NULL;

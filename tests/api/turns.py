@@ -1,10 +1,10 @@
-"""turns.py BUILD_DIR [COUNT] [TEST...]: the tests of the API under faults in turn.
+"""turns.py BUILD_DIR [COUNT] [MINUTES] [TEST...]: the tests of the API under faults in turn.
 
 Each test is run once to count its writes, syncs, opens, processes, allocations, looks at the clock and lines of the log, then again
 and again with one of them failing (and once more with that and the next 20): all of them, or COUNT for each kind, chosen by
 a seed. What a test asks for may fail then; what may not: a daemon that dies, a refusal without a reason, a promise that is not
-kept after a new start (history.py). Then the commands of `sgad` that change files, with every call failing in turn.
-SGA_TEST_SEED sets the seed, which is printed."""
+kept after a new start (history.py). The commands of `sgad` that change files come first, with COUNT of their calls or every one failing in turn.
+SGA_TEST_SEED sets the seed, which is printed, and with it the order of the tests. After MINUTES (0: none) no test is begun; what was left out is told."""
 import ctypes
 import http.client
 import os
@@ -13,6 +13,7 @@ import re
 import signal
 import sys
 import tempfile
+import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [HERE, os.path.dirname(HERE)]
@@ -187,14 +188,20 @@ def turns(total, count, rng):
     return range(1, total + 1) if not count or total <= count else sorted(rng.sample(range(1, total + 1), count))
 
 
-def in_turn(tally, build, count, names):
+def in_turn(tally, build, count, names, minutes=0):
     seed = int(os.environ.get("SGA_TEST_SEED", "20261125"))
     rng = random.Random(seed)
     print(f"seed {seed}", flush=True)
     with tempfile.TemporaryDirectory(prefix="sgad-shim-") as folder:
-        library, failed, done = compiled(folder), dict.fromkeys(KINDS[1:], 0), 0
-        for test in SHARED + OWN:
-            if names and test.__name__ not in names or test.__name__ in WITHOUT:
+        library, failed, done, left = compiled(folder), dict.fromkeys(KINDS[1:], 0), 0, []
+        if not names or "commands" in names:
+            command_turns.commands(tally, build, Shim(folder, library), count, rng)
+        chosen, began = [t for t in SHARED + OWN if (not names or t.__name__ in names) and t.__name__ not in WITHOUT], time.monotonic()
+        if minutes:
+            rng.shuffle(chosen)
+        for test in chosen:
+            if minutes and time.monotonic() - began > 60 * minutes:
+                left.append(test.__name__)
                 continue
             shim = Shim(folder, library)
             run(test, build, Guest(shim, tally, test.__name__))
@@ -209,10 +216,10 @@ def in_turn(tally, build, count, names):
                 print(f"# {test.__name__}: of", counts, "failed", {k: failed[k] - before[k] for k in failed}, flush=True)
         print(f"{done} tests in turn")
         print("calls that failed:", failed, flush=True)
+        if left:
+            print("left out, as the time was over:", " ".join(left))
         if not names:
             tally.check(all(failed.values()), "each kind of fault was met", failed)
-        if not names or "commands" in names:
-            command_turns.commands(tally, build, Shim(folder, library), count, rng)
 
 
 def some_turns(build, c):
@@ -226,5 +233,6 @@ ALL = [some_turns]
 if __name__ == "__main__":
     ctypes.CDLL(None).prctl(36, 1)      # PR_SET_CHILD_SUBREAPER: the ends of successors are told to us
     TALLY = Tally("turns")
-    in_turn(TALLY, sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 0, sys.argv[3:])
+    NUMBERS = [int(a) for a in sys.argv[2:4] if a.isdigit()]
+    in_turn(TALLY, sys.argv[1], NUMBERS[0] if NUMBERS else 0, sys.argv[2 + len(NUMBERS):], NUMBERS[1] if len(NUMBERS) > 1 else 0)
     sys.exit(TALLY.end())
