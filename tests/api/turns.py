@@ -130,6 +130,8 @@ class Guest:
                 self.lived(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]), d.all_errors())
             except ChildProcessError:        # somebody else took note of its end
                 pass
+        if __name__ == "__main__":
+            reap(d.state)
         history = self.histories.get(id(d))
         if not d.own or not history or not history.promised or d.shares():
             return
@@ -154,10 +156,13 @@ def give_up(*_):
     raise GivenUp
 
 
-def reap():
-    """Processes that a test left to us, such as a successor of which no line of the log told."""
+def reap(state=""):
+    """Processes that a test left to us, such as a successor of which no line of the log told; those of that state, or all."""
     with open(f"/proc/self/task/{os.getpid()}/children", encoding="ascii") as f:
         for pid in map(int, f.read().split()):
+            with open(f"/proc/{pid}/cmdline", encoding="utf-8", errors="replace") as line:
+                if state not in line.read():
+                    continue
             os.kill(pid, signal.SIGKILL)
             os.waitpid(pid, 0)
 
