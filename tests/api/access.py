@@ -746,6 +746,9 @@ def upkeep(build, c):
             with open(path, "r+b") as f:
                 f.seek(4096)
                 f.write(b"\xa5" * min(4096, size - 4096))
+            run = sgad(build, "restore", folder, "--state", fresh + name)
+            c(run.returncode == 1 and "damaged" in run.stderr and not os.path.exists(fresh + name) and not os.path.exists(fresh + name + ".partial"),
+              f"a backup whose {name} is damaged is not restored", run.stderr)
             run = sgad(build, "check", "--state", folder)
             c(run.returncode == bad and f"{name}: ok" not in run.stdout, f"check finds damage in {name}", run)
         for wrong in (["backup"], ["backup", folder], ["backup", "a", "b", "--state", state], ["check", "x", "--state", state]):

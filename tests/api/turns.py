@@ -35,6 +35,7 @@ import load  # noqa: E402
 import packed  # noqa: E402
 import page  # noqa: E402
 import power  # noqa: E402
+import proxies  # noqa: E402
 import refusals  # noqa: E402
 import shared  # noqa: E402
 import store  # noqa: E402
@@ -48,11 +49,12 @@ from tally import Tally  # noqa: E402
 
 # One daemon of its own for each test of those that share one.
 SHARED = endpoints.ALL + check.ALL + page.SHARED + refusals.ALL + framing.SHARED + packed.SHARED
-OWN = [t for module in (life, limits, isolation, kill, load, store, access, audit, watch, command, faults, power, framing, packed, upgrade, shared, chaos, page) for t in module.ALL]
+OWN = [t for module in (life, limits, isolation, kill, load, store, access, audit, watch, command, faults, power, framing, packed, upgrade, shared, chaos, proxies, page) for t in module.ALL]
 # No turn for them, and why.
 WITHOUT = {
     "page_sources": "no daemon", "page_vendored": "no daemon", "unit": "no daemon", "trials": "no daemon", "power": "a shim of its own, which records what reaches the disk",
     "many_requests": "a count of what is lost, of a daemon without faults", "soak": "the same", "shared_chaos": "faults of its own, and a count of what is lost",
+    "proxies": "about programs in front of the daemon",
 }
 # What a test itself takes away is no promise any more; all else is.
 DAMAGE = {"damaged": "requests are changed in the queue, and it is put back as it was before"}                      # nothing that was told counts
