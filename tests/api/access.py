@@ -249,7 +249,8 @@ def isolated(build, c):
 
 def crowd_of_one(build, c):
     """One address does not hold all connections; of its own, those without a request give their place to the next."""
-    with Daemon(build, "--address-connections", "5", "--workers", "1") as d:
+    with tempfile.TemporaryDirectory() as folder, Daemon(build, "--address-connections", "5", "--connections", "5", "--workers", "1",
+                                                         "--listen", f"127.0.0.1:0,unix:{folder}/admin") as d:
         held = []
         try:
             for _ in range(5):
@@ -282,6 +283,12 @@ def crowd_of_one(build, c):
                 except OSError:
                     out = b""
                 c(out == b"", "where all have a request one more is closed", out)
+            for path in ("/healthz", "/metrics", "/v1/jobs"):          # a second address has connections of its own: for probes and administrators
+                with socket.socket(socket.AF_UNIX) as admin:
+                    admin.settimeout(10)
+                    admin.connect(folder + "/admin")
+                    admin.sendall(f"GET {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n".encode())
+                    c(admin.recv(100).startswith(b"HTTP/1.1 200"), f"{path} by the UNIX socket meanwhile")
         finally:
             for s in held:
                 s.close()
