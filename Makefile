@@ -14,7 +14,7 @@
 #   make arm64-test          built for arm64 and run by qemu: the same answers as here, interpreted
 #   make kill-test [ROUNDS=1000]   kill -9 at random moments, nothing accepted is lost
 #   make chaos-test [JOBS=10000]   three daemons on one database under chaos: no accepted job lost, ended twice or mixed up
-#   make faults-test [TURNS=20] [IMAGES=300]   tests of the API with one call after the other failing; losses of power
+#   make faults-test [TURNS=1] [MINUTES=60] [IMAGES=300]   tests of the API with one call after the other failing; losses of power
 #   make many-test [REQUESTS=100000]   no loss, duplicate or mix-up
 #   make order-test [SEEDS=20]         the corpus in other words, each case with so many seeds
 #   make soak-test [SECONDS=600]       memory does not grow
@@ -298,9 +298,9 @@ FAILING := -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc
 floor_of = $(firstword $(subst _, ,$(notdir $(1))))
 floor_obj = $(foreach d,$(1) $(DEPS_$(1)),$(patsubst %.c,$(B)/%.o,$(wildcard lib/$(d)/*.c server/$(d)/*.c))) $(if $(filter run,$(1)),$(B)/lib/run/version.o) $(if $(filter export,$(1) $(DEPS_$(1))),$(B)/lib/export/fmu_runtime.o)
 define unit_rules
-$(B)/unit/$(notdir $(basename $(1))): $(1) $(call floor_obj,$(call floor_of,$(1)))
+$(B)/unit/$(notdir $(basename $(1))): $(1) $(call floor_obj,$(call floor_of,$(1))) $(if $(filter jobs,$(call floor_of,$(1))),$(B)/libsga.a)
 	@mkdir -p $$(@D)
-	$(Q)$(CC) $(ALL_CFLAGS) -iquote tests/unit $(call quote,$(call floor_of,$(1)) $(DEPS_$(call floor_of,$(1)))) -o $$@ $(1) $(call floor_obj,$(call floor_of,$(1))) $(LIBS) $(if $(findstring _memory,$(1)),$(FAILING))
+	$(Q)$(CC) $(ALL_CFLAGS) -iquote tests/unit $(call quote,$(call floor_of,$(1)) $(DEPS_$(call floor_of,$(1)))) -o $$@ $(1) $(call floor_obj,$(call floor_of,$(1))) $(if $(filter jobs,$(call floor_of,$(1))),$(B)/libsga.a) $(LIBS) $(if $(filter jobs,$(call floor_of,$(1))),$(SERVER_LIBS)) $(if $(findstring _memory,$(1)),$(FAILING))
 endef
 $(foreach u,$(wildcard tests/unit/*.c),$(eval $(call unit_rules,$(u))))
 # What every store promises, asked of the one that is named: the folders of server/ that it needs, and no others.
@@ -373,7 +373,7 @@ kill-test: deps
 faults-test: deps
 	@$(MAKE) --no-print-directory all
 	@PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 tests/api/power.py $(B) $(or $(IMAGES),300)
-	@PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 tests/api/turns.py $(B) $(or $(TURNS),20)
+	@PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 tests/api/turns.py $(B) $(or $(TURNS),1) $(or $(MINUTES),60)
 # Three daemons on one PostgreSQL, killed, stopped, cut off and stalled, its server crashed and replaced by its standby, until JOBS were accepted.
 chaos-test: deps
 	@$(MAKE) --no-print-directory all

@@ -393,12 +393,97 @@ static void lists(void)
     settle();
     CHECK(listed("yan", all, 10, &more) == 0 && listed(NULL, all, 400, &more) == total - 1);
     CHECK(cancel("301", NULL) == STORE_CANCELLED && cancel("302", NULL) == STORE_CANCELLED);
-    CHECK(store_prune(store, 0, 3));
+    CHECK(store_prune(store, &(struct store_keep){ .jobs = 3 }));
     settle();
     CHECK(listed(NULL, all, 400, &more) == 3, "the latest three are kept");
-    CHECK(store_prune(store, clock_ms() + 1000, 0));
+    CHECK(store_prune(store, &(struct store_keep){ .since = clock_ms() + 1000 }));
     settle();
     CHECK(listed(NULL, all, 400, &more) == 0);
+}
+
+/* -- What is kept -- */
+
+enum { LARGE = 1 << 16, LARGE_JOBS = 20 };
+
+/* Ended jobs with large requests: the oldest go until the others fit, and what waits stays. */
+static void kept_by_bytes(void)
+{
+    bool more;
+    char id[16], *text = malloc(LARGE + 1);
+    unsigned all = (1u << JOB_STATUSES) - 1;
+    memset(text, ' ', LARGE);
+    text[LARGE] = 0;
+    for (int i = 0; i < LARGE_JOBS; i++) {
+        snprintf(id, sizeof id, "%d", 400 + i);
+        struct store_submission s = asks(id, "ann", text);
+        CHECK(give(&s) == STORE_KEPT && (!i || cancel(id, NULL) == STORE_CANCELLED));      /* the first waits */
+    }
+    free(text);
+    int left = LARGE_JOBS;
+    for (int before = left + 1; left < before;) {
+        before = left;
+        CHECK(store_prune(store, &(struct store_keep){ .bytes = 12 * LARGE }));
+        settle();
+        left = listed(NULL, all, 400, &more);
+    }
+    CHECK(left > 5 && left <= 13, "%d are left", left);
+    for (int i = 0; i < LARGE_JOBS; i++) {
+        struct job_row row = { .error = NULL };
+        char wide[ID_LENGTH + 1];
+        snprintf(wide, sizeof wide, "%032x", 400 + i);
+        CHECK((store_job(store, wide, &row) == STORE_FOUND) == (i == 0 || i > LARGE_JOBS - left), "job %d", i);
+        free(row.error);
+    }
+    CHECK(cancel("400", NULL) == STORE_CANCELLED && store_prune(store, &(struct store_keep){ .jobs = 1, .since = clock_ms() + 1000 }));
+    settle();
+    CHECK(listed(NULL, all, 400, &more) == 0);
+}
+
+static bool has_result(const char *id)
+{
+    char *text = NULL;
+    size_t length;
+    bool found = store_result(store, id, &text, &length) == STORE_FOUND;
+    free(text);
+    return found;
+}
+
+/* How many of them; whoever removes results may be a thread of its own: in a bounded time. */
+static int results_left(char ids[][ID_LENGTH + 1], int count, int wanted)
+{
+    int n = -1;
+    for (int i = 0; i < 1000 && n != wanted; i++, usleep(10000)) {
+        n = 0;
+        for (int k = 0; k < count; k++)
+            n += has_result(ids[k]);
+    }
+    return n;
+}
+
+static void kept_results(void)
+{
+    enum { DONE = 5 };
+    char ids[DONE][ID_LENGTH + 1], id[16];
+    bool more;
+    for (int i = 0; i < DONE; i++) {
+        snprintf(id, sizeof id, "%d", 500 + i);
+        CHECK(submit(id, "ann") == STORE_NEW);
+        struct job_row row = claim(&ann);
+        snprintf(ids[i], sizeof ids[i], "%s", row.id);
+        CHECK(end_as(&row, JOB_DONE, "{}") == STORE_KEPT);
+        usleep(3000);                    /* each at a time of its own */
+    }
+    CHECK(results_left(ids, DONE, DONE) == DONE);
+    CHECK(store_prune(store, &(struct store_keep){ .results = 2 }));
+    CHECK(results_left(ids, DONE, 2) == 2 && has_result(ids[3]) && has_result(ids[4]), "the latest results stay");
+    CHECK(store_prune(store, &(struct store_keep){ .results_since = clock_ms() - 3600000 }));
+    settle();
+    CHECK(results_left(ids, DONE, 2) == 2, "those that are young stay");
+    CHECK(store_prune(store, &(struct store_keep){ .results_since = clock_ms() + 1000 }));
+    CHECK(results_left(ids, DONE, 0) == 0, "by age");
+    CHECK(listed(NULL, 1u << JOB_DONE, 10, &more) == DONE, "their jobs stay");
+    CHECK(store_prune(store, &(struct store_keep){ .since = clock_ms() + 1000 }));
+    settle();
 }
 
 /* -- Two at once -- */
@@ -467,6 +552,8 @@ int main(int argc, char **argv)
     turns();
     bounds();
     lists();
+    kept_by_bytes();
+    kept_results();
     races();
     store_close(store);
     log_close();

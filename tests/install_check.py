@@ -179,6 +179,21 @@ class Installed:
             offered = set(said.stdout.split("\n"))
             self.tally.check(said.returncode == 0 and not said.stderr and wanted <= offered and not but & offered, f"completion of {' '.join(words)}", said.stdout[:300] + said.stderr[:300])
 
+    def commands(self):
+        """Every command of the programs' own tables stands in --help, in the manual and in what a shell offers."""
+        for program, page, table, row in (("sgad", "man8/sgad.8", "server/admin/command.c", r'\{ "([a-z]+)", command_'), ("sga", "man1/sga.1", "clients/arguments.c", r'\] = \{ "([a-z]+)", "')):
+            with open(os.path.join(ROOT, table), encoding="utf-8") as f:
+                names = set(re.findall(row, f.read()))
+            with open(os.path.join(self.dest, "usr/share/man", page), encoding="utf-8") as f:
+                manual = f.read()
+            with open(os.path.join(self.dest, "usr/share/bash-completion/completions", program), encoding="utf-8") as f:
+                offered = f.read()
+            usage = run(os.path.join(self.dest, "usr/bin", program), "--help").stdout.split("\n\n")[0]
+            self.tally.check(len(names) >= 6, f"commands of {program}", names)
+            for name in names:
+                for where, text in (("--help", usage), ("manual", manual), ("completion", offered)):
+                    self.tally.check(re.search(rf"(?<![\w-]){name}(?![\w-])", text), f"{where} of {program} names {name}")
+
 
 def service(tally, dest):
     """What the service and the clients of other languages are, where others look for them."""
@@ -246,6 +261,7 @@ def main():
         i.host()
         i.pages()
         i.completion()
+        i.commands()
         service(tally, dest)
         clients(tally, dest)
         for program in ("sga", "sgad"):

@@ -320,8 +320,24 @@ def check_ends(tally):
         tally.check(not early, f"{os.path.relpath(path, ROOT)}: may end before it is set: {early}")
 
 
+# Folders of server/ with state that several threads change.
+STATES = ("jobs", "store", "net", "exchange", "framing")
+
+
+def check_assertions(tally):
+    """Five invariants in a thousand lines where state lives, in the code that is shipped."""
+    for folder in STATES:
+        text = ""
+        for path in glob.glob(os.path.join(ROOT, "server", folder, "*.c")):
+            with open(path, encoding="utf-8") as source:
+                text += source.read()
+        lines, stated = text.count("\n"), [a for a in re.findall(r"^\s+assert\((.*)\);", text, re.M) if not re.fullmatch(r"!?\w+( != NULL)?", a)]
+        tally.check(lines > 300 and 1000 * len(stated) >= 5 * lines, f"server/{folder}: {len(stated)} invariants in {lines} lines")
+
+
 def main():
     tally = Tally("self")
+    check_assertions(tally)
     check_caps(tally)
     check_ends(tally)
     check_headers(tally)

@@ -1,5 +1,5 @@
-/* sgad prune: removes ended jobs while no daemon runs, and gives their space back. A running
- * daemon does it by itself (keep-days, keep-jobs): only it writes to its files. */
+/* sgad prune: removes ended jobs and results while no daemon runs, and gives their space back. A running
+ * daemon does it by itself (keep-days, cache-days, ...): only it writes to its files. */
 #include "command.h"
 #include "clock.h"
 #include "state_files.h"
@@ -12,25 +12,19 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-struct wish { const char *older, *keep, *state, *config; };
+/* What may be said, and how. */
+enum { OLDER, KEEP, BYTES, RESULTS_OLDER, RESULTS_KEEP, BOUNDS };
+static const struct { const char *name, *tail; } bounds[BOUNDS] = {
+    [OLDER] = { "older", "d" }, [KEEP] = { "keep", "" }, [BYTES] = { "bytes", "" }, [RESULTS_OLDER] = { "results-older", "d" }, [RESULTS_KEEP] = { "results-keep", "" },
+};
 
-static const char usage[] = "usage: sgad prune --state DIR | --config FILE [--older DAYSd] [--keep JOBS]\n";
+struct wish {
+    long bound[BOUNDS];              /* -1: not said */
+    const char *state, *config;
+};
 
-static bool read_wish(int argc, char **argv, struct wish *w)
-{
-    const struct { const char *name; const char **at; } options[] = {
-        { "older", &w->older }, { "keep", &w->keep }, { "state", &w->state }, { "config", &w->config },
-    };
-    for (int i = 2; i < argc; i++) {
-        const char *value = NULL;
-        for (size_t k = 0; !value && k < sizeof options / sizeof *options; k++)
-            if ((value = command_option(argc, argv, &i, options[k].name)))
-                *options[k].at = value;
-        if (!value)
-            return false;
-    }
-    return w->older || w->keep;
-}
+static const char usage[] = "usage: sgad prune --state DIR | --config FILE [--older DAYSd] [--keep JOBS] [--bytes BYTES]\n"
+                            "                  [--results-older DAYSd] [--results-keep RESULTS]\n";
 
 /* A whole number from 0, with this tail; -1: it is none. */
 static long number(const char *text, const char *tail)
@@ -38,7 +32,35 @@ static long number(const char *text, const char *tail)
     char *end;
     errno = 0;
     long n = strtol(text, &end, 10);
-    return errno || end == text || strcmp(end, tail) != 0 || n < 0 || n > 1000000000 ? -1 : n;
+    return errno || end == text || strcmp(end, tail) != 0 || n < 0 || n > 1000000000000 ? -1 : n;
+}
+
+/* False: it is no option of this command, or not such a number. */
+static bool read_option(int argc, char **argv, int *i, struct wish *w)
+{
+    const char *value;
+    if ((value = command_option(argc, argv, i, "state")))
+        w->state = value;
+    else if ((value = command_option(argc, argv, i, "config")))
+        w->config = value;
+    for (int k = 0; !value && k < BOUNDS; k++)
+        if ((value = command_option(argc, argv, i, bounds[k].name)) && (w->bound[k] = number(value, bounds[k].tail)) < 0)
+            return false;
+    return value;
+}
+
+static bool read_wish(int argc, char **argv, struct wish *w)
+{
+    bool any = false;
+    *w = (struct wish){ .state = NULL };
+    for (int k = 0; k < BOUNDS; k++)
+        w->bound[k] = -1;
+    for (int i = 2; i < argc; i++)
+        if (!read_option(argc, argv, &i, w))
+            return false;
+    for (int k = 0; k < BOUNDS; k++)
+        any |= w->bound[k] >= 0;
+    return any;
 }
 
 static bool run(sqlite3 *db, const char *sql, int64_t bound)
@@ -52,23 +74,57 @@ static bool run(sqlite3 *db, const char *sql, int64_t bound)
     return ok;
 }
 
-static bool prune(sqlite3 *db, long days, long keep)
+/* Milliseconds since 1970, so many days ago; -1: not said. */
+static int64_t since(long days)
+{
+    return days < 0 ? -1 : clock_ms() - days * (int64_t)86400000;
+}
+
+static const char jobs_by_age[] = "DELETE FROM jobs WHERE status >= 2 AND finished < ?1";
+static const char jobs_by_number[] = "DELETE FROM jobs WHERE seq IN (SELECT seq FROM jobs WHERE status >= 2 ORDER BY finished DESC LIMIT -1 OFFSET ?1)";
+static const char jobs_by_bytes[] = "DELETE FROM jobs WHERE seq IN (SELECT seq FROM (SELECT seq, sum(n) OVER (ORDER BY finished DESC, seq DESC) AS upto FROM"
+                                    " (SELECT seq, finished, length(request) AS n FROM jobs WHERE status >= 2)) WHERE upto > ?1)";
+static const char results_by_age[] = "DELETE FROM results WHERE made < ?1";
+static const char results_by_number[] = "DELETE FROM results WHERE rowid IN (SELECT rowid FROM results ORDER BY made DESC LIMIT -1 OFFSET ?1)";
+
+struct rule { const char *sql; int64_t bound; };
+
+static bool prune(sqlite3 *db, const struct rule *rule, int count, const char *what)
 {
     int before = sqlite3_total_changes(db);
-    bool ok = (days < 0 || run(db, "DELETE FROM jobs WHERE status >= 2 AND finished < ?1", clock_ms() - days * (int64_t)86400000))
-        && (keep < 0 || run(db, "DELETE FROM jobs WHERE seq IN (SELECT seq FROM jobs WHERE status >= 2 ORDER BY finished DESC LIMIT -1 OFFSET ?1)", keep));
+    bool ok = true;
+    for (int i = 0; ok && i < count; i++)
+        ok = rule[i].bound < 0 || run(db, rule[i].sql, rule[i].bound);
     int removed = sqlite3_total_changes(db) - before;
     if (ok && run(db, "VACUUM", -1)) {
-        printf("%d rows removed\n", removed);
+        printf("%d %s removed\n", removed, what);
         return true;
     }
     fprintf(stderr, "sgad: %s\n", sqlite3_errmsg(db));
     return false;
 }
 
-/* Under the folder's lock, which is given back. */
-static bool prune_state(const char *state, long days, long keep)
+/* Under the folder's lock. */
+static bool prune_file(const char *state, enum store_file which, const struct rule *rule, int count, const char *what)
 {
+    char why[512];
+    bool asked = false;
+    for (int i = 0; i < count; i++)
+        asked |= rule[i].bound >= 0;
+    if (!asked)
+        return true;
+    sqlite3 *db = store_file_open(state, which, true, why, sizeof why);
+    if (!db)
+        fprintf(stderr, "sgad: %s\n", why);
+    bool ok = db && prune(db, rule, count, what);
+    sqlite3_close(db);
+    return ok;
+}
+
+static bool prune_state(const char *state, const struct wish *w)
+{
+    const struct rule jobs[] = { { jobs_by_age, since(w->bound[OLDER]) }, { jobs_by_number, w->bound[KEEP] }, { jobs_by_bytes, w->bound[BYTES] } };
+    const struct rule results[] = { { results_by_age, since(w->bound[RESULTS_OLDER]) }, { results_by_number, w->bound[RESULTS_KEEP] } };
     char why[512], path[STATE_PATH + 32];
     struct stat st;
     snprintf(path, sizeof path, "%s/queue.db", state);
@@ -77,27 +133,24 @@ static bool prune_state(const char *state, long days, long keep)
         return false;
     }
     int lock = store_file_lock(state, 0, why, sizeof why);
-    sqlite3 *db = lock >= 0 ? store_file_open(state, FILE_QUEUE, true, why, sizeof why) : NULL;
-    if (!db)
+    if (lock < 0) {
         fprintf(stderr, "sgad: %s\n", why);
-    bool ok = db && prune(db, days, keep);
-    sqlite3_close(db);
-    if (lock >= 0)
-        close(lock);
+        return false;
+    }
+    bool ok = prune_file(state, FILE_QUEUE, jobs, 3, "rows") && prune_file(state, FILE_CACHE, results, 2, "results");
+    close(lock);
     return ok;
 }
 
 int command_prune(int argc, char **argv)
 {
-    struct wish w = { NULL };
-    bool good = read_wish(argc, argv, &w);
-    long days = w.older ? number(w.older, "d") : -1, keep = w.keep ? number(w.keep, "") : -1;
-    if (!good || (w.older && days < 0) || (w.keep && keep < 0)) {
+    struct wish w;
+    if (!read_wish(argc, argv, &w)) {
         fputs(usage, stderr);
         return COMMAND_USAGE;
     }
     char *state = command_state(w.state, w.config);
-    int status = !state ? COMMAND_USAGE : prune_state(state, days, keep) ? COMMAND_DONE : COMMAND_FAILED;
+    int status = !state ? COMMAND_USAGE : prune_state(state, &w) ? COMMAND_DONE : COMMAND_FAILED;
     free(state);
     return status;
 }

@@ -7,6 +7,7 @@
 #include "exchange.h"
 #include "log.h"
 
+#include <assert.h>
 #include <pthread.h>
 #include <signal.h>
 #include <stdlib.h>
@@ -51,6 +52,7 @@ static struct exchange *next(struct check_threads *cs)
     while (!cs->first && !cs->closed)
         pthread_cond_wait(&cs->work, &cs->lock);
     struct exchange **at = whose_turn(cs), *e = *at;
+    assert(!e == (cs->count == 0));
     if (e) {
         *at = e->check.next;
         cs->count--;
@@ -158,6 +160,7 @@ static void *work(void *arg)
     char how[128];
     have_child(c, NULL);
     for (struct exchange *e; (e = next(c->all));) {
+        assert(!e->check.done);
         check(c, e);
         e->check.done = true;
         MHD_resume_connection(e->connection);     /* from here on it is another thread's */
@@ -200,6 +203,7 @@ static void append(struct check_threads *cs, struct exchange *e)
     struct exchange **at = &cs->first;
     while (*at)
         at = &(*at)->check.next;
+    assert(!e->check.done && cs->count < MOST);
     e->check.next = NULL;
     *at = e;
     cs->count++;

@@ -3,6 +3,7 @@
 #include "budget.h"
 #include "prefer.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
 const char *exchange_header(struct exchange *e, const char *name)
@@ -24,6 +25,7 @@ const char *exchange_query(struct exchange *e, const char *name)
 bool exchange_grow(struct exchange *e, size_t capacity)
 {
     struct service *sv = e->service;
+    assert(capacity >= e->capacity && e->capacity >= e->length);
     long more = (long)(capacity - e->capacity);
     if (atomic_fetch_add(&sv->body_bytes, more) + more <= atomic_load(&sv->config.body_memory))
         return true;
@@ -34,7 +36,8 @@ bool exchange_grow(struct exchange *e, size_t capacity)
 
 void exchange_free_body(struct exchange *e)
 {
-    atomic_fetch_sub(&e->service->body_bytes, (long)e->capacity);
+    long booked = atomic_fetch_sub(&e->service->body_bytes, (long)e->capacity);
+    assert(booked >= (long)e->capacity);
     free(e->body);
     sga_buf_free(&e->check.canonical);
     e->body = NULL;
@@ -53,6 +56,7 @@ void exchange_prefer(struct exchange *e, long otherwise)
 
 bool exchange_wait(struct exchange *e, enum wait_kind kind, double until)
 {
+    assert(e->job && !e->waiter.waiting);
     e->waiter = (struct waiter){ .connection = e->connection, .account = e->account, .kind = kind, .deadline = until };
     /* Before the wait: once suspended, the exchange may be resumed on another thread. */
     conn_deadline(e->conn, 0);

@@ -3,6 +3,7 @@
 #include "lookup.h"
 #include "clock.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -91,6 +92,7 @@ enum lookup lookup_job(struct service *sv, const char *id, struct job **job, str
         if (store_shared(sv->store))
             jobs_refresh(sv->jobs, live);
         jobs_look(sv->jobs, live, &look);
+        assert(!look.gone || !look.finished);
         if (look.gone) {
             job_unref(live);
             return LOOKUP_NONE;

@@ -1,6 +1,7 @@
 /* The work is zlib's, and the response of the kind whose length is not known. */
 #include "packed.h"
 
+#include <assert.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
@@ -40,18 +41,21 @@ static void close_packer(void *cls)
     if (p->source.release)
         p->source.release(p->source.cls);
     free(p);
-    atomic_fetch_sub(&packers, 1);
+    int before = atomic_fetch_sub(&packers, 1);
+    assert(before > 0);
 }
 
 /* More of the source; false where it broke off. */
 static bool fill(struct packer *p)
 {
+    assert(!p->last && !p->z.avail_in);
     ssize_t n = p->source.read(p->source.cls, p->at, p->in, sizeof p->in);
     if (n == MHD_CONTENT_READER_END_WITH_ERROR)
         return false;
     p->last = n == MHD_CONTENT_READER_END_OF_STREAM;
     p->z.next_in = (unsigned char *)p->in;
     p->z.avail_in = n > 0 ? (unsigned)n : 0;
+    assert(p->z.avail_in <= sizeof p->in);
     p->at += p->z.avail_in;
     return true;
 }

@@ -2,6 +2,7 @@
  * line feeds, folded lines, blanks before colons. Two readers that disagree about such bytes see different requests. */
 #include "framing.h"
 
+#include <assert.h>
 #include <string.h>
 
 enum state {
@@ -265,6 +266,7 @@ static bool head_done(struct framing *f, struct sga_error *err)
 static bool head_byte(struct framing *f, unsigned char c, struct sga_error *err)
 {
     const char *line = "A line of the head does not end in CR LF.";
+    assert(f->state >= METHOD && f->state < BODY);
     if (f->state > EMPTY_LINE && ++f->head > FRAMING_HEAD)
         return sga_fail(err, SGA_E_HEADER_TOO_LARGE, "The request line and the headers may have at most %d bytes.", FRAMING_HEAD);
     switch (f->state) {
@@ -418,6 +420,7 @@ static bool trailer(struct framing *f, unsigned char c, bool *drop, struct sga_e
 
 static bool chunk_byte(struct framing *f, unsigned char c, bool *drop, struct sga_error *err)
 {
+    assert(f->state > BODY && f->state != DATA);
     switch (f->state) {
     case SIZE_1: case SIZE: case SIZE_BLANK: return size(f, c, drop, err);
     case EXTENSION: case QUOTED: case QUOTED_PAIR: return extension(f, c, drop, err);
@@ -457,6 +460,7 @@ bool framing_take(struct framing *f, char *bytes, size_t n, size_t *kept, struct
     for (size_t i = 0; i < n;) {
         bool drop = false, ok;
         bool body = f->state == BODY || f->state == DATA;
+        assert(out <= i && (!body || f->left > 0));
         size_t part = body ? (f->left < n - i ? (size_t)f->left : n - i) : f->state < BODY ? run(f, (unsigned char *)bytes + i, n - i) : 0;
         if (part || body) {
             if (out != i)

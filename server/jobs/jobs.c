@@ -5,6 +5,7 @@
 #include "log.h"
 #include "no_memory.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -90,6 +91,7 @@ struct job **jobs_place(struct jobs *js, const char *id)
 static void forget(struct job **at)
 {
     struct job *job = *at;
+    assert(!job->waiters);                   /* they were resumed before: each has its connection suspended */
     *at = job->chain;
     job->chain = NULL;
     job_unref(job);
@@ -177,7 +179,9 @@ static enum submit submit_new(struct jobs *js, struct submission *s)
     fresh->request = s->request;
     fresh->request_length = s->length;
     s->request = NULL;
-    *jobs_place(js, s->id) = fresh;
+    struct job **at = jobs_place(js, s->id);
+    assert(!*at);                            /* one job for each id */
+    *at = fresh;
     memory_cache_drop(js->memory_cache, s->id);
     job_ref(fresh);            /* the caller's */
     s->job = fresh;

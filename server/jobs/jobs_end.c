@@ -6,6 +6,7 @@
 #include "no_memory.h"
 #include "problem.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -19,6 +20,7 @@ static size_t ending_size(const struct job *job)
 /* Under the lock: everybody may know of the end. */
 static void publish(struct jobs *js, struct job *job)
 {
+    assert(!job->finished && js->ending > 0 && js->ending_bytes >= ending_size(job));
     js->ending--;
     js->ending_bytes -= ending_size(job);
     job->row.status = job->end.status;      /* one by one: others read the id without the lock */
@@ -37,6 +39,7 @@ static void publish(struct jobs *js, struct job *job)
 /* Under the lock: another daemon has the job, and its end is the one that counts. */
 static void fenced(struct jobs *js, struct job *job)
 {
+    assert(job->ours && js->ending > 0 && js->ending_bytes >= ending_size(job));
     js->ending--;
     js->ending_bytes -= ending_size(job);
     shared_let_go(js, job);
@@ -58,6 +61,7 @@ static void end_stored(void *ctx, enum store_kept how)
         log_event(LOG_L_WARN, "end_fenced", "job", job->row.id, NULL);
     pthread_mutex_lock(&js->lock);
     bool over = how != STORE_LOST || job->stored != 1;
+    assert(job->ending && !job->unsaved && *jobs_place(js, job->row.id) == job);     /* found until now by whoever asks */
     if (over && js->shared && how == STORE_FENCED) {
         fenced(js, job);
         over = false;
@@ -129,6 +133,7 @@ static void log_end(const struct job *job, const struct job_row *row, const stru
 void jobs_end(struct jobs *js, struct job *job, enum job_status status, const struct sga_error *err, const char *result, size_t length)
 {
     struct job_row row = job->row;
+    assert(job_ended(status) && (status == JOB_DONE) == !err);
     row.status = status;
     row.finished = clock_after(row.started ? row.started : row.created);
     double ran = job->began ? sga_now() - job->began : 0;
@@ -140,6 +145,7 @@ void jobs_end(struct jobs *js, struct job *job, enum job_status status, const st
     log_end(job, &row, err, ran);
     metrics_job(js->metrics, row.status, ran);
     pthread_mutex_lock(&js->lock);
+    assert(!job->queued && !job->ending && !job->finished && (!js->shared || job->ours));       /* an end is made once */
     if (job->row.status == JOB_RUNNING)
         js->running--, job->account->running--;
     pthread_cond_broadcast(&js->work);       /* its account may have another worker */

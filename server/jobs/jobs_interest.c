@@ -1,6 +1,7 @@
 /* Who asked for a job: it goes on while anybody wants it. */
 #include "jobs_parts.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -35,6 +36,7 @@ static void joined(void *ctx, enum store_kept how)
     struct jobs *js = job->table;
     (void)how;           /* the job itself is on disk, and known here as asked for */
     pthread_mutex_lock(&js->lock);
+    assert(job->joining > 0);
     job->joining--;
     jobs_notify(js, job);
     pthread_mutex_unlock(&js->lock);
@@ -57,6 +59,7 @@ void jobs_join(struct jobs *js, struct job *job, struct account *account)
 /* Onto the account of one who still wants it. */
 static void move(struct jobs *js, struct job *job, struct account *to)
 {
+    assert(to != job->account && job->account->alive > 0);
     jobs_dequeue(js, job);
     job->account->alive--;
     job->account->reserved -= (double)job->row.seconds;

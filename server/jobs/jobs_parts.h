@@ -102,7 +102,7 @@ void jobs_join(struct jobs *js, struct job *job, struct account *account);
 void jobs_withdraw(struct jobs *js, struct job *job, const struct account *account);
 void jobs_free_interests(struct job *job);
 
-/* -- jobs_shared.c -- */
+/* -- jobs_shared.c, jobs_lease.c, jobs_keeper.c: see jobs_shared.h -- */
 bool shared_start(struct jobs *js, char *why, size_t size);
 void shared_stop(struct jobs *js);
 enum submit shared_submit(struct jobs *js, struct submission *s);      /* under the lock */

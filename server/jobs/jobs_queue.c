@@ -4,12 +4,14 @@
 #include "jobs_parts.h"
 #include "budget.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 static void enter_ring(struct jobs *js, struct account *a)
 {
+    assert(!a->ring_next && !a->back);
     if (!js->turn) {
         a->ring_next = a->ring_prev = js->turn = a;
         return;
@@ -22,6 +24,7 @@ static void enter_ring(struct jobs *js, struct account *a)
 
 static void leave_ring(struct jobs *js, struct account *a)
 {
+    assert(js->turn && a->ring_next && !a->back);
     if (a->ring_next == a) {
         js->turn = NULL;
     } else {
@@ -45,6 +48,7 @@ void jobs_stage(struct job *job, enum metrics_stage stage)
 
 static void entered(struct jobs *js, struct job *job)
 {
+    assert(!job->queued && job->row.status == JOB_QUEUED && !job->ending && job->wake_fd < 0);
     job->account->bytes += job->request_length;
     job->queued = true;
     jobs_stage(job, STAGE_QUEUED);
@@ -80,6 +84,7 @@ void jobs_enqueue_first(struct jobs *js, struct job *job)
 void jobs_dequeue(struct jobs *js, struct job *job)
 {
     struct account *a = job->account;
+    assert(job->queued && js->queue_count > 0 && js->queue_bytes >= job->request_length && a->bytes >= job->request_length);
     *(job->ahead ? &job->ahead->behind : &a->front) = job->behind;
     *(job->behind ? &job->behind->ahead : &a->back) = job->ahead;
     a->bytes -= job->request_length;
@@ -106,6 +111,7 @@ struct job *jobs_next(struct jobs *js)
     if (!a)
         return NULL;
     struct job *job = a->front;
+    assert(job && job->account == a);        /* the ring has those with a queue */
     js->turn = a->ring_next;
     jobs_dequeue(js, job);
     return job;
@@ -114,6 +120,7 @@ struct job *jobs_next(struct jobs *js)
 void jobs_settle(struct job *job, double seconds)
 {
     jobs_stage(job, STAGE_NONE);
+    assert(job->account->alive > 0 && job->account->reserved >= (double)job->row.seconds);      /* whole numbers: they add up exactly */
     job->account->alive--;
     job->account->reserved -= (double)job->row.seconds;
     if (!job->table->shared)         /* else the store counts them */

@@ -4,6 +4,7 @@
 #include "clock.h"
 #include "json_scan.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -26,6 +27,7 @@ struct job *jobs_claim(struct jobs *js, int wake_fd)
     while (!js->draining && !js->leaving && !(disk_keeps_up(js) && (job = jobs_next(js))))
         pthread_cond_wait(&js->work, &js->lock);
     if (job) {
+        assert(!job->queued && job->wake_fd < 0 && job->row.status == JOB_QUEUED && !job->ending);
         job->account->running++;
         job_ref(job);
         job->row.status = JOB_RUNNING;
@@ -88,6 +90,7 @@ static void put_back(struct jobs *js, struct job *job)
         shared_release(js, job);
         return;
     }
+    assert(job->row.status == JOB_RUNNING && js->running > 0 && job->account->running > 0);
     job->row.status = JOB_QUEUED;
     job->row.started = 0;
     job->began = 0;
@@ -136,6 +139,7 @@ void jobs_worker_unable(struct jobs *js, bool unable)
 {
     pthread_mutex_lock(&js->lock);
     js->unable += unable ? 1 : -1;
+    assert(js->unable >= 0);                 /* each worker tells of itself in turns */
     pthread_mutex_unlock(&js->lock);
 }
 

@@ -4,6 +4,7 @@
 #include "budget.h"
 #include "clock.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
 static const double RETRY_SECONDS = 1;     /* of a store that fails */
@@ -37,6 +38,7 @@ static void count(struct jobs *js, const struct waiter *w, long by)
         js->waiters += (unsigned long)by;
     else if (w->kind == WAIT_EVENT)
         js->streams += (unsigned long)by;
+    assert((long)js->waiters >= 0 && (long)js->streams >= 0 && (!w->account || (long)w->account->waiting >= 0));
 }
 
 bool jobs_wait(struct jobs *js, struct job *job, struct waiter *w)
@@ -44,6 +46,7 @@ bool jobs_wait(struct jobs *js, struct job *job, struct waiter *w)
     pthread_mutex_lock(&js->lock);
     bool wait = !satisfied(job, w) && !js->closed && !(js->brief && w->kind != WAIT_STORED) && w->deadline > sga_now() && room(js, w);
     if (wait) {
+        assert(!w->waiting);
         w->job = job;
         w->waiting = true;
         w->prev = NULL;
@@ -73,6 +76,7 @@ bool jobs_may_wait(struct jobs *js, const struct account *account)
 
 static void resume(struct jobs *js, struct waiter *w)
 {
+    assert(w->waiting && js->all);           /* once for each time it was suspended */
     *(w->prev ? &w->prev->next : &w->job->waiters) = w->next;
     if (w->next)
         w->next->prev = w->prev;
@@ -93,14 +97,20 @@ void jobs_notify(struct jobs *js, struct job *job)
     }
 }
 
-/* Every second by age; by number ten times more rarely, since that counts what is kept. */
+static int64_t days_ago(long days)
+{
+    return days ? clock_ms() - days * (int64_t)86400000 : 0;
+}
+
+/* Every second jobs by age; all else ten times more rarely, since that counts what is kept. */
 static void prune(struct jobs *js)
 {
-    long days = js->config->keep_days, keep = js->config->keep_jobs;
-    int64_t before = days ? clock_ms() - days * (int64_t)86400000 : 0;
-    bool count = keep && js->prunes++ % 10 == 0;
-    if (before || count)
-        store_prune(js->store, before, count ? keep : 0);
+    const struct config *c = js->config;
+    struct store_keep k = { .since = days_ago(c->keep_days) };
+    if (js->prunes++ % 10 == 0)
+        k = (struct store_keep){ k.since, c->keep_jobs, c->keep_bytes, days_ago(c->cache_days), c->cache_results };
+    if (k.since || k.jobs || k.bytes || k.results_since || k.results)
+        store_prune(js->store, &k);
 }
 
 void jobs_tick(struct jobs *js, double now)

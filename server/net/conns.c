@@ -3,6 +3,7 @@
 #include "conns.h"
 #include "front.h"
 
+#include <assert.h>
 #include <netinet/in.h>
 #include <pthread.h>
 #include <stdatomic.h>
@@ -42,6 +43,7 @@ void conns_free(struct conns *cs)
         return;
     while (cs->first)
         conn_remove(cs, cs->first);
+    assert(cs->count == 0);
     pthread_mutex_destroy(&cs->lock);
     free(cs);
 }
@@ -79,6 +81,7 @@ static bool make_room(struct conns *cs, const struct conn *c, bool *gave)
                 idle[i] = o;                /* the last that is met is the oldest */
         }
     }
+    assert(count[1] <= cs->count && count[0] <= count[1]);
     for (int i = 0; i < 2; i++) {
         if (!most[i] || count[i] < most[i])
             continue;
@@ -125,6 +128,7 @@ void conn_remove(struct conns *cs, struct conn *c)
     if (!c)
         return;
     pthread_mutex_lock(&cs->lock);
+    assert(cs->count > 0 && (c->prev ? c->prev->next == c : cs->first == c));
     *(c->prev ? &c->prev->next : &cs->first) = c->next;
     if (c->next)
         c->next->prev = c->prev;

@@ -7,6 +7,7 @@
 #include "front.h"
 #include "framing.h"
 
+#include <assert.h>
 #include <dlfcn.h>
 #include <errno.h>
 #include <gnutls/gnutls.h>
@@ -87,7 +88,8 @@ struct front *front_open(int fd, void *session, struct conn *conn)
     f->session = session;
     f->secure = session != NULL;
     framing_init(&f->framing);
-    atomic_store(at, f);
+    struct front *before = atomic_exchange(at, f);
+    assert(!before);                         /* a descriptor is closed after its front */
     return f;
 }
 
@@ -95,7 +97,8 @@ void front_close(struct front *f)
 {
     if (!f)
         return;
-    atomic_store(place(f->fd), NULL);
+    struct front *mine = atomic_exchange(place(f->fd), NULL);
+    assert(mine == f);
     free(f);
 }
 
@@ -166,6 +169,7 @@ static ssize_t drop(struct front *f, gnutls_session_t session)
 static ssize_t turn_away(struct front *f, gnutls_session_t session, bool unanswered)
 {
     char reply[FRONT_REPLY];
+    assert(f->refused && !f->gone && f->err.code != SGA_E_OK);      /* one refusal for each connection */
     f->gone = true;
     if (!unanswered)
         return gone(f);
@@ -183,6 +187,7 @@ static unsigned long before(const struct front *f)
 static ssize_t judge(struct front *f, gnutls_session_t session, char *buf, size_t n)
 {
     size_t kept;
+    assert(!f->refused);
     if (framing_take(&f->framing, buf, n, &kept, &f->err))
         return kept ? (ssize_t)kept : again(f);
     f->refused = true;

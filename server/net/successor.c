@@ -3,6 +3,7 @@
 #include "successor.h"
 #include "inherit.h"
 
+#include <assert.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <poll.h>
@@ -50,6 +51,7 @@ static void write_variable(const struct listeners *ls, char *out, size_t size)
     int n = snprintf(out, size, "%s=%ld:", INHERIT_VARIABLE, (long)getpid());
     for (int i = 0; i < ls->count; i++)
         n += snprintf(out + n, size - (size_t)n, "%s%s", i ? "," : "", ls->at[i].address);
+    assert((size_t)n < size);
 }
 
 /* Copies at high numbers, so that none stands where another is to go. */

@@ -2,6 +2,7 @@
  * until the end; a pair is replaced only where its files' text has changed. */
 #include "tls.h"
 
+#include <assert.h>
 #include <errno.h>
 #include <gnutls/abstract.h>
 #include <gnutls/gnutls.h>
@@ -138,6 +139,7 @@ enum tls_news tls_renew(const struct config *c, bool always, char *why, size_t s
         free_pair(fresh);
         return TLS_SAME;
     }
+    assert(fresh->count > 0 && fresh->count <= CHAIN && fresh->key);
     fresh->older = old;
     atomic_store(&shown, fresh);
     return TLS_NEW;

@@ -3,6 +3,7 @@
 #include "budget.h"
 #include "log.h"
 
+#include <assert.h>
 #include <errno.h>
 #include <inttypes.h>
 #include <poll.h>
@@ -14,6 +15,7 @@ static const double CONNECT_SECONDS = 5;
 
 static void put(struct pg_args *a, const char *value, int length, int format)
 {
+    assert(a->count < PG_ARGS);
     a->value[a->count] = value;
     a->length[a->count] = length;
     a->format[a->count++] = format;
@@ -91,6 +93,7 @@ static PGresult *run_known(struct pg *p, int i, const char *sql, const struct pg
     PGconn *c = p->conn[i];
     char name[16];
     double until = sga_now() + seconds;
+    assert(a->known > PG_NOT_KNOWN && (size_t)a->known < 8 * sizeof p->known[i] && p->busy[i]);
     snprintf(name, sizeof name, "known%d", (int)a->known);
     PQsetnonblocking(c, 1);
     if (!(p->known[i] >> a->known & 1)) {
@@ -146,6 +149,7 @@ static int borrow(struct pg *p)
 static void give_back(struct pg *p, int i)
 {
     pthread_mutex_lock(&p->lock);
+    assert(p->busy[i]);
     p->busy[i] = false;
     pthread_cond_signal(&p->free);
     pthread_mutex_unlock(&p->lock);

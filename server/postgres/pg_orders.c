@@ -4,6 +4,7 @@
 #include "log.h"
 #include "metrics.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -36,6 +37,7 @@ static void put(struct pg_hand *h, struct pg_order *o)
 {
     o->next = NULL;
     pthread_mutex_lock(&h->lock);
+    assert(!*h->last);
     *h->last = o;
     h->last = &o->next;
     h->waiting++;
@@ -155,21 +157,29 @@ static enum store_kept cancel(struct pg *p, struct pg_order *o)
     return STORE_KEPT;
 }
 
-static bool prune(struct pg *p, const struct job_row *row)
+/* Jobs that are in `old`, with their results. */
+#define JOBS_GONE(old) "WITH gone AS (DELETE FROM jobs WHERE id IN (" old ") RETURNING id), r AS (DELETE FROM results WHERE id IN (SELECT id FROM gone)) SELECT count(*) FROM gone"
+#define RESULTS_GONE(old) "WITH gone AS (DELETE FROM results WHERE id IN (" old ") RETURNING id) SELECT count(*) FROM gone"
+
+static bool prune(struct pg *p, const struct store_keep *k)
 {
-    static const char by_age[] = "WITH gone AS (DELETE FROM jobs WHERE id IN (SELECT id FROM jobs WHERE status >= 2 AND finished < $1 ORDER BY finished LIMIT 1000"
-                                 " FOR UPDATE SKIP LOCKED) RETURNING id), r AS (DELETE FROM results WHERE id IN (SELECT id FROM gone)) SELECT count(*) FROM gone";
-    static const char by_count[] = "WITH gone AS (DELETE FROM jobs WHERE id IN (SELECT id FROM jobs WHERE status >= 2 ORDER BY finished DESC LIMIT 1000 OFFSET $1)"
-                                   " RETURNING id), r AS (DELETE FROM results WHERE id IN (SELECT id FROM gone)) SELECT count(*) FROM gone";
+    const struct { int64_t bound; enum metrics_counter counted; const char *sql; } by[] = {
+        { k->since, METRIC_PRUNED, JOBS_GONE("SELECT id FROM jobs WHERE status >= 2 AND finished < $1 ORDER BY finished LIMIT 1000 FOR UPDATE SKIP LOCKED") },
+        { k->jobs, METRIC_PRUNED, JOBS_GONE("SELECT id FROM jobs WHERE status >= 2 ORDER BY finished DESC LIMIT 1000 OFFSET $1") },
+        { k->bytes, METRIC_PRUNED, JOBS_GONE("SELECT id FROM (SELECT id, sum(bytes) OVER (ORDER BY finished, id) - bytes AS before FROM (SELECT id, finished, bytes FROM jobs"
+                                             " WHERE status >= 2 ORDER BY finished LIMIT 1000) o) s WHERE before < (SELECT sum(bytes) FROM jobs WHERE status >= 2) - $1") },
+        { k->results_since, METRIC_EVICTED, RESULTS_GONE("SELECT id FROM results WHERE made < $1 ORDER BY made LIMIT 1000 FOR UPDATE SKIP LOCKED") },
+        { k->results, METRIC_EVICTED, RESULTS_GONE("SELECT id FROM results ORDER BY made DESC LIMIT 1000 OFFSET $1") },
+    };
     bool ok = true;
-    for (int i = 0; i < 2; i++) {
+    for (size_t i = 0; i < sizeof by / sizeof *by; i++) {
         struct pg_args a = { 0 };
-        int64_t bound = i ? row->seq : row->finished, gone = 0;
-        if (!bound)
+        int64_t gone = 0;
+        if (!by[i].bound)
             continue;
-        pg_number(&a, bound);
-        ok &= number(p, i ? by_count : by_age, &a, SECONDS, &gone);
-        atomic_fetch_add(&p->metrics->counter[METRIC_PRUNED], (unsigned long)gone);
+        pg_number(&a, by[i].bound);
+        ok &= number(p, by[i].sql, &a, SECONDS, &gone);
+        atomic_fetch_add(&p->metrics->counter[by[i].counted], (unsigned long)gone);
     }
     return ok;
 }
@@ -200,7 +210,9 @@ static void arrive(struct pg_hand *h, struct pg_barrier *b)
 {
     if (sga_now() - h->lost < LATELY || atomic_load(&h->pg->down))
         atomic_store(&b->lost, true);
-    if (atomic_fetch_sub(&b->left, 1) != 1)
+    int left = atomic_fetch_sub(&b->left, 1);
+    assert(left > 0 && left <= PG_HANDS);
+    if (left != 1)
         return;
     b->done(b->ctx, atomic_load(&b->lost) ? STORE_LOST : STORE_KEPT);
     free(b);
@@ -213,7 +225,7 @@ static enum store_kept carry_out(struct pg *p, struct pg_order *o)
     case PG_END: return end(p, o);
     case PG_RELEASE: return release(p, o);
     case PG_CANCEL: return cancel(p, o);
-    case PG_PRUNE: return prune(p, &o->row) ? STORE_KEPT : STORE_LOST;
+    case PG_PRUNE: return prune(p, &o->keep) ? STORE_KEPT : STORE_LOST;
     default: return interest(p, o) ? STORE_KEPT : STORE_LOST;
     }
 }
@@ -229,6 +241,7 @@ static void *work(void *arg)
         if (o && !(h->first = o->next))
             h->last = &h->first;
         h->waiting -= o != NULL;
+        assert(h->waiting >= 0 && (o || h->waiting == 0));
         pthread_mutex_unlock(&h->lock);
         if (!o)
             return NULL;
@@ -332,9 +345,9 @@ void pg_touch(struct store *face, const char *id, int64_t now)
         give_interest(face, PG_TOUCH, id, "");
 }
 
-bool pg_prune(struct store *face, int64_t before, int64_t keep)
+bool pg_prune(struct store *face, const struct store_keep *keep)
 {
-    return give(&pg_of(face)->hand[0], (struct pg_order){ .kind = PG_PRUNE, .row = { .finished = before, .seq = keep } });
+    return give(&pg_of(face)->hand[0], (struct pg_order){ .kind = PG_PRUNE, .keep = *keep });
 }
 
 bool pg_barrier(struct store *face, store_done *over, void *ctx)

@@ -8,7 +8,7 @@
 
 #include "store_ops.h"
 
-enum { PG_POOL = 8, PG_HANDS = 3, PG_ARGS = 24, PG_TOUCHED = 256, PG_SCHEMA = 1, PG_SCHEMA_LEAST = 1 };
+enum { PG_POOL = 8, PG_HANDS = 3, PG_ARGS = 24, PG_TOUCHED = 256, PG_SCHEMA = 2, PG_SCHEMA_LEAST = 1 };
 
 enum pg_kind { PG_SUBMIT, PG_END, PG_RELEASE, PG_CANCEL, PG_JOIN, PG_NOTE, PG_WITHDRAW, PG_FORGET, PG_PRUNE, PG_TOUCH, PG_BARRIER };
 
@@ -16,6 +16,7 @@ struct pg_order {
     enum pg_kind kind;
     struct job_row row;              /* error is borrowed */
     struct slice text;
+    struct store_keep keep;          /* of what is pruned */
     void *what;
     struct pg_barrier *barrier;
     store_done *done;
@@ -97,7 +98,7 @@ bool pg_join(struct store *face, const char *id, const char *owner);
 bool pg_note(struct store *face, const char *id, const char *owner);
 bool pg_withdraw(struct store *face, const char *id, const char *owner);
 bool pg_forget(struct store *face, const char *id);
-bool pg_prune(struct store *face, int64_t before, int64_t keep);
+bool pg_prune(struct store *face, const struct store_keep *keep);
 bool pg_barrier(struct store *face, store_done *done, void *ctx);
 void pg_touch(struct store *face, const char *id, int64_t now);
 

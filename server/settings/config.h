@@ -20,7 +20,7 @@ struct config {
     atomic_long idle_timeout, request_timeout, send_timeout, stream_timeout, store_timeout;
     atomic_long grace, lease;
     atomic_long cache_memory, cache_disk, body_memory, reply_memory, unsaved_memory;
-    atomic_long keep_days, keep_jobs;
+    atomic_long keep_days, keep_jobs, keep_bytes, cache_days, cache_results;
 };
 
 enum config_result { CONFIG_OK, CONFIG_HELP, CONFIG_VERSION, CONFIG_CHECK, CONFIG_PRINT, CONFIG_SAMPLE, CONFIG_BAD };

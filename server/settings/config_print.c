@@ -24,7 +24,11 @@ void config_usage(FILE *out)
     fprintf(out, "usage: sgad --listen 127.0.0.1:PORT --state DIR [--workers N] [--config FILE] [--NAME VALUE ...]\n"
                  "       sgad token create|list|revoke ...     tokens of those who may ask\n"
                  "       sgad backup FOLDER --state DIR        a copy of the state, while the daemon runs\n"
+                 "       sgad restore FOLDER --state DIR       a backup, looked through, in the place of a state\n"
                  "       sgad check --state DIR                looks for damage in the state\n"
+                 "       sgad prune --state DIR [--older DAYSd] [--keep JOBS] [--bytes BYTES]\n"
+                 "                  [--results-older DAYSd] [--results-keep RESULTS]\n"
+                 "                                             removes jobs that have ended, and results\n"
                  "       sgad migrate --store ADDRESS          makes the tables of a database that daemons share\n\n"
                  "A file holds lines `NAME = VALUE` with the same names; flags override it. SIGHUP reads the\n"
                  "file again and takes over the limits (marked *) and the tokens.\n\n");

@@ -3,6 +3,7 @@
 #include "log.h"
 #include "metrics.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,7 +16,7 @@ static const long long LIFE = 1LL << 32;      /* epochs of one */
 /* Ends with a result come to the queue's thread by way of the results'. */
 static struct store_writer *writer_of(struct lite *st, const struct store_op *op)
 {
-    return op->kind == OP_TOUCH || (op->kind == OP_END && op->text.at) ? &st->cache_writer : &st->queue_writer;
+    return store_op_of_cache(op) || (op->kind == OP_END && op->text.at) ? &st->cache_writer : &st->queue_writer;
 }
 
 bool lite_submit(struct lite *st, struct store_op op)
@@ -100,9 +101,11 @@ static bool lite_forget(struct store *face, const char *id)
     return submit_interest(face, OP_FORGET, id, "");
 }
 
-static bool lite_prune(struct store *face, int64_t before, int64_t keep)
+static bool lite_prune(struct store *face, const struct store_keep *keep)
 {
-    return lite_submit(lite_of(face), (struct store_op){ .kind = OP_PRUNE, .row = { .finished = before, .seq = keep } });
+    bool jobs = keep->since || keep->jobs || keep->bytes, results = keep->results_since || keep->results;
+    return (!jobs || lite_submit(lite_of(face), (struct store_op){ .kind = OP_PRUNE, .keep = *keep }))
+        && (!results || lite_submit(lite_of(face), (struct store_op){ .kind = OP_PRUNE_RESULTS, .keep = *keep }));
 }
 
 static bool lite_barrier(struct store *face, store_done *done, void *ctx)
@@ -188,7 +191,7 @@ static void lite_close(struct store *face)
     store_writer_stop(&st->queue_writer);
     store_readers_close(st);
     sqlite3_stmt *const statements[] = { st->known, st->insert, st->started, st->release, st->end, st->ended, st->join, st->note, st->withdraw, st->forget,
-                                         st->prune_age, st->prune_count, st->put };
+                                         st->prune_age, st->prune_count, st->prune_bytes, st->put };
     for (size_t i = 0; i < sizeof statements / sizeof *statements; i++)
         sqlite3_finalize(statements[i]);
     sqlite3_close(st->cache);
@@ -217,6 +220,7 @@ static void take_back(struct lite *st)
 static bool lite_recover(struct store *face, void (*each)(void *ctx, const struct job_row *row), void *ctx, char *why, size_t size)
 {
     struct lite *st = lite_of(face);
+    assert(st->life_unsaved && st->queue_writer.count == 0);
     take_back(st);
     sqlite3_stmt *s = store_file_prepare(st->reader[0].queue, "SELECT " STORE_ROW_COLUMNS " FROM jobs WHERE status IN (0, 1) ORDER BY seq", why, size);
     if (!s)

@@ -5,6 +5,7 @@
  * sum over the list. */
 #include "memory_cache.h"
 
+#include <assert.h>
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
@@ -39,6 +40,7 @@ struct memory_cache *memory_cache_new(size_t bytes)
     return r;
 }
 
+/* The entry's place in its bucket, or where it would be appended. */
 static struct entry **place(struct memory_cache *r, const char *id)
 {
     unsigned h = 2166136261u;
@@ -58,6 +60,7 @@ static void unlink_entry(struct memory_cache *r, struct entry *e)
 
 static void link_newest(struct memory_cache *r, struct entry *e)
 {
+    assert(r->newest != e && !r->newest == !r->oldest);
     e->newer = NULL;
     e->older = r->newest;
     *(r->newest ? &r->newest->newer : &r->oldest) = e;
@@ -73,6 +76,7 @@ static void remove_entry(struct memory_cache *r, struct entry **at)
 {
     struct entry *e = *at;
     *at = e->chain;
+    assert(r->bytes >= cost(e->f));
     unlink_entry(r, e);
     r->bytes -= cost(e->f);
     finished_unref(e->f);
@@ -170,6 +174,7 @@ void memory_cache_free(struct memory_cache *r)
         return;
     while (r->oldest)
         remove_entry(r, place(r, r->oldest->f->id));
+    assert(r->bytes == 0 && !r->newest);
     pthread_mutex_destroy(&r->lock);
     free(r);
 }

@@ -38,7 +38,7 @@ bool store_join(struct store *st, const char *id, const char *owner) { return st
 bool store_note(struct store *st, const char *id, const char *owner) { return st->ops->note(st, id, owner); }
 bool store_withdraw(struct store *st, const char *id, const char *owner) { return st->ops->withdraw(st, id, owner); }
 bool store_forget(struct store *st, const char *id) { return st->ops->forget(st, id); }
-bool store_prune(struct store *st, int64_t before, int64_t keep) { return st->ops->prune(st, before, keep); }
+bool store_prune(struct store *st, const struct store_keep *keep) { return st->ops->prune(st, keep); }
 bool store_barrier(struct store *st, store_done *done, void *ctx) { return st->ops->barrier(st, done, ctx); }
 
 enum store_answer store_claim(struct store *st, const struct store_claimant *who, struct job_row *row, char **request, size_t *length)

@@ -117,9 +117,14 @@ bool store_started(struct store *st, const struct job_row *row);
 bool store_join(struct store *st, const char *id, const char *owner);
 /* The same for a job that is there, where he did not before: nothing moves. */
 bool store_note(struct store *st, const char *id, const char *owner);
-/* Removes jobs that ended before then (0: none), and those beyond the latest `keep` (0: none), a
- * thousand of each at most, so that no commit waits long. */
-bool store_prune(struct store *st, int64_t before, int64_t keep);
+/* What is kept; 0: no such bound. Times are milliseconds since 1970. */
+struct store_keep {
+    int64_t since, jobs;               /* jobs that ended before then go, and all but the latest so many that ended */
+    int64_t bytes;                     /* while jobs take more, the oldest that ended go; by SQLite what queue.db takes, else bytes of requests */
+    int64_t results_since, results;    /* results made before then go, and all but the latest so many */
+};
+/* Removes what is past a bound, a thousand rows for each at most, so that no commit waits long. */
+bool store_prune(struct store *st, const struct store_keep *keep);
 /* ... and does not any more. */
 bool store_withdraw(struct store *st, const char *id, const char *owner);
 /* A job that has ended is nobody's any more: its row and its places in lists go. */

@@ -3,6 +3,7 @@
 #include "log.h"
 #include "metrics.h"
 
+#include <assert.h>
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -30,6 +31,7 @@ static int64_t bytes_of_results(const struct store_op *ops)
 
 static bool put_one(struct lite *st, const struct store_op *op)
 {
+    assert(is_result(op) && op->row.status == JOB_DONE);
     if (op->text.len > (size_t)sqlite3_limit(st->cache, SQLITE_LIMIT_LENGTH, -1) / 2)
         return true;                      /* no trial would help what no row can hold */
     store_bind_text(st->put, 1, op->row.id);
@@ -103,6 +105,8 @@ static void keep_cache_small(struct lite *st, const struct store_op *ops, int64_
         grown |= op->kind == OP_END && op->text.at;
         if (op->kind == OP_TOUCH)
             store_evict_touch(st, &op->row);
+        if (op->kind == OP_PRUNE_RESULTS)
+            store_evict_kept(st, &op->keep);
     }
     if (grown)
         store_evict(st, bytes);
@@ -115,7 +119,7 @@ static struct store_op *for_queue(struct store_op *ops)
     for (struct store_op *next; ops; ops = next) {
         next = ops->next;
         ops->next = NULL;
-        if (ops->kind == OP_TOUCH) {
+        if (store_op_of_cache(ops)) {
             free(ops);
         } else {
             *last = ops;
@@ -143,6 +147,7 @@ static struct store_op *take_shortest(struct store_op **ops)
 /* Who gave the end keeps it, and gives it again. It is told on the queue's thread, in its turn: the job itself may be on its way to the disk yet. */
 static void give_back(struct store_op *op)
 {
+    assert(is_result(op) && op->done);
     op->kind = OP_BARRIER;
     op->how = STORE_LOST;
 }

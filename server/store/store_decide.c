@@ -3,6 +3,7 @@
 #include "store_parts.h"
 #include "clock.h"
 
+#include <assert.h>
 #include <semaphore.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -108,6 +109,7 @@ static bool change(struct lite *st, const char *sql, const char *one, const char
     sqlite3_stmt *s = NULL;
     bool ok = sqlite3_prepare_v2(st->queue, sql, -1, &s, NULL) == SQLITE_OK;
     int count = ok ? sqlite3_bind_parameter_count(s) : 0;
+    assert(count <= 4);
     if (count >= 1)
         store_bind_text(s, 1, one);
     if (count >= 2)
@@ -158,6 +160,7 @@ bool lite_decide_cancel(struct lite *st, struct store_op *op)
         c->outcome = STORE_ASKED;
         return change(st, "UPDATE jobs SET cancel = 1 WHERE id = ?1", c->id, NULL, 0, 0);
     }
+    assert(found[0] == JOB_QUEUED);
     c->outcome = STORE_CANCELLED;
     return change(st, "UPDATE jobs SET status = 4, error = ?2, finished = ?3, epoch = ?4 WHERE id = ?1 AND status = 0", c->id, c->error, c->now, store_epoch(&st->face));
 }
@@ -245,6 +248,7 @@ static void over(void *ctx, enum store_kept how)
 static bool decide(struct lite *st, enum store_op_kind kind, void *what)
 {
     struct turn t = { .how = STORE_LOST };
+    assert(!pthread_equal(pthread_self(), st->queue_writer.thread));      /* it would wait for itself */
     sem_init(&t.over, 0, 0);
     if (lite_submit(st, (struct store_op){ .kind = kind, .what = what, .done = over, .ctx = &t }))
         while (sem_wait(&t.over) != 0)

@@ -1,10 +1,11 @@
-/* Keeping the results within their share of the disk: the least recently used go first, down
+/* Keeping the results within their share of the disk, their age and their number: of the disk the least recently used go first, down
  * to nine tenths of the limit, so that not every new result costs a search. The disk has a share too: results leave a part of it free. When a result was
  * last read is in a table of its own: to change a row of results would rewrite its text. */
 #include "store_parts.h"
 #include "log.h"
 #include "metrics.h"
 
+#include <assert.h>
 #include <stdio.h>
 
 static int64_t number(sqlite3 *db, const char *sql)
@@ -17,7 +18,7 @@ static int64_t number(sqlite3 *db, const char *sql)
     return value;
 }
 
-static int64_t bytes_used(sqlite3 *db)
+int64_t store_bytes_used(sqlite3 *db)
 {
     int64_t pages = number(db, "PRAGMA page_count"), unused = number(db, "PRAGMA freelist_count"), size = number(db, "PRAGMA page_size");
     return pages < 0 || unused < 0 || size < 0 ? -1 : (pages - unused) * size;
@@ -25,7 +26,8 @@ static int64_t bytes_used(sqlite3 *db)
 
 bool store_evict_prepare(struct lite *st)
 {
-    static const char sql[] = "CREATE TABLE IF NOT EXISTS used(id TEXT PRIMARY KEY, at INTEGER NOT NULL) WITHOUT ROWID";
+    static const char sql[] = "CREATE TABLE IF NOT EXISTS used(id TEXT PRIMARY KEY, at INTEGER NOT NULL) WITHOUT ROWID;"
+                              "CREATE INDEX IF NOT EXISTS results_by_age ON results(made)";
     return sqlite3_exec(st->cache, sql, NULL, NULL, NULL) == SQLITE_OK;
 }
 
@@ -58,20 +60,27 @@ static bool drop_oldest(sqlite3 *db, int64_t excess)
     return ok;
 }
 
-/* Of so many bytes, with those that the disk or the limit calls for. */
-static bool evict(struct lite *st, int64_t excess)
+static void tell(struct lite *st, bool ok, int64_t gone, const char *reason)
 {
-    int64_t before = number(st->cache, "SELECT count(*) FROM results");
-    if (before <= 0)
-        return false;
-    bool ok = drop_oldest(st->cache, excess);
-    char reason[200], count[32];
-    snprintf(reason, sizeof reason, "%s", sqlite3_errmsg(st->cache));
-    int64_t gone = before - number(st->cache, "SELECT count(*) FROM results");
+    char count[32];
     snprintf(count, sizeof count, "%lld", (long long)gone);
     if (gone > 0)
         atomic_fetch_add(&st->metrics->counter[METRIC_EVICTED], (unsigned long)gone);
     log_event(ok ? LOG_L_INFO : LOG_L_WARN, "results_evicted", "#count", count, "reason", ok ? NULL : reason, NULL);
+}
+
+/* Of so many bytes, with those that the disk or the limit calls for. */
+static bool evict(struct lite *st, int64_t excess)
+{
+    assert(excess >= 0);                     /* a window of a negative one would hold nothing */
+    int64_t before = number(st->cache, "SELECT count(*) FROM results");
+    if (before <= 0)
+        return false;
+    bool ok = drop_oldest(st->cache, excess);
+    char reason[200];
+    snprintf(reason, sizeof reason, "%s", sqlite3_errmsg(st->cache));
+    int64_t gone = before - number(st->cache, "SELECT count(*) FROM results");
+    tell(st, ok, gone, reason);
     return ok && gone > 0;
 }
 
@@ -91,7 +100,7 @@ static int64_t short_of_disk(const struct lite *st, int64_t bytes)
 
 void store_evict(struct lite *st, int64_t bytes)
 {
-    int64_t limit = st->cache_limit ? atomic_load(st->cache_limit) : 0, used = bytes_used(st->cache), excess = short_of_disk(st, bytes);
+    int64_t limit = st->cache_limit ? atomic_load(st->cache_limit) : 0, used = store_bytes_used(st->cache), excess = short_of_disk(st, bytes);
     if (excess > 0)
         excess += used / 20;                /* not with every new one */
     if (limit && used > limit && used - limit / 10 * 9 > excess)
@@ -102,10 +111,32 @@ void store_evict(struct lite *st, int64_t bytes)
 
 bool store_evict_for(struct lite *st, int64_t bytes)
 {
-    if (bytes_used(st->cache) < (int64_t)store_place_spare(st->folder))
+    if (store_bytes_used(st->cache) < (int64_t)store_place_spare(st->folder))
         return false;
     sqlite3_wal_checkpoint_v2(st->cache, NULL, SQLITE_CHECKPOINT_PASSIVE, NULL, NULL);      /* what it has written is room in its log */
     bool ok = evict(st, 2 * bytes);
     sqlite3_wal_checkpoint_v2(st->cache, NULL, SQLITE_CHECKPOINT_PASSIVE, NULL, NULL);
     return ok;
+}
+
+static bool delete_by(sqlite3 *db, const char *sql, int64_t bound)
+{
+    sqlite3_stmt *s = NULL;
+    bool ok = sqlite3_prepare_v2(db, sql, -1, &s, NULL) == SQLITE_OK && sqlite3_bind_int64(s, 1, bound) == SQLITE_OK && sqlite3_step(s) == SQLITE_DONE;
+    sqlite3_finalize(s);
+    return ok;
+}
+
+void store_evict_kept(struct lite *st, const struct store_keep *keep)
+{
+    static const char by_age[] = "DELETE FROM results WHERE rowid IN (SELECT rowid FROM results WHERE made < ?1 ORDER BY made LIMIT 1000)";
+    static const char by_count[] = "DELETE FROM results WHERE rowid IN (SELECT rowid FROM results ORDER BY made DESC LIMIT 1000 OFFSET ?1)";
+    int before = sqlite3_total_changes(st->cache);
+    bool ok = (!keep->results_since || delete_by(st->cache, by_age, keep->results_since))
+        && (!keep->results || delete_by(st->cache, by_count, keep->results));
+    int gone = sqlite3_total_changes(st->cache) - before;
+    if (gone > 0)
+        store_exec(st->cache, "DELETE FROM used WHERE id NOT IN (SELECT id FROM results)");
+    if (gone > 0 || !ok)
+        tell(st, ok, gone, sqlite3_errmsg(st->cache));
 }

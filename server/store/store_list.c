@@ -2,6 +2,7 @@
  * statuses is merged from lists of one status each, so that no rows are passed over. */
 #include "store_parts.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -42,6 +43,7 @@ static int add(struct store_reader *r, sqlite3_stmt *s, const struct store_query
     if (q->owner)
         sqlite3_bind_text(s, 4, q->owner, -1, SQLITE_STATIC);
     while ((rc = sqlite3_step(s)) == SQLITE_ROW && page->rows < most) {
+        assert(page->rows < (q->limit + 1) * JOB_STATUSES);
         struct job_row *row = &page->row[page->rows++];
         if (!store_read_row(s, row)) {
             rc = SQLITE_CORRUPT;

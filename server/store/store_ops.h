@@ -23,7 +23,7 @@ struct store_ops {
     bool (*note)(struct store *st, const char *id, const char *owner);
     bool (*withdraw)(struct store *st, const char *id, const char *owner);
     bool (*forget)(struct store *st, const char *id);
-    bool (*prune)(struct store *st, int64_t before, int64_t keep);
+    bool (*prune)(struct store *st, const struct store_keep *keep);
     bool (*barrier)(struct store *st, store_done *done, void *ctx);
 
     enum store_answer (*claim)(struct store *st, const struct store_claimant *who, struct job_row *row, char **request, size_t *length);

@@ -13,19 +13,23 @@
 enum { STORE_READERS = 4 };
 
 enum store_op_kind { OP_SUBMIT, OP_STARTED, OP_RELEASE, OP_END, OP_CANCEL, OP_CLAIM, OP_BEAT, OP_REAP, OP_PROBE, OP_BARRIER, OP_TOUCH, OP_JOIN, OP_NOTE,
-                     OP_WITHDRAW, OP_FORGET, OP_PRUNE };
+                     OP_WITHDRAW, OP_FORGET, OP_PRUNE, OP_PRUNE_RESULTS };
 
 struct store_op {
     enum store_op_kind kind;
     struct job_row row;          /* error is borrowed */
     struct slice text;           /* request or result, borrowed */
     int64_t anew;                /* epoch of a job that waits again */
+    struct store_keep keep;      /* of what is pruned */
     void *what;                  /* that is decided: by kind */
     enum store_kept how;         /* what came of it, unless the commit fails */
     store_done *done;
     void *ctx;
     struct store_op *next;
 };
+
+/* Of results alone: the queue's thread does not see it. */
+static inline bool store_op_of_cache(const struct store_op *op) { return op->kind == OP_TOUCH || op->kind == OP_PRUNE_RESULTS; }
 
 /* A thread that owns the read-write connection to one file and commits what has gathered. */
 struct store_writer {
@@ -61,7 +65,7 @@ struct lite {
     /* Of the thread that writes the queue, once it runs. */
     struct store_writer queue_writer;
     sqlite3 *queue;
-    sqlite3_stmt *known, *insert, *started, *release, *end, *ended, *join, *note, *withdraw, *forget, *prune_age, *prune_count;
+    sqlite3_stmt *known, *insert, *started, *release, *end, *ended, *join, *note, *withdraw, *forget, *prune_age, *prune_count, *prune_bytes;
     atomic_size_t needed;        /* bytes that could not be written; a probe must write as many */
     struct store_place place;    /* of the queue file */
     atomic_bool moved;           /* it is not there any more */
@@ -123,6 +127,10 @@ void store_cache_commit(struct lite *st, struct store_op *ops);
 bool store_evict_prepare(struct lite *st);
 /* The result was read at row->finished. */
 bool store_evict_touch(struct lite *st, const struct job_row *row);
+/* By age and number. */
+void store_evict_kept(struct lite *st, const struct store_keep *keep);
+/* What its tables take, without pages that are free; -1: it cannot be read. */
+int64_t store_bytes_used(sqlite3 *db);
 /* After so many bytes were written: keeps results within the limit, and the disk's spare free. */
 void store_evict(struct lite *st, int64_t bytes);
 /* A write of so many bytes found no room on the disk: did older results give any? */

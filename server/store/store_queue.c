@@ -5,18 +5,27 @@
 #include "log.h"
 #include "metrics.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
 enum { PAGE = 4096 };            /* what a row needs beside its text */
 
-/* By age, or all but so many. */
-static bool prune(struct lite *st, sqlite3_stmt *s, int64_t bound)
+/* By age, or all but so many, or so many bytes. */
+static bool prune_by(struct lite *st, sqlite3_stmt *s, int64_t bound)
 {
     sqlite3_bind_int64(s, 1, bound);
     if (!store_step(s))
         return false;
     atomic_fetch_add(&st->metrics->counter[METRIC_PRUNED], (unsigned long)sqlite3_changes(st->queue));
     return true;
+}
+
+static bool prune(struct lite *st, const struct store_keep *k)
+{
+    if ((k->since && !prune_by(st, st->prune_age, k->since)) || (k->jobs && !prune_by(st, st->prune_count, k->jobs)))
+        return false;
+    int64_t excess = k->bytes ? store_bytes_used(st->queue) - k->bytes : 0;
+    return excess <= 0 || prune_by(st, st->prune_bytes, excess);
 }
 
 /* A statement that changed nothing came from a run that is over. */
@@ -32,6 +41,7 @@ static bool end(struct lite *st, struct store_op *op)
 {
     const struct job_row *r = &op->row;
     sqlite3_stmt *s = st->end;
+    assert(job_ended(r->status) && (r->status != JOB_DONE || !r->error));
     store_bind_text(s, 1, r->id);
     sqlite3_bind_int(s, 2, r->status);
     sqlite3_bind_int64(s, 3, r->started);
@@ -99,10 +109,11 @@ static bool apply(struct lite *st, struct store_op *op)
         store_bind_text(s, 1, r->id);
         return store_step(s);
     case OP_PRUNE:
-        return (!r->finished || prune(st, st->prune_age, r->finished)) && (!r->seq || prune(st, st->prune_count, r->seq));
+        return prune(st, &op->keep);
     case OP_PROBE:
         return store_file_fill(st->queue, atomic_load(&st->needed));
     default:
+        assert(op->kind == OP_BARRIER);      /* reads of results are the other thread's */
         return true;
     }
 }
@@ -200,6 +211,9 @@ bool store_queue_prepare(struct lite *st, char *why, size_t size)
                                                   " ORDER BY finished LIMIT 1000)", why, size))
         && (st->prune_count = store_file_prepare(q, "DELETE FROM jobs WHERE seq IN (SELECT seq FROM jobs WHERE status >= 2"
                                                     " ORDER BY finished DESC LIMIT 1000 OFFSET ?1)", why, size))
+        && (st->prune_bytes = store_file_prepare(q, "DELETE FROM jobs WHERE seq IN (SELECT seq FROM (SELECT seq, sum(n) OVER (ORDER BY finished, seq) - n AS before"
+                                                    " FROM (SELECT seq, finished, length(request) AS n FROM jobs WHERE status >= 2 ORDER BY finished LIMIT 1000))"
+                                                    " WHERE before < ?1)", why, size))
         && (st->withdraw = store_file_prepare(q, "DELETE FROM interests WHERE id=?1 AND owner=?2", why, size))
         && (st->forget = store_file_prepare(q, "DELETE FROM jobs WHERE id=?1 AND status >= 2", why, size))
         && (st->end = store_file_prepare(q, "UPDATE jobs SET status=?2, started=?3, finished=?4, error=?5, lease=0, epoch=?6"

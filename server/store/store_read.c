@@ -2,6 +2,7 @@
 #include "store_parts.h"
 #include "log.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -74,6 +75,7 @@ struct store_reader *store_borrow(struct lite *st)
 void store_give_back(struct lite *st, struct store_reader *r)
 {
     pthread_mutex_lock(&st->read_lock);
+    assert(r->busy && r >= st->reader && r < st->reader + STORE_READERS);
     r->busy = false;
     pthread_cond_signal(&st->read_free);
     pthread_mutex_unlock(&st->read_lock);

@@ -1,6 +1,8 @@
 /* A writer: a list, a thread, and what both writers need of SQLite. */
 #include "store_parts.h"
 
+#include <assert.h>
+
 void store_bind_text(sqlite3_stmt *s, int at, const char *text)
 {
     if (text)
@@ -41,6 +43,7 @@ static void *work(void *arg)
         w->last = &w->first;
         w->count = 0;
         pthread_mutex_unlock(&w->lock);
+        assert(ops || w->stop);
         if (!ops)
             return NULL;
         w->commit(w->store, ops);
@@ -74,6 +77,7 @@ void store_writer_give(struct store_writer *w, struct store_op *ops)
     if (!ops)
         return;
     pthread_mutex_lock(&w->lock);
+    assert(!*w->last && !w->stop);           /* the results' thread, which gives too, ends before the queue's */
     *w->last = ops;
     for (; *w->last; w->last = &(*w->last)->next)
         w->count++;

@@ -158,6 +158,15 @@ def quotas(build, c):
         a = d.ask("POST", "/v1/jobs", trivial(), tired)
         c.problem(a, 429, "quota_exceeded", "seconds of an hour")
         c(600 < int(a.headers.get("retry-after", "0")) <= 3601, "429: until the hour is over", a.headers)
+        # what a body costs to read is on the account of who sent it
+        reader = bearer(new_token(build, d, "reader", "--seconds", "1"))
+        c(until(lambda: d.ask("GET", "/v1/jobs", headers=reader).status == 200), "its token is there")
+        for k in range(8):
+            costly = {"form": "equations", "variables": ["x"], "name": str(k), "equations": ["der(sin(cos(x^9*t))/exp(x*t), 30) = 0", "x = y"]}
+            a = d.ask("POST", "/v1/jobs", {"system": costly}, reader)
+            c(a.status in (422, 429), "a body that is refused after it was read", (a.status, a.body[:200]))
+        c.problem(d.ask("POST", "/v1/jobs", trivial(), reader), 429, "quota_exceeded", "seconds of reading, in an hour")
+        c.status(d.ask("POST", "/v1/jobs", trivial(), free), 202, "another token is not touched by them")
 
 
 def owners(build, c):
@@ -240,7 +249,8 @@ def isolated(build, c):
 
 def crowd_of_one(build, c):
     """One address does not hold all connections; of its own, those without a request give their place to the next."""
-    with Daemon(build, "--address-connections", "5", "--workers", "1") as d:
+    with tempfile.TemporaryDirectory() as folder, Daemon(build, "--address-connections", "5", "--connections", "5", "--workers", "1",
+                                                         "--listen", f"127.0.0.1:0,unix:{folder}/admin") as d:
         held = []
         try:
             for _ in range(5):
@@ -273,6 +283,12 @@ def crowd_of_one(build, c):
                 except OSError:
                     out = b""
                 c(out == b"", "where all have a request one more is closed", out)
+            for path in ("/healthz", "/metrics", "/v1/jobs"):          # a second address has connections of its own: for probes and administrators
+                with socket.socket(socket.AF_UNIX) as admin:
+                    admin.settimeout(10)
+                    admin.connect(folder + "/admin")
+                    admin.sendall(f"GET {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n".encode())
+                    c(admin.recv(100).startswith(b"HTTP/1.1 200"), f"{path} by the UNIX socket meanwhile")
         finally:
             for s in held:
                 s.close()
@@ -737,6 +753,9 @@ def upkeep(build, c):
             with open(path, "r+b") as f:
                 f.seek(4096)
                 f.write(b"\xa5" * min(4096, size - 4096))
+            run = sgad(build, "restore", folder, "--state", fresh + name)
+            c(run.returncode == 1 and "damaged" in run.stderr and not os.path.exists(fresh + name) and not os.path.exists(fresh + name + ".partial"),
+              f"a backup whose {name} is damaged is not restored", run.stderr)
             run = sgad(build, "check", "--state", folder)
             c(run.returncode == bad and f"{name}: ok" not in run.stdout, f"check finds damage in {name}", run)
         for wrong in (["backup"], ["backup", folder], ["backup", "a", "b", "--state", state], ["check", "x", "--state", state]):

@@ -6,10 +6,11 @@ import json
 
 
 class History:
-    def __init__(self, check, dropped=lambda: False):
-        """dropped() tells whether the log says that results were dropped, as they may be: then a job that was done is done once more."""
-        self.check, self.dropped = check, dropped
-        self.promised, self.told = {}, {}      # by id: the headers of its owner; (status, finished)
+    def __init__(self, check, dropped=lambda: False, pruned=False):
+        """dropped() tells whether the log says that results were dropped, as they may be: then a job that was done is done once more.
+        pruned: jobs that have ended go; what else is told of them stays true."""
+        self.check, self.dropped, self.pruned = check, dropped, pruned
+        self.promised, self.told = {}, {}      # by id: the token of its owner, as a header; (status, finished)
 
     def heard(self, method, path, answer, headers=None):
         """An answer, in the order in which one client hears them."""
@@ -28,7 +29,7 @@ class History:
             return                             # an answer for who waited, of a job that could not be kept
         job = json.loads(answer.body)
         if answer.status == 202 and method == "POST":
-            self.promised.setdefault(job["id"], headers)
+            self.promised.setdefault(job["id"], {k: v for k, v in (headers or {}).items() if k == "Authorization"})
             self.told.pop(job["id"], None)      # one that had failed or was cancelled begins anew
         if method == "POST" and self.told.get(job["id"], ("done",))[0] != "done":
             self.told.pop(job["id"])            # posted once more, it is run once more
@@ -63,7 +64,7 @@ class History:
         """All promises, asked by ask(id, headers), which answers as Daemon.ask does."""
         for id_, headers in list(self.promised.items()):
             a = ask(id_, headers)
-            if a.status == 401:                # its token was revoked
+            if a.status == 401 or (a.status == 404 and self.pruned):                # its token was revoked; it ended and went
                 continue
             if not self.check(a.status == 200, "what was accepted is there", (note, id_, a.status, a.body[:200])):
                 continue

@@ -22,6 +22,7 @@ import load  # noqa: E402
 import packed  # noqa: E402
 import page  # noqa: E402
 import power  # noqa: E402
+import proxies  # noqa: E402
 import refusals  # noqa: E402
 import shared as several  # noqa: E402
 import store  # noqa: E402
@@ -52,6 +53,7 @@ OWN = [
     upgrade,
     several,
     chaos,
+    proxies,
     page,
 ]
 

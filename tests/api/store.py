@@ -1,4 +1,5 @@
 """Files that are gone, damaged, newer or full: each has a defined behaviour."""
+import contextlib
 import os
 import random
 import resource
@@ -151,14 +152,16 @@ def lost(build, c):
         c(len(name) == 33 and set(name.strip()) <= set("0123456789abcdef"), "the state has a name of its own", name)
         for k, word in ((0, "missing"), (1, "empty")):
             os.rename(path(d, "queue.db"), path(d, "kept"))
-            if k:
-                with open(path(d, "queue.db"), "wb"):
-                    pass
-            run = subprocess.run([os.path.join(build, "sgad"), "--listen", "127.0.0.1:0", "--state", folder],
-                                 capture_output=True, timeout=30, check=False)
-            c(run.returncode == 1 and word in run.stderr.decode(), f"a queue that is {word} is refused", run.stderr)
-            c(os.path.exists(path(d, "queue.db")) == bool(k), "and no other is made")
-            os.replace(path(d, "kept"), path(d, "queue.db"))
+            try:
+                if k:
+                    with open(path(d, "queue.db"), "wb"):
+                        pass
+                run = subprocess.run([os.path.join(build, "sgad"), "--listen", "127.0.0.1:0", "--state", folder],
+                                     capture_output=True, timeout=30, check=False)
+                c(run.returncode == 1 and word in run.stderr.decode(), f"a queue that is {word} is refused", run.stderr)
+                c(os.path.exists(path(d, "queue.db")) == bool(k), "and no other is made")
+            finally:
+                os.replace(path(d, "kept"), path(d, "queue.db"))
         os.remove(path(d, "instance"))      # as before it was written
         d.start()
         c(os.path.exists(path(d, "instance")), "a folder without a name gets one")
@@ -170,10 +173,12 @@ def gone(build, c):
         folder = os.path.join(d.state, "sgad")
         done = some_jobs(d, 2)
         os.rename(folder, folder + ".away")
-        c.problem(d.ask("POST", "/v1/jobs", trivial()), 503, "store_failed", "a job without the folder")
-        c.status(d.get("/readyz"), 503, "not ready without the folder")
-        c.status(d.get("/healthz"), 200, "healthy without the folder")
-        os.rename(folder + ".away", folder)
+        try:
+            c.problem(d.ask("POST", "/v1/jobs", trivial()), 503, "store_failed", "a job without the folder")
+            c.status(d.get("/readyz"), 503, "not ready without the folder")
+            c.status(d.get("/healthz"), 200, "healthy without the folder")
+        finally:
+            os.rename(folder + ".away", folder)
         c(until(d, 200), "ready with the folder again")
         a = d.ask("POST", "/v1/jobs", trivial())
         c.status(a, 202, "a job with the folder again")
@@ -213,6 +218,51 @@ def kept(build, c):
         c(a.returncode == 0, "prune", a.stderr)
         d.start()
         c(set(listed(d)) == {going, ids[-1]}, "one is left, and what has not ended", listed(d))
+
+
+def results_in(d):
+    with contextlib.closing(sqlite3.connect(f"file:{path(d, 'cache.db')}?mode=ro", uri=True)) as db:
+        return {i for (i,) in db.execute("SELECT id FROM results")}
+
+
+def kept_apart(build, c):
+    """Results go by age and number, and their jobs stay; jobs go by bytes, too."""
+    with Daemon(build, "--workers", "1", "--cache-results", "3", "--cache-days", "2", "--cache-memory", "0") as d:
+        ids, end = list(some_jobs(d, 8)), time.monotonic() + 60
+        while len(results_in(d)) > 3 and time.monotonic() < end:
+            time.sleep(0.1)
+        c(results_in(d) == set(ids[-3:]), "the latest results are kept", (results_in(d), ids))
+        with contextlib.closing(sqlite3.connect(path(d, "cache.db"), isolation_level=None)) as db:
+            db.execute("UPDATE results SET made = made - 3 * 86400000 WHERE id = ?", (ids[-3],))
+        while len(results_in(d)) > 2 and time.monotonic() < end:
+            time.sleep(0.1)
+        c(results_in(d) == set(ids[-2:]), "old ones go", results_in(d))
+        c(set(listed(d)) == set(ids), "their jobs stay", listed(d))
+        c.status(d.get("/v1/jobs/" + ids[0]), (200, 202), "and are computed again when they are asked for")
+        d.wait(ids[0])
+        d.stop()
+        prune = [os.path.join(build, "sgad"), "prune", "--state", os.path.join(d.state, "sgad")]
+        a = subprocess.run([*prune, "--results-keep", "1"], capture_output=True, text=True, check=False)
+        c(a.returncode == 0 and "results removed" in a.stdout and results_in(d) == {ids[0]}, "prune of results", a)
+        a = subprocess.run([*prune, "--results-older", "0d"], capture_output=True, text=True, check=False)
+        c(a.returncode == 0 and not results_in(d), "by age", a)
+        d.start()
+        c(set(listed(d)) == set(ids), "no job went with them", listed(d))
+    with Daemon(build, "--workers", "1", "--keep-bytes", str(1 << 20)) as d:
+        going, ids, end = d.ask("POST", "/v1/jobs", slow()).json()["id"], [], time.monotonic() + 60
+        for _ in range(16):                                     # of a tenth of a megabyte each; they wait, and are cancelled
+            big = trivial()
+            big["system"]["alpha"] = [big["system"]["alpha"][0] + "".join(f" + {k}*x" for k in range(9000))]
+            ids.append(d.ask("POST", "/v1/jobs", big).json()["id"])
+            c.status(d.ask("DELETE", "/v1/jobs/" + ids[-1]), 200, "cancelling")
+        while len(listed(d)) > 12 and time.monotonic() < end:
+            time.sleep(0.1)
+        left = set(listed(d))
+        c(5 < len(left) <= 12 and left == {going, *ids[1 - len(left):]}, "by bytes the oldest go, and what has not ended stays", (len(left), left, ids))
+        d.stop()
+        a = subprocess.run([os.path.join(build, "sgad"), "prune", "--state", os.path.join(d.state, "sgad"), "--bytes", "300000"], capture_output=True, text=True, check=False)
+        d.start()
+        c(a.returncode == 0 and 2 <= len(listed(d)) <= 5 and {going, ids[-1]} <= set(listed(d)), "prune by bytes", (a, listed(d)))
 
 
 def long_list(build, c):
@@ -331,40 +381,43 @@ def small_disk(build, c):
             d.stop()
             shutil.rmtree(os.path.join(d.state, "sgad"))
             os.symlink(folder, os.path.join(d.state, "sgad"))
-            d.start()
-            done = some_jobs(d, 2)
-            accepted, refusals = [], 0
-            for k in range(80001, 80041):
-                big = trivial(k)
-                big["system"]["name"] = "n" * 100
-                big["system"]["alpha"] = [f"{k}*x" + "".join(f" + {i}*x" for i in range(5000))]
-                a = d.ask("POST", "/v1/jobs", big)
-                if a.status in (200, 202):
-                    accepted.append(a.json()["id"])
-                else:
-                    refusals += 1
-                    c.problem(a, 503, "store_failed", "a job on a full disk")
-            c(accepted and refusals, "some fit, some do not", (len(accepted), refusals))
-            again(d, c, done, "full disk")
-            c(until(d, 503), "not ready on a full disk")
-            for k in range(20):           # small writes that still fit bring no readiness back
-                d.ask("POST", "/v1/jobs", trivial(90000 + k))
-                c.status(d.get("/readyz"), 503, "still not ready on a full disk")
-            d.process.kill()
-            d.ended()
-            d.start()
-            again(d, c, done, "started on a full disk")
-            subprocess.run(["mount", "-o", "remount,size=64m", folder], check=True)
-            for id_ in accepted:
-                c(d.wait(id_)["status"] == "done", "what was accepted is there after a full disk")
-            c(until(d, 200), "ready with a larger disk")
-            d.stop()
-            subprocess.run(["mount", "-o", "remount,ro", folder], check=True)
-            run = subprocess.run([os.path.join(build, "sgad"), "--listen", "127.0.0.1:0", "--state", folder],
-                                 capture_output=True, timeout=30, check=False)
-            c(run.returncode == 1 and b"ead-only" in run.stderr, "a read-only disk is refused with the reason", run.stderr)
-            subprocess.run(["mount", "-o", "remount,rw", folder], check=True)
-            d.start()
+            try:
+                d.start()
+                done = some_jobs(d, 2)
+                accepted, refusals = [], 0
+                for k in range(80001, 80041):
+                    big = trivial(k)
+                    big["system"]["name"] = "n" * 100
+                    big["system"]["alpha"] = [f"{k}*x" + "".join(f" + {i}*x" for i in range(5000))]
+                    a = d.ask("POST", "/v1/jobs", big)
+                    if a.status in (200, 202):
+                        accepted.append(a.json()["id"])
+                    else:
+                        refusals += 1
+                        c.problem(a, 503, "store_failed", "a job on a full disk")
+                c(accepted and refusals, "some fit, some do not", (len(accepted), refusals))
+                again(d, c, done, "full disk")
+                c(until(d, 503), "not ready on a full disk")
+                for k in range(20):           # small writes that still fit bring no readiness back
+                    d.ask("POST", "/v1/jobs", trivial(90000 + k))
+                    c.status(d.get("/readyz"), 503, "still not ready on a full disk")
+                d.process.kill()
+                d.ended()
+                d.start()
+                again(d, c, done, "started on a full disk")
+                subprocess.run(["mount", "-o", "remount,size=64m", folder], check=True)
+                for id_ in accepted:
+                    c(d.wait(id_)["status"] == "done", "what was accepted is there after a full disk")
+                c(until(d, 200), "ready with a larger disk")
+                d.stop()
+                subprocess.run(["mount", "-o", "remount,ro", folder], check=True)
+                run = subprocess.run([os.path.join(build, "sgad"), "--listen", "127.0.0.1:0", "--state", folder],
+                                     capture_output=True, timeout=30, check=False)
+                c(run.returncode == 1 and b"ead-only" in run.stderr, "a read-only disk is refused with the reason", run.stderr)
+                subprocess.run(["mount", "-o", "remount,rw", folder], check=True)
+                d.start()
+            finally:          # what was accepted is looked for after the test too
+                subprocess.run(["mount", "-o", "remount,rw,size=64m", folder], check=False)
     finally:
         subprocess.run(["umount", folder], check=False)
         os.rmdir(folder)
@@ -412,4 +465,4 @@ def results_give_way(build, c):
         os.rmdir(folder)
 
 
-ALL = [results_give_way, dropped, flipped, damaged, lost, gone, kept, long_list, older, no_room, small_disk]
+ALL = [results_give_way, dropped, flipped, damaged, lost, gone, kept, kept_apart, long_list, older, no_room, small_disk]

@@ -1,10 +1,10 @@
-"""turns.py BUILD_DIR [COUNT] [TEST...]: the tests of the API under faults in turn.
+"""turns.py BUILD_DIR [COUNT] [MINUTES] [TEST...]: the tests of the API under faults in turn.
 
 Each test is run once to count its writes, syncs, opens, processes, allocations, looks at the clock and lines of the log, then again
 and again with one of them failing (and once more with that and the next 20): all of them, or COUNT for each kind, chosen by
 a seed. What a test asks for may fail then; what may not: a daemon that dies, a refusal without a reason, a promise that is not
-kept after a new start (history.py). Then the commands of `sgad` that change files, with every call failing in turn.
-SGA_TEST_SEED sets the seed, which is printed."""
+kept after a new start (history.py). The commands of `sgad` that change files come first, with COUNT of their calls or every one failing in turn.
+SGA_TEST_SEED sets the seed, which is printed, and with it the order of the tests. After MINUTES (0: none) no test is begun; what was left out is told."""
 import ctypes
 import http.client
 import os
@@ -13,6 +13,7 @@ import re
 import signal
 import sys
 import tempfile
+import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [HERE, os.path.dirname(HERE)]
@@ -34,6 +35,7 @@ import load  # noqa: E402
 import packed  # noqa: E402
 import page  # noqa: E402
 import power  # noqa: E402
+import proxies  # noqa: E402
 import refusals  # noqa: E402
 import shared  # noqa: E402
 import store  # noqa: E402
@@ -47,15 +49,18 @@ from tally import Tally  # noqa: E402
 
 # One daemon of its own for each test of those that share one.
 SHARED = endpoints.ALL + check.ALL + page.SHARED + refusals.ALL + framing.SHARED + packed.SHARED
-OWN = [t for module in (life, limits, isolation, kill, load, store, access, audit, watch, command, faults, power, framing, packed, upgrade, shared, chaos, page) for t in module.ALL]
+OWN = [t for module in (life, limits, isolation, kill, load, store, access, audit, watch, command, faults, power, framing, packed, upgrade, shared, chaos, proxies, page) for t in module.ALL]
 # No turn for them, and why.
 WITHOUT = {
     "page_sources": "no daemon", "page_vendored": "no daemon", "unit": "no daemon", "trials": "no daemon", "power": "a shim of its own, which records what reaches the disk",
     "many_requests": "a count of what is lost, of a daemon without faults", "soak": "the same", "shared_chaos": "faults of its own, and a count of what is lost",
+    "proxies": "about programs in front of the daemon",
 }
-# They take files or answers away, or put other programs in the place of the daemon's: what was promised is not looked at.
-DAMAGE = ["results_give_way", "dropped", "flipped", "damaged", "lost", "gone", "kept", "long_list", "older", "no_room", "small_disk", "upgrade_refused", "shared_versions",
-          "shared_failover", "kept_answers", "one_not_kept", "reading_only", "upkeep"]
+# What a test itself takes away is no promise any more; all else is.
+DAMAGE = {"damaged": "requests are changed in the queue, and it is put back as it was before"}                      # nothing that was told counts
+RESULTS = {"dropped": "the file of results is deleted", "flipped": "bytes of results are changed", "older": "the file of results is dropped with its schema",
+           "reading_only": "the file of results is deleted", "kept_apart": "results go by number and age"}                                                          # a job that is done may be done once more
+PRUNED = {"kept": "ended jobs go by number and age", "kept_apart": "and by bytes"}                                                              # a job that has ended may be gone
 GONE = (OSError, http.client.HTTPException, ValueError, AttributeError)
 SECONDS = 150                         # a test that waits for what failed is given up
 
@@ -85,7 +90,7 @@ class Guest:
 
     def check(self, ok, label, detail=""):
         what = f"{self.name}, {self.kind} {self.nth}" + (f" to {self.nth + self.length - 1}" if self.length > 1 else "")
-        return self.tally.check(ok, f"{what}: {label}", str(detail)[:1500])
+        return self.tally.check(ok, f"{what}: {label}", str(detail)[:3000])
 
     def began(self):
         if self.kind is None:
@@ -97,7 +102,7 @@ class Guest:
 
     def heard(self, d, method, path, answer, headers=None):
         if self.kind is not None:
-            history = self.histories.setdefault(id(d), History(self.check, lambda: dropped(d)))
+            history = self.histories.setdefault(id(d), History(self.check, lambda: self.name in RESULTS or dropped(d), pruned=self.name in PRUNED))
             if self.name not in DAMAGE:
                 history.heard(method, path, answer, headers)
             elif answer.status >= 400 and answer.body:
@@ -127,6 +132,8 @@ class Guest:
                 self.lived(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]), d.all_errors())
             except ChildProcessError:        # somebody else took note of its end
                 pass
+        if __name__ == "__main__":
+            reap(d.state)
         history = self.histories.get(id(d))
         if not d.own or not history or not history.promised or d.shares():
             return
@@ -151,10 +158,13 @@ def give_up(*_):
     raise GivenUp
 
 
-def reap():
-    """Processes that a test left to us, such as a successor of which no line of the log told."""
+def reap(state=""):
+    """Processes that a test left to us, such as a successor of which no line of the log told; those of that state, or all."""
     with open(f"/proc/self/task/{os.getpid()}/children", encoding="ascii") as f:
         for pid in map(int, f.read().split()):
+            with open(f"/proc/{pid}/cmdline", encoding="utf-8", errors="replace") as line:
+                if state not in line.read():
+                    continue
             os.kill(pid, signal.SIGKILL)
             os.waitpid(pid, 0)
 
@@ -185,14 +195,20 @@ def turns(total, count, rng):
     return range(1, total + 1) if not count or total <= count else sorted(rng.sample(range(1, total + 1), count))
 
 
-def in_turn(tally, build, count, names):
+def in_turn(tally, build, count, names, minutes=0):
     seed = int(os.environ.get("SGA_TEST_SEED", "20261125"))
     rng = random.Random(seed)
     print(f"seed {seed}", flush=True)
     with tempfile.TemporaryDirectory(prefix="sgad-shim-") as folder:
-        library, failed, done = compiled(folder), dict.fromkeys(KINDS[1:], 0), 0
-        for test in SHARED + OWN:
-            if names and test.__name__ not in names or test.__name__ in WITHOUT:
+        library, failed, done, left = compiled(folder), dict.fromkeys(KINDS[1:], 0), 0, []
+        if not names or "commands" in names:
+            command_turns.commands(tally, build, Shim(folder, library), count, rng)
+        chosen, began = [t for t in SHARED + OWN if (not names or t.__name__ in names) and t.__name__ not in WITHOUT], time.monotonic()
+        if minutes:
+            rng.shuffle(chosen)
+        for test in chosen:
+            if minutes and time.monotonic() - began > 60 * minutes:
+                left.append(test.__name__)
                 continue
             shim = Shim(folder, library)
             run(test, build, Guest(shim, tally, test.__name__))
@@ -207,10 +223,10 @@ def in_turn(tally, build, count, names):
                 print(f"# {test.__name__}: of", counts, "failed", {k: failed[k] - before[k] for k in failed}, flush=True)
         print(f"{done} tests in turn")
         print("calls that failed:", failed, flush=True)
+        if left:
+            print("left out, as the time was over:", " ".join(left))
         if not names:
             tally.check(all(failed.values()), "each kind of fault was met", failed)
-        if not names or "commands" in names:
-            command_turns.commands(tally, build, Shim(folder, library), count, rng)
 
 
 def some_turns(build, c):
@@ -224,5 +240,6 @@ ALL = [some_turns]
 if __name__ == "__main__":
     ctypes.CDLL(None).prctl(36, 1)      # PR_SET_CHILD_SUBREAPER: the ends of successors are told to us
     TALLY = Tally("turns")
-    in_turn(TALLY, sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 0, sys.argv[3:])
+    NUMBERS = [int(a) for a in sys.argv[2:4] if a.isdigit()]
+    in_turn(TALLY, sys.argv[1], NUMBERS[0] if NUMBERS else 0, sys.argv[2 + len(NUMBERS):], NUMBERS[1] if len(NUMBERS) > 1 else 0)
     sys.exit(TALLY.end())

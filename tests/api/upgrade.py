@@ -221,6 +221,21 @@ def upgrade_idle(build, c):
         c(d.finish(), "upgrade: it ends by SIGTERM", d.errors())
 
 
+class Kept:
+    """Files that are as they were, afterwards."""
+
+    def __init__(self, *paths):
+        self.paths = paths
+
+    def __enter__(self):
+        for path in self.paths:
+            shutil.copy(path, path + ".kept")
+
+    def __exit__(self, *_):
+        for path in self.paths:
+            os.replace(path + ".kept", path)
+
+
 def upgrade_refused(build, c):
     """One that cannot start changes nothing; one without settings neither."""
     folder = tempfile.mkdtemp(prefix="sgad-upgrade-")
@@ -229,7 +244,7 @@ def upgrade_refused(build, c):
         shutil.copy(os.path.join(build, "sgad"), program)
         with open(settings, "w", encoding="ascii") as f:
             f.write("queue = 5\n")
-        with Upgraded(folder, "--config", settings) as d:
+        with Upgraded(folder, "--config", settings) as d, Kept(program, settings):
             for what, change in (("wrong settings", lambda: open(settings, "a", encoding="ascii").write("quue = 6\n")), ("no program", lambda: os.remove(program))):
                 change()
                 before = d.text().count("no_successor")

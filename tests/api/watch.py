@@ -1,4 +1,5 @@
 """What can be seen from outside, and what many or slow clients cannot do to the service."""
+import glob
 import json
 import os
 import pty
@@ -85,6 +86,12 @@ def watched(c, text):
     c(len(names) > 20 and names <= there, "alerts and dashboard ask for metrics that there are", names - there)
     alerts = re.findall(r"alert: (\w+)", rules)
     c(len(alerts) > 8 and all(f"| `{a}` |" in runbook for a in alerts), "each alert has its entry in the runbook", alerts)
+    events = set()
+    for place in glob.glob(os.path.join(ROOT, "server/**/*.c"), recursive=True):
+        with open(place, encoding="utf-8") as f:
+            for event in re.findall(r'LOG_L_(?:WARN|ERROR)(?: : LOG_L_\w+)?,\s*(?:\w+ \? )?((?:"[a-z_]+"(?: : )?)+)', f.read()):
+                events |= set(re.findall(r'"([a-z_]+)"', event))
+    c(len(events) > 25 and all(f"`{e}`" in runbook for e in events), "each warning and error of the log has its entry", [e for e in events if f"`{e}`" not in runbook])
     codes = set(re.findall(r'code=~"([^"]*)"', rules)[0].split("|"))
     with open(os.path.join(ROOT, "doc/parts/errors.json"), encoding="utf-8") as f:
         c(codes <= set(json.load(f)), "alerts name codes that there are", codes)
