@@ -153,8 +153,8 @@ struct traj_request {
     double rtol, atol;
     bool own_atol;                         /* atol was asked for: it is meant as it is; otherwise in units of natural sizes (sizes.h) */
     const char *method;                    /* NULL or "auto": chosen */
-    double rows_until;                     /* sga_now() value at which a motion in double ends with the rows it has, if these are more than its start; 0: time that
-                                            * ends is a failure */
+    double rows_until;                     /* sga_now() value at which a motion ends with the rows it has, if these are more than its start; 0: time that ends is a
+                                            * failure */
     enum traj_arithmetic arithmetic;
     /* Where the arithmetic carries more than a double: constants of the store, by variable
      * (EXPR_UNDEF: not given) and by sample. NULL: the doubles are meant exactly. */

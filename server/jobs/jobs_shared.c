@@ -145,7 +145,8 @@ static struct finished *read_end(struct jobs *js, const char *id, struct job_row
 static bool same_state(const struct job *job, const struct job_row *row, const struct job_progress *p)
 {
     return job->row.status == row->status && job->row.epoch == row->epoch && job->row.attempts == row->attempts && job->row.started == row->started
-        && job->progress.fraction == p->fraction && strcmp(job->progress.stage, p->stage) == 0;
+        && job->progress.fraction == p->fraction && strcmp(job->progress.stage, p->stage) == 0
+        && job->progress.moves == p->moves && (!p->moves || job->progress.t == p->t);
 }
 
 void jobs_refresh(struct jobs *js, struct job *job)
@@ -288,7 +289,7 @@ static struct job *adopt(struct jobs *js, const struct job_row *row, char *reque
     snprintf(job->row.owner, sizeof job->row.owner, "%s", row->owner);
     job->began = sga_now();
     job->wake_fd = wake_fd;
-    job->progress = (struct job_progress){ .stage = "running" };
+    job->progress = (struct job_progress){ .stage = JOB_STAGE_CLAIMED };
     jobs_stage(job, STAGE_RUNNING);
     job->event++;
     jobs_notify(js, job);

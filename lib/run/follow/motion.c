@@ -113,15 +113,14 @@ static bool run(struct job *j, const struct sga_solution *solution, struct point
     return !(j->request->want & REQUEST_TRADEOFF) || answer_tradeoff(j, solution, r);
 }
 
-/* Of the time granted: what checking and writing the rows of a motion that was cut short may take. */
-static const double WRITING_PART = 0.05;
+/* Of the time granted: what checking and writing the rows of a motion that was cut short may take, and a tradeoff after it. */
+static const double WRITING_PART = 0.05, TRADEOFF_PART = 0.1;
 
-/* A motion alone keeps its rows where the time ends; what is made of motions needs the whole. */
+/* When motions end with the rows that they have. */
 static double rows_until(const struct job *j)
 {
-    const struct request *q = j->request;
-    bool alone = !q->sweeps && !(q->want & REQUEST_TRADEOFF);
-    return alone && j->budget->deadline > 0 ? j->budget->deadline - WRITING_PART * j->budget->seconds : 0;
+    double part = WRITING_PART + (j->request->want & REQUEST_TRADEOFF ? TRADEOFF_PART : 0);
+    return j->budget->deadline > 0 ? j->budget->deadline - part * j->budget->seconds : 0;
 }
 
 bool answer_own_motion(struct job *j)
