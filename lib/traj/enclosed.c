@@ -341,7 +341,7 @@ bool enclosed_run(struct flow *f, const struct sys_system *sys, const struct sga
     ok = ok && attempts(a, near, &best, err);
     if (ok) {
         keep(best, r);
-        r->out_of_time = rows_are_kept(rq) && sga_now() >= rq->rows_until;
+        r->out_of_time = rows_are_kept(rq) && (best->end.why == ENCLOSE_STOPPED || best->last || sga_now() >= rq->rows_until);
     }
     attempt_clear(a);
     attempt_clear(a + 1);

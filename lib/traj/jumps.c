@@ -744,7 +744,7 @@ bool jumps_run(const struct sys_system *sys, const struct sga_solution *sol, con
     if (worst <= 1)
         p.r.shortfall = NULL;
     drop_turns(&p.r, rq);
-    p.r.out_of_time = rows_are_kept(rq) && sga_now() >= rq->rows_until;
+    p.r.out_of_time = rows_are_kept(rq) && (late || sga_now() >= rq->rows_until);
     *r = p.r;
     p.r = (struct traj_result){ 0 };
     pass_clear(&p);

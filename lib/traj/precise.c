@@ -370,7 +370,7 @@ bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_
             r->initial[j] = p.x[j].hi;
         if (guide)
             keep_events(&p, &o, r);
-        r->out_of_time = rows_are_kept(rq) && sga_now() >= rq->rows_until;
+        r->out_of_time = rows_are_kept(rq) && (out_of_budget(&o.path) || sga_now() >= rq->rows_until);
         if (out_of_budget(&o.path) || !sga_budget_ok(rq->budget, NULL))
             ok = sga_budget_ok(rq->budget, err) && rows_beyond_start(rq, r->rows, err);
         else if (o.path.lost)

@@ -291,7 +291,7 @@ static bool integrate(struct flow *f, const struct traj_request *rq, struct traj
     bool ok = true;
     if (o.end.reason == ODE_TIME_LIMIT || o.end.reason == ODE_CANCELLED)
         ok = sga_budget_ok(rq->budget, err);
-    r->out_of_time = options.keep_rows && sga_now() >= rq->rows_until;
+    r->out_of_time = options.keep_rows && (o.end.reason == ODE_TIME_LIMIT || sga_now() >= rq->rows_until);
     ok = ok && (o.end.reason != ODE_TIME_LIMIT || rows_beyond_start(rq, r->rows, err));
     ode_result_free(&o);
     return ok;
@@ -370,7 +370,7 @@ static bool precise(struct flow *f, const struct sys_system *sys, const struct s
     enum ode_reason reason;
     struct traj_result guide = { 0 };
     struct traj_request part = *rq;
-    bool ok = !rq->events || find_events(f, rq, r->initial, &guide, err), late = guide.out_of_time && by_time(&guide);
+    bool ok = !rq->events || find_events(f, rq, r->initial, &guide, err), late = by_time(&guide);
     if (late)       /* as far as events are known */
         part.samples = guide.rows;
     ok = ok && precise_run(f, sys, sol, &part, rq->events ? &guide : NULL, limits, &reason, r, err);

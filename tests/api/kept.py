@@ -11,7 +11,7 @@ TERMS = " + ".join(f"sin(x + {k})" for k in range(60))      # costs, and moves n
 FINE = {"rtol": 1e-20, "atol": 1e-20}
 
 
-def spring(seconds=3, **members):
+def spring(seconds=4, **members):
     """x = cos(omega t), x' of it beside; costly enough for no computer to come to its end."""
     k = 1000 + next(COUNTER)
     request = {"system": {"form": "equations", "variables": ["x"], "parameters": {"k": k}, "equations": [f"x'' = -k*x + ({TERMS})*1e-60"]}, "want": ["trajectory"],
@@ -74,17 +74,38 @@ def kept_pieces(build, c):
         request = {"system": {"form": "equations", "variables": ["x"], "modes": {"m": {"values": [1, 2], "start": 1}}, "equations": [f"x' = if(m == 1, 1, -2) + ({TERMS})*1e-60"]}, "want": ["trajectory"],
                    "trajectory": {"stop": 79999.5, "samples": 160000, "initial": {"x": 0}, "events": [{"name": "top", "expression": "x - 1", "direction": "up", "action": "set", "set": {"m": "2"}},
                                                                                          {"name": "ground", "expression": "x", "direction": "down", "action": "set", "set": {"m": "1"}}]},
-                   "limits": {"seconds": 3}}
+                   "limits": {"seconds": 4}}
         t = ask(d, c, request, "modes").get("trajectory")
         if t and cut(c, t, "modes"):
             errors_hold(c, t, lambda at: at % mpmath.mpf(1.5) if at % mpmath.mpf(1.5) <= 1 else 2 * (mpmath.mpf(1.5) - at % mpmath.mpf(1.5)), "modes")
             last = t["rows"][-1][0]
             c(all(p["t"] <= last for p in t["pieces"]) and len(t["pieces"]) == len(t["events"]) + 1, "modes: pieces up to the end, none beyond", (len(t["pieces"]), len(t["events"])))
         request = {"system": {"form": "equations", "variables": ["x", "v"], "equations": ["x' = v", f"v' = -sign(v) + 50*cos(5*t) + ({TERMS.replace('x', 'v')})*1e-60"]}, "want": ["trajectory"],
-                   "trajectory": {"stop": 80000, "samples": 80001, "initial": {"x": 0, "v": 0}, "outputs": ["v"], "sliding": True}, "limits": {"seconds": 3}}
+                   "trajectory": {"stop": 80000, "samples": 80001, "initial": {"x": 0, "v": 0}, "outputs": ["v"], "sliding": True}, "limits": {"seconds": 4}}
         t = ask(d, c, request, "sliding").get("trajectory")
         if t and cut(c, t, "sliding"):
             errors_hold(c, t, friction(), "sliding")
+
+
+def kept_beside(build, c):
+    """Sensitivities that there is no time for: the motion is kept, and it is said."""
+    mpmath.mp.dps = 30
+    with Daemon(build, "--workers", "1") as d:
+        for label, is_cut in (("the motion cut", True), ("the motion whole", False)):
+            request, omega = spring(seconds=5)
+            if not is_cut:      # its derivatives, by forty parameters more that do nothing, take many times as long
+                many = {f"p{k}": 1 for k in range(40)}
+                request["system"]["parameters"] |= many
+                request["system"]["equations"] = [request["system"]["equations"][0] + " + (" + " + ".join(f"sin({p}*x)" for p in many) + ")*1e-60"]
+                request["trajectory"] |= {"stop": 400, "samples": 401, "sensitivities": {"parameters": list(many)}}
+            else:
+                request["trajectory"]["sensitivities"] = {"parameters": ["k"]}
+            result = ask(d, c, request, f"sensitivities, {label}")
+            t = result.get("trajectory")
+            if t:
+                errors_hold(c, t, lambda at, omega=omega: mpmath.cos(omega * at), f"sensitivities, {label}")
+                said = [w for w in result["warnings"] if w["code"] == "work_cut" and w["pointer"] == "/trajectory/sensitivities"]
+                c("sensitivities" not in t and len(said) == 1 and "5 seconds" in said[0]["detail"], f"sensitivities, {label}: left out, and said", (t.get("sensitivities", "")[:1], result["warnings"]))
 
 
 def friction():
@@ -134,4 +155,4 @@ def kept_sets(build, c):
             c(result["tradeoff"]["rows"] and all(row["note"] for row in result["tradeoff"]["rows"]), "tradeoff: its rows say why they are none", result["tradeoff"]["rows"][:1])
 
 
-ALL = [kept_digits, kept_pieces, kept_sets]
+ALL = [kept_digits, kept_pieces, kept_sets, kept_beside]
