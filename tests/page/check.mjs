@@ -426,7 +426,7 @@ async function tokens(browser) {
 }
 
 // A picture as 24 x 16 mean greys: what is somewhere else, missing or of another colour shows; smoothing does not. PAGE_PICTURES=write keeps them anew.
-// They are of one browser with one set of fonts, told by widths of texts: with others nothing is compared, and that is said.
+// They are of one version of the browser (its first number) with one set of fonts, told by widths of texts: with others nothing is compared, and that is said.
 const kept = join(here, "pictures.json"), known = existsSync(kept) ? JSON.parse(readFileSync(kept, "utf8")) : {};
 async function compared(page, name, png) {
   const greys = await page.evaluate(async source => {
@@ -441,7 +441,7 @@ async function compared(page, name, png) {
   const drawn = await page.evaluate(() => {
     const to = new OffscreenCanvas(10, 10).getContext("2d");
     return ["sans-serif", "system-ui", "monospace", "serif"].map(font => { to.font = `100px ${font}`; return to.measureText("Wilmgq 0123 \u03bb\u2202").width.toFixed(2); }).join(" ");
-  }) + " " + page.context().browser().version();
+  }) + " " + page.context().browser().version().split(".")[0];
   if (process.env.PAGE_PICTURES === "write") { known.drawn = drawn; known[name] = greys; writeFileSync(kept, "{" + Object.entries(known).map(([k, v]) => `\n"${k}": ${JSON.stringify(v)}`).join(",") + "\n}\n"); }
   if (known.drawn !== drawn) { console.log(`${name}: not compared: the pictures kept are of another browser or other fonts (${drawn})`); return; }
   const apart = greys.map((v, i) => Math.abs(v - (known[name]?.[i] ?? 999))), mean = apart.reduce((a, b) => a + b) / 384;
