@@ -700,27 +700,43 @@ static enum later later_pass(struct pass *p, struct pass *loose, const struct sy
     return ok ? COMPARED : FAILED;
 }
 
+/* The first, within its part of the time. *late: that ended, and the samples of *part are those that there are; what it is compared with has the rest. */
+static bool first_pass(struct pass *loose, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, struct traj_request *part, bool *late,
+                       struct sga_error *err)
+{
+    *part = *rq;
+    part->rows_until = rows_are_kept(rq) ? rows_first_until(rq->rows_until) : 0;
+    if (!pass_run(loose, sys, sol, part, 1, WRONG, err))
+        return false;
+    part->rows_until = rows_are_kept(rq) ? rq->rows_until : 0;
+    *late = time_ended(&loose->r);
+    if (!*late)
+        return true;
+    part->samples = loose->r.rows;
+    if (rows_beyond_start(rq, loose->r.rows, err))
+        return true;
+    pass_clear(loose);
+    return false;
+}
+
+static const char *shortfall_of(double worst, bool late)
+{
+    return late ? rows_shortfall
+           : isinf(worst) ? "the motions that were compared do not have the same events"
+                          : "errors that events that set variables carry on are larger than the tolerances, at tighter ones too";
+}
+
 bool jumps_run(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, struct traj_result *r, struct sga_error *err)
 {
     struct pass loose, p;
-    struct traj_request part = *rq;
+    struct traj_request part;
     double tighter = 1, worst = INFINITY, before;
+    bool late;
     *r = (struct traj_result){ 0 };
     if (rq->arithmetic == TRAJ_DOUBLE_DOUBLE || rq->arithmetic == TRAJ_BALL)
         return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "events that set variables are followed in double; use \"double\" or \"auto\"");
-    part.rows_until = rows_are_kept(rq) ? rows_first_until(rq->rows_until) : 0;
-    if (!pass_run(&loose, sys, sol, &part, tighter, WRONG, err))
+    if (!first_pass(&loose, sys, sol, rq, &part, &late, err))
         return false;
-    bool late = time_ended(&loose.r);
-    part.rows_until = rows_are_kept(rq) ? rq->rows_until : 0;
-    if (late) {
-        part.samples = loose.r.rows;
-        late = rows_beyond_start(rq, loose.r.rows, err);
-        if (!late) {
-            pass_clear(&loose);
-            return false;
-        }
-    }
     for (int k = 1;; k++) {
         tighter *= TIGHTER;
         before = worst;
@@ -739,10 +755,10 @@ bool jumps_run(const struct sys_system *sys, const struct sga_solution *sol, con
             break;
         loose = p;
     }
-    if (!(worst <= 1) && !p.r.shortfall)
-        p.r.shortfall = late ? rows_shortfall : isinf(worst) ? "the motions that were compared do not have the same events" : "errors that events that set variables carry on are larger than the tolerances, at tighter ones too";
     if (worst <= 1)
         p.r.shortfall = NULL;
+    else if (!p.r.shortfall)
+        p.r.shortfall = shortfall_of(worst, late);
     drop_turns(&p.r, rq);
     p.r.out_of_time = rows_are_kept(rq) && (late || sga_now() >= rq->rows_until);
     *r = p.r;

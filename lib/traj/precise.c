@@ -124,6 +124,15 @@ static void set_errors(const struct precise *p, struct outcome *a, const struct 
     a->worst = fmax(a->worst, precise_event_errors(p, &a->path, &b->path, factor));
 }
 
+/* One solution is all there is. */
+static void errors_unknown(struct outcome *o)
+{
+    o->error = sga_malloc(((size_t)o->path.count + 1) * sizeof *o->error);
+    o->column_error = sga_malloc(((size_t)o->path.count * (size_t)o->columns + 1) * sizeof *o->column_error);
+    for (int k = 0; k < o->path.count * o->columns; k++)
+        o->column_error[k] = o->error[k / o->columns] = INFINITY;
+}
+
 static bool out_of_budget(const struct precise_path *q)
 {
     return q->reason == ODE_TIME_LIMIT || q->reason == ODE_CANCELLED;
@@ -223,12 +232,8 @@ static const char *refine(struct precise *p, struct outcome *o, struct traj_resu
         if (ratio < 2 || (solutions > 2 && !(o->worst < 0.9 * before)))
             break;
     }
-    if (!o->error) {
-        o->error = sga_malloc(((size_t)o->path.count + 1) * sizeof *o->error);
-        o->column_error = sga_malloc(((size_t)o->path.count * (size_t)o->columns + 1) * sizeof *o->column_error);
-        for (int k = 0; k < o->path.count * o->columns; k++)
-            o->column_error[k] = o->error[k / o->columns] = INFINITY;
-    }
+    if (!o->error)
+        errors_unknown(o);
     return out_of_budget(&o->path) ? rows_shortfall
            : isinf(o->worst) ? "the solutions that were compared do not end at the same time, or not with the same events; errors beyond are not known"
                            : "rounding in double-double arithmetic, as the motion amplifies it, exceeds the tolerance";
