@@ -14,7 +14,6 @@
 #include "stage_clock.h"
 #include "system.h"
 #include "vary_motion.h"
-#include "warnings.h"
 
 static const char PLACE[] = "/trajectory/sensitivities";
 /* Samples of the same motion, computed in two ways, may differ by so many times their estimated errors, and so much beside their size. */
@@ -244,28 +243,17 @@ static bool run(struct asked *a)
     return ok;
 }
 
-/* Of the time granted, what writing a motion takes that has no sensitivities for want of time. */
-static const double WRITING_PART = 0.025;
-
 /* The motion is kept where the time for its derivatives ends. */
 static bool in_time(struct asked *a)
 {
     struct job *j = a->j;
-    struct sga_budget *b = j->budget;
-    double deadline = b->deadline;
-    bool ok = false, late = j->trajectory->out_of_time;
-    if (!late) {
-        b->deadline = deadline > 0 ? deadline - WRITING_PART * b->seconds : 0;
-        ok = run(a);
-        b->deadline = deadline;
-        late = !ok && j->err->code == SGA_E_LIMIT_SECONDS && job_has_left(j);
-    }
-    if (!late)
+    double deadline = job_shorten(j);
+    bool ok = !j->trajectory->out_of_time && run(a);
+    j->budget->deadline = deadline;
+    if (ok || !job_leaves_out(j, deadline, PLACE, "sensitivities"))
         return ok;
-    *j->err = (struct sga_error){ 0 };
     free(j->sensitivities);
     j->sensitivities = NULL;
-    sga_warn(b, SGA_W_WORK_CUT, PLACE, "the limit of %g seconds was reached: the motion is kept, without sensitivities; raise limits.seconds", b->seconds);
     return true;
 }
 
