@@ -180,7 +180,7 @@ $(B)/clients/%.o: clients/%.c $(B)/flags
 	$(Q)$(CC) $(ALL_CFLAGS) -iquote clients $(call quote,$(CLIENT_DEPS)) -c $< -o $@
 
 # The version changes with everything that answers come from: old ones are not given for new ones.
-VERSION := 0.2.0
+VERSION := 0.3.0
 ANSWERS := $(sort $(foreach f,$(FLOORS),$(wildcard lib/$(f)/*.[ch] lib/$(f)/*.def)))
 $(B)/lib/run/version.c: lib/run/version.sh Makefile $(ANSWERS)
 	@mkdir -p $(@D)

@@ -1,11 +1,14 @@
 /* A result as text to read. Expressions stand as they are in the result. */
 #include "json_string.h"
 #include "pretty.h"
+#include "rest.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#define NAMES(...) (const char *const[]){ __VA_ARGS__, NULL }
 enum { SHOWN_ROWS = 21, SHOWN_COLUMNS = 8 };
 
 static void put_value(struct sga_buf *out, const char *before, struct slice value, const char *after)
@@ -26,6 +29,15 @@ static int put_list(struct sga_buf *out, struct slice list)
     return n;
 }
 
+/* Where a name does not say it. */
+static void put_role(struct sga_buf *out, struct slice role)
+{
+    static const char *const told[] = { "\"input\"", "\"multiplier\"" };
+    for (size_t k = 0; role.at && k < sizeof told / sizeof *told; k++)
+        if (role.len == strlen(told[k]) && memcmp(role.at, told[k], role.len) == 0)
+            put_value(out, " (", role, ")");
+}
+
 static void put_summary(struct sga_buf *out, struct slice r)
 {
     struct slice dims = scan_member(r, "dimensions"), index = scan_member(r, "index"), name = scan_member(r, "name");
@@ -38,8 +50,10 @@ static void put_summary(struct sga_buf *out, struct slice r)
     if (variables.at) {
         const char *cursor = NULL;
         sga_buf_puts(out, "variables:");
-        for (bool first = true; (s = scan_next(variables, &cursor)).at; first = false)
+        for (bool first = true; (s = scan_next(variables, &cursor)).at; first = false) {
             put_value(out, first ? " " : ", ", scan_member(s, "name"), "");
+            put_role(out, scan_member(s, "role"));
+        }
         sga_buf_puts(out, "\n");
     }
     if (dims.at) {
@@ -127,6 +141,15 @@ static void put_motion(struct sga_buf *out, struct slice r)
     }
 }
 
+/* The answer of a stratum, in a line. */
+static void put_inside(struct sga_buf *out, struct slice r)
+{
+    if (!r.at)
+        return;
+    put_value(out, "    result: ", scan_member(r, "verdict"), "");
+    put_value(out, ", final dimension ", scan_member(scan_member(r, "dimensions"), "final"), " (the rest of it: --json)\n\n");
+}
+
 static void put_strata(struct sga_buf *out, struct slice r)
 {
     struct slice s;
@@ -138,6 +161,8 @@ static void put_strata(struct sga_buf *out, struct slice r)
         if (kind.at)
             put_value(out, "   (", kind, ")");
         sga_buf_puts(out, "\n");
+        rest_put(out, s, "    ", (struct rest_names){ NAMES("where", "kind", "result"), NULL });
+        put_inside(out, scan_member(s, "result"));
     }
 }
 
@@ -176,14 +201,13 @@ static void put_samples(struct sga_buf *out, struct slice rows)
         sga_buf_printf(out, "  (%d of %d samples)\n", show, count);
 }
 
-static void put_trajectory(struct sga_buf *out, struct slice r)
+/* Samples as a table, how good they are, and why they end. */
+static void put_table(struct sga_buf *out, struct slice t)
 {
-    struct slice t = scan_member(r, "trajectory"), columns = scan_member(t, "columns"), c, ended = scan_member(t, "ended");
+    struct slice columns = scan_member(t, "columns"), c, ended = scan_member(t, "ended");
     const char *cursor = NULL;
     int n = 0;
-    if (!columns.at)
-        return;
-    put_value(out, "\ntrajectory by ", scan_member(t, "method"), "");
+    put_value(out, "by ", scan_member(t, "method"), "");
     put_value(out, ", error estimate ", scan_member(t, "error_estimate"), "");
     put_value(out, ", constraint residual ", scan_member(t, "constraint_residual"), "\n");
     put_value(out, "the start was moved by ", scan_member(scan_member(t, "initial"), "moved"), " onto Pf\n");
@@ -201,6 +225,31 @@ static void put_trajectory(struct sga_buf *out, struct slice r)
         put_value(out, "ended at ", scan_member(ended, "t"), "");
         put_value(out, ": ", scan_member(ended, "reason"), "");
         put_value(out, ". ", scan_member(ended, "detail"), "\n");
+    }
+}
+
+/* One motion, or why there is none, after its heading. */
+static void put_trajectory(struct sga_buf *out, struct slice t, const char *before)
+{
+    static const char *const seldom[] = { "initial", "errors", "column_errors", "units", "radii", NULL };
+    if (scan_member(t, "columns").at)
+        put_table(out, t);
+    rest_put(out, t, before, (struct rest_names){ NAMES("columns", "rows", "method", "error_estimate", "constraint_residual", "ended"), seldom });
+}
+
+static void put_trajectories(struct sga_buf *out, struct slice r)
+{
+    struct slice one = scan_member(r, "trajectory"), t;
+    const char *cursor = NULL;
+    if (one.at) {
+        sga_buf_puts(out, "\ntrajectory ");
+        put_trajectory(out, one, "trajectory.");
+    }
+    for (int k = 0; (t = scan_next(scan_member(r, "trajectories"), &cursor)).at; k++) {
+        char before[40];
+        snprintf(before, sizeof before, "trajectories[%d].", k);
+        sga_buf_printf(out, "\ntrajectory of set %d ", k);
+        put_trajectory(out, t, before);
     }
 }
 
@@ -245,43 +294,22 @@ static void put_warnings(struct sga_buf *out, struct slice r)
     const char *cursor = NULL;
     for (bool first = true; (w = scan_next(scan_member(r, "warnings"), &cursor)).at; first = false) {
         put_value(out, first ? "\nwarnings\n    " : "    ", scan_member(w, "code"), ": ");
-        put_value(out, "", scan_member(w, "detail"), "\n");
+        put_value(out, "", scan_member(w, "detail"), "");
+        put_value(out, " (", scan_member(w, "pointer"), ")\n");
     }
-}
-
-static bool is_one_of(struct slice key, const char *const *list)
-{
-    for (; *list; list++)
-        if (key.len == strlen(*list) + 2 && memcmp(key.at + 1, *list, key.len - 2) == 0)
-            return true;
-    return false;
 }
 
 /* What the parts above do not show, as it stands in the result; the names of what is long and seldom read come last. */
 static void put_rest(struct sga_buf *out, struct slice r)
 {
-    static const char *const shown[] = { "name", "verdict", "equilibrium", "variables", "dimensions", "index", "constraints", "definitions", "vector_field",
-                                         "gauge", "strata", "warnings", "trajectory", "tradeoff", NULL };
     static const char *const seldom[] = { "evidence", "work", NULL };
-    struct sga_buf left = { 0 };
-    const char *s = r.at + 1, *end = r.at + r.len - 1;
-    while (s < end) {
-        struct slice key = scan_value(s, end), value = { NULL, 0 };
-        if (key.at)
-            value = scan_value(key.at + key.len + 1, end);
-        if (!value.at)
-            break;
-        s = value.at + value.len + 1;
-        if (is_one_of(key, seldom))
-            put_value(&left, left.len ? ", " : "", key, "");
-        if (is_one_of(key, seldom) || is_one_of(key, shown) || (value.len == 2 && value.at[0] == '['))
-            continue;
-        put_value(out, "\n", key, *value.at == '[' || *value.at == '{' ? "\n" : ": ");
-        pretty_json(value, out);
-    }
-    if (left.len)
-        sga_buf_printf(out, "\n(%s: --json)\n", left.data);
-    sga_buf_free(&left);
+    rest_put(out, scan_member(r, "dimensions"), "dimensions.", (struct rest_names){ NAMES("ambient", "generations", "final"), NULL });
+    rest_put(out, scan_member(r, "index"), "index.", (struct rest_names){ NAMES("generations", "differentiation", "seed"), NULL });
+    rest_put(out, scan_member(r, "vector_field"), "vector_field.", (struct rest_names){ NAMES("components", "free"), NULL });
+    rest_put(out, scan_member(r, "gauge"), "gauge.", (struct rest_names){ NAMES("dimension", "fields"), NULL });
+    rest_put(out, scan_member(r, "tradeoff"), "tradeoff.", (struct rest_names){ NAMES("rows", "advice"), NULL });
+    rest_put(out, r, "", (struct rest_names){ NAMES("name", "verdict", "equilibrium", "variables", "dimensions", "index", "constraints", "definitions", "vector_field", "gauge", "strata",
+         "warnings", "trajectory", "trajectories", "tradeoff"), seldom });
 }
 
 void pretty_text(struct slice r, struct sga_buf *out)
@@ -292,7 +320,7 @@ void pretty_text(struct slice r, struct sga_buf *out)
     put_motion(out, r);
     put_strata(out, r);
     put_warnings(out, r);
-    put_trajectory(out, r);
+    put_trajectories(out, r);
     put_tradeoff(out, r);
     put_rest(out, r);
 }

@@ -110,6 +110,19 @@ def check_files(tally, out, there, folder):
         tally.check("DYN" in said and "GNU_RELRO" in said and "BIND_NOW" in said, f"{program} is hardened", said[:200])
 
 
+def check_words(tally, folder):
+    """What the units say that nothing here can try: keys by credentials, no address shut out, a socket for a group, a closed folder of state."""
+    def words(path):
+        with open(os.path.join(folder, "sgad", path), encoding="utf-8") as f:
+            return [line.strip() for line in f if line.strip() and line[0] not in "#;"]
+    service, socket = words("lib/systemd/system/sgad.service"), words("lib/systemd/system/sgad.socket")
+    tally.check({"LoadCredential=sgad.tls-cert", "LoadCredential=sgad.tls-key"} <= set(service), "keys come by LoadCredential", str(service))
+    tally.check(not [line for line in service if line.startswith("IPAddress")], "no client is shut out by its address", str(service))
+    tally.check(not [line for line in service if line.startswith("MemoryDenyWriteExecute=") and not line.endswith("no")], "machine code is allowed", str(service))
+    tally.check({"SocketGroup=sga", "SocketMode=0660"} <= set(socket), "the socket is for a group", str(socket))
+    tally.check(words("usr/lib/tmpfiles.d/sgad.conf") == ["d /var/lib/sgad 0700 sgad sgad -"], "systemd-tmpfiles makes a closed folder")
+
+
 def check_units(tally, folder):
     if not shutil.which("systemd-analyze"):
         return
@@ -142,6 +155,7 @@ def main():
         if tally.check(made.returncode == 0 and set(there) == set(BINARY), "make deb", str(sorted(there)) + (made.stdout + made.stderr)[-2000:]):
             check_lintian(tally, out)
             check_files(tally, out, there, folder)
+            check_words(tally, folder)
             check_units(tally, folder)
             with open(os.path.join(folder, "sgad/usr/share/sgad/grafana/sgad.json"), encoding="utf-8") as f:
                 tally.check(json.load(f).get("panels"), "the dashboard is one")

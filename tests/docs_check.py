@@ -195,6 +195,8 @@ class Commands:
             self.tally.check(i in self.used, f"a line that is not run is there: {pattern}", why)
 
 
+# One page of five minutes for each kind of user.
+STARTS = {f"doc/start-{who}.md" for who in ("curl", "python", "octave", "modelica", "mechanics", "control", "administrator", "teacher")}
 # Interpreters of the pages of five minutes, and how they print a line of their own.
 SCRIPTS = {"python": (["/usr/bin/python3", "-c"], "print('-----')\n"), "octave": (["octave-cli", "--quiet", "--norc", "--eval"], "disp('-----')\n")}
 
@@ -227,6 +229,7 @@ def check_blocks(tally, build):
     request_schema = schemas.validator("request")
     with Daemon(build, "--log-level", "warn") as daemon, tempfile.TemporaryDirectory() as folder:
         commands = Commands(tally, build, daemon, folder)
+        ran = dict.fromkeys(STARTS, 0)
         for page in pages():
             answer, what, printed = None, "", None       # of the block before
             scripts = Scripts(tally, daemon)
@@ -237,11 +240,13 @@ def check_blocks(tally, build):
                 if language == "sh":
                     said = commands.run(page, block)
                     printed = said
+                    ran[page] = ran.get(page, 0) + (said is not None)
                     answer, what = None, block.strip().splitlines()[0]
                     if said and "jq" in block and said[0] in "{[":
                         answer = read(said)
                 elif language in SCRIPTS and page.startswith("doc/start-"):
                     printed = scripts.run(page, language, block)
+                    ran[page] = ran.get(page, 0) + 1
                 elif language == "text" and page.startswith("doc/start-"):
                     tally.check(printed == block, f"{page}: what is printed after {what[:40]}", printed)
                 elif language == "c":
@@ -254,12 +259,16 @@ def check_blocks(tally, build):
                         fault = schemas.faults(request_schema, json.loads(block))
                         tally.check(not fault, f"{what}: a request", fault)
                         result, problem = solver.solve(block)
+                        ran[page] = ran.get(page, 0) + 1
                         answer = {**problem, "type": f"/v1/schema/problem#{problem['code']}"} if problem else result
                     elif tally.check(answer is not None, f"{page}: an answer stands behind its request", block[:80]):
                         wrong = list(differences(value, answer))
                         tally.check(not wrong, f"{page}: the answer to {what}", "; ".join(wrong[:6]))
                         answer = None
         commands.all_used()
+        tally.check(STARTS == {page for page in pages() if page.startswith("doc/start-")}, "a page of five minutes for each kind of user")
+        for page in sorted(STARTS):
+            tally.check(ran[page] >= 2, f"{page}: its blocks are run", str(ran[page]))
         check_types(tally, daemon)
 
 

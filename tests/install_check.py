@@ -168,9 +168,12 @@ class Installed:
 
 
     def completion(self):
-        """What a shell offers, by the installed file and programs alone."""
+        """What a shell offers, by the installed file and programs alone: all commands and languages that the program has."""
+        usage = run(os.path.join(self.dest, "usr/bin/sga"), "--help").stdout
+        commands = set(re.findall(r"\bsga ([a-z]+)", usage.split("\n\n")[0]))
+        languages = {w for w in "c python matlab julia casadi modelica latex mathml fmu".split() if re.search(rf"\b{w}\b", usage.partition("--language")[2])}
         script = ('source "$1"; PATH=$2:$PATH; shift 2; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _sga; printf "%s\\n" "${COMPREPLY[@]}"')
-        for words, wanted, but in ((("sga", ""), {"solve", "code", "top"}, {"token"}), (("sga", "code", "--language", ""), {"c", "python"}, {"--text"}), (("sga", "solve", "--t"), {"--text", "--tradeoff-csv"}, {"--json"}),
+        for words, wanted, but in ((("sga", ""), commands, {"token"}), (("sga", "code", "--language", ""), languages, {"--text"}), (("sga", "solve", "--t"), {"--text", "--tradeoff-csv"}, {"--json"}),
                                    (("sgad", "--"), {"--listen", "--ui", "--config"}, {"--text"}), (("sgad", "--ui", ""), {"yes", "no"}, {"open"}),
                                    (("sgad", "token", "cr"), {"create"}, {"list"}), (("sga", "solve", "etc/examples/pen"), {"etc/examples/pendulum.json"}, {"etc/examples/arm.json"}),
                                    (("sga", "solve", "--zz"), {""}, {"--text"})):

@@ -26,11 +26,9 @@ export async function link(id, text) {
   return part.length < PART ? `${base}#/new?r=${part}` : null;
 }
 
-const indent = (text, by) => text.replaceAll("\n", "\n" + by);
-
 export function snippets(request, token) {
   const text = pretty(request), at = location.origin;
-  const python = indent(text, "").replace(/\bnull\b/g, "None").replace(/\btrue\b/g, "True").replace(/\bfalse\b/g, "False");
+  const words = { null: "None", true: "True", false: "False" }, python = text.replace(/"(?:[^"\\]|\\.)*"|\b(?:null|true|false)\b/g, t => words[t] ?? t);      // not inside texts
   return {
     curl: `curl -s -H 'Content-Type: application/json'${token ? ' -H "Authorization: Bearer $TOKEN"' : ""} --data @- ${at}/v1/solve <<'END'\n${text}\nEND\n`,
     Python: `import sga\n\nclient = sga.Client("${at}"${token ? ", token=TOKEN" : ""})\nresult = client.solve(${python})\nprint(result.verdict)\n`,

@@ -23,6 +23,7 @@ struct walk {
     struct enc_set set;
     struct enc_zeros zeros;
     arb_t base, past, t, s;  /* t0, or the last knot; since then, exact; base + past; from here to a sample or a knot */
+    arb_t searched;          /* the time up to which nothing that is watched is left unseen */
     int piece;               /* knots passed */
     double way;              /* from t0 to the last time, about, signed */
 };
@@ -90,8 +91,10 @@ static bool look(struct walk *w, const arb_t s, struct enclose_end *end)
     struct enclose_happened *out = w->path->happened;
     for (int i = out->count - 1; i >= 0 && out->list[i].piece < 0; i--)
         out->list[i].piece = w->piece;
-    if (last < 0)
+    if (last < 0) {
+        arb_add(w->searched, w->t, s, w->path->prec + 64);
         return true;
+    }
     while (out->count > last + 1)
         enclose_happened_cut(out, out->count - 1);
     end->why = out->list[last].shown ? ENCLOSE_EVENT : ENCLOSE_UNDECIDED;
@@ -234,13 +237,15 @@ static void at_start(struct walk *w, arb_ptr box, struct enclose_end *end)
     }
 }
 
-/* Where something stopped the motion: no samples that may lie beyond it. */
+/* Where it ended before its time: no samples that may lie beyond what stopped it, or beyond what has been searched. */
 static void rows_before(const struct walk *w, struct enclose_end *end)
 {
-    if (end->why != ENCLOSE_EVENT && end->why != ENCLOSE_UNDECIDED)
+    if (!w->zeros.q->watches || end->why == ENCLOSE_DONE)
         return;
-    const arb_struct *t = &w->path->happened->list[w->path->happened->count - 1].t;
-    while (end->samples > 0 && !(w->way < 0 ? arb_gt(w->path->times + end->samples - 1, t) : arb_lt(w->path->times + end->samples - 1, t)))
+    bool stopped = end->why == ENCLOSE_EVENT || end->why == ENCLOSE_UNDECIDED;
+    const arb_struct *t = stopped ? &w->path->happened->list[w->path->happened->count - 1].t : w->searched;
+    while (end->samples > 0 && (stopped ? !(w->way < 0 ? arb_gt(w->path->times + end->samples - 1, t) : arb_lt(w->path->times + end->samples - 1, t))
+                                        : w->way < 0 ? arb_lt(w->path->times + end->samples - 1, t) : arb_gt(w->path->times + end->samples - 1, t)))
         end->samples--;
 }
 
@@ -279,6 +284,8 @@ bool enclose_run(const struct enclose_problem *q, const struct enclose_path *pat
         enc_set_init(&w.set, n);
         enc_set_box(&w.set, path->start);
         arb_init(w.base);
+        arb_init(w.searched);
+        arb_set(w.searched, path->t0);
         arb_init(w.past);
         arb_init(w.t);
         arb_init(w.s);
@@ -297,6 +304,7 @@ bool enclose_run(const struct enclose_problem *q, const struct enclose_path *pat
             rows_before(&w, end);
         end->evaluations = w.step.runs;
         arb_clear(w.base);
+        arb_clear(w.searched);
         arb_clear(w.past);
         arb_clear(w.t);
         arb_clear(w.s);

@@ -55,7 +55,7 @@ typedef struct sga_options {
 typedef struct sga_answer sga_answer;
 
 SGA_PUBLIC int sga_api(void);
-/* "0.2.0+9f2c41d07a3b": the product's, and a digest of the sources that answers come from: a cache of answers is keyed by it. Static. */
+/* "0.3.0+9f2c41d07a3b": the product's, and a digest of the sources that answers come from: a cache of answers is keyed by it. Static. */
 SGA_PUBLIC const char *sga_version(void);
 
 /* Solves a request of so many bytes. options may be NULL. The caller frees the answer; never NULL. */

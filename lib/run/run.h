@@ -56,7 +56,7 @@ bool sga_plain(const char *request, size_t length, struct sga_buf *out, struct s
  * against it, and reading all of it would take longer. */
 void sga_review(const char *request, size_t length, struct sga_buf *out);
 
-/* "0.2.0+9f2c...": the product's version, and a digest of the sources of lib/, with which answers may change: jobs are named by it, so
+/* "0.3.0+9f2c...": the product's version, and a digest of the sources of lib/, with which answers may change: jobs are named by it, so
  * that old cached answers are not given. Static. Made by lib/run/version.sh. */
 const char *sga_version(void);
 

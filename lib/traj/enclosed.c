@@ -19,6 +19,7 @@
 #include "points.h"
 #include "print.h"
 #include "reduction.h"
+#include "rows_kept.h"
 #include "sizes.h"
 #include "system.h"
 #include "trajectory.h"
@@ -40,11 +41,11 @@ struct attempt {
     arb_t t0;
     int n, columns;
     struct enclose_end end;
-    struct enclose_watch *watch;         /* by event */
     struct enclose_happened happened;
     arb_ptr happened_column;             /* happened.count x columns, of the last try; happened_room of them */
     slong happened_room;
     double excess;                       /* log2 of the largest radius / tolerance; -INFINITY where all are exact */
+    bool last;                           /* the time ended before more bits could be tried */
 };
 
 static void attempt_init(struct attempt *a)
@@ -59,6 +60,8 @@ static void attempt_init(struct attempt *a)
 
 static void attempt_clear(struct attempt *a)
 {
+    if (!a->start)      /* not begun */
+        return;
     _arb_vec_clear(a->start, a->n);
     _arb_vec_clear(a->time, a->rq->samples);
     _arb_vec_clear(a->box, (slong)a->rq->samples * a->n);
@@ -66,7 +69,6 @@ static void attempt_clear(struct attempt *a)
     if (a->knot)
         _arb_vec_clear(a->knot, a->knots.count);
     free(a->before);
-    free(a->watch);
     enclose_happened_clear(&a->happened);
     if (a->happened_column)
         _arb_vec_clear(a->happened_column, a->happened_room);
@@ -76,7 +78,7 @@ static void attempt_clear(struct attempt *a)
 }
 
 /* The symbols of tables among those nodes get the values that their polynomials have at t. */
-static void set_tables(struct attempt *a, struct num_ball *b, const struct expr_cone *cone, const arb_t t)
+static void set_tables(const struct attempt *a, struct num_ball *b, const struct expr_cone *cone, const arb_t t)
 {
     const struct expr_store *st = a->sys->store;
     SGA_ENDS(arb_end) arb_t v = { 0 };
@@ -94,7 +96,7 @@ static void set_tables(struct attempt *a, struct num_ball *b, const struct expr_
 }
 
 /* Values of roots where the solution is in box (n) at t, into out. */
-static void evaluate(struct attempt *a, struct num_ball *b, struct expr_cone *cone, const expr_id *root, int roots, const arb_t t, arb_srcptr box,
+static void evaluate(const struct attempt *a, struct num_ball *b, struct expr_cone *cone, const expr_id *root, int roots, const arb_t t, arb_srcptr box,
                      arb_ptr out)
 {
     set_tables(a, b, cone, t);
@@ -241,17 +243,30 @@ static slong more_bits(const struct attempt *a)
     return next > MOST_BITS ? (prec < MOST_BITS ? MOST_BITS : 0) : next;
 }
 
+static void say_time(const struct attempt *a, char *text, size_t room)
+{
+    snprintf(text, room, "the time limit of %.3g s passed while the solution was enclosed with %ld bits: it had come to t = %.6g of %.6g in %ld steps; "
+             "ask for a shorter time, larger tolerances or limits.seconds, or use \"double\"", a->rq->budget->seconds, (long)a->prec, a->end.t,
+             a->rq->times[a->rq->samples - 1], a->end.steps);
+}
+
 static bool stopped(const struct attempt *a, struct sga_error *err)
 {
     struct sga_error why = { 0 };
+    char text[256];
     sga_budget_ok(a->rq->budget, &why);
     if (why.code != SGA_E_LIMIT_SECONDS) {
         *err = why;
         return false;
     }
-    return sga_fail(err, SGA_E_LIMIT_SECONDS, "the time limit of %.3g s passed while the solution was enclosed with %ld bits: it had come to t = %.6g of %.6g "
-                    "in %ld steps; ask for a shorter time, larger tolerances or limits.seconds, or use \"double\"", a->rq->budget->seconds,
-                    (long)a->prec, a->end.t, a->rq->times[a->rq->samples - 1], a->end.steps);
+    say_time(a, text, sizeof text);
+    return sga_fail(err, SGA_E_LIMIT_SECONDS, "%s", text);
+}
+
+/* The time ended in it, and the boxes that it has are an answer: they are proved. */
+static bool keeps_rows(const struct attempt *a)
+{
+    return rows_are_kept(a->rq) && rows_time_ended(a->rq) && rows_beyond_start(a->rq, a->end.samples, NULL);
 }
 
 /* Why there is no proof beyond. */
@@ -263,8 +278,10 @@ static void say_end(const struct attempt *a, struct traj_result *r)
     r->ended_event = -1;
     if (!r->ended)
         return;
-    r->ended_reason = "not_enclosed";
-    if (a->end.why == ENCLOSE_EVENT) {
+    r->ended_reason = a->end.why == ENCLOSE_STOPPED ? ode_reason_text(ODE_TIME_LIMIT) : "not_enclosed";
+    if (a->end.why == ENCLOSE_STOPPED) {
+        say_time(a, r->ended_detail, sizeof r->ended_detail);
+    } else if (a->end.why == ENCLOSE_EVENT) {
         r->ended_event = a->end.which;
         r->ended_reason = ode_reason_text(ODE_EVENT);
         snprintf(r->ended_detail, sizeof r->ended_detail, "an event that stops the motion");
@@ -333,7 +350,7 @@ static void keep_events(const struct attempt *a, struct traj_result *r)
 }
 
 /* Of the midpoints, which are not on the set exactly. */
-static void residual(struct attempt *a, struct traj_result *r)
+static void residual(const struct attempt *a, struct traj_result *r)
 {
     int c = a->sol->constraints;
     if (!c)
@@ -366,7 +383,7 @@ static void residual(struct attempt *a, struct traj_result *r)
     num_ball_clear(&b);
 }
 
-static void keep(struct attempt *a, struct traj_result *r)
+static void keep(const struct attempt *a, struct traj_result *r)
 {
     say_end(a, r);
     numbers(a, r);
@@ -376,7 +393,8 @@ static void keep(struct attempt *a, struct traj_result *r)
     for (int j = 0; j < a->n; j++)
         r->initial[j] = arf_get_d(arb_midref(a->start + j), ARF_RND_NEAR);
     if (a->excess > 0)
-        r->shortfall = "the enclosures are rigorous but wider than the tolerances, with as many bits as are used at most";
+        r->shortfall = a->last ? "the enclosures are rigorous but wider than the tolerances: the time granted ended before more bits could be tried"
+                               : "the enclosures are rigorous but wider than the tolerances, with as many bits as are used at most";
     r->method = "taylor";
     r->arithmetic = "ball";
     r->steps = a->end.steps;
@@ -397,36 +415,68 @@ static bool with_tables(struct attempt *a, struct sga_error *err)
         return false;
     enc_tables_init(&a->tables, a->knots.table, a->knots.tables);
     a->knot = _arb_vec_init(a->knots.count);
+    a->problem.tables = &a->tables;
     return true;
+}
+
+
+/* With more and more bits. False: there is none. The attempts take turns; *best: the one that counts, the last unless the time ended in it and
+ * the one before came as far. */
+static bool attempts(struct attempt *a, const double *near, const struct attempt **best, struct sga_error *err)
+{
+    bool ok = true;
+    int count = 0;
+    for (slong next = (slong)fmax(LEAST_BITS, FIRST_EXTRA - log2(a->rq->rtol)); ok && next; count++) {
+        struct attempt *now = a + count % 2, *before = count ? a + (count + 1) % 2 : NULL;
+        if (count < 2) {
+            attempt_init(now);
+            ok = with_tables(now, err);
+        }
+        now->prec = next;
+        ok = ok && run(now, near, err);
+        *best = now;
+        bool late = rows_are_kept(a->rq) && rows_time_ended(a->rq) && (!ok || now->end.why == ENCLOSE_STOPPED);
+        if (late && before && (!ok || before->end.samples >= now->end.samples) && rows_beyond_start(a->rq, before->end.samples, NULL)) {
+            before->last = ok = true;
+            *best = before;
+            *err = (struct sga_error){ 0 };
+            break;
+        }
+        now->last = late;
+        ok = ok && (now->end.why != ENCLOSE_STOPPED || keeps_rows(now) || stopped(now, err));
+        next = ok && now->end.why != ENCLOSE_STOPPED ? more_bits(now) : 0;
+    }
+    return ok;
 }
 
 bool enclosed_run(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
                   struct traj_result *r, struct sga_error *err)
 {
-    struct attempt a = { .f = f, .sys = sys, .sol = sol, .rq = rq, .n = f->n, .columns = rq->outputs ? rq->outputs : f->n };
+    struct traj_request timed;
+    struct sga_budget until;
     if (!supported(rq, err))
         return false;
-    double *near = memcpy(sga_malloc((size_t)(a.n + 1) * sizeof *near), r->initial, (size_t)a.n * sizeof *near);
-    attempt_init(&a);
-    bool ok = with_tables(&a, err) && enclosed_problem(f, sys, sol, rq, &a.problem, err);
-    a.problem.tables = &a.tables;
-    a.happened.n = a.n;
-    if (ok && rq->events) {
-        a.watch = sga_calloc((size_t)rq->events, sizeof *a.watch);
-        enclosed_watch(sys->store, &a.problem, rq, a.watch);
-        a.problem.watch = a.watch;
-        a.problem.watches = rq->events;
+    const struct traj_request *own = rows_are_kept(rq) ? rows_request(rq, rq->rows_until, &timed, &until) : rq;
+    struct attempt a[2] = { { .f = f, .sys = sys, .sol = sol, .rq = own, .n = f->n, .columns = rq->outputs ? rq->outputs : f->n } };
+    const struct attempt *best = a;
+    double *near = memcpy(sga_malloc((size_t)(f->n + 1) * sizeof *near), r->initial, (size_t)f->n * sizeof *near);
+    bool ok = enclosed_problem(f, sys, sol, own, &a[0].problem, err);
+    SGA_FREED struct enclose_watch *watch = sga_calloc((size_t)own->events + 1, sizeof *watch);
+    if (ok) {
+        enclosed_watch(sys->store, &a[0].problem, own, watch);
+        a[0].problem.watch = watch;
+        a[0].problem.watches = own->events;
+        a[0].happened.n = f->n;
     }
-    slong next = (slong)fmax(LEAST_BITS, FIRST_EXTRA - log2(rq->rtol));
-    while (ok && next) {
-        a.prec = next;
-        ok = run(&a, near, err) && (a.end.why != ENCLOSE_STOPPED || stopped(&a, err));
-        next = ok ? more_bits(&a) : 0;
+    a[1] = a[0];
+    ok = ok && attempts(a, near, &best, err);
+    if (ok) {
+        keep(best, r);
+        r->out_of_time = rows_are_kept(rq) && (best->end.why == ENCLOSE_STOPPED || best->last || sga_now() >= rq->rows_until);
     }
-    if (ok)
-        keep(&a, r);
-    attempt_clear(&a);
-    enclosed_problem_clear(&a.problem);
+    attempt_clear(a);
+    attempt_clear(a + 1);
+    enclosed_problem_clear(&a[0].problem);
     free(near);
     return ok;
 }

@@ -13,8 +13,10 @@
 #include "crossing.h"
 #include "jump_slope.h"
 #include "jump_turn.h"
+#include "larger.h"
 #include "mem.h"
 #include "ode.h"
+#include "rows_kept.h"
 #include "slide.h"
 #include "system.h"
 #include "tolerance.h"
@@ -82,7 +84,7 @@ static struct traj_mode carried(const struct traj_mode *m)
     return c ? (struct traj_mode){ .sys = c->sys, .sol = c->sol, .rq = c->rq } : *m;
 }
 
-static void piece_init(struct piece *p, const struct traj_mode *mode, double tighter)
+static void piece_init(struct piece *p, const struct traj_mode *mode, double tighter, double rows_until)
 {
     const struct traj_mode of = carried(mode);
     const struct sys_system *sys = of.sys;
@@ -111,7 +113,7 @@ static void piece_init(struct piece *p, const struct traj_mode *mode, double tig
     p->q.ends_there = true;
     p->q.sized_by = rq;
     p->q.integrals = 0;
-    p->q.rows_until = 0;
+    p->q.rows_until = rows_until;
     p->q.beside = NULL;
     p->q.carried = NULL;
     p->q.exact_start = EXPR_UNDEF;
@@ -128,7 +130,7 @@ static void piece_turn(struct piece *p, const struct traj_mode *to, double tight
 {
     struct piece old = *p;
     size_t events = (size_t)to->rq->events;
-    piece_init(p, to, tighter);
+    piece_init(p, to, tighter, old.q.rows_until);
     memcpy(p->all_side, old.all_side, events);
     memcpy(p->stands, old.stands, events);
     free(old.output);
@@ -201,17 +203,29 @@ static void join(struct pass *p, const struct piece *q, const struct traj_result
         r->shortfall = piece->shortfall;
 }
 
-/* The times have a limit at t, known to an error; nothing is said beyond. */
-static bool end_at_limit(struct pass *p, double t, double error, const char *how)
+/* Nothing is said beyond t. */
+static void cut(struct pass *p, double t, double direction)
 {
-    double direction = p->direction;
-    assert(p->jumps > 0 && fabs(direction) == 1);
     while (p->r.happened && direction * (p->r.happening[p->r.happened - 1].t - t) > 0)
         p->r.happened--;
     while (p->r.rows && direction * (p->r.t[p->r.rows - 1] - t) > 0)
         p->r.rows--;
     while (p->r.legs && direction * (p->r.leg[p->r.legs - 1].t - t) > 0)
         free(p->r.leg[--p->r.legs].impulse);
+    while (p->r.slides && direction * (p->r.slide[p->r.slides - 1].from - t) > 0)
+        p->r.slides--;
+    for (int i = 0; i < p->r.slides; i++)
+        if (direction * (p->r.slide[i].to - t) > 0)
+            p->r.slide[i].to = NAN;
+    while (p->r.passes && direction * (p->r.passed[p->r.passes - 1].t - t) > 0)
+        free(p->r.passed[--p->r.passes].detail);
+}
+
+/* The times have a limit at t, known to an error; nothing is said beyond. */
+static bool end_at_limit(struct pass *p, double t, double error, const char *how)
+{
+    assert(p->jumps > 0 && fabs(p->direction) == 1);
+    cut(p, t, p->direction);
     p->r.ended = true;
     p->r.ended_t = t;
     p->r.ended_reason = "accumulation";
@@ -502,6 +516,39 @@ static bool begin(struct pass *p, struct piece *q, struct turn *s, const struct 
     return ok;
 }
 
+static double direction_of(const struct traj_request *rq)
+{
+    return rq->times[rq->samples - 1] < rq->start ? -1 : 1;
+}
+
+static bool time_ended(const struct traj_result *r)
+{
+    return r->ended && strcmp(r->ended_reason, ode_reason_text(ODE_TIME_LIMIT)) == 0;
+}
+
+/* It ends at its last row, for want of time. */
+static void end_at_rows(struct pass *p, const struct traj_request *rq, const char *detail)
+{
+    double t = p->r.rows ? p->r.t[p->r.rows - 1] : rq->start;
+    cut(p, t, direction_of(rq));
+    p->r.ended = true;
+    p->r.ended_t = t;
+    p->r.ended_event = -1;
+    p->r.ended_reason = ode_reason_text(ODE_TIME_LIMIT);
+    snprintf(p->r.ended_detail, sizeof p->r.ended_detail, "%.255s", detail);
+}
+
+/* No time is left for another piece: the rows of those before are the motion's. */
+static bool keeps_rows(struct pass *p, const struct traj_request *rq, const struct sga_error *why)
+{
+    if (why->code != SGA_E_LIMIT_SECONDS || !rows_are_kept(rq) || !sga_budget_ok(rq->budget, NULL) || !rows_beyond_start(rq, p->r.rows, NULL))
+        return false;
+    char text[120];
+    snprintf(text, sizeof text, "the limit of %g seconds was reached; raise limits.seconds or ask for an earlier stop", rq->budget->seconds);
+    end_at_rows(p, rq, text);
+    return true;
+}
+
 /* A motion that is differentiated does not start where events may or may not happen. */
 static bool starts_clear(const struct turn *s, double t, const double *x, struct sga_error *err)
 {
@@ -518,9 +565,9 @@ static bool pass_run(struct pass *p, const struct sys_system *sys, const struct 
     struct piece q;
     struct turn s;
     const struct traj_mode own = { .sys = sys, .sol = sol, .rq = rq };
-    *p = (struct pass){ .direction = rq->times[rq->samples - 1] < rq->start ? -1 : 1 };
     const struct traj_mode *first = rq->modes ? rq->modes->start : &own;
-    piece_init(&q, first, tighter);
+    *p = (struct pass){ .direction = direction_of(rq) };
+    piece_init(&q, first, tighter, rq->rows_until);
     size_t rows = (size_t)rq->samples, columns = (size_t)q.columns;
     p->r.columns = q.columns;
     p->r.ended_event = -1;
@@ -537,6 +584,11 @@ static bool pass_run(struct pass *p, const struct sys_system *sys, const struct 
         struct traj_result piece;
         piece_events(&q, carried(s.mode).rq, p->count);
         ok = sga_budget_ok(rq->budget, err) && traj_run(carried(s.mode).sys, carried(s.mode).sol, &q.q, &piece, err);
+        if (!ok && keeps_rows(p, rq, err)) {
+            *err = (struct sga_error){ 0 };
+            ok = true;
+            break;
+        }
         if (!ok)
             break;
         if (!p->r.initial) {
@@ -547,7 +599,7 @@ static bool pass_run(struct pass *p, const struct sys_system *sys, const struct 
         }
         join(p, &q, &piece);
         widen_all(p, &q, s.mode, &piece);
-        double t = piece.ended_t, direction = rq->times[rq->samples - 1] < rq->start ? -1 : 1;
+        double t = piece.ended_t, direction = direction_of(rq);
         more = ok && ((!s.j.slope && pass_over(p, &q, s.mode->sys, s.mode->sol, rq, &piece, &t)) || go_on(p, &q, &s, s.mode->rq, &piece, tighter, wrong, &ok, err));
         take_units(&p->r, &piece);
         traj_result_clear(&piece);
@@ -561,6 +613,10 @@ static bool pass_run(struct pass *p, const struct sys_system *sys, const struct 
         q.q.initial = q.x;
         q.q.given = q.given;
         q.q.held = q.held;
+    }
+    if (!ok && p->r.initial && keeps_rows(p, rq, err)) {        /* in what a mode needs */
+        *err = (struct sga_error){ 0 };
+        ok = true;
     }
     turn_clear(&s);
     piece_clear(&q);
@@ -584,8 +640,9 @@ static double compare(struct pass *p, const struct pass *loose, const struct tra
     struct traj_result *r = &p->r;
     const struct traj_result *o = &loose->r;
     const struct sga_tolerance asked = { rq->rtol, rq->atol };
-    double direction = rq->times[rq->samples - 1] < rq->start ? -1 : 1, known = INFINITY, worst = 0;
-    int same = alike(r, o), columns = r->columns;
+    double direction = direction_of(rq), known = INFINITY, worst = 0;
+    int same = alike(r, o), columns = r->columns, jumped = 0;
+    SGA_FREED double *largest = sga_calloc((size_t)columns + 1, sizeof *largest);
     if (same < r->happened)
         known = direction * r->happening[same].t;
     if (same < o->happened)
@@ -595,9 +652,14 @@ static double compare(struct pass *p, const struct pass *loose, const struct tra
     r->error_estimate = 0;
     for (int i = 0; i < r->rows; i++) {
         bool there = i < o->rows && direction * r->t[i] < known;
+        while (jumped < p->jumps && direction * (p->at[jumped] - r->t[i]) <= 0)
+            jumped++;
         for (int k = 0; k < columns; k++) {
             size_t at = (size_t)i * (size_t)columns + (size_t)k;
-            double e = there ? fabs(r->value[at] - o->value[at]) + p->each[at] + 4 * DBL_EPSILON * fabs(r->value[at]) : INFINITY;
+            largest[k] = sga_larger(largest[k], fabs(r->value[at]));
+            /* each piece begins with roundings of what the values there are, and both motions may have them alike */
+            double rounding = 4 * DBL_EPSILON * (fabs(r->value[at]) + jumped * largest[k]);
+            double e = there ? fabs(r->value[at] - o->value[at]) + p->each[at] + rounding : INFINITY;
             e = isnan(e) ? INFINITY : e;
             r->error[i] = fmax(r->error[i], e);
             r->column_error[k] = fmax(r->column_error[k], e);
@@ -649,10 +711,56 @@ static void drop_turns(struct traj_result *r, const struct traj_request *rq)
     r->happened = kept;
 }
 
+/* A pass after the first: tighter, compared with it. */
+enum later { COMPARED, LAST_STAYS, FAILED };
+static enum later later_pass(struct pass *p, struct pass *loose, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, double tighter,
+                             struct sga_error *err)
+{
+    bool errors = loose->r.error, ok = pass_run(p, sys, sol, rq, tighter, 0, err);
+    bool stays = errors && rows_are_kept(rq) && sga_budget_ok(rq->budget, NULL) && (ok ? time_ended(&p->r) && p->r.rows < loose->r.rows : err->code == SGA_E_LIMIT_SECONDS);
+    if (stays) {
+        pass_clear(p);
+        *p = *loose;
+        *err = (struct sga_error){ 0 };
+        return LAST_STAYS;
+    }
+    if (!ok)
+        pass_clear(loose);
+    return ok ? COMPARED : FAILED;
+}
+
+/* The first, within its part of the time. *late: that ended, and the samples of *part are those that there are; what it is compared with has the rest. */
+static bool first_pass(struct pass *loose, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, struct traj_request *part, bool *late,
+                       struct sga_error *err)
+{
+    *part = *rq;
+    part->rows_until = rows_are_kept(rq) ? rows_first_until(rq->rows_until) : 0;
+    if (!pass_run(loose, sys, sol, part, 1, WRONG, err))
+        return false;
+    part->rows_until = rows_are_kept(rq) ? rq->rows_until : 0;
+    *late = time_ended(&loose->r);
+    if (!*late)
+        return true;
+    part->samples = loose->r.rows;
+    if (rows_beyond_start(rq, loose->r.rows, err))
+        return true;
+    pass_clear(loose);
+    return false;
+}
+
+static const char *shortfall_of(double worst, bool late)
+{
+    return late ? rows_shortfall
+           : isinf(worst) ? "the motions that were compared do not have the same events"
+                          : "errors that events that set variables carry on are larger than the tolerances, at tighter ones too";
+}
+
 bool jumps_run(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, struct traj_result *r, struct sga_error *err)
 {
     struct pass loose, p;
+    struct traj_request part;
     double tighter = 1, worst = INFINITY, before;
+    bool late;
     *r = (struct traj_result){ 0 };
     if (rq->arithmetic == TRAJ_DOUBLE_DOUBLE || rq->arithmetic == TRAJ_BALL)
         return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "events that set variables are followed in double; use \"double\" or \"auto\"");
@@ -664,27 +772,32 @@ bool jumps_run(const struct sys_system *sys, const struct sga_solution *sol, con
             pass_clear(&p);
         return ok;
     }
-    if (!pass_run(&loose, sys, sol, rq, tighter, WRONG, err))
+    if (!first_pass(&loose, sys, sol, rq, &part, &late, err))
         return false;
     for (int k = 1;; k++) {
         tighter *= TIGHTER;
         before = worst;
-        if (!pass_run(&p, sys, sol, rq, tighter, 0, err)) {
-            pass_clear(&loose);
+        enum later how = later_pass(&p, &loose, sys, sol, &part, tighter, err);
+        if (how == FAILED)
             return false;
-        }
+        late |= how == LAST_STAYS || time_ended(&p.r);
+        if (how == LAST_STAYS)
+            break;
+        if (late && (!p.r.ended || time_ended(&p.r)))
+            end_at_rows(&p, rq, p.r.ended ? p.r.ended_detail : loose.r.ended_detail);
         worst = compare(&p, &loose, rq);
         say_limit(&p, &loose);
         pass_clear(&loose);
-        if (worst <= 1 || k + 1 >= MOST_PASSES || (isfinite(before) && worst > 0.5 * before))
+        if (worst <= 1 || late || k + 1 >= MOST_PASSES || (isfinite(before) && worst > 0.5 * before))
             break;
         loose = p;
     }
-    if (!(worst <= 1) && !p.r.shortfall)
-        p.r.shortfall = isinf(worst) ? "the motions that were compared do not have the same events" : "errors that events that set variables carry on are larger than the tolerances, at tighter ones too";
     if (worst <= 1)
         p.r.shortfall = NULL;
+    else if (!p.r.shortfall)
+        p.r.shortfall = shortfall_of(worst, late);
     drop_turns(&p.r, rq);
+    p.r.out_of_time = rows_are_kept(rq) && (late || sga_now() >= rq->rows_until);
     *r = p.r;
     p.r = (struct traj_result){ 0 };
     pass_clear(&p);

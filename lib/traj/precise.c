@@ -14,6 +14,7 @@
 #include "field.h"
 #include "flow.h"
 #include "mem.h"
+#include "rows_kept.h"
 #include "sizes.h"
 #include "system.h"
 #include "table_balls.h"
@@ -124,9 +125,73 @@ static void set_errors(const struct precise *p, struct outcome *a, const struct 
     a->worst = fmax(a->worst, precise_event_errors(p, &a->path, &b->path, factor));
 }
 
+/* One solution is all there is. */
+static void errors_unknown(struct outcome *o)
+{
+    o->error = sga_malloc(((size_t)o->path.count + 1) * sizeof *o->error);
+    o->column_error = sga_malloc(((size_t)o->path.count * (size_t)o->columns + 1) * sizeof *o->column_error);
+    for (int k = 0; k < o->path.count * o->columns; k++)
+        o->column_error[k] = o->error[k / o->columns] = INFINITY;
+}
+
 static bool out_of_budget(const struct precise_path *q)
 {
     return q->reason == ODE_TIME_LIMIT || q->reason == ODE_CANCELLED;
+}
+
+static void add_counts(const struct precise_path *q, struct traj_result *r)
+{
+    r->steps += q->steps;
+    r->rejected += q->refused;
+    r->evaluations += q->evaluations;
+}
+
+/* In what the first of two solutions may take, where rows are to be kept. */
+static void solve_first(struct precise *p, double rtol, double atol, struct outcome *o)
+{
+    const struct traj_request *all = p->rq;
+    struct traj_request own;
+    struct sga_budget part;
+    if (rows_are_kept(all))
+        p->rq = rows_request(all, rows_first_until(all->rows_until), &own, &part);
+    solve(p, rtol, atol, true, o);
+    p->rq = all;
+}
+
+/* The time ended: it ends at its last sample, whose time it says, and so does the other. */
+static void end_at_rows(const struct precise *p, struct outcome *o, struct outcome *other, const char *detail)
+{
+    double direction = p->rq->times[p->rq->samples - 1] < p->rq->start ? -1 : 1, t = o->path.count ? p->rq->times[o->path.count - 1] : p->rq->start;
+    precise_drop_events(&o->path, t, direction);
+    precise_drop_events(&other->path, t, direction);
+    o->path.reason = ODE_TIME_LIMIT;
+    o->path.t = t;
+    memmove(o->path.detail, detail, sizeof o->path.detail);
+}
+
+/* The time for the first solution ended: its samples are solved once more, tighter. As many as that reaches are kept, with their errors. */
+static const char *keep_rows(struct precise *p, double rtol, double atol, struct outcome *o, struct traj_result *r)
+{
+    const struct traj_request *all = p->rq;
+    struct traj_request part = *all;
+    struct outcome tight;
+    part.samples = o->path.count;
+    p->rq = &part;
+    add_counts(&o->path, r);
+    solve(p, rtol / LOOSER, atol / LOOSER, false, &tight);
+    p->rq = all;
+    if (tight.path.reason == ODE_NONE || tight.path.reason == ODE_TIME_LIMIT)
+        end_at_rows(p, &tight, o, o->path.detail);
+    set_errors(p, &tight, o, ALLOWANCE);
+    clear(o);
+    *o = tight;
+    return o->worst <= 1 ? NULL : rows_shortfall;
+}
+
+/* The time ended in a solution after the first. True: the one before stays, which has its errors; otherwise the rows of this one are what is known. */
+static bool stays(struct precise *p, const struct outcome *o, struct outcome *next)
+{
+    return rows_are_kept(p->rq) && next->path.reason == ODE_TIME_LIMIT && o->error && next->path.count < o->path.count;
 }
 
 /* Solves until the estimate is within the tolerances asked for. Returns why it is not, or NULL. */
@@ -137,16 +202,24 @@ static const char *refine(struct precise *p, struct outcome *o, struct traj_resu
         solve(p, rtol, atol, false, o);
         return NULL;
     }
-    solve(p, rtol, atol, true, o);
+    solve_first(p, rtol, atol, o);
+    if (rows_are_kept(p->rq) && o->path.reason == ODE_TIME_LIMIT && o->path.count)
+        return keep_rows(p, rtol, atol, o, r);
     for (int solutions = 1; solutions < MOST_SOLUTIONS && !out_of_budget(&o->path) && !o->path.lost; solutions++) {
         struct outcome next;
         double before = o->worst;
         rtol /= ratio;
         atol /= ratio;
-        r->steps += o->path.steps;
-        r->rejected += o->path.refused;
-        r->evaluations += o->path.evaluations;
+        add_counts(&o->path, r);
         solve(p, rtol, atol, false, &next);
+        if (stays(p, o, &next)) {
+            add_counts(&next.path, r);
+            o->path.steps = o->path.refused = o->path.evaluations = 0;       /* added already */
+            clear(&next);
+            return rows_shortfall;
+        }
+        if (rows_are_kept(p->rq) && next.path.reason == ODE_TIME_LIMIT)
+            end_at_rows(p, &next, o, next.path.detail);
         set_errors(p, &next, o, ALLOWANCE);
         if (ratio > LOOSER && next.worst < 0.3 * before)
             set_errors(p, &next, o, fmin(ALLOWANCE, SURE / ratio));
@@ -160,13 +233,10 @@ static const char *refine(struct precise *p, struct outcome *o, struct traj_resu
         if (ratio < 2 || (solutions > 2 && !(o->worst < 0.9 * before)))
             break;
     }
-    if (!o->error) {
-        o->error = sga_malloc(((size_t)o->path.count + 1) * sizeof *o->error);
-        o->column_error = sga_malloc(((size_t)o->path.count * (size_t)o->columns + 1) * sizeof *o->column_error);
-        for (int k = 0; k < o->path.count * o->columns; k++)
-            o->column_error[k] = o->error[k / o->columns] = INFINITY;
-    }
-    return isinf(o->worst) ? "the solutions that were compared do not end at the same time, or not with the same events; errors beyond are not known"
+    if (!o->error)
+        errors_unknown(o);
+    return out_of_budget(&o->path) ? rows_shortfall
+           : isinf(o->worst) ? "the solutions that were compared do not end at the same time, or not with the same events; errors beyond are not known"
                            : "rounding in double-double arithmetic, as the motion amplifies it, exceeds the tolerance";
 }
 
@@ -206,9 +276,7 @@ static void keep(const struct precise *p, const struct outcome *o, struct traj_r
     r->ended_t = o->path.t;
     r->ended_reason = ode_reason_text(o->path.reason);
     snprintf(r->ended_detail, sizeof r->ended_detail, "%s", o->path.detail);
-    r->steps += o->path.steps;
-    r->rejected += o->path.refused;
-    r->evaluations += o->path.evaluations;
+    add_counts(&o->path, r);
 }
 
 /* By how much each column changes in the time by which an event may be wrong: other - value, from the velocity there. */
@@ -298,7 +366,9 @@ static bool with_tables(struct precise *p, struct sga_error *err)
 bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
                  const struct traj_result *guide, struct precise_limits limits, enum ode_reason *reason, struct traj_result *r, struct sga_error *err)
 {
-    struct precise p = { .flow = f, .sys = sys, .sol = sol, .rq = rq, .n = f->n, .guide = guide, .limits = limits };
+    struct traj_request timed;
+    struct sga_budget until;
+    struct precise p = { .flow = f, .sys = sys, .sol = sol, .rq = rows_are_kept(rq) ? rows_request(rq, rq->rows_until, &timed, &until) : rq, .n = f->n, .guide = guide, .limits = limits };
     struct outcome o = { 0 };
     p.time = sga_calloc((size_t)rq->samples + 1, sizeof *p.time);
     p.x = sga_calloc((size_t)f->n + 1, sizeof *p.x);
@@ -320,8 +390,9 @@ bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_
             r->initial[j] = p.x[j].hi;
         if (guide)
             keep_events(&p, &o, r);
+        r->out_of_time = rows_are_kept(rq) && (out_of_budget(&o.path) || sga_now() >= rq->rows_until);
         if (out_of_budget(&o.path) || !sga_budget_ok(rq->budget, NULL))
-            ok = sga_budget_ok(rq->budget, err);
+            ok = sga_budget_ok(rq->budget, err) && rows_beyond_start(rq, r->rows, err);
         else if (o.path.lost)
             ok = lost(&p, &o, err);
         *reason = o.path.reason;

@@ -89,6 +89,8 @@ void precise_march(struct precise *p, double rtol, double atol, bool beside, str
 /* precise_event.c. Frees the path's lists; the errors of a's events by those of b, which was solved less tightly: the largest
  * over what is allowed, touches left out, which have no time as sharp as the tolerances. */
 void precise_path_clear(struct precise_path *path);
+/* Events beyond t, in the direction of the motion, are not told. */
+void precise_drop_events(struct precise_path *path, double t, double direction);
 double precise_event_errors(const struct precise *p, struct precise_path *a, const struct precise_path *b, double factor);
 
 /* precise_radau.c. Implicit steps can be made: not where Jacobians are too large to be factored for all stages. */

@@ -276,6 +276,14 @@ void precise_path_clear(struct precise_path *path)
     path->sample = NULL;
 }
 
+void precise_drop_events(struct precise_path *path, double t, double direction)
+{
+    int kept = path->events;
+    while (kept > 0 && direction * (path->event[kept - 1].t.hi - t) > 0)
+        kept--;
+    forget(path, kept);
+}
+
 /* A difference may pass through 0, as those of samples do. */
 #define NEIGHBOUR 30.0
 

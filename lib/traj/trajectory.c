@@ -24,6 +24,7 @@
 #include "print.h"
 #include "reduction.h"
 #include "redundant.h"
+#include "rows_kept.h"
 #include "sizes.h"
 #include "start_relations.h"
 #include "system.h"
@@ -253,10 +254,10 @@ static bool integrate(struct flow *f, const struct traj_request *rq, struct traj
     options.rtol = rq->rtol;
     options.atol = rq->atol;
     options.estimate_global_error = options.refine = !rq->single;
-    struct sga_budget until = rq->budget ? *rq->budget : (struct sga_budget){ 0 };
-    options.keep_rows = rq->rows_until > 0 && rq->budget;
-    until.deadline = rq->rows_until;
-    options.budget = options.keep_rows ? &until : rq->budget;
+    struct traj_request timed;
+    struct sga_budget until;
+    options.keep_rows = rows_are_kept(rq);
+    options.budget = options.keep_rows ? rows_request(rq, rq->rows_until, &timed, &until)->budget : rq->budget;
     options.output_beside = rq->beside;
     double begin = sga_cpu();
     if (!flow_solve(f, rq, &problem, &start, &options, &o, err))
@@ -290,10 +291,8 @@ static bool integrate(struct flow *f, const struct traj_request *rq, struct traj
     bool ok = true;
     if (o.end.reason == ODE_TIME_LIMIT || o.end.reason == ODE_CANCELLED)
         ok = sga_budget_ok(rq->budget, err);
-    r->out_of_time = options.keep_rows && sga_now() >= until.deadline;
-    if (ok && o.end.reason == ODE_TIME_LIMIT && !(r->rows > 0 && fabs(r->t[r->rows - 1] - rq->start) > 0))
-        ok = sga_fail(err, SGA_E_LIMIT_SECONDS, "the limit of %g seconds is too short: %.4g had passed before a solution came to its second sample, and no other would fit beside it; "
-            "raise limits.seconds or ask for samples nearer to the start", rq->budget->seconds, rq->budget->seconds - fmax(rq->budget->deadline - sga_now(), 0));
+    r->out_of_time = options.keep_rows && (o.end.reason == ODE_TIME_LIMIT || sga_now() >= rq->rows_until);
+    ok = ok && (o.end.reason != ODE_TIME_LIMIT || rows_beyond_start(rq, r->rows, err));
     ode_result_free(&o);
     return ok;
 }
@@ -327,7 +326,7 @@ static bool find_events(struct flow *f, const struct traj_request *rq, const dou
     q.rtol = fmax(rq->rtol, GUIDE_RTOL);
     q.atol = fmax(rq->atol, GUIDE_RTOL);
     q.integrals = 0;
-    q.rows_until = 0;
+    q.rows_until = rows_are_kept(rq) ? rows_first_until(rq->rows_until) : 0;
     q.single = false;
     *guide = (struct traj_result){ .initial = memcpy(sga_malloc((n + 1) * sizeof *start), start, n * sizeof *start) };
     bool ok = integrate(f, &q, guide, err);
@@ -335,6 +334,11 @@ static bool find_events(struct flow *f, const struct traj_request *rq, const dou
     free(asked);
     free(event);
     return ok;
+}
+
+static bool by_time(const struct traj_result *r)
+{
+    return r->ended && strcmp(r->ended_reason, ode_reason_text(ODE_TIME_LIMIT)) == 0;
 }
 
 /* Nothing is known of events beyond the end of the motion in double. */
@@ -365,12 +369,21 @@ static bool precise(struct flow *f, const struct sys_system *sys, const struct s
 {
     enum ode_reason reason;
     struct traj_result guide = { 0 };
-    bool ok = !rq->events || find_events(f, rq, r->initial, &guide, err);
-    ok = ok && precise_run(f, sys, sol, rq, rq->events ? &guide : NULL, limits, &reason, r, err);
+    struct traj_request part = *rq;
+    bool ok = !rq->events || find_events(f, rq, r->initial, &guide, err), late = by_time(&guide);
+    if (late)       /* as far as events are known */
+        part.samples = guide.rows;
+    ok = ok && precise_run(f, sys, sol, &part, rq->events ? &guide : NULL, limits, &reason, r, err);
     if (ok)
         drop_at_edge(rq, reason, r);
     if (ok)
         explain_end(f, rq, reason, r);
+    if (ok && late && !r->ended) {
+        r->ended = true;
+        r->ended_t = guide.ended_t;
+        r->ended_reason = guide.ended_reason;
+        memcpy(r->ended_detail, guide.ended_detail, sizeof r->ended_detail);
+    }
     ok = ok && (!rq->events || guided(&guide, rq, r, err));
     traj_result_clear(&guide);
     return ok;
@@ -439,7 +452,7 @@ static bool solve_cheapest(struct flow *f, const struct sys_system *sys, const s
 {
     struct traj_result fine;
     bool needed = rq->rtol < DOUBLE_REACHES && rq->atol < DOUBLE_REACHES, there = needed && try_precise(f, sys, sol, rq, r, &fine);
-    if (there && !fine.ended) {
+    if (there && (!fine.ended || fine.out_of_time)) {
         traj_result_clear(r);
         *r = fine;
         return true;
@@ -631,7 +644,7 @@ static void go_through(const struct sys_system *sys, const struct sga_solution *
     bool may = r->stratum && !rq->ends_there && !rq->single && !rq->turns && (rq->arithmetic == TRAJ_AUTO || rq->arithmetic == TRAJ_DOUBLE);
     if (!may || !jumps_run(sys, sol, rq, &through, &ignored))
         return;
-    if (through.passes) {
+    if (through.passes && !(through.out_of_time && through.rows < r->rows)) {
         struct traj_result ended = *r;
         *r = through;
         through = ended;

@@ -166,8 +166,8 @@ struct traj_request {
     double rtol, atol;
     bool own_atol;                         /* atol was asked for: it is meant as it is; otherwise in units of natural sizes (sizes.h) */
     const char *method;                    /* NULL or "auto": chosen */
-    double rows_until;                     /* sga_now() value at which a motion in double ends with the rows it has, if these are more than its start; 0: time that
-                                            * ends is a failure */
+    double rows_until;                     /* sga_now() value at which a motion ends with the rows it has, if these are more than its start; 0: time that ends is a
+                                            * failure */
     enum traj_arithmetic arithmetic;
     /* Where the arithmetic carries more than a double: constants of the store, by variable
      * (EXPR_UNDEF: not given) and by sample. NULL: the doubles are meant exactly. */
@@ -199,7 +199,7 @@ struct traj_result {
     char **happened_digits;   /* as digits below: happened x (1 + columns), time first; or NULL */
     struct traj_drift *drift; /* by integral of the request; NULL: not computed */
     int ended_event;          /* that stopped it, or -1 */
-    bool out_of_time;         /* rows_until has come */
+    bool out_of_time;         /* rows_until has come, or the motion ended for it */
     const char *shortfall;    /* why estimates exceed rtol |value| + atol somewhere, static; NULL where none does */
     bool beside;              /* only columns that the request calls so do: longer numbers are not tried */
     double residual;          /* largest |constraint| over the samples, each scaled by its gradient */

@@ -55,7 +55,8 @@ static struct finished *read_end(struct jobs *js, const char *id, struct job_row
 static bool same_state(const struct job *job, const struct job_row *row, const struct job_progress *p)
 {
     return job->row.status == row->status && job->row.epoch == row->epoch && job->row.attempts == row->attempts && job->row.started == row->started
-        && job->progress.fraction == p->fraction && strcmp(job->progress.stage, p->stage) == 0;
+        && job->progress.fraction == p->fraction && strcmp(job->progress.stage, p->stage) == 0
+        && job->progress.moves == p->moves && (!p->moves || job->progress.t == p->t);
 }
 
 void jobs_refresh(struct jobs *js, struct job *job)

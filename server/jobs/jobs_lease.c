@@ -67,7 +67,7 @@ static struct job *adopt(struct jobs *js, const struct job_row *row, char *reque
     snprintf(job->row.owner, sizeof job->row.owner, "%s", row->owner);
     job->began = sga_now();
     job->wake_fd = wake_fd;
-    job->progress = (struct job_progress){ .stage = "running" };
+    job->progress = (struct job_progress){ .stage = JOB_STAGE_CLAIMED };
     jobs_stage(job, STAGE_RUNNING);
     job->event++;
     jobs_notify(js, job);

@@ -34,7 +34,7 @@ struct job *jobs_claim(struct jobs *js, int wake_fd)
         job->row.started = clock_after(job->row.created);
         job->row.epoch = store_epoch(js->store);
         job->began = sga_now();
-        snprintf(job->progress.stage, sizeof job->progress.stage, "running");
+        snprintf(job->progress.stage, sizeof job->progress.stage, JOB_STAGE_CLAIMED);
         job->wake_fd = wake_fd;
         jobs_stage(job, STAGE_RUNNING);
         job->event++;

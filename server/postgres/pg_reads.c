@@ -31,7 +31,7 @@ static PGresult *row_of(struct store *face, const char *id)
 {
     struct pg_args a = { .known = PG_KNOWN_ROW };
     pg_text(&a, id);
-    return pg_ask(pg_of(face), "SELECT " PG_ROW " FROM jobs WHERE id = $1", &a, false, SECONDS);
+    return pg_ask(pg_of(face), "SELECT " PG_ROW ", reached FROM jobs WHERE id = $1", &a, false, SECONDS);
 }
 
 enum store_answer pg_job(struct store *face, const char *id, struct job_row *row)
@@ -49,7 +49,8 @@ enum store_answer pg_look_at(struct store *face, const char *id, struct job_row 
     if (answer == STORE_FOUND) {
         bool runs = row->status == JOB_RUNNING && !PQgetisnull(r, 0, 14);
         snprintf(progress->stage, sizeof progress->stage, "%s", runs ? PQgetvalue(r, 0, 14) : job_status_text(row->status));
-        progress->moves = false;
+        progress->moves = runs && !PQgetisnull(r, 0, 16) && strcmp(progress->stage, JOB_STAGE_CLAIMED) != 0;
+        progress->t = progress->moves ? strtod(PQgetvalue(r, 0, 16), NULL) : 0;
         progress->fraction = runs ? strtod(PQgetvalue(r, 0, 15), NULL) : 0;
         free(row->error);
         row->error = NULL;

@@ -51,7 +51,8 @@ enum store_answer pg_claim(struct store *face, const struct store_claimant *who,
     return answer;
 }
 
-/* As arrays of PostgreSQL, of one run after the other. Stages are words of the library. */
+/* As arrays of PostgreSQL, of one run after the other: ids, epochs, stages, fractions, times reached. Stages are words of the library. */
+enum { LISTS = 5 };
 static char *list_of(const struct store_beat *beat, int count, int what)
 {
     size_t room = (size_t)count * 64 + 3, n = 1;
@@ -65,7 +66,8 @@ static char *list_of(const struct store_beat *beat, int count, int what)
         n += (size_t)(what == 0 ? snprintf(out + n, room - n, "%s%s", comma, b->id)
             : what == 1 ? snprintf(out + n, room - n, "%s%lld", comma, (long long)b->epoch)
             : what == 2 ? snprintf(out + n, room - n, "%s\"%.*s\"", comma, (int)strspn(b->progress.stage, "abcdefghijklmnopqrstuvwxyz_- "), b->progress.stage)
-            : snprintf(out + n, room - n, "%s%.6g", comma, b->progress.fraction));
+            : what == 3 ? snprintf(out + n, room - n, "%s%.6g", comma, b->progress.fraction)
+            : b->progress.moves ? snprintf(out + n, room - n, "%s%.17g", comma, b->progress.t) : snprintf(out + n, room - n, "%sNULL", comma));
     }
     snprintf(out + n, room - n, "}");
     return out;
@@ -74,21 +76,21 @@ static char *list_of(const struct store_beat *beat, int count, int what)
 bool pg_beat(struct store *face, const struct store_claimant *who, struct store_beat *beat, int count)
 {
     struct pg_args a = { 0 };
-    char *list[4];
+    char *list[LISTS];
     bool ok = true;
     pg_text(&a, who->daemon), pg_text(&a, who->version), pg_number(&a, who->workers), pg_real(&a, who->lease);
-    for (int i = 0; i < 4; i++) {
+    for (int i = 0; i < LISTS; i++) {
         ok &= (list[i] = list_of(beat, count, i)) != NULL;
         pg_text(&a, list[i]);
     }
-    PGresult *r = ok ? pg_ask(pg_of(face), "SELECT held, held_epoch, asked FROM beat_1($1,$2,$3,$4,$5,$6,$7,$8)", &a, false, SECONDS) : NULL;
+    PGresult *r = ok ? pg_ask(pg_of(face), "SELECT held, held_epoch, asked FROM beat_2($1,$2,$3,$4,$5,$6,$7,$8,$9)", &a, false, SECONDS) : NULL;
     for (int i = 0; r && i < count; i++) {
         beat[i].answer = BEAT_LOST;
         for (int k = 0; k < PQntuples(r); k++)
             if (strcmp(PQgetvalue(r, k, 0), beat[i].id) == 0 && pg_int(r, k, 1) == beat[i].epoch)
                 beat[i].answer = *PQgetvalue(r, k, 2) == 't' ? BEAT_CANCEL : BEAT_HELD;
     }
-    for (int i = 0; i < 4; i++)
+    for (int i = 0; i < LISTS; i++)
         free(list[i]);
     PQclear(r);
     return r;

@@ -40,11 +40,14 @@ struct job_row {
     int64_t seconds;             /* that it may run, as reserved when it was accepted */
 };
 
+/* The stage of a run that was claimed and has told none yet. */
+#define JOB_STAGE_CLAIMED "running"
+
 /* How far a running job is. */
 struct job_progress {
     char stage[32];
     double fraction;             /* 0..1 */
-    bool moves;                  /* a motion is made, which is at time t of the system; told by the daemon that runs the job alone */
+    bool moves;                  /* a motion is made, which is at time t of the system */
     double t;
 };
 

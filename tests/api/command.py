@@ -298,4 +298,57 @@ def command_progress(build, c):
         c("%" not in r.stderr and "\r" not in r.stderr, "no progress off a terminal", r.stderr)
 
 
-ALL = [command_ready, command_progress, command_proxies, command_plots, command_jobs, command_checks, command_interrupt]
+# Words of the text for members whose names it does not use; "": that they are there is seen otherwise.
+WORDS = {"dimensions": "dimensions: ambient", "vector_field": "reduced vector field", "error_estimate": "error estimate", "constraint_residual": "constraint residual", "advice": "seconds", "components": "der(", "free": "", "fields": "gauge field", "columns": "", "rows": "",
+         "ended": "", "definitions": "with", "name": "", "where": "0 = ", "kind": "", "trajectories": "trajectory of set", "constraints": "P1", "method": "by "}
+
+
+def said(value, path, key):
+    """Each member of the answer that holds something, and of its parts: (path, word that has to stand in the text)."""
+    if value in (None, [], {}):
+        return
+    yield f"{path}{key}", WORDS.get(key, key)
+    if key in ("dimensions", "index", "vector_field", "gauge", "trajectory", "tradeoff") and isinstance(value, dict):
+        for k, v in value.items():
+            yield from said(v, f"{path}{key}.", k)
+    elif key in ("trajectories", "strata"):
+        for i, one in enumerate(value):
+            for k, v in one.items():
+                yield from said(v, f"{path}{key}[{i}].", k)
+
+
+def command_text(build, c):
+    """What people read leaves nothing out in silence: every member of an answer and of its parts has its word, or stands among those that --json has."""
+    from cases import load
+    pendulum = {"form": "equations", "variables": ["x", "y", "lam"], "parameters": {"g": "9.81"}, "equations": ["x'' = -lam*x", "y'' = -lam*y - g", "x^2 + y^2 = 1"]}
+    motion = {"stop": 1, "samples": 3, "initial": {"x": 1, "y": 0}, "events": [{"name": "lowest", "expression": "x"}], "integrals": ["g*y + (x'^2 + y'^2)/2"], "sensitivities": {"parameters": ["g"]}}
+    every = ["constraints", "index", "vector_field", "gauge", "trajectory", "consistent_initial", "structure", "tradeoff", "derivation", "linearization"]
+    requests = {
+        "pendulum": {"system": pendulum, "want": every, "trajectory": motion, "linearization": {"at": "start"}},
+        "digits": {"system": pendulum, "trajectory": {"stop": 1, "samples": 3, "initial": {"x": 1, "y": 0}}, "accuracy": {"arithmetic": "ball"}},
+        "sweep": {"system": {"form": "equations", "variables": ["x"], "parameters": {"p": 1}, "equations": ["x' = -x/p"]}, "trajectory": {"stop": 1, "samples": 3, "initial": {"x": 1}},
+                  "sweep": [{"parameters": {"p": p}} for p in (1, 0, 2)]},
+        "solved strata": {"system": {"form": "quasilinear", "variables": ["x", "y", "z"], "A": [["x", 0, 0], [0, "y", 0], [0, 0, 1]], "alpha": ["y*z", "x", "1"]}, "strata": "solve"},
+        "modes": {"system": {"form": "equations", "variables": ["x"], "modes": {"m": {"values": [1, 2], "start": 1}}, "equations": ["x' = if(m == 1, 1, -2)"]},
+                  "trajectory": {"stop": 2, "samples": 5, "initial": {"x": 0}, "events": [{"name": "top", "expression": "x - 1", "direction": "up", "action": "set", "set": {"m": "2"}}]}},
+        "slides": {"system": {"form": "equations", "variables": ["x", "v"], "equations": ["x' = v", "v' = -2*sign(v) + sin(t)"]}, "trajectory": {"stop": 3, "samples": 5, "initial": {"x": 0, "v": 1}, "sliding": True}},
+    }
+    for case in [x for x in load(()) if "request" in x and "refused" not in x["expect"]][::150]:
+        requests[case["name"]] = case["request"]
+    with Daemon(build) as d:
+        sga = Sga(build, d)
+        for name, request in requests.items():
+            path = sga.file(request)
+            answer, text = (sga("solve", path, how, server=False).stdout for how in ("--json", "--text"))
+            result = json.loads(answer)
+            if "verdict" not in result:
+                continue
+            left = " ".join(re.findall(r"^\(.*: --json\)$", text, re.M))
+            missing = [at for k, v in result.items() for at, word in said(v, "", k) if not (word in text if word else True) and not re.search(rf"\b{re.escape(at.rpartition('.')[2])}\b", left)]
+            c(not missing, f"text of {name}: nothing is left out in silence", missing)
+            if name in ("pendulum", "sweep", "modes", "slides"):
+                parts = {"pendulum": ["lowest", "d(x)/d(g)", "largest", "best"], "sweep": ["trajectory of set 2", "trajectories[1].error"], "modes": ["pieces", "top"], "slides": ["slides"]}[name]
+                c(all(p in text for p in parts), f"text of {name}: its parts", [p for p in parts if p not in text])
+
+
+ALL = [command_text, command_ready, command_progress, command_proxies, command_plots, command_jobs, command_checks, command_interrupt]

@@ -17,7 +17,7 @@ from common import moving, trivial
 from tally import ROOT
 
 
-PRODUCT = "0.2.0"
+PRODUCT = "0.3.0"
 
 
 def sources():

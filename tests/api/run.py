@@ -15,6 +15,7 @@ import endpoints  # noqa: E402
 import faults  # noqa: E402
 import framing  # noqa: E402
 import isolation  # noqa: E402
+import kept  # noqa: E402
 import kill  # noqa: E402
 import life  # noqa: E402
 import limits  # noqa: E402
@@ -37,6 +38,7 @@ from tally import Tally, build_folder  # noqa: E402
 OWN = [
     life,
     limits,
+    kept,
     isolation,
     kill,
     load,

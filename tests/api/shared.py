@@ -48,6 +48,22 @@ def flags(address, *more):
     return ("--store", address, "--workers", "2", "--lease", "3", *more)
 
 
+def shared_steps(build, c):
+    """A database of the schema before is refused until `sgad migrate` brings it up to date; its jobs stay."""
+    with Cluster() as server:
+        address = prepared(build, server, "steps")
+        with Daemon(build, *flags(address)) as d:
+            kept = d.ask("POST", "/v1/solve", trivial()).json()
+            c(kept["status"] == "done" and d.stop() == 0, "a job before", kept)
+        server.sql("ALTER TABLE sgad.jobs DROP COLUMN reached; DROP FUNCTION sgad.beat_2; UPDATE sgad.schema SET version = 1", "steps")
+        run = subprocess.run([os.path.join(build, "sgad"), "--listen", "127.0.0.1:0", "--store", address], capture_output=True, text=True, timeout=30, check=False)
+        c(run.returncode == 1 and "schema 1 of an older sgad: run sgad migrate" in run.stderr, "the schema before is refused", run)
+        run = subprocess.run([os.path.join(build, "sgad"), "migrate", "--store", address], capture_output=True, text=True, timeout=30, check=False)
+        c(run.returncode == 0 and "was 1 and is 2" in run.stdout, "migrate brings it up to date", run)
+        with Daemon(build, *flags(address)) as d:
+            c(d.get("/v1/jobs/" + kept["id"]).json()["result"] == kept["result"] and d.ask("POST", "/v1/solve", trivial()).json()["status"] == "done", "and all is there")
+
+
 def shared_answers(build, c):
     """Submit to one, read, wait, watch and cancel at the other."""
     with Cluster() as server:
@@ -76,6 +92,14 @@ def shared_answers(build, c):
             c(until(lambda: all(status(b, i) == "running" for i in long)), "four workers run four jobs", [status(b, i) for i in long])
             ran = [sum(d.get("/metrics").body.decode().count(f"\nsgad_jobs{{status=\"running\"}} {n}\n") * n for n in (1, 2)) for d in (a, b)]
             c(ran == [2, 2], "two on each", ran)
+            places = {(d.port, i): set() for d in (a, b) for i in long}
+
+            def moving():
+                for d in (a, b):
+                    for i in long:
+                        places[d.port, i] |= {d.get("/v1/jobs/" + i).json()["progress"].get("t")} - {None}
+                return all(len(p) > 1 for p in places.values())
+            c(until(moving) and all(0 <= t <= 8000 for p in places.values() for t in p), "each says how far each motion is, whoever runs it", places)
             waits = b.ask("POST", "/v1/jobs", trivial()).json()["id"]
             listed = a.get("/v1/jobs?status=queued").json()["jobs"]
             c([j["id"] for j in listed] == [waits], "the list is everybody's", listed)
@@ -412,4 +436,4 @@ def shared_failover(build, c):
             second.__exit__()
 
 
-ALL = [shared_answers, shared_killed, shared_away, shared_tenants, shared_turns, shared_versions, shared_stalled, shared_deaf, shared_failover]
+ALL = [shared_answers, shared_steps, shared_killed, shared_away, shared_tenants, shared_turns, shared_versions, shared_stalled, shared_deaf, shared_failover]

@@ -1,5 +1,6 @@
 // The page in a browser, against a daemon: check.mjs URL TOKEN_URL TOKEN NODE_FOLDER PICTURES
 // Every check is counted; the last line is "N passed, N failed".
+import { spawnSync } from "node:child_process";
 import { createRequire } from "node:module";
 import { existsSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { dirname, join } from "node:path";
@@ -9,6 +10,7 @@ const [url, guarded, token, modules, pictures] = process.argv.slice(2);
 const require = createRequire(join(modules, "/"));
 const { chromium } = require("playwright-core");
 const AXE = readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
+const here = dirname(fileURLToPath(import.meta.url));
 let passed = 0, failed = 0;
 mkdirSync(pictures, { recursive: true });
 
@@ -159,6 +161,89 @@ async function ways(browser) {
   await page.waitForSelector("#jobs a");
   check(/pendulum/.test(await text(page, "#jobs")), "jobs are listed by name", await text(page, "#jobs"));
   check(log.length === 0, "ways: no errors", log);
+  await page.context().close();
+}
+
+// What is copied runs as it is, in a shell, Python and Octave, and asks for the very job of the page, whatever its texts have in them.
+async function copied(browser) {
+  const { page, log } = await open(browser, url);
+  const request = { system: { name: "it's \"null\", true \\ 100 % of $HOME \u03c6", form: "equations", variables: ["x", "true_", "lam"], parameters: { k: null }, equations: ["x'' = -lam*x", "true_' = k*x", "x^2 + true_^2 = 1"] } };
+  await page.click("input[value=json] + span");
+  await page.fill("textarea", JSON.stringify(request));
+  await page.waitForSelector("#said.fine");
+  await run(page);
+  const verdict = await text(page, "#panel-Answer .verdict"), jobs = () => page.evaluate(() => fetch("/v1/jobs?limit=500").then(r => r.json()).then(l => l.jobs.length)), before = await jobs();
+  await page.click("#copy");
+  const env = { ...process.env, no_proxy: "*", PYTHONPATH: join(here, "../../clients/python"), PYTHONDONTWRITEBYTECODE: "1" };
+  for (const [name, ...command] of [["curl", "bash", "-c"], ["Python", "/usr/bin/python3", "-c"], ["Octave", "octave-cli", "--quiet", "--norc", "--eval"]]) {
+    await page.click(`#languages >> text=${name}`);
+    const ran = spawnSync(command[0], [...command.slice(1), await text(page, "#snippet")], { encoding: "utf8", env, timeout: 120000 });
+    const said = name === "curl" ? JSON.parse(ran.stdout || "{}").result?.verdict : (ran.stdout ?? "").trim();
+    check(ran.status === 0 && said === verdict && await jobs() === before, `what is copied for ${name} runs, and is the page's job`, [ran.status, ran.stdout?.slice(0, 300), ran.stderr?.slice(0, 500), await jobs() - before]);
+  }
+  await page.click("#snippets button.main");
+  check(log.length === 0, "copied: no errors", log);
+  await page.context().close();
+}
+
+// Everything by keys alone: an example chosen, run, its tabs, its plot.
+async function keys(browser) {
+  const { page, log } = await open(browser, url);
+  const reach = async selector => {
+    for (let k = 0; k < 60 && !await page.evaluate(s => document.activeElement?.matches(s), selector); k++) await page.keyboard.press("Tab");
+    return page.evaluate(s => document.activeElement?.matches(s) && getComputedStyle(document.activeElement).outlineStyle !== "none" || document.activeElement?.matches(s + ":focus-visible"), selector);
+  };
+  check(await reach("#examples"), "keys: Tab reaches the examples, and is seen there");
+  await page.keyboard.type("pendulum");
+  await page.waitForSelector("#said.fine");
+  check(await reach("#run"), "keys: and the button that runs");
+  await page.keyboard.press("Enter");
+  await page.waitForFunction(() => document.querySelector("#run").disabled === false && location.hash.startsWith("#/job/"));
+  await page.waitForSelector("#panel-Answer .verdict", { state: "attached" });
+  check(await reach("[role=tab][aria-selected=true]"), "keys: and the tabs");
+  for (let k = 0; k < 8 && await page.getAttribute("#tab-Plots", "aria-selected") !== "true"; k++) await page.keyboard.press("ArrowRight");
+  await page.waitForSelector("#panel-Plots .u-over");
+  check(log.length === 0, "keys: no errors", log);
+  await page.context().close();
+}
+
+// Symmetries of a system that is known: what was asked, what was found, and integrals.
+async function symmetries(browser) {
+  const { page, log } = await open(browser, url);
+  await page.click("input[value=json] + span");
+  await page.fill("textarea", JSON.stringify({ system: { form: "lagrangian", coordinates: ["x", "y"], lagrangian: "(x'^2 + y'^2)/2 - (x^2 + y^2)/2" }, want: ["constraints", "index", "vector_field", "gauge", "symmetries"],
+    symmetries: { check: [{ name: "turn", field: { x: "-y", y: "x", "x'": "-y'", "y'": "x'" } }, { name: "push", field: { x: "1", y: "0", "x'": "0", "y'": "0" } }] } }));
+  await run(page);
+  await tab(page, "Symmetries");
+  const shown = await text(page, "#panel-Symmetries"), { checked } = JSON.parse(await text(page, "#panel-Raw pre")).result.symmetries;
+  check(checked[0].symmetry === true && checked[1].symmetry === false && /turn/.test(shown) && /push/.test(shown), "symmetries: what was asked is shown by its name", shown.slice(0, 600));
+  check((await page.$$("#panel-Symmetries math, #panel-Symmetries table, #panel-Symmetries dl")).length > 0 && shown.length > 20, "symmetries: with formulas");
+  check(log.length === 0, "symmetries: no errors", log);
+  await page.context().close();
+}
+
+// The exports for people, in their tools: MathML drawn by this browser, LaTeX read by KaTeX, strictly.
+async function exported(browser) {
+  const { page, log } = await open(browser, url);
+  const katex = require("katex");
+  for (const example of ["pendulum", "arm", "turning"]) {
+    await choose(page, example);
+    await run(page);
+    const id = JSON.parse(await text(page, "#panel-Raw pre")).id;
+    const [latex, mathml] = await page.evaluate(id => Promise.all(["latex", "mathml"].map(l => fetch(`/v1/jobs/${id}/code?language=${l}`).then(r => r.text()))), id);
+    const blocks = latex.replace(/^%.*$/gm, "").match(/\\begin\{align\*\}[^]*?\\end\{align\*\}/g) ?? [];
+    const said = blocks.map(b => { try { katex.renderToString(b, { displayMode: true, strict: "error", throwOnError: true }); return ""; } catch (e) { return String(e.message).slice(0, 300); } }).join("");
+    check(said === "" && blocks.length >= 2, `${example}: KaTeX reads the LaTeX`, said || latex.slice(0, 300));
+    const drawn = await page.evaluate(xml => {
+      const made = new DOMParser().parseFromString(xml, "application/xml"), root = made.documentElement;
+      if (root.localName !== "math") return { wrong: root.textContent.slice(0, 200) };
+      const at = document.body.appendChild(document.importNode(root, true)), box = at.getBoundingClientRect(), rows = [...at.querySelectorAll("mtr")].map(r => r.getBoundingClientRect());
+      at.remove();
+      return { height: box.height, width: box.width, rows: rows.length, apart: rows.every((r, i) => r.height > 5 && (i === 0 || r.top >= rows[i - 1].bottom - 1 || r.left !== rows[i - 1].left)) };
+    }, mathml);
+    check(drawn.rows >= 3 && drawn.height > 20 * drawn.rows / 2 && drawn.width > 50 && drawn.apart, `${example}: the browser draws the MathML`, drawn);
+  }
+  check(log.length === 0, "exported: no errors", log);
   await page.context().close();
 }
 
@@ -341,8 +426,8 @@ async function tokens(browser) {
 }
 
 // A picture as 24 x 16 mean greys: what is somewhere else, missing or of another colour shows; smoothing does not. PAGE_PICTURES=write keeps them anew.
-// They are of one browser with one set of fonts, told by widths of texts: with others nothing is compared, and that is said.
-const kept = join(dirname(fileURLToPath(import.meta.url)), "pictures.json"), known = existsSync(kept) ? JSON.parse(readFileSync(kept, "utf8")) : {};
+// They are of one version of the browser (its first number) with one set of fonts, told by widths of texts: with others nothing is compared, and that is said.
+const kept = join(here, "pictures.json"), known = existsSync(kept) ? JSON.parse(readFileSync(kept, "utf8")) : {};
 async function compared(page, name, png) {
   const greys = await page.evaluate(async source => {
     const image = new Image(), canvas = new OffscreenCanvas(240, 160), to = canvas.getContext("2d");
@@ -356,7 +441,7 @@ async function compared(page, name, png) {
   const drawn = await page.evaluate(() => {
     const to = new OffscreenCanvas(10, 10).getContext("2d");
     return ["sans-serif", "system-ui", "monospace", "serif"].map(font => { to.font = `100px ${font}`; return to.measureText("Wilmgq 0123 \u03bb\u2202").width.toFixed(2); }).join(" ");
-  }) + " " + page.context().browser().version();
+  }) + " " + page.context().browser().version().split(".")[0];
   if (process.env.PAGE_PICTURES === "write") { known.drawn = drawn; known[name] = greys; writeFileSync(kept, "{" + Object.entries(known).map(([k, v]) => `\n"${k}": ${JSON.stringify(v)}`).join(",") + "\n}\n"); }
   if (known.drawn !== drawn) { console.log(`${name}: not compared: the pictures kept are of another browser or other fonts (${drawn})`); return; }
   const apart = greys.map((v, i) => Math.abs(v - (known[name]?.[i] ?? 999))), mean = apart.reduce((a, b) => a + b) / 384;
@@ -395,8 +480,9 @@ async function looks(browser) {
   }
 }
 
-const browser = await chromium.launch({ executablePath: process.env.CHROMIUM || "/usr/bin/chromium", args: ["--no-sandbox", "--disable-gpu"] });
-for (const part of [examples, marks, ways, documented, pictured, strata, events, stopping, refusals, tokens, looks])
+const browser = await chromium.launch({ executablePath: process.env.CHROMIUM || "/usr/bin/chromium", args: ["--no-sandbox", "--disable-gpu", "--host-resolver-rules=MAP * ~NOTFOUND , EXCLUDE 127.0.0.1"] });
+const parts = [examples, marks, ways, copied, keys, symmetries, exported, documented, pictured, strata, events, stopping, refusals, tokens, looks], asked = process.env.PAGE_PARTS?.split(",");
+for (const part of parts.filter(p => !asked || asked.includes(p.name)))
   try { await part(browser); } catch (e) { check(false, part.name, String(e.stack ?? e)); }
 await browser.close();
 console.log(`${passed} passed, ${failed} failed`);

@@ -12,5 +12,5 @@ from .client import Client, Job
 from .errors import AccessError, Cancelled, JobError, RequestError, ServiceError, SgaError
 from .result import Constraint, Result, Trajectory
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"
 __all__ = ["Client", "Job", "Result", "Trajectory", "Constraint", "SgaError", "RequestError", "JobError", "Cancelled", "AccessError", "ServiceError", "expressions", "__version__"]

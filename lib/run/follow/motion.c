@@ -94,6 +94,21 @@ static bool start(struct job *j, const struct sga_solution *solution, struct tra
     return false;
 }
 
+/* A motion that is there is kept where the time for the table ends. */
+static bool tradeoff(struct job *j, const struct sga_solution *solution, struct traj_request *r)
+{
+    if (!j->trajectory)
+        return answer_tradeoff(j, solution, r);
+    double deadline = job_shorten(j);
+    bool ok = !j->trajectory->out_of_time && answer_tradeoff(j, solution, r);
+    j->budget->deadline = deadline;
+    if (ok || !job_leaves_out(j, deadline, "/want", "the tradeoff"))
+        return ok;
+    answer_tradeoff_clear(j->tradeoff);
+    j->tradeoff = NULL;
+    return true;
+}
+
 static bool run(struct job *j, const struct sga_solution *solution, struct points_oracle *oracle, struct traj_request *r, struct modes *modes)
 {
     stage_begin(j->clock, STAGE_INITIAL);
@@ -111,18 +126,16 @@ static bool run(struct job *j, const struct sga_solution *solution, struct point
         if (!integrate(j, solution, r))
             return false;
     }
-    return !(j->request->want & REQUEST_TRADEOFF) || answer_tradeoff(j, solution, r);
+    return !(j->request->want & REQUEST_TRADEOFF) || tradeoff(j, solution, r);
 }
 
 /* Of the time granted: what checking and writing the rows of a motion that was cut short may take. */
 static const double WRITING_PART = 0.05;
 
-/* A motion alone keeps its rows where the time ends; what is made of motions needs the whole. */
+/* When motions end with the rows that they have. */
 static double rows_until(const struct job *j)
 {
-    const struct request *q = j->request;
-    bool alone = !q->sweeps && !(q->want & REQUEST_TRADEOFF);
-    return alone && j->budget->deadline > 0 ? j->budget->deadline - WRITING_PART * j->budget->seconds : 0;
+    return j->budget->deadline > 0 ? j->budget->deadline - WRITING_PART * j->budget->seconds : 0;
 }
 
 bool answer_own_motion(struct job *j)

@@ -78,6 +78,27 @@ bool job_has_left(const struct job *j)
     return sga_budget_ok(j->budget, NULL);
 }
 
+/* Of the time granted: what writing an answer takes without a part that there was no time for. */
+static const double WRITING_PART = 0.025;
+
+double job_shorten(struct job *j)
+{
+    double deadline = j->budget->deadline;
+    if (deadline > 0)
+        j->budget->deadline = deadline - WRITING_PART * j->budget->seconds;
+    return deadline;
+}
+
+bool job_leaves_out(struct job *j, double deadline, const char *pointer, const char *what)
+{
+    j->budget->deadline = deadline;
+    if ((j->err->code && j->err->code != SGA_E_LIMIT_SECONDS) || !job_has_left(j))
+        return false;
+    *j->err = (struct sga_error){ 0 };
+    sga_warn(j->budget, SGA_W_WORK_CUT, pointer, "the limit of %g seconds was reached: the motion is kept, without %s; raise limits.seconds", j->budget->seconds, what);
+    return true;
+}
+
 size_t answer_limit(const struct job *j)
 {
     return j->host.most_result ? j->host.most_result : (size_t)1 << 30;

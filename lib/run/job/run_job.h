@@ -140,6 +140,11 @@ void job_progress_at(struct job *j, const char *stage, double fraction, double t
 /* True while time, memory and nobody's end let it work on; otherwise j->err says what does not. The other says nothing. */
 bool job_goes_on(const struct job *j);
 bool job_has_left(const struct job *j);
+/* A part of the answer that may be left out for want of time, beside a motion that is there: its deadline is sooner, so that the rest can be written. Gives
+ * the job's own, which job_leaves_out puts back. That is for a part that failed, or was not begun: true where it was for want of time (a warning at
+ * pointer names it by `what`, and the error is forgotten). */
+double job_shorten(struct job *j);
+bool job_leaves_out(struct job *j, double deadline, const char *pointer, const char *what);
 
 /* Bytes that the result may have. */
 size_t answer_limit(const struct job *j);

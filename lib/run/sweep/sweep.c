@@ -89,8 +89,15 @@ static bool at_parameters(struct job *j, const struct sga_solution *s, const str
     return found;
 }
 
+/* What members leave. */
+struct left {
+    int moved;       /* starts that were */
+    int found;       /* motions */
+    bool late;       /* one had none for want of time */
+};
+
 /* One member. False: the job ends. */
-static bool one(struct job *j, const struct sga_solution *s, struct traj_request *r, struct sweep_modes modes, const struct request_sweep *m, const unsigned char *single, int *moved,
+static bool one(struct job *j, const struct sga_solution *s, struct traj_request *r, struct sweep_modes modes, const struct request_sweep *m, const unsigned char *single, struct left *left,
                 struct sga_json *w)
 {
     struct request_trajectory *t = &j->request->trajectory;
@@ -121,10 +128,12 @@ static bool one(struct job *j, const struct sga_solution *s, struct traj_request
     if (ok && found) {
         sga_json_object(w);
         write_set(j, m, analysis, w);
-        *moved += answer_start_moved(j, j->trajectory->initial);
+        left->moved += answer_start_moved(j, j->trajectory->initial);
+        left->found++;
         modes.tell(modes.of);
         ok = answer_write_motion(j, w);
     } else if (ok) {
+        left->late |= err.code == SGA_E_LIMIT_SECONDS;
         write_error(j, m, w, &err);
     }
     t->initial = keep;
@@ -137,6 +146,46 @@ static bool one(struct job *j, const struct sga_solution *s, struct traj_request
     return ok && answer_fits(j, w->out);
 }
 
+/* Of what is kept for writing, the part that members may take for what is bounded by no rows (analyses of their own). */
+static const double ENDING_PART = 0.5;
+
+static bool too_short(struct job *j)
+{
+    return sga_fail(j->err, SGA_E_LIMIT_SECONDS, "the limit of %g seconds ended before any set had a motion; raise limits.seconds", j->budget->seconds);
+}
+
+/* The time ended in a member (*why), or before it: it says so. False: that is no answer, as nothing had a motion before. */
+static bool late(struct job *j, const struct request_sweep *m, struct sga_error *why, const struct left *left, struct sga_json *w)
+{
+    if (!left->found)
+        return too_short(j);
+    if (why->code != SGA_E_LIMIT_SECONDS)
+        sga_fail(why, SGA_E_LIMIT_SECONDS, "the limit of %g seconds ended before this set was begun; raise limits.seconds, or send fewer sets", j->budget->seconds);
+    write_error(j, m, w, why);
+    return answer_fits(j, w->out);
+}
+
+/* A member within the time that members have. */
+static bool in_time(struct job *j, const struct sga_solution *s, struct traj_request *r, struct sweep_modes modes, const struct request_sweep *m, const unsigned char *single, struct left *left,
+                    struct sga_json *w)
+{
+    double deadline = j->budget->deadline;
+    size_t before = w->out->len;
+    if (!(r->rows_until > 0))
+        return one(j, s, r, modes, m, single, left, w);
+    struct sga_error why = { 0 };
+    if (sga_now() >= r->rows_until)
+        return late(j, m, &why, left, w);
+    j->budget->deadline = r->rows_until + ENDING_PART * (deadline - r->rows_until);
+    bool ok = one(j, s, r, modes, m, single, left, w);
+    j->budget->deadline = deadline;
+    if (ok || j->err->code != SGA_E_LIMIT_SECONDS || w->out->len != before || !left->found)
+        return ok;
+    why = *j->err;
+    *j->err = (struct sga_error){ 0 };
+    return late(j, m, &why, left, w);
+}
+
 bool answer_sweep(struct job *j, const struct sga_solution *s, const struct traj_request *request, struct sweep_modes modes)
 {
     struct traj_request r = *request;
@@ -147,7 +196,7 @@ bool answer_sweep(struct job *j, const struct sga_solution *s, const struct traj
         return false;
     stage_begin(j->clock, STAGE_TRAJECTORY);
     bool ok = true;
-    int moved = 0;
+    struct left left = { 0 };
     struct traj_result result;               /* of one after the other */
     j->trajectory = &result;
     r.programs = num_jet_programs_new();
@@ -159,15 +208,17 @@ bool answer_sweep(struct job *j, const struct sga_solution *s, const struct traj
         double each = (whole.to - whole.from) / j->request->sweeps;
         if (share)
             share->from = whole.from + k * each, share->to = share->from + each;
-        ok = one(j, s, &r, modes, j->request->sweep + k, single, &moved, &w);
+        ok = in_time(j, s, &r, modes, j->request->sweep + k, single, &left, &w);
     }
+    if (ok && !left.found && left.late)
+        ok = too_short(j);
     if (share)
         share->from = whole.from, share->to = whole.to;
     sga_json_end_array(&w);
     num_jet_programs_free(r.programs);
     j->sweep = sga_buf_take(&out);
     j->trajectory = NULL;
-    if (moved)
-        sga_warn(j->budget, SGA_W_START_MOVED, "/sweep", "the starts of %d set%s were moved onto the constraints", moved, moved > 1 ? "s" : "");
+    if (left.moved)
+        sga_warn(j->budget, SGA_W_START_MOVED, "/sweep", "the starts of %d set%s were moved onto the constraints", left.moved, left.moved > 1 ? "s" : "");
     return ok;
 }

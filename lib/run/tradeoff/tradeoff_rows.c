@@ -59,6 +59,7 @@ bool tradeoff_solve(struct tradeoff_run *u, const struct tradeoff_row *row, bool
     request.atol = row->atol;
     request.single = single;
     request.budget = &budget;
+    request.rows_until = 0;          /* of rows that are cut off nothing is measured */
     double begin = sga_cpu();
     bool ok = answer_integrate(u->j, u->solution, &request, r, err);
     if (ok && !(r->seconds > 0))     /* not measured there */
@@ -180,7 +181,7 @@ static bool one(struct tradeoff_run *u, struct series *s, double until)
     struct tradeoff_row *row = add_row(t, s, *s->rtol, *s->rtol * asked->atol / asked->rtol);
     struct traj_result r;
     struct sga_error err = { 0 };
-    double begin = sga_cpu(), now = sga_now(), granted = until - now;
+    double begin = sga_cpu(), now = sga_now(), granted = fmax(until - now, 0);
     if (!tradeoff_solve(u, row, true, until, &r, &err)) {
         row->seconds = sga_cpu() - begin;
         return not_solved(u, s, row, &err, granted);

@@ -243,13 +243,27 @@ static bool run(struct asked *a)
     return ok;
 }
 
+/* The motion is kept where the time for its derivatives ends. */
+static bool in_time(struct asked *a)
+{
+    struct job *j = a->j;
+    double deadline = job_shorten(j);
+    bool ok = !j->trajectory->out_of_time && run(a);
+    j->budget->deadline = deadline;
+    if (ok || !job_leaves_out(j, deadline, PLACE, "sensitivities"))
+        return ok;
+    free(j->sensitivities);
+    j->sensitivities = NULL;
+    return true;
+}
+
 bool answer_sensitivities(struct job *j)
 {
     struct asked a = { .j = j };
     if (!j->trajectory || !possible(j))
         return !j->trajectory;
     stage_begin(j->clock, STAGE_SENSITIVITIES);
-    bool ok = j->trajectory->rows == 0 || run(&a);
+    bool ok = j->trajectory->rows == 0 || in_time(&a);
     if (a.varied)
         variation_clear(&a.variation);
     vary_model_clear(&a.model);
