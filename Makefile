@@ -51,6 +51,7 @@ DEPS_poly    := expr base
 DEPS_operator := expr base
 DEPS_form    := sys expr base
 DEPS_request := form sys expr base
+DEPS_families := request form sys expr base
 DEPS_points  := graph lin num poly expr base
 DEPS_sga     := exact points graph lin num poly sys expr base
 DEPS_sym     := sga exact points graph lin num poly sys expr base
@@ -79,17 +80,17 @@ DEPS_run/ask := run/motion run/job $(BELOW_run)
 DEPS_run/derivation := run/ask run/texts run/model run/job export $(BELOW_run)
 DEPS_run/dirac := run/ask run/model run/job $(BELOW_run)
 DEPS_run/tradeoff := run/motion run/job $(BELOW_run)
-DEPS_run/write := export run/dirac run/derivation run/ask run/tradeoff run/motion run/properties run/strata run/texts run/slice run/model run/job $(BELOW_run)
+DEPS_run/write := families export run/dirac run/derivation run/ask run/tradeoff run/motion run/properties run/strata run/texts run/slice run/model run/job $(BELOW_run)
 DEPS_run/sweep := run/write run/motion run/strata run/model run/job $(BELOW_run)
 DEPS_run/vary := run/sweep $(DEPS_run/write) run/write
 DEPS_run/follow := run/vary run/sweep $(DEPS_run/write) run/write
 DEPS_run     := run/follow $(DEPS_run/follow)
-FLOORS := base exact fit plot graph expr export sys lin pencil num poly operator form request points sga dirac linear mech sym structure ode enclose traj run/job run/model run/slice run/texts run/strata run/properties run/motion run/ask run/derivation run/dirac run/tradeoff run/write run/sweep run/vary run/follow run face
+FLOORS := base exact fit plot graph expr export sys lin pencil num poly operator form request families points sga dirac linear mech sym structure ode enclose traj run/job run/model run/slice run/texts run/strata run/properties run/motion run/ask run/derivation run/dirac run/tradeoff run/write run/sweep run/vary run/follow run face
 
 # The floors of server/, in the same way; of the library they see the public face. main.c sees all of them.
 DEPS_tools     := base
 DEPS_settings  :=
-DEPS_formats   := tools plot export base
+DEPS_formats   := tools plot families export request form sys expr base
 DEPS_records   := tools base
 DEPS_store     := records tools base
 DEPS_postgres  := store records tools base
@@ -99,12 +100,12 @@ DEPS_access    := jobs postgres store records settings tools base
 DEPS_framing   := base
 DEPS_net       := framing settings base
 DEPS_exchange  := child net access jobs store records settings tools run base
-DEPS_handlers  := formats export exchange net access jobs store records settings tools run base
+DEPS_handlers  := formats families export exchange net access jobs store records settings tools run base
 DEPS_http      := handlers exchange net access jobs store records settings tools base
 DEPS_admin     := access postgres store records settings tools base
 SERVER_FLOORS := tools settings formats records store postgres child jobs access framing net exchange handlers http admin
 SERVER_DEPS := $(SERVER_FLOORS) run base
-CLIENT_DEPS := formats tools run plot export base
+CLIENT_DEPS := formats tools run plot families export base
 
 # Folders of server/ or lib/ as places that includes are looked for in.
 quote = $(foreach d,$(1),-iquote $(if $(filter $(d),$(SERVER_FLOORS)),server,lib)/$(d))

@@ -5,6 +5,7 @@
 - random loops over two names, against lists of names made here;
 - requests that are refused, with code, place, and what is said of the pass;
 - sizes that may not be written out are refused at once, whatever they would make;
+- long lists of answers that say once what repeats (families.py);
 - exports in each language, also where names would fall together; C is compiled, Python is run.
 """
 import itertools
@@ -17,6 +18,7 @@ import subprocess
 import sys
 import tempfile
 
+import families
 import schemas
 from solver import Solver
 from tally import Tally, build_folder, scaled, seed
@@ -388,6 +390,7 @@ def main():
     all_faults(c)
     random_loops(c)
     exports(c)
+    families.check(c, sys.modules[__name__], EQUAL)
     return c.tally.end()
 
 

@@ -1,5 +1,6 @@
 // An answer as one reads it. What has no place of its own is shown as it is, so that nothing is dropped.
 import { h, number } from "./dom.js";
+import { ranged, whole } from "./families.js";
 import { m, math } from "./math.js";
 
 const VERDICTS = {
@@ -11,6 +12,7 @@ const VERDICTS = {
 const SHOWN = new Set(["verdict", "name", "equilibrium", "variables", "dimensions", "index", "constraints", "vector_field", "gauge", "assumptions", "strata", "symmetries", "trajectory", "trajectories",
   "tradeoff", "evidence", "warnings", "work", "consistent_initial"]);
 
+const loop = text => text ? h("span", { class: "soft" }, ` for ${text.replaceAll(":", " … ")}`) : null;
 const line = (...parts) => h("div", { class: "math" }, ...parts);
 const badge = (kind, text = kind, title) => h("span", { class: "badge " + kind, title }, text);
 
@@ -34,9 +36,9 @@ function field(result) {
   if (!f) return [];
   const gauge = result.gauge?.fields ?? [], free = f.free ?? [];
   return [h("h2", {}, "Reduced field"), free.length ? h("p", { class: "soft" }, "Any functions of time may stand for ", free.join(", "), "; each multiplies its gauge field below.") : null,
-    Object.entries(f.components).filter(([x, rate]) => rate !== x + "'").map(([x, rate]) => line(math(`der(${x})`.replace(/^der\((\w+)('*)\)$/, "$1$2'"), rate))),
+    Object.entries(f.components).filter(([x, rate]) => rate !== x + "'").map(([x, rate]) => ({ ...ranged(x), rate })).map(f => line(math(`der(${f.name})`.replace(/^der\((\w+)('*)\)$/, "$1$2'"), f.rate), loop(f.loop))),
     gauge.length ? h("h3", {}, "Gauge fields") : null,
-    gauge.map((g, i) => line(free[i] ? h("span", { class: "soft" }, free[i] + ": ") : null, Object.entries(g).map(([x, v], k) => [k ? "  +  " : "", h("span", {}, "("), math(v), ") ", vector(x)])))];
+    gauge.map((g, i) => line(free[i] ? h("span", { class: "soft" }, free[i] + ": ") : null, Object.entries(g).map(([x, v], k) => [k ? "  +  " : "", h("span", {}, "("), math(v), ") ", vector(ranged(x).name), loop(ranged(x).loop)])))];
 }
 
 function vector(x) {
@@ -48,7 +50,7 @@ function vector(x) {
 
 export function constraints(result) {
   const by = Map.groupBy ? Map.groupBy(result.constraints ?? [], c => c.generation) : (result.constraints ?? []).reduce((all, c) => all.set(c.generation, [...(all.get(c.generation) ?? []), c]), new Map());
-  return [...by].map(([generation, list]) => h("div", {}, h("h3", {}, `Generation ${generation}`), list.map(c => line(math(c.expression, "0")))));
+  return [...by].map(([generation, list]) => h("div", {}, h("h3", {}, `Generation ${generation}`), list.map(c => line(math(c.expression, "0"), loop(c.for)))));
 }
 
 export function answer(job) {
@@ -59,7 +61,7 @@ export function answer(job) {
       h("dl", { class: "facts" },
         d ? [h("dt", {}, "Dimensions"), h("dd", {}, [d.ambient, ...d.generations].join(" → "), d.final === null ? " → nothing" : "")] : null,
         r.index ? [h("dt", {}, "Generations of constraints"), h("dd", {}, number(r.index.generations)), h("dt", {}, "Differentiation index"), h("dd", {}, number(r.index.differentiation))] : null,
-        r.variables ? [h("dt", {}, "Variables"), h("dd", {}, r.variables.map((v, i) => [i ? ", " : "", math(v.name), v.role === "variable" ? "" : h("span", { class: "soft" }, ` ${v.role}`)]))] : null,
+        r.variables ? [h("dt", {}, "Variables"), h("dd", {}, r.variables.map((v, i) => [i ? ", " : "", math(v.name), loop(v.for), v.role === "variable" ? "" : h("span", { class: "soft" }, ` ${v.role}`)]))] : null,
         r.assumptions?.length ? [h("dt", {}, "Assuming"), h("dd", {}, r.assumptions.map(a => line(a.expression ? math(a.expression) : "", h("span", {}, { not_zero: " is not 0" }[a.kind] ?? " " + (a.kind ?? "")))))] : null)),
     warnings(r.warnings),
     r.constraints ? [h("h2", {}, "Constraints"), r.constraints.length ? constraints(r) : h("p", {}, "None: every initial value is consistent.")] : null,
@@ -96,7 +98,7 @@ function origin(result, request, made) {
 }
 
 export function derivation(job, request) {
-  const r = job.result, d = r.dimensions, made = r.evidence?.constraints ?? [], generations = [...new Set((r.constraints ?? []).map(c => c.generation))];
+  const r = whole(job.result), d = r.dimensions, made = r.evidence?.constraints ?? [], generations = [...new Set((r.constraints ?? []).map(c => c.generation))];
   if (!r.constraints || !d) return [h("p", { class: "empty" }, "The answer has no constraints: ask for them with “want”.")];
   const size = [d.ambient, ...d.generations], cards = [];
   const card = (title, ...body) => cards.push(h("section", { class: "card", tabindex: "-1" }, h("h2", {}, title), ...body));

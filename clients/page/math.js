@@ -12,7 +12,7 @@ export function m(tag, ...children) {
 }
 
 function* lex(text) {
-  const token = /\s*(?:(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?)|([A-Za-z_]\w*(?:\[[\d,]+\])?)('*)|(<=|>=|==|!=|\*\*|[-+*/^(),=<>])|(\S))/gy;
+  const token = /\s*(?:(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?)|([A-Za-z_]\w*(?:\[[-+*\w,]+\])?)('*)|(<=|>=|==|!=|\*\*|[-+*/^(),=<>])|(\S))/gy;
   for (let r; (r = token.exec(text)) && r[0];) {
     if (r[5]) throw new SyntaxError(r[5]);
     yield r[1] ? { number: r[1] } : r[2] ? { name: r[2], order: r[3].length } : { op: r[4] };

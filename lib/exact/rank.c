@@ -179,36 +179,45 @@ static double score(const struct agenda *a, const struct moving *m, const struct
     return 4.0 * (m->entries - 1) * (a->count[q->col] - 1) + unit - fmin(3, fmax(-3, size));
 }
 
+/* The last rows of n entries, the newest first; stale members on the way are dropped, and no others are looked at: each costs once. */
+static int newest(struct agenda *a, int n, int row[ROWS_ASKED])
+{
+    int *list = a->length.at[n], left = a->length.count[n], found = 0;
+    while (left && found < ROWS_ASKED) {
+        int i = list[--left];
+        if (!a->row[i].done && a->row[i].entries == n)
+            row[found++] = i;
+    }
+    a->length.count[n] = left + found;
+    for (int k = 0; k < found; k++)
+        list[left + found - 1 - k] = row[k];
+    return found;
+}
+
 /* The best pivot among a few of the shortest rows. False: none is left. */
 static bool choose(struct agenda *a, int *row, int *at)
 {
     double best = INFINITY;
-    int seen = 0;
-    for (int n = a->lowest; n <= a->e->cols && best == INFINITY; n++) {
-        int kept = 0;
-        for (int q = 0; q < a->length.count[n]; q++) {
-            int i = a->length.at[n][q];
-            if (!a->row[i].done && a->row[i].entries == n)
-                a->length.at[n][kept++] = i;
-        }
-        a->length.count[n] = kept;
-        a->lowest = kept ? n : n + 1;
-        for (int q = kept - 1; q >= 0 && n && seen < ROWS_ASKED; q--, seen++) {
-            const struct moving *m = a->row + a->length.at[n][q];
-            double most = 0;
-            for (int k = 0; k < n; k++)
-                most = fmax(most, fabs(m->entry[k].size));
-            for (int k = 0; k < n; k++) {
-                double s = score(a, m, m->entry + k, most);
-                if (s < best || best == INFINITY) {
-                    best = fmin(s, 1e300);
-                    *row = a->length.at[n][q];
-                    *at = k;
-                }
+    int asked[ROWS_ASKED], count = 0;
+    a->lowest += a->lowest == 0;         /* what is empty has no pivot */
+    while (a->lowest <= a->e->cols && !(count = newest(a, a->lowest, asked)))
+        a->lowest++;
+    for (int q = 0; q < count; q++) {
+        const struct moving *m = a->row + asked[q];
+        double most = 0;
+        for (int k = 0; k < m->entries; k++)
+            most = fmax(most, fabs(m->entry[k].size));
+        for (int k = 0; k < m->entries; k++) {
+            double s = score(a, m, m->entry + k, most);
+            if (s < best || best == INFINITY) {
+                best = fmin(s, 1e300);
+                *row = asked[q];
+                *at = k;
             }
         }
     }
-    return best < INFINITY;
+    assert(!count || best < INFINITY);
+    return count > 0;
 }
 
 static void take(struct agenda *a, int i, int at, int given)
@@ -272,7 +281,7 @@ bool exact_echelon_add(struct exact_echelon *e, const struct exact_row *const *r
 {
     SGA_ARENA(mem);
     struct agenda a = { .e = e, .rows = rows, .lowest = e->cols };
-    int first = e->givens, i, at;
+    int first = e->givens, i, at = 0;
     bool ok = true;
     number_on(e, row, rows);
     a.row = sga_zeros(&mem, (size_t)rows + 1, sizeof *a.row);

@@ -127,7 +127,7 @@ static bool part(struct reader *rd, bool ok)
 static bool read_parts(struct reader *rd, const json_t *v)
 {
     static const char *const members[] = { "system", "want", "symmetries", "trajectory", "accuracy", "limits", "strata", "sweep",
-                                           "linearization", "transfer", "equilibria", "fit", NULL };
+                                           "linearization", "transfer", "equilibria", "fit", "families", NULL };
     if (!only_members(rd, v, members))
         return false;
     const json_t *accuracy = json_object_get(v, "accuracy");
@@ -135,6 +135,7 @@ static bool read_parts(struct reader *rd, const json_t *v)
     const json_t *want = json_object_get(v, "want"), *strata = json_object_get(v, "strata"), *sweep = json_object_get(v, "sweep");
     const json_t *linearization = json_object_get(v, "linearization"), *transfer = json_object_get(v, "transfer");
     const json_t *equilibria = json_object_get(v, "equilibria"), *fit = json_object_get(v, "fit");
+    const json_t *families = json_object_get(v, "families");
     const json_t *system = need_member(rd, v, "system");
     if (!system)
         return false;
@@ -165,6 +166,7 @@ static bool read_parts(struct reader *rd, const json_t *v)
         && (!transfer || !stands || part(rd, read_transfer(rd, transfer)))
         && ((!equilibria && !(rd->r->want & REQUEST_EQUILIBRIA)) || !stands || part(rd, read_equilibria(rd, equilibria)))
         && (!fit || !stands || part(rd, read_fit(rd, fit)))
+        && (!families || part(rd, read_families(rd, families)))
         && (!strata || part(rd, read_strata(rd, strata))) && (!stands || read_tables_end(rd)) && store_ok(rd);
 }
 

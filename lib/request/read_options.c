@@ -115,6 +115,19 @@ bool read_accuracy(struct reader *rd, const json_t *v)
     return true;
 }
 
+bool read_families(struct reader *rd, const json_t *v)
+{
+    static const char *const words[] = { "auto", "fold", "whole" };
+    size_t mark = at_member(rd, "families");
+    int k = read_word(rd, v, words, 3, "a way to write what repeats");
+    if (k >= 0)
+        rd->r->families = (enum request_families)k;
+    else if (!at_pass(rd, mark))
+        return false;
+    at_back(rd, mark);
+    return true;
+}
+
 bool read_limits(struct reader *rd, const json_t *v)
 {
     static const char *const members[] = { "seconds", "megabytes", "nodes", "generations", "terms", "bits", NULL };

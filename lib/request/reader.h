@@ -136,6 +136,7 @@ void sweep_unbind(struct reader *rd);
 bool read_initial(struct reader *rd, const json_t *v, unsigned char *taken, struct request_initial **list, int *count);
 bool read_events(struct reader *rd, const json_t *v);      /* its member `events` */
 bool read_accuracy(struct reader *rd, const json_t *v);
+bool read_families(struct reader *rd, const json_t *v);
 bool read_limits(struct reader *rd, const json_t *v);
 
 /* A form: how its members become rows. The variables' names stand in the store. */

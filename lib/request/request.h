@@ -35,6 +35,9 @@ enum request_want {
 };
 const char *request_want_text(int place);      /* 0 <= place < REQUEST_WANTS */
 
+/* What repeats in lists of the answer is said once: in long ones, wherever it can be, never. */
+enum request_families { REQUEST_FAMILIES_AUTO, REQUEST_FAMILIES_FOLD, REQUEST_FAMILIES_WHOLE };
+
 enum request_arithmetic {
     REQUEST_AUTO, REQUEST_DOUBLE, REQUEST_DOUBLE_DOUBLE, REQUEST_BALL
 };
@@ -291,6 +294,7 @@ struct request {
     expr_id lagrangian;               /* L(q, v, t), where the form has one and no forces; or EXPR_UNDEF */
     int multiplier;                   /* of the form lagrangian: the symbol of the first holonomic constraint's multiplier, those of the others follow */
     int coordinates;                  /* of it: the system's variables are q, v, multipliers */
+    enum request_families families;
     bool strata;                      /* each stratum shall be solved on its own */
 };
 

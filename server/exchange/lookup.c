@@ -28,7 +28,7 @@ static enum lookup from_store(struct service *sv, const char *id, struct job **j
         outcome = LOOKUP_BROKEN;        /* its end could not be written */
     else if ((a = (row.status == JOB_DONE ? store_result : store_request)(sv->store, id, &text, &length)) != STORE_FOUND)
         outcome = a == STORE_NONE ? LOOKUP_GONE : LOOKUP_BROKEN;
-    else if (!(*finished = finished_make(&row, (struct slice){ text, length })))
+    else if (!(*finished = finished_take(&row, &text, length)))
         outcome = LOOKUP_BROKEN;
     else if (row.status == JOB_DONE) {
         finished_book(*finished, &sv->reply_bytes);

@@ -5,6 +5,8 @@
 #include <assert.h>
 #include <string.h>
 
+#include "families.h"
+
 int code_source_count(struct slice array)
 {
     const char *cursor = NULL;
@@ -35,9 +37,22 @@ static bool lacks(struct code_source *r, const char *what)
     return sga_fail(r->err, SGA_E_NO_CODE, "The answer lacks %s, which an export needs.", what);
 }
 
+/* A member of the answer with its families written out; what is none is as it is. */
+static struct slice whole(struct code_source *r, const char *member)
+{
+    struct slice v = scan_member(r->result, member);
+    struct sga_buf all = { 0 };
+    if (!v.at || (*v.at != '[' && *v.at != '{'))
+        return v;
+    bool ok = families_expand(v.at, v.len, &all);
+    size_t length = all.len;
+    char *text = sga_keep(&r->mem, sga_buf_take(&all));
+    return ok ? (struct slice){ text, length } : v;
+}
+
 static bool read_variables(struct code_source *r)
 {
-    struct slice list = scan_member(r->result, "variables"), v;
+    struct slice list = whole(r, "variables"), v;
     const char *cursor = NULL;
     struct export_source *s = &r->source;
     s->variable = sga_zeros(&r->mem, (size_t)code_source_count(list), sizeof *s->variable);
@@ -64,7 +79,7 @@ static bool read_definitions(struct code_source *r)
 
 static bool read_constraints(struct code_source *r)
 {
-    struct slice list = scan_member(r->result, "constraints"), v;
+    struct slice list = whole(r, "constraints"), v;
     const char *cursor = NULL;
     struct export_source *s = &r->source;
     s->constraint = sga_zeros(&r->mem, (size_t)code_source_count(list), sizeof *s->constraint);
@@ -93,8 +108,8 @@ static bool read_components(struct code_source *r, struct slice field, const cha
 static bool read_field(struct code_source *r)
 {
     struct export_source *s = &r->source;
-    struct slice gauge = scan_member(r->result, "gauge"), fields = scan_member(gauge, "fields"), v;
-    struct slice components = scan_member(scan_member(r->result, "vector_field"), "components");
+    struct slice gauge = whole(r, "gauge"), fields = scan_member(gauge, "fields"), v;
+    struct slice components = scan_member(whole(r, "vector_field"), "components");
     const char *cursor = NULL;
     int rows = code_source_count(fields);
     if (!components.at || *components.at != '{')

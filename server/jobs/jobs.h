@@ -154,7 +154,7 @@ bool jobs_cancelled(struct jobs *js, struct job *job);
 bool jobs_lost(struct jobs *js, struct job *job);
 void jobs_progress(struct jobs *js, struct job *job, const char *stage, double fraction, double t);
 /* The end: result text, or err. One of them. Takes no ownership. */
-void jobs_done(struct jobs *js, struct job *job, const char *result, size_t length);
+void jobs_done(struct jobs *js, struct job *job, char **result, size_t length);
 void jobs_failed(struct jobs *js, struct job *job, const struct sga_error *err);
 /* Back to the front of its queue, here and on disk, as if it had not been taken. One that was
  * cancelled meanwhile ends. */

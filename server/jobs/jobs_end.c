@@ -105,9 +105,10 @@ void jobs_save_again(struct jobs *js)
         }
 }
 
-static struct finished *make_text(struct job_row *row, struct slice text)
+/* result: of a job that is done, taken over; text: of others. */
+static struct finished *make_text(struct job_row *row, char **result, size_t length, struct slice text)
 {
-    struct finished *f = finished_make(row, text);
+    struct finished *f = row->status == JOB_DONE ? finished_take(row, result, length) : finished_make(row, text);
     if (f)
         return f;
     struct sga_error err = { .code = SGA_E_LIMIT_MEMORY, .stage = "result" };
@@ -130,7 +131,7 @@ static void log_end(const struct job *job, const struct job_row *row, const stru
               "traceparent", *job->traceparent ? job->traceparent : NULL, NULL);
 }
 
-void jobs_end(struct jobs *js, struct job *job, enum job_status status, const struct sga_error *err, const char *result, size_t length)
+void jobs_end(struct jobs *js, struct job *job, enum job_status status, const struct sga_error *err, char **result, size_t length)
 {
     struct job_row row = job->row;
     assert(job_ended(status) && (status == JOB_DONE) == !err);
@@ -138,10 +139,8 @@ void jobs_end(struct jobs *js, struct job *job, enum job_status status, const st
     row.finished = clock_after(row.started ? row.started : row.created);
     double ran = job->began ? sga_now() - job->began : 0;
     row.error = err ? problem_text(err) : NULL;
-    struct slice text = { result, length };
-    if (status != JOB_DONE)           /* a job that failed keeps its request */
-        text = (struct slice){ job->request, job->request ? job->request_length : 0 };
-    struct finished *f = make_text(&row, text);
+    struct slice request = { job->request, job->request ? job->request_length : 0 };      /* a job that failed keeps it */
+    struct finished *f = make_text(&row, result, length, request);
     log_end(job, &row, err, ran);
     metrics_job(js->metrics, row.status, ran);
     pthread_mutex_lock(&js->lock);
@@ -164,7 +163,7 @@ void jobs_end(struct jobs *js, struct job *job, enum job_status status, const st
     pthread_mutex_unlock(&js->lock);
 }
 
-void jobs_done(struct jobs *js, struct job *job, const char *result, size_t length)
+void jobs_done(struct jobs *js, struct job *job, char **result, size_t length)
 {
     jobs_end(js, job, JOB_DONE, NULL, result, length);
 }

@@ -47,7 +47,7 @@ static struct finished *read_end(struct jobs *js, const char *id, struct job_row
     if (store_job(js->store, id, row) != STORE_FOUND)
         return NULL;
     enum store_answer a = !job_ended(row->status) ? STORE_BROKEN : (row->status == JOB_DONE ? store_result : store_request)(js->store, id, &text, &length);
-    struct finished *f = a == STORE_BROKEN ? NULL : finished_make(row, (struct slice){ text, length });
+    struct finished *f = a == STORE_BROKEN ? NULL : finished_take(row, &text, length);
     free(text);
     return f;
 }

@@ -127,6 +127,6 @@ void jobs_notify(struct jobs *js, struct job *job);
 /* Under the lock: the ends that could not be written are given to the store once more. */
 void jobs_save_again(struct jobs *js);
 /* Ends a job that no queue and no worker holds any more. Not under the lock. */
-void jobs_end(struct jobs *js, struct job *job, enum job_status status, const struct sga_error *err, const char *result, size_t length);
+void jobs_end(struct jobs *js, struct job *job, enum job_status status, const struct sga_error *err, char **result, size_t length);
 
 #endif

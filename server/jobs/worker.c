@@ -133,7 +133,7 @@ static bool handle(struct worker *w, struct job *job, struct child_inbox *in)
         jobs_progress(w->jobs, job, p.stage, p.fraction, p.t);
         ended = false;
     } else if (in->head.type == WIRE_DONE) {
-        jobs_done(w->jobs, job, in->data, in->head.length);
+        jobs_done(w->jobs, job, &in->data, in->head.length);
     } else if (in->head.type == WIRE_ERROR || in->head.type == WIRE_LAST) {
         if (in->head.type == WIRE_LAST)
             child_walled(w, job);

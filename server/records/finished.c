@@ -1,4 +1,4 @@
-/* Finished replies. The long text is copied once, between a written head and a brace. */
+/* Finished replies. The long text stands between a written head and a brace. */
 #include "finished.h"
 
 #include <inttypes.h>
@@ -6,28 +6,23 @@
 #include <stdlib.h>
 #include <string.h>
 
-static bool assemble(struct finished *f, const struct sga_buf *head, struct slice text)
+/* Head, member and brace around the text, which lies at the front of f->text. */
+static void assemble(struct finished *f, const struct sga_buf *head, const char *member, size_t length)
 {
-    const char *member = !text.at ? "" : f->status == JOB_DONE ? ",\"result\":" : ",\"request\":";
     size_t n = strlen(member);
+    char *p = f->text + head->len + n;
     f->head = head->len;
-    f->len = head->len + n + text.len + 1;
-    f->text = malloc(f->len + 1);
-    if (!f->text)
-        return false;
-    char *p = f->text;
-    memcpy(p, head->data, head->len);
-    memcpy(p + head->len, member, n);
-    p += head->len + n;
-    if (text.at)
-        memcpy(p, text.at, text.len);
-    if (text.at && f->status == JOB_DONE)
-        f->result = (struct slice){ p, text.len };
-    memcpy(p + text.len, "}", 2);
-    return true;
+    f->len = head->len + n + length + 1;
+    memmove(p, f->text, length);
+    memcpy(f->text, head->data, head->len);
+    memcpy(f->text + head->len, member, n);
+    if (*member && f->status == JOB_DONE)
+        f->result = (struct slice){ p, length };
+    memcpy(p + length, "}", 2);
 }
 
-struct finished *finished_make(const struct job_row *row, struct slice text)
+/* text: NULL where it is not known. */
+static struct finished *make(const struct job_row *row, char **text, size_t length)
 {
     struct finished *f = calloc(1, sizeof *f);
     if (!f)
@@ -40,12 +35,34 @@ struct finished *finished_make(const struct job_row *row, struct slice text)
     struct sga_json w;
     sga_json_begin(&w, &head);
     job_write_open(&w, row, NULL, &f->cached_at);
-    bool ok = assemble(f, &head, text);
+    const char *member = !*text ? "" : f->status == JOB_DONE ? ",\"result\":" : ",\"request\":";
+    f->text = realloc(*text, head.len + strlen(member) + length + 2);
+    if (f->text) {
+        *text = NULL;
+        assemble(f, &head, member, length);
+    } else {
+        free(f);
+        f = NULL;
+    }
     sga_buf_free(&head);
-    if (ok)
-        return f;
-    free(f);
-    return NULL;
+    return f;
+}
+
+struct finished *finished_take(const struct job_row *row, char **text, size_t length)
+{
+    return make(row, text, *text ? length : 0);
+}
+
+struct finished *finished_make(const struct job_row *row, struct slice text)
+{
+    char *copy = text.at ? malloc(text.len + 1) : NULL;
+    if (text.at && !copy)
+        return NULL;
+    if (text.at)
+        memcpy(copy, text.at, text.len);
+    struct finished *f = make(row, &copy, text.len);
+    free(copy);
+    return f;
 }
 
 void finished_book(struct finished *f, atomic_long *bytes)

@@ -25,6 +25,9 @@ struct finished {
  * NULL where it is not known). One reference is the caller's. NULL when memory ends. Cost:
  * one copy of the text. */
 struct finished *finished_make(const struct job_row *row, struct slice text);
+/* The same of a text that was malloced and is taken over (*text becomes NULL), where it moves in its place: of a large one there are not two in
+ * memory. NULL when memory ends: then it is still the caller's. */
+struct finished *finished_take(const struct job_row *row, char **text, size_t length);
 /* Counts its bytes in *bytes from now on, until it is freed. Once, before it is shared. */
 void finished_book(struct finished *f, atomic_long *bytes);
 struct finished *finished_ref(struct finished *f);

@@ -7,10 +7,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* A long text is not a column of the row, for which SQLite would make a copy of it: it is read into its place. */
+#define STORE_LONG "65536"
+#define STORE_SHORT(column) "CASE WHEN length(" column ") <= " STORE_LONG " THEN " column " END"
+
 static bool open_cache(struct store_reader *r, const char *folder, char *why, size_t size)
 {
     return (r->cache = store_file_open(folder, FILE_CACHE, false, why, size))
-        && (r->result = store_file_prepare(r->cache, "SELECT result, sum FROM results WHERE id=?1", why, size));
+        && (r->result = store_file_prepare(r->cache, "SELECT " STORE_SHORT("result") ", sum, rowid, length(result) FROM results WHERE id=?1", why, size));
 }
 
 bool store_readers_open(struct lite *st, const char *folder, char *why, size_t size)
@@ -19,7 +23,7 @@ bool store_readers_open(struct lite *st, const char *folder, char *why, size_t s
         struct store_reader *r = &st->reader[i];
         bool ok = (r->queue = store_file_open(folder, FILE_QUEUE, false, why, size))
             && (r->job = store_file_prepare(r->queue, "SELECT " STORE_ROW_COLUMNS " FROM jobs WHERE id=?1", why, size))
-            && (r->request = store_file_prepare(r->queue, "SELECT request, sum FROM jobs WHERE id=?1", why, size))
+            && (r->request = store_file_prepare(r->queue, "SELECT " STORE_SHORT("request") ", sum, rowid, length(request) FROM jobs WHERE id=?1", why, size))
             && store_list_prepare(r, why, size)
             && open_cache(r, folder, why, size);
         if (!ok)
@@ -103,25 +107,34 @@ bool store_read_row(sqlite3_stmt *s, struct job_row *row)
 }
 
 /* Is the text what was written under this id? */
-static bool genuine(sqlite3_stmt *s, const char *id)
+static bool genuine(sqlite3_stmt *s, const char *id, const char *text, size_t length)
 {
     unsigned char sum[DIGEST_BYTES];
-    const void *kept = sqlite3_column_blob(s, 1), *text = sqlite3_column_blob(s, 0);
-    digest_kept(sum, id, text ? text : "", (size_t)sqlite3_column_bytes(s, 0));
+    const void *kept = sqlite3_column_blob(s, 1);
+    digest_kept(sum, id, text, length);
     return kept && sqlite3_column_bytes(s, 1) == sizeof sum && memcmp(kept, sum, sizeof sum) == 0;
 }
 
-static bool copy_blob(sqlite3_stmt *s, char **text, size_t *length)
+/* Where texts are. */
+struct place { sqlite3 *db; const char *table, *column; };
+
+/* The text of the row that the statement is at; SQLITE_ROW, or why there is none. */
+static int copy_text(struct place at, sqlite3_stmt *s, char **text, size_t *length)
 {
-    *length = (size_t)sqlite3_column_bytes(s, 0);
-    const void *blob = sqlite3_column_blob(s, 0);
+    bool is_long = sqlite3_column_type(s, 0) == SQLITE_NULL;
+    sqlite3_blob *blob = NULL;
+    *length = (size_t)sqlite3_column_int64(s, 3);
     *text = malloc(*length + 1);
     if (!*text)
-        return false;
-    if (*length)
-        memcpy(*text, blob, *length);
+        return SQLITE_NOMEM;
+    int rc = is_long ? sqlite3_blob_open(at.db, "main", at.table, at.column, sqlite3_column_int64(s, 2), 0, &blob) : SQLITE_OK;
+    if (rc == SQLITE_OK && is_long)
+        rc = (size_t)sqlite3_blob_bytes(blob) == *length ? sqlite3_blob_read(blob, *text, (int)*length, 0) : SQLITE_CORRUPT;
+    else if (rc == SQLITE_OK && (size_t)sqlite3_column_bytes(s, 0) == *length && *length)
+        memcpy(*text, sqlite3_column_blob(s, 0), *length);
     (*text)[*length] = 0;
-    return true;
+    sqlite3_blob_close(blob);
+    return rc == SQLITE_OK ? SQLITE_ROW : rc;
 }
 
 static enum store_answer answer(int rc, bool taken)
@@ -147,15 +160,21 @@ enum store_answer lite_job(struct store *face, const char *id, struct job_row *r
 }
 
 /* *rc is SQLITE_MISMATCH where the text is not what was written. */
-static enum store_answer blob(sqlite3_stmt *s, const char *id, char **text, size_t *length, int *rc)
+static enum store_answer read_text(struct place at, sqlite3_stmt *s, const char *id, char **text, size_t *length, int *rc)
 {
     sqlite3_bind_text(s, 1, id, -1, SQLITE_STATIC);
+    *text = NULL;
     *rc = sqlite3_step(s);
-    if (*rc == SQLITE_ROW && !genuine(s, id))
+    if (*rc == SQLITE_ROW)
+        *rc = copy_text(at, s, text, length);
+    if (*rc == SQLITE_ROW && !genuine(s, id, *text, *length))
         *rc = SQLITE_MISMATCH;
-    bool taken = *rc == SQLITE_ROW && copy_blob(s, text, length);
     sqlite3_reset(s);
-    return answer(*rc, taken);
+    if (*rc != SQLITE_ROW) {
+        free(*text);
+        *text = NULL;
+    }
+    return answer(*rc, *rc == SQLITE_ROW);
 }
 
 enum store_answer lite_request(struct store *face, const char *id, char **text, size_t *length)
@@ -163,7 +182,7 @@ enum store_answer lite_request(struct store *face, const char *id, char **text, 
     struct lite *st = lite_of(face);
     int rc;
     struct store_reader *r = store_borrow(st);
-    enum store_answer a = blob(r->request, id, text, length, &rc);
+    enum store_answer a = read_text((struct place){ r->queue, "jobs", "request" }, r->request, id, text, length, &rc);
     store_give_back(st, r);
     if (a == STORE_BROKEN)
         log_event(LOG_L_ERROR, "request_not_read", "job", id, "reason", sqlite3_errstr(rc), NULL);
@@ -175,7 +194,7 @@ enum store_answer lite_result(struct store *face, const char *id, char **text, s
     struct lite *st = lite_of(face);
     int rc = SQLITE_CORRUPT;
     struct store_reader *r = store_borrow(st);
-    enum store_answer a = renew(st, r) ? blob(r->result, id, text, length, &rc) : STORE_NONE;
+    enum store_answer a = renew(st, r) ? read_text((struct place){ r->cache, "results", "result" }, r->result, id, text, length, &rc) : STORE_NONE;
     store_give_back(st, r);
     if (a == STORE_BROKEN && rc != SQLITE_ROW) {
         log_event(LOG_L_WARN, "result_not_read", "job", id, "reason", sqlite3_errstr(rc), NULL);

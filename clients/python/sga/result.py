@@ -8,6 +8,7 @@ from types import SimpleNamespace
 from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Sequence, Union
 
 from . import expressions
+from .families import whole
 
 
 def _have(name: str) -> Any:
@@ -97,11 +98,15 @@ class Trajectory:
         return f"<Trajectory {self.columns}, {len(self)} rows>" if self.columns else f"<Trajectory without motion: {(self.error or {}).get('detail')}>"
 
 
+SAMPLES = ("trajectory", "trajectories")    # numbers, and many of them: nothing in them is said once
+
+
 class Result(Mapping[str, Any]):
-    """An answer. It is the service's object (`result["verdict"]`), its members are attributes too (`result.verdict`), and beside:"""
+    """An answer. It is the service's object (`result["verdict"]`) with what it says once for many entries written out; its members are attributes
+    too (`result.verdict`), and beside:"""
 
     def __init__(self, data: Mapping[str, Any], request: Optional[Mapping[str, Any]] = None, job: Optional[Mapping[str, Any]] = None) -> None:
-        self.data, self.request, self.job = dict(data), dict(request or {}), dict(job or {})
+        self.data, self.request, self.job = {k: v if k in SAMPLES else whole(v) for k, v in data.items()}, dict(request or {}), dict(job or {})
 
     def __getitem__(self, key: str) -> Any:
         return self.data[key]

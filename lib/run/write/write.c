@@ -24,6 +24,7 @@
 void answer_write_variables(const struct job *j, struct sga_json *w)
 {
     sga_json_key(w, "variables");
+    size_t start = w->out->len;
     sga_json_array(w);
     for (int i = 0; i < j->request->system.variables; i++) {
         sga_json_object(w);
@@ -32,6 +33,7 @@ void answer_write_variables(const struct job *j, struct sga_json *w)
         sga_json_end_object(w);
     }
     sga_json_end_array(w);
+    answer_fold(j, w, start);
 }
 
 /* General points contradict the system: the functions that vanish where it is solved. */
@@ -114,6 +116,7 @@ static void write_constraints(const struct job *j, struct sga_json *w)
 {
     assert(j->solution->constraints <= j->texts->names.roots);
     sga_json_key(w, "constraints");
+    size_t start = w->out->len;
     sga_json_array(w);
     for (int i = 0; i < j->solution->constraints; i++) {
         sga_json_object(w);
@@ -122,12 +125,14 @@ static void write_constraints(const struct job *j, struct sga_json *w)
         sga_json_end_object(w);
     }
     sga_json_end_array(w);
+    answer_fold(j, w, start);
 }
 
 /* {variable: text} for a field whose texts start at root `first`; zeros are left out if sparse */
 static void write_components(const struct job *j, struct sga_json *w, int first, bool sparse)
 {
     assert(first >= 0 && first + j->request->system.variables <= j->texts->names.roots);
+    size_t start = w->out->len;
     sga_json_object(w);
     for (int i = 0; i < j->request->system.variables; i++) {
         const char *text = j->texts->names.root[first + i];
@@ -137,6 +142,7 @@ static void write_components(const struct job *j, struct sga_json *w, int first,
         sga_json_string(w, text);
     }
     sga_json_end_object(w);
+    answer_fold(j, w, start);
 }
 
 static void write_field(const struct job *j, struct sga_json *w)

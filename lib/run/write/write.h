@@ -3,6 +3,7 @@
 #define SGA_RUN_WRITE_H
 
 #include <stdbool.h>
+#include <stddef.h>
 
 struct job;
 struct sga_buf;
@@ -15,6 +16,9 @@ bool answer_write(struct job *j, struct sga_buf *out);
 void answer_write_operator(const struct job *j, struct sga_json *w);
 void answer_write_mechanical(struct job *j, struct sga_json *w);
 void answer_write_restrictions(struct job *j, struct sga_json *w);
+/* write_families.c: what was written from byte `start` of its text on is a list or an object: what repeats in it is said once, as the request
+ * asks for. */
+void answer_fold(const struct job *j, struct sga_json *w, size_t start);
 /* The member `variables`. */
 void answer_write_variables(const struct job *j, struct sga_json *w);
 /* Members of an object that is open: verdict, dimensions, index, and what is wanted of constraints and field. */

@@ -67,6 +67,7 @@ static void write_pivots(struct job *j, struct sga_json *w)
     const struct sga_solution *sol = j->solution;
     int written = 0;
     sga_json_key(w, "pivots");
+    size_t start = w->out->len;
     sga_json_array(w);
     for (int q = 0; q < sol->pivots; q++) {
         if (expr_is_const(&j->request->store, sol->pivot[q].value))
@@ -89,6 +90,7 @@ static void write_pivots(struct job *j, struct sga_json *w)
         written++;
     }
     sga_json_end_array(w);
+    answer_fold(j, w, start);
 }
 
 /* What was found to vanish on the present set, and what that rests on. */
@@ -162,10 +164,12 @@ void answer_write_evidence(struct job *j, struct sga_json *w)
     }
     sga_json_end_object(w);
     sga_json_key(w, "constraints");
+    size_t start = w->out->len;
     sga_json_array(w);
     for (int i = 0; i < sol->constraints; i++)
         write_constraint(j, w, i);
     sga_json_end_array(w);
+    answer_fold(j, w, start);
     if (texts_written(j) && sol->verdict != SGA_INCONSISTENT)
         write_pivots(j, w);
     if (texts_written(j))
