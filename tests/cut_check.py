@@ -1,7 +1,8 @@
 """Only what the outputs depend on is modelled: cut_check.py BUILD_DIR
 
 Random systems of blocks, some of which drive others, with a few outputs. The trajectory alone, where equations may be left
-out, must be the one of the whole system, which is modelled where the index is wanted too. What must be modelled at the
+out, must be the one of the whole system, which is modelled where all variables are among the outputs; and so must that beside an
+index, where all that does not feed the outputs is left out of the motion, and nothing of what is said. What must be modelled at the
 least, and at the most, is known from how the blocks were made. SGA_TEST_SEED, SGA_TEST_SCALE."""
 import copy
 import random
@@ -21,6 +22,7 @@ class Blocks:
         self.signals = []         # (expression, block)
         self.sources = []         # by block: the blocks that drive it
         self.own = []             # by block: names
+        self.kinds = []           # by block
         self.pulls = []           # by block: does it ask something of the blocks that drive it?
         for k in range(blocks):
             self.add(k)
@@ -35,7 +37,7 @@ class Blocks:
 
     def add(self, k):
         self.sources.append(set())
-        kind = self.rng.choice(["lag", "oscillator", "monitor", "pendulum", "mass", "loop", "circle", "matrix", "bent", "prescribed"])
+        kind = self.rng.choice(["lag", "oscillator", "monitor", "pendulum", "mass", "loop", "circle", "matrix", "bent", "prescribed", "driven", "linkage"])
         a, b, c = (f"{n}{k}" for n in "abc")
         v = round(self.rng.uniform(0.2, 1), 2)
         names, start, tied = [a], {a: v}, False
@@ -65,6 +67,14 @@ class Blocks:
         elif kind == "prescribed":    # a given motion, its velocity, and the force that it takes
             names, start = [a, b, c], {}
             eqs = [f"{a} = sin({self.rng.randint(1, 3)}*t)", f"{a}' = {b}", f"{b}' = {c} - {a}{self.drive(k)}"]
+        elif kind == "driven":        # index 3, behind what drives it
+            names, start = [a, b, c], {a: 0.6, b: -0.8, f"{a}'": 0, f"{b}'": 0}
+            eqs = [f"{a}'' = -{c}*{a}{self.drive(k)}", f"{b}'' = -{c}*{b} - 5{self.drive(k)}", f"{a}^2 + {b}^2 = 1"]
+            tied = True
+        elif kind == "linkage":       # two rods and their forces behind a crank, which turns as it is told
+            names, start, push = [a, b, c], {}, self.drive(k) or " + 1"
+            eqs = [f"cos({a}) + 2*cos({b}) = 2{push}/20", f"sin({a}) + 2*sin({b}) = 1", f"{c} = {a}''"]
+            tied = True
         else:
             names, start = [a, b], {a: 0.6, b: 0.8}
             eqs = [f"{a}' = -{b}", f"{a}^2 + {b}^2 = 1"]
@@ -74,6 +84,7 @@ class Blocks:
         self.initial.update(start)
         self.own.append(names)
         self.pulls.append(tied)
+        self.kinds.append(kind)
         self.signals += [(n, k) for n in names if n != c]
 
     def request(self, outputs):
@@ -94,8 +105,8 @@ class Blocks:
 
 
 def near(a, b):
-    """Rows of two trajectories, within what both say of themselves."""
-    if len(a["rows"]) != len(b["rows"]) or a["columns"] != b["columns"] or a["ended"] != b["ended"]:
+    """Rows of two trajectories, within what both say of themselves; b may have more columns."""
+    if len(a["rows"]) != len(b["rows"]) or a["columns"] != b["columns"][:len(a["columns"])] or a["ended"] != b["ended"]:
         return False
     for p, q, e, f in zip(a["rows"], b["rows"], a["errors"], b["errors"]):
         if any(abs(x - y) > 2 * (e + f) + 1e-9 for x, y in zip(p, q)):
@@ -106,13 +117,16 @@ def near(a, b):
 def compare(tally, solver, label, request):
     """The cut answer, after it was compared with that of the whole system."""
     whole = copy.deepcopy(request)
-    whole["want"] = request["want"] + ["index"]
+    whole["want"] = request["want"] + ["index", "constraints"]
+    beside = copy.deepcopy(whole)
+    whole["trajectory"]["outputs"] = request["trajectory"]["outputs"] + every(request["system"])
     a, wrong = solver.solve(request)
     b, other = solver.solve(whole)
     if a is None or b is None:
         tally.check((wrong or {}).get("code") == (other or {}).get("code"), f"{label}: refused alike", (wrong, other))
         return None
     tally.check(near(a["trajectory"], b["trajectory"]), f"{label}: the same motion", (request, a["trajectory"]["rows"], b["trajectory"]["rows"]))
+    check_beside(tally, solver, label, beside, a, b)
     tally.check("not_modelled" not in b["evidence"] and b["work"]["variables"] == b["work"]["variables_modelled"], f"{label}: the whole system")
     less = a["evidence"].get("not_modelled", {"variables": 0, "apart": 0, "follow": 0, "names": []})
     tally.check(less["variables"] == a["work"]["variables"] - a["work"]["variables_modelled"] == less["apart"] + less["follow"], f"{label}: counts", less)
@@ -120,6 +134,26 @@ def compare(tally, solver, label, request):
     given = {**a["trajectory"]["initial"]["given"], **a["trajectory"]["initial"].get("not_modelled", {})}
     tally.check(set(given) == set(request["trajectory"]["initial"]), f"{label}: no given value is lost", given)
     return a
+
+
+def every(system):
+    """All variables."""
+    return system["variables"] if "variables" in system else system["coordinates"]
+
+
+def check_beside(tally, solver, label, request, cut, whole):
+    """Where more than the motion is wanted: what is said is of the whole system, the motion of what feeds it."""
+    c, wrong = solver.solve(request)
+    if not tally.check(c is not None, f"{label}: beside an index", wrong):
+        return
+    tally.check(near(c["trajectory"], whole["trajectory"]), f"{label}: the same motion beside an index", (request, c["trajectory"]["rows"], whole["trajectory"]["rows"]))
+    for key in ("verdict", "dimensions", "index", "variables", "constraints"):
+        tally.check(c[key] == whole[key], f"{label}: {key} of the whole system", (c[key], whole[key]))
+    less = c["evidence"].get("not_modelled")
+    moved, modelled = c["work"].get("variables_moved", c["work"]["variables"]), c["work"]["variables_modelled"]
+    tally.check(modelled == c["work"]["variables"] == moved + (less or {"variables": 0})["variables"], f"{label}: counts beside an index", c["work"])
+    tally.check(moved <= cut["work"]["variables_modelled"] or c["verdict"] != "unique" or "whole system" in label, f"{label}: no more than the motion alone",
+                (request, moved, cut["work"]))
 
 
 def random_systems(tally, solver, rng):
@@ -142,6 +176,12 @@ def random_systems(tally, solver, rng):
         only_lags = not any(blocks.pulls) and "hold" not in request["trajectory"]
         if only_lags:
             tally.check(got <= most, f"random {n}: nothing else is modelled", (request, sorted(got - most)))
+        # a linkage among what is needed may start in several ways, and then the whole is asked where
+        if "hold" not in request["trajectory"] and "linkage" not in [blocks.kinds[k] for k in blocks.needed(chosen)]:
+            beside, _ = solver.solve({**request, "want": ["trajectory", "index"]})
+            out = set(beside["evidence"].get("not_modelled", {"names": []})["names"])
+            tally.check({v["name"] for v in beside["variables"]} - out <= most | {v + "'" for v in most}, f"random {n}: nothing but what feeds the outputs moves",
+                        (request, sorted(out), sorted(most)))
         cut += a["work"]["variables_modelled"] < a["work"]["variables"]
     print(f"{cut} systems were cut")
     tally.check(cut >= scaled(20), "systems are cut", cut)
@@ -217,7 +257,8 @@ def rules(tally, solver):
     compare(tally, solver, "conditions", conditions)
     mechanical(tally, solver)
     behind(tally, solver)
-    # nothing is cut where the whole system is asked about, or strata of it
+    energies(tally, solver)
+    # all is reduced where the whole system is asked about, or strata of it
     for want in (["trajectory", "constraints"], ["trajectory", "structure"], ["trajectory", "gauge"], ["trajectory", "vector_field"]):
         r, _ = solver.solve({**explicit(given, ["x"]), "want": want})
         tally.check(r and r["work"]["variables_modelled"] == 4, f"want {want}: all is modelled")
@@ -251,20 +292,44 @@ def behind(tally, solver):
         ("a motion that is followed", ["x", "v", "y", "w", "l"], swing + ["y = x", "y' = w", "w' = l - x"], {"v": 0}, ["x"], ["x", "v"]),
         ("bent sensors", ["x", "v", "s", "u"], swing + ["s + s^3 = u*x", "u = sin(x)*exp(v)"], {"v": 0}, ["x"], ["x", "v"]),
         ("a sensor that ends", ["x", "v", "s"], swing + ["s + sqrt(s) = x + 2"], {"v": 0, "s": 1}, ["x"], ["x", "v", "s"]),
+        ("a crank behind which a linkage moves", ["x", "a", "b", "f"], ["x' = 1", "cos(x) + 3*cos(a) = 3 + 2*cos(b)", "sin(x) + 3*sin(a) = 2*sin(b)", "f = a'' + b''"], {}, ["x"], None, ["x"]),
+        ("a pendulum that is driven", ["x", "v", "p", "q", "l"], swing + ["p'' = -l*p + x", "q'' = -l*q - 1", "p^2 + q^2 = 4"], {"v": 0, "p": 0, "q": -2, "p'": 0, "q'": 0}, ["x"], None, ["x", "v"]),
+        ("one whose start does not fit what drives it", ["x", "v", "p", "q", "l"], swing + ["p'' = -l*p + x", "q'' = -l*q - 1", "p^2 + q^2 = 4 + x^2"], {"v": 0, "p": 0.5, "q": -2}, ["x"], None, ["x", "v", "p", "q", "l", "p'", "q'"]),
+        ("what restricts the output", ["x", "v", "p"], ["x' = v", "v' = p", "x^2 + p^2 = 1"], {"x": 0.6, "v": 0.8}, ["x"], ["x", "v", "p"], ["x", "v", "p"]),
         ("a circle of values", ["x", "a", "b"], decay + ["a = b/3 + x", "b = a/3 - t"], {}, ["x"], ["x"]),
         ("a circle without an inverse", ["x", "a", "b"], ["x' = -x + a - b"] + ["a = b + x", "b = a - exp(-t)"], {}, ["x"], ["x", "a", "b"]),
         ("a velocity that asks for itself", ["x", "u", "v"], decay + ["v' = u + x", "u = v' - 2*x + x"], {}, ["x"], ["x", "u", "v"]),
         ("a velocity that asks for itself by way of others", ["x", "u", "v", "w"], decay + ["v' = u + x", "u - w' = 0", "w = v - x"], {}, ["x"], ["x", "u", "v", "w"]),
     ]
-    for label, variables, equations, initial, outputs, names in table:
+    for label, variables, equations, initial, outputs, names, *moved in table:
         start = {**({"x": 1} if "x" in variables else {}), **initial}
         request = {"system": {"form": "equations", "variables": variables, "equations": equations}, "want": list(WANT),
                    "trajectory": {"stop": 1, "samples": 3, "initial": start, "outputs": outputs}}
         a = compare(tally, solver, label, request)
         if a and names:
             tally.check([v["name"] for v in a["variables"]] == names, f"{label}: modelled", [v["name"] for v in a["variables"]])
-        elif a:
+        elif a and not moved:
             tally.check(a["work"]["variables_modelled"] == 1, f"{label}: modelled", a["work"])
+        for names in moved:
+            c, _ = solver.solve({**request, "want": ["trajectory", "constraints"]})
+            left = [v["name"] for v in c["variables"] if v["name"] not in c["evidence"].get("not_modelled", {"names": []})["names"]]
+            tally.check(left == names, f"{label}: moved", left)
+
+
+def energies(tally, solver):
+    """The energy of what is left out is not known: it is no integral of the part. One that the request names is kept whole."""
+    forms = [({"form": "hamiltonian", "variables": ["q1", "q2", "p1", "p2"], "hamiltonian": "(p1^2 + p2^2)/2 + q1^2/2 + q2^4"}, {"q1": 1, "q2": 1, "p1": 0, "p2": 0}, "p2^2/2 + q2^4"),
+             ({"form": "lagrangian", "coordinates": ["q1", "q2"], "lagrangian": "(q1'^2 + q2'^2)/2 - q1^2/2 - q2^4"}, {"q1": 1, "q2": 1, "q1'": 0, "q2'": 0}, "q2'^2/2 + q2^4")]
+    for system, initial, own in forms:
+        request = {"system": system, "want": list(WANT), "trajectory": {"stop": 2, "samples": 3, "initial": initial, "outputs": ["q1"]}}
+        a, wrong = solver.solve(request)
+        tally.check(a and a["work"]["variables_modelled"] == 2 and not a["trajectory"].get("drift", {}).get("integrals"), f"{system['form']}: a part has no energy of the whole", wrong)
+        request["trajectory"]["integrals"] = [own]
+        a, wrong = solver.solve(request)
+        tally.check(a and a["work"]["variables_modelled"] == 4 and len(a["trajectory"]["drift"]["integrals"]) == 2, f"{system['form']}: an integral keeps what it names", wrong)
+        request = {**request, "want": ["trajectory", "index"]}
+        a, wrong = solver.solve(request)
+        tally.check(a and "variables_moved" not in a["work"], f"{system['form']}: moved whole", wrong)
 
 
 def mechanical(tally, solver):

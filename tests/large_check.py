@@ -1,11 +1,13 @@
 """Systems of a thousand unknowns and more whose verdict, dimensions and index are known by construction: large_check.py BUILD_DIR
 
+Implicit steps on the equations of large systems (lib/traj/whole.c): what they say of their errors, against far tighter motions.
 Chains, ladders and grids of tests/bench/large.py at two sizes each. How much was evaluated may grow as the size does (chains) or a
 little faster (grids), by the counts of `work`: no clock. Faults in the middle of such a system are named by their place."""
+import random
 import sys
 
 from solver import Solver
-from tally import Tally, build_folder
+from tally import Tally, build_folder, scaled, seed
 
 sys.path.insert(0, __file__.rsplit("/", 1)[0] + "/bench")
 import large  # noqa: E402
@@ -72,6 +74,43 @@ def stiff_motions(tally, solver):
             tally.check(all(abs(u - v) <= allowed for u, v in zip(a, b)), f"web {n}: two methods at {b[0]}", (a, b, allowed))
 
 
+# Of samples whose error is below what is said of it, as in trajectory_errors.py.
+HELD = 0.95
+TIGHT = 1e-11
+
+
+def estimates(tally, solver):
+    """Errors of implicit steps on the equations as they stand, over random systems with coupled algebraic equations."""
+    rng = random.Random(seed(20261125))
+    held = count = promised = kept = 0
+    for number in range(scaled(8)):
+        if number % 4 == 3:
+            request, _ = large.web(7, want=("trajectory",), stop=rng.choice((0.002, 0.02)))
+        else:
+            request, _ = large.reaction(rng.randint(32, 48), rng, want=("trajectory",), stop=rng.choice((0.1, 1)))
+        given = {}
+        for rtol in (TIGHT, 1e-3, 1e-5, 1e-7):
+            answer, problem = solver.solve({**request, "accuracy": {"rtol": rtol, "atol": rtol, "method": "radau"}})
+            if not tally.check(answer, f"{request['system']['name']} at {rtol:g}", problem):
+                break
+            given[rtol] = answer["trajectory"]
+        for rtol, t in given.items():
+            if rtol == TIGHT:
+                tally.check(t["ended"] is None and t["error_estimate"] is not None, f"{request['system']['name']}: a tight motion", t["ended"])
+                continue
+            exact = given[TIGHT]
+            for row, true, estimate, left in zip(t["rows"], exact["rows"], t["errors"], exact["errors"]):
+                apart = [abs(x - y) for x, y in zip(row[1:], true[1:])]
+                count += 1
+                held += max(apart) <= estimate + left
+                if t["accuracy_reached"]:
+                    promised += 1
+                    kept += all(e <= rtol * (1 + abs(y)) + left for e, y in zip(apart, true[1:]))
+    print(f"large, implicit: {count} samples, {held} within their estimates; {promised} promised, {kept} kept")
+    tally.check(count and held >= HELD * count, "estimates of large motions hold", (held, count))
+    tally.check(kept >= 0.98 * promised, "promises of large motions are kept", (kept, promised))
+
+
 def main():
     solver, tally = Solver(build_folder()), Tally("large")
     for name, (a, b, _) in SIZES.items():
@@ -81,6 +120,7 @@ def main():
     answered(tally, solver, "truss", 45)      # rows held far from where starts are drawn
     faults(tally, solver)
     stiff_motions(tally, solver)
+    estimates(tally, solver)
     return tally.end()
 
 

@@ -6,9 +6,11 @@ row calls its error must be the true one. No time is measured, none is judged.""
 import csv
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 import xml.etree.ElementTree as ElementTree
 
 import mpmath
@@ -25,6 +27,8 @@ TRUE_TO = 0.3
 HELD = 0.98
 # The references have 25 digits.
 KNOWN = 1e-25
+# Seconds of a job whose process is stopped most of the time; of jobs with little time.
+DISTURBED, SHORT = 8, (0.5, 2)
 
 
 def series(rows):
@@ -76,11 +80,14 @@ class Table:
     def choices(self):
         self.check([c["digits"] for c in self.t["choices"]] == [4, 6, 8, 10, 12, None], "choices", self.t["choices"])
         parts = self.t["advice"].split("; ")
-        for c, said in zip(self.t["choices"], parts):
+        self.check(self.t["best"] or parts[0].startswith("no errors are known"), "advice without errors", parts)
+        for c, said in zip(self.t["choices"], parts if self.t["best"] else [""] * 6):
             d = c["digits"]
             reached = [i for i, r in enumerate(self.rows) if (r.get("within") if d is None else (r.get("digits") or 0) >= d)]
+            self.check(c["reached"] is (True if reached else c["reached"] and None), f"choice {d}: reached", c)
             if not reached:
-                self.check(c["row"] is None and "none" in said, f"choice {d}: none", (c, said))
+                words = {False: "none of the rows", None: "not known"}[c["reached"]]
+                self.check(c["row"] is None and (not said or words in said), f"choice {d}: none", (c, said))
                 continue
             best = min(self.rows[i]["seconds"] for i in reached)
             ok = c["row"] in reached and self.rows[c["row"]]["seconds"] == best
@@ -90,6 +97,24 @@ class Table:
                 words = said.split(": ", 1)[1]
                 self.check(words.startswith(r["method"]) and f"at rtol {r['rtol']:g}, " in words and (said.startswith(f"{d} digits: ") or d is None),
                            f"choice {d}: advice", said)
+        self.left_out()
+
+    def left_out(self):
+        """What has fewer rows than its arithmetic has tolerances, without having refused, is left out and told."""
+        late = [e for e in self.t["left_out"] if "from" in e]
+        said = self.t["advice"].split("left out for want of time: ")
+        self.check(len(said) == 1 + bool(late), "advice tells of rows left out", (late, said))
+        for e in late:
+            word = e["method"] if e["arithmetic"] == "double" else e["arithmetic"]
+            self.check(word in said[-1], f"advice names {e['method']} in {e['arithmetic']}", said)
+        # what ended early, but for cut-off rows, stands in the list
+        ends = {"double": 1e-13, "double-double": 1e-28, "ball": 1e-28}
+        for key, rows in series(self.rows).items():
+            done = [r["rtol"] for r in rows if not r.get("note", "").startswith("cut off")]
+            whole = len(done) == len(rows) and done[-1] <= ends[key[1]] * 1.001
+            told = [e for e in self.t["left_out"] if (e["method"], e["arithmetic"]) == key]
+            self.check(whole or told, f"{key}: it is said why there is no more", rows[-1])
+            self.check(not told or not done or "from" not in told[0] or told[0]["from"] < done[-1], f"{key}: from where on it was left out", told)
 
     def falls(self, label, rows):
         """Errors follow tolerances on the whole, as long as they can be told. One row may lie beside: an explicit method
@@ -176,6 +201,33 @@ def check_case(tally, build, validator, case):
         tally.check(abs(tight["last"][k] - float(evaluate(e))) < 1e-10, f"{name}: last values", tight["last"])
 
 
+def disturbed(build, request):
+    """As solved(), of a process that gets a small part of the time on the clock: what it may do is CPU."""
+    with tempfile.NamedTemporaryFile("w+") as given, tempfile.TemporaryFile("w+") as got:
+        json.dump(request, given)
+        given.flush()
+        with subprocess.Popen([os.path.join(build, "sga"), "solve", given.name, "--json"], stdout=got,
+                              env={k: v for k, v in os.environ.items() if k != "SGA_SERVER"}) as run:
+            while run.poll() is None:
+                run.send_signal(signal.SIGSTOP)
+                time.sleep(0.05)
+                run.send_signal(signal.SIGCONT)
+                time.sleep(0.01)
+        got.seek(0)
+        return json.load(got)
+
+
+def check_disturbed(tally, build):
+    """The table is that of a machine at rest: every method to its tightest tolerance, though far more time passes on the clock than the
+    rows may have."""
+    request = {"system": {"form": "equations", "variables": ["x", "v"], "equations": ["x' = v", "v' = -x"]}, "want": ["tradeoff"],
+               "accuracy": {"arithmetic": "double"}, "trajectory": {"stop": 300, "samples": 3, "initial": {"x": 1, "v": 0}}, "limits": {"seconds": DISTURBED}}
+    t = disturbed(build, request)["tradeoff"]
+    Table(tally, "disturbed", request, t).run()
+    left = [e for e in t["left_out"] if "from" in e]
+    tally.check(not left, "disturbed: nothing is left out", (left, t["advice"]))
+
+
 class References:
     def __init__(self, tally):
         self.tally = tally
@@ -203,6 +255,17 @@ class References:
                 self.promised += 1
                 self.kept += all(a <= accuracy["atol"] + accuracy["rtol"] * abs(s) for a, s in zip(apart, should))
 
+    def none(self, name, should, accuracy, t):
+        """Where none is said to have reached it, none has."""
+        size = [max(abs(mpmath.mpf(v)), accuracy["atol"] / accuracy["rtol"]) for v in should]
+        for c in t["choices"]:
+            if c["reached"] is not False or c["digits"] is None:
+                continue
+            for r in t["rows"]:
+                if r.get("last") and "digits" in r:
+                    apart = max(abs(mpmath.mpf(v) - mpmath.mpf(s)) / z for v, s, z in zip(r["last"], should, size))
+                    self.tally.check(apart > 0.999 * mpmath.mpf(10) ** -c["digits"], f"{name}: none has {c['digits']} digits", r)
+
     def end(self):
         print(f"{self.rows} rows with a bound, which holds in {self.bounded}; {self.told} errors told, true to {TRUE_TO:g} in {self.right}; "
               f"{self.promised} within the tolerances, true in {self.kept}")
@@ -221,7 +284,9 @@ def main():
     references = References(tally)
     with open(os.path.join(ROOT, "tests", "cases", "trajectory_reference.json"), encoding="utf-8") as f:
         cases = [c for c in json.load(f) if not named or any(n in c["name"] for n in named)]
-    for case in cases:
+    if not named:
+        check_disturbed(tally, build)
+    for number, case in enumerate(cases):
         spec = case["request"]["trajectory"]
         request = {**case["request"], "want": ["tradeoff"], "trajectory": {**spec, "times": spec["times"][-1:]}, "limits": {"seconds": 16}}
         result, exact = solved(build, request)
@@ -230,7 +295,15 @@ def main():
         t = result["tradeoff"]
         Table(tally, case["name"], request, t).run()
         tally.check(t["best"] is not None, f"{case['name']}: a best solution", t["advice"])
-        references.add(case["name"], case["expect"]["trajectory"]["reference"][-1], request["accuracy"], t, exact["tradeoff"])
+        should = case["expect"]["trajectory"]["reference"][-1]
+        references.add(case["name"], should, request["accuracy"], t, exact["tradeoff"])
+        references.none(case["name"], should, request["accuracy"], t)
+        request["limits"] = {"seconds": SHORT[number % len(SHORT)]}
+        result, exact = solved(build, request)
+        if result is not None:      # otherwise the reduction alone took the time
+            Table(tally, case["name"] + ", short", request, result["tradeoff"]).run()
+            references.add(case["name"], should, request["accuracy"], result["tradeoff"], exact["tradeoff"])
+            references.none(case["name"], should, request["accuracy"], result["tradeoff"])
     if cases:
         references.end()
     return tally.end()

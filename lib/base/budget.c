@@ -25,5 +25,7 @@ bool sga_budget_ok(const struct sga_budget *b, struct sga_error *err)
         return sga_fail(err, SGA_E_LIMIT_SECONDS,
                         "the limit of %g seconds was reached (%.1f had passed); raise limits.seconds or ask for less in want",
                         b->seconds, b->seconds + late);
+    if (b->cpu_deadline > 0 && sga_cpu() > b->cpu_deadline)
+        return sga_fail(err, SGA_E_LIMIT_SECONDS, "the %g seconds of CPU of this part were used up; raise limits.seconds or ask for less in want", b->seconds);
     return sga_watch_memory_ok(err);
 }

@@ -11,6 +11,7 @@ struct sga_warnings;
 
 struct sga_budget {
     double deadline;        /* sga_now() value after which work stops; 0: none */
+    double cpu_deadline;    /* sga_cpu() value of the thread that works, likewise; 0: none */
     double seconds;         /* what was granted, for the message */
     int max_nodes;          /* expression nodes; 0: none */
     int max_generations;

@@ -14,6 +14,7 @@
 #include "request.h"
 #include "slice.h"
 #include "stage_clock.h"
+#include "part.h"
 #include "stage_list.h"
 #include "warnings.h"
 #include "watch.h"
@@ -119,12 +120,6 @@ static bool within_limits(struct job *j)
     return job_goes_on(j);
 }
 
-/* After the reduction, and after the motion: it is that of the whole system. */
-static bool slice_holds(const struct job *j)
-{
-    return !j->slice || !j->slice->tied || (answer_moved(j, 0) == 0 && j->solution->free_columns == 0);
-}
-
 /* A request that was read, from its system to its result. *again: what was left out of the system has to
  * be looked at after all. */
 static bool run_request(struct job *j, bool tied, struct sga_buf *out, bool *again)
@@ -132,9 +127,9 @@ static bool run_request(struct job *j, bool tied, struct sga_buf *out, bool *aga
     answer_warn_unused(j);
     answer_slice(j, tied);
     bool ok = job_prepare(j) && job_run(j, false);
-    *again = ok && !slice_holds(j);
-    ok = ok && !*again && job_run(j, true);
-    *again |= ok && !slice_holds(j);
+    *again = ok && !job_slice_holds(j);
+    ok = ok && !*again && job_part(j) && job_run(j, true);
+    *again |= ok && !job_slice_holds(j);
     if (*again)
         return false;
     if (ok) {
@@ -181,6 +176,7 @@ static bool run_text(struct run *r, const char *request, size_t length, bool tie
         explain_limits(j);
     }
     sga_watch_end();
+    job_part_clear(j);
     job_clear(j);
     request_clear(&own);
     return ok;

@@ -32,6 +32,7 @@ struct whole {
     struct num_tape *tape;         /* roots: by row the entries of A and alpha, then the constraints */
     struct num_jacobian *jac;      /* of it by variables and time */
     double *out, *slope, *at, *d;
+    int *place;                    /* by row, then by constraint: its row in the pattern */
     struct lin_sparse *pattern;    /* of mass and slope */
     int *mass_place, *slope_place; /* by entry of A; by entry of jac (-1: time) */
     struct ode_implicit equations;
@@ -47,6 +48,7 @@ void whole_free(struct whole *w)
     num_jacobian_free(w->jac);
     num_tape_free(w->tape);
     free(w->row);
+    free(w->place);
     free(w->out);
     free(w->mass_place);
     free(w);
@@ -102,6 +104,75 @@ static bool make_tape(struct whole *w, const expr_id *constraint)
     return w->jac;
 }
 
+/* An equation and a variable that it may be placed at. */
+struct pair { double weight; int row, col; };
+
+static int heavier_first(const void *a, const void *b)
+{
+    const struct pair *p = a, *q = b;
+    if (p->weight != q->weight)
+        return p->weight > q->weight ? -1 : 1;
+    return p->row != q->row ? p->row - q->row : p->col - q->col;
+}
+
+/* Entries of the tape's roots [from, to): the columns that are free, weighed by their part of the largest. */
+static int add_pairs(const struct whole *w, const double *x, int row, int from, int to, const bool *taken, struct pair *pair)
+{
+    int count = 0;
+    double most = 0;
+    for (int k = w->jac->start[from]; k < w->jac->start[to]; k++) {
+        int col = w->jac->col[k];
+        if (col == w->n || taken[col])
+            continue;
+        double weight = fabs(w->slope[k]) * fmax(fabs(x[col]), w->f->unit ? w->f->unit[col] : 1);
+        pair[count++] = (struct pair){ isfinite(weight) ? weight : 0, row, col };
+        most = sga_larger(most, pair[count - 1].weight);
+    }
+    for (int k = 0; k < count && most > 0; k++)
+        pair[k].weight /= most;
+    return count;
+}
+
+/* Each equation is placed at a variable: one with derivatives at one of those, a constraint where its slope at the start is the
+ * largest. So the pattern is about as symmetric as the couplings are and the diagonal is large, and orderings for symmetric patterns
+ * fill least with no pivots beside it. What finds no place so gets any that is left. */
+static void place_rows(struct whole *w, double t, const double *x)
+{
+    const struct field *f = w->f;
+    bool *taken = sga_calloc((size_t)w->n + 1, sizeof *taken);
+    int root = 0, count = 0, spare = 0;
+    struct pair *pair = sga_malloc(((size_t)w->jac->nnz + 1) * sizeof *pair);
+    w->place = sga_malloc(((size_t)w->n + 1) * sizeof *w->place);
+    memcpy(w->at, x, (size_t)w->n * sizeof *x);
+    w->at[w->n] = t;
+    if (!num_jacobian_eval(w->jac, w->at, w->out, w->slope))
+        memset(w->slope, 0, (size_t)w->jac->nnz * sizeof *w->slope);
+    for (int i = 0; i < w->rows; i++) {
+        const struct sys_row *r = f->sys->row + w->row[i];
+        w->place[i] = -1;
+        for (int k = 0; k < r->entries && w->place[i] < 0; k++)
+            if (!taken[r->entry[k].col])
+                taken[w->place[i] = r->entry[k].col] = true;
+        root += r->entries + 1;
+    }
+    for (int i = 0; i < w->c; i++, root++) {
+        w->place[w->rows + i] = -1;
+        count += add_pairs(w, x, w->rows + i, root, root + 1, taken, pair + count);
+    }
+    qsort(pair, (size_t)count, sizeof *pair, heavier_first);
+    for (int k = 0; k < count; k++)
+        if (w->place[pair[k].row] < 0 && !taken[pair[k].col])
+            taken[w->place[pair[k].row] = pair[k].col] = true;
+    for (int i = 0; i < w->n; i++) {
+        while (w->place[i] < 0 && taken[spare])
+            spare++;
+        if (w->place[i] < 0)
+            taken[w->place[i] = spare] = true;
+    }
+    free(pair);
+    free(taken);
+}
+
 /* The union of what mass and slope have, and where each entry goes. */
 static void equations_pattern(struct whole *w)
 {
@@ -114,7 +185,7 @@ static void equations_pattern(struct whole *w)
     int *place = sga_malloc(((size_t)most + 1) * sizeof *place), *entry = sga_malloc(((size_t)w->jac->nnz + 1) * sizeof *entry);
     for (int i = 0; i < w->rows; i++)
         for (int k = 0; k < f->sys->row[w->row[i]].entries; k++, at++) {
-            row[at] = i;
+            row[at] = w->place[i];
             col[at] = f->sys->row[w->row[i]].entry[k].col;
         }
     for (int i = 0; i < w->n; i++) {
@@ -124,7 +195,7 @@ static void equations_pattern(struct whole *w)
             if (w->jac->col[k] == w->n)
                 continue;
             entry[k] = at;
-            row[at] = i;
+            row[at] = w->place[i];
             col[at++] = w->jac->col[k];
         }
         root += of;
@@ -167,12 +238,13 @@ struct whole *whole_new(struct field *f, double t, const double *x)
         return NULL;
     }
     velocities_pattern(w);
-    equations_pattern(w);
     size_t roots = (size_t)num_tape_roots(w->tape);
     w->out = sga_malloc((roots + (size_t)w->jac->nnz + 3 * (size_t)w->n + 2) * sizeof *w->out);
     w->slope = w->out + roots;
     w->at = w->slope + w->jac->nnz;
     w->d = w->at + w->n + 1;
+    place_rows(w, t, x);
+    equations_pattern(w);
     w->equations = (struct ode_implicit){ w->pattern, residual, matrices };
     double *v = sga_malloc(((size_t)w->n + 1) * sizeof *v);
     struct whole *before = f->whole;
@@ -262,10 +334,10 @@ bool whole_residual(struct whole *w, double t, const double *x, const double *v,
         double sum = 0;
         for (int k = 0; k < row->entries; k++)
             sum += w->out[at++] * v[row->entry[k].col];
-        r[i] = w->out[at++] - sum;
+        r[w->place[i]] = w->out[at++] - sum;
     }
     for (int i = 0; i < w->c; i++)
-        r[w->rows + i] = -w->out[at++];
+        r[w->place[w->rows + i]] = -w->out[at++];
     return true;
 }
 

@@ -182,6 +182,27 @@ def web(n, want=("index", "constraints"), stop=1):
             {"verdict": "unique", "generations": [n * n], "index": 1})
 
 
+def reaction(n, rng, want=("index", "trajectory"), stop=1):
+    """n species u that react, stiffly, on a random graph of links, each held by an algebraic p that meets a nonlinear equation with the p beside it: n
+    coupled constraints, index 1. Equations in any order. All coefficients random."""
+    u, p = [f"u{k}" for k in range(n)], [f"p{k}" for k in range(n)]
+    beside = {k: {(k + 1) % n, (k - 1) % n} for k in range(n)}
+    for _ in range(n // 2):
+        a, b = rng.sample(range(n), 2)
+        beside[a].add(b)
+        beside[b].add(a)
+    d, rate = rng.choice((1, 10, 100)), rng.choice((10, 1000, 10000))
+    equations = []
+    for k in range(n):
+        about = sorted(beside[k])
+        equations += [f"{u[k]}' = {rate}*(sin({p[k]}) - {u[k]}^3) + {' + '.join(u[q] for q in about)} - {len(about)}*{u[k]} + cos({rng.randint(1, 3)}*t)",
+                      f"0 = {d}*({' + '.join(p[q] for q in about)} - {len(about)}*{p[k]}) + {u[k]} - {p[k]} - {p[k]}^3 + {rng.randint(-2, 2)}"]
+    rng.shuffle(equations)
+    initial = {name: round(rng.uniform(-1, 1), 2) for name in u}
+    return (asked(f"a reaction of {n} species", {"form": "equations", "variables": u + p, "equations": equations}, initial, rng.sample(u + p, 6), want, stop),
+            {"verdict": "unique", "generations": [n], "index": 1})
+
+
 def network(n, **more):
     """grid with resistors i = u + u^3."""
     return grid(n, True, **more)

@@ -197,6 +197,8 @@ bool answer_own_motion(struct job *j)
 
 bool answer_motion(struct job *j)
 {
+    if (j->part)
+        return true;
     bool ok = answer_own_motion(j);
     const struct request_trajectory *t = &j->request->trajectory;
     if (!ok && j->err->code == SGA_E_NO_MOTION && !t->relations && !t->low && j->solution->verdict != SGA_INCONSISTENT)

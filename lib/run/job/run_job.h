@@ -64,6 +64,7 @@ struct job {
     const char *stage;            /* the last that was begun */
     struct sga_error *err;
     struct model_slice *slice;
+    struct job *part;             /* the motion's own job, of what is left of the system where outputs ask for less (part.h); or NULL */
     struct {                      /* where the request starts: a hint for which component is meant */
         double *x;                /* by variable, or NULL */
         unsigned char *given;     /* by variable: its value is the request's, and not what follows from others; NULL: all are */

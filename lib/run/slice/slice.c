@@ -13,14 +13,26 @@
 #include "request.h"
 #include "system.h"
 
-/* Only the motion is asked for, and of it only outputs. Forms that keep more than the rows, and answers
- * that speak of the whole system, are left as they are. */
+/* Of the motion only outputs are asked for. Forms that keep more than the rows, and answers
+ * that speak of the whole system along a motion, are left as they are. */
+static bool motion_alone(const struct request *r)
+{
+    const struct form_hamiltonian *h = r->hamiltonian;
+    return r->trajectory.outputs && !r->trajectory.sensitivities.has && !r->trajectory.relations && !r->trajectory.low && r->want & SLICE_MOTION && !r->strata && !r->op.has
+        && !(h && (h->restrictions || h->omega));
+}
+
 static bool may_slice(const struct request *r)
 {
-    static const unsigned motion = REQUEST_TRAJECTORY | REQUEST_CONSISTENT_INITIAL | REQUEST_TRADEOFF;
-    const struct form_hamiltonian *h = r->hamiltonian;
-    return r->trajectory.outputs && !r->trajectory.sensitivities.has && !r->trajectory.relations && !r->trajectory.low && r->want & motion && !(r->want & ~motion) && !r->strata && !r->op.has
-        && !(h && (h->restrictions || h->omega));
+    return motion_alone(r) && !(r->want & ~SLICE_MOTION);
+}
+
+/* The energy's drift, which an answer has without being asked, needs the whole motion; a start that is asked for is all of it. */
+bool slice_beside(const struct request *r)
+{
+    static const unsigned whole = REQUEST_CONSTRAINTS | REQUEST_INDEX | REQUEST_VECTOR_FIELD | REQUEST_GAUGE | REQUEST_STRUCTURE | REQUEST_SYMMETRIES
+                                  | REQUEST_DERIVATION | REQUEST_DIRAC;
+    return motion_alone(r) && r->want & whole && !(r->want & ~(SLICE_MOTION | whole)) && !(r->want & REQUEST_CONSISTENT_INITIAL) && !r->hamiltonian && r->lagrangian == EXPR_UNDEF;
 }
 
 /* A reaction is known where its coordinate is modelled. */
@@ -47,7 +59,7 @@ static void find_needed(const struct job *j, unsigned char *needed)
     const struct expr_store *st = &j->request->store;
     int roots = 0, *map = sga_malloc(((size_t)st->symbols + 1) * sizeof *map);
     SGA_ARENA(mem);
-    expr_id *root = sga_take(&mem, (size_t)(t->outputs + t->events + t->rates + t->conditions + 1) * sizeof *root);
+    expr_id *root = sga_take(&mem, (size_t)(t->outputs + t->events + t->rates + t->conditions + t->integrals + 1) * sizeof *root);
     struct expr_cone cone;
     for (int s = 0; s < st->symbols; s++)
         map[s] = -1;
@@ -66,6 +78,8 @@ static void find_needed(const struct job *j, unsigned char *needed)
         memset(needed, 1, (size_t)sys->variables);
     for (int k = 0; k < t->conditions; k++)
         root[roots++] = t->condition[k];
+    for (int k = 0; k < t->integrals; k++)
+        root[roots++] = t->integral[k];
     for (int k = 0; k < t->rates; k++) {
         root[roots++] = t->rate[k].rate;
         needed[t->rate[k].variable] = 1;
@@ -198,6 +212,25 @@ static void slice_request(struct job *j, const int *place)
         slice_initial(r->sweep[k].initial, &r->sweep[k].initials, place, &r->system, NULL);
 }
 
+/* The job's system and request are cut; the parts go. */
+static void cut(struct job *j, struct slice_parts *parts)
+{
+    SGA_ARENA(mem);
+    int n = j->request->system.variables, *place = sga_take(&mem, ((size_t)n + 1) * sizeof *place), kept = 0;
+    for (int v = 0; v < n; v++)
+        place[v] = parts->variable[v] == SLICE_KEPT ? kept++ : -1;
+    note(j, parts);
+    /* the energy is that of the whole system: its drift along a part's motion is not known */
+    j->request->lagrangian = EXPR_UNDEF;
+    if (j->request->hamiltonian)
+        j->request->hamiltonian->hamiltonian = EXPR_UNDEF;
+    if (j->request->mechanical)
+        slice_mechanical(j->request, parts, place);
+    slice_request(j, place);
+    slice_system(&j->request->system, parts, place);
+    slice_parts_clear(parts);
+}
+
 void answer_slice(struct job *j, bool tied)
 {
     struct request_trajectory *t = &j->request->trajectory;
@@ -217,16 +250,18 @@ void answer_slice(struct job *j, bool tied)
             stays[j->request->sweep[s].initial[k].variable] = 1;
     /* the geometry of a mechanical system's constraints belongs to a whole part of it */
     struct slice_wish wish = { needed, fixed, stays, j->request->mechanical, tied && !j->request->sweeps };
-    if (slice_decide(&j->request->system, &wish, &parts)) {
-        SGA_ARENA(turn);
-        int *place = sga_take(&turn, n * sizeof *place), kept = 0;
-        for (int v = 0; v < j->request->system.variables; v++)
-            place[v] = parts.variable[v] == SLICE_KEPT ? kept++ : -1;
-        note(j, &parts);
-        if (j->request->mechanical)
-            slice_mechanical(j->request, &parts, place);
-        slice_request(j, place);
-        slice_system(&j->request->system, &parts, place);
-        slice_parts_clear(&parts);
-    }
+    if (slice_decide(&j->request->system, &wish, &parts))
+        cut(j, &parts);
+}
+
+void answer_slice_feeds(struct job *j)
+{
+    struct slice_parts parts;
+    SGA_ARENA(mem);
+    unsigned char *needed = sga_zeros(&mem, (size_t)j->request->system.variables + 1, 1);
+    if (!may_slice(j->request) || j->request->mechanical || j->request->sweeps)
+        return;
+    find_needed(j, needed);
+    if (slice_feeds(&j->request->system, needed, &parts))
+        cut(j, &parts);
 }

@@ -4,6 +4,8 @@
 
 #include <stdbool.h>
 
+#include "request.h"
+
 struct job;
 struct sys_system;
 
@@ -38,6 +40,12 @@ struct slice_wish { const unsigned char *needed, *fixed, *stays; bool apart_only
 bool slice_decide(const struct sys_system *system, const struct slice_wish *wish, struct slice_parts *parts);
 void slice_parts_clear(struct slice_parts *parts);
 
+/* Of a system with as many equations as variables, all that feeds the needed ones: blocks of the block-triangular form that they rest on.
+ * What is left out (SLICE_FOLLOWS) mentions what is kept and may be of any kind: a mechanism that is driven. What is kept has its motions by itself,
+ * and those of the whole system are among them; the converse is the caller's to show. False: nothing can be left out, or no matching
+ * gives each variable an equation. Cost: a matching. */
+bool slice_feeds(const struct sys_system *system, const unsigned char *needed, struct slice_parts *parts);
+
 /* What of a request's system is not modelled, because the outputs do not depend on it. */
 struct slice_given { int symbol; double value; };
 struct model_slice {
@@ -51,5 +59,12 @@ struct model_slice {
 /* Of the job's system only what its request depends on is kept, where nothing else is asked of it: j->slice, NULL where that is all. tied:
  * see above, may equations be left out where it has to be judged afterwards whether the motion is that of the whole system? */
 void answer_slice(struct job *j, bool tied);
+/* Likewise what slice_feeds leaves. */
+void answer_slice_feeds(struct job *j);
+
+/* What is had of a motion. */
+enum { SLICE_MOTION = REQUEST_TRAJECTORY | REQUEST_CONSISTENT_INITIAL | REQUEST_TRADEOFF };
+/* Something is wanted of the whole system, and beside it a motion that answer_slice would cut if it were wanted alone (part.h). */
+bool slice_beside(const struct request *r);
 
 #endif

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "graph.h"
 #include "mem.h"
 #include "slice.h"
 #include "slice_work.h"
@@ -225,6 +226,29 @@ bool slice_decide(const struct sys_system *sys, const struct slice_wish *wish, s
     end(&w);
     if (!less)
         slice_parts_clear(parts);
+    return less;
+}
+
+bool slice_feeds(const struct sys_system *sys, const unsigned char *needed, struct slice_parts *parts)
+{
+    struct slice_work w;
+    begin(&w, sys);
+    SGA_ARENA(mem);
+    const struct graph g = { w.rows, w.n, w.mentions.start, w.mentions.to };
+    bool square = w.rows == w.n && graph_match(&g, w.variable, w.row_of) == w.n, *reached = sga_zeros(&mem, (size_t)w.n + 1, sizeof *reached);
+    for (int j = 0; j < w.n; j++) {
+        reached[j] = true;
+        if (needed[j])
+            keep(&w, j);
+    }
+    for (int i = 0; i < w.queued && square; i++)
+        keep_row(&w, w.row_of[w.queue[i]]);
+    bool less = square && w.queued < w.n;
+    for (int r = 0; r < w.rows && less; r++)
+        w.linked[r] = w.kept[w.variable[r]];
+    if (less)
+        give(&w, reached, parts);
+    end(&w);
     return less;
 }
 

@@ -12,9 +12,9 @@
 #include "request.h"
 #include "stage_clock.h"
 
-/* The table may take this part of the time that is left (of 30 seconds, four), and the rows
- * this part of that; the rest is for the best solution. */
-static const double PART = 0.125, ROWS_PART = 0.55;
+/* The table may take this part of the time that is left (of 30 seconds, four) as CPU, and on a machine that is shared
+ * this part on the clock; the rows this part of either, and the rest is for the best solution. */
+static const double PART = 0.125, WALL_PART = 0.75, ROWS_PART = 0.55;
 /* Samples times columns that are compared; more samples are thinned out. */
 static const double MOST_VALUES = 1e5;
 
@@ -38,17 +38,27 @@ static double *thin(struct traj_request *r, int columns)
     return times;
 }
 
+double tradeoff_left(struct tradeoff_end end)
+{
+    return fmax(fmin(end.cpu - sga_cpu(), end.wall - sga_now()), 0);
+}
+
+static struct tradeoff_end end_after(double left, double part)
+{
+    return (struct tradeoff_end){ sga_cpu() + part * PART * left, sga_now() + part * WALL_PART * left };
+}
+
 bool answer_tradeoff(struct job *j, const struct sga_solution *solution, const struct traj_request *request)
 {
     const struct request_accuracy *a = &j->request->accuracy;
-    double begin = sga_now(), left = j->budget->deadline ? j->budget->deadline - begin : 30;
+    double left = j->budget->deadline ? j->budget->deadline - sga_now() : 30;
     stage_begin(j->clock, STAGE_TRADEOFF);
     struct tradeoff *t = sga_calloc(1, sizeof *t);
     struct tradeoff_run u = { .j = j, .solution = solution, .request = *request, .t = t,
-                              .end = begin + PART * left };
+                              .rows_end = end_after(left, ROWS_PART), .end = end_after(left, 1) };
     j->tradeoff = t;
     double *times = thin(&u.request, request->outputs ? request->outputs : j->request->system.variables);
-    bool ok = tradeoff_rows(&u, begin + PART * left * ROWS_PART) && tradeoff_best(&u);
+    bool ok = tradeoff_rows(&u) && tradeoff_best(&u);
     if (ok) {
         tradeoff_errors(t, a->rtol, a->atol);
         tradeoff_advice(t, a->rtol, a->atol);
@@ -62,11 +72,11 @@ bool answer_tradeoff(struct job *j, const struct sga_solution *solution, const s
 bool tradeoff_sane(const struct tradeoff *t)
 {
     for (int k = 0; k < TRADEOFF_CHOICES; k++)
-        if (t->choice[k].row >= t->rows)
+        if (t->choice[k].row >= t->rows || (t->choice[k].none && t->choice[k].row >= 0))
             return false;
     for (int i = 0; i < t->rows; i++) {
         const struct tradeoff_row *row = t->row + i;
-        if (!row->method || row->seconds < 0 || (row->compared && row->error > row->error_at_most))
+        if (!row->method || row->seconds < 0 || (row->compared && (row->error > row->error_at_most || row->digits > row->digits_most || (row->within && row->beyond))))
             return false;
         if (row->ended && !row->ended_reason)
             return false;
@@ -81,6 +91,7 @@ void answer_tradeoff_clear(struct tradeoff *t)
     for (int i = 0; i < t->rows; i++)
         free(t->row[i].values.value);
     free(t->row);
+    free(t->unit);
     free(t->best.values.value);
     free(t->best.doubt);
     free(t->best.size);

@@ -35,7 +35,9 @@ struct tradeoff_row {
                                    * solution's own error is not well below it */
     double error_at_most;         /* with what the best one's error may add */
     double digits;                /* that hold in every column, relative to the larger of its largest value and atol / rtol */
+    double digits_most;           /* that can hold, as the best solution may be wrong */
     bool within;                  /* the request's own tolerances */
+    bool beyond;                  /* surely not within them; neither: the best solution is not known well enough */
     char note[200];               /* why something is missing; "" */
 };
 
@@ -57,12 +59,15 @@ struct tradeoff_best {
 enum { TRADEOFF_CHOICES = 6 };
 /* The cheapest row for so many digits, 0: for the request's own tolerances. */
 struct tradeoff_choice {
-    int digits, row;              /* row -1: none reached it */
+    int digits, row;              /* row -1: none is known to have reached it */
+    bool none;                    /* and all are known not to have */
 };
 
-/* A method and arithmetic that refused. */
+/* A method and arithmetic that refused, or was not gone on with for want of time. */
 struct tradeoff_left_out {
     const char *method, *arithmetic;
+    double from;                  /* the tolerance from which on time did not allow it; 0: it refused */
+    bool not_begun;               /* and no row of it was tried */
     char reason[256];
 };
 
@@ -70,14 +75,17 @@ struct tradeoff {
     struct tradeoff_row *row;
     int rows, cap;
     double moved;                 /* the start, to be consistent */
+    double *unit;                 /* by column: what atol is times, as the first row had it; NULL: 1 */
     struct tradeoff_best best;
     struct tradeoff_left_out *left_out;
     int left_outs;
+    bool busy;                    /* time on the clock ended the rows, before the CPU granted did */
     struct tradeoff_choice choice[TRADEOFF_CHOICES];
     struct sga_buf advice;
 };
 
-/* Runs the table within a small part of the time that is left, into j->tradeoff (owned by the job).
+/* Runs the table into j->tradeoff (owned by the job): within CPU seconds that are a small part of the time that is
+ * left, so that other load on the machine changes nothing until most of that time is over on the clock.
  * `request` as for a trajectory. False: there is no motion, or the job ended. */
 bool answer_tradeoff(struct job *j, const struct sga_solution *solution, const struct traj_request *request);
 void answer_tradeoff_clear(struct tradeoff *t);
@@ -87,21 +95,33 @@ bool tradeoff_sane(const struct tradeoff *t);
 
 const char *tradeoff_arithmetic(enum traj_arithmetic a);
 
+/* When a part shall be over, whichever comes first: CPU seconds of this thread, as sga_cpu() counts, and sga_now(). */
+struct tradeoff_end {
+    double cpu, wall;
+};
+
 /* The parts, in order. */
 struct tradeoff_run {
     struct job *j;
     const struct sga_solution *solution;
     struct traj_request request;  /* with the samples thinned out */
     struct tradeoff *t;
-    double end;                   /* when all shall be over, as sga_now() counts */
+    struct tradeoff_end rows_end, end;    /* of the rows, and of all */
 };
-/* tradeoff_rows.c: the rows, until `until`. */
-bool tradeoff_rows(struct tradeoff_run *u, double until);
-/* One solution; *err has the reason where false. `until`: it is cut off. */
-bool tradeoff_solve(struct tradeoff_run *u, const struct tradeoff_row *row, bool single, double until,
+/* Seconds that are left. */
+double tradeoff_left(struct tradeoff_end end);
+/* tradeoff_rows.c: the rows. */
+bool tradeoff_rows(struct tradeoff_run *u);
+/* tradeoff_solve.c: one solution, cut off after so many seconds of CPU; *err has the reason where false. */
+bool tradeoff_solve(struct tradeoff_run *u, const struct tradeoff_row *row, bool single, double seconds,
                     struct traj_result *r, struct sga_error *err);
 void tradeoff_keep(const struct traj_result *r, struct tradeoff_values *v);
+/* What a solution gave; short ones are timed again, within so many seconds. */
+void tradeoff_take(struct tradeoff_run *u, struct tradeoff_row *row, const struct traj_result *r, double seconds);
+/* An entry of left_out. */
+void tradeoff_leave_out(struct tradeoff *t, const struct tradeoff_left_out *l);
 /* tradeoff_best.c: the best solution that the time allows, and each row's error against it. */
+bool tradeoff_ends_well(bool ended, const char *reason);   /* where steps or time ended a motion, it is none to compare with */
 bool tradeoff_best(struct tradeoff_run *u);
 void tradeoff_errors(struct tradeoff *t, double rtol, double atol);
 /* tradeoff_advice.c: choices and their text. */

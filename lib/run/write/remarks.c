@@ -205,10 +205,11 @@ void answer_warn(struct job *j)
 {
     if (!j->place.depth)
         warn_count(j);
-    if (j->initial)
-        warn_moved(j, j->initial->x);
-    if (j->trajectory && j->trajectory->initial)
-        warn_moved(j, j->trajectory->initial);
+    struct job *motion = j->part ? j->part : j;
+    if (motion->initial)
+        warn_moved(motion, motion->initial->x);
+    if (motion->trajectory && motion->trajectory->initial)
+        warn_moved(motion, motion->trajectory->initial);
     warn_redundant(j, "/system/holonomic", j->redundant, j->redundants);
     if (j->mechanical && !j->place.depth)
         warn_redundant(j, "/system/constraints", j->mechanical->fibre.redundant, j->mechanical->fibre.redundants);

@@ -216,10 +216,13 @@ static void write_work(struct job *j, struct sga_json *w)
     sga_json_member_int(w, "pivots", j->solution->pivots);
     sga_json_member_int(w, "variables_modelled", j->request->system.variables);
     sga_json_member_int(w, "variables", j->slice ? j->slice->variables : j->request->system.variables);
-    if (j->trajectory) {
-        sga_json_member_int(w, "steps", j->trajectory->steps);
-        sga_json_member_int(w, "rejected_steps", j->trajectory->rejected);
-        sga_json_member_int(w, "evaluations", j->trajectory->evaluations);
+    const struct traj_result *motion = j->part ? j->part->trajectory : j->trajectory;
+    if (j->part)
+        sga_json_member_int(w, "variables_moved", j->part->request->system.variables);
+    if (motion) {
+        sga_json_member_int(w, "steps", motion->steps);
+        sga_json_member_int(w, "rejected_steps", motion->rejected);
+        sga_json_member_int(w, "evaluations", motion->evaluations);
     }
     sga_json_end_object(w);
 }
@@ -238,6 +241,22 @@ void answer_write_reduction(struct job *j, struct sga_json *w)
         write_field(j, w);
     if (want & REQUEST_GAUGE && solvable)
         write_gauge(j, w);
+}
+
+/* What was had of a motion, of the job that made it. */
+static bool write_motion(struct job *j, struct sga_json *w)
+{
+    if (j->initial)
+        answer_write_initial(j, w);
+    if (j->sweep) {
+        sga_json_key(w, "trajectories");
+        sga_json_raw(w, j->sweep, strlen(j->sweep));
+    }
+    if (j->trajectory && !answer_write_trajectory(j, w))
+        return false;
+    if (j->tradeoff)
+        answer_write_tradeoff(j, w);
+    return true;
 }
 
 bool answer_write(struct job *j, struct sga_buf *out)
@@ -295,16 +314,8 @@ bool answer_write(struct job *j, struct sga_buf *out)
     }
     if (want & REQUEST_SYMMETRIES)
         answer_write_symmetries(j, w);
-    if (j->initial)
-        answer_write_initial(j, w);
-    if (j->sweep) {
-        sga_json_key(w, "trajectories");
-        sga_json_raw(w, j->sweep, strlen(j->sweep));
-    }
-    if (j->trajectory && !answer_write_trajectory(j, w))
+    if (!write_motion(j->part ? j->part : j, w))
         return false;
-    if (j->tradeoff)
-        answer_write_tradeoff(j, w);
     if (j->fit) {
         sga_json_key(w, "fit");
         sga_json_raw(w, j->fit, strlen(j->fit));

@@ -11,7 +11,8 @@
 
 void answer_write_slice(const struct job *j, struct sga_json *w)
 {
-    const struct model_slice *c = j->slice;
+    const struct model_slice *c = j->part ? j->part->slice : j->slice;
+    const struct expr_store *st = &(j->part ? j->part : j)->request->store;
     if (!c)
         return;
     assert(c->gone + c->rows_gone > 0 && c->givens <= c->gone);
@@ -24,11 +25,13 @@ void answer_write_slice(const struct job *j, struct sga_json *w)
     sga_json_key(w, "names");
     sga_json_array(w);
     for (int k = 0; k < c->gone && k < SGA_MOST_NAMES_LISTED; k++)
-        sga_json_string(w, j->request->store.symbol[c->symbol[k]].name);
+        sga_json_string(w, st->symbol[c->symbol[k]].name);
     sga_json_end_array(w);
     sga_json_member_int(w, "apart", c->apart);
     sga_json_member_int(w, "follow", c->gone - c->apart);
-    sga_json_member_string(w, "note", "the outputs do not depend on these variables; verdict and dimensions are those of the rest, and whether "
+    sga_json_member_string(w, "note", j->part ? "the outputs do not depend on these variables, and the motion was made without them; all else "
+                           "that is said is of the whole system (whether the equations left out have solutions as long as the motion lasts was not examined)"
+                           : "the outputs do not depend on these variables; verdict and dimensions are those of the rest, and whether "
                            "the equations left out have solutions (as long as the motion lasts) was not examined");
     sga_json_end_object(w);
 }

@@ -82,6 +82,11 @@ static void write_choices(const struct tradeoff *t, struct sga_json *w)
             sga_json_int(w, t->choice[k].row);
         else
             sga_json_null(w);
+        sga_json_key(w, "reached");
+        if (t->choice[k].row >= 0 || t->choice[k].none)
+            sga_json_bool(w, !t->choice[k].none);
+        else
+            sga_json_null(w);
         sga_json_end_object(w);
     }
     sga_json_end_array(w);
@@ -95,6 +100,8 @@ static void write_left_out(const struct tradeoff *t, struct sga_json *w)
         sga_json_object(w);
         sga_json_member_string(w, "method", t->left_out[i].method);
         sga_json_member_string(w, "arithmetic", t->left_out[i].arithmetic);
+        if (t->left_out[i].from > 0)
+            sga_json_member_double(w, "from", t->left_out[i].from);
         sga_json_member_string(w, "reason", t->left_out[i].reason);
         sga_json_end_object(w);
     }
