@@ -1,6 +1,7 @@
 /* From bits to tolerances: the ball trajectory is run with more bits until its radii are as small as asked. */
 #include "enclosed.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -199,6 +200,7 @@ static void say_end(const struct attempt *a, struct traj_result *r)
 static void numbers(const struct attempt *a, struct traj_result *r)
 {
     size_t total = (size_t)a->end.samples * (size_t)a->columns;
+    assert(a->end.samples >= 0 && a->end.samples <= a->rq->samples && (a->end.why != ENCLOSE_DONE || a->end.samples == a->rq->samples));
     r->rows = a->end.samples;
     r->columns = a->columns;
     r->t = sga_malloc((size_t)(r->rows + 1) * sizeof *r->t);
@@ -290,6 +292,7 @@ bool enclosed_run(struct flow *f, const struct sys_system *sys, const struct sga
         a.prec = next;
         ok = run(&a, near, err) && (a.end.why != ENCLOSE_STOPPED || stopped(&a, err));
         next = ok ? more_bits(&a) : 0;
+        assert(next == 0 || next > a.prec);       /* so that it ends */
     }
     if (ok)
         keep(&a, r);
