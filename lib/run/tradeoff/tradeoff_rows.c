@@ -236,6 +236,7 @@ static bool run_all(struct tradeoff_run *u, struct series *all, int count, doubl
     while ((s = next(all, count))) {
         double now = sga_now(), left = fmax(until - now, 0), granted = fmin(left, fmax(PATIENCE * predicted(s), LEAST_SECONDS));
         if (s->rows == 0) {
+            assert(begun < count);       /* each begins once */
             granted = left / (count - begun++);
         } else if (predicted(s) > left) {
             snprintf(last_row(u->t, s->number)->note, sizeof u->t->row->note, "tighter ones were left out, expected to take more than the %.2g s left", left);
